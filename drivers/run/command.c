@@ -8,8 +8,8 @@
 #include <sys/stat.h>
 
 #include "base/error.h"
-#include "effect/surface_contact.h"
 #include "run/locking.h"
+#include "run/touching.h"
 #include "shared/interrupt.h"
 #include "shared/options.h"
 #include "shared/overrides.h"
@@ -69,6 +69,10 @@ static void report(const flesh_figures *figures, const flesh_outcome *outcome, c
   if (figures->at_rounding)
     printf("%ld of %ld solves ended at rounding, above solver.newton_tolerance\n",
            figures->at_rounding, figures->solves);
+  const flesh_separation *separation = &figures->separation;
+  if (separation->begun && !separation->ignored)
+    printf("what went through each other at the start (%d place%s) is apart and touches since t = %.6g s\n",
+           separation->begun, separation->begun == 1 ? "" : "s", separation->t_apart);
   if (figures->unconverged)
     printf("%ld of %ld solves were accepted without convergence\n", figures->unconverged,
            figures->solves);
@@ -93,26 +97,6 @@ static void describe_springs(const flesh_system *system)
   }
 }
 
-/* Of several bodies, whether they pass through each other. */
-static void describe_bodies(const flesh_scene *scene)
-{
-  const flesh_system *system = flesh_scene_system(scene);
-  const int bodies = flesh_scene_body(scene)->part_count;
-  int pairs = bodies * (bodies - 1) / 2, touching = 0;
-  if (bodies < 2) return;
-  for (int a = 0; a < bodies; a++)
-    for (int b = a + 1; b < bodies; b++) {
-      int may = 0;
-      for (int k = 0; k < flesh_system_effect_count(system); k++)
-        may |= flesh_surface_contact_may_meet(flesh_system_effect(system, k), a, b);
-      touching += may;
-    }
-  if (!touching) printf("bodies: %d, which do not touch each other: they pass through each other\n", bodies);
-  else if (touching == pairs) printf("bodies: %d, which touch each other\n", bodies);
-  else
-    printf("bodies: %d; of their %d pairs %d may touch, the others pass through each other\n", bodies, pairs, touching);
-}
-
 /* What will be simulated. */
 static void describe(const flesh_scene *scene, const flesh_ranks *ranks)
 {
@@ -126,7 +110,7 @@ static void describe(const flesh_scene *scene, const flesh_ranks *ranks)
   if (info.unused_nodes)
     printf("  %d node%s used by no tet and held at rest\n", info.unused_nodes,
            info.unused_nodes == 1 ? " is" : "s are");
-  describe_bodies(scene);
+  flesh_describe_touching(scene, stdout);
   flesh_materials_print(stdout, scene);
   describe_springs(flesh_scene_system(scene));
   flesh_warn_of_locking(scene, stdout);

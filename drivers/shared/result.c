@@ -292,6 +292,11 @@ json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *sys
   set(object, "energy_gain_J", balance->begun ? balance->largest : NAN);
   set(object, "energy_gain_t", balance->gain > 0 ? balance->t_largest : NAN);
   set(object, "stressed_rest_J", figures->stressed_rest);
+  if (figures->separation.begun) {
+    set_integer(object, "intersecting_at_start", figures->separation.begun);
+    set_integer(object, "intersecting_at_end", figures->separation.ignored);
+    set(object, "apart_t", figures->separation.t_apart);
+  }
   set_longest(object, &figures->longest_step);
   set_integer(object, "solves", figures->solves);
   set_integer(object, "solves_at_rounding", figures->at_rounding);

@@ -207,6 +207,14 @@ static void tell_outcome(flesh_running *r, int status, flesh_figures *figures, f
   if (r->progress) fputs("\r\033[K", stderr);
   figures->balance = *flesh_integrator_energy_balance(r->integrator);
   tell_effects(r, outcome);
+  figures->separation = flesh_integrator_separation(r->integrator);
+  if (figures->separation.ignored) {
+    snprintf(words, sizeof words,
+             "surfaces that went through each other at the start (%d place%s) are not apart (%d place%s): what is there does "
+             "not touch", figures->separation.begun, figures->separation.begun == 1 ? "" : "s",
+             figures->separation.ignored, figures->separation.ignored == 1 ? "" : "s");
+    warn(r, outcome, 1, words);
+  }
   const char *warning = flesh_integrator_warning(r->integrator);
   if (warning) warn(r, outcome, status != FLESH_ERR_ENERGY, warning);
   if (!status) figures->stressed_rest = flesh_stressed_rest(r->scene, &r->trace, &r->state);

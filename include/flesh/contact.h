@@ -16,8 +16,9 @@ typedef struct flesh_contact_options {
   double thickness;  /* m, distance at which the force begins; NaN: 1/20 of the mean surface edge */
   double friction;   /* Coulomb's coefficient, >= 0 */
   double slip_speed; /* m/s, below which friction is viscous, so that it is smooth; > 0 */
+  int separates;     /* 1: surfaces that go through each other at the start are let apart; not of obstacles */
 } flesh_contact_options;
-/* NaN, NaN, 0, 1e-3 m/s. */
+/* NaN, NaN, 0, 1e-3 m/s, 0. */
 FLESH_API void flesh_contact_options_default(flesh_contact_options *options);
 
 /* Keeps the body's nodes out of the obstacle, and its faces out of a core of spheres and capsules
@@ -47,14 +48,20 @@ FLESH_API int flesh_effect_contact(const flesh_body *body, const flesh_contact_o
  *
  * V = sum over the surfaces' nodes of A/2 k w B(d/w) with their distance d to what they may touch and B and A as
  * above, half as both surfaces have nodes; sums over triangles, less edges, plus nodes, so that it does not depend
- * on how a face is cut (Li et al. 2023). Edges that come as near each other as w/4 have a barrier, too. Parts of
- * one surface that are nearer than w at rest do not touch. Friction as above, with the slip of one surface on the
- * other.
+ * on how a face is cut (Li et al. 2023). Edges that come as near each other as w/4 have a barrier, too. What is nearer
+ * than w at rest in one connected piece of a part does not touch; pieces that nothing connects do, also in a body
+ * without parts. Friction as above, with the slip of one surface on the other.
  *
  * No step of a solve passes one surface through another: every step ends before they meet (additive continuous
  * collision detection, Li et al. 2021). So they must be apart at the start: flesh_system_check says where they are
- * not. The Jacobian's pattern grows where surfaces come near each other: for methods of fixed steps and statics,
- * whose matrix grows with it. Nothing is untangled (FLESH_TECHNIQUE_UNTANGLE) where there is this effect. Errors:
+ * not. With options->separates 1 they need not be: what goes through each other where a run begins (at its first step,
+ * or at one that begins elsewhere than the last has ended) does not touch, while all else does, until a step ends
+ * where nothing of it meets, is inside the other's body or nearer than the thickness. Nothing pushes it apart.
+ * flesh_integrator_separation tells how far it is. Without a run (flesh_system_energies, ...) what goes through each
+ * other at x_lag does not touch.
+ *
+ * The Jacobian's pattern grows where surfaces come near each other: for methods of fixed steps and statics, whose
+ * matrix grows with it. Nothing is untangled (FLESH_TECHNIQUE_UNTANGLE) where there is this effect. Errors:
  * FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_effect_surface_contact(const flesh_body *body, const flesh_contact_options *options,
                                            int pair_count, const int *pairs, flesh_effect **effect);

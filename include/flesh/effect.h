@@ -92,6 +92,7 @@ typedef struct flesh_costs {
 /* How far a run's body is from obstacles; what its effects know of nodes near each other. */
 struct flesh_clearance;
 struct flesh_proximity;
+struct flesh_archive;
 
 /* Where the effects are evaluated. `load` in [0,1] scales the external loads (1 except while a
  * static solve raises its load in increments).
@@ -278,7 +279,8 @@ typedef struct flesh_effect_constraints {
 /* For effects that couple nodes which come near each other: contact of surfaces. Which nodes these are changes as the
  * body moves, and the pattern of the Jacobian with it. An effect is const, so what it finds out about nearness
  * belongs to a run: a memory that all its operations get as point->near, which one thread uses at a time and which may
- * grow there. It only saves searching: results do not depend on it, and where it is NULL each operation searches. */
+ * grow there. It only saves searching: results do not depend on it, and where it is NULL each operation searches; but
+ * for what `follow` tells it. */
 typedef struct flesh_effect_proximity {
   /* An empty memory. Returns new. Errors: FLESH_ERR_MEMORY. */
   int (*create)(const flesh_effect *effect, flesh_threads *threads, void **near);
@@ -291,6 +293,13 @@ typedef struct flesh_effect_proximity {
   /* As flesh_effect_barrier.max_feasible_step; `near` may be NULL. */
   double (*max_feasible_step)(const flesh_effect *effect, void *near, const double *x_from, const double *x_to);
   size_t (*memory)(const void *near); /* bytes */
+  /* The run is at x [3*n] at time t: a step that was accepted has led there or, where `accepted` is 0, another begins,
+   * mostly at the last one's end. *changed: whether the effect's energy at x is another from now on. NULL: results do
+   * not depend on all that. FLESH_UNDEFINED where a place is not finite; FLESH_ERR_MEMORY. */
+  int (*follow)(void *near, int accepted, double t, const double *x, int *changed);
+  /* What is remembered of that, to and from a saved history (flesh_integrator_save). NULL: nothing, as for all effects
+   * outside of the library. */
+  int (*archive)(void *near, struct flesh_archive *archive);
 } flesh_effect_proximity;
 
 /* For effects with internal variables: what they remember of the path that led here, such as damage, a plastic strain

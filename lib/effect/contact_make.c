@@ -118,6 +118,8 @@ int flesh_contact_options_check(const flesh_contact_options *o)
     return flesh_fail(FLESH_ERR_ARGUMENT, "friction is %g; it must not be negative", o->friction);
   if (!(o->slip_speed > 0 && o->slip_speed < INFINITY))
     return flesh_fail(FLESH_ERR_ARGUMENT, "slip_speed is %g m/s; it must be positive", o->slip_speed);
+  if (o->separates != 0 && o->separates != 1)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "separates is %d; it must be 0 or 1", o->separates);
   return FLESH_OK;
 }
 
@@ -147,6 +149,8 @@ int flesh_effect_contact(const flesh_body *body, const flesh_contact_options *op
     if (isnan(own.stiffness)) own.stiffness = flesh_contact_body_stiffness(body);
     if (isnan(own.thickness)) own.thickness = edge / 20;
     status = flesh_contact_options_check(&own);
+    if (!status && own.separates)
+      status = flesh_fail(FLESH_ERR_ARGUMENT, "separates is of bodies that touch each other; an obstacle pushes out");
   }
   if (!status)
     status = flesh_contact_core_create(body->mesh, self->obstacle, own.stiffness * share,

@@ -109,10 +109,11 @@ static int surface_contact_jacobian(const flesh_effect *effect, const flesh_poin
   return close_near(self, own, status);
 }
 
-static const char *const report_names[] = {"gap", "pairs", "force", NULL};
+static const char *const report_names[] = {"gap", "pairs", "force", NULL},
+                  *const separating_names[] = {"gap", "pairs", "force", "ignored", NULL};
 
 /* Smallest distance between surfaces, at most the thickness; pairs of features within it; the sum of the sizes of the
- * forces on nodes, halved, as each force is there twice. */
+ * forces on nodes, halved, as each force is there twice; where it separates, pairs of patches that are ignored. */
 static void surface_contact_report(const flesh_effect *effect, const flesh_point *point, double *values)
 {
   const contact *contact = effect->data;
@@ -121,6 +122,7 @@ static void surface_contact_report(const flesh_effect *effect, const flesh_point
   int own;
   values[0] = contact->law.thickness;
   values[1] = values[2] = 0;
+  if (contact->separates) values[3] = 0;
   double *r = calloc(n + 1, sizeof *r);
   int status = open_near(effect, point, 0, &self, &own);
   if (!status && r && !flesh_contact_set_evaluate(&self->set, point->x, point->threads, NULL, NULL, r)) {
@@ -128,6 +130,7 @@ static void surface_contact_report(const flesh_effect *effect, const flesh_point
     values[1] = self->set.count;
     for (size_t d = 0; d < n; d += 3) values[2] += sqrt(r[d] * r[d] + r[d + 1] * r[d + 1] + r[d + 2] * r[d + 2]) / 2;
   }
+  if (!status && contact->separates) values[3] = self->patches.pair_count;
   free(r);
   close_near(self, own, status);
 }
@@ -148,18 +151,23 @@ static void surface_contact_destroy(void *data)
   free(self);
 }
 
-const flesh_effect_operations flesh_surface_contact_operations = {
-    .name = "contact",
-    .role = FLESH_ROLE_CONTACT,
-    .traits = FLESH_IS_PASSIVE,
-    .residual = surface_contact_residual,
-    .jacobian = surface_contact_jacobian,
-    .potential = surface_contact_potential,
-    .energy = surface_contact_energy,
-    .destroy = surface_contact_destroy,
-    .barrier = &(const flesh_effect_barrier){.check = flesh_surface_contact_check},
-    .shortcuts = &(const flesh_effect_shortcuts){.evaluate = surface_contact_evaluate},
-    .figures = &(const flesh_effect_figures){.report_names = report_names, .report = surface_contact_report,
-                                             .memory = surface_contact_memory},
-    .proximity = &flesh_surface_contact_proximity,
-};
+#define TABLE(names, near)                                                                                              \
+  {                                                                                                                     \
+      .name = "contact",                                                                                                \
+      .role = FLESH_ROLE_CONTACT,                                                                                       \
+      .traits = FLESH_IS_PASSIVE,                                                                                       \
+      .residual = surface_contact_residual,                                                                             \
+      .jacobian = surface_contact_jacobian,                                                                             \
+      .potential = surface_contact_potential,                                                                           \
+      .energy = surface_contact_energy,                                                                                 \
+      .destroy = surface_contact_destroy,                                                                               \
+      .barrier = &(const flesh_effect_barrier){.check = flesh_surface_contact_check},                                   \
+      .shortcuts = &(const flesh_effect_shortcuts){.evaluate = surface_contact_evaluate},                               \
+      .figures = &(const flesh_effect_figures){.report_names = (names), .report = surface_contact_report,               \
+                                               .memory = surface_contact_memory},                                       \
+      .proximity = &(near),                                                                                             \
+  }
+const flesh_effect_operations flesh_surface_contact_operations = TABLE(report_names, flesh_surface_contact_proximity),
+                              flesh_separating_contact_operations =
+                                  TABLE(separating_names, flesh_separating_contact_proximity);
+#undef TABLE

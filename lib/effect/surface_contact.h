@@ -4,9 +4,11 @@
 
 #include "flesh/contact.h"
 #include "geometry/contact_friction.h"
+#include "geometry/contact_patches.h"
 #include "geometry/contact_secant.h"
 #include "geometry/contact_set.h"
 #include "geometry/near_drift.h"
+#include "geometry/near_left_out.h"
 #include "geometry/near_pairs.h"
 
 typedef struct flesh_surface_contact {
@@ -18,6 +20,7 @@ typedef struct flesh_surface_contact {
   double friction, slip_speed; /* m/s */
   double slack;                /* m, how much farther than forces reach is searched */
   uint8_t *may_meet;           /* [bodies][bodies] 1: they may touch */
+  int separates;               /* what goes through each other at the start does not touch until it is apart */
 } flesh_surface_contact;
 
 /* Of a run, or of one call: the nodes, edges and faces that may touch, found for one place and kept for those around
@@ -47,13 +50,33 @@ typedef struct flesh_surface_near {
   int *cell_nodes, cell_room; /* of cells */
   double *hessians;
   size_t hessian_room;
+  flesh_contact_patches patches; /* that ignore each other; none but of an effect that separates */
+  int begun;                     /* pairs of patches where the run began */
+  double t_apart;                /* s, since when nothing is ignored any more; NaN: something is, or nothing ever was */
+  int patches_known;
+  double *x_patches; /* [3*nodes] the last accepted place, at which they are known */
 } flesh_surface_near;
 
-extern const flesh_effect_operations flesh_surface_contact_operations;
-extern const flesh_effect_proximity flesh_surface_contact_proximity;
+extern const flesh_effect_operations flesh_surface_contact_operations, flesh_separating_contact_operations;
+extern const flesh_effect_proximity flesh_surface_contact_proximity, flesh_separating_contact_proximity;
+
+/* Whether the effect is of this kind. */
+static inline int flesh_is_surface_contact(const flesh_effect *effect)
+{
+  return effect->operations == &flesh_surface_contact_operations ||
+         effect->operations == &flesh_separating_contact_operations;
+}
 
 /* Whether the effect keeps these parts (a body's, by number) out of each other; 0 for every other effect. */
 int flesh_surface_contact_may_meet(const flesh_effect *effect, int a, int b);
+
+/* The pairs of patches (new) that a run which begins at x [3*n] would ignore; none for effects that separate nothing.
+ * FLESH_UNDEFINED, FLESH_ERR_MEMORY. */
+int flesh_surface_contact_ignored(const flesh_effect *effect, const double *x, int *count, flesh_patch_pair **pairs);
+
+/* What the effect leaves out of contact although it could touch, as it is nearer than the thickness at rest; of an effect
+ * of another kind nothing. FLESH_ERR_MEMORY. */
+int flesh_surface_contact_left_out(const flesh_effect *effect, flesh_left_out *found);
 
 int flesh_surface_contact_check(const flesh_effect *effect, double t, const double *x);
 
@@ -77,6 +100,14 @@ double flesh_surface_near_on_way(flesh_surface_near *near, const double *x_from,
 int flesh_surface_near_rub(flesh_surface_near *near, const flesh_point *point);
 /* Hessians of near->set, that at x, become those of secants to the gaps at which the solve is expected to end. */
 void flesh_surface_near_expect(flesh_surface_near *near, const flesh_point *point);
+/* The run is at x [3*n] at time t, of an effect that separates. Where a step has led there, what is apart touches from now
+ * on; else (`accepted` 0), if it was not there before, it begins there. *changed: whether the energy at x is another than
+ * before. FLESH_UNDEFINED where a place is not finite; FLESH_ERR_MEMORY. */
+int flesh_surface_near_follow(flesh_surface_near *near, int accepted, double t, const double *x, int *changed);
+/* What that has led to. FLESH_ERR_MEMORY. */
+int flesh_surface_near_archive(flesh_surface_near *near, flesh_archive *archive);
+/* Whether the surface is at these places [3*nodes]. */
+int flesh_surface_near_is_at(const flesh_surface_near *near, const double *x, const double *places);
 /* Room for Hessians of 12 x 12. FLESH_ERR_MEMORY. */
 int flesh_surface_near_reserve(flesh_surface_near *near, int hessians);
 

@@ -58,6 +58,7 @@ static int make(const flesh_body *body, const flesh_contact_options *options, in
   self->law = (flesh_contact_law){own.stiffness, own.thickness, FLESH_CONTACT_EDGE_THICKNESS * own.thickness};
   self->friction = own.friction;
   self->slip_speed = own.slip_speed;
+  self->separates = own.separates;
   self->slack = fmax(SLACK * self->surface.mean_edge, own.thickness);
   return take_pairs(self, part_count, count, pairs);
 }
@@ -76,14 +77,14 @@ static int complain(const contact *self, const flesh_surface_intersections *foun
   return flesh_fail(FLESH_ERR_ARGUMENT,
                     "surfaces that are to touch go through each other: the edge of the nodes %d and %d of %s meets the "
                     "triangle of the nodes %d, %d and %d of %s at (%g, %g, %g) m, and there are %d such places in all; "
-                    "bodies with contact between them must start apart",
+                    "bodies with contact between them must start apart, or be let apart (intersecting: separate)",
                     edge[0], edge[1], name_of(self, first->edge_body), face[0], face[1], face[2],
                     name_of(self, first->face_body), first->place[0], first->place[1], first->place[2], found->count);
 }
 
 int flesh_surface_contact_may_meet(const flesh_effect *effect, int a, int b)
 {
-  if (effect->operations != &flesh_surface_contact_operations) return 0;
+  if (!flesh_is_surface_contact(effect)) return 0;
   const contact *self = effect->data;
   const int parts = self->part_count > 0 ? self->part_count : 1;
   return self->may_meet[a * parts + b];
@@ -94,11 +95,25 @@ int flesh_surface_contact_check(const flesh_effect *effect, double t, const doub
   flesh_surface_near *near;
   flesh_surface_intersections found = {0};
   (void)t;
+  if (effect->operations == &flesh_separating_contact_operations) return FLESH_OK;
   int status = flesh_surface_near_create(effect->data, NULL, &near);
   if (status) return status;
   status = flesh_surface_intersections_find(near->finder, x, NULL, &found);
   if (!status && found.count) status = complain(effect->data, &found);
   flesh_surface_intersections_clear(&found);
+  flesh_surface_near_destroy(near);
+  return status;
+}
+
+int flesh_surface_contact_left_out(const flesh_effect *effect, flesh_left_out *found)
+{
+  const contact *self = effect->data;
+  flesh_surface_near *near;
+  *found = (flesh_left_out){.node = -1, .face = -1};
+  if (!flesh_is_surface_contact(effect)) return FLESH_OK;
+  int status = flesh_surface_near_create(self, NULL, &near);
+  if (status) return status;
+  status = flesh_near_finder_left_out(near->finder, flesh_mesh_positions(self->mesh), self->law.thickness, found);
   flesh_surface_near_destroy(near);
   return status;
 }
@@ -112,7 +127,9 @@ int flesh_effect_surface_contact(const flesh_body *body, const flesh_contact_opt
   contact *self = calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a contact effect");
   int status = make(body, options, pair_count, pairs, self);
-  if (!status) return flesh_effect_create(&flesh_surface_contact_operations, self, effect);
+  if (!status)
+    return flesh_effect_create(self->separates ? &flesh_separating_contact_operations : &flesh_surface_contact_operations,
+                               self, effect);
   flesh_surface_contact_operations.destroy(self);
   return status;
 }

@@ -22,7 +22,8 @@ int flesh_surface_near_create(const flesh_surface_contact *contact, flesh_thread
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for what is near %d nodes", contact->surface.node_count);
   self->contact = contact;
   self->threads = threads;
-  self->x_set = calloc(5 * places + 3 * (size_t)contact->surface.mesh_nodes + 1, sizeof *self->x_set);
+  self->t_apart = NAN;
+  self->x_set = calloc(6 * places + 3 * (size_t)contact->surface.mesh_nodes + 1, sizeof *self->x_set);
   int status = self->x_set ? FLESH_OK
                            : flesh_fail(FLESH_ERR_MEMORY, "no memory for what is near %d nodes",
                                         contact->surface.node_count);
@@ -31,13 +32,15 @@ int flesh_surface_near_create(const flesh_surface_contact *contact, flesh_thread
     self->x_secant = self->x_rubs + places;
     self->x_shown = self->x_secant + places;
     self->x_from = self->x_shown + places;
-    self->moved = self->x_from + places;
+    self->x_patches = self->x_from + places;
+    self->moved = self->x_patches + places;
     status = flesh_contact_secant_create(&contact->surface, &self->secant);
   }
   if (!status) status = flesh_contact_set_create(&contact->surface, X, &contact->law, &self->set);
   if (!status)
     status = flesh_near_finder_create(&contact->surface, X, contact->may_meet, contact->law.thickness, threads,
                                       &self->finder);
+  if (!status && contact->separates) status = flesh_contact_patches_create(&contact->surface, &self->patches);
   if (!status) return FLESH_OK;
   flesh_surface_near_destroy(self);
   *result = NULL;
@@ -55,6 +58,7 @@ void flesh_surface_near_destroy(void *data)
   flesh_contact_set_clear(&self->set);
   flesh_contact_friction_clear(&self->rubs);
   flesh_contact_secant_clear(&self->secant);
+  flesh_contact_patches_clear(&self->patches);
   free(self->x_set); /* and the other places with it */
   free(self->cell_nodes);
   free(self->hessians);
@@ -65,7 +69,10 @@ int flesh_surface_near_of(const flesh_effect *effect, const flesh_point *point, 
 {
   *own = !point->near;
   *result = point->near;
-  return *own ? flesh_surface_near_create(effect->data, point->threads, result) : FLESH_OK;
+  int changed, status = *own ? flesh_surface_near_create(effect->data, point->threads, result) : FLESH_OK;
+  if (!status && *own && (*result)->contact->separates)
+    status = flesh_surface_near_follow(*result, 0, point->t_lag, point->x_lag, &changed);
+  return status;
 }
 
 void flesh_surface_near_gather(const near *self, const double *x, double *places)
@@ -75,8 +82,7 @@ void flesh_surface_near_gather(const near *self, const double *x, double *places
     memcpy(places + 3 * (size_t)k, x + 3 * (size_t)surface->nodes[k], 3 * sizeof *x);
 }
 
-/* Whether the surface is at these places. */
-static int is_at(const near *self, const double *x, const double *places)
+int flesh_surface_near_is_at(const near *self, const double *x, const double *places)
 {
   const flesh_contact_surface *surface = &self->contact->surface;
   for (int k = 0; k < surface->node_count; k++)
@@ -104,7 +110,7 @@ static flesh_contact_candidates candidates_of(const near *self)
 
 int flesh_surface_near_meet(near *self, const double *x)
 {
-  if (self->set_known && is_at(self, x, self->x_set)) return FLESH_OK;
+  if (self->set_known && flesh_surface_near_is_at(self, x, self->x_set)) return FLESH_OK;
   self->set_known = 0;
   int status = flesh_surface_near_serves(self, x, self->contact->law.thickness) ? FLESH_OK : search_around(self, x);
   const flesh_contact_candidates candidates = candidates_of(self);
@@ -118,7 +124,7 @@ int flesh_surface_near_meet(near *self, const double *x)
 int flesh_surface_near_rub(near *self, const flesh_point *point)
 {
   if (!(self->contact->friction > 0)) return FLESH_OK;
-  if (self->rubs_known && is_at(self, point->x_lag, self->x_rubs)) return FLESH_OK;
+  if (self->rubs_known && flesh_surface_near_is_at(self, point->x_lag, self->x_rubs)) return FLESH_OK;
   self->rubs_known = 0;
   int status = flesh_surface_near_meet(self, point->x_lag);
   if (status) return status;
@@ -133,7 +139,7 @@ int flesh_surface_near_rub(near *self, const flesh_point *point)
 
 void flesh_surface_near_expect(near *self, const flesh_point *point)
 {
-  if (!self->secant_known || !is_at(self, point->x_lag, self->x_secant)) {
+  if (!self->secant_known || !flesh_surface_near_is_at(self, point->x_lag, self->x_secant)) {
     flesh_contact_secant_forget(&self->secant);
     flesh_surface_near_gather(self, point->x_lag, self->x_secant);
     self->secant_known = 1;
@@ -265,7 +271,12 @@ static double max_feasible_step(const flesh_effect *effect, void *memory, const 
 {
   near *self = memory;
   double fraction = 0; /* without memory nothing is known */
+  int changed;
   if (!self && flesh_surface_near_create(effect->data, NULL, &self)) return 0;
+  if (!memory && self->contact->separates && flesh_surface_near_follow(self, 0, 0, x_from, &changed)) {
+    flesh_surface_near_destroy(self);
+    return 0;
+  }
   const flesh_near_pairs *pairs = pairs_of_step(self, x_from, x_to);
   const double *to = flesh_surface_near_without_mean(self, NULL, x_from, x_to);
   if (pairs) fraction = flesh_near_pairs_feasible_step(self->finder, pairs, x_from, to, KEPT, self->threads);
@@ -276,20 +287,27 @@ static double max_feasible_step(const flesh_effect *effect, void *memory, const 
 static size_t memory_of(const void *memory)
 {
   const near *self = memory;
-  return sizeof *self + 3 * sizeof(double) * (5 * (size_t)self->contact->surface.node_count +
+  return sizeof *self + 3 * sizeof(double) * (6 * (size_t)self->contact->surface.node_count +
                                               (size_t)self->contact->surface.mesh_nodes) +
-         flesh_near_finder_memory(self->finder) + flesh_near_drift_memory(&self->drift) + flesh_near_pairs_memory(self->finder, &self->around) +
+         flesh_near_finder_memory(self->finder) + flesh_near_drift_memory(&self->drift) +
+         flesh_near_pairs_memory(self->finder, &self->around) +
          flesh_near_pairs_memory(self->finder, &self->on_way) + flesh_contact_set_memory(&self->set) +
+         flesh_contact_patches_memory(&self->patches) +
          ((size_t)self->contact->surface.node_count + 1) * sizeof *self->secant.nodes +
          (size_t)self->rubs.capacity * sizeof *self->rubs.rubs + 4 * (size_t)self->cell_room * sizeof(int) +
          self->hessian_room * sizeof(double);
 }
 
-const flesh_effect_proximity flesh_surface_contact_proximity = {
-    .create = create,
-    .destroy = flesh_surface_near_destroy,
-    .covers = covers,
-    .coupled = coupled,
-    .max_feasible_step = max_feasible_step,
-    .memory = memory_of,
-};
+static int follow(void *memory, int accepted, double t, const double *x, int *changed)
+{
+  return flesh_surface_near_follow(memory, accepted, t, x, changed);
+}
+
+static int archive_of(void *memory, flesh_archive *archive) { return flesh_surface_near_archive(memory, archive); }
+
+#define SHARED                                                                                                          \
+  .create = create, .destroy = flesh_surface_near_destroy, .covers = covers, .coupled = coupled,                        \
+  .max_feasible_step = max_feasible_step, .memory = memory_of
+const flesh_effect_proximity flesh_surface_contact_proximity = {SHARED},
+                             flesh_separating_contact_proximity = {SHARED, .follow = follow, .archive = archive_of};
+#undef SHARED

@@ -164,6 +164,19 @@ static int keep_bodies(const int *body, flesh_contact_surface *s)
   return FLESH_OK;
 }
 
+/* What is connected by triangles. */
+static int find_pieces(flesh_contact_surface *s)
+{
+  int *set = flesh_malloc(((size_t)s->mesh_nodes + 1) * sizeof *set);
+  s->node_piece = flesh_malloc(((size_t)s->node_count + 1) * sizeof *s->node_piece);
+  if (set && s->node_piece) {
+    join_cells(3, s->face_count, s->faces, set);
+    for (int k = 0; k < s->node_count; k++) s->node_piece[k] = least_of(set, s->nodes[k]);
+  }
+  flesh_free(set);
+  return s->node_piece && set ? FLESH_OK : no_memory(s->face_count);
+}
+
 /* All but the bodies. */
 static int make(int nodes, const double *X, int count, const int *triangles, flesh_contact_surface *s)
 {
@@ -181,7 +194,7 @@ static int make(int nodes, const double *X, int count, const int *triangles, fle
   int status = list_nodes(s);
   if (!status) status = list_edges(s);
   if (!status) measure(X, s);
-  return status;
+  return status ? status : find_pieces(s);
 }
 
 int flesh_contact_surface_of_triangles(int nodes, const double *X, int count, const int *triangles, const int *body,
@@ -214,30 +227,37 @@ static void bodies_of_tets(const flesh_mesh *mesh, const int *tet_body, int *bod
   }
 }
 
+/* piece [nodes]: the number of what tets connect. */
+static void pieces_of_tets(const flesh_mesh *mesh, int *piece)
+{
+  const int nodes = flesh_mesh_node_count(mesh), tets = flesh_mesh_tet_count(mesh);
+  for (int i = 0; i < nodes; i++) piece[i] = -1;
+  join_cells(4, tets, flesh_mesh_tets(mesh), piece);
+  for (int t = 0; t < tets; t++) { /* the nodes on edges, after the corners are in */
+    int n[10];
+    const int size = flesh_mesh_tet_nodes(mesh, t, n);
+    for (int a = 4; a < size; a++) {
+      if (piece[n[a]] < 0) piece[n[a]] = n[a];
+      join(piece, n[0], n[a]);
+    }
+  }
+  number_sets(nodes, piece);
+}
+
 int flesh_contact_surface_of_mesh(const flesh_mesh *mesh, const int *tet_body, flesh_contact_surface *surface)
 {
   int count;
-  const int nodes = flesh_mesh_node_count(mesh), tets = flesh_mesh_tet_count(mesh);
+  const size_t nodes = (size_t)flesh_mesh_node_count(mesh);
   const int *triangles = flesh_mesh_surface(mesh, &count);
-  int *body = flesh_malloc(((size_t)nodes + 1) * sizeof *body);
+  int *body = flesh_malloc((2 * nodes + 1) * sizeof *body), *piece = body + nodes;
   *surface = (flesh_contact_surface){0};
   if (!body) return no_memory(count);
-  for (int i = 0; i < nodes; i++) body[i] = tet_body ? INT_MAX : -1;
+  pieces_of_tets(mesh, piece);
+  for (size_t i = 0; i < nodes; i++) body[i] = tet_body ? INT_MAX : piece[i];
   if (tet_body) bodies_of_tets(mesh, tet_body, body);
-  else {
-    join_cells(4, tets, flesh_mesh_tets(mesh), body);
-    for (int t = 0; t < tets; t++) { /* the nodes on edges, after the corners are in */
-      int n[10];
-      const int size = flesh_mesh_tet_nodes(mesh, t, n);
-      for (int a = 4; a < size; a++) {
-        if (body[n[a]] < 0) body[n[a]] = n[a];
-        join(body, n[0], n[a]);
-      }
-    }
-    number_sets(nodes, body);
-  }
   const int status =
-      flesh_contact_surface_of_triangles(nodes, flesh_mesh_positions(mesh), count, triangles, body, surface);
+      flesh_contact_surface_of_triangles((int)nodes, flesh_mesh_positions(mesh), count, triangles, body, surface);
+  for (int k = 0; k < surface->node_count && !status; k++) surface->node_piece[k] = piece[surface->nodes[k]];
   flesh_free(body);
   return status;
 }
@@ -245,14 +265,14 @@ int flesh_contact_surface_of_mesh(const flesh_mesh *mesh, const int *tet_body, f
 void flesh_contact_surface_clear(flesh_contact_surface *s)
 {
   void *const owned[] = {s->nodes, s->node_place, s->faces, s->face_edges, s->edges, s->edge_faces, s->edge_uses,
-                         s->node_edge_uses, s->node_faces, s->node_edges, s->node_area, s->edge_area, s->node_body};
+                         s->node_edge_uses, s->node_faces, s->node_edges, s->node_area, s->edge_area, s->node_body, s->node_piece};
   for (size_t k = 0; k < sizeof owned / sizeof *owned; k++) flesh_free(owned[k]);
   *s = (flesh_contact_surface){0};
 }
 
 size_t flesh_contact_surface_memory(const flesh_contact_surface *s)
 {
-  const size_t ints = (size_t)s->mesh_nodes + 5 * (size_t)s->node_count + 6 * (size_t)s->face_count +
+  const size_t ints = (size_t)s->mesh_nodes + 6 * (size_t)s->node_count + 6 * (size_t)s->face_count +
                       5 * (size_t)s->edge_count, doubles = (size_t)s->node_count + (size_t)s->edge_count;
   return sizeof *s + ints * sizeof(int) + doubles * sizeof(double);
 }

@@ -22,6 +22,7 @@ typedef struct flesh_contact_surface {
   int *node_edges;                  /* [node_count] edges of the node */
   double *node_area, *edge_area; /* [node_count], [edge_count] m^2: a third of the rest area of each of its faces */
   int *node_body;                /* [node_count] number of the node's body */
+  int *node_piece;               /* [node_count] one for all nodes that tets (without: triangles) connect */
   int body_count;                /* highest number of a body, plus 1 */
   double area, mean_edge;        /* m^2 and m, at rest */
 } flesh_contact_surface;

@@ -175,3 +175,12 @@ int flesh_near_finder_excludes(const flesh_near_finder *self, int kind, int firs
   }
   return low < rows->start[first + 1] && rows->second[low] == second;
 }
+
+int flesh_near_finder_ignores(const flesh_near_finder *self, int kind, int first, int second)
+{
+  const flesh_contact_patches *patches = self->patches;
+  if (!patches) return 0;
+  const int a = kind ? patches->edge_patch[first] : patches->node_patch[first],
+            b = kind ? patches->edge_patch[second] : patches->face_patch[second];
+  return a >= 0 && b >= 0 && flesh_contact_patches_find(patches, a, b) >= 0;
+}

@@ -7,6 +7,7 @@
 
 #include "geometry/box_tree.h"
 #include "geometry/contact_surface.h"
+#include "geometry/near_patches.h"
 
 enum { FLESH_NEAR_PARTS = 64 };
 
@@ -36,6 +37,7 @@ typedef struct flesh_near_finder {
   flesh_near_box *face_boxes, *edge_boxes; /* [face_count], [edge_count] of the last fit */
   double fit_inflation;
   flesh_near_rows excluded[2]; /* faces of points, edges of edges */
+  const flesh_contact_patches *patches; /* that ignore each other, borrowed; NULL: none do */
   int *row;                    /* [max(node_count, edge_count) + 1] for sorting */
   flesh_near_part parts[FLESH_NEAR_PARTS];
   int regrouped; /* times */
@@ -60,6 +62,9 @@ void flesh_near_finder_gather(flesh_near_finder *finder, int kind, int firsts, i
 
 /* Whether a pair of a kind is left out for its distance at rest. */
 int flesh_near_finder_excludes(const flesh_near_finder *finder, int kind, int first, int second);
+
+/* Whether a pair of a kind is of patches that ignore each other. */
+int flesh_near_finder_ignores(const flesh_near_finder *finder, int kind, int first, int second);
 
 static inline int flesh_near_may_meet(const flesh_near_finder *finder, int a, int b)
 {

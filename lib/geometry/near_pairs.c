@@ -52,8 +52,14 @@ typedef struct search {
   const flesh_near_finder *finder;
   const double *x0, *x1;
   double distance;
-  int within_bodies; /* only pairs of one body */
+  int within_pieces; /* only pairs of one connected piece of a body */
 } search;
+
+/* Whether the nodes are of one piece. */
+static int are_connected(const flesh_contact_surface *s, int node, int other)
+{
+  return s->node_piece[s->node_place[node]] == s->node_piece[s->node_place[other]];
+}
 
 /* Whether the box around a node's way, and half of the distance, does not meet a face's box. */
 static int point_is_outside(const search *s, int node, const flesh_near_box *box)
@@ -74,9 +80,10 @@ static void try_point(const search *s, flesh_near_part *part, int node, int f)
   const int *corner = surface->faces + 3 * (size_t)f, place = surface->node_place[node];
   const int body = surface->node_body[place], other = self->face_body[f];
   if (node == corner[0] || node == corner[1] || node == corner[2] || !flesh_near_may_meet(self, body, other)) return;
-  if (s->within_bodies && body != other) return;
+  if (s->within_pieces && (body != other || !are_connected(surface, node, corner[0]))) return;
   if (point_is_outside(s, node, &self->face_boxes[f])) return;
   if (body == other && flesh_near_finder_excludes(self, POINT_FACE, place, f)) return;
+  if (self->patches && flesh_near_finder_ignores(self, POINT_FACE, place, f)) return;
   const int nodes[4] = {node, corner[0], corner[1], corner[2]};
   if (!flesh_hulls_stay_apart(1, 3, nodes, s->x0, s->x1, s->distance)) flesh_near_part_add(part, POINT_FACE, place, f);
 }
@@ -88,9 +95,10 @@ static void try_edges(const search *s, flesh_near_part *part, int first, int sec
   const int *p = self->surface->edges + 2 * (size_t)a, *q = self->surface->edges + 2 * (size_t)b;
   const int body = self->edge_body[a], other = self->edge_body[b];
   if (p[0] == q[0] || p[0] == q[1] || p[1] == q[0] || p[1] == q[1] || !flesh_near_may_meet(self, body, other)) return;
-  if (s->within_bodies && body != other) return;
+  if (s->within_pieces && (body != other || !are_connected(self->surface, p[0], q[0]))) return;
   if (!flesh_near_boxes_meet(&self->edge_boxes[a], &self->edge_boxes[b])) return;
   if (body == other && flesh_near_finder_excludes(self, EDGE_EDGE, a, b)) return;
+  if (self->patches && flesh_near_finder_ignores(self, EDGE_EDGE, a, b)) return;
   const int nodes[4] = {p[0], p[1], q[0], q[1]};
   if (!flesh_hulls_stay_apart(2, 2, nodes, s->x0, s->x1, s->distance)) flesh_near_part_add(part, EDGE_EDGE, a, b);
 }

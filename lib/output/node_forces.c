@@ -13,6 +13,7 @@
 #include "element/element.h"
 #include "mesh/mesh.h"
 #include "system/internal.h"
+#include "system/proximity.h"
 
 /* The diagonal of the consistent mass. */
 static void find_diagonal(const flesh_body *body, double *diagonal)
@@ -80,7 +81,7 @@ static flesh_point point_of(const flesh_node_forces *f, const flesh_state *state
   const double *v = f->is_static ? f->zeros : state->v;
   return (flesh_point){.t = state->t, .load = 1, .x = state->x, .v = v, .a = a, .x_lag = state->x, .v_lag = v,
                        .t_lag = state->t, .x_frozen = state->x, .v_frozen = v, .multipliers = state->multipliers,
-                       .internal = state->internal};
+                       .internal = state->internal, .proximity = f->proximity};
 }
 
 /* y = the sum of the residuals of a role's effects; their first status that is not FLESH_OK. */
@@ -91,6 +92,7 @@ static int sum_role(const flesh_node_forces *f, flesh_role role, const flesh_poi
   for (int e = 0; e < flesh_system_effect_count(f->system) && !status; e++) {
     const flesh_effect *effect = flesh_system_effect(f->system, e);
     flesh_point own = *point;
+    own.near = flesh_proximity_of(f->proximity, e);
     own.internal = flesh_internal_of(f->system, e, point->internal);
     if (effect->operations->role == role) status = effect->operations->residual(effect, &own, y);
   }
@@ -171,6 +173,7 @@ const double *flesh_node_forces_of_contact(flesh_node_forces *f, const flesh_sta
   const int n = flesh_system_unknowns(f->system);
   flesh_point point = point_of(f, state, f->zeros);
   point.internal = flesh_internal_of(f->system, effect, state->internal);
+  point.near = flesh_proximity_of(f->proximity, effect);
   const flesh_effect *contact = flesh_system_effect(f->system, effect);
   for (int d = 0; d < n; d++) f->one_contact[d] = 0;
   const int status = contact->operations->residual(contact, &point, f->one_contact);

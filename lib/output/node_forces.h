@@ -10,6 +10,7 @@ typedef struct flesh_node_forces {
   double *reaction; /* [3*n] N on the body, 0 on free dofs; NULL: not wanted */
   double *contact;  /* [3*n] N on the body; NULL: not wanted */
   int *holder;      /* [3*n] with reaction: whose it is (flesh_system_holders) */
+  const struct flesh_proximity *proximity; /* of the step's record, to be set before they are found; NULL: none */
   /* The rest is node_forces.c's own. */
   const flesh_body *body;
   const flesh_system *system;

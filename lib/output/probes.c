@@ -285,6 +285,7 @@ int flesh_probes_observe(void *data, const flesh_step_record *record)
 {
   FLESH_NEED({data, "probes"}, {record, "record"});
   flesh_probes *probes = data;
+  probes->forces.proximity = record->proximity;
   if (probes->forces.system) flesh_node_forces_find(&probes->forces, record->state);
   flesh_number_print(probes->rows.stream, record->state->t);
   for (int k = 0; k < probes->count; k++) put_row(probes, &probes->places[k], record->state);

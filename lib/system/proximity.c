@@ -48,6 +48,30 @@ size_t flesh_proximity_memory(const flesh_proximity *self)
   return bytes;
 }
 
+int flesh_proximity_follow(const flesh_proximity *self, int accepted, double t, const double *x, int *changed)
+{
+  int status = FLESH_OK, one = 0;
+  *changed = 0;
+  for (int k = 0; self->near && k < self->effects && !status; k++) {
+    const flesh_effect_proximity *can = self->system->entries[k].effect->operations->proximity;
+    if (!self->near[k] || !can->follow) continue;
+    status = can->follow(self->near[k], accepted, t, x, &one);
+    *changed |= one;
+  }
+  return status;
+}
+
+/* What effects remember. */
+static int archive_effects(const flesh_proximity *self, flesh_archive *archive)
+{
+  int status = FLESH_OK;
+  for (int k = 0; k < self->effects && !status && !archive->wrong; k++) {
+    const flesh_effect_proximity *can = self->system->entries[k].effect->operations->proximity;
+    if (self->near[k] && can->archive) status = can->archive(self->near[k], archive);
+  }
+  return status;
+}
+
 /* Whether the matrix has what every effect couples at the point. */
 static int covers(const flesh_proximity *self, flesh_point *point, const flesh_block_matrix *K)
 {
@@ -137,6 +161,8 @@ int flesh_proximity_archive(flesh_proximity *self, flesh_block_matrix *K, int *g
 {
   *grown = 0;
   if (!self->near) return FLESH_OK;
+  int status = archive_effects(self, archive);
+  if (status) return status;
   int count = archive->mode == FLESH_ARCHIVE_LOAD ? 0 : list_grown(self, K, NULL);
   flesh_archive_int(archive, &count, 0, INT_MAX / 18);
   const int loads = archive->mode == FLESH_ARCHIVE_LOAD;
@@ -145,7 +171,6 @@ int flesh_proximity_archive(flesh_proximity *self, flesh_block_matrix *K, int *g
   if (!blocks) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d blocks of a matrix", count);
   if (!loads) list_grown(self, K, blocks);
   if (count) flesh_archive_bytes(archive, blocks, 2 * (size_t)count * sizeof *blocks);
-  int status = FLESH_OK;
   if (loads && !archive->wrong) {
     status = grow_by(self, count, blocks, K, archive);
     *grown = !status && !archive->wrong;

@@ -30,7 +30,10 @@ int flesh_system_has_proximity(const flesh_system *system);
  * and its values are lost, where it has not: *grown is 1 then. FLESH_ERR_MEMORY, FLESH_ERR_ARGUMENT: K is as before. */
 int flesh_proximity_cover(flesh_proximity *proximity, const flesh_point *point, flesh_block_matrix *K, int *grown);
 
-/* The pattern of K, of which values are not part; K has got another one where *grown is 1. Nothing where there is no
+/* Tells the effects that the run is at x [3*n] at time t: see flesh_effect_proximity.follow, also for the errors. */
+int flesh_proximity_follow(const flesh_proximity *proximity, int accepted, double t, const double *x, int *changed);
+
+/* What effects remember of where the run has been, and the pattern of K, of which values are not part; K has got another one where *grown is 1. Nothing where there is no
  * memory. FLESH_ERR_MEMORY. */
 int flesh_proximity_archive(flesh_proximity *proximity, flesh_block_matrix *K, int *grown, flesh_archive *archive);
 

@@ -154,10 +154,24 @@ static int settle(flesh_integrator *self, flesh_state *state, double h, flesh_so
   return status;
 }
 
+/* Equilibrium with what touches there: where bodies are let apart, and it changes, another. */
+static int come_apart(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
+{
+  enum { REPETITIONS = 100 };
+  int changed = 1, status = settle(self, state, h, stats);
+  for (int k = 0; !status && changed && k < REPETITIONS; k++) {
+    status = flesh_integrator_arrive(self, state, &changed);
+    if (status || !changed) break;
+    flesh_nonlinear_internal_changed(self->nonlinear);
+    status = settle(self, state, 0, stats);
+  }
+  return status;
+}
+
 int flesh_integrator_find_equilibrium(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
   flesh_untangler *untangler = self->recovery.untangler;
-  int status = settle(self, state, h, stats);
+  int status = come_apart(self, state, h, stats);
   if (status || !untangler) return status;
   status = flesh_untangler_after_equilibrium(untangler, state);
   if (status == 1) status = flesh_integrator_relax(self, state, stats);

@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/huge_pages.h"
+#include "effect/surface_contact.h"
 #include "system/ranks.h"
 
 static const double max_energy_gain = 0.5;
@@ -198,6 +199,40 @@ int flesh_integrator_set_max_energy_gain(flesh_integrator *integrator, double ga
   return FLESH_OK;
 }
 
+flesh_separation flesh_integrator_separation(const flesh_integrator *integrator)
+{
+  const flesh_system *system = integrator->system;
+  flesh_separation separation = {.t_apart = NAN};
+  for (int e = 0; e < flesh_system_effect_count(system); e++) {
+    if (flesh_system_effect(system, e)->operations != &flesh_separating_contact_operations) continue;
+    const flesh_surface_near *near = flesh_proximity_of(flesh_nonlinear_proximity(integrator->nonlinear), e);
+    separation.begun += near->begun;
+    separation.ignored += near->patches.pair_count;
+    separation.t_apart = fmax(separation.t_apart, near->t_apart);
+  }
+  return separation;
+}
+
+/* Of flesh_proximity_follow: none is to be tried again. */
+static int end_of_following(int status, const flesh_state *state)
+{
+  return status <= 0 ? status : flesh_fail(FLESH_ERR_NONFINITE, "the state at t = %g s is not finite", state->t);
+}
+
+int flesh_integrator_begin(flesh_integrator *self, const flesh_state *state)
+{
+  int changed;
+  return end_of_following(
+      flesh_proximity_follow(flesh_nonlinear_proximity(self->nonlinear), 0, state->t, state->x, &changed), state);
+}
+
+int flesh_integrator_arrive(flesh_integrator *self, const flesh_state *state, int *changed)
+{
+  const int status = flesh_proximity_follow(flesh_nonlinear_proximity(self->nonlinear), 1, state->t, state->x, changed);
+  if (!status && *changed) flesh_energy_watch_jump(&self->watch, state->t, state);
+  return end_of_following(status, state);
+}
+
 const double *flesh_integrator_energies(const flesh_integrator *integrator, const flesh_state *state)
 {
   const flesh_energy_watch *watch = &integrator->watch;
@@ -280,6 +315,7 @@ int flesh_integrator_step(flesh_integrator *self, flesh_state *state, double h, 
     return flesh_fail(FLESH_ERR_ARGUMENT, "the step is %g s; it must be positive and finite", h);
   int status = flesh_multipliers_view(&self->multipliers, state, &view);
   if (!status) status = flesh_internals_view(&self->internals, &view);
+  if (!status) status = flesh_integrator_begin(self, state);
   if (status) return status;
   status = take_step(self, &view, h, stats ? stats : &ignored);
   state->t = view.t;

@@ -47,6 +47,13 @@ struct flesh_integrator {
   flesh_internals internals;
 };
 
+/* The run is at this state, from which a step will start. FLESH_ERR_NONFINITE, FLESH_ERR_MEMORY. */
+int flesh_integrator_begin(flesh_integrator *integrator, const flesh_state *state);
+
+/* A step, or a part of one, that was accepted has led to this state. *changed: whether forces there are others from now
+ * on; the energy that goes is booked. FLESH_ERR_NONFINITE, FLESH_ERR_MEMORY. */
+int flesh_integrator_arrive(flesh_integrator *integrator, const flesh_state *state, int *changed);
+
 /* From state->t to state->t + h, in one piece or, for methods of order 2, in pieces between events. A status > 0 with
  * the recovery's failure. */
 int flesh_integrator_step_in_time(flesh_integrator *integrator, flesh_state *state, double h, flesh_solve_stats *stats);

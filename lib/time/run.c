@@ -227,6 +227,7 @@ static int run(const flesh_system *system, flesh_integrator *integrator, const f
   if (options->unfinished) *options->unfinished = (flesh_solve_stats){0};
   flesh_integrator_set_stop(integrator, options->stop, options->stop_data);
   if (!status) status = flesh_system_check(system, state->t, state->x);
+  if (!status) status = flesh_integrator_begin(integrator, state);
   if (!status) status = run_steps(&w, integrator, fresh, begin, state, steps);
   flesh_integrator_set_stop(integrator, NULL, NULL);
   watch_close(&w);

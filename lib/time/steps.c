@@ -187,13 +187,14 @@ static int follow_lag(flesh_integrator *self, flesh_stage *stage, const flesh_st
   return FLESH_OK;
 }
 
-/* Updates the internal variables of a part that has been accepted. Where they change forces, what was known of the motion
- * is not that of the one to come. */
+/* Updates the internal variables of a part that has been accepted, and what touches. Where that changes forces, what was
+ * known of the motion is not that of the one to come. */
 static int update_internals(flesh_integrator *self, flesh_state *state)
 {
-  int changed;
+  int changed, touches_others = 0;
   int status = flesh_internals_update(&self->internals, &self->watch, state, &changed);
-  if (!changed) return status;
+  if (!status) status = flesh_integrator_arrive(self, state, &touches_others);
+  if (!changed && !touches_others) return status;
   flesh_nonlinear_internal_changed(self->nonlinear);
   flesh_extrapolation_forget(&self->extrapolation);
   self->memory.known = 0;

@@ -64,6 +64,45 @@ bodies_that_begin_crossed_are_refused() {
     has stderr.txt 'go through each other: the edge of the nodes' && has stderr.txt 'of flyer' && has stderr.txt 'of bar'
 }
 
+# With the option they go on; where they are apart, and where not, is told.
+bodies_that_begin_crossed_are_let_apart() {
+  crossed='--set bodies[0].translation=[3,-0.9,0.5] --set effects.contact.intersecting=separate --out out/separate'
+  expect 0 "$flesh" run "$scenes/two_bodies.yaml" $crossed --set time.end=1/60 &&
+    has stdout.txt 'contact: bar goes through flyer at (' && has stdout.txt 'do not touch each other until they are apart' &&
+    has stderr.txt 'surfaces that went through each other at the start (1 place) are not apart (1 place)' &&
+    has out/separate/result.json '"intersecting_at_end": 1' && has out/separate/result.json 'are not apart' || return 1
+  expect 0 "$flesh" run "$scenes/two_bodies.yaml" $crossed --set 'bodies[0].velocity=[0,-12,0]' --set time.end=0.3 &&
+    has stdout.txt 'what went through each other at the start (1 place) is apart and touches since t = ' &&
+    has out/separate/result.json '"intersecting_at_end": 0' && ! grep -q 'are not apart' out/separate/result.json
+}
+
+# The ends of a ring that is all but closed.
+gaps_that_never_close_are_told() {
+  python3 - "$scenes/../meshes/bar_16x4x4.mesh" ring.mesh <<'END'
+import math, sys
+lines, out, left = open(sys.argv[1]).read().split('\n'), [], 0
+for k, line in enumerate(lines):
+    if left:
+        x, y, z, *rest = line.split()
+        angle = (2 * math.pi - 0.004) * float(x) / 4
+        r = 1.6 - 0.2 * float(z)
+        line = ' '.join([repr(r * math.cos(angle)), repr(0.2 * float(y)), repr(r * math.sin(angle)), *rest])
+        left -= 1
+    elif k and lines[k - 1].strip() == 'Vertices':
+        left = int(line)
+    out.append(line)
+open(sys.argv[2], 'w').write('\n'.join(out))
+END
+  cat >ring.yaml <<'END'
+body: {mesh: ring.mesh, density: 1000, material: {energy: S, young: 1e5, poisson: 0.3}}
+effects: [inertia, contact: {between: self, thickness: 0.01}]
+time: {method: backward-euler, step: 1/60, end: 1/60}
+END
+  expect 0 "$flesh" run ring.yaml --out out/ring &&
+    has stdout.txt 'contact: 50 nodes are faced across a gap that is smaller than the thickness at rest: they do not touch' &&
+    expect 0 "$flesh" run ring.yaml --set effects.contact.thickness=1e-3 --out out/ring && ! grep -q 'faced' stdout.txt
+}
+
 # What is written runs again, to the same bits.
 a_scene_with_contact_repeats() {
   expect 0 "$flesh" run out/jelly/scene.yaml --out out/again --quiet || return 1
@@ -106,4 +145,5 @@ END
 
 run_tests jelly_on_stairs every_file_that_goes_in_has_its_hash hand_on_a_ball a_scene_that_touches_checks \
   bodies_are_told_to_pass_through_each_other \
-  bodies_that_begin_crossed_are_refused a_scene_with_contact_repeats bad_contacts_are_refused
+  bodies_that_begin_crossed_are_refused bodies_that_begin_crossed_are_let_apart gaps_that_never_close_are_told \
+  a_scene_with_contact_repeats bad_contacts_are_refused

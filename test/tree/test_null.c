@@ -59,7 +59,7 @@
  * flesh_scene_material_count flesh_surface_vertex_count flesh_surface_face_count flesh_system_unknowns
  * flesh_system_effect_count flesh_system_has_role flesh_system_moves flesh_system_has_follower_loads
  * flesh_system_freezes flesh_system_fixed flesh_system_holds flesh_system_multiplier_count
- * flesh_system_internal_count flesh_integrator_saves_all
+ * flesh_system_internal_count flesh_integrator_saves_all flesh_integrator_separation
  * flesh_communicator_rank flesh_communicator_size flesh_rank_part_own flesh_rank_part_neighbours
  * flesh_rank_part_find. */
 

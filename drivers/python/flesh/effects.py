@@ -357,11 +357,14 @@ class SurfaceContact(Effect):
         pairs: [count, 2] numbers of parts that may touch, twice the same for one that touches itself; None: all of them,
             themselves included. A body without parts is part 0.
         stiffness, thickness, friction, slip_speed: as of `Contact`.
+        separates: surfaces that go through each other at the start do not touch until they are apart
+            (`Integrator.separation`); else they are refused.
     """
 
     def __init__(self, body: Body, pairs=None, stiffness: Optional[float] = None, thickness: Optional[float] = None,
-                 friction: Optional[float] = None, slip_speed: Optional[float] = None):
+                 friction: Optional[float] = None, slip_speed: Optional[float] = None, separates: bool = False):
         options = _contact_options(stiffness, thickness, friction, slip_speed)
+        options.separates = int(separates)
         chosen = None if pairs is None else integers(pairs, (None, 2), "pairs")
         count, numbers = (0, ffi.NULL) if chosen is None else (len(chosen), pointer(chosen, "int"))
         self._take(create("flesh_effect", lib.flesh_effect_surface_contact, body._struct, options, count, numbers), body)

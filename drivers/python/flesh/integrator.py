@@ -9,8 +9,8 @@ from ._callbacks import call, call_value, create, owned
 from ._library import ffi, lib, text
 from .effects import EffectCost
 from .errors import ArgumentError
-from .options import (METHOD_NAMES, AdaptiveOptions, EnergyBalance, Failure, MethodOptions, Progress, SolverOptions,
-                      SolveStats)
+from .options import (METHOD_NAMES, AdaptiveOptions, EnergyBalance, Failure, MethodOptions, Progress, Separation,
+                      SolverOptions, SolveStats)
 from .system import State, System
 
 __all__ = ["Integrator", "InternalStep", "equilibrium"]
@@ -134,6 +134,11 @@ class Integrator:
     def energy_balance(self) -> EnergyBalance:
         """Energy, external work, and spurious energy."""
         return EnergyBalance(lib.flesh_integrator_energy_balance(self._pointer))
+
+    @property
+    def separation(self) -> Separation:
+        """How far surfaces that went through each other at the start are apart (SurfaceContact's `separates`)."""
+        return Separation(ffi.new("flesh_separation *", lib.flesh_integrator_separation(self._pointer)))
 
     def set_max_energy_gain(self, gain: float) -> None:
         """The gain (see EnergyBalance) from which on a step ends with EnergyError; inf: never."""

@@ -141,6 +141,14 @@ class Failure(Record):
     volume_gap: float = Field("largest |mean of J - 1| where forces balance and incompressible tets do not; else 0")
 
 
+class Separation(Record):
+    """How far surfaces that went through each other at the start are apart; in pairs of patches of them."""
+    _ctype = "flesh_separation"
+    begun: int = Field("pairs where the run began")
+    ignored: int = Field("pairs now")
+    t_apart: float = Field("end of the step since which all touch, s; NaN: not yet, or nothing went through anything")
+
+
 class EnergyBalance(Record):
     """The balance of a motion's energy with the work that loads and motions have put in."""
     _ctype = "flesh_energy_balance"

@@ -24,9 +24,11 @@ typedef struct parameters {
   char *mesh;
   const flesh_node *between;
   double stiffness, thickness, friction, slip_speed, centre[3];
-  int interpolation;
+  int interpolation, intersecting;
   flesh_objects motion;
 } parameters;
+
+static const char *const intersecting_names[] = {"refuse", "separate", NULL};
 
 #define AT(member)                                                                                 \
   .offset = offsetof(parameters, member) - offsetof(parameters, plane)
@@ -72,6 +74,10 @@ static const flesh_key keys[] = {
     {.name = "between", .type = FLESH_KEY_TREE, AT(between), .default_value = "",
      .doc = "bodies that touch each other, in place of an obstacle: all (each other and themselves), self (each "
             "itself), or a list of pairs of names [[a, b], [a, a]]"},
+    {.name = "intersecting", .type = FLESH_KEY_CHOICE, AT(intersecting), .choices = intersecting_names,
+     .default_value = "refuse",
+     .doc = "surfaces between which there is contact and that go through each other at the start: refuse the scene, or "
+            "separate: they do not touch until they are apart"},
     {.name = "motion", .type = FLESH_KEY_OBJECTS, AT(motion), .default_value = "",
      .children = flesh_keyframe_keys, .child_size = sizeof(flesh_keyframe),
      .doc = "keyframes of the obstacle; before the first and after the last it holds still"},
@@ -186,7 +192,8 @@ static int add(const void *values, const flesh_body *body, flesh_system *system)
 {
   const parameters *p = values;
   const flesh_contact_options options = {.stiffness = p->stiffness, .thickness = p->thickness,
-                                         .friction = p->friction, .slip_speed = p->slip_speed};
+                                         .friction = p->friction, .slip_speed = p->slip_speed,
+                                         .separates = p->intersecting};
   const int plane = !isnan(p->plane.point[0]), sphere = !isnan(p->sphere.radius),
             capsule = !isnan(p->capsule.radius), mesh = p->mesh != NULL;
   flesh_obstacle *obstacle = NULL;
@@ -196,6 +203,8 @@ static int add(const void *values, const flesh_body *body, flesh_system *system)
                       "%d obstacles are given; one of plane, sphere, capsule or mesh is needed, or between",
                       plane + sphere + capsule + mesh + (p->between != NULL));
   if (p->between) return add_between(p, &options, body, system);
+  if (p->intersecting)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "intersecting is of bodies that touch each other; an obstacle pushes nodes out");
   int status = plane     ? flesh_obstacle_plane(p->plane.point, p->plane.normal, &obstacle)
                : sphere  ? flesh_obstacle_sphere(p->sphere.centre, p->sphere.radius, &obstacle)
                : capsule ? flesh_obstacle_capsule(p->capsule.from, p->capsule.to,

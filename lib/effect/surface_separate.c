@@ -1,0 +1,102 @@
+/* surface_separate.c: contact of bodies that go through each other where a run begins: what is ignored until it is apart,
+ * followed from step to step. */
+#include <limits.h>
+#include <math.h>
+#include <stdlib.h>
+
+#include "base/error.h"
+#include "effect/surface_contact.h"
+
+typedef flesh_surface_near near;
+
+/* Patches take in so much of what is near, over the mean edge: in one step they may go so far along a surface before they
+ * meet what touches. */
+static const double room = 1;
+
+/* What has been found no longer serves where other pairs count. */
+static void take_patches(near *self)
+{
+  self->finder->patches = self->patches.pair_count ? &self->patches : NULL;
+  self->around_known = self->set_known = self->rubs_known = self->secant_known = 0;
+}
+
+static int update(near *self, const double *x)
+{
+  const flesh_surface_contact *contact = self->contact;
+  self->finder->patches = NULL;
+  int status = flesh_contact_patches_update(&self->patches, self->finder, x, contact->law.thickness,
+                                            contact->law.thickness + room * contact->surface.mean_edge, self->threads);
+  take_patches(self);
+  return status;
+}
+
+static int begin(near *self, const double *x)
+{
+  self->patches.pair_count = 0;
+  const int status = update(self, x);
+  self->begun = self->patches.pair_count;
+  self->t_apart = NAN;
+  return status;
+}
+
+/* Of the contact at x. */
+static int find_energy(near *self, const double *x, double *energy)
+{
+  *energy = 0;
+  int status = flesh_surface_near_meet(self, x);
+  return status ? status : flesh_contact_set_evaluate(&self->set, x, self->threads, energy, NULL, NULL);
+}
+
+/* Of what has come into patches the energy is lost. */
+static int renew(near *self, double t, const double *x, int *changed)
+{
+  double before, after;
+  if (!self->patches.pair_count) return FLESH_OK;
+  int status = find_energy(self, x, &before);
+  if (!status) status = update(self, x);
+  if (!status) status = find_energy(self, x, &after);
+  if (status) return status;
+  *changed = before != after;
+  if (!self->patches.pair_count) self->t_apart = t;
+  return FLESH_OK;
+}
+
+int flesh_surface_near_follow(near *self, int accepted, double t, const double *x, int *changed)
+{
+  *changed = 0;
+  if (self->patches_known && flesh_surface_near_is_at(self, x, self->x_patches)) return FLESH_OK;
+  int status = self->patches_known && accepted ? renew(self, t, x, changed) : begin(self, x);
+  self->patches_known = !status;
+  flesh_surface_near_gather(self, x, self->x_patches);
+  return status;
+}
+
+int flesh_surface_near_archive(near *self, flesh_archive *archive)
+{
+  const int nodes = self->contact->surface.node_count;
+  FLESH_ARCHIVE(archive, self->t_apart);
+  flesh_archive_int(archive, &self->begun, 0, INT_MAX);
+  flesh_archive_int(archive, &self->patches_known, 0, 1);
+  flesh_archive_bytes(archive, self->x_patches, 3 * (size_t)nodes * sizeof *self->x_patches);
+  const int status = flesh_contact_patches_archive(&self->patches, archive);
+  if (archive->mode == FLESH_ARCHIVE_LOAD) take_patches(self);
+  return status;
+}
+
+int flesh_surface_contact_ignored(const flesh_effect *effect, const double *x, int *count, flesh_patch_pair **pairs)
+{
+  near *self = NULL;
+  int changed;
+  *count = 0;
+  *pairs = NULL;
+  if (effect->operations != &flesh_separating_contact_operations) return FLESH_OK;
+  int status = flesh_surface_near_create(effect->data, NULL, &self);
+  if (!status) status = flesh_surface_near_follow(self, 0, 0, x, &changed);
+  if (!status) {
+    *count = self->patches.pair_count;
+    *pairs = self->patches.pairs;
+    self->patches.pairs = NULL;
+  }
+  flesh_surface_near_destroy(self);
+  return status;
+}

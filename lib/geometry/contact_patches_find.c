@@ -1,0 +1,434 @@
+/* contact_patches_find.c: finds the patches of surfaces that go through each other: faces that meet, what of the surface
+ * lies inside a body between them, what has not come apart yet, and what is near all around. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "base/sort.h"
+#include "geometry/contact_patches.h"
+#include "geometry/continuous_collision.h"
+#include "geometry/near_pairs.h"
+#include "geometry/surface_intersections.h"
+#include "geometry/surface_winding.h"
+#include "math/mat3.h"
+
+/* Two faces of which one goes through the other, or lies inside the other's body. */
+typedef struct link {
+  int faces[2];
+  double place[3];
+} link;
+
+typedef struct work {
+  const flesh_near_finder *finder;
+  const flesh_contact_surface *s;
+  const double *x;
+  int *start, *around; /* faces around node n: around[start[n]] to around[start[n + 1]] */
+  int *set, *region, *whole; /* [nodes] unions: of a patch (-1: of none), of faces that meet none, of a whole surface */
+  double *boxes;             /* [6*bodies] */
+  unsigned char *flagged;    /* [faces] 1: of a patch */
+  int link_count, link_room;
+  link *links;
+  int key_count, *keys; /* [2*...] pairs of sets whose patches ignore each other, ascending */
+} work;
+
+static int least_of(int *set, int i)
+{
+  while (set[i] != i) i = set[i] = set[set[i]];
+  return i;
+}
+
+static void join(int *set, int a, int b)
+{
+  a = least_of(set, a), b = least_of(set, b);
+  if (a < b) set[b] = a;
+  else set[a] = b;
+}
+
+static int node_of(const work *w, int face, int corner) { return w->s->node_place[w->s->faces[3 * face + corner]]; }
+
+/* Joins the corners of a face. */
+static void join_face(const work *w, int *set, int face)
+{
+  for (int k = 0; k < 3; k++) {
+    const int node = node_of(w, face, k);
+    if (set[node] < 0) set[node] = node;
+    join(set, node_of(w, face, 0), node);
+  }
+}
+
+/* Whether it was in no patch. */
+static int flag(work *w, int face)
+{
+  if (w->flagged[face]) return 0;
+  w->flagged[face] = 1;
+  join_face(w, w->set, face);
+  return 1;
+}
+
+static int flag_around(work *w, int node)
+{
+  int some = 0;
+  for (int k = w->start[node]; k < w->start[node + 1]; k++) some |= flag(w, w->around[k]);
+  return some;
+}
+
+static int has_corner(const work *w, int face, int mesh_node)
+{
+  const int *corner = w->s->faces + 3 * (size_t)face;
+  return corner[0] == mesh_node || corner[1] == mesh_node || corner[2] == mesh_node;
+}
+
+static int flag_edge(work *w, int edge)
+{
+  const int *end = w->s->edges + 2 * (size_t)edge, node = w->s->node_place[end[0]];
+  int some = 0;
+  for (int k = w->start[node]; k < w->start[node + 1]; k++)
+    if (has_corner(w, w->around[k], end[1])) some |= flag(w, w->around[k]);
+  return some;
+}
+
+static int add_link(work *w, int a, int b, const double place[3])
+{
+  if (w->link_count == w->link_room) {
+    const int room = 2 * w->link_room + 64;
+    link *grown = realloc(w->links, (size_t)room * sizeof *grown);
+    if (!grown) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d places where surfaces meet", room);
+    w->links = grown;
+    w->link_room = room;
+  }
+  w->links[w->link_count++] = (link){{a, b}, {place[0], place[1], place[2]}};
+  return FLESH_OK;
+}
+
+static void close_work(work *w)
+{
+  void *const owned[] = {w->start, w->around, w->set, w->boxes, w->flagged, w->links, w->keys};
+  for (size_t k = 0; k < sizeof owned / sizeof *owned; k++) free(owned[k]);
+}
+
+static int open_work(const flesh_near_finder *finder, const double *x, work *w)
+{
+  const flesh_contact_surface *s = finder->surface;
+  const size_t nodes = (size_t)s->node_count, faces = (size_t)s->face_count;
+  *w = (work){.finder = finder, .s = s, .x = x};
+  w->start = calloc(nodes + 2, sizeof *w->start);
+  w->around = malloc((3 * faces + 1) * sizeof *w->around);
+  w->set = malloc((3 * nodes + 1) * sizeof *w->set);
+  w->boxes = malloc((6 * (size_t)s->body_count + 1) * sizeof *w->boxes);
+  w->flagged = calloc(faces + 1, 1);
+  if (!w->start || !w->around || !w->set || !w->boxes || !w->flagged)
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for patches of %d faces", s->face_count);
+  w->region = w->set + nodes;
+  w->whole = w->region + nodes;
+  for (size_t k = 0; k < 3 * nodes; k++) w->set[k] = -1;
+  for (int k = 0; k < 3 * s->face_count; k++) w->start[s->node_place[s->faces[k]] + 2]++;
+  for (size_t n = 0; n < nodes; n++) w->start[n + 2] += w->start[n + 1];
+  for (int k = 0; k < 3 * s->face_count; k++) w->around[w->start[s->node_place[s->faces[k]] + 1]++] = k / 3;
+  for (int f = 0; f < s->face_count; f++) join_face(w, w->whole, f);
+  return FLESH_OK;
+}
+
+/* Links the faces of edges with those that they meet. */
+static int link_crossings(work *w, const flesh_surface_intersections *found)
+{
+  int status = FLESH_OK;
+  for (int k = 0; k < found->count && !status; k++) {
+    const flesh_surface_intersection *at = &found->items[k];
+    flag(w, at->face);
+    flag_edge(w, at->edge);
+    status = add_link(w, at->edge_faces[0], at->face, at->place);
+  }
+  return status;
+}
+
+static void widen(double *box, const double *p)
+{
+  for (int c = 0; c < 3; c++) box[c] = fmin(box[c], p[c]), box[3 + c] = fmax(box[3 + c], p[c]);
+}
+
+static void empty(double *box)
+{
+  for (int c = 0; c < 3; c++) box[c] = INFINITY, box[3 + c] = -INFINITY;
+}
+
+static int is_within(const double *box, const double *other)
+{
+  for (int c = 0; c < 3; c++)
+    if (box[c] < other[c] || box[3 + c] > other[3 + c]) return 0;
+  return 1;
+}
+
+/* A region is a connected part of a surface that meets nothing: all of it is inside a body, or none. */
+typedef struct region {
+  int face; /* the largest, which stands for it; -1: there is no such region */
+  double area, box[6];
+} region;
+
+static void measure(const work *w, region *regions)
+{
+  const flesh_contact_surface *s = w->s;
+  for (int n = 0; n < s->node_count; n++) {
+    regions[n].face = -1;
+    regions[n].area = -1;
+    empty(regions[n].box);
+  }
+  for (int f = 0; f < s->face_count; f++) {
+    if (w->flagged[f]) continue;
+    region *of = &regions[least_of(w->region, node_of(w, f, 0))];
+    const double *p[3];
+    double e[2][3], n[3];
+    for (int k = 0; k < 3; k++) widen(of->box, p[k] = w->x + 3 * (size_t)s->faces[3 * f + k]);
+    for (int c = 0; c < 3; c++) e[0][c] = p[1][c] - p[0][c], e[1][c] = p[2][c] - p[0][c];
+    flesh_vec3_cross(e[0], e[1], n);
+    const double area = flesh_vec3_dot(n, n);
+    if (area > of->area) of->area = area, of->face = f;
+  }
+}
+
+/* Whether the whole surface that the face is of meets the body's. */
+static int meets(const work *w, int crossings, int face, int body)
+{
+  const int whole = least_of(w->whole, node_of(w, face, 0)), *face_body = w->finder->face_body;
+  for (int k = 0; k < crossings; k++)
+    for (int end = 0; end < 2; end++)
+      if (least_of(w->whole, node_of(w, w->links[k].faces[end], 0)) == whole &&
+          face_body[w->links[k].faces[1 - end]] == body)
+        return 1;
+  return 0;
+}
+
+/* The region is inside the body: its faces are of a patch and, where nothing of it meets the body, all the body's faces
+ * too. */
+static int flag_region(work *w, int crossings, int root, const region *of, int body)
+{
+  const flesh_contact_surface *s = w->s;
+  const int swallowed = !meets(w, crossings, of->face, body), whole = least_of(w->whole, node_of(w, of->face, 0));
+  const double *place = w->x + 3 * (size_t)s->faces[3 * of->face];
+  int status = FLESH_OK;
+  for (int f = 0; f < s->face_count && !status; f++) {
+    const int node = node_of(w, f, 0);
+    if (w->region[node] >= 0 && least_of(w->region, node) == root && !w->flagged[f]) flag(w, f);
+    if (!swallowed || w->finder->face_body[f] != body || least_of(w->whole, node) == whole) continue;
+    flag(w, f);
+    if (least_of(w->whole, node) == node) status = add_link(w, of->face, f, place);
+  }
+  return status;
+}
+
+/* Whether it can be inside: it has no place outside of the body's box; the body's own surface has to overlap. */
+static int may_be_inside(const work *w, const unsigned char *overlaps, const region *of, int body)
+{
+  const int own = w->finder->face_body[of->face];
+  if (!flesh_near_may_meet(w->finder, own, body)) return 0;
+  return own == body ? overlaps[body] : is_within(of->box, w->boxes + 6 * (size_t)body);
+}
+
+/* Bodies of several surfaces, or that go through themselves. */
+static void find_overlaps(const work *w, unsigned char *overlaps)
+{
+  const flesh_contact_surface *s = w->s;
+  const int *face_body = w->finder->face_body;
+  for (int b = 0; b < s->body_count; b++) empty(w->boxes + 6 * (size_t)b);
+  for (int k = 0; k < 3 * s->face_count; k++)
+    widen(w->boxes + 6 * (size_t)face_body[k / 3], w->x + 3 * (size_t)s->faces[k]);
+  for (int k = 0; k < w->link_count; k++)
+    overlaps[face_body[w->links[k].faces[0]]] |= face_body[w->links[k].faces[0]] == face_body[w->links[k].faces[1]];
+  unsigned char *seen = overlaps + s->body_count;
+  for (int f = 0; f < s->face_count; f++) {
+    const int node = node_of(w, f, 0);
+    if (least_of(w->whole, node) != node) continue;
+    overlaps[face_body[f]] |= seen[face_body[f]];
+    seen[face_body[f]] = 1;
+  }
+}
+
+/* Flags what is inside of bodies. */
+static int link_insides(work *w)
+{
+  const flesh_contact_surface *s = w->s;
+  region *regions = malloc(((size_t)s->node_count + 1) * sizeof *regions);
+  unsigned char *overlaps = calloc(2 * (size_t)s->body_count + 1, 1);
+  const int crossings = w->link_count;
+  int status = regions && overlaps ? FLESH_OK
+                                   : flesh_fail(FLESH_ERR_MEMORY, "no memory for regions of %d nodes", s->node_count);
+  if (!status) {
+    for (int f = 0; f < s->face_count; f++)
+      if (!w->flagged[f]) join_face(w, w->region, f);
+    measure(w, regions);
+    find_overlaps(w, overlaps);
+  }
+  for (int n = 0; n < s->node_count && !status; n++)
+    for (int body = 0; body < s->body_count && regions[n].face >= 0 && !status; body++)
+      if (may_be_inside(w, overlaps, &regions[n], body) &&
+          flesh_surface_winding(s, w->finder->face_body, body, regions[n].face, w->x))
+        status = flag_region(w, crossings, n, &regions[n], body);
+  free(regions);
+  free(overlaps);
+  return status;
+}
+
+static int compare_keys(const void *a, const void *b)
+{
+  const int *p = a, *q = b;
+  if (p[0] != q[0]) return p[0] < q[0] ? -1 : 1;
+  return (p[1] > q[1]) - (p[1] < q[1]);
+}
+
+/* The sets of nodes whose patches are linked now. */
+static void list_keys(work *w)
+{
+  w->key_count = 0;
+  for (int k = 0; k < w->link_count; k++) {
+    const int a = least_of(w->set, node_of(w, w->links[k].faces[0], 0)),
+              b = least_of(w->set, node_of(w, w->links[k].faces[1], 0));
+    w->keys[2 * k] = a < b ? a : b;
+    w->keys[2 * k + 1] = a < b ? b : a;
+  }
+  flesh_sort(w->keys, (size_t)w->link_count, 2 * sizeof *w->keys, compare_keys);
+  for (int k = 0; k < w->link_count; k++) {
+    if (k && !compare_keys(w->keys + 2 * k, w->keys + 2 * k - 2)) continue;
+    memmove(w->keys + 2 * w->key_count++, w->keys + 2 * k, 2 * sizeof *w->keys);
+  }
+}
+
+/* Whether the patches of two nodes of the surface are linked. */
+static int are_linked(const work *w, int node, int other)
+{
+  if (w->set[node] < 0 || w->set[other] < 0) return 0;
+  const int a = least_of(w->set, node), b = least_of(w->set, other), key[2] = {a < b ? a : b, a < b ? b : a};
+  return bsearch(key, w->keys, (size_t)w->key_count, sizeof key, compare_keys) != NULL;
+}
+
+/* Whether the hulls of the first nodes and of the others are nearer than so. */
+static int is_near(const work *w, int first, const int nodes[4], double distance)
+{
+  const double *places[4];
+  double unit[3];
+  for (int k = 0; k < 4; k++) places[k] = w->x + 3 * (size_t)nodes[k];
+  return flesh_hull_distance(first, 4 - first, places, unit) < distance;
+}
+
+/* Whether they touch linked patches, and are nearer than `reach`. */
+static int joins_patches(const work *w, int first, const int nodes[4], double reach)
+{
+  int linked = 0;
+  for (int a = 0; a < first; a++)
+    for (int b = first; b < 4; b++)
+      linked |= are_linked(w, w->s->node_place[nodes[a]], w->s->node_place[nodes[b]]);
+  return linked && is_near(w, first, nodes, reach);
+}
+
+/* The nodes of a near pair, the point's or the first edge's before the others. */
+static void nodes_of(const flesh_contact_surface *s, int is_point, const int pair[2], int nodes[4])
+{
+  if (is_point) nodes[0] = s->nodes[pair[0]];
+  else memcpy(nodes, s->edges + 2 * (size_t)pair[0], 2 * sizeof *nodes);
+  if (is_point) memcpy(nodes + 1, s->faces + 3 * (size_t)pair[1], 3 * sizeof *nodes);
+  else memcpy(nodes + 2, s->edges + 2 * (size_t)pair[1], 2 * sizeof *nodes);
+}
+
+/* Links what was ignored until now and is nearer than the thickness. */
+static int link_ignored(work *w, const flesh_contact_patches *before, const flesh_near_pairs *near, double thickness)
+{
+  const flesh_contact_surface *s = w->s;
+  int status = FLESH_OK, nodes[4];
+  for (int k = 0; k < near->point_count + near->edge_count && before->pair_count && !status; k++) {
+    const int is_point = k < near->point_count;
+    const int *of = is_point ? near->point_faces + 2 * (size_t)k : near->edge_pairs + 2 * (size_t)(k - near->point_count);
+    const int a = is_point ? before->node_patch[of[0]] : before->edge_patch[of[0]],
+              b = is_point ? before->face_patch[of[1]] : before->edge_patch[of[1]];
+    nodes_of(s, is_point, of, nodes);
+    if (a < 0 || b < 0 || flesh_contact_patches_find(before, a, b) < 0) continue;
+    if (!is_near(w, is_point ? 1 : 2, nodes, thickness)) continue;
+    if (is_point) flag_around(w, of[0]);
+    else flag_edge(w, of[0]);
+    if (is_point) flag(w, of[1]);
+    else flag_edge(w, of[1]);
+    status = add_link(w, is_point ? w->around[w->start[of[0]]] : s->edge_faces[2 * of[0]],
+                      is_point ? of[1] : s->edge_faces[2 * of[1]], w->x + 3 * (size_t)nodes[0]);
+  }
+  return status;
+}
+
+/* Patches take in what is nearer than `reach` to one that they are linked with, until there is nothing more. */
+static void grow(work *w, const flesh_near_pairs *near, double reach)
+{
+  int nodes[4];
+  for (int some = 1; some;) {
+    some = 0;
+    list_keys(w);
+    for (int k = 0; k < near->point_count; k++) {
+      const int *of = near->point_faces + 2 * (size_t)k;
+      nodes_of(w->s, 1, of, nodes);
+      if (joins_patches(w, 1, nodes, reach)) some |= flag_around(w, of[0]) | flag(w, of[1]);
+    }
+    for (int k = 0; k < near->edge_count; k++) {
+      const int *of = near->edge_pairs + 2 * (size_t)k;
+      nodes_of(w->s, 0, of, nodes);
+      if (joins_patches(w, 2, nodes, reach)) some |= flag_edge(w, of[0]) | flag_edge(w, of[1]);
+    }
+  }
+}
+
+/* The pair of these sets, with the place of its first link. */
+static flesh_patch_pair describe(const work *w, const flesh_contact_patches *self, const int key[2])
+{
+  flesh_patch_pair pair = {.faces = {0}};
+  for (int k = w->link_count - 1; k >= 0; k--) {
+    const int *faces = w->links[k].faces, a = least_of(w->set, node_of(w, faces[0], 0)),
+              b = least_of(w->set, node_of(w, faces[1], 0));
+    if ((a < b ? a : b) != key[0] || (a < b ? b : a) != key[1]) continue;
+    for (int end = 0; end < 2; end++) {
+      const int face = faces[(a > b) ^ end];
+      pair.patches[end] = self->face_patch[face];
+      pair.bodies[end] = w->finder->face_body[face];
+    }
+    memcpy(pair.place, w->links[k].place, sizeof pair.place);
+  }
+  for (int f = 0; f < w->s->face_count; f++)
+    for (int end = 0; end < 2; end++) pair.faces[end] += self->face_patch[f] == pair.patches[end];
+  return pair;
+}
+
+/* Numbers the patches as their least nodes ascend, and lists their pairs. */
+static int finish(work *w, flesh_contact_patches *self)
+{
+  const flesh_contact_surface *s = w->s;
+  int *number = w->region;
+  list_keys(w);
+  const int status = flesh_contact_patches_reserve(self, w->key_count);
+  if (status) return status;
+  self->count = self->pair_count = 0;
+  for (int n = 0; n < s->node_count; n++)
+    if (w->set[n] >= 0) number[n] = least_of(w->set, n) == n ? self->count++ : number[least_of(w->set, n)];
+  for (int f = 0; f < s->face_count; f++) self->face_patch[f] = w->flagged[f] ? number[node_of(w, f, 0)] : -1;
+  flesh_contact_patches_label(self);
+  for (int k = 0; k < w->key_count; k++) self->pairs[self->pair_count++] = describe(w, self, w->keys + 2 * k);
+  return FLESH_OK;
+}
+
+int flesh_contact_patches_update(flesh_contact_patches *self, flesh_near_finder *finder, const double *x,
+                                 double thickness, double reach, flesh_threads *threads)
+{
+  flesh_surface_intersections found = {0};
+  flesh_near_pairs near = {0};
+  work w;
+  int status = open_work(finder, x, &w);
+  if (!status) status = flesh_surface_intersections_find(finder, x, threads, &found);
+  if (!status) status = link_crossings(&w, &found);
+  if (!status) status = link_insides(&w);
+  if (!status && (w.link_count || self->pair_count))
+    status = flesh_near_pairs_find(finder, x, NULL, reach, threads, &near);
+  if (!status) status = link_ignored(&w, self, &near, thickness);
+  if (!status && w.link_count) {
+    w.keys = malloc(2 * (size_t)w.link_count * sizeof *w.keys);
+    if (!w.keys) status = flesh_fail(FLESH_ERR_MEMORY, "no memory for %d links of patches", w.link_count);
+  }
+  if (!status) grow(&w, &near, reach);
+  if (!status) status = finish(&w, self);
+  close_work(&w);
+  flesh_surface_intersections_clear(&found);
+  flesh_near_pairs_clear(&near);
+  return status;
+}

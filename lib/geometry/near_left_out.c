@@ -1,0 +1,155 @@
+/* near_left_out.c: tells neighbours in a surface from what faces them across a gap, by ways along edges. */
+#include "geometry/near_left_out.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "geometry/continuous_collision.h"
+#include "math/mat3.h"
+
+/* They see each other within so much of their normals, of one of the node's faces: the cosine. */
+static const double facing = 0.5;
+
+typedef struct ways {
+  const flesh_contact_surface *s;
+  const double *X;
+  int *start, *edges; /* edges of node n: edges[start[n]] to edges[start[n + 1]] */
+  int *first, *faces; /* faces of node n: faces[first[n]] to faces[first[n + 1]] */
+  double *length;     /* [nodes] of the way from a node; INFINITY: not reached */
+  int *queue, count;  /* nodes that are reached */
+} ways;
+
+static double span(const ways *w, int node, int other)
+{
+  const double *a = w->X + 3 * (size_t)node, *b = w->X + 3 * (size_t)other;
+  const double d[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+  return sqrt(flesh_vec3_dot(d, d));
+}
+
+static void close_ways(ways *w)
+{
+  free(w->start);
+  free(w->edges);
+  free(w->first);
+  free(w->faces);
+  free(w->length);
+  free(w->queue);
+}
+
+/* Whether the face looks in the direction of the unit vector, or against it where sign is -1. */
+static int looks(const ways *w, int face, const double unit[3], int sign)
+{
+  double n[3];
+  const double *p[3];
+  double e[2][3];
+  for (int k = 0; k < 3; k++) p[k] = w->X + 3 * (size_t)w->s->faces[3 * face + k];
+  for (int c = 0; c < 3; c++) e[0][c] = p[1][c] - p[0][c], e[1][c] = p[2][c] - p[0][c];
+  flesh_vec3_cross(e[0], e[1], n);
+  return sign * flesh_vec3_dot(unit, n) > facing * sqrt(flesh_vec3_dot(n, n));
+}
+
+static int open_ways(const flesh_contact_surface *s, const double *X, ways *w)
+{
+  const size_t nodes = (size_t)s->node_count;
+  *w = (ways){.s = s, .X = X};
+  w->start = calloc(nodes + 2, sizeof *w->start);
+  w->edges = malloc((2 * (size_t)s->edge_count + 1) * sizeof *w->edges);
+  w->first = calloc(nodes + 2, sizeof *w->first);
+  w->faces = malloc((3 * (size_t)s->face_count + 1) * sizeof *w->faces);
+  w->length = malloc((nodes + 1) * sizeof *w->length);
+  w->queue = malloc((nodes + 1) * sizeof *w->queue);
+  if (!w->start || !w->edges || !w->first || !w->faces || !w->length || !w->queue)
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for ways along a surface of %d nodes", s->node_count);
+  for (size_t n = 0; n < nodes; n++) w->length[n] = INFINITY;
+  for (int k = 0; k < 2 * s->edge_count; k++) w->start[s->node_place[s->edges[k]] + 2]++;
+  for (size_t n = 0; n < nodes; n++) w->start[n + 2] += w->start[n + 1];
+  for (int k = 0; k < 2 * s->edge_count; k++) w->edges[w->start[s->node_place[s->edges[k]] + 1]++] = k / 2;
+  for (int k = 0; k < 3 * s->face_count; k++) w->first[s->node_place[s->faces[k]] + 2]++;
+  for (size_t n = 0; n < nodes; n++) w->first[n + 2] += w->first[n + 1];
+  for (int k = 0; k < 3 * s->face_count; k++) w->faces[w->first[s->node_place[s->faces[k]] + 1]++] = k / 3;
+  return FLESH_OK;
+}
+
+/* Lengths of ways from the place, up to the limit; what was reached before is forgotten. */
+static void walk(ways *w, int place, double limit)
+{
+  const flesh_contact_surface *s = w->s;
+  for (int k = 0; k < w->count; k++) w->length[w->queue[k]] = INFINITY;
+  w->length[place] = 0;
+  w->queue[0] = place;
+  w->count = 1;
+  for (int changed = 1; changed;) { /* few nodes are reached, in few rounds */
+    changed = 0;
+    for (int k = 0; k < w->count; k++)
+      for (int j = w->start[w->queue[k]]; j < w->start[w->queue[k] + 1]; j++) {
+        const int *end = s->edges + 2 * (size_t)w->edges[j];
+        const int next = s->node_place[s->node_place[end[0]] == w->queue[k] ? end[1] : end[0]];
+        const double length = w->length[w->queue[k]] + span(w, end[0], end[1]);
+        if (length > limit || length >= w->length[next]) continue;
+        if (w->length[next] == INFINITY) w->queue[w->count++] = next;
+        w->length[next] = length;
+        changed = 1;
+      }
+  }
+}
+
+static double longest_edge(const ways *w, int place)
+{
+  double longest = 0;
+  for (int j = w->start[place]; j < w->start[place + 1]; j++)
+    longest = fmax(longest, span(w, w->s->edges[2 * w->edges[j]], w->s->edges[2 * w->edges[j] + 1]));
+  return longest;
+}
+
+/* Whether node and face look at each other; *gap: how far apart. */
+static int look_at_each_other(const ways *w, int place, int face, double *gap)
+{
+  const int *corner = w->s->faces + 3 * (size_t)face;
+  const double *p[4] = {w->X + 3 * (size_t)w->s->nodes[place]};
+  double unit[3];
+  int some = 0;
+  for (int k = 0; k < 3; k++) p[1 + k] = w->X + 3 * (size_t)corner[k];
+  *gap = flesh_hull_distance(1, 3, p, unit);
+  for (int k = w->first[place]; k < w->first[place + 1]; k++) some |= looks(w, w->faces[k], unit, -1);
+  return some && looks(w, face, unit, 1);
+}
+
+/* The faces that one node faces and is far from. */
+static void try_node(ways *w, const flesh_near_rows *rows, int place, double rest_distance, flesh_left_out *found)
+{
+  const flesh_contact_surface *s = w->s;
+  double gap, limit = 0;
+  int some = 0;
+  for (int k = rows->start[place]; k < rows->start[place + 1]; k++) {
+    if (!look_at_each_other(w, place, rows->second[k], &gap)) continue;
+    const double around = fmax(longest_edge(w, s->node_place[s->faces[3 * rows->second[k]]]), longest_edge(w, place));
+    limit = fmax(limit, 2 * (rest_distance + around));
+  }
+  if (limit == 0) return;
+  walk(w, place, limit);
+  for (int k = rows->start[place]; k < rows->start[place + 1]; k++) {
+    const int face = rows->second[k], *corner = s->faces + 3 * (size_t)face;
+    int reached = 0;
+    for (int c = 0; c < 3; c++) reached |= w->length[s->node_place[corner[c]]] < INFINITY;
+    if (reached || !look_at_each_other(w, place, face, &gap)) continue;
+    some = 1;
+    if (gap >= found->gap) continue;
+    *found = (flesh_left_out){found->nodes, s->nodes[place], face, gap};
+  }
+  found->nodes += some;
+}
+
+int flesh_near_finder_left_out(const flesh_near_finder *finder, const double *X, double rest_distance,
+                               flesh_left_out *found)
+{
+  const flesh_near_rows *rows = &finder->excluded[0];
+  ways w;
+  *found = (flesh_left_out){0, -1, -1, INFINITY};
+  if (!rows->start) return FLESH_OK;
+  const int status = open_ways(finder->surface, X, &w);
+  for (int n = 0; n < finder->surface->node_count && !status; n++) try_node(&w, rows, n, rest_distance, found);
+  close_ways(&w);
+  return status;
+}

@@ -1,0 +1,76 @@
+/* surface_winding.c: winding numbers by rays. */
+#include "geometry/surface_winding.h"
+
+#include <math.h>
+
+#include "geometry/orient.h"
+#include "math/mat3.h"
+
+/* A ray is a segment that ends outside of all; so many are tried. */
+enum { RAYS = 32, UNKNOWN = 2 };
+
+/* 1 where the ray pq leaves through the triangle, -1 where it enters, 0 where it passes it by; UNKNOWN where it meets its
+ * rim. The place p is on no triangle but its own. */
+static int crossing(const double *p, const double *q, const double *a, const double *b, const double *c)
+{
+  const int from = flesh_orient3d(a, b, c, p), to = flesh_orient3d(a, b, c, q);
+  if (from == 0 || from == to) return 0;
+  const int sides[3] = {flesh_orient3d(p, q, a, b), flesh_orient3d(p, q, b, c), flesh_orient3d(p, q, c, a)};
+  int left = 0, right = 0;
+  for (int k = 0; k < 3; k++) left += sides[k] > 0, right += sides[k] < 0;
+  if (left && right) return 0;
+  return left < 3 && right < 3 ? UNKNOWN : to == 0 ? UNKNOWN : to;
+}
+
+/* The end of ray k from p: outward of the triangle, across the box of all faces. */
+static void find_end(const double *p, const double n[3], double length, int k, double q[3])
+{
+  double d[3], size;
+  for (int c = 0; c < 3; c++) d[c] = n[c] + (k ? 0.7 : 0.1) * sin(1 + 3.7 * k + 2.1 * c);
+  size = sqrt(flesh_vec3_dot(d, d));
+  for (int c = 0; c < 3; c++) q[c] = p[c] + length * d[c] / size;
+}
+
+/* A length within which everything ends. */
+static double extent(const flesh_contact_surface *s, const double *x)
+{
+  double sum = 0;
+  for (int c = 0; c < 3; c++) {
+    double low = INFINITY, high = -INFINITY;
+    for (int k = 0; k < s->node_count; k++) {
+      low = fmin(low, x[3 * (size_t)s->nodes[k] + (size_t)c]);
+      high = fmax(high, x[3 * (size_t)s->nodes[k] + (size_t)c]);
+    }
+    sum += high - low;
+  }
+  return 2 * sum;
+}
+
+int flesh_surface_winding(const flesh_contact_surface *s, const int *face_body, int body, int from, const double *x)
+{
+  const double *corner[3];
+  double p[3], e[2][3], n[3], q[3];
+  for (int k = 0; k < 3; k++) corner[k] = x + 3 * (size_t)s->faces[3 * from + k];
+  for (int c = 0; c < 3; c++) {
+    p[c] = (corner[0][c] + corner[1][c] + corner[2][c]) / 3;
+    e[0][c] = corner[1][c] - corner[0][c], e[1][c] = corner[2][c] - corner[0][c];
+  }
+  flesh_vec3_cross(e[0], e[1], n);
+  const double area = sqrt(flesh_vec3_dot(n, n)), length = extent(s, x);
+  if (!(area > 0) || !(length < INFINITY)) return 0;
+  for (int c = 0; c < 3; c++) n[c] /= area;
+  for (int k = 0; k < RAYS; k++) {
+    int sum = 0, known = 1;
+    find_end(p, n, length, k, q);
+    if (flesh_orient3d(corner[0], corner[1], corner[2], q) <= 0) continue;
+    for (int f = 0; f < s->face_count && known; f++) {
+      if (f == from || face_body[f] != body) continue;
+      const int *g = s->faces + 3 * (size_t)f;
+      const int met = crossing(p, q, x + 3 * (size_t)g[0], x + 3 * (size_t)g[1], x + 3 * (size_t)g[2]);
+      known = met != UNKNOWN;
+      sum += met;
+    }
+    if (known) return sum;
+  }
+  return 0;
+}

@@ -1,0 +1,106 @@
+/* test_rest_gaps.c: what is nearer than the thickness at rest: pieces of one body, which touch all the same; and ends of
+ * one piece across a gap, which do not, and are found. */
+#include "body.h"
+#include "effect/surface_contact.h"
+#include "test.h"
+
+/* Two blocks of 1 m in one mesh, `gap` above each other. */
+static flesh_mesh *make_blocks(double gap)
+{
+  flesh_mesh *one = NULL, *both = NULL;
+  CHECK_OK(flesh_mesh_box((int[]){2, 2, 2}, (double[]){1, 1, 1}, (double[]){0, 0, 0}, &one));
+  const int nodes = flesh_mesh_node_count(one), tets = flesh_mesh_tet_count(one);
+  double *x = malloc(6 * (size_t)nodes * sizeof *x);
+  int *corners = malloc(8 * (size_t)tets * sizeof *corners);
+  for (int d = 0; d < 6 * nodes; d++)
+    x[d] = flesh_mesh_positions(one)[d % (3 * nodes)] + (d >= 3 * nodes && d % 3 == 2 ? 1 + gap : 0);
+  for (int k = 0; k < 8 * tets; k++) corners[k] = flesh_mesh_tets(one)[k % (4 * tets)] + (k >= 4 * tets ? nodes : 0);
+  CHECK_OK(flesh_mesh_create(2 * nodes, x, 2 * tets, corners, NULL, &both));
+  free(x);
+  free(corners);
+  flesh_mesh_destroy(&one);
+  return both;
+}
+
+/* A bar of 0.2 m x 0.2 m bent to a ring with a gap between its ends. */
+static flesh_mesh *make_ring(double gap)
+{
+  flesh_mesh *bar = NULL, *ring = NULL;
+  const double radius = 1;
+  CHECK_OK(flesh_mesh_box((int[]){24, 2, 2}, (double[]){1, 0.2, 0.2}, (double[]){0, 0, 0}, &bar));
+  const int nodes = flesh_mesh_node_count(bar);
+  double *x = malloc(3 * (size_t)nodes * sizeof *x);
+  memcpy(x, flesh_mesh_positions(bar), 3 * (size_t)nodes * sizeof *x);
+  for (int i = 0; i < nodes; i++) {
+    const double angle = (2 * 3.14159265358979 - gap / radius) * x[3 * i], r = radius - x[3 * i + 2];
+    x[3 * i] = r * cos(angle), x[3 * i + 2] = r * sin(angle);
+  }
+  CHECK_OK(flesh_mesh_create(nodes, x, flesh_mesh_tet_count(bar), flesh_mesh_tets(bar), NULL, &ring));
+  free(x);
+  flesh_mesh_destroy(&bar);
+  return ring;
+}
+
+static double energy_at_rest(const flesh_body *body, double thickness)
+{
+  const double *X = flesh_mesh_positions(body->mesh);
+  const flesh_contact_options options = {.stiffness = 1e5, .thickness = thickness, .slip_speed = 1e-3};
+  const flesh_point point = {.load = 1, .x = X, .v = X, .a = X, .x_lag = X, .v_lag = X};
+  flesh_effect *effect = NULL;
+  double energy = NAN;
+  CHECK_OK(flesh_effect_surface_contact(body, &options, 0, NULL, &effect));
+  CHECK_OK(effect->operations->energy(effect, &point, &energy));
+  flesh_effect_destroy(&effect);
+  return energy;
+}
+
+/* A body without parts whose pieces are nearer than the thickness has the energy that it has as two parts. */
+static void pieces_touch(void)
+{
+  test_body b;
+  CHECK_OK(test_body_create(make_blocks(0.02), test_material(FLESH_ENERGY_S, 0.3), 1000, FLESH_MASS_LUMPED, 0, &b));
+  const double alone = energy_at_rest(&b.body, 0.05);
+  const int half = flesh_mesh_tet_count(b.mesh) / 2;
+  const flesh_body_part parts[2] = {{.name = "a", .tets = half}, {.name = "b", .first_tet = half, .tets = half}};
+  b.body.part_count = 2;
+  b.body.parts = parts;
+  const double as_parts = energy_at_rest(&b.body, 0.05);
+  printf("# %.6g J, as parts %.6g J\n", alone, as_parts);
+  CHECK(alone > 0 && alone == as_parts);
+  CHECK(energy_at_rest(&b.body, 0.019) == 0);
+  test_body_destroy(&b);
+}
+
+/* How many nodes of the body are found, and how far the nearest are. */
+static flesh_left_out left_out(flesh_mesh *mesh, double thickness)
+{
+  const flesh_contact_options options = {.stiffness = 1e5, .thickness = thickness, .slip_speed = 1e-3};
+  test_body b;
+  flesh_effect *effect = NULL;
+  flesh_left_out found;
+  CHECK_OK(test_body_create(mesh, test_material(FLESH_ENERGY_S, 0.3), 1000, FLESH_MASS_LUMPED, 0, &b));
+  CHECK_OK(flesh_effect_surface_contact(&b.body, &options, 0, NULL, &effect));
+  CHECK_OK(flesh_surface_contact_left_out(effect, &found));
+  const double energy = energy_at_rest(&b.body, thickness);
+  CHECK(energy == 0);
+  flesh_effect_destroy(&effect);
+  test_body_destroy(&b);
+  return found;
+}
+
+/* The ring's ends, of nine nodes each, are told where the thickness is more than their gap; neither is what is beside an
+ * edge, nor the other side of a thin wall. */
+static void gaps_are_found(void)
+{
+  flesh_left_out found = left_out(make_ring(0.02), 0.05);
+  printf("# %d nodes, the nearest %.4g m apart\n", found.nodes, found.gap);
+  CHECK(found.nodes == 18);
+  CHECK(found.gap > 0.8 * 0.9 * 0.02 && found.gap < 0.0201); /* the gap is 0.016 m at the inner radius */
+  CHECK(left_out(make_ring(0.02), 0.014).nodes == 0);
+  CHECK(left_out(make_ring(0.1), 0.05).nodes == 0);
+  flesh_mesh *plate = NULL;
+  CHECK_OK(flesh_mesh_box((int[]){6, 6, 1}, (double[]){1, 1, 0.03}, (double[]){0, 0, 0}, &plate));
+  CHECK(left_out(plate, 0.05).nodes == 0);
+}
+
+int main(int argc, char **argv) { return RUN_TESTS(argc, argv, TEST(pieces_touch), TEST(gaps_are_found)); }
