@@ -154,14 +154,14 @@ static int settle(flesh_integrator *self, flesh_state *state, double h, flesh_so
   return status;
 }
 
-/* Equilibrium with what touches there: where bodies are let apart, and it changes, another. */
+/* Equilibrium with what touches there: where bodies are let apart, and that changes by it, another. */
 static int come_apart(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
   enum { REPETITIONS = 100 };
   int changed = 1, status = settle(self, state, h, stats);
-  for (int k = 0; !status && changed && k < REPETITIONS; k++) {
+  for (int k = 0; !status && k < REPETITIONS; k++) {
     status = flesh_integrator_arrive(self, state, &changed);
-    if (status || !changed) break;
+    if (status < 0 || !changed) return status;
     flesh_nonlinear_internal_changed(self->nonlinear);
     status = settle(self, state, 0, stats);
   }
