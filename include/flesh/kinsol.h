@@ -23,6 +23,9 @@
  * (KINSOL would reuse a Jacobian for ten iterations and cap steps by |u|, which starts at zero:
  * hence MaxSetupCalls and MaxNewtonStep.) Serial, OpenMP and Pthreads N_Vectors of length 3*n
  * serve; the callbacks refuse others with FLESH_ERR_ARGUMENT and a sentence in flesh_error_text().
+ * Where the system is that of a part of a body (flesh_system_set_part), vectors of N_VNew_Parallel
+ * serve, with 3 numbers for each of the part's own nodes on this rank and for each node of the whole
+ * in all; everything here is collective then, and there is no SUNSparseMatrix.
  *
  * The callbacks' user_data is the problem, or any struct whose first member is a pointer to it:
  *
@@ -64,7 +67,8 @@ FLESH_API void flesh_problem_destroy(flesh_problem **problem);
  * Errors: FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_problem_set_stage(flesh_problem *problem, const flesh_stage *stage);
 
-/* u = 0 but for the constrained dofs, which take their prescribed places. */
+/* u [3*n], of a part's ghosts too, = 0 but for the constrained dofs, which take their prescribed
+ * places. */
 FLESH_API void flesh_problem_start(const flesh_problem *problem, double *u);
 
 /* For stages with frozen_at_solution: the frozen state becomes the point of u. Repeat solve and

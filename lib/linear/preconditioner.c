@@ -321,6 +321,7 @@ void flesh_preconditioner_apply(flesh_preconditioner_data *self, const double *r
 {
   double square = 0;
   for (size_t d = 0; d < 3 * (size_t)self->rows; d++) square += r[d] * r[d];
+  flesh_team_sum(self->overlap.team, 1, &square);
   const double scale = flesh_power_to_one(sqrt(square)), back = self->scale / scale;
   for (size_t p = 0; p < (size_t)self->rows; p++)
     for (size_t c = 0; c < 3; c++) self->r[4 * p + c] = (float)(scale * r[3 * (size_t)self->order[p] + c]);

@@ -60,11 +60,16 @@ static int matrix_scale_add_identity(sunrealtype c, SUNMatrix matrix)
 static int matrix_times(SUNMatrix matrix, N_Vector x, N_Vector y)
 {
   const content *A = matrix->content;
-  const double *values = flesh_vector_data(x, A->problem->newton.equations.n);
-  double *product = values ? flesh_vector_data(y, A->problem->newton.equations.n) : NULL;
+  const double *values = flesh_problem_read(A->problem, x, 0, 0);
+  double *product = values ? flesh_problem_open(A->problem, y, 1) : NULL;
   if (!product) return FLESH_ERR_ARGUMENT;
-  if (is_view(A) && A->problem->zeroed) N_VConst(0, y);
-  else flesh_block_multiply(matrix_of(A), values, product);
+  if (is_view(A) && A->problem->zeroed) {
+    N_VConst(0, y);
+    return FLESH_OK;
+  }
+  flesh_block_multiply(matrix_of(A), values, product);
+  flesh_team_collect(A->problem->newton.equations.team, product);
+  flesh_problem_close(A->problem, y, product);
   return FLESH_OK;
 }
 

@@ -31,10 +31,12 @@ int flesh_kinsol_residual(N_Vector u, N_Vector r, void *data)
 {
   flesh_problem *problem = problem_of(data);
   if (!problem) return FLESH_ERR_ARGUMENT;
-  const double *at = flesh_vector_data(u, problem->newton.equations.n);
-  double *values = at ? flesh_vector_data(r, problem->newton.equations.n) : NULL;
+  const double *at = flesh_problem_read(problem, u, 0, 0);
+  double *values = at ? flesh_problem_open(problem, r, 1) : NULL;
   if (!values) return FLESH_ERR_ARGUMENT;
-  return callback_status(problem, flesh_equations_residual(&problem->newton.equations, at, values));
+  const int status = flesh_equations_residual(&problem->newton.equations, at, values);
+  flesh_problem_close(problem, r, values);
+  return callback_status(problem, status);
 }
 
 static int fill_sparse(flesh_problem *problem, SUNMatrix J)
@@ -71,16 +73,19 @@ int flesh_kinsol_jacobian(N_Vector u, N_Vector r, SUNMatrix J, void *data, N_Vec
   (void)w1, (void)w2;
   flesh_problem *problem = problem_of(data);
   if (!problem) return FLESH_ERR_ARGUMENT;
-  const double *at = flesh_vector_data(u, problem->newton.equations.n);
+  const double *at = flesh_problem_read(problem, u, 0, 0);
   if (!at) return FLESH_ERR_ARGUMENT;
   const int sparse = SUNMatGetID(J) == SUNMATRIX_SPARSE;
   if (sparse && problem->newton.equations.proximity.near)
     return flesh_fail(FLESH_ERR_ARGUMENT, "bodies touch each other, so that the Jacobian's pattern grows: it needs the "
                                           "problem's own matrix of flesh_sunmatrix_create, not a SUNSparseMatrix");
+  if (sparse && problem->newton.equations.team)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the body is shared out among ranks, and a SUNSparseMatrix is that of one: it "
+                                          "needs the problem's own matrix of flesh_sunmatrix_create");
   if (!sparse && !flesh_problem_owns_matrix(problem, J))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the matrix is neither a SUNSparseMatrix nor this problem's own of "
                                           "flesh_sunmatrix_create");
-  const double *residual = r && !sparse ? flesh_vector_data(r, problem->newton.equations.n) : NULL;
+  const double *residual = r && !sparse ? flesh_problem_read(problem, r, 1, 1) : NULL;
   int status = flesh_newton_matrix(&problem->newton, at, residual);
   if (!status) problem->zeroed = 0;
   if (!status && sparse) status = fill_sparse(problem, J);
@@ -93,14 +98,18 @@ int flesh_kinsol_jacobian_times(N_Vector v, N_Vector Jv, N_Vector u, flesh_sunbo
   (void)u, (void)new_u;
   flesh_problem *problem = problem_of(data);
   if (!problem) return FLESH_ERR_ARGUMENT;
-  const double *x = flesh_vector_data(v, problem->newton.equations.n);
-  double *y = x ? flesh_vector_data(Jv, problem->newton.equations.n) : NULL, curvature = 0;
+  const flesh_equations *equations = &problem->newton.equations;
+  const double *x = flesh_problem_read(problem, v, 0, 0);
+  double *y = x ? flesh_problem_open(problem, Jv, 1) : NULL, curvature = 0;
   if (!y) return FLESH_ERR_ARGUMENT;
   if (!problem->newton.direction.assembled)
     return flesh_fail(FLESH_ERR_ARGUMENT, "flesh_kinsol_jacobian_times needs flesh_kinsol_jacobian or "
                                           "flesh_kinsol_preconditioner_setup before it");
-  flesh_block_multiply(problem->newton.equations.K, x, y);
-  for (int d = 0; d < problem->newton.equations.n; d++) curvature += x[d] * y[d];
+  flesh_block_multiply(equations->K, x, y);
+  flesh_team_collect(equations->team, y);
+  for (int d = 0; d < equations->n; d++) curvature += x[d] * y[d];
+  flesh_team_sum(equations->team, 1, &curvature);
+  flesh_problem_close(problem, Jv, y);
   return !(curvature > 0);
 }
 
@@ -110,7 +119,7 @@ int flesh_kinsol_preconditioner_setup(N_Vector u, N_Vector uscale, N_Vector fval
   (void)uscale, (void)fval, (void)fscale;
   flesh_problem *problem = problem_of(data);
   if (!problem) return FLESH_ERR_ARGUMENT;
-  const double *at = flesh_vector_data(u, problem->newton.equations.n);
+  const double *at = flesh_problem_read(problem, u, 0, 0);
   if (!at) return FLESH_ERR_ARGUMENT;
   int status = flesh_newton_matrix(&problem->newton, at, NULL);
   if (!status) status = flesh_matrix_policy_refresh(&problem->newton.policy);
@@ -123,10 +132,12 @@ int flesh_kinsol_preconditioner_solve(N_Vector u, N_Vector uscale, N_Vector fval
   (void)u, (void)uscale, (void)fval, (void)fscale;
   flesh_problem *problem = problem_of(data);
   if (!problem) return FLESH_ERR_ARGUMENT;
-  double *values = flesh_vector_data(z, problem->newton.equations.n);
-  if (!values) return FLESH_ERR_ARGUMENT;
+  if (!flesh_problem_read(problem, z, 1, 0)) return FLESH_ERR_ARGUMENT;
+  double *values = flesh_problem_open(problem, z, 0);
   if (!problem->newton.direction.prepared)
     return flesh_fail(FLESH_ERR_ARGUMENT,
                       "flesh_kinsol_preconditioner_solve needs flesh_kinsol_preconditioner_setup before it");
-  return flesh_direction_precondition(&problem->newton.direction, values);
+  const int status = flesh_direction_precondition(&problem->newton.direction, values);
+  flesh_problem_close(problem, z, values);
+  return status;
 }

@@ -36,12 +36,13 @@ static int solver_solve(SUNLinearSolver S, SUNMatrix A, N_Vector x, N_Vector b, 
   (void)A;
   solver *self = S->content;
   flesh_newton *newton = &self->problem->newton;
-  const double *right = flesh_vector_data(b, newton->equations.n);
-  double *p = right ? flesh_vector_data(x, newton->equations.n) : NULL;
+  const double *right = flesh_problem_read(self->problem, b, 1, 0);
+  double *p = right ? flesh_problem_open(self->problem, x, 1) : NULL;
   if (!p) return self->report.last_flag = FLESH_ERR_ARGUMENT;
-  const double *weights = self->scaling ? N_VGetArrayPointer(self->scaling) : NULL;
+  const double *weights = self->scaling ? flesh_problem_read(self->problem, self->scaling, 0, 2) : NULL;
   const int assemblies = newton->stats.assemblies;
   self->report.last_flag = flesh_newton_step(newton, weights, right, tolerance, p);
+  flesh_problem_close(self->problem, x, p);
   if (newton->stats.assemblies > assemblies) self->problem->zeroed = 0;
   self->report.iterations = newton->direction.iterations;
   self->report.residual = newton->direction.residual;

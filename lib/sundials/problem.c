@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "base/error.h"
+#include "sundials/vector.h"
 #include "sundials/version.h"
 
 int flesh_problem_create_empty(flesh_problem **problem)
@@ -14,11 +15,23 @@ int flesh_problem_create_empty(flesh_problem **problem)
   return status || *problem ? status : flesh_fail(FLESH_ERR_MEMORY, "no memory for a solver");
 }
 
+/* Of a system that is shared out: all ranks have room, or none. */
+static int make_rooms(flesh_problem *self)
+{
+  const flesh_team *team = self->newton.equations.team;
+  const size_t n = (size_t)self->newton.equations.n;
+  if (!team) return FLESH_OK;
+  self->room[0] = malloc((3 * n + 1) * sizeof *self->room[0]);
+  for (size_t k = 1; k < 3 && self->room[0]; k++) self->room[k] = self->room[0] + k * n;
+  return flesh_team_agree(team, self->room[0] ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for vectors of ranks"));
+}
+
 int flesh_problem_create_with(const flesh_system *system, const flesh_solver_options *options,
                               flesh_stage_solver solver, flesh_problem **problem)
 {
   int status = flesh_problem_create_empty(problem);
   if (!status) status = flesh_newton_init(system, options, solver, &(*problem)->newton);
+  if (!status) status = make_rooms(*problem);
   if (status) flesh_problem_destroy(problem);
   return status;
 }
@@ -36,6 +49,7 @@ void flesh_problem_destroy(flesh_problem **problem)
   if (!problem || !*problem) return;
   flesh_newton_clear(&(*problem)->newton);
   flesh_scalar_view_clear(&(*problem)->view);
+  free((*problem)->room[0]);
   free(*problem);
   *problem = NULL;
 }
@@ -56,4 +70,24 @@ void flesh_problem_start(const flesh_problem *self, double *u) { flesh_equations
 
 flesh_solve_stats *flesh_problem_stats(flesh_problem *self) { return &self->newton.stats; }
 
-size_t flesh_problem_memory(const flesh_problem *self) { return sizeof *self + flesh_newton_memory(&self->newton); }
+const double *flesh_problem_read(const flesh_problem *self, N_Vector v, int partial, int room)
+{
+  const flesh_equations *equations = &self->newton.equations;
+  return flesh_vector_read(v, equations->team, equations->n, partial, self->room[room]);
+}
+
+double *flesh_problem_open(const flesh_problem *self, N_Vector v, int room)
+{
+  return flesh_vector_open(v, self->newton.equations.team, self->newton.equations.n, self->room[room]);
+}
+
+void flesh_problem_close(const flesh_problem *self, N_Vector v, const double *written)
+{
+  flesh_vector_close(v, self->newton.equations.team, written);
+}
+
+size_t flesh_problem_memory(const flesh_problem *self)
+{
+  const size_t rooms = self->room[0] ? 3 * (size_t)self->newton.equations.n * sizeof *self->room[0] : 0;
+  return sizeof *self + rooms + flesh_newton_memory(&self->newton);
+}

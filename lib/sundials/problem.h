@@ -12,6 +12,7 @@ struct flesh_problem {
   flesh_newton newton;
   flesh_scalar_view view; /* made when a sparse SUNMatrix is first filled */
   int staged; /* it has a stage */
+  double *room[3]; /* [n] each, for vectors of N_VNew_Parallel; NULL: the system is that of one rank */
   int zeroed; /* SUNDIALS wants the SUNMatrix to be 0 until the next assembly; K itself is left alone */
 };
 
@@ -22,6 +23,10 @@ int flesh_problem_create_with(const flesh_system *system, const flesh_solver_opt
 int flesh_problem_create_empty(flesh_problem **problem);
 /* Whether J is the view of the problem's K, of flesh_sunmatrix_create. */
 int flesh_problem_owns_matrix(const flesh_problem *problem, SUNMatrix J);
+/* As flesh_vector_read, _open and _close are, with the problem's room of that number. */
+const double *flesh_problem_read(const flesh_problem *problem, N_Vector v, int partial, int room);
+double *flesh_problem_open(const flesh_problem *problem, N_Vector v, int room);
+void flesh_problem_close(const flesh_problem *problem, N_Vector v, const double *written);
 size_t flesh_problem_memory(const flesh_problem *problem);
 
 #endif

@@ -9,6 +9,7 @@
 #include "base/huge_pages.h"
 #include "base/parallel_vector.h"
 #include "base/team.h"
+#include "sundials/parallel_vector.h"
 
 static const char *kind_of(N_Vector_ID id)
 {
@@ -50,6 +51,45 @@ double *flesh_vector_data(N_Vector v, sunindextype n)
     return NULL;
   }
   return N_VGetArrayPointer(v);
+}
+
+static int is_parallel(N_Vector v, const flesh_team *team)
+{
+  return team && v && N_VGetVectorID(v) == SUNDIALS_NVEC_PARALLEL;
+}
+
+/* Whether a parallel vector has the numbers of own nodes, on all ranks. */
+static int check_parallel(N_Vector v, const flesh_team *team)
+{
+  const sunindextype own = 3 * (sunindextype)team->own, length = flesh_parallel_vector_length(v);
+  int status = FLESH_OK;
+  if (length != own || (double)N_VGetLength(v) != 3 * team->all)
+    status = flesh_fail(FLESH_ERR_ARGUMENT,
+                        "the N_Vector has %lld numbers, %lld of them of this rank; it must have %.0f and %lld, of own nodes",
+                        (long long)N_VGetLength(v), (long long)length, 3 * team->all, (long long)own);
+  return flesh_team_agree(team, status);
+}
+
+const double *flesh_vector_read(N_Vector v, const flesh_team *team, sunindextype n, int partial, double *room)
+{
+  if (!is_parallel(v, team)) return flesh_vector_data(v, n);
+  if (check_parallel(v, team)) return NULL;
+  const size_t own = 3 * (size_t)team->own;
+  memcpy(room, N_VGetArrayPointer(v), own * sizeof *room);
+  memset(room + own, 0, ((size_t)n - own) * sizeof *room);
+  if (!partial) flesh_team_share(team, room);
+  return room;
+}
+
+double *flesh_vector_open(N_Vector v, const flesh_team *team, sunindextype n, double *room)
+{
+  if (!is_parallel(v, team)) return flesh_vector_data(v, n);
+  return check_parallel(v, team) ? NULL : room;
+}
+
+void flesh_vector_close(N_Vector v, const flesh_team *team, const double *written)
+{
+  if (is_parallel(v, team)) memcpy(N_VGetArrayPointer(v), written, 3 * (size_t)team->own * sizeof *written);
 }
 
 int flesh_fail_user_data(const char *type)

@@ -6,11 +6,21 @@
 #include <string.h>
 #include <sundials/sundials_nvector.h>
 
+#include "base/team.h"
 #include "flesh/threads.h"
 
 /* The n numbers of a serial, OpenMP or Pthreads vector. NULL, with the reason in flesh_error_text(), for another kind
  * or length. */
 double *flesh_vector_data(N_Vector v, sunindextype n);
+
+/* The n numbers of a rank's nodes in a vector that a callback reads: those of flesh_vector_data, or with a `team` (NULL:
+ * none) in `room` [n] what its owners have in a vector of N_VNew_Parallel, 3 numbers for each own node and none for
+ * ghosts; these get their owners' numbers, or 0 where the vector is `partial`, as sums over ranks are. Collective then.
+ * NULL as above, on all ranks or none. */
+const double *flesh_vector_read(N_Vector v, const flesh_team *team, sunindextype n, int partial, double *room);
+/* Where a callback is to write them: in the vector, or in `room`, from which flesh_vector_close puts them into it. */
+double *flesh_vector_open(N_Vector v, const flesh_team *team, sunindextype n, double *room);
+void flesh_vector_close(N_Vector v, const flesh_team *team, const double *written);
 
 /* A count as an index of SUNDIALS; -1 where 32-bit ones cannot hold it. */
 static inline sunindextype flesh_sunindex(int64_t count)
