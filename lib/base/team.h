@@ -55,7 +55,7 @@ typedef struct flesh_team {
   int reached;    /* nodes that its preconditioner goes by: those, then some beyond that only other ranks have */
   double all;     /* nodes of the body, each counted once */
   flesh_team_reach reach;
-  const int *tets; /* of this rank's tets the numbers in the body */
+  const int *tets, *numbers; /* of this rank's tets, and of its nodes, the numbers in the body */
   const void *data;
   const flesh_team_operations *operations;
 } flesh_team;

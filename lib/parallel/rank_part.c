@@ -58,6 +58,7 @@ static int list_nodes(flesh_rank_part *self, const search *s)
     team->own += owner_of(s, i) == s->rank;
   }
   self->nodes = flesh_malloc(((size_t)team->reached + 1) * sizeof *self->nodes);
+  team->numbers = self->nodes;
   if (!self->nodes) return FLESH_ERR_MEMORY;
   int own = 0, ghost = team->own, beyond = team->nodes;
   for (int i = 0; i < self->whole_nodes; i++) {

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "base/huge_pages.h"
+#include "base/team.h"
 #include "newton/stage.h"
 #include "sundials/compatibility.h"
 #include "sundials/problem.h"
@@ -145,7 +146,13 @@ int flesh_nonlinear_worst_node(const flesh_nonlinear *self)
   int worst = 0;
   for (int d = 0; d < equations->n; d++)
     if (fabs(r[d]) > fabs(r[worst])) worst = d;
-  return worst / 3;
+  const flesh_team *team = equations->team;
+  if (!team) return worst / 3;
+  double most = fabs(r[worst]), node;
+  flesh_team_largest(team, 1, &most);
+  node = fabs(r[worst]) == most || isnan(most) ? team->numbers[worst / 3] : -1;
+  flesh_team_largest(team, 1, &node); /* of several the last */
+  return (int)node;
 }
 
 void flesh_nonlinear_set_costs(flesh_nonlinear *self, flesh_costs *costs)

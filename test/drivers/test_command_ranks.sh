@@ -134,6 +134,29 @@ what_is_not_there_is_refused() {
     refused 2 'unknown' "$scenes/swing_coarse.yaml" --never
 }
 
+# Rank 1 looks for the scene where it is not.
+a_bad_scene_on_one_rank_ends_all() {
+  mkdir -p here there && cp "$scenes/bar_gravity.yaml" here/scene.yaml || return 1
+  sed -i "s|\.\./meshes|$source_folder/../data/meshes|" here/scene.yaml
+  echo 'if [ "$OMPI_COMM_WORLD_RANK" = 1 ]; then cd there; else cd here; fi; exec "$@"' >apart.sh
+  expect 3 on_ranks 3 sh apart.sh "$flesh" run scene.yaml --out out && has stderr.txt 'scene.yaml: cannot be opened' &&
+    [ "$(grep -c '^flesh run: ' stderr.txt)" -eq 1 ] && [ ! -e here/out ]
+}
+
+# A failed step is told of with the numbers of the whole.
+a_failed_step_is_that_of_one_rank() {
+  set -- "$scenes/swing_coarse.yaml" --no-frames --quiet --set solver.max_newton=1 --set solver.max_cutbacks=0 \
+    --set time.step=0.5 --set 'effects.gravity.acceleration=[1, 2, -9]'
+  expect 4 "$flesh" run "$@" --out failed_1 && expect 4 on_ranks 3 "$flesh" run "$@" --out failed_3 || return 1
+  [ "$(grep -c '^flesh run: ' stderr.txt)" -eq 1 ] || return 1
+  python3 - <<'END'
+import json
+one, three = [json.load(open(f"failed_{n}/result.json"))["failure"] for n in (1, 3)]
+assert one["worst_tet"] == three["worst_tet"] and one["worst_node"] == three["worst_node"], (one, three)
+assert abs(one["worst_J"] - three["worst_J"]) < 1e-3, (one, three)
+END
+}
+
 # begin RANKS: a run without end, with the processes of its ranks in pid_0, pid_1 ...
 begin() {
   cat >rank.sh <<'END'
@@ -183,9 +206,10 @@ a_budget_ends_all() {
 
 if [ -n "$quick" ]; then
   run_tests several_bodies contact outputs more_ranks_than_there_is_work what_is_not_there_is_refused \
-    a_signal_to_one_rank_ends_all a_killed_rank_ends_all
+    a_bad_scene_on_one_rank_ends_all a_signal_to_one_rank_ends_all a_killed_rank_ends_all
 else
   run_tests statics damping prescribed_motion several_bodies newmark ten_nodes contact springs muscles fluids \
     a_moving_ball dead_loads outputs a_state_goes_on_on_others more_ranks_than_there_is_work \
-    what_is_not_there_is_refused a_signal_to_one_rank_ends_all a_killed_rank_ends_all a_budget_ends_all
+    what_is_not_there_is_refused a_bad_scene_on_one_rank_ends_all a_failed_step_is_that_of_one_rank \
+    a_signal_to_one_rank_ends_all a_killed_rank_ends_all a_budget_ends_all
 fi
