@@ -4,6 +4,8 @@
 
 #include "ranks.h"
 
+#include "base/memory.h"
+#include "effect/rank_share.h"
 #include "linear/block_matrix.h"
 #include "scene/ranks.h"
 #include "system/feasible_step.h"
@@ -193,10 +195,34 @@ static void check_effects(int cells)
 
 static void what_ranks_have_adds_up_to_the_effect(void) { check_effects(3); }
 
-/* Of six tets, where ranks have all corners of faces that are not theirs. */
+/* Of six tets. */
 static void so_it_does_on_the_coarsest_mesh(void)
 {
   if (flesh_communicator_size(ranks) <= 6) check_effects(1);
+}
+
+/* Also where ranks have all corners of faces that are not theirs. */
+static void a_face_is_of_one_rank(void)
+{
+  flesh_mesh *cube = NULL;
+  flesh_rank_part *part = NULL;
+  int total, found = 0, *kept = NULL, *local = NULL, of[48];
+  CHECK_OK(flesh_mesh_box((int[]){2, 2, 2}, (double[]){1, 1, 1}, (double[]){0, 0, 0}, &cube));
+  for (int t = 0; t < 48; t++) of[t] = t % flesh_communicator_size(ranks);
+  CHECK_OK(flesh_rank_part_create(ranks, cube, of, &part));
+  const int *surface = flesh_mesh_surface(cube, &total);
+  CHECK_OK(flesh_rank_share_faces(part, total, surface, &found, &kept, &local));
+  for (int k = 0; k < found; k++) {
+    CHECK(of[flesh_mesh_surface_tets(cube)[kept[k]]] == flesh_communicator_rank(ranks));
+    for (int a = 0; a < 3; a++) CHECK(flesh_rank_part_nodes(part)[local[3 * k + a]] == surface[3 * kept[k] + a]);
+  }
+  double all = found;
+  flesh_communicator_sum(ranks, 1, &all);
+  CHECK(all == total);
+  flesh_free(kept);
+  flesh_free(local);
+  flesh_rank_part_destroy(&part);
+  flesh_mesh_destroy(&cube);
 }
 
 /* With its place, by every rank. */
@@ -222,7 +248,7 @@ int main(int argc, char **argv)
 {
   if (test_folder_make(folder, sizeof folder)) return 1;
   const int failed = RUN_TESTS_ON_RANKS(argc, argv, TEST(what_ranks_have_adds_up_to_the_effect),
-                                        TEST(so_it_does_on_the_coarsest_mesh),
+                                        TEST(so_it_does_on_the_coarsest_mesh), TEST(a_face_is_of_one_rank),
                                         TEST(what_cannot_be_shared_out_is_refused));
   test_folder_remove(folder);
   return failed;
