@@ -32,5 +32,7 @@ draw limb_antagonists --time 0.3,0.9,1.6,2.4 --colour none --width 240
 "$flesh" snap "$work/floating" --bare --out ../pictures/floating.png --time 0,2,3,8 --colour none --width 300 --camera 10,15
 "$flesh" run welded.yaml --out "$work/welded" --quiet
 "$flesh" snap "$work/welded" --bare --out ../pictures/welded.png --time 0,0.5,2 --colour stress --edges --width 300
+"$flesh" run peel.yaml --out "$work/peel" --quiet
+"$flesh" snap "$work/peel" --bare --out ../pictures/peel.png --time 0,0.5,0.75,1 --colour stress --width 220
 "$flesh" run hinged.yaml --out "$work/hinged" --quiet
 "$flesh" snap "$work/hinged" --bare --out ../pictures/hinged.png --time 0,0.6,1.2 --colour stress --edges --width 300
