@@ -18,7 +18,7 @@ typedef struct flesh_state {
   double *multipliers;
   int multiplier_count;
   /* [internal_count] what effects remember of the path that led here, one after the other
-   * (flesh_system_internal_count). NULL, with a count of 0: as above. */
+   * (flesh_system_internal_count). NULL, with a count of 0: as above, and observers see them as 0. */
   double *internal;
   int internal_count;
 } flesh_state;

@@ -45,6 +45,7 @@ int flesh_system_internal_energies(const flesh_system *system, const flesh_point
     const flesh_effect *effect = system->entries[k].effect;
     if (!effect->operations->internal || !effect->operations->energy) continue;
     const flesh_point full = point_of(system, k, point);
+    energies[k] = 0;
     status = effect->operations->energy(effect, &full, &energies[k]);
     *sum += energies[k];
   }
