@@ -4,17 +4,17 @@ set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 scene=$source_folder/../data/scenes/peel.yaml
 
-# Once the free end stands upright the force is within 8 % above that: the mean traction of a part, which decides, is less
-# than that at its front edge, and what an increment is too long by is released as well.
+# Once the free part stands upright the force after each increment is that, on average; it swings as rows of parts break.
 the_force_is_the_toughness_times_the_width() {
   expect 0 "$flesh" run "$scene" --out peel --quiet --no-frames || return 1
   awk -F, 'NR > 1 && $1 > 0.65 { sum += $4; n++ } END {
     ideal = 1886^2 / (2 * 26667) * 0.1
     print "force over toughness times width:", sum / n / ideal
-    exit !(sum / n > ideal && sum / n < 1.08 * ideal) }' peel/probes.csv
+    exit !(sum / n > 0.97 * ideal && sum / n < 1.07 * ideal) }' peel/probes.csv
 }
 
-# It opens from its end on, and what is released is hardly more than the toughness times the area.
+# It opens from its end on. What is released is more than the toughness times the area, as parts break beyond their limit,
+# by what an increment is too long.
 it_opens_from_its_end() {
   awk -F, 'NR == 1 { for (c = 1; c <= NF; c++) column[$c] = c; next }
     { broken = $column["weld_broken"]; fell = fell || broken < last; last = broken; released = $column["weld_released"] }
