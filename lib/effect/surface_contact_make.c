@@ -8,6 +8,7 @@
 #include "effect/effect.h"
 #include "effect/surface_contact.h"
 #include "geometry/surface_intersections.h"
+#include "geometry/surface_winding.h"
 
 typedef flesh_surface_contact contact;
 
@@ -90,16 +91,44 @@ int flesh_surface_contact_may_meet(const flesh_effect *effect, int a, int b)
   return self->may_meet[a * parts + b];
 }
 
+/* A surface that goes through nothing is inside out where it goes around places just outside of it. It could not turn back
+ * but through itself: FLESH_ERR_ARGUMENT for the first piece of which that is so and that is kept out of itself. */
+static int check_sides(const contact *self, const double *x)
+{
+  const flesh_contact_surface *s = &self->surface;
+  const int parts = self->part_count > 0 ? self->part_count : 1;
+  int *piece = malloc(((size_t)s->face_count + 1) * sizeof *piece), status = FLESH_OK;
+  if (!piece) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d faces", s->face_count);
+  for (int f = 0; f < s->face_count; f++) piece[f] = s->node_piece[s->node_place[s->faces[3 * f]]];
+  unsigned char *seen = calloc((size_t)s->mesh_nodes + 1, 1);
+  if (!seen) status = flesh_fail(FLESH_ERR_MEMORY, "no memory for %d faces", s->face_count);
+  for (int f = 0; f < s->face_count && !status; f++) {
+    const int body = s->node_body[s->node_place[s->faces[3 * f]]], *corner = s->faces + 3 * (size_t)f;
+    const double *at = x + 3 * (size_t)corner[0];
+    if (seen[piece[f]] || !self->may_meet[body * parts + body]) continue;
+    seen[piece[f]] = 1;
+    if (!flesh_surface_winding(s, piece, piece[f], f, x)) continue;
+    status = flesh_fail(FLESH_ERR_ARGUMENT,
+                        "%s is inside out at the start, as at the triangle of the nodes %d, %d and %d, (%g, %g, %g) m: kept "
+                        "out of itself it cannot turn back; start it from another state, or without contact with itself",
+                        name_of(self, body), corner[0], corner[1], corner[2], at[0], at[1], at[2]);
+  }
+  free(piece);
+  free(seen);
+  return status;
+}
+
 int flesh_surface_contact_check(const flesh_effect *effect, double t, const double *x)
 {
+  const contact *self = effect->data;
   flesh_surface_near *near;
   flesh_surface_intersections found = {0};
   (void)t;
-  if (effect->operations == &flesh_separating_contact_operations) return FLESH_OK;
-  int status = flesh_surface_near_create(effect->data, NULL, &near);
+  int status = flesh_surface_near_create(self, NULL, &near);
   if (status) return status;
   status = flesh_surface_intersections_find(near->finder, x, NULL, &found);
-  if (!status && found.count) status = complain(effect->data, &found);
+  if (!status && found.count) status = self->separates ? FLESH_OK : complain(self, &found);
+  else if (!status) status = check_sides(self, x);
   flesh_surface_intersections_clear(&found);
   flesh_surface_near_destroy(near);
   return status;

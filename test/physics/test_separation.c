@@ -239,6 +239,35 @@ static void without_the_option_they_are_refused(void)
   if (m.scene) touching_end(&m);
 }
 
+/* What a body kept out of itself cannot get out of is refused: a start that goes through itself, and one that is inside
+ * out; not a tangle within it. */
+static void tangled_starts_are_refused(void)
+{
+  touching m;
+  unsigned long long state = 5;
+  CHECK_OK(touching_begin("body: {" CUBE "}\neffects: [inertia, contact: {between: self}]\n"
+                          "time: {method: backward-euler, step: 1/60, end: 1}\n", NULL, 1000, &m));
+  const flesh_system *system = flesh_scene_system(m.scene);
+  double *x = malloc((size_t)m.n * sizeof *x);
+  CHECK_OK(flesh_system_check(system, 0, m.state.x));
+  for (int d = 0; d < m.n; d++) x[d] = d % 3 == 0 ? 0.1 - m.state.x[d] : m.state.x[d];
+  CHECK(flesh_system_check(system, 0, x) == FLESH_ERR_ARGUMENT);
+  CHECK_TEXT(flesh_error_text(), "the body is inside out at the start, as at the triangle of the nodes ");
+  for (int d = 0; d < m.n; d++) x[d] = 0.1 * test_uniform(&state);
+  CHECK(flesh_system_check(system, 0, x) == FLESH_ERR_ARGUMENT);
+  CHECK_TEXT(flesh_error_text(), "go through each other");
+  int inner = -1, inverted = 0;
+  for (int i = 0; i < m.n / 3 && inner < 0; i++)
+    if (m.surface.node_place[i] < 0) inner = i;
+  memcpy(x, m.state.x, (size_t)m.n * sizeof *x);
+  for (int c = 0; c < 3; c++) x[3 * inner + c] += x[3 * inner + c] < 0.05 ? 0.05 : -0.05;
+  flesh_mesh_jacobians(flesh_scene_mesh(m.scene), x, NULL, NULL, &inverted);
+  CHECK(inverted > 0);
+  CHECK_OK(flesh_system_check(system, 0, x));
+  free(x);
+  touching_end(&m);
+}
+
 /* A bar that is stuck into another, aslant, is drawn straight out: the place where it goes in wanders over the surface, and
  * nothing holds it, nor strains it. */
 static void what_is_drawn_out_aslant_is_not_held(void)
@@ -342,7 +371,7 @@ int main(int argc, char **argv)
   if (test_folder_make(folder, sizeof folder)) return 1;
   const int failed =
       RUN_TESTS(argc, argv, TEST(what_is_apart_touches_again), TEST(order_and_threads_do_not_matter),
-                TEST(a_run_goes_on_where_it_was_cut), TEST(histories_tell), TEST(without_the_option_they_are_refused),
+                TEST(a_run_goes_on_where_it_was_cut), TEST(histories_tell), TEST(without_the_option_they_are_refused), TEST(tangled_starts_are_refused),
                 TEST(what_is_drawn_out_aslant_is_not_held), TEST(what_a_patch_takes_in_is_booked),
                 TEST(a_curled_strip_springs_open));
   test_folder_remove(folder);
