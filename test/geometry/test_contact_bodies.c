@@ -51,6 +51,9 @@ static void cubes_bear_as_obstacles_do(void)
         area += f.surface.node_area[k] / 2;
     for (int i = 0; i < f.nodes; i++) force += f.body[i] ? r[3 * i + 2] : 0;
     flesh_barrier_law(d / w, &value, &first, &second);
+    /* Nodes of the rim have half of the cells beside them at the sides, too: 2/n of the face of n cells along an edge. */
+    const double below = 3 * (1 + trial / 2 % 2), on_top = trial < 2 ? 4 : trial < 4 ? 2 : trial < 6 ? 4 : 6;
+    CHECK_NEAR(area, 1 + 1 / below + 1 / on_top, 1e-12);
     if (w < 0.1) { /* the sides' nodes are out of reach */
       CHECK_NEAR(energy, law.stiffness * area * w * value, 1e-11 * energy);
       CHECK_NEAR(force, law.stiffness * area * first, -1e-11 * force);

@@ -82,8 +82,8 @@ def create(kind, function, *arguments):
     return out[0]
 
 
-def owned(kind, pointer, destroy):
-    """`pointer` with `destroy(kind **)` called when nothing refers to it any more."""
-    def free(address):
+def owned(kind, pointer, destroy, keep=None):
+    """`pointer` with `destroy(kind **)` called when nothing refers to it any more; `keep` lives until then."""
+    def free(address, _keep=keep):
         destroy(ffi.new(f"{kind} **", address))
     return ffi.gc(pointer, free)

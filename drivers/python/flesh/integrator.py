@@ -54,7 +54,7 @@ class Integrator:
         options = SolverOptions() if options is None else options
         made = create("flesh_integrator", lib.flesh_integrator_create, system._ready(),
                       METHOD_NAMES.value(method, "method"), options._struct)
-        self._pointer = owned("flesh_integrator", made, lib.flesh_integrator_destroy)
+        self._pointer = owned("flesh_integrator", made, lib.flesh_integrator_destroy, system)
         self.stop = stop
         if method_options is not None:
             self.set_method_options(method_options)

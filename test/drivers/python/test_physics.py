@@ -166,6 +166,26 @@ def test_every_effect_passes_the_check_of_derivatives(mesh, body, bent):
     assert pulls[0] == pytest.approx(50) and pulls[1] < 40  # of one node, of several
 
 
+def test_what_goes_through_each_other_is_let_apart(mesh):
+    """Two bars in one mesh, put together without parts, the upper one a fifth of its height in the lower one."""
+    x, count = mesh.positions, mesh.node_count
+    both = flesh.Mesh(np.concatenate([x, x + (0.13, 0.07, 0.8)]), np.concatenate([mesh.tets, mesh.tets + count]))
+    body = flesh.Body(both, flesh.Material("S", young=1e5, poisson=0.45), 1000)
+    state = flesh.State(both.positions, np.repeat([[0, 0, 0], [0, 0, 2.0]], count, axis=0))
+    for separates in (False, True):
+        system = flesh.System(both, [flesh.Inertia(body), flesh.Elasticity(body),
+                                     flesh.SurfaceContact(body, separates=separates)])
+        if not separates:
+            with pytest.raises(flesh.ArgumentError, match="go through each other"):
+                system.check(state.x)
+    integrator = flesh.Integrator(system, "backward-euler")
+    for _ in range(30):
+        integrator.step(state, 0.005)
+    apart = integrator.separation
+    assert (apart.begun, apart.ignored) == (1, 0) and 0.1 < apart.t_apart < 0.15
+    assert np.allclose(state.v[count:], (0, 0, 2), atol=1e-5) and np.allclose(state.v[:count], 0, atol=1e-5)
+
+
 def test_muscles_pull_as_their_fibres_say(mesh, body):
     fibre = flesh.Fibre(peak_stress=2e4)
     assert flesh.FIBRE_CURVES == ("blemker", "thelen") and fibre.curve == "blemker"
