@@ -40,6 +40,11 @@ typedef struct flesh_fibre {
   double passive_stress;   /* Pa, not negative; 0: no passive part */
   double passive_exponent; /* positive */
   double passive_limit;    /* l - 1 from which the passive part is linear; positive */
+  /* 1/s, in optimal lengths, at full activation; not negative. 0: the tension does not depend on the speed.
+   * Otherwise the active tension is multiplied by g(v), v the rate of l over this times
+   * 0.25 + 0.75 activation (Thelen 2003, from Hill 1938): (1 + v)/(1 - 4 v) while it shortens, 0 where
+   * v < -1, and (0.4 + 14 v)/(0.4 + 10 v), at most 1.4, while it is stretched. */
+  double max_shortening_velocity;
 } flesh_fibre;
 
 /* "blemker", "thelen"; NULL for anything else. */
@@ -49,7 +54,7 @@ FLESH_API const char *flesh_fibre_curve_name(flesh_fibre_curve curve);
 FLESH_API int flesh_fibre_default(flesh_fibre_curve curve, double peak_stress, flesh_fibre *fibre);
 
 /* At a stretch, not negative: tension [3] = {energy per volume of the rest shape, J/m^3, which is 0 at stretch 0;
- * its first derivative by the stretch, the tension per area of the rest shape, Pa; its second derivative, Pa}.
+ * its first derivative by the stretch, the tension per area of the rest shape, Pa; its second derivative, Pa}, at no speed.
  * activation: 0 to 1. Errors: FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_fibre_tension(const flesh_fibre *fibre, double activation, double stretch, double tension[3]);
 

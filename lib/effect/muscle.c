@@ -3,7 +3,10 @@
  *
  * At a fixed shape the activation changes V: dV/dt is the power that the activation puts in, the volume times its rate
  * times the active energy W(L), which a fibre could do as work if it shortened to nothing at full activation. The energy
- * balance counts it as external work, as the effect is not passive and has an energy. */
+ * balance counts it as external work, as the effect is not passive and has an energy.
+ *
+ * Where the tension depends on the speed, what that takes off or adds is a dissipation with a potential in the rate, as
+ * that of viscosity.c: no energy, never more than the fibres' own tension, and of a frozen state. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -31,12 +34,25 @@ static const flesh_cells *muscle_cells(const flesh_effect *effect)
   return &self->tets.cells;
 }
 
-/* The activation is the load; what the fibres do passively is not scaled by it. */
-static flesh_tet_point point_of(const muscle *self, const flesh_point *point)
+/* The activation is the load; what the fibres do passively is not scaled by it. At no speed. */
+static flesh_tet_point still_at(const muscle *self, const flesh_point *point)
 {
   return (flesh_tet_point){.x = point->x,
                            .fibre = &self->fibre,
                            .activation = point->load * flesh_amplitude_at(&self->activation, point->t)};
+}
+
+/* Frozen at the point itself is not frozen. */
+static flesh_tet_point point_of(const muscle *self, const flesh_point *point, const flesh_shift *shift)
+{
+  flesh_tet_point at = still_at(self, point);
+  if (self->fibre.max_shortening_velocity == 0) return at;
+  const int frozen = point->x_frozen != point->x;
+  at.v = point->v;
+  at.x_frozen = frozen ? point->x_frozen : NULL;
+  at.v_frozen = frozen ? point->v_frozen : NULL;
+  at.ratio = shift->x != 0 ? shift->v / shift->x : 0;
+  return at;
 }
 
 /* Where nothing pulls nothing is computed. */
@@ -45,18 +61,23 @@ static int is_slack(const muscle *self, const flesh_tet_point *at)
   return at->activation * self->fibre.peak_stress == 0 && self->fibre.passive_stress == 0;
 }
 
-static int muscle_evaluate(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, double *r,
-                           double *phi, double *magnitude)
+static int evaluate_at(const muscle *self, const flesh_tet_point *at, const flesh_point *point,
+                       const flesh_shift *shift, double *r, double *phi, double *magnitude)
 {
-  const muscle *self = effect->data;
-  const flesh_tet_point at = point_of(self, point);
   double sums[2];
-  if (is_slack(self, &at) || (!r && shift->x == 0)) return FLESH_OK;
-  int status = flesh_tets_residual(&self->tets, FLESH_KERNEL_FIBRE, &at, point->threads, r, shift->x != 0 ? sums : NULL);
+  if (is_slack(self, at) || (!r && shift->x == 0)) return FLESH_OK;
+  int status = flesh_tets_residual(&self->tets, FLESH_KERNEL_FIBRE, at, point->threads, r, shift->x != 0 ? sums : NULL);
   if (status || shift->x == 0) return status;
   *phi += sums[0] / shift->x;
   *magnitude += sums[1] / shift->x;
   return FLESH_OK;
+}
+
+static int muscle_evaluate(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, double *r,
+                           double *phi, double *magnitude)
+{
+  const flesh_tet_point at = point_of(effect->data, point, shift);
+  return evaluate_at(effect->data, &at, point, shift, r, phi, magnitude);
 }
 
 static int muscle_residual(const flesh_effect *effect, const flesh_point *point, double *r)
@@ -72,16 +93,17 @@ static int muscle_potential(const flesh_effect *effect, const flesh_point *point
 
 static int muscle_energy(const flesh_effect *effect, const flesh_point *point, double *energy)
 {
+  const flesh_tet_point at = still_at(effect->data, point);
   double magnitude = 0;
   *energy = 0;
-  return muscle_evaluate(effect, point, &(flesh_shift){.x = 1}, NULL, energy, &magnitude);
+  return evaluate_at(effect->data, &at, point, &(flesh_shift){.x = 1}, NULL, energy, &magnitude);
 }
 
 static int muscle_jacobian(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
                            flesh_block_matrix *K, const int *slots)
 {
   const muscle *self = effect->data;
-  flesh_tet_point at = point_of(self, point);
+  flesh_tet_point at = point_of(self, point, shift);
   if (shift->x == 0 || is_slack(self, &at)) return FLESH_OK;
   at.scale = shift->x;
   at.filter = (flesh_eigenvalue_filter)shift->filter;
@@ -166,21 +188,21 @@ static int muscle_restrict(const flesh_effect *whole, const flesh_rank_part *par
   return status;
 }
 
-static const flesh_effect_operations muscle_operations = {
-    .name = "muscle",
-    .role = FLESH_ROLE_LOAD,
-    .cells = muscle_cells,
-    .residual = muscle_residual,
-    .jacobian = muscle_jacobian,
-    .potential = muscle_potential,
-    .energy = muscle_energy,
-    .destroy = muscle_destroy,
-    .time = &(const flesh_effect_time){.next_event = muscle_next_event},
-    .shortcuts = &(const flesh_effect_shortcuts){.evaluate = muscle_evaluate, .instructions = muscle_instructions},
-    .figures = &(const flesh_effect_figures){
-        .memory = muscle_memory, .report_names = report_names, .report = muscle_report, .stress = muscle_stress},
-    .ranks = &(const flesh_effect_ranks){.restrict_to_part = muscle_restrict},
-};
+/* Of fibres whose tension does not depend on the speed, and of those whose does. */
+#define OPERATIONS(own_traits)                                                                                        \
+  {                                                                                                                   \
+    .name = "muscle", .role = FLESH_ROLE_LOAD, .traits = own_traits, .cells = muscle_cells,                           \
+    .residual = muscle_residual, .jacobian = muscle_jacobian, .potential = muscle_potential, .energy = muscle_energy, \
+    .destroy = muscle_destroy,                                                                                        \
+    .time = &(const flesh_effect_time){.next_event = muscle_next_event},                                              \
+    .shortcuts = &(const flesh_effect_shortcuts){.evaluate = muscle_evaluate, .instructions = muscle_instructions},   \
+    .figures = &(const flesh_effect_figures){                                                                         \
+      .memory = muscle_memory, .report_names = report_names, .report = muscle_report, .stress = muscle_stress},       \
+    .ranks = &(const flesh_effect_ranks){.restrict_to_part = muscle_restrict},                                        \
+  }
+
+static const flesh_effect_operations muscle_operations = OPERATIONS(0),
+                                     fast_muscle_operations = OPERATIONS(FLESH_FREEZES);
 
 /* That the activation is one, and the tets are some of the mesh's, each once, ascending. */
 static int check(const flesh_mesh *mesh, int count, const int *tets, const flesh_amplitude *activation)
@@ -234,5 +256,6 @@ int flesh_effect_muscle(const flesh_body *body, int count, const int *tets, cons
     muscle_destroy(self);
     return status;
   }
-  return flesh_effect_create(&muscle_operations, self, effect);
+  const int has_speed = self->fibre.max_shortening_velocity > 0;
+  return flesh_effect_create(has_speed ? &fast_muscle_operations : &muscle_operations, self, effect);
 }

@@ -11,12 +11,15 @@ typedef struct points {
   fibres at[POINTS];
 } points;
 
-static COMPILED_ONCE int load(const flesh_batches *batches, int index, const flesh_tet_point *at, const double *x,
+static COMPILED_ONCE int load(const flesh_batches *batches, int index, const flesh_tet_point *at, const nearby *near,
                               tets *t, points *p)
 {
-  ten all;
+  ten all, v, x_0, v_0;
   load_fibres(batches, index, t);
-  load_ten(t, x, &all);
+  load_ten(t, near->x, &all);
+  if (at->v) load_ten(t, near->v, &v);
+  if (at->v && at->x_frozen) load_ten(t, near->x_frozen, &x_0);
+  if (at->v && at->x_frozen && at->v_frozen) load_ten(t, near->v_frozen, &v_0);
   for (int q = 0; q < POINTS; q++) {
     fibres *b = &p->at[q];
     flesh_real w[4];
@@ -30,6 +33,7 @@ static COMPILED_ONCE int load(const flesh_batches *batches, int index, const fle
     }
     int status = find_tension(at, all.node, b);
     if (status) return status;
+    if (at->v) add_speed(at, v.node, x_0.node, v_0.node, b);
   }
   return FLESH_OK;
 }
@@ -39,14 +43,15 @@ static COMPILED_ONCE int fibre_residual(const flesh_batches *batches, int tile, 
 {
   const flesh_tiles *tiles = &batches->tiles;
   flesh_real sum = flesh_all(0), size = flesh_all(0);
-  tile_vector x, forces;
-  tile_gather(tiles, tile, at->x, x);
+  nearby near;
+  tile_vector forces;
+  gather(tiles, tile, at, &near);
   if (r) tile_clear(tiles, tile, forces);
   for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
     tets t;
     points p;
     flesh_real f[10][3];
-    int status = load(batches, k, at, x, &t, &p);
+    int status = load(batches, k, at, &near, &t, &p);
     if (status) return status;
     for (int q = 0; q < POINTS && sums; q++) add_energy(&p.at[q], &sum, &size);
     if (!r) continue;
@@ -64,12 +69,12 @@ static COMPILED_ONCE int fibre_residual(const flesh_batches *batches, int tile, 
 }
 
 static COMPILED_ONCE int add_hessian(const flesh_batches *batches, int index, const flesh_tet_point *at,
-                                     const double *x, tile_blocks *to)
+                                     const nearby *near, tile_blocks *to)
 {
   tets t;
   points p;
   flesh_real H[POINTS][6];
-  int status = load(batches, index, at, x, &t, &p);
+  int status = load(batches, index, at, near, &t, &p);
   if (status) return status;
   for (int q = 0; q < POINTS; q++) fibre_matrix(at, &p.at[q], H[q]);
   for (int a = 0, n = 0; a < 9; a++)
@@ -90,12 +95,12 @@ static int fibre_hessian(const flesh_batches *batches, int tile, const flesh_tet
                          double *values)
 {
   const flesh_tiles *tiles = &batches->tiles;
-  tile_vector x;
+  nearby near;
   tile_blocks own;
-  tile_gather(tiles, tile, at->x, x);
+  gather(tiles, tile, at, &near);
   tile_open(tiles, tile, &own);
   for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
-    int status = add_hessian(batches, k, at, x, &own);
+    int status = add_hessian(batches, k, at, &near, &own);
     if (status) return status;
     tile_expect(tiles, tile, k, slots, values);
   }

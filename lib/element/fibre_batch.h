@@ -35,17 +35,42 @@ INLINE void load_fibres(const flesh_batches *batches, int index, tets *t)
               .pair = batches->tiles.pairs + (size_t)index * ELEMENT_PAIRS * FLESH_LANES};
 }
 
-/* f by the nodes from the first one, d [1 to ELEMENT_NODES - 1], and the energy with its derivatives. */
-INLINE int find_tension(const flesh_tet_point *at, flesh_real (*d)[3], fibres *b)
+/* What a vector's values from the first node, d [1 to ELEMENT_NODES - 1], are along the fibre. */
+INLINE void along_fibre(const fibres *b, flesh_real (*d)[3], flesh_real f[3])
 {
   for (int i = 0; i < 3; i++) {
-    b->f[i] = flesh_all(0);
-    for (int n = 1; n < ELEMENT_NODES; n++) b->f[i] += b->weight[n] * d[n][i];
+    f[i] = flesh_all(0);
+    for (int n = 1; n < ELEMENT_NODES; n++) f[i] += b->weight[n] * d[n][i];
   }
+}
+
+/* f by the nodes' positions, and the energy with its derivatives. */
+INLINE int find_tension(const flesh_tet_point *at, flesh_real (*d)[3], fibres *b)
+{
+  along_fibre(b, d, b->f);
   b->square = flesh_vec3_dot(b->f, b->f);
   if (flesh_any((b->square < LARGEST_SQUARE) == 0)) return FLESH_NONFINITE;
   flesh_fibre_form(at->fibre, at->activation, b->square, &b->at);
   return FLESH_OK;
+}
+
+/* What the speed changes, by velocities and the frozen state as far as it is there. The rate of f.f/2, as of the Green
+ * strain in viscous_batch.h, is f.f', and with a frozen state 1/2 (f + f_0).f' - 1/2 (f - f_0).f_0'. */
+INLINE void add_speed(const flesh_tet_point *at, flesh_real (*v)[3], flesh_real (*x_0)[3], flesh_real (*v_0)[3], fibres *b)
+{
+  flesh_real rate[3], start[3], e, square = b->square;
+  along_fibre(b, v, rate);
+  e = flesh_vec3_dot(b->f, rate);
+  if (at->x_frozen) {
+    along_fibre(b, x_0, start);
+    square = flesh_vec3_dot(start, start);
+    e = 0.5 * (e + flesh_vec3_dot(start, rate));
+    if (at->v_frozen) {
+      along_fibre(b, v_0, rate);
+      e -= 0.5 * (flesh_vec3_dot(b->f, rate) - flesh_vec3_dot(start, rate));
+    }
+  }
+  flesh_fibre_add_speed(at->fibre, at->activation, b->square, square, e, at->ratio, &b->at);
 }
 
 /* T 1 + D f f^T times volume and scale: entries 00 01 02 11 12 22. */

@@ -1,14 +1,20 @@
 /* fibre_kernel.c: energy, force and (projected) Hessian of the fibres in linear tets, FLESH_LANES tets at a time. */
 #include "element/fibre_batch.h"
 
-static COMPILED_ONCE int load(const flesh_batches *batches, int index, const flesh_tet_point *at, const double *x,
+static COMPILED_ONCE int load(const flesh_batches *batches, int index, const flesh_tet_point *at, const nearby *near,
                               tets *t, fibres *b)
 {
-  flesh_real d[4][3];
+  flesh_real d[4][3], v[4][3], x_0[4][3], v_0[4][3];
   load_fibres(batches, index, t);
   load_weights(batches, index, 0, b->weight, &b->volume);
-  edges_of(t, x, d + 1);
-  return find_tension(at, d, b);
+  edges_of(t, near->x, d + 1);
+  int status = find_tension(at, d, b);
+  if (status || !at->v) return status;
+  edges_of(t, near->v, v + 1);
+  if (at->x_frozen) edges_of(t, near->x_frozen, x_0 + 1);
+  if (at->x_frozen && at->v_frozen) edges_of(t, near->v_frozen, v_0 + 1);
+  add_speed(at, v, x_0, v_0, b);
+  return FLESH_OK;
 }
 
 static COMPILED_ONCE int fibre_residual(const flesh_batches *batches, int tile, const flesh_tet_point *at, double *r,
@@ -16,14 +22,15 @@ static COMPILED_ONCE int fibre_residual(const flesh_batches *batches, int tile, 
 {
   const flesh_tiles *tiles = &batches->tiles;
   flesh_real sum = flesh_all(0), size = flesh_all(0);
-  tile_vector x, forces;
-  tile_gather(tiles, tile, at->x, x);
+  nearby near;
+  tile_vector forces;
+  gather(tiles, tile, at, &near);
   if (r) tile_clear(tiles, tile, forces);
   for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
     tets t;
     fibres b;
     flesh_real f[4][3];
-    int status = load(batches, k, at, x, &t, &b);
+    int status = load(batches, k, at, &near, &t, &b);
     if (status) return status;
     if (sums) add_energy(&b, &sum, &size);
     if (!r) continue;
@@ -40,15 +47,15 @@ static int fibre_hessian(const flesh_batches *batches, int tile, const flesh_tet
                          double *values)
 {
   const flesh_tiles *tiles = &batches->tiles;
-  tile_vector x;
+  nearby near;
   tile_blocks own;
-  tile_gather(tiles, tile, at->x, x);
+  gather(tiles, tile, at, &near);
   tile_open(tiles, tile, &own);
   for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
     tets t;
     fibres b;
     flesh_real H[6];
-    int status = load(batches, k, at, x, &t, &b);
+    int status = load(batches, k, at, &near, &t, &b);
     if (status) return status;
     fibre_matrix(at, &b, H);
     for (int a = 0, n = 0; a < 3; a++)

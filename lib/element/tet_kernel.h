@@ -95,8 +95,8 @@ typedef struct flesh_viscous {
 /* Where a kernel is evaluated, and how. */
 typedef struct flesh_tet_point {
   const double *x; /* [3*n] positions, of F; NULL, where a kernel takes it: at rest, F = I */
-  const double *v; /* [3*n] velocities, of kernels of rates */
-  /* [3*n] of the viscous kernel: the frozen state of flesh_point; NULL: x and v themselves. v_frozen NULL: at rest */
+  const double *v; /* [3*n] velocities, of kernels of rates; of fibres, whose tension depends on speeds then, or NULL */
+  /* [3*n] of kernels of rates: the frozen state of flesh_point; NULL: x and v themselves. v_frozen NULL: at rest */
   const double *x_frozen, *v_frozen;
   double scale_x;  /* of matrices, of what changes with x beside what changes with v */
   double scale;    /* of forces and energies of rates, and of matrices */
@@ -105,6 +105,8 @@ typedef struct flesh_tet_point {
   const flesh_viscous *viscous; /* of every material, of the viscous kernel */
   const struct flesh_fibre_constants *fibre; /* of all tets, of the kernel of fibres */
   double activation;            /* of them */
+  /* 1/s, of fibres where v is given: what velocities change by when positions change by 1 in a step; 0: not known */
+  double ratio;
   const double *multipliers;    /* [the mesh's tets] Pa, of means that are held; NULL: 0 */
   double penalty;               /* times their shares; 0 counts as 1 */
 } flesh_tet_point;

@@ -89,6 +89,19 @@ INLINE void gradient_of(const tets *t, const double *x, flesh_real d[3][3], fles
   gradient_of_edges(t, d, F);
 }
 
+/* A tile's vectors, as far as they are there. */
+typedef struct nearby {
+  tile_vector x, v, x_frozen, v_frozen;
+} nearby;
+
+INLINE void gather(const flesh_tiles *tiles, int tile, const flesh_tet_point *at, nearby *tile_of)
+{
+  if (at->x) tile_gather(tiles, tile, at->x, tile_of->x);
+  if (at->v) tile_gather(tiles, tile, at->v, tile_of->v);
+  if (at->x_frozen) tile_gather(tiles, tile, at->x_frozen, tile_of->x_frozen);
+  if (at->x_frozen && at->v_frozen) tile_gather(tiles, tile, at->v_frozen, tile_of->v_frozen);
+}
+
 /* Row i of the forces on the nodes, by row i of volume * P. */
 INLINE void force_row(const tets *t, int i, const flesh_real P[3], flesh_real f[4][3])
 {

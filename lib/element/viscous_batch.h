@@ -15,19 +15,6 @@
 #include "element/tet_lanes.h"
 #include "math/eig3_core.h"
 
-/* A tile's vectors, as far as they are there. */
-typedef struct nearby {
-  tile_vector x, v, x_frozen, v_frozen;
-} nearby;
-
-INLINE void gather(const flesh_tiles *tiles, int tile, const flesh_tet_point *at, nearby *tile_of)
-{
-  if (at->x) tile_gather(tiles, tile, at->x, tile_of->x);
-  tile_gather(tiles, tile, at->v, tile_of->v);
-  if (at->x_frozen) tile_gather(tiles, tile, at->x_frozen, tile_of->x_frozen);
-  if (at->x_frozen && at->v_frozen) tile_gather(tiles, tile, at->v_frozen, tile_of->v_frozen);
-}
-
 /* F, the rate of it, and both frozen, as far as they are there. */
 typedef struct gradients {
   flesh_real F[9], rate[9], frozen[9], frozen_rate[9];

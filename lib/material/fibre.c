@@ -47,6 +47,9 @@ static int check(const flesh_fibre *fibre)
   if (!(fibre->passive_stress >= 0 && fibre->passive_stress < INFINITY))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the passive stress c1 is %g Pa; it must not be negative",
                       fibre->passive_stress);
+  if (!(fibre->max_shortening_velocity >= 0 && fibre->max_shortening_velocity < INFINITY))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "max_shortening_velocity is %g 1/s; it must not be negative",
+                      fibre->max_shortening_velocity);
   if (fibre->passive_stress == 0) return FLESH_OK;
   if (!(fibre->passive_exponent > 0 && fibre->passive_exponent < INFINITY))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the passive exponent c2 is %g; it must be positive", fibre->passive_exponent);
@@ -64,7 +67,8 @@ int flesh_fibre_constants_of(const flesh_fibre *fibre, flesh_fibre_constants *c)
   *c = (flesh_fibre_constants){.curve = fibre->curve,
                                .peak_stress = fibre->peak_stress,
                                .inverse_optimal = 1 / fibre->optimal_stretch,
-                               .passive_stress = fibre->passive_stress};
+                               .passive_stress = fibre->passive_stress,
+                               .max_shortening_velocity = fibre->max_shortening_velocity};
   if (fibre->passive_stress == 0) return FLESH_OK;
   const double b = c->exponent = fibre->passive_exponent;
   c->limit = fibre->passive_limit;

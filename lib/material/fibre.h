@@ -12,6 +12,7 @@ typedef struct flesh_fibre_constants {
   double passive_stress, exponent, toe, limit;
   double toe_value, toe_slope, toe_energy;
   double limit_value, limit_slope, limit_energy;
+  double max_shortening_velocity; /* 1/s; 0: none */
 } flesh_fibre_constants;
 
 /* FLESH_ERR_ARGUMENT, with the member and what would be valid. */

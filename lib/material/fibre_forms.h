@@ -13,6 +13,7 @@
 #include "flesh/material.h"
 #include "material/fibre.h"
 #include "math/error_function.h"
+#include "math/logarithm.h"
 
 /* W over the stress, its derivative by l, that over l, its second one, and (second - over)/l^2: of one part. */
 typedef struct flesh_fibre_part {
@@ -107,6 +108,38 @@ static inline void flesh_fibre_form(const flesh_fibre_constants *c, double activ
     fibre->D += stress[k] * square * square * part.bend;
     fibre->stiffness += stress[k] * square * part.second;
   }
+}
+
+/* What the speed changes of it, once `fibre` has the rest: the active tension is to be a(l) g(v) in place of a(l), with g
+ * of flesh_fibre.max_shortening_velocity. With the frozen state's l_0, the rate e of I/2 and l' = e/l_0 times the square
+ * of inverse_optimal, that is a brake by (1 - g(v)) a(l_0) l/l_0, with the potential a(l_0) times the integral of g - 1
+ * in l': convex, and without a force where nothing moves. Its error is of the order of the step, as that of a(l_0) is.
+ * `ratio` is what e changes by when I/2 changes by 1 in a step, 1/s; 0: energy and D stay as they are. */
+static inline void flesh_fibre_add_speed(const flesh_fibre_constants *c, double activation, flesh_real I, flesh_real I_0,
+                                         flesh_real e, double ratio, flesh_fibre_real *fibre)
+{
+  static const double hill = 0.25, stretched = 0.04, most = 1.4, least_length = 0.1;
+  const double stress = activation * c->peak_stress, square = c->inverse_optimal * c->inverse_optimal,
+               fastest = c->max_shortening_velocity * (0.25 + 0.75 * activation);
+  const flesh_real zero = flesh_all(0), one = flesh_all(1), l = flesh_sqrt(I_0) * c->inverse_optimal;
+  flesh_fibre_part part;
+  if (stress == 0 || fastest == 0) return;
+  flesh_fibre_active(c->curve, l, &part);
+  const flesh_real turn = square / flesh_select(l > least_length, l, flesh_all(least_length)); /* l' over e */
+  const flesh_real v = e * turn * (1 / fastest), s = flesh_abs(v), active = stress * part.first;
+  const flesh_mask shortens = v < 0, slack = v < -1;
+  const flesh_real shape = flesh_select(shortens, flesh_all(hill), flesh_all(stretched)),
+                   size = flesh_select(shortens, flesh_all(1 + hill), flesh_all(most - 1)),
+                   u = flesh_select(slack, one, s), below = 1 / (shape + u);
+  const flesh_real change = size * u * below, beyond = flesh_select(slack, s - 1, zero);
+  const flesh_real slope = flesh_select(slack, zero, size * shape * below * below);
+  const flesh_real area = size * (u - shape * flesh_log1p(u / shape)) + beyond;
+  const flesh_real T = active * turn * flesh_select(shortens, -change, change);
+  const flesh_real D = ratio * active * slope * turn * turn * (1 / fastest);
+  fibre->T += T;
+  fibre->D += D;
+  fibre->stiffness += T + D * I;
+  if (ratio > 0) fibre->value += active * area * (fastest / ratio);
 }
 
 /* The same with eigenvalues that are not negative; `filter` is not FLESH_FILTER_NONE. D with both eigenvalues as they

@@ -37,6 +37,7 @@ class Fibre(Options):
     passive_stress: float = Field("Pa, c1 of c1 (exp(c2 (l-1)) - 1), l the stretch over the optimal one; 0: none")
     passive_exponent: float = Field("c2")
     passive_limit: float = Field("l - 1 from which the passive part is linear")
+    max_shortening_velocity: float = Field("1/s, in optimal lengths, at full activation; 0: speeds change nothing")
 
     def __init__(self, curve: str = "blemker", peak_stress: float = 3e5, **values: float):
         self._begin = (_CURVES.value(curve, "curve"), float(peak_stress))
