@@ -56,7 +56,8 @@ INLINE int find_tension(const flesh_tet_point *at, flesh_real (*d)[3], fibres *b
 
 /* What the speed changes, by velocities and the frozen state as far as it is there. The rate of f.f/2, as of the Green
  * strain in viscous_batch.h, is f.f', and with a frozen state 1/2 (f + f_0).f' - 1/2 (f - f_0).f_0'. */
-INLINE void add_speed(const flesh_tet_point *at, flesh_real (*v)[3], flesh_real (*x_0)[3], flesh_real (*v_0)[3], fibres *b)
+INLINE void add_speed(const flesh_tet_point *at, flesh_real (*v)[3], flesh_real (*x_0)[3], flesh_real (*v_0)[3],
+                      fibres *b)
 {
   flesh_real rate[3], start[3], e, square = b->square;
   along_fibre(b, v, rate);

@@ -110,11 +110,12 @@ static inline void flesh_fibre_form(const flesh_fibre_constants *c, double activ
   }
 }
 
-/* What the speed changes of it, once `fibre` has the rest: the active tension is to be a(l) g(v) in place of a(l), with g
- * of flesh_fibre.max_shortening_velocity. With the frozen state's l_0, the rate e of I/2 and l' = e/l_0 times the square
- * of inverse_optimal, that is a brake by (1 - g(v)) a(l_0) l/l_0, with the potential a(l_0) times the integral of g - 1
- * in l': convex, and without a force where nothing moves. Its error is of the order of the step, as that of a(l_0) is.
- * `ratio` is what e changes by when I/2 changes by 1 in a step, 1/s; 0: energy and D stay as they are. */
+/* What the speed changes of it, once `fibre` has the rest: the active tension is to be a(l) g(v) in place of a(l), with
+ * g of flesh_fibre.max_shortening_velocity. With the frozen state's l_0, the rate e of I/2 and the rate of l taken as
+ * e/l_0 times the square of inverse_optimal, a brake does that, by (1 - g) a(l_0) l/l_0: it has the potential a(l_0)
+ * times the integral of g - 1 over that rate, which is convex and not negative, and no force where nothing moves. Its
+ * error is of the order of the step, as a(l_0) is not a(l). `ratio` is what e changes by when I/2 changes by 1 in a
+ * step, 1/s; 0: energy and D stay as they are. */
 static inline void flesh_fibre_add_speed(const flesh_fibre_constants *c, double activation, flesh_real I, flesh_real I_0,
                                          flesh_real e, double ratio, flesh_fibre_real *fibre)
 {

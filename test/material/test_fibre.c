@@ -233,8 +233,9 @@ static void bad_constants_are_refused(void)
                {offsetof(flesh_fibre, passive_stress), NAN, "passive stress c1 is nan Pa"},
                {offsetof(flesh_fibre, passive_exponent), 0, "passive exponent c2 is 0"},
                {offsetof(flesh_fibre, passive_limit), 0, "passive limit is 0"},
-               {offsetof(flesh_fibre, passive_limit), 20, "at most 15.1515"}};
-  for (int k = 0; k < 6; k++) {
+               {offsetof(flesh_fibre, passive_limit), 20, "at most 15.1515"},
+               {offsetof(flesh_fibre, max_shortening_velocity), -1, "max_shortening_velocity is -1 1/s"}};
+  for (int k = 0; k < 7; k++) {
     bad = fibre;
     *(double *)((char *)&bad + cases[k].member) = cases[k].value;
     CHECK(flesh_fibre_tension(&bad, 1, 1, tension) == FLESH_ERR_ARGUMENT);

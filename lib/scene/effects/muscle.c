@@ -93,6 +93,7 @@ const flesh_effect_row flesh_effect_row_muscle = {
     .parameters_size = sizeof(parameters),
     /* Beyond the joints of the curve, near which differences are less exact. */
     .sample = "{fibres: {direction: [1, 2, 0.5]}, curve: thelen, peak_stress: 30000, optimal_stretch: 0.6, "
-              "max_shortening_velocity: 8, passive: {c1: 3000, c2: 2, limit: 5}, activation: [{time: 0, value: 0.2}, {time: 1, value: 1}]}",
+              "max_shortening_velocity: 8, passive: {c1: 3000, c2: 2, limit: 5}, "
+              "activation: [{time: 0, value: 0.2}, {time: 1, value: 1}]}",
     .add = add,
 };
