@@ -53,9 +53,9 @@ FLESH_API const char *flesh_fibre_curve_name(flesh_fibre_curve curve);
 /* The curve's own passive part at this peak stress, optimal stretch 1. Errors: FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_fibre_default(flesh_fibre_curve curve, double peak_stress, flesh_fibre *fibre);
 
-/* At a stretch, not negative, and no speed: tension [3] = {energy per volume of the rest shape, J/m^3, which is 0 at
- * stretch 0; its first derivative by the stretch, the tension per area of the rest shape, Pa; its second derivative, Pa}.
- * activation: 0 to 1. Errors: FLESH_ERR_ARGUMENT. */
+/* At a stretch, not negative, and no speed: tension [3] = {energy per volume of the rest shape, J/m^3, which is 0
+ * at stretch 0; its first derivative by the stretch, the tension per area of the rest shape, Pa; its second
+ * derivative, Pa}. activation: 0 to 1. Errors: FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_fibre_tension(const flesh_fibre *fibre, double activation, double stretch, double tension[3]);
 
 #ifdef __cplusplus
