@@ -17,8 +17,9 @@ typedef struct flesh_contact_options {
   double friction;   /* Coulomb's coefficient, >= 0 */
   double slip_speed; /* m/s, below which friction is viscous, so that it is smooth; > 0 */
   int separates;     /* 1: surfaces that go through each other at the start are let apart; not of obstacles */
+  int adaptive;      /* 1: the stiffness follows the pressures; not of obstacles */
 } flesh_contact_options;
-/* NaN, NaN, 0, 1e-3 m/s, 0. */
+/* NaN, NaN, 0, 1e-3 m/s, 0, 0. */
 FLESH_API void flesh_contact_options_default(flesh_contact_options *options);
 
 /* Keeps the body's nodes out of the obstacle, and its faces out of a core of spheres and capsules
@@ -51,6 +52,11 @@ FLESH_API int flesh_effect_contact(const flesh_body *body, const flesh_contact_o
  * on how a face is cut (Li et al. 2023). Edges that come as near each other as w/4 have a barrier, too. What is nearer
  * than w at rest in one connected piece of a part does not touch; pieces that nothing connects do, also in a body
  * without parts. Friction as above, with the slip of one surface on the other.
+ *
+ * With options->adaptive 1 the stiffness is that given at first and follows the pressures: at the end of a step or an
+ * equilibrium where their mean, weighed by the nodes' forces, is not within a quarter and four times that at half of the
+ * thickness (2 k), k becomes half of it, but changes by a factor of four at most and stays within 1e-6 and 1e3 times the
+ * first. ln of k over the first is the effect's internal variable, part of the state.
  *
  * No step of a solve passes one surface through another: every step ends before they meet (additive continuous
  * collision detection, Li et al. 2021). So they must be apart at the start: flesh_system_check says where they are

@@ -120,6 +120,8 @@ int flesh_contact_options_check(const flesh_contact_options *o)
     return flesh_fail(FLESH_ERR_ARGUMENT, "slip_speed is %g m/s; it must be positive", o->slip_speed);
   if (o->separates != 0 && o->separates != 1)
     return flesh_fail(FLESH_ERR_ARGUMENT, "separates is %d; it must be 0 or 1", o->separates);
+  if (o->adaptive != 0 && o->adaptive != 1)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "adaptive is %d; it must be 0 or 1", o->adaptive);
   return FLESH_OK;
 }
 
@@ -151,6 +153,9 @@ int flesh_effect_contact(const flesh_body *body, const flesh_contact_options *op
     status = flesh_contact_options_check(&own);
     if (!status && own.separates)
       status = flesh_fail(FLESH_ERR_ARGUMENT, "separates is of bodies that touch each other; an obstacle pushes out");
+    if (!status && own.adaptive)
+      status = flesh_fail(FLESH_ERR_ARGUMENT, "adaptive is of bodies that touch each other; the stiffness of an obstacle "
+                                              "does not change");
   }
   if (!status)
     status = flesh_contact_core_create(body->mesh, self->obstacle, own.stiffness * share,

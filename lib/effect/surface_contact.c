@@ -3,6 +3,7 @@
 #include "effect/surface_contact.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -17,6 +18,7 @@ typedef flesh_surface_near near;
 static int open_near(const flesh_effect *effect, const flesh_point *point, int rubbing, near **self, int *own)
 {
   int status = flesh_surface_near_of(effect, point, self, own);
+  if (!status) flesh_surface_near_harden(*self, point->internal);
   if (!status && rubbing) status = flesh_surface_near_rub(*self, point);
   if (!status) status = flesh_surface_near_meet(*self, point->x);
   return status;
@@ -135,6 +137,32 @@ static void surface_contact_report(const flesh_effect *effect, const flesh_point
   close_near(self, own, status);
 }
 
+static int surface_contact_variables(const flesh_effect *effect)
+{
+  const contact *self = effect->data;
+  return self->adaptive;
+}
+
+static int surface_contact_update(const flesh_effect *effect, const flesh_point *point, double *internal, int *changed)
+{
+  const contact *contact = effect->data;
+  near *self;
+  int own;
+  if (!contact->adaptive) return FLESH_OK;
+  const int status = open_near(effect, point, 0, &self, &own);
+  if (!status && flesh_surface_near_adapt(self, point->x, internal)) *changed = 1;
+  return close_near(self, own, status);
+}
+
+static void surface_contact_tell(const flesh_effect *effect, const double *internal, size_t size, char *text)
+{
+  const contact *self = effect->data;
+  if (!self->adaptive) *text = 0;
+  else
+    snprintf(text, size, "the stiffness was %.3g Pa at first and is %.3g Pa", self->law.stiffness,
+             self->law.stiffness * exp(internal[0]));
+}
+
 static size_t surface_contact_memory(const flesh_effect *effect)
 {
   const contact *self = effect->data;
@@ -166,6 +194,8 @@ static void surface_contact_destroy(void *data)
       .figures = &(const flesh_effect_figures){.report_names = (names), .report = surface_contact_report,               \
                                                .memory = surface_contact_memory},                                       \
       .proximity = &(near),                                                                                             \
+      .internal = &(const flesh_effect_internal){.count = surface_contact_variables, .update = surface_contact_update,  \
+                                                 .tell = surface_contact_tell},                                         \
   }
 const flesh_effect_operations flesh_surface_contact_operations = TABLE(report_names, flesh_surface_contact_proximity),
                               flesh_separating_contact_operations =

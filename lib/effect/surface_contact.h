@@ -19,6 +19,7 @@ typedef struct flesh_surface_contact {
   flesh_contact_law law;
   double friction, slip_speed; /* m/s */
   double slack;                /* m, how much farther than forces reach is searched */
+  int adaptive;                /* 1: the stiffness follows the pressures, from that of the law on */
   uint8_t *may_meet;           /* [bodies][bodies] 1: they may touch */
   int separates;               /* what goes through each other at the start does not touch until it is apart */
 } flesh_surface_contact;
@@ -108,6 +109,10 @@ int flesh_surface_near_follow(flesh_surface_near *near, int accepted, double t, 
 int flesh_surface_near_archive(flesh_surface_near *near, flesh_archive *archive);
 /* Whether the surface is at these places [3*nodes]. */
 int flesh_surface_near_is_at(const flesh_surface_near *near, const double *x, const double *places);
+/* The stiffness of near->set becomes that by the effect's internal variable (NULL: 0). */
+void flesh_surface_near_harden(flesh_surface_near *near, const double *internal);
+/* The internal variable of the next step, by the pressures of near->set, that at x; returns whether it changed. */
+int flesh_surface_near_adapt(const flesh_surface_near *near, const double *x, double *internal);
 /* Room for Hessians of 12 x 12. FLESH_ERR_MEMORY. */
 int flesh_surface_near_reserve(flesh_surface_near *near, int hessians);
 

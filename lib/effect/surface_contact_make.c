@@ -60,6 +60,7 @@ static int make(const flesh_body *body, const flesh_contact_options *options, in
   self->friction = own.friction;
   self->slip_speed = own.slip_speed;
   self->separates = own.separates;
+  self->adaptive = own.adaptive;
   self->slack = fmax(SLACK * self->surface.mean_edge, own.thickness);
   return take_pairs(self, part_count, count, pairs);
 }

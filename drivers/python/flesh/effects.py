@@ -359,12 +359,15 @@ class SurfaceContact(Effect):
         stiffness, thickness, friction, slip_speed: as of `Contact`.
         separates: surfaces that go through each other at the start do not touch until they are apart
             (`Integrator.separation`); else they are refused.
+        adaptive: the stiffness follows the pressures from step to step, from that given on.
     """
 
     def __init__(self, body: Body, pairs=None, stiffness: Optional[float] = None, thickness: Optional[float] = None,
-                 friction: Optional[float] = None, slip_speed: Optional[float] = None, separates: bool = False):
+                 friction: Optional[float] = None, slip_speed: Optional[float] = None, separates: bool = False,
+                 adaptive: bool = False):
         options = _contact_options(stiffness, thickness, friction, slip_speed)
         options.separates = int(separates)
+        options.adaptive = int(adaptive)
         chosen = None if pairs is None else integers(pairs, (None, 2), "pairs")
         count, numbers = (0, ffi.NULL) if chosen is None else (len(chosen), pointer(chosen, "int"))
         self._take(create("flesh_effect", lib.flesh_effect_surface_contact, body._struct, options, count, numbers), body)

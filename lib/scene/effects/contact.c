@@ -24,7 +24,7 @@ typedef struct parameters {
   char *mesh;
   const flesh_node *between;
   double stiffness, thickness, friction, slip_speed, centre[3];
-  int interpolation, intersecting;
+  int interpolation, intersecting, adaptive;
   flesh_objects motion;
 } parameters;
 
@@ -89,6 +89,9 @@ static const flesh_key keys[] = {
     {.name = "stiffness", .type = FLESH_KEY_NUMBER, AT(stiffness), .range = FLESH_RANGE_POSITIVE,
      .unit = "Pa", .default_value = "",
      .doc = "of the barrier. Default: three times the body's largest shear modulus mu"},
+    {.name = "adaptive", .type = FLESH_KEY_BOOLEAN, AT(adaptive), .default_value = "false",
+     .doc = "between bodies: the stiffness follows the pressures from step to step, so that most gaps are near half of "
+            "the thickness"},
     {.name = "thickness", .type = FLESH_KEY_NUMBER, AT(thickness), .range = FLESH_RANGE_POSITIVE,
      .unit = "m", .default_value = "",
      .doc = "distance at which the barrier begins. Default: 1/20 of the mean edge of the body's "
@@ -193,7 +196,7 @@ static int add(const void *values, const flesh_body *body, flesh_system *system)
   const parameters *p = values;
   const flesh_contact_options options = {.stiffness = p->stiffness, .thickness = p->thickness,
                                          .friction = p->friction, .slip_speed = p->slip_speed,
-                                         .separates = p->intersecting};
+                                         .separates = p->intersecting, .adaptive = p->adaptive};
   const int plane = !isnan(p->plane.point[0]), sphere = !isnan(p->sphere.radius),
             capsule = !isnan(p->capsule.radius), mesh = p->mesh != NULL;
   flesh_obstacle *obstacle = NULL;
