@@ -256,11 +256,10 @@ static int coupled(const flesh_effect *effect, const flesh_point *point, const f
   return FLESH_OK;
 }
 
-/* The pairs that may limit a step: those around, from a search here where that will serve at its end, too, or those on
- * the way. NULL: there are none. */
-static const flesh_near_pairs *pairs_of_step(near *self, const double *x_from, const double *x_to)
+/* The pairs that may limit a step, of which none does that is more than `apart` from each other: those around, from a
+ * search here where that will serve at its end, too, or those on the way. NULL: there are none. */
+static const flesh_near_pairs *pairs_of_step(near *self, const double *x_from, const double *x_to, double apart)
 {
-  const double apart = flesh_surface_near_on_way(self, x_from, x_to);
   if (flesh_surface_near_serves(self, x_from, apart)) return &self->around;
   if (apart <= 2 * self->contact->slack) return search_around(self, x_from) ? NULL : &self->around;
   const double *moved = flesh_surface_near_without_mean(self, NULL, x_from, x_to);
@@ -277,9 +276,10 @@ static double max_feasible_step(const flesh_effect *effect, void *memory, const 
     flesh_surface_near_destroy(self);
     return 0;
   }
-  const flesh_near_pairs *pairs = pairs_of_step(self, x_from, x_to);
+  const double apart = flesh_surface_near_on_way(self, x_from, x_to);
+  const flesh_near_pairs *pairs = pairs_of_step(self, x_from, x_to, apart);
   const double *to = flesh_surface_near_without_mean(self, NULL, x_from, x_to);
-  if (pairs) fraction = flesh_near_pairs_feasible_step(self->finder, pairs, x_from, to, KEPT, self->threads);
+  if (pairs) fraction = flesh_near_pairs_feasible_step(self->finder, pairs, x_from, to, KEPT, apart, self->threads);
   if (!memory) flesh_surface_near_destroy(self);
   return fraction;
 }
@@ -290,9 +290,8 @@ static size_t memory_of(const void *memory)
   return sizeof *self + 3 * sizeof(double) * (6 * (size_t)self->contact->surface.node_count +
                                               (size_t)self->contact->surface.mesh_nodes) +
          flesh_near_finder_memory(self->finder) + flesh_near_drift_memory(&self->drift) +
-         flesh_near_pairs_memory(self->finder, &self->around) +
-         flesh_near_pairs_memory(self->finder, &self->on_way) + flesh_contact_set_memory(&self->set) +
-         flesh_contact_patches_memory(&self->patches) +
+         flesh_near_pairs_memory(self->finder, &self->around) + flesh_near_pairs_memory(self->finder, &self->on_way) +
+         flesh_contact_set_memory(&self->set) + flesh_contact_patches_memory(&self->patches) +
          ((size_t)self->contact->surface.node_count + 1) * sizeof *self->secant.nodes +
          (size_t)self->rubs.capacity * sizeof *self->rubs.rubs + 4 * (size_t)self->cell_room * sizeof(int) +
          self->hessian_room * sizeof(double);

@@ -14,9 +14,10 @@ static const double most_cubes = 1e6;
 static const double slack = 1e-9;
 
 typedef struct flesh_near_drift_leaf {
-  double low[3], high[3];       /* around its faces, with half of the distance */
-  double middle[3], displacement[3]; /* means over its corners */
-  double squares[9], products[9];    /* of what its corners' places and displacements (rows) are off these means */
+  int count, nodes[3 * FLESH_BOX_TREE_LEAF]; /* of its faces, each once */
+  double low[3], high[3];                    /* around them, with half of the distance */
+  double middle[3], displacement[3];         /* means over them */
+  double squares[9], products[9];            /* of what their places and displacements (rows) are off these means */
 } leaf;
 
 /* The leaves that a cube meets: sums over them, then the motion fitted to them and the box of what it leaves over. */
@@ -50,16 +51,29 @@ static void displacement_of(const job *j, int node, double u[3])
   for (int c = 0; c < 3; c++) u[c] = x[c] - from[c];
 }
 
-/* Adds what the leaf's corners are off its means. */
-static void add_corners(const job *j, const flesh_box_branch *branch, leaf *l)
+static void list_nodes(const job *j, const flesh_box_branch *branch, leaf *l)
 {
   const flesh_box_tree *tree = j->finder->tree;
-  const double part = 1. / (3 * (branch->end - branch->begin));
   for (int k = 3 * branch->begin; k < 3 * branch->end; k++) {
     const int node = tree->nodes[3 * (size_t)tree->order[k / 3] + (size_t)(k % 3)];
+    int at = 0;
+    while (at < l->count && l->nodes[at] != node) at++;
+    l->nodes[at] = node;
+    l->count += at == l->count;
+  }
+}
+
+/* Adds what the leaf's nodes are off its means. */
+static void add_nodes(const job *j, leaf *l)
+{
+  const double part = 1. / l->count;
+  for (int k = 0; k < l->count; k++) {
     double u[3], x[3];
-    displacement_of(j, node, u);
-    for (int c = 0; c < 3; c++) x[c] = j->x[3 * (size_t)node + (size_t)c] - l->middle[c], u[c] -= l->displacement[c];
+    displacement_of(j, l->nodes[k], u);
+    for (int c = 0; c < 3; c++) {
+      x[c] = j->x[3 * (size_t)l->nodes[k] + (size_t)c] - l->middle[c];
+      u[c] -= l->displacement[c];
+    }
     for (int c = 0; c < 3; c++)
       for (int d = 0; d < 3; d++) l->squares[3 * c + d] += part * x[c] * x[d], l->products[3 * c + d] += part * u[c] * x[d];
   }
@@ -68,25 +82,23 @@ static void add_corners(const job *j, const flesh_box_branch *branch, leaf *l)
 /* Returns 0 where a place is not finite. */
 static int measure_leaf(const job *j, const flesh_box_branch *branch, double inflation, leaf *l)
 {
-  const flesh_box_tree *tree = j->finder->tree;
   double sound = 0;
   *l = (leaf){.low = {INFINITY, INFINITY, INFINITY}, .high = {-INFINITY, -INFINITY, -INFINITY}};
-  for (int p = branch->begin; p < branch->end; p++)
-    for (int k = 0; k < 3; k++) {
-      const int node = tree->nodes[3 * (size_t)tree->order[p] + (size_t)k];
-      const double *x = j->x + 3 * (size_t)node, part = 1. / (3 * (branch->end - branch->begin));
-      double u[3];
-      displacement_of(j, node, u);
-      for (int c = 0; c < 3; c++) {
-        l->low[c] = x[c] < l->low[c] ? x[c] : l->low[c];
-        l->high[c] = x[c] > l->high[c] ? x[c] : l->high[c];
-        l->middle[c] += part * x[c];
-        l->displacement[c] += part * u[c];
-        sound += 0 * u[c];
-      }
+  list_nodes(j, branch, l);
+  for (int k = 0; k < l->count; k++) {
+    const double *x = j->x + 3 * (size_t)l->nodes[k], part = 1. / l->count;
+    double u[3];
+    displacement_of(j, l->nodes[k], u);
+    for (int c = 0; c < 3; c++) {
+      l->low[c] = x[c] < l->low[c] ? x[c] : l->low[c];
+      l->high[c] = x[c] > l->high[c] ? x[c] : l->high[c];
+      l->middle[c] += part * x[c];
+      l->displacement[c] += part * u[c];
+      sound += 0 * u[c];
     }
+  }
   for (int c = 0; c < 3; c++) l->low[c] -= inflation, l->high[c] += inflation;
-  add_corners(j, branch, l);
+  add_nodes(j, l);
   return sound == 0;
 }
 
@@ -147,15 +159,13 @@ static void add_to_sums(const job *j, const leaf *l, cell *to)
   }
 }
 
-/* The box gets what the motion leaves over at the leaf's corners. */
-static void add_to_box(const job *j, const flesh_box_branch *branch, cell *to)
+/* The box gets what the motion leaves over at the leaf's nodes. */
+static void add_to_box(const job *j, const leaf *l, cell *to)
 {
-  const flesh_box_tree *tree = j->finder->tree;
-  for (int k = 3 * branch->begin; k < 3 * branch->end; k++) {
-    const int node = tree->nodes[3 * (size_t)tree->order[k / 3] + (size_t)(k % 3)];
+  for (int k = 0; k < l->count; k++) {
     double u[3], x[3];
-    displacement_of(j, node, u);
-    for (int c = 0; c < 3; c++) x[c] = j->x[3 * (size_t)node + (size_t)c] - corner_of(j, to, c) - to->middle[c];
+    displacement_of(j, l->nodes[k], u);
+    for (int c = 0; c < 3; c++) x[c] = j->x[3 * (size_t)l->nodes[k] + (size_t)c] - corner_of(j, to, c) - to->middle[c];
     for (int c = 0; c < 3; c++) {
       const double left = u[c] - to->displacement[c] - flesh_vec3_dot(to->products + 3 * c, x);
       to->low[c] = left < to->low[c] ? left : to->low[c];
@@ -180,7 +190,7 @@ static int add_leaves(const job *j, int fitted)
         for (place[2] = first[2]; place[2] <= last[2]; place[2]++) {
           cell *to = cell_at(j->drift, place);
           if (!to) return 0;
-          if (fitted) add_to_box(j, &tree->branches[tree->leaves[k]], to);
+          if (fitted) add_to_box(j, l, to);
           else add_to_sums(j, l, to);
         }
   }

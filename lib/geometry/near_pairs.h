@@ -54,8 +54,10 @@ size_t flesh_near_pairs_memory(const flesh_near_finder *finder, const flesh_near
 double flesh_near_pairs_reach(const flesh_near_finder *finder, const flesh_near_pairs *pairs, const double *x);
 
 /* The largest fraction of the straight way from x0 to x1 on which all pairs keep the part `keep` of their distance (see
- * flesh_feasible_fraction); 1 where there are none. The same for any number of threads. */
+ * flesh_feasible_fraction); 1 where there are none. Pairs more than `apart` [m] from each other at x0 are known to keep it
+ * (INFINITY: that is not known of any). The same for any number of threads. */
 double flesh_near_pairs_feasible_step(const flesh_near_finder *finder, const flesh_near_pairs *pairs, const double *x0,
-                                      const double *x1, double keep, flesh_threads *threads);
+                                      const double *x1, double keep, double apart,
+                                      flesh_threads *threads);
 
 #endif

@@ -1,4 +1,5 @@
 /* near_step.c: how far a surface can move before one of its near pairs touches. */
+#include <math.h>
 #include <stddef.h>
 
 #include "geometry/continuous_collision.h"
@@ -10,10 +11,25 @@ typedef struct stepping {
   const flesh_contact_surface *surface;
   const flesh_near_pairs *pairs;
   const double *x0, *x1;
-  double keep;
+  double keep, apart;
   int parts;
   double least[PARTS];
 } stepping;
+
+/* Whether boxes around the hulls' corners are further apart than that; NaN is not. */
+static int are_far(int first, const double *const x[4], double apart)
+{
+  for (int c = 0; c < 3; c++) {
+    double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
+    for (int k = 0; k < 4; k++) {
+      const int hull = k >= first;
+      low[hull] = x[k][c] < low[hull] ? x[k][c] : low[hull];
+      high[hull] = x[k][c] > high[hull] ? x[k][c] : high[hull];
+    }
+    if (low[0] - high[1] > apart || low[1] - high[0] > apart) return 1;
+  }
+  return 0;
+}
 
 static void step_part(void *data, int part)
 {
@@ -34,7 +50,7 @@ static void step_part(void *data, int part)
       from[j] = s->x0 + 3 * node;
       to[j] = s->x1 + 3 * node;
     }
-    if (flesh_hulls_move_little(first, 4 - first, from, to, s->keep)) continue;
+    if (are_far(first, from, s->apart) || flesh_hulls_move_little(first, 4 - first, from, to, s->keep)) continue;
     const double t = flesh_feasible_fraction(first, 4 - first, from, to, s->keep);
     least = t < least ? t : least;
   }
@@ -42,10 +58,11 @@ static void step_part(void *data, int part)
 }
 
 double flesh_near_pairs_feasible_step(const flesh_near_finder *finder, const flesh_near_pairs *pairs, const double *x0,
-                                      const double *x1, double keep, flesh_threads *threads)
+                                      const double *x1, double keep, double apart,
+                                      flesh_threads *threads)
 {
   const int wanted = 1 + (pairs->point_count + pairs->edge_count) / PART;
-  stepping s = {.surface = finder->surface, .pairs = pairs, .x0 = x0, .x1 = x1, .keep = keep,
+  stepping s = {.surface = finder->surface, .pairs = pairs, .x0 = x0, .x1 = x1, .keep = keep, .apart = apart,
                 .parts = wanted < PARTS ? wanted : PARTS};
   flesh_threads_run(threads, s.parts, step_part, &s);
   double least = 1;

@@ -187,7 +187,7 @@ static void same_for_any_number_of_threads(void)
     if (k) CHECK_OK(flesh_near_pairs_find(finder, x1, x0, 0.04 * k, threads, &pairs));
     CHECK_OK(flesh_near_pairs_find(finder, x0, x1, 0.01, threads, k ? &pairs : &first));
     CHECK(!k || same_pairs(&first, &pairs));
-    const double t = flesh_near_pairs_feasible_step(finder, &first, x0, x1, keep, threads);
+    const double t = flesh_near_pairs_feasible_step(finder, &first, x0, x1, keep, INFINITY, threads);
     CHECK(k == 0 || t == step);
     step = t;
     flesh_near_pairs_clear(&pairs);
@@ -260,10 +260,13 @@ static void sheets_stop_before_they_touch(void)
     x[3 * i + 2] -= 0.5 * s.body[i] - 0.3;
   }
   CHECK_OK(flesh_near_pairs_find(finder, s.X, x, 0, NULL, &pairs));
-  const double t = flesh_near_pairs_feasible_step(finder, &pairs, s.X, x, 0.1, NULL);
+  const double t = flesh_near_pairs_feasible_step(finder, &pairs, s.X, x, 0.1, INFINITY, NULL);
+  /* What is further apart than it moves relative to each other limits nothing. */
+  CHECK(flesh_near_pairs_feasible_step(finder, &pairs, s.X, x, 0.1, 0.5 / 0.9, NULL) == t);
+  CHECK(flesh_near_pairs_feasible_step(finder, &pairs, s.X, x, 0.1, 0.24, NULL) == 1);
   CHECK(t <= 0.9 * 0.5 && t > 0.9 * 0.5 - 0.011);
   flesh_near_pairs none = {0};
-  CHECK(flesh_near_pairs_feasible_step(finder, &none, s.X, x, 0.1, NULL) == 1);
+  CHECK(flesh_near_pairs_feasible_step(finder, &none, s.X, x, 0.1, INFINITY, NULL) == 1);
   CHECK(flesh_near_finder_regrouped(finder) == 0);
   flesh_near_pairs_clear(&pairs);
   flesh_near_finder_destroy(&finder);
@@ -339,7 +342,7 @@ static void searching_again_allocates_nothing(void)
   CHECK_OK(flesh_near_pairs_find(finder, s.X, x, 0.05, NULL, &pairs));
   CHECK_OK(flesh_near_pairs_find(finder, s.X, NULL, 0.04, NULL, &pairs));
   CHECK_OK(flesh_near_pairs_find(finder, x, NULL, 0.04, NULL, &pairs));
-  CHECK(flesh_near_pairs_feasible_step(finder, &pairs, x, s.X, 0.1, NULL) > 0);
+  CHECK(flesh_near_pairs_feasible_step(finder, &pairs, x, s.X, 0.1, INFINITY, NULL) > 0);
   CHECK(requests == after && flesh_near_finder_regrouped(finder) == 1);
   flesh_near_pairs_clear(&pairs);
   flesh_near_finder_destroy(&finder);
