@@ -71,7 +71,7 @@ static double force_between(const test_body *b)
   double *r = calloc((size_t)b->n, sizeof *r), low = 0, up = 0;
   const flesh_state *s = &b->state;
   const flesh_point point = {.t = s->t, .load = 1, .x = s->x, .v = s->v, .a = s->v, .x_lag = s->x, .v_lag = s->v,
-                             .t_lag = s->t};
+                             .t_lag = s->t, .internal = s->internal};
   CHECK_OK(effect->operations->residual(effect, &point, r));
   for (int d = 2; d < b->n; d += 3) *(d < b->n / 2 ? &low : &up) += r[d];
   CHECK_NEAR(low, -up, 1e-9 * fabs(low));
@@ -80,9 +80,10 @@ static double force_between(const test_body *b)
 }
 
 /* Of the whole pair, when the two have come nearer by 2 `depth` than where they touch. */
-static double press_quarters(int cells, int layers, double depth)
+static double press_quarters(int cells, int layers, double depth, int adaptive)
 {
   test_body b;
+  double hardness = 0; /* ln of the stiffness over that at first */
   flesh_solve_stats stats = {0};
   flesh_effect *contact = NULL;
   flesh_contact_options options;
@@ -96,12 +97,16 @@ static double press_quarters(int cells, int layers, double depth)
   CHECK_OK(test_body_hold(&b, 2, 1 + HIGH, FLESH_AXES_ALL, &motion, -INFINITY, INFINITY));
   flesh_contact_options_default(&options);
   options.thickness = 2e-4;
+  options.adaptive = adaptive;
   CHECK_OK(flesh_effect_surface_contact(&b.body, &options, 0, NULL, &contact));
   CHECK_OK(flesh_system_add_effect(b.system, &contact));
   CHECK_OK(flesh_system_finalize(b.system));
+  b.state.internal = &hardness;
+  b.state.internal_count = adaptive;
   solve_statics(&b, 1e-6, 1, &stats);
   const double force = 4 * force_between(&b);
-  printf("# %d x %d cells: %.7g N by %d Newton and %d linear iterations\n", cells, layers, force, stats.newton,
+  CHECK(adaptive == (hardness != 0));
+  printf("# %d x %d cells, stiffness times %.3g: %.7g N by %d Newton and %d linear iterations\n", cells, layers, exp(hardness), force, stats.newton,
          stats.linear);
   test_body_destroy(&b);
   return force;
@@ -113,7 +118,7 @@ static void force_between_two_caps_is_that_of_hertz(void)
   const int cells[] = {5, 7, 9};
   double share[3];
   for (int k = 0; k < 3; k++) {
-    share[k] = press_quarters(cells[k], 5 * cells[k] / 6, depth) / expected;
+    share[k] = press_quarters(cells[k], 5 * cells[k] / 6, depth, 0) / expected;
     printf("# %.4f of the expected %g N\n", share[k], expected);
   }
   CHECK(share[2] < share[1] && share[1] < share[0]);
@@ -123,4 +128,17 @@ static void force_between_two_caps_is_that_of_hertz(void)
   CHECK_NEAR(limit, 1, 0.02);
 }
 
-int main(int argc, char **argv) { return RUN_TESTS(argc, argv, TEST(force_between_two_caps_is_that_of_hertz)); }
+/* Gaps of half of the thickness in place of its edge are a hundredth of what the caps are pressed in. */
+static void force_is_that_of_hertz_at_any_stiffness(void)
+{
+  const double depth = 0.005, expected = force_on_layer(1e5, 0.3, RADIUS, depth, 1);
+  const double share = press_quarters(5, 4, depth, 1) / expected;
+  printf("# %.4f of the expected %g N\n", share, expected);
+  CHECK_NEAR(share, 1, 0.05);
+}
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS(argc, argv, TEST(force_between_two_caps_is_that_of_hertz),
+                   TEST(force_is_that_of_hertz_at_any_stiffness));
+}
