@@ -41,6 +41,25 @@ static flesh_mesh *make_ring(double gap)
   return ring;
 }
 
+/* A bar of 1.2 m with cells of 0.1 m, folded up in the middle so far that its top faces itself at 40 degrees. */
+static flesh_mesh *make_fold(void)
+{
+  flesh_mesh *bar = NULL, *fold = NULL;
+  CHECK_OK(flesh_mesh_box((int[]){12, 1, 1}, (double[]){1.2, 0.1, 0.1}, (double[]){-0.6, 0, -0.1}, &bar));
+  const int nodes = flesh_mesh_node_count(bar);
+  double *x = malloc(3 * (size_t)nodes * sizeof *x);
+  memcpy(x, flesh_mesh_positions(bar), 3 * (size_t)nodes * sizeof *x);
+  for (int i = 0; i < nodes; i++) {
+    double *p = x + 3 * i;
+    const double angle = fabs(p[0]) < 1e-9 ? 0 : copysign(70 * 3.14159265358979 / 180, p[0]), along = p[0], up = p[2];
+    p[0] = along * cos(angle) - up * sin(angle), p[2] = along * sin(angle) + up * cos(angle);
+  }
+  CHECK_OK(flesh_mesh_create(nodes, x, flesh_mesh_tet_count(bar), flesh_mesh_tets(bar), NULL, &fold));
+  free(x);
+  flesh_mesh_destroy(&bar);
+  return fold;
+}
+
 static double energy_at_rest(const flesh_body *body, double thickness)
 {
   const double *X = flesh_mesh_positions(body->mesh);
@@ -88,8 +107,8 @@ static flesh_left_out left_out(flesh_mesh *mesh, double thickness)
   return found;
 }
 
-/* The ring's ends, of nine nodes each, are told where the thickness is more than their gap; neither is what is beside an
- * edge, nor the other side of a thin wall. */
+/* The ring's ends, of nine nodes each, are told where the thickness is more than their gap; neither is what is beside a
+ * fold, nor the other side of a thin wall. */
 static void gaps_are_found(void)
 {
   flesh_left_out found = left_out(make_ring(0.02), 0.05);
@@ -101,6 +120,7 @@ static void gaps_are_found(void)
   flesh_mesh *plate = NULL;
   CHECK_OK(flesh_mesh_box((int[]){6, 6, 1}, (double[]){1, 1, 0.03}, (double[]){0, 0, 0}, &plate));
   CHECK(left_out(plate, 0.05).nodes == 0);
+  CHECK(left_out(make_fold(), 0.2).nodes == 0);
 }
 
 int main(int argc, char **argv) { return RUN_TESTS(argc, argv, TEST(pieces_touch), TEST(gaps_are_found)); }
