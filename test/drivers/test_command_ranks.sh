@@ -55,7 +55,8 @@ springs() { agree 2 "$scenes/hand_pull.yaml" --set time.end=0.05 --no-frames; }
 muscles() { agree 3 "$scenes/muscle_spindle.yaml" --set time.end=0.05 --no-frames; }
 fluids() { agree 5 "$scenes/floating.yaml" --set time.end=0.1 --no-frames; }
 a_moving_ball() { agree 3 "$scenes/hand_ball.yaml" --set time.end=0.25 --no-frames; }
-dead_loads() { agree 3 "$scenes/loaded_bar.yaml" --set effects.pressure=null --no-frames; }
+loads() { agree 3 "$scenes/loaded_bar.yaml" --no-frames; }
+settling() { agree 3 "$scenes/settling_drop.yaml" --set time.end=0.1 --no-frames; }
 ten_nodes() { agree 3 "$scenes/swing_coarse.yaml" --set body.element=tet10-mean --set time.end=0.05; }
 
 # Regions, probes of every kind, frames with fields and a skin are the first rank's, of the whole.
@@ -209,7 +210,7 @@ if [ -n "$quick" ]; then
     a_bad_scene_on_one_rank_ends_all a_signal_to_one_rank_ends_all a_killed_rank_ends_all
 else
   run_tests statics damping prescribed_motion several_bodies newmark ten_nodes contact springs muscles fluids \
-    a_moving_ball dead_loads outputs a_state_goes_on_on_others more_ranks_than_there_is_work \
+    a_moving_ball loads settling outputs a_state_goes_on_on_others more_ranks_than_there_is_work \
     what_is_not_there_is_refused a_bad_scene_on_one_rank_ends_all a_failed_step_is_that_of_one_rank \
     a_signal_to_one_rank_ends_all a_killed_rank_ends_all a_budget_ends_all
 fi
