@@ -52,6 +52,7 @@ static int make(const flesh_body *body, const flesh_contact_options *options, in
   int status = flesh_contact_surface_of_mesh(body->mesh, parts, &self->surface);
   free(parts);
   if (status) return status;
+  self->surface.body_count = part_count; /* the last may have no tet */
   if (isnan(own.stiffness)) own.stiffness = flesh_contact_body_stiffness(body);
   if (isnan(own.thickness)) own.thickness = self->surface.mean_edge / 20;
   status = flesh_contact_options_check(&own);

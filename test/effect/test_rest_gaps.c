@@ -60,14 +60,15 @@ static flesh_mesh *make_fold(void)
   return fold;
 }
 
-static double energy_at_rest(const flesh_body *body, double thickness)
+/* `count` pairs of parts may touch; 0: all. */
+static double energy_at_rest(const flesh_body *body, double thickness, int count, const int *pairs)
 {
   const double *X = flesh_mesh_positions(body->mesh);
   const flesh_contact_options options = {.stiffness = 1e5, .thickness = thickness, .slip_speed = 1e-3};
   const flesh_point point = {.load = 1, .x = X, .v = X, .a = X, .x_lag = X, .v_lag = X};
   flesh_effect *effect = NULL;
   double energy = NAN;
-  CHECK_OK(flesh_effect_surface_contact(body, &options, 0, NULL, &effect));
+  CHECK_OK(flesh_effect_surface_contact(body, &options, count, pairs, &effect));
   CHECK_OK(effect->operations->energy(effect, &point, &energy));
   flesh_effect_destroy(&effect);
   return energy;
@@ -78,15 +79,20 @@ static void pieces_touch(void)
 {
   test_body b;
   CHECK_OK(test_body_create(make_blocks(0.02), test_material(FLESH_ENERGY_S, 0.3), 1000, FLESH_MASS_LUMPED, 0, &b));
-  const double alone = energy_at_rest(&b.body, 0.05);
+  const double alone = energy_at_rest(&b.body, 0.05, 0, NULL);
   const int half = flesh_mesh_tet_count(b.mesh) / 2;
-  const flesh_body_part parts[2] = {{.name = "a", .tets = half}, {.name = "b", .first_tet = half, .tets = half}};
+  const flesh_body_part parts[4] = {{.name = "a", .tets = half}, {.name = "b", .first_tet = half, .tets = half},
+                                    {.name = "none", .first_tet = 2 * half}, {.name = "nor", .first_tet = 2 * half}};
   b.body.part_count = 2;
   b.body.parts = parts;
-  const double as_parts = energy_at_rest(&b.body, 0.05);
+  const double as_parts = energy_at_rest(&b.body, 0.05, 0, NULL);
   printf("# %.6g J, as parts %.6g J\n", alone, as_parts);
   CHECK(alone > 0 && alone == as_parts);
-  CHECK(energy_at_rest(&b.body, 0.019) == 0);
+  CHECK(energy_at_rest(&b.body, 0.019, 0, NULL) == 0);
+  /* Parts without tets do not change who touches whom. */
+  b.body.part_count = 4;
+  CHECK(energy_at_rest(&b.body, 0.05, 1, (int[]){0, 1}) == alone);
+  CHECK(energy_at_rest(&b.body, 0.05, 1, (int[]){0, 2}) == 0);
   test_body_destroy(&b);
 }
 
@@ -100,7 +106,7 @@ static flesh_left_out left_out(flesh_mesh *mesh, double thickness)
   CHECK_OK(test_body_create(mesh, test_material(FLESH_ENERGY_S, 0.3), 1000, FLESH_MASS_LUMPED, 0, &b));
   CHECK_OK(flesh_effect_surface_contact(&b.body, &options, 0, NULL, &effect));
   CHECK_OK(flesh_surface_contact_left_out(effect, &found));
-  const double energy = energy_at_rest(&b.body, thickness);
+  const double energy = energy_at_rest(&b.body, thickness, 0, NULL);
   CHECK(energy == 0);
   flesh_effect_destroy(&effect);
   test_body_destroy(&b);
