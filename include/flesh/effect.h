@@ -117,8 +117,8 @@ typedef struct flesh_point {
    * `penalty`; 0 counts as 1. */
   const double *multipliers;
   double penalty;
-  /* 0: materials as they are. Else they resist changes of volume as little as at a Poisson's ratio of
-   * 0, which leads out of tangles; an effect that has no volume term need not mind. */
+  /* 0: materials as they are. Else they resist changes of volume no more than at a Poisson's ratio of 0
+   * (1), 0.49 (2) or 0.499 (3), which leads out of tangles; an effect that has no volume term need not mind. */
   int softened;
   flesh_threads *threads;
   flesh_costs *costs;
@@ -262,6 +262,9 @@ typedef struct flesh_effect_shortcuts {
   /* The vector instructions that it works with, on which the last bits of its results depend.
    * NULL: those of the program. */
   flesh_instructions (*instructions)(const flesh_effect *effect);
+  /* How many values of flesh_point.softened, from 1 on, are worth a solve on the way to the materials as they are.
+   * NULL: one. */
+  int (*softenings)(const flesh_effect *effect);
 } flesh_effect_shortcuts;
 
 /* For effects that enforce constraints exactly, by multipliers, one of each tet of the mesh

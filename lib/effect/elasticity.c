@@ -8,10 +8,15 @@
 #include "element/element.h"
 #include "element/tet_batches.h"
 
+/* Poisson's ratios of softened materials: each but the first resists changes of volume a tenth as much as the next. */
+static const double softened_ratios[] = {0, 0.49, 0.499};
+enum { SOFTENINGS = sizeof softened_ratios / sizeof *softened_ratios };
+
 typedef struct elasticity {
   flesh_tets tets;
-  flesh_material *soft;            /* [materials] softened */
+  flesh_material *soft;            /* [SOFTENINGS][materials] softened */
   flesh_volume_share *soft_shares; /* the same; NULL where the element takes none */
+  int softenings;                  /* of them, those that are much softer than the body */
 } elasticity;
 
 /* The tets of a point; `room` for those with materials that are softer than the body's. */
@@ -19,11 +24,13 @@ static const flesh_tets *tets_at(const flesh_effect *effect, const flesh_point *
 {
   const elasticity *self = effect->data;
   if (!point->softened) return &self->tets;
+  const size_t first = (size_t)(point->softened < SOFTENINGS ? point->softened - 1 : SOFTENINGS - 1) *
+                       (size_t)self->tets.materials;
   *room = self->tets;
   for (int g = 0; g < room->group_count; g++) {
     flesh_batches *batches = &room->groups[g].batches;
-    batches->materials = self->soft;
-    if (batches->volume_shares) batches->volume_shares = self->soft_shares;
+    batches->materials = self->soft + first;
+    if (batches->volume_shares) batches->volume_shares = self->soft_shares + first;
   }
   return room;
 }
@@ -158,7 +165,8 @@ static size_t elasticity_memory(const flesh_effect *effect)
 {
   const elasticity *self = effect->data;
   return sizeof *self + flesh_tets_memory(&self->tets) +
-         (size_t)self->tets.materials * (sizeof *self->soft + (self->soft_shares ? sizeof *self->soft_shares : 0));
+         SOFTENINGS * (size_t)self->tets.materials *
+             (sizeof *self->soft + (self->soft_shares ? sizeof *self->soft_shares : 0));
 }
 
 static void elasticity_destroy(void *data)
@@ -189,33 +197,56 @@ static void elasticity_penalties(const flesh_effect *effect, double *stiffness)
     }
 }
 
-/* S of the same shear modulus at rest and a ratio of 0, or less where it is: it has a value and leads back everywhere,
- * whatever the material's form does. */
-static void soften(const flesh_material *material, flesh_material *soft)
+/* lambda / mu of a Poisson's ratio. */
+static double stiffness_ratio(double poisson) { return 2 * poisson / (1 - 2 * poisson); }
+
+/* S of the same shear modulus at rest and the given ratio, or less where it is: it has a value and leads back
+ * everywhere, whatever the material's form does. */
+static void soften(const flesh_material *material, double poisson, flesh_material *soft)
 {
   double mu, lambda;
   *soft = *material;
   if (flesh_material_small_strain(material, &mu, &lambda, NULL)) return;
-  if (flesh_material_from_lame(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, mu, fmin(lambda, 0), soft)) *soft = *material;
+  if (flesh_material_from_lame(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, mu, fmin(lambda, stiffness_ratio(poisson) * mu),
+                               soft))
+    *soft = *material;
+}
+
+/* How many softened materials are worth a solve on the way to the true ones: those softer by more than a factor of five,
+ * the first always. */
+static int count_softenings(const flesh_body *body, int materials)
+{
+  const double worth = 5;
+  int count = 1;
+  for (int k = 0; k < materials; k++) {
+    double mu, lambda;
+    if (flesh_material_small_strain(&body->materials[k], &mu, &lambda, NULL)) continue;
+    while (count < SOFTENINGS && lambda > worth * stiffness_ratio(softened_ratios[count]) * mu) count++;
+  }
+  return count;
 }
 
 static int make_soft(const flesh_body *body, elasticity *self)
 {
-  const size_t count = (size_t)self->tets.materials;
+  const size_t count = (size_t)self->tets.materials, room = SOFTENINGS * count + 1;
   const flesh_volume_share *shares = NULL; /* those of ten nodes have some */
   int status = FLESH_OK;
   for (int g = 0; g < self->tets.group_count && !shares; g++) shares = self->tets.groups[g].batches.volume_shares;
-  self->soft = flesh_malloc((count + 1) * sizeof *self->soft);
-  if (shares) self->soft_shares = flesh_malloc((count + 1) * sizeof *self->soft_shares);
+  self->softenings = count_softenings(body, self->tets.materials);
+  self->soft = flesh_malloc(room * sizeof *self->soft);
+  if (shares) self->soft_shares = flesh_malloc(room * sizeof *self->soft_shares);
   if (!self->soft || (shares && !self->soft_shares)) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %zu materials", count);
-  for (size_t k = 0; k < count && !status; k++) {
-    soften(&body->materials[k], &self->soft[k]);
+  for (size_t k = 0; k < SOFTENINGS * count && !status; k++) {
+    const size_t material = k % count;
+    soften(&body->materials[material], softened_ratios[k / count], &self->soft[k]);
     if (!shares) continue;
-    self->soft_shares[k] = shares[k];
-    if (shares[k].term != FLESH_VOLUME_NONE) status = flesh_volume_share_of(&self->soft[k], &self->soft_shares[k]);
+    self->soft_shares[k] = shares[material];
+    if (shares[material].term != FLESH_VOLUME_NONE) status = flesh_volume_share_of(&self->soft[k], &self->soft_shares[k]);
   }
   return status;
 }
+
+static int elasticity_softenings(const flesh_effect *effect) { return ((const elasticity *)effect->data)->softenings; }
 
 static const flesh_effect_figures figures = {.memory = elasticity_memory};
 
@@ -227,7 +258,8 @@ static const flesh_effect_figures figures = {.memory = elasticity_memory};
 
 #define SHORTCUTS                                                                                                      \
   .jacobian_assign = elasticity_jacobian_anew, .evaluate = elasticity_evaluate, .stiff_rows = elasticity_stiff_rows,   \
-  .stiff_values = elasticity_stiff_values, .instructions = elasticity_instructions
+  .stiff_values = elasticity_stiff_values, .softenings = elasticity_softenings,                                        \
+  .instructions = elasticity_instructions
 
 static const flesh_effect_operations elasticity_operations = {
     OPERATIONS, .shortcuts = &(const flesh_effect_shortcuts){SHORTCUTS, .restrict_to_cells = elasticity_part}};

@@ -101,11 +101,11 @@ static int find_edge_force(flesh_equations *self, double *edge_force)
   return status;
 }
 
-int flesh_balance_sharpen(flesh_balance *balance, const double *u, double norm, double first, double load,
-                          double *target)
+int flesh_balance_sharpen(flesh_balance *balance, double tolerance, const double *u, double norm, double first,
+                          double load, double *target)
 {
   flesh_equations *self = balance->equations;
-  const double tolerance = balance->tolerance, enough = norm / tolerance;
+  const double enough = norm / tolerance;
   double size;
   int status = FLESH_OK;
   if (!loads_are_dead(self)) status = flesh_equations_load_norm(self, u, &load);

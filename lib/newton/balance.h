@@ -6,14 +6,14 @@
 
 typedef struct flesh_balance {
   flesh_equations *equations; /* borrowed */
-  double tolerance;           /* newton_tolerance */
   double edge_force;          /* that strains an edge by its own length, N; NaN: not known yet */
 } flesh_balance;
 
 /* At u the residual, of norm `norm`, is at its target by what the first iterate says: its own residual, of norm
  * `first`, and the load there, of norm `load`. Lowers *target where that is too much by what solver.h says of
- * newton_tolerance, and leaves it else. Asks the effects only as far as needed. Overwrites the equations' scratch. */
-int flesh_balance_sharpen(flesh_balance *balance, const double *u, double norm, double first, double load,
-                          double *target);
+ * newton_tolerance, in place of which stands `tolerance`, and leaves it else. Asks the effects only as far as needed.
+ * Overwrites the equations' scratch. */
+int flesh_balance_sharpen(flesh_balance *balance, double tolerance, const double *u, double norm, double first,
+                          double load, double *target);
 
 #endif

@@ -119,13 +119,12 @@ static event solve_directly(flesh_newton *self, iteration *it)
   return !it->status ? DONE : it->status == FLESH_NOT_POSITIVE ? INDEFINITE : ERROR;
 }
 
-/* Whether the next direction should follow negative curvature: after a filtered step that was too short, until one that
- * followed had to be cut to almost nothing. */
+/* Whether the next direction should follow negative curvature: after a filtered step that was too short. One, not more
+ * in a row: these crawl where tets are stiff against changes of volume. */
 static int choose_follow(const flesh_newton *self, const iteration *it)
 {
-  if (self->options.project != FLESH_PROJECT_WHEN_INDEFINITE) return 0;
-  if (it->kind == FLESH_DIRECTION_FILTERED) return it->found.too_short_locally;
-  return self->follow_curvature && !(it->kind == FLESH_DIRECTION_NEGATIVE_CURVATURE && it->found.length < 0.02);
+  return self->options.project == FLESH_PROJECT_WHEN_INDEFINITE && it->kind == FLESH_DIRECTION_FILTERED &&
+         it->found.too_short_locally;
 }
 
 static event search(flesh_newton *self, iteration *it)
@@ -231,7 +230,7 @@ int flesh_newton_init(const flesh_system *system, const flesh_solver_options *op
   const flesh_accelerator_services services = {
       .data = self, .newton_step = newton_step, .solve_subdomain = eliminates ? solve_subdomain : NULL};
   size_t apart;
-  self->balance = (flesh_balance){&self->equations, options->newton_tolerance, NAN};
+  self->balance = (flesh_balance){&self->equations, NAN};
   int status = flesh_solver_options_check(options);
   if (!status) status = check_team(system, options);
   if (!status) status = flesh_threads_create(options->threads, &self->threads);

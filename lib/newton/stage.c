@@ -89,9 +89,21 @@ static int freeze_until_still(flesh_newton *newton, const flesh_iteration *itera
   return FLESH_NOT_CONVERGED;
 }
 
-/* Of a step with softened materials, whose end is a first iterate of the true ones. The residual that an equilibrium
- * begins with, in a tangle, is too large to measure it by. */
-static const double softened_tolerance = 1e-2;
+/* Of a step with softened materials, whose end is no more than a first iterate of the true ones. */
+static double tolerance_of(const flesh_newton *newton)
+{
+  const flesh_stage *stage = &newton->equations.stage;
+  const double own = newton->options.newton_tolerance;
+  return stage->softened && stage->shift.a != 0 ? fmax(own, 1e-2) : own;
+}
+
+/* Whether the target may be set by the forces that balance each other. An equilibrium of softened materials is on the way
+ * to another. */
+static int may_sharpen(const flesh_newton *newton)
+{
+  const flesh_stage *stage = &newton->equations.stage;
+  return !(newton->given_target > 0) && !(stage->softened && stage->shift.a == 0);
+}
 
 /* Iterates to the target that the first iterate's residual and load set, and on as long as the forces that balance each
  * other where that ends call for a smaller one. What freezes does so where it ends. */
@@ -104,8 +116,8 @@ static int approach(flesh_newton *newton, const flesh_iteration *iteration, cons
     if (!status && freezes) status = freeze_until_still(newton, iteration, u, target, stats);
     norm = stats->residual_last;
     if (status || norm > target) return status; /* failed, or counts as solved all the same */
-    if (newton->given_target > 0 || newton->equations.stage.softened) return status;
-    status = flesh_balance_sharpen(&newton->balance, u, norm, first, load, &target);
+    if (!may_sharpen(newton)) return status;
+    status = flesh_balance_sharpen(&newton->balance, tolerance_of(newton), u, norm, first, load, &target);
     if (status || norm <= target) return status;
     stats->residual_target = newton->policy.target = target;
   }
@@ -129,9 +141,8 @@ int flesh_stage_solve(flesh_newton *newton, const flesh_stage *stage, const doub
   if (!status) status = evaluate(newton, u, &first);
   if (!status) status = flesh_equations_load_norm(equations, u, &load);
   if (status) return status;
-  const double given = newton->given_target, own = newton->options.newton_tolerance;
-  const double tolerance = stage->softened && stage->shift.a != 0 ? fmax(own, softened_tolerance) : own;
-  const double target = given > 0 ? given : tolerance * fmax(first, load);
+  const double given = newton->given_target;
+  const double target = given > 0 ? given : tolerance_of(newton) * fmax(first, load);
   stats->solves += !stage->softened;
   stats->residual_first = stats->residual_last = first;
   stats->residual_target = newton->policy.target = target;

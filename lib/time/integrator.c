@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/huge_pages.h"
+#include "effect/effect.h"
 #include "effect/surface_contact.h"
 #include "system/ranks.h"
 
@@ -50,6 +51,20 @@ static int create_memory(flesh_integrator *self)
   return second ? flesh_prescribed_create(self->system, &self->prescribed) : FLESH_OK;
 }
 
+/* The most that an effect wants. Collective. */
+static int count_softenings(const flesh_system *system)
+{
+  double most = 1;
+  for (int k = 0; k < flesh_system_effect_count(system); k++) {
+    const flesh_effect *effect = flesh_system_effect(system, k);
+    const flesh_effect_shortcuts *shortcuts = flesh_effect_shortcuts_of(effect);
+    const int own = shortcuts->softenings ? shortcuts->softenings(effect) : 1;
+    most = fmax(most, own);
+  }
+  flesh_team_largest(flesh_system_team(system), 1, &most);
+  return (int)most;
+}
+
 int flesh_integrator_create(const flesh_system *system, flesh_method method,
                             const flesh_solver_options *options, flesh_integrator **integrator)
 {
@@ -71,6 +86,7 @@ int flesh_integrator_create(const flesh_system *system, flesh_method method,
   if (self->team && is_adaptive(method))
     status = flesh_fail(FLESH_ERR_ARGUMENT, "the adaptive methods are not shared out among ranks yet; run them on one");
   status = flesh_team_agree(self->team, status);
+  if (!status) self->softenings = count_softenings(system);
   if (!status) status = flesh_nonlinear_create(system, options, &self->nonlinear);
   if (!status && self->row->stage)
     status = flesh_extrapolation_create(self->n, flesh_nonlinear_threads(self->nonlinear), &self->extrapolation);

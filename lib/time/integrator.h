@@ -26,6 +26,7 @@ struct flesh_integrator {
   flesh_nonlinear *nonlinear;
   flesh_recovery recovery;
   int n;
+  int softenings; /* of materials, in steps of tangled bodies */
   flesh_method_memory memory;
   flesh_prescribed prescribed; /* order > 1 */
   flesh_state returned;        /* the state as it was given back; order > 1 and follower loads */
@@ -65,9 +66,9 @@ int flesh_integrator_find_equilibrium(flesh_integrator *integrator, flesh_state 
  * state as it was, or a negative status. */
 int flesh_integrator_relax(flesh_integrator *integrator, flesh_state *state, flesh_solve_stats *stats);
 
-/* A stage of a tangled body: from the solution of softer materials where the true potential is lower there than at the
- * guesses, which end with NULL (at most two) and are not in `start`. Status as of a solve; > 0 also where softer materials
- * have none. */
+/* A stage of a tangled body: from where solves of softer materials, each stiffer than the last, have led, where the true
+ * potential is lower there than at the guesses, which end with NULL (at most two) and are not in `start`. Status as of a
+ * solve. */
 int flesh_integrator_solve_through_softer(flesh_integrator *integrator, flesh_stage *stage, const flesh_state *state,
                                           const flesh_stage_end *end, const double *const *guesses,
                                           flesh_solve_stats *stats);

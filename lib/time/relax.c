@@ -70,15 +70,18 @@ int flesh_integrator_solve_through_softer(flesh_integrator *self, flesh_stage *s
                                           const flesh_stage_end *end, const double *const *guesses,
                                           flesh_solve_stats *stats)
 {
-  const double *candidates[4] = {NULL};
+  const double *candidates[4] = {NULL}, *last[] = {self->start, NULL};
   flesh_stage soft = *stage;
-  soft.softened = 1;
   soft.multipliers = NULL;
   soft.penalty = 0;
-  int count = 0, status = flesh_nonlinear_solve(self->nonlinear, &soft, NULL, 0, stats);
-  if (status) return status;
+  for (soft.softened = 1; soft.softened <= self->softenings; soft.softened++) {
+    const int status = flesh_nonlinear_solve(self->nonlinear, &soft, soft.softened > 1 ? last : NULL, 0, stats);
+    if (status < 0) return status;
+    /* A first iterate of the next, wherever it has ended. */
+    memcpy(self->start, flesh_nonlinear_unknowns(self->nonlinear), sizeof *self->start * (size_t)self->n);
+  }
+  int count = 0;
   while (guesses[count]) candidates[count] = guesses[count], count++;
   candidates[count] = self->start;
-  memcpy(self->start, flesh_nonlinear_unknowns(self->nonlinear), sizeof *self->start * (size_t)self->n);
   return flesh_multipliers_solve(&self->multipliers, self->nonlinear, stage, state, end, candidates, 0, stats);
 }
