@@ -31,7 +31,7 @@ static const char details[] =
     FLESH_ACCURACY_METHOD_LIST(METHOD_LINE)
     "Then it varies, each alone, the other prices of a run of fixed steps: Newton's tolerance, the "
     "linear\n"
-    "tolerance, when to project the Hessian, the mass matrix and, with --finer, the mesh.\n"
+    "tolerance, the eigenvalue filter, the mass matrix and, with --finer, the mesh.\n"
     "\n"
     "Every run goes through a process of its own, one at a time; the times are those of the "
     "integration, without\n"
@@ -61,7 +61,7 @@ static const char details[] =
     "  error_over_tolerance     error_position_rms / (tolerance x length of the body)\n"
     "  error_over_motion        error_position_rms / largest rms distance of the body from its "
     "start\n"
-    "  price                    work, newton_tolerance, linear_tolerance, project, mass, mesh\n"
+    "  price                    work, newton_tolerance, linear_tolerance, eigenvalue_filter, mass, mesh\n"
     "  value                    the setting as a number\n"
     "  difference               [m] other prices: rms distance from the same run with every solve "
     "to rounding\n"

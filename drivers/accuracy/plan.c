@@ -23,7 +23,7 @@ int flesh_accuracy_method_find(const char *name)
 const char *const flesh_accuracy_group_names[] = {[FLESH_ACCURACY_WORK] = "work",
                                                   [FLESH_ACCURACY_NEWTON] = "newton_tolerance",
                                                   [FLESH_ACCURACY_LINEAR] = "linear_tolerance",
-                                                  [FLESH_ACCURACY_PROJECTION] = "project",
+                                                  [FLESH_ACCURACY_PROJECTION] = "eigenvalue_filter",
                                                   [FLESH_ACCURACY_MASS] = "mass",
                                                   [FLESH_ACCURACY_MESH] = "mesh"};
 static_assert(sizeof flesh_accuracy_group_names / sizeof *flesh_accuracy_group_names == FLESH_ACCURACY_GROUPS,
@@ -137,7 +137,7 @@ int flesh_accuracy_make_rows(flesh_accuracy_plan *plan)
   static const char *const newton_quick[] = {"1e-2", "1e-4", "1e-6", NULL};
   static const char *const linear[] = {"3e-1", "1e-1", "1e-2", "1e-3", "1e-4", "1e-6", NULL};
   static const char *const linear_quick[] = {"1e-1", "1e-2", "1e-4", NULL};
-  static const char *const projection[] = {"when_indefinite", "always", "never", NULL};
+  static const char *const projection[] = {"auto", "trust-region-always", "none", NULL};
   static const char *const mass[] = {"lumped", "consistent", NULL};
   enum { PRICES = 24 };
   int most = plan->step_count > plan->tolerance_count ? plan->step_count : plan->tolerance_count;
@@ -160,7 +160,7 @@ int flesh_accuracy_make_rows(flesh_accuracy_plan *plan)
              plan->quick ? newton_quick : newton);
   add_prices(plan, FLESH_ACCURACY_LINEAR, "solver.linear_tolerance",
              plan->quick ? linear_quick : linear);
-  add_prices(plan, FLESH_ACCURACY_PROJECTION, "solver.project", projection);
+  add_prices(plan, FLESH_ACCURACY_PROJECTION, "solver.eigenvalue_filter", projection);
   add_prices(plan, FLESH_ACCURACY_MASS, "body.mass", mass);
   if (plan->finer) {
     flesh_accuracy_row *row =

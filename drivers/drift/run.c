@@ -146,8 +146,7 @@ static int read_scene(const flesh_drift_plan *plan, const flesh_drift_case *c, i
   if (!status && c->solver == FLESH_DRIFT_PLAIN)
     status = flesh_overrides_add(&overrides, "solver.line_search", "none") ||
              flesh_overrides_add(&overrides, "time.max_energy_gain", "1e300") || /* as they come */
-             flesh_overrides_add(&overrides, "solver.project", "always") ||
-             flesh_overrides_add(&overrides, "solver.eigenvalue_filter", "clamp") ||
+             flesh_overrides_add(&overrides, "solver.eigenvalue_filter", "clamp-always") ||
              flesh_overrides_add(&overrides, "solver.max_newton", "10") ||
              flesh_overrides_add(&overrides, "solver.max_cutbacks", "0") ||
              flesh_overrides_add(&overrides, "solver.accept_unconverged", "true")

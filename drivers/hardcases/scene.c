@@ -49,17 +49,17 @@ static void write_solver(FILE *stream, const flesh_hardcases_run *run)
 {
   static const char *const keys[FLESH_HARDCASES_NAMED_SOLVERS] = {
       [FLESH_HARDCASES_KINSOL] = "line_search: residual",
-      [FLESH_HARDCASES_PLAIN] = "line_search: none, project: always, max_newton: 10, "
+      [FLESH_HARDCASES_PLAIN] = "line_search: none, eigenvalue_filter: trust-region-always, max_newton: 10, "
                              "max_cutbacks: 0, accept_unconverged: true",
-      [FLESH_HARDCASES_ALWAYS_PROJECTED] = "project: always",
-      [FLESH_HARDCASES_NEVER_PROJECTED] = "project: never",
+      [FLESH_HARDCASES_ALWAYS_PROJECTED] = "eigenvalue_filter: trust-region-always",
+      [FLESH_HARDCASES_NEVER_PROJECTED] = "eigenvalue_filter: none",
       [FLESH_HARDCASES_CLAMPED] = "eigenvalue_filter: clamp",
       [FLESH_HARDCASES_ABSOLUTE] = "eigenvalue_filter: absolute",
       [FLESH_HARDCASES_TRUST_REGION] = "eigenvalue_filter: trust-region",
       [FLESH_HARDCASES_NO_UNTANGLING] = "techniques: [negative_curvature, nonlinear_elimination, watchdog]",
-      [FLESH_HARDCASES_CLAMPED_ALWAYS] = "eigenvalue_filter: clamp, project: always",
-      [FLESH_HARDCASES_ABSOLUTE_ALWAYS] = "eigenvalue_filter: absolute, project: always",
-      [FLESH_HARDCASES_TRUST_REGION_ALWAYS] = "eigenvalue_filter: trust-region, project: always"};
+      [FLESH_HARDCASES_CLAMPED_ALWAYS] = "eigenvalue_filter: clamp-always",
+      [FLESH_HARDCASES_ABSOLUTE_ALWAYS] = "eigenvalue_filter: absolute-always",
+      [FLESH_HARDCASES_TRUST_REGION_ALWAYS] = "eigenvalue_filter: trust-region-always"};
   /* Statics end at a share of the residual that they begin with, which is huge far from rest. */
   const char *tolerance = run->row->flags & FLESH_HARDCASES_STATIC ? "newton_tolerance: 1e-8" : NULL;
   const char *key = keys[run->setting->solver];

@@ -293,7 +293,8 @@ FLESH_API int flesh_material_hessian_projected(const flesh_material *material, c
                                                double H[81]);
 
 /* What becomes of the negative eigenvalues of an element's Hessian. Elements and effects know the
- * first three; solver options may leave the choice between them to the solver. */
+ * first three; solver options may leave the choice between them to the solver. A solver takes the true Hessian first,
+ * and filters where that shows negative curvature; with what ends with ALWAYS it filters in every iteration. */
 typedef enum flesh_eigenvalue_filter {
   FLESH_FILTER_NONE,     /* they stay */
   FLESH_FILTER_CLAMP,    /* zero (Teran et al. 2005) */
@@ -301,7 +302,10 @@ typedef enum flesh_eigenvalue_filter {
   /* Zero after a filtered step whose decrease the quadratic model predicted to a hundredth, else
    * absolute values (Chen et al. 2024, "Trust-Region Eigenvalue Filtering"). */
   FLESH_FILTER_TRUST_REGION,
-  FLESH_FILTER_AUTO /* trust region in dynamics, absolute values in statics */
+  FLESH_FILTER_AUTO, /* trust region in dynamics, absolute values in statics */
+  FLESH_FILTER_CLAMP_ALWAYS,
+  FLESH_FILTER_ABSOLUTE_ALWAYS,
+  FLESH_FILTER_TRUST_REGION_ALWAYS
 } flesh_eigenvalue_filter;
 
 #ifdef __cplusplus

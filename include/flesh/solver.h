@@ -14,13 +14,6 @@
 extern "C" {
 #endif
 
-typedef enum flesh_project {
-  /* The true Hessian first; projected where it shows negative curvature. */
-  FLESH_PROJECT_WHEN_INDEFINITE,
-  FLESH_PROJECT_ALWAYS,
-  FLESH_PROJECT_NEVER
-} flesh_project;
-
 typedef enum flesh_line_search {
   /* Full steps, reduced by an Armijo search on the incremental potential where needed. */
   FLESH_LINE_SEARCH_POTENTIAL,
@@ -31,10 +24,10 @@ typedef enum flesh_line_search {
 /* Techniques for bodies on which plain Newton steps are slow or that are tangled. */
 typedef enum flesh_technique {
   /* A step that lowers the potential more than the quadratic model predicted is lengthened where
-   * few nodes carry the residual, after a cut, or after sixteen projected ones like it; where few
+   * few nodes carry the residual, after a cut, or after sixteen filtered ones like it; where few
    * nodes carry it, PCG then follows the true Hessian downhill along its directions of negative
-   * curvature (FLESH_PROJECT_WHEN_INDEFINITE, PCG only). A crease or a tet that turns inside out
-   * costs a tenth of the iterations then. */
+   * curvature, in one solve (PCG only, with a filter that is not ALWAYS). A crease or a tet that turns inside
+   * out costs a tenth of the iterations then. */
   FLESH_TECHNIQUE_NEGATIVE_CURVATURE = 1,
   /* After a step that lowered the potential otherwise than predicted and left few nodes that carry
    * the residual (a crease, for instance), these and two rings of neighbours, at most a quarter of
@@ -62,7 +55,9 @@ typedef struct flesh_solver_options {
    * the free dofs) and of each other effect e, inertia included (over the free dofs; over all of
    * them where it couples nodes, so that reactions count). Where no load acts and that is less
    * than ten times ||r||_2, so that nothing balances, `first` is at most the larger of it and
-   * the force that strains an edge by its own length. */
+   * the force that strains an edge by its own length.
+   * The mean of J of an incompressible tet is then within a hundredth of newton_tolerance of 1 at the end of a step, or
+   * within newton_tolerance where a further correction changes no force by more than that. */
   double newton_tolerance;
   double linear_tolerance; /* residual reduction of each linear solve */
   /* Iterations per solve; every 300 of them must gain at least a tenth of what has been gained (of
@@ -75,7 +70,6 @@ typedef struct flesh_solver_options {
   int max_cutbacks;        /* how often a failing step (or load increment) may be halved */
   flesh_linear_solver linear_solver;
   flesh_preconditioner preconditioner;
-  flesh_project project;
   flesh_eigenvalue_filter eigenvalue_filter;
   flesh_line_search line_search;
   /* 1: a solve that ends at max_newton counts all the same, as in programs that take a fixed number
@@ -87,10 +81,6 @@ typedef struct flesh_solver_options {
   /* Threads of a solve, 0: one for each processor this process may use. Results do not depend on
    * it. */
   int threads;
-  /* How far the mean of J of an incompressible tet may be from 1 at the end of a step; > 0 and < 1.
-   * Where a further correction changes no force by more than newton_tolerance allows, the limit is
-   * the larger of the two. */
-  double volume_tolerance;
   /* How often at most a step in time is solved, each time with what is lagged (normal forces and
    * directions behind friction, follower loads) as the last solve's end has it, until that changes
    * no residual by more than the tolerance; 1: it is what the step began with. The adaptive methods

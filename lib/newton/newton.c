@@ -46,12 +46,18 @@ static int asked_to_stop(void *data)
   return self->stopped;
 }
 
+static int filters_always(const flesh_newton *self)
+{
+  return self->options.eigenvalue_filter >= FLESH_FILTER_CLAMP_ALWAYS;
+}
+
 /* The rule of Chen et al. 2024, "Trust-Region Eigenvalue Filtering", who trust the model to a hundredth. It saves a
  * tenth of the iterations in dynamics. In statics it saves none, and trusted to a fifth, which takes a third off a
  * shear, it tangles what is stretched. */
 static flesh_eigenvalue_filter choose_filter(const flesh_newton *self)
 {
   flesh_eigenvalue_filter eigenvalue_filter = self->options.eigenvalue_filter;
+  if (filters_always(self)) eigenvalue_filter += FLESH_FILTER_CLAMP - FLESH_FILTER_CLAMP_ALWAYS;
   if (eigenvalue_filter == FLESH_FILTER_AUTO)
     eigenvalue_filter = self->equations.stage.shift.a != 0 ? FLESH_FILTER_TRUST_REGION : FLESH_FILTER_ABSOLUTE;
   if (eigenvalue_filter == FLESH_FILTER_TRUST_REGION)
@@ -63,18 +69,19 @@ static flesh_eigenvalue_filter choose_filter(const flesh_newton *self)
 static int needs_model_ratio(const flesh_newton *self)
 {
   return self->options.eigenvalue_filter == FLESH_FILTER_AUTO ||
-         self->options.eigenvalue_filter == FLESH_FILTER_TRUST_REGION;
+         self->options.eigenvalue_filter == FLESH_FILTER_TRUST_REGION ||
+         self->options.eigenvalue_filter == FLESH_FILTER_TRUST_REGION_ALWAYS;
 }
 
 /* Whether an indefinite matrix is assembled again without its negative eigenvalues. */
 static int filters_where_indefinite(const flesh_newton *self)
 {
-  return self->options.project == FLESH_PROJECT_WHEN_INDEFINITE && self->options.eigenvalue_filter != FLESH_FILTER_NONE;
+  return !filters_always(self) && self->options.eigenvalue_filter != FLESH_FILTER_NONE;
 }
 
 static flesh_eigenvalue_filter first_filter(const flesh_newton *self)
 {
-  return self->options.project == FLESH_PROJECT_ALWAYS ? choose_filter(self) : FLESH_FILTER_NONE;
+  return filters_always(self) ? choose_filter(self) : FLESH_FILTER_NONE;
 }
 
 static int assemble(flesh_newton *self, const double *u, flesh_eigenvalue_filter filter)
@@ -123,8 +130,7 @@ static event solve_directly(flesh_newton *self, iteration *it)
  * in a row: these crawl where tets are stiff against changes of volume. */
 static int choose_follow(const flesh_newton *self, const iteration *it)
 {
-  return self->options.project == FLESH_PROJECT_WHEN_INDEFINITE && it->kind == FLESH_DIRECTION_FILTERED &&
-         it->found.too_short_locally;
+  return !filters_always(self) && it->kind == FLESH_DIRECTION_FILTERED && it->found.too_short_locally;
 }
 
 static event search(flesh_newton *self, iteration *it)

@@ -15,12 +15,10 @@ void flesh_solver_options_default(flesh_solver_options *options)
       .lag_iterations = 1,
       .linear_solver = FLESH_LINEAR_PCG,
       .preconditioner = FLESH_PRECONDITIONER_AUTO,
-      .project = FLESH_PROJECT_WHEN_INDEFINITE,
       .eigenvalue_filter = FLESH_FILTER_AUTO,
       .techniques = FLESH_TECHNIQUES_ALL,
       .threads = 1,
       .line_search = FLESH_LINE_SEARCH_POTENTIAL,
-      .volume_tolerance = 1e-8,
   };
 }
 
@@ -30,9 +28,8 @@ int flesh_solver_options_check(const flesh_solver_options *o)
     const char *name;
     double value;
   } fractions[] = {{"newton_tolerance", o->newton_tolerance},
-                   {"linear_tolerance", o->linear_tolerance},
-                   {"volume_tolerance", o->volume_tolerance}};
-  for (int k = 0; k < 3; k++)
+                   {"linear_tolerance", o->linear_tolerance}};
+  for (int k = 0; k < 2; k++)
     if (!(fractions[k].value > 0 && fractions[k].value < 1))
       return flesh_fail(FLESH_ERR_ARGUMENT, "%s is %g; it must be > 0 and < 1", fractions[k].name,
                         fractions[k].value);
@@ -45,8 +42,7 @@ int flesh_solver_options_check(const flesh_solver_options *o)
                   {"lag_iterations", o->lag_iterations, 1, 1000},
                   {"linear_solver", o->linear_solver, 0, FLESH_LINEAR_CHOLMOD},
                   {"preconditioner", o->preconditioner, 0, FLESH_PRECONDITIONER_VOLUME_PROJECTION},
-                  {"project", o->project, 0, FLESH_PROJECT_NEVER},
-                  {"eigenvalue_filter", o->eigenvalue_filter, 0, FLESH_FILTER_AUTO},
+                  {"eigenvalue_filter", o->eigenvalue_filter, 0, FLESH_FILTER_TRUST_REGION_ALWAYS},
                   {"line_search", o->line_search, 0, FLESH_LINE_SEARCH_RESIDUAL},
                   {"threads", o->threads, 0, FLESH_THREADS_MAX}};
   for (size_t k = 0; k < sizeof integers / sizeof integers[0]; k++)

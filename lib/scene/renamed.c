@@ -11,7 +11,9 @@ static const struct {
     {"curve", "amplitude", "amplitude"},
     {"against", "stiffness_at", "stiffness_at"},
     {"filtering", "eigenvalue_filter", "eigenvalue_filter"},
-    {"projection", "project", "project"},
+    {"projection", "eigenvalue_filter", "eigenvalue_filter (never: none; always: trust-region-always)"},
+    {"project", "eigenvalue_filter", "eigenvalue_filter (never: none; always: trust-region-always)"},
+    {"volume_tolerance", "newton_tolerance", "newton_tolerance, a hundredth of which it is"},
     {"globalization", "line_search", "line_search"},
     {"max_halvings", "max_cutbacks", "max_cutbacks"},
     {"calm", "switch_threshold", "switch_threshold"},
@@ -25,7 +27,6 @@ static const struct {
   const char *key, *old, *text;
 } choices_renamed[] = {
     {"stiffness_at", "rest", "initial"},
-    {"project", "demand", "when_indefinite"},
     {"line_search", "energy", "potential"},
     {"line_search", "kinsol", "residual"},
     {"method", "calm-then-adaptive", "euler-then-adaptive"},

@@ -12,11 +12,11 @@ static_assert(sizeof(flesh_linear_solver) == sizeof(int), "enums must have the s
 /* In the order of the enums. */
 static const char *const linear_solvers[] = {"pcg", "klu", "cholmod", NULL};
 static_assert(sizeof linear_solvers / sizeof *linear_solvers == FLESH_LINEAR_CHOLMOD + 2, "a name of every solver");
-static const char *const projections[] = {"when_indefinite", "always", "never", NULL};
-static_assert(sizeof projections / sizeof *projections == FLESH_PROJECT_NEVER + 2, "a name of every projection");
 /* In the order of flesh_eigenvalue_filter. */
-static const char *const eigenvalue_filters[] = {"none", "clamp", "absolute", "trust-region", "auto", NULL};
-static_assert(sizeof eigenvalue_filters / sizeof *eigenvalue_filters == FLESH_FILTER_AUTO + 2, "a name of every filter");
+static const char *const eigenvalue_filters[] = {"none", "clamp", "absolute", "trust-region", "auto",
+                                                 "clamp-always", "absolute-always", "trust-region-always", NULL};
+static_assert(sizeof eigenvalue_filters / sizeof *eigenvalue_filters == FLESH_FILTER_TRUST_REGION_ALWAYS + 2,
+              "a name of every filter");
 /* In the order of the bits FLESH_TECHNIQUE_NEGATIVE_CURVATURE... */
 static const char *const techniques[] = {"negative_curvature", "nonlinear_elimination", "watchdog", "untangle", NULL};
 static_assert(1 << (sizeof techniques / sizeof *techniques - 1) == FLESH_TECHNIQUES_ALL + 1, "a name of every technique");
@@ -33,13 +33,8 @@ const flesh_key flesh_solver_table[] = {
      .doc = "a solve has converged when the residual's 2-norm over the free dofs is at most this times the larger of "
             "the applied load's and the first iterate's; where obstacles, prescribed positions or springs may have "
             "jumped, and in statics, the first iterate's counts at most as the largest force at the current one: "
-            "of loads, contact, inertia, elements and reactions"},
-    {.name = "volume_tolerance",
-     .type = FLESH_KEY_NUMBER,
-     .offset = offsetof(flesh_solver_options, volume_tolerance),
-     .range = FLESH_RANGE_FRACTION,
-     .default_value = "1e-8",
-     .doc = "of tets with poisson 0.5: the largest difference of their mean of J from 1"},
+            "of loads, contact, inertia, elements and reactions; tets with poisson 0.5 have a mean of J within a "
+            "hundredth of it of 1"},
     {.name = "linear_tolerance",
      .type = FLESH_KEY_NUMBER,
      .offset = offsetof(flesh_solver_options, linear_tolerance),
@@ -89,22 +84,15 @@ const flesh_key flesh_solver_table[] = {
             "volume-projection: projects the stiff volume terms of tet10-mean out and preconditions the rest as auto "
             "does; auto: two-level, or ic on meshes of a few hundred nodes, with volume-projection where Poisson's "
             "ratio is 0.493 or more, in statics 0.489"},
-    {.name = "project",
-     .type = FLESH_KEY_CHOICE,
-     .offset = offsetof(flesh_solver_options, project),
-     .choices = projections,
-     .default_value = "when_indefinite",
-     .doc = "when the elements' Hessians are made positive semi-definite: where the true Hessian is "
-            "indefinite, always, "
-            "or never"},
     {.name = "eigenvalue_filter",
      .type = FLESH_KEY_CHOICE,
      .offset = offsetof(flesh_solver_options, eigenvalue_filter),
      .choices = eigenvalue_filters,
      .default_value = "auto",
-     .doc = "what projection makes of negative eigenvalues: clamp: zero; absolute: their absolute values; "
-            "trust-region: zero after a filtered step whose decrease was predicted to 1 %, else "
-            "absolute; auto: the same in dynamics, absolute in statics; none: they stay, as with project: never"},
+     .doc = "what becomes of negative eigenvalues of the elements' Hessians, where the true Hessian is indefinite: "
+            "clamp: zero; absolute: their absolute values; trust-region: zero after a filtered step whose decrease "
+            "was predicted to 1 %, else absolute; auto: the same in dynamics, absolute in statics; none: they stay; "
+            "with -always: in every iteration"},
     {.name = "line_search",
      .type = FLESH_KEY_CHOICE,
      .offset = offsetof(flesh_solver_options, line_search),
@@ -122,7 +110,7 @@ const flesh_key flesh_solver_table[] = {
      .doc = "techniques for bodies on which plain Newton steps are slow or that are tangled; [] for none. "
             "negative_curvature: steps that prove too short are lengthened where few nodes carry the residual (a "
             "crease, a tet that turns inside out), after a cut, or after many such steps; and where few nodes carry "
-            "it, with pcg and project: when_indefinite, the true Hessian is followed downhill along negative "
+            "it, with pcg and a filter that is not -always, the true Hessian is followed downhill along negative "
             "curvature. nonlinear_elimination: after a step that was not predicted and left few nodes that carry the "
             "residual, these and their neighbours are solved for alone (line_search: potential). watchdog: where "
             "straight steps strain stiff parts that rotate, and are cut, a longer one is tried, with Newton steps "

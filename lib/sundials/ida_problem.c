@@ -206,7 +206,7 @@ int flesh_ida_assemble(flesh_ida_problem *self, double t, double cj, const doubl
                        flesh_ida_content content)
 {
   const flesh_point point = flesh_ida_point(self, t, y, yp);
-  flesh_shift shift = {.x = 1, .filter = self->options.project == FLESH_PROJECT_ALWAYS};
+  flesh_shift shift = {.x = 1, .filter = self->options.eigenvalue_filter >= FLESH_FILTER_CLAMP_ALWAYS};
   if (content == FLESH_IDA_CONDENSED) shift.v = cj, shift.a = cj * cj;
   self->content = FLESH_IDA_NOTHING;
   self->cj = self->from_x = cj;

@@ -251,7 +251,7 @@ int flesh_ode_preconditioner_setup(sunrealtype t, N_Vector y_vector, N_Vector fy
   if (!status && !c->C) status = flesh_system_matrix_create(motion->system, &c->C);
   if (status) return status;
   const flesh_point point = flesh_ida_point(motion, t, y, NULL);
-  const int project = motion->options.project == FLESH_PROJECT_ALWAYS;
+  const int project = motion->options.eigenvalue_filter >= FLESH_FILTER_CLAMP_ALWAYS;
   const flesh_shift shift = {.x = gamma * gamma, .v = gamma, .a = 1, .filter = project};
   motion->stats.assemblies++;
   motion->stats.projections += project;

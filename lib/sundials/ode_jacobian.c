@@ -74,7 +74,7 @@ static void fill_sparse(flesh_ode_problem *self, SUNMatrix J)
 /* x' = v; v' = -(K x + C v), divided by the mass. */
 static int fill_pair(flesh_ode_problem *self, double t, const double *y, flesh_pair_matrix *J)
 {
-  int damped, project = self->motion->options.project == FLESH_PROJECT_ALWAYS;
+  int damped, project = self->motion->options.eigenvalue_filter >= FLESH_FILTER_CLAMP_ALWAYS;
   int status = flesh_ode_assemble(self, t, y, project, J->K, J->D, &damped);
   if (status) return status;
   flesh_block_combine(-1, J->K, NULL);

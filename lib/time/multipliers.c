@@ -25,7 +25,7 @@ static const double least = FLESH_LEAST_PENALTY, raised = 30;
 
 int flesh_multipliers_create(const flesh_system *system, const flesh_solver_options *options, flesh_multipliers *self)
 {
-  *self = (flesh_multipliers){.system = system, .tolerance = options->volume_tolerance,
+  *self = (flesh_multipliers){.system = system, .tolerance = 1e-2 * options->newton_tolerance,
                               .depth = options->newton_tolerance};
   self->count = flesh_system_multiplier_count(system);
   if (!self->count) return FLESH_OK;

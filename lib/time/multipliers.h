@@ -38,8 +38,8 @@ typedef struct flesh_stage_end {
 } flesh_stage_end;
 
 /* As flesh_nonlinear_solve, from the multipliers of the state, where something is held: until no gap at the end exceeds
- * volume_tolerance, or none exceeds newton_tolerance and what multipliers change by leaves the forces balanced.
- * FLESH_NOT_CONVERGED where gaps stay. */
+ * a hundredth of newton_tolerance, or none exceeds newton_tolerance and what multipliers change by leaves the forces
+ * balanced. FLESH_NOT_CONVERGED where gaps stay. */
 int flesh_multipliers_solve(flesh_multipliers *multipliers, flesh_nonlinear *nonlinear, flesh_stage *stage,
                             const flesh_state *state, const flesh_stage_end *end, const double *const *guesses,
                             int extensions, flesh_solve_stats *stats);

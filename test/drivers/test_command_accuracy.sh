@@ -52,7 +52,7 @@ the_table_is_complete() {
       $at["wall_s_median"] >= $at["wall_s_min"] && $at["cpu_s"] > 0) { print; exit 1 }
     $at["price"] == "work" && ($at["status"] == "complete") != ($at["error_position_rms"] > 0) { print; exit 1 }
     { seen[$at["price"]]++ }
-    END { exit !(seen["newton_tolerance"] > 2 && seen["linear_tolerance"] > 2 && seen["project"] == 3 &&
+    END { exit !(seen["newton_tolerance"] > 2 && seen["linear_tolerance"] > 2 && seen["eigenvalue_filter"] == 3 &&
                  seen["mass"] == 2 && seen["mesh"] == 1) }' all/accuracy.csv || return 1
   for method in backward-euler bdf2 midpoint newmark hht; do
     [ "$(column all/accuracy.csv setting $method | wc -l)" -eq 6 ] || { echo "$method"; return 1; }
@@ -160,7 +160,7 @@ the_named_command_repeats_a_run() {
 shares_are_answered() {
   has all/verdict.txt '^For 1 % of the motion' && has all/verdict.txt '^For 0.1 % of the motion' &&
     has all/verdict.txt '<- least CPU time' && has all/verdict.txt 'Backward Euler costs' &&
-    has all/verdict.txt 'solver.project=always' && has all/verdict.txt 'finer mesh .* the tip elsewhere by'
+    has all/verdict.txt 'solver.eigenvalue_filter=trust-region-always' && has all/verdict.txt 'finer mesh .* the tip elsewhere by'
 }
 
 tight_solves_change_less() {

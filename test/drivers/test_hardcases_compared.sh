@@ -48,7 +48,7 @@ compare_filters() {
 filters_are_compared() {
   compare_filters || return 1
   [ "$(lines out/hardcases.csv)" -eq 129 ] && all_are mesh 4x2x2 && all_are unconverged 0 || return 1
-  has out/cases/4x2x2_twist_seed2_S_0.49_tet10-mean_clamped-always/scene.yaml 'eigenvalue_filter: clamp, project: always' ||
+  has out/cases/4x2x2_twist_seed2_S_0.49_tet10-mean_clamped-always/scene.yaml 'eigenvalue_filter: clamp-always' ||
     { cat out/cases/4x2x2_twist_seed2_S_0.49_tet10-mean_clamped-always/scene.yaml; return 1; }
   for element in tet4 tet10-mean; do
     profiles_from_rows "$element" >expected.txt

@@ -251,17 +251,17 @@ static int iterate(bench *b)
 static void indefinite_matrices_are_filtered_where_that_is_asked_for(void)
 {
   static const flesh_linear_solver solvers[] = {FLESH_LINEAR_PCG, FLESH_LINEAR_KLU};
-  static const flesh_project projections[] = {FLESH_PROJECT_WHEN_INDEFINITE, FLESH_PROJECT_ALWAYS,
-                                                 FLESH_PROJECT_NEVER};
+  static const flesh_eigenvalue_filter filters[] = {FLESH_FILTER_AUTO, FLESH_FILTER_TRUST_REGION_ALWAYS,
+                                                    FLESH_FILTER_NONE};
   for (int s = 0; s < 2; s++)
     for (int k = 0; k < 3; k++) {
       bench b;
       flesh_solver_options options = defaults();
       options.linear_solver = solvers[s];
-      options.project = projections[k];
+      options.eigenvalue_filter = filters[k];
       make(&b, double_well, &options, 0.1);
       const int status = iterate(&b);
-      if (projections[k] == FLESH_PROJECT_NEVER) {
+      if (filters[k] == FLESH_FILTER_NONE) {
         CHECK(status == FLESH_NOT_POSITIVE && b.newton.stats.newton == 0);
       } else {
         CHECK_OK(status);
@@ -381,7 +381,7 @@ static void matrices_are_kept_where_they_predict_residuals(void)
 static void filtered_matrices_are_not_kept(void)
 {
   flesh_solver_options options = defaults();
-  options.project = FLESH_PROJECT_ALWAYS;
+  options.eigenvalue_filter = FLESH_FILTER_TRUST_REGION_ALWAYS;
   bench b;
   make(&b, quadratic, &options, 1);
   b.newton.policy.target = 1e-6 * flesh_norm(NULL, b.n, b.r);

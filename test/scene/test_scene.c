@@ -36,7 +36,7 @@ static void check_example(const flesh_scene *scene)
   CHECK(given->max_newton == solver.max_newton && given->max_linear == solver.max_linear);
   CHECK(given->max_cutbacks == solver.max_cutbacks);
   CHECK(given->linear_solver == solver.linear_solver);
-  CHECK(given->preconditioner == solver.preconditioner && given->project == solver.project);
+  CHECK(given->preconditioner == solver.preconditioner && given->eigenvalue_filter == solver.eigenvalue_filter);
   CHECK(given->line_search == solver.line_search && given->eigenvalue_filter == solver.eigenvalue_filter);
   CHECK(given->techniques == solver.techniques && solver.techniques == FLESH_TECHNIQUES_ALL);
   CHECK(given->threads == solver.threads);
@@ -340,7 +340,7 @@ static void resolving_again_changes_nothing(void)
       "0]}]}\n"
       "time: {step: 1/60, end: 1/3}\n"
       "start: {velocity: [1/7, 0, -1e-17]}\n"
-      "solver: {linear_solver: klu, project: never, line_search: residual, preconditioner: "
+      "solver: {linear_solver: klu, eigenvalue_filter: none, line_search: residual, preconditioner: "
       "none, techniques: []}\n"
       "output: {frame_interval: 0, seed: 77}\n";
   flesh_scene *scene = NULL, *again = NULL;

@@ -30,7 +30,6 @@ static inline flesh_integrator *integrator_of(const test_body *b, flesh_method m
   flesh_integrator *integrator = NULL;
   flesh_solver_options options = test_options(tolerance);
   options.threads = threads;
-  options.volume_tolerance = 1e-10;
   CHECK_OK(flesh_integrator_create(b->system, method, &options, &integrator));
   return integrator;
 }

@@ -19,21 +19,21 @@ static void check_same_step(flesh_energy energy, int crumpled)
   typedef struct method {
     flesh_linear_solver linear;
     flesh_preconditioner preconditioner;
-    flesh_project project;
+    flesh_eigenvalue_filter filter;
     flesh_line_search line_search;
   } method;
   const method methods[] = {
-      {FLESH_LINEAR_KLU, FLESH_PRECONDITIONER_IC, FLESH_PROJECT_WHEN_INDEFINITE, FLESH_LINE_SEARCH_POTENTIAL},
-      {FLESH_LINEAR_KLU, FLESH_PRECONDITIONER_IC, FLESH_PROJECT_ALWAYS, FLESH_LINE_SEARCH_POTENTIAL},
-      {FLESH_LINEAR_KLU, FLESH_PRECONDITIONER_IC, FLESH_PROJECT_NEVER, FLESH_LINE_SEARCH_POTENTIAL},
-      {FLESH_LINEAR_PCG, FLESH_PRECONDITIONER_IC, FLESH_PROJECT_WHEN_INDEFINITE, FLESH_LINE_SEARCH_POTENTIAL},
-      {FLESH_LINEAR_PCG, FLESH_PRECONDITIONER_JACOBI, FLESH_PROJECT_WHEN_INDEFINITE, FLESH_LINE_SEARCH_POTENTIAL},
-      {FLESH_LINEAR_PCG, FLESH_PRECONDITIONER_NONE, FLESH_PROJECT_WHEN_INDEFINITE, FLESH_LINE_SEARCH_POTENTIAL},
-      {FLESH_LINEAR_PCG, FLESH_PRECONDITIONER_IC, FLESH_PROJECT_ALWAYS, FLESH_LINE_SEARCH_POTENTIAL},
-      {FLESH_LINEAR_PCG, FLESH_PRECONDITIONER_IC, FLESH_PROJECT_WHEN_INDEFINITE, FLESH_LINE_SEARCH_NONE},
-      {FLESH_LINEAR_PCG, FLESH_PRECONDITIONER_IC, FLESH_PROJECT_WHEN_INDEFINITE, FLESH_LINE_SEARCH_RESIDUAL},
-      {FLESH_LINEAR_CHOLMOD, FLESH_PRECONDITIONER_IC, FLESH_PROJECT_WHEN_INDEFINITE, FLESH_LINE_SEARCH_POTENTIAL},
-      {FLESH_LINEAR_CHOLMOD, FLESH_PRECONDITIONER_IC, FLESH_PROJECT_ALWAYS, FLESH_LINE_SEARCH_POTENTIAL}};
+      {FLESH_LINEAR_KLU, FLESH_PRECONDITIONER_IC, FLESH_FILTER_AUTO, FLESH_LINE_SEARCH_POTENTIAL},
+      {FLESH_LINEAR_KLU, FLESH_PRECONDITIONER_IC, FLESH_FILTER_TRUST_REGION_ALWAYS, FLESH_LINE_SEARCH_POTENTIAL},
+      {FLESH_LINEAR_KLU, FLESH_PRECONDITIONER_IC, FLESH_FILTER_NONE, FLESH_LINE_SEARCH_POTENTIAL},
+      {FLESH_LINEAR_PCG, FLESH_PRECONDITIONER_IC, FLESH_FILTER_AUTO, FLESH_LINE_SEARCH_POTENTIAL},
+      {FLESH_LINEAR_PCG, FLESH_PRECONDITIONER_JACOBI, FLESH_FILTER_AUTO, FLESH_LINE_SEARCH_POTENTIAL},
+      {FLESH_LINEAR_PCG, FLESH_PRECONDITIONER_NONE, FLESH_FILTER_AUTO, FLESH_LINE_SEARCH_POTENTIAL},
+      {FLESH_LINEAR_PCG, FLESH_PRECONDITIONER_IC, FLESH_FILTER_TRUST_REGION_ALWAYS, FLESH_LINE_SEARCH_POTENTIAL},
+      {FLESH_LINEAR_PCG, FLESH_PRECONDITIONER_IC, FLESH_FILTER_AUTO, FLESH_LINE_SEARCH_NONE},
+      {FLESH_LINEAR_PCG, FLESH_PRECONDITIONER_IC, FLESH_FILTER_AUTO, FLESH_LINE_SEARCH_RESIDUAL},
+      {FLESH_LINEAR_CHOLMOD, FLESH_PRECONDITIONER_IC, FLESH_FILTER_AUTO, FLESH_LINE_SEARCH_POTENTIAL},
+      {FLESH_LINEAR_CHOLMOD, FLESH_PRECONDITIONER_IC, FLESH_FILTER_TRUST_REGION_ALWAYS, FLESH_LINE_SEARCH_POTENTIAL}};
   double *first = NULL;
   for (size_t k = 0; k < sizeof methods / sizeof methods[0]; k++) {
     test_body b;
@@ -46,7 +46,7 @@ static void check_same_step(flesh_energy energy, int crumpled)
     if (crumpled) test_jitter(b.n, 0.11, 2, b.state.x);
     options.linear_solver = methods[k].linear;
     options.preconditioner = methods[k].preconditioner;
-    options.project = methods[k].project;
+    options.eigenvalue_filter = methods[k].filter;
     options.line_search = methods[k].line_search;
     int status = flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator);
     if (status == FLESH_ERR_ARGUMENT && methods[k].linear == FLESH_LINEAR_CHOLMOD) {
@@ -56,7 +56,7 @@ static void check_same_step(flesh_energy energy, int crumpled)
     }
     CHECK_OK(status);
     for (int step = 0; step < 3; step++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 60, &stats));
-    CHECK((methods[k].project == FLESH_PROJECT_ALWAYS) ? stats.projections == stats.assemblies
+    CHECK((methods[k].filter == FLESH_FILTER_TRUST_REGION_ALWAYS) ? stats.projections == stats.assemblies
                                                              : stats.projections < stats.assemblies);
     /* It was needed, where no softer materials come first. */
     if (crumpled && methods[k].line_search != FLESH_LINE_SEARCH_POTENTIAL) CHECK(stats.projections > 0);
@@ -372,7 +372,6 @@ static void bad_arguments_are_sentences(void)
   TRY(max_cutbacks, 60, "max_cutbacks is 60");
   TRY(linear_solver, (flesh_linear_solver)9, "linear_solver is 9");
   TRY(preconditioner, (flesh_preconditioner)9, "preconditioner is 9");
-  TRY(project, (flesh_project)7, "project is 7; it must be in 0 to 2");
   TRY(line_search, (flesh_line_search)3, "line_search is 3");
   TRY(threads, -1, "threads is -1; it must be in 0 to 256");
   TRY(threads, 257, "threads is 257");

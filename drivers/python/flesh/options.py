@@ -10,7 +10,6 @@ __all__ = ["SolverOptions", "MethodOptions", "AdaptiveOptions", "SolveStats", "P
 
 _LINEAR = Names("flesh_linear_solver", "FLESH_LINEAR_")
 _PRECONDITIONERS = Names("flesh_preconditioner", "FLESH_PRECONDITIONER_", lib.flesh_preconditioner_name)
-_PROJECT = Names("flesh_project", "FLESH_PROJECT_")
 FILTERS = Names("flesh_eigenvalue_filter", "FLESH_FILTER_")
 _LINE_SEARCH = Names("flesh_line_search", "FLESH_LINE_SEARCH_")
 _TECHNIQUES = Flags("flesh_technique", "FLESH_TECHNIQUE_")
@@ -35,13 +34,11 @@ class SolverOptions(Options):
     max_cutbacks: int = Field("how often a failing step or load increment may be halved")
     linear_solver: str = Field("who solves linear systems", _LINEAR)
     preconditioner: str = Field("of pcg", _PRECONDITIONERS)
-    project: str = Field("when Hessians are made positive semi-definite", _PROJECT)
-    eigenvalue_filter: str = Field("what becomes of negative eigenvalues then", FILTERS)
+    eigenvalue_filter: str = Field("what becomes of negative eigenvalues, and when", FILTERS)
     line_search: str = Field("how the length of a step is chosen", _LINE_SEARCH)
     accept_unconverged: int = Field("1: a solve that ends at max_newton without convergence is accepted")
     techniques: tuple = Field("what helps where plain Newton steps are slow, as a tuple of", _TECHNIQUES)
     threads: int = Field("0: one for each processor; results do not depend on it")
-    volume_tolerance: float = Field("how far the mean of J of an incompressible tet may be from 1 at the end of a step")
     lag_iterations: int = Field("how often at most a step is solved, with what is lagged as the last solve left it")
 
     def _default(self):
