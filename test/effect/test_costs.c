@@ -50,13 +50,15 @@ void free(void *taken)
 enum { COUNTS_MEMORY = 0 };
 #endif
 
-static void make(test_body *b)
+static void make_of(double poisson, test_body *b)
 {
-  CHECK_OK(
-      test_body_create(test_box(4, 2, 2, 2, 1, 1), test_material(FLESH_ENERGY_S, 0.4), 1000, FLESH_MASS_LUMPED, 1, b));
+  CHECK_OK(test_body_create(test_box(4, 2, 2, 2, 1, 1), test_material(FLESH_ENERGY_S, poisson), 1000, FLESH_MASS_LUMPED,
+                            1, b));
   CHECK_OK(test_body_gravity(b, 0, 0, -9.81));
   CHECK_OK(test_body_clamp(b, 1e-9));
 }
+
+static void make(test_body *b) { make_of(0.4, b); }
 
 static flesh_integrator *integrator_of(const test_body *b, flesh_method method)
 {
@@ -162,26 +164,36 @@ static void guarded_steps_evaluate_once(void)
   test_body_destroy(&b);
 }
 
-/* Nor where steps are shortened: every try is one potential, and the accepted one's serves the next iteration. */
+/* Nor where steps are shortened: every try is one potential, and the accepted one's serves the next iteration. Solves of
+ * softer materials, each but the first with the last one's end as a rival of its first iterate, come before that of the
+ * true ones, with one rival too. */
 static void tries_are_one_potential_each(void)
 {
-  test_body b;
-  make(&b);
-  CHECK_OK(flesh_system_finalize(b.system));
-  flesh_solver_options options;
-  flesh_integrator *integrator = NULL;
-  flesh_solve_stats stats = {0};
-  flesh_solver_options_default(&options);
-  options.techniques = FLESH_TECHNIQUE_WATCHDOG;
-  CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
-  test_jitter(b.n, 1, 3, b.state.x); /* many tets inverted */
-  CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.1, &stats));
-  printf("# %d iterations, %d backtracks, %d potentials\n", stats.newton, stats.backtracks, stats.potentials);
-  CHECK(stats.backtracks > 0 && stats.solves == 1);
-  const int starts = 2, guesses = 1; /* of softer materials, then of the true ones, whose first iterate has a rival */
-  CHECK(stats.potentials == stats.newton + starts + guesses + stats.backtracks);
-  flesh_integrator_destroy(&integrator);
-  test_body_destroy(&b);
+  const double ratios[] = {0.4, 0.4985, 0.4999};
+  const int softer[] = {1, 2, 3};
+  int backtracks = 0;
+  for (int k = 0; k < 3; k++) {
+    test_body b;
+    make_of(ratios[k], &b);
+    CHECK_OK(flesh_system_finalize(b.system));
+    flesh_solver_options options;
+    flesh_integrator *integrator = NULL;
+    flesh_solve_stats stats = {0};
+    flesh_solver_options_default(&options);
+    options.techniques = 0;
+    CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
+    test_jitter(b.n, 1, 3, b.state.x); /* many tets inverted */
+    CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.1, &stats));
+    printf("# ratio %g: %d iterations, %d backtracks, %d potentials\n", ratios[k], stats.newton,
+           stats.backtracks, stats.potentials);
+    backtracks += stats.backtracks;
+    CHECK(stats.solves == 1);
+    const int starts = softer[k] + 1, rivals = softer[k];
+    CHECK(stats.potentials == stats.newton + starts + rivals + stats.backtracks);
+    flesh_integrator_destroy(&integrator);
+    test_body_destroy(&b);
+  }
+  CHECK(backtracks > 0);
 }
 
 /* On a body so large that what malloc rounds up is next to nothing. */

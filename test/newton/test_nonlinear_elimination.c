@@ -40,9 +40,8 @@ static void make_block(flesh_mass mass, test_body *b)
 
 static int in_ball(const double X[3]) { return hypot(hypot(X[0] - 0.1, X[1] - 0.05), X[2] - 0.05) < 0.016; }
 
-/* How far a tangle's nodes are thrown, m: with a thousandth more, rounding decides which of two equilibria it ends
- * in. */
-static const double TANGLE = 0.017;
+/* How far a tangle's nodes are thrown, m: with twice that, rounding decides which of two solutions it ends in. */
+static const double TANGLE = 0.03;
 
 static void throw_about(const test_body *b, double amplitude, double *x)
 {
@@ -277,20 +276,29 @@ static void subdomains_that_raise_the_potential_are_refused(void)
   test_body_destroy(&b);
 }
 
-/* A step from the thrown ball. Returns its cost; x [3*n] is its end, NULL: of no interest. */
+/* A step of backward Euler from the thrown ball, by the solve of its stage alone: an integrator would go through softer
+ * materials first. Returns its cost; x [3*n] is its end. */
 static flesh_solve_stats step(const flesh_solver_options *options, double amplitude, double *x)
 {
+  const double rate = 60;
   test_body b;
-  flesh_integrator *integrator = NULL;
+  flesh_nonlinear *nonlinear = NULL;
   flesh_solve_stats stats = {0};
   make_block(FLESH_MASS_LUMPED, &b);
   CHECK_OK(flesh_system_finalize(b.system));
   throw_about(&b, amplitude, b.state.x);
-  CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, options, &integrator));
-  CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 60, &stats));
-  CHECK(stats.potential_rises == 0 && stats.convergence_failures == 0);
-  memcpy(x, b.state.x, (size_t)b.n * sizeof *x);
-  flesh_integrator_destroy(&integrator);
+  const flesh_stage stage = {.t = 1 / rate,
+                             .load = 1,
+                             .prescribed_fraction = 1,
+                             .shift = {.x = 1, .v = rate, .a = rate * rate},
+                             .x0 = b.state.x,
+                             .x_lag = b.state.x,
+                             .v_lag = b.state.v};
+  CHECK_OK(flesh_nonlinear_create(b.system, options, &nonlinear));
+  CHECK_OK(flesh_nonlinear_solve(nonlinear, &stage, NULL, 0, &stats));
+  CHECK(stats.potential_rises == 0);
+  for (int d = 0; d < b.n; d++) x[d] = b.state.x[d] + flesh_nonlinear_unknowns(nonlinear)[d];
+  flesh_nonlinear_destroy(&nonlinear);
   test_body_destroy(&b);
   return stats;
 }
@@ -309,7 +317,7 @@ static void a_tangle_is_cheap_and_ends_the_same(void)
          alone.subdomain_newton, alone.subdomains, alone.subdomain_share, together.newton, apart);
   CHECK(alone.subdomains > 0 && alone.subdomain_newton >= alone.subdomains && together.subdomains == 0);
   CHECK(alone.subdomain_share > 0 && alone.subdomain_share < 0.5 * alone.subdomain_newton);
-  CHECK(alone.newton < together.newton);
+  CHECK(4 * alone.newton <= 3 * together.newton);
   CHECK_BELOW(apart, 1e-6);
 }
 

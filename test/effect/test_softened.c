@@ -1,0 +1,70 @@
+/* test_softened.c: softened materials are what flesh_point.softened says, and as many as a body is stiff. */
+#include <stdlib.h>
+
+#include "body.h"
+#include "effect/effect.h"
+#include "test.h"
+
+/* A softened material is S with the same shear modulus and the ratio of its level, whatever its form and element. */
+static void check_softened(int order, int level)
+{
+  const double mu = 1e5, poisson = (double[]){0, 0.49, 0.499}[level - 1];
+  test_body hard, soft, *bodies[] = {&hard, &soft};
+  flesh_material b, s;
+  CHECK_OK(flesh_material_from_lame(FLESH_ENERGY_B, FLESH_CONSTANTS_MATCHED, mu, 1e8, &b));
+  CHECK_OK(flesh_material_from_lame(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, mu, 2 * mu * poisson / (1 - 2 * poisson), &s));
+  for (int k = 0; k < 2; k++) {
+    flesh_mesh *mesh = test_box(12, 4, 4, 1, 1. / 3, 1. / 3), *raised = NULL;
+    if (order == 2) {
+      CHECK_OK(flesh_mesh_raise_order(mesh, &raised));
+      flesh_mesh_destroy(&mesh);
+      mesh = raised;
+    }
+    CHECK_OK(test_body_create(mesh, k ? s : b, 1000, FLESH_MASS_LUMPED, 1, bodies[k]));
+    CHECK_OK(flesh_system_finalize(bodies[k]->system));
+  }
+  const int n = hard.n;
+  double *x = malloc(sizeof(double) * (size_t)n), *zero = calloc((size_t)n, sizeof(double)),
+         *r = malloc(sizeof(double) * (size_t)n), *wanted = malloc(sizeof(double) * (size_t)n);
+  memcpy(x, flesh_mesh_positions(hard.mesh), sizeof(double) * (size_t)n);
+  test_jitter(n, 0.1, 3, x); /* some tets are inverted, where B has no value */
+  flesh_point point = {.load = 1, .x = x, .v = zero, .a = zero};
+  CHECK(flesh_system_residual(hard.system, &point, r) == FLESH_UNDEFINED);
+  CHECK_OK(flesh_system_residual(soft.system, &point, wanted));
+  point.softened = level;
+  CHECK_OK(flesh_system_residual(hard.system, &point, r));
+  CHECK_BELOW(test_distance(n, r, wanted), 1e-12 * test_norm(n, wanted));
+  free(x), free(zero), free(r), free(wanted);
+  test_body_destroy(&hard);
+  test_body_destroy(&soft);
+}
+
+static void softened_materials_are_s(void)
+{
+  for (int order = 1; order <= 2; order++)
+    for (int level = 1; level <= 3; level++) check_softened(order, level);
+}
+
+/* Levels are on the way where they are five times as soft as the stiffest material. */
+static void stiffer_bodies_have_more_levels(void)
+{
+  const double ratios[] = {-0.5, 0.3, 0.49, 0.497, 0.4985, 0.4997, 0.4999};
+  const int levels[] = {1, 1, 1, 1, 2, 2, 3};
+  for (int k = 0; k < 7; k++) {
+    flesh_mesh *mesh = test_box(1, 1, 1, 1, 1, 1);
+    flesh_material materials[2];
+    flesh_effect *effect = NULL;
+    CHECK_OK(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1e6, 0.2, &materials[0]));
+    CHECK_OK(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1, ratios[k], &materials[1]));
+    const flesh_body body = {.mesh = mesh, .materials = materials, .tet_material = (int[]){0, 0, 0, 0, 0, 1}};
+    CHECK_OK(flesh_effect_elasticity(&body, &effect));
+    CHECK(effect->operations->shortcuts->softenings(effect) == levels[k]);
+    flesh_effect_destroy(&effect);
+    flesh_mesh_destroy(&mesh);
+  }
+}
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS(argc, argv, TEST(softened_materials_are_s), TEST(stiffer_bodies_have_more_levels));
+}
