@@ -126,11 +126,13 @@ static event solve_directly(flesh_newton *self, iteration *it)
   return !it->status ? DONE : it->status == FLESH_NOT_POSITIVE ? INDEFINITE : ERROR;
 }
 
-/* Whether the next direction should follow negative curvature: after a filtered step that was too short. One, not more
- * in a row: these crawl where tets are stiff against changes of volume. */
+/* Whether the next direction should follow negative curvature: after a filtered step that was too short, until one that
+ * followed had to be cut. From there on they crawl, where tets are stiff against changes of volume. */
 static int choose_follow(const flesh_newton *self, const iteration *it)
 {
-  return !filters_always(self) && it->kind == FLESH_DIRECTION_FILTERED && it->found.too_short_locally;
+  if (filters_always(self)) return 0;
+  if (it->kind == FLESH_DIRECTION_FILTERED) return it->found.too_short_locally;
+  return self->follow_curvature && !(it->kind == FLESH_DIRECTION_NEGATIVE_CURVATURE && it->found.length < 1);
 }
 
 static event search(flesh_newton *self, iteration *it)
