@@ -59,7 +59,7 @@ make_build() {
 }
 
 ASAN_OPTIONS=quarantine_size_mb=8:malloc_context_size=8:detect_leaks=1:allocator_may_return_null=1
-LSAN_OPTIONS=suppressions=$root/test/campaign/fuzz/leaks.txt:print_suppressions=0
+LSAN_OPTIONS="suppressions='$root/test/campaign/fuzz/leaks.txt':print_suppressions=0"
 UBSAN_OPTIONS=print_stacktrace=1
 export ASAN_OPTIONS LSAN_OPTIONS UBSAN_OPTIONS
 
