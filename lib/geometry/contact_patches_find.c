@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/disjoint_sets.h"
 #include "base/error.h"
 #include "base/sort.h"
 #include "geometry/contact_patches.h"
@@ -32,19 +33,6 @@ typedef struct work {
   int key_count, *keys; /* [2*...] pairs of sets whose patches ignore each other, ascending */
 } work;
 
-static int least_of(int *set, int i)
-{
-  while (set[i] != i) i = set[i] = set[set[i]];
-  return i;
-}
-
-static void join(int *set, int a, int b)
-{
-  a = least_of(set, a), b = least_of(set, b);
-  if (a < b) set[b] = a;
-  else set[a] = b;
-}
-
 static int node_of(const work *w, int face, int corner) { return w->s->node_place[w->s->faces[3 * face + corner]]; }
 
 /* Joins the corners of a face. */
@@ -53,7 +41,7 @@ static void join_face(const work *w, int *set, int face)
   for (int k = 0; k < 3; k++) {
     const int node = node_of(w, face, k);
     if (set[node] < 0) set[node] = node;
-    join(set, node_of(w, face, 0), node);
+    flesh_sets_join(set, node_of(w, face, 0), node);
   }
 }
 
@@ -175,7 +163,7 @@ static void measure(const work *w, region *regions)
   }
   for (int f = 0; f < s->face_count; f++) {
     if (w->flagged[f]) continue;
-    region *of = &regions[least_of(w->region, node_of(w, f, 0))];
+    region *of = &regions[flesh_set_of(w->region, node_of(w, f, 0))];
     const double *p[3];
     double e[2][3], n[3];
     for (int k = 0; k < 3; k++) widen(of->box, p[k] = w->x + 3 * (size_t)s->faces[3 * f + k]);
@@ -189,10 +177,10 @@ static void measure(const work *w, region *regions)
 /* Whether the whole surface that the face is of meets the body's. */
 static int meets(const work *w, int crossings, int face, int body)
 {
-  const int whole = least_of(w->whole, node_of(w, face, 0)), *face_body = w->finder->face_body;
+  const int whole = flesh_set_of(w->whole, node_of(w, face, 0)), *face_body = w->finder->face_body;
   for (int k = 0; k < crossings; k++)
     for (int end = 0; end < 2; end++)
-      if (least_of(w->whole, node_of(w, w->links[k].faces[end], 0)) == whole &&
+      if (flesh_set_of(w->whole, node_of(w, w->links[k].faces[end], 0)) == whole &&
           face_body[w->links[k].faces[1 - end]] == body)
         return 1;
   return 0;
@@ -203,15 +191,15 @@ static int meets(const work *w, int crossings, int face, int body)
 static int flag_region(work *w, int crossings, int root, const region *of, int body)
 {
   const flesh_contact_surface *s = w->s;
-  const int swallowed = !meets(w, crossings, of->face, body), whole = least_of(w->whole, node_of(w, of->face, 0));
+  const int swallowed = !meets(w, crossings, of->face, body), whole = flesh_set_of(w->whole, node_of(w, of->face, 0));
   const double *place = w->x + 3 * (size_t)s->faces[3 * of->face];
   int status = FLESH_OK;
   for (int f = 0; f < s->face_count && !status; f++) {
     const int node = node_of(w, f, 0);
-    if (w->region[node] >= 0 && least_of(w->region, node) == root && !w->flagged[f]) flag(w, f);
-    if (!swallowed || w->finder->face_body[f] != body || least_of(w->whole, node) == whole) continue;
+    if (w->region[node] >= 0 && flesh_set_of(w->region, node) == root && !w->flagged[f]) flag(w, f);
+    if (!swallowed || w->finder->face_body[f] != body || flesh_set_of(w->whole, node) == whole) continue;
     flag(w, f);
-    if (least_of(w->whole, node) == node) status = add_link(w, of->face, f, place);
+    if (flesh_set_of(w->whole, node) == node) status = add_link(w, of->face, f, place);
   }
   return status;
 }
@@ -237,7 +225,7 @@ static void find_overlaps(const work *w, unsigned char *overlaps)
   unsigned char *seen = overlaps + s->body_count;
   for (int f = 0; f < s->face_count; f++) {
     const int node = node_of(w, f, 0);
-    if (least_of(w->whole, node) != node) continue;
+    if (flesh_set_of(w->whole, node) != node) continue;
     overlaps[face_body[f]] |= seen[face_body[f]];
     seen[face_body[f]] = 1;
   }
@@ -280,8 +268,8 @@ static void list_keys(work *w)
 {
   w->key_count = 0;
   for (int k = 0; k < w->link_count; k++) {
-    const int a = least_of(w->set, node_of(w, w->links[k].faces[0], 0)),
-              b = least_of(w->set, node_of(w, w->links[k].faces[1], 0));
+    const int a = flesh_set_of(w->set, node_of(w, w->links[k].faces[0], 0)),
+              b = flesh_set_of(w->set, node_of(w, w->links[k].faces[1], 0));
     w->keys[2 * k] = a < b ? a : b;
     w->keys[2 * k + 1] = a < b ? b : a;
   }
@@ -296,7 +284,7 @@ static void list_keys(work *w)
 static int are_linked(const work *w, int node, int other)
 {
   if (w->set[node] < 0 || w->set[other] < 0) return 0;
-  const int a = least_of(w->set, node), b = least_of(w->set, other), key[2] = {a < b ? a : b, a < b ? b : a};
+  const int a = flesh_set_of(w->set, node), b = flesh_set_of(w->set, other), key[2] = {a < b ? a : b, a < b ? b : a};
   return bsearch(key, w->keys, (size_t)w->key_count, sizeof key, compare_keys) != NULL;
 }
 
@@ -376,8 +364,8 @@ static flesh_patch_pair describe(const work *w, const flesh_contact_patches *sel
 {
   flesh_patch_pair pair = {.faces = {0}};
   for (int k = w->link_count - 1; k >= 0; k--) {
-    const int *faces = w->links[k].faces, a = least_of(w->set, node_of(w, faces[0], 0)),
-              b = least_of(w->set, node_of(w, faces[1], 0));
+    const int *faces = w->links[k].faces, a = flesh_set_of(w->set, node_of(w, faces[0], 0)),
+              b = flesh_set_of(w->set, node_of(w, faces[1], 0));
     if ((a < b ? a : b) != key[0] || (a < b ? b : a) != key[1]) continue;
     for (int end = 0; end < 2; end++) {
       const int face = faces[(a > b) ^ end];
@@ -401,7 +389,7 @@ static int finish(work *w, flesh_contact_patches *self)
   if (status) return status;
   self->count = self->pair_count = 0;
   for (int n = 0; n < s->node_count; n++)
-    if (w->set[n] >= 0) number[n] = least_of(w->set, n) == n ? self->count++ : number[least_of(w->set, n)];
+    if (w->set[n] >= 0) number[n] = flesh_set_of(w->set, n) == n ? self->count++ : number[flesh_set_of(w->set, n)];
   for (int f = 0; f < s->face_count; f++) self->face_patch[f] = w->flagged[f] ? number[node_of(w, f, 0)] : -1;
   flesh_contact_patches_label(self);
   for (int k = 0; k < w->key_count; k++) self->pairs[self->pair_count++] = describe(w, self, w->keys + 2 * k);

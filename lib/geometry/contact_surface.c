@@ -5,6 +5,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/disjoint_sets.h"
 #include "base/error.h"
 #include "base/memory.h"
 #include "base/sort.h"
@@ -113,20 +114,6 @@ static void measure(const double *X, flesh_contact_surface *s)
     s->mean_edge += distance(X + 3 * (size_t)s->edges[2 * e], X + 3 * (size_t)s->edges[2 * e + 1]) / s->edge_count;
 }
 
-/* Union of sets of nodes: the least of a set stands for it. */
-static int least_of(int *set, int i)
-{
-  while (set[i] != i) i = set[i] = set[set[i]];
-  return i;
-}
-
-static void join(int *set, int a, int b)
-{
-  a = least_of(set, a), b = least_of(set, b);
-  if (a < b) set[b] = a;
-  else set[a] = b;
-}
-
 /* Joins the nodes of each cell [size*count]; nodes of no cell have -1. */
 static void join_cells(int size, int count, const int *cells, int *set)
 {
@@ -134,7 +121,7 @@ static void join_cells(int size, int count, const int *cells, int *set)
   for (size_t k = 0; k < all; k++)
     if (cells[k] >= 0) set[cells[k]] = cells[k];
   for (size_t k = 0; k < all; k++)
-    if (cells[k] >= 0) join(set, cells[k - k % (size_t)size], cells[k]);
+    if (cells[k] >= 0) flesh_sets_join(set, cells[k - k % (size_t)size], cells[k]);
 }
 
 /* Makes sets the numbers of bodies, as their least nodes ascend. */
@@ -142,7 +129,7 @@ static void number_sets(int nodes, int *set)
 {
   int bodies = 0;
   for (int i = 0; i < nodes; i++)
-    if (set[i] >= 0) set[i] = least_of(set, i);
+    if (set[i] >= 0) set[i] = flesh_set_of(set, i);
   /* The least node of a set comes first and is given -2 - number, which the others look up there. */
   for (int i = 0; i < nodes; i++)
     if (set[i] >= 0) set[i] = set[i] == i ? -2 - bodies++ : set[set[i]];
@@ -171,7 +158,7 @@ static int find_pieces(flesh_contact_surface *s)
   s->node_piece = flesh_malloc(((size_t)s->node_count + 1) * sizeof *s->node_piece);
   if (set && s->node_piece) {
     join_cells(3, s->face_count, s->faces, set);
-    for (int k = 0; k < s->node_count; k++) s->node_piece[k] = least_of(set, s->nodes[k]);
+    for (int k = 0; k < s->node_count; k++) s->node_piece[k] = flesh_set_of(set, s->nodes[k]);
   }
   flesh_free(set);
   return s->node_piece && set ? FLESH_OK : no_memory(s->face_count);
@@ -238,7 +225,7 @@ static void pieces_of_tets(const flesh_mesh *mesh, int *piece)
     const int size = flesh_mesh_tet_nodes(mesh, t, n);
     for (int a = 4; a < size; a++) {
       if (piece[n[a]] < 0) piece[n[a]] = n[a];
-      join(piece, n[0], n[a]);
+      flesh_sets_join(piece, n[0], n[a]);
     }
   }
   number_sets(nodes, piece);

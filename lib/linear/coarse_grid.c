@@ -7,6 +7,7 @@
 #include <stdint.h>
 #include <string.h>
 
+#include "base/disjoint_sets.h"
 #include "base/error.h"
 #include "base/huge_pages.h"
 #include "base/memory.h"
@@ -167,12 +168,6 @@ static int choose_layout(builder *b, int vertices)
   return FLESH_OK;
 }
 
-static int root_of(int *parent, int e)
-{
-  while (parent[e] != e) e = parent[e] = parent[parent[e]];
-  return e;
-}
-
 /* Corners of two neighbours' cells that are the same vertex. */
 static void join(builder *b, int p, int q)
 {
@@ -183,9 +178,7 @@ static void join(builder *b, int p, int q)
       shared &= bit == 0 || bit == 1;
       other |= (bit & 1) << k;
     }
-    if (!shared) continue;
-    const int i = root_of(b->parent, CORNERS * p + a), j = root_of(b->parent, CORNERS * q + other);
-    b->parent[i > j ? i : j] = i < j ? i : j;
+    if (shared) flesh_sets_join(b->parent, CORNERS * p + a, CORNERS * q + other);
   }
 }
 
@@ -220,7 +213,7 @@ static int find_vertices(builder *b, const flesh_block_matrix *A, const int *pla
   for (int e = 0; e < CORNERS * b->rows; e++) parts += b->parent[e] == e;
   if (parts / 2 > vertices && parts > CORNERS && join_all(b)) return FLESH_ERR_MEMORY;
   for (int e = 0; e < CORNERS * b->rows; e++) {
-    const int root = root_of(b->parent, e);
+    const int root = flesh_set_of(b->parent, e);
     if (root == e) {
       corner_at(b->at[e / CORNERS], e % CORNERS, b->where[grid->vertices]);
       b->vertex[e] = grid->vertices++;

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/disjoint_sets.h"
 #include "base/error.h"
 #include "effect/effect.h"
 #include "geometry/motion.h"
@@ -19,12 +20,6 @@
  * hides all other forces below round-off. Small, it is spread again by its inertia. */
 static const double far_larger = 10;
 static const double shrunk = 0.1; /* of the size at which the root mean square of J is 1 */
-
-static int root_of(int *parent, int i)
-{
-  while (parent[i] != i) i = parent[i] = parent[parent[i]];
-  return i;
-}
 
 /* Mass of every node, by the force that a unit acceleration takes; ones where there is no inertia. */
 static int weigh(const flesh_system *system, double *mass)
@@ -90,16 +85,16 @@ int flesh_rigid_parts_create(const flesh_system *system, flesh_rigid_parts *part
   for (int i = 0; i < nodes; i++) parent[i] = i;
   for (int e = 0; e < tets; e++) {
     int tet[10], size = flesh_mesh_tet_nodes(mesh, e, tet);
-    for (int a = 1; a < size; a++) parent[root_of(parent, tet[a])] = root_of(parent, tet[0]);
+    for (int a = 1; a < size; a++) flesh_sets_join(parent, tet[0], tet[a]);
   }
   for (int i = 0; i < nodes; i++)
-    if (used[i] && root_of(parent, i) == i) number[i] = parts->count++;
+    if (used[i] && flesh_set_of(parent, i) == i) number[i] = parts->count++;
   for (int i = 0; i < nodes; i++)
-    if (used[i]) parts->first[number[root_of(parent, i)] + 2]++;
+    if (used[i]) parts->first[number[flesh_set_of(parent, i)] + 2]++;
   for (int k = 0; k < parts->count; k++) parts->first[k + 2] += parts->first[k + 1];
   for (int i = 0; i < nodes; i++)
     if (used[i]) {
-      parts->part[i] = number[root_of(parent, i)];
+      parts->part[i] = number[flesh_set_of(parent, i)];
       parts->nodes[parts->first[parts->part[i] + 1]++] = i;
     }
   free(parent);
