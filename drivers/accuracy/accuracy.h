@@ -11,6 +11,7 @@
 #include "accuracy/track.h"
 #include "shared/options.h"
 #include "shared/overrides.h"
+#include "shared/pool.h"
 
 typedef struct flesh_accuracy_method {
   const char *name;   /* of --methods and the tables */
@@ -106,6 +107,7 @@ typedef struct flesh_accuracy_fit {
 enum { FLESH_ACCURACY_LIMIT = 32 };
 
 typedef struct flesh_accuracy_plan {
+  flesh_ranks *ranks; /* that share out the runs; NULL: none */
   const char *scene, *finer, *out;
   int mesh;              /* the error of the mesh is measured too */
   double mesh_seconds;   /* to spend on it */
@@ -148,9 +150,16 @@ int flesh_accuracy_make_rows(flesh_accuracy_plan *plan);
  * FLESH_ERR_SOLVE when fewer than two methods reach the end. */
 int flesh_accuracy_make_reference(flesh_accuracy_plan *plan, flesh_accuracy_track *reference);
 
-/* Runs the rows that are not done, one at a time, each in its own process; keeps the results after
- * each. FLESH_ERR_INTERRUPTED after a signal: the rows that were done stand. */
+/* Runs the rows that are not done, one at a time on each rank, each in its own process; keeps the results after each.
+ * FLESH_ERR_INTERRUPTED after a signal: the rows that were done stand. */
 int flesh_accuracy_run(flesh_accuracy_plan *plan, const flesh_accuracy_track *reference);
+/* What their processes need. On ranks behind the first `reference` is NULL: they read it, and the run that was solved
+ * tightly, from the folder. */
+typedef struct flesh_accuracy_work {
+  const flesh_accuracy_plan *plan;
+  const flesh_accuracy_track *reference, *tight;
+} flesh_accuracy_work;
+flesh_pool_cases flesh_accuracy_pool_cases(const flesh_accuracy_work *given);
 
 /* accuracy.json: everything that --resume needs. `load` fills plan->reference and the rows that
  * were done; FLESH_ERR_ARGUMENT when the folder holds the results of another scene, override or

@@ -346,21 +346,21 @@ static int check_coarser(const flesh_accuracy_plan *plan)
   return status;
 }
 
-static int compare(flesh_accuracy_plan *plan)
+/* On the first rank; the exit code. */
+static int compare(void *data)
 {
+  flesh_accuracy_plan *plan = data;
   flesh_folder_claim claim = {.descriptor = -1};
-  const int in_time = plan->method_count > 0;
-  int status = flesh_accuracy_make_rows(plan);
-  if (!status) status = check_finer(plan);
-  if (!status) status = check_coarser(plan);
-  if (!status) status = flesh_output_claim(plan->out, "accuracy", &claim);
-  if (!status && in_time) status = run_and_draw(plan);
+  int status = flesh_output_claim(plan->out, "accuracy", &claim);
+  if (!status && plan->method_count > 0) status = run_and_draw(plan);
   if (!status && plan->mesh) status = compare_meshes(plan);
   flesh_folder_claim_release(&claim);
-  return status;
+  const int code = status ? flesh_command_fail("accuracy", status) : 0;
+  return status == FLESH_ERR_INTERRUPTED && flesh_interrupt_signal() == 15 ? 143 : code;
 }
 
-/* All of it, with the lists of methods, steps and tolerances (NULL: the default); the exit code. */
+/* All of it, with the lists of methods, steps and tolerances (NULL: the default); the exit code. Plans are made on every
+ * rank. */
 static int run(flesh_accuracy_plan *plan, const char *methods, const char *steps, const char *tolerances)
 {
   if (!(plan->max_seconds > 0)) plan->max_seconds = plan->quick ? 60 : 600;
@@ -370,9 +370,12 @@ static int run(flesh_accuracy_plan *plan, const char *methods, const char *steps
   flesh_interrupt_watch();
   int status = read_methods(methods, plan);
   if (!status) status = prepare(plan, steps, tolerances);
-  if (!status) status = compare(plan);
-  const int code = status ? flesh_command_fail("accuracy", status) : 0;
-  return status == FLESH_ERR_INTERRUPTED && flesh_interrupt_signal() == 15 ? 143 : code;
+  if (!status) status = flesh_accuracy_make_rows(plan);
+  if (!status) status = check_finer(plan);
+  if (!status) status = check_coarser(plan);
+  const flesh_accuracy_work given = {plan, NULL, NULL};
+  const flesh_pool_cases cases = flesh_accuracy_pool_cases(&given);
+  return flesh_pool_lead(plan->ranks, "accuracy", status, 1, &cases, compare, plan);
 }
 
 int flesh_command_accuracy(int argc, char **argv)
@@ -382,7 +385,8 @@ int flesh_command_accuracy(int argc, char **argv)
   flesh_accuracy_plan plan = {.out = "out/accuracy"};
   const char **coarser_room = calloc((size_t)argc + 1, sizeof *coarser_room);
   flesh_texts coarser = {.values = coarser_room};
-  int status = flesh_overrides_open(&overrides, argc);
+  int status = flesh_ranks_open(&plan.ranks);
+  if (!status) status = flesh_overrides_open(&overrides, argc);
   if (status) return flesh_command_fail("accuracy", status);
   char **words = malloc(sizeof *words * (size_t)(argc + 1)); /* argv is permuted below */
   if (!words || !coarser_room) {
@@ -418,15 +422,15 @@ int flesh_command_accuracy(int argc, char **argv)
        "how long each of the two references is refined, beyond what it needs at least (default 60; "
        "10 with --quick)"},
       {0}};
-  const flesh_usage usage = {"accuracy", "SCENE", "Shows what accuracy costs.", details, 1,
-                             1,          rows, NULL};
-  int count, code = flesh_options_read(&usage, argc, argv, &count);
+  const flesh_usage usage = {"accuracy", "SCENE", "Shows what accuracy costs.", details, 1, 1, rows, NULL};
+  int count, code = flesh_ranks_read_options(plan.ranks, &usage, argc, argv, &count);
   if (code == FLESH_OPTIONS_GO_ON) {
     plan.scene = argv[1];
     plan.overrides = &overrides.texts;
     plan.coarser = &coarser;
     code = run(&plan, methods, steps, tolerances);
   }
+  flesh_ranks_close(&plan.ranks);
   flesh_accuracy_measure_close(&plan.measure);
   free(plan.rows);
   free(coarser_room);

@@ -84,26 +84,6 @@ static void judge(const flesh_accuracy_plan *plan, const flesh_accuracy_judge *j
   if (judged->tight) f->difference = judged->difference.position_rms;
 }
 
-static void work(const void *data, void *result)
-{
-  const task *given = data;
-  const flesh_accuracy_plan *plan = given->plan;
-  flesh_accuracy_figures *f = result;
-  flesh_scene *scene = NULL;
-  flesh_accuracy_judge judged = {0};
-  const flesh_accuracy_watch watch = {flesh_accuracy_judge_see, &judged, 1};
-  int status = flesh_accuracy_read(plan, given->row, &scene);
-  if (!status)
-    status = flesh_accuracy_judge_open(plan, given->reference, given->tight, scene,
-                                       given->row->group == FLESH_ACCURACY_MESH, &judged);
-  if (!status) status = run_repeats(given, scene, &watch, f);
-  if (!status) judge(plan, &judged, f);
-  f->status = status;
-  if (status) snprintf(f->message, sizeof f->message, "%.399s", flesh_error_text());
-  flesh_accuracy_judge_close(&judged);
-  flesh_scene_destroy(&scene);
-}
-
 static void tight_path(const flesh_accuracy_plan *plan, char path[1400])
 {
   snprintf(path, 1400, "%s/tight.states", plan->out);
@@ -130,6 +110,65 @@ static void work_tight(const void *data, void *result)
   if (status) snprintf(f->message, sizeof f->message, "%.399s", flesh_error_text());
   flesh_accuracy_track_close(&track);
   flesh_scene_destroy(&scene);
+}
+
+/* What a rank that is not the first has to read of what the first has made. */
+static int read_made(flesh_accuracy_plan *plan, const flesh_accuracy_row *row, flesh_accuracy_track *reference,
+                     flesh_accuracy_track *tight)
+{
+  char path[1400];
+  plan->resume = 1;
+  int status = flesh_accuracy_load(plan);
+  if (!status) status = flesh_accuracy_make_reference(plan, reference);
+  tight_path(plan, path);
+  if (!status && row->group != FLESH_ACCURACY_WORK) status = flesh_accuracy_track_read(path, tight);
+  return status;
+}
+
+static int run_and_judge(const task *given, flesh_accuracy_figures *f)
+{
+  flesh_scene *scene = NULL;
+  flesh_accuracy_judge judged = {0};
+  const flesh_accuracy_watch watch = {flesh_accuracy_judge_see, &judged, 1};
+  int status = flesh_accuracy_read(given->plan, given->row, &scene);
+  if (!status)
+    status = flesh_accuracy_judge_open(given->plan, given->reference, given->tight, scene,
+                                       given->row->group == FLESH_ACCURACY_MESH, &judged);
+  if (!status) status = run_repeats(given, scene, &watch, f);
+  if (!status) judge(given->plan, &judged, f);
+  flesh_accuracy_judge_close(&judged);
+  flesh_scene_destroy(&scene);
+  return status;
+}
+
+static void work(const void *data, int number, flesh_text *answer)
+{
+  const flesh_accuracy_work *given = data;
+  flesh_accuracy_plan plan = *given->plan; /* this process's */
+  const flesh_accuracy_row *row = &given->plan->rows[number];
+  flesh_accuracy_figures f = row->figures;
+  flesh_accuracy_track reference = {0}, tight = {0};
+  task t = {&plan, given->reference, row->group == FLESH_ACCURACY_WORK ? NULL : given->tight, row, NULL};
+  int status = FLESH_OK;
+  if (!given->reference) {
+    status = read_made(&plan, row, &reference, &tight);
+    t.reference = &reference;
+    t.tight = row->group == FLESH_ACCURACY_WORK ? NULL : &tight;
+  }
+  if (!status) status = run_and_judge(&t, &f);
+  f.status = status;
+  if (status) snprintf(f.message, sizeof f.message, "%.399s", flesh_error_text());
+  flesh_accuracy_track_close(&reference);
+  flesh_accuracy_track_close(&tight);
+  flesh_text_append(answer, (const char *)&f, sizeof f);
+}
+
+flesh_pool_cases flesh_accuracy_pool_cases(const flesh_accuracy_work *given)
+{
+  const flesh_accuracy_plan *plan = given->plan;
+  const int repeats = plan->repeat ? plan->repeat : 3; /* those of a long run */
+  const double grace = 2;
+  return (flesh_pool_cases){work, given, plan->max_seconds > 0 ? plan->max_seconds * repeats + grace : 0};
 }
 
 /* Seconds a row will take, from those that ran: of its method, by its step or tolerance. */
@@ -169,15 +208,11 @@ static void show_progress(const flesh_accuracy_plan *plan, const flesh_accuracy_
   fflush(stderr);
 }
 
-static int run_row(const task *given, flesh_accuracy_row *row)
+/* What came of a row whose process has ended. */
+static int note(flesh_accuracy_row *row, int crashed)
 {
-  const flesh_accuracy_plan *plan = given->plan;
-  int repeats = plan->repeat ? plan->repeat : 3; /* those of a long run */
-  flesh_process process;
   flesh_accuracy_figures *f = &row->figures;
-  int status = flesh_process_start(given->keep ? work_tight : work, given, f, sizeof *f, &process);
-  if (status) return status;
-  f->crashed_by = flesh_process_wait(&process, plan->max_seconds * repeats, f, sizeof *f);
+  f->crashed_by = crashed;
   if (flesh_interrupt_signal()) return FLESH_ERR_INTERRUPTED; /* half a run is no row */
   if (f->crashed_by) f->status = FLESH_ERR_SOLVE;
   /* A run that could not write its file says nothing of its method. */
@@ -202,41 +237,79 @@ static int make_tight(const flesh_accuracy_plan *plan, const flesh_accuracy_trac
   keep.interval = row.step.value * ceil(steps / (flesh_accuracy_room(3 * plan->measure.nodes) - 1));
   keep.count = (int)ceil((keep.end - keep.start) / keep.interval - 1e-6) + 1;
   const task given = {plan, reference, NULL, &row, &keep};
+  flesh_accuracy_figures *f = &row.figures;
+  flesh_process process;
   tight_path(plan, path);
   show_progress(plan, &row);
-  int status = run_row(&given, &row);
+  int status = flesh_process_start(work_tight, &given, f, sizeof *f, &process);
+  if (!status)
+    status = note(&row, flesh_process_wait(&process, plan->max_seconds * (plan->repeat ? plan->repeat : 3), f, sizeof *f));
   if (status) return status;
   if (row.figures.status)
     return flesh_fail(row.figures.status, "the other prices are not measured: %s",
                       row.figures.message);
-  status = flesh_accuracy_track_read(path, tight);
-  unlink(path);
+  return flesh_accuracy_track_read(path, tight);
+}
+
+/* Runs the rows from `first` to before `end` that are not done, those of all ranks at a time. */
+static int run_rows(flesh_accuracy_plan *plan, flesh_pool *pool, int first, int end)
+{
+  int status = FLESH_OK, next = first;
+  while (!status) {
+    flesh_pool_end ended;
+    int started = 1;
+    while (!status && started && next < end && flesh_pool_has_room(pool) && !flesh_interrupt_signal()) {
+      if (!plan->rows[next].done) {
+        show_progress(plan, &plan->rows[next]);
+        status = flesh_pool_start(pool, next, &started);
+      }
+      next += !status && started;
+    }
+    if (status || !flesh_pool_running(pool)) break;
+    status = flesh_pool_wait(pool, &ended);
+    if (status || ended.number < 0) continue;
+    flesh_accuracy_row *row = &plan->rows[ended.number];
+    status = note(row, flesh_pool_take(&ended, &row->figures, sizeof row->figures));
+    if (!status) status = flesh_accuracy_keep(plan);
+  }
   return status;
+}
+
+/* The first row from `from` on that is not done; the number of rows where all are. */
+static int next_row(const flesh_accuracy_plan *plan, int from)
+{
+  while (from < plan->row_count && plan->rows[from].done) from++;
+  return from;
+}
+
+/* The other prices; that they cannot be measured is told, and is no failure. */
+static int run_prices(flesh_accuracy_plan *plan, flesh_pool *pool, const flesh_accuracy_track *reference,
+                      flesh_accuracy_track *tight, int first)
+{
+  if (next_row(plan, first) == plan->row_count) return FLESH_OK;
+  const int made = make_tight(plan, reference, tight);
+  if (made == FLESH_ERR_INTERRUPTED || flesh_interrupt_signal()) return FLESH_ERR_INTERRUPTED;
+  if (made == FLESH_ERR_FILE) return made;
+  if (!made) return run_rows(plan, pool, first, plan->row_count);
+  fprintf(stderr, "flesh accuracy: %s\n", flesh_error_text());
+  return FLESH_OK;
 }
 
 int flesh_accuracy_run(flesh_accuracy_plan *plan, const flesh_accuracy_track *reference)
 {
+  char path[1400];
   flesh_accuracy_track tight = {0};
-  int status = FLESH_OK, skip = 0;
-  for (int k = 0; k < plan->row_count && !status && !skip; k++) {
-    flesh_accuracy_row *row = &plan->rows[k];
-    if (row->done) continue;
-    if (row->group != FLESH_ACCURACY_WORK && !tight.x) {
-      int made = make_tight(plan, reference, &tight);
-      if (made == FLESH_ERR_INTERRUPTED || flesh_interrupt_signal()) status = FLESH_ERR_INTERRUPTED;
-      else if (made == FLESH_ERR_FILE) status = made;
-      else if (made) {
-        fprintf(stderr, "flesh accuracy: %s\n", flesh_error_text());
-        skip = 1;
-      }
-      if (made) break;
-    }
-    show_progress(plan, row);
-    const task given = {plan, reference, row->group == FLESH_ACCURACY_WORK ? NULL : &tight, row,
-                        NULL};
-    status = run_row(&given, row);
-    if (!status) status = flesh_accuracy_keep(plan);
-  }
+  const flesh_accuracy_work given = {plan, reference, &tight};
+  const flesh_pool_cases cases = flesh_accuracy_pool_cases(&given);
+  flesh_pool *pool;
+  int work_rows = 0;
+  while (work_rows < plan->row_count && plan->rows[work_rows].group == FLESH_ACCURACY_WORK) work_rows++;
+  int status = flesh_pool_open(plan->ranks, 1, plan->row_count, &cases, &pool);
+  if (!status) status = run_rows(plan, pool, 0, work_rows);
+  if (!status && !flesh_interrupt_signal()) status = run_prices(plan, pool, reference, &tight, work_rows);
+  flesh_pool_close(&pool);
+  tight_path(plan, path);
+  unlink(path);
   if (isatty(STDERR_FILENO)) fputs("\r\033[K", stderr);
   flesh_accuracy_track_close(&tight);
   int done = 0;

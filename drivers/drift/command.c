@@ -5,7 +5,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "base/error.h"
 #include "drift/drift.h"
@@ -16,7 +15,6 @@
 #include "shared/overrides.h"
 #include "shared/point_load.h"
 #include "shared/plot.h"
-#include "shared/process.h"
 #include "shared/output.h"
 #include "material/form.h"
 
@@ -123,7 +121,7 @@ static int check_scenes(flesh_drift_plan *plan, flesh_inputs *inputs)
     int status = flesh_drift_read(plan, s, &scene);
     if (!status && !flesh_scene_body(scene)->materials)
       status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: the comparison needs a scene with body.material", path);
-    if (!status && flesh_scene_material_count(scene) > 1 && !again)
+    if (!status && flesh_scene_material_count(scene) > 1 && !again && flesh_ranks_first(plan->ranks))
       printf("%s: body.material alone is varied; the materials of its regions stay\n", path);
     if (!status && !again) flesh_inputs_add_scene(inputs, path, scene);
     if (!status) plan->scenes[s].point_load = flesh_point_load(scene) != NULL;
@@ -148,9 +146,9 @@ static int check_written(const flesh_drift_plan *plan)
 
 static int run_and_draw(flesh_drift_plan *plan)
 {
-  plan->jobs = flesh_process_fit(plan->jobs, plan->case_count);
   printf("%d runs: %d scene%s, %d energies, %d Poisson's ratios, %d solvers; %d at a time\n", plan->case_count,
-         plan->scene_count, plan->scene_count == 1 ? "" : "s", plan->variant_count, plan->poisson_count, plan->solver_count, plan->jobs);
+         plan->scene_count, plan->scene_count == 1 ? "" : "s", plan->variant_count, plan->poisson_count,
+         plan->solver_count, flesh_pool_places(plan->ranks, plan->jobs, plan->case_count));
   fflush(stdout);
   int ran = flesh_drift_run(plan);
   char words[1024];
@@ -167,19 +165,28 @@ static int run_and_draw(flesh_drift_plan *plan)
   return FLESH_OK;
 }
 
-static int compare(flesh_drift_plan *plan)
+/* Scenes that stand, and cases; on every rank. */
+static int prepare(flesh_drift_plan *plan)
 {
   static const char *const names[] = {"drift.csv", "verdict.txt", NULL};
   flesh_inputs inputs = {0};
-  flesh_folder_claim claim = {.descriptor = -1};
   int status = check_scenes(plan, &inputs);
   if (!status) status = make_cases(plan);
   if (!status) status = flesh_inputs_spare_in(&inputs, plan->out, names, NULL);
   flesh_inputs_close(&inputs);
-  if (!status) status = flesh_output_claim(plan->out, "drift", &claim);
+  return status;
+}
+
+/* On the first rank; the exit code. */
+static int compare(void *data)
+{
+  flesh_drift_plan *plan = data;
+  flesh_folder_claim claim = {.descriptor = -1};
+  int status = flesh_output_claim(plan->out, "drift", &claim);
   if (!status) status = run_and_draw(plan);
   flesh_folder_claim_release(&claim);
-  return status;
+  const int code = status ? flesh_command_fail("drift", status) : 0;
+  return status == FLESH_ERR_INTERRUPTED ? flesh_interrupt_exit_code() : code;
 }
 
 int flesh_command_drift(int argc, char **argv)
@@ -190,10 +197,10 @@ int flesh_command_drift(int argc, char **argv)
   double ratios[POISSON_LIMIT];
   flesh_drift_solver solver_list[FLESH_DRIFT_SOLVERS];
   flesh_overrides overrides;
-  long processors = sysconf(_SC_NPROCESSORS_ONLN);
   flesh_drift_plan plan = {.out = "out/drift", .variants = variants, .poissons = ratios,
-                           .solvers = solver_list, .jobs = processors > 1 ? (int)processors : 1};
-  int status = flesh_overrides_open(&overrides, argc);
+                           .solvers = solver_list};
+  int status = flesh_ranks_open(&plan.ranks);
+  if (!status) status = flesh_overrides_open(&overrides, argc);
   if (status) return flesh_command_fail("drift", status);
   const flesh_option rows[] = {
       {"energies", "LIST", FLESH_OPTION_TEXT, &energies, "forms to compare (default B,D,E,S)"},
@@ -204,14 +211,16 @@ int flesh_command_drift(int argc, char **argv)
       {"refine", "LIST", FLESH_OPTION_TEXT, &refine,
        "times that each tet is cut into eight, such as 0,1, in place of the scene's body.refine"},
       {"out", "DIR", FLESH_OPTION_TEXT, &plan.out, "folder of the results (default out/drift)"},
-      {"jobs", "N", FLESH_OPTION_COUNT, &plan.jobs, "runs at a time (default: the processors)"},
+      {"jobs", "N", FLESH_OPTION_COUNT, &plan.jobs,
+       "runs at a time, on each rank (default: the processors; on several ranks 1)"},
       {"max-seconds", "S", FLESH_OPTION_POSITIVE, &plan.max_seconds, "budget of each run"},
       {"set", "KEY=VALUE", FLESH_OPTION_LIST, &overrides.texts, "a value of all scenes"},
       {0}};
   const flesh_usage usage = {"drift", "SCENE...", "Compares how well the energies keep the volume.",
                              details, 1, 64, rows, NULL};
-  int count, code = flesh_options_read(&usage, argc, argv, &count);
+  int count, code = flesh_ranks_read_options(plan.ranks, &usage, argc, argv, &count);
   if (code != FLESH_OPTIONS_GO_ON) {
+    flesh_ranks_close(&plan.ranks);
     flesh_overrides_close(&overrides);
     return code;
   }
@@ -221,9 +230,11 @@ int flesh_command_drift(int argc, char **argv)
   if (!status) status = read_poissons(poissons, ratios, &plan.poisson_count);
   if (!status) status = read_solvers(solvers, solver_list, &plan.solver_count);
   flesh_interrupt_watch();
-  if (!status) status = compare(&plan);
-  code = status ? flesh_command_fail("drift", status) : 0;
-  if (status == FLESH_ERR_INTERRUPTED) code = flesh_interrupt_exit_code();
+  if (!status) status = prepare(&plan);
+  plan.jobs = flesh_pool_jobs(plan.ranks, plan.jobs);
+  const flesh_pool_cases cases = flesh_drift_pool_cases(&plan);
+  code = flesh_pool_lead(plan.ranks, "drift", status, plan.jobs, &cases, compare, &plan);
+  flesh_ranks_close(&plan.ranks);
   free(plan.scenes);
   free(plan.cases);
   flesh_overrides_close(&overrides);

@@ -8,6 +8,7 @@
 #include "flesh/scene.h"
 #include "shared/options.h"
 #include "shared/overrides.h"
+#include "shared/pool.h"
 
 typedef enum flesh_drift_solver {
   FLESH_DRIFT_GUARDED, /* the scene's own solver */
@@ -57,7 +58,8 @@ typedef struct flesh_drift_plan {
   const flesh_drift_solver *solvers;
   const flesh_texts *overrides;
   double max_seconds; /* per case; 0: no limit */
-  int jobs;
+  flesh_ranks *ranks; /* that share out the cases; NULL: none */
+  int jobs;           /* at a time, on each rank */
   int case_count;
   flesh_drift_case *cases; /* scenes x poissons x variants x solvers, in this order */
 } flesh_drift_plan;
@@ -76,6 +78,8 @@ const char *flesh_drift_status_word(const flesh_drift_case *c);
 /* Runs every case in a process of its own, plan->jobs at a time; a case that fails is a row. FLESH_ERR_INTERRUPTED
  * when a signal ended the comparison: the cases that were done stand. */
 int flesh_drift_run(flesh_drift_plan *plan);
+/* How each is done. Borrows the plan. */
+flesh_pool_cases flesh_drift_pool_cases(const flesh_drift_plan *plan);
 
 /* drift.csv and the table on stdout. */
 int flesh_drift_write_table(const flesh_drift_plan *plan);

@@ -1,18 +1,14 @@
 /* run.c: runs the cases of a drift comparison, each in its own process. */
-#include <errno.h>
 #include <math.h>
-#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include "base/error.h"
 #include "drift/drift.h"
 #include "shared/interrupt.h"
 #include "shared/overrides.h"
-#include "shared/process.h"
 #include "shared/runner.h"
 
 const char *flesh_drift_solver_name(flesh_drift_solver solver)
@@ -269,36 +265,23 @@ static void run_case(const flesh_drift_plan *plan, const flesh_drift_case *c,
   close_watcher(&w);
 }
 
-typedef struct job {
-  flesh_process process;
-  flesh_drift_case *c;
-} job;
-
-/* What a new process gets to know. */
-typedef struct task {
-  const flesh_drift_plan *plan;
-  const flesh_drift_case *c;
-} task;
-
-static void work(const void *data, void *result)
+static void work(const void *data, int number, flesh_text *answer)
 {
-  const task *given = data;
-  run_case(given->plan, given->c, result);
+  const flesh_drift_plan *plan = data;
+  struct flesh_drift_figures figures = plan->cases[number].figures;
+  run_case(plan, &plan->cases[number], &figures);
+  flesh_text_append(answer, (const char *)&figures, sizeof figures);
 }
 
-static int start(const flesh_drift_plan *plan, flesh_drift_case *c, job *j)
-{
-  const task given = {plan, c};
-  j->c = c;
-  return flesh_process_start(work, &given, &c->figures, sizeof c->figures, &j->process);
-}
+flesh_pool_cases flesh_drift_pool_cases(const flesh_drift_plan *plan) { return (flesh_pool_cases){work, plan, 0}; }
 
-static void collect(job *j, int ended)
+static void collect(const flesh_drift_plan *plan, const flesh_pool_end *end)
 {
-  int crashed = flesh_process_collect(&j->process, ended, &j->c->figures, sizeof j->c->figures);
-  if (!crashed) return;
-  j->c->figures.status = FLESH_ERR_SOLVE;
-  j->c->figures.crashed_by = crashed;
+  struct flesh_drift_figures *f = &plan->cases[end->number].figures;
+  const int crashed = flesh_pool_take(end, f, sizeof *f);
+  if (!crashed || flesh_interrupt_signal()) return;
+  f->status = FLESH_ERR_SOLVE;
+  f->crashed_by = crashed;
 }
 
 static void show_progress(const flesh_drift_plan *plan, int done, const flesh_drift_case *c)
@@ -315,36 +298,24 @@ static void show_progress(const flesh_drift_plan *plan, int done, const flesh_dr
 
 int flesh_drift_run(flesh_drift_plan *plan)
 {
-  const int room = plan->jobs;
-  job *jobs = calloc((size_t)room, sizeof *jobs);
-  if (!jobs) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  int next = 0, running = 0, done = 0, signalled = 0, status = FLESH_OK;
-  while (next < plan->case_count || running) {
-    int stopping = status || flesh_interrupt_signal();
-    if (!stopping && next < plan->case_count && running < plan->jobs) {
-      int place = 0;
-      while (jobs[place].process.id) place++;
-      status = start(plan, &plan->cases[next], &jobs[place]);
-      if (!status) next++, running++;
-      else if (running) plan->jobs = running, status = FLESH_OK; /* no more processes can be had */
-      continue;
+  const flesh_pool_cases cases = flesh_drift_pool_cases(plan);
+  flesh_pool *pool;
+  int next = 0, done = 0;
+  int status = flesh_pool_open(plan->ranks, plan->jobs, plan->case_count, &cases, &pool);
+  while (!status) {
+    flesh_pool_end end;
+    int started = 1;
+    while (!status && started && next < plan->case_count && flesh_pool_has_room(pool) && !flesh_interrupt_signal()) {
+      status = flesh_pool_start(pool, next, &started);
+      next += !status && started;
     }
-    if (!running) break;
-    /* A signal sent to this process alone is passed on, once. */
-    for (int j = 0; stopping && !signalled && j < room; j++)
-      if (jobs[j].process.id) kill(jobs[j].process.id, SIGTERM);
-    signalled |= stopping;
-    int ended;
-    pid_t process = waitpid(-1, &ended, 0);
-    for (int j = 0; process > 0 && j < room; j++)
-      if (jobs[j].process.id == process) {
-        collect(&jobs[j], ended);
-        running--;
-        show_progress(plan, ++done, jobs[j].c);
-      }
-    if (process < 0 && errno != EINTR) break;
+    if (status || !flesh_pool_running(pool)) break;
+    status = flesh_pool_wait(pool, &end);
+    if (status || end.number < 0) continue;
+    collect(plan, &end);
+    show_progress(plan, ++done, &plan->cases[end.number]);
   }
-  free(jobs);
+  flesh_pool_close(&pool);
   if (!status && flesh_interrupt_signal())
     status = flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted after %d of %d cases", done, plan->case_count);
   /* What the first solver's case found holds for its siblings, which follow it. */

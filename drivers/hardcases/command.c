@@ -6,14 +6,12 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "base/error.h"
 #include "shared/interrupt.h"
 #include "base/file.h"
 #include "shared/overrides.h"
 #include "shared/plot.h"
-#include "shared/process.h"
 #include "shared/output.h"
 #include "hardcases/hardcases.h"
 #include "hardcases/lists.h"
@@ -178,9 +176,8 @@ static int check_written(const flesh_hardcases_plan *plan)
 
 static int run_and_draw(flesh_hardcases_plan *plan)
 {
-  plan->jobs = flesh_process_fit(plan->jobs, plan->run_count);
   printf("%d runs: %d cases, %d settings; %d at a time\n", plan->run_count, plan->case_count,
-         plan->setting_count, plan->jobs);
+         plan->setting_count, flesh_pool_places(plan->ranks, plan->jobs, plan->run_count));
   fflush(stdout);
   int ran = flesh_hardcases_run_all(plan);
   char words[1024];
@@ -199,14 +196,16 @@ static int run_and_draw(flesh_hardcases_plan *plan)
   return FLESH_OK;
 }
 
-static int batter(flesh_hardcases_plan *plan)
+/* On the first rank; the exit code. */
+static int batter(void *data)
 {
+  flesh_hardcases_plan *plan = data;
   flesh_folder_claim claim = {.descriptor = -1};
-  int status = make_runs(plan);
-  if (!status) status = flesh_output_claim(plan->out, "hardcases", &claim);
+  int status = flesh_output_claim(plan->out, "hardcases", &claim);
   if (!status) status = run_and_draw(plan);
   flesh_folder_claim_release(&claim);
-  return status;
+  const int code = status ? flesh_command_fail("hardcases", status) : 0;
+  return status == FLESH_ERR_INTERRUPTED && flesh_interrupt_signal() == 15 ? 143 : code;
 }
 
 /* "Neo,A,...": the forms that keep their volume at all. */
@@ -292,12 +291,10 @@ static int choose_and_batter(request *asked, room *room, flesh_hardcases_plan *p
 {
   int status = choose(asked, &room->lists, &room->chosen, room->settings, plan);
   flesh_interrupt_watch();
-  if (!status) status = batter(plan);
-  if (status == FLESH_ERR_INTERRUPTED && flesh_interrupt_signal() == 15) {
-    flesh_command_fail("hardcases", status);
-    return 143;
-  }
-  return status ? flesh_command_fail("hardcases", status) : 0;
+  if (!status) status = make_runs(plan);
+  plan->jobs = flesh_pool_jobs(plan->ranks, plan->jobs);
+  const flesh_pool_cases cases = flesh_hardcases_pool_cases(plan);
+  return flesh_pool_lead(plan->ranks, "hardcases", status, plan->jobs, &cases, batter, plan);
 }
 
 int flesh_command_hardcases(int argc, char **argv)
@@ -306,10 +303,9 @@ int flesh_command_hardcases(int argc, char **argv)
   int list = 0;
   room *room = calloc(1, sizeof *room);
   flesh_overrides overrides;
-  long processors = sysconf(_SC_NPROCESSORS_ONLN);
-  flesh_hardcases_plan plan = {
-      .out = "out/hardcases", .jobs = processors > 1 ? (int)processors : 1};
-  int status = flesh_overrides_open(&overrides, argc);
+  flesh_hardcases_plan plan = {.out = "out/hardcases"};
+  int status = flesh_ranks_open(&plan.ranks);
+  if (!status) status = flesh_overrides_open(&overrides, argc);
   if (!status && !room) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   if (status) return flesh_command_fail("hardcases", status);
   const flesh_option rows[] = {
@@ -343,16 +339,18 @@ int flesh_command_hardcases(int argc, char **argv)
       {"set", "KEY=VALUE", FLESH_OPTION_LIST, &overrides.texts,
        "a value of all scenes, as in --set solver.max_newton=50"},
       {"out", "DIR", FLESH_OPTION_TEXT, &plan.out, "folder of the results (default out/hardcases)"},
-      {"jobs", "N", FLESH_OPTION_COUNT, &plan.jobs, "runs at a time (default: the processors)"},
+      {"jobs", "N", FLESH_OPTION_COUNT, &plan.jobs,
+       "runs at a time, on each rank (default: the processors; on several ranks 1)"},
       {"list", NULL, FLESH_OPTION_SWITCH, &list, "print the cases and end"},
       {0}};
   const flesh_usage usage = {"hardcases", "", "Runs the battery of hard cases.", details, 0, 0, rows, NULL};
-  int count, code = flesh_options_read(&usage, argc, argv, &count);
-  if (code == FLESH_OPTIONS_GO_ON && list) code = list_cases(plan.filters, plan.shapes);
+  int count, code = flesh_ranks_read_options(plan.ranks, &usage, argc, argv, &count);
+  if (code == FLESH_OPTIONS_GO_ON && list) code = flesh_ranks_first(plan.ranks) ? list_cases(plan.filters, plan.shapes) : 0;
   if (code != FLESH_OPTIONS_GO_ON) goto done;
   plan.overrides = &overrides.texts;
   code = choose_and_batter(&asked, room, &plan);
 done:
+  flesh_ranks_close(&plan.ranks);
   free(plan.runs);
   free(room);
   flesh_overrides_close(&overrides);

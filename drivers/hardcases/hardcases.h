@@ -7,6 +7,7 @@
 #include "flesh/material.h"
 #include "shared/longest_step.h"
 #include "shared/options.h"
+#include "shared/pool.h"
 #include "hardcases/cases.h"
 
 typedef enum flesh_hardcases_solver {
@@ -108,7 +109,8 @@ typedef struct flesh_hardcases_run {
 
 typedef struct flesh_hardcases_plan {
   const char *out;
-  int quick, jobs;
+  flesh_ranks *ranks; /* that share out the runs; NULL: none */
+  int quick, jobs;    /* jobs: at a time, on each rank */
   int filters; /* compares eigenvalue filters */
   int shapes;  /* puts the bodies of --meshes through the cases that any shape can go through */
   /* Runs of both are kept, and taken up again. */
@@ -148,9 +150,11 @@ int flesh_hardcases_write_scene(const flesh_hardcases_plan *plan, const flesh_ha
 void flesh_hardcases_run_one(const flesh_hardcases_plan *plan, const flesh_hardcases_run *run,
                              flesh_hardcases_figures *figures);
 
-/* Runs all, each in a process of its own, plan->jobs at a time. FLESH_ERR_INTERRUPTED when a signal
- * ended the battery: the runs that were done stand. */
+/* Runs all, each in a process of its own, plan->jobs at a time on each rank. FLESH_ERR_INTERRUPTED when a signal ended
+ * the battery: the runs that were done stand. */
 int flesh_hardcases_run_all(flesh_hardcases_plan *plan);
+/* How each is done. Borrows the plan. */
+flesh_pool_cases flesh_hardcases_pool_cases(const flesh_hardcases_plan *plan);
 
 /* Keeps the figures of a run that has ended in its folder, for a battery that goes on from there. What cannot be
  * written is run again. */

@@ -1,18 +1,13 @@
 /* run.c: runs the cases of the battery, each in its own process with a budget. */
-#include <errno.h>
 #include <math.h>
-#include <poll.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/wait.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "base/error.h"
 #include "shared/interrupt.h"
-#include "shared/process.h"
 #include "shared/runner.h"
 #include "hardcases/hardcases.h"
 #include "hardcases/end.h"
@@ -33,13 +28,6 @@ void flesh_hardcases_run_folder(const flesh_hardcases_run *run, char folder[256]
            flesh_energy_name(s->energy), constants,
            run->row->poisson > 0 ? run->row->poisson : s->poisson, step, element,
            flesh_hardcases_solver_name(s->solver));
-}
-
-static double wall_seconds(void)
-{
-  struct timespec now;
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
 /* Reads a phase's scene with the command line's overrides, which become part of its file, so that
@@ -191,32 +179,27 @@ static flesh_hardcases_outcome judge(const flesh_hardcases_run *run)
   return f->untanglings ? FLESH_HARDCASES_UNTANGLED : FLESH_HARDCASES_RECOVERED;
 }
 
-/* What a new process gets to know. */
-typedef struct task {
-  const flesh_hardcases_plan *plan;
-  const flesh_hardcases_run *run;
-} task;
-
-static void work(const void *data, void *result)
+static void work(const void *data, int number, flesh_text *answer)
 {
-  const task *given = data;
-  flesh_hardcases_run_one(given->plan, given->run, result);
+  const flesh_hardcases_plan *plan = data;
+  flesh_hardcases_figures figures = plan->runs[number].figures;
+  flesh_hardcases_run_one(plan, &plan->runs[number], &figures);
+  flesh_text_append(answer, (const char *)&figures, sizeof figures);
 }
 
-typedef struct job {
-  flesh_process process;
-  flesh_hardcases_run *run;
-  double deadline; /* after which it hangs; 0: none */
-} job;
-
-static void collect(const flesh_hardcases_plan *plan, job *j)
+flesh_pool_cases flesh_hardcases_pool_cases(const flesh_hardcases_plan *plan)
 {
-  int ended = 0;
-  while (waitpid(j->process.id, &ended, 0) < 0 && errno == EINTR) continue;
-  int crashed = flesh_process_collect(&j->process, ended, &j->run->figures, sizeof j->run->figures);
+  /* Two phases, and time to judge the end. */
+  return (flesh_pool_cases){work, plan, plan->max_seconds > 0 ? 3 * plan->max_seconds + 20 : 0};
+}
+
+static void collect(const flesh_hardcases_plan *plan, const flesh_pool_end *end)
+{
+  flesh_hardcases_run *run = &plan->runs[end->number];
+  flesh_hardcases_figures *f = &run->figures;
+  const int crashed = flesh_pool_take(end, f, sizeof *f);
   if (crashed && flesh_interrupt_signal()) return; /* ended with the battery: not run */
   if (crashed) {
-    flesh_hardcases_figures *f = &j->run->figures;
     f->status = FLESH_ERR_SOLVE;
     f->exit_code = 1;
     f->crashed_by = crashed;
@@ -227,8 +210,8 @@ static void collect(const flesh_hardcases_plan *plan, job *j)
       snprintf(f->message, sizeof f->message, "ended by signal %d (%s)", crashed,
                crashed > 0 ? strsignal(crashed) : "exit");
   }
-  j->run->outcome = judge(j->run);
-  if ((plan->filters || plan->shapes) && j->run->outcome != FLESH_HARDCASES_NOT_RUN) flesh_hardcases_keep(plan, j->run);
+  run->outcome = judge(run);
+  if ((plan->filters || plan->shapes) && run->outcome != FLESH_HARDCASES_NOT_RUN) flesh_hardcases_keep(plan, run);
 }
 
 static void show_progress(const flesh_hardcases_plan *plan, int done, const flesh_hardcases_run *run)
@@ -242,72 +225,34 @@ static void show_progress(const flesh_hardcases_plan *plan, int done, const fles
   fflush(stderr);
 }
 
-/* Waits until a process has something to say, a signal comes, or one has hung and is ended. */
-static int wait_for_any(int count, job *jobs, struct pollfd *ends)
+/* Starts runs as long as there is room for them, those that an earlier battery has done left out. */
+static int start_some(flesh_hardcases_plan *plan, flesh_pool *pool, int *next, int *done)
 {
-  for (int j = 0; j < count; j++)
-    ends[j] =
-        (struct pollfd){.fd = jobs[j].process.id ? jobs[j].process.pipe : -1, .events = POLLIN};
-  int status = FLESH_OK;
-  if (poll(ends, (nfds_t)count, 200) < 0) {
-    if (errno != EINTR) status = flesh_fail(FLESH_ERR_MEMORY, "the runs cannot be waited for: %s", strerror(errno));
-    /* After a failure each is waited for in turn. */
-    for (int j = 0; j < count; j++) ends[j].revents = status && jobs[j].process.id ? POLLHUP : 0;
+  int status = FLESH_OK, started = 1;
+  while (!status && started && *next < plan->run_count && flesh_pool_has_room(pool)) {
+    const int recalled = (plan->filters || plan->shapes) && flesh_hardcases_recall(plan, &plan->runs[*next]);
+    if (!recalled) status = flesh_pool_start(pool, *next, &started);
+    if (!status && started) ++*next, *done += recalled;
   }
-  for (int j = 0; j < count; j++)
-    if (jobs[j].process.id && jobs[j].deadline > 0 && wall_seconds() > jobs[j].deadline)
-      kill(jobs[j].process.id, SIGKILL);
   return status;
 }
 
 int flesh_hardcases_run_all(flesh_hardcases_plan *plan)
 {
-  const int room = plan->jobs;
-  job *jobs = calloc((size_t)room, sizeof *jobs);
-  struct pollfd *ends = calloc((size_t)room, sizeof *ends);
-  int next = 0, running = 0, done = 0, signalled = 0;
-  int status = jobs && ends ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  while (!(status && !running) && (next < plan->run_count || running)) {
-    int stopping = status || flesh_interrupt_signal();
-    if (!stopping && next < plan->run_count &&
-        (plan->filters || plan->shapes) && flesh_hardcases_recall(plan, &plan->runs[next])) {
-      next++, done++;
-      continue;
-    }
-    if (!stopping && next < plan->run_count && running < plan->jobs) {
-      int place = 0;
-      while (jobs[place].process.id) place++;
-      job *j = &jobs[place];
-      j->run = &plan->runs[next];
-      /* Two phases, and time to judge the end. */
-      j->deadline = plan->max_seconds > 0 ? wall_seconds() + 3 * plan->max_seconds + 20 : 0;
-      const task given = {plan, j->run};
-      status =
-          flesh_process_start(work, &given, &j->run->figures, sizeof j->run->figures, &j->process);
-      if (!status) next++, running++;
-      else if (running) plan->jobs = running, status = FLESH_OK; /* no more processes can be had */
-      continue;
-    }
-    if (!running) break;
-    /* A signal sent to this process alone is passed on, once; a solve that does not look up is
-     * ended. */
-    for (int j = 0; stopping && !signalled && j < room; j++)
-      if (jobs[j].process.id) {
-        kill(jobs[j].process.id, SIGTERM);
-        jobs[j].deadline = wall_seconds() + 2;
-      }
-    signalled |= stopping;
-    int waited = wait_for_any(room, jobs, ends);
-    if (waited && !status) status = waited;
-    for (int j = 0; j < room; j++)
-      if (jobs[j].process.id && ends[j].revents) {
-        collect(plan, &jobs[j]);
-        running--;
-        show_progress(plan, ++done, jobs[j].run);
-      }
+  const flesh_pool_cases cases = flesh_hardcases_pool_cases(plan);
+  flesh_pool *pool;
+  int next = 0, done = 0;
+  int status = flesh_pool_open(plan->ranks, plan->jobs, plan->run_count, &cases, &pool);
+  while (!status) {
+    flesh_pool_end end;
+    if (!flesh_interrupt_signal()) status = start_some(plan, pool, &next, &done);
+    if (status || !flesh_pool_running(pool)) break;
+    status = flesh_pool_wait(pool, &end);
+    if (status || end.number < 0) continue;
+    collect(plan, &end);
+    show_progress(plan, ++done, &plan->runs[end.number]);
   }
-  free(jobs);
-  free(ends);
+  flesh_pool_close(&pool);
   if (!status && flesh_interrupt_signal())
     status =
         flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted after %d of %d runs", done, plan->run_count);

@@ -34,16 +34,11 @@ int flesh_process_fit(int jobs, int count)
   return limit.rlim_cur > others ? (int)(limit.rlim_cur - others) : 1;
 }
 
-int flesh_process_start(void (*work)(const void *data, void *result), const void *data,
-                        const void *result, size_t size, flesh_process *process)
+int flesh_process_fork(flesh_process *process, int *write_end)
 {
-  _Alignas(max_align_t) char copy[LIMIT];
   int ends[2];
   *process = (flesh_process){0};
-  if (size > LIMIT)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "a result of %zu bytes is too large for a pipe", size);
-  if (pipe(ends))
-    return flesh_fail(FLESH_ERR_FILE, "no pipe to a new process: %s", strerror(errno));
+  if (pipe(ends)) return flesh_fail(FLESH_ERR_FILE, "no pipe to a new process: %s", strerror(errno));
   fflush(NULL);
   pid_t parent = getpid(), id = fork();
   if (id < 0) {
@@ -55,17 +50,33 @@ int flesh_process_start(void (*work)(const void *data, void *result), const void
     prctl(PR_SET_PDEATHSIG, SIGKILL); /* it does not outlive who would collect it */
     if (getppid() != parent) _exit(1);
     close(ends[0]);
-    memcpy(copy, result, size);
-    work(data, copy);
-    ssize_t written = write(ends[1], copy, size);
-    _exit(written == (ssize_t)size ? 0 : 1);
+    *write_end = ends[1];
+    return FLESH_OK;
   }
   close(ends[1]);
   *process = (flesh_process){id, ends[0]};
   return FLESH_OK;
 }
 
-int flesh_process_collect(flesh_process *process, int ended, void *result, size_t size)
+int flesh_process_start(void (*work)(const void *data, void *result), const void *data,
+                        const void *result, size_t size, flesh_process *process)
+{
+  _Alignas(max_align_t) char copy[LIMIT];
+  int end;
+  *process = (flesh_process){0};
+  if (size > LIMIT)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "a result of %zu bytes is too large for a pipe", size);
+  const int status = flesh_process_fork(process, &end);
+  if (status || process->id) return status;
+  memcpy(copy, result, size);
+  work(data, copy);
+  ssize_t written = write(end, copy, size);
+  _exit(written == (ssize_t)size ? 0 : 1);
+}
+
+/* Of a process that has ended, with what waitpid said of it: fills `result` and returns 0, or
+ * leaves it and returns the signal that ended the process, -1 when it was none. */
+static int collect(flesh_process *process, int ended, void *result, size_t size)
 {
   _Alignas(max_align_t) char copy[LIMIT];
   ssize_t got = read(process->pipe, copy, size);
@@ -103,5 +114,5 @@ int flesh_process_wait(flesh_process *process, double max_seconds, void *result,
   }
   int ended = 0;
   while (waitpid(process->id, &ended, 0) < 0 && errno == EINTR) continue;
-  return flesh_process_collect(process, ended, result, size);
+  return collect(process, ended, result, size);
 }

@@ -15,16 +15,17 @@ typedef struct flesh_process {
  * work for, and than files may be open, a pipe for each (that limit is raised as far as it may be). At least 1. */
 int flesh_process_fit(int jobs, int count);
 
+/* A new process that ends with its parent. In the parent *process is it; in the new one its id is 0, and what it has to
+ * say goes into *write_end before it leaves by _exit. Errors: FLESH_ERR_FILE, FLESH_ERR_MEMORY. */
+int flesh_process_fork(flesh_process *process, int *write_end);
+
 /* Runs work(data, result) in a new process on a copy of `result` [size bytes, at most 32 KiB of
- * plain data], which flesh_process_collect brings back. */
+ * plain data], which flesh_process_wait brings back. */
 int flesh_process_start(void (*work)(const void *data, void *result), const void *data,
                         const void *result, size_t size, flesh_process *process);
 
-/* Of a process that has ended, with what waitpid said of it: fills `result` and returns 0, or
- * leaves it and returns the signal that ended the process, -1 when it was none. */
-int flesh_process_collect(flesh_process *process, int ended, void *result, size_t size);
-
-/* Waits for the process to end and collects. A signal that came (see interrupt.h) is passed on to
+/* Waits for the process to end, fills `result` and returns 0, or leaves it and returns the signal that ended the
+ * process, -1 when it was none. A signal that came (see interrupt.h) is passed on to
  * it, once; after `max_seconds` (0: never), or when a second signal is needed, it is killed. */
 int flesh_process_wait(flesh_process *process, double max_seconds, void *result, size_t size);
 

@@ -22,10 +22,14 @@ static int launched(void)
   return getenv("PMIX_RANK") && tasks && atoi(tasks) > 1;
 }
 
+static int forgotten;
+
+void flesh_ranks_forget(void) { forgotten = 1; }
+
 int flesh_ranks_open(flesh_ranks **ranks)
 {
   *ranks = NULL;
-  if (!launched()) return FLESH_OK;
+  if (forgotten || !launched()) return FLESH_OK;
   flesh_ranks *self = calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   int status = flesh_ranks_join(&self->communicator, &self->neighbours_here);
@@ -57,6 +61,21 @@ int flesh_ranks_first(const flesh_ranks *ranks) { return !ranks || ranks->rank =
 int flesh_ranks_agree(const flesh_ranks *ranks, int status)
 {
   return ranks ? flesh_communicator_agree(ranks->working, status) : status;
+}
+
+int flesh_ranks_fail(const flesh_ranks *ranks, const char *name, int status)
+{
+  return flesh_ranks_first(ranks) ? flesh_command_fail(name, status) : flesh_exit_code(status);
+}
+
+int flesh_ranks_read_options(const flesh_ranks *ranks, const flesh_usage *usage, int argc, char **argv, int *count)
+{
+  int code = FLESH_OPTIONS_GO_ON;
+  for (int others = 0; others < (ranks ? 2 : 1) && code == FLESH_OPTIONS_GO_ON; others++) {
+    if (flesh_ranks_first(ranks) == !others) code = flesh_options_read(usage, argc, argv, count);
+    code = flesh_ranks_largest(ranks, code);
+  }
+  return code;
 }
 
 int flesh_ranks_follow(const flesh_ranks *ranks, int number)

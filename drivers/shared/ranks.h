@@ -6,6 +6,7 @@
 
 #include "parallel/gather.h"
 #include "scene/ranks.h"
+#include "shared/options.h"
 
 typedef struct flesh_ranks {
   flesh_communicator *communicator; /* all of them */
@@ -19,6 +20,8 @@ typedef struct flesh_ranks {
 /* Joins the ranks where a launcher of MPI has started two or more (its environment says so); *ranks is NULL else. Returns
  * a status. */
 int flesh_ranks_open(flesh_ranks **ranks);
+/* In a process that a rank has forked: it is by itself, and what it opens from now on is NULL. */
+void flesh_ranks_forget(void);
 /* Everything that was printed is out before. NULL-safe; sets *ranks to NULL. */
 void flesh_ranks_close(flesh_ranks **ranks);
 
@@ -27,6 +30,11 @@ int flesh_ranks_first(const flesh_ranks *ranks);
 /* The worst status of all, with its sentence. The functions up to flesh_ranks_share are for all ranks to call, those
  * behind it, and _agree and _largest from then on, for those that work. */
 int flesh_ranks_agree(const flesh_ranks *ranks, int status);
+/* The exit code of what has failed on all ranks; the first says it. */
+int flesh_ranks_fail(const flesh_ranks *ranks, const char *name, int status);
+/* The command line; the first rank reads it before the others, so that one tells of what is wrong with it. As
+ * flesh_options_read. */
+int flesh_ranks_read_options(const flesh_ranks *ranks, const flesh_usage *usage, int argc, char **argv, int *count);
 /* The first one's number on all. */
 int flesh_ranks_follow(const flesh_ranks *ranks, int number);
 

@@ -87,45 +87,69 @@ static void report(flesh_sweep_store *store)
 }
 
 typedef struct settings {
-  const char *out, *shard;
+  flesh_ranks *ranks; /* NULL: none */
+  const char *out, *given_shard;
+  int shard, shards;
   int jobs, resume, dry, quiet, argc;
   char **argv;
+  flesh_sweep sweep;
 } settings;
 
-static int sweep_all(const char *path, const settings *set)
+/* Into the database that is open. */
+static int sweep_into(settings *set, flesh_sweep_store *store)
 {
-  flesh_sweep sweep;
+  const flesh_sweep_run_options options = {.ranks = set->ranks, .jobs = set->jobs, .quiet = set->quiet, .out = set->out};
+  const flesh_sweep_work given = {&set->sweep, set->out, store};
+  int status = flesh_sweep_run(&given, store, &options);
+  char words[1024];
+  snprintf(words, sizeof words, "%s", flesh_error_text());
+  int viewed = flesh_sweep_store_make_views(store);
+  if (status) flesh_fail(status, "%s", words);
+  else status = viewed;
+  if (!set->quiet) report(store);
+  return status ? status : flesh_sweep_store_judge(store);
+}
+
+/* On the first rank; the exit code. */
+static int sweep_all(void *data)
+{
+  settings *set = data;
   flesh_sweep_store store = {.lock = -1};
-  int shard = 1, shards = 1, status = read_shard(set->shard, &shard, &shards);
-  if (status) return status;
-  status = flesh_sweep_read(path, &sweep);
-  if (!status) status = flesh_sweep_store_check(&sweep);
-  if (!status && set->dry) print_plan(&sweep, shard, shards);
-  if (!status && !set->dry) {
-    char *database = malloc(strlen(set->out) + 16);
-    if (database) sprintf(database, "%s/sweep.db", set->out);
-    if (database && access(database, F_OK)) status = flesh_sweep_case_try(&sweep, shard, shards);
-    if (!status) status = database ? flesh_folder_make(set->out) : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-    if (!status) {
-      flesh_folder_clear(set->out);
-      status = flesh_sweep_store_open(database, &sweep, shard, shards, set->resume, set->argc, set->argv, &store);
-    }
+  char *database = malloc(strlen(set->out) + 16);
+  int status = FLESH_OK;
+  if (set->dry) {
+    print_plan(&set->sweep, set->shard, set->shards);
     free(database);
-    if (!status) {
-      const flesh_sweep_run_options options = {.jobs = set->jobs, .quiet = set->quiet, .out = set->out};
-      status = flesh_sweep_run(&sweep, &store, &options);
-      char words[1024];
-      snprintf(words, sizeof words, "%s", flesh_error_text());
-      int viewed = flesh_sweep_store_make_views(&store);
-      if (status) flesh_fail(status, "%s", words);
-      else status = viewed;
-      if (!set->quiet) report(&store);
-      if (!status) status = flesh_sweep_store_judge(&store);
-    }
-    flesh_sweep_store_close(&store);
+    return 0;
   }
-  flesh_sweep_close(&sweep);
-  return status;
+  if (database) sprintf(database, "%s/sweep.db", set->out);
+  if (database && access(database, F_OK)) status = flesh_sweep_case_try(&set->sweep, set->shard, set->shards);
+  if (!status) status = database ? flesh_folder_make(set->out) : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!status) {
+    flesh_folder_clear(set->out);
+    status = flesh_sweep_store_open(database, &set->sweep, set->shard, set->shards, set->resume, set->argc, set->argv,
+                                    &store);
+  }
+  free(database);
+  if (!status) status = sweep_into(set, &store);
+  flesh_sweep_store_close(&store);
+  const int code = status ? flesh_command_fail("sweep", status) : 0;
+  return status == FLESH_ERR_INTERRUPTED ? flesh_interrupt_exit_code() : code;
+}
+
+/* The spec, on every rank, and its cases; the exit code. */
+static int read_and_sweep(const char *path, settings *set)
+{
+  flesh_interrupt_watch();
+  int status = read_shard(set->given_shard, &set->shard, &set->shards);
+  if (!status) status = flesh_sweep_read(path, &set->sweep);
+  if (!status) status = flesh_sweep_store_check(&set->sweep);
+  set->jobs = flesh_pool_jobs(set->ranks, set->jobs);
+  const flesh_sweep_work given = {&set->sweep, set->out, NULL};
+  const flesh_pool_cases cases = flesh_sweep_pool_cases(&given);
+  const int code = flesh_pool_lead(set->ranks, "sweep", status, set->jobs, &cases, sweep_all, set);
+  flesh_sweep_close(&set->sweep);
+  return code;
 }
 
 int flesh_command_sweep(int argc, char **argv)
@@ -136,8 +160,9 @@ int flesh_command_sweep(int argc, char **argv)
                                            {0}};
   for (const flesh_subcommand *verb = verbs; argc > 1 && verb->name; verb++)
     if (!strcmp(argv[1], verb->name)) return verb->run(argc - 1, argv + 1);
-  long processors = sysconf(_SC_NPROCESSORS_ONLN);
-  settings set = {.out = NULL, .jobs = processors > 1 ? (int)processors : 1};
+  settings set = {.out = "out/sweep", .shard = 1, .shards = 1};
+  const int joined = flesh_ranks_open(&set.ranks);
+  if (joined) return flesh_command_fail("sweep", joined);
   char **words = malloc(sizeof *words * (size_t)(argc + 1)); /* argv is permuted below */
   if (!words) return flesh_command_fail("sweep", flesh_fail(FLESH_ERR_MEMORY, "out of memory"));
   for (int a = 0; a < argc; a++) words[a] = argv[a];
@@ -145,22 +170,18 @@ int flesh_command_sweep(int argc, char **argv)
   set.argv = words;
   const flesh_option rows[] = {
       {"out", "DIR", FLESH_OPTION_TEXT, &set.out, "folder of the results (default out/sweep)"},
-      {"jobs", "N", FLESH_OPTION_COUNT, &set.jobs, "cases at a time (default: the processors)"},
+      {"jobs", "N", FLESH_OPTION_COUNT, &set.jobs,
+       "cases at a time, on each rank (default: the processors; on several ranks 1)"},
       {"resume", NULL, FLESH_OPTION_SWITCH, &set.resume, "go on with DIR/sweep.db, or begin when there is none"},
-      {"shard", "I/N", FLESH_OPTION_TEXT, &set.shard, "only every N-th case from the I-th on, counted from 1"},
+      {"shard", "I/N", FLESH_OPTION_TEXT, &set.given_shard, "only every N-th case from the I-th on, counted from 1"},
       {"dry-run", NULL, FLESH_OPTION_SWITCH, &set.dry, "check the spec and print the plan"},
       {"quiet", NULL, FLESH_OPTION_SWITCH, &set.quiet, "print errors only"},
       {0}};
   char *text = make_details();
   const flesh_usage usage = {"sweep", "SPEC", "Runs the cases of a spec into one database.", text, 1, 1, rows, verbs};
-  int count, code = flesh_options_read(&usage, argc, argv, &count);
-  if (code == FLESH_OPTIONS_GO_ON) {
-    if (!set.out) set.out = "out/sweep";
-    flesh_interrupt_watch();
-    int status = sweep_all(argv[1], &set);
-    code = status ? flesh_command_fail("sweep", status) : 0;
-    if (status == FLESH_ERR_INTERRUPTED) code = flesh_interrupt_exit_code();
-  }
+  int count, code = flesh_ranks_read_options(set.ranks, &usage, argc, argv, &count);
+  if (code == FLESH_OPTIONS_GO_ON) code = read_and_sweep(argv[1], &set);
+  flesh_ranks_close(&set.ranks);
   free(text);
   free(words);
   return code;

@@ -1,12 +1,8 @@
 /* run.c: runs the cases of a sweep, each in a process of its own, and writes each as it ends. */
-#include <errno.h>
 #include <fcntl.h>
 #include <math.h>
-#include <poll.h>
-#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
@@ -16,30 +12,20 @@
 #include "shared/json_memory.h"
 #include "base/file.h"
 #include "base/folder.h"
-#include "shared/process.h"
 #include "sweep/sweep.h"
 
-/* What stops by itself does so between two steps; what does not within this time is ended. */
+/* What stops by itself does so between two steps; what does not within this time of its budget is ended, s. */
 static const double GRACE = 2;
 /* How long a case waits for the end of another process in its folder, s. */
 static const double PATIENCE = 5;
-
-typedef struct job {
-  pid_t process; /* 0: none */
-  int id, pipe;
-  double started, deadline; /* monotonic seconds; INFINITY: none */
-  int killed;
-  flesh_text answer; /* JSON, as it comes */
-} job;
 
 typedef struct crew {
   const flesh_sweep *sweep;
   flesh_sweep_store *store;
   const flesh_sweep_run_options *options;
-  int room, limit; /* jobs there is room for, and that may run at a time */
-  job *jobs;
-  int running, signalled;
-  int total, before; /* cases of the database, and those that were done at the start */
+  flesh_pool *pool;
+  int *running, count; /* numbers of the cases that run */
+  int total, before;   /* cases of the database, and those that were done at the start */
   int done, failed;
   double started, shown;
 } crew;
@@ -51,12 +37,12 @@ static double now(void)
   return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-static int has_folder(const crew *w) { return w->sweep->keep || w->sweep->command != FLESH_SWEEP_RUN; }
+static int has_folder(const flesh_sweep *sweep) { return sweep->keep || sweep->command != FLESH_SWEEP_RUN; }
 
-static char *case_folder(const crew *w, int id)
+static char *case_folder(const char *out, int id)
 {
-  char *folder = malloc(strlen(w->options->out) + 40);
-  if (folder) sprintf(folder, "%s/cases/%06d", w->options->out, id);
+  char *folder = malloc(strlen(out) + 40);
+  if (folder) sprintf(folder, "%s/cases/%06d", out, id);
   return folder;
 }
 
@@ -71,19 +57,20 @@ static void wait_for(const char *folder)
 /* Clears away what the process of a case left that was killed, and is gone. */
 static void tidy(const crew *w, int id)
 {
-  char *folder = has_folder(w) ? case_folder(w, id) : NULL;
+  char *folder = has_folder(w->sweep) ? case_folder(w->options->out, id) : NULL;
   if (folder && !access(folder, F_OK)) wait_for(folder);
   free(folder);
 }
 
-/* The life of a case's process; it ends with its parent. */
-static void work(const crew *w, int id, int pipe, pid_t parent)
+/* The life of a case's process; the claim in the database is that of the one that has started it. */
+static void work(const void *data, int id, flesh_text *answer)
 {
-  prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (getppid() != parent) _exit(1);
-  char *folder = has_folder(w) ? case_folder(w, id) : NULL;
+  const flesh_sweep_work *given = data;
+  const flesh_sweep *sweep = given->sweep;
+  if (given->store) close(given->store->lock);
+  char *folder = has_folder(sweep) ? case_folder(given->out, id) : NULL;
   int nowhere = open("/dev/null", O_RDWR), log = nowhere;
-  if (has_folder(w) && !folder) _exit(1);
+  if (has_folder(sweep) && !folder) _exit(1);
   if (folder) wait_for(folder);
   if (folder && !flesh_folder_make(folder)) {
     char *path = malloc(strlen(folder) + 16);
@@ -95,56 +82,32 @@ static void work(const crew *w, int id, int pipe, pid_t parent)
   dup2(log < 0 ? nowhere : log, STDOUT_FILENO);
   dup2(log < 0 ? nowhere : log, STDERR_FILENO);
   flesh_sweep_case c;
-  if (flesh_sweep_case_make(w->sweep, id, &c)) _exit(1);
-  json_t *record = flesh_sweep_case_run(w->sweep, &c, folder);
+  if (flesh_sweep_case_make(sweep, id, &c)) _exit(1);
+  json_t *record = flesh_sweep_case_run(sweep, &c, folder);
   char *text = json_dumps(record, JSON_COMPACT);
-  fflush(NULL);
   if (!text || flesh_json_lacks()) _exit(1);
-  for (size_t size = strlen(text), done = 0; done < size;) {
-    ssize_t written = write(pipe, text + done, size - done);
-    if (written < 0 && errno != EINTR) _exit(1);
-    if (written > 0) done += (size_t)written;
-  }
-  _exit(0);
+  flesh_text_append(answer, text, strlen(text));
 }
 
-static int start(crew *w, int id)
+flesh_pool_cases flesh_sweep_pool_cases(const flesh_sweep_work *given)
 {
-  int ends[2], place = 0;
-  while (w->jobs[place].process) place++;
-  job *j = &w->jobs[place];
-  if (pipe(ends)) return flesh_fail(FLESH_ERR_FILE, "no pipe to a new process: %s", strerror(errno));
-  fflush(NULL);
-  pid_t parent = getpid(), process = fork();
-  if (process < 0) {
-    close(ends[0]);
-    close(ends[1]);
-    return flesh_fail(FLESH_ERR_MEMORY, "no new process: %s", strerror(errno));
-  }
-  if (!process) {
-    close(ends[0]);
-    close(w->store->lock); /* the claim is its parent's */
-    work(w, id, ends[1], parent);
-  }
-  close(ends[1]);
-  fcntl(ends[0], F_SETFL, O_NONBLOCK);
-  *j = (job){.process = process, .id = id, .pipe = ends[0], .started = now(), .deadline = INFINITY};
-  if (w->sweep->max_seconds > 0) j->deadline = j->started + w->sweep->max_seconds + GRACE;
-  w->running++;
-  return FLESH_OK;
+  return (flesh_pool_cases){work, given, given->sweep->max_seconds > 0 ? given->sweep->max_seconds + GRACE : 0};
 }
 
 /* Starts the case, or gives it back. Where no more processes can be had, those that run go on. */
 static int begin(crew *w, int id)
 {
-  int status = start(w, id);
-  if (!status) return FLESH_OK;
+  int started = 0;
+  const int status = flesh_pool_start(w->pool, id, &started);
+  if (!status && started) {
+    w->running[w->count++] = id;
+    return FLESH_OK;
+  }
   char words[512];
   snprintf(words, sizeof words, "%s", flesh_error_text());
-  int released = flesh_sweep_store_release(w->store, id);
-  if (released || !w->running) return released ? released : flesh_fail(status, "%s", words);
-  w->limit = w->running;
-  if (!w->options->quiet) fprintf(stderr, "flesh sweep: %s; from now on %d at a time\n", words, w->limit);
+  const int released = flesh_sweep_store_release(w->store, id);
+  if (released || status) return released ? released : flesh_fail(status, "%s", words);
+  if (!w->options->quiet) fprintf(stderr, "flesh sweep: %s; from now on %d at a time\n", words, w->count);
   return FLESH_OK;
 }
 
@@ -161,10 +124,11 @@ static void show_progress(crew *w)
 }
 
 /* What is known of a case whose process reported nothing. */
-static json_t *silent(const crew *w, const job *j, int ended)
+static json_t *silent(const crew *w, const flesh_pool_end *end)
 {
   char message[160];
-  if (j->killed && w->sweep->max_seconds > 0) {
+  const int ended = end->ended;
+  if (end->killed && w->sweep->max_seconds > 0) {
     snprintf(message, sizeof message, "it did not stop by itself: ended %g s after its budget of %g s was spent", GRACE,
              w->sweep->max_seconds);
     return json_pack("{sssisssn}", "status", "out of budget", "exit_code", 6, "message", message, "result");
@@ -177,84 +141,29 @@ static json_t *silent(const crew *w, const job *j, int ended)
                    WIFSIGNALED(ended) ? 128 + WTERMSIG(ended) : 1, "message", message, "result");
 }
 
-/* Reads what has come; whether the process has closed its end. */
-static int drain(job *j)
-{
-  char part[16384];
-  for (;;) {
-    ssize_t got = read(j->pipe, part, sizeof part);
-    if (got > 0) flesh_text_append(&j->answer, part, (size_t)got);
-    else if (got == 0) return 1;
-    else if (errno != EINTR) return errno != EAGAIN;
-  }
-}
-
 /* Writes the row of a case that has ended and takes the next. */
-static int collect(crew *w, job *j)
+static int collect(crew *w, const flesh_pool_end *end)
 {
-  int ended = 0, next = 0, status;
-  double seconds = now() - j->started;
-  while (waitpid(j->process, &ended, 0) < 0 && errno == EINTR) continue;
-  if (WIFSIGNALED(ended)) tidy(w, j->id);
-  close(j->pipe);
-  json_t *record = j->answer.data && !j->answer.failed ? json_loadb(j->answer.data, j->answer.size, 0, NULL) : NULL;
+  int next = 0, status, place = 0;
+  while (w->running[place] != end->number) place++;
+  w->running[place] = w->running[--w->count];
+  if (WIFSIGNALED(end->ended)) tidy(w, end->number);
+  const flesh_text *answer = &end->answer;
+  json_t *record = answer->data && !answer->failed ? json_loadb(answer->data, answer->size, 0, NULL) : NULL;
   int reported = record != NULL;
-  if (!record) record = silent(w, j, ended);
+  if (!record) record = silent(w, end);
   const char *word = json_string_value(json_object_get(record, "status"));
   int stopped = flesh_interrupt_signal() != 0;
-  if (stopped && ((reported && !strcmp(word, "interrupted")) || (!reported && WIFSIGNALED(ended))))
-    status = flesh_sweep_store_release(w->store, j->id);
+  if (stopped && ((reported && !strcmp(word, "interrupted")) || (!reported && WIFSIGNALED(end->ended))))
+    status = flesh_sweep_store_release(w->store, end->number);
   else {
-    status = flesh_sweep_store_finish(w->store, j->id, record, seconds, stopped ? NULL : &next);
+    status = flesh_sweep_store_finish(w->store, end->number, record, end->seconds, stopped ? NULL : &next);
     w->done += !status;
     w->failed += !status && strcmp(word, "complete");
   }
   json_decref(record);
-  free(j->answer.data);
-  *j = (job){0};
-  w->running--;
   if (!status && next) status = begin(w, next);
   show_progress(w);
-  return status;
-}
-
-static void tell_all(crew *w, int signal_number)
-{
-  for (int j = 0; j < w->room; j++)
-    if (w->jobs[j].process) kill(w->jobs[j].process, signal_number);
-}
-
-/* Waits until something happens to a job, and deals with it. */
-static int attend(crew *w)
-{
-  struct pollfd *polls = calloc((size_t)w->room, sizeof *polls);
-  if (!polls) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  double nearest = now() + 0.5;
-  for (int j = 0; j < w->room; j++) {
-    polls[j] = (struct pollfd){.fd = w->jobs[j].process ? w->jobs[j].pipe : -1, .events = POLLIN};
-    if (w->jobs[j].process) nearest = fmin(nearest, w->jobs[j].deadline);
-  }
-  int status = FLESH_OK;
-  if (poll(polls, (nfds_t)w->room, (int)fmax(0, ceil(1000 * (nearest - now())))) < 0) {
-    if (errno != EINTR) status = flesh_fail(FLESH_ERR_MEMORY, "the cases cannot be waited for: %s", strerror(errno));
-    for (int j = 0; j < w->room; j++) polls[j].revents = 0;
-  }
-  for (int j = 0; !status && j < w->room; j++) {
-    job *at = &w->jobs[j];
-    if (!at->process || polls[j].fd != at->pipe) continue;
-    if (polls[j].revents && drain(at)) status = collect(w, at);
-    else if (now() > at->deadline && !at->killed) {
-      at->killed = 1;
-      kill(at->process, SIGKILL);
-    }
-  }
-  free(polls);
-  if (flesh_interrupt_signal() && !w->signalled) { /* a signal sent to this process alone is passed on, once */
-    w->signalled = 1;
-    tell_all(w, SIGTERM);
-    for (int j = 0; j < w->room; j++)
-      if (w->jobs[j].process) w->jobs[j].deadline = fmin(w->jobs[j].deadline, now() + GRACE);
-  }
   return status;
 }
 
@@ -262,45 +171,45 @@ static int attend(crew *w)
 static int run_all(crew *w)
 {
   int status = FLESH_OK, left = 1;
-  while (!status && (left || w->running)) {
-    while (!status && left && w->running < w->limit && !flesh_interrupt_signal()) {
+  while (!status && (left || w->count)) {
+    while (!status && left && flesh_pool_has_room(w->pool) && !flesh_interrupt_signal()) {
       int id;
       status = flesh_sweep_store_claim(w->store, &id);
       if (!status && !id) left = 0;
       else if (!status) status = begin(w, id);
     }
     if (flesh_interrupt_signal()) left = 0;
-    if (!status && w->running) status = attend(w);
+    if (status || !w->count) continue;
+    flesh_pool_end end;
+    status = flesh_pool_wait(w->pool, &end);
+    if (!status && end.number >= 0) status = collect(w, &end);
   }
   return status;
 }
 
-int flesh_sweep_run(const flesh_sweep *sweep, flesh_sweep_store *store, const flesh_sweep_run_options *options)
+int flesh_sweep_run(const flesh_sweep_work *given, flesh_sweep_store *store, const flesh_sweep_run_options *options)
 {
-  crew w = {.sweep = sweep, .store = store, .options = options, .started = now()};
-  w.room = w.limit = flesh_process_fit(options->jobs, flesh_sweep_store_count(store, NULL));
-  w.jobs = calloc((size_t)w.room, sizeof *w.jobs);
-  if (!w.jobs) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  int abandoned, elsewhere, status;
-  do {
+  const flesh_pool_cases cases = flesh_sweep_pool_cases(given);
+  crew w = {.sweep = given->sweep, .store = store, .options = options, .started = now()};
+  const int count = flesh_sweep_store_count(store, NULL);
+  int abandoned = 0, elsewhere, status = flesh_pool_open(options->ranks, options->jobs, count, &cases, &w.pool);
+  w.running = calloc((size_t)flesh_pool_places(options->ranks, options->jobs, count) + 1, sizeof *w.running);
+  if (!status && !w.running) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  while (!status) {
     status = flesh_sweep_store_recover(store, &abandoned, &elsewhere);
     w.total = flesh_sweep_store_count(store, NULL);
     if (!w.done) w.before = w.total - flesh_sweep_store_count(store, "planned") - elsewhere;
     if (!status) status = run_all(&w);
     /* Another process may have ended meanwhile without having finished its cases. */
     if (!status && !flesh_interrupt_signal()) status = flesh_sweep_store_recover(store, &abandoned, &elsewhere);
-  } while (!status && abandoned && !flesh_interrupt_signal());
-  if (status) tell_all(&w, SIGKILL);
-  for (int j = 0; j < w.room; j++)
-    if (w.jobs[j].process) {
-      waitpid(w.jobs[j].process, NULL, 0);
-      tidy(&w, w.jobs[j].id);
-      close(w.jobs[j].pipe);
-      free(w.jobs[j].answer.data);
-    }
+    if (!abandoned || flesh_interrupt_signal()) break;
+  }
+  char words[1024];
+  snprintf(words, sizeof words, "%s", flesh_error_text());
+  flesh_pool_close(&w.pool);
+  for (int k = 0; k < w.count; k++) tidy(&w, w.running[k]);
   if (!options->quiet && isatty(STDERR_FILENO)) fputs("\r\033[K", stderr);
-  free(w.jobs);
-  if (!status && flesh_interrupt_signal())
-    status = flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted; --resume goes on");
-  return status;
+  free(w.running);
+  if (status) return flesh_fail(status, "%s", words);
+  return flesh_interrupt_signal() ? flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted; --resume goes on") : FLESH_OK;
 }

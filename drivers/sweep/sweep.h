@@ -8,6 +8,7 @@
 
 #include "base/key.h"
 #include "scene/node.h"
+#include "shared/pool.h"
 
 typedef enum flesh_sweep_command {
   FLESH_SWEEP_RUN,
@@ -141,12 +142,20 @@ int flesh_sweep_store_make_views(flesh_sweep_store *store);
 int flesh_sweep_store_fail(const flesh_sweep_store *store, const char *doing);
 int flesh_sweep_store_execute(flesh_sweep_store *store, const char *sql);
 
-/* Runs what is planned, `jobs` at a time. */
+/* Runs what is planned, `jobs` at a time on each rank. */
 typedef struct flesh_sweep_run_options {
+  flesh_ranks *ranks; /* NULL: none */
   int jobs, quiet;
   const char *out;
 } flesh_sweep_run_options;
-int flesh_sweep_run(const flesh_sweep *sweep, flesh_sweep_store *store, const flesh_sweep_run_options *options);
+/* What the processes of the cases need. */
+typedef struct flesh_sweep_work {
+  const flesh_sweep *sweep;
+  const char *out;
+  flesh_sweep_store *store; /* NULL: another rank has it */
+} flesh_sweep_work;
+flesh_pool_cases flesh_sweep_pool_cases(const flesh_sweep_work *given);
+int flesh_sweep_run(const flesh_sweep_work *given, flesh_sweep_store *store, const flesh_sweep_run_options *options);
 
 int flesh_sweep_export(int argc, char **argv);
 int flesh_sweep_plot(int argc, char **argv);
