@@ -14,6 +14,7 @@
 #include "base/file.h"
 #include "shared/plot.h"
 #include "shared/output.h"
+#include "shared/ranks.h"
 
 #define METHOD_LINE(name, scene, adaptive, order, colour, mark, doc) "  " name doc "\n"
 #define METHOD_NAME(name, ...) "," name

@@ -16,6 +16,7 @@
 #include "shared/point_load.h"
 #include "shared/plot.h"
 #include "shared/output.h"
+#include "shared/ranks.h"
 #include "material/form.h"
 
 static const char details[] =

@@ -13,6 +13,7 @@
 #include "shared/overrides.h"
 #include "shared/plot.h"
 #include "shared/output.h"
+#include "shared/ranks.h"
 #include "hardcases/hardcases.h"
 #include "hardcases/lists.h"
 #include "material/form.h"

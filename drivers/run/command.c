@@ -13,6 +13,7 @@
 #include "shared/interrupt.h"
 #include "shared/options.h"
 #include "shared/overrides.h"
+#include "shared/pool.h"
 #include "shared/runner.h"
 #include "shared/table.h"
 
@@ -201,7 +202,7 @@ static int run_scene(const flesh_scene *scene, const flesh_runner_options *optio
 {
   flesh_figures figures = {0};
   flesh_outcome outcome = {0};
-  if (!flesh_ranks_works(options->ranks)) return flesh_ranks_follow(options->ranks, 0);
+  if (!flesh_ranks_works(options->ranks)) return flesh_pool_stand_by();
   if (!options->quiet) describe(scene, options->ranks);
   flesh_runner_run(scene, options, &figures, &outcome);
   const int first = flesh_ranks_first(options->ranks);
@@ -209,13 +210,9 @@ static int run_scene(const flesh_scene *scene, const flesh_runner_options *optio
   if (outcome.has_failure && first) flesh_failure_print(stderr, &outcome, scene);
   if (!options->quiet && isfinite(figures.wall_s)) report(&figures, &outcome, options->out);
   flesh_figures_close(&figures);
-  return flesh_ranks_follow(options->ranks, outcome.exit_code);
-}
-
-/* The exit code of what has failed on all ranks; the first says it. */
-static int fail(const flesh_ranks *ranks, int status)
-{
-  return flesh_ranks_first(ranks) ? flesh_command_fail("run", status) : flesh_exit_code(status);
+  const int code = flesh_ranks_follow(options->ranks, outcome.exit_code);
+  flesh_pool_dismiss(options->ranks, code);
+  return code;
 }
 
 /* What the command line gives; the first rank reads it before the others, so that one tells of what is wrong with it. */
@@ -272,7 +269,7 @@ static int read_and_run(given *g, int argc, char **argv)
     int status = read_scene(argv[1], g->start_state, g->method, &g->overrides, &scene);
     status = flesh_ranks_agree(g->ranks, status);
     if (!status && g->ranks) status = flesh_ranks_share(g->ranks, scene);
-    if (status) code = fail(g->ranks, status);
+    if (status) code = flesh_ranks_fail(g->ranks, "run", status);
     else if (!options->out) options->out = made = default_folder(argv[1]);
   }
   if (code == FLESH_OPTIONS_GO_ON) code = run_scene(scene, options);
@@ -294,7 +291,7 @@ int flesh_command_run(int argc, char **argv)
   g.options.argc = argc;
   g.options.argv = words;
   status = flesh_ranks_agree(g.ranks, status);
-  code = status ? fail(g.ranks, status) : read_and_run(&g, argc, argv);
+  code = status ? flesh_ranks_fail(g.ranks, "run", status) : read_and_run(&g, argc, argv);
   flesh_ranks_close(&g.ranks);
   flesh_overrides_close(&g.overrides);
   free(words);

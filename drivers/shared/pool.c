@@ -12,6 +12,7 @@
 #include "shared/pool_orders.h"
 #include "shared/pool_places.h"
 #include "shared/process.h"
+#include "shared/ranks.h"
 #include "shared/ranks_join.h"
 
 struct flesh_pool {
@@ -69,12 +70,13 @@ static int receive(flesh_pool_head *head, flesh_text *behind, int *from)
   return 1;
 }
 
-/* Until each of the other ranks has nothing left to say; what they still have to is not needed any more. */
-static void hear_out(const flesh_ranks *ranks)
+/* Until `left` other ranks have nothing left to say; what they still have to is not needed any more. */
+static void hear_out(int left)
 {
-  for (int left = ranks ? ranks->count - 1 : 0, from; left > 0;) {
+  while (left > 0) {
     flesh_pool_head head;
     flesh_text behind = {0};
+    int from;
     if (receive(&head, &behind, &from)) left -= head.kind == FLESH_POOL_DONE;
     else usleep(1000);
     free(behind.data);
@@ -86,7 +88,7 @@ void flesh_pool_close(flesh_pool **pool)
   flesh_pool *self = *pool;
   if (!self) return;
   order_all(self->ranks, FLESH_POOL_OVER, 0);
-  hear_out(self->ranks);
+  hear_out(self->ranks ? self->ranks->count - 1 : 0);
   flesh_places_close(&self->places);
   free(self->busy);
   free(self->last.data);
@@ -102,8 +104,32 @@ int flesh_pool_lead(flesh_ranks *ranks, const char *name, int status, int jobs, 
   if (!flesh_ranks_first(ranks)) return flesh_pool_serve(jobs, cases);
   const int code = lead(data);
   order_all(ranks, FLESH_POOL_LEAVE, code);
-  hear_out(ranks);
+  hear_out(ranks ? ranks->count - 1 : 0);
   return code;
+}
+
+int flesh_pool_stand_by(void)
+{
+  const flesh_pool_cases none = {0};
+  return flesh_pool_serve(1, &none);
+}
+
+void flesh_pool_listen(const flesh_ranks *ranks)
+{
+  flesh_pool_head head;
+  flesh_text behind = {0};
+  int from;
+  if (!ranks || ranks->all == ranks->count || !flesh_ranks_first(ranks)) return;
+  if (receive(&head, &behind, &from) && head.kind == FLESH_POOL_SIGNALLED) flesh_interrupt_adopt(head.number);
+  free(behind.data);
+}
+
+void flesh_pool_dismiss(const flesh_ranks *ranks, int code)
+{
+  const flesh_pool_order leave = {FLESH_POOL_LEAVE, code};
+  if (!ranks || !flesh_ranks_first(ranks)) return;
+  for (int r = ranks->count; r < ranks->all; r++) flesh_ranks_send(r, sizeof leave, &leave);
+  hear_out(ranks->all - ranks->count);
 }
 
 int flesh_pool_running(const flesh_pool *pool) { return pool->places.running + pool->away; }

@@ -7,7 +7,8 @@
 #include <stddef.h>
 
 #include "shared/pool_cases.h"
-#include "shared/ranks.h"
+
+typedef struct flesh_ranks flesh_ranks; /* shared/ranks.h */
 
 typedef struct flesh_pool flesh_pool;
 
@@ -40,5 +41,11 @@ int flesh_pool_take(const flesh_pool_end *end, void *result, size_t size);
  * cases by a pool and returns the exit code; the others do what they are given until they get that code. Returns it. */
 int flesh_pool_lead(flesh_ranks *ranks, const char *name, int status, int jobs, const flesh_pool_cases *cases,
                     int (*lead)(void *data), void *data);
+
+/* Of a run with more ranks than there is work for. One that has none stands by until it is dismissed, and returns the
+ * exit code; where it is signalled the first rank, which listens, is as if it had been. */
+int flesh_pool_stand_by(void);
+void flesh_pool_listen(const flesh_ranks *ranks);
+void flesh_pool_dismiss(const flesh_ranks *ranks, int code);
 
 #endif

@@ -8,6 +8,7 @@
 #include "shared/pool_orders.h"
 #include "shared/pool_places.h"
 #include "shared/process.h"
+#include "shared/ranks.h"
 #include "shared/ranks_join.h"
 
 typedef struct helper {

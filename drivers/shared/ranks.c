@@ -36,7 +36,7 @@ int flesh_ranks_open(flesh_ranks **ranks)
   if (!status) {
     self->working = self->communicator;
     self->rank = flesh_communicator_rank(self->communicator);
-    self->count = flesh_communicator_size(self->communicator);
+    self->count = self->all = flesh_communicator_size(self->communicator);
   }
   *ranks = self;
   if (status || self->count == 1) flesh_ranks_close(ranks);
@@ -80,7 +80,7 @@ int flesh_ranks_read_options(const flesh_ranks *ranks, const flesh_usage *usage,
 
 int flesh_ranks_follow(const flesh_ranks *ranks, int number)
 {
-  if (ranks) flesh_communicator_spread(ranks->communicator, 1, &number);
+  if (ranks) flesh_communicator_spread(ranks->working, 1, &number);
   return number;
 }
 

@@ -11,7 +11,7 @@
 typedef struct flesh_ranks {
   flesh_communicator *communicator; /* all of them */
   flesh_communicator *working;      /* those with a part of the scene; NULL: this one has none */
-  int rank, count;
+  int rank, count, all; /* count: those with a part, of all */
   int neighbours_here; /* ranks on this machine, this one included */
   flesh_scene_share *share; /* with the next, once a scene is shared out */
   flesh_gather *gather;
@@ -35,7 +35,7 @@ int flesh_ranks_fail(const flesh_ranks *ranks, const char *name, int status);
 /* The command line; the first rank reads it before the others, so that one tells of what is wrong with it. As
  * flesh_options_read. */
 int flesh_ranks_read_options(const flesh_ranks *ranks, const flesh_usage *usage, int argc, char **argv, int *count);
-/* The first one's number on all. */
+/* The first one's number on all that work. */
 int flesh_ranks_follow(const flesh_ranks *ranks, int number);
 
 /* The largest number of all. */

@@ -9,11 +9,13 @@
 #include "shared/interrupt.h"
 #include "shared/json_memory.h"
 #include "shared/provenance.h"
+#include "shared/pool.h"
 #include "shared/running.h"
 
 int flesh_running_asked_to_end(flesh_running *r)
 {
   const char *more = r->checkpoint.on ? "; flesh run --resume goes on from its last checkpoint" : "";
+  flesh_pool_listen(r->options->ranks);
   if (flesh_interrupt_signal())
     return flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted by %s at t = %g s%s", flesh_interrupt_name(), r->state.t, more);
   if (r->options->max_seconds > 0 && flesh_running_seconds(CLOCK_MONOTONIC) - r->started > r->options->max_seconds)

@@ -11,6 +11,7 @@
 #include "shared/interrupt.h"
 #include "base/file.h"
 #include "shared/options.h"
+#include "shared/ranks.h"
 #include "shared/subcommands.h"
 #include "sweep/sweep.h"
 

@@ -115,9 +115,16 @@ static int make_pattern(flesh_overlap *self, const flesh_block_matrix *A, int ex
   return FLESH_OK;
 }
 
-/* From the places that were received. */
+/* Whether this rank has nodes that others have, too. */
+static int has_others(const flesh_overlap *self) { return self->team && self->team->reach.count > 0; }
+
+/* From the places that were received; A itself where there are no other ranks to send any. */
 static int make_matrix(flesh_overlap *self, const flesh_block_matrix *A)
 {
+  if (!has_others(self)) {
+    self->matrix = *A;
+    return FLESH_OK;
+  }
   const int taken = self->first_taken[self->team->reach.count];
   entry *entries = flesh_malloc(((size_t)taken + 1) * sizeof *entries);
   int extra = 0, kept = 0, flipped;
@@ -143,7 +150,7 @@ static int make_matrix(flesh_overlap *self, const flesh_block_matrix *A)
 
 static int allocate_given(flesh_overlap *self, const flesh_block_matrix *A, int *place)
 {
-  const size_t ranks = (size_t)self->team->reach.count, blocks = (size_t)A->row_start[A->rows];
+  const size_t ranks = (size_t)self->team->reach.count, blocks = has_others(self) ? (size_t)A->row_start[A->rows] : 0;
   self->first_given = flesh_calloc(ranks + 1, sizeof *self->first_given);
   self->first_taken = flesh_calloc(ranks + 1, sizeof *self->first_taken);
   self->messages = flesh_calloc(ranks + 1, sizeof *self->messages);
@@ -211,14 +218,14 @@ void flesh_overlap_clear(flesh_overlap *self)
   void *arrays[] = {self->row_start, self->column, self->own_place, self->first_given, self->first_taken, self->given,
                     self->taken,     self->sent,   self->received,  self->messages,    self->vector,      self->weight};
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) flesh_free(arrays[k]);
-  if (self->team) flesh_free(self->matrix.values);
+  if (has_others(self)) flesh_free(self->matrix.values);
   *self = (flesh_overlap){0};
 }
 
 size_t flesh_overlap_memory(const flesh_overlap *self)
 {
   if (!self->team) return 0;
-  const size_t rows = (size_t)self->matrix.rows, blocks = (size_t)self->row_start[rows],
+  const size_t rows = (size_t)self->matrix.rows, blocks = has_others(self) ? (size_t)self->row_start[rows] : 0,
                ranks = (size_t)self->team->reach.count,
                exchanged = (size_t)self->first_given[ranks] + (size_t)self->first_taken[ranks];
   return (rows + ranks) * (3 * sizeof(double) + 2 * sizeof(int) + sizeof(float)) +
@@ -227,7 +234,7 @@ size_t flesh_overlap_memory(const flesh_overlap *self)
 
 const flesh_block_matrix *flesh_overlap_update(flesh_overlap *self, const flesh_block_matrix *A)
 {
-  if (!self->team) return A;
+  if (!has_others(self)) return A;
   const int ranks = self->team->reach.count;
   double *values = self->matrix.values;
   memset(values, 0, 9 * (size_t)self->row_start[self->matrix.rows] * sizeof *values);

@@ -10,7 +10,7 @@
 #include "flesh/block_matrix.h"
 
 typedef struct flesh_overlap {
-  const flesh_team *team; /* NULL: there is none, and the matrix is A */
+  const flesh_team *team; /* NULL: there is none, and the matrix is A, as it is where the team has no other ranks */
   flesh_block_matrix matrix;
   int *row_start, *column, *own_place; /* the matrix's; [blocks of A] which of its blocks they are */
   int *first_given, *first_taken; /* [ranks+1] of the blocks that each rank gets, and of those that it sends */

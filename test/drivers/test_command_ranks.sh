@@ -158,14 +158,14 @@ assert abs(one["worst_J"] - three["worst_J"]) < 1e-3, (one, three)
 END
 }
 
-# begin RANKS: a run without end, with the processes of its ranks in pid_0, pid_1 ...
+# begin RANKS [SCENE]: a run without end, with the processes of its ranks in pid_0, pid_1 ...
 begin() {
   cat >rank.sh <<'END'
 echo $$ >"pid_$OMPI_COMM_WORLD_RANK.part" && mv "pid_$OMPI_COMM_WORLD_RANK.part" "pid_$OMPI_COMM_WORLD_RANK" || exit 1
 exec "$@"
 END
   rm -rf endless pid_*
-  on_ranks "$1" sh rank.sh "$flesh" run "$scenes/swing_coarse.yaml" --out endless --set time.end=1e4 --quiet --no-frames \
+  on_ranks "$1" sh rank.sh "$flesh" run "${2:-$scenes/swing_coarse.yaml}" --out endless --set time.end=1e4 --quiet --no-frames \
     >stdout.txt 2>stderr.txt &
   launched=$!
   wait_until "$launched" test -s endless/history.csv
@@ -179,6 +179,17 @@ a_signal_to_one_rank_ends_all() {
   [ $? -eq 143 ] || { echo 'not 143'; cat stderr.txt; return 1; }
   has stderr.txt 'interrupted by SIGTERM at t = ' && has endless/result.json '"status": "interrupted"' &&
     [ "$(grep -c '^flesh run: ' stderr.txt)" -eq 1 ] && rows endless/state.txt 81
+}
+
+# One that has nothing to do, too.
+a_signal_to_an_idle_rank_ends_all() {
+  "$flesh" mesh box --cells 1,1,1 --size 1,1,1 --out six.msh >/dev/null || return 1
+  sed 's/two.msh/six.msh/; s/end: 0.1/end: 1e4/; s/1.001/0.001/' two.yaml >six.yaml || return 1
+  begin 7 six.yaml || return 1
+  kill -TERM "$(cat pid_6)" || return 1
+  wait "$launched"
+  [ $? -eq 143 ] || { echo 'not 143'; cat stderr.txt; return 1; }
+  has stderr.txt 'interrupted by SIGTERM at t = ' && has endless/result.json '"count": 6'
 }
 
 # One that is killed leaves nobody waiting, and what was written is valid.
@@ -207,10 +218,11 @@ a_budget_ends_all() {
 
 if [ -n "$quick" ]; then
   run_tests several_bodies contact outputs more_ranks_than_there_is_work what_is_not_there_is_refused \
-    a_bad_scene_on_one_rank_ends_all a_signal_to_one_rank_ends_all a_killed_rank_ends_all
+    a_bad_scene_on_one_rank_ends_all a_signal_to_one_rank_ends_all a_signal_to_an_idle_rank_ends_all \
+    a_killed_rank_ends_all
 else
   run_tests statics damping prescribed_motion several_bodies newmark ten_nodes contact springs muscles fluids \
     a_moving_ball loads settling outputs a_state_goes_on_on_others more_ranks_than_there_is_work \
     what_is_not_there_is_refused a_bad_scene_on_one_rank_ends_all a_failed_step_is_that_of_one_rank \
-    a_signal_to_one_rank_ends_all a_killed_rank_ends_all a_budget_ends_all
+    a_signal_to_one_rank_ends_all a_signal_to_an_idle_rank_ends_all a_killed_rank_ends_all a_budget_ends_all
 fi
