@@ -217,7 +217,7 @@ int flesh_newton_eliminates(const flesh_system *system, const flesh_solver_optio
 }
 
 /* What ranks share out yet: conjugate gradients with a preconditioner of each. */
-static int check_team(const flesh_system *system, const flesh_solver_options *options)
+int flesh_newton_check_team(const flesh_system *system, const flesh_solver_options *options)
 {
   if (!flesh_system_team(system)) return FLESH_OK;
   if (options->linear_solver != FLESH_LINEAR_PCG)
@@ -240,7 +240,7 @@ int flesh_newton_init(const flesh_system *system, const flesh_solver_options *op
   size_t apart;
   self->balance = (flesh_balance){&self->equations, NAN};
   int status = flesh_solver_options_check(options);
-  if (!status) status = check_team(system, options);
+  if (!status) status = flesh_newton_check_team(system, options);
   if (!status) status = flesh_threads_create(options->threads, &self->threads);
   status = flesh_team_agree(team, status); /* from here on ranks call each other */
   if (!status) flesh_threads_set_team(self->threads, team);

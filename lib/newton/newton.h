@@ -38,6 +38,8 @@ typedef struct flesh_newton {
   int stopped;                    /* what `stop` returned in this stage; FLESH_OK: go on */
 } flesh_newton;
 
+/* FLESH_ERR_ARGUMENT where the system is shared out among ranks, and they cannot solve it so yet. */
+int flesh_newton_check_team(const flesh_system *system, const flesh_solver_options *options);
 /* Borrows `system` (finished), copies `options`. FLESH_ERR_ARGUMENT for options that make no sense or are not built in,
  * FLESH_ERR_MEMORY. The struct must not move afterwards: its parts point to each other. */
 int flesh_newton_init(const flesh_system *system, const flesh_solver_options *options, flesh_stage_solver solver,

@@ -6,6 +6,7 @@
 #include <sunmatrix/sunmatrix_sparse.h>
 
 #include "base/error.h"
+#include "base/threads.h"
 #include "sundials/ida_problem.h"
 #include "sundials/pair_matrix.h"
 #include "sundials/vector.h"
@@ -27,10 +28,12 @@ int flesh_ida_residual(sunrealtype t, N_Vector y, N_Vector yp, N_Vector r, void 
 {
   flesh_ida_problem *problem = problem_of(data);
   if (!problem) return FLESH_ERR_ARGUMENT;
-  const sunindextype length = 2 * (sunindextype)problem->n;
-  const double *at = flesh_vector_data(y, length), *rate = at ? flesh_vector_data(yp, length) : NULL;
-  double *F = rate ? flesh_vector_data(r, length) : NULL;
-  return F ? flesh_ida_evaluate(problem, t, at, rate, F) : FLESH_ERR_ARGUMENT;
+  const double *at = flesh_ida_read(problem, y, 0, 0), *rate = at ? flesh_ida_read(problem, yp, 0, 1) : NULL;
+  double *F = rate ? flesh_ida_open(problem, r, 2) : NULL;
+  if (!F) return FLESH_ERR_ARGUMENT;
+  const int status = flesh_ida_evaluate(problem, t, at, rate, F);
+  flesh_ida_close(problem, r, F);
+  return status;
 }
 
 sunindextype flesh_ida_entries(const flesh_ida_problem *self)
@@ -108,10 +111,10 @@ int flesh_ida_jacobian(sunrealtype t, sunrealtype cj, N_Vector y, N_Vector yp, N
   (void)r, (void)w1, (void)w2, (void)w3;
   flesh_ida_problem *problem = problem_of(data);
   if (!problem) return FLESH_ERR_ARGUMENT;
-  const sunindextype length = 2 * (sunindextype)problem->n;
-  const double *at = flesh_vector_data(y, length), *rate = at ? flesh_vector_data(yp, length) : NULL;
-  if (!rate) return FLESH_ERR_ARGUMENT;
   int sparse = SUNMatGetID(J) == SUNMATRIX_SPARSE;
+  if (sparse && flesh_ida_check_sparse(problem)) return FLESH_ERR_ARGUMENT;
+  const double *at = flesh_ida_read(problem, y, 0, 0), *rate = at ? flesh_ida_read(problem, yp, 0, 1) : NULL;
+  if (!rate) return FLESH_ERR_ARGUMENT;
   const flesh_pair_matrix *own = flesh_pair_matrix_of(J);
   if (!sparse && !(own && own->view && own->ida == problem))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the matrix is neither a SUNSparseMatrix nor this problem's own of "
@@ -127,13 +130,13 @@ int flesh_ida_jacobian_times(sunrealtype t, N_Vector y, N_Vector yp, N_Vector r,
   (void)t, (void)y, (void)yp, (void)r, (void)cj, (void)w1, (void)w2;
   flesh_ida_problem *problem = problem_of(data);
   if (!problem) return FLESH_ERR_ARGUMENT;
-  const sunindextype length = 2 * (sunindextype)problem->n;
-  const double *x = flesh_vector_data(v, length);
-  double *z = x ? flesh_vector_data(Jv, length) : NULL;
+  const double *x = flesh_ida_read(problem, v, 1, 0);
+  double *z = x ? flesh_ida_open(problem, Jv, 1) : NULL;
   if (!z) return FLESH_ERR_ARGUMENT;
   if (problem->content != FLESH_IDA_CONDENSED)
     return flesh_fail(FLESH_ERR_ARGUMENT, "flesh_ida_jacobian_times needs flesh_ida_preconditioner_setup beside it");
   flesh_ida_multiply(problem, x, z);
+  flesh_ida_close(problem, Jv, z);
   return FLESH_OK;
 }
 
@@ -142,8 +145,7 @@ int flesh_ida_preconditioner_setup(sunrealtype t, N_Vector y, N_Vector yp, N_Vec
   (void)r;
   flesh_ida_problem *problem = problem_of(data);
   if (!problem) return FLESH_ERR_ARGUMENT;
-  const sunindextype length = 2 * (sunindextype)problem->n;
-  const double *at = flesh_vector_data(y, length), *rate = at ? flesh_vector_data(yp, length) : NULL;
+  const double *at = flesh_ida_read(problem, y, 0, 0), *rate = at ? flesh_ida_read(problem, yp, 0, 1) : NULL;
   if (!rate) return FLESH_ERR_ARGUMENT;
   int status = flesh_ida_assemble(problem, t, cj, at, rate, FLESH_IDA_CONDENSED);
   return status ? status : flesh_ida_factor(problem);
@@ -155,14 +157,15 @@ int flesh_ida_preconditioner_solve(sunrealtype t, N_Vector y, N_Vector yp, N_Vec
   (void)t, (void)y, (void)yp, (void)r, (void)cj, (void)delta;
   flesh_ida_problem *problem = problem_of(data);
   if (!problem) return FLESH_ERR_ARGUMENT;
-  const sunindextype length = 2 * (sunindextype)problem->n;
-  const double *b = flesh_vector_data(right, length);
-  double *x = b ? flesh_vector_data(z, length) : NULL;
+  const double *b = flesh_ida_read(problem, right, 1, 0);
+  double *x = b ? flesh_ida_open(problem, z, 1) : NULL;
   if (!x) return FLESH_ERR_ARGUMENT;
   if (problem->content != FLESH_IDA_CONDENSED)
     return flesh_fail(FLESH_ERR_ARGUMENT,
                       "flesh_ida_preconditioner_solve needs flesh_ida_preconditioner_setup before it");
-  return flesh_ida_solve_both(problem, b, 1, x);
+  const int status = flesh_ida_solve_both(problem, b, 1, x);
+  flesh_ida_close(problem, z, x);
+  return status;
 }
 
 int flesh_ida_sunmatrix_create(flesh_ida_problem *problem, SUNContext context, SUNMatrix *matrix)
@@ -171,7 +174,14 @@ int flesh_ida_sunmatrix_create(flesh_ida_problem *problem, SUNContext context, S
   return flesh_pair_matrix_create(problem, NULL, context, matrix);
 }
 
-/* sqrt(sum (w x)^2 / N) in eight sums: the compiler may not reorder one, and one chain waits for every addition. */
+/* sqrt(sum (w x)^2 / N) of all ranks. */
+static sunrealtype weighted_norm_of_team(N_Vector x, N_Vector w)
+{
+  const flesh_team *team = flesh_threads_team(flesh_vector_threads(x));
+  return N_VWL2Norm(x, w) / sqrt(6 * team->all);
+}
+
+/* The same of one in eight sums: the compiler may not reorder one, and one chain waits for every addition. */
 static sunrealtype weighted_norm(N_Vector x_vector, N_Vector w_vector)
 {
   const sunindextype n = N_VGetLength(x_vector);
@@ -188,7 +198,9 @@ int flesh_ida_vector_create(const flesh_ida_problem *problem, SUNContext context
 {
   FLESH_NEED({problem, "problem"}, {context, "context"}, {y, "y"});
   *y = N_VNew_Serial(2 * (sunindextype)problem->n, context);
-  if (!*y) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", 2 * problem->n);
-  (*y)->ops->nvwrmsnorm = weighted_norm;
-  return flesh_vector_quicken(*y, NULL);
+  int status = *y ? flesh_vector_quicken(*y, problem->team ? problem->threads : NULL)
+                  : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", 2 * problem->n);
+  if (*y) (*y)->ops->nvwrmsnorm = problem->team ? weighted_norm_of_team : weighted_norm;
+  if (*y && problem->team) (*y)->ops->nvmaxnorm = flesh_vector_largest;
+  return flesh_team_agree(problem->team, status);
 }

@@ -31,17 +31,22 @@ int flesh_ida_solve_both(flesh_ida_problem *problem, const double *b, int approx
   const int n = problem->n;
   const double *b1 = b, *b2 = b + n, cj = problem->cj, from_x = problem->from_x, share = cj / from_x;
   double *dx = x, *dv = x + n, *right = problem->right, *free1 = problem->change, *Kfree1 = problem->work;
+  const flesh_team *team = problem->team;
+  const int own = 3 * flesh_team_own(team, n / 3);
   for (int d = 0; d < n; d++) free1[d] = problem->fixed[d] ? 0 : b1[d];
+  flesh_team_share(team, free1);
   flesh_ida_damping_times(problem, free1, right);
   flesh_block_multiply(problem->K, free1, Kfree1);
   for (int d = 0; d < n; d++)
-    right[d] = problem->fixed[d] ? 0 : b2[d] + share * right[d] - Kfree1[d] / from_x;
+    right[d] = problem->fixed[d] ? 0 : (d < own ? b2[d] : 0) + share * right[d] - Kfree1[d] / from_x;
+  flesh_team_collect(team, right);
   double *w = problem->change;
   int status = FLESH_OK;
   if (approximately && problem->preconditioner)
     problem->linear->preconditioner_apply(problem->preconditioner, right, w);
   else status = flesh_ida_solve(problem, problem->options.linear_tolerance, right, w);
   if (status) return status;
+  flesh_team_share(team, w); /* a preconditioner gives owners theirs alone */
   for (int d = 0; d < n; d++) {
     int fixed = problem->fixed[d];
     double first = b1[d], second = b2[d];
@@ -55,11 +60,13 @@ static int solver_solve(SUNLinearSolver S, SUNMatrix A, N_Vector x, N_Vector b, 
 {
   (void)A, (void)tolerance;
   solver *self = S->content;
-  const sunindextype length = 2 * (sunindextype)self->problem->n;
-  const double *right = flesh_vector_data(b, length);
-  double *solution = right ? flesh_vector_data(x, length) : NULL;
+  flesh_ida_problem *problem = self->problem;
+  const double *right = flesh_ida_read(problem, b, 1, 0);
+  double *solution = right ? flesh_ida_open(problem, x, 1) : NULL;
   if (!solution) return flesh_sunlinsol_flag(&self->report, FLESH_ERR_ARGUMENT);
-  return flesh_sunlinsol_flag(&self->report, flesh_ida_solve_both(self->problem, right, 0, solution));
+  const int status = flesh_ida_solve_both(problem, right, 0, solution);
+  flesh_ida_close(problem, x, solution);
+  return flesh_sunlinsol_flag(&self->report, status);
 }
 
 int flesh_ida_sunlinsol_create(flesh_ida_problem *problem, SUNContext context, SUNLinearSolver *linear_solver)

@@ -6,6 +6,8 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/parallel_vector.h"
+#include "base/threads.h"
 #include "flesh/sundials_abi.h"
 #include "linear/block_matrix.h"
 #include "linear/pcg.h"
@@ -13,9 +15,10 @@
 #include "sundials/vector.h"
 #include "sundials/version.h"
 #include "system/feasible_step.h"
+#include "system/ranks.h"
 
-/* Whether velocities or accelerations of one node enter the residual of another; asked at a disturbed rest shape, in
- * motion, so that no entry is zero by chance. */
+/* Whether velocities or accelerations of one node enter the residual of another, on any rank; asked at a disturbed rest
+ * shape, in motion, so that no entry is zero by chance. */
 static int find_coupling(flesh_ida_problem *self)
 {
   const double *X = flesh_mesh_positions(flesh_system_mesh(self->system));
@@ -28,11 +31,13 @@ static int find_coupling(flesh_ida_problem *self)
   }
   const flesh_point point = {.load = 1, .x = self->x, .v = self->v, .a = self->a};
   if (flesh_system_jacobian(self->system, &point, &(flesh_shift){.v = 1, .a = 1}, self->D)) return 1;
-  return !flesh_block_is_diagonal(self->D);
+  double couples = !flesh_block_is_diagonal(self->D);
+  flesh_team_largest(self->team, 1, &couples);
+  return couples > 0;
 }
 
 /* FLESH_ERR_ARGUMENT with what such a system cannot have. */
-static int check_system(const flesh_system *system)
+static int check_system(const flesh_system *system, const flesh_solver_options *options)
 {
   if (!flesh_system_has_role(system, FLESH_ROLE_INERTIA))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the system has no inertia; IDA needs an equation of motion");
@@ -49,7 +54,49 @@ static int check_system(const flesh_system *system)
     return flesh_fail(FLESH_ERR_ARGUMENT,
                       "an effect has internal variables (a weld that breaks), which change at the ends of steps: IDA, CVODE "
                       "and ARKODE go on from a history of smooth steps; take a method of fixed steps");
-  return FLESH_OK;
+  if (flesh_sunindex(2 * (int64_t)flesh_system_unknowns(system)) < 0)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "%lld unknowns are too many for the %d-bit indices of this SUNDIALS",
+                      2 * (long long)flesh_system_unknowns(system), FLESH_SUNDIALS_INDEX_SIZE);
+  return flesh_newton_check_team(system, options);
+}
+
+/* What needs no other rank. */
+static int allocate(flesh_ida_problem *self)
+{
+  const size_t n = (size_t)self->n, bytes = n * sizeof(double);
+  double **arrays[] = {&self->x_prescribed, &self->v_prescribed, &self->a_prescribed, &self->x, &self->v,
+                       &self->a,            &self->right,        &self->change,       &self->reactions};
+  int failed = !(self->fixed = calloc(n + 1, 1));
+  failed |= !(self->work = calloc(1, 4 * bytes + 1));
+  for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++)
+    failed |= !(*arrays[k] = calloc(1, bytes + 1));
+  if (flesh_system_limits_step(self->system)) failed |= !(self->x_accepted = calloc(1, bytes + 1));
+  if (self->team) failed |= !(self->room[0] = calloc(1, 6 * bytes + 1));
+  for (size_t k = 1; k < 3 && self->room[0]; k++) self->room[k] = self->room[0] + 2 * k * n;
+  if (failed) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", 2 * self->n);
+  int status = flesh_system_matrix_create(self->system, &self->K);
+  if (!status) status = flesh_system_matrix_create(self->system, &self->D);
+  return status ? status : flesh_threads_create(self->options.threads, &self->threads);
+}
+
+static int create_solver(flesh_ida_problem *self)
+{
+  const flesh_solver_options *options = &self->options;
+  if (options->linear_solver != FLESH_LINEAR_PCG)
+    return flesh_direct_create(options->linear_solver, self->K, &self->direct);
+  int status = self->linear->preconditioner_create(options->preconditioner, self->K,
+                                                   flesh_mesh_positions(flesh_system_mesh(self->system)), self->threads,
+                                                   &self->preconditioner);
+  return status ? status : self->linear->pcg_space_create(self->K, 0, self->threads, &self->pcg);
+}
+
+/* The body's longest side, of all ranks. */
+static double find_length(const flesh_ida_problem *self)
+{
+  double low[3], high[3], length = 0;
+  flesh_ida_box(self, low, high);
+  for (int c = 0; c < 3; c++) length = fmax(length, high[c] - low[c]);
+  return length;
 }
 
 int flesh_ida_problem_create(const flesh_system *system, const flesh_solver_options *options,
@@ -58,49 +105,27 @@ int flesh_ida_problem_create(const flesh_system *system, const flesh_solver_opti
   FLESH_NEED({problem, "problem"});
   *problem = NULL;
   FLESH_NEED({system, "system"}, {options, "options"});
-  int status = check_system(system);
-  if (status) return status;
-  const int64_t unknowns = 2 * (int64_t)flesh_system_unknowns(system);
-  if (flesh_sunindex(unknowns) < 0)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "%lld unknowns are too many for the %d-bit indices of this SUNDIALS",
-                      (long long)unknowns, FLESH_SUNDIALS_INDEX_SIZE);
-  status = flesh_sundials_check();
-  if (status) return status;
-  flesh_ida_problem *self = calloc(1, sizeof *self);
-  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for an IDA problem");
-  self->self = self;
-  self->system = system;
-  self->linear = flesh_linear_for(flesh_system_instructions(system));
-  self->options = *options;
-  self->n = flesh_system_unknowns(system);
-  self->event = INFINITY;
-  size_t bytes = (size_t)self->n * sizeof(double);
-  double **arrays[] = {&self->x_prescribed, &self->v_prescribed, &self->a_prescribed, &self->x, &self->v,
-                       &self->a,            &self->right,        &self->change,       &self->reactions};
-  int failed = !(self->fixed = calloc((size_t)self->n + 1, 1));
-  failed |= !(self->work = calloc(1, 4 * bytes + 1));
-  for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++)
-    failed |= !(*arrays[k] = calloc(1, bytes + 1));
-  if (flesh_system_limits_step(system)) failed |= !(self->x_accepted = calloc(1, bytes + 1));
-  if (failed) status = flesh_fail(FLESH_ERR_MEMORY, "no memory for %lld unknowns", (long long)unknowns);
-  if (!status) status = flesh_system_matrix_create(system, &self->K);
-  if (!status) status = flesh_system_matrix_create(system, &self->D);
-  if (!status) status = flesh_threads_create(options->threads, &self->threads);
-  if (!status && options->linear_solver != FLESH_LINEAR_PCG)
-    status = flesh_direct_create(options->linear_solver, self->K, &self->direct);
-  else if (!status) {
-    status = self->linear->preconditioner_create(options->preconditioner, self->K,
-                                                 flesh_mesh_positions(flesh_system_mesh(system)), self->threads,
-                                                 &self->preconditioner);
-    if (!status) status = self->linear->pcg_space_create(self->K, 0, self->threads, &self->pcg);
+  const flesh_team *team = flesh_system_team(system);
+  int status = check_system(system, options);
+  if (!status) status = flesh_sundials_check();
+  flesh_ida_problem *self = status ? NULL : calloc(1, sizeof *self);
+  if (!status && !self) status = flesh_fail(FLESH_ERR_MEMORY, "no memory for an IDA problem");
+  if (self) {
+    *self = (flesh_ida_problem){.self = self, .system = system, .team = team, .options = *options, .event = INFINITY,
+                                .linear = flesh_linear_for(flesh_system_instructions(system)),
+                                .n = flesh_system_unknowns(system)};
+    status = allocate(self);
+  }
+  status = flesh_team_agree(team, status); /* from here on ranks call each other */
+  if (!status) {
+    flesh_threads_set_team(self->threads, team);
+    status = flesh_team_agree(team, create_solver(self));
   }
   if (status) {
     flesh_ida_problem_destroy(&self);
     return status;
   }
-  flesh_mesh_info info;
-  flesh_mesh_inspect(flesh_system_mesh(system), &info);
-  for (int c = 0; c < 3; c++) self->length = fmax(self->length, info.high[c] - info.low[c]);
+  self->length = find_length(self);
   self->velocity = flesh_ida_scale_of_velocity(self);
   self->couples = find_coupling(self);
   *problem = self;
@@ -114,7 +139,7 @@ void flesh_ida_problem_destroy(flesh_ida_problem **problem)
   double *arrays[] = {self->x_prescribed, self->v_prescribed, self->a_prescribed, self->x,
                       self->v,            self->a,            self->right,        self->change,
                       self->work,         self->K_values,     self->D_values,     self->x_accepted,
-                      self->reactions};
+                      self->reactions,    self->room[0]};
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) free(arrays[k]);
   free(self->fixed);
   flesh_block_matrix_destroy(&self->K);
@@ -126,6 +151,28 @@ void flesh_ida_problem_destroy(flesh_ida_problem **problem)
   flesh_scalar_view_clear(&self->view);
   free(self);
   *problem = NULL;
+}
+
+const double *flesh_ida_read(const flesh_ida_problem *self, N_Vector v, int partial, int room)
+{
+  return flesh_vector_read(v, self->team, 2 * (sunindextype)self->n, partial, self->room[room]);
+}
+
+double *flesh_ida_open(const flesh_ida_problem *self, N_Vector v, int room)
+{
+  return flesh_vector_open(v, self->team, 2 * (sunindextype)self->n, self->room[room]);
+}
+
+void flesh_ida_close(const flesh_ida_problem *self, N_Vector v, const double *written)
+{
+  flesh_vector_close(v, self->team, 2 * (sunindextype)self->n, written);
+}
+
+int flesh_ida_check_sparse(const flesh_ida_problem *self)
+{
+  return self->team ? flesh_fail(FLESH_ERR_ARGUMENT, "the body is shared out among ranks, and a SUNSparseMatrix is that of "
+                                                     "one; take the problem's own matrix, or products")
+                    : FLESH_OK;
 }
 
 flesh_solve_stats *flesh_ida_stats(flesh_ida_problem *problem) { return &problem->stats; }
@@ -188,7 +235,7 @@ int flesh_ida_evaluate(flesh_ida_problem *self, double t, const double *y, const
                                                                   point.t, point.x) < 1
                    ? FLESH_UNDEFINED
                    : flesh_system_residual(self->system, &point, F + n);
-  if (!status && !(flesh_norm(NULL, n, F + n) < INFINITY)) status = FLESH_NONFINITE;
+  if (!status && !(flesh_norm(self->threads, n, F + n) < INFINITY)) status = FLESH_NONFINITE;
   self->refused = status;
   if (status) return status;
   for (int d = 0; d < n; d++)
@@ -295,18 +342,23 @@ void flesh_ida_multiply(flesh_ida_problem *self, const double *x, double *z)
     free_x[d] = self->fixed[d] ? 0 : x[d];
     mixed[d] = self->fixed[d] ? 0 : v[d] - cj * x[d];
   }
+  flesh_team_share(self->team, free_x); /* x may be a residual, which is nothing at ghosts */
+  flesh_team_share(self->team, mixed);
   flesh_block_multiply(self->K, free_x, product);
   flesh_ida_damping_times(self, mixed, free_x);
+  for (int d = 0; d < n; d++) product[d] += free_x[d];
+  flesh_team_collect(self->team, product);
   for (int d = 0; d < n; d++) {
     const double position = x[d], velocity = v[d];
     z[d] = self->fixed[d] ? self->identity * position : self->from_x * position + self->from_v * velocity;
-    z[n + d] = self->fixed[d] ? self->identity * velocity : product[d] + free_x[d];
+    z[n + d] = self->fixed[d] ? self->identity * velocity : product[d];
   }
 }
 
 size_t flesh_ida_memory(const flesh_ida_problem *self)
 {
-  size_t bytes = sizeof *self + (size_t)self->n * ((self->x_accepted ? 14 : 13) * sizeof(double) + 1);
+  const size_t vectors = (self->x_accepted ? 14 : 13) + (self->room[0] ? 6 : 0);
+  size_t bytes = sizeof *self + (size_t)self->n * (vectors * sizeof(double) + 1);
   bytes += 2 * (size_t)self->K->row_start[self->K->rows] * 9 * sizeof(double);
   if (self->preconditioner) bytes += self->linear->preconditioner_memory(self->preconditioner);
   if (self->pcg) bytes += self->linear->pcg_space_memory(self->pcg);

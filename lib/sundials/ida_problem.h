@@ -5,6 +5,7 @@
 
 #include <stdint.h>
 
+#include "base/team.h"
 #include "flesh/ida.h"
 #include "linear/direct.h"
 #include "linear/linear.h"
@@ -21,6 +22,8 @@ typedef enum flesh_ida_content {
 struct flesh_ida_problem {
   flesh_ida_problem *self; /* first, see vector.h */
   const flesh_system *system;
+  const flesh_team *team;  /* the system's; NULL: none */
+  double *room[3];         /* [2*n] each, for vectors of N_VNew_Parallel; NULL without a team */
   flesh_solver_options options;
   int n;                   /* dofs; y has 2*n */
   double length, velocity; /* scales L, V */
@@ -56,6 +59,12 @@ struct flesh_ida_problem {
   flesh_costs *costs; /* borrowed; NULL: nobody counts */
 };
 
+/* As flesh_vector_read, _open and _close are of vectors of 2*n, with the problem's room of that number. */
+const double *flesh_ida_read(const flesh_ida_problem *problem, N_Vector v, int partial, int room);
+double *flesh_ida_open(const flesh_ida_problem *problem, N_Vector v, int room);
+void flesh_ida_close(const flesh_ida_problem *problem, N_Vector v, const double *written);
+/* FLESH_ERR_ARGUMENT, with words, where the system is shared out: a SUNSparseMatrix is that of one rank. */
+int flesh_ida_check_sparse(const flesh_ida_problem *problem);
 /* The point of (t, y, y'), which lies in x, v, a; without y' the free dofs' a are 0. */
 flesh_point flesh_ida_point(flesh_ida_problem *problem, double t, const double *y, const double *yp);
 /* y [2*n], yp [2*n], F [2*n]. */
@@ -73,16 +82,19 @@ void flesh_ida_separate(flesh_ida_problem *problem);
 int flesh_ida_condense(flesh_ida_problem *problem);
 /* Prepares the linear solver for K. */
 int flesh_ida_factor(flesh_ida_problem *problem);
-/* K x = b by the method of the options to `tolerance` of |b|; > 0 where that fails. */
+/* K x = b by the method of the options to `tolerance` of |b|; > 0 where that fails. Of a part of a body b is collected
+ * and x consistent (base/team.h). */
 int flesh_ida_solve(flesh_ida_problem *problem, double tolerance, const double *b, double *x);
-/* z = J x, all [2*n], with the condensed K and the cj it was assembled for. */
+/* z = J x, all [2*n], with the condensed K and the cj it was assembled for. Of a part of a body it is collected. */
 void flesh_ida_multiply(flesh_ida_problem *problem, const double *x, double *z);
 /* J x = b by the options' solver or, `approximately`, one application of its preconditioner (a direct solver is one).
  * x and b must not overlap. */
 int flesh_ida_solve_both(flesh_ida_problem *problem, const double *b, int approximately, double *x);
-/* y = D x. */
+/* y = D x, which is partial where the body is shared out. */
 void flesh_ida_damping_times(const flesh_ida_problem *problem, const double *x, double *y);
 double flesh_ida_scale_of_velocity(flesh_ida_problem *problem);
+/* The box of the body at rest, of all ranks. */
+void flesh_ida_box(const flesh_ida_problem *problem, double low[3], double high[3]);
 size_t flesh_ida_memory(const flesh_ida_problem *problem);
 
 #endif

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/parallel_vector.h"
 #include "linear/block_matrix.h"
 #include "sundials/ida_problem.h"
 #include "sundials/problem.h"
@@ -10,13 +11,20 @@
 
 static const double mass_tolerance = 1e-14; /* of solves with the mass matrix, which is well conditioned */
 
-/* M u: the mass matrix without constraints is in D. */
+/* u.f of a consistent u and a partial f (base/team.h), over all ranks. */
+static double product(const flesh_ida_problem *self, const double *u, const double *f)
+{
+  double sum = 0;
+  for (int d = 0; d < self->n; d++) sum += u[d] * f[d];
+  flesh_team_sum(self->team, 1, &sum);
+  return sum;
+}
+
+/* M u, of a part of a body its share: the mass matrix without constraints is in D. */
 static double mass_square(const flesh_ida_problem *self, const double *u, double *Mu)
 {
-  double square = 0;
   flesh_block_multiply(self->D, u, Mu);
-  for (int d = 0; d < self->n; d++) square += u[d] * Mu[d];
-  return square;
+  return product(self, u, Mu);
 }
 
 static int assemble_mass(flesh_ida_problem *self, const flesh_point *point)
@@ -24,17 +32,27 @@ static int assemble_mass(flesh_ida_problem *self, const flesh_point *point)
   return flesh_system_jacobian(self->system, point, &(flesh_shift){.a = 1}, self->D);
 }
 
-/* Incompressible bending of a beam along s in the plane of s and z about the box's centre:
- * u = (-2 s z, y z, s^2 + (z^2 - y^2)/2). */
-static void bent_shape(const flesh_mesh *mesh, double *u)
+void flesh_ida_box(const flesh_ida_problem *self, double low[3], double high[3])
 {
   flesh_mesh_info info;
-  flesh_mesh_inspect(mesh, &info);
+  flesh_mesh_inspect(flesh_system_mesh(self->system), &info);
+  for (int c = 0; c < 3; c++) low[c] = -info.low[c], high[c] = info.high[c];
+  flesh_team_largest(self->team, 3, low);
+  flesh_team_largest(self->team, 3, high);
+  for (int c = 0; c < 3; c++) low[c] = -low[c];
+}
+
+/* Incompressible bending of a beam along s in the plane of s and z about the box's centre:
+ * u = (-2 s z, y z, s^2 + (z^2 - y^2)/2). */
+static void bent_shape(const flesh_ida_problem *self, double *u)
+{
+  const flesh_mesh *mesh = flesh_system_mesh(self->system);
   const double *X = flesh_mesh_positions(mesh);
   const uint8_t *used = flesh_mesh_node_used(mesh);
-  double side[3];
+  double low[3], high[3], side[3];
   int s = 0, z = 2;
-  for (int c = 0; c < 3; c++) side[c] = info.high[c] - info.low[c];
+  flesh_ida_box(self, low, high);
+  for (int c = 0; c < 3; c++) side[c] = high[c] - low[c];
   for (int c = 0; c < 3; c++)
     if (side[c] > side[s]) s = c;
   for (int c = 0; c < 3; c++)
@@ -42,7 +60,7 @@ static void bent_shape(const flesh_mesh *mesh, double *u)
   int y = 3 - s - z;
   for (int i = 0; i < flesh_mesh_node_count(mesh); i++) {
     double p[3];
-    for (int c = 0; c < 3; c++) p[c] = X[3 * i + c] - (info.low[c] + info.high[c]) / 2;
+    for (int c = 0; c < 3; c++) p[c] = X[3 * i + c] - (low[c] + high[c]) / 2;
     u[3 * i + s] = used[i] ? -2 * p[s] * p[z] : 0;
     u[3 * i + y] = used[i] ? p[y] * p[z] : 0;
     u[3 * i + z] = used[i] ? p[s] * p[s] + (p[z] * p[z] - p[y] * p[y]) / 2 : 0;
@@ -56,20 +74,20 @@ double flesh_ida_scale_of_velocity(flesh_ida_problem *self)
   double *u = self->x, *Ku = self->right, *zero = self->v, mass = 0, stiffness = 0, load = 0;
   memset(zero, 0, (size_t)self->n * sizeof *zero);
   const flesh_point rest = {.load = 1, .x = flesh_mesh_positions(mesh), .v = zero, .a = zero};
-  bent_shape(mesh, u);
+  bent_shape(self, u);
   if (!flesh_system_jacobian(self->system, &rest, &(flesh_shift){.x = 1, .filter = 1}, self->K)) {
     flesh_block_multiply(self->K, u, Ku);
-    for (int d = 0; d < self->n; d++) stiffness += u[d] * Ku[d];
+    stiffness = product(self, u, Ku);
   }
   if (assemble_mass(self, &rest)) return L;
   mass = mass_square(self, u, Ku);
   /* Without its mean, which would be a rigid motion. */
   double total = 0;
   for (int c = 0; c < 3; c++) {
-    double along = 0, *one = self->change, *M_one = self->a;
+    double *one = self->change, *M_one = self->a;
     for (int d = 0; d < self->n; d++) one[d] = d % 3 == c;
     total = mass_square(self, one, M_one);
-    for (int d = 0; d < self->n; d++) along += u[d] * M_one[d];
+    const double along = product(self, u, M_one);
     if (total > 0) mass -= along * along / total;
   }
   if (stiffness > 0 && mass > 0 && stiffness / mass < INFINITY)
@@ -77,7 +95,8 @@ double flesh_ida_scale_of_velocity(flesh_ida_problem *self)
   if (!flesh_system_load(self->system, &rest, Ku))
     for (int c = 0; c < 3; c++) {
       double sum = 0;
-      for (int d = c; d < self->n; d += 3) sum += Ku[d];
+      for (int d = c; d < self->n; d += 3) sum += Ku[d]; /* it is collected */
+      flesh_team_sum(self->team, 1, &sum);
       load += sum * sum;
     }
   return load > 0 && total > 0 ? sqrt(L * sqrt(load) / total) : L;
@@ -86,18 +105,19 @@ double flesh_ida_scale_of_velocity(flesh_ida_problem *self)
 /* Jumps of the constrained dofs from u to `prescribed`, and what they do to the free ones. */
 static int apply_constraints(flesh_ida_problem *self, const double *prescribed, double *u)
 {
-  double *jump = self->change, *right = self->right;
-  int any = 0;
+  double *jump = self->change, *right = self->right, any = 0;
   for (int d = 0; d < self->n; d++) {
     jump[d] = self->fixed[d] ? prescribed[d] - u[d] : 0;
     if (self->fixed[d]) u[d] = prescribed[d];
   }
   flesh_block_multiply(self->D, jump, right);
+  flesh_team_collect(self->team, right);
   for (int d = 0; d < self->n; d++) {
     right[d] = self->fixed[d] ? 0 : -right[d];
-    any |= right[d] != 0;
+    any = right[d] != 0 ? 1 : any;
   }
-  if (!any) return FLESH_OK;
+  flesh_team_largest(self->team, 1, &any);
+  if (any == 0) return FLESH_OK;
   int status = flesh_ida_solve(self, mass_tolerance, right, jump);
   for (int d = 0; d < self->n && !status; d++)
     if (!self->fixed[d]) u[d] += jump[d];
@@ -113,7 +133,7 @@ static int accelerate(flesh_ida_problem *self, double t, const double *x, const 
   self->stats.residuals++;
   int status = flesh_system_residual(self->system, &point, r);
   if (status) return status;
-  if (!(flesh_norm(NULL, self->n, r) < INFINITY)) return FLESH_NONFINITE;
+  if (!(flesh_norm(self->threads, self->n, r) < INFINITY)) return FLESH_NONFINITE;
   for (int d = 0; d < self->n; d++) r[d] = self->fixed[d] ? 0 : -r[d];
   status = flesh_ida_solve(self, mass_tolerance, r, correction);
   for (int d = 0; d < self->n && !status; d++)
@@ -126,8 +146,7 @@ int flesh_ida_start(flesh_ida_problem *self, const flesh_state *state, N_Vector 
   FLESH_NEED({self, "problem"}, {state, "state"});
   const int n = self->n;
   const size_t bytes = (size_t)n * sizeof(double);
-  double *x = flesh_vector_data(y_vector, 2 * (sunindextype)n);
-  double *xp = x ? flesh_vector_data(yp_vector, 2 * (sunindextype)n) : NULL;
+  double *x = flesh_ida_open(self, y_vector, 0), *xp = x ? flesh_ida_open(self, yp_vector, 1) : NULL;
   if (!xp) return FLESH_ERR_ARGUMENT;
   double *v = x + n, *a = xp + n;
   const double t = state->t;
@@ -159,39 +178,41 @@ int flesh_ida_start(flesh_ida_problem *self, const flesh_state *state, N_Vector 
   if (!status) status = apply_constraints(self, self->v_prescribed, v);
   if (!status) status = accelerate(self, t, x, v, a);
   memcpy(xp, v, bytes);
+  flesh_ida_close(self, y_vector, x);
+  flesh_ida_close(self, yp_vector, xp);
   self->started = !status;
   return status;
 }
 
 void flesh_ida_tolerances(const flesh_ida_problem *self, double tolerance, N_Vector atol_vector)
 {
-  double *atol = flesh_vector_data(atol_vector, 2 * (sunindextype)self->n);
+  double *atol = flesh_ida_open(self, atol_vector, 0);
   if (!atol) return;
   for (int d = 0; d < self->n; d++) {
     atol[d] = self->fixed[d] ? 1e100 : tolerance * self->length;
     atol[self->n + d] = self->fixed[d] ? 1e100 : tolerance * self->velocity;
   }
+  flesh_ida_close(self, atol_vector, atol);
 }
 
 /* Root mean square over the free dofs. */
 static double scaled_norm(const flesh_ida_problem *self, const double *dx, const double *dv)
 {
-  double sum = 0;
-  int free = 0;
-  for (int d = 0; d < self->n; d++) {
+  double sums[2] = {0}; /* of squares, and how many dofs are free */
+  for (int d = 0; d < 3 * flesh_team_own(self->team, self->n / 3); d++) {
     if (self->fixed[d]) continue;
     double p = dx[d] / self->length, q = dv[d] / self->velocity;
-    sum += p * p + q * q;
-    free++;
+    sums[0] += p * p + q * q;
+    sums[1]++;
   }
-  return free ? sqrt(sum / (2. * free)) : 0;
+  flesh_team_sum(self->team, 2, sums);
+  return sums[1] > 0 ? sqrt(sums[0] / (2 * sums[1])) : 0;
 }
 
 double flesh_ida_curvature(flesh_ida_problem *self, N_Vector y_vector, N_Vector yp_vector)
 {
   const int n = self->n;
-  const double *x = flesh_vector_data(y_vector, 2 * (sunindextype)n);
-  const double *rate = x ? flesh_vector_data(yp_vector, 2 * (sunindextype)n) : NULL;
+  const double *x = flesh_ida_read(self, y_vector, 0, 0), *rate = x ? flesh_ida_read(self, yp_vector, 0, 1) : NULL;
   if (!rate || self->content != FLESH_IDA_MASS) return INFINITY;
   const double *v = x + n, *a = rate + n;
   double speed = scaled_norm(self, v, a);
@@ -211,7 +232,7 @@ double flesh_ida_curvature(flesh_ida_problem *self, N_Vector y_vector, N_Vector 
 void flesh_ida_get_state(flesh_ida_problem *self, double t, N_Vector y_vector, flesh_state *state)
 {
   const int n = self->n;
-  const double *y = flesh_vector_data(y_vector, 2 * (sunindextype)n);
+  const double *y = flesh_ida_read(self, y_vector, 0, 0);
   if (!y) return;
   memmove(state->x, y, (size_t)n * sizeof *y);
   memmove(state->v, y + n, (size_t)n * sizeof *y);

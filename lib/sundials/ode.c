@@ -7,10 +7,12 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/parallel_vector.h"
 #include "linear/block_matrix.h"
 #include "sundials/problem.h"
 #include "sundials/ode_problem.h"
 #include "sundials/vector.h"
+#include "system/ranks.h"
 
 static const double mass_tolerance = 1e-14;
 
@@ -43,8 +45,9 @@ int flesh_ode_problem_create(const flesh_system *system, const flesh_solver_opti
   int failed = !(self->inverse = calloc(3 * n, sizeof(double)));
   failed |= !(self->rate = calloc(2 * n, sizeof(double)));
   failed |= !(self->room = calloc(2 * n, sizeof(double)));
-  int status = failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", 2 * self->n)
-                      : flesh_ida_problem_create(system, options, &self->motion);
+  int status = failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", 2 * self->n) : FLESH_OK;
+  status = flesh_team_agree(flesh_system_team(system), status);
+  if (!status) status = flesh_ida_problem_create(system, options, &self->motion);
   if (status) {
     flesh_ode_problem_destroy(&self);
     return status;
@@ -96,29 +99,39 @@ void flesh_ode_get_state(flesh_ode_problem *self, double t, N_Vector y, flesh_st
 static int invert_mass(flesh_ode_problem *self)
 {
   const flesh_block_matrix *M = self->motion->K;
-  self->mass_is_diagonal = flesh_block_is_diagonal(M);
+  const flesh_team *team = self->motion->team;
+  double couples = !flesh_block_is_diagonal(M);
+  int status = FLESH_OK;
+  flesh_team_largest(team, 1, &couples);
+  self->mass_is_diagonal = couples == 0;
   if (!self->mass_is_diagonal) return FLESH_OK;
   for (int i = 0; i < M->rows; i++)
-    if (!flesh_block_invert(M->values + 9 * (size_t)M->row_start[i], self->inverse + 9 * (size_t)i))
-      return FLESH_NOT_POSITIVE;
-  return FLESH_OK;
+    memcpy(self->inverse + 9 * (size_t)i, M->values + 9 * (size_t)M->row_start[i], 9 * sizeof *self->inverse);
+  if (team) team->operations->collect(team->data, &(flesh_team_vector){9, 9, NULL, self->inverse, 0});
+  for (int i = 0; i < flesh_team_own(team, M->rows) && !status; i++) {
+    double block[9];
+    memcpy(block, self->inverse + 9 * (size_t)i, sizeof block);
+    if (!flesh_block_invert(block, self->inverse + 9 * (size_t)i)) status = FLESH_NOT_POSITIVE;
+  }
+  return flesh_team_agree(team, status);
 }
 
 int flesh_ode_start(flesh_ode_problem *self, const flesh_state *state, N_Vector y)
 {
   FLESH_NEED({self, "problem"}, {state, "state"});
-  if (!flesh_vector_data(y, 2 * (sunindextype)self->n)) return FLESH_ERR_ARGUMENT;
+  if (!flesh_ida_open(self->motion, y, 0)) return FLESH_ERR_ARGUMENT;
   N_Vector yp = flesh_vector_clone(y);
-  if (!yp) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", 2 * self->n);
-  int status = flesh_ida_start(self->motion, state, y, yp);
-  N_VDestroy(yp);
+  int status = yp ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", 2 * self->n);
+  status = flesh_team_agree(self->motion->team, status);
+  if (!status) status = flesh_ida_start(self->motion, state, y, yp);
+  if (yp) N_VDestroy(yp);
   return status ? status : invert_mass(self);
 }
 
 int flesh_ode_divide_by_mass(flesh_ode_problem *self, const double *b, double *y)
 {
   if (!self->mass_is_diagonal) return flesh_ida_solve(self->motion, mass_tolerance, b, y);
-  for (int i = 0; i < self->n / 3; i++) {
+  for (int i = 0; i < flesh_team_own(self->motion->team, self->n / 3); i++) {
     const double *B = self->inverse + 9 * (size_t)i, *p = b + 3 * i;
     for (int c = 0; c < 3; c++) y[3 * i + c] = B[3 * c] * p[0] + B[3 * c + 1] * p[1] + B[3 * c + 2] * p[2];
   }
@@ -130,16 +143,16 @@ int flesh_ode_rhs(sunrealtype t, N_Vector y_vector, N_Vector ydot, void *data)
   flesh_ode_problem *self = flesh_ode_problem_of(data);
   if (!self) return FLESH_ERR_ARGUMENT;
   const int n = self->n;
-  const double *y = flesh_vector_data(y_vector, 2 * (sunindextype)n);
-  double *xdot = y ? flesh_vector_data(ydot, 2 * (sunindextype)n) : NULL, *r = self->rate;
-  if (!xdot) return FLESH_ERR_ARGUMENT;
   flesh_ida_problem *motion = self->motion;
+  const double *y = flesh_ida_read(motion, y_vector, 0, 0);
+  double *xdot = y ? flesh_ida_open(motion, ydot, 1) : NULL, *r = self->rate;
+  if (!xdot) return FLESH_ERR_ARGUMENT;
   double *vdot = xdot + n;
   const flesh_point point = flesh_ida_point(motion, t, y, NULL);
   motion->stats.residuals++;
   int status = flesh_system_residual(motion->system, &point, r);
   if (status) return status;
-  if (!(flesh_norm(NULL, n, r) < INFINITY)) return FLESH_NONFINITE;
+  if (!(flesh_norm(motion->threads, n, r) < INFINITY)) return FLESH_NONFINITE;
   for (int d = 0; d < n; d++) r[d] = motion->fixed[d] ? 0 : -r[d];
   status = flesh_ode_divide_by_mass(self, r, vdot);
   if (status) return status;
@@ -147,6 +160,7 @@ int flesh_ode_rhs(sunrealtype t, N_Vector y_vector, N_Vector ydot, void *data)
     xdot[d] = motion->fixed[d] ? motion->v_prescribed[d] : y[n + d];
     if (motion->fixed[d]) vdot[d] = motion->a_prescribed[d];
   }
+  flesh_ida_close(motion, ydot, xdot);
   return FLESH_OK;
 }
 
@@ -156,8 +170,10 @@ static int assemble_damping(flesh_ode_problem *self, const flesh_point *point, f
   int status = flesh_system_jacobian(self->motion->system, point, &(flesh_shift){.v = 1}, C);
   if (status) return status;
   flesh_block_fix(C, self->motion->fixed, 0, NULL);
-  *damped = 0;
-  for (size_t k = 0; k < 9 * (size_t)C->row_start[C->rows] && !*damped; k++) *damped = C->values[k] != 0;
+  double any = 0;
+  for (size_t k = 0; k < 9 * (size_t)C->row_start[C->rows] && any == 0; k++) any = C->values[k] != 0;
+  flesh_team_largest(self->motion->team, 1, &any);
+  *damped = any > 0;
   return FLESH_OK;
 }
 
@@ -179,11 +195,12 @@ int flesh_ode_jacobian_times_setup(sunrealtype t, N_Vector y_vector, N_Vector fy
   (void)fy;
   flesh_ode_problem *self = flesh_ode_problem_of(data);
   if (!self) return FLESH_ERR_ARGUMENT;
-  const double *y = flesh_vector_data(y_vector, 2 * (sunindextype)self->n);
+  const double *y = flesh_ida_read(self->motion, y_vector, 0, 0);
   if (!y) return FLESH_ERR_ARGUMENT;
   int status = FLESH_OK;
   if (!self->K) status = flesh_system_matrix_create(self->motion->system, &self->K);
   if (!status && !self->C) status = flesh_system_matrix_create(self->motion->system, &self->C);
+  status = flesh_team_agree(self->motion->team, status);
   return status ? status : flesh_ode_assemble(self, t, y, 0, self->K, self->C, &self->damped);
 }
 
@@ -194,24 +211,27 @@ int flesh_ode_jacobian_times(N_Vector v_vector, N_Vector Jv, sunrealtype t, N_Ve
   flesh_ode_problem *self = flesh_ode_problem_of(data);
   if (!self) return FLESH_ERR_ARGUMENT;
   const int n = self->n;
-  const double *u = flesh_vector_data(v_vector, 2 * (sunindextype)n);
-  double *xdot = u ? flesh_vector_data(Jv, 2 * (sunindextype)n) : NULL;
+  const flesh_ida_problem *motion = self->motion;
+  const double *u = flesh_ida_read(motion, v_vector, 0, 0);
+  double *xdot = u ? flesh_ida_open(motion, Jv, 1) : NULL;
   if (!xdot) return FLESH_ERR_ARGUMENT;
   if (!self->K)
     return flesh_fail(FLESH_ERR_ARGUMENT, "flesh_ode_jacobian_times needs flesh_ode_jacobian_times_setup beside it");
   double *force = self->rate, *Cw = self->room, *vdot = xdot + n;
-  const uint8_t *fixed = self->motion->fixed;
+  const uint8_t *fixed = motion->fixed;
   flesh_block_multiply(self->K, u, force);
   if (self->damped) {
     flesh_block_multiply(self->C, u + n, Cw);
     for (int d = 0; d < n; d++) force[d] += Cw[d];
   }
+  flesh_team_collect(motion->team, force);
   for (int d = 0; d < n; d++) force[d] = fixed[d] ? 0 : -force[d];
   int status = flesh_ode_divide_by_mass(self, force, vdot);
   for (int d = 0; d < n; d++) {
     xdot[d] = fixed[d] ? 0 : u[n + d];
     if (fixed[d]) vdot[d] = 0;
   }
+  flesh_ida_close(motion, Jv, xdot);
   return status;
 }
 
@@ -221,6 +241,7 @@ int flesh_ode_make_condensed(flesh_ode_problem *self)
   const flesh_solver_options *options = &self->motion->options;
   int status = FLESH_OK;
   if (!c->A) status = flesh_system_matrix_create(self->motion->system, &c->A);
+  status = flesh_team_agree(self->motion->team, status);
   if (status || c->preconditioner || c->direct) return status;
   if (options->linear_solver != FLESH_LINEAR_PCG)
     return flesh_direct_create(options->linear_solver, c->A, &c->direct);
@@ -243,12 +264,12 @@ int flesh_ode_preconditioner_setup(sunrealtype t, N_Vector y_vector, N_Vector fy
   (void)fy, (void)jok; /* a new gamma costs an assembly as a new y does */
   flesh_ode_problem *self = flesh_ode_problem_of(data);
   if (!self) return FLESH_ERR_ARGUMENT;
-  const double *y = flesh_vector_data(y_vector, 2 * (sunindextype)self->n);
-  if (!y) return FLESH_ERR_ARGUMENT;
   flesh_ida_problem *motion = self->motion;
+  const double *y = flesh_ida_read(motion, y_vector, 0, 0);
+  if (!y) return FLESH_ERR_ARGUMENT;
   flesh_ode_condensed *c = &self->condensed;
   int status = flesh_ode_make_condensed(self);
-  if (!status && !c->C) status = flesh_system_matrix_create(motion->system, &c->C);
+  if (!status && !c->C) status = flesh_team_agree(motion->team, flesh_system_matrix_create(motion->system, &c->C));
   if (status) return status;
   const flesh_point point = flesh_ida_point(motion, t, y, NULL);
   const int project = motion->options.eigenvalue_filter >= FLESH_FILTER_CLAMP_ALWAYS;
@@ -273,13 +294,13 @@ int flesh_ode_preconditioner_solve(sunrealtype t, N_Vector y, N_Vector fy, N_Vec
   flesh_ode_problem *self = flesh_ode_problem_of(data);
   if (!self) return FLESH_ERR_ARGUMENT;
   const int n = self->n;
-  const double *r1 = flesh_vector_data(r, 2 * (sunindextype)n);
-  double *z1 = r1 ? flesh_vector_data(z, 2 * (sunindextype)n) : NULL;
+  const flesh_ida_problem *motion = self->motion;
+  const double *r1 = flesh_ida_read(motion, r, 0, 0);
+  double *z1 = r1 ? flesh_ida_open(motion, z, 1) : NULL;
   if (!z1) return FLESH_ERR_ARGUMENT;
   const double *r2 = r1 + n;
   double *z2 = z1 + n, *free1 = self->room, *product = self->room + n, *mixed = self->rate, *right = self->rate + n;
   const flesh_ode_condensed *c = &self->condensed;
-  const flesh_ida_problem *motion = self->motion;
   if (!c->C)
     return flesh_fail(FLESH_ERR_ARGUMENT,
                       "flesh_ode_preconditioner_solve needs flesh_ode_preconditioner_setup before it");
@@ -294,6 +315,7 @@ int flesh_ode_preconditioner_solve(sunrealtype t, N_Vector y, N_Vector fy, N_Vec
     flesh_block_multiply(c->C, free1, product);
     for (int d = 0; d < n; d++) right[d] += c->gamma * product[d];
   }
+  flesh_team_collect(motion->team, right);
   for (int d = 0; d < n; d++)
     if (motion->fixed[d]) right[d] = 0;
   double *w = product;
@@ -306,5 +328,6 @@ int flesh_ode_preconditioner_solve(sunrealtype t, N_Vector y, N_Vector fy, N_Vec
     z1[d] = motion->fixed[d] ? first : first + w[d];
     z2[d] = motion->fixed[d] ? second : w[d] / c->gamma;
   }
+  flesh_ida_close(motion, z, z1);
   return FLESH_OK;
 }

@@ -93,10 +93,11 @@ int flesh_ode_jacobian(sunrealtype t, N_Vector y_vector, N_Vector fy, SUNMatrix 
   if (!self) return FLESH_ERR_ARGUMENT;
   flesh_pair_matrix *own = flesh_pair_matrix_of(J);
   if (own && own->rhs == self) {
-    const double *y = flesh_vector_data(y_vector, 2 * (sunindextype)self->n);
+    const double *y = flesh_ida_read(self->motion, y_vector, 0, 0);
     return y ? fill_pair(self, t, y, own) : FLESH_ERR_ARGUMENT;
   }
-  int status = flesh_ode_jacobian_times_setup(t, y_vector, fy, data);
+  int status = flesh_ida_check_sparse(self->motion);
+  if (!status) status = flesh_ode_jacobian_times_setup(t, y_vector, fy, data);
   if (!status) status = prepare_sparse(self, J);
   if (!status) fill_sparse(self, J);
   return status;

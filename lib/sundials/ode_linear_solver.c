@@ -22,7 +22,7 @@ typedef struct solver {
   flesh_linear_solver_report report; /* first */
   flesh_ode_problem *problem;
   N_Vector scaling;      /* of the residual, from CVODE; NULL: none */
-  double *mass;          /* [n] of each dof, lumped */
+  double *mass;          /* [n] of each dof, lumped; of own nodes */
   double *weights;       /* [n] of the condensed residual */
   double *right, *other; /* [n], [n] */
 } solver;
@@ -56,6 +56,7 @@ static int condense(solver *self, const flesh_pair_matrix *A)
   flesh_block_fix(condensed, motion->fixed, flesh_block_mean_diagonal(condensed), NULL);
   for (int d = 0; d < problem->n; d++) self->other[d] = 1;
   flesh_block_multiply(motion->D, self->other, self->mass);
+  flesh_team_collect(motion->team, self->mass);
   return flesh_ode_factor(problem);
 }
 
@@ -69,7 +70,8 @@ static int solver_setup(SUNLinearSolver S, SUNMatrix matrix)
 /* What a condensed residual is in the rows of v', in the units that CVODE measures in. */
 static void weigh(const solver *self, double from_v)
 {
-  const double *scale = self->scaling ? N_VGetArrayPointer(self->scaling) + self->problem->n : NULL;
+  const double *scale = self->scaling ? flesh_ida_read(self->problem->motion, self->scaling, 1, 2) : NULL;
+  if (scale) scale += self->problem->n;
   for (int d = 0; d < self->problem->n; d++)
     self->weights[d] = self->mass[d] > 0 ? (scale ? scale[d] : 1) / (self->mass[d] * fabs(from_v)) : 0;
 }
@@ -83,8 +85,9 @@ static int solve_condensed(solver *self, double from_v, double tolerance, double
   if (c->direct) return flesh_direct_solve(c->direct, self->right, w);
   weigh(self, from_v);
   if (!(tolerance > 0)) {
-    double square = 0;
+    double square = 0; /* collected, they are nothing at ghosts */
     for (int d = 0; d < problem->n; d++) square += pow(self->weights[d] * self->right[d], 2);
+    flesh_team_sum(motion->team, 1, &square);
     tolerance = motion->options.linear_tolerance * sqrt(square);
   }
   flesh_pcg_result result;
@@ -108,6 +111,7 @@ static int solve(solver *self, const flesh_pair_matrix *A, const double *b, doub
   for (int d = 0; d < n; d++) w[d] = fixed[d] ? 0 : q / p * b1[d];
   flesh_block_multiply(A->K, w, other);
   for (int d = 0; d < n; d++) right[d] = fixed[d] ? 0 : right[d] + other[d];
+  flesh_team_collect(motion->team, right);
   int status = solve_condensed(self, q, tolerance, w);
   if (status) return status;
   for (int d = 0; d < n; d++) {
@@ -121,13 +125,14 @@ static int solve(solver *self, const flesh_pair_matrix *A, const double *b, doub
 static int solver_solve(SUNLinearSolver S, SUNMatrix matrix, N_Vector x, N_Vector b, sunrealtype tolerance)
 {
   solver *self = S->content;
-  const sunindextype length = 2 * (sunindextype)self->problem->n;
+  const flesh_ida_problem *motion = self->problem->motion;
   const flesh_pair_matrix *A = matrix_of(self, matrix);
-  const double *right = A ? flesh_vector_data(b, length) : NULL;
-  double *solution = right ? flesh_vector_data(x, length) : NULL;
+  const double *right = A ? flesh_ida_read(motion, b, 0, 0) : NULL;
+  double *solution = right ? flesh_ida_open(motion, x, 1) : NULL;
   self->report.iterations = 0;
   self->report.residual = 0;
   int status = solution ? solve(self, A, right, tolerance, solution) : FLESH_ERR_ARGUMENT;
+  if (solution) flesh_ida_close(motion, x, solution);
   return flesh_sunlinsol_flag(&self->report, status);
 }
 

@@ -31,9 +31,10 @@ struct flesh_ode_problem {
 
 /* NULL, with words, where user_data leads to none. */
 flesh_ode_problem *flesh_ode_problem_of(const void *user_data);
-/* y = M^-1 b on the free dofs, b being 0 on the others. y and b must not overlap. Overwrites motion->work. */
+/* y = M^-1 b on the free dofs, b being 0 on the others. y and b must not overlap. Of a part of a body b is collected, and
+ * y is that of own nodes (base/team.h). */
 int flesh_ode_divide_by_mass(flesh_ode_problem *problem, const double *b, double *y);
-/* K = dr/dx and C = dr/dv at (t, y) of the free dofs; whether C is not zero. */
+/* K = dr/dx and C = dr/dv at (t, y) of the free dofs; whether C is not zero, on any rank. */
 int flesh_ode_assemble(flesh_ode_problem *problem, double t, const double *y, int project, flesh_block_matrix *K,
                        flesh_block_matrix *C, int *damped);
 /* Memory for the condensed matrix and the options' solver. */

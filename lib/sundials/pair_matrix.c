@@ -1,14 +1,18 @@
 /* pair_matrix.c: the operations of SUNMatrix on matrices of y = (x, v). */
 #include "sundials/pair_matrix.h"
 
+#include <string.h>
+
 #include "base/error.h"
 #include "linear/block_matrix.h"
 #include "sundials/sunmatrix.h"
 #include "sundials/vector.h"
 
-static int dofs(const flesh_pair_matrix *A) { return A->ida ? A->ida->n : A->rhs->n; }
+static const flesh_ida_problem *motion_of(const flesh_pair_matrix *A) { return A->ida ? A->ida : A->rhs->motion; }
 
-static const uint8_t *fixed_of(const flesh_pair_matrix *A) { return A->ida ? A->ida->fixed : A->rhs->motion->fixed; }
+static int dofs(const flesh_pair_matrix *A) { return motion_of(A)->n; }
+
+static const uint8_t *fixed_of(const flesh_pair_matrix *A) { return motion_of(A)->fixed; }
 
 /* What a view shows, with K by itself. */
 static flesh_pair_matrix *open_matrix(SUNMatrix matrix)
@@ -79,8 +83,8 @@ static int matrix_scale_add_identity(sunrealtype c, SUNMatrix matrix)
   flesh_pair_matrix *A = open_matrix(matrix);
   flesh_block_combine(c, A->K, NULL);
   flesh_block_combine(c, A->D, A->rhs ? A->rhs->motion->D : NULL); /* the mass divides it to 1 */
-  if (A->ida)
-    for (int i = 0; i < A->D->rows; i++)
+  if (A->ida) /* of a node of several ranks its owner has it */
+    for (int i = 0; i < flesh_team_own(A->ida->team, A->D->rows); i++)
       for (int k = 0; k < 3; k++) A->D->values[9 * (size_t)A->D->row_start[i] + 4 * k] += 1;
   flesh_block_fix(A->D, fixed_of(A), 0, NULL);
   A->from_x = c * A->from_x + 1;
@@ -89,10 +93,11 @@ static int matrix_scale_add_identity(sunrealtype c, SUNMatrix matrix)
   return close_matrix(A);
 }
 
-/* z = A x where K is by itself. */
+/* z = A x where K is by itself; x is consistent, and z that of own nodes (base/team.h). */
 static int multiply(const flesh_pair_matrix *A, const double *x, double *z)
 {
   const int n = dofs(A);
+  const flesh_team *team = motion_of(A)->team;
   const uint8_t *fixed = fixed_of(A);
   const double *v = x + n;
   double *part = A->ida ? A->ida->work : A->rhs->room, *movable = part + n;
@@ -102,6 +107,7 @@ static int multiply(const flesh_pair_matrix *A, const double *x, double *z)
   for (int d = 0; d < n; d++) movable[d] = fixed[d] ? 0 : v[d];
   flesh_block_multiply(A->D, movable, part);
   for (int d = 0; d < n; d++) sum[d] = fixed[d] ? 0 : sum[d] + part[d];
+  flesh_team_collect(team, sum);
   int status = FLESH_OK;
   if (A->rhs) {
     status = flesh_ode_divide_by_mass(A->rhs, sum, part);
@@ -118,14 +124,16 @@ static int multiply(const flesh_pair_matrix *A, const double *x, double *z)
 static int matrix_times(SUNMatrix matrix, N_Vector x, N_Vector z)
 {
   flesh_pair_matrix *A = matrix->content;
-  const sunindextype length = 2 * (sunindextype)dofs(A);
-  const double *values = flesh_vector_data(x, length);
-  double *product = values ? flesh_vector_data(z, length) : NULL;
+  const flesh_ida_problem *motion = motion_of(A);
+  const double *values = flesh_ida_read(motion, x, 0, 0);
+  double *product = values ? flesh_ida_open(motion, z, 1) : NULL;
+  int status = FLESH_OK;
   if (!product) return FLESH_ERR_ARGUMENT;
-  if (!A->view || A->ida->content == FLESH_IDA_APART) return multiply(open_matrix(matrix), values, product);
-  if (A->ida->content == FLESH_IDA_CONDENSED) flesh_ida_multiply(A->ida, values, product);
-  else N_VConst(0, z);
-  return FLESH_OK;
+  if (!A->view || A->ida->content == FLESH_IDA_APART) status = multiply(open_matrix(matrix), values, product);
+  else if (A->ida->content == FLESH_IDA_CONDENSED) flesh_ida_multiply(A->ida, values, product);
+  else memset(product, 0, 2 * (size_t)dofs(A) * sizeof *product);
+  flesh_ida_close(motion, z, product);
+  return status;
 }
 
 static int matrix_space(SUNMatrix matrix, long *reals, long *integers)

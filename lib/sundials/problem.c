@@ -83,7 +83,7 @@ double *flesh_problem_open(const flesh_problem *self, N_Vector v, int room)
 
 void flesh_problem_close(const flesh_problem *self, N_Vector v, const double *written)
 {
-  flesh_vector_close(v, self->newton.equations.team, written);
+  flesh_vector_close(v, self->newton.equations.team, self->newton.equations.n, written);
 }
 
 size_t flesh_problem_memory(const flesh_problem *self)

@@ -58,38 +58,60 @@ static int is_parallel(N_Vector v, const flesh_team *team)
   return team && v && N_VGetVectorID(v) == SUNDIALS_NVEC_PARALLEL;
 }
 
+/* How many vectors of a number for each dof, one after the other, n numbers of a rank are. */
+static int parts_of(const flesh_team *team, sunindextype n) { return (int)(n / (3 * (sunindextype)team->nodes)); }
+
 /* Whether a parallel vector has the numbers of own nodes, on all ranks. */
-static int check_parallel(N_Vector v, const flesh_team *team)
+static int check_parallel(N_Vector v, const flesh_team *team, int parts)
 {
-  const sunindextype own = 3 * (sunindextype)team->own, length = flesh_parallel_vector_length(v);
+  const sunindextype own = 3 * (sunindextype)parts * team->own, length = flesh_parallel_vector_length(v);
+  const double all = 3. * parts * team->all;
   int status = FLESH_OK;
-  if (length != own || (double)N_VGetLength(v) != 3 * team->all)
+  if (length != own || (double)N_VGetLength(v) != all)
     status = flesh_fail(FLESH_ERR_ARGUMENT,
                         "the N_Vector has %lld numbers, %lld of them of this rank; it must have %.0f and %lld, of own nodes",
-                        (long long)N_VGetLength(v), (long long)length, 3 * team->all, (long long)own);
+                        (long long)N_VGetLength(v), (long long)length, all, (long long)own);
   return flesh_team_agree(team, status);
+}
+
+static int is_quickened(N_Vector v);
+
+/* The numbers of a vector that is not parallel. */
+static double *local_data(N_Vector v, const flesh_team *team, sunindextype n)
+{
+  if (!team || !v || team->all == team->nodes || is_quickened(v)) return flesh_vector_data(v, n);
+  flesh_fail(FLESH_ERR_ARGUMENT, "the body is shared out among ranks, and the N_Vector is that of one; it must be one of "
+                                 "N_VNew_Parallel");
+  return NULL;
 }
 
 const double *flesh_vector_read(N_Vector v, const flesh_team *team, sunindextype n, int partial, double *room)
 {
-  if (!is_parallel(v, team)) return flesh_vector_data(v, n);
-  if (check_parallel(v, team)) return NULL;
-  const size_t own = 3 * (size_t)team->own;
-  memcpy(room, N_VGetArrayPointer(v), own * sizeof *room);
-  memset(room + own, 0, ((size_t)n - own) * sizeof *room);
-  if (!partial) flesh_team_share(team, room);
+  if (!is_parallel(v, team)) return local_data(v, team, n);
+  const int parts = parts_of(team, n);
+  if (check_parallel(v, team, parts)) return NULL;
+  const size_t own = 3 * (size_t)team->own, all = 3 * (size_t)team->nodes;
+  const double *values = N_VGetArrayPointer(v);
+  for (size_t k = 0; k < (size_t)parts; k++) {
+    memcpy(room + k * all, values + k * own, own * sizeof *room);
+    memset(room + k * all + own, 0, (all - own) * sizeof *room);
+    if (!partial) flesh_team_share(team, room + k * all);
+  }
   return room;
 }
 
 double *flesh_vector_open(N_Vector v, const flesh_team *team, sunindextype n, double *room)
 {
-  if (!is_parallel(v, team)) return flesh_vector_data(v, n);
-  return check_parallel(v, team) ? NULL : room;
+  if (!is_parallel(v, team)) return local_data(v, team, n);
+  return check_parallel(v, team, parts_of(team, n)) ? NULL : room;
 }
 
-void flesh_vector_close(N_Vector v, const flesh_team *team, const double *written)
+void flesh_vector_close(N_Vector v, const flesh_team *team, sunindextype n, const double *written)
 {
-  if (is_parallel(v, team)) memcpy(N_VGetArrayPointer(v), written, 3 * (size_t)team->own * sizeof *written);
+  if (!is_parallel(v, team)) return;
+  const size_t own = 3 * (size_t)team->own, all = 3 * (size_t)team->nodes;
+  for (size_t k = 0; k < (size_t)parts_of(team, n); k++)
+    memcpy(N_VGetArrayPointer(v) + k * own, written + k * all, own * sizeof *written);
 }
 
 int flesh_fail_user_data(const char *type)
@@ -112,11 +134,32 @@ typedef struct operation {
   double *z, a, b, results[FLESH_PARALLEL_PARTS_MAX];
 } operation;
 
-/* Of a team's vector this rank's own numbers, as each counts once in sums. */
-static int run_own(N_Vector v, void (*part)(void *data, int k, int begin, int end), operation *o)
+/* Numbers of each part of a vector, as y = (x, v) has two on ranks, and how many of them are this rank's own. */
+typedef struct extent {
+  int parts, length, own;
+} extent;
+
+static extent extent_of(N_Vector v)
 {
   const flesh_team *team = flesh_threads_team(flesh_vector_threads(v));
-  return flesh_parallel_parts(flesh_vector_threads(v), team ? 3 * team->own : (int)N_VGetLength(v), part, o);
+  const int length = (int)N_VGetLength(v);
+  if (!team) return (extent){1, length, length};
+  return (extent){parts_of(team, length), 3 * team->nodes, 3 * team->own};
+}
+
+/* The results of all parts of x and y, of a team's this rank's own numbers, as each counts once: added up, or the least
+ * of them. */
+static double reduce_own(N_Vector v, void (*part)(void *data, int k, int begin, int end), operation *o, int least)
+{
+  const extent e = extent_of(v);
+  double result = least ? INFINITY : 0;
+  for (int h = 0; h < e.parts; h++) {
+    const int count = flesh_parallel_parts(flesh_vector_threads(v), e.own, part, o);
+    for (int k = 0; k < count; k++) result = least ? fmin(result, o->results[k]) : result + o->results[k];
+    o->x += e.length;
+    if (o->y) o->y += e.length;
+  }
+  return result;
 }
 
 static int run(N_Vector v, void (*part)(void *data, int k, int begin, int end), operation *o)
@@ -184,7 +227,22 @@ static void constant(sunrealtype c, N_Vector z)
 
 static sunrealtype dot(N_Vector x, N_Vector y)
 {
-  return flesh_dot(flesh_vector_threads(x), (int)N_VGetLength(x), N_VGetArrayPointer(x), N_VGetArrayPointer(y));
+  const extent e = extent_of(x);
+  double sum = 0;
+  for (int h = 0; h < e.parts; h++)
+    sum += flesh_dot(flesh_vector_threads(x), e.length, N_VGetArrayPointer(x) + (size_t)h * (size_t)e.length,
+                     N_VGetArrayPointer(y) + (size_t)h * (size_t)e.length);
+  return sum;
+}
+
+sunrealtype flesh_vector_largest(N_Vector x)
+{
+  const extent e = extent_of(x);
+  double largest = 0;
+  for (int h = 0; h < e.parts; h++)
+    largest = fmax(largest, flesh_largest(flesh_vector_threads(x), e.length,
+                                          N_VGetArrayPointer(x) + (size_t)h * (size_t)e.length));
+  return largest;
 }
 
 static void weighted_square_part(void *data, int k, int begin, int end)
@@ -202,9 +260,7 @@ static void weighted_square_part(void *data, int k, int begin, int end)
 static sunrealtype weighted_two_norm(N_Vector x, N_Vector w)
 {
   operation o = {.x = N_VGetArrayPointer(x), .y = N_VGetArrayPointer(w)};
-  const int parts = run_own(x, weighted_square_part, &o);
-  double square = 0;
-  for (int k = 0; k < parts; k++) square += o.results[k];
+  double square = reduce_own(x, weighted_square_part, &o, 0);
   flesh_team_sum(flesh_threads_team(flesh_vector_threads(x)), 1, &square);
   return sqrt(square);
 }
@@ -226,10 +282,7 @@ static void minimum_part(void *data, int k, int begin, int end)
 static sunrealtype minimum(N_Vector x)
 {
   operation o = {.x = N_VGetArrayPointer(x)};
-  const int parts = run_own(x, minimum_part, &o);
-  double least = INFINITY;
-  for (int k = 0; k < parts; k++) least = fmin(least, o.results[k]);
-  least = -least;
+  double least = -reduce_own(x, minimum_part, &o, 1);
   flesh_team_largest(flesh_threads_team(flesh_vector_threads(x)), 1, &least);
   return -least;
 }
@@ -247,6 +300,8 @@ static N_Vector clone(N_Vector v)
   N_VDestroy_Serial(copy);
   return NULL;
 }
+
+static int is_quickened(N_Vector v) { return v->ops->nvclone == clone; }
 
 N_Vector flesh_vector_clone(N_Vector v)
 {

@@ -16,11 +16,12 @@ double *flesh_vector_data(N_Vector v, sunindextype n);
 /* The n numbers of a rank's nodes in a vector that a callback reads: those of flesh_vector_data, or with a `team` (NULL:
  * none) in `room` [n] what its owners have in a vector of N_VNew_Parallel, 3 numbers for each own node and none for
  * ghosts; these get their owners' numbers, or 0 where the vector is `partial`, as sums over ranks are. Collective then.
- * NULL as above, on all ranks or none. */
+ * A vector of y = (x, v) has twice as many, those of x first. NULL as above, on all ranks or none; a serial vector that is
+ * not a quickened one is refused where there are several ranks, as its norms would be those of each. */
 const double *flesh_vector_read(N_Vector v, const flesh_team *team, sunindextype n, int partial, double *room);
 /* Where a callback is to write them: in the vector, or in `room`, from which flesh_vector_close puts them into it. */
 double *flesh_vector_open(N_Vector v, const flesh_team *team, sunindextype n, double *room);
-void flesh_vector_close(N_Vector v, const flesh_team *team, const double *written);
+void flesh_vector_close(N_Vector v, const flesh_team *team, sunindextype n, const double *written);
 
 /* A count as an index of SUNDIALS; -1 where 32-bit ones cannot hold it. */
 static inline sunindextype flesh_sunindex(int64_t count)
@@ -31,6 +32,8 @@ static inline sunindextype flesh_sunindex(int64_t count)
 /* Gives a serial vector, and those cloned from it, operations that use the machine's vector units, which SUNDIALS' own
  * are often built without, and `threads` (borrowed; NULL: the caller's). FLESH_OK or FLESH_ERR_MEMORY. */
 int flesh_vector_quicken(N_Vector v, flesh_threads *threads);
+/* The largest |x| of a quickened vector, of all ranks. */
+sunrealtype flesh_vector_largest(N_Vector x);
 /* A clone, NULL without memory; SUNDIALS' own N_VClone then reads through the NULL. */
 N_Vector flesh_vector_clone(N_Vector v);
 /* Makes `count` clones of a quickened vector, which a SUNDIALS function that is called next in this thread gets of it

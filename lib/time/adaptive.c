@@ -13,6 +13,7 @@
 #include "sundials/compatibility.h"
 #include "sundials/ida_problem.h"
 #include "sundials/vector.h"
+#include "system/ranks.h"
 
 enum { CLONES = 24 }; /* as many as IDAInit takes, or more */
 
@@ -21,6 +22,7 @@ const flesh_method_row flesh_method_adaptive = {0}, flesh_method_euler_then_adap
 
 struct flesh_adaptive {
   const flesh_system *system;
+  const flesh_team *team; /* the system's; NULL: none */
   flesh_adaptive_options options;
   flesh_ida_problem *problem;
   int n;
@@ -42,8 +44,11 @@ struct flesh_adaptive {
 
 static int make_sundials(flesh_adaptive *self)
 {
-  if (flesh_suncontext_create(&self->context)) return flesh_fail(FLESH_ERR_SUNDIALS, "SUNDIALS gave no context");
-  int status = flesh_ida_vector_create(self->problem, self->context, &self->y);
+  int status = flesh_suncontext_create(&self->context)
+                   ? flesh_fail(FLESH_ERR_SUNDIALS, "SUNDIALS gave no context")
+                   : FLESH_OK;
+  status = flesh_team_agree(self->team, status);
+  if (!status) status = flesh_ida_vector_create(self->problem, self->context, &self->y);
   if (status) return status;
   self->yp = flesh_vector_clone(self->y);
   self->atol = flesh_vector_clone(self->y);
@@ -73,8 +78,8 @@ static int initialise(flesh_adaptive *self)
 {
   N_VConst(0, self->y);
   N_VConst(0, self->yp);
-  int status = flesh_vector_prepare(self->y, CLONES);
-  if (status) return status;
+  int status = flesh_team_agree(self->team, flesh_vector_prepare(self->y, CLONES));
+  if (status) return status; /* those that were made are dropped by whoever makes others */
   N_VConst(1, self->atol);
   /* Each needs what the ones before have made; the tolerances' vector is cloned the first time. */
   int failed = IDAInit(self->ida, flesh_ida_residual, 0, self->y, self->yp) ||
@@ -91,17 +96,21 @@ int flesh_adaptive_create(const flesh_system *system, const flesh_solver_options
                           flesh_energy_watch *watch, flesh_adaptive **adaptive)
 {
   *adaptive = NULL;
+  const flesh_team *team = flesh_system_team(system);
   flesh_adaptive *self = calloc(1, sizeof *self);
-  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for an adaptive integrator");
-  self->system = system;
-  self->n = flesh_system_unknowns(system);
-  flesh_adaptive_options_default(&self->options);
-  self->returned = calloc(2 * (size_t)self->n + 1, sizeof *self->returned);
-  int status = self->returned ? flesh_ida_problem_create(system, solver, &self->problem)
-                              : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n);
-  if (!status) status = flesh_adaptive_energy_create(self->problem, watch, &self->energy);
+  if (self) {
+    self->system = system;
+    self->team = team;
+    self->n = flesh_system_unknowns(system);
+    flesh_adaptive_options_default(&self->options);
+    self->returned = calloc(2 * (size_t)self->n + 1, sizeof *self->returned);
+  }
+  int status = self && self->returned ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for an adaptive integrator");
+  status = flesh_team_agree(team, status); /* from here on ranks call each other */
+  if (!status) status = flesh_ida_problem_create(system, solver, &self->problem);
+  if (!status) status = flesh_team_agree(team, flesh_adaptive_energy_create(self->problem, watch, &self->energy));
   if (!status) flesh_adaptive_energy_tolerate(&self->energy, self->options.tolerance);
-  if (!status) status = make_sundials(self);
+  if (!status) status = flesh_team_agree(team, make_sundials(self));
   if (!status) status = initialise(self);
   if (status) {
     flesh_adaptive_destroy(&self);
@@ -209,9 +218,11 @@ static int start(flesh_adaptive *self, flesh_state *state, double ahead)
 /* A caller may have rounded t. */
 int flesh_adaptive_returned(const flesh_adaptive *self, const flesh_state *state)
 {
-  size_t bytes = (size_t)self->n * sizeof(double);
-  return self->h > 0 && fabs(state->t - self->t) <= 1e-8 * self->h &&
-         !memcmp(state->x, self->returned, bytes) && !memcmp(state->v, self->returned + self->n, bytes);
+  const size_t bytes = (size_t)self->n * sizeof(double);
+  double differ = !(self->h > 0 && fabs(state->t - self->t) <= 1e-8 * self->h &&
+                    !memcmp(state->x, self->returned, bytes) && !memcmp(state->v, self->returned + self->n, bytes));
+  flesh_team_largest(self->team, 1, &differ);
+  return differ == 0;
 }
 
 static void give_back(flesh_adaptive *self, double t, flesh_state *state)
@@ -249,7 +260,8 @@ static void add_problem_stats(flesh_adaptive *self, flesh_solve_stats *stats)
   memset(own, 0, sizeof *own);
 }
 
-/* Node with the largest weighted local error (or Newton correction) of the last attempt. */
+/* Node with the largest weighted local error (or Newton correction) of the last attempt; on ranks its number in the
+ * whole, of several the last. */
 static int worst_node(flesh_adaptive *self)
 {
   if (IDAGetEstLocalErrors(self->ida, self->errors)) return -1;
@@ -260,7 +272,12 @@ static int worst_node(flesh_adaptive *self)
     double share = fabs(errors[d]) / atol[d];
     if (share > largest) largest = share, worst = d % self->n;
   }
-  return worst / 3;
+  if (!self->team) return worst / 3;
+  double most = largest, node;
+  flesh_team_largest(self->team, 1, &most);
+  node = largest == most ? self->team->numbers[worst / 3] : -1;
+  flesh_team_largest(self->team, 1, &node);
+  return (int)node;
 }
 
 static void record_failure(flesh_adaptive *self, double t, const double *x, int status)
@@ -273,6 +290,7 @@ static void record_failure(flesh_adaptive *self, double t, const double *x, int 
     f->worst_node = worst_node(self);
   }
   flesh_failure_look(flesh_system_mesh(self->system), x, f);
+  flesh_failure_meet(self->team, f);
 }
 
 /* Records what is known of a failure at t with the body at x. */
@@ -357,9 +375,9 @@ static int advance(flesh_adaptive *self, double toward, flesh_solve_stats *stats
   stats->steps++;
   stats->order = step.order;
   stats->h_last = step.h;
-  int status = self->options.observe ? show(self, &step) : FLESH_OK;
+  int status = self->options.observe ? flesh_team_agree(self->team, show(self, &step)) : FLESH_OK;
   if (status < 0) return status;
-  return self->stop && reached < toward ? self->stop(self->stop_data) : FLESH_OK;
+  return self->stop && reached < toward ? flesh_team_agree(self->team, self->stop(self->stop_data)) : FLESH_OK;
 }
 
 /* Whether there is spurious energy at the state, which is the one returned. */

@@ -67,8 +67,9 @@ void flesh_adaptive_energy_count(flesh_adaptive_energy *self, double t, const do
   const double from = self->t, to = before_event(self, t);
   double work = 0, part = 0;
   int status = FLESH_OK;
-  for (int d = 0; d < problem->n; d++)
+  for (int d = 0; d < problem->n; d++) /* reactions at ghosts are their owners' */
     if (problem->fixed[d]) work += (to - from) * problem->reactions[d] * problem->v_prescribed[d];
+  flesh_team_sum(problem->team, 1, &work);
   watch->balance.supplied += self->later;
   self->later = 0;
   self->supplied = watch->balance.supplied;

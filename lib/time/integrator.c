@@ -82,10 +82,7 @@ int flesh_integrator_create(const flesh_system *system, flesh_method method,
   self->options = *options;
   self->n = flesh_system_unknowns(system);
   self->team = flesh_system_team(system);
-  int status = create_memory(self);
-  if (self->team && is_adaptive(method))
-    status = flesh_fail(FLESH_ERR_ARGUMENT, "the adaptive methods are not shared out among ranks yet; run them on one");
-  status = flesh_team_agree(self->team, status);
+  int status = flesh_team_agree(self->team, create_memory(self));
   if (!status) self->softenings = count_softenings(system);
   if (!status) status = flesh_nonlinear_create(system, options, &self->nonlinear);
   if (!status && self->row->stage)
@@ -94,6 +91,7 @@ int flesh_integrator_create(const flesh_system *system, flesh_method method,
   if (!status) status = flesh_energy_watch_create(system, &self->watch);
   if (!status) status = flesh_multipliers_create(system, options, &self->multipliers);
   if (!status) status = flesh_internals_create(system, &self->internals);
+  status = flesh_team_agree(self->team, status);
   if (!status && is_adaptive(method)) status = flesh_adaptive_create(system, options, &self->watch, &self->adaptive);
   status = flesh_team_agree(self->team, status);
   if (status) {
