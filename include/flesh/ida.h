@@ -38,7 +38,10 @@
  * energy. Velocities belong into the error test (do not suppress them).
  *
  * user_data and vectors as in kinsol.h: the problem or a struct whose first member points to it;
- * serial, OpenMP or Pthreads, of length 2*3*n. What returns no status cannot fail. */
+ * serial, OpenMP or Pthreads, of length 2*3*n. Of a part of a body (flesh_system_set_part) they are
+ * those of N_VNew_Parallel: on a rank x of the part's own nodes, then v of these, 2*3 numbers for
+ * each node of the whole in all; everything here is collective then, but for creating and freeing
+ * matrices and solvers, and there is no SUNSparseMatrix. What returns no status cannot fail. */
 #ifndef FLESH_IDA_H
 #define FLESH_IDA_H
 
@@ -70,7 +73,9 @@ FLESH_API int flesh_ida_problem_create(const flesh_system *system,
 FLESH_API void flesh_ida_problem_destroy(flesh_ida_problem **problem);
 
 /* A serial vector of 2*3*n for y, to be cloned for the others: SUNDIALS' own, but with a vectorised
- * norm (SUNDIALS' takes a quarter of a run's time). Returns new, freed by N_VDestroy.
+ * norm (SUNDIALS' takes a quarter of a run's time). Of a part of a body it has x and v of ghosts,
+ * too, and its weighted norms, maximum norm, product and minimum are those of all ranks: what IDA
+ * needs. Returns new, freed by N_VDestroy.
  * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_ida_vector_create(const flesh_ida_problem *problem, SUNContext context,
                                       N_Vector *y);

@@ -25,7 +25,8 @@
  * serve; the callbacks refuse others with FLESH_ERR_ARGUMENT and a sentence in flesh_error_text().
  * Where the system is that of a part of a body (flesh_system_set_part), vectors of N_VNew_Parallel
  * serve, with 3 numbers for each of the part's own nodes on this rank and for each node of the whole
- * in all; everything here is collective then, and there is no SUNSparseMatrix.
+ * in all; everything here is collective then, and there is no SUNSparseMatrix. Serial vectors are
+ * refused where there are several ranks.
  *
  * The callbacks' user_data is the problem, or any struct whose first member is a pointer to it:
  *

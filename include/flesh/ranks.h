@@ -1,10 +1,10 @@
 /* ranks.h: one body on several ranks of MPI.
  *
  * Every rank makes the whole mesh and a part of it, builds an ordinary system on the part's mesh with the effects that
- * the body has, and says by flesh_system_set_part that it is one. Steps and equilibria of the fixed-step methods
- * (flesh/integrator.h) are then those of the body: every rank makes the same calls in the same order, with x and v of
- * the nodes that its part has, and gets the same status. The callbacks of flesh/kinsol.h take vectors of
- * N_VNew_Parallel. lib/parallel/README.md has what is shared out so far.
+ * the body has, and says by flesh_system_set_part that it is one. Steps and equilibria (flesh/integrator.h) are then
+ * those of the body: every rank makes the same calls in the same order, with x and v of the nodes that its part has, and
+ * gets the same status. The callbacks of flesh/kinsol.h, flesh/ida.h and flesh/ode.h take vectors of N_VNew_Parallel.
+ * lib/parallel/README.md has what is shared out so far.
  *
  * Where flesh is built without MPI or METIS there is one rank. MPI's errors go to the error handler of the communicator
  * that was given; MPI's own ends all ranks. What returns no status cannot fail. */

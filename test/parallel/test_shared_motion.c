@@ -1,0 +1,310 @@
+/* test_shared_motion.c: motions of bodies that are shared out among ranks: adaptive methods and orders against another
+ * code's exact motion, what free bodies keep, how steps fail and are stopped. With the argument `all`
+ * also what takes long. */
+#include "ranks.h"
+
+#include "motion_reference.h"
+
+/* The body as a whole, which every rank has, and this rank's part of it. */
+typedef struct bodies {
+  flesh_mesh *mesh;
+  flesh_rank_part *part;
+  test_body whole, own;
+} bodies;
+
+static void open_body(bodies *b, flesh_mesh *mesh, flesh_material material, flesh_mass mass, double gravity, int holds)
+{
+  *b = (bodies){.mesh = mesh, .part = ranks_cut(mesh)};
+  for (int k = 0; k < 2; k++) {
+    test_body *body = k ? &b->own : &b->whole;
+    CHECK_OK(test_body_create(k ? (flesh_mesh *)flesh_rank_part_mesh(b->part) : mesh, material, 1000, mass, 1, body));
+    if (k) CHECK_OK(flesh_system_set_part(body->system, b->part));
+    if (gravity != 0) CHECK_OK(test_body_gravity(body, 0, 0, -gravity));
+    if (holds) CHECK_OK(test_body_clamp(body, 1e-9));
+    CHECK_OK(flesh_system_finalize(body->system));
+  }
+}
+
+static void close_body(bodies *b)
+{
+  b->own.mesh = NULL; /* the part's */
+  test_body_destroy(&b->own);
+  test_body_destroy(&b->whole);
+  flesh_rank_part_destroy(&b->part);
+}
+
+/* The part's state becomes that of the whole's start; and the other way round. */
+static void take(const bodies *b, const flesh_state *whole, flesh_state *own)
+{
+  const int *nodes = flesh_rank_part_nodes(b->part);
+  own->t = whole->t;
+  for (int d = 0; d < b->own.n; d++) {
+    own->x[d] = whole->x[3 * nodes[d / 3] + d % 3];
+    own->v[d] = whole->v[3 * nodes[d / 3] + d % 3];
+  }
+}
+
+static void gather(const bodies *b, const flesh_state *own, flesh_state *whole)
+{
+  CHECK_OK(flesh_rank_part_gather(b->part, own->x, whole->x));
+  CHECK_OK(flesh_rank_part_gather(b->part, own->v, whole->v));
+  whole->t = own->t;
+}
+
+static int says(void) { return flesh_communicator_rank(ranks) == 0; }
+
+/* The bar of the reference files grav_*. */
+static void open_oracle_bar(flesh_mass mass, bodies *b)
+{
+  flesh_mesh *mesh = NULL;
+  flesh_material material;
+  CHECK_OK(flesh_mesh_read("reference/oracle/bar_8x2x2.mesh", &mesh));
+  CHECK_OK(flesh_material_from_lame(FLESH_ENERGY_B, FLESH_CONSTANTS_RAW, 5e5, 2e6, &material));
+  open_body(b, mesh, material, mass, 9.8, 1);
+}
+
+/* Where the whole is at `time`, by another code. */
+static void read_exact(flesh_mass mass, double time, int nodes, flesh_state *state)
+{
+  const char *const names[] = {"reference/oracle/grav_lumped_ref_states.txt", "reference/oracle/grav_consistent_ref_states.txt"};
+  char line[512];
+  double t = NAN;
+  FILE *file = fopen(names[mass], "r");
+  CHECK(file != NULL);
+  if (!file) return;
+  while (fgets(line, sizeof line, file))
+    if (sscanf(line, "t %lf", &t) == 1 && fabs(t - time) < 1e-9) break;
+  CHECK_NEAR(t, time, 1e-9);
+  for (int i = 0; i < nodes; i++)
+    for (int c = 0; c < 6; c++) CHECK(fscanf(file, "%lf", (c < 3 ? state->x : state->v - 3) + 3 * i + c) == 1);
+  fclose(file);
+}
+
+static flesh_integrator *adaptive(const test_body *b, flesh_method method, double tolerance, int max_steps)
+{
+  flesh_adaptive_options options;
+  flesh_integrator *integrator = motion_integrator(b, method, 1e-8);
+  flesh_adaptive_options_default(&options);
+  options.tolerance = tolerance;
+  if (max_steps) options.max_steps = max_steps;
+  CHECK_OK(flesh_integrator_set_adaptive(integrator, &options));
+  return integrator;
+}
+
+/* As on one rank: at every tolerance the error is a few times that, and it falls with it. */
+static void errors_follow_the_tolerance(void)
+{
+  enum { RUNS = 3 };
+  for (int mass = 0; mass < 2; mass++) {
+    bodies b;
+    double tolerance[RUNS], error[RUNS];
+    open_oracle_bar((flesh_mass)mass, &b);
+    flesh_state exact = state_copy(b.whole.n, &b.whole.state), reached = state_copy(b.whole.n, &b.whole.state);
+    for (int k = 0; k < RUNS; k++) {
+      flesh_solve_stats stats = {0};
+      tolerance[k] = pow(10, -2 - k);
+      error[k] = 0;
+      flesh_integrator *integrator = adaptive(&b.own, FLESH_METHOD_ADAPTIVE, tolerance[k], 0);
+      take(&b, &b.whole.state, &b.own.state);
+      for (int at = 1; at <= 3; at++) {
+        CHECK_OK(flesh_integrator_step(integrator, &b.own.state, 0.1 * at - b.own.state.t, &stats));
+        gather(&b, &b.own.state, &reached);
+        read_exact((flesh_mass)mass, 0.1 * at, b.whole.n / 3, &exact);
+        for (int i = 0; i < b.whole.n; i += 3)
+          error[k] = fmax(error[k], sqrt(pow(reached.x[i] - exact.x[i], 2) + pow(reached.x[i + 1] - exact.x[i + 1], 2) +
+                                         pow(reached.x[i + 2] - exact.x[i + 2], 2)));
+      }
+      if (says())
+        printf("# %s mass, tolerance %g: %d steps, %d rejected, error %.3g m\n", mass ? "consistent" : "lumped", tolerance[k],
+               stats.steps, stats.rejected, error[k]);
+      CHECK_BELOW(error[k], 5 * tolerance[k] * 4); /* the bar is 4 m long */
+      if (k > 0) CHECK(error[k] < error[k - 1]);
+      flesh_integrator_destroy(&integrator);
+    }
+    state_free(&exact);
+    state_free(&reached);
+    close_body(&b);
+  }
+}
+
+/* Every method of fixed steps goes to the exact motion with its order, by the steps and within the bounds of one rank. */
+static void orders_are_those_of_one_rank(void)
+{
+  enum { RUNS = 3 };
+  bodies b;
+  open_oracle_bar(FLESH_MASS_LUMPED, &b);
+  flesh_state exact = state_copy(b.whole.n, &b.whole.state), reached = state_copy(b.whole.n, &b.whole.state);
+  read_exact(FLESH_MASS_LUMPED, 0.1, b.whole.n / 3, &exact);
+  for (flesh_method method = 0; flesh_method_name(method); method++) {
+    double h[RUNS], error[RUNS];
+    if (flesh_method_order(method) < 1) continue;
+    for (int k = 0; k < RUNS; k++) {
+      const int steps = (method == FLESH_METHOD_BDF2 ? 200 : 100) << k;
+      h[k] = 0.1 / steps;
+      take(&b, &b.whole.state, &b.own.state);
+      motion_run(&b.own, method, 1e-9, steps, 0.1, &b.own.state);
+      gather(&b, &b.own.state, &reached);
+      error[k] = motion_distance(b.whole.n, reached.x, exact.x);
+    }
+    const double order = fitted_order(RUNS, h, error);
+    if (says()) printf("# %s: order %.3f, errors %.3g to %.3g m\n", flesh_method_name(method), order, error[0], error[RUNS - 1]);
+    CHECK_NEAR(order, flesh_method_order(method), 0.1);
+  }
+  state_free(&exact);
+  state_free(&reached);
+  close_body(&b);
+}
+
+static double energy_of(const bodies *b)
+{
+  double *zeros = calloc((size_t)b->own.n, sizeof *zeros), energies[8] = {0}, sum = 0;
+  const flesh_point point = {.t = b->own.state.t, .load = 1, .x = b->own.state.x, .v = b->own.state.v, .a = zeros};
+  CHECK_OK(flesh_system_energies(b->own.system, &point, energies));
+  for (int e = 0; e < flesh_system_effect_count(b->own.system); e++) sum += energies[e];
+  free(zeros);
+  return sum;
+}
+
+/* A free body that tumbles, wildly deformed. */
+static void open_tumbling(flesh_mass mass, bodies *b)
+{
+  open_body(b, test_box(3, 2, 2, 2, 1, 1), test_material(FLESH_ENERGY_S, 0.4), mass, 0, 0);
+  for (int i = 0; i < b->whole.n / 3; i++) {
+    const double *X = b->whole.state.x + 3 * i;
+    double *v = b->whole.state.v + 3 * i;
+    v[0] = 3 - 6 * (X[1] - 0.5) + 4 * X[0];
+    v[1] = -1 + 6 * (X[0] - 1) - 3 * X[2];
+    v[2] = 2 + 3 * X[1] * X[0];
+  }
+  take(b, &b->whole.state, &b->own.state);
+}
+
+/* The midpoint rule keeps both momenta but for what the solves leave at the middle, r: at most h sqrt(nodes) |r| a step,
+ * times the arm, as on one rank. */
+static void midpoint_keeps_both_momenta(void)
+{
+  for (int mass = 0; mass < 2; mass++) {
+    bodies b;
+    const double h = 1. / 60, nodes = 36;
+    double before[6], after[6], first[6];
+    open_tumbling((flesh_mass)mass, &b);
+    flesh_integrator *integrator = motion_integrator(&b.own, FLESH_METHOD_MIDPOINT, 1e-10);
+    test_momenta(&b.whole, first);
+    memcpy(before, first, sizeof before);
+    for (int step = 0; step < 15; step++) {
+      flesh_solve_stats stats = {0};
+      double arm = 0;
+      for (int d = 0; d < b.whole.n; d++) arm = fmax(arm, fabs(b.whole.state.x[d]) + h * fabs(b.whole.state.v[d]));
+      CHECK_OK(flesh_integrator_step(integrator, &b.own.state, h, &stats));
+      gather(&b, &b.own.state, &b.whole.state);
+      const double size = test_momenta(&b.whole, after), bound = h * sqrt(nodes) * stats.residual_last;
+      CHECK(stats.solves == 1 && stats.residual_last <= stats.residual_target);
+      for (int c = 0; c < 3; c++) {
+        CHECK_NEAR(after[c], before[c], bound + 1e-13 * size);
+        CHECK_NEAR(after[3 + c], before[3 + c], 3 * arm * bound + 1e-12 * size * arm);
+      }
+      memcpy(before, after, sizeof before);
+    }
+    for (int c = 0; c < 6; c++) CHECK_NEAR(after[c], first[c], 1e-7 * test_norm(3, first + c / 3 * 3));
+    flesh_integrator_destroy(&integrator);
+    close_body(&b);
+  }
+}
+
+/* What IDA loses of momenta and energy is what its error test allows: velocities that are off by some tolerances of their
+ * scale, at most as many as places are in `errors_follow_the_tolerance`, and four times that for the energy, as the body
+ * is two bodies' sizes away from where it began. */
+static void adaptive_steps_keep_momenta_and_energy(void)
+{
+  bodies b;
+  const double tolerance = 1e-5, several = 5;
+  double first[6], after[6];
+  open_tumbling(FLESH_MASS_LUMPED, &b);
+  flesh_integrator *integrator = adaptive(&b.own, FLESH_METHOD_ADAPTIVE, tolerance, 0);
+  const double size = test_momenta(&b.whole, first), energy = energy_of(&b);
+  for (int step = 0; step < 4; step++) CHECK_OK(flesh_integrator_step(integrator, &b.own.state, 1. / 60, NULL));
+  gather(&b, &b.own.state, &b.whole.state);
+  test_momenta(&b.whole, after);
+  const double gain = energy_of(&b) / energy - 1;
+  double worst[2] = {0};
+  for (int c = 0; c < 6; c++) worst[c / 3] = fmax(worst[c / 3], fabs(after[c] - first[c]) / size);
+  if (says()) printf("# momenta off by %.2g and %.2g of %.3g N s, energy by %.2g of %.3g J\n", worst[0], worst[1], size, gain, energy);
+  CHECK_BELOW(worst[0], several * tolerance);
+  CHECK_BELOW(worst[1], 2 * several * tolerance); /* m, of arms */
+  CHECK_NEAR(gain, 0, 4 * several * tolerance);
+  flesh_integrator_destroy(&integrator);
+  close_body(&b);
+}
+
+/* Backward Euler first where the start is violent, as many steps as on one rank, then IDA; and to the same place. */
+static void slow_starts_and_violent_ones(void)
+{
+  enum { STEPS = 40 };
+  bodies b;
+  int euler[2] = {0};
+  open_body(&b, test_box(4, 1, 1, 1, 0.25, 0.25), test_material(FLESH_ENERGY_S, 0.4), FLESH_MASS_LUMPED, 9.81, 1);
+  test_jitter(b.whole.n, 0.02, 4, b.whole.state.x);
+  take(&b, &b.whole.state, &b.own.state);
+  for (int k = 0; k < 2; k++) {
+    test_body *body = k ? &b.own : &b.whole;
+    flesh_integrator *integrator = adaptive(body, FLESH_METHOD_EULER_THEN_ADAPTIVE, 1e-5, 0);
+    for (int step = 0; step < STEPS; step++) {
+      flesh_solve_stats stats = {0};
+      CHECK_OK(flesh_integrator_step(integrator, &body->state, 1. / 60, &stats));
+      euler[k] += stats.solves > 0;
+    }
+    flesh_integrator_destroy(&integrator);
+  }
+  if (says()) printf("# %d of %d steps of backward Euler; on one rank %d\n", euler[1], STEPS, euler[0]);
+  CHECK(euler[0] >= 2 && euler[0] <= STEPS - 10 && euler[1] == euler[0]);
+  flesh_state reached = state_copy(b.whole.n, &b.whole.state);
+  gather(&b, &b.own.state, &reached);
+  CHECK_BELOW(test_distance(b.whole.n, reached.x, b.whole.state.x), 10 * 1e-5);
+  state_free(&reached);
+  close_body(&b);
+}
+
+/* Asks for an end on the last rank alone. */
+static int stop_at_third(void *data)
+{
+  const int last = flesh_communicator_rank(ranks) == flesh_communicator_size(ranks) - 1;
+  return ++*(int *)data == 3 && last ? FLESH_ERR_INTERRUPTED : FLESH_OK;
+}
+
+/* A step that cannot go on fails on all ranks, with one sentence and the numbers of the whole. */
+static void failures_and_stops_are_everyones(void)
+{
+  bodies b;
+  open_oracle_bar(FLESH_MASS_LUMPED, &b);
+  flesh_integrator *integrator = adaptive(&b.own, FLESH_METHOD_ADAPTIVE, 1e-6, 5);
+  CHECK(flesh_integrator_step(integrator, &b.own.state, 0.1, NULL) == FLESH_ERR_INTEGRATOR);
+  CHECK_TEXT(flesh_error_text(), "max_steps = 5");
+  const flesh_failure *f = flesh_integrator_failure(integrator);
+  double numbers[] = {f->worst_node, f->worst_tet, f->worst_J, f->t, f->h, b.own.state.t}, others[6];
+  memcpy(others, numbers, sizeof others);
+  flesh_communicator_largest(ranks, 6, others);
+  CHECK(!memcmp(numbers, others, sizeof numbers)); /* the same on all */
+  CHECK(f->worst_node >= 0 && f->worst_node < b.whole.n / 3 && f->worst_tet >= 0 &&
+        f->worst_tet < flesh_mesh_tet_count(b.mesh));
+  CHECK(b.own.state.t == f->t && f->t > 0 && f->t < 0.1);
+  const flesh_adaptive_options more = {.tolerance = 1e-6, .max_order = 2, .max_steps = 100000, .max_step = INFINITY,
+                                       .switch_threshold = 1};
+  CHECK_OK(flesh_integrator_set_adaptive(integrator, &more));
+  int asked = 0;
+  const double t = b.own.state.t;
+  flesh_integrator_set_stop(integrator, stop_at_third, &asked);
+  CHECK(flesh_integrator_step(integrator, &b.own.state, 0.1, NULL) == FLESH_ERR_INTERRUPTED);
+  CHECK(asked == 3 && b.own.state.t > t);
+  flesh_integrator_destroy(&integrator);
+  close_body(&b);
+}
+
+int main(int argc, char **argv)
+{
+  if (argc > 1)
+    return RUN_TESTS_ON_RANKS(argc, argv, TEST(errors_follow_the_tolerance), TEST(orders_are_those_of_one_rank),
+                              TEST(midpoint_keeps_both_momenta), TEST(adaptive_steps_keep_momenta_and_energy),
+                              TEST(slow_starts_and_violent_ones), TEST(failures_and_stops_are_everyones));
+  return RUN_TESTS_ON_RANKS(argc, argv, TEST(midpoint_keeps_both_momenta), TEST(adaptive_steps_keep_momenta_and_energy),
+                            TEST(slow_starts_and_violent_ones), TEST(failures_and_stops_are_everyones));
+}
