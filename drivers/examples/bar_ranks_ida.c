@@ -2,7 +2,8 @@
  *
  * A bar, held at one end, falls and swings under gravity: F(t, y, y') = 0 with y = (x, v) on vectors of N_VNew_Parallel.
  * A rank's part of them has the positions of its own nodes, then their velocities; flesh's callbacks fetch those of
- * ghosts. IDA chooses its steps by norms, which N_VNew_Parallel adds up over the ranks: so all take the same. Solved with
+ * ghosts. IDA chooses its steps by norms, which N_VNew_Parallel adds up over the ranks, so that all take the same.
+ * Solved with
  *   - flesh's matrix and linear solver, which eliminates the velocities,
  *   - SUNDIALS' GMRES, to which flesh gives products and the preconditioner, and no matrix.
  *
@@ -24,7 +25,7 @@
 #define SUN_COMM_NULL NULL
 #endif
 
-static void swing(const bar_ranks *b, SUNContext context, int without_matrix)
+static void swing(const bar_ranks *b, SUNContext context, const char *way, int without_matrix)
 {
   /* 1. Flesh's side of F, as on one rank. */
   flesh_solver_options options;
@@ -70,8 +71,7 @@ static void swing(const bar_ranks *b, SUNContext context, int without_matrix)
     double t;
     TRY(IDASolve(ida, 0.25 * k, &t, y, yp, IDA_NORMAL) < 0);
     flesh_ida_get_state(problem, t, y, &state);
-    snprintf(when, sizeof when, "%s, t = %.2f s:", without_matrix ? "SUNLinSol_SPGMR, no matrix" : "flesh's matrix and solver",
-             t);
+    snprintf(when, sizeof when, "%s, t = %.2f s:", way, t);
     bar_ranks_print_tip(b, when, state.x);
   }
 
@@ -93,8 +93,8 @@ int main(int argc, char **argv)
   MPI_Init(&argc, &argv);
   bar_ranks_begin(&b, 1, 2);
   TRY(SUNContext_Create(SUN_COMM_NULL, &context));
-  swing(&b, context, 0);
-  swing(&b, context, 1);
+  swing(&b, context, "flesh's matrix and solver", 0);
+  swing(&b, context, "SUNLinSol_SPGMR, no matrix", 1);
   SUNContext_Free(&context);
   bar_ranks_end(&b);
   MPI_Finalize();

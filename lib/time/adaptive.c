@@ -7,11 +7,9 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "time/adaptive_energy.h"
+#include "time/adaptive_parts.h"
 #include "time/method.h"
-#include "time/recovery/recovery.h"
 #include "sundials/compatibility.h"
-#include "sundials/ida_problem.h"
 #include "sundials/vector.h"
 #include "system/ranks.h"
 
@@ -19,28 +17,6 @@ enum { CLONES = 24 }; /* as many as IDAInit takes, or more */
 
 /* No stages of their own. */
 const flesh_method_row flesh_method_adaptive = {0}, flesh_method_euler_then_adaptive = {0};
-
-struct flesh_adaptive {
-  const flesh_system *system;
-  const flesh_team *team; /* the system's; NULL: none */
-  flesh_adaptive_options options;
-  flesh_ida_problem *problem;
-  int n;
-  SUNContext context;
-  void *ida;
-  SUNMatrix matrix;
-  SUNLinearSolver solver;
-  N_Vector y, yp, atol, errors;
-  /* What IDA's memory belongs to: the state given back last, at t with a step of h. */
-  int running;
-  double t, h, *returned; /* [2*n] */
-  double t_internal;      /* IDA's own time, at or beyond t */
-  long rejected, unconverged, newton; /* IDA's counts that are in the statistics already */
-  int (*stop)(void *data);
-  void *stop_data;
-  flesh_adaptive_energy energy;
-  flesh_failure failure;
-};
 
 static int make_sundials(flesh_adaptive *self)
 {
@@ -260,90 +236,6 @@ static void add_problem_stats(flesh_adaptive *self, flesh_solve_stats *stats)
   memset(own, 0, sizeof *own);
 }
 
-/* Node with the largest weighted local error (or Newton correction) of the last attempt; on ranks its number in the
- * whole, of several the last. */
-static int worst_node(flesh_adaptive *self)
-{
-  if (IDAGetEstLocalErrors(self->ida, self->errors)) return -1;
-  const double *errors = N_VGetArrayPointer(self->errors), *atol = N_VGetArrayPointer(self->atol);
-  int worst = 0;
-  double largest = -1;
-  for (int d = 0; d < 2 * self->n; d++) {
-    double share = fabs(errors[d]) / atol[d];
-    if (share > largest) largest = share, worst = d % self->n;
-  }
-  if (!self->team) return worst / 3;
-  double most = largest, node;
-  flesh_team_largest(self->team, 1, &most);
-  node = largest == most ? self->team->numbers[worst / 3] : -1;
-  flesh_team_largest(self->team, 1, &node);
-  return (int)node;
-}
-
-static void record_failure(flesh_adaptive *self, double t, const double *x, int status)
-{
-  flesh_failure *f = &self->failure;
-  *f = (flesh_failure){.status = status, .t = t, .worst_node = -1};
-  if (self->running) {
-    IDAGetCurrentStep(self->ida, &f->h);
-    IDAGetCurrentOrder(self->ida, &f->order);
-    f->worst_node = worst_node(self);
-  }
-  flesh_failure_look(flesh_system_mesh(self->system), x, f);
-  flesh_failure_meet(self->team, f);
-}
-
-/* Records what is known of a failure at t with the body at x. */
-static int fail(flesh_adaptive *self, double t, const double *x, int status, const char *cause)
-{
-  const flesh_failure *f = &self->failure;
-  char attempt[64] = "", node[48] = "";
-  record_failure(self, t, x, status);
-  if (self->running) {
-    snprintf(attempt, sizeof attempt, " with h = %.3g s and order %d", f->h, f->order);
-    snprintf(node, sizeof node, "largest error at node %d; ", f->worst_node);
-  }
-  self->running = 0;
-  return flesh_fail(FLESH_ERR_INTEGRATOR, "at t = %.9g s%s: %s; %ssmallest J = %.3g in tet %d at (%.4g, %.4g, %.4g)",
-                    f->t, attempt, cause, node, f->worst_J, f->worst_tet, f->worst_position[0],
-                    f->worst_position[1], f->worst_position[2]);
-}
-
-/* No start from the state. */
-static int fail_start(flesh_adaptive *self, const flesh_state *state, int status)
-{
-  char cause[160];
-  self->running = 0;
-  snprintf(cause, sizeof cause, "the motion cannot start: %s", flesh_status_text(status));
-  return fail(self, state->t, state->x, status, cause);
-}
-
-/* IDA's words for why it stopped, in ours. */
-static int fail_by_flag(flesh_adaptive *self, int flag)
-{
-  const double t = self->t_internal, *x = self->problem->x; /* of the last attempt */
-  switch (flag) {
-  case IDA_ERR_FAIL:
-    return fail(self, t, x, FLESH_NOT_CONVERGED, "the error test failed again and again down to this step");
-  case IDA_CONV_FAIL:
-  case IDA_LSOLVE_FAIL:
-  case IDA_LSETUP_FAIL:
-    return fail(self, t, x, FLESH_NOT_CONVERGED, "Newton's iterations failed again and again down to this step");
-  case IDA_REP_RES_ERR:
-  case IDA_FIRST_RES_FAIL:
-  case IDA_RES_FAIL:
-    return fail(self, t, x, self->problem->refused ? self->problem->refused : FLESH_NONFINITE,
-                "the residual had no value down to this step");
-  case IDA_MEM_FAIL:
-    return flesh_fail(FLESH_ERR_MEMORY, "IDA ran out of memory");
-  case IDA_ILL_INPUT:
-  case IDA_TOO_MUCH_ACC:
-    return fail(self, t, x, FLESH_NOT_CONVERGED, "the tolerance is below what rounding allows");
-  }
-  self->running = 0;
-  return flesh_fail(FLESH_ERR_SUNDIALS, "IDA stopped at t = %.9g s with its status %d", t, flag);
-}
-
 /* Shows the step with its state. The room for local errors serves, which are asked for only after failures. */
 static int show(flesh_adaptive *self, flesh_internal_step *step)
 {
@@ -363,10 +255,10 @@ static int advance(flesh_adaptive *self, double toward, flesh_solve_stats *stats
   int flag = IDASolve(self->ida, toward, &reached, self->y, self->yp, IDA_ONE_STEP);
   count(self, stats, &step);
   self->t_internal = reached;
-  if (flag < 0) return fail_by_flag(self, flag);
+  if (flag < 0) return flesh_adaptive_fail_by_flag(self, flag);
   *event = flag == IDA_TSTOP_RETURN;
   if (!(reached > before) && !*event)
-    return fail(self, before, self->problem->x, FLESH_NOT_CONVERGED, "the step is too short to change t");
+    return flesh_adaptive_fail(self, before, self->problem->x, FLESH_NOT_CONVERGED, "the step is too short to change t");
   flesh_ida_accept(self->problem, reached, N_VGetArrayPointer(self->y));
   flesh_adaptive_energy_count(&self->energy, reached, N_VGetArrayPointer(self->y));
   IDAGetLastStep(self->ida, &step.h);
@@ -386,7 +278,7 @@ static int watch_energy(flesh_adaptive *self, const flesh_state *state)
   int status = flesh_adaptive_energy_judge(&self->energy, state);
   if (status != FLESH_ERR_ENERGY) return status;
   self->running = 0;
-  record_failure(self, state->t, state->x, status);
+  flesh_adaptive_record_failure(self, state->t, state->x, status);
   return status;
 }
 
@@ -402,7 +294,7 @@ static int run_to(flesh_adaptive *self, flesh_state *state, double end, flesh_so
         char cause[96];
         snprintf(cause, sizeof cause, "max_steps = %d internal steps did not lead to %.9g s",
                  self->options.max_steps, end);
-        status = fail(self, self->t_internal, self->problem->x, FLESH_NOT_CONVERGED, cause);
+        status = flesh_adaptive_fail(self, self->t_internal, self->problem->x, FLESH_NOT_CONVERGED, cause);
         break;
       }
       status = advance(self, end, stats, &event);
@@ -417,7 +309,7 @@ static int run_to(flesh_adaptive *self, flesh_state *state, double end, flesh_so
       give_back(self, self->t_internal, state);
       if ((status = watch_energy(self, state))) break;
       status = start(self, state, end - state->t);
-      if (status > 0) status = fail_start(self, state, status);
+      if (status > 0) status = flesh_adaptive_fail_start(self, state, status);
       continue;
     }
     if (self->t_internal > end && IDAGetDky(self->ida, end, 0, self->y))
@@ -436,7 +328,7 @@ int flesh_adaptive_step(flesh_adaptive *self, flesh_state *state, double h, fles
   self->h = h;
   if (fresh) {
     status = start(self, state, h);
-    if (status > 0) status = fail_start(self, state, status);
+    if (status > 0) status = flesh_adaptive_fail_start(self, state, status);
   }
   if (!status) status = run_to(self, state, end, stats);
   add_problem_stats(self, stats);

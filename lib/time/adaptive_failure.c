@@ -1,0 +1,88 @@
+/* adaptive_failure.c: what is told of steps of IDA that fail. */
+#include <math.h>
+#include <stdio.h>
+
+#include "base/error.h"
+#include "sundials/compatibility.h"
+#include "time/adaptive_parts.h"
+
+/* Node with the largest weighted local error (or Newton correction) of the last attempt; on ranks its number in the
+ * whole, of several the last. */
+static int worst_node(struct flesh_adaptive *self)
+{
+  if (IDAGetEstLocalErrors(self->ida, self->errors)) return -1;
+  const double *errors = N_VGetArrayPointer(self->errors), *atol = N_VGetArrayPointer(self->atol);
+  int worst = 0;
+  double largest = -1;
+  for (int d = 0; d < 2 * self->n; d++) {
+    double share = fabs(errors[d]) / atol[d];
+    if (share > largest) largest = share, worst = d % self->n;
+  }
+  if (!self->team) return worst / 3;
+  double most = largest, node;
+  flesh_team_largest(self->team, 1, &most);
+  node = largest == most ? self->team->numbers[worst / 3] : -1;
+  flesh_team_largest(self->team, 1, &node);
+  return (int)node;
+}
+
+void flesh_adaptive_record_failure(struct flesh_adaptive *self, double t, const double *x, int status)
+{
+  flesh_failure *f = &self->failure;
+  *f = (flesh_failure){.status = status, .t = t, .worst_node = -1};
+  if (self->running) {
+    IDAGetCurrentStep(self->ida, &f->h);
+    IDAGetCurrentOrder(self->ida, &f->order);
+    f->worst_node = worst_node(self);
+  }
+  flesh_failure_look(flesh_system_mesh(self->system), x, f);
+  flesh_failure_meet(self->team, f);
+}
+
+int flesh_adaptive_fail(struct flesh_adaptive *self, double t, const double *x, int status, const char *cause)
+{
+  const flesh_failure *f = &self->failure;
+  char attempt[64] = "", node[48] = "";
+  flesh_adaptive_record_failure(self, t, x, status);
+  if (self->running) {
+    snprintf(attempt, sizeof attempt, " with h = %.3g s and order %d", f->h, f->order);
+    snprintf(node, sizeof node, "largest error at node %d; ", f->worst_node);
+  }
+  self->running = 0;
+  return flesh_fail(FLESH_ERR_INTEGRATOR, "at t = %.9g s%s: %s; %ssmallest J = %.3g in tet %d at (%.4g, %.4g, %.4g)",
+                    f->t, attempt, cause, node, f->worst_J, f->worst_tet, f->worst_position[0],
+                    f->worst_position[1], f->worst_position[2]);
+}
+
+int flesh_adaptive_fail_start(struct flesh_adaptive *self, const flesh_state *state, int status)
+{
+  char cause[160];
+  self->running = 0;
+  snprintf(cause, sizeof cause, "the motion cannot start: %s", flesh_status_text(status));
+  return flesh_adaptive_fail(self, state->t, state->x, status, cause);
+}
+
+int flesh_adaptive_fail_by_flag(struct flesh_adaptive *self, int flag)
+{
+  const double t = self->t_internal, *x = self->problem->x; /* of the last attempt */
+  switch (flag) {
+  case IDA_ERR_FAIL:
+    return flesh_adaptive_fail(self, t, x, FLESH_NOT_CONVERGED, "the error test failed again and again down to this step");
+  case IDA_CONV_FAIL:
+  case IDA_LSOLVE_FAIL:
+  case IDA_LSETUP_FAIL:
+    return flesh_adaptive_fail(self, t, x, FLESH_NOT_CONVERGED, "Newton's iterations failed again and again down to this step");
+  case IDA_REP_RES_ERR:
+  case IDA_FIRST_RES_FAIL:
+  case IDA_RES_FAIL:
+    return flesh_adaptive_fail(self, t, x, self->problem->refused ? self->problem->refused : FLESH_NONFINITE,
+                "the residual had no value down to this step");
+  case IDA_MEM_FAIL:
+    return flesh_fail(FLESH_ERR_MEMORY, "IDA ran out of memory");
+  case IDA_ILL_INPUT:
+  case IDA_TOO_MUCH_ACC:
+    return flesh_adaptive_fail(self, t, x, FLESH_NOT_CONVERGED, "the tolerance is below what rounding allows");
+  }
+  self->running = 0;
+  return flesh_fail(FLESH_ERR_SUNDIALS, "IDA stopped at t = %.9g s with its status %d", t, flag);
+}
