@@ -385,6 +385,7 @@ static void close_running(flesh_running *r)
   free(r->state.internal);
   free(r->own.x);
   free(r->own.v);
+  free(r->own.internal);
   free(r->J);
   free(r->path);
   flesh_run_trace_clear(&r->trace);

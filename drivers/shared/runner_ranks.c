@@ -3,6 +3,7 @@
 
 #include "base/error.h"
 #include "shared/running.h"
+#include "system/internal.h"
 
 int flesh_running_share(flesh_running *r)
 {
@@ -11,8 +12,10 @@ int flesh_running_share(flesh_running *r)
   const size_t tets = (size_t)flesh_mesh_tet_count(flesh_scene_mesh(r->scene));
   r->own.x = malloc(sizeof(double) * unknowns + 1);
   r->own.v = malloc(sizeof(double) * unknowns + 1);
+  r->own.internal_count = flesh_system_internal_count(flesh_scene_system(r->scene)); /* all ranks have all */
+  r->own.internal = calloc((size_t)r->own.internal_count + 1, sizeof(double));
   r->J = flesh_ranks_first(ranks) ? malloc(sizeof(double) * tets + 1) : NULL;
-  if (!r->own.x || !r->own.v || (flesh_ranks_first(ranks) && !r->J))
+  if (!r->own.x || !r->own.v || !r->own.internal || (flesh_ranks_first(ranks) && !r->J))
     return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   flesh_scene_share_start(ranks->share, &r->own);
   return FLESH_OK;
@@ -36,6 +39,7 @@ int flesh_running_observe_ranks(void *data, const flesh_step_record *record)
   if (!flesh_ranks_first(ranks)) return FLESH_OK;
   const flesh_mesh *mesh = flesh_scene_mesh(r->scene);
   flesh_step_record whole = *record;
+  for (int k = 0; k < r->own.internal_count; k++) r->state.internal[k] = r->own.internal[k];
   int tet, inverted;
   if (record->step) hold_unused(mesh, &r->state);
   flesh_mesh_jacobians(mesh, r->state.x, r->J, &tet, &inverted);

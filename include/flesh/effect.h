@@ -322,7 +322,8 @@ typedef struct flesh_effect_internal {
   void (*tell)(const flesh_effect *effect, const double *internal, size_t size, char *text);
 } flesh_effect_internal;
 
-/* For effects that ranks can share out (flesh/ranks.h) though they are no sum over tets: what acts on nodes or faces. */
+/* For effects that ranks can share out (flesh/ranks.h) though they are no sum over tets: what acts on nodes or faces. Of
+ * one with internal variables every rank has all of them, and updates them to the same bits. */
 struct flesh_rank_part;
 typedef struct flesh_effect_ranks {
   /* A new effect of the same kind on `body`, that of the part: what of `whole`, the effect on the whole body, is for
@@ -330,6 +331,10 @@ typedef struct flesh_effect_ranks {
    * than `whole`. Errors: FLESH_ERR_ARGUMENT where it cannot be shared out, FLESH_ERR_MEMORY. */
   int (*restrict_to_part)(const flesh_effect *whole, const struct flesh_rank_part *part, const flesh_body *body,
                           flesh_effect **restricted);
+  /* Cells of `whole` that tie nodes of several ranks together, which are then nodes of the part
+   * (flesh_rank_part_create_for): of each cell the rank that owns its first node has all nodes or, where *everywhere
+   * becomes 1, all ranks have. NULL, or count 0: the part's tets have all nodes that are needed. */
+  const flesh_cells *(*cells)(const flesh_effect *whole, int *everywhere);
   /* Numbers of the point that the effect needs as sums over all ranks: writes this rank's, sums [sum_count], at most
    * FLESH_RANK_SUMS; the sums then come as point->sums. NULL and 0: none. */
   int sum_count;

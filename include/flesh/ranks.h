@@ -19,6 +19,7 @@ extern "C" {
 
 typedef struct flesh_communicator flesh_communicator;
 typedef struct flesh_rank_part flesh_rank_part;
+struct flesh_system;
 
 /* What this rank has exchanged so far. */
 typedef struct flesh_communicator_figures {
@@ -51,6 +52,11 @@ FLESH_API int flesh_communicator_agree(flesh_communicator *communicator, int sta
  * is wanted and flesh is built without it. Further errors: FLESH_ERR_MEMORY. */
 FLESH_API int flesh_rank_part_create(flesh_communicator *communicator, const flesh_mesh *whole, const int *ranks,
                                      flesh_rank_part **rank_part);
+/* The same for the effects of a finished system on the whole, which is the same on all ranks and not needed
+ * afterwards: the part also has, as ghosts, nodes that its effects tie to those of the rank
+ * (flesh_effect_ranks.cells), as welds and joints do. Errors: those of flesh_rank_part_create. */
+FLESH_API int flesh_rank_part_create_for(flesh_communicator *communicator, const struct flesh_system *whole,
+                                         const int *ranks, flesh_rank_part **rank_part);
 /* NULL-safe; sets *rank_part to NULL. Not collective. */
 FLESH_API void flesh_rank_part_destroy(flesh_rank_part **rank_part);
 

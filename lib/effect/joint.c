@@ -26,6 +26,25 @@ static void joint_destroy(void *data)
   free(self);
 }
 
+static int joint_restrict(const flesh_effect *whole, const flesh_rank_part *part, const flesh_body *body,
+                          flesh_effect **restricted)
+{
+  const joint *from = whole->data;
+  joint *self = calloc(1, sizeof *self);
+  (void)body;
+  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a joint");
+  const int status = flesh_ties_restrict(&from->ties, part, 0, &self->ties);
+  if (!status) return flesh_effect_create(whole->operations, self, restricted);
+  joint_destroy(self);
+  return status;
+}
+
+static const flesh_cells *cells_of_ranks(const flesh_effect *whole, int *everywhere)
+{
+  (void)everywhere;
+  return flesh_tied_cells(whole);
+}
+
 static const flesh_effect_operations joint_operations = {
     .name = "joint",
     .traits = FLESH_IS_PASSIVE,
@@ -36,6 +55,7 @@ static const flesh_effect_operations joint_operations = {
     .energy = flesh_tied_energy,
     .destroy = joint_destroy,
     .figures = &(const flesh_effect_figures){.memory = joint_memory},
+    .ranks = &(const flesh_effect_ranks){.restrict_to_part = joint_restrict, .cells = cells_of_ranks},
 };
 
 static int check(const double point[3], const double axis[3], double stiffness)

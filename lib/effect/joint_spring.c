@@ -11,6 +11,7 @@
 #include "base/memory.h"
 #include "effect/carried_point.h"
 #include "flesh/effects.h"
+#include "flesh/ranks.h"
 #include "math/mat3.h"
 
 /* Of the length: nearer points have the curvature across of this distance, so that it stays finite. */
@@ -124,18 +125,6 @@ static int joint_spring_potential(const flesh_effect *effect, const flesh_point 
   return FLESH_OK;
 }
 
-static const flesh_effect_operations joint_spring_operations = {
-    .name = "joint",
-    .traits = FLESH_IS_PASSIVE,
-    .cells = joint_spring_cells,
-    .residual = joint_spring_residual,
-    .jacobian = joint_spring_jacobian,
-    .potential = joint_spring_potential,
-    .energy = joint_spring_energy,
-    .destroy = joint_spring_destroy,
-    .figures = &(const flesh_effect_figures){.memory = joint_spring_memory},
-};
-
 /* Nodes ascending, each once, with the sum of its weights. */
 static void sum_up(joint_spring *self)
 {
@@ -155,6 +144,51 @@ static void sum_up(joint_spring *self)
   }
   self->count = kept;
 }
+
+static int joint_spring_restrict(const flesh_effect *whole, const flesh_rank_part *part, const flesh_body *body,
+                                 flesh_effect **restricted)
+{
+  const joint_spring *from = whole->data;
+  const int first = flesh_rank_part_find(part, from->nodes[0]), here = first >= 0 && first < flesh_rank_part_own(part);
+  const size_t count = here ? (size_t)from->count : 0;
+  joint_spring *self = flesh_calloc(1, sizeof *self);
+  (void)body;
+  if (self) {
+    *self = (joint_spring){.count = (int)count, .stiffness = here ? from->stiffness : 0, .length = from->length};
+    self->nodes = flesh_calloc(count + 1, sizeof *self->nodes); /* node 0 without a weight where there is none */
+    self->weights = flesh_calloc(count + 1, sizeof *self->weights);
+  }
+  if (!self || !self->nodes || !self->weights) {
+    joint_spring_destroy(self);
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for a spring of %d nodes", from->count);
+  }
+  for (size_t k = 0; k < count; k++) {
+    self->nodes[k] = flesh_rank_part_find(part, from->nodes[k]);
+    self->weights[k] = from->weights[k];
+  }
+  sum_up(self);
+  self->cells = (flesh_cells){.count = here, .nodes_per_cell = here ? self->count : 1, .nodes = self->nodes};
+  return flesh_effect_create(whole->operations, self, restricted);
+}
+
+static const flesh_cells *cells_of_ranks(const flesh_effect *whole, int *everywhere)
+{
+  (void)everywhere;
+  return joint_spring_cells(whole);
+}
+
+static const flesh_effect_operations joint_spring_operations = {
+    .name = "joint",
+    .traits = FLESH_IS_PASSIVE,
+    .cells = joint_spring_cells,
+    .residual = joint_spring_residual,
+    .jacobian = joint_spring_jacobian,
+    .potential = joint_spring_potential,
+    .energy = joint_spring_energy,
+    .destroy = joint_spring_destroy,
+    .figures = &(const flesh_effect_figures){.memory = joint_spring_memory},
+    .ranks = &(const flesh_effect_ranks){.restrict_to_part = joint_spring_restrict, .cells = cells_of_ranks},
+};
 
 static int attach(joint_spring *self, const flesh_body *body, int first_count, const double first_point[3],
                   const double second_point[3])

@@ -89,18 +89,52 @@ static int sum_up_groups(flesh_ties *ties)
   return kept;
 }
 
-int flesh_ties_finish(flesh_ties *ties)
+static int make_cells(flesh_ties *ties)
 {
-  const int kept = ties->failed ? 0 : sum_up_groups(ties);
-  ties->count = kept;
-  int *nodes = malloc(((size_t)kept + 1) * 2 * sizeof *nodes);
+  int *nodes = malloc(((size_t)ties->count + 1) * 2 * sizeof *nodes);
   if (!nodes || ties->failed) {
     free(nodes);
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for a weld or joint of %d pairs of nodes", ties->count);
   }
-  for (int k = 0; k < 2 * kept; k++) nodes[k] = ties->pairs[k / 2].node[k % 2];
-  ties->cells = (flesh_cells){.count = kept, .nodes_per_cell = 2, .nodes = nodes};
+  for (int k = 0; k < 2 * ties->count; k++) nodes[k] = ties->pairs[k / 2].node[k % 2];
+  ties->cells = (flesh_cells){.count = ties->count, .nodes_per_cell = 2, .nodes = nodes};
   return FLESH_OK;
+}
+
+int flesh_ties_finish(flesh_ties *ties)
+{
+  ties->count = ties->failed ? 0 : sum_up_groups(ties);
+  return make_cells(ties);
+}
+
+/* Adds the pairs from begin to end where the rank owns the first node of each or, at `together`, of the first. They keep
+ * their order, so that sums have the same bits on all ranks. */
+static void take_pairs(const flesh_ties *whole, const flesh_rank_part *part, int begin, int end, int all, int together,
+                       flesh_ties *ties)
+{
+  const int own = flesh_rank_part_own(part);
+  for (int k = begin; k < end; k++) {
+    const flesh_tie_pair *pair = &whole->pairs[k];
+    const int first = flesh_rank_part_find(part, whole->pairs[together ? begin : k].node[0]);
+    if (!all && (first < 0 || first >= own)) continue;
+    const int a = flesh_rank_part_find(part, pair->node[0]), b = flesh_rank_part_find(part, pair->node[1]);
+    ties->pairs[ties->count++] = (flesh_tie_pair){{a < b ? a : b, a < b ? b : a}, pair->stiffness};
+  }
+}
+
+int flesh_ties_restrict(const flesh_ties *whole, const flesh_rank_part *part, int all, flesh_ties *ties)
+{
+  *ties = (flesh_ties){.room = whole->count, .groups = whole->groups, .group_room = whole->groups + 1};
+  ties->pairs = malloc(((size_t)whole->count + 1) * sizeof *ties->pairs);
+  ties->group_start = whole->groups ? malloc(((size_t)whole->groups + 1) * sizeof *ties->group_start) : NULL;
+  ties->failed = !ties->pairs || (whole->groups && !ties->group_start);
+  if (!ties->failed && !whole->groups) take_pairs(whole, part, 0, whole->count, all, 0, ties);
+  for (int g = 0; g < whole->groups && !ties->failed; g++) {
+    ties->group_start[g] = ties->count;
+    take_pairs(whole, part, whole->group_start[g], whole->group_start[g + 1], all, 1, ties);
+    ties->group_start[g + 1] = ties->count;
+  }
+  return make_cells(ties);
 }
 
 void flesh_ties_clear(flesh_ties *ties)

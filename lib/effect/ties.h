@@ -10,6 +10,7 @@
 #include <stddef.h>
 
 #include "flesh/effect.h"
+#include "flesh/ranks.h"
 
 typedef struct flesh_tie_pair {
   int node[2]; /* ascending */
@@ -32,6 +33,10 @@ void flesh_ties_begin_group(flesh_ties *ties);
 /* Sums up equal pairs, of groups within each. FLESH_ERR_MEMORY. */
 int flesh_ties_finish(flesh_ties *ties);
 void flesh_ties_clear(flesh_ties *ties);
+/* Finished ties on a rank's part, which has their nodes, in its numbers: of pairs or, where there are groups, of groups
+ * those whose first node the rank owns, which it computes; or `all`. The other groups become empty. FLESH_ERR_MEMORY. To
+ * be cleared also when it fails. */
+int flesh_ties_restrict(const flesh_ties *whole, const flesh_rank_part *part, int all, flesh_ties *ties);
 /* Of a group's pairs at x, J. */
 double flesh_ties_group_energy(const flesh_ties *ties, int group, const double *x);
 size_t flesh_ties_memory(const flesh_ties *ties);

@@ -35,12 +35,14 @@ typedef struct weld {
   flesh_ties ties; /* first: flesh_tied_ */
   double area, stiffness; /* m^2, Pa/m */
   flesh_weld_breaks breaks; /* limit 0: it does not */
+  flesh_ties all; /* on a rank's part, where it breaks: of all ranks */
+  flesh_cells places; /* every node of `breaks` by itself */
 } weld;
 
 static size_t weld_memory(const flesh_effect *effect)
 {
   const weld *self = effect->data;
-  return sizeof *self + flesh_ties_memory(&self->ties) + flesh_weld_breaks_memory(&self->breaks);
+  return sizeof *self + flesh_ties_memory(&self->ties) + flesh_ties_memory(&self->all) + flesh_weld_breaks_memory(&self->breaks);
 }
 
 static void weld_destroy(void *data)
@@ -48,10 +50,40 @@ static void weld_destroy(void *data)
   weld *self = data;
   if (self) {
     flesh_ties_clear(&self->ties);
+    flesh_ties_clear(&self->all);
     flesh_weld_breaks_clear(&self->breaks);
   }
   free(self);
 }
+
+/* A rank computes the ties, or the parts, whose first node it owns. Where they break every rank finds out which, by the
+ * places of all nodes. */
+static int weld_restrict(const flesh_effect *whole, const flesh_rank_part *part, const flesh_body *body,
+                         flesh_effect **restricted)
+{
+  const weld *from = whole->data;
+  const int breaks = from->breaks.limit > 0;
+  weld *self = calloc(1, sizeof *self);
+  (void)body;
+  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a weld");
+  self->area = from->area;
+  self->stiffness = from->stiffness;
+  int status = flesh_ties_restrict(&from->ties, part, 0, &self->ties);
+  if (!status && breaks) status = flesh_ties_restrict(&from->ties, part, 1, &self->all);
+  if (!status && breaks) status = flesh_weld_breaks_restrict(&from->breaks, part, &self->breaks);
+  if (!status) return flesh_effect_create(whole->operations, self, restricted);
+  weld_destroy(self);
+  return status;
+}
+
+static const flesh_cells *weld_cells(const flesh_effect *whole, int *everywhere)
+{
+  const weld *self = whole->data;
+  *everywhere = self->breaks.limit > 0;
+  return *everywhere ? &self->places : &self->ties.cells;
+}
+
+static const flesh_effect_ranks weld_ranks = {.restrict_to_part = weld_restrict, .cells = weld_cells};
 
 static const flesh_effect_operations weld_operations = {
     .name = "weld",
@@ -63,6 +95,7 @@ static const flesh_effect_operations weld_operations = {
     .energy = flesh_tied_energy,
     .destroy = weld_destroy,
     .figures = &(const flesh_effect_figures){.memory = weld_memory},
+    .ranks = &weld_ranks,
 };
 
 static int variables(const flesh_effect *effect)
@@ -74,7 +107,8 @@ static int variables(const flesh_effect *effect)
 static int update(const flesh_effect *effect, const flesh_point *point, double *internal, int *changed)
 {
   const weld *self = effect->data;
-  if (flesh_weld_breaks_update(&self->breaks, &self->ties, point->t, point->x, internal)) *changed = 1;
+  const flesh_ties *all = self->all.groups ? &self->all : &self->ties;
+  if (flesh_weld_breaks_update(&self->breaks, all, point->t, point->x, internal)) *changed = 1;
   return FLESH_OK;
 }
 
@@ -103,6 +137,7 @@ static const flesh_effect_operations breaking_operations = {
     .destroy = weld_destroy,
     .figures = &(const flesh_effect_figures){.memory = weld_memory, .report_names = report_names, .report = report},
     .internal = &(const flesh_effect_internal){.count = variables, .update = update, .tell = tell},
+    .ranks = &weld_ranks,
 };
 
 /* The nodes' weights of a point in a tet, or continued from it: of ten nodes x(L) = P is solved by steps of the corners'
@@ -264,6 +299,7 @@ static int make(making *m, const int count[2], const int *const triangles[2])
   if (!status) status = flesh_ties_finish(&m->self->ties);
   if (!status) status = flesh_weld_breaks_finish(&m->self->breaks);
   m->self->breaks.stiffness = m->self->stiffness;
+  m->self->places = (flesh_cells){.count = m->self->breaks.entries, .nodes_per_cell = 1, .nodes = m->self->breaks.nodes};
   free(boxes);
   for (int s = 0; s < 2; s++) free(m->side[s].numbers);
   flesh_faces_clear(&m->faces);

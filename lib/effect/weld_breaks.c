@@ -76,6 +76,27 @@ int flesh_weld_breaks_finish(const flesh_weld_breaks *self)
   return self->failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for the %d parts of a weld", self->count) : FLESH_OK;
 }
 
+int flesh_weld_breaks_restrict(const flesh_weld_breaks *whole, const flesh_rank_part *part, flesh_weld_breaks *self)
+{
+  const size_t parts = (size_t)whole->count + 1, entries = (size_t)whole->entries + 1;
+  *self = *whole;
+  self->room = (int)parts;
+  self->entry_room = (int)entries;
+  self->parts = malloc(parts * sizeof *self->parts);
+  self->nodes = malloc(entries * sizeof *self->nodes);
+  self->weights = malloc(entries * sizeof *self->weights);
+  self->failed = !self->parts || !self->nodes || !self->weights;
+  if (self->failed) return flesh_weld_breaks_finish(self);
+  if (whole->count) memcpy(self->parts, whole->parts, parts * sizeof *self->parts);
+  for (int k = 0; k < whole->entries; k++) {
+    self->nodes[k] = flesh_rank_part_find(part, whole->nodes[k]);
+    self->weights[k] = whole->weights[k];
+  }
+  for (int k = 0; k < 3 * whole->count; k++)
+    self->parts[k / 3].triangle[k % 3] = flesh_rank_part_find(part, whole->parts[k / 3].triangle[k % 3]);
+  return FLESH_OK;
+}
+
 void flesh_weld_breaks_clear(flesh_weld_breaks *self)
 {
   free(self->parts);

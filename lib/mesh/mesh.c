@@ -225,6 +225,12 @@ const int *flesh_mesh_regions(const flesh_mesh *mesh) { return mesh->regions; }
 const double *flesh_mesh_tet_volumes(const flesh_mesh *mesh) { return mesh->volumes; }
 const uint8_t *flesh_mesh_node_used(const flesh_mesh *mesh) { return mesh->node_used; }
 
+void flesh_mesh_use_node(flesh_mesh *mesh, int node)
+{
+  mesh->unused_nodes -= !mesh->node_used[node];
+  mesh->node_used[node] = 1;
+}
+
 const int *flesh_mesh_surface_tets(const flesh_mesh *mesh) { return mesh->surface_tets; }
 
 const int *flesh_mesh_surface(const flesh_mesh *mesh, int *count)

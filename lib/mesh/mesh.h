@@ -67,6 +67,9 @@ void flesh_mesh_flip_edge_nodes(int edge_nodes[6]);
  * the Jacobian is not positive all over a tet. */
 int flesh_mesh_find_jacobians(flesh_mesh *mesh, const flesh_mesh_origin *origin);
 
+/* A node that other ranks' tets have counts as used. */
+void flesh_mesh_use_node(flesh_mesh *mesh, int node);
+
 /* Fills mesh->curved. */
 void flesh_mesh_find_curved(flesh_mesh *mesh);
 

@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "mesh/mesh.h"
 #include "parallel/halo.h"
 #include "parallel/partition.h"
 #include "parallel/reach.h"
@@ -38,11 +39,13 @@ enum { LAYERS = 1 };
 /* Who has which node of the whole, and who reaches it. */
 typedef struct search {
   const int *part;
-  int rank;
+  int rank, tie_count;
+  const flesh_rank_tie *ties;
+  int *owner; /* [nodes of the whole] -1: no tet has the node */
   flesh_reach have, reach;
 } search;
 
-static int owner_of(const search *s, int node) { return s->have.ranks[s->have.first[node]]; }
+static int owner_of(const search *s, int node) { return s->owner[node]; }
 
 static int is_mine(const search *s, int node) { return flesh_reach_has(&s->have, node, s->rank); }
 
@@ -51,7 +54,7 @@ static int list_nodes(flesh_rank_part *self, const search *s)
 {
   flesh_team *team = &self->team;
   for (int i = 0; i < self->whole_nodes; i++) {
-    if (s->have.first[i] == s->have.first[i + 1]) continue;
+    if (owner_of(s, i) < 0) continue;
     team->all++;
     team->reached += flesh_reach_has(&s->reach, i, s->rank);
     team->nodes += is_mine(s, i);
@@ -110,6 +113,7 @@ static int make_mesh(flesh_rank_part *self, const flesh_mesh *whole)
   if (status) flesh_fail(status, "no memory for a mesh of %d tets", self->tet_count);
   else status = (order == 2 ? flesh_mesh_create_quadratic : flesh_mesh_create)(
       (int)nodes, positions, (int)tets, tet_nodes, regions, &self->mesh);
+  for (int i = 0; !status && i < (int)nodes; i++) flesh_mesh_use_node(self->mesh, i); /* ghosts by ties */
   flesh_free(positions);
   flesh_free(tet_nodes);
   flesh_free(regions);
@@ -122,10 +126,10 @@ static int make_halo(flesh_rank_part *self, const search *s, const flesh_reach *
   const flesh_reach *have = &s->have;
   flesh_shared_nodes shared = {0};
   for (int i = 0; i < self->team.reached; i++) {
-    const int node = self->nodes[i], first = have->first[node], end = owners ? first + 1 : have->first[node + 1];
-    int gives = 0;
-    for (int k = first; k < end; k++) gives |= have->ranks[k] == s->rank;
-    for (int k = first; k < end && flesh_reach_has(take, node, s->rank); k++)
+    const int node = self->nodes[i], owner = owner_of(s, node);
+    const int gives = owners ? owner == s->rank : is_mine(s, node), takes = flesh_reach_has(take, node, s->rank);
+    if (owners && takes && !gives) flesh_shared_nodes_add(&shared, owner, 1, node, i);
+    for (int k = have->first[node]; k < have->first[node + 1] && takes && !owners; k++)
       if (have->ranks[k] != s->rank) flesh_shared_nodes_add(&shared, have->ranks[k], 1, node, i);
     for (int k = take->first[node]; k < take->first[node + 1] && gives; k++)
       if (take->ranks[k] != s->rank) flesh_shared_nodes_add(&shared, take->ranks[k], 0, node, i);
@@ -135,11 +139,27 @@ static int make_halo(flesh_rank_part *self, const search *s, const flesh_reach *
   return status;
 }
 
-static int build(flesh_rank_part *self, const flesh_mesh *whole, search *s)
+/* A node's owner is the first of the ranks whose tets have it. Then the ranks that get nodes by ties. */
+static int find_ranks(const flesh_rank_part *self, const flesh_mesh *whole, search *s)
 {
   int status = flesh_reach_create(whole, s->part, &s->have);
   if (!status) status = flesh_reach_create(whole, s->part, &s->reach);
   for (int k = 0; k < LAYERS && !status; k++) status = flesh_reach_grow(whole, &s->reach);
+  s->owner = flesh_malloc(((size_t)self->whole_nodes + 1) * sizeof *s->owner);
+  if (status || !s->owner) return FLESH_ERR_MEMORY;
+  for (int i = 0; i < self->whole_nodes; i++)
+    s->owner[i] = s->have.first[i] < s->have.first[i + 1] ? s->have.ranks[s->have.first[i]] : -1;
+  const int all = flesh_communicator_size(self->communicator);
+  for (int k = 0; k < s->tie_count && !status; k++)
+    status = flesh_reach_add_cells(&s->have, s->ties[k].count, s->ties[k].nodes_per_cell, s->ties[k].nodes, s->owner,
+                                   s->ties[k].everywhere ? all : 0);
+  if (!status && s->tie_count) status = flesh_reach_add(&s->reach, &s->have);
+  return status;
+}
+
+static int build(flesh_rank_part *self, const flesh_mesh *whole, search *s)
+{
+  int status = find_ranks(self, whole, s);
   if (!status) status = list_tets(self, whole, s);
   if (!status) status = list_nodes(self, s);
   if (!status) status = make_mesh(self, whole);
@@ -190,11 +210,11 @@ static const flesh_team_operations team_operations = {
     .sum = team_sum, .largest = team_largest, .agree = team_agree, .share = team_share, .collect = team_collect,
     .exchange = team_exchange};
 
-static int create(flesh_communicator *communicator, const flesh_mesh *whole, const int *part,
-                  flesh_rank_part **rank_part)
+static int create(flesh_communicator *communicator, const flesh_mesh *whole, const int *part, int ties,
+                  const flesh_rank_tie *tie, flesh_rank_part **rank_part)
 {
   flesh_rank_part *self = *rank_part = flesh_calloc(1, sizeof *self);
-  search s = {.part = part, .rank = flesh_communicator_rank(communicator)};
+  search s = {.part = part, .rank = flesh_communicator_rank(communicator), .tie_count = ties, .ties = tie};
   int status = FLESH_ERR_MEMORY;
   if (self) {
     *self = (flesh_rank_part){.communicator = communicator, .whole_nodes = flesh_mesh_node_count(whole),
@@ -202,6 +222,7 @@ static int create(flesh_communicator *communicator, const flesh_mesh *whole, con
     status = build(self, whole, &s);
   }
   if (status == FLESH_ERR_MEMORY) flesh_fail(status, "no memory for the part of a rank");
+  flesh_free(s.owner);
   flesh_reach_clear(&s.have);
   flesh_reach_clear(&s.reach);
   status = flesh_communicator_agree(communicator, status);
@@ -222,16 +243,22 @@ static int cut(flesh_communicator *communicator, const flesh_mesh *whole, int **
   return status;
 }
 
+int flesh_rank_part_create_tied(flesh_communicator *communicator, const flesh_mesh *whole, const int *ranks, int count,
+                                const flesh_rank_tie *ties, flesh_rank_part **rank_part)
+{
+  int *made = NULL, status = ranks ? FLESH_OK : cut(communicator, whole, &made);
+  if (!status) status = create(communicator, whole, ranks ? ranks : made, count, ties, rank_part);
+  flesh_free(made);
+  return status;
+}
+
 int flesh_rank_part_create(flesh_communicator *communicator, const flesh_mesh *whole, const int *ranks,
                            flesh_rank_part **rank_part)
 {
   FLESH_NEED({rank_part, "rank_part"});
   *rank_part = NULL;
   FLESH_NEED({communicator, "communicator"}, {whole, "whole"});
-  int *made = NULL, status = ranks ? FLESH_OK : cut(communicator, whole, &made);
-  if (!status) status = create(communicator, whole, ranks ? ranks : made, rank_part);
-  flesh_free(made);
-  return status;
+  return flesh_rank_part_create_tied(communicator, whole, ranks, 0, NULL, rank_part);
 }
 
 void flesh_rank_part_destroy(flesh_rank_part **rank_part)

@@ -107,6 +107,12 @@ int flesh_reach_has(const flesh_reach *self, int node, int rank)
   return 0;
 }
 
+static void add_all(pairs *self, const flesh_reach *reach)
+{
+  for (int i = 0; i < reach->nodes; i++)
+    for (int k = reach->first[i]; k < reach->first[i + 1]; k++) add(self, i, reach->ranks[k]);
+}
+
 typedef struct growth {
   const flesh_reach *reach;
   pairs pairs;
@@ -126,10 +132,30 @@ static void spread(void *data, int tet, int count, const int *nodes)
 int flesh_reach_grow(const flesh_mesh *whole, flesh_reach *self)
 {
   growth g = {.reach = self, .pairs = {.failed = 0}};
-  for (int i = 0; i < self->nodes; i++)
-    for (int k = self->first[i]; k < self->first[i + 1]; k++) add(&g.pairs, i, self->ranks[k]);
+  add_all(&g.pairs, self);
   flesh_reach_for_tets(whole, spread, &g);
   return make(&g.pairs, self->nodes, self);
+}
+
+int flesh_reach_add_cells(flesh_reach *self, int count, int width, const int *cells, const int *owner, int everywhere)
+{
+  pairs all = {.failed = 0};
+  add_all(&all, self);
+  for (int c = 0; c < count; c++) {
+    const int *nodes = cells + (size_t)c * (size_t)width, computes = owner[nodes[0]];
+    for (int a = 0; a < width; a++)
+      for (int rank = everywhere ? 0 : computes; rank < (everywhere ? everywhere : computes + 1); rank++)
+        if (rank >= 0 && owner[nodes[a]] >= 0 && !flesh_reach_has(self, nodes[a], rank)) add(&all, nodes[a], rank);
+  }
+  return make(&all, self->nodes, self);
+}
+
+int flesh_reach_add(flesh_reach *self, const flesh_reach *other)
+{
+  pairs all = {.failed = 0};
+  add_all(&all, self);
+  add_all(&all, other);
+  return make(&all, self->nodes, self);
 }
 
 void flesh_reach_clear(flesh_reach *self)

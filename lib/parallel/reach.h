@@ -15,6 +15,11 @@ typedef struct flesh_reach {
 int flesh_reach_create(const flesh_mesh *whole, const int *part, flesh_reach *reach);
 /* One layer more: every rank of a tet's nodes reaches all of the tet's nodes. The same errors; `reach` is kept then. */
 int flesh_reach_grow(const flesh_mesh *whole, flesh_reach *reach);
+/* Also of the nodes of cells [count*width]: of each cell the rank that owns its first node or, where `everywhere` is
+ * not 0, the ranks below that. owner [nodes]: -1 where no tet has the node, which is passed over. The same errors. */
+int flesh_reach_add_cells(flesh_reach *reach, int count, int width, const int *cells, const int *owner, int everywhere);
+/* Also what `other` has. The same errors. */
+int flesh_reach_add(flesh_reach *reach, const flesh_reach *other);
 void flesh_reach_clear(flesh_reach *reach);
 
 /* Whether `rank` is one of the node's. */

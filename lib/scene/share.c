@@ -106,7 +106,7 @@ int flesh_scene_share_create(const flesh_scene *scene, flesh_communicator *commu
   status = flesh_communicator_agree(communicator, status);
   if (!status) {
     self->scene = scene;
-    status = flesh_rank_part_create(communicator, scene->mesh, NULL, &self->part);
+    status = flesh_rank_part_create_for(communicator, scene->system, NULL, &self->part);
   }
   if (!status) status = flesh_communicator_agree(communicator, build(self));
   if (status) flesh_scene_share_destroy(share);
@@ -134,6 +134,7 @@ void flesh_scene_share_start(const flesh_scene_share *self, flesh_state *state)
   const flesh_state *whole = &self->scene->start;
   const int *nodes = flesh_rank_part_nodes(self->part);
   state->t = whole->t;
+  for (int k = 0; k < state->internal_count; k++) state->internal[k] = whole->internal[k];
   for (size_t i = 0; i < (size_t)flesh_mesh_node_count(self->body.mesh); i++) {
     memcpy(state->x + 3 * i, whole->x + 3 * (size_t)nodes[i], 3 * sizeof *state->x);
     memcpy(state->v + 3 * i, whole->v + 3 * (size_t)nodes[i], 3 * sizeof *state->v);

@@ -34,7 +34,7 @@ int flesh_system_update_internal(const flesh_system *system, const flesh_point *
       status = flesh_fail(FLESH_ERR_NONFINITE, "the internal variables of effect %s have no value at t = %g s",
                           effect->operations->name, point->t);
   }
-  return status;
+  return flesh_team_agree(system->team, status);
 }
 
 int flesh_system_internal_energies(const flesh_system *system, const flesh_point *point, double *energies, double *sum)
@@ -47,6 +47,8 @@ int flesh_system_internal_energies(const flesh_system *system, const flesh_point
     const flesh_point full = point_of(system, k, point);
     energies[k] = 0;
     status = effect->operations->energy(effect, &full, &energies[k]);
+    status = flesh_team_agree(system->team, status);
+    if (!status) flesh_team_sum(system->team, 1, &energies[k]);
     *sum += energies[k];
   }
   return status;

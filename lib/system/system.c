@@ -317,7 +317,8 @@ const flesh_team *flesh_system_team(const flesh_system *system) { return system-
 int flesh_system_check_shared(const flesh_effect *effect)
 {
   const int shared = flesh_effect_has_trait(effect, FLESH_IS_SUM_OVER_TETS) || effect->operations->ranks;
-  if (shared && !effect->operations->constraints && !effect->operations->internal) return FLESH_OK;
+  const int keeps_tets = effect->operations->internal && !effect->operations->ranks;
+  if (shared && !effect->operations->constraints && !keeps_tets) return FLESH_OK;
   return flesh_fail(FLESH_ERR_ARGUMENT, "effect %s is not shared out among ranks yet; run it on one rank",
                     effect->operations->name);
 }

@@ -62,6 +62,28 @@ import csv, sys
 assert max(int(float(row["contact_nodes"])) for row in csv.DictReader(open(sys.argv[1]))) >= 4
 END
 }
+welds() { agree 3 "$scenes/welded.yaml" --set time.end=0.1 --no-frames; }
+joints() { agree 5 "$scenes/hinged.yaml" --set time.end=0.1 --no-frames; }
+# Two cubes fly apart: what welds them breaks part by part, on the same steps.
+welds_that_break() {
+  "$flesh" mesh box --cells 3,3,2 --size 1,1,1 --out cube.msh >/dev/null || return 1
+  cat >torn.yaml <<'END'
+body: {name: left, mesh: cube.msh, density: 1000, material: {energy: S, young: 1e5, poisson: 0.4}}
+bodies:
+  - {name: right, mesh: cube.msh, translation: [1, 0, 0], density: 1000, material: {energy: S, young: 1e5, poisson: 0.4},
+     velocity: [0.5, 0, 1]}
+effects:
+  - inertia: {}
+  - weld: {bodies: [left, right], breaks_at: 30000}
+time: {method: midpoint, step: 1/100, end: 0.12}
+END
+  agree 3 torn.yaml --no-frames && python3 - shared/history.csv <<'END'
+import csv, sys
+rows = list(csv.DictReader(open(sys.argv[1])))
+broken = [float(row["weld_broken"]) for row in rows]
+assert len(set(broken)) >= 3 and broken[-1] > 0.2 and float(rows[-1]["weld_released"]) > 0, broken
+END
+}
 springs() { agree 2 "$scenes/hand_pull.yaml" --set time.end=0.05 --no-frames; }
 muscles() { agree 3 "$scenes/muscle_spindle.yaml" --set time.end=0.05 --no-frames; }
 fluids() { agree 5 "$scenes/floating.yaml" --set time.end=0.1 --no-frames; }
@@ -229,11 +251,12 @@ a_budget_ends_all() {
 }
 
 if [ -n "$quick" ]; then
-  run_tests several_bodies contact outputs more_ranks_than_there_is_work what_is_not_there_is_refused \
-    a_bad_scene_on_one_rank_ends_all a_signal_to_one_rank_ends_all a_signal_to_an_idle_rank_ends_all \
-    a_killed_rank_ends_all
+  run_tests several_bodies contact welds_that_break outputs more_ranks_than_there_is_work \
+    what_is_not_there_is_refused a_bad_scene_on_one_rank_ends_all a_signal_to_one_rank_ends_all \
+    a_signal_to_an_idle_rank_ends_all a_killed_rank_ends_all
 else
-  run_tests statics damping prescribed_motion several_bodies newmark adaptive ten_nodes contact springs muscles fluids \
+  run_tests statics damping prescribed_motion several_bodies newmark adaptive ten_nodes contact welds joints \
+    welds_that_break springs muscles fluids \
     a_moving_ball loads settling outputs a_state_goes_on_on_others more_ranks_than_there_is_work \
     what_is_not_there_is_refused a_bad_scene_on_one_rank_ends_all a_failed_step_is_that_of_one_rank \
     a_signal_to_one_rank_ends_all a_signal_to_an_idle_rank_ends_all a_killed_rank_ends_all a_budget_ends_all

@@ -34,6 +34,11 @@ static const char *const shared[] = {
     "contact: {plane: {point: [0, 0, -0.1], normal: [0.02, 0.01, 1]}, friction: 0.3, slip_speed: 1, thickness: 0.4, stiffness: 1e5}",
     "contact: {sphere: {centre: [0.5, 0.5, 1.6], radius: 0.5}, friction: 0.3, slip_speed: 1, thickness: 0.4, stiffness: 1e5}",
     "contact: {sphere: {centre: [0.4167, 0.4167, 1.07], radius: 0.1}, thickness: 0.1, stiffness: 1e5}",
+    "weld: {first: {box: [[-1, -1, 0.9], [2, 2, 2]]}, second: {box: [[-1, -1, -1], [2, 2, 0.1]]}, distance: 2}",
+    "weld: {first: {box: [[-1, -1, 0.9], [2, 2, 2]]}, second: {box: [[-1, -1, -1], [2, 2, 0.1]]}, distance: 2, breaks_at: 4000}",
+    "joint: {first: {box: [[-1, -1, 0.9], [2, 2, 2]]}, second: {box: [[-1, -1, -1], [2, 0.1, 2]]}, point: [0.5, 0, 1], stiffness: 1e4}",
+    "joint: {first: {box: [[-1, -1, 0.9], [2, 2, 2]]}, second: {box: [[-1, -1, -1], [2, 0.1, 2]]}, point: [0.5, 0, 1], axis: [0.2, 0, 0], stiffness: 1e4}",
+    "joint: {first: {box: [[-1, -1, 0.9], [2, 2, 2]]}, second: {box: [[-1, -1, -1], [2, 0.1, 2]]}, point: [0.5, 0.5, 1], to: [0.2, 0, 0.3], length: 0.7, stiffness: 1e4}",
 };
 enum { SHARED = sizeof shared / sizeof *shared };
 
@@ -45,6 +50,7 @@ typedef struct pair {
   const flesh_system *systems[2]; /* of the whole, of the part */
   int n[2];
   double *x[2], *v[2], *a[2], *x_lag[2], *v_lag[2];
+  double *internal; /* all ranks have the whole's */
   flesh_point points[2];
 } pair;
 
@@ -81,15 +87,21 @@ static int open_pair(const char *text, int order, pair *p)
   disturb(p, 9, NULL, 3, p->a);
   disturb(p, 0.02, X, 4, p->x_lag);
   disturb(p, 2, NULL, 5, p->v_lag);
+  const int variables = flesh_system_internal_count(p->systems[0]);
+  unsigned long long seed = 6;
+  CHECK(variables == flesh_system_internal_count(p->systems[1]));
+  p->internal = vector(variables);
+  for (int k = 0; k < variables; k++) p->internal[k] = test_uniform(&seed) < 0.3;
   for (int k = 0; k < 2; k++)
     p->points[k] = (flesh_point){.t = 0.01, .load = 1, .x = p->x[k], .v = p->v[k], .a = p->a[k], .x_lag = p->x_lag[k],
-                                 .v_lag = p->v_lag[k], .t_lag = 0};
+                                 .v_lag = p->v_lag[k], .t_lag = 0, .internal = p->internal};
   return FLESH_OK;
 }
 
 static void close_pair(pair *p)
 {
   for (int k = 0; k < 2; k++) free(p->x[k]), free(p->v[k]), free(p->a[k]), free(p->x_lag[k]), free(p->v_lag[k]);
+  free(p->internal);
   flesh_scene_share_destroy(&p->share);
   flesh_scene_destroy(&p->scene);
 }
@@ -164,6 +176,26 @@ static void check_steps(const pair *p)
   for (int k = 0; k < 2; k++) free(to[k]);
 }
 
+/* Every rank finds what one rank does, with the same bits. */
+static void check_internal(const pair *p)
+{
+  const int count = flesh_system_internal_count(p->systems[0]);
+  double *next[2] = {vector(count), vector(count)}, *most = vector(count);
+  int changed[2] = {0};
+  for (int k = 0; k < 2 && count; k++) {
+    memcpy(next[k], p->internal, (size_t)count * sizeof(double));
+    CHECK_OK(flesh_system_update_internal(p->systems[k], &p->points[k], next[k], &changed[k]));
+  }
+  CHECK(changed[0] == changed[1]);
+  for (int i = 0; i < count; i++) CHECK_NEAR(next[1][i], next[0][i], 1e-12 * fabs(next[0][i]));
+  for (int i = 0; i < count; i++) most[i] = next[1][i];
+  if (count) flesh_communicator_largest(ranks, count, most);
+  for (int i = 0; i < count; i++) CHECK(most[i] == next[1][i]);
+  if (count) CHECK(changed[0]);
+  for (int k = 0; k < 2; k++) free(next[k]);
+  free(most);
+}
+
 static void make_cube(int cells)
 {
   flesh_mesh *cube = NULL;
@@ -187,6 +219,7 @@ static void check_effects(int cells)
       check_sums(&p);
       check_products(&p);
       check_steps(&p);
+      check_internal(&p);
     }
     if (test_failures > before) printf("# order %d: %s\n", 1 + k % 2, p.text);
     close_pair(&p);
@@ -229,7 +262,6 @@ static void a_face_is_of_one_rank(void)
 static void what_cannot_be_shared_out_is_refused(void)
 {
   static const char *const refused[][2] = {
-      {"weld", "weld: {first: {box: [[-1, -1, 0.9], [2, 2, 2]]}, second: {box: [[-1, -1, -1], [2, 2, 0.1]]}, distance: 2}"},
       {"contact", "contact: {between: self}"},
       {"pressure", "pressure: {box: [[-1, -1, -1], [2, 2, 2]], pressure: 2000}"}, /* of ten nodes */
   };

@@ -26,8 +26,8 @@
  * flesh_kinsol_preconditioner_solve fscale, flesh_material_from_psi user, flesh_material_small_strain mu,
  * flesh_material_small_strain lambda, flesh_material_small_strain rest_stress, flesh_mesh_create regions,
  * flesh_mesh_create_quadratic regions, flesh_communicator_create mpi_comm, flesh_rank_part_create ranks,
- * flesh_history_close history, flesh_probes_close probes, flesh_frames_close frames, flesh_run steps, flesh_run_resume
- * steps, flesh_integrator_save data, flesh_ode_jacobian fy, flesh_ode_jacobian w1, flesh_ode_jacobian w2,
+ * flesh_rank_part_create_for ranks, flesh_history_close history, flesh_probes_close probes, flesh_frames_close frames,
+ * flesh_run steps, flesh_run_resume steps, flesh_integrator_save data, flesh_ode_jacobian fy, flesh_ode_jacobian w1, flesh_ode_jacobian w2,
  * flesh_ode_jacobian w3, flesh_ode_jacobian_times_setup fy, flesh_ode_jacobian_times y, flesh_ode_jacobian_times fy,
  * flesh_ode_jacobian_times tmp, flesh_ode_preconditioner_setup fy, flesh_ode_preconditioner_solve y,
  * flesh_ode_preconditioner_solve fy, flesh_scene_read overrides, flesh_scene_read_text overrides,
@@ -341,13 +341,14 @@ static void null_is_refused_by_bodies(void)
 
 static void null_is_refused_by_systems(void)
 {
-  REFUSES(flesh_communicator_create, communicator, (NULL, NULL));
-  REFUSES(flesh_communicator_agree, communicator, (NULL, 0));
+  REFUSES(flesh_communicator_create, communicator, (NULL, NULL)), REFUSES(flesh_communicator_agree, communicator, (NULL, 0));
   REFUSES(flesh_rank_part_create, communicator, (NULL, any, any, any));
   REFUSES(flesh_rank_part_create, whole, (any, NULL, any, any));
   REFUSES(flesh_rank_part_create, rank_part, (any, any, any, NULL));
-  REFUSES(flesh_rank_part_gather, rank_part, (NULL, any, any));
-  REFUSES(flesh_rank_part_gather, vector, (any, NULL, any));
+  REFUSES(flesh_rank_part_create_for, whole, (any, NULL, any, any)), REFUSES(flesh_system_finalize, system, (NULL));
+  REFUSES(flesh_rank_part_create_for, communicator, (NULL, any, any, any));
+  REFUSES(flesh_rank_part_create_for, rank_part, (any, any, any, NULL));
+  REFUSES(flesh_rank_part_gather, rank_part, (NULL, any, any)), REFUSES(flesh_rank_part_gather, vector, (any, NULL, any));
   REFUSES(flesh_rank_part_gather, whole, (any, any, NULL));
   REFUSES(flesh_system_set_part, system, (NULL, any)), REFUSES(flesh_system_set_part, rank_part, (any, NULL));
   REFUSES(flesh_system_create, mesh, (NULL, any)), REFUSES(flesh_system_create, system, (any, NULL));
@@ -356,7 +357,6 @@ static void null_is_refused_by_systems(void)
   REFUSES(flesh_system_add_prescribed_motion, system, (NULL, 1, any, 1, any, 1, 1));
   REFUSES(flesh_system_add_prescribed_motion, nodes, (any, 1, NULL, 1, any, 1, 1));
   REFUSES(flesh_system_add_prescribed_motion, motion, (any, 1, any, 1, NULL, 1, 1));
-  REFUSES(flesh_system_finalize, system, (NULL));
   REFUSES(flesh_system_constraint_gaps, system, (NULL, any, any, any));
   REFUSES(flesh_system_constraint_gaps, point, (any, NULL, any, any));
   REFUSES(flesh_system_constraint_gaps, gaps, (any, any, NULL, any));

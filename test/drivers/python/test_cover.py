@@ -33,8 +33,8 @@ for _kind in ("", "ida_", "ode_"):
         LEFT_OUT[f"flesh_{_kind}{_thing}_create"] = "an object for SUNDIALS in C"
 LEFT_OUT["flesh_ida_vector_create"] = "an object for SUNDIALS in C"
 for _name in ("communicator_create", "communicator_destroy", "communicator_rank", "communicator_size",
-              "communicator_exchanged", "communicator_agree", "rank_part_create", "rank_part_destroy", "rank_part_mesh",
-              "rank_part_own", "rank_part_neighbours", "rank_part_nodes", "rank_part_tets", "rank_part_find",
+              "communicator_exchanged", "communicator_agree", "rank_part_create", "rank_part_create_for", "rank_part_destroy",
+              "rank_part_mesh", "rank_part_own", "rank_part_neighbours", "rank_part_nodes", "rank_part_tets", "rank_part_find",
               "rank_part_gather", "system_set_part"):
     LEFT_OUT[f"flesh_{_name}"] = "for programs of MPI in C"
 
