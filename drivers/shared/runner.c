@@ -386,6 +386,7 @@ static void close_running(flesh_running *r)
   free(r->own.x);
   free(r->own.v);
   free(r->own.internal);
+  flesh_proximity_clear(&r->proximity);
   free(r->J);
   free(r->path);
   flesh_run_trace_clear(&r->trace);

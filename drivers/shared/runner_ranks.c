@@ -18,7 +18,7 @@ int flesh_running_share(flesh_running *r)
   if (!r->own.x || !r->own.v || !r->own.internal || (flesh_ranks_first(ranks) && !r->J))
     return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   flesh_scene_share_start(ranks->share, &r->own);
-  return FLESH_OK;
+  return flesh_ranks_first(ranks) ? flesh_proximity_create(flesh_scene_system(r->scene), NULL, &r->proximity) : FLESH_OK;
 }
 
 /* Nodes of no tet are of no rank; they are held at rest, as on one rank. */
@@ -40,13 +40,15 @@ int flesh_running_observe_ranks(void *data, const flesh_step_record *record)
   const flesh_mesh *mesh = flesh_scene_mesh(r->scene);
   flesh_step_record whole = *record;
   for (int k = 0; k < r->own.internal_count; k++) r->state.internal[k] = r->own.internal[k];
-  int tet, inverted;
+  int tet, inverted, changed;
   if (record->step) hold_unused(mesh, &r->state);
   flesh_mesh_jacobians(mesh, r->state.x, r->J, &tet, &inverted);
   whole.system = flesh_scene_system(r->scene);
   whole.state = &r->state;
   whole.J = r->J;
-  int status = FLESH_OK;
+  whole.proximity = &r->proximity;
+  int status = flesh_proximity_follow(&r->proximity, record->step > 0, r->state.t, r->state.x, &changed);
+  if (status > 0) status = FLESH_OK; /* what is written says where a place is not finite */
   for (int o = 0; o < r->observer_count && status >= 0; o++)
     status = r->observers[o].observe(r->observers[o].data, &whole);
   return status;

@@ -9,6 +9,7 @@
 #include "shared/checkpoint.h"
 #include "shared/runner_options.h"
 #include "shared/run_trace.h"
+#include "system/proximity.h"
 
 typedef struct flesh_running {
   const flesh_scene *scene;
@@ -24,7 +25,8 @@ typedef struct flesh_running {
   flesh_state state; /* of the whole; on ranks but the first t alone */
   /* On ranks, with the next three: this one's part of the state. */
   flesh_state own;
-  double *J; /* [tets] of the whole, on the first */
+  double *J; /* [tets] of the whole, on the first, as is what its effects know of nodes near each other */
+  flesh_proximity proximity;
   int observer_count;
   const flesh_observer *observers; /* of the whole, on the first */
   json_t *ranks; /* what result.json says of them */

@@ -99,6 +99,7 @@ static int surface_contact_jacobian(const flesh_effect *effect, const flesh_poin
     flesh_contact_set_hessians(&self->set, point->x, shift->x, shift->filter, point->threads, self->hessians);
     for (int k = 0; k < self->set.count; k++) {
       const int *nodes = self->set.pairs[k].nodes;
+      if (!flesh_contact_set_owns(&self->set, &self->set.pairs[k])) continue;
       add_blocks(K, nodes[3] >= 0 ? 4 : nodes[2] >= 0 ? 3 : 2, nodes, self->hessians + 144 * (size_t)k);
     }
   }
@@ -193,6 +194,7 @@ static void surface_contact_destroy(void *data)
       .shortcuts = &(const flesh_effect_shortcuts){.evaluate = surface_contact_evaluate},                               \
       .figures = &(const flesh_effect_figures){.report_names = (names), .report = surface_contact_report,               \
                                                .memory = surface_contact_memory},                                       \
+      .ranks = &flesh_surface_contact_ranks,                                                                            \
       .proximity = &(near),                                                                                             \
       .internal = &(const flesh_effect_internal){.count = surface_contact_variables, .update = surface_contact_update,  \
                                                  .tell = surface_contact_tell},                                         \

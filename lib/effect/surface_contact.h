@@ -21,6 +21,9 @@ typedef struct flesh_surface_contact {
   double slack;                /* m, how much farther than forces reach is searched */
   int adaptive;                /* 1: the stiffness follows the pressures, from that of the law on */
   uint8_t *may_meet;           /* [bodies][bodies] 1: they may touch */
+  flesh_cells places;          /* the surface's nodes, each by itself: those that every rank has */
+  int own;                     /* the first nodes of the mesh are this rank's; INT_MAX: all are */
+  const int *numbers;          /* of a rank's nodes in the whole, borrowed; NULL: there is one */
   int separates;               /* what goes through each other at the start does not touch until it is apart */
 } flesh_surface_contact;
 
@@ -60,6 +63,7 @@ typedef struct flesh_surface_near {
 
 extern const flesh_effect_operations flesh_surface_contact_operations, flesh_separating_contact_operations;
 extern const flesh_effect_proximity flesh_surface_contact_proximity, flesh_separating_contact_proximity;
+extern const flesh_effect_ranks flesh_surface_contact_ranks;
 
 /* Whether the effect is of this kind. */
 static inline int flesh_is_surface_contact(const flesh_effect *effect)

@@ -1,4 +1,5 @@
 /* surface_contact_make.c: makes effects of bodies that touch each other, and checks that they are apart. */
+#include <limits.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -53,6 +54,8 @@ static int make(const flesh_body *body, const flesh_contact_options *options, in
   free(parts);
   if (status) return status;
   self->surface.body_count = part_count; /* the last may have no tet */
+  self->own = INT_MAX;
+  self->places = (flesh_cells){.count = self->surface.node_count, .nodes_per_cell = 1, .nodes = self->surface.nodes};
   if (isnan(own.stiffness)) own.stiffness = flesh_contact_body_stiffness(body);
   if (isnan(own.thickness)) own.thickness = self->surface.mean_edge / 20;
   status = flesh_contact_options_check(&own);
@@ -72,6 +75,9 @@ static const char *name_of(const contact *self, int part)
   return part < self->part_count && self->parts[part].name ? self->parts[part].name : "the body";
 }
 
+/* Of a node, for messages. */
+static int number_of(const contact *self, int node) { return self->numbers ? self->numbers[node] : node; }
+
 /* FLESH_ERR_ARGUMENT with the first place where surfaces go through each other, and how many there are. */
 static int complain(const contact *self, const flesh_surface_intersections *found)
 {
@@ -81,7 +87,8 @@ static int complain(const contact *self, const flesh_surface_intersections *foun
                     "surfaces that are to touch go through each other: the edge of the nodes %d and %d of %s meets the "
                     "triangle of the nodes %d, %d and %d of %s at (%g, %g, %g) m, and there are %d such places in all; "
                     "bodies with contact between them must start apart, or be let apart (intersecting: separate)",
-                    edge[0], edge[1], name_of(self, first->edge_body), face[0], face[1], face[2],
+                    number_of(self, edge[0]), number_of(self, edge[1]), name_of(self, first->edge_body),
+                    number_of(self, face[0]), number_of(self, face[1]), number_of(self, face[2]),
                     name_of(self, first->face_body), first->place[0], first->place[1], first->place[2], found->count);
 }
 
@@ -113,7 +120,8 @@ static int check_sides(const contact *self, const double *x)
     status = flesh_fail(FLESH_ERR_ARGUMENT,
                         "%s is inside out at the start, as at the triangle of the nodes %d, %d and %d, (%g, %g, %g) m: kept "
                         "out of itself it cannot turn back; start it from another state, or without contact with itself",
-                        name_of(self, body), corner[0], corner[1], corner[2], at[0], at[1], at[2]);
+                        name_of(self, body), number_of(self, corner[0]), number_of(self, corner[1]),
+                        number_of(self, corner[2]), at[0], at[1], at[2]);
   }
   free(piece);
   free(seen);

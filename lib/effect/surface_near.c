@@ -37,6 +37,7 @@ int flesh_surface_near_create(const flesh_surface_contact *contact, flesh_thread
     status = flesh_contact_secant_create(&contact->surface, &self->secant);
   }
   if (!status) status = flesh_contact_set_create(&contact->surface, X, &contact->law, &self->set);
+  self->set.own = contact->own;
   if (!status)
     status = flesh_near_finder_create(&contact->surface, X, contact->may_meet, contact->law.thickness, threads,
                                       &self->finder);
@@ -187,7 +188,9 @@ static int covers(const flesh_effect *effect, const flesh_point *point, const fl
   (void)effect;
   if (flesh_surface_near_rub(self, point) || flesh_surface_near_meet(self, point->x)) return 1; /* it has no value */
   for (int k = 0; k < self->set.count; k++)
-    if (!has_blocks(K, pair_nodes(&self->set.pairs[k]), self->set.pairs[k].nodes)) return 0;
+    if (flesh_contact_set_owns(&self->set, &self->set.pairs[k]) &&
+        !has_blocks(K, pair_nodes(&self->set.pairs[k]), self->set.pairs[k].nodes))
+      return 0;
   for (int k = 0; k < self->rubs.count; k++)
     if (!has_blocks(K, self->rubs.rubs[k].count, self->rubs.rubs[k].nodes)) return 0;
   return 1;
@@ -225,13 +228,13 @@ static void add_candidates(near *self, const double *x)
   for (int k = 0; k < candidates->point_count; k++) {
     const int *of = candidates->point_faces + 2 * (size_t)k, *corner = surface->faces + 3 * (size_t)of[1];
     const int nodes[4] = {surface->nodes[of[0]], corner[0], corner[1], corner[2]};
-    if (distance(1, 3, nodes, x) < contact->law.thickness + soon) add_cell(self, 4, nodes);
+    if (nodes[0] < contact->own && distance(1, 3, nodes, x) < contact->law.thickness + soon) add_cell(self, 4, nodes);
   }
   for (int k = 0; k < candidates->edge_count; k++) {
     const int *of = candidates->edge_pairs + 2 * (size_t)k, *a = surface->edges + 2 * (size_t)of[0],
               *b = surface->edges + 2 * (size_t)of[1];
     const int nodes[4] = {a[0], a[1], b[0], b[1]};
-    if (distance(2, 2, nodes, x) < contact->law.edge_thickness + soon) add_cell(self, 4, nodes);
+    if (nodes[0] < contact->own && distance(2, 2, nodes, x) < contact->law.edge_thickness + soon) add_cell(self, 4, nodes);
   }
 }
 

@@ -39,12 +39,15 @@ static int begin(near *self, const double *x)
   return status;
 }
 
-/* Of the contact at x. */
+/* Of the contact at x, on every rank of all of it. */
 static int find_energy(near *self, const double *x, double *energy)
 {
   *energy = 0;
   int status = flesh_surface_near_meet(self, x);
-  return status ? status : flesh_contact_set_evaluate(&self->set, x, self->threads, energy, NULL, NULL);
+  self->set.own = INT_MAX;
+  if (!status) status = flesh_contact_set_evaluate(&self->set, x, self->threads, energy, NULL, NULL);
+  self->set.own = self->contact->own;
+  return status;
 }
 
 /* Of what has come into patches the energy is lost. */

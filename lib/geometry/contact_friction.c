@@ -68,7 +68,7 @@ int flesh_contact_friction_update(flesh_contact_friction *friction, const flesh_
     }
     const double part = sum > 0 ? friction->coefficient * (sum / positive) : 0;
     for (int i = first; i < friction->count; i++) friction->rubs[i].force *= part;
-    if (part == 0) friction->count = first;
+    if (part == 0 || !flesh_contact_set_owns(set, set->pairs + k)) friction->count = first;
   }
   return FLESH_OK;
 }

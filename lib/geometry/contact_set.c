@@ -1,6 +1,7 @@
 /* contact_set.c: the barrier between surfaces: energy, residual and Hessians of their pairs, a part by each task. */
 #include "geometry/contact_set.h"
 
+#include <limits.h>
 #include <math.h>
 #include <string.h>
 
@@ -11,7 +12,7 @@
 int flesh_contact_set_create(const flesh_contact_surface *surface, const double *X, const flesh_contact_law *law,
                              flesh_contact_set *set)
 {
-  *set = (flesh_contact_set){.surface = surface, .law = *law, .distance = INFINITY};
+  *set = (flesh_contact_set){.surface = surface, .law = *law, .own = INT_MAX, .distance = INFINITY};
   set->edge_squared = flesh_malloc(((size_t)surface->edge_count + 1) * sizeof *set->edge_squared);
   if (!set->edge_squared)
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for the contact of %d edges", surface->edge_count);
@@ -75,6 +76,7 @@ int flesh_contact_set_evaluate(flesh_contact_set *set, const double *x, flesh_th
   for (int k = 0; k < set->count; k++) {
     const flesh_contact_pair *pair = set->pairs + k;
     const double *g = set->gradients + 12 * (size_t)k;
+    if (!flesh_contact_set_owns(set, pair)) continue;
     if (energy) *energy += set->values[k];
     if (size) *size += fabs(set->values[k]);
     for (int a = 0, nodes = flesh_contact_kind_nodes(pair->kind); r && a < nodes; a++)
@@ -90,6 +92,7 @@ static void hessians_of_part(void *data, int task)
   const int end = flesh_contact_part(set->count, j->parts, task + 1);
   for (int k = flesh_contact_part(set->count, j->parts, task); k < end; k++) {
     double *H = j->hessians + 144 * (size_t)k;
+    if (!flesh_contact_set_owns(set, set->pairs + k)) continue;
     flesh_contact_pair_hessian(set->pairs + k, j->x, j->filter, H);
     for (int e = 0; e < 144; e++) H[e] *= j->scale;
   }

@@ -47,6 +47,7 @@ typedef struct flesh_contact_set {
   flesh_contact_law law;
   int count;                 /* pairs nearer than their thickness and with weight: all pairs of a point in a row, */
   flesh_contact_pair *pairs; /* points ascending, then those of edges */
+  int own; /* pairs whose first node is below are evaluated: those of a rank that owns these nodes (team.h); INT_MAX: all */
   double distance;           /* m, the least of theirs, to 1e-9 of the thickness; INFINITY where there is none */
   /* Of its own: */
   double *edge_squared; /* [edge_count] rest lengths squared, m^2 */
@@ -56,6 +57,12 @@ typedef struct flesh_contact_set {
   int room[2];                /* pairs of a part of the points, and of the edges */
   void *scratch;
 } flesh_contact_set;
+
+/* Whether it is for this rank to evaluate. */
+static inline int flesh_contact_set_owns(const flesh_contact_set *set, const flesh_contact_pair *pair)
+{
+  return pair->nodes[0] < set->own;
+}
 
 /* For rest positions X [3*n]. Returns FLESH_ERR_MEMORY where there is none. */
 int flesh_contact_set_create(const flesh_contact_surface *surface, const double *X, const flesh_contact_law *law,
@@ -68,12 +75,12 @@ size_t flesh_contact_set_memory(const flesh_contact_set *set);
 int flesh_contact_set_update(flesh_contact_set *set, const flesh_contact_candidates *candidates, const double *x,
                              flesh_threads *threads);
 
-/* Adds the energy [J], the sum of its terms' sizes and the residual r [3*n] of the pairs at x, the place of the last
- * update, to what is not NULL. FLESH_UNDEFINED as above. */
+/* Adds the energy [J], the sum of its terms' sizes and the residual r [3*n] of the pairs that are its own at x, the place of
+ * the last update, to what is not NULL. FLESH_UNDEFINED as above. */
 int flesh_contact_set_evaluate(flesh_contact_set *set, const double *x, flesh_threads *threads, double *energy,
                                double *size, double *r);
 
-/* Hessians [144*count] of the pairs times `scale`, N/m, in the order of their nodes, each filtered. */
+/* Hessians [144*count] of the pairs that are its own times `scale`, N/m, in the order of their nodes, each filtered. */
 void flesh_contact_set_hessians(const flesh_contact_set *set, const double *x, double scale,
                                 flesh_eigenvalue_filter filter, flesh_threads *threads, double *hessians);
 

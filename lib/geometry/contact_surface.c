@@ -249,6 +249,44 @@ int flesh_contact_surface_of_mesh(const flesh_mesh *mesh, const int *tet_body, f
   return status;
 }
 
+/* A copy, new; NULL: there is no memory. */
+static void *copy_of(size_t count, size_t size, const void *from)
+{
+  void *copy = flesh_malloc((count + 1) * size);
+  if (copy && count) memcpy(copy, from, count * size);
+  return copy;
+}
+
+int flesh_contact_surface_renumber(const flesh_contact_surface *whole, int nodes, const int *local,
+                                   flesh_contact_surface *s)
+{
+  const size_t n = (size_t)whole->node_count, faces = 3 * (size_t)whole->face_count, edges = (size_t)whole->edge_count;
+  const size_t one = sizeof(int), real = sizeof(double);
+  int failed = 0;
+  *s = *whole;
+  s->mesh_nodes = nodes;
+  failed |= !(s->nodes = copy_of(n, one, local));
+  failed |= !(s->node_place = flesh_malloc(((size_t)nodes + 1) * one));
+  failed |= !(s->faces = copy_of(faces, one, whole->faces));
+  failed |= !(s->face_edges = copy_of(faces, one, whole->face_edges));
+  failed |= !(s->edges = copy_of(2 * edges, one, whole->edges));
+  failed |= !(s->edge_faces = copy_of(2 * edges, one, whole->edge_faces));
+  failed |= !(s->edge_uses = copy_of(edges, one, whole->edge_uses));
+  failed |= !(s->node_edge_uses = copy_of(n, one, whole->node_edge_uses));
+  failed |= !(s->node_faces = copy_of(n, one, whole->node_faces));
+  failed |= !(s->node_edges = copy_of(n, one, whole->node_edges));
+  failed |= !(s->node_area = copy_of(n, real, whole->node_area));
+  failed |= !(s->edge_area = copy_of(edges, real, whole->edge_area));
+  failed |= !(s->node_body = copy_of(n, one, whole->node_body));
+  failed |= !(s->node_piece = copy_of(n, one, whole->node_piece));
+  if (failed) return no_memory(whole->face_count);
+  for (int i = 0; i < nodes; i++) s->node_place[i] = -1;
+  for (int k = 0; k < s->node_count; k++) s->node_place[local[k]] = k;
+  for (size_t k = 0; k < faces; k++) s->faces[k] = local[whole->node_place[whole->faces[k]]];
+  for (size_t k = 0; k < 2 * edges; k++) s->edges[k] = local[whole->node_place[whole->edges[k]]];
+  return FLESH_OK;
+}
+
 void flesh_contact_surface_clear(flesh_contact_surface *s)
 {
   void *const owned[] = {s->nodes, s->node_place, s->faces, s->face_edges, s->edges, s->edge_faces, s->edge_uses,

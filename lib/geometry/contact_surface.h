@@ -38,6 +38,11 @@ int flesh_contact_surface_of_mesh(const flesh_mesh *mesh, const int *tet_body, f
 int flesh_contact_surface_of_triangles(int nodes, const double *X, int count, const int *triangles, const int *body,
                                        flesh_contact_surface *surface);
 
+/* The same surface, in the same order, of a mesh of `nodes` nodes, where node nodes[k] is local[k] [node_count].
+ * FLESH_ERR_MEMORY. To be cleared also when it fails. */
+int flesh_contact_surface_renumber(const flesh_contact_surface *whole, int nodes, const int *local,
+                                   flesh_contact_surface *surface);
+
 void flesh_contact_surface_clear(flesh_contact_surface *surface);
 size_t flesh_contact_surface_memory(const flesh_contact_surface *surface);
 

@@ -144,7 +144,9 @@ int flesh_direction_stiffened(const flesh_direction *self)
     const float now = stiffness_of(K, i), then = self->factored[i];
     count += now > 2 * then || then > 2 * now;
   }
-  return count;
+  double all = count; /* of all ranks, which decide alike */
+  flesh_team_sum(self->equations->team, 1, &all);
+  return (int)all;
 }
 
 int flesh_direction_factor(flesh_direction *self, int single)

@@ -34,7 +34,12 @@ int flesh_system_update_internal(const flesh_system *system, const flesh_point *
       status = flesh_fail(FLESH_ERR_NONFINITE, "the internal variables of effect %s have no value at t = %g s",
                           effect->operations->name, point->t);
   }
-  return flesh_team_agree(system->team, status);
+  status = flesh_team_agree(system->team, status);
+  double any = *changed; /* bits that hang on how a rank numbers its nodes become the same */
+  if (!status) flesh_team_largest(system->team, 1, &any);
+  if (!status && any > 0) flesh_team_largest(system->team, system->internal_count, internal);
+  *changed = any > 0;
+  return status;
 }
 
 int flesh_system_internal_energies(const flesh_system *system, const flesh_point *point, double *energies, double *sum)

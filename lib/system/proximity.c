@@ -58,7 +58,10 @@ int flesh_proximity_follow(const flesh_proximity *self, int accepted, double t, 
     status = can->follow(self->near[k], accepted, t, x, &one);
     *changed |= one;
   }
-  return status;
+  double any = *changed;
+  if (self->near) flesh_team_largest(self->system->team, 1, &any);
+  *changed = any > 0;
+  return self->near ? flesh_team_agree(self->system->team, status) : status;
 }
 
 /* What effects remember. */
@@ -123,9 +126,13 @@ int flesh_proximity_cover(flesh_proximity *self, const flesh_point *point, flesh
   flesh_point at = *point;
   flesh_layout layout;
   *grown = 0;
-  if (!self->near || covers(self, &at, K)) return FLESH_OK;
-  int status = lay_out(self, &at, &layout);
-  if (!status) status = take_layout(self, &layout, K);
+  if (!self->near) return FLESH_OK;
+  const flesh_team *team = self->system->team;
+  double missing = !covers(self, &at, K); /* on one rank: all get another pattern, as what goes by it is everyone's */
+  flesh_team_largest(team, 1, &missing);
+  if (missing == 0) return FLESH_OK;
+  int status = flesh_team_agree(team, lay_out(self, &at, &layout));
+  if (!status) status = flesh_team_agree(team, take_layout(self, &layout, K));
   *grown = !status;
   return status;
 }
