@@ -14,6 +14,7 @@
 #include "shared/options.h"
 #include "shared/overrides.h"
 #include "shared/pool.h"
+#include "shared/ranks_join.h"
 #include "shared/runner.h"
 #include "shared/table.h"
 
@@ -197,6 +198,16 @@ static int take_up(given *g, flesh_checkpoint *checkpoint, char **path, flesh_sc
   return FLESH_OPTIONS_GO_ON;
 }
 
+/* What the scene's preconditioner asks for beyond the scene. Status. */
+static int prepare(const given *g, const flesh_scene *scene)
+{
+  if (flesh_scene_solver(scene)->preconditioner != FLESH_PRECONDITIONER_BOOMERAMG) return FLESH_OK;
+  if (g->checkpoint)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "--checkpoint cannot save what the preconditioner boomeramg has set up; "
+                                          "another solver.preconditioner can be saved");
+  return g->ranks ? FLESH_OK : flesh_ranks_begin_alone();
+}
+
 /* Runs the scene, and says what came of it. */
 static int run_scene(const flesh_scene *scene, const flesh_runner_options *options)
 {
@@ -268,6 +279,7 @@ static int read_and_run(given *g, int argc, char **argv)
     options->scene_path = argv[1];
     int status = read_scene(argv[1], g->start_state, g->method, &g->overrides, &scene);
     status = flesh_ranks_agree(g->ranks, status);
+    if (!status) status = prepare(g, scene);
     if (!status && g->ranks) status = flesh_ranks_share(g->ranks, scene);
     if (status) code = flesh_ranks_fail(g->ranks, "run", status);
     else if (!options->out) options->out = made = default_folder(argv[1]);
@@ -282,6 +294,7 @@ static int read_and_run(given *g, int argc, char **argv)
 int flesh_command_run(int argc, char **argv)
 {
   given g = {0};
+  flesh_communicator *alone = NULL;
   int status = flesh_ranks_open(&g.ranks), code;
   if (status) return flesh_command_fail("run", status);
   status = flesh_overrides_open(&g.overrides, argc);
@@ -293,6 +306,7 @@ int flesh_command_run(int argc, char **argv)
   status = flesh_ranks_agree(g.ranks, status);
   code = status ? flesh_ranks_fail(g.ranks, "run", status) : read_and_run(&g, argc, argv);
   flesh_ranks_close(&g.ranks);
+  flesh_ranks_leave(&alone);
   flesh_overrides_close(&g.overrides);
   free(words);
   return code;

@@ -56,6 +56,7 @@ typedef struct flesh_team {
   double all;     /* nodes of the body, each counted once */
   flesh_team_reach reach;
   const int *tets, *numbers; /* of this rank's tets, and of its nodes, the numbers in the body */
+  const void *comm; /* the ranks' MPI_Comm, for solvers that have messages of their own; NULL without MPI */
   const void *data;
   const flesh_team_operations *operations;
 } flesh_team;

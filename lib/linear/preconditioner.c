@@ -1,4 +1,5 @@
-/* preconditioner.c: block Jacobi, incomplete block Cholesky with the shift that it needs, and a coarse level. */
+/* preconditioner.c: block Jacobi, incomplete block Cholesky with the shift that it needs, and a coarse level; or
+ * BoomerAMG. */
 #include "linear/preconditioner.h"
 
 #include <limits.h>
@@ -10,6 +11,7 @@
 #include "base/memory.h"
 #include "base/parallel_vector.h"
 #include "linear/block_matrix.h"
+#include "linear/boomeramg.h"
 #include "linear/cholesky.h"
 #include "linear/coarse.h"
 #include "linear/lanes.h"
@@ -27,6 +29,7 @@ struct flesh_preconditioner_data {
   double less;     /* the share of it to be tried first the next time */
   int by_diagonal; /* no shift helped: the diagonal blocks serve */
   flesh_coarse *coarse; /* NULL: one level */
+  flesh_boomeramg *multigrid; /* NULL: of another kind */
   int two_levels;       /* it serves for the matrix at hand */
   flesh_volume_projection *projection; /* NULL: the matrix is preconditioned as it is */
   const flesh_stiff_rows *stiff;       /* that it takes out; borrowed */
@@ -98,7 +101,11 @@ int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_mat
   if (!status) status = flesh_bisection_create(A, &bisection);
   if (!status) memcpy(order, bisection.order, rows * sizeof *order);
   status = flesh_team_agree(team, status);
-  if (!status) status = flesh_overlap_create(A, team, &self->overlap);
+  self->overlap.team = team;
+  if (!status && kind == FLESH_PRECONDITIONER_BOOMERAMG)
+    status = flesh_boomeramg_create(&flesh_boomeramg_defaults, A->rows, positions, team, &self->multigrid);
+  else if (!status)
+    status = flesh_overlap_create(A, team, &self->overlap);
   if (!status && (kind == FLESH_PRECONDITIONER_IC || kind == FLESH_PRECONDITIONER_TWO_LEVEL))
     status = team ? create_wide(self, !coarse)
                   : flesh_cholesky_create(A, &bisection, !coarse, threads, &self->cholesky);
@@ -126,6 +133,7 @@ void flesh_preconditioner_destroy(flesh_preconditioner_data **preconditioner)
 {
   if (!preconditioner || !*preconditioner) return;
   flesh_overlap_clear(&(*preconditioner)->overlap);
+  flesh_boomeramg_destroy(&(*preconditioner)->multigrid);
   flesh_free((*preconditioner)->reached);
   flesh_free((*preconditioner)->wide);
   flesh_free((*preconditioner)->inverse);
@@ -234,6 +242,7 @@ int flesh_preconditioner_setup(flesh_preconditioner_data *self, const flesh_bloc
   self->by_diagonal = 0;
   self->scale = flesh_power_to_one(largest);
   if (self->kind == FLESH_PRECONDITIONER_NONE) return FLESH_OK;
+  if (self->multigrid) return flesh_boomeramg_setup(self->multigrid, A, self->scale);
   A = project(self, A, fixed);
   const int coarse = self->coarse && !flesh_coarse_setup(self->coarse, A, self->scale, fixed);
   const flesh_block_matrix *all = flesh_overlap_update(&self->overlap, A);
@@ -265,12 +274,20 @@ static int by_blocks(const flesh_preconditioner_data *self)
   return self->by_diagonal || self->kind == FLESH_PRECONDITIONER_NONE;
 }
 
+/* r.z of the z that self->z has. */
+static double product_of(const flesh_preconditioner_data *self, const float *r)
+{
+  double product = 0;
+  for (size_t p = 0; p < (size_t)self->rows; p++)
+    for (size_t c = 0; c < 3; c++) product += (double)r[4 * p + c] * (double)self->z[4 * p + c];
+  return product;
+}
+
 /* By all ranks, each where it reaches. r is zero at ghosts. */
 static double solve_in_team(flesh_preconditioner_data *self, const float *r)
 {
   flesh_coarse *coarse = self->two_levels ? self->coarse : NULL;
   const int reached = self->overlap.team->reached;
-  double product = 0;
   flesh_overlap_restrict(&self->overlap, self->order, r, self->reached, self->wide);
   flesh_cholesky_solve(self->cholesky, NULL, self->wide);
   flesh_cholesky_result(self->cholesky, NULL, 0, reached, self->wide);
@@ -280,14 +297,19 @@ static double solve_in_team(flesh_preconditioner_data *self, const float *r)
     flesh_coarse_solve(coarse);
     flesh_coarse_add(coarse, 0, self->rows, FLESH_COARSE_SHARE, self->z, self->z);
   }
-  for (size_t p = 0; p < (size_t)self->rows; p++)
-    for (size_t c = 0; c < 3; c++) product += (double)r[4 * p + c] * (double)self->z[4 * p + c];
-  return product;
+  return product_of(self, r);
+}
+
+static double solve_by_multigrid(flesh_preconditioner_data *self, const float *r)
+{
+  flesh_boomeramg_solve(self->multigrid, self->order, r, self->z);
+  return product_of(self, r);
 }
 
 /* Of what is left without the stiff terms, or of all. */
 static double solve_soft(flesh_preconditioner_data *self, const float *r)
 {
+  if (self->multigrid) return solve_by_multigrid(self, r);
   if (by_blocks(self)) return solve_blocks(self, r);
   if (self->overlap.team) return solve_in_team(self, r);
   return flesh_cholesky_solve(self->cholesky, self->two_levels ? self->coarse : NULL, r);
@@ -295,7 +317,7 @@ static double solve_soft(flesh_preconditioner_data *self, const float *r)
 
 static void soft_result(const flesh_preconditioner_data *self, int begin, int end, float *z)
 {
-  if (!by_blocks(self) && !self->overlap.team)
+  if (!self->multigrid && !by_blocks(self) && !self->overlap.team)
     flesh_cholesky_result(self->cholesky, self->two_levels ? self->coarse : NULL, begin, end, z);
   else if (z != self->z + 4 * (size_t)begin)
     memcpy(z, self->z + 4 * (size_t)begin, 4 * (size_t)(end - begin) * sizeof *z);
@@ -352,6 +374,7 @@ size_t flesh_preconditioner_memory(const flesh_preconditioner_data *self)
   if (self->wide) bytes += (size_t)self->overlap.matrix.rows * (4 * sizeof(float) + sizeof(int));
   return bytes + flesh_overlap_memory(&self->overlap) + (self->cholesky ? flesh_cholesky_memory(self->cholesky) : 0) +
          (self->coarse ? flesh_coarse_memory(self->coarse) : 0) +
+         (self->multigrid ? flesh_boomeramg_memory(self->multigrid) : 0) +
          (self->projection ? flesh_volume_projection_memory(self->projection) : 0);
 }
 

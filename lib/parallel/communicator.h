@@ -13,6 +13,9 @@ void flesh_communicator_largest(flesh_communicator *communicator, int count, dou
 /* The numbers of the first rank become everyone's. */
 void flesh_communicator_spread(flesh_communicator *communicator, int count, int *numbers);
 
+/* Its MPI_Comm; NULL: it has none. Borrowed. */
+const void *flesh_communicator_comm(const flesh_communicator *communicator);
+
 /* Room for exchanges of as many messages as this, or more. FLESH_ERR_MEMORY. */
 int flesh_communicator_reserve(flesh_communicator *communicator, int messages);
 /* Sends and receives them; the arrays are in use until the end. One exchange at a time. */

@@ -58,6 +58,12 @@ int flesh_communicator_agree(flesh_communicator *communicator, int status)
   return status;
 }
 
+const void *flesh_communicator_comm(const flesh_communicator *communicator)
+{
+  (void)communicator;
+  return NULL;
+}
+
 void flesh_communicator_spread(flesh_communicator *communicator, int count, int *numbers)
 {
   (void)communicator, (void)count, (void)numbers;

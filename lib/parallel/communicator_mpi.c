@@ -63,6 +63,11 @@ flesh_communicator_figures flesh_communicator_exchanged(const flesh_communicator
   return communicator->figures;
 }
 
+const void *flesh_communicator_comm(const flesh_communicator *self)
+{
+  return self->comm == MPI_COMM_NULL ? NULL : &self->comm;
+}
+
 static void count(flesh_communicator *self, size_t bytes)
 {
   self->figures.messages++;

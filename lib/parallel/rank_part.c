@@ -218,7 +218,8 @@ static int create(flesh_communicator *communicator, const flesh_mesh *whole, con
   int status = FLESH_ERR_MEMORY;
   if (self) {
     *self = (flesh_rank_part){.communicator = communicator, .whole_nodes = flesh_mesh_node_count(whole),
-                              .team = {.data = self, .operations = &team_operations}};
+                              .team = {.comm = flesh_communicator_comm(communicator),
+                                       .data = self, .operations = &team_operations}};
     status = build(self, whole, &s);
   }
   if (status == FLESH_ERR_MEMORY) flesh_fail(status, "no memory for the part of a rank");
