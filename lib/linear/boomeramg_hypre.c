@@ -10,7 +10,7 @@
 #include "base/memory.h"
 #include "linear/boomeramg.h"
 
-/* What took the least time of all that was tried (data/results/scaling.md). */
+/* What took the least time of all that was tried (README.md). */
 const flesh_boomeramg_options flesh_boomeramg_defaults = {
     .strength = 0.5, .coarsening = 10, .interpolation = 6, .longest = 4, .smoother = 13, .aggressive = 1};
 

@@ -63,14 +63,14 @@ static flesh_mesh *whole_mesh(void)
   return mesh;
 }
 
-/* Bent out of shape: twisted by 40 degrees, stretched by a tenth, and each coordinate moved at random. */
+/* Twisted by 40 degrees, stretched by a tenth and sheared, all at constant volume. */
 static void deform(int n, double left, double length, double *x)
 {
   for (int i = 0; i < n; i += 3) {
     const double s = (x[i] - left) / length, angle = 0.7 * s, y = x[i + 1], z = x[i + 2];
     x[i] = left + length * 1.1 * s;
-    x[i + 1] = cos(angle) * y - sin(angle) * z;
-    x[i + 2] = sin(angle) * y + cos(angle) * z + 0.2 * length * s * s;
+    x[i + 1] = (cos(angle) * y - sin(angle) * z) / sqrt(1.1);
+    x[i + 2] = (sin(angle) * y + cos(angle) * z) / sqrt(1.1) + 0.2 * length * s * s;
   }
 }
 
