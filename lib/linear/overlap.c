@@ -224,13 +224,8 @@ void flesh_overlap_clear(flesh_overlap *self)
 
 size_t flesh_overlap_memory(const flesh_overlap *self)
 {
-<<<<<<< HEAD
-  if (!self->team) return 0;
+  if (!self->first_given) return 0; /* there is no team, or none that factors */
   const size_t rows = (size_t)self->matrix.rows, blocks = has_others(self) ? (size_t)self->row_start[rows] : 0,
-=======
-  if (!self->row_start) return 0; /* there is no team, or none that factors */
-  const size_t rows = (size_t)self->matrix.rows, blocks = (size_t)self->row_start[rows],
->>>>>>> a5955a38 (hypre's BoomerAMG as a preconditioner, on one rank and on several)
                ranks = (size_t)self->team->reach.count,
                exchanged = (size_t)self->first_given[ranks] + (size_t)self->first_taken[ranks];
   return (rows + ranks) * (3 * sizeof(double) + 2 * sizeof(int) + sizeof(float)) +
