@@ -35,6 +35,7 @@ typedef struct flesh_newton {
   int (*stop)(void *data);        /* NULL: not asked */
   void *stop_data;
   double given_target;            /* N; of the residual, 0: what the options make of it */
+  const double *began;            /* the guess that the stage began at, to be told from others; NULL: u = 0 */
   int stopped;                    /* what `stop` returned in this stage; FLESH_OK: go on */
 } flesh_newton;
 

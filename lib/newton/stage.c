@@ -14,8 +14,9 @@ static void try_guess(flesh_newton *newton, const double *guess, double *u)
   for (int k = 0; k < equations->constrained_count; k++)
     trial[equations->constrained_dofs[k]] = u[equations->constrained_dofs[k]];
   if (!flesh_equations_can_reach(equations, trial)) return;
-  if (!flesh_equations_evaluate(equations, trial, &guessed, &size) && guessed < value)
-    flesh_copy(newton->threads, equations->n, trial, u);
+  if (flesh_equations_evaluate(equations, trial, &guessed, &size) || !(guessed < value)) return;
+  flesh_copy(newton->threads, equations->n, trial, u);
+  newton->began = guess;
 }
 
 /* What the iteration's end at u means: FLESH_OK where it has converged or counts as such. */
@@ -134,6 +135,7 @@ int flesh_stage_solve(flesh_newton *newton, const flesh_stage *stage, const doub
   flesh_equations_start(equations, u);
   int status = flesh_equations_push_out(equations, u);
   const int guessed = guesses && *guesses;
+  newton->began = NULL;
   for (; guesses && *guesses && !status; guesses++) try_guess(newton, *guesses, u);
   if (guessed && !status) flesh_volume_arc_start(&newton->arc, u);
   const int freezes = equations->frozen && stage->frozen_at_solution;

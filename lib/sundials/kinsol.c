@@ -131,6 +131,11 @@ void flesh_nonlinear_go_on(flesh_nonlinear *self) { self->problem->newton.policy
 
 void flesh_nonlinear_internal_changed(flesh_nonlinear *self) { self->problem->newton.equations.reached.there.known = 0; }
 
+int flesh_nonlinear_began_at(const flesh_nonlinear *self, const double *guess)
+{
+  return self->problem->newton.began == guess;
+}
+
 const double *flesh_nonlinear_unknowns(const flesh_nonlinear *self)
 {
   return N_VGetArrayPointer(self->u);

@@ -28,6 +28,8 @@ void flesh_nonlinear_go_on(flesh_nonlinear *nonlinear);
 /* Internal variables are others than in the last stage: potentials known at its positions are not theirs. */
 void flesh_nonlinear_internal_changed(flesh_nonlinear *nonlinear);
 const double *flesh_nonlinear_unknowns(const flesh_nonlinear *nonlinear);
+/* Whether the last solve began at that of its guesses; NULL: at u = 0. */
+int flesh_nonlinear_began_at(const flesh_nonlinear *nonlinear, const double *guess);
 
 /* `stop` is asked before every Newton iteration and within long linear solves: a negative status ends the solve with
  * it. NULL: not asked. */

@@ -83,5 +83,11 @@ int flesh_integrator_solve_through_softer(flesh_integrator *self, flesh_stage *s
   int count = 0;
   while (guesses[count]) candidates[count] = guesses[count], count++;
   candidates[count] = self->start;
-  return flesh_multipliers_solve(&self->multipliers, self->nonlinear, stage, state, end, candidates, 0, stats);
+  const int status =
+      flesh_multipliers_solve(&self->multipliers, self->nonlinear, stage, state, end, candidates, 0, stats);
+  /* What began at one of the guesses would only fail again. */
+  int known = flesh_nonlinear_began_at(self->nonlinear, NULL);
+  for (int k = 0; guesses[k]; k++) known |= flesh_nonlinear_began_at(self->nonlinear, guesses[k]);
+  if (status != FLESH_NOT_CONVERGED || known) return status;
+  return flesh_multipliers_solve(&self->multipliers, self->nonlinear, stage, state, end, guesses, 0, stats);
 }

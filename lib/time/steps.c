@@ -213,11 +213,9 @@ static int attempt(flesh_integrator *self, const flesh_method_row *row, flesh_st
   make_stage(self, row, state, piece, part, &stage);
   make_guesses(self, row, state, &stage, part->h, guesses);
   const flesh_stage_end ends = {&(part_end){self, state}, find_end};
-  int status = FLESH_NOT_CONVERGED;
-  if (begins_softer(self, state))
-    status = flesh_integrator_solve_through_softer(self, &stage, state, &ends, guesses, stats);
-  if (status == FLESH_NOT_CONVERGED)
-    status = flesh_multipliers_solve(&self->multipliers, self->nonlinear, &stage, state, &ends, guesses, 0, stats);
+  int status = begins_softer(self, state)
+                   ? flesh_integrator_solve_through_softer(self, &stage, state, &ends, guesses, stats)
+                   : flesh_multipliers_solve(&self->multipliers, self->nonlinear, &stage, state, &ends, guesses, 0, stats);
   if (!status) status = check_end(self, &stage, state, part->end, stats, blocked);
   if (!status && self->lag_u) {
     status = follow_lag(self, &stage, state, &ends, stats);
