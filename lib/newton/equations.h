@@ -118,6 +118,8 @@ double flesh_equations_max_feasible_step(flesh_equations *equations, const doubl
 int flesh_equations_load_norm(flesh_equations *equations, const double *u, double *norm);
 /* 2-norm of how far round-off in x, v and a moves the residual. Overwrites `scratch`. */
 double flesh_equations_residual_round_off(flesh_equations *equations, const double *u);
+/* What is left of a residual is no more than so many times that: forces that bend soft parts may be few times as large. */
+#define FLESH_ROUND_OFF_LEAVES 4
 /* Whether a residual of this norm at u, the point last evaluated, is no more than round-off leaves. */
 int flesh_equations_at_round_off(flesh_equations *equations, const double *u, double norm);
 /* How far it moves the potential. */

@@ -205,13 +205,6 @@ int flesh_matrix_policy_at_round_off(flesh_matrix_policy *self, double norm, con
   flesh_equations *equations = self->equations;
   const double before = self->previous_norm;
   self->previous_norm = norm;
-  if (before == 0) {
-    const double largest = flesh_largest(equations->threads, equations->n, equations->x);
-    const double unknowns = 3 * flesh_team_all(equations->team, equations->n / 3);
-    double guess = 1e-16 * equations->constraint_stiffness * largest * sqrt(unknowns);
-    if (norm > 1e3 * guess) return 0;
-  } else if (norm < 0.3 * before) {
-    return 0;
-  }
-  return norm <= 4 * flesh_equations_residual_round_off(equations, u);
+  if (before == 0) return flesh_equations_at_round_off(equations, u, norm);
+  return norm >= 0.3 * before && norm <= FLESH_ROUND_OFF_LEAVES * flesh_equations_residual_round_off(equations, u);
 }

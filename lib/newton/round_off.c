@@ -56,5 +56,5 @@ int flesh_equations_at_round_off(flesh_equations *self, const double *u, double 
 {
   const double largest = flesh_largest(self->threads, self->n, self->x);
   const double guess = 1e-16 * self->constraint_stiffness * largest * sqrt(3 * flesh_team_all(self->team, self->n / 3));
-  return norm <= 1e3 * guess && norm <= 16 * flesh_equations_residual_round_off(self, u);
+  return norm <= 1e3 * guess && norm <= FLESH_ROUND_OFF_LEAVES * flesh_equations_residual_round_off(self, u);
 }

@@ -156,6 +156,27 @@ chaos_is_entered_through_softer_materials() {
     has out/cases/3x3x3_scramble_seed1_S_0.4999_default/out/result.json '"solves_unconverged": 0'
 }
 
+# A thousand km from the origin the forces that bend a thin neck are few times those of round-off.
+soft_parts_come_to_rest_far_away() {
+  battery --shapes --meshes "$source_folder/../data/meshes/dumbbell.msh" --energies S --poisson 0.45 --cases far_away &&
+    all_are outcome recovered
+}
+
+# The table has the longest step of a run beside its median, and the verdict names what took 200 times as long: here of
+# a run whose kept figures are changed to such.
+a_long_step_is_named() {
+  battery --shapes --meshes 2x1x1 --energies S --poisson 0.45 --cases 'plane,squash0.3' || return 1
+  kept=out/cases/2x1x1_plane_S_0.45_default/kept.txt
+  longest=$(value longest_step_over_median plane S 0.45)
+  echo "$longest" | awk '{ exit !($1 >= 1 && $1 < 200) }' && [ "$(value longest_step plane S 0.45)" -ge 1 ] &&
+    has out/verdict.txt '200 times the iterations of their median step: 0$' || return 1
+  awk 'NR == 2 { $NF = 200.5 } { print }' "$kept" >changed.txt && cp changed.txt "$kept" || return 1
+  battery --shapes --meshes 2x1x1 --energies S --poisson 0.45 --cases 'plane,squash0.3' || return 1
+  has out/verdict.txt '200 times the iterations of their median step: 1$' &&
+    has out/verdict.txt 'cases/2x1x1_plane_S_0.45_default: step .* Newton and .* linear iterations, 200.5 times the median step$' &&
+    [ "$(value longest_step_over_median plane S 0.45)" = 200.5 ]
+}
+
 the_old_name_tells_the_new() {
   expect 2 "$flesh" stress --list && has stderr.txt '^flesh: the command stress has been renamed; write flesh hardcases$' &&
     [ ! -s stdout.txt ]
@@ -166,4 +187,5 @@ run_tests hard_starts_recover violent_loads_recover collapsed_bodies_are_named_a
   an_early_end_is_no_recovery a_death_is_a_row a_setting_of_ones_own_is_kept_in_the_scene \
   the_table_has_the_promised_columns pictures_are_drawn without_gnuplot_the_frames_are_drawn a_spent_budget_is_a_row \
   an_interrupted_battery_keeps_what_was_done the_list_names_every_case bad_options_are_refused \
-  chaos_is_entered_through_softer_materials the_old_name_tells_the_new
+  chaos_is_entered_through_softer_materials soft_parts_come_to_rest_far_away a_long_step_is_named \
+  the_old_name_tells_the_new
