@@ -1,4 +1,4 @@
-/* command.c: `flesh mesh info|convert|box`. */
+/* command.c: `flesh mesh info|convert|surface|box|split`. */
 #include "mesh/command.h"
 
 #include <limits.h>
@@ -10,6 +10,7 @@
 #include "flesh/mesh.h"
 #include "flesh/surface.h"
 #include "mesh/inspect.h"
+#include "mesh/split_command.h"
 #include "shared/options.h"
 #include "shared/output.h"
 #include "shared/subcommands.h"
@@ -260,13 +261,15 @@ static int parse_three(const char *text, double values[3])
 static int command_box(int argc, char **argv)
 {
   const char *cells_text = NULL, *size_text = NULL, *origin_text = "0,0,0", *out = NULL;
-  int order = 0;
+  int order = 0, parts = 0;
   const flesh_option options[] = {
       {"cells", "NX,NY,NZ", FLESH_OPTION_TEXT, &cells_text, "number of boxes along each axis, at least 1 each"},
       {"size", "X,Y,Z", FLESH_OPTION_TEXT, &size_text, "size of the whole grid, m"},
       {"origin", "X,Y,Z", FLESH_OPTION_TEXT, &origin_text, "its low corner, m (default 0,0,0)"},
       {"order", "N", FLESH_OPTION_COUNT, &order, "1: tets of four nodes (default); 2: of ten"},
-      {"out", "FILE", FLESH_OPTION_TEXT, &out, "mesh to write: .node, .ele, .msh or .mesh"},
+      {"parts", "N", FLESH_OPTION_COUNT, &parts,
+       "write it split into N blocks, one at a time: the whole is never in memory (see flesh mesh split)"},
+      {"out", "FILE", FLESH_OPTION_TEXT, &out, "mesh to write: .node, .ele, .msh or .mesh; with --parts a folder"},
       {.name = NULL}};
   const flesh_usage usage = {
       .command = "mesh box",
@@ -291,8 +294,11 @@ static int command_box(int argc, char **argv)
     return flesh_option_refuse(usage.command, "size", size_text, "three positive numbers, such as 4,1,1");
   if (!parse_three(origin_text, origin))
     return flesh_option_refuse(usage.command, "origin", origin_text, "three numbers, such as 0,0,0");
-  if (!out) return flesh_option_refuse(usage.command, "out", out, "a file named .node, .ele, .msh or .mesh");
+  if (!out) return flesh_option_refuse(usage.command, "out", out, "a file named .node, .ele, .msh or .mesh, or a folder");
   if (order > 2) return refuse_order(usage.command, order);
+  if (parts && order == 2)
+    return flesh_command_refuse(usage.command, "--order is 2; with --parts it must be 1 (or split what mesh box writes)");
+  if (parts) return flesh_split_command_box(cells, size, origin, parts, out);
   flesh_mesh *mesh = NULL;
   int status = flesh_output_prepare_from(out, 0, NULL, NULL);
   if (!status) status = flesh_mesh_box(cells, size, origin, &mesh);
@@ -309,6 +315,7 @@ int flesh_command_mesh(int argc, char **argv)
       {"convert", "write a mesh in another format", command_convert},
       {"surface", "write the boundary triangles of a mesh", command_surface},
       {"box", "make a regular grid of boxes, six tets each", command_box},
+      {"split", "write a mesh in parts, one for each rank of a run", flesh_split_command},
       {0}};
   static const char about[] =
       "Inspect, convert and make meshes.\n\n"

@@ -1,5 +1,7 @@
 /* box.c: regular grids of boxes, six tets each around the diagonal from the low to the high corner
  * (Kuhn 1960: one tet for each order in which the three axes can be walked). */
+#include "mesh/box.h"
+
 #include "mesh/mesh.h"
 
 #include <limits.h>
@@ -8,11 +10,12 @@
 
 #include "base/error.h"
 
-/* Corners as bits: 1 along x, 2 along y, 4 along z. All six have positive volume. */
-static const int kuhn[6][4] = {{0, 1, 3, 7}, {0, 1, 7, 5}, {0, 2, 7, 3},
-                               {0, 2, 6, 7}, {0, 4, 5, 7}, {0, 4, 7, 6}};
+const int flesh_box_tets[6][4] = {{0, 1, 3, 7}, {0, 1, 7, 5}, {0, 2, 7, 3},
+                                  {0, 2, 6, 7}, {0, 4, 5, 7}, {0, 4, 7, 6}};
 
-static int check_box(const int cells[3], const double size[3], const double origin[3])
+double flesh_box_place(double origin, double size, int i, int n) { return origin + size * i / n; }
+
+int flesh_box_check(const int cells[3], const double size[3], const double origin[3])
 {
   double nodes = 1, tets = 6;
   for (int d = 0; d < 3; d++) {
@@ -42,7 +45,7 @@ int flesh_mesh_box(const int cells[3], const double size[3], const double origin
   FLESH_NEED({mesh, "mesh"});
   *mesh = NULL;
   FLESH_NEED({cells, "cells"}, {size, "size"}, {origin, "origin"});
-  int status = check_box(cells, size, origin);
+  int status = flesh_box_check(cells, size, origin);
   if (status) return status;
   int nx = cells[0], ny = cells[1], nz = cells[2];
   int nodes = (nx + 1) * (ny + 1) * (nz + 1), tets = 6 * nx * ny * nz;
@@ -55,16 +58,16 @@ int flesh_mesh_box(const int cells[3], const double size[3], const double origin
   for (int k = 0; k <= nz; k++)
     for (int j = 0; j <= ny; j++)
       for (int i = 0; i <= nx; i++) {
-        *at++ = origin[0] + size[0] * i / nx;
-        *at++ = origin[1] + size[1] * j / ny;
-        *at++ = origin[2] + size[2] * k / nz;
+        *at++ = flesh_box_place(origin[0], size[0], i, nx);
+        *at++ = flesh_box_place(origin[1], size[1], j, ny);
+        *at++ = flesh_box_place(origin[2], size[2], k, nz);
       }
   for (int k = 0; k < nz; k++)
     for (int j = 0; j < ny; j++)
       for (int i = 0; i < nx; i++)
         for (int t = 0; t < 6; t++)
           for (int c = 0; c < 4; c++) {
-            int corner = kuhn[t][c];
+            int corner = flesh_box_tets[t][c];
             *n++ = ((k + (corner >> 2)) * (ny + 1) + j + (corner >> 1 & 1)) * (nx + 1) + i +
                    (corner & 1);
           }

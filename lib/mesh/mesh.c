@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "mesh/bernstein.h"
+#include "mesh/split.h"
 
 /* A tet is flat when its volume cannot be distinguished from 0: the determinant 6V of edges that are known
  * to half a unit in the last place carries an error of some 1e-15 (longest edge)^3, ten times below
@@ -210,6 +211,7 @@ void flesh_mesh_destroy(flesh_mesh **mesh)
   flesh_free((*mesh)->surface);
   flesh_free((*mesh)->surface_tets);
   flesh_free((*mesh)->node_used);
+  flesh_split_part_destroy((*mesh)->split);
   flesh_free(*mesh);
   *mesh = NULL;
 }

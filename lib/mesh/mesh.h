@@ -22,6 +22,7 @@ struct flesh_mesh {
   int piece_count;
   uint8_t *node_used; /* [nodes] */
   int flipped, unused_nodes;
+  struct flesh_split_part *split; /* of a part of a split mesh (split.h); NULL: this is the whole */
 };
 
 /* Whether the tet has ten nodes. */

@@ -3,6 +3,7 @@
 
 #include "base/error.h"
 #include "mesh/formats.h"
+#include "mesh/split.h"
 
 /* The first bytes of formats that are known but not read, and what to do about them. */
 static const struct {
@@ -45,6 +46,15 @@ static int read_by_content(flesh_scanner *s, flesh_draft *draft)
   return refuse(s);
 }
 
+static int read_split(flesh_scanner *s, flesh_mesh **mesh)
+{
+  flesh_split split;
+  int status = flesh_split_read(s, &split);
+  if (!status) status = flesh_split_read_whole(&split, mesh);
+  flesh_split_close(&split);
+  return status;
+}
+
 int flesh_mesh_read(const char *path, flesh_mesh **mesh)
 {
   FLESH_NEED({mesh, "mesh"});
@@ -53,8 +63,10 @@ int flesh_mesh_read(const char *path, flesh_mesh **mesh)
   flesh_scanner scanner;
   flesh_draft draft = {.path = path};
   int status = flesh_scan_open(&scanner, path);
-  if (!status) status = read_by_content(&scanner, &draft);
-  if (!status) status = flesh_draft_finish(&draft, mesh);
+  const int split = !status && flesh_split_begins(&scanner);
+  if (split) status = read_split(&scanner, mesh);
+  else if (!status) status = read_by_content(&scanner, &draft);
+  if (!status && !split) status = flesh_draft_finish(&draft, mesh);
   flesh_draft_clear(&draft);
   flesh_scan_close(&scanner);
   return status;

@@ -1,0 +1,112 @@
+/* split_command.c: `flesh mesh split`, and boxes that are made in parts. */
+#include "mesh/split_command.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "mesh/split.h"
+#include "parallel/partition.h"
+#include "shared/options.h"
+#include "shared/output.h"
+
+/* FOLDER/index.txt, new; NULL without memory. */
+static char *index_of(const char *folder)
+{
+  char *path = malloc(strlen(folder) + 16);
+  if (path) sprintf(path, "%s/index.txt", folder);
+  return path;
+}
+
+/* Claims the folder for the index, which must be none of the inputs. */
+static int claim(const char *command, const char *folder, int inputs, char *const *input, flesh_folder_claim *claim)
+{
+  char *index = index_of(folder);
+  if (!index) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  int status = flesh_output_prepare_from(index, inputs, input, NULL);
+  free(index);
+  return status ? status : flesh_output_claim(folder, command, claim);
+}
+
+static void say(const char *folder, const flesh_split *split)
+{
+  long long more = 0;
+  int least = split->tets, most = 0;
+  for (int k = 0; k < split->parts; k++) {
+    const flesh_split_row *row = &split->rows[k];
+    if (row->own < least) least = row->own;
+    if (row->own > most) most = row->own;
+    more += row->tets - row->own;
+  }
+  printf("%s/index.txt: %d nodes, %d tets%s, %d region%s, in %d part%s of %d to %d tets, with %.1f %% more from around\n",
+         folder, split->nodes, split->tets, split->order == 2 ? " of ten nodes" : "", split->region_count,
+         split->region_count == 1 ? "" : "s", split->parts, split->parts == 1 ? "" : "s", least, most,
+         100. * (double)more / split->tets);
+}
+
+int flesh_split_command_box(const int cells[3], const double size[3], const double origin[3], int parts,
+                            const char *folder)
+{
+  flesh_split split = {0};
+  flesh_folder_claim claimed = {.descriptor = -1};
+  int status = claim("mesh box", folder, 0, NULL, &claimed);
+  if (!status) status = flesh_split_box(cells, size, origin, parts, folder, &split);
+  if (!status) say(folder, &split);
+  flesh_split_close(&split);
+  flesh_folder_claim_release(&claimed);
+  return status ? flesh_command_fail("mesh box", status) : 0;
+}
+
+/* As METIS parts it, into the folder. */
+static int split_mesh(const flesh_mesh *mesh, int parts, const char *folder)
+{
+  const int tets = flesh_mesh_tet_count(mesh);
+  int *owners = malloc((size_t)tets * sizeof *owners);
+  int status = owners ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory for the parts of %d tets", tets);
+  if (!status) status = flesh_partition_tets(mesh, parts, owners);
+  if (!status) status = flesh_split_mesh(mesh, parts, owners, folder);
+  free(owners);
+  return status;
+}
+
+int flesh_split_command(int argc, char **argv)
+{
+  int parts = 0, files;
+  const char *out = NULL;
+  const flesh_option options[] = {{"parts", "N", FLESH_OPTION_COUNT, &parts, "number of parts: ranks of the runs to come"},
+                                  {"out", "FOLDER", FLESH_OPTION_TEXT, &out, "where the index and the parts go"},
+                                  {.name = NULL}};
+  const flesh_usage usage = {
+      .command = "mesh split",
+      .positionals = "MESH --parts N --out FOLDER",
+      .summary = "Writes a mesh in parts, one for each rank of a run.",
+      .details =
+          "METIS cuts the mesh into N parts of about as many tets, and FOLDER gets the files\n"
+          "part_00000.bin and so on, and index.txt, which names them. A scene whose body.mesh is the\n"
+          "index is run by `mpirun -n N flesh run SCENE`, where each rank reads its own part; whatever\n"
+          "else reads meshes reads all parts of an index, as the mesh that was split. The parts are in\n"
+          "this machine's byte order. `flesh mesh box --parts N` makes boxes in parts without the whole.\n",
+      .positional_min = 1,
+      .positional_max = 1,
+      .options = options};
+  int code = flesh_options_read(&usage, argc, argv, &files);
+  if (code != FLESH_OPTIONS_GO_ON) return code;
+  if (parts < 1) return flesh_option_refuse(usage.command, "parts", NULL, "a number of parts from 1");
+  if (!out) return flesh_option_refuse(usage.command, "out", out, "a folder");
+  flesh_mesh *mesh = NULL;
+  flesh_split split = {0};
+  flesh_folder_claim claimed = {.descriptor = -1};
+  char *index = NULL;
+  int status = flesh_mesh_read(argv[1], &mesh);
+  if (!status) status = claim(usage.command, out, 1, argv + 1, &claimed);
+  if (!status) status = split_mesh(mesh, parts, out);
+  flesh_mesh_destroy(&mesh);
+  if (!status && !(index = index_of(out))) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!status) status = flesh_split_open(index, &split);
+  if (!status) say(out, &split);
+  free(index);
+  flesh_split_close(&split);
+  flesh_folder_claim_release(&claimed);
+  return status ? flesh_command_fail(usage.command, status) : 0;
+}

@@ -1,0 +1,141 @@
+/* split_mesh.c: cuts a mesh into the files of its parts. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/archive.h"
+#include "base/error.h"
+#include "base/memory.h"
+#include "mesh/inspect.h"
+#include "mesh/split.h"
+
+/* One part being cut out: which tets and nodes it has. */
+typedef struct cut {
+  const flesh_mesh *mesh;
+  const int *owners;
+  uint8_t *has_tet; /* [tets] */
+  int *number;      /* [nodes] in the part; -1: none */
+} cut;
+
+static void mark_nodes(const cut *c, int tet)
+{
+  const int *corners = flesh_mesh_tets(c->mesh) + 4 * (size_t)tet, *edges = flesh_mesh_tet_edges(c->mesh);
+  for (int k = 0; k < 4; k++) c->number[corners[k]] = 0;
+  for (int k = 0; k < 6 && edges; k++)
+    if (edges[6 * (size_t)tet + (size_t)k] >= 0) c->number[edges[6 * (size_t)tet + (size_t)k]] = 0;
+}
+
+/* A tet with a node on an edge has the edge's corners, too: corners are enough to find neighbours. */
+static int touches(const cut *c, int tet)
+{
+  const int *corners = flesh_mesh_tets(c->mesh) + 4 * (size_t)tet;
+  for (int k = 0; k < 4; k++)
+    if (c->number[corners[k]] >= 0) return 1;
+  return 0;
+}
+
+/* The part's own tets, and two layers more; how many tets and nodes these are. */
+static void choose(const cut *c, int part, int *tet_count, int *node_count)
+{
+  enum { LAYERS = 2 };
+  const int tets = flesh_mesh_tet_count(c->mesh), nodes = flesh_mesh_node_count(c->mesh);
+  for (int i = 0; i < nodes; i++) c->number[i] = -1;
+  for (int t = 0; t < tets; t++) c->has_tet[t] = c->owners[t] == part;
+  for (int layer = 0; layer <= LAYERS; layer++) {
+    for (int t = 0; t < tets; t++)
+      if (c->has_tet[t]) mark_nodes(c, t);
+    for (int t = 0; t < tets && layer < LAYERS; t++) c->has_tet[t] |= (uint8_t)touches(c, t);
+  }
+  *tet_count = *node_count = 0;
+  for (int t = 0; t < tets; t++) *tet_count += c->has_tet[t];
+  for (int i = 0; i < nodes; i++)
+    if (c->number[i] >= 0) c->number[i] = (*node_count)++;
+}
+
+static void fill(const cut *c, const flesh_split_arrays *a)
+{
+  const flesh_mesh *mesh = c->mesh;
+  const int *corners = flesh_mesh_tets(mesh), *edges = flesh_mesh_tet_edges(mesh);
+  for (size_t i = 0; i < (size_t)flesh_mesh_node_count(mesh); i++) {
+    if (c->number[i] < 0) continue;
+    a->node_numbers[c->number[i]] = (int)i;
+    memcpy(a->positions + 3 * (size_t)c->number[i], flesh_mesh_positions(mesh) + 3 * i, 3 * sizeof *a->positions);
+  }
+  size_t to = 0;
+  for (size_t t = 0; t < (size_t)flesh_mesh_tet_count(mesh); t++) {
+    if (!c->has_tet[t]) continue;
+    for (size_t k = 0; k < 4; k++) a->tet_nodes[4 * to + k] = c->number[corners[4 * t + k]];
+    for (size_t k = 0; k < 6 && edges; k++)
+      a->edge_nodes[6 * to + k] = edges[6 * t + k] < 0 ? -1 : c->number[edges[6 * t + k]];
+    a->regions[to] = flesh_mesh_regions(mesh)[t];
+    a->tet_numbers[to] = (int)t;
+    a->owners[to++] = c->owners[t];
+  }
+}
+
+static int write_part(const cut *c, flesh_split *split, const char *folder, int part)
+{
+  flesh_split_arrays arrays;
+  int tets, nodes;
+  choose(c, part, &tets, &nodes);
+  int status = flesh_split_arrays_take(&arrays, nodes, tets, split->order);
+  if (!status) {
+    fill(c, &arrays);
+    status = flesh_split_write_part(split, folder, part, &arrays);
+  }
+  flesh_split_arrays_clear(&arrays);
+  return status;
+}
+
+/* What hardly another mesh or another cut of it has. */
+static int64_t mark_of(const flesh_mesh *mesh, const int *owners, int parts)
+{
+  const size_t tets = (size_t)flesh_mesh_tet_count(mesh), nodes = (size_t)flesh_mesh_node_count(mesh);
+  uint64_t sum = flesh_archive_sum(0, &parts, sizeof parts);
+  sum = flesh_archive_sum(sum, owners, tets * sizeof *owners);
+  sum = flesh_archive_sum(sum, flesh_mesh_tets(mesh), 4 * tets * sizeof(int));
+  sum = flesh_archive_sum(sum, flesh_mesh_positions(mesh), 3 * nodes * sizeof(double));
+  return (int64_t)(sum >> 1);
+}
+
+/* The index without its rows. */
+static int describe(const flesh_mesh *mesh, int parts, const int *owners, flesh_split *split)
+{
+  int *regions = NULL;
+  *split = (flesh_split){.mark = mark_of(mesh, owners, parts), .order = flesh_mesh_order(mesh),
+                         .nodes = flesh_mesh_node_count(mesh), .tets = flesh_mesh_tet_count(mesh), .parts = parts};
+  split->region_count = flesh_mesh_region_list(mesh, &regions);
+  split->regions = flesh_malloc(((size_t)split->region_count + 1) * sizeof *split->regions);
+  split->rows = flesh_calloc((size_t)parts, sizeof *split->rows);
+  const int failed = !regions || !split->regions || !split->rows;
+  if (!failed) memcpy(split->regions, regions, (size_t)split->region_count * sizeof *regions);
+  free(regions);
+  return failed ? flesh_fail(FLESH_ERR_MEMORY, "out of memory to split a mesh of %d tets", split->tets) : FLESH_OK;
+}
+
+static int check(const flesh_mesh *mesh)
+{
+  int first = 0;
+  if (!mesh->unused_nodes) return FLESH_OK;
+  while (mesh->node_used[first]) first++;
+  return flesh_fail(FLESH_ERR_ARGUMENT,
+                    "the mesh has nodes that no tet uses (%d, the first is %d); a mesh that is split must have none",
+                    mesh->unused_nodes, first);
+}
+
+int flesh_split_mesh(const flesh_mesh *mesh, int parts, const int *owners, const char *folder)
+{
+  flesh_split split = {0};
+  int status = check(mesh);
+  if (status) return status;
+  cut c = {mesh, owners, flesh_malloc((size_t)flesh_mesh_tet_count(mesh)),
+           flesh_malloc((size_t)flesh_mesh_node_count(mesh) * sizeof(int))};
+  if (!c.has_tet || !c.number) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory to split a mesh");
+  if (!status) status = describe(mesh, parts, owners, &split);
+  if (!status) status = flesh_split_begin(folder);
+  for (int part = 0; part < parts && !status; part++) status = write_part(&c, &split, folder, part);
+  if (!status) status = flesh_split_write_index(&split, folder);
+  flesh_split_close(&split);
+  flesh_free(c.has_tet);
+  flesh_free(c.number);
+  return status;
+}
