@@ -10,6 +10,7 @@
 #include "effect/effect.h"
 #include "effect/face_shares.h"
 #include "effect/rank_share.h"
+#include "mesh/mesh.h"
 
 typedef struct load {
   int count;
@@ -140,12 +141,12 @@ static int load_create(const flesh_body *body, int count, const int *nodes, cons
   if (!(fabs(vector[0]) + fabs(vector[1]) + fabs(vector[2]) < INFINITY))
     return flesh_fail(FLESH_ERR_ARGUMENT, "%s is (%g, %g, %g); it must be finite", name, vector[0], vector[1],
                       vector[2]);
-  if (count < 1) return flesh_fail(FLESH_ERR_ARGUMENT, "a %s needs something that it acts on", name);
+  if (count < 1 && !body->mesh->split) return flesh_fail(FLESH_ERR_ARGUMENT, "a %s needs something that it acts on", name);
   load *self = flesh_calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a load");
   int status = flesh_amplitude_take(amplitude, &self->amplitude);
-  self->nodes = flesh_malloc((size_t)count * sizeof *self->nodes);
-  self->shares = flesh_calloc((size_t)count, sizeof *self->shares);
+  self->nodes = flesh_malloc(((size_t)count + 1) * sizeof *self->nodes); /* none here of a part of a split mesh */
+  self->shares = flesh_calloc((size_t)count + 1, sizeof *self->shares);
   if (!status && (!self->nodes || !self->shares))
     status = flesh_fail(FLESH_ERR_MEMORY, "no memory for a load on %d nodes", count);
   for (int k = 0; !status && nodes && k < count; k++) {

@@ -35,6 +35,13 @@ int flesh_split_part_find(const flesh_split_part *split, int nodes, int node)
   return -1;
 }
 
+int flesh_split_has_region(const flesh_split_part *split, int tag)
+{
+  for (int k = 0; split && k < split->region_count; k++)
+    if (split->regions[k] == tag) return 1;
+  return 0;
+}
+
 int flesh_split_begins(const flesh_scanner *s)
 {
   return (size_t)(s->end - s->at) > sizeof title && !memcmp(s->at, title, sizeof title - 1);

@@ -3,12 +3,17 @@
  *
  * A part has its own tets, all tets with one of their nodes, and all tets with a node of those: so it knows of each node
  * of its own tets, and of the next layer's, which parts' tets have it. What is on the boundary of its own tets and of the
- * next layer is then on the boundary of the whole, too. Nodes and tets stand in the order of the whole. */
+ * next layer is then on the boundary of the whole, too. Nodes and tets stand in the order of the whole, whose numbers are
+ * ints, as everywhere: at most INT_MAX / 3 nodes and INT_MAX / 4 tets (INT_MAX / 16 of ten nodes). */
 #ifndef FLESH_MESH_SPLIT_H
 #define FLESH_MESH_SPLIT_H
 
 #include "base/scan.h"
 #include "mesh/mesh.h"
+
+/* Layers of tets around a part's own. A rank that reaches k layers of nodes beyond its own (parallel/rank_part.c) has to
+ * know of k + 1. */
+enum { FLESH_SPLIT_LAYERS = 2 };
 
 /* What the mesh of a part knows of the whole; flesh_mesh.split. */
 typedef struct flesh_split_part {
@@ -23,6 +28,9 @@ typedef struct flesh_split_part {
 void flesh_split_part_destroy(flesh_split_part *split);
 /* This mesh's number of a node of the whole; -1: it has none. */
 int flesh_split_part_find(const flesh_split_part *split, int nodes, int node);
+
+/* Whether the whole has tets of that tag; 0 where `split` is NULL. */
+int flesh_split_has_region(const flesh_split_part *split, int tag);
 
 /* An index. Its parts are in the files part_00000.bin and so on beside it. */
 typedef struct flesh_split_row {

@@ -54,11 +54,10 @@ typedef struct range {
 
 static range range_of(const grid *g, int part)
 {
-  enum { LAYERS = 2 };
   const int place[3] = {part % g->blocks[0], part / g->blocks[0] % g->blocks[1], part / g->blocks[0] / g->blocks[1]};
   range r;
   for (int d = 0; d < 3; d++) {
-    const int low = first_cell(g, d, place[d]) - LAYERS, high = first_cell(g, d, place[d] + 1) + LAYERS;
+    const int low = first_cell(g, d, place[d]) - FLESH_SPLIT_LAYERS, high = first_cell(g, d, place[d] + 1) + FLESH_SPLIT_LAYERS;
     r.low[d] = low < 0 ? 0 : low;
     r.high[d] = high > g->cells[d] ? g->cells[d] : high;
   }

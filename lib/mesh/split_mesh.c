@@ -36,14 +36,13 @@ static int touches(const cut *c, int tet)
 /* The part's own tets, and two layers more; how many tets and nodes these are. */
 static void choose(const cut *c, int part, int *tet_count, int *node_count)
 {
-  enum { LAYERS = 2 };
   const int tets = flesh_mesh_tet_count(c->mesh), nodes = flesh_mesh_node_count(c->mesh);
   for (int i = 0; i < nodes; i++) c->number[i] = -1;
   for (int t = 0; t < tets; t++) c->has_tet[t] = c->owners[t] == part;
-  for (int layer = 0; layer <= LAYERS; layer++) {
+  for (int layer = 0; layer <= FLESH_SPLIT_LAYERS; layer++) {
     for (int t = 0; t < tets; t++)
       if (c->has_tet[t]) mark_nodes(c, t);
-    for (int t = 0; t < tets && layer < LAYERS; t++) c->has_tet[t] |= (uint8_t)touches(c, t);
+    for (int t = 0; t < tets && layer < FLESH_SPLIT_LAYERS; t++) c->has_tet[t] |= (uint8_t)touches(c, t);
   }
   *tet_count = *node_count = 0;
   for (int t = 0; t < tets; t++) *tet_count += c->has_tet[t];

@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "mesh/mesh.h"
+#include "mesh/split.h"
 #include "parallel/halo.h"
 #include "parallel/partition.h"
 #include "parallel/reach.h"
@@ -14,7 +15,8 @@ struct flesh_rank_part {
   flesh_communicator *communicator;
   flesh_mesh *mesh;
   int whole_nodes, tet_count;
-  int *nodes, *tets; /* [team.reached], [tet_count] numbers in the whole */
+  int *nodes, *tets; /* [team.reached], [tet_count] numbers in the mesh that it was made of */
+  int *node_numbers, *tet_numbers; /* the same in the whole, where that mesh is a part of a split one; else NULL */
   flesh_halo halo;    /* from owners to ghosts */
   flesh_halo reached; /* from owners to all who reach a node */
   flesh_halo rows;    /* from all who have a node to all who reach it */
@@ -35,6 +37,7 @@ static int find(const int *nodes, int low, int high, int node)
 
 /* Layers of nodes beyond those of a rank's tets that it reaches. */
 enum { LAYERS = 1 };
+_Static_assert(LAYERS < FLESH_SPLIT_LAYERS, "a part of a split mesh knows who has the nodes that its rank reaches");
 
 /* Who has which node of the whole, and who reaches it. */
 typedef struct search {
@@ -139,6 +142,21 @@ static int make_halo(flesh_rank_part *self, const search *s, const flesh_reach *
   return status;
 }
 
+/* Of a part of a split mesh the whole's numbers and count of nodes, which others go by. */
+static int take_numbers(flesh_rank_part *self, const flesh_split_part *split)
+{
+  const size_t nodes = (size_t)self->team.reached, tets = (size_t)self->tet_count;
+  if (!split) return FLESH_OK;
+  self->team.numbers = self->node_numbers = flesh_malloc((nodes + 1) * sizeof(int));
+  self->team.tets = self->tet_numbers = flesh_malloc((tets + 1) * sizeof(int));
+  if (!self->node_numbers || !self->tet_numbers) return FLESH_ERR_MEMORY;
+  for (size_t i = 0; i < nodes; i++) self->node_numbers[i] = split->nodes[self->nodes[i]];
+  for (size_t t = 0; t < tets; t++) self->tet_numbers[t] = split->tets[self->tets[t]];
+  self->whole_nodes = split->whole_nodes;
+  self->team.all = split->whole_nodes;
+  return FLESH_OK;
+}
+
 /* A node's owner is the first of the ranks whose tets have it. Then the ranks that get nodes by ties. */
 static int find_ranks(const flesh_rank_part *self, const flesh_mesh *whole, search *s)
 {
@@ -163,6 +181,7 @@ static int build(flesh_rank_part *self, const flesh_mesh *whole, search *s)
   if (!status) status = list_tets(self, whole, s);
   if (!status) status = list_nodes(self, s);
   if (!status) status = make_mesh(self, whole);
+  if (!status) status = take_numbers(self, whole->split);
   if (!status) status = make_halo(self, s, &s->have, 1, &self->halo);
   if (!status) status = make_halo(self, s, &s->reach, 1, &self->reached);
   if (!status) status = make_halo(self, s, &s->reach, 0, &self->rows);
@@ -244,10 +263,23 @@ static int cut(flesh_communicator *communicator, const flesh_mesh *whole, int **
   return status;
 }
 
+/* Whether the part of a split mesh is this rank's. */
+static int check_split(const flesh_communicator *communicator, const flesh_split_part *split)
+{
+  const int rank = flesh_communicator_rank(communicator), size = flesh_communicator_size(communicator);
+  return split->parts == size && split->part == rank
+             ? FLESH_OK
+             : flesh_fail(FLESH_ERR_ARGUMENT, "rank %d of %d has part %d of %d; it must be its own", rank, size,
+                          split->part, split->parts);
+}
+
 int flesh_rank_part_create_tied(flesh_communicator *communicator, const flesh_mesh *whole, const int *ranks, int count,
                                 const flesh_rank_tie *ties, flesh_rank_part **rank_part)
 {
-  int *made = NULL, status = ranks ? FLESH_OK : cut(communicator, whole, &made);
+  int *made = NULL, status = FLESH_OK;
+  if (whole->split) status = flesh_communicator_agree(communicator, check_split(communicator, whole->split));
+  if (whole->split && !status) ranks = whole->split->owners;
+  if (!status && !ranks) status = cut(communicator, whole, &made);
   if (!status) status = create(communicator, whole, ranks ? ranks : made, count, ties, rank_part);
   flesh_free(made);
   return status;
@@ -269,6 +301,8 @@ void flesh_rank_part_destroy(flesh_rank_part **rank_part)
   flesh_mesh_destroy(&self->mesh);
   flesh_free(self->nodes);
   flesh_free(self->tets);
+  flesh_free(self->node_numbers);
+  flesh_free(self->tet_numbers);
   flesh_halo_clear(&self->halo);
   flesh_halo_clear(&self->reached);
   flesh_halo_clear(&self->rows);
@@ -299,7 +333,7 @@ int flesh_rank_part_gather(const flesh_rank_part *self, const double *vector, do
   FLESH_NEED({self, "rank_part"}, {vector, "vector"}, {whole, "whole"});
   memset(whole, 0, 3 * (size_t)self->whole_nodes * sizeof *whole);
   for (size_t i = 0; i < (size_t)self->team.own; i++)
-    memcpy(whole + 3 * (size_t)self->nodes[i], vector + 3 * i, 3 * sizeof *whole);
+    memcpy(whole + 3 * (size_t)self->team.numbers[i], vector + 3 * i, 3 * sizeof *whole);
   flesh_communicator_sum(self->communicator, 3 * self->whole_nodes, whole);
   return FLESH_OK;
 }

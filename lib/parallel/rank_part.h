@@ -4,7 +4,10 @@
  * Every tet is of one rank. A node of several ranks is owned by the first of them. So whatever is a sum over tets, or
  * over their faces, is the sum of what the ranks have: a rank's system is an ordinary one on its mesh, and an effect
  * need not know of ranks. Interface tets are computed once; forces on ghosts go to their owners. Effects that tie nodes
- * of several ranks together get those that are missing as ghosts, too, of which no tet of the rank is. */
+ * of several ranks together get those that are missing as ghosts, too, of which no tet of the rank is.
+ *
+ * Where the mesh that it is made of is a part of a split one (mesh/split.h), of as many ranks, that part's own tets are the
+ * rank's; flesh_rank_part_nodes, _tets and _find are then about that mesh, and the numbers of the whole are the team's. */
 #ifndef FLESH_PARALLEL_RANK_PART_H
 #define FLESH_PARALLEL_RANK_PART_H
 

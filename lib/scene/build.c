@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "mesh/split.h"
 #include "scene/effect_rows.h"
 #include "scene/effect_list.h"
 #include "scene/keys.h"
@@ -178,7 +179,7 @@ static int assign_tets(flesh_scene *scene, const flesh_node *body_node, const fl
           mesh_tags[t]);
   }
   for (int i = 0; i < count; i++)
-    if (!tags[i].used) {
+    if (!tags[i].used && !flesh_split_has_region(scene->mesh->split, tags[i].tag)) {
       char existing[200], sentence[260];
       list_mesh_tags(scene->mesh, existing, sizeof existing);
       snprintf(sentence, sizeof sentence, "it must be a region tag of the mesh: %s", existing);
@@ -240,15 +241,36 @@ static int complete_effects(flesh_scene *scene)
                          parameters);
 }
 
-/* Whether the scene asks for an equilibrium, where gravity's exact load is wanted and no free fall. */
-static int is_static(const flesh_scene *scene)
+int flesh_scene_has_inertia(const flesh_scene *scene)
 {
   const flesh_effect_row *inertia = flesh_effect_row_named("inertia");
   const flesh_effect_entry *entries = scene->keys.effects.values;
-  if (scene->keys.time.method == FLESH_METHOD_STATIC) return 1;
   for (int i = 0; i < scene->keys.effects.count; i++)
-    if (entries[i].row == inertia) return 0;
-  return 1;
+    if (entries[i].row == inertia) return 1;
+  return 0;
+}
+
+/* Whether the scene asks for an equilibrium, where gravity's exact load is wanted and no free fall. */
+static int is_static(const flesh_scene *scene)
+{
+  return scene->keys.time.method == FLESH_METHOD_STATIC || !flesh_scene_has_inertia(scene);
+}
+
+/* Adds what the entry says to the system. Of a part of a split mesh sums over tets are made with the rank's own system
+ * (share.c), and `found` is what a selection found here. */
+static int add_entry(flesh_scene *scene, flesh_effect_entry *entry)
+{
+  flesh_split_part *split = scene->mesh->split;
+  const int constraints = scene->system->constraint_count, effects = flesh_system_effect_count(scene->system);
+  if (split && entry->row->on_parts == FLESH_PARTS_TETS) return FLESH_OK;
+  if (split) split->found = -1;
+  const int status = entry->row->add(entry->parameters, &scene->body, scene->system);
+  if (status)
+    return flesh_node_fail_within(status, entry->node ? entry->node : scene->root, "%s: ", entry->path);
+  entry->found = split ? split->found : -1;
+  if (scene->system->constraint_count > constraints) entry->constraint = constraints + 1;
+  if (flesh_system_effect_count(scene->system) > effects) entry->effect = effects + 1;
+  return FLESH_OK;
 }
 
 int flesh_scene_make_system(flesh_scene *scene)
@@ -263,15 +285,11 @@ int flesh_scene_make_system(flesh_scene *scene)
         list, "the scene has neither effects nor a material; nothing acts on the body");
   if ((status = flesh_system_create(scene->mesh, &scene->system)))
     return flesh_fail_within(status, "%s: ", scene->path);
-  flesh_effect_entry *entry = scene->keys.effects.values;
-  for (int i = 0; i < scene->keys.effects.count; i++, entry++) {
-    const int constraints = scene->system->constraint_count, effects = flesh_system_effect_count(scene->system);
-    if ((status = entry->row->add(entry->parameters, &scene->body, scene->system)))
-      return flesh_node_fail_within(status, entry->node ? entry->node : scene->root,
-                                    "%s: ", entry->path);
-    if (scene->system->constraint_count > constraints) entry->constraint = constraints + 1;
-    if (flesh_system_effect_count(scene->system) > effects) entry->effect = effects + 1;
-  }
+  flesh_effect_entry *entries = scene->keys.effects.values;
+  for (int i = 0; i < scene->keys.effects.count; i++)
+    if ((status = add_entry(scene, &entries[i]))) return status;
+  /* A rank steps a system of its own; the first alone observes this one, which is the whole's. */
+  if (scene->rank > 0 || scene->mesh->split) return FLESH_OK;
   status = flesh_system_finalize(scene->system);
   return status ? flesh_fail_within(status, "%s: ", scene->path) : FLESH_OK;
 }

@@ -12,6 +12,7 @@ typedef struct flesh_effect_entry {
   const char *path;       /* "effects[1].gravity" */
   /* What it is in the finished system, counted from 1: a constraint (pins, prescribed motions), an effect; 0: none. */
   int constraint, effect;
+  int found; /* of a part of a split mesh: nodes or triangles that it acts on here; -1: no selection was made */
 } flesh_effect_entry;
 
 /* The row of that name; NULL if none. */

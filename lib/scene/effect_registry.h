@@ -19,6 +19,13 @@
 #include "base/key.h"
 #include "flesh/system.h"
 
+/* How a rank makes an effect that knows a part of a split mesh alone (mesh/split.h), with two layers of tets around. */
+typedef enum flesh_row_on_parts {
+  FLESH_PARTS_REFUSED, /* it needs the whole: its count of nodes, say, or whether its surface is closed */
+  FLESH_PARTS_NODES,   /* of the nodes and faces that it acts on here */
+  FLESH_PARTS_TETS     /* of the rank's own tets */
+} flesh_row_on_parts;
+
 typedef struct flesh_effect_row {
   const char *name;
   const char *doc;
@@ -32,6 +39,7 @@ typedef struct flesh_effect_row {
    * caller. NULL: none (a contact has all). */
   int (*bearers)(const void *parameters, const flesh_body *body, int *count, int **nodes);
   int once; /* of the whole body: a scene names it once at most */
+  flesh_row_on_parts on_parts;
 } flesh_effect_row;
 
 /* ROW(name): flesh_effect_row_<name>, defined in effects/; in the order of the docs. */

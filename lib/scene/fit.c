@@ -4,6 +4,8 @@
 
 #include "base/error.h"
 #include "mesh/refine.h"
+#include "mesh/split.h"
+#include "system/state.h"
 #include "scene/scene.h"
 
 enum { MOST_REFINED = 10 };
@@ -55,6 +57,8 @@ int flesh_scene_read_state(const flesh_scene *scene, flesh_state *state)
 {
   const char *path = scene->keys.start.state;
   const int nodes = flesh_mesh_node_count(scene->mesh);
+  const flesh_split_part *split = scene->mesh->split;
+  if (split) return flesh_state_read_some(path, split->whole_nodes, nodes, split->nodes, state);
   int status = flesh_state_read(path, nodes, state);
   if (status != FLESH_ERR_FILE || scene->part_count || scene->keys.body.curved.count) return status;
   flesh_mesh *mesh = NULL;

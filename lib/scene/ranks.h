@@ -5,6 +5,12 @@
 #include "flesh/ranks.h"
 #include "flesh/scene.h"
 
+/* flesh_scene_read on rank `rank` of `ranks`. Where the body's mesh is split (mesh/split.h) for so many ranks, the scene
+ * is that of the rank's part, and has no system of the whole. Further errors: FLESH_ERR_ARGUMENT where it is split for
+ * another number of ranks, or the scene asks for what needs the whole. */
+int flesh_scene_read_on_rank(const char *path, int count, const char *const *overrides, int rank, int ranks,
+                             flesh_scene **scene);
+
 /* What a rank has of a scene's body. */
 typedef struct flesh_scene_share flesh_scene_share;
 

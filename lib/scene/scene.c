@@ -83,7 +83,7 @@ static int read_mesh(flesh_scene *scene)
   const flesh_key *mesh =
       flesh_key_at(body->children, offsetof(flesh_scene_keys, body.mesh) - body->offset);
   place = flesh_scene_place(place, body->children, mesh->offset);
-  int status = flesh_mesh_read(scene->keys.body.mesh, &scene->mesh);
+  int status = flesh_scene_read_body_mesh(scene, &scene->mesh);
   if (!status) status = flesh_scene_fit_mesh(scene, (flesh_element)scene->keys.body.element, &scene->mesh);
   if (!status) status = flesh_scene_curve_mesh(scene, &scene->keys.body.curved, &scene->mesh);
   if (!status) status = flesh_scene_make_absolute(scene, &scene->keys.body.mesh);
@@ -96,7 +96,7 @@ static int settle_time(flesh_scene *scene)
 {
   const flesh_key *time = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, time));
   const flesh_node *place = flesh_scene_place(scene->root, flesh_scene_table, time->offset);
-  if (!flesh_system_has_role(scene->system, FLESH_ROLE_INERTIA))
+  if (!flesh_scene_has_inertia(scene))
     scene->keys.time.method = FLESH_METHOD_STATIC;
   if (isnan(scene->keys.time.end) && scene->keys.time.method != FLESH_METHOD_STATIC) {
     const flesh_key *end =
@@ -234,6 +234,7 @@ static int read_scene(flesh_scene *scene, int count, const char *const *override
   int status = read_keys(scene, count, overrides);
   if (!status) status = check_solver(scene);
   if (!status) status = read_mesh(scene);
+  if (!status) status = flesh_scene_check_split(scene);
   if (!status) status = flesh_scene_join_bodies(scene);
   if (!status) status = flesh_scene_make_body(scene);
   if (!status) status = flesh_scene_make_system(scene);
@@ -254,12 +255,15 @@ int flesh_scene_check_keys(const char *path, int count, const char *const *overr
 }
 
 /* `text`: NULL where the file is to be read. */
-static int make_scene(const char *text, const char *path, int count, const char *const *overrides, flesh_scene **scene)
+static int make_scene(const char *text, const char *path, int count, const char *const *overrides, int rank, int ranks,
+                      flesh_scene **scene)
 {
   flesh_scene *made = calloc(1, sizeof *made);
   if (!made) return no_memory(path);
   made->path = flesh_arena_text(&made->arena, path, strlen(path));
   made->text = text;
+  made->rank = rank;
+  made->ranks = ranks;
   int status = made->path ? read_scene(made, count, overrides) : no_memory(path);
   made->text = NULL; /* the caller's */
   if (status) flesh_scene_destroy(&made);
@@ -272,7 +276,14 @@ int flesh_scene_read(const char *path, int count, const char *const *overrides, 
   FLESH_NEED({scene, "scene"});
   *scene = NULL;
   FLESH_NEED({path, "path"});
-  return make_scene(NULL, path, count, overrides, scene);
+  return make_scene(NULL, path, count, overrides, 0, 0, scene);
+}
+
+int flesh_scene_read_on_rank(const char *path, int count, const char *const *overrides, int rank, int ranks,
+                             flesh_scene **scene)
+{
+  *scene = NULL;
+  return make_scene(NULL, path, count, overrides, rank, ranks, scene);
 }
 
 int flesh_scene_read_text(const char *text, const char *path, int count, const char *const *overrides,
@@ -284,7 +295,7 @@ int flesh_scene_read_text(const char *text, const char *path, int count, const c
   if (strlen(text) > MAX_FILE)
     return flesh_fail(FLESH_ERR_ARGUMENT, "%s: the text has %zu bytes; a scene has at most %d", path, strlen(text),
                       MAX_FILE);
-  return make_scene(text, path, count, overrides, scene);
+  return make_scene(text, path, count, overrides, 0, 0, scene);
 }
 
 void flesh_scene_destroy(flesh_scene **scene)

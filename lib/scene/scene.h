@@ -24,6 +24,7 @@ struct flesh_scene {
   int probe_count;
   flesh_probe *probes;
   flesh_state start; /* arrays [3*n] in the arena */
+  int rank, ranks;   /* who reads it, of how many; 0, 0: a process by itself */
 };
 
 /* Whether every key and its value are valid, as flesh_scene_read finds them; no mesh is read and
@@ -51,6 +52,10 @@ int flesh_scene_join_bodies(flesh_scene *scene);
 int flesh_scene_fit_mesh(const flesh_scene *scene, flesh_element element, flesh_mesh **mesh);
 /* Puts the mesh's boundary on the surfaces [flesh_scene_curved] that it stands for, one after the other. */
 int flesh_scene_curve_mesh(flesh_scene *scene, const flesh_objects *curved, flesh_mesh **mesh);
+/* Reads a mesh that may be a split one: of that a rank reads its part alone. */
+int flesh_scene_read_body_mesh(const flesh_scene *scene, flesh_mesh **mesh);
+/* FLESH_ERR_ARGUMENT where the mesh is a part of a split one, and a key asks for what needs the whole. */
+int flesh_scene_check_split(const flesh_scene *scene);
 /* Reads start.state into `state`; one of the nodes of body.mesh as it was read is interpolated. */
 int flesh_scene_read_state(const flesh_scene *scene, flesh_state *state);
 /* Densities and materials of their tets; scene->materials has room for one of each, from
@@ -66,6 +71,8 @@ int flesh_scene_check_fields(const flesh_scene *scene);
 int flesh_scene_make_absolute(flesh_scene *scene, char **path);
 /* Densities and materials of the tets from keys.body; needs the mesh. */
 int flesh_scene_make_body(flesh_scene *scene);
+/* Whether an effect is inertia: without it there is nothing to step. */
+int flesh_scene_has_inertia(const flesh_scene *scene);
 /* The effects, elasticity included, and the system of them; needs the body. */
 int flesh_scene_make_system(flesh_scene *scene);
 

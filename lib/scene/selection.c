@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "mesh/pieces.h"
+#include "mesh/split.h"
 
 const flesh_key flesh_sphere_keys[] = {
     {.name = "centre", .type = FLESH_KEY_VECTOR, .offset = 0, .unit = "m", .doc = "of the sphere"},
@@ -28,7 +29,7 @@ static int check(const flesh_selection *selection, const flesh_body *body, const
 {
   const flesh_mesh *mesh = body->mesh;
   const double *box = selection->box;
-  int nodes = flesh_mesh_node_count(mesh), tets = flesh_mesh_tet_count(mesh);
+  int nodes = mesh->split ? mesh->split->whole_nodes : flesh_mesh_node_count(mesh), tets = flesh_mesh_tet_count(mesh);
   *part = NULL;
   if (!has_nodes(selection) && !selection->regions.count && !selection->body)
     return flesh_fail(FLESH_ERR_ARGUMENT, "nothing is chosen; give box, sphere, nodes, regions or body");
@@ -49,7 +50,7 @@ static int check(const flesh_selection *selection, const flesh_body *body, const
   for (int k = 0; k < selection->regions.count; k++) {
     int tet = 0;
     while (tet < tets && flesh_mesh_regions(mesh)[tet] != selection->regions.values[k]) tet++;
-    if (tet == tets)
+    if (tet == tets && !flesh_split_has_region(mesh->split, selection->regions.values[k]))
       return flesh_fail(FLESH_ERR_ARGUMENT, "regions[%d] is %d; no tet of the mesh has that tag", k,
                         selection->regions.values[k]);
   }
@@ -61,7 +62,11 @@ static void mark(const flesh_selection *selection, const flesh_mesh *mesh, uint8
 {
   const double *box = selection->box, *centre = selection->sphere.centre,
                radius = selection->sphere.radius, *X = flesh_mesh_positions(mesh);
-  for (int k = 0; k < selection->nodes.count; k++) chosen[selection->nodes.values[k]] = 1;
+  for (int k = 0; k < selection->nodes.count; k++) {
+    const int node = selection->nodes.values[k];
+    const int own = mesh->split ? flesh_split_part_find(mesh->split, mesh->nodes, node) : node;
+    if (own >= 0) chosen[own] = 1;
+  }
   for (int i = 0; i < flesh_mesh_node_count(mesh); i++) {
     const double *p = X + 3 * i;
     if (has_box(selection) && p[0] >= box[0] && p[1] >= box[1] && p[2] >= box[2] && p[0] <= box[3] &&
@@ -89,6 +94,13 @@ static int nothing_found(const flesh_selection *selection, const char *what)
                     : has_box(selection)                        ? "box"
                     : has_sphere(selection)                     ? "sphere"
                                                                 : "nodes, regions or body");
+}
+
+/* What was found, where that is enough: of a part of a split mesh nothing may be (share.c asks all ranks). */
+static int is_enough(const flesh_mesh *mesh, int found)
+{
+  if (mesh->split) mesh->split->found = found;
+  return found || mesh->split;
 }
 
 static int is_of(const flesh_body_part *part, int tet)
@@ -121,7 +133,7 @@ int flesh_selection_nodes(const flesh_selection *selection, const flesh_body *bo
     if (chosen[i]) (*nodes)[(*count)++] = i;
   free(chosen);
   if (!*nodes) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d chosen nodes", found);
-  if (found) return FLESH_OK;
+  if (is_enough(mesh, found)) return FLESH_OK;
   free(*nodes);
   return nothing_found(selection, "node");
 }
@@ -154,7 +166,7 @@ int flesh_selection_triangles(const flesh_selection *selection, const flesh_body
   }
   free(chosen);
   *count = found;
-  if (found) return FLESH_OK;
+  if (is_enough(mesh, found)) return FLESH_OK;
   free(*triangles);
   return nothing_found(selection, "surface triangle");
 }

@@ -5,6 +5,9 @@
 
 #include "base/error.h"
 #include "effect/effect.h"
+#include "mesh/mesh.h"
+#include "mesh/split.h"
+#include "parallel/communicator.h"
 #include "scene/effect_list.h"
 #include "scene/ranks.h"
 #include "scene/scene.h"
@@ -68,6 +71,22 @@ static int take_constraint(flesh_scene_share *self, const flesh_constraint *whol
   return status;
 }
 
+/* How many of the nodes or triangles that a constraint or an effect is about a rank has, of a part of a split mesh: what
+ * no rank has is chosen by mistake. Each node counts on all ranks around it, which does no harm. Collective. */
+static int check_found(const flesh_scene_share *self, flesh_communicator *communicator)
+{
+  const flesh_effect_entry *entries = self->scene->keys.effects.values;
+  int status = FLESH_OK;
+  if (!self->scene->mesh->split) return FLESH_OK;
+  for (int k = 0; k < self->scene->keys.effects.count; k++) {
+    double most = entries[k].found;
+    flesh_communicator_largest(communicator, 1, &most);
+    if (most == 0 && !status)
+      status = flesh_node_fail(entries[k].node, "%s: no node or surface triangle of the mesh is chosen", entries[k].path);
+  }
+  return status;
+}
+
 static int take_effect(flesh_scene_share *self, const flesh_effect_entry *entry)
 {
   const flesh_effect *whole = entry->effect ? flesh_system_effect(self->scene->system, entry->effect - 1) : NULL;
@@ -108,6 +127,7 @@ int flesh_scene_share_create(const flesh_scene *scene, flesh_communicator *commu
     self->scene = scene;
     status = flesh_rank_part_create_for(communicator, scene->system, NULL, &self->part);
   }
+  if (!status) status = check_found(self, communicator);
   if (!status) status = flesh_communicator_agree(communicator, build(self));
   if (status) flesh_scene_share_destroy(share);
   return status;

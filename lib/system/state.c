@@ -8,6 +8,7 @@
 #include "flesh/state.h"
 #include "base/file.h"
 #include "base/scan.h"
+#include "system/state.h"
 
 /* The time of a first line `# t <seconds>`; 0 without one. */
 static int read_time(flesh_scanner *s, double *t)
@@ -90,19 +91,28 @@ static int read_column(flesh_scanner s, const column *c)
   return status;
 }
 
-static int read_rows(flesh_scanner *s, int nodes, flesh_state *state)
+/* Which rows are kept: all (NULL), or those of these nodes, which rise. */
+typedef struct wanted {
+  int count;
+  const int *numbers;
+} wanted;
+
+static int read_rows(flesh_scanner *s, int nodes, const wanted *some, flesh_state *state)
 {
   s->item = "node";
   s->form = "x y z vx vy vz";
-  int rows = 0;
+  int rows = 0, kept = 0;
   for (; flesh_scan_next(s); rows++) {
+    double other[6];
+    const int keep = !some->numbers || (kept < some->count && some->numbers[kept] == rows);
+    const size_t to = 3 * (size_t)kept;
+    kept += keep;
     if (rows == nodes)
       return flesh_scan_fail(
           s, "more than %d rows; a state has one for each of the mesh's %d nodes", nodes, nodes);
     s->index = rows;
     for (int i = 0; i < 6; i++) {
-      double *value = i < 3 ? &state->x[3 * (size_t)rows + (size_t)i]
-                            : &state->v[3 * (size_t)rows + (size_t)i - 3];
+      double *value = !keep ? &other[i] : i < 3 ? &state->x[to + (size_t)i] : &state->v[to + (size_t)i - 3];
       int status = flesh_scan_real(s, value);
       if (status) return status;
     }
@@ -115,9 +125,8 @@ static int read_rows(flesh_scanner *s, int nodes, flesh_state *state)
       nodes);
 }
 
-int flesh_state_read(const char *path, int nodes, flesh_state *state)
+static int read_state(const char *path, int nodes, const wanted *some, flesh_state *state)
 {
-  FLESH_NEED({path, "path"}, {state, "state"});
   struct stat info;
   if (stat(path, &info))
     return flesh_fail(FLESH_ERR_FILE, "%s: cannot be opened: %s", path, strerror(errno));
@@ -131,7 +140,7 @@ int flesh_state_read(const char *path, int nodes, flesh_state *state)
   scanner.index = -1;
   if (!status) status = read_time(&scanner, &state->t);
   flesh_scanner whole = scanner;
-  if (!status) status = read_rows(&scanner, nodes, state);
+  if (!status) status = read_rows(&scanner, nodes, some, state);
   whole.line = 1;
   column columns[COLUMNS];
   columns_of(state, columns);
@@ -139,6 +148,33 @@ int flesh_state_read(const char *path, int nodes, flesh_state *state)
     if (columns[k].values) status = read_column(whole, &columns[k]);
   flesh_scan_close(&scanner);
   return status;
+}
+
+int flesh_state_read(const char *path, int nodes, flesh_state *state)
+{
+  FLESH_NEED({path, "path"}, {state, "state"});
+  return read_state(path, nodes, &(wanted){0}, state);
+}
+
+int flesh_state_read_some(const char *path, int nodes, int count, const int *numbers, flesh_state *state)
+{
+  return read_state(path, nodes, &(wanted){count, numbers}, state);
+}
+
+void flesh_state_write_head(flesh_file *file, double t)
+{
+  fprintf(file->stream, "# t ");
+  flesh_number_print(file->stream, t);
+  fprintf(file->stream, "\n# x y z vx vy vz\n");
+}
+
+void flesh_state_write_rows(flesh_file *file, int nodes, const double *x, const double *v)
+{
+  for (int n = 0; n < nodes; n++)
+    for (int i = 0; i < 6; i++) {
+      flesh_number_print(file->stream, i < 3 ? x[3 * (size_t)n + (size_t)i] : v[3 * (size_t)n + (size_t)i - 3]);
+      putc(i < 5 ? ' ' : '\n', file->stream);
+    }
 }
 
 int flesh_state_write(const char *path, int nodes, const flesh_state *state)
@@ -159,14 +195,8 @@ int flesh_state_write(const char *path, int nodes, const flesh_state *state)
   flesh_file file;
   int status = flesh_file_open(path, &file);
   if (status) return status;
-  fprintf(file.stream, "# t ");
-  flesh_number_print(file.stream, state->t);
-  fprintf(file.stream, "\n# x y z vx vy vz\n");
-  for (int n = 0; n < nodes; n++)
-    for (int i = 0; i < 6; i++) {
-      flesh_number_print(file.stream, i < 3 ? state->x[3 * n + i] : state->v[3 * n + i - 3]);
-      putc(i < 5 ? ' ' : '\n', file.stream);
-    }
+  flesh_state_write_head(&file, state->t);
+  flesh_state_write_rows(&file, nodes, state->x, state->v);
   for (const column *c = columns; c < columns + COLUMNS; c++) {
     if (c->count) fprintf(file.stream, "# %s %d\n", c->word, c->count);
     for (int k = 0; k < c->count; k++) {

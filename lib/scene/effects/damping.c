@@ -41,4 +41,5 @@ const flesh_effect_row flesh_effect_row_damping = {
     .parameters_size = sizeof(parameters),
     .sample = "{mass: 2, stiffness: 0.01, stiffness_at: current}",
     .add = add,
+    .on_parts = FLESH_PARTS_TETS,
 };

@@ -30,5 +30,6 @@ const flesh_effect_row flesh_effect_row_elasticity = {
     .parameters_size = sizeof(flesh_elasticity_parameters),
     .sample = "{}",
     .add = add,
+    .on_parts = FLESH_PARTS_TETS,
     .once = 1,
 };

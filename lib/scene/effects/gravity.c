@@ -25,4 +25,5 @@ const flesh_effect_row flesh_effect_row_gravity = {
     .parameters_size = sizeof(parameters),
     .sample = "{acceleration: [1, 2, -9.81]}",
     .add = add,
+    .on_parts = FLESH_PARTS_TETS,
 };

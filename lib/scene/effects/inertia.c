@@ -17,5 +17,6 @@ const flesh_effect_row flesh_effect_row_inertia = {
     .parameters_size = 0,
     .sample = "{}",
     .add = add,
+    .on_parts = FLESH_PARTS_TETS,
     .once = 1,
 };

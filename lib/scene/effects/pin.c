@@ -32,4 +32,5 @@ const flesh_effect_row flesh_effect_row_pin = {
     .parameters_size = sizeof(parameters),
     .sample = "{box: [[-1, -1, -1], [0.1, 2, 2]], axes: [x, z]}",
     .add = add,
+    .on_parts = FLESH_PARTS_NODES,
 };

@@ -47,4 +47,5 @@ const flesh_effect_row flesh_effect_row_prescribed_motion = {
     .sample = "{sphere: {centre: [1, 1, 1], radius: 0.1}, motion: [{time: 0}, {time: 1, translation: "
      "[0.1, 0, 0], rotation: [0, 0, 0.5]}]}",
     .add = add,
+    .on_parts = FLESH_PARTS_NODES,
 };

@@ -21,4 +21,5 @@ const flesh_effect_row flesh_effect_row_traction = {
     .parameters_size = sizeof(flesh_load_parameters),
     .sample = "{box: [[0.9, -1, -1], [2, 2, 2]], traction: [0, 300, 100]}",
     .add = add,
+    .on_parts = FLESH_PARTS_NODES,
 };

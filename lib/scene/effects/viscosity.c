@@ -38,4 +38,5 @@ const flesh_effect_row flesh_effect_row_viscosity = {
     .parameters_size = sizeof(parameters),
     .sample = "{shear: 300, bulk: 500}",
     .add = add,
+    .on_parts = FLESH_PARTS_TETS,
 };
