@@ -103,7 +103,7 @@ static void describe_springs(const flesh_system *system)
 static void describe(const flesh_scene *scene, const flesh_ranks *ranks)
 {
   flesh_mesh_info info;
-  flesh_mesh_inspect(flesh_scene_mesh(scene), &info);
+  flesh_ranks_inspect(ranks, scene, &info);
   printf("mesh: %s, %d nodes, %d tet%s, %.6g m^3\n", flesh_scene_mesh_path(scene), info.nodes,
          info.tets, info.tets == 1 ? "" : "s", info.volume);
   if (info.flipped)
@@ -123,12 +123,14 @@ static void describe(const flesh_scene *scene, const flesh_ranks *ranks)
 }
 
 /* The scene, with what the command line says of it. */
-static int read_scene(const char *path, const char *start_state, const char *method, flesh_overrides *overrides,
-                      flesh_scene **scene)
+static int read_scene(const char *path, const char *start_state, const char *method, const flesh_ranks *ranks,
+                      flesh_overrides *overrides, flesh_scene **scene)
 {
   int status = start_state ? flesh_overrides_add_text(overrides, "start.state", start_state) : FLESH_OK;
   if (!status && method) status = flesh_overrides_add_text(overrides, "time.method", method);
-  return status ? status : flesh_scene_read(path, overrides->texts.count, overrides->texts.values, scene);
+  return status ? status
+                : flesh_scene_read_on_rank(path, overrides->texts.count, overrides->texts.values, ranks ? ranks->rank : 0,
+                                           ranks ? ranks->count : 0, scene);
 }
 
 /* What the command line gave. */
@@ -277,7 +279,7 @@ static int read_and_run(given *g, int argc, char **argv)
     code = take_up(g, &checkpoint, &made, &scene);
   } else {
     options->scene_path = argv[1];
-    int status = read_scene(argv[1], g->start_state, g->method, &g->overrides, &scene);
+    int status = read_scene(argv[1], g->start_state, g->method, g->ranks, &g->overrides, &scene);
     status = flesh_ranks_agree(g->ranks, status);
     if (!status) status = prepare(g, scene);
     if (!status && g->ranks) status = flesh_ranks_share(g->ranks, scene);

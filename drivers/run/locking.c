@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "mesh/mesh.h"
 
 static const double warns_from = 0.47 - 1e-9;
 
@@ -215,11 +216,13 @@ void flesh_warn_of_locking(const flesh_scene *scene, FILE *stream)
   double missing;
   if (!(ratio >= warns_from)) return;
   fprintf(stream, "warning: four-node tets are too stiff in bending at a Poisson's ratio of %g (", ratio);
-  const int most = mixed ? 0 : affordable(scene);
+  const int split = flesh_scene_mesh(scene)->split != NULL; /* no rank has the whole for a solve */
+  const int most = mixed || split ? 0 : affordable(scene);
   if (most && !flesh_locking_find(scene, most, &missing))
     fprintf(stream, "by a linear solve on this mesh, the body gives %.0f %% less under a small load across it than with "
                     "tet10-mean",
             100 * missing);
+  else if (split) say_table(ratio, "is not made where it is split", stream);
   else if (mixed) say_table(ratio, "is made of scenes of one element", stream);
   else say_table(ratio, most ? "did not tell" : "would cost more than a fifth of the run", stream);
   fprintf(stream, "); set %s: tet10-mean\n", mixed ? "their body's element" : "body.element");

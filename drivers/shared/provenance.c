@@ -130,6 +130,12 @@ static void add_input(void *data, const char *path)
   free(name);
 }
 
+json_t *flesh_provenance_mesh(const flesh_mesh_info *info)
+{
+  return json_pack("{sisisisisisf}", "nodes", info->nodes, "tets", info->tets, "surface_triangles", info->triangles,
+                   "flipped_tets", info->flipped, "unused_nodes", info->unused_nodes, "volume", info->volume);
+}
+
 json_t *flesh_provenance_scene(const flesh_scene *scene, const char *path)
 {
   json_t *inputs = json_object(), *files = json_array();
@@ -138,10 +144,7 @@ json_t *flesh_provenance_scene(const flesh_scene *scene, const char *path)
   json_object_set_new(inputs, "files", files);
   flesh_mesh_info info;
   flesh_mesh_inspect(flesh_scene_mesh(scene), &info);
-  json_object_set_new(inputs, "mesh",
-                      json_pack("{sisisisisisf}", "nodes", info.nodes, "tets", info.tets,
-                                "surface_triangles", info.triangles, "flipped_tets", info.flipped,
-                                "unused_nodes", info.unused_nodes, "volume", info.volume));
+  json_object_set_new(inputs, "mesh", flesh_provenance_mesh(&info));
   const flesh_instructions used = flesh_system_instructions(flesh_scene_system(scene));
   json_object_set_new(inputs, "instructions", json_string(flesh_instructions_name(used)));
   json_object_set_new(inputs, "seed", json_integer(flesh_scene_outputs(scene)->seed));

@@ -7,6 +7,8 @@
 
 #include "base/error.h"
 #include "base/threads.h"
+#include "mesh/mesh.h"
+#include "mesh/split.h"
 #include "parallel/communicator.h"
 #include "shared/ranks_join.h"
 
@@ -104,12 +106,35 @@ static int choose_workers(flesh_ranks *self, int tets)
   return status;
 }
 
+int flesh_ranks_mesh_is_split(const flesh_scene *scene) { return flesh_scene_mesh(scene)->split != NULL; }
+
+/* What of the whole mesh is a sum of what the ranks' own tets have. */
+static void measure_whole(flesh_ranks *self, const flesh_mesh *mesh)
+{
+  const flesh_split_part *split = mesh->split;
+  double sums[2] = {0, 0};
+  for (int t = 0; t < mesh->tets; t++)
+    if (split->owners[t] == split->part) sums[0] += mesh->volumes[t];
+  for (int k = 0; k < mesh->triangles; k++) sums[1] += split->owners[mesh->surface_tets[k]] == split->part;
+  flesh_communicator_sum(self->communicator, 2, sums);
+  self->whole = (flesh_mesh_info){.nodes = split->whole_nodes, .tets = split->whole_tets, .volume = sums[0],
+                                  .triangles = (int)sums[1], .order = flesh_mesh_order(mesh)};
+}
+
+void flesh_ranks_inspect(const flesh_ranks *ranks, const flesh_scene *scene, flesh_mesh_info *info)
+{
+  if (ranks && flesh_ranks_mesh_is_split(scene)) *info = ranks->whole;
+  else flesh_mesh_inspect(flesh_scene_mesh(scene), info);
+}
+
 int flesh_ranks_share(flesh_ranks *self, const flesh_scene *scene)
 {
-  int status = choose_workers(self, flesh_mesh_tet_count(flesh_scene_mesh(scene)));
+  const int split = flesh_ranks_mesh_is_split(scene);
+  int status = split ? FLESH_OK : choose_workers(self, flesh_mesh_tet_count(flesh_scene_mesh(scene)));
   if (!status && self->working) {
     status = flesh_scene_share_create(scene, self->working, &self->share);
-    if (!status) status = flesh_gather_create(self->working, flesh_scene_share_part(self->share), &self->gather);
+    if (!status && split) measure_whole(self, flesh_scene_mesh(scene));
+    else if (!status) status = flesh_gather_create(self->working, flesh_scene_share_part(self->share), &self->gather);
   }
   return flesh_communicator_agree(self->communicator, status);
 }

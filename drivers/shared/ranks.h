@@ -14,7 +14,8 @@ typedef struct flesh_ranks {
   int rank, count, all; /* count: those with a part, of all */
   int neighbours_here; /* ranks on this machine, this one included */
   flesh_scene_share *share; /* with the next, once a scene is shared out */
-  flesh_gather *gather;
+  flesh_gather *gather;     /* NULL where the mesh is split, and no rank has the whole */
+  flesh_mesh_info whole;    /* of a split mesh's: counts of nodes, tets, surface triangles, and the volume */
 } flesh_ranks;
 
 /* Joins the ranks where a launcher of MPI has started two or more (its environment says so); *ranks is NULL else. Returns
@@ -45,9 +46,14 @@ int flesh_ranks_largest(const flesh_ranks *ranks, int number);
  * so. Status. */
 int flesh_ranks_works(const flesh_ranks *ranks);
 int flesh_ranks_share(flesh_ranks *ranks, const flesh_scene *scene);
+/* Whether each rank has a part of the scene's mesh alone. */
+int flesh_ranks_mesh_is_split(const flesh_scene *scene);
 /* The system that this process steps, and the threads that it takes for it. */
 const flesh_system *flesh_ranks_system(const flesh_ranks *ranks, const flesh_scene *scene);
 int flesh_ranks_threads(const flesh_ranks *ranks, const flesh_scene *scene);
+
+/* Counts and volume of the scene's whole mesh. */
+void flesh_ranks_inspect(const flesh_ranks *ranks, const flesh_scene *scene, flesh_mesh_info *info);
 
 /* What result.json says of them, on the first; NULL on the others. Every rank calls it. New. */
 json_t *flesh_ranks_json(const flesh_ranks *ranks);

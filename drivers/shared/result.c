@@ -9,6 +9,8 @@
 #include "base/file.h"
 #include "linear/preconditioner.h"
 #include "material/form.h"
+#include "mesh/mesh.h"
+#include "mesh/split.h"
 #include "shared/json_memory.h"
 #include "system/inertia_modulus.h"
 #include "system/stiff_rows.h"
@@ -173,8 +175,9 @@ const char *flesh_preconditioner_used(const flesh_scene *scene, int on_ranks)
   const flesh_solver_options *solver = flesh_scene_solver(scene);
   if (solver->linear_solver != FLESH_LINEAR_PCG) return NULL;
   if (!on_ranks && takes_volumes_out(scene)) return flesh_preconditioner_name(FLESH_PRECONDITIONER_VOLUME_PROJECTION);
+  const flesh_mesh *mesh = flesh_scene_mesh(scene);
   return flesh_preconditioner_name(flesh_preconditioner_choose(
-      solver->preconditioner, flesh_mesh_node_count(flesh_scene_mesh(scene))));
+      solver->preconditioner, mesh->split ? mesh->split->whole_nodes : flesh_mesh_node_count(mesh)));
 }
 
 void flesh_materials_print(FILE *stream, const flesh_scene *scene)

@@ -96,10 +96,10 @@ static int stop(void *data)
 json_t *flesh_running_result(flesh_running *r, json_t *outcome, const flesh_figures *figures)
 {
   json_object_set_new(outcome, "figures",
-                      flesh_figures_json(figures, flesh_scene_system(r->scene)));
+                      flesh_figures_json(figures, flesh_running_system(r)));
   if (r->integrator)
     json_object_set_new(outcome, "effects", flesh_costs_json(flesh_integrator_costs(r->integrator),
-                                                             flesh_scene_system(r->scene)));
+                                                             flesh_running_system(r)));
   json_object_set_new(outcome, "materials", flesh_materials_json(r->scene));
   if (r->resumed) json_object_set(outcome, "resumed", r->resumed);
   json_object_set(outcome, "inputs", r->inputs);
@@ -217,7 +217,7 @@ static void tell_outcome(flesh_running *r, int status, flesh_figures *figures, f
   }
   const char *warning = flesh_integrator_warning(r->integrator);
   if (warning) warn(r, outcome, status != FLESH_ERR_ENERGY, warning);
-  if (!status) figures->stressed_rest = flesh_stressed_rest(r->scene, &r->trace, &r->state);
+  if (!status && !flesh_running_is_split(r)) figures->stressed_rest = flesh_stressed_rest(r->scene, &r->trace, &r->state);
   if (figures->stressed_rest > 0) {
     snprintf(words, sizeof words,
              "the body is at rest in a stressed state: %.4g J of strain energy, and no load holds it (a tangle, or "
@@ -359,7 +359,7 @@ static int prepare(flesh_running *r, flesh_figures *figures, flesh_folder_claim 
 /* The results. Each of them is written even when another could not be. */
 static void finish(flesh_running *r, int prepared, const flesh_figures *figures, flesh_outcome *outcome)
 {
-  if (prepared) add_note(outcome, keep_state(r));
+  if (prepared && !flesh_running_is_split(r)) add_note(outcome, keep_state(r));
   add_note(outcome, flesh_history_close(&r->history));
   add_note(outcome, flesh_probes_close(&r->probes));
   flesh_frames_close(&r->frames);
@@ -369,7 +369,7 @@ static void finish(flesh_running *r, int prepared, const flesh_figures *figures,
   if (r->running) add_note(outcome, keep_result(r, outcome, figures));
   if (prepared && r->checkpoint.on && !outcome->status) add_note(outcome, flesh_running_drop_checkpoint(r));
   if (r->integrator && r->options->profile && !r->options->quiet)
-    flesh_costs_print(stdout, flesh_integrator_costs(r->integrator), flesh_scene_system(r->scene));
+    flesh_costs_print(stdout, flesh_integrator_costs(r->integrator), flesh_running_system(r));
 }
 
 static void close_running(flesh_running *r)
@@ -388,6 +388,7 @@ static void close_running(flesh_running *r)
   free(r->own.internal);
   flesh_proximity_clear(&r->proximity);
   free(r->J);
+  flesh_part_frames_close(&r->part_frames);
   free(r->path);
   flesh_run_trace_clear(&r->trace);
 }
@@ -400,7 +401,7 @@ int flesh_runner_run(const flesh_scene *scene, const flesh_runner_options *optio
   const int first = flesh_ranks_first(options->ranks);
   flesh_folder_claim claim = {.descriptor = -1};
   *outcome = (flesh_outcome){.advice = ""};
-  int status = flesh_figures_open(figures, flesh_scene_system(scene));
+  int status = flesh_figures_open(figures, flesh_running_system(&r));
   if (options->ranks) {
     if (!status) status = flesh_running_share(&r);
     status = flesh_ranks_agree(options->ranks, status);
@@ -408,11 +409,13 @@ int flesh_runner_run(const flesh_scene *scene, const flesh_runner_options *optio
   }
   if (!status && first) status = prepare(&r, figures, &claim);
   status = flesh_ranks_agree(options->ranks, status);
-  const int prepared = !status && first;
+  const int begun = !status, prepared = begun && first;
+  if (begun && flesh_running_is_split(&r)) status = flesh_running_open_parts(&r);
   if (!status) status = simulate(&r, figures, outcome);
   if (status == FLESH_ERR_INTERRUPTED)
     flesh_interrupt_adopt(flesh_ranks_largest(options->ranks, flesh_interrupt_signal()));
   note(outcome, status);
+  if (begun && flesh_running_is_split(&r)) add_note(outcome, flesh_running_keep_parts(&r));
   r.ranks = flesh_ranks_json(options->ranks);
   if (first) finish(&r, prepared, figures, outcome);
   close_running(&r);

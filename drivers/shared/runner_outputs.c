@@ -79,6 +79,8 @@ static int write_running(flesh_running *r, flesh_figures *figures)
   json_object_set_new(r->program, "preconditioner",
                       preconditioner ? json_string(preconditioner) : json_null());
   if (!r->inputs) r->inputs = flesh_provenance_scene(r->scene, options->scene_path);
+  if (flesh_running_is_split(r))
+    json_object_set_new(r->inputs, "mesh", flesh_provenance_mesh(&options->ranks->whole));
   json_t *running = json_pack("{ss}", "status", "running");
   int status = flesh_json_write(flesh_running_path(r, "result.json"), flesh_running_result(r, running, figures));
   if (status) return status; /* an older run's results still stand */
@@ -100,7 +102,7 @@ int flesh_running_open(flesh_running *r, flesh_figures *figures)
   status = flesh_scene_write(r->scene, flesh_running_path(r, "scene.yaml"));
   if (!status)
     status =
-        flesh_history_create(flesh_running_path(r, "history.csv"), flesh_scene_system(r->scene), &r->history);
+        flesh_history_create(flesh_running_path(r, "history.csv"), flesh_running_system(r), &r->history);
   if (!status) status = open_probes(r);
   if (status) return status;
   int every = flesh_scene_outputs(r->scene)->frame_interval;
@@ -108,6 +110,7 @@ int flesh_running_open(flesh_running *r, flesh_figures *figures)
   else
     status =
         flesh_frames_create(flesh_running_path(r, "frames"), flesh_scene_mesh(r->scene), every, &r->frames);
+  if (flesh_running_is_split(r)) flesh_frames_close(&r->frames); /* each rank writes its own */
   if (!status && r->frames) status = set_fields(r);
   if (!status && r->frames) status = open_skin(r, every);
   return status;

@@ -1,15 +1,27 @@
 /* runner_ranks.c: a run on several ranks: each steps its part, and the first observes the whole. */
+#include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/error.h"
+#include "mesh/mesh.h"
+#include "parallel/rank_part.h"
 #include "shared/running.h"
 #include "system/internal.h"
+#include "system/state.h"
+
+int flesh_running_is_split(const flesh_running *r) { return r->options->ranks && flesh_ranks_mesh_is_split(r->scene); }
+
+const flesh_system *flesh_running_system(const flesh_running *r)
+{
+  return flesh_running_is_split(r) ? flesh_ranks_system(r->options->ranks, r->scene) : flesh_scene_system(r->scene);
+}
 
 int flesh_running_share(flesh_running *r)
 {
   const flesh_ranks *ranks = r->options->ranks;
   const size_t unknowns = (size_t)flesh_system_unknowns(flesh_ranks_system(ranks, r->scene));
-  const size_t tets = (size_t)flesh_mesh_tet_count(flesh_scene_mesh(r->scene));
+  const size_t tets = flesh_running_is_split(r) ? 0 : (size_t)flesh_mesh_tet_count(flesh_scene_mesh(r->scene));
   r->own.x = malloc(sizeof(double) * unknowns + 1);
   r->own.v = malloc(sizeof(double) * unknowns + 1);
   r->own.internal_count = flesh_system_internal_count(flesh_scene_system(r->scene)); /* all ranks have all */
@@ -29,10 +41,89 @@ static void hold_unused(const flesh_mesh *mesh, flesh_state *state)
     if (!used[d / 3]) state->x[d] = flesh_mesh_positions(mesh)[d], state->v[d] = 0;
 }
 
+int flesh_running_open_parts(flesh_running *r)
+{
+  const flesh_ranks *ranks = r->options->ranks;
+  const int every = flesh_scene_outputs(r->scene)->frame_interval;
+  const flesh_rank_part *part = flesh_scene_share_part(ranks->share);
+  int status = FLESH_OK;
+  if (!r->options->out || r->options->no_frames || every < 1) return FLESH_OK;
+  if (!r->path && !(r->path = malloc(strlen(r->options->out) + 64))) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!status)
+    status = flesh_part_frames_create(flesh_running_path(r, "frames"), flesh_rank_part_mesh(part),
+                                      flesh_rank_part_team(part), ranks->rank, ranks->count, every, &r->part_frames);
+  return flesh_ranks_agree(ranks, status);
+}
+
+/* A rank's part of a state that goes into a file. */
+typedef struct part_rows {
+  const flesh_team *team;
+  const flesh_state *state;
+  int next; /* of its own nodes, which rise */
+} part_rows;
+
+enum { ROWS = 16384 }; /* at a time */
+
+/* Those of the whole's nodes from `first` to before `end` on all ranks: x [3*ROWS], then v. */
+static void find_rows(part_rows *p, int first, int end, double *rows)
+{
+  memset(rows, 0, 6 * (size_t)ROWS * sizeof *rows);
+  for (; p->next < p->team->own && p->team->numbers[p->next] < end; p->next++) {
+    const size_t from = 3 * (size_t)p->next, to = 3 * (size_t)(p->team->numbers[p->next] - first);
+    memcpy(rows + to, p->state->x + from, 3 * sizeof *rows);
+    memcpy(rows + 3 * (size_t)ROWS + to, p->state->v + from, 3 * sizeof *rows);
+  }
+  flesh_team_sum(p->team, 6 * ROWS, rows);
+}
+
+static int write_state(const flesh_running *r, const char *path, double *rows)
+{
+  const flesh_ranks *ranks = r->options->ranks;
+  const int first = flesh_ranks_first(ranks), nodes = ranks->whole.nodes;
+  part_rows p = {.team = flesh_rank_part_team(flesh_scene_share_part(ranks->share)), .state = &r->own};
+  flesh_file file = {0};
+  int status = flesh_ranks_agree(ranks, first ? flesh_file_open(path, &file) : FLESH_OK);
+  if (status) return status;
+  if (first) flesh_state_write_head(&file, r->own.t);
+  for (int from = 0; from < nodes; from += ROWS) {
+    const int end = nodes - from < ROWS ? nodes : from + ROWS;
+    find_rows(&p, from, end, rows);
+    if (first) flesh_state_write_rows(&file, end - from, rows, rows + 3 * (size_t)ROWS);
+  }
+  return flesh_ranks_agree(ranks, first ? flesh_file_commit(&file) : FLESH_OK);
+}
+
+int flesh_running_keep_parts(flesh_running *r)
+{
+  const flesh_ranks *ranks = r->options->ranks;
+  const flesh_runner_options *options = r->options;
+  double *rows = malloc(6 * (size_t)ROWS * sizeof *rows), sum = 0;
+  if (options->out && !r->path) r->path = malloc(strlen(options->out) + 64);
+  int status = rows && (!options->out || r->path) ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  for (int d = 0; d < flesh_system_unknowns(flesh_running_system(r)); d++) sum += 0 * r->own.x[d] + 0 * r->own.v[d];
+  if (!status && sum != 0)
+    status = flesh_fail(FLESH_ERR_NONFINITE, "%s: not written: the state is not finite", options->out ? "state.txt" : "state");
+  status = flesh_ranks_agree(ranks, status);
+  if (!status && options->out) status = write_state(r, flesh_running_path(r, "state.txt"), rows);
+  if (!status && options->save_state) status = write_state(r, options->save_state, rows);
+  free(rows);
+  return status;
+}
+
+/* Each rank writes its own frames; what else is observed is sums, which the first has. */
+static int observe_parts(flesh_running *r, const flesh_step_record *record)
+{
+  int status = r->part_frames ? flesh_part_frames_observe(r->part_frames, record) : FLESH_OK;
+  for (int o = 0; o < r->observer_count && status >= 0; o++)
+    status = r->observers[o].observe(r->observers[o].data, record);
+  return status;
+}
+
 int flesh_running_observe_ranks(void *data, const flesh_step_record *record)
 {
   flesh_running *r = data;
   const flesh_ranks *ranks = r->options->ranks;
+  if (flesh_running_is_split(r)) return observe_parts(r, record);
   r->state.t = record->state->t;
   flesh_gather_vector(ranks->gather, record->state->x, r->state.x);
   flesh_gather_vector(ranks->gather, record->state->v, r->state.v);

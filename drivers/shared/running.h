@@ -6,6 +6,7 @@
 #include <time.h>
 
 #include "flesh/probe.h"
+#include "output/part_frames.h"
 #include "shared/checkpoint.h"
 #include "shared/runner_options.h"
 #include "shared/run_trace.h"
@@ -29,6 +30,7 @@ typedef struct flesh_running {
   flesh_proximity proximity;
   int observer_count;
   const flesh_observer *observers; /* of the whole, on the first */
+  flesh_part_frames *part_frames; /* of a split mesh, of which each rank writes its part; NULL: none */
   json_t *ranks; /* what result.json says of them */
   double started; /* monotonic seconds */
   double last_progress;
@@ -66,6 +68,14 @@ int flesh_running_reopen(flesh_running *running, flesh_figures *figures, const f
 
 /* Memory of this rank's part of the run, with its start. */
 int flesh_running_share(flesh_running *running);
+/* Whether the mesh is split, so that no rank has the whole. */
+int flesh_running_is_split(const flesh_running *running);
+/* The system that is observed: the whole's, or of a split mesh this rank's part of it. */
+const flesh_system *flesh_running_system(const flesh_running *running);
+/* Of a split mesh what each rank writes; the first has made the folder. Every rank calls it, as the next. */
+int flesh_running_open_parts(flesh_running *running);
+/* The last state, row by row in the order of the whole, of which the first rank has some at a time. */
+int flesh_running_keep_parts(flesh_running *running);
 /* Has the first rank's observers observe the whole. */
 int flesh_running_observe_ranks(void *running, const flesh_step_record *record);
 

@@ -30,14 +30,14 @@ static const char *path_of(flesh_frames *frames, const char *name)
   return frames->path;
 }
 
-/* frame_<digits>.vtu or obstacle_<digits and _>.obj */
+/* frame_<digits and _>.vtu or .pvtu, or obstacle_<digits and _>.obj */
 static int is_frame(const char *name)
 {
   const char *digits = strncmp(name, "frame_", 6) ? name + 9 : name + 6;
   const char *suffix = digits == name + 6 ? ".vtu" : ".obj";
   if (digits != name + 6 && strncmp(name, "obstacle_", 9)) return 0;
   size_t count = strspn(digits, "0123456789_");
-  return count > 0 && !strcmp(digits + count, suffix);
+  return count > 0 && (!strcmp(digits + count, suffix) || (digits == name + 6 && !strcmp(digits + count, ".pvtu")));
 }
 
 /* The step of a frame, or of a moving obstacle's file beside it; -1 of a still one's. */

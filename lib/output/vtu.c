@@ -173,6 +173,42 @@ int flesh_vtu_write(const char *path, const flesh_vtu *content)
   return flesh_file_commit(&file);
 }
 
+static void print_part_arrays(FILE *stream, const char *section, int count, const flesh_vtu_array *arrays)
+{
+  fprintf(stream, "    <%s>\n", section);
+  for (int a = 0; a < count; a++) {
+    fprintf(stream, "      <PDataArray type=\"%s\" Name=\"", arrays[a].doubles ? "Float64" : "Int32");
+    print_escaped(stream, arrays[a].name);
+    fprintf(stream, "\" NumberOfComponents=\"%d\"", arrays[a].components);
+    print_component_names(stream, &arrays[a]);
+    fputs("/>\n", stream);
+  }
+  fprintf(stream, "    </%s>\n", section);
+}
+
+int flesh_pvtu_write(const char *path, const flesh_vtu *content, const char *stem, int parts)
+{
+  flesh_file file;
+  int status = flesh_file_open(path, &file);
+  if (status) return status;
+  fprintf(file.stream,
+          "<?xml version=\"1.0\"?>\n"
+          "<VTKFile type=\"PUnstructuredGrid\" version=\"1.0\" byte_order=\"%s\" header_type=\"UInt64\">\n"
+          "  <PUnstructuredGrid GhostLevel=\"0\">\n",
+          byte_order());
+  print_part_arrays(file.stream, "PPointData", content->point_array_count, content->point_arrays);
+  print_part_arrays(file.stream, "PCellData", content->cell_array_count, content->cell_arrays);
+  fputs("    <PPoints>\n      <PDataArray type=\"Float64\" Name=\"Points\" NumberOfComponents=\"3\"/>\n"
+        "    </PPoints>\n", file.stream);
+  for (int part = 0; part < parts; part++) {
+    fputs("    <Piece Source=\"", file.stream);
+    print_escaped(file.stream, stem);
+    fprintf(file.stream, "_%05d.vtu\"/>\n", part);
+  }
+  fputs("  </PUnstructuredGrid>\n</VTKFile>\n", file.stream);
+  return flesh_file_commit(&file);
+}
+
 int flesh_pvd_write(const char *path, int count, const double *times, const char *const *files)
 {
   flesh_file file;

@@ -33,6 +33,10 @@ typedef struct flesh_vtu {
 /* Whole or not at all; FLESH_ERR_FILE with path and reason. */
 int flesh_vtu_write(const char *path, const flesh_vtu *content);
 
+/* A .pvtu of the files <stem>_00000.vtu to that of parts - 1, beside it, which all have the arrays of `content`; nothing
+ * else of that is looked at. As above. */
+int flesh_pvtu_write(const char *path, const flesh_vtu *content, const char *stem, int parts);
+
 /* The frames of a .pvd so far: zero-initialise, name the next one, and add it when it is written. */
 enum { FLESH_PVD_NAME_SIZE = 32 };
 typedef struct flesh_pvd {

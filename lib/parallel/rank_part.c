@@ -37,7 +37,7 @@ static int find(const int *nodes, int low, int high, int node)
 
 /* Layers of nodes beyond those of a rank's tets that it reaches. */
 enum { LAYERS = 1 };
-_Static_assert(LAYERS < FLESH_SPLIT_LAYERS, "a part of a split mesh knows who has the nodes that its rank reaches");
+_Static_assert((int)LAYERS < (int)FLESH_SPLIT_LAYERS, "a part of a split mesh knows who has the nodes that its rank reaches");
 
 /* Who has which node of the whole, and who reaches it. */
 typedef struct search {

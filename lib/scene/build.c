@@ -262,12 +262,13 @@ static int add_entry(flesh_scene *scene, flesh_effect_entry *entry)
 {
   flesh_split_part *split = scene->mesh->split;
   const int constraints = scene->system->constraint_count, effects = flesh_system_effect_count(scene->system);
+  entry->found = -1;
   if (split && entry->row->on_parts == FLESH_PARTS_TETS) return FLESH_OK;
   if (split) split->found = -1;
   const int status = entry->row->add(entry->parameters, &scene->body, scene->system);
   if (status)
     return flesh_node_fail_within(status, entry->node ? entry->node : scene->root, "%s: ", entry->path);
-  entry->found = split ? split->found : -1;
+  if (split) entry->found = split->found;
   if (scene->system->constraint_count > constraints) entry->constraint = constraints + 1;
   if (flesh_system_effect_count(scene->system) > effects) entry->effect = effects + 1;
   return FLESH_OK;

@@ -8,6 +8,7 @@
 #include "base/huge_pages.h"
 #include "base/memory.h"
 #include "effect/effect.h"
+#include "mesh/mesh.h"
 #include "parallel/rank_part.h"
 #include "system/feasible_step.h"
 #include "system/parts.h"
@@ -80,7 +81,7 @@ static int add_constraint(flesh_system *system, int count, const int *nodes, uns
 {
   int status = still_open(system);
   if (status) return status;
-  if ((count < 1 && !system->team) || axes == 0 || axes > FLESH_AXES_ALL)
+  if ((count < 1 && !system->team && !system->mesh->split) || axes == 0 || axes > FLESH_AXES_ALL)
     return flesh_fail(FLESH_ERR_ARGUMENT, "a constraint needs at least one node and one axis");
   if (!(until > from))
     return flesh_fail(FLESH_ERR_ARGUMENT, "until is %g s; it must be after from, %g s", until, from);
