@@ -8,7 +8,7 @@
 #include "base/error.h"
 #include "base/threads.h"
 #include "mesh/mesh.h"
-#include "mesh/split.h"
+#include "mesh/split_part.h"
 #include "parallel/communicator.h"
 #include "shared/ranks_join.h"
 

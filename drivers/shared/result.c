@@ -10,7 +10,7 @@
 #include "linear/preconditioner.h"
 #include "material/form.h"
 #include "mesh/mesh.h"
-#include "mesh/split.h"
+#include "mesh/split_part.h"
 #include "shared/json_memory.h"
 #include "system/inertia_modulus.h"
 #include "system/stiff_rows.h"

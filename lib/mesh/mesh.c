@@ -10,7 +10,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "mesh/bernstein.h"
-#include "mesh/split.h"
+#include "mesh/split_part.h"
 
 /* A tet is flat when its volume cannot be distinguished from 0: the determinant 6V of edges that are known
  * to half a unit in the last place carries an error of some 1e-15 (longest edge)^3, ten times below

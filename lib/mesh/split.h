@@ -10,27 +10,7 @@
 
 #include "base/scan.h"
 #include "mesh/mesh.h"
-
-/* Layers of tets around a part's own. A rank that reaches k layers of nodes beyond its own (parallel/rank_part.c) has to
- * know of k + 1. */
-enum { FLESH_SPLIT_LAYERS = 2 };
-
-/* What the mesh of a part knows of the whole; flesh_mesh.split. */
-typedef struct flesh_split_part {
-  int parts, part;             /* how many, and which this is, from 0 */
-  int whole_nodes, whole_tets; /* of the whole, where every node is of some tet */
-  int *nodes, *tets;           /* [nodes], [tets] numbers in the whole, rising */
-  int *owners;                 /* [tets] the part whose own each tet is */
-  int region_count, *regions;  /* the whole's region tags, rising */
-  int found;                   /* nodes or triangles that selections have found here, while a scene is read; -1: none asked */
-} flesh_split_part;
-
-void flesh_split_part_destroy(flesh_split_part *split);
-/* This mesh's number of a node of the whole; -1: it has none. */
-int flesh_split_part_find(const flesh_split_part *split, int nodes, int node);
-
-/* Whether the whole has tets of that tag; 0 where `split` is NULL. */
-int flesh_split_has_region(const flesh_split_part *split, int tag);
+#include "mesh/split_part.h"
 
 /* An index. Its parts are in the files part_00000.bin and so on beside it. */
 typedef struct flesh_split_row {

@@ -6,7 +6,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "mesh/mesh.h"
-#include "mesh/split.h"
+#include "mesh/split_part.h"
 #include "parallel/halo.h"
 #include "parallel/partition.h"
 #include "parallel/reach.h"

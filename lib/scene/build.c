@@ -6,7 +6,9 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "mesh/split.h"
+#include "effect/effect.h"
+#include "mesh/mesh.h"
+#include "mesh/split_part.h"
 #include "scene/effect_rows.h"
 #include "scene/effect_list.h"
 #include "scene/keys.h"
@@ -274,6 +276,14 @@ static int add_entry(flesh_scene *scene, flesh_effect_entry *entry)
   return FLESH_OK;
 }
 
+static int has_internals(const flesh_system *system)
+{
+  int count = 0;
+  for (int k = 0; k < flesh_system_effect_count(system); k++)
+    count += flesh_effect_internal_count(flesh_system_effect(system, k));
+  return count > 0;
+}
+
 int flesh_scene_make_system(flesh_scene *scene)
 {
   int status = complete_effects(scene);
@@ -289,8 +299,9 @@ int flesh_scene_make_system(flesh_scene *scene)
   flesh_effect_entry *entries = scene->keys.effects.values;
   for (int i = 0; i < scene->keys.effects.count; i++)
     if ((status = add_entry(scene, &entries[i]))) return status;
-  /* A rank steps a system of its own; the first alone observes this one, which is the whole's. */
-  if (scene->rank > 0 || scene->mesh->split) return FLESH_OK;
+  /* A rank steps a system of its own; the first alone observes this one, which is the whole's. Internal variables are all
+   * ranks'. */
+  if (scene->mesh->split || (scene->rank > 0 && !has_internals(scene->system))) return FLESH_OK;
   status = flesh_system_finalize(scene->system);
   return status ? flesh_fail_within(status, "%s: ", scene->path) : FLESH_OK;
 }

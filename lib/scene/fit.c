@@ -4,7 +4,8 @@
 
 #include "base/error.h"
 #include "mesh/refine.h"
-#include "mesh/split.h"
+#include "mesh/mesh.h"
+#include "mesh/split_part.h"
 #include "system/state.h"
 #include "scene/scene.h"
 

@@ -8,7 +8,8 @@
 
 #include "base/error.h"
 #include "mesh/pieces.h"
-#include "mesh/split.h"
+#include "mesh/mesh.h"
+#include "mesh/split_part.h"
 
 const flesh_key flesh_sphere_keys[] = {
     {.name = "centre", .type = FLESH_KEY_VECTOR, .offset = 0, .unit = "m", .doc = "of the sphere"},

@@ -6,7 +6,7 @@
 #include "base/error.h"
 #include "effect/effect.h"
 #include "mesh/mesh.h"
-#include "mesh/split.h"
+#include "mesh/split_part.h"
 #include "parallel/communicator.h"
 #include "scene/effect_list.h"
 #include "scene/ranks.h"

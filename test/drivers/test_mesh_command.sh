@@ -30,13 +30,29 @@ check help 0 'Usage: flesh mesh COMMAND' --help
 check box_help 0 '--cells NX,NY,NZ' box --help
 check info_help 0 'radius ratio' info --help
 check convert_help 0 'IN OUT' convert --help
-check no_command 2 'the commands are info, convert, surface and box'
+check no_command 2 'the commands are info, convert, surface, box and split'
 check unknown_command 2 "unknown command 'bend'" bend
 check no_file 2 'missing FILE' info
 check unknown_option 2 'unknown or ambiguous option --deep' info --deep a.msh
 check missing_file 3 'nothing.msh: cannot be opened: No such file or directory' info nothing.msh
 check box 0 'bar.msh: 425 nodes, 1536 tets, 1 region' \
   box --cells 16,4,4 --size 4,1,1 --out bar.msh
+check split_help 0 'MESH --parts N --out FOLDER' split --help
+check split 0 'bar_parts/index.txt: 425 nodes, 1536 tets, 1 region, in 1 part of 1536 to 1536 tets, with 0.0 % more' \
+  split bar.msh --parts 1 --out bar_parts
+check split_is_read 0 'volume         4 m^3' info bar_parts/index.txt
+check split_into_itself 2 'is read' split bar_parts/index.txt --parts 1 --out bar_parts
+check split_without_parts 2 '--parts is missing; it must be a number of parts from 1' split bar.msh --out no
+check split_without_out 2 '--out is missing; it must be a folder' split bar.msh --parts 1
+check box_in_parts 0 'box_parts/index.txt: 425 nodes, 1536 tets, 1 region, in 6 parts of 192 to 288 tets' \
+  box --cells 16,4,4 --size 4,1,1 --parts 6 --out box_parts
+check box_in_parts_is_read 0 '425' info box_parts/index.txt
+check box_in_too_many_parts 2 '17 parts cannot be blocks of 16 x 4 x 4 cells' \
+  box --cells 16,4,4 --size 4,1,1 --parts 17 --out no
+check box_beyond_ints 2 'at most 715827882 and 536870911 are supported' \
+  box --cells 1000,1000,1000 --size 4,1,1 --parts 8 --out no
+check box_in_parts_of_ten_nodes 2 'with --parts it must be 1' \
+  box --cells 16,4,4 --size 4,1,1 --parts 6 --order 2 --out no
 check box_info 0 'volume         4 m^3' info bar.msh
 check box_origin 0 'b.node: 24 nodes, 36 tets' \
   box --cells 1,2,3 --size 1,1/2,1e-1 --origin -1,-2,-3 --out b.node

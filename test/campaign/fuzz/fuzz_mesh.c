@@ -1,6 +1,9 @@
-/* fuzz_mesh.c: meshes of every format; an input with a "%%" line is TetGen's .node and .ele. */
+/* fuzz_mesh.c: meshes of every format; an input with a "%%" line is TetGen's .node and .ele, or an index and a part of a
+ * split mesh; one that begins with "%split" is the arrays of such a part. */
 #define _GNU_SOURCE
 #include "fuzz.h"
+
+#include "mesh/split.h"
 
 int LLVMFuzzerInitialize(int *argc, char ***argv);
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
@@ -52,14 +55,63 @@ static void check_again(const flesh_mesh *mesh, const char *path)
   flesh_mesh_destroy(&again);
 }
 
+/* The input's next number, from 0 to before `end` or somewhat beyond. */
+static int next_number(const uint8_t **data, size_t *size, int end)
+{
+  if (!*size) return 0;
+  const int number = **data;
+  (*data)++, (*size)--;
+  return number < 250 ? number % end : number - 252;
+}
+
+/* A part of a split mesh of two whose arrays the input gives, with the right check sum: read alone, and as the first of
+ * the whole, whose second part is as it should be. */
+static void try_arrays(const uint8_t *data, size_t size)
+{
+  flesh_split split = {0};
+  flesh_split_arrays a = {0};
+  flesh_mesh *mesh = NULL;
+  const double size3[3] = {2, 1, 1}, origin[3] = {0, 0, 0};
+  int status = flesh_split_box((int[]){2, 1, 1}, size3, origin, 2, "split", &split);
+  flesh_split_close(&split);
+  if (!status) status = flesh_split_open("split/index.txt", &split);
+  if (!status) status = flesh_split_load_part(&split, 0, &a);
+  fuzz_expect(!status, "a box in two parts is refused");
+  int *const arrays[] = {a.node_numbers, a.tet_nodes, a.tet_numbers, a.owners};
+  const int counts[] = {a.nodes, 4 * a.tets, a.tets, a.tets}, ends[] = {a.nodes, a.nodes, a.tets, 2};
+  while (size > 2) {
+    const int k = next_number(&data, &size, 4), at = next_number(&data, &size, counts[k & 3]);
+    arrays[k & 3][at < 0 || at >= counts[k & 3] ? 0 : at] = next_number(&data, &size, ends[k & 3]);
+  }
+  fuzz_expect(!flesh_split_write_part(&split, "split", 0, &a), "a part is not written");
+  flesh_split_close(&split);
+  fuzz_expect(!flesh_split_open("split/index.txt", &split), "an index is refused");
+  status = flesh_split_read_part(&split, 0, &mesh);
+  fuzz_status(status);
+  fuzz_expect(!status == (mesh != NULL), "a status that is not what was returned");
+  if (mesh) check(mesh);
+  flesh_mesh_destroy(&mesh);
+  status = flesh_mesh_read("split/index.txt", &mesh);
+  fuzz_status(status);
+  if (mesh) check(mesh);
+  flesh_mesh_destroy(&mesh);
+  flesh_split_arrays_clear(&a);
+  flesh_split_close(&split);
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
   static const char *const written[] = {"w.node", "w.msh", "w.mesh"};
   const uint8_t *second = data;
+  if (size > 6 && !memcmp(data, "%split", 6)) {
+    try_arrays(data + 6, size - 6);
+    return 0;
+  }
   size_t left = size, first = fuzz_part(&second, &left);
   int pair = second != data + first;
   fuzz_write(pair ? "m.node" : "m", data, first);
   if (pair) fuzz_write("m.ele", second, left);
+  if (pair) fuzz_write("part_00000.bin", second, left);
   flesh_mesh *mesh = NULL;
   int status = flesh_mesh_read(pair ? first % 2 ? "m.node" : "m.ele" : "m", &mesh);
   fuzz_status(status);

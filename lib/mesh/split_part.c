@@ -1,0 +1,33 @@
+/* split_part.c: numbers of a part of a split mesh in the whole. */
+#include "mesh/split_part.h"
+
+#include "base/memory.h"
+
+void flesh_split_part_destroy(flesh_split_part *split)
+{
+  if (!split) return;
+  flesh_free(split->nodes);
+  flesh_free(split->tets);
+  flesh_free(split->owners);
+  flesh_free(split->regions);
+  flesh_free(split);
+}
+
+int flesh_split_part_find(const flesh_split_part *split, int nodes, int node)
+{
+  int low = 0, high = nodes;
+  while (low < high) {
+    const int middle = low + (high - low) / 2;
+    if (split->nodes[middle] == node) return middle;
+    if (split->nodes[middle] < node) low = middle + 1;
+    else high = middle;
+  }
+  return -1;
+}
+
+int flesh_split_has_region(const flesh_split_part *split, int tag)
+{
+  for (int k = 0; split && k < split->region_count; k++)
+    if (split->regions[k] == tag) return 1;
+  return 0;
+}
