@@ -19,11 +19,12 @@ static char *join(const char *folder, const char *name)
 
 static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a run"); }
 
-/* Of "frame_000012.vtu". */
+/* Of "frame_000012.vtu", or of a frame in parts. */
 static int number_of(const char *name, int *number)
 {
   int end = 0;
-  return sscanf(name, "frame_%9d.vtu%n", number, &end) == 1 && end && !name[end] && *number >= 0;
+  return sscanf(name, "frame_%9d%n", number, &end) == 1 && end && *number >= 0 &&
+         (!strcmp(name + end, ".vtu") || !strcmp(name + end, ".pvtu"));
 }
 
 static int open_frames(flesh_run_folder *run, const char *path)

@@ -1,4 +1,5 @@
-/* vtu_read.c: reads the XML that vtu.c writes, by its tags; other VTK files are refused. */
+/* vtu_read.c: reads the XML that vtu.c writes, by its tags, of parts the vectors at their places in the whole; other VTK
+ * files are refused. */
 #include "output/vtu_read.h"
 
 #include <math.h>
@@ -54,29 +55,120 @@ static const char *byte_order(void)
   return *(const uint8_t *)&one ? "LittleEndian" : "BigEndian";
 }
 
-/* Copies a vector array out of the appended data. */
-static int read_array(const char *path, const char *header, const char *header_end,
-                      const char *data, const char *data_end, const char *name, int points,
-                      double *target)
+/* A .vtu in memory. */
+typedef struct vtu_file {
+  const char *path;
+  char *text;
+  size_t size;
+  const char *data; /* appended, behind its mark */
+  int64_t points;
+} vtu_file;
+
+/* Where the appended data of an array of `points` items begin; NULL with a refusal. */
+static const char *find_array(const vtu_file *f, const char *name, const char *type, const char *components, size_t item)
 {
   char value[VALUE_SIZE];
-  const char *at = header;
-  uint64_t bytes, wanted = 3 * sizeof(double) * (uint64_t)points;
-  for (size_t length; (length = next_tag(&at, header_end, "DataArray")); at += length) {
+  const char *at = f->text, *data_end = f->text + f->size;
+  uint64_t bytes, wanted = item * (uint64_t)f->points;
+  for (size_t length; (length = next_tag(&at, f->data, "DataArray")); at += length) {
     if (!attribute(at, length, "Name", value) || strcmp(value, name)) continue;
-    if (!attribute(at, length, "type", value) || strcmp(value, "Float64") ||
-        !attribute(at, length, "NumberOfComponents", value) || strcmp(value, "3") ||
+    if (!attribute(at, length, "type", value) || strcmp(value, type) ||
+        !attribute(at, length, "NumberOfComponents", value) || strcmp(value, components) ||
         !attribute(at, length, "offset", value))
       break;
-    uint64_t offset = strtoull(value, NULL, 10), room = (uint64_t)(data_end - data);
+    uint64_t offset = strtoull(value, NULL, 10), room = (uint64_t)(data_end - f->data);
     if (offset > room || room - offset < sizeof bytes) break;
-    memcpy(&bytes, data + offset, sizeof bytes);
+    memcpy(&bytes, f->data + offset, sizeof bytes);
     if (bytes != wanted || room - offset - sizeof bytes < bytes) break;
-    memcpy(target, data + offset + sizeof bytes, bytes);
-    return FLESH_OK;
+    return f->data + offset + sizeof bytes;
   }
-  snprintf(value, sizeof value, "there is no whole array '%.20s' of vectors", name);
-  return refuse(path, value);
+  snprintf(value, sizeof value, "there is no whole array '%.20s' of %s", name, item == sizeof(int) ? "numbers" : "vectors");
+  refuse(f->path, value);
+  return NULL;
+}
+
+/* To be freed also when it fails. */
+static int open_vtu(const char *path, char *text, size_t size, vtu_file *f)
+{
+  static const char mark[] = "<AppendedData encoding=\"raw\">\n_", last[] = "</VTKFile>\n";
+  char value[VALUE_SIZE];
+  size_t length;
+  const char *at = text, *data = strstr(text, mark); /* the header holds no 0 */
+  *f = (vtu_file){.path = path, .text = text, .size = size, .data = data ? data + sizeof mark - 1 : NULL};
+  if (!(length = next_tag(&at, text + size, "VTKFile")) ||
+      !attribute(at, length, "byte_order", value) || strcmp(value, byte_order()) || !data)
+    return refuse(path, "this is no .vtu of raw data in this machine's byte order");
+  if (memcmp(text + size - (sizeof last - 1), last, sizeof last - 1)) return refuse(path, "the file is cut off");
+  if (!(length = next_tag(&at, data, "Piece")) || !attribute(at, length, "NumberOfPoints", value))
+    return refuse(path, "it does not say how many points it has");
+  f->points = strtoll(value, NULL, 10);
+  return FLESH_OK;
+}
+
+static int read_whole(const char *path, char *text, size_t size, int points, int count, const char *const *names,
+                      double *const *targets)
+{
+  vtu_file f;
+  int status = open_vtu(path, text, size, &f);
+  if (!status && f.points != points)
+    status = flesh_fail(FLESH_ERR_FILE, "%s: the frame has %lld points; the mesh has %d nodes", path,
+                        (long long)f.points, points);
+  for (int k = 0; k < count && !status; k++) {
+    const char *values = find_array(&f, names[k], "Float64", "3", 3 * sizeof(double));
+    if (values) memcpy(targets[k], values, 3 * sizeof(double) * (size_t)points);
+    else status = FLESH_ERR_FILE;
+  }
+  return status;
+}
+
+/* The vectors of a part's points, into the places of the whole's; *found of its points are marked in `known` anew. */
+static int scatter(const vtu_file *f, int points, int count, const char *const *names, double *const *targets,
+                   uint8_t *known, int *found)
+{
+  const char *numbers = f->points <= points ? find_array(f, "node", "Int32", "1", sizeof(int)) : NULL;
+  if (!numbers) return f->points <= points ? FLESH_ERR_FILE : refuse(f->path, "it has more points than the whole");
+  for (int k = 0; k < count; k++) {
+    const char *values = find_array(f, names[k], "Float64", "3", 3 * sizeof(double));
+    if (!values) return FLESH_ERR_FILE;
+    for (int64_t i = 0; i < f->points; i++) {
+      int node;
+      memcpy(&node, numbers + sizeof node * (size_t)i, sizeof node);
+      if (node < 0 || node >= points) return refuse(f->path, "it has a node that the mesh has not");
+      memcpy(targets[k] + 3 * (size_t)node, values + 3 * sizeof(double) * (size_t)i, 3 * sizeof(double));
+      *found += !known[node];
+      known[node] = 1;
+    }
+  }
+  return FLESH_OK;
+}
+
+/* The parts that a .pvtu names, which lie beside it. */
+static int read_parts(const char *path, const char *text, size_t size, int points, int count, const char *const *names,
+                      double *const *targets)
+{
+  const char *at = text, *slash = strrchr(path, '/');
+  char value[VALUE_SIZE], *part = malloc(strlen(path) + VALUE_SIZE + 1);
+  uint8_t *known = calloc((size_t)points, 1);
+  int found = 0, status = part && known ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
+  for (size_t length; !status && (length = next_tag(&at, text + size, "Piece")); at += length) {
+    char *data = NULL;
+    size_t bytes;
+    vtu_file f;
+    if (!attribute(at, length, "Source", value) || strchr(value, '/')) {
+      status = refuse(path, "a Piece has no plain file name");
+      break;
+    }
+    sprintf(part, "%.*s%s", slash ? (int)(slash - path) + 1 : 0, path, value);
+    status = flesh_file_load(part, &data, &bytes);
+    if (!status) status = open_vtu(part, data, bytes, &f);
+    if (!status) status = scatter(&f, points, count, names, targets, known, &found);
+    free(data);
+  }
+  if (!status && found != points)
+    status = flesh_fail(FLESH_ERR_FILE, "%s: the frame's parts have %d nodes; the mesh has %d", path, found, points);
+  free(part);
+  free(known);
+  return status;
 }
 
 int flesh_vtu_read(const char *path, int points, int count, const char *const *names,
@@ -86,22 +178,11 @@ int flesh_vtu_read(const char *path, int points, int count, const char *const *n
   size_t size, length;
   int status = flesh_file_load(path, &text, &size);
   if (status) return status;
-  static const char mark[] = "<AppendedData encoding=\"raw\">\n_", last[] = "</VTKFile>\n";
-  const char *at = text, *data = strstr(text, mark); /* the header holds no 0 */
-  if (!(length = next_tag(&at, text + size, "VTKFile")) ||
-      !attribute(at, length, "byte_order", value) || strcmp(value, byte_order()) || !data)
-    status = refuse(path, "this is no .vtu of raw data in this machine's byte order");
-  else if (memcmp(text + size - (sizeof last - 1), last, sizeof last - 1))
-    status = refuse(path, "the file is cut off");
-  else if (!(length = next_tag(&at, data, "Piece")) ||
-           !attribute(at, length, "NumberOfPoints", value))
-    status = refuse(path, "it does not say how many points it has");
-  else if (strtoll(value, NULL, 10) != points)
-    status = flesh_fail(FLESH_ERR_FILE, "%s: the frame has %s points; the mesh has %d nodes", path,
-                        value, points);
-  for (int k = 0; k < count && !status; k++)
-    status = read_array(path, text, data, data + sizeof mark - 1, text + size, names[k], points,
-                        targets[k]);
+  const char *at = text;
+  length = next_tag(&at, text + size, "VTKFile");
+  const int in_parts = length && attribute(at, length, "type", value) && !strcmp(value, "PUnstructuredGrid");
+  status = in_parts ? read_parts(path, text, size, points, count, names, targets)
+                    : read_whole(path, text, size, points, count, names, targets);
   free(text);
   return status;
 }

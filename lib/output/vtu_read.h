@@ -1,11 +1,12 @@
-/* vtu_read.h: reads back the frames that flesh has written (.vtu with raw appended data, .pvd). */
+/* vtu_read.h: reads back the frames that flesh has written (.vtu with raw appended data, .pvtu of those, .pvd). */
 #ifndef FLESH_OUTPUT_VTU_READ_H
 #define FLESH_OUTPUT_VTU_READ_H
 
 #include "output/vtu.h"
 
 /* Fills targets[k] [3*points] with the vectors of doubles named names[k] ("Points": the positions).
- * FLESH_ERR_FILE when the file is none of flesh's, or of another number of points. */
+ * The points of a .pvtu's parts go where their numbers `node` say, and must be all. FLESH_ERR_FILE when the file is none of
+ * flesh's, or of another number of points. */
 int flesh_vtu_read(const char *path, int points, int count, const char *const *names,
                    double *const *targets);
 

@@ -84,6 +84,9 @@ for piece in pieces:
         nodes.add(node)
 assert sorted(tets) == list(range(12 * 4 * 3 * 6)) and nodes == set(range(13 * 5 * 4))
 END
+  "$flesh" snap split_3 --frame 9 --out split.png >/dev/null && cp -r split_3 last && rm -r last/frames && "$flesh" snap last --out last.png >/dev/null && cmp split.png last.png || return 1
+  rm split_3/frames/frame_000009_00001.vtu && expect 3 "$flesh" snap split_3 --frame 9 --out lost.png &&
+    has stderr.txt 'frame_000009_00001.vtu: cannot be opened'
 }
 
 # A state is that of the whole, whoever wrote it.
