@@ -320,8 +320,8 @@ int flesh_command_mesh(int argc, char **argv)
   static const char about[] =
       "Inspect, convert and make meshes.\n\n"
       "Read, recognised by content: TetGen .node/.ele, Gmsh .msh 2.2 and 4.1 (ASCII and binary),\n"
-      "Medit .mesh (ASCII) and plain lists. Written, by suffix: .node or .ele (TetGen, both files),\n"
-      ".msh (Gmsh 4.1 binary), .mesh (Medit). Tets have four nodes, or ten, and then their\n"
-      "edges may be curved.\n";
+      "Medit .mesh (ASCII), plain lists, and index.txt of a split mesh. Written, by suffix:\n"
+      ".node or .ele (TetGen, both files), .msh (Gmsh 4.1 binary), .mesh (Medit). Tets have four\n"
+      "nodes, or ten, and then their edges may be curved.\n";
   return flesh_subcommand_run("mesh", about, NULL, commands, argc, argv);
 }

@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "base/error.h"
 #include "mesh/split.h"
@@ -27,6 +28,13 @@ static int claim(const char *command, const char *folder, int inputs, char *cons
   int status = flesh_output_prepare_from(index, inputs, input, NULL);
   free(index);
   return status ? status : flesh_output_claim(folder, command, claim);
+}
+
+/* A folder that was made for nothing goes. */
+static void let_go(int status, const char *folder, flesh_folder_claim *claim)
+{
+  flesh_folder_claim_release(claim);
+  if (status) rmdir(folder); /* stays where something is in it */
 }
 
 static void say(const char *folder, const flesh_split *split)
@@ -54,7 +62,7 @@ int flesh_split_command_box(const int cells[3], const double size[3], const doub
   if (!status) status = flesh_split_box(cells, size, origin, parts, folder, &split);
   if (!status) say(folder, &split);
   flesh_split_close(&split);
-  flesh_folder_claim_release(&claimed);
+  let_go(status, folder, &claimed);
   return status ? flesh_command_fail("mesh box", status) : 0;
 }
 
@@ -107,6 +115,6 @@ int flesh_split_command(int argc, char **argv)
   if (!status) say(out, &split);
   free(index);
   flesh_split_close(&split);
-  flesh_folder_claim_release(&claimed);
+  let_go(status, out, &claimed);
   return status ? flesh_command_fail(usage.command, status) : 0;
 }

@@ -92,8 +92,8 @@ FLESH_API int flesh_mesh_box(const int cells[3], const double size[3], const dou
 /* Reads TetGen .node or .ele (its partner is found beside it), Gmsh .msh 2.2 and 4.1 (ASCII, or
  * binary in either byte order), Medit .mesh (ASCII), or a plain list (`nodes N`, rows `x y z`,
  * `tets T`, rows `a b c d` from 0, or `tets10 T`, rows of ten), recognised by content; only
- * TetGen's two files also by their names; and the index of a split mesh (`flesh mesh split`), of all of whose parts it is
- * the whole. Tets have 4 nodes, or all 10: Gmsh's type 11, TetGen's
+ * TetGen's two files also by their names; and the index of a split mesh (`flesh mesh split`), whose
+ * parts are put together. Tets have 4 nodes, or all 10: Gmsh's type 11, TetGen's
  * -o2, Medit's TetrahedraP2. Other elements are left out; tets of order 3 and above are refused.
  * Regions: TetGen's first attribute, Gmsh's physical tag or else the tag of the volume, Medit's
  * reference, else 0. FLESH_ERR_FILE with file and line (byte in binary parts) otherwise.
