@@ -20,33 +20,12 @@
 #include "effect/face_shares.h"
 #include "math/mat3.h"
 
-/* A node's part in G and h of a pair. */
-typedef struct wing {
-  int pair[2], node;
-  double now, lagged;
-} wing;
-
-/* e_kab. */
-typedef struct rim_term {
-  int k, a, b;
-  double e;
-} rim_term;
-
 /* What of a sum of terms that are of the size of 1 is rounding. */
 static const double rounding = 1e-12;
 
-typedef struct pressure {
-  flesh_cells pairs; /* of nodes; the Jacobian's cells */
-  int *first;        /* [pairs.count+1] */
-  int wing_count;
-  wing *wings;       /* sorted by pairs */
-  int rim_count;
-  rim_term *rim;     /* sorted by k */
-  int node_count, *nodes; /* whose mean is c */
-  double pressure;   /* Pa */
-  double volume;     /* W at rest, where there is no rim */
-  flesh_amplitude_copy amplitude;
-} pressure;
+typedef flesh_curved_wing wing;
+typedef flesh_curved_rim rim_term;
+typedef flesh_curved_pressure pressure;
 
 static const flesh_cells *pressure_cells(const flesh_effect *effect)
 {
@@ -59,10 +38,12 @@ static double pressure_at(const pressure *self, const flesh_point *point)
   return point->load * self->pressure * flesh_amplitude_at(&self->amplitude, point->t);
 }
 
-static void middle(const pressure *self, const double *x, double c[3])
+/* c at the lagged state, which a part of the body does not know by itself. */
+static void middle(const pressure *self, const flesh_point *point, double c[3])
 {
-  c[0] = c[1] = c[2] = 0;
-  for (int k = 0; k < self->node_count; k++)
+  const double *x = point->x_lag;
+  for (int i = 0; i < 3; i++) c[i] = point->sums ? point->sums[i] / point->sums[3] : 0;
+  for (int k = 0; k < self->node_count && !point->sums; k++)
     for (int i = 0; i < 3; i++) c[i] += x[3 * (size_t)self->nodes[k] + i] / self->node_count;
 }
 
@@ -108,7 +89,7 @@ static int pressure_residual(const flesh_effect *effect, const flesh_point *poin
   const pressure *self = effect->data;
   double p = pressure_at(self, point), c[3], f[3];
   if (p == 0) return FLESH_OK;
-  middle(self, point->x_lag, c);
+  middle(self, point, c);
   for (int k = 0; k < self->pairs.count; k++) {
     at_pair at;
     find_pair(self, k, point->x, point->x_lag, c, &at);
@@ -138,7 +119,7 @@ static int pressure_jacobian(const flesh_effect *effect, const flesh_point *poin
   double p = shift->x * pressure_at(self, point), c[3];
   if (p == 0) return FLESH_OK;
   const double size = shift->filter == FLESH_FILTER_NONE ? 0 : shift->filter == FLESH_FILTER_CLAMP ? 0.5 : 1;
-  middle(self, point->x_lag, c);
+  middle(self, point, c);
   for (int k = 0; k < self->pairs.count; k++, slots += 3) {
     at_pair at;
     double s[3];
@@ -167,7 +148,7 @@ static int pressure_jacobian(const flesh_effect *effect, const flesh_point *poin
 static double potential_of(const pressure *self, const flesh_point *point, double *size)
 {
   double c[3], f[3], value = 0;
-  middle(self, point->x_lag, c);
+  middle(self, point, c);
   for (int k = 0; k < self->pairs.count; k++) {
     at_pair at;
     double d[2][3];
@@ -219,14 +200,16 @@ static size_t pressure_memory(const flesh_effect *effect)
   const pressure *self = effect->data;
   return sizeof *self + (size_t)self->pairs.count * 3 * sizeof(int) + (size_t)self->wing_count * sizeof *self->wings +
          (size_t)self->rim_count * sizeof *self->rim + (size_t)self->node_count * sizeof(int) +
+         (size_t)self->ties.count * 3 * sizeof(int) +
          (size_t)self->amplitude.curve.count * sizeof *self->amplitude.curve.keyframes;
 }
 
-static void pressure_destroy(void *data)
+void flesh_curved_pressure_destroy(void *data)
 {
   pressure *self = data;
   if (!self) return;
   flesh_cells_clear(&self->pairs);
+  flesh_cells_clear(&self->ties);
   free(self->first);
   free(self->wings);
   free(self->rim);
@@ -243,9 +226,10 @@ static const flesh_effect_operations closed_operations = {
     .jacobian = pressure_jacobian,
     .potential = pressure_potential,
     .energy = pressure_energy,
-    .destroy = pressure_destroy,
+    .destroy = flesh_curved_pressure_destroy,
     .time = &(const flesh_effect_time){.next_event = pressure_next_event},
     .figures = &(const flesh_effect_figures){.memory = pressure_memory},
+    .ranks = &flesh_curved_pressure_ranks,
 };
 
 /* A surface with a rim has no energy. */
@@ -257,9 +241,10 @@ static const flesh_effect_operations open_operations = {
     .residual = pressure_residual,
     .jacobian = pressure_jacobian,
     .potential = pressure_potential,
-    .destroy = pressure_destroy,
+    .destroy = flesh_curved_pressure_destroy,
     .time = &(const flesh_effect_time){.next_event = pressure_next_event},
     .figures = &(const flesh_effect_figures){.memory = pressure_memory},
+    .ranks = &flesh_curved_pressure_ranks,
 };
 
 static int by_pair(const void *a, const void *b)
@@ -373,6 +358,20 @@ static int take_pairs(pressure *self)
   return FLESH_OK;
 }
 
+/* What one rank computes, and needs all nodes of. */
+static int take_ties(pressure *self)
+{
+  const int count = self->wing_count + self->rim_count;
+  int *nodes = malloc((3 * (size_t)count + 1) * sizeof *nodes), *at = nodes;
+  if (!nodes) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the pairs of %d nodes", self->wing_count);
+  for (const wing *w = self->wings; w < self->wings + self->wing_count; w++, at += 3)
+    at[0] = w->pair[0], at[1] = w->pair[1], at[2] = w->node;
+  for (const rim_term *t = self->rim; t < self->rim + self->rim_count; t++, at += 3)
+    at[0] = t->k, at[1] = t->a, at[2] = t->b;
+  self->ties = (flesh_cells){.count = count, .nodes_per_cell = 3, .nodes = nodes};
+  return FLESH_OK;
+}
+
 static int take_faces(pressure *self, const flesh_mesh *mesh, int count, const int *triangles)
 {
   double volume[FLESH_FACE_KINDS][FLESH_FACE_TRIPLES], rim[FLESH_FACE_KINDS][6][FLESH_FACE_PAIRS];
@@ -390,7 +389,8 @@ static int take_faces(pressure *self, const flesh_mesh *mesh, int count, const i
   }
   if (!status) take_wings(self, count, quarters, (const double(*)[FLESH_FACE_TRIPLES])volume);
   free(quarters);
-  return status ? status : take_pairs(self);
+  if (!status) status = take_pairs(self);
+  return status ? status : take_ties(self);
 }
 
 int flesh_pressure_curved(const flesh_body *body, int count, const int *triangles, double value,
@@ -402,7 +402,7 @@ int flesh_pressure_curved(const flesh_body *body, int count, const int *triangle
   int status = take_faces(self, body->mesh, count, triangles);
   if (!status) status = flesh_amplitude_take(amplitude, &self->amplitude);
   if (status) {
-    pressure_destroy(self);
+    flesh_curved_pressure_destroy(self);
     return status;
   }
   if (self->rim_count) return flesh_effect_create(&open_operations, self, effect);
