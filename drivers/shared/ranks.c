@@ -50,6 +50,7 @@ void flesh_ranks_close(flesh_ranks **ranks)
   if (!ranks || !*ranks) return;
   flesh_ranks *self = *ranks;
   flesh_gather_destroy(&self->gather);
+  flesh_gather_destroy(&self->tets);
   flesh_scene_share_destroy(&self->share);
   if (self->working != self->communicator) flesh_communicator_destroy(&self->working);
   fflush(NULL); /* a launcher may end all once the first has left */
@@ -134,7 +135,10 @@ int flesh_ranks_share(flesh_ranks *self, const flesh_scene *scene)
   if (!status && self->working) {
     status = flesh_scene_share_create(scene, self->working, &self->share);
     if (!status && split) measure_whole(self, flesh_scene_mesh(scene));
-    else if (!status) status = flesh_gather_create(self->working, flesh_scene_share_part(self->share), &self->gather);
+    else if (!status) {
+      status = flesh_gather_create(self->working, flesh_scene_share_part(self->share), &self->gather);
+      if (!status) status = flesh_gather_create_tets(self->working, flesh_scene_share_part(self->share), &self->tets);
+    }
   }
   return flesh_communicator_agree(self->communicator, status);
 }

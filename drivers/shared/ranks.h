@@ -14,8 +14,8 @@ typedef struct flesh_ranks {
   int rank, count, all; /* count: those with a part, of all */
   int neighbours_here; /* ranks on this machine, this one included */
   flesh_scene_share *share; /* with the next, once a scene is shared out */
-  flesh_gather *gather;     /* NULL where the mesh is split, and no rank has the whole */
-  flesh_mesh_info whole;    /* of a split mesh's: counts of nodes, tets, surface triangles, and the volume */
+  flesh_gather *gather, *tets; /* of nodes; of tets; NULL where the mesh is split, and no rank has the whole */
+  flesh_mesh_info whole;       /* of a split mesh's: counts of nodes, tets, surface triangles, and the volume */
 } flesh_ranks;
 
 /* Joins the ranks where a launcher of MPI has started two or more (its environment says so); *ranks is NULL else. Returns

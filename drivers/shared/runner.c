@@ -386,6 +386,7 @@ static void close_running(flesh_running *r)
   free(r->own.x);
   free(r->own.v);
   free(r->own.internal);
+  free(r->own.multipliers);
   flesh_proximity_clear(&r->proximity);
   free(r->J);
   flesh_part_frames_close(&r->part_frames);

@@ -25,9 +25,11 @@ int flesh_running_share(flesh_running *r)
   r->own.x = malloc(sizeof(double) * unknowns + 1);
   r->own.v = malloc(sizeof(double) * unknowns + 1);
   r->own.internal_count = flesh_system_internal_count(flesh_scene_system(r->scene)); /* all ranks have all */
+  r->own.multiplier_count = flesh_system_multiplier_count(flesh_ranks_system(ranks, r->scene));
+  r->own.multipliers = calloc((size_t)r->own.multiplier_count + 1, sizeof(double));
   r->own.internal = calloc((size_t)r->own.internal_count + 1, sizeof(double));
   r->J = flesh_ranks_first(ranks) ? malloc(sizeof(double) * tets + 1) : NULL;
-  if (!r->own.x || !r->own.v || !r->own.internal || (flesh_ranks_first(ranks) && !r->J))
+  if (!r->own.x || !r->own.v || !r->own.internal || !r->own.multipliers || (flesh_ranks_first(ranks) && !r->J))
     return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   flesh_scene_share_start(ranks->share, &r->own);
   return flesh_ranks_first(ranks) ? flesh_proximity_create(flesh_scene_system(r->scene), NULL, &r->proximity) : FLESH_OK;
@@ -127,6 +129,7 @@ int flesh_running_observe_ranks(void *data, const flesh_step_record *record)
   r->state.t = record->state->t;
   flesh_gather_vector(ranks->gather, record->state->x, r->state.x);
   flesh_gather_vector(ranks->gather, record->state->v, r->state.v);
+  if (r->own.multiplier_count) flesh_gather_numbers(ranks->tets, r->own.multipliers, r->state.multipliers);
   if (!flesh_ranks_first(ranks)) return FLESH_OK;
   const flesh_mesh *mesh = flesh_scene_mesh(r->scene);
   flesh_step_record whole = *record;

@@ -9,7 +9,7 @@
 
 struct flesh_gather {
   flesh_communicator *communicator;
-  int rank, size, own, received; /* nodes: of this rank, and of all others where it is the first */
+  int rank, size, own, received; /* nodes, or tets: of this rank, and of all others where it is the first */
   const int *nodes;              /* [own] of this rank, in the whole; the part's */
   int *first;                    /* [size+1] where those of each rank begin among the received; the first's are not there */
   int *places;                   /* [received] in the whole */
@@ -45,7 +45,7 @@ static int allocate(flesh_gather *self, double *counts)
   return flesh_communicator_reserve(self->communicator, self->size);
 }
 
-int flesh_gather_create(flesh_communicator *communicator, const flesh_rank_part *part, flesh_gather **gather)
+static int create(flesh_communicator *communicator, int own, const int *nodes, flesh_gather **gather)
 {
   const size_t size = (size_t)flesh_communicator_size(communicator);
   double *counts = flesh_calloc(size, sizeof *counts);
@@ -53,7 +53,7 @@ int flesh_gather_create(flesh_communicator *communicator, const flesh_rank_part 
   int status = counts && self ? FLESH_OK : FLESH_ERR_MEMORY;
   if (self)
     *self = (flesh_gather){.communicator = communicator, .rank = flesh_communicator_rank(communicator), .size = (int)size,
-                           .own = flesh_rank_part_own(part), .nodes = flesh_rank_part_nodes(part),
+                           .own = own, .nodes = nodes,
                            .first = flesh_calloc(size + 1, sizeof *self->first),
                            .messages = flesh_calloc(size, sizeof *self->messages)};
   if (!status && !(self->first && self->messages)) status = FLESH_ERR_MEMORY;
@@ -74,6 +74,17 @@ int flesh_gather_create(flesh_communicator *communicator, const flesh_rank_part 
   return status;
 }
 
+int flesh_gather_create(flesh_communicator *communicator, const flesh_rank_part *part, flesh_gather **gather)
+{
+  return create(communicator, flesh_rank_part_own(part), flesh_rank_part_nodes(part), gather);
+}
+
+int flesh_gather_create_tets(flesh_communicator *communicator, const flesh_rank_part *part, flesh_gather **gather)
+{
+  const int tets = flesh_mesh_tet_count(flesh_rank_part_mesh(part));
+  return create(communicator, tets, flesh_rank_part_tets(part), gather);
+}
+
 void flesh_gather_destroy(flesh_gather **gather)
 {
   if (!gather || !*gather) return;
@@ -86,17 +97,27 @@ void flesh_gather_destroy(flesh_gather **gather)
   *gather = NULL;
 }
 
-static void put(int count, const int *places, const double *numbers, double *whole)
+static void put(size_t width, int count, const int *places, const double *numbers, double *whole)
 {
   for (size_t i = 0; i < (size_t)count; i++)
-    memcpy(whole + 3 * (size_t)places[i], numbers + 3 * i, 3 * sizeof *whole);
+    memcpy(whole + width * (size_t)places[i], numbers + width * i, width * sizeof *whole);
+}
+
+static void gather_numbers(flesh_gather *self, size_t width, const double *numbers, double *whole)
+{
+  if (self->rank) memcpy(self->numbers, numbers, width * (size_t)self->own * sizeof *numbers);
+  send_to_first(self, (int)width);
+  if (self->rank) return;
+  put(width, self->own, self->nodes, numbers, whole);
+  put(width, self->received, self->places, self->numbers, whole);
 }
 
 void flesh_gather_vector(flesh_gather *self, const double *vector, double *whole)
 {
-  if (self->rank) memcpy(self->numbers, vector, 3 * (size_t)self->own * sizeof *vector);
-  send_to_first(self, 3);
-  if (self->rank) return;
-  put(self->own, self->nodes, vector, whole);
-  put(self->received, self->places, self->numbers, whole);
+  gather_numbers(self, 3, vector, whole);
+}
+
+void flesh_gather_numbers(flesh_gather *self, const double *numbers, double *whole)
+{
+  gather_numbers(self, 1, numbers, whole);
 }

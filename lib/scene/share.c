@@ -155,6 +155,8 @@ void flesh_scene_share_start(const flesh_scene_share *self, flesh_state *state)
   const int *nodes = flesh_rank_part_nodes(self->part);
   state->t = whole->t;
   for (int k = 0; k < state->internal_count; k++) state->internal[k] = whole->internal[k];
+  const int *tets = flesh_rank_part_tets(self->part);
+  for (int k = 0; k < state->multiplier_count; k++) state->multipliers[k] = whole->multipliers[tets[k]];
   for (size_t i = 0; i < (size_t)flesh_mesh_node_count(self->body.mesh); i++) {
     memcpy(state->x + 3 * i, whole->x + 3 * (size_t)nodes[i], 3 * sizeof *state->x);
     memcpy(state->v + 3 * i, whole->v + 3 * (size_t)nodes[i], 3 * sizeof *state->v);

@@ -2,8 +2,11 @@
 #include "system/inertia_modulus.h"
 
 #include <math.h>
+#include <string.h>
 
+#include "math/mat3.h"
 #include "system/one_effect.h"
+#include "system/ranks.h"
 
 /* Mass over rest volume, kg/m^3; 0 without inertia. */
 static double density_of(const flesh_system *system, double *a, double *r)
@@ -13,8 +16,10 @@ static double density_of(const flesh_system *system, double *a, double *r)
   double mass = 0;
   for (int d = 0; d < flesh_system_unknowns(system); d++) a[d] = d % 3 == 0;
   if (flesh_system_roles_residual(system, FLESH_ROLE_BIT(FLESH_ROLE_INERTIA), &point, r)) return 0;
-  for (int d = 0; d < flesh_system_unknowns(system); d += 3) mass += r[d];
-  return mass / flesh_mesh_volume(flesh_system_mesh(system), X);
+  for (int d = 0; d < flesh_system_unknowns(system); d += 3) mass += r[d]; /* ghosts have none */
+  double sums[2] = {mass, flesh_mesh_volume(flesh_system_mesh(system), X)};
+  flesh_team_sum(flesh_system_team(system), 2, sums);
+  return sums[0] / sums[1];
 }
 
 /* The radius of a ball with the body's ratio of volume and surface, m. */
@@ -37,8 +42,33 @@ static double radius_of(const flesh_mesh *mesh)
   return 3 * flesh_mesh_volume(mesh, X) / area;
 }
 
+/* The same of a body that ranks share out: faces between them cancel each other in the area vectors of the nodes. */
+static double radius_of_team(const flesh_team *team, const flesh_mesh *mesh, double *a)
+{
+  int count;
+  const int *triangle = flesh_mesh_surface(mesh, &count);
+  const double *X = flesh_mesh_positions(mesh);
+  double sums[2] = {flesh_mesh_volume(mesh, X), 0};
+  memset(a, 0, 3 * (size_t)flesh_mesh_node_count(mesh) * sizeof *a);
+  for (int k = 0; k < count; k++) {
+    const double *corner[3];
+    double n[3], edge[2][3];
+    for (int b = 0; b < 3; b++) corner[b] = X + 3 * (size_t)triangle[3 * k + b];
+    for (int e = 0; e < 2; e++)
+      for (int c = 0; c < 3; c++) edge[e][c] = corner[e + 1][c] - corner[0][c];
+    flesh_vec3_cross(edge[0], edge[1], n);
+    for (int d = 0; d < 9; d++) a[3 * (size_t)triangle[3 * k + d / 3] + (size_t)(d % 3)] += n[d % 3] / 6;
+  }
+  flesh_team_collect(team, a);
+  for (size_t d = 0; d < 3 * (size_t)team->own; d += 3) sums[1] += sqrt(flesh_vec3_dot(a + d, a + d));
+  flesh_team_sum(team, 2, sums);
+  return 3 * sums[0] / sums[1];
+}
+
 double flesh_system_inertia_modulus(const flesh_system *system, double *a, double *r)
 {
-  const double radius = radius_of(flesh_system_mesh(system));
+  const flesh_team *team = flesh_system_team(system);
+  const flesh_mesh *mesh = flesh_system_mesh(system);
+  const double radius = team ? radius_of_team(team, mesh, a) : radius_of(mesh);
   return density_of(system, a, r) * radius * radius / (M_PI * M_PI);
 }

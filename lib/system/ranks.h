@@ -12,7 +12,7 @@
 const flesh_team *flesh_system_team(const flesh_system *system);
 
 /* FLESH_ERR_ARGUMENT where ranks cannot share out the effect yet: one that is no sum over tets and cannot be restricted to
- * a part, or has multipliers. */
+ * a part, or has internal variables of its tets. */
 int flesh_system_check_shared(const flesh_effect *effect);
 /* The same of all effects of a system that has a team. */
 int flesh_system_check_team(const flesh_system *system);

@@ -319,7 +319,7 @@ int flesh_system_check_shared(const flesh_effect *effect)
 {
   const int shared = flesh_effect_has_trait(effect, FLESH_IS_SUM_OVER_TETS) || effect->operations->ranks;
   const int keeps_tets = effect->operations->internal && !effect->operations->ranks;
-  if (shared && !effect->operations->constraints && !keeps_tets) return FLESH_OK;
+  if (shared && !keeps_tets) return FLESH_OK;
   return flesh_fail(FLESH_ERR_ARGUMENT, "effect %s is not shared out among ranks yet; run it on one rank",
                     effect->operations->name);
 }

@@ -89,6 +89,7 @@ int flesh_integrator_create(const flesh_system *system, flesh_method method,
     status = flesh_extrapolation_create(self->n, flesh_nonlinear_threads(self->nonlinear), &self->extrapolation);
   if (!status) status = flesh_recovery_create(system, options, &self->recovery);
   if (!status) status = flesh_energy_watch_create(system, &self->watch);
+  status = flesh_team_agree(self->team, status);
   if (!status) status = flesh_multipliers_create(system, options, &self->multipliers);
   if (!status) status = flesh_internals_create(system, &self->internals);
   status = flesh_team_agree(self->team, status);

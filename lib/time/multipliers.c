@@ -17,6 +17,7 @@
 #include "base/error.h"
 #include "effect/effect.h"
 #include "system/inertia_modulus.h"
+#include "system/ranks.h"
 
 /* Of solves for multipliers, each of which should leave less than half of the gaps. */
 enum { SOLVES = 60 };
@@ -25,14 +26,16 @@ static const double least = FLESH_LEAST_PENALTY, raised = 30;
 
 int flesh_multipliers_create(const flesh_system *system, const flesh_solver_options *options, flesh_multipliers *self)
 {
-  *self = (flesh_multipliers){.system = system, .tolerance = 1e-2 * options->newton_tolerance,
+  *self = (flesh_multipliers){.system = system, .team = flesh_system_team(system), .tolerance = 1e-2 * options->newton_tolerance,
                               .depth = options->newton_tolerance};
   self->count = flesh_system_multiplier_count(system);
   if (!self->count) return FLESH_OK;
   const size_t count = (size_t)self->count, n = (size_t)flesh_system_unknowns(system);
   self->n = (int)n;
   self->own = calloc(6 * count + 2 * n, sizeof *self->own);
-  if (!self->own) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d multipliers", self->count);
+  int status = self->own ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d multipliers", self->count);
+  status = flesh_team_agree(self->team, status);
+  if (status) return status;
   self->trial = self->own + count;
   self->given = self->trial + count;
   self->lag = self->given + count;
@@ -42,11 +45,15 @@ int flesh_multipliers_create(const flesh_system *system, const flesh_solver_opti
   self->u = self->x + n;
   const flesh_mesh *mesh = flesh_system_mesh(system);
   const flesh_point rest = {.load = 1, .x = flesh_mesh_positions(mesh), .v = self->u, .a = self->u};
-  int status = flesh_system_constraint_gaps(system, &rest, self->gaps, self->stiffness);
+  status = flesh_system_constraint_gaps(system, &rest, self->gaps, self->stiffness);
+  status = flesh_team_agree(self->team, status);
   if (status) return status;
   self->softest = INFINITY;
   for (int k = 0; k < self->count; k++)
     if (self->stiffness[k] > 0) self->softest = fmin(self->softest, self->stiffness[k]);
+  self->softest = -self->softest; /* the least of all ranks */
+  flesh_team_largest(self->team, 1, &self->softest);
+  self->softest = -self->softest;
   self->inertia = flesh_system_inertia_modulus(system, self->x, self->u);
   return FLESH_OK;
 }
@@ -83,6 +90,8 @@ static int find_gaps(flesh_multipliers *self, const flesh_stage_end *end, const 
   int status = flesh_system_constraint_gaps(self->system, &point, self->gaps, NULL);
   *largest = 0;
   for (int k = 0; k < self->count; k++) *largest = fmax(*largest, fabs(self->gaps[k]));
+  status = flesh_team_agree(self->team, status);
+  flesh_team_largest(self->team, 1, largest);
   return status || *largest < INFINITY ? status : FLESH_NONFINITE;
 }
 
@@ -90,7 +99,9 @@ static int find_gaps(flesh_multipliers *self, const flesh_stage_end *end, const 
 static void begin(flesh_multipliers *self, const flesh_state *state, double penalty)
 {
   const size_t bytes = (size_t)self->count * sizeof *self->trial;
-  const int goes_on = !memcmp(state->multipliers, self->given, bytes);
+  double differs = memcmp(state->multipliers, self->given, bytes) != 0; /* on any rank */
+  flesh_team_largest(self->team, 1, &differs);
+  const int goes_on = differs == 0;
   memcpy(self->trial, state->multipliers, bytes);
   for (int k = 0; goes_on && k < self->count; k++) self->trial[k] -= penalty * self->stiffness[k] * self->lag[k];
 }
@@ -140,7 +151,7 @@ int flesh_multipliers_accept(flesh_multipliers *self, flesh_nonlinear *nonlinear
   for (int k = 0; k < self->count; k++)
     self->given[k] = self->trial[k] + stage->penalty * self->stiffness[k] * self->lag[k];
   memcpy(state->multipliers, self->given, bytes);
-  return status;
+  return flesh_team_agree(self->team, status);
 }
 
 void flesh_multipliers_archive(flesh_multipliers *self, flesh_archive *archive)

@@ -4,11 +4,13 @@
 #define FLESH_TIME_MULTIPLIERS_H
 
 #include "base/archive.h"
+#include "base/team.h"
 #include "flesh/state.h"
 #include "sundials/kinsol.h"
 
 typedef struct flesh_multipliers {
   const flesh_system *system;
+  const flesh_team *team; /* NULL: none */
   int count, n;     /* 0 multipliers: there are no constraints, and nothing below is allocated */
   double tolerance; /* of gaps */
   double depth;     /* of gaps that solving on would not change */

@@ -62,6 +62,17 @@ import csv, sys
 assert max(int(float(row["contact_nodes"])) for row in csv.DictReader(open(sys.argv[1]))) >= 4
 END
 }
+pressures() { agree 3 "$scenes/inflated_sphere.yaml" --set body.element=tet10 --set time.end=0.1 --no-frames; }
+# With a pressure of each tet, which a state has, too.
+incompressible() {
+  "$flesh" mesh box --cells 4,2,2 --size 2,1,1 --out bar.msh >/dev/null || return 1
+  cat >bar.yaml <<'END'
+body: {mesh: bar.msh, density: 1000, element: tet10-mean, material: {energy: S, young: 1e5, poisson: 0.5}}
+effects: [inertia: {}, gravity: {}, pin: {box: [[-1, -1, -1], [1e-9, 2, 2]]}]
+time: {step: 1/60, end: 0.05}
+END
+  agree 3 bar.yaml --no-frames
+}
 # Contact between bodies, cut through by the ranks: a blow with friction, a strip that lies on itself.
 bodies_that_touch() {
   agree 3 "$scenes/two_bodies.yaml" --set time.end=0.2 --no-frames && touched shared/history.csv
@@ -303,6 +314,7 @@ if [ -n "$quick" ]; then
 else
   run_tests statics damping prescribed_motion several_bodies newmark adaptive ten_nodes contact bodies_that_touch \
     a_body_that_touches_itself adaptive_contact bodies_that_come_apart bodies_in_each_other_are_refused welds joints \
+    pressures incompressible \
     welds_that_break springs muscles fluids \
     a_moving_ball loads settling outputs a_state_goes_on_on_others more_ranks_than_there_is_work \
     what_is_not_there_is_refused a_bad_scene_on_one_rank_ends_all a_failed_step_is_that_of_one_rank \

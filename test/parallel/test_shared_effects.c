@@ -53,7 +53,7 @@ typedef struct pair {
   const flesh_system *systems[2]; /* of the whole, of the part */
   int n[2];
   double *x[2], *v[2], *a[2], *x_lag[2], *v_lag[2];
-  double *internal; /* all ranks have the whole's */
+  double *multipliers[2], *internal; /* all ranks have the whole's internal variables */
   flesh_point points[2];
 } pair;
 
@@ -95,6 +95,10 @@ static int open_pair(const char *text, int order, pair *p)
   disturb(p, 9, NULL, 3, p->a);
   disturb(p, 0.02, X, 4, p->x_lag);
   disturb(p, 2, NULL, 5, p->v_lag);
+  for (int k = 0; k < 2; k++) p->multipliers[k] = vector(flesh_system_multiplier_count(p->systems[k]));
+  for (int e = 0; e < flesh_system_multiplier_count(p->systems[0]); e++) p->multipliers[0][e] = 100 * e;
+  for (int e = 0; e < flesh_system_multiplier_count(p->systems[1]); e++)
+    p->multipliers[1][e] = 100 * flesh_rank_part_tets(flesh_scene_share_part(p->share))[e];
   const int variables = flesh_system_internal_count(p->systems[0]);
   unsigned long long seed = 6;
   CHECK(variables == flesh_system_internal_count(p->systems[1]));
@@ -102,7 +106,7 @@ static int open_pair(const char *text, int order, pair *p)
   for (int k = 0; k < variables; k++) p->internal[k] = test_uniform(&seed) < 0.3;
   for (int k = 0; k < 2; k++)
     p->points[k] = (flesh_point){.t = 0.01, .load = 1, .x = p->x[k], .v = p->v[k], .a = p->a[k], .x_lag = p->x_lag[k],
-                                 .v_lag = p->v_lag[k], .t_lag = 0, .internal = p->internal};
+                                 .v_lag = p->v_lag[k], .t_lag = 0, .internal = p->internal, .multipliers = p->multipliers[k]};
   return FLESH_OK;
 }
 
@@ -110,6 +114,7 @@ static void close_pair(pair *p)
 {
   for (int k = 0; k < 2; k++) free(p->x[k]), free(p->v[k]), free(p->a[k]), free(p->x_lag[k]), free(p->v_lag[k]);
   free(p->internal);
+  free(p->multipliers[0]), free(p->multipliers[1]);
   flesh_scene_share_destroy(&p->share);
   flesh_scene_destroy(&p->scene);
 }
@@ -278,13 +283,19 @@ static void a_face_is_of_one_rank(void)
   flesh_mesh_destroy(&cube);
 }
 
-/* With its place, by every rank. */
-static void what_cannot_be_shared_out_is_refused(void)
+/* Incompressible tets have a pressure each, which is that of one rank. */
+static void pressures_of_incompressible_tets_are_shared_out(void)
 {
   pair p;
   make_cube(3);
-  CHECK(open_pair("elasticity: {}", 0, &p) == FLESH_ERR_ARGUMENT); /* incompressible: with multipliers */
-  CHECK_TEXT(flesh_error_text(), "effects[0].elasticity: effect elasticity is not shared out among ranks yet");
+  CHECK_OK(open_pair("elasticity: {}", 0, &p));
+  if (p.share) {
+    double sum = flesh_system_multiplier_count(p.systems[1]);
+    flesh_communicator_sum(ranks, 1, &sum);
+    CHECK(sum == flesh_system_multiplier_count(p.systems[0]) && sum == 162);
+    check_sums(&p);
+    check_products(&p);
+  }
   close_pair(&p);
 }
 
@@ -293,7 +304,7 @@ int main(int argc, char **argv)
   if (test_folder_make(folder, sizeof folder)) return 1;
   const int failed = RUN_TESTS_ON_RANKS(argc, argv, TEST(what_ranks_have_adds_up_to_the_effect),
                                         TEST(so_it_does_on_the_coarsest_mesh), TEST(a_face_is_of_one_rank),
-                                        TEST(what_cannot_be_shared_out_is_refused));
+                                        TEST(pressures_of_incompressible_tets_are_shared_out));
   test_folder_remove(folder);
   return failed;
 }
