@@ -115,6 +115,10 @@ static int build(flesh_scene_share *self)
   if (!status) status = flesh_system_set_part(self->system, self->part);
   for (int k = 0; k < self->scene->keys.effects.count && !status; k++) status = take_entry(self, &entries[k]);
   if (!status) status = flesh_system_finalize(self->system);
+  if (!status && self->scene->mesh->split && flesh_system_multiplier_count(self->system))
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "%s: the pressures of incompressible tets (poisson 0.5) cannot be kept in a state of a split mesh; "
+                      "take a mesh that is not split, or poisson below 0.5", self->scene->path);
   return status;
 }
 

@@ -151,6 +151,14 @@ what_needs_the_whole_is_refused() {
     refused 2 'it must be a region tag of the mesh: 0' --set 'body.regions=[{tags: [5], density: 3}]'
 }
 
+# Their pressures are in no state of a split mesh.
+incompressible_tets_are_refused() {
+  "$flesh" mesh box --cells 3,1,1 --size 3,1,1 --order 2 --out curved.msh >/dev/null &&
+    "$flesh" mesh split curved.msh --parts 3 --out parts_of_ten >/dev/null || return 1
+  refused 2 'incompressible tets (poisson 0.5) cannot be kept' --set body.mesh=parts_of_ten/index.txt \
+    --set body.material.poisson=0.5 --set body.element=tet10-mean --set 'effects.prescribed_motion.nodes=[20]'
+}
+
 bad_parts_are_refused() {
   split 3 && mv parts_3/part_00001.bin kept && refused 3 'part 1 of the split mesh of .* cannot be opened' || return 1
   head -c 3000 kept >parts_3/part_00001.bin && refused 3 'part_00001.bin: the part has 3000 bytes; by the index' || return 1
@@ -182,5 +190,6 @@ if [ -n "$quick" ]; then
   run_tests runs_are_those_of_the_whole frames_are_in_parts what_needs_the_whole_is_refused
 else
   run_tests runs_are_those_of_the_whole frames_are_in_parts states_go_on_on_others others_read_an_index \
-    boxes_are_made_in_parts what_needs_the_whole_is_refused bad_parts_are_refused a_signal_ends_all
+    boxes_are_made_in_parts what_needs_the_whole_is_refused incompressible_tets_are_refused bad_parts_are_refused \
+    a_signal_ends_all
 fi
