@@ -78,7 +78,10 @@ static void make(const flesh_mesh *whole, problem *p)
 {
   double box[2] = {INFINITY, -INFINITY};
   const double *X = flesh_mesh_positions(whole);
-  for (int i = 0; i < flesh_mesh_node_count(whole); i++) box[0] = fmin(box[0], X[3 * i]), box[1] = fmax(box[1], X[3 * i]);
+  for (int i = 0; i < flesh_mesh_node_count(whole); i++) {
+    box[0] = fmin(box[0], X[3 * i]);
+    box[1] = fmax(box[1], X[3 * i]);
+  }
   *p = (problem){.part = ranks_cut(whole), .linear = flesh_linear_for(FLESH_INSTRUCTIONS_AUTO)};
   p->team = flesh_rank_part_team(p->part);
   CHECK_OK(flesh_threads_create(1, &p->threads));
@@ -218,8 +221,8 @@ static void measure(problem *p, const char *setting)
   double most[4] = {1e3 * m.setup, 1e3 * m.apply / all, 1e3 * m.product / all, m.bytes / 1e6};
   flesh_communicator_largest(ranks, 4, most);
   if (flesh_communicator_rank(ranks) == 0 && served)
-    printf("# %-28s iterations %4d %4d %4d  set-up %7.1f ms, application %6.2f, product %5.2f; to 1e-4 %7.0f ms; %6.1f MB\n",
-           setting, reached[0], reached[1], reached[2], most[0], most[1], most[2],
+    printf("# %-28s iterations %4d %4d %4d  set-up %7.1f ms, application %6.2f, product %5.2f; to 1e-4 %7.0f ms; "
+           "%6.1f MB\n", setting, reached[0], reached[1], reached[2], most[0], most[1], most[2],
            most[0] + reached[1] * (most[1] + most[2]), most[3]);
   fflush(stdout);
   if (m.hypre) flesh_boomeramg_destroy(&m.hypre);

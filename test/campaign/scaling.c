@@ -1,0 +1,141 @@
+/* scaling.c: what ranks exchange in an iteration of conjugate gradients, for test/campaign/scaling.py.
+ *
+ *   mpirun -n 4 build/test/scaling 20
+ *
+ * A cube of so many cells an edge, in six tets each, held at one face, in statics. Prints a line for each rank: nodes
+ * that it owns, has and reaches; how often its own nodes are had, and reached, by other ranks; its neighbours; messages
+ * of sharing and collecting what its tets have, and what it reaches; and messages, bytes and reductions of one iteration,
+ * by the difference of two solves. */
+#include "ranks.h"
+
+#include "base/parallel_vector.h"
+#include "body.h"
+#include "linear/block_matrix.h"
+#include "linear/linear.h"
+
+static int cells;
+
+typedef struct problem {
+  test_body b;
+  flesh_rank_part *part;
+  flesh_threads *threads;
+  flesh_block_matrix *K;
+  flesh_preconditioner_data *preconditioner;
+  flesh_pcg_space *space;
+  double *load, *x;
+} problem;
+
+static const flesh_linear *linear;
+
+static void make(const flesh_mesh *whole, problem *p)
+{
+  *p = (problem){.part = ranks_cut(whole)};
+  test_body *b = &p->b;
+  CHECK_OK(flesh_threads_create(1, &p->threads));
+  flesh_threads_set_team(p->threads, flesh_rank_part_team(p->part));
+  CHECK_OK(test_body_create((flesh_mesh *)flesh_rank_part_mesh(p->part), test_material(FLESH_ENERGY_S, 0.45), 1000,
+                            FLESH_MASS_LUMPED, 0, b));
+  CHECK_OK(test_body_gravity(b, 0, 0, -9.81));
+  int held = 0;
+  for (int i = 0; i < b->n / 3; i++) held += b->state.x[3 * i] <= 1e-9;
+  if (held) CHECK_OK(test_body_clamp(b, 1e-9));
+  CHECK_OK(flesh_system_finalize(b->system));
+  p->load = calloc((size_t)b->n, sizeof *p->load);
+  p->x = calloc((size_t)b->n, sizeof *p->x);
+  uint8_t *fixed = calloc((size_t)b->n + 1, 1);
+  const flesh_point point = {.load = 1, .x = b->state.x, .v = b->state.v, .a = b->state.v};
+  CHECK_OK(flesh_system_matrix_create(b->system, &p->K));
+  CHECK_OK(flesh_system_jacobian(b->system, &point, &(flesh_shift){.x = 1}, p->K));
+  CHECK_OK(flesh_system_load(b->system, &point, p->load));
+  flesh_system_fixed(b->system, 0, fixed);
+  flesh_block_fix(p->K, fixed, 1e4, NULL);
+  flesh_team_collect(flesh_rank_part_team(p->part), p->load);
+  CHECK_OK(linear->preconditioner_create(FLESH_PRECONDITIONER_AUTO, p->K, flesh_mesh_positions(b->mesh), p->threads,
+                                         &p->preconditioner));
+  CHECK_OK(linear->preconditioner_setup(p->preconditioner, p->K, fixed));
+  CHECK_OK(linear->pcg_space_create(p->K, 0, p->threads, &p->space));
+  free(fixed);
+}
+
+static void drop(problem *p)
+{
+  linear->pcg_space_destroy(&p->space);
+  linear->preconditioner_destroy(&p->preconditioner);
+  flesh_block_matrix_destroy(&p->K);
+  flesh_threads_destroy(&p->threads);
+  free(p->load), free(p->x);
+  p->b.mesh = NULL; /* the part's */
+  test_body_destroy(&p->b);
+  flesh_rank_part_destroy(&p->part);
+}
+
+/* What a solve of so many iterations exchanges. */
+static flesh_communicator_figures solve(problem *p, int iterations)
+{
+  flesh_pcg_result result = {0};
+  const flesh_communicator_figures before = flesh_communicator_exchanged(ranks);
+  CHECK(linear->pcg(p->space, p->K, p->preconditioner, NULL, 0, iterations, p->load, p->x, &result) ==
+        FLESH_NOT_CONVERGED);
+  CHECK(result.iterations == iterations);
+  const flesh_communicator_figures now = flesh_communicator_exchanged(ranks);
+  return (flesh_communicator_figures){now.reductions - before.reductions, now.messages - before.messages,
+                                      now.bytes - before.bytes};
+}
+
+/* [2] each, of what tets have and of what is reached: how many values own nodes are sent as, and messages of sharing and
+ * of collecting. */
+static void count_exchanges(const problem *p, double *sent, double *shares, double *collects)
+{
+  const flesh_team *team = flesh_rank_part_team(p->part);
+  double *ranks_of = calloc((size_t)team->reached + 1, sizeof *ranks_of);
+  for (int reached = 0; reached <= 1; reached++) {
+    const int nodes = reached ? team->reached : team->nodes;
+    for (int i = 0; i < nodes; i++) ranks_of[i] = 1;
+    const flesh_team_vector vector = {1, 1, NULL, ranks_of, reached};
+    const long before = flesh_communicator_exchanged(ranks).messages;
+    team->operations->collect(team->data, &vector);
+    const long between = flesh_communicator_exchanged(ranks).messages;
+    sent[reached] = 0;
+    for (int i = 0; i < team->own; i++) sent[reached] += ranks_of[i] - 1;
+    team->operations->share(team->data, &vector);
+    collects[reached] = (double)(between - before);
+    shares[reached] = (double)(flesh_communicator_exchanged(ranks).messages - between);
+  }
+  free(ranks_of);
+}
+
+static void counts(void)
+{
+  flesh_mesh *whole = NULL;
+  problem p;
+  enum { FEW = 3, MORE = 8 };
+  CHECK_OK(flesh_mesh_box((int[]){cells, cells, cells}, (double[]){1, 1, 1}, (double[]){0, 0, 0}, &whole));
+  make(whole, &p);
+  const flesh_team *team = flesh_rank_part_team(p.part);
+  const flesh_communicator_figures few = solve(&p, FEW), more = solve(&p, MORE);
+  double sent[2], shares[2], collects[2];
+  count_exchanges(&p, sent, shares, collects);
+  const int size = flesh_communicator_size(ranks), rank = flesh_communicator_rank(ranks), steps = MORE - FEW;
+  double line[] = {team->own, team->nodes, team->reached, sent[0], sent[1], flesh_rank_part_neighbours(p.part),
+                   shares[0], collects[0], shares[1], collects[1], (double)(more.messages - few.messages) / steps,
+                   (more.bytes - few.bytes) / steps, (double)(more.reductions - few.reductions) / steps};
+  enum { WIDTH = sizeof line / sizeof *line };
+  double *all = calloc((size_t)(WIDTH * size), sizeof *all);
+  memcpy(all + WIDTH * rank, line, sizeof line);
+  flesh_communicator_sum(ranks, WIDTH * size, all);
+  for (int r = 0; rank == 0 && r < size; r++) {
+    printf("# rank %d of %d, cells %d:", r, size, cells);
+    for (int k = 0; k < WIDTH; k++) printf(" %.10g", all[WIDTH * r + k]);
+    printf("\n");
+  }
+  free(all);
+  drop(&p);
+  flesh_mesh_destroy(&whole);
+}
+
+int main(int argc, char **argv)
+{
+  cells = argc > 1 ? atoi(argv[1]) : 12;
+  linear = flesh_linear_for(FLESH_INSTRUCTIONS_AUTO);
+  return RUN_TESTS_ON_RANKS(argc, argv, TEST(counts));
+}

@@ -1,0 +1,209 @@
+#!/usr/bin/env python3
+"""scaling.py: a model of one body on up to 4096 ranks, and what of it can be checked here.
+
+  python3 test/campaign/scaling.py                   the tables of data/results/scaling.md
+  python3 test/campaign/scaling.py --alpha 5e-6 --beta 1e-9    another network: seconds a message, seconds a byte
+  python3 test/campaign/scaling.py --page data/results/scaling.md          whether the page has them
+  ... | python3 test/campaign/scaling.py --check     what `mpirun -n N build/test/scaling CELLS` prints, against the model
+
+A cube of c cells an edge, six tets each, in statics; every rank has a processor, 16 MB of cache and a channel to memory
+of its own. The page has the assumptions. --check: messages, bytes and reductions of an iteration are
+to be exactly those that the model makes of a rank's nodes; and the nodes that ranks exchange, on average, within a fifth
+of the model's (0.8 to 1.25). Exit status 1 where they are not.
+"""
+import argparse
+import math
+import re
+import sys
+
+NS, MS = 1e-9, 1e-3
+# ---- measured: seconds a tet by `flesh bench --cases kernels --poisson 0.45`, AMD EPYC Zen 5, one thread, with `--cells
+# 48x13x13`, which fits into a cache of 16 MB, and `--cells 110x39x39`, which does not (14 GB/s from memory)
+FORCE, ENERGY, HESSIAN = (10.2 * NS, 19.7 * NS), (5.7 * NS, 13.2 * NS), (33 * NS, 51.7 * NS)
+FACTOR, SOLVE = (170 * NS, 200 * NS), (3.1 * NS, 5.7 * NS)  # incomplete Cholesky: without the coarse level
+PRODUCT, VECTORS = (2.15 * NS, 11.2 * NS), (0.7 * NS, 2.8 * NS)
+RESIDENT, CACHE = 250, 16e6  # bytes a tet in an iteration; of a cache
+# The coarse level's factor by `build/test/coarse_work_avx512 6 8 10 12`: vertices, blocks, seconds of factor and solve
+COARSE = [(864, 6041, 15.2 * MS, 0.119 * MS), (2048, 24417, 170 * MS, 0.592 * MS), (4000, 73648, 1130 * MS, 4.6 * MS),
+          (6912, 173788, 4110 * MS, 12.2 * MS)]
+# Iterations to 1e-4 at nu = 0.45 (test/campaign/multigrid.c) are (nodes / vertices)^(1/3) times this: 3.4 on cubes with
+# one vertex (41 to 166 iterations, 12 to 48 cells) and with 78 nodes to one (15). On several ranks as many more.
+PER_ROOT, CUT = 3.4, 27 / 14
+# BoomerAMG on a million tets: seconds a tet of set-up and of a cycle; iterations on one rank and on eight
+MULTIGRID, MULTIGRID_ITERATIONS = (3240 * NS, 267 * NS), (45, 56)
+# of which levels, exchanges on each, and ranks to exchange with are guessed; a set-up has so many cycles' messages
+LEVELS, MULTIGRID_EXCHANGES, MULTIGRID_NEIGHBOURS, SETUP_CYCLES = 10, 5, 40, 20
+
+# ---- the program: what an iteration of conjugate gradients exchanges
+SUMS = (1, 2, 1)  # numbers of each reduction, without the coarse level's
+EXCHANGES = 4     # two of what a rank's tets have, two of what it reaches
+ROOM = 1024       # numbers of a message of a reduction, at most
+MOST = 16384      # vertices of the coarse level
+
+# ---- geometry of parts by METIS (mpirun -n 2 to 64 build/test/scaling): against cubes; and for many ranks
+ROUGH, REACH = 1.15, 3.4
+NEIGHBOURS = 14  # of 64 ranks 9 on average, 17 at most
+
+# ---- a network: 40 Gb/s Ethernet by Cisco VIC 1285 with usNIC, Open MPI 1.8.1: 1.93 us, 37.23 Gb/s (J. Squyres 2014)
+ALPHA, BETA = 1.93e-6, 8 / 37.23e9
+
+
+def hops(ranks, rank=0):
+    """Messages that a rank sends in a sum over all, by recursive doubling."""
+    most = 1 << (ranks.bit_length() - 1)
+    if rank >= most:
+        return 1
+    return most.bit_length() - 1 + (rank < ranks - most)
+
+
+def chunks(numbers):
+    return -(-numbers // ROOM)
+
+
+def vertices(nodes):
+    few = math.sqrt(36000 / nodes) if nodes > 36000 else 1
+    return min(few * nodes / 50, MOST)
+
+
+def coarse(v):
+    """Blocks of the factor, seconds of a factorisation and of a solve: between what was measured, powers of v."""
+    at = next((k for k in range(1, len(COARSE)) if v <= COARSE[k][0]), len(COARSE) - 1)
+    low, high = COARSE[at - 1], COARSE[at]
+    share = math.log(v / low[0]) / math.log(high[0] / low[0])
+    return tuple(a * (b / a) ** share for a, b in zip(low[1:], high[1:]))
+
+
+def ghosts(cells, ranks):
+    """Nodes of other ranks that a rank's tets have, on average."""
+    return ROUGH * 3 * (ranks ** (1 / 3) - 1) * (cells + 1) ** 2 / ranks
+
+
+def iteration_bytes(own, nodes, reached, had, reaches, numbers, turns):
+    """Of a rank whose own nodes are had and reached by others so often; `numbers`: of all reductions."""
+    return 24 * (had + (nodes - own) + reaches + (reached - own)) + 8 * turns * numbers
+
+
+def work(rates, tets):
+    """Seconds of so many tets, from the cache or from memory."""
+    return tets * sum(rate[RESIDENT * tets > CACHE] for rate in rates)
+
+
+def times(cells, ranks, most, args):
+    """Seconds of a Newton iteration by its parts, with so many vertices of the coarse level at most."""
+    tets, nodes = 6 * cells ** 3, (cells + 1) ** 3
+    mine, halo = tets / ranks, ghosts(cells, ranks)
+    wide = 1 + REACH * halo / (nodes / ranks)  # of a factor with what a rank reaches
+    v = min(vertices(nodes), most)
+    blocks, factor, solve = coarse(v)
+    turns = hops(ranks)
+    iterations = PER_ROOT * (nodes / v) ** (1 / 3) * (CUT if ranks > 1 else 1)
+    numbers = math.ceil(3 * v)
+    exchanged = min(ranks - 1, NEIGHBOURS)  # what tets have is sent one way, what is reached both ways
+    messages = 3 * exchanged + turns * (len(SUMS) + chunks(numbers))
+    size = 24 * 2 * halo * (1 + REACH) + 8 * turns * (sum(SUMS) + numbers)
+    matrix = 144 * (blocks + v / 4)  # numbers that are added up over the ranks
+    parts = {"tets": work((FORCE, ENERGY, HESSIAN), mine) + wide * work((FACTOR,), mine) +
+                     iterations * (work((PRODUCT, VECTORS), mine) + wide * work((SOLVE,), mine)),
+             "coarse": factor + iterations * solve,
+             "network": turns * (chunks(math.ceil(matrix)) * args.alpha + 8 * matrix * args.beta) +
+                        iterations * (messages * args.alpha + size * args.beta)}
+    return {"iterations": iterations, "messages": messages, "bytes": size, "vertices": v, "parts": parts,
+            "all": sum(parts.values())}
+
+
+def best(cells, ranks, args):
+    """With as many vertices as take the least time."""
+    return min((times(cells, ranks, most, args) for most in (250, 500, 1000, 2000, 4000, 8000, MOST)),
+               key=lambda t: t["all"])
+
+
+def multigrid(cells, ranks, args):
+    """Seconds of a Newton iteration with BoomerAMG."""
+    mine, turns = 6 * cells ** 3 / ranks, hops(ranks)
+    messages = LEVELS * MULTIGRID_EXCHANGES * min(ranks - 1, MULTIGRID_NEIGHBOURS)
+    cycle = MULTIGRID[1] * mine + messages * args.alpha
+    each = cycle + work((PRODUCT, VECTORS), mine) + (2 * min(ranks - 1, NEIGHBOURS) + turns * len(SUMS)) * args.alpha
+    return (work((FORCE, ENERGY, HESSIAN), mine) + MULTIGRID[0] * mine + SETUP_CYCLES * messages * args.alpha +
+            MULTIGRID_ITERATIONS[ranks > 1] * each)
+
+
+HEAD = ["tets", "ranks", "vertices", "iterations", "messages", "kB", "tets, s", "coarse, s", "network, s", "all, s",
+        "efficiency", "with fewer vertices", "multigrid, s"]
+
+
+def row(cells, ranks, first, args):
+    t, least = times(cells, ranks, MOST, args), best(cells, ranks, args)
+    texts = [f"{6 * cells ** 3:.2g}".replace("e+0", "e"), f"{ranks}", f"{t['vertices']:.0f}", f"{t['iterations']:.0f}",
+             f"{t['messages']:.0f}", f"{t['bytes'] / 1e3:.0f}"]
+    texts += [f"{t['parts'][name]:.2g}" for name in ("tets", "coarse", "network")]
+    texts += [f"{t['all']:.3g}", f"{first / t['all']:.2g}", f"{least['all']:.3g} s, {least['vertices']:.0f}",
+              f"{multigrid(cells, ranks, args):.3g}"]
+    return "| " + " | ".join(texts) + " |"
+
+
+def tables(args):
+    """Lines: strong scaling of three cubes, then weak scaling with 236 000 tets a rank."""
+    head = ["| " + " | ".join(HEAD) + " |", "|" + "---|" * len(HEAD)]
+    lines = list(head)
+    for cells in (119, 255, 550):
+        alone = times(cells, 1, MOST, args)["all"]
+        lines += [row(cells, ranks, alone / ranks, args) for ranks in (1, 8, 64, 512, 4096)]
+    alone = times(34, 1, MOST, args)["all"]
+    lines += [""] + head + [row(round(34 * ranks ** (1 / 3)), ranks, alone, args) for ranks in (1, 8, 64, 512, 4096)]
+    return lines
+
+
+NUMBER = r"([0-9.e+-]+)"
+
+
+def check(lines):
+    """Of what ranks printed: the count of what is wrong."""
+    wrong, found, coarse_numbers = 0, [], None
+    for line in lines:
+        at = re.match(r"# rank (\d+) of (\d+), cells (\d+):((?: " + NUMBER + ")+)", line)
+        if at:
+            found.append([int(at[1]), int(at[2]), int(at[3])] + [float(n) for n in at[4].split()])
+    if not found or len(found) != found[0][1]:
+        print(f"{len(found)} ranks have printed their counts")
+        return 1
+    ranks, cells = found[0][1:3]
+    for rank, _, _, own, nodes, reached, had, reaches, _, *shares, messages, size, reductions in found:
+        turns = hops(ranks, rank) if ranks > 1 else 0
+        if coarse_numbers is None:  # in groups of four vertices
+            apart = size - iteration_bytes(own, nodes, reached, had, reaches, sum(SUMS), turns)
+            coarse_numbers = apart / 8 / turns if turns else 0
+            wrong += coarse_numbers % 12 != 0 or (ranks > 1 and coarse_numbers <= 0)
+        sums = len(SUMS) + chunks(int(coarse_numbers)) if ranks > 1 else 0
+        model = (sum(shares) + turns * sums, sums,
+                 iteration_bytes(own, nodes, reached, had, reaches, sum(SUMS) + coarse_numbers, turns))
+        if model != (messages, reductions, size) or len(shares) != EXCHANGES:
+            wrong += 1
+            print(f"rank {rank}: {messages:g} messages, {reductions:g} reductions, {size:g} bytes; the model: {model}")
+    if sum(f[3] for f in found) != (cells + 1) ** 3:
+        wrong += 1
+        print("own nodes are not those of the cube")
+    some = sum(f[4] - f[3] for f in found) / ranks
+    if ranks in (8, 27, 64) and not 0.8 < some / ghosts(cells, ranks) < 1.25:
+        wrong += 1
+        print(f"{some:.0f} nodes of other ranks, the model has {ghosts(cells, ranks):.0f}")
+    return wrong
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--alpha", type=float, default=ALPHA)
+    parser.add_argument("--beta", type=float, default=BETA)
+    parser.add_argument("--check", action="store_true")
+    parser.add_argument("--page", help="exit status 1 where this page has not these tables")
+    args = parser.parse_args()
+    if args.check:
+        sys.exit(check(sys.stdin) > 0)
+    text = "\n".join(tables(args))
+    if args.page:
+        page = open(args.page, encoding="utf-8").read()
+        sys.exit(any(table not in page for table in text.split("\n\n")))
+    print(text)
+
+
+if __name__ == "__main__":
+    main()
