@@ -156,6 +156,11 @@ chaos_is_entered_through_softer_materials() {
     has out/cases/3x3x3_scramble_seed1_S_0.4999_default/out/result.json '"solves_unconverged": 0'
 }
 
+# E of ratio 0 is crushed into a point, in which it has no force; it is laid out there.
+what_has_vanished_is_laid_out() {
+  battery --energies E --poisson 0 --cases crash_plane && [ "$(value outcome crash_plane E 0)" = untangled ]
+}
+
 # A thousand km from the origin the forces that bend a thin neck are few times those of round-off.
 soft_parts_come_to_rest_far_away() {
   battery --shapes --meshes "$source_folder/../data/meshes/dumbbell.msh" --energies S --poisson 0.45 --cases far_away &&
@@ -187,5 +192,5 @@ run_tests hard_starts_recover violent_loads_recover collapsed_bodies_are_named_a
   an_early_end_is_no_recovery a_death_is_a_row a_setting_of_ones_own_is_kept_in_the_scene \
   the_table_has_the_promised_columns pictures_are_drawn without_gnuplot_the_frames_are_drawn a_spent_budget_is_a_row \
   an_interrupted_battery_keeps_what_was_done the_list_names_every_case bad_options_are_refused \
-  chaos_is_entered_through_softer_materials soft_parts_come_to_rest_far_away a_long_step_is_named \
-  the_old_name_tells_the_new
+  chaos_is_entered_through_softer_materials what_has_vanished_is_laid_out soft_parts_come_to_rest_far_away \
+  a_long_step_is_named the_old_name_tells_the_new
