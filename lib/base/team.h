@@ -28,8 +28,8 @@ typedef struct flesh_team_message {
 /* Nodes that other ranks reach and this one has, and the other way round, one rank after the other. Both ranks have the
  * nodes between them in the same order. */
 typedef struct flesh_team_reach {
-  int count; /* other ranks */
-  const int *ranks;
+  int count, before; /* other ranks, and those of them whose numbers are lower than this one's */
+  const int *ranks;  /* rising */
   const int *first_given, *given; /* [count+1]; nodes of this rank's */
   const int *first_taken, *taken; /* [count+1]; nodes that this rank reaches */
 } flesh_team_reach;
@@ -46,11 +46,14 @@ typedef struct flesh_team_operations {
   void (*share)(const void *data, const flesh_team_vector *vector);
   /* Owners add the values of their ghosts, by rising rank; ghosts become zero. */
   void (*collect)(const void *data, const flesh_team_vector *vector);
-  /* Sends and receives as many messages as `reach` has ranks, at most. */
-  void (*exchange)(const void *data, int count, const flesh_team_message *messages);
+  /* Sends and receives as many messages as `reach` has ranks, at most, which are there once `exchange_end` returns;
+   * nothing else is exchanged or added up in between. */
+  void (*exchange_begin)(const void *data, int count, const flesh_team_message *messages);
+  void (*exchange_end)(const void *data);
 } flesh_team_operations;
 
 typedef struct flesh_team {
+  int ranks;      /* how many there are */
   int nodes, own; /* of this rank; those from `own` on are ghosts */
   int reached;    /* nodes that its preconditioner goes by: those, then some beyond that only other ranks have */
   double all;     /* nodes of the body, each counted once */

@@ -13,6 +13,7 @@
 #include "base/huge_pages.h"
 #include "base/memory.h"
 #include "base/sort.h"
+#include "linear/coarse_cell.h"
 #include "linear/coarse_cholesky.h"
 #include "linear/coarse_grid.h"
 #include "linear/coarse_team.h"
@@ -20,7 +21,7 @@
 
 enum {
   N = FLESH_BLOCK12,
-  CORNERS = 8,
+  CORNERS = FLESH_COARSE_CORNERS,
   SLOTS = 4,  /* vertices of a patch */
   PARTS = FLESH_COARSE_PARTS, /* of the pairs of cells, too, added up one by one, however many threads there are */
   MOST = 16384 /* vertices */
@@ -242,38 +243,17 @@ void flesh_coarse_destroy(flesh_coarse **coarse)
   *coarse = NULL;
 }
 
-/* How much each corner moves a node. */
-static inline flesh_float8 weights_at(flesh_float4 local)
-{
-  const flesh_float8 x0 = {1, 0, 1, 0, 1, 0, 1, 0}, x1 = {-1, 1, -1, 1, -1, 1, -1, 1};
-  const flesh_float8 y0 = {1, 1, 0, 0, 1, 1, 0, 0}, y1 = {-1, -1, 1, 1, -1, -1, 1, 1};
-  const flesh_float8 z0 = {1, 1, 1, 1, 0, 0, 0, 0}, z1 = {-1, -1, -1, -1, 1, 1, 1, 1};
-  return (x0 + x1 * local[0]) * (y0 + y1 * local[1]) * (z0 + z1 * local[2]);
-}
-
 typedef struct assembly {
   flesh_coarse *coarse;
   const flesh_block_matrix *A;
 } assembly;
-
-/* Corners of a pair's second cell go side by side, as many as a register holds: there is room for nine of these. */
-typedef float aside_floats __attribute__((vector_size(4 * FLESH_ASIDE)));
-
-/* Weights of the corners from `first` on. */
-static inline flesh_aside weights_of_some(flesh_float4 local, int first)
-{
-  const flesh_float8 all = weights_at(local);
-  aside_floats some;
-  memcpy(&some, (const float *)&all + first, sizeof some);
-  return __builtin_convertvector(some, flesh_aside);
-}
 
 /* T[3 c + d] += A[c][d] w_other. */
 static inline void add_term(const flesh_coarse *self, const flesh_block_matrix *A, const term *t, int first,
                             flesh_aside T[9])
 {
   const double *b = A->values + 9 * (size_t)(t->block < 0 ? ~t->block : t->block);
-  const flesh_aside w = weights_of_some(self->grid.local[t->other], first);
+  const flesh_aside w = flesh_coarse_some_weights(self->grid.local[t->other], first);
   double a[9];
   for (int c = 0; c < 3; c++)
     for (int d = 0; d < 3; d++) a[3 * c + d] = t->block < 0 ? b[3 * d + c] : b[3 * c + d];
@@ -292,7 +272,7 @@ static void sum_pair(const flesh_coarse *self, const flesh_block_matrix *A, cons
   memset(sum, 0, CORNERS * sizeof *sum);
   for (int k = p->first; k < end;) {
     const int node = self->terms[k].node;
-    const flesh_float8 w = weights_at(self->grid.local[node]);
+    const flesh_float8 w = flesh_coarse_weights(self->grid.local[node]);
     flesh_aside T[9] = {{0}};
     for (; k < end && self->terms[k].node == node; k++) add_term(self, A, &self->terms[k], first, T);
     for (int a = 0; a < CORNERS; a++)
@@ -373,27 +353,20 @@ void flesh_coarse_restrict(flesh_coarse *self, int part, int begin, int end, con
   for (size_t p = (size_t)begin; p < (size_t)end; p++) {
     const flesh_float4 local = self->grid.local[p],
                        own = without_constrained(*(const flesh_float4 *)(r + 4 * p), local);
-    const flesh_float8 w = weights_at(local);
+    const flesh_float8 w = flesh_coarse_weights(local);
     flesh_float8 *sum = self->sums[part][self->grid.cell[p]].of;
     for (int c = 0; c < 3; c++) sum[c] += w * own[c];
   }
 }
 
-/* From displacements of the corners to those of 1, x, y, xy, z, xz, yz, xyz. */
-static void to_products(flesh_float4 u[CORNERS])
-{
-  for (int bit = 1; bit < CORNERS; bit *= 2)
-    for (int a = 0; a < CORNERS; a++)
-      if (a & bit) u[a] -= u[a ^ bit];
-}
+int flesh_coarse_unknowns(const flesh_coarse *self) { return self->grid.patches * N; }
 
-double flesh_coarse_solve(flesh_coarse *self)
+/* Into `load`; what was restricted is forgotten. */
+static void take(flesh_coarse *self)
 {
-  float *x = self->matrix.x, *load = self->load;
   const int *corner = self->grid.corner;
-  const size_t unknowns = (size_t)self->grid.patches * N;
-  double product = 0;
-  memset(load, 0, unknowns * sizeof *load);
+  float *load = self->load;
+  memset(load, 0, (size_t)self->grid.patches * N * sizeof *load);
   for (int k = 0; k < self->grid.cells; k++) {
     for (int c = 0; c < 3; c++) {
       const flesh_float8 sum = self->sums[0][k].of[c] + self->sums[1][k].of[c];
@@ -401,19 +374,46 @@ double flesh_coarse_solve(flesh_coarse *self)
     }
     for (int part = 0; part < PARTS; part++) self->sums[part][k] = (sums){0};
   }
-  memcpy(x, load, unknowns * sizeof *x);
-  flesh_coarse_sum(self->team, (int)unknowns, x);
+}
+
+void flesh_coarse_take(flesh_coarse *self, double scale, double *load)
+{
+  take(self);
+  for (int k = 0; k < flesh_coarse_unknowns(self); k++) load[k] = scale * self->load[k];
+}
+
+/* With what the matrix's x has, its load. */
+static void solve(flesh_coarse *self)
+{
+  const int *corner = self->grid.corner;
   flesh_coarse_cholesky_solve(&self->matrix);
-  for (size_t k = 0; k < unknowns; k++) product += (double)load[k] * (double)x[k];
   for (int k = 0; k < self->grid.cells; k++) {
     flesh_float4 *moves = self->moves[k].of;
     for (int a = 0; a < CORNERS; a++) {
-      const float *u = x + 3 * (size_t)corner[CORNERS * k + a];
+      const float *u = self->matrix.x + 3 * (size_t)corner[CORNERS * k + a];
       moves[a] = (flesh_float4){u[0], u[1], u[2], 0};
     }
-    to_products(moves);
+    flesh_coarse_to_products(moves);
   }
+}
+
+double flesh_coarse_solve(flesh_coarse *self)
+{
+  const size_t unknowns = (size_t)self->grid.patches * N;
+  float *x = self->matrix.x, *load = self->load;
+  double product = 0;
+  take(self);
+  memcpy(x, load, unknowns * sizeof *x);
+  flesh_coarse_sum(self->team, (int)unknowns, x);
+  solve(self);
+  for (size_t k = 0; k < unknowns; k++) product += (double)load[k] * (double)x[k];
   return product;
+}
+
+void flesh_coarse_solve_for(flesh_coarse *self, const double *load, double scale)
+{
+  for (int k = 0; k < flesh_coarse_unknowns(self); k++) self->matrix.x[k] = (float)(scale * load[k]);
+  solve(self);
 }
 
 void flesh_coarse_add(const flesh_coarse *self, int begin, int end, float share, const float *y, float *z)

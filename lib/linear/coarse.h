@@ -36,6 +36,11 @@ enum { FLESH_COARSE_PARTS = 2 };
 #define FLESH_COARSE_SHARE 0.5f
 void flesh_coarse_restrict(flesh_coarse *coarse, int part, int begin, int end, const float *r);
 double flesh_coarse_solve(flesh_coarse *coarse);
+/* The same where the loads of a team's ranks are added up elsewhere: P^T r of this rank, times `scale`, a number for
+ * each of the unknowns; and the solve for `scale` times the sum, which all ranks have. */
+int flesh_coarse_unknowns(const flesh_coarse *coarse);
+void flesh_coarse_take(flesh_coarse *coarse, double scale, double *load);
+void flesh_coarse_solve_for(flesh_coarse *coarse, const double *load, double scale);
 void flesh_coarse_add(const flesh_coarse *coarse, int begin, int end, float share, const float *y, float *z);
 
 size_t flesh_coarse_memory(const flesh_coarse *coarse);

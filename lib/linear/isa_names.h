@@ -13,6 +13,13 @@
 #define flesh_pcg_model_error FLESH_OF_ISA(flesh_pcg_model_error)
 #define flesh_pcg_guided FLESH_OF_ISA(flesh_pcg_guided)
 
+#define flesh_pcg_in_team FLESH_OF_ISA(flesh_pcg_in_team)
+
+#define flesh_preconditioner_unknowns FLESH_OF_ISA(flesh_preconditioner_unknowns)
+#define flesh_preconditioner_overlap FLESH_OF_ISA(flesh_preconditioner_overlap)
+#define flesh_preconditioner_room FLESH_OF_ISA(flesh_preconditioner_room)
+#define flesh_preconditioner_load FLESH_OF_ISA(flesh_preconditioner_load)
+#define flesh_preconditioner_solve_for FLESH_OF_ISA(flesh_preconditioner_solve_for)
 #define flesh_preconditioner_create FLESH_OF_ISA(flesh_preconditioner_create)
 #define flesh_preconditioner_project FLESH_OF_ISA(flesh_preconditioner_project)
 #define flesh_preconditioner_destroy FLESH_OF_ISA(flesh_preconditioner_destroy)
@@ -38,6 +45,9 @@
 #define flesh_coarse_setup FLESH_OF_ISA(flesh_coarse_setup)
 #define flesh_coarse_restrict FLESH_OF_ISA(flesh_coarse_restrict)
 #define flesh_coarse_solve FLESH_OF_ISA(flesh_coarse_solve)
+#define flesh_coarse_unknowns FLESH_OF_ISA(flesh_coarse_unknowns)
+#define flesh_coarse_take FLESH_OF_ISA(flesh_coarse_take)
+#define flesh_coarse_solve_for FLESH_OF_ISA(flesh_coarse_solve_for)
 #define flesh_coarse_add FLESH_OF_ISA(flesh_coarse_add)
 #define flesh_coarse_memory FLESH_OF_ISA(flesh_coarse_memory)
 #define flesh_coarse_archive FLESH_OF_ISA(flesh_coarse_archive)

@@ -1,4 +1,4 @@
-/* overlap.c: the pattern of what a rank reaches, and the exchange of blocks and vectors. */
+/* overlap.c: the pattern of what a rank reaches, and the exchange of blocks. */
 #include "linear/overlap.h"
 
 #include <math.h>
@@ -50,7 +50,8 @@ static void exchange(const flesh_overlap *self, size_t width)
     self->messages[r] = (flesh_team_message){
         team->reach.ranks[r], (int)width * (out[r + 1] - out[r]), (int)width * (in[r + 1] - in[r]),
         self->sent + width * (size_t)out[r], self->received + width * (size_t)in[r]};
-  team->operations->exchange(team->data, team->reach.count, self->messages);
+  team->operations->exchange_begin(team->data, team->reach.count, self->messages);
+  team->operations->exchange_end(team->data);
 }
 
 /* first_taken by the other ranks' counts; `counts` [2*ranks] is room. */
@@ -62,7 +63,8 @@ static void exchange_counts(flesh_overlap *self, double *counts)
     counts[r] = self->first_given[r + 1] - self->first_given[r];
     self->messages[r] = (flesh_team_message){team->reach.ranks[r], 1, 1, counts + r, counts + ranks + r};
   }
-  team->operations->exchange(team->data, ranks, self->messages);
+  team->operations->exchange_begin(team->data, ranks, self->messages);
+  team->operations->exchange_end(team->data);
   for (int r = 0; r < ranks; r++) self->first_taken[r + 1] = self->first_taken[r] + (int)counts[ranks + r];
 }
 
@@ -148,6 +150,19 @@ static int make_matrix(flesh_overlap *self, const flesh_block_matrix *A)
   return status;
 }
 
+/* For so many blocks or nodes, of which one or the other are sent. */
+static size_t room_for(int blocks, int nodes)
+{
+  const size_t of_blocks = 9 * (size_t)blocks, of_nodes = 3 * (size_t)nodes;
+  return (of_blocks > of_nodes ? of_blocks : of_nodes) + 1;
+}
+
+/* Numbers of all vectors. */
+static size_t vector_room(const flesh_team *team)
+{
+  return 6 * (size_t)team->reached + 6 * (size_t)(team->reached - team->own);
+}
+
 static int allocate_given(flesh_overlap *self, const flesh_block_matrix *A, int *place)
 {
   const size_t ranks = (size_t)self->team->reach.count, blocks = has_others(self) ? (size_t)A->row_start[A->rows] : 0;
@@ -155,15 +170,18 @@ static int allocate_given(flesh_overlap *self, const flesh_block_matrix *A, int 
   self->first_taken = flesh_calloc(ranks + 1, sizeof *self->first_taken);
   self->messages = flesh_calloc(ranks + 1, sizeof *self->messages);
   self->own_place = flesh_malloc((blocks + 1) * sizeof *self->own_place);
-  self->vector = flesh_malloc((3 * (size_t)self->team->reached + 1) * sizeof *self->vector);
+  self->vector = flesh_malloc((vector_room(self->team) + 1) * sizeof *self->vector);
   self->weight = flesh_malloc(((size_t)self->team->reached + 1) * sizeof *self->weight);
   if (!place || !self->first_given || !self->first_taken || !self->messages || !self->own_place || !self->vector ||
       !self->weight)
     return FLESH_ERR_MEMORY;
+  self->found = self->vector + 3 * (size_t)self->team->reached;
+  self->r = self->found + 3 * (size_t)self->team->reached;
+  self->s = self->r + 3 * (size_t)(self->team->reached - self->team->own);
   listing list = {.first = self->first_given};
   list_given(A, &self->team->reach, place, &list);
   self->given = flesh_malloc(((size_t)list.count + 1) * sizeof *self->given);
-  self->sent = flesh_malloc((9 * (size_t)list.count + 1) * sizeof *self->sent);
+  self->sent = flesh_malloc(room_for(list.count, self->team->reach.first_taken[ranks]) * sizeof *self->sent);
   if (!self->given || !self->sent) return FLESH_ERR_MEMORY;
   list.blocks = self->given;
   list.places = self->sent;
@@ -173,9 +191,11 @@ static int allocate_given(flesh_overlap *self, const flesh_block_matrix *A, int 
 
 static int allocate_taken(flesh_overlap *self)
 {
-  const size_t blocks = (size_t)self->first_taken[self->team->reach.count];
+  const flesh_team_reach *reach = &self->team->reach;
+  const size_t blocks = (size_t)self->first_taken[reach->count];
   self->taken = flesh_malloc((blocks + 1) * sizeof *self->taken);
-  self->received = flesh_malloc((9 * blocks + 1) * sizeof *self->received);
+  self->received = flesh_malloc(room_for(self->first_taken[reach->count], reach->first_given[reach->count]) *
+                                sizeof *self->received);
   return self->taken && self->received ? FLESH_OK : FLESH_ERR_MEMORY;
 }
 
@@ -228,8 +248,9 @@ size_t flesh_overlap_memory(const flesh_overlap *self)
   const size_t rows = (size_t)self->matrix.rows, blocks = has_others(self) ? (size_t)self->row_start[rows] : 0,
                ranks = (size_t)self->team->reach.count,
                exchanged = (size_t)self->first_given[ranks] + (size_t)self->first_taken[ranks];
-  return (rows + ranks) * (3 * sizeof(double) + 2 * sizeof(int) + sizeof(float)) +
-         blocks * (9 * sizeof(double) + 2 * sizeof(int)) + exchanged * (9 * sizeof(double) + sizeof(int)) + ranks * sizeof *self->messages;
+  return vector_room(self->team) * sizeof(double) + (rows + ranks) * (2 * sizeof(int) + sizeof(float)) +
+         blocks * (9 * sizeof(double) + 2 * sizeof(int)) + exchanged * (9 * sizeof(double) + sizeof(int)) +
+         ranks * sizeof *self->messages;
 }
 
 const flesh_block_matrix *flesh_overlap_update(flesh_overlap *self, const flesh_block_matrix *A)
@@ -253,25 +274,3 @@ const flesh_block_matrix *flesh_overlap_update(flesh_overlap *self, const flesh_
   return &self->matrix;
 }
 
-void flesh_overlap_restrict(const flesh_overlap *self, const int *nodes, const float *r, const int *reached,
-                            float *wide)
-{
-  const flesh_team *team = self->team;
-  for (size_t p = 0; p < (size_t)team->nodes; p++)
-    for (size_t c = 0; c < 3; c++) self->vector[3 * (size_t)nodes[p] + c] = r[4 * p + c];
-  team->operations->share(team->data, &(flesh_team_vector){3, 3, NULL, self->vector, 1});
-  for (size_t p = 0; p < (size_t)team->reached; p++)
-    for (size_t c = 0; c < 3; c++)
-      wide[4 * p + c] = self->weight[reached[p]] * (float)self->vector[3 * (size_t)reached[p] + c];
-}
-
-void flesh_overlap_add(const flesh_overlap *self, const int *reached, const float *wide, const int *nodes, float *z)
-{
-  const flesh_team *team = self->team;
-  for (size_t p = 0; p < (size_t)team->reached; p++)
-    for (size_t c = 0; c < 3; c++)
-      self->vector[3 * (size_t)reached[p] + c] = self->weight[reached[p]] * wide[4 * p + c];
-  team->operations->collect(team->data, &(flesh_team_vector){3, 3, NULL, self->vector, 1});
-  for (size_t p = 0; p < (size_t)team->nodes; p++)
-    for (size_t c = 0; c < 3; c++) z[4 * p + c] = (float)self->vector[3 * (size_t)nodes[p] + c];
-}

@@ -16,9 +16,10 @@ typedef struct flesh_overlap {
   int *first_given, *first_taken; /* [ranks+1] of the blocks that each rank gets, and of those that it sends */
   int *given; /* blocks of A that other ranks get, rank by rank */
   int *taken; /* blocks of the matrix to which those of other ranks are added; ~block: transposed */
-  double *sent, *received; /* [9] of each */
+  double *sent, *received; /* [9] of each, or [3] of each node */
   flesh_team_message *messages;
-  double *vector; /* [3*reached] */
+  double *vector, *found; /* [3*reached] of either */
+  double *r, *s;          /* [3*(reached-own)] what is kept of nodes that others own (overlap_vectors.h) */
   float *weight;  /* [reached] of what is found with the matrix, on either side of it */
 } flesh_overlap;
 
@@ -30,12 +31,5 @@ size_t flesh_overlap_memory(const flesh_overlap *overlap);
 
 /* The matrix, of A's values. Collective. */
 const flesh_block_matrix *flesh_overlap_update(flesh_overlap *overlap, const flesh_block_matrix *A);
-
-/* With a team, collective. Vectors of four lanes a node, [4*rows] in the order `nodes` and [4*reached] in the order
- * `reached`: from r, which own nodes alone have, to those that are reached; and back, z being what all ranks have found
- * for own nodes, and nothing at ghosts. */
-void flesh_overlap_restrict(const flesh_overlap *overlap, const int *nodes, const float *r, const int *reached,
-                            float *wide);
-void flesh_overlap_add(const flesh_overlap *overlap, const int *reached, const float *wide, const int *nodes, float *z);
 
 #endif

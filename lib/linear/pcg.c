@@ -14,42 +14,26 @@
 #include "base/memory.h"
 #include "base/parallel_vector.h"
 #include "base/team.h"
-#include "linear/lanes.h"
-#include "linear/product.h"
-
-enum {
-  CHUNK = 512,                  /* nodes of a task: what is summed up does not depend on the threads */
-  PARTS = FLESH_PRODUCT_PADDING /* of a sum, as additions wait for each other */
-};
+#include "linear/pcg_space.h"
+#include "linear/pcg_team.h"
 
 /* In single precision residuals cannot be distinguished from rounding where they are this small beside the first. */
 static const double DEEPEST = 1e-5;
 
-struct flesh_pcg_space {
-  int rows, chunks;
-  flesh_threads *threads;
-  const flesh_team *team; /* NULL: none */
-  int *place;             /* [rows] where vectors hold each node; NULL without a team */
-  flesh_product product;
-  int single;     /* the precision of r, p and z in the last solve */
-  double unit;    /* of its r: what they are to be multiplied by */
-  double holds;   /* the product's rounded matrix is A, scaled by this; 0: it is not */
-  flesh_double4 *x, *weights; /* [rows] and up to a multiple of PARTS zeros */
-  void *r, *p, *z;            /* likewise, in either precision; z is A p */
-  flesh_float4 *rounded;      /* r as the preconditioner takes it; r itself in single precision */
-  flesh_float4 *room;         /* likewise, where r is in double precision */
-  double *sums, *squares;     /* [chunks] */
-};
-
-/* Of the threads' team. */
+/* Of the threads' team; one of a single rank is none. */
 static int join(flesh_pcg_space *self)
 {
-  if (!(self->team = flesh_threads_team(self->threads))) return FLESH_OK;
+  const flesh_team *team = flesh_threads_team(self->threads);
+  if (!team || team->ranks == 1) return FLESH_OK;
+  self->team = team;
   self->place = flesh_malloc(((size_t)self->rows + 1) * sizeof *self->place);
   if (!self->place) return flesh_fail(FLESH_ERR_MEMORY, "no memory for conjugate gradients");
   for (int p = 0; p < self->rows; p++) self->place[self->product.rows[p]] = p;
   return FLESH_OK;
 }
+
+/* With a team two more. */
+static size_t vectors_of(const flesh_pcg_space *self) { return self->team ? 8 : 6; }
 
 int flesh_pcg_space_create(const flesh_block_matrix *A, int single, flesh_threads *threads, flesh_pcg_space **space)
 {
@@ -57,7 +41,7 @@ int flesh_pcg_space_create(const flesh_block_matrix *A, int single, flesh_thread
   *space = self;
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for conjugate gradients");
   self->rows = A->rows;
-  self->chunks = (A->rows + CHUNK - 1) / CHUNK;
+  self->chunks = (A->rows + FLESH_PCG_CHUNK - 1) / FLESH_PCG_CHUNK;
   self->threads = threads;
   self->unit = 1;
   flesh_bisection bisection = {0};
@@ -66,13 +50,14 @@ int flesh_pcg_space_create(const flesh_block_matrix *A, int single, flesh_thread
   flesh_bisection_clear(&bisection);
   if (!status) status = join(self);
   /* The product has room of its own behind the padding. */
-  void **vectors[] = {(void **)&self->x, (void **)&self->weights, &self->r, &self->p, &self->z, (void **)&self->room};
-  enum { VECTORS = sizeof vectors / sizeof vectors[0] };
+  void **vectors[] = {(void **)&self->x, (void **)&self->weights, &self->r, &self->p, &self->z, (void **)&self->room,
+                      (void **)&self->u, (void **)&self->s};
+  const size_t count = vectors_of(self), sums = self->team ? FLESH_PCG_SUMS : 2;
   size_t apart;
-  double *memory = flesh_huge_pages_vectors(VECTORS, 4 * ((size_t)self->product.nodes + PARTS), &apart);
-  int failed = !(self->sums = flesh_malloc(2 * ((size_t)self->chunks + 1) * sizeof *self->sums));
+  double *memory = flesh_huge_pages_vectors(count, 4 * ((size_t)self->product.nodes + FLESH_PCG_PARTS), &apart);
+  int failed = !(self->sums = flesh_malloc(sums * ((size_t)self->chunks + 1) * sizeof *self->sums));
   self->squares = self->sums + self->chunks + 1;
-  for (size_t k = 0; memory && k < VECTORS; k++) *vectors[k] = memory + k * apart;
+  for (size_t k = 0; memory && k < count; k++) *vectors[k] = memory + k * apart;
   failed |= !memory;
   if (failed && !status)
     status = flesh_fail(FLESH_ERR_MEMORY, "no memory for conjugate gradients on %d nodes", A->rows);
@@ -94,173 +79,116 @@ void flesh_pcg_space_destroy(flesh_pcg_space **space)
 
 size_t flesh_pcg_space_memory(const flesh_pcg_space *self)
 {
-  return sizeof *self + (size_t)self->product.nodes * 6 * sizeof *self->x +
-         2 * (size_t)self->chunks * sizeof *self->sums + flesh_product_memory(&self->product);
-}
-
-typedef struct work {
-  flesh_pcg_space *space;
-  const double *b, *weights; /* NULL: all are `common` */
-  double *x, common;
-  double scale, unscale; /* of b to the system that is solved, and from that to x */
-  flesh_preconditioner_data *preconditioner;
-  double alpha;    /* of z, to be taken from r */
-  double to_round, back; /* scale of r for the preconditioner, and of what comes from there */
-  double beta;
-  double downhill; /* how far x has yet to go along p: alpha, but after negative curvature */
-} work;
-
-static void range(const flesh_pcg_space *self, int chunk, int *begin, int *end)
-{
-  *begin = chunk * CHUNK;
-  *end = *begin + CHUNK < self->rows ? *begin + CHUNK : self->rows;
-}
-
-/* Node i of a vector in either precision. */
-static inline flesh_double4 get(const void *vector, int single, int i)
-{
-  return single ? FLESH_LANES_WIDE(((const flesh_float4 *)vector)[i]) : ((const flesh_double4 *)vector)[i];
-}
-
-static inline void put(void *vector, int single, int i, flesh_double4 value)
-{
-  if (single) ((flesh_float4 *)vector)[i] = FLESH_LANES_NARROW(value);
-  else ((flesh_double4 *)vector)[i] = value;
-}
-
-static double sum_of(const flesh_double4 parts[PARTS])
-{
-  flesh_double4 sum = (parts[0] + parts[1]) + (parts[2] + parts[3]);
-  return (sum[0] + sum[1]) + sum[2];
+  return sizeof *self + (size_t)self->product.nodes * vectors_of(self) * sizeof *self->x +
+         (self->team ? FLESH_PCG_SUMS : 2) * (size_t)self->chunks * sizeof *self->sums +
+         (self->team ? (size_t)self->rows * sizeof *self->place : 0) + flesh_product_memory(&self->product);
 }
 
 static void load(void *data, int chunk)
 {
-  const work *w = data;
+  const flesh_pcg_work *w = data;
   const flesh_pcg_space *self = w->space;
   const int single = self->single;
   int begin, end;
-  range(self, chunk, &begin, &end);
+  flesh_pcg_range(self, chunk, &begin, &end);
   for (int i = begin; i < end; i++) {
     const size_t node = (size_t)self->product.rows[i];
     const double scale = self->team && node >= (size_t)self->team->own ? 0 : w->scale, *b = w->b + 3 * node;
     self->x[i] = (flesh_double4){0};
-    put(self->p, single, i, self->x[i]);
-    put(self->z, single, i, self->x[i]);
-    put(self->r, single, i, scale * (flesh_double4){b[0], b[1], b[2], 0});
+    flesh_pcg_put(self->p, single, i, self->x[i]);
+    flesh_pcg_put(self->z, single, i, self->x[i]);
+    flesh_pcg_put(self->r, single, i, scale * (flesh_double4){b[0], b[1], b[2], 0});
+    if (self->team) ((flesh_double4 *)self->u)[i] = ((flesh_double4 *)self->s)[i] = self->x[i];
     for (int c = 0; c < 3 && w->weights; c++) self->weights[i][c] = w->weights[3 * node + (size_t)c];
   }
-  for (int i = end; i % PARTS; i++) {
+  for (int i = end; i % FLESH_PCG_PARTS; i++) {
     self->x[i] = (flesh_double4){0};
-    put(self->r, single, i, self->x[i]);
-    put(self->p, single, i, self->x[i]);
-    put(self->z, single, i, self->x[i]);
+    flesh_pcg_put(self->r, single, i, self->x[i]);
+    flesh_pcg_put(self->p, single, i, self->x[i]);
+    flesh_pcg_put(self->z, single, i, self->x[i]);
   }
 }
 
 static void store(void *data, int chunk)
 {
-  const work *w = data;
+  const flesh_pcg_work *w = data;
   const flesh_pcg_space *self = w->space;
   int begin, end;
-  range(self, chunk, &begin, &end);
+  flesh_pcg_range(self, chunk, &begin, &end);
   for (int i = begin; i < end; i++) {
-    const flesh_double4 x = self->x[i] + w->downhill * get(self->p, self->single, i);
+    const flesh_double4 x = self->x[i] + w->downhill * flesh_pcg_get(self->p, self->single, i);
     for (int c = 0; c < 3; c++) w->x[3 * (size_t)self->product.rows[i] + (size_t)c] = w->unscale * x[c];
   }
 }
 
 /* x += downhill p, which is late, then p = z + beta p, while p is at hand; z the preconditioner's result. */
-static inline __attribute__((always_inline)) void turn_nodes(const work *w, int begin, int end, int single)
+static inline __attribute__((always_inline)) void turn_nodes(const flesh_pcg_work *w, int begin, int end, int single)
 {
-  flesh_float4 result[CHUNK];
+  flesh_float4 result[FLESH_PCG_CHUNK];
   flesh_double4 *x = w->space->x;
   void *p = w->space->p;
   for (int from = begin, until; from < end; from = until) {
-    until = from + CHUNK < end ? from + CHUNK : end;
+    until = from + FLESH_PCG_CHUNK < end ? from + FLESH_PCG_CHUNK : end;
     flesh_preconditioner_result(w->preconditioner, from, until, (float *)result);
     for (int i = from; i < until; i++) {
-      const flesh_double4 now = get(p, single, i);
+      const flesh_double4 now = flesh_pcg_get(p, single, i);
       x[i] += w->downhill * now;
-      put(p, single, i, w->back * FLESH_LANES_WIDE(result[i - from]) + w->beta * now);
+      flesh_pcg_put(p, single, i, w->back * FLESH_LANES_WIDE(result[i - from]) + w->beta * now);
     }
   }
 }
 
 static void turn(void *data, int begin, int end)
 {
-  const work *w = data;
+  const flesh_pcg_work *w = data;
   if (w->space->single) turn_nodes(w, begin, end, 1);
   else turn_nodes(w, begin, end, 0);
 }
 
 /* r -= alpha A p; the square of r and the weighted one. */
-static inline __attribute__((always_inline)) void descend_nodes(const work *w, int begin, int end, int single,
+static inline __attribute__((always_inline)) void descend_nodes(const flesh_pcg_work *w, int begin, int end, int single,
                                                                 const flesh_double4 *weights, double *square,
                                                                 double *weighted_square)
 {
   const flesh_pcg_space *self = w->space;
   const double alpha = w->alpha, to_round = w->to_round;
-  flesh_double4 weighted[PARTS] = {{0}}, plain[PARTS] = {{0}};
-  for (int i = begin; i < end; i += PARTS)
-    for (int l = 0; l < PARTS; l++) {
-      const flesh_double4 now = get(self->r, single, i + l) - alpha * get(self->z, single, i + l);
-      put(self->r, single, i + l, now);
+  flesh_double4 weighted[FLESH_PCG_PARTS] = {{0}}, plain[FLESH_PCG_PARTS] = {{0}};
+  for (int i = begin; i < end; i += FLESH_PCG_PARTS)
+    for (int l = 0; l < FLESH_PCG_PARTS; l++) {
+      const flesh_double4 now = flesh_pcg_get(self->r, single, i + l) - alpha * flesh_pcg_get(self->z, single, i + l);
+      flesh_pcg_put(self->r, single, i + l, now);
       if (!single) self->rounded[i + l] = FLESH_LANES_NARROW(to_round * now);
       plain[l] += now * now;
       if (weights) weighted[l] += now * weights[i + l] * (now * weights[i + l]);
     }
-  *square = sum_of(plain);
-  *weighted_square = weights ? sum_of(weighted) : w->common * w->common * *square;
+  *square = flesh_pcg_sum_of(plain);
+  *weighted_square = weights ? flesh_pcg_sum_of(weighted) : w->common * w->common * *square;
 }
 
 static void descend(void *data, int chunk)
 {
-  const work *w = data;
+  const flesh_pcg_work *w = data;
   const flesh_pcg_space *self = w->space;
   double *square = &self->squares[chunk], *weighted = &self->sums[chunk];
   int begin, end;
-  range(self, chunk, &begin, &end);
+  flesh_pcg_range(self, chunk, &begin, &end);
   if (self->single) descend_nodes(w, begin, end, 1, NULL, square, weighted);
   else descend_nodes(w, begin, end, 0, w->weights ? self->weights : NULL, square, weighted);
 }
 
 /* The residual after a step; returns its weighted norm, and its own as `norm`. */
-static double run_descent(const flesh_pcg_space *self, work *w, double *norm)
+static double run_descent(const flesh_pcg_space *self, flesh_pcg_work *w, double *norm)
 {
   double sum = 0, square = 0;
   flesh_threads_run(self->threads, self->chunks, descend, w);
   for (int k = 0; k < self->chunks; k++) sum += self->sums[k], square += self->squares[k];
-  double sums[2] = {square, sum};
-  flesh_team_sum(self->team, 2, sums);
-  *norm = sqrt(sums[0]);
-  return sqrt(sums[1]);
-}
-
-static void turn_chunk(void *data, int chunk)
-{
-  int begin, end;
-  range(((const work *)data)->space, chunk, &begin, &end);
-  turn(data, begin, end);
-}
-
-/* The same with a team: every rank's product is that of its partial matrix, and owners get the sum. p is consistent, and
- * r and A p are zero at ghosts, so that what is summed up over all nodes of a rank is the sum over its own. */
-static double multiply_in_team(flesh_pcg_space *self, const flesh_block_matrix *A, work *w)
-{
-  const flesh_team *team = self->team;
-  flesh_threads_run(self->threads, self->chunks, turn_chunk, w);
-  team->operations->share(team->data, &(flesh_team_vector){3, 4, self->place, self->p, 0});
-  double curvature = flesh_product_multiply(&self->product, A, self->threads, NULL, NULL, self->p, self->z);
-  team->operations->collect(team->data, &(flesh_team_vector){3, 4, self->place, self->z, 0});
-  flesh_team_sum(team, 1, &curvature);
-  return curvature;
+  *norm = sqrt(square);
+  return sqrt(sum);
 }
 
 /* p.A p of the next direction p, and A p. */
-static double multiply(flesh_pcg_space *self, const flesh_block_matrix *A, double scale, work *w)
+static double multiply(flesh_pcg_space *self, const flesh_block_matrix *A, double scale, flesh_pcg_work *w)
 {
-  if (self->team) return multiply_in_team(self, A, w);
   if (!self->single) return flesh_product_multiply(&self->product, A, self->threads, turn, w, self->p, self->z);
   const flesh_block_matrix *anew = self->holds == scale ? NULL : A;
   self->holds = scale;
@@ -268,7 +196,7 @@ static double multiply(flesh_pcg_space *self, const flesh_block_matrix *A, doubl
 }
 
 static int iterate(flesh_pcg_space *self, const flesh_block_matrix *A, const flesh_pcg_guide *guide, double tolerance,
-                   int max_iterations, work *w, flesh_pcg_result *result)
+                   int max_iterations, flesh_pcg_work *w, flesh_pcg_result *result)
 {
   enum { ASK_EVERY = 16 };
   const double scale = flesh_preconditioner_scale(w->preconditioner);
@@ -277,12 +205,10 @@ static int iterate(flesh_pcg_space *self, const flesh_block_matrix *A, const fle
   result->first = result->residual = run_descent(self, w, &norm); /* alpha is 0 */
   if (result->residual <= tolerance) return FLESH_OK;
   while (result->iterations < last) {
-    if (guide->stop && result->iterations % ASK_EVERY == 0 &&
-        (asked = flesh_team_agree(self->team, guide->stop(guide->stop_data))))
-      return asked;
+    if (guide->stop && result->iterations % ASK_EVERY == 0 && (asked = guide->stop(guide->stop_data))) return asked;
     w->back = self->single ? 1 : scale / w->to_round;
-    double rz = flesh_preconditioner_solve(w->preconditioner, (const float *)self->rounded) * w->back / w->to_round;
-    flesh_team_sum(self->team, 1, &rz);
+    const double rz =
+        flesh_preconditioner_solve(w->preconditioner, (const float *)self->rounded) * w->back / w->to_round;
     /* After a direction without curvature there is no next one. */
     if (!(fabs(rz) < INFINITY)) return status == FLESH_NOT_POSITIVE ? status : FLESH_NONFINITE;
     w->beta = result->iterations ? rz / rz_before : 0;
@@ -293,7 +219,8 @@ static int iterate(flesh_pcg_space *self, const flesh_block_matrix *A, const fle
     if (!(curvature > 0) && status == FLESH_NOT_CONVERGED) {
       status = FLESH_NOT_POSITIVE;
       if (guide->after_indefinite == 0) break;
-      if (guide->after_indefinite < max_iterations - result->iterations) last = result->iterations + guide->after_indefinite;
+      if (guide->after_indefinite < max_iterations - result->iterations)
+        last = result->iterations + guide->after_indefinite;
     }
     w->alpha = rz / curvature;
     w->downhill = status == FLESH_NOT_POSITIVE ? rz / fmax(fabs(curvature), pMp) : w->alpha;
@@ -325,10 +252,11 @@ static void compare(void *data, int chunk)
   const flesh_pcg_space *self = c->space;
   flesh_double4 square = {0};
   int begin, end;
-  range(self, chunk, &begin, &end);
+  flesh_pcg_range(self, chunk, &begin, &end);
   for (int i = begin; i < end; i++) {
     const double *r = c->r + 3 * (size_t)self->product.rows[i];
-    const flesh_double4 difference = self->unit * get(self->r, self->single, i) + (flesh_double4){r[0], r[1], r[2], 0};
+    const flesh_double4 difference =
+        self->unit * flesh_pcg_get(self->r, self->single, i) + (flesh_double4){r[0], r[1], r[2], 0};
     square += difference * difference;
   }
   self->squares[chunk] = (square[0] + square[1]) + square[2];
@@ -359,7 +287,7 @@ int flesh_pcg_guided(flesh_pcg_space *self, const flesh_block_matrix *A, flesh_p
   const double norm = flesh_norm(self->threads, 3 * self->rows, b), to_one = flesh_power_to_one(norm);
   self->single = guide->single && !self->team && self->product.rounded && common > 0 &&
                  tolerance > DEEPEST * common * norm;
-  work w = {.space = self, .b = b, .weights = common != 0 ? NULL : weights, .common = common, .x = x,
+  flesh_pcg_work w = {.space = self, .b = b, .weights = common != 0 ? NULL : weights, .common = common, .x = x,
             .scale = 1, .unscale = 1, .preconditioner = preconditioner, .to_round = to_one};
   if (!guide->same) self->holds = 0;
   self->rounded = self->room;
@@ -374,7 +302,8 @@ int flesh_pcg_guided(flesh_pcg_space *self, const flesh_block_matrix *A, flesh_p
   }
   *result = (flesh_pcg_result){.single = self->single};
   flesh_threads_run(self->threads, self->chunks, load, &w);
-  int status = iterate(self, A, guide, tolerance, max_iterations, &w, result);
+  const int status = self->team ? flesh_pcg_in_team(A, guide, tolerance, max_iterations, &w, result)
+                                : iterate(self, A, guide, tolerance, max_iterations, &w, result);
   flesh_threads_run(self->threads, self->chunks, store, &w);
   return status;
 }

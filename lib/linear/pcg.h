@@ -3,14 +3,9 @@
 #define FLESH_LINEAR_PCG_H
 
 #include "flesh/threads.h"
+#include "linear/pcg_guide.h"
 #include "linear/preconditioner.h"
 #include "linear/isa_names.h"
-
-typedef struct flesh_pcg_result {
-  int iterations;
-  double first, residual; /* weighted 2-norms at the start and at the end */
-  int single;             /* it was solved in single precision */
-} flesh_pcg_result;
 
 /* The vectors of a solve and the order of its products. */
 typedef struct flesh_pcg_space flesh_pcg_space;
@@ -32,22 +27,7 @@ int flesh_pcg(flesh_pcg_space *space, const flesh_block_matrix *A, flesh_precond
  * leads. Before the first solve || r ||_2. */
 double flesh_pcg_model_error(const flesh_pcg_space *space, const double *r);
 
-/* What a caller may want beyond that; zeros: nothing. */
-typedef struct flesh_pcg_guide {
-  /* How many iterations to go on after the first direction of negative curvature. The conjugate
-   * directions p part the quadratic model into parabolas of one variable each, so x then goes
-   * downhill along every one: by |rz / p.Ap|, but no farther than the preconditioned gradient would
-   * be followed, rz / p.Mp (from that direction on). The status is FLESH_NOT_POSITIVE and x descends. */
-  int after_indefinite;
-  /* Asked every few iterations: a status that is not FLESH_OK ends the solve with it. NULL: not asked. */
-  int (*stop)(void *data);
-  void *stop_data;
-  /* A may be rounded to single precision, and what is not summed up, too. It is where that leaves the tolerance, and
-   * weights are all the same. */
-  int single;
-  int same; /* A is that of the last solve in this space */
-} flesh_pcg_guide;
-
+/* The same with what a caller may want beyond that. */
 int flesh_pcg_guided(flesh_pcg_space *space, const flesh_block_matrix *A,
                      flesh_preconditioner_data *preconditioner, const flesh_pcg_guide *guide,
                      const double *weights, double tolerance, int max_iterations, const double *b,

@@ -15,7 +15,7 @@
 #include "linear/cholesky.h"
 #include "linear/coarse.h"
 #include "linear/lanes.h"
-#include "linear/overlap.h"
+#include "linear/overlap_vectors.h"
 #include "linear/volume_projection.h"
 
 struct flesh_preconditioner_data {
@@ -40,6 +40,7 @@ struct flesh_preconditioner_data {
   float *z;         /* [4*rows] of the last solve by blocks or with a team; the others keep it themselves */
   int *reached;     /* [nodes reached] in the order of the factor; NULL: there is no team */
   float *wide;      /* [4*nodes reached] */
+  double *room;     /* of a team's conjugate gradients */
 };
 
 /* Nodes to a vertex of the coarse level. Fewer give fewer iterations, but the cost of the coarse factor rises faster
@@ -72,6 +73,18 @@ static int create_wide(flesh_preconditioner_data *self, int alone)
   if (!status) status = flesh_cholesky_create(A, &bisection, alone, self->threads, &self->cholesky);
   flesh_bisection_clear(&bisection);
   return status;
+}
+
+static size_t room_for(const flesh_preconditioner_data *self)
+{
+  return FLESH_PRECONDITIONER_SUMS + 3 * (self->coarse ? (size_t)flesh_coarse_unknowns(self->coarse) : 0);
+}
+
+static int allocate_room(flesh_preconditioner_data *self)
+{
+  self->room = flesh_calloc(room_for(self), sizeof *self->room);
+  return self->room ? FLESH_OK
+                    : flesh_fail(FLESH_ERR_MEMORY, "no memory for the preconditioner of %d nodes", self->rows);
 }
 
 int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_matrix *A,
@@ -113,6 +126,7 @@ int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_mat
   if (!status && coarse)
     status = flesh_coarse_create(A, positions, vertices_for(A, team), &bisection, threads, &self->coarse);
   flesh_bisection_clear(&bisection);
+  if (!status && team) status = flesh_team_agree(team, allocate_room(self));
   if (status) flesh_preconditioner_destroy(preconditioner);
   return status;
 }
@@ -136,6 +150,7 @@ void flesh_preconditioner_destroy(flesh_preconditioner_data **preconditioner)
   flesh_boomeramg_destroy(&(*preconditioner)->multigrid);
   flesh_free((*preconditioner)->reached);
   flesh_free((*preconditioner)->wide);
+  flesh_free((*preconditioner)->room);
   flesh_free((*preconditioner)->inverse);
   flesh_free((*preconditioner)->order);
   flesh_free((*preconditioner)->r);
@@ -283,21 +298,26 @@ static double product_of(const flesh_preconditioner_data *self, const float *r)
   return product;
 }
 
-/* By all ranks, each where it reaches. r is zero at ghosts. */
-static double solve_in_team(flesh_preconditioner_data *self, const float *r)
+/* The weight of the coarse level's correction. Ranks' factors end where the ranks do, so that smooth displacements are
+ * left to it more than on one rank (lib/parallel/README.md). */
+static float share_of(const flesh_team *team) { return team->ranks > 1 ? 1 : FLESH_COARSE_SHARE; }
+
+/* By all ranks, each where it reaches, of the residual that `wide` has there. The coarse level's solve hides the
+ * exchange: of `scale` times `load`, which the ranks have summed up; NULL: of r, which it then sums up, after. */
+static void solve_in_team(flesh_preconditioner_data *self, const float *r, const double *load, double scale)
 {
   flesh_coarse *coarse = self->two_levels ? self->coarse : NULL;
-  const int reached = self->overlap.team->reached;
-  flesh_overlap_restrict(&self->overlap, self->order, r, self->reached, self->wide);
+  const flesh_team *team = self->overlap.team;
   flesh_cholesky_solve(self->cholesky, NULL, self->wide);
-  flesh_cholesky_result(self->cholesky, NULL, 0, reached, self->wide);
-  flesh_overlap_add(&self->overlap, self->reached, self->wide, self->order, self->z);
-  if (coarse) {
+  flesh_cholesky_result(self->cholesky, NULL, 0, team->reached, self->wide);
+  flesh_overlap_add_begin(&self->overlap, self->reached, self->wide);
+  if (coarse && load) flesh_coarse_solve_for(coarse, load, scale);
+  flesh_overlap_add_end(&self->overlap, self->order, self->z);
+  if (coarse && !load) {
     flesh_coarse_restrict(coarse, 0, 0, self->rows, r);
     flesh_coarse_solve(coarse);
-    flesh_coarse_add(coarse, 0, self->rows, FLESH_COARSE_SHARE, self->z, self->z);
   }
-  return product_of(self, r);
+  if (coarse) flesh_coarse_add(coarse, 0, self->rows, share_of(team), self->z, self->z);
 }
 
 static double solve_by_multigrid(flesh_preconditioner_data *self, const float *r)
@@ -311,8 +331,35 @@ static double solve_soft(flesh_preconditioner_data *self, const float *r)
 {
   if (self->multigrid) return solve_by_multigrid(self, r);
   if (by_blocks(self)) return solve_blocks(self, r);
-  if (self->overlap.team) return solve_in_team(self, r);
-  return flesh_cholesky_solve(self->cholesky, self->two_levels ? self->coarse : NULL, r);
+  if (!self->overlap.team) return flesh_cholesky_solve(self->cholesky, self->two_levels ? self->coarse : NULL, r);
+  flesh_overlap_restrict(&self->overlap, self->order, r, self->reached, self->wide); /* r is zero at ghosts */
+  solve_in_team(self, r, NULL, 1);
+  return product_of(self, r);
+}
+
+const flesh_overlap *flesh_preconditioner_overlap(const flesh_preconditioner_data *self)
+{
+  return self->overlap.team && self->cholesky && !self->projects && !by_blocks(self) ? &self->overlap : NULL;
+}
+
+int flesh_preconditioner_unknowns(const flesh_preconditioner_data *self)
+{
+  return flesh_preconditioner_overlap(self) && self->two_levels ? flesh_coarse_unknowns(self->coarse) : 0;
+}
+
+double *flesh_preconditioner_room(flesh_preconditioner_data *self) { return self->room; }
+
+void flesh_preconditioner_load(flesh_preconditioner_data *self, const float *r, double scale, double *load)
+{
+  if (!flesh_preconditioner_unknowns(self)) return;
+  flesh_coarse_restrict(self->coarse, 0, 0, self->rows, r);
+  flesh_coarse_take(self->coarse, scale, load);
+}
+
+void flesh_preconditioner_solve_for(flesh_preconditioner_data *self, const float *r, const double *load, double scale)
+{
+  flesh_overlap_restrict_kept(&self->overlap, self->order, r, scale, self->reached, self->wide);
+  solve_in_team(self, r, load, scale);
 }
 
 static void soft_result(const flesh_preconditioner_data *self, int begin, int end, float *z)
@@ -372,6 +419,7 @@ size_t flesh_preconditioner_memory(const flesh_preconditioner_data *self)
   size_t bytes = sizeof *self + (size_t)self->rows * (8 * sizeof(float) + sizeof(int));
   if (self->inverse) bytes += (size_t)self->rows * 9 * sizeof *self->inverse;
   if (self->wide) bytes += (size_t)self->overlap.matrix.rows * (4 * sizeof(float) + sizeof(int));
+  if (self->room) bytes += room_for(self) * sizeof *self->room;
   return bytes + flesh_overlap_memory(&self->overlap) + (self->cholesky ? flesh_cholesky_memory(self->cholesky) : 0) +
          (self->coarse ? flesh_coarse_memory(self->coarse) : 0) +
          (self->multigrid ? flesh_boomeramg_memory(self->multigrid) : 0) +

@@ -10,6 +10,7 @@
 #include "flesh/threads.h"
 #include "flesh/linear_solver.h"
 #include "linear/isa_names.h"
+#include "linear/overlap.h"
 
 /* What AUTO means for a mesh of so many nodes; any other kind is itself. */
 flesh_preconditioner flesh_preconditioner_choose(flesh_preconditioner kind, int nodes);
@@ -56,6 +57,23 @@ double flesh_preconditioner_solve(flesh_preconditioner_data *preconditioner, con
 double flesh_preconditioner_scale(const flesh_preconditioner_data *preconditioner);
 /* z for begin <= p < end, which z begins with; the fourth lane is anything finite. */
 void flesh_preconditioner_result(const flesh_preconditioner_data *preconditioner, int begin, int end, float *z);
+
+/* What conjugate gradients of a team need (pcg_team.c), which keep the residual where ranks reach it and add up the coarse
+ * level's load P^T r with their own sums.
+ *
+ * Where the residual is kept; NULL: it is not, nothing is found at ghosts, and there is no load. */
+const flesh_overlap *flesh_preconditioner_overlap(const flesh_preconditioner_data *preconditioner);
+/* How many numbers the load has. */
+int flesh_preconditioner_unknowns(const flesh_preconditioner_data *preconditioner);
+/* This rank's part of the load for `scale` times r, which is not summed up; nothing where it has no numbers. */
+void flesh_preconditioner_load(flesh_preconditioner_data *preconditioner, const float *r, double scale, double *load);
+/* flesh_preconditioner_solve where the residual is kept. r, `scale` times it, is zero at ghosts; `load`, the sum over the
+ * ranks, without `scale`. */
+void flesh_preconditioner_solve_for(flesh_preconditioner_data *preconditioner, const float *r, const double *load,
+                                    double scale);
+/* Room with a team: so many numbers, and three times those that a load may have. */
+enum { FLESH_PRECONDITIONER_SUMS = 16 };
+double *flesh_preconditioner_room(flesh_preconditioner_data *preconditioner);
 
 /* Takes from step [3*rows] what moves the stiff rows of the matrix by `error` [rows of these], as far as the projection
  * goes. 0: nothing is projected, and nothing done. */

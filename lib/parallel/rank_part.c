@@ -186,8 +186,9 @@ static int build(flesh_rank_part *self, const flesh_mesh *whole, search *s)
   if (!status) status = make_halo(self, s, &s->reach, 1, &self->reached);
   if (!status) status = make_halo(self, s, &s->reach, 0, &self->rows);
   const flesh_halo *rows = &self->rows;
-  self->team.reach = (flesh_team_reach){rows->count,       rows->ranks,  rows->first_own,
-                                        rows->own,         rows->first_ghost, rows->ghosts};
+  self->team.reach = (flesh_team_reach){.count = rows->count, .ranks = rows->ranks, .first_given = rows->first_own,
+                                        .given = rows->own, .first_taken = rows->first_ghost, .taken = rows->ghosts};
+  for (int k = 0; k < rows->count && !status; k++) self->team.reach.before += rows->ranks[k] < s->rank;
   return status;
 }
 
@@ -218,16 +219,19 @@ static void team_collect(const void *data, const flesh_team_vector *vector)
   flesh_halo_collect(vector->reached ? &self->reached : &self->halo, self->communicator, vector);
 }
 
-static void team_exchange(const void *data, int count, const flesh_team_message *messages)
+static void team_exchange_begin(const void *data, int count, const flesh_team_message *messages)
 {
-  const flesh_rank_part *self = data;
-  flesh_communicator_begin(self->communicator, count, messages);
-  flesh_communicator_end(self->communicator);
+  flesh_communicator_begin(((const flesh_rank_part *)data)->communicator, count, messages);
+}
+
+static void team_exchange_end(const void *data)
+{
+  flesh_communicator_end(((const flesh_rank_part *)data)->communicator);
 }
 
 static const flesh_team_operations team_operations = {
     .sum = team_sum, .largest = team_largest, .agree = team_agree, .share = team_share, .collect = team_collect,
-    .exchange = team_exchange};
+    .exchange_begin = team_exchange_begin, .exchange_end = team_exchange_end};
 
 static int create(flesh_communicator *communicator, const flesh_mesh *whole, const int *part, int ties,
                   const flesh_rank_tie *tie, flesh_rank_part **rank_part)
@@ -237,8 +241,9 @@ static int create(flesh_communicator *communicator, const flesh_mesh *whole, con
   int status = FLESH_ERR_MEMORY;
   if (self) {
     *self = (flesh_rank_part){.communicator = communicator, .whole_nodes = flesh_mesh_node_count(whole),
-                              .team = {.comm = flesh_communicator_comm(communicator),
-                                       .data = self, .operations = &team_operations}};
+                              .team = {.ranks = flesh_communicator_size(communicator),
+                                       .comm = flesh_communicator_comm(communicator), .data = self,
+                                       .operations = &team_operations}};
     status = build(self, whole, &s);
   }
   if (status == FLESH_ERR_MEMORY) flesh_fail(status, "no memory for the part of a rank");

@@ -1,9 +1,10 @@
 /* ranks.c: what a body on several ranks costs: iterations, messages, memory of each rank.
  *
  *   mpirun -n 4 build/test/ranks 48 13 13 [auto|ic|jacobi]
+ *   mpirun -n 4 build/test/ranks data/meshes/finger_fine.msh [auto|ic|jacobi]
  *
- * A bar of so many cells in six tets each, held at one end, in statics under gravity and in ten steps of backward Euler
- * from rest. Prints a line of each. */
+ * A bar of so many cells in six tets each, held at one end, or a mesh, held along a tenth of its length in x, in statics
+ * under gravity and in ten steps of backward Euler from rest. Prints a line of each. */
 #include "ranks.h"
 
 #include <stdlib.h>
@@ -12,6 +13,8 @@
 #include "body.h"
 
 static int cells[3];
+static const char *file; /* a mesh; NULL: the bar */
+static double held;      /* up to this x */
 static flesh_preconditioner kind;
 
 static double seconds(void)
@@ -28,7 +31,7 @@ static void make(const flesh_rank_part *part, int moves, test_body *b)
   CHECK_OK(test_body_gravity(b, 0, 0, -9.81));
   int count = 0, *nodes = malloc((size_t)b->n * sizeof *nodes);
   for (int i = 0; i < b->n / 3; i++)
-    if (flesh_mesh_positions(b->mesh)[3 * i] <= 1e-9) nodes[count++] = i;
+    if (flesh_mesh_positions(b->mesh)[3 * i] <= held) nodes[count++] = i;
   if (count) CHECK_OK(flesh_system_add_pin(b->system, count, nodes, FLESH_AXES_ALL, -INFINITY, INFINITY));
   free(nodes);
   CHECK_OK(flesh_system_finalize(b->system));
@@ -62,11 +65,28 @@ static void measure(const flesh_mesh *whole, const flesh_rank_part *part, int mo
   test_body_destroy(&b);
 }
 
+static void hold(const flesh_mesh *whole)
+{
+  double low = INFINITY, high = -INFINITY;
+  for (int i = 0; i < flesh_mesh_node_count(whole); i++) {
+    const double x = flesh_mesh_positions(whole)[3 * i];
+    low = fmin(low, x);
+    high = fmax(high, x);
+  }
+  held = low + 0.1 * (high - low);
+}
+
 static void cost(void)
 {
   flesh_mesh *whole = NULL;
-  const double size[3] = {1, (double)cells[1] / cells[0], (double)cells[2] / cells[0]};
-  CHECK_OK(flesh_mesh_box(cells, size, (const double[]){0, 0, 0}, &whole));
+  if (file) {
+    CHECK_OK(flesh_mesh_read(file, &whole));
+    hold(whole);
+  } else {
+    const double size[3] = {1, (double)cells[1] / cells[0], (double)cells[2] / cells[0]};
+    CHECK_OK(flesh_mesh_box(cells, size, (const double[]){0, 0, 0}, &whole));
+    held = 1e-9;
+  }
   flesh_rank_part *part = ranks_cut(whole);
   for (int moves = 0; moves <= 1; moves++) measure(whole, part, moves);
   flesh_rank_part_destroy(&part);
@@ -75,7 +95,9 @@ static void cost(void)
 
 int main(int argc, char **argv)
 {
-  for (int k = 0; k < 3; k++) cells[k] = argc > k + 1 ? atoi(argv[k + 1]) : 8;
-  while (argc > 4 && flesh_preconditioner_name(kind) && strcmp(flesh_preconditioner_name(kind), argv[4])) kind++;
+  int next = 1;
+  if (argc > 1 && strchr(argv[1], '.')) file = argv[next++];
+  for (int k = 0; k < 3 && !file; k++) cells[k] = argc > next ? atoi(argv[next++]) : 8;
+  while (argc > next && flesh_preconditioner_name(kind) && strcmp(flesh_preconditioner_name(kind), argv[next])) kind++;
   return RUN_TESTS_ON_RANKS(argc, argv, TEST(cost));
 }

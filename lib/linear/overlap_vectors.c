@@ -1,0 +1,116 @@
+/* overlap_vectors.c: vectors to those who reach a node, and sums of what ranks have of it. */
+#include "linear/overlap_vectors.h"
+
+#include <string.h>
+
+static void widen(const flesh_overlap *self, const int *reached, float *wide)
+{
+  for (size_t p = 0; p < (size_t)self->team->reached; p++)
+    for (size_t c = 0; c < 3; c++)
+      wide[4 * p + c] = self->weight[reached[p]] * (float)self->vector[3 * (size_t)reached[p] + c];
+}
+
+void flesh_overlap_restrict(const flesh_overlap *self, const int *nodes, const float *r, const int *reached,
+                            float *wide)
+{
+  const flesh_team *team = self->team;
+  for (size_t p = 0; p < (size_t)team->nodes; p++)
+    for (size_t c = 0; c < 3; c++) self->vector[3 * (size_t)nodes[p] + c] = r[4 * p + c];
+  team->operations->share(team->data, &(flesh_team_vector){3, 3, NULL, self->vector, 1});
+  widen(self, reached, wide);
+}
+
+void flesh_overlap_restrict_kept(const flesh_overlap *self, const int *nodes, const float *r, double scale,
+                                 const int *reached, float *wide)
+{
+  const flesh_team *team = self->team;
+  for (size_t p = 0; p < (size_t)team->nodes; p++)
+    for (size_t c = 0; c < 3; c++) self->vector[3 * (size_t)nodes[p] + c] = r[4 * p + c];
+  for (size_t d = 3 * (size_t)team->own, k = 0; d < 3 * (size_t)team->reached; d++, k++)
+    self->vector[d] = scale * self->r[k];
+  widen(self, reached, wide);
+}
+
+/* `found` at these nodes, as the other ranks have them at those. */
+static void send(const flesh_overlap *self, const int *first, const int *nodes, const int *first_other)
+{
+  const flesh_team *team = self->team;
+  const int count = team->reach.count;
+  for (int k = 0; k < first[count]; k++)
+    memcpy(self->sent + 3 * (size_t)k, self->found + 3 * (size_t)nodes[k], 3 * sizeof *self->found);
+  for (int r = 0; r < count; r++)
+    self->messages[r] = (flesh_team_message){
+        team->reach.ranks[r], 3 * (first[r + 1] - first[r]), 3 * (first_other[r + 1] - first_other[r]),
+        self->sent + 3 * (size_t)first[r], self->received + 3 * (size_t)first_other[r]};
+  team->operations->exchange_begin(team->data, count, self->messages);
+}
+
+static void add_received(const flesh_overlap *self, int rank, const int *first, const int *nodes)
+{
+  for (int k = first[rank]; k < first[rank + 1]; k++)
+    for (size_t c = 0; c < 3; c++) self->vector[3 * (size_t)nodes[k] + c] += self->received[3 * (size_t)k + c];
+}
+
+/* `vector` from what was received at these nodes and `found`, by rising rank: all who have the sum have the same bits. */
+static void add_up(const flesh_overlap *self, int count, const int *first, const int *nodes)
+{
+  const flesh_team *team = self->team;
+  team->operations->exchange_end(team->data);
+  memset(self->vector, 0, 3 * (size_t)count * sizeof *self->vector);
+  for (int r = 0; r < team->reach.before; r++) add_received(self, r, first, nodes);
+  for (size_t d = 0; d < 3 * (size_t)count; d++) self->vector[d] += self->found[d];
+  for (int r = team->reach.before; r < team->reach.count; r++) add_received(self, r, first, nodes);
+}
+
+void flesh_overlap_add_begin(const flesh_overlap *self, const int *reached, const float *wide)
+{
+  const flesh_team_reach *reach = &self->team->reach;
+  for (size_t p = 0; p < (size_t)self->team->reached; p++)
+    for (size_t c = 0; c < 3; c++) self->found[3 * (size_t)reached[p] + c] = self->weight[reached[p]] * wide[4 * p + c];
+  send(self, reach->first_taken, reach->taken, reach->first_given);
+}
+
+void flesh_overlap_add_end(const flesh_overlap *self, const int *nodes, float *z)
+{
+  const flesh_team_reach *reach = &self->team->reach;
+  add_up(self, self->team->nodes, reach->first_given, reach->given);
+  for (size_t p = 0; p < (size_t)self->team->nodes; p++)
+    for (size_t c = 0; c < 3; c++) z[4 * p + c] = (float)self->vector[3 * (size_t)nodes[p] + c];
+}
+
+void flesh_overlap_keep(const flesh_overlap *self, const int *place, const double *r)
+{
+  const flesh_team *team = self->team;
+  const size_t own = 3 * (size_t)team->own, others = 3 * (size_t)team->reached - own;
+  for (size_t i = 0; i < (size_t)team->own; i++)
+    memcpy(self->vector + 3 * i, r + 4 * (size_t)place[i], 3 * sizeof *r);
+  team->operations->share(team->data, &(flesh_team_vector){3, 3, NULL, self->vector, 1});
+  memcpy(self->r, self->vector + own, others * sizeof *r);
+  memset(self->s, 0, others * sizeof *self->s);
+}
+
+void flesh_overlap_collect_begin(const flesh_overlap *self, const int *place, const double *y)
+{
+  const flesh_team_reach *reach = &self->team->reach;
+  const size_t nodes = (size_t)self->team->nodes;
+  for (size_t i = 0; i < nodes; i++) memcpy(self->found + 3 * i, y + 4 * (size_t)place[i], 3 * sizeof *y);
+  memset(self->found + 3 * nodes, 0, 3 * ((size_t)self->team->reached - nodes) * sizeof *self->found);
+  send(self, reach->first_given, reach->given, reach->first_taken);
+}
+
+void flesh_overlap_collect_end(const flesh_overlap *self, const int *place, double *y)
+{
+  const flesh_team *team = self->team;
+  add_up(self, team->reached, team->reach.first_taken, team->reach.taken);
+  for (size_t i = 0; i < (size_t)team->nodes; i++)
+    for (size_t c = 0; c < 3; c++) y[4 * (size_t)place[i] + c] = i < (size_t)team->own ? self->vector[3 * i + c] : 0;
+}
+
+void flesh_overlap_advance(const flesh_overlap *self, double alpha, double beta)
+{
+  const size_t own = 3 * (size_t)self->team->own, others = 3 * (size_t)self->team->reached - own;
+  for (size_t k = 0; k < others; k++) {
+    self->s[k] = self->vector[own + k] + beta * self->s[k];
+    self->r[k] -= alpha * self->s[k];
+  }
+}

@@ -1,0 +1,32 @@
+/* overlap_vectors.h: residuals and corrections between a rank's nodes and those that it reaches (overlap.h).
+ *
+ * Collective. Vectors have four lanes a node: [4*rows] with node i at place[i] or the other way round with node nodes[p]
+ * at p, [4*reached] in the order `reached`. What is sent between a begin and its end is on its way meanwhile; nothing
+ * else is exchanged or added up then. */
+#ifndef FLESH_LINEAR_OVERLAP_VECTORS_H
+#define FLESH_LINEAR_OVERLAP_VECTORS_H
+
+#include "linear/overlap.h"
+
+/* From r, which own nodes alone have, to those that are reached. */
+void flesh_overlap_restrict(const flesh_overlap *overlap, const int *nodes, const float *r, const int *reached,
+                            float *wide);
+/* What all ranks have found is added up, z: the same bits for owners and their ghosts. */
+void flesh_overlap_add_begin(const flesh_overlap *overlap, const int *reached, const float *wide);
+void flesh_overlap_add_end(const flesh_overlap *overlap, const int *nodes, float *z);
+
+/* Conjugate gradients' residual where it is reached without being sent: r -= alpha s with s = A u + beta s follow from
+ * products A u, which ranks add up for all who reach a node.
+ *
+ * r at the start, of own nodes; s is zero. */
+void flesh_overlap_keep(const flesh_overlap *overlap, const int *place, const double *r);
+/* y, partial, to the sum of all ranks at own nodes, and zero at ghosts. */
+void flesh_overlap_collect_begin(const flesh_overlap *overlap, const int *place, const double *y);
+void flesh_overlap_collect_end(const flesh_overlap *overlap, const int *place, double *y);
+/* One step on, with the y that was collected last. */
+void flesh_overlap_advance(const flesh_overlap *overlap, double alpha, double beta);
+/* As flesh_overlap_restrict, of r at own nodes and `scale` times what is kept elsewhere. Sends nothing. */
+void flesh_overlap_restrict_kept(const flesh_overlap *overlap, const int *nodes, const float *r, double scale,
+                                 const int *reached, float *wide);
+
+#endif

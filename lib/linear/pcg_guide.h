@@ -1,0 +1,27 @@
+/* pcg_guide.h: what conjugate gradients are asked for, and what they tell. */
+#ifndef FLESH_LINEAR_PCG_GUIDE_H
+#define FLESH_LINEAR_PCG_GUIDE_H
+
+typedef struct flesh_pcg_result {
+  int iterations;
+  double first, residual; /* weighted 2-norms at the start and at the end */
+  int single;             /* it was solved in single precision */
+} flesh_pcg_result;
+
+/* What a caller may want beyond a solution; zeros: nothing. */
+typedef struct flesh_pcg_guide {
+  /* How many iterations to go on after the first direction of negative curvature. The conjugate
+   * directions p part the quadratic model into parabolas of one variable each, so x then goes
+   * downhill along every one: by |rz / p.Ap|, but no farther than the preconditioned gradient would
+   * be followed, rz / p.Mp (from that direction on). The status is FLESH_NOT_POSITIVE and x descends. */
+  int after_indefinite;
+  /* Asked every few iterations: a status that is not FLESH_OK ends the solve with it. NULL: not asked. */
+  int (*stop)(void *data);
+  void *stop_data;
+  /* A may be rounded to single precision, and what is not summed up, too. It is where that leaves the tolerance, and
+   * weights are all the same. */
+  int single;
+  int same; /* A is that of the last solve in this space */
+} flesh_pcg_guide;
+
+#endif

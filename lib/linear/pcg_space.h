@@ -1,0 +1,71 @@
+/* pcg_space.h: what a solve by conjugate gradients has in memory, for a rank by itself (pcg.c) and for teams
+ * (pcg_team.c). */
+#ifndef FLESH_LINEAR_PCG_SPACE_H
+#define FLESH_LINEAR_PCG_SPACE_H
+
+#include "base/team.h"
+#include "linear/lanes.h"
+#include "linear/preconditioner.h"
+#include "linear/product.h"
+
+typedef struct flesh_pcg_space flesh_pcg_space;
+
+enum {
+  FLESH_PCG_CHUNK = 512,                  /* nodes of a task: what is summed up does not depend on the threads */
+  FLESH_PCG_PARTS = FLESH_PRODUCT_PADDING /* of a sum, as additions wait for each other */
+};
+
+struct flesh_pcg_space {
+  int rows, chunks;
+  flesh_threads *threads;
+  const flesh_team *team; /* NULL: none */
+  int *place;             /* [rows] where vectors hold each node; NULL without a team */
+  flesh_product product;
+  int single;     /* the precision of r, p and z in the last solve */
+  double unit;    /* of its r: what they are to be multiplied by */
+  double holds;   /* the product's rounded matrix is A, scaled by this; 0: it is not */
+  flesh_double4 *x, *weights; /* [rows] and up to a multiple of FLESH_PCG_PARTS zeros */
+  void *r, *p, *z;            /* likewise, in either precision; z is A p, with a team A u */
+  void *u, *s;                /* with a team: what the preconditioner finds, and A p */
+  flesh_float4 *rounded;      /* r as the preconditioner takes it; r itself in single precision */
+  flesh_float4 *room;         /* likewise, where r is in double precision */
+  double *sums, *squares;     /* [chunks] */
+};
+
+typedef struct flesh_pcg_work {
+  flesh_pcg_space *space;
+  const double *b, *weights; /* NULL: all are `common` */
+  double *x, common;
+  double scale, unscale; /* of b to the system that is solved, and from that to x */
+  flesh_preconditioner_data *preconditioner;
+  double alpha;    /* of z, to be taken from r */
+  double to_round, back; /* scale of r for the preconditioner, and of what comes from there */
+  double beta;
+  double downhill; /* how far x has yet to go along p: alpha, but after negative curvature */
+} flesh_pcg_work;
+
+static inline void flesh_pcg_range(const flesh_pcg_space *self, int chunk, int *begin, int *end)
+{
+  *begin = chunk * FLESH_PCG_CHUNK;
+  *end = *begin + FLESH_PCG_CHUNK < self->rows ? *begin + FLESH_PCG_CHUNK : self->rows;
+}
+
+/* Node i of a vector in either precision. */
+static inline flesh_double4 flesh_pcg_get(const void *vector, int single, int i)
+{
+  return single ? FLESH_LANES_WIDE(((const flesh_float4 *)vector)[i]) : ((const flesh_double4 *)vector)[i];
+}
+
+static inline void flesh_pcg_put(void *vector, int single, int i, flesh_double4 value)
+{
+  if (single) ((flesh_float4 *)vector)[i] = FLESH_LANES_NARROW(value);
+  else ((flesh_double4 *)vector)[i] = value;
+}
+
+static inline double flesh_pcg_sum_of(const flesh_double4 parts[FLESH_PCG_PARTS])
+{
+  flesh_double4 sum = (parts[0] + parts[1]) + (parts[2] + parts[3]);
+  return (sum[0] + sum[1]) + sum[2];
+}
+
+#endif

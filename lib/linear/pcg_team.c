@@ -1,0 +1,235 @@
+/* pcg_team.c: conjugate gradients of several ranks, arranged so that an iteration has one sum of all ranks (Chronopoulos
+ * & Gear 1989): the product is that of u = M^-1 r and not that of the direction p, and A p follows as s = A u + beta s.
+ *
+ * That sum has all that an iteration asks for:
+ * - r.u, u.A u and u.s, from which p.A p follows for the p at hand, also where M's rounding leaves directions not quite
+ *   conjugate;
+ * - products of r, A u and s with each other, from which the next residual's norm follows before it is made. It is
+ *   summed up itself where it decides that the solve is over;
+ * - P^T A u, from which the coarse level's next load P^T r follows: it, too, is a recurrence. Errors of single precision
+ *   in it are relative to residuals of the past, so it is made anew where r has become much smaller than these.
+ *
+ * u is consistent, so that x and p are. r, A u and s are collected, zero at ghosts. An iteration has two exchanges: what
+ * the ranks' factors have found of u, and A u, which goes to all who reach a node, so that r follows there as it does at
+ * its owner. While the first is on its way, the coarse level is solved; its next load, while the second is. */
+#include "linear/pcg_team.h"
+
+#include <assert.h>
+#include <math.h>
+
+#include "linear/overlap_vectors.h"
+
+/* Products of r, A u and s; those that are weighted come after them. */
+enum { RR, RW, RS, WW, WS, SS, PRODUCTS, RU = 2 * PRODUCTS, US, UW, STOPS, SUMS };
+
+static_assert((int)SUMS <= (int)FLESH_PCG_SUMS, "room for all sums");
+
+/* The coarse load is made anew once r is this small beside what it was then. */
+static const double FRESH = 1e-3;
+
+typedef struct iteration {
+  flesh_pcg_work *work;
+  double *sums;                   /* [SUMS], followed by [unknowns] of P^T A u */
+  double *load, *load_of_s;       /* [unknowns] P^T r, P^T s */
+  const flesh_overlap *overlap;   /* the preconditioner's, where r is kept, too; NULL: it has none */
+  int unknowns;                   /* of the coarse level; 0: it has no part in this, or there is none */
+  double norm, largest;           /* of r; since the load was made */
+} iteration;
+
+/* r, x and p one step on: from the last u and A u. */
+static void advance(void *data, int chunk)
+{
+  const flesh_pcg_work *w = data;
+  const flesh_pcg_space *self = w->space;
+  flesh_double4 *p = self->p, *r = self->r, *x = self->x, *s = self->s;
+  const flesh_double4 *u = self->u, *Au = self->z;
+  int begin, end;
+  flesh_pcg_range(self, chunk, &begin, &end);
+  for (int i = begin; i < end; i++) {
+    p[i] = u[i] + w->beta * p[i];
+    s[i] = Au[i] + w->beta * s[i];
+    x[i] += w->downhill * p[i];
+    r[i] -= w->alpha * s[i];
+    self->rounded[i] = FLESH_LANES_NARROW(w->to_round * r[i]);
+  }
+}
+
+/* The preconditioner's result into u. */
+static void receive(void *data, int chunk)
+{
+  const flesh_pcg_work *w = data;
+  flesh_float4 result[FLESH_PCG_CHUNK];
+  flesh_double4 *u = w->space->u;
+  int begin, end;
+  flesh_pcg_range(w->space, chunk, &begin, &end);
+  flesh_preconditioner_result(w->preconditioner, begin, end, (float *)result);
+  for (int i = begin; i < end; i++) u[i] = w->back * FLESH_LANES_WIDE(result[i - begin]);
+}
+
+static void round_product(void *data, int chunk)
+{
+  const flesh_pcg_work *w = data;
+  const flesh_double4 *Au = w->space->z;
+  int begin, end;
+  flesh_pcg_range(w->space, chunk, &begin, &end);
+  for (int i = begin; i < end; i++) w->space->rounded[i] = FLESH_LANES_NARROW(w->to_round * Au[i]);
+}
+
+static double sum_of_lanes(flesh_double4 x) { return (x[0] + x[1]) + x[2]; }
+
+static void add_products(const flesh_double4 v[3], flesh_double4 q, flesh_double4 *sums)
+{
+  for (int a = 0, k = 0; a < 3; a++)
+    for (int b = a; b < 3; b++) sums[k++] += v[a] * v[b] * q;
+}
+
+/* Of a chunk, into sums[chunk * SUMS]. */
+static void multiply_vectors(void *data, int chunk)
+{
+  const flesh_pcg_work *w = data;
+  const flesh_pcg_space *self = w->space;
+  const flesh_double4 *u = self->u, *r = self->r, *Au = self->z, *s = self->s, one = {1, 1, 1, 1};
+  flesh_double4 sums[US + 1] = {{0}};
+  double *to = self->sums + (size_t)SUMS * (size_t)chunk;
+  int begin, end;
+  flesh_pcg_range(self, chunk, &begin, &end);
+  for (int i = begin; i < end; i++) {
+    const flesh_double4 v[3] = {r[i], Au[i], s[i]};
+    add_products(v, one, sums);
+    if (w->weights) add_products(v, self->weights[i] * self->weights[i], sums + PRODUCTS);
+    sums[RU] += r[i] * u[i];
+    sums[US] += u[i] * s[i];
+  }
+  for (int k = 0; k <= US; k++) to[k] = sum_of_lanes(sums[k]);
+  for (int k = 0; k < PRODUCTS && !w->weights; k++) to[PRODUCTS + k] = w->common * w->common * to[k];
+}
+
+/* What the iteration asks for, of all ranks. */
+static void sum_up(iteration *now, double curvature, int stops)
+{
+  const flesh_pcg_space *self = now->work->space;
+  double *sums = now->sums;
+  flesh_threads_run(self->threads, self->chunks, multiply_vectors, now->work);
+  for (int k = 0; k < SUMS; k++) sums[k] = 0;
+  for (int chunk = 0; chunk < self->chunks; chunk++)
+    for (int k = 0; k <= US; k++) sums[k] += self->sums[SUMS * chunk + k];
+  sums[UW] = curvature;
+  sums[STOPS] = stops;
+  flesh_team_sum(self->team, SUMS + now->unknowns, sums);
+}
+
+/* The square of r - alpha (A u + beta s), plain or weighted, before it is made. */
+static double predicted(const double *products, double alpha, double beta)
+{
+  const double rs = products[RW] + beta * products[RS],
+               ss = products[WW] + beta * (2 * products[WS] + beta * products[SS]);
+  return fmax(0, products[RR] + alpha * (alpha * ss - 2 * rs));
+}
+
+/* The residual's norms and the coarse load as they are. A u is not needed any more. */
+static double look(iteration *now)
+{
+  flesh_preconditioner_load(now->work->preconditioner, (const float *)now->work->space->rounded,
+                            1 / now->work->to_round, now->sums + SUMS);
+  sum_up(now, 0, 0);
+  for (int k = 0; k < now->unknowns; k++) now->load[k] = now->sums[SUMS + k];
+  now->norm = now->largest = sqrt(now->sums[RR]);
+  return sqrt(now->sums[PRODUCTS + RR]);
+}
+
+/* A u, which is partial, to its owners, and to all who reach it; and what the coarse level gets of it. */
+static void collect(iteration *now)
+{
+  flesh_pcg_work *w = now->work;
+  const flesh_pcg_space *self = w->space;
+  if (!now->overlap) {
+    self->team->operations->collect(self->team->data, &(flesh_team_vector){3, 4, self->place, self->z, 0});
+    return;
+  }
+  flesh_overlap_collect_begin(now->overlap, self->place, self->z);
+  if (now->unknowns) {
+    flesh_threads_run(self->threads, self->chunks, round_product, w);
+    flesh_preconditioner_load(w->preconditioner, (const float *)self->rounded, 1 / w->to_round, now->sums + SUMS);
+  }
+  flesh_overlap_collect_end(now->overlap, self->place, self->z);
+}
+
+/* u, A u and the iteration's sums. */
+static void precondition(iteration *now, const flesh_block_matrix *A, int stops)
+{
+  flesh_pcg_work *w = now->work;
+  flesh_pcg_space *self = w->space;
+  const flesh_team *team = self->team;
+  const float *r = (const float *)self->rounded;
+  if (now->overlap) flesh_preconditioner_solve_for(w->preconditioner, r, now->load, w->to_round);
+  else flesh_preconditioner_solve(w->preconditioner, r);
+  flesh_threads_run(self->threads, self->chunks, receive, w);
+  if (!now->overlap) team->operations->share(team->data, &(flesh_team_vector){3, 4, self->place, self->u, 0});
+  const double curvature = flesh_product_multiply(&self->product, A, self->threads, NULL, NULL, self->u, self->z);
+  collect(now);
+  sum_up(now, curvature, stops);
+}
+
+/* To the next residual; returns its weighted norm. */
+static double descend(iteration *now, double tolerance)
+{
+  flesh_pcg_work *w = now->work;
+  const flesh_pcg_space *self = w->space;
+  for (int k = 0; k < now->unknowns; k++) {
+    now->load_of_s[k] = now->sums[SUMS + k] + w->beta * now->load_of_s[k];
+    now->load[k] -= w->alpha * now->load_of_s[k];
+  }
+  now->norm = sqrt(predicted(now->sums, w->alpha, w->beta));
+  const double residual = sqrt(predicted(now->sums + PRODUCTS, w->alpha, w->beta));
+  w->to_round = flesh_power_to_one(now->norm);
+  flesh_threads_run(self->threads, self->chunks, advance, w);
+  if (now->overlap) flesh_overlap_advance(now->overlap, w->alpha, w->beta);
+  now->largest = fmax(now->largest, now->norm);
+  const int stale = now->unknowns && now->norm < FRESH * now->largest;
+  return stale || residual <= tolerance ? look(now) : residual;
+}
+
+int flesh_pcg_in_team(const flesh_block_matrix *A, const flesh_pcg_guide *guide, double tolerance, int max_iterations,
+                      flesh_pcg_work *w, flesh_pcg_result *result)
+{
+  enum { ASK_EVERY = 16 };
+  const int unknowns = flesh_preconditioner_unknowns(w->preconditioner);
+  double *room = flesh_preconditioner_room(w->preconditioner), rz_before = 0, pMp = 0, pAp = 0;
+  iteration now = {w, room, room + SUMS + unknowns, room + SUMS + 2 * unknowns,
+                   flesh_preconditioner_overlap(w->preconditioner), unknowns, 0, 0};
+  const double scale = flesh_preconditioner_scale(w->preconditioner);
+  int last = max_iterations, status = FLESH_NOT_CONVERGED, asked = FLESH_OK;
+  for (int k = 0; k < unknowns; k++) now.load_of_s[k] = 0;
+  w->alpha = w->beta = w->downhill = 0;
+  flesh_threads_run(w->space->threads, w->space->chunks, advance, w);
+  if (now.overlap) flesh_overlap_keep(now.overlap, w->space->place, w->space->r);
+  result->first = result->residual = look(&now);
+  if (result->residual <= tolerance) return FLESH_OK;
+  while (result->iterations < last) {
+    const int asks = guide->stop && result->iterations % ASK_EVERY == 0;
+    if (asks) asked = guide->stop(guide->stop_data);
+    w->back = scale / w->to_round;
+    precondition(&now, A, asked != FLESH_OK);
+    if (now.sums[STOPS] > 0) return flesh_team_agree(w->space->team, asked);
+    const double rz = now.sums[RU], beta = w->beta = result->iterations ? rz / rz_before : 0;
+    pAp = now.sums[UW] + beta * (2 * now.sums[US] + beta * pAp);
+    /* After a direction without curvature there is no next one. */
+    if (!(fabs(rz) < INFINITY && fabs(pAp) < INFINITY))
+      return status == FLESH_NOT_POSITIVE ? status : FLESH_NONFINITE;
+    pMp = rz + beta * beta * pMp;
+    if (!(pAp > 0) && status == FLESH_NOT_CONVERGED) {
+      status = FLESH_NOT_POSITIVE;
+      if (guide->after_indefinite == 0) break;
+      if (guide->after_indefinite < max_iterations - result->iterations)
+        last = result->iterations + guide->after_indefinite;
+    }
+    w->alpha = rz / pAp;
+    w->downhill = status == FLESH_NOT_POSITIVE ? rz / fmax(fabs(pAp), pMp) : w->alpha;
+    result->iterations++;
+    result->residual = descend(&now, tolerance);
+    w->downhill = 0; /* x has it */
+    if (result->residual <= tolerance) return status == FLESH_NOT_POSITIVE ? status : FLESH_OK;
+    rz_before = rz;
+  }
+  return status;
+}

@@ -1,0 +1,247 @@
+/* test_shared_solves.c: conjugate gradients of several ranks against those of one: what they solve, in how many
+ * iterations, how many sums of all ranks they take, how far they can go, and what they do without curvature. */
+#include "ranks.h"
+
+#include "body.h"
+#include "linear/block_matrix.h"
+#include "linear/linear.h"
+
+/* K + `inertia` M of a bar, as a whole, which every rank has, and of this rank's part; and a right-hand side. */
+typedef struct problem {
+  flesh_mesh *mesh;
+  flesh_rank_part *part;
+  test_body whole, own;
+  flesh_block_matrix *A[2]; /* of the whole, of the part */
+  flesh_threads *threads[2]; /* the part's with its team */
+  double *b[2], *weights[2]; /* on whole and part */
+} problem;
+
+enum { WHOLE, PART };
+
+static void make_matrix(test_body *body, double inertia, flesh_block_matrix **A)
+{
+  const flesh_point point = {.t = 0, .load = 1, .x = body->state.x, .v = body->state.v, .a = body->state.v};
+  CHECK_OK(flesh_system_finalize(body->system));
+  CHECK_OK(flesh_system_matrix_create(body->system, A));
+  CHECK_OK(flesh_system_jacobian(body->system, &point, &(flesh_shift){.x = 1, .a = inertia}, *A));
+}
+
+static void make(double inertia, problem *p)
+{
+  unsigned long long seed = 3;
+  const flesh_material material = test_material(FLESH_ENERGY_E, 0.4);
+  *p = (problem){0};
+  CHECK_OK(flesh_mesh_box((const int[]){24, 5, 5}, (const double[]){1, 0.2, 0.2}, (const double[]){0, 0, 0}, &p->mesh));
+  p->part = ranks_cut(p->mesh);
+  CHECK_OK(test_body_create(p->mesh, material, 1000, FLESH_MASS_LUMPED, 1, &p->whole));
+  CHECK_OK(test_body_create((flesh_mesh *)flesh_rank_part_mesh(p->part), material, 1000, FLESH_MASS_LUMPED, 1, &p->own));
+  make_matrix(&p->whole, inertia, &p->A[WHOLE]);
+  make_matrix(&p->own, inertia, &p->A[PART]);
+  const int n[2] = {p->whole.n, p->own.n};
+  for (int k = 0; k < 2; k++) {
+    CHECK_OK(flesh_threads_create(1, &p->threads[k]));
+    p->b[k] = calloc((size_t)n[k], sizeof(double));
+    p->weights[k] = calloc((size_t)n[k], sizeof(double));
+  }
+  flesh_threads_set_team(p->threads[PART], flesh_rank_part_team(p->part));
+  for (int d = 0; d < n[WHOLE]; d++) p->b[WHOLE][d] = test_uniform(&seed) - 0.5, p->weights[WHOLE][d] = 1 + d % 3;
+  for (int d = 0; d < n[PART]; d++) {
+    const int i = 3 * flesh_rank_part_nodes(p->part)[d / 3] + d % 3;
+    p->b[PART][d] = p->b[WHOLE][i], p->weights[PART][d] = p->weights[WHOLE][i];
+  }
+}
+
+static void drop(problem *p)
+{
+  for (int k = 0; k < 2; k++) {
+    flesh_block_matrix_destroy(&p->A[k]);
+    flesh_threads_destroy(&p->threads[k]);
+    free(p->b[k]);
+    free(p->weights[k]);
+  }
+  p->own.mesh = NULL; /* the part's */
+  test_body_destroy(&p->own);
+  test_body_destroy(&p->whole);
+  flesh_rank_part_destroy(&p->part);
+}
+
+/* How to solve, and what came of it. */
+typedef struct solve {
+  flesh_preconditioner kind;
+  int weighted, after_indefinite, most;
+  double tolerance;
+  int status;
+  long reductions, messages;
+  flesh_pcg_result result;
+  double *x; /* [3*nodes of the whole] */
+  double residual, gap; /* of the whole's matrix; of what conjugate gradients hold it to be */
+} solve;
+
+/* r = A x - b of the whole, weighted norm of it. */
+static double residual_of(const problem *p, const solve *s, double *r)
+{
+  double square = 0;
+  flesh_block_multiply(p->A[WHOLE], s->x, r);
+  for (int d = 0; d < p->whole.n; d++) {
+    r[d] -= p->b[WHOLE][d];
+    square += pow(s->weighted ? p->weights[WHOLE][d] * r[d] : r[d], 2);
+  }
+  return sqrt(square);
+}
+
+static void run(const problem *p, int which, solve *s)
+{
+  const flesh_linear *linear = flesh_linear_for(FLESH_INSTRUCTIONS_AUTO);
+  const flesh_pcg_guide guide = {.after_indefinite = s->after_indefinite};
+  const test_body *body = which == PART ? &p->own : &p->whole;
+  flesh_preconditioner_data *preconditioner = NULL;
+  flesh_pcg_space *space = NULL;
+  double *x = calloc((size_t)body->n, sizeof *x), *r = calloc((size_t)p->whole.n, sizeof *r);
+  CHECK_OK(linear->preconditioner_create(s->kind, p->A[which], flesh_mesh_positions(body->mesh), p->threads[which],
+                                         &preconditioner));
+  CHECK_OK(linear->preconditioner_setup(preconditioner, p->A[which], NULL));
+  CHECK_OK(linear->pcg_space_create(p->A[which], 0, p->threads[which], &space));
+  const flesh_communicator_figures before = flesh_communicator_exchanged(ranks);
+  s->status = linear->pcg_guided(space, p->A[which], preconditioner, &guide, s->weighted ? p->weights[which] : NULL,
+                                 s->tolerance, s->most, p->b[which], x, &s->result);
+  s->reductions = flesh_communicator_exchanged(ranks).reductions - before.reductions;
+  s->messages = flesh_communicator_exchanged(ranks).messages - before.messages;
+  s->x = calloc((size_t)p->whole.n, sizeof *s->x);
+  if (which == PART) flesh_rank_part_gather(p->part, x, s->x);
+  else memcpy(s->x, x, (size_t)p->whole.n * sizeof *x);
+  s->residual = residual_of(p, s, r);
+  for (int d = 0; d < p->own.n && which == PART; d++) x[d] = r[3 * flesh_rank_part_nodes(p->part)[d / 3] + d % 3];
+  s->gap = linear->pcg_model_error(space, which == PART ? x : r);
+  linear->pcg_space_destroy(&space);
+  linear->preconditioner_destroy(&preconditioner);
+  free(x);
+  free(r);
+}
+
+static double norm(int n, const double *x)
+{
+  double square = 0;
+  for (int d = 0; d < n; d++) square += x[d] * x[d];
+  return sqrt(square);
+}
+
+/* Two exchanges an iteration, and one at the start. A sum takes a rank as many messages as the ranks' number has binary
+ * digits, at most. */
+static void check_messages(const problem *p, const solve *s)
+{
+  int digits = 0;
+  while (flesh_communicator_size(ranks) >> digits) digits++;
+  const int neighbours = flesh_rank_part_team(p->part)->reach.count;
+  CHECK(s->messages <= neighbours * (2 * s->result.iterations + 1) + digits * s->reductions);
+}
+
+/* With so much inertia that solves are too short for rounding to tell. The preconditioner of diagonal blocks is the same
+ * on any number of ranks, and so are its iterations. */
+static void an_iteration_takes_one_sum(void)
+{
+  static const flesh_preconditioner kinds[] = {FLESH_PRECONDITIONER_JACOBI, FLESH_PRECONDITIONER_IC,
+                                               FLESH_PRECONDITIONER_TWO_LEVEL};
+  problem p;
+  make(1e4, &p);
+  const double tolerance = 1e-6 * norm(p.whole.n, p.b[WHOLE]);
+  const int several = flesh_communicator_size(ranks) > 1;
+  for (int k = 0; k < 6; k++) {
+    solve s[2];
+    for (int which = 0; which < 2; which++) {
+      s[which] = (solve){.kind = kinds[k / 2], .weighted = k % 2, .tolerance = tolerance, .most = 2000};
+      run(&p, which, &s[which]);
+      CHECK_OK(s[which].status);
+      CHECK_BELOW(s[which].residual, 1.001 * tolerance);
+      CHECK_NEAR(s[which].result.residual, s[which].residual, 1e-3 * tolerance);
+    }
+    /* Besides: b, the first and the last residual; a new load of the coarse level for every three decades, of which
+     * there are fewer than twelve, however residuals go up and down. */
+    const int loads = kinds[k / 2] == FLESH_PRECONDITIONER_TWO_LEVEL ? 12 / 3 : 0;
+    if (several) CHECK(s[PART].reductions <= s[PART].result.iterations + 3 + loads);
+    if (several) CHECK(s[PART].reductions > s[PART].result.iterations);
+    check_messages(&p, &s[PART]);
+    if (kinds[k / 2] == FLESH_PRECONDITIONER_JACOBI)
+      CHECK_NEAR(s[PART].result.iterations, s[WHOLE].result.iterations, 2);
+    printf("# %s%s: %d iterations and %ld sums; on one rank %d\n", flesh_preconditioner_name(kinds[k / 2]),
+           k % 2 ? ", weighted" : "", s[PART].result.iterations, s[PART].reductions, s[WHOLE].result.iterations);
+    free(s[WHOLE].x);
+    free(s[PART].x);
+  }
+  drop(&p);
+}
+
+/* Of a solve that is cut short, the residual is one that was foretold. */
+static void residuals_are_foretold(void)
+{
+  problem p;
+  make(1e4, &p);
+  for (int weighted = 0; weighted <= 1; weighted++) {
+    solve s = {.kind = FLESH_PRECONDITIONER_TWO_LEVEL, .weighted = weighted, .most = 4};
+    run(&p, PART, &s);
+    CHECK(s.status == FLESH_NOT_CONVERGED);
+    CHECK(s.result.iterations == 4);
+    CHECK_NEAR(s.result.residual, s.residual, 1e-8 * s.residual);
+    free(s.x);
+  }
+  drop(&p);
+}
+
+/* The residual that recurrences hold parts from b - A x by rounding alone: some round-off for each iteration of what is
+ * added up, which is at most |A| |x| (Greenbaum 1997). */
+static void recurrences_stay_with_the_residual(void)
+{
+  problem p;
+  make(1e-2, &p);
+  double size = 0;
+  for (int i = 0; i < p.A[WHOLE]->rows; i++)
+    for (int c = 0; c < 3; c++) size = fmax(size, p.A[WHOLE]->values[9 * p.A[WHOLE]->row_start[i] + 4 * c]);
+  solve s[2];
+  for (int which = 0; which < 2; which++) {
+    s[which] = (solve){.kind = FLESH_PRECONDITIONER_TWO_LEVEL, .tolerance = 0, .most = 300};
+    run(&p, which, &s[which]);
+    CHECK(s[which].status == FLESH_NOT_CONVERGED || s[which].status == FLESH_OK);
+  }
+  const double unit = 2.2e-16 * size * norm(p.whole.n, s[PART].x);
+  printf("# gap %.2g and residual %.2g units of round-off; on one rank %.2g, %.2g\n", s[PART].gap / unit,
+         s[PART].residual / unit, s[WHOLE].gap / unit, s[WHOLE].residual / unit);
+  CHECK_BELOW(s[PART].residual, 300 * unit);
+  CHECK_BELOW(s[PART].gap, 300 * unit);
+  free(s[WHOLE].x);
+  free(s[PART].x);
+  drop(&p);
+}
+
+/* K - c M has directions without curvature. The first is met in the same iteration on any number of ranks; on request
+ * the solve goes on, and every iteration lowers the model. */
+static void negative_curvature_is_seen(void)
+{
+  problem p;
+  make(-200, &p);
+  for (int after = 0; after <= 4; after += 4) {
+    solve s[2];
+    double model[2] = {0};
+    double *r = calloc((size_t)p.whole.n, sizeof *r);
+    for (int which = 0; which < 2; which++) {
+      s[which] = (solve){.kind = FLESH_PRECONDITIONER_JACOBI, .after_indefinite = after, .most = 2000};
+      run(&p, which, &s[which]);
+      CHECK(s[which].status == FLESH_NOT_POSITIVE);
+      residual_of(&p, &s[which], r);
+      for (int d = 0; d < p.whole.n; d++) model[which] += s[which].x[d] * (r[d] - p.b[WHOLE][d]) / 2;
+    }
+    printf("# %d iterations, model %.6g; on one rank %d, %.6g\n", s[PART].result.iterations, model[PART],
+           s[WHOLE].result.iterations, model[WHOLE]);
+    CHECK_NEAR(s[PART].result.iterations, s[WHOLE].result.iterations, 0);
+    CHECK_NEAR(model[PART], model[WHOLE], 1e-4 * fabs(model[WHOLE]));
+    CHECK(model[PART] < 0);
+    free(s[WHOLE].x);
+    free(s[PART].x);
+    free(r);
+  }
+  drop(&p);
+}
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS_ON_RANKS(argc, argv, TEST(an_iteration_takes_one_sum), TEST(residuals_are_foretold),
+                            TEST(recurrences_stay_with_the_residual), TEST(negative_curvature_is_seen));
+}
