@@ -126,7 +126,7 @@ int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_mat
   if (!status && coarse)
     status = flesh_coarse_create(A, positions, vertices_for(A, team), &bisection, threads, &self->coarse);
   flesh_bisection_clear(&bisection);
-  if (!status && team) status = flesh_team_agree(team, allocate_room(self));
+  if (team) status = flesh_team_agree(team, status ? status : allocate_room(self));
   if (status) flesh_preconditioner_destroy(preconditioner);
   return status;
 }
