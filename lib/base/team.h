@@ -53,7 +53,7 @@ typedef struct flesh_team_operations {
 } flesh_team_operations;
 
 typedef struct flesh_team {
-  int ranks;      /* how many there are */
+  int rank, ranks; /* which it is, of how many */
   int nodes, own; /* of this rank; those from `own` on are ghosts */
   int reached;    /* nodes that its preconditioner goes by: those, then some beyond that only other ranks have */
   double all;     /* nodes of the body, each counted once */

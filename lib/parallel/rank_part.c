@@ -241,7 +241,8 @@ static int create(flesh_communicator *communicator, const flesh_mesh *whole, con
   int status = FLESH_ERR_MEMORY;
   if (self) {
     *self = (flesh_rank_part){.communicator = communicator, .whole_nodes = flesh_mesh_node_count(whole),
-                              .team = {.ranks = flesh_communicator_size(communicator),
+                              .team = {.rank = flesh_communicator_rank(communicator),
+                                       .ranks = flesh_communicator_size(communicator),
                                        .comm = flesh_communicator_comm(communicator), .data = self,
                                        .operations = &team_operations}};
     status = build(self, whole, &s);

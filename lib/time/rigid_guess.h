@@ -2,24 +2,31 @@
 #ifndef FLESH_TIME_RIGID_GUESS_H
 #define FLESH_TIME_RIGID_GUESS_H
 
+#include "base/team.h"
 #include "flesh/integrator.h"
 
-/* The connected parts of a mesh. */
+/* The connected parts of a mesh, or of the body that ranks share out: then all ranks have all parts, with their own nodes
+ * and ghosts. */
 typedef struct flesh_rigid_parts {
   int count;
   int *first; /* [count+1] of each part's nodes */
   int *nodes; /* [used nodes] */
   double *mass; /* [n] of the nodes, or ones */
   const flesh_mesh *mesh; /* borrowed */
+  const flesh_team *team; /* of the system, whose sums over nodes are those of all ranks; NULL: none */
+  int own;                /* nodes that count in them, the first ones */
   int *part; /* [nodes] whose each is, where it is used */
   double *extent; /* [count] m, mean distance of a part's nodes from its centre of mass at rest */
 } flesh_rigid_parts;
 
+/* Collective, as is flesh_rigid_guess. FLESH_ERR_MEMORY. */
 int flesh_rigid_parts_create(const flesh_system *system, flesh_rigid_parts *parts);
 void flesh_rigid_parts_clear(flesh_rigid_parts *parts);
+/* What _create leaves: their extents. */
+void flesh_rigid_parts_measure(flesh_rigid_parts *parts);
 
 /* Displacements u [3*n] over h; 0 for parts with a dof in `fixed` [3*n] (NULL: none is). Returns how many parts are
- * free. The best fit by mass of the velocities or, `nearest`, of where they lead along straight lines, which is what
+ * free. All ranks have `fixed`, or none. The best fit by mass of the velocities or, `nearest`, of where they lead along straight lines, which is what
  * backward Euler goes by. A part that is many times as large as at rest shrinks. */
 int flesh_rigid_guess(const flesh_rigid_parts *parts, const uint8_t *fixed, const flesh_state *state, double h,
                       int nearest, double *u);

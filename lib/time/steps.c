@@ -101,15 +101,17 @@ static int was_easy(const flesh_solve_stats *before, const flesh_solve_stats *af
 static void make_guesses(flesh_integrator *self, const flesh_method_row *row, const flesh_state *state,
                          const flesh_stage *stage, double h, const double *guesses[3])
 {
-  const int holds = flesh_system_holds(self->system, stage->t), nearest = row == &flesh_method_backward_euler;
+  const int nearest = row == &flesh_method_backward_euler;
+  double holds = flesh_system_holds(self->system, stage->t); /* on any rank */
   int count = 0;
+  flesh_team_largest(self->team, 1, &holds);
   if (flesh_extrapolation_guess(&self->extrapolation, state, h, self->guess)) {
     flesh_nonlinear_go_on(self->nonlinear);
     guesses[count++] = self->guess;
   }
-  if (holds && self->constrained) flesh_system_fixed(self->system, stage->t, self->constrained);
-  if (!(holds && !self->constrained) &&
-      flesh_rigid_guess(&self->parts, holds ? self->constrained : NULL, state, h, nearest, self->rigid))
+  if (holds > 0 && self->constrained) flesh_system_fixed(self->system, stage->t, self->constrained);
+  if (!(holds > 0 && !self->constrained) &&
+      flesh_rigid_guess(&self->parts, holds > 0 ? self->constrained : NULL, state, h, nearest, self->rigid))
     guesses[count++] = self->rigid;
   guesses[count] = NULL;
 }

@@ -7,6 +7,7 @@
 #include "linear/block_matrix.h"
 #include "linear/overlap_vectors.h"
 #include "sundials/kinsol.h"
+#include "time/rigid_guess.h"
 
 /* The body as a whole, which every rank has, and this rank's part of it. */
 typedef struct bodies {
@@ -313,6 +314,68 @@ static void motions_are_those_of_one_rank(void)
   drop(&b);
 }
 
+/* Two boxes, which no node connects; new. */
+static flesh_mesh *two_boxes(void)
+{
+  flesh_mesh *box = NULL, *both = NULL;
+  CHECK_OK(flesh_mesh_box((const int[]){3, 2, 2}, (const double[]){1, 0.5, 0.4}, (const double[]){0, 0, 0}, &box));
+  const size_t n = 3 * (size_t)flesh_mesh_node_count(box), m = 4 * (size_t)flesh_mesh_tet_count(box);
+  double *X = malloc(2 * n * sizeof *X);
+  int *tets = malloc(2 * m * sizeof *tets);
+  for (size_t d = 0; d < 2 * n; d++) X[d] = flesh_mesh_positions(box)[d % n] + (d >= n && d % 3 == 1 ? 2 : 0);
+  for (size_t k = 0; k < 2 * m; k++) tets[k] = flesh_mesh_tets(box)[k % m] + (k >= m ? (int)n / 3 : 0);
+  CHECK_OK(flesh_mesh_create(2 * (int)n / 3, X, 2 * (int)m / 4, tets, NULL, &both));
+  free(X);
+  free(tets);
+  flesh_mesh_destroy(&box);
+  return both;
+}
+
+/* However scattered their tets are over the ranks. A body with a dof that is held on one rank stays. */
+static void free_bodies_go_on_as_on_one_rank(void)
+{
+  bodies b = {.mesh = two_boxes()};
+  double *whole[3], *own[3], *u[2];
+  const int tets = flesh_mesh_tet_count(b.mesh), size = flesh_communicator_size(ranks);
+  int *of = malloc((size_t)tets * sizeof *of);
+  flesh_rigid_parts parts[2];
+  for (int t = 0; t < tets; t++) of[t] = t % size;
+  b.nodes = flesh_mesh_node_count(b.mesh);
+  CHECK_OK(flesh_rank_part_create(ranks, b.mesh, of, &b.part));
+  const flesh_material material = test_material(FLESH_ENERGY_E, 0.4);
+  flesh_mesh *own_mesh = (flesh_mesh *)flesh_rank_part_mesh(b.part);
+  CHECK_OK(test_body_create(b.mesh, material, 1000, FLESH_MASS_CONSISTENT, 1, &b.whole));
+  CHECK_OK(test_body_create(own_mesh, material, 1000, FLESH_MASS_CONSISTENT, 1, &b.own));
+  CHECK_OK(flesh_system_finalize(b.whole.system));
+  CHECK_OK(flesh_system_finalize(b.own.system));
+  CHECK_OK(flesh_system_set_part(b.own.system, b.part));
+  disturb(&b, whole, own);
+  const flesh_state states[2] = {{.x = whole[0], .v = whole[1]}, {.x = own[0], .v = own[1]}};
+  const flesh_system *systems[2] = {b.whole.system, b.own.system};
+  const int n[2] = {3 * b.nodes, b.own.n};
+  for (int k = 0; k < 2; k++) {
+    u[k] = vector(n[k]);
+    CHECK_OK(flesh_rigid_parts_create(systems[k], &parts[k]));
+    CHECK(parts[k].count == 2);
+  }
+  for (int way = 0; way < 4; way++) { /* nearest or not; without and with a node that is held */
+    uint8_t *fixed[2] = {calloc((size_t)n[0], 1), calloc((size_t)n[1], 1)};
+    const int local = flesh_rank_part_find(b.part, b.nodes - 1), expected = way < 2 ? 2 : 1;
+    fixed[0][n[0] - 1] = 1;
+    if (local >= 0) fixed[1][3 * local + 2] = 1;
+    for (int k = 0; k < 2; k++)
+      CHECK(flesh_rigid_guess(&parts[k], way < 2 ? NULL : fixed[k], &states[k], 0.5, way % 2, u[k]) == expected);
+    CHECK_BELOW(difference(&b, u[1], u[0]), 1e-11);
+    for (int i = 0; i < n[1]; i++) CHECK_NEAR(u[1][i], u[0][3 * flesh_rank_part_nodes(b.part)[i / 3] + i % 3], 1e-11);
+    free(fixed[0]);
+    free(fixed[1]);
+  }
+  for (int k = 0; k < 2; k++) flesh_rigid_parts_clear(&parts[k]), free(u[k]);
+  for (int k = 0; k < 3; k++) free(whole[k]), free(own[k]);
+  free(of);
+  drop(&b);
+}
+
 /* What cannot be shared out is refused on all ranks, with one sentence; a solve that fails does so on all. */
 static void refusals_and_failures_are_everyones(void)
 {
@@ -364,5 +427,6 @@ int main(int argc, char **argv)
 {
   return RUN_TESTS_ON_RANKS(argc, argv, TEST(forces_energies_and_products_are_those_of_one_rank),
                             TEST(equilibria_are_those_of_one_rank), TEST(motions_are_those_of_one_rank),
+                            TEST(free_bodies_go_on_as_on_one_rank),
                             TEST(refusals_and_failures_are_everyones), TEST(the_coarse_level_is_that_of_all_ranks));
 }

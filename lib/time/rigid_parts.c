@@ -1,0 +1,154 @@
+/* rigid_parts.c: which nodes are connected, also over ranks, and what they weigh. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/disjoint_sets.h"
+#include "base/error.h"
+#include "effect/effect.h"
+#include "mesh/pieces.h"
+#include "system/one_effect.h"
+#include "system/ranks.h"
+#include "time/rigid_guess.h"
+
+/* Mass of every node, by the force that a unit acceleration takes; ones where there is no inertia. */
+static int weigh(const flesh_system *system, double *mass)
+{
+  const flesh_mesh *mesh = flesh_system_mesh(system);
+  const int nodes = flesh_mesh_node_count(mesh);
+  double *a = calloc(3 * (size_t)nodes + 1, sizeof *a), *r = calloc(3 * (size_t)nodes + 1, sizeof *r);
+  int status = a && r ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for the masses of %d nodes", nodes);
+  status = flesh_team_agree(flesh_system_team(system), status);
+  for (int i = 0; i < nodes && !status; i++) a[3 * i] = mass[i] = 1;
+  const flesh_point point = {.load = 1, .x = flesh_mesh_positions(mesh), .v = a, .a = a};
+  const unsigned inertia = FLESH_ROLE_BIT(FLESH_ROLE_INERTIA);
+  if (!status && flesh_system_has_role(system, FLESH_ROLE_INERTIA) &&
+      !flesh_system_roles_residual(system, inertia, &point, r))
+    for (int i = 0; i < nodes; i++) mass[i] = r[3 * i];
+  free(a);
+  free(r);
+  return status;
+}
+
+/* Numbers the parts of this mesh, of nodes that are of tets, as their least nodes ascend; the others get -1. Returns how
+ * many there are. `parent` [nodes] is room. */
+static int number_parts(const flesh_mesh *mesh, int *parent, int *part)
+{
+  const int nodes = flesh_mesh_node_count(mesh);
+  int count = 0;
+  for (int i = 0; i < nodes; i++) parent[i] = i, part[i] = -1;
+  for (int e = 0; e < flesh_mesh_tet_count(mesh); e++) {
+    int tet[10], size = flesh_mesh_tet_nodes(mesh, e, tet);
+    for (int a = 0; a < size; a++) part[tet[a]] = 0;
+    for (int a = 1; a < size; a++) flesh_sets_join(parent, tet[0], tet[a]);
+  }
+  for (int i = 0; i < nodes; i++) /* the least of a set stands for it */
+    if (part[i] >= 0) part[i] = flesh_set_of(parent, i) == i ? count++ : part[flesh_set_of(parent, i)];
+  return count;
+}
+
+/* label [all]: the least label of all pieces that are connected with each, on whichever rank. This rank knows that
+ * pieces own[i] and owners[i] are, for nodes i from `from` to before `until`. */
+static void spread_labels(const flesh_team *team, int all, const int *own, const double *owners, int from, int until,
+                          double *label, double *before)
+{
+  int changed = 1;
+  for (int p = 0; p < all; p++) label[p] = -p; /* the largest is that of the least piece */
+  while (changed) {
+    memcpy(before, label, (size_t)all * sizeof *label);
+    for (int i = from; i < until; i++) {
+      double *a = own[i] < 0 ? NULL : &label[own[i]], *b = &label[(int)owners[i]];
+      if (a) *a = *b = *a > *b ? *a : *b;
+    }
+    flesh_team_largest(team, all, label);
+    changed = memcmp(before, label, (size_t)all * sizeof *label) != 0; /* the same bits on all ranks */
+  }
+}
+
+/* The parts of the body in place of those `count` of this rank, in part [nodes]. Returns how many; FLESH_ERR_MEMORY. */
+static int number_in_team(const flesh_team *team, int count, int *part)
+{
+  double *counts = calloc((size_t)team->ranks + 1, sizeof *counts);
+  double *owners = malloc(((size_t)team->nodes + 1) * sizeof *owners), *label = NULL;
+  int *number = NULL, all = 0, first = 0, parts = 0;
+  int status = flesh_team_agree(team, counts && owners ? FLESH_OK : FLESH_ERR_MEMORY);
+  if (!status) {
+    counts[team->rank] = count;
+    flesh_team_sum(team, team->ranks, counts);
+    for (int r = 0; r < team->ranks; r++) {
+      first += r < team->rank ? (int)counts[r] : 0;
+      all += (int)counts[r];
+    }
+    label = malloc(2 * ((size_t)all + 1) * sizeof *label);
+    number = calloc((size_t)all + 1, sizeof *number);
+    status = flesh_team_agree(team, label && number ? FLESH_OK : FLESH_ERR_MEMORY);
+  }
+  if (!status) {
+    for (int i = 0; i < team->nodes; i++) {
+      if (part[i] >= 0) part[i] += first;
+      owners[i] = part[i];
+    }
+    team->operations->share(team->data, &(flesh_team_vector){1, 1, NULL, owners, 0});
+    spread_labels(team, all, part, owners, team->own, team->nodes, label, label + all);
+    for (int p = 0; p < all; p++) /* the least piece of a part comes first */
+      number[p] = label[p] == -p ? parts++ : number[(int)-label[p]];
+    for (int i = 0; i < team->nodes; i++) part[i] = number[part[i] >= 0 ? part[i] : (int)owners[i]];
+  }
+  free(counts);
+  free(owners);
+  free(label);
+  free(number);
+  return status ? status : parts;
+}
+
+/* The nodes of each part, ascending. */
+static void list_nodes(int nodes, flesh_rigid_parts *parts)
+{
+  for (int i = 0; i < nodes; i++)
+    if (parts->part[i] >= 0) parts->first[parts->part[i] + 2]++;
+  for (int k = 0; k < parts->count; k++) parts->first[k + 2] += parts->first[k + 1];
+  for (int i = 0; i < nodes; i++)
+    if (parts->part[i] >= 0) parts->nodes[parts->first[parts->part[i] + 1]++] = i;
+}
+
+int flesh_rigid_parts_create(const flesh_system *system, flesh_rigid_parts *parts)
+{
+  const flesh_mesh *mesh = flesh_system_mesh(system);
+  const flesh_team *team = flesh_system_team(system);
+  const size_t nodes = (size_t)flesh_mesh_node_count(mesh);
+  int *parent = malloc((nodes + 1) * sizeof *parent);
+  *parts = (flesh_rigid_parts){.nodes = malloc((nodes + 1) * sizeof(int)),
+                               .mass = malloc((nodes + 1) * sizeof(double)),
+                               .mesh = mesh,
+                               .team = team,
+                               .own = flesh_team_own(team, (int)nodes),
+                               .part = malloc((nodes + 1) * sizeof(int))};
+  int status = parent && parts->nodes && parts->mass && parts->part ? FLESH_OK : FLESH_ERR_MEMORY;
+  status = flesh_team_agree(team, status);
+  if (!status) parts->count = number_parts(mesh, parent, parts->part);
+  if (!status && team) parts->count = number_in_team(team, parts->count, parts->part);
+  free(parent);
+  if (parts->count < 0) status = parts->count;
+  if (!status) {
+    parts->first = calloc((size_t)parts->count + 2, sizeof *parts->first);
+    parts->extent = malloc(((size_t)parts->count + 1) * sizeof *parts->extent);
+    status = flesh_team_agree(team, parts->first && parts->extent ? FLESH_OK : FLESH_ERR_MEMORY);
+  }
+  if (status) {
+    flesh_rigid_parts_clear(parts);
+    return flesh_fail(status, "no memory for the parts of %d nodes", (int)nodes);
+  }
+  list_nodes((int)nodes, parts);
+  status = flesh_team_agree(team, weigh(system, parts->mass));
+  if (!status) flesh_rigid_parts_measure(parts);
+  return status;
+}
+
+void flesh_rigid_parts_clear(flesh_rigid_parts *parts)
+{
+  free(parts->first);
+  free(parts->nodes);
+  free(parts->mass);
+  free(parts->part);
+  free(parts->extent);
+  *parts = (flesh_rigid_parts){0};
+}
