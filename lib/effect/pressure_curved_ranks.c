@@ -23,15 +23,13 @@ static void keep_pairs(const pressure *whole, const flesh_rank_part *part, press
   int count = 0;
   for (int k = 0; k < whole->pairs.count; k++) {
     if (!owns(part, whole->pairs.nodes[2 * k])) continue;
-    const int a = flesh_rank_part_find(part, whole->pairs.nodes[2 * k]),
-              b = flesh_rank_part_find(part, whole->pairs.nodes[2 * k + 1]);
-    nodes[2 * count] = a < b ? a : b, nodes[2 * count + 1] = a < b ? b : a;
+    /* Own nodes come first, so that pairs still ascend. */
+    for (int a = 0; a < 2; a++) nodes[2 * count + a] = flesh_rank_part_find(part, whole->pairs.nodes[2 * k + a]);
     self->first[count++] = self->wing_count;
     for (int w = whole->first[k]; w < whole->first[k + 1]; w++) {
       wing *to = &self->wings[self->wing_count++];
       *to = whole->wings[w];
       to->node = flesh_rank_part_find(part, to->node);
-      if (a > b) to->now = -to->now, to->lagged = -to->lagged;
     }
   }
   self->first[count] = self->wing_count;
