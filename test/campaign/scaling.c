@@ -3,9 +3,9 @@
  *   mpirun -n 4 build/test/scaling 20
  *
  * A cube of so many cells an edge, in six tets each, held at one face, in statics. Prints a line for each rank: nodes
- * that it owns, has and reaches; how often its own nodes are had, and reached, by other ranks; its neighbours; messages
- * of sharing and collecting what its tets have, and what it reaches; and messages, bytes and reductions of one iteration,
- * by the difference of two solves. */
+ * that it owns, has and reaches; how many of those that it has other ranks reach, and how many of those that it reaches
+ * they have, once for each; its neighbours; and messages, bytes and reductions of one iteration, by the difference of two
+ * solves. */
 #include "ranks.h"
 
 #include "base/parallel_vector.h"
@@ -82,28 +82,6 @@ static flesh_communicator_figures solve(problem *p, int iterations)
                                       now.bytes - before.bytes};
 }
 
-/* [2] each, of what tets have and of what is reached: how many values own nodes are sent as, and messages of sharing and
- * of collecting. */
-static void count_exchanges(const problem *p, double *sent, double *shares, double *collects)
-{
-  const flesh_team *team = flesh_rank_part_team(p->part);
-  double *ranks_of = calloc((size_t)team->reached + 1, sizeof *ranks_of);
-  for (int reached = 0; reached <= 1; reached++) {
-    const int nodes = reached ? team->reached : team->nodes;
-    for (int i = 0; i < nodes; i++) ranks_of[i] = 1;
-    const flesh_team_vector vector = {1, 1, NULL, ranks_of, reached};
-    const long before = flesh_communicator_exchanged(ranks).messages;
-    team->operations->collect(team->data, &vector);
-    const long between = flesh_communicator_exchanged(ranks).messages;
-    sent[reached] = 0;
-    for (int i = 0; i < team->own; i++) sent[reached] += ranks_of[i] - 1;
-    team->operations->share(team->data, &vector);
-    collects[reached] = (double)(between - before);
-    shares[reached] = (double)(flesh_communicator_exchanged(ranks).messages - between);
-  }
-  free(ranks_of);
-}
-
 static void counts(void)
 {
   flesh_mesh *whole = NULL;
@@ -113,12 +91,10 @@ static void counts(void)
   make(whole, &p);
   const flesh_team *team = flesh_rank_part_team(p.part);
   const flesh_communicator_figures few = solve(&p, FEW), more = solve(&p, MORE);
-  double sent[2], shares[2], collects[2];
-  count_exchanges(&p, sent, shares, collects);
   const int size = flesh_communicator_size(ranks), rank = flesh_communicator_rank(ranks), steps = MORE - FEW;
-  double line[] = {team->own, team->nodes, team->reached, sent[0], sent[1], flesh_rank_part_neighbours(p.part),
-                   shares[0], collects[0], shares[1], collects[1], (double)(more.messages - few.messages) / steps,
-                   (more.bytes - few.bytes) / steps, (double)(more.reductions - few.reductions) / steps};
+  double line[] = {team->own, team->nodes, team->reached, team->reach.count ? team->reach.first_given[team->reach.count] : 0,
+                   team->reach.count ? team->reach.first_taken[team->reach.count] : 0, team->reach.count,
+                   (double)(more.messages - few.messages) / steps, (more.bytes - few.bytes) / steps, (double)(more.reductions - few.reductions) / steps};
   enum { WIDTH = sizeof line / sizeof *line };
   double *all = calloc((size_t)(WIDTH * size), sizeof *all);
   memcpy(all + WIDTH * rank, line, sizeof line);
