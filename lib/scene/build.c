@@ -258,6 +258,14 @@ static int is_static(const flesh_scene *scene)
   return scene->keys.time.method == FLESH_METHOD_STATIC || !flesh_scene_has_inertia(scene);
 }
 
+/* Incompressible tets have pressures, which a start has of the whole. */
+static int has_pressures(const flesh_scene *scene)
+{
+  int some = 0;
+  for (int k = 0; k < scene->material_count; k++) some |= scene->materials[k].incompressible;
+  return some;
+}
+
 /* Adds what the entry says to the system. Where that is not observed, on all ranks but the first, and of a part of a split
  * mesh, sums over tets are made with the rank's own system alone (share.c). `found`: what a selection found here. */
 static int add_entry(flesh_scene *scene, flesh_effect_entry *entry)
@@ -265,7 +273,8 @@ static int add_entry(flesh_scene *scene, flesh_effect_entry *entry)
   flesh_split_part *split = scene->mesh->split;
   const int constraints = scene->system->constraint_count, effects = flesh_system_effect_count(scene->system);
   entry->found = -1;
-  if ((split || scene->rank > 0) && entry->row->on_parts == FLESH_PARTS_TETS) return FLESH_OK;
+  const int by_parts = split || (scene->rank > 0 && !has_pressures(scene));
+  if (by_parts && entry->row->on_parts == FLESH_PARTS_TETS) return FLESH_OK;
   if (split) split->found = -1;
   const int status = entry->row->add(entry->parameters, &scene->body, scene->system);
   if (status)

@@ -308,7 +308,7 @@ a_budget_ends_all() {
 }
 
 if [ -n "$quick" ]; then
-  run_tests several_bodies contact adaptive_contact bodies_that_come_apart welds_that_break outputs \
+  run_tests several_bodies contact adaptive_contact bodies_that_come_apart welds_that_break incompressible outputs \
     more_ranks_than_there_is_work what_is_not_there_is_refused a_bad_scene_on_one_rank_ends_all \
     a_signal_to_one_rank_ends_all a_signal_to_an_idle_rank_ends_all a_killed_rank_ends_all
 else
