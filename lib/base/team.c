@@ -2,6 +2,7 @@
 #include "base/team.h"
 
 #include <stddef.h>
+#include <string.h>
 
 void flesh_team_sum(const flesh_team *team, int count, double *numbers)
 {
@@ -16,6 +17,18 @@ void flesh_team_largest(const flesh_team *team, int count, double *numbers)
 int flesh_team_agree(const flesh_team *team, int status)
 {
   return team ? team->operations->agree(team->data, status) : status;
+}
+
+int flesh_team_sum_agreed(const flesh_team *team, int status, int count, double *numbers)
+{
+  if (!team) return status;
+  double all[FLESH_TEAM_AGREED + 1];
+  memcpy(all, numbers, (size_t)count * sizeof *all);
+  all[count] = status != FLESH_OK;
+  team->operations->sum(team->data, count + 1, all);
+  if (all[count] > 0) return team->operations->agree(team->data, status);
+  memcpy(numbers, all, (size_t)count * sizeof *all);
+  return FLESH_OK;
 }
 
 void flesh_team_share(const flesh_team *team, double *vector)

@@ -74,6 +74,10 @@ const flesh_team *flesh_threads_team(const flesh_threads *threads);
 void flesh_team_sum(const flesh_team *team, int count, double *numbers);
 void flesh_team_largest(const flesh_team *team, int count, double *numbers);
 int flesh_team_agree(const flesh_team *team, int status);
+/* The sums, if `status` is FLESH_OK on all ranks; else what agree returns, and the numbers are left. Takes one sum where
+ * all is well. FLESH_TEAM_AGREED numbers at most. */
+enum { FLESH_TEAM_AGREED = 8 };
+int flesh_team_sum_agreed(const flesh_team *team, int status, int count, double *numbers);
 void flesh_team_share(const flesh_team *team, double *vector);
 void flesh_team_collect(const flesh_team *team, double *vector);
 /* How many of `nodes` are this rank's own, and how many there are in the body. */

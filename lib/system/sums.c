@@ -161,13 +161,19 @@ int flesh_system_jacobian(const flesh_system *system, const flesh_point *point,
   return flesh_team_agree(system->team, status);
 }
 
-/* The potential from its two parts, the others and what is by_position, which is known from before or now. */
-static int sum_up(const flesh_system *system, flesh_position_potential sums[2], flesh_position_potential *by_position,
-                  double *phi, double *magnitude)
+/* The two parts of the potential, of all ranks, if no rank failed. */
+static int add_up(const flesh_system *system, int status, flesh_position_potential sums[2])
 {
   double numbers[4] = {sums[0].phi, sums[0].magnitude, sums[1].phi, sums[1].magnitude};
-  flesh_team_sum(system->team, 4, numbers);
+  status = flesh_team_sum_agreed(system->team, status, 4, numbers);
   for (int k = 0; k < 2; k++) sums[k].phi = numbers[2 * k], sums[k].magnitude = numbers[2 * k + 1];
+  return status;
+}
+
+/* The potential from its two parts, the others and what is by_position, which is known from before or now. */
+static int sum_up(const flesh_position_potential sums[2], flesh_position_potential *by_position, double *phi,
+                  double *magnitude)
+{
   if (!by_position->known) *by_position = (flesh_position_potential){1, sums[1].phi, sums[1].magnitude};
   *phi = sums[0].phi + by_position->phi;
   *magnitude = sums[0].magnitude + by_position->magnitude;
@@ -179,21 +185,21 @@ int flesh_system_potential_by_position(const flesh_system *system, const flesh_p
 {
   flesh_point full = with_lag(system, point);
   flesh_position_potential sums[2] = {{0}}; /* of the others, of the by_position */
-  for (int k = 0; k < system->entry_count; k++) {
+  int status = FLESH_OK;
+  for (int k = 0; k < system->entry_count && !status; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     const int of_position = flesh_effect_has_trait(effect, FLESH_DEPENDS_ON_POSITION_ONLY);
     if (!effect->operations->potential || (of_position && by_position->known)) continue;
     flesh_position_potential *sum = &sums[of_position];
     const double start = cpu_time(full.costs);
     turn_to(system, k, point->internal, &full);
-    int status = flesh_clearance_holds(full.clearance, k)
-                     ? FLESH_OK
-                     : effect->operations->potential(effect, &full, shift, &sum->phi, &sum->magnitude);
+    status = flesh_clearance_holds(full.clearance, k)
+                 ? FLESH_OK
+                 : effect->operations->potential(effect, &full, shift, &sum->phi, &sum->magnitude);
     count(full.costs, k, CALL_POTENTIAL, start);
-    if (status) return flesh_team_agree(system->team, status);
   }
-  int status = flesh_team_agree(system->team, FLESH_OK);
-  return status ? status : sum_up(system, sums, by_position, phi, magnitude);
+  status = add_up(system, status, sums);
+  return status ? status : sum_up(sums, by_position, phi, magnitude);
 }
 
 int flesh_system_potential(const flesh_system *system, const flesh_point *point,
@@ -222,7 +228,8 @@ int flesh_system_evaluate_by_position(const flesh_system *system, const flesh_po
   flesh_position_potential sums[2] = {{0}};
   memset(r, 0, (size_t)system->nodes * 3 * sizeof *r);
   by_position->known = 0;
-  for (int k = 0; k < system->entry_count; k++) {
+  int status = FLESH_OK;
+  for (int k = 0; k < system->entry_count && !status; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     const int calls = (effect->operations->residual ? CALL_RESIDUAL : 0) |
                       (effect->operations->potential ? CALL_POTENTIAL : 0);
@@ -230,14 +237,15 @@ int flesh_system_evaluate_by_position(const flesh_system *system, const flesh_po
     flesh_position_potential *sum = &sums[flesh_effect_has_trait(effect, FLESH_DEPENDS_ON_POSITION_ONLY)];
     const double start = cpu_time(full.costs);
     turn_to(system, k, point->internal, &full);
-    int status = flesh_clearance_holds(full.clearance, k)
-                     ? FLESH_OK
-                     : evaluate_effect(effect, &full, shift, r, &sum->phi, &sum->magnitude);
+    status = flesh_clearance_holds(full.clearance, k)
+                 ? FLESH_OK
+                 : evaluate_effect(effect, &full, shift, r, &sum->phi, &sum->magnitude);
     count(full.costs, k, calls, start);
-    if (status) return flesh_team_agree(system->team, status);
   }
-  int status = collect(system, r);
-  return status ? status : sum_up(system, sums, by_position, phi, magnitude);
+  status = add_up(system, status, sums);
+  if (status) return status;
+  flesh_team_collect(system->team, r);
+  return sum_up(sums, by_position, phi, magnitude);
 }
 
 int flesh_system_evaluate(const flesh_system *system, const flesh_point *point,
@@ -248,13 +256,18 @@ int flesh_system_evaluate(const flesh_system *system, const flesh_point *point,
 }
 
 /* Of all ranks; but what is known of positions already is. */
-static int sum_energies(const flesh_system *system, int knows_positions, double *energies)
+static int sum_energies(const flesh_system *system, int knows_positions, int status, double *energies)
 {
-  int status = flesh_team_agree(system->team, FLESH_OK);
-  for (int k = 0; system->team && !status && k < system->entry_count; k++)
-    if (!knows_positions || !flesh_effect_has_trait(system->entries[k].effect, FLESH_DEPENDS_ON_POSITION_ONLY))
-      flesh_team_sum(system->team, 1, &energies[k]);
-  return status;
+  int first = 0, agreed = 0; /* that is not summed up yet, and whether ranks have agreed */
+  for (int k = 0; system->team && k < system->entry_count && !(agreed && status); k++) {
+    const int known = knows_positions && flesh_effect_has_trait(system->entries[k].effect, FLESH_DEPENDS_ON_POSITION_ONLY),
+              end = known ? k : k + 1;
+    if (!known && end - first < FLESH_TEAM_AGREED && end < system->entry_count) continue;
+    status = flesh_team_sum_agreed(system->team, status, end - first, energies + first);
+    agreed = 1;
+    first = k + 1;
+  }
+  return agreed ? status : flesh_team_agree(system->team, status);
 }
 
 int flesh_system_energies_by_position(const flesh_system *system, const flesh_point *point,
@@ -264,21 +277,21 @@ int flesh_system_energies_by_position(const flesh_system *system, const flesh_po
   int of_position = 0;
   for (int k = 0; by_position->known && k < system->entry_count; k++)
     of_position += flesh_effect_has_trait(system->entries[k].effect, FLESH_DEPENDS_ON_POSITION_ONLY);
+  int status = FLESH_OK;
   for (int k = 0; k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     energies[k] = 0;
-    if (!effect->operations->energy) continue;
+    if (!effect->operations->energy || status) continue;
     if (of_position == 1 && flesh_effect_has_trait(effect, FLESH_DEPENDS_ON_POSITION_ONLY)) {
       energies[k] = by_position->phi;
       continue;
     }
     const double start = cpu_time(full.costs);
     turn_to(system, k, point->internal, &full);
-    int status = effect->operations->energy(effect, &full, &energies[k]);
+    status = effect->operations->energy(effect, &full, &energies[k]);
     count(full.costs, k, CALL_ENERGY, start);
-    if (status) return flesh_team_agree(system->team, status);
   }
-  return sum_energies(system, of_position == 1, energies);
+  return sum_energies(system, of_position == 1, status, energies);
 }
 
 int flesh_system_role_energies(const flesh_system *system, flesh_role role, const flesh_point *point, double *energies,
@@ -292,8 +305,7 @@ int flesh_system_role_energies(const flesh_system *system, flesh_role role, cons
     if (effect->operations->role != role) continue;
     turn_to(system, k, point->internal, &full);
     int status = effect->operations->energy ? effect->operations->energy(effect, &full, &energy) : FLESH_OK;
-    status = flesh_team_agree(system->team, status);
-    flesh_team_sum(system->team, 1, &energy);
+    status = flesh_team_sum_agreed(system->team, status, 1, &energy);
     if (energies) energies[k] = energy;
     *sum += energy;
     if (status) return status;
