@@ -148,7 +148,7 @@ static void an_iteration_takes_one_sum(void)
   for (int k = 0; k < 6; k++) {
     solve s[2];
     for (int which = 0; which < 2; which++) {
-      s[which] = (solve){.kind = kinds[k / 2], .weighted = k % 2, .tolerance = tolerance, .most = 2000};
+      s[which] = (solve){.kind = kinds[k / 2], .weighted = k % 2, .tolerance = tolerance, .most = 300};
       run(&p, which, &s[which]);
       CHECK_OK(s[which].status);
       CHECK_BELOW(s[which].residual, 1.001 * tolerance);
