@@ -6,7 +6,7 @@
 `flesh hardcases` runs the battery on one rank and leaves a scene of each case; `mpirun -n N flesh run` then repeats each, a
 case at a time. A case is back when all phases are complete and the body's nodes, after the best rigid fit (Horn 1987), and
 its volume are within 1e-3 of its rest shape, with no tet inverted. Says of each what came of it on one rank and on N, and
-exits with 1 when one is back on one rank alone. The energies are those with their rest shape free of stress (S, E).
+exits with 1 when one is back on one rank alone; equilibria that are to stay (a free line, a free point) are not judged. The energies are those with their rest shape free of stress (S, E).
 """
 import argparse
 import csv
