@@ -27,6 +27,25 @@ void flesh_archive_bytes(flesh_archive *archive, void *p, size_t bytes)
   archive->at += whole;
 }
 
+void flesh_archive_nodes(flesh_archive *archive, double *vector, size_t nodes)
+{
+  enum { NODE = 3 * sizeof(double) };
+  if (archive->mode != FLESH_ARCHIVE_LOAD || !archive->places) {
+    flesh_archive_bytes(archive, vector, nodes * NODE);
+    return;
+  }
+  const size_t count = (size_t)archive->nodes, rest = archive->size - archive->at;
+  uint64_t length = 0;
+  if (!archive->wrong && rest >= sizeof length) memcpy(&length, archive->data + archive->at, sizeof length);
+  archive->wrong |= rest < sizeof length || length != count * NODE || rest - sizeof length < length;
+  if (archive->wrong) return;
+  const uint8_t *from = archive->data + archive->at + sizeof length;
+  for (size_t i = 0; i < count; i++)
+    if (archive->places[i] >= 0 && (size_t)archive->places[i] < nodes)
+      memcpy(vector + 3 * (size_t)archive->places[i], from + i * NODE, NODE);
+  archive->at += sizeof length + (size_t)length;
+}
+
 void flesh_archive_int(flesh_archive *archive, int *value, int least, int most)
 {
   int copy = *value;

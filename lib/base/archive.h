@@ -14,11 +14,17 @@ typedef struct flesh_archive {
   uint8_t *data; /* [size] borrowed; not written to while loading */
   size_t size, at;
   int wrong; /* a member had another length, or the data end before it; what follows is left alone */
+  /* Where what is loaded was saved of other nodes than there are here: how many it has, and of each its number here (-1:
+   * it is of nobody here). NULL: the nodes are the same. */
+  int nodes;
+  const int *places;
 } flesh_archive;
 
 /* p [bytes] to the archive, or from it. */
 void flesh_archive_bytes(flesh_archive *archive, void *p, size_t bytes);
 #define FLESH_ARCHIVE(archive, member) flesh_archive_bytes(archive, &(member), sizeof(member))
+/* Three numbers for each node, vector [3*nodes]. Those that are nowhere in the archive stay as they are. */
+void flesh_archive_nodes(flesh_archive *archive, double *vector, size_t nodes);
 /* An integer that must lie in [least, most] where it is loaded; else the archive is wrong, and *value is not changed. */
 void flesh_archive_int(flesh_archive *archive, int *value, int least, int most);
 

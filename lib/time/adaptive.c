@@ -353,7 +353,8 @@ void flesh_adaptive_archive(flesh_adaptive *self, flesh_archive *archive)
 {
   FLESH_ARCHIVE(archive, self->t);
   FLESH_ARCHIVE(archive, self->h);
-  flesh_archive_bytes(archive, self->returned, 2 * (size_t)self->n * sizeof *self->returned);
+  flesh_archive_nodes(archive, self->returned, (size_t)self->n / 3);
+  flesh_archive_nodes(archive, self->returned + self->n, (size_t)self->n / 3);
   if (archive->mode == FLESH_ARCHIVE_LOAD) self->running = 0;
 }
 

@@ -92,6 +92,8 @@ static void mark(const flesh_energy_watch *watch, const flesh_state *state, doub
   for (int l = 0; l < LANES; l++) marks[0] += (l + 1) * x[l], marks[1] += (l + 1) * v[l];
 }
 
+void flesh_energy_watch_adopt(flesh_energy_watch *watch, const flesh_state *state) { mark(watch, state, watch->marks); }
+
 int flesh_energy_watch_knows(const flesh_energy_watch *watch, const flesh_state *state)
 {
   double marks[2];

@@ -50,6 +50,9 @@ size_t flesh_energy_watch_memory(const flesh_energy_watch *watch);
 /* But for the limit. */
 void flesh_energy_watch_archive(flesh_energy_watch *watch, flesh_archive *archive);
 
+/* The state at which an archive was saved that other nodes had: what it knows is of this one. */
+void flesh_energy_watch_adopt(flesh_energy_watch *watch, const flesh_state *state);
+
 /* Whether the energies known are those of the state. */
 int flesh_energy_watch_knows(const flesh_energy_watch *watch, const flesh_state *state);
 

@@ -203,11 +203,11 @@ void flesh_extrapolation_remember(flesh_extrapolation *self, const double *u, co
 
 void flesh_extrapolation_archive(flesh_extrapolation *self, flesh_archive *archive)
 {
-  const size_t vector = (size_t)self->n * sizeof *self->v;
+  const size_t nodes = (size_t)self->n / 3;
   flesh_archive_int(archive, &self->known, 0, POINTS);
   FLESH_ARCHIVE(archive, self->t);
   FLESH_ARCHIVE(archive, self->h);
   FLESH_ARCHIVE(archive, self->products);
-  for (int k = 0; k < self->known; k++) flesh_archive_bytes(archive, self->u[k], vector);
-  if (self->known) flesh_archive_bytes(archive, self->v, vector);
+  for (int k = 0; k < self->known; k++) flesh_archive_nodes(archive, self->u[k], nodes);
+  if (self->known) flesh_archive_nodes(archive, self->v, nodes);
 }

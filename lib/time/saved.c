@@ -9,7 +9,7 @@
 #include "time/integrator.h"
 
 static const char mark[8] = "fleshint";
-enum { FORMAT = 2, ORDER = 0x01020304 };
+enum { FORMAT = 3, ORDER = 0x01020304 };
 
 typedef struct header {
   char mark[8];
@@ -62,19 +62,19 @@ static header header_of(const flesh_integrator *self, size_t bytes)
 
 static void archive_method(flesh_integrator *self, flesh_archive *archive)
 {
-  const size_t vector = (size_t)self->n * sizeof(double);
+  const size_t nodes = (size_t)self->n / 3;
   flesh_method_memory *memory = &self->memory;
   FLESH_ARCHIVE(archive, memory->known);
   FLESH_ARCHIVE(archive, memory->h);
-  for (int k = 0; k < self->row->vectors; k++) flesh_archive_bytes(archive, memory->vectors[k], vector);
+  for (int k = 0; k < self->row->vectors; k++) flesh_archive_nodes(archive, memory->vectors[k], nodes);
   if (!self->returned.x) return;
   FLESH_ARCHIVE(archive, self->returned.t);
-  flesh_archive_bytes(archive, self->returned.x, vector);
-  flesh_archive_bytes(archive, self->returned.v, vector);
+  flesh_archive_nodes(archive, self->returned.x, nodes);
+  flesh_archive_nodes(archive, self->returned.v, nodes);
 }
 
-/* All but what every step sets anew. */
-static int archive_all(flesh_integrator *self, flesh_archive *archive)
+/* What is of the body's motion, however many ranks share it out: numbers of nodes, and what all ranks know. */
+static void archive_motion(flesh_integrator *self, flesh_archive *archive)
 {
   const size_t effects = (size_t)flesh_system_effect_count(self->system);
   archive_method(self, archive);
@@ -84,10 +84,16 @@ static int archive_all(flesh_integrator *self, flesh_archive *archive)
   flesh_internals_archive(&self->internals, archive);
   FLESH_ARCHIVE(archive, self->recovery.tangled);
   FLESH_ARCHIVE(archive, self->recovery.failure);
-  if (self->recovery.untangler) flesh_untangler_archive(self->recovery.untangler, archive);
   flesh_archive_bytes(archive, self->costs.effects, effects * sizeof *self->costs.effects);
   FLESH_ARCHIVE(archive, self->slow);
   if (self->adaptive) flesh_adaptive_archive(self->adaptive, archive);
+}
+
+/* All but what every step sets anew; the motion first, as flesh_integrator_take goes no further. */
+static int archive_all(flesh_integrator *self, flesh_archive *archive)
+{
+  archive_motion(self, archive);
+  if (self->recovery.untangler) flesh_untangler_archive(self->recovery.untangler, archive);
   return flesh_nonlinear_archive(self->nonlinear, archive);
 }
 
@@ -123,14 +129,18 @@ static int check_bytes(const header *h, const uint8_t *data, size_t size)
   return FLESH_OK;
 }
 
+static int check_method(const header *h, const header *own)
+{
+  if (h->method == own->method) return FLESH_OK;
+  const char *name = flesh_method_name((flesh_method)h->method);
+  return flesh_fail(FLESH_ERR_ARGUMENT, "the history was saved by method %s; this integrator's is %s",
+                    name ? name : "(unknown)", flesh_method_name((flesh_method)own->method));
+}
+
 /* Whether they are of such an integrator. */
 static int check_kind(const header *h, const header *own)
 {
-  if (h->method != own->method) {
-    const char *name = flesh_method_name((flesh_method)h->method);
-    return flesh_fail(FLESH_ERR_ARGUMENT, "the history was saved by method %s; this integrator's is %s",
-                      name ? name : "(unknown)", flesh_method_name((flesh_method)own->method));
-  }
+  if (check_method(h, own)) return FLESH_ERR_ARGUMENT;
   if (h->unknowns != own->unknowns || h->tets != own->tets || h->effects != own->effects ||
       h->multipliers != own->multipliers)
     return flesh_fail(FLESH_ERR_ARGUMENT,
@@ -152,26 +162,51 @@ static int check_kind(const header *h, const header *own)
   return FLESH_OK;
 }
 
+/* Reads the header of bytes that are whole and of this version. */
+static int read_header(const void *data, size_t size, const header *own, header *h)
+{
+  *h = (header){0};
+  if (size >= sizeof *h) memcpy(h, data, sizeof *h);
+  if (memcmp(h->mark, mark, sizeof mark))
+    return flesh_fail(FLESH_ERR_FILE, "these %zu bytes are no saved history of an integrator", size);
+  if (h->order != own->order || h->sizes != own->sizes)
+    return flesh_fail(FLESH_ERR_FILE, "the history was saved on a machine with other numbers or another order of bytes");
+  if (h->format != own->format || memcmp(h->version, own->version, sizeof h->version))
+    return flesh_fail(FLESH_ERR_FILE, "the history was saved by version %.16s (format %u) of the library; this is %s "
+                                      "(format %u), which goes on from its own only",
+                      h->version, h->format, own->version, own->format);
+  return check_bytes(h, data, size);
+}
+
+static int fail_unfit(void)
+{
+  return flesh_fail(FLESH_ERR_FILE, "the saved history does not fit this integrator, which is lost: other options made it");
+}
+
 int flesh_integrator_load(flesh_integrator *self, const void *data, size_t size)
 {
   FLESH_NEED({self, "integrator"}, {data, "data"});
-  header h = {0}, own = header_of(self, 0);
-  if (size >= sizeof h) memcpy(&h, data, sizeof h);
-  if (memcmp(h.mark, mark, sizeof mark))
-    return flesh_fail(FLESH_ERR_FILE, "these %zu bytes are no saved history of an integrator", size);
-  if (h.order != own.order || h.sizes != own.sizes)
-    return flesh_fail(FLESH_ERR_FILE, "the history was saved on a machine with other numbers or another order of bytes");
-  if (h.format != own.format || memcmp(h.version, own.version, sizeof h.version))
-    return flesh_fail(FLESH_ERR_FILE, "the history was saved by version %.16s (format %u) of the library; this is %s "
-                                      "(format %u), which goes on from its own only",
-                      h.version, h.format, own.version, own.format);
-  int status = check_bytes(&h, data, size);
+  header h, own = header_of(self, 0);
+  int status = read_header(data, size, &own, &h);
   if (!status) status = check_kind(&h, &own);
   if (status) return status;
   flesh_archive archive = {.mode = FLESH_ARCHIVE_LOAD, .data = (uint8_t *)data + sizeof h, .size = size - sizeof h};
   status = archive_all(self, &archive);
-  if (status || (!archive.wrong && archive.at == archive.size)) return status;
-  return flesh_fail(FLESH_ERR_FILE, "the saved history does not fit this integrator, which is lost: other options made it");
+  return status || (!archive.wrong && archive.at == archive.size) ? status : fail_unfit();
+}
+
+int flesh_integrator_take(flesh_integrator *self, const void *data, size_t size, int nodes, const int *places,
+                          const flesh_state *state)
+{
+  header h, own = header_of(self, 0);
+  int status = read_header(data, size, &own, &h);
+  if (!status) status = check_method(&h, &own);
+  if (status) return status;
+  flesh_archive archive = {.mode = FLESH_ARCHIVE_LOAD, .data = (uint8_t *)data + sizeof h, .size = size - sizeof h,
+                           .nodes = nodes, .places = places};
+  archive_motion(self, &archive);
+  flesh_energy_watch_adopt(&self->watch, state);
+  return archive.wrong ? fail_unfit() : FLESH_OK;
 }
 
 int flesh_integrator_saves_all(const flesh_integrator *self)
