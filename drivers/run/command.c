@@ -145,9 +145,6 @@ typedef struct given {
 static int check(given *g, int positionals)
 {
   const char *folder = g->resume;
-  if (g->ranks && (g->checkpoint || folder))
-    return flesh_command_refuse("run", "--%s is for one rank so far; ranks go on from a run's state.txt (--start-state)",
-                                folder ? "resume" : "checkpoint");
   if (g->checkpoint && flesh_checkpoint_times_read(g->checkpoint, &g->options.checkpoint))
     return flesh_option_refuse("run", "checkpoint", g->checkpoint, "a number of seconds or steps, as 60s or 100steps");
   if (!folder)
@@ -180,17 +177,27 @@ static int is_complete(const char *folder, char *path)
   return complete;
 }
 
-/* Opens the folder's checkpoint and its scene, whose path is new text. FLESH_OPTIONS_GO_ON, or the exit code. */
+/* The exit code of what has failed on all ranks; the first says it. */
+static int fail(const flesh_ranks *ranks, int status)
+{
+  return flesh_ranks_first(ranks) ? flesh_command_fail("run", status) : flesh_exit_code(status);
+}
+
+/* Opens the folder's checkpoint and its scene, whose path is new text, on every rank. FLESH_OPTIONS_GO_ON, or the exit
+ * code. */
 static int take_up(given *g, flesh_checkpoint *checkpoint, char **path, flesh_scene **scene)
 {
   flesh_runner_options *options = &g->options;
   *path = malloc(strlen(g->resume) + 32);
-  if (!*path) return flesh_command_fail("run", flesh_fail(FLESH_ERR_MEMORY, "out of memory"));
-  if (is_complete(g->resume, *path)) return 0;
-  int status = flesh_checkpoint_open(g->resume, checkpoint);
+  int status = flesh_ranks_agree(g->ranks, *path ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory"));
+  if (status) return fail(g->ranks, status);
+  if (flesh_ranks_largest(g->ranks, flesh_ranks_first(g->ranks) && is_complete(g->resume, *path))) return 0;
+  status = flesh_checkpoint_open(g->resume, checkpoint);
   sprintf(*path, "%s/scene.yaml", g->resume);
   if (!status) status = flesh_scene_read(*path, 0, NULL, scene);
-  if (status) return flesh_command_fail("run", status);
+  status = flesh_ranks_agree(g->ranks, status);
+  if (!status && g->ranks) status = flesh_ranks_share(g->ranks, *scene);
+  if (status) return fail(g->ranks, status);
   options->out = g->resume;
   options->scene_path = *path;
   options->resume = checkpoint;
@@ -259,7 +266,7 @@ static int read_and_run(given *g, int argc, char **argv)
       {"checkpoint", "EVERY", FLESH_OPTION_TEXT, &g->checkpoint,
        "60s or 100steps: write so often, and where the run is asked to stop, what --resume goes on from"},
       {"resume", "DIR", FLESH_OPTION_TEXT, &g->resume,
-       "go on with the run in DIR from its last checkpoint, with the same bits (instead of SCENE)"},
+       "go on with the run in DIR from its last checkpoint, by as many ranks with the same bits (instead of SCENE)"},
       {"max-seconds", "S", FLESH_OPTION_POSITIVE, &options->max_seconds,
        "stop in order once S seconds are spent, those before --resume included; a step in flight is given up"},
       {"no-frames", NULL, FLESH_OPTION_SWITCH, &options->no_frames, "write no VTU frames"},

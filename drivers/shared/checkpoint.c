@@ -1,6 +1,8 @@
-/* checkpoint.c: two lines of text that say what it is and of which flesh, then a sum and an archive. */
+/* checkpoint.c: two lines of text that say what it is and of which flesh, then an archive of what is of the whole run, and
+ * one of each piece, every one with its length and its sum before it. */
 #include "shared/checkpoint.h"
 
+#include <errno.h>
 #include <math.h>
 #include <sha256.h>
 #include <stdlib.h>
@@ -13,7 +15,7 @@
 #include "shared/options.h"
 #include "shared/provenance.h"
 
-static const char mark[] = "flesh checkpoint 1\n";
+static const char mark[] = "flesh checkpoint 2\n";
 
 static char *in_folder(const char *folder, const char *name)
 {
@@ -54,6 +56,7 @@ static void archive_head(flesh_checkpoint_head *head, flesh_archive *archive)
   FLESH_ARCHIVE(archive, head->no_frames);
   flesh_archive_int(archive, &head->step, 0, 0x7ffffffe);
   FLESH_ARCHIVE(archive, head->exact);
+  flesh_archive_int(archive, &head->pieces, 1, 1 << 24);
   FLESH_ARCHIVE(archive, head->max_seconds);
   FLESH_ARCHIVE(archive, head->start_t);
   FLESH_ARCHIVE(archive, head->wall_s);
@@ -75,17 +78,6 @@ static int archive_text(char **text, flesh_archive *archive)
   return FLESH_OK;
 }
 
-static void archive_state(const flesh_checkpoint_parts *parts, flesh_archive *archive)
-{
-  flesh_state *state = parts->state;
-  const size_t vector = (size_t)flesh_system_unknowns(flesh_scene_system(parts->scene)) * sizeof(double);
-  FLESH_ARCHIVE(archive, state->t);
-  flesh_archive_bytes(archive, state->x, vector);
-  flesh_archive_bytes(archive, state->v, vector);
-  flesh_archive_bytes(archive, state->multipliers, (size_t)state->multiplier_count * sizeof(double));
-  flesh_archive_bytes(archive, state->internal, (size_t)state->internal_count * sizeof(double));
-}
-
 static int archive_trace(flesh_run_trace *trace, flesh_archive *archive)
 {
   int count = trace->count;
@@ -102,38 +94,17 @@ static int archive_trace(flesh_run_trace *trace, flesh_archive *archive)
   return FLESH_OK;
 }
 
-static int archive_integrator(flesh_integrator *integrator, flesh_archive *archive)
-{
-  size_t size = 0, room;
-  int status = FLESH_OK;
-  if (archive->mode != FLESH_ARCHIVE_LOAD) status = flesh_integrator_save(integrator, 0, NULL, &size);
-  FLESH_ARCHIVE(archive, size);
-  if (status || archive->wrong) return status;
-  room = archive->size - archive->at;
-  if (archive->mode != FLESH_ARCHIVE_MEASURE && size > room) {
-    archive->wrong = 1;
-    return FLESH_OK;
-  }
-  if (archive->mode == FLESH_ARCHIVE_LOAD) status = flesh_integrator_load(integrator, archive->data + archive->at, size);
-  if (archive->mode == FLESH_ARCHIVE_SAVE)
-    status = flesh_integrator_save(integrator, room, archive->data + archive->at, &size);
-  archive->at += size;
-  return status;
-}
-
 static int archive_parts(const flesh_checkpoint_parts *parts, flesh_archive *archive)
 {
   flesh_figures *figures = parts->figures, copy = *figures;
   copy.energies = NULL;
-  archive_state(parts, archive);
   FLESH_ARCHIVE(archive, copy);
   copy.energies = figures->energies;
   archive->wrong |= copy.effects != figures->effects;
   if (archive->wrong) return FLESH_OK;
   *figures = copy;
   flesh_archive_bytes(archive, figures->energies, (size_t)figures->effects * sizeof *figures->energies);
-  int status = archive_trace(parts->trace, archive);
-  return status || archive->wrong ? status : archive_integrator(parts->integrator, archive);
+  return archive_trace(parts->trace, archive);
 }
 
 static int archive_all(const flesh_checkpoint_head *head, const char *digest, const char *notes,
@@ -148,101 +119,167 @@ static int archive_all(const flesh_checkpoint_head *head, const char *digest, co
   return status ? status : archive_parts(parts, archive);
 }
 
-int flesh_checkpoint_write(const char *folder, const flesh_checkpoint_head *head, const char *scene_digest,
-                           const char *notes, const flesh_checkpoint_parts *parts)
+/* The length and the sum of the bytes, and these. */
+static void write_bytes(FILE *stream, size_t size, const uint8_t *bytes)
+{
+  const uint64_t head[2] = {size, flesh_archive_sum(0, bytes, size)};
+  fwrite(head, sizeof head, 1, stream);
+  fwrite(bytes, 1, size, stream);
+}
+
+int flesh_checkpoint_begin(const char *folder, const flesh_checkpoint_head *head, const char *scene_digest,
+                           const char *notes, const flesh_checkpoint_parts *parts, flesh_file *file)
 {
   flesh_archive archive = {.mode = FLESH_ARCHIVE_MEASURE};
-  flesh_file file;
   char *path = in_folder(folder, FLESH_CHECKPOINT_NAME), identity[FLESH_IDENTITY_SIZE];
   int status = path ? archive_all(head, scene_digest, notes, parts, &archive) : FLESH_ERR_MEMORY;
   archive = (flesh_archive){.mode = FLESH_ARCHIVE_SAVE, .size = archive.at, .data = status ? NULL : malloc(archive.at)};
   if (!status && !archive.data) status = flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", folder);
   if (!status) status = archive_all(head, scene_digest, notes, parts, &archive);
-  if (!status) status = flesh_file_open(path, &file);
+  if (!status) status = flesh_file_open(path, file);
   if (!status) {
     flesh_provenance_identity(identity);
-    const uint64_t sum = flesh_archive_sum(0, archive.data, archive.size);
-    fprintf(file.stream, "%s%s\n", mark, identity);
-    fwrite(&sum, sizeof sum, 1, file.stream);
-    fwrite(archive.data, 1, archive.size, file.stream);
-    status = flesh_sync_commit(&file);
+    fprintf(file->stream, "%s%s\n", mark, identity);
+    write_bytes(file->stream, archive.size, archive.data);
   }
   free(archive.data);
   free(path);
   return status;
 }
 
-static int refuse_damaged(const char *folder)
+void flesh_checkpoint_add(flesh_file *file, size_t size, const uint8_t *bytes) { write_bytes(file->stream, size, bytes); }
+
+int flesh_checkpoint_refuse(const char *folder)
 {
   return flesh_fail(FLESH_ERR_FILE, "%s/" FLESH_CHECKPOINT_NAME ": the checkpoint is damaged", folder);
 }
 
-/* Behind the two lines, where they are right. */
-static int check_lines(const char *folder, const flesh_checkpoint *checkpoint, size_t *at)
+/* Reads the two lines, where they are right. */
+static int read_lines(const char *folder, FILE *file)
 {
-  char identity[FLESH_IDENTITY_SIZE];
-  const size_t marked = sizeof mark - 1, size = checkpoint->size;
-  if (size < marked || memcmp(checkpoint->file, mark, marked))
+  char identity[FLESH_IDENTITY_SIZE], line[2 * FLESH_IDENTITY_SIZE];
+  if (!fgets(line, sizeof line, file) || strcmp(line, mark))
     return flesh_fail(FLESH_ERR_FILE, "%s/" FLESH_CHECKPOINT_NAME ": this is no checkpoint that this flesh knows", folder);
-  const char *line = checkpoint->file + marked, *end = memchr(line, '\n', size - marked);
-  if (!end) return refuse_damaged(folder);
+  if (!fgets(line, sizeof line, file) || !strchr(line, '\n')) return flesh_checkpoint_refuse(folder);
+  line[strcspn(line, "\n")] = 0;
   flesh_provenance_identity(identity);
-  const int length = (int)(end - line);
-  if (strlen(identity) != (size_t)length || memcmp(identity, line, (size_t)length))
-    return flesh_fail(FLESH_ERR_ARGUMENT,
-                      "%s: the checkpoint was written by %.*s; this is %s, which goes on from its own only", folder,
-                      length < 200 ? length : 200, line, identity);
-  *at = (size_t)(end + 1 - checkpoint->file);
-  return FLESH_OK;
+  if (!strcmp(identity, line)) return FLESH_OK;
+  return flesh_fail(FLESH_ERR_ARGUMENT,
+                    "%s: the checkpoint was written by %.200s; this is %s, which goes on from its own only", folder, line,
+                    identity);
 }
 
-static flesh_archive archive_of(flesh_checkpoint *checkpoint, size_t at)
+/* Bytes with their length and their sum, from where the file is; new. */
+static int read_bytes(const char *folder, FILE *file, long end, uint8_t **bytes, size_t *size)
 {
-  return (flesh_archive){.mode = FLESH_ARCHIVE_LOAD, .data = (uint8_t *)checkpoint->file, .size = checkpoint->size, .at = at};
+  uint64_t head[2];
+  const long at = ftell(file);
+  *bytes = NULL;
+  if (fread(head, sizeof head, 1, file) != 1 || at < 0 || head[0] > (uint64_t)(end - at - (long)sizeof head))
+    return flesh_checkpoint_refuse(folder);
+  *size = (size_t)head[0];
+  *bytes = malloc(*size + 1);
+  if (!*bytes) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", folder);
+  if (fread(*bytes, 1, *size, file) == *size && flesh_archive_sum(0, *bytes, *size) == head[1]) return FLESH_OK;
+  free(*bytes);
+  *bytes = NULL;
+  return flesh_checkpoint_refuse(folder);
+}
+
+/* Where the pieces are: all of the file up to its end. */
+static int find_pieces(const char *folder, FILE *file, long end, flesh_checkpoint *checkpoint)
+{
+  const int pieces = checkpoint->head.pieces;
+  long at = ftell(file);
+  if (pieces < 1 || (long)sizeof(uint64_t) * 2 > (end - at) / pieces) return flesh_checkpoint_refuse(folder);
+  checkpoint->places = malloc((size_t)pieces * sizeof *checkpoint->places);
+  if (!checkpoint->places) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", folder);
+  for (int k = 0; k < pieces; k++) {
+    uint64_t head[2];
+    checkpoint->places[k] = at;
+    if (fseek(file, at, SEEK_SET) || fread(head, sizeof head, 1, file) != 1 ||
+        head[0] > (uint64_t)(end - at - (long)sizeof head))
+      return flesh_checkpoint_refuse(folder);
+    at += (long)(sizeof head + head[0]);
+  }
+  return at == end ? FLESH_OK : flesh_checkpoint_refuse(folder);
+}
+
+static FILE *open_file(const char *folder, long *end)
+{
+  char *path = in_folder(folder, FLESH_CHECKPOINT_NAME);
+  FILE *file = path ? fopen(path, "rb") : NULL;
+  if (path && (!file || fseek(file, 0, SEEK_END) || (*end = ftell(file)) < 0 || fseek(file, 0, SEEK_SET))) {
+    flesh_fail(FLESH_ERR_FILE, "%s: there is no checkpoint to go on from, as a run writes it with --checkpoint: %s: %s",
+               folder, path, strerror(errno));
+    if (file) fclose(file);
+    file = NULL;
+  }
+  free(path);
+  return file;
+}
+
+static flesh_archive archive_of(uint8_t *bytes, size_t size, size_t at)
+{
+  return (flesh_archive){.mode = FLESH_ARCHIVE_LOAD, .data = bytes, .size = size, .at = at};
+}
+
+static int read_main(const char *folder, FILE *file, long end, char digest[FLESH_DIGEST_SIZE], flesh_checkpoint *checkpoint)
+{
+  int status = read_lines(folder, file);
+  if (!status) status = read_bytes(folder, file, end, &checkpoint->main, &checkpoint->size);
+  if (status) return status;
+  flesh_archive archive = archive_of(checkpoint->main, checkpoint->size, 0);
+  flesh_archive_bytes(&archive, digest, FLESH_DIGEST_SIZE);
+  archive_head(&checkpoint->head, &archive);
+  status = archive_text(&checkpoint->notes, &archive);
+  if (archive.wrong) return flesh_checkpoint_refuse(folder);
+  checkpoint->parts = archive.at;
+  return status ? status : find_pieces(folder, file, end, checkpoint);
 }
 
 int flesh_checkpoint_open(const char *folder, flesh_checkpoint *checkpoint)
 {
-  char *path = in_folder(folder, FLESH_CHECKPOINT_NAME), digest[FLESH_DIGEST_SIZE] = "", now[FLESH_DIGEST_SIZE];
-  size_t at = 0;
-  uint64_t sum;
-  if (!path) return FLESH_ERR_MEMORY;
-  int status = flesh_file_load(path, &checkpoint->file, &checkpoint->size);
-  if (status)
-    status = flesh_fail_within(status, "%s: there is no checkpoint to go on from, as a run writes it with --checkpoint: ",
-                               folder);
-  free(path);
-  if (!status) status = check_lines(folder, checkpoint, &at);
+  char digest[FLESH_DIGEST_SIZE] = "", now[FLESH_DIGEST_SIZE];
+  long end = 0;
+  FILE *file = open_file(folder, &end);
+  if (!file) return FLESH_ERR_FILE;
+  const int status = read_main(folder, file, end, digest, checkpoint);
+  fclose(file);
   if (status) return status;
-  if (checkpoint->size - at < sizeof sum) return refuse_damaged(folder);
-  memcpy(&sum, checkpoint->file + at, sizeof sum);
-  at += sizeof sum;
-  if (flesh_archive_sum(0, checkpoint->file + at, checkpoint->size - at) != sum) return refuse_damaged(folder);
-  flesh_archive archive = archive_of(checkpoint, at);
-  FLESH_ARCHIVE(&archive, digest);
-  archive_head(&checkpoint->head, &archive);
-  status = archive_text(&checkpoint->notes, &archive);
-  if (archive.wrong) return refuse_damaged(folder);
-  checkpoint->parts = archive.at;
   flesh_checkpoint_digest(folder, now);
-  if (!status && !*now) return flesh_fail(FLESH_ERR_FILE, "%s/scene.yaml: cannot be read", folder);
-  if (!status && strcmp(digest, now))
+  if (!*now) return flesh_fail(FLESH_ERR_FILE, "%s/scene.yaml: cannot be read", folder);
+  if (strcmp(digest, now))
     return flesh_fail(FLESH_ERR_ARGUMENT, "%s/scene.yaml: is another scene than that of the checkpoint, which cannot go on "
                                           "with it", folder);
-  return status;
+  return FLESH_OK;
 }
 
 void flesh_checkpoint_close(flesh_checkpoint *checkpoint)
 {
   free(checkpoint->notes);
-  free(checkpoint->file);
+  free(checkpoint->main);
+  free(checkpoint->places);
   *checkpoint = (flesh_checkpoint){0};
 }
 
 int flesh_checkpoint_restore(const char *folder, flesh_checkpoint *checkpoint, const flesh_checkpoint_parts *parts)
 {
-  flesh_archive archive = archive_of(checkpoint, checkpoint->parts);
+  flesh_archive archive = archive_of(checkpoint->main, checkpoint->size, checkpoint->parts);
   int status = archive_parts(parts, &archive);
-  if (archive.wrong || (!status && archive.at != archive.size)) return refuse_damaged(folder);
+  if (archive.wrong || (!status && archive.at != archive.size)) return flesh_checkpoint_refuse(folder);
+  return status;
+}
+
+int flesh_checkpoint_read_piece(const char *folder, const flesh_checkpoint *checkpoint, int piece, uint8_t **bytes,
+                                size_t *size)
+{
+  long end = 0;
+  FILE *file = open_file(folder, &end);
+  *bytes = NULL;
+  if (!file) return FLESH_ERR_FILE;
+  const int status = fseek(file, checkpoint->places[piece], SEEK_SET) ? flesh_checkpoint_refuse(folder)
+                                                                      : read_bytes(folder, file, end, bytes, size);
+  fclose(file);
   return status;
 }

@@ -1,6 +1,7 @@
 /* ranks.c: what a run needs of the ranks that share out its scene. */
 #include "shared/ranks.h"
 
+#include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <sys/resource.h>
@@ -153,6 +154,56 @@ int flesh_ranks_threads(const flesh_ranks *ranks, const flesh_scene *scene)
   const int given = flesh_scene_solver(scene)->threads, available = flesh_threads_available();
   if (given || !ranks) return given ? given : available;
   return available > ranks->neighbours_here ? available / ranks->neighbours_here : 1;
+}
+
+/* One message from rank k to the first, in doubles. */
+static void send(const flesh_ranks *ranks, int k, int count, const uint8_t *bytes, double *room)
+{
+  const flesh_team_message message = {.rank = ranks->rank ? 0 : k,
+                                      .send_count = ranks->rank ? count : 0,
+                                      .receive_count = ranks->rank ? 0 : count,
+                                      .send = (const double *)bytes,
+                                      .receive = room};
+  flesh_communicator_begin(ranks->working, 1, &message);
+  flesh_communicator_end(ranks->working);
+}
+
+/* Whatever has become of the first ones', those that are behind hand over theirs. */
+static int take_all(const flesh_ranks *ranks, const double *sizes, const uint8_t *bytes, double *room,
+                    int (*take)(void *data, size_t size, const uint8_t *bytes), void *data)
+{
+  const double own = sizes[ranks->rank];
+  if (ranks->rank) {
+    send(ranks, 0, (int)own, bytes, NULL);
+    return FLESH_OK;
+  }
+  int status = take(data, (size_t)own * sizeof(double), bytes);
+  for (int k = 1; k < ranks->count; k++) {
+    send(ranks, k, (int)sizes[k], NULL, room);
+    if (!status) status = take(data, (size_t)sizes[k] * sizeof(double), (const uint8_t *)room);
+  }
+  return status;
+}
+
+int flesh_ranks_hand_over(const flesh_ranks *ranks, size_t size, const uint8_t *bytes,
+                          int (*take)(void *data, size_t size, const uint8_t *bytes), void *data)
+{
+  if (!ranks) return take(data, size, bytes);
+  double *sizes = calloc((size_t)ranks->count, sizeof *sizes), largest = (double)(size / sizeof(double));
+  flesh_communicator_largest(ranks->working, 1, &largest);
+  double *room = ranks->rank ? NULL : malloc(((size_t)largest + 1) * sizeof *room);
+  int status = sizes && (room || ranks->rank) ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!status && largest > INT_MAX)
+    status = flesh_fail(FLESH_ERR_ARGUMENT, "a rank has %.3g GB to hand over, which is too much", 8e-9 * largest);
+  status = flesh_ranks_agree(ranks, status);
+  if (!status) {
+    sizes[ranks->rank] = (double)(size / sizeof(double));
+    flesh_communicator_sum(ranks->working, ranks->count, sizes);
+    status = flesh_ranks_agree(ranks, take_all(ranks, sizes, bytes, room, take, data));
+  }
+  free(sizes);
+  free(room);
+  return status;
 }
 
 /* What each rank says of itself. */

@@ -3,6 +3,7 @@
 #define FLESH_SHARED_RANKS_H
 
 #include <jansson.h>
+#include <stdint.h>
 
 #include "parallel/gather.h"
 #include "scene/ranks.h"
@@ -54,6 +55,11 @@ int flesh_ranks_threads(const flesh_ranks *ranks, const flesh_scene *scene);
 
 /* Counts and volume of the scene's whole mesh. */
 void flesh_ranks_inspect(const flesh_ranks *ranks, const flesh_scene *scene, flesh_mesh_info *info);
+
+/* The first one takes the bytes of each rank, whose number is a multiple of 8, by rising rank. What it returns is the status
+ * of all. */
+int flesh_ranks_hand_over(const flesh_ranks *ranks, size_t size, const uint8_t *bytes,
+                          int (*take)(void *data, size_t size, const uint8_t *bytes), void *data);
 
 /* What result.json says of them, on the first; NULL on the others. Every rank calls it. New. */
 json_t *flesh_ranks_json(const flesh_ranks *ranks);

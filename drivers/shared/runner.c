@@ -171,7 +171,7 @@ static int list_observers(flesh_running *r, flesh_figures *figures, flesh_observ
   if (r->progress) observers[count++] = (flesh_observer){show_progress, r};
   for (int o = 0; o < options->observer_count && count < OBSERVER_LIMIT - 1; o++)
     observers[count++] = options->observers[o];
-  if (r->checkpoint.on) observers[count++] = (flesh_observer){flesh_running_observe_checkpoint, r};
+  if (r->checkpoint.on && !options->ranks) observers[count++] = (flesh_observer){flesh_running_observe_checkpoint, r};
   return count;
 }
 
@@ -262,7 +262,7 @@ static int simulate(flesh_running *r, flesh_figures *figures, flesh_outcome *out
   r->observers = observers;
   r->observer_count = count;
   status = r->options->resume
-               ? flesh_run_resume(system, r->integrator, &run, r->step, r->start_t, &r->state, NULL)
+               ? flesh_run_resume(system, r->integrator, &run, r->step, r->start_t, ranks ? &r->own : &r->state, NULL)
                : flesh_run(system, r->integrator, &run, ranks ? &r->own : &r->state, NULL);
   flesh_figures_add_unfinished(figures, &unfinished);
   figures->wall_s = flesh_running_seconds(CLOCK_MONOTONIC) - r->started;
@@ -315,29 +315,36 @@ static int begin(flesh_running *r, flesh_figures *figures, flesh_folder_claim *c
 {
   const flesh_runner_options *options = r->options;
   int status = flesh_run_output_claim(r->scene, options->scene_path, options->save_state, options->out, claim);
-  r->checkpoint.on = options->out && (options->checkpoint.seconds > 0 || options->checkpoint.steps > 0);
   return status || !options->out ? status : flesh_running_open(r, figures);
 }
 
-/* The same from a checkpoint. */
-static int go_on(flesh_running *r, flesh_figures *figures, flesh_folder_claim *claim)
+/* What can fail of a run that goes on from a checkpoint before its files are touched. */
+static int claim_folder(flesh_running *r, flesh_folder_claim *claim)
 {
   const flesh_runner_options *options = r->options;
-  flesh_checkpoint_head head;
   flesh_inputs inputs = {0};
   flesh_inputs_add_scene(&inputs, options->scene_path, r->scene);
   int status = options->save_state ? flesh_output_prepare(options->save_state, &inputs) : FLESH_OK;
   flesh_inputs_close(&inputs);
   /* The scene is the folder's own, which is not written again. */
-  if (!status) status = flesh_run_output_claim(r->scene, NULL, options->save_state, options->out, claim);
-  if (!status) status = create_integrator(r);
+  return status ? status : flesh_run_output_claim(r->scene, NULL, options->save_state, options->out, claim);
+}
+
+/* The run's memory and files from a checkpoint; every rank calls it. */
+static int go_on(flesh_running *r, flesh_figures *figures)
+{
+  const flesh_runner_options *options = r->options;
+  flesh_checkpoint_head head;
+  int status = r->integrator ? FLESH_OK : create_integrator(r);
   if (!status) status = flesh_running_restore(r, figures, &head);
-  if (!status) status = flesh_running_reopen(r, figures, &head);
   r->checkpoint.on = 1;
+  if (!status && flesh_ranks_first(options->ranks)) status = flesh_running_reopen(r, figures, &head);
   if (!status && !options->quiet)
     printf("goes on after step %d, t = %g s%s\n", head.step, r->state.t,
-           head.exact ? "" : "; IDA starts anew there: the motion agrees with an unbroken one within time.tolerance");
-  return status;
+           !head.exact          ? "; IDA starts anew there: the motion agrees with an unbroken one within time.tolerance"
+           : r->checkpoint.fits ? ""
+                                : "; others have come there: the motion agrees with theirs within the solves' tolerance");
+  return flesh_ranks_agree(options->ranks, status);
 }
 
 /* What ended well before this did not. */
@@ -353,7 +360,8 @@ static int prepare(flesh_running *r, flesh_figures *figures, flesh_folder_claim 
   int status = open_state(r);
   if (!status && options->out) status = flesh_running_bind_skin(r);
   if (!status && options->save_state) status = probe(options->save_state);
-  return status ? status : (options->resume ? go_on : begin)(r, figures, claim);
+  if (status) return status;
+  return options->resume ? claim_folder(r, claim) : begin(r, figures, claim);
 }
 
 /* The results. Each of them is written even when another could not be. */
@@ -402,14 +410,17 @@ int flesh_runner_run(const flesh_scene *scene, const flesh_runner_options *optio
   const int first = flesh_ranks_first(options->ranks);
   flesh_folder_claim claim = {.descriptor = -1};
   *outcome = (flesh_outcome){.advice = ""};
+  r.checkpoint.on = options->out && (options->checkpoint.seconds > 0 || options->checkpoint.steps > 0);
   int status = flesh_figures_open(figures, flesh_running_system(&r));
   if (options->ranks) {
     if (!status) status = flesh_running_share(&r);
+    if (!status) status = flesh_running_check_checkpoint(&r);
     status = flesh_ranks_agree(options->ranks, status);
     if (!status) status = create_integrator(&r); /* what ranks cannot do is refused before anything is written */
   }
   if (!status && first) status = prepare(&r, figures, &claim);
   status = flesh_ranks_agree(options->ranks, status);
+  if (!status && options->resume) status = go_on(&r, figures);
   const int begun = !status, prepared = begun && first;
   if (begun && flesh_running_is_split(&r)) status = flesh_running_open_parts(&r);
   if (!status) status = simulate(&r, figures, outcome);

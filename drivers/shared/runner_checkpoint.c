@@ -48,23 +48,58 @@ static int sync_files(flesh_running *r)
 
 static flesh_checkpoint_parts parts_of(flesh_running *r, flesh_figures *figures)
 {
-  return (flesh_checkpoint_parts){r->scene, r->integrator, &r->state, figures, &r->trace};
+  return (flesh_checkpoint_parts){r->scene, figures, &r->trace};
 }
 
-static int write_checkpoint(flesh_running *r, int step)
+/* What this rank, or the process by itself, has of the run. */
+static flesh_checkpoint_piece piece_of(flesh_running *r)
+{
+  const flesh_ranks *ranks = r->options->ranks;
+  return (flesh_checkpoint_piece){ranks ? flesh_scene_share_part(ranks->share) : NULL,
+                                  flesh_system_unknowns(flesh_ranks_system(ranks, r->scene)) / 3,
+                                  ranks ? &r->own : &r->state, r->integrator};
+}
+
+/* What is of the whole run, into a file that is open then. */
+static int begin_checkpoint(flesh_running *r, int step, flesh_file *file)
 {
   const double now = flesh_running_seconds(CLOCK_MONOTONIC);
   const flesh_checkpoint_head head = {
       .times = r->checkpoint.times, .no_frames = r->options->no_frames, .step = step, .max_seconds = r->options->max_seconds,
-      .exact = flesh_integrator_saves_all(r->integrator), .start_t = r->start_t, .wall_s = now - r->started,
+      .exact = flesh_integrator_saves_all(r->integrator), .pieces = r->options->ranks ? r->options->ranks->count : 1,
+      .start_t = r->start_t, .wall_s = now - r->started,
       .cpu_s = r->cpu_before + flesh_running_seconds(CLOCK_PROCESS_CPUTIME_ID) - r->cpu_begin,
       .history = flesh_history_length(r->history), .probes = r->probes ? flesh_probes_length(r->probes) : -1};
   const flesh_checkpoint_parts parts = parts_of(r, r->figures);
   if (!*r->checkpoint.digest) flesh_checkpoint_digest(r->options->out, r->checkpoint.digest);
   char *notes = notes_of(r);
   int status = notes ? sync_files(r) : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  if (!status) status = flesh_checkpoint_write(r->options->out, &head, r->checkpoint.digest, notes, &parts);
+  if (!status) status = flesh_checkpoint_begin(r->options->out, &head, r->checkpoint.digest, notes, &parts, file);
   free(notes);
+  return status;
+}
+
+static int add_piece(void *file, size_t size, const uint8_t *bytes)
+{
+  flesh_checkpoint_add(file, size, bytes);
+  return FLESH_OK;
+}
+
+/* Every rank packs its piece, and the first writes all of them. */
+static int write_checkpoint(flesh_running *r, int step)
+{
+  const flesh_ranks *ranks = r->options->ranks;
+  const flesh_checkpoint_piece piece = piece_of(r);
+  flesh_file file = {0};
+  uint8_t *bytes = NULL;
+  size_t size = 0;
+  int status = flesh_ranks_first(ranks) ? begin_checkpoint(r, step, &file) : FLESH_OK;
+  if (!status) status = flesh_checkpoint_pack(&piece, &bytes, &size);
+  status = flesh_ranks_agree(ranks, status);
+  if (!status) status = flesh_ranks_hand_over(ranks, size, bytes, add_piece, &file);
+  if (!status && flesh_ranks_first(ranks)) status = flesh_sync_commit(&file);
+  else flesh_file_abandon(&file);
+  free(bytes);
   r->checkpoint.step = step;
   r->checkpoint.at = flesh_running_seconds(CLOCK_MONOTONIC); /* writing takes none of the time between two */
   return status;
@@ -79,6 +114,7 @@ int flesh_running_observe_checkpoint(void *data, const flesh_step_record *record
   int due = asked || r->checkpoint.step < 0;
   if (times->steps) due |= record->step % times->steps == 0;
   if (times->seconds > 0) due |= flesh_running_seconds(CLOCK_MONOTONIC) - r->checkpoint.at >= times->seconds;
+  due = flesh_ranks_largest(r->options->ranks, due);
   int status = due && record->step != r->checkpoint.step ? write_checkpoint(r, record->step) : FLESH_OK;
   return status ? status : asked;
 }
@@ -105,10 +141,26 @@ static int check_inputs(const flesh_running *r)
 /* Where this part of the run begins, for result.json. */
 static int note_place(flesh_running *r, const flesh_checkpoint_head *head)
 {
-  json_t *place = json_pack("{sisfsb}", "step", head->step, "t", r->state.t, "same_bits", head->exact);
+  json_t *place = json_pack("{sisfsb}", "step", head->step, "t", r->state.t, "same_bits", head->exact && r->checkpoint.fits);
   if (!r->resumed) r->resumed = json_array();
   if (!place || json_array_append_new(r->resumed, place)) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   return FLESH_OK;
+}
+
+/* The state and the integrator's memory: from this rank's own piece where all ranks have theirs, else from all pieces; and
+ * the whole's state for the first rank. */
+static int restore_pieces(flesh_running *r)
+{
+  const flesh_ranks *ranks = r->options->ranks;
+  const int rank = ranks ? ranks->rank : 0, count = ranks ? ranks->count : 1;
+  const flesh_checkpoint_piece piece = piece_of(r);
+  flesh_checkpoint_piece whole = {.nodes = flesh_mesh_node_count(flesh_scene_mesh(r->scene)), .state = &r->state};
+  int status = flesh_checkpoint_fits(r->options->out, r->options->resume, rank, count, &piece, &r->checkpoint.fits);
+  r->checkpoint.fits = !flesh_ranks_largest(ranks, status || !r->checkpoint.fits);
+  if (!status) status = flesh_checkpoint_unpack(r->options->out, r->options->resume, r->checkpoint.fits ? rank : -1, &piece);
+  if (ranks) r->state.t = r->own.t;
+  if (!status && ranks && !rank) status = flesh_checkpoint_unpack(r->options->out, r->options->resume, -1, &whole);
+  return status;
 }
 
 int flesh_running_restore(flesh_running *r, flesh_figures *figures, flesh_checkpoint_head *head)
@@ -123,7 +175,10 @@ int flesh_running_restore(flesh_running *r, flesh_figures *figures, flesh_checkp
   int status = r->inputs ? check_inputs(r)
                          : flesh_fail(FLESH_ERR_FILE, "%s: the checkpoint does not say what the run has read", r->options->out);
   if (!status) status = flesh_checkpoint_restore(r->options->out, from, &parts);
+  status = flesh_ranks_agree(r->options->ranks, status); /* before ranks wait for each other */
+  if (!status) status = restore_pieces(r);
   if (!status) status = note_place(r, head);
+  status = flesh_ranks_agree(r->options->ranks, status);
   r->start_t = head->start_t;
   r->step = r->checkpoint.step = head->step;
   r->cpu_before = head->cpu_s;

@@ -35,6 +35,17 @@ int flesh_running_share(flesh_running *r)
   return flesh_ranks_first(ranks) ? flesh_proximity_create(flesh_scene_system(r->scene), NULL, &r->proximity) : FLESH_OK;
 }
 
+int flesh_running_check_checkpoint(const flesh_running *r)
+{
+  const int split = flesh_running_is_split(r);
+  if (!r->checkpoint.on && !r->options->resume) return FLESH_OK;
+  if (!split && !r->own.multiplier_count) return FLESH_OK;
+  return flesh_fail(FLESH_ERR_ARGUMENT, "%s: %s; run it without --checkpoint and --resume, %s", r->options->scene_path,
+                    split ? "of a split mesh, ranks write no checkpoints"
+                          : "of incompressible tets (poisson 0.5), ranks write no checkpoints",
+                    split ? "or with a mesh that is not split" : "or on one rank");
+}
+
 /* Nodes of no tet are of no rank; they are held at rest, as on one rank. */
 static void hold_unused(const flesh_mesh *mesh, flesh_state *state)
 {
@@ -121,16 +132,16 @@ static int observe_parts(flesh_running *r, const flesh_step_record *record)
   return status;
 }
 
-int flesh_running_observe_ranks(void *data, const flesh_step_record *record)
+int flesh_running_begin_whole(flesh_running *r)
 {
-  flesh_running *r = data;
-  const flesh_ranks *ranks = r->options->ranks;
-  if (flesh_running_is_split(r)) return observe_parts(r, record);
-  r->state.t = record->state->t;
-  flesh_gather_vector(ranks->gather, record->state->x, r->state.x);
-  flesh_gather_vector(ranks->gather, record->state->v, r->state.v);
-  if (r->own.multiplier_count) flesh_gather_numbers(ranks->tets, r->own.multipliers, r->state.multipliers);
-  if (!flesh_ranks_first(ranks)) return FLESH_OK;
+  int changed;
+  const int status = flesh_proximity_follow(&r->proximity, 0, r->state.t, r->state.x, &changed);
+  return status > 0 ? FLESH_OK : status; /* what is written says where a place is not finite */
+}
+
+/* What the first rank's observers make of a step, with the state gathered. */
+static int observe_whole(flesh_running *r, const flesh_step_record *record)
+{
   const flesh_mesh *mesh = flesh_scene_mesh(r->scene);
   flesh_step_record whole = *record;
   for (int k = 0; k < r->own.internal_count; k++) r->state.internal[k] = r->own.internal[k];
@@ -142,8 +153,23 @@ int flesh_running_observe_ranks(void *data, const flesh_step_record *record)
   whole.J = r->J;
   whole.proximity = &r->proximity;
   int status = flesh_proximity_follow(&r->proximity, record->step > 0, r->state.t, r->state.x, &changed);
-  if (status > 0) status = FLESH_OK; /* what is written says where a place is not finite */
+  if (status > 0) status = FLESH_OK;
   for (int o = 0; o < r->observer_count && status >= 0; o++)
     status = r->observers[o].observe(r->observers[o].data, &whole);
   return status;
+}
+
+int flesh_running_observe_ranks(void *data, const flesh_step_record *record)
+{
+  flesh_running *r = data;
+  const flesh_ranks *ranks = r->options->ranks;
+  if (flesh_running_is_split(r)) return observe_parts(r, record);
+  r->state.t = record->state->t;
+  flesh_gather_vector(ranks->gather, record->state->x, r->state.x);
+  flesh_gather_vector(ranks->gather, record->state->v, r->state.v);
+  if (r->own.multiplier_count) flesh_gather_numbers(ranks->tets, r->own.multipliers, r->state.multipliers);
+  int status = flesh_ranks_first(ranks) ? observe_whole(r, record) : FLESH_OK;
+  if (!r->checkpoint.on) return status;
+  status = flesh_ranks_agree(ranks, status < 0 ? status : FLESH_OK); /* before ranks wait for each other */
+  return status ? status : flesh_running_observe_checkpoint(r, record);
 }

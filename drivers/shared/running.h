@@ -47,6 +47,7 @@ typedef struct flesh_running {
     int on;             /* checkpoints are written */
     flesh_checkpoint_times times;
     int step;           /* of the last one; -1: none yet */
+    int fits;           /* of the one that the run goes on from: every rank has found its own piece */
     double at;          /* monotonic seconds: when it was written */
     double asked;       /* when the run was first asked to end; 0: it was not */
     char digest[FLESH_DIGEST_SIZE];
@@ -80,9 +81,10 @@ int flesh_running_keep_parts(flesh_running *running);
 int flesh_running_observe_ranks(void *running, const flesh_step_record *record);
 
 /* Everything but the files is as at the checkpoint of options->resume, which is refused where a file that the scene names
- * has changed. *head is the checkpoint's. */
+ * has changed. *head is the checkpoint's. Every rank calls it. */
 int flesh_running_restore(flesh_running *running, flesh_figures *figures, flesh_checkpoint_head *head);
-/* Writes a checkpoint where one is due; ends the run behind it where that was asked for. The last observer. */
+/* Writes a checkpoint where one is due; ends the run behind it where that was asked for. The last observer, and of each
+ * rank. */
 int flesh_running_observe_checkpoint(void *running, const flesh_step_record *record);
 /* Why the run should end: FLESH_OK, FLESH_ERR_INTERRUPTED, FLESH_ERR_BUDGET. */
 int flesh_running_asked_to_end(flesh_running *running);

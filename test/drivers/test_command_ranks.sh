@@ -1,9 +1,10 @@
 # test_command_ranks.sh: `mpirun -n N flesh run SCENE` against the same scene on one rank, what it refuses, and how it ends.
-# FLESH names the program, MPIRUN the launcher. `quick` takes few scenes, each on one number of ranks: launchers are slow.
+# FLESH names the program, MPIRUN the launcher, STOP_AT what is preloaded. `quick` takes few scenes, each on one number of ranks: launchers are slow.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 launcher=${MPIRUN:?MPIRUN must name the launcher of MPI}
 scenes=$source_folder/../data/scenes
+shim=$(preloadable "${STOP_AT:?STOP_AT must name the library that stops the program}") || exit 1
 case ${1-} in quick) quick=1 ;; *) quick= ;; esac
 
 # Times before anything is called a hang.
@@ -219,8 +220,7 @@ refused() {
 what_is_not_there_is_refused() {
   refused 2 'not shared out among ranks' "$scenes/swing_coarse.yaml" --set solver.linear_solver=klu || return 1
   [ -z "$quick" ] || return 0
-  refused 2 'ranks go on from' "$scenes/swing_coarse.yaml" --checkpoint 1s &&
-    refused 3 'nowhere.yaml' nowhere.yaml &&
+  refused 3 'nowhere.yaml' nowhere.yaml &&
     refused 2 'unknown' "$scenes/swing_coarse.yaml" --never
 }
 
@@ -249,14 +249,17 @@ assert abs(one["worst_J"] - three["worst_J"]) < 1e-3, (one, three)
 END
 }
 
-# begin RANKS [SCENE]: a run without end, with the processes of its ranks in pid_0, pid_1 ...
+# begin RANKS [SCENE [ARGUMENT...]]: a run without end, with the processes of its ranks in pid_0, pid_1 ...
 begin() {
   cat >rank.sh <<'END'
 echo $$ >"pid_$OMPI_COMM_WORLD_RANK.part" && mv "pid_$OMPI_COMM_WORLD_RANK.part" "pid_$OMPI_COMM_WORLD_RANK" || exit 1
 exec "$@"
 END
   rm -rf endless pid_*
-  on_ranks "$1" sh rank.sh "$flesh" run "${2:-$scenes/swing_coarse.yaml}" --out endless --set time.end=1e4 --quiet --no-frames \
+  number=$1 scene=${2:-$scenes/swing_coarse.yaml}
+  shift
+  [ $# -eq 0 ] || shift
+  on_ranks "$number" sh rank.sh "$flesh" run "$scene" --out endless --set time.end=1e4 --quiet --no-frames "$@" \
     >stdout.txt 2>stderr.txt &
   launched=$!
   wait_until "$launched" test -s endless/history.csv
@@ -307,10 +310,89 @@ a_budget_ends_all() {
     --no-frames && has short/result.json '"status": "out of budget"'
 }
 
+# first_stopped_at NUMBER COMMAND...: on three ranks, of which the first is killed before that call that touches a file (0:
+# never); its log of these is in calls.txt.
+first_stopped_at() {
+  cat >first.sh <<'END'
+if [ "$OMPI_COMM_WORLD_RANK" = 0 ]; then
+  FLESH_STOP_AT=$2 FLESH_STOP_LOG=$PWD/calls.txt LD_PRELOAD=$1
+  export FLESH_STOP_AT FLESH_STOP_LOG LD_PRELOAD
+fi
+shift 2
+exec "$@"
+END
+  rm -f calls.txt
+  number=$1
+  shift
+  on_ranks 3 sh first.sh "$shim" "$number" "$@" >stdout.txt 2>stderr.txt
+}
+
+# The bar is bent at one end and meets a plane.
+make_bent() {
+  "$flesh" mesh box --cells 6,2,2 --size 3,1,1 --out bent.msh >/dev/null && cat >bent.yaml <<'END'
+body: {mesh: bent.msh, density: 1000, material: {energy: S, young: 2e4, poisson: 0.45}}
+effects:
+  - inertia: {}
+  - gravity: {}
+  - prescribed_motion: {box: [[-1, -1, -1], [1e-9, 2, 2]], motion: [{time: 0}, {time: 0.1, translation: [0, 0.3, 0]}]}
+  - contact: {plane: {point: [0, 0, -0.05], normal: [0, 0, 1]}, friction: 0.3, slip_speed: 0.01}
+time: {step: 1/60, end: 0.25}
+output: {frame_interval: 4}
+solver: {newton_tolerance: 1e-9}
+END
+}
+
+# killed_and_resumed ARGUMENT...: a rank is killed two thirds of the way; as many go on with the same bits, another number
+# of ranks and a process by itself to the same place.
+killed_and_resumed() {
+  make_bent || return 1
+  rm -rf undisturbed broken by_*
+  first_stopped_at 0 "$flesh" run bent.yaml --quiet --checkpoint 3steps --out undisturbed "$@" || return 1
+  [ ! -e undisturbed/checkpoint.bin ] || { echo 'the checkpoint of a complete run is still there'; return 1; }
+  first_stopped_at $(($(wc -l <calls.txt) * 2 / 3)) "$flesh" run bent.yaml --quiet --checkpoint 3steps --out broken "$@"
+  [ $? -ne 0 ] && [ -e broken/checkpoint.bin ] || { echo 'not killed'; return 1; }
+  for ranks in 3 ${quick:-1 2}; do
+    cp -r broken "by_$ranks"
+    expect 0 on_ranks "$ranks" "$flesh" run --resume "by_$ranks" && has stdout.txt 'goes on after step [1-9]' || return 1
+    has "by_$ranks/result.json" "\"same_bits\": $([ "$ranks" = 3 ] && echo true || echo false)" || return 1
+    python3 "$source_folder/shared/compare_runs.py" undisturbed "by_$ranks" 1e-6 || return 1
+  done
+  diff -r -x result.json undisturbed by_3
+}
+backward_euler_goes_on() { killed_and_resumed; }
+bdf2_goes_on() { killed_and_resumed --method bdf2; }
+hht_goes_on() { killed_and_resumed --method hht; }
+euler_then_adaptive_goes_on() { killed_and_resumed --method euler-then-adaptive --set time.switch_threshold=1e-9; }
+
+# What one process has written serves ranks, and its file is refused where the scene has become another, on all.
+ranks_go_on_with_what_one_has_begun() {
+  make_bent && rm -rf alone begun || return 1
+  set -- bent.yaml --quiet --method newmark
+  expect 0 "$flesh" run "$@" --out alone && expect 6 "$flesh" run "$@" --checkpoint 1steps --max-seconds 1e-9 --out begun || return 1
+  cp -r begun other
+  expect 0 on_ranks 3 "$flesh" run --resume begun --max-seconds 100 && has stdout.txt 'others have come there' || return 1
+  python3 "$source_folder/shared/compare_runs.py" alone begun 1e-6 || return 1
+  sed -i 's/gravity/gravity /' other/scene.yaml
+  expect 2 on_ranks 3 "$flesh" run --resume other && [ "$(grep -c '^flesh run: ' stderr.txt)" -eq 1 ] &&
+    has stderr.txt 'another scene than that of the checkpoint'
+}
+
+# A signal to any rank has all write a checkpoint first. IDA starts anew behind it.
+a_signal_leaves_a_checkpoint() {
+  begin 3 "$scenes/swing_coarse.yaml" --checkpoint 1000s --method adaptive --set time.tolerance=1e-3 || return 1
+  kill -TERM "$(cat pid_2)" || return 1
+  wait "$launched"
+  [ $? -eq 143 ] || { echo 'not 143'; cat stderr.txt; return 1; }
+  has stderr.txt 'flesh run --resume goes on from its last checkpoint' || return 1
+  step=$(($(lines endless/history.csv) - 2))
+  expect 6 on_ranks 3 "$flesh" run --resume endless --max-seconds 1e-9 || return 1
+  has stdout.txt "goes on after step $step, t = .* s; IDA starts anew there" && [ "$step" -gt 0 ]
+}
+
 if [ -n "$quick" ]; then
   run_tests several_bodies contact adaptive_contact bodies_that_come_apart welds_that_break incompressible outputs \
     more_ranks_than_there_is_work what_is_not_there_is_refused a_bad_scene_on_one_rank_ends_all \
-    a_signal_to_one_rank_ends_all a_signal_to_an_idle_rank_ends_all a_killed_rank_ends_all
+    a_signal_to_one_rank_ends_all a_signal_to_an_idle_rank_ends_all a_killed_rank_ends_all bdf2_goes_on
 else
   run_tests statics damping prescribed_motion several_bodies newmark adaptive ten_nodes contact bodies_that_touch \
     a_body_that_touches_itself adaptive_contact bodies_that_come_apart bodies_in_each_other_are_refused welds joints \
@@ -318,5 +400,7 @@ else
     welds_that_break springs muscles fluids \
     a_moving_ball loads settling outputs a_state_goes_on_on_others more_ranks_than_there_is_work \
     what_is_not_there_is_refused a_bad_scene_on_one_rank_ends_all a_failed_step_is_that_of_one_rank \
-    a_signal_to_one_rank_ends_all a_signal_to_an_idle_rank_ends_all a_killed_rank_ends_all a_budget_ends_all
+    a_signal_to_one_rank_ends_all a_signal_to_an_idle_rank_ends_all a_killed_rank_ends_all a_budget_ends_all \
+    backward_euler_goes_on bdf2_goes_on hht_goes_on euler_then_adaptive_goes_on ranks_go_on_with_what_one_has_begun \
+    a_signal_leaves_a_checkpoint
 fi
