@@ -338,31 +338,36 @@ effects:
   - contact: {plane: {point: [0, 0, -0.05], normal: [0, 0, 1]}, friction: 0.3, slip_speed: 0.01}
 time: {step: 1/60, end: 0.25}
 output: {frame_interval: 4}
-solver: {newton_tolerance: 1e-9}
 END
 }
 
-# killed_and_resumed ARGUMENT...: a rank is killed two thirds of the way; as many go on with the same bits, another number
+# killed_and_resumed SCENE ARGUMENT...: a rank is killed two thirds of the way; as many go on with the same bits, another number
 # of ranks and a process by itself to the same place.
 killed_and_resumed() {
   make_bent || return 1
   rm -rf undisturbed broken by_*
-  first_stopped_at 0 "$flesh" run bent.yaml --quiet --checkpoint 3steps --out undisturbed "$@" || return 1
+  first_stopped_at 0 "$flesh" run "$@" --quiet --checkpoint 3steps --out undisturbed || return 1
   [ ! -e undisturbed/checkpoint.bin ] || { echo 'the checkpoint of a complete run is still there'; return 1; }
-  first_stopped_at $(($(wc -l <calls.txt) * 2 / 3)) "$flesh" run bent.yaml --quiet --checkpoint 3steps --out broken "$@"
+  first_stopped_at $(($(wc -l <calls.txt) * 2 / 3)) "$flesh" run "$@" --quiet --checkpoint 3steps --out broken
   [ $? -ne 0 ] && [ -e broken/checkpoint.bin ] || { echo 'not killed'; return 1; }
   for ranks in 3 ${quick:-1 2}; do
     cp -r broken "by_$ranks"
     expect 0 on_ranks "$ranks" "$flesh" run --resume "by_$ranks" && has stdout.txt 'goes on after step [1-9]' || return 1
     has "by_$ranks/result.json" "\"same_bits\": $([ "$ranks" = 3 ] && echo true || echo false)" || return 1
-    python3 "$source_folder/shared/compare_runs.py" undisturbed "by_$ranks" 1e-6 || return 1
+    python3 "$source_folder/shared/compare_runs.py" undisturbed "by_$ranks" 1e-4 || return 1
   done
-  diff -r -x result.json undisturbed by_3
+  # The energy that is put in goes on, whoever counts it.
+  python3 - undisturbed by_* <<'END' && diff -rq -x result.json undisturbed by_3
+import json, sys
+work = [json.load(open(f"{name}/result.json"))["figures"]["work_put_in"] for name in sys.argv[1:]]
+assert all(abs(w - work[0]) <= 1e-3 * abs(work[0]) for w in work), work
+END
 }
-backward_euler_goes_on() { killed_and_resumed; }
-bdf2_goes_on() { killed_and_resumed --method bdf2; }
-hht_goes_on() { killed_and_resumed --method hht; }
-euler_then_adaptive_goes_on() { killed_and_resumed --method euler-then-adaptive --set time.switch_threshold=1e-9; }
+# Matrices are kept over many steps.
+backward_euler_goes_on() { killed_and_resumed "$scenes/swing_coarse.yaml" --set time.end=0.4 --no-frames; }
+bdf2_goes_on() { killed_and_resumed bent.yaml --method bdf2; }
+hht_goes_on() { killed_and_resumed bent.yaml --method hht; }
+euler_then_adaptive_goes_on() { killed_and_resumed bent.yaml --method euler-then-adaptive --set time.switch_threshold=1e-9; }
 
 # What one process has written serves ranks, and its file is refused where the scene has become another, on all.
 ranks_go_on_with_what_one_has_begun() {
@@ -371,7 +376,7 @@ ranks_go_on_with_what_one_has_begun() {
   expect 0 "$flesh" run "$@" --out alone && expect 6 "$flesh" run "$@" --checkpoint 1steps --max-seconds 1e-9 --out begun || return 1
   cp -r begun other
   expect 0 on_ranks 3 "$flesh" run --resume begun --max-seconds 100 && has stdout.txt 'others have come there' || return 1
-  python3 "$source_folder/shared/compare_runs.py" alone begun 1e-6 || return 1
+  python3 "$source_folder/shared/compare_runs.py" alone begun 1e-4 || return 1
   sed -i 's/gravity/gravity /' other/scene.yaml
   expect 2 on_ranks 3 "$flesh" run --resume other && [ "$(grep -c '^flesh run: ' stderr.txt)" -eq 1 ] &&
     has stderr.txt 'another scene than that of the checkpoint'
@@ -392,7 +397,7 @@ a_signal_leaves_a_checkpoint() {
 if [ -n "$quick" ]; then
   run_tests several_bodies contact adaptive_contact bodies_that_come_apart welds_that_break incompressible outputs \
     more_ranks_than_there_is_work what_is_not_there_is_refused a_bad_scene_on_one_rank_ends_all \
-    a_signal_to_one_rank_ends_all a_signal_to_an_idle_rank_ends_all a_killed_rank_ends_all bdf2_goes_on
+    a_signal_to_one_rank_ends_all a_signal_to_an_idle_rank_ends_all a_killed_rank_ends_all backward_euler_goes_on
 else
   run_tests statics damping prescribed_motion several_bodies newmark adaptive ten_nodes contact bodies_that_touch \
     a_body_that_touches_itself adaptive_contact bodies_that_come_apart bodies_in_each_other_are_refused welds joints \
