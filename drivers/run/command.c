@@ -177,12 +177,6 @@ static int is_complete(const char *folder, char *path)
   return complete;
 }
 
-/* The exit code of what has failed on all ranks; the first says it. */
-static int fail(const flesh_ranks *ranks, int status)
-{
-  return flesh_ranks_first(ranks) ? flesh_command_fail("run", status) : flesh_exit_code(status);
-}
-
 /* Opens the folder's checkpoint and its scene, whose path is new text, on every rank. FLESH_OPTIONS_GO_ON, or the exit
  * code. */
 static int take_up(given *g, flesh_checkpoint *checkpoint, char **path, flesh_scene **scene)
@@ -190,14 +184,14 @@ static int take_up(given *g, flesh_checkpoint *checkpoint, char **path, flesh_sc
   flesh_runner_options *options = &g->options;
   *path = malloc(strlen(g->resume) + 32);
   int status = flesh_ranks_agree(g->ranks, *path ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory"));
-  if (status) return fail(g->ranks, status);
+  if (status) return flesh_ranks_fail(g->ranks, "run", status);
   if (flesh_ranks_largest(g->ranks, flesh_ranks_first(g->ranks) && is_complete(g->resume, *path))) return 0;
   status = flesh_checkpoint_open(g->resume, checkpoint);
   sprintf(*path, "%s/scene.yaml", g->resume);
   if (!status) status = flesh_scene_read(*path, 0, NULL, scene);
   status = flesh_ranks_agree(g->ranks, status);
   if (!status && g->ranks) status = flesh_ranks_share(g->ranks, *scene);
-  if (status) return fail(g->ranks, status);
+  if (status) return flesh_ranks_fail(g->ranks, "run", status);
   options->out = g->resume;
   options->scene_path = *path;
   options->resume = checkpoint;

@@ -159,8 +159,9 @@ static int restore_pieces(flesh_running *r)
   r->checkpoint.fits = !flesh_ranks_largest(ranks, status || !r->checkpoint.fits);
   if (!status) status = flesh_checkpoint_unpack(r->options->out, r->options->resume, r->checkpoint.fits ? rank : -1, &piece);
   if (ranks) r->state.t = r->own.t;
-  if (!status && ranks && !rank) status = flesh_checkpoint_unpack(r->options->out, r->options->resume, -1, &whole);
-  return status;
+  if (!ranks || rank || status) return status;
+  status = flesh_checkpoint_unpack(r->options->out, r->options->resume, -1, &whole);
+  return status ? status : flesh_running_begin_whole(r);
 }
 
 int flesh_running_restore(flesh_running *r, flesh_figures *figures, flesh_checkpoint_head *head)

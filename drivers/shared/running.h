@@ -69,6 +69,8 @@ int flesh_running_reopen(flesh_running *running, flesh_figures *figures, const f
 
 /* Memory of this rank's part of the run, with its start. */
 int flesh_running_share(flesh_running *running);
+/* FLESH_ERR_ARGUMENT with what ranks can write no checkpoints of, where one is asked for. */
+int flesh_running_check_checkpoint(const flesh_running *running);
 /* Whether the mesh is split, so that no rank has the whole. */
 int flesh_running_is_split(const flesh_running *running);
 /* The system that is observed: the whole's, or of a split mesh this rank's part of it. */
@@ -77,6 +79,8 @@ const flesh_system *flesh_running_system(const flesh_running *running);
 int flesh_running_open_parts(flesh_running *running);
 /* The last state, row by row in the order of the whole, of which the first rank has some at a time. */
 int flesh_running_keep_parts(flesh_running *running);
+/* What touches in the whole begins at the first rank's state. Status. */
+int flesh_running_begin_whole(flesh_running *running);
 /* Has the first rank's observers observe the whole. */
 int flesh_running_observe_ranks(void *running, const flesh_step_record *record);
 

@@ -86,9 +86,8 @@ assert max(float(row["contact_force"]) for row in csv.DictReader(open(sys.argv[1
 END
 }
 # Of two cubes one is on the other: its stiffness follows the pressure; or begins within it, comes apart and back.
-cubes() {
-  "$flesh" mesh box --cells 3,3,2 --size 1,1,1 --out cube.msh >/dev/null || return 1
-  cat >cubes.yaml <<END
+make_cubes() {
+  "$flesh" mesh box --cells 3,3,2 --size 1,1,1 --out cube.msh >/dev/null && cat >cubes.yaml <<END
 body: {name: low, mesh: cube.msh, density: 1000, material: {energy: S, young: 1e5, poisson: 0.4}}
 bodies:
   - {name: high, mesh: cube.msh, translation: [0.3, 0.2, $1], density: 1000,
@@ -100,7 +99,9 @@ effects:
   - contact: {between: all, friction: 0.3, slip_speed: 0.01, stiffness: 1e6, $3}
 time: {step: 1/100, end: 0.3}
 END
-  agree 5 cubes.yaml --no-frames && touched shared/history.csv
+}
+cubes() {
+  make_cubes "$@" && agree 5 cubes.yaml --no-frames && touched shared/history.csv
 }
 adaptive_contact() {
   cubes 1.06 '[0.5, 0, -1]' 'adaptive: true' && has shared/result.json 'the stiffness was 1e+06 Pa at first'
@@ -123,9 +124,8 @@ bodies_in_each_other_are_refused() {
 welds() { agree 3 "$scenes/welded.yaml" --set time.end=0.1 --no-frames; }
 joints() { agree 5 "$scenes/hinged.yaml" --set time.end=0.1 --no-frames; }
 # Two cubes fly apart: what welds them breaks part by part, on the same steps.
-welds_that_break() {
-  "$flesh" mesh box --cells 3,3,2 --size 1,1,1 --out cube.msh >/dev/null || return 1
-  cat >torn.yaml <<'END'
+make_torn() {
+  "$flesh" mesh box --cells 3,3,2 --size 1,1,1 --out cube.msh >/dev/null && cat >torn.yaml <<'END'
 body: {name: left, mesh: cube.msh, density: 1000, material: {energy: S, young: 1e5, poisson: 0.4}}
 bodies:
   - {name: right, mesh: cube.msh, translation: [1, 0, 0], density: 1000, material: {energy: S, young: 1e5, poisson: 0.4},
@@ -135,7 +135,9 @@ effects:
   - weld: {bodies: [left, right], breaks_at: 30000}
 time: {method: midpoint, step: 1/100, end: 0.12}
 END
-  agree 3 torn.yaml --no-frames && python3 - shared/history.csv <<'END'
+}
+welds_that_break() {
+  make_torn && agree 3 torn.yaml --no-frames && python3 - shared/history.csv <<'END'
 import csv, sys
 rows = list(csv.DictReader(open(sys.argv[1])))
 broken = [float(row["weld_broken"]) for row in rows]
@@ -367,6 +369,9 @@ END
 backward_euler_goes_on() { killed_and_resumed "$scenes/swing_coarse.yaml" --set time.end=0.4 --no-frames; }
 bdf2_goes_on() { killed_and_resumed bent.yaml --method bdf2; }
 hht_goes_on() { killed_and_resumed bent.yaml --method hht; }
+a_weld_that_breaks_goes_on() { make_torn && killed_and_resumed torn.yaml --no-frames; }
+adaptive_contact_goes_on() { make_cubes 1.06 '[0.5, 0, -1]' 'adaptive: true' && killed_and_resumed cubes.yaml --no-frames; }
+separation_goes_on() { make_cubes 0.97 '[0.1, 0, 1]' 'intersecting: separate' && killed_and_resumed cubes.yaml --no-frames; }
 euler_then_adaptive_goes_on() { killed_and_resumed bent.yaml --method euler-then-adaptive --set time.switch_threshold=1e-9; }
 
 # What one process has written serves ranks, and its file is refused where the scene has become another, on all.
@@ -406,6 +411,7 @@ else
     a_moving_ball loads settling outputs a_state_goes_on_on_others more_ranks_than_there_is_work \
     what_is_not_there_is_refused a_bad_scene_on_one_rank_ends_all a_failed_step_is_that_of_one_rank \
     a_signal_to_one_rank_ends_all a_signal_to_an_idle_rank_ends_all a_killed_rank_ends_all a_budget_ends_all \
-    backward_euler_goes_on bdf2_goes_on hht_goes_on euler_then_adaptive_goes_on ranks_go_on_with_what_one_has_begun \
-    a_signal_leaves_a_checkpoint
+    backward_euler_goes_on bdf2_goes_on hht_goes_on euler_then_adaptive_goes_on a_weld_that_breaks_goes_on \
+    adaptive_contact_goes_on separation_goes_on \
+    ranks_go_on_with_what_one_has_begun a_signal_leaves_a_checkpoint
 fi
