@@ -139,7 +139,8 @@ what_needs_the_whole_is_refused() {
   refused 2 'is split for 2 ranks, and there are 3; start 2' --set body.mesh=parts_2/index.txt &&
     refused 2 'effects\[3\].prescribed_motion.*no node or surface triangle of the mesh is chosen' \
       --set effects.traction=null --set 'effects.prescribed_motion.nodes=' \
-      --set 'effects.prescribed_motion.box=[[9, 9, 9], [10, 10, 10]]' || return 1
+      --set 'effects.prescribed_motion.box=[[9, 9, 9], [10, 10, 10]]' &&
+    refused 2 'of a split mesh, ranks write no checkpoints' --checkpoint 1steps || return 1
   [ -z "$quick" ] || return 0
   refused 2 'force needs the whole body' --set 'effects.force={box: [[2, 0, 0], [4, 1, 1]], force: [0, 1, 0]}' &&
     refused 2 'output.probes needs the whole body' --set 'output.probes=[{name: tip, point: [3, 1, 1]}]' &&
