@@ -81,6 +81,7 @@ static void cost(void)
   flesh_mesh *whole = NULL;
   if (file) {
     CHECK_OK(flesh_mesh_read(file, &whole));
+    if (!whole) return;
     hold(whole);
   } else {
     const double size[3] = {1, (double)cells[1] / cells[0], (double)cells[2] / cells[0]};
@@ -98,6 +99,8 @@ int main(int argc, char **argv)
   int next = 1;
   if (argc > 1 && strchr(argv[1], '.')) file = argv[next++];
   for (int k = 0; k < 3 && !file; k++) cells[k] = argc > next ? atoi(argv[next++]) : 8;
+  if (!file && (cells[0] < 1 || cells[1] < 1 || cells[2] < 1))
+    return fprintf(stderr, "usage: ranks NX NY NZ|MESH [auto|ic|jacobi]; there is at least one cell along each axis\n"), 2;
   while (argc > next && flesh_preconditioner_name(kind) && strcmp(flesh_preconditioner_name(kind), argv[next])) kind++;
   return RUN_TESTS_ON_RANKS(argc, argv, TEST(cost));
 }
