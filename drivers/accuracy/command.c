@@ -357,7 +357,7 @@ static int compare(void *data)
   if (!status && plan->mesh) status = compare_meshes(plan);
   flesh_folder_claim_release(&claim);
   const int code = status ? flesh_command_fail("accuracy", status) : 0;
-  return status == FLESH_ERR_INTERRUPTED && flesh_interrupt_signal() == 15 ? 143 : code;
+  return status == FLESH_ERR_INTERRUPTED ? flesh_interrupt_exit_code() : code;
 }
 
 /* All of it, with the lists of methods, steps and tolerances (NULL: the default); the exit code. Plans are made on every

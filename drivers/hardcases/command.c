@@ -206,7 +206,7 @@ static int batter(void *data)
   if (!status) status = run_and_draw(plan);
   flesh_folder_claim_release(&claim);
   const int code = status ? flesh_command_fail("hardcases", status) : 0;
-  return status == FLESH_ERR_INTERRUPTED && flesh_interrupt_signal() == 15 ? 143 : code;
+  return status == FLESH_ERR_INTERRUPTED ? flesh_interrupt_exit_code() : code;
 }
 
 /* "Neo,A,...": the forms that keep their volume at all. */

@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "effect/carried_point.h"
+#include "effect/rank_share.h"
 #include "flesh/effects.h"
 #include "flesh/ranks.h"
 #include "math/mat3.h"
@@ -149,7 +150,7 @@ static int joint_spring_restrict(const flesh_effect *whole, const flesh_rank_par
                                  flesh_effect **restricted)
 {
   const joint_spring *from = whole->data;
-  const int first = flesh_rank_part_find(part, from->nodes[0]), here = first >= 0 && first < flesh_rank_part_own(part);
+  const int here = flesh_rank_share_node(part, from->nodes[0]) >= 0;
   const size_t count = here ? (size_t)from->count : 0;
   joint_spring *self = flesh_calloc(1, sizeof *self);
   (void)body;

@@ -4,18 +4,14 @@
 
 #include "base/error.h"
 #include "effect/pressure_curved.h"
+#include "effect/rank_share.h"
 #include "flesh/ranks.h"
 
 typedef flesh_curved_wing wing;
 typedef flesh_curved_rim rim_term;
 typedef flesh_curved_pressure pressure;
 
-/* Where a rank owns the first node. */
-static int owns(const flesh_rank_part *part, int node)
-{
-  const int local = flesh_rank_part_find(part, node);
-  return local >= 0 && local < flesh_rank_part_own(part);
-}
+static int owns(const flesh_rank_part *part, int node) { return flesh_rank_share_node(part, node) >= 0; }
 
 /* The pairs whose first node the rank owns, with all of their wings. */
 static void keep_pairs(const pressure *whole, const flesh_rank_part *part, pressure *self, int *nodes)

@@ -5,14 +5,21 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "base/rising.h"
 #include "base/sort.h"
+
+int flesh_rank_share_node(const flesh_rank_part *part, int node)
+{
+  const int local = flesh_rank_part_find(part, node);
+  return local < flesh_rank_part_own(part) ? local : -1;
+}
 
 int flesh_rank_share_nodes(const flesh_rank_part *part, int count, const int *nodes, int *kept, int *local)
 {
   int found = 0;
   for (int k = 0; k < count; k++) {
-    const int node = flesh_rank_part_find(part, nodes[k]);
-    if (node < 0 || node >= flesh_rank_part_own(part)) continue;
+    const int node = flesh_rank_share_node(part, nodes[k]);
+    if (node < 0) continue;
     kept[found] = k;
     local[found++] = node;
   }
@@ -21,15 +28,7 @@ int flesh_rank_share_nodes(const flesh_rank_part *part, int count, const int *no
 
 int flesh_rank_share_tet(const flesh_rank_part *part, int tet)
 {
-  const int *tets = flesh_rank_part_tets(part);
-  int low = 0, high = flesh_mesh_tet_count(flesh_rank_part_mesh(part));
-  while (low < high) {
-    const int middle = low + (high - low) / 2;
-    if (tets[middle] == tet) return middle;
-    if (tets[middle] < tet) low = middle + 1;
-    else high = middle;
-  }
-  return -1;
+  return flesh_rising_find(flesh_rank_part_tets(part), 0, flesh_mesh_tet_count(flesh_rank_part_mesh(part)), tet);
 }
 
 /* Corners, ascending. */

@@ -5,6 +5,9 @@
 #include "flesh/mesh.h"
 #include "flesh/ranks.h"
 
+/* The number in the rank's part of a node of the whole that the rank owns; -1: it does not. */
+int flesh_rank_share_node(const flesh_rank_part *part, int node);
+
 /* Of `nodes` [count] of the whole those that the rank owns: which they are into kept [count], their numbers in its part
  * into local [count]. Returns how many. */
 int flesh_rank_share_nodes(const flesh_rank_part *part, int count, const int *nodes, int *kept, int *local);

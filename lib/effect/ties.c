@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "effect/rank_share.h"
 
 /* Room for another `count` pairs. */
 static int make_room(flesh_ties *ties, int count)
@@ -112,11 +113,9 @@ int flesh_ties_finish(flesh_ties *ties)
 static void take_pairs(const flesh_ties *whole, const flesh_rank_part *part, int begin, int end, int all, int together,
                        flesh_ties *ties)
 {
-  const int own = flesh_rank_part_own(part);
   for (int k = begin; k < end; k++) {
     const flesh_tie_pair *pair = &whole->pairs[k];
-    const int first = flesh_rank_part_find(part, whole->pairs[together ? begin : k].node[0]);
-    if (!all && (first < 0 || first >= own)) continue;
+    if (!all && flesh_rank_share_node(part, whole->pairs[together ? begin : k].node[0]) < 0) continue;
     const int a = flesh_rank_part_find(part, pair->node[0]), b = flesh_rank_part_find(part, pair->node[1]);
     ties->pairs[ties->count++] = (flesh_tie_pair){{a < b ? a : b, a < b ? b : a}, pair->stiffness};
   }

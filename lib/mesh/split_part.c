@@ -2,6 +2,7 @@
 #include "mesh/split_part.h"
 
 #include "base/memory.h"
+#include "base/rising.h"
 
 void flesh_split_part_destroy(flesh_split_part *split)
 {
@@ -15,14 +16,7 @@ void flesh_split_part_destroy(flesh_split_part *split)
 
 int flesh_split_part_find(const flesh_split_part *split, int nodes, int node)
 {
-  int low = 0, high = nodes;
-  while (low < high) {
-    const int middle = low + (high - low) / 2;
-    if (split->nodes[middle] == node) return middle;
-    if (split->nodes[middle] < node) low = middle + 1;
-    else high = middle;
-  }
-  return -1;
+  return flesh_rising_find(split->nodes, 0, nodes, node);
 }
 
 int flesh_split_has_region(const flesh_split_part *split, int tag)

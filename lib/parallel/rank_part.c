@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "base/rising.h"
 #include "mesh/mesh.h"
 #include "mesh/split_part.h"
 #include "parallel/halo.h"
@@ -23,18 +24,6 @@ struct flesh_rank_part {
   flesh_team team;
 };
 
-/* Where `node` is in the rising `nodes` from `low` to before `high`; -1. */
-static int find(const int *nodes, int low, int high, int node)
-{
-  while (low < high) {
-    const int middle = low + (high - low) / 2;
-    if (nodes[middle] == node) return middle;
-    if (nodes[middle] < node) low = middle + 1;
-    else high = middle;
-  }
-  return -1;
-}
-
 /* Layers of nodes beyond those of a rank's tets that it reaches. */
 enum { LAYERS = 1 };
 _Static_assert((int)LAYERS < (int)FLESH_SPLIT_LAYERS, "a part of a split mesh knows who has the nodes that its rank reaches");
@@ -48,8 +37,6 @@ typedef struct search {
   flesh_reach have, reach;
 } search;
 
-static int owner_of(const search *s, int node) { return s->owner[node]; }
-
 static int is_mine(const search *s, int node) { return flesh_reach_has(&s->have, node, s->rank); }
 
 /* Own nodes, then ghosts, then those beyond. */
@@ -57,11 +44,11 @@ static int list_nodes(flesh_rank_part *self, const search *s)
 {
   flesh_team *team = &self->team;
   for (int i = 0; i < self->whole_nodes; i++) {
-    if (owner_of(s, i) < 0) continue;
+    if (s->owner[i] < 0) continue;
     team->all++;
     team->reached += flesh_reach_has(&s->reach, i, s->rank);
     team->nodes += is_mine(s, i);
-    team->own += owner_of(s, i) == s->rank;
+    team->own += s->owner[i] == s->rank;
   }
   self->nodes = flesh_malloc(((size_t)team->reached + 1) * sizeof *self->nodes);
   team->numbers = self->nodes;
@@ -69,7 +56,7 @@ static int list_nodes(flesh_rank_part *self, const search *s)
   int own = 0, ghost = team->own, beyond = team->nodes;
   for (int i = 0; i < self->whole_nodes; i++) {
     if (!flesh_reach_has(&s->reach, i, s->rank)) continue;
-    self->nodes[!is_mine(s, i) ? beyond++ : owner_of(s, i) == s->rank ? own++ : ghost++] = i;
+    self->nodes[!is_mine(s, i) ? beyond++ : s->owner[i] == s->rank ? own++ : ghost++] = i;
   }
   return FLESH_OK;
 }
@@ -129,7 +116,7 @@ static int make_halo(flesh_rank_part *self, const search *s, const flesh_reach *
   const flesh_reach *have = &s->have;
   flesh_shared_nodes shared = {0};
   for (int i = 0; i < self->team.reached; i++) {
-    const int node = self->nodes[i], owner = owner_of(s, node);
+    const int node = self->nodes[i], owner = s->owner[node];
     const int gives = owners ? owner == s->rank : is_mine(s, node), takes = flesh_reach_has(take, node, s->rank);
     if (owners && takes && !gives) flesh_shared_nodes_add(&shared, owner, 1, node, i);
     for (int k = have->first[node]; k < have->first[node + 1] && takes && !owners; k++)
@@ -330,8 +317,8 @@ int flesh_rank_part_neighbours(const flesh_rank_part *self) { return self->halo.
 
 int flesh_rank_part_find(const flesh_rank_part *self, int node)
 {
-  const int own = find(self->nodes, 0, self->team.own, node);
-  return own >= 0 ? own : find(self->nodes, self->team.own, self->team.nodes, node);
+  const int own = flesh_rising_find(self->nodes, 0, self->team.own, node);
+  return own >= 0 ? own : flesh_rising_find(self->nodes, self->team.own, self->team.nodes, node);
 }
 
 int flesh_rank_part_gather(const flesh_rank_part *self, const double *vector, double *whole)

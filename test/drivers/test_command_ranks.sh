@@ -3,17 +3,10 @@
 # takes few scenes, each on one number of ranks: launchers are slow.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
-launcher=${MPIRUN:?MPIRUN must name the launcher of MPI}
+. "$source_folder/shared/ranks.sh"
 scenes=$source_folder/../data/scenes
 if [ -n "${STOP_AT-}" ]; then shim=$(preloadable "$STOP_AT") || exit 1; fi
 case ${1-} in quick) quick=1 ;; *) quick= ;; esac
-
-# Times before anything is called a hang.
-on_ranks() {
-  count=$1
-  shift
-  timeout 120 "$launcher" -n "$count" "$@"
-}
 
 # agree RANKS SCENE ARGUMENT...: the solves are so exact that what is left of them stays far below `limit`; in a full run
 # on 2, 3, 5 and 8 ranks.
@@ -256,17 +249,11 @@ END
 
 # begin RANKS [SCENE [ARGUMENT...]]: a run without end, with the processes of its ranks in pid_0, pid_1 ...
 begin() {
-  cat >rank.sh <<'END'
-echo $$ >"pid_$OMPI_COMM_WORLD_RANK.part" && mv "pid_$OMPI_COMM_WORLD_RANK.part" "pid_$OMPI_COMM_WORLD_RANK" || exit 1
-exec "$@"
-END
-  rm -rf endless pid_*
+  rm -rf endless
   number=$1 scene=${2:-$scenes/swing_coarse.yaml}
   shift
   [ $# -eq 0 ] || shift
-  on_ranks "$number" sh rank.sh "$flesh" run "$scene" --out endless --set time.end=1e4 --quiet --no-frames "$@" \
-    >stdout.txt 2>stderr.txt &
-  launched=$!
+  begin_on "$number" "$flesh" run "$scene" --out endless --set time.end=1e4 --quiet --no-frames "$@"
   wait_until "$launched" test -s endless/history.csv
 }
 
@@ -298,14 +285,7 @@ a_killed_rank_ends_all() {
   wait "$launched"
   code=$?
   case $code in 0 | 124) echo "ended with $code"; return 1 ;; esac
-  for rank in 0 1 2; do # the launcher may be gone before those that it has killed
-    tries=0
-    while grep -q '^State:.[^Z]' "/proc/$(cat pid_$rank)/status" 2>/dev/null; do
-      tries=$((tries + 1))
-      [ "$tries" -lt 1200 ] || { echo "rank $rank lives on"; return 1; }
-      sleep 0.05
-    done
-  done
+  wait_for_ends "$(cat pid_0)" "$(cat pid_1)" "$(cat pid_2)" || return 1
   has endless/result.json '"status": "running"' || return 1
   python3 -c 'import csv; rows = list(csv.DictReader(open("endless/history.csv"))); [float(n) for row in rows for n in row.values()]'
 }

@@ -2,14 +2,8 @@
 # states, what is refused, and how it ends. FLESH names the program, MPIRUN the launcher. `quick` takes few cases.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
-launcher=${MPIRUN:?MPIRUN must name the launcher of MPI}
+. "$source_folder/shared/ranks.sh"
 case ${1-} in quick) quick=1 ;; *) quick= ;; esac
-
-on_ranks() {
-  count=$1
-  shift
-  timeout 120 "$launcher" -n "$count" "$@"
-}
 
 "$flesh" mesh box --cells 12,4,3 --size 3,1,1 --out bar.msh >/dev/null || exit 1
 cat >bar.yaml <<'END'
@@ -170,13 +164,7 @@ bad_parts_are_refused() {
 # A rank that is asked to stop stops all, in order, with the state and the frames so far.
 a_signal_ends_all() {
   split 3
-  cat >rank.sh <<'END'
-echo $$ >"pid_$OMPI_COMM_WORLD_RANK.part" && mv "pid_$OMPI_COMM_WORLD_RANK.part" "pid_$OMPI_COMM_WORLD_RANK" || exit 1
-exec "$@"
-END
-  on_ranks 3 sh rank.sh "$flesh" run bar.yaml --set body.mesh=parts_3/index.txt --out endless --set time.end=1e4 --quiet \
-    >stdout.txt 2>stderr.txt &
-  launched=$!
+  begin_on 3 "$flesh" run bar.yaml --set body.mesh=parts_3/index.txt --out endless --set time.end=1e4 --quiet
   wait_until "$launched" test -s endless/frames/frame_000004.pvtu || return 1
   kill -TERM "$(cat pid_1)" || return 1
   wait "$launched"

@@ -1,6 +1,6 @@
 /* test_shared_motion.c: motions of bodies that are shared out among ranks: adaptive methods and orders against another
- * code's exact motion, what free bodies keep, how steps fail and are stopped. With the argument `all`
- * also what takes long. */
+ * code's exact motion, what free bodies keep, how steps fail and are stopped. With the argument `all` also what takes
+ * long. */
 #include "ranks.h"
 
 #include "motion_reference.h"
@@ -63,22 +63,8 @@ static void open_oracle_bar(flesh_mass mass, bodies *b)
   open_body(b, mesh, material, mass, 9.8, 1);
 }
 
-/* Where the whole is at `time`, by another code. */
-static void read_exact(flesh_mass mass, double time, int nodes, flesh_state *state)
-{
-  const char *const names[] = {"reference/oracle/grav_lumped_ref_states.txt", "reference/oracle/grav_consistent_ref_states.txt"};
-  char line[512];
-  double t = NAN;
-  FILE *file = fopen(names[mass], "r");
-  CHECK(file != NULL);
-  if (!file) return;
-  while (fgets(line, sizeof line, file))
-    if (sscanf(line, "t %lf", &t) == 1 && fabs(t - time) < 1e-9) break;
-  CHECK_NEAR(t, time, 1e-9);
-  for (int i = 0; i < nodes; i++)
-    for (int c = 0; c < 6; c++) CHECK(fscanf(file, "%lf", (c < 3 ? state->x : state->v - 3) + 3 * i + c) == 1);
-  fclose(file);
-}
+/* By the mass that the body has. */
+static const char *const oracle_states[] = {"grav_lumped_ref_states.txt", "grav_consistent_ref_states.txt"};
 
 static flesh_integrator *adaptive(const test_body *b, flesh_method method, double tolerance, int max_steps)
 {
@@ -109,7 +95,7 @@ static void errors_follow_the_tolerance(void)
       for (int at = 1; at <= 3; at++) {
         CHECK_OK(flesh_integrator_step(integrator, &b.own.state, 0.1 * at - b.own.state.t, &stats));
         gather(&b, &b.own.state, &reached);
-        read_exact((flesh_mass)mass, 0.1 * at, b.whole.n / 3, &exact);
+        motion_read_states(oracle_states[mass], 0.1 * at, b.whole.n / 3, &exact);
         for (int i = 0; i < b.whole.n; i += 3)
           error[k] = fmax(error[k], sqrt(pow(reached.x[i] - exact.x[i], 2) + pow(reached.x[i + 1] - exact.x[i + 1], 2) +
                                          pow(reached.x[i + 2] - exact.x[i + 2], 2)));
@@ -134,7 +120,7 @@ static void orders_are_those_of_one_rank(void)
   bodies b;
   open_oracle_bar(FLESH_MASS_LUMPED, &b);
   flesh_state exact = state_copy(b.whole.n, &b.whole.state), reached = state_copy(b.whole.n, &b.whole.state);
-  read_exact(FLESH_MASS_LUMPED, 0.1, b.whole.n / 3, &exact);
+  motion_read_states(oracle_states[FLESH_MASS_LUMPED], 0.1, b.whole.n / 3, &exact);
   for (flesh_method method = 0; flesh_method_name(method); method++) {
     double h[RUNS], error[RUNS];
     if (flesh_method_order(method) < 1) continue;

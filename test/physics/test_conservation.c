@@ -167,23 +167,6 @@ static void midpoint_keeps_both_momenta(void)
     }
 }
 
-/* Reads x and v of block `t <time>` of another code's trajectory. */
-static void read_exact(const char *name, double time, int nodes, flesh_state *state)
-{
-  char path[256], line[512];
-  double t = NAN;
-  snprintf(path, sizeof path, "reference/oracle/%s", name);
-  FILE *file = fopen(path, "r");
-  CHECK(file != NULL);
-  if (!file) return;
-  while (fgets(line, sizeof line, file))
-    if (sscanf(line, "t %lf", &t) == 1 && fabs(t - time) < 1e-9) break;
-  CHECK_NEAR(t, time, 1e-9);
-  for (int i = 0; i < nodes; i++)
-    for (int c = 0; c < 6; c++) CHECK(fscanf(file, "%lf", (c < 3 ? state->x : state->v - 3) + 3 * i + c) == 1);
-  fclose(file);
-}
-
 /* Every method goes to the exact motion of another code with its order; the extrapolated midpoint rule reaches it. */
 static void methods_converge_to_another_codes_motion(void)
 {
@@ -200,7 +183,7 @@ static void methods_converge_to_another_codes_motion(void)
     CHECK_OK(test_body_clamp(&b, 1e-9));
     CHECK_OK(flesh_system_finalize(b.system));
     flesh_state exact = state_copy(b.n, &b.state), best = state_copy(b.n, &b.state);
-    read_exact(names[mass], end, b.n / 3, &exact);
+    motion_read_states(names[mass], end, b.n / 3, &exact);
     for (flesh_method method = 0; flesh_method_name(method); method++) {
       enum { RUNS = 3 };
       if (flesh_method_order(method) < 1) continue;

@@ -139,4 +139,21 @@ static inline flesh_state motion_exact(const test_body *b, flesh_mass mass, int 
   return exact;
 }
 
+/* Reads x and v of `nodes` nodes at a time from another code's trajectory, reference/oracle/<name>. */
+static inline void motion_read_states(const char *name, double time, int nodes, flesh_state *state)
+{
+  char path[256], line[512];
+  double t = NAN;
+  snprintf(path, sizeof path, "reference/oracle/%s", name);
+  FILE *file = fopen(path, "r");
+  CHECK(file != NULL);
+  if (!file) return;
+  while (fgets(line, sizeof line, file))
+    if (sscanf(line, "t %lf", &t) == 1 && fabs(t - time) < 1e-9) break;
+  CHECK_NEAR(t, time, 1e-9);
+  for (int i = 0; i < nodes; i++)
+    for (int c = 0; c < 6; c++) CHECK(fscanf(file, "%lf", (c < 3 ? state->x : state->v - 3) + 3 * i + c) == 1);
+  fclose(file);
+}
+
 #endif
