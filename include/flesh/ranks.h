@@ -46,10 +46,10 @@ flesh_communicator_exchanged(const flesh_communicator *communicator);
 FLESH_API int flesh_communicator_agree(flesh_communicator *communicator, int status);
 
 /* The part of this rank. `whole` is the same on all ranks and not needed afterwards; `ranks` [tets], likewise, the rank
- * of each tet; NULL: METIS gives all as many tets and few nodes between them (Karypis & Kumar 1998). Every tet is of one
- * rank; a node is owned by the first of the ranks whose tets have it, and a ghost of the others. Borrows `communicator`.
- * Returns new. Collective, and fails on all ranks or none: FLESH_ERR_ARGUMENT for a rank without a tet, or where METIS
- * is wanted and flesh is built without it. Further errors: FLESH_ERR_MEMORY. */
+ * of each tet; NULL: planes across the axes, or METIS where planes cut far more, give all as many tets and few nodes
+ * between them (Berger & Bokhari 1987; Karypis & Kumar 1998). Every tet is of one rank; a node is owned by the first of
+ * the ranks whose tets have it, and a ghost of the others. Borrows `communicator`. Returns new. Collective, and fails on
+ * all ranks or none: FLESH_ERR_ARGUMENT for a rank without a tet. Further errors: FLESH_ERR_MEMORY. */
 FLESH_API int flesh_rank_part_create(flesh_communicator *communicator, const flesh_mesh *whole, const int *ranks,
                                      flesh_rank_part **rank_part);
 /* The same for the effects of a finished system on the whole, which is the same on all ranks and not needed

@@ -4,7 +4,7 @@
 
 #include "base/error.h"
 #include "base/memory.h"
-#include "parallel/partition.h"
+#include "parallel/partition_kinds.h"
 
 /* METIS may leave a part empty where there are few tets: such a part gets one of the largest. */
 static void fill_empty(int tets, int ranks, int *part, int *counts)
@@ -39,14 +39,9 @@ static int run_metis(const flesh_mesh *mesh, int ranks, idx_t *first, idx_t *cor
                           : flesh_fail(FLESH_ERR_MEMORY, "METIS could not part %d tets for %d ranks", (int)tets, ranks);
 }
 
-int flesh_partition_tets(const flesh_mesh *mesh, int ranks, int *part)
+int flesh_partition_metis(const flesh_mesh *mesh, int ranks, int *part, int *made)
 {
   const size_t tets = (size_t)flesh_mesh_tet_count(mesh), nodes = (size_t)flesh_mesh_node_count(mesh);
-  memset(part, 0, tets * sizeof *part);
-  if (ranks == 1) return FLESH_OK;
-  if (ranks < 1 || (size_t)ranks > tets)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "a mesh of %d tets has no parts for %d ranks; 1 to %d serve", (int)tets, ranks,
-                      (int)tets);
   idx_t *room = flesh_malloc((6 * tets + 1 + nodes) * sizeof *room);
   int *counts = flesh_malloc((size_t)ranks * sizeof *counts), status = FLESH_ERR_MEMORY;
   if (room && counts) {
@@ -59,5 +54,6 @@ int flesh_partition_tets(const flesh_mesh *mesh, int ranks, int *part)
   }
   flesh_free(room);
   flesh_free(counts);
+  *made = !status;
   return status;
 }

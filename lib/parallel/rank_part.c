@@ -243,7 +243,7 @@ static int create(flesh_communicator *communicator, const flesh_mesh *whole, con
   return status;
 }
 
-/* The rank of each tet by METIS, the same on all ranks; new. */
+/* The rank of each tet, the same on all ranks; new. */
 static int cut(flesh_communicator *communicator, const flesh_mesh *whole, int **ranks)
 {
   const int tets = flesh_mesh_tet_count(whole);

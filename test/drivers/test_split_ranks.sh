@@ -21,7 +21,7 @@ END
 
 split() { "$flesh" mesh split bar.msh --parts "$1" --out "parts_$1" >/dev/null; }
 
-# On as many ranks the parts are those of METIS in either case, and so are all bits.
+# On as many ranks the parts are the same in either case, and so are all bits.
 runs_are_those_of_the_whole() {
   numbers=${quick:+3}
   for ranks in ${numbers:-2 3 5}; do

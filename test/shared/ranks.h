@@ -40,7 +40,7 @@ static inline int ranks_run_all(int argc, char **argv, const test_case *cases, i
   ranks_run_all(argc, argv, (const test_case[]){__VA_ARGS__},  \
                 (int)(sizeof((const test_case[]){__VA_ARGS__}) / sizeof(test_case)))
 
-/* The part of this rank, by METIS; new. */
+/* The part of this rank; new. */
 static inline flesh_rank_part *ranks_cut(const flesh_mesh *whole)
 {
   flesh_rank_part *part = NULL;
