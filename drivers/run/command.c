@@ -116,7 +116,7 @@ static void describe(const flesh_scene *scene, const flesh_ranks *ranks)
   flesh_materials_print(stdout, scene);
   describe_springs(flesh_scene_system(scene));
   flesh_warn_of_locking(scene, stdout);
-  const char *preconditioner = flesh_preconditioner_used(scene, ranks != NULL);
+  const char *preconditioner = flesh_preconditioner_used(scene, flesh_ranks_take_volumes_out(ranks, scene));
   if (preconditioner) printf("preconditioner: %s\n", preconditioner);
   if (ranks) printf("ranks: %d\n", ranks->count);
   fflush(stdout);

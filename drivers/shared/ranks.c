@@ -12,6 +12,7 @@
 #include "mesh/split_part.h"
 #include "parallel/communicator.h"
 #include "shared/ranks_join.h"
+#include "shared/result.h"
 
 /* What launchers say of themselves: Open MPI's, those with PMI (MPICH, Intel MPI), MVAPICH's, and Slurm's with PMIx. */
 static int launched(void)
@@ -140,6 +141,7 @@ int flesh_ranks_share(flesh_ranks *self, const flesh_scene *scene)
       status = flesh_gather_create(self->working, flesh_scene_share_part(self->share), &self->gather);
       if (!status) status = flesh_gather_create_tets(self->working, flesh_scene_share_part(self->share), &self->tets);
     }
+    if (!status) self->takes_volumes_out = flesh_takes_volumes_out(scene, flesh_scene_share_system(self->share));
   }
   return flesh_communicator_agree(self->communicator, status);
 }
@@ -147,6 +149,11 @@ int flesh_ranks_share(flesh_ranks *self, const flesh_scene *scene)
 const flesh_system *flesh_ranks_system(const flesh_ranks *ranks, const flesh_scene *scene)
 {
   return ranks ? flesh_scene_share_system(ranks->share) : flesh_scene_system(scene);
+}
+
+int flesh_ranks_take_volumes_out(const flesh_ranks *ranks, const flesh_scene *scene)
+{
+  return ranks ? ranks->takes_volumes_out : flesh_takes_volumes_out(scene, flesh_scene_system(scene));
 }
 
 int flesh_ranks_threads(const flesh_ranks *ranks, const flesh_scene *scene)

@@ -17,6 +17,7 @@ typedef struct flesh_ranks {
   flesh_scene_share *share; /* with the next, once a scene is shared out */
   flesh_gather *gather, *tets; /* of nodes; of tets; NULL where the mesh is split, and no rank has the whole */
   flesh_mesh_info whole;       /* of a split mesh's: counts of nodes, tets, surface triangles, and the volume */
+  int takes_volumes_out;       /* flesh_takes_volumes_out of what they share */
 } flesh_ranks;
 
 /* Joins the ranks where a launcher of MPI has started two or more (its environment says so); *ranks is NULL else. Returns
@@ -52,6 +53,9 @@ int flesh_ranks_mesh_is_split(const flesh_scene *scene);
 /* The system that this process steps, and the threads that it takes for it. */
 const flesh_system *flesh_ranks_system(const flesh_ranks *ranks, const flesh_scene *scene);
 int flesh_ranks_threads(const flesh_ranks *ranks, const flesh_scene *scene);
+
+/* flesh_takes_volumes_out of the system that is stepped; not collective. */
+int flesh_ranks_take_volumes_out(const flesh_ranks *ranks, const flesh_scene *scene);
 
 /* Counts and volume of the scene's whole mesh. */
 void flesh_ranks_inspect(const flesh_ranks *ranks, const flesh_scene *scene, flesh_mesh_info *info);

@@ -13,6 +13,7 @@
 #include "mesh/split_part.h"
 #include "shared/json_memory.h"
 #include "system/inertia_modulus.h"
+#include "system/ranks.h"
 #include "system/stiff_rows.h"
 #include "time/method.h"
 
@@ -146,11 +147,9 @@ void flesh_skin_print(FILE *stream, const char *surface, const flesh_skin_info *
             info->outside, info->distance_max, info->farthest, info->weight_min);
 }
 
-/* Whether stiff volume terms are taken out of the systems of the scene's steps, of the length that it asks for. */
-static int takes_volumes_out(const flesh_scene *scene)
+int flesh_takes_volumes_out(const flesh_scene *scene, const flesh_system *system)
 {
   const flesh_scene_time *time = flesh_scene_times(scene);
-  const flesh_system *system = flesh_scene_system(scene);
   const int by_euler_first = time->method == FLESH_METHOD_EULER_THEN_ADAPTIVE;
   const flesh_method_row *method = flesh_method_find(by_euler_first ? FLESH_METHOD_BACKWARD_EULER : time->method);
   const size_t n = (size_t)flesh_system_unknowns(system);
@@ -158,10 +157,12 @@ static int takes_volumes_out(const flesh_scene *scene)
   flesh_stiff_rows rows = {0};
   flesh_stage stage = {.shift = {.x = 1}};
   int projects = 0;
-  if (method && method->stage && room && !flesh_system_stiff_rows_create(system, &rows)) {
+  int status = flesh_system_stiff_rows_create(system, &rows);
+  if (!status) status = flesh_team_agree(flesh_system_team(system), room ? FLESH_OK : FLESH_ERR_MEMORY);
+  if (!status && method && method->stage) {
     const flesh_method_memory of_no_nodes = {.options = time->options};
     method->stage(&of_no_nodes, &(flesh_state){0}, time->step, time->step, &stage);
-    const double inertia = rows.count ? flesh_system_inertia_modulus(system, room, room + n) : 0;
+    const double inertia = rows.nodes_per_row ? flesh_system_inertia_modulus(system, room, room + n) : 0;
     projects = flesh_preconditioner_projects(flesh_scene_solver(scene)->preconditioner, &rows,
                                              inertia * stage.shift.a / stage.shift.x);
   }
@@ -170,11 +171,11 @@ static int takes_volumes_out(const flesh_scene *scene)
   return projects;
 }
 
-const char *flesh_preconditioner_used(const flesh_scene *scene, int on_ranks)
+const char *flesh_preconditioner_used(const flesh_scene *scene, int takes_volumes_out)
 {
   const flesh_solver_options *solver = flesh_scene_solver(scene);
   if (solver->linear_solver != FLESH_LINEAR_PCG) return NULL;
-  if (!on_ranks && takes_volumes_out(scene)) return flesh_preconditioner_name(FLESH_PRECONDITIONER_VOLUME_PROJECTION);
+  if (takes_volumes_out) return flesh_preconditioner_name(FLESH_PRECONDITIONER_VOLUME_PROJECTION);
   const flesh_mesh *mesh = flesh_scene_mesh(scene);
   return flesh_preconditioner_name(flesh_preconditioner_choose(
       solver->preconditioner, mesh->split ? mesh->split->whole_nodes : flesh_mesh_node_count(mesh)));

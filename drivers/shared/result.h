@@ -68,8 +68,11 @@ void flesh_failure_print(FILE *stream, const flesh_outcome *outcome, const flesh
 /* What a skin is bound to, in a line or two. */
 void flesh_skin_print(FILE *stream, const char *surface, const flesh_skin_info *info);
 
-/* Name of the kind that a scene's solves use, by one process or on ranks; NULL: a direct solver. */
-const char *flesh_preconditioner_used(const flesh_scene *scene, int on_ranks);
+/* Whether stiff volume terms are taken out of the system's solves in the scene's steps, of the length that it asks for.
+ * Collective where the system is of a rank. */
+int flesh_takes_volumes_out(const flesh_scene *scene, const flesh_system *system);
+/* Name of the kind that a scene's solves use, with the volume projection or not; NULL: a direct solver. */
+const char *flesh_preconditioner_used(const flesh_scene *scene, int takes_volumes_out);
 
 /* Constants of every material in force, as text or as a new array. */
 void flesh_materials_print(FILE *stream, const flesh_scene *scene);

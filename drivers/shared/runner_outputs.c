@@ -75,7 +75,8 @@ static int write_running(flesh_running *r, flesh_figures *figures)
   const flesh_runner_options *options = r->options;
   r->program = flesh_provenance_program(options->argc, options->argv);
   json_object_set_new(r->program, "threads", json_integer(flesh_ranks_threads(options->ranks, r->scene)));
-  const char *preconditioner = flesh_preconditioner_used(r->scene, options->ranks != NULL);
+  const char *preconditioner =
+      flesh_preconditioner_used(r->scene, flesh_ranks_take_volumes_out(options->ranks, r->scene));
   json_object_set_new(r->program, "preconditioner",
                       preconditioner ? json_string(preconditioner) : json_null());
   if (!r->inputs) r->inputs = flesh_provenance_scene(r->scene, options->scene_path);

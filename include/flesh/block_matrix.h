@@ -25,7 +25,7 @@ typedef struct flesh_block_matrix {
 /* Terms b b^T of a matrix, one of each row b, that are much stiffer than the rest of it: a preconditioner may project
  * them out (FLESH_PRECONDITIONER_VOLUME_PROJECTION). */
 typedef struct flesh_stiff_rows {
-  int count, nodes_per_row;
+  int count, nodes_per_row; /* count 0 with nodes in a row: other ranks have the rows */
   /* From this one on, a row's nodes have most of b: the mid-edge nodes of a ten-node tet, at whose corners b vanishes
    * where F is constant. The projection moves these nodes alone. */
   int first_main;

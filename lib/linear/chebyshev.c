@@ -9,6 +9,7 @@
 #include "base/memory.h"
 #include "base/parallel_vector.h"
 #include "base/sort.h"
+#include "base/team.h"
 #include "linear/dissection.h"
 
 enum {
@@ -146,7 +147,29 @@ static inline float product_row(const int *restrict column, const float *restric
   return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
 
-/* r -= A d; the next direction; x += it. */
+/* r -= A d. */
+static void subtract(void *data, int part, int begin, int end)
+{
+  const pass *now = data;
+  const int *start = now->self->start;
+  (void)part;
+  for (int p = begin; p < end; p++)
+    now->self->r[p] -= product_row(now->self->column + start[p], now->self->values + start[p], start[p + 1] - start[p],
+                                   now->d, now->d[p]);
+}
+
+/* The next direction; x += it. */
+static void move(void *data, int part, int begin, int end)
+{
+  const pass *now = data;
+  (void)part;
+  for (int p = begin; p < end; p++) {
+    now->to[p] = now->keep * now->d[p] + now->add * now->self->r[p];
+    now->self->x[p] += now->to[p];
+  }
+}
+
+/* Both at once. */
 static void descend(void *data, int part, int begin, int end)
 {
   const pass *now = data;
@@ -161,14 +184,26 @@ static void descend(void *data, int part, int begin, int end)
   }
 }
 
-int flesh_chebyshev_setup(flesh_chebyshev *self, double largest)
+/* Of the diagonal, which is that of all ranks where others have rows, too; 0 where it is not positive. */
+static double mean_diagonal(const flesh_chebyshev *self)
 {
   const float *diagonal = self->values + self->start[self->n];
   double mean = 0;
+  int bad = 0;
   for (int p = 0; p < self->n; p++) {
-    if (!(diagonal[p] > 0 && diagonal[p] < INFINITY)) return 0;
+    bad |= !(diagonal[p] > 0 && diagonal[p] < INFINITY);
     mean += (double)diagonal[p] / self->n;
   }
+  if (!self->others) return bad ? 0 : mean;
+  double sums[] = {bad ? 0 : mean * self->n, self->n, bad};
+  flesh_team_sum(flesh_threads_team(self->threads), 3, sums);
+  return sums[2] > 0 ? 0 : sums[0] / sums[1];
+}
+
+int flesh_chebyshev_setup(flesh_chebyshev *self, double largest)
+{
+  const double mean = mean_diagonal(self);
+  if (!(mean > 0)) return 0;
   scale_rows(self);
   self->largest = (float)largest;
   self->degree = (int)fmin(fmax(ceil(DEGREE * sqrt(mean * largest)), 2), MOST);
@@ -196,13 +231,21 @@ static void end_part(void *data, int part, int begin, int end)
 /* Lottes 2023, algorithm 1, from zero. */
 void flesh_chebyshev_solve(flesh_chebyshev *self)
 {
+  const flesh_chebyshev_others *others = self->others;
   const float top = self->largest;
   float *d = self->d[0], *other = self->d[1];
   run(self, begin_part, (pass){.to = d, .add = 4 / (3 * top)});
   for (int k = 1; k < self->degree; k++) {
     const float below = (float)(2 * k + 3);
-    run(self, descend,
-        (pass){.d = d, .to = other, .keep = (float)(2 * k - 1) / below, .add = (float)(8 * k + 4) / (below * top)});
+    const pass next = {.d = d, .to = other, .keep = (float)(2 * k - 1) / below, .add = (float)(8 * k + 4) / (below * top)};
+    if (others) {
+      others->begin(others->data, d);
+      run(self, subtract, next);
+      others->end(others->data, self->r);
+      run(self, move, next);
+    } else {
+      run(self, descend, next);
+    }
     float *swap = d;
     d = other, other = swap;
   }

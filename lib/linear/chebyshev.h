@@ -11,8 +11,16 @@
 #include "flesh/threads.h"
 #include "linear/isa_names.h"
 
+/* What other ranks' rows add to a product with the matrix, of which they have rows, too. Collective. */
+typedef struct flesh_chebyshev_others {
+  void *data;
+  void (*begin)(void *data, const float *d); /* sends what they need of d, which is that of unit diagonal */
+  void (*end)(void *data, float *r);         /* takes their part of the product from r */
+} flesh_chebyshev_others;
+
 typedef struct flesh_chebyshev {
   int n;
+  const flesh_chebyshev_others *others; /* NULL: all rows are here; else the matrix is that of the threads' team */
   flesh_threads *threads;
   int *place;      /* [n] of each row in an order that keeps neighbours together */
   int *start;      /* [n+1] of the rows' neighbours in that order */
@@ -41,7 +49,7 @@ size_t flesh_chebyshev_entry(const flesh_chebyshev *chebyshev, int row, int othe
 
 /* For the entries filled in, which are then to be filled in anew, of a matrix that has no eigenvalue above `largest`
  * where its diagonal is 1: errors end below the inverse root of the eigenvalue that they belong to. 0 where the diagonal
- * is not positive. */
+ * is not positive, on any rank. */
 int flesh_chebyshev_setup(flesh_chebyshev *chebyshev, double largest);
 /* x becomes the solution, or nearly: a linear symmetric function of what it was, the same for any number of threads. */
 void flesh_chebyshev_solve(flesh_chebyshev *chebyshev);

@@ -73,6 +73,7 @@
 #define flesh_row_coupling_create FLESH_OF_ISA(flesh_row_coupling_create)
 #define flesh_row_coupling_archive FLESH_OF_ISA(flesh_row_coupling_archive)
 #define flesh_row_coupling_clear FLESH_OF_ISA(flesh_row_coupling_clear)
+#define flesh_row_coupling_share FLESH_OF_ISA(flesh_row_coupling_share)
 #define flesh_row_coupling_memory FLESH_OF_ISA(flesh_row_coupling_memory)
 #define flesh_row_coupling_setup FLESH_OF_ISA(flesh_row_coupling_setup)
 #define flesh_row_coupling_solve FLESH_OF_ISA(flesh_row_coupling_solve)
@@ -98,6 +99,8 @@
 #define flesh_volume_projection_turned FLESH_OF_ISA(flesh_volume_projection_turned)
 #define flesh_preconditioner_turned FLESH_OF_ISA(flesh_preconditioner_turned)
 #define flesh_volume_projection_after FLESH_OF_ISA(flesh_volume_projection_after)
+#define flesh_volume_projection_before_in_team FLESH_OF_ISA(flesh_volume_projection_before_in_team)
+#define flesh_volume_projection_after_in_team FLESH_OF_ISA(flesh_volume_projection_after_in_team)
 
 #define flesh_product_create FLESH_OF_ISA(flesh_product_create)
 #define flesh_product_clear FLESH_OF_ISA(flesh_product_clear)

@@ -3,32 +3,47 @@
 
 #include <string.h>
 
-static void widen(const flesh_overlap *self, const int *reached, float *wide)
+void flesh_overlap_widen(const flesh_overlap *self, const int *reached, float *wide)
 {
   for (size_t p = 0; p < (size_t)self->team->reached; p++)
     for (size_t c = 0; c < 3; c++)
       wide[4 * p + c] = self->weight[reached[p]] * (float)self->vector[3 * (size_t)reached[p] + c];
 }
 
+/* What the nodes of a rank's tets have, by their numbers. */
+static void unwind(const flesh_overlap *self, const int *nodes, const float *from, double *to)
+{
+  for (size_t p = 0; p < (size_t)self->team->nodes; p++)
+    for (size_t c = 0; c < 3; c++) to[3 * (size_t)nodes[p] + c] = from[4 * p + c];
+}
+
+void flesh_overlap_fetch(const flesh_overlap *self, const int *nodes, const float *r)
+{
+  const flesh_team *team = self->team;
+  unwind(self, nodes, r, self->vector);
+  team->operations->share(team->data, &(flesh_team_vector){3, 3, NULL, self->vector, 1});
+}
+
 void flesh_overlap_restrict(const flesh_overlap *self, const int *nodes, const float *r, const int *reached,
                             float *wide)
 {
+  flesh_overlap_fetch(self, nodes, r);
+  flesh_overlap_widen(self, reached, wide);
+}
+
+void flesh_overlap_fetch_kept(const flesh_overlap *self, const int *nodes, const float *r, double scale)
+{
   const flesh_team *team = self->team;
-  for (size_t p = 0; p < (size_t)team->nodes; p++)
-    for (size_t c = 0; c < 3; c++) self->vector[3 * (size_t)nodes[p] + c] = r[4 * p + c];
-  team->operations->share(team->data, &(flesh_team_vector){3, 3, NULL, self->vector, 1});
-  widen(self, reached, wide);
+  unwind(self, nodes, r, self->vector);
+  for (size_t d = 3 * (size_t)team->own, k = 0; d < 3 * (size_t)team->reached; d++, k++)
+    self->vector[d] = scale * self->r[k];
 }
 
 void flesh_overlap_restrict_kept(const flesh_overlap *self, const int *nodes, const float *r, double scale,
                                  const int *reached, float *wide)
 {
-  const flesh_team *team = self->team;
-  for (size_t p = 0; p < (size_t)team->nodes; p++)
-    for (size_t c = 0; c < 3; c++) self->vector[3 * (size_t)nodes[p] + c] = r[4 * p + c];
-  for (size_t d = 3 * (size_t)team->own, k = 0; d < 3 * (size_t)team->reached; d++, k++)
-    self->vector[d] = scale * self->r[k];
-  widen(self, reached, wide);
+  flesh_overlap_fetch_kept(self, nodes, r, scale);
+  flesh_overlap_widen(self, reached, wide);
 }
 
 /* `found` at these nodes, as the other ranks have them at those. */
@@ -89,19 +104,38 @@ void flesh_overlap_keep(const flesh_overlap *self, const int *place, const doubl
   memset(self->s, 0, others * sizeof *self->s);
 }
 
-void flesh_overlap_collect_begin(const flesh_overlap *self, const int *place, const double *y)
+/* `found` of this rank's nodes to all who reach them. */
+static void send_partial(const flesh_overlap *self)
 {
   const flesh_team_reach *reach = &self->team->reach;
   const size_t nodes = (size_t)self->team->nodes;
-  for (size_t i = 0; i < nodes; i++) memcpy(self->found + 3 * i, y + 4 * (size_t)place[i], 3 * sizeof *y);
   memset(self->found + 3 * nodes, 0, 3 * ((size_t)self->team->reached - nodes) * sizeof *self->found);
   send(self, reach->first_given, reach->given, reach->first_taken);
+}
+
+static void add_partial(const flesh_overlap *self)
+{
+  add_up(self, self->team->reached, self->team->reach.first_taken, self->team->reach.taken);
+}
+
+void flesh_overlap_sum(const flesh_overlap *self, const int *nodes, const float *y)
+{
+  unwind(self, nodes, y, self->found);
+  send_partial(self);
+  add_partial(self);
+}
+
+void flesh_overlap_collect_begin(const flesh_overlap *self, const int *place, const double *y)
+{
+  for (size_t i = 0; i < (size_t)self->team->nodes; i++)
+    memcpy(self->found + 3 * i, y + 4 * (size_t)place[i], 3 * sizeof *y);
+  send_partial(self);
 }
 
 void flesh_overlap_collect_end(const flesh_overlap *self, const int *place, double *y)
 {
   const flesh_team *team = self->team;
-  add_up(self, team->reached, team->reach.first_taken, team->reach.taken);
+  add_partial(self);
   for (size_t i = 0; i < (size_t)team->nodes; i++)
     for (size_t c = 0; c < 3; c++) y[4 * (size_t)place[i] + c] = i < (size_t)team->own ? self->vector[3 * i + c] : 0;
 }

@@ -8,6 +8,12 @@
 
 #include "linear/overlap.h"
 
+/* r, which own nodes alone have, into `vector` at all that are reached. */
+void flesh_overlap_fetch(const flesh_overlap *overlap, const int *nodes, const float *r);
+/* y, partial, into `vector`: the sum of all ranks wherever it is reached, the same bits for all who do. */
+void flesh_overlap_sum(const flesh_overlap *overlap, const int *nodes, const float *y);
+/* From `vector`, weighted. Not collective. */
+void flesh_overlap_widen(const flesh_overlap *overlap, const int *reached, float *wide);
 /* From r, which own nodes alone have, to those that are reached. */
 void flesh_overlap_restrict(const flesh_overlap *overlap, const int *nodes, const float *r, const int *reached,
                             float *wide);
@@ -25,7 +31,8 @@ void flesh_overlap_collect_begin(const flesh_overlap *overlap, const int *place,
 void flesh_overlap_collect_end(const flesh_overlap *overlap, const int *place, double *y);
 /* One step on, with the y that was collected last. */
 void flesh_overlap_advance(const flesh_overlap *overlap, double alpha, double beta);
-/* As flesh_overlap_restrict, of r at own nodes and `scale` times what is kept elsewhere. Sends nothing. */
+/* As flesh_overlap_fetch and _restrict, of r at own nodes and `scale` times what is kept elsewhere. Send nothing. */
+void flesh_overlap_fetch_kept(const flesh_overlap *overlap, const int *nodes, const float *r, double scale);
 void flesh_overlap_restrict_kept(const flesh_overlap *overlap, const int *nodes, const float *r, double scale,
                                  const int *reached, float *wide);
 

@@ -34,6 +34,7 @@ struct flesh_preconditioner_data {
   flesh_volume_projection *projection; /* NULL: the matrix is preconditioned as it is */
   const flesh_stiff_rows *stiff;       /* that it takes out; borrowed */
   int projects;         /* it serves for the matrix at hand */
+  double *blocks;       /* [9*rows] of a team's: diagonal blocks that it sums up; NULL: there is none, or no projection */
   flesh_threads *threads;
   int *order;       /* [rows] the mesh's numbers of the nodes as vectors hold them */
   float *r;         /* [4*rows] where vectors come in the mesh's order */
@@ -134,11 +135,19 @@ int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_mat
 int flesh_preconditioner_project(flesh_preconditioner_data *self, const flesh_block_matrix *A,
                                  const flesh_stiff_rows *rows, const double *positions, int polynomial)
 {
+  const flesh_team *team = self->overlap.team;
   flesh_bisection bisection = {0};
   int status = flesh_bisection_create(A, &bisection);
   self->stiff = rows;
+  if (team && !status) {
+    self->blocks = flesh_malloc((9 * (size_t)self->rows + 1) * sizeof *self->blocks);
+    if (!self->blocks)
+      status = flesh_fail(FLESH_ERR_MEMORY, "no memory for the volume projection of %d elements", rows->count);
+  }
+  status = flesh_team_agree(team, status);
   if (!status)
-    status = flesh_volume_projection_create(A, rows, positions, polynomial, &bisection, self->threads, &self->projection);
+    status = flesh_volume_projection_create(A, rows, positions, polynomial, &bisection, &self->overlap, self->threads,
+                                            &self->projection);
   flesh_bisection_clear(&bisection);
   return status;
 }
@@ -151,6 +160,7 @@ void flesh_preconditioner_destroy(flesh_preconditioner_data **preconditioner)
   flesh_free((*preconditioner)->reached);
   flesh_free((*preconditioner)->wide);
   flesh_free((*preconditioner)->room);
+  flesh_free((*preconditioner)->blocks);
   flesh_free((*preconditioner)->inverse);
   flesh_free((*preconditioner)->order);
   flesh_free((*preconditioner)->r);
@@ -167,18 +177,36 @@ double flesh_power_to_one(double x) { return x > 0 && x < INFINITY ? ldexp(1, -i
 /* Of an inverse block's entries: products with them stay in the range of single precision. */
 static const double LARGEST = 1e30;
 
+/* Node k's inverse block from that of A. */
+static void invert_block(flesh_preconditioner_data *self, int k, const double *of_A)
+{
+  double block[9], inverse[9] = {0};
+  for (int e = 0; e < 9; e++) block[e] = self->scale * of_A[e];
+  const double trace = fabs(block[0]) + fabs(block[4]) + fabs(block[8]);
+  if (!flesh_block_invert(block, inverse))
+    for (int c = 0; c < 3; c++) inverse[4 * c] = trace > 0 ? 3 / trace : 1;
+  for (int e = 0; e < 9; e++)
+    self->inverse[9 * (size_t)k + (size_t)e] = (float)fmin(fmax(inverse[e], -LARGEST), LARGEST);
+}
+
 static void invert_blocks(flesh_preconditioner_data *self, const flesh_block_matrix *A)
 {
-  for (int k = 0; k < self->rows; k++) {
-    const double *of_A = A->values + 9 * (size_t)A->row_start[k];
-    double block[9], inverse[9] = {0};
-    for (int e = 0; e < 9; e++) block[e] = self->scale * of_A[e];
-    const double trace = fabs(block[0]) + fabs(block[4]) + fabs(block[8]);
-    if (!flesh_block_invert(block, inverse))
-      for (int c = 0; c < 3; c++) inverse[4 * c] = trace > 0 ? 3 / trace : 1;
-    for (int e = 0; e < 9; e++)
-      self->inverse[9 * (size_t)k + (size_t)e] = (float)fmin(fmax(inverse[e], -LARGEST), LARGEST);
-  }
+  for (int k = 0; k < self->rows; k++) invert_block(self, k, A->values + 9 * (size_t)A->row_start[k]);
+}
+
+/* The same of partial blocks, by their owners: the same bits at ghosts. */
+static void invert_sums(flesh_preconditioner_data *self, const flesh_block_matrix *A)
+{
+  const flesh_team *team = self->overlap.team;
+  const flesh_team_vector blocks = {9, 9, NULL, self->blocks, 0};
+  const size_t own = 9 * (size_t)team->own, all = 9 * (size_t)self->rows;
+  for (int k = 0; k < self->rows; k++)
+    memcpy(self->blocks + 9 * (size_t)k, A->values + 9 * (size_t)A->row_start[k], 9 * sizeof *self->blocks);
+  team->operations->collect(team->data, &blocks);
+  for (int k = 0; k < team->own; k++) invert_block(self, k, self->blocks + 9 * (size_t)k);
+  for (size_t e = 0; e < own; e++) self->blocks[e] = (double)self->inverse[e];
+  team->operations->share(team->data, &blocks);
+  for (size_t e = own; e < all; e++) self->inverse[e] = (float)self->blocks[e];
 }
 
 static void set_jacobi(flesh_preconditioner_data *self, const flesh_block_matrix *A)
@@ -194,7 +222,8 @@ static const flesh_block_matrix *project(flesh_preconditioner_data *self, const 
   self->projects = 0;
   if (!self->projection || self->stiff->left_in) return A;
   const flesh_block_matrix *soft = flesh_volume_projection_matrix(self->projection, A, fixed);
-  invert_blocks(self, soft);
+  if (self->overlap.team) invert_sums(self, soft);
+  else invert_blocks(self, soft);
   self->projects = flesh_volume_projection_setup(self->projection, self->scale, self->inverse) == FLESH_OK;
   return self->projects ? soft : A;
 }
@@ -337,14 +366,32 @@ static double solve_soft(flesh_preconditioner_data *self, const float *r)
   return product_of(self, r);
 }
 
+/* With a team's projection, of the residual that the overlap's vector has where it is reached. What the coarse level
+ * gets is known only once the rows are taken out of it, so that its load takes a sum of its own. */
+static void solve_projected(flesh_preconditioner_data *self)
+{
+  const int own = self->overlap.team->own;
+  float *r = flesh_volume_projection_before_in_team(self->projection);
+  if (by_blocks(self)) {
+    solve_blocks(self, r);
+  } else {
+    for (int p = 0; p < self->rows; p++)
+      if (self->order[p] >= own) memset(r + 4 * (size_t)p, 0, 4 * sizeof *r);
+    flesh_overlap_widen(&self->overlap, self->reached, self->wide);
+    solve_in_team(self, r, NULL, 1);
+  }
+  flesh_volume_projection_after_in_team(self->projection, self->z);
+}
+
 const flesh_overlap *flesh_preconditioner_overlap(const flesh_preconditioner_data *self)
 {
-  return self->overlap.team && self->cholesky && !self->projects && !by_blocks(self) ? &self->overlap : NULL;
+  return self->overlap.team && self->cholesky && !by_blocks(self) ? &self->overlap : NULL;
 }
 
 int flesh_preconditioner_unknowns(const flesh_preconditioner_data *self)
 {
-  return flesh_preconditioner_overlap(self) && self->two_levels ? flesh_coarse_unknowns(self->coarse) : 0;
+  const int has_load = flesh_preconditioner_overlap(self) && self->two_levels && !self->projects;
+  return has_load ? flesh_coarse_unknowns(self->coarse) : 0;
 }
 
 double *flesh_preconditioner_room(flesh_preconditioner_data *self) { return self->room; }
@@ -358,6 +405,11 @@ void flesh_preconditioner_load(flesh_preconditioner_data *self, const float *r, 
 
 void flesh_preconditioner_solve_for(flesh_preconditioner_data *self, const float *r, const double *load, double scale)
 {
+  if (self->projects) {
+    flesh_overlap_fetch_kept(&self->overlap, self->order, r, scale);
+    solve_projected(self);
+    return;
+  }
   flesh_overlap_restrict_kept(&self->overlap, self->order, r, scale, self->reached, self->wide);
   solve_in_team(self, r, load, scale);
 }
@@ -373,6 +425,11 @@ static void soft_result(const flesh_preconditioner_data *self, int begin, int en
 double flesh_preconditioner_solve(flesh_preconditioner_data *self, const float *r)
 {
   if (!self->projects) return solve_soft(self, r);
+  if (self->overlap.team) {
+    flesh_overlap_fetch(&self->overlap, self->order, r);
+    solve_projected(self);
+    return product_of(self, r);
+  }
   solve_soft(self, flesh_volume_projection_before(self->projection, r));
   soft_result(self, 0, self->rows, self->z);
   return flesh_volume_projection_after(self->projection, r, self->z);
@@ -419,6 +476,7 @@ size_t flesh_preconditioner_memory(const flesh_preconditioner_data *self)
   size_t bytes = sizeof *self + (size_t)self->rows * (8 * sizeof(float) + sizeof(int));
   if (self->inverse) bytes += (size_t)self->rows * 9 * sizeof *self->inverse;
   if (self->wide) bytes += (size_t)self->overlap.matrix.rows * (4 * sizeof(float) + sizeof(int));
+  if (self->blocks) bytes += (size_t)self->rows * 9 * sizeof *self->blocks;
   if (self->room) bytes += room_for(self) * sizeof *self->room;
   return bytes + flesh_overlap_memory(&self->overlap) + (self->cholesky ? flesh_cholesky_memory(self->cholesky) : 0) +
          (self->coarse ? flesh_coarse_memory(self->coarse) : 0) +

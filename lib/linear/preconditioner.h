@@ -35,7 +35,8 @@ int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_mat
                                 flesh_preconditioner_data **preconditioner);
 /* From now on the stiff terms of A's rows (borrowed; to be those of the matrix at every set-up) are taken out by a
  * volume projection, but for set-ups where they are left in; all memory included. Not for NONE. `positions`
- * [3*A->rows] at rest; `polynomial`: by Chebyshev polynomials, else exactly. */
+ * [3*A->rows] at rest; `polynomial`: by Chebyshev polynomials, else exactly. With a team each rank has rows of its own, or
+ * none; where there are other ranks it has to be by polynomials. Collective. */
 int flesh_preconditioner_project(flesh_preconditioner_data *preconditioner, const flesh_block_matrix *A,
                                  const flesh_stiff_rows *rows, const double *positions, int polynomial);
 void flesh_preconditioner_destroy(flesh_preconditioner_data **preconditioner);
@@ -76,11 +77,11 @@ enum { FLESH_PRECONDITIONER_SUMS = 16 };
 double *flesh_preconditioner_room(flesh_preconditioner_data *preconditioner);
 
 /* Takes from step [3*rows] what moves the stiff rows of the matrix by `error` [rows of these], as far as the projection
- * goes. 0: nothing is projected, and nothing done. */
+ * goes. 0: nothing is projected, and nothing done. Collective; steps are consistent. */
 int flesh_preconditioner_restore(flesh_preconditioner_data *preconditioner, const float *error, double *step);
 
 /* How far the stiff rows are from those of the last set-up, 0 where nothing is projected: from about 1 on there are many
- * iterations more. */
+ * iterations more. Collective. */
 double flesh_preconditioner_turned(const flesh_preconditioner_data *preconditioner);
 
 size_t flesh_preconditioner_memory(const flesh_preconditioner_data *preconditioner);

@@ -36,7 +36,7 @@ flesh_preconditioner flesh_preconditioner_choose(flesh_preconditioner kind, int 
 
 int flesh_preconditioner_projects(flesh_preconditioner kind, const flesh_stiff_rows *rows, double inertia)
 {
-  if (!rows->count) return 0;
+  if (!rows->count && !rows->nodes_per_row) return 0; /* of no rank */
   const double stiff = inertia >= HEAVY * rows->modulus && inertia > 0 ? STIFF_IN_MOTION : STIFF;
   return kind == FLESH_PRECONDITIONER_VOLUME_PROJECTION || (kind == FLESH_PRECONDITIONER_AUTO && rows->ratio >= stiff);
 }

@@ -125,18 +125,72 @@ size_t flesh_row_coupling_memory(const flesh_row_coupling *self)
          flesh_chebyshev_memory(&self->polynomial);
 }
 
-/* The largest eigenvalue of a node's share of S, B D^-1 B^T of that node alone, with unit diagonal, or a little more. It
- * is that of X = sum b w^T / b.w with w = D^-1 b, and below the eighth root of the sum of the eigenvalues' eighth
- * powers. */
-static double largest_of_node(const float *inverse, const float *by_node, int count)
+/* B^T d of this rank's rows at the nodes that it shares, d by place. */
+static void send_shared(void *data, const float *d)
 {
-  double X[2][9] = {{0}}, sum = 0;
+  const flesh_row_coupling *self = data;
+  const flesh_chebyshev *S = &self->polynomial;
+  for (int s = 0; s < self->shared->count; s++) {
+    const int p = self->shared->nodes[s];
+    flesh_float4 sum = {0};
+    for (int k = self->lists->start[p]; k < self->lists->start[p + 1]; k++) {
+      const int place = S->place[self->lists->row[k]];
+      sum += FLESH_LANES_FLOAT(self->by_node + 3 * (size_t)k) * (S->root[place] * d[place]);
+    }
+    for (int c = 0; c < 3; c++) self->shared->own[3 * (size_t)s + (size_t)c] = (double)sum[c];
+  }
+  flesh_shared_rows_begin(self->shared, 3);
+}
+
+/* From r B D^-1 of what the others have there. */
+static void take_shared(void *data, float *r)
+{
+  const flesh_row_coupling *self = data;
+  const flesh_chebyshev *S = &self->polynomial;
+  flesh_shared_rows_end(self->shared, 3);
+  for (int s = 0; s < self->shared->count; s++) {
+    const int p = self->shared->nodes[s];
+    const double *y = self->shared->others + 3 * (size_t)s;
+    const flesh_float4 w =
+        flesh_block_times(self->inverse + 9 * (size_t)p, (flesh_float4){(float)y[0], (float)y[1], (float)y[2], 0});
+    for (int k = self->lists->start[p]; k < self->lists->start[p + 1]; k++) {
+      const int place = S->place[self->lists->row[k]];
+      const float *b = self->by_node + 3 * (size_t)k;
+      r[place] -= S->root[place] * (w[0] * b[0] + w[1] * b[1] + w[2] * b[2]);
+    }
+  }
+}
+
+void flesh_row_coupling_share(flesh_row_coupling *self, const flesh_shared_rows *shared, const flesh_row_lists *lists,
+                              const float *inverse, const float *by_node)
+{
+  self->shared = shared;
+  self->lists = lists;
+  self->inverse = inverse;
+  self->by_node = by_node;
+  self->others = (flesh_chebyshev_others){self, send_shared, take_shared};
+  self->polynomial.others = &self->others;
+}
+
+/* X += sum b w^T / b.w over a node's rows, w = D^-1 b. */
+static void add_share(const float *inverse, const float *by_node, int count, double *X)
+{
   for (int k = 0; k < count; k++) {
     const float *b = by_node + 3 * (size_t)k;
     const flesh_float4 w = flesh_block_times(inverse, FLESH_LANES_FLOAT(b));
     const double own = (double)(w[0] * b[0] + w[1] * b[1] + w[2] * b[2]);
-    for (int e = 0; e < 9 && own > 0; e++) X[0][e] += (double)b[e / 3] * (double)w[e % 3] / own;
+    for (int e = 0; e < 9 && own > 0; e++) X[e] += (double)b[e / 3] * (double)w[e % 3] / own;
   }
+}
+
+/* The largest eigenvalue of a node's share of S, B D^-1 B^T of that node alone, with unit diagonal, or a little more. It
+ * is that of X, to which `others` of other ranks belong, too (NULL: there are none), and below the eighth root of the sum
+ * of the eigenvalues' eighth powers. */
+static double largest_of_node(const float *inverse, const float *by_node, int count, const double *others)
+{
+  double X[2][9] = {{0}}, sum = 0;
+  add_share(inverse, by_node, count, X[0]);
+  for (int e = 0; e < 9 && others; e++) X[0][e] += others[e];
   for (int square = 0; square < 2; square++) {
     const double *from = X[square];
     for (int e = 0; e < 9; e++)
@@ -147,20 +201,40 @@ static double largest_of_node(const float *inverse, const float *by_node, int co
   return pow(sum, 0.125);
 }
 
+/* What other ranks have of X at the nodes that are shared. */
+static void exchange_shares(const flesh_row_coupling *self)
+{
+  const flesh_shared_rows *shared = self->shared;
+  for (int s = 0; s < shared->count; s++) {
+    const int p = shared->nodes[s], first = self->lists->start[p];
+    double *X = shared->own + 9 * (size_t)s;
+    memset(X, 0, 9 * sizeof *X);
+    add_share(self->inverse + 9 * (size_t)p, self->by_node + 3 * (size_t)first, self->lists->start[p + 1] - first, X);
+  }
+  flesh_shared_rows_begin(shared, 9);
+  flesh_shared_rows_end(shared, 9);
+}
+
 /* A bound of S's eigenvalues with unit diagonal: as S is shift I and the sum of nodes' shares, the largest mean of the
  * bounds of a row's nodes, weighed by what each adds to the diagonal. */
 static double bound_largest(const flesh_row_coupling *self, const flesh_row_lists *lists, float shift,
                             const float *inverse, const float *by_node)
 {
   const float *diagonal = self->polynomial.values + self->polynomial.start[self->rows];
+  const flesh_shared_rows *shared = self->shared;
   float *sum = self->polynomial.r;
   double largest = 1;
+  int next = 0; /* of the shared nodes */
+  if (shared) exchange_shares(self);
   for (int e = 0; e < self->rows; e++) sum[e] = shift;
   for (int p = 0; p < lists->nodes; p++) {
     const int first = lists->start[p], count = lists->start[p + 1] - first;
     if (!lists->main[p]) continue;
     const float *block = inverse + 9 * (size_t)p, *b = by_node + 3 * (size_t)first;
-    const float most = (float)largest_of_node(block, b, count);
+    const int is_shared = shared && next < shared->count && shared->nodes[next] == p;
+    const float most =
+        (float)largest_of_node(block, b, count, is_shared ? shared->others + 9 * (size_t)next : NULL);
+    next += is_shared;
     for (int k = 0; k < count; k++, b += 3) {
       const flesh_float4 w = flesh_block_times(block, FLESH_LANES_FLOAT(b));
       sum[lists->row[first + k]] += most * (w[0] * b[0] + w[1] * b[1] + w[2] * b[2]);
@@ -168,6 +242,7 @@ static double bound_largest(const flesh_row_coupling *self, const flesh_row_list
   }
   for (int e = 0; e < self->rows; e++)
     largest = fmax(largest, (double)(sum[e] / diagonal[self->polynomial.place[e]]));
+  if (shared) flesh_team_largest(shared->team, 1, &largest);
   return largest;
 }
 

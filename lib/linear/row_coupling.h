@@ -4,7 +4,6 @@
 #define FLESH_LINEAR_ROW_COUPLING_H
 
 #include <stddef.h>
-#include <stdint.h>
 
 #include "base/archive.h"
 #include "flesh/block_matrix.h"
@@ -12,17 +11,9 @@
 #include "linear/chebyshev.h"
 #include "linear/isa_names.h"
 #include "linear/lanes.h"
+#include "linear/row_lists.h"
+#include "linear/shared_rows.h"
 #include "linear/sparse_cholesky.h"
-
-/* Which nodes rows have, and which rows nodes. */
-typedef struct flesh_row_lists {
-  int rows, nodes, m; /* m nodes a row */
-  int *place;         /* [rows][m] four times each node's place in vectors */
-  /* By place of the node: */
-  int *start;    /* [nodes+1] of its rows */
-  int *row, *at; /* [rows][m] the rows, ascending, and where they have the node, m row + its number in the row */
-  uint8_t *main; /* [nodes] D is not infinite there */
-} flesh_row_lists;
 
 typedef struct flesh_row_coupling {
   int rows, is_exact;
@@ -30,6 +21,11 @@ typedef struct flesh_row_coupling {
   size_t pairs;
   flesh_sparse_cholesky exact;
   flesh_chebyshev polynomial;
+  /* Of a body that ranks share out, borrowed: */
+  const flesh_shared_rows *shared; /* NULL: all rows are here */
+  const flesh_row_lists *lists;
+  const float *inverse, *by_node;
+  flesh_chebyshev_others others;
 } flesh_row_coupling;
 
 /* All memory; the lists may be forgotten, `threads` (may be NULL) is borrowed. `positions` [3*nodes] at rest by the
@@ -38,6 +34,11 @@ typedef struct flesh_row_coupling {
 int flesh_row_coupling_create(const flesh_row_lists *lists, const flesh_stiff_rows *rows, const double *positions,
                               int polynomial, flesh_threads *threads, flesh_row_coupling *coupling);
 void flesh_row_coupling_clear(flesh_row_coupling *coupling);
+/* From now on the rows are those of one rank of several, which share these nodes: set-ups and solves, by polynomials, are
+ * those of all ranks together. All is borrowed; inverse and by_node are those that set-ups take. The coupling must not
+ * move afterwards. */
+void flesh_row_coupling_share(flesh_row_coupling *coupling, const flesh_shared_rows *shared,
+                              const flesh_row_lists *lists, const float *inverse, const float *by_node);
 size_t flesh_row_coupling_memory(const flesh_row_coupling *coupling);
 
 /* Of shift I + B D^-1 B^T with inverse [9*nodes] of D's blocks and B by_node [start[nodes]][3]. 0 where single precision

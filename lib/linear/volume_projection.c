@@ -9,12 +9,15 @@
 #include "base/memory.h"
 #include "base/parallel_vector.h"
 #include "linear/lanes.h"
+#include "linear/overlap_vectors.h"
 #include "linear/row_coupling.h"
 
 enum { SLACK = 4 }; /* three numbers are loaded with the one after them */
 
 struct flesh_volume_projection {
   const flesh_stiff_rows *rows;
+  const flesh_overlap *overlap;
+  const flesh_team *team; /* the overlap's; NULL: there is none */
   flesh_threads *threads;
   int nodes, m, entries; /* m nodes a row; entries: m * rows */
   int *order;            /* [nodes] the mesh's numbers of the nodes as vectors hold them */
@@ -28,6 +31,9 @@ struct flesh_volume_projection {
   flesh_block_matrix soft; /* A_r, with the pattern of A */
   double root;             /* of the scale of all that is single */
   float *w, *q, *t;        /* [4*nodes]; [rows] S^-1 P^T r; [rows] what z lacks along the rows */
+  flesh_shared_rows shared; /* with a team, and: */
+  float *r;                 /* [4*nodes] the residual, at ghosts too */
+  double *reached;          /* [3*nodes reached] the same */
 };
 
 static int find_slot(const flesh_block_matrix *A, int i, int j)
@@ -60,6 +66,10 @@ static int allocate(flesh_volume_projection *self, const flesh_block_matrix *A)
   failed |= !(self->w = flesh_huge_pages_calloc((4 * nodes + SLACK) * sizeof *self->w));
   failed |= !(self->q = flesh_huge_pages_calloc((count + 1) * sizeof *self->q));
   failed |= !(self->t = flesh_huge_pages_calloc((count + 1) * sizeof *self->t));
+  if (self->team) {
+    failed |= !(self->r = flesh_huge_pages_calloc((4 * nodes + SLACK) * sizeof *self->r));
+    failed |= !(self->reached = flesh_malloc((3 * (size_t)self->team->reached + 1) * sizeof *self->reached));
+  }
   self->soft = *A;
   self->soft.values = flesh_huge_pages_alloc((9 * (size_t)A->row_start[A->rows] + 1) * sizeof *self->soft.values);
   return failed || !self->soft.values ? FLESH_ERR_MEMORY : FLESH_OK;
@@ -87,16 +97,36 @@ static void make_lists(flesh_volume_projection *self, const flesh_block_matrix *
       for (int b = a; b < m; b++) *slot++ = find_slot(A, nodes[m * e + a], nodes[m * e + b]);
 }
 
-int flesh_volume_projection_create(const flesh_block_matrix *A, const flesh_stiff_rows *rows, const double *positions,
-                                   int polynomial, const flesh_bisection *halves, flesh_threads *threads,
-                                   flesh_volume_projection **projection)
+/* A node that is main to one rank is so to all. */
+static void unite_main(flesh_volume_projection *self)
 {
+  double *main = self->reached;
+  const flesh_team_vector vector = {1, 1, NULL, main, 0};
+  for (int p = 0; p < self->nodes; p++) main[self->order[p]] = self->lists.main[p];
+  self->team->operations->collect(self->team->data, &vector);
+  self->team->operations->share(self->team->data, &vector);
+  for (int p = 0; p < self->nodes; p++) self->lists.main[p] = main[self->order[p]] > 0;
+}
+
+/* What rows have in common with those of other ranks. */
+static int share_rows(flesh_volume_projection *self, const int *place_of)
+{
+  unite_main(self);
+  return flesh_shared_rows_create(&self->lists, place_of, self->team, &self->shared);
+}
+
+int flesh_volume_projection_create(const flesh_block_matrix *A, const flesh_stiff_rows *rows, const double *positions,
+                                   int polynomial, const flesh_bisection *halves, const flesh_overlap *overlap,
+                                   flesh_threads *threads, flesh_volume_projection **projection)
+{
+  const flesh_team *team = overlap->team;
   flesh_volume_projection *self = flesh_calloc(1, sizeof *self);
   *projection = self;
   int *place_of = flesh_malloc(((size_t)A->rows + 1) * sizeof *place_of);
   int status = self && place_of && rows->count <= 0x7fffffff / (3 * rows->nodes_per_row) ? FLESH_OK : FLESH_ERR_MEMORY;
   if (!status) {
-    *self = (flesh_volume_projection){.rows = rows, .threads = threads, .nodes = A->rows, .m = rows->nodes_per_row,
+    *self = (flesh_volume_projection){.rows = rows, .overlap = overlap, .team = team, .threads = threads,
+                                      .nodes = A->rows, .m = rows->nodes_per_row,
                                       .entries = rows->count * rows->nodes_per_row};
     self->lists = (flesh_row_lists){.rows = rows->count, .nodes = self->nodes, .m = self->m};
     status = allocate(self, A);
@@ -105,7 +135,14 @@ int flesh_volume_projection_create(const flesh_block_matrix *A, const flesh_stif
     memcpy(self->order, halves->order, (size_t)A->rows * sizeof *self->order);
     for (int p = 0; p < A->rows; p++) place_of[self->order[p]] = p;
     make_lists(self, A, place_of);
+  }
+  status = flesh_team_agree(team, status);
+  if (!status && team) status = share_rows(self, place_of);
+  if (!status) {
     status = flesh_row_coupling_create(&self->lists, rows, positions, polynomial, threads, &self->S);
+    if (team && polynomial)
+      flesh_row_coupling_share(&self->S, &self->shared, &self->lists, self->inverse, self->by_node);
+    status = flesh_team_agree(team, status);
   }
   flesh_free(place_of);
   if (!status) return FLESH_OK;
@@ -119,8 +156,10 @@ void flesh_volume_projection_destroy(flesh_volume_projection **projection)
   flesh_volume_projection *self = *projection;
   flesh_row_lists *lists = &self->lists;
   void *arrays[] = {self->order, lists->place, lists->start, lists->row, lists->at, lists->main, self->slots,
-                    self->values, self->by_node, self->inverse, self->w, self->q, self->t, self->soft.values};
+                    self->values, self->by_node, self->inverse, self->w, self->q, self->t, self->soft.values,
+                    self->r, self->reached};
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) flesh_free(arrays[k]);
+  flesh_shared_rows_clear(&self->shared);
   flesh_row_coupling_clear(&self->S);
   flesh_free(self);
   *projection = NULL;
@@ -129,7 +168,9 @@ void flesh_volume_projection_destroy(flesh_volume_projection **projection)
 size_t flesh_volume_projection_memory(const flesh_volume_projection *self)
 {
   const size_t nodes = (size_t)self->nodes, entries = (size_t)self->entries, count = (size_t)self->rows->count;
-  return sizeof *self + nodes * (2 * sizeof(int) + 1 + 13 * sizeof(float)) +
+  const size_t in_team = self->team ? 4 * nodes * sizeof(float) + 3 * (size_t)self->team->reached * sizeof(double) : 0;
+  return sizeof *self + in_team + flesh_shared_rows_memory(&self->shared) +
+         nodes * (2 * sizeof(int) + 1 + 13 * sizeof(float)) +
          entries * (3 * sizeof(int) + 6 * sizeof(float)) +
          count * ((size_t)(self->m * (self->m + 1) / 2) * sizeof(int) + 2 * sizeof(float)) +
          9 * (size_t)self->soft.row_start[self->nodes] * sizeof *self->soft.values +
@@ -183,7 +224,7 @@ int flesh_volume_projection_setup(flesh_volume_projection *self, double scale, c
 {
   static const float LARGEST_SHIFT = 1e6f;
   scale_values(self, scale, inverse);
-  for (float shift = 1; shift < LARGEST_SHIFT; shift *= 8) {
+  for (float shift = 1; shift < LARGEST_SHIFT; shift *= 8) { /* polynomials end this on all ranks alike */
     if (flesh_row_coupling_setup(&self->S, &self->lists, shift, self->inverse, self->by_node)) return FLESH_OK;
   }
   return FLESH_NOT_POSITIVE;
@@ -289,12 +330,62 @@ double flesh_volume_projection_after(flesh_volume_projection *self, const float 
   return product;
 }
 
+/* B^T q of this rank's rows, into w. */
+static void rows_at_nodes(void *data, int k, int begin, int end)
+{
+  const pass *now = data;
+  (void)k;
+  for (int p = begin; p < end; p++) *(flesh_float4 *)(now->self->w + 4 * (size_t)p) = at_node(now->self, now->r, p);
+}
+
+/* B^T q of all ranks' rows, into the overlap's vector. */
+static void sum_rows(flesh_volume_projection *self, const float *q)
+{
+  flesh_parallel_parts(self->threads, self->nodes, rows_at_nodes, &(pass){.self = self, .r = q});
+  flesh_overlap_sum(self->overlap, self->order, self->w);
+}
+
+/* Three numbers of the overlap's vector. */
+static inline flesh_float4 summed(const flesh_volume_projection *self, int p)
+{
+  const double *y = self->overlap->vector + 3 * (size_t)self->order[p];
+  return (flesh_float4){(float)y[0], (float)y[1], (float)y[2], 0};
+}
+
+float *flesh_volume_projection_before_in_team(flesh_volume_projection *self)
+{
+  const size_t numbers = 3 * (size_t)self->team->reached;
+  double *vector = self->overlap->vector;
+  pass now = {.self = self, .r = self->r};
+  for (int p = 0; p < self->nodes; p++) *(flesh_float4 *)(self->r + 4 * (size_t)p) = summed(self, p);
+  memcpy(self->reached, vector, numbers * sizeof *vector);
+  flesh_parallel_parts(self->threads, self->nodes, divide_nodes, &now);
+  flesh_parallel_parts(self->threads, self->rows->count, rows_of_w, &now);
+  flesh_row_coupling_solve(&self->S, self->t, self->q);
+  sum_rows(self, self->q);
+  for (size_t d = 0; d < numbers; d++) vector[d] = self->reached[d] - vector[d];
+  for (int p = 0; p < self->nodes; p++) *(flesh_float4 *)(self->w + 4 * (size_t)p) = summed(self, p);
+  return self->w;
+}
+
+void flesh_volume_projection_after_in_team(flesh_volume_projection *self, float *z)
+{
+  flesh_parallel_parts(self->threads, self->rows->count, rows_of_z, &(pass){.self = self, .z = z});
+  flesh_row_coupling_solve(&self->S, self->t, self->t);
+  sum_rows(self, self->t);
+  for (int p = 0; p < self->nodes; p++)
+    if (self->lists.main[p])
+      *(flesh_float4 *)(z + 4 * (size_t)p) += flesh_block_times(self->inverse + 9 * (size_t)p, summed(self, p));
+}
+
 void flesh_volume_projection_restore(flesh_volume_projection *self, const float *error, double *step)
 {
   flesh_row_coupling_solve(&self->S, error, self->t);
+  if (self->team) sum_rows(self, self->t);
   for (int p = 0; p < self->nodes; p++) {
     if (!self->lists.main[p]) continue;
-    const flesh_float4 z = flesh_block_times(self->inverse + 9 * (size_t)p, at_node(self, self->t, p));
+    const flesh_float4 y = self->team ? summed(self, p) : at_node(self, self->t, p);
+    const flesh_float4 z = flesh_block_times(self->inverse + 9 * (size_t)p, y);
     for (int c = 0; c < 3; c++) step[3 * (size_t)self->order[p] + (size_t)c] -= self->root * (double)z[c];
   }
 }
@@ -311,7 +402,9 @@ double flesh_volume_projection_turned(const flesh_volume_projection *self)
     const flesh_float4 moved = flesh_block_times(self->inverse + 9 * (size_t)p, change);
     sum += (double)(moved[0] * change[0] + moved[1] * change[1] + moved[2] * change[2]);
   }
-  return sum / self->rows->count;
+  double sums[] = {sum, self->rows->count}; /* of all ranks, which decide alike */
+  flesh_team_sum(self->team, 2, sums);
+  return sums[0] / sums[1];
 }
 
 void flesh_volume_projection_archive(flesh_volume_projection *self, flesh_archive *archive)

@@ -9,7 +9,11 @@
  * projection is that of deflation and balancing (Mandel 1993; Nicolaides 1987) with P for a coarse space of as many
  * vectors as rows. So S^-1 may be any fixed symmetric approximation that is near enough: the stiff terms then have
  * (S~ - S + I) S~^-1 B in place of S^-1 B, no more than a few times as much where the error is below s^(-1/2) for
- * eigenvalues s of S. */
+ * eigenvalues s of S.
+ *
+ * Where ranks share out the body, rows are those of the rank's own tets, A and A_r are partial and D is that of all ranks.
+ * B^T of what rows have is summed up over the ranks; S is solved by polynomials, in each product of which ranks exchange
+ * what they have at the main nodes that their rows share. */
 #ifndef FLESH_LINEAR_VOLUME_PROJECTION_H
 #define FLESH_LINEAR_VOLUME_PROJECTION_H
 
@@ -21,15 +25,17 @@
 #include "flesh/threads.h"
 #include "linear/bisection.h"
 #include "linear/isa_names.h"
+#include "linear/overlap.h"
 
 typedef struct flesh_volume_projection flesh_volume_projection;
 
-/* For matrices of A's pattern with these rows, all memory included; `rows` (its values change) and `threads` (may be
- * NULL) are borrowed, `halves` may be forgotten. `positions` [3*A->rows] at rest; `polynomial`: S is solved by
- * Chebyshev polynomials, else exactly. Returns new. */
+/* For matrices of A's pattern with these rows, all memory included; `rows` (its values change), `overlap` (of A, without
+ * a team where there is none) and `threads` (may be NULL) are borrowed, `halves` may be forgotten. `positions`
+ * [3*A->rows] at rest; `polynomial`: S is solved by Chebyshev polynomials, as it has to be where there are other ranks,
+ * else exactly. Collective where there is a team, as all of this is but the matrix. Returns new. */
 int flesh_volume_projection_create(const flesh_block_matrix *A, const flesh_stiff_rows *rows, const double *positions,
-                                   int polynomial, const flesh_bisection *halves, flesh_threads *threads,
-                                   flesh_volume_projection **projection);
+                                   int polynomial, const flesh_bisection *halves, const flesh_overlap *overlap,
+                                   flesh_threads *threads, flesh_volume_projection **projection);
 void flesh_volume_projection_destroy(flesh_volume_projection **projection);
 size_t flesh_volume_projection_memory(const flesh_volume_projection *projection);
 void flesh_volume_projection_archive(flesh_volume_projection *projection, flesh_archive *archive);
@@ -38,13 +44,18 @@ void flesh_volume_projection_archive(flesh_volume_projection *projection, flesh_
 const flesh_block_matrix *flesh_volume_projection_matrix(flesh_volume_projection *projection,
                                                          const flesh_block_matrix *A, const uint8_t *fixed);
 /* Then S, of scale times the matrices, with inverse [9*A->rows] the inverse blocks of scale A_r by the mesh's numbers
- * of the nodes. FLESH_NOT_POSITIVE where single precision does not tell S from a singular matrix. */
+ * of the nodes, ghosts included. FLESH_NOT_POSITIVE, on all ranks, where single precision does not tell S from a singular
+ * matrix. */
 int flesh_volume_projection_setup(flesh_volume_projection *projection, double scale, const float *inverse);
 
 /* Vectors of four lanes a node as the halves order them, about 1. `before` returns (I - B^T S^-1 P^T) r, kept inside;
  * with M_r^-1 times that in z, `after` makes the whole of it and returns r.z. */
 const float *flesh_volume_projection_before(flesh_volume_projection *projection, const float *r);
 double flesh_volume_projection_after(flesh_volume_projection *projection, const float *r, float *z);
+/* The same with a team: of the r that `vector` of the overlap has at all nodes that are reached, which has the result,
+ * too. Returned is that of the rank's nodes, ghosts included, which may be overwritten. z is consistent, and becomes so. */
+float *flesh_volume_projection_before_in_team(flesh_volume_projection *projection);
+void flesh_volume_projection_after_in_team(flesh_volume_projection *projection, float *z);
 
 /* Takes from step [3*nodes] what moves the rows by `error` [rows], or nearly: P S^-1 error, in the units of A, not
  * scaled. */

@@ -15,7 +15,6 @@ static const double DEEP = 3;
 static int take_rows(flesh_direction *self)
 {
   const flesh_system *system = self->equations->system;
-  if (self->equations->team) return FLESH_OK; /* the projection is that of one rank's rows */
   int status = flesh_system_stiff_rows_create(system, &self->rows);
   if (status) return status;
   if (!flesh_preconditioner_projects(self->options->preconditioner, &self->rows, 0)) {
@@ -38,9 +37,12 @@ static int make_solvers(flesh_direction *self)
   int status = self->linear->preconditioner_create(self->options->preconditioner, K, X, self->equations->threads,
                                                    &self->preconditioner);
   if (!status) status = self->linear->pcg_space_create(K, 1, self->equations->threads, &self->pcg);
-  if (!status && self->rows.count)
-    status = self->linear->preconditioner_project(self->preconditioner, K, &self->rows, X,
-                                                  flesh_preconditioner_takes_polynomials(&self->rows));
+  if (!self->rows.nodes_per_row) return status;
+  const flesh_team *team = self->equations->team;
+  const int polynomial = (team && team->ranks > 1) || flesh_preconditioner_takes_polynomials(&self->rows);
+  status = flesh_team_agree(team, status);
+  if (!status)
+    status = self->linear->preconditioner_project(self->preconditioner, K, &self->rows, X, polynomial);
   return status;
 }
 
@@ -103,7 +105,7 @@ void flesh_direction_begin_stage(flesh_direction *self)
 {
   const flesh_shift *shift = &self->equations->stage.shift;
   if (self->fallback_state == FLESH_FALLBACK_IN_USE) self->fallback_state = FLESH_FALLBACK_UNUSED;
-  if (self->rows.count)
+  if (self->rows.nodes_per_row)
     self->rows.left_in = !flesh_preconditioner_projects(self->options->preconditioner, &self->rows,
                                                         self->inertia * shift->a / shift->x);
 }

@@ -31,7 +31,7 @@ typedef struct flesh_direction {
   flesh_solve_stats *stats;            /* borrowed */
   const flesh_linear *linear;
   flesh_preconditioner_data *preconditioner;
-  flesh_stiff_rows rows;    /* of K as last assembled, where the preconditioner may take them out; else count 0 */
+  flesh_stiff_rows rows;    /* of K as last assembled, where the preconditioner may take them out; else all zero */
   double inertia;           /* kg/m, as system/inertia_modulus.h has it; 0 without rows */
   flesh_pcg_space *pcg;     /* NULL with a direct solver */
   flesh_direct *direct;     /* NULL with PCG */

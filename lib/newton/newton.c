@@ -222,9 +222,6 @@ int flesh_newton_check_team(const flesh_system *system, const flesh_solver_optio
   if (!flesh_system_team(system)) return FLESH_OK;
   if (options->linear_solver != FLESH_LINEAR_PCG)
     return flesh_fail(FLESH_ERR_ARGUMENT, "a direct solver is not shared out among ranks; PCG is");
-  if (options->preconditioner == FLESH_PRECONDITIONER_VOLUME_PROJECTION)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "the volume projection is not shared out among ranks yet; the preconditioner "
-                      "auto is");
   return flesh_system_check_team(system);
 }
 

@@ -29,10 +29,10 @@ static const double DECREASE = 1e-4;
 int flesh_volume_arc_init(flesh_equations *equations, flesh_direction *direction, flesh_volume_arc *self)
 {
   *self = (flesh_volume_arc){.equations = equations, .direction = direction};
-  if (!direction->rows.count) return FLESH_OK;
+  if (!direction->rows.nodes_per_row) return FLESH_OK;
   const size_t count = (size_t)direction->rows.count, n = (size_t)equations->n;
   self->trial = direction->rows;
-  self->trial.values = flesh_huge_pages_calloc(3 * count * (size_t)self->trial.nodes_per_row * sizeof(float));
+  self->trial.values = flesh_huge_pages_calloc((3 * count * (size_t)self->trial.nodes_per_row + 1) * sizeof(float));
   self->wanted = flesh_huge_pages_calloc((2 * count + 1) * sizeof(float));
   self->step = flesh_huge_pages_calloc((3 * n + 1) * sizeof(double));
   if (!self->trial.values || !self->wanted || !self->step) {
@@ -56,7 +56,7 @@ void flesh_volume_arc_clear(flesh_volume_arc *self)
 size_t flesh_volume_arc_memory(const flesh_volume_arc *self)
 {
   const size_t count = (size_t)self->trial.count;
-  if (!count) return 0;
+  if (!self->step) return 0;
   return count * (2 + 3 * (size_t)self->trial.nodes_per_row) * sizeof(float) +
          3 * (size_t)self->equations->n * sizeof(double);
 }
@@ -99,6 +99,7 @@ static double find_error(flesh_volume_arc *self, const double *u, int known, con
     add_products(self, self->trial.values, simpson[k].weight, q, self->error);
   }
   for (int e = 0; e < self->trial.count; e++) square += (double)self->error[e] * (double)self->error[e];
+  flesh_team_sum(self->equations->team, 1, &square);
   return square / 2;
 }
 
@@ -120,7 +121,7 @@ static int correct(flesh_volume_arc *self, const double *u, int known, double en
 void flesh_volume_arc_bend(flesh_volume_arc *self, const double *u, const double *r, double *p)
 {
   flesh_equations *equations = self->equations;
-  if (!self->trial.count || self->direction->rows.left_in) return;
+  if (!self->step || self->direction->rows.left_in) return;
   const double slope = flesh_dot(equations->threads, equations->n, r, p);
   double start, value, magnitude, s = 1;
   if (!(slope < 0) || flesh_equations_potential(equations, u, &start, &magnitude)) return;
@@ -141,8 +142,10 @@ void flesh_volume_arc_bend(flesh_volume_arc *self, const double *u, const double
 void flesh_volume_arc_start(flesh_volume_arc *self, double *u)
 {
   flesh_equations *equations = self->equations;
-  double before, after, magnitude;
-  if (!self->trial.count || self->direction->rows.left_in || equations->constrained_displacement > 0) return;
+  double before, after, magnitude, moved = equations->constrained_displacement;
+  if (!self->step || self->direction->rows.left_in) return;
+  flesh_team_largest(equations->team, 1, &moved);
+  if (moved > 0) return;
   if (flesh_equations_potential(equations, u, &before, &magnitude)) return;
   double *none = self->none;
   memcpy(self->step, u, (size_t)equations->n * sizeof *u);

@@ -8,7 +8,7 @@
 typedef struct flesh_volume_arc {
   flesh_equations *equations; /* borrowed */
   flesh_direction *direction; /* borrowed: its preconditioner has the projection */
-  flesh_stiff_rows trial;     /* the rows where the step leads; count 0: there are none */
+  flesh_stiff_rows trial;     /* the rows where the step leads; all zero: there are none, on no rank */
   float *wanted, *error;      /* [rows] */
   double *step, *at, *none;   /* [n]; none: 0 */
 } flesh_volume_arc;

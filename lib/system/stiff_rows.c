@@ -8,6 +8,7 @@
 #include "base/huge_pages.h"
 #include "base/memory.h"
 #include "effect/effect.h"
+#include "system/ranks.h"
 
 /* The effect's rows, where it has any and they are like the others. */
 static int has_rows(const flesh_effect *effect, int nodes_per_row, flesh_stiff_rows *own)
@@ -18,7 +19,18 @@ static int has_rows(const flesh_effect *effect, int nodes_per_row, flesh_stiff_r
   return own->count > 0 && (!nodes_per_row || own->nodes_per_row == nodes_per_row);
 }
 
-int flesh_system_stiff_rows_create(const flesh_system *system, flesh_stiff_rows *rows)
+/* What rows of all ranks are like: the stiffest, and the softest of what remains. */
+static void unite(const flesh_team *team, flesh_stiff_rows *rows)
+{
+  double most[] = {rows->nodes_per_row, rows->first_main, rows->ratio, rows->modulus > 0 ? -rows->modulus : -INFINITY};
+  flesh_team_largest(team, 4, most);
+  rows->nodes_per_row = (int)most[0];
+  rows->first_main = (int)most[1];
+  rows->ratio = most[2];
+  rows->modulus = most[3] > -INFINITY ? -most[3] : 0;
+}
+
+static int create(const flesh_system *system, flesh_stiff_rows *rows)
 {
   flesh_stiff_rows own;
   *rows = (flesh_stiff_rows){0};
@@ -35,16 +47,22 @@ int flesh_system_stiff_rows_create(const flesh_system *system, flesh_stiff_rows 
   int *nodes = flesh_huge_pages_alloc(all * sizeof *nodes);
   rows->nodes = nodes;
   rows->values = flesh_huge_pages_calloc(3 * all * sizeof *rows->values);
-  if (!nodes || !rows->values) {
-    flesh_system_stiff_rows_clear(rows);
-    return flesh_fail(FLESH_ERR_MEMORY, "no memory for the stiff terms of %zu nodes", all);
-  }
+  if (!nodes || !rows->values) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the stiff terms of %zu nodes", all);
   for (int k = 0; k < flesh_system_effect_count(system); k++) {
     if (!has_rows(flesh_system_effect(system, k), rows->nodes_per_row, &own)) continue;
     memcpy(nodes, own.nodes, (size_t)own.count * m * sizeof *nodes);
     nodes += (size_t)own.count * m;
   }
   return FLESH_OK;
+}
+
+int flesh_system_stiff_rows_create(const flesh_system *system, flesh_stiff_rows *rows)
+{
+  const flesh_team *team = flesh_system_team(system);
+  const int status = flesh_team_agree(team, create(system, rows));
+  if (status) flesh_system_stiff_rows_clear(rows);
+  else unite(team, rows);
+  return status;
 }
 
 void flesh_system_stiff_rows_clear(flesh_stiff_rows *rows)

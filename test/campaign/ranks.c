@@ -1,10 +1,11 @@
 /* ranks.c: what a body on several ranks costs: iterations, messages, memory of each rank.
  *
- *   mpirun -n 4 build/test/ranks 48 13 13 [auto|ic|jacobi]
- *   mpirun -n 4 build/test/ranks data/meshes/finger_fine.msh [auto|ic|jacobi]
+ *   mpirun -n 4 build/test/ranks 48 13 13 [auto|ic|jacobi [POISSON]]
+ *   mpirun -n 4 build/test/ranks data/meshes/finger_fine.msh [auto|ic|jacobi [POISSON]]
  *
  * A bar of so many cells in six tets each, held at one end, or a mesh, held along a tenth of its length in x, in statics
- * under gravity and in ten steps of backward Euler from rest. Prints a line of each. */
+ * under gravity and in ten steps of backward Euler from rest. With Poisson's ratio they are tets of ten nodes, tet10-mean,
+ * under a tenth of gravity. Prints a line of each. */
 #include "ranks.h"
 
 #include <stdlib.h>
@@ -16,6 +17,7 @@ static int cells[3];
 static const char *file; /* a mesh; NULL: the bar */
 static double held;      /* up to this x */
 static flesh_preconditioner kind;
+static double poisson; /* of ten-node tets; 0: of four nodes */
 
 static double seconds(void)
 {
@@ -26,9 +28,9 @@ static double seconds(void)
 
 static void make(const flesh_rank_part *part, int moves, test_body *b)
 {
-  const flesh_material material = test_material(FLESH_ENERGY_E, 0.45);
+  const flesh_material material = test_material(FLESH_ENERGY_E, poisson > 0 ? poisson : 0.45);
   CHECK_OK(test_body_create((flesh_mesh *)flesh_rank_part_mesh(part), material, 1000, FLESH_MASS_LUMPED, moves, b));
-  CHECK_OK(test_body_gravity(b, 0, 0, -9.81));
+  CHECK_OK(test_body_gravity(b, 0, 0, poisson > 0 ? -0.981 : -9.81));
   int count = 0, *nodes = malloc((size_t)b->n * sizeof *nodes);
   for (int i = 0; i < b->n / 3; i++)
     if (flesh_mesh_positions(b->mesh)[3 * i] <= held) nodes[count++] = i;
@@ -88,6 +90,11 @@ static void cost(void)
     CHECK_OK(flesh_mesh_box(cells, size, (const double[]){0, 0, 0}, &whole));
     held = 1e-9;
   }
+  if (poisson > 0) {
+    flesh_mesh *corners = whole;
+    CHECK_OK(flesh_mesh_raise_order(corners, &whole));
+    flesh_mesh_destroy(&corners);
+  }
   flesh_rank_part *part = ranks_cut(whole);
   for (int moves = 0; moves <= 1; moves++) measure(whole, part, moves);
   flesh_rank_part_destroy(&part);
@@ -100,7 +107,8 @@ int main(int argc, char **argv)
   if (argc > 1 && strchr(argv[1], '.')) file = argv[next++];
   for (int k = 0; k < 3 && !file; k++) cells[k] = argc > next ? atoi(argv[next++]) : 8;
   if (!file && (cells[0] < 1 || cells[1] < 1 || cells[2] < 1))
-    return fprintf(stderr, "usage: ranks NX NY NZ|MESH [auto|ic|jacobi]; there is at least one cell along each axis\n"), 2;
+    return fprintf(stderr, "usage: ranks NX NY NZ|MESH [KIND [POISSON]]; there is at least one cell along each axis\n"), 2;
   while (argc > next && flesh_preconditioner_name(kind) && strcmp(flesh_preconditioner_name(kind), argv[next])) kind++;
+  if (argc > next + 1) poisson = atof(argv[next + 1]);
   return RUN_TESTS_ON_RANKS(argc, argv, TEST(cost));
 }

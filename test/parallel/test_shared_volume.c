@@ -1,0 +1,345 @@
+/* test_shared_volume.c: the volume projection of nearly incompressible ten-node tets whose rows are of several ranks,
+ * against that of one: what moves the rows, how often solves iterate, and where equilibria and motions lead. */
+#include "ranks.h"
+
+#include "body.h"
+#include "linear/block_matrix.h"
+#include "linear/linear.h"
+#include "system/stiff_rows.h"
+
+/* A body of ten-node tets as a whole, which every rank has, and this rank's part of it. */
+typedef struct bodies {
+  flesh_mesh *mesh;
+  flesh_rank_part *part;
+  test_body both[2];
+  flesh_material materials[2];
+  int *material_of[2];
+} bodies;
+
+enum { WHOLE, PART };
+
+static const flesh_element elements[] = {FLESH_ELEMENT_TET10_MEAN, FLESH_ELEMENT_TET10};
+
+/* Whether a tet has no mean of J in a mixed body: those of the last two fifths in x. */
+static int is_plain(const flesh_mesh *mesh, int tet)
+{
+  return flesh_mesh_positions(mesh)[3 * flesh_mesh_tets(mesh)[4 * tet]] > 0.6;
+}
+
+/* The last rank has all tets without a mean, and so no rows, the others share out the rest. */
+static flesh_rank_part *cut_between(const flesh_mesh *mesh)
+{
+  flesh_rank_part *part = NULL;
+  const int tets = flesh_mesh_tet_count(mesh), others = flesh_communicator_size(ranks) - 1;
+  int *of = malloc((size_t)tets * sizeof *of);
+  for (int t = 0; t < tets; t++)
+    of[t] = is_plain(mesh, t) || !others ? others : (int)((long)t * others / tets);
+  CHECK_OK(flesh_rank_part_create(ranks, mesh, of, &part));
+  free(of);
+  return part;
+}
+
+/* Elasticity anew, of two kinds of tets. */
+static void mix(bodies *b, int which)
+{
+  test_body *own = &b->both[which];
+  const int tets = flesh_mesh_tet_count(own->mesh);
+  flesh_effect *effect = NULL;
+  int *of = b->material_of[which] = malloc(((size_t)tets + 1) * sizeof *of);
+  for (int t = 0; t < tets; t++) of[t] = is_plain(own->mesh, t);
+  own->body.materials = b->materials;
+  own->body.tet_material = of;
+  own->body.material_elements = elements;
+  flesh_system_destroy(&own->system);
+  CHECK_OK(flesh_system_create(own->mesh, &own->system));
+  CHECK_OK(flesh_effect_inertia(&own->body, &effect));
+  CHECK_OK(flesh_system_add_effect(own->system, &effect));
+  CHECK_OK(flesh_effect_elasticity(&own->body, &effect));
+  CHECK_OK(flesh_system_add_effect(own->system, &effect));
+}
+
+/* Held where x is at most `held`, under gravity. Takes the mesh, of order 2. */
+static void make(flesh_mesh *mesh, double poisson, int mixed, double held, bodies *b)
+{
+  *b = (bodies){.mesh = mesh, .part = mixed ? cut_between(mesh) : ranks_cut(mesh),
+                .materials = {test_material(FLESH_ENERGY_S, poisson), test_material(FLESH_ENERGY_S, 0.3)}};
+  flesh_mesh *meshes[2] = {mesh, (flesh_mesh *)flesh_rank_part_mesh(b->part)};
+  for (int k = 0; k < 2; k++) {
+    test_body *own = &b->both[k];
+    CHECK_OK(test_body_create(meshes[k], b->materials[0], 1000, FLESH_MASS_LUMPED, 1, own));
+    if (mixed) mix(b, k);
+    CHECK_OK(test_body_gravity(own, 0, 0, -0.5));
+    int *nodes = malloc((size_t)own->n * sizeof *nodes), count = 0;
+    for (int i = 0; i < own->n / 3; i++)
+      if (flesh_mesh_positions(own->mesh)[3 * i] <= held) nodes[count++] = i;
+    if (count) CHECK_OK(flesh_system_add_pin(own->system, count, nodes, FLESH_AXES_ALL, -INFINITY, INFINITY));
+    free(nodes);
+    CHECK_OK(flesh_system_finalize(own->system));
+  }
+  CHECK_OK(flesh_system_set_part(b->both[PART].system, b->part));
+}
+
+static void drop(bodies *b)
+{
+  b->both[PART].mesh = NULL; /* the part's */
+  for (int k = 0; k < 2; k++) {
+    test_body_destroy(&b->both[k]);
+    free(b->material_of[k]);
+  }
+  flesh_rank_part_destroy(&b->part);
+}
+
+/* Of ten-node tets; corners moved by a random part of a cell where it is `irregular`. */
+static flesh_mesh *bar(const int cells[3], int irregular)
+{
+  flesh_mesh *box = NULL, *moved = NULL, *raised = NULL;
+  CHECK_OK(flesh_mesh_box(cells, (const double[]){1, 0.25, 0.25}, (const double[]){0, 0, 0}, &box));
+  const int nodes = flesh_mesh_node_count(box);
+  double *x = malloc(3 * (size_t)nodes * sizeof *x);
+  memcpy(x, flesh_mesh_positions(box), 3 * (size_t)nodes * sizeof *x);
+  if (irregular) test_jitter(3 * nodes, 0.2 / cells[0], 9, x);
+  for (int i = 0; i < nodes; i++)
+    if (flesh_mesh_positions(box)[3 * i] == 0) x[3 * i] = 0;
+  CHECK_OK(flesh_mesh_create(nodes, x, flesh_mesh_tet_count(box), flesh_mesh_tets(box), NULL, &moved));
+  CHECK_OK(flesh_mesh_raise_order(moved, &raised));
+  flesh_mesh_destroy(&box);
+  flesh_mesh_destroy(&moved);
+  free(x);
+  return raised;
+}
+
+/* Which row of the whole each of this rank's is, [rows of the part]: rows and their nodes are in orders of their own. */
+static void find_rows(const bodies *b, const flesh_stiff_rows rows[2], int *of)
+{
+  const int *nodes = flesh_rank_part_nodes(b->part), m = rows[WHOLE].nodes_per_row;
+  for (int e = 0; e < rows[PART].count; e++) {
+    int found = -1;
+    for (int f = 0; f < rows[WHOLE].count && found < 0; f++) {
+      int same = 0;
+      for (int a = 0; a < m; a++)
+        for (int c = 0; c < m; c++) same += nodes[rows[PART].nodes[m * e + a]] == rows[WHOLE].nodes[m * f + c];
+      if (same == m) found = f;
+    }
+    CHECK(found >= 0);
+    of[e] = found;
+  }
+}
+
+/* A preconditioner of the body at a disturbed place, by polynomials on one rank, too. */
+typedef struct solver {
+  const flesh_linear *linear;
+  flesh_threads *threads;
+  flesh_block_matrix *K;
+  flesh_stiff_rows rows;
+  flesh_preconditioner_data *preconditioner;
+} solver;
+
+static void set_up(const bodies *b, int which, solver *s)
+{
+  const test_body *own = &b->both[which];
+  const double *X = flesh_mesh_positions(own->mesh);
+  const int *nodes = which == PART ? flesh_rank_part_nodes(b->part) : NULL;
+  double *x = malloc((size_t)own->n * sizeof *x), *whole = malloc(3 * (size_t)flesh_mesh_node_count(b->mesh) * sizeof *x);
+  uint8_t *fixed = calloc((size_t)own->n, 1);
+  memcpy(whole, flesh_mesh_positions(b->mesh), 3 * (size_t)flesh_mesh_node_count(b->mesh) * sizeof *whole);
+  test_jitter(3 * flesh_mesh_node_count(b->mesh), 0.002, 3, whole);
+  for (int d = 0; d < own->n; d++) x[d] = whole[nodes ? 3 * nodes[d / 3] + d % 3 : d];
+  for (int d = 0; d < own->n; d++) fixed[d] = X[d - d % 3] <= 1e-9;
+  const flesh_point point = {.load = 1, .x = x, .v = own->state.v, .a = own->state.v};
+  const flesh_shift shift = {.x = 1, .filter = FLESH_FILTER_CLAMP};
+  s->linear = flesh_linear_for(FLESH_INSTRUCTIONS_AUTO);
+  CHECK_OK(flesh_threads_create(1, &s->threads));
+  if (which == PART) flesh_threads_set_team(s->threads, flesh_rank_part_team(b->part));
+  CHECK_OK(flesh_system_stiff_rows_create(own->system, &s->rows));
+  CHECK_OK(flesh_system_matrix_create(own->system, &s->K));
+  CHECK_OK(flesh_system_jacobian(own->system, &point, &shift, s->K));
+  flesh_system_stiff_values(own->system, &point, &shift, &s->rows);
+  flesh_block_fix(s->K, fixed, 1e4, NULL);
+  CHECK_OK(s->linear->preconditioner_create(FLESH_PRECONDITIONER_TWO_LEVEL, s->K, X, s->threads, &s->preconditioner));
+  CHECK_OK(s->linear->preconditioner_project(s->preconditioner, s->K, &s->rows, X, 1));
+  CHECK_OK(s->linear->preconditioner_setup(s->preconditioner, s->K, fixed));
+  CHECK(s->linear->preconditioner_memory(s->preconditioner) > 0);
+  free(whole);
+  free(fixed);
+  free(x);
+}
+
+static void tear_down(solver *s)
+{
+  s->linear->preconditioner_destroy(&s->preconditioner);
+  flesh_system_stiff_rows_clear(&s->rows);
+  flesh_block_matrix_destroy(&s->K);
+  flesh_threads_destroy(&s->threads);
+}
+
+/* The polynomial of the body's S is the same however its rows are shared out: what moves rows by given errors, P S^-1 of
+ * them, agrees to rounding. */
+static void check_restored(bodies *b)
+{
+  solver s[2];
+  flesh_stiff_rows rows[2];
+  const int n = b->both[WHOLE].n, own = b->both[PART].n, *nodes = flesh_rank_part_nodes(b->part);
+  unsigned long long seed = 7;
+  double *step[2] = {calloc((size_t)n, sizeof(double)), calloc((size_t)own, sizeof(double))}, off = 0, size = 0;
+  for (int k = 0; k < 2; k++) {
+    set_up(b, k, &s[k]);
+    rows[k] = s[k].rows;
+  }
+  CHECK(rows[PART].ratio == rows[WHOLE].ratio && rows[PART].modulus == rows[WHOLE].modulus);
+  CHECK(rows[PART].nodes_per_row == rows[WHOLE].nodes_per_row && rows[PART].first_main == rows[WHOLE].first_main);
+  double count = rows[PART].count;
+  flesh_communicator_sum(ranks, 1, &count);
+  CHECK((int)count == rows[WHOLE].count);
+  int *of = malloc(((size_t)rows[PART].count + 1) * sizeof *of);
+  float *error[2];
+  for (int k = 0; k < 2; k++) error[k] = calloc((size_t)rows[k].count + 1, sizeof(float));
+  find_rows(b, rows, of);
+  for (int e = 0; e < rows[WHOLE].count; e++) error[WHOLE][e] = (float)(test_uniform(&seed) - 0.3);
+  for (int e = 0; e < rows[PART].count; e++) error[PART][e] = error[WHOLE][of[e]];
+  for (int k = 0; k < 2; k++) {
+    CHECK(s[k].linear->preconditioner_restore(s[k].preconditioner, error[k], step[k]) == 1);
+    CHECK_NEAR(s[k].linear->preconditioner_turned(s[k].preconditioner), 0, 1e-12);
+  }
+  for (int d = 0; d < own; d++) {
+    const double expected = step[WHOLE][3 * nodes[d / 3] + d % 3];
+    off = fmax(off, fabs(step[PART][d] - expected));
+    size = fmax(size, fabs(expected));
+  }
+  double most[] = {off, size};
+  flesh_communicator_largest(ranks, 2, most);
+  if (flesh_communicator_rank(ranks) == 0) printf("# off by %.2g of %.2g\n", most[0], most[1]);
+  CHECK_BELOW(most[0], 3e-5 * most[1]);
+  /* Rows that have turned do so for all ranks: the mean of their energies. */
+  double turned[2];
+  for (int k = 0; k < 2; k++) {
+    const size_t values = 3 * (size_t)s[k].rows.count * (size_t)s[k].rows.nodes_per_row;
+    for (size_t d = 0; d < values; d++) s[k].rows.values[d] *= 1.1f;
+    turned[k] = s[k].linear->preconditioner_turned(s[k].preconditioner);
+  }
+  CHECK(turned[WHOLE] > 1e-3);
+  CHECK_NEAR(turned[PART], turned[WHOLE], 1e-4 * turned[WHOLE]);
+  for (int k = 0; k < 2; k++) {
+    tear_down(&s[k]);
+    free(error[k]);
+    free(step[k]);
+  }
+  free(of);
+}
+
+static void rows_are_moved_as_on_one_rank(void)
+{
+  static const double poisson[] = {0.49, 0.499, 0.4999};
+  for (int k = 0; k < 3; k++)
+    for (int mixed = 0; mixed <= (k == 1); mixed++) {
+      bodies b;
+      make(bar((const int[]){8, 2, 2}, k), poisson[k], mixed, 1e-9, &b);
+      check_restored(&b);
+      drop(&b);
+    }
+}
+
+/* The preconditioner is a symmetric positive definite operator of all ranks, and gives the same bits again. */
+static void it_is_symmetric_and_definite(void)
+{
+  enum { VECTORS = 4 };
+  bodies b;
+  solver s;
+  unsigned long long seed = 11;
+  make(bar((const int[]){12, 3, 3}, 1), 0.499, 0, 1e-9, &b);
+  set_up(&b, PART, &s);
+  const int n = b.both[PART].n, own = 3 * flesh_rank_part_own(b.part), *nodes = flesh_rank_part_nodes(b.part);
+  double *r[VECTORS], *z[VECTORS], *again = calloc((size_t)n, sizeof *again), products[VECTORS][VECTORS] = {{0}};
+  for (int k = 0; k < VECTORS; k++) {
+    double *whole = malloc((size_t)b.both[WHOLE].n * sizeof *whole);
+    r[k] = calloc((size_t)n, sizeof(double));
+    z[k] = calloc((size_t)n, sizeof(double));
+    for (int d = 0; d < b.both[WHOLE].n; d++) whole[d] = test_uniform(&seed) - 0.5;
+    for (int d = 0; d < own; d++) r[k][d] = whole[3 * nodes[d / 3] + d % 3]; /* collected: zero at ghosts */
+    free(whole);
+    s.linear->preconditioner_apply(s.preconditioner, r[k], z[k]);
+    s.linear->preconditioner_apply(s.preconditioner, r[k], again);
+    CHECK(!memcmp(z[k], again, (size_t)n * sizeof *again));
+  }
+  for (int j = 0; j < VECTORS; j++)
+    for (int k = 0; k < VECTORS; k++)
+      for (int d = 0; d < own; d++) products[j][k] += r[j][d] * z[k][d];
+  flesh_communicator_sum(ranks, VECTORS * VECTORS, products[0]);
+  for (int j = 0; j < VECTORS; j++) {
+    CHECK(products[j][j] > 0);
+    for (int k = 0; k < j; k++) CHECK_NEAR(products[j][k], products[k][j], 1e-5 * (products[j][j] + products[k][k]));
+  }
+  /* Ghosts have what their owners have. */
+  for (int k = 0; k < VECTORS; k++) {
+    memcpy(again, z[k], (size_t)n * sizeof *again);
+    flesh_team_share(flesh_rank_part_team(b.part), again);
+    CHECK(!memcmp(z[k], again, (size_t)n * sizeof *again));
+    free(r[k]);
+    free(z[k]);
+  }
+  free(again);
+  tear_down(&s);
+  drop(&b);
+}
+
+/* Some steps, from rest; x is what `which` reaches. */
+static void run(bodies *b, int which, flesh_preconditioner kind, int moves, flesh_solve_stats *stats)
+{
+  test_body *own = &b->both[which];
+  flesh_solver_options options = test_options(1e-8);
+  flesh_integrator *integrator = NULL;
+  options.preconditioner = kind;
+  *stats = (flesh_solve_stats){0};
+  memcpy(own->state.x, flesh_mesh_positions(own->mesh), (size_t)own->n * sizeof(double));
+  memset(own->state.v, 0, (size_t)own->n * sizeof(double));
+  own->state.t = 0;
+  CHECK_OK(flesh_integrator_create(own->system, moves ? FLESH_METHOD_BDF2 : FLESH_METHOD_STATIC, &options, &integrator));
+  for (int k = 0; k < (moves ? 4 : 1); k++) CHECK_OK(flesh_integrator_step(integrator, &own->state, 1. / 60, stats));
+  flesh_integrator_destroy(&integrator);
+}
+
+/* Solves end where one rank's do, in not many more iterations, and with the same bits every time. */
+static void compare(flesh_mesh *mesh, double poisson, int mixed, double held, const char *what)
+{
+  bodies b;
+  flesh_solve_stats stats[2];
+  make(mesh, poisson, mixed, held, &b);
+  const test_body *own = &b.both[PART], *whole = &b.both[WHOLE];
+  const int *nodes = flesh_rank_part_nodes(b.part);
+  double *first = malloc((size_t)own->n * sizeof *first);
+  for (int moves = 0; moves <= 1; moves++) {
+    run(&b, PART, FLESH_PRECONDITIONER_VOLUME_PROJECTION, moves, &stats[PART]);
+    memcpy(first, own->state.x, (size_t)own->n * sizeof *first);
+    run(&b, PART, FLESH_PRECONDITIONER_AUTO, moves, &stats[PART]); /* means the same from nu = 0.493 on */
+    if (poisson > 0.495) CHECK(!memcmp(first, own->state.x, (size_t)own->n * sizeof *first));
+    run(&b, WHOLE, FLESH_PRECONDITIONER_AUTO, moves, &stats[WHOLE]);
+    double off = 0, size = 0;
+    for (int d = 0; d < own->n; d++) {
+      const int i = 3 * nodes[d / 3] + d % 3;
+      off = fmax(off, fabs(own->state.x[d] - whole->state.x[i]));
+    }
+    for (int d = 0; d < whole->n; d++) size = fmax(size, fabs(whole->state.x[d] - flesh_mesh_positions(whole->mesh)[d]));
+    flesh_communicator_largest(ranks, 1, &off);
+    if (flesh_communicator_rank(ranks) == 0)
+      printf("# %s, nu %g, %s: %d Newton and %d linear iterations, on one rank %d and %d; off by %.2g of %.2g m\n", what,
+             poisson, moves ? "in motion" : "at rest", stats[PART].newton, stats[PART].linear, stats[WHOLE].newton,
+             stats[WHOLE].linear, off, size);
+    CHECK_BELOW(off, 1e-5 * size);
+    CHECK_BELOW(stats[PART].linear, 2. * stats[WHOLE].linear);
+  }
+  free(first);
+  drop(&b);
+}
+
+static void solves_are_those_of_one_rank(void)
+{
+  static const double poisson[] = {0.49, 0.499, 0.4999, 0.5};
+  for (int k = 0; k < 4; k++) compare(bar((const int[]){8, 2, 2}, 0), poisson[k], 0, 1e-9, "bar");
+  compare(bar((const int[]){12, 3, 3}, 1), 0.499, 0, 1e-9, "irregular bar");
+  compare(bar((const int[]){10, 2, 2}, 0), 0.4999, 1, 1e-9, "bar with an end without rows");
+}
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS_ON_RANKS(argc, argv, TEST(rows_are_moved_as_on_one_rank), TEST(it_is_symmetric_and_definite),
+                            TEST(solves_are_those_of_one_rank));
+}
