@@ -20,12 +20,18 @@ typedef struct flesh_overlap {
   flesh_team_message *messages;
   double *vector, *found; /* [3*reached] of either */
   double *r, *s;          /* [3*(reached-own)] what is kept of nodes that others own (overlap_vectors.h) */
-  float *weight;  /* [reached] of what is found with the matrix, on either side of it */
+  float *weight;  /* [reached] of what is found with the matrix, on either side of it; 1 where no other rank reaches */
+  int shared_count, *shared; /* nodes that other ranks reach, or have, too */
+  int *place, *there;        /* [nodes], [reached]: where vectors and the factor's order have each node */
+  int *here, *from;          /* [reached], [nodes]: where the others have theirs; of nodes beyond `here` is 0 */
 } flesh_overlap;
 
 /* For A's pattern; `team` may be NULL. Collective, and fails on all ranks or none: FLESH_ERR_MEMORY. To be cleared also
  * when it fails. */
 int flesh_overlap_create(const flesh_block_matrix *A, const flesh_team *team, flesh_overlap *overlap);
+/* How vectors order the rank's nodes, nodes [team->nodes], and how the factor does that is made of the matrix, reached
+ * [team->reached]: before any function of overlap_vectors.h. FLESH_ERR_MEMORY. */
+int flesh_overlap_set_orders(flesh_overlap *overlap, const int *nodes, const int *reached);
 void flesh_overlap_clear(flesh_overlap *overlap);
 size_t flesh_overlap_memory(const flesh_overlap *overlap);
 

@@ -39,11 +39,18 @@ void flesh_overlap_fetch_kept(const flesh_overlap *self, const int *nodes, const
     self->vector[d] = scale * self->r[k];
 }
 
-void flesh_overlap_restrict_kept(const flesh_overlap *self, const int *nodes, const float *r, double scale,
-                                 const int *reached, float *wide)
+void flesh_overlap_restrict_kept(const flesh_overlap *self, const float *r, double scale, float *wide)
 {
-  flesh_overlap_fetch_kept(self, nodes, r, scale);
-  flesh_overlap_widen(self, reached, wide);
+  const int own = self->team->own;
+  for (size_t p = 0; p < (size_t)self->team->reached; p++)
+    memcpy(wide + 4 * p, r + 4 * (size_t)self->here[p], 4 * sizeof *wide);
+  for (int k = 0; k < self->shared_count; k++) {
+    const int node = self->shared[k];
+    float *to = wide + 4 * (size_t)self->there[node];
+    for (size_t c = 0; c < 3; c++)
+      to[c] = self->weight[node] * (node < own ? r[4 * (size_t)self->place[node] + c]
+                                               : (float)(scale * self->r[3 * (size_t)(node - own) + c]));
+  }
 }
 
 /* `found` at these nodes, as the other ranks have them at those. */
@@ -77,30 +84,59 @@ static void add_up(const flesh_overlap *self, int count, const int *first, const
   for (int r = team->reach.before; r < team->reach.count; r++) add_received(self, r, first, nodes);
 }
 
-void flesh_overlap_add_begin(const flesh_overlap *self, const int *reached, const float *wide)
+/* The same where ranks share nodes; `found` at these alone. */
+static void add_up_shared(const flesh_overlap *self, const int *first, const int *nodes)
+{
+  const flesh_team *team = self->team;
+  const size_t bytes = 3 * sizeof *self->vector;
+  team->operations->exchange_end(team->data);
+  for (int k = 0; k < self->shared_count; k++) memset(self->vector + 3 * (size_t)self->shared[k], 0, bytes);
+  for (int r = 0; r < team->reach.before; r++) add_received(self, r, first, nodes);
+  for (int k = 0; k < self->shared_count; k++)
+    for (size_t c = 0; c < 3; c++)
+      self->vector[3 * (size_t)self->shared[k] + c] += self->found[3 * (size_t)self->shared[k] + c];
+  for (int r = team->reach.before; r < team->reach.count; r++) add_received(self, r, first, nodes);
+}
+
+void flesh_overlap_add_begin(const flesh_overlap *self, const float *wide)
 {
   const flesh_team_reach *reach = &self->team->reach;
-  for (size_t p = 0; p < (size_t)self->team->reached; p++)
-    for (size_t c = 0; c < 3; c++) self->found[3 * (size_t)reached[p] + c] = self->weight[reached[p]] * wide[4 * p + c];
+  for (int k = 0; k < self->shared_count; k++) {
+    const int node = self->shared[k];
+    for (size_t c = 0; c < 3; c++)
+      self->found[3 * (size_t)node + c] = self->weight[node] * wide[4 * (size_t)self->there[node] + c];
+  }
   send(self, reach->first_taken, reach->taken, reach->first_given);
 }
 
-void flesh_overlap_add_end(const flesh_overlap *self, const int *nodes, float *z)
+void flesh_overlap_add_end(const flesh_overlap *self, const float *wide, float *z)
 {
   const flesh_team_reach *reach = &self->team->reach;
-  add_up(self, self->team->nodes, reach->first_given, reach->given);
   for (size_t p = 0; p < (size_t)self->team->nodes; p++)
-    for (size_t c = 0; c < 3; c++) z[4 * p + c] = (float)self->vector[3 * (size_t)nodes[p] + c];
+    memcpy(z + 4 * p, wide + 4 * (size_t)self->from[p], 4 * sizeof *z);
+  add_up_shared(self, reach->first_given, reach->given);
+  for (int k = 0; k < self->shared_count; k++) {
+    const int node = self->shared[k];
+    for (size_t c = 0; c < 3 && node < self->team->nodes; c++)
+      z[4 * (size_t)self->place[node] + c] = (float)self->vector[3 * (size_t)node + c];
+  }
 }
 
-void flesh_overlap_keep(const flesh_overlap *self, const int *place, const double *r)
+/* Numbers of a node, where vectors of four lanes have them. */
+static void read_node(const flesh_overlap *self, int single, const void *vector, int node, double *to)
+{
+  const size_t at = 4 * (size_t)self->place[node];
+  for (size_t c = 0; c < 3; c++)
+    to[c] = single ? (double)((const float *)vector)[at + c] : ((const double *)vector)[at + c];
+}
+
+void flesh_overlap_keep(const flesh_overlap *self, int single, const void *r)
 {
   const flesh_team *team = self->team;
   const size_t own = 3 * (size_t)team->own, others = 3 * (size_t)team->reached - own;
-  for (size_t i = 0; i < (size_t)team->own; i++)
-    memcpy(self->vector + 3 * i, r + 4 * (size_t)place[i], 3 * sizeof *r);
+  for (int i = 0; i < team->own; i++) read_node(self, single, r, i, self->vector + 3 * (size_t)i);
   team->operations->share(team->data, &(flesh_team_vector){3, 3, NULL, self->vector, 1});
-  memcpy(self->r, self->vector + own, others * sizeof *r);
+  memcpy(self->r, self->vector + own, others * sizeof *self->r);
   memset(self->s, 0, others * sizeof *self->s);
 }
 
@@ -125,26 +161,41 @@ void flesh_overlap_sum(const flesh_overlap *self, const int *nodes, const float 
   add_partial(self);
 }
 
-void flesh_overlap_collect_begin(const flesh_overlap *self, const int *place, const double *y)
+void flesh_overlap_collect_begin(const flesh_overlap *self, int single, const void *y)
 {
-  for (size_t i = 0; i < (size_t)self->team->nodes; i++)
-    memcpy(self->found + 3 * i, y + 4 * (size_t)place[i], 3 * sizeof *y);
-  send_partial(self);
+  const flesh_team_reach *reach = &self->team->reach;
+  for (int k = 0; k < self->shared_count; k++) {
+    double *found = self->found + 3 * (size_t)self->shared[k];
+    if (self->shared[k] < self->team->nodes) read_node(self, single, y, self->shared[k], found);
+    else memset(found, 0, 3 * sizeof *found);
+  }
+  send(self, reach->first_given, reach->given, reach->first_taken);
 }
 
-void flesh_overlap_collect_end(const flesh_overlap *self, const int *place, double *y)
+void flesh_overlap_collect_end(const flesh_overlap *self, int single, void *y)
 {
   const flesh_team *team = self->team;
-  add_partial(self);
-  for (size_t i = 0; i < (size_t)team->nodes; i++)
-    for (size_t c = 0; c < 3; c++) y[4 * (size_t)place[i] + c] = i < (size_t)team->own ? self->vector[3 * i + c] : 0;
+  add_up_shared(self, team->reach.first_taken, team->reach.taken);
+  for (int k = 0; k < self->shared_count; k++) {
+    const int node = self->shared[k];
+    double *sum = self->vector + 3 * (size_t)node;
+    for (size_t c = 0; c < 3 && single; c++) sum[c] = (float)sum[c];
+    for (size_t c = 0; c < 3 && node < team->nodes; c++) {
+      const double value = node < team->own ? sum[c] : 0;
+      const size_t at = 4 * (size_t)self->place[node] + c;
+      if (single) ((float *)y)[at] = (float)value;
+      else ((double *)y)[at] = value;
+    }
+  }
 }
 
-void flesh_overlap_advance(const flesh_overlap *self, double alpha, double beta)
+void flesh_overlap_advance(const flesh_overlap *self, int single, double alpha, double beta)
 {
   const size_t own = 3 * (size_t)self->team->own, others = 3 * (size_t)self->team->reached - own;
   for (size_t k = 0; k < others; k++) {
-    self->s[k] = self->vector[own + k] + beta * self->s[k];
-    self->r[k] -= alpha * self->s[k];
+    const double s = self->vector[own + k] + beta * self->s[k];
+    self->s[k] = single ? (float)s : s;
+    const double r = self->r[k] - alpha * self->s[k];
+    self->r[k] = single ? (float)r : r;
   }
 }

@@ -17,23 +17,24 @@ void flesh_overlap_widen(const flesh_overlap *overlap, const int *reached, float
 /* From r, which own nodes alone have, to those that are reached. */
 void flesh_overlap_restrict(const flesh_overlap *overlap, const int *nodes, const float *r, const int *reached,
                             float *wide);
-/* What all ranks have found is added up, z: the same bits for owners and their ghosts. */
-void flesh_overlap_add_begin(const flesh_overlap *overlap, const int *reached, const float *wide);
-void flesh_overlap_add_end(const flesh_overlap *overlap, const int *nodes, float *z);
+/* What all ranks have found is added up, z: the same bits for owners and their ghosts. `wide` is the same at the end as
+ * at the beginning. */
+void flesh_overlap_add_begin(const flesh_overlap *overlap, const float *wide);
+void flesh_overlap_add_end(const flesh_overlap *overlap, const float *wide, float *z);
 
 /* Conjugate gradients' residual where it is reached without being sent: r -= alpha s with s = A u + beta s follow from
- * products A u, which ranks add up for all who reach a node.
+ * products A u, which ranks add up for all who reach a node. Vectors are in double or single precision, and what is kept
+ * is rounded as they are.
  *
  * r at the start, of own nodes; s is zero. */
-void flesh_overlap_keep(const flesh_overlap *overlap, const int *place, const double *r);
+void flesh_overlap_keep(const flesh_overlap *overlap, int single, const void *r);
 /* y, partial, to the sum of all ranks at own nodes, and zero at ghosts. */
-void flesh_overlap_collect_begin(const flesh_overlap *overlap, const int *place, const double *y);
-void flesh_overlap_collect_end(const flesh_overlap *overlap, const int *place, double *y);
+void flesh_overlap_collect_begin(const flesh_overlap *overlap, int single, const void *y);
+void flesh_overlap_collect_end(const flesh_overlap *overlap, int single, void *y);
 /* One step on, with the y that was collected last. */
-void flesh_overlap_advance(const flesh_overlap *overlap, double alpha, double beta);
+void flesh_overlap_advance(const flesh_overlap *overlap, int single, double alpha, double beta);
 /* As flesh_overlap_fetch and _restrict, of r at own nodes and `scale` times what is kept elsewhere. Send nothing. */
 void flesh_overlap_fetch_kept(const flesh_overlap *overlap, const int *nodes, const float *r, double scale);
-void flesh_overlap_restrict_kept(const flesh_overlap *overlap, const int *nodes, const float *r, double scale,
-                                 const int *reached, float *wide);
+void flesh_overlap_restrict_kept(const flesh_overlap *overlap, const float *r, double scale, float *wide);
 
 #endif

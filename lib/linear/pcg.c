@@ -17,8 +17,9 @@
 #include "linear/pcg_space.h"
 #include "linear/pcg_team.h"
 
-/* In single precision residuals cannot be distinguished from rounding where they are this small beside the first. */
-static const double DEEPEST = 1e-5;
+/* In single precision residuals cannot be distinguished from rounding where they are this small beside the first; those
+ * of a team gather more of it, as A p is a recurrence, too. */
+static const double DEEPEST = 1e-5, DEEPEST_OF_TEAM = 1e-4;
 
 /* Of the threads' team; one of a single rank is none. */
 static int join(flesh_pcg_space *self)
@@ -186,15 +187,6 @@ static double run_descent(const flesh_pcg_space *self, flesh_pcg_work *w, double
   return sqrt(sum);
 }
 
-/* p.A p of the next direction p, and A p. */
-static double multiply(flesh_pcg_space *self, const flesh_block_matrix *A, double scale, flesh_pcg_work *w)
-{
-  if (!self->single) return flesh_product_multiply(&self->product, A, self->threads, turn, w, self->p, self->z);
-  const flesh_block_matrix *anew = self->holds == scale ? NULL : A;
-  self->holds = scale;
-  return flesh_product_multiply_single(&self->product, anew, scale, self->threads, turn, w, self->p, self->z);
-}
-
 static int iterate(flesh_pcg_space *self, const flesh_block_matrix *A, const flesh_pcg_guide *guide, double tolerance,
                    int max_iterations, flesh_pcg_work *w, flesh_pcg_result *result)
 {
@@ -212,7 +204,7 @@ static int iterate(flesh_pcg_space *self, const flesh_block_matrix *A, const fle
     /* After a direction without curvature there is no next one. */
     if (!(fabs(rz) < INFINITY)) return status == FLESH_NOT_POSITIVE ? status : FLESH_NONFINITE;
     w->beta = result->iterations ? rz / rz_before : 0;
-    const double curvature = multiply(self, A, scale, w);
+    const double curvature = flesh_pcg_product(self, A, scale, turn, w, self->p); /* of the next direction p */
     w->downhill = 0;
     if (!(fabs(curvature) < INFINITY)) return status == FLESH_NOT_POSITIVE ? status : FLESH_NONFINITE;
     pMp = rz + w->beta * w->beta * pMp;
@@ -279,14 +271,24 @@ static double common_to(int n, const double *numbers)
   return n > 0 && same == n ? numbers[0] : 0;
 }
 
+/* Whether a solve that may be rounded is, with what all weights are, and that on all ranks; 0: they differ. */
+static int is_rounded(const flesh_pcg_space *self, const flesh_preconditioner_data *preconditioner, double common,
+                      double norm, double tolerance)
+{
+  double weights[2] = {common, -common};
+  flesh_team_largest(self->team, 2, weights);
+  return self->product.rounded && weights[0] > 0 && weights[0] == -weights[1] &&
+         (!self->team || flesh_preconditioner_overlap(preconditioner)) &&
+         tolerance > (self->team ? DEEPEST_OF_TEAM : DEEPEST) * common * norm;
+}
+
 int flesh_pcg_guided(flesh_pcg_space *self, const flesh_block_matrix *A, flesh_preconditioner_data *preconditioner,
                      const flesh_pcg_guide *guide, const double *weights, double tolerance, int max_iterations,
                      const double *b, double *x, flesh_pcg_result *result)
 {
   const double common = weights ? common_to(3 * self->rows, weights) : 1;
   const double norm = flesh_norm(self->threads, 3 * self->rows, b), to_one = flesh_power_to_one(norm);
-  self->single = guide->single && !self->team && self->product.rounded && common > 0 &&
-                 tolerance > DEEPEST * common * norm;
+  self->single = guide->single && is_rounded(self, preconditioner, common, norm, tolerance);
   flesh_pcg_work w = {.space = self, .b = b, .weights = common != 0 ? NULL : weights, .common = common, .x = x,
             .scale = 1, .unscale = 1, .preconditioner = preconditioner, .to_round = to_one};
   if (!guide->same) self->holds = 0;

@@ -19,7 +19,7 @@ typedef struct flesh_pcg_guide {
   int (*stop)(void *data);
   void *stop_data;
   /* A may be rounded to single precision, and what is not summed up, too. It is where that leaves the tolerance, and
-   * weights are all the same. */
+   * weights are all the same. All ranks of a team say the same. */
   int single;
   int same; /* A is that of the last solve in this space */
 } flesh_pcg_guide;

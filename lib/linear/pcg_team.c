@@ -11,7 +11,9 @@
  *
  * u is consistent, so that x and p are. r, A u and s are collected, zero at ghosts. An iteration has two exchanges: what
  * the ranks' factors have found of u, and A u, which goes to all who reach a node, so that r follows there as it does at
- * its owner. While the first is on its way, the coarse level is solved; its next load, while the second is. */
+ * its owner. While the first is on its way, the coarse level is solved; its next load, while the second is.
+ *
+ * In single precision vectors are those of a scaled system, as on one rank (pcg.c). */
 #include "linear/pcg_team.h"
 
 #include <assert.h>
@@ -37,21 +39,26 @@ typedef struct iteration {
 } iteration;
 
 /* r, x and p one step on: from the last u and A u. */
+static inline __attribute__((always_inline)) void advance_nodes(const flesh_pcg_work *w, int begin, int end, int single)
+{
+  const flesh_pcg_space *self = w->space;
+  for (int i = begin; i < end; i++) {
+    flesh_pcg_put(self->p, single, i, flesh_pcg_get(self->u, single, i) + w->beta * flesh_pcg_get(self->p, single, i));
+    flesh_pcg_put(self->s, single, i, flesh_pcg_get(self->z, single, i) + w->beta * flesh_pcg_get(self->s, single, i));
+    self->x[i] += w->downhill * flesh_pcg_get(self->p, single, i);
+    const flesh_double4 r = flesh_pcg_get(self->r, single, i) - w->alpha * flesh_pcg_get(self->s, single, i);
+    flesh_pcg_put(self->r, single, i, r);
+    if (!single) self->rounded[i] = FLESH_LANES_NARROW(w->to_round * r);
+  }
+}
+
 static void advance(void *data, int chunk)
 {
   const flesh_pcg_work *w = data;
-  const flesh_pcg_space *self = w->space;
-  flesh_double4 *p = self->p, *r = self->r, *x = self->x, *s = self->s;
-  const flesh_double4 *u = self->u, *Au = self->z;
   int begin, end;
-  flesh_pcg_range(self, chunk, &begin, &end);
-  for (int i = begin; i < end; i++) {
-    p[i] = u[i] + w->beta * p[i];
-    s[i] = Au[i] + w->beta * s[i];
-    x[i] += w->downhill * p[i];
-    r[i] -= w->alpha * s[i];
-    self->rounded[i] = FLESH_LANES_NARROW(w->to_round * r[i]);
-  }
+  flesh_pcg_range(w->space, chunk, &begin, &end);
+  if (w->space->single) advance_nodes(w, begin, end, 1);
+  else advance_nodes(w, begin, end, 0);
 }
 
 /* The preconditioner's result into u. */
@@ -59,11 +66,15 @@ static void receive(void *data, int chunk)
 {
   const flesh_pcg_work *w = data;
   flesh_float4 result[FLESH_PCG_CHUNK];
-  flesh_double4 *u = w->space->u;
+  void *u = w->space->u;
   int begin, end;
   flesh_pcg_range(w->space, chunk, &begin, &end);
+  if (w->space->single) {
+    flesh_preconditioner_result(w->preconditioner, begin, end, (float *)u + 4 * (size_t)begin);
+    return;
+  }
   flesh_preconditioner_result(w->preconditioner, begin, end, (float *)result);
-  for (int i = begin; i < end; i++) u[i] = w->back * FLESH_LANES_WIDE(result[i - begin]);
+  for (int i = begin; i < end; i++) flesh_pcg_put(u, 0, i, w->back * FLESH_LANES_WIDE(result[i - begin]));
 }
 
 static void round_product(void *data, int chunk)
@@ -84,24 +95,32 @@ static void add_products(const flesh_double4 v[3], flesh_double4 q, flesh_double
 }
 
 /* Of a chunk, into sums[chunk * SUMS]. */
-static void multiply_vectors(void *data, int chunk)
+static inline __attribute__((always_inline)) void multiply_nodes(const flesh_pcg_work *w, int chunk, int single)
 {
-  const flesh_pcg_work *w = data;
   const flesh_pcg_space *self = w->space;
-  const flesh_double4 *u = self->u, *r = self->r, *Au = self->z, *s = self->s, one = {1, 1, 1, 1};
+  const flesh_double4 one = {1, 1, 1, 1};
   flesh_double4 sums[US + 1] = {{0}};
   double *to = self->sums + (size_t)SUMS * (size_t)chunk;
   int begin, end;
   flesh_pcg_range(self, chunk, &begin, &end);
   for (int i = begin; i < end; i++) {
-    const flesh_double4 v[3] = {r[i], Au[i], s[i]};
+    const flesh_double4 v[3] = {flesh_pcg_get(self->r, single, i), flesh_pcg_get(self->z, single, i),
+                                flesh_pcg_get(self->s, single, i)},
+                        u = flesh_pcg_get(self->u, single, i);
     add_products(v, one, sums);
     if (w->weights) add_products(v, self->weights[i] * self->weights[i], sums + PRODUCTS);
-    sums[RU] += r[i] * u[i];
-    sums[US] += u[i] * s[i];
+    sums[RU] += v[0] * u;
+    sums[US] += u * v[2];
   }
   for (int k = 0; k <= US; k++) to[k] = sum_of_lanes(sums[k]);
   for (int k = 0; k < PRODUCTS && !w->weights; k++) to[PRODUCTS + k] = w->common * w->common * to[k];
+}
+
+static void multiply_vectors(void *data, int chunk)
+{
+  const flesh_pcg_work *w = data;
+  if (w->space->single) multiply_nodes(w, chunk, 1);
+  else multiply_nodes(w, chunk, 0);
 }
 
 /* What the iteration asks for, of all ranks. */
@@ -146,12 +165,12 @@ static void collect(iteration *now)
     self->team->operations->collect(self->team->data, &(flesh_team_vector){3, 4, self->place, self->z, 0});
     return;
   }
-  flesh_overlap_collect_begin(now->overlap, self->place, self->z);
-  if (now->unknowns) {
-    flesh_threads_run(self->threads, self->chunks, round_product, w);
-    flesh_preconditioner_load(w->preconditioner, (const float *)self->rounded, 1 / w->to_round, now->sums + SUMS);
-  }
-  flesh_overlap_collect_end(now->overlap, self->place, self->z);
+  flesh_overlap_collect_begin(now->overlap, self->single, self->z);
+  if (now->unknowns && !self->single) flesh_threads_run(self->threads, self->chunks, round_product, w);
+  if (now->unknowns)
+    flesh_preconditioner_load(w->preconditioner, self->single ? self->z : (const float *)self->rounded,
+                              1 / w->to_round, now->sums + SUMS);
+  flesh_overlap_collect_end(now->overlap, self->single, self->z);
 }
 
 /* u, A u and the iteration's sums. */
@@ -165,7 +184,7 @@ static void precondition(iteration *now, const flesh_block_matrix *A, int stops)
   else flesh_preconditioner_solve(w->preconditioner, r);
   flesh_threads_run(self->threads, self->chunks, receive, w);
   if (!now->overlap) team->operations->share(team->data, &(flesh_team_vector){3, 4, self->place, self->u, 0});
-  const double curvature = flesh_product_multiply(&self->product, A, self->threads, NULL, NULL, self->u, self->z);
+  const double curvature = flesh_pcg_product(self, A, flesh_preconditioner_scale(w->preconditioner), NULL, NULL, self->u);
   collect(now);
   sum_up(now, curvature, stops);
 }
@@ -181,9 +200,9 @@ static double descend(iteration *now, double tolerance)
   }
   now->norm = sqrt(predicted(now->sums, w->alpha, w->beta));
   const double residual = sqrt(predicted(now->sums + PRODUCTS, w->alpha, w->beta));
-  w->to_round = flesh_power_to_one(now->norm);
+  if (!self->single) w->to_round = flesh_power_to_one(now->norm);
   flesh_threads_run(self->threads, self->chunks, advance, w);
-  if (now->overlap) flesh_overlap_advance(now->overlap, w->alpha, w->beta);
+  if (now->overlap) flesh_overlap_advance(now->overlap, self->single, w->alpha, w->beta);
   now->largest = fmax(now->largest, now->norm);
   const int stale = now->unknowns && now->norm < FRESH * now->largest;
   return stale || residual <= tolerance ? look(now) : residual;
@@ -202,13 +221,13 @@ int flesh_pcg_in_team(const flesh_block_matrix *A, const flesh_pcg_guide *guide,
   for (int k = 0; k < unknowns; k++) now.load_of_s[k] = 0;
   w->alpha = w->beta = w->downhill = 0;
   flesh_threads_run(w->space->threads, w->space->chunks, advance, w);
-  if (now.overlap) flesh_overlap_keep(now.overlap, w->space->place, w->space->r);
+  if (now.overlap) flesh_overlap_keep(now.overlap, w->space->single, w->space->r);
   result->first = result->residual = look(&now);
   if (result->residual <= tolerance) return FLESH_OK;
   while (result->iterations < last) {
     const int asks = guide->stop && result->iterations % ASK_EVERY == 0;
     if (asks) asked = guide->stop(guide->stop_data);
-    w->back = scale / w->to_round;
+    w->back = w->space->single ? 1 : scale / w->to_round;
     precondition(&now, A, asked != FLESH_OK);
     if (now.sums[STOPS] > 0) return flesh_team_agree(w->space->team, asked);
     const double rz = now.sums[RU], beta = w->beta = result->iterations ? rz / rz_before : 0;

@@ -71,6 +71,7 @@ static int create_wide(flesh_preconditioner_data *self, int alone)
   if (!status && (!self->reached || !self->wide))
     status = flesh_fail(FLESH_ERR_MEMORY, "no memory for the preconditioner of %d nodes", A->rows);
   if (!status) memcpy(self->reached, bisection.order, rows * sizeof *self->reached);
+  if (!status) status = flesh_overlap_set_orders(&self->overlap, self->order, self->reached);
   if (!status) status = flesh_cholesky_create(A, &bisection, alone, self->threads, &self->cholesky);
   flesh_bisection_clear(&bisection);
   return status;
@@ -339,9 +340,9 @@ static void solve_in_team(flesh_preconditioner_data *self, const float *r, const
   const flesh_team *team = self->overlap.team;
   flesh_cholesky_solve(self->cholesky, NULL, self->wide);
   flesh_cholesky_result(self->cholesky, NULL, 0, team->reached, self->wide);
-  flesh_overlap_add_begin(&self->overlap, self->reached, self->wide);
+  flesh_overlap_add_begin(&self->overlap, self->wide);
   if (coarse && load) flesh_coarse_solve_for(coarse, load, scale);
-  flesh_overlap_add_end(&self->overlap, self->order, self->z);
+  flesh_overlap_add_end(&self->overlap, self->wide, self->z);
   if (coarse && !load) {
     flesh_coarse_restrict(coarse, 0, 0, self->rows, r);
     flesh_coarse_solve(coarse);
@@ -410,7 +411,7 @@ void flesh_preconditioner_solve_for(flesh_preconditioner_data *self, const float
     solve_projected(self);
     return;
   }
-  flesh_overlap_restrict_kept(&self->overlap, self->order, r, scale, self->reached, self->wide);
+  flesh_overlap_restrict_kept(&self->overlap, r, scale, self->wide);
   solve_in_team(self, r, load, scale);
 }
 

@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "base/team.h"
 
 /* What a new preconditioner costs, in iterations: as many excess ones of an old one are accepted before it is made. */
 enum { NEW_ONE = 6 };
@@ -143,12 +144,14 @@ static void seek_too_stiff(void *data, int k, int begin, int end)
   }
 }
 
-/* Whether K rounded to single precision is as good as K. */
+/* Whether K rounded to single precision is as good as K, on all ranks. */
 static int may_be_rounded(const flesh_matrix_policy *self)
 {
   search s = {.policy = self};
   flesh_parallel_parts(self->equations->threads, self->equations->n, seek_too_stiff, &s);
-  return !s.found;
+  double found = s.found;
+  flesh_team_largest(flesh_threads_team(self->equations->threads), 1, &found);
+  return found == 0;
 }
 
 int flesh_matrix_policy_refresh(flesh_matrix_policy *self)

@@ -173,8 +173,9 @@ static void check_sum_of_overlaps(const bodies *b, const flesh_block_matrix *own
   flesh_communicator_sum(ranks, b->nodes, times);
   for (int i = 0; i < 4 * team->own; i++) r[i] = (float)(i % 4 < 3 ? 100 * nodes[i / 4] + i % 4 : 0);
   flesh_overlap_restrict(&overlap, order, r, order, wide);
-  flesh_overlap_add_begin(&overlap, order, wide);
-  flesh_overlap_add_end(&overlap, order, r);
+  CHECK_OK(flesh_overlap_set_orders(&overlap, order, order));
+  flesh_overlap_add_begin(&overlap, wide);
+  flesh_overlap_add_end(&overlap, wide, r);
   for (int i = 0; i < 4 * team->nodes; i++) {
     const double sum = i % 4 < 3 ? sqrt(times[nodes[i / 4]]) * (100 * nodes[i / 4] + i % 4) : 0;
     CHECK_NEAR(r[i], sum, 1e-6 * (sum + 1));

@@ -68,7 +68,7 @@ static void drop(problem *p)
 /* How to solve, and what came of it. */
 typedef struct solve {
   flesh_preconditioner kind;
-  int weighted, after_indefinite, most;
+  int weighted, after_indefinite, most, single;
   double tolerance;
   int status;
   long reductions, messages;
@@ -92,7 +92,7 @@ static double residual_of(const problem *p, const solve *s, double *r)
 static void run(const problem *p, int which, solve *s)
 {
   const flesh_linear *linear = flesh_linear_for(FLESH_INSTRUCTIONS_AUTO);
-  const flesh_pcg_guide guide = {.after_indefinite = s->after_indefinite};
+  const flesh_pcg_guide guide = {.after_indefinite = s->after_indefinite, .single = s->single};
   const test_body *body = which == PART ? &p->own : &p->whole;
   flesh_preconditioner_data *preconditioner = NULL;
   flesh_pcg_space *space = NULL;
@@ -100,7 +100,7 @@ static void run(const problem *p, int which, solve *s)
   CHECK_OK(linear->preconditioner_create(s->kind, p->A[which], flesh_mesh_positions(body->mesh), p->threads[which],
                                          &preconditioner));
   CHECK_OK(linear->preconditioner_setup(preconditioner, p->A[which], NULL));
-  CHECK_OK(linear->pcg_space_create(p->A[which], 0, p->threads[which], &space));
+  CHECK_OK(linear->pcg_space_create(p->A[which], s->single, p->threads[which], &space));
   const flesh_communicator_figures before = flesh_communicator_exchanged(ranks);
   s->status = linear->pcg_guided(space, p->A[which], preconditioner, &guide, s->weighted ? p->weights[which] : NULL,
                                  s->tolerance, s->most, p->b[which], x, &s->result);
@@ -166,6 +166,44 @@ static void an_iteration_takes_one_sum(void)
            k % 2 ? ", weighted" : "", s[PART].result.iterations, s[PART].reductions, s[WHOLE].result.iterations);
     free(s[WHOLE].x);
     free(s[PART].x);
+  }
+  drop(&p);
+}
+
+/* Down to what single precision can tell, and by all ranks or none. */
+static void solves_in_single_precision_reach_the_tolerance(void)
+{
+  problem p;
+  make(100, &p);
+  const int several = flesh_communicator_size(ranks) > 1;
+  const double size = norm(p.whole.n, p.b[WHOLE]), depths[] = {1e-1, 1e-3, several ? 1.2e-4 : 2e-5};
+  for (int k = 0; k < 6; k++) {
+    solve s[2];
+    for (int single = 0; single < 2; single++) {
+      s[single] = (solve){.kind = k % 2 ? FLESH_PRECONDITIONER_IC : FLESH_PRECONDITIONER_TWO_LEVEL,
+                          .tolerance = depths[k / 2] * size, .most = 300, .single = single};
+      run(&p, PART, &s[single]);
+      CHECK_OK(s[single].status);
+      CHECK(s[single].result.single == single);
+      CHECK_BELOW(s[single].residual, 1.05 * s[single].tolerance);
+    }
+    CHECK_NEAR(s[1].result.iterations, s[0].result.iterations, 2);
+    printf("# to %g: %d iterations, in double precision %d; residual %g of what was asked\n", depths[k / 2],
+           s[1].result.iterations, s[0].result.iterations, s[1].residual / s[1].tolerance);
+    free(s[0].x);
+    free(s[1].x);
+  }
+  const solve none[] = {{.tolerance = (several ? 5e-5 : 5e-6) * size}, {.tolerance = 0.1 * size, .weighted = 1},
+                        {.tolerance = 0.1 * size, .kind = FLESH_PRECONDITIONER_JACOBI}};
+  for (int k = 0; k < (several ? 3 : 2); k++) {
+    solve s = none[k];
+    s.single = 1;
+    s.most = 300;
+    if (k < 2) s.kind = FLESH_PRECONDITIONER_IC;
+    run(&p, PART, &s);
+    CHECK(!s.result.single);
+    CHECK_BELOW(s.residual, 1.001 * s.tolerance);
+    free(s.x);
   }
   drop(&p);
 }
@@ -242,6 +280,7 @@ static void negative_curvature_is_seen(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS_ON_RANKS(argc, argv, TEST(an_iteration_takes_one_sum), TEST(residuals_are_foretold),
+  return RUN_TESTS_ON_RANKS(argc, argv, TEST(an_iteration_takes_one_sum),
+                            TEST(solves_in_single_precision_reach_the_tolerance), TEST(residuals_are_foretold),
                             TEST(recurrences_stay_with_the_residual), TEST(negative_curvature_is_seen));
 }
