@@ -199,6 +199,22 @@ static int allocate_taken(flesh_overlap *self)
   return self->taken && self->received ? FLESH_OK : FLESH_ERR_MEMORY;
 }
 
+/* Those that are given or taken, rising. */
+static int list_shared(flesh_overlap *self)
+{
+  const flesh_team *team = self->team;
+  const flesh_team_reach *reach = &team->reach;
+  char *is_shared = flesh_calloc((size_t)team->reached + 1, sizeof *is_shared);
+  for (int k = 0; is_shared && k < reach->first_given[reach->count]; k++) is_shared[reach->given[k]] = 1;
+  for (int k = 0; is_shared && k < reach->first_taken[reach->count]; k++) is_shared[reach->taken[k]] = 1;
+  for (int i = 0; is_shared && i < team->reached; i++) self->shared_count += is_shared[i];
+  self->shared = flesh_malloc(((size_t)self->shared_count + 1) * sizeof *self->shared);
+  for (int i = 0, k = 0; is_shared && self->shared && i < team->reached; i++)
+    if (is_shared[i]) self->shared[k++] = i;
+  flesh_free(is_shared);
+  return is_shared && self->shared ? FLESH_OK : FLESH_ERR_MEMORY;
+}
+
 /* By how many ranks reach each node. Weights 1 would count corrections where ranks overlap twice, the square roots would
  * average them; what is between took fewer iterations than either (lib/parallel/README.md). */
 static void set_weights(flesh_overlap *self)
@@ -218,7 +234,8 @@ int flesh_overlap_create(const flesh_block_matrix *A, const flesh_team *team, fl
   self->matrix = (flesh_block_matrix){0};
   int *place = flesh_malloc(((size_t)A->rows + 1) * sizeof *place);
   double *counts = flesh_malloc((2 * (size_t)team->reach.count + 1) * sizeof *counts);
-  int status = flesh_team_agree(team, counts ? allocate_given(self, A, place) : FLESH_ERR_MEMORY);
+  int status = counts ? list_shared(self) : FLESH_ERR_MEMORY;
+  status = flesh_team_agree(team, status ? status : allocate_given(self, A, place));
   if (!status) {
     exchange_counts(self, counts);
     status = flesh_team_agree(team, allocate_taken(self));
@@ -233,46 +250,28 @@ int flesh_overlap_create(const flesh_block_matrix *A, const flesh_team *team, fl
   return status ? flesh_fail(status, "no memory for the overlap of %d nodes", A->rows) : FLESH_OK;
 }
 
-/* Those that are given or taken, rising; `is_shared` [reached] is room, zero. */
-static void list_shared(flesh_overlap *self, char *is_shared)
-{
-  const flesh_team *team = self->team;
-  const flesh_team_reach *reach = &team->reach;
-  for (int k = 0; k < reach->first_given[reach->count]; k++) is_shared[reach->given[k]] = 1;
-  for (int k = 0; k < reach->first_taken[reach->count]; k++) is_shared[reach->taken[k]] = 1;
-  self->shared_count = 0;
-  for (int i = 0; i < team->reached; i++)
-    if (is_shared[i]) self->shared[self->shared_count++] = i;
-}
-
 int flesh_overlap_set_orders(flesh_overlap *self, const int *nodes, const int *reached)
 {
   const size_t own = (size_t)self->team->nodes, all = (size_t)self->team->reached;
-  self->shared = flesh_malloc((3 * all + 2 * own + 1) * sizeof *self->shared);
-  char *is_shared = flesh_calloc(all + 1, sizeof *is_shared);
-  const int status = self->shared && is_shared ? FLESH_OK : FLESH_ERR_MEMORY;
-  if (!status) {
-    self->there = self->shared + all;
-    self->here = self->there + all;
-    self->place = self->here + all;
-    self->from = self->place + own;
-    list_shared(self, is_shared);
-    for (size_t p = 0; p < own; p++) self->place[nodes[p]] = (int)p;
-    for (size_t p = 0; p < all; p++) {
-      self->there[reached[p]] = (int)p;
-      self->here[p] = (size_t)reached[p] < own ? self->place[reached[p]] : 0;
-    }
-    for (size_t p = 0; p < own; p++) self->from[p] = self->there[nodes[p]];
+  self->there = flesh_malloc((2 * all + 2 * own + 1) * sizeof *self->there);
+  if (!self->there) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the overlap of %zu nodes", own);
+  self->here = self->there + all;
+  self->place = self->here + all;
+  self->from = self->place + own;
+  for (size_t p = 0; p < own; p++) self->place[nodes[p]] = (int)p;
+  for (size_t p = 0; p < all; p++) {
+    self->there[reached[p]] = (int)p;
+    self->here[p] = (size_t)reached[p] < own ? self->place[reached[p]] : 0;
   }
-  flesh_free(is_shared);
-  return status ? flesh_fail(status, "no memory for the overlap of %zu nodes", own) : FLESH_OK;
+  for (size_t p = 0; p < own; p++) self->from[p] = self->there[nodes[p]];
+  return FLESH_OK;
 }
 
 void flesh_overlap_clear(flesh_overlap *self)
 {
   void *arrays[] = {self->row_start, self->column, self->own_place, self->first_given, self->first_taken, self->given,
                     self->taken,     self->sent,   self->received,  self->messages,    self->vector,      self->weight,
-                    self->shared};
+                    self->shared,    self->there};
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) flesh_free(arrays[k]);
   if (has_others(self)) flesh_free(self->matrix.values);
   *self = (flesh_overlap){0};
@@ -284,8 +283,8 @@ size_t flesh_overlap_memory(const flesh_overlap *self)
   const size_t rows = (size_t)self->matrix.rows, blocks = has_others(self) ? (size_t)self->row_start[rows] : 0,
                ranks = (size_t)self->team->reach.count,
                exchanged = (size_t)self->first_given[ranks] + (size_t)self->first_taken[ranks];
-  const size_t orders = self->shared ? 3 * rows + 2 * (size_t)self->team->nodes : 0;
-  return orders * sizeof(int) + vector_room(self->team) * sizeof(double) + (rows + ranks) * (2 * sizeof(int) + sizeof(float)) +
+  const size_t orders = self->there ? 2 * rows + 2 * (size_t)self->team->nodes : 0;
+  return (orders + (size_t)self->shared_count) * sizeof(int) + vector_room(self->team) * sizeof(double) + (rows + ranks) * (2 * sizeof(int) + sizeof(float)) +
          blocks * (9 * sizeof(double) + 2 * sizeof(int)) + exchanged * (9 * sizeof(double) + sizeof(int)) +
          ranks * sizeof *self->messages;
 }

@@ -73,19 +73,9 @@ static void add_received(const flesh_overlap *self, int rank, const int *first, 
     for (size_t c = 0; c < 3; c++) self->vector[3 * (size_t)nodes[k] + c] += self->received[3 * (size_t)k + c];
 }
 
-/* `vector` from what was received at these nodes and `found`, by rising rank: all who have the sum have the same bits. */
-static void add_up(const flesh_overlap *self, int count, const int *first, const int *nodes)
-{
-  const flesh_team *team = self->team;
-  team->operations->exchange_end(team->data);
-  memset(self->vector, 0, 3 * (size_t)count * sizeof *self->vector);
-  for (int r = 0; r < team->reach.before; r++) add_received(self, r, first, nodes);
-  for (size_t d = 0; d < 3 * (size_t)count; d++) self->vector[d] += self->found[d];
-  for (int r = team->reach.before; r < team->reach.count; r++) add_received(self, r, first, nodes);
-}
-
-/* The same where ranks share nodes; `found` at these alone. */
-static void add_up_shared(const flesh_overlap *self, const int *first, const int *nodes)
+/* `vector` where ranks share nodes, from `found` and what was received at these nodes, by rising rank: all who have the
+ * sum have the same bits. */
+static void add_up(const flesh_overlap *self, const int *first, const int *nodes)
 {
   const flesh_team *team = self->team;
   const size_t bytes = 3 * sizeof *self->vector;
@@ -114,7 +104,7 @@ void flesh_overlap_add_end(const flesh_overlap *self, const float *wide, float *
   const flesh_team_reach *reach = &self->team->reach;
   for (size_t p = 0; p < (size_t)self->team->nodes; p++)
     memcpy(z + 4 * p, wide + 4 * (size_t)self->from[p], 4 * sizeof *z);
-  add_up_shared(self, reach->first_given, reach->given);
+  add_up(self, reach->first_given, reach->given);
   for (int k = 0; k < self->shared_count; k++) {
     const int node = self->shared[k];
     for (size_t c = 0; c < 3 && node < self->team->nodes; c++)
@@ -140,25 +130,15 @@ void flesh_overlap_keep(const flesh_overlap *self, int single, const void *r)
   memset(self->s, 0, others * sizeof *self->s);
 }
 
-/* `found` of this rank's nodes to all who reach them. */
-static void send_partial(const flesh_overlap *self)
-{
-  const flesh_team_reach *reach = &self->team->reach;
-  const size_t nodes = (size_t)self->team->nodes;
-  memset(self->found + 3 * nodes, 0, 3 * ((size_t)self->team->reached - nodes) * sizeof *self->found);
-  send(self, reach->first_given, reach->given, reach->first_taken);
-}
-
-static void add_partial(const flesh_overlap *self)
-{
-  add_up(self, self->team->reached, self->team->reach.first_taken, self->team->reach.taken);
-}
-
 void flesh_overlap_sum(const flesh_overlap *self, const int *nodes, const float *y)
 {
+  const flesh_team_reach *reach = &self->team->reach;
+  const size_t all = 3 * (size_t)self->team->nodes, reached = 3 * (size_t)self->team->reached;
   unwind(self, nodes, y, self->found);
-  send_partial(self);
-  add_partial(self);
+  memset(self->found + all, 0, (reached - all) * sizeof *self->found);
+  send(self, reach->first_given, reach->given, reach->first_taken);
+  memcpy(self->vector, self->found, reached * sizeof *self->vector);
+  add_up(self, reach->first_taken, reach->taken);
 }
 
 void flesh_overlap_collect_begin(const flesh_overlap *self, int single, const void *y)
@@ -175,7 +155,7 @@ void flesh_overlap_collect_begin(const flesh_overlap *self, int single, const vo
 void flesh_overlap_collect_end(const flesh_overlap *self, int single, void *y)
 {
   const flesh_team *team = self->team;
-  add_up_shared(self, team->reach.first_taken, team->reach.taken);
+  add_up(self, team->reach.first_taken, team->reach.taken);
   for (int k = 0; k < self->shared_count; k++) {
     const int node = self->shared[k];
     double *sum = self->vector + 3 * (size_t)node;
