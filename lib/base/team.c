@@ -31,6 +31,13 @@ int flesh_team_sum_agreed(const flesh_team *team, int status, int count, double 
   return FLESH_OK;
 }
 
+int flesh_team_any(const flesh_team *team, int here)
+{
+  double any = here != 0;
+  flesh_team_largest(team, 1, &any);
+  return any > 0;
+}
+
 void flesh_team_share(const flesh_team *team, double *vector)
 {
   if (team) team->operations->share(team->data, &(flesh_team_vector){3, 3, NULL, vector, 0});

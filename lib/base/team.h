@@ -78,6 +78,8 @@ int flesh_team_agree(const flesh_team *team, int status);
  * all is well. FLESH_TEAM_AGREED numbers at most. */
 enum { FLESH_TEAM_AGREED = 8 };
 int flesh_team_sum_agreed(const flesh_team *team, int status, int count, double *numbers);
+/* Whether any rank says so. */
+int flesh_team_any(const flesh_team *team, int here);
 void flesh_team_share(const flesh_team *team, double *vector);
 void flesh_team_collect(const flesh_team *team, double *vector);
 /* How many of `nodes` are this rank's own, and how many there are in the body. */

@@ -14,8 +14,7 @@
 static const double far_larger = 10;
 static const double shrunk = 0.1; /* of the size at which the root mean square of J is 1 */
 
-/* The nodes of a part that count in sums: this rank's own, which come first. */
-static int own_nodes(const flesh_rigid_parts *parts, int part, const int **nodes)
+int flesh_rigid_parts_own(const flesh_rigid_parts *parts, int part, const int **nodes)
 {
   int count = parts->first[part + 1] - parts->first[part];
   *nodes = parts->nodes + parts->first[part];
@@ -25,7 +24,7 @@ static int own_nodes(const flesh_rigid_parts *parts, int part, const int **nodes
 
 static void find_centre(const flesh_rigid_parts *parts, int part, const double *x, double centre[3])
 {
-  const int *nodes, count = own_nodes(parts, part, &nodes);
+  const int *nodes, count = flesh_rigid_parts_own(parts, part, &nodes);
   double sums[4] = {0}; /* of places by mass, of masses */
   for (int k = 0; k < count; k++) {
     sums[3] += parts->mass[nodes[k]];
@@ -38,7 +37,7 @@ static void find_centre(const flesh_rigid_parts *parts, int part, const double *
 /* Mean distance from the centre, m, which few nodes far away hardly change. */
 static double find_extent(const flesh_rigid_parts *parts, int part, const double *x, const double centre[3])
 {
-  const int *nodes, count = own_nodes(parts, part, &nodes);
+  const int *nodes, count = flesh_rigid_parts_own(parts, part, &nodes);
   double sum = 0;
   for (int k = 0; k < count; k++) {
     double d[3];
@@ -65,7 +64,7 @@ static void turn_on(const flesh_rigid_parts *parts, int part, const flesh_state 
                     const double mean[3], double h, double turn[9])
 {
   const double *mass = parts->mass;
-  const int *nodes, count = own_nodes(parts, part, &nodes);
+  const int *nodes, count = flesh_rigid_parts_own(parts, part, &nodes);
   double sums[12] = {0}, *spin = sums, *inertia = sums + 3, inverse[9], rate[3];
   for (int k = 0; k < count; k++) {
     const int i = nodes[k];
@@ -96,7 +95,7 @@ static void turn_nearest(const flesh_rigid_parts *parts, int part, const flesh_s
                          const double mean[3], double h, double turn[9])
 {
   const double *mass = parts->mass;
-  const int *nodes, count = own_nodes(parts, part, &nodes);
+  const int *nodes, count = flesh_rigid_parts_own(parts, part, &nodes);
   double fit[9] = {0}, U[9], sigma[3], V[9];
   for (int k = 0; k < count; k++) {
     const int i = nodes[k];

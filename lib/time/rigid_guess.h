@@ -24,6 +24,8 @@ int flesh_rigid_parts_create(const flesh_system *system, flesh_rigid_parts *part
 void flesh_rigid_parts_clear(flesh_rigid_parts *parts);
 /* What _create leaves: their extents. */
 void flesh_rigid_parts_measure(flesh_rigid_parts *parts);
+/* The nodes of a part that count in sums: this rank's own, which come first. Returns how many. */
+int flesh_rigid_parts_own(const flesh_rigid_parts *parts, int part, const int **nodes);
 
 /* Displacements u [3*n] over h; 0 for parts with a dof in `fixed` [3*n] (NULL: none is). Returns how many parts are
  * free. All ranks have `fixed`, or none. The best fit by mass of the velocities or, `nearest`, of where they lead along straight lines, which is what

@@ -118,6 +118,23 @@ bodies_in_each_other_are_refused() {
   expect 2 on_ranks 3 "$flesh" run cubes.yaml --quiet --out crossed && grep -o 'the edge of.*' stderr.txt >said || return 1
   diff said_alone said
 }
+# A cube that has fallen into a point is laid out as a whole above the plane that it would reach through.
+untangling() {
+  "$flesh" mesh box --cells 3,3,3 --size 1,1,1 --out cube.mesh >/dev/null && cat >point.yaml <<'END' || return 1
+body: {mesh: cube.mesh, density: 1000, material: {energy: E, young: 1e5, poisson: 0.3}}
+effects:
+  - inertia: {}
+  - contact: {plane: {point: [0, 0, 0], normal: [0.1, 0, 1]}}
+start: {state: point.txt}
+time: {step: 0.1, end: 8}
+END
+  awk '/^Vertices/ { getline count; for (; count > 0; count--) { getline; print $1 / 100 + 0.5, $2 / 100, $3 / 100 + 0.1, 0, 0, 0 } }' \
+    cube.mesh >point.txt
+  agree 3 point.yaml --no-frames || return 1
+  for folder in alone shared; do
+    has "$folder/result.json" '"untanglings": 1,' && has "$folder/result.json" '"untangled_nodes": 64,' || return 1
+  done
+}
 welds() { agree 3 "$scenes/welded.yaml" --set time.end=0.1 --no-frames; }
 joints() { agree 5 "$scenes/hinged.yaml" --set time.end=0.1 --no-frames; }
 # Two cubes fly apart: what welds them breaks part by part, on the same steps.
@@ -386,12 +403,12 @@ a_signal_leaves_a_checkpoint() {
 }
 
 if [ -n "$quick" ]; then
-  run_tests several_bodies contact adaptive_contact bodies_that_come_apart welds_that_break incompressible outputs \
+  run_tests several_bodies contact untangling adaptive_contact bodies_that_come_apart welds_that_break incompressible outputs \
     more_ranks_than_there_is_work what_is_not_there_is_refused a_bad_scene_on_one_rank_ends_all \
     a_signal_to_one_rank_ends_all a_signal_to_an_idle_rank_ends_all a_killed_rank_ends_all \
     ${STOP_AT:+backward_euler_goes_on}
 else
-  run_tests statics damping prescribed_motion several_bodies newmark adaptive ten_nodes contact bodies_that_touch \
+  run_tests statics damping prescribed_motion several_bodies newmark adaptive ten_nodes contact untangling bodies_that_touch \
     a_body_that_touches_itself adaptive_contact bodies_that_come_apart bodies_in_each_other_are_refused welds joints \
     pressures incompressible welds_that_break springs muscles fluids a_moving_ball loads settling outputs \
     a_state_goes_on_on_others more_ranks_than_there_is_work \

@@ -50,7 +50,7 @@ static void double_winding_is_found(void)
   const uint8_t *tangled;
   double x[3 * (COUNT + 2)];
   int inverted;
-  CHECK_OK(flesh_winding_create(mesh, &winding));
+  CHECK_OK(flesh_winding_create(mesh, NULL, &winding));
   CHECK(flesh_winding_find(winding, flesh_mesh_positions(mesh), &tangled) == 0);
   CHECK(!flesh_mesh_may_be_tangled(mesh, flesh_mesh_positions(mesh)));
   fan_positions(COUNT, 4 * M_PI / COUNT, x);
@@ -85,7 +85,7 @@ static void the_quick_test_is_safe(void)
 {
   flesh_mesh *mesh = bar();
   flesh_winding *winding = NULL;
-  CHECK_OK(flesh_winding_create(mesh, &winding));
+  CHECK_OK(flesh_winding_create(mesh, NULL, &winding));
   int n = 3 * flesh_mesh_node_count(mesh), said_no = 0, found = 0;
   double *x = malloc(sizeof(double) * (size_t)n);
   unsigned long long random = 7;
@@ -130,7 +130,7 @@ static void tangles_of_ten_nodes_are_found(void)
   const uint8_t *tangled;
   CHECK_OK(flesh_mesh_raise_order(linear, &mesh));
   flesh_mesh_destroy(&linear);
-  CHECK_OK(flesh_winding_create(mesh, &winding));
+  CHECK_OK(flesh_winding_create(mesh, NULL, &winding));
   const double *X = flesh_mesh_positions(mesh);
   int n = 3 * flesh_mesh_node_count(mesh), pieces = 8 * flesh_mesh_tet_count(mesh), inverted, hidden = 0;
   double *x = malloc(sizeof(double) * (size_t)n);
@@ -196,7 +196,7 @@ static ending settle(int start, double poisson, int untangle, double gravity)
   /* Longer steps damp the rest of the swing. */
   for (int k = 0; k < 120; k++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.5, &stats));
   const uint8_t *tangled;
-  CHECK_OK(flesh_winding_create(b.mesh, &winding));
+  CHECK_OK(flesh_winding_create(b.mesh, NULL, &winding));
   ending end = {flesh_winding_find(winding, b.state.x, &tangled), stats.untanglings,
                 flesh_mesh_distance_from_rest(b.mesh, b.state.x)};
   printf("# start %d, poisson %g, untangle %d: %d tangled tets, %.3g of the length from rest, %d untanglings\n",
@@ -351,7 +351,7 @@ static void collapse_is_found(void)
   int n = 3 * flesh_mesh_node_count(mesh);
   const double *X = flesh_mesh_positions(mesh);
   double *x = malloc(sizeof(double) * (size_t)n);
-  CHECK_OK(flesh_winding_create(mesh, &winding));
+  CHECK_OK(flesh_winding_create(mesh, NULL, &winding));
   for (int k = 0; k < 3; k++) {
     const double scales[] = {0.11, 0.09, 1e-12};
     for (int d = 0; d < n; d++) x[d] = scales[k] * X[d];

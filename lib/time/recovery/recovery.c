@@ -17,9 +17,8 @@ int flesh_recovery_create(const flesh_system *system, const flesh_solver_options
   /* Nothing is known of how the first state came about. */
   *self = (flesh_recovery){.mesh = flesh_system_mesh(system), .team = flesh_system_team(system),
                            .max_cutbacks = options->max_cutbacks, .tangled = 1};
-  /* What is tangled would be led out of it through other bodies. Of ranks none sees a tangle as a whole. */
-  const int untangles = options->techniques & FLESH_TECHNIQUE_UNTANGLE && !flesh_system_has_proximity(system) &&
-                        !self->team;
+  /* What is tangled would be led out of it through other bodies. */
+  const int untangles = options->techniques & FLESH_TECHNIQUE_UNTANGLE && !flesh_system_has_proximity(system);
   return untangles ? flesh_untangler_create(system, &self->untangler) : FLESH_OK;
 }
 

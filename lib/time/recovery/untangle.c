@@ -10,11 +10,11 @@
 #include "base/parallel_vector.h"
 #include "mesh/inspect.h"
 #include "mesh/pieces.h"
-#include "system/feasible_step.h"
 #include "system/inertia_modulus.h"
 #include "system/one_effect.h"
+#include "system/ranks.h"
+#include "time/recovery/lay_out.h"
 #include "time/recovery/winding.h"
-#include "time/rigid_guess.h"
 
 /* Quasi-static: inertial forces are below this fraction of the force that strains the average edge by its own
  * length. */
@@ -27,7 +27,6 @@ static const double holding_force = 0.05;
 static const double rounding_of_terms = 1e-10; /* of a potential */
 /* Of long steps of backward Euler, that let a free body find its equilibrium: inertia's modulus over the material's. */
 static const double inertial_fraction = 1e-6;
-static const double vanished_size = 0.05;      /* of that at rest */
 enum {
   VECTORS = 7,
   QUASI_STATIC_STEPS = 5, /* in a row, so that no turning point of a motion passes for rest */
@@ -36,12 +35,15 @@ enum {
 
 struct flesh_untangler {
   const flesh_system *system;
+  const flesh_team *team; /* the system's; NULL: none */
   const flesh_mesh *mesh;
   int has_inertia;
   flesh_rigid_parts parts;
-  flesh_reserve *reserve;          /* of the winding */
+  flesh_shared_edges shared;
+  flesh_reserve *reserve;      /* of the winding */
   flesh_winding *winding;      /* made at the first suspicion */
-  int n, quasi_static, attempts, know_velocity;
+  int n, own; /* unknowns, and those of nodes that the rank owns */
+  int quasi_static, attempts, know_velocity;
   int stressed;     /* at rest */
   int may_collapse; /* stressed, or it began in a point or line */
   double expected;  /* time of the state that the next step starts from; NaN: none yet */
@@ -64,7 +66,7 @@ static const unsigned elastic = FLESH_ROLE_BIT(FLESH_ROLE_ELASTICITY);
 static const unsigned others =
     FLESH_ROLES_ALL & ~(FLESH_ROLE_BIT(FLESH_ROLE_ELASTICITY) | FLESH_ROLE_BIT(FLESH_ROLE_INERTIA));
 
-/* Adds up, in `r`, what effects of these roles do to nodes that stand still at x. */
+/* Adds up, in `r`, what effects of these roles do to nodes that stand still at x; 0 at ghosts. */
 static int forces(flesh_untangler *self, double t, const double *x, const double *multipliers, const double *internal,
                   unsigned roles)
 {
@@ -74,53 +76,111 @@ static int forces(flesh_untangler *self, double t, const double *x, const double
   return flesh_system_roles_residual(self->system, roles, &point, self->r);
 }
 
+/* The largest of all ranks' numbers. */
+static double largest(const flesh_untangler *self, const double *vector)
+{
+  double most = flesh_largest(NULL, self->n, vector);
+  flesh_team_largest(self->team, 1, &most);
+  return most;
+}
+
+/* A sum over the ranks. */
+static double sum_of(const flesh_untangler *self, double number)
+{
+  flesh_team_sum(self->team, 1, &number);
+  return number;
+}
+
+static double unknowns_of_body(const flesh_untangler *self) { return 3 * flesh_team_all(self->team, self->n / 3); }
+
+/* Knuth's random numbers, for their sign, so many of them later: each is m times the one before, and c. Twice as many at a
+ * time take m^2 and (m + 1) c (Brown 1994, "Random number generation with arbitrary strides"). */
+static unsigned long long skip(unsigned long long random, unsigned long long numbers)
+{
+  unsigned long long m = 6364136223846793005ULL, c = 1442695040888963407ULL;
+  for (; numbers; numbers /= 2) {
+    if (numbers % 2) random = random * m + c;
+    c *= m + 1;
+    m *= m;
+  }
+  return random;
+}
+
+/* Every node a part of the average edge away from X, into `a`: in one of eight directions, that go by its number in the
+ * body. */
+static void displace(flesh_untangler *self, const double *X, double part)
+{
+  unsigned long long random = 1;
+  for (int i = 0, next = 0; i < self->own / 3; i++) {
+    const int number = self->team ? self->team->numbers[i] : i;
+    random = skip(random, 3 * (unsigned long long)(number - next));
+    next = number + 1;
+    for (int d = 3 * i; d < 3 * i + 3; d++) {
+      random = skip(random, 1);
+      self->a[d] = X[d] + part * self->edge * (random >> 63 ? 1 : -1);
+    }
+  }
+  flesh_team_share(self->team, self->a);
+}
+
 /* The force that strains the average edge by its own length: the mean size of what elasticity does
  * to nodes that a millionth of that has displaced at random. 0 without elasticity; *stressed says
  * whether there is force without displacement. */
 static double force_scale(flesh_untangler *self, int *stressed)
 {
   const double part = 1e-6, *X = flesh_mesh_positions(self->mesh);
-  unsigned long long random = 1;
   double sum = 0;
   *stressed = 1;
   if (forces(self, 0, X, NULL, NULL, elastic)) return 0;
   memcpy(self->saved, self->r, sizeof(double) * (size_t)self->n);
-  for (int d = 0; d < self->n; d++) {
-    random = random * 6364136223846793005ULL + 1442695040888963407ULL; /* Knuth's, for its sign */
-    self->a[d] = X[d] + part * self->edge * (random >> 63 ? 1 : -1);
-  }
+  displace(self, X, part);
   if (forces(self, 0, self->a, NULL, NULL, elastic)) return 0;
   for (int d = 0; d < self->n; d++) sum += fabs(self->r[d] - self->saved[d]);
-  double force = sum / self->n / part;
-  *stressed = flesh_largest(NULL, self->n, self->saved) > 1e-6 * force;
+  double force = sum_of(self, sum) / unknowns_of_body(self) / part;
+  *stressed = largest(self, self->saved) > 1e-6 * force;
   return force;
+}
+
+/* Over the edges of all tets. */
+static double mean_edge(const flesh_untangler *self)
+{
+  const double tets = flesh_mesh_tet_count(self->mesh), edge = flesh_mesh_mean_edge(self->mesh);
+  return self->team ? sum_of(self, edge * tets) / sum_of(self, tets) : edge;
+}
+
+static int allocate(flesh_untangler *self)
+{
+  double **arrays[] = {&self->v, &self->a, &self->r, &self->saved, &self->zero, &self->end.x, &self->end.v};
+  int failed = !(self->fixed = calloc((size_t)self->n + 1, 1));
+  failed |= !(self->far = calloc((size_t)self->n + 1, 1));
+  failed |= !(self->reserve = flesh_reserve_create(flesh_winding_room(self->mesh, &self->shared)));
+  failed |= !(self->multipliers = calloc((size_t)self->multiplier_count + 1, sizeof(double)));
+  for (int k = 0; k < VECTORS; k++) failed |= !(*arrays[k] = calloc((size_t)self->n + 1, sizeof(double)));
+  return failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for an untangler") : FLESH_OK;
 }
 
 int flesh_untangler_create(const flesh_system *system, flesh_untangler **untangler)
 {
-  flesh_untangler *self = calloc(1, sizeof *self);
-  *untangler = self;
-  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for an untangler");
-  self->system = system;
-  self->mesh = flesh_system_mesh(system);
-  self->n = flesh_system_unknowns(system);
-  self->expected = NAN;
-  self->has_inertia = flesh_system_has_role(system, FLESH_ROLE_INERTIA);
-  self->edge = flesh_mesh_mean_edge(self->mesh);
-  self->multiplier_count = flesh_system_multiplier_count(system);
-  double **arrays[] = {&self->v, &self->a, &self->r, &self->saved, &self->zero, &self->end.x, &self->end.v};
-  int failed = !(self->fixed = calloc((size_t)self->n + 1, 1));
-  failed |= !(self->far = calloc((size_t)self->n + 1, 1));
-  failed |= !(self->reserve = flesh_reserve_create(flesh_winding_room(self->mesh)));
-  failed |= !(self->multipliers = calloc((size_t)self->multiplier_count + 1, sizeof(double)));
-  for (int k = 0; k < VECTORS; k++) failed |= !(*arrays[k] = calloc((size_t)self->n + 1, sizeof(double)));
-  int status = failed ? FLESH_ERR_MEMORY : flesh_rigid_parts_create(system, &self->parts);
+  const flesh_team *team = flesh_system_team(system);
+  flesh_untangler *self = *untangler = calloc(1, sizeof *self);
+  int status = flesh_team_agree(team, self ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for an untangler"));
   if (!status) {
-    self->force = force_scale(self, &self->stressed);
-    return FLESH_OK;
+    self->system = system;
+    self->team = team;
+    self->mesh = flesh_system_mesh(system);
+    self->n = flesh_system_unknowns(system);
+    self->own = 3 * flesh_team_own(team, self->n / 3);
+    self->expected = NAN;
+    self->has_inertia = flesh_system_has_role(system, FLESH_ROLE_INERTIA);
+    self->edge = mean_edge(self);
+    self->multiplier_count = flesh_system_multiplier_count(system);
+    status = flesh_shared_edges_create(self->mesh, team, &self->shared);
   }
-  flesh_untangler_destroy(untangler);
-  return failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for an untangler") : status;
+  if (!status) status = flesh_team_agree(team, allocate(self));
+  if (!status) status = flesh_rigid_parts_create(system, &self->parts);
+  if (!status) self->force = force_scale(self, &self->stressed);
+  else flesh_untangler_destroy(untangler);
+  return status;
 }
 
 void flesh_untangler_destroy(flesh_untangler **untangler)
@@ -128,6 +188,7 @@ void flesh_untangler_destroy(flesh_untangler **untangler)
   if (!untangler || !*untangler) return;
   flesh_reserve_destroy(&(*untangler)->reserve); /* and the winding with it */
   flesh_rigid_parts_clear(&(*untangler)->parts);
+  flesh_shared_edges_clear(&(*untangler)->shared);
   free((*untangler)->v);
   free((*untangler)->a);
   free((*untangler)->r);
@@ -145,17 +206,19 @@ void flesh_untangler_destroy(flesh_untangler **untangler)
 size_t flesh_untangler_memory(const flesh_untangler *self)
 {
   return sizeof *self + (size_t)self->n * (VECTORS * sizeof(double) + 2) +
-         (size_t)self->multiplier_count * sizeof(double) + flesh_reserve_most(self->reserve);
+         (size_t)self->multiplier_count * sizeof(double) + flesh_reserve_most(self->reserve) +
+         flesh_shared_edges_memory(&self->shared);
 }
 
 void flesh_untangler_before_step(flesh_untangler *self, const flesh_state *state)
 {
   if (state->t == self->expected) return;
   self->expected = state->t;
-  self->may_collapse = self->stressed || flesh_mesh_is_flat(self->mesh, state->x);
+  self->may_collapse =
+      self->stressed || !flesh_team_any(self->team, !flesh_mesh_is_flat(self->mesh, state->x));
 }
 
-/* Whether the body moves as a rigid one within h. */
+/* Whether what this rank has moves as a rigid body within h. */
 static int keeps_its_shape(const flesh_untangler *self, const flesh_state *state, double h)
 {
   for (int t = 0; t < flesh_mesh_piece_count(self->mesh); t++) {
@@ -191,43 +254,47 @@ static int is_quasi_static(flesh_untangler *self, const flesh_state *state, doub
   if (!known || !self->has_inertia ||
       flesh_system_roles_residual(self->system, FLESH_ROLE_BIT(FLESH_ROLE_INERTIA), &point, self->r))
     return 0;
-  return flesh_largest(NULL, self->n, self->r) <= quasi_static_force * self->force && keeps_its_shape(self, state, h);
+  return largest(self, self->r) <= quasi_static_force * self->force &&
+         !flesh_team_any(self->team, !keeps_its_shape(self, state, h));
 }
 
 /* Whether the body would not begin to move if it stood still: what creeps through much damping is
  * quasi-static, but not in equilibrium. Leaves the constrained dofs in `fixed`. */
 static int is_balanced(flesh_untangler *self, const flesh_state *state)
 {
+  int pulled = 0;
   flesh_system_fixed(self->system, state->t, self->fixed);
   if (forces(self, state->t, state->x, state->multipliers, state->internal, elastic | others)) return 0;
-  for (int d = 0; d < self->n; d++)
-    if (!self->fixed[d] && fabs(self->r[d]) > 2 * quasi_static_force * self->force) return 0;
-  return 1;
+  for (int d = 0; d < self->n && !pulled; d++)
+    pulled = !self->fixed[d] && fabs(self->r[d]) > 2 * quasi_static_force * self->force;
+  return !flesh_team_any(self->team, pulled);
 }
 
 /* Whether anything beside the material acts on a node of a tangled tet strongly enough to be what
  * holds it. */
 static int is_held(flesh_untangler *self, const flesh_state *state, const uint8_t *tangled)
 {
+  int held = 0;
   if (forces(self, state->t, state->x, NULL, state->internal, others)) return 1;
-  for (int t = 0; t < flesh_mesh_piece_count(self->mesh); t++) {
+  flesh_team_share(self->team, self->r);
+  for (int t = 0; t < flesh_mesh_piece_count(self->mesh) && !held; t++) {
     int node[4];
     flesh_mesh_piece(self->mesh, t, node);
     for (int a = 0; tangled[t] && a < 4; a++)
-      for (int c = 0; c < 3; c++)
-        if (fabs(self->r[3 * node[a] + c]) > holding_force * self->force) return 1;
+      for (int c = 0; c < 3; c++) held |= fabs(self->r[3 * node[a] + c]) > holding_force * self->force;
   }
-  return 0;
+  return flesh_team_any(self->team, held);
 }
 
 /* A body of which most is tangled, or most of the volume gone, although its material rests there or
  * nothing shows how it lay. */
-static int has_collapsed(const flesh_untangler *self, const flesh_state *state, int tangled)
+static int has_collapsed(const flesh_untangler *self, const flesh_state *state, double tangled)
 {
-  return self->may_collapse &&
-         (tangled > flesh_mesh_piece_count(self->mesh) / 2 ||
-          flesh_mesh_volume(self->mesh, state->x) <
-              0.4 * flesh_mesh_volume(self->mesh, flesh_mesh_positions(self->mesh)));
+  if (!self->may_collapse) return 0;
+  double sums[] = {flesh_mesh_piece_count(self->mesh), flesh_mesh_volume(self->mesh, state->x),
+                   flesh_mesh_volume(self->mesh, flesh_mesh_positions(self->mesh))};
+  flesh_team_sum(self->team, 3, sums);
+  return tangled > sums[0] / 2 || sums[1] < 0.4 * sums[2];
 }
 
 /* The potential of the body that stands still there, and the size of its terms, J. */
@@ -252,77 +319,34 @@ static void take_back(flesh_untangler *self, flesh_state *state)
   if (state->multipliers) memcpy(state->multipliers, self->multipliers, sizeof(double) * (size_t)self->multiplier_count);
 }
 
-/* The middle of the nodes of a part of the mesh, and the mean square of their distance from it. */
-static double spread(const flesh_rigid_parts *parts, int part, const double *x, double middle[3])
+/* Whether any rank has what may be. */
+static int may_be_tangled(const flesh_untangler *self, const double *x)
 {
-  const int *nodes = parts->nodes + parts->first[part], count = parts->first[part + 1] - parts->first[part];
-  double square = 0;
-  for (int c = 0; c < 3; c++) {
-    middle[c] = 0;
-    for (int k = 0; k < count; k++) middle[c] += x[3 * nodes[k] + c] / count;
-    for (int k = 0; k < count; k++) square += pow(x[3 * nodes[k] + c] - middle[c], 2) / count;
-  }
-  return square;
-}
-
-static int has_vanished(const flesh_untangler *self, int part, const double *x, double move[3])
-{
-  double now[3], rest[3];
-  const int vanished = spread(&self->parts, part, x, now) < vanished_size * vanished_size *
-                       spread(&self->parts, part, flesh_mesh_positions(self->mesh), rest);
-  for (int c = 0; c < 3; c++) move[c] = now[c] - rest[c];
-  return vanished;
-}
-
-/* Nothing shows the way out of a point: the part is laid out at rest around it, as a whole before obstacles, none of
- * which is passed. */
-static void lay_out(flesh_untangler *self, int part, double move[3], flesh_state *state)
-{
-  enum { TRIES = 4 };
-  const double *X = flesh_mesh_positions(self->mesh);
-  const int *nodes = self->parts.nodes + self->parts.first[part];
-  const int count = self->parts.first[part + 1] - self->parts.first[part];
-  for (int k = 0; k < TRIES; k++) {
-    double farthest = 0, more[3] = {0};
-    for (int i = 0; i < 3 * count; i++) {
-      const int d = 3 * nodes[i / 3] + i % 3;
-      if (!self->fixed[d]) state->x[d] = X[d] + move[i % 3];
-    }
-    memcpy(self->saved, state->x, sizeof(double) * (size_t)self->n);
-    flesh_system_push_out(self->system, state->t, self->end.x, state->t, self->saved);
-    for (int i = 0; i < count; i++) {
-      const double *out = self->saved + 3 * nodes[i], *in = state->x + 3 * nodes[i];
-      const double square = pow(out[0] - in[0], 2) + pow(out[1] - in[1], 2) + pow(out[2] - in[2], 2);
-      if (square <= farthest) continue;
-      farthest = square;
-      for (int c = 0; c < 3; c++) more[c] = out[c] - in[c];
-    }
-    for (int c = 0; c < 3; c++) move[c] += more[c];
-  }
-  memcpy(state->x, self->saved, sizeof(double) * (size_t)self->n);
+  return flesh_team_any(self->team, flesh_mesh_may_be_tangled(self->mesh, x));
 }
 
 /* Whether there is a tangle that only softening leads out of. */
 static int find(flesh_untangler *self, const flesh_state *state)
 {
-  if (!flesh_mesh_may_be_tangled(self->mesh, state->x)) {
+  if (!may_be_tangled(self, state->x)) {
     self->attempts = 0;
     return 0;
   }
   if (!self->winding) {
-    int status = flesh_winding_create(self->mesh, &self->winding);
+    int status = flesh_winding_create(self->mesh, &self->shared, &self->winding);
     if (status) return status;
   }
   const uint8_t *tangled;
-  const int count = flesh_winding_find(self->winding, state->x, &tangled);
-  if (!count) {
+  const double count = sum_of(self, flesh_winding_find(self->winding, state->x, &tangled));
+  if (count == 0) {
     self->attempts = 0;
     return 0;
   }
   if (self->attempts == ATTEMPT_LIMIT || has_collapsed(self, state, count) || !is_balanced(self, state) ||
       is_held(self, state, tangled))
     return 0;
-  self->is_local = flesh_winding_find_far(self->mesh, tangled, self->far) > self->n / 2;
+  const int far = flesh_winding_find_far(self->mesh, self->team, tangled, self->saved, self->far);
+  self->is_local = sum_of(self, far) > unknowns_of_body(self) / 2;
   return 1;
 }
 
@@ -357,14 +381,8 @@ int flesh_untangler_after_equilibrium(flesh_untangler *self, flesh_state *state)
 
 void flesh_untangler_begin(flesh_untangler *self, flesh_state *state)
 {
-  double move[3];
   take_back(self, state);
-  self->vanished = 0;
-  for (int part = 0; part < self->parts.count; part++) {
-    if (!has_vanished(self, part, state->x, move)) continue;
-    self->vanished = 1;
-    lay_out(self, part, move, state);
-  }
+  self->vanished = flesh_lay_out(self->system, &self->parts, self->fixed, state->t, self->end.x, self->saved, state->x);
 }
 
 const uint8_t *flesh_untangler_held(const flesh_untangler *self) { return self->is_local ? self->far : NULL; }
@@ -377,7 +395,7 @@ double flesh_untangler_long_step(const flesh_untangler *self)
 
 int flesh_untangler_is_still(const flesh_untangler *self, const double *u)
 {
-  return flesh_largest(NULL, self->n, u) <= quasi_static_displacement * self->edge;
+  return largest(self, u) <= quasi_static_displacement * self->edge;
 }
 
 int flesh_untangler_judge(flesh_untangler *self, flesh_state *state, int solved, flesh_solve_stats *stats)
@@ -385,13 +403,14 @@ int flesh_untangler_judge(flesh_untangler *self, flesh_state *state, int solved,
   double phi = INFINITY, magnitude = 0;
   int moved = 0;
   if (solved && potential(self, state, &phi, &magnitude)) phi = INFINITY;
-  for (int i = 0; i < self->n / 3; i++) {
-    double largest = 0;
-    for (int c = 0; c < 3; c++) largest = fmax(largest, fabs(state->x[3 * i + c] - self->end.x[3 * i + c]));
-    moved += largest > quasi_static_displacement * self->edge;
+  for (int i = 0; i < self->own / 3; i++) {
+    double farthest = 0;
+    for (int c = 0; c < 3; c++) farthest = fmax(farthest, fabs(state->x[3 * i + c] - self->end.x[3 * i + c]));
+    moved += farthest > quasi_static_displacement * self->edge;
   }
+  moved = (int)sum_of(self, moved);
   const int better = phi < self->phi - rounding_of_terms * magnitude ||
-                     (phi < INFINITY && self->vanished && !flesh_mesh_may_be_tangled(self->mesh, state->x));
+                     (phi < INFINITY && self->vanished && !may_be_tangled(self, state->x));
   if (!moved || !better) {
     take_back(self, state);
     return 0;

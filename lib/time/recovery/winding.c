@@ -2,6 +2,7 @@
 #include "time/recovery/winding.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
@@ -13,9 +14,12 @@
 
 struct flesh_winding {
   const flesh_mesh *mesh;
+  const flesh_shared_edges *shared;
   int edges;
   int *tet_edges;      /* [6*pieces] */
-  double *rest, *now;  /* [edges] sums of dihedral angles */
+  int *shared_edges;   /* [shared->count] which of the edges they are */
+  double *between;     /* [shared->count] sums of theirs */
+  double *rest, *now;  /* [edges] sums of dihedral angles, of all ranks */
   uint8_t *tangled;    /* [pieces] */
 };
 
@@ -47,6 +51,14 @@ static int compare_edges(const void *a, const void *b)
   return p[0] != q[0] ? (p[0] > q[0]) - (p[0] < q[0]) : (p[1] > q[1]) - (p[1] < q[1]);
 }
 
+/* What this rank has summed up becomes what all have. */
+static void sum_ranks(const flesh_winding *self, double *sums)
+{
+  for (int k = 0; k < self->shared->count; k++) self->between[k] = sums[self->shared_edges[k]];
+  flesh_shared_edges_sum(self->shared, self->between);
+  for (int k = 0; k < self->shared->count; k++) sums[self->shared_edges[k]] = self->between[k];
+}
+
 static void sum_angles(const flesh_winding *self, const double *x, double *sums)
 {
   memset(sums, 0, sizeof(double) * (size_t)self->edges);
@@ -64,27 +76,20 @@ static void sum_angles(const flesh_winding *self, const double *x, double *sums)
           sign * dihedral(x, node[corner[0]], node[corner[1]], node[corner[2]], node[corner[3]]);
     }
   }
+  if (self->shared) sum_ranks(self, sums);
 }
 
 /* The edges of every tet with as much again for sorting them, and four numbers by edge, of which a tet has six. */
-size_t flesh_winding_room(const flesh_mesh *mesh)
+size_t flesh_winding_room(const flesh_mesh *mesh, const flesh_shared_edges *shared)
 {
-  return 4096 + 384 * (size_t)flesh_mesh_piece_count(mesh);
+  return 4096 + 384 * (size_t)flesh_mesh_piece_count(mesh) + (shared ? 16 * (size_t)shared->count : 0);
 }
 
-int flesh_winding_create(const flesh_mesh *mesh, flesh_winding **winding)
+/* Every edge of every piece, by its nodes, sorted, with its place in tet_edges. */
+static void list_edges(const flesh_mesh *mesh, int (*all)[3])
 {
-  flesh_winding *self = flesh_calloc(1, sizeof *self);
-  *winding = self;
-  size_t tets = (size_t)flesh_mesh_piece_count(mesh);
-  int(*all)[3] = flesh_malloc(sizeof *all * 6 * tets);
-  if (self) {
-    self->mesh = mesh;
-    self->tet_edges = flesh_malloc(sizeof(int) * 6 * tets);
-    self->tangled = flesh_calloc(tets, 1);
-  }
-  if (!self || !all || !self->tet_edges || !self->tangled) goto no_memory;
-  for (size_t t = 0; t < tets; t++)
+  const size_t pieces = (size_t)flesh_mesh_piece_count(mesh);
+  for (size_t t = 0; t < pieces; t++)
     for (int k = 0; k < 6; k++) {
       int node[4];
       flesh_mesh_piece(mesh, (int)t, node);
@@ -95,22 +100,50 @@ int flesh_winding_create(const flesh_mesh *mesh, flesh_winding **winding)
       row[1] = a < b ? b : a;
       row[2] = (int)(6 * t) + k;
     }
-  flesh_sort(all, 6 * tets, sizeof *all, compare_edges);
-  for (size_t k = 0; k < 6 * tets; k++) {
-    self->edges += !k || compare_edges(all[k], all[k - 1]);
-    self->tet_edges[all[k][2]] = self->edges - 1;
+  flesh_sort(all, 6 * pieces, sizeof *all, compare_edges);
+}
+
+/* Numbers the edges, and finds those that other ranks have, too. */
+static int number_edges(flesh_winding *self)
+{
+  const size_t pieces = (size_t)flesh_mesh_piece_count(self->mesh), shared = self->shared ? (size_t)self->shared->count : 0;
+  int(*all)[3] = flesh_malloc(sizeof *all * 6 * pieces);
+  self->tet_edges = flesh_malloc(sizeof(int) * 6 * pieces);
+  self->tangled = flesh_calloc(pieces, 1);
+  self->shared_edges = flesh_malloc((shared + 1) * sizeof *self->shared_edges);
+  self->between = flesh_malloc((shared + 1) * sizeof *self->between);
+  const int failed = !all || !self->tet_edges || !self->tangled || !self->shared_edges || !self->between;
+  if (!failed) {
+    list_edges(self->mesh, all);
+    for (size_t k = 0; k < 6 * pieces; k++) {
+      self->edges += !k || compare_edges(all[k], all[k - 1]);
+      self->tet_edges[all[k][2]] = self->edges - 1;
+    }
+    for (size_t k = 0; k < shared; k++) {
+      const int *found = bsearch(self->shared->nodes + 2 * k, all, 6 * pieces, sizeof *all, compare_edges);
+      self->shared_edges[k] = self->tet_edges[found[2]];
+    }
   }
-  size_t edges = (size_t)self->edges;
-  self->rest = flesh_malloc(sizeof(double) * edges);
-  self->now = flesh_malloc(sizeof(double) * edges);
-  if (!self->rest || !self->now) goto no_memory;
   flesh_free(all);
-  sum_angles(self, flesh_mesh_positions(mesh), self->rest);
-  return FLESH_OK;
-no_memory:
-  flesh_free(all);
-  flesh_winding_destroy(winding);
-  return flesh_fail(FLESH_ERR_MEMORY, "no memory for the edges of %zu tets", tets);
+  if (failed) return FLESH_ERR_MEMORY;
+  self->rest = flesh_malloc(sizeof(double) * (size_t)self->edges);
+  self->now = flesh_malloc(sizeof(double) * (size_t)self->edges);
+  return self->rest && self->now ? FLESH_OK : FLESH_ERR_MEMORY;
+}
+
+int flesh_winding_create(const flesh_mesh *mesh, const flesh_shared_edges *shared, flesh_winding **winding)
+{
+  flesh_winding *self = *winding = flesh_calloc(1, sizeof *self);
+  int status = self ? FLESH_OK : FLESH_ERR_MEMORY;
+  if (self) {
+    *self = (flesh_winding){.mesh = mesh, .shared = shared};
+    status = number_edges(self);
+  }
+  if (status) flesh_fail(status, "no memory for the edges of %d tets", flesh_mesh_piece_count(mesh));
+  if (shared) status = flesh_team_agree(shared->team, status);
+  if (status) flesh_winding_destroy(winding);
+  else sum_angles(self, flesh_mesh_positions(mesh), self->rest);
+  return status;
 }
 
 void flesh_winding_destroy(flesh_winding **winding)
@@ -118,6 +151,8 @@ void flesh_winding_destroy(flesh_winding **winding)
   if (!winding || !*winding) return;
   flesh_winding *self = *winding;
   flesh_free(self->tet_edges);
+  flesh_free(self->shared_edges);
+  flesh_free(self->between);
   flesh_free(self->rest);
   flesh_free(self->now);
   flesh_free(self->tangled);
@@ -211,10 +246,22 @@ int flesh_winding_find(flesh_winding *self, const double *x, const uint8_t **tan
   return count;
 }
 
-int flesh_winding_find_far(const flesh_mesh *mesh, const uint8_t *tangled, uint8_t *far)
+/* Nodes that other ranks have reached are so here, too. */
+static void reach_as_others(const flesh_team *team, int reached, int far_away, double *reached_by, uint8_t *far)
+{
+  for (int i = 0; i < team->nodes; i++) reached_by[i] = far[3 * i] == reached;
+  const flesh_team_vector vector = {1, 1, NULL, reached_by, 0};
+  team->operations->collect(team->data, &vector);
+  team->operations->share(team->data, &vector);
+  for (int i = 0; i < team->nodes; i++)
+    if (reached_by[i] > 0 && far[3 * i] == far_away) far[3 * i] = (uint8_t)reached;
+}
+
+int flesh_winding_find_far(const flesh_mesh *mesh, const flesh_team *team, const uint8_t *tangled, double *work,
+                           uint8_t *far)
 {
   enum { AROUND = 2, NEAR = 0, FAR, REACHED };
-  const int n = 3 * flesh_mesh_node_count(mesh);
+  const int n = 3 * flesh_mesh_node_count(mesh), own = 3 * flesh_team_own(team, n / 3);
   int count = 0;
   memset(far, FAR, (size_t)n);
   for (int depth = 0; depth <= AROUND; depth++) {
@@ -225,12 +272,13 @@ int flesh_winding_find_far(const flesh_mesh *mesh, const uint8_t *tangled, uint8
       for (int a = 0; a < 4 && reached; a++)
         if (far[3 * node[a]] == FAR) far[3 * node[a]] = REACHED;
     }
+    if (team) reach_as_others(team, REACHED, FAR, work, far);
     for (int d = 0; d < n; d += 3)
       if (far[d] == REACHED) far[d] = NEAR;
   }
   for (int d = 0; d < n; d++) {
     far[d] = far[d - d % 3];
-    count += far[d];
+    if (d < own) count += far[d];
   }
   return count;
 }

@@ -12,14 +12,16 @@
 #include <stddef.h>
 
 #include "flesh/mesh.h"
+#include "time/recovery/shared_edges.h"
 
 typedef struct flesh_winding flesh_winding;
 
-/* Borrows the mesh. Returns new. */
-int flesh_winding_create(const flesh_mesh *mesh, flesh_winding **winding);
+/* Borrows the mesh and `shared`, the edges that it has in common with other ranks: windings are then those of the body, and
+ * creating and finding collective. NULL: there are none. Returns new. FLESH_ERR_MEMORY, on all ranks or none. */
+int flesh_winding_create(const flesh_mesh *mesh, const flesh_shared_edges *shared, flesh_winding **winding);
 void flesh_winding_destroy(flesh_winding **winding);
 /* Bytes that one of the mesh, with all that it asks for in its life, takes in a reserve at most. */
-size_t flesh_winding_room(const flesh_mesh *mesh);
+size_t flesh_winding_room(const flesh_mesh *mesh, const flesh_shared_edges *shared);
 
 /* Whether x [3*nodes] can hold a tangle at all: 0 when no tet is inverted, collapsed, or stretched
  * twice as much one way as another, without which no edge can wind once more. Needs no
@@ -29,13 +31,15 @@ int flesh_mesh_may_be_tangled(const flesh_mesh *mesh, const double *x);
 /* Whether every tet lies exactly (to rounding) on a line or in a point. */
 int flesh_mesh_is_flat(const flesh_mesh *mesh, const double *x);
 
-/* The tangled tets at x: inverted, collapsed or at an overwound edge. Returns their number;
+/* The tangled tets at x: inverted, collapsed or at an overwound edge. Returns their number, of this rank;
  * `tangled` [pieces] is theirs: eight flat pieces stand for each tet of ten nodes (mesh/pieces.h), all
  * of which are tangled where Bernstein bounds find J <= 0 in it. */
 int flesh_winding_find(flesh_winding *winding, const double *x, const uint8_t **tangled);
 
 /* Finds the dofs [3*nodes] that are far from tangled tets: of nodes that neither they nor the tets two deep around them
- * have. Returns their number. */
-int flesh_winding_find_far(const flesh_mesh *mesh, const uint8_t *tangled, uint8_t *far);
+ * have, on whichever rank. Returns their number, of nodes that this rank owns. `work` [nodes] is room, where there is a
+ * team. Collective. */
+int flesh_winding_find_far(const flesh_mesh *mesh, const flesh_team *team, const uint8_t *tangled, double *work,
+                           uint8_t *far);
 
 #endif
