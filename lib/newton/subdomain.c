@@ -1,6 +1,9 @@
 /* subdomain.c: nonlinear elimination's small system. The elements around the nodes that carry a residual become a body
  * of their own with its outer nodes constrained, whose stage is solved like any other. Effects that are no sum over
- * elements (inertia, loads, contact ...) are replaced by their quadratic models, which are exact for most of them. */
+ * elements (inertia, loads, contact ...) are replaced by their quadratic models, which are exact for most of them.
+ *
+ * Of a body that ranks share out, each rank frees such nodes alone as no other rank has: their residual and their rows of
+ * K are all here, and no element has free nodes of two ranks, so that what the ranks find is a step of the body. */
 #include "newton/subdomain.h"
 
 #include <math.h>
@@ -36,6 +39,8 @@ typedef struct subdomain {
   flesh_mesh *mesh;
   flesh_system *system;
   flesh_background *others; /* one of the system's effects */
+  double largest;           /* square of the residual at a node, of all ranks */
+  int solved, newton;       /* whether it was solved, and its iterations */
 } subdomain;
 
 enum { OUTSIDE, CONSTRAINED, FREE };
@@ -54,17 +59,33 @@ static int has_free_node(const subdomain *self, const int *tet)
 
 static double square(const double r[3]) { return r[0] * r[0] + r[1] * r[1] + r[2] * r[2]; }
 
+static double largest_square(int nodes, const double *r)
+{
+  double largest = 0;
+  for (int i = 0; i < nodes; i++) largest = fmax(largest, square(r + 3 * i));
+  return largest;
+}
+
+/* Nodes that other ranks have, too, are not free but `state`. */
+static void leave_shared_nodes(subdomain *self, uint8_t state)
+{
+  const flesh_team *team = self->whole->team;
+  for (int k = 0; team && k < team->reach.first_taken[team->reach.count]; k++) {
+    const int node = team->reach.taken[k];
+    if (node < team->nodes && self->state[node] == FREE) self->state[node] = state;
+  }
+}
+
 /* Frees the nodes that carry the residual and their neighbours, RINGS deep, and holds the next. Returns how many are
  * free. */
 static int choose_nodes(subdomain *self, const double *r)
 {
   const int nodes = flesh_system_unknowns(self->whole->system) / 3;
   const int rings = self->per_cell == 10 ? RINGS / 2 : RINGS;
-  double largest = 0;
   int count = 0;
-  for (int i = 0; i < nodes; i++) largest = fmax(largest, square(r + 3 * i));
   for (int i = 0; i < nodes; i++)
-    self->state[i] = square(r + 3 * i) > carries * carries * largest ? FREE : OUTSIDE;
+    self->state[i] = square(r + 3 * i) > carries * carries * self->largest ? FREE : OUTSIDE;
+  leave_shared_nodes(self, OUTSIDE);
   for (int ring = 0; ring <= rings; ring++) {
     for (int e = 0; e < self->cells->count; e++) {
       const int *tet = self->cells->nodes + self->per_cell * (size_t)e;
@@ -73,6 +94,7 @@ static int choose_nodes(subdomain *self, const double *r)
     }
     for (int i = 0; i < nodes && ring < rings; i++)
       if (self->state[i] == CONSTRAINED) self->state[i] = FREE;
+    leave_shared_nodes(self, CONSTRAINED);
   }
   for (int i = 0; i < nodes; i++) count += self->state[i] == FREE;
   return count;
@@ -315,9 +337,8 @@ static int solve(subdomain *self, double *w)
   double *du = flesh_calloc(3 * (size_t)self->nodes, sizeof *du);
   if (!du) return no_memory(self);
   int status = parent->solver.solve(parent->solver.data, self->system, &options, &stage, parent->stop, parent->stop_data, &stats, du);
-  parent->stats->subdomains++;
-  parent->stats->subdomain_newton += stats.newton;
-  parent->stats->subdomain_share += stats.newton * fraction;
+  self->solved = 1;
+  self->newton = stats.newton;
   if (status >= 0) { /* an iterate that has not converged has come down too */
     for (int i = 0; i < self->nodes; i++) memcpy(w + 3 * (size_t)self->global[i], du + 3 * i, 3 * sizeof *w);
     status = FLESH_OK;
@@ -336,7 +357,10 @@ static int make_and_solve(subdomain *self, const double *u, const double *r, dou
   self->tet = flesh_malloc((size_t)self->cells->count * sizeof *self->tet);
   self->x = flesh_malloc(3 * nodes * sizeof *self->x);
   int status = self->state && self->local && self->global && self->tet && self->x ? FLESH_OK : no_memory(self);
-  if (!status && choose_nodes(self, r) > largest_fraction * (double)nodes) status = FLESH_NOT_CONVERGED;
+  if (!status) {
+    const int free_nodes = choose_nodes(self, r);
+    if (!free_nodes || free_nodes > largest_fraction * (double)nodes) status = FLESH_NOT_CONVERGED;
+  }
   if (!status) status = make_mesh(self);
   if (!status) status = make_system(self);
   if (!status) status = set_background(self, u, r);
@@ -345,21 +369,40 @@ static int make_and_solve(subdomain *self, const double *u, const double *r, dou
   return status;
 }
 
+/* What is counted is of all ranks. Whether any of them has found something; it may be a step though others have not. */
+static int meet(const subdomain *self, int status)
+{
+  const flesh_team *team = self->whole->team;
+  flesh_solve_stats *stats = self->parent->stats;
+  const double cells = self->cells ? self->cells->count : 0;
+  double all[] = {status == FLESH_OK, self->solved, self->newton, cells};
+  flesh_team_sum(team, 4, all);
+  double share = self->solved ? self->newton * ((double)self->tets / cells) * (cells / all[3]) : 0;
+  flesh_team_sum(team, 1, &share);
+  stats->subdomains += (int)all[1];
+  stats->subdomain_newton += (int)all[2];
+  stats->subdomain_share += share;
+  return all[0] > 0 ? FLESH_OK : team ? FLESH_NOT_CONVERGED : status;
+}
+
 int flesh_subdomain_solve(const flesh_subdomain_parent *parent, const double *u, const double *r, double *w)
 {
-  subdomain self = {.parent = parent, .whole = parent->equations};
+  subdomain self = {.parent = parent, .whole = parent->equations, .largest = largest_square(parent->equations->n / 3, r)};
+  int status = FLESH_NOT_CONVERGED;
+  flesh_team_largest(self.whole->team, 1, &self.largest);
   self.per_cell = flesh_mesh_order(flesh_system_mesh(self.whole->system)) == 2 ? 10 : 4;
   memset(w, 0, (size_t)self.whole->n * sizeof *w);
   for (int k = 0; k < flesh_system_effect_count(self.whole->system) && !self.cells; k++) {
     const flesh_effect *effect = flesh_system_effect(self.whole->system, k);
     if (is_sum(&self, effect)) self.cells = effect->operations->cells(effect);
   }
-  if (!self.cells) return FLESH_NOT_CONVERGED;
-  flesh_reserve *before = flesh_reserve_enter(parent->reserve);
-  int status = make_and_solve(&self, u, r, w);
-  flesh_reserve_enter(before);
-  flesh_reserve_empty(parent->reserve);
-  return status;
+  if (self.cells) {
+    flesh_reserve *before = flesh_reserve_enter(parent->reserve);
+    status = make_and_solve(&self, u, r, w);
+    flesh_reserve_enter(before);
+    flesh_reserve_empty(parent->reserve);
+  }
+  return meet(&self, status);
 }
 
 /* A body that is solved for as a whole takes 1222 bytes for each tet of a block of 20 736, of ten nodes several times
