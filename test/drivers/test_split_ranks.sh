@@ -44,6 +44,26 @@ END
   done
 }
 
+# A scrambled bar's equilibrium, too, in which tets are inverted between parts.
+tangles_are_untangled() {
+  "$flesh" mesh box --cells 9,3,3 --size 3,1,1 --out knot.mesh >/dev/null &&
+    "$flesh" mesh split knot.mesh --parts 3 --out knot_parts >/dev/null || return 1
+  awk 'BEGIN { srand(5) } /^Vertices/ { getline count; for (; count > 0; count--) { getline
+         if ($1 < 1e-9) print $1, $2, $3, 0, 0, 0; else print 3 * rand(), rand(), rand(), 0, 0, 0 } }' knot.mesh >knot.txt
+  cat >knot.yaml <<'END'
+body: {mesh: knot.mesh, density: 1000, material: {energy: S, young: 1e5, poisson: 0.49}}
+effects: [pin: {box: [[-1, -1, -1], [1e-9, 2, 2]]}]
+start: {state: knot.txt}
+time: {method: static, step: 1, end: 1}
+END
+  expect 0 on_ranks 3 "$flesh" run knot.yaml --quiet --no-frames --out knot &&
+    expect 0 on_ranks 3 "$flesh" run knot.yaml --quiet --no-frames --set body.mesh=knot_parts/index.txt --out knot_split &&
+    cmp knot/state.txt knot_split/state.txt || return 1
+  for folder in knot knot_split; do
+    has "$folder/result.json" '"untanglings": 1,' && has "$folder/result.json" '"final_inverted": 0,' || return 1
+  done
+}
+
 # The frames' parts have each tet once and, put together, the places of the state.
 frames_are_in_parts() {
   split 3 && expect 0 on_ranks 3 "$flesh" run bar.yaml --quiet --set body.mesh=parts_3/index.txt --out split_3 || return 1
@@ -178,7 +198,7 @@ a_signal_ends_all() {
 if [ -n "$quick" ]; then
   run_tests runs_are_those_of_the_whole frames_are_in_parts what_needs_the_whole_is_refused
 else
-  run_tests runs_are_those_of_the_whole frames_are_in_parts states_go_on_on_others others_read_an_index \
+  run_tests runs_are_those_of_the_whole tangles_are_untangled frames_are_in_parts states_go_on_on_others others_read_an_index \
     boxes_are_made_in_parts what_needs_the_whole_is_refused incompressible_tets_are_refused bad_parts_are_refused \
     a_signal_ends_all
 fi

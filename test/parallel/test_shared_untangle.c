@@ -3,6 +3,7 @@
 #include "ranks.h"
 
 #include "body.h"
+#include "time/recovery/lay_out.h"
 #include "time/recovery/winding.h"
 
 /* The body as a whole, which every rank has, and this rank's part of it. */
@@ -116,7 +117,7 @@ static void compare_searches(const flesh_rank_part *part, const search *whole, c
   free(x_own);
 }
 
-/* The mesh, cut by METIS or with its tets scattered over the ranks, in places that go from rest to tangled all over. */
+/* The mesh, cut by METIS, with its tets scattered over the ranks one by one or, `scattered` 2, by sevens, in places that go from rest to tangled all over. */
 static void compare_places(flesh_mesh *mesh, int scattered, int places, void (*place)(int k, const flesh_mesh *mesh, double *x))
 {
   const int tets = flesh_mesh_tet_count(mesh), size = flesh_communicator_size(ranks);
@@ -125,7 +126,7 @@ static void compare_places(flesh_mesh *mesh, int scattered, int places, void (*p
   flesh_rank_part *part = NULL;
   flesh_shared_edges shared;
   search whole, own;
-  for (int t = 0; t < tets; t++) of[t] = t % size;
+  for (int t = 0; t < tets; t++) of[t] = (scattered == 1 || tets < 7 * size ? t : t / 7) % size;
   CHECK_OK(flesh_rank_part_create(ranks, mesh, scattered ? of : NULL, &part));
   CHECK_OK(flesh_shared_edges_create(flesh_rank_part_mesh(part), flesh_rank_part_team(part), &shared));
   open_search(&whole, mesh, NULL);
@@ -172,7 +173,7 @@ static void jitter(int k, const flesh_mesh *mesh, double *x)
 static void tangles_are_found_as_on_one_rank(void)
 {
   flesh_mesh *mesh = NULL, *ten = NULL;
-  for (int scattered = 0; scattered < 2; scattered++) {
+  for (int scattered = 0; scattered < 3; scattered++) {
     mesh = fan(7);
     compare_places(mesh, scattered, 2, wind);
     flesh_mesh_destroy(&mesh);
@@ -256,19 +257,81 @@ static void tangled_bodies_come_back(void)
   }
 }
 
-/* Two boxes that no node connects fall into a point each, cut by all ranks, and come back where they are. */
-static void points_are_laid_out(void)
+/* Two boxes that no node connects, of `NODES` nodes each, the second one at x = 2. */
+enum { NODES = 64 };
+static flesh_mesh *two_boxes(void)
+{
+  flesh_mesh *box = test_box(3, 3, 3, 1, 1, 1), *both = NULL;
+  const int tets = flesh_mesh_tet_count(box);
+  double X[6 * NODES];
+  int *corners = malloc(8 * (size_t)tets * sizeof *corners);
+  for (int d = 0; d < 6 * NODES; d++) X[d] = flesh_mesh_positions(box)[d % (3 * NODES)] + (d >= 3 * NODES && d % 3 == 0 ? 2 : 0);
+  for (int k = 0; k < 8 * tets; k++) corners[k] = flesh_mesh_tets(box)[k % (4 * tets)] + (k >= 4 * tets ? NODES : 0);
+  CHECK_OK(flesh_mesh_create(2 * NODES, X, 2 * tets, corners, NULL, &both));
+  flesh_mesh_destroy(&box);
+  free(corners);
+  return both;
+}
+
+/* The second of two boxes has shrunk to a hundredth near a plane, cut by all ranks: it is laid out where one rank does, with
+ * its farthest corner on the plane. */
+static void lay_outs_are_those_of_one_rank(void)
+{
+  bodies b = {.mesh = two_boxes()};
+  double *ends[2];
+  const int tets = flesh_mesh_tet_count(b.mesh), size = flesh_communicator_size(ranks);
+  int *of = malloc((size_t)tets * sizeof *of);
+  for (int t = 0; t < tets; t++) of[t] = t % size;
+  CHECK_OK(flesh_rank_part_create(ranks, b.mesh, of, &b.part));
+  for (int k = 0; k < 2; k++) {
+    test_body *body = k ? &b.own : &b.whole;
+    flesh_obstacle *plane = NULL;
+    flesh_contact_options contact;
+    flesh_effect *effect = NULL;
+    flesh_rigid_parts parts;
+    flesh_mesh *mesh = k ? (flesh_mesh *)flesh_rank_part_mesh(b.part) : b.mesh;
+    CHECK_OK(test_body_create(mesh, test_material(FLESH_ENERGY_E, 0.3), 1000, FLESH_MASS_LUMPED, 1, body));
+    flesh_contact_options_default(&contact);
+    CHECK_OK(flesh_obstacle_plane((double[]){0, 0, 0}, (double[]){0.1, 0.02, 1}, &plane));
+    CHECK_OK(flesh_effect_contact(&body->body, &contact, &plane, &effect));
+    CHECK_OK(flesh_system_add_effect(body->system, &effect));
+    CHECK_OK(flesh_system_finalize(body->system));
+    if (k) CHECK_OK(flesh_system_set_part(body->system, b.part));
+    double *x = body->state.x, *work = malloc((size_t)body->n * sizeof *work);
+    uint8_t *fixed = calloc((size_t)body->n, 1);
+    for (int d = 0; d < body->n; d++) {
+      const int second = (k ? flesh_rank_part_nodes(b.part)[d / 3] : d / 3) >= NODES;
+      x[d] = second ? 0.01 * x[d] + (d % 3 == 2 ? 0.1 : 1) : x[d] + (d % 3 == 2);
+    }
+    double *from = malloc((size_t)body->n * sizeof *from);
+    memcpy(from, x, (size_t)body->n * sizeof *x);
+    CHECK_OK(flesh_rigid_parts_create(body->system, &parts));
+    CHECK(flesh_lay_out(body->system, &parts, fixed, 0, from, work, x) == 1);
+    CHECK(flesh_lay_out(body->system, &parts, fixed, 0, from, work, x) == 0);
+    flesh_rigid_parts_clear(&parts);
+    ends[k] = x;
+    free(fixed), free(work), free(from);
+  }
+  double worst = 0, lowest = INFINITY;
+  for (int d = 0; d < b.own.n; d++) worst = fmax(worst, fabs(ends[1][d] - ends[0][3 * flesh_rank_part_nodes(b.part)[d / 3] + d % 3]));
+  for (int d = 3 * NODES; d < b.whole.n; d += 3) lowest = fmin(lowest, 0.1 * ends[0][d] + 0.02 * ends[0][d + 1] + ends[0][d + 2]);
+  flesh_communicator_largest(ranks, 1, &worst);
+  if (says()) printf("# laid out %.3g m above the plane, %.2g m from where one rank does\n", lowest, worst);
+  CHECK_BELOW(worst, 1e-12);
+  CHECK(lowest > 0 && lowest < 0.1);
+  free(of);
+  close_body(&b);
+}
+
+/* Two boxes fall into a point each, cut by all ranks, and come back where they are. */
+static void points_come_back(void)
 {
   bodies b;
   flesh_solve_stats stats;
-  flesh_mesh *box = test_box(3, 3, 3, 1, 1, 1), *both = NULL;
-  const int nodes = flesh_mesh_node_count(box), tets = flesh_mesh_tet_count(box);
-  double *X = malloc(6 * (size_t)nodes * sizeof *X), sizes[2][3] = {{0}};
-  int *corners = malloc(8 * (size_t)tets * sizeof *corners);
-  for (int d = 0; d < 6 * nodes; d++) X[d] = flesh_mesh_positions(box)[d % (3 * nodes)] + (d >= 3 * nodes && d % 3 == 0 ? 2 : 0);
-  for (int k = 0; k < 8 * tets; k++) corners[k] = flesh_mesh_tets(box)[k % (4 * tets)] + (k >= 4 * tets ? nodes : 0);
-  CHECK_OK(flesh_mesh_create(2 * nodes, X, 2 * tets, corners, NULL, &both));
-  open_body(&b, both, test_material(FLESH_ENERGY_E, 0.3), 0);
+  double sizes[2][3] = {{0}};
+  open_body(&b, two_boxes(), test_material(FLESH_ENERGY_E, 0.3), 0);
+  const int nodes = NODES;
+  const double *X = flesh_mesh_positions(b.mesh);
   for (int i = 0; i < 2 * nodes; i++) /* the second one upside down, at x = 12 */
     for (int c = 0; c < 3; c++) {
       const int second = i >= nodes;
@@ -294,8 +357,6 @@ static void points_are_laid_out(void)
     for (int c = 0; c < 3; c++) CHECK_NEAR(sizes[body][c], body ? (c == 0 ? 12 : -0.5) : 0.5, 1e-6);
   }
   close_body(&b);
-  flesh_mesh_destroy(&box);
-  free(X), free(corners);
 }
 
 typedef struct asking {
@@ -347,5 +408,5 @@ static void failures_are_everyones(void)
 int main(int argc, char **argv)
 {
   return RUN_TESTS_ON_RANKS(argc, argv, TEST(tangles_are_found_as_on_one_rank), TEST(tangled_bodies_come_back),
-                            TEST(points_are_laid_out), TEST(failures_are_everyones));
+                            TEST(lay_outs_are_those_of_one_rank), TEST(points_come_back), TEST(failures_are_everyones));
 }
