@@ -46,20 +46,24 @@ int flesh_system_work_of_forces(const flesh_system *system, const flesh_point *p
     const flesh_effect_time *in_time = flesh_effect_in_time(effect);
     const double *along = u ? u : full.v;
     double share = u ? 1 : h, sum = 0;
+    int moves = 1, status = FLESH_OK;
     if (kind_of(effect) != FLESH_WORK_OF_FORCES || flesh_clearance_holds(full.clearance, k)) continue;
     if (in_time->carry) {
       memset(carried, 0, n * sizeof *carried);
-      if (!in_time->carry(effect, &full, begin, end, carried)) continue;
+      moves = in_time->carry(effect, &full, begin, end, carried);
       along = carried;
       share = u ? 1 : 1 / moment;
     }
-    memset(r, 0, n * sizeof *r);
-    full.internal = flesh_internal_of(system, k, point->internal);
-    full.sums = flesh_rank_sums_of(system, k);
-    int status = flesh_team_agree(flesh_system_team(system), effect->operations->residual(effect, &full, r));
+    if (moves) {
+      memset(r, 0, n * sizeof *r);
+      full.internal = flesh_internal_of(system, k, point->internal);
+      full.sums = flesh_rank_sums_of(system, k);
+      status = effect->operations->residual(effect, &full, r);
+    }
+    for (size_t d = 0; d < n && moves; d++) sum += r[d] * along[d];
+    /* Partial forces, displacements of ghosts, too. What moves on one rank may stand still on another, which adds 0. */
+    status = flesh_team_sum_agreed(flesh_system_team(system), status, 1, &sum);
     if (status) return status;
-    for (size_t d = 0; d < n; d++) sum += r[d] * along[d];
-    flesh_team_sum(flesh_system_team(system), 1, &sum); /* partial forces, displacements of ghosts, too */
     *work -= share * sum;
   }
   return FLESH_OK;

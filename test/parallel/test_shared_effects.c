@@ -11,6 +11,7 @@
 #include "system/feasible_step.h"
 #include "system/proximity.h"
 #include "system/ranks.h"
+#include "system/work.h"
 
 /* What acts on the unit cube; contacts are near it, with friction, and bodies' faces near the core of a ball. */
 static const char *const shared[] = {
@@ -299,12 +300,57 @@ static void pressures_of_incompressible_tets_are_shared_out(void)
   close_pair(&p);
 }
 
+/* A belt that moves where the first rank is, and pushes with 1 N along x there. */
+static int belt_residual(const flesh_effect *effect, const flesh_point *point, double *r)
+{
+  (void)effect, (void)point;
+  r[0] -= 1;
+  return FLESH_OK;
+}
+
+static int belt_carry(const flesh_effect *effect, const flesh_point *point, double t_from, double t_to, double *dx)
+{
+  (void)effect, (void)point;
+  if (flesh_communicator_rank(ranks) > 0) return 0;
+  dx[0] = 3 * (t_to - t_from);
+  return 1;
+}
+
+static const flesh_effect_operations belt = {.name = "belt",
+                                             .role = FLESH_ROLE_LOAD,
+                                             .residual = belt_residual,
+                                             .time = &(const flesh_effect_time){.carry = belt_carry}};
+
+/* What moves on one rank and stands still on the others works; all ranks learn how much. */
+static void what_stands_still_on_some_ranks_works_on_others(void)
+{
+  pair p;
+  flesh_effect *effect = NULL;
+  make_cube(3);
+  CHECK_OK(open_pair("elasticity: {}", 1, &p));
+  flesh_system *system = NULL;
+  const flesh_rank_part *part = flesh_scene_share_part(p.share);
+  CHECK_OK(flesh_system_create(flesh_rank_part_mesh(part), &system));
+  CHECK_OK(flesh_effect_create(&belt, NULL, &effect));
+  CHECK_OK(flesh_system_add_effect(system, &effect));
+  CHECK_OK(flesh_system_finalize(system));
+  CHECK_OK(flesh_system_set_part(system, part));
+  double *scratch = vector(2 * p.n[1]), *u = vector(p.n[1]), work = NAN;
+  CHECK_OK(flesh_system_work_of_forces(system, &p.points[1], 0, 0.5, u, scratch, &work));
+  CHECK(work == 1.5);
+  free(scratch);
+  free(u);
+  flesh_system_destroy(&system);
+  close_pair(&p);
+}
+
 int main(int argc, char **argv)
 {
   if (test_folder_make(folder, sizeof folder)) return 1;
   const int failed = RUN_TESTS_ON_RANKS(argc, argv, TEST(what_ranks_have_adds_up_to_the_effect),
                                         TEST(so_it_does_on_the_coarsest_mesh), TEST(a_face_is_of_one_rank),
-                                        TEST(pressures_of_incompressible_tets_are_shared_out));
+                                        TEST(pressures_of_incompressible_tets_are_shared_out),
+                                        TEST(what_stands_still_on_some_ranks_works_on_others));
   test_folder_remove(folder);
   return failed;
 }
