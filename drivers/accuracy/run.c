@@ -251,28 +251,19 @@ static int make_tight(const flesh_accuracy_plan *plan, const flesh_accuracy_trac
   return flesh_accuracy_track_read(path, tight);
 }
 
-/* Runs the rows from `first` to before `end` that are not done, those of all ranks at a time. */
-static int run_rows(flesh_accuracy_plan *plan, flesh_pool *pool, int first, int end)
+static int is_done(void *data, int number)
 {
-  int status = FLESH_OK, next = first;
-  while (!status) {
-    flesh_pool_end ended;
-    int started = 1;
-    while (!status && started && next < end && flesh_pool_has_room(pool) && !flesh_interrupt_signal()) {
-      if (!plan->rows[next].done) {
-        show_progress(plan, &plan->rows[next]);
-        status = flesh_pool_start(pool, next, &started);
-      }
-      next += !status && started;
-    }
-    if (status || !flesh_pool_running(pool)) break;
-    status = flesh_pool_wait(pool, &ended);
-    if (status || ended.number < 0) continue;
-    flesh_accuracy_row *row = &plan->rows[ended.number];
-    status = note(row, flesh_pool_take(&ended, &row->figures, sizeof row->figures));
-    if (!status) status = flesh_accuracy_keep(plan);
-  }
-  return status;
+  const flesh_accuracy_plan *plan = data;
+  if (!plan->rows[number].done) show_progress(plan, &plan->rows[number]);
+  return plan->rows[number].done;
+}
+
+static int collect(void *data, const flesh_pool_end *end)
+{
+  flesh_accuracy_plan *plan = data;
+  flesh_accuracy_row *row = &plan->rows[end->number];
+  const int status = note(row, flesh_pool_take(end, &row->figures, sizeof row->figures));
+  return status ? status : flesh_accuracy_keep(plan);
 }
 
 /* The first row from `from` on that is not done; the number of rows where all are. */
@@ -290,7 +281,7 @@ static int run_prices(flesh_accuracy_plan *plan, flesh_pool *pool, const flesh_a
   const int made = make_tight(plan, reference, tight);
   if (made == FLESH_ERR_INTERRUPTED || flesh_interrupt_signal()) return FLESH_ERR_INTERRUPTED;
   if (made == FLESH_ERR_FILE) return made;
-  if (!made) return run_rows(plan, pool, first, plan->row_count);
+  if (!made) return flesh_pool_run(pool, first, plan->row_count, is_done, collect, plan);
   fprintf(stderr, "flesh accuracy: %s\n", flesh_error_text());
   return FLESH_OK;
 }
@@ -305,7 +296,7 @@ int flesh_accuracy_run(flesh_accuracy_plan *plan, const flesh_accuracy_track *re
   int work_rows = 0;
   while (work_rows < plan->row_count && plan->rows[work_rows].group == FLESH_ACCURACY_WORK) work_rows++;
   int status = flesh_pool_open(plan->ranks, 1, plan->row_count, &cases, &pool);
-  if (!status) status = run_rows(plan, pool, 0, work_rows);
+  if (!status) status = flesh_pool_run(pool, 0, work_rows, is_done, collect, plan);
   if (!status && !flesh_interrupt_signal()) status = run_prices(plan, pool, reference, &tight, work_rows);
   flesh_pool_close(&pool);
   tight_path(plan, path);

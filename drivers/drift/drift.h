@@ -60,7 +60,7 @@ typedef struct flesh_drift_plan {
   double max_seconds; /* per case; 0: no limit */
   flesh_ranks *ranks; /* that share out the cases; NULL: none */
   int jobs;           /* at a time, on each rank */
-  int case_count;
+  int case_count, done; /* of them have ended */
   flesh_drift_case *cases; /* scenes x poissons x variants x solvers, in this order */
 } flesh_drift_plan;
 

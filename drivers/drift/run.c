@@ -275,49 +275,41 @@ static void work(const void *data, int number, flesh_text *answer)
 
 flesh_pool_cases flesh_drift_pool_cases(const flesh_drift_plan *plan) { return (flesh_pool_cases){work, plan, 0}; }
 
-static void collect(const flesh_drift_plan *plan, const flesh_pool_end *end)
-{
-  struct flesh_drift_figures *f = &plan->cases[end->number].figures;
-  const int crashed = flesh_pool_take(end, f, sizeof *f);
-  if (!crashed || flesh_interrupt_signal()) return;
-  f->status = FLESH_ERR_SOLVE;
-  f->crashed_by = crashed;
-}
-
-static void show_progress(const flesh_drift_plan *plan, int done, const flesh_drift_case *c)
+static void show_progress(const flesh_drift_plan *plan, const flesh_drift_case *c)
 {
   char title[16];
   if (!isatty(STDERR_FILENO)) return;
   flesh_drift_variant_title(plan->variants[c->variant], title);
-  fprintf(stderr, "\r\033[K%d of %d  %s, %s, poisson %g, %s: %s", done, plan->case_count,
+  fprintf(stderr, "\r\033[K%d of %d  %s, %s, poisson %g, %s: %s", plan->done, plan->case_count,
           plan->scenes[c->scene].name, title, plan->poissons[c->poisson], flesh_drift_solver_name(c->solver),
           flesh_drift_status_word(c));
-  if (done == plan->case_count) fputs("\r\033[K", stderr);
+  if (plan->done == plan->case_count) fputs("\r\033[K", stderr);
   fflush(stderr);
+}
+
+static int collect(void *data, const flesh_pool_end *end)
+{
+  flesh_drift_plan *plan = data;
+  flesh_drift_case *c = &plan->cases[end->number];
+  const int crashed = flesh_pool_take(end, &c->figures, sizeof c->figures);
+  if (crashed && !flesh_interrupt_signal()) {
+    c->figures.status = FLESH_ERR_SOLVE;
+    c->figures.crashed_by = crashed;
+  }
+  plan->done++;
+  show_progress(plan, c);
+  return FLESH_OK;
 }
 
 int flesh_drift_run(flesh_drift_plan *plan)
 {
   const flesh_pool_cases cases = flesh_drift_pool_cases(plan);
   flesh_pool *pool;
-  int next = 0, done = 0;
   int status = flesh_pool_open(plan->ranks, plan->jobs, plan->case_count, &cases, &pool);
-  while (!status) {
-    flesh_pool_end end;
-    int started = 1;
-    while (!status && started && next < plan->case_count && flesh_pool_has_room(pool) && !flesh_interrupt_signal()) {
-      status = flesh_pool_start(pool, next, &started);
-      next += !status && started;
-    }
-    if (status || !flesh_pool_running(pool)) break;
-    status = flesh_pool_wait(pool, &end);
-    if (status || end.number < 0) continue;
-    collect(plan, &end);
-    show_progress(plan, ++done, &plan->cases[end.number]);
-  }
+  if (!status) status = flesh_pool_run(pool, 0, plan->case_count, NULL, collect, plan);
   flesh_pool_close(&pool);
   if (!status && flesh_interrupt_signal())
-    status = flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted after %d of %d cases", done, plan->case_count);
+    status = flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted after %d of %d cases", plan->done, plan->case_count);
   /* What the first solver's case found holds for its siblings, which follow it. */
   for (int k = 0; k < plan->case_count; k++)
     if (k % plan->solver_count)

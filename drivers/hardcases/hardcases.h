@@ -121,7 +121,7 @@ typedef struct flesh_hardcases_plan {
   int setting_count;
   const flesh_hardcases_setting *settings;
   int seeds;
-  int run_count;
+  int run_count, done; /* of them have ended, or had before */
   flesh_hardcases_run *runs; /* settings x cases x seeds, in this order */
 } flesh_hardcases_plan;
 

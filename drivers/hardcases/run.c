@@ -193,11 +193,9 @@ flesh_pool_cases flesh_hardcases_pool_cases(const flesh_hardcases_plan *plan)
   return (flesh_pool_cases){work, plan, plan->max_seconds > 0 ? 3 * plan->max_seconds + 20 : 0};
 }
 
-static void collect(const flesh_hardcases_plan *plan, const flesh_pool_end *end)
+static void note(const flesh_hardcases_plan *plan, flesh_hardcases_run *run, int crashed)
 {
-  flesh_hardcases_run *run = &plan->runs[end->number];
   flesh_hardcases_figures *f = &run->figures;
-  const int crashed = flesh_pool_take(end, f, sizeof *f);
   if (crashed && flesh_interrupt_signal()) return; /* ended with the battery: not run */
   if (crashed) {
     f->status = FLESH_ERR_SOLVE;
@@ -214,47 +212,44 @@ static void collect(const flesh_hardcases_plan *plan, const flesh_pool_end *end)
   if ((plan->filters || plan->shapes) && run->outcome != FLESH_HARDCASES_NOT_RUN) flesh_hardcases_keep(plan, run);
 }
 
-static void show_progress(const flesh_hardcases_plan *plan, int done, const flesh_hardcases_run *run)
+static void show_progress(const flesh_hardcases_plan *plan, const flesh_hardcases_run *run)
 {
   char title[112];
   if (!isatty(STDERR_FILENO)) return;
   flesh_hardcases_setting_title(run->setting, title);
-  fprintf(stderr, "\r\033[K%d of %d  %s, %s: %s", done, plan->run_count, run->row->name, title,
+  fprintf(stderr, "\r\033[K%d of %d  %s, %s: %s", plan->done, plan->run_count, run->row->name, title,
           flesh_hardcases_outcome_name(run->outcome));
-  if (done == plan->run_count) fputs("\r\033[K", stderr);
+  if (plan->done == plan->run_count) fputs("\r\033[K", stderr);
   fflush(stderr);
 }
 
-/* Starts runs as long as there is room for them, those that an earlier battery has done left out. */
-static int start_some(flesh_hardcases_plan *plan, flesh_pool *pool, int *next, int *done)
+/* What an earlier battery has done is left out. */
+static int is_done(void *data, int number)
 {
-  int status = FLESH_OK, started = 1;
-  while (!status && started && *next < plan->run_count && flesh_pool_has_room(pool)) {
-    const int recalled = (plan->filters || plan->shapes) && flesh_hardcases_recall(plan, &plan->runs[*next]);
-    if (!recalled) status = flesh_pool_start(pool, *next, &started);
-    if (!status && started) ++*next, *done += recalled;
-  }
-  return status;
+  flesh_hardcases_plan *plan = data;
+  const int recalled = (plan->filters || plan->shapes) && flesh_hardcases_recall(plan, &plan->runs[number]);
+  plan->done += recalled;
+  return recalled;
+}
+
+static int collect(void *data, const flesh_pool_end *end)
+{
+  flesh_hardcases_plan *plan = data;
+  flesh_hardcases_run *run = &plan->runs[end->number];
+  note(plan, run, flesh_pool_take(end, &run->figures, sizeof run->figures));
+  plan->done++;
+  show_progress(plan, run);
+  return FLESH_OK;
 }
 
 int flesh_hardcases_run_all(flesh_hardcases_plan *plan)
 {
   const flesh_pool_cases cases = flesh_hardcases_pool_cases(plan);
   flesh_pool *pool;
-  int next = 0, done = 0;
   int status = flesh_pool_open(plan->ranks, plan->jobs, plan->run_count, &cases, &pool);
-  while (!status) {
-    flesh_pool_end end;
-    if (!flesh_interrupt_signal()) status = start_some(plan, pool, &next, &done);
-    if (status || !flesh_pool_running(pool)) break;
-    status = flesh_pool_wait(pool, &end);
-    if (status || end.number < 0) continue;
-    collect(plan, &end);
-    show_progress(plan, ++done, &plan->runs[end.number]);
-  }
+  if (!status) status = flesh_pool_run(pool, 0, plan->run_count, is_done, collect, plan);
   flesh_pool_close(&pool);
   if (!status && flesh_interrupt_signal())
-    status =
-        flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted after %d of %d runs", done, plan->run_count);
+    status = flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted after %d of %d runs", plan->done, plan->run_count);
   return status;
 }
