@@ -242,8 +242,8 @@ static int make_tight(const flesh_accuracy_plan *plan, const flesh_accuracy_trac
   tight_path(plan, path);
   show_progress(plan, &row);
   int status = flesh_process_start(work_tight, &given, f, sizeof *f, &process);
-  if (!status)
-    status = note(&row, flesh_process_wait(&process, plan->max_seconds * (plan->repeat ? plan->repeat : 3), f, sizeof *f));
+  const double seconds = plan->max_seconds * (plan->repeat ? plan->repeat : 3);
+  if (!status) status = note(&row, flesh_pool_wait_for(plan->ranks, &process, seconds, f, sizeof *f));
   if (status) return status;
   if (row.figures.status)
     return flesh_fail(row.figures.status, "the other prices are not measured: %s",

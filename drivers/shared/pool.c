@@ -11,7 +11,6 @@
 #include "shared/interrupt.h"
 #include "shared/pool_orders.h"
 #include "shared/pool_places.h"
-#include "shared/process.h"
 #include "shared/ranks.h"
 #include "shared/ranks_join.h"
 
@@ -114,14 +113,25 @@ int flesh_pool_stand_by(void)
   return flesh_pool_serve(1, &none);
 }
 
-void flesh_pool_listen(const flesh_ranks *ranks)
+/* Of ranks that have nothing to do. */
+static void hear_signal(const void *ranks)
 {
   flesh_pool_head head;
   flesh_text behind = {0};
   int from;
-  if (!ranks || ranks->all == ranks->count || !flesh_ranks_first(ranks)) return;
+  if (!ranks) return;
   if (receive(&head, &behind, &from) && head.kind == FLESH_POOL_SIGNALLED) flesh_interrupt_adopt(head.number);
   free(behind.data);
+}
+
+void flesh_pool_listen(const flesh_ranks *ranks)
+{
+  if (ranks && ranks->all > ranks->count && flesh_ranks_first(ranks)) hear_signal(ranks);
+}
+
+int flesh_pool_wait_for(const flesh_ranks *ranks, flesh_process *process, double max_seconds, void *result, size_t size)
+{
+  return flesh_process_wait(process, max_seconds, hear_signal, ranks, result, size);
 }
 
 void flesh_pool_dismiss(const flesh_ranks *ranks, int code)

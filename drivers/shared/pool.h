@@ -7,6 +7,7 @@
 #include <stddef.h>
 
 #include "shared/pool_cases.h"
+#include "shared/process.h"
 
 typedef struct flesh_ranks flesh_ranks; /* shared/ranks.h */
 
@@ -38,6 +39,9 @@ int flesh_pool_wait(flesh_pool *pool, flesh_pool_end *end);
  * flesh_pool_start and flesh_pool_wait. */
 int flesh_pool_run(flesh_pool *pool, int first, int end, int (*is_done)(void *data, int number),
                    int (*collect)(void *data, const flesh_pool_end *end), void *data);
+/* Waits for a process of the first rank's own, while no case runs, as flesh_process_wait does; a signal to another rank
+ * counts as one to this. */
+int flesh_pool_wait_for(const flesh_ranks *ranks, flesh_process *process, double max_seconds, void *result, size_t size);
 /* The answer as plain data. Fills `result` [size bytes] and returns 0, or leaves it and returns the signal that ended the
  * case's process, -1 when it was none. */
 int flesh_pool_take(const flesh_pool_end *end, void *result, size_t size);

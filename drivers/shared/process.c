@@ -96,7 +96,8 @@ static double now(void)
   return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-int flesh_process_wait(flesh_process *process, double max_seconds, void *result, size_t size)
+int flesh_process_wait(flesh_process *process, double max_seconds, void (*attend)(const void *data), const void *data,
+                       void *result, size_t size)
 {
   const double grace = 2; /* for what stops by itself between steps */
   double deadline = max_seconds > 0 ? now() + max_seconds + grace : 0;
@@ -105,6 +106,7 @@ int flesh_process_wait(flesh_process *process, double max_seconds, void *result,
     struct pollfd end = {.fd = process->pipe, .events = POLLIN};
     int ready = poll(&end, 1, 50);
     if (ready > 0 || (ready < 0 && errno != EINTR)) break; /* without poll, it is waited for */
+    if (attend) attend(data);
     if (flesh_interrupt_signal() && !told) {
       kill(process->id, SIGTERM);
       told = 1;

@@ -25,8 +25,10 @@ int flesh_process_start(void (*work)(const void *data, void *result), const void
                         const void *result, size_t size, flesh_process *process);
 
 /* Waits for the process to end, fills `result` and returns 0, or leaves it and returns the signal that ended the
- * process, -1 when it was none. A signal that came (see interrupt.h) is passed on to
- * it, once; after `max_seconds` (0: never), or when a second signal is needed, it is killed. */
-int flesh_process_wait(flesh_process *process, double max_seconds, void *result, size_t size);
+ * process, -1 when it was none. Calls attend(data) now and then, where it is not NULL. A signal that came (see
+ * interrupt.h) is passed on to the process, once; after `max_seconds` (0: never), or when a second signal is needed, it
+ * is killed. */
+int flesh_process_wait(flesh_process *process, double max_seconds, void (*attend)(const void *data), const void *data,
+                       void *result, size_t size);
 
 #endif

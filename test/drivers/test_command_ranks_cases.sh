@@ -101,6 +101,20 @@ a_signal_to_one_rank_ends_all() {
     [ "$(ask endless/sweep.db id "status <> 'planned'")" = '' ]
 }
 
+# So it does while the first rank alone makes what the others wait for.
+a_signal_ends_what_the_others_wait_for() {
+  cat >sag.yaml <<END
+body: {mesh: $data/meshes/bar_16x4x4.mesh, density: 1000, material: {energy: S, young: 1e5, poisson: 0.45}}
+effects: [gravity: {acceleration: [0, 0, -0.2]}, pin: {box: [[-1, -1, -1], [1e-9, 2, 2]]}]
+END
+  begin_on 2 "$flesh" accuracy sag.yaml --mesh --mesh-seconds 1e6 --out meshes
+  wait_until "$launched" [ -e meshes/mesh_0.states ] || return 1
+  kill -TERM "$(cat pid_1)" || return 1
+  wait "$launched"
+  [ $? -eq 143 ] || { echo 'not 143'; cat stderr.txt; return 1; }
+  has stderr.txt 'interrupted while the meshes were run'
+}
+
 # A case that is killed is a row, whichever rank has it; the rank takes the next.
 a_case_that_is_killed_is_a_row() {
   endless_spec
@@ -138,5 +152,6 @@ if [ "$numbers" = 3 ]; then
   run_tests a_sweep what_is_wrong_is_told_once a_signal_to_one_rank_ends_all
 else
   run_tests a_sweep a_sweep_of_comparisons a_drift a_battery an_accuracy what_is_wrong_is_told_once \
-    a_signal_to_one_rank_ends_all a_case_that_is_killed_is_a_row a_killed_rank_ends_all
+    a_signal_to_one_rank_ends_all a_signal_ends_what_the_others_wait_for a_case_that_is_killed_is_a_row \
+    a_killed_rank_ends_all
 fi
