@@ -151,6 +151,7 @@ int flesh_checkpoint_unpack(const char *folder, const flesh_checkpoint *checkpoi
 {
   int status = FLESH_OK;
   if (rank >= 0) return take(folder, checkpoint, rank, 1, piece);
-  for (int k = 0; k < checkpoint->head.pieces && !status; k++) status = take(folder, checkpoint, k, 0, piece);
+  /* Of what is not of nodes, the first rank's comes last and stays, as in result.json. */
+  for (int k = checkpoint->head.pieces - 1; k >= 0 && !status; k--) status = take(folder, checkpoint, k, 0, piece);
   return status;
 }

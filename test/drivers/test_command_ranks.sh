@@ -415,6 +415,32 @@ a_signal_leaves_a_checkpoint() {
   has stdout.txt "goes on after step $step, t = .* s; IDA starts anew there" && [ "$step" -gt 0 ]
 }
 
+# What effects have cost goes on from what the first rank had counted, of which result.json tells. Each end of the bar is
+# one rank's, and has a traction.
+costs_go_on_from_those_of_the_first_rank() {
+  "$flesh" mesh box --cells 16,8,8 --size 4,1,1 --out long.msh >/dev/null && cat >ends.yaml <<'END'
+body: {mesh: long.msh, density: 1000, material: {energy: S, young: 2e4, poisson: 0.45}}
+effects:
+  - inertia: {}
+  - traction: {box: [[-1, -1, -1], [1e-9, 2, 2]], traction: [-10, 0, 0]}
+  - traction: {box: [[3.999, -1, -1], [5, 2, 2]], traction: [10, 0, 0]}
+time: {step: 1/60, end: 1}
+END
+  begin 2 ends.yaml --profile --checkpoint 1000s || return 1
+  many() { [ "$(lines endless/history.csv)" -gt 30 ]; }
+  wait_until "$launched" many || return 1
+  kill -TERM "$(cat pid_0)" || return 1
+  wait "$launched"
+  cp endless/result.json before.json || return 1
+  expect 6 "$flesh" run --resume endless --profile --max-seconds 1e-9 && python3 - <<'END'
+import json
+before, after = [json.load(open(name))["effects"] for name in ("before.json", "endless/result.json")]
+for b, a in zip(before, after):
+    print(b["name"], *((name, b[name], a[name]) for name in ("residuals", "energies", "cpu_s")))
+    assert a["cpu_s"] >= b["cpu_s"] > 0 and a["residuals"] >= b["residuals"], (b, a)
+END
+}
+
 if [ -n "$quick" ]; then
   run_tests several_bodies contact untangling adaptive_contact bodies_that_come_apart welds_that_break incompressible outputs \
     more_ranks_than_there_is_work what_is_not_there_is_refused a_bad_scene_on_one_rank_ends_all \
@@ -429,5 +455,5 @@ else
     a_signal_to_one_rank_ends_all a_signal_to_an_idle_rank_ends_all a_killed_rank_ends_all a_budget_ends_all \
     ${STOP_AT:+backward_euler_goes_on bdf2_goes_on hht_goes_on euler_then_adaptive_goes_on a_weld_that_breaks_goes_on} \
     ${STOP_AT:+adaptive_contact_goes_on separation_goes_on} \
-    ranks_go_on_with_what_one_has_begun a_signal_leaves_a_checkpoint
+    ranks_go_on_with_what_one_has_begun a_signal_leaves_a_checkpoint costs_go_on_from_those_of_the_first_rank
 fi
