@@ -4,7 +4,7 @@
   python3 test/campaign/mutations.py                 every fifth rule, by the tests that the list names
   python3 test/campaign/mutations.py --full          every rule
   ... --suite            those that survive, by the whole quick suite as well
-  ... --only TEXT        the rules whose line holds TEXT
+  ... --only TEXT        the rules whose line holds TEXT; may be given again for others
   ... --check            only that every text stands where the list says, once
   ... --tree DIR --work DIR    another tree; where the copy and its build are kept (~/.cache/flesh-campaign/mutations)
 
@@ -12,6 +12,7 @@ The copy is of what git tracks and what is changed in the tree. A rule's tests a
 status 1 when a rule's mutation survives, 2 when a text of the list is not found.
 """
 import argparse
+import json
 import os
 import re
 import shutil
@@ -76,6 +77,14 @@ def known_tests(build):
     return {line.split(" / ")[-1].split(":")[-1].strip() for line in text.decode().splitlines()}
 
 
+def needed(build, tests):
+    """The files of the build that these tests run."""
+    known, targets = (json.load(open(os.path.join(build, "meson-info", f"intro-{what}.json"), encoding="utf-8"))
+                      for what in ("tests", "targets"))
+    ids = {depends for test in known if test["name"] in tests for depends in test["depends"]}
+    return [os.path.relpath(file, build) for target in targets if target["id"] in ids for file in target["filename"]]
+
+
 def test(build, words):
     code, text = run(["meson", "test", "-C", build, "--no-rebuild", "--timeout-multiplier", "4", *words], build, 3600)
     failed = re.findall(r"^\s*\d+/\d+\s+(?:\S+ / )?(\S+)\s+(?:FAIL|ERROR|TIMEOUT)", text, re.M)
@@ -87,7 +96,7 @@ def main():
     parser.add_argument("--full", action="store_true")
     parser.add_argument("--suite", action="store_true")
     parser.add_argument("--check", action="store_true")
-    parser.add_argument("--only", default="")
+    parser.add_argument("--only", action="append", default=[])
     parser.add_argument("--tree", default=os.path.dirname(os.path.dirname(HERE)))
     parser.add_argument("--work", default=os.path.expanduser("~/.cache/flesh-campaign/mutations"))
     parser.add_argument("--list", default=os.path.join(HERE, "mutations.txt"))
@@ -102,11 +111,17 @@ def main():
     copy_tree(options.tree, tree)
     if not os.path.exists(os.path.join(build, "build.ninja")):
         subprocess.run(["meson", "setup", build, tree], check=True, stdout=subprocess.DEVNULL)
-    code, text = run(["ninja"], build, 7200)
+    chosen = [e for k, e in enumerate(entries)
+              if (any(text in e[0] + e[1] for text in options.only) if options.only else options.full or k % 5 == 0)]
+    known = known_tests(build)
+
+    def ninja(tests):
+        """Builds what these run, or all that --suite runs."""
+        return run(["ninja", *([] if options.suite else needed(build, tests))], build, 7200)
+
+    code, text = ninja({t for e in chosen for t in e[2]})
     if code:
         sys.exit(text[-2000:])
-    known = known_tests(build)
-    chosen = [e for k, e in enumerate(entries) if (options.only in e[0] + e[1] if options.only else options.full or k % 5 == 0)]
     good = {t: test(build, [t])[0] for t in sorted({t for e in chosen for t in e[2]} & known)}
     for t in good:
         if not good[t]:
@@ -122,7 +137,7 @@ def main():
         try:
             with open(path, "w", encoding="utf-8") as out:
                 out.write(whole.replace(old, new))
-            code, text = run(["ninja"], build, 7200)
+            code, text = ninja(tests)
             if code:
                 print(f"does not build: {name} ({file})\n{text[-600:]}", flush=True)
                 survivors.append(name)
@@ -140,7 +155,7 @@ def main():
         finally:
             with open(path, "w", encoding="utf-8") as out:
                 out.write(whole)
-    run(["ninja"], build, 7200)
+    ninja({t for e in chosen for t in e[2]})
     print(f"{seen} of {len(chosen)} mutations seen, {len(survivors)} survive")
     return 1 if survivors else 0
 
