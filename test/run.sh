@@ -87,15 +87,16 @@ if step 'the build' build build; then
   cp "$notes/log" "$notes/build.log"
   if [ -n "$everything" ]; then step 'no warnings from what was compiled' no_warnings || true; fi
   # The limits on a test's time are there for hangs, not for busy machines.
-  suite 'the tests' build --timeout-multiplier 3 "$@"
+  suite 'the tests' build --timeout-multiplier 3 ${everything:+--no-suite excerpt} "$@"
 else
   everything=
 fi
 
 if [ -n "$everything" ]; then
-  # Clang contracts other sums and products than GCC.
+  # Clang contracts other sums and products than GCC: what computes. The program's own tests are Clang's in the next build.
   if step 'no warnings from clang' strict_clang; then
-    suite "the quick tests of Clang's build" build-clang --timeout-multiplier 3 --suite quick --no-suite source
+    suite "the quick tests of Clang's build" build-clang --timeout-multiplier 3 --suite quick --no-suite source \
+      --no-suite program
   fi
   # Clang's sanitizers see more than GCC's, and its fuzzers need the same build.
   if step 'the build with sanitizers' sanitized_build; then
@@ -103,15 +104,14 @@ if [ -n "$everything" ]; then
     export ASAN_OPTIONS UBSAN_OPTIONS
     step "the fuzzers' kept inputs" sh test/campaign/fuzz.sh --kept build-sanitize || true
     suite 'the quick tests with sanitizers' build-sanitize --timeout-multiplier 10 \
-      --suite quick --no-suite source --no-suite of-threads
+      --suite quick --suite memory --no-suite source
   fi
   if step 'the build with thread sanitizer' build build-threads -Dbuildtype=debugoptimized \
     -Db_sanitize=thread -Db_lundef=false; then
     TSAN_OPTIONS=log_path=$notes/race
     export TSAN_OPTIONS
     find_launcher
-    suite 'the quick tests with thread sanitizer' build-threads --timeout-multiplier 10 \
-      --suite quick --no-suite source --no-suite one-thread
+    suite 'the tests of threads with thread sanitizer' build-threads --timeout-multiplier 10
     launcher=
     step 'no data races' no_races || true
   fi

@@ -123,5 +123,5 @@ int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(names_and_texts), TEST(text_grows_outwards),
                    TEST(text_is_one_printable_line), TEST(a_handler_is_told_every_sentence),
-                   TEST(threads_may_fail_while_handlers_change));
+                   TEST_OF_THREADS(threads_may_fail_while_handlers_change));
 }

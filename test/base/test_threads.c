@@ -168,7 +168,7 @@ static void arrays_are_cut_by_their_length(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(every_task_runs_once), TEST(runs_follow_closely), TEST(sums_have_the_same_bits),
-                   TEST(a_fork_goes_on_alone), TEST(bad_numbers_are_refused),
-                   TEST(arrays_are_cut_by_their_length));
+  return RUN_TESTS(argc, argv, TEST_OF_THREADS(every_task_runs_once), TEST_OF_THREADS(runs_follow_closely),
+                   TEST_OF_THREADS(sums_have_the_same_bits), TEST_OF_THREADS(a_fork_goes_on_alone),
+                   TEST(bad_numbers_are_refused), TEST_OF_THREADS(arrays_are_cut_by_their_length));
 }

@@ -595,6 +595,6 @@ static void instructions_by_name(void)
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(batches_agree_with_single_tets), TEST(tiles_run_out_of_room), TEST(slivers),
-                   TEST(extreme_sizes), TEST(bad_states_are_told_apart), TEST(threads_give_the_same_bits),
+                   TEST(extreme_sizes), TEST(bad_states_are_told_apart), TEST_OF_THREADS(threads_give_the_same_bits),
                    TEST(places_are_kept_once), TEST(instructions_by_name));
 }

@@ -382,5 +382,5 @@ static void threads_give_the_same_bits(void)
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(kernels_are_tets_one_by_one), TEST(one_tet_is_filtered_as_by_an_eigensolver),
-                   TEST(nothing_is_lost_where_fibres_have_no_length), TEST(threads_give_the_same_bits));
+                   TEST(nothing_is_lost_where_fibres_have_no_length), TEST_OF_THREADS(threads_give_the_same_bits));
 }

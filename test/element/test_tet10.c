@@ -315,5 +315,6 @@ int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(straight_batches_agree_with_single_tets),
                    TEST(curved_batches_agree_with_single_tets), TEST(tiles_run_out_of_room),
-                   TEST(threads_give_the_same_bits), TEST(bad_states_are_told_apart), TEST(misfits_are_refused));
+                   TEST_OF_THREADS(threads_give_the_same_bits), TEST(bad_states_are_told_apart),
+                   TEST(misfits_are_refused));
 }

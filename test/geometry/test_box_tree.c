@@ -202,6 +202,6 @@ static void few_primitives(void)
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(finds_what_brute_force_finds), TEST(branches_hold_their_children),
-                   TEST(same_bits_for_any_number_of_threads), TEST(wear_is_measured),
+                   TEST_OF_THREADS(same_bits_for_any_number_of_threads), TEST(wear_is_measured),
                    TEST(a_place_that_is_not_finite_is_near_everything), TEST(few_primitives));
 }

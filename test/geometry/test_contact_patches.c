@@ -276,6 +276,6 @@ static void patches_are_saved(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(windings_count_boxes), TEST(what_crosses_is_ignored_until_apart),
+  return RUN_TESTS(argc, argv, TEST(windings_count_boxes), TEST_OF_THREADS(what_crosses_is_ignored_until_apart),
                    TEST(what_is_swallowed_gets_out), TEST(a_body_in_itself), TEST(patches_are_saved));
 }

@@ -355,6 +355,6 @@ int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(flat_faces_do_not_depend_on_triangles), TEST(parts_of_faces_end_in_their_rims),
                    TEST(nothing_jumps_where_a_point_slides), TEST(forces_are_the_derivatives_of_the_energy),
-                   TEST(forces_balance_and_turn_with_the_bodies), TEST(threads_give_the_same_bits),
+                   TEST(forces_balance_and_turn_with_the_bodies), TEST_OF_THREADS(threads_give_the_same_bits),
                    TEST(crossing_edges_part), TEST(what_meets_or_is_no_number_is_undefined));
 }

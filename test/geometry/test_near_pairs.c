@@ -365,7 +365,8 @@ static void bad_input_is_refused(void)
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(finds_what_brute_force_finds), TEST(neighbours_at_rest_are_left_out),
-                   TEST(same_for_any_number_of_threads), TEST(old_results_reach), TEST(sheets_stop_before_they_touch),
-                   TEST(worn_trees_are_grouped_anew), TEST(searching_again_allocates_nothing),
+                   TEST_OF_THREADS(same_for_any_number_of_threads), TEST(old_results_reach),
+                   TEST(sheets_stop_before_they_touch), TEST(worn_trees_are_grouped_anew),
+                   TEST(searching_again_allocates_nothing),
                    TEST(bad_input_is_refused));
 }

@@ -145,6 +145,6 @@ static void two_bodies_across(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(random_soups), TEST(a_sheet_folded_through_itself),
+  return RUN_TESTS(argc, argv, TEST_OF_THREADS(random_soups), TEST(a_sheet_folded_through_itself),
                    TEST(neighbours_at_rest_are_found_too), TEST(two_bodies_across));
 }

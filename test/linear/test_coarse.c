@@ -367,6 +367,6 @@ int main(int argc, char **argv)
   return RUN_TESTS(argc, argv, TEST(affine_displacements_are_found), TEST(unconnected_parts_move_by_themselves),
                    TEST(parts_that_touch_move_by_themselves), TEST(crumbs_share_vertices),
                    TEST(cells_may_have_single_nodes), TEST(iterations_hardly_grow),
-                   TEST(iterations_hardly_depend_on_numbers), TEST(threads_give_the_same_bits),
+                   TEST(iterations_hardly_depend_on_numbers), TEST_OF_THREADS(threads_give_the_same_bits),
                    TEST(the_choice_goes_by_the_size));
 }

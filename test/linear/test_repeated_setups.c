@@ -148,6 +148,6 @@ static void two_thousand_setups_give_the_same_bits(void) { compare(2000); }
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(neighbours_in_a_pair_do_not_disturb_each_other),
-                   TEST(few_setups_give_the_same_bits), TEST(two_thousand_setups_give_the_same_bits));
+  return RUN_TESTS(argc, argv, TEST_OF_THREADS(neighbours_in_a_pair_do_not_disturb_each_other),
+                   TEST_OF_THREADS(few_setups_give_the_same_bits), TEST_OF_THREADS(two_thousand_setups_give_the_same_bits));
 }

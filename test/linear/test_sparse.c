@@ -409,7 +409,7 @@ static void triangles_round_alike(void)
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(products_and_constraints), TEST(halves_go_along_the_body),
-                   TEST(products_by_halves), TEST(triangles_round_alike),
+                   TEST_OF_THREADS(products_by_halves), TEST(triangles_round_alike),
                    TEST(block_inverses), TEST(scalar_view_is_the_matrix), TEST(direct_solvers_solve),
                    TEST(symmetric_factors_tell_what_is_indefinite));
 }

@@ -448,5 +448,5 @@ int main(int argc, char **argv)
   return RUN_TESTS(argc, argv, TEST(rows_are_what_is_stiffer), TEST(kinds_that_project), TEST(set_ups_are_saved_and_loaded),
                    TEST(it_is_definite_with_polynomials), TEST(condition_with_polynomials),
                    TEST(it_is_definite_anywhere), TEST(condition_does_not_feel_nu), TEST(iterations_do_not_feel_nu),
-                   TEST(iterations_in_hard_states), TEST(threads_give_the_same_bits));
+                   TEST(iterations_in_hard_states), TEST_OF_THREADS(threads_give_the_same_bits));
 }

@@ -179,6 +179,6 @@ static void equilibria_go_on_with_the_same_bits(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(motion_keeps_what_it_must), TEST(methods_have_their_orders), TEST(states_go_on),
+  return RUN_TESTS(argc, argv, TEST(motion_keeps_what_it_must), TEST(methods_have_their_orders), TEST_OF_THREADS(states_go_on),
                    TEST(equilibria_go_on_with_the_same_bits));
 }

@@ -370,7 +370,7 @@ int main(int argc, char **argv)
 {
   if (test_folder_make(folder, sizeof folder)) return 1;
   const int failed =
-      RUN_TESTS(argc, argv, TEST(what_is_apart_touches_again), TEST(order_and_threads_do_not_matter),
+      RUN_TESTS(argc, argv, TEST(what_is_apart_touches_again), TEST_OF_THREADS(order_and_threads_do_not_matter),
                 TEST(a_run_goes_on_where_it_was_cut), TEST(histories_tell), TEST(without_the_option_they_are_refused), TEST(tangled_starts_are_refused),
                 TEST(what_is_drawn_out_aslant_is_not_held), TEST(what_a_patch_takes_in_is_booked),
                 TEST(a_curled_strip_springs_open));

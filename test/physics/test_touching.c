@@ -374,8 +374,8 @@ static void a_blow_rubs_by_its_own_force(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(balls_collide), TEST(restitution_converges), TEST(threads_and_cuts_change_no_bit),
-                   TEST(what_begins_crossed_is_refused), TEST(what_cannot_be_is_refused),
+  return RUN_TESTS(argc, argv, TEST(balls_collide), TEST(restitution_converges),
+                   TEST_OF_THREADS(threads_and_cuts_change_no_bit), TEST(what_begins_crossed_is_refused), TEST(what_cannot_be_is_refused),
                    TEST(only_what_is_named_touches), TEST(what_is_not_named_costs_nothing),
                    TEST(a_block_slides_from_the_angle_of_friction_on), TEST(a_blow_rubs_by_its_own_force),
                    TEST(curved_balls_collide),

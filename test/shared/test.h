@@ -3,7 +3,9 @@
  *   static void sums_are_exact(void) { CHECK(1 + 1 == 2); CHECK_NEAR(0.1 + 0.2, 0.3, 1e-15); }
  *   int main(int argc, char **argv) { return RUN_TESTS(argc, argv, TEST(sums_are_exact)); }
  *
- * Arguments select tests by name. A failed check prints where and what, and fails its test only. */
+ * Arguments select tests by name. A failed check prints where and what, and fails its test only. Tests that make threads
+ * are TEST_OF_THREADS: with thread sanitizer these alone are run, as where there is one thread there is no race. Which do
+ * is counted (count_threads.c). */
 #ifndef FLESH_TEST_H
 #define FLESH_TEST_H
 
@@ -17,11 +19,17 @@
 typedef struct test_case {
   const char *name;
   void (*run)(void);
+  int threads; /* it makes some */
 } test_case;
 
 static int test_failures; /* of the running test */
 
-#define TEST(function) {#function, function}
+#define TEST(function)            {#function, function, 0}
+#define TEST_OF_THREADS(function) {#function, function, 1}
+
+#ifdef TEST_COUNTS_THREADS
+extern _Atomic int test_threads; /* that were made so far */
+#endif
 
 #define CHECK(condition)                                                                  \
   do {                                                                                    \
@@ -87,6 +95,30 @@ static int test_lacks_set(void)
 #endif
 }
 
+static inline int test_is_wanted(int argc, char **argv, const test_case *c)
+{
+  int wanted = argc < 2;
+  for (int a = 1; a < argc; a++) wanted |= !strcmp(argv[a], c->name);
+#ifdef TEST_ONLY_OF_THREADS
+  wanted &= c->threads;
+#endif
+  return wanted;
+}
+
+static inline void test_run_one(const test_case *c)
+{
+  test_failures = 0;
+#ifdef TEST_COUNTS_THREADS
+  const int before = test_threads;
+  c->run();
+  if ((test_threads > before) == c->threads) return;
+  test_failures++;
+  printf("# it makes %s: it should be a TEST%s\n", c->threads ? "no threads" : "threads", c->threads ? "" : "_OF_THREADS");
+#else
+  c->run();
+#endif
+}
+
 static inline int test_run_all(int argc, char **argv, const test_case *cases, int count)
 {
   if (test_lacks_set()) {
@@ -94,18 +126,11 @@ static inline int test_run_all(int argc, char **argv, const test_case *cases, in
     return 0;
   }
   int failed = 0, number = 0, planned = 0;
+  for (int c = 0; c < count; c++) planned += test_is_wanted(argc, argv, &cases[c]);
+  printf("1..%d%s\n", planned, planned ? "" : " # SKIP no test of threads");
   for (int c = 0; c < count; c++) {
-    int wanted = argc < 2;
-    for (int a = 1; a < argc; a++) wanted |= !strcmp(argv[a], cases[c].name);
-    planned += wanted;
-  }
-  printf("1..%d\n", planned);
-  for (int c = 0; c < count; c++) {
-    int wanted = argc < 2;
-    for (int a = 1; a < argc; a++) wanted |= !strcmp(argv[a], cases[c].name);
-    if (!wanted) continue;
-    test_failures = 0;
-    cases[c].run();
+    if (!test_is_wanted(argc, argv, &cases[c])) continue;
+    test_run_one(&cases[c]);
     printf("%s %d - %s\n", test_failures ? "not ok" : "ok", ++number, cases[c].name);
     fflush(stdout);
     failed += test_failures != 0;

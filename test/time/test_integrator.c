@@ -509,7 +509,7 @@ int main(int argc, char **argv)
                    TEST(inverted_starts_of_undefined_energies_fail_clearly), TEST(non_finite_states_are_reported),
                    TEST(failing_steps_are_halved), TEST(handles_move_and_pins_release),
                    TEST(unused_nodes_stay),
-                   TEST(threads_share_a_system_and_give_the_same_bits),
+                   TEST_OF_THREADS(threads_share_a_system_and_give_the_same_bits),
                    TEST(a_step_ends_when_it_is_told_to), TEST(failed_solves_are_not_repeated),
                    TEST(bad_arguments_are_sentences));
 }

@@ -154,11 +154,17 @@ static void every_solver_goes_on(void)
   flesh_solve_stats total;
   static const char *const solvers[] = {"solver.linear_solver=klu", "solver.preconditioner=two-level",
                                         "solver.preconditioner=jacobi", "solver.preconditioner=none",
-                                        "solver.line_search=none", "solver.line_search=residual", "solver.threads=2"};
+                                        "solver.line_search=none", "solver.line_search=residual"};
   for (size_t k = 0; k < sizeof solvers / sizeof solvers[0]; k++)
     check_motion(SWING, 10, 1, SET(solvers[k], "time.step=1/240"), &total);
   check_motion(SWING, 4, 1, SET("solver.preconditioner=none", "solver.max_linear=40"), &total);
   CHECK(total.direct > 0);
+}
+
+static void several_threads_go_on(void)
+{
+  flesh_solve_stats total;
+  check_motion(SWING, 10, 1, SET("solver.threads=2", "time.step=1/240"), &total);
 }
 
 static void bodies_that_keep_volume_go_on(void)
@@ -268,6 +274,7 @@ static void what_does_not_fit_is_refused(void)
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(every_method_goes_on), TEST(every_solver_goes_on),
-                   TEST(bodies_that_keep_volume_go_on), TEST(contact_and_violence_go_on), TEST(equilibria_go_on),
+                   TEST_OF_THREADS(several_threads_go_on), TEST(bodies_that_keep_volume_go_on),
+                   TEST(contact_and_violence_go_on), TEST(equilibria_go_on),
                    TEST(adaptive_agrees_within_the_tolerance), TEST(what_does_not_fit_is_refused));
 }

@@ -1,0 +1,14 @@
+/* count_threads.c: counts the threads that a test program makes; linked in place of pthread_create (--wrap), wherever the
+ * program or the static library calls it. */
+#include <pthread.h>
+
+_Atomic int test_threads;
+
+int __real_pthread_create(pthread_t *thread, const pthread_attr_t *attributes, void *(*work)(void *), void *data);
+int __wrap_pthread_create(pthread_t *thread, const pthread_attr_t *attributes, void *(*work)(void *), void *data);
+
+int __wrap_pthread_create(pthread_t *thread, const pthread_attr_t *attributes, void *(*work)(void *), void *data)
+{
+  test_threads++;
+  return __real_pthread_create(thread, attributes, work, data);
+}
