@@ -53,6 +53,7 @@ test_packages() {
 gcc tool gcc proves that one compiler has no warnings
 g++ tool g++ proves that the headers are C++ too
 clang tool clang proves that another has none
+ccache tool ccache compiles once what copies of the tree have in common
 parallel tool parallel runs the shards of a sweep
 sqlite3 tool sqlite3 asks the databases of sweeps
 openmpi-bin tool mpirun runs tests on several ranks

@@ -16,6 +16,8 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 copy="$work/flesh"
 mkdir "$copy" "$work/home" "$work/blocks"
+# In another home, but what is compiled as the tree was is not compiled again.
+CCACHE_DIR=$(ccache --get-config cache_dir 2>/dev/null) && export CCACHE_DIR
 
 cd "$top" || exit 1
 if [ -e .git ] && git ls-files >"$work/files" 2>/dev/null; then
