@@ -427,7 +427,7 @@ effects:
 time: {step: 1/60, end: 1}
 END
   begin 2 ends.yaml --profile --checkpoint 1000s || return 1
-  many() { [ "$(lines endless/history.csv)" -gt 30 ]; }
+  many() { [ "$(lines endless/history.csv)" -gt 10 ]; }
   wait_until "$launched" many || return 1
   kill -TERM "$(cat pid_0)" || return 1
   wait "$launched"
