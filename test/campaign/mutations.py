@@ -107,7 +107,8 @@ def main():
     print("\n".join(missing) if missing else f"{len(entries)} rules, every text found")
     if missing or options.check:
         return 2 if missing else 0
-    tree, build = os.path.join(options.work, "tree"), os.path.join(options.work, "build")
+    tree = os.path.join(options.work, "tree")
+    build = os.path.join(tree, "build")  # where a compiler cache finds what was compiled in the other tree
     copy_tree(options.tree, tree)
     if not os.path.exists(os.path.join(build, "build.ninja")):
         subprocess.run(["meson", "setup", build, tree], check=True, stdout=subprocess.DEVNULL)
