@@ -66,6 +66,7 @@ struct flesh_coarse {
   double *entries[PARTS];  /* [9*entry_count] blocks of P^T A P */
   float *load; /* [12*patches] P^T r */
   flesh_coarse_cholesky matrix;
+  flesh_coarse_sums summed; /* over the ranks */
 };
 
 static int compare_terms(const void *a, const void *b)
@@ -110,39 +111,20 @@ static int make_terms(flesh_coarse *self, const flesh_block_matrix *A, const int
   return FLESH_OK;
 }
 
-/* The patches that A couples, as lists of neighbours, and a factor for them. */
+/* A factor for the patches that A couples. */
 static int make_factor(flesh_coarse *self)
 {
   const int *corner = self->grid.corner, *patch = self->grid.patch;
   const size_t n = (size_t)self->grid.patches;
   uint8_t *touch = flesh_calloc(n * n + 1, 1);
-  int *starts = flesh_calloc(n + 1, sizeof *starts), *neighbours = NULL, status = FLESH_ERR_MEMORY;
   for (int k = 0; touch && k < self->pair_count; k++)
     for (int e = 0; e < CORNERS * CORNERS; e++) {
       const size_t i = (size_t)patch[corner[CORNERS * self->pairs[k].low + e / CORNERS]],
                    j = (size_t)patch[corner[CORNERS * self->pairs[k].high + e % CORNERS]];
       touch[n * i + j] = touch[n * j + i] = 1;
     }
-  if (flesh_team_agree(self->team, touch && starts ? FLESH_OK : status) || flesh_coarse_unite(self->team, n, touch)) {
-    flesh_free(touch);
-    flesh_free(starts);
-    return status;
-  }
-  for (size_t i = 0; i < n; i++) {
-    starts[i + 1] = starts[i];
-    for (size_t j = 0; j < n; j++) starts[i + 1] += i != j && touch[n * i + j];
-  }
-  neighbours = flesh_malloc(((size_t)starts[n] + 1) * sizeof *neighbours);
-  if (neighbours) {
-    int count = 0;
-    for (size_t i = 0; i < n; i++)
-      for (size_t j = 0; j < n; j++)
-        if (i != j && touch[n * i + j]) neighbours[count++] = (int)j;
-    status = flesh_coarse_cholesky_create(self->grid.patches, starts, neighbours, &self->matrix);
-  }
+  const int status = flesh_coarse_sums_create(self->team, self->grid.patches, touch, &self->matrix, &self->summed);
   flesh_free(touch);
-  flesh_free(starts);
-  flesh_free(neighbours);
   return status;
 }
 
@@ -217,14 +199,15 @@ static int build(flesh_coarse *self, const flesh_block_matrix *A, const double *
 }
 
 int flesh_coarse_create(const flesh_block_matrix *A, const double *positions, int vertices,
-                        const flesh_bisection *bisection, flesh_threads *threads, flesh_coarse **coarse)
+                        const flesh_bisection *bisection, flesh_threads *threads, const flesh_team *team,
+                        flesh_coarse **coarse)
 {
   flesh_coarse *self = flesh_calloc(1, sizeof *self);
   *coarse = self;
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a coarse space");
   self->rows = A->rows;
   self->threads = threads;
-  self->team = flesh_threads_team(threads);
+  self->team = team;
   int status = build(self, A, positions, vertices, bisection->order);
   if (status) flesh_coarse_destroy(coarse);
   return status;
@@ -239,6 +222,7 @@ void flesh_coarse_destroy(flesh_coarse **coarse)
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) flesh_free(arrays[k]);
   flesh_coarse_grid_clear(&self->grid);
   flesh_coarse_cholesky_clear(&self->matrix);
+  flesh_coarse_sums_clear(&self->summed);
   flesh_free(self);
   *coarse = NULL;
 }
@@ -325,8 +309,7 @@ static void load_matrix(flesh_coarse *self, double scale)
         if (low / SLOTS == high / SLOTS) block[N * r + m] = value;
       }
   }
-  flesh_team_sum(self->team, FLESH_BLOCK12_SIZE * self->matrix.start[self->matrix.n], self->matrix.blocks);
-  flesh_team_sum(self->team, FLESH_BLOCK12_SIZE * self->matrix.n, self->matrix.pivots);
+  flesh_coarse_sum_matrix(self->team, &self->summed, &self->matrix);
 }
 
 int flesh_coarse_setup(flesh_coarse *self, const flesh_block_matrix *A, double scale, const uint8_t *fixed)
@@ -434,7 +417,7 @@ size_t flesh_coarse_memory(const flesh_coarse *self)
          (size_t)self->grid.cells * (PARTS * sizeof(sums) + sizeof(moves) + CORNERS * sizeof(int)) +
          (size_t)self->grid.vertices * 2 * sizeof(int) + (size_t)self->grid.patches * N * sizeof(float) +
          (size_t)self->entry_count * (9 * PARTS * sizeof(double) + 2 * sizeof(int)) +
-         flesh_coarse_cholesky_memory(&self->matrix);
+         (size_t)self->summed.count * sizeof(int) + flesh_coarse_cholesky_memory(&self->matrix);
 }
 
 void flesh_coarse_archive(flesh_coarse *self, flesh_archive *archive)

@@ -12,6 +12,7 @@
 #include <stdint.h>
 
 #include "base/archive.h"
+#include "base/team.h"
 #include "flesh/threads.h"
 #include "linear/bisection.h"
 #include "linear/isa_names.h"
@@ -21,7 +22,8 @@ typedef struct flesh_coarse flesh_coarse;
 /* For matrices of A's pattern, with at most `vertices` of the grid, or eight; `positions` [3*rows] at rest, `bisection`
  * may be freed then, `threads` (may be NULL) is borrowed. Returns new. */
 int flesh_coarse_create(const flesh_block_matrix *A, const double *positions, int vertices,
-                        const flesh_bisection *bisection, flesh_threads *threads, flesh_coarse **coarse);
+                        const flesh_bisection *bisection, flesh_threads *threads, const flesh_team *team,
+                        flesh_coarse **coarse);
 void flesh_coarse_destroy(flesh_coarse **coarse);
 
 /* Factors scale P^T A P, P zero at the constrained dofs, `fixed` [3*rows] (NULL: none), whose rows in A are diagonal;

@@ -52,6 +52,12 @@
 #define flesh_coarse_memory FLESH_OF_ISA(flesh_coarse_memory)
 #define flesh_coarse_archive FLESH_OF_ISA(flesh_coarse_archive)
 
+
+#define flesh_coarse_sums_create FLESH_OF_ISA(flesh_coarse_sums_create)
+#define flesh_coarse_sums_clear FLESH_OF_ISA(flesh_coarse_sums_clear)
+#define flesh_coarse_sum_matrix FLESH_OF_ISA(flesh_coarse_sum_matrix)
+#define flesh_coarse_sum FLESH_OF_ISA(flesh_coarse_sum)
+
 #define flesh_coarse_cholesky_create FLESH_OF_ISA(flesh_coarse_cholesky_create)
 #define flesh_coarse_cholesky_clear FLESH_OF_ISA(flesh_coarse_cholesky_clear)
 #define flesh_coarse_cholesky_memory FLESH_OF_ISA(flesh_coarse_cholesky_memory)

@@ -126,7 +126,7 @@ int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_mat
                   : flesh_cholesky_create(A, &bisection, !coarse, threads, &self->cholesky);
   status = flesh_team_agree(team, status);
   if (!status && coarse)
-    status = flesh_coarse_create(A, positions, vertices_for(A, team), &bisection, threads, &self->coarse);
+    status = flesh_coarse_create(A, positions, vertices_for(A, team), &bisection, threads, team, &self->coarse);
   flesh_bisection_clear(&bisection);
   if (team) status = flesh_team_agree(team, status ? status : allocate_room(self));
   if (status) flesh_preconditioner_destroy(preconditioner);

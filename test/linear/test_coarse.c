@@ -68,7 +68,7 @@ static void find(const test_body *b, const flesh_block_matrix *A, int vertices, 
   flesh_bisection bisection;
   flesh_block_multiply(A, u, r);
   CHECK_OK(flesh_bisection_create(A, &bisection));
-  CHECK_OK(flesh_coarse_create(A, flesh_mesh_positions(b->mesh), vertices, &bisection, NULL, &coarse));
+  CHECK_OK(flesh_coarse_create(A, flesh_mesh_positions(b->mesh), vertices, &bisection, NULL, NULL, &coarse));
   CHECK_OK(flesh_coarse_setup(coarse, A, MATRIX_SCALE, fixed));
   CHECK(flesh_coarse_memory(coarse) > 0);
   apply(coarse, &bisection, r, z);
@@ -224,7 +224,7 @@ static void crumbs_share_vertices(void)
   flesh_coarse *coarse = NULL;
   flesh_bisection bisection;
   CHECK_OK(flesh_bisection_create(A, &bisection));
-  CHECK_OK(flesh_coarse_create(A, X, 200, &bisection, NULL, &coarse));
+  CHECK_OK(flesh_coarse_create(A, X, 200, &bisection, NULL, NULL, &coarse));
   CHECK_BELOW((double)flesh_coarse_memory(coarse), 1000. * b.n);
   flesh_coarse_destroy(&coarse);
   flesh_bisection_clear(&bisection);
@@ -247,7 +247,7 @@ static void cells_may_have_single_nodes(void)
   flesh_coarse *coarse = NULL;
   flesh_bisection bisection;
   CHECK_OK(flesh_bisection_create(A, &bisection));
-  CHECK_OK(flesh_coarse_create(A, flesh_mesh_positions(b.mesh), 8, &bisection, NULL, &coarse));
+  CHECK_OK(flesh_coarse_create(A, flesh_mesh_positions(b.mesh), 8, &bisection, NULL, NULL, &coarse));
   CHECK(flesh_coarse_setup(coarse, A, MATRIX_SCALE, NULL) == FLESH_NOT_POSITIVE);
   flesh_bisection_clear(&bisection);
   flesh_coarse_destroy(&coarse);
