@@ -21,6 +21,7 @@
 #define flesh_preconditioner_load FLESH_OF_ISA(flesh_preconditioner_load)
 #define flesh_preconditioner_solve_for FLESH_OF_ISA(flesh_preconditioner_solve_for)
 #define flesh_preconditioner_create FLESH_OF_ISA(flesh_preconditioner_create)
+#define flesh_preconditioner_create_levels FLESH_OF_ISA(flesh_preconditioner_create_levels)
 #define flesh_preconditioner_project FLESH_OF_ISA(flesh_preconditioner_project)
 #define flesh_preconditioner_destroy FLESH_OF_ISA(flesh_preconditioner_destroy)
 #define flesh_power_to_one FLESH_OF_ISA(flesh_power_to_one)
@@ -52,6 +53,12 @@
 #define flesh_coarse_memory FLESH_OF_ISA(flesh_coarse_memory)
 #define flesh_coarse_archive FLESH_OF_ISA(flesh_coarse_archive)
 
+#define flesh_local_level_create FLESH_OF_ISA(flesh_local_level_create)
+#define flesh_local_level_clear FLESH_OF_ISA(flesh_local_level_clear)
+#define flesh_local_level_memory FLESH_OF_ISA(flesh_local_level_memory)
+#define flesh_local_level_setup FLESH_OF_ISA(flesh_local_level_setup)
+#define flesh_local_level_coarse FLESH_OF_ISA(flesh_local_level_coarse)
+#define flesh_local_level_archive FLESH_OF_ISA(flesh_local_level_archive)
 
 #define flesh_coarse_sums_create FLESH_OF_ISA(flesh_coarse_sums_create)
 #define flesh_coarse_sums_clear FLESH_OF_ISA(flesh_coarse_sums_clear)

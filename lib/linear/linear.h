@@ -10,6 +10,9 @@
 typedef struct flesh_linear {
   int (*preconditioner_create)(flesh_preconditioner kind, const flesh_block_matrix *A, const double *positions,
                                flesh_threads *threads, flesh_preconditioner_data **preconditioner);
+  int (*preconditioner_create_levels)(flesh_preconditioner kind, const flesh_block_matrix *A, const double *positions,
+                                      const flesh_levels *levels, flesh_threads *threads,
+                                      flesh_preconditioner_data **preconditioner);
   int (*preconditioner_project)(flesh_preconditioner_data *preconditioner, const flesh_block_matrix *A,
                                 const flesh_stiff_rows *rows, const double *positions, int polynomial);
   void (*preconditioner_destroy)(flesh_preconditioner_data **preconditioner);

@@ -3,6 +3,7 @@
 
 const flesh_linear FLESH_OF_ISA(flesh_linear) = {
     .preconditioner_create = flesh_preconditioner_create,
+    .preconditioner_create_levels = flesh_preconditioner_create_levels,
     .preconditioner_project = flesh_preconditioner_project,
     .preconditioner_destroy = flesh_preconditioner_destroy,
     .preconditioner_setup = flesh_preconditioner_setup,

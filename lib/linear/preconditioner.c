@@ -9,12 +9,12 @@
 #include "base/error.h"
 #include "base/huge_pages.h"
 #include "base/memory.h"
-#include "base/parallel_vector.h"
 #include "linear/block_matrix.h"
 #include "linear/boomeramg.h"
 #include "linear/cholesky.h"
 #include "linear/coarse.h"
 #include "linear/lanes.h"
+#include "linear/local_level.h"
 #include "linear/overlap_vectors.h"
 #include "linear/volume_projection.h"
 
@@ -29,6 +29,7 @@ struct flesh_preconditioner_data {
   double less;     /* the share of it to be tried first the next time */
   int by_diagonal; /* no shift helped: the diagonal blocks serve */
   flesh_coarse *coarse; /* NULL: one level */
+  flesh_local_level local; /* beside it, of a team whose coarse level has too few vertices */
   flesh_boomeramg *multigrid; /* NULL: of another kind */
   int two_levels;       /* it serves for the matrix at hand */
   flesh_volume_projection *projection; /* NULL: the matrix is preconditioned as it is */
@@ -44,23 +45,17 @@ struct flesh_preconditioner_data {
   double *room;     /* of a team's conjugate gradients */
 };
 
-/* Nodes to a vertex of the coarse level. Fewer give fewer iterations, but the cost of the coarse factor rises faster
- * than the number of vertices: from MANY_NODES on that rises by the root of the nodes. Where rows are long, those of
- * ten-node tets, all else costs more: there from MORE_NODES on. */
-enum { VERTEX_NODES = 50, MANY_NODES = 36000, MORE_NODES = 144000, LONG = 11 };
-
-static int vertices_for(const flesh_block_matrix *A, const flesh_team *team)
+/* As many vertices as pay for this matrix; those of a team's matrices are added up. */
+static flesh_levels levels_for(const flesh_block_matrix *A, const flesh_team *team)
 {
-  const double nodes = flesh_team_all(team, A->rows);
   double blocks = A->row_start[A->rows];
   flesh_team_sum(team, 1, &blocks);
-  const int many = blocks >= LONG * (nodes + 1) ? MORE_NODES : MANY_NODES;
-  const double fewer = nodes > many ? sqrt(many / nodes) : 1;
-  return (int)(fewer * nodes / VERTEX_NODES);
+  return flesh_levels_for(flesh_team_all(team, A->rows), blocks, team ? team->ranks : 1);
 }
 
-/* The factor of what a rank reaches, which has an order of its own. */
-static int create_wide(flesh_preconditioner_data *self, int alone)
+/* The factor of what a rank reaches, which has an order of its own; `own` nodes to a vertex of the rank's own level, 0:
+ * there is none. `positions` NULL: there is no coarse level at all. */
+static int create_wide(flesh_preconditioner_data *self, const double *positions, double own)
 {
   const flesh_block_matrix *A = &self->overlap.matrix;
   const size_t rows = (size_t)A->rows;
@@ -72,7 +67,11 @@ static int create_wide(flesh_preconditioner_data *self, int alone)
     status = flesh_fail(FLESH_ERR_MEMORY, "no memory for the preconditioner of %d nodes", A->rows);
   if (!status) memcpy(self->reached, bisection.order, rows * sizeof *self->reached);
   if (!status) status = flesh_overlap_set_orders(&self->overlap, self->order, self->reached);
-  if (!status) status = flesh_cholesky_create(A, &bisection, alone, self->threads, &self->cholesky);
+  if (!status) status = flesh_cholesky_create(A, &bisection, !positions, self->threads, &self->cholesky);
+  status = flesh_team_agree(self->overlap.team, status);
+  if (!status && positions && own > 0)
+    status = flesh_local_level_create(&self->overlap, self->rows, positions, (int)((double)rows / own),
+                                      &bisection, self->threads, &self->local);
   flesh_bisection_clear(&bisection);
   return status;
 }
@@ -93,6 +92,13 @@ int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_mat
                                 const double *positions, flesh_threads *threads,
                                 flesh_preconditioner_data **preconditioner)
 {
+  return flesh_preconditioner_create_levels(kind, A, positions, NULL, threads, preconditioner);
+}
+
+int flesh_preconditioner_create_levels(flesh_preconditioner kind, const flesh_block_matrix *A,
+                                       const double *positions, const flesh_levels *asked, flesh_threads *threads,
+                                       flesh_preconditioner_data **preconditioner)
+{
   flesh_preconditioner_data *self = flesh_calloc(1, sizeof *self);
   *preconditioner = self;
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a preconditioner");
@@ -112,6 +118,7 @@ int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_mat
   int status =
       failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for the preconditioner of %d nodes", A->rows) : FLESH_OK;
   const int coarse = kind == FLESH_PRECONDITIONER_TWO_LEVEL && positions && A->rows > 1;
+  flesh_levels levels = {0};
   flesh_bisection bisection = {0};
   if (!status) status = flesh_bisection_create(A, &bisection);
   if (!status) memcpy(order, bisection.order, rows * sizeof *order);
@@ -121,12 +128,13 @@ int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_mat
     status = flesh_boomeramg_create(&flesh_boomeramg_defaults, A->rows, positions, team, &self->multigrid);
   else if (!status)
     status = flesh_overlap_create(A, team, &self->overlap);
+  if (!status && coarse) levels = asked ? *asked : levels_for(A, team);
   if (!status && (kind == FLESH_PRECONDITIONER_IC || kind == FLESH_PRECONDITIONER_TWO_LEVEL))
-    status = team ? create_wide(self, !coarse)
+    status = team ? create_wide(self, coarse ? positions : NULL, levels.own)
                   : flesh_cholesky_create(A, &bisection, !coarse, threads, &self->cholesky);
   status = flesh_team_agree(team, status);
   if (!status && coarse)
-    status = flesh_coarse_create(A, positions, vertices_for(A, team), &bisection, threads, team, &self->coarse);
+    status = flesh_coarse_create(A, positions, levels.shared, &bisection, threads, team, &self->coarse);
   flesh_bisection_clear(&bisection);
   if (team) status = flesh_team_agree(team, status ? status : allocate_room(self));
   if (status) flesh_preconditioner_destroy(preconditioner);
@@ -168,6 +176,7 @@ void flesh_preconditioner_destroy(flesh_preconditioner_data **preconditioner)
   flesh_free((*preconditioner)->z);
   flesh_cholesky_destroy(&(*preconditioner)->cholesky);
   flesh_coarse_destroy(&(*preconditioner)->coarse);
+  flesh_local_level_clear(&(*preconditioner)->local);
   flesh_volume_projection_destroy(&(*preconditioner)->projection);
   flesh_free(*preconditioner);
   *preconditioner = NULL;
@@ -233,24 +242,6 @@ static const flesh_block_matrix *project(flesh_preconditioner_data *self, const 
  * not negative make a poor preconditioner. */
 static const double SMALLEST_SHIFT = 0.004, LARGEST_SHIFT = 1e6;
 
-typedef struct diagonal {
-  const flesh_block_matrix *A;
-  double largest[FLESH_PARALLEL_PARTS_MAX];
-} diagonal;
-
-/* Of some rows' entries; infinite where one is no number. */
-static void largest_of_part(void *data, int k, int begin, int end)
-{
-  diagonal *d = data;
-  double largest = 0;
-  for (int i = begin; i < end; i++)
-    for (int c = 0; c < 3; c++) {
-      const double size = fabs(d->A->values[9 * (size_t)d->A->row_start[i] + 4 * (size_t)c]);
-      if (!(size <= largest)) largest = size < INFINITY ? size : INFINITY;
-    }
-  d->largest[k] = largest;
-}
-
 /* Incomplete Cholesky with the shift that it needs; the diagonal blocks where none helps. */
 static void set_cholesky(flesh_preconditioner_data *self, const flesh_block_matrix *A)
 {
@@ -278,10 +269,7 @@ static void choose_levels(flesh_preconditioner_data *self, int coarse)
 
 int flesh_preconditioner_setup(flesh_preconditioner_data *self, const flesh_block_matrix *A, const uint8_t *fixed)
 {
-  diagonal d = {.A = A};
-  const int parts = flesh_parallel_parts(self->threads, self->rows, largest_of_part, &d);
-  double largest = 0;
-  for (int k = 0; k < parts; k++) largest = fmax(largest, d.largest[k]);
+  double largest = flesh_block_largest_diagonal(A, self->threads);
   flesh_team_largest(self->overlap.team, 1, &largest);
   if (!(largest < INFINITY)) return FLESH_NONFINITE;
   self->by_diagonal = 0;
@@ -293,6 +281,7 @@ int flesh_preconditioner_setup(flesh_preconditioner_data *self, const flesh_bloc
   const flesh_block_matrix *all = flesh_overlap_update(&self->overlap, A);
   if (self->kind == FLESH_PRECONDITIONER_JACOBI) set_jacobi(self, all);
   else set_cholesky(self, all);
+  flesh_local_level_setup(&self->local, &self->overlap, all, self->scale, self->rows, fixed);
   choose_levels(self, coarse);
   if (self->by_diagonal && self->overlap.team) invert_blocks(self, all);
   return FLESH_OK;
@@ -338,8 +327,10 @@ static void solve_in_team(flesh_preconditioner_data *self, const float *r, const
 {
   flesh_coarse *coarse = self->two_levels ? self->coarse : NULL;
   const flesh_team *team = self->overlap.team;
-  flesh_cholesky_solve(self->cholesky, NULL, self->wide);
+  flesh_coarse *local = flesh_local_level_coarse(&self->local);
+  flesh_cholesky_solve(self->cholesky, local, self->wide);
   flesh_cholesky_result(self->cholesky, NULL, 0, team->reached, self->wide);
+  if (local) flesh_coarse_add(local, 0, team->reached, share_of(team), self->wide, self->wide);
   flesh_overlap_add_begin(&self->overlap, self->wide);
   if (coarse && load) flesh_coarse_solve_for(coarse, load, scale);
   flesh_overlap_add_end(&self->overlap, self->wide, self->z);
@@ -481,6 +472,7 @@ size_t flesh_preconditioner_memory(const flesh_preconditioner_data *self)
   if (self->room) bytes += room_for(self) * sizeof *self->room;
   return bytes + flesh_overlap_memory(&self->overlap) + (self->cholesky ? flesh_cholesky_memory(self->cholesky) : 0) +
          (self->coarse ? flesh_coarse_memory(self->coarse) : 0) +
+         flesh_local_level_memory(&self->local, &self->overlap) +
          (self->multigrid ? flesh_boomeramg_memory(self->multigrid) : 0) +
          (self->projection ? flesh_volume_projection_memory(self->projection) : 0);
 }
@@ -496,5 +488,6 @@ void flesh_preconditioner_archive(flesh_preconditioner_data *self, flesh_archive
   flesh_archive_int(archive, &self->projects, 0, self->projection != NULL);
   if (self->cholesky) flesh_cholesky_archive(self->cholesky, archive);
   if (self->coarse) flesh_coarse_archive(self->coarse, archive);
+  flesh_local_level_archive(&self->local, archive);
   if (self->projection) flesh_volume_projection_archive(self->projection, archive);
 }

@@ -19,6 +19,14 @@ flesh_preconditioner flesh_preconditioner_choose(flesh_preconditioner kind, int 
 int flesh_preconditioner_projects(flesh_preconditioner kind, const flesh_stiff_rows *rows, double inertia);
 /* Whether so many rows that are so stiff are taken out in less time by polynomials than exactly. */
 int flesh_preconditioner_takes_polynomials(const flesh_stiff_rows *rows);
+/* Coarse levels: of the one that all ranks share, the most vertices; of each rank's own, over what it reaches, nodes to a
+ * vertex, 0: there is none. */
+typedef struct flesh_levels {
+  int shared;
+  double own;
+} flesh_levels;
+/* For a matrix of so many nodes and blocks (a team's: of all ranks together) on so many ranks. */
+flesh_levels flesh_levels_for(double nodes, double blocks, int ranks);
 /* By kind; NULL ends them. */
 extern const char *const flesh_preconditioner_names[];
 
@@ -33,6 +41,10 @@ double flesh_power_to_one(double x);
 int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_matrix *A,
                                 const double *positions, flesh_threads *threads,
                                 flesh_preconditioner_data **preconditioner);
+/* The same with these coarse levels; NULL: flesh_levels_for the matrix. */
+int flesh_preconditioner_create_levels(flesh_preconditioner kind, const flesh_block_matrix *A,
+                                       const double *positions, const flesh_levels *levels, flesh_threads *threads,
+                                       flesh_preconditioner_data **preconditioner);
 /* From now on the stiff terms of A's rows (borrowed; to be those of the matrix at every set-up) are taken out by a
  * volume projection, but for set-ups where they are left in; all memory included. Not for NONE. `positions`
  * [3*A->rows] at rest; `polynomial`: by Chebyshev polynomials, else exactly. With a team each rank has rows of its own, or

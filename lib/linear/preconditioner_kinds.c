@@ -1,5 +1,6 @@
 /* preconditioner_kinds.c: what preconditioners are called and which is the default. */
 #include <assert.h>
+#include <math.h>
 #include <stddef.h>
 
 #include "linear/preconditioner.h"
@@ -18,6 +19,16 @@ static const double HEAVY = 1e-3;
 /* From so many rows on polynomials take less time than an exact factor, and from so many for each unit of the stiffness
  * ratio: 11 000 at nu = 0.499, 120 000 at 0.4999. */
 enum { MANY_ROWS = 12000, ROWS_OF_RATIO = 170 };
+
+/* Nodes to a vertex of the coarse level. Fewer give fewer iterations, but the cost of the coarse factor rises faster
+ * than the number of vertices: from MANY_NODES on that rises by the root of the nodes. Where rows are long, those of
+ * ten-node tets, all else costs more: there from MORE_NODES on. */
+enum { VERTEX_NODES = 50, MANY_NODES = 36000, MORE_NODES = 144000, LONG = 11 };
+/* All ranks factor all of the level that they share. With SAME nodes^POWER vertices, of the nodes of a rank, that takes as
+ * long as all else that the rank does in a Newton iteration, with TENFOLD of them ten times as long. FEW vertices, whose
+ * factor takes a tenth of a second, may take up to that (data/results/scaling.md). */
+static const double SAME = 42, TENFOLD = 95, POWER = 0.36;
+enum { FEW = 1600 };
 
 static_assert(sizeof flesh_preconditioner_names / sizeof *flesh_preconditioner_names ==
                   FLESH_PRECONDITIONER_BOOMERAMG + 2,
@@ -44,4 +55,14 @@ int flesh_preconditioner_projects(flesh_preconditioner kind, const flesh_stiff_r
 int flesh_preconditioner_takes_polynomials(const flesh_stiff_rows *rows)
 {
   return rows->count >= MANY_ROWS && rows->count >= ROWS_OF_RATIO * rows->ratio;
+}
+
+flesh_levels flesh_levels_for(double nodes, double blocks, int ranks)
+{
+  const int many = blocks >= LONG * (nodes + 1) ? MORE_NODES : MANY_NODES;
+  const double vertices = nodes / VERTEX_NODES * (nodes > many ? sqrt(many / nodes) : 1);
+  const double each = nodes / ranks, growth = pow(each * many / MANY_NODES, POWER),
+               most = fmax(SAME * growth, fmin(FEW, TENFOLD * growth));
+  if (ranks == 1 || vertices <= most) return (flesh_levels){.shared = (int)vertices};
+  return (flesh_levels){.shared = (int)most, .own = VERTEX_NODES * (each > many ? sqrt(each / many) : 1)};
 }

@@ -4,7 +4,8 @@
  *
  * A mesh file, or a box of so many cells whose edges are equal, held where x is least; its filtered Hessian in statics
  * (h = 0), or in steps of h seconds by backward Euler. Conjugate gradients to 1e-2, 1e-4 and 1e-8 of a load by gravity.
- * SETTINGS are own, ic, or boomeramg's numbers by commas, as in linear/boomeramg.h. Prints a line of each: iterations,
+ * SETTINGS are own, own/VERTICES/NODES (the coarse level of all ranks has at most so many vertices; NODES nodes to a
+ * vertex of each rank's own level, 0: there is none), ic, or boomeramg's numbers by commas, as in linear/boomeramg.h. Prints a line of each: iterations,
  * CPU time of set-up, of an application and of a product with the matrix, and memory, each of the rank with most. */
 #include "ranks.h"
 
@@ -211,7 +212,9 @@ static void measure(problem *p, const char *setting)
     m.setup = seconds() - start;
   } else {
     const flesh_preconditioner kind = strcmp(setting, "ic") ? FLESH_PRECONDITIONER_TWO_LEVEL : FLESH_PRECONDITIONER_IC;
-    CHECK_OK(p->linear->preconditioner_create(kind, p->K, X, p->threads, &m.own));
+    flesh_levels levels = {0};
+    const int given = sscanf(setting, "own/%d/%lf", &levels.shared, &levels.own) >= 1;
+    CHECK_OK(p->linear->preconditioner_create_levels(kind, p->K, X, given ? &levels : NULL, p->threads, &m.own));
     const double start = seconds();
     CHECK_OK(p->linear->preconditioner_setup(m.own, p->K, p->fixed));
     m.setup = seconds() - start;

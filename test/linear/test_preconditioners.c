@@ -409,10 +409,41 @@ static void boomeramg_says_what_it_needs(void)
   test_body_destroy(&b);
 }
 
+/* How many vertices ranks share: those of one rank, as long as all can factor them in time; then ranks have levels of their
+ * own. More ranks never share more, nor do more nodes on each rank share fewer. */
+static void ranks_share_what_they_can_factor(void)
+{
+  enum { BLOCKS = 8 /* of a node of four-node tets */, LARGE = 177552 };
+  const flesh_levels one = flesh_levels_for(LARGE, (double)BLOCKS * LARGE, 1);
+  CHECK(one.shared == 1598 || one.shared == 1599);
+  CHECK(one.own == 0);
+  for (int ranks = 2; ranks <= 64; ranks *= 2) { /* a million tets */
+    const flesh_levels same = flesh_levels_for(LARGE, (double)BLOCKS * LARGE, ranks);
+    CHECK(same.shared == one.shared && same.own == 0);
+  }
+  for (double nodes = 1e3; nodes < 1e9; nodes *= 10) {
+    flesh_levels before = flesh_levels_for(nodes, BLOCKS * nodes, 1);
+    for (int ranks = 2; ranks <= 4096; ranks *= 2) {
+      const flesh_levels now = flesh_levels_for(nodes, BLOCKS * nodes, ranks);
+      const flesh_levels weak = flesh_levels_for(nodes * ranks, BLOCKS * nodes * ranks, ranks);
+      const double each = nodes * 6 / ranks; /* tets */
+      CHECK(now.shared <= before.shared);
+      CHECK((now.own > 0) == (now.shared < flesh_levels_for(nodes, BLOCKS * nodes, 1).shared));
+      CHECK(now.own == 0 || now.own >= 50);
+      if (each < 1e5) CHECK(now.shared <= 1600);
+      if (nodes >= 1e4) CHECK(weak.shared <= fmax(1600, 42 * pow(nodes, 0.36)));
+      before = now;
+    }
+  }
+  /* Ten-node tets have longer rows, on which all else costs more. */
+  CHECK(flesh_levels_for(1e7, 14e7, 4096).shared > flesh_levels_for(1e7, 8e7, 4096).shared);
+}
+
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(preconditioners_are_definite),
                    TEST(incomplete_cholesky_leaves_fixed_components_alone),
                    TEST(incomplete_cholesky_is_exact_on_the_pattern), TEST(conjugate_gradients),
-                   TEST(conjugate_gradients_in_single_precision), TEST(boomeramg_says_what_it_needs));
+                   TEST(conjugate_gradients_in_single_precision), TEST(boomeramg_says_what_it_needs),
+                   TEST(ranks_share_what_they_can_factor));
 }

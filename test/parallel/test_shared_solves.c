@@ -14,6 +14,7 @@ typedef struct problem {
   flesh_block_matrix *A[2]; /* of the whole, of the part */
   flesh_threads *threads[2]; /* the part's with its team */
   double *b[2], *weights[2]; /* on whole and part */
+  uint8_t *fixed[2];         /* [3*nodes] NULL: no dof is */
 } problem;
 
 enum { WHOLE, PART };
@@ -26,12 +27,12 @@ static void make_matrix(test_body *body, double inertia, flesh_block_matrix **A)
   CHECK_OK(flesh_system_jacobian(body->system, &point, &(flesh_shift){.x = 1, .a = inertia}, *A));
 }
 
-static void make(double inertia, problem *p)
+static void make_of(const int cells[3], const double size[3], double inertia, problem *p)
 {
   unsigned long long seed = 3;
   const flesh_material material = test_material(FLESH_ENERGY_E, 0.4);
   *p = (problem){0};
-  CHECK_OK(flesh_mesh_box((const int[]){24, 5, 5}, (const double[]){1, 0.2, 0.2}, (const double[]){0, 0, 0}, &p->mesh));
+  CHECK_OK(flesh_mesh_box(cells, size, (const double[]){0, 0, 0}, &p->mesh));
   p->part = ranks_cut(p->mesh);
   CHECK_OK(test_body_create(p->mesh, material, 1000, FLESH_MASS_LUMPED, 1, &p->whole));
   CHECK_OK(test_body_create((flesh_mesh *)flesh_rank_part_mesh(p->part), material, 1000, FLESH_MASS_LUMPED, 1, &p->own));
@@ -51,9 +52,30 @@ static void make(double inertia, problem *p)
   }
 }
 
+static void make(double inertia, problem *p)
+{
+  make_of((const int[]){24, 5, 5}, (const double[]){1, 0.2, 0.2}, inertia, p);
+}
+
+/* Holds a face along the body, so that ranks reach constrained nodes that only others have. */
+static void hold(problem *p)
+{
+  const test_body *bodies[2] = {&p->whole, &p->own};
+  for (int k = 0; k < 2; k++) {
+    const double *X = flesh_mesh_positions(bodies[k]->mesh);
+    p->fixed[k] = calloc((size_t)bodies[k]->n, 1);
+    for (int d = 0; d < bodies[k]->n; d++) {
+      p->fixed[k][d] = X[d - d % 3 + 1] <= 1e-9;
+      if (p->fixed[k][d]) p->b[k][d] = 0;
+    }
+    flesh_block_fix(p->A[k], p->fixed[k], 1e3, NULL);
+  }
+}
+
 static void drop(problem *p)
 {
   for (int k = 0; k < 2; k++) {
+    free(p->fixed[k]);
     flesh_block_matrix_destroy(&p->A[k]);
     flesh_threads_destroy(&p->threads[k]);
     free(p->b[k]);
@@ -68,6 +90,7 @@ static void drop(problem *p)
 /* How to solve, and what came of it. */
 typedef struct solve {
   flesh_preconditioner kind;
+  const flesh_levels *levels; /* NULL: the usual ones */
   int weighted, after_indefinite, most, single;
   double tolerance;
   int status;
@@ -97,9 +120,9 @@ static void run(const problem *p, int which, solve *s)
   flesh_preconditioner_data *preconditioner = NULL;
   flesh_pcg_space *space = NULL;
   double *x = calloc((size_t)body->n, sizeof *x), *r = calloc((size_t)p->whole.n, sizeof *r);
-  CHECK_OK(linear->preconditioner_create(s->kind, p->A[which], flesh_mesh_positions(body->mesh), p->threads[which],
-                                         &preconditioner));
-  CHECK_OK(linear->preconditioner_setup(preconditioner, p->A[which], NULL));
+  CHECK_OK(linear->preconditioner_create_levels(s->kind, p->A[which], flesh_mesh_positions(body->mesh), s->levels,
+                                                p->threads[which], &preconditioner));
+  CHECK_OK(linear->preconditioner_setup(preconditioner, p->A[which], p->fixed[which]));
   CHECK_OK(linear->pcg_space_create(p->A[which], s->single, p->threads[which], &space));
   const flesh_communicator_figures before = flesh_communicator_exchanged(ranks);
   s->status = linear->pcg_guided(space, p->A[which], preconditioner, &guide, s->weighted ? p->weights[which] : NULL,
@@ -278,9 +301,42 @@ static void negative_curvature_is_seen(void)
   drop(&p);
 }
 
+/* Coarse levels `more` take fewer iterations than a single cell that all ranks share. What is found keeps to the
+ * constraints, also of nodes that only other ranks have. */
+static void compare_levels(const int cells[3], flesh_levels more)
+{
+  const flesh_levels levels[] = {{.shared = 8}, more};
+  problem p;
+  make_of(cells, (const double[]){1, (double)cells[1] / cells[0], (double)cells[2] / cells[0]}, 1e-2, &p);
+  hold(&p);
+  const double tolerance = 1e-8 * norm(p.whole.n, p.b[WHOLE]);
+  solve s[2];
+  for (int k = 0; k < 2; k++) {
+    s[k] = (solve){.kind = FLESH_PRECONDITIONER_TWO_LEVEL, .levels = &levels[k], .tolerance = tolerance, .most = 500};
+    run(&p, PART, &s[k]);
+    CHECK_OK(s[k].status);
+    CHECK_BELOW(s[k].residual, 1.01 * tolerance);
+    check_messages(&p, &s[k]);
+    for (int d = 0; d < p.whole.n; d++)
+      if (p.fixed[WHOLE][d]) CHECK(s[k].x[d] == 0);
+    free(s[k].x);
+  }
+  printf("# %d x %d x %d cells: %d iterations, with %d vertices and %g nodes to one of the ranks' own %d\n", cells[0],
+         cells[1], cells[2], s[0].result.iterations, more.shared, more.own, s[1].result.iterations);
+  CHECK_BELOW(s[1].result.iterations, 0.9 * s[0].result.iterations);
+  drop(&p);
+}
+
+/* Which takes no message. */
+static void ranks_have_levels_of_their_own(void) { compare_levels((const int[]){24, 5, 5}, (flesh_levels){8, 20}); }
+
+/* The factor of their matrix fills in. */
+static void ranks_share_many_vertices(void) { compare_levels((const int[]){9, 9, 9}, (flesh_levels){250, 0}); }
+
 int main(int argc, char **argv)
 {
   return RUN_TESTS_ON_RANKS(argc, argv, TEST(an_iteration_takes_one_sum),
                             TEST(solves_in_single_precision_reach_the_tolerance), TEST(residuals_are_foretold),
+                            TEST(ranks_have_levels_of_their_own), TEST(ranks_share_many_vertices),
                             TEST(recurrences_stay_with_the_residual), TEST(negative_curvature_is_seen));
 }

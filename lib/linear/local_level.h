@@ -1,0 +1,35 @@
+/* local_level.h: a coarse level of each rank's own, over the nodes that it reaches (overlap.h).
+ *
+ * The coarse level that all ranks share has few vertices where there are many ranks, as each of them factors all of it.
+ * What is too fine for its cells and too smooth for an incomplete factor is left to this one, which no other rank has a
+ * part in: with it a rank's incomplete factor is nearer to an exact one of what the rank reaches. */
+#ifndef FLESH_LINEAR_LOCAL_LEVEL_H
+#define FLESH_LINEAR_LOCAL_LEVEL_H
+
+#include "linear/coarse.h"
+#include "linear/overlap.h"
+
+typedef struct flesh_local_level {
+  flesh_coarse *coarse; /* NULL: there is none */
+  uint8_t *fixed;       /* [3*reached] the constrained dofs of the matrix at hand */
+  int serves;           /* for that matrix: it is not indefinite */
+} flesh_local_level;
+
+/* With at most so many vertices, or eight; `positions` [3*rows] at rest of the `rows` nodes that the rank has,
+ * `bisection` that of the overlap's matrix. Collective, and fails on all ranks or none. To be cleared also when it
+ * fails. */
+int flesh_local_level_create(const flesh_overlap *overlap, int rows, const double *positions, int vertices,
+                             const flesh_bisection *bisection, flesh_threads *threads, flesh_local_level *level);
+void flesh_local_level_clear(flesh_local_level *level);
+size_t flesh_local_level_memory(const flesh_local_level *level, const flesh_overlap *overlap);
+
+/* Factors scale times `all`, the overlap's matrix, on the level; `fixed` [3*rows] (NULL: none). Collective; nothing is
+ * done where there is no such level. */
+void flesh_local_level_setup(flesh_local_level *level, const flesh_overlap *overlap, const flesh_block_matrix *all,
+                             double scale, int rows, const uint8_t *fixed);
+/* NULL: it does not serve. */
+flesh_coarse *flesh_local_level_coarse(const flesh_local_level *level);
+
+void flesh_local_level_archive(flesh_local_level *level, flesh_archive *archive);
+
+#endif
