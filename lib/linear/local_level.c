@@ -19,7 +19,8 @@ int flesh_local_level_create(const flesh_overlap *overlap, int rows, const doubl
   const size_t reached = (size_t)overlap->team->reached;
   double *X = flesh_malloc((3 * reached + 1) * sizeof *X);
   *self = (flesh_local_level){.fixed = flesh_malloc(3 * reached + 1)};
-  int status = X && self->fixed ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for a coarse space of %d nodes", rows);
+  int status = FLESH_OK;
+  if (!X || !self->fixed) status = flesh_fail(FLESH_ERR_MEMORY, "no memory for a coarse space of %d nodes", rows);
   status = flesh_team_agree(overlap->team, status);
   if (!status) {
     memcpy(X, positions, 3 * (size_t)rows * sizeof *X);

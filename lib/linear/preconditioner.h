@@ -19,8 +19,8 @@ flesh_preconditioner flesh_preconditioner_choose(flesh_preconditioner kind, int 
 int flesh_preconditioner_projects(flesh_preconditioner kind, const flesh_stiff_rows *rows, double inertia);
 /* Whether so many rows that are so stiff are taken out in less time by polynomials than exactly. */
 int flesh_preconditioner_takes_polynomials(const flesh_stiff_rows *rows);
-/* Coarse levels: of the one that all ranks share, the most vertices; of each rank's own, over what it reaches, nodes to a
- * vertex, 0: there is none. */
+/* Coarse levels: of the one that all ranks share, the most vertices; of each rank's own, over what it reaches, nodes to
+ * a vertex, 0: there is none. */
 typedef struct flesh_levels {
   int shared;
   double own;

@@ -24,9 +24,9 @@ enum { MANY_ROWS = 12000, ROWS_OF_RATIO = 170 };
  * than the number of vertices: from MANY_NODES on that rises by the root of the nodes. Where rows are long, those of
  * ten-node tets, all else costs more: there from MORE_NODES on. */
 enum { VERTEX_NODES = 50, MANY_NODES = 36000, MORE_NODES = 144000, LONG = 11 };
-/* All ranks factor all of the level that they share. With SAME nodes^POWER vertices, of the nodes of a rank, that takes as
- * long as all else that the rank does in a Newton iteration, with TENFOLD of them ten times as long. FEW vertices, whose
- * factor takes a tenth of a second, may take up to that (data/results/scaling.md). */
+/* All ranks factor all of the level that they share. With SAME nodes^POWER vertices, of the nodes of a rank, that takes
+ * as long as all else that the rank does in a Newton iteration, with TENFOLD of them ten times as long. FEW vertices,
+ * whose factor takes a tenth of a second, may take up to that (data/results/scaling.md). */
 static const double SAME = 42, TENFOLD = 95, POWER = 0.36;
 enum { FEW = 1600 };
 

@@ -5,8 +5,9 @@
  * A mesh file, or a box of so many cells whose edges are equal, held where x is least; its filtered Hessian in statics
  * (h = 0), or in steps of h seconds by backward Euler. Conjugate gradients to 1e-2, 1e-4 and 1e-8 of a load by gravity.
  * SETTINGS are own, own/VERTICES/NODES (the coarse level of all ranks has at most so many vertices; NODES nodes to a
- * vertex of each rank's own level, 0: there is none), ic, or boomeramg's numbers by commas, as in linear/boomeramg.h. Prints a line of each: iterations,
- * CPU time of set-up, of an application and of a product with the matrix, and memory, each of the rank with most. */
+ * vertex of each rank's own level, 0: there is none), ic, or boomeramg's numbers by commas, as in linear/boomeramg.h.
+ * Prints a line of each: iterations, CPU time of set-up, of an application and of a product with the matrix, and memory,
+ * each of the rank with most. */
 #include "ranks.h"
 
 #include <malloc.h>

@@ -22,14 +22,16 @@ NS, MS = 1e-9, 1e-3
 FORCE, ENERGY, HESSIAN = (10.2 * NS, 19.7 * NS), (5.7 * NS, 13.2 * NS), (33 * NS, 51.7 * NS)
 FACTOR, SOLVE = (170 * NS, 200 * NS), (3.1 * NS, 5.7 * NS)  # incomplete Cholesky: without the coarse level
 PRODUCT, VECTORS = (2.15 * NS, 11.2 * NS), (0.7 * NS, 2.8 * NS)
+ASSEMBLY = (42 * NS, 42 * NS)  # of the coarse level's matrix
 RESIDENT, CACHE = 250, 16e6  # bytes a tet in an iteration; of a cache
-# The coarse level's factor by `build/test/coarse_work_avx512 6 8 10 12`: vertices, blocks, seconds of factor and solve
-COARSE = [(864, 6041, 15.2 * MS, 0.119 * MS), (2048, 24417, 170 * MS, 0.592 * MS), (4000, 73648, 1130 * MS, 4.6 * MS),
+# The coarse level's factor by `build/test/coarse_work_avx512 3 4 6 8 10 12`: vertices, blocks, seconds of factor and solve
+COARSE = [(108, 188, 0.156 * MS, 0.00489 * MS), (256, 836, 0.954 * MS, 0.0172 * MS), (864, 6041, 15.2 * MS, 0.119 * MS), (2048, 24417, 170 * MS, 0.592 * MS), (4000, 73648, 1130 * MS, 4.6 * MS),
           (6912, 173788, 4110 * MS, 12.2 * MS)]
 # Iterations to 1e-4 at nu = 0.45 (test/campaign/multigrid.c) are (nodes / vertices)^(1/3) times this: 3.4 on cubes with
 # one vertex (41 to 166 iterations, 12 to 48 cells) and with 78 nodes to one (15). On several ranks as many more (a cube of
 # 48 000 tets, `build/test/ranks 20 20 20`, on one rank and eight: lib/parallel/README.md)
 PER_ROOT, CUT = 3.4, 77 / 54
+OWN_PER_ROOT = 12.5
 # BoomerAMG on a million tets: seconds a tet of set-up and of a cycle; iterations on one rank and on eight
 MULTIGRID, MULTIGRID_ITERATIONS = (3240 * NS, 267 * NS), (45, 56)
 # of which levels, exchanges on each, and ranks to exchange with are guessed; a set-up has so many cycles' messages
@@ -39,6 +41,7 @@ LEVELS, MULTIGRID_EXCHANGES, MULTIGRID_NEIGHBOURS, SETUP_CYCLES = 10, 5, 40, 20
 SUMS = 16    # numbers of its one reduction (linear/pcg_team.c), before those of the coarse level
 ROOM = 1024  # numbers of a message of a reduction, at most
 MOST = 16384 # vertices of the coarse level
+VERTEX_NODES, MANY, SAME, TENFOLD, POWER, FEW = 50, 36000, 42, 95, 0.36, 1600 # linear/preconditioner_kinds.c
 
 # ---- geometry of parts by METIS (mpirun -n 2 to 64 build/test/scaling): against cubes; and for many ranks
 ROUGH, REACH, GIVEN = 1.15, 3.4, 5.4  # a rank's ghosts; what it reaches beyond its own, and what it gives, in ghosts
@@ -61,16 +64,27 @@ def chunks(numbers):
 
 
 def vertices(nodes):
-    few = math.sqrt(36000 / nodes) if nodes > 36000 else 1
-    return min(few * nodes / 50, MOST)
+    """Of the coarse level that one rank takes."""
+    few = math.sqrt(MANY / nodes) if nodes > MANY else 1
+    return few * nodes / VERTEX_NODES
+
+
+def levels(nodes, ranks):
+    """Vertices of the level that all ranks share, and nodes to a vertex of each rank's own, 0: it has none
+    (linear/preconditioner_kinds.c)."""
+    each = nodes / ranks
+    most = max(SAME * each ** POWER, min(FEW, TENFOLD * each ** POWER))
+    if ranks == 1 or vertices(nodes) <= most:
+        return min(vertices(nodes), MOST), 0
+    return min(most, MOST), VERTEX_NODES * math.sqrt(max(1, each / MANY))
 
 
 def coarse(v):
-    """Blocks of the factor, seconds of a factorisation and of a solve: between what was measured, powers of v."""
+    """Seconds of a factorisation and of a solve: between what was measured, powers of v."""
     at = next((k for k in range(1, len(COARSE)) if v <= COARSE[k][0]), len(COARSE) - 1)
     low, high = COARSE[at - 1], COARSE[at]
     share = math.log(v / low[0]) / math.log(high[0] / low[0])
-    return tuple(a * (b / a) ** share for a, b in zip(low[1:], high[1:]))
+    return tuple(a * (b / a) ** share for a, b in zip(low[2:], high[2:]))
 
 
 def ghosts(cells, ranks):
@@ -88,33 +102,41 @@ def work(rates, tets):
     return tets * sum(rate[RESIDENT * tets > CACHE] for rate in rates)
 
 
-def times(cells, ranks, most, args):
-    """Seconds of a Newton iteration by its parts, with so many vertices of the coarse level at most."""
+def couplings(v):
+    """Blocks of the coarse matrix of a cube: groups of four vertices, with themselves and with 26 neighbours."""
+    edge = (v / 4) ** (1 / 3)
+    return ((3 * edge - 2) ** 3 + edge ** 3) / 2
+
+
+def iterations_of(nodes, v, own, ranks):
+    edge = (nodes / v) ** (1 / 3)  # of a cell of the shared level, in cells of the mesh
+    alone = PER_ROOT * edge * (CUT if ranks > 1 else 1)
+    return min(alone, OWN_PER_ROOT * math.sqrt(edge)) if own else alone
+
+
+def times(cells, ranks, args, shared=None):
+    """Seconds of a Newton iteration by its parts; `shared` vertices, and no levels of the ranks' own: else the program's."""
     tets, nodes = 6 * cells ** 3, (cells + 1) ** 3
     mine, halo = tets / ranks, ghosts(cells, ranks)
     wide = 1 + REACH * halo / (nodes / ranks)  # of a factor with what a rank reaches
-    v = min(vertices(nodes), most)
-    blocks, factor, solve = coarse(v)
+    v, own = (shared, 0) if shared else levels(nodes, ranks)
+    factor, solve = coarse(v)
+    own_factor, own_solve = coarse(wide * nodes / ranks / own) if own else (0, 0)
     turns = hops(ranks)
-    iterations = PER_ROOT * (nodes / v) ** (1 / 3) * (CUT if ranks > 1 else 1)
+    iterations = iterations_of(nodes, v, own, ranks)
     numbers = math.ceil(3 * v)
     exchanged = min(ranks - 1, NEIGHBOURS)
     messages = 2 * exchanged + turns * chunks(SUMS + numbers)
     size = 24 * 2 * GIVEN * halo + 8 * turns * (SUMS + numbers)
-    matrix = 144 * (blocks + v / 4)  # numbers that are added up over the ranks
+    matrix = 144 * couplings(v)  # numbers that are added up over the ranks
     parts = {"tets": work((FORCE, ENERGY, HESSIAN), mine) + wide * work((FACTOR,), mine) +
                      iterations * (work((PRODUCT, VECTORS), mine) + wide * work((SOLVE,), mine)),
-             "coarse": factor + iterations * solve,
+             "own": own_factor + iterations * own_solve + (wide * work((ASSEMBLY,), mine) if own else 0),
+             "coarse": factor + iterations * solve + work((ASSEMBLY,), mine),
              "network": turns * (chunks(math.ceil(matrix)) * args.alpha + 8 * matrix * args.beta) +
                         iterations * (messages * args.alpha + size * args.beta)}
     return {"iterations": iterations, "messages": messages, "bytes": size, "vertices": v, "parts": parts,
             "all": sum(parts.values())}
-
-
-def best(cells, ranks, args):
-    """With as many vertices as take the least time."""
-    return min((times(cells, ranks, most, args) for most in (250, 500, 1000, 2000, 4000, 8000, MOST)),
-               key=lambda t: t["all"])
 
 
 def multigrid(cells, ranks, args):
@@ -127,17 +149,17 @@ def multigrid(cells, ranks, args):
             MULTIGRID_ITERATIONS[ranks > 1] * each)
 
 
-HEAD = ["tets", "ranks", "vertices", "iterations", "messages", "kB", "tets, s", "coarse, s", "network, s", "all, s",
-        "efficiency", "with fewer vertices", "multigrid, s"]
+HEAD = ["tets", "ranks", "vertices", "iterations", "messages", "kB", "tets, s", "own level, s", "shared level, s", "network, s",
+        "all, s", "efficiency", "as on one rank, s", "multigrid, s"]
 
 
 def row(cells, ranks, first, args):
-    t, least = times(cells, ranks, MOST, args), best(cells, ranks, args)
+    nodes = (cells + 1) ** 3
+    t, same = times(cells, ranks, args), times(cells, ranks, args, min(vertices(nodes), MOST))
     texts = [f"{6 * cells ** 3:.2g}".replace("e+0", "e"), f"{ranks}", f"{t['vertices']:.0f}", f"{t['iterations']:.0f}",
              f"{t['messages']:.0f}", f"{t['bytes'] / 1e3:.0f}"]
-    texts += [f"{t['parts'][name]:.2g}" for name in ("tets", "coarse", "network")]
-    texts += [f"{t['all']:.3g}", f"{first / t['all']:.2g}", f"{least['all']:.3g} s, {least['vertices']:.0f}",
-              f"{multigrid(cells, ranks, args):.3g}"]
+    texts += [f"{t['parts'][name]:.2g}" for name in ("tets", "own", "coarse", "network")]
+    texts += [f"{t['all']:.3g}", f"{first / t['all']:.2g}", f"{same['all']:.3g}", f"{multigrid(cells, ranks, args):.3g}"]
     return "| " + " | ".join(texts) + " |"
 
 
@@ -146,9 +168,9 @@ def tables(args):
     head = ["| " + " | ".join(HEAD) + " |", "|" + "---|" * len(HEAD)]
     lines = list(head)
     for cells in (119, 255, 550):
-        alone = times(cells, 1, MOST, args)["all"]
+        alone = times(cells, 1, args)["all"]
         lines += [row(cells, ranks, alone / ranks, args) for ranks in (1, 8, 64, 512, 4096)]
-    alone = times(34, 1, MOST, args)["all"]
+    alone = times(34, 1, args)["all"]
     lines += [""] + head + [row(round(34 * ranks ** (1 / 3)), ranks, alone, args) for ranks in (1, 8, 64, 512, 4096)]
     return lines
 

@@ -409,8 +409,8 @@ static void boomeramg_says_what_it_needs(void)
   test_body_destroy(&b);
 }
 
-/* How many vertices ranks share: those of one rank, as long as all can factor them in time; then ranks have levels of their
- * own. More ranks never share more, nor do more nodes on each rank share fewer. */
+/* How many vertices ranks share: those of one rank, as long as all can factor them in time; then ranks have levels of
+ * their own. More ranks never share more. */
 static void ranks_share_what_they_can_factor(void)
 {
   enum { BLOCKS = 8 /* of a node of four-node tets */, LARGE = 177552 };
