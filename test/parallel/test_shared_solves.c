@@ -301,6 +301,36 @@ static void negative_curvature_is_seen(void)
   drop(&p);
 }
 
+/* What a set-up has made, saved and loaded where there was none, is found again to the last bit. */
+static void check_archive(const problem *p, const flesh_levels *levels)
+{
+  const flesh_linear *linear = flesh_linear_for(FLESH_INSTRUCTIONS_AUTO);
+  const double *X = flesh_mesh_positions(p->own.mesh);
+  const size_t n = (size_t)p->own.n;
+  double *z[2] = {calloc(n, sizeof(double)), calloc(n, sizeof(double))};
+  flesh_archive archive = {0};
+  for (int k = 0; k < 2; k++) {
+    flesh_preconditioner_data *one = NULL;
+    CHECK_OK(linear->preconditioner_create_levels(FLESH_PRECONDITIONER_TWO_LEVEL, p->A[PART], X, levels,
+                                                  p->threads[PART], &one));
+    if (k == 0) {
+      CHECK_OK(linear->preconditioner_setup(one, p->A[PART], p->fixed[PART]));
+      linear->preconditioner_archive(one, &archive);
+      archive = (flesh_archive){.mode = FLESH_ARCHIVE_SAVE, .data = calloc(archive.at, 1), .size = archive.at};
+    }
+    linear->preconditioner_archive(one, &archive);
+    CHECK(!archive.wrong && archive.at == archive.size);
+    archive.mode = FLESH_ARCHIVE_LOAD;
+    archive.at = 0;
+    linear->preconditioner_apply(one, p->b[PART], z[k]);
+    linear->preconditioner_destroy(&one);
+  }
+  CHECK(memcmp(z[0], z[1], n * sizeof(double)) == 0);
+  free(archive.data);
+  free(z[0]);
+  free(z[1]);
+}
+
 /* Coarse levels `more` take fewer iterations than a single cell that all ranks share. What is found keeps to the
  * constraints, also of nodes that only other ranks have. */
 static void compare_levels(const int cells[3], flesh_levels more)
@@ -324,6 +354,7 @@ static void compare_levels(const int cells[3], flesh_levels more)
   printf("# %d x %d x %d cells: %d iterations, with %d vertices and %g nodes to one of the ranks' own %d\n", cells[0],
          cells[1], cells[2], s[0].result.iterations, more.shared, more.own, s[1].result.iterations);
   CHECK_BELOW(s[1].result.iterations, 0.9 * s[0].result.iterations);
+  check_archive(&p, &more);
   drop(&p);
 }
 
