@@ -223,6 +223,16 @@ static void check_restored(bodies *b, int two)
   free(of);
 }
 
+/* Whether what solves go by is wrong, on any rank: they would take long then. */
+static int broken;
+
+static void look_back(void)
+{
+  double failures = test_failures;
+  flesh_communicator_sum(ranks, 1, &failures);
+  broken |= failures > 0;
+}
+
 static void rows_are_moved_as_on_one_rank(void)
 {
   static const double poisson[] = {0.49, 0.499, 0.4999};
@@ -233,6 +243,7 @@ static void rows_are_moved_as_on_one_rank(void)
       check_restored(&b, two);
       drop(&b);
     }
+  look_back();
 }
 
 /* The preconditioner is a symmetric positive definite operator of all ranks, and gives the same bits again. */
@@ -276,6 +287,7 @@ static void it_is_symmetric_and_definite(void)
   free(again);
   tear_down(&s);
   drop(&b);
+  look_back();
 }
 
 /* Some steps, from rest; x is what `which` reaches. */
@@ -285,6 +297,8 @@ static void run(bodies *b, int which, flesh_preconditioner kind, int moves, fles
   flesh_solver_options options = test_options(1e-7);
   flesh_integrator *integrator = NULL;
   options.preconditioner = kind;
+  options.max_linear = 300; /* what is wrong fails soon */
+  options.max_cutbacks = 1;
   *stats = (flesh_solve_stats){0};
   memcpy(own->state.x, flesh_mesh_positions(own->mesh), (size_t)own->n * sizeof(double));
   memset(own->state.v, 0, (size_t)own->n * sizeof(double));
@@ -329,6 +343,8 @@ static void compare(flesh_mesh *mesh, double poisson, int two, int repeats, cons
 
 static void solves_are_those_of_one_rank(void)
 {
+  CHECK(!broken);
+  if (broken) return;
   compare(bar((const int[]){6, 2, 2}, 0, 0), 0.49, 0, 0, "bar");
   compare(bar((const int[]){6, 2, 2}, 0, 0), 0.5, 0, 0, "bar");
   compare(bar((const int[]){12, 3, 3}, 1, 0), 0.499, 0, 1, "irregular bar");
