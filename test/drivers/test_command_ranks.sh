@@ -67,7 +67,7 @@ body: {mesh: bar.msh, density: 1000, element: tet10-mean, material: {energy: S, 
 effects: [inertia: {}, gravity: {}, pin: {box: [[-1, -1, -1], [1e-9, 2, 2]]}]
 time: {step: 1/60, end: 0.05}
 END
-  agree 3 bar.yaml --no-frames || return 1
+  agree 3 bar.yaml --no-frames && has shared/result.json '"preconditioner": "volume-projection"' || return 1
   expect 2 on_ranks 3 "$flesh" run bar.yaml --out refused --checkpoint 1steps && [ ! -e refused/history.csv ] &&
     has stderr.txt 'bar.yaml: of incompressible tets (poisson 0.5), ranks write no checkpoints; run it without'
 }
@@ -383,6 +383,10 @@ END
 }
 # Matrices are kept over many steps.
 backward_euler_goes_on() { killed_and_resumed "$scenes/swing_coarse.yaml" --set time.end=0.4 --no-frames; }
+volume_projection_goes_on() {
+  killed_and_resumed "$scenes/swing_coarse.yaml" --set body.element=tet10-mean --set body.material.poisson=0.499 \
+    --set time.end=0.2 --no-frames && has by_3/result.json '"preconditioner": "volume-projection"'
+}
 bdf2_goes_on() { killed_and_resumed bent.yaml --method bdf2; }
 hht_goes_on() { killed_and_resumed bent.yaml --method hht; }
 a_weld_that_breaks_goes_on() { make_torn && killed_and_resumed torn.yaml --no-frames; }
@@ -454,6 +458,6 @@ else
     what_is_not_there_is_refused a_bad_scene_on_one_rank_ends_all a_failed_step_is_that_of_one_rank \
     a_signal_to_one_rank_ends_all a_signal_to_an_idle_rank_ends_all a_killed_rank_ends_all a_budget_ends_all \
     ${STOP_AT:+backward_euler_goes_on bdf2_goes_on hht_goes_on euler_then_adaptive_goes_on a_weld_that_breaks_goes_on} \
-    ${STOP_AT:+adaptive_contact_goes_on separation_goes_on} \
+    ${STOP_AT:+adaptive_contact_goes_on separation_goes_on volume_projection_goes_on} \
     ranks_go_on_with_what_one_has_begun a_signal_leaves_a_checkpoint costs_go_on_from_those_of_the_first_rank
 fi
