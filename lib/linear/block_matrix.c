@@ -4,8 +4,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "base/parallel_vector.h"
-
 void flesh_block_multiply(const flesh_block_matrix *A, const double *x, double *y)
 {
   const int *start = A->row_start, *end = A->row_end, *column = A->column;
@@ -123,32 +121,6 @@ double flesh_block_mean_diagonal(const flesh_block_matrix *A)
   for (int i = 0; i < A->rows; i++)
     for (int c = 0; c < 3; c++) sum += fabs(A->values[9 * (size_t)A->row_start[i] + 4 * c]);
   return sum > 0 && sum < INFINITY ? sum / (3. * A->rows) : 1;
-}
-
-typedef struct diagonal {
-  const flesh_block_matrix *A;
-  double largest[FLESH_PARALLEL_PARTS_MAX];
-} diagonal;
-
-static void largest_of_part(void *data, int k, int begin, int end)
-{
-  diagonal *d = data;
-  double largest = 0;
-  for (int i = begin; i < end; i++)
-    for (int c = 0; c < 3; c++) {
-      const double size = fabs(d->A->values[9 * (size_t)d->A->row_start[i] + 4 * (size_t)c]);
-      if (!(size <= largest)) largest = size < INFINITY ? size : INFINITY;
-    }
-  d->largest[k] = largest;
-}
-
-double flesh_block_largest_diagonal(const flesh_block_matrix *A, flesh_threads *threads)
-{
-  diagonal d = {.A = A};
-  const int parts = flesh_parallel_parts(threads, A->rows, largest_of_part, &d);
-  double largest = 0;
-  for (int k = 0; k < parts; k++) largest = fmax(largest, d.largest[k]);
-  return largest;
 }
 
 int flesh_block_invert(const double A[9], double B[9])

@@ -32,9 +32,6 @@ int flesh_block_is_diagonal(const flesh_block_matrix *A);
 /* A positive number of the size of A's diagonal, for the rows of constrained dofs. */
 double flesh_block_mean_diagonal(const flesh_block_matrix *A);
 
-/* The largest size of A's diagonal entries; infinite where one is no number. */
-double flesh_block_largest_diagonal(const flesh_block_matrix *A, flesh_threads *threads);
-
 /* B = A^-1 of a symmetric positive definite 3x3 block [9]; 0 when A is not positive definite (B
  * untouched). */
 int flesh_block_invert(const double A[9], double B[9]);

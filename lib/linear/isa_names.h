@@ -100,6 +100,10 @@
 #define flesh_chebyshev_setup FLESH_OF_ISA(flesh_chebyshev_setup)
 #define flesh_chebyshev_solve FLESH_OF_ISA(flesh_chebyshev_solve)
 
+#define flesh_diagonal_largest FLESH_OF_ISA(flesh_diagonal_largest)
+#define flesh_diagonal_invert FLESH_OF_ISA(flesh_diagonal_invert)
+#define flesh_diagonal_invert_sums FLESH_OF_ISA(flesh_diagonal_invert_sums)
+
 #define flesh_volume_projection_create FLESH_OF_ISA(flesh_volume_projection_create)
 #define flesh_volume_projection_destroy FLESH_OF_ISA(flesh_volume_projection_destroy)
 #define flesh_volume_projection_memory FLESH_OF_ISA(flesh_volume_projection_memory)

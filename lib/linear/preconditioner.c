@@ -13,6 +13,7 @@
 #include "linear/boomeramg.h"
 #include "linear/cholesky.h"
 #include "linear/coarse.h"
+#include "linear/diagonal_blocks.h"
 #include "linear/lanes.h"
 #include "linear/local_level.h"
 #include "linear/overlap_vectors.h"
@@ -184,45 +185,10 @@ void flesh_preconditioner_destroy(flesh_preconditioner_data **preconditioner)
 
 double flesh_power_to_one(double x) { return x > 0 && x < INFINITY ? ldexp(1, -ilogb(fmax(x, 1e-300))) : 1; }
 
-/* Of an inverse block's entries: products with them stay in the range of single precision. */
-static const double LARGEST = 1e30;
-
-/* Node k's inverse block from that of A. */
-static void invert_block(flesh_preconditioner_data *self, int k, const double *of_A)
-{
-  double block[9], inverse[9] = {0};
-  for (int e = 0; e < 9; e++) block[e] = self->scale * of_A[e];
-  const double trace = fabs(block[0]) + fabs(block[4]) + fabs(block[8]);
-  if (!flesh_block_invert(block, inverse))
-    for (int c = 0; c < 3; c++) inverse[4 * c] = trace > 0 ? 3 / trace : 1;
-  for (int e = 0; e < 9; e++)
-    self->inverse[9 * (size_t)k + (size_t)e] = (float)fmin(fmax(inverse[e], -LARGEST), LARGEST);
-}
-
-static void invert_blocks(flesh_preconditioner_data *self, const flesh_block_matrix *A)
-{
-  for (int k = 0; k < self->rows; k++) invert_block(self, k, A->values + 9 * (size_t)A->row_start[k]);
-}
-
-/* The same of partial blocks, by their owners: the same bits at ghosts. */
-static void invert_sums(flesh_preconditioner_data *self, const flesh_block_matrix *A)
-{
-  const flesh_team *team = self->overlap.team;
-  const flesh_team_vector blocks = {9, 9, NULL, self->blocks, 0};
-  const size_t own = 9 * (size_t)team->own, all = 9 * (size_t)self->rows;
-  for (int k = 0; k < self->rows; k++)
-    memcpy(self->blocks + 9 * (size_t)k, A->values + 9 * (size_t)A->row_start[k], 9 * sizeof *self->blocks);
-  team->operations->collect(team->data, &blocks);
-  for (int k = 0; k < team->own; k++) invert_block(self, k, self->blocks + 9 * (size_t)k);
-  for (size_t e = 0; e < own; e++) self->blocks[e] = (double)self->inverse[e];
-  team->operations->share(team->data, &blocks);
-  for (size_t e = own; e < all; e++) self->inverse[e] = (float)self->blocks[e];
-}
-
 static void set_jacobi(flesh_preconditioner_data *self, const flesh_block_matrix *A)
 {
   self->by_diagonal = 1;
-  invert_blocks(self, A);
+  flesh_diagonal_invert(A, self->rows, self->scale, self->inverse);
 }
 
 /* A without its stiff terms, where the projection takes care of them. */
@@ -232,8 +198,8 @@ static const flesh_block_matrix *project(flesh_preconditioner_data *self, const 
   self->projects = 0;
   if (!self->projection || self->stiff->left_in) return A;
   const flesh_block_matrix *soft = flesh_volume_projection_matrix(self->projection, A, fixed);
-  if (self->overlap.team) invert_sums(self, soft);
-  else invert_blocks(self, soft);
+  if (self->overlap.team) flesh_diagonal_invert_sums(soft, self->overlap.team, self->scale, self->blocks, self->inverse);
+  else flesh_diagonal_invert(soft, self->rows, self->scale, self->inverse);
   self->projects = flesh_volume_projection_setup(self->projection, self->scale, self->inverse) == FLESH_OK;
   return self->projects ? soft : A;
 }
@@ -269,7 +235,7 @@ static void choose_levels(flesh_preconditioner_data *self, int coarse)
 
 int flesh_preconditioner_setup(flesh_preconditioner_data *self, const flesh_block_matrix *A, const uint8_t *fixed)
 {
-  double largest = flesh_block_largest_diagonal(A, self->threads);
+  double largest = flesh_diagonal_largest(A, self->threads);
   flesh_team_largest(self->overlap.team, 1, &largest);
   if (!(largest < INFINITY)) return FLESH_NONFINITE;
   self->by_diagonal = 0;
@@ -283,7 +249,7 @@ int flesh_preconditioner_setup(flesh_preconditioner_data *self, const flesh_bloc
   else set_cholesky(self, all);
   flesh_local_level_setup(&self->local, &self->overlap, all, self->scale, self->rows, fixed);
   choose_levels(self, coarse);
-  if (self->by_diagonal && self->overlap.team) invert_blocks(self, all);
+  if (self->by_diagonal && self->overlap.team) flesh_diagonal_invert(all, self->rows, self->scale, self->inverse);
   return FLESH_OK;
 }
 
