@@ -188,7 +188,8 @@ static int take_up(given *g, flesh_checkpoint *checkpoint, char **path, flesh_sc
   if (flesh_ranks_largest(g->ranks, flesh_ranks_first(g->ranks) && is_complete(g->resume, *path))) return 0;
   status = flesh_checkpoint_open(g->resume, checkpoint);
   sprintf(*path, "%s/scene.yaml", g->resume);
-  if (!status) status = flesh_scene_read(*path, 0, NULL, scene);
+  const int rank = g->ranks ? g->ranks->rank : 0, count = g->ranks ? g->ranks->count : 0;
+  if (!status) status = flesh_scene_read_on_rank(*path, 0, NULL, rank, count, scene);
   status = flesh_ranks_agree(g->ranks, status);
   if (!status && g->ranks) status = flesh_ranks_share(g->ranks, *scene);
   if (status) return flesh_ranks_fail(g->ranks, "run", status);

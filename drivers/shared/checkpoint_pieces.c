@@ -5,6 +5,7 @@
 
 #include "base/archive.h"
 #include "base/error.h"
+#include "parallel/rank_part.h"
 #include "shared/checkpoint.h"
 #include "time/integrator.h"
 
@@ -13,6 +14,9 @@ typedef struct piece_nodes {
   int count, own;
   int *numbers; /* [count] in the whole; of a piece that was read new */
 } piece_nodes;
+
+/* Of a part the numbers of its nodes in the whole, also where the mesh is split. */
+static const int *numbers_of(const flesh_rank_part *part) { return part ? flesh_rank_part_team(part)->numbers : NULL; }
 
 static int fail_for_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "no memory for a checkpoint's piece"); }
 
@@ -55,7 +59,7 @@ int flesh_checkpoint_pack(const flesh_checkpoint_piece *piece, uint8_t **bytes, 
 {
   const flesh_rank_part *part = piece->part;
   piece_nodes nodes = {piece->nodes, part ? flesh_rank_part_own(part) : piece->nodes,
-                       part ? (int *)flesh_rank_part_nodes(part) : NULL}; /* only read */
+                       (int *)numbers_of(part)}; /* only read */
   flesh_archive archive = {.mode = FLESH_ARCHIVE_MEASURE};
   size_t saved = 0;
   *bytes = NULL;
@@ -100,7 +104,7 @@ int flesh_checkpoint_fits(const char *folder, const flesh_checkpoint *checkpoint
   if (ranks != checkpoint->head.pieces) return FLESH_OK;
   const int status = open_piece(folder, checkpoint, rank, &read);
   const piece_nodes *nodes = &read.nodes;
-  const int *numbers = piece->part ? flesh_rank_part_nodes(piece->part) : NULL;
+  const int *numbers = numbers_of(piece->part);
   *fits = !status && nodes->count == piece->nodes && !numbers == !nodes->numbers &&
           nodes->own == (piece->part ? flesh_rank_part_own(piece->part) : piece->nodes) &&
           (!numbers || !memcmp(numbers, nodes->numbers, (size_t)nodes->count * sizeof *numbers));
@@ -114,7 +118,7 @@ static int *find_places(const piece_nodes *from, const flesh_checkpoint_piece *p
   int *places = malloc(((size_t)from->count + 1) * sizeof *places);
   for (int i = 0; places && i < from->count; i++) {
     const int number = from->numbers ? from->numbers[i] : i;
-    places[i] = i >= from->own ? -1 : piece->part ? flesh_rank_part_find(piece->part, number) : number;
+    places[i] = i >= from->own ? -1 : piece->part ? flesh_rank_part_find_number(piece->part, number) : number;
   }
   return places;
 }

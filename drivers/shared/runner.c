@@ -164,7 +164,7 @@ static int list_observers(flesh_running *r, flesh_figures *figures, flesh_observ
   observers[count++] = (flesh_observer){note_step, r};
   observers[count++] = (flesh_observer){flesh_run_trace_observe, &r->trace};
   if (r->history) observers[count++] = (flesh_observer){flesh_history_observe, r->history};
-  if (r->probes) observers[count++] = (flesh_observer){flesh_probes_observe, r->probes};
+  if (r->probes && !options->ranks) observers[count++] = (flesh_observer){flesh_probes_observe, r->probes};
   if (r->frames) observers[count++] = (flesh_observer){flesh_frames_observe, r->frames};
   if (r->skin_frames)
     observers[count++] = (flesh_observer){flesh_skin_frames_observe, r->skin_frames};
@@ -383,6 +383,7 @@ static void finish(flesh_running *r, int prepared, const flesh_figures *figures,
 static void close_running(flesh_running *r)
 {
   flesh_integrator_destroy(&r->integrator);
+  flesh_probes_close(&r->probes); /* of ranks behind the first, which write none */
   json_decref(r->program);
   json_decref(r->inputs);
   json_decref(r->resumed);
@@ -422,7 +423,7 @@ int flesh_runner_run(const flesh_scene *scene, const flesh_runner_options *optio
   status = flesh_ranks_agree(options->ranks, status);
   if (!status && options->resume) status = go_on(&r, figures);
   const int begun = !status, prepared = begun && first;
-  if (begun && flesh_running_is_split(&r)) status = flesh_running_open_parts(&r);
+  if (begun && options->ranks) status = flesh_running_open_parts(&r);
   if (!status) status = simulate(&r, figures, outcome);
   if (status == FLESH_ERR_INTERRUPTED)
     flesh_interrupt_adopt(flesh_ranks_largest(options->ranks, flesh_interrupt_signal()));

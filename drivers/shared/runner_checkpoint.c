@@ -41,7 +41,8 @@ static int sync_files(flesh_running *r)
   int status = flesh_sync(flesh_running_path(r, "history.csv"));
   if (!status && r->checkpoint.step < 0) status = flesh_sync(flesh_running_path(r, "scene.yaml"));
   if (!status && r->probes) status = flesh_sync(flesh_running_path(r, "probes.csv"));
-  if (!status && r->frames) status = flesh_sync_folder(flesh_running_path(r, "frames"), r->checkpoint.step);
+  if (!status && (r->frames || r->part_frames))
+    status = flesh_sync_folder(flesh_running_path(r, "frames"), r->checkpoint.step);
   if (!status && r->skin_frames) status = flesh_sync_folder(flesh_running_path(r, "skin"), r->checkpoint.step);
   return status;
 }
@@ -94,6 +95,7 @@ static int write_checkpoint(flesh_running *r, int step)
   uint8_t *bytes = NULL;
   size_t size = 0;
   int status = flesh_ranks_first(ranks) ? begin_checkpoint(r, step, &file) : FLESH_OK;
+  if (!status) status = flesh_running_sync_parts(r);
   if (!status) status = flesh_checkpoint_pack(&piece, &bytes, &size);
   status = flesh_ranks_agree(ranks, status);
   if (!status) status = flesh_ranks_hand_over(ranks, size, bytes, add_piece, &file);
@@ -159,7 +161,7 @@ static int restore_pieces(flesh_running *r)
   r->checkpoint.fits = !flesh_ranks_largest(ranks, status || !r->checkpoint.fits);
   if (!status) status = flesh_checkpoint_unpack(r->options->out, r->options->resume, r->checkpoint.fits ? rank : -1, &piece);
   if (ranks) r->state.t = r->own.t;
-  if (!ranks || rank || status) return status;
+  if (!ranks || rank || status || flesh_running_is_split(r)) return status;
   status = flesh_checkpoint_unpack(r->options->out, r->options->resume, -1, &whole);
   return status ? status : flesh_running_begin_whole(r);
 }
@@ -175,7 +177,8 @@ int flesh_running_restore(flesh_running *r, flesh_figures *figures, flesh_checkp
   *head = from->head;
   int status = r->inputs ? check_inputs(r)
                          : flesh_fail(FLESH_ERR_FILE, "%s: the checkpoint does not say what the run has read", r->options->out);
-  if (!status) status = flesh_checkpoint_restore(r->options->out, from, &parts);
+  if (!status && flesh_ranks_first(r->options->ranks)) /* the others count nothing */
+    status = flesh_checkpoint_restore(r->options->out, from, &parts);
   status = flesh_ranks_agree(r->options->ranks, status); /* before ranks wait for each other */
   if (!status) status = restore_pieces(r);
   if (!status) status = note_place(r, head);

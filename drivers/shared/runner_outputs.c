@@ -49,16 +49,21 @@ static int open_skin(flesh_running *r, int every)
   return FLESH_OK;
 }
 
-/* An older run's would not belong to this one. */
-static int open_probes(flesh_running *r)
+int flesh_running_open_probes(flesh_running *r)
 {
   int count;
-  const flesh_probe *probes = flesh_scene_probes(r->scene, &count);
-  unlink(flesh_running_path(r, "probes.csv"));
-  return !count ? FLESH_OK
-                : flesh_probes_create(flesh_running_path(r, "probes.csv"), flesh_scene_body(r->scene),
-                                      flesh_scene_system(r->scene), flesh_scene_times(r->scene)->method, count, probes,
-                                      &r->probes);
+  const flesh_ranks *ranks = r->options->ranks;
+  const flesh_checkpoint *from = r->options->resume;
+  const flesh_probe *probes =
+      ranks ? flesh_scene_share_probes(ranks->share, &count) : flesh_scene_probes(r->scene, &count);
+  const flesh_body *body = ranks ? flesh_scene_share_body(ranks->share) : flesh_scene_body(r->scene);
+  const flesh_system *system = flesh_ranks_system(ranks, r->scene);
+  const flesh_method method = flesh_scene_times(r->scene)->method;
+  const char *path = flesh_running_path(r, "probes.csv");
+  if (!from && flesh_ranks_first(ranks)) unlink(path); /* an older run's would not belong to this one */
+  if (!count) return FLESH_OK;
+  return from ? flesh_probes_resume(path, body, system, method, count, probes, (long)from->head.probes, &r->probes)
+              : flesh_probes_create(path, body, system, method, count, probes, &r->probes);
 }
 
 /* What the scene asks frames for beside where the body is. */
@@ -104,7 +109,7 @@ int flesh_running_open(flesh_running *r, flesh_figures *figures)
   if (!status)
     status =
         flesh_history_create(flesh_running_path(r, "history.csv"), flesh_running_system(r), &r->history);
-  if (!status) status = open_probes(r);
+  if (!status && !options->ranks) status = flesh_running_open_probes(r);
   if (status) return status;
   int every = flesh_scene_outputs(r->scene)->frame_interval;
   if (options->no_frames || every < 1) drop_frames(r);
@@ -132,16 +137,14 @@ static int reopen_skin(flesh_running *r, int every, int last)
 
 int flesh_running_reopen(flesh_running *r, flesh_figures *figures, const flesh_checkpoint_head *head)
 {
-  int status = write_running(r, figures), count, every = flesh_scene_outputs(r->scene)->frame_interval;
-  const flesh_system *system = flesh_scene_system(r->scene);
-  const flesh_probe *probes = flesh_scene_probes(r->scene, &count);
+  int status = write_running(r, figures), every = flesh_scene_outputs(r->scene)->frame_interval;
+  const flesh_system *system = flesh_running_system(r);
   if (!status)
     status = flesh_history_resume(flesh_running_path(r, "history.csv"), system, (long)head->history, &r->history);
-  if (!status && count)
-    status = flesh_probes_resume(flesh_running_path(r, "probes.csv"), flesh_scene_body(r->scene), system,
-                                 flesh_scene_times(r->scene)->method, count, probes, (long)head->probes, &r->probes);
+  if (!status && !r->options->ranks) status = flesh_running_open_probes(r);
   if (status || r->options->no_frames || every < 1) return status;
   status = flesh_frames_resume(flesh_running_path(r, "frames"), flesh_scene_mesh(r->scene), every, head->step, &r->frames);
-  if (!status) status = set_fields(r);
+  if (flesh_running_is_split(r)) flesh_frames_close(&r->frames); /* each rank goes on with its own */
+  if (!status && r->frames) status = set_fields(r);
   return status || !r->skin ? status : reopen_skin(r, every, head->step);
 }

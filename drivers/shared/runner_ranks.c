@@ -37,13 +37,9 @@ int flesh_running_share(flesh_running *r)
 
 int flesh_running_check_checkpoint(const flesh_running *r)
 {
-  const int split = flesh_running_is_split(r);
-  if (!r->checkpoint.on && !r->options->resume) return FLESH_OK;
-  if (!split && !r->own.multiplier_count) return FLESH_OK;
-  return flesh_fail(FLESH_ERR_ARGUMENT, "%s: %s; run it without --checkpoint and --resume, %s", r->options->scene_path,
-                    split ? "of a split mesh, ranks write no checkpoints"
-                          : "of incompressible tets (poisson 0.5), ranks write no checkpoints",
-                    split ? "or with a mesh that is not split" : "or on one rank");
+  if ((!r->checkpoint.on && !r->options->resume) || !r->own.multiplier_count) return FLESH_OK;
+  return flesh_fail(FLESH_ERR_ARGUMENT, "%s: of incompressible tets (poisson 0.5), ranks write no checkpoints; run it "
+                                        "without --checkpoint and --resume, or on one rank", r->options->scene_path);
 }
 
 /* Nodes of no tet are of no rank; they are held at rest, as on one rank. */
@@ -60,12 +56,24 @@ int flesh_running_open_parts(flesh_running *r)
   const int every = flesh_scene_outputs(r->scene)->frame_interval;
   const flesh_rank_part *part = flesh_scene_share_part(ranks->share);
   int status = FLESH_OK;
-  if (!r->options->out || r->options->no_frames || every < 1) return FLESH_OK;
+  if (!r->options->out) return FLESH_OK;
   if (!r->path && !(r->path = malloc(strlen(r->options->out) + 64))) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  if (!status)
-    status = flesh_part_frames_create(flesh_running_path(r, "frames"), flesh_rank_part_mesh(part),
-                                      flesh_rank_part_team(part), ranks->rank, ranks->count, every, &r->part_frames);
-  return flesh_ranks_agree(ranks, status);
+  status = flesh_ranks_agree(ranks, status);
+  if (!status) status = flesh_running_open_probes(r);
+  if (status || !flesh_running_is_split(r) || r->options->no_frames || every < 1) return status;
+  const flesh_checkpoint *from = r->options->resume;
+  const char *folder = flesh_running_path(r, "frames");
+  const flesh_mesh *mesh = flesh_rank_part_mesh(part);
+  const flesh_team *team = flesh_rank_part_team(part);
+  status = from ? flesh_part_frames_resume(folder, mesh, team, ranks->rank, ranks->count, every, from->head.step,
+                                           &r->part_frames)
+                : flesh_part_frames_create(folder, mesh, team, ranks->rank, ranks->count, every, &r->part_frames);
+  status = flesh_ranks_agree(ranks, status);
+  const flesh_scene_output *output = flesh_scene_outputs(r->scene);
+  if (status) return status;
+  return flesh_part_frames_set_fields(r->part_frames, flesh_scene_share_body(ranks->share),
+                                      flesh_ranks_system(ranks, r->scene), flesh_scene_times(r->scene)->method,
+                                      output->fields, output->fields_at);
 }
 
 /* A rank's part of a state that goes into a file. */
@@ -116,6 +124,7 @@ int flesh_running_keep_parts(flesh_running *r)
   for (int d = 0; d < flesh_system_unknowns(flesh_running_system(r)); d++) sum += 0 * r->own.x[d] + 0 * r->own.v[d];
   if (!status && sum != 0)
     status = flesh_fail(FLESH_ERR_NONFINITE, "%s: not written: the state is not finite", options->out ? "state.txt" : "state");
+  if (!status && r->checkpoint.on) status = flesh_running_sync_parts(r); /* before the checkpoint goes */
   status = flesh_ranks_agree(ranks, status);
   if (!status && options->out) status = write_state(r, flesh_running_path(r, "state.txt"), rows);
   if (!status && options->save_state) status = write_state(r, options->save_state, rows);
@@ -123,10 +132,16 @@ int flesh_running_keep_parts(flesh_running *r)
   return status;
 }
 
+int flesh_running_sync_parts(flesh_running *r)
+{
+  return r->part_frames ? flesh_part_frames_sync(r->part_frames, r->checkpoint.step) : FLESH_OK;
+}
+
 /* Each rank writes its own frames; what else is observed is sums, which the first has. */
 static int observe_parts(flesh_running *r, const flesh_step_record *record)
 {
   int status = r->part_frames ? flesh_part_frames_observe(r->part_frames, record) : FLESH_OK;
+  r->state.t = record->state->t;
   for (int o = 0; o < r->observer_count && status >= 0; o++)
     status = r->observers[o].observe(r->observers[o].data, record);
   return status;
@@ -140,7 +155,7 @@ int flesh_running_begin_whole(flesh_running *r)
 }
 
 /* What the first rank's observers make of a step, with the state gathered. */
-static int observe_whole(flesh_running *r, const flesh_step_record *record)
+static int observe_gathered(flesh_running *r, const flesh_step_record *record)
 {
   const flesh_mesh *mesh = flesh_scene_mesh(r->scene);
   flesh_step_record whole = *record;
@@ -159,16 +174,23 @@ static int observe_whole(flesh_running *r, const flesh_step_record *record)
   return status;
 }
 
-int flesh_running_observe_ranks(void *data, const flesh_step_record *record)
+static int observe_whole(flesh_running *r, const flesh_step_record *record)
 {
-  flesh_running *r = data;
   const flesh_ranks *ranks = r->options->ranks;
-  if (flesh_running_is_split(r)) return observe_parts(r, record);
   r->state.t = record->state->t;
   flesh_gather_vector(ranks->gather, record->state->x, r->state.x);
   flesh_gather_vector(ranks->gather, record->state->v, r->state.v);
   if (r->own.multiplier_count) flesh_gather_numbers(ranks->tets, r->own.multipliers, r->state.multipliers);
-  int status = flesh_ranks_first(ranks) ? observe_whole(r, record) : FLESH_OK;
+  return flesh_ranks_first(ranks) ? observe_gathered(r, record) : FLESH_OK;
+}
+
+int flesh_running_observe_ranks(void *data, const flesh_step_record *record)
+{
+  flesh_running *r = data;
+  const flesh_ranks *ranks = r->options->ranks;
+  int status = flesh_running_is_split(r) ? observe_parts(r, record) : observe_whole(r, record);
+  const int probed = r->probes ? flesh_probes_observe(r->probes, record) : FLESH_OK;
+  if (status >= 0) status = probed;
   if (!r->checkpoint.on) return status;
   status = flesh_ranks_agree(ranks, status < 0 ? status : FLESH_OK); /* before ranks wait for each other */
   return status ? status : flesh_running_observe_checkpoint(r, record);

@@ -67,6 +67,9 @@ int flesh_running_open(flesh_running *running, flesh_figures *figures);
 /* The same where a run goes on: its files as they were at the checkpoint. */
 int flesh_running_reopen(flesh_running *running, flesh_figures *figures, const flesh_checkpoint_head *head);
 
+/* The file of probes, if there are any; every rank calls it, and the first writes. */
+int flesh_running_open_probes(flesh_running *running);
+
 /* Memory of this rank's part of the run, with its start. */
 int flesh_running_share(flesh_running *running);
 /* FLESH_ERR_ARGUMENT with what ranks can write no checkpoints of, where one is asked for. */
@@ -75,9 +78,12 @@ int flesh_running_check_checkpoint(const flesh_running *running);
 int flesh_running_is_split(const flesh_running *running);
 /* The system that is observed: the whole's, or of a split mesh this rank's part of it. */
 const flesh_system *flesh_running_system(const flesh_running *running);
-/* Of a split mesh what each rank writes; the first has made the folder. Every rank calls it, as the next. */
+/* What each rank writes: probes and, of a split mesh, its part of frames; the first has made the folder. Every rank calls
+ * it. */
 int flesh_running_open_parts(flesh_running *running);
-/* The last state, row by row in the order of the whole, of which the first rank has some at a time. */
+/* Waits until what this rank has written of frames since the last checkpoint is on the disk. */
+int flesh_running_sync_parts(flesh_running *running);
+/* The last state, row by row in the order of the whole, of which the first rank has some at a time. Every rank calls it. */
 int flesh_running_keep_parts(flesh_running *running);
 /* What touches in the whole begins at the first rank's state. Status. */
 int flesh_running_begin_whole(flesh_running *running);

@@ -325,6 +325,10 @@ typedef struct flesh_effect_internal {
 /* For effects that ranks can share out (flesh/ranks.h) though they are no sum over tets: what acts on nodes or faces. Of
  * one with internal variables every rank has all of them, and updates them to the same bits. */
 struct flesh_rank_part;
+enum { FLESH_RANK_SUMS = 4 };
+typedef struct flesh_rank_numbers { /* over all ranks; 0 where a rank writes none */
+  double sums[FLESH_RANK_SUMS], largest[FLESH_RANK_SUMS];
+} flesh_rank_numbers;
 typedef struct flesh_effect_ranks {
   /* A new effect of the same kind on `body`, that of the part: what of `whole`, the effect on the whole body, is for
    * this rank to compute, so that those of all ranks add up to it. It may have nothing to act on. It lives no longer
@@ -335,12 +339,17 @@ typedef struct flesh_effect_ranks {
    * (flesh_rank_part_create_for): of each cell the rank that owns its first node has all nodes or, where *everywhere
    * becomes 1, all ranks have. NULL, or count 0: the part's tets have all nodes that are needed. */
   const flesh_cells *(*cells)(const flesh_effect *whole, int *everywhere);
-  /* Numbers of the point that the effect needs as sums over all ranks: writes this rank's, sums [sum_count], at most
-   * FLESH_RANK_SUMS; the sums then come as point->sums. NULL and 0: none. */
+  /* This rank's part of sums [sum_count] that are needed at a point, and then come as point->sums. NULL, 0: none. */
   int sum_count;
   void (*sum)(const flesh_effect *effect, const flesh_point *point, double *sums);
+  /* Numbers of the body that a part has not (a count of nodes, a mean): `count` writes this rank's, `take` gets those
+   * of all, once, before the system is finished; it may change the kind. Both or neither. */
+  void (*count)(const flesh_effect *restricted, flesh_rank_numbers *numbers);
+  void (*take)(flesh_effect *restricted, const flesh_rank_numbers *numbers);
+  /* flesh_effect_figures.report of all ranks, likewise; FLESH_RANK_SUMS values at most. NULL: each has it by itself. */
+  void (*report_part)(const flesh_effect *effect, const flesh_point *point, flesh_rank_numbers *numbers);
+  void (*report_whole)(const flesh_effect *effect, const flesh_rank_numbers *numbers, double *values);
 } flesh_effect_ranks;
-enum { FLESH_RANK_SUMS = 4 };
 
 /* What is written about an effect. */
 typedef struct flesh_effect_figures {

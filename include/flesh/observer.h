@@ -29,6 +29,8 @@ typedef struct flesh_step_record {
   double min_J;
   int min_J_tet, inverted; /* inverted: tets with J <= 0 */
   const struct flesh_proximity *proximity; /* what the run knows of nodes near each other (effect.h), or NULL */
+  /* Of a part of a body [effects*FLESH_RANK_SUMS], flesh_effect_ranks.report_whole of each; else NULL */
+  const double *reports;
 } flesh_step_record;
 
 /* Called after every accepted step; a negative status ends the run with it. */

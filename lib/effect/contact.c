@@ -49,7 +49,7 @@ static rub rub_of(const contact *self, const flesh_frame *lagged, const flesh_po
   double across = flesh_vec3_dot(result.u, result.normal);
   for (int c = 0; c < 3; c++) result.u[c] -= across * result.normal[c];
   result.speed = sqrt(flesh_vec3_dot(result.u, result.u));
-  result.force = self->friction * self->weight[k] * push;
+  result.force = self->friction * flesh_contact_weight(self, k) * push;
   return result;
 }
 
@@ -136,11 +136,11 @@ static void residual_of_part(void *data, int task)
       j->found[task].undefined = 1;
       return;
     }
-    energy += self->weight[k] * barrier.value;
+    energy += flesh_contact_weight(self, k) * barrier.value;
     if (j->r && barrier.distance < INFINITY) {
       double gradient[3] = {barrier.gradient[0], barrier.gradient[1], barrier.gradient[2]};
       if (j->frame.moved) flesh_mat3_times(j->frame.R, barrier.gradient, gradient);
-      for (int c = 0; c < 3; c++) j->r[i + c] += self->weight[k] * gradient[c];
+      for (int c = 0; c < 3; c++) j->r[i + c] += flesh_contact_weight(self, k) * gradient[c];
     }
     if (!j->rubbing) continue;
     const rub rubs = rub_of(self, &j->lagged, j->point, k);
@@ -261,7 +261,7 @@ static void jacobian_of_part(void *data, int task)
     int status = flesh_contact_barrier_at(self, &j->frame, j->point->x + 3 * self->nodes[k], &barrier);
     if (!status && barrier.distance < INFINITY && shift->x != 0) {
       place_hessian(&j->frame, shift->filter, barrier.hessian, placed);
-      for (int e = 0; e < 9; e++) block[e] += shift->x * self->weight[k] * placed[e];
+      for (int e = 0; e < 9; e++) block[e] += shift->x * flesh_contact_weight(self, k) * placed[e];
     }
     if (!j->rubbing || shift->v == 0) continue;
     const rub rubs = rub_of(self, &j->lagged, j->point, k);
@@ -309,16 +309,14 @@ static double contact_next_event(const flesh_effect *effect, double t)
 
 static const char *const contact_report_names[] = {"gap", "nodes", "force", NULL};
 
-/* Smallest distance to the obstacle, at most the thickness; nodes nearer than that; size of the sum
- * of their normal forces. */
-static void contact_report(const flesh_effect *effect, const flesh_point *point, double *values)
+/* Smallest distance to the obstacle, at most the thickness, with the minus sign; nodes nearer than that and the sum of
+ * their normal forces. */
+static void contact_report_part(const flesh_effect *effect, const flesh_point *point, flesh_rank_numbers *numbers)
 {
   const contact *self = effect->data;
   flesh_frame frame;
   flesh_barrier barrier;
-  double force[3] = {0, 0, 0};
-  values[0] = self->thickness;
-  values[1] = 0;
+  double gap = self->thickness;
   flesh_obstacle_frame(self->obstacle, point->t, &frame);
   for (int k = 0, box = 0; k < self->count; k++) {
     if (k == box && is_far(self, &frame, k, box = flesh_contact_end_of_box(k, self->count), point->x, self->thickness)) {
@@ -326,11 +324,27 @@ static void contact_report(const flesh_effect *effect, const flesh_point *point,
       continue;
     }
     flesh_contact_barrier_at(self, &frame, point->x + 3 * self->nodes[k], &barrier);
-    values[0] = fmin(values[0], barrier.distance);
-    values[1] += barrier.distance < INFINITY;
-    for (int c = 0; c < 3; c++) force[c] += self->weight[k] * barrier.gradient[c];
+    gap = fmin(gap, barrier.distance);
+    numbers->sums[0] += barrier.distance < INFINITY;
+    for (int c = 0; c < 3; c++) numbers->sums[1 + c] += flesh_contact_weight(self, k) * barrier.gradient[c];
   }
-  values[2] = sqrt(flesh_vec3_dot(force, force));
+  numbers->largest[0] = -gap;
+}
+
+/* That distance, the nodes, the size of the force. */
+static void contact_report_whole(const flesh_effect *effect, const flesh_rank_numbers *numbers, double *values)
+{
+  (void)effect;
+  values[0] = -numbers->largest[0];
+  values[1] = numbers->sums[0];
+  values[2] = sqrt(flesh_vec3_dot(numbers->sums + 1, numbers->sums + 1));
+}
+
+static void contact_report(const flesh_effect *effect, const flesh_point *point, double *values)
+{
+  flesh_rank_numbers numbers = {0};
+  contact_report_part(effect, point, &numbers);
+  contact_report_whole(effect, &numbers, values);
 }
 
 const flesh_effect_operations flesh_contact_operations = {
@@ -347,5 +361,7 @@ const flesh_effect_operations flesh_contact_operations = {
     .shortcuts = &(const flesh_effect_shortcuts){.evaluate = contact_evaluate},
     .figures = &(const flesh_effect_figures){.report_names = contact_report_names, .report = contact_report,
                                              .memory = flesh_contact_memory},
-    .ranks = &(const flesh_effect_ranks){.restrict_to_part = flesh_contact_restrict},
+    .ranks = &(const flesh_effect_ranks){.restrict_to_part = flesh_contact_restrict, .count = flesh_contact_count,
+                                         .take = flesh_contact_take, .report_part = contact_report_part,
+                                         .report_whole = contact_report_whole},
 };

@@ -3,19 +3,37 @@
 #define FLESH_EFFECT_CONTACT_H
 
 #include "flesh/contact.h"
+#include "flesh/effect.h"
 #include "flesh/ranks.h"
 #include "geometry/contact_core.h"
+
+/* What the defaults of thickness and stiffness, and the share of a core, are made of. Of a part of a body this rank's
+ * sums. */
+typedef struct flesh_contact_measures {
+  double edges, areas; /* m, m^2: sums over so many surface triangles, or means and 1 */
+  double triangles;
+  double stiffness; /* Pa, of the body's stiffest material */
+} flesh_contact_measures;
 
 typedef struct flesh_contact {
   flesh_obstacle *obstacle;
   int borrows_obstacle; /* from the effect on the whole body */
-  double thickness, friction, slip_speed;
+  double stiffness, thickness, friction, slip_speed;
+  int default_stiffness, default_thickness; /* they were not given */
+  flesh_contact_measures measures;
+  const flesh_mesh *mesh; /* that of the whole body, borrowed */
   int count;      /* nodes of tets */
   int *nodes;     /* [count] ascending */
-  double *weight; /* [count] stiffness times the node's area, N */
+  double *area;   /* [count] m^2; times the stiffness a node's weight, N */
   int *names;     /* [count] of a rank's part: their numbers in the whole; NULL: `nodes` are */
   flesh_contact_core core;
 } flesh_contact;
+
+/* A node's weight. */
+static inline double flesh_contact_weight(const flesh_contact *contact, int k)
+{
+  return contact->area[k] * contact->stiffness;
+}
 
 extern const flesh_effect_operations flesh_contact_operations;
 extern const flesh_effect_barrier flesh_contact_barrier;
@@ -42,6 +60,9 @@ double flesh_contact_approach(const flesh_effect *effect, double t_from, double 
                               const double high[3]);
 int flesh_contact_restrict(const flesh_effect *whole, const flesh_rank_part *part, const flesh_body *body,
                            flesh_effect **restricted);
+/* As flesh_effect_ranks has them: the means of the whole body, of which a part has some of the surface. */
+void flesh_contact_count(const flesh_effect *restricted, flesh_rank_numbers *numbers);
+void flesh_contact_take(flesh_effect *restricted, const flesh_rank_numbers *numbers);
 size_t flesh_contact_memory(const flesh_effect *effect);
 void flesh_contact_destroy(void *data);
 

@@ -12,13 +12,14 @@
 #include "geometry/obstacle.h"
 #include "math/mat3.h"
 #include "mesh/pieces.h"
+#include "parallel/rank_part.h"
 
 size_t flesh_contact_memory(const flesh_effect *effect)
 {
   const flesh_contact *self = effect->data;
   const flesh_contact_core *core = &self->core;
   size_t bytes = sizeof *self + flesh_obstacle_memory(self->obstacle) +
-                 (size_t)self->count * (sizeof *self->nodes + sizeof *self->weight);
+                 (size_t)self->count * (sizeof *self->nodes + sizeof *self->area);
   if (core->points)
     bytes += 3 * (size_t)core->points * sizeof *core->centres + (size_t)core->node_count * sizeof *core->nodes +
              3 * (size_t)core->faces.count *
@@ -33,7 +34,7 @@ void flesh_contact_destroy(void *data)
   if (!self->borrows_obstacle) flesh_obstacle_destroy(&self->obstacle);
   flesh_contact_core_clear(&self->core);
   free(self->nodes);
-  free(self->weight);
+  free(self->area);
   free(self->names);
   free(self);
 }
@@ -49,10 +50,65 @@ void flesh_contact_options_default(flesh_contact_options *options)
   *options = (flesh_contact_options){.stiffness = NAN, .thickness = NAN, .slip_speed = 1e-3};
 }
 
+/* Of a triangle of the surface its edges from the first corner, and the size of its area vector, twice its area. */
+static double measure_triangle(const double *X, const int *corner, double e[3])
+{
+  double f[3], n[3];
+  for (int c = 0; c < 3; c++) {
+    e[c] = X[3 * corner[1] + c] - X[3 * corner[0] + c];
+    f[c] = X[3 * corner[2] + c] - X[3 * corner[0] + c];
+  }
+  flesh_vec3_cross(e, f, n);
+  return sqrt(flesh_vec3_dot(n, n));
+}
+
+/* Of the surface means, or where there is a part, sums over what of it is of the rank's tets. One edge of each triangle
+ * will do for a mean. */
+static flesh_contact_measures measure_surface(const flesh_mesh *mesh, const flesh_rank_part *part)
+{
+  int triangles;
+  const int *surface = flesh_mesh_surface(mesh, &triangles), *tets = flesh_mesh_surface_tets(mesh);
+  flesh_contact_measures m = {.triangles = part ? 0 : 1};
+  const double share = part ? 1 : triangles;
+  for (int t = 0; t < triangles; t++) {
+    double e[3];
+    if (part && flesh_rank_share_tet(part, tets[t]) < 0) continue;
+    m.areas += measure_triangle(flesh_mesh_positions(mesh), surface + 3 * (size_t)t, e) / share;
+    m.edges += sqrt(flesh_vec3_dot(e, e)) / share;
+    m.triangles += part != NULL;
+  }
+  return m;
+}
+
+/* What was not given, and the core's, from the measures of the whole; a mesh has half as many nodes as triangles. */
+static void settle(flesh_contact *self)
+{
+  const flesh_contact_measures *m = &self->measures;
+  if (self->default_stiffness) self->stiffness = m->stiffness;
+  if (self->default_thickness) self->thickness = m->edges / m->triangles / 20;
+  self->core.weight = self->stiffness * (m->areas / m->triangles);
+  self->core.thickness = self->thickness;
+}
+
+void flesh_contact_count(const flesh_effect *restricted, flesh_rank_numbers *numbers)
+{
+  const flesh_contact_measures *m = &((const flesh_contact *)restricted->data)->measures;
+  numbers->sums[0] = m->edges;
+  numbers->sums[1] = m->areas;
+  numbers->sums[2] = m->triangles;
+  numbers->largest[0] = m->stiffness;
+}
+
+void flesh_contact_take(flesh_effect *restricted, const flesh_rank_numbers *numbers)
+{
+  flesh_contact *self = restricted->data;
+  self->measures = (flesh_contact_measures){numbers->sums[0], numbers->sums[1], numbers->sums[2], numbers->largest[0]};
+  settle(self);
+}
+
 /* The nodes and their areas: shares of the rest surface, within the body what its share of the volume
- * gives. These meet the obstacle only where the body is crushed, and must not pass it then. *edge is
- * the mean length of the surface's edges, *share a node's mean area. */
-static int collect_nodes(const flesh_mesh *mesh, flesh_contact *self, double *edge, double *share)
+ * gives. These meet the obstacle only where the body is crushed, and must not pass it then. */
+static int collect_nodes(const flesh_mesh *mesh, flesh_contact *self)
 {
   int triangles;
   const int *surface = flesh_mesh_surface(mesh, &triangles), nodes = flesh_mesh_node_count(mesh);
@@ -60,24 +116,17 @@ static int collect_nodes(const flesh_mesh *mesh, flesh_contact *self, double *ed
   double *area = calloc((size_t)nodes + 1, sizeof *area);
   double *volume = calloc((size_t)nodes + 1, sizeof *volume);
   self->nodes = malloc(((size_t)nodes + 1) * sizeof *self->nodes);
-  self->weight = malloc(((size_t)nodes + 1) * sizeof *self->weight);
-  if (!area || !volume || !self->nodes || !self->weight) {
+  self->area = malloc(((size_t)nodes + 1) * sizeof *self->area);
+  if (!area || !volume || !self->nodes || !self->area) {
     free(area);
     free(volume);
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for the contact of %d triangles", triangles);
   }
-  *edge = 0;
   for (int t = 0; t < triangles; t++) {
     const int *corner = surface + 3 * (size_t)t;
-    double e[3], f[3], n[3];
-    for (int c = 0; c < 3; c++) {
-      e[c] = X[3 * corner[1] + c] - X[3 * corner[0] + c];
-      f[c] = X[3 * corner[2] + c] - X[3 * corner[0] + c];
-    }
-    flesh_vec3_cross(e, f, n);
-    for (int k = 0; k < 3; k++) area[corner[k]] += sqrt(flesh_vec3_dot(n, n)) / 6;
-    *share += sqrt(flesh_vec3_dot(n, n)) / triangles; /* a mesh has half as many nodes as triangles */
-    *edge += sqrt(flesh_vec3_dot(e, e)) / triangles; /* one side of each will do for a mean */
+    double e[3];
+    const double twice = measure_triangle(X, corner, e);
+    for (int k = 0; k < 3; k++) area[corner[k]] += twice / 6;
   }
   for (int t = 0; t < flesh_mesh_tet_count(mesh); t++) {
     int n[10], size = flesh_mesh_tet_nodes(mesh, t, n);
@@ -87,7 +136,7 @@ static int collect_nodes(const flesh_mesh *mesh, flesh_contact *self, double *ed
   for (int i = 0; i < nodes; i++)
     if (volume[i] > 0) {
       self->nodes[self->count] = i;
-      self->weight[self->count++] = area[i] > 0 ? area[i] : cbrt(volume[i] * volume[i]);
+      self->area[self->count++] = area[i] > 0 ? area[i] : cbrt(volume[i] * volume[i]);
     }
   free(area);
   free(volume);
@@ -137,7 +186,6 @@ int flesh_effect_contact(const flesh_body *body, const flesh_contact_options *op
     flesh_obstacle_destroy(obstacle);
     return status;
   }
-  double edge = 0, share = 0;
   flesh_contact_options own = *options;
   flesh_contact *self = calloc(1, sizeof *self);
   if (!self) {
@@ -146,10 +194,18 @@ int flesh_effect_contact(const flesh_body *body, const flesh_contact_options *op
   }
   self->obstacle = *obstacle;
   *obstacle = NULL;
-  status = collect_nodes(body->mesh, self, &edge, &share);
+  self->mesh = body->mesh;
+  status = collect_nodes(body->mesh, self);
   if (!status) {
-    if (isnan(own.stiffness)) own.stiffness = flesh_contact_body_stiffness(body);
-    if (isnan(own.thickness)) own.thickness = edge / 20;
+    self->default_stiffness = isnan(own.stiffness);
+    self->default_thickness = isnan(own.thickness);
+    self->stiffness = own.stiffness;
+    self->thickness = own.thickness;
+    self->measures = measure_surface(body->mesh, NULL);
+    self->measures.stiffness = flesh_contact_body_stiffness(body);
+    settle(self);
+    own.stiffness = self->stiffness;
+    own.thickness = self->thickness;
     status = flesh_contact_options_check(&own);
     if (!status && own.separates)
       status = flesh_fail(FLESH_ERR_ARGUMENT, "separates is of bodies that touch each other; an obstacle pushes out");
@@ -158,14 +214,11 @@ int flesh_effect_contact(const flesh_body *body, const flesh_contact_options *op
                                               "does not change");
   }
   if (!status)
-    status = flesh_contact_core_create(body->mesh, self->obstacle, own.stiffness * share,
-                                       own.thickness, &self->core);
+    status = flesh_contact_core_create(body->mesh, self->obstacle, self->core.weight, self->thickness, &self->core);
   if (status) {
     flesh_contact_destroy(self);
     return status;
   }
-  for (int k = 0; k < self->count; k++) self->weight[k] *= own.stiffness;
-  self->thickness = own.thickness;
   self->friction = own.friction;
   self->slip_speed = own.slip_speed;
   return flesh_effect_create(&flesh_contact_operations, self, effect);
@@ -192,20 +245,23 @@ int flesh_contact_restrict(const flesh_effect *whole, const flesh_rank_part *par
   int *kept = malloc((count + 1) * sizeof *kept);
   flesh_contact *self = calloc(1, sizeof *self);
   if (self) {
-    *self = (flesh_contact){.obstacle = from->obstacle, .borrows_obstacle = 1, .thickness = from->thickness,
-                            .friction = from->friction, .slip_speed = from->slip_speed};
+    *self = (flesh_contact){.obstacle = from->obstacle, .borrows_obstacle = 1, .stiffness = from->stiffness,
+                            .thickness = from->thickness, .friction = from->friction, .slip_speed = from->slip_speed,
+                            .default_stiffness = from->default_stiffness, .default_thickness = from->default_thickness,
+                            .measures = measure_surface(from->mesh, part), .mesh = from->mesh};
+    self->measures.stiffness = flesh_contact_body_stiffness(body);
     self->nodes = malloc((count + 1) * sizeof *self->nodes);
     self->names = malloc((count + 1) * sizeof *self->names);
-    self->weight = malloc((count + 1) * sizeof *self->weight);
+    self->area = malloc((count + 1) * sizeof *self->area);
   }
-  int status = kept && self && self->nodes && self->names && self->weight
+  int status = kept && self && self->nodes && self->names && self->area
                    ? restrict_core(&from->core, part, body, &self->core)
                    : flesh_fail(FLESH_ERR_MEMORY, "no memory for a contact effect");
   if (!status) {
     self->count = flesh_rank_share_nodes(part, from->count, from->nodes, kept, self->nodes);
     for (int k = 0; k < self->count; k++) {
-      self->names[k] = from->nodes[kept[k]];
-      self->weight[k] = from->weight[kept[k]];
+      self->names[k] = flesh_rank_part_team(part)->numbers[self->nodes[k]];
+      self->area[k] = from->area[kept[k]];
     }
     status = flesh_effect_create(&flesh_contact_operations, self, restricted);
   } else {

@@ -107,7 +107,22 @@ static int load_restrict(const flesh_effect *whole, const flesh_rank_part *part,
   return status;
 }
 
-static const flesh_effect_ranks load_ranks = {.restrict_to_part = load_restrict};
+/* The nodes of a force, of which a part of a split mesh knows its own alone. */
+static void force_count(const flesh_effect *restricted, flesh_rank_numbers *numbers)
+{
+  const load *self = restricted->data;
+  numbers->sums[0] = self->count;
+}
+
+static void force_take(flesh_effect *restricted, const flesh_rank_numbers *numbers)
+{
+  load *self = restricted->data;
+  for (int k = 0; k < self->count; k++) self->shares[k] = 1. / numbers->sums[0];
+}
+
+static const flesh_effect_ranks
+    traction_ranks = {.restrict_to_part = load_restrict},
+    force_ranks = {.restrict_to_part = load_restrict, .count = force_count, .take = force_take};
 
 static const flesh_effect_operations force_operations = {
     .name = "force",
@@ -118,7 +133,7 @@ static const flesh_effect_operations force_operations = {
     .destroy = load_destroy,
     .time = &(const flesh_effect_time){.next_event = load_next_event},
     .figures = &(const flesh_effect_figures){.memory = load_memory},
-    .ranks = &load_ranks,
+    .ranks = &force_ranks,
 };
 
 static const flesh_effect_operations traction_operations = {
@@ -130,7 +145,7 @@ static const flesh_effect_operations traction_operations = {
     .destroy = load_destroy,
     .time = &(const flesh_effect_time){.next_event = load_next_event},
     .figures = &(const flesh_effect_figures){.memory = load_memory},
-    .ranks = &load_ranks,
+    .ranks = &traction_ranks,
 };
 
 /* With room for `count` nodes, and their numbers where `nodes` is not NULL. */

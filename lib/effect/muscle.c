@@ -211,7 +211,7 @@ static int check(const flesh_mesh *mesh, int count, const int *tets, const flesh
     if (!(activation->points[k].value >= 0 && activation->points[k].value <= 1))
       return flesh_fail(FLESH_ERR_ARGUMENT, "the activation is %g at %g s; it must be from 0 to 1",
                         activation->points[k].value, activation->points[k].t);
-  if (tets ? count < 1 : count != mesh->tets)
+  if (tets ? count < 1 && !mesh->split : count != mesh->tets)
     return flesh_fail(FLESH_ERR_ARGUMENT, "a muscle of %d tets; %s %d", count,
                       tets ? "it must have at least" : "the mesh has", tets ? 1 : mesh->tets);
   for (int k = 0; tets && k < count; k++)
@@ -242,6 +242,7 @@ int flesh_effect_muscle(const flesh_body *body, int count, const int *tets, cons
   FLESH_NEED({effect, "effect"});
   *effect = NULL;
   FLESH_NEED({body, "body"}, {fibres, "fibres"}, {fibre, "fibre"});
+  static const int none = 0;
   muscle *self = flesh_calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a muscle");
   int status = flesh_fibre_constants_of(fibre, &self->fibre);
@@ -249,6 +250,7 @@ int flesh_effect_muscle(const flesh_body *body, int count, const int *tets, cons
   if (!status) status = flesh_amplitude_take(activation, &self->activation);
   self->mesh_tets = body->mesh->tets;
   if (!status) status = take_directions(body->mesh, count, tets, fibres, &self->directions);
+  if (!count) tets = &none, count = 1; /* here of a part of a split mesh: a tet without fibres pulls at nothing */
   if (!status)
     status = flesh_tets_create_fibres(
         body, &(flesh_tets_choice){.count = count, .tets = tets, .directions = self->directions}, &self->tets);

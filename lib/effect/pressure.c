@@ -17,6 +17,7 @@
 #include "effect/pressure_curved.h"
 #include "effect/rank_share.h"
 #include "math/mat3.h"
+#include "mesh/mesh.h"
 
 /* Of an edge the far nodes of the triangles that go along it from its lower to its higher node, and back; -1 on
  * the rim. */
@@ -37,6 +38,7 @@ typedef struct pressure {
    * have. */
   int has_centre;
   double centre[3];
+  const double *X; /* of a part: rest positions, borrowed */
   flesh_amplitude_copy amplitude;
 } pressure;
 
@@ -179,6 +181,15 @@ static double volume_of(const pressure *self, const double *x, const double c[3]
   return volume;
 }
 
+/* Of a rank's part of a surface without a rim; with one there is neither c nor W. */
+static void set_centre(pressure *self, int is_closed, const double centre[3])
+{
+  double size = 0;
+  self->has_centre = is_closed;
+  memcpy(self->centre, centre, sizeof self->centre);
+  self->volume = is_closed ? volume_of(self, self->X, centre, &size) : 0;
+}
+
 static int pressure_potential(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
                               double *phi, double *magnitude)
 {
@@ -300,35 +311,6 @@ static int take_triangles(pressure *self, const flesh_mesh *mesh, int count, con
   return FLESH_OK;
 }
 
-static int compare_edges(const void *a, const void *b)
-{
-  const int *p = a, *q = b;
-  return p[0] != q[0] ? (p[0] > q[0]) - (p[0] < q[0]) : (p[1] > q[1]) - (p[1] < q[1]);
-}
-
-/* Leaves of a part's rim what is of the whole's. The other edges are between two ranks: each has one of the wings, and the
- * edge's middle in place of the other, which is the same on both, so that the sum has the difference of the wings. */
-static int trim_rim(pressure *self, const pressure *whole, const flesh_rank_part *part)
-{
-  int count = 0, *edges = malloc((2 * (size_t)whole->rim_count + 1) * sizeof *edges);
-  if (!edges) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the rim of %d triangles", self->triangle_count);
-  for (int k = 0; k < whole->rim_count; k++) {
-    int *edge = edges + 2 * (size_t)count;
-    for (int a = 0; a < 2; a++) edge[a] = flesh_rank_part_find(part, whole->rim[2 * (size_t)k + (size_t)a]);
-    count += edge[0] >= 0 && edge[1] >= 0;
-  }
-  qsort(edges, (size_t)count, 2 * sizeof *edges, compare_edges);
-  int kept = 0;
-  for (int k = 0; k < self->rim_count; k++) {
-    const int *edge = self->rim + 2 * (size_t)k;
-    if (!bsearch(edge, edges, (size_t)count, 2 * sizeof *edges, compare_edges)) continue;
-    memmove(self->rim + 2 * (size_t)kept++, edge, 2 * sizeof *edge);
-  }
-  self->rim_count = kept;
-  free(edges);
-  return FLESH_OK;
-}
-
 /* The sum of the rim's nodes at the lagged state, and their number. */
 static void pressure_sum(const flesh_effect *effect, const flesh_point *point, double *sums)
 {
@@ -338,25 +320,24 @@ static void pressure_sum(const flesh_effect *effect, const flesh_point *point, d
   sums[3] = 2 * self->rim_count;
 }
 
-/* The triangles of the rank's tets. */
+/* The triangles of the rank's tets; whether the whole's have a rim, and c, are settled once all ranks have theirs. */
 static int pressure_restrict(const flesh_effect *whole, const flesh_rank_part *part, const flesh_body *body,
                              flesh_effect **restricted)
 {
   const pressure *from = whole->data;
-  const double *X = flesh_mesh_positions(body->mesh);
   int *kept = NULL, *local = NULL, found = 0;
-  double size = 0;
   pressure *self = calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a pressure");
   self->pressure = from->pressure;
-  self->has_centre = from->rim_count == 0;
-  memcpy(self->centre, from->centre, sizeof self->centre);
+  self->X = flesh_mesh_positions(body->mesh);
   int status = flesh_amplitude_copy_of(&from->amplitude, &self->amplitude);
   if (!status) {
     status = flesh_rank_share_faces(part, from->triangle_count, from->triangles, &found, &kept, &local);
     if (!status) status = take_triangles(self, body->mesh, found, local);
     if (!status) status = find_edges(self);
-    if (!status) status = trim_rim(self, from, part);
+    /* An edge between two ranks is no rim: each has one of the wings, and the edge's middle in place of the other, which
+     * is the same on both, so that the sum has the difference of the wings. */
+    if (!status) status = flesh_rank_share_edges(part, from->rim_count, from->rim, &self->rim_count, self->rim);
     flesh_free(kept);
     flesh_free(local);
   }
@@ -364,9 +345,21 @@ static int pressure_restrict(const flesh_effect *whole, const flesh_rank_part *p
     pressure_destroy(self);
     return status;
   }
-  if (self->has_centre) self->volume = volume_of(self, X, self->centre, &size);
+  set_centre(self, from->rim_count == 0, from->centre);
   return flesh_effect_create(whole->operations, self, restricted);
 }
+
+/* The rest positions of the triangles' corners, their number; whether some have a rim. */
+static void pressure_count(const flesh_effect *restricted, flesh_rank_numbers *numbers)
+{
+  const pressure *self = restricted->data;
+  for (int k = 0; k < 3 * self->triangle_count; k++)
+    for (int i = 0; i < 3; i++) numbers->sums[i] += self->X[3 * (size_t)self->triangles[k] + (size_t)i];
+  numbers->sums[3] = 3 * self->triangle_count;
+  numbers->largest[0] = self->rim_count;
+}
+
+static void pressure_take(flesh_effect *restricted, const flesh_rank_numbers *numbers);
 
 static const flesh_effect_operations closed_operations = {
     .name = "pressure",
@@ -379,7 +372,8 @@ static const flesh_effect_operations closed_operations = {
     .destroy = pressure_destroy,
     .time = &(const flesh_effect_time){.next_event = pressure_next_event},
     .figures = &(const flesh_effect_figures){.memory = pressure_memory},
-    .ranks = &(const flesh_effect_ranks){.restrict_to_part = pressure_restrict},
+    .ranks = &(const flesh_effect_ranks){.restrict_to_part = pressure_restrict, .count = pressure_count,
+                                         .take = pressure_take},
 };
 
 /* A surface with a rim has no energy. */
@@ -394,8 +388,17 @@ static const flesh_effect_operations open_operations = {
     .destroy = pressure_destroy,
     .time = &(const flesh_effect_time){.next_event = pressure_next_event},
     .figures = &(const flesh_effect_figures){.memory = pressure_memory},
-    .ranks = &(const flesh_effect_ranks){.restrict_to_part = pressure_restrict, .sum_count = 4, .sum = pressure_sum},
+    .ranks = &(const flesh_effect_ranks){.restrict_to_part = pressure_restrict, .sum_count = 4, .sum = pressure_sum,
+                                         .count = pressure_count, .take = pressure_take},
 };
+
+static void pressure_take(flesh_effect *restricted, const flesh_rank_numbers *numbers)
+{
+  const double *sums = numbers->sums, middle[3] = {sums[0] / sums[3], sums[1] / sums[3], sums[2] / sums[3]};
+  const int is_open = numbers->largest[0] > 0;
+  set_centre(restricted->data, !is_open, middle);
+  restricted->operations = is_open ? &open_operations : &closed_operations;
+}
 
 int flesh_effect_pressure(const flesh_body *body, int count, const int *triangles, double value,
                           const flesh_amplitude *amplitude, flesh_effect **effect)
@@ -405,7 +408,8 @@ int flesh_effect_pressure(const flesh_body *body, int count, const int *triangle
   FLESH_NEED({body, "body"}, {triangles, "triangles"});
   if (!(fabs(value) < INFINITY))
     return flesh_fail(FLESH_ERR_ARGUMENT, "pressure is %g Pa; it must be finite", value);
-  if (count < 1) return flesh_fail(FLESH_ERR_ARGUMENT, "a pressure needs a triangle that it acts on");
+  if (count < 1 && !body->mesh->split)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "a pressure needs a triangle that it acts on");
   if (flesh_mesh_order(body->mesh) == 2)
     return flesh_pressure_curved(body, count, triangles, value, amplitude, effect);
   pressure *self = calloc(1, sizeof *self);

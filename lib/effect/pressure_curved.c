@@ -19,6 +19,7 @@
 #include "effect/effect.h"
 #include "effect/face_shares.h"
 #include "math/mat3.h"
+#include "mesh/mesh.h"
 
 /* What of a sum of terms that are of the size of 1 is rounding. */
 static const double rounding = 1e-12;
@@ -396,6 +397,10 @@ static int take_faces(pressure *self, const flesh_mesh *mesh, int count, const i
 int flesh_pressure_curved(const flesh_body *body, int count, const int *triangles, double value,
                           const flesh_amplitude *amplitude, flesh_effect **effect)
 {
+  if (body->mesh->split)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "on the faces of ten-node tets it needs the whole body, of which each rank has a "
+                                          "part alone, as the mesh is split; leave it out, or give a mesh that is not "
+                                          "split");
   pressure *self = calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a pressure");
   self->pressure = value;

@@ -13,7 +13,8 @@
 #include "flesh/ranks.h"
 
 typedef struct settling_damping {
-  double rate, speed, from, until, total; /* 1/s, m/s, s, s, kg */
+  double rate, speed, from, until; /* 1/s, m/s, s, s */
+  double total, own;               /* kg, of the body, and of this part of it */
   flesh_mass_matrix M;
 } settling_damping;
 
@@ -94,6 +95,26 @@ static void settling_sum(const flesh_effect *effect, const flesh_point *point, d
   if (self->speed > 0) flesh_mass_matrix_apply(&self->M, 1, point->threads, point->v_lag, NULL, sums);
 }
 
+static double mass_of(const flesh_body *body)
+{
+  double mass = 0;
+  for (int e = 0; e < flesh_mesh_tet_count(body->mesh); e++)
+    mass += body->density[e] * flesh_mesh_tet_volumes(body->mesh)[e];
+  return mass;
+}
+
+static void settling_count(const flesh_effect *restricted, flesh_rank_numbers *numbers)
+{
+  const settling_damping *self = restricted->data;
+  numbers->sums[0] = self->own;
+}
+
+static void settling_take(flesh_effect *restricted, const flesh_rank_numbers *numbers)
+{
+  settling_damping *self = restricted->data;
+  self->total = numbers->sums[0];
+}
+
 static int settling_restrict(const flesh_effect *whole, const flesh_rank_part *part, const flesh_body *body,
                              flesh_effect **restricted)
 {
@@ -101,6 +122,7 @@ static int settling_restrict(const flesh_effect *whole, const flesh_rank_part *p
   (void)part; /* the body is its */
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a settling damping effect");
   *self = *(const settling_damping *)whole->data; /* the mass of the whole with it */
+  self->own = mass_of(body);
   const int status = flesh_mass_matrix_create(body, &self->M);
   if (!status) return flesh_effect_create(whole->operations, self, restricted);
   settling_destroy(self);
@@ -120,7 +142,8 @@ static const flesh_effect_operations settling_operations = {
     .shortcuts = &(const flesh_effect_shortcuts){.evaluate = settling_evaluate,
                                                  .instructions = settling_instructions},
     .figures = &(const flesh_effect_figures){.memory = settling_memory},
-    .ranks = &(const flesh_effect_ranks){.restrict_to_part = settling_restrict, .sum_count = 1, .sum = settling_sum},
+    .ranks = &(const flesh_effect_ranks){.restrict_to_part = settling_restrict, .sum_count = 1, .sum = settling_sum,
+                                         .count = settling_count, .take = settling_take},
 };
 
 int flesh_effect_settling_damping(const flesh_body *body, double rate, double speed, double from, double until,
@@ -146,7 +169,6 @@ int flesh_effect_settling_damping(const flesh_body *body, double rate, double sp
     settling_destroy(self);
     return status;
   }
-  for (int e = 0; e < flesh_mesh_tet_count(body->mesh); e++)
-    self->total += body->density[e] * flesh_mesh_tet_volumes(body->mesh)[e];
+  self->total = self->own = mass_of(body);
   return flesh_effect_create(&settling_operations, self, effect);
 }

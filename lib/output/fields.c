@@ -15,6 +15,7 @@
 #include "math/svd3.h"
 #include "mesh/edges.h"
 #include "mesh/pieces.h"
+#include "system/ranks.h"
 
 enum { J, STRETCH, STRESS, VON_MISES, PRESSURE, ENERGY_DENSITY };
 _Static_assert(ENERGY_DENSITY + 1 == FLESH_TET_FIELDS, "a field is missing");
@@ -112,12 +113,13 @@ static void add_forces(flesh_fields *f)
 int flesh_fields_open(const flesh_body *body, const flesh_system *system, flesh_method method, unsigned fields,
                       unsigned places, flesh_fields *f)
 {
-  *f = (flesh_fields){.fields = fields, .places = places, .body = body};
+  *f = (flesh_fields){.fields = fields, .places = places, .body = body, .team = flesh_system_team(system)};
   int status = flesh_fields_check(body, system, fields, places);
   if (!status) status = flesh_tet_stress_open(body, system, &f->stress);
   if (!status) status = add_arrays(f);
   if (!status && !(f->weight = calloc((size_t)flesh_mesh_node_count(body->mesh) + 1, sizeof(double))))
     status = flesh_fail(FLESH_ERR_MEMORY, "no memory for fields");
+  status = flesh_team_agree(f->team, status);
   if (!status)
     status = flesh_node_forces_open(body, system, method == FLESH_METHOD_STATIC, (fields & FLESH_FIELD_REACTION) != 0,
                                     (fields & FLESH_FIELD_CONTACT_FORCE) != 0, &f->forces);
@@ -207,9 +209,21 @@ static void add_to_nodes(flesh_fields *f, int tet, int count, double (*samples)[
   }
 }
 
+/* Of a part of a body other ranks' tets count, too. */
+static void add_up_nodes(const flesh_team *team, int width, double *values)
+{
+  const flesh_team_vector vector = {.width = width, .stride = width, .values = values};
+  if (!team || !values) return;
+  team->operations->collect(team->data, &vector);
+  team->operations->share(team->data, &vector);
+}
+
 /* Sums over tets become means; a node of no tet has no value. */
 static void finish_nodes(flesh_fields *f, int n)
 {
+  add_up_nodes(f->team, 1, f->weight);
+  for (int row = 0; row < FLESH_TET_FIELDS; row++)
+    if (rows[row].at >= 0) add_up_nodes(f->team, rows[row].components, f->at_nodes[row]);
   for (int row = 0; row < FLESH_TET_FIELDS; row++) {
     const size_t components = (size_t)rows[row].components;
     for (size_t i = 0; f->at_nodes[row] && i < (size_t)n; i++) {

@@ -10,10 +10,10 @@
 /* Fields that tets have, in the order of flesh_field's bits from FLESH_FIELD_J on. */
 enum { FLESH_TET_FIELDS = 6 };
 
-/* Arrays over nodes, or over tets; with room for the two that every frame has. */
+/* Arrays over nodes, or over tets; with room for the two that every frame has, and the numbers that parts have. */
 typedef struct flesh_field_list {
   int count;
-  flesh_vtu_array arrays[2 * FLESH_TET_FIELDS + 4];
+  flesh_vtu_array arrays[2 * FLESH_TET_FIELDS + 5];
 } flesh_field_list;
 
 typedef struct flesh_fields {
@@ -21,6 +21,7 @@ typedef struct flesh_fields {
   /* The rest is fields.c's own. */
   unsigned fields, places;
   const flesh_body *body;
+  const struct flesh_team *team; /* the system's; NULL: there is one rank */
   flesh_tet_stress stress;
   flesh_node_forces forces;
   double *weight;                            /* [n] m^3 at rest of each node's tets */
@@ -32,7 +33,8 @@ typedef struct flesh_fields {
 /* Whether the body has these fields: FLESH_ERR_ARGUMENT with a sentence that begins with "fields" otherwise. */
 int flesh_fields_check(const flesh_body *body, const flesh_system *system, unsigned fields, unsigned places);
 
-/* Borrows body and system. As above, and FLESH_ERR_MEMORY; cleared then. */
+/* Borrows body and system; of a part of a body every rank calls this and flesh_fields_find. As above, and
+ * FLESH_ERR_MEMORY; cleared then. */
 int flesh_fields_open(const flesh_body *body, const flesh_system *system, flesh_method method, unsigned fields,
                       unsigned places, flesh_fields *result);
 void flesh_fields_clear(flesh_fields *fields);

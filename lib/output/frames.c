@@ -10,6 +10,7 @@
 #include "base/file.h"
 #include "output/fields.h"
 #include "output/obstacles.h"
+#include "output/rest_box.h"
 #include "output/resume.h"
 #include "output/vtu_read.h"
 
@@ -164,8 +165,10 @@ int flesh_frames_observe(void *data, const flesh_step_record *record)
   flesh_frames *frames = data;
   if (record->step % frames->every && !record->last) return FLESH_OK;
   char *name;
+  double box[6];
   int status = flesh_pvd_next(&frames->index, &name);
-  if (!status) status = flesh_obstacles_write(frames->directory, record);
+  flesh_rest_box(frames->mesh, NULL, box);
+  if (!status) status = flesh_obstacles_write(frames->directory, record, box);
   if (status) return status;
   flesh_field_list of_nodes, of_tets;
   list_arrays(frames, record, &of_nodes, &of_tets);

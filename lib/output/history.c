@@ -11,6 +11,7 @@
 #include "output/rows.h"
 #include "system/internal.h"
 #include "system/proximity.h"
+#include "system/rank_numbers.h"
 
 struct flesh_history {
   int reports;     /* columns of what effects report */
@@ -127,9 +128,12 @@ static void put_reports(flesh_history *history, const flesh_step_record *record)
   for (int e = 0; e < flesh_system_effect_count(record->system); e++) {
     const flesh_effect *effect = flesh_system_effect(record->system, e);
     if (!flesh_effect_figures_of(effect)->report_names) continue;
+    const int of_ranks = record->reports && flesh_rank_numbers_reporting(effect) != NULL;
+    const double *of_all = of_ranks ? record->reports + FLESH_RANK_SUMS * (size_t)e : NULL;
     point.near = flesh_proximity_of(record->proximity, e);
     point.internal = flesh_internal_of(record->system, e, state->internal);
-    flesh_effect_figures_of(effect)->report(effect, &point, values);
+    if (!of_ranks) flesh_effect_figures_of(effect)->report(effect, &point, values);
+    for (int k = 0; of_ranks && report_names(record->system, e)[k]; k++) values[k] = of_all[k];
     for (const char *const *name = report_names(record->system, e); *name; name++) {
       putc(',', history->rows.stream);
       flesh_number_print(history->rows.stream, *values++);

@@ -12,12 +12,14 @@
 #include "base/error.h"
 #include "element/element.h"
 #include "mesh/mesh.h"
-#include "system/internal.h"
-#include "system/proximity.h"
+#include "system/one_effect.h"
+#include "system/parts.h"
+#include "system/ranks.h"
 
-/* The diagonal of the consistent mass. */
-static void find_diagonal(const flesh_body *body, double *diagonal)
+/* The diagonal of the consistent mass, of a part with what other ranks' tets add. */
+static void find_diagonal(const flesh_body *body, const flesh_team *team, double *diagonal)
 {
+  const flesh_team_vector vector = {.width = 1, .stride = 1, .values = diagonal};
   const flesh_mesh *mesh = body->mesh;
   for (int e = 0; e < flesh_mesh_tet_count(mesh); e++) {
     int nodes[10];
@@ -31,6 +33,9 @@ static void find_diagonal(const flesh_body *body, double *diagonal)
     flesh_tet10_masses(mesh, e, body->density[e], masses);
     for (int a = 0, k = 0; a < 10; k += 10 - a++) diagonal[nodes[a]] += masses[k];
   }
+  if (!team) return;
+  team->operations->collect(team->data, &vector);
+  team->operations->share(team->data, &vector);
 }
 
 int flesh_node_forces_open(const flesh_body *body, const flesh_system *system, int is_static, int wants_reaction,
@@ -38,7 +43,8 @@ int flesh_node_forces_open(const flesh_body *body, const flesh_system *system, i
 {
   const size_t n = (size_t)flesh_system_unknowns(system);
   const int solves = wants_reaction && !is_static && body->mass == FLESH_MASS_CONSISTENT;
-  *forces = (flesh_node_forces){.body = body, .system = system, .is_static = is_static};
+  *forces = (flesh_node_forces){.body = body, .system = system, .team = flesh_system_team(system),
+                                .is_static = is_static};
   if (!wants_reaction && !wants_contact) return FLESH_OK;
   int failed = !(forces->constrained = calloc(n, 1)) || !(forces->v = calloc(n, sizeof(double))) ||
                !(forces->a = calloc(n, sizeof(double))) || !(forces->zeros = calloc(n, sizeof(double)));
@@ -50,12 +56,11 @@ int flesh_node_forces_open(const flesh_body *body, const flesh_system *system, i
     failed |= !(forces->diagonal = calloc(n / 3, sizeof(double))) ||
               !(forces->direction = calloc(n, sizeof(double))) || !(forces->product = calloc(n, sizeof(double))) ||
               !(forces->residual = calloc(n, sizeof(double)));
-  if (failed) {
-    flesh_node_forces_clear(forces);
-    return flesh_fail(FLESH_ERR_MEMORY, "no memory for the forces on %zu nodes", n / 3);
-  }
-  if (solves) find_diagonal(body, forces->diagonal);
-  return FLESH_OK;
+  int status = failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for the forces on %zu nodes", n / 3) : FLESH_OK;
+  status = flesh_team_agree(forces->team, status);
+  if (status) flesh_node_forces_clear(forces);
+  else if (solves) find_diagonal(body, forces->team, forces->diagonal);
+  return status;
 }
 
 void flesh_node_forces_clear(flesh_node_forces *forces)
@@ -84,29 +89,15 @@ static flesh_point point_of(const flesh_node_forces *f, const flesh_state *state
                        .internal = state->internal, .proximity = f->proximity};
 }
 
-/* y = the sum of the residuals of a role's effects; their first status that is not FLESH_OK. */
-static int sum_role(const flesh_node_forces *f, flesh_role role, const flesh_point *point, double *y)
-{
-  int status = FLESH_OK;
-  memset(y, 0, (size_t)flesh_system_unknowns(f->system) * sizeof *y);
-  for (int e = 0; e < flesh_system_effect_count(f->system) && !status; e++) {
-    const flesh_effect *effect = flesh_system_effect(f->system, e);
-    flesh_point own = *point;
-    own.near = flesh_proximity_of(f->proximity, e);
-    own.internal = flesh_internal_of(f->system, e, point->internal);
-    if (effect->operations->role == role) status = effect->operations->residual(effect, &own, y);
-  }
-  return status;
-}
-
-static double dot(int n, const double *x, const double *y)
+static double dot(const flesh_node_forces *f, int n, const double *x, const double *y)
 {
   double sum = 0;
-  for (int d = 0; d < n; d++) sum += x[d] * y[d];
+  for (int d = 0; d < 3 * flesh_team_own(f->team, n / 3); d++) sum += x[d] * y[d];
+  flesh_team_sum(f->team, 1, &sum);
   return sum;
 }
 
-/* f->residual over the diagonal: its product with f->residual; added to f->direction. */
+/* f->residual over the diagonal: its product with f->residual, which is 0 at ghosts; added to f->direction. */
 static double precondition(flesh_node_forces *f, int n, double keep)
 {
   double sum = 0;
@@ -115,6 +106,8 @@ static double precondition(flesh_node_forces *f, int n, double keep)
     sum += z * f->residual[d];
     f->direction[d] = z + keep * f->direction[d];
   }
+  flesh_team_share(f->team, f->direction);
+  flesh_team_sum(f->team, 1, &sum);
   return sum;
 }
 
@@ -130,14 +123,16 @@ static int balance(flesh_node_forces *f, const flesh_state *state, int n)
   const double enough = 1e-28 * square;
   point.a = f->direction;
   for (int k = 0; k < 500 && square > enough; k++) {
-    if ((status = sum_role(f, FLESH_ROLE_INERTIA, &point, f->product))) return status;
+    status = flesh_system_roles_residual(f->system, FLESH_ROLE_BIT(FLESH_ROLE_INERTIA), &point, f->product);
+    if (status) return status;
     for (int d = 0; d < n; d++)
       if (f->constrained[d]) f->product[d] = 0;
-    const double step = square / dot(n, f->direction, f->product), before = square;
+    const double step = square / dot(f, n, f->direction, f->product), before = square;
     for (int d = 0; d < n; d++) f->a[d] += step * f->direction[d], f->residual[d] -= step * f->product[d];
     square = 0;
     for (int d = 0; d < n; d++)
       if (!f->constrained[d]) square += f->residual[d] * f->residual[d] / f->diagonal[d / 3];
+    flesh_team_sum(f->team, 1, &square);
     precondition(f, n, square / before);
   }
   return square > enough || isnan(square) ? FLESH_NONFINITE : FLESH_OK;
@@ -154,6 +149,7 @@ static int find_reaction(flesh_node_forces *f, const flesh_state *state, int n)
   if (!status) status = flesh_system_residual(f->system, &point, f->reaction);
   for (int d = 0; d < n; d++)
     if (!f->constrained[d]) f->reaction[d] = 0;
+  if (!status) flesh_team_share(f->team, f->reaction);
   return status;
 }
 
@@ -164,19 +160,16 @@ void flesh_node_forces_find(flesh_node_forces *f, const flesh_state *state)
     for (int d = 0; d < n; d++) f->reaction[d] = NAN;
   if (!f->contact) return;
   const flesh_point point = point_of(f, state, f->zeros);
-  const int status = sum_role(f, FLESH_ROLE_CONTACT, &point, f->contact);
+  const int status = flesh_system_roles_residual(f->system, FLESH_ROLE_BIT(FLESH_ROLE_CONTACT), &point, f->contact);
+  if (!status) flesh_team_share(f->team, f->contact);
   for (int d = 0; d < n; d++) f->contact[d] = status ? NAN : 0 - f->contact[d];
 }
 
 const double *flesh_node_forces_of_contact(flesh_node_forces *f, const flesh_state *state, int effect)
 {
   const int n = flesh_system_unknowns(f->system);
-  flesh_point point = point_of(f, state, f->zeros);
-  point.internal = flesh_internal_of(f->system, effect, state->internal);
-  point.near = flesh_proximity_of(f->proximity, effect);
-  const flesh_effect *contact = flesh_system_effect(f->system, effect);
-  for (int d = 0; d < n; d++) f->one_contact[d] = 0;
-  const int status = contact->operations->residual(contact, &point, f->one_contact);
+  const flesh_point point = point_of(f, state, f->zeros);
+  const int status = flesh_system_effect_residual(f->system, effect, &point, f->one_contact);
   for (int d = 0; d < n; d++) f->one_contact[d] = status ? NAN : 0 - f->one_contact[d];
   return f->one_contact;
 }

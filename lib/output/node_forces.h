@@ -14,6 +14,7 @@ typedef struct flesh_node_forces {
   /* The rest is node_forces.c's own. */
   const flesh_body *body;
   const flesh_system *system;
+  const struct flesh_team *team; /* the system's; NULL: there is one rank */
   int is_static;
   uint8_t *constrained;                   /* [3*n] */
   double *v, *a, *zeros;                  /* [3*n] */
@@ -22,7 +23,8 @@ typedef struct flesh_node_forces {
   double *direction, *product, *residual; /* [3*n], with diagonal only */
 } flesh_node_forces;
 
-/* Borrows body and system. FLESH_ERR_MEMORY; cleared then. */
+/* Borrows body and system; of a part of a body (flesh/ranks.h) every rank calls these functions, and finds the body's
+ * forces on the part's nodes. FLESH_ERR_MEMORY; cleared then. */
 int flesh_node_forces_open(const flesh_body *body, const flesh_system *system, int is_static, int wants_reaction,
                            int wants_contact, flesh_node_forces *forces);
 void flesh_node_forces_clear(flesh_node_forces *forces);

@@ -10,18 +10,15 @@
 #include "geometry/obstacle.h"
 #include "flesh/surface.h"
 
-/* Planes are drawn around the body's rest shape, four times as wide. */
-static int make_surface(const flesh_mesh *mesh, const flesh_obstacle *obstacle, double t,
-                        flesh_surface **surface)
+/* Planes are drawn around the box of the rest shape, four times as wide. */
+static int make_surface(const double box[6], const flesh_obstacle *obstacle, double t, flesh_surface **surface)
 {
-  flesh_mesh_info info;
   double centre[3], extent = 0, *positions = NULL;
   int nodes, triangles, *corners = NULL;
   *surface = NULL;
-  flesh_mesh_inspect(mesh, &info);
   for (int c = 0; c < 3; c++) {
-    centre[c] = (info.low[c] + info.high[c]) / 2;
-    extent = fmax(extent, 2 * (info.high[c] - info.low[c]));
+    centre[c] = (box[c] + box[3 + c]) / 2;
+    extent = fmax(extent, 2 * (box[3 + c] - box[c]));
   }
   int status = flesh_obstacle_surface(obstacle, t, centre, extent, &nodes, &positions, &triangles,
                                       &corners);
@@ -36,7 +33,7 @@ static int make_surface(const flesh_mesh *mesh, const flesh_obstacle *obstacle, 
   return status;
 }
 
-int flesh_obstacles_write(const char *directory, const flesh_step_record *record)
+int flesh_obstacles_write(const char *directory, const flesh_step_record *record, const double box[6])
 {
   int count = 0, status = FLESH_OK;
   for (int e = 0; e < flesh_system_effect_count(record->system) && !status; e++) {
@@ -51,7 +48,7 @@ int flesh_obstacles_write(const char *directory, const flesh_step_record *record
       snprintf(path, size, "%s/obstacle_%d_%06d.obj", directory, count, record->step);
     else
       snprintf(path, size, "%s/obstacle_%d.obj", directory, count);
-    status = make_surface(flesh_system_mesh(record->system), obstacle, record->state->t, &surface);
+    status = make_surface(box, obstacle, record->state->t, &surface);
     if (!status) status = flesh_surface_write(surface, NULL, path);
     flesh_surface_destroy(&surface);
     free(path);

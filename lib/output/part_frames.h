@@ -13,6 +13,15 @@ typedef struct flesh_part_frames flesh_part_frames;
  * FLESH_ERR_MEMORY. */
 int flesh_part_frames_create(const char *directory, const flesh_mesh *mesh, const flesh_team *team, int rank, int ranks,
                              int every, flesh_part_frames **frames);
+/* The same where a run goes on behind step `last`, whose folder flesh_frames_resume has cleared. FLESH_ERR_FILE where
+ * the first rank misses a frame up to there. */
+int flesh_part_frames_resume(const char *directory, const flesh_mesh *mesh, const flesh_team *team, int rank, int ranks,
+                             int every, int last, flesh_part_frames **frames);
+/* As flesh_frames_set_fields, of the part's body and system. Collective. */
+int flesh_part_frames_set_fields(flesh_part_frames *frames, const flesh_body *body, const flesh_system *system,
+                                 flesh_method method, unsigned fields, unsigned places);
+/* Waits until this rank's parts of frames behind step `settled` are on the disk. FLESH_ERR_FILE. */
+int flesh_part_frames_sync(flesh_part_frames *frames, int settled);
 /* NULL-safe; sets *frames to NULL. */
 void flesh_part_frames_close(flesh_part_frames **frames);
 

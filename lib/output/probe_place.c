@@ -8,8 +8,10 @@
 
 #include "base/error.h"
 #include "mesh/pieces.h"
+#include "output/rest_box.h"
 #include "skin/locator.h"
 #include "system/parts.h"
+#include "system/ranks.h"
 
 int flesh_probe_find_tets(const flesh_mesh *mesh, const flesh_probe *probe, int *count, int **tets)
 {
@@ -43,54 +45,102 @@ static int check_name(const char *name)
                     name ? name : "");
 }
 
-/* The tet that holds the probe's point at rest. */
-static int locate(flesh_probe *probe, const flesh_mesh *mesh)
+/* The tet of this rank's that holds a point at rest, or is nearest to it, and the box around all of the body. */
+static int find_place(const flesh_mesh *mesh, const flesh_team *team, const double p[3], flesh_place *place,
+                      double box[6])
 {
-  flesh_locator *locator;
-  flesh_place place;
-  flesh_mesh_info info;
-  const double *p = probe->point;
-  double diagonal = 0;
-  int status = flesh_locator_create(mesh, &locator);
-  if (status) return status;
-  flesh_locator_find(locator, p, -1, &place);
+  flesh_locator *locator = NULL;
+  const int status = flesh_team_agree(team, flesh_locator_create(mesh, &locator));
+  if (!status) flesh_locator_find(locator, p, -1, place);
   flesh_locator_destroy(&locator);
-  flesh_mesh_inspect(mesh, &info);
-  for (int d = 0; d < 3; d++) diagonal += pow(info.high[d] - info.low[d], 2);
-  if (place.tet < 0)
+  if (status) return status;
+  flesh_rest_box(mesh, team, box);
+  return FLESH_OK;
+}
+
+/* Of the ranks' places the nearest, with its distance; of several that are as near the first tet of the body. It is
+ * left to the rank that has it. */
+static void choose_place(const flesh_team *team, flesh_place *place)
+{
+  double nearest = place->tet < 0 ? -INFINITY : -place->distance, first;
+  if (!team) return;
+  flesh_team_largest(team, 1, &nearest);
+  const int is_nearest = place->tet >= 0 && -place->distance == nearest;
+  first = is_nearest ? -team->tets[place->tet] : -INFINITY;
+  const double own = first;
+  flesh_team_largest(team, 1, &first);
+  place->distance = -nearest;
+  if (!is_nearest || own != first) place->tet = -1;
+}
+
+/* The tet that holds the probe's point at rest. */
+static int locate(flesh_probe *probe, const flesh_mesh *mesh, const flesh_team *team)
+{
+  flesh_place place;
+  const double *p = probe->point;
+  double diagonal = 0, box[6];
+  int status = find_place(mesh, team, p, &place, box);
+  if (status) return status;
+  choose_place(team, &place);
+  for (int d = 0; d < 3; d++) diagonal += pow(box[3 + d] - box[d], 2);
+  if (team ? place.distance == INFINITY : place.tet < 0)
     return flesh_fail(FLESH_ERR_ARGUMENT, "point is [%g, %g, %g], far outside the body; it must lie in it at rest", p[0],
                       p[1], p[2]);
   if (place.distance > 1e-6 * sqrt(diagonal))
     return flesh_fail(FLESH_ERR_ARGUMENT,
                       "point is [%g, %g, %g], which no tet holds at rest; the nearest is %g m away, and the body reaches "
                       "from [%g, %g, %g] to [%g, %g, %g]",
-                      p[0], p[1], p[2], place.distance, info.low[0], info.low[1], info.low[2], info.high[0],
-                      info.high[1], info.high[2]);
+                      p[0], p[1], p[2], place.distance, box[0], box[1], box[2], box[3], box[4], box[5]);
   probe->tet = place.tet;
   memcpy(probe->weights, place.weights, sizeof place.weights);
   return FLESH_OK;
 }
 
-static int check_nodes(flesh_probe *probe, const flesh_body *body)
+static int check_numbers(const flesh_probe *probe, int total)
 {
-  const double *X = flesh_mesh_positions(body->mesh);
-  const int count = probe->node_count, total = flesh_mesh_node_count(body->mesh);
-  probe->tet = -1;
-  if (count < 1 || !probe->nodes) return flesh_fail(FLESH_ERR_ARGUMENT, "there is neither a point nor a node");
-  double mean[3] = {0, 0, 0};
-  for (int k = 0; k < count; k++) {
+  for (int k = 0; k < probe->node_count; k++)
     if (probe->nodes[k] < 0 || probe->nodes[k] >= total)
       return flesh_fail(FLESH_ERR_ARGUMENT, "nodes[%d] is %d; the mesh has the nodes 0 to %d", k, probe->nodes[k],
                         total - 1);
-    for (int d = 0; d < 3; d++) mean[d] += X[3 * (size_t)probe->nodes[k] + (size_t)d] / count;
-  }
+  return FLESH_OK;
+}
+
+int flesh_probe_counts(const flesh_probe *probe, const flesh_team *team, int k)
+{
+  return !team || probe->nodes[k] < team->own;
+}
+
+/* The mean of the nodes' rest positions, where moments are to be about that. */
+static void find_middle(flesh_probe *probe, const flesh_mesh *mesh, const flesh_team *team, int count)
+{
+  const double *X = flesh_mesh_positions(mesh);
+  double mean[3] = {0, 0, 0};
+  for (int k = 0; k < probe->node_count; k++)
+    for (int d = 0; d < 3 && flesh_probe_counts(probe, team, k); d++)
+      mean[d] += X[3 * (size_t)probe->nodes[k] + (size_t)d] / count;
+  flesh_team_sum(team, 3, mean);
   if (isnan(probe->about[0])) memcpy(probe->about, mean, sizeof mean);
+}
+
+static int check_nodes(flesh_probe *probe, const flesh_body *body, const flesh_team *team)
+{
+  double count = 0, tet_count;
+  int *tets, here;
+  probe->tet = -1;
+  int status = flesh_team_agree(team, check_numbers(probe, flesh_mesh_node_count(body->mesh)));
+  if (status) return status;
+  for (int k = 0; k < probe->node_count && probe->nodes; k++) count += flesh_probe_counts(probe, team, k);
+  flesh_team_sum(team, 1, &count);
+  if (count < 1) return flesh_fail(FLESH_ERR_ARGUMENT, "there is neither a point nor a node");
+  find_middle(probe, body->mesh, team, (int)count);
   if (!(probe->quantities & FLESH_PROBE_OF_TETS)) return FLESH_OK;
-  int tet_count, *tets, status = flesh_probe_find_tets(body->mesh, probe, &tet_count, &tets);
+  status = flesh_team_agree(team, flesh_probe_find_tets(body->mesh, probe, &here, &tets));
   free(tets);
-  if (status || tet_count) return status;
+  tet_count = here;
+  if (!status) flesh_team_sum(team, 1, &tet_count);
+  if (status || tet_count > 0) return status;
   return flesh_fail(FLESH_ERR_ARGUMENT,
-                    "quantities has some of J, stretch, stress and energy, but no tet has all its nodes among the %d "
+                    "quantities has some of J, stretch, stress and energy, but no tet has all its nodes among the %.0f "
                     "chosen; choose more, or a point",
                     count);
 }
@@ -129,5 +179,6 @@ int flesh_probe_prepare(flesh_probe *probe, const flesh_body *body, const flesh_
   if (asked & FLESH_PROBE_CONTACT_FORCE && !probe->contact && !flesh_system_has_role(system, FLESH_ROLE_CONTACT))
     return flesh_fail(FLESH_ERR_ARGUMENT, "quantities has contact_force, but nothing touches the body; add contact");
   if ((status = check_holder(probe, system))) return status;
-  return is_point ? locate(probe, body->mesh) : check_nodes(probe, body);
+  const flesh_team *team = flesh_system_team(system);
+  return is_point ? locate(probe, body->mesh, team) : check_nodes(probe, body, team);
 }

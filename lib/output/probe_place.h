@@ -2,6 +2,7 @@
 #ifndef FLESH_OUTPUT_PROBE_PLACE_H
 #define FLESH_OUTPUT_PROBE_PLACE_H
 
+#include "base/team.h"
 #include "flesh/probe.h"
 
 /* The quantities that tets have. */
@@ -9,5 +10,8 @@ enum { FLESH_PROBE_OF_TETS = FLESH_PROBE_J | FLESH_PROBE_STRETCH | FLESH_PROBE_S
 
 /* The tets all of whose nodes the probe has. Returns new *tets [*count], freed by the caller. FLESH_ERR_MEMORY. */
 int flesh_probe_find_tets(const flesh_mesh *mesh, const flesh_probe *probe, int *count, int **tets);
+
+/* Whether the probe's k-th node is this rank's to count; 1 where `team` is NULL. */
+int flesh_probe_counts(const flesh_probe *probe, const flesh_team *team, int k);
 
 #endif

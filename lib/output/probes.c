@@ -14,6 +14,7 @@
 #include "output/rows.h"
 #include "output/tet_shape.h"
 #include "output/tet_stress.h"
+#include "system/ranks.h"
 
 /* Columns of a quantity, with their unit and that of points where it is another. */
 static const struct {
@@ -50,7 +51,7 @@ static const struct {
     {FLESH_PROBE_CONTACT_FORCE, "contact_moment_y", "N m", NULL},
     {FLESH_PROBE_CONTACT_FORCE, "contact_moment_z", "N m", NULL},
 };
-enum { COLUMNS = sizeof columns / sizeof *columns };
+enum { COLUMNS = sizeof columns / sizeof *columns, VOLUME_AT = COLUMNS, NUMBERS };
 static const unsigned forces_of = FLESH_PROBE_REACTION | FLESH_PROBE_CONTACT_FORCE;
 
 typedef struct place {
@@ -58,15 +59,18 @@ typedef struct place {
   char *name;
   int *nodes, *tets;
   int tet_count;
+  double node_count; /* of all ranks */
 } place;
 
 struct flesh_probes {
-  flesh_rows rows;
+  flesh_rows rows; /* on the first rank */
   const flesh_mesh *mesh;
+  const flesh_team *team; /* the system's; NULL: there is one rank */
   flesh_tet_stress stress;
   flesh_node_forces forces;
   int count;
-  place *places; /* [count] */
+  place *places;   /* [count] */
+  double *numbers; /* [count*NUMBERS] of a row */
 };
 
 static int is_point(const flesh_probe *probe) { return !isnan(probe->point[0]); }
@@ -100,11 +104,17 @@ static void print_header(const flesh_probes *probes)
   putc('\n', stream);
 }
 
-static int check_probes(int count, const flesh_probe *probes)
+/* Of a part of a body a probe may have nothing here. */
+static int is_prepared(const flesh_probe *p, const flesh_team *team)
+{
+  return p->name && p->quantities && (is_point(p) ? team || p->tet >= 0 : (team || p->node_count > 0) && p->nodes);
+}
+
+static int check_probes(int count, const flesh_probe *probes, const flesh_team *team)
 {
   for (int k = 0; k < count; k++) {
     const flesh_probe *p = &probes[k];
-    if (!p->name || !p->quantities || (is_point(p) ? p->tet < 0 : p->node_count < 1 || !p->nodes))
+    if (!is_prepared(p, team))
       return flesh_fail(FLESH_ERR_ARGUMENT, "probes[%d] is not prepared; flesh_probe_prepare does that", k);
     for (int j = 0; j < k; j++)
       if (!strcmp(probes[j].name, p->name))
@@ -114,32 +124,45 @@ static int check_probes(int count, const flesh_probe *probes)
   return FLESH_OK;
 }
 
+/* What needs no other rank. */
+static int create_here(const flesh_body *body, const flesh_system *system, int count, const flesh_probe *probes,
+                       flesh_probes **result)
+{
+  const flesh_team *team = flesh_system_team(system);
+  int status = check_probes(count, probes, team);
+  if (status) return status;
+  flesh_probes *made = *result = calloc(1, sizeof *made);
+  if (made)
+    *made = (flesh_probes){.mesh = body->mesh, .team = team, .places = calloc((size_t)count + 1, sizeof *made->places),
+                           .numbers = calloc((size_t)count * NUMBERS + 1, sizeof *made->numbers)};
+  if (!made || !made->places || !made->numbers) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d probes", count);
+  unsigned wanted = 0;
+  for (int k = 0; k < count && !status; k++) {
+    place *at = &made->places[made->count++];
+    status = copy_place(made->mesh, &probes[k], at);
+    wanted |= probes[k].quantities;
+    for (int i = 0; i < at->probe.node_count && !is_point(&at->probe) && !status; i++)
+      at->node_count += flesh_probe_counts(&at->probe, team, i);
+  }
+  return !status && wanted & FLESH_PROBE_OF_TETS ? flesh_tet_stress_open(body, system, &made->stress) : status;
+}
+
 /* Without its file. */
 static int create(const flesh_body *body, const flesh_system *system, flesh_method method, int count,
                   const flesh_probe *probes, flesh_probes **result)
 {
-  int status = check_probes(count, probes);
-  if (status) return status;
-  flesh_probes *made = calloc(1, sizeof *made);
-  if (made) made->places = calloc((size_t)count + 1, sizeof *made->places);
-  if (!made || !made->places) {
-    free(made);
-    return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d probes", count);
-  }
-  made->mesh = body->mesh;
+  const flesh_team *team = flesh_system_team(system);
+  int status = flesh_team_agree(team, create_here(body, system, count, probes, result));
   unsigned wanted = 0;
-  for (int k = 0; k < count && !status; k++) {
-    status = copy_place(made->mesh, &probes[k], &made->places[made->count++]);
-    wanted |= probes[k].quantities;
-  }
-  if (!status && wanted & FLESH_PROBE_OF_TETS) status = flesh_tet_stress_open(body, system, &made->stress);
-  const int is_static = method == FLESH_METHOD_STATIC;
+  for (int k = 0; k < count; k++) wanted |= probes[k].quantities;
+  for (int k = 0; k < count && !status; k++) flesh_team_sum(team, 1, &(*result)->places[k].node_count);
   if (!status && wanted & forces_of)
-    status = flesh_node_forces_open(body, system, is_static, (wanted & FLESH_PROBE_REACTION) != 0,
-                                    (wanted & FLESH_PROBE_CONTACT_FORCE) != 0, &made->forces);
-  *result = made;
+    status = flesh_node_forces_open(body, system, method == FLESH_METHOD_STATIC, (wanted & FLESH_PROBE_REACTION) != 0,
+                                    (wanted & FLESH_PROBE_CONTACT_FORCE) != 0, &(*result)->forces);
   return status;
 }
+
+static int writes(const flesh_probes *probes) { return !probes->team || probes->team->rank == 0; }
 
 int flesh_probes_create(const char *path, const flesh_body *body, const flesh_system *system, flesh_method method,
                         int count, const flesh_probe *probes, flesh_probes **result)
@@ -148,10 +171,13 @@ int flesh_probes_create(const char *path, const flesh_body *body, const flesh_sy
   *result = NULL;
   FLESH_NEED({path, "path"}, {body, "body"}, {system, "system"}, {probes, "probes"});
   int status = create(body, system, method, count, probes, result);
-  if (!status) status = flesh_rows_open(path, &(*result)->rows);
   if (!status) {
-    print_header(*result);
-    status = flesh_rows_flush(&(*result)->rows);
+    if (writes(*result)) status = flesh_rows_open(path, &(*result)->rows);
+    if (writes(*result) && !status) {
+      print_header(*result);
+      status = flesh_rows_flush(&(*result)->rows);
+    }
+    status = flesh_team_agree((*result)->team, status);
   }
   if (status) flesh_probes_close(result);
   return status;
@@ -162,7 +188,10 @@ int flesh_probes_resume(const char *path, const flesh_body *body, const flesh_sy
 {
   *result = NULL;
   int status = create(body, system, method, count, probes, result);
-  if (!status) status = flesh_rows_resume(path, length, &(*result)->rows);
+  if (!status) {
+    if (writes(*result)) status = flesh_rows_resume(path, length, &(*result)->rows);
+    status = flesh_team_agree((*result)->team, status);
+  }
   if (status) flesh_probes_close(result);
   return status;
 }
@@ -180,6 +209,7 @@ int flesh_probes_close(flesh_probes **probes)
     free(p->places[k].tets);
   }
   free(p->places);
+  free(p->numbers);
   flesh_tet_stress_clear(&p->stress);
   flesh_node_forces_clear(&p->forces);
   free(p);
@@ -187,12 +217,13 @@ int flesh_probes_close(flesh_probes **probes)
   return status;
 }
 
-/* Of a vector on nodes [3*n]: at the point, or its mean. */
-static void find_vector(const flesh_mesh *mesh, const flesh_probe *probe, const double *x, double value[3])
+/* Of a vector on nodes [3*n]: at the point, or its sum. What is not this rank's is 0, here and below. */
+static void find_vector(const flesh_probes *probes, const flesh_probe *probe, const double *x, double value[3])
 {
+  const flesh_mesh *mesh = probes->mesh;
   int nodes[10];
   double weights[10];
-  for (int d = 0; d < 3; d++) value[d] = 0;
+  if (is_point(probe) && probe->tet < 0) return;
   if (is_point(probe)) {
     const int size = flesh_tet_weights(mesh, probe->tet, probe->weights, nodes, weights);
     for (int a = 0; a < size; a++)
@@ -200,16 +231,16 @@ static void find_vector(const flesh_mesh *mesh, const flesh_probe *probe, const 
     return;
   }
   for (int k = 0; k < probe->node_count; k++)
-    for (int d = 0; d < 3; d++) value[d] += x[3 * (size_t)probe->nodes[k] + (size_t)d];
-  for (int d = 0; d < 3; d++) value[d] /= probe->node_count;
+    for (int d = 0; d < 3 && flesh_probe_counts(probe, probes->team, k); d++)
+      value[d] += x[3 * (size_t)probe->nodes[k] + (size_t)d];
 }
 
 /* The sum of forces [3*n] on the probe's nodes, and their moment; with `holder`, of the probe's holder alone. */
-static void sum_forces(const flesh_probe *probe, const double *x, const double *force, const int *holder,
-                       double sums[6])
+static void sum_forces(const flesh_probes *probes, const flesh_probe *probe, const double *x, const double *force,
+                       const int *holder, double sums[6])
 {
-  for (int c = 0; c < 6; c++) sums[c] = 0;
   for (int k = 0; k < probe->node_count; k++) {
+    if (!flesh_probe_counts(probe, probes->team, k)) continue;
     const size_t at = 3 * (size_t)probe->nodes[k];
     const double *y = x + at;
     double f[3];
@@ -237,43 +268,56 @@ static void add_point(const flesh_strain_point *p, double volume, double sums[OF
   sums[ENERGY_AT] += volume * p->energy;
 }
 
-static void find_strain(const flesh_probes *probes, const place *at, const flesh_state *state, double value[OF_TETS])
+/* Integrals, and the volume at rest that they are over. */
+static void find_strain(const flesh_probes *probes, const place *at, const flesh_state *state, double value[OF_TETS],
+                        double *volume)
 {
   flesh_strain_point points[4];
-  double volume = 0;
-  for (int k = 0; k < OF_TETS; k++) value[k] = 0;
-  if (is_point(&at->probe)) {
+  if (is_point(&at->probe) && at->probe.tet >= 0) {
     flesh_tet_stress_at(&probes->stress, state, at->probe.tet, at->probe.weights, points);
-    add_point(points, volume = 1, value);
+    add_point(points, *volume = 1, value);
   }
   for (int e = 0; e < at->tet_count; e++) {
     const int count = flesh_tet_stress_points(&probes->stress, state, at->tets[e], points);
     for (int q = 0; q < count; q++) {
-      volume += points[q].volume;
+      *volume += points[q].volume;
       add_point(&points[q], points[q].volume, value);
     }
   }
-  for (int k = 0; k < 6; k++) value[STRESS_AT + k] /= value[J_AT];
-  for (int k = 0; k < STRESS_AT; k++) value[k] /= volume;
 }
 
-static void put_row(flesh_probes *probes, const place *at, const flesh_state *state)
+/* Where the quantities begin among a probe's numbers. */
+enum { VELOCITY_AT = 3, REACTION_AT = 6, TETS_AT = 12, CONTACT_AT = TETS_AT + OF_TETS };
+_Static_assert((int)CONTACT_AT + 6 == (int)COLUMNS, "a quantity is missing");
+
+/* What this rank has of a row, [NUMBERS]. */
+static void find_numbers(flesh_probes *probes, const place *at, const flesh_state *state, double *numbers)
 {
   const flesh_probe *probe = &at->probe;
-  double values[COLUMNS] = {0}, *next = values;
-  find_vector(probes->mesh, probe, state->x, next);
-  find_vector(probes->mesh, probe, state->v, next += 3);
-  next += 3;
+  memset(numbers, 0, NUMBERS * sizeof *numbers);
+  find_vector(probes, probe, state->x, numbers);
+  find_vector(probes, probe, state->v, numbers + VELOCITY_AT);
   if (probe->quantities & FLESH_PROBE_REACTION)
-    sum_forces(probe, state->x, probes->forces.reaction, probe->holder ? probes->forces.holder : NULL, next);
-  next += 6;
-  if (probe->quantities & FLESH_PROBE_OF_TETS) find_strain(probes, at, state, next);
-  next += OF_TETS;
+    sum_forces(probes, probe, state->x, probes->forces.reaction, probe->holder ? probes->forces.holder : NULL,
+               numbers + REACTION_AT);
+  if (probe->quantities & FLESH_PROBE_OF_TETS) find_strain(probes, at, state, numbers + TETS_AT, numbers + VOLUME_AT);
   if (probe->quantities & FLESH_PROBE_CONTACT_FORCE)
-    sum_forces(probe, state->x,
+    sum_forces(probes, probe, state->x,
                probe->contact ? flesh_node_forces_of_contact(&probes->forces, state, probe->contact - 1)
                               : probes->forces.contact,
-               NULL, next);
+               NULL, numbers + CONTACT_AT);
+}
+
+/* Sums over all ranks become means. */
+static void put_row(flesh_probes *probes, const place *at, double *values)
+{
+  const flesh_probe *probe = &at->probe;
+  double *of_tets = values + TETS_AT;
+  for (int d = 0; d < REACTION_AT && !is_point(probe); d++) values[d] /= at->node_count;
+  if (probe->quantities & FLESH_PROBE_OF_TETS) {
+    for (int k = 0; k < 6; k++) of_tets[STRESS_AT + k] /= of_tets[J_AT];
+    for (int k = 0; k < STRESS_AT; k++) of_tets[k] /= values[VOLUME_AT];
+  }
   for (int c = 0; c < COLUMNS; c++) {
     if (!(probe->quantities & columns[c].quantity)) continue;
     putc(',', probes->rows.stream);
@@ -287,8 +331,13 @@ int flesh_probes_observe(void *data, const flesh_step_record *record)
   flesh_probes *probes = data;
   probes->forces.proximity = record->proximity;
   if (probes->forces.system) flesh_node_forces_find(&probes->forces, record->state);
+  for (int k = 0; k < probes->count; k++)
+    find_numbers(probes, &probes->places[k], record->state, probes->numbers + (size_t)NUMBERS * (size_t)k);
+  flesh_team_sum(probes->team, probes->count * NUMBERS, probes->numbers);
+  if (!writes(probes)) return FLESH_OK;
   flesh_number_print(probes->rows.stream, record->state->t);
-  for (int k = 0; k < probes->count; k++) put_row(probes, &probes->places[k], record->state);
+  for (int k = 0; k < probes->count; k++)
+    put_row(probes, &probes->places[k], probes->numbers + (size_t)NUMBERS * (size_t)k);
   putc('\n', probes->rows.stream);
   return flesh_rows_flush(&probes->rows);
 }

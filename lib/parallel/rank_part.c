@@ -315,10 +315,17 @@ int flesh_rank_part_own(const flesh_rank_part *self) { return self->team.own; }
 
 int flesh_rank_part_neighbours(const flesh_rank_part *self) { return self->halo.count; }
 
-int flesh_rank_part_find(const flesh_rank_part *self, int node)
+static int find_in(const flesh_rank_part *self, const int *numbers, int node)
 {
-  const int own = flesh_rising_find(self->nodes, 0, self->team.own, node);
-  return own >= 0 ? own : flesh_rising_find(self->nodes, self->team.own, self->team.nodes, node);
+  const int own = flesh_rising_find(numbers, 0, self->team.own, node);
+  return own >= 0 ? own : flesh_rising_find(numbers, self->team.own, self->team.nodes, node);
+}
+
+int flesh_rank_part_find(const flesh_rank_part *self, int node) { return find_in(self, self->nodes, node); }
+
+int flesh_rank_part_find_number(const flesh_rank_part *self, int number)
+{
+  return find_in(self, self->team.numbers, number);
 }
 
 int flesh_rank_part_gather(const flesh_rank_part *self, const double *vector, double *whole)

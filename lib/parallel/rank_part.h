@@ -27,5 +27,7 @@ int flesh_rank_part_create_tied(flesh_communicator *communicator, const flesh_me
 
 /* Borrowed: what rooms that add up over nodes know of it. flesh_rank_part_nodes goes on with the nodes beyond. */
 const flesh_team *flesh_rank_part_team(const flesh_rank_part *rank_part);
+/* As flesh_rank_part_find, by the number in the whole also where the part is one of a split mesh. */
+int flesh_rank_part_find_number(const flesh_rank_part *rank_part, int number);
 
 #endif

@@ -8,6 +8,8 @@
 #include "base/error.h"
 #include "base/scan.h"
 #include "math/mat3.h"
+#include "mesh/mesh.h"
+#include "mesh/split_part.h"
 
 #define AT(member) .offset = offsetof(flesh_fibre_field, member)
 #define ALONG(member) .offset = offsetof(flesh_fibre_field, along.member) - offsetof(flesh_fibre_field, along)
@@ -78,9 +80,10 @@ static int choose_tets(const flesh_tet_selection *s, const flesh_body_part *part
   if (!chosen->tets) return flesh_fail(FLESH_ERR_MEMORY, "no memory to choose among %d tets", tets);
   for (int e = 0; e < tets; e++)
     if (is_chosen(s, part, mesh, e)) chosen->tets[chosen->count++] = e;
-  if (!chosen->count)
+  if (mesh->split) mesh->split->found = chosen->count; /* here: share.c asks all ranks */
+  if (!chosen->count && !mesh->split)
     return flesh_fail(FLESH_ERR_ARGUMENT, "no tet of the mesh meets all of the given regions, box and body");
-  chosen->directions = calloc(3 * (size_t)chosen->count, sizeof *chosen->directions);
+  chosen->directions = calloc(3 * (size_t)chosen->count + 1, sizeof *chosen->directions);
   return chosen->directions ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d fibres", chosen->count);
 }
 
@@ -95,8 +98,9 @@ static void tangent(const double a[3], const double b[3], const double x[3], dou
   for (int c = 0; c < 3; c++) direction[c] = length > 0 ? direction[c] / length : b[c] - a[c];
 }
 
-/* The rows of the tets from `first` on, `count` of them, of which the chosen ones are kept. */
-static int read_rows(flesh_scanner *s, int first, int count, flesh_chosen_fibres *chosen)
+/* The rows of the tets from `first` on, `count` of them, of which the chosen ones are kept; `numbers`: in the whole of
+ * which the mesh is a part, or NULL. */
+static int read_rows(flesh_scanner *s, int first, int count, const int *numbers, flesh_chosen_fibres *chosen)
 {
   int kept = 0;
   for (int e = 0; e < count; e++) {
@@ -110,7 +114,8 @@ static int read_rows(flesh_scanner *s, int first, int count, flesh_chosen_fibres
     }
     int status = flesh_scan_row_end(s);
     if (status) return status;
-    if (kept < chosen->count && chosen->tets[kept] == first + e)
+    const int tet = kept < chosen->count ? chosen->tets[kept] : -1;
+    if (tet >= 0 && (numbers ? numbers[tet] : tet) == first + e)
       memcpy(chosen->directions + 3 * (size_t)kept++, row, sizeof row);
   }
   if (flesh_scan_next(s)) return flesh_scan_fail(s, "the file has more rows than the %d tets that it is about", count);
@@ -123,8 +128,9 @@ static int read_file(const char *path, const flesh_body_part *part, const flesh_
   int status = flesh_scan_open(&scanner, path);
   scanner.item = "tet";
   scanner.form = "x y z";
-  if (!status)
-    status = read_rows(&scanner, part ? part->first_tet : 0, part ? part->tets : flesh_mesh_tet_count(mesh), chosen);
+  const flesh_split_part *split = mesh->split;
+  const int tets = split ? split->whole_tets : part ? part->tets : flesh_mesh_tet_count(mesh);
+  if (!status) status = read_rows(&scanner, part ? part->first_tet : 0, tets, split ? split->tets : NULL, chosen);
   flesh_scan_close(&scanner);
   return status;
 }

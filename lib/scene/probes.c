@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "mesh/mesh.h"
 #include "output/fields.h"
 #include "scene/keys.h"
 #include "scene/probe_effects.h"
@@ -48,43 +49,47 @@ static int check_name(const flesh_scene *scene, int k)
   return FLESH_OK;
 }
 
-/* Those of output.reactions, behind the given ones. */
-static int add_bearing(flesh_scene *scene, int count, const flesh_key *output)
+int flesh_scene_probe_fail(const flesh_scene *scene, int k, int status)
 {
-  const int given = scene->probe_count;
-  int status = count ? flesh_scene_probe_bearing(scene, scene->probes + given) : FLESH_OK;
-  for (int k = given; k < given + count && !status; k++) {
-    status = flesh_probe_prepare(&scene->probes[k], &scene->body, scene->system);
-    if (!status) status = check_name(scene, k);
-    scene->probe_count = k + 1;
-  }
+  const flesh_key *output = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, output));
+  const flesh_key *list = flesh_key_at(output->children, offsetof(flesh_output_keys, probes));
   const flesh_node *place = flesh_scene_place(scene->root, flesh_scene_table, output->offset);
+  if (k < scene->keys.output.probes.count) {
+    place = flesh_node_item(flesh_scene_place(place, output->children, list->offset), k);
+    return flesh_node_fail_within(status, place, "%s.%s[%d]: ", output->name, list->name, k);
+  }
   place = flesh_scene_place(place, output->children, offsetof(flesh_output_keys, reactions));
-  const char *name = scene->probe_count > given ? scene->probes[scene->probe_count - 1].name : "a pin";
-  return status ? flesh_node_fail_within(status, place, "%s.reactions: the probe %s: ", output->name, name) : FLESH_OK;
+  const char *name = scene->probes[k].name ? scene->probes[k].name : "a pin";
+  return flesh_node_fail_within(status, place, "%s.reactions: the probe %s: ", output->name, name);
+}
+
+/* Where ranks share out the body, each of its parts is prepared then (share_probes.c); the first rank sees to it that
+ * what is wrong with a whole mesh's is said as one rank by itself says it. */
+static int prepare(const flesh_scene *scene, int k)
+{
+  flesh_probe alone = scene->probes[k], *probe = scene->ranks > 1 ? &alone : &scene->probes[k];
+  int status = FLESH_OK;
+  if (!scene->mesh->split && scene->rank == 0) status = flesh_probe_prepare(probe, &scene->body, scene->system);
+  return status ? status : check_name(scene, k);
 }
 
 int flesh_scene_make_probes(flesh_scene *scene)
 {
-  const flesh_key *output = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, output));
-  const flesh_key *list = flesh_key_at(output->children, offsetof(flesh_output_keys, probes));
   const flesh_objects *objects = &scene->keys.output.probes;
   const flesh_scene_probe *keys = objects->values;
   const int bearing = scene->keys.output.reactions == 1 ? flesh_scene_count_bearing(scene) : 0;
   if (!objects->count && !bearing) return FLESH_OK;
-  const flesh_node *place = flesh_scene_place(scene->root, flesh_scene_table, output->offset);
-  place = flesh_scene_place(place, output->children, list->offset);
   scene->probes = flesh_arena_take(&scene->arena, ((size_t)objects->count + (size_t)bearing) * sizeof *scene->probes);
   if (!scene->probes) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", scene->path);
-  for (int k = 0; k < objects->count; k++) {
-    int status = choose(scene, &keys[k], &scene->probes[k]);
-    if (!status) status = flesh_probe_prepare(&scene->probes[k], &scene->body, scene->system);
-    if (!status) status = check_name(scene, k);
-    if (status)
-      return flesh_node_fail_within(status, flesh_node_item(place, k), "%s.%s[%d]: ", output->name, list->name, k);
+  int status = FLESH_OK;
+  for (int k = 0; k < objects->count + bearing && !status; k++) {
+    if (k < objects->count) status = choose(scene, &keys[k], &scene->probes[k]);
+    else if (k == objects->count) status = flesh_scene_probe_bearing(scene, scene->probes + k); /* all of them */
+    if (!status) status = prepare(scene, k);
+    if (status) return flesh_scene_probe_fail(scene, k, status);
     scene->probe_count = k + 1;
   }
-  return add_bearing(scene, bearing, output);
+  return status;
 }
 
 int flesh_scene_check_fields(const flesh_scene *scene)

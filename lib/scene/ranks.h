@@ -2,6 +2,7 @@
 #ifndef FLESH_SCENE_RANKS_H
 #define FLESH_SCENE_RANKS_H
 
+#include "flesh/probe.h"
 #include "flesh/ranks.h"
 #include "flesh/scene.h"
 
@@ -24,7 +25,10 @@ void flesh_scene_share_destroy(flesh_scene_share **share);
 
 /* Borrowed. */
 const flesh_rank_part *flesh_scene_share_part(const flesh_scene_share *share);
+const flesh_body *flesh_scene_share_body(const flesh_scene_share *share);
 const flesh_system *flesh_scene_share_system(const flesh_scene_share *share);
+/* The scene's probes, prepared for flesh_probes_create on all ranks; *count of them. */
+const flesh_probe *flesh_scene_share_probes(const flesh_scene_share *share, int *count);
 /* Fills in what the part has of the scene's start, as flesh_scene_start does of the whole. */
 void flesh_scene_share_start(const flesh_scene_share *share, flesh_state *state);
 

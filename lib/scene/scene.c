@@ -241,7 +241,6 @@ static int read_scene(flesh_scene *scene, int count, const char *const *override
   if (!status) status = settle_time(scene);
   if (!status) status = read_start(scene);
   if (!status) status = check_output(scene);
-  if (scene->rank > 0) return status; /* what is observed is the first rank's */
   if (!status) status = flesh_scene_make_probes(scene);
   if (!status) status = flesh_scene_check_fields(scene);
   return status;

@@ -65,6 +65,8 @@ int flesh_scene_assign_bodies(flesh_scene *scene, int base, double *density, int
 void flesh_scene_start_bodies(const flesh_scene *scene, double *v);
 /* Chooses the nodes of keys.output.probes and checks them; needs the system. */
 int flesh_scene_make_probes(flesh_scene *scene);
+/* What is wrong with the scene's k-th probe, with its place. */
+int flesh_scene_probe_fail(const flesh_scene *scene, int k, int status);
 /* Whether frames can have keys.output.given.fields; needs the system. */
 int flesh_scene_check_fields(const flesh_scene *scene);
 /* Makes a path absolute. */

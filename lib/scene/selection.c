@@ -144,7 +144,7 @@ int flesh_selection_triangles(const flesh_selection *selection, const flesh_body
 {
   const flesh_mesh *mesh = body->mesh;
   const flesh_body_part *part;
-  int total, found = 0, status = check(selection, body, &part);
+  int total, found = 0, of_whole = 0, status = check(selection, body, &part);
   const int *surface = flesh_mesh_surface(mesh, &total), *tet = flesh_mesh_surface_tets(mesh);
   if (status) return status;
   uint8_t *chosen = calloc((size_t)flesh_mesh_node_count(mesh), 1);
@@ -164,10 +164,12 @@ int flesh_selection_triangles(const flesh_selection *selection, const flesh_body
       continue;
     for (int a = 0; a < 3; a++) (*triangles)[3 * found + a] = n[a];
     found++;
+    /* Around a part of a split mesh there are faces that are none of the whole's. */
+    of_whole += !mesh->split || mesh->split->owners[tet[k]] == mesh->split->part;
   }
   free(chosen);
   *count = found;
-  if (is_enough(mesh, found)) return FLESH_OK;
+  if (is_enough(mesh, of_whole)) return FLESH_OK;
   free(*triangles);
   return nothing_found(selection, "surface triangle");
 }

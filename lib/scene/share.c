@@ -11,7 +11,9 @@
 #include "scene/effect_list.h"
 #include "scene/ranks.h"
 #include "scene/scene.h"
+#include "scene/share.h"
 #include "system/parts.h"
+#include "system/rank_numbers.h"
 #include "system/ranks.h"
 
 struct flesh_scene_share {
@@ -22,6 +24,8 @@ struct flesh_scene_share {
   flesh_body_part *bodies;
   flesh_body body;
   flesh_system *system;
+  int *effects; /* [the scene's] the number of each in this system, from 1; of constraints 0 */
+  flesh_share_probes probes;
 };
 
 /* What the scene says of tets, of this rank's. */
@@ -82,7 +86,8 @@ static int check_found(const flesh_scene_share *self, flesh_communicator *commun
     double most = entries[k].found;
     flesh_communicator_largest(communicator, 1, &most);
     if (most == 0 && !status)
-      status = flesh_node_fail(entries[k].node, "%s: no node or surface triangle of the mesh is chosen", entries[k].path);
+      status = flesh_node_fail(entries[k].node, "%s: no node, surface triangle or tet of the mesh is chosen",
+                               entries[k].path);
   }
   return status;
 }
@@ -111,15 +116,26 @@ static int build(flesh_scene_share *self)
 {
   const flesh_effect_entry *entries = self->scene->keys.effects.values;
   int status = take_tets(self);
+  self->effects = calloc((size_t)self->scene->keys.effects.count + 1, sizeof *self->effects);
+  if (!status && !self->effects) status = flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", self->scene->path);
   if (!status) status = flesh_system_create(self->body.mesh, &self->system);
   if (!status) status = flesh_system_set_part(self->system, self->part);
-  for (int k = 0; k < self->scene->keys.effects.count && !status; k++) status = take_entry(self, &entries[k]);
-  if (!status) status = flesh_system_finalize(self->system);
+  for (int k = 0; k < self->scene->keys.effects.count && !status; k++) {
+    status = take_entry(self, &entries[k]);
+    if (!entries[k].constraint) self->effects[k] = flesh_system_effect_count(self->system);
+  }
+  return status;
+}
+
+/* With what the effects know of the whole. */
+static int finish(flesh_scene_share *self)
+{
+  const int status = flesh_system_finalize(self->system);
   if (!status && self->scene->mesh->split && flesh_system_multiplier_count(self->system))
     return flesh_fail(FLESH_ERR_ARGUMENT,
                       "%s: the pressures of incompressible tets (poisson 0.5) cannot be kept in a state of a split mesh; "
                       "take a mesh that is not split, or poisson below 0.5", self->scene->path);
-  return status;
+  return status ? status : flesh_share_probes_take(self->scene, self->part, self->effects, &self->probes);
 }
 
 int flesh_scene_share_create(const flesh_scene *scene, flesh_communicator *communicator, flesh_scene_share **share)
@@ -133,6 +149,11 @@ int flesh_scene_share_create(const flesh_scene *scene, flesh_communicator *commu
   }
   if (!status) status = check_found(self, communicator);
   if (!status) status = flesh_communicator_agree(communicator, build(self));
+  if (!status) {
+    flesh_rank_numbers_settle(self->system);
+    status = flesh_communicator_agree(communicator, finish(self));
+  }
+  if (!status) status = flesh_share_probes_prepare(scene, &self->body, self->system, &self->probes);
   if (status) flesh_scene_share_destroy(share);
   return status;
 }
@@ -141,17 +162,26 @@ void flesh_scene_share_destroy(flesh_scene_share **share)
 {
   if (!share || !*share) return;
   flesh_scene_share *self = *share;
+  flesh_share_probes_clear(&self->probes);
   flesh_system_destroy(&self->system);
   flesh_rank_part_destroy(&self->part);
   free(self->density);
   free(self->tet_material);
   free(self->bodies);
+  free(self->effects);
   free(self);
   *share = NULL;
 }
 
 const flesh_rank_part *flesh_scene_share_part(const flesh_scene_share *share) { return share->part; }
+const flesh_body *flesh_scene_share_body(const flesh_scene_share *share) { return &share->body; }
 const flesh_system *flesh_scene_share_system(const flesh_scene_share *share) { return share->system; }
+
+const flesh_probe *flesh_scene_share_probes(const flesh_scene_share *share, int *count)
+{
+  *count = share->probes.count;
+  return share->probes.probes;
+}
 
 void flesh_scene_share_start(const flesh_scene_share *self, flesh_state *state)
 {

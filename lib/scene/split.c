@@ -54,10 +54,6 @@ static int check_output(const flesh_scene *scene)
   const size_t output = offsetof(flesh_scene_keys, output);
   const flesh_scene_output *given = &scene->keys.output.given;
   if (given->skin.surface) return refuse(scene, output, "output.skin");
-  if (scene->keys.output.probes.count) return refuse(scene, output, "output.probes");
-  if (scene->keys.output.reactions == 1) return refuse(scene, output, "output.reactions");
-  if (given->fields & ~((unsigned)FLESH_FIELD_DISPLACEMENT | (unsigned)FLESH_FIELD_VELOCITY))
-    return refuse(scene, output, "output.fields, but displacement and velocity,");
   return FLESH_OK;
 }
 

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "system/feasible_step.h"
+#include "system/rank_numbers.h"
 #include "system/ranks.h"
 #include "time/integrator.h"
 
@@ -19,6 +20,7 @@ typedef struct watch {
   const flesh_run_options *options;
   double *zeros; /* [3*n] accelerations: energies do not depend on them */
   double *J, *energies, *rest_energies;
+  double *reports; /* [effects*FLESH_RANK_SUMS], with a team */
   double rest_volume;
   flesh_costs *costs;
 } watch;
@@ -29,6 +31,7 @@ static void watch_close(watch *w)
   free(w->J);
   free(w->energies);
   free(w->rest_energies);
+  free(w->reports);
 }
 
 /* Elastic energies and the volume at rest. */
@@ -55,7 +58,8 @@ static int watch_open(watch *w)
   w->J = malloc(sizeof(double) * (size_t)flesh_mesh_tet_count(w->mesh));
   w->energies = calloc(effects + 1, sizeof(double));
   w->rest_energies = calloc(effects + 1, sizeof(double));
-  int status = w->zeros && w->J && w->energies && w->rest_energies
+  if (w->team) w->reports = calloc(effects * FLESH_RANK_SUMS + 1, sizeof(double));
+  int status = w->zeros && w->J && w->energies && w->rest_energies && (w->reports || !w->team)
                    ? find_rest(w)
                    : flesh_fail(FLESH_ERR_MEMORY, "run: out of memory");
   status = flesh_team_agree(w->team, status);
@@ -83,6 +87,16 @@ static void look_at_shape(watch *w, const flesh_state *state, flesh_step_record 
   record->min_J_tet = (int)-tet;
 }
 
+/* As histories ask for them, of all ranks. */
+static void find_reports(const watch *w, const flesh_point *point)
+{
+  flesh_point full = *point;
+  full.x_lag = point->x;
+  full.v_lag = point->v;
+  full.t_lag = point->t;
+  flesh_rank_numbers_report(w->system, &full, w->reports);
+}
+
 static int call_observers(watch *w, const flesh_integrator *integrator, int step, int last, double h,
                           const flesh_state *state, const flesh_solve_stats *stats)
 {
@@ -97,7 +111,8 @@ static int call_observers(watch *w, const flesh_integrator *integrator, int step
                               .rest_energies = w->rest_energies,
                               .rest_volume = w->rest_volume,
                               .J = w->J,
-                              .proximity = integrator->watch.proximity};
+                              .proximity = integrator->watch.proximity,
+                              .reports = w->reports};
   const flesh_point point = {.t = state->t, .load = 1, .x = state->x, .v = state->v, .a = w->zeros,
                              .multipliers = state->multipliers, .internal = state->internal,
                              .proximity = record.proximity,
@@ -113,6 +128,7 @@ static int call_observers(watch *w, const flesh_integrator *integrator, int step
   if (status > 0)
     for (int e = 0; e < effects; e++) w->energies[e] = NAN;
   look_at_shape(w, state, &record);
+  if (w->reports) find_reports(w, &point);
   status = FLESH_OK;
   for (int o = 0; o < w->options->observer_count && status >= 0; o++) {
     const flesh_observer *observer = &w->options->observers[o];

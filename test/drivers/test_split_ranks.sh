@@ -131,6 +131,170 @@ others_read_an_index() {
     has ten_split/result.json '"preconditioner": "volume-projection"'
 }
 
+# same_bits KIND RANKS SCENE ARGUMENT...: histories, probes and states of split meshes are those of the whole ones.
+same_bits() {
+  kind=$1 ranks=$2 scene=$3
+  shift 3
+  split "$ranks" && expect 0 on_ranks "$ranks" "$flesh" run "$scene" --quiet "$@" --out "whole_$kind" &&
+    expect 0 on_ranks "$ranks" "$flesh" run "$scene" --quiet "$@" --set "body.mesh=parts_$ranks/index.txt" --out "split_$kind" ||
+    return 1
+  for file in history.csv state.txt probes.csv; do
+    [ ! -e "whole_$kind/$file" ] || cmp "whole_$kind/$file" "split_$kind/$file" || return 1
+  done
+}
+
+# as_alone LIMIT SCENE ARGUMENT...: on three ranks with parts as in a process by itself with all of the mesh.
+as_alone() {
+  limit=$1 scene=$2
+  shift 2
+  "$flesh" run "$scene" --quiet "$@" --no-frames --out alone --set solver.newton_tolerance=1e-9 &&
+    expect 0 on_ranks 3 "$flesh" run "$scene" --quiet "$@" --no-frames --out parted --set body.mesh=parts_3/index.txt \
+      --set solver.newton_tolerance=1e-9 && python3 "$source_folder/shared/compare_runs.py" alone parted "$limit"
+}
+
+# What a part of a split mesh knows all of, or learns from the other ranks.
+cat >loads.yaml <<'END'
+body: {mesh: bar.msh, density: 1000, material: {energy: S, young: 1e5, poisson: 0.4}}
+effects:
+  - inertia: {}
+  - gravity: {}
+  - pin: {box: [[-1, -1, -1], [0.01, 2, 2]]}
+  - force: {box: [[1, -1, 0.99], [2.01, 2, 2]], force: [0, 3, 20]}
+  - pressure: {box: [[1.2, -1, 0.99], [4, 2, 2]], pressure: 300}
+  - drag: {box: [[2.99, -1, -1], [4, 2, 2]], density: 1000, velocity: [-3, 0, 0]}
+  - buoyancy: {level: 0.6}
+  - muscle: {box: [[0, 0, 0], [2, 1, 0.5]], fibres: {direction: [1, 0.2, 0]}, peak_stress: 3e3,
+      activation: [{time: 0, value: 0}, {time: 0.1, value: 1}]}
+  - settling_damping: {rate: 3, speed: 0.2}
+time: {step: 1/60, end: 0.1}
+output:
+  frame_interval: 3
+  fields: [stress, J, von_mises, reaction]
+  fields_at: [nodes, points]
+  reactions: true
+  probes:
+    - {name: probe_tip, point: [2.9, 0.5, 0.6], quantities: [position, velocity, J, stretch, stress, energy]}
+    - {name: probe_corner, point: [3, 1, 1], quantities: [position]}
+    - {name: probe_first_cut, point: [1, 0.5, 0.5], quantities: [position]}
+    - {name: probe_second_cut, point: [2, 0.5, 0.5], quantities: [position]}
+    - {name: probe_half, box: [[1, -1, -1], [2, 2, 2]], quantities: [position, J, stretch, stress, energy]}
+END
+effects_are_those_of_the_whole() {
+  numbers=${quick:+3}
+  for ranks in ${numbers:-2 3 5}; do same_bits loads "$ranks" loads.yaml || return 1; done
+  as_alone 1e-6 loads.yaml || return 1
+  [ -n "$quick" ] || as_alone 1e-6 loads.yaml --set body.mass=consistent
+}
+
+# A closed surface has no rim on any rank, and an energy. Rows of fibres go by the whole's tets.
+closed_surfaces_and_files_are_those_of_the_whole() {
+  python3 -c 'for k in range(12 * 4 * 3 * 6): print(1, k % 7 / 7, 0)' >fibres.txt
+  set -- --set effects.buoyancy=null --set 'effects.pressure={box: [[-1, -1, -1], [4, 2, 2]], pressure: 2000}' \
+    --set 'effects.muscle={fibres: {file: fibres.txt}, peak_stress: 3000}'
+  same_bits closed 3 loads.yaml "$@" --no-frames && has split_closed/history.csv energy_pressure && as_alone 1e-6 loads.yaml "$@"
+}
+
+# A bar falls onto a plane and slides, and a ball comes down on it: defaults are made of the whole's surface.
+cat >fall.yaml <<'END'
+body: {mesh: bar.msh, density: 1000, material: {energy: S, young: 1e5, poisson: 0.4}}
+effects:
+  - inertia: {}
+  - gravity: {}
+  - contact: {plane: {point: [0, 0, -0.05], normal: [0.1, 0, 1]}, friction: 0.3, slip_speed: 0.01}
+  - contact: {sphere: {centre: [1.5, 0.5, 1.5], radius: 0.3}, motion: [{time: 0}, {time: 0.25, translation: [0, 0, -0.8]}]}
+start: {velocity: [1, 0.5, -1]}
+time: {step: 1/60, end: 0.25}
+output:
+  frame_interval: 6
+  fields: [contact_force]
+  reactions: true
+END
+contact_is_that_of_the_whole() {
+  numbers=${quick:+3}
+  for ranks in ${numbers:-2 3 5}; do same_bits fall "$ranks" fall.yaml || return 1; done
+  python3 - split_fall/history.csv <<'END' || return 1
+import csv, sys
+rows = list(csv.DictReader(open(sys.argv[1])))
+assert max(float(row["contact_nodes"]) for row in rows) >= 8 and max(float(row["contact_2_nodes"]) for row in rows) >= 1
+assert min(float(row["contact_gap"]) for row in rows) > 0 and max(float(row["contact_2_force"]) for row in rows) > 0
+END
+  cmp whole_fall/frames/obstacle_1.obj split_fall/frames/obstacle_1.obj &&
+    cmp whole_fall/frames/obstacle_2_000006.obj split_fall/frames/obstacle_2_000006.obj && as_alone 1e-5 fall.yaml
+}
+
+# Fields of frames are those of the whole mesh's: of tets the same bits, at nodes within the rounding of sums over ranks.
+fields_are_those_of_the_whole() {
+  same_bits loads 3 loads.yaml && python3 - <<'END'
+import re, struct
+def arrays(path):
+    data = open(path, "rb").read()
+    begin = data.index(b'<AppendedData encoding="raw">')
+    at, cells, found = data.index(b"_", begin) + 1, data.index(b"<CellData>"), {}
+    for match in re.finditer(rb'<DataArray type="(\w+)" Name="(\w+)"(?: NumberOfComponents="(\d+)")?.*?offset="(\d+)"', data[:begin]):
+        type_, name, width, offset = match.groups()
+        place, kind = at + int(offset), "tet" if match.start() > cells else "node"
+        size = struct.unpack("<Q", data[place:place + 8])[0]
+        code, each = {b"Float64": ("d", 8), b"Int32": ("i", 4), b"Int64": ("q", 8), b"UInt8": ("B", 1)}[type_]
+        numbers, n = struct.unpack(f"<{size // each}{code}", data[place + 8:place + 8 + size]), int(width or 1)
+        found[kind, name.decode()] = [numbers[k:k + n] for k in range(0, len(numbers), n)]
+    return found
+its_own = "Points", "connectivity", "offsets", "types"
+whole, compared = arrays("whole_loads/frames/frame_000006.vtu"), set()
+for rank in range(3):
+    part = arrays(f"split_loads/frames/frame_000006_{rank:05d}.vtu")
+    assert part.keys() == whole.keys() | {("node", "node"), ("tet", "tet")}, part.keys() ^ whole.keys()
+    for (kind, name), rows in whole.items():
+        if name in its_own: continue
+        limit = 0 if kind == "tet" else 1e-9 * max(abs(n) for row in rows for n in row)
+        for (number,), row in zip(part[kind, kind], part[kind, name]):
+            assert all(abs(a - b) <= limit for a, b in zip(row, rows[number])), (kind, name, number, row, rows[number])
+        compared.add(name)
+assert {"stress", "J_mean", "von_mises", "reaction", "stress_at_points", "J_at_points"} <= compared, compared
+END
+}
+
+# broken_off RANKS SCENE ARGUMENT...: a run that ends behind its start, and again behind each of its first four steps, in the folder begun.
+broken_off() {
+  ranks=$1 scene=$2
+  shift 2
+  rm -rf begun && expect 6 on_ranks "$ranks" "$flesh" run "$scene" --quiet "$@" --checkpoint 1steps --max-seconds 1e-9 \
+    --out begun || return 1
+  for step in 1 2 3 4; do
+    expect 6 on_ranks "$ranks" "$flesh" run --resume begun --quiet --max-seconds 1e-9 || return 1
+  done
+}
+
+# As many ranks go on with the same bits, a process by itself to the same place; others are told how many there must be.
+checkpoints_go_on() {
+  split 3
+  set -- --set body.mesh=parts_3/index.txt --set time.method=bdf2 --set solver.newton_tolerance=1e-9
+  expect 0 on_ranks 3 "$flesh" run loads.yaml --quiet "$@" --checkpoint 2steps --out undisturbed &&
+    [ ! -e undisturbed/checkpoint.bin ] && broken_off 3 loads.yaml "$@" || return 1
+  cp -r begun by_1 && cp -r begun by_2
+  expect 0 on_ranks 3 "$flesh" run --resume begun --max-seconds 100 && has stdout.txt 'goes on after step 4, t = 0.0666667 s' &&
+    diff -rq -x result.json undisturbed begun && has begun/result.json '"same_bits": true' || return 1
+  expect 2 on_ranks 2 "$flesh" run --resume by_2 --max-seconds 100 && has stderr.txt 'is split for 3 ranks, and there are 2' &&
+    [ "$(grep -c '^flesh run: ' stderr.txt)" -eq 1 ] || return 1
+  [ -z "$quick" ] || return 0
+  expect 0 "$flesh" run --resume by_1 --max-seconds 100 && has by_1/result.json '"same_bits": false' &&
+    python3 "$source_folder/shared/compare_runs.py" undisturbed by_1 1e-6 || return 1
+  # What a process by itself has begun serves ranks.
+  rm -rf alone begun && expect 0 "$flesh" run loads.yaml --quiet "$@" --no-frames --out alone &&
+    expect 6 "$flesh" run loads.yaml --quiet "$@" --no-frames --checkpoint 1steps --max-seconds 1e-9 --out begun &&
+    expect 0 on_ranks 3 "$flesh" run --resume begun --max-seconds 100 && has stdout.txt 'others have come there' &&
+    python3 "$source_folder/shared/compare_runs.py" alone begun 1e-6
+}
+
+# A checkpoint that is cut, or whose frames are gone, is refused by one sentence.
+bad_checkpoints_are_refused() {
+  split 3 && broken_off 3 fall.yaml --set body.mesh=parts_3/index.txt || return 1
+  cp -r begun cut && head -c $(($(wc -c <begun/checkpoint.bin) - 8)) begun/checkpoint.bin >cut/checkpoint.bin
+  expect 3 on_ranks 3 "$flesh" run --resume cut && has stderr.txt 'the checkpoint is damaged' &&
+    [ "$(grep -c '^flesh run: ' stderr.txt)" -eq 1 ] || return 1
+  rm begun/frames/frames.pvd
+  expect 3 on_ranks 3 "$flesh" run --resume begun && [ "$(grep -c '^flesh run: ' stderr.txt)" -eq 1 ]
+}
+
 # Boxes that were made in parts, with regions' densities and materials by the tags of the whole.
 boxes_are_made_in_parts() {
   "$flesh" mesh box --cells 12,4,3 --size 3,1,1 --parts 4 --out blocks >/dev/null &&
@@ -152,18 +316,26 @@ refused() {
 what_needs_the_whole_is_refused() {
   split 3 && split 2
   refused 2 'is split for 2 ranks, and there are 3; start 2' --set body.mesh=parts_2/index.txt &&
-    refused 2 'effects\[3\].prescribed_motion.*no node or surface triangle of the mesh is chosen' \
+    refused 2 'effects\[3\].prescribed_motion.*no node, surface triangle or tet of the mesh is chosen' \
       --set effects.traction=null --set 'effects.prescribed_motion.nodes=' \
-      --set 'effects.prescribed_motion.box=[[9, 9, 9], [10, 10, 10]]' &&
-    refused 2 'of a split mesh, ranks write no checkpoints' --checkpoint 1steps || return 1
+      --set 'effects.prescribed_motion.box=[[9, 9, 9], [10, 10, 10]]' || return 1
   [ -z "$quick" ] || return 0
-  refused 2 'force needs the whole body' --set 'effects.force={box: [[2, 0, 0], [4, 1, 1]], force: [0, 1, 0]}' &&
-    refused 2 'output.probes needs the whole body' --set 'output.probes=[{name: tip, point: [3, 1, 1]}]' &&
-    refused 2 'output.fields, but displacement and velocity, needs' --set 'output.fields=[stress]' &&
+  refused 2 'spring needs the whole body' \
+    --set 'effects.spring={point: [3, 1, 1], stiffness: 10, target: [{time: 0, position: [3, 1, 1]}]}' &&
+    refused 2 'contact: between needs the whole body' --set 'effects.contact={between: self}' &&
+    refused 2 'output.skin needs the whole body' --set 'output.skin.surface=bar.msh' &&
+    refused 2 'output.probes\[0\]: point is \[3.1, 1, 1\], which no tet holds at rest; the nearest is 0.1 m away, and the body' \
+      --set 'output.probes=[{name: tip, point: [3.1, 1, 1]}]' &&
+    refused 2 'output.probes\[0\]: there is neither a point nor a node' \
+      --set 'output.probes=[{name: tip, box: [[4, 4, 4], [5, 5, 5]]}]' &&
+    refused 2 'but no tet has all its nodes among the 20 chosen' \
+      --set 'output.probes=[{name: tip, box: [[2.99, 0, 0], [5, 5, 5]], quantities: [stress]}]' &&
     refused 2 'a split mesh is not refined' --set body.refine=1 &&
     refused 2 'body.element has ten' --set body.element=tet10 &&
     refused 2 'nodes\[0\] is 260; the mesh has the nodes 0 to 259' --set 'effects.prescribed_motion.nodes=[260]' &&
     refused 2 'no tet of the mesh has that tag' --set 'effects.pin.regions=[4]' &&
+    refused 2 'traction: no node, surface triangle or tet of the mesh is chosen' \
+      --set 'effects.traction.box=[[0.2, 0.2, 0.3], [2.8, 0.8, 0.7]]' &&
     refused 2 'it must be a region tag of the mesh: 0' --set 'body.regions=[{tags: [5], density: 3}]'
 }
 
@@ -197,9 +369,12 @@ a_signal_ends_all() {
 }
 
 if [ -n "$quick" ]; then
-  run_tests runs_are_those_of_the_whole frames_are_in_parts what_needs_the_whole_is_refused
+  run_tests runs_are_those_of_the_whole frames_are_in_parts effects_are_those_of_the_whole contact_is_that_of_the_whole \
+    fields_are_those_of_the_whole checkpoints_go_on what_needs_the_whole_is_refused
 else
-  run_tests runs_are_those_of_the_whole tangles_are_untangled frames_are_in_parts states_go_on_on_others others_read_an_index \
+  run_tests runs_are_those_of_the_whole tangles_are_untangled frames_are_in_parts effects_are_those_of_the_whole \
+    closed_surfaces_and_files_are_those_of_the_whole contact_is_that_of_the_whole fields_are_those_of_the_whole \
+    checkpoints_go_on bad_checkpoints_are_refused states_go_on_on_others others_read_an_index \
     boxes_are_made_in_parts what_needs_the_whole_is_refused incompressible_tets_are_refused bad_parts_are_refused \
     a_signal_ends_all
 fi

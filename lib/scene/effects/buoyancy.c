@@ -30,4 +30,5 @@ const flesh_effect_row flesh_effect_row_buoyancy = {
     .parameters_size = sizeof(parameters),
     .sample = "{level: 0.6}",
     .add = add,
+    .on_parts = FLESH_PARTS_NODES,
 };

@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "geometry/motion.h"
+#include "mesh/mesh.h"
 #include "flesh/contact.h"
 #include "flesh/surface.h"
 #include "scene/effect_rows.h"
@@ -184,6 +185,9 @@ static int add_between(const parameters *p, const flesh_contact_options *options
   flesh_effect *effect = NULL;
   int count, *pairs;
   if (p->motion.count) return flesh_fail(FLESH_ERR_ARGUMENT, "motion is of an obstacle; bodies that touch have none");
+  if (body->mesh->split)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "between needs the whole body, of which each rank has a part alone, as the mesh "
+                                          "is split; leave it out, or give a mesh that is not split");
   int status = read_between(body, p->between, &count, &pairs);
   if (status) return status;
   status = flesh_effect_surface_contact(body, options, count, pairs, &effect);
@@ -234,4 +238,5 @@ const flesh_effect_row flesh_effect_row_contact = {
     .parameters_size = sizeof(parameters),
     .sample = "{plane: {point: [0, 0, -1], normal: [0.2, 0.1, 1]}, thickness: 4, stiffness: 1e5}",
     .add = add,
+    .on_parts = FLESH_PARTS_NODES,
 };

@@ -41,4 +41,5 @@ const flesh_effect_row flesh_effect_row_drag = {
     .parameters_size = sizeof(parameters),
     .sample = "{box: [[0.9, -1, -1], [2, 2, 2]], density: 1.2, velocity: [-20, 3, 0]}",
     .add = add,
+    .on_parts = FLESH_PARTS_NODES,
 };

@@ -21,4 +21,5 @@ const flesh_effect_row flesh_effect_row_force = {
     .sample = "{box: [[0.9, -1, -1], [2, 2, 2]], force: [100, 0, -50], amplitude: [{time: 0, value: 0}, "
      "{time: 1, value: 1}]}",
     .add = add,
+    .on_parts = FLESH_PARTS_NODES,
 };

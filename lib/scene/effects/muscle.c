@@ -96,4 +96,5 @@ const flesh_effect_row flesh_effect_row_muscle = {
               "max_shortening_velocity: 8, passive: {c1: 3000, c2: 2, limit: 5}, "
               "activation: [{time: 0, value: 0.2}, {time: 1, value: 1}]}",
     .add = add,
+    .on_parts = FLESH_PARTS_NODES,
 };

@@ -40,4 +40,5 @@ const flesh_effect_row flesh_effect_row_pressure = {
     .sample = "{box: [[0.9, -1, -1], [2, 2, 2]], pressure: 2000, amplitude: [{time: 0, value: 0.5}, {time: 1, value: 1}], "
      "interpolation: smooth}",
     .add = add,
+    .on_parts = FLESH_PARTS_NODES,
 };

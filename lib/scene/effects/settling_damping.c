@@ -31,4 +31,5 @@ const flesh_effect_row flesh_effect_row_settling_damping = {
     .parameters_size = sizeof(parameters),
     .sample = "{rate: 20, speed: 0.5, until: 2}",
     .add = add,
+    .on_parts = FLESH_PARTS_TETS,
 };

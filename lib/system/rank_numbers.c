@@ -1,0 +1,44 @@
+/* rank_numbers.c: numbers of effects on parts of a body, over all ranks. */
+#include "system/rank_numbers.h"
+
+#include "system/internal.h"
+#include "system/parts.h"
+#include "system/proximity.h"
+#include "system/ranks.h"
+
+static void add_up(const flesh_team *team, flesh_rank_numbers *numbers)
+{
+  flesh_team_sum(team, FLESH_RANK_SUMS, numbers->sums);
+  flesh_team_largest(team, FLESH_RANK_SUMS, numbers->largest);
+}
+
+void flesh_rank_numbers_settle(flesh_system *system)
+{
+  const flesh_team *team = flesh_system_team(system);
+  for (int k = 0; k < system->entry_count; k++) {
+    flesh_effect *effect = system->entries[k].effect;
+    const flesh_effect_ranks *ranks = effect->operations->ranks;
+    flesh_rank_numbers numbers = {0};
+    if (!ranks || !ranks->take) continue;
+    ranks->count(effect, &numbers);
+    add_up(team, &numbers);
+    ranks->take(effect, &numbers);
+  }
+}
+
+void flesh_rank_numbers_report(const flesh_system *system, const flesh_point *point, double *reports)
+{
+  const flesh_team *team = flesh_system_team(system);
+  for (int k = 0; k < flesh_system_effect_count(system); k++) {
+    const flesh_effect *effect = flesh_system_effect(system, k);
+    const flesh_effect_ranks *ranks = flesh_rank_numbers_reporting(effect);
+    flesh_rank_numbers numbers = {0};
+    flesh_point own = *point;
+    if (!ranks) continue;
+    own.near = flesh_proximity_of(point->proximity, k);
+    own.internal = flesh_internal_of(system, k, point->internal);
+    ranks->report_part(effect, &own, &numbers);
+    add_up(team, &numbers);
+    ranks->report_whole(effect, &numbers, reports + FLESH_RANK_SUMS * (size_t)k);
+  }
+}

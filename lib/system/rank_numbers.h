@@ -1,0 +1,21 @@
+/* rank_numbers.h: what effects on parts of a body learn from each other (flesh_effect_ranks.count, .report_part). */
+#ifndef FLESH_SYSTEM_RANK_NUMBERS_H
+#define FLESH_SYSTEM_RANK_NUMBERS_H
+
+#include "flesh/system.h"
+
+/* Every effect of a part's system takes its numbers of the body, before the system is finished. Collective; cannot
+ * fail. */
+void flesh_rank_numbers_settle(flesh_system *system);
+/* What the effects say of all ranks at a point, into reports [effects*FLESH_RANK_SUMS]; those of others are left.
+ * Likewise. */
+void flesh_rank_numbers_report(const flesh_system *system, const flesh_point *point, double *reports);
+
+/* The table of an effect that says something of all ranks; NULL: every rank has it by itself. */
+static inline const flesh_effect_ranks *flesh_rank_numbers_reporting(const flesh_effect *effect)
+{
+  const flesh_effect_ranks *ranks = effect->operations->ranks;
+  return ranks && ranks->report_whole ? ranks : NULL;
+}
+
+#endif
