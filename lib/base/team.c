@@ -48,6 +48,18 @@ void flesh_team_collect(const flesh_team *team, double *vector)
   if (team) team->operations->collect(team->data, &(flesh_team_vector){3, 3, NULL, vector, 0});
 }
 
+int flesh_team_narrow(const flesh_team *team, const uint8_t *needed, const flesh_team **narrow)
+{
+  *narrow = team;
+  return team && team->narrows ? team->operations->narrow(team, needed, narrow) : FLESH_OK;
+}
+
+void flesh_team_narrow_end(const flesh_team **narrow)
+{
+  if (*narrow && (*narrow)->left_out) (*narrow)->operations->narrow_end(narrow);
+  *narrow = NULL;
+}
+
 int flesh_team_own(const flesh_team *team, int nodes) { return team ? team->own : nodes; }
 
 double flesh_team_all(const flesh_team *team, int nodes) { return team ? team->all : nodes; }

@@ -8,6 +8,8 @@
 #ifndef FLESH_BASE_TEAM_H
 #define FLESH_BASE_TEAM_H
 
+#include <stdint.h>
+
 #include "flesh/threads.h"
 
 /* Numbers of nodes: node i's `width` are at values[stride * place[i]], or at values[stride * i] where place is NULL. */
@@ -34,6 +36,8 @@ typedef struct flesh_team_reach {
   const int *first_taken, *taken; /* [count+1]; nodes that this rank reaches */
 } flesh_team_reach;
 
+struct flesh_team;
+
 typedef struct flesh_team_operations {
   /* Each of these numbers becomes its sum over the ranks, added in an order that depends on their count alone; or the
    * largest of them. The same bits on all ranks. What is no number stays none. */
@@ -50,6 +54,9 @@ typedef struct flesh_team_operations {
    * nothing else is exchanged or added up in between. */
   void (*exchange_begin)(const void *data, int count, const flesh_team_message *messages);
   void (*exchange_end)(const void *data);
+  /* Of flesh_team_narrow and flesh_team_narrow_end. */
+  int (*narrow)(const struct flesh_team *team, const uint8_t *needed, const struct flesh_team **narrow);
+  void (*narrow_end)(const struct flesh_team **narrow);
 } flesh_team_operations;
 
 typedef struct flesh_team {
@@ -57,7 +64,9 @@ typedef struct flesh_team {
   int nodes, own; /* of this rank; those from `own` on are ghosts */
   int reached;    /* nodes that its preconditioner goes by: those, then some beyond that only other ranks have */
   double all;     /* nodes of the body, each counted once */
-  flesh_team_reach reach;
+  flesh_team_reach reach; /* none where `narrows` */
+  int narrows; /* 1: some ghosts are of effects that see the whole surface: solvers take a narrow team */
+  const uint8_t *left_out; /* [reached] of a narrow team 1: a ghost that nothing is exchanged of; of others NULL */
   const int *tets, *numbers; /* of this rank's tets, and of its nodes, the numbers in the body */
   const void *comm; /* the ranks' MPI_Comm, for solvers that have messages of their own; NULL without MPI */
   const void *data;
@@ -82,6 +91,13 @@ int flesh_team_sum_agreed(const flesh_team *team, int status, int count, double 
 int flesh_team_any(const flesh_team *team, int here);
 void flesh_team_share(const flesh_team *team, double *vector);
 void flesh_team_collect(const flesh_team *team, double *vector);
+/* The same ranks and nodes, for solves with matrices that have nothing at most of the ghosts that effects see: what is
+ * exchanged is of ghosts that the rank's tets have, and of those that are `needed` [nodes] here. Others are left as they
+ * are; they are zero in vectors that begin so. Where the team does not narrow, *narrow is the team itself. Borrows `team`.
+ * Collective, and fails on all ranks or none: FLESH_ERR_MEMORY. */
+int flesh_team_narrow(const flesh_team *team, const uint8_t *needed, const flesh_team **narrow);
+/* NULL-safe; sets *narrow to NULL. Not collective. */
+void flesh_team_narrow_end(const flesh_team **narrow);
 /* How many of `nodes` are this rank's own, and how many there are in the body. */
 int flesh_team_own(const flesh_team *team, int nodes);
 double flesh_team_all(const flesh_team *team, int nodes);

@@ -1,5 +1,6 @@
 /* surface_near.c: what a run knows of surfaces near each other: searched for where nodes have moved too far, and the
  * nodes that the Jacobian couples. */
+#include <limits.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -41,6 +42,8 @@ int flesh_surface_near_create(const flesh_surface_contact *contact, flesh_thread
   if (!status)
     status = flesh_near_finder_create(&contact->surface, X, contact->may_meet, contact->law.thickness, threads,
                                       &self->finder);
+  if (!status && contact->own < INT_MAX && !contact->adaptive)
+    status = flesh_near_finder_restrict(self->finder, contact->own);
   if (!status && contact->separates) status = flesh_contact_patches_create(&contact->surface, &self->patches);
   if (!status) return FLESH_OK;
   flesh_surface_near_destroy(self);

@@ -23,9 +23,12 @@ static void take_patches(near *self)
 static int update(near *self, const double *x)
 {
   const flesh_surface_contact *contact = self->contact;
+  const int own = self->finder->own;
   self->finder->patches = NULL;
+  self->finder->own = INT_MAX; /* every rank has all patches */
   int status = flesh_contact_patches_update(&self->patches, self->finder, x, contact->law.thickness,
                                             contact->law.thickness + room * contact->surface.mean_edge, self->threads);
+  self->finder->own = own;
   take_patches(self);
   return status;
 }
@@ -39,14 +42,12 @@ static int begin(near *self, const double *x)
   return status;
 }
 
-/* Of the contact at x, on every rank of all of it. */
+/* Of the contact at x, on a rank of its own pairs. */
 static int find_energy(near *self, const double *x, double *energy)
 {
   *energy = 0;
   int status = flesh_surface_near_meet(self, x);
-  self->set.own = INT_MAX;
   if (!status) status = flesh_contact_set_evaluate(&self->set, x, self->threads, energy, NULL, NULL);
-  self->set.own = self->contact->own;
   return status;
 }
 

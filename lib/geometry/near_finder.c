@@ -56,6 +56,7 @@ int flesh_near_finder_fit(flesh_near_finder *self, const double *x0, const doubl
 
 typedef struct walk {
   flesh_near_finder *finder;
+  const int *owned;
   int parts;
   void (*visit)(void *data, flesh_near_part *part, int f, int g);
   void *data;
@@ -75,6 +76,11 @@ static void visit_leaves(const walk *w, flesh_near_part *part, const flesh_box_b
   }
 }
 
+static int has_owned(const walk *w, const flesh_box_branch *b)
+{
+  return !w->owned || w->owned[b->end] > w->owned[b->begin];
+}
+
 static void walk_part(void *data, int number)
 {
   const walk *w = data;
@@ -85,10 +91,12 @@ static void walk_part(void *data, int number)
             end = (int)((size_t)tree->leaf_count * ((size_t)number + 1) / (size_t)w->parts);
   for (int k = begin; k < end; k++) {
     const flesh_box_branch *leaf = &tree->branches[tree->leaves[k]];
+    const int owned = has_owned(w, leaf);
     int stack[FLESH_BOX_TREE_DEPTH], height = 0;
     for (stack[height++] = 0; height > 0;) {
       const flesh_box_branch *b = &tree->branches[stack[--height]];
       if (b->end <= leaf->begin || !flesh_boxes_meet(b->low, b->high, leaf->low, leaf->high)) continue;
+      if (!owned && !has_owned(w, b)) continue;
       if (b->tag >= 0 && leaf->tag >= 0 && !flesh_near_may_meet(self, b->tag, leaf->tag)) continue;
       if (!b->children) {
         visit_leaves(w, part, leaf, b);
@@ -100,11 +108,11 @@ static void walk_part(void *data, int number)
   }
 }
 
-void flesh_near_finder_walk(flesh_near_finder *self, flesh_threads *threads,
+void flesh_near_finder_walk(flesh_near_finder *self, flesh_threads *threads, const int *owned,
                             void (*visit)(void *data, flesh_near_part *part, int f, int g), void *data)
 {
   const int wanted = 1 + self->tree->leaf_count / WALK_PART;
-  const walk w = {self, wanted < FLESH_NEAR_PARTS ? wanted : FLESH_NEAR_PARTS, visit, data};
+  const walk w = {self, owned, wanted < FLESH_NEAR_PARTS ? wanted : FLESH_NEAR_PARTS, visit, data};
   for (int k = 0; k < FLESH_NEAR_PARTS; k++) {
     flesh_near_part *part = &self->parts[k];
     part->count[0] = part->count[1] = part->failed = 0;

@@ -38,6 +38,8 @@ typedef struct flesh_near_finder {
   double fit_inflation;
   flesh_near_rows excluded[2]; /* faces of points, edges of edges */
   const flesh_contact_patches *patches; /* that ignore each other, borrowed; NULL: none do */
+  int own;    /* pairs are searched for whose first node is below: those of a rank (team.h); INT_MAX: all */
+  int *owned; /* [face_count+1] how many faces before each place of the tree keep such a node or edge; NULL: all do */
   int *row;                    /* [max(node_count, edge_count) + 1] for sorting */
   flesh_near_part parts[FLESH_NEAR_PARTS];
   int regrouped; /* times */
@@ -48,8 +50,9 @@ int flesh_near_finder_fit(flesh_near_finder *finder, const double *x0, const dou
                           flesh_threads *threads);
 
 /* Calls visit(data, part, f, g) for all faces f and g whose boxes meet and whose bodies may, once for each two, in parts
- * at a time; what a part finds goes into finder->parts[part]. */
-void flesh_near_finder_walk(flesh_near_finder *finder, flesh_threads *threads,
+ * at a time; what a part finds goes into finder->parts[part]. Where `owned` (finder->owned; NULL: all do) says that
+ * neither of two leaves has anything, their faces are passed over. */
+void flesh_near_finder_walk(flesh_near_finder *finder, flesh_threads *threads, const int *owned,
                             void (*visit)(void *data, flesh_near_part *part, int f, int g), void *data);
 
 /* Adds a pair of a kind (0, 1). */

@@ -2,6 +2,7 @@
 #include "geometry/near_pairs.h"
 
 #include <float.h>
+#include <limits.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -79,6 +80,7 @@ static void try_point(const search *s, flesh_near_part *part, int node, int f)
   const flesh_contact_surface *surface = self->surface;
   const int *corner = surface->faces + 3 * (size_t)f, place = surface->node_place[node];
   const int body = surface->node_body[place], other = self->face_body[f];
+  if (node >= self->own) return;
   if (node == corner[0] || node == corner[1] || node == corner[2] || !flesh_near_may_meet(self, body, other)) return;
   if (s->within_pieces && (body != other || !are_connected(surface, node, corner[0]))) return;
   if (point_is_outside(s, node, &self->face_boxes[f])) return;
@@ -94,6 +96,7 @@ static void try_edges(const search *s, flesh_near_part *part, int first, int sec
   const int a = first < second ? first : second, b = first < second ? second : first;
   const int *p = self->surface->edges + 2 * (size_t)a, *q = self->surface->edges + 2 * (size_t)b;
   const int body = self->edge_body[a], other = self->edge_body[b];
+  if (p[0] >= self->own) return;
   if (p[0] == q[0] || p[0] == q[1] || p[1] == q[0] || p[1] == q[1] || !flesh_near_may_meet(self, body, other)) return;
   if (s->within_pieces && (body != other || !are_connected(self->surface, p[0], q[0]))) return;
   if (!flesh_near_boxes_meet(&self->edge_boxes[a], &self->edge_boxes[b])) return;
@@ -130,6 +133,37 @@ static int make_room(int count, int **pairs, int *room)
   return FLESH_OK;
 }
 
+/* Whether a face keeps a node that is one of the own, or an edge with such a first one. */
+static int keeps_owned(const flesh_near_finder *self, int face)
+{
+  const flesh_contact_surface *s = self->surface;
+  int keeps = 0;
+  for (int k = 0; k < 3; k++) {
+    const int edge = s->face_edges[3 * (size_t)face + (size_t)k];
+    keeps |= self->kept[face] >> k & 1 && s->faces[3 * (size_t)face + (size_t)k] < self->own;
+    keeps |= self->kept[face] >> (3 + k) & 1 && s->edges[2 * (size_t)edge] < self->own;
+  }
+  return keeps;
+}
+
+/* finder->owned as the tree is grouped now; NULL where all are own. */
+static const int *count_owned(flesh_near_finder *self)
+{
+  if (self->own == INT_MAX) return NULL;
+  self->owned[0] = 0;
+  for (int p = 0; p < self->surface->face_count; p++)
+    self->owned[p + 1] = self->owned[p] + keeps_owned(self, self->tree->order[p]);
+  return self->owned;
+}
+
+int flesh_near_finder_restrict(flesh_near_finder *self, int own)
+{
+  if (!self->owned) self->owned = malloc(((size_t)self->surface->face_count + 1) * sizeof *self->owned);
+  if (!self->owned) return no_memory(self->surface);
+  self->own = own;
+  return FLESH_OK;
+}
+
 static int search_pairs(flesh_near_finder *self, search *s, flesh_threads *threads, flesh_near_pairs *pairs)
 {
   const flesh_contact_surface *surface = self->surface;
@@ -137,7 +171,7 @@ static int search_pairs(flesh_near_finder *self, search *s, flesh_threads *threa
   pairs->distance = -INFINITY;
   int status = flesh_near_finder_fit(self, s->x0, s->x1, s->distance / 2, threads);
   if (status) return status;
-  flesh_near_finder_walk(self, threads, visit_faces, s);
+  flesh_near_finder_walk(self, threads, count_owned(self), visit_faces, s);
   const int points = flesh_near_finder_count(self, POINT_FACE), edges = flesh_near_finder_count(self, EDGE_EDGE);
   if (!pairs->x) pairs->x = malloc((3 * (size_t)surface->node_count + 1) * sizeof *pairs->x);
   if (points < 0 || edges < 0 || !pairs->x || make_room(points, &pairs->point_faces, &pairs->point_room) ||
@@ -244,6 +278,7 @@ int flesh_near_finder_create(const flesh_contact_surface *surface, const double 
   flesh_near_finder *self = calloc(1, sizeof *self);
   if (!self) return no_memory(surface);
   self->surface = surface;
+  self->own = INT_MAX;
   int status = make(X, may_meet, rest_distance, threads, self);
   if (status) flesh_near_finder_destroy(&self);
   *finder = self;
@@ -256,7 +291,7 @@ void flesh_near_finder_destroy(flesh_near_finder **finder)
   flesh_near_finder *self = *finder;
   void *const owned[] = {self->may_meet, self->edge_body, self->face_body, self->kept, self->face_boxes,
                          self->edge_boxes, self->row, self->excluded[0].start, self->excluded[0].second,
-                         self->excluded[1].start, self->excluded[1].second};
+                         self->excluded[1].start, self->excluded[1].second, self->owned};
   for (size_t k = 0; k < sizeof owned / sizeof *owned; k++) free(owned[k]);
   for (int k = 0; k < FLESH_NEAR_PARTS; k++) {
     free(self->parts[k].found[0]);
@@ -274,6 +309,7 @@ size_t flesh_near_finder_memory(const flesh_near_finder *self)
   size_t bytes = sizeof *self + (size_t)s->body_count * (size_t)s->body_count + flesh_box_tree_memory(self->tree) +
                  (faces + edges) * (sizeof *self->face_boxes + sizeof(int)) + faces +
                  ((nodes > edges ? nodes : edges) + 1) * sizeof *self->row;
+  if (self->owned) bytes += (faces + 1) * sizeof *self->owned;
   for (int kind = 0; kind < 2; kind++) {
     const size_t firsts = kind == POINT_FACE ? nodes : edges;
     if (self->excluded[kind].start) bytes += (firsts + 2 + (size_t)self->excluded[kind].start[firsts]) * sizeof(int);

@@ -32,6 +32,9 @@ int flesh_near_finder_create(const flesh_contact_surface *surface, const double 
 /* NULL-safe. */
 void flesh_near_finder_destroy(flesh_near_finder **finder);
 size_t flesh_near_finder_memory(const flesh_near_finder *finder);
+/* From now on pairs are searched for whose first node is one of the first `own` of the mesh, so that ranks which own
+ * these share a search out (team.h): each pair is found by one of them. FLESH_ERR_MEMORY. */
+int flesh_near_finder_restrict(flesh_near_finder *finder, int own);
 /* How often its boxes were grouped anew, as they were worn. */
 int flesh_near_finder_regrouped(const flesh_near_finder *finder);
 

@@ -87,7 +87,7 @@ int flesh_surface_intersections_find(flesh_near_finder *finder, const double *x,
   int status = flesh_near_finder_fit(finder, x, NULL, 0, threads);
   if (status) return status;
   search s = {finder, x};
-  flesh_near_finder_walk(finder, threads, visit_faces, &s);
+  flesh_near_finder_walk(finder, threads, NULL, visit_faces, &s);
   const int count = flesh_near_finder_count(finder, EDGE_FACE);
   if (count > found->room || count > found->item_room) {
     int *pairs = realloc(found->pairs, 2 * (size_t)count * sizeof *pairs);

@@ -22,6 +22,7 @@
 #define flesh_preconditioner_solve_for FLESH_OF_ISA(flesh_preconditioner_solve_for)
 #define flesh_preconditioner_create FLESH_OF_ISA(flesh_preconditioner_create)
 #define flesh_preconditioner_create_levels FLESH_OF_ISA(flesh_preconditioner_create_levels)
+#define flesh_preconditioner_team FLESH_OF_ISA(flesh_preconditioner_team)
 #define flesh_preconditioner_project FLESH_OF_ISA(flesh_preconditioner_project)
 #define flesh_preconditioner_destroy FLESH_OF_ISA(flesh_preconditioner_destroy)
 #define flesh_power_to_one FLESH_OF_ISA(flesh_power_to_one)

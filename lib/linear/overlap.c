@@ -117,10 +117,13 @@ static int make_pattern(flesh_overlap *self, const flesh_block_matrix *A, int ex
   return FLESH_OK;
 }
 
-/* Whether this rank has nodes that others have, too. */
-static int has_others(const flesh_overlap *self) { return self->team && self->team->reach.count > 0; }
+/* Whether this rank has nodes that others have, too, or ghosts without any: the matrix is another one than A. */
+static int has_others(const flesh_overlap *self)
+{
+  return self->team && (self->team->reach.count > 0 || self->team->left_out);
+}
 
-/* From the places that were received; A itself where there are no other ranks to send any. */
+/* From the places that were received; A itself where it serves. */
 static int make_matrix(flesh_overlap *self, const flesh_block_matrix *A)
 {
   if (!has_others(self)) {
@@ -289,6 +292,14 @@ size_t flesh_overlap_memory(const flesh_overlap *self)
          ranks * sizeof *self->messages;
 }
 
+/* Rows of ghosts that ranks leave out have nothing to solve for, and no diagonal. */
+static void set_left_out(flesh_overlap *self)
+{
+  const uint8_t *left_out = self->team->left_out;
+  for (int i = 0; left_out && i < self->matrix.rows; i++)
+    for (int c = 0; left_out[i] && c < 3; c++) self->matrix.values[9 * (size_t)self->row_start[i] + 4 * (size_t)c] = 1;
+}
+
 const flesh_block_matrix *flesh_overlap_update(flesh_overlap *self, const flesh_block_matrix *A)
 {
   if (!has_others(self)) return A;
@@ -307,6 +318,7 @@ const flesh_block_matrix *flesh_overlap_update(flesh_overlap *self, const flesh_
     double *to = values + 9 * (size_t)(flipped ? ~at : at);
     for (int e = 0; e < 9; e++) to[e] += block[flipped ? 3 * (e % 3) + e / 3 : e];
   }
+  set_left_out(self);
   return &self->matrix;
 }
 

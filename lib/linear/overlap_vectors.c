@@ -125,6 +125,7 @@ void flesh_overlap_keep(const flesh_overlap *self, int single, const void *r)
   const flesh_team *team = self->team;
   const size_t own = 3 * (size_t)team->own, others = 3 * (size_t)team->reached - own;
   for (int i = 0; i < team->own; i++) read_node(self, single, r, i, self->vector + 3 * (size_t)i);
+  memset(self->vector + own, 0, others * sizeof *self->vector); /* also what is left out */
   team->operations->share(team->data, &(flesh_team_vector){3, 3, NULL, self->vector, 1});
   memcpy(self->r, self->vector + own, others * sizeof *self->r);
   memset(self->s, 0, others * sizeof *self->s);

@@ -307,5 +307,6 @@ int flesh_pcg_guided(flesh_pcg_space *self, const flesh_block_matrix *A, flesh_p
   const int status = self->team ? flesh_pcg_in_team(A, guide, tolerance, max_iterations, &w, result)
                                 : iterate(self, A, guide, tolerance, max_iterations, &w, result);
   flesh_threads_run(self->threads, self->chunks, store, &w);
+  if (self->team && flesh_preconditioner_team(preconditioner) != self->team) flesh_team_share(self->team, x);
   return status;
 }

@@ -162,7 +162,8 @@ static void collect(iteration *now)
   flesh_pcg_work *w = now->work;
   const flesh_pcg_space *self = w->space;
   if (!now->overlap) {
-    self->team->operations->collect(self->team->data, &(flesh_team_vector){3, 4, self->place, self->z, 0});
+    const flesh_team *team = flesh_preconditioner_team(w->preconditioner);
+    team->operations->collect(team->data, &(flesh_team_vector){3, 4, self->place, self->z, 0});
     return;
   }
   flesh_overlap_collect_begin(now->overlap, self->single, self->z);
@@ -178,7 +179,7 @@ static void precondition(iteration *now, const flesh_block_matrix *A, int stops)
 {
   flesh_pcg_work *w = now->work;
   flesh_pcg_space *self = w->space;
-  const flesh_team *team = self->team;
+  const flesh_team *team = flesh_preconditioner_team(w->preconditioner);
   const float *r = (const float *)self->rounded;
   if (now->overlap) flesh_preconditioner_solve_for(w->preconditioner, r, now->load, w->to_round);
   else flesh_preconditioner_solve(w->preconditioner, r);

@@ -38,6 +38,7 @@ struct flesh_preconditioner_data {
   int projects;         /* it serves for the matrix at hand */
   double *blocks;       /* [9*rows] of a team's: diagonal blocks that it sums up; NULL: there is none, or no projection */
   flesh_threads *threads;
+  const flesh_team *team; /* the threads', for matrices of this pattern (flesh_team_narrow); NULL: there is none */
   int *order;       /* [rows] the mesh's numbers of the nodes as vectors hold them */
   float *r;         /* [4*rows] where vectors come in the mesh's order */
   float *z;         /* [4*rows] of the last solve by blocks or with a team; the others keep it themselves */
@@ -89,6 +90,19 @@ static int allocate_room(flesh_preconditioner_data *self)
                     : flesh_fail(FLESH_ERR_MEMORY, "no memory for the preconditioner of %d nodes", self->rows);
 }
 
+/* The team for matrices of A's pattern, which has blocks of few ghosts that effects see. */
+static int narrow(flesh_preconditioner_data *self, const flesh_block_matrix *A, const flesh_team *team)
+{
+  uint8_t *needed = flesh_calloc((size_t)A->rows + 1, sizeof *needed);
+  for (int i = 0; i < A->rows && needed; i++)
+    for (int k = A->row_start[i] + 1; k < A->row_end[i]; k++) needed[i] = needed[A->column[k]] = 1;
+  const int status = flesh_team_agree(
+      team, needed ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for the preconditioner of %d nodes", A->rows));
+  const int narrowed = status ? status : flesh_team_narrow(team, needed, &self->team);
+  flesh_free(needed);
+  return narrowed;
+}
+
 int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_matrix *A,
                                 const double *positions, flesh_threads *threads,
                                 flesh_preconditioner_data **preconditioner)
@@ -124,11 +138,12 @@ int flesh_preconditioner_create_levels(flesh_preconditioner kind, const flesh_bl
   if (!status) status = flesh_bisection_create(A, &bisection);
   if (!status) memcpy(order, bisection.order, rows * sizeof *order);
   status = flesh_team_agree(team, status);
-  self->overlap.team = team;
+  if (!status && team) status = narrow(self, A, team);
+  self->overlap.team = self->team;
   if (!status && kind == FLESH_PRECONDITIONER_BOOMERAMG)
     status = flesh_boomeramg_create(&flesh_boomeramg_defaults, A->rows, positions, team, &self->multigrid);
   else if (!status)
-    status = flesh_overlap_create(A, team, &self->overlap);
+    status = flesh_overlap_create(A, self->team, &self->overlap);
   if (!status && coarse) levels = asked ? *asked : levels_for(A, team);
   if (!status && (kind == FLESH_PRECONDITIONER_IC || kind == FLESH_PRECONDITIONER_TWO_LEVEL))
     status = team ? create_wide(self, coarse ? positions : NULL, levels.own)
@@ -166,6 +181,7 @@ void flesh_preconditioner_destroy(flesh_preconditioner_data **preconditioner)
 {
   if (!preconditioner || !*preconditioner) return;
   flesh_overlap_clear(&(*preconditioner)->overlap);
+  flesh_team_narrow_end(&(*preconditioner)->team);
   flesh_boomeramg_destroy(&(*preconditioner)->multigrid);
   flesh_free((*preconditioner)->reached);
   flesh_free((*preconditioner)->wide);
@@ -345,6 +361,8 @@ const flesh_overlap *flesh_preconditioner_overlap(const flesh_preconditioner_dat
 {
   return self->overlap.team && self->cholesky && !by_blocks(self) ? &self->overlap : NULL;
 }
+
+const flesh_team *flesh_preconditioner_team(const flesh_preconditioner_data *self) { return self->team; }
 
 int flesh_preconditioner_unknowns(const flesh_preconditioner_data *self)
 {

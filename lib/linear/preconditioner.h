@@ -76,6 +76,8 @@ void flesh_preconditioner_result(const flesh_preconditioner_data *preconditioner
  *
  * Where the residual is kept; NULL: it is not, nothing is found at ghosts, and there is no load. */
 const flesh_overlap *flesh_preconditioner_overlap(const flesh_preconditioner_data *preconditioner);
+/* The ranks as solves see them: the threads' team, narrowed to the pattern of the matrix. */
+const flesh_team *flesh_preconditioner_team(const flesh_preconditioner_data *preconditioner);
 /* How many numbers the load has. */
 int flesh_preconditioner_unknowns(const flesh_preconditioner_data *preconditioner);
 /* This rank's part of the load for `scale` times r, which is not summed up; nothing where it has no numbers. */

@@ -131,11 +131,16 @@ void flesh_halo_share(const flesh_halo *self, flesh_communicator *communicator, 
   }
 }
 
+void flesh_halo_tell(const flesh_halo *self, flesh_communicator *communicator, const flesh_team_vector *vector)
+{
+  pack(vector, self->first_ghost[self->count], self->ghosts, self->of_ghosts);
+  exchange(self, communicator, vector->width, self->first_ghost, self->of_ghosts, self->first_own, self->of_own);
+}
+
 void flesh_halo_collect(const flesh_halo *self, flesh_communicator *communicator, const flesh_team_vector *vector)
 {
   const int ghosts = self->first_ghost[self->count];
-  pack(vector, ghosts, self->ghosts, self->of_ghosts);
-  exchange(self, communicator, vector->width, self->first_ghost, self->of_ghosts, self->first_own, self->of_own);
+  flesh_halo_tell(self, communicator, vector);
   const double *packed = self->of_own;
   for (int k = 0; k < self->first_own[self->count]; k++) {
     double *to = numbers_of(vector, self->own[k]);

@@ -8,7 +8,7 @@
 #include "base/rising.h"
 #include "mesh/mesh.h"
 #include "mesh/split_part.h"
-#include "parallel/halo.h"
+#include "parallel/links.h"
 #include "parallel/partition.h"
 #include "parallel/reach.h"
 
@@ -18,9 +18,8 @@ struct flesh_rank_part {
   int whole_nodes, tet_count;
   int *nodes, *tets; /* [team.reached], [tet_count] numbers in the mesh that it was made of */
   int *node_numbers, *tet_numbers; /* the same in the whole, where that mesh is a part of a split one; else NULL */
-  flesh_halo halo;    /* from owners to ghosts */
-  flesh_halo reached; /* from owners to all who reach a node */
-  flesh_halo rows;    /* from all who have a node to all who reach it */
+  uint8_t *always; /* [team.reached] see links.h */
+  flesh_links links;
   flesh_team team;
 };
 
@@ -34,6 +33,7 @@ typedef struct search {
   int rank, tie_count;
   const flesh_rank_tie *ties;
   int *owner; /* [nodes of the whole] -1: no tet has the node */
+  uint8_t *always; /* [nodes of the whole] see links.h; NULL: no tie is of nodes that every rank has */
   flesh_reach have, reach;
 } search;
 
@@ -52,12 +52,14 @@ static int list_nodes(flesh_rank_part *self, const search *s)
   }
   self->nodes = flesh_malloc(((size_t)team->reached + 1) * sizeof *self->nodes);
   team->numbers = self->nodes;
-  if (!self->nodes) return FLESH_ERR_MEMORY;
+  if (s->always) self->always = flesh_malloc((size_t)team->reached + 1);
+  if (!self->nodes || (s->always && !self->always)) return FLESH_ERR_MEMORY;
   int own = 0, ghost = team->own, beyond = team->nodes;
   for (int i = 0; i < self->whole_nodes; i++) {
     if (!flesh_reach_has(&s->reach, i, s->rank)) continue;
     self->nodes[!is_mine(s, i) ? beyond++ : s->owner[i] == s->rank ? own++ : ghost++] = i;
   }
+  for (int i = 0; i < team->reached && s->always; i++) self->always[i] = s->always[self->nodes[i]];
   return FLESH_OK;
 }
 
@@ -144,6 +146,31 @@ static int take_numbers(flesh_rank_part *self, const flesh_split_part *split)
   return FLESH_OK;
 }
 
+/* Adds the ranks that get nodes by ties: those of which every rank has all, or the others. */
+static int add_ties(search *s, int everywhere, int ranks)
+{
+  int status = FLESH_OK;
+  for (int k = 0; k < s->tie_count && !status; k++)
+    if (!s->ties[k].everywhere == !everywhere)
+      status = flesh_reach_add_cells(&s->have, s->ties[k].count, s->ties[k].nodes_per_cell, s->ties[k].nodes, s->owner,
+                                     everywhere ? ranks : 0);
+  if (!status && s->tie_count) status = flesh_reach_add(&s->reach, &s->have);
+  return status;
+}
+
+/* What the rank has and reaches before all have what every rank has. */
+static int mark_always(const flesh_rank_part *self, search *s)
+{
+  int some = 0;
+  for (int k = 0; k < s->tie_count; k++) some |= s->ties[k].everywhere;
+  if (!some || flesh_communicator_size(self->communicator) == 1) return FLESH_OK;
+  s->always = flesh_malloc((size_t)self->whole_nodes + 1);
+  for (int i = 0; i < self->whole_nodes && s->always; i++)
+    s->always[i] = (uint8_t)((is_mine(s, i) ? FLESH_LINK_HAS : 0) |
+                             (flesh_reach_has(&s->reach, i, s->rank) ? FLESH_LINK_REACHES : 0));
+  return s->always ? FLESH_OK : FLESH_ERR_MEMORY;
+}
+
 /* A node's owner is the first of the ranks whose tets have it. Then the ranks that get nodes by ties. */
 static int find_ranks(const flesh_rank_part *self, const flesh_mesh *whole, search *s)
 {
@@ -154,11 +181,9 @@ static int find_ranks(const flesh_rank_part *self, const flesh_mesh *whole, sear
   if (status || !s->owner) return FLESH_ERR_MEMORY;
   for (int i = 0; i < self->whole_nodes; i++)
     s->owner[i] = s->have.first[i] < s->have.first[i + 1] ? s->have.ranks[s->have.first[i]] : -1;
-  const int all = flesh_communicator_size(self->communicator);
-  for (int k = 0; k < s->tie_count && !status; k++)
-    status = flesh_reach_add_cells(&s->have, s->ties[k].count, s->ties[k].nodes_per_cell, s->ties[k].nodes, s->owner,
-                                   s->ties[k].everywhere ? all : 0);
-  if (!status && s->tie_count) status = flesh_reach_add(&s->reach, &s->have);
+  status = add_ties(s, 0, 0);
+  if (!status) status = mark_always(self, s);
+  if (!status && s->always) status = add_ties(s, 1, flesh_communicator_size(self->communicator));
   return status;
 }
 
@@ -169,56 +194,15 @@ static int build(flesh_rank_part *self, const flesh_mesh *whole, search *s)
   if (!status) status = list_nodes(self, s);
   if (!status) status = make_mesh(self, whole);
   if (!status) status = take_numbers(self, whole->split);
-  if (!status) status = make_halo(self, s, &s->have, 1, &self->halo);
-  if (!status) status = make_halo(self, s, &s->reach, 1, &self->reached);
-  if (!status) status = make_halo(self, s, &s->reach, 0, &self->rows);
-  const flesh_halo *rows = &self->rows;
-  self->team.reach = (flesh_team_reach){.count = rows->count, .ranks = rows->ranks, .first_given = rows->first_own,
-                                        .given = rows->own, .first_taken = rows->first_ghost, .taken = rows->ghosts};
-  for (int k = 0; k < rows->count && !status; k++) self->team.reach.before += rows->ranks[k] < s->rank;
+  if (!status) status = make_halo(self, s, &s->have, 1, &self->links.halo);
+  if (!status) status = make_halo(self, s, &s->reach, 1, &self->links.reached);
+  self->team.narrows = s->always != NULL;
+  self->links.always = self->always;
+  if (self->team.narrows) return status; /* what all ranks have would go from each to each */
+  if (!status) status = make_halo(self, s, &s->reach, 0, &self->links.rows);
+  if (!status) self->team.reach = flesh_links_reach(&self->links, s->rank);
   return status;
 }
-
-static void team_sum(const void *data, int count, double *numbers)
-{
-  flesh_communicator_sum(((const flesh_rank_part *)data)->communicator, count, numbers);
-}
-
-static void team_largest(const void *data, int count, double *numbers)
-{
-  flesh_communicator_largest(((const flesh_rank_part *)data)->communicator, count, numbers);
-}
-
-static int team_agree(const void *data, int status)
-{
-  return flesh_communicator_agree(((const flesh_rank_part *)data)->communicator, status);
-}
-
-static void team_share(const void *data, const flesh_team_vector *vector)
-{
-  const flesh_rank_part *self = data;
-  flesh_halo_share(vector->reached ? &self->reached : &self->halo, self->communicator, vector);
-}
-
-static void team_collect(const void *data, const flesh_team_vector *vector)
-{
-  const flesh_rank_part *self = data;
-  flesh_halo_collect(vector->reached ? &self->reached : &self->halo, self->communicator, vector);
-}
-
-static void team_exchange_begin(const void *data, int count, const flesh_team_message *messages)
-{
-  flesh_communicator_begin(((const flesh_rank_part *)data)->communicator, count, messages);
-}
-
-static void team_exchange_end(const void *data)
-{
-  flesh_communicator_end(((const flesh_rank_part *)data)->communicator);
-}
-
-static const flesh_team_operations team_operations = {
-    .sum = team_sum, .largest = team_largest, .agree = team_agree, .share = team_share, .collect = team_collect,
-    .exchange_begin = team_exchange_begin, .exchange_end = team_exchange_end};
 
 static int create(flesh_communicator *communicator, const flesh_mesh *whole, const int *part, int ties,
                   const flesh_rank_tie *tie, flesh_rank_part **rank_part)
@@ -228,14 +212,16 @@ static int create(flesh_communicator *communicator, const flesh_mesh *whole, con
   int status = FLESH_ERR_MEMORY;
   if (self) {
     *self = (flesh_rank_part){.communicator = communicator, .whole_nodes = flesh_mesh_node_count(whole),
+                              .links = {.communicator = communicator},
                               .team = {.rank = flesh_communicator_rank(communicator),
                                        .ranks = flesh_communicator_size(communicator),
-                                       .comm = flesh_communicator_comm(communicator), .data = self,
-                                       .operations = &team_operations}};
+                                       .comm = flesh_communicator_comm(communicator), .data = &self->links,
+                                       .operations = &flesh_links_operations}};
     status = build(self, whole, &s);
   }
   if (status == FLESH_ERR_MEMORY) flesh_fail(status, "no memory for the part of a rank");
   flesh_free(s.owner);
+  flesh_free(s.always);
   flesh_reach_clear(&s.have);
   flesh_reach_clear(&s.reach);
   status = flesh_communicator_agree(communicator, status);
@@ -296,9 +282,8 @@ void flesh_rank_part_destroy(flesh_rank_part **rank_part)
   flesh_free(self->tets);
   flesh_free(self->node_numbers);
   flesh_free(self->tet_numbers);
-  flesh_halo_clear(&self->halo);
-  flesh_halo_clear(&self->reached);
-  flesh_halo_clear(&self->rows);
+  flesh_free(self->always);
+  flesh_links_clear(&self->links);
   flesh_free(self);
   *rank_part = NULL;
 }
@@ -313,7 +298,7 @@ const int *flesh_rank_part_tets(const flesh_rank_part *self) { return self->tets
 
 int flesh_rank_part_own(const flesh_rank_part *self) { return self->team.own; }
 
-int flesh_rank_part_neighbours(const flesh_rank_part *self) { return self->halo.count; }
+int flesh_rank_part_neighbours(const flesh_rank_part *self) { return self->links.halo.count; }
 
 static int find_in(const flesh_rank_part *self, const int *numbers, int node)
 {

@@ -350,6 +350,47 @@ static void searching_again_allocates_nothing(void)
   free(x);
 }
 
+/* Those of `all` [2*count] with a first node below `own`, in their order; returns how many. */
+static int keep_own(const int *first_nodes, int stride, int own, int count, const int *all, int *kept)
+{
+  int n = 0;
+  for (int k = 0; k < count; k++)
+    if (first_nodes[(size_t)stride * (size_t)all[2 * k]] < own) memcpy(kept + 2 * n++, all + 2 * k, 2 * sizeof *kept);
+  return n;
+}
+
+/* A search for the pairs of some nodes finds these and no others, also on ways, and after its tree is grouped anew. */
+static void ranks_share_a_search_out(void)
+{
+  soup s = soup_of_sheets(3, 12, 0.02);
+  double *x = malloc(3 * (size_t)s.nodes * sizeof *x), *x1 = malloc(3 * (size_t)s.nodes * sizeof *x1);
+  for (int d = 0; d < 3 * s.nodes; d++) x[d] = s.X[d] + between(-0.01, 0.01), x1[d] = x[d] + between(-0.01, 0.01);
+  const int owns[] = {0, 1, s.nodes / 5, s.nodes / 2, s.nodes};
+  for (int k = 0; k < 10; k++) {
+    flesh_near_finder *finder;
+    flesh_near_pairs all = {0}, own = {0};
+    const double *to = k % 2 ? x1 : NULL;
+    CHECK_OK(flesh_near_finder_create(&s.surface, s.X, NULL, 0.005, NULL, &finder));
+    CHECK_OK(flesh_near_pairs_find(finder, x, to, 0.02, NULL, &all));
+    CHECK_OK(flesh_near_finder_restrict(finder, owns[k / 2]));
+    if (k > 4) flesh_box_tree_regroup(finder->tree, x1);
+    CHECK_OK(flesh_near_pairs_find(finder, x, to, 0.02, NULL, &own));
+    int *kept = malloc(2 * ((size_t)all.point_count + (size_t)all.edge_count + 1) * sizeof *kept);
+    const int points = keep_own(s.surface.nodes, 1, owns[k / 2], all.point_count, all.point_faces, kept);
+    CHECK(points == own.point_count && !memcmp(kept, own.point_faces, 2 * (size_t)points * sizeof *kept));
+    const int edges = keep_own(s.surface.edges, 2, owns[k / 2], all.edge_count, all.edge_pairs, kept);
+    CHECK(edges == own.edge_count && !memcmp(kept, own.edge_pairs, 2 * (size_t)edges * sizeof *kept));
+    CHECK(all.point_count > 300 && all.edge_count > 300);
+    free(kept);
+    flesh_near_pairs_clear(&all);
+    flesh_near_pairs_clear(&own);
+    flesh_near_finder_destroy(&finder);
+  }
+  soup_clear(&s);
+  free(x);
+  free(x1);
+}
+
 static void bad_input_is_refused(void)
 {
   soup s = soup_of_sheets(1, 2, 0);
@@ -367,6 +408,5 @@ int main(int argc, char **argv)
   return RUN_TESTS(argc, argv, TEST(finds_what_brute_force_finds), TEST(neighbours_at_rest_are_left_out),
                    TEST_OF_THREADS(same_for_any_number_of_threads), TEST(old_results_reach),
                    TEST(sheets_stop_before_they_touch), TEST(worn_trees_are_grouped_anew),
-                   TEST(searching_again_allocates_nothing),
-                   TEST(bad_input_is_refused));
+                   TEST(searching_again_allocates_nothing), TEST(ranks_share_a_search_out), TEST(bad_input_is_refused));
 }

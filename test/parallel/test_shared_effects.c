@@ -37,6 +37,7 @@ static const char *const shared[] = {
     "contact: {sphere: {centre: [0.5, 0.5, 1.6], radius: 0.5}, friction: 0.3, slip_speed: 1, thickness: 0.4, stiffness: 1e5}",
     "contact: {sphere: {centre: [0.4167, 0.4167, 1.07], radius: 0.1}, thickness: 0.1, stiffness: 1e5}",
     "contact: {between: all, thickness: 0.2, stiffness: 1e5, friction: 0.3, slip_speed: 1, adaptive: true}",
+    "contact: {between: all, thickness: 0.2, stiffness: 1e5, friction: 0.3, slip_speed: 1}",
     "contact: {between: all, thickness: 0.1, stiffness: 1e5, friction: 0.3, slip_speed: 1, intersecting: separate}",
     "weld: {first: {box: [[-1, -1, 0.9], [2, 2, 2]]}, second: {box: [[-1, -1, -1], [2, 2, 0.1]]}, distance: 2}",
     "weld: {first: {box: [[-1, -1, 0.9], [2, 2, 2]]}, second: {box: [[-1, -1, -1], [2, 2, 0.1]]}, distance: 2, breaks_at: 4000}",

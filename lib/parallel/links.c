@@ -1,0 +1,58 @@
+/* links.c: a team's operations by lists of nodes. */
+#include "parallel/links.h"
+
+static void links_sum(const void *data, int count, double *numbers)
+{
+  flesh_communicator_sum(((const flesh_links *)data)->communicator, count, numbers);
+}
+
+static void links_largest(const void *data, int count, double *numbers)
+{
+  flesh_communicator_largest(((const flesh_links *)data)->communicator, count, numbers);
+}
+
+static int links_agree(const void *data, int status)
+{
+  return flesh_communicator_agree(((const flesh_links *)data)->communicator, status);
+}
+
+static void links_share(const void *data, const flesh_team_vector *vector)
+{
+  const flesh_links *self = data;
+  flesh_halo_share(vector->reached ? &self->reached : &self->halo, self->communicator, vector);
+}
+
+static void links_collect(const void *data, const flesh_team_vector *vector)
+{
+  const flesh_links *self = data;
+  flesh_halo_collect(vector->reached ? &self->reached : &self->halo, self->communicator, vector);
+}
+
+static void links_exchange_begin(const void *data, int count, const flesh_team_message *messages)
+{
+  flesh_communicator_begin(((const flesh_links *)data)->communicator, count, messages);
+}
+
+static void links_exchange_end(const void *data) { flesh_communicator_end(((const flesh_links *)data)->communicator); }
+
+const flesh_team_operations flesh_links_operations = {
+    .sum = links_sum, .largest = links_largest, .agree = links_agree, .share = links_share, .collect = links_collect,
+    .exchange_begin = links_exchange_begin, .exchange_end = links_exchange_end, .narrow = flesh_links_narrow,
+    .narrow_end = flesh_links_narrow_end};
+
+flesh_team_reach flesh_links_reach(const flesh_links *self, int rank)
+{
+  const flesh_halo *rows = &self->rows;
+  flesh_team_reach reach = {.count = rows->count, .ranks = rows->ranks, .first_given = rows->first_own, .given = rows->own,
+                            .first_taken = rows->first_ghost, .taken = rows->ghosts};
+  for (int k = 0; k < rows->count; k++) reach.before += rows->ranks[k] < rank;
+  return reach;
+}
+
+void flesh_links_clear(flesh_links *self)
+{
+  flesh_halo_clear(&self->halo);
+  flesh_halo_clear(&self->reached);
+  flesh_halo_clear(&self->rows);
+  *self = (flesh_links){0};
+}
