@@ -9,6 +9,18 @@
 #include "base/sort.h"
 #include "linear/block_matrix.h"
 
+int flesh_overlap_narrow(const flesh_block_matrix *A, const flesh_team *team, const flesh_team **narrow)
+{
+  uint8_t *needed = flesh_calloc((size_t)A->rows + 1, sizeof *needed);
+  for (int i = 0; i < A->rows && needed; i++)
+    for (int k = A->row_start[i] + 1; k < A->row_end[i]; k++) needed[i] = needed[A->column[k]] = 1;
+  int status = needed ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for the exchanges of %d nodes", A->rows);
+  status = flesh_team_agree(team, status);
+  if (!status) status = flesh_team_narrow(team, needed, narrow);
+  flesh_free(needed);
+  return status;
+}
+
 /* Blocks of A that other ranks get. */
 typedef struct listing {
   int count;

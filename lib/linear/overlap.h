@@ -26,6 +26,9 @@ typedef struct flesh_overlap {
   int *here, *from;          /* [reached], [nodes]: where the others have theirs; of nodes beyond `here` is 0 */
 } flesh_overlap;
 
+/* The team as solves with matrices of A's pattern need it (flesh_team_narrow): with the ghosts that A has blocks of.
+ * Collective, and fails on all ranks or none: FLESH_ERR_MEMORY. */
+int flesh_overlap_narrow(const flesh_block_matrix *A, const flesh_team *team, const flesh_team **narrow);
 /* For A's pattern; `team` may be NULL. Collective, and fails on all ranks or none: FLESH_ERR_MEMORY. To be cleared also
  * when it fails. */
 int flesh_overlap_create(const flesh_block_matrix *A, const flesh_team *team, flesh_overlap *overlap);

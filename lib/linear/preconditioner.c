@@ -90,19 +90,6 @@ static int allocate_room(flesh_preconditioner_data *self)
                     : flesh_fail(FLESH_ERR_MEMORY, "no memory for the preconditioner of %d nodes", self->rows);
 }
 
-/* The team for matrices of A's pattern, which has blocks of few ghosts that effects see. */
-static int narrow(flesh_preconditioner_data *self, const flesh_block_matrix *A, const flesh_team *team)
-{
-  uint8_t *needed = flesh_calloc((size_t)A->rows + 1, sizeof *needed);
-  for (int i = 0; i < A->rows && needed; i++)
-    for (int k = A->row_start[i] + 1; k < A->row_end[i]; k++) needed[i] = needed[A->column[k]] = 1;
-  const int status = flesh_team_agree(
-      team, needed ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for the preconditioner of %d nodes", A->rows));
-  const int narrowed = status ? status : flesh_team_narrow(team, needed, &self->team);
-  flesh_free(needed);
-  return narrowed;
-}
-
 int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_matrix *A,
                                 const double *positions, flesh_threads *threads,
                                 flesh_preconditioner_data **preconditioner)
@@ -138,7 +125,7 @@ int flesh_preconditioner_create_levels(flesh_preconditioner kind, const flesh_bl
   if (!status) status = flesh_bisection_create(A, &bisection);
   if (!status) memcpy(order, bisection.order, rows * sizeof *order);
   status = flesh_team_agree(team, status);
-  if (!status && team) status = narrow(self, A, team);
+  if (!status && team) status = flesh_overlap_narrow(A, team, &self->team);
   self->overlap.team = self->team;
   if (!status && kind == FLESH_PRECONDITIONER_BOOMERAMG)
     status = flesh_boomeramg_create(&flesh_boomeramg_defaults, A->rows, positions, team, &self->multigrid);

@@ -182,15 +182,9 @@ static void open_matrices(double moved, matrices *m)
   for (int d = 0; d < m->shared.n; d++) m->shared.state.x[d] = m->alone.state.x[3 * nodes[d / 3] + d % 3];
   make_matrix(&m->alone, m->alone.state.x, &m->proximity[0], &m->K[0]);
   make_matrix(&m->shared, m->shared.state.x, &m->proximity[1], &m->K[1]);
-  const flesh_block_matrix *K = m->K[1];
-  uint8_t *needed = calloc((size_t)K->rows + 1, 1);
-  for (int i = 0; i < K->rows; i++)
-    for (int k = K->row_start[i] + 1; k < K->row_end[i]; k++) needed[i] = needed[K->column[k]] = 1;
   m->team = flesh_system_team(m->shared.system);
-  CHECK_OK(flesh_team_narrow(m->team, needed, &m->narrow));
+  CHECK_OK(flesh_overlap_narrow(m->K[1], m->team, &m->narrow));
   CHECK(m->team->ranks == 1 || m->narrow != m->team);
-  for (int i = m->team->own; i < m->team->nodes && m->narrow->left_out; i++) CHECK(!(needed[i] && m->narrow->left_out[i]));
-  free(needed);
 }
 
 static void close_matrices(matrices *m)
