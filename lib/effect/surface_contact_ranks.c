@@ -1,6 +1,6 @@
-/* surface_contact_ranks.c: contact between bodies that ranks share out. Every rank has all nodes of the surface, searches all
- * of it and knows all pairs that are near, so that what goes by all of them (pressures, patches, feasible steps) is the
- * same everywhere; it evaluates the pairs whose first node it owns. */
+/* surface_contact_ranks.c: contact between bodies that ranks share out. Every rank has all nodes of the surface; it searches
+ * for and evaluates the pairs whose first node it owns. Patches, and the pairs of a stiffness that follows the pressures,
+ * which go by all of the contact, are found by every rank. */
 #include <stdlib.h>
 #include <string.h>
 

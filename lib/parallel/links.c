@@ -1,8 +1,6 @@
 /* links.c: a team's operations by lists of nodes. */
 #include "parallel/links.h"
 
-#include "base/memory.h"
-
 static void links_sum(const void *data, int count, double *numbers)
 {
   flesh_communicator_sum(((const flesh_links *)data)->communicator, count, numbers);
@@ -51,20 +49,8 @@ flesh_team_reach flesh_links_reach(const flesh_links *self, int rank)
   return reach;
 }
 
-void flesh_link_cells_add(flesh_link_cells *self, int count, const int *nodes)
-{
-  if (self->count + count > self->room && !self->failed) {
-    const int room = 2 * self->room + 1024;
-    int *grown = flesh_realloc(self->nodes, (size_t)room * sizeof *grown);
-    self->failed = !grown;
-    if (grown) self->nodes = grown, self->room = room;
-  }
-  for (int a = 0; a < count && !self->failed; a++) self->nodes[self->count++] = a == count - 1 ? ~nodes[a] : nodes[a];
-}
-
 void flesh_links_clear(flesh_links *self)
 {
-  flesh_free(self->around.nodes);
   flesh_halo_clear(&self->halo);
   flesh_halo_clear(&self->reached);
   flesh_halo_clear(&self->rows);

@@ -7,19 +7,12 @@
 /* What a rank has to do with a node; or'ed. */
 enum { FLESH_LINK_HAS = 1, FLESH_LINK_REACHES = 2 };
 
-/* Tets of other ranks, by those of their nodes that this rank has or reaches, two at least. */
-typedef struct flesh_link_cells {
-  int count, room, failed;
-  int *nodes; /* [count] one tet after the other; of a tet's last one ~node */
-} flesh_link_cells;
-
 typedef struct flesh_links {
   flesh_communicator *communicator; /* borrowed */
   flesh_halo halo;       /* from owners to ghosts */
   flesh_halo reached;    /* from owners to all who reach a node */
   flesh_halo rows;       /* from all who have a node to all who reach it; of a team that narrows none */
   const uint8_t *always; /* [reached] of a team that narrows: by the rank's tets, and by cells of its own; borrowed */
-  flesh_link_cells around; /* of such a team */
 } flesh_links;
 
 /* `data` of a team that has these is its flesh_links. */
@@ -28,8 +21,6 @@ extern const flesh_team_operations flesh_links_operations;
 /* links->rows, for a rank's team; borrowed. */
 flesh_team_reach flesh_links_reach(const flesh_links *links, int rank);
 void flesh_links_clear(flesh_links *links);
-/* Without memory `failed`. */
-void flesh_link_cells_add(flesh_link_cells *cells, int count, const int *nodes);
 
 /* See team.h. */
 int flesh_links_narrow(const flesh_team *team, const uint8_t *needed, const flesh_team **narrow);

@@ -32,26 +32,6 @@ typedef struct search {
 
 enum { HALO, REACHED, ROWS };
 
-/* A rank reaches one layer of tets beyond the nodes that it has by its tets; so it does beyond those that it has by its
- * matrix, as far as it knows their tets' nodes. */
-static void grow(const search *s)
-{
-  static const double found = -1, has = FLESH_LINK_HAS | FLESH_LINK_REACHES;
-  const flesh_link_cells *around = &s->links->around;
-  double *is = s->is;
-  for (int k = 0, end; k < around->count; k = end) {
-    int some = 0;
-    for (end = k; around->nodes[end] >= 0; end++) some |= is[around->nodes[end]] == has;
-    some |= is[~around->nodes[end++]] == has;
-    for (int a = k; a < end && some; a++) {
-      const int i = around->nodes[a] < 0 ? ~around->nodes[a] : around->nodes[a];
-      if (is[i] == 0) is[i] = found;
-    }
-  }
-  for (int i = 0; i < s->team->reached; i++)
-    if (is[i] == found) is[i] = FLESH_LINK_REACHES;
-}
-
 static int open_search(const uint8_t *needed, search *s)
 {
   const flesh_team *team = s->team;
@@ -66,7 +46,6 @@ static int open_search(const uint8_t *needed, search *s)
     const int is = s->links->always[i], by_matrix = i < team->own || (i < team->nodes && needed[i]);
     s->is[i] = by_matrix ? FLESH_LINK_HAS | FLESH_LINK_REACHES : is;
   }
-  grow(s);
   return FLESH_OK;
 }
 

@@ -187,35 +187,6 @@ static int find_ranks(const flesh_rank_part *self, const flesh_mesh *whole, sear
   return status;
 }
 
-/* Tets of other ranks whose nodes are listed by the numbers of this one. */
-typedef struct listing {
-  const search *search;
-  int *local; /* [nodes of the whole] this rank's; -1: neither had nor reached */
-  flesh_link_cells *cells;
-} listing;
-
-static void list_around(void *data, int tet, int count, const int *nodes)
-{
-  const listing *l = data;
-  int found[10], n = 0;
-  for (int a = 0; a < count; a++)
-    if (l->local[nodes[a]] >= 0) found[n++] = l->local[nodes[a]];
-  if (n > 1 && l->search->part[tet] != l->search->rank) flesh_link_cells_add(l->cells, n, found);
-}
-
-/* What a team that narrows goes by. */
-static int take_always(flesh_rank_part *self, const flesh_mesh *whole, const search *s)
-{
-  listing l = {s, flesh_malloc(((size_t)self->whole_nodes + 1) * sizeof *l.local), &self->links.around};
-  self->team.narrows = 1;
-  self->links.always = self->always;
-  for (int i = 0; i < self->whole_nodes && l.local; i++) l.local[i] = -1;
-  for (int i = 0; i < self->team.reached && l.local; i++) l.local[self->nodes[i]] = i;
-  if (l.local) flesh_reach_for_tets(whole, list_around, &l);
-  flesh_free(l.local);
-  return l.local && !self->links.around.failed ? FLESH_OK : FLESH_ERR_MEMORY;
-}
-
 static int build(flesh_rank_part *self, const flesh_mesh *whole, search *s)
 {
   int status = find_ranks(self, whole, s);
@@ -225,7 +196,9 @@ static int build(flesh_rank_part *self, const flesh_mesh *whole, search *s)
   if (!status) status = take_numbers(self, whole->split);
   if (!status) status = make_halo(self, s, &s->have, 1, &self->links.halo);
   if (!status) status = make_halo(self, s, &s->reach, 1, &self->links.reached);
-  if (status || s->always) return status ? status : take_always(self, whole, s); /* no rows: from each to each */
+  self->team.narrows = s->always != NULL;
+  self->links.always = self->always;
+  if (self->team.narrows) return status; /* what all ranks have would go from each to each */
   if (!status) status = make_halo(self, s, &s->reach, 0, &self->links.rows);
   if (!status) self->team.reach = flesh_links_reach(&self->links, s->rank);
   return status;
