@@ -6,14 +6,25 @@
 #include "base/error.h"
 #include "base/memory.h"
 
-/* Nodes that this rank and another have, in an order that both know: the k-th of the team's lists, or of these that this
- * rank's tets have. */
+/* Nodes that this rank and another have, in an order that both know: those of the team's lists that are given and taken. */
 typedef struct common {
   const flesh_team_reach *reach;
-  int nodes; /* of this rank */
+  int nodes;  /* of this rank */
+  int *given; /* [nodes] 1 + the last of the ranks at hand that is given each */
 } common;
 
-static int is_common(const common *c, int k) { return c->reach->taken[k] < c->nodes; }
+/* Before is_common for a rank. */
+static void turn_to(const common *c, int rank)
+{
+  for (int k = c->reach->first_given[rank]; k < c->reach->first_given[rank + 1]; k++)
+    c->given[c->reach->given[k]] = rank + 1;
+}
+
+static int is_common(const common *c, int rank, int k)
+{
+  const int node = c->reach->taken[k];
+  return node < c->nodes && c->given[node] == rank + 1;
+}
 
 /* Whether this rank has rows at each common node and, after the exchange, whether the other has. `flags` [2*taken]. */
 static void exchange_flags(const flesh_row_lists *lists, const int *place_of, const flesh_team *team, const common *c,
@@ -23,8 +34,9 @@ static void exchange_flags(const flesh_row_lists *lists, const int *place_of, co
   double *send = flags, *receive = flags + reach->first_taken[reach->count];
   for (int r = 0; r < reach->count; r++) {
     int count = 0;
+    turn_to(c, r);
     for (int k = reach->first_taken[r]; k < reach->first_taken[r + 1]; k++) {
-      if (!is_common(c, k)) continue;
+      if (!is_common(c, r, k)) continue;
       const int p = place_of[reach->taken[k]];
       send[count++] = lists->main[p] && lists->start[p + 1] > lists->start[p];
     }
@@ -41,12 +53,14 @@ static void for_shared(flesh_shared_rows *self, const int *place_of, const commo
                        int *marks, void (*add)(flesh_shared_rows *self, int rank, int place, int *marks))
 {
   const flesh_team_reach *reach = c->reach;
-  for (int r = 0; r < reach->count; r++)
+  for (int r = 0; r < reach->count; r++) {
+    turn_to(c, r);
     for (int k = reach->first_taken[r], next = 0; k < reach->first_taken[r + 1]; k++) {
-      if (!is_common(c, k)) continue;
+      if (!is_common(c, r, k)) continue;
       if (messages[r].send[next] > 0 && messages[r].receive[next] > 0) add(self, r, place_of[reach->taken[k]], marks);
       next++;
     }
+  }
 }
 
 static void mark(flesh_shared_rows *self, int rank, int place, int *marks)
@@ -98,13 +112,13 @@ int flesh_shared_rows_create(const flesh_row_lists *lists, const int *place_of, 
   *self = (flesh_shared_rows){.team = team};
   if (!team) return FLESH_OK;
   const flesh_team_reach *reach = &team->reach;
-  const common c = {reach, team->nodes};
+  const common c = {reach, team->nodes, flesh_calloc((size_t)team->nodes + 1, sizeof *c.given)};
   const size_t ranks = (size_t)(self->ranks = reach->count), taken = (size_t)reach->first_taken[ranks];
   double *flags = flesh_malloc((2 * taken + 1) * sizeof *flags);
   int *marks = flesh_calloc((size_t)lists->nodes + 1, sizeof *marks);
   self->first = flesh_calloc(ranks + 1, sizeof *self->first);
   self->messages = flesh_calloc(ranks + 1, sizeof *self->messages);
-  const int failed = !flags || !marks || !self->first || !self->messages;
+  const int failed = !flags || !marks || !c.given || !self->first || !self->messages;
   int status = flesh_team_agree(team, failed ? FLESH_ERR_MEMORY : FLESH_OK);
   if (!status) {
     exchange_flags(lists, place_of, team, &c, self->messages, flags);
@@ -112,6 +126,7 @@ int flesh_shared_rows_create(const flesh_row_lists *lists, const int *place_of, 
   }
   flesh_free(flags);
   flesh_free(marks);
+  flesh_free(c.given);
   return status ? flesh_fail(status, "no memory for what %d rows share with other ranks", lists->rows) : FLESH_OK;
 }
 

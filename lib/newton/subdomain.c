@@ -66,26 +66,31 @@ static double largest_square(int nodes, const double *r)
   return largest;
 }
 
-/* Nodes that other ranks have, too, are not free but `state`. */
-static void leave_shared_nodes(subdomain *self, uint8_t state)
+/* How many ranks have each node, into w [3*nodes]. Collective. */
+static void count_ranks(const flesh_equations *whole, double *w)
 {
-  const flesh_team *team = self->whole->team;
-  for (int k = 0; team && k < team->reach.first_taken[team->reach.count]; k++) {
-    const int node = team->reach.taken[k];
-    if (node < team->nodes && self->state[node] == FREE) self->state[node] = state;
-  }
+  for (int d = 0; d < whole->n; d++) w[d] = 1;
+  flesh_team_collect(whole->team, w);
+  flesh_team_share(whole->team, w);
+}
+
+/* Nodes that several ranks have are not free but `state`. */
+static void leave_shared_nodes(subdomain *self, const double *ranks, uint8_t state)
+{
+  for (int i = 0; i < self->whole->n / 3; i++)
+    if (ranks[3 * i] > 1 && self->state[i] == FREE) self->state[i] = state;
 }
 
 /* Frees the nodes that carry the residual and their neighbours, RINGS deep, and holds the next. Returns how many are
  * free. */
-static int choose_nodes(subdomain *self, const double *r)
+static int choose_nodes(subdomain *self, const double *r, const double *ranks)
 {
   const int nodes = flesh_system_unknowns(self->whole->system) / 3;
   const int rings = self->per_cell == 10 ? RINGS / 2 : RINGS;
   int count = 0;
   for (int i = 0; i < nodes; i++)
     self->state[i] = square(r + 3 * i) > carries * carries * self->largest ? FREE : OUTSIDE;
-  leave_shared_nodes(self, OUTSIDE);
+  leave_shared_nodes(self, ranks, OUTSIDE);
   for (int ring = 0; ring <= rings; ring++) {
     for (int e = 0; e < self->cells->count; e++) {
       const int *tet = self->cells->nodes + self->per_cell * (size_t)e;
@@ -94,7 +99,7 @@ static int choose_nodes(subdomain *self, const double *r)
     }
     for (int i = 0; i < nodes && ring < rings; i++)
       if (self->state[i] == CONSTRAINED) self->state[i] = FREE;
-    leave_shared_nodes(self, CONSTRAINED);
+    leave_shared_nodes(self, ranks, CONSTRAINED);
   }
   for (int i = 0; i < nodes; i++) count += self->state[i] == FREE;
   return count;
@@ -347,7 +352,8 @@ static int solve(subdomain *self, double *w)
   return status;
 }
 
-/* All of it in the reserve that the thread is in, which is emptied afterwards. */
+/* All of it in the reserve that the thread is in, which is emptied afterwards. w begins as how many ranks have each
+ * node. */
 static int make_and_solve(subdomain *self, const double *u, const double *r, double *w)
 {
   const size_t nodes = (size_t)self->whole->n / 3;
@@ -358,9 +364,10 @@ static int make_and_solve(subdomain *self, const double *u, const double *r, dou
   self->x = flesh_malloc(3 * nodes * sizeof *self->x);
   int status = self->state && self->local && self->global && self->tet && self->x ? FLESH_OK : no_memory(self);
   if (!status) {
-    const int free_nodes = choose_nodes(self, r);
+    const int free_nodes = choose_nodes(self, r, w);
     if (!free_nodes || free_nodes > largest_fraction * (double)nodes) status = FLESH_NOT_CONVERGED;
   }
+  memset(w, 0, (size_t)self->whole->n * sizeof *w);
   if (!status) status = make_mesh(self);
   if (!status) status = make_system(self);
   if (!status) status = set_background(self, u, r);
@@ -391,7 +398,7 @@ int flesh_subdomain_solve(const flesh_subdomain_parent *parent, const double *u,
   int status = FLESH_NOT_CONVERGED;
   flesh_team_largest(self.whole->team, 1, &self.largest);
   self.per_cell = flesh_mesh_order(flesh_system_mesh(self.whole->system)) == 2 ? 10 : 4;
-  memset(w, 0, (size_t)self.whole->n * sizeof *w);
+  count_ranks(self.whole, w);
   for (int k = 0; k < flesh_system_effect_count(self.whole->system) && !self.cells; k++) {
     const flesh_effect *effect = flesh_system_effect(self.whole->system, k);
     if (is_sum(&self, effect)) self.cells = effect->operations->cells(effect);
@@ -401,6 +408,8 @@ int flesh_subdomain_solve(const flesh_subdomain_parent *parent, const double *u,
     status = make_and_solve(&self, u, r, w);
     flesh_reserve_enter(before);
     flesh_reserve_empty(parent->reserve);
+  } else {
+    memset(w, 0, (size_t)self.whole->n * sizeof *w);
   }
   return meet(&self, status);
 }

@@ -174,12 +174,14 @@ static int find_common(flesh_shared_edges *self, const edge *edges, uint8_t *mar
 
 int flesh_shared_edges_create(const flesh_mesh *mesh, const flesh_team *team, flesh_shared_edges *self)
 {
-  *self = (flesh_shared_edges){.team = team};
+  *self = (flesh_shared_edges){0};
   if (!team) return FLESH_OK;
   edge *edges = NULL;
   telling t = {0};
   uint8_t *marks = flesh_calloc((size_t)team->nodes + 1, 1);
-  int status = agree(team, marks && !find_edges(self, mesh, marks, &edges));
+  int status = agree(team, marks != NULL);
+  if (!status) status = flesh_team_narrow(team, marks, &self->team); /* of ghosts those that tets have */
+  if (!status) status = agree(team, !find_edges(self, mesh, marks, &edges));
   if (!status) status = find_common(self, edges, marks, &t);
   flesh_free(marks);
   flesh_free(edges);
@@ -200,6 +202,7 @@ void flesh_shared_edges_clear(flesh_shared_edges *self)
   flesh_free(self->sent);
   flesh_free(self->received);
   flesh_free(self->messages);
+  flesh_team_narrow_end(&self->team);
   memset(self, 0, sizeof *self);
 }
 

@@ -9,7 +9,7 @@
 #include "flesh/mesh.h"
 
 typedef struct flesh_shared_edges {
-  const flesh_team *team; /* borrowed; NULL: there are no other ranks, and no edges */
+  const flesh_team *team; /* without ghosts that no tet has; NULL: there are no other ranks, and no edges */
   int count;              /* edges of this rank between nodes that others have, too */
   int *nodes;             /* [2*count] of this rank, the lower one first */
   int *first, *place;     /* [ranks within reach + 1], [first[ranks]] which of them each of these ranks has, too */

@@ -1,0 +1,195 @@
+/* preconditioner_solve.c: solves with what preconditioner.c has made, by a rank by itself or by a team. */
+#include "linear/preconditioner_data.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "linear/overlap_vectors.h"
+
+/* By the diagonal blocks alone, or not at all. */
+static double solve_blocks(flesh_preconditioner_data *self, const float *r)
+{
+  double product = 0;
+  for (size_t p = 0; p < (size_t)self->rows; p++) {
+    const float *b = self->kind == FLESH_PRECONDITIONER_NONE ? NULL : self->inverse + 9 * (size_t)self->order[p];
+    const float *x = r + 4 * p;
+    float *z = self->z + 4 * p;
+    for (int c = 0; c < 3; c++) {
+      z[c] = b ? b[3 * c] * x[0] + b[3 * c + 1] * x[1] + b[3 * c + 2] * x[2] : x[c];
+      product += (double)x[c] * (double)z[c];
+    }
+  }
+  return product;
+}
+
+static int by_blocks(const flesh_preconditioner_data *self)
+{
+  return self->by_diagonal || self->kind == FLESH_PRECONDITIONER_NONE;
+}
+
+/* r.z of the z that self->z has. */
+static double product_of(const flesh_preconditioner_data *self, const float *r)
+{
+  double product = 0;
+  for (size_t p = 0; p < (size_t)self->rows; p++)
+    for (size_t c = 0; c < 3; c++) product += (double)r[4 * p + c] * (double)self->z[4 * p + c];
+  return product;
+}
+
+/* The weight of the coarse level's correction. Ranks' factors end where the ranks do, so that smooth displacements are
+ * left to it more than on one rank (lib/parallel/README.md). */
+static float share_of(const flesh_team *team) { return team->ranks > 1 ? 1 : FLESH_COARSE_SHARE; }
+
+/* By all ranks, each where it reaches, of the residual that `wide` has there. The coarse level's solve hides the
+ * exchange: of `scale` times `load`, which the ranks have summed up; NULL: of r, which it then sums up, after. */
+static void solve_in_team(flesh_preconditioner_data *self, const float *r, const double *load, double scale)
+{
+  flesh_coarse *coarse = self->two_levels ? self->coarse : NULL;
+  const flesh_team *team = self->overlap.team;
+  flesh_coarse *local = flesh_local_level_coarse(&self->local);
+  flesh_cholesky_solve(self->cholesky, local, self->wide);
+  flesh_cholesky_result(self->cholesky, NULL, 0, team->reached, self->wide);
+  if (local) flesh_coarse_add(local, 0, team->reached, share_of(team), self->wide, self->wide);
+  flesh_overlap_add_begin(&self->overlap, self->wide);
+  if (coarse && load) flesh_coarse_solve_for(coarse, load, scale);
+  flesh_overlap_add_end(&self->overlap, self->wide, self->z);
+  if (coarse && !load) {
+    flesh_coarse_restrict(coarse, 0, 0, self->rows, r);
+    flesh_coarse_solve(coarse);
+  }
+  if (coarse) flesh_coarse_add(coarse, 0, self->rows, share_of(team), self->z, self->z);
+}
+
+static double solve_by_multigrid(flesh_preconditioner_data *self, const float *r)
+{
+  flesh_boomeramg_solve(self->multigrid, self->order, r, self->z);
+  return product_of(self, r);
+}
+
+/* Of what is left without the stiff terms, or of all. */
+static double solve_soft(flesh_preconditioner_data *self, const float *r)
+{
+  if (self->multigrid) return solve_by_multigrid(self, r);
+  if (by_blocks(self)) return solve_blocks(self, r);
+  if (!self->overlap.team) return flesh_cholesky_solve(self->cholesky, self->two_levels ? self->coarse : NULL, r);
+  flesh_overlap_restrict(&self->overlap, self->order, r, self->reached, self->wide); /* r is zero at ghosts */
+  solve_in_team(self, r, NULL, 1);
+  return product_of(self, r);
+}
+
+/* With a team's projection, of the residual that the overlap's vector has where it is reached. What the coarse level
+ * gets is known only once the rows are taken out of it, so that its load takes a sum of its own. */
+static void solve_projected(flesh_preconditioner_data *self)
+{
+  const int own = self->overlap.team->own;
+  float *r = flesh_volume_projection_before_in_team(self->projection);
+  if (by_blocks(self)) {
+    solve_blocks(self, r);
+  } else {
+    for (int p = 0; p < self->rows; p++)
+      if (self->order[p] >= own) memset(r + 4 * (size_t)p, 0, 4 * sizeof *r);
+    flesh_overlap_widen(&self->overlap, self->reached, self->wide);
+    solve_in_team(self, r, NULL, 1);
+  }
+  flesh_volume_projection_after_in_team(self->projection, self->z);
+}
+
+const flesh_overlap *flesh_preconditioner_overlap(const flesh_preconditioner_data *self)
+{
+  return self->overlap.team && self->cholesky && !by_blocks(self) ? &self->overlap : NULL;
+}
+
+const flesh_team *flesh_preconditioner_team(const flesh_preconditioner_data *self) { return self->team; }
+
+int flesh_preconditioner_unknowns(const flesh_preconditioner_data *self)
+{
+  const int has_load = flesh_preconditioner_overlap(self) && self->two_levels && !self->projects;
+  return has_load ? flesh_coarse_unknowns(self->coarse) : 0;
+}
+
+double *flesh_preconditioner_room(flesh_preconditioner_data *self) { return self->room; }
+
+void flesh_preconditioner_load(flesh_preconditioner_data *self, const float *r, double scale, double *load)
+{
+  if (!flesh_preconditioner_unknowns(self)) return;
+  flesh_coarse_restrict(self->coarse, 0, 0, self->rows, r);
+  flesh_coarse_take(self->coarse, scale, load);
+}
+
+void flesh_preconditioner_solve_for(flesh_preconditioner_data *self, const float *r, const double *load, double scale)
+{
+  if (self->projects) {
+    flesh_overlap_fetch_kept(&self->overlap, self->order, r, scale);
+    solve_projected(self);
+    return;
+  }
+  flesh_overlap_restrict_kept(&self->overlap, r, scale, self->wide);
+  solve_in_team(self, r, load, scale);
+}
+
+static void soft_result(const flesh_preconditioner_data *self, int begin, int end, float *z)
+{
+  if (!self->multigrid && !by_blocks(self) && !self->overlap.team)
+    flesh_cholesky_result(self->cholesky, self->two_levels ? self->coarse : NULL, begin, end, z);
+  else if (z != self->z + 4 * (size_t)begin)
+    memcpy(z, self->z + 4 * (size_t)begin, 4 * (size_t)(end - begin) * sizeof *z);
+}
+
+double flesh_preconditioner_solve(flesh_preconditioner_data *self, const float *r)
+{
+  if (!self->projects) return solve_soft(self, r);
+  if (self->overlap.team) {
+    flesh_overlap_fetch(&self->overlap, self->order, r);
+    solve_projected(self);
+    return product_of(self, r);
+  }
+  solve_soft(self, flesh_volume_projection_before(self->projection, r));
+  soft_result(self, 0, self->rows, self->z);
+  return flesh_volume_projection_after(self->projection, r, self->z);
+}
+
+double flesh_preconditioner_scale(const flesh_preconditioner_data *self) { return self->scale; }
+
+void flesh_preconditioner_result(const flesh_preconditioner_data *self, int begin, int end, float *z)
+{
+  if (self->projects) memcpy(z, self->z + 4 * (size_t)begin, 4 * (size_t)(end - begin) * sizeof *z);
+  else soft_result(self, begin, end, z);
+}
+
+/* To ghosts that solves leave out (flesh_team_narrow). */
+static void share_left_out(const flesh_preconditioner_data *self, double *vector)
+{
+  const flesh_team *team = flesh_threads_team(self->threads);
+  if (self->team != team) flesh_team_share(team, vector);
+}
+
+void flesh_preconditioner_apply(flesh_preconditioner_data *self, const double *r, double *z)
+{
+  double square = 0;
+  for (size_t d = 0; d < 3 * (size_t)self->rows; d++) square += r[d] * r[d];
+  flesh_team_sum(self->overlap.team, 1, &square);
+  const double scale = flesh_power_to_one(sqrt(square)), back = self->scale / scale;
+  for (size_t p = 0; p < (size_t)self->rows; p++)
+    for (size_t c = 0; c < 3; c++) self->r[4 * p + c] = (float)(scale * r[3 * (size_t)self->order[p] + c]);
+  flesh_preconditioner_solve(self, self->r);
+  float *result = self->r; /* not needed any more */
+  flesh_preconditioner_result(self, 0, self->rows, result);
+  for (size_t p = 0; p < (size_t)self->rows; p++) {
+    for (size_t c = 0; c < 3; c++) z[3 * (size_t)self->order[p] + c] = back * (double)result[4 * p + c];
+    result[4 * p + 3] = 0;
+  }
+  share_left_out(self, z);
+}
+
+int flesh_preconditioner_restore(flesh_preconditioner_data *self, const float *error, double *step)
+{
+  if (!self->projects) return 0;
+  flesh_volume_projection_restore(self->projection, error, step);
+  share_left_out(self, step);
+  return 1;
+}
+
+double flesh_preconditioner_turned(const flesh_preconditioner_data *self)
+{
+  return self->projects ? flesh_volume_projection_turned(self->projection) : 0;
+}
