@@ -1,6 +1,6 @@
 /* preconditioner.c: block Jacobi, incomplete block Cholesky with the shift that it needs, and a coarse level; or
  * BoomerAMG. */
-#include "linear/preconditioner_data.h"
+#include "linear/preconditioner.h"
 
 #include <limits.h>
 #include <math.h>
@@ -11,6 +11,7 @@
 #include "base/memory.h"
 #include "linear/block_matrix.h"
 #include "linear/diagonal_blocks.h"
+#include "linear/preconditioner_data.h"
 
 /* As many vertices as pay for this matrix; those of a team's matrices are added up. */
 static flesh_levels levels_for(const flesh_block_matrix *A, const flesh_team *team)

@@ -3,12 +3,12 @@
 #ifndef FLESH_LINEAR_PRECONDITIONER_DATA_H
 #define FLESH_LINEAR_PRECONDITIONER_DATA_H
 
+#include "flesh/linear_solver.h"
 #include "linear/boomeramg.h"
 #include "linear/cholesky.h"
 #include "linear/coarse.h"
 #include "linear/local_level.h"
 #include "linear/overlap.h"
-#include "linear/preconditioner.h"
 #include "linear/volume_projection.h"
 
 struct flesh_preconditioner_data {

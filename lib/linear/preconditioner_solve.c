@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "linear/overlap_vectors.h"
+#include "linear/preconditioner.h"
 
 /* By the diagonal blocks alone, or not at all. */
 static double solve_blocks(flesh_preconditioner_data *self, const float *r)
