@@ -21,6 +21,7 @@ static size_t find_neighbours(const flesh_row_lists *lists, int *mark, int *star
   const int m = lists->m;
   size_t count = 0;
   for (int e = 0; e < lists->rows; e++) mark[e] = -1;
+  starts[0] = 0; /* also without rows, as a rank may have none */
   for (int e = 0; e < lists->rows; e++) {
     mark[e] = e;
     if (neighbours) starts[e] = (int)count;
