@@ -4,6 +4,7 @@
   python3 test/campaign/scaling.py                   the tables of data/results/scaling.md
   python3 test/campaign/scaling.py --alpha 5e-6 --beta 1e-9    another network: seconds a message, seconds a byte
   python3 test/campaign/scaling.py --page data/results/scaling.md          whether the page has them
+  python3 test/campaign/scaling.py --run 55 2 5 68   seconds of 5 Newton and 68 linear iterations, 55 cells, 2 ranks
   ... | python3 test/campaign/scaling.py --check     what `mpirun -n N build/test/scaling CELLS` prints, against the model
 
 A cube of c cells an edge, six tets each, in statics; every rank has a processor, 16 MB of cache and a channel to memory
@@ -114,8 +115,9 @@ def iterations_of(nodes, v, own, ranks):
     return min(alone, OWN_PER_ROOT * math.sqrt(edge)) if own else alone
 
 
-def times(cells, ranks, args, shared=None):
-    """Seconds of a Newton iteration by its parts; `shared` vertices, and no levels of the ranks' own: else the program's."""
+def times(cells, ranks, args, shared=None, iterations=None):
+    """Seconds of a Newton iteration by its parts; `shared` vertices, and no levels of the ranks' own: else the program's.
+    `iterations`: in place of the model's."""
     tets, nodes = 6 * cells ** 3, (cells + 1) ** 3
     mine, halo = tets / ranks, ghosts(cells, ranks)
     wide = 1 + REACH * halo / (nodes / ranks)  # of a factor with what a rank reaches
@@ -123,7 +125,7 @@ def times(cells, ranks, args, shared=None):
     factor, solve = coarse(v)
     own_factor, own_solve = coarse(wide * nodes / ranks / own) if own else (0, 0)
     turns = hops(ranks)
-    iterations = iterations_of(nodes, v, own, ranks)
+    iterations = iterations or iterations_of(nodes, v, own, ranks)
     numbers = math.ceil(3 * v)
     exchanged = min(ranks - 1, NEIGHBOURS)
     messages = 2 * exchanged + turns * chunks(SUMS + numbers)
@@ -214,11 +216,18 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--alpha", type=float, default=ALPHA)
     parser.add_argument("--beta", type=float, default=BETA)
+    parser.add_argument("--run", nargs=4, type=int, metavar=("CELLS", "RANKS", "NEWTON", "LINEAR"))
     parser.add_argument("--check", action="store_true")
     parser.add_argument("--page", help="exit status 1 where this page has not these tables")
     args = parser.parse_args()
     if args.check:
         sys.exit(check(sys.stdin) > 0)
+    if args.run:
+        cells, ranks, newton, linear = args.run
+        parts = times(cells, ranks, args, iterations=linear / newton)["parts"]
+        alone = newton * sum(parts[name] for name in parts if name != "network")
+        print(f"{alone + newton * parts['network']:.2f} s; {alone * ranks:.2f} s of processors, without the network")
+        return
     text = "\n".join(tables(args))
     if args.page:
         page = open(args.page, encoding="utf-8").read()
