@@ -15,7 +15,7 @@
 #include "shared/options.h"
 #include "shared/provenance.h"
 
-static const char mark[] = "flesh checkpoint 2\n";
+static const char mark[] = "flesh checkpoint 3\n";
 
 static char *in_folder(const char *folder, const char *name)
 {

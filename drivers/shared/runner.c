@@ -415,7 +415,6 @@ int flesh_runner_run(const flesh_scene *scene, const flesh_runner_options *optio
   int status = flesh_figures_open(figures, flesh_running_system(&r));
   if (options->ranks) {
     if (!status) status = flesh_running_share(&r);
-    if (!status) status = flesh_running_check_checkpoint(&r);
     status = flesh_ranks_agree(options->ranks, status);
     if (!status) status = create_integrator(&r); /* what ranks cannot do is refused before anything is written */
   }

@@ -35,13 +35,6 @@ int flesh_running_share(flesh_running *r)
   return flesh_ranks_first(ranks) ? flesh_proximity_create(flesh_scene_system(r->scene), NULL, &r->proximity) : FLESH_OK;
 }
 
-int flesh_running_check_checkpoint(const flesh_running *r)
-{
-  if ((!r->checkpoint.on && !r->options->resume) || !r->own.multiplier_count) return FLESH_OK;
-  return flesh_fail(FLESH_ERR_ARGUMENT, "%s: of incompressible tets (poisson 0.5), ranks write no checkpoints; run it "
-                                        "without --checkpoint and --resume, or on one rank", r->options->scene_path);
-}
-
 /* Nodes of no tet are of no rank; they are held at rest, as on one rank. */
 static void hold_unused(const flesh_mesh *mesh, flesh_state *state)
 {

@@ -72,8 +72,6 @@ int flesh_running_open_probes(flesh_running *running);
 
 /* Memory of this rank's part of the run, with its start. */
 int flesh_running_share(flesh_running *running);
-/* FLESH_ERR_ARGUMENT with what ranks can write no checkpoints of, where one is asked for. */
-int flesh_running_check_checkpoint(const flesh_running *running);
 /* Whether the mesh is split, so that no rank has the whole. */
 int flesh_running_is_split(const flesh_running *running);
 /* The system that is observed: the whole's, or of a split mesh this rank's part of it. */

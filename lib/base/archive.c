@@ -27,23 +27,33 @@ void flesh_archive_bytes(flesh_archive *archive, void *p, size_t bytes)
   archive->at += whole;
 }
 
-void flesh_archive_nodes(flesh_archive *archive, double *vector, size_t nodes)
+/* `width` numbers for each of `rows`; those that were saved are of `count` rows, with their numbers here. */
+static void scatter(flesh_archive *archive, int width, int count, const int *places, size_t rows, double *vector)
 {
-  enum { NODE = 3 * sizeof(double) };
-  if (archive->mode != FLESH_ARCHIVE_LOAD || !archive->places) {
-    flesh_archive_bytes(archive, vector, nodes * NODE);
-    return;
-  }
-  const size_t count = (size_t)archive->nodes, rest = archive->size - archive->at;
+  const size_t bytes = (size_t)width * sizeof *vector, rest = archive->size - archive->at;
   uint64_t length = 0;
   if (!archive->wrong && rest >= sizeof length) memcpy(&length, archive->data + archive->at, sizeof length);
-  archive->wrong |= rest < sizeof length || length != count * NODE || rest - sizeof length < length;
+  archive->wrong |= rest < sizeof length || length != (size_t)count * bytes || rest - sizeof length < length;
   if (archive->wrong) return;
   const uint8_t *from = archive->data + archive->at + sizeof length;
-  for (size_t i = 0; i < count; i++)
-    if (archive->places[i] >= 0 && (size_t)archive->places[i] < nodes)
-      memcpy(vector + 3 * (size_t)archive->places[i], from + i * NODE, NODE);
+  for (int i = 0; i < count; i++)
+    if (places[i] >= 0 && (size_t)places[i] < rows)
+      memcpy(vector + (size_t)width * (size_t)places[i], from + (size_t)i * bytes, bytes);
   archive->at += sizeof length + (size_t)length;
+}
+
+void flesh_archive_nodes(flesh_archive *archive, double *vector, size_t nodes)
+{
+  const flesh_archive_others *others = archive->mode == FLESH_ARCHIVE_LOAD ? archive->others : NULL;
+  if (others) scatter(archive, 3, others->nodes, others->node_places, nodes, vector);
+  else flesh_archive_bytes(archive, vector, 3 * nodes * sizeof *vector);
+}
+
+void flesh_archive_tets(flesh_archive *archive, double *vector, size_t tets)
+{
+  const flesh_archive_others *others = archive->mode == FLESH_ARCHIVE_LOAD ? archive->others : NULL;
+  if (others) scatter(archive, 1, others->tets, others->tet_places, tets, vector);
+  else flesh_archive_bytes(archive, vector, tets * sizeof *vector);
 }
 
 void flesh_archive_int(flesh_archive *archive, int *value, int least, int most)

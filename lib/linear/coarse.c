@@ -204,11 +204,16 @@ int flesh_coarse_create(const flesh_block_matrix *A, const double *positions, in
 {
   flesh_coarse *self = flesh_calloc(1, sizeof *self);
   *coarse = self;
-  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a coarse space");
+  int status = flesh_team_agree(team, self ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for a coarse space"));
+  if (status) {
+    flesh_free(self);
+    *coarse = NULL;
+    return status;
+  }
   self->rows = A->rows;
   self->threads = threads;
   self->team = team;
-  int status = build(self, A, positions, vertices, bisection->order);
+  status = build(self, A, positions, vertices, bisection->order);
   if (status) flesh_coarse_destroy(coarse);
   return status;
 }

@@ -15,8 +15,8 @@
 
 enum { CORNERS = 8 };
 
-/* Cells of all the box around a body are at most so many, or SPARSE to a node: most of them may be empty. */
-enum { ALWAYS = 4096, SPARSE = 64 };
+/* Cells of all the box around a body are at most so many, SPARSE to a node, and EMPTY to a vertex: most may be empty. */
+enum { ALWAYS = 4096, SPARSE = 64, EMPTY = 4096 };
 
 enum { MARKS = 1024 /* that ranks exchange at a time */ };
 
@@ -139,7 +139,8 @@ static int count_vertices(const builder *b, const layout *grid, uint8_t *marks)
 static int choose_layout(builder *b, int vertices)
 {
   static const double finer = 0.9;
-  const int64_t most = ALWAYS + SPARSE * (int64_t)flesh_team_all(b->team, b->rows);
+  const int64_t sparse = SPARSE * (int64_t)flesh_team_all(b->team, b->rows), empty = EMPTY * (int64_t)vertices,
+                most = ALWAYS + (sparse < empty ? sparse : empty);
   double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY}, size = 0;
   for (int i = 0; i < b->rows; i++)
     for (int k = 0; k < 3; k++) {

@@ -67,10 +67,15 @@ int flesh_preconditioner_create_levels(flesh_preconditioner kind, const flesh_bl
                                        const double *positions, const flesh_levels *asked, flesh_threads *threads,
                                        flesh_preconditioner_data **preconditioner)
 {
+  const flesh_team *team = flesh_threads_team(threads);
   flesh_preconditioner_data *self = flesh_calloc(1, sizeof *self);
   *preconditioner = self;
-  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a preconditioner");
-  const flesh_team *team = flesh_threads_team(threads);
+  int status = flesh_team_agree(team, self ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for a preconditioner"));
+  if (status) {
+    flesh_free(self);
+    *preconditioner = NULL;
+    return status;
+  }
   self->kind = kind = flesh_preconditioner_choose(kind, (int)fmin(flesh_team_all(team, A->rows), INT_MAX));
   self->rows = A->rows;
   self->threads = threads;
@@ -83,8 +88,7 @@ int flesh_preconditioner_create_levels(flesh_preconditioner kind, const flesh_bl
   int failed = !order || !self->r || !self->z;
   if (kind != FLESH_PRECONDITIONER_NONE)
     failed |= !(self->inverse = flesh_malloc((9 * rows + 1) * sizeof *self->inverse));
-  int status =
-      failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for the preconditioner of %d nodes", A->rows) : FLESH_OK;
+  if (failed) status = flesh_fail(FLESH_ERR_MEMORY, "no memory for the preconditioner of %d nodes", A->rows);
   const int coarse = kind == FLESH_PRECONDITIONER_TWO_LEVEL && positions && A->rows > 1;
   flesh_levels levels = {0};
   flesh_bisection bisection = {0};

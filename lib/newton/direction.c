@@ -27,22 +27,28 @@ static int take_rows(flesh_direction *self)
 }
 
 /* What solves with matrices of K's pattern. */
-static int make_solvers(flesh_direction *self)
+static int make_solvers_of_pattern(flesh_direction *self)
 {
   const flesh_block_matrix *K = self->equations->K;
   const double *X = flesh_mesh_positions(flesh_system_mesh(self->equations->system));
-  self->patterns = self->equations->patterns;
   if (self->options->linear_solver != FLESH_LINEAR_PCG)
     return flesh_direct_create(self->options->linear_solver, K, &self->direct);
   int status = self->linear->preconditioner_create(self->options->preconditioner, K, X, self->equations->threads,
                                                    &self->preconditioner);
   if (!status) status = self->linear->pcg_space_create(K, 1, self->equations->threads, &self->pcg);
-  if (!self->rows.nodes_per_row) return status;
   const flesh_team *team = self->equations->team;
-  const int polynomial = (team && team->ranks > 1) || flesh_preconditioner_takes_polynomials(&self->rows);
   status = flesh_team_agree(team, status);
-  if (!status)
-    status = self->linear->preconditioner_project(self->preconditioner, K, &self->rows, X, polynomial);
+  if (status || !self->rows.nodes_per_row) return status;
+  const int polynomial = (team && team->ranks > 1) || flesh_preconditioner_takes_polynomials(&self->rows);
+  return flesh_team_agree(
+      team, self->linear->preconditioner_project(self->preconditioner, K, &self->rows, X, polynomial));
+}
+
+/* For the pattern that K has; where there is no memory for them, the next call tries again. */
+static int make_solvers(flesh_direction *self)
+{
+  const int status = make_solvers_of_pattern(self);
+  self->patterns = status ? -1 : self->equations->patterns;
   return status;
 }
 

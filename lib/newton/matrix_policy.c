@@ -22,7 +22,8 @@ static int find_inertia(flesh_matrix_policy *self)
   const flesh_block_matrix *K = equations->K;
   const double *X = flesh_mesh_positions(flesh_system_mesh(equations->system));
   self->inertia = flesh_malloc(((size_t)equations->n + 1) * sizeof *self->inertia);
-  if (!self->inertia) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", equations->n);
+  const int status = self->inertia ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", equations->n);
+  if (flesh_team_agree(equations->team, status)) return FLESH_ERR_MEMORY;
   const flesh_point point = {.t = 0, .load = 1, .x = X, .v = equations->zeros, .a = equations->zeros};
   const int failed =
       flesh_system_jacobian(equations->system, &point, &(flesh_shift){.a = 1}, equations->K) != FLESH_OK;

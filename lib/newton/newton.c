@@ -243,7 +243,9 @@ int flesh_newton_init(const flesh_system *system, const flesh_solver_options *op
   if (!status) flesh_threads_set_team(self->threads, team);
   if (!status) status = flesh_equations_init(system, self->threads, &self->stats, !guarded, &self->equations);
   if (!status) status = flesh_direction_init(&self->equations, &self->options, &self->stats, &self->direction);
+  status = flesh_team_agree(team, status);
   if (!status) status = flesh_matrix_policy_init(&self->equations, &self->direction, &self->policy);
+  status = flesh_team_agree(team, status);
   if (!status) status = flesh_volume_arc_init(&self->equations, &self->direction, &self->arc);
   if (!status) status = flesh_search_init(&self->equations, &self->options, &self->stats, &self->search);
   if (!status)

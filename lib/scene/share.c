@@ -4,10 +4,12 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/team.h"
 #include "effect/effect.h"
 #include "mesh/mesh.h"
 #include "mesh/split_part.h"
 #include "parallel/communicator.h"
+#include "parallel/rank_part.h"
 #include "scene/effect_list.h"
 #include "scene/ranks.h"
 #include "scene/scene.h"
@@ -119,6 +121,7 @@ static int build(flesh_scene_share *self)
   self->effects = calloc((size_t)self->scene->keys.effects.count + 1, sizeof *self->effects);
   if (!status && !self->effects) status = flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", self->scene->path);
   if (!status) status = flesh_system_create(self->body.mesh, &self->system);
+  status = flesh_team_agree(flesh_rank_part_team(self->part), status);
   if (!status) status = flesh_system_set_part(self->system, self->part);
   for (int k = 0; k < self->scene->keys.effects.count && !status; k++) {
     status = take_entry(self, &entries[k]);

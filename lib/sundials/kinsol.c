@@ -14,6 +14,7 @@
 #include "sundials/problem.h"
 #include "sundials/vector.h"
 #include "system/feasible_step.h"
+#include "system/ranks.h"
 
 enum { BATCH = 300 }; /* iterations after which a solve is asked whether it gets anywhere */
 enum { CLONES = 8 };  /* as many as KINInit takes, or more */
@@ -101,12 +102,16 @@ static int solve_few(void *data, const flesh_system *system, const flesh_solver_
 int flesh_nonlinear_create(const flesh_system *system, const flesh_solver_options *options,
                            flesh_nonlinear **nonlinear)
 {
+  const flesh_team *team = flesh_system_team(system);
   flesh_nonlinear *self = *nonlinear = calloc(1, sizeof *self);
-  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a nonlinear solver");
-  int status = flesh_newton_eliminates(system, options) ? create_few(options, &self->few) : FLESH_OK;
-  const flesh_stage_solver solver = {self->few, self->few ? solve_few : NULL};
-  if (!status) status = flesh_problem_create_with(system, options, solver, &self->problem);
-  if (!status) status = make_kinsol(self, self->problem->newton.equations.n, options);
+  int status = self ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for a nonlinear solver");
+  if (!status && flesh_newton_eliminates(system, options)) status = create_few(options, &self->few);
+  status = flesh_team_agree(team, status);
+  if (!status) {
+    const flesh_stage_solver solver = {self->few, self->few ? solve_few : NULL};
+    status = flesh_problem_create_with(system, options, solver, &self->problem);
+  }
+  if (!status) status = flesh_team_agree(team, make_kinsol(self, self->problem->newton.equations.n, options));
   if (status) flesh_nonlinear_destroy(nonlinear);
   return status;
 }

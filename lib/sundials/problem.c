@@ -4,8 +4,10 @@
 #include <stdlib.h>
 
 #include "base/error.h"
+#include "base/team.h"
 #include "sundials/vector.h"
 #include "sundials/version.h"
+#include "system/ranks.h"
 
 int flesh_problem_create_empty(flesh_problem **problem)
 {
@@ -29,7 +31,7 @@ static int make_rooms(flesh_problem *self)
 int flesh_problem_create_with(const flesh_system *system, const flesh_solver_options *options,
                               flesh_stage_solver solver, flesh_problem **problem)
 {
-  int status = flesh_problem_create_empty(problem);
+  int status = flesh_team_agree(flesh_system_team(system), flesh_problem_create_empty(problem));
   if (!status) status = flesh_newton_init(system, options, solver, &(*problem)->newton);
   if (!status) status = make_rooms(*problem);
   if (status) flesh_problem_destroy(problem);

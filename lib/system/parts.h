@@ -34,6 +34,7 @@ struct flesh_system {
   int leader;            /* the entry whose `jacobian_assign` is called; -1: none */
   int left_count, *left; /* blocks that it does not set; NULL: all */
   const flesh_team *team; /* borrowed; NULL: none */
+  int others_hold;        /* 1: an effect of some rank holds constraints by multipliers, so that all ranks have such */
   double *rank_sums;      /* [entry_count * FLESH_RANK_SUMS] of the last point; NULL: no effect needs any */
 };
 

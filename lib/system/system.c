@@ -165,9 +165,24 @@ static int check_holders(const flesh_system *system)
                    : flesh_fail(FLESH_ERR_ARGUMENT, "%d effects hold constraints by multipliers; one at most may", count);
 }
 
-int flesh_system_finalize(flesh_system *system)
+/* The effect that holds constraints by multipliers; NULL where there is none. */
+static const flesh_effect *holder(const flesh_system *system)
 {
-  FLESH_NEED({system, "system"});
+  for (int k = 0; k < system->entry_count; k++)
+    if (system->entries[k].effect->operations->constraints) return system->entries[k].effect;
+  return NULL;
+}
+
+/* A rank may have none of the body's incompressible tets. */
+static void find_others_hold(flesh_system *system)
+{
+  double holds = holder(system) != NULL;
+  flesh_team_largest(system->team, 1, &holds);
+  system->others_hold = holds > 0;
+}
+
+static int make_pattern(flesh_system *system)
+{
   int status = still_open(system);
   if (!status) status = check_holders(system);
   if (status) return status;
@@ -200,6 +215,14 @@ int flesh_system_finalize(flesh_system *system)
   if (!status) status = find_leader(system);
   if (!status) status = flesh_rank_sums_create(system);
   system->finished = !status;
+  return status;
+}
+
+int flesh_system_finalize(flesh_system *system)
+{
+  FLESH_NEED({system, "system"});
+  const int status = flesh_team_agree(system->team, make_pattern(system));
+  if (!status) find_others_hold(system);
   return status;
 }
 
@@ -257,23 +280,21 @@ int flesh_system_freezes(const flesh_system *system)
   return 0;
 }
 
-/* The effect that holds constraints by multipliers; NULL where there is none. */
-static const flesh_effect *holder(const flesh_system *system)
-{
-  for (int k = 0; k < system->entry_count; k++)
-    if (system->entries[k].effect->operations->constraints) return system->entries[k].effect;
-  return NULL;
-}
-
 int flesh_system_multiplier_count(const flesh_system *system)
 {
-  return holder(system) ? flesh_mesh_tet_count(system->mesh) : 0;
+  return holder(system) || system->others_hold ? flesh_mesh_tet_count(system->mesh) : 0;
 }
 
 int flesh_system_constraint_gaps(const flesh_system *system, const flesh_point *point, double *gaps, double *stiffness)
 {
   FLESH_NEED({system, "system"}, {point, "point"}, {gaps, "gaps"});
   const flesh_effect *effect = holder(system);
+  if (!effect && system->others_hold) {
+    const size_t bytes = (size_t)flesh_mesh_tet_count(system->mesh) * sizeof *gaps;
+    memset(gaps, 0, bytes);
+    if (stiffness) memset(stiffness, 0, bytes);
+    return FLESH_OK;
+  }
   if (!effect) return flesh_fail(FLESH_ERR_ARGUMENT, "no effect of the system holds constraints by multipliers");
   if (stiffness) effect->operations->constraints->stiffness(effect, stiffness);
   return effect->operations->constraints->gaps(effect, point, gaps);
@@ -310,7 +331,9 @@ int flesh_system_set_part(flesh_system *system, const flesh_rank_part *rank_part
   if (system->mesh != flesh_rank_part_mesh(rank_part))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the system is on another mesh; it must be on flesh_rank_part_mesh's");
   system->team = flesh_rank_part_team(rank_part);
-  return flesh_rank_sums_create(system);
+  const int status = flesh_team_agree(system->team, flesh_rank_sums_create(system));
+  if (!status) find_others_hold(system);
+  return status;
 }
 
 const flesh_team *flesh_system_team(const flesh_system *system) { return system->team; }

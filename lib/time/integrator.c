@@ -74,27 +74,33 @@ int flesh_integrator_create(const flesh_system *system, flesh_method method,
   const flesh_method_row *row = flesh_method_find(method);
   if (!row) return flesh_fail(FLESH_ERR_ARGUMENT, "there is no integration method %d", (int)method);
   flesh_integrator *self = calloc(1, sizeof *self);
-  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for an integrator");
+  const flesh_team *team = flesh_system_team(system);
+  int status = flesh_team_agree(team, self ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for an integrator"));
+  if (status) {
+    free(self);
+    return status;
+  }
   self->system = system;
   self->method = method;
   /* Until the motion is slow. */
   self->row = method == FLESH_METHOD_EULER_THEN_ADAPTIVE ? &flesh_method_backward_euler : row;
   self->options = *options;
   self->n = flesh_system_unknowns(system);
-  self->team = flesh_system_team(system);
-  int status = flesh_team_agree(self->team, create_memory(self));
+  self->team = team;
+  status = flesh_team_agree(team, create_memory(self));
   if (!status) self->softenings = count_softenings(system);
   if (!status) status = flesh_nonlinear_create(system, options, &self->nonlinear);
   if (!status && self->row->stage)
     status = flesh_extrapolation_create(self->n, flesh_nonlinear_threads(self->nonlinear), &self->extrapolation);
+  status = flesh_team_agree(team, status);
   if (!status) status = flesh_recovery_create(system, options, &self->recovery);
   if (!status) status = flesh_energy_watch_create(system, &self->watch);
-  status = flesh_team_agree(self->team, status);
+  status = flesh_team_agree(team, status);
   if (!status) status = flesh_multipliers_create(system, options, &self->multipliers);
   if (!status) status = flesh_internals_create(system, &self->internals);
-  status = flesh_team_agree(self->team, status);
+  status = flesh_team_agree(team, status);
   if (!status && is_adaptive(method)) status = flesh_adaptive_create(system, options, &self->watch, &self->adaptive);
-  status = flesh_team_agree(self->team, status);
+  status = flesh_team_agree(team, status);
   if (status) {
     flesh_integrator_destroy(&self);
     return status;

@@ -55,11 +55,10 @@ int flesh_integrator_begin(flesh_integrator *integrator, const flesh_state *stat
  * on; the energy that goes is booked. FLESH_ERR_NONFINITE, FLESH_ERR_MEMORY. */
 int flesh_integrator_arrive(flesh_integrator *integrator, const flesh_state *state, int *changed);
 
-/* Takes what `data`, of flesh_integrator_save, has of nodes and of the motion as a whole, where a rank or a process by
- * itself has saved it that has other nodes of the same body: `nodes` of them, each with its number here (-1: of nobody
- * here). Once for each rank that has saved, with the state at hand, of which all nodes are there at the last; what solvers
+/* Takes what `data`, of flesh_integrator_save, has of nodes, of tets and of the motion as a whole, where a rank or a
+ * process by itself has saved it that has `others` of the same body. Once for each rank that has saved, with the state at hand, of which all nodes are there at the last; what solvers
  * have learned is left out. FLESH_ERR_FILE, FLESH_ERR_ARGUMENT. */
-int flesh_integrator_take(flesh_integrator *integrator, const void *data, size_t size, int nodes, const int *places,
+int flesh_integrator_take(flesh_integrator *integrator, const void *data, size_t size, const flesh_archive_others *others,
                           const flesh_state *state);
 
 /* From state->t to state->t + h, in one piece or, for methods of order 2, in pieces between events. A status > 0 with

@@ -156,10 +156,9 @@ int flesh_multipliers_accept(flesh_multipliers *self, flesh_nonlinear *nonlinear
 
 void flesh_multipliers_archive(flesh_multipliers *self, flesh_archive *archive)
 {
-  const size_t bytes = (size_t)self->count * sizeof *self->own;
+  double *of_tets[] = {self->own, self->given, self->lag};
   if (!self->count) return;
-  flesh_archive_bytes(archive, self->own, bytes);
-  flesh_archive_bytes(archive, self->given, bytes);
-  flesh_archive_bytes(archive, self->lag, bytes);
+  for (size_t k = 0; k < sizeof of_tets / sizeof of_tets[0]; k++)
+    flesh_archive_tets(archive, of_tets[k], (size_t)self->count);
   FLESH_ARCHIVE(archive, self->left);
 }

@@ -195,7 +195,7 @@ int flesh_integrator_load(flesh_integrator *self, const void *data, size_t size)
   return status || (!archive.wrong && archive.at == archive.size) ? status : fail_unfit();
 }
 
-int flesh_integrator_take(flesh_integrator *self, const void *data, size_t size, int nodes, const int *places,
+int flesh_integrator_take(flesh_integrator *self, const void *data, size_t size, const flesh_archive_others *others,
                           const flesh_state *state)
 {
   header h, own = header_of(self, 0);
@@ -203,7 +203,7 @@ int flesh_integrator_take(flesh_integrator *self, const void *data, size_t size,
   if (!status) status = check_method(&h, &own);
   if (status) return status;
   flesh_archive archive = {.mode = FLESH_ARCHIVE_LOAD, .data = (uint8_t *)data + sizeof h, .size = size - sizeof h,
-                           .nodes = nodes, .places = places};
+                           .others = others};
   archive_motion(self, &archive);
   flesh_energy_watch_adopt(&self->watch, state);
   return archive.wrong ? fail_unfit() : FLESH_OK;

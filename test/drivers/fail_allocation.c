@@ -1,12 +1,15 @@
 /* fail_allocation.c: preloaded into a program, lets one allocation fail, or all from one on: the one that
  * FLESH_FAIL_AT counts, from 1; FLESH_FAIL_ON=1: and all after it. FLESH_FAIL_SIZE: all of so many bytes.
- * FLESH_FAIL_COUNT names a file that gets the number of allocations of the process at its end. A crash prints the frames that led to it as `frame:
- * LIBRARY(SYMBOL+OFFSET)`, the innermost first, and ends the process as the signal would. */
+ * FLESH_FAIL_OWN=1: only those that the program itself asks for count and fail, none of a shared library's.
+ * FLESH_FAIL_COUNT names a file that gets the number of allocations of the process at its end. A crash prints the frames
+ * that led to it as `frame: LIBRARY(SYMBOL+OFFSET)`, the innermost first, and ends the process as the signal would. */
 #define _GNU_SOURCE
 #include <errno.h>
 #include <execinfo.h>
+#include <link.h>
 #include <signal.h>
 #include <stddef.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -19,26 +22,41 @@ extern void *__libc_realloc(void *old, size_t size);
 extern void *__libc_memalign(size_t alignment, size_t size);
 
 static long count, at;
-static int on, counting;
+static int on, counting, own;
 static size_t of_size;
+static uintptr_t program, program_end; /* its instructions */
 
-static int fails(size_t size)
+/* The first object is the program. */
+static int find_program(struct dl_phdr_info *object, size_t size, void *data)
 {
-  if (!counting) return 0;
+  (void)size, (void)data;
+  for (int k = 0; k < object->dlpi_phnum; k++) {
+    if (object->dlpi_phdr[k].p_type != PT_LOAD || !(object->dlpi_phdr[k].p_flags & PF_X)) continue;
+    program = object->dlpi_addr + object->dlpi_phdr[k].p_vaddr;
+    program_end = program + object->dlpi_phdr[k].p_memsz;
+  }
+  return 1;
+}
+
+static int fails(size_t size, void *caller)
+{
+  if (!counting || (own && ((uintptr_t)caller < program || (uintptr_t)caller >= program_end))) return 0;
   long number = __atomic_add_fetch(&count, 1, __ATOMIC_RELAXED);
   if ((!at || (on ? number < at : number != at)) && (!of_size || size != of_size)) return 0;
   errno = ENOMEM;
   return 1;
 }
 
-void *malloc(size_t size) { return fails(size) ? NULL : __libc_malloc(size); }
-void *calloc(size_t n, size_t size) { return fails(n * size) ? NULL : __libc_calloc(n, size); }
-void *realloc(void *old, size_t size) { return fails(size) ? NULL : __libc_realloc(old, size); }
-void *aligned_alloc(size_t alignment, size_t size) { return fails(size) ? NULL : __libc_memalign(alignment, size); }
-void *memalign(size_t alignment, size_t size) { return fails(size) ? NULL : __libc_memalign(alignment, size); }
+#define CALLER __builtin_return_address(0)
+
+void *malloc(size_t size) { return fails(size, CALLER) ? NULL : __libc_malloc(size); }
+void *calloc(size_t n, size_t size) { return fails(n * size, CALLER) ? NULL : __libc_calloc(n, size); }
+void *realloc(void *old, size_t size) { return fails(size, CALLER) ? NULL : __libc_realloc(old, size); }
+void *aligned_alloc(size_t alignment, size_t size) { return fails(size, CALLER) ? NULL : __libc_memalign(alignment, size); }
+void *memalign(size_t alignment, size_t size) { return fails(size, CALLER) ? NULL : __libc_memalign(alignment, size); }
 int posix_memalign(void **memory, size_t alignment, size_t size)
 {
-  if (fails(size)) return ENOMEM;
+  if (fails(size, CALLER)) return ENOMEM;
   *memory = __libc_memalign(alignment, size);
   return *memory ? 0 : ENOMEM;
 }
@@ -60,7 +78,7 @@ __attribute__((constructor)) static void begin(void)
   static char stack[1 << 16];
   const int deadly[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
   const char *number = getenv("FLESH_FAIL_AT"), *further = getenv("FLESH_FAIL_ON"),
-             *size = getenv("FLESH_FAIL_SIZE");
+             *size = getenv("FLESH_FAIL_SIZE"), *ours = getenv("FLESH_FAIL_OWN");
   void *warm[2];
   backtrace(warm, 2); /* loads what it needs, now that there is memory */
   sigaltstack(&(stack_t){.ss_sp = stack, .ss_size = sizeof stack}, NULL);
@@ -70,6 +88,8 @@ __attribute__((constructor)) static void begin(void)
   at = number ? atol(number) : 0;
   on = further && *further == '1';
   of_size = size ? strtoul(size, NULL, 10) : 0;
+  own = ours && *ours == '1';
+  dl_iterate_phdr(find_program, NULL);
   counting = 1;
 }
 

@@ -1,0 +1,61 @@
+# test_allocations_ranks.sh: on two ranks an allocation of the second one's fails: all end with the exit code of missing
+# memory and one sentence, or do without and run on; none waits for another. A sample of the allocations of three scenes;
+# `quick`: of one. FLESH names the program, FAIL_ALLOCATION what is preloaded, MPIRUN the launcher.
+set -u
+. "$(dirname -- "$0")/../shared/command.sh"
+. "$source_folder/shared/ranks.sh"
+shim=$(preloadable "${FAIL_ALLOCATION:?FAIL_ALLOCATION must name the library that lets allocations fail}") || exit 1
+case ${1-} in
+quick) each=97 ;;
+*) each=29 ;;
+esac
+
+scene() { # NAME MESH TIME MATERIAL EFFECTS
+  printf 'body: {mesh: %s, density: 1000, material: {energy: S, constants: matched, young: 1e5, poisson: %s}}\n' \
+    "$2" "$4" >"$1.yaml"
+  printf 'effects:\n  - inertia: {}\n  - gravity: {}\n%s\ntime: {%s}\n' "$5" "$3" >>"$1.yaml"
+}
+
+"$flesh" mesh box --cells 20,5,5 --size 4,1,1 --out bar.msh >/dev/null &&
+  "$flesh" mesh box --cells 3,3,3 --size 1,1,1 --out cube.msh >/dev/null || exit 1
+pin='  - pin: {box: [[-1, -1, -1], [1e-9, 2, 2]]}'
+scene bar bar.msh 'step: 1/60, end: 1/60' 0.45 "$pin"
+scene adaptive cube.msh 'method: adaptive, end: 1/100' 0.45 "$pin"
+scene touching cube.msh 'step: 1/60, end: 1/30' 0.45 '  - contact: {between: all, friction: 0.5, thickness: 0.01}
+bodies: [{name: above, mesh: cube.msh, translation: [0.05, 0.03, 1.02]}]'
+
+# attempt FAIL_AT SCENE: leaves the count of the second rank's allocations.
+attempt() {
+  rm -rf out
+  set -- "$1" "$flesh" run "$2" --quiet --no-frames --out out
+  number_k=$1
+  shift
+  timeout -k 1 60 "$MPIRUN" -n 1 "$@" : -n 1 env FLESH_FAIL_OWN=1 FLESH_FAIL_AT="$number_k" FLESH_FAIL_COUNT="$work/count.txt" \
+    LD_PRELOAD="$shim" "$@" >stdout.txt 2>stderr.txt
+}
+
+# sample SCENE: says what went wrong.
+sample() {
+  attempt 0 "$1" || { cat stderr.txt; return 1; }
+  count=$(cat count.txt) refusals=0 faults=0 k=1
+  while [ "$k" -le "$count" ]; do
+    attempt "$k" "$1"
+    ended=$?
+    [ "$ended" -ne 1 ] || refusals=$((refusals + 1))
+    sentences=$(grep -c '^flesh run: ' stderr.txt)
+    if [ "$ended" -gt 1 ] || [ "$sentences" -ne "$ended" ]; then
+      faults=$((faults + 1))
+      echo "$1, allocation $k of $count: ended with $ended, $sentences sentences"
+      head -n 5 stderr.txt
+    fi
+    k=$((k + each))
+  done
+  echo "$1: $count allocations, every $each: $refusals refused, $faults faults"
+  [ "$refusals" -gt 0 ] && [ "$faults" -eq 0 ]
+}
+
+bar() { sample bar.yaml; }
+adaptive() { sample adaptive.yaml; }
+touching() { sample touching.yaml; }
+
+if [ "$each" = 97 ]; then run_tests bar; else run_tests bar adaptive touching; fi
