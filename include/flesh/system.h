@@ -42,9 +42,9 @@ FLESH_API int flesh_system_add_prescribed_motion(flesh_system *system, int count
                                       double until);
 
 /* The mesh is that of a part of a body (flesh/ranks.h; borrowed): residuals, potentials and energies are then those of
- * the body, each residual with the owners of its nodes and 0 at ghosts, and calls are collective, this one as well.
- * Jacobians are those of the part's tets. A rank without a node that is to be constrained constrains none (a count of 0),
- * or leaves the call out.
+ * the body, each residual with the owners of its nodes and 0 at ghosts, and calls are collective, as is this one.
+ * Jacobians are those of the part's tets. A rank without a node that is to be constrained constrains none (a count of
+ * 0), or leaves the call out.
  * FLESH_ERR_ARGUMENT where it is another mesh. Further errors: FLESH_ERR_MEMORY. */
 FLESH_API int flesh_system_set_part(flesh_system *system, const flesh_rank_part *rank_part);
 
