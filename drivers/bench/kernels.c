@@ -146,7 +146,7 @@ static int make_matrix(const flesh_bench_bar *bar, bench *b)
                                               &b->preconditioner);
   }
   flesh_bisection bisection = {0};
-  if (!status) status = flesh_bisection_create(b->A, &bisection);
+  if (!status) status = flesh_bisection_create(b->A, NULL, &bisection);
   if (!status) status = b->linear->product_create(b->A, &bisection, 1, &b->product);
   flesh_bisection_clear(&bisection);
   size_t apart;

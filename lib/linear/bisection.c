@@ -18,12 +18,13 @@ typedef struct graph {
   int rows;
   int *start, *neighbour; /* [rows+1], [start[rows]] */
   int *mark;              /* [rows] */
+  const int *numbers;     /* [rows], or NULL */
 } graph;
 
-static int graph_create(const flesh_block_matrix *A, graph *g)
+static int graph_create(const flesh_block_matrix *A, const int *numbers, graph *g)
 {
   const size_t blocks = (size_t)A->row_start[A->rows], rows = (size_t)A->rows;
-  *g = (graph){.rows = A->rows};
+  *g = (graph){.rows = A->rows, .numbers = numbers};
   g->start = flesh_calloc(rows + 2, sizeof *g->start);
   g->neighbour = flesh_malloc((2 * blocks + 1) * sizeof *g->neighbour);
   g->mark = flesh_calloc(rows + 1, sizeof *g->mark);
@@ -57,7 +58,8 @@ static int degree(const graph *g, int node) { return g->start[node + 1] - g->sta
 static int before(const graph *g, int a, int b)
 {
   const int da = degree(g, a), db = degree(g, b);
-  return da != db ? da < db : a > b;
+  if (da != db) return da < db;
+  return g->numbers ? g->numbers[a] > g->numbers[b] : a > b;
 }
 
 /* Nodes reached from `first` that are not marked `as`, level by level; returns how many, and in *last where the last of
@@ -150,13 +152,13 @@ static void split(const graph *g, const int *line, const int *place, flesh_bisec
   }
 }
 
-int flesh_bisection_create(const flesh_block_matrix *A, flesh_bisection *bisection)
+int flesh_bisection_create(const flesh_block_matrix *A, const int *numbers, flesh_bisection *bisection)
 {
   const size_t rows = (size_t)A->rows;
   graph g;
   *bisection = (flesh_bisection){.order = flesh_malloc((rows + 1) * sizeof(int))};
   int *room = flesh_malloc(5 * (rows + 1) * sizeof *room);
-  if (!graph_create(A, &g) || !bisection->order || !room) {
+  if (!graph_create(A, numbers, &g) || !bisection->order || !room) {
     graph_clear(&g);
     flesh_free(room);
     flesh_bisection_clear(bisection);

@@ -13,8 +13,10 @@ typedef struct flesh_bisection {
   int begin[4];
 } flesh_bisection;
 
-/* Depends on the pattern alone. Second half and separator are empty where the separator would be too large. */
-int flesh_bisection_create(const flesh_block_matrix *A, flesh_bisection *bisection);
+/* Depends on the pattern, and on `numbers` [rows], all different, which decide between neighbours of as many neighbours:
+ * on a rank those of the body, where ghosts have the place that a mesh generator gave them and not the last. NULL: the
+ * rows' own. Second half and separator are empty where the separator would be too large. */
+int flesh_bisection_create(const flesh_block_matrix *A, const int *numbers, flesh_bisection *bisection);
 void flesh_bisection_clear(flesh_bisection *bisection);
 
 #endif

@@ -46,7 +46,7 @@ int flesh_pcg_space_create(const flesh_block_matrix *A, int single, flesh_thread
   self->threads = threads;
   self->unit = 1;
   flesh_bisection bisection = {0};
-  int status = flesh_bisection_create(A, &bisection);
+  int status = flesh_bisection_create(A, NULL, &bisection);
   if (!status) status = flesh_product_create(A, &bisection, single, &self->product);
   flesh_bisection_clear(&bisection);
   if (!status) status = join(self);

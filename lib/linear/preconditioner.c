@@ -28,7 +28,7 @@ static int create_wide(flesh_preconditioner_data *self, const double *positions,
   const flesh_block_matrix *A = &self->overlap.matrix;
   const size_t rows = (size_t)A->rows;
   flesh_bisection bisection = {0};
-  int status = flesh_bisection_create(A, &bisection);
+  int status = flesh_bisection_create(A, self->overlap.team->numbers, &bisection);
   self->reached = flesh_malloc((rows + 1) * sizeof *self->reached);
   self->wide = flesh_calloc(4 * rows + 1, sizeof *self->wide);
   if (!status && (!self->reached || !self->wide))
@@ -92,7 +92,7 @@ int flesh_preconditioner_create_levels(flesh_preconditioner kind, const flesh_bl
   const int coarse = kind == FLESH_PRECONDITIONER_TWO_LEVEL && positions && A->rows > 1;
   flesh_levels levels = {0};
   flesh_bisection bisection = {0};
-  if (!status) status = flesh_bisection_create(A, &bisection);
+  if (!status) status = flesh_bisection_create(A, NULL, &bisection);
   if (!status) memcpy(order, bisection.order, rows * sizeof *order);
   status = flesh_team_agree(team, status);
   if (!status && team) status = flesh_overlap_narrow(A, team, &self->team);
@@ -119,7 +119,7 @@ int flesh_preconditioner_project(flesh_preconditioner_data *self, const flesh_bl
 {
   const flesh_team *team = self->overlap.team;
   flesh_bisection bisection = {0};
-  int status = flesh_bisection_create(A, &bisection);
+  int status = flesh_bisection_create(A, NULL, &bisection);
   self->stiff = rows;
   if (team && !status) {
     self->blocks = flesh_malloc((9 * (size_t)self->rows + 1) * sizeof *self->blocks);

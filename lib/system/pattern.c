@@ -24,7 +24,7 @@ static int lay_out(flesh_pattern *pattern)
   const flesh_block_matrix A = flesh_pattern_matrix(pattern, NULL);
   int *column = flesh_malloc((blocks + 1) * sizeof *column), count = 0;
   flesh_bisection bisection = {0};
-  int status = column ? flesh_bisection_create(&A, &bisection) : FLESH_ERR_MEMORY;
+  int status = column ? flesh_bisection_create(&A, NULL, &bisection) : FLESH_ERR_MEMORY;
   for (size_t p = 0; p < rows && !status; p++) {
     const int i = bisection.order[p], from = pattern->row_start[i], length = pattern->row_end[i] - from;
     memcpy(column + count, pattern->column + from, (size_t)length * sizeof *column);

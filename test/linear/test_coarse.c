@@ -67,7 +67,7 @@ static void find(const test_body *b, const flesh_block_matrix *A, int vertices, 
   flesh_coarse *coarse = NULL;
   flesh_bisection bisection;
   flesh_block_multiply(A, u, r);
-  CHECK_OK(flesh_bisection_create(A, &bisection));
+  CHECK_OK(flesh_bisection_create(A, NULL, &bisection));
   CHECK_OK(flesh_coarse_create(A, flesh_mesh_positions(b->mesh), vertices, &bisection, NULL, NULL, &coarse));
   CHECK_OK(flesh_coarse_setup(coarse, A, MATRIX_SCALE, fixed));
   CHECK(flesh_coarse_memory(coarse) > 0);
@@ -223,7 +223,7 @@ static void crumbs_share_vertices(void)
   find(&b, A, 200, NULL, u);
   flesh_coarse *coarse = NULL;
   flesh_bisection bisection;
-  CHECK_OK(flesh_bisection_create(A, &bisection));
+  CHECK_OK(flesh_bisection_create(A, NULL, &bisection));
   CHECK_OK(flesh_coarse_create(A, X, 200, &bisection, NULL, NULL, &coarse));
   CHECK_BELOW((double)flesh_coarse_memory(coarse), 1000. * b.n);
   flesh_coarse_destroy(&coarse);
@@ -246,7 +246,7 @@ static void cells_may_have_single_nodes(void)
   for (int k = 0; k < 9; k++) A->values[k] = -A->values[k];
   flesh_coarse *coarse = NULL;
   flesh_bisection bisection;
-  CHECK_OK(flesh_bisection_create(A, &bisection));
+  CHECK_OK(flesh_bisection_create(A, NULL, &bisection));
   CHECK_OK(flesh_coarse_create(A, flesh_mesh_positions(b.mesh), 8, &bisection, NULL, NULL, &coarse));
   CHECK(flesh_coarse_setup(coarse, A, MATRIX_SCALE, NULL) == FLESH_NOT_POSITIVE);
   flesh_bisection_clear(&bisection);

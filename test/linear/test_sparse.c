@@ -71,7 +71,7 @@ static void halves_go_along_the_body(void)
   make(test_box(60, 8, 8, 8, 1, 1), FLESH_ENERGY_S, 0.45, &b);
   flesh_block_matrix *A = random_matrix(&b, 0);
   flesh_bisection bisection;
-  CHECK_OK(flesh_bisection_create(A, &bisection));
+  CHECK_OK(flesh_bisection_create(A, NULL, &bisection));
   int *place = malloc((size_t)A->rows * sizeof *place), farthest = 0, waiting = 0;
   for (int p = 0; p < A->rows; p++) place[p] = -1;
   for (int p = 0; p < A->rows; p++) place[bisection.order[p]] = p;
@@ -92,6 +92,21 @@ static void halves_go_along_the_body(void)
   flesh_bisection_clear(&bisection);
   flesh_block_matrix_destroy(&A);
   test_body_destroy(&b);
+}
+
+/* A chain with three leaves at its end, 0-1-2-{3, 4, 5}. The order of Cuthill & McKee is 5 2 4 | 3 1 0, with 3 and 5
+ * exchanged where numbers are reversed; 2 is the separator, and 0 goes from the far end. */
+static void numbers_decide_between_alike(void)
+{
+  int start[] = {0, 2, 4, 8, 9, 10, 11}, column[] = {0, 1, 1, 2, 2, 3, 4, 5, 3, 4, 5};
+  const int reversed[] = {5, 4, 3, 2, 1, 0}, expected[2][6] = {{5, 4, 0, 3, 1, 2}, {3, 4, 0, 5, 1, 2}};
+  const flesh_block_matrix A = {.rows = 6, .row_start = start, .row_end = start + 1, .column = column};
+  for (int k = 0; k < 2; k++) {
+    flesh_bisection bisection;
+    CHECK_OK(flesh_bisection_create(&A, k ? reversed : NULL, &bisection));
+    CHECK(!memcmp(bisection.order, expected[k], sizeof expected[k]));
+    flesh_bisection_clear(&bisection);
+  }
 }
 
 static void twice(void *data, int begin, int end)
@@ -145,7 +160,7 @@ static void products_by_halves(void)
     flesh_block_matrix *A = random_matrix(&b, 0);
     flesh_bisection bisection;
     flesh_product product;
-    CHECK_OK(flesh_bisection_create(A, &bisection));
+    CHECK_OK(flesh_bisection_create(A, NULL, &bisection));
     CHECK_OK(flesh_product_create(A, &bisection, 1, &product));
     /* What has not been rounded may be anything, also not a number. */
     memset(product.rounded, 0xff, FLESH_SLICE * (9 * (size_t)product.column[product.slices[3]] +
@@ -409,7 +424,7 @@ static void triangles_round_alike(void)
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(products_and_constraints), TEST(halves_go_along_the_body),
-                   TEST_OF_THREADS(products_by_halves), TEST(triangles_round_alike),
-                   TEST(block_inverses), TEST(scalar_view_is_the_matrix), TEST(direct_solvers_solve),
+                   TEST(numbers_decide_between_alike), TEST_OF_THREADS(products_by_halves),
+                   TEST(triangles_round_alike), TEST(block_inverses), TEST(scalar_view_is_the_matrix), TEST(direct_solvers_solve),
                    TEST(symmetric_factors_tell_what_is_indefinite));
 }
