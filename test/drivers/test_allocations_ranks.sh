@@ -1,14 +1,11 @@
 # test_allocations_ranks.sh: on two ranks an allocation of the second one's fails: all end with the exit code of missing
-# memory and one sentence, or do without and run on; none waits for another. A sample of the allocations of three scenes;
-# `quick`: of one. FLESH names the program, FAIL_ALLOCATION what is preloaded, MPIRUN the launcher.
+# memory and one sentence, or do without and run on; none waits for another. A sample of the allocations of three scenes.
+# FLESH names the program, FAIL_ALLOCATION what is preloaded, MPIRUN the launcher.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 . "$source_folder/shared/ranks.sh"
 shim=$(preloadable "${FAIL_ALLOCATION:?FAIL_ALLOCATION must name the library that lets allocations fail}") || exit 1
-case ${1-} in
-quick) each=97 ;;
-*) each=29 ;;
-esac
+each=29
 
 scene() { # NAME MESH TIME MATERIAL EFFECTS
   printf 'body: {mesh: %s, density: 1000, material: {energy: S, constants: matched, young: 1e5, poisson: %s}}\n' \
@@ -58,4 +55,4 @@ bar() { sample bar.yaml; }
 adaptive() { sample adaptive.yaml; }
 touching() { sample touching.yaml; }
 
-if [ "$each" = 97 ]; then run_tests bar; else run_tests bar adaptive touching; fi
+run_tests bar adaptive touching
