@@ -7,9 +7,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/error.h"
 #include "flesh/mesh.h"
 #include "flesh/surface.h"
 #include "mesh/inspect.h"
+#include "mesh/refine.h"
 #include "mesh/split_command.h"
 #include "shared/options.h"
 #include "shared/output.h"
@@ -160,12 +162,15 @@ static int set_order(flesh_mesh **mesh, int order)
   return FLESH_OK;
 }
 
-/* Cuts each tet into eight, `times` times. */
-static int refine(flesh_mesh **mesh, int times)
+/* Cuts each tet into eight, `times` times, before it gets the order `order`. */
+static int refine(flesh_mesh **mesh, int times, int order)
 {
+  const int own = flesh_mesh_order(*mesh);
+  int status = flesh_mesh_check_refine(*mesh, order > own ? order : own, times);
+  if (status) return flesh_fail_within(status, "--refine %d: ", times);
   for (int k = 0; k < times; k++) {
     flesh_mesh *finer;
-    int status = flesh_mesh_refine(*mesh, &finer);
+    status = flesh_mesh_refine(*mesh, &finer);
     if (status) return status;
     flesh_mesh_destroy(mesh);
     *mesh = finer;
@@ -209,7 +214,7 @@ static int command_convert(int argc, char **argv)
   flesh_mesh *mesh = NULL;
   int status = flesh_output_prepare_from(argv[2], 1, argv + 1, NULL);
   if (!status) status = flesh_mesh_read(argv[1], &mesh);
-  if (!status) status = refine(&mesh, times);
+  if (!status) status = refine(&mesh, times, order);
   if (!status) status = set_order(&mesh, order);
   code = status ? flesh_command_fail(usage.command, status) : write_and_say(usage.command, mesh, argv[2]);
   flesh_mesh_destroy(&mesh);

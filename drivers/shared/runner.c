@@ -412,6 +412,7 @@ int flesh_runner_run(const flesh_scene *scene, const flesh_runner_options *optio
   flesh_folder_claim claim = {.descriptor = -1};
   *outcome = (flesh_outcome){.advice = ""};
   r.checkpoint.on = options->out && (options->checkpoint.seconds > 0 || options->checkpoint.steps > 0);
+  if (first && flesh_scene_warning(scene)) warn(&r, outcome, 1, flesh_scene_warning(scene));
   int status = flesh_figures_open(figures, flesh_running_system(&r));
   if (options->ranks) {
     if (!status) status = flesh_running_share(&r);

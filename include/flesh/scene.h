@@ -39,6 +39,10 @@ FLESH_API int flesh_scene_read_text(const char *text, const char *path, int coun
 /* NULL-safe; sets *scene to NULL. */
 FLESH_API void flesh_scene_destroy(flesh_scene **scene);
 
+/* A warning about a scene although it was read, as a sentence (faces of a mesh's boundary that lie near a
+ * surface of `curved` and not on it); NULL where there is none. Belongs to the scene. Cannot fail. */
+FLESH_API const char *flesh_scene_warning(const flesh_scene *scene);
+
 /* The parts of a scene belong to it and live as long. */
 FLESH_API const flesh_mesh *flesh_scene_mesh(const flesh_scene *scene);
 /* Absolute, links resolved. */

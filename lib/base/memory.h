@@ -16,6 +16,9 @@ void *flesh_realloc(void *memory, size_t bytes);
 void *flesh_aligned_alloc(size_t alignment, size_t bytes);
 void flesh_free(void *memory);
 
+/* Bytes of memory that the machine has; INFINITY where that is not known. */
+double flesh_physical_memory(void);
+
 typedef struct flesh_reserve flesh_reserve;
 
 /* Room for `bytes`: addresses only, of which the system makes memory where they are first written to. Returns new;

@@ -1,6 +1,7 @@
 /* curve.c: the boundary of a mesh of order 2, put on a surface. */
 #include "mesh/curve.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -10,8 +11,9 @@
 #include "mesh/edges.h"
 #include "mesh/mesh.h"
 
-static const double near_enough = 0.1; /* of the longest edge */
-static const double least_cosine = 0.5;
+static const double tenth_of_an_edge = 0.1, half_an_edge = 0.5; /* as fractions of a face's longest edge */
+static const double least_cosine = 0.5;                         /* of a face's normal with the surface's */
+static const int most_rounds = 100;                             /* between surfaces that meet */
 
 static double distance(const double a[3], const double b[3])
 {
@@ -19,88 +21,175 @@ static double distance(const double a[3], const double b[3])
   return sqrt(flesh_vec3_dot(d, d));
 }
 
-/* Whether the face with these corners stands for a part of the surface. */
-static int stands_for(const flesh_mesh *mesh, const flesh_nearest_surface *surface, const int corner[3])
+/* How far the corners of a face are from the surface at most, in its longest edge; infinite where the face is turned from
+ * the surface. */
+static double distance_from(const flesh_mesh *mesh, const flesh_nearest_surface *surface, const int corner[3])
 {
   const double *x[3];
-  double longest = 0, at[3], normal[3], middle[3] = {0}, e[2][3], own[3];
+  double longest = 0, farthest = 0, at[3], normal[3], middle[3] = {0}, e[2][3], own[3];
   for (int k = 0; k < 3; k++) x[k] = mesh->positions + 3 * (size_t)corner[k];
   for (int k = 0; k < 3; k++) longest = fmax(longest, distance(x[k], x[(k + 1) % 3]));
   for (int k = 0; k < 3; k++) {
     surface->nearest(surface->data, x[k], at, normal);
-    if (!(distance(x[k], at) <= near_enough * longest)) return 0;
+    farthest = fmax(farthest, distance(x[k], at) / longest);
+    if (!(farthest <= half_an_edge)) return INFINITY;
     for (int c = 0; c < 3; c++) middle[c] += x[k][c] / 3;
   }
   surface->nearest(surface->data, middle, at, normal);
   for (int k = 0; k < 2; k++)
     for (int c = 0; c < 3; c++) e[k][c] = x[k + 1][c] - x[0][c];
   flesh_vec3_cross(e[0], e[1], own);
-  return fabs(flesh_vec3_dot(own, normal)) > least_cosine * sqrt(flesh_vec3_dot(own, own));
+  return fabs(flesh_vec3_dot(own, normal)) > least_cosine * sqrt(flesh_vec3_dot(own, own)) ? farthest : INFINITY;
 }
 
-static void move(const flesh_nearest_surface *surface, double *x)
+/* The corner of the tet that is not on the face. */
+static int opposite(const int tet[4], const int corner[3])
 {
-  double at[3], normal[3];
-  surface->nearest(surface->data, x, at, normal);
-  memcpy(x, at, sizeof at);
+  int a = 0;
+  while (tet[a] == corner[0] || tet[a] == corner[1] || tet[a] == corner[2]) a++;
+  return a;
 }
 
-/* Marks in `on` [nodes] those that are to be on the surface; returns how many faces are. */
-static int mark(const flesh_mesh *mesh, const flesh_nearest_surface *surface, uint8_t *on)
+int flesh_mesh_find_curved_faces(const flesh_mesh *mesh, int count, const flesh_nearest_surface *surfaces, int *on,
+                                 int *found, int *left)
 {
-  int faces = 0;
-  for (int k = 0; k < mesh->triangles; k += flesh_mesh_face_parts(mesh, mesh->surface_tets[k])) {
-    if (flesh_mesh_face_parts(mesh, mesh->surface_tets[k]) == 1) continue;
+  int status = FLESH_OK;
+  memset(on, 0, 4 * (size_t)mesh->tets * sizeof *on);
+  for (int s = 0; s < count; s++) found[s] = left[s] = 0;
+  for (int k = 0; k < mesh->triangles && !status; k += flesh_mesh_face_parts(mesh, mesh->surface_tets[k])) {
+    const size_t tet = (size_t)mesh->surface_tets[k];
+    if (flesh_mesh_face_parts(mesh, (int)tet) == 1) continue;
     /* (a,p,r), (p,b,q), (r,q,c), (p,q,r) */
-    const int *face = mesh->surface + 3 * (size_t)k;
-    if (!stands_for(mesh, surface, (int[]){face[0], face[4], face[8]})) continue;
-    for (int i = 0; i < 9; i++) on[face[i]] = 1;
-    faces++;
+    const int *face = mesh->surface + 3 * (size_t)k, corner[3] = {face[0], face[4], face[8]};
+    double least = INFINITY;
+    int nearest = -1;
+    for (int s = 0; s < count; s++) {
+      const double off = distance_from(mesh, &surfaces[s], corner);
+      if (off < least) least = off, nearest = s;
+    }
+    if (nearest < 0) continue;
+    const int near_enough = least <= tenth_of_an_edge;
+    if (near_enough) on[4 * tet + (size_t)opposite(mesh->tet_nodes + 4 * tet, corner)] = 1 + nearest;
+    ++*(near_enough ? &found[nearest] : &left[nearest]);
   }
-  return faces;
+  return status;
 }
 
-/* Corners first: nodes on edges keep their place between them, and then go to the surface too. */
-static void place(const flesh_mesh *mesh, const flesh_nearest_surface *surface, const uint8_t *on, uint8_t *done,
-                  double *x)
+/* The faces of a tet by the corner opposite to them: which of its ten nodes they have. */
+static const int face_nodes[4][6] = {{1, 2, 3, 5, 8, 9}, {0, 2, 3, 6, 7, 9}, {0, 1, 3, 4, 7, 8}, {0, 1, 2, 4, 5, 6}};
+
+static int node_of(const flesh_mesh *mesh, size_t tet, int k)
+{
+  return k < 4 ? mesh->tet_nodes[4 * tet + (size_t)k] : mesh->edge_nodes[6 * tet + (size_t)k - 4];
+}
+
+/* Whether the face of the child opposite to its corner `own` is a part of the tet's face opposite to corner `a`. */
+static int is_part(const flesh_mesh *mesh, size_t tet, int a, const int child[4], int own)
+{
+  for (int b = 0; b < 4; b++) {
+    int has = b == own;
+    for (int k = 0; k < 6; k++) has |= node_of(mesh, tet, face_nodes[a][k]) == child[b];
+    if (!has) return 0;
+  }
+  return 1;
+}
+
+void flesh_mesh_refine_curved_faces(const flesh_mesh *mesh, const int *on, const flesh_mesh *refined, int *finer)
+{
+  memset(finer, 0, 4 * (size_t)refined->tets * sizeof *finer);
+  for (size_t k = 0; k < 4 * (size_t)mesh->tets; k++) {
+    if (!on[k]) continue;
+    for (size_t child = 8 * (k / 4); child < 8 * (k / 4) + 8; child++)
+      for (int own = 0; own < 4; own++)
+        if (is_part(mesh, k / 4, (int)(k % 4), refined->tet_nodes + 4 * child, own))
+          finer[4 * child + (size_t)own] = on[k];
+  }
+}
+
+/* The surfaces of each node, as chains: links[first[node] - 1] is the first; 0 ends a chain. */
+typedef struct chains {
+  int *first; /* [nodes] */
+  struct {
+    int surface, next;
+  } *links;
+  int count;
+} chains;
+
+static void add_link(chains *c, int node, int surface)
+{
+  for (int k = c->first[node]; k; k = c->links[k - 1].next)
+    if (c->links[k - 1].surface == surface) return;
+  c->links[c->count].surface = surface;
+  c->links[c->count].next = c->first[node];
+  c->first[node] = ++c->count;
+}
+
+static int find_chains(const flesh_mesh *mesh, const int *on, chains *c)
+{
+  size_t faces = 0;
+  for (size_t k = 0; k < 4 * (size_t)mesh->tets; k++) faces += on[k] != 0;
+  c->first = flesh_calloc((size_t)mesh->nodes, sizeof *c->first);
+  c->links = flesh_malloc((6 * faces + 1) * sizeof *c->links);
+  if (!c->first || !c->links) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for %d nodes", mesh->nodes);
+  for (size_t k = 0; k < 4 * (size_t)mesh->tets; k++)
+    for (int i = 0; on[k] && i < 6; i++) add_link(c, node_of(mesh, k / 4, face_nodes[k % 4][i]), on[k] - 1);
+  return FLESH_OK;
+}
+
+/* Moves a node to the nearest point of its surface, or to where its surfaces meet by going from one to the other. */
+static void move(const flesh_nearest_surface *surfaces, const chains *c, int first, double *x)
+{
+  for (int round = 0; round < (c->links[first - 1].next ? most_rounds : 1); round++) {
+    double before[3], at[3], normal[3];
+    memcpy(before, x, sizeof before);
+    for (int k = first; k; k = c->links[k - 1].next) {
+      const flesh_nearest_surface *surface = &surfaces[c->links[k - 1].surface];
+      surface->nearest(surface->data, x, at, normal);
+      memcpy(x, at, sizeof at);
+    }
+    if (distance(before, x) <= 4 * DBL_EPSILON * sqrt(flesh_vec3_dot(x, x))) return;
+  }
+}
+
+/* Corners first: nodes on edges keep their place between them, and then go to the surface too. `done` [nodes] is 0. */
+static void place(const flesh_mesh *mesh, const flesh_nearest_surface *surfaces, const chains *c, uint8_t *done, double *x)
 {
   const double *X = mesh->positions;
-  for (int k = 0; k < 4 * mesh->tets; k++) {
+  for (size_t k = 0; k < 4 * (size_t)mesh->tets; k++) {
     const int i = mesh->tet_nodes[k];
-    if (on[i] && !done[i]) move(surface, x + 3 * (size_t)i);
+    if (c->first[i] && !done[i]) move(surfaces, c, c->first[i], x + 3 * (size_t)i);
     done[i] = 1;
   }
-  for (int k = 0; k < 6 * mesh->tets; k++) {
+  for (size_t k = 0; k < 6 * (size_t)mesh->tets; k++) {
     const int i = mesh->edge_nodes[k], *ends = flesh_edge_corners[k % 6];
     if (i < 0 || done[i]) continue;
     for (int e = 0; e < 2; e++) {
-      const size_t end = 3 * (size_t)mesh->tet_nodes[4 * (size_t)(k / 6) + (size_t)ends[e]];
-      for (int c = 0; c < 3; c++) x[3 * (size_t)i + (size_t)c] += (x[end + (size_t)c] - X[end + (size_t)c]) / 2;
+      const size_t end = 3 * (size_t)mesh->tet_nodes[4 * (k / 6) + (size_t)ends[e]];
+      for (size_t d = 0; d < 3; d++) x[3 * (size_t)i + d] += (x[end + d] - X[end + d]) / 2;
     }
-    if (on[i]) move(surface, x + 3 * (size_t)i);
+    if (c->first[i]) move(surfaces, c, c->first[i], x + 3 * (size_t)i);
     done[i] = 1;
   }
 }
 
-int flesh_mesh_curve(const flesh_mesh *mesh, const flesh_nearest_surface *surface, flesh_mesh **curved, int *faces)
+int flesh_mesh_curve(const flesh_mesh *mesh, const flesh_nearest_surface *surfaces, const int *on, flesh_mesh **curved)
 {
   const size_t nodes = (size_t)mesh->nodes;
-  *curved = NULL;
-  if (!mesh->edge_nodes)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "the mesh has four-node tets, whose edges are straight; it must have order 2");
+  chains c = {0};
   double *x = flesh_malloc(3 * nodes * sizeof *x);
-  uint8_t *on = flesh_calloc(nodes, 1), *done = flesh_calloc(nodes, 1);
-  int status = x && on && done ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory for %d nodes", mesh->nodes);
+  uint8_t *done = flesh_calloc(nodes, 1);
+  *curved = NULL;
+  int status = x && done ? find_chains(mesh, on, &c) : flesh_fail(FLESH_ERR_MEMORY, "out of memory for %d nodes", mesh->nodes);
   if (!status) {
     memcpy(x, mesh->positions, 3 * nodes * sizeof *x);
-    *faces = mark(mesh, surface, on);
-    place(mesh, surface, on, done, x);
+    place(mesh, surfaces, &c, done, x);
     status = flesh_mesh_build(mesh->nodes, x, mesh->tets, mesh->tet_nodes, mesh->edge_nodes, mesh->regions, NULL,
                               curved);
   }
   if (!status) (*curved)->flipped = mesh->flipped;
   flesh_free(x);
-  flesh_free(on);
   flesh_free(done);
+  flesh_free(c.first);
+  flesh_free(c.links);
   return status;
 }

@@ -162,7 +162,7 @@ int flesh_mesh_build(int nodes, const double *positions, int tets, const int *te
     return flesh_fail(FLESH_ERR_FILE,
                       "%s%sthe mesh is empty (%d nodes, %d tets); it must have at least one tet",
                       path, colon, nodes, tets);
-  const int most = edge_nodes ? INT_MAX / 16 : INT_MAX / 4; /* 16: triangles of four loose faces */
+  const int most = flesh_mesh_most_tets(edge_nodes ? 2 : 1);
   if (nodes > INT_MAX / 3 || tets > most)
     return flesh_fail(FLESH_ERR_FILE,
                       "%s%sthe mesh has %d nodes and %d tets; at most %d and %d are supported",

@@ -2,6 +2,7 @@
 #ifndef FLESH_MESH_MESH_H
 #define FLESH_MESH_MESH_H
 
+#include <limits.h>
 #include <stddef.h>
 
 #include "flesh/mesh.h"
@@ -30,6 +31,13 @@ static inline int flesh_mesh_is_quadratic(const flesh_mesh *mesh, int tet)
 {
   return mesh->edge_nodes && mesh->edge_nodes[6 * (size_t)tet] >= 0;
 }
+
+/* The most tets of a mesh: of ten nodes for the numbers of the triangles of four loose faces each. */
+static inline int flesh_mesh_most_tets(int order) { return order == 2 ? INT_MAX / 16 : INT_MAX / 4; }
+
+/* The least memory that a mesh takes for each tet while it is refined: numbers of nodes, regions, volumes, the share of
+ * positions, at order 2 the nodes on edges and the Jacobian's coefficients. */
+static inline double flesh_mesh_bytes_of_tet(int order) { return order == 2 ? 250 : 50; }
 
 /* How many triangles in a row mesh->surface has of a face of the tet. */
 static inline int flesh_mesh_face_parts(const flesh_mesh *mesh, int tet)

@@ -178,9 +178,9 @@ int flesh_mesh_raise_order(const flesh_mesh *mesh, flesh_mesh **raised)
   FLESH_NEED({mesh, "mesh"});
   if (mesh->edge_nodes)
     return flesh_fail(FLESH_ERR_ARGUMENT, "the mesh has order 2 already; only order 1 can be raised");
-  if (mesh->tets > INT_MAX / 16)
+  if (mesh->tets > flesh_mesh_most_tets(2))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the mesh has %d tets; at most %d are supported at order 2",
-                      mesh->tets, INT_MAX / 16);
+                      mesh->tets, flesh_mesh_most_tets(2));
   flesh_mesh_edges edges;
   if (!flesh_mesh_edges_find(mesh->nodes, mesh->tets, mesh->tet_nodes, &edges))
     return flesh_fail(FLESH_ERR_MEMORY, "out of memory for the edges of %d tets", mesh->tets);

@@ -82,6 +82,19 @@ static int best_cut(const flesh_mesh *mesh, int t)
   return best;
 }
 
+int flesh_mesh_check_refine(const flesh_mesh *mesh, int order, int times)
+{
+  const double tets = mesh->tets * pow(8, times), most = flesh_mesh_most_tets(order);
+  const double bytes = tets * flesh_mesh_bytes_of_tet(order), memory = flesh_physical_memory();
+  if (times > 0 && tets > most)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the mesh's %d tets become %.4g, and at most %.0f are supported", mesh->tets, tets,
+                      most);
+  if (times > 0 && bytes > memory)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the mesh's %d tets become %.4g, whose mesh alone takes %.3g GB; this machine has "
+                      "%.3g GB of memory", mesh->tets, tets, bytes / 1e9, memory / 1e9);
+  return FLESH_OK;
+}
+
 static int no_memory(const flesh_mesh *mesh)
 {
   return flesh_fail(FLESH_ERR_MEMORY, "out of memory to refine a mesh of %d tets", mesh->tets);
@@ -89,7 +102,7 @@ static int no_memory(const flesh_mesh *mesh)
 
 static int make_draft(const flesh_mesh *mesh, draft *d)
 {
-  const int order = flesh_mesh_order(mesh), most = order == 2 ? INT_MAX / 128 : INT_MAX / 32;
+  const int order = flesh_mesh_order(mesh), most = flesh_mesh_most_tets(order) / 8;
   *d = (draft){0};
   if (mesh->linear)
     return flesh_fail(FLESH_ERR_ARGUMENT, "the mesh has tets of four nodes and of ten; they must be refined apart");

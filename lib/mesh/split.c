@@ -130,7 +130,7 @@ int flesh_split_read(flesh_scanner *s, flesh_split *split)
   if (!status) status = read_number(s, "mark", 0, INT64_MAX, &split->mark);
   if (!status) status = read_int(s, "order", 1, 2, &split->order);
   if (!status) status = read_int(s, "nodes", 4, INT_MAX / 3, &split->nodes);
-  if (!status) status = read_int(s, "tets", 1, split->order == 2 ? INT_MAX / 16 : INT_MAX / 4, &split->tets);
+  if (!status) status = read_int(s, "tets", 1, flesh_mesh_most_tets(split->order), &split->tets);
   if (!status) status = expect(s, "regions");
   if (!status) status = read_regions(s, split);
   if (!status) status = expect(s, "parts");

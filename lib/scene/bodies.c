@@ -1,6 +1,7 @@
 /* bodies.c: the bodies beside the first: their meshes, put in their places, become parts of one mesh. */
 #include <math.h>
 #include <stddef.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -89,14 +90,15 @@ static int append_other(flesh_scene *scene, int k, join *j)
   flesh_scene_other *other = (flesh_scene_other *)scene->keys.bodies.values + k;
   const flesh_node *place = place_of(scene, k, offsetof(flesh_scene_other, mesh));
   flesh_mesh *mesh = NULL;
+  char body[40];
   for (int p = 0; p <= k; p++)
     if (!strcmp(scene->parts[p].name, other->name))
       return flesh_node_fail(place_of(scene, k, offsetof(flesh_scene_other, name)),
                              "%s[%d].name is '%s'; another body has that name already", list_key()->name, k,
                              other->name);
   int status = flesh_mesh_read(other->mesh, &mesh);
-  if (!status) status = flesh_scene_fit_mesh(scene, element_of(scene, other), &mesh);
-  if (!status) status = flesh_scene_curve_mesh(scene, &other->curved, &mesh);
+  snprintf(body, sizeof body, "%s[%d]", list_key()->name, k);
+  if (!status) status = flesh_scene_fit_mesh(scene, body, element_of(scene, other), &other->curved, &mesh);
   if (!status) status = flesh_scene_make_absolute(scene, &other->mesh);
   if (status) {
     flesh_mesh_destroy(&mesh);

@@ -72,6 +72,7 @@ typedef struct triangles {
   const int *corners;
   const double *X;
   double (*ball)[4]; /* [count] centre and radius */
+  flesh_surface *surface;
 } triangles;
 
 static double distance(const double a[3], const double b[3])
@@ -103,64 +104,129 @@ static void nearest_on_triangles(const void *data, const double p[3], double at[
   normalise(n, normal);
 }
 
-static int curve_to_file(const flesh_mesh *mesh, const char *path, flesh_mesh **curved, int *faces)
+static int open_file(const char *path, triangles *t)
 {
-  flesh_surface *surface = NULL;
-  triangles t = {0};
-  int status = flesh_surface_read(path, &surface);
+  int status = flesh_surface_read(path, &t->surface);
   if (status) return status;
-  t.corners = flesh_surface_triangles(surface, &t.count);
-  t.X = flesh_surface_positions(surface);
-  t.ball = malloc(((size_t)t.count + 1) * sizeof *t.ball);
-  if (!t.ball) status = flesh_fail(FLESH_ERR_MEMORY, "no memory for a surface of %d triangles", t.count);
-  else if (!t.count) status = flesh_fail(FLESH_ERR_FILE, "%s: the surface has no triangle with an area", path);
-  for (int k = 0; !status && k < t.count; k++) {
+  t->corners = flesh_surface_triangles(t->surface, &t->count);
+  t->X = flesh_surface_positions(t->surface);
+  if (!t->count) return flesh_fail(FLESH_ERR_FILE, "%s: the surface has no triangle with an area", path);
+  t->ball = malloc((size_t)t->count * sizeof *t->ball);
+  if (!t->ball) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a surface of %d triangles", t->count);
+  for (size_t k = 0; k < (size_t)t->count; k++) {
     for (int c = 0; c < 3; c++) {
-      t.ball[k][c] = 0;
-      for (int a = 0; a < 3; a++) t.ball[k][c] += t.X[3 * (size_t)t.corners[3 * k + a] + c] / 3;
+      t->ball[k][c] = 0;
+      for (int a = 0; a < 3; a++) t->ball[k][c] += t->X[3 * (size_t)t->corners[3 * k + (size_t)a] + (size_t)c] / 3;
     }
-    t.ball[k][3] = 0;
-    for (int a = 0; a < 3; a++)
-      t.ball[k][3] = fmax(t.ball[k][3], distance(t.ball[k], t.X + 3 * (size_t)t.corners[3 * k + a]));
+    t->ball[k][3] = 0;
+    for (size_t a = 0; a < 3; a++)
+      t->ball[k][3] = fmax(t->ball[k][3], distance(t->ball[k], t->X + 3 * (size_t)t->corners[3 * k + a]));
   }
-  if (!status) status = flesh_mesh_curve(mesh, &(flesh_nearest_surface){&t, nearest_on_triangles}, curved, faces);
-  free(t.ball);
-  flesh_surface_destroy(&surface);
-  return status;
+  return FLESH_OK;
 }
 
-static int curve_to(flesh_scene *scene, flesh_scene_curved *to, const flesh_mesh *mesh, flesh_mesh **curved, int *faces)
+/* The surfaces of a body while its mesh is put on them. */
+typedef struct surfaces {
+  int count;
+  flesh_nearest_surface *nearest; /* [count] */
+  triangles *files;               /* [count], empty where no file is named */
+  int *found, *left;              /* [count] faces that lie on each, and that are near it and do not */
+} surfaces;
+
+static int open_surface(flesh_scene *scene, flesh_scene_curved *to, flesh_nearest_surface *nearest, triangles *file)
 {
-  const int sphere = !isnan(to->sphere.radius), cylinder = !isnan(to->cylinder.radius), file = to->surface != NULL;
-  if (sphere + cylinder + file != 1)
+  const int sphere = !isnan(to->sphere.radius), cylinder = !isnan(to->cylinder.radius), path = to->surface != NULL;
+  if (sphere + cylinder + path != 1)
     return flesh_fail(FLESH_ERR_ARGUMENT, "%d surfaces are given; one of sphere, cylinder or surface is needed",
-                      sphere + cylinder + file);
-  if (sphere) return flesh_mesh_curve(mesh, &(flesh_nearest_surface){to, nearest_on_sphere}, curved, faces);
+                      sphere + cylinder + path);
+  *nearest = (flesh_nearest_surface){to, sphere ? nearest_on_sphere : nearest_on_cylinder};
   if (cylinder && distance(to->cylinder.from, to->cylinder.to) == 0)
     return flesh_fail(FLESH_ERR_ARGUMENT,
                       "cylinder.from and cylinder.to are the same point; they must be its two ends");
-  if (cylinder) return flesh_mesh_curve(mesh, &(flesh_nearest_surface){to, nearest_on_cylinder}, curved, faces);
+  if (!path) return FLESH_OK;
+  *nearest = (flesh_nearest_surface){file, nearest_on_triangles};
   int status = flesh_scene_make_absolute(scene, &to->surface);
-  return status ? status : curve_to_file(mesh, to->surface, curved, faces);
+  return status ? status : open_file(to->surface, file);
 }
 
-int flesh_scene_curve_mesh(flesh_scene *scene, const flesh_objects *curved, flesh_mesh **mesh)
+static void close_surfaces(surfaces *s)
 {
-  flesh_scene_curved *entries = curved->values;
-  for (int k = 0; k < curved->count; k++) {
-    flesh_mesh *next = NULL;
-    int faces = 0, status = flesh_mesh_order(*mesh) == 2
-                                ? curve_to(scene, &entries[k], *mesh, &next, &faces)
-                                : flesh_fail(FLESH_ERR_ARGUMENT,
-                                             "four-node tets have straight edges; the element must be tet10 or "
-                                             "tet10-mean");
-    if (!status && !faces) {
-      status = flesh_fail(FLESH_ERR_ARGUMENT, "no face of the mesh's boundary lies on it");
-      flesh_mesh_destroy(&next);
-    }
+  for (int k = 0; s->files && k < s->count; k++) {
+    free(s->files[k].ball);
+    flesh_surface_destroy(&s->files[k].surface);
+  }
+  free(s->nearest);
+  free(s->files);
+  free(s->found);
+  free(s->left);
+}
+
+static int open_surfaces(flesh_scene *scene, const flesh_objects *curved, surfaces *s)
+{
+  const size_t count = (size_t)curved->count;
+  *s = (surfaces){curved->count, calloc(count, sizeof *s->nearest), calloc(count, sizeof *s->files),
+                  calloc(count, sizeof *s->found), calloc(count, sizeof *s->left)};
+  if (!s->nearest || !s->files || !s->found || !s->left) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  for (int k = 0; k < s->count; k++) {
+    const int status = open_surface(scene, (flesh_scene_curved *)curved->values + k, &s->nearest[k], &s->files[k]);
     if (status) return flesh_fail_within(status, "curved[%d]: ", k);
-    flesh_mesh_destroy(mesh);
-    *mesh = next;
   }
   return FLESH_OK;
+}
+
+/* Which faces are meant, into on [4*tets]; those that seem to be and cannot be go into the scene's warning. */
+static int find_faces(flesh_scene *scene, const char *body, const flesh_mesh *mesh, const surfaces *s, int *on)
+{
+  int status = flesh_mesh_find_curved_faces(mesh, s->count, s->nearest, on, s->found, s->left);
+  for (int k = 0; !status && k < s->count; k++) {
+    if (!s->found[k])
+      return flesh_fail(FLESH_ERR_ARGUMENT, "curved[%d]: no face of the mesh's boundary lies on it", k);
+    if (!s->left[k]) continue;
+    scene->warning = flesh_arena_print(&scene->arena, "%s%s%s.curved[%d]: %d face%s of the mesh near it stay%s as %s: "
+                                       "a corner is farther from it than a tenth of the longest edge",
+                                       scene->warning ? scene->warning : "", scene->warning ? "; " : "", body, k,
+                                       s->left[k], s->left[k] == 1 ? "" : "s", s->left[k] == 1 ? "s" : "", s->left[k] == 1 ? "it is" : "they are");
+    if (!scene->warning) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  }
+  return status;
+}
+
+/* Replaces *mesh by the refined one, and *on [4*tets] by its faces. */
+static int refine(flesh_mesh **mesh, int **on)
+{
+  flesh_mesh *refined;
+  int status = flesh_mesh_refine(*mesh, &refined);
+  if (status) return status;
+  int *finer = malloc(4 * (size_t)flesh_mesh_tet_count(refined) * sizeof *finer);
+  if (finer) flesh_mesh_refine_curved_faces(*mesh, *on, refined, finer);
+  else status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for %d tets", flesh_mesh_tet_count(refined));
+  flesh_mesh_destroy(mesh);
+  free(*on);
+  *mesh = refined;
+  *on = finer;
+  return status;
+}
+
+/* Faces are found on the mesh as it was read, where they are as far from the surface as their corners say. */
+int flesh_scene_curve_mesh(flesh_scene *scene, const char *body, const flesh_objects *curved, flesh_mesh **mesh)
+{
+  surfaces s = {0};
+  if (!curved->count) return FLESH_OK;
+  if (flesh_mesh_order(*mesh) != 2)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "curved: four-node tets have straight edges; the element must be tet10 or "
+                                          "tet10-mean");
+  int *on = malloc(4 * (size_t)flesh_mesh_tet_count(*mesh) * sizeof *on);
+  int status = on ? open_surfaces(scene, curved, &s) : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!status) status = find_faces(scene, body, *mesh, &s, on);
+  for (int refined = 0; !status; refined++) {
+    flesh_mesh *next;
+    status = flesh_mesh_curve(*mesh, s.nearest, on, &next);
+    if (status) status = flesh_fail_within(status, "curved: ");
+    else flesh_mesh_destroy(mesh), *mesh = next;
+    if (status || refined == scene->keys.body.refine) break;
+    status = refine(mesh, &on);
+  }
+  free(on);
+  close_surfaces(&s);
+  return status;
 }

@@ -21,22 +21,32 @@ static int next_mesh(const flesh_scene *scene, flesh_element element, const fles
   return flesh_mesh_raise_order(mesh, next);
 }
 
-int flesh_scene_fit_mesh(const flesh_scene *scene, flesh_element element, flesh_mesh **mesh)
+/* Whether body.refine can be done, before any of it is. */
+static int check_refine(const flesh_scene *scene, flesh_element element, const flesh_mesh *mesh)
+{
+  const int times = scene->keys.body.refine, linear = element == FLESH_ELEMENT_AUTO || element == FLESH_ELEMENT_TET4;
+  const int status = times > MOST_REFINED ? flesh_fail(FLESH_ERR_ARGUMENT, "it must be 0 to %d", MOST_REFINED)
+                                          : flesh_mesh_check_refine(mesh, linear ? flesh_mesh_order(mesh) : 2, times);
+  return status ? flesh_fail_within(status, "body.refine is %d; ", times) : FLESH_OK;
+}
+
+int flesh_scene_fit_mesh(flesh_scene *scene, const char *body, flesh_element element, const flesh_objects *curved,
+                         flesh_mesh **mesh)
 {
   if (element == FLESH_ELEMENT_TET4 && flesh_mesh_order(*mesh) == 2)
     return flesh_fail(FLESH_ERR_ARGUMENT,
                       "the tets have ten nodes, which the element tet4 has not; it must be tet10 or tet10-mean, or the "
-                      "mesh one of four-node tets (flesh mesh --order 1)");
-  if (scene->keys.body.refine > MOST_REFINED)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "body.refine is %d; it must be 0 to %d", scene->keys.body.refine,
-                      MOST_REFINED);
-  for (int refined = 0;; refined++) {
+                      "mesh one of four-node tets (flesh mesh convert --order 1)");
+  int status = check_refine(scene, element, *mesh);
+  /* Which faces lie on surfaces is seen on the mesh as it was read: such a mesh is refined while it is put on them. */
+  for (int refined = curved->count ? scene->keys.body.refine : 0; !status; refined++) {
     flesh_mesh *next;
-    int status = next_mesh(scene, element, *mesh, refined, &next);
-    if (status || !next) return status;
+    status = next_mesh(scene, element, *mesh, refined, &next);
+    if (status || !next) break;
     flesh_mesh_destroy(mesh);
     *mesh = next;
   }
+  return status ? status : flesh_scene_curve_mesh(scene, body, curved, mesh);
 }
 
 /* Takes the state, of the nodes of *mesh, all the way to the scene's mesh; *mesh is replaced on the way. */

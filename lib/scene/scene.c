@@ -84,8 +84,9 @@ static int read_mesh(flesh_scene *scene)
       flesh_key_at(body->children, offsetof(flesh_scene_keys, body.mesh) - body->offset);
   place = flesh_scene_place(place, body->children, mesh->offset);
   int status = flesh_scene_read_body_mesh(scene, &scene->mesh);
-  if (!status) status = flesh_scene_fit_mesh(scene, (flesh_element)scene->keys.body.element, &scene->mesh);
-  if (!status) status = flesh_scene_curve_mesh(scene, &scene->keys.body.curved, &scene->mesh);
+  if (!status)
+    status = flesh_scene_fit_mesh(scene, body->name, (flesh_element)scene->keys.body.element, &scene->keys.body.curved,
+                                  &scene->mesh);
   if (!status) status = flesh_scene_make_absolute(scene, &scene->keys.body.mesh);
   return status ? flesh_node_fail_within(status, place, "%s.%s: ", body->name, mesh->name)
                 : FLESH_OK;
@@ -323,6 +324,8 @@ const flesh_solver_options *flesh_scene_solver(const flesh_scene *scene)
 }
 int flesh_scene_material_count(const flesh_scene *scene) { return scene->material_count; }
 const flesh_scene_time *flesh_scene_times(const flesh_scene *scene) { return &scene->time; }
+const char *flesh_scene_warning(const flesh_scene *scene) { return scene->warning; }
+
 const flesh_scene_output *flesh_scene_outputs(const flesh_scene *scene)
 {
   return &scene->keys.output.given;

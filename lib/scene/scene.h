@@ -24,6 +24,7 @@ struct flesh_scene {
   int probe_count;
   flesh_probe *probes;
   flesh_state start; /* arrays [3*n] in the arena */
+  const char *warning; /* in the arena; NULL: none */
   int rank, ranks;   /* who reads it, of how many; 0, 0: a process by itself */
 };
 
@@ -47,11 +48,12 @@ flesh_element flesh_scene_element(const flesh_scene *scene, int body);
 /* Reads the meshes of keys.bodies and joins them to the scene's. */
 int flesh_scene_join_bodies(flesh_scene *scene);
 
-/* Refines a mesh that was read as body.refine asks for, and puts nodes on its edges where the element has them;
- * FLESH_ERR_ARGUMENT where the mesh has them and the element has not. */
-int flesh_scene_fit_mesh(const flesh_scene *scene, flesh_element element, flesh_mesh **mesh);
-/* Puts the mesh's boundary on the surfaces [flesh_scene_curved] that it stands for, one after the other. */
-int flesh_scene_curve_mesh(flesh_scene *scene, const flesh_objects *curved, flesh_mesh **mesh);
+/* Makes of the mesh of `body` ("body" or "bodies[0]"), as it was read, the one that body.refine, its element and the
+ * surfaces `curved` [flesh_scene_curved] ask for. FLESH_ERR_ARGUMENT where that cannot be. */
+int flesh_scene_fit_mesh(flesh_scene *scene, const char *body, flesh_element element, const flesh_objects *curved,
+                         flesh_mesh **mesh);
+/* The last part of that: puts the boundary of a mesh that is not refined on the surfaces, and refines it on them. */
+int flesh_scene_curve_mesh(flesh_scene *scene, const char *body, const flesh_objects *curved, flesh_mesh **mesh);
 /* Reads a mesh that may be a split one: of that a rank reads its part alone. */
 int flesh_scene_read_body_mesh(const flesh_scene *scene, flesh_mesh **mesh);
 /* FLESH_ERR_ARGUMENT where the mesh is a part of a split one, and a key asks for what needs the whole. */

@@ -128,12 +128,13 @@ static const flesh_key body_table[] = {
     {.name = "refine", .type = FLESH_KEY_INTEGER, AT(body.refine), .range = FLESH_RANGE_NOT_NEGATIVE,
      .default_value = "0",
      .doc = "times that each tet of the mesh is cut into eight, of all bodies, to see what part of a result is the "
-            "mesh's; regions, boxes and spheres mean the same, node numbers the same single points; a start state of "
-            "the mesh as it was is interpolated"},
+            "mesh's; regions, boxes and spheres mean the same, node numbers the same single points; new nodes of "
+            "curved faces lie on the surfaces; a start state of the mesh as it was is interpolated"},
     {.name = "curved", .type = FLESH_KEY_OBJECTS, AT(body.curved), .default_value = "",
      .children = flesh_curved_table, .child_size = sizeof(flesh_scene_curved),
-     .doc = "surfaces on which the body's boundary is put, nodes on edges too: of faces all of whose corners are nearer "
-            "than a tenth of an edge. For ten-node tets; refused where a tet would fold over"},
+     .doc = "surfaces on which the body's boundary is put, nodes on edges too, before it is refined: each face on the "
+            "nearest of those that all its corners are nearer to than a tenth of an edge. For ten-node tets; refused "
+            "where a tet would fold over"},
     {.name = "material",
      .type = FLESH_KEY_OBJECT,
      AT(body.material),

@@ -55,6 +55,12 @@ END
 what_does_not_fit_is_refused() {
   scene coarse.yaml "$meshes/bar_8x2x2.mesh" 11
   expect 2 "$flesh" run coarse.yaml && has stderr.txt 'body.refine is 11; it must be 0 to 10' || return 1
+  for refine in 8 10; do
+    scene coarse.yaml "$meshes/bar_8x2x2.mesh" $refine
+    expect 2 timeout 20 "$flesh" run coarse.yaml && has stderr.txt "body.refine is $refine; the mesh's 192 tets become" || return 1
+    expect 2 timeout 20 "$flesh" mesh convert --refine $refine "$meshes/bar_8x2x2.mesh" finer.mesh &&
+      has stderr.txt "refine $refine: the mesh's 192 tets become" && [ ! -e finer.mesh ] || return 1
+  done
   scene coarse.yaml "$meshes/bar_8x2x2.mesh" -1
   expect 2 "$flesh" run coarse.yaml && has stderr.txt 'body.refine' || return 1
   head -n 50 "$scenes/swing_coarse_start.txt" >short.txt
@@ -62,4 +68,15 @@ what_does_not_fit_is_refused() {
     has stderr.txt "short.txt.*one for each of the mesh's 425 nodes"
 }
 
-run_tests a_refined_bar_is_the_finer_bar a_start_state_is_interpolated what_does_not_fit_is_refused
+# A sphere that is not quite the ball's: some faces are left as they are.
+faces_that_are_left_are_told() {
+  cat >ball.yaml <<END
+body: {mesh: $meshes/limb.msh, element: tet10, curved: [{sphere: {centre: [0.272, 0, 0], radius: 0.028}}]}
+effects: [gravity: {}, pin: {box: [[-1, -1, -1], [1, 1, 1]]}]
+END
+  expect 0 "$flesh" run ball.yaml --no-frames --out ball || return 1
+  has stderr.txt 'warning: body.curved\[0\]: [0-9]* faces of the mesh near it stay as they are' &&
+    has ball/result.json '"warning": "body.curved\[0\]: [0-9]* faces'
+}
+
+run_tests faces_that_are_left_are_told a_refined_bar_is_the_finer_bar a_start_state_is_interpolated what_does_not_fit_is_refused

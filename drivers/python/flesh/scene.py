@@ -124,6 +124,11 @@ class Scene:
         return cls.__new__(cls)._take(made)
 
     @property
+    def warning(self) -> Optional[str]:
+        """A warning although the scene was read, such as of faces near a surface of `curved` that do not lie on it; or None."""
+        return text(lib.flesh_scene_warning(self._pointer))
+
+    @property
     def mesh(self) -> Mesh:
         """The body's mesh."""
         return Mesh._of(lib.flesh_scene_mesh(self._pointer), self)

@@ -32,6 +32,17 @@ def folder(tmp_path):
     return tmp_path
 
 
+def test_faces_that_are_left_are_told(tmp_path):
+    mesh = flesh.Mesh.box((2, 2, 2), (2, 2, 2), (-1, -1, -1))
+    x = mesh.positions.copy()
+    x /= np.maximum(np.linalg.norm(x, axis=1), 1e-9)[:, None]
+    x[0] *= 1.2
+    flesh.Mesh(x, mesh.tets).write(tmp_path / "ball.mesh")
+    scene = flesh.Scene({"body": {"mesh": "ball.mesh", "element": "tet10", "curved": [{"sphere": {"radius": 1}}]},
+                         "effects": [{"gravity": {}}]}, folder=tmp_path)
+    assert scene.warning.startswith("body.curved[0]: 6 faces")
+
+
 def test_a_dict_text_and_a_file_are_the_same_scene(folder):
     (folder / "bar.yaml").write_text(TEXT)
     ends = []
@@ -41,6 +52,7 @@ def test_a_dict_text_and_a_file_are_the_same_scene(folder):
         assert scene.time.method == "backward-euler" and scene.time.step == 1 / 60 and scene.time.end == 0.1
         assert [effect.name for effect in scene.system.effects] == ["inertia", "gravity", "elasticity"]
         assert scene.materials[0].young == 1e5 and scene.body.density.tolist() == [1000] * 192
+        assert scene.warning is None
         assert scene.up.origin == "gravity" and scene.up.direction.tolist() == [0, 0, 1]
         assert scene.output.frame_interval == 1 and scene.output.skin_surface is None
         ends.append(scene.run().x)
