@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "base/text.h"
 #include "commands.h"
 #include "shared/help.h"
 #include "shared/json_memory.h"
@@ -28,10 +29,9 @@ static int refuse(const char *name)
   for (size_t r = 0; r < sizeof renamed / sizeof renamed[0]; r++)
     if (!strcmp(name, renamed[r].old))
       return flesh_command_refuse("", "the command %s has been renamed; write flesh %s", name, renamed[r].name);
-  char known[256];
-  size_t used = 0;
-  for (const flesh_subcommand *c = flesh_commands; c->name && used < sizeof known; c++)
-    used += (size_t)snprintf(known + used, sizeof known - used, "%s %s", c == flesh_commands ? "" : ",", c->name);
+  char known[256] = "";
+  for (const flesh_subcommand *c = flesh_commands; c->name; c++)
+    flesh_text_add(known, sizeof known, "%s %s", c == flesh_commands ? "" : ",", c->name);
   return flesh_command_refuse("", "unknown command '%.100s'; the commands are%s", name, known);
 }
 

@@ -12,6 +12,7 @@
 #include "shared/inputs.h"
 #include "shared/interrupt.h"
 #include "base/file.h"
+#include "base/text.h"
 #include "shared/plot.h"
 #include "shared/output.h"
 #include "shared/ranks.h"
@@ -127,8 +128,7 @@ static int read_methods(const char *text, flesh_accuracy_plan *plan)
 {
   char name[32], known[200] = "";
   for (int m = 0; flesh_accuracy_methods[m].name; m++)
-    snprintf(known + strlen(known), sizeof known - strlen(known), "%s%s", m ? ", " : "",
-             flesh_accuracy_methods[m].name);
+    flesh_text_add(known, sizeof known, "%s%s", m ? ", " : "", flesh_accuracy_methods[m].name);
   while (*text) {
     size_t length = strcspn(text, ",");
     snprintf(name, sizeof name, "%.*s", (int)(length < 31 ? length : 31), text);

@@ -12,6 +12,7 @@
 
 #include "accuracy/accuracy.h"
 #include "base/error.h"
+#include "base/text.h"
 #include "shared/interrupt.h"
 #include "shared/process.h"
 
@@ -277,9 +278,8 @@ static int make(flesh_accuracy_plan *plan, flesh_accuracy_track *reference)
       have++;
       continue;
     }
-    snprintf(words, sizeof words, "%s%s: %.120s", *why ? "; " : "", sources[s].method,
-             result->crashed_by ? "its process died" : result->message);
-    strncat(why, words, sizeof why - strlen(why) - 1);
+    flesh_text_add(why, sizeof why, "%s%s: %.120s", *why ? "; " : "", sources[s].method,
+                   result->crashed_by ? "its process died" : result->message);
   }
   if (have < 2)
     return flesh_fail(FLESH_ERR_SOLVE,

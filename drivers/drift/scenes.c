@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/text.h"
 #include "drift/drift.h"
 #include "flesh/body.h"
 #include "shared/safe_text.h"
@@ -82,8 +83,8 @@ int flesh_drift_make_scenes(int count, char *const *paths, const char *elements,
       for (int r = 0; r < (times_count ? times_count : 1); r++, to++) {
         to->path = paths[s];
         snprintf(to->name, sizeof to->name, "%.63s", names[s]);
-        if (element_count > 1) snprintf(to->name + strlen(to->name), 17, "_%.15s", words[e]);
-        if (times_count > 1) snprintf(to->name + strlen(to->name), 10, "_refined%c", *times[r]);
+        if (element_count > 1) flesh_text_add(to->name, sizeof to->name, "_%s", words[e]);
+        if (times_count > 1) flesh_text_add(to->name, sizeof to->name, "_refined%c", *times[r]);
         if (element_count) snprintf(to->element, sizeof to->element, "%.15s", words[e]);
         if (times_count) snprintf(to->refine, sizeof to->refine, "%.15s", times[r]);
       }

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/text.h"
 #include "drift/drift.h"
 #include "shared/palette.h"
 #include "shared/plot.h"
@@ -89,9 +90,8 @@ static int coincide(const volumes *a, const volumes *b, const double range[2])
 static void add_name(const flesh_drift_plan *plan, const volumes *v, char title[400])
 {
   char name[16];
-  size_t length = strlen(title);
   flesh_drift_variant_title(plan->variants[v->c->variant], name);
-  snprintf(title + length, 400 - length, "%s%s, %s", length ? "; " : "", name, flesh_drift_solver_name(v->c->solver));
+  flesh_text_add(title, 400, "%s%s, %s", *title ? "; " : "", name, flesh_drift_solver_name(v->c->solver));
 }
 
 /* Where a run that stops is seen last: on its line, or where that leaves the picture. */
@@ -122,9 +122,7 @@ static int make_series(const flesh_drift_plan *plan, int count, volumes *all, co
     volumes *v = &all[k];
     const flesh_drift_variant *variant = &plan->variants[v->c->variant];
     if (v->same_as != k || !v->count) continue;
-    size_t length = strlen(v->title);
-    if (v->c->figures.status)
-      snprintf(v->title + length, sizeof v->title - length, " (stops at %.3g s)", v->c->figures.failed_at);
+    if (v->c->figures.status) flesh_text_add(v->title, sizeof v->title, " (stops at %.3g s)", v->c->figures.failed_at);
     /* The two D's share a colour: the deflation sets them apart. */
     const char *colour = variant->constants == FLESH_CONSTANTS_AS_E ? "#d08ac8" : flesh_palette_colour(variant->energy);
     series[lines] = (flesh_plot_series){v->title, v->file, "t", "volume_ratio", colour,

@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "shared/interrupt.h"
 #include "base/file.h"
+#include "base/text.h"
 #include "shared/overrides.h"
 #include "shared/plot.h"
 #include "shared/output.h"
@@ -212,10 +213,9 @@ static int batter(void *data)
 /* "Neo,A,...": the forms that keep their volume at all. */
 static const char *forms_with_lambda(char text[256])
 {
-  size_t length = 0;
-  for (int e = 0; e < FLESH_ENERGY_COUNT && length < 256; e++)
-    if (flesh_forms[e].limit)
-      length += (size_t)snprintf(text + length, 256 - length, "%s%s", length ? "," : "", flesh_forms[e].name);
+  *text = 0;
+  for (int e = 0; e < FLESH_ENERGY_COUNT; e++)
+    if (flesh_forms[e].limit) flesh_text_add(text, 256, "%s%s", *text ? "," : "", flesh_forms[e].name);
   return text;
 }
 

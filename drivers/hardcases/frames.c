@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/text.h"
 #include "flesh/scene.h"
 #include "shared/picture.h"
 
@@ -77,9 +78,7 @@ static int read_strip(const flesh_hardcases_plan *plan, const flesh_hardcases_ru
     }
     flesh_mesh_jacobians(s->mesh, s->x[k], s->J[k], NULL, NULL);
     double shrunk = centre(run->row, s->mesh, s->x[k]);
-    size_t length = strlen(s->titles[k]);
-    if (shrunk < 1)
-      snprintf(s->titles[k] + length, sizeof s->titles[k] - length, " (1:%.2g)", 1 / shrunk);
+    if (shrunk < 1) flesh_text_add(s->titles[k], sizeof s->titles[k], " (1:%.2g)", 1 / shrunk);
   }
   free(v);
   return FLESH_OK;

@@ -2,8 +2,9 @@
 #include "hardcases/profile.h"
 
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
+
+#include "base/text.h"
 
 enum { LEAST_PROBLEMS = 10 };
 static const double MARGIN = 0.95, CHANCE = 0.01;
@@ -115,28 +116,17 @@ static int beaten_by(const flesh_profile *p, int way)
 
 typedef struct words {
   char *text;
-  size_t size, length;
+  size_t size;
 } words;
-
-static void say(words *w, const char *format, ...) __attribute__((format(printf, 2, 3)));
-static void say(words *w, const char *format, ...)
-{
-  va_list values;
-  if (w->length + 1 >= w->size) return;
-  va_start(values, format);
-  const int added = vsnprintf(w->text + w->length, w->size - w->length, format, values);
-  va_end(values);
-  if (added > 0) w->length += (size_t)added;
-}
 
 /* Its name, and in brackets of those that do the same. */
 static void say_way(words *w, const flesh_profile *p, int way)
 {
   int same = 0;
-  say(w, "%s", p->names[way]);
+  flesh_text_add(w->text, w->size, "%s", p->names[way]);
   for (int other = way + 1; other < p->ways; other++)
-    if (first_same(p, other) == way) say(w, "%s%s", same++ ? ", " : " (the same in every run: ", p->names[other]);
-  if (same) say(w, ")");
+    if (first_same(p, other) == way) flesh_text_add(w->text, w->size, "%s%s", same++ ? ", " : " (the same in every run: ", p->names[other]);
+  if (same) flesh_text_add(w->text, w->size, ")");
 }
 
 static void say_loser(words *w, const flesh_profile *p, int way, int by)
@@ -144,21 +134,21 @@ static void say_loser(words *w, const flesh_profile *p, int way, int by)
   int wins, losses;
   flesh_profile_beats(p, by, way, &wins, &losses);
   const double ratio = flesh_profile_ratio(p, way, by);
-  say(w, " ");
+  flesh_text_add(w->text, w->size, " ");
   say_way(w, p, way);
-  say(w, " is beaten by %s in %d of %d problems that tell them apart", p->names[by], wins, wins + losses);
-  if (isfinite(ratio)) say(w, " and costs %.2f times as much where both solve", ratio);
-  say(w, ".");
+  flesh_text_add(w->text, w->size, " is beaten by %s in %d of %d problems that tell them apart", p->names[by], wins, wins + losses);
+  if (isfinite(ratio)) flesh_text_add(w->text, w->size, " and costs %.2f times as much where both solve", ratio);
+  flesh_text_add(w->text, w->size, ".");
 }
 
 void flesh_profile_verdict(const flesh_profile *p, char *text, size_t size)
 {
-  words w = {text, size, 0};
+  words w = {text, size};
   int unsolved, left = 0, groups = 0;
   const int problems = flesh_profile_problems(p, &unsolved);
   if (size) *text = 0;
   if (problems - unsolved < LEAST_PROBLEMS) {
-    say(&w, "No verdict: %d problems that any filter solved are too few; it takes %d.", problems - unsolved,
+    flesh_text_add(text, size, "No verdict: %d problems that any filter solved are too few; it takes %d.", problems - unsolved,
         LEAST_PROBLEMS);
     return;
   }
@@ -168,17 +158,17 @@ void flesh_profile_verdict(const flesh_profile *p, char *text, size_t size)
     left += beaten_by(p, a) < 0;
   }
   int rest = left;
-  if (groups == 1) say(&w, "All do the same in every run.");
-  else if (left == 0) say(&w, "No decision: each is beaten by another.");
+  if (groups == 1) flesh_text_add(text, size, "All do the same in every run.");
+  else if (left == 0) flesh_text_add(text, size, "No decision: each is beaten by another.");
   else {
     int named = 0;
-    if (left > 1) say(&w, "No decision between ");
+    if (left > 1) flesh_text_add(text, size, "No decision between ");
     for (int a = 0; a < p->ways; a++) {
       if (first_same(p, a) != a || beaten_by(p, a) >= 0) continue;
-      if (named++) say(&w, "%s", --rest > 1 ? ", " : " and ");
+      if (named++) flesh_text_add(text, size, "%s", --rest > 1 ? ", " : " and ");
       say_way(&w, p, a);
     }
-    say(&w, left > 1 ? "." : " is not beaten by any.");
+    flesh_text_add(text, size, left > 1 ? "." : " is not beaten by any.");
   }
   for (int a = 0; a < p->ways; a++)
     if (first_same(p, a) == a && beaten_by(p, a) >= 0) say_loser(&w, p, a, beaten_by(p, a));

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/text.h"
 #include "material/curves.h"
 #include "shared/palette.h"
 #include "shared/plot.h"
@@ -86,12 +87,9 @@ static void list_same(const flesh_curves *all, const panel *p, char *text, size_
   for (int c = 0; c < all->count; c++) {
     int lines = 0;
     for (int b = c + 1; b < all->count; b++) {
-      size_t length = strlen(text);
       if (p->same_as[b] != c) continue;
-      if (!lines++)
-        length += (size_t)snprintf(text + length, size - length, "%s: %s", length ? "; another" : "one line",
-                                   name_of(&all->curves[c]));
-      if (length < size) snprintf(text + length, size - length, ", %s", name_of(&all->curves[b]));
+      if (!lines++) flesh_text_add(text, size, "%s: %s", *text ? "; another" : "one line", name_of(&all->curves[c]));
+      flesh_text_add(text, size, ", %s", name_of(&all->curves[b]));
     }
   }
 }

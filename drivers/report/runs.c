@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/text.h"
 #include "report/csv.h"
 #include "report/part.h"
 #include "report/runs.h"
@@ -41,16 +42,14 @@ void flesh_report_judge_run(json_t *part, const char *name, const json_t *result
                drift = figure(result, "max_volume_drift");
   const double inverted = figure(result, "max_inverted"), least = figure(result, "min_J");
   char words[1600], inversion[200];
-  int at = snprintf(words, sizeof words, "%s is %s", name, status);
-  if (steps >= 0 && isfinite(t))
-    at += snprintf(words + at, sizeof words - (size_t)at, " after %.0f steps, at t = %.4g s", steps,
-                   t);
+  snprintf(words, sizeof words, "%.300s is %.200s", name, status);
+  if (steps >= 0 && isfinite(t)) flesh_text_add(words, sizeof words, " after %.0f steps, at t = %.4g s", steps, t);
   if (inverted > 0)
     snprintf(inversion, sizeof inversion,
              "up to %.0f tets were inverted (J <= 0), first at t = %.4g s", inverted,
              figure(result, "first_inverted_t"));
   else snprintf(inversion, sizeof inversion, "no tet was inverted (least J %.4g)", least);
-  at += snprintf(words + at, sizeof words - (size_t)at, "%s%.1000s", *message ? ": " : "", message);
+  flesh_text_add(words, sizeof words, "%s%s", *message ? ": " : "", message);
   if (isfinite(drift))
     flesh_report_say(part, "%s. Its volume changed by at most %.3g %%, at the end by %.2g %%; %s.",
                      words, 100 * drift, 100 * fabs(figure(result, "final_volume_drift")),

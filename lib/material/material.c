@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/text.h"
 #include "material/psi.h"
 #include "material/psi_forms.h"
 
@@ -54,20 +55,18 @@ int flesh_constants_from_name(const char *name, flesh_constants *constants)
 /* "raw or matched": the kinds of constants that the form takes. */
 static const char *kinds_of(flesh_energy energy, char text[64])
 {
-  size_t length = 0;
+  *text = 0;
   for (int c = 0; c < CONSTANTS_COUNT; c++)
-    if (flesh_form_takes(energy, (flesh_constants)c))
-      length += (size_t)snprintf(text + length, 64 - length, "%s%s", length ? " or " : "", constants_names[c]);
+    if (flesh_form_takes(energy, (flesh_constants)c)) flesh_text_add(text, 64, "%s%s", *text ? " or " : "", constants_names[c]);
   return text;
 }
 
 /* "D": the forms that take this kind of constants. */
 static const char *forms_with(flesh_constants constants, char text[256])
 {
-  size_t length = 0;
-  for (int e = 0; e < FLESH_ENERGY_COUNT && length < 256; e++)
-    if (flesh_form_takes((flesh_energy)e, constants))
-      length += (size_t)snprintf(text + length, 256 - length, "%s%s", length ? ", " : "", flesh_forms[e].name);
+  *text = 0;
+  for (int e = 0; e < FLESH_ENERGY_COUNT; e++)
+    if (flesh_form_takes((flesh_energy)e, constants)) flesh_text_add(text, 256, "%s%s", *text ? ", " : "", flesh_forms[e].name);
   return text;
 }
 

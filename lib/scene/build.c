@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/text.h"
 #include "effect/effect.h"
 #include "mesh/mesh.h"
 #include "mesh/split_part.h"
@@ -44,19 +45,14 @@ static void list_mesh_tags(const flesh_mesh *mesh, char *text, size_t size)
   enum { LISTED = 12 };
   const int *regions = flesh_mesh_regions(mesh);
   int tets = flesh_mesh_tet_count(mesh), smallest_left = 0;
-  size_t used = 0;
   text[0] = 0;
   for (int n = 0; n <= LISTED; n++) {
     int found = 0, next = 0;
     for (int t = 0; t < tets; t++)
       if ((!n || regions[t] > smallest_left) && (!found || regions[t] < next))
         found = 1, next = regions[t];
-    if (!found || used >= size) return;
-    used += (size_t)snprintf(text + used, size - used,
-                             n == LISTED ? ", ..."
-                             : n         ? ", %d"
-                                         : "%d",
-                             next);
+    if (!found) return;
+    flesh_text_add(text, size, n == LISTED ? ", ..." : n ? ", %d" : "%d", next);
     smallest_left = next;
   }
 }

@@ -10,6 +10,7 @@
 #include <strings.h>
 
 #include "base/error.h"
+#include "base/text.h"
 #include "flesh/system.h"
 #include "scene/renamed.h"
 #include "scene/words.h"
@@ -78,8 +79,9 @@ int flesh_key_takes_infinity(const flesh_key *key)
 const char *flesh_key_expectation(const flesh_key *key, char text[FLESH_EXPECTATION_SIZE])
 {
   const char *range = flesh_range_text(key->range), *each = *range ? ", each" : "";
-  size_t size = FLESH_EXPECTATION_SIZE, used = 0;
-#define SAY(...) used += (size_t)snprintf(text + used, used < size ? size - used : 0, __VA_ARGS__)
+  const size_t most = FLESH_EXPECTATION_SIZE - 40; /* of a list; the unit stands behind it */
+#define SAY(...) flesh_text_add(text, FLESH_EXPECTATION_SIZE, __VA_ARGS__)
+  *text = 0;
   switch (key->type) {
   case FLESH_KEY_NUMBER:
     SAY("a number%s%s", range, flesh_key_takes_infinity(key) ? ", .inf or -.inf" : "");
@@ -93,7 +95,7 @@ const char *flesh_key_expectation(const flesh_key *key, char text[FLESH_EXPECTAT
   case FLESH_KEY_CHOICE:
   case FLESH_KEY_SET:
     SAY(key->type == FLESH_KEY_SET ? "a list of some of" : "one of");
-    for (const char *const *choice = key->choices; *choice && used < size - 40; choice++)
+    for (const char *const *choice = key->choices; *choice && strlen(text) < most; choice++)
       SAY("%s %s", choice == key->choices ? "" : ",", *choice);
     break;
   case FLESH_KEY_TEXT:
@@ -113,7 +115,7 @@ const char *flesh_key_expectation(const flesh_key *key, char text[FLESH_EXPECTAT
     break;
   case FLESH_KEY_OBJECT:
     SAY(key->children && key->children->name ? "a mapping of the keys" : "{}: it has no keys");
-    for (const flesh_key *child = key->children; child && child->name && used < size - 40; child++)
+    for (const flesh_key *child = key->children; child && child->name && strlen(text) < most; child++)
       SAY("%s %s", child == key->children ? "" : ",", child->name);
     break;
   case FLESH_KEY_OBJECTS:
@@ -126,7 +128,7 @@ const char *flesh_key_expectation(const flesh_key *key, char text[FLESH_EXPECTAT
     SAY("as documented");
     break;
   }
-  if (key->unit && used < size) SAY(" [%s]", key->unit);
+  if (key->unit) SAY(" [%s]", key->unit);
 #undef SAY
   return text;
 }

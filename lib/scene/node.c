@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/text.h"
 
 flesh_node *flesh_node_create(flesh_arena *arena, flesh_node_kind kind, const flesh_source *source)
 {
@@ -137,25 +138,17 @@ const char *flesh_word_show(const char *word, char text[FLESH_SHOW_SIZE])
   return text;
 }
 
-/* A scalar, or a list as "[0, [1, a]]", at text + used; returns the characters used by then,
- * FLESH_SHOW_SIZE when it is too long or has a mapping in it. */
-static size_t show_value(const flesh_node *node, char *text, size_t used)
+/* Appends a scalar, or a list as "[0, [1, a]]"; returns whether it fits and has no mapping in it. */
+static int show_value(const flesh_node *node, char text[FLESH_SHOW_SIZE])
 {
   char word[FLESH_SHOW_SIZE];
-  size_t room = FLESH_SHOW_SIZE - used;
-  int list = node->kind == FLESH_NODE_LIST;
-  if (node->kind == FLESH_NODE_MAPPING) return FLESH_SHOW_SIZE;
-  used += (size_t)snprintf(text + used, room,
-                           list           ? node->count ? "[%s" : "[]%s"
-                           : node->quoted ? "\"%.90s\""
-                                          : "%.90s",
-                           list ? "" : flesh_word_show(node->text, word));
-  for (const flesh_node *child = node->first; child && used < FLESH_SHOW_SIZE; child = child->next) {
-    used = show_value(child, text, used);
-    if (used < FLESH_SHOW_SIZE)
-      used += (size_t)snprintf(text + used, FLESH_SHOW_SIZE - used, child->next ? ", " : "]");
-  }
-  return used < FLESH_SHOW_SIZE ? used : FLESH_SHOW_SIZE;
+  if (node->kind == FLESH_NODE_MAPPING) return 0;
+  if (node->kind != FLESH_NODE_LIST)
+    return flesh_text_add(text, FLESH_SHOW_SIZE, node->quoted ? "\"%s\"" : "%s", flesh_word_show(node->text, word));
+  int fits = flesh_text_add(text, FLESH_SHOW_SIZE, node->count ? "[" : "[]");
+  for (const flesh_node *child = node->first; child && fits; child = child->next)
+    fits = show_value(child, text) && flesh_text_add(text, FLESH_SHOW_SIZE, child->next ? ", " : "]");
+  return fits;
 }
 
 const char *flesh_node_show(const flesh_node *node, char text[FLESH_SHOW_SIZE])
@@ -165,7 +158,7 @@ const char *flesh_node_show(const flesh_node *node, char text[FLESH_SHOW_SIZE])
     snprintf(text, FLESH_SHOW_SIZE, "an empty list");
   else if (!*node->text && node->kind == FLESH_NODE_SCALAR)
     snprintf(text, FLESH_SHOW_SIZE, "empty");
-  else if (show_value(node, text, 0) >= FLESH_SHOW_SIZE && node->kind == FLESH_NODE_LIST)
+  else if (*text = 0, !show_value(node, text) && node->kind == FLESH_NODE_LIST)
     snprintf(text, FLESH_SHOW_SIZE, "a list of %d", node->count);
   return text;
 }

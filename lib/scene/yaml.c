@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "base/letter.h"
+#include "base/text.h"
 
 enum { MAX_DEPTH = 48, MAX_NODES = 1000000, MAX_KEYS = 1000 };
 
@@ -109,15 +110,12 @@ static int token_text(const builder *b, struct fy_token *token, const char **cop
 static void path_of(const builder *b, const char *key, char *path, size_t size)
 {
   char shown[FLESH_SHOW_SIZE];
-  size_t used = 0;
-  for (int i = 1; i <= b->depth && used < size; i++) {
+  *path = 0;
+  for (int i = 1; i <= b->depth; i++) {
     const flesh_node *above = b->stack[i - 1].node;
     const char *name = i < b->depth ? b->stack[i].node->key : key;
-    if (above->kind == FLESH_NODE_LIST)
-      used += (size_t)snprintf(path + used, size - used, "[%d]", above->count - 1);
-    else
-      used += (size_t)snprintf(path + used, size - used, "%s%s", used ? "." : "",
-                               flesh_word_show(name, shown));
+    if (above->kind == FLESH_NODE_LIST) flesh_text_add(path, size, "[%d]", above->count - 1);
+    else flesh_text_add(path, size, "%s%s", *path ? "." : "", flesh_word_show(name, shown));
   }
 }
 
