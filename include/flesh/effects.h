@@ -42,12 +42,20 @@ FLESH_API int flesh_effect_spring(const flesh_body *body, const double point[3],
                                 const flesh_motion *target, double from, double until,
                                 flesh_effect **effect);
 
-/* The same on all of the body within `radius`, m, of that point p, as far as it is connected with p
- * there: V = load k/2 sum of w_a |x_a - X_a - (target(t) - p)|^2, where w_a >= 0, of sum 1, is the
- * node's share of the rest volume under (1 - s^2)^2, s = |X - p|/radius. A body that moves without
- * turning is pulled as by the spring at p, and what is pulled converges under refinement.
- * `radius` 0: at p alone, as above; NaN: a twentieth of the longest side of the box round the body
- * (of several the one that p is on). Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
+/* What most nodes within the radius of a spring may be: each is coupled with every other. */
+enum { FLESH_SPRING_NODES = 2000 };
+
+/* The same on all of the body within `radius`, m, of that point, as far as it is connected with it there:
+ * V = load k/2 |p(x) - target(t)|^2, p(x) = sum of w_a x_a. The weights carry the point: sum of w_a = 1
+ * and sum of w_a X_a is the point, so that every affine motion moves p(x) with the body. They are
+ * w_a = s_a (1 + g.(X_a - c)), s_a >= 0 the node's share of the rest volume under (1 - s^2)^2,
+ * s = |X - point|/radius, and c the shares' mean; behind a point of the surface some are negative.
+ * The force is that of the spring at p, without a torque about p: the angular momentum about a fixed
+ * target is kept. What is pulled converges under refinement.
+ * `radius` 0: at the point alone, as above; NaN: a twentieth of the longest side of the box round the
+ * body (of several the one that the point is on), or less where that has more than FLESH_SPRING_NODES
+ * nodes. FLESH_ERR_ARGUMENT also for a radius that has more. Errors: FLESH_ERR_ARGUMENT,
+ * FLESH_ERR_MEMORY. */
 FLESH_API int flesh_effect_spring_within(const flesh_body *body, const double point[3], double radius,
                                          double stiffness, const flesh_motion *target, double from,
                                          double until, flesh_effect **effect);

@@ -11,17 +11,20 @@
 static const double least_spread = 1e-13;
 static const double carried = 1e-6; /* how well a point must be, in parts of the group's size */
 
-int flesh_carried_weights(const flesh_mesh *mesh, int count, const int *nodes, const double p[3], double sign,
-                          double *weights)
+static double share_of(const double *shares, int a) { return shares ? shares[a] : 1; }
+
+int flesh_carried_weights(const flesh_mesh *mesh, int count, const int *nodes, const double *shares, const double p[3],
+                          double sign, double *weights)
 {
   const double *X = flesh_mesh_positions(mesh);
   double c[3] = {0}, S[9] = {0}, inverse[9], d[3], slope[3], off[3] = {-p[0], -p[1], -p[2]};
+  const double whole = shares ? 1 : count;
   for (int a = 0; a < count; a++)
-    for (int i = 0; i < 3; i++) c[i] += X[3 * (size_t)nodes[a] + (size_t)i] / count;
+    for (int i = 0; i < 3; i++) c[i] += share_of(shares, a) * X[3 * (size_t)nodes[a] + (size_t)i] / whole;
   for (int a = 0; a < count; a++)
     for (int k = 0; k < 9; k++) {
       const double *x = X + 3 * (size_t)nodes[a];
-      S[k] += (x[k / 3] - c[k / 3]) * (x[k % 3] - c[k % 3]) / count;
+      S[k] += share_of(shares, a) * (x[k / 3] - c[k / 3]) * (x[k % 3] - c[k % 3]) / whole;
     }
   const double size = sqrt(flesh_mat3_trace(S));
   for (int i = 0; i < 3; i++) S[4 * i] += size > 0 ? least_spread * size * size : 1;
@@ -32,14 +35,14 @@ int flesh_carried_weights(const flesh_mesh *mesh, int count, const int *nodes, c
     const double *x = X + 3 * (size_t)nodes[a];
     double along = 0;
     for (int i = 0; i < 3; i++) along += slope[i] * (x[i] - c[i]);
-    const double w = (1 + along) / count;
+    const double w = share_of(shares, a) * (1 + along) / whole;
     for (int i = 0; i < 3; i++) off[i] += w * x[i];
     weights[a] = sign * w;
   }
   const double worst = fmax(fabs(off[0]), fmax(fabs(off[1]), fabs(off[2])));
   if (worst <= carried * size || worst == 0) return FLESH_OK;
   return flesh_fail(FLESH_ERR_ARGUMENT,
-                    "%d nodes of a joint do not carry (%g, %g, %g): they lie in a plane or a line that is %.3g m off",
+                    "%d nodes do not carry (%g, %g, %g): they lie in a plane or a line that is %.3g m off",
                     count, p[0], p[1], p[2], worst);
 }
 

@@ -1,17 +1,18 @@
-/* carried_point.h: points that groups of nodes carry along, which joints hold.
+/* carried_point.h: points that groups of nodes carry along, which joints hold and springs pull.
  *
- * A group carries a point p of the rest shape by the weights of least squares, w_a = (1 + (p - c).S^-1 (X_a - c))/n with
- * the mean c and the second moment S of its nodes: sum of w_a = 1 and sum of w_a X_a = p, so that every affine motion of
- * the nodes moves p with them. In small motions p is where the group's best affine fit takes it. */
+ * A group carries a point p of the rest shape by the weights of least squares, w_a = s_a (1 + (p - c).S^-1 (X_a - c))
+ * with the shares s_a >= 0, of sum 1, and by them the mean c and the second moment S of its nodes: sum of w_a = 1 and sum
+ * of w_a X_a = p, so that every affine motion of the nodes moves p with them. In small motions p is where the group's
+ * best affine fit takes it. */
 #ifndef FLESH_EFFECT_CARRIED_POINT_H
 #define FLESH_EFFECT_CARRIED_POINT_H
 
 #include "flesh/body.h"
 
-/* The weights [count] by which nodes [count] carry p, times `sign`. FLESH_ERR_ARGUMENT where p is not in what they
- * span. */
-int flesh_carried_weights(const flesh_mesh *mesh, int count, const int *nodes, const double p[3], double sign,
-                          double *weights);
+/* The weights [count] by which nodes [count] carry p, times `sign`. `shares` [count], of sum 1; NULL: all are equal.
+ * FLESH_ERR_ARGUMENT where p is not in what the nodes span. */
+int flesh_carried_weights(const flesh_mesh *mesh, int count, const int *nodes, const double *shares, const double p[3],
+                          double sign, double *weights);
 /* FLESH_ERR_ARGUMENT for empty or large groups and nodes that the mesh has not. */
 int flesh_carried_check_groups(const flesh_body *body, int first_count, const int *first, int second_count,
                                const int *second);

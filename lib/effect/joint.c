@@ -88,9 +88,10 @@ int flesh_effect_joint(const flesh_body *body, int first_count, const int *first
   for (int end = 0; end < (axis ? 2 : 1) && !status; end++) {
     double p[3];
     for (int i = 0; i < 3; i++) p[i] = point[i] + (axis ? (end - 0.5) * axis[i] : 0);
-    status = flesh_carried_weights(body->mesh, first_count, nodes, p, 1, weights);
+    status = flesh_carried_weights(body->mesh, first_count, nodes, NULL, p, 1, weights);
     if (!status)
-      status = flesh_carried_weights(body->mesh, second_count, nodes + first_count, p, -1, weights + first_count);
+      status = flesh_carried_weights(body->mesh, second_count, nodes + first_count, NULL, p, -1,
+                                     weights + first_count);
     if (!status) flesh_ties_add(&self->ties, (int)count, nodes, weights, axis ? stiffness / 2 : stiffness);
   }
   if (!status) status = flesh_ties_finish(&self->ties);

@@ -195,9 +195,9 @@ static int attach(joint_spring *self, const flesh_body *body, int first_count, c
                   const double second_point[3])
 {
   const int second_count = self->count - first_count;
-  int status = flesh_carried_weights(body->mesh, first_count, self->nodes, first_point, 1, self->weights);
+  int status = flesh_carried_weights(body->mesh, first_count, self->nodes, NULL, first_point, 1, self->weights);
   if (!status)
-    status = flesh_carried_weights(body->mesh, second_count, self->nodes + first_count, second_point, -1,
+    status = flesh_carried_weights(body->mesh, second_count, self->nodes + first_count, NULL, second_point, -1,
                                    self->weights + first_count);
   if (status) return status;
   sum_up(self);

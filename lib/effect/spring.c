@@ -1,9 +1,10 @@
 /* spring.c: a spring from a point of the body, or from all of it within a radius, to a moving target.
  *
- * The displacement under a force at a point grows without limit as the mesh is refined (Kelvin 1848). Within a radius
- * every node has a spring of the fraction w_a of the stiffness to a target of its own, displaced from the spring's
- * target as the node is from the point: V = k/2 sum w_a |x_a - X_a - (target - p)|^2, the sum an integral over the rest
- * shape. */
+ * V = k/2 |p(x) - target|^2, p(x) = sum of w_a x_a: one force at p, shared out by the weights, without a torque about p.
+ * At the point alone the weights are the shape functions of its tet. The displacement under a force at a point grows
+ * without limit as the mesh is refined (Kelvin 1848). Within a radius the weights are those by which all nodes there
+ * carry the point (carried_point.h), with the integrals of spring_weights.h as shares. The Jacobian k w w^T couples each
+ * node with every other. */
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -11,6 +12,7 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "effect/carried_point.h"
 #include "effect/effect.h"
 #include "effect/rank_share.h"
 #include "effect/spring_weights.h"
@@ -23,12 +25,11 @@
 typedef struct spring {
   int count;       /* 4 or 10 nodes of a tet, or 3 of a surface triangle; within a radius any number */
   int *nodes;      /* [count] ascending */
-  double *weights; /* [count] sum 1: p(x) = sum weights x */
+  double *weights; /* [count] w_a, of sum 1 */
   int tet;         /* one that the point is in or on */
   double point[3]; /* in or on the body, m */
   double radius;   /* 0: at the point alone */
-  const double *X; /* borrowed from the mesh */
-  flesh_cells cells;
+  flesh_cells cells; /* one, of all nodes */
   double stiffness, from, until;
   flesh_motion target;
 } spring;
@@ -106,66 +107,6 @@ static double spring_next_event(const flesh_effect *effect, double t)
               flesh_motion_next_event(&self->target, t));
 }
 
-/* x_a - X_a - (target(t) - p). */
-static void extension_of(const spring *self, const flesh_point *point, const double target[3], int a, double d[3])
-{
-  const size_t node = 3 * (size_t)self->nodes[a];
-  for (int c = 0; c < 3; c++) d[c] = (point->x[node + c] - self->X[node + c]) - (target[c] - self->point[c]);
-}
-
-static int region_residual(const flesh_effect *effect, const flesh_point *point, double *r)
-{
-  const spring *self = effect->data;
-  if (!active(self, point->t)) return FLESH_OK;
-  double target[3], d[3];
-  flesh_motion_at(&self->target, point->t, target);
-  for (int a = 0; a < self->count; a++) {
-    extension_of(self, point, target, a, d);
-    for (int c = 0; c < 3; c++)
-      r[3 * (size_t)self->nodes[a] + c] += point->load * self->stiffness * self->weights[a] * d[c];
-  }
-  return FLESH_OK;
-}
-
-static int region_jacobian(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
-                           flesh_block_matrix *K, const int *slots)
-{
-  const spring *self = effect->data;
-  (void)slots;
-  if (!active(self, point->t)) return FLESH_OK;
-  for (int a = 0; a < self->count; a++) {
-    double *block = K->values + 9 * (size_t)K->row_start[self->nodes[a]];
-    for (int c = 0; c < 3; c++) block[4 * c] += shift->x * point->load * self->stiffness * self->weights[a];
-  }
-  return FLESH_OK;
-}
-
-static int region_energy(const flesh_effect *effect, const flesh_point *point, double *energy)
-{
-  const spring *self = effect->data;
-  *energy = 0;
-  if (!active(self, point->t)) return FLESH_OK;
-  double target[3], d[3], sum = 0;
-  flesh_motion_at(&self->target, point->t, target);
-  for (int a = 0; a < self->count; a++) {
-    extension_of(self, point, target, a, d);
-    sum += self->weights[a] * (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
-  }
-  *energy = point->load * self->stiffness / 2 * sum;
-  return FLESH_OK;
-}
-
-static int region_potential(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
-                            double *phi, double *magnitude)
-{
-  if (shift->x == 0) return FLESH_OK;
-  double energy;
-  region_energy(effect, point, &energy);
-  *phi += energy / shift->x;
-  *magnitude += energy / shift->x;
-  return FLESH_OK;
-}
-
 static size_t spring_memory(const flesh_effect *effect)
 {
   const spring *self = effect->data;
@@ -194,48 +135,48 @@ static void sort_nodes(spring *self)
     }
 }
 
-/* Of a region the rank's own nodes; of a point all of its nodes where the rank has the tet. */
+/* The rank that owns the first node has the whole spring. */
 static int spring_restrict(const flesh_effect *whole, const flesh_rank_part *part, const flesh_body *body,
                            flesh_effect **restricted)
 {
   const spring *from = whole->data;
-  const int count = from->count;
-  int *kept = flesh_malloc(((size_t)count + 1) * sizeof *kept);
+  const int here = flesh_rank_share_node(part, from->nodes[0]) >= 0;
   spring *self = flesh_calloc(1, sizeof *self);
+  (void)body;
   if (self) {
     *self = *from;
-    self->X = flesh_mesh_positions(body->mesh);
-    self->nodes = flesh_malloc(((size_t)count + 1) * sizeof *self->nodes);
-    self->weights = flesh_malloc(((size_t)count + 1) * sizeof *self->weights);
+    self->count = here ? from->count : 0;
+    self->stiffness = here ? from->stiffness : 0;
+    self->nodes = flesh_malloc(((size_t)self->count + 1) * sizeof *self->nodes);
+    self->weights = flesh_malloc(((size_t)self->count + 1) * sizeof *self->weights);
     self->target = (flesh_motion){0};
   }
-  int status = kept && self && self->nodes && self->weights ? flesh_motion_copy(&from->target, &self->target)
-                                                            : flesh_fail(FLESH_ERR_MEMORY, "no memory for a spring");
-  if (!status && self->radius > 0) {
-    self->count = flesh_rank_share_nodes(part, count, from->nodes, kept, self->nodes);
-    for (int k = 0; k < self->count; k++) self->weights[k] = from->weights[kept[k]];
-  } else if (!status) {
-    const int here = flesh_rank_share_tet(part, from->tet) >= 0;
-    self->count = here ? count : 0;
-    self->stiffness = here ? from->stiffness : 0;
-    for (int k = 0; k < self->count; k++) {
-      self->nodes[k] = flesh_rank_part_find(part, from->nodes[k]);
-      self->weights[k] = from->weights[k];
-    }
-    sort_nodes(self);
-    self->cells = (flesh_cells){.count = here, .nodes_per_cell = here ? count : 1, .nodes = self->nodes};
+  int status = self && self->nodes && self->weights ? flesh_motion_copy(&from->target, &self->target)
+                                                    : flesh_fail(FLESH_ERR_MEMORY, "no memory for a spring");
+  if (status) {
+    spring_destroy(self);
+    return status;
   }
-  flesh_free(kept);
-  if (!status) return flesh_effect_create(whole->operations, self, restricted);
-  spring_destroy(self);
-  return status;
+  for (int k = 0; k < self->count; k++) {
+    self->nodes[k] = flesh_rank_part_find(part, from->nodes[k]);
+    self->weights[k] = from->weights[k];
+  }
+  sort_nodes(self);
+  self->cells = (flesh_cells){.count = here, .nodes_per_cell = here ? self->count : 1, .nodes = self->nodes};
+  return flesh_effect_create(whole->operations, self, restricted);
 }
 
-static const flesh_effect_ranks spring_ranks = {.restrict_to_part = spring_restrict};
+static const flesh_cells *cells_of_ranks(const flesh_effect *whole, int *everywhere)
+{
+  (void)everywhere;
+  return spring_cells(whole);
+}
+
+static const flesh_effect_ranks spring_ranks = {.restrict_to_part = spring_restrict, .cells = cells_of_ranks};
 static const flesh_effect_time times = {.next_event = spring_next_event};
 static const flesh_effect_figures figures = {.memory = spring_memory};
 
-static const flesh_effect_operations point_operations = {
+static const flesh_effect_operations spring_operations = {
     .name = "spring",
     .role = FLESH_ROLE_LOAD,
     .cells = spring_cells,
@@ -243,20 +184,6 @@ static const flesh_effect_operations point_operations = {
     .jacobian = spring_jacobian,
     .potential = spring_potential,
     .energy = spring_energy,
-    .destroy = spring_destroy,
-    .time = &times,
-    .figures = &figures,
-    .ranks = &spring_ranks,
-};
-
-/* Diagonal blocks alone. */
-static const flesh_effect_operations region_operations = {
-    .name = "spring",
-    .role = FLESH_ROLE_LOAD,
-    .residual = region_residual,
-    .jacobian = region_jacobian,
-    .potential = region_potential,
-    .energy = region_energy,
     .destroy = spring_destroy,
     .time = &times,
     .figures = &figures,
@@ -358,15 +285,33 @@ static int attach(const flesh_mesh *mesh, const double p[3], spring *self)
   return status;
 }
 
-/* Takes all nodes that have a share in what is within the radius around the point. */
-static int widen(const flesh_mesh *mesh, spring *self)
+/* The shares [nodes] of what is within the radius. Returns in *count how many nodes have one. A radius that may shrink
+ * does so until they are no more than FLESH_SPRING_NODES. */
+static int share_out(const flesh_mesh *mesh, spring *self, int may_shrink, double *shares, int *count)
+{
+  const int nodes = flesh_mesh_node_count(mesh);
+  for (;;) {
+    const int status = flesh_spring_weights(mesh, self->tet, self->point, self->radius, shares);
+    if (status) return status;
+    *count = 0;
+    for (int i = 0; i < nodes; i++) *count += shares[i] > 0;
+    if (*count <= FLESH_SPRING_NODES) return FLESH_OK;
+    if (!may_shrink)
+      return flesh_fail(FLESH_ERR_ARGUMENT, "radius is %g m, which holds %d nodes; it must hold at most %d", self->radius,
+                        *count, FLESH_SPRING_NODES);
+    self->radius *= 0.95 * cbrt((double)FLESH_SPRING_NODES / *count);
+    memset(shares, 0, (size_t)nodes * sizeof *shares);
+  }
+}
+
+/* Takes all nodes that have a share in what is within the radius around the point, by the weights that carry it. */
+static int widen(const flesh_mesh *mesh, int may_shrink, spring *self)
 {
   const int nodes = flesh_mesh_node_count(mesh);
   double *shares = flesh_calloc((size_t)nodes, sizeof *shares), *weights = NULL;
   int *chosen = NULL, count = 0;
-  int status = shares ? flesh_spring_weights(mesh, self->tet, self->point, self->radius, shares)
+  int status = shares ? share_out(mesh, self, may_shrink, shares, &count)
                       : flesh_fail(FLESH_ERR_MEMORY, "no memory for a spring");
-  for (int i = 0; !status && i < nodes; i++) count += shares[i] > 0;
   if (!status) {
     chosen = flesh_malloc((size_t)count * sizeof *chosen);
     weights = flesh_malloc((size_t)count * sizeof *weights);
@@ -374,7 +319,8 @@ static int widen(const flesh_mesh *mesh, spring *self)
   }
   count = 0;
   for (int i = 0; !status && i < nodes; i++)
-    if (shares[i] > 0) chosen[count] = i, weights[count++] = shares[i];
+    if (shares[i] > 0) chosen[count] = i, shares[count++] = shares[i];
+  if (!status) status = flesh_carried_weights(mesh, count, chosen, shares, self->point, 1, weights);
   flesh_free(shares);
   if (status) {
     flesh_free(chosen);
@@ -415,20 +361,19 @@ int flesh_effect_spring_within(const flesh_body *body, const double point[3], do
   if (status) return status;
   spring *self = flesh_calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a spring");
-  self->X = flesh_mesh_positions(body->mesh);
   self->stiffness = stiffness;
   self->from = from;
   self->until = until;
   status = flesh_motion_copy(target, &self->target);
   if (!status) status = attach(body->mesh, point, self);
   self->radius = isnan(radius) ? flesh_spring_radius(body, self->tet) : radius;
-  if (!status && self->radius > 0) status = widen(body->mesh, self);
+  if (!status && self->radius > 0) status = widen(body->mesh, isnan(radius), self);
   if (status) {
     spring_destroy(self);
     return status;
   }
   self->cells = (flesh_cells){.count = 1, .nodes_per_cell = self->count, .nodes = self->nodes};
-  return flesh_effect_create(self->radius > 0 ? &region_operations : &point_operations, self, effect);
+  return flesh_effect_create(&spring_operations, self, effect);
 }
 
 int flesh_effect_spring(const flesh_body *body, const double point[3], double stiffness,
@@ -442,7 +387,7 @@ int flesh_effect_spring(const flesh_body *body, const double point[3], double st
 
 double flesh_effect_spring_radius(const flesh_effect *effect, double point[3])
 {
-  if (effect->operations != &point_operations && effect->operations != &region_operations) return NAN;
+  if (effect->operations != &spring_operations) return NAN;
   const spring *self = effect->data;
   for (int c = 0; point && c < 3; c++) point[c] = self->point[c];
   return self->radius;

@@ -8,6 +8,9 @@
  * of Gustafsson 1978, so that smooth displacements feel nearly the stiffness that they should. Whole where that
  * stiffens; where it softens, never by more than SOFTENED, or rotations of few irregular tets would feel too little.
  *
+ * Pairs of nodes that both have more than CROWDED neighbours are left out: a joint or a spring couples each of its nodes
+ * with every other, and its factor would cost the cube of their number, for a term of low rank.
+ *
  * Rows follow the order of bisection.h, each half by a task of its own. What the second half adds to the separator's
  * rows goes to a spill first. The blocks are kept twice, by rows and by columns, so that both substitutions gather: in
  * columns a row of the separator has blocks of both halves side by side (triangle.h). */
@@ -32,7 +35,7 @@ enum {
   SLACK = 4, /* a block's last row is loaded with the number after it */
   /* Factors beyond the caches (MANY pairs) are fetched far ahead, in lines of 64 bytes: FAR of them are some thirty
    * rows, a row is about LINES. */
-  MANY = 60000, FAR = 64, LINES = 3
+  MANY = 60000, FAR = 64, LINES = 3, CROWDED = 300
 };
 
 struct flesh_cholesky {
@@ -78,17 +81,19 @@ static void order_rows(const flesh_cholesky *self, const int *latest, const int 
     }
 }
 
-/* U's pattern, where its blocks come from and where they go. `place` [rows]: of nodes in the order. `sorted` [blocks],
- * `below`, `latest` and `order` [rows]: room. */
+/* U's pattern, where its blocks come from and where they go. `place` [rows]: of nodes in the order. `sorted` [blocks]:
+ * room. `below`, `latest`, `order` and `degree` [rows]: room, with zeros. */
 static int make_pattern(flesh_cholesky *self, const flesh_block_matrix *A, const int *place, int split,
-                        long long *sorted, int *below, int *latest, int *order)
+                        long long *sorted, int *below, int *latest, int *order, int *degree)
 {
   const int rows = A->rows;
-  memset(below, 0, (size_t)rows * sizeof *below);
+  for (int i = 0; i < rows; i++)
+    for (int k = A->row_start[i] + 1; k < A->row_end[i]; k++) degree[i]++, degree[A->column[k]]++;
   for (int p = 0; p < rows; p++) latest[p] = -1;
   for (int i = 0; i < A->rows; i++)
     for (int k = A->row_start[i] + 1; k < A->row_end[i]; k++) {
       const int here = place[i], there = place[A->column[k]];
+      if (degree[i] > CROWDED && degree[A->column[k]] > CROWDED) continue;
       const int p = here < there ? here : there, q = here < there ? there : here;
       self->start[p]++;
       below[q]++;
@@ -105,10 +110,10 @@ static int make_pattern(flesh_cholesky *self, const flesh_block_matrix *A, const
     blocks += own;
   }
   self->start[rows] = blocks;
-  /* Column and source in one number, which sorts by the column. */
-  for (int i = 0; i < rows; i++)
+  for (int i = 0; i < rows; i++) /* column and source in one number, which sorts by the column */
     for (int k = A->row_start[i] + 1; k < A->row_end[i]; k++) {
       int p = place[i], q = place[A->column[k]];
+      if (degree[i] > CROWDED && degree[A->column[k]] > CROWDED) continue;
       sorted[below[p < q ? p : q]++] = (long long)(p < q ? q : p) << 32 | (unsigned)(p < q ? k : ~k);
     }
   memset(below, 0, (size_t)rows * sizeof *below);
@@ -197,15 +202,13 @@ int flesh_cholesky_create(const flesh_block_matrix *A, const flesh_bisection *bi
     status = allocate(self, A);
   }
   if (!status) {
+    const size_t rows = (size_t)A->rows, blocks = (size_t)A->row_start[A->rows] - rows;
     memcpy(self->order, bisection->order, (size_t)A->rows * sizeof *self->order);
     for (int p = 0; p < A->rows; p++) place[self->order[p]] = p;
-  }
-  if (!status) {
-    const size_t rows = (size_t)A->rows, blocks = (size_t)A->row_start[A->rows] - rows;
     long long *sorted = flesh_malloc((blocks + 1) * sizeof *sorted);
-    int *room = flesh_malloc((3 * rows + 1) * sizeof *room);
-    status = sorted && room ? make_pattern(self, A, place, alone, sorted, room, room + rows, room + 2 * rows)
-                            : FLESH_ERR_MEMORY;
+    int *room = flesh_calloc(4 * rows + 1, sizeof *room);
+    status = sorted && room ? make_pattern(self, A, place, alone, sorted, room, room + rows, room + 2 * rows,
+                                           room + 3 * rows) : FLESH_ERR_MEMORY;
     flesh_free(sorted);
     flesh_free(room);
   }

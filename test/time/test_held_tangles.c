@@ -23,7 +23,7 @@ static int pull(int untangle, double **x, int *inverted, flesh_solve_stats *stat
   CHECK_OK(test_body_clamp(&b, 1e-9));
   const flesh_keyframe key = {.translation = {0.15, 0.058, 0.038}};
   const flesh_motion target = {.count = 1, .keyframes = &key};
-  CHECK_OK(flesh_effect_spring_within(&b.body, (double[]){0.075, 0.008, 0.008}, 0.0032, 500, &target, -INFINITY,
+  CHECK_OK(flesh_effect_spring_within(&b.body, (double[]){0.075, 0.008, 0.008}, 0.006, 500, &target, -INFINITY,
                                       INFINITY, &effect));
   CHECK_OK(flesh_system_add_effect(b.system, &effect));
   CHECK_OK(flesh_system_finalize(b.system));

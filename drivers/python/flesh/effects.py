@@ -150,8 +150,9 @@ class Spring(Effect):
     """A spring of `stiffness` N/m from the body's point nearest to `point` [3] m at rest to a moving target.
 
     `target` is a Motion whose translation is the target's place, or a fixed place [3] m; start <= t < until, s. It pulls
-    all of the body within `radius` m of that point, weighted; 0: the point alone, whose dent deepens as the mesh is
-    refined; None: a twentieth of the body's longest side.
+    the point without turning the body, by all nodes within `radius` m, which carry the point; at most 2000. 0: by the
+    nodes of the point's tet alone, whose dent deepens as the mesh is refined; None: a twentieth of the body's longest
+    side.
     """
 
     def __init__(self, body: Body, point, stiffness: float, target, start: float = 0.0, until: float = np.inf,

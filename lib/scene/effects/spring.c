@@ -27,9 +27,9 @@ static const flesh_key keys[] = {
             "nearest surface point"},
     {.name = "radius", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, radius),
      .range = FLESH_RANGE_NOT_NEGATIVE, .unit = "m", .default_value = "",
-     .doc = "within which the spring pulls, with weights that fall off smoothly, so that refining the mesh changes "
-            "little; without it a twentieth of the longest side of the body's box. 0: at the point alone, which digs "
-            "a deeper dent in a finer mesh"},
+     .doc = "within which nodes carry the point, with weights that fall off smoothly, so that refining the mesh changes "
+            "little; without it a twentieth of the longest side of the body's box; it must hold at most 2000 nodes. 0: "
+            "at the point alone, which digs a deeper dent in a finer mesh"},
     {.name = "stiffness", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, stiffness),
      .range = FLESH_RANGE_POSITIVE, .unit = "N/m", .doc = "of the spring in all"},
     {.name = "target", .type = FLESH_KEY_OBJECTS, .offset = offsetof(parameters, target),
@@ -62,7 +62,8 @@ static int add(const void *values, const flesh_body *body, flesh_system *system)
 
 const flesh_effect_row flesh_effect_row_spring = {
     .name = "spring",
-    .doc = "A spring from a point of the body, and what is near it, to a moving target: the mouse pull.",
+    .doc = "A spring from a point of the body, which nodes around carry, to a moving target: the mouse pull. It does not "
+           "resist turning.",
     .keys = keys,
     .parameters_size = sizeof(parameters),
     .sample = "{point: [0.9, 0.8, 0.3], stiffness: 1000, target: [{time: 0, position: [2, 1, 1]}]}",
