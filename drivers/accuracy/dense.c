@@ -51,9 +51,9 @@ static void smooth_part(const nodes *n, const flesh_accuracy_measure *measure, i
   }
 }
 
-/* The weights of node j of `count` at t: of its position and velocity, in the position (w[0], w[1]) and in the velocity
- * (w[2], w[3]) there. With l the Lagrange polynomial of the node: (1 - 2 (t-tj) l'(tj)) l^2 and (t-tj) l^2. */
-static void weigh(int count, const double *times, int j, double t, double w[4])
+/* The weights w [4] of node j of `count` at t: of its position and velocity, in the position (w[0], w[1]) and in the
+ * velocity (w[2], w[3]) there. With l the Lagrange polynomial of the node: (1 - 2 (t-tj) l'(tj)) l^2 and (t-tj) l^2. */
+static void weigh(int count, const double *times, int j, double t, double *w)
 {
   double l = 1, slope = 0, own = 0, s = t - times[j];
   for (int m = 0; m < count; m++) {

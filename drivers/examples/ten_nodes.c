@@ -148,6 +148,7 @@ static double fall_by_rhs(const bar *b, SUNContext context, int by_ark)
     TRY(ARK(SetMaxNumSteps)(ark, 100000));
     TRY(ARK(SetLinearSolver)(ark, solver, J));
     TRY(ARK(SetJacFn)(ark, flesh_ode_jacobian));
+    TRY(ARK(SetNonlinCRDown)(ark, 1)); /* ode.h: why */
     TRY(ARK(SetStopTime)(ark, end));
     TRY(ARK(Evolve)(ark, end, y, &t, ARK_NORMAL) < 0);
     ARK(Free)(&ark);

@@ -64,8 +64,9 @@ extern "C" {
 typedef struct flesh_ida_problem flesh_ida_problem;
 
 /* Borrows `system` (finished, with inertia), copies `options`, of which linear_tolerance,
- * max_linear, linear_solver, preconditioner and project (always: projected, else the true
- * Hessian) are read. Returns new.
+ * max_linear, linear_solver, preconditioner, eigenvalue_filter (a filter that is ALWAYS on clamps
+ * negative eigenvalues; with all others the Hessian is the true one) and threads are read.
+ * Returns new.
  * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY, FLESH_ERR_SUNDIALS. */
 FLESH_API int flesh_ida_problem_create(const flesh_system *system,
                                        const flesh_solver_options *options,
@@ -136,8 +137,8 @@ FLESH_API int flesh_ida_jacobian_times(sunrealtype t, N_Vector y, N_Vector yp, N
                                        N_Vector v, N_Vector Jv, sunrealtype cj, void *problem,
                                        N_Vector w1, N_Vector w2);
 
-/* J as a SUNMatrix with all operations, a view of what the problem holds (condensed); clones have
- * memory of their own. Freed by SUNMatDestroy; the problem must outlive it.
+/* J as a SUNMatrix with all operations except SUNMatMatvecSetup (products need none), a view of what
+ * the problem holds (condensed); clones have memory of their own. Freed by SUNMatDestroy; the problem must outlive it.
  * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_ida_sunmatrix_create(flesh_ida_problem *problem, SUNContext context,
                                          SUNMatrix *matrix);

@@ -38,7 +38,12 @@
  * ARKODE: ERKStepCreate(flesh_ode_rhs, ...) for explicit steps, ARKStepCreate(NULL, flesh_ode_rhs,
  * ...) for implicit ones, with the same functions in the slots named ARKStepSet... or
  * ARKodeSet.... Explicit methods are stable for steps of at most about the time that sound takes
- * through the smallest tet.
+ * through the smallest tet. Implicit methods need ARKodeSetNonlinCRDown(arkode, 1), before 7.1
+ * ARKStepSetNonlinCRDown: SUNDIALS 6.4 to 7.5 remembers how fast Newton's iteration converged in
+ * earlier stages, by a rate that may fall to 0.3 of itself in every iteration. Where stages were
+ * easy, as in a free fall, it becomes so small that later stages end at their first iterate, which
+ * ARKODE's error test does not see: errors were hundreds of tolerances. CVODE's and IDA's error
+ * tests measure the iteration's own correction.
  *
  * user_data and vectors as in kinsol.h: the problem or a struct whose first member points to it;
  * serial, OpenMP or Pthreads, of length 2*3*n. Of a part of a body (flesh_system_set_part) they are
@@ -65,8 +70,9 @@ extern "C" {
 /* The callbacks' `user_data`, or the first member of the struct that is. */
 typedef struct flesh_ode_problem flesh_ode_problem;
 
-/* Borrows `system` (finished, with inertia), copies `options`, of which linear_solver,
- * preconditioner, max_linear and project (always: projected in the preconditioner) are read.
+/* Borrows `system` (finished, with inertia), copies `options`, of which linear_tolerance,
+ * max_linear, linear_solver, preconditioner, eigenvalue_filter (a filter that is ALWAYS on clamps
+ * negative eigenvalues in the matrix and the preconditioner, not in products) and threads are read.
  * Returns new. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY, FLESH_ERR_SUNDIALS. */
 FLESH_API int flesh_ode_problem_create(const flesh_system *system,
                                        const flesh_solver_options *options,
@@ -103,9 +109,9 @@ FLESH_API int flesh_ode_jacobian(sunrealtype t, N_Vector y, N_Vector fy, SUNMatr
                                  N_Vector w1, N_Vector w2, N_Vector w3);
 FLESH_API sunindextype flesh_ode_entries(const flesh_ode_problem *problem);
 
-/* df/dy by K = dr/dx, C = dr/dv and the mass, as a SUNMatrix with all operations, so that CVODE and
- * ARKODE keep a copy of it and make I - gamma df/dy of it when only gamma has changed. Memory of
- * its own: two block matrices. Freed by SUNMatDestroy; the problem must outlive it.
+/* df/dy by K = dr/dx, C = dr/dv and the mass, as a SUNMatrix with all operations except
+ * SUNMatMatvecSetup (products need none), so that CVODE and ARKODE keep a copy of it and make
+ * I - gamma df/dy of it when only gamma has changed. Memory of its own: two block matrices. Freed by SUNMatDestroy; the problem must outlive it.
  * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_ode_sunmatrix_create(flesh_ode_problem *problem, SUNContext context,
                                          SUNMatrix *matrix);

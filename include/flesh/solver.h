@@ -88,9 +88,9 @@ typedef struct flesh_solver_options {
   int lag_iterations;
 } flesh_solver_options;
 
-/* tau 1e-6, eta 1e-2, 1200 Newton, 2000 linear, 8 cutbacks, PCG, auto, projection when indefinite,
- * search on the potential, unconverged solves refused, all techniques, 1 thread, volumes to 1e-8, 1 lag
- * iteration. */
+/* Sets newton_tolerance 1e-6, linear_tolerance 1e-2, max_newton 1200, max_linear 2000, max_cutbacks 8,
+ * PCG, the preconditioner and eigenvalue filter AUTO, the line search on the potential, all techniques,
+ * threads 1, lag_iterations 1, and accept_unconverged 0. */
 FLESH_API void flesh_solver_options_default(flesh_solver_options *options);
 
 /* The equations r(u) = 0 of one solve: how the unknown u [3*n] moves the point from a base,

@@ -32,10 +32,11 @@ given() {
 # What is wrong with how the command ended; nothing when it is fine.
 fault_of() { # EXIT CODE
   if [ "$1" -ge 124 ]; then
-    # The innermost frames: SUNDIALS and libfyaml have static functions between.
-    grep '^frame: ' stderr.txt | head -n 4 | sed 's/.*(\([A-Za-z0-9_]*\).*/\1/' >frames.txt
+    # The innermost frames outside of the C library, which aborts: SUNDIALS and libfyaml have static functions between.
+    grep '^frame: ' stderr.txt | grep -v '/libc\.so' | head -n 4 >innermost.txt
+    sed 's/.*(\([A-Za-z0-9_]*\).*/\1/' innermost.txt >frames.txt
     grep -q -x -F -f known.txt frames.txt && return
-    echo "ended with $1 in $(grep '^frame: ' stderr.txt | head -n 4 | tr '\n' ' ')"
+    echo "ended with $1 in $(tr '\n' ' ' <innermost.txt)"
     return
   fi
   find . -name '*.part-*' -o -name .flesh.lock

@@ -307,7 +307,8 @@ static long run_implicit(flesh_ode_problem *problem, double stop, N_Vector y, N_
   void *ark = ARKStepCreate(NULL, flesh_ode_rhs, *t, y, context);
   CHECK(!ARK(ARKStep, SetUserData)(ark, problem) && !ARK(ARKStep, SVtolerances)(ark, 0, atol));
   CHECK(!ARK(ARKStep, SetMaxNumSteps)(ark, 100000) && !ARK(ARKStep, SetLinearSolver)(ark, solver, A));
-  CHECK(!ARK(ARKStep, SetJacFn)(ark, flesh_ode_jacobian) && !ARK(ARKStep, SetStopTime)(ark, stop));
+  CHECK(!ARK(ARKStep, SetJacFn)(ark, flesh_ode_jacobian) && !ARK(ARKStep, SetNonlinCRDown)(ark, 1));
+  CHECK(!ARK(ARKStep, SetStopTime)(ark, stop));
   CHECK(ARK(ARKStep, Evolve)(ark, end, y, t, ARK_NORMAL) >= 0);
   ARK(ARKStep, GetNumSteps)(ark, &steps);
   ARK(ARKStep, Free)(&ark);

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "body.h"
+#include "flesh/sundials_abi.h"
 #include "test.h"
 
 /* Counts what is asked of malloc, also by SUNDIALS; a sanitizer has its own malloc, which is left alone. */
@@ -16,28 +17,34 @@
 #endif
 
 #if defined(__GLIBC__) && !defined(SANITIZED)
-static _Thread_local long requests;
+static _Thread_local long requests, of_libraries; /* all; those that shared libraries ask for */
+extern const char __executable_start, etext;
+static void count_request(const void *caller)
+{
+  requests++;
+  of_libraries += (const char *)caller < &__executable_start || (const char *)caller >= &etext;
+}
 extern void *__libc_malloc(size_t), *__libc_calloc(size_t, size_t), *__libc_realloc(void *, size_t),
     *__libc_memalign(size_t, size_t);
 void *malloc(size_t size)
 {
-  requests++;
+  count_request(__builtin_return_address(0));
   return __libc_malloc(size);
 }
 void *calloc(size_t count, size_t size)
 {
-  requests++;
+  count_request(__builtin_return_address(0));
   return __libc_calloc(count, size);
 }
 void *realloc(void *memory, size_t size)
 {
-  requests++;
+  count_request(__builtin_return_address(0));
   return __libc_realloc(memory, size);
 }
 
 void *aligned_alloc(size_t alignment, size_t size)
 {
-  requests++;
+  count_request(__builtin_return_address(0));
   return __libc_memalign(alignment, size);
 }
 
@@ -100,7 +107,7 @@ static void subdomains_allocate_nothing(void)
     }
     CHECK_OK(flesh_system_finalize(b.system));
     CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
-    const long before = requests;
+    const long before = requests, libraries_before = of_libraries;
     double *thrown = __libc_malloc((size_t)b.n * sizeof *thrown);
     for (int k = 0; k < 3; k++) { /* the third finds what the first two have left */
       const double *X = flesh_mesh_positions(b.mesh);
@@ -114,7 +121,9 @@ static void subdomains_allocate_nothing(void)
     }
     printf("# %d effects: %ld requests for memory, %d subdomains, %d solves by factorisation\n",
            flesh_system_effect_count(b.system), requests - before, stats.subdomains, stats.direct);
-    CHECK(stats.subdomains >= 3 && requests == before);
+    CHECK(stats.subdomains >= 3 && requests - before == of_libraries - libraries_before);
+    /* From SUNDIALS 7 on KINSOL writes a message where a solve for few nodes fails, as some may. */
+    CHECK(of_libraries - libraries_before <= (FLESH_SUNDIALS_VERSION_MAJOR >= 7 ? stats.subdomains : 0));
     free(thrown);
     flesh_integrator_destroy(&integrator);
     test_body_destroy(&b);
