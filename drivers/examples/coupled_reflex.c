@@ -198,7 +198,7 @@ int main(void)
   TRY(flesh_effect_gravity(&b.body, (double[]){9.81, 0, 0}, &effect));
   TRY(flesh_system_add_effect(b.system, &effect));
   muscle_create(b.mesh, &m);
-  TRY(flesh_effect_create(&muscle_operations, &m, &effect));
+  TRY(flesh_effect_create(&muscle_operations, b.mesh, &m, &effect));
   m.activation = 0.7;
   TRY(flesh_effect_check_derivatives(effect, b.mesh, 0, b.state.x, 1, &audit));
   if (!flesh_derivative_report_passes(&audit, 1e-6)) printf("the muscle's derivatives are wrong\n");

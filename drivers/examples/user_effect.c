@@ -78,7 +78,7 @@ int main(void)
   floor_data *data = malloc(sizeof *data);
   *data = (floor_data){b.nodes, 2e4};
   flesh_effect *effect;
-  TRY(flesh_effect_create(&floor_operations, data, &effect));
+  TRY(flesh_effect_create(&floor_operations, b.mesh, data, &effect));
 
   /* 3. The audit, at a place where the floor acts and nothing is zero by chance. */
   double *x = malloc(3 * (size_t)b.nodes * sizeof(double));

@@ -102,7 +102,7 @@ typedef enum flesh_field_place { FLESH_AT_NODES = 1, FLESH_AT_TETS = 2, FLESH_AT
 
 /* Adds the `fields` (flesh_field, or'ed) at `places` (flesh_field_place, or'ed) to the frames to come,
  * instead of earlier ones; `method` is the run's. Borrows body and system.
- * Errors: FLESH_ERR_ARGUMENT for a body of another mesh, fields of a material without one,
+ * Errors: FLESH_ERR_ARGUMENT for a body or a system of another mesh, fields of a material without one,
  * contact_force without contact, fields at no place; FLESH_ERR_MEMORY. */
 FLESH_API int flesh_frames_set_fields(flesh_frames *frames, const flesh_body *body,
                                       const flesh_system *system, flesh_method method,
@@ -121,7 +121,7 @@ FLESH_API int flesh_frames_observe(void *frames, const flesh_step_record *record
 enum { FLESH_SKIN_OBJ = 1, FLESH_SKIN_PC2 = 2, FLESH_SKIN_VTU = 4 }; /* formats, to be or-ed */
 typedef struct flesh_skin_frames flesh_skin_frames;
 /* Makes the directory where it is not there. Returns new.
- * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY, FLESH_ERR_FILE. */
+ * Errors: FLESH_ERR_ARGUMENT, also for a surface with another count of vertices; FLESH_ERR_MEMORY, FLESH_ERR_FILE. */
 FLESH_API int flesh_skin_frames_create(const char *directory, const flesh_skin *skin,
                                        const flesh_surface *surface, unsigned formats, int every,
                                        flesh_skin_frames **frames);
@@ -153,8 +153,8 @@ typedef struct flesh_run_options {
   /* Receives what a step that ended the run before its end has taken; else zeros. May be NULL. */
   flesh_solve_stats *unfinished;
 } flesh_run_options;
-/* Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY, what flesh_integrator_step returns, what an observer
- * or `stop` returns. */
+/* Errors: FLESH_ERR_ARGUMENT, also for an integrator of another system; FLESH_ERR_MEMORY; what flesh_integrator_step
+ * returns, what an observer or `stop` returns. Frames, skins and probes of another mesh are FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_run(const flesh_system *system, flesh_integrator *integrator,
                         const flesh_run_options *options, flesh_state *state, int *steps);
 /* The rest of a run that began at `begin` s and of which `step` steps have been taken, the last of

@@ -65,8 +65,8 @@ typedef struct flesh_probe {
 /* Of a part of a body (flesh/ranks.h) a probe has those of its nodes, maybe none, that the part has; a point's tet is -1
  * on all ranks but one. Every rank calls these functions, with the same probes, and the first writes.
  *
- * Checks a probe, and fills in probe->tet, weights and about. FLESH_ERR_ARGUMENT with a sentence: a bad
- * name; no quantity; a point farther than 1e-6 of the body's diagonal from all tets (with the distance);
+ * Checks a probe, and fills in probe->tet, weights and about. FLESH_ERR_ARGUMENT with a sentence: a body
+ * of another mesh than the system's; a bad name; no quantity; a point farther than 1e-6 of the body's diagonal from all tets (with the distance);
  * forces of a point; a holder or a contact that the system has not; quantities of tets where no tet has
  * all its nodes chosen; stress or energy without a material; contact_force without contact. Further
  * errors: FLESH_ERR_MEMORY. */
@@ -77,7 +77,8 @@ FLESH_API int flesh_probe_prepare(flesh_probe *probe, const flesh_body *body, co
  * back exactly. */
 typedef struct flesh_probes flesh_probes;
 /* Opens the file for prepared probes [count], which are copied, with different names; borrows the rest.
- * `method` is the run's. Returns new. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY, FLESH_ERR_FILE. */
+ * `method` is the run's. Returns new. Errors: FLESH_ERR_ARGUMENT, also for a body of another mesh than the system's and
+ * for probes of another body; FLESH_ERR_MEMORY, FLESH_ERR_FILE. */
 FLESH_API int flesh_probes_create(const char *path, const flesh_body *body, const flesh_system *system,
                                   flesh_method method, int count, const flesh_probe *probes,
                                   flesh_probes **result);

@@ -25,7 +25,8 @@ FLESH_API int flesh_system_create(const flesh_mesh *mesh, flesh_system **system)
 FLESH_API void flesh_system_destroy(flesh_system **system);
 
 /* Takes *effect (sets it to NULL), also when it fails: FLESH_ERR_ARGUMENT when the system is
- * finished. Further errors: FLESH_ERR_MEMORY. */
+ * finished, or the effect was made for a mesh with another count of nodes or tets. Further errors:
+ * FLESH_ERR_MEMORY. */
 FLESH_API int flesh_system_add_effect(flesh_system *system, flesh_effect **effect);
 
 /* Constrains `axes` of `nodes` [count] to their rest positions while from <= t < until; of several

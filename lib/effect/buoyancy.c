@@ -270,7 +270,7 @@ static int buoyancy_restrict(const flesh_effect *whole, const flesh_rank_part *p
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a buoyancy");
   *self = *from;
   const int status = flesh_faces_restrict(&from->faces, part, body->mesh, &self->faces);
-  if (!status) return flesh_effect_create(whole->operations, self, restricted);
+  if (!status) return flesh_effect_create(whole->operations, body->mesh, self, restricted);
   buoyancy_destroy(self);
   return status;
 }
@@ -314,5 +314,5 @@ int flesh_effect_buoyancy(const flesh_body *body, double level, double density, 
     buoyancy_destroy(self);
     return status;
   }
-  return flesh_effect_create(&buoyancy_operations, self, effect);
+  return flesh_effect_create(&buoyancy_operations, body->mesh, self, effect);
 }

@@ -221,7 +221,7 @@ int flesh_effect_contact(const flesh_body *body, const flesh_contact_options *op
   }
   self->friction = own.friction;
   self->slip_speed = own.slip_speed;
-  return flesh_effect_create(&flesh_contact_operations, self, effect);
+  return flesh_effect_create(&flesh_contact_operations, body->mesh, self, effect);
 }
 
 /* The faces near the core that are of the rank's tets. */
@@ -263,7 +263,7 @@ int flesh_contact_restrict(const flesh_effect *whole, const flesh_rank_part *par
       self->names[k] = flesh_rank_part_team(part)->numbers[self->nodes[k]];
       self->area[k] = from->area[kept[k]];
     }
-    status = flesh_effect_create(&flesh_contact_operations, self, restricted);
+    status = flesh_effect_create(&flesh_contact_operations, body->mesh, self, restricted);
   } else {
     flesh_contact_destroy(self);
   }

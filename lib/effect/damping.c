@@ -166,5 +166,5 @@ int flesh_effect_damping(const flesh_body *body, double mass, double stiffness, 
     damping_destroy(self);
     return status;
   }
-  return flesh_effect_create(&damping_operations, self, effect);
+  return flesh_effect_create(&damping_operations, body->mesh, self, effect);
 }

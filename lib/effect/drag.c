@@ -135,7 +135,7 @@ static int drag_restrict(const flesh_effect *whole, const flesh_rank_part *part,
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a drag");
   *self = *from;
   const int status = flesh_faces_restrict(&from->faces, part, body->mesh, &self->faces);
-  if (!status) return flesh_effect_create(whole->operations, self, restricted);
+  if (!status) return flesh_effect_create(whole->operations, body->mesh, self, restricted);
   drag_destroy(self);
   return status;
 }
@@ -176,5 +176,5 @@ int flesh_effect_drag(const flesh_body *body, int count, const int *triangles, d
     drag_destroy(self);
     return status;
   }
-  return flesh_effect_create(&drag_operations, self, effect);
+  return flesh_effect_create(&drag_operations, body->mesh, self, effect);
 }

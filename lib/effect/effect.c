@@ -5,14 +5,16 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "mesh/mesh.h"
 
-int flesh_effect_create(const flesh_effect_operations *operations, void *data,
+int flesh_effect_create(const flesh_effect_operations *operations, const flesh_mesh *mesh, void *data,
                         flesh_effect **effect)
 {
   FLESH_NEED({operations, "operations"});
-  if (!effect && operations->destroy) operations->destroy(data);
+  if ((!effect || !mesh) && operations->destroy) operations->destroy(data);
   FLESH_NEED({effect, "effect"});
   *effect = NULL;
+  FLESH_NEED({mesh, "mesh"});
   if ((unsigned)operations->role >= FLESH_ROLE_COUNT) {
     if (operations->destroy) operations->destroy(data);
     return flesh_fail(FLESH_ERR_ARGUMENT, "role %d of an effect does not exist; it must be below %d", (int)operations->role,
@@ -23,8 +25,10 @@ int flesh_effect_create(const flesh_effect_operations *operations, void *data,
     if (operations->destroy) operations->destroy(data);
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for an effect");
   }
-  (*effect)->operations = operations;
-  (*effect)->data = data;
+  **effect = (flesh_effect){.operations = operations,
+                            .data = data,
+                            .nodes = flesh_mesh_node_count(mesh),
+                            .tets = flesh_mesh_tet_count(mesh)};
   return FLESH_OK;
 }
 
@@ -34,6 +38,11 @@ void flesh_effect_destroy(flesh_effect **effect)
   if ((*effect)->operations->destroy) (*effect)->operations->destroy((*effect)->data);
   flesh_free(*effect);
   *effect = NULL;
+}
+
+int flesh_effect_check_mesh(const flesh_effect *effect, const flesh_mesh *mesh)
+{
+  return flesh_mesh_check_counts(mesh, "the effect", effect->operations->name, effect->nodes, effect->tets);
 }
 
 flesh_instructions flesh_effect_instructions(const flesh_effect *effect)

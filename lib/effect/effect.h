@@ -10,6 +10,9 @@ static const double flesh_feasible_step_kept = 0.9;
 /* The penalties of incompressible tets are raised by this factor at least, wherever multipliers are solved for. */
 enum { FLESH_LEAST_PENALTY = 5 };
 
+/* FLESH_ERR_ARGUMENT where the effect is made for a mesh of other counts of nodes or tets: its arrays have other lengths. */
+int flesh_effect_check_mesh(const flesh_effect *effect, const flesh_mesh *mesh);
+
 /* The optional tables of an effect's kind, which are never NULL here: what a kind has not is NULL or 0 in them. */
 static inline const flesh_effect_time *flesh_effect_in_time(const flesh_effect *effect)
 {

@@ -286,5 +286,5 @@ int flesh_effect_elasticity(const flesh_body *body, flesh_effect **effect)
   }
   const flesh_effect_operations *operations =
       flesh_tets_hold_means(&self->tets) ? &holding_operations : &elasticity_operations;
-  return flesh_effect_create(operations, self, effect);
+  return flesh_effect_create(operations, body->mesh, self, effect);
 }

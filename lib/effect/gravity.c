@@ -145,7 +145,7 @@ int flesh_effect_gravity(const flesh_body *body, const double acceleration[3],
   memcpy(self->acceleration, acceleration, sizeof self->acceleration);
   weigh(body, acceleration, work, self->force);
   flesh_free(work);
-  return flesh_effect_create(&gravity_operations, self, effect);
+  return flesh_effect_create(&gravity_operations, body->mesh, self, effect);
 }
 
 const double *flesh_effect_acceleration(const flesh_effect *effect)

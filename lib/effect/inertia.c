@@ -84,5 +84,5 @@ int flesh_effect_inertia(const flesh_body *body, flesh_effect **effect)
     free(mass);
     return status;
   }
-  return flesh_effect_create(&inertia_operations, mass, effect);
+  return flesh_effect_create(&inertia_operations, body->mesh, mass, effect);
 }

@@ -34,7 +34,7 @@ static int joint_restrict(const flesh_effect *whole, const flesh_rank_part *part
   (void)body;
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a joint");
   const int status = flesh_ties_restrict(&from->ties, part, 0, &self->ties);
-  if (!status) return flesh_effect_create(whole->operations, self, restricted);
+  if (!status) return flesh_effect_create(whole->operations, body->mesh, self, restricted);
   joint_destroy(self);
   return status;
 }
@@ -101,5 +101,5 @@ int flesh_effect_joint(const flesh_body *body, int first_count, const int *first
     joint_destroy(self);
     return status;
   }
-  return flesh_effect_create(&joint_operations, self, effect);
+  return flesh_effect_create(&joint_operations, body->mesh, self, effect);
 }

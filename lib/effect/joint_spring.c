@@ -169,7 +169,7 @@ static int joint_spring_restrict(const flesh_effect *whole, const flesh_rank_par
   }
   sum_up(self);
   self->cells = (flesh_cells){.count = here, .nodes_per_cell = here ? self->count : 1, .nodes = self->nodes};
-  return flesh_effect_create(whole->operations, self, restricted);
+  return flesh_effect_create(whole->operations, body->mesh, self, restricted);
 }
 
 static const flesh_cells *cells_of_ranks(const flesh_effect *whole, int *everywhere)
@@ -252,5 +252,5 @@ int flesh_effect_joint_spring(const flesh_body *body, int first_count, const int
     joint_spring_destroy(self);
     return status;
   }
-  return flesh_effect_create(&joint_spring_operations, self, effect);
+  return flesh_effect_create(&joint_spring_operations, body->mesh, self, effect);
 }

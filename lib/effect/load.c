@@ -98,7 +98,7 @@ static int load_restrict(const flesh_effect *whole, const flesh_rank_part *part,
   if (!status && kept && self->nodes && self->shares) {
     self->count = flesh_rank_share_nodes(part, from->count, from->nodes, kept, self->nodes);
     for (int k = 0; k < self->count; k++) self->shares[k] = from->shares[kept[k]];
-    status = flesh_effect_create(whole->operations, self, restricted);
+    status = flesh_effect_create(whole->operations, body->mesh, self, restricted);
   } else {
     status = flesh_fail(FLESH_ERR_MEMORY, "no memory for a load on %d nodes", from->count);
     load_destroy(self);
@@ -190,7 +190,7 @@ int flesh_effect_force(const flesh_body *body, int count, const int *nodes, cons
   int status = load_create(body, count, nodes, force, "force", amplitude, &self);
   if (status) return status;
   for (int k = 0; k < count; k++) self->shares[k] = 1. / count;
-  return flesh_effect_create(&force_operations, self, effect);
+  return flesh_effect_create(&force_operations, body->mesh, self, effect);
 }
 
 int flesh_effect_traction(const flesh_body *body, int count, const int *triangles, const double traction[3],
@@ -211,5 +211,5 @@ int flesh_effect_traction(const flesh_body *body, int count, const int *triangle
   for (int k = 0; !status && k < used; k++) self->shares[k] = areas[nodes[k]];
   flesh_free(areas);
   flesh_free(nodes);
-  return status ? status : flesh_effect_create(&traction_operations, self, effect);
+  return status ? status : flesh_effect_create(&traction_operations, body->mesh, self, effect);
 }

@@ -183,7 +183,7 @@ static int muscle_restrict(const flesh_effect *whole, const flesh_rank_part *par
     status = flesh_tets_create_fibres(
         body, &(flesh_tets_choice){.count = count, .tets = tets, .directions = self->directions}, &self->tets);
   flesh_free(tets);
-  if (!status) return flesh_effect_create(whole->operations, self, restricted);
+  if (!status) return flesh_effect_create(whole->operations, body->mesh, self, restricted);
   muscle_destroy(self);
   return status;
 }
@@ -259,5 +259,5 @@ int flesh_effect_muscle(const flesh_body *body, int count, const int *tets, cons
     return status;
   }
   const int has_speed = self->fibre.max_shortening_velocity > 0;
-  return flesh_effect_create(has_speed ? &fast_muscle_operations : &muscle_operations, self, effect);
+  return flesh_effect_create(has_speed ? &fast_muscle_operations : &muscle_operations, body->mesh, self, effect);
 }

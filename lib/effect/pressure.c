@@ -346,7 +346,7 @@ static int pressure_restrict(const flesh_effect *whole, const flesh_rank_part *p
     return status;
   }
   set_centre(self, from->rim_count == 0, from->centre);
-  return flesh_effect_create(whole->operations, self, restricted);
+  return flesh_effect_create(whole->operations, body->mesh, self, restricted);
 }
 
 /* The rest positions of the triangles' corners, their number; whether some have a rim. */
@@ -422,10 +422,10 @@ int flesh_effect_pressure(const flesh_body *body, int count, const int *triangle
     pressure_destroy(self);
     return status;
   }
-  if (self->rim_count) return flesh_effect_create(&open_operations, self, effect);
+  if (self->rim_count) return flesh_effect_create(&open_operations, body->mesh, self, effect);
   double c[3], size = 0;
   middle(self, flesh_mesh_positions(body->mesh), c);
   memcpy(self->centre, c, sizeof c);
   self->volume = volume_of(self, flesh_mesh_positions(body->mesh), c, &size);
-  return flesh_effect_create(&closed_operations, self, effect);
+  return flesh_effect_create(&closed_operations, body->mesh, self, effect);
 }

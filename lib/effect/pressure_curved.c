@@ -410,9 +410,9 @@ int flesh_pressure_curved(const flesh_body *body, int count, const int *triangle
     flesh_curved_pressure_destroy(self);
     return status;
   }
-  if (self->rim_count) return flesh_effect_create(&open_operations, self, effect);
+  if (self->rim_count) return flesh_effect_create(&open_operations, body->mesh, self, effect);
   const double *X = flesh_mesh_positions(body->mesh);
   double size = 0;
   self->volume = potential_of(self, &(flesh_point){.x = X, .x_lag = X}, &size);
-  return flesh_effect_create(&closed_operations, self, effect);
+  return flesh_effect_create(&closed_operations, body->mesh, self, effect);
 }

@@ -72,7 +72,7 @@ static int pressure_restrict(const flesh_effect *whole, const flesh_rank_part *p
   keep_rim(from, part, self);
   /* W at rest is counted by one rank. */
   self->volume = from->pairs.count && owns(part, from->pairs.nodes[0]) ? from->volume : 0;
-  return flesh_effect_create(whole->operations, self, restricted);
+  return flesh_effect_create(whole->operations, body->mesh, self, restricted);
 }
 
 static const flesh_cells *pressure_ties(const flesh_effect *whole, int *everywhere)

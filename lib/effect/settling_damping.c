@@ -124,7 +124,7 @@ static int settling_restrict(const flesh_effect *whole, const flesh_rank_part *p
   *self = *(const settling_damping *)whole->data; /* the mass of the whole with it */
   self->own = mass_of(body);
   const int status = flesh_mass_matrix_create(body, &self->M);
-  if (!status) return flesh_effect_create(whole->operations, self, restricted);
+  if (!status) return flesh_effect_create(whole->operations, body->mesh, self, restricted);
   settling_destroy(self);
   return status;
 }
@@ -170,5 +170,5 @@ int flesh_effect_settling_damping(const flesh_body *body, double rate, double sp
     return status;
   }
   self->total = self->own = mass_of(body);
-  return flesh_effect_create(&settling_operations, self, effect);
+  return flesh_effect_create(&settling_operations, body->mesh, self, effect);
 }

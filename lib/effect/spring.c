@@ -142,7 +142,6 @@ static int spring_restrict(const flesh_effect *whole, const flesh_rank_part *par
   const spring *from = whole->data;
   const int here = flesh_rank_share_node(part, from->nodes[0]) >= 0;
   spring *self = flesh_calloc(1, sizeof *self);
-  (void)body;
   if (self) {
     *self = *from;
     self->count = here ? from->count : 0;
@@ -163,7 +162,7 @@ static int spring_restrict(const flesh_effect *whole, const flesh_rank_part *par
   }
   sort_nodes(self);
   self->cells = (flesh_cells){.count = here, .nodes_per_cell = here ? self->count : 1, .nodes = self->nodes};
-  return flesh_effect_create(whole->operations, self, restricted);
+  return flesh_effect_create(whole->operations, body->mesh, self, restricted);
 }
 
 static const flesh_cells *cells_of_ranks(const flesh_effect *whole, int *everywhere)
@@ -373,7 +372,7 @@ int flesh_effect_spring_within(const flesh_body *body, const double point[3], do
     return status;
   }
   self->cells = (flesh_cells){.count = 1, .nodes_per_cell = self->count, .nodes = self->nodes};
-  return flesh_effect_create(&spring_operations, self, effect);
+  return flesh_effect_create(&spring_operations, body->mesh, self, effect);
 }
 
 int flesh_effect_spring(const flesh_body *body, const double point[3], double stiffness,

@@ -168,7 +168,7 @@ int flesh_effect_surface_contact(const flesh_body *body, const flesh_contact_opt
   int status = make(body, options, pair_count, pairs, self);
   if (!status)
     return flesh_effect_create(self->separates ? &flesh_separating_contact_operations : &flesh_surface_contact_operations,
-                               self, effect);
+                               body->mesh, self, effect);
   flesh_surface_contact_operations.destroy(self);
   return status;
 }

@@ -127,5 +127,5 @@ int flesh_effect_viscosity(const flesh_body *body, double shear, double bulk, fl
     viscosity_destroy(self);
     return status;
   }
-  return flesh_effect_create(&viscosity_operations, self, effect);
+  return flesh_effect_create(&viscosity_operations, body->mesh, self, effect);
 }

@@ -71,7 +71,7 @@ static int weld_restrict(const flesh_effect *whole, const flesh_rank_part *part,
   int status = flesh_ties_restrict(&from->ties, part, 0, &self->ties);
   if (!status && breaks) status = flesh_ties_restrict(&from->ties, part, 1, &self->all);
   if (!status && breaks) status = flesh_weld_breaks_restrict(&from->breaks, part, &self->breaks);
-  if (!status) return flesh_effect_create(whole->operations, self, restricted);
+  if (!status) return flesh_effect_create(whole->operations, body->mesh, self, restricted);
   weld_destroy(self);
   return status;
 }
@@ -331,7 +331,8 @@ int flesh_effect_weld(const flesh_body *body, int first_count, const int *first,
     weld_destroy(self);
     return status;
   }
-  return flesh_effect_create(self->breaks.limit > 0 ? &breaking_operations : &weld_operations, self, effect);
+  return flesh_effect_create(self->breaks.limit > 0 ? &breaking_operations : &weld_operations, body->mesh, self,
+                             effect);
 }
 
 double flesh_effect_weld_stiffness(const flesh_effect *effect, double *area)

@@ -216,6 +216,15 @@ void flesh_mesh_destroy(flesh_mesh **mesh)
   *mesh = NULL;
 }
 
+int flesh_mesh_check_counts(const flesh_mesh *mesh, const char *kind, const char *name, int nodes, int tets)
+{
+  return mesh->nodes == nodes && mesh->tets == tets
+             ? FLESH_OK
+             : flesh_fail(FLESH_ERR_ARGUMENT,
+                          "%s%s%s is made for a mesh of %d nodes and %d tets; this mesh has %d nodes and %d tets", kind,
+                          *name ? " " : "", name, nodes, tets, mesh->nodes, mesh->tets);
+}
+
 int flesh_mesh_node_count(const flesh_mesh *mesh) { return mesh->nodes; }
 int flesh_mesh_tet_count(const flesh_mesh *mesh) { return mesh->tets; }
 const double *flesh_mesh_positions(const flesh_mesh *mesh) { return mesh->positions; }

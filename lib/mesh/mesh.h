@@ -76,6 +76,10 @@ void flesh_mesh_flip_edge_nodes(int edge_nodes[6]);
  * the Jacobian is not positive all over a tet. */
 int flesh_mesh_find_jacobians(flesh_mesh *mesh, const flesh_mesh_origin *origin);
 
+/* FLESH_ERR_ARGUMENT where what is named, whose arrays have the lengths of a mesh with these counts, meets another mesh:
+ * `kind` is its kind, "the effect", and `name` its name or "". */
+int flesh_mesh_check_counts(const flesh_mesh *mesh, const char *kind, const char *name, int nodes, int tets);
+
 /* A node that other ranks' tets have counts as used. */
 void flesh_mesh_use_node(flesh_mesh *mesh, int node);
 

@@ -89,9 +89,10 @@ static const flesh_effect_operations background_operations = {.name = "backgroun
                                                               .potential = background_potential,
                                                               .destroy = background_destroy};
 
-int flesh_background_create(int nodes, int pairs, const double *x0, double shift, flesh_background **background,
-                            flesh_effect **effect)
+int flesh_background_create(const flesh_mesh *mesh, int pairs, const double *x0, double shift,
+                            flesh_background **background, flesh_effect **effect)
 {
+  const int nodes = flesh_mesh_node_count(mesh);
   *background = NULL;
   flesh_background *self = flesh_calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d nodes", nodes);
@@ -108,5 +109,5 @@ int flesh_background_create(int nodes, int pairs, const double *x0, double shift
   }
   self->cells = (flesh_cells){.count = pairs, .nodes_per_cell = 2, .nodes = self->pair};
   *background = self;
-  return flesh_effect_create(&background_operations, self, effect);
+  return flesh_effect_create(&background_operations, mesh, self, effect);
 }

@@ -16,10 +16,10 @@ typedef struct flesh_background {
 } flesh_background;
 
 
-/* A model of zero g and K for `nodes` nodes of which `pairs` pairs are coupled; x0 [3*nodes] is borrowed. The caller
- * fills in pair, g and K. The effect, whose data it is, owns it. FLESH_ERR_MEMORY. */
-int flesh_background_create(int nodes, int pairs, const double *x0, double shift, flesh_background **background,
-                            flesh_effect **effect);
+/* A model of zero g and K for the nodes of `mesh`, of which `pairs` pairs are coupled; x0 [3*nodes] is borrowed. The
+ * caller fills in pair, g and K. The effect, whose data it is, owns it. FLESH_ERR_MEMORY. */
+int flesh_background_create(const flesh_mesh *mesh, int pairs, const double *x0, double shift,
+                            flesh_background **background, flesh_effect **effect);
 
 /* The nodes of block k: the same one twice, or a pair. */
 void flesh_background_ends(const flesh_background *background, int k, int *i, int *j);

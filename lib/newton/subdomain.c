@@ -233,7 +233,7 @@ static int add_background(subdomain *self, int couples)
 {
   flesh_effect *effect = NULL;
   const int pairs = couples ? list_pairs(self, NULL) : 0;
-  int status = flesh_background_create(self->nodes, pairs, self->x, self->whole->stage.shift.x, &self->others, &effect);
+  int status = flesh_background_create(self->mesh, pairs, self->x, self->whole->stage.shift.x, &self->others, &effect);
   if (status) return status;
   if (pairs) list_pairs(self, self->others->pair);
   return flesh_system_add_effect(self->system, &effect);

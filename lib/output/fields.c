@@ -14,6 +14,7 @@
 #include "element/tet10.h"
 #include "math/svd3.h"
 #include "mesh/edges.h"
+#include "mesh/mesh.h"
 #include "mesh/pieces.h"
 #include "system/ranks.h"
 
@@ -114,7 +115,8 @@ int flesh_fields_open(const flesh_body *body, const flesh_system *system, flesh_
                       unsigned places, flesh_fields *f)
 {
   *f = (flesh_fields){.fields = fields, .places = places, .body = body, .team = flesh_system_team(system)};
-  int status = flesh_fields_check(body, system, fields, places);
+  int status = flesh_mesh_check_counts(flesh_system_mesh(system), "the body", "", body->mesh->nodes, body->mesh->tets);
+  if (!status) status = flesh_fields_check(body, system, fields, places);
   if (!status) status = flesh_tet_stress_open(body, system, &f->stress);
   if (!status) status = add_arrays(f);
   if (!status && !(f->weight = calloc((size_t)flesh_mesh_node_count(body->mesh) + 1, sizeof(double))))

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "base/file.h"
+#include "mesh/mesh.h"
 #include "output/fields.h"
 #include "output/obstacles.h"
 #include "output/rest_box.h"
@@ -127,11 +128,9 @@ int flesh_frames_set_fields(flesh_frames *frames, const flesh_body *body, const 
                             flesh_method method, unsigned fields, unsigned places)
 {
   FLESH_NEED({frames, "frames"}, {body, "body"}, {system, "system"});
-  if (flesh_mesh_node_count(body->mesh) != flesh_mesh_node_count(frames->mesh) ||
-      flesh_mesh_tet_count(body->mesh) != flesh_mesh_tet_count(frames->mesh))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "frames: the body's mesh is not that of the frames");
   flesh_fields opened;
-  int status = flesh_fields_open(body, system, method, fields, places, &opened);
+  int status = flesh_mesh_check_counts(body->mesh, "frames", "", frames->mesh->nodes, frames->mesh->tets);
+  if (!status) status = flesh_fields_open(body, system, method, fields, places, &opened);
   if (status) return status;
   flesh_fields_clear(&frames->fields);
   frames->fields = opened;
@@ -166,7 +165,9 @@ int flesh_frames_observe(void *data, const flesh_step_record *record)
   if (record->step % frames->every && !record->last) return FLESH_OK;
   char *name;
   double box[6];
-  int status = flesh_pvd_next(&frames->index, &name);
+  int status = flesh_mesh_check_counts(flesh_system_mesh(record->system), "frames", "", frames->mesh->nodes,
+                                       frames->mesh->tets);
+  if (!status) status = flesh_pvd_next(&frames->index, &name);
   flesh_rest_box(frames->mesh, NULL, box);
   if (!status) status = flesh_obstacles_write(frames->directory, record, box);
   if (status) return status;

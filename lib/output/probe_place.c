@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "mesh/mesh.h"
 #include "mesh/pieces.h"
 #include "output/rest_box.h"
 #include "skin/locator.h"
@@ -96,7 +97,7 @@ static int locate(flesh_probe *probe, const flesh_mesh *mesh, const flesh_team *
   return FLESH_OK;
 }
 
-static int check_numbers(const flesh_probe *probe, int total)
+int flesh_probe_check_nodes(const flesh_probe *probe, int total)
 {
   for (int k = 0; k < probe->node_count; k++)
     if (probe->nodes[k] < 0 || probe->nodes[k] >= total)
@@ -127,7 +128,7 @@ static int check_nodes(flesh_probe *probe, const flesh_body *body, const flesh_t
   double count = 0, tet_count;
   int *tets, here;
   probe->tet = -1;
-  int status = flesh_team_agree(team, check_numbers(probe, flesh_mesh_node_count(body->mesh)));
+  int status = flesh_team_agree(team, flesh_probe_check_nodes(probe, flesh_mesh_node_count(body->mesh)));
   if (status) return status;
   for (int k = 0; k < probe->node_count && probe->nodes; k++) count += flesh_probe_counts(probe, team, k);
   flesh_team_sum(team, 1, &count);
@@ -166,7 +167,8 @@ int flesh_probe_prepare(flesh_probe *probe, const flesh_body *body, const flesh_
   FLESH_NEED({probe, "probe"}, {body, "body"}, {system, "system"});
   const unsigned asked = probe->quantities;
   const int is_point = !isnan(probe->point[0]);
-  int status = check_name(probe->name);
+  int status = flesh_mesh_check_counts(flesh_system_mesh(system), "the body", "", body->mesh->nodes, body->mesh->tets);
+  if (!status) status = check_name(probe->name);
   if (status) return status;
   if (!asked) return flesh_fail(FLESH_ERR_ARGUMENT, "quantities is empty; it must name at least one");
   if (is_point && asked & (FLESH_PROBE_REACTION | FLESH_PROBE_CONTACT_FORCE))

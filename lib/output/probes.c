@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "math/svd3.h"
+#include "mesh/mesh.h"
 #include "output/node_forces.h"
 #include "output/probe_place.h"
 #include "output/resume.h"
@@ -105,17 +106,20 @@ static void print_header(const flesh_probes *probes)
 }
 
 /* Of a part of a body a probe may have nothing here. */
-static int is_prepared(const flesh_probe *p, const flesh_team *team)
+static int is_prepared(const flesh_probe *p, const flesh_team *team, int tets)
 {
-  return p->name && p->quantities && (is_point(p) ? team || p->tet >= 0 : (team || p->node_count > 0) && p->nodes);
+  const int has_tet = p->tet < tets && (team || p->tet >= 0);
+  return p->name && p->quantities && (is_point(p) ? has_tet : (team || p->node_count > 0) && p->nodes);
 }
 
-static int check_probes(int count, const flesh_probe *probes, const flesh_team *team)
+static int check_probes(const flesh_mesh *mesh, int count, const flesh_probe *probes, const flesh_team *team)
 {
   for (int k = 0; k < count; k++) {
     const flesh_probe *p = &probes[k];
-    if (!is_prepared(p, team))
-      return flesh_fail(FLESH_ERR_ARGUMENT, "probes[%d] is not prepared; flesh_probe_prepare does that", k);
+    if (!is_prepared(p, team, mesh->tets))
+      return flesh_fail(FLESH_ERR_ARGUMENT, "probes[%d] is not prepared for this body; flesh_probe_prepare does that", k);
+    const int status = is_point(p) ? FLESH_OK : flesh_probe_check_nodes(p, mesh->nodes);
+    if (status) return status;
     for (int j = 0; j < k; j++)
       if (!strcmp(probes[j].name, p->name))
         return flesh_fail(FLESH_ERR_ARGUMENT, "probes[%d] and probes[%d] are both named %s; names must differ", j, k,
@@ -129,7 +133,8 @@ static int create_here(const flesh_body *body, const flesh_system *system, int c
                        flesh_probes **result)
 {
   const flesh_team *team = flesh_system_team(system);
-  int status = check_probes(count, probes, team);
+  int status = flesh_mesh_check_counts(flesh_system_mesh(system), "the body", "", body->mesh->nodes, body->mesh->tets);
+  if (!status) status = check_probes(body->mesh, count, probes, team);
   if (status) return status;
   flesh_probes *made = *result = calloc(1, sizeof *made);
   if (made)
@@ -329,6 +334,9 @@ int flesh_probes_observe(void *data, const flesh_step_record *record)
 {
   FLESH_NEED({data, "probes"}, {record, "record"});
   flesh_probes *probes = data;
+  const int status = flesh_mesh_check_counts(flesh_system_mesh(record->system), "probes", "", probes->mesh->nodes,
+                                             probes->mesh->tets);
+  if (status) return status;
   probes->forces.proximity = record->proximity;
   if (probes->forces.system) flesh_node_forces_find(&probes->forces, record->state);
   for (int k = 0; k < probes->count; k++)

@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "flesh/observer.h"
 #include "base/file.h"
+#include "mesh/mesh.h"
 #include "output/pc2.h"
 #include "output/resume.h"
 #include "output/vtu_read.h"
@@ -92,6 +93,9 @@ int flesh_skin_frames_create(const char *directory, const flesh_skin *skin,
     return flesh_fail(FLESH_ERR_ARGUMENT, "skin: the formats are %u; some of obj, pc2 and vtu must "
                                           "be chosen",
                       formats);
+  if (skin->identity.vertices != flesh_surface_vertex_count(surface))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "skin: it is bound to a surface of %d vertices; this one has %d",
+                      skin->identity.vertices, flesh_surface_vertex_count(surface));
   flesh_skin_frames *frames = NULL;
   int status = flesh_folder_make(directory);
   if (!status) status = create(directory, skin, surface, formats, every, &frames);
@@ -174,7 +178,9 @@ int flesh_skin_frames_observe(void *data, const flesh_step_record *record)
   FLESH_NEED({data, "frames"}, {record, "record"});
   flesh_skin_frames *frames = data;
   if (record->step % frames->every && !record->last) return FLESH_OK;
-  return flesh_skin_frames_add(frames, record->step, record->state);
+  const flesh_skin_identity *of = &frames->skin->identity;
+  const int status = flesh_mesh_check_counts(flesh_system_mesh(record->system), "the skin", "", of->nodes, of->tets);
+  return status ? status : flesh_skin_frames_add(frames, record->step, record->state);
 }
 
 /* Files of steps after `last`. */

@@ -312,6 +312,8 @@ int flesh_effect_check_derivatives(const flesh_effect *effect, const flesh_mesh 
   FLESH_NEED({effect, "effect"}, {mesh, "mesh"}, {x, "x"}, {report, "report"});
   *report = (flesh_derivative_report){.potential = {NAN, NAN}, .jacobian = {NAN, NAN},
                                       .evaluate = {NAN, NAN}};
+  int status = flesh_effect_check_mesh(effect, mesh);
+  if (status) return status;
   flesh_mesh_info info;
   flesh_mesh_inspect(mesh, &info);
   check c = {.effect = effect,
@@ -320,7 +322,7 @@ int flesh_effect_check_derivatives(const flesh_effect *effect, const flesh_mesh 
              .t = t,
              .x = x,
              .random = seed};
-  int status = check_open(&c, mesh);
+  status = check_open(&c, mesh);
   if (!status) {
     randomize(&c, c.v, c.edge);
     randomize(&c, c.a, c.edge);

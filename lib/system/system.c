@@ -62,6 +62,7 @@ int flesh_system_add_effect(flesh_system *system, flesh_effect **effect)
   if (!system) flesh_effect_destroy(effect);
   FLESH_NEED({system, "system"});
   int status = still_open(system);
+  if (!status) status = flesh_effect_check_mesh(*effect, system->mesh);
   flesh_system_entry *grown = status ? NULL
                         : flesh_realloc(system->entries,
                                   ((size_t)system->entry_count + 1) * sizeof *system->entries);

@@ -141,7 +141,7 @@ static void guarded_steps_evaluate_once(void)
   test_body b;
   make(&b);
   flesh_effect *counting = NULL;
-  CHECK_OK(flesh_effect_create(&counting_operations, NULL, &counting));
+  CHECK_OK(flesh_effect_create(&counting_operations, b.mesh, NULL, &counting));
   CHECK_OK(flesh_system_add_effect(b.system, &counting));
   CHECK_OK(flesh_system_finalize(b.system));
   flesh_integrator *integrator = integrator_of(&b, FLESH_METHOD_BACKWARD_EULER);

@@ -57,7 +57,7 @@ static void make(test_body *b, witness *w)
   CHECK_OK(test_body_clamp(b, 0));
   flesh_effect *effect = NULL;
   *w = (witness){.n = b->n, .own = 1};
-  CHECK_OK(flesh_effect_create(&operations, w, &effect));
+  CHECK_OK(flesh_effect_create(&operations, b->mesh, w, &effect));
   CHECK_OK(flesh_system_add_effect(b->system, &effect));
   CHECK_OK(flesh_system_finalize(b->system));
 }

@@ -123,7 +123,7 @@ static const flesh_effect_operations tissue_operations = {.name = "my tissue",
 static void add(test_body *b, const flesh_effect_operations *operations, void *data)
 {
   flesh_effect *effect = NULL;
-  CHECK_OK(flesh_effect_create(operations, data, &effect));
+  CHECK_OK(flesh_effect_create(operations, b->mesh, data, &effect));
   CHECK_OK(flesh_system_add_effect(b->system, &effect));
 }
 
@@ -280,8 +280,10 @@ static void roles_that_do_not_exist_are_refused(void)
 {
   static const flesh_effect_operations odd = {.name = "odd", .role = FLESH_ROLE_COUNT};
   flesh_effect *effect = NULL;
-  CHECK(flesh_effect_create(&odd, NULL, &effect) == FLESH_ERR_ARGUMENT && !effect);
+  flesh_mesh *mesh = test_box(1, 1, 1, 1, 1, 1);
+  CHECK(flesh_effect_create(&odd, mesh, NULL, &effect) == FLESH_ERR_ARGUMENT && !effect);
   CHECK_TEXT(flesh_error_text(), "role");
+  flesh_mesh_destroy(&mesh);
 }
 
 /* A weight of the nodes: name, role, residual, potential, destroy, and nothing else. */

@@ -196,11 +196,13 @@ static double energy_of(const test_body *b, double *rounding)
 }
 
 /* Two free cubes that fly apart, turning: the peel begins at an edge. `further` (may be NULL) is taken. */
-static void begin_peel(double breaks_at, flesh_effect *further, test_body *b)
+static void begin_peel(double breaks_at, const flesh_effect_operations *further, test_body *b)
 {
   two_cubes(1, (int[]){2, 2, 1}, (int[]){3, 3, 1}, 1, b);
-  if (further) CHECK_OK(flesh_system_add_effect(b->system, &further));
-  flesh_effect *effect = welded(b, 1e-9, NAN, breaks_at);
+  flesh_effect *effect = NULL;
+  if (further) CHECK_OK(flesh_effect_create(further, b->mesh, NULL, &effect));
+  if (further) CHECK_OK(flesh_system_add_effect(b->system, &effect));
+  effect = welded(b, 1e-9, NAN, breaks_at);
   CHECK_OK(flesh_system_add_effect(b->system, &effect));
   CHECK_OK(flesh_system_finalize(b->system));
   give_internal(b);
@@ -268,9 +270,7 @@ static void compare_halved_steps(flesh_method method)
   flesh_integrator *integrators[2];
   double worst = 0;
   for (int k = 0; k < 2; k++) {
-    flesh_effect *effect = NULL;
-    if (!k) CHECK_OK(flesh_effect_create(&refusing, NULL, &effect));
-    begin_peel(600, effect, &b[k]);
+    begin_peel(600, k ? NULL : &refusing, &b[k]);
     integrators[k] = integrator_of(&b[k], method, 1e-11);
   }
   for (int s = 0; s < 8; s++) {

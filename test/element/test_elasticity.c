@@ -566,7 +566,7 @@ static void places_are_kept_once(void)
   CHECK(cells.pairs && cells.pair_count > cells.count && cells.pair_count < 5 * cells.count);
   const size_t slots = (size_t)cells.pair_count * sizeof(int);
   cells.pairs = NULL;
-  CHECK_OK(flesh_effect_create(&operations, &cells, &effects[4]));
+  CHECK_OK(flesh_effect_create(&operations, p.mesh, &cells, &effects[4]));
   flesh_system *system;
   CHECK_OK(flesh_system_create(p.mesh, &system));
   for (int k = 0; k < 5; k++) CHECK_OK(flesh_system_add_effect(system, &effects[k]));

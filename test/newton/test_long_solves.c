@@ -78,7 +78,7 @@ static int solve(const flesh_effect_operations *operations, spring *s, const fle
                        .v = calloc(3 * (size_t)s->nodes, sizeof(double))};
   memcpy(state.x, flesh_mesh_positions(mesh), 3 * (size_t)s->nodes * sizeof *state.x);
   CHECK_OK(flesh_system_create(mesh, &system));
-  CHECK_OK(flesh_effect_create(operations, s, &effect));
+  CHECK_OK(flesh_effect_create(operations, mesh, s, &effect));
   CHECK_OK(flesh_system_add_effect(system, &effect));
   CHECK_OK(flesh_system_finalize(system));
   CHECK_OK(flesh_integrator_create(system, FLESH_METHOD_BACKWARD_EULER, options, &integrator));

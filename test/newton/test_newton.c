@@ -83,7 +83,7 @@ static void make(bench *b, double (*f)(double x, int derivative), const flesh_so
   b->w = (wells){flesh_mesh_node_count(b->mesh), flesh_mesh_positions(b->mesh), f};
   b->n = 3 * b->w.nodes;
   CHECK_OK(flesh_system_create(b->mesh, &b->system));
-  CHECK_OK(flesh_effect_create(&operations, &b->w, &effect));
+  CHECK_OK(flesh_effect_create(&operations, b->mesh, &b->w, &effect));
   CHECK_OK(flesh_system_add_effect(b->system, &effect));
   CHECK_OK(flesh_system_finalize(b->system));
   CHECK_OK(flesh_newton_init(b->system, options, (flesh_stage_solver){0}, &b->newton));

@@ -339,7 +339,7 @@ static void what_stands_still_on_some_ranks_works_on_others(void)
   flesh_system *system = NULL;
   const flesh_rank_part *part = flesh_scene_share_part(p.share);
   CHECK_OK(flesh_system_create(flesh_rank_part_mesh(part), &system));
-  CHECK_OK(flesh_effect_create(&belt, NULL, &effect));
+  CHECK_OK(flesh_effect_create(&belt, flesh_rank_part_mesh(part), NULL, &effect));
   CHECK_OK(flesh_system_add_effect(system, &effect));
   CHECK_OK(flesh_system_finalize(system));
   CHECK_OK(flesh_system_set_part(system, part));

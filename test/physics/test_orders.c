@@ -71,7 +71,7 @@ static void make(int n, flesh_element element, double poisson, const manufacture
   CHECK_OK(flesh_system_create(b->mesh, &b->system));
   CHECK_OK(flesh_effect_elasticity(&b->body, &effect));
   CHECK_OK(flesh_system_add_effect(b->system, &effect));
-  CHECK_OK(flesh_effect_create(&load_operations, load, &effect));
+  CHECK_OK(flesh_effect_create(&load_operations, b->mesh, load, &effect));
   CHECK_OK(flesh_system_add_effect(b->system, &effect));
   for (int i = 0; i < b->n / 3; i++) {
     jet y[3];

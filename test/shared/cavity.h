@@ -165,7 +165,7 @@ static inline int cavity_create(const flesh_mesh *mesh, int count, const int *tr
     }
   self->cells = (flesh_cells){.count = self->faces, .nodes_per_cell = self->m, .nodes = self->nodes};
   cavity_weights(self);
-  return flesh_effect_create(&cavity_operations, self, effect);
+  return flesh_effect_create(&cavity_operations, mesh, self, effect);
 }
 
 #endif

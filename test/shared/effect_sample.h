@@ -7,8 +7,8 @@
 #include "scene/keys.h"
 #include "test.h"
 
-/* Adds a row's sample to the body's system, read as a scene would read it. */
-static inline void test_add_sample(const flesh_effect_row *row, test_body *b)
+/* What a row says to its sample, read as a scene would read it, on a body, and a system that is to take it. */
+static inline int test_try_sample(const flesh_effect_row *row, const flesh_body *body, flesh_system *system)
 {
   flesh_arena arena = {0};
   flesh_node *root = NULL;
@@ -17,8 +17,15 @@ static inline void test_add_sample(const flesh_effect_row *row, test_body *b)
   void *parameters = flesh_arena_take(&arena, row->parameters_size);
   flesh_key_reader reader = {.arena = &arena};
   CHECK_OK(flesh_keys_read(&reader, row->keys, root, root, row->name, parameters));
-  CHECK_OK(row->add(parameters, &b->body, b->system));
+  const int status = row->add(parameters, body, system);
   flesh_arena_free(&arena);
+  return status;
+}
+
+/* Adds a row's sample to the body's system. */
+static inline void test_add_sample(const flesh_effect_row *row, test_body *b)
+{
+  CHECK_OK(test_try_sample(row, &b->body, b->system));
 }
 
 #endif

@@ -100,7 +100,7 @@ static void open_damped(flesh_mass mass, owned *o)
   *o = (owned){0};
   CHECK_OK(test_body_create(test_box(3, 1, 1, 3, 1, 1), test_material(FLESH_ENERGY_S, 0.4), 1000, mass, 1, &o->b));
   CHECK_OK(test_body_clamp(&o->b, 1e-9));
-  CHECK_OK(flesh_effect_create(&chain, &cells, &effect));
+  CHECK_OK(flesh_effect_create(&chain, o->b.mesh, &cells, &effect));
   CHECK_OK(flesh_effect_check_derivatives(effect, o->b.mesh, 0, o->b.state.x, 1, &report));
   CHECK(flesh_derivative_report_passes(&report, 1e-6));
   CHECK_OK(flesh_system_add_effect(o->b.system, &effect));

@@ -132,7 +132,9 @@ static flesh_derivative_report report_of(const flesh_effect *effect, const set_u
 static flesh_derivative_report report_spoiled(const set_up *s, spoiled what)
 {
   spoiler data = {s->elasticity, what};
-  const flesh_effect effect = {&spoiled_operations, &data};
+  flesh_effect effect = *s->elasticity;
+  effect.operations = &spoiled_operations;
+  effect.data = &data;
   return report_of(&effect, s);
 }
 
@@ -215,7 +217,9 @@ static void a_wrong_beginning_is_seen(void)
   flesh_effect_shortcuts shortcuts = *adds.shortcuts;
   shortcuts.jacobian_assign = adds.jacobian;
   adds.shortcuts = &shortcuts;
-  report = report_of(&(flesh_effect){&adds, s.elasticity->data}, &s);
+  flesh_effect other = *s.elasticity;
+  other.operations = &adds;
+  report = report_of(&other, &s);
   CHECK(report.jacobian[0] == INFINITY && report.jacobian[1] == INFINITY);
   drop(&s);
 }

@@ -59,10 +59,10 @@ static const flesh_effect_operations spring_operations = {.name = "springs",
                                                           .residual = spring_residual,
                                                           .jacobian = spring_jacobian};
 
-static flesh_effect *springs_create(springs *data)
+static flesh_effect *springs_create(const test_body *b, springs *data)
 {
-  flesh_effect *effect = malloc(sizeof *effect); /* the system frees it with flesh_effect_destroy */
-  *effect = (flesh_effect){&spring_operations, data};
+  flesh_effect *effect = NULL;
+  CHECK_OK(flesh_effect_create(&spring_operations, b->mesh, data, &effect));
   return effect;
 }
 
@@ -109,7 +109,7 @@ static void pattern_is_that_of_the_cells(void)
   static const int ends[] = {0, 35, 1, 34, 0, 1};
   springs data = {{.count = 3, .nodes_per_cell = 2, .nodes = ends}, 700};
   make(test_box(3, 2, 2, 3, 2, 2), FLESH_MASS_LUMPED, 0, &b);
-  flesh_effect *effect = springs_create(&data);
+  flesh_effect *effect = springs_create(&b, &data);
   CHECK_OK(flesh_system_add_effect(b.system, &effect));
   CHECK(effect == NULL);
   CHECK_OK(flesh_system_finalize(b.system));
@@ -306,7 +306,7 @@ static void bad_arguments_are_sentences(void)
   for (int k = 0; k < 4; k++) {
     springs data = {{.count = 1, .nodes_per_cell = 2, .nodes = wrong[k]}, 1};
     make(test_box(1, 1, 1, 1, 1, 1), FLESH_MASS_LUMPED, 0, &b);
-    effect = springs_create(&data);
+    effect = springs_create(&b, &data);
     CHECK_OK(flesh_system_add_effect(b.system, &effect));
     REFUSED(flesh_system_finalize(b.system), "effect springs: cell 0 has node");
     test_body_destroy(&b);
@@ -316,7 +316,7 @@ static void bad_arguments_are_sentences(void)
     springs data = {{.count = 1, .nodes_per_cell = 2, .nodes = ends, .pair_count = 2, .pairs = pairs[k]}, 1};
     flesh_derivative_report report;
     make(test_box(1, 1, 1, 1, 1, 1), FLESH_MASS_LUMPED, 0, &b);
-    effect = springs_create(&data);
+    effect = springs_create(&b, &data);
     REFUSED(flesh_effect_check_derivatives(effect, b.mesh, 0, b.state.x, 1, &report), "effect springs: pair 1 is");
     CHECK_OK(flesh_system_add_effect(b.system, &effect));
     REFUSED(flesh_system_finalize(b.system), "its cells have the pairs 0 to 2");

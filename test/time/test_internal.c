@@ -106,7 +106,7 @@ static void begin(slider s[SLIDERS], const flesh_effect_operations *operations, 
     rest.translation[0] = X[3 * k];
     s[k].node = k;
     s[k].X = X[3 * k];
-    CHECK_OK(flesh_effect_create(operations, &s[k], &effect));
+    CHECK_OK(flesh_effect_create(operations, d->mesh, &s[k], &effect));
     CHECK_OK(flesh_system_add_effect(d->system, &effect));
     CHECK_OK(flesh_effect_spring(&body, rest.translation, anchor, &(flesh_motion){.count = 1, .keyframes = &rest}, -INFINITY,
                                  INFINITY, &effect));

@@ -37,8 +37,8 @@
  * user_data:
  * flesh_effect_contact body, flesh_effect_contact options, flesh_effect_contact obstacle, flesh_effect_contact effect,
  * flesh_effect_surface_contact body, flesh_effect_surface_contact options, flesh_effect_surface_contact effect,
- * flesh_effect_create operations, flesh_effect_create effect, flesh_ida_start y, flesh_ida_start yp, flesh_ida_residual
- * y, flesh_ida_residual yp, flesh_ida_residual r, flesh_ida_residual problem, flesh_ida_jacobian y, flesh_ida_jacobian
+ * flesh_effect_create operations, flesh_effect_create mesh, flesh_effect_create effect, flesh_ida_start y,
+ * flesh_ida_start yp, flesh_ida_residual y, flesh_ida_residual yp, flesh_ida_residual r, flesh_ida_residual problem, flesh_ida_jacobian y, flesh_ida_jacobian
  * yp, flesh_ida_jacobian J, flesh_ida_jacobian problem, flesh_ida_preconditioner_setup y,
  * flesh_ida_preconditioner_setup yp, flesh_ida_preconditioner_setup problem, flesh_ida_preconditioner_solve right,
  * flesh_ida_preconditioner_solve z, flesh_ida_preconditioner_solve problem, flesh_ida_jacobian_times v,
@@ -401,14 +401,17 @@ static void what_is_taken_is_freed(void)
   static const flesh_effect_operations operations = {.name = "none", .destroy = count_destroyed};
   flesh_effect *effect = NULL;
   flesh_obstacle *obstacle = NULL;
-  check(flesh_effect_create(NULL, any, &effect), "flesh_effect_create: operations is NULL");
+  flesh_mesh *mesh = test_box(1, 1, 1, 1, 1, 1);
+  check(flesh_effect_create(NULL, mesh, any, &effect), "flesh_effect_create: operations is NULL");
   CHECK(destroyed == 0);
-  check(flesh_effect_create(&operations, any, NULL), "flesh_effect_create: effect is NULL");
-  CHECK(destroyed == 1);
-  CHECK_OK(flesh_effect_create(&operations, any, &effect));
+  check(flesh_effect_create(&operations, mesh, any, NULL), "flesh_effect_create: effect is NULL");
+  check(flesh_effect_create(&operations, NULL, any, &effect), "flesh_effect_create: mesh is NULL");
+  CHECK(destroyed == 2 && !effect);
+  CHECK_OK(flesh_effect_create(&operations, mesh, any, &effect));
+  flesh_mesh_destroy(&mesh);
   check(flesh_system_add_effect(any, NULL), "flesh_system_add_effect: effect is NULL");
   check(flesh_system_add_effect(NULL, &effect), "flesh_system_add_effect: system is NULL");
-  CHECK(destroyed == 2 && !effect);
+  CHECK(destroyed == 3 && !effect);
   check(flesh_effect_contact(any, any, NULL, &effect), "flesh_effect_contact: obstacle is NULL");
   for (int k = 0; k < 3; k++) {
     static const char *const sentences[] = {"flesh_effect_contact: body is NULL",

@@ -130,7 +130,8 @@ class OwnEffect(Effect):
                     setattr(part, name, self._hold(make(_member_type(part, name), getattr(self, f"_call_{name}"))))
         if self.report_names or self._defines("stress"):
             self._set_figures(operations)
-        self._take(create("flesh_effect", lib.flesh_effect_create, operations, ffi.NULL), self._alive, operations)
+        made = create("flesh_effect", lib.flesh_effect_create, operations, mesh._pointer, ffi.NULL)
+        self._take(made, self._alive, operations)
 
     def _defines(self, name):
         return callable(getattr(self, name, None))

@@ -191,5 +191,5 @@ int flesh_effect_wind(const flesh_body *body, int count, const int *triangles, c
     wind_destroy(self);
     return status;
   }
-  return flesh_effect_create(&wind_operations, self, effect);
+  return flesh_effect_create(&wind_operations, body->mesh, self, effect);
 }
