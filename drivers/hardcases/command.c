@@ -44,7 +44,12 @@ static const char details[] = "Puts bodies through what breaks elastic solvers: 
                               "Poisson's ratio, mesh, seed and treatment of negative eigenvalues (--solvers). "
                               "verdict.txt and profiles.csv, .png then\n"
                               "have performance profiles (Dolan & More 2002), and what was run is not run again by the "
-                              "same command.\n";
+                              "same command.\n\n"
+                              "With --ablation every run is made by the default solver and without each of its techniques "
+                              "(solver.techniques).\n"
+                              "verdict.txt and ablation.csv then have what each is worth: runs that fail, iterations and "
+                              "CPU time, by group of cases,\n"
+                              "element and Poisson's ratio.\n";
 
 enum { SETTING_LIMIT = 4096 };
 
@@ -186,7 +191,9 @@ static int run_and_draw(flesh_hardcases_plan *plan)
   snprintf(words, sizeof words, "%s", flesh_error_text());
   int status = flesh_hardcases_write_csv(plan);
   if (!status && !ran) status = check_written(plan);
-  if (!status) status = plan->filters ? flesh_hardcases_write_filters(plan) : flesh_hardcases_write_verdict(plan);
+  if (!status) status = plan->filters    ? flesh_hardcases_write_filters(plan)
+                        : plan->ablation ? flesh_hardcases_write_ablation(plan)
+                                         : flesh_hardcases_write_verdict(plan);
   if (ran) return flesh_fail(ran, "%s", words);
   const int undrawn = status          ? status
                       : plan->filters ? flesh_hardcases_draw_filters(plan)
@@ -246,15 +253,27 @@ static void choose_shapes(request *asked)
   if (!asked->meshes) asked->meshes = "8x4x4";
 }
 
+/* What --ablation takes where nothing else was asked for. */
+static void choose_ablation(request *asked)
+{
+  if (!asked->energies) asked->energies = "S";
+  if (!asked->poissons) asked->poissons = "0.45,0.49,0.4999";
+  if (!asked->elements) asked->elements = "tet4,tet10-mean";
+  asked->solvers = "ablation";
+}
+
 /* What that makes of the plan. */
 static int choose(request *asked, flesh_hardcases_lists *l, choice *chosen, flesh_hardcases_setting *settings,
                   flesh_hardcases_plan *plan)
 {
   char every[256];
-  if (plan->filters && plan->shapes)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "--filters and --shapes are two batteries; only one can be run at a time");
+  if (plan->filters && (plan->shapes || plan->ablation))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "--filters is a study of its own; it cannot be run with %s",
+                      plan->shapes ? "--shapes" : "--ablation");
+  plan->resumes = plan->filters || plan->shapes || plan->ablation;
   if (plan->filters) choose_filters(asked, plan);
   if (plan->shapes) choose_shapes(asked);
+  if (plan->ablation) choose_ablation(asked);
   if (!asked->solvers) asked->solvers = "default";
   if (!asked->elements) asked->elements = "tet4";
   if (plan->seeds < 1) plan->seeds = 1;
@@ -320,7 +339,7 @@ int flesh_command_hardcases(int argc, char **argv)
        "cases, groups or patterns, without those after a ! (default: all)"},
       {"solvers", "LIST", FLESH_OPTION_TEXT, &asked.solvers,
        "default, kinsol-line-search, plain, always-projected, never-projected, clamped, absolute,\n"
-       "                         trust-region, no-untangling or all (default: default)"},
+       "                         trust-region or all; without-TECHNIQUE, as without-watchdog (default: default)"},
       {"elements", "LIST", FLESH_OPTION_TEXT, &asked.elements,
        "tet4, tet10 or tet10-mean; the latter two put nodes on the edges of the same meshes (default: tet4)"},
       {"seeds", "N", FLESH_OPTION_COUNT, &plan.seeds,
@@ -328,8 +347,9 @@ int flesh_command_hardcases(int argc, char **argv)
       {"filters", NULL, FLESH_OPTION_SWITCH, &plan.filters,
        "compare eigenvalue filters in statics by performance profiles, which see"},
       {"shapes", NULL, FLESH_OPTION_SWITCH, &plan.shapes,
-       "put the bodies of --meshes (default 8x4x4) through what any shape can go through; twice the same\n"
-       "                         command goes on where it was"},
+       "put the bodies of --meshes (default 8x4x4) through what any shape can go through; resumes"},
+      {"ablation", NULL, FLESH_OPTION_SWITCH, &plan.ablation,
+       "compare the default with itself without each technique; also with --shapes; resumes"},
       {"meshes", "LIST", FLESH_OPTION_TEXT, &asked.meshes,
        "cells of blocks, as in 8x4x2, or mesh files whose flat face of least x is held, in place of\n"
        "                         the cases' own"},

@@ -24,8 +24,8 @@ enum { OCTAVES = 5, PER_OCTAVE = 16 };
 /* The runs of an element as a table of problems by filters. */
 typedef struct table {
   int problems, ways;
-  flesh_hardcases_solver solvers[FLESH_HARDCASES_NAMED_SOLVERS];
-  const char *names[FLESH_HARDCASES_NAMED_SOLVERS];
+  flesh_hardcases_solver solvers[FLESH_HARDCASES_SOLVER_LIMIT];
+  const char *names[FLESH_HARDCASES_SOLVER_LIMIT];
   const flesh_hardcases_run **first; /* [problems] a run of each */
   const flesh_hardcases_run **runs;  /* [problems*ways], NULL: none */
   double *cost;                      /* [problems*ways] of a measure and the problems that are looked at */
@@ -57,7 +57,7 @@ static int way_of(table *t, flesh_hardcases_solver solver)
 
 static int table_open(table *t, const flesh_hardcases_plan *plan, flesh_element element)
 {
-  enum { WAYS = FLESH_HARDCASES_NAMED_SOLVERS };
+  enum { WAYS = FLESH_HARDCASES_SOLVER_LIMIT };
   const size_t runs = (size_t)plan->run_count;
   *t = (table){.first = calloc(runs, sizeof *t->first),
                .runs = calloc(runs * WAYS, sizeof *t->runs),

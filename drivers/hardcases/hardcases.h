@@ -5,6 +5,7 @@
 
 #include "flesh/body.h"
 #include "flesh/material.h"
+#include "flesh/solver.h"
 #include "shared/longest_step.h"
 #include "shared/options.h"
 #include "shared/pool.h"
@@ -19,12 +20,14 @@ typedef enum flesh_hardcases_solver {
   FLESH_HARDCASES_CLAMPED,          /* the defaults, but projected eigenvalues become zero */
   FLESH_HARDCASES_ABSOLUTE,         /* the defaults, but they become absolute values */
   FLESH_HARDCASES_TRUST_REGION,     /* the defaults, but they become one or the other, in statics too */
-  FLESH_HARDCASES_NO_UNTANGLING,    /* the defaults, but tangles in equilibrium are left as they are */
   FLESH_HARDCASES_SOLVERS,          /* those above: "all" */
   FLESH_HARDCASES_CLAMPED_ALWAYS = FLESH_HARDCASES_SOLVERS, /* every Hessian projected, in one of the three ways */
   FLESH_HARDCASES_ABSOLUTE_ALWAYS,
   FLESH_HARDCASES_TRUST_REGION_ALWAYS,
-  FLESH_HARDCASES_NAMED_SOLVERS
+  FLESH_HARDCASES_NAMED_SOLVERS,
+  /* The defaults without a technique: this plus the number of the technique's bit. */
+  FLESH_HARDCASES_WITHOUT = FLESH_HARDCASES_NAMED_SOLVERS,
+  FLESH_HARDCASES_SOLVER_LIMIT = FLESH_HARDCASES_WITHOUT + 32
 } flesh_hardcases_solver;
 
 /* A mesh that takes the place of the cases' own. */
@@ -111,9 +114,10 @@ typedef struct flesh_hardcases_plan {
   const char *out;
   flesh_ranks *ranks; /* that share out the runs; NULL: none */
   int quick, jobs;    /* jobs: at a time, on each rank */
-  int filters; /* compares eigenvalue filters */
-  int shapes;  /* puts the bodies of --meshes through the cases that any shape can go through */
-  /* Runs of both are kept, and taken up again. */
+  int filters;  /* compares eigenvalue filters */
+  int shapes;   /* puts the bodies of --meshes through the cases that any shape can go through */
+  int ablation; /* compares the default with itself without each technique */
+  int resumes;  /* runs are kept, and taken up again by the same command: with any of the three */
   double max_seconds; /* per run and phase */
   const flesh_texts *overrides;
   int case_count;
@@ -125,7 +129,10 @@ typedef struct flesh_hardcases_plan {
   flesh_hardcases_run *runs; /* settings x cases x seeds, in this order */
 } flesh_hardcases_plan;
 
+/* "default", "clamped", "without-watchdog", ...; NULL: there is no such solver. */
 const char *flesh_hardcases_solver_name(flesh_hardcases_solver solver);
+/* The technique that the solver goes without; 0: none. */
+flesh_technique flesh_hardcases_left_out(flesh_hardcases_solver solver);
 const char *flesh_hardcases_outcome_name(flesh_hardcases_outcome outcome);
 const char *flesh_hardcases_end_name(flesh_hardcases_end end);
 
@@ -166,6 +173,9 @@ int flesh_hardcases_recall(const flesh_hardcases_plan *plan, flesh_hardcases_run
 /* Of --filters: performance profiles as profiles.csv and profiles.png, the verdicts as verdict.txt and on stdout. */
 int flesh_hardcases_write_filters(const flesh_hardcases_plan *plan);
 int flesh_hardcases_draw_filters(const flesh_hardcases_plan *plan);
+
+/* Of --ablation: what each technique is worth, as ablation.csv, verdict.txt and on stdout. */
+int flesh_hardcases_write_ablation(const flesh_hardcases_plan *plan);
 
 /* hardcases.csv. */
 int flesh_hardcases_write_csv(const flesh_hardcases_plan *plan);

@@ -67,18 +67,22 @@ int flesh_hardcases_take_step(void *data, const char *item)
 int flesh_hardcases_take_solver(void *data, const char *item)
 {
   flesh_hardcases_lists *l = data;
-  const int all = !strcmp(item, "all");
-  for (int s = 0; s < (all ? FLESH_HARDCASES_SOLVERS : FLESH_HARDCASES_NAMED_SOLVERS); s++)
-    if (!strcmp(item, flesh_hardcases_solver_name((flesh_hardcases_solver)s)) || all) {
-      l->solver[l->solvers++] = (flesh_hardcases_solver)s;
-      if (!all) return FLESH_OK;
-    }
-  return all ? FLESH_OK
+  const int all = !strcmp(item, "all"), ablation = !strcmp(item, "ablation");
+  for (int s = 0; s < FLESH_HARDCASES_SOLVER_LIMIT; s++) {
+    const char *name = flesh_hardcases_solver_name((flesh_hardcases_solver)s);
+    const int taken = all        ? s < FLESH_HARDCASES_SOLVERS
+                      : ablation ? s == FLESH_HARDCASES_DEFAULT || flesh_hardcases_left_out((flesh_hardcases_solver)s)
+                                 : name && !strcmp(item, name);
+    if (taken) l->solver[l->solvers++] = (flesh_hardcases_solver)s;
+    if (taken && !all && !ablation) return FLESH_OK;
+  }
+  return all || ablation
+             ? FLESH_OK
              : flesh_fail(FLESH_ERR_ARGUMENT,
-                          "--solvers has '%s'; the solvers are default, kinsol-line-search, plain, "
-                          "always-projected, never-projected, clamped, absolute, trust-region, "
-                          "no-untangling, or all of them: all; and clamped-always, absolute-always, "
-                          "trust-region-always",
+                          "--solvers has '%s'; the solvers are default, kinsol-line-search, plain, always-projected, "
+                          "never-projected, clamped, absolute, trust-region, or all of them: all; clamped-always, "
+                          "absolute-always, trust-region-always; and without-TECHNIQUE, with the techniques of "
+                          "`flesh schema solver`",
                           item);
 }
 

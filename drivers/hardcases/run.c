@@ -209,7 +209,7 @@ static void note(const flesh_hardcases_plan *plan, flesh_hardcases_run *run, int
                crashed > 0 ? strsignal(crashed) : "exit");
   }
   run->outcome = judge(run);
-  if ((plan->filters || plan->shapes) && run->outcome != FLESH_HARDCASES_NOT_RUN) flesh_hardcases_keep(plan, run);
+  if (plan->resumes && run->outcome != FLESH_HARDCASES_NOT_RUN) flesh_hardcases_keep(plan, run);
 }
 
 static void show_progress(const flesh_hardcases_plan *plan, const flesh_hardcases_run *run)
@@ -227,7 +227,7 @@ static void show_progress(const flesh_hardcases_plan *plan, const flesh_hardcase
 static int is_done(void *data, int number)
 {
   flesh_hardcases_plan *plan = data;
-  const int recalled = (plan->filters || plan->shapes) && flesh_hardcases_recall(plan, &plan->runs[number]);
+  const int recalled = plan->resumes && flesh_hardcases_recall(plan, &plan->runs[number]);
   plan->done += recalled;
   return recalled;
 }

@@ -8,6 +8,7 @@
 #include "flesh/status.h"
 #include "base/file.h"
 #include "hardcases/hardcases.h"
+#include "newton/mechanisms.h"
 #include "shared/longest_step.h"
 
 const char *flesh_hardcases_solver_name(flesh_hardcases_solver solver)
@@ -21,12 +22,20 @@ const char *flesh_hardcases_solver_name(flesh_hardcases_solver solver)
       [FLESH_HARDCASES_CLAMPED] = "clamped",
       [FLESH_HARDCASES_ABSOLUTE] = "absolute",
       [FLESH_HARDCASES_TRUST_REGION] = "trust-region",
-      [FLESH_HARDCASES_NO_UNTANGLING] = "no-untangling",
       [FLESH_HARDCASES_CLAMPED_ALWAYS] = "clamped-always",
       [FLESH_HARDCASES_ABSOLUTE_ALWAYS] = "absolute-always",
       [FLESH_HARDCASES_TRUST_REGION_ALWAYS] = "trust-region-always"};
+#define WITHOUT(id, name, doc) "without-" name,
+  static const char *const without[] = {FLESH_MECHANISM_ROWS(WITHOUT) NULL};
   static_assert(sizeof names / sizeof *names == FLESH_HARDCASES_NAMED_SOLVERS, "a name of every solver");
-  return names[solver];
+  if (solver < FLESH_HARDCASES_NAMED_SOLVERS) return names[solver];
+  return flesh_hardcases_left_out(solver) ? without[solver - FLESH_HARDCASES_WITHOUT] : NULL;
+}
+
+flesh_technique flesh_hardcases_left_out(flesh_hardcases_solver solver)
+{
+  const unsigned bit = solver < FLESH_HARDCASES_WITHOUT ? 0 : 1u << (solver - FLESH_HARDCASES_WITHOUT);
+  return (flesh_technique)(bit & FLESH_TECHNIQUES_ALL);
 }
 
 const char *flesh_hardcases_outcome_name(flesh_hardcases_outcome outcome)

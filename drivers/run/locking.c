@@ -147,7 +147,9 @@ static int make_trial(const flesh_scene *scene, flesh_element element, int max_l
   flesh_solver_options options = *flesh_scene_solver(scene);
   options.newton_tolerance = 0.1, options.linear_tolerance = 0.01;
   options.max_newton = 3, options.max_linear = max_linear, options.max_cutbacks = 0;
-  options.techniques = 0;
+  options.techniques &= ~(unsigned)(FLESH_TECHNIQUE_NEGATIVE_CURVATURE | FLESH_TECHNIQUE_LONGER_STEPS |
+                                    FLESH_TECHNIQUE_NONLINEAR_ELIMINATION | FLESH_TECHNIQUE_WATCHDOG |
+                                    FLESH_TECHNIQUE_UNTANGLE);
   options.linear_solver = FLESH_LINEAR_PCG;
   return flesh_integrator_create(t->system, FLESH_METHOD_STATIC, &options, &t->integrator);
 }

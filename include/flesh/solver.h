@@ -21,32 +21,64 @@ typedef enum flesh_line_search {
   FLESH_LINE_SEARCH_RESIDUAL /* KINSOL's own line search on the residual norm */
 } flesh_line_search;
 
-/* Techniques for bodies on which plain Newton steps are slow or that are tangled. */
+/* The mechanisms of a solve and of its recovery, each of which can be switched off (flesh_solver_options.techniques;
+ * `flesh hardcases --ablation` measures what each is worth). flesh_technique_name and _doc have their words. */
 typedef enum flesh_technique {
-  /* A step that lowers the potential more than the quadratic model predicted is lengthened where
-   * few nodes carry the residual, after a cut, or after sixteen filtered ones like it; where few
-   * nodes carry it, PCG then follows the true Hessian downhill along its directions of negative
-   * curvature, in one solve (PCG only, with a filter that is not ALWAYS). A crease or a tet that turns inside
-   * out costs a tenth of the iterations then. */
-  FLESH_TECHNIQUE_NEGATIVE_CURVATURE = 1,
-  /* After a step that lowered the potential otherwise than predicted and left few nodes that carry
-   * the residual (a crease, for instance), these and two rings of neighbours, at most a quarter of
-   * the body, are solved for alone, all others constrained; the solve continues from there if the
-   * potential has fallen. With FLESH_LINE_SEARCH_POTENTIAL only. */
-  FLESH_TECHNIQUE_NONLINEAR_ELIMINATION = 2,
-  /* Where the line search keeps cutting steps because a straight step strains stiff parts that
-   * rotate, a longer step is taken, and one or two Newton steps (counted as such) from there; the
-   * result is accepted if its potential is lower than the cut step's (the watchdog technique of
-   * Chamberlain et al. 1982). With FLESH_LINE_SEARCH_POTENTIAL only. */
-  FLESH_TECHNIQUE_WATCHDOG = 4,
+  /* After a filtered step that was too short, where few nodes carry the residual, PCG follows the true Hessian downhill
+   * along its directions of negative curvature, in one solve (PCG only, with a filter that is not ALWAYS). A crease or
+   * a tet that turns inside out costs a tenth of the iterations then. */
+  FLESH_TECHNIQUE_NEGATIVE_CURVATURE = 1 << 0,
+  /* After a step that lowered the potential otherwise than predicted and left few nodes that carry the residual (a
+   * crease, for instance), these and two rings of neighbours, at most a quarter of the body, are solved for alone, all
+   * others constrained; the solve continues from there if the potential has fallen. With FLESH_LINE_SEARCH_POTENTIAL
+   * only. */
+  FLESH_TECHNIQUE_NONLINEAR_ELIMINATION = 1 << 1,
+  /* Where the line search keeps cutting steps because a straight step strains stiff parts that rotate, a longer step is
+   * taken, and one or two Newton steps (counted as such) from there; the result is accepted if its potential is lower
+   * than the cut step's (the watchdog technique of Chamberlain et al. 1982). With FLESH_LINE_SEARCH_POTENTIAL only. */
+  FLESH_TECHNIQUE_WATCHDOG = 1 << 2,
   /* A body near equilibrium whose tets stay inverted or collapsed, or wind once more around an edge, without a load that
-   * holds them so: the equilibrium of materials that resist changes of volume less (Poisson's ratio 0) is
-   * found from there, and from that the true one, which is kept if its potential is lower; counted in
-   * flesh_solve_stats. A body with residual stress at rest (forms M, C, D), or one that starts in an exact line or
-   * point, may collapse: then nothing is done. */
-  FLESH_TECHNIQUE_UNTANGLE = 8,
-  FLESH_TECHNIQUES_ALL = 15
+   * holds them so: the equilibrium of materials that resist changes of volume less (Poisson's ratio 0) is found from
+   * there, and from that the true one, which is kept if its potential is lower; counted in flesh_solve_stats. A body
+   * with residual stress at rest (forms M, C, D), or one that starts in an exact line or point, may collapse: then
+   * nothing is done. */
+  FLESH_TECHNIQUE_UNTANGLE = 1 << 3,
+  /* A step that lowers the potential more than the quadratic model predicted is lengthened where few nodes carry the
+   * residual, after a cut, or after sixteen filtered ones like it. */
+  FLESH_TECHNIQUE_LONGER_STEPS = 1 << 4,
+  /* A step of a tangled body is solved with materials that resist changes of volume less first. */
+  FLESH_TECHNIQUE_SOFTENED_STEPS = 1 << 5,
+  /* Steps of nearly incompressible tet10-mean are bent to second order in their changes of volume. */
+  FLESH_TECHNIQUE_VOLUME_ARCS = 1 << 6,
+  /* A matrix is kept for further iterations of its stage while it predicts their residuals. */
+  FLESH_TECHNIQUE_KEPT_MATRICES = 1 << 7,
+  /* The same for the first iteration of the stages that follow. */
+  FLESH_TECHNIQUE_MATRICES_ACROSS_STEPS = 1 << 8,
+  /* A preconditioner is kept until its age has cost as many iterations as a new one. */
+  FLESH_TECHNIQUE_KEPT_PRECONDITIONERS = 1 << 9,
+  /* Linear tolerances follow the rate at which residuals fall (Eisenstat & Walker 1996, choice 2). */
+  FLESH_TECHNIQUE_FORCING_TERMS = 1 << 10,
+  /* The first linear solve of a stage goes so deep that its matrix serves once more. */
+  FLESH_TECHNIQUE_FIRST_FORCING_TERM = 1 << 11,
+  /* Linear solves use a matrix in single precision where inertia hides its round-off. */
+  FLESH_TECHNIQUE_SINGLE_PRECISION = 1 << 12,
+  /* Where the first residual is larger than all forces at the solution, the target is relative to these. */
+  FLESH_TECHNIQUE_BALANCED_TARGET = 1 << 13,
+  /* Where round-off hides the decrease of the potential, slopes judge a step (Hager & Zhang 2005). */
+  FLESH_TECHNIQUE_APPROXIMATE_WOLFE = 1 << 14,
+  /* Where PCG does not converge, a sparse factorisation solves, unless it costs more. */
+  FLESH_TECHNIQUE_DIRECT_FALLBACK = 1 << 15,
+  /* The first iterate of a step continues the steps before it. */
+  FLESH_TECHNIQUE_EXTRAPOLATION = 1 << 16,
+  /* The first iterate of a free body continues its rigid motion. */
+  FLESH_TECHNIQUE_RIGID_GUESS = 1 << 17,
+  FLESH_TECHNIQUES_ALL = (1 << 18) - 1
 } flesh_technique;
+
+/* "watchdog", as in a scene's list `techniques`; NULL where `technique` is not one of the enum's single bits. */
+FLESH_API const char *flesh_technique_name(flesh_technique technique);
+/* What it does, in a few words without a full stop; NULL likewise. */
+FLESH_API const char *flesh_technique_doc(flesh_technique technique);
 
 typedef struct flesh_solver_options {
   /* Converged when ||r||_2 over the free dofs <= newton_tolerance * max(||applied load||,

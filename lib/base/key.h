@@ -57,7 +57,7 @@ typedef struct flesh_key {
   const char *doc;
   const char *const *choices; /* NULL-terminated, FLESH_KEY_CHOICE and FLESH_KEY_SET */
   const char *const *aliases; /* other words for the choices, in their order; NULL: none */
-  int may_be_empty;           /* FLESH_KEY_SET: [] is valid, and written */
+  int may_be_all; /* FLESH_KEY_SET: [] is valid and written, [all] is every choice, [-a, -b] all but these */
   const struct flesh_key *children;
   size_t child_size;
   const struct flesh_key_list *list; /* FLESH_KEY_EFFECTS: how the list is read and written (scene/keys.h) */

@@ -9,6 +9,7 @@
 #include "base/huge_pages.h"
 #include "base/memory.h"
 #include "effect/effect.h"
+#include "newton/mechanisms.h"
 #include "system/feasible_step.h"
 
 /* Sufficient decrease of Armijo; Nocedal & Wright 2006, section 3.1. */
@@ -157,7 +158,8 @@ static verdict judge(flesh_search *self, line *line)
    * Wolfe condition of Hager & Zhang 2005). Below their last digit they say nothing. */
   const double unseen =
       -slope < 1e-16 * line->magnitude ? fmax(line->round_off, 1e-8 * line->magnitude) : line->round_off;
-  if (-slope <= line->round_off && line->value <= line->start + unseen &&
+  if (flesh_uses(self->options, FLESH_TECHNIQUE_APPROXIMATE_WOLFE) && -slope <= line->round_off &&
+      line->value <= line->start + unseen &&
       !flesh_equations_residual(self->equations, self->trial, self->work) &&
       dot(self, self->work, line->p) <= -(1 - 2 * decrease) * line->slope)
     return ACCEPTED;
@@ -179,11 +181,11 @@ static void accept(flesh_search *self, line *line, flesh_direction_kind kind, in
   /* By the quadratic model, at its minimum. */
   const double predicted = -line->length * line->slope / 2;
   const int significant = predicted > 10 * line->round_off;
-  const int too_short = (self->options->techniques & FLESH_TECHNIQUE_NEGATIVE_CURVATURE) && significant &&
-                        line->start - line->value > 1.2 * predicted;
+  const int too_short = significant && line->start - line->value > 1.2 * predicted;
   const int locally = too_short && flesh_is_local(self->equations, line->r);
   self->short_filtered = too_short && filtered && line->length == line->first ? self->short_filtered + 1 : 0;
-  if (locally || self->short_filtered > MANY_SHORT) lengthen(self, line, INFINITY);
+  if (!flesh_uses(self->options, FLESH_TECHNIQUE_LONGER_STEPS)) self->short_filtered = 0;
+  else if (locally || self->short_filtered > MANY_SHORT) lengthen(self, line, INFINITY);
   else if (too_short && line->length < line->first) lengthen(self, line, line->refused);
   const double length = line->length, actual = line->start - line->value;
   self->shortened = length < line->first;

@@ -8,9 +8,15 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "base/team.h"
+#include "newton/mechanisms.h"
 
 /* What a new preconditioner costs, in iterations: as many excess ones of an old one are accepted before it is made. */
 enum { NEW_ONE = 6 };
+
+static int uses(const flesh_matrix_policy *self, flesh_technique technique)
+{
+  return flesh_uses(self->direction->options, technique);
+}
 
 /* How far stiff rows may turn before the preconditioner is made anew. */
 static const double TURNED = 0.1;
@@ -101,7 +107,9 @@ int flesh_matrix_policy_keep(flesh_matrix_policy *self, int usable, const double
   const double before = self->smallest_norm, norm = flesh_norm(self->equations->threads, self->equations->n, r);
   if (!usable || !(norm > 0)) return 0;
   if (!(before > 0)) {
-    if (!drifts_little(self, norm)) return 0;
+    if (!uses(self, FLESH_TECHNIQUE_MATRICES_ACROSS_STEPS) || !drifts_little(self, norm)) return 0;
+  } else if (!uses(self, FLESH_TECHNIQUE_KEPT_MATRICES)) {
+    return 0;
   } else if (self->equations->is_frozen) {
     /* What was not predicted is mostly that the frozen state has moved: another matrix would not predict it either. */
     if (!(norm < 0.1 * before)) return 0;
@@ -158,7 +166,8 @@ static int may_be_rounded(const flesh_matrix_policy *self)
 int flesh_matrix_policy_refresh(flesh_matrix_policy *self)
 {
   self->prepared_for = self->equations->stage.shift;
-  return flesh_direction_factor(self->direction, self->inertia && may_be_rounded(self));
+  const int single = uses(self, FLESH_TECHNIQUE_SINGLE_PRECISION) && self->inertia && may_be_rounded(self);
+  return flesh_direction_factor(self->direction, single);
 }
 
 int flesh_matrix_policy_prepare(flesh_matrix_policy *self)
@@ -166,6 +175,7 @@ int flesh_matrix_policy_prepare(flesh_matrix_policy *self)
   const flesh_direction *direction = self->direction;
   const double *per_decade = direction->iterations_per_decade;
   if (direction->direct && self->kept) return FLESH_OK;
+  if (!self->kept && !uses(self, FLESH_TECHNIQUE_KEPT_PRECONDITIONERS)) return flesh_matrix_policy_refresh(self);
   if (direction->preconditioner && direction->linear->preconditioner_turned(direction->preconditioner) > TURNED)
     return flesh_matrix_policy_refresh(self);
   if (!self->kept && flesh_direction_stiffened(direction) >= NEW_ONE)
@@ -197,8 +207,10 @@ double flesh_matrix_policy_tolerance(flesh_matrix_policy *self, double norm, dou
   const double before = self->smallest_norm, rate = norm / before, least = 0.5 * self->target;
   if (!(before > 0) || norm < before) self->smallest_norm = norm;
   if (self->target == 0) return tolerance;
-  if (!(before > 0)) return fmax(least, first_forcing(self, norm, tolerance));
-  if (self->kept) return fmax(least, KEPT_DEPTH * self->predicted_error);
+  if (!(before > 0) && uses(self, FLESH_TECHNIQUE_FIRST_FORCING_TERM))
+    return fmax(least, first_forcing(self, norm, tolerance));
+  if (before > 0 && self->kept) return fmax(least, KEPT_DEPTH * self->predicted_error);
+  if (!(before > 0) || !uses(self, FLESH_TECHNIQUE_FORCING_TERMS)) return fmax(least, tolerance);
   const double expected = 0.9 * rate * rate * norm;
   return expected < 20 * least ? least : fmin(tolerance, expected);
 }

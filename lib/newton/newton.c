@@ -8,6 +8,7 @@
 #include "base/huge_pages.h"
 #include "base/memory.h"
 #include "effect/effect.h"
+#include "newton/mechanisms.h"
 #include "system/ranks.h"
 
 /* What an iteration does next. */
@@ -120,7 +121,8 @@ static event solve_directly(flesh_newton *self, iteration *it)
   it->kind = direction->filter == FLESH_FILTER_NONE ? FLESH_DIRECTION_NEWTON : FLESH_DIRECTION_FILTERED;
   self->negative_curvature = 0;
   it->status = FLESH_NOT_CONVERGED;
-  if (direction->fallback_state != FLESH_FALLBACK_TOO_EXPENSIVE)
+  if (direction->fallback_state != FLESH_FALLBACK_TOO_EXPENSIVE &&
+      flesh_uses(&self->options, FLESH_TECHNIQUE_DIRECT_FALLBACK))
     it->status = flesh_direction_solve_directly(direction, it->b, it->p);
   if (it->status == FLESH_NOT_CONVERGED) return direction->iterations > 0 ? UNSOLVED : ERROR;
   return !it->status ? DONE : it->status == FLESH_NOT_POSITIVE ? INDEFINITE : ERROR;
@@ -130,7 +132,7 @@ static event solve_directly(flesh_newton *self, iteration *it)
  * followed had to be cut. From there on they crawl, where tets are stiff against changes of volume. */
 static int choose_follow(const flesh_newton *self, const iteration *it)
 {
-  if (filters_always(self)) return 0;
+  if (filters_always(self) || !flesh_uses(&self->options, FLESH_TECHNIQUE_NEGATIVE_CURVATURE)) return 0;
   if (it->kind == FLESH_DIRECTION_FILTERED) return it->found.too_short_locally;
   return self->follow_curvature && !(it->kind == FLESH_DIRECTION_NEGATIVE_CURVATURE && it->found.length < 1);
 }
@@ -213,7 +215,7 @@ int flesh_newton_eliminates(const flesh_system *system, const flesh_solver_optio
   for (int k = 0; k < flesh_system_effect_count(system); k++)
     sums |= flesh_effect_shortcuts_of(flesh_system_effect(system, k))->restrict_to_cells != NULL;
   return sums && options->line_search == FLESH_LINE_SEARCH_POTENTIAL &&
-         (options->techniques & FLESH_TECHNIQUE_NONLINEAR_ELIMINATION);
+         flesh_uses(options, FLESH_TECHNIQUE_NONLINEAR_ELIMINATION);
 }
 
 /* What ranks share out yet: conjugate gradients with a preconditioner of each. */

@@ -4,6 +4,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "newton/mechanisms.h"
+
 /* Takes the guess for the free dofs where that has the lower potential. */
 static void try_guess(flesh_newton *newton, const double *guess, double *u)
 {
@@ -103,7 +105,7 @@ static double tolerance_of(const flesh_newton *newton)
 static int may_sharpen(const flesh_newton *newton)
 {
   const flesh_stage *stage = &newton->equations.stage;
-  return !(newton->given_target > 0) && !(stage->softened && stage->shift.a == 0);
+  return flesh_uses(&newton->options, FLESH_TECHNIQUE_BALANCED_TARGET) && !(newton->given_target > 0) && !(stage->softened && stage->shift.a == 0);
 }
 
 /* Iterates to the target that the first iterate's residual and load set, and on as long as the forces that balance each

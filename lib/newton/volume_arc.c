@@ -13,6 +13,7 @@
 #include "base/huge_pages.h"
 #include "base/memory.h"
 #include "newton/line_search.h"
+#include "newton/mechanisms.h"
 
 enum { LENGTHS = 5, CORRECTIONS = 12 };
 
@@ -29,7 +30,7 @@ static const double DECREASE = 1e-4;
 int flesh_volume_arc_init(flesh_equations *equations, flesh_direction *direction, flesh_volume_arc *self)
 {
   *self = (flesh_volume_arc){.equations = equations, .direction = direction};
-  if (!direction->rows.nodes_per_row) return FLESH_OK;
+  if (!direction->rows.nodes_per_row || !flesh_uses(direction->options, FLESH_TECHNIQUE_VOLUME_ARCS)) return FLESH_OK;
   const size_t count = (size_t)direction->rows.count, n = (size_t)equations->n;
   self->trial = direction->rows;
   self->trial.values = flesh_huge_pages_calloc((3 * count * (size_t)self->trial.nodes_per_row + 1) * sizeof(float));

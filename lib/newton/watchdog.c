@@ -6,6 +6,7 @@
 #include <math.h>
 
 #include "newton/accelerators.h"
+#include "newton/mechanisms.h"
 
 enum { RETURNS = 2, LONGEST_PAUSE = 8 };
 /* A step cut to less is worth it; the first goes so many times as far; the residual there at least so many times as
@@ -49,7 +50,7 @@ static int propose(flesh_accelerators *self, const flesh_accepted_step *step)
   const int n = equations->n;
   const double cut = step->cut, *u = step->u, *p = step->p;
   double *b = self->work, *to = self->work + n;
-  if (!(self->options->techniques & FLESH_TECHNIQUE_WATCHDOG) || !self->services.newton_step) return 0;
+  if (!flesh_uses(self->options, FLESH_TECHNIQUE_WATCHDOG) || !self->services.newton_step) return 0;
   if (!(cut < worth) || step->kind == FLESH_DIRECTION_NEGATIVE_CURVATURE || ++self->watchdog.cuts < 2) return 0;
   if (self->watchdog.pause > 0) {
     self->watchdog.pause--;

@@ -97,6 +97,7 @@ const char *flesh_key_expectation(const flesh_key *key, char text[FLESH_EXPECTAT
     SAY(key->type == FLESH_KEY_SET ? "a list of some of" : "one of");
     for (const char *const *choice = key->choices; *choice && strlen(text) < most; choice++)
       SAY("%s %s", choice == key->choices ? "" : ",", *choice);
+    if (key->may_be_all) SAY("; [all], or [-%s] for all but that", *key->choices);
     break;
   case FLESH_KEY_TEXT:
     SAY("text");
@@ -244,14 +245,27 @@ static int read_choice(const flesh_key *key, const flesh_node *node, int *value)
   return 0;
 }
 
+/* Every choice of a set. */
+static unsigned all_of(const flesh_key *key)
+{
+  unsigned all = 0;
+  for (int k = 0; key->choices[k]; k++) all |= 1u << k;
+  return all;
+}
+
 static int read_set(const flesh_key *key, const flesh_node *node, unsigned *set)
 {
-  if (node->kind != FLESH_NODE_LIST || (!node->count && !key->may_be_empty)) return 0;
+  if (node->kind != FLESH_NODE_LIST || (!node->count && !key->may_be_all)) return 0;
   *set = 0;
   for (const flesh_node *child = node->first; child; child = child->next) {
+    const int scalar = key->may_be_all && child->kind == FLESH_NODE_SCALAR, leaves_out = scalar && *child->text == '-';
+    flesh_node item = *child;
     int choice;
-    if (!read_choice(key, child, &choice)) return 0;
-    *set |= 1u << choice;
+    if (leaves_out) item.text++;
+    if (scalar && (!strcmp(child->text, "all") || (leaves_out && child == node->first))) *set = all_of(key);
+    if (scalar && !strcmp(child->text, "all")) continue;
+    if (!read_choice(key, &item, &choice)) return 0;
+    *set = leaves_out ? *set & ~(1u << choice) : *set | 1u << choice;
   }
   return 1;
 }

@@ -28,7 +28,7 @@ static int value_absent(const flesh_key *key, const void *value)
   case FLESH_KEY_TREE:
     return !*(const flesh_node *const *)value;
   case FLESH_KEY_SET:
-    return !*(const unsigned *)value && !key->may_be_empty;
+    return !*(const unsigned *)value && !key->may_be_all;
   case FLESH_KEY_INTEGERS:
     return !((const flesh_integers *)value)->count;
   case FLESH_KEY_OBJECTS:
@@ -102,13 +102,17 @@ static void write_path(const char *path, flesh_text *text)
   free(whole);
 }
 
-static void write_set(const char *const *choices, unsigned set, flesh_text *text)
+/* Its choices; where it may be all, "[all]", or what is left out where that is less than half of the choices. */
+static void write_set(const flesh_key *key, unsigned set, flesh_text *text)
 {
   const char *before = "";
-  flesh_text_print(text, "[");
-  for (int k = 0; choices[k]; k++) {
-    if (!(set & 1u << k)) continue;
-    flesh_text_print(text, "%s%s", before, choices[k]);
+  int there = 0, count = 0;
+  while (key->choices[count]) there += set >> count++ & 1;
+  const int leaves_out = key->may_be_all && 2 * there > count;
+  flesh_text_print(text, leaves_out && there == count ? "[all" : "[");
+  for (int k = 0; k < count; k++) {
+    if ((set >> k & 1) == (unsigned)leaves_out) continue;
+    flesh_text_print(text, "%s%s%s", before, leaves_out ? "-" : "", key->choices[k]);
     before = ", ";
   }
   flesh_text_print(text, "]");
@@ -165,7 +169,7 @@ static void write_value(const flesh_key *key, const void *value, int indent, fle
     write_path(*(char *const *)value, text);
     break;
   case FLESH_KEY_SET:
-    write_set(key->choices, *(const unsigned *)value, text);
+    write_set(key, *(const unsigned *)value, text);
     break;
   case FLESH_KEY_INTEGERS:
     write_integers(value, indent, text);

@@ -74,6 +74,9 @@ static void write_choices(const flesh_key *key, flesh_text *text)
     if (choice != key->choices) flesh_text_print(text, ", ");
     flesh_text_quote(text, *choice);
   }
+  if (key->may_be_all) flesh_text_print(text, ", \"all\"");
+  for (const char *const *choice = key->choices; key->may_be_all && *choice; choice++)
+    flesh_text_print(text, ", \"-%s\"", *choice);
   for (const char *const *alias = key->aliases; alias && *alias; alias++) {
     flesh_text_print(text, ", ");
     flesh_text_quote(text, *alias);
@@ -201,7 +204,7 @@ static void write_key(flesh_arena *arena, const flesh_key *key, int indent, fles
     flesh_text_print(text, "}");
     break;
   case FLESH_KEY_SET:
-    flesh_text_print(text, "\"type\": \"array\", \"minItems\": %d, \"items\": {", !key->may_be_empty);
+    flesh_text_print(text, "\"type\": \"array\", \"minItems\": %d, \"items\": {", !key->may_be_all);
     write_choices(key, text);
     flesh_text_print(text, "}");
     break;

@@ -5,6 +5,10 @@
 #include <stddef.h>
 
 #include "linear/preconditioner.h"
+#include "newton/mechanisms.h"
+
+/* "name: doc; " of a mechanism. */
+#define DOC(id, name, doc) name ": " doc "; "
 
 /* Choices are read as int into fields of enum type. */
 static_assert(sizeof(flesh_linear_solver) == sizeof(int), "enums must have the size of int");
@@ -17,9 +21,6 @@ static const char *const eigenvalue_filters[] = {"none", "clamp", "absolute", "t
                                                  "clamp-always", "absolute-always", "trust-region-always", NULL};
 static_assert(sizeof eigenvalue_filters / sizeof *eigenvalue_filters == FLESH_FILTER_TRUST_REGION_ALWAYS + 2,
               "a name of every filter");
-/* In the order of the bits FLESH_TECHNIQUE_NEGATIVE_CURVATURE... */
-static const char *const techniques[] = {"negative_curvature", "nonlinear_elimination", "watchdog", "untangle", NULL};
-static_assert(1 << (sizeof techniques / sizeof *techniques - 1) == FLESH_TECHNIQUES_ALL + 1, "a name of every technique");
 static const char *const line_searches[] = {"potential", "none", "residual", NULL};
 static_assert(sizeof line_searches / sizeof *line_searches == FLESH_LINE_SEARCH_RESIDUAL + 2, "a name of every search");
 
@@ -104,20 +105,11 @@ const flesh_key flesh_solver_table[] = {
     {.name = "techniques",
      .type = FLESH_KEY_SET,
      .offset = offsetof(flesh_solver_options, techniques),
-     .choices = techniques,
-     .may_be_empty = 1,
-     .default_value = "[negative_curvature, nonlinear_elimination, watchdog, untangle]",
-     .doc = "techniques for bodies on which plain Newton steps are slow or that are tangled; [] for none. "
-            "negative_curvature: steps that prove too short are lengthened where few nodes carry the residual (a "
-            "crease, a tet that turns inside out), after a cut, or after many such steps; and where few nodes carry "
-            "it, with pcg and a filter that is not -always, the true Hessian is followed downhill along negative "
-            "curvature. nonlinear_elimination: after a step that was not predicted and left few nodes that carry the "
-            "residual, these and their neighbours are solved for alone (line_search: potential). watchdog: where "
-            "straight steps strain stiff parts that rotate, and are cut, a longer one is tried, with Newton steps "
-            "from there; taken if the potential ends lower (line_search: potential). untangle: where tets "
-            "rest inverted, collapsed or wound once more around an edge, though no load holds them so, the "
-            "equilibrium of softer materials is found from there, and from that the true one; kept if its potential "
-            "is lower (counted in the results)"},
+     .choices = flesh_mechanism_names,
+     .may_be_all = 1,
+     .default_value = "[all]",
+     .doc = "which mechanisms of a solve are on. " FLESH_MECHANISM_ROWS(DOC) "[]: none; [-watchdog]: all but the "
+            "watchdog"},
     {.name = "accept_unconverged",
      .type = FLESH_KEY_BOOLEAN,
      .offset = offsetof(flesh_solver_options, accept_unconverged),

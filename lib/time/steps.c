@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "newton/mechanisms.h"
 #include "time/integrator.h"
 #include "system/feasible_step.h"
 #include "time/step_energy.h"
@@ -105,12 +106,13 @@ static void make_guesses(flesh_integrator *self, const flesh_method_row *row, co
   double holds = flesh_system_holds(self->system, stage->t); /* on any rank */
   int count = 0;
   flesh_team_largest(self->team, 1, &holds);
-  if (flesh_extrapolation_guess(&self->extrapolation, state, h, self->guess)) {
+  if (flesh_uses(&self->options, FLESH_TECHNIQUE_EXTRAPOLATION) &&
+      flesh_extrapolation_guess(&self->extrapolation, state, h, self->guess)) {
     flesh_nonlinear_go_on(self->nonlinear);
     guesses[count++] = self->guess;
   }
   if (holds > 0 && self->constrained) flesh_system_fixed(self->system, stage->t, self->constrained);
-  if (!(holds > 0 && !self->constrained) &&
+  if (flesh_uses(&self->options, FLESH_TECHNIQUE_RIGID_GUESS) && !(holds > 0 && !self->constrained) &&
       flesh_rigid_guess(&self->parts, holds > 0 ? self->constrained : NULL, state, h, nearest, self->rigid))
     guesses[count++] = self->rigid;
   guesses[count] = NULL;
@@ -160,7 +162,8 @@ static void finish_part(flesh_integrator *self, const flesh_method_row *row, con
 /* Whether a solve goes through softer materials first. What has no energy at the start fails as it is. */
 static int begins_softer(flesh_integrator *self, const flesh_state *state)
 {
-  return flesh_recovery_is_tangled(&self->recovery, state->x) && self->watch.known &&
+  return flesh_uses(&self->options, FLESH_TECHNIQUE_SOFTENED_STEPS) &&
+         flesh_recovery_is_tangled(&self->recovery, state->x) && self->watch.known &&
          self->options.line_search == FLESH_LINE_SEARCH_POTENTIAL;
 }
 

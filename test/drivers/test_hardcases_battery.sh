@@ -95,7 +95,7 @@ statics_reach_their_tolerance() {
 
 # By the solver alone: all at 0.3. What each promise rests on, taken away.
 without_untangling_scrambled_bodies_may_stay_tangled() {
-  battery --energies S,E --poisson 0.3,0.49 --cases scramble,mirrored --seeds 6 --solvers no-untangling &&
+  battery --energies S,E --poisson 0.3,0.49 --cases scramble,mirrored --seeds 6 --solvers without-untangle &&
     none "(v[\"poisson\"] == 0.3 || v[\"case\"] == \"mirrored\") && !($good)" &&
     some 'v["outcome"] == "stressed at rest" && v["end_is"] == "minimum"'
 }

@@ -110,7 +110,7 @@ static void steps_that_fall_short_are_lengthened(void)
   double end;
   CHECK_OK(solve(&unlimited, &s, &options, &with, &end));
   CHECK_BELOW(fabs(end), 0.0101);
-  options.techniques &= ~(unsigned)FLESH_TECHNIQUE_NEGATIVE_CURVATURE;
+  options.techniques &= ~(unsigned)FLESH_TECHNIQUE_LONGER_STEPS;
   CHECK_OK(solve(&unlimited, &s, &options, &without, &end));
   CHECK_BELOW(fabs(end), 0.0101);
   printf("# %d and %d iterations\n", with.newton, without.newton);

@@ -44,7 +44,8 @@ static inline swing_cost swing_run(const swing *s)
   CHECK_OK(test_body_clamp(&b, 1e-9));
   CHECK_OK(flesh_system_finalize(b.system));
   flesh_solver_options_default(&options);
-  if (!s->follow) options.techniques &= ~(unsigned)FLESH_TECHNIQUE_NEGATIVE_CURVATURE;
+  if (!s->follow)
+    options.techniques &= ~(unsigned)(FLESH_TECHNIQUE_NEGATIVE_CURVATURE | FLESH_TECHNIQUE_LONGER_STEPS);
   if (!s->eliminate) options.techniques &= ~(unsigned)FLESH_TECHNIQUE_NONLINEAR_ELIMINATION;
   if (s->enough) options.max_newton = s->enough, options.accept_unconverged = 1;
   CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));

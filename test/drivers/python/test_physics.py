@@ -308,7 +308,7 @@ def test_options_are_checked(system):
     options = flesh.SolverOptions(linear_solver="klu", threads=2)
     assert options.linear_solver == "klu" and flesh.SolverOptions().linear_solver == "pcg"
     assert flesh.SolverOptions().preconditioner == "auto" and flesh.SolverOptions(preconditioner="two-level")
-    assert set(options.techniques) == {"negative_curvature", "nonlinear_elimination", "watchdog", "untangle"}
+    assert {"negative_curvature", "nonlinear_elimination", "watchdog", "untangle"} < set(options.techniques)
     options.techniques = ["watchdog", "untangle"]
     assert options.techniques == ("watchdog", "untangle") and options._struct.techniques == 12
     options.techniques = ()

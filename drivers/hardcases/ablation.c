@@ -1,0 +1,193 @@
+/* ablation.c: what each technique of the solver is worth, from runs with and without it. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "base/file.h"
+#include "hardcases/hardcases.h"
+
+/* A technique earns its place where it saves a run, or this part of a set's Newton iterations or of its CPU time. Times
+ * of sets of few seconds say nothing. */
+static const double worth = 0.05, least_seconds = 2;
+
+/* Runs that are compared with each other: an element, a Poisson's ratio and a group of cases. */
+typedef struct set {
+  flesh_element element;
+  double poisson;
+  const char *group;
+} set;
+
+/* Sums over the runs of a set that pass both with the default and without the technique, and the runs that do not. */
+typedef struct sums {
+  int runs, failed[2]; /* by the default; without the technique */
+  double newton[2], linear[2], cpu[2];
+} sums;
+
+static double poisson_of(const flesh_hardcases_run *r)
+{
+  return r->row->poisson > 0 ? r->row->poisson : r->setting->poisson;
+}
+
+static int is_of(const flesh_hardcases_run *r, const set *s)
+{
+  return r->setting->element == s->element && poisson_of(r) == s->poisson && !strcmp(r->row->group, s->group);
+}
+
+static int passes(const flesh_hardcases_run *r) { return r->outcome <= FLESH_HARDCASES_EQUILIBRIUM; }
+
+static int is_same_problem(const flesh_hardcases_run *a, const flesh_hardcases_run *b)
+{
+  const flesh_hardcases_setting *s = a->setting, *t = b->setting;
+  return a->row == b->row && a->seed == b->seed && s->poisson == t->poisson && s->step == t->step &&
+         s->energy == t->energy && s->constants == t->constants && s->element == t->element && s->body == t->body;
+}
+
+/* The run of the same problem by another solver; NULL where it was not run. */
+static const flesh_hardcases_run *counterpart(const flesh_hardcases_plan *plan, const flesh_hardcases_run *run,
+                                              flesh_hardcases_solver solver)
+{
+  for (int k = 0; k < plan->run_count; k++) {
+    const flesh_hardcases_run *r = &plan->runs[k];
+    if (r->setting->solver == solver && r->outcome != FLESH_HARDCASES_NOT_RUN && is_same_problem(r, run)) return r;
+  }
+  return NULL;
+}
+
+static void add(sums *total, const flesh_hardcases_run *with, const flesh_hardcases_run *without)
+{
+  const flesh_hardcases_run *both[] = {with, without};
+  total->runs++;
+  for (int w = 0; w < 2; w++) total->failed[w] += !passes(both[w]);
+  for (int w = 0; w < 2 && passes(with) && passes(without); w++) {
+    total->newton[w] += (double)both[w]->figures.newton;
+    total->linear[w] += (double)both[w]->figures.linear;
+    total->cpu[w] += both[w]->figures.cpu_s;
+  }
+}
+
+/* NULL for `s`: all runs. */
+static sums sums_of(const flesh_hardcases_plan *plan, const set *s, flesh_hardcases_solver solver)
+{
+  sums total = {0};
+  for (int k = 0; k < plan->run_count; k++) {
+    const flesh_hardcases_run *r = &plan->runs[k];
+    if (r->setting->solver != FLESH_HARDCASES_DEFAULT || r->outcome == FLESH_HARDCASES_NOT_RUN) continue;
+    if (s && !is_of(r, s)) continue;
+    const flesh_hardcases_run *without = counterpart(plan, r, solver);
+    if (without) add(&total, r, without);
+  }
+  return total;
+}
+
+/* The sets that the plan has, in the order of its runs. Returns new; NULL: no memory. */
+static set *find_sets(const flesh_hardcases_plan *plan, int *count)
+{
+  set *sets = malloc(sizeof *sets * (size_t)(plan->run_count + 1));
+  *count = 0;
+  for (int k = 0; sets && k < plan->run_count; k++) {
+    const flesh_hardcases_run *r = &plan->runs[k];
+    int known = 0;
+    for (int s = 0; s < *count && !known; s++) known = is_of(r, &sets[s]);
+    if (!known) sets[(*count)++] = (set){r->setting->element, poisson_of(r), r->row->group};
+  }
+  return sets;
+}
+
+/* By how much more the sums without the technique are; NaN where there are none. */
+static double excess(const double sums[2]) { return sums[0] > 0 ? sums[1] / sums[0] - 1 : NAN; }
+
+static void percent(double value, char text[16])
+{
+  if (isnan(value)) snprintf(text, 16, "-");
+  else snprintf(text, 16, "%+.1f %%", 100 * value);
+}
+
+#define SAY(...)                                                                                                       \
+  do {                                                                                                                 \
+    printf(__VA_ARGS__);                                                                                               \
+    fprintf(stream, __VA_ARGS__);                                                                                      \
+  } while (0)
+
+/* A row of the table: the changes over all runs, and the set in which the technique saves most. */
+static void say_technique(const flesh_hardcases_plan *plan, const set *sets, int count, flesh_hardcases_solver solver,
+                          FILE *stream)
+{
+  const sums all = sums_of(plan, NULL, solver);
+  double most = -INFINITY;
+  int best = -1;
+  for (int s = 0; s < count; s++) {
+    const sums part = sums_of(plan, &sets[s], solver);
+    const double saved = fmax(excess(part.newton), part.cpu[0] >= least_seconds ? excess(part.cpu) : NAN);
+    if (saved > most) most = saved, best = s;
+  }
+  char newton[16], linear[16], cpu[16];
+  percent(excess(all.newton), newton);
+  percent(excess(all.linear), linear);
+  percent(excess(all.cpu), cpu);
+  SAY("| %s | %d, %d | %s | %s | %s |", flesh_technique_name(flesh_hardcases_left_out(solver)), all.failed[0],
+      all.failed[1], newton, linear, cpu);
+  if (best >= 0) {
+    percent(most, cpu);
+    SAY(" %s (%s, %g, %s) |", cpu, flesh_element_name(sets[best].element), sets[best].poisson, sets[best].group);
+  } else {
+    SAY(" - |");
+  }
+  SAY(" %s |\n", all.failed[1] > all.failed[0] || most >= worth ? "yes" : "no");
+}
+
+static int write_sets(const flesh_hardcases_plan *plan, const set *sets, int count)
+{
+  char path[1400];
+  flesh_file file;
+  snprintf(path, sizeof path, "%s/ablation.csv", plan->out);
+  int status = flesh_file_open(path, &file);
+  if (status) return status;
+  FILE *stream = file.stream;
+  fputs("technique,element,poisson,group,runs,failed_default,failed_without,newton_default,newton_without,"
+        "linear_default,linear_without,cpu_s_default,cpu_s_without\n",
+        stream);
+  for (int k = FLESH_HARDCASES_WITHOUT; flesh_hardcases_left_out((flesh_hardcases_solver)k); k++)
+    for (int s = 0; s < count; s++) {
+      const sums t = sums_of(plan, &sets[s], (flesh_hardcases_solver)k);
+      fprintf(stream, "%s,%s,%g,%s,%d,%d,%d,%.0f,%.0f,%.0f,%.0f,%.3f,%.3f\n",
+              flesh_technique_name(flesh_hardcases_left_out((flesh_hardcases_solver)k)), flesh_element_name(sets[s].element),
+              sets[s].poisson, sets[s].group, t.runs, t.failed[0], t.failed[1], t.newton[0], t.newton[1], t.linear[0],
+              t.linear[1], t.cpu[0], t.cpu[1]);
+    }
+  return flesh_file_commit(&file);
+}
+
+static int write_words(const flesh_hardcases_plan *plan, const set *sets, int count)
+{
+  char path[1400];
+  flesh_file file;
+  snprintf(path, sizeof path, "%s/verdict.txt", plan->out);
+  int status = flesh_file_open(path, &file);
+  if (status) return status;
+  FILE *stream = file.stream;
+  const sums all = sums_of(plan, NULL, FLESH_HARDCASES_DEFAULT);
+  SAY("\nThe default: %d runs, %d of them do not come back, %.0f Newton and %.0f linear iterations, %.1f s of CPU\n\n",
+      all.runs, all.failed[0], all.newton[0], all.linear[0], all.cpu[0]);
+  SAY("Changes without each technique, over the runs that come back with and without it. A technique earns its place\n"
+      "where it saves a run, or %.0f %% of the Newton iterations of a set (an element, a Poisson's ratio, a group of\n"
+      "cases), or of its CPU time where that is %g s or more.\n\n",
+      100 * worth, least_seconds);
+  SAY("| without | failed with, without | Newton | linear | CPU | most, in a set | earns its place |\n");
+  SAY("|---|---|---|---|---|---|---|\n");
+  for (int k = FLESH_HARDCASES_WITHOUT; flesh_hardcases_left_out((flesh_hardcases_solver)k); k++)
+    say_technique(plan, sets, count, (flesh_hardcases_solver)k, stream);
+  return flesh_file_commit(&file);
+}
+
+int flesh_hardcases_write_ablation(const flesh_hardcases_plan *plan)
+{
+  int count;
+  set *sets = find_sets(plan, &count);
+  if (!sets) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  int status = write_sets(plan, sets, count);
+  if (!status) status = write_words(plan, sets, count);
+  free(sets);
+  return status;
+}
