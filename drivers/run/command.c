@@ -16,6 +16,7 @@
 #include "shared/pool.h"
 #include "shared/ranks_join.h"
 #include "shared/runner.h"
+#include "shared/running.h"
 #include "shared/table.h"
 
 static const char details[] = "Writes into DIR: history.csv (a row per step), probes.csv (the "
@@ -263,7 +264,7 @@ static int read_and_run(given *g, int argc, char **argv)
       {"resume", "DIR", FLESH_OPTION_TEXT, &g->resume,
        "go on with the run in DIR from its last checkpoint, by as many ranks with the same bits (instead of SCENE)"},
       {"max-seconds", "S", FLESH_OPTION_POSITIVE, &options->max_seconds,
-       "stop in order once S seconds are spent, those before --resume included; a step in flight is given up"},
+       "stop in order once S seconds are spent, with those that reading the scene takes and those before --resume; a step in flight is given up"},
       {"no-frames", NULL, FLESH_OPTION_SWITCH, &options->no_frames, "write no VTU frames"},
       {"profile", NULL, FLESH_OPTION_SWITCH, &options->profile,
        "print each effect's CPU time, beside its calls and memory"},
@@ -277,6 +278,9 @@ static int read_and_run(given *g, int argc, char **argv)
   char *made = NULL; /* a name */
   if (code != FLESH_OPTIONS_GO_ON) return code;
   flesh_interrupt_watch();
+  options->begun = flesh_running_seconds(CLOCK_MONOTONIC);
+  double deadline = options->begun + options->max_seconds;
+  if (options->max_seconds > 0) flesh_scene_set_stop(flesh_interrupt_asked, &deadline);
   if (g->resume) {
     code = take_up(g, &checkpoint, &made, &scene);
   } else {
@@ -288,6 +292,7 @@ static int read_and_run(given *g, int argc, char **argv)
     if (status) code = flesh_ranks_fail(g->ranks, "run", status);
     else if (!options->out) options->out = made = default_folder(argv[1]);
   }
+  flesh_scene_set_stop(flesh_interrupt_asked, NULL); /* the deadline is this function's */
   if (code == FLESH_OPTIONS_GO_ON) code = run_scene(scene, options);
   flesh_checkpoint_close(&checkpoint);
   flesh_scene_destroy(&scene);

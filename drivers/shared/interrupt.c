@@ -3,7 +3,10 @@
 
 #include <errno.h>
 #include <signal.h>
+#include <time.h>
 #include <unistd.h>
+
+#include "flesh/scene.h"
 
 static volatile sig_atomic_t remembered;
 
@@ -30,6 +33,15 @@ void flesh_interrupt_watch(void)
   sigaction(SIGINT, &action, NULL);
   sigaction(SIGTERM, &action, NULL);
   if (hangup.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, NULL); /* not under nohup */
+  flesh_scene_set_stop(flesh_interrupt_asked, NULL);
+}
+
+int flesh_interrupt_asked(void *deadline)
+{
+  struct timespec now;
+  if (remembered) return FLESH_ERR_INTERRUPTED;
+  if (!deadline || clock_gettime(CLOCK_MONOTONIC, &now)) return FLESH_OK;
+  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec > *(double *)deadline ? FLESH_ERR_BUDGET : FLESH_OK;
 }
 
 void flesh_interrupt_adopt(int signal_number)

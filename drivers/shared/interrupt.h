@@ -3,9 +3,12 @@
 #define FLESH_SHARED_INTERRUPT_H
 
 /* From now on the first SIGINT, SIGTERM or SIGHUP (unless ignored, as under nohup) is only
- * remembered; the second one ends the program at once. */
+ * remembered, and ends the reading of a scene; the second one ends the program at once. */
 void flesh_interrupt_watch(void);
 
+/* For flesh_scene_set_stop and in between: FLESH_ERR_INTERRUPTED once a signal is remembered; `deadline`: of
+ * CLOCK_MONOTONIC, s, then FLESH_ERR_BUDGET; NULL: none. */
+int flesh_interrupt_asked(void *deadline);
 /* The remembered signal, or 0. */
 int flesh_interrupt_signal(void);
 /* As if it had come here; where one is remembered, that one stays. 0: nothing. */

@@ -10,6 +10,7 @@
 
 #include "base/error.h"
 #include "shared/help.h"
+#include "shared/interrupt.h"
 
 enum { OPTION_LIMIT = 48, HELP_VALUE = 256 };
 
@@ -33,7 +34,7 @@ int flesh_exit_code(int status)
   case FLESH_ERR_ENERGY:
     return 8;
   case FLESH_ERR_INTERRUPTED:
-    return 130; /* flesh_interrupt_exit_code knows better: 143 for SIGTERM */
+    return flesh_interrupt_exit_code();
   }
   return status > 0 ? 4 : 1;
 }

@@ -258,6 +258,7 @@ static int simulate(flesh_running *r, flesh_figures *figures, flesh_outcome *out
   r->last_step = r->checkpoint.at;
   r->next_word = r->last_step + first_word;
   r->started = r->checkpoint.at - (r->options->resume ? r->options->resume->head.wall_s : 0);
+  r->set_up = r->options->begun > 0 ? r->checkpoint.at - r->options->begun : 0;
   const flesh_system *system = flesh_ranks_system(ranks, r->scene);
   r->observers = observers;
   r->observer_count = count;
@@ -303,7 +304,6 @@ static void note(flesh_outcome *outcome, int status)
   const char *text = flesh_error_text();
   outcome->status = status;
   outcome->exit_code = flesh_exit_code(status);
-  if (status == FLESH_ERR_INTERRUPTED) outcome->exit_code = flesh_interrupt_exit_code();
   snprintf(outcome->message, sizeof outcome->message, "%s",
            !status ? ""
            : *text ? text

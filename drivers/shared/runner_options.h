@@ -11,6 +11,7 @@ typedef struct flesh_runner_options {
   const char *scene_path; /* for the provenance */
   const char *save_state; /* a copy of the last state; NULL: none */
   double max_seconds;     /* 0: no limit */
+  double begun;           /* monotonic seconds, from which on they count; 0: from the first step */
   flesh_checkpoint_times checkpoint;
   struct flesh_checkpoint *resume; /* of `out`, from where the run goes on; NULL: it begins */
   const flesh_ranks *ranks; /* that have shared out the scene; every one runs it. NULL: one process */

@@ -33,6 +33,7 @@ typedef struct flesh_running {
   flesh_part_frames *part_frames; /* of a split mesh, of which each rank writes its part; NULL: none */
   json_t *ranks; /* what result.json says of them */
   double started; /* monotonic seconds */
+  double set_up;  /* s that the command has taken before */
   double last_progress;
   double last_step, next_word; /* monotonic seconds: the last step's end; when a long one is spoken of */
   int step;                    /* the last one taken */

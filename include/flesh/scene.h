@@ -36,6 +36,11 @@ FLESH_API int flesh_scene_read(const char *path, int count, const char *const *o
  * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_FILE, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_scene_read_text(const char *text, const char *path, int count,
                                     const char *const *overrides, flesh_scene **scene);
+/* `stop` is asked while this thread reads scenes, often, so that it must be quick: a negative status ends
+ * flesh_scene_read and flesh_scene_read_text with it. NULL, as at the start: not asked. `data` is borrowed. Cannot
+ * fail. */
+FLESH_API void flesh_scene_set_stop(int (*stop)(void *data), void *data);
+
 /* NULL-safe; sets *scene to NULL. */
 FLESH_API void flesh_scene_destroy(flesh_scene **scene);
 

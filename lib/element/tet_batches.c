@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "base/huge_pages.h"
 #include "base/memory.h"
+#include "base/stop.h"
 #include "element/element.h"
 #include "element/tet_tiles.h"
 #include "material/form.h"
@@ -215,6 +216,7 @@ static int make_group(flesh_tets *self, flesh_tet_group *group, const flesh_body
     found = find_materials(self, group);
     status = found ? take_nodes(self, group, body->mesh, given, tet) : no_memory(tets);
   }
+  if (!status) status = flesh_stop_ask_before((size_t)tets);
   if (!status)
     status = flesh_tiles_create(&group->batches, body->mesh->nodes, group->order.pieces, group->piece_tile);
   if (!status)

@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "base/huge_pages.h"
 #include "base/memory.h"
+#include "base/stop.h"
 
 enum { MOST_NODES = 10, MOST_PAIRS = FLESH_TILE_PAIRS_10 }; /* of a tet, of a tile */
 
@@ -152,13 +153,15 @@ static void list(census *c, int *fresh)
 }
 
 /* Tiles of as many batches of a piece as there is room for. */
-static void cut(const flesh_batches *batches, int pieces, int *piece, census *c, tile_lists *to)
+static int cut(const flesh_batches *batches, int pieces, int *piece, census *c, tile_lists *to)
 {
   const size_t lanes = (size_t)batches->lanes, m = (size_t)batches->nodes_per_tet, pairs = m * (m - 1) / 2;
   to->node_first[0] = to->pair_first[0] = 0;
   for (int p = 0, b = 0; p < pieces; p++) {
     piece[p] = to->count;
     while (b < piece[p + 1]) {
+      const int status = flesh_stop_ask_at(64 * (size_t)to->count + 63); /* tets */
+      if (status) return status;
       const int k = to->count++;
       to->batch[k] = b;
       c->nodes = c->own.count = 0;
@@ -180,6 +183,7 @@ static void cut(const flesh_batches *batches, int pieces, int *piece, census *c,
   }
   piece[pieces] = to->count;
   to->batch[to->count] = batches->count;
+  return FLESH_OK;
 }
 
 /* As little memory as n bytes take. */
@@ -215,6 +219,7 @@ int flesh_tiles_create(flesh_batches *batches, int nodes_of_mesh, int pieces, in
   uint8_t *met = flesh_calloc(mesh + 1, 1);
   const int ok = to.batch && to.node_first && to.node && to.pair_first && to.block && to.fresh && to.degree &&
                  to.star && to.nodes && to.pairs && (to.turned || m == 4) && c && of_nodes && of_pairs && met;
+  int status = ok ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %zu elements", tets);
   if (ok) {
     int last[FLESH_TILE_NODES], before[MOST_PAIRS], second[MOST_PAIRS];
     *c = (census){.number = of_nodes,
@@ -227,7 +232,7 @@ int flesh_tiles_create(flesh_batches *batches, int nodes_of_mesh, int pieces, in
                   .own = {0, last, before, second},
                   .of_mesh = {0, of_nodes + mesh, of_pairs, of_pairs + most_pairs * tets}};
     for (size_t i = 0; i < 2 * mesh; i++) of_nodes[i] = -1;
-    cut(batches, pieces, piece, c, &to);
+    status = cut(batches, pieces, piece, c, &to);
     const size_t tiles = (size_t)to.count, nodes = (size_t)to.node_first[tiles], pairs = (size_t)to.pair_first[tiles];
     to.batch = shrink(to.batch, (tiles + 1) * sizeof(int));
     to.node_first = shrink(to.node_first, (tiles + 1) * sizeof(int));
@@ -245,7 +250,7 @@ int flesh_tiles_create(flesh_batches *batches, int nodes_of_mesh, int pieces, in
   flesh_free(met);
   batches->tiles = (flesh_tiles){to.count, to.batch, to.node_first, to.node, to.pair_first,
                                  to.degree, to.star, to.block, to.fresh, to.nodes, to.pairs, to.turned};
-  return ok ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %zu elements", tets);
+  return status;
 }
 
 void flesh_tiles_clear(flesh_tiles *tiles)

@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "base/stop.h"
 #include "math/mat3.h"
 #include "mesh/edges.h"
 #include "mesh/mesh.h"
@@ -56,8 +57,9 @@ int flesh_mesh_find_curved_faces(const flesh_mesh *mesh, int count, const flesh_
   int status = FLESH_OK;
   memset(on, 0, 4 * (size_t)mesh->tets * sizeof *on);
   for (int s = 0; s < count; s++) found[s] = left[s] = 0;
-  for (int k = 0; k < mesh->triangles && !status; k += flesh_mesh_face_parts(mesh, mesh->surface_tets[k])) {
+  for (int k = 0; k < mesh->triangles; k += flesh_mesh_face_parts(mesh, mesh->surface_tets[k])) {
     const size_t tet = (size_t)mesh->surface_tets[k];
+    if ((status = flesh_stop_ask_at((size_t)k / 4))) break;
     if (flesh_mesh_face_parts(mesh, (int)tet) == 1) continue;
     /* (a,p,r), (p,b,q), (r,q,c), (p,q,r) */
     const int *face = mesh->surface + 3 * (size_t)k, corner[3] = {face[0], face[4], face[8]};
@@ -152,16 +154,18 @@ static void move(const flesh_nearest_surface *surfaces, const chains *c, int fir
 }
 
 /* Corners first: nodes on edges keep their place between them, and then go to the surface too. `done` [nodes] is 0. */
-static void place(const flesh_mesh *mesh, const flesh_nearest_surface *surfaces, const chains *c, uint8_t *done, double *x)
+static int place(const flesh_mesh *mesh, const flesh_nearest_surface *surfaces, const chains *c, uint8_t *done, double *x)
 {
   const double *X = mesh->positions;
   for (size_t k = 0; k < 4 * (size_t)mesh->tets; k++) {
-    const int i = mesh->tet_nodes[k];
+    const int i = mesh->tet_nodes[k], status = flesh_stop_ask_at(k / 4);
+    if (status) return status;
     if (c->first[i] && !done[i]) move(surfaces, c, c->first[i], x + 3 * (size_t)i);
     done[i] = 1;
   }
   for (size_t k = 0; k < 6 * (size_t)mesh->tets; k++) {
-    const int i = mesh->edge_nodes[k], *ends = flesh_edge_corners[k % 6];
+    const int i = mesh->edge_nodes[k], *ends = flesh_edge_corners[k % 6], status = flesh_stop_ask_at(k / 6);
+    if (status) return status;
     if (i < 0 || done[i]) continue;
     for (int e = 0; e < 2; e++) {
       const size_t end = 3 * (size_t)mesh->tet_nodes[4 * (k / 6) + (size_t)ends[e]];
@@ -170,6 +174,7 @@ static void place(const flesh_mesh *mesh, const flesh_nearest_surface *surfaces,
     if (c->first[i]) move(surfaces, c, c->first[i], x + 3 * (size_t)i);
     done[i] = 1;
   }
+  return FLESH_OK;
 }
 
 int flesh_mesh_curve(const flesh_mesh *mesh, const flesh_nearest_surface *surfaces, const int *on, flesh_mesh **curved)
@@ -182,10 +187,11 @@ int flesh_mesh_curve(const flesh_mesh *mesh, const flesh_nearest_surface *surfac
   int status = x && done ? find_chains(mesh, on, &c) : flesh_fail(FLESH_ERR_MEMORY, "out of memory for %d nodes", mesh->nodes);
   if (!status) {
     memcpy(x, mesh->positions, 3 * nodes * sizeof *x);
-    place(mesh, surfaces, &c, done, x);
+    status = place(mesh, surfaces, &c, done, x);
+  }
+  if (!status)
     status = flesh_mesh_build(mesh->nodes, x, mesh->tets, mesh->tet_nodes, mesh->edge_nodes, mesh->regions, NULL,
                               curved);
-  }
   if (!status) (*curved)->flipped = mesh->flipped;
   flesh_free(x);
   flesh_free(done);

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/stop.h"
 
 static int no_memory(const flesh_draft *draft, const char *what, int count)
 {
@@ -62,7 +63,7 @@ int flesh_draft_add_tet(flesh_draft *draft, int size, const int *nodes, int regi
   draft->regions[t] = region;
   draft->tet_where[t] = where;
   draft->tet_tag[t] = tag;
-  return FLESH_OK;
+  return flesh_stop_ask_at((size_t)t);
 }
 
 int flesh_draft_node(const flesh_draft *draft, int64_t number)

@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "base/stop.h"
 #include "mesh/bernstein.h"
 #include "mesh/split_part.h"
 
@@ -65,6 +66,8 @@ static int check_nodes(const flesh_mesh *mesh)
 static int settle_tets(flesh_mesh *mesh, const flesh_mesh_origin *origin)
 {
   for (int t = 0; t < mesh->tets; t++) {
+    const int status = flesh_stop_ask_at((size_t)t);
+    if (status) return status;
     int *n = mesh->tet_nodes + 4 * (size_t)t;
     long long label = flesh_mesh_tet_label(origin, t);
     for (int i = 0; i < 4; i++) {

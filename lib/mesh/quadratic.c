@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "base/stop.h"
 #include "mesh/bernstein.h"
 #include "mesh/edges.h"
 
@@ -89,9 +90,11 @@ int flesh_mesh_check_edge_nodes(const flesh_mesh *mesh, const flesh_mesh_origin 
   for (int t = 0; t < mesh->tets && mesh->linear && !status; t++)
     for (int k = 0; k < 6 && !flesh_mesh_is_quadratic(mesh, t); k++)
       edge_node[edges.tet_edges[6 * (size_t)t + k]] = BARE;
-  for (int t = 0; t < mesh->tets && !status; t++)
+  for (int t = 0; t < mesh->tets && !status; t++) {
+    status = flesh_stop_ask_at((size_t)t);
     for (int k = 0; k < 6 && flesh_mesh_is_quadratic(mesh, t) && !status; k++)
       status = check_edge_node(mesh, origin, t, k, &edges, edge_node, node_edge);
+  }
   flesh_free(edge_node);
   flesh_free(node_edge);
   flesh_mesh_edges_clear(&edges);
@@ -104,6 +107,8 @@ int flesh_mesh_find_jacobians(flesh_mesh *mesh, const flesh_mesh_origin *origin)
   for (int t = 0; t < mesh->tets; t++) {
     const int *n = mesh->tet_nodes + 4 * (size_t)t;
     double *C = mesh->jacobians + FLESH_CUBIC * (size_t)t, volume;
+    const int status = flesh_stop_ask_at((size_t)t);
+    if (status) return status;
     for (int a = 0; a < FLESH_CUBIC; a++) C[a] = 6 * mesh->volumes[t];
     if (!flesh_mesh_is_quadratic(mesh, t)) continue;
     flesh_tet10_jacobian(mesh->positions, n, mesh->edge_nodes + 6 * (size_t)t, C);

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "base/stop.h"
 #include "mesh/edges.h"
 #include "mesh/mesh.h"
 #include "mesh/shape.h"
@@ -113,11 +114,14 @@ static int make_draft(const flesh_mesh *mesh, draft *d)
   if (!d->tets) return no_memory(mesh);
   if (order == 1 && !flesh_mesh_edges_find(mesh->nodes, mesh->tets, mesh->tet_nodes, &d->cut)) return no_memory(mesh);
   for (int t = 0; t < mesh->tets; t++) {
-    const int c = best_cut(mesh, t);
+    const int c = best_cut(mesh, t), status = flesh_stop_ask_at((size_t)t);
     int own[10];
+    if (status) return status;
     own_nodes(mesh, &d->cut, t, own);
     for (int k = 0; k < 32; k++) d->tets[32 * (size_t)t + (size_t)k] = own[cuts[c][k / 4][k % 4]];
   }
+  const int status = flesh_stop_ask_before((size_t)mesh->tets);
+  if (status) return status;
   if (order == 2 && !flesh_mesh_edges_find(mesh->nodes, 8 * mesh->tets, d->tets, &d->cut)) return no_memory(mesh);
   if (d->cut.count > INT_MAX / 3 - mesh->nodes)
     return flesh_fail(FLESH_ERR_ARGUMENT, "%d nodes and %d edges make more than the %d nodes that are supported",

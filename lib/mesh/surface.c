@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "base/stop.h"
 
 /* The face opposite to each node, wound so that it looks out of a positive tet. */
 static const int outward[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
@@ -94,6 +95,7 @@ int flesh_mesh_find_surface(flesh_mesh *mesh, const flesh_mesh_origin *origin)
   for (int64_t b = 0; b < buckets; b++) first[b] = -1;
   for (int64_t face = 0; face < faces; face++) {
     int f[3], g[3], odd, odd_found = 0;
+    if ((status = flesh_stop_ask_at((size_t)face / 4))) goto done;
     face_nodes(mesh, face, f);
     odd = sort_face(f);
     second[face] = -1;

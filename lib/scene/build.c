@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/stop.h"
 #include "base/text.h"
 #include "effect/effect.h"
 #include "mesh/mesh.h"
@@ -303,7 +304,9 @@ int flesh_scene_make_system(flesh_scene *scene)
     return flesh_fail_within(status, "%s: ", scene->path);
   flesh_effect_entry *entries = scene->keys.effects.values;
   for (int i = 0; i < scene->keys.effects.count; i++)
-    if ((status = add_entry(scene, &entries[i]))) return status;
+    if ((status = flesh_stop_ask_before((size_t)flesh_mesh_tet_count(scene->mesh))) ||
+        (status = add_entry(scene, &entries[i])))
+      return status;
   /* A rank steps a system of its own; the first alone observes this one, which is the whole's. Internal variables are all
    * ranks'. */
   if (scene->mesh->split || (scene->rank > 0 && !has_internals(scene->system))) return FLESH_OK;

@@ -11,6 +11,7 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "base/scan.h"
+#include "base/stop.h"
 #include "scene/effect_list.h"
 #include "scene/keys.h"
 #include "scene/override.h"
@@ -239,6 +240,7 @@ static int read_scene(flesh_scene *scene, int count, const char *const *override
   if (!status) status = flesh_scene_join_bodies(scene);
   if (!status) status = flesh_scene_make_body(scene);
   if (!status) status = flesh_scene_make_system(scene);
+  if (!status) status = flesh_stop_ask_before((size_t)flesh_mesh_tet_count(scene->mesh));
   if (!status) status = settle_time(scene);
   if (!status) status = read_start(scene);
   if (!status) status = check_output(scene);
@@ -265,12 +267,18 @@ static int make_scene(const char *text, const char *path, int count, const char 
   made->text = text;
   made->rank = rank;
   made->ranks = ranks;
+  flesh_stop_begin();
   int status = made->path ? read_scene(made, count, overrides) : no_memory(path);
+  const int stopped = flesh_stop_end();
+  if (status && stopped)
+    status = flesh_fail(stopped, "%s: %s while the scene was set up", path, flesh_status_text(stopped));
   made->text = NULL; /* the caller's */
   if (status) flesh_scene_destroy(&made);
   else *scene = made;
   return status;
 }
+
+void flesh_scene_set_stop(int (*stop)(void *data), void *data) { flesh_stop_set(stop, data); }
 
 int flesh_scene_read(const char *path, int count, const char *const *overrides, flesh_scene **scene)
 {

@@ -8,6 +8,7 @@
 #include "base/huge_pages.h"
 #include "base/memory.h"
 #include "base/sort.h"
+#include "base/stop.h"
 #include "linear/bisection.h"
 #include "linear/block_matrix.h"
 
@@ -46,6 +47,7 @@ static int lay_out(flesh_pattern *pattern)
 static int list_entries(const flesh_pattern *base, int rows, int count, const flesh_cells *const *cells, size_t *start,
                         int **entries)
 {
+  int status = FLESH_OK;
   for (int i = 0; i < rows; i++) start[i + 1] = base ? (size_t)(base->row_end[i] - base->row_start[i]) : 1;
   for (int k = 0; k < count; k++) {
     const int m = cells[k]->nodes_per_cell;
@@ -62,18 +64,18 @@ static int list_entries(const flesh_pattern *base, int rows, int count, const fl
       memcpy(list + fill[i], base ? base->column + base->row_start[i] : &i, known * sizeof *list);
       fill[i] += known;
     }
-    for (int k = 0; k < count; k++) {
+    for (int k = 0; k < count && !status; k++) {
       const int m = cells[k]->nodes_per_cell;
-      for (int e = 0; e < cells[k]->count; e++) {
+      for (int e = 0; e < cells[k]->count && !(status = flesh_stop_ask_at((size_t)e)); e++) {
         const int *node = cells[k]->nodes + (size_t)e * m;
         for (int a = 0; a < m; a++)
           for (int b = a + 1; b < m; b++) list[fill[node[a]]++] = node[b];
       }
     }
   }
-  const int failed = !list || !fill;
+  if (!list || !fill) status = FLESH_ERR_MEMORY;
   flesh_free(fill);
-  return failed ? FLESH_ERR_MEMORY : FLESH_OK;
+  return status;
 }
 
 /* Thins and sorts every row, in place; its length goes to the pattern. FLESH_ERR_ARGUMENT where they are too long in
@@ -85,7 +87,8 @@ static int thin_rows(flesh_pattern *pattern, const size_t *start, int *entries)
   if (!seen_in) return FLESH_ERR_MEMORY;
   size_t total = 0;
   for (int i = 0; i < rows; i++) seen_in[i] = -1;
-  for (int i = 0; i < rows && total <= INT_MAX / 9; i++) {
+  int status = FLESH_OK;
+  for (int i = 0; i < rows && total <= INT_MAX / 9 && !(status = flesh_stop_ask_at((size_t)i)); i++) {
     int *row = entries + total; /* no later than where row i's entries begin */
     size_t kept = 0;
     for (size_t k = start[i]; k < start[i + 1]; k++) {
@@ -100,6 +103,7 @@ static int thin_rows(flesh_pattern *pattern, const size_t *start, int *entries)
     pattern->row_end[i] = (int)total;
   }
   flesh_free(seen_in);
+  if (status) return status;
   pattern->row_start[rows] = (int)total;
   return total <= INT_MAX / 9 ? FLESH_OK : FLESH_ERR_ARGUMENT;
 }
@@ -119,6 +123,8 @@ static int create(const flesh_pattern *base, int rows, int count, const flesh_ce
   flesh_free(start);
   if (!status) return FLESH_OK;
   flesh_pattern_clear(pattern);
+  const int stopped = flesh_stop_ask();
+  if (stopped) return stopped;
   return status == FLESH_ERR_ARGUMENT
              ? flesh_fail(status, "the Jacobian has more than %d blocks", INT_MAX / 9)
              : flesh_fail(FLESH_ERR_MEMORY, "no memory for the pattern of %d nodes", rows);
@@ -198,6 +204,12 @@ int flesh_pattern_slots(const flesh_pattern *pattern, const flesh_cells *cells, 
     const size_t named = cells->pairs ? (size_t)cells->pairs[k] : k;
     const int *node = cells->nodes + named / per_cell * m;
     size_t a = 0, b = named % per_cell;
+    const int status = flesh_stop_ask_at(k / 16);
+    if (status) {
+      flesh_free(*slots);
+      *slots = NULL;
+      return status;
+    }
     for (; b >= m - a; a++) b -= m - a;
     (*slots)[k] = flesh_block_find(&A, node[a], node[a + b]);
   }

@@ -240,6 +240,19 @@ a_spent_budget_keeps_what_was_done() {
   has stderr.txt 'budget of 0.3 s' && has budget/result.json '"status": "out of budget"' && rows budget/state.txt 63
 }
 
+# A scene of 6 million tets, which takes seconds to read.
+large="body: {mesh: $source_folder/../data/meshes/bar_16x4x4.mesh, refine: 4, material: {energy: S, young: 1e5, poisson: 0.4}}
+effects: [gravity: {}, pin: {box: [[-1, -1, -1], [1e-9, 2, 2]]}]"
+a_scene_is_given_up() {
+  echo "$large" >large.yaml
+  expect 6 "$flesh" run large.yaml --out large --max-seconds 0.1 && has stderr.txt 'budget is spent while the scene was set up' &&
+    [ ! -e large ] || return 1
+  for signal in INT TERM; do
+    expect $([ $signal = INT ] && echo 130 || echo 143) timeout --preserve-status -s $signal 0.3 "$flesh" run large.yaml --out large &&
+      [ ! -e large ] || return 1
+  done
+}
+
 # One step that would take minutes: it is given up, and what is kept is the state before it.
 "$flesh" mesh box --cells 36,12,12 --size 3,1,1 --out long.msh >/dev/null || exit 1
 long_step() {
@@ -253,7 +266,7 @@ kept_before_the_step() { # NAME STATUS
     [ "$(head -n 1 "$1/state.txt")" = '# t 0' ] && [ "$(lines "$1/history.csv")" -eq 2 ]
 }
 a_budget_ends_a_long_step() {
-  long_step --out long_budget --max-seconds 1
+  long_step --out long_budget --max-seconds 3
   [ $? -eq 6 ] || { cat stderr.txt; return 1; }
   kept_before_the_step long_budget 'out of budget'
 }
@@ -346,6 +359,7 @@ sigterm_keeps_what_was_done
 sighup_keeps_what_was_done
 nohup_goes_on
 a_spent_budget_keeps_what_was_done
+a_scene_is_given_up
 a_budget_ends_a_long_step
 a_signal_ends_a_long_step
 a_failed_solve_is_explained

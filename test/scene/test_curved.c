@@ -82,6 +82,7 @@ static void surfaces_meet_in_their_nodes(void)
 {
   flesh_scene *scene = NULL;
   int seam = 0;
+  double worst = 0;
   CHECK_OK(open_scene(of_data("limb.msh"),
                       "element: tet10, refine: 1, curved: [{sphere: {centre: [0.272, 0, 0], radius: 0.028}}, "
                       "{cylinder: {from: [0, 0, 0], to: [0.272, 0, 0], radius: 0.028}}]", &scene));
@@ -92,9 +93,10 @@ static void surfaces_meet_in_their_nodes(void)
   for (int k = 0; k < 3 * triangles; k++) {
     const double *x = X + 3 * surface[k], r = hypot(x[1], x[2]), past = x[0] - 0.272;
     if (x[0] < 1e-12) continue;
-    CHECK_BELOW(fabs((past > 0 ? hypot(r, past) : r) - 0.028), 1e-12);
+    worst = fmax(worst, fabs((past > 0 ? hypot(r, past) : r) - 0.028));
     seam += fabs(past) < 1e-12;
   }
+  CHECK_BELOW(worst, 1e-12);
   CHECK(seam > 20);
   flesh_scene_destroy(&scene);
 }

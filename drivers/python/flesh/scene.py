@@ -100,16 +100,24 @@ class Scene:
     Raises:
         ArgumentError: a bad scene or override, with file, line, column, key, and what is valid.
         FileError: a file or mesh that cannot be read.
+        KeyboardInterrupt: Ctrl-C while it is read.
     """
 
     def __init__(self, source: Union[str, os.PathLike, Mapping], overrides=None, folder=os.curdir):
-        count, rows, _keep = _overrides(overrides)
         if isinstance(source, Mapping):
-            made = create("flesh_scene", lib.flesh_scene_read_text, _flow(source).encode(),
-                          path_bytes(_named("scene", folder)), count, rows)
+            self._read(overrides, lib.flesh_scene_read_text, _flow(source).encode(), path_bytes(_named("scene", folder)))
         else:
-            made = create("flesh_scene", lib.flesh_scene_read, path_bytes(source), count, rows)
-        self._take(made)
+            self._read(overrides, lib.flesh_scene_read, path_bytes(source))
+
+    def _read(self, overrides, function, *arguments):
+        count, rows, _keep = _overrides(overrides)
+        # Python handles signals while it runs this function: KeyboardInterrupt is raised in it.
+        stop = _callbacks.status_callback("int(void *)", lambda _data: 0)
+        lib.flesh_scene_set_stop(stop, ffi.NULL)
+        try:
+            return self._take(create("flesh_scene", function, *arguments, count, rows))
+        finally:
+            lib.flesh_scene_set_stop(ffi.NULL, ffi.NULL)
 
     def _take(self, made):
         self._pointer = owned("flesh_scene", made, lib.flesh_scene_destroy)
@@ -118,14 +126,12 @@ class Scene:
     @classmethod
     def from_text(cls, yaml: str, overrides=None, folder=os.curdir, name: str = "scene") -> "Scene":
         """From YAML or JSON text; `name` stands for it in messages."""
-        count, rows, _keep = _overrides(overrides)
-        made = create("flesh_scene", lib.flesh_scene_read_text, yaml.encode(), path_bytes(_named(name, folder)), count,
-                      rows)
-        return cls.__new__(cls)._take(made)
+        return cls.__new__(cls)._read(overrides, lib.flesh_scene_read_text, yaml.encode(),
+                                      path_bytes(_named(name, folder)))
 
     @property
     def warning(self) -> Optional[str]:
-        """A warning although the scene was read, such as of faces near a surface of `curved` that do not lie on it; or None."""
+        """Told although the scene was read, such as faces near a surface of `curved` that are not on it; or None."""
         return text(lib.flesh_scene_warning(self._pointer))
 
     @property
