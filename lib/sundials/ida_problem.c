@@ -65,7 +65,7 @@ static int allocate(flesh_ida_problem *self)
 {
   const size_t n = (size_t)self->n, bytes = n * sizeof(double);
   double **arrays[] = {&self->x_prescribed, &self->v_prescribed, &self->a_prescribed, &self->x, &self->v,
-                       &self->a,            &self->right,        &self->change,       &self->reactions};
+                       &self->a,            &self->right,        &self->change};
   int failed = !(self->fixed = calloc(n + 1, 1));
   failed |= !(self->work = calloc(1, 4 * bytes + 1));
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++)
@@ -139,7 +139,7 @@ void flesh_ida_problem_destroy(flesh_ida_problem **problem)
   double *arrays[] = {self->x_prescribed, self->v_prescribed, self->a_prescribed, self->x,
                       self->v,            self->a,            self->right,        self->change,
                       self->work,         self->K_values,     self->D_values,     self->x_accepted,
-                      self->reactions,    self->room[0]};
+                      self->room[0]};
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) free(arrays[k]);
   free(self->fixed);
   flesh_block_matrix_destroy(&self->K);
@@ -199,6 +199,18 @@ static void prescribe(flesh_ida_problem *self, double t)
   self->t_prescribed = t;
 }
 
+/* Between events motions are polynomials; behind the last one nothing moves. */
+int flesh_ida_moves(flesh_ida_problem *self)
+{
+  double moves = 0;
+  if (!(self->event < INFINITY)) return 0;
+  prescribe(self, self->begin + 0.4 * (self->event - self->begin));
+  for (int d = 0; d < self->n; d++)
+    if (self->fixed[d] && self->v_prescribed[d] != 0) moves = 1;
+  flesh_team_largest(self->team, 1, &moves);
+  return moves > 0;
+}
+
 flesh_point flesh_ida_point(flesh_ida_problem *self, double t, const double *y, const double *yp)
 {
   const int n = self->n;
@@ -240,7 +252,6 @@ int flesh_ida_evaluate(flesh_ida_problem *self, double t, const double *y, const
   if (status) return status;
   for (int d = 0; d < n; d++)
     if (self->fixed[d]) {
-      self->reactions[d] = F[n + d];
       F[d] = y[d] - self->x[d];
       F[n + d] = y[n + d] - self->v[d];
     } else {

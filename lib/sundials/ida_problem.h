@@ -51,7 +51,6 @@ struct flesh_ida_problem {
   double *work;   /* [4*n] of the linear solver */
   double *right;  /* [n] */
   double *change; /* [n] */
-  double *reactions; /* [n] of the residual evaluated last, read where fixed: what the constraints do, N */
   double *x_accepted, t_accepted; /* [n] from where steps are tested for feasibility, where `accepted`; else NULL */
   int accepted;
   int refused;    /* status of the last residual that had no value; 0: it had one */
@@ -73,6 +72,8 @@ int flesh_ida_evaluate(flesh_ida_problem *problem, double t, const double *y, co
 /* K and D at (t, y, y'): condensed for cj, or apart (`content`). */
 int flesh_ida_assemble(flesh_ida_problem *problem, double t, double cj, const double *y,
                        const double *yp, flesh_ida_content content);
+/* Whether constrained nodes move before the next event, on any rank. */
+int flesh_ida_moves(flesh_ida_problem *problem);
 /* From now on a residual is refused where an effect limits the straight step from x [n] at t: the state
  * accepted last. */
 void flesh_ida_accept(flesh_ida_problem *problem, double t, const double *x);

@@ -29,9 +29,13 @@ static int make_sundials(flesh_adaptive *self)
   self->yp = flesh_vector_clone(self->y);
   self->atol = flesh_vector_clone(self->y);
   self->errors = flesh_vector_clone(self->y);
+  self->rates = flesh_vector_clone(self->y);
   self->ida = IDACreate(self->context);
-  if (!self->yp || !self->atol || !self->errors || !self->ida)
+  if (!self->yp || !self->atol || !self->errors || !self->rates || !self->ida)
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for IDA on %d unknowns", 2 * self->n);
+  self->energy.ida = self->ida;
+  self->energy.y = self->errors; /* which are asked for only after failures */
+  self->energy.yp = self->rates;
   flesh_ida_silence(self->context, self->ida);
   status = flesh_ida_sunmatrix_create(self->problem, self->context, &self->matrix);
   return status ? status : flesh_ida_sunlinsol_create(self->problem, self->context, &self->solver);
@@ -103,7 +107,7 @@ void flesh_adaptive_destroy(flesh_adaptive **adaptive)
   if (self->ida) IDAFree(&self->ida);
   if (self->solver) SUNLinSolFree(self->solver);
   if (self->matrix) SUNMatDestroy(self->matrix);
-  N_Vector vectors[] = {self->y, self->yp, self->atol, self->errors};
+  N_Vector vectors[] = {self->y, self->yp, self->atol, self->errors, self->rates};
   for (size_t k = 0; k < sizeof vectors / sizeof vectors[0]; k++)
     if (vectors[k]) N_VDestroy(vectors[k]);
   if (self->context) SUNContext_Free(&self->context);
@@ -146,7 +150,7 @@ void flesh_adaptive_set_costs(flesh_adaptive *self, flesh_costs *costs)
 size_t flesh_adaptive_memory(const flesh_adaptive *self)
 {
   /* IDA clones nine vectors and max_order + 1 differences beside ours. */
-  size_t vectors = 4 + 10 + (size_t)self->options.max_order + 1;
+  size_t vectors = 5 + 10 + (size_t)self->options.max_order + 1;
   return sizeof *self + flesh_ida_memory(self->problem) + (vectors + 3) * 2 * (size_t)self->n * sizeof(double);
 }
 
@@ -252,6 +256,8 @@ static int advance(flesh_adaptive *self, double toward, flesh_solve_stats *stats
   const double before = self->t_internal;
   double reached = before;
   flesh_internal_step step = {0};
+  int status = flesh_adaptive_energy_count(&self->energy, before); /* what is left of the last step */
+  if (status < 0) return status;
   int flag = IDASolve(self->ida, toward, &reached, self->y, self->yp, IDA_ONE_STEP);
   count(self, stats, &step);
   self->t_internal = reached;
@@ -260,14 +266,13 @@ static int advance(flesh_adaptive *self, double toward, flesh_solve_stats *stats
   if (!(reached > before) && !*event)
     return flesh_adaptive_fail(self, before, self->problem->x, FLESH_NOT_CONVERGED, "the step is too short to change t");
   flesh_ida_accept(self->problem, reached, N_VGetArrayPointer(self->y));
-  flesh_adaptive_energy_count(&self->energy, reached, N_VGetArrayPointer(self->y));
   IDAGetLastStep(self->ida, &step.h);
   IDAGetLastOrder(self->ida, &step.order);
   step.t = reached;
   stats->steps++;
   stats->order = step.order;
   stats->h_last = step.h;
-  int status = self->options.observe ? flesh_team_agree(self->team, show(self, &step)) : FLESH_OK;
+  status = self->options.observe ? flesh_team_agree(self->team, show(self, &step)) : FLESH_OK;
   if (status < 0) return status;
   return self->stop && reached < toward ? flesh_team_agree(self->team, self->stop(self->stop_data)) : FLESH_OK;
 }

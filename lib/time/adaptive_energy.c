@@ -1,4 +1,4 @@
-/* adaptive_energy.c: work from internal step to internal step; energies where states are given back, between them. */
+/* adaptive_energy.c: work along IDA's interpolant; energies where states are given back. */
 #include "time/adaptive_energy.h"
 
 #include <math.h>
@@ -6,16 +6,23 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "system/work.h"
+#include "sundials/compatibility.h"
 #include "system/one_effect.h"
+#include "system/ranks.h"
+#include "system/work.h"
+
+/* Work is refined until two sums differ by less, in parts of the last and of the most energy that the motion has had;
+ * the error of the last is a fifteenth of that. */
+static const double refine_share = 1e-2, refine_scale = 1e-3;
+enum { MOST_PARTS = 64 }; /* of an interval */
 
 int flesh_adaptive_energy_create(flesh_ida_problem *problem, flesh_energy_watch *watch, flesh_adaptive_energy *energy)
 {
   const size_t n = (size_t)problem->n;
   *energy = (flesh_adaptive_energy){.problem = problem, .watch = watch};
   energy->x = calloc(n + 1, sizeof *energy->x);
-  energy->u = calloc(n + 1, sizeof *energy->u);
-  if (energy->x && energy->u) return FLESH_OK;
+  energy->r = calloc(n + 1, sizeof *energy->r);
+  if (energy->x && energy->r) return FLESH_OK;
   flesh_adaptive_energy_clear(energy);
   return flesh_fail(FLESH_ERR_MEMORY, "no memory to watch the energy of %zu unknowns", n);
 }
@@ -23,15 +30,15 @@ int flesh_adaptive_energy_create(flesh_ida_problem *problem, flesh_energy_watch 
 void flesh_adaptive_energy_clear(flesh_adaptive_energy *energy)
 {
   free(energy->x);
-  free(energy->u);
+  free(energy->r);
   *energy = (flesh_adaptive_energy){0};
 }
 
 void flesh_adaptive_energy_tolerate(flesh_adaptive_energy *self, double tolerance)
 {
   flesh_energy_watch *watch = self->watch;
-  const flesh_point point = {.x = flesh_mesh_positions(flesh_system_mesh(watch->system)), .v = self->u, .a = self->u};
-  for (int d = 0; d < self->problem->n; d++) self->u[d] = tolerance * self->problem->velocity;
+  const flesh_point point = {.x = flesh_mesh_positions(flesh_system_mesh(watch->system)), .v = self->r, .a = self->r};
+  for (int d = 0; d < self->problem->n; d++) self->r[d] = tolerance * self->problem->velocity;
   if (flesh_system_role_energies(watch->system, FLESH_ROLE_INERTIA, &point, NULL, &watch->floor)) watch->floor = 0;
 }
 
@@ -41,62 +48,96 @@ static double before_event(const flesh_adaptive_energy *self, double t)
   return t >= self->problem->event ? nextafter(self->problem->event, -INFINITY) : t;
 }
 
-/* What has been put in beyond t, within the last internal step. */
-static double ahead_of(const flesh_adaptive_energy *self, double t)
-{
-  const double step = self->t - self->before, put_in = self->watch->balance.supplied - self->supplied;
-  return step > 0 && self->t > t ? put_in * fmin((self->t - t) / step, 1) : 0; /* evenly */
-}
-
 void flesh_adaptive_energy_start(flesh_adaptive_energy *self, double t, double *y)
 {
   const int n = self->problem->n;
   const flesh_state state = {.t = t, .x = y, .v = y + n};
-  self->later = 0;
   flesh_energy_watch_jump(self->watch, t, &state);
   memcpy(self->x, y, (size_t)n * sizeof *y);
-  self->t = self->before = t;
-  self->supplied = self->watch->balance.supplied;
+  self->t = t;
+  self->power = NAN;
+  self->moves = flesh_ida_moves(self->problem);
 }
 
-/* W of the internal step to t: of reactions and forces there, and what changes with time at a place. */
-void flesh_adaptive_energy_count(flesh_adaptive_energy *self, double t, const double *y)
+/* What reactions and forces put in at t, W, a time within the interval from `from` to `to`. */
+static int find_power(const flesh_adaptive_energy *self, double from, double to, double t, double *power)
 {
   flesh_ida_problem *problem = self->problem;
+  const int own = 3 * flesh_team_own(problem->team, problem->n / 3), forces = self->watch->kinds & FLESH_WORK_OF_FORCES;
+  double work = 0;
+  *power = 0;
+  if (IDAGetDky(self->ida, t, 0, self->y) || IDAGetDky(self->ida, t, 1, self->yp))
+    return flesh_fail(FLESH_ERR_SUNDIALS, "IDA could not interpolate at t = %.9g s", t);
+  const flesh_point point = flesh_ida_point(problem, t, N_VGetArrayPointer(self->y), N_VGetArrayPointer(self->yp));
+  int status = self->moves ? flesh_system_residual(problem->system, &point, self->r) : FLESH_OK;
+  for (int d = 0; d < own && self->moves && !status; d++)
+    if (problem->fixed[d]) *power += self->r[d] * problem->v_prescribed[d];
+  flesh_team_sum(problem->team, 1, power);
+  if (!status && forces)
+    status = flesh_system_work_of_forces(problem->system, &point, from, to, NULL, self->watch->scratch, &work);
+  *power += work / (to - from);
+  return status;
+}
+
+/* Their work from `from`, where they put in self->power, to `to`: Simpson's rule with ever more parts. */
+static int find_work(flesh_adaptive_energy *self, double from, double to, double *work)
+{
+  const flesh_energy_watch *watch = self->watch;
+  const double h = to - from, least = refine_scale * fmax(watch->balance.scale, watch->floor);
+  double power[MOST_PARTS + 1] = {self->power}, last = NAN;
+  int status = isnan(self->power) ? find_power(self, from, to, from, power) : FLESH_OK;
+  for (int parts = 2; parts <= MOST_PARTS && !status; parts *= 2) {
+    const int stride = MOST_PARTS / parts;
+    double sum = power[0];
+    for (int k = 1; k <= parts && !status; k++) {
+      if (parts == 2 || k % 2) status = find_power(self, from, to, from + k * h / parts, &power[k * stride]);
+      sum += (k == parts ? 1 : k % 2 ? 4 : 2) * power[k * stride];
+    }
+    *work = sum * h / (3 * parts);
+    if (fabs(*work - last) <= refine_share * fabs(*work) + least) break;
+    last = *work;
+  }
+  self->power = power[MOST_PARTS];
+  return status;
+}
+
+/* What the energies of effects change by from `from` to `to` at a place: half at the place before, half at that now. */
+static int find_work_in_time(flesh_adaptive_energy *self, double from, double to, double *work)
+{
+  flesh_ida_problem *problem = self->problem;
+  int status = FLESH_OK;
+  if (IDAGetDky(self->ida, to, 0, self->y))
+    return flesh_fail(FLESH_ERR_SUNDIALS, "IDA could not interpolate at t = %.9g s", to);
+  flesh_ida_point(problem, to, N_VGetArrayPointer(self->y), NULL);
+  for (int end = 0; end < 2 && !status; end++) {
+    const flesh_state state = {.x = end ? problem->x : self->x, .v = problem->v};
+    double part = 0;
+    status = flesh_system_work_in_time(problem->system, from, to, &state, NULL, 0, &part);
+    *work += part / 2;
+  }
+  memcpy(self->x, problem->x, (size_t)problem->n * sizeof *self->x);
+  return status;
+}
+
+int flesh_adaptive_energy_count(flesh_adaptive_energy *self, double t)
+{
   flesh_energy_watch *watch = self->watch;
   const double from = self->t, to = before_event(self, t);
-  double work = 0, part = 0;
+  double work = 0;
   int status = FLESH_OK;
-  for (int d = 0; d < problem->n; d++) /* reactions at ghosts are their owners' */
-    if (problem->fixed[d]) work += (to - from) * problem->reactions[d] * problem->v_prescribed[d];
-  flesh_team_sum(problem->team, 1, &work);
-  watch->balance.supplied += self->later;
-  self->later = 0;
-  self->supplied = watch->balance.supplied;
-  if (watch->kinds & FLESH_WORK_OF_FORCES) {
-    const flesh_point point = flesh_ida_point(problem, t, y, NULL);
-    status = flesh_system_work_of_forces(problem->system, &point, from, to, NULL, watch->scratch, &part);
-    work += part;
-  }
-  flesh_energy_watch_supply(watch, from, to, to, work, 0);
-  for (int end = 0; end < 2 && !status && watch->kinds & FLESH_WORK_IN_TIME; end++) {
-    const flesh_state state = {.x = (double *)(end ? y : self->x), .v = (double *)y + problem->n}; /* only read */
-    status = flesh_system_work_in_time(problem->system, from, to, &state, NULL, 0, &part);
-    watch->balance.supplied += part / 2;
-  }
-  if (status) watch->known = 0;
-  memcpy(self->x, y, (size_t)problem->n * sizeof *y);
-  self->before = from;
+  if (!(to > from)) return FLESH_OK;
+  if (self->moves || watch->kinds & FLESH_WORK_OF_FORCES) status = find_work(self, from, to, &work);
+  if (!status && watch->kinds & FLESH_WORK_IN_TIME) status = find_work_in_time(self, from, to, &work);
   self->t = t;
+  if (status) watch->known = 0, self->power = NAN;
+  else watch->balance.supplied += work;
+  return status < 0 ? status : FLESH_OK;
 }
 
 int flesh_adaptive_energy_judge(flesh_adaptive_energy *self, const flesh_state *state)
 {
-  flesh_energy_watch *watch = self->watch;
-  watch->balance.supplied += self->later;
-  self->later = ahead_of(self, state->t);
-  watch->balance.supplied -= self->later;
-  int status = flesh_energy_watch_meet(watch, before_event(self, state->t), state, NULL, NULL);
+  int status = flesh_adaptive_energy_count(self, state->t);
+  if (!status) status = flesh_energy_watch_meet(self->watch, before_event(self, state->t), state, NULL, NULL);
   if (status) return status < 0 ? status : FLESH_OK;
-  return flesh_energy_watch_judge(watch, state, 0);
+  return flesh_energy_watch_judge(self->watch, state, 0);
 }

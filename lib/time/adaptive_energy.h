@@ -1,4 +1,4 @@
-/* adaptive_energy.h: the work put in over IDA's internal steps, for the balance of energy_watch.h. */
+/* adaptive_energy.h: the work put in along IDA's interpolant, for the balance of energy_watch.h. */
 #ifndef FLESH_TIME_ADAPTIVE_ENERGY_H
 #define FLESH_TIME_ADAPTIVE_ENERGY_H
 
@@ -6,11 +6,14 @@
 #include "sundials/ida_problem.h"
 
 typedef struct flesh_adaptive_energy {
-  flesh_ida_problem *problem; /* borrowed, as is the watch */
+  flesh_ida_problem *problem; /* borrowed, as are the next four */
   flesh_energy_watch *watch;
-  double *x, *u;              /* [n] at the end of the last internal step, and over one */
-  double t, before;           /* its end and its start, s */
-  double supplied, later;     /* put in before it, and after the state judged last, J */
+  void *ida;
+  N_Vector y, yp; /* room for what is interpolated */
+  double *x, *r;  /* [n] at t; a residual */
+  double t;       /* to which work is counted, s */
+  double power;   /* of reactions and forces there, W; NaN: not known */
+  int moves;      /* constrained nodes do, until the next event */
 } flesh_adaptive_energy;
 
 int flesh_adaptive_energy_create(flesh_ida_problem *problem, flesh_energy_watch *watch, flesh_adaptive_energy *energy);
@@ -20,9 +23,10 @@ void flesh_adaptive_energy_tolerate(flesh_adaptive_energy *energy, double tolera
 
 /* IDA starts from y [2*n] at t. */
 void flesh_adaptive_energy_start(flesh_adaptive_energy *energy, double t, double *y);
-/* An internal step has led to y [2*n] at t, where the residual was evaluated last. */
-void flesh_adaptive_energy_count(flesh_adaptive_energy *energy, double t, const double *y);
-/* Judges a state within the last internal step. FLESH_ERR_ENERGY as flesh_energy_watch_judge. */
+/* Counts the work from the time to which it is counted to t, within the last internal step. Returns a negative status of
+ * the system or IDA; where the work has no value, the balance restarts. */
+int flesh_adaptive_energy_count(flesh_adaptive_energy *energy, double t);
+/* Judges a state within the last internal step; counts the work to it. FLESH_ERR_ENERGY as flesh_energy_watch_judge. */
 int flesh_adaptive_energy_judge(flesh_adaptive_energy *energy, const flesh_state *state);
 
 #endif

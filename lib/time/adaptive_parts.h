@@ -18,7 +18,7 @@ struct flesh_adaptive {
   void *ida;
   SUNMatrix matrix;
   SUNLinearSolver solver;
-  N_Vector y, yp, atol, errors;
+  N_Vector y, yp, atol, errors, rates; /* the last for the energy's interpolant */
   /* What IDA's memory belongs to: the state given back last, at t with a step of h. */
   int running;
   double t, h, *returned; /* [2*n] */

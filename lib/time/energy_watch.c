@@ -23,8 +23,10 @@
  *   are apart by half of that), nothing of its work is known: the change of E counts as external work.
  * - Others are of second order: power at the step's middle, interpolated between their stages, R.v there. For the
  *   midpoint rule that is its own stage, and v_1.Mv_1/2 - v_0.Mv_0/2 = u.Ma exactly; for Newmark's, BDF2 and HHT the
- *   line through the stages of two steps, which for Newmark's is the trapezoidal rule of its own accelerations; for IDA
- *   those of its internal steps. V(t,x) by half the sum of its change at x_0 and at x_1, exact where V is quadratic.
+ *   line through the stages of two steps, which for Newmark's is the trapezoidal rule of its own accelerations. V(t,x)
+ *   by half the sum of its change at x_0 and at x_1, exact where V is quadratic.
+ * - IDA has an interpolant, along which the power is integrated by Simpson's rule with as many parts as it needs: where
+ *   all is prescribed no error limits the steps (adaptive_energy.c).
  * At an event, where constraints jump and loads begin and end, the change of E counts as external work.
  *
  * Where internal variables change at the end of a step (something breaks), E falls by what that dissipates; so does D.
