@@ -75,6 +75,12 @@ FLESH_API int flesh_effect_surface_contact(const flesh_body *body, const flesh_c
 /* The obstacle of a contact effect, borrowed; NULL for every other effect. */
 FLESH_API const flesh_obstacle *flesh_effect_obstacle(const flesh_effect *effect);
 
+/* How far surfaces that went through each other at the start are apart by now (flesh_contact_options.separates). A pair
+ * is of two patches of surfaces that do not touch each other until they are. */
+typedef struct flesh_separation {
+  int begun, ignored; /* pairs where the run began; and now */
+  double t_apart;     /* s, the end of the step since which all touch; NaN: not yet, or nothing went through anything */
+} flesh_separation;
 #ifdef __cplusplus
 }
 #endif

@@ -93,6 +93,7 @@ typedef struct flesh_costs {
 struct flesh_clearance;
 struct flesh_proximity;
 struct flesh_archive;
+struct flesh_separation;
 
 /* Where the effects are evaluated. `load` in [0,1] scales the external loads (1 except while a
  * static solve raises its load in increments).
@@ -122,8 +123,7 @@ typedef struct flesh_point {
   int softened;
   flesh_threads *threads;
   flesh_costs *costs;
-  /* Which effects are too far from the body to act, so that flesh_system_ functions do not evaluate
-   * them (borrowed); NULL: all are evaluated. */
+  /* Which effects are too far from the body to act and are not evaluated (borrowed); NULL: all are. */
   const struct flesh_clearance *clearance;
   /* What the run's effects know of nodes near each other (borrowed); NULL: each finds it out at every call. */
   const struct flesh_proximity *proximity;
@@ -300,9 +300,10 @@ typedef struct flesh_effect_proximity {
    * mostly at the last one's end. *changed: whether the effect's energy at x is another from now on. NULL: results do
    * not depend on all that. FLESH_UNDEFINED where a place is not finite; FLESH_ERR_MEMORY. */
   int (*follow)(void *near, int accepted, double t, const double *x, int *changed);
-  /* What is remembered of that, to and from a saved history (flesh_integrator_save). NULL: nothing, as for all effects
-   * outside of the library. */
+  /* Saves or loads what `follow` has told (flesh_integrator_save). NULL: nothing, as outside of the library. */
   int (*archive)(void *near, struct flesh_archive *archive);
+  /* Adds what the memory knows of surfaces that begin crossed and are let apart. NULL: none are. */
+  void (*separation)(const void *near, struct flesh_separation *separation);
 } flesh_effect_proximity;
 
 /* For effects with internal variables: what they remember of the path that led here, such as damage, a plastic strain

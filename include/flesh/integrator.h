@@ -5,6 +5,7 @@
 
 #include <stddef.h>
 
+#include "flesh/contact.h"
 #include "flesh/solver.h"
 #include "flesh/state.h"
 #include "flesh/system.h"
@@ -179,12 +180,6 @@ FLESH_API const flesh_energy_balance *flesh_integrator_energy_balance(
  * where and when; positive, INFINITY: never. 1/2 by default. Further errors: FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_integrator_set_max_energy_gain(flesh_integrator *integrator, double gain);
 
-/* How far surfaces that went through each other at the start are apart by now (flesh_contact_options.separates). A pair
- * is of two patches of surfaces that do not touch each other until they are. */
-typedef struct flesh_separation {
-  int begun, ignored; /* pairs where the run began; and now */
-  double t_apart;     /* s, the end of the step since which all touch; NaN: not yet, or nothing went through anything */
-} flesh_separation;
 /* Zeros and NaN where nothing is let apart. */
 FLESH_API flesh_separation flesh_integrator_separation(const flesh_integrator *integrator);
 

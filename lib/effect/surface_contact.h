@@ -111,6 +111,8 @@ void flesh_surface_near_expect(flesh_surface_near *near, const flesh_point *poin
 int flesh_surface_near_follow(flesh_surface_near *near, int accepted, double t, const double *x, int *changed);
 /* What that has led to. FLESH_ERR_MEMORY. */
 int flesh_surface_near_archive(flesh_surface_near *near, flesh_archive *archive);
+/* Adds the pairs that began crossed, those that still are ignored, and when the last ones came apart. */
+void flesh_surface_near_separation(const flesh_surface_near *near, flesh_separation *separation);
 /* Whether the surface is at these places [3*nodes]. */
 int flesh_surface_near_is_at(const flesh_surface_near *near, const double *x, const double *places);
 /* The stiffness of near->set becomes that by the effect's internal variable (NULL: 0). */

@@ -310,9 +310,15 @@ static int follow(void *memory, int accepted, double t, const double *x, int *ch
 
 static int archive_of(void *memory, flesh_archive *archive) { return flesh_surface_near_archive(memory, archive); }
 
+static void separation_of(const void *memory, flesh_separation *separation)
+{
+  flesh_surface_near_separation(memory, separation);
+}
+
 #define SHARED                                                                                                          \
   .create = create, .destroy = flesh_surface_near_destroy, .covers = covers, .coupled = coupled,                        \
   .max_feasible_step = max_feasible_step, .memory = memory_of
 const flesh_effect_proximity flesh_surface_contact_proximity = {SHARED},
-                             flesh_separating_contact_proximity = {SHARED, .follow = follow, .archive = archive_of};
+                             flesh_separating_contact_proximity = {SHARED, .follow = follow, .archive = archive_of,
+                                                                   .separation = separation_of};
 #undef SHARED

@@ -87,6 +87,13 @@ int flesh_surface_near_archive(near *self, flesh_archive *archive)
   return status;
 }
 
+void flesh_surface_near_separation(const flesh_surface_near *self, flesh_separation *separation)
+{
+  separation->begun += self->begun;
+  separation->ignored += self->patches.pair_count;
+  separation->t_apart = fmax(separation->t_apart, self->t_apart);
+}
+
 int flesh_surface_contact_ignored(const flesh_effect *effect, const double *x, int *count, flesh_patch_pair **pairs)
 {
   near *self = NULL;

@@ -123,7 +123,8 @@ static void put_reports(flesh_history *history, const flesh_step_record *record)
 {
   const flesh_state *state = record->state;
   flesh_point point = {.t = state->t, .load = 1, .x = state->x, .v = state->v, .a = history->zeros,
-                       .x_lag = state->x, .v_lag = state->v, .t_lag = state->t};
+                       .x_lag = state->x, .v_lag = state->v, .t_lag = state->t,
+                       .x_frozen = state->x, .v_frozen = state->v};
   double *values = history->values;
   for (int e = 0; e < flesh_system_effect_count(record->system); e++) {
     const flesh_effect *effect = flesh_system_effect(record->system, e);

@@ -3,32 +3,22 @@
 
 #include "base/error.h"
 #include "effect/effect.h"
-#include "system/proximity.h"
+#include "system/effect_point.h"
 
 int flesh_system_internal_count(const flesh_system *system) { return system->internal_count; }
-
-/* The point as effect k sees it. */
-static flesh_point point_of(const flesh_system *system, int k, const flesh_point *point)
-{
-  flesh_point full = *point;
-  if (!full.x_lag) full.x_lag = full.x, full.t_lag = full.t;
-  if (!full.v_lag) full.v_lag = full.v;
-  if (!full.x_frozen) full.x_frozen = full.x, full.v_frozen = full.v;
-  full.near = flesh_proximity_of(full.proximity, k);
-  full.internal = flesh_internal_of(system, k, point->internal);
-  return full;
-}
 
 int flesh_system_update_internal(const flesh_system *system, const flesh_point *point, double *internal, int *changed)
 {
   FLESH_NEED({system, "system"}, {point, "point"}, {internal, "internal"}, {changed, "changed"});
+  double of_ranks[flesh_effect_sums_room(system)];
+  flesh_point full = flesh_effect_point(system, point, of_ranks);
   int status = FLESH_OK;
   *changed = 0;
   for (int k = 0; k < system->entry_count && !status; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     const flesh_effect_internal *can = effect->operations->internal;
     if (!can) continue;
-    const flesh_point full = point_of(system, k, point);
+    flesh_effect_point_turn(system, k, point->internal, of_ranks, &full);
     status = can->update(effect, &full, internal + system->entries[k].internal, changed);
     if (status > 0)
       status = flesh_fail(FLESH_ERR_NONFINITE, "the internal variables of effect %s have no value at t = %g s",
@@ -44,12 +34,14 @@ int flesh_system_update_internal(const flesh_system *system, const flesh_point *
 
 int flesh_system_internal_energies(const flesh_system *system, const flesh_point *point, double *energies, double *sum)
 {
+  double of_ranks[flesh_effect_sums_room(system)];
+  flesh_point full = flesh_effect_point(system, point, of_ranks);
   int status = FLESH_OK;
   *sum = 0;
   for (int k = 0; k < system->entry_count && !status; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     if (!effect->operations->internal || !effect->operations->energy) continue;
-    const flesh_point full = point_of(system, k, point);
+    flesh_effect_point_turn(system, k, point->internal, of_ranks, &full);
     energies[k] = 0;
     status = effect->operations->energy(effect, &full, &energies[k]);
     status = flesh_team_agree(system->team, status);

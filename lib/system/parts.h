@@ -19,6 +19,7 @@ typedef struct flesh_system_entry {
   int *slots; /* of its cells; owned by the entry with owns_slots */
   int owns_slots;
   int internal; /* where its internal variables begin among those of all effects */
+  int sums;     /* likewise its sums over all ranks; -1: it needs none */
 } flesh_system_entry;
 
 /* Which constraint holds each component at time t, counted from 1; 0: none. holder [3*nodes]. */
@@ -35,7 +36,7 @@ struct flesh_system {
   int left_count, *left; /* blocks that it does not set; NULL: all */
   const flesh_team *team; /* borrowed; NULL: none */
   int others_hold;        /* 1: an effect of some rank holds constraints by multipliers, so that all ranks have such */
-  double *rank_sums;      /* [entry_count * FLESH_RANK_SUMS] of the last point; NULL: no effect needs any */
+  int summed;             /* how many effects need sums over all ranks */
 };
 
 #endif

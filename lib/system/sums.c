@@ -6,32 +6,11 @@
 #include "base/error.h"
 #include "effect/effect.h"
 #include "system/clearance.h"
-#include "system/internal.h"
+#include "system/effect_point.h"
 #include "system/one_effect.h"
 #include "system/parts.h"
 #include "system/position_potential.h"
 #include "system/proximity.h"
-#include "system/rank_sums.h"
-
-/* The point as effects see it. */
-static flesh_point with_lag(const flesh_system *system, const flesh_point *point)
-{
-  flesh_point full = *point;
-  if (!full.x_lag) full.x_lag = full.x, full.t_lag = full.t;
-  if (!full.v_lag) full.v_lag = full.v;
-  if (!full.x_frozen) full.x_frozen = full.x, full.v_frozen = full.v;
-  full.near = NULL;
-  flesh_rank_sums_find(system, &full);
-  return full;
-}
-
-/* Sets what effect k alone is to see. */
-static void turn_to(const flesh_system *system, int k, const double *internal, flesh_point *full)
-{
-  full->near = flesh_proximity_of(full->proximity, k);
-  full->internal = flesh_internal_of(system, k, internal);
-  full->sums = flesh_rank_sums_of(system, k);
-}
 
 static double cpu_time(const flesh_costs *costs)
 {
@@ -72,14 +51,15 @@ static int collect(const flesh_system *system, double *r)
 static int sum_residuals(const flesh_system *system, int from, int until, const flesh_point *point, int external_only,
                          unsigned roles, double *r)
 {
-  flesh_point full = with_lag(system, point);
+  double of_ranks[flesh_effect_sums_room(system)];
+  flesh_point full = flesh_effect_point(system, point, of_ranks);
   memset(r, 0, (size_t)system->nodes * 3 * sizeof *r);
   for (int k = from; k < until; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     if (!effect->operations->residual || (external_only && effect->operations->role != FLESH_ROLE_LOAD)) continue;
     if (!(roles & FLESH_ROLE_BIT(effect->operations->role))) continue;
     const double start = cpu_time(full.costs);
-    turn_to(system, k, point->internal, &full);
+    flesh_effect_point_turn(system, k, point->internal, of_ranks, &full);
     int status = flesh_clearance_holds(full.clearance, k) ? FLESH_OK : effect->operations->residual(effect, &full, r);
     count(full.costs, k, CALL_RESIDUAL, start);
     if (status) return flesh_team_agree(system->team, status);
@@ -129,15 +109,15 @@ static void clear_part(void *data, int task)
     memset(c->K->values + 9 * (size_t)left[k], 0, 9 * sizeof *c->K->values);
 }
 
-static int add_jacobian(const flesh_system *system, int k, int anew, const double *internal, flesh_point *full,
-                        const flesh_shift *shift, flesh_block_matrix *K)
+static int add_jacobian(const flesh_system *system, int k, int anew, const double *internal, const double *of_ranks,
+                        flesh_point *full, const flesh_shift *shift, flesh_block_matrix *K)
 {
   const flesh_system_entry *e = &system->entries[k];
   const flesh_effect_operations *can = e->effect->operations;
   const int *slots = K->layout ? K->layout->slots[k] : e->slots;
   const double start = cpu_time(full->costs);
   int status = FLESH_OK;
-  turn_to(system, k, internal, full);
+  flesh_effect_point_turn(system, k, internal, of_ranks, full);
   if (anew) status = flesh_effect_shortcuts_of(e->effect)->jacobian_assign(e->effect, full, shift, K, slots);
   else if (!flesh_clearance_holds(full->clearance, k)) status = can->jacobian(e->effect, full, shift, K, slots);
   count(full->costs, k, CALL_JACOBIAN, start);
@@ -149,15 +129,16 @@ int flesh_system_jacobian(const flesh_system *system, const flesh_point *point,
 {
   FLESH_NEED({system, "system"}, {point, "point"}, {shift, "shift"}, {K, "K"});
   const flesh_layout *layout = K->layout;
-  flesh_point full = with_lag(system, point);
+  double of_ranks[flesh_effect_sums_room(system)];
+  flesh_point full = flesh_effect_point(system, point, of_ranks);
   int status = FLESH_OK;
   flesh_threads_run(point->threads, CLEARED_PARTS, clear_part,
                     &(clearing){K, layout ? layout->left : system->left,
                                 layout ? layout->left_count : system->left_count});
-  if (system->leader >= 0) status = add_jacobian(system, system->leader, 1, point->internal, &full, shift, K);
+  if (system->leader >= 0) status = add_jacobian(system, system->leader, 1, point->internal, of_ranks, &full, shift, K);
   for (int k = 0; k < system->entry_count && !status; k++)
     if (k != system->leader && system->entries[k].effect->operations->jacobian)
-      status = add_jacobian(system, k, 0, point->internal, &full, shift, K);
+      status = add_jacobian(system, k, 0, point->internal, of_ranks, &full, shift, K);
   return flesh_team_agree(system->team, status);
 }
 
@@ -183,7 +164,8 @@ static int sum_up(const flesh_position_potential sums[2], flesh_position_potenti
 int flesh_system_potential_by_position(const flesh_system *system, const flesh_point *point, const flesh_shift *shift,
                                   flesh_position_potential *by_position, double *phi, double *magnitude)
 {
-  flesh_point full = with_lag(system, point);
+  double of_ranks[flesh_effect_sums_room(system)];
+  flesh_point full = flesh_effect_point(system, point, of_ranks);
   flesh_position_potential sums[2] = {{0}}; /* of the others, of the by_position */
   int status = FLESH_OK;
   for (int k = 0; k < system->entry_count && !status; k++) {
@@ -192,7 +174,7 @@ int flesh_system_potential_by_position(const flesh_system *system, const flesh_p
     if (!effect->operations->potential || (of_position && by_position->known)) continue;
     flesh_position_potential *sum = &sums[of_position];
     const double start = cpu_time(full.costs);
-    turn_to(system, k, point->internal, &full);
+    flesh_effect_point_turn(system, k, point->internal, of_ranks, &full);
     status = flesh_clearance_holds(full.clearance, k)
                  ? FLESH_OK
                  : effect->operations->potential(effect, &full, shift, &sum->phi, &sum->magnitude);
@@ -224,7 +206,8 @@ static int evaluate_effect(const flesh_effect *effect, const flesh_point *point,
 int flesh_system_evaluate_by_position(const flesh_system *system, const flesh_point *point, const flesh_shift *shift,
                                  flesh_position_potential *by_position, double *r, double *phi, double *magnitude)
 {
-  flesh_point full = with_lag(system, point);
+  double of_ranks[flesh_effect_sums_room(system)];
+  flesh_point full = flesh_effect_point(system, point, of_ranks);
   flesh_position_potential sums[2] = {{0}};
   memset(r, 0, (size_t)system->nodes * 3 * sizeof *r);
   by_position->known = 0;
@@ -236,7 +219,7 @@ int flesh_system_evaluate_by_position(const flesh_system *system, const flesh_po
     if (!calls) continue;
     flesh_position_potential *sum = &sums[flesh_effect_has_trait(effect, FLESH_DEPENDS_ON_POSITION_ONLY)];
     const double start = cpu_time(full.costs);
-    turn_to(system, k, point->internal, &full);
+    flesh_effect_point_turn(system, k, point->internal, of_ranks, &full);
     status = flesh_clearance_holds(full.clearance, k)
                  ? FLESH_OK
                  : evaluate_effect(effect, &full, shift, r, &sum->phi, &sum->magnitude);
@@ -273,7 +256,8 @@ static int sum_energies(const flesh_system *system, int knows_positions, int sta
 int flesh_system_energies_by_position(const flesh_system *system, const flesh_point *point,
                                  const flesh_position_potential *by_position, double *energies)
 {
-  flesh_point full = with_lag(system, point);
+  double of_ranks[flesh_effect_sums_room(system)];
+  flesh_point full = flesh_effect_point(system, point, of_ranks);
   int of_position = 0;
   for (int k = 0; by_position->known && k < system->entry_count; k++)
     of_position += flesh_effect_has_trait(system->entries[k].effect, FLESH_DEPENDS_ON_POSITION_ONLY);
@@ -287,7 +271,7 @@ int flesh_system_energies_by_position(const flesh_system *system, const flesh_po
       continue;
     }
     const double start = cpu_time(full.costs);
-    turn_to(system, k, point->internal, &full);
+    flesh_effect_point_turn(system, k, point->internal, of_ranks, &full);
     status = effect->operations->energy(effect, &full, &energies[k]);
     count(full.costs, k, CALL_ENERGY, start);
   }
@@ -297,13 +281,14 @@ int flesh_system_energies_by_position(const flesh_system *system, const flesh_po
 int flesh_system_role_energies(const flesh_system *system, flesh_role role, const flesh_point *point, double *energies,
                                double *sum)
 {
-  flesh_point full = with_lag(system, point);
+  double of_ranks[flesh_effect_sums_room(system)];
+  flesh_point full = flesh_effect_point(system, point, of_ranks);
   *sum = 0;
   for (int k = 0; k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     double energy = 0;
     if (effect->operations->role != role) continue;
-    turn_to(system, k, point->internal, &full);
+    flesh_effect_point_turn(system, k, point->internal, of_ranks, &full);
     int status = effect->operations->energy ? effect->operations->energy(effect, &full, &energy) : FLESH_OK;
     status = flesh_team_sum_agreed(system->team, status, 1, &energy);
     if (energies) energies[k] = energy;

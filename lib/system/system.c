@@ -12,7 +12,7 @@
 #include "parallel/rank_part.h"
 #include "system/feasible_step.h"
 #include "system/parts.h"
-#include "system/rank_sums.h"
+#include "system/effect_point.h"
 #include "system/ranks.h"
 
 int flesh_system_create(const flesh_mesh *mesh, flesh_system **system)
@@ -43,7 +43,6 @@ void flesh_system_destroy(flesh_system **system)
   flesh_free(self->constraints);
   flesh_pattern_clear(&self->pattern);
   flesh_free(self->left);
-  flesh_free(self->rank_sums);
   flesh_free(self);
   *system = NULL;
 }
@@ -214,7 +213,7 @@ static int make_pattern(flesh_system *system)
     e->owns_slots = !status;
   }
   if (!status) status = find_leader(system);
-  if (!status) status = flesh_rank_sums_create(system);
+  flesh_effect_sums_count(system);
   system->finished = !status;
   return status;
 }
@@ -332,9 +331,9 @@ int flesh_system_set_part(flesh_system *system, const flesh_rank_part *rank_part
   if (system->mesh != flesh_rank_part_mesh(rank_part))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the system is on another mesh; it must be on flesh_rank_part_mesh's");
   system->team = flesh_rank_part_team(rank_part);
-  const int status = flesh_team_agree(system->team, flesh_rank_sums_create(system));
-  if (!status) find_others_hold(system);
-  return status;
+  flesh_effect_sums_count(system);
+  find_others_hold(system);
+  return FLESH_OK;
 }
 
 const flesh_team *flesh_system_team(const flesh_system *system) { return system->team; }

@@ -7,9 +7,8 @@
 
 #include "effect/effect.h"
 #include "system/clearance.h"
-#include "system/internal.h"
+#include "system/effect_point.h"
 #include "system/position_potential.h"
-#include "system/rank_sums.h"
 #include "system/ranks.h"
 
 static flesh_work_kind kind_of(const flesh_effect *effect)
@@ -36,10 +35,8 @@ int flesh_system_work_of_forces(const flesh_system *system, const flesh_point *p
   const double h = t_to - t_from, begin = u ? t_from : fmax(t_from, point->t - moment * h);
   const double end = u ? t_to : begin + moment * h;
   double *r = scratch, *carried = scratch + n;
-  flesh_point full = *point; /* what is not lagged is the point's own */
-  if (!full.x_lag) full.x_lag = full.x, full.t_lag = full.t;
-  if (!full.v_lag) full.v_lag = full.v;
-  flesh_rank_sums_find(system, &full);
+  double of_ranks[flesh_effect_sums_room(system)];
+  flesh_point full = flesh_effect_point(system, point, of_ranks);
   *work = 0;
   for (int k = 0; k < flesh_system_effect_count(system); k++) {
     const flesh_effect *effect = flesh_system_effect(system, k);
@@ -56,8 +53,7 @@ int flesh_system_work_of_forces(const flesh_system *system, const flesh_point *p
     }
     if (moves) {
       memset(r, 0, n * sizeof *r);
-      full.internal = flesh_internal_of(system, k, point->internal);
-      full.sums = flesh_rank_sums_of(system, k);
+      flesh_effect_point_turn(system, k, point->internal, of_ranks, &full);
       status = effect->operations->residual(effect, &full, r);
     }
     for (size_t d = 0; d < n && moves; d++) sum += r[d] * along[d];
@@ -72,21 +68,24 @@ int flesh_system_work_of_forces(const flesh_system *system, const flesh_point *p
 int flesh_system_work_in_time(const flesh_system *system, double t_from, double t_to, const flesh_state *state,
                               const double *energies, int at_end, double *work)
 {
+  double of_ranks[2][flesh_effect_sums_room(system)];
+  flesh_point full[2]; /* at either time */
+  for (int end = 0; end < 2; end++) {
+    const flesh_point point = {.t = end ? t_to : t_from, .load = 1, .x = state->x, .v = state->v, .a = state->v};
+    full[end] = flesh_effect_point(system, &point, of_ranks[end]);
+  }
   *work = 0;
   for (int k = 0; k < flesh_system_effect_count(system); k++) {
     const flesh_effect *effect = flesh_system_effect(system, k);
     if (kind_of(effect) != FLESH_WORK_IN_TIME) continue;
     double known[2] = {energies ? energies[k] : 0, energies ? energies[k] : 0};
     for (int end = 0; end < 2; end++) {
-      const double t = end ? t_to : t_from;
-      const double *x = state->x, *v = state->v;
-      const flesh_point point = {.t = t, .load = 1, .x = x, .v = v, .a = v, .x_lag = x, .v_lag = v, .t_lag = t,
-                                 .internal = flesh_internal_of(system, k, state->internal)};
       if (energies && end == at_end) continue;
       known[end] = 0;
-      int status = flesh_team_agree(flesh_system_team(system), effect->operations->energy(effect, &point, &known[end]));
+      flesh_effect_point_turn(system, k, state->internal, of_ranks[end], &full[end]);
+      int status = flesh_team_agree(system->team, effect->operations->energy(effect, &full[end], &known[end]));
       if (status) return status;
-      flesh_team_sum(flesh_system_team(system), 1, &known[end]);
+      flesh_team_sum(system->team, 1, &known[end]);
     }
     *work += known[1] - known[0];
   }

@@ -8,7 +8,6 @@
 #include "base/error.h"
 #include "base/huge_pages.h"
 #include "effect/effect.h"
-#include "effect/surface_contact.h"
 #include "system/ranks.h"
 
 static const double max_energy_gain = 0.5;
@@ -225,11 +224,9 @@ flesh_separation flesh_integrator_separation(const flesh_integrator *integrator)
   const flesh_system *system = integrator->system;
   flesh_separation separation = {.t_apart = NAN};
   for (int e = 0; e < flesh_system_effect_count(system); e++) {
-    if (flesh_system_effect(system, e)->operations != &flesh_separating_contact_operations) continue;
-    const flesh_surface_near *near = flesh_proximity_of(flesh_nonlinear_proximity(integrator->nonlinear), e);
-    separation.begun += near->begun;
-    separation.ignored += near->patches.pair_count;
-    separation.t_apart = fmax(separation.t_apart, near->t_apart);
+    const flesh_effect_proximity *can = flesh_system_effect(system, e)->operations->proximity;
+    const void *near = flesh_proximity_of(flesh_nonlinear_proximity(integrator->nonlinear), e);
+    if (can && can->separation && near) can->separation(near, &separation);
   }
   return separation;
 }

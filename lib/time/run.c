@@ -40,7 +40,7 @@ static int find_rest(watch *w)
   const double *rest = flesh_mesh_positions(w->mesh);
   w->rest_volume = flesh_mesh_volume(w->mesh, rest);
   const flesh_point point = {.load = 1, .x = rest, .v = w->zeros, .a = w->zeros,
-                             .x_lag = rest, .v_lag = w->zeros};
+                             .x_lag = rest, .v_lag = w->zeros, .x_frozen = rest, .v_frozen = w->zeros};
   for (int e = 0; e < flesh_system_effect_count(w->system); e++) {
     const flesh_effect *effect = flesh_system_effect(w->system, e);
     /* Only elasticity's formula has an arbitrary constant. */
@@ -91,8 +91,8 @@ static void look_at_shape(watch *w, const flesh_state *state, flesh_step_record 
 static void find_reports(const watch *w, const flesh_point *point)
 {
   flesh_point full = *point;
-  full.x_lag = point->x;
-  full.v_lag = point->v;
+  full.x_lag = full.x_frozen = point->x;
+  full.v_lag = full.v_frozen = point->v;
   full.t_lag = point->t;
   flesh_rank_numbers_report(w->system, &full, w->reports);
 }

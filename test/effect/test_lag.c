@@ -1,4 +1,4 @@
-/* test_lag.c: the lagged state that effects see is the last accepted one: the start of the step in every method that
+/* test_lag.c: effects see a frozen state always, and the lagged state that they see is the last accepted one: the start of the step in every method that
  * steps, the last load increment at rest in statics, the point's own where nothing is stepped over. */
 #include <nvector/nvector_serial.h>
 #include <stdlib.h>
@@ -10,6 +10,7 @@
 /* What an effect saw: how often, and whether the lagged state was ever another than it should be. */
 typedef struct witness {
   int n, calls, wrong;
+  int energies, unfrozen; /* calls of the energy; points without a frozen state */
   int own;             /* 1: must be the point's; 0: must be x and v */
   const double *x, *v;
 } witness;
@@ -20,6 +21,7 @@ static int look(const flesh_effect *effect, const flesh_point *point)
   const size_t bytes = (size_t)w->n * sizeof(double);
   const double *x = w->own ? point->x : w->x, *v = w->own ? point->v : w->v;
   w->calls++;
+  w->unfrozen += !point->x_frozen;
   w->wrong += !point->x_lag || !point->v_lag || memcmp(point->x_lag, x, bytes) ||
               memcmp(point->v_lag, v, bytes);
   return FLESH_OK;
@@ -45,8 +47,19 @@ static int look_potential(const flesh_effect *effect, const flesh_point *point, 
   return look(effect, point);
 }
 
+/* An energy that may change with time at a place: its work is counted at the ends of steps, at points of their own. */
+static int look_energy(const flesh_effect *effect, const flesh_point *point, double *energy)
+{
+  witness *w = effect->data;
+  w->energies++;
+  w->unfrozen += !point->x_frozen || !point->x_lag || !point->v_lag;
+  *energy = 0;
+  return FLESH_OK;
+}
+
 static const flesh_effect_operations operations = {.name = "witness", .residual = look_residual,
-                                                   .jacobian = look_jacobian, .potential = look_potential};
+                                                   .jacobian = look_jacobian, .potential = look_potential,
+                                                   .energy = look_energy};
 
 static void make(test_body *b, witness *w)
 {
@@ -81,7 +94,8 @@ static void steps_lag_their_start(void)
     w = (witness){.n = b.n, .own = method == FLESH_METHOD_ADAPTIVE, .x = x, .v = v};
     CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.01, NULL));
     printf("# %s: %d calls, %d wrong\n", flesh_method_name((flesh_method)method), w.calls, w.wrong);
-    CHECK(w.calls > 3);
+    CHECK(w.calls > 3 && w.unfrozen == 0);
+    CHECK(w.energies > 0 || method == FLESH_METHOD_STATIC);
     /* The midpoint rule asks whether the end of its step has an energy: a point of its own. */
     CHECK(w.wrong <= (method == FLESH_METHOD_MIDPOINT || method == FLESH_METHOD_HHT));
     flesh_integrator_destroy(&integrator);
