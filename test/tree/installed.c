@@ -20,8 +20,11 @@ int main(void)
   flesh_system *system = NULL;
   flesh_solver_options options;
   flesh_integrator *integrator = NULL;
-  flesh_state state = {.t = 0, .x = x, .v = v};
+  flesh_state state;
 
+  memset(&state, 0, sizeof state);
+  state.x = x;
+  state.v = v;
   status = flesh_mesh_box(cells, size, origin, &mesh);
   if (status || flesh_mesh_node_count(mesh) != NODES || flesh_mesh_tet_count(mesh) != TETS) return 1;
   memcpy(x, flesh_mesh_positions(mesh), sizeof x);
@@ -29,7 +32,12 @@ int main(void)
   for (int i = 0; i < NODES; i++)
     if (x[3 * i] == 0) wall[held++] = i;
   if (flesh_material_from_lame(FLESH_ENERGY_S, FLESH_CONSTANTS_RAW, 34000, 306000, &material)) return 1;
-  flesh_body body = {mesh, density, &material, NULL, FLESH_MASS_LUMPED};
+  flesh_body body;
+  memset(&body, 0, sizeof body);
+  body.mesh = mesh;
+  body.density = density;
+  body.materials = &material;
+  body.mass = FLESH_MASS_LUMPED;
   flesh_solver_options_default(&options);
   options.linear_solver = FLESH_LINEAR_KLU;
   if (!status) status = flesh_effect_elasticity(&body, &elasticity);

@@ -1,5 +1,6 @@
 #!/bin/sh
-# test_headers.sh: every public header compiles alone, as C11 and as C++17, without a warning.
+# test_headers.sh: every public header compiles alone, as C11 and as C++17, and every C program of a page as C11, without
+# a warning.
 # Speaks TAP. CC and CXX name the compilers, INCLUDES what a build adds for the header that it makes, SUNDIALS and MPI.
 set -u
 
@@ -10,21 +11,18 @@ trap 'rm -rf "$work"' EXIT
 includes=${INCLUDES:-"\"-I$top/build/include\""} # words as the shell reads them
 
 number=0
-# compile LANGUAGE HEADER COMPILER FLAGS...: one TAP line.
+# compile NAME FILE COMPILER FLAGS...: one TAP line.
 compile() {
-  language=$1
-  header=$2
+  name=$1
+  file=$2
   shift 2
   eval "set -- \"\$@\" $includes"
   number=$((number + 1))
-  # Twice, so that the guard is seen to work; a header may declare nothing.
-  printf '#include "flesh/%s"\n#include "flesh/%s"\nstruct something;\n' "$header" "$header" >"$work/alone.$language"
-  # shellcheck disable=SC2086
-  if "$@" -Wall -Wextra -Wpedantic -Werror -fsyntax-only -I"$top/include" "$work/alone.$language" >"$work/log" 2>&1; then
-    echo "ok $number - $header alone as $language"
+  if "$@" -Wall -Wextra -Wpedantic -Werror -fsyntax-only -I"$top/include" "$file" >"$work/log" 2>&1; then
+    echo "ok $number - $name"
   else
     sed 's/^/# /' "$work/log"
-    echo "not ok $number - $header alone as $language"
+    echo "not ok $number - $name"
   fi
 }
 
@@ -35,14 +33,29 @@ done
 
 cd "$top/include/flesh" || exit 1
 for header in *.h sundials_abi.h; do
+  # Twice, so that the guard is seen to work; a header may declare nothing.
+  printf '#include "flesh/%s"\n#include "flesh/%s"\nstruct something;\n' "$header" "$header" >"$work/alone.c"
+  cp "$work/alone.c" "$work/alone.cpp"
   # shellcheck disable=SC2086
-  compile c "$header" ${CC:-cc} -std=c11
+  compile "$header alone as c" "$work/alone.c" ${CC:-cc} -std=c11
   if [ -n "$cxx" ]; then
     # shellcheck disable=SC2086
-    compile cpp "$header" $cxx -std=c++17
+    compile "$header alone as cpp" "$work/alone.cpp" $cxx -std=c++17
   else
     number=$((number + 1))
     echo "ok $number - $header alone as cpp # SKIP there is no C++ compiler"
   fi
+done
+
+# The blocks of pages that are whole programs: "```c NAME.c".
+cd "$top" || exit 1
+for page in README.md include/flesh/README.md drivers/*.md lib/*.md; do
+  awk -v folder="$work" '/^```c [a-z_]+\.c$/ { file = folder "/page_" $2; next } /^```/ { file = "" } file { print >file }' \
+    "$page"
+done
+for program in "$work"/page_*.c; do
+  name=${program##*/page_}
+  # shellcheck disable=SC2086
+  compile "$name of a page" "$program" ${CC:-cc} -std=c11
 done
 echo "1..$number"

@@ -29,7 +29,7 @@ skip() {
   echo "ok $number - $1 # SKIP $2"
 }
 
-count=24
+count=28
 echo 1..$count
 if ! command -v meson >/dev/null 2>&1; then
   while [ "$number" -lt $count ]; do skip 'installed copy' 'there is no meson to install with'; done
@@ -57,8 +57,14 @@ cat "$include"/flesh/*.h | tr '\n' ' ' | grep -oE 'FLESH_API [^;(]*\(' | grep -o
 nm -D --defined-only "$library/libflesh.so" | awk '{ print $3 }' | LC_ALL=C sort >"$work/shown"
 diff "$work/declared" "$work/shown" >"$work/log" && [ -s "$work/shown" ]
 verdict $? 'the shared library shows the public functions and nothing else'
-readelf -d "$library/libflesh.so" >"$work/log" && grep -q 'SONAME.*\[libflesh\.so\.[0-9]*\]' "$work/log"
-verdict $? 'the shared library has a soname of the major version'
+# While MAJOR is 0, MINOR tells what goes together.
+version=$(sed -n 's/^#define FLESH_VERSION_STRING "\(.*\)"$/\1/p' "$include/flesh/version.h")
+case $version in
+0.*) together=${version%.*} ;;
+*) together=${version%%.*} ;;
+esac
+readelf -d "$library/libflesh.so" >"$work/log" && grep -q "SONAME.*\[libflesh\.so\.$together\]" "$work/log"
+verdict $? "the soname ends with $together"
 # SUNDIALS, SuiteSparse, libfyaml: no GSL, which is GPL.
 ! grep -q 'NEEDED.*\(gsl\|jansson\)' "$work/log"
 verdict $? 'the library does without the libraries of the program'
@@ -102,10 +108,10 @@ build() {
     if [ "$kind" = static ]; then
       PKG_CONFIG_PATH="$work/static${library#"$work/copy"}/pkgconfig:$PKG_CONFIG_PATH"
       # shellcheck disable=SC2046
-      "$@" -Wall -Wextra "installed.$language" $(pkg-config --cflags --libs --static flesh) -o program
+      "$@" -Wall -Wextra -Werror "installed.$language" $(pkg-config --cflags --libs --static flesh) -o program
     else
       # shellcheck disable=SC2046
-      "$@" -Wall -Wextra "installed.$language" $(pkg-config --cflags --libs flesh) \
+      "$@" -Wall -Wextra -Werror "installed.$language" $(pkg-config --cflags --libs flesh) \
         -Wl,-rpath,"$library" -o program
     fi
   ) >"$work/log" 2>&1 && runs "$work/program"
@@ -121,15 +127,17 @@ for kind in shared static; do
   fi
 done
 
-# A program that owns its KINSOL and its KLU: the headers and libraries of both are in flesh.pc.
+# A program that owns its KINSOL and its KLU: the headers and libraries of both are in flesh.pc and flesh-sundials.pc.
 cp "$here/../../drivers/examples/bar.h" "$here/../../drivers/examples/bar_kinsol.c" "$work"
-# shellcheck disable=SC2046,SC2086
-(
-  cd "$work" && unset CPATH C_INCLUDE_PATH LIBRARY_PATH LD_LIBRARY_PATH &&
-    ${CC:-cc} -std=c11 bar_kinsol.c $(pkg-config --cflags --libs --static flesh) -Wl,-rpath,"$library" -o owner &&
-    ./owner >said && diff said "$here/../reference/examples/bar_kinsol.txt"
-) >"$work/log" 2>&1
-verdict $? 'pkg-config, a program that owns KINSOL and KLU'
+for packages in '--static flesh' flesh-sundials; do
+  # shellcheck disable=SC2046,SC2086
+  (
+    cd "$work" && unset CPATH C_INCLUDE_PATH LIBRARY_PATH LD_LIBRARY_PATH &&
+      ${CC:-cc} -std=c11 bar_kinsol.c $(pkg-config --cflags --libs $packages) -Wl,-rpath,"$library" -o owner &&
+      ./owner >said && diff said "$here/../reference/examples/bar_kinsol.txt"
+  ) >"$work/log" 2>&1
+  verdict $? "pkg-config $packages, a program that owns KINSOL and KLU"
+done
 
 # others LINES: compiles against SUNDIALS' headers as they would be with other LINES in sundials_config.h.
 mkdir -p "$work/others/sundials"
@@ -194,44 +202,55 @@ END
 verdict $? 'another SUNDIALS that is loaded is refused'
 
 if ! command -v cmake >/dev/null 2>&1; then
-  for what in 'shared library, c' 'shared library, cpp' 'static library, c' 'static library, cpp' \
-    'a program that owns KINSOL and KLU'; do
-    skip "CMake, $what" 'there is no cmake'
-  done
+  while [ "$number" -lt $count ]; do skip 'CMake' 'there is no cmake'; done
   exit 0
 fi
-languages=C
-[ -z "$cxx" ] || languages='C CXX'
-{
-  printf 'cmake_minimum_required(VERSION 3.10)\nproject(outside %s)\n' "$languages"
-  # While MAJOR is 0, MINOR tells what goes together.
-  wanted=$(sed -n 's/^#define FLESH_VERSION_STRING "\([0-9]*\.[0-9]*\).*/\1/p' "$include/flesh/version.h")
-  printf 'find_package(flesh %s REQUIRED)\n' "$wanted"
-  printf 'add_executable(shared_c installed.c)\ntarget_link_libraries(shared_c flesh::flesh)\n'
-  printf 'add_executable(static_c installed.c)\ntarget_link_libraries(static_c flesh::flesh_static)\n'
-  printf 'add_executable(owner_c bar_kinsol.c)\ntarget_link_libraries(owner_c flesh::flesh_static)\n'
-  if [ -n "$cxx" ]; then
-    printf 'set(CMAKE_CXX_STANDARD 17)\n'
-    printf 'add_executable(shared_cpp installed.cpp)\ntarget_link_libraries(shared_cpp flesh::flesh)\n'
-    printf 'add_executable(static_cpp installed.cpp)\ntarget_link_libraries(static_cpp flesh::flesh_static)\n'
-  fi
-} >"$work/CMakeLists.txt"
-(
-  cd "$work" && mkdir by_cmake && cd by_cmake &&
-    cmake -G Ninja -DCMAKE_PREFIX_PATH="${library%/lib*}" -Dflesh_DIR="$library/cmake/flesh" .. && cmake --build .
-) >"$work/cmake.log" 2>&1
+# by_cmake FOLDER LANGUAGES LINES: configures and builds a project of these languages.
+by_cmake() {
+  mkdir "$work/$1"
+  {
+    printf 'cmake_minimum_required(VERSION 3.10)\nproject(outside %s)\nset(CMAKE_CXX_STANDARD 17)\n' "$2"
+    printf 'find_package(flesh %s REQUIRED)\n%s\n' "${version%.*}" "$3"
+  } >"$work/$1/CMakeLists.txt"
+  cmake -G Ninja -S "$work/$1" -B "$work/$1/build" -DCMAKE_PREFIX_PATH="${library%/lib*}" \
+    -Dflesh_DIR="$library/cmake/flesh" >"$work/$1.log" 2>&1 && cmake --build "$work/$1/build" >>"$work/$1.log" 2>&1
+}
+# program NAME SOURCE TARGETS...: lines of a project.
+program() {
+  printf 'add_executable(%s %s)\ntarget_link_libraries(%s' "$1" "$work/$2" "$1"
+  shift 2
+  printf ' %s' "$@"
+  echo ')'
+}
+by_cmake c C "$(program shared installed.c flesh::flesh)
+$(program static installed.c flesh::flesh_static)
+$(program owner bar_kinsol.c flesh::flesh flesh::sundials)
+$(program static_owner bar_kinsol.c flesh::flesh_static)"
 for kind in shared static; do
-  for language in c cpp; do
-    if [ "$language" = cpp ] && [ -z "$cxx" ]; then
-      skip "CMake, $kind library, $language" 'there is no C++ compiler'
+  cp "$work/c.log" "$work/log"
+  runs "$work/c/build/$kind"
+  verdict $? "CMake, $kind library, c"
+done
+for kind in owner static_owner; do
+  cp "$work/c.log" "$work/log"
+  "$work/c/build/$kind" >"$work/said" 2>>"$work/log" &&
+    diff "$work/said" "$here/../reference/examples/bar_kinsol.txt" >>"$work/log"
+  verdict $? "CMake, $kind of KINSOL and KLU"
+done
+# Projects of C++ with C and without.
+for languages in 'C CXX' CXX; do
+  folder=$(echo "$languages" | tr -d ' ')
+  if [ -n "$cxx" ]; then
+    by_cmake "$folder" "$languages" "$(program shared installed.cpp flesh::flesh)
+$(program static installed.cpp flesh::flesh_static)"
+  fi
+  for kind in shared static; do
+    if [ -z "$cxx" ]; then
+      skip "CMake, $kind library, languages $languages" 'there is no C++ compiler'
       continue
     fi
-    cp "$work/cmake.log" "$work/log"
-    runs "$work/by_cmake/${kind}_$language"
-    verdict $? "CMake, $kind library, $language"
+    cp "$work/$folder.log" "$work/log"
+    runs "$work/$folder/build/$kind"
+    verdict $? "CMake, $kind library, languages $languages"
   done
 done
-cp "$work/cmake.log" "$work/log"
-"$work/by_cmake/owner_c" >"$work/said" 2>>"$work/log" &&
-  diff "$work/said" "$here/../reference/examples/bar_kinsol.txt" >>"$work/log"
-verdict $? 'CMake, a program that owns KINSOL and KLU'
