@@ -55,62 +55,74 @@ static void print_component_names(FILE *stream, const flesh_vtu_array *array)
   }
 }
 
-static void print_header(FILE *stream, const char *type, const flesh_vtu_array *array, uint64_t bytes, uint64_t *offset)
+/* A file that is written: the bytes of a block's length (4 or 8), and where the next block begins. */
+typedef struct writer {
+  FILE *stream;
+  size_t length_size;
+  uint64_t offset;
+} writer;
+
+static void print_header(writer *w, const char *type, const flesh_vtu_array *array, uint64_t bytes)
 {
+  FILE *stream = w->stream;
   fprintf(stream, "        <DataArray type=\"%s\" Name=\"", type);
   print_escaped(stream, array->name);
   fprintf(stream, "\" NumberOfComponents=\"%d\"", array->components);
   print_component_names(stream, array);
-  fprintf(stream, " format=\"appended\" offset=\"%llu\"", (unsigned long long)*offset);
+  fprintf(stream, " format=\"appended\" offset=\"%llu\"", (unsigned long long)w->offset);
   if (array->unit) {
     fputs(">\n          <InformationKey name=\"UNITS_LABEL\" location=\"vtkDataArray\">", stream);
     print_escaped(stream, array->unit);
     fputs("</InformationKey>\n        </DataArray>\n", stream);
   } else fputs("/>\n", stream);
-  *offset += sizeof(uint64_t) + bytes;
+  w->offset += w->length_size + bytes;
 }
 
 /* Of what the format itself asks for. */
-static void print_plain_header(FILE *stream, const char *type, const char *name, int components, uint64_t bytes,
-                               uint64_t *offset)
+static void print_plain_header(writer *w, const char *type, const char *name, int components, uint64_t bytes)
 {
-  print_header(stream, type, &(flesh_vtu_array){.name = name, .components = components}, bytes, offset);
+  print_header(w, type, &(flesh_vtu_array){.name = name, .components = components}, bytes);
 }
 
-static void print_array_headers(FILE *stream, const char *section, int array_count,
-                                const flesh_vtu_array *arrays, int count, uint64_t *offset)
+static void print_array_headers(writer *w, const char *section, int array_count, const flesh_vtu_array *arrays, int count)
 {
-  fprintf(stream, "      <%s>\n", section);
+  fprintf(w->stream, "      <%s>\n", section);
   for (int a = 0; a < array_count; a++)
-    print_header(stream, arrays[a].doubles ? "Float64" : "Int32", &arrays[a], array_bytes(&arrays[a], count), offset);
-  fprintf(stream, "      </%s>\n", section);
+    print_header(w, arrays[a].doubles ? "Float64" : "Int32", &arrays[a], array_bytes(&arrays[a], count));
+  fprintf(w->stream, "      </%s>\n", section);
 }
 
-static void write_block(FILE *stream, const void *values, uint64_t bytes)
+static void write_length(const writer *w, uint64_t bytes)
 {
-  fwrite(&bytes, sizeof bytes, 1, stream);
-  if (bytes) fwrite(values, 1, bytes, stream);
+  const uint32_t narrow = (uint32_t)bytes;
+  fwrite(w->length_size == sizeof narrow ? (const void *)&narrow : &bytes, w->length_size, 1, w->stream);
 }
 
-static void write_arrays(FILE *stream, int array_count, const flesh_vtu_array *arrays, int count)
+static void write_block(const writer *w, const void *values, uint64_t bytes)
+{
+  write_length(w, bytes);
+  if (bytes) fwrite(values, 1, bytes, w->stream);
+}
+
+static void write_arrays(const writer *w, int array_count, const flesh_vtu_array *arrays, int count)
 {
   for (int a = 0; a < array_count; a++)
-    write_block(stream, arrays[a].doubles ? (const void *)arrays[a].doubles : arrays[a].integers,
+    write_block(w, arrays[a].doubles ? (const void *)arrays[a].doubles : arrays[a].integers,
                 array_bytes(&arrays[a], count));
 }
 
 /* The cells' corners, or a tet's four and then its six. */
-static void write_connectivity(FILE *stream, const flesh_vtu *content, int64_t count)
+static void write_connectivity(const writer *w, const flesh_vtu *content, int64_t count)
 {
   const uint64_t bytes = sizeof(int32_t) * (uint64_t)count;
   if (!content->edge_nodes) {
-    write_block(stream, content->tet_nodes ? content->tet_nodes : content->corners, bytes);
+    write_block(w, content->tet_nodes ? content->tet_nodes : content->corners, bytes);
     return;
   }
-  fwrite(&bytes, sizeof bytes, 1, stream);
+  write_length(w, bytes);
   for (size_t t = 0; t < (size_t)content->tets; t++) {
-    fwrite(content->tet_nodes + 4 * t, sizeof(int32_t), 4, stream);
-    if (content->edge_nodes[6 * t] >= 0) fwrite(content->edge_nodes + 6 * t, sizeof(int32_t), 6, stream);
+    fwrite(content->tet_nodes + 4 * t, sizeof(int32_t), 4, w->stream);
+    if (content->edge_nodes[6 * t] >= 0) fwrite(content->edge_nodes + 6 * t, sizeof(int32_t), 6, w->stream);
   }
 }
 
@@ -121,6 +133,29 @@ static int64_t cell_size(const flesh_vtu *content, int c)
   return content->edge_nodes && content->edge_nodes[6 * (size_t)c] >= 0 ? 10 : 4;
 }
 
+static int cell_count(const flesh_vtu *content) { return content->tet_nodes ? content->tets : content->polygons; }
+
+static int64_t corner_count(const flesh_vtu *content)
+{
+  int64_t count = 0;
+  for (int c = 0; c < cell_count(content); c++) count += cell_size(content, c);
+  return count;
+}
+
+size_t flesh_vtu_length_size(const flesh_vtu *content)
+{
+  const int cells = cell_count(content);
+  uint64_t most = sizeof(int32_t) * (uint64_t)corner_count(content);
+  if (most < sizeof(int64_t) * (uint64_t)cells) most = sizeof(int64_t) * (uint64_t)cells;
+  if (most < 3 * sizeof(double) * (uint64_t)content->points) most = 3 * sizeof(double) * (uint64_t)content->points;
+  for (int a = 0; a < content->point_array_count; a++)
+    if (most < array_bytes(&content->point_arrays[a], content->points))
+      most = array_bytes(&content->point_arrays[a], content->points);
+  for (int a = 0; a < content->cell_array_count; a++)
+    if (most < array_bytes(&content->cell_arrays[a], cells)) most = array_bytes(&content->cell_arrays[a], cells);
+  return most <= UINT32_MAX ? sizeof(uint32_t) : sizeof(uint64_t);
+}
+
 int flesh_vtu_write(const char *path, const flesh_vtu *content)
 {
   _Static_assert(sizeof(int) == sizeof(int32_t), "int arrays are written as Int32");
@@ -128,47 +163,40 @@ int flesh_vtu_write(const char *path, const flesh_vtu *content)
   int status = flesh_file_open(path, &file);
   if (status) return status;
   FILE *stream = file.stream;
-  int points = content->points, polygons = !content->tet_nodes;
-  int cells = polygons ? content->polygons : content->tets;
-  int64_t corner_count = 0;
-  for (int c = 0; c < cells; c++) corner_count += cell_size(content, c);
-  uint64_t offset = 0;
+  writer w = {.stream = stream, .length_size = flesh_vtu_length_size(content)};
+  const int points = content->points, cells = cell_count(content);
+  const int64_t corners = corner_count(content);
   fprintf(stream,
           "<?xml version=\"1.0\"?>\n"
           "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"%s\""
-          " header_type=\"UInt64\">\n"
+          " header_type=\"UInt%d\">\n"
           "  <UnstructuredGrid>\n"
           "    <Piece NumberOfPoints=\"%d\" NumberOfCells=\"%d\">\n",
-          byte_order(), points, cells);
-  print_array_headers(stream, "PointData", content->point_array_count, content->point_arrays,
-                      points, &offset);
-  print_array_headers(stream, "CellData", content->cell_array_count, content->cell_arrays, cells,
-                      &offset);
+          byte_order(), 8 * (int)w.length_size, points, cells);
+  print_array_headers(&w, "PointData", content->point_array_count, content->point_arrays, points);
+  print_array_headers(&w, "CellData", content->cell_array_count, content->cell_arrays, cells);
   fputs("      <Points>\n", stream);
-  print_plain_header(stream, "Float64", "Points", 3, 3 * sizeof(double) * (uint64_t)points, &offset);
+  print_plain_header(&w, "Float64", "Points", 3, 3 * sizeof(double) * (uint64_t)points);
   fputs("      </Points>\n      <Cells>\n", stream);
-  print_plain_header(stream, "Int32", "connectivity", 1, sizeof(int32_t) * (uint64_t)corner_count,
-               &offset);
-  print_plain_header(stream, "Int64", "offsets", 1, sizeof(int64_t) * (uint64_t)cells, &offset);
-  print_plain_header(stream, "UInt8", "types", 1, (uint64_t)cells, &offset);
+  print_plain_header(&w, "Int32", "connectivity", 1, sizeof(int32_t) * (uint64_t)corners);
+  print_plain_header(&w, "Int64", "offsets", 1, sizeof(int64_t) * (uint64_t)cells);
+  print_plain_header(&w, "UInt8", "types", 1, (uint64_t)cells);
   fputs("      </Cells>\n    </Piece>\n  </UnstructuredGrid>\n"
         "  <AppendedData encoding=\"raw\">\n_",
         stream);
-  write_arrays(stream, content->point_array_count, content->point_arrays, points);
-  write_arrays(stream, content->cell_array_count, content->cell_arrays, cells);
-  write_block(stream, content->positions, 3 * sizeof(double) * (uint64_t)points);
-  write_connectivity(stream, content, corner_count);
-  uint64_t bytes = sizeof(int64_t) * (uint64_t)cells;
-  fwrite(&bytes, sizeof bytes, 1, stream);
+  write_arrays(&w, content->point_array_count, content->point_arrays, points);
+  write_arrays(&w, content->cell_array_count, content->cell_arrays, cells);
+  write_block(&w, content->positions, 3 * sizeof(double) * (uint64_t)points);
+  write_connectivity(&w, content, corners);
+  write_length(&w, sizeof(int64_t) * (uint64_t)cells);
   int64_t end = 0;
   for (int c = 0; c < cells; c++) {
     end += cell_size(content, c);
     fwrite(&end, sizeof end, 1, stream);
   }
-  bytes = (uint64_t)cells;
-  fwrite(&bytes, sizeof bytes, 1, stream);
+  write_length(&w, (uint64_t)cells);
   for (int c = 0; c < cells; c++)
-    putc(polygons ? VTK_POLYGON : cell_size(content, c) == 10 ? VTK_QUADRATIC_TETRA : VTK_TETRA, stream);
+    putc(!content->tet_nodes ? VTK_POLYGON : cell_size(content, c) == 10 ? VTK_QUADRATIC_TETRA : VTK_TETRA, stream);
   fputs("\n  </AppendedData>\n</VTKFile>\n", stream);
   return flesh_file_commit(&file);
 }
@@ -193,7 +221,7 @@ int flesh_pvtu_write(const char *path, const flesh_vtu *content, const char *ste
   if (status) return status;
   fprintf(file.stream,
           "<?xml version=\"1.0\"?>\n"
-          "<VTKFile type=\"PUnstructuredGrid\" version=\"1.0\" byte_order=\"%s\" header_type=\"UInt64\">\n"
+          "<VTKFile type=\"PUnstructuredGrid\" version=\"1.0\" byte_order=\"%s\">\n"
           "  <PUnstructuredGrid GhostLevel=\"0\">\n",
           byte_order());
   print_part_arrays(file.stream, "PPointData", content->point_array_count, content->point_arrays);

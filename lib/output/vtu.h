@@ -3,6 +3,8 @@
 #ifndef FLESH_OUTPUT_VTU_H
 #define FLESH_OUTPUT_VTU_H
 
+#include <stddef.h>
+
 /* Values per point or per cell: `doubles` or `integers` [count * components], the other NULL. */
 typedef struct flesh_vtu_array {
   const char *name;
@@ -29,6 +31,9 @@ typedef struct flesh_vtu {
   int point_array_count, cell_array_count;
   const flesh_vtu_array *point_arrays, *cell_arrays;
 } flesh_vtu;
+
+/* Bytes of the length that stands before every array: 4, or 8 where an array takes 4 GiB. */
+size_t flesh_vtu_length_size(const flesh_vtu *content);
 
 /* Whole or not at all; FLESH_ERR_FILE with path and reason. */
 int flesh_vtu_write(const char *path, const flesh_vtu *content);

@@ -60,7 +60,8 @@ typedef struct vtu_file {
   const char *path;
   char *text;
   size_t size;
-  const char *data; /* appended, behind its mark */
+  const char *data;   /* appended, behind its mark */
+  size_t length_size; /* of the length before each array */
   int64_t points;
 } vtu_file;
 
@@ -69,7 +70,8 @@ static const char *find_array(const vtu_file *f, const char *name, const char *t
 {
   char value[VALUE_SIZE];
   const char *at = f->text, *data_end = f->text + f->size;
-  uint64_t bytes, wanted = item * (uint64_t)f->points;
+  const size_t length_size = f->length_size;
+  const uint64_t wanted = item * (uint64_t)f->points;
   for (size_t length; (length = next_tag(&at, f->data, "DataArray")); at += length) {
     if (!attribute(at, length, "Name", value) || strcmp(value, name)) continue;
     if (!attribute(at, length, "type", value) || strcmp(value, type) ||
@@ -77,10 +79,13 @@ static const char *find_array(const vtu_file *f, const char *name, const char *t
         !attribute(at, length, "offset", value))
       break;
     uint64_t offset = strtoull(value, NULL, 10), room = (uint64_t)(data_end - f->data);
-    if (offset > room || room - offset < sizeof bytes) break;
-    memcpy(&bytes, f->data + offset, sizeof bytes);
-    if (bytes != wanted || room - offset - sizeof bytes < bytes) break;
-    return f->data + offset + sizeof bytes;
+    if (offset > room || room - offset < length_size) break;
+    uint32_t narrow;
+    uint64_t bytes;
+    memcpy(length_size == sizeof narrow ? (void *)&narrow : &bytes, f->data + offset, length_size);
+    if (length_size == sizeof narrow) bytes = narrow;
+    if (bytes != wanted || room - offset - length_size < bytes) break;
+    return f->data + offset + length_size;
   }
   snprintf(value, sizeof value, "there is no whole array '%.20s' of %s", name, item == sizeof(int) ? "numbers" : "vectors");
   refuse(f->path, value);
@@ -98,6 +103,7 @@ static int open_vtu(const char *path, char *text, size_t size, vtu_file *f)
   if (!(length = next_tag(&at, text + size, "VTKFile")) ||
       !attribute(at, length, "byte_order", value) || strcmp(value, byte_order()) || !data)
     return refuse(path, "this is no .vtu of raw data in this machine's byte order");
+  f->length_size = attribute(at, length, "header_type", value) && !strcmp(value, "UInt64") ? 8 : 4; /* VTK's default */
   if (memcmp(text + size - (sizeof last - 1), last, sizeof last - 1)) return refuse(path, "the file is cut off");
   if (!(length = next_tag(&at, data, "Piece")) || !attribute(at, length, "NumberOfPoints", value))
     return refuse(path, "it does not say how many points it has");

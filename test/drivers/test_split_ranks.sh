@@ -77,9 +77,9 @@ def arrays(path):
     found = {}
     for type_, name, offset in re.findall(rb'<DataArray type="(\w+)" Name="(\w+)".*?offset="(\d+)"', data[:begin]):
         place = at + int(offset)
-        size = struct.unpack("<Q", data[place:place + 8])[0]
+        size = struct.unpack("<I", data[place:place + 4])[0]
         code, width = {b"Float64": ("d", 8), b"Int32": ("i", 4), b"Int64": ("q", 8), b"UInt8": ("B", 1)}[type_]
-        found[name.decode()] = struct.unpack(f"<{size // width}{code}", data[place + 8:place + 8 + size])
+        found[name.decode()] = struct.unpack(f"<{size // width}{code}", data[place + 4:place + 4 + size])
     return found
 index = open("split_3/frames/frames.pvd").read()
 names = re.findall(r'file="(\S+)"', index)
@@ -233,9 +233,9 @@ def arrays(path):
     for match in re.finditer(rb'<DataArray type="(\w+)" Name="(\w+)"(?: NumberOfComponents="(\d+)")?.*?offset="(\d+)"', data[:begin]):
         type_, name, width, offset = match.groups()
         place, kind = at + int(offset), "tet" if match.start() > cells else "node"
-        size = struct.unpack("<Q", data[place:place + 8])[0]
+        size = struct.unpack("<I", data[place:place + 4])[0]
         code, each = {b"Float64": ("d", 8), b"Int32": ("i", 4), b"Int64": ("q", 8), b"UInt8": ("B", 1)}[type_]
-        numbers, n = struct.unpack(f"<{size // each}{code}", data[place + 8:place + 8 + size]), int(width or 1)
+        numbers, n = struct.unpack(f"<{size // each}{code}", data[place + 4:place + 4 + size]), int(width or 1)
         found[kind, name.decode()] = [numbers[k:k + n] for k in range(0, len(numbers), n)]
     return found
 its_own = "Points", "connectivity", "offsets", "types"

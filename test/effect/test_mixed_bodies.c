@@ -424,8 +424,8 @@ static void frames_have_both_cells(void)
   fclose(file);
   /* The appended data end with connectivity, offsets and types, each behind its length. */
   static const char last[] = "\n  </AppendedData>\n</VTKFile>\n";
-  const char *types = bytes + size - (sizeof last - 1) - TETS, *offsets = types - 8 - 8 * TETS;
-  const char *connectivity = offsets - 8 - 4 * POINTS;
+  const char *types = bytes + size - (sizeof last - 1) - TETS, *offsets = types - 4 - 8 * TETS;
+  const char *connectivity = offsets - 4 - 4 * POINTS;
   CHECK(!memcmp(types + TETS, last, sizeof last - 1));
   for (int t = 0, end = 0; t < TETS; t++) {
     const int linear = t >= 24 && t < 48, nodes = linear ? 4 : 10;

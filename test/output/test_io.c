@@ -210,18 +210,30 @@ static void frames_read_back(void)
     flesh_pvd_clear(&index);
   }
 
-  /* An array that says its right length and ends before it. */
+  /* Lengths of four bytes, of eight in larger files and in those of earlier versions; an array that ends before its. */
   static const char array[] = "<DataArray type=\"Float64\" Name=\"Points\" NumberOfComponents=\"3\" offset=\"0\"/>";
-  uint64_t length = sizeof x;
-  FILE *cut = fopen(in_folder("cut.vtu"), "wb");
-  fprintf(cut, "<VTKFile byte_order=\"%s\"><Piece NumberOfPoints=\"3\">%s<AppendedData encoding=\"raw\">\n_",
-          *(const char *)&(const short){1} ? "LittleEndian" : "BigEndian", array);
-  fwrite(&length, sizeof length, 1, cut);
-  fwrite(x, sizeof *x, 5, cut);
-  fputs("\n</VTKFile>\n", cut);
-  fclose(cut);
-  CHECK(flesh_vtu_read(in_folder("cut.vtu"), 3, 1, names, targets) == FLESH_ERR_FILE);
-  CHECK_TEXT(flesh_error_text(), "no whole array 'Points'");
+  for (int k = 0; k < 4; k++) {
+    const int wide = k & 1, whole = k < 2;
+    const uint64_t length = sizeof x;
+    const uint32_t narrow = sizeof x;
+    FILE *stream = fopen(in_folder("made.vtu"), "wb");
+    fprintf(stream, "<VTKFile byte_order=\"%s\"%s><Piece NumberOfPoints=\"3\">%s<AppendedData encoding=\"raw\">\n_",
+            *(const char *)&(const short){1} ? "LittleEndian" : "BigEndian", wide ? " header_type=\"UInt64\"" : "", array);
+    fwrite(wide ? (const void *)&length : &narrow, wide ? sizeof length : sizeof narrow, 1, stream);
+    fwrite(x, sizeof *x, whole ? 9 : 5, stream);
+    fputs("\n</VTKFile>\n", stream);
+    fclose(stream);
+    memset(got, 0, sizeof got);
+    CHECK(flesh_vtu_read(in_folder("made.vtu"), 3, 1, names, targets) == (whole ? FLESH_OK : FLESH_ERR_FILE));
+    if (whole) CHECK(!memcmp(got, x, sizeof x));
+    else CHECK_TEXT(flesh_error_text(), "no whole array 'Points'");
+  }
+  CHECK(flesh_vtu_length_size(&content) == 4);
+  flesh_vtu large = content;
+  large.points = 178956970; /* 24 bytes each: 4 GiB less 16 bytes */
+  CHECK(flesh_vtu_length_size(&large) == 4);
+  large.points++;
+  CHECK(flesh_vtu_length_size(&large) == 8);
 
   /* Cut anywhere and with bytes changed: read or refused. */
   char bytes[4096], harmed[4096];

@@ -70,5 +70,5 @@ def vtu_array(path, name):
     head = data[:data.index(b"<AppendedData")].decode()
     offset = int(re.search(rf'Name="{name}"[^>]*offset="(\d+)"', head).group(1))
     begin = data.index(b"_", data.index(b"<AppendedData")) + 1 + offset
-    size = struct.unpack_from("<Q", data, begin)[0]
-    return struct.unpack_from(f"<{size // 8}d", data, begin + 8)
+    size = struct.unpack_from("<I", data, begin)[0]
+    return struct.unpack_from(f"<{size // 8}d", data, begin + 4)

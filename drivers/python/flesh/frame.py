@@ -50,6 +50,7 @@ class Frame:
     @classmethod
     def _of(cls, root, data):
         order = {"LittleEndian": "<", "BigEndian": ">"}[root.get("byte_order")]
+        length = np.dtype(order + {"UInt32": "u4", "UInt64": "u8"}[root.get("header_type")])
         frame, units = cls(), {}
 
         def section(name):
@@ -61,8 +62,8 @@ class Frame:
 
         def values(header):
             kind, start = np.dtype(order + _TYPES[header.get("type")]), int(header.get("offset"))
-            size = int(np.frombuffer(data, order + "u8", 1, start)[0])
-            array = np.frombuffer(data, kind, size // kind.itemsize, start + 8).astype(kind.newbyteorder("="))
+            size = int(np.frombuffer(data, length, 1, start)[0])
+            array = np.frombuffer(data, kind, size // kind.itemsize, start + length.itemsize).astype(kind.newbyteorder("="))
             components, unit = int(header.get("NumberOfComponents")), header.find("InformationKey")
             if unit is not None:
                 units[header.get("Name")] = unit.text
