@@ -138,10 +138,9 @@ int flesh_key_fail(const flesh_key *key, const flesh_node *node, const char *pat
 {
   char shown[FLESH_SHOW_SIZE], expected[FLESH_EXPECTATION_SIZE];
   const int chosen = key->type == FLESH_KEY_CHOICE && node->kind == FLESH_NODE_SCALAR;
-  const char *renamed = chosen ? flesh_renamed_choice(key, node->text) : NULL;
+  const char *why, *renamed = chosen ? flesh_renamed_choice(key, node->text, &why) : NULL;
   if (renamed)
-    return flesh_node_fail(node, "%s is %s, which has been renamed; write %s", path, flesh_node_show(node, shown),
-                           renamed);
+    return flesh_node_fail(node, "%s is %s, %s; write %s", path, flesh_node_show(node, shown), why, renamed);
   return flesh_node_fail(node, "%s is %s; it must be %s", path, flesh_node_show(node, shown),
                          flesh_key_expectation(key, expected));
 }

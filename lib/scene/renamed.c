@@ -24,13 +24,14 @@ static const struct {
 };
 
 static const struct {
-  const char *key, *old, *text;
+  const char *key, *old, *text, *why; /* why: NULL: renamed */
 } choices_renamed[] = {
-    {"stiffness_at", "rest", "initial"},
-    {"line_search", "energy", "potential"},
-    {"line_search", "kinsol", "residual"},
-    {"method", "calm-then-adaptive", "euler-then-adaptive"},
-    {"command", "stress", "hardcases"}, /* of a sweep */
+    {"stiffness_at", "rest", "initial", NULL},
+    {"line_search", "energy", "potential", NULL},
+    {"line_search", "kinsol", "residual", NULL},
+    {"method", "calm-then-adaptive", "euler-then-adaptive", NULL},
+    {"instructions", "none", "portable", "which no machine computes with"},
+    {"command", "stress", "hardcases", NULL}, /* of a sweep */
 };
 
 static const struct {
@@ -51,11 +52,13 @@ const char *flesh_renamed_key(const flesh_key *keys, const char *name)
   return NULL;
 }
 
-const char *flesh_renamed_choice(const flesh_key *key, const char *text)
+const char *flesh_renamed_choice(const flesh_key *key, const char *text, const char **why)
 {
   for (size_t i = 0; i < sizeof choices_renamed / sizeof *choices_renamed; i++)
-    if (!strcmp(choices_renamed[i].key, key->name) && !strcmp(choices_renamed[i].old, text))
+    if (!strcmp(choices_renamed[i].key, key->name) && !strcmp(choices_renamed[i].old, text)) {
+      *why = choices_renamed[i].why ? choices_renamed[i].why : "which has been renamed";
       return choices_renamed[i].text;
+    }
   return NULL;
 }
 

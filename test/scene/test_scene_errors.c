@@ -293,6 +293,7 @@ static void bad_overrides_are_refused_by_name(void)
       {{"effects.damping.against=rest"}, {"effects[3].damping.against has been renamed; write stiffness_at"}},
       {{"effects.damping.stiffness_at=rest"},
        {"effects[3].damping.stiffness_at is rest, which has been renamed; write initial"}},
+      {{"effects.elasticity.instructions=none"}, {"instructions is none, which no machine computes with; write portable"}},
       {{"time.calm=0.1"}, {"--set time.calm=0.1: time.calm has been renamed; write switch_threshold"}},
       {{"time.method=calm-then-adaptive"},
        {"time.method is calm-then-adaptive, which has been renamed; write euler-then-adaptive"}},
