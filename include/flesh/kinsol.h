@@ -111,7 +111,8 @@ FLESH_API int flesh_kinsol_preconditioner_solve(N_Vector u, N_Vector uscale, N_V
                                                 N_Vector fscale, N_Vector z, void *problem);
 
 /* The library's block matrix as a SUNMatrix with all operations except SUNMatMatvecSetup (products
- * need none), a view: the values live in the problem; clones have memory of their own. Freed by SUNMatDestroy; the problem must outlive it.
+ * need none), a view: the values live in the problem; clones have memory of their own. Freed by
+ * SUNMatDestroy; the problem must outlive it.
  * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_sunmatrix_create(flesh_problem *problem, SUNContext context, SUNMatrix *matrix);
 

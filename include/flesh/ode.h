@@ -111,7 +111,8 @@ FLESH_API sunindextype flesh_ode_entries(const flesh_ode_problem *problem);
 
 /* df/dy by K = dr/dx, C = dr/dv and the mass, as a SUNMatrix with all operations except
  * SUNMatMatvecSetup (products need none), so that CVODE and ARKODE keep a copy of it and make
- * I - gamma df/dy of it when only gamma has changed. Memory of its own: two block matrices. Freed by SUNMatDestroy; the problem must outlive it.
+ * I - gamma df/dy of it when only gamma has changed. Memory of its own: two block matrices. Freed
+ * by SUNMatDestroy; the problem must outlive it.
  * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_ode_sunmatrix_create(flesh_ode_problem *problem, SUNContext context,
                                          SUNMatrix *matrix);

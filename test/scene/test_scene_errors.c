@@ -288,7 +288,6 @@ static void bad_overrides_are_refused_by_name(void)
       {{"effects.inertai=null"}, {"is inertai, which is no effect; did you mean inertia?"}},
       {{"effects.calm.rate=3"}, {"effects[3] is calm, which has been renamed; write settling_damping"}},
       {{"effects.handle=null"}, {"is handle, which has been renamed; write prescribed_motion"}},
-      {{"effects.calm.rate=3"}, {"is calm, which has been renamed; write settling_damping"}},
       {{"effects.force.curve=[]"}, {"effects[3].force.curve has been renamed; write amplitude"}},
       {{"effects.damping.against=rest"}, {"effects[3].damping.against has been renamed; write stiffness_at"}},
       {{"effects.damping.stiffness_at=rest"},
