@@ -1,6 +1,6 @@
 #!/bin/sh
 # test_configure.sh: a SUNDIALS that does not fit is refused when the build is configured, with a sentence that says
-# what and where it is. Speaks TAP.
+# what and where it is; and a cross build, which can run nothing, is configured. Speaks TAP.
 # CC names the compiler; SUNDIALS_INCLUDE and SUNDIALS_FOLDER are where one that fits has its headers and libraries (no
 # folder: where the linker looks).
 set -u
@@ -10,7 +10,8 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 unset CPATH C_INCLUDE_PATH LIBRARY_PATH CFLAGS CPPFLAGS LDFLAGS
 number=0
-count=7
+compiler=${CC:-cc}
+count=8
 
 echo 1..$count
 if ! command -v meson >/dev/null 2>&1; then
@@ -72,6 +73,25 @@ verdict $? 'fits: is taken and recorded'
 (CPATH="$work/fits/include" && export CPATH && configure) &&
   grep -q "^Libs.private:.* $work/fits/lib/libsundials_kinsol" "$work/build/meson-private/flesh.pc"
 verdict $? 'fits: libraries come from where CPATH finds the headers'
+
+# A compiler for another machine: nothing that it makes can be run here.
+cat >"$work/cross.ini" <<END
+[binaries]
+c = '$(command -v "${compiler##* }")'
+ar = 'ar'
+strip = 'strip'
+pkgconfig = 'pkg-config' # as meson before 1.3 calls it
+pkg-config = 'pkg-config'
+[properties]
+needs_exe_wrapper = true
+[host_machine]
+system = 'linux'
+cpu_family = '$(uname -m)'
+cpu = '$(uname -m)'
+endian = 'little'
+END
+configure --cross-file "$work/cross.ini" "-Dsundials=$work/fits" && [ -s "$work/build/meson-private/flesh.pc" ]
+verdict $? 'a cross build is configured without running anything'
 
 prefix single '#undef SUNDIALS_DOUBLE_PRECISION
 #define SUNDIALS_SINGLE_PRECISION 1'
