@@ -14,14 +14,19 @@ _TYPES = {"double": np.float64, "int": np.intc, "uint8_t": np.uint8}
 
 def doubles(values, shape, name):
     """A contiguous float64 array of `shape`, from anything that has as many numbers; None in shape: any length."""
+    if np.iscomplexobj(values):
+        raise ArgumentError(f"{name} has complex values; they must be real")
     return _array(values, np.float64, shape, name)
 
 
 def integers(values, shape, name):
-    """A contiguous array of C ints of `shape`. ArgumentError where a value is no whole number."""
-    given = np.asarray(values)
+    """A contiguous array of C ints of `shape`. ArgumentError where a value is no whole number or is none of C's."""
+    given, limits = np.asarray(values), np.iinfo(np.intc)
     if given.dtype.kind not in "iu" and given.size:
         raise ArgumentError(f"{name} has values of type {given.dtype}; they must be whole numbers")
+    if given.size and (given.min() < limits.min or given.max() > limits.max):
+        worst = given.max() if given.max() > limits.max else given.min()
+        raise ArgumentError(f"{name} has {worst}; whole numbers must be from {limits.min} to {limits.max}")
     return _array(given, np.intc, shape, name)
 
 
@@ -40,7 +45,8 @@ def _array(values, kind, shape, name):
 
 
 def pointer(array, kind="double"):
-    """The C pointer to an array's numbers, which keeps the array alive; NULL for None."""
+    """The C pointer to an array's numbers; NULL for None. It keeps the array alive; a struct that it is put into does
+    not keep it."""
     return ffi.NULL if array is None else ffi.from_buffer(f"{kind}[]", array)
 
 
@@ -151,8 +157,22 @@ class Struct:
         values = {name: getattr(self, name) for name in self.fields()}
         return {name: value.copy() if isinstance(value, np.ndarray) else value for name, value in values.items()}
 
+    def __reduce__(self):
+        return _restored, (type(self), self.as_dict())
+
     def __repr__(self):
         return f"{type(self).__name__}({', '.join(f'{name}={value!r}' for name, value in self.as_dict().items())})"
+
+
+def _restored(cls, values):
+    """A struct with these values of its attributes."""
+    made = cls.__new__(cls)
+    made._struct = ffi.new(f"{cls._ctype} *")
+    for name, value in values.items():
+        names = getattr(cls, name).names
+        setattr(made._struct, name.rstrip("_"), names.value(value, name) if names else
+                value.tolist() if isinstance(value, np.ndarray) else value)
+    return made
 
 
 class Record(Struct):

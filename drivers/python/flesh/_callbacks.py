@@ -6,7 +6,7 @@ raised by the next wrapper that returns."""
 import threading
 
 from ._library import ffi, lib
-from .errors import RecoverableError, of
+from .errors import ArgumentError, RecoverableError, of
 
 _kept = {}  # by thread: the first exception since its last call of the library
 _foreign = []  # of threads that never call the library by themselves
@@ -58,21 +58,46 @@ def raise_kept():
 
 def call(function, *arguments):
     """Calls a function that returns a status; raises what a callback raised, or the status's exception."""
-    _callers.add(threading.get_ident())
-    status = function(*arguments)
-    if _kept or _foreign:
-        raise_kept()
+    status = call_value(function, *arguments)
     if status:
         raise of(status)
 
 
 def call_value(function, *arguments):
-    """Calls a function that returns no status but may call back; raises what a callback raised."""
+    """Calls a function that returns no status but may call back; raises what a callback raised.
+
+    An argument that C's type cannot hold is an ArgumentError."""
     _callers.add(threading.get_ident())
-    value = function(*arguments)
+    try:
+        value = function(*arguments)
+    except (TypeError, OverflowError) as error:
+        raise ArgumentError(str(error)) from None
     if _kept or _foreign:
         raise_kept()
     return value
+
+
+class Handle:
+    """Owns an object of the library, which would be freed twice if it were copied with its owner."""
+
+    def __reduce_ex__(self, _protocol):
+        raise ArgumentError(f"{type(self).__name__} belongs to the library and can be neither copied nor pickled; "
+                            "make another one")
+
+
+class Const(Handle):
+    """One that does not change once it is made: its copy is itself, and its attributes can only be read."""
+
+    def __setattr__(self, name, value):
+        if name in vars(self) and not name.startswith("_"):
+            raise AttributeError(f"{type(self).__name__}.{name} can only be read")
+        super().__setattr__(name, value)
+
+    def __copy__(self):
+        return self
+
+    def __deepcopy__(self, _memo):
+        return self
 
 
 def create(kind, function, *arguments):

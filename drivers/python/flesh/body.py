@@ -4,7 +4,7 @@ from typing import Optional
 import numpy as np
 
 from ._arrays import Names, integers, pointer, view
-from ._callbacks import call
+from ._callbacks import Const, call
 from ._library import ffi, lib, text
 from .errors import ArgumentError
 from .material import Material
@@ -27,14 +27,14 @@ def usable_instructions(asked: str = "auto") -> str:
     return _INSTRUCTIONS.word(out[0])
 
 
-class Body:
+class Body(Const):
     """What a body is made of; the effects made from it keep it alive.
 
     Args:
         mesh: its tets.
         material: one for all tets, a list of materials, or None for a body without elasticity.
-        density: [tets] or one for all, kg/m^3, > 0.
-        tet_material: [tets] indices into the list of materials; None: the first everywhere.
+        density: [tets] or one for all, kg/m^3, > 0; copied.
+        tet_material: [tets] indices into the list of materials; copied; None: the first everywhere.
         mass: "lumped" or "consistent".
         element: "auto", "tet4", "tet10" or "tet10-mean".
         instructions: vector instructions, "auto": the best that this machine has.
@@ -44,20 +44,20 @@ class Body:
                  element: str = "auto", instructions: str = "auto"):
         self.mesh = mesh
         self.materials = [] if material is None else [material] if isinstance(material, Material) else list(material)
-        self._densities = mesh._densities(density)
-        self._tet_material = None
+        density = pointer(mesh._densities(density).copy())
         if tet_material is not None:
-            self._tet_material = integers(tet_material, (mesh.tet_count,), "tet_material")
-            if not len(self.materials) > self._tet_material.max() >= self._tet_material.min() >= 0:
+            tet_material = integers(tet_material, (mesh.tet_count,), "tet_material").copy()
+            if not len(self.materials) > tet_material.max() >= tet_material.min() >= 0:
                 raise ArgumentError(f"tet_material must be 0 to {len(self.materials) - 1}")
-        self._materials = ffi.new("flesh_material[]", max(len(self.materials), 1))
+        indices = pointer(tet_material, "int")
+        rows = ffi.new("flesh_material[]", max(len(self.materials), 1))
         for k, one in enumerate(self.materials):
-            self._materials[k] = one._struct[0]
+            rows[k] = one._struct[0]
+        # What the struct points to: its own copies, and what callers may still change the attributes of.
+        self._keep = (mesh, tuple(self.materials), density, indices, rows)
         self._struct = ffi.new("flesh_body *")
-        self._struct.mesh = mesh._pointer
-        self._struct.density = pointer(self._densities)
-        self._struct.materials = self._materials if self.materials else ffi.NULL
-        self._struct.tet_material = pointer(self._tet_material, "int")
+        self._struct.mesh, self._struct.density, self._struct.tet_material = mesh._pointer, density, indices
+        self._struct.materials = rows if self.materials else ffi.NULL
         self._struct.mass = _MASSES.value(mass, "mass")
         self._struct.element = _ELEMENTS.value(element, "element")
         self._struct.instructions = _INSTRUCTIONS.value(instructions, "instructions")

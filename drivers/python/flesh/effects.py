@@ -4,7 +4,7 @@ from typing import NamedTuple, Optional
 import numpy as np
 
 from ._arrays import Field, Names, Record, doubles, integers, pointer, view
-from ._callbacks import call, create, owned
+from ._callbacks import Handle, call, create, owned
 from ._library import ffi, lib, text
 from .body import Body
 from .errors import ArgumentError
@@ -48,7 +48,7 @@ class EffectCost(NamedTuple):
     cpu_s: float  # 0 unless Integrator.time_effects was called
 
 
-class Effect:
+class Effect(Handle):
     """Something that acts on a body. A system takes it; then it lives as long as the system.
 
     Every effect is a residual r(t, x, v, a), a gradient of its potential, and a Jacobian. To write one of your own,
@@ -56,25 +56,29 @@ class Effect:
     """
 
     def _take(self, made, *keep):
-        self._pointer = owned("flesh_effect", made, lib.flesh_effect_destroy)
-        self._keep = keep
-        self._owner = None
+        self._own, self._keep, self._owner = owned("flesh_effect", made, lib.flesh_effect_destroy), keep, None
         return self
+
+    @property
+    def _pointer(self):
+        if not self._own:
+            raise ArgumentError("this effect is gone: the system that was to take it refused it")
+        return self._own
 
     @classmethod
     def _of(cls, pointer_, owner) -> "Effect":
         """One that belongs to `owner`."""
         made = Effect.__new__(Effect)
-        made._pointer, made._keep, made._owner = pointer_, (), owner
+        made._own, made._keep, made._owner = pointer_, (), owner
         return made
 
     def _give(self, owner):
         """The pointer for a function that takes it; from then on it is `owner`'s."""
+        pointer_ = self._pointer
         if self._owner is not None:
             raise ArgumentError(f"a system has taken this effect ({self.name}) already; each system needs its own")
-        pointer_ = self._pointer
         ffi.gc(pointer_, None)
-        self._owner, self._pointer = owner, ffi.NULL
+        self._owner, self._own = owner, ffi.NULL
         return ffi.new("flesh_effect **", pointer_)
 
     @property

@@ -5,7 +5,7 @@ import numpy as np
 
 from . import _callbacks
 from ._arrays import view
-from ._callbacks import call, call_value, create, owned
+from ._callbacks import Handle, call, call_value, create, owned
 from ._library import ffi, lib, text
 from .effects import EffectCost
 from .errors import ArgumentError
@@ -27,11 +27,7 @@ class InternalStep(NamedTuple):
     v: np.ndarray  # [nodes, 3] m/s
 
 
-def _no_stop():
-    return 0
-
-
-class Integrator:
+class Integrator(Handle):
     """Takes states of a system forward in time; belongs to one thread at a time.
 
     Ctrl-C ends a step: KeyboardInterrupt is raised and the state is that of the last part that was finished.
@@ -50,11 +46,15 @@ class Integrator:
     def __init__(self, system: System, method: str = "backward-euler", options: Optional[SolverOptions] = None, *,
                  method_options: Optional[MethodOptions] = None, adaptive: Optional[AdaptiveOptions] = None,
                  observe: Optional[Callable[[InternalStep], None]] = None, stop: Optional[Callable] = None):
-        self.system = system
+        self._system = system
         options = SolverOptions() if options is None else options
         made = create("flesh_integrator", lib.flesh_integrator_create, system._ready(),
                       METHOD_NAMES.value(method, "method"), options._struct)
         self._pointer = owned("flesh_integrator", made, lib.flesh_integrator_destroy, system)
+        self._asked = asked = [stop]
+        # Python handles signals while it runs this function: KeyboardInterrupt is raised in it.
+        self._stop = _callbacks.status_callback(
+            "int(void *)", lambda _data: lib.FLESH_ERR_INTERRUPTED if asked[0] and asked[0]() else 0)
         self.stop = stop
         if method_options is not None:
             self.set_method_options(method_options)
@@ -62,18 +62,19 @@ class Integrator:
             self.set_adaptive(adaptive or AdaptiveOptions(), observe)
 
     @property
+    def system(self) -> System:
+        """What it integrates."""
+        return self._system
+
+    @property
     def stop(self) -> Optional[Callable]:
         """What is asked while a step is made; None: only Ctrl-C ends one."""
-        return self._asked
+        return self._asked[0]
 
     @stop.setter
     def stop(self, function: Optional[Callable]):
-        asked = function or _no_stop
-        # Python handles signals while it runs this function: KeyboardInterrupt is raised in it.
-        self._stop = _callbacks.status_callback(
-            "int(void *)", lambda _data: lib.FLESH_ERR_INTERRUPTED if asked() else 0)
+        self._asked[0] = function
         lib.flesh_integrator_set_stop(self._pointer, self._stop, ffi.NULL)
-        self._asked = function
 
     def set_method_options(self, options: MethodOptions) -> None:
         """Replaces the defaults of newmark and hht and restarts the method."""
@@ -82,16 +83,17 @@ class Integrator:
     def set_adaptive(self, options: AdaptiveOptions, observe: Optional[Callable[[InternalStep], None]] = None) -> None:
         """Replaces the defaults of the adaptive methods; `observe` is called with every InternalStep."""
         copy = AdaptiveOptions._copy(options._struct)
-        copy._struct.observe = ffi.NULL
+        function = ffi.NULL
         if observe is not None:
             def observed(_data, step):
                 shape = (self.system.mesh.node_count, 3)
                 observe(InternalStep(step.t, step.h, step.order, step.rejected, step.convergence_failures,
                                      view(step.state.x, shape, "double", self),
                                      view(step.state.v, shape, "double", self)))
-            self._observe = _callbacks.status_callback("int(void *, const flesh_internal_step *)", observed)
-            copy._struct.observe = self._observe
+            function = _callbacks.status_callback("int(void *, const flesh_internal_step *)", observed)
+        copy._struct.observe = function
         call(lib.flesh_integrator_set_adaptive, self._pointer, copy._struct)
+        self._observe = function  # after the call: until then the library has the one before
 
     @property
     def method(self) -> str:

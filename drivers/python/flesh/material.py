@@ -5,7 +5,7 @@ import numpy as np
 
 from . import _callbacks
 from ._arrays import Field, Names, Record, doubles, pointer
-from ._callbacks import call
+from ._callbacks import Const, call
 from ._library import ffi, lib
 from .errors import ArgumentError
 
@@ -55,7 +55,7 @@ def _one_of(enum, word, find, name):
     return out[0]
 
 
-class Material:
+class Material(Const):
     """A material: one of the built-in forms with its constants. Copied freely, const once made.
 
     Give `young` and `poisson`, or `mu` and `lambda_`.

@@ -4,7 +4,7 @@ from typing import NamedTuple, Optional
 import numpy as np
 
 from ._arrays import Field, Record, doubles, integers, pointer, view
-from ._callbacks import call, create, owned
+from ._callbacks import Const, call, create, owned
 from ._library import ffi, lib, path_bytes
 from .errors import ArgumentError
 
@@ -44,7 +44,7 @@ class Jacobians(NamedTuple):
     inverted: int  # tets without J > 0
 
 
-class Mesh:
+class Mesh(Const):
     """A mesh of tets with four nodes (order 1) or ten (order 2, where some may have four); const once made.
 
     Arrays that it hands out are views that cannot be written to and keep the mesh alive.

@@ -4,7 +4,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ._arrays import doubles, integers, pointer
-from ._callbacks import call, create, owned
+from ._callbacks import Const, Handle, call, create, owned
 from ._library import ffi, lib
 from .errors import ArgumentError
 
@@ -17,7 +17,7 @@ class Triangles(NamedTuple):
     corners: np.ndarray  # [triangles, 3]
 
 
-class Motion:
+class Motion(Const):
     """A motion by keyframes: x(t) = centre + R(t) (X - centre) + translation(t).
 
     Args:
@@ -46,7 +46,7 @@ class Motion:
         return cls([(0, place)])
 
 
-class Amplitude:
+class Amplitude(Const):
     """How much of a load acts: a factor through points, constant before the first and after the last.
 
     Args:
@@ -63,7 +63,7 @@ class Amplitude:
                                                      "smooth": int(smooth), "from": start, "until": until})
 
 
-class Obstacle:
+class Obstacle(Handle):
     """What a body cannot enter. Made by `plane`, `sphere`, `capsule` or `mesh`; a contact takes it.
 
     Raises:

@@ -5,10 +5,11 @@ from typing import Callable, Iterable, Iterator, NamedTuple, Optional, Sequence
 import numpy as np
 
 from . import _callbacks
-from ._arrays import Flags, view
-from ._callbacks import call, create
+from ._arrays import Flags, integers, pointer, view
+from ._callbacks import Handle, call, create
 from ._library import ffi, lib, path_bytes
 from .body import Body
+from .errors import ArgumentError
 from .integrator import Integrator
 from .mesh import Mesh
 from .options import METHOD_NAMES, SolveStats
@@ -48,18 +49,24 @@ class StepRecord(NamedTuple):
                    record.min_J_tet, record.inverted, SolveStats(record.stats))
 
 
-class _File:
+class _File(Handle):
     """Something that writes while a run goes on: an observer, and a context that closes it."""
     _close = _observe = None
+    _runs = 0  # that write it now
 
     def _open(self, kind, function, *arguments):
         self._kind, self._pointer = kind, create(kind, function, *arguments)
 
     def close(self) -> None:
-        """Completes the files. FileError when not all could be written."""
+        """Completes the files. FileError when not all could be written, ArgumentError while a run writes them."""
         if self._pointer:
-            out, self._pointer = ffi.new(f"{self._kind} **", self._pointer), ffi.NULL
-            call(type(self)._close, out)
+            call(type(self)._close, self._given_up())
+
+    def _given_up(self):
+        if self._runs:
+            raise ArgumentError(f"a run writes this {type(self).__name__}; it can be closed when the run has ended")
+        out, self._pointer = ffi.new(f"{self._kind} **", self._pointer), ffi.NULL
+        return out
 
     def __enter__(self):
         return self
@@ -117,9 +124,11 @@ class Probes(_File):
         self._keep = (body, system)
         rows, kept = ffi.new("flesh_probe[]", max(1, len(probes))), []
         for row, probe in zip(rows, probes):
-            kept += [ffi.new("char[]", probe.name.encode()), ffi.new("int[]", [int(node) for node in probe.nodes])]
-            row.name, row.nodes, row.node_count = kept[-2], kept[-1], len(probe.nodes)
-            row.holder, row.contact = probe.holder, probe.contact
+            nodes = integers(probe.nodes, (None,), "nodes")
+            numbers = integers((probe.holder, probe.contact), (2,), "(holder, contact)")
+            kept += [ffi.new("char[]", probe.name.encode()), pointer(nodes, "int")]
+            row.name, row.nodes, row.node_count = kept[-2], kept[-1], len(nodes)
+            row.holder, row.contact = numbers.tolist()
             row.quantities = _QUANTITIES.value(probe.quantities, "quantities")
             row.point = [float("nan")] * 3 if probe.point is None else [float(x) for x in probe.point]
             row.about = [float("nan")] * 3 if probe.about is None else [float(x) for x in probe.about]
@@ -155,19 +164,18 @@ class SkinFrames(_File):
     _close, _observe = lib.flesh_skin_frames_close, lib.flesh_skin_frames_observe
 
     def __init__(self, directory, skin: Skin, surface: Surface, formats=("vtu",), every: int = 1):
-        self._keep = (skin, surface)
+        self._keep, self._nodes = (skin, surface), skin._nodes
         bits = {"obj": lib.FLESH_SKIN_OBJ, "pc2": lib.FLESH_SKIN_PC2, "vtu": lib.FLESH_SKIN_VTU}
         self._open("flesh_skin_frames", lib.flesh_skin_frames_create, path_bytes(directory), skin._pointer,
                    surface._pointer, sum(bits[name] for name in set(formats)), every)
 
     def add(self, number: int, state: State) -> None:
         """Writes a state that comes from elsewhere as frame `number`."""
-        call(lib.flesh_skin_frames_add, self._pointer, number, state._checked(len(state.x)))
+        call(lib.flesh_skin_frames_add, self._pointer, number, state._checked(self._nodes))
 
     def abandon(self) -> None:
         """Closes without the point cache."""
-        out, self._pointer = ffi.new("flesh_skin_frames **", self._pointer), ffi.NULL
-        lib.flesh_skin_frames_abandon(out)
+        lib.flesh_skin_frames_abandon(self._given_up())
 
     @staticmethod
     def remove(directory) -> None:
@@ -198,6 +206,7 @@ class _Run:
         self.steps = ffi.new("int *")
         self.arguments = (system._ready(), integrator._pointer, self.options,
                           state._checked(system.mesh.node_count), self.steps)
+        self.shown = state._shown  # the arrays that the run changes, whatever becomes of the state's attributes
 
     def _told(self, observer, system):
         def observed(_data, record):
@@ -206,10 +215,17 @@ class _Run:
         return self.functions[-1]
 
     def go(self, step=0, begin=None):
-        if begin is None:
-            call(lib.flesh_run, *self.arguments)
-        else:
-            call(lib.flesh_run_resume, *self.arguments[:3], step, float(begin), *self.arguments[3:])
+        files = [observer for observer in self.keep[2] if isinstance(observer, _File)]
+        for file in files:
+            file._runs += 1
+        try:
+            if begin is None:
+                call(lib.flesh_run, *self.arguments)
+            else:
+                call(lib.flesh_run_resume, *self.arguments[:3], step, float(begin), *self.arguments[3:])
+        finally:
+            for file in files:
+                file._runs -= 1
         return self.steps[0]
 
 

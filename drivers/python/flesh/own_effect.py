@@ -120,7 +120,8 @@ class OwnEffect(Effect):
                 for name in names:
                     self._set(part, name)
                 setattr(operations, table, part)
-        if self.internal_count:
+        self._internals, self._reports = int(self.internal_count), len(self.report_names)
+        if self._internals:
             if not self._defines("update"):
                 raise ArgumentError(f"{type(self).__name__} has internal variables, but no method update")
             part = operations.internal = self._hold(ffi.new("flesh_effect_internal *"))
@@ -185,7 +186,7 @@ class OwnEffect(Effect):
         return view(address, (self._nodes, 3), "double", None, read_only=not writable)
 
     def _point(self, point):
-        return PointView(point, self._nodes, self.internal_count)
+        return PointView(point, self._nodes, self._internals)
 
     @staticmethod
     def _shift(shift):
@@ -254,21 +255,21 @@ class OwnEffect(Effect):
 
     def _call_report(self, _effect, point, values):
         given = np.atleast_1d(np.asarray(self.report(self._point(point)), dtype=float))
-        view(values, (len(self.report_names),), "double", None, read_only=False)[...] = \
-            self._shaped(given, (len(self.report_names),), "report")
+        view(values, (self._reports,), "double", None, read_only=False)[...] = \
+            self._shaped(given, (self._reports,), "report")
 
     def _call_count(self, _effect):
-        return int(self.internal_count)
+        return self._internals
 
     def _call_update(self, _effect, point, internal, changed):
-        at, shape = self._point(point), (self.internal_count,)
+        at, shape = self._point(point), (self._internals,)
         now = view(internal, shape, "double", None, read_only=False)
         given = self._shaped(self.update(at), shape, "update")
         changed[0] |= int((given != now).any())
         now[...] = given
 
     def _call_tell(self, _effect, internal, size, text):
-        given = self.tell(view(internal, (self.internal_count,), "double", None)).encode()[:size - 1] + b"\0"
+        given = self.tell(view(internal, (self._internals,), "double", None)).encode()[:size - 1] + b"\0"
         ffi.memmove(text, given, len(given))
 
     def _call_stress(self, _effect, t, tet, F, tau):

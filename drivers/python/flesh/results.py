@@ -3,6 +3,7 @@
 A table's columns are numpy arrays; to_pandas() gives a pandas.DataFrame where pandas is installed."""
 import csv
 import glob
+import io
 import json
 import os
 import sqlite3
@@ -51,10 +52,9 @@ class Table(Mapping):
     def read(cls, path) -> "Table":
         """Reads a CSV file with a header row. FileError where it is none."""
         try:
-            with open(path, newline="", encoding="utf-8") as file:
-                rows = list(csv.reader(file))
-        except OSError as error:
-            raise FileError(f"{os.fspath(path)}: {error.strerror}") from None
+            rows = list(csv.reader(io.StringIO(_text(os.path.dirname(path), os.path.basename(path)), newline="")))
+        except csv.Error as error:
+            raise FileError(f"{os.fspath(path)}: not a table: {error}") from None
         if not rows or any(len(row) != len(rows[0]) for row in rows):
             raise FileError(f"{os.fspath(path)}: not a table: rows of different lengths, or none")
         return cls._of_rows(rows[0], rows[1:])
@@ -107,11 +107,24 @@ class Table(Mapping):
 
 
 def _text(folder, name):
+    path = os.path.join(folder, name)
     try:
-        with open(os.path.join(folder, name), encoding="utf-8") as file:
+        with open(path, newline="", encoding="utf-8") as file:
             return file.read()
     except OSError as error:
-        raise FileError(f"{os.path.join(folder, name)}: {error.strerror}") from None
+        raise FileError(f"{path}: {error.strerror}") from None
+    except UnicodeDecodeError as error:
+        raise FileError(f"{path}: not a text in UTF-8: {error}") from None
+
+
+def _object(folder, name):
+    try:
+        given = json.loads(_text(folder, name))
+    except (json.JSONDecodeError, RecursionError) as error:
+        raise FileError(f"{os.path.join(folder, name)}: not JSON: {error}") from None
+    if not isinstance(given, dict):
+        raise FileError(f"{os.path.join(folder, name)}: not an object of JSON")
+    return given
 
 
 class RunResult:
@@ -129,7 +142,7 @@ class RunResult:
         self.history = Table.read(os.path.join(folder, "history.csv"))
         probed = os.path.join(folder, "probes.csv")
         self.probes: Optional[Table] = Table.read(probed) if os.path.exists(probed) else None
-        self.result: Dict = json.loads(_text(folder, "result.json"))
+        self.result: Dict = _object(folder, "result.json")
 
     @property
     def state(self) -> State:

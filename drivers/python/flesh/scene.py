@@ -8,7 +8,7 @@ import numpy as np
 
 from . import _callbacks
 from ._arrays import Field, Names, Record
-from ._callbacks import call, call_value, create, owned
+from ._callbacks import Const, call, call_value, create, owned
 from ._library import ffi, lib, path_bytes, text
 from .body import Body
 from .integrator import Integrator
@@ -89,7 +89,7 @@ def _named(name, folder):
     return name if folder == os.curdir else os.path.join(folder, name)
 
 
-class Scene:
+class Scene(Const):
     """A mesh, a system and the options of a run, from YAML or JSON. Its parts keep it alive.
 
     Args:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple, Optional, Tuple
 import numpy as np
 
 from ._arrays import doubles, pointer
-from ._callbacks import call, call_value, create, owned
+from ._callbacks import Handle, call, call_value, create, owned
 from ._library import ffi, lib, null_communicator, sundials_function
 from .errors import ArgumentError, SundialsError
 from .options import SolverOptions, SolveStats
@@ -26,20 +26,25 @@ class Scales(NamedTuple):
     velocity: float  # m/s, the length per period of the slowest bending
 
 
-class _Problem:
+class _Problem(Handle):
     """What the three have in common: `_kind` names the C type and begins its functions' names."""
     _kind = _short = ""
     _parts = 1  # of 3 * nodes each in a vector
 
     def __init__(self, system: System, options: Optional[SolverOptions] = None):
-        self.system = system
+        self._system = system
         options = SolverOptions() if options is None else options
         self._pointer = owned(self._kind, create(self._kind, getattr(lib, f"{self._kind}_create"), system._ready(),
-                                                 options._struct), getattr(lib, f"{self._kind}_destroy"))
+                                                 options._struct), getattr(lib, f"{self._kind}_destroy"), system)
         self._context = ffi.new("SUNContext *")
         if sundials_function("SUNContext_Create")(null_communicator(), self._context):
             raise SundialsError("SUNContext_Create failed")
         self._context = ffi.gc(self._context, sundials_function("SUNContext_Free"))
+
+    @property
+    def system(self) -> System:
+        """Whose equations these are."""
+        return self._system
 
     @property
     def size(self) -> int:
@@ -106,27 +111,26 @@ class KinsolProblem(_Problem):
         constrained; see flesh.Point for the other arguments."""
         shape = (self.system.mesh.node_count, 3)
         arrays = {"x0": x0, "v0": v0, "a0": a0, "x_lag": x_lag, "v_lag": v_lag}
-        self._base = {name: None if value is None else doubles(value, shape, name).copy()
-                      for name, value in arrays.items()}
-        stage = self._stage = ffi.new("flesh_stage *")
+        shown = {name: None if value is None else pointer(doubles(value, shape, name).copy())
+                 for name, value in arrays.items()}
+        stage = ffi.new("flesh_stage *")
         stage.t, stage.load, stage.prescribed_fraction, stage.t_lag = t, load, prescribed_fraction, t
         if t_lag is not None:
             stage.t_lag = t_lag
         stage.frozen_at_solution, stage.penalty = int(frozen_at_solution), float(penalty)
         stage.softened = int(softened)
         if held is not None:
-            self._held = np.ascontiguousarray(np.broadcast_to(held, shape), dtype=np.uint8)
-            stage.held = pointer(self._held, "uint8_t")
-        if multipliers is not None:
-            self._multipliers = doubles(multipliers, (self.system.multiplier_count,), "multipliers").copy()
-            stage.multipliers = pointer(self._multipliers)
-        if internal is not None:
-            self._internal = doubles(internal, (self.system.internal_count,), "internal").copy()
-            stage.internal = pointer(self._internal)
+            shown["held"] = pointer(np.array(np.broadcast_to(held, shape), dtype=np.uint8), "uint8_t")
+        for name, values, count in (("multipliers", multipliers, self.system.multiplier_count),
+                                    ("internal", internal, self.system.internal_count)):
+            if values is not None:
+                shown[name] = pointer(doubles(values, (count,), name).copy())
         stage.shift = Shift(*shift)._struct()[0]
-        for name, array in self._base.items():
-            setattr(stage, name, pointer(array))
+        for name, address in shown.items():
+            if address is not None:
+                setattr(stage, name, address)
         call(lib.flesh_problem_set_stage, self._pointer, stage)
+        self._stage = (stage, shown)  # after the call: until then the library has the one before
 
     def start(self) -> np.ndarray:
         """[3*nodes] u = 0 but for the constrained dofs, which take their prescribed places."""

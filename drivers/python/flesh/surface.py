@@ -2,14 +2,14 @@
 import numpy as np
 
 from ._arrays import Field, Record, doubles, integers, pointer, view
-from ._callbacks import call, create, owned
+from ._callbacks import Const, call, create, owned
 from ._library import ffi, lib, path_bytes
 from .mesh import Mesh
 
 __all__ = ["Surface", "Skin", "SkinInfo"]
 
 
-class Surface:
+class Surface(Const):
     """A surface of polygons; const once made.
 
     Args:
@@ -90,7 +90,7 @@ class SkinInfo(Record):
     weight_min: float = Field("the least weight: far below 0 the extrapolation is rough")
 
 
-class Skin:
+class Skin(Const):
     """A surface bound to a mesh at rest, so that it follows the body.
 
     Raises:

@@ -6,7 +6,7 @@ import numpy as np
 
 from . import _callbacks
 from ._arrays import Names, doubles, integers, pointer, view
-from ._callbacks import call, call_value, create, owned
+from ._callbacks import Handle, call, call_value, create, owned
 from ._library import ffi, lib, path_bytes
 from .effects import Effect, _ROLES
 from .errors import ArgumentError
@@ -34,15 +34,18 @@ class State:
     def __init__(self, x, v=None, t: float = 0.0, multipliers=None, internal=None):
         self.x = doubles(x, (None, 3), "x").copy()
         self.v = np.zeros_like(self.x) if v is None else doubles(v, self.x.shape, "v").copy()
-        self._struct = ffi.new("flesh_state *", {"t": float(t), "x": pointer(self.x), "v": pointer(self.v)})
+        self._struct = ffi.new("flesh_state *", {"t": float(t)})
         self.multipliers = None if multipliers is None else doubles(multipliers, (None,), "multipliers").copy()
         self.internal = None if internal is None else doubles(internal, (None,), "internal").copy()
-        self._set_multipliers()
+        self._point_to_arrays()
 
-    def _set_multipliers(self):
-        self._struct.multipliers = pointer(self.multipliers)
+    def _point_to_arrays(self):
+        """Points the struct to the arrays of the attributes, and keeps these until it points to others."""
+        names = ("x", "v", "multipliers", "internal")
+        self._shown = [pointer(getattr(self, name)) for name in names]
+        for name, address in zip(names, self._shown):
+            setattr(self._struct, name, address)
         self._struct.multiplier_count = 0 if self.multipliers is None else len(self.multipliers)
-        self._struct.internal = pointer(self.internal)
         self._struct.internal_count = 0 if self.internal is None else len(self.internal)
 
     @property
@@ -74,8 +77,11 @@ class State:
         call(lib.flesh_state_write, path_bytes(path), len(self.x), self._checked(len(self.x)))
 
     def copy(self) -> "State":
-        """One of its own."""
+        """One of its own; copy.copy, copy.deepcopy and pickle make such a one, too."""
         return State(self.x, self.v, self.t, self.multipliers, self.internal)
+
+    def __reduce__(self):
+        return State, (self.x, self.v, self.t, self.multipliers, self.internal)
 
     def _checked(self, nodes):
         """The struct, whose arrays are those that the attributes name: they may have been replaced."""
@@ -85,12 +91,11 @@ class State:
                     not array.flags.c_contiguous or not array.flags.writeable:
                 raise ArgumentError(f"state.{name} must be a writable, contiguous array of doubles of shape "
                                     f"({nodes}, 3)")
-            setattr(self._struct, name, pointer(array))
         if self.multipliers is not None:
             self.multipliers = doubles(self.multipliers, (None,), "state.multipliers")
         if self.internal is not None:
             self.internal = doubles(self.internal, (None,), "state.internal")
-        self._set_multipliers()
+        self._point_to_arrays()
         return self._struct
 
     def __repr__(self):
@@ -118,7 +123,7 @@ class Shift(NamedTuple):
                                          "filter": FILTERS.value(self.filter, "filter")})
 
 
-class Threads:
+class Threads(Handle):
     """Threads that share out the work of evaluations; count 0: as many as there are processors."""
 
     def __init__(self, count: int = 0):
@@ -131,7 +136,7 @@ class Threads:
         call_value(lib.flesh_threads_run, self._pointer, tasks, task, ffi.NULL)
 
 
-class Point:
+class Point(Handle):
     """Where effects are evaluated.
 
     Args:
@@ -155,19 +160,20 @@ class Point:
         self.a = np.zeros_like(self.x) if a is None else doubles(a, self.x.shape, "a")
         self.t, self.load = float(t), float(load)
         optional = {"x_lag": x_lag, "v_lag": v_lag, "x_frozen": x_frozen, "v_frozen": v_frozen}
-        self._arrays = {name: None if value is None else doubles(value, self.x.shape, name)
-                        for name, value in optional.items()}
-        self._threads = threads
+        arrays = {name: None if value is None else doubles(value, self.x.shape, name)
+                  for name, value in optional.items()}
+        self._nodes, self._threads = len(self.x), threads
         self._struct = ffi.new("flesh_point *")
         self._struct.t, self._struct.load = self.t, self.load
         self._struct.t_lag = self.t if t_lag is None else float(t_lag)
-        for name, value in {"x": self.x, "v": self.v, "a": self.a, **self._arrays}.items():
-            setattr(self._struct, name, pointer(value))
         self._multipliers = None if multipliers is None else doubles(multipliers, (None,), "multipliers")
-        self._struct.multipliers, self._struct.penalty = pointer(self._multipliers), float(penalty)
-        self._struct.softened = int(softened)
         self._internal = None if internal is None else doubles(internal, (None,), "internal")
-        self._struct.internal = pointer(self._internal)
+        self._struct.penalty, self._struct.softened = float(penalty), int(softened)
+        self._shown = {name: pointer(value) for name, value in {
+            "x": self.x, "v": self.v, "a": self.a, **arrays, "multipliers": self._multipliers,
+            "internal": self._internal}.items()}  # the arrays, however attributes change
+        for name, address in self._shown.items():
+            setattr(self._struct, name, address)
         if threads is not None:
             self._struct.threads = threads._pointer
 
@@ -190,7 +196,7 @@ def _axes(axes):
     raise ArgumentError(f"axes is {axes!r}; it must be some of 'xyz'")
 
 
-class System:
+class System(Handle):
     """The sum of effects on a body, and what holds it. Const once finished, so that several runs can share it.
 
     It takes the effects that are added. The first evaluation or integrator finishes it; nothing can be added then.
@@ -201,9 +207,9 @@ class System:
     """
 
     def __init__(self, mesh: Mesh, effects=()):
-        self.mesh = mesh
+        self._mesh = mesh
         self._pointer = owned("flesh_system", create("flesh_system", lib.flesh_system_create, mesh._pointer),
-                              lib.flesh_system_destroy)
+                              lib.flesh_system_destroy, mesh)
         self._keep: List = []
         self._finished, self._finishing = False, threading.Lock()
         for effect in effects:
@@ -215,15 +221,20 @@ class System:
         made = cls.__new__(cls)
         made._pointer, made._keep = pointer_, [owner]
         made._finished, made._finishing = True, threading.Lock()
-        made.mesh = Mesh._of(lib.flesh_system_mesh(pointer_), owner)
+        made._mesh = Mesh._of(lib.flesh_system_mesh(pointer_), owner)
         return made
+
+    @property
+    def mesh(self) -> Mesh:
+        """Whose nodes are the unknowns."""
+        return self._mesh
 
     def add(self, effect: Effect) -> "System":
         """Takes an effect; returns the system."""
         if self._finished:
             raise ArgumentError(f"the system is finished; {effect.name} must be added before it is used")
         call(lib.flesh_system_add_effect, self._pointer, effect._give(self))
-        effect._pointer = lib.flesh_system_effect(self._pointer, self.effect_count - 1)
+        effect._own = lib.flesh_system_effect(self._pointer, self.effect_count - 1)
         self._keep.append(effect._keep)
         return self
 
@@ -333,8 +344,8 @@ class System:
             raise ArgumentError(f"multipliers has {len(point._multipliers)} values; there are {self.multiplier_count}")
         if point._internal is not None and len(point._internal) != self.internal_count:
             raise ArgumentError(f"internal has {len(point._internal)} values; there are {self.internal_count}")
-        if point.x.shape != (self.mesh.node_count, 3):
-            raise ArgumentError(f"x has shape {point.x.shape}; it must be ({self.mesh.node_count}, 3)")
+        if point._nodes != self.mesh.node_count:
+            raise ArgumentError(f"x has shape ({point._nodes}, 3); it must be ({self.mesh.node_count}, 3)")
         return point
 
     def residual(self, x, v=None, a=None, **point) -> np.ndarray:

@@ -11,6 +11,11 @@ if MISSING:
 
 import pytest  # noqa: E402, what is missing is reported first
 
+# A sanitizer's runtime is this interpreter's and that of interpreters that tests start: the compiler and the program go
+# without. conftest.py hands it on.
+if "LD_PRELOAD" in os.environ:
+    os.environ["INTERPRETER_PRELOAD"] = os.environ.pop("LD_PRELOAD")
+
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.exit(pytest.main(["-q", "-p", "no:cacheprovider", "--rootdir", HERE,
                       *(os.path.join(HERE, name) for name in sys.argv[1:])]))
