@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "accuracy/accuracy.h"
+#include "base/confine.h"
 #include "base/error.h"
 #include "base/scan.h"
 #include "shared/provenance.h"
@@ -255,7 +256,7 @@ int flesh_accuracy_load(flesh_accuracy_plan *plan)
   int status = fingerprint(plan, plan->scene, plan->fingerprint);
   if (!status) status = fingerprint(plan, plan->finer, plan->finer_fingerprint);
   keep_path(plan, path);
-  if (status || !plan->resume || access(path, F_OK)) return status;
+  if (status || !plan->resume || flesh_path_access(path, F_OK)) return status;
   status = flesh_file_load(path, &text, &size);
   if (status) return status;
   json_t *root = json_loadb(text, size, 0, &error);

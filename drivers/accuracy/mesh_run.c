@@ -9,6 +9,7 @@
 
 #include "accuracy/mesh.h"
 #include "accuracy/mesh_sample.h"
+#include "base/confine.h"
 #include "base/error.h"
 #include "scene/scene.h"
 #include "shared/interrupt.h"
@@ -329,7 +330,7 @@ static void remove_states(const flesh_accuracy_plan *plan, const flesh_accuracy_
   char path[1500];
   for (int k = 0; k < meshes->row_count; k++) {
     states_path(plan, k, path);
-    unlink(path);
+    flesh_path_unlink(path);
   }
 }
 

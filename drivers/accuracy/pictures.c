@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include "accuracy/accuracy.h"
+#include "base/confine.h"
 #include "shared/plot.h"
 #include "shared/plot_text.h"
 
@@ -212,7 +213,7 @@ static int step_files(const flesh_accuracy_plan *plan, const flesh_accuracy_row 
   for (int k = 0; k < plan->row_count; k++) {
     char path[1500];
     flesh_accuracy_steps_path(plan, &plan->rows[k], path, sizeof path);
-    if (*path && plan->rows[k].done && !access(path, R_OK)) rows[count++] = &plan->rows[k];
+    if (*path && plan->rows[k].done && !flesh_path_access(path, R_OK)) rows[count++] = &plan->rows[k];
   }
   return count;
 }
@@ -294,9 +295,9 @@ static void drop_pictures(const flesh_accuracy_plan *plan)
   char path[1500];
   for (size_t k = 0; k < sizeof names / sizeof names[0]; k++) {
     snprintf(path, sizeof path, "%s/%s.png", plan->out, names[k]);
-    unlink(path);
+    flesh_path_unlink(path);
     snprintf(path, sizeof path, "%s/%s.gp", plan->out, names[k]);
-    unlink(path);
+    flesh_path_unlink(path);
   }
 }
 

@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "accuracy/accuracy.h"
+#include "base/confine.h"
 #include "base/error.h"
 #include "base/text.h"
 #include "shared/interrupt.h"
@@ -238,9 +239,9 @@ static int settle(flesh_accuracy_plan *plan, const char *paths[2], made results[
     snprintf(about->second, sizeof about->second, "%s", results[!first].words);
     about->seconds = results[0].seconds + results[1].seconds;
     snprintf(kept, sizeof kept, "%s/reference.states", plan->out);
-    if (!status && rename(paths[first], kept))
+    if (!status && flesh_path_rename(paths[first], kept))
       status = flesh_fail(FLESH_ERR_FILE, "%s cannot be written", kept);
-    unlink(paths[!first]);
+    flesh_path_unlink(paths[!first]);
     *reference = tracks[first];
     tracks[first] = (flesh_accuracy_track){0};
   }
@@ -293,9 +294,9 @@ static void remove_halves(const flesh_accuracy_plan *plan)
 {
   char path[1400];
   snprintf(path, sizeof path, "%s/reference_first.states", plan->out);
-  unlink(path);
+  flesh_path_unlink(path);
   snprintf(path, sizeof path, "%s/reference_second.states", plan->out);
-  unlink(path);
+  flesh_path_unlink(path);
 }
 
 int flesh_accuracy_make_reference(flesh_accuracy_plan *plan, flesh_accuracy_track *reference)

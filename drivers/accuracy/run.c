@@ -7,6 +7,7 @@
 
 #include "accuracy/accuracy.h"
 #include "accuracy/judge.h"
+#include "base/confine.h"
 #include "base/error.h"
 #include "shared/interrupt.h"
 #include "shared/process.h"
@@ -300,7 +301,7 @@ int flesh_accuracy_run(flesh_accuracy_plan *plan, const flesh_accuracy_track *re
   if (!status && !flesh_interrupt_signal()) status = run_prices(plan, pool, reference, &tight, work_rows);
   flesh_pool_close(&pool);
   tight_path(plan, path);
-  unlink(path);
+  flesh_path_unlink(path);
   if (isatty(STDERR_FILENO)) fputs("\r\033[K", stderr);
   flesh_accuracy_track_close(&tight);
   int done = 0;

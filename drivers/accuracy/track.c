@@ -90,13 +90,9 @@ int flesh_accuracy_track_read(const char *path, flesh_accuracy_track *track)
   char head[16];
   int32_t counts[2];
   *track = (flesh_accuracy_track){0};
-  int descriptor, opened = flesh_regular_open(path, &descriptor);
+  FILE *stream;
+  const int opened = flesh_regular_open(path, &stream);
   if (opened) return opened;
-  FILE *stream = fdopen(descriptor, "rb");
-  if (!stream) {
-    close(descriptor);
-    return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
-  }
   int whole = fread(head, 1, sizeof head, stream) == sizeof head && !memcmp(head, magic, 16) &&
               fread(counts, sizeof counts[0], 2, stream) == 2 && counts[0] > 0 && counts[1] > 0 &&
               counts[0] <= 1 << 20 && counts[1] <= 1 << 30;

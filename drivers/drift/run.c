@@ -5,6 +5,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "base/confine.h"
 #include "base/error.h"
 #include "drift/drift.h"
 #include "shared/interrupt.h"
@@ -104,7 +105,7 @@ static int write_frame(const char *folder, const char *name, const frame *kept, 
 {
   char path[1500];
   snprintf(path, sizeof path, "%s/%s", folder, name);
-  unlink(path); /* of an older comparison */
+  flesh_path_unlink(path); /* of an older comparison */
   return kept->known ? flesh_state_write(path, nodes, &kept->state) : FLESH_OK;
 }
 

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/scan.h"
 #include "base/text.h"
 #include "drift/drift.h"
 #include "shared/palette.h"
@@ -45,8 +46,8 @@ static int read_history(const flesh_drift_plan *plan, volumes *v)
   flesh_drift_case_folder(plan, v->c, folder);
   snprintf(v->file, sizeof v->file, "%s/history.csv", folder);
   snprintf(path, sizeof path, "%s/%s", plan->out, v->file);
-  FILE *stream = fopen(path, "r");
-  if (stream && getline(&line, &size, stream) > 0)
+  FILE *stream;
+  if (!flesh_regular_open(path, &stream) && getline(&line, &size, stream) > 0)
     time = find_column(line, "t"), ratio = find_column(line, "volume_ratio");
   while (!status && time >= 0 && ratio >= 0 && getline(&line, &size, stream) > 0) {
     if (v->count == room) {

@@ -13,6 +13,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "base/confine.h"
 #include "base/error.h"
 #include "shared/interrupt.h"
 #include "base/file.h"
@@ -73,11 +74,11 @@ static void remove_pictures(film *f, int first)
   char path[PATH_SIZE + 32];
   for (int k = first;; k++) {
     picture_path(f, k, path);
-    if (unlink(path)) break;
+    if (flesh_path_unlink(path)) break;
   }
   if (first) return;
   flesh_folder_claim_release(&f->claim);
-  rmdir(f->folder); /* stays where something else is in it */
+  flesh_path_remove_folder(f->folder); /* stays where something else is in it */
 }
 
 static int draw(film *f)
@@ -106,7 +107,7 @@ static double rate(const film *f)
   return length > 0 ? fmin(fmax(last / f->every / length, 1), 60) : 25;
 }
 
-/* Runs ffmpeg in the folder of the pictures; its words go into `log` there. ffmpeg takes names for addresses, patterns
+/* Runs ffmpeg in the folder of the pictures; its words go into the file `log`. ffmpeg takes names for addresses, patterns
  * and options: none come from outside. Its exit code, or -1. */
 static int run_ffmpeg(const film *f, const char *video, const char *log)
 {
@@ -116,8 +117,8 @@ static int run_ffmpeg(const film *f, const char *video, const char *log)
   pid_t child = fork();
   if (child < 0) return -1;
   if (!child) {
+    int nowhere = open("/dev/null", O_RDWR), words = flesh_path_open(log, O_WRONLY | O_CREAT | O_TRUNC | O_NONBLOCK, 0666);
     if (chdir(f->folder)) _exit(1);
-    int nowhere = open("/dev/null", O_RDWR), words = open(log, O_WRONLY | O_CREAT | O_TRUNC, 0666);
     if (nowhere >= 0) dup2(nowhere, STDIN_FILENO), dup2(nowhere, STDOUT_FILENO);
     if (words >= 0) dup2(words, STDERR_FILENO);
     execlp("ffmpeg", "ffmpeg", "-y", "-loglevel", "error", "-framerate", fps, "-f", "image2", "-i", "./frame_%06d.png",
@@ -136,14 +137,15 @@ static int encode(film *f)
   snprintf(video, sizeof video, "./film.part-%ld%s", (long)getpid(), strrchr(f->out, '.'));
   snprintf(target, sizeof target, "%s/%s", f->folder, video);
   snprintf(log, sizeof log, "%s/ffmpeg.log", f->folder);
-  int code = run_ffmpeg(f, video, "ffmpeg.log"), renamed = !code && !rename(target, f->out), reason = errno;
+  flesh_path_unlink(target); /* ffmpeg would write through a link of that name */
+  int code = run_ffmpeg(f, video, log), renamed = !code && !flesh_path_rename(target, f->out), reason = errno;
   if (renamed) {
-    unlink(log);
+    flesh_path_unlink(log);
     if (!f->keep) remove_pictures(f, 0);
     return FLESH_OK;
   }
-  unlink(target);
-  if (!code || code == NOT_FOUND) unlink(log);
+  flesh_path_unlink(target);
+  if (!code || code == NOT_FOUND) flesh_path_unlink(log);
   if (!code)
     return flesh_fail(FLESH_ERR_FILE, "%s: cannot be written: %s; the %d pictures are in %s", f->out, strerror(reason),
                       picture_count(f), f->folder);

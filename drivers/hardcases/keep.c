@@ -5,8 +5,10 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "base/confine.h"
 #include "base/error.h"
 #include "base/file.h"
+#include "base/scan.h"
 #include "flesh/version.h"
 #include "hardcases/hardcases.h"
 
@@ -84,7 +86,7 @@ void flesh_hardcases_keep(const flesh_hardcases_plan *plan, const flesh_hardcase
   if (flesh_file_commit(&file) || run->outcome != FLESH_HARDCASES_RECOVERED) return;
   for (size_t k = 0; k < sizeof large / sizeof *large; k++) { /* of thousands of runs; the command makes them again */
     path_of(plan, run, large[k], path);
-    remove(path);
+    flesh_path_unlink(path);
   }
 }
 
@@ -102,7 +104,8 @@ int flesh_hardcases_recall(const flesh_hardcases_plan *plan, flesh_hardcases_run
   char path[1700], line[4096], key[4096] = "";
   flesh_hardcases_figures f = {0};
   path_of(plan, run, "kept.txt", path);
-  FILE *stream = fopen(path, "r"), *wanted = fmemopen(key, sizeof key, "w");
+  FILE *stream, *wanted = fmemopen(key, sizeof key, "w");
+  flesh_regular_open(path, &stream);
   if (wanted) print_key(wanted, plan, run), fclose(wanted);
   int good = stream && wanted && read_line(stream, line, sizeof line) && !strcmp(line, key) &&
              read_line(stream, line, sizeof line);

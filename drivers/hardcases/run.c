@@ -6,6 +6,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "base/confine.h"
 #include "base/error.h"
 #include "shared/interrupt.h"
 #include "shared/runner.h"
@@ -85,7 +86,7 @@ static int find_rest(const flesh_hardcases_plan *plan, const char *folder, flesh
   for (int k = 0; k < plan->overrides->count; k++) values[k] = plan->overrides->values[k];
   values[plan->overrides->count] = "start=null"; /* it is not there yet */
   snprintf(file, sizeof file, "%s/release.yaml", folder);
-  if (access(file, F_OK)) snprintf(file, sizeof file, "%s/scene.yaml", folder);
+  if (flesh_path_access(file, F_OK)) snprintf(file, sizeof file, "%s/scene.yaml", folder);
   int status = flesh_scene_read(file, plan->overrides->count + 1, values, &last);
   if (!status) flesh_hardcases_rest_shape(last, flesh_scene_times(last)->end, rest);
   flesh_scene_destroy(&last);
@@ -132,7 +133,7 @@ void flesh_hardcases_run_one(const flesh_hardcases_plan *plan, const flesh_hardc
   watch.early = 0.1 * end;
   status = run_phase(plan, scene, path, "out", &watch);
   snprintf(file, sizeof file, "%s/release.yaml", path);
-  if (!status && access(file, F_OK) == 0) {
+  if (!status && flesh_path_access(file, F_OK) == 0) {
     status = read_phase(plan, file, &release);
     if (status) {
       refuse(f, status);

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/confine.h"
 #include "base/error.h"
 #include "flesh/scene.h"
 #include "base/file.h"
@@ -203,7 +204,7 @@ int flesh_hardcases_write_scene(const flesh_hardcases_plan *plan, const flesh_ha
   snprintf(path, sizeof path, "%s/scene.yaml", folder);
   if (!status) status = write_text(run, path, 0);
   snprintf(path, sizeof path, "%s/release.yaml", folder);
-  remove(path); /* of an older battery */
+  flesh_path_unlink(path); /* of an older battery */
   if (!status && (run->row->release > 0 || has_long_release(run)))
     status = write_text(run, path, 1);
   return status;

@@ -6,6 +6,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "base/confine.h"
 #include "base/error.h"
 #include "mesh/split.h"
 #include "parallel/partition.h"
@@ -34,7 +35,7 @@ static int claim(const char *command, const char *folder, int inputs, char *cons
 static void let_go(int status, const char *folder, flesh_folder_claim *claim)
 {
   flesh_folder_claim_release(claim);
-  if (status) rmdir(folder); /* stays where something is in it */
+  if (status) flesh_path_remove_folder(folder); /* stays where something is in it */
 }
 
 static void say(const char *folder, const flesh_split *split)

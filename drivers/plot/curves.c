@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "base/confine.h"
 #include "base/error.h"
 
 enum { TABLES = 6, LABEL = 200 };
@@ -35,13 +36,13 @@ static int read_folder(source *s)
 {
   static const char *const names[TABLES] = {"history.csv", "probes.csv",    "drift.csv",
                                             "accuracy.csv", "orders.csv", "hardcases.csv"};
-  int status = FLESH_OK;
+  int status = flesh_confine(s->path);
   for (int k = 0; k < TABLES && !status; k++) {
     char *path = malloc(strlen(s->path) + 20);
     if (!path) return no_memory();
     sprintf(path, "%s/%s", s->path, names[k]);
-    if (!access(path, F_OK)) status = flesh_csv_read(path, &s->tables[s->count]);
-    s->count += !access(path, F_OK) && !status;
+    status = flesh_path_check(path);
+    if (!status && flesh_path_is_file(path)) status = flesh_csv_read(path, &s->tables[s->count++]);
     free(path);
   }
   if (!status && !s->count)
@@ -76,7 +77,7 @@ static int read_sources(reading *r)
     source *s = &r->sources[r->source_count++];
     struct stat info;
     s->path = r->wanted->paths[k];
-    const int is_folder = !stat(s->path, &info) && S_ISDIR(info.st_mode);
+    const int is_folder = !flesh_path_stat(s->path, &info) && S_ISDIR(info.st_mode);
     status = is_folder ? read_folder(s) : flesh_csv_read(s->path, &s->tables[0]);
     if (!is_folder && !status) s->count = 1;
     find_label(s, is_folder);

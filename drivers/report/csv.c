@@ -5,8 +5,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
+#include "base/confine.h"
 #include "base/error.h"
 #include "base/scan.h"
 #include "shared/json_memory.h"
@@ -112,7 +112,9 @@ int flesh_report_csv(const char *path, int most, json_t **columns, int *step)
   char *data, *cell;
   size_t size, name;
   *columns = NULL;
-  int status = flesh_file_load(path, &data, &size);
+  int status = flesh_path_check(path);
+  if (!status && !flesh_path_is_file(path)) return FLESH_OK;
+  if (!status) status = flesh_file_load(path, &data, &size);
   if (status) return status;
   const char *at = data, *end = data + size;
   const int rows = count_rows(at, end), every = most && rows > most ? (rows + most - 1) / most : 1;
@@ -131,11 +133,9 @@ int flesh_report_csv(const char *path, int most, json_t **columns, int *step)
   }
   for (size_t k = 0; k < json_array_size(made); k++) make_numbers(json_array_get(made, k));
   if (!cell || !made) status = flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
-  else if (!json_array_size(made))
-    status = flesh_fail(FLESH_ERR_FILE, "%s: this is no table: it is empty", path);
   free(cell);
   free(data);
-  if (status) json_decref(made);
+  if (status || !json_array_size(made)) json_decref(made);
   else *columns = made;
   return status;
 }
@@ -169,45 +169,49 @@ double flesh_report_number(const json_t *columns, const char *name, size_t row)
   return json_is_number(value) ? json_number_value(value) : NAN;
 }
 
-/* Whether folder/name is a regular file; its path (new). */
-static char *file_path(const char *folder, const char *name)
+char *flesh_report_path(const char *folder, const char *name)
 {
-  struct stat info;
   char *path = malloc(strlen(folder) + strlen(name) + 2);
-  if (!path) {
-    flesh_json_note_lack(); /* what is there must not seem to be missing */
-    return NULL;
-  }
-  sprintf(path, "%s/%s", folder, name);
-  if (!stat(path, &info) && S_ISREG(info.st_mode)) return path;
-  free(path);
-  return NULL;
+  if (path) sprintf(path, "%s/%s", folder, name);
+  else flesh_json_note_lack(); /* what is there must not seem to be missing */
+  return path;
 }
 
-/* The file whole (new); NULL where there is none. */
-static char *load(const char *folder, const char *name, size_t *size)
+/* folder/name whole (new); NULL where there is no such file. */
+static int load(const char *folder, const char *name, char **data, size_t *size)
 {
-  char *path = file_path(folder, name), *data = NULL;
-  const int status = path ? flesh_file_load(path, &data, size) : FLESH_ERR_FILE;
-  if (status == FLESH_ERR_MEMORY) flesh_json_note_lack();
+  char *path = flesh_report_path(folder, name);
+  *data = NULL;
+  int status = path ? flesh_path_check(path) : flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report");
+  if (!status && flesh_path_is_file(path)) status = flesh_file_load(path, data, size);
   free(path);
-  return status ? NULL : data;
+  return status;
 }
 
-json_t *flesh_report_file(const char *folder, const char *name)
+int flesh_report_file(const char *folder, const char *name, json_t **text)
 {
   size_t size;
-  char *data = load(folder, name, &size);
-  json_t *text = data ? flesh_report_string(data, size) : NULL;
+  char *data;
+  const int status = load(folder, name, &data, &size);
+  *text = data ? flesh_report_string(data, size) : NULL;
   free(data);
-  return text;
+  return status;
 }
 
-json_t *flesh_report_json(const char *folder, const char *name)
+int flesh_report_json(const char *folder, const char *name, json_t **value)
 {
   size_t size;
-  char *data = load(folder, name, &size);
-  json_t *value = data ? json_loadb(data, size, JSON_ALLOW_NUL | JSON_REJECT_DUPLICATES, NULL) : NULL;
+  char *data;
+  const int status = load(folder, name, &data, &size);
+  *value = data ? json_loadb(data, size, JSON_ALLOW_NUL | JSON_REJECT_DUPLICATES, NULL) : NULL;
   free(data);
-  return value;
+  return status;
+}
+
+int flesh_report_has(const char *folder, const char *name)
+{
+  char *path = flesh_report_path(folder, name);
+  const int found = path && flesh_path_is_there(path);
+  free(path);
+  return found;
 }

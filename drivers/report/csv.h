@@ -7,8 +7,8 @@
 /* Reads a CSV file (RFC 4180) whose first row names its columns into a new list of {"name",
  * "values"}; values are numbers or null where every cell is a number or empty, else texts. Of more
  * than `most` rows (0: all of them) it takes every k-th and the last one; *step (may be NULL) is
- * that k. Rows that are cut off, as of a run that is killed, are left out. FLESH_ERR_FILE,
- * FLESH_ERR_MEMORY. */
+ * that k. Rows that are cut off, as of a run that is killed, are left out. *columns is NULL where there is no such
+ * file, or no table in it. FLESH_ERR_FILE for what is no file of the result's folder (confine.h), FLESH_ERR_MEMORY. */
 int flesh_report_csv(const char *path, int most, json_t **columns, int *step);
 
 /* The values of a column, borrowed; NULL without one. */
@@ -20,10 +20,14 @@ const char *flesh_report_text(const json_t *columns, const char *name, size_t ro
 /* A cell as number; NAN for what is none. */
 double flesh_report_number(const json_t *columns, const char *name, size_t row);
 
-/* A text file as a new string; NULL where there is none. */
-json_t *flesh_report_file(const char *folder, const char *name);
-/* A JSON file as a new value; NULL where there is none that can be read. */
-json_t *flesh_report_json(const char *folder, const char *name);
+/* folder/name (new); NULL without memory, which is noted (json_memory.h). */
+char *flesh_report_path(const char *folder, const char *name);
+/* A text file as a new string; NULL where there is none. FLESH_ERR_FILE for what is no file of the folder. */
+int flesh_report_file(const char *folder, const char *name, json_t **text);
+/* A JSON file as a new value; NULL where there is none, or no JSON in it. FLESH_ERR_FILE as before. */
+int flesh_report_json(const char *folder, const char *name, json_t **value);
+/* Whether there is anything of that name, which may be refused when it is read. */
+int flesh_report_has(const char *folder, const char *name);
 
 /* What came from outside as a string, whatever its bytes are. */
 json_t *flesh_report_string(const char *text, size_t size);

@@ -1,23 +1,11 @@
 /* kind.c: what a folder or file of results is, by what it holds. */
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 
+#include "base/confine.h"
 #include "base/error.h"
+#include "report/csv.h"
 #include "report/report.h"
-
-/* Whether there is such a file; -1 where memory is wanting. */
-static int holds(const char *folder, const char *name)
-{
-  struct stat info;
-  char *path = malloc(strlen(folder) + strlen(name) + 2);
-  if (!path) return -1;
-  sprintf(path, "%s/%s", folder, name);
-  const int found = !stat(path, &info) && S_ISREG(info.st_mode);
-  free(path);
-  return found;
-}
 
 int flesh_report_find_kind(const char *path, flesh_report_kind *kind)
 {
@@ -31,7 +19,7 @@ int flesh_report_find_kind(const char *path, flesh_report_kind *kind)
                {"scene.yaml", FLESH_REPORT_RUN}};
   struct stat info;
   const size_t length = strlen(path);
-  if (stat(path, &info))
+  if (flesh_path_stat(path, &info))
     return flesh_fail(FLESH_ERR_FILE, "%s: there is no such folder", *path ? path : "''");
   if (!S_ISDIR(info.st_mode)) {
     *kind = FLESH_REPORT_SWEEP;
@@ -41,11 +29,11 @@ int flesh_report_find_kind(const char *path, flesh_report_kind *kind)
                       "(.db) of a sweep",
                       path);
   }
+  const int status = flesh_confine(path);
+  if (status) return status;
   for (size_t k = 0; k < sizeof marks / sizeof *marks; k++) {
     *kind = marks[k].kind;
-    const int found = holds(path, marks[k].file);
-    if (found < 0) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report");
-    if (found) return FLESH_OK;
+    if (flesh_report_has(path, marks[k].file)) return FLESH_OK;
   }
   return flesh_fail(
       FLESH_ERR_FILE,

@@ -126,16 +126,15 @@ int flesh_report_add_history(json_t *part, json_t *plot, const char *folder, con
   char title[300];
   json_t *columns;
   int step;
-  char *path = malloc(strlen(folder) + strlen(file) + 2);
+  char *path = flesh_report_path(folder, file);
   if (!path) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report");
-  sprintf(path, "%s/%s", folder, file);
   int status = flesh_report_csv(path, MOST_ROWS, &columns, &step);
   free(path);
-  if (status == FLESH_ERR_FILE) {
+  if (status) return status;
+  if (!columns) {
     flesh_report_note(part, "%s has no %s that can be read.", name, file);
     return FLESH_OK;
   }
-  if (status) return status;
   snprintf(title, sizeof title, "%s: %s", name, file);
   if (step > 1) flesh_report_note(part, "Of %s of %s one row in %d is here.", file, name, step);
   flesh_report_add_series(plot, flesh_report_table(part, title, columns, 0), name, colour);
@@ -153,13 +152,6 @@ static const char *first_column(const json_t *part, const char *const *wanted)
   return *wanted;
 }
 
-static int has_file(const char *folder, const char *name)
-{
-  json_t *text = flesh_report_file(folder, name);
-  json_decref(text);
-  return text != NULL;
-}
-
 /* Histories, and where there are some, probes. */
 static int add_histories(json_t *part, int count, char *const *folders, char *const *names,
                          json_t *const *results)
@@ -174,13 +166,13 @@ static int add_histories(json_t *part, int count, char *const *folders, char *co
     status = flesh_report_add_history(part, plot, folders[r], "history.csv", names[r],
                                       flesh_report_energy_colour(flesh_report_energy(results[r])));
   json_object_set_new(plot, "y", json_string(first_column(part, motions)));
-  for (int r = 0; r < count; r++) probes |= has_file(folders[r], "probes.csv");
+  for (int r = 0; r < count; r++) probes |= flesh_report_has(folders[r], "probes.csv");
   if (!probes || status) return status;
   plot = flesh_report_add_plot(
       part, &(flesh_report_plot){
                 .title = "Probes", .x = "t [s]", .y = "", .lines = 1, .choose = 1, .table = -1});
   for (int r = 0; r < count && !status; r++)
-    if (has_file(folders[r], "probes.csv"))
+    if (flesh_report_has(folders[r], "probes.csv"))
       status =
           flesh_report_add_history(part, plot, folders[r], "probes.csv", names[r],
                                    flesh_report_energy_colour(flesh_report_energy(results[r])));
@@ -209,8 +201,8 @@ int flesh_report_add_runs(flesh_report *report, int count, char *const *folders)
   int status =
       names && results ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report");
   for (int r = 0; r < count && !status; r++) {
-    results[r] = flesh_report_json(folders[r], "result.json");
-    if (!(names[r] = name_of(folders[r])))
+    status = flesh_report_json(folders[r], "result.json", &results[r]);
+    if (!status && !(names[r] = name_of(folders[r])))
       status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report");
   }
   if (!status && count > 1) compare_runs(part, count, names, results);
@@ -219,11 +211,13 @@ int flesh_report_add_runs(flesh_report *report, int count, char *const *folders)
   if (!status) status = add_histories(part, count, folders, names, results);
   for (int r = 0; r < count && !status; r++) {
     char title[300];
+    json_t *scene;
     snprintf(title, sizeof title, "%s: scene", names[r]);
-    flesh_report_source(part, title, flesh_report_file(folders[r], "scene.yaml"));
+    status = flesh_report_file(folders[r], "scene.yaml", &scene);
+    flesh_report_source(part, title, scene);
     snprintf(title, sizeof title, "%s: result and provenance", names[r]);
     flesh_report_source(part, title, json_incref(results[r]));
-    status = flesh_report_show(report, folders[r], names[r], 0);
+    if (!status) status = flesh_report_show(report, folders[r], names[r], 0);
   }
   for (int r = 0; names && results && r < count; r++) {
     free(names[r]);

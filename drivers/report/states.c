@@ -1,13 +1,10 @@
 /* states.c: opens a run's folder and loads its states one by one. */
 #include "report/states.h"
 
-#include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
-#include <sys/stat.h>
 
 #include "base/error.h"
-#include "shared/json_memory.h"
+#include "report/csv.h"
 
 /* Loads a state of the folder; NULL: the scene's start. */
 static int load_single(flesh_report_states *s, const char *name)
@@ -17,23 +14,11 @@ static int load_single(flesh_report_states *s, const char *name)
     flesh_scene_start(s->run.scene, &s->run.state);
     return FLESH_OK;
   }
-  char *path = malloc(strlen(s->folder) + strlen(name) + 2);
+  char *path = flesh_report_path(s->folder, name);
   if (!path) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report");
-  sprintf(path, "%s/%s", s->folder, name);
   const int status = flesh_state_read(path, nodes, &s->run.state);
   free(path);
   return status;
-}
-
-static int is_there(const char *folder, const char *name)
-{
-  struct stat info;
-  char *path = malloc(strlen(folder) + strlen(name) + 2);
-  if (path) sprintf(path, "%s/%s", folder, name);
-  else flesh_json_note_lack();
-  const int found = path && !stat(path, &info);
-  free(path);
-  return found;
 }
 
 /* Start, what `flesh drift` keeps, and the end, by time; of one time the later named. */
@@ -44,7 +29,7 @@ static int find_few(flesh_report_states *s)
   s->few = 1;
   s->count = 0;
   for (int k = 0; k < FLESH_REPORT_FEW; k++) {
-    if (names[k] && !is_there(s->folder, names[k])) continue;
+    if (names[k] && !flesh_report_has(s->folder, names[k])) continue;
     const int status = load_single(s, names[k]);
     if (status) return status;
     const double t = s->run.state.t;

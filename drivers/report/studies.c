@@ -8,39 +8,42 @@
 #include "report/csv.h"
 #include "report/part.h"
 #include "report/runs.h"
-#include "shared/json_memory.h"
 
 enum { MOST_SHOWN = 6 };
 
 static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report"); }
 
-static char *join(const char *folder, const char *name)
-{
-  char *path = malloc(strlen(folder) + strlen(name) + 2);
-  if (path) sprintf(path, "%s/%s", folder, name);
-  else flesh_json_note_lack();
-  return path;
-}
-
 /* folder/name as a table; *number -1 with a note where there is none. */
 static int add_table(json_t *part, const char *folder, const char *name, int open, int *number)
 {
-  char *path = join(folder, name);
+  char *path = flesh_report_path(folder, name);
   json_t *columns = NULL;
   int status = path ? flesh_report_csv(path, 0, &columns, NULL) : no_memory();
   free(path);
   *number = -1;
-  if (status == FLESH_ERR_FILE) flesh_report_note(part, "There is no %s that can be read.", name);
-  else if (!status) *number = flesh_report_table(part, name, columns, open);
-  return status == FLESH_ERR_FILE ? FLESH_OK : status;
+  if (columns) *number = flesh_report_table(part, name, columns, open);
+  else if (!status) flesh_report_note(part, "There is no %s that can be read.", name);
+  return status;
 }
 
 /* The verdict as the command has written it. */
-static void add_verdict(json_t *part, const char *folder, const char *name)
+static int add_verdict(json_t *part, const char *folder, const char *name)
 {
-  json_t *text = flesh_report_file(folder, name);
+  json_t *text;
+  const int status = flesh_report_file(folder, name, &text);
   if (text) json_array_append_new(json_object_get(part, "verdict"), text);
-  else flesh_report_note(part, "There is no %s: the command did not end.", name);
+  else if (!status) flesh_report_note(part, "There is no %s: the command did not end.", name);
+  return status;
+}
+
+/* folder/name as a folded text, or as JSON. */
+static int add_source(json_t *part, const char *title, const char *folder, const char *name,
+                      int (*read)(const char *, const char *, json_t **))
+{
+  json_t *value;
+  const int status = read(folder, name, &value);
+  flesh_report_source(part, title, value);
+  return status;
 }
 
 static const json_t *columns_of(const json_t *part, int table)
@@ -56,7 +59,7 @@ static char *drift_folder(const char *folder, const json_t *rows, size_t k, char
            flesh_report_text(rows, "energy", k), flesh_report_text(rows, "constants", k),
            flesh_report_number(rows, "poisson", k), flesh_report_text(rows, "solver", k));
   snprintf(path, sizeof path, "runs/%s", name);
-  return join(folder, path);
+  return flesh_report_path(folder, path);
 }
 
 /* Whether a row is of those that the pictures are of: the last scene's, at the greatest ratio, with
@@ -94,10 +97,9 @@ static int add_chosen_drift(flesh_report *report, json_t *part, const char *fold
     status = flesh_report_add_history(part, plot, path, "history.csv", label, colour);
     snprintf(shown, sizeof shown, "%s, %.100s", label, flesh_report_text(columns_of(part, table), "scene", k));
     if (!status) status = flesh_report_show(report, path, shown, 1);
-    if (!sources++) {
-      flesh_report_source(part, "scene of the first run shown",
-                          flesh_report_file(path, "scene.yaml"));
-      flesh_report_source(part, "provenance of that run", flesh_report_json(folder, file));
+    if (!status && !sources++) {
+      status = add_source(part, "scene of the first run shown", path, "scene.yaml", flesh_report_file);
+      if (!status) status = add_source(part, "provenance of that run", folder, file, flesh_report_json);
     }
     free(path);
   }
@@ -108,9 +110,8 @@ int flesh_report_add_drift(flesh_report *report, const char *folder)
 {
   static const char *const setting[] = {"scene", "energy", "constants", "solver", NULL};
   json_t *part = flesh_report_part(report, "How the energies keep the volume", folder);
-  int table;
-  add_verdict(part, folder, "verdict.txt");
-  int status = add_table(part, folder, "drift.csv", 1, &table);
+  int table = -1, status = add_verdict(part, folder, "verdict.txt");
+  if (!status) status = add_table(part, folder, "drift.csv", 1, &table);
   if (status || table < 0) return status;
   char title[300];
   const json_t *rows = columns_of(part, table);
@@ -144,9 +145,8 @@ int flesh_report_add_drift(flesh_report *report, const char *folder)
 int flesh_report_add_accuracy(flesh_report *report, const char *folder)
 {
   json_t *part = flesh_report_part(report, "What accuracy costs", folder);
-  int table, orders;
-  add_verdict(part, folder, "verdict.txt");
-  int status = add_table(part, folder, "accuracy.csv", 1, &table);
+  int table, orders, status = add_verdict(part, folder, "verdict.txt");
+  if (!status) status = add_table(part, folder, "accuracy.csv", 1, &table);
   if (!status) status = add_table(part, folder, "orders.csv", 1, &orders);
   if (status) return status;
   static const struct {
@@ -166,11 +166,9 @@ int flesh_report_add_accuracy(flesh_report *report, const char *folder)
                                                      .group = "method",
                                                      .where = "price",
                                                      .is = "work"});
-  json_t *mesh = flesh_report_file(folder, "mesh.csv");
-  json_decref(mesh);
-  if (mesh) {
-    add_verdict(part, folder, "mesh.txt");
-    status = add_table(part, folder, "mesh.csv", 1, &table);
+  if (flesh_report_has(folder, "mesh.csv")) {
+    status = add_verdict(part, folder, "mesh.txt");
+    if (!status) status = add_table(part, folder, "mesh.csv", 1, &table);
     if (!status && table >= 0)
       flesh_report_add_plot(part,
                             &(flesh_report_plot){.title = "Error of the mesh against CPU time",
@@ -183,7 +181,8 @@ int flesh_report_add_accuracy(flesh_report *report, const char *folder)
                                                  .table = table,
                                                  .group = "element"});
   }
-  json_t *all = flesh_report_json(folder, "accuracy.json");
+  json_t *all = NULL;
+  if (!status) status = flesh_report_json(folder, "accuracy.json", &all);
   flesh_report_source(part, "the reference", json_incref(json_object_get(all, "reference")));
   flesh_report_source(part, "provenance", json_incref(json_object_get(all, "program")));
   json_decref(all);
@@ -195,15 +194,9 @@ int flesh_report_add_accuracy(flesh_report *report, const char *folder)
 /* Whether the mesh of a case is there: what recovered leaves none. */
 static int has_mesh(const char *folder, const char *name)
 {
-  char *path = join(folder, name);
-  json_t *mesh = path ? flesh_report_file(path, "body.mesh") : NULL, *state;
-  char *out = path ? join(path, "out") : NULL;
-  state = out ? flesh_report_file(out, "state.txt") : NULL;
-  const int found = mesh && state;
-  json_decref(mesh);
-  json_decref(state);
+  char *path = flesh_report_path(folder, name);
+  const int found = path && flesh_report_has(path, "body.mesh") && flesh_report_has(path, "out/state.txt");
   free(path);
-  free(out);
   return found;
 }
 
@@ -217,8 +210,8 @@ static int show_cases(flesh_report *report, json_t *part, const char *folder, in
     if (!strcmp(flesh_report_text(rows, "outcome", k), "recovered")) continue;
     failed++;
     if (shown == MOST_SHOWN || !has_mesh(folder, name)) continue;
-    char *whole = join(folder, name);
-    path = whole ? join(whole, "out") : NULL;
+    char *whole = flesh_report_path(folder, name);
+    path = whole ? flesh_report_path(whole, "out") : NULL;
     status = path ? flesh_report_show(report, path, name + (strncmp(name, "cases/", 6) ? 0 : 6), 1)
                   : no_memory();
     shown++;
@@ -239,9 +232,8 @@ int flesh_report_add_hardcases(flesh_report *report, const char *folder)
   static const char *const setting[] = {"energy", "constants", "poisson", "step",
                                         "solver", "element",   NULL};
   json_t *part = flesh_report_part(report, "Hard cases", folder);
-  int table, profiles;
-  add_verdict(part, folder, "verdict.txt");
-  int status = add_table(part, folder, "hardcases.csv", 0, &table);
+  int table = -1, profiles, status = add_verdict(part, folder, "verdict.txt");
+  if (!status) status = add_table(part, folder, "hardcases.csv", 0, &table);
   if (status || table < 0) return status;
   flesh_report_add_grid(part, "What became of the cases", table, "case", setting, "outcome");
   flesh_report_add_plot(part, &(flesh_report_plot){.title = "Work of the cases",
@@ -252,15 +244,13 @@ int flesh_report_add_hardcases(flesh_report *report, const char *folder)
                                                    .choose = 1,
                                                    .table = table,
                                                    .group = "outcome"});
-  json_t *there = flesh_report_file(folder, "profiles.csv");
-  json_decref(there);
-  if (there) status = add_table(part, folder, "profiles.csv", 0, &profiles);
+  if (flesh_report_has(folder, "profiles.csv")) status = add_table(part, folder, "profiles.csv", 0, &profiles);
   if (!status) status = show_cases(report, part, folder, table);
-  if (flesh_report_rows(columns_of(part, table))) {
+  if (!status && flesh_report_rows(columns_of(part, table))) {
     char file[300];
     snprintf(file, sizeof file, "%.250s/out/result.json",
              flesh_report_text(columns_of(part, table), "folder", 0));
-    flesh_report_source(part, "provenance of the first case", flesh_report_json(folder, file));
+    status = add_source(part, "provenance of the first case", folder, file, flesh_report_json);
   }
   return status;
 }

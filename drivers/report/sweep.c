@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/confine.h"
 #include "base/error.h"
 #include "report/csv.h"
 #include "report/part.h"
@@ -194,9 +195,9 @@ static int add_tables(const source *s, json_t *part)
 int flesh_report_add_sweep(flesh_report *report, const char *path)
 {
   source s = {.path = path};
-  int status = FLESH_OK;
   json_t *part = flesh_report_part(report, "Sweep", path);
-  if (sqlite3_open_v2(path, &s.database, SQLITE_OPEN_READONLY, NULL)) status = lost(&s);
+  int status = flesh_path_check(path);
+  if (!status && sqlite3_open_v2(path, &s.database, SQLITE_OPEN_READONLY, NULL)) status = lost(&s);
   if (!status) status = add_tables(&s, part);
   sqlite3_close(s.database);
   if (!status)

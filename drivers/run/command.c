@@ -7,7 +7,9 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "base/confine.h"
 #include "base/error.h"
+#include "base/scan.h"
 #include "run/locking.h"
 #include "run/touching.h"
 #include "shared/interrupt.h"
@@ -164,9 +166,12 @@ static int is_complete(const char *folder, char *path)
 {
   struct stat info;
   sprintf(path, "%s/" FLESH_CHECKPOINT_NAME, folder);
-  if (!stat(path, &info)) return 0;
+  if (!flesh_path_stat(path, &info)) return 0;
   sprintf(path, "%s/result.json", folder);
-  json_t *result = json_load_file(path, 0, NULL);
+  char *text = NULL;
+  size_t size = 0;
+  json_t *result = flesh_file_load(path, &text, &size) ? NULL : json_loadb(text, size, 0, NULL);
+  free(text);
   const char *status = json_string_value(json_object_get(result, "status"));
   const int complete = status && !strcmp(status, "complete");
   const json_t *figures = json_object_get(result, "figures");
@@ -184,7 +189,8 @@ static int take_up(given *g, flesh_checkpoint *checkpoint, char **path, flesh_sc
 {
   flesh_runner_options *options = &g->options;
   *path = malloc(strlen(g->resume) + 32);
-  int status = flesh_ranks_agree(g->ranks, *path ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory"));
+  int status = *path ? flesh_confine(g->resume) : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  status = flesh_ranks_agree(g->ranks, status);
   if (status) return flesh_ranks_fail(g->ranks, "run", status);
   if (flesh_ranks_largest(g->ranks, flesh_ranks_first(g->ranks) && is_complete(g->resume, *path))) return 0;
   status = flesh_checkpoint_open(g->resume, checkpoint);

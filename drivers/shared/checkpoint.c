@@ -44,8 +44,11 @@ int flesh_checkpoint_times_read(const char *text, flesh_checkpoint_times *times)
 
 void flesh_checkpoint_digest(const char *folder, char digest[FLESH_DIGEST_SIZE])
 {
-  char *path = in_folder(folder, "scene.yaml");
-  if (!path || !SHA256File(path, digest)) *digest = 0;
+  char *path = in_folder(folder, "scene.yaml"), *text = NULL;
+  size_t size;
+  *digest = 0;
+  if (path && !flesh_file_load(path, &text, &size)) SHA256Data((const uint8_t *)text, size, digest);
+  free(text);
   free(path);
 }
 
@@ -208,11 +211,13 @@ static int find_pieces(const char *folder, FILE *file, long end, flesh_checkpoin
 static FILE *open_file(const char *folder, long *end)
 {
   char *path = in_folder(folder, FLESH_CHECKPOINT_NAME);
-  FILE *file = path ? fopen(path, "rb") : NULL;
-  if (path && (!file || fseek(file, 0, SEEK_END) || (*end = ftell(file)) < 0 || fseek(file, 0, SEEK_SET))) {
-    flesh_fail(FLESH_ERR_FILE, "%s: there is no checkpoint to go on from, as a run writes it with --checkpoint: %s: %s",
-               folder, path, strerror(errno));
-    if (file) fclose(file);
+  FILE *file = NULL;
+  if (path && flesh_regular_open(path, &file))
+    flesh_fail_within(FLESH_ERR_FILE, "%s: there is no checkpoint to go on from, as a run writes it with --checkpoint: ",
+                      folder);
+  if (file && (fseek(file, 0, SEEK_END) || (*end = ftell(file)) < 0 || fseek(file, 0, SEEK_SET))) {
+    flesh_fail(FLESH_ERR_FILE, "%s: cannot be read: %s", path, strerror(errno));
+    fclose(file);
     file = NULL;
   }
   free(path);
@@ -248,7 +253,7 @@ int flesh_checkpoint_open(const char *folder, flesh_checkpoint *checkpoint)
   fclose(file);
   if (status) return status;
   flesh_checkpoint_digest(folder, now);
-  if (!*now) return flesh_fail(FLESH_ERR_FILE, "%s/scene.yaml: cannot be read", folder);
+  if (!*now) return FLESH_ERR_FILE;
   if (strcmp(digest, now))
     return flesh_fail(FLESH_ERR_ARGUMENT, "%s/scene.yaml: is another scene than that of the checkpoint, which cannot go on "
                                           "with it", folder);

@@ -1,12 +1,14 @@
 /* output.c: claims folders and looks for what would be lost by writing. */
 #include "shared/output.h"
 
+#include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "base/confine.h"
 #include "base/error.h"
 #include "base/file.h"
 #include "shared/checkpoint.h"
@@ -54,21 +56,26 @@ int flesh_output_prepare_from(const char *path, int count, char *const *read, co
   return status;
 }
 
-/* A file of that name that begins otherwise was written by somebody else. What is no regular file loses nothing. */
+/* A file of that name that begins otherwise was written by somebody else. */
 static int check_begin(const char *path, const char *begin)
 {
   char head[32];
-  struct stat info;
-  if (stat(path, &info) || !S_ISREG(info.st_mode) || !info.st_size) return FLESH_OK;
-  FILE *stream = fopen(path, "rb");
-  if (!stream) return FLESH_OK; /* whether it can be replaced is seen when it is */
-  size_t got = fread(head, 1, strlen(begin), stream);
-  fclose(stream);
-  if (got == strlen(begin) && !memcmp(head, begin, got)) return FLESH_OK;
+  const int status = flesh_path_check(path), file = status ? -1 : flesh_path_open(path, O_RDONLY | O_NONBLOCK, 0);
+  if (file < 0) return status; /* whether it can be replaced is seen when it is */
+  const ssize_t got = read(file, head, strlen(begin));
+  close(file);
+  if (!got || (got == (ssize_t)strlen(begin) && !memcmp(head, begin, (size_t)got))) return FLESH_OK;
   return flesh_fail(FLESH_ERR_FILE,
                     "%s: no run has written this file, and a run into this folder would replace it; give "
                     "another folder, or move it away",
                     path);
+}
+
+/* A subfolder that is there must be a folder of its own. */
+static int check_subfolder(const char *path)
+{
+  struct stat info;
+  return flesh_path_stat(path, &info) || S_ISDIR(info.st_mode) ? FLESH_OK : flesh_folder_make(path);
 }
 
 /* Whether both name the same place, there or not; where memory is wanting, -1. */
@@ -80,7 +87,7 @@ static int same_place(const char *a, const char *b)
     const char *slash = strrchr(paths[k], '/');
     char *folder = slash ? strndup(paths[k], (size_t)(slash + 1 - paths[k])) : strdup(".");
     if (!folder) return -1;
-    int found = !stat(folder, &folders[k]);
+    int found = !flesh_path_stat(folder, &folders[k]);
     free(folder);
     if (!found) return 0;
     bases[k] = slash ? slash + 1 : paths[k];
@@ -105,6 +112,10 @@ static int check_files(const char *out, const char *save_state, const flesh_inpu
     else if (same)
       status = flesh_fail(FLESH_ERR_ARGUMENT, "--save-state is %s, which the run writes itself; give another name",
                           save_state);
+  }
+  for (int k = 0; subfolders[k] && !status; k++) {
+    sprintf(path, "%s/%s", out, subfolders[k]);
+    status = check_subfolder(path);
   }
   free(path);
   return status;

@@ -8,6 +8,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "base/confine.h"
 #include "base/error.h"
 #include "base/file.h"
 #include "shared/plot_text.h"
@@ -22,7 +23,7 @@ static int gnuplot_missing; /* what the last plot failed for */
 static void become_gnuplot(const char *folder, const char *script, const char *picture, const char *log_name)
 {
   char words[160];
-  int nowhere = open("/dev/null", O_RDWR), log = open(log_name, O_WRONLY | O_CREAT | O_TRUNC, 0666);
+  int nowhere = open("/dev/null", O_RDWR), log = flesh_path_open(log_name, O_WRONLY | O_CREAT | O_TRUNC | O_NONBLOCK, 0666);
   if (nowhere >= 0) dup2(nowhere, STDIN_FILENO), dup2(nowhere, STDOUT_FILENO);
   dup2(log >= 0 ? log : nowhere, STDERR_FILENO);
   if (chdir(folder)) _exit(1);
@@ -70,15 +71,16 @@ static int make_drawing(const char *folder, const char *name, const char *suffix
 
 static int draw(const char *folder, const char *name, const drawing *d)
 {
+  flesh_path_unlink(d->drawn); /* gnuplot would write through a link of that name */
   int code = run_gnuplot(folder, d->script, d->picture, d->log);
   if (!code && flesh_picture_is_whole(d->drawn)) {
-    unlink(d->log);
-    if (!rename(d->drawn, d->target)) return FLESH_OK;
+    flesh_path_unlink(d->log);
+    if (!flesh_path_rename(d->drawn, d->target)) return FLESH_OK;
     return flesh_fail(FLESH_ERR_FILE, "%s: cannot be written: %s", d->target, strerror(errno));
   }
-  unlink(d->drawn);
+  flesh_path_unlink(d->drawn);
   if (code == NOT_FOUND) {
-    unlink(d->log);
+    flesh_path_unlink(d->log);
     gnuplot_missing = 1;
     return flesh_fail(FLESH_ERR_FILE,
                       "%s is not drawn: gnuplot is not installed (Debian package gnuplot-nox); "
@@ -99,7 +101,7 @@ int flesh_plot_draw_as(const char *folder, const char *name, const char *suffix)
   gnuplot_missing = 0;
   int status = make_drawing(folder, name, suffix, &d);
   if (!status) status = draw(folder, name, &d);
-  if (status && d.drawn) unlink(d.drawn);
+  if (status && d.drawn) flesh_path_unlink(d.drawn);
   free(d.script);
   free(d.log);
   free(d.drawn);

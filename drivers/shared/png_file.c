@@ -7,12 +7,14 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "base/confine.h"
+
 /* Whether the file begins and ends so; `end` may be followed by line breaks. */
 static int is_between(const char *path, const void *begin, size_t begin_size, const void *end, size_t end_size)
 {
   char first[16], last[24];
   struct stat info;
-  int file = open(path, O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  int file = flesh_path_open(path, O_RDONLY | O_NONBLOCK, 0);
   if (file < 0) return 0;
   int whole = !fstat(file, &info) && S_ISREG(info.st_mode) && info.st_size >= (off_t)(begin_size + end_size) &&
               pread(file, first, begin_size, 0) == (ssize_t)begin_size && !memcmp(first, begin, begin_size);

@@ -7,6 +7,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "base/confine.h"
 #include "base/error.h"
 #include "output/vtu_read.h"
 
@@ -31,9 +32,8 @@ static int open_frames(flesh_run_folder *run, const char *path)
 {
   flesh_pvd index = {0};
   char *folder = join(path, "frames"), *file = folder ? join(folder, "frames.pvd") : NULL;
-  struct stat info;
-  int status = file ? FLESH_OK : no_memory();
-  if (!status && !stat(file, &info)) status = flesh_pvd_read(file, &index);
+  int status = file ? flesh_path_check(file) : no_memory();
+  if (!status && flesh_path_is_file(file)) status = flesh_pvd_read(file, &index);
   free(file);
   run->folder = folder;
   run->times = index.times;
@@ -72,14 +72,16 @@ int flesh_run_folder_open(const char *path, flesh_run_folder *run)
 {
   struct stat info;
   *run = (flesh_run_folder){0};
-  if (stat(path, &info))
+  if (flesh_path_stat(path, &info))
     return flesh_fail(FLESH_ERR_FILE, "%s: there is no such folder of a run, nor a scene",
                       *path ? path : "''");
   int is_folder = S_ISDIR(info.st_mode);
   char *scene = is_folder ? join(path, "scene.yaml") : strdup(path);
   char *state = is_folder ? join(path, "state.txt") : NULL;
   int status = scene && (state || !is_folder) ? FLESH_OK : no_memory();
-  if (!status && is_folder && stat(scene, &info))
+  if (!status && is_folder) status = flesh_confine(path);
+  if (!status && is_folder) status = flesh_path_check(scene);
+  if (!status && is_folder && !flesh_path_is_file(scene))
     status = flesh_fail(FLESH_ERR_FILE, "%s: this is no folder of a run: it has no scene.yaml", path);
   if (!status) status = flesh_scene_read(scene, 0, NULL, &run->scene);
   if (!status) {

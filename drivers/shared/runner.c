@@ -10,6 +10,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "base/confine.h"
 #include "base/error.h"
 #include "base/file.h"
 #include "shared/interrupt.h"
@@ -292,7 +293,7 @@ static int keep_result(flesh_running *r, const flesh_outcome *outcome, const fle
 {
   int status = FLESH_OK;
   for (int tries = 0; tries < 2; tries++) {
-    if (tries) unlink(flesh_running_path(r, "result.json"));
+    if (tries) flesh_path_unlink(flesh_running_path(r, "result.json"));
     status = flesh_json_write(flesh_running_path(r, "result.json"), flesh_running_result(r, flesh_outcome_json(outcome), figures));
     if (!status) break;
   }

@@ -3,6 +3,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "base/confine.h"
 #include "base/error.h"
 #include "base/sync.h"
 #include "output/resume.h"
@@ -196,6 +197,6 @@ int flesh_running_drop_checkpoint(flesh_running *r)
   if (!status) status = flesh_sync(flesh_running_path(r, "state.txt"));
   if (!status) status = flesh_sync(flesh_running_path(r, "result.json"));
   if (!status) status = flesh_sync(r->options->out);
-  if (!status) unlink(flesh_running_path(r, FLESH_CHECKPOINT_NAME));
+  if (!status) flesh_path_unlink(flesh_running_path(r, FLESH_CHECKPOINT_NAME));
   return status;
 }

@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "base/confine.h"
 #include "base/error.h"
 #include "base/sync.h"
 #include "output/resume.h"
@@ -16,11 +17,11 @@ static void drop_frames(flesh_running *r)
   char *folder = strdup(flesh_running_path(r, "frames"));
   struct stat info;
   flesh_frames *frames = NULL;
-  if (folder && !stat(folder, &info) && S_ISDIR(info.st_mode) &&
+  if (folder && !flesh_path_stat(folder, &info) && S_ISDIR(info.st_mode) &&
       !flesh_frames_create(folder, flesh_scene_mesh(r->scene), 1, &frames)) {
     flesh_frames_close(&frames);
-    unlink(flesh_running_path(r, "frames/frames.pvd"));
-    rmdir(folder); /* stays where something else is in it */
+    flesh_path_unlink(flesh_running_path(r, "frames/frames.pvd"));
+    flesh_path_remove_folder(folder); /* stays where something else is in it */
   }
   free(folder);
 }
@@ -60,7 +61,7 @@ int flesh_running_open_probes(flesh_running *r)
   const flesh_system *system = flesh_ranks_system(ranks, r->scene);
   const flesh_method method = flesh_scene_times(r->scene)->method;
   const char *path = flesh_running_path(r, "probes.csv");
-  if (!from && flesh_ranks_first(ranks)) unlink(path); /* an older run's would not belong to this one */
+  if (!from && flesh_ranks_first(ranks)) flesh_path_unlink(path); /* an older run's would not belong to this one */
   if (!count) return FLESH_OK;
   return from ? flesh_probes_resume(path, body, system, method, count, probes, (long)from->head.probes, &r->probes)
               : flesh_probes_create(path, body, system, method, count, probes, &r->probes);
@@ -91,7 +92,7 @@ static int write_running(flesh_running *r, flesh_figures *figures)
   int status = flesh_json_write(flesh_running_path(r, "result.json"), flesh_running_result(r, running, figures));
   if (status) return status; /* an older run's results still stand */
   r->running = 1;
-  unlink(flesh_running_path(r, "state.txt"));
+  flesh_path_unlink(flesh_running_path(r, "state.txt"));
   return FLESH_OK;
 }
 
@@ -100,11 +101,11 @@ int flesh_running_open(flesh_running *r, flesh_figures *figures)
   const flesh_runner_options *options = r->options;
   int status = write_running(r, figures);
   if (status) return status;
-  if (!unlink(flesh_running_path(r, FLESH_CHECKPOINT_NAME))) status = flesh_sync(options->out);
+  if (!flesh_path_unlink(flesh_running_path(r, FLESH_CHECKPOINT_NAME))) status = flesh_sync(options->out);
   if (status) return status;
   flesh_skin_frames_remove(flesh_running_path(r, "skin"));
-  unlink(flesh_running_path(r, "skin/binding.txt"));
-  rmdir(flesh_running_path(r, "skin")); /* stays where something else is in it */
+  flesh_path_unlink(flesh_running_path(r, "skin/binding.txt"));
+  flesh_path_remove_folder(flesh_running_path(r, "skin")); /* stays where something else is in it */
   status = flesh_scene_write(r->scene, flesh_running_path(r, "scene.yaml"));
   if (!status)
     status =

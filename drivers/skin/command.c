@@ -6,6 +6,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "base/confine.h"
 #include "base/error.h"
 #include "shared/inputs.h"
 #include "shared/options.h"
@@ -137,7 +138,7 @@ static int command_apply(int argc, char **argv)
   flesh_skin_frames *frames = NULL;
   int status =
       mesh_path ? flesh_mesh_read(mesh_path, &own) : flesh_run_folder_open(argv[3], &run);
-  if (status && !mesh_path && !stat(argv[3], &info) && S_ISREG(info.st_mode))
+  if (status && !mesh_path && !flesh_path_stat(argv[3], &info) && S_ISREG(info.st_mode))
     status = flesh_fail_within(status, "RUN is no folder of a run (with a state file, --mesh must name its mesh): ");
   const flesh_mesh *mesh = own ? own : run.scene ? flesh_scene_mesh(run.scene) : NULL;
   if (!status) status = flesh_surface_read(argv[2], &surface);

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <unistd.h>
 
+#include "base/confine.h"
 #include "base/error.h"
 #include "flesh/status.h"
 #include "shared/interrupt.h"
@@ -124,7 +125,7 @@ static int sweep_all(void *data)
     return 0;
   }
   if (database) sprintf(database, "%s/sweep.db", set->out);
-  if (database && access(database, F_OK)) status = flesh_sweep_case_try(&set->sweep, set->shard, set->shards);
+  if (database && !flesh_path_is_file(database)) status = flesh_sweep_case_try(&set->sweep, set->shard, set->shards);
   if (!status) status = database ? flesh_folder_make(set->out) : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   if (!status) {
     flesh_folder_clear(set->out);
@@ -145,6 +146,7 @@ static int read_and_sweep(const char *path, settings *set)
   int status = read_shard(set->given_shard, &set->shard, &set->shards);
   if (!status) status = flesh_sweep_read(path, &set->sweep);
   if (!status) status = flesh_sweep_store_check(&set->sweep);
+  if (!status) status = flesh_confine(set->out);
   set->jobs = flesh_pool_jobs(set->ranks, set->jobs);
   const flesh_sweep_work given = {&set->sweep, set->out, NULL};
   const flesh_pool_cases cases = flesh_sweep_pool_cases(&given);

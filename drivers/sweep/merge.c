@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <unistd.h>
 
+#include "base/confine.h"
 #include "base/error.h"
 #include "base/file.h"
 #include "base/scan.h"
@@ -115,7 +116,7 @@ int flesh_sweep_merge(int argc, char **argv)
   if (code != FLESH_OPTIONS_GO_ON) return code;
   const char *out = argv[1];
   int status = FLESH_OK;
-  if (!access(out, F_OK)) status = flesh_fail(FLESH_ERR_FILE, "%s: is there already; give a new name", out);
+  if (!flesh_path_access(out, F_OK)) status = flesh_fail(FLESH_ERR_FILE, "%s: is there already; give a new name", out);
   flesh_file file = {0};
   if (!status) {
     flesh_file_clear(out);

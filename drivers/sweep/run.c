@@ -7,6 +7,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "base/confine.h"
 #include "base/error.h"
 #include "shared/interrupt.h"
 #include "shared/json_memory.h"
@@ -58,7 +59,7 @@ static void wait_for(const char *folder)
 static void tidy(const crew *w, int id)
 {
   char *folder = has_folder(w->sweep) ? case_folder(w->options->out, id) : NULL;
-  if (folder && !access(folder, F_OK)) wait_for(folder);
+  if (folder && !flesh_path_access(folder, F_OK)) wait_for(folder);
   free(folder);
 }
 
@@ -75,7 +76,7 @@ static void work(const void *data, int id, flesh_text *answer)
   if (folder && !flesh_folder_make(folder)) {
     char *path = malloc(strlen(folder) + 16);
     if (path) sprintf(path, "%s/log.txt", folder);
-    log = path ? open(path, O_WRONLY | O_CREAT | O_TRUNC, 0666) : nowhere;
+    log = path ? flesh_path_open(path, O_WRONLY | O_CREAT | O_TRUNC | O_NONBLOCK, 0666) : nowhere;
     free(path);
   }
   dup2(nowhere, STDIN_FILENO);

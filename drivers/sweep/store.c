@@ -8,6 +8,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "base/confine.h"
 #include "base/error.h"
 #include "base/scan.h"
 #include "shared/json_memory.h"
@@ -239,7 +240,7 @@ static int open_lock(flesh_sweep_store *store, const char *name)
 {
   store->lock_path = flesh_sweep_store_beside(store, name);
   if (!store->lock_path) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  store->lock = open(store->lock_path, O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  store->lock = flesh_path_open(store->lock_path, O_RDWR | O_CREAT | O_NOFOLLOW, 0666);
   if (store->lock < 0 || flock(store->lock, LOCK_EX | LOCK_NB))
     return flesh_fail(FLESH_ERR_FILE, "%s: cannot be locked: %s", store->lock_path, strerror(errno));
   return FLESH_OK;
@@ -299,9 +300,8 @@ static int prepare_statements(flesh_sweep_store *store)
 int flesh_sweep_store_open(const char *path, const flesh_sweep *sweep, int shard, int shards, int resume, int argc,
                            char **argv, flesh_sweep_store *store)
 {
-  int there = !access(path, F_OK);
+  int status = flesh_path_check(path), there = flesh_path_is_file(path);
   *store = (flesh_sweep_store){.lock = -1};
-  int status = there ? flesh_regular_check(path) : FLESH_OK;
   if (!status) status = open_database(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, store);
   store->shard = shard;
   store->shards = shards;
@@ -348,7 +348,7 @@ void flesh_sweep_store_close(flesh_sweep_store *store)
   sqlite3_finalize(store->row);
   sqlite3_close(store->database);
   if (store->lock >= 0) {
-    unlink(store->lock_path);
+    flesh_path_unlink(store->lock_path);
     close(store->lock);
   }
   free(store->lock_path);

@@ -7,6 +7,7 @@
 #include <sys/file.h>
 #include <unistd.h>
 
+#include "base/confine.h"
 #include "base/error.h"
 #include "shared/json_memory.h"
 #include "sweep/sweep.h"
@@ -87,15 +88,23 @@ int flesh_sweep_store_release(flesh_sweep_store *store, int id)
   return status;
 }
 
+/* .sweep-<process>-<time>.lock, in no other folder: the names in a database are its writer's. */
+static int is_lock(const char *name)
+{
+  const size_t length = strlen(name);
+  return !strncmp(name, ".sweep-", 7) && length > 12 && !strcmp(name + length - 5, ".lock") && !strchr(name, '/');
+}
+
 /* Whether the process that has the lock file lives; else the file goes. Within a transaction, as are the makers. */
 static int lives(const flesh_sweep_store *store, const char *lock)
 {
+  if (!is_lock(lock)) return 0;
   char *path = flesh_sweep_store_beside(store, lock);
   if (!path) return 1;
-  int file = open(path, O_RDWR | O_CLOEXEC), living = 0;
+  int file = flesh_path_open(path, O_RDWR | O_NOFOLLOW | O_NONBLOCK, 0), living = 0;
   if (file >= 0) {
     living = flock(file, LOCK_EX | LOCK_NB) != 0;
-    if (!living) unlink(path);
+    if (!living) flesh_path_unlink(path);
     close(file);
   }
   free(path);
@@ -106,14 +115,10 @@ static int lives(const flesh_sweep_store *store, const char *lock)
 static void clean(const flesh_sweep_store *store)
 {
   char *folder = flesh_sweep_store_beside(store, ".");
-  DIR *list = folder ? opendir(folder) : NULL;
+  DIR *list = folder ? flesh_path_list(folder) : NULL;
   free(folder);
   if (!list) return;
-  for (struct dirent *entry; (entry = readdir(list));) {
-    size_t length = strlen(entry->d_name);
-    if (!strncmp(entry->d_name, ".sweep-", 7) && length > 12 && !strcmp(entry->d_name + length - 5, ".lock"))
-      lives(store, entry->d_name);
-  }
+  for (struct dirent *entry; (entry = readdir(list));) lives(store, entry->d_name);
   closedir(list);
 }
 

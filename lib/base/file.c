@@ -1,4 +1,5 @@
 /* file.c: whole-or-nothing writing and exact number text. */
+#include "base/confine.h"
 #include "base/file.h"
 
 #include <errno.h>
@@ -25,7 +26,7 @@ static char *path_with_suffix(const char *path, long pid, unsigned number)
 /* A device or a pipe. A pipe that nobody reads is refused; opened to wait for a reader it would hang. */
 static int open_directly(const char *path)
 {
-  int descriptor = open(path, O_WRONLY | O_NONBLOCK | O_CLOEXEC);
+  int descriptor = flesh_path_open(path, O_WRONLY | O_NONBLOCK, 0);
   if (descriptor >= 0) fcntl(descriptor, F_SETFL, fcntl(descriptor, F_GETFL) & ~O_NONBLOCK);
   return descriptor;
 }
@@ -39,7 +40,7 @@ static int open_temporary(flesh_file *file, mode_t mode)
     free(file->temporary);
     file->temporary = path_with_suffix(file->path, (long)getpid(), atomic_fetch_add(&opened, 1));
     if (!file->temporary) return -1;
-    int descriptor = open(file->temporary, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
+    int descriptor = flesh_path_open(file->temporary, O_WRONLY | O_CREAT | O_EXCL, mode);
     if (descriptor < 0 && errno == EEXIST) continue;
     if (descriptor < 0) return -1;
     struct stat info;
@@ -53,13 +54,14 @@ int flesh_file_open(const char *path, flesh_file *file)
 {
   *file = (flesh_file){0};
   struct stat info;
-  int exists = !stat(path, &info);
+  int exists = !flesh_path_stat(path, &info);
   if (exists && S_ISDIR(info.st_mode))
     return flesh_fail(FLESH_ERR_FILE, "%s: cannot be written: it is a directory", path);
-  if (exists && S_ISREG(info.st_mode) && access(path, W_OK))
+  if (flesh_is_confined(path) && flesh_path_check(path)) return FLESH_ERR_FILE;
+  if (exists && S_ISREG(info.st_mode) && flesh_path_access(path, W_OK))
     return flesh_fail(FLESH_ERR_FILE, "%s: cannot be written: %s", path, strerror(errno));
   int direct = exists && !S_ISREG(info.st_mode);
-  file->path = exists && !direct ? realpath(path, NULL) : strdup(path);
+  file->path = exists && !direct && !flesh_is_confined(path) ? realpath(path, NULL) : strdup(path);
   if (!file->path)
     return flesh_fail(errno == ENOMEM ? FLESH_ERR_MEMORY : FLESH_ERR_FILE, "%s: cannot be written: %s", path,
                       strerror(errno));
@@ -72,7 +74,7 @@ int flesh_file_open(const char *path, flesh_file *file)
     else free(file->temporary), file->temporary = NULL; /* it is none of ours */
     flesh_file_abandon(file);
     return flesh_fail(reason == ENOMEM ? FLESH_ERR_MEMORY : FLESH_ERR_FILE, "%s: cannot be written: %s%s", path,
-                      strerror(reason), reason == ENXIO ? " (nobody reads this pipe)" : "");
+                      flesh_path_reason(path, reason), reason == ENXIO ? " (nobody reads this pipe)" : "");
   }
   return FLESH_OK;
 }
@@ -87,7 +89,7 @@ int flesh_file_commit(flesh_file *file)
   if (fclose(file->stream) && !failed) failed = 1, reason = errno;
   file->stream = NULL;
   if (!failed && file->temporary) {
-    if (rename(file->temporary, file->path)) {
+    if (flesh_path_rename(file->temporary, file->path)) {
       failed = 1, reason = errno;
     } else {
       free(file->temporary);
@@ -105,7 +107,7 @@ int flesh_file_commit(flesh_file *file)
 void flesh_file_abandon(flesh_file *file)
 {
   if (file->stream) fclose(file->stream);
-  if (file->temporary) unlink(file->temporary);
+  if (file->temporary) flesh_path_unlink(file->temporary);
   free(file->temporary);
   free(file->path);
   *file = (flesh_file){0};

@@ -1,4 +1,5 @@
 /* folder.c: makes, claims and clears folders of results. */
+#include "base/confine.h"
 #include "base/folder.h"
 
 #include <dirent.h>
@@ -26,19 +27,21 @@ int flesh_folder_make(const char *path)
     if (*c && *c != '/') continue;
     char separator = *c;
     *c = 0;
-    if (mkdir(part, 0777) && errno != EEXIST) reason = errno;
+    if (flesh_path_make_folder(part) && errno != EEXIST) reason = errno;
     else reason = 0;
     *c = separator;
     if (reason || !separator) break;
   }
   free(part);
   struct stat info;
-  if (!reason && stat(path, &info)) reason = errno;
+  if (!reason && flesh_path_stat(path, &info)) reason = errno;
   if (reason)
-    return flesh_fail(FLESH_ERR_FILE, "%s: cannot make this directory: %s", path, strerror(reason));
+    return flesh_fail(FLESH_ERR_FILE, "%s: cannot make this directory: %s", path, flesh_path_reason(path, reason));
+  if (S_ISLNK(info.st_mode))
+    return flesh_fail(FLESH_ERR_FILE, "%s: cannot be used: %s", path, flesh_path_reason(path, ELOOP));
   if (!S_ISDIR(info.st_mode))
     return flesh_fail(FLESH_ERR_FILE, "%s: is a file; it must be a directory", path);
-  if (access(path, W_OK | X_OK))
+  if (flesh_path_access(path, W_OK | X_OK))
     return flesh_fail(FLESH_ERR_FILE, "%s: cannot write into this directory: %s", path,
                       strerror(errno));
   return FLESH_OK;
@@ -61,7 +64,7 @@ static int refuse(const char *folder, int descriptor)
 static int is_named(const char *path, int descriptor)
 {
   struct stat named, held;
-  return !stat(path, &named) && !fstat(descriptor, &held) && named.st_dev == held.st_dev &&
+  return !flesh_path_stat(path, &named) && !fstat(descriptor, &held) && named.st_dev == held.st_dev &&
          named.st_ino == held.st_ino;
 }
 
@@ -70,9 +73,9 @@ static int take_lock(const char *folder, const char *who, double patience, flesh
   const double pause = 0.01;
   for (double waited = 0;;) {
     /* No link is followed, and no pipe waited for. */
-    int descriptor = open(claim->path, O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666);
+    int descriptor = flesh_path_open(claim->path, O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK, 0666);
     if (descriptor < 0)
-      return flesh_fail(FLESH_ERR_FILE, "%s: cannot be written: %s", claim->path, strerror(errno));
+      return flesh_fail(FLESH_ERR_FILE, "%s: cannot be written: %s", claim->path, flesh_path_reason(claim->path, errno));
     if (flock(descriptor, LOCK_EX | LOCK_NB) && errno == EWOULDBLOCK) {
       int status = waited < patience ? FLESH_OK : refuse(folder, descriptor);
       close(descriptor);
@@ -96,6 +99,7 @@ int flesh_folder_claim_take(const char *path, const char *who, double patience, 
 {
   *claim = (flesh_folder_claim){.descriptor = -1};
   int status = flesh_folder_make(path);
+  if (!status) status = flesh_confine(path);
   if (status) return status;
   size_t length = strlen(path) + sizeof lock_name + 1;
   claim->path = malloc(length);
@@ -114,7 +118,7 @@ int flesh_folder_claim_take(const char *path, const char *who, double patience, 
 void flesh_folder_claim_release(flesh_folder_claim *claim)
 {
   if (!claim->path) return;
-  unlink(claim->path);
+  flesh_path_unlink(claim->path);
   close(claim->descriptor);
   free(claim->path);
   *claim = (flesh_folder_claim){.descriptor = -1};
@@ -150,7 +154,7 @@ static void remove_stale(int folder, const char *name)
 /* `base`: the target whose temporary files these must be; NULL: any. */
 static void clear(const char *path, const char *base)
 {
-  DIR *list = opendir(path);
+  DIR *list = flesh_path_list(path);
   if (!list) return;
   for (struct dirent *entry; (entry = readdir(list));) {
     long process;

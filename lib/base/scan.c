@@ -13,44 +13,44 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "base/confine.h"
 #include "base/error.h"
 
-int flesh_regular_open(const char *path, int *descriptor)
+int flesh_regular_open(const char *path, FILE **stream)
 {
-  struct stat what;
+  struct stat what = {0};
+  *stream = NULL;
   /* Opening a pipe to read waits for its writer by default. */
-  *descriptor = open(path, O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
-  if (*descriptor < 0)
-    return flesh_fail(FLESH_ERR_FILE, "%s: cannot be opened: %s", path, strerror(errno));
-  if (!fstat(*descriptor, &what) && S_ISREG(what.st_mode)) return FLESH_OK;
-  close(*descriptor);
-  *descriptor = -1;
-  return flesh_fail(FLESH_ERR_FILE, "%s: not a regular file%s", path,
-                    S_ISDIR(what.st_mode)    ? " but a directory"
-                    : S_ISFIFO(what.st_mode) ? " but a pipe"
-                                             : "");
+  const int descriptor = flesh_path_open(path, O_RDONLY | O_NONBLOCK | O_NOCTTY, 0);
+  if (descriptor < 0)
+    return flesh_fail(FLESH_ERR_FILE, "%s: cannot be opened: %s", path, flesh_path_reason(path, errno));
+  if (!fstat(descriptor, &what) && S_ISREG(what.st_mode)) {
+    *stream = fdopen(descriptor, "rb");
+    if (*stream) return FLESH_OK;
+    close(descriptor);
+    return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
+  }
+  close(descriptor);
+  return flesh_fail_kind(path, what.st_mode);
 }
 
 int flesh_regular_check(const char *path)
 {
-  int descriptor, status = flesh_regular_open(path, &descriptor);
-  if (!status) close(descriptor);
+  FILE *stream;
+  const int status = flesh_regular_open(path, &stream);
+  if (stream) fclose(stream);
   return status;
 }
 
 int flesh_file_load(const char *path, char **data, size_t *size)
 {
   struct stat what;
+  FILE *file;
   *data = NULL;
   *size = 0;
-  int descriptor, status = flesh_regular_open(path, &descriptor);
+  int status = flesh_regular_open(path, &file);
   if (status) return status;
-  FILE *file = fdopen(descriptor, "rb");
-  if (!file) {
-    close(descriptor);
-    return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
-  }
-  if (fstat(descriptor, &what))
+  if (fstat(fileno(file), &what))
     status = flesh_fail(FLESH_ERR_FILE, "%s: cannot be read: %s", path, strerror(errno));
   else if (!(*data = malloc((size_t)what.st_size + 1)))
     status = flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory for its %lld bytes", path,

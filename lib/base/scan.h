@@ -4,12 +4,13 @@
 
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 
 #include "base/plain_locale.h"
 
-/* Opens a regular file to read: *descriptor, which the caller closes. FLESH_ERR_FILE for what is missing, a directory,
- * a pipe or a device; nothing is waited for. */
-int flesh_regular_open(const char *path, int *descriptor);
+/* Opens a regular file to read: *stream, which the caller closes; NULL where it fails. FLESH_ERR_FILE for what is missing,
+ * a directory, a pipe or a device; nothing is waited for. */
+int flesh_regular_open(const char *path, FILE **stream);
 /* Whether there is a regular file of that name: FLESH_ERR_FILE with the same sentences. */
 int flesh_regular_check(const char *path);
 

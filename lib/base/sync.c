@@ -1,4 +1,5 @@
 /* sync.c: fsync of files and folders. */
+#include "base/confine.h"
 #include "base/sync.h"
 
 #include <dirent.h>
@@ -18,7 +19,7 @@ static int sync_descriptor(int descriptor, const char *path)
 
 int flesh_sync(const char *path)
 {
-  const int descriptor = open(path, O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  const int descriptor = flesh_path_open(path, O_RDONLY | O_NONBLOCK, 0);
   if (descriptor < 0)
     return errno == ENOENT ? FLESH_OK
                            : flesh_fail(FLESH_ERR_FILE, "%s: could not be written to the disk: %s", path, strerror(errno));
@@ -49,7 +50,7 @@ static long number_of(const char *name)
 
 int flesh_sync_folder(const char *path, int settled)
 {
-  DIR *folder = opendir(path);
+  DIR *folder = flesh_path_list(path);
   if (!folder) return FLESH_OK;
   int status = FLESH_OK;
   for (struct dirent *entry; !status && (entry = readdir(folder));) {

@@ -7,6 +7,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "base/confine.h"
 #include "base/error.h"
 #include "base/file.h"
 #include "base/memory.h"
@@ -21,9 +22,8 @@ int flesh_split_begins(const flesh_scanner *s)
 int flesh_split_is_index(const char *path)
 {
   char begin[sizeof title] = "";
-  if (flesh_regular_check(path)) return 0;
-  FILE *file = fopen(path, "rb");
-  if (!file) return 0;
+  FILE *file;
+  if (flesh_regular_open(path, &file)) return 0;
   const size_t got = fread(begin, 1, sizeof title - 1, file);
   fclose(file);
   return got == sizeof title - 1 && !memcmp(begin, title, got);
@@ -169,9 +169,9 @@ int flesh_split_begin(const char *folder)
   if (status) return status;
   char *path = path_in(folder, "index.txt");
   if (!path) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", folder);
-  if (!access(path, F_OK) && !flesh_split_is_index(path))
+  if (!flesh_path_access(path, F_OK) && !flesh_split_is_index(path))
     status = flesh_fail(FLESH_ERR_FILE, "%s: is there and no index of a split mesh; choose another folder", path);
-  else unlink(path);
+  else flesh_path_unlink(path);
   flesh_free(path);
   flesh_folder_clear(folder);
   return status;
@@ -184,7 +184,7 @@ static void drop_parts(const char *folder, int from)
   for (int gone = 0; !gone && from < INT_MAX; from++) {
     snprintf(name, sizeof name, "part_%05d.bin", from);
     char *path = path_in(folder, name);
-    gone = !path || unlink(path);
+    gone = !path || flesh_path_unlink(path);
     flesh_free(path);
   }
 }

@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 
 #include "base/archive.h"
+#include "base/confine.h"
 #include "base/error.h"
 #include "base/file.h"
 #include "base/memory.h"
@@ -146,7 +147,7 @@ static int check_size(const flesh_split *split, const char *path, int part, size
   struct stat info;
   list_arrays(&counts, split->order, arrays);
   for (int k = 0; k < ARRAYS; k++) wanted += arrays[k].bytes;
-  if (stat(path, &info))
+  if (flesh_path_stat(path, &info))
     return flesh_fail(FLESH_ERR_FILE, "%s: part %d of the split mesh of %s cannot be opened: %s", path, part, split->path,
                       strerror(errno));
   *bytes = wanted;

@@ -6,6 +6,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "base/confine.h"
 #include "base/error.h"
 #include "base/file.h"
 #include "mesh/mesh.h"
@@ -53,11 +54,11 @@ static int step_of(const char *name)
 /* Those after step `last`. */
 static void remove_frames(flesh_frames *frames, int last)
 {
-  DIR *folder = opendir(frames->directory);
+  DIR *folder = flesh_path_list(frames->directory);
   if (!folder) return;
   for (struct dirent *entry; (entry = readdir(folder));)
     if (is_frame(entry->d_name) && strlen(entry->d_name) < NAME_SIZE && (last < 0 || step_of(entry->d_name) > last))
-      unlink(path_of(frames, entry->d_name));
+      flesh_path_unlink(path_of(frames, entry->d_name));
   closedir(folder);
 }
 

@@ -2,11 +2,13 @@
 #include "output/rows.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <stdio_ext.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
+#include "base/confine.h"
 #include "base/error.h"
 
 int flesh_rows_flush(flesh_rows *rows)
@@ -28,26 +30,38 @@ int flesh_rows_open(const char *path, flesh_rows *rows)
   *rows = (flesh_rows){.path = strdup(path)};
   if (!rows->path) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
   /* A fresh file: an older one may be open in someone's viewer, and links are not written through. */
-  unlink(path);
-  rows->stream = fopen(path, "w");
+  flesh_path_unlink(path);
+  const int descriptor = flesh_path_open(path, O_WRONLY | O_CREAT | O_EXCL, 0666);
+  rows->stream = descriptor < 0 ? NULL : fdopen(descriptor, "w");
   if (rows->stream) return FLESH_OK;
+  if (descriptor >= 0) close(descriptor);
   int status = flesh_fail(errno == ENOMEM ? FLESH_ERR_MEMORY : FLESH_ERR_FILE, "%s: cannot be written: %s", path,
-                          strerror(errno));
+                          flesh_path_reason(path, errno));
   flesh_rows_close(rows);
   return status;
+}
+
+/* Cuts off what is behind the rows that are whole. */
+static int go_on(flesh_rows *rows)
+{
+  const int failed = !rows->stream || fseek(rows->stream, 0, SEEK_END);
+  const long size = failed ? 0 : ftell(rows->stream);
+  if (!failed && size < rows->whole)
+    return flesh_fail(FLESH_ERR_FILE, "%s: has %ld bytes; the run had written %ld at its checkpoint", rows->path, size,
+                      rows->whole);
+  if (!failed && !ftruncate(fileno(rows->stream), rows->whole) && !fseek(rows->stream, rows->whole, SEEK_SET))
+    return FLESH_OK;
+  return flesh_fail(FLESH_ERR_FILE, "%s: cannot be gone on with: %s", rows->path, flesh_path_reason(rows->path, errno));
 }
 
 int flesh_rows_resume(const char *path, long whole, flesh_rows *rows)
 {
   *rows = (flesh_rows){.path = strdup(path), .whole = whole};
   if (!rows->path) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
-  rows->stream = fopen(path, "r+");
-  int status = FLESH_OK, failed = !rows->stream || fseek(rows->stream, 0, SEEK_END);
-  const long size = failed ? 0 : ftell(rows->stream);
-  if (!failed && size < whole)
-    status = flesh_fail(FLESH_ERR_FILE, "%s: has %ld bytes; the run had written %ld at its checkpoint", path, size, whole);
-  else if (failed || ftruncate(fileno(rows->stream), whole) || fseek(rows->stream, whole, SEEK_SET))
-    status = flesh_fail(FLESH_ERR_FILE, "%s: cannot be gone on with: %s", path, strerror(errno));
+  int status = flesh_path_check(path);
+  const int descriptor = status ? -1 : flesh_path_open(path, O_RDWR | O_NONBLOCK, 0);
+  rows->stream = descriptor < 0 ? NULL : fdopen(descriptor, "r+");
+  if (!status) status = go_on(rows);
   if (!status) return FLESH_OK;
   if (rows->stream) fclose(rows->stream);
   rows->stream = NULL;

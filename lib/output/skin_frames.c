@@ -4,6 +4,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "base/confine.h"
 #include "base/error.h"
 #include "flesh/observer.h"
 #include "base/file.h"
@@ -44,13 +45,13 @@ void flesh_skin_frames_remove(const char *directory)
 {
   flesh_folder_clear(directory);
   char *path = malloc(strlen(directory) + NAME_SIZE + 1);
-  DIR *folder = path ? opendir(directory) : NULL;
+  DIR *folder = path ? flesh_path_list(directory) : NULL;
   if (folder) {
     for (struct dirent *entry; (entry = readdir(folder));)
       if (is_frame(entry->d_name) || !strcmp(entry->d_name, "skin.pvd") ||
           !strcmp(entry->d_name, "skin.pc2")) {
         sprintf(path, "%s/%s", directory, entry->d_name);
-        unlink(path);
+        flesh_path_unlink(path);
       }
     closedir(folder);
   }
@@ -186,10 +187,10 @@ int flesh_skin_frames_observe(void *data, const flesh_step_record *record)
 /* Files of steps after `last`. */
 static void remove_after(flesh_skin_frames *frames, int last)
 {
-  DIR *folder = opendir(frames->directory);
+  DIR *folder = flesh_path_list(frames->directory);
   if (!folder) return;
   for (struct dirent *entry; (entry = readdir(folder));)
-    if (is_frame(entry->d_name) && atoi(entry->d_name + 5) > last) unlink(path_of(frames, entry->d_name));
+    if (is_frame(entry->d_name) && atoi(entry->d_name + 5) > last) flesh_path_unlink(path_of(frames, entry->d_name));
   closedir(folder);
 }
 

@@ -8,6 +8,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "base/confine.h"
 #include "base/error.h"
 #include "base/file.h"
 #include "base/scan.h"
@@ -26,7 +27,7 @@ static int no_memory(const char *path)
 static int load_text(const char *path, char **text, size_t *size)
 {
   struct stat info;
-  if (stat(path, &info))
+  if (flesh_path_stat(path, &info))
     return flesh_fail(FLESH_ERR_FILE, "%s: cannot be opened: %s", path, strerror(errno));
   if (S_ISDIR(info.st_mode))
     return flesh_fail(FLESH_ERR_FILE, "%s: is a directory; a scene is a YAML or JSON file", path);

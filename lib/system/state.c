@@ -4,6 +4,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "base/confine.h"
 #include "base/error.h"
 #include "flesh/state.h"
 #include "base/file.h"
@@ -128,7 +129,7 @@ static int read_rows(flesh_scanner *s, int nodes, const wanted *some, flesh_stat
 static int read_state(const char *path, int nodes, const wanted *some, flesh_state *state)
 {
   struct stat info;
-  if (stat(path, &info))
+  if (flesh_path_stat(path, &info))
     return flesh_fail(FLESH_ERR_FILE, "%s: cannot be opened: %s", path, strerror(errno));
   if (!S_ISREG(info.st_mode))
     return flesh_fail(FLESH_ERR_FILE, "%s: not a regular file; a state is rows of x y z vx vy vz",

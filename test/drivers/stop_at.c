@@ -2,7 +2,6 @@
  * FLESH_STOP_AT counts, from 1, of those that make, rename, cut, remove or sync files. FLESH_STOP_LOG names a file that
  * gets a line for each: `rename FROM TO`, `fsync PATH`, `truncate PATH`, `unlink PATH`, `write PATH` (opened for it). */
 #define _GNU_SOURCE
-#include <dlfcn.h>
 #include <fcntl.h>
 #include <signal.h>
 #include <stdarg.h>
@@ -47,31 +46,39 @@ int ftruncate(int descriptor, off_t length)
   return (int)syscall(SYS_ftruncate, descriptor, length);
 }
 
-int rename(const char *from, const char *to)
+/* The path of a name in an open folder. */
+static const char *place(int folder, const char *name, char path[1024])
 {
-  note("rename", from, to);
-  return (int)syscall(SYS_renameat2, AT_FDCWD, from, AT_FDCWD, to, 0);
+  char link[64];
+  if (folder == AT_FDCWD || *name == '/') return name;
+  snprintf(link, sizeof link, "/proc/self/fd/%d", folder);
+  const ssize_t got = readlink(link, path, 1023);
+  const size_t length = got > 0 ? (size_t)got : 0;
+  snprintf(path + length, 1024 - length, "/%s", name);
+  return path;
 }
 
-int unlink(const char *path)
+int renameat(int from_folder, const char *from, int to_folder, const char *to)
 {
-  note("unlink", path, NULL);
-  return (int)syscall(SYS_unlinkat, AT_FDCWD, path, 0);
+  char paths[2][1024];
+  note("rename", place(from_folder, from, paths[0]), place(to_folder, to, paths[1]));
+  return (int)syscall(SYS_renameat2, from_folder, from, to_folder, to, 0);
 }
 
-FILE *fopen(const char *path, const char *mode)
+int unlinkat(int folder, const char *name, int flags)
 {
-  FILE *(*real)(const char *, const char *) = (FILE * (*)(const char *, const char *)) dlsym(RTLD_NEXT, "fopen");
-  if (*mode != 'r' || mode[1] == '+') note("write", path, NULL);
-  return real(path, mode);
+  char path[1024];
+  note("unlink", place(folder, name, path), NULL);
+  return (int)syscall(SYS_unlinkat, folder, name, flags);
 }
 
-int open(const char *path, int flags, ...)
+int openat(int folder, const char *name, int flags, ...)
 {
+  char path[1024];
   va_list rest;
   va_start(rest, flags);
   const int mode = flags & O_CREAT ? va_arg(rest, int) : 0;
   va_end(rest);
-  if (flags & (O_WRONLY | O_RDWR)) note("write", path, NULL);
-  return (int)syscall(SYS_openat, AT_FDCWD, path, flags, mode);
+  if (flags & (O_WRONLY | O_RDWR)) note("write", place(folder, name, path), NULL);
+  return (int)syscall(SYS_openat, folder, name, flags, mode);
 }

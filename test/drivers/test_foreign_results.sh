@@ -39,4 +39,119 @@ END
   done
 }
 
-run_tests long_words_of_results_are_cut
+# A folder's own name may be a link; nothing within it may be one that is followed.
+echo 'a secret,of nobody else' >secret
+mkdir elsewhere
+
+# refused TEXT COMMAND...: with exit code 3, in one sentence, which has the text, and without a trace of the secret.
+refused() {
+  text=$1
+  shift
+  expect 3 timeout 20 "$@" && has stderr.txt "$text" && [ "$(lines stderr.txt)" -eq 1 ] || { cat stderr.txt; return 1; }
+  ! grep -q 'a secret' stdout.txt stderr.txt
+}
+
+links_are_not_followed_when_results_are_read() {
+  ln -s whole alias && expect 0 "$flesh" report alias --out alias.html || return 1
+  for name in history.csv probes.csv result.json scene.yaml; do
+    cp -r whole linked && ln -sf ../secret "linked/$name" || return 1
+    refused "linked/$name: cannot be used: it is a symbolic link" "$flesh" report linked --out out.html || return 1
+    rm -r linked
+  done
+  cp -r whole linked && ln -sf ../secret linked/history.csv || return 1
+  refused 'linked/history.csv: cannot be used: it is a symbolic link' "$flesh" plot linked --y t --out out.png || return 1
+  rm -r linked && cp -r whole linked && mv linked/frames moved && ln -s ../moved linked/frames || return 1
+  for command in snap:png film:mp4 report:html; do
+    refused 'linked/frames/frames.pvd: cannot be used: it is a symbolic link, or lies behind one' \
+      "$flesh" "${command%:*}" linked --out "out.${command#*:}" || return 1
+  done
+  [ -z "$(ls -d out* 2>/dev/null)" ]
+}
+
+# What the tables of a comparison name is in its folder.
+names_in_tables_do_not_lead_out() {
+  mkdir -p compared/runs hard/cases private || return 1
+  cp -r whole private/leak_S_matched_0.45_guarded
+  printf '%s\n' 'scene,energy,constants,poisson,solver,element,max_volume_drift,status' \
+    '../../private/leak,S,matched,0.45,guarded,tet4,0.1,complete' >compared/drift.csv
+  refused "leads out of the folder of results by '..'" "$flesh" report compared --out out.html || return 1
+  mkdir private/case && cp -r whole private/case/out && cp bar.msh private/case/body.mesh || return 1
+  printf '%s\n' 'case,folder,outcome,newton,cpu_s' 'a,../private/case,not recovered,1,1' >hard/hardcases.csv
+  refused "leads out of the folder of results by '..'" "$flesh" report hard --out out.html
+}
+
+links_of_comparisons_are_not_followed() {
+  mkdir table && ln -s ../secret table/verdict.txt && echo scene >table/drift.csv || return 1
+  refused "table/verdict.txt: cannot be used: it is a symbolic link" "$flesh" report table --out out.html || return 1
+  rm table/* && ln -s ../secret table/drift.csv || return 1
+  refused "table/drift.csv: cannot be used: it is a symbolic link" "$flesh" report table --out out.html || return 1
+  printf '%s\n' 'scene: bar.yaml' 'axes: [{key: body.material.young, values: [1e4]}]' >spec.yaml
+  expect 0 "$flesh" sweep spec.yaml --out sweep --quiet && mkdir swept && ln -s ../sweep/sweep.db swept || return 1
+  cp sweep/sweep.db before.db
+  refused 'swept/sweep.db: cannot be used: it is a symbolic link' "$flesh" sweep spec.yaml --out swept --resume || return 1
+  refused 'swept/sweep.db: cannot be used: it is a symbolic link' "$flesh" report swept --out out.html || return 1
+  cmp before.db sweep/sweep.db
+}
+
+runs_write_nothing_behind_links() {
+  for name in frames skin; do
+    rm -rf target linked && mkdir target linked && touch target/frame_000001.vtu target/skin_000001.obj target/frames.pvd &&
+      ln -s ../target "linked/$name" || return 1
+    refused "linked/$name: cannot be used: it is a symbolic link" "$flesh" run bar.yaml --out linked --quiet || return 1
+    refused "linked/$name: cannot be used" "$flesh" run bar.yaml --out linked --quiet --no-frames || return 1
+    [ "$(ls target)" = 'frame_000001.vtu
+frames.pvd
+skin_000001.obj' ] && [ "$(ls linked)" = "$name" ] || { ls target linked; return 1; }
+  done
+  for name in history.csv probes.csv result.json scene.yaml state.txt checkpoint.bin; do
+    rm -rf linked && mkdir linked && ln -s ../secret "linked/$name" || return 1
+    refused "linked/$name: cannot be used: it is a symbolic link" "$flesh" run bar.yaml --out linked --quiet || return 1
+    [ "$(cat secret)" = 'a secret,of nobody else' ] && [ "$(ls linked)" = "$name" ] || return 1
+  done
+}
+
+# The folder of a run that was stopped.
+stopped() {
+  rm -rf stopped
+  expect 6 "$flesh" run bar.yaml --out stopped --quiet --checkpoint 1steps --max-seconds 1e-9 && [ -f stopped/checkpoint.bin ]
+}
+
+what_is_no_file_is_not_gone_on_with() {
+  stopped && expect 0 "$flesh" run --resume stopped --quiet --max-seconds 100 || return 1
+  for name in checkpoint.bin history.csv probes.csv scene.yaml result.json; do
+    stopped && rm "stopped/$name" && mkfifo "stopped/$name" || return 1
+    refused "stopped/$name: not a regular file" "$flesh" run --resume stopped --quiet --max-seconds 100 || return 1
+    stopped && cp "stopped/$name" there && cp there before && ln -sf ../there "stopped/$name" || return 1
+    refused "stopped/$name: cannot be [a-z]*: it is a symbolic link" "$flesh" run --resume stopped --quiet --max-seconds 100 && cmp there before ||
+      return 1
+  done
+  stopped && mv stopped/frames moved_frames && ln -s ../moved_frames stopped/frames && touch moved_frames/frame_000999.vtu &&
+    refused 'stopped/frames: cannot be used: it is a symbolic link' "$flesh" run --resume stopped --quiet --max-seconds 100 &&
+    [ -e moved_frames/frame_000999.vtu ]
+}
+
+comparisons_write_nothing_behind_links() {
+  mkdir drifted hardened kept && ln -s ../elsewhere drifted/runs && ln -s ../elsewhere hardened/cases &&
+    ln -s ../elsewhere kept/cases && { cat spec.yaml; echo 'keep: true'; } >kept.yaml || return 1
+  "$flesh" drift bar.yaml --energies S --poisson 0.45 --solvers guarded --out drifted --jobs 1
+  "$flesh" hardcases --quick --cases single_plane --energies S --poisson 0.45 --out hardened --jobs 1
+  "$flesh" sweep kept.yaml --out kept --quiet
+  [ -z "$(ls -A elsewhere)" ] || { ls -R elsewhere; return 1; }
+}
+
+# A database names the lock files of those that work on it, which are removed when these are gone.
+locks_of_databases_are_in_their_folder() {
+  cp -r sweep locked && touch precious .sweep-1-2.lock && python3 - <<'END' || return 1
+import sqlite3
+database = sqlite3.connect("locked/sweep.db")
+database.execute("UPDATE workers SET lock = '../precious'")
+database.execute("INSERT INTO workers (name, host, pid, lock, started, program) VALUES ('x', '', 1, '../.sweep-1-2.lock', '', '')")
+database.execute("UPDATE cases SET status = 'running'")
+database.commit()
+END
+  expect 0 "$flesh" sweep spec.yaml --out locked --resume --quiet && [ -e precious ] && [ -e .sweep-1-2.lock ]
+}
+
+run_tests long_words_of_results_are_cut links_are_not_followed_when_results_are_read names_in_tables_do_not_lead_out \
+  links_of_comparisons_are_not_followed runs_write_nothing_behind_links what_is_no_file_is_not_gone_on_with \
+  comparisons_write_nothing_behind_links locks_of_databases_are_in_their_folder
