@@ -106,7 +106,7 @@ static int make_cases(flesh_drift_plan *plan)
           c->figures = (struct flesh_drift_figures){
               .status = FLESH_ERR_INTERRUPTED, .exit_code = 130, .first_inverted_step = -1,
               .max_volume_drift = NAN, .final_volume_drift = NAN, .rest_volume_ratio = NAN,
-              .rest_volume_ratio_theory = NAN, .min_J = NAN, .newton_per_step = NAN,
+              .rest_volume_ratio_theory = NAN, .J_min = NAN, .J_bound = NAN, .newton_per_step = NAN,
               .linear_per_newton = NAN, .wall_s = NAN, .failed_at = NAN, .distance_from_rest = NAN};
         }
   return FLESH_OK;

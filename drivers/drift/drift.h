@@ -27,8 +27,8 @@ typedef struct flesh_drift_case {
   flesh_drift_solver solver;
   /* Figures; NaN where there is none. Plain data: they come through a pipe from the process that ran it. */
   struct flesh_drift_figures {
-    int status, exit_code, element, tets, nodes, steps, max_inverted, final_inverted, first_inverted_step;
-    double max_volume_drift, final_volume_drift, rest_volume_ratio, rest_volume_ratio_theory, min_J;
+    int status, exit_code, element, tets, nodes, steps, max_inverted, final_inverted, first_inverted_step, first_bound_step;
+    double max_volume_drift, final_volume_drift, rest_volume_ratio, rest_volume_ratio_theory, J_min, J_bound;
     double newton_per_step, linear_per_newton, wall_s, failed_at, distance_from_rest;
     double stressed_rest; /* flesh_figures.stressed_rest, J */
     double worst_t, worst_drift, event_t, event_drift; /* of the frames kept for pictures */

@@ -13,7 +13,7 @@
 
 /* A panel's body as it was at a state file of the case. */
 typedef struct body_panel {
-  double *x, *J;
+  double *x;
   char title[64], subtitle[96];
 } body_panel;
 
@@ -26,21 +26,18 @@ static void read_panel(const flesh_drift_plan *plan, const flesh_drift_case *c, 
   flesh_drift_case_folder(plan, c, folder);
   snprintf(path, sizeof path, "%s/%s/%s", plan->out, folder, file);
   panel->x = malloc(nodes * 3 * sizeof(double));
-  panel->J = malloc((size_t)flesh_mesh_tet_count(mesh) * sizeof(double));
   double *v = malloc(nodes * 3 * sizeof(double));
   flesh_state state = {.t = 0, .x = panel->x, .v = v};
-  if (!panel->x || !panel->J || !v || flesh_state_read(path, (int)nodes, &state)) {
+  if (!panel->x || !v || flesh_state_read(path, (int)nodes, &state)) {
     free(panel->x);
     panel->x = NULL;
-  } else {
-    flesh_mesh_jacobians(mesh, panel->x, panel->J, NULL, NULL);
   }
   free(v);
 }
 
 static void free_panels(int count, body_panel *bodies)
 {
-  for (int k = 0; k < count; k++) free(bodies[k].x), free(bodies[k].J);
+  for (int k = 0; k < count; k++) free(bodies[k].x);
   free(bodies);
 }
 
@@ -65,8 +62,7 @@ static int draw_panels(const flesh_drift_plan *plan, const char *name, const fle
     panels[k] = (flesh_picture_panel){.title = bodies[k].title,
                                       .subtitle = bodies[k].subtitle,
                                       .body = &body,
-                                      .x = whole ? x : NULL,
-                                      .J = bodies[k].J};
+                                      .x = whole ? x : NULL};
   }
   char path[1700];
   flesh_picture_options options;
@@ -114,7 +110,7 @@ static void add_panel(const flesh_drift_plan *plan, const flesh_drift_case *c, f
   describe(plan, c, kind, panel);
 }
 
-/* The worst frame of an energy at every Poisson's ratio and with every solver, coloured by J. */
+/* The worst frame of an energy at every Poisson's ratio and with every solver, coloured by the mean of J. */
 static int draw_worst(const flesh_drift_plan *plan, int scene, int variant,
                       const flesh_scene *drawn)
 {

@@ -45,7 +45,7 @@ typedef struct watcher {
   frame worst, event;
   double event_t; /* of the scene's last event before its end; its end when there is none */
   double reach, low[3], high[3]; /* how far from the rest shape a picture can show */
-  int unknowns, first_inverted_step;
+  int unknowns, first_inverted_step, first_bound_step; /* the first with an inverted tet, with a bound of J <= 0; -1: none */
 } watcher;
 
 static void keep(frame *kept, const flesh_step_record *record, double drift, int unknowns)
@@ -61,6 +61,7 @@ static int watch(void *data, const flesh_step_record *record)
 {
   watcher *w = data;
   if (record->inverted && w->first_inverted_step < 0) w->first_inverted_step = record->step;
+  if (!(record->J_bound > 0) && w->first_bound_step < 0) w->first_bound_step = record->step;
   double drift = record->volume / record->rest_volume - 1;
   for (int d = 0; d < w->unknowns; d++)
     if (!(record->state->x[d] > w->low[d % 3] - w->reach && record->state->x[d] < w->high[d % 3] + w->reach))
@@ -77,7 +78,7 @@ static int open_watcher(watcher *w, const flesh_scene *scene)
   flesh_mesh_info info;
   flesh_mesh_inspect(flesh_scene_mesh(scene), &info);
   w->unknowns = 3 * info.nodes;
-  w->first_inverted_step = -1;
+  w->first_inverted_step = w->first_bound_step = -1;
   w->event_t = INFINITY;
   for (double t = flesh_system_next_event(system, -INFINITY); t < end; t = flesh_system_next_event(system, t))
     if (t > 0) w->event_t = t;
@@ -207,9 +208,11 @@ static void note_run(const flesh_figures *figures, const flesh_outcome *outcome,
   f->max_inverted = figures->max_inverted;
   f->final_inverted = figures->final_inverted;
   f->first_inverted_step = w->first_inverted_step;
+  f->first_bound_step = w->first_bound_step;
   f->max_volume_drift = figures->max_volume_drift;
   f->final_volume_drift = figures->final_volume_drift;
-  f->min_J = figures->min_J;
+  f->J_min = figures->J_min;
+  f->J_bound = figures->J_bound;
   f->newton_per_step = figures->steps ? (double)figures->newton / figures->steps : NAN;
   f->linear_per_newton = figures->newton ? (double)figures->linear / (double)figures->newton : NAN;
   f->wall_s = figures->wall_s;

@@ -29,8 +29,8 @@ static int write_csv(const flesh_drift_plan *plan)
   int status = flesh_table_open(plan->out, "drift.csv", &file);
   if (status) return status;
   fputs("scene,energy,poisson,constants,tets,status,max_volume_drift,final_volume_drift,"
-        "rest_volume_ratio,rest_volume_ratio_theory,min_J,max_inverted,newton_per_step,"
-        "linear_per_newton,wall_s,failed_at,solver,first_inverted_step,distance_from_rest,stressed_rest_J,element,nodes,finest,"
+        "rest_volume_ratio,rest_volume_ratio_theory,J_min,max_inverted,newton_per_step,"
+        "linear_per_newton,wall_s,failed_at,solver,first_inverted_step,J_bound,first_bound_step,distance_from_rest,stressed_rest_J,element,nodes,finest,"
         "mesh_part,mesh_unsure\n",
         file.stream);
   for (int k = 0; k < plan->case_count; k++) {
@@ -45,7 +45,7 @@ static int write_csv(const flesh_drift_plan *plan)
     flesh_table_field(file.stream, f->final_volume_drift);
     flesh_table_field(file.stream, f->rest_volume_ratio);
     flesh_table_field(file.stream, f->rest_volume_ratio_theory);
-    flesh_table_field(file.stream, f->min_J);
+    flesh_table_field(file.stream, f->J_min);
     fprintf(file.stream, ",%d", f->max_inverted);
     flesh_table_field(file.stream, f->newton_per_step);
     flesh_table_field(file.stream, f->linear_per_newton);
@@ -53,6 +53,9 @@ static int write_csv(const flesh_drift_plan *plan)
     flesh_table_field(file.stream, f->failed_at);
     fprintf(file.stream, ",%s,", flesh_drift_solver_name(c->solver));
     if (f->first_inverted_step >= 0) fprintf(file.stream, "%d", f->first_inverted_step);
+    flesh_table_field(file.stream, f->J_bound);
+    putc(',', file.stream);
+    if (f->first_bound_step >= 0) fprintf(file.stream, "%d", f->first_bound_step);
     flesh_table_field(file.stream, f->distance_from_rest);
     flesh_table_field(file.stream, f->stressed_rest);
     const flesh_drift_part part = flesh_drift_mesh_part(plan, c->poisson, c->variant, c->solver);
@@ -79,7 +82,7 @@ int flesh_drift_write_table(const flesh_drift_plan *plan)
   for (int s = 0; s < plan->scene_count; s++)
     if ((int)strlen(plan->scenes[s].name) > width) width = (int)strlen(plan->scenes[s].name);
   printf("\n%-*s %-8s %6s %-8s %-13s %9s %9s %8s %8s %8s %5s %8s %8s\n", width, "scene", "energy", "poisson",
-         "solver", "status", "max", "final", "rest", "theory", "min J", "inv", "shape", "wall");
+         "solver", "status", "max", "final", "rest", "theory", "J_min", "inv", "shape", "wall");
   printf("%-*s %-8s %6s %-8s %-13s %9s %9s %8s %8s %8s %5s %8s %8s\n", width, "", "", "", "", "", "drift %",
          "drift %", "volume", "volume", "", "", "off %", "s");
   for (int k = 0; k < plan->case_count; k++) {
@@ -93,15 +96,16 @@ int flesh_drift_write_table(const flesh_drift_plan *plan)
     cell(100 * f->final_volume_drift, 9, "%.3f");
     cell(f->rest_volume_ratio, 8, "%.5f");
     cell(f->rest_volume_ratio_theory, 8, "%.5f");
-    cell(f->min_J, 8, "%.3f");
+    cell(f->J_min, 8, "%.3f");
     printf(" %5d", f->max_inverted);
     cell(100 * f->distance_from_rest, 8, "%.2f");
     cell(f->wall_s, 8, "%.2f");
     putchar('\n');
   }
   printf("max/final drift: of the body's volume, over the run and at its end; rest volume: of its equilibrium with\n"
-         "the pins alone, theory: of a free body; inv: most inverted tets at a time; shape off: largest distance\n"
-         "from the rest shape at the end, of the body's length.\n");
+         "the pins alone, theory: of a free body; J_min: least det F at a point of quadrature; inv: most inverted\n"
+         "tets (J_min <= 0) at a time; shape off: largest distance from the rest shape at the end, of the body's\n"
+         "length.\n");
   int rests = 0;
   for (int k = 0; k < plan->case_count; k++) rests += plan->cases[k].figures.stressed_rest > 0;
   if (rests)

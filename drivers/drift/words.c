@@ -69,6 +69,16 @@ static int comes_back(const struct flesh_drift_figures *f)
   return f->distance_from_rest < 0.01 && fabs(f->final_volume_drift) < 1e-3 && !f->final_inverted;
 }
 
+/* Since when tets are inverted; or, where none is, since when J may be <= 0 where no element sees it. */
+static void say_inversion(const struct flesh_drift_figures *f, FILE *stream)
+{
+  if (f->first_inverted_step >= 0)
+    fprintf(stream, "; tets are inverted (J <= 0) from step %d, %d at most", f->first_inverted_step, f->max_inverted);
+  else if (f->first_bound_step >= 0)
+    fprintf(stream, "; no tet is inverted (the lower bound of J near corners is <= 0 from step %d, %.2g at the least)",
+            f->first_bound_step, f->J_bound);
+}
+
 /* What became of a case after the release. */
 static void say_end(const flesh_drift_plan *plan, const flesh_drift_case *c, FILE *stream)
 {
@@ -82,7 +92,7 @@ static void say_end(const flesh_drift_plan *plan, const flesh_drift_case *c, FIL
   }
   if (f->status) {
     fprintf(stream, "ends at t = %.4g s, step %d: %s", f->failed_at, f->steps + 1, flesh_drift_status_word(c));
-    if (f->first_inverted_step >= 0) fprintf(stream, "; J <= 0 first at step %d", f->first_inverted_step);
+    say_inversion(f, stream);
     fprintf(stream, ".\n");
     return;
   }
@@ -97,9 +107,8 @@ static void say_end(const flesh_drift_plan *plan, const flesh_drift_case *c, FIL
     if (isnan(f->rest_volume_ratio_theory)) fprintf(stream, " (a free body has none: it collapses)");
     else fprintf(stream, " (free body: %.4g)", f->rest_volume_ratio_theory);
   }
-  if (f->first_inverted_step >= 0)
-    fprintf(stream, "; J <= 0 from step %d, in %d tets at most", f->first_inverted_step, f->max_inverted);
-  if (f->final_inverted) fprintf(stream, ", and in %d at the end", f->final_inverted);
+  say_inversion(f, stream);
+  if (f->final_inverted) fprintf(stream, ", %d at the end", f->final_inverted);
   fprintf(stream, ".\n");
 }
 

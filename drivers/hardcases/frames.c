@@ -10,6 +10,7 @@
 #include "base/text.h"
 #include "flesh/scene.h"
 #include "shared/picture.h"
+#include "shared/picture_body.h"
 
 enum { FRAMES = 4 };
 static const double REACH = 1.05; /* of a picture, in body lengths */
@@ -64,7 +65,7 @@ static int read_strip(const flesh_hardcases_plan *plan, const flesh_hardcases_ru
   snprintf(s->subtitle, sizeof s->subtitle, "%s", flesh_hardcases_outcome_name(run->outcome));
   for (int k = 0; k < FRAMES && v; k++) {
     s->x[k] = malloc(sizeof *v * 3 * (size_t)nodes);
-    s->J[k] = malloc(sizeof *v * (size_t)flesh_mesh_tet_count(s->mesh));
+    s->J[k] = malloc(2 * sizeof *v * (size_t)flesh_mesh_tet_count(s->mesh));
     flesh_state state = {.t = 0, .x = s->x[k], .v = v};
     snprintf(s->titles[k], sizeof s->titles[k], "%s%s%s", k ? "" : run->row->name, k ? "" : ": ",
              words[k]);
@@ -76,7 +77,7 @@ static int read_strip(const flesh_hardcases_plan *plan, const flesh_hardcases_ru
       s->x[k] = NULL;
       continue;
     }
-    flesh_mesh_jacobians(s->mesh, s->x[k], s->J[k], NULL, NULL);
+    flesh_picture_jacobians(s->mesh, s->x[k], s->J[k]);
     double shrunk = centre(run->row, s->mesh, s->x[k]);
     if (shrunk < 1) flesh_text_add(s->titles[k], sizeof s->titles[k], " (1:%.2g)", 1 / shrunk);
   }
@@ -197,7 +198,7 @@ static int read_cell(const flesh_hardcases_plan *plan, const flesh_hardcases_cas
   const size_t size = sizeof(double) * 3 * (size_t)nodes;
   double *v = malloc(size);
   c->x = malloc(size);
-  c->J = malloc(sizeof(double) * (size_t)flesh_mesh_tet_count(mesh));
+  c->J = malloc(2 * sizeof(double) * (size_t)flesh_mesh_tet_count(mesh));
   if (!v || !c->x || !c->J) {
     free(v);
     return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
@@ -212,7 +213,7 @@ static int read_cell(const flesh_hardcases_plan *plan, const flesh_hardcases_cas
   }
   free(v);
   if (found) {
-    flesh_mesh_jacobians(mesh, c->x, c->J, NULL, NULL);
+    flesh_picture_jacobians(mesh, c->x, c->J);
     centre(row, mesh, c->x);
   } else {
     free(c->x);

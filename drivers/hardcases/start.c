@@ -58,7 +58,7 @@ static void invert_one(const flesh_mesh *mesh, double *x)
             if (a != corner) centre += x[3 * tet[a] + c] / 3;
           moved[c] += factors[f] * (centre - moved[c]);
         }
-        flesh_mesh_jacobians(mesh, x, NULL, NULL, &inverted);
+        flesh_mesh_jacobian_bounds(mesh, x, NULL, NULL, &inverted);
         if (inverted == 1) return;
         memcpy(moved, kept, sizeof kept);
       }

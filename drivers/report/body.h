@@ -19,7 +19,7 @@ typedef struct flesh_report_body {
   size_t total;             /* numbers of a frame */
   int *now, *last, *before; /* [total] */
   size_t flag_bytes;
-  uint8_t *flags, *last_flags; /* [flag_bytes] a bit per tet: J <= 0 */
+  uint8_t *flags, *last_flags; /* [flag_bytes] a bit per tet: it is inverted */
 } flesh_report_body;
 
 /* `frames` [FLESH_REPORT_FIELDS]: the limits of the fields' colours. FLESH_ERR_MEMORY. */

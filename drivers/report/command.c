@@ -109,7 +109,7 @@ int flesh_command_report(int argc, char **argv)
                                         "three dimensions and move: of runs with\n"
                                         "frames all of these, of others what states they left. "
                                         "Runs stand side by side, seen by one camera\n"
-                                        "and coloured on one scale by J, stress or speed, as "
+                                        "and coloured on one scale by J_mean, stress or speed, as "
                                         "`flesh snap` draws them without a skin.",
                              .positional_min = 1,
                              .positional_max = INT_MAX,

@@ -40,14 +40,19 @@ void flesh_report_judge_run(json_t *part, const char *name, const json_t *result
   const char *status = text_of(result, "status"), *message = text_of(result, "message");
   const double steps = figure(result, "steps"), t = figure(result, "t_end"),
                drift = figure(result, "max_volume_drift");
-  const double inverted = figure(result, "max_inverted"), least = figure(result, "min_J");
+  const double inverted = figure(result, "max_inverted"), least = figure(result, "J_min"),
+               bound = figure(result, "J_bound");
   char words[1600], inversion[200];
   snprintf(words, sizeof words, "%.300s is %.200s", name, status);
   if (steps >= 0 && isfinite(t)) flesh_text_add(words, sizeof words, " after %.0f steps, at t = %.4g s", steps, t);
   if (inverted > 0)
     snprintf(inversion, sizeof inversion,
-             "up to %.0f tets were inverted (J <= 0), first at t = %.4g s", inverted,
+             "up to %.0f tets were inverted (J <= 0 at a point of quadrature), first at t = %.4g s", inverted,
              figure(result, "first_inverted_t"));
+  else if (bound <= 0)
+    snprintf(inversion, sizeof inversion,
+             "no tet was inverted (least J %.4g at a point of quadrature; its lower bound near corners is %.2g)",
+             least, bound);
   else snprintf(inversion, sizeof inversion, "no tet was inverted (least J %.4g)", least);
   flesh_text_add(words, sizeof words, "%s%s", *message ? ": " : "", message);
   if (isfinite(drift))
@@ -89,7 +94,8 @@ static void add_figures(json_t *part, int count, char *const *names, json_t *con
                  {"t_end", "t_end [s]"},
                  {"max_volume_drift", "max_volume_drift"},
                  {"final_volume_drift", "final_volume_drift"},
-                 {"min_J", "min_J"},
+                 {"J_min", "J_min"},
+                 {"J_bound", "J_bound"},
                  {"max_inverted", "max_inverted"},
                  {"newton_per_step", "newton_per_step"},
                  {"linear_per_newton", "linear_per_newton"},

@@ -60,11 +60,12 @@ static void report(const flesh_figures *figures, const flesh_outcome *outcome, c
     printf("; %ld internal steps, %ld rejected", figures->internal_steps,
            figures->rejected + figures->convergence_failures);
   printf("\nvolume drift: %.3g at most, %s at the end; smallest J %.4g; ", figures->max_volume_drift,
-         flesh_table_text(text, "%.3g", figures->final_volume_drift), figures->min_J);
+         flesh_table_text(text, "%.3g", figures->final_volume_drift), figures->J_min);
   if (figures->max_inverted)
     printf("up to %d inverted tets, from t = %g s\n", figures->max_inverted,
            figures->first_inverted_t);
-  else printf("no inverted tet\n");
+  else printf("no inverted tet%s\n",
+              figures->J_bound > 0 ? "" : " (the lower bound of J near corners is <= 0: J_bound in history.csv)");
   if (figures->multiplier_updates)
     printf("%ld updates of the pressures of incompressible tets, %.3g per step\n", figures->multiplier_updates,
            (double)figures->multiplier_updates / (figures->steps ? figures->steps : 1));

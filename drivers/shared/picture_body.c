@@ -116,11 +116,25 @@ static int average(const flesh_mesh *mesh, const double *tet_values, double *val
   return FLESH_OK;
 }
 
-static void measure_J(const flesh_picture_panel *panel, double *J)
+void flesh_picture_jacobians(const flesh_mesh *mesh, const double *x, double *J)
+{
+  flesh_mesh_mean_jacobians(mesh, x, J);
+  flesh_mesh_jacobians(mesh, x, J + flesh_mesh_tet_count(mesh), NULL, NULL);
+}
+
+static void measure_mean(const flesh_picture_panel *panel, double *J_mean)
 {
   const flesh_mesh *mesh = panel->body->mesh;
-  if (panel->J) memcpy(J, panel->J, sizeof *J * (size_t)flesh_mesh_tet_count(mesh));
-  else flesh_mesh_jacobians(mesh, panel->x, J, NULL, NULL);
+  if (panel->J) memcpy(J_mean, panel->J, sizeof *J_mean * (size_t)flesh_mesh_tet_count(mesh));
+  else flesh_mesh_mean_jacobians(mesh, panel->x, J_mean);
+}
+
+static void measure_least(const flesh_picture_panel *panel, double *J_min)
+{
+  const flesh_mesh *mesh = panel->body->mesh;
+  const size_t tets = (size_t)flesh_mesh_tet_count(mesh);
+  if (panel->J) memcpy(J_min, panel->J + tets, sizeof *J_min * tets);
+  else flesh_mesh_jacobians(mesh, panel->x, J_min, NULL, NULL);
 }
 
 int flesh_picture_is_inverted(const flesh_picture_panel *panel, int *inverted)
@@ -129,7 +143,7 @@ int flesh_picture_is_inverted(const flesh_picture_panel *panel, int *inverted)
   double *J = malloc(sizeof *J * (size_t)tets);
   *inverted = 0;
   if (!J) return no_memory();
-  measure_J(panel, J);
+  measure_least(panel, J);
   for (int t = 0; t < tets; t++) *inverted |= !(J[t] > 0);
   free(J);
   return FLESH_OK;
@@ -165,7 +179,7 @@ int flesh_picture_values(const flesh_picture_panel *panel, flesh_picture_field f
     }
     find_extremes(nodes, made, extremes);
   } else {
-    if (field == FLESH_PICTURE_J) measure_J(panel, of_tets);
+    if (field == FLESH_PICTURE_J) measure_mean(panel, of_tets);
     else
       for (int t = 0; t < tets; t++) of_tets[t] = tet_stress(panel, t);
     find_extremes(tets, of_tets, extremes);
@@ -295,7 +309,7 @@ static int add_body(const flesh_picture_panel *panel, const flesh_picture_option
   uint8_t *marked = take(scene, (size_t)s->triangles);
   double *J = take(scene, sizeof *J * (size_t)flesh_mesh_tet_count(mesh));
   if (!marked || !J) return no_memory();
-  measure_J(panel, J);
+  measure_least(panel, J);
   if (skinned) {
     s->vertices = flesh_surface_vertex_count(panel->surface);
     s->rest = flesh_surface_positions(panel->surface);

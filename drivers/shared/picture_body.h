@@ -18,7 +18,10 @@ typedef struct flesh_picture_scene {
 int flesh_picture_values(const flesh_picture_panel *panel, flesh_picture_field field,
                          double **values, double extremes[2]);
 
-/* Whether a tet has J <= 0. */
+/* The mean of J in all tets, then its least value at the points of quadrature of all tets: J [2*tets]. */
+void flesh_picture_jacobians(const flesh_mesh *mesh, const double *x, double *J);
+
+/* Whether a tet has J <= 0 at a point of quadrature. */
 int flesh_picture_is_inverted(const flesh_picture_panel *panel, int *inverted);
 
 /* Makes the surfaces; low, high: of the colours. */

@@ -91,7 +91,7 @@ void flesh_picture_quantity(flesh_picture_field field, const flesh_picture_frame
   const char *prefix;
   *unit = unit_of(field, frame, &prefix);
   if (field == FLESH_PICTURE_PLAIN) *text = 0;
-  else if (field == FLESH_PICTURE_J) snprintf(text, 64, "volume ratio J = det F");
+  else if (field == FLESH_PICTURE_J) snprintf(text, 64, "volume ratio J_mean");
   else if (field == FLESH_PICTURE_STRESS) snprintf(text, 64, "von Mises stress [%sPa]", prefix);
   else snprintf(text, 64, "speed [%sm/s]", prefix);
 }
@@ -166,7 +166,7 @@ void flesh_picture_legend(cairo_t *c, double x, double y, double height, flesh_p
   double at = floor(y - 0.5 * (length + around)) + LINE;
   static const char *const names[] = {"", "volume ratio", "von Mises", "speed"};
   static_assert(sizeof names / sizeof *names == FLESH_PICTURE_SPEED + 1, "a name of every field");
-  if (field == FLESH_PICTURE_J) snprintf(name, sizeof name, "J = det F");
+  if (field == FLESH_PICTURE_J) snprintf(name, sizeof name, "J_mean");
   else if (field == FLESH_PICTURE_STRESS) snprintf(name, sizeof name, "stress [%sPa]", prefix);
   else snprintf(name, sizeof name, "[%sm/s]", prefix);
   flesh_picture_text(c, x, at, 0, 12, 0.15, names[field]);
@@ -185,5 +185,5 @@ void flesh_picture_legend(cairo_t *c, double x, double y, double height, flesh_p
   cairo_set_source_rgb(c, flesh_srgb_encode(black[0]), flesh_srgb_encode(black[1]), flesh_srgb_encode(black[2]));
   cairo_rectangle(c, x, at - 10, BAR_WIDTH, 11);
   cairo_fill(c);
-  flesh_picture_text(c, x + BAR_WIDTH + 6, at, 0, 11, 0.2, "J ≤ 0");
+  flesh_picture_text(c, x + BAR_WIDTH + 6, at, 0, 11, 0.2, "inverted");
 }

@@ -8,7 +8,7 @@
 /* What the colours show. */
 typedef enum flesh_picture_field {
   FLESH_PICTURE_PLAIN, /* the colour of flesh, a shade per region */
-  FLESH_PICTURE_J,     /* det F */
+  FLESH_PICTURE_J,     /* the mean of J = det F in a tet */
   FLESH_PICTURE_STRESS, /* von Mises stress, Pa */
   FLESH_PICTURE_SPEED  /* m/s */
 } flesh_picture_field;
@@ -19,7 +19,7 @@ typedef struct flesh_picture_panel {
   const flesh_body *body;
   const double *x; /* [3*nodes], m; NULL: the panel says `subtitle` instead of showing a body */
   const double *v; /* [3*nodes], m/s; only for FLESH_PICTURE_SPEED */
-  const double *J; /* [tets] instead of what x has, as where x is scaled; NULL: of x */
+  const double *J; /* [2*tets] flesh_picture_jacobians instead of those of x, as where x is scaled; NULL: of x */
   /* Drawn instead of the body's boundary; NULL: none. */
   const flesh_surface *surface;
   const flesh_skin *skin;
@@ -45,7 +45,7 @@ typedef struct flesh_picture_frame {
   flesh_view view;
   double low, high;   /* of the colours */
   double least, most; /* values there are: of tets, for the speed of nodes; NaN: none */
-  int inverted;       /* there are tets with J <= 0, which are drawn black */
+  int inverted;       /* there are inverted tets, which are drawn black */
 } flesh_picture_frame;
 
 #endif

@@ -22,8 +22,9 @@ int flesh_figures_open(flesh_figures *figures, const flesh_system *system)
   *figures = (flesh_figures){.t = NAN,
                              .max_volume_drift = NAN,
                              .final_volume_drift = NAN,
-                             .min_J = NAN,
-                             .min_J_t = NAN,
+                             .J_min = NAN,
+                             .J_min_t = NAN,
+                             .J_bound = NAN,
                              .first_inverted_t = NAN,
                              .residual = NAN,
                              .residual_target = NAN,
@@ -87,10 +88,11 @@ int flesh_figures_observe(void *data, const flesh_step_record *record)
   figures->t = record->state->t;
   figures->final_volume_drift = record->volume / record->rest_volume - 1;
   figures->max_volume_drift = fmax(figures->max_volume_drift, fabs(figures->final_volume_drift));
-  if (!(figures->min_J <= record->min_J)) {
-    figures->min_J = record->min_J;
-    figures->min_J_t = record->state->t;
+  if (!(figures->J_min <= record->J_min)) {
+    figures->J_min = record->J_min;
+    figures->J_min_t = record->state->t;
   }
+  if (!(figures->J_bound <= record->J_bound)) figures->J_bound = record->J_bound;
   figures->final_inverted = record->inverted;
   if (record->inverted > figures->max_inverted) figures->max_inverted = record->inverted;
   if (record->inverted && isnan(figures->first_inverted_t))
@@ -279,8 +281,9 @@ json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *sys
   set(object, "t_end", figures->t);
   set(object, "max_volume_drift", figures->max_volume_drift);
   set(object, "final_volume_drift", figures->final_volume_drift);
-  set(object, "min_J", figures->min_J);
-  set(object, "min_J_t", figures->min_J_t);
+  set(object, "J_min", figures->J_min);
+  set(object, "J_min_t", figures->J_min_t);
+  set(object, "J_bound", figures->J_bound);
   set_integer(object, "max_inverted", figures->max_inverted);
   set_integer(object, "final_inverted", figures->final_inverted);
   set(object, "first_inverted_t", figures->first_inverted_t);

@@ -15,10 +15,11 @@ typedef struct flesh_figures {
   double t;
   double max_volume_drift;   /* max over time of |V/V_rest - 1| */
   double final_volume_drift; /* V/V_rest - 1 at the end, signed */
-  double min_J;              /* over the run */
-  double min_J_t;            /* when */
-  int max_inverted, final_inverted; /* tets with J <= 0: at a time at most, at the end */
-  double first_inverted_t; /* first time with a J <= 0; NaN: never */
+  double J_min;              /* over the run, at points of quadrature */
+  double J_min_t;            /* when */
+  double J_bound;            /* over the run, of J anywhere in a tet */
+  int max_inverted, final_inverted; /* tets with J <= 0 at a point of quadrature: at a time at most, at the end */
+  double first_inverted_t; /* first time with such a tet; NaN: never */
   long newton, linear, linear_single, direct, assemblies, projections, backtracks, watchdog_steps, solves;
   long subdomains, subdomain_newton;
   long multiplier_updates; /* of the pressures of incompressible tets */

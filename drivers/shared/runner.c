@@ -44,8 +44,8 @@ static int show_progress(void *data, const flesh_step_record *record)
   double end = flesh_scene_times(r->scene)->end, t = record->state->t;
   double part = end > r->start_t ? (t - r->start_t) / (end - r->start_t) : 1;
   double left = part > 0 ? (now - r->started) * (1 - part) / part : NAN;
-  fprintf(stderr, "\r\033[Kt %.4g / %.4g s  %3.0f %%  newton %d  min J %.3f  ", t, end, 100 * part,
-          record->stats->newton, record->min_J);
+  fprintf(stderr, "\r\033[Kt %.4g / %.4g s  %3.0f %%  newton %d  least J %.3f  ", t, end, 100 * part,
+          record->stats->newton, record->J_min);
   if (isfinite(left)) fprintf(stderr, "%.0f s left", ceil(left));
   fflush(stderr);
   return FLESH_OK;
@@ -398,7 +398,8 @@ static void close_running(flesh_running *r)
   free(r->own.internal);
   free(r->own.multipliers);
   flesh_proximity_clear(&r->proximity);
-  free(r->J);
+  free(r->J_mean);
+  free(r->J_min);
   flesh_part_frames_close(&r->part_frames);
   free(r->path);
   flesh_run_trace_clear(&r->trace);

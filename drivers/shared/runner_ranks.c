@@ -28,8 +28,10 @@ int flesh_running_share(flesh_running *r)
   r->own.multiplier_count = flesh_system_multiplier_count(flesh_ranks_system(ranks, r->scene));
   r->own.multipliers = calloc((size_t)r->own.multiplier_count + 1, sizeof(double));
   r->own.internal = calloc((size_t)r->own.internal_count + 1, sizeof(double));
-  r->J = flesh_ranks_first(ranks) ? malloc(sizeof(double) * tets + 1) : NULL;
-  if (!r->own.x || !r->own.v || !r->own.internal || !r->own.multipliers || (flesh_ranks_first(ranks) && !r->J))
+  r->J_mean = flesh_ranks_first(ranks) ? malloc(sizeof(double) * tets + 1) : NULL;
+  r->J_min = flesh_ranks_first(ranks) ? malloc(sizeof(double) * tets + 1) : NULL;
+  if (!r->own.x || !r->own.v || !r->own.internal || !r->own.multipliers ||
+      (flesh_ranks_first(ranks) && (!r->J_mean || !r->J_min)))
     return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   flesh_scene_share_start(ranks->share, &r->own);
   return flesh_ranks_first(ranks) ? flesh_proximity_create(flesh_scene_system(r->scene), NULL, &r->proximity) : FLESH_OK;
@@ -153,12 +155,14 @@ static int observe_gathered(flesh_running *r, const flesh_step_record *record)
   const flesh_mesh *mesh = flesh_scene_mesh(r->scene);
   flesh_step_record whole = *record;
   for (int k = 0; k < r->own.internal_count; k++) r->state.internal[k] = r->own.internal[k];
-  int tet, inverted, changed;
+  int changed;
   if (record->step) hold_unused(mesh, &r->state);
-  flesh_mesh_jacobians(mesh, r->state.x, r->J, &tet, &inverted);
+  flesh_mesh_mean_jacobians(mesh, r->state.x, r->J_mean);
+  flesh_mesh_jacobians(mesh, r->state.x, r->J_min, NULL, NULL);
   whole.system = flesh_scene_system(r->scene);
   whole.state = &r->state;
-  whole.J = r->J;
+  whole.tet_J_mean = r->J_mean;
+  whole.tet_J_min = r->J_min;
   whole.proximity = &r->proximity;
   int status = flesh_proximity_follow(&r->proximity, record->step > 0, r->state.t, r->state.x, &changed);
   if (status > 0) status = FLESH_OK;

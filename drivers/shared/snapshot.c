@@ -188,5 +188,5 @@ void flesh_snapshot_report(const flesh_snapshot *s, const flesh_picture_frame *f
   printf("colours: %s from %.6g to %.6g", name, frame->low / unit, frame->high / unit);
   if (isfinite(frame->least) && isfinite(frame->most))
     printf("; there is %.6g to %.6g", frame->least / unit + 0.0, frame->most / unit + 0.0);
-  printf("%s\n", frame->inverted ? "; tets with J <= 0 are black" : "");
+  printf("%s\n", frame->inverted ? "; inverted tets are black" : "");
 }

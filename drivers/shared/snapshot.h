@@ -31,7 +31,8 @@ typedef struct flesh_snapshot {
 /* The options of a command line into *s, to stand in a command's list. */
 #define FLESH_SNAPSHOT_OPTIONS(s)                                                                  \
   {"colour", "J|stress|speed|none", FLESH_OPTION_TEXT, &(s).colour,                                \
-   "what the colours show: J, stress (von Mises), speed or none (default J)"},                     \
+   "what the colours show: J (det F, in ten-node tets its mean J_mean), stress (von Mises), speed " \
+   "or none (default J)"},                                                                         \
   {"range", "LOW,HIGH", FLESH_OPTION_TEXT, &(s).range,                                             \
    "ends of the colours, for stress in Pa (default: fitted)"},                                     \
   {"camera", "AZIMUTH,ELEVATION", FLESH_OPTION_TEXT, &(s).camera,                                  \
@@ -64,8 +65,8 @@ typedef struct flesh_snapshot {
 /* What the help of a command says of its pictures. */
 #define FLESH_SNAPSHOT_DETAILS                                                                     \
   "Colours span all but a hundredth of the values at either end; the scale shows the extremes\n"   \
-  "too. Tets with J <= 0 are black in the colours of J, stress and speed. Obstacles are\n"         \
-  "transparent where they are seen from behind.\n"
+  "too. Inverted tets, with J <= 0 at a point of quadrature, are black in the colours of J, stress\n" \
+  "and speed. Obstacles are transparent where they are seen from behind.\n"
 
 /* Defaults, before the command line is read. */
 void flesh_snapshot_default(flesh_snapshot *s);

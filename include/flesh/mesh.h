@@ -143,14 +143,25 @@ FLESH_API void flesh_mesh_inspect(const flesh_mesh *mesh, flesh_mesh_info *info)
 /* Sum of the signed volumes of all tets, curved ones at order 2; nodes at `x` [3*nodes], m^3. */
 FLESH_API double flesh_mesh_volume(const flesh_mesh *mesh, const double *x);
 
-/* J = (signed volume at x)/(rest volume) of every tet into J [tets] (may be NULL); returns the
- * smallest (NaN when one is NaN), and in *worst (may be NULL) its tet, in *inverted (may be NULL)
- * the number without J > 0. At the rest positions J is 1 to the last bit. With ten nodes J = det F
- * varies in a tet, and its smallest value there counts: what is given is below that by at most a
- * hundredth of the tet's largest |J|, on the same side of 0, and not positive where 400 cuts of the
- * tet leave the sign open (Bernstein bounds; Johnen, Remacle & Geuzaine 2013). */
+/* J = det F in the tets with nodes at `x` [3*nodes], F the deformation gradient from the rest shape. In a tet of four
+ * nodes J is one number. In a tet of ten nodes J varies, and three numbers are told apart: the least J at its four points
+ * of quadrature, which is all that its element sees; the mean of J over them by their volumes at rest, which is the
+ * deformed volume over that at rest up to the error of the quadrature; and a bound of J anywhere in the tet. At the rest
+ * positions each is 1 to the last bit. */
+
+/* The least J at a point of quadrature of every tet into J [tets] (may be NULL). Returns the smallest (NaN when one is
+ * NaN), and in *worst (may be NULL) its tet, in *inverted (may be NULL) the number of tets that have a point without
+ * J > 0. */
 FLESH_API double flesh_mesh_jacobians(const flesh_mesh *mesh, const double *x, double *J,
                                       int *worst, int *inverted);
+/* The mean of J over the points of quadrature of every tet into J [tets]. */
+FLESH_API void flesh_mesh_mean_jacobians(const flesh_mesh *mesh, const double *x, double *J);
+/* A lower bound of J anywhere in every tet into J [tets] (may be NULL). Returns the smallest (NaN when one is NaN), and
+ * in *worst (may be NULL) its tet, in *unsure (may be NULL) the number of tets whose bound is not positive. The bound is
+ * below the smallest J in the tet by at most a hundredth of the tet's largest |J|, on the same side of 0, and not
+ * positive where 400 cuts of the tet leave the sign open (Bernstein coefficients; Johnen, Remacle & Geuzaine 2013). */
+FLESH_API double flesh_mesh_jacobian_bounds(const flesh_mesh *mesh, const double *x, double *J, int *worst,
+                                            int *unsure);
 
 /* Largest distance of a used node at `x` [3*nodes] from its place in the rest shape after the best
  * rigid fit (least squares over the nodes; Kabsch 1976), over the rest shape's longest side. */

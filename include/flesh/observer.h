@@ -11,8 +11,8 @@ extern "C" {
 #endif
 
 /* An accepted step as observers see it; step 0 is the start. Everything is borrowed for the
- * call. Of a part of a body (flesh/ranks.h) the system, the state and J are those of the rank; everything else is of the
- * body, min_J_tet too. */
+ * call. Of a part of a body (flesh/ranks.h) the system, the state, tet_J_mean and tet_J_min are those of the rank;
+ * everything else is of the body, J_min_tet too. */
 typedef struct flesh_step_record {
   int step;
   int last; /* 1 when the run ends here: at its end or stopped in order */
@@ -25,9 +25,11 @@ typedef struct flesh_step_record {
    * constant (elasticity); 0 for the others */
   const double *rest_energies;
   double volume, rest_volume;     /* m^3 */
-  const double *J;                /* [tets] */
-  double min_J;
-  int min_J_tet, inverted; /* inverted: tets with J <= 0 */
+  /* [tets] J = det F (flesh/mesh.h): its mean in the tet and its least value, over the points of quadrature */
+  const double *tet_J_mean, *tet_J_min;
+  double J_min;   /* the least of all points */
+  double J_bound; /* the least of flesh_mesh_jacobian_bounds; J_min for tets of four nodes */
+  int J_min_tet, inverted; /* inverted: tets with J <= 0 at a point of quadrature */
   const struct flesh_proximity *proximity; /* what the run knows of nodes near each other (effect.h), or NULL */
   /* Of a part of a body [effects*FLESH_RANK_SUMS], flesh_effect_ranks.report_whole of each; else NULL */
   const double *reports;
@@ -43,7 +45,7 @@ typedef struct flesh_observer {
  * leaves a valid file. Columns: t, step, h, newton, linear, assemblies, projections, backtracks,
  * residual, residual_target [N], energy_<effect> per effect and energy_total [J] (elasticity
  * relative to rest; a second effect of a name is energy_<effect>_2), volume [m^3], volume_ratio,
- * min_J, min_J_tet, inverted, and what effects report of themselves: contact_gap [m] (the smallest
+ * J_min, J_min_tet, J_bound, inverted, and what effects report of themselves: contact_gap [m] (the smallest
  * distance, at most the thickness), contact_nodes (nearer than that), contact_force [N] (size of
  * the sum of their normal forces); of a weld that breaks weld_broken (of its area), weld_released [J] and
  * weld_traction (the largest that counts of what holds) [Pa]. Numbers read back exactly. */
@@ -58,7 +60,7 @@ FLESH_API int flesh_history_close(flesh_history **history);
 FLESH_API int flesh_history_observe(void *history, const flesh_step_record *record);
 
 /* frame_000000.vtu ... (the number is the step's) in `directory` and frames.pvd, an index that is
- * valid after every frame. Point data: displacement, velocity; cell data: J, region. The start,
+ * valid after every frame. Point data: displacement, velocity; cell data: J_mean, J_min, region. The start,
  * every `every`-th step (>= 1) and the last one. Obstacles stand beside them as obstacle_<k>.obj,
  * where they move obstacle_<k>_<step>.obj, k counting from 1. Frames of an earlier run in the
  * directory are removed. */
@@ -73,7 +75,7 @@ FLESH_API int flesh_frames_create(const char *directory, const flesh_mesh *mesh,
  * UNITS_LABEL. Stress is Cauchy's, of the elastic energy and of effects that say theirs (flesh_effect_figures:
  * the fibres of muscles), in VTK's order XX, YY, ZZ, XY, YZ, XZ.
  *
- *   J               J_mean: volume over that at rest
+ *   J               at nodes as J_mean, at points as J_at_points; of tets J_mean and J_min are always there
  *   stretch         singular values of F, descending, the last with the sign of J
  *   stress          Pa
  *   von_mises       Pa, of the stress of that place

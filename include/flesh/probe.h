@@ -15,7 +15,7 @@ extern "C" {
  *   velocity       [m/s] mean over the nodes
  *   reaction       force [N] on the body, of the pins and prescribed motions that constrain some of
  *                  the nodes, and its moment [N m]
- *   J              det F; of nodes the volume of their tets over that at rest
+ *   J              det F; of nodes, as J_mean, its mean over the tets' rest volume
  *   stretch        singular values of F, descending, the last with the sign of J; of nodes their mean
  *                  over the tets' rest volume
  *   stress         Cauchy stress [Pa] of the elastic energy, P F^T / J, and of effects that say theirs

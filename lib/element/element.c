@@ -4,11 +4,11 @@
 #include <math.h>
 
 #include "base/error.h"
-#include "element/tet10.h"
 #include "material/form.h"
 #include "material/psi.h"
 #include "math/mat3.h"
 #include "mesh/mesh.h"
+#include "mesh/tet10.h"
 
 const char *flesh_element_name(flesh_element element)
 {

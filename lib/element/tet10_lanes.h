@@ -18,8 +18,8 @@
 
 #define ELEMENT_NODES 10
 
-#include "element/tet10.h"
 #include "element/tet_lanes.h"
+#include "mesh/tet10.h"
 
 enum { POINTS = FLESH_TET10_POINTS };
 

@@ -62,15 +62,20 @@ double flesh_cubic_integral(const double c[FLESH_CUBIC])
   return sum / (6 * FLESH_CUBIC); /* the reference tet has the volume 1/6 */
 }
 
-double flesh_cubic_at(const double c[FLESH_CUBIC], const double L[4])
+void flesh_cubic_weights(const double L[4], double weights[FLESH_CUBIC])
 {
-  double sum = 0;
   for (int a = 0; a < FLESH_CUBIC; a++) {
     double power = a < 4 ? 1 : a < 16 ? 3 : 6;
     for (int i = 0; i < 4; i++)
       for (int k = 0; k < exponent[a][i]; k++) power *= L[i];
-    sum += c[a] * power;
+    weights[a] = power;
   }
+}
+
+double flesh_cubic_sum(const double c[FLESH_CUBIC], const double weights[FLESH_CUBIC])
+{
+  double sum = 0;
+  for (int a = 0; a < FLESH_CUBIC; a++) sum += c[a] * weights[a];
   return sum;
 }
 

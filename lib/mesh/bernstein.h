@@ -18,8 +18,9 @@ void flesh_tet10_jacobian(const double *x, const int corners[4], const int edge_
 /* The integral over the tet of the cubic that is det(dx/dxi): its volume. */
 double flesh_cubic_integral(const double c[FLESH_CUBIC]);
 
-/* The value of a cubic at barycentric L. */
-double flesh_cubic_at(const double c[FLESH_CUBIC], const double L[4]);
+/* The weights of the coefficients in the value of a cubic at barycentric L, and that value. */
+void flesh_cubic_weights(const double L[4], double weights[FLESH_CUBIC]);
+double flesh_cubic_sum(const double c[FLESH_CUBIC], const double weights[FLESH_CUBIC]);
 
 /* The least value of c/C over the tet, C positive in it, between `low` and `high`. Both are NaN when
  * a coefficient is. The gap is at most `tolerance` times the largest |c/C| of the coefficients, and 0

@@ -9,9 +9,10 @@
 /* Adds weight * J N_a N_b at the point L. */
 static void add_point(const double c[FLESH_CUBIC], const double L[4], double weight, double M[10][10])
 {
-  double N[10];
+  double N[10], of_cubic[FLESH_CUBIC];
   flesh_tet10_shape(L, N);
-  weight *= flesh_cubic_at(c, L);
+  flesh_cubic_weights(L, of_cubic);
+  weight *= flesh_cubic_sum(c, of_cubic);
   for (int a = 0; a < 10; a++)
     for (int b = 0; b <= a; b++) M[a][b] += weight * N[a] * N[b];
 }

@@ -97,8 +97,22 @@ int flesh_mesh_fail_at(const flesh_mesh_origin *origin, int tet, const char *for
 long long flesh_mesh_tet_label(const flesh_mesh_origin *origin, int tet);
 long long flesh_mesh_node_label(const flesh_mesh_origin *origin, int node);
 
-/* J of tet `tet` at x as flesh_mesh_jacobians has it. */
-double flesh_mesh_tet_jacobian(const flesh_mesh *mesh, const double *x, int tet);
+/* A bound of J in tet `tet` at x as flesh_mesh_jacobian_bounds has it. */
+double flesh_mesh_tet_jacobian_bound(const flesh_mesh *mesh, const double *x, int tet);
+
+/* Figures of a mesh at x: those of flesh_mesh_volume, flesh_mesh_jacobians and flesh_mesh_jacobian_bounds. */
+typedef struct flesh_mesh_measures {
+  double volume;  /* m^3 */
+  double J_min;   /* least J at a point of quadrature */
+  int J_min_tet;  /* its tet */
+  int inverted;   /* tets that have a point without J > 0 */
+  double J_bound; /* least bound of J in a tet; J_min where no bounds are asked for */
+} flesh_mesh_measures;
+
+/* Measures all tets in one pass: J_mean into `mean` and J_min into `least`, both [tets] (may be NULL). Bounds cost
+ * several times the rest. */
+void flesh_mesh_measure(const flesh_mesh *mesh, const double *x, int with_bound, double *mean, double *least,
+                        flesh_mesh_measures *measures);
 
 /* Signed volume of the tet with the four node indices `nodes`. One compiled body for all callers,
  * so that a body at rest has J = 1 to the last bit. */

@@ -11,11 +11,11 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "element/tet10.h"
 #include "math/svd3.h"
 #include "mesh/edges.h"
 #include "mesh/mesh.h"
 #include "mesh/pieces.h"
+#include "mesh/tet10.h"
 #include "system/ranks.h"
 
 enum { J, STRETCH, STRESS, VON_MISES, PRESSURE, ENERGY_DENSITY };
@@ -92,7 +92,7 @@ static int add_arrays(flesh_fields *f)
     const int node_count = f->nodes.count, tet_count = f->tets.count;
     if (!wants(f, row) && !hidden) continue;
     if (f->places & FLESH_AT_NODES) status = add_array(&f->nodes, rows[row].name, row, 1, n, &f->at_nodes[row]);
-    if (!status && f->places & FLESH_AT_TETS)
+    if (!status && f->places & FLESH_AT_TETS && row != J) /* every frame has J_mean of tets */
       status = add_array(&f->tets, rows[row].name, row, 1, tets, &f->at_tets[row]);
     if (!status && f->places & FLESH_AT_POINTS)
       status = add_array(&f->tets, rows[row].points_name, row, point_count(f->body), tets, &f->at_points[row]);

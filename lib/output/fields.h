@@ -13,7 +13,7 @@ enum { FLESH_TET_FIELDS = 6 };
 /* Arrays over nodes, or over tets; with room for the two that every frame has, and the numbers that parts have. */
 typedef struct flesh_field_list {
   int count;
-  flesh_vtu_array arrays[2 * FLESH_TET_FIELDS + 5];
+  flesh_vtu_array arrays[2 * FLESH_TET_FIELDS + 6];
 } flesh_field_list;
 
 typedef struct flesh_fields {

@@ -152,9 +152,10 @@ static void list_arrays(flesh_frames *frames, const flesh_step_record *record, f
       (flesh_vtu_array){.name = "displacement", .components = 3, .doubles = frames->displacement, .unit = "m"};
   nodes->arrays[1] =
       (flesh_vtu_array){.name = "velocity", .components = 3, .doubles = record->state->v, .unit = "m/s"};
-  tets->arrays[0] = (flesh_vtu_array){.name = "J", .components = 1, .doubles = record->J, .unit = "1"};
-  tets->arrays[1] = (flesh_vtu_array){.name = "region", .components = 1, .integers = flesh_mesh_regions(mesh)};
-  nodes->count = tets->count = 2;
+  tets->arrays[0] = (flesh_vtu_array){.name = "J_mean", .components = 1, .doubles = record->tet_J_mean, .unit = "1"};
+  tets->arrays[1] = (flesh_vtu_array){.name = "J_min", .components = 1, .doubles = record->tet_J_min, .unit = "1"};
+  tets->arrays[2] = (flesh_vtu_array){.name = "region", .components = 1, .integers = flesh_mesh_regions(mesh)};
+  nodes->count = 2, tets->count = 3;
   for (int k = 0; k < more_nodes->count; k++) nodes->arrays[nodes->count++] = more_nodes->arrays[k];
   for (int k = 0; k < more_tets->count; k++) tets->arrays[tets->count++] = more_tets->arrays[k];
 }

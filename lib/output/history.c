@@ -88,7 +88,7 @@ int flesh_history_create(const char *path, const flesh_system *system, flesh_his
     if (!flesh_system_effect(system, e)->operations->energy) continue;
     print_name(history->rows.stream, system, e, "energy_", ",");
   }
-  fputs("energy_total,volume,volume_ratio,min_J,min_J_tet,inverted", history->rows.stream);
+  fputs("energy_total,volume,volume_ratio,J_min,J_min_tet,J_bound,inverted", history->rows.stream);
   for (int e = 0; e < flesh_system_effect_count(system); e++)
     for (const char *const *name = report_names(system, e); *name; name++) {
       putc(',', history->rows.stream);
@@ -165,8 +165,10 @@ int flesh_history_observe(void *data, const flesh_step_record *record)
   put(stream, total);
   put(stream, record->volume);
   put(stream, record->volume / record->rest_volume);
-  put(stream, record->min_J);
-  fprintf(stream, "%d,%d", record->min_J_tet, record->inverted);
+  put(stream, record->J_min);
+  fprintf(stream, "%d,", record->J_min_tet);
+  put(stream, record->J_bound);
+  fprintf(stream, "%d", record->inverted);
   if (history->reports) put_reports(history, record);
   putc('\n', stream);
   return flesh_rows_flush(&history->rows);

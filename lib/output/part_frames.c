@@ -91,11 +91,13 @@ static void list_arrays(flesh_part_frames *frames, const flesh_step_record *reco
       {.name = "displacement", .components = 3, .doubles = frames->displacement, .unit = "m"},
       {.name = "velocity", .components = 3, .doubles = record->state->v, .unit = "m/s"},
       {.name = "node", .components = 1, .integers = frames->team->numbers}};
-  const flesh_vtu_array of_tets[] = {{.name = "J", .components = 1, .doubles = record->J, .unit = "1"},
+  const flesh_vtu_array of_tets[] = {{.name = "J_mean", .components = 1, .doubles = record->tet_J_mean, .unit = "1"},
+                                     {.name = "J_min", .components = 1, .doubles = record->tet_J_min, .unit = "1"},
                                      {.name = "region", .components = 1, .integers = flesh_mesh_regions(frames->mesh)},
                                      {.name = "tet", .components = 1, .integers = frames->team->tets}};
   nodes->count = tets->count = 0;
-  for (int k = 0; k < 3; k++) nodes->arrays[nodes->count++] = of_nodes[k], tets->arrays[tets->count++] = of_tets[k];
+  for (int k = 0; k < 3; k++) nodes->arrays[nodes->count++] = of_nodes[k];
+  for (int k = 0; k < 4; k++) tets->arrays[tets->count++] = of_tets[k];
   for (int k = 0; k < more_nodes->count; k++) nodes->arrays[nodes->count++] = more_nodes->arrays[k];
   for (int k = 0; k < more_tets->count; k++) tets->arrays[tets->count++] = more_tets->arrays[k];
 }

@@ -20,37 +20,37 @@
 /* Columns of a quantity, with their unit and that of points where it is another. */
 static const struct {
   flesh_probe_quantity quantity;
-  const char *name, *unit, *point_unit;
+  const char *name, *unit, *point_name, *point_unit; /* NULL: of a point as of nodes */
 } columns[] = {
-    {FLESH_PROBE_POSITION, "position_x", "m", NULL},
-    {FLESH_PROBE_POSITION, "position_y", "m", NULL},
-    {FLESH_PROBE_POSITION, "position_z", "m", NULL},
-    {FLESH_PROBE_VELOCITY, "velocity_x", "m/s", NULL},
-    {FLESH_PROBE_VELOCITY, "velocity_y", "m/s", NULL},
-    {FLESH_PROBE_VELOCITY, "velocity_z", "m/s", NULL},
-    {FLESH_PROBE_REACTION, "reaction_x", "N", NULL},
-    {FLESH_PROBE_REACTION, "reaction_y", "N", NULL},
-    {FLESH_PROBE_REACTION, "reaction_z", "N", NULL},
-    {FLESH_PROBE_REACTION, "reaction_moment_x", "N m", NULL},
-    {FLESH_PROBE_REACTION, "reaction_moment_y", "N m", NULL},
-    {FLESH_PROBE_REACTION, "reaction_moment_z", "N m", NULL},
-    {FLESH_PROBE_J, "J", "1", NULL},
-    {FLESH_PROBE_STRETCH, "stretch_1", "1", NULL},
-    {FLESH_PROBE_STRETCH, "stretch_2", "1", NULL},
-    {FLESH_PROBE_STRETCH, "stretch_3", "1", NULL},
-    {FLESH_PROBE_STRESS, "stress_xx", "Pa", NULL},
-    {FLESH_PROBE_STRESS, "stress_yy", "Pa", NULL},
-    {FLESH_PROBE_STRESS, "stress_zz", "Pa", NULL},
-    {FLESH_PROBE_STRESS, "stress_xy", "Pa", NULL},
-    {FLESH_PROBE_STRESS, "stress_yz", "Pa", NULL},
-    {FLESH_PROBE_STRESS, "stress_xz", "Pa", NULL},
-    {FLESH_PROBE_ENERGY, "energy", "J", "J/m^3"},
-    {FLESH_PROBE_CONTACT_FORCE, "contact_force_x", "N", NULL},
-    {FLESH_PROBE_CONTACT_FORCE, "contact_force_y", "N", NULL},
-    {FLESH_PROBE_CONTACT_FORCE, "contact_force_z", "N", NULL},
-    {FLESH_PROBE_CONTACT_FORCE, "contact_moment_x", "N m", NULL},
-    {FLESH_PROBE_CONTACT_FORCE, "contact_moment_y", "N m", NULL},
-    {FLESH_PROBE_CONTACT_FORCE, "contact_moment_z", "N m", NULL},
+    {FLESH_PROBE_POSITION, "position_x", "m", NULL, NULL},
+    {FLESH_PROBE_POSITION, "position_y", "m", NULL, NULL},
+    {FLESH_PROBE_POSITION, "position_z", "m", NULL, NULL},
+    {FLESH_PROBE_VELOCITY, "velocity_x", "m/s", NULL, NULL},
+    {FLESH_PROBE_VELOCITY, "velocity_y", "m/s", NULL, NULL},
+    {FLESH_PROBE_VELOCITY, "velocity_z", "m/s", NULL, NULL},
+    {FLESH_PROBE_REACTION, "reaction_x", "N", NULL, NULL},
+    {FLESH_PROBE_REACTION, "reaction_y", "N", NULL, NULL},
+    {FLESH_PROBE_REACTION, "reaction_z", "N", NULL, NULL},
+    {FLESH_PROBE_REACTION, "reaction_moment_x", "N m", NULL, NULL},
+    {FLESH_PROBE_REACTION, "reaction_moment_y", "N m", NULL, NULL},
+    {FLESH_PROBE_REACTION, "reaction_moment_z", "N m", NULL, NULL},
+    {FLESH_PROBE_J, "J_mean", "1", "J", NULL},
+    {FLESH_PROBE_STRETCH, "stretch_1", "1", NULL, NULL},
+    {FLESH_PROBE_STRETCH, "stretch_2", "1", NULL, NULL},
+    {FLESH_PROBE_STRETCH, "stretch_3", "1", NULL, NULL},
+    {FLESH_PROBE_STRESS, "stress_xx", "Pa", NULL, NULL},
+    {FLESH_PROBE_STRESS, "stress_yy", "Pa", NULL, NULL},
+    {FLESH_PROBE_STRESS, "stress_zz", "Pa", NULL, NULL},
+    {FLESH_PROBE_STRESS, "stress_xy", "Pa", NULL, NULL},
+    {FLESH_PROBE_STRESS, "stress_yz", "Pa", NULL, NULL},
+    {FLESH_PROBE_STRESS, "stress_xz", "Pa", NULL, NULL},
+    {FLESH_PROBE_ENERGY, "energy", "J", NULL, "J/m^3"},
+    {FLESH_PROBE_CONTACT_FORCE, "contact_force_x", "N", NULL, NULL},
+    {FLESH_PROBE_CONTACT_FORCE, "contact_force_y", "N", NULL, NULL},
+    {FLESH_PROBE_CONTACT_FORCE, "contact_force_z", "N", NULL, NULL},
+    {FLESH_PROBE_CONTACT_FORCE, "contact_moment_x", "N m", NULL, NULL},
+    {FLESH_PROBE_CONTACT_FORCE, "contact_moment_y", "N m", NULL, NULL},
+    {FLESH_PROBE_CONTACT_FORCE, "contact_moment_z", "N m", NULL, NULL},
 };
 enum { COLUMNS = sizeof columns / sizeof *columns, VOLUME_AT = COLUMNS, NUMBERS };
 static const unsigned forces_of = FLESH_PROBE_REACTION | FLESH_PROBE_CONTACT_FORCE;
@@ -98,8 +98,10 @@ static void print_header(const flesh_probes *probes)
     const flesh_probe *probe = &probes->places[k].probe;
     for (int c = 0; c < COLUMNS; c++) {
       if (!(probe->quantities & columns[c].quantity)) continue;
-      const char *unit = is_point(probe) && columns[c].point_unit ? columns[c].point_unit : columns[c].unit;
-      fprintf(stream, ",%s.%s [%s]", probe->name, columns[c].name, unit);
+      const int at_point = is_point(probe);
+      const char *name = at_point && columns[c].point_name ? columns[c].point_name : columns[c].name;
+      const char *unit = at_point && columns[c].point_unit ? columns[c].point_unit : columns[c].unit;
+      fprintf(stream, ",%s.%s [%s]", probe->name, name, unit);
     }
   }
   putc('\n', stream);

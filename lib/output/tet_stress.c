@@ -6,7 +6,7 @@
 
 #include "base/error.h"
 #include "element/element.h"
-#include "element/tet10.h"
+#include "mesh/tet10.h"
 #include "flesh/material.h"
 #include "math/mat3.h"
 #include "mesh/mesh.h"

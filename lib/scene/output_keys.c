@@ -35,16 +35,17 @@ static const flesh_key probe_table[] = {
      .doc = "a point of the body at rest, instead of nodes; interpolated in the tet that holds it"},
     FLESH_SELECTION_KEYS(flesh_scene_probe, selection),
     {.name = "effect", .type = FLESH_KEY_TEXT, AT(effect), .default_value = "",
-     .doc = "a pin, prescribed_motion or contact of the scene, as pin or pin[1] (the second), instead of nodes: its "
-            "nodes, of a contact all, and the forces of it alone"},
+     .doc = "a pin, prescribed_motion, contact, weld or joint of the scene, as pin or pin[1] (the second), instead of "
+            "nodes: its nodes (all for a contact, those of the first side for a weld or joint) and its forces alone"},
     {.name = "about", .type = FLESH_KEY_VECTOR, AT(about), .unit = "m", .default_value = "",
-     .doc = "what moments are about; the mean of the nodes' rest positions by default"},
+     .doc = "reference point of moments; the mean of the nodes' rest positions by default"},
     {.name = "quantities", .type = FLESH_KEY_SET, AT(quantities), .choices = quantities,
      .default_value = "[position]",
      .doc = "position, velocity: of the point, or the nodes' mean; reaction: force and moment of the pins and "
-            "prescribed motions on the nodes; J, stretch (principal ones, descending), stress (Cauchy, of elasticity), "
-            "energy (of strain, from rest): at the point, or of the tets all of whose nodes are chosen, the energy as a "
-            "sum and the others as means; contact_force: force and moment of contact on the nodes"},
+            "prescribed motions on the nodes; J (det F), stretch (principal ones, descending), stress (Cauchy, of "
+            "elasticity and of the fibres of muscles), energy (of strain, from rest): at the point, or of the tets all "
+            "of whose nodes are chosen, the energy as a sum and the others as means (J as J_mean); contact_force: force "
+            "and moment of contact on the nodes, or of the weld or joint that effect names"},
     {.name = NULL},
 };
 #undef AT
@@ -108,10 +109,11 @@ const flesh_key flesh_output_table[] = {
      .offset = offsetof(flesh_output_keys, given.fields),
      .choices = fields,
      .default_value = "[displacement, velocity]",
-     .doc = "what frames have: displacement and velocity in any case; J (volume over that at rest, as J_mean), stretch "
-            "(principal ones, descending), stress (Cauchy, of elasticity), von_mises and pressure of it, and "
-            "energy_density (of strain, from rest) at fields_at; reaction (of pins and prescribed motions) and "
-            "contact_force at nodes. The smallest J of every tet and its region are always there"},
+     .doc = "what frames have: displacement and velocity in any case; J (det F; at nodes its mean, J_mean), stretch "
+            "(principal ones, descending), stress (Cauchy, of elasticity and of the fibres of muscles), von_mises and "
+            "pressure of it, and energy_density (of strain, from rest) at fields_at; reaction (of pins and prescribed "
+            "motions) and contact_force at nodes. J_mean, J_min (least at a point of quadrature) and region of every tet "
+            "are always there"},
     {.name = "fields_at",
      .type = FLESH_KEY_SET,
      .offset = offsetof(flesh_output_keys, given.fields_at),
@@ -148,7 +150,7 @@ const flesh_key flesh_output_table[] = {
      .type = FLESH_KEY_BOOLEAN,
      .offset = offsetof(flesh_output_keys, reactions),
      .default_value = "false",
-     .doc = "a probe of every pin, prescribed_motion and contact besides, named pin, pin_2 ..., with the force that it "
-            "bears and its moment about the origin"},
+     .doc = "adds a probe of every pin, prescribed_motion, contact, weld and joint, named pin, pin_2 ..., with the force "
+            "that it bears and its moment about the origin"},
     {.name = NULL},
 };

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "mesh/mesh.h"
 #include "system/feasible_step.h"
 #include "system/rank_numbers.h"
 #include "system/ranks.h"
@@ -19,7 +20,8 @@ typedef struct watch {
   const flesh_team *team; /* NULL: none */
   const flesh_run_options *options;
   double *zeros; /* [3*n] accelerations: energies do not depend on them */
-  double *J, *energies, *rest_energies;
+  double *J_mean, *J_min; /* [tets] */
+  double *energies, *rest_energies;
   double *reports; /* [effects*FLESH_RANK_SUMS], with a team */
   double rest_volume;
   flesh_costs *costs;
@@ -28,7 +30,8 @@ typedef struct watch {
 static void watch_close(watch *w)
 {
   free(w->zeros);
-  free(w->J);
+  free(w->J_mean);
+  free(w->J_min);
   free(w->energies);
   free(w->rest_energies);
   free(w->reports);
@@ -55,11 +58,12 @@ static int watch_open(watch *w)
 {
   size_t effects = (size_t)flesh_system_effect_count(w->system);
   w->zeros = calloc((size_t)flesh_system_unknowns(w->system), sizeof(double));
-  w->J = malloc(sizeof(double) * (size_t)flesh_mesh_tet_count(w->mesh));
+  w->J_mean = malloc(sizeof(double) * (size_t)flesh_mesh_tet_count(w->mesh));
+  w->J_min = malloc(sizeof(double) * (size_t)flesh_mesh_tet_count(w->mesh));
   w->energies = calloc(effects + 1, sizeof(double));
   w->rest_energies = calloc(effects + 1, sizeof(double));
   if (w->team) w->reports = calloc(effects * FLESH_RANK_SUMS + 1, sizeof(double));
-  int status = w->zeros && w->J && w->energies && w->rest_energies && (w->reports || !w->team)
+  int status = w->zeros && w->J_mean && w->J_min && w->energies && w->rest_energies && (w->reports || !w->team)
                    ? find_rest(w)
                    : flesh_fail(FLESH_ERR_MEMORY, "run: out of memory");
   status = flesh_team_agree(w->team, status);
@@ -69,22 +73,28 @@ static int watch_open(watch *w)
   return FLESH_OK;
 }
 
-/* The body's shape, of all ranks: volume, and the tets with J <= 0 and the smallest J. */
+/* The body's shape, of all ranks: volume, inverted tets, the smallest J and its bound. */
 static void look_at_shape(watch *w, const flesh_state *state, flesh_step_record *record)
 {
-  record->volume = flesh_mesh_volume(w->mesh, state->x);
-  record->min_J = flesh_mesh_jacobians(w->mesh, state->x, w->J, &record->min_J_tet, &record->inverted);
+  flesh_mesh_measures m;
+  flesh_mesh_measure(w->mesh, state->x, 1, w->J_mean, w->J_min, &m);
+  record->volume = m.volume;
+  record->inverted = m.inverted;
+  record->J_min = m.J_min;
+  record->J_min_tet = m.J_min_tet;
+  record->J_bound = m.J_bound;
   if (!w->team) return;
-  double sums[2] = {record->volume, record->inverted}, least = -record->min_J, tet;
+  double sums[2] = {m.volume, m.inverted}, least[2] = {-m.J_min, -m.J_bound}, tet;
   flesh_team_sum(w->team, 2, sums);
-  flesh_team_largest(w->team, 1, &least);
+  flesh_team_largest(w->team, 2, least);
   /* Of several with that J the first, as on one rank. */
-  tet = -record->min_J == least || isnan(record->min_J) ? -w->team->tets[record->min_J_tet] : -INFINITY;
+  tet = -m.J_min == least[0] || isnan(m.J_min) ? -w->team->tets[m.J_min_tet] : -INFINITY;
   flesh_team_largest(w->team, 1, &tet);
   record->volume = sums[0];
   record->inverted = (int)sums[1];
-  record->min_J = -least;
-  record->min_J_tet = (int)-tet;
+  record->J_min = -least[0];
+  record->J_min_tet = (int)-tet;
+  record->J_bound = -least[1];
 }
 
 /* As histories ask for them, of all ranks. */
@@ -110,7 +120,8 @@ static int call_observers(watch *w, const flesh_integrator *integrator, int step
                               .energies = w->energies,
                               .rest_energies = w->rest_energies,
                               .rest_volume = w->rest_volume,
-                              .J = w->J,
+                              .tet_J_mean = w->J_mean,
+                              .tet_J_min = w->J_min,
                               .proximity = integrator->watch.proximity,
                               .reports = w->reports};
   const flesh_point point = {.t = state->t, .load = 1, .x = state->x, .v = state->v, .a = w->zeros,

@@ -23,7 +23,7 @@ the_comparison_ends_well() {
 }
 
 the_table_has_the_promised_columns() {
-  has out/drift.csv '^scene,energy,poisson,constants,tets,status,max_volume_drift,final_volume_drift,rest_volume_ratio,rest_volume_ratio_theory,min_J,max_inverted,newton_per_step,linear_per_newton,wall_s,failed_at' &&
+  has out/drift.csv '^scene,energy,poisson,constants,tets,status,max_volume_drift,final_volume_drift,rest_volume_ratio,rest_volume_ratio_theory,J_min,max_inverted,newton_per_step,linear_per_newton,wall_s,failed_at' &&
     [ "$(lines out/drift.csv)" -eq 9 ] && # B, D raw, D as_e, S; guarded and plain
     [ "$(value tets S matched 0.45 guarded)" = 1474 ]
 }

@@ -39,7 +39,7 @@ size() {
 a_run_is_drawn() {
   expect 0 "$flesh" snap soft --out a.png --width 200 --picture-height 120 || return 1
   has stdout.txt 'soft: frame 6, t = 0.1 s' && has stdout.txt 'up: (0, 0, 1), against gravity' &&
-    has stdout.txt 'colours: volume ratio J = det F from 0.99 to 1.01; there is 0.99.* to 1.00' &&
+    has stdout.txt 'colours: volume ratio J_mean from 0.99 to 1.01; there is 0.99.* to 1.00' &&
     has stdout.txt 'picture: a.png' || return 1
   [ "$(size a.png)" = '324 176' ] || { size a.png; return 1; }
   expect 0 "$flesh" snap soft --out a2.png --width 200 --picture-height 120 --frame 6 && cmp a.png a2.png || return 1

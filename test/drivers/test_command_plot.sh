@@ -77,21 +77,21 @@ END
 }
 
 a_script_draws_it_again() {
-  expect 0 "$flesh" plot one --y min_J --out again.svg --title "it's 100 %; \`touch sign\`" || return 1
+  expect 0 "$flesh" plot one --y J_min --out again.svg --title "it's 100 %; \`touch sign\`" || return 1
   mv again.svg first.svg && gnuplot -d ./again.gp && cmp first.svg again.svg && [ ! -e sign ]
 }
 
 what_is_not_there_is_told() {
   refused 2 'one has no column foo; it has t, step, h, newton, .*, inverted, tip.position_x, .*, clamp.reaction_moment_z$' \
     one --y foo &&
-    refused 2 'one has no column bar; it has t' one --y min_J --x bar &&
-    refused 2 'one has no column law; it has t' one --y min_J --by law &&
+    refused 2 'one has no column bar; it has t' one --y J_min --x bar &&
+    refused 2 'one has no column law; it has t' one --y J_min --by law &&
     refused 2 '^flesh plot: --y is missing; it must be the name of a column$' one &&
     refused 3 'nowhere: cannot be opened' nowhere --y t &&
     refused 3 '\.: this folder has no history.csv' . --y t &&
     refused 2 "out is 'tip.gif'; it must be a file whose name ends in .svg, .png or .pdf" one --y t --out tip.gif &&
     refused 2 'width is 3; it must be 100 to 10000 pixels' one --y t --width 3 &&
-    refused 3 'away/x.svg\|away' one --y min_J --out away/x.svg || return 1
+    refused 3 'away/x.svg\|away' one --y J_min --out away/x.svg || return 1
   printf 't,a\n0,1\n1\n' >short.csv
   refused 3 'short.csv:3: there are 1 fields, but the header names 2' short.csv --y a || return 1
   : >empty.csv

@@ -57,7 +57,7 @@ from report_file import Report, vtu_array
 report = Report("r.html")
 run, field = report.json["view"]["runs"][0], report.json["view"]["fields"][0]
 tets, frames = report.list(run["mesh"]["tets"]), list(report.frames(run))
-J = vtu_array("soft/frames/frame_000010.vtu", "J")
+J = vtu_array("soft/frames/frame_000010.vtu", "J_mean")
 sums, weights = [0.0] * run["mesh"]["nodes"], [0] * run["mesh"]["nodes"]
 for t, value in enumerate(J):  # Kuhn's tets of equal cells have one volume
     for node in tets[4 * t:4 * t + 4]:

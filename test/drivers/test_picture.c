@@ -395,6 +395,36 @@ static void the_scale_tells_the_extremes(void)
   flesh_mesh_destroy(&mesh);
 }
 
+/* A node on an edge moved by s along it makes J linear in a ten-node tet, 1 +- 4 s at the edge's ends: with s = 0.3 a
+ * corner has J = -0.2, which no point of quadrature sees. The colour is the mean, 1, and nothing is black; with s = 0.6
+ * the points see J < 0. */
+static void what_no_point_sees_is_not_black(void)
+{
+  static const int ends[6][2] = {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}}, n[10] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
+  double X[30] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}, x[30], extremes[2], *values;
+  flesh_mesh *mesh;
+  for (int k = 0; k < 6; k++)
+    for (int d = 0; d < 3; d++) X[3 * (4 + k) + d] = (X[3 * ends[k][0] + d] + X[3 * ends[k][1] + d]) / 2;
+  CHECK_OK(flesh_mesh_create_quadratic(10, X, 1, n, NULL, &mesh));
+  const flesh_body body = {.mesh = mesh};
+  const flesh_picture_panel panel = {.body = &body, .x = x};
+  for (int k = 0; k < 2; k++) {
+    const double s = 0.3 * (k + 1), apart = sqrt(5) / 5; /* of a point from the others along an edge */
+    int inverted;
+    memcpy(x, X, sizeof x);
+    x[12] += s;
+    CHECK_OK(flesh_picture_values(&panel, FLESH_PICTURE_J, &values, extremes));
+    CHECK_NEAR(extremes[0], 1, 1e-14);
+    for (int i = 0; i < 10; i++) CHECK_NEAR(values[i], 1, 1e-14);
+    free(values);
+    CHECK_OK(flesh_picture_is_inverted(&panel, &inverted));
+    CHECK(inverted == k);
+    CHECK_NEAR(flesh_mesh_jacobians(mesh, x, NULL, NULL, NULL), 1 - 4 * s * apart, 1e-14);
+    CHECK_NEAR(flesh_mesh_jacobian_bounds(mesh, x, NULL, NULL, NULL), 1 - 4 * s, 0.05);
+  }
+  flesh_mesh_destroy(&mesh);
+}
+
 /* Where the surface is turned over and where tets are inverted it is dark. */
 static void the_inside_is_darker(void)
 {
@@ -593,6 +623,6 @@ int main(int argc, char **argv)
                    TEST(the_camera_stands_upright), TEST(glass_is_seen_through_from_behind), TEST(flat_and_unshadowed),
                    TEST(shadows_have_straight_edges), TEST(light_rises_smoothly), TEST(obstacles_face_the_body),
                    TEST(marks_are_round), TEST(the_scale_tells_the_extremes), TEST(lines_and_points_are_drawn),
-                   TEST(shadows_fall), TEST(the_inside_is_darker), TEST(values_are_those_of_the_motion),
-                   TEST(curved_faces_are_drawn), TEST(pictures_are_whole_files), TEST(broken_states_are_drawn));
+                   TEST(shadows_fall), TEST(what_no_point_sees_is_not_black), TEST(the_inside_is_darker),
+                   TEST(values_are_those_of_the_motion), TEST(curved_faces_are_drawn), TEST(pictures_are_whole_files), TEST(broken_states_are_drawn));
 }

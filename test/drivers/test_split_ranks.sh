@@ -91,7 +91,7 @@ tets, nodes = [], set()
 for piece in pieces:
     part = arrays(f"split_3/frames/{piece}")
     tets += part["tet"]
-    assert min(part["J"]) > 0 and len(part["J"]) == len(part["tet"]) == len(part["region"])
+    assert min(part["J_min"]) > 0 and len(part["J_min"]) == len(part["tet"]) == len(part["region"])
     for k, node in enumerate(part["node"]):
         assert list(part["Points"][3 * k:3 * k + 3]) == state[node][:3] and \
             list(part["velocity"][3 * k:3 * k + 3]) == state[node][3:], node

@@ -72,6 +72,20 @@ static void sample_jacobian(const map *m, const double *X, const int *n, int ste
   }
 }
 
+/* J of the map at the tet's four points of quadrature: the least and the mean. */
+static void points_of(const map *m, const double *X, const int n[4], double *least, double *mean)
+{
+  const double near = (5 + 3 * sqrt(5)) / 20, far = (5 - sqrt(5)) / 20;
+  *least = INFINITY, *mean = 0;
+  for (int q = 0; q < 4; q++) {
+    double p[3] = {0};
+    for (int c = 0; c < 4; c++)
+      for (int d = 0; d < 3; d++) p[d] += (c == q ? near : far) * X[3 * n[c] + d];
+    const double J = map_jacobian(m, p);
+    *least = fmin(*least, J), *mean += J / 4;
+  }
+}
+
 /* Positions of the mesh under the map. */
 static double *mapped(const flesh_mesh *mesh, const map *m)
 {
@@ -87,12 +101,17 @@ static void volume_and_jacobians_follow_a_quadratic_map(void)
   flesh_mesh *mesh = raised_box(3, 0.15);
   int tets = flesh_mesh_tet_count(mesh), seen_inverted = 0, seen_partly = 0;
   const double *X = flesh_mesh_positions(mesh), *volumes = flesh_mesh_tet_volumes(mesh);
-  double *J = malloc((size_t)tets * sizeof *J);
+  double *J = malloc((size_t)tets * sizeof *J), *J_mean = malloc((size_t)tets * sizeof *J),
+         *J_min = malloc((size_t)tets * sizeof *J);
+  int seen_unseen = 0; /* a bound below 0, of a tet whose points are all right */
   for (int trial = 0; trial < 20; trial++) {
     map m = random_map(0.02 * trial, &seed);
     double *x = mapped(mesh, &m), volume = 0, smallest = INFINITY;
     int worst, inverted, none = 0;
-    double answer = flesh_mesh_jacobians(mesh, x, J, &worst, &inverted);
+    double answer = flesh_mesh_jacobian_bounds(mesh, x, J, &worst, &inverted), smallest_at_points = INFINITY;
+    int worst_at_points, inverted_at_points, none_at_points = 0;
+    const double answer_at_points = flesh_mesh_jacobians(mesh, x, J_min, &worst_at_points, &inverted_at_points);
+    flesh_mesh_mean_jacobians(mesh, x, J_mean);
     for (int t = 0; t < tets; t++) {
       double least, most, mean;
       sample_jacobian(&m, X, flesh_mesh_tets(mesh) + 4 * t, 12, &least, &most, &mean);
@@ -104,13 +123,22 @@ static void volume_and_jacobians_follow_a_quadratic_map(void)
       smallest = fmin(smallest, J[t]);
       none += J[t] <= 0;
       seen_inverted += J[t] <= 0, seen_partly += J[t] <= 0 && mean > 0;
+      double least_at_points, mean_at_points;
+      points_of(&m, X, flesh_mesh_tets(mesh) + 4 * t, &least_at_points, &mean_at_points);
+      CHECK_NEAR(J_min[t], least_at_points, 1e-11 * most);
+      CHECK_NEAR(J_mean[t], mean_at_points, 1e-11 * most);
+      smallest_at_points = fmin(smallest_at_points, J_min[t]);
+      none_at_points += J_min[t] <= 0;
+      seen_unseen += J[t] <= 0 && J_min[t] > 0;
     }
+    CHECK(answer_at_points == smallest_at_points && J_min[worst_at_points] == smallest_at_points);
+    CHECK(inverted_at_points == none_at_points);
     CHECK(answer == smallest && J[worst] == smallest && inverted == none);
     CHECK_NEAR(flesh_mesh_volume(mesh, x), volume, 1e-11 * (1 + fabs(volume)));
     free(x);
   }
-  CHECK(seen_inverted > 100 && seen_partly > 10);
-  free(J);
+  CHECK(seen_inverted > 100 && seen_partly > 10 && seen_unseen > 10);
+  free(J), free(J_mean), free(J_min);
   flesh_mesh_destroy(&mesh);
 }
 
@@ -127,7 +155,8 @@ static void curved_rest_shapes_are_measured(void)
   for (int t = 0; t < tets; t++) ten_nodes(straight, t, ten + 10 * t);
   CHECK_OK(flesh_mesh_create_quadratic(nodes, X, tets, ten, NULL, &mesh));
   double *J = malloc((size_t)tets * sizeof *J), sum = 0;
-  CHECK(flesh_mesh_jacobians(mesh, X, J, &worst, &inverted) == 1 && !inverted);
+  CHECK(flesh_mesh_jacobian_bounds(mesh, X, J, &worst, &inverted) == 1 && !inverted);
+  CHECK(flesh_mesh_jacobians(mesh, X, NULL, &worst, &inverted) == 1 && !inverted);
   for (int t = 0; t < tets; t++) {
     double least, most, mean;
     sample_jacobian(&m, flesh_mesh_positions(straight), ten + 10 * t, 4, &least, &most, &mean);
@@ -140,7 +169,7 @@ static void curved_rest_shapes_are_measured(void)
   CHECK_NEAR(flesh_mesh_volume(mesh, X), sum, 1e-13);
   /* From the curved shape to another image of the same straight one: J is the quotient of both. */
   double *x = mapped(straight, &n);
-  flesh_mesh_jacobians(mesh, x, J, NULL, NULL);
+  flesh_mesh_jacobian_bounds(mesh, x, J, NULL, NULL);
   for (int t = 0; t < tets; t++) {
     double least = INFINITY, most = 0;
     for (int i = 0; i <= 12; i++)
@@ -158,10 +187,10 @@ static void curved_rest_shapes_are_measured(void)
   }
   for (int i = 0; i < 3 * nodes; i++) x[i] = 2 * X[i];
   for (int d = 0; d < nodes; d++) x[3 * d] *= -1;
-  CHECK_NEAR(flesh_mesh_jacobians(mesh, x, J, NULL, &inverted), -8, 1e-9);
+  CHECK_NEAR(flesh_mesh_jacobian_bounds(mesh, x, J, NULL, &inverted), -8, 1e-9);
   CHECK(inverted == tets);
   x[3 * ten[9]] = NAN;
-  CHECK(isnan(flesh_mesh_jacobians(mesh, x, J, &worst, NULL)) && isnan(J[worst]));
+  CHECK(isnan(flesh_mesh_jacobian_bounds(mesh, x, J, &worst, NULL)) && isnan(J[worst]));
   free(X), free(x), free(ten), free(J);
   flesh_mesh_destroy(&straight);
   flesh_mesh_destroy(&mesh);
@@ -234,7 +263,7 @@ static void inversion_inside_is_found(void)
           least = fmin(least, J), most = fmax(most, fabs(J));
           if (i == steps || j == steps || k == steps || i + j + k == 0) corners = fmin(corners, J);
         }
-    double J = flesh_mesh_jacobians(mesh, x, NULL, NULL, NULL);
+    double J = flesh_mesh_jacobian_bounds(mesh, x, NULL, NULL, NULL);
     CHECK(J <= least + 1e-12);
     CHECK_BELOW(least - J, 0.03 * (most + 1));
     hidden += corners > 0 && J <= 0;

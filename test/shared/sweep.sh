@@ -31,7 +31,7 @@ spec() {
   printf '%s\n' "$@" >>spec.yaml
 }
 
-same_figures=id,status,exit_code,message,steps,newton,linear,residuals,residual,max_volume_drift,min_J,energy_total
+same_figures=id,status,exit_code,message,steps,newton,linear,residuals,residual,max_volume_drift,J_min,energy_total
 # figures DB: what does not depend on time or machine, bit for bit.
 figures() { "$flesh" sweep export "$1" --columns "$same_figures"; }
 # ask DB COLUMNS [CONDITION]: without the header.

@@ -230,13 +230,13 @@ static void the_history_has_a_row_per_step(void)
   CHECK(!strcmp(header,
                 "t,step,h,newton,linear,assemblies,projections,backtracks,residual,residual_target,"
                 "energy_inertia,energy_elasticity,energy_gravity,energy_gravity_2,energy_gravity_3,"
-                "energy_total,volume,volume_ratio,min_J,min_J_tet,inverted\n"));
+                "energy_total,volume,volume_ratio,J_min,J_min_tet,J_bound,inverted\n"));
   const char *columns[32];
   int rows = 0;
   double value[32] = {0};
   for (; fgets(line, sizeof line, stream); rows++) {
-    CHECK(split(line, columns, 32) == 21);
-    for (int c = 0; c < 21; c++) value[c] = strtod(columns[c], NULL);
+    CHECK(split(line, columns, 32) == 22);
+    for (int c = 0; c < 22; c++) value[c] = strtod(columns[c], NULL);
     if (!rows)
       CHECK_NEAR(value[11], 0, 1e-9); /* elastic energy relative to rest: S is not 0 there */
     CHECK_NEAR(value[15], value[10] + value[11] + value[12] + value[13] + value[14], 1e-9);
@@ -250,7 +250,7 @@ static void the_history_has_a_row_per_step(void)
   CHECK(value[17] == value[16] / flesh_mesh_volume(b.mesh, flesh_mesh_positions(b.mesh)));
   int worst, inverted;
   CHECK(value[18] == flesh_mesh_jacobians(b.mesh, b.state.x, NULL, &worst, &inverted));
-  CHECK(value[19] == worst && value[20] == inverted);
+  CHECK(value[19] == worst && value[20] == value[18] && value[21] == inverted);
   CHECK(value[3] > 0 && value[8] <= value[9]);
   const double *v = b.state.v;
   double mass[16], kinetic = 0;

@@ -37,11 +37,11 @@ class MeshInfo(Record):
 
 
 class Jacobians(NamedTuple):
-    """J = (volume now) / (volume at rest) of the tets of a mesh."""
+    """J = det F of the tets of a mesh: the least values at points of quadrature, or lower bounds in whole tets."""
     J: np.ndarray  # [tets]
     least: float  # the smallest; NaN where one is NaN
     worst: int  # its tet
-    inverted: int  # tets without J > 0
+    not_positive: int  # tets without J > 0: inverted ones, where J is that of points of quadrature
 
 
 class Mesh(Const):
@@ -205,12 +205,25 @@ class Mesh(Const):
         """Volume with the nodes at `x` [nodes, 3], m^3: the sum of the signed volumes of the tets."""
         return lib.flesh_mesh_volume(self._pointer, pointer(self._at(x)))
 
-    def jacobians(self, x) -> Jacobians:
-        """J of every tet with the nodes at `x` [nodes, 3]; at order 2 a bound of the smallest det F in it."""
+    def _jacobians(self, function, x):
         J = np.empty(self.tet_count)
-        worst, inverted = ffi.new("int *"), ffi.new("int *")
-        least = lib.flesh_mesh_jacobians(self._pointer, pointer(self._at(x)), pointer(J), worst, inverted)
-        return Jacobians(J, least, worst[0], inverted[0])
+        worst, not_positive = ffi.new("int *"), ffi.new("int *")
+        least = function(self._pointer, pointer(self._at(x)), pointer(J), worst, not_positive)
+        return Jacobians(J, least, worst[0], not_positive[0])
+
+    def jacobians(self, x) -> Jacobians:
+        """The least J = det F at a point of quadrature of every tet, with the nodes at `x` [nodes, 3]."""
+        return self._jacobians(lib.flesh_mesh_jacobians, x)
+
+    def jacobian_bounds(self, x) -> Jacobians:
+        """A lower bound of J = det F anywhere in every tet; with four nodes J itself."""
+        return self._jacobians(lib.flesh_mesh_jacobian_bounds, x)
+
+    def mean_jacobians(self, x) -> np.ndarray:
+        """[tets] The mean of J = det F over the points of quadrature of every tet."""
+        J = np.empty(self.tet_count)
+        lib.flesh_mesh_mean_jacobians(self._pointer, pointer(self._at(x)), pointer(J))
+        return J
 
     def distance_from_rest(self, x) -> float:
         """Largest distance of a node at `x` [nodes, 3] from rest after the best rigid fit, over the longest side."""

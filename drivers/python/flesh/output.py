@@ -27,14 +27,16 @@ class StepRecord(NamedTuple):
     last: bool  # the run ends here
     x: np.ndarray  # [nodes, 3] m
     v: np.ndarray  # [nodes, 3] m/s
-    J: np.ndarray  # [tets] volume now over volume at rest
+    tet_J_mean: np.ndarray  # [tets] mean of J = det F over the tet's points of quadrature
+    tet_J_min: np.ndarray  # [tets] least J at a point of quadrature
     energies: np.ndarray  # [effects] J
     rest_energies: np.ndarray  # [effects] J, of those whose energy at rest is only the formula's constant; else 0
     volume: float  # m^3
     rest_volume: float  # m^3
-    min_J: float
-    min_J_tet: int
-    inverted: int  # tets with J <= 0
+    J_min: float  # the least of tet_J_min
+    J_min_tet: int
+    J_bound: float  # lower bound of J anywhere in a tet
+    inverted: int  # tets with J <= 0 at a point of quadrature
     stats: SolveStats
 
     @classmethod
@@ -44,9 +46,10 @@ class StepRecord(NamedTuple):
         def copy(address, shape):
             return view(address, shape, "double", None).copy()
         return cls(record.step, record.state.t, record.h, bool(record.last), copy(record.state.x, nodes),
-                   copy(record.state.v, nodes), copy(record.J, (mesh.tet_count,)), copy(record.energies, (effects,)),
-                   copy(record.rest_energies, (effects,)), record.volume, record.rest_volume, record.min_J,
-                   record.min_J_tet, record.inverted, SolveStats(record.stats))
+                   copy(record.state.v, nodes), copy(record.tet_J_mean, (mesh.tet_count,)),
+                   copy(record.tet_J_min, (mesh.tet_count,)), copy(record.energies, (effects,)),
+                   copy(record.rest_energies, (effects,)), record.volume, record.rest_volume, record.J_min,
+                   record.J_min_tet, record.J_bound, record.inverted, SolveStats(record.stats))
 
 
 class _File(Handle):

@@ -351,7 +351,7 @@ class View {
       this.words.textContent =
         told.quantity +
         (told.most ? `; there is ${show(told.most[0] / told.unit, 4)} to ${show(told.most[1] / told.unit, 4)}` : '') +
-        '; tets with J ≤ 0 are black';
+        '; inverted tets are black';
     }
     this.refresh();
   }

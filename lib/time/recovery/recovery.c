@@ -31,8 +31,8 @@ size_t flesh_recovery_memory(const flesh_recovery *self)
 
 int flesh_recovery_is_tangled(flesh_recovery *self, const double *x)
 {
-  int inverted;
-  flesh_mesh_jacobians(self->mesh, x, NULL, NULL, &inverted);
+  int inverted; /* anywhere in a tet */
+  flesh_mesh_jacobian_bounds(self->mesh, x, NULL, NULL, &inverted);
   const int left = self->tangled && flesh_mesh_may_be_tangled(self->mesh, x);
   double counts[] = {inverted, flesh_mesh_tet_count(self->mesh), left};
   flesh_team_sum(self->team, 3, counts);

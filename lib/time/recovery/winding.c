@@ -200,7 +200,7 @@ int flesh_mesh_may_be_tangled(const flesh_mesh *mesh, const double *x)
     if (!(J > 0) || !(I_C * I_C * I_C < least * least * least * J * J) || I_C < collapsed) return 1;
   }
   for (int t = 0; flesh_mesh_order(mesh) == 2 && t < flesh_mesh_tet_count(mesh); t++)
-    if (!(flesh_mesh_tet_jacobian(mesh, x, t) > 0)) return 1;
+    if (!(flesh_mesh_tet_jacobian_bound(mesh, x, t) > 0)) return 1;
   return 0;
 }
 
@@ -238,7 +238,7 @@ int flesh_winding_find(flesh_winding *self, const double *x, const uint8_t **tan
   /* Inverted where no piece shows it. */
   for (int p = 0; flesh_mesh_order(self->mesh) == 2 && p < pieces;) {
     const int t = flesh_mesh_piece_tet(self->mesh, p), own = flesh_mesh_is_quadratic(self->mesh, t) ? 8 : 1;
-    if (flesh_mesh_tet_jacobian(self->mesh, x, t) <= 0) memset(self->tangled + p, 1, (size_t)own);
+    if (flesh_mesh_tet_jacobian_bound(self->mesh, x, t) <= 0) memset(self->tangled + p, 1, (size_t)own);
     p += own;
   }
   for (int t = 0; t < pieces; t++) count += self->tangled[t];

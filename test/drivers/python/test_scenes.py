@@ -150,7 +150,8 @@ def test_the_iterator_is_the_loop(folder):
     assert [record.step for record in records] == list(range(7)) and records[-1].last and not records[0].h
     assert all(np.array_equal(one.x, two.x) and one.t == two.t for one, two in zip(records, observed))
     assert np.array_equal(records[-1].x, end.x) and records[3].stats.newton == observed[3].stats.newton > 0
-    assert records[-1].J.shape == (192,) and records[-1].min_J == records[-1].J.min()
+    assert records[-1].tet_J_min.shape == (192,) and records[-1].J_min == records[-1].tet_J_min.min()
+    assert np.array_equal(records[-1].tet_J_mean, records[-1].tet_J_min) and records[-1].J_bound == records[-1].J_min
     assert records[-1].volume == pytest.approx(scene.mesh.volume(end.x), rel=1e-14)
     assert np.allclose(records[-1].energies, scene.system.energies(end.x, end.v), rtol=1e-12)
 
