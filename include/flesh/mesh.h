@@ -143,11 +143,11 @@ FLESH_API void flesh_mesh_inspect(const flesh_mesh *mesh, flesh_mesh_info *info)
 /* Sum of the signed volumes of all tets, curved ones at order 2; nodes at `x` [3*nodes], m^3. */
 FLESH_API double flesh_mesh_volume(const flesh_mesh *mesh, const double *x);
 
-/* J = det F in the tets with nodes at `x` [3*nodes], F the deformation gradient from the rest shape. In a tet of four
- * nodes J is one number. In a tet of ten nodes J varies, and three numbers are told apart: the least J at its four points
- * of quadrature, which is all that its element sees; the mean of J over them by their volumes at rest, which is the
- * deformed volume over that at rest up to the error of the quadrature; and a bound of J anywhere in the tet. At the rest
- * positions each is 1 to the last bit. */
+/* J = det F in the tets with nodes at `x` [3*nodes], F the deformation gradient from the rest shape. In a
+ * tet of four nodes J is one number. In a tet of ten nodes J varies, and three numbers are told apart: the
+ * least J at its four points of quadrature, which is all that its element sees; the mean of J over them by
+ * their volumes at rest, which is the deformed volume over that at rest up to the error of the quadrature;
+ * and a bound of J anywhere in the tet. At the rest positions each is 1 to the last bit. */
 
 /* The least J at a point of quadrature of every tet into J [tets] (may be NULL). Returns the smallest (NaN when one is
  * NaN), and in *worst (may be NULL) its tet, in *inverted (may be NULL) the number of tets that have a point without
