@@ -136,6 +136,7 @@ int flesh_command_report(int argc, char **argv)
   }
   free(report.shown);
   flesh_report_bytes_free(&report.bytes);
+  flesh_report_bytes_free(&report.still);
   json_decref(report.parts);
   json_decref(report.view);
   json_decref(program);

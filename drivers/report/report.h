@@ -45,6 +45,7 @@ typedef struct flesh_report_shown {
 typedef struct flesh_report {
   json_t *parts;            /* what is read from top to bottom */
   json_t *view;             /* the bodies; null: none */
+  flesh_report_bytes still; /* a PNG of them as they are first seen; empty: none */
   flesh_report_bytes bytes; /* the numbers that `view` speaks of */
   flesh_report_shown *shown;
   int shown_count;

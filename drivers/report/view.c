@@ -8,6 +8,7 @@
 #include "report/csv.h"
 #include "report/part.h"
 #include "report/states.h"
+#include "report/still.h"
 #include "shared/picture.h"
 #include "shared/picture_body.h"
 #include "shared/picture_legend.h"
@@ -38,8 +39,8 @@ static int frame_at(int count, int taken, int k)
   return taken < 2 ? count - 1 : (int)((int64_t)k * (count - 1) / (taken - 1));
 }
 
-/* Limits of the colours and what is to be in the picture, of every frame that is taken. */
-static int fit_runs(const flesh_report *report, flesh_report_states *states,
+/* Limits of the colours and what is to be in the picture, of every frame that is taken, and how far these move. */
+static int fit_runs(const flesh_report *report, flesh_report_states *states, flesh_report_motion *motions,
                     flesh_picture_options options[FIELDS], flesh_picture_frame frames[FIELDS])
 {
   flesh_picture_fit fits[FIELDS];
@@ -54,6 +55,7 @@ static int fit_runs(const flesh_report *report, flesh_report_states *states,
     for (int k = 0; k < taken && !status; k++) {
       flesh_picture_panel panel;
       status = flesh_report_states_load(&states[r], frame_at(states[r].count, taken, k), &panel);
+      if (!status) status = flesh_report_motion_add(&motions[r], taken, &panel);
       for (int f = 0; f < FIELDS && !status; f++) status = flesh_picture_fit_add(&fits[f], &panel);
     }
   }
@@ -185,20 +187,39 @@ static int open_shown(flesh_report *report, flesh_report_states *states)
   return FLESH_OK;
 }
 
+/* The bodies as the page shows them first, in J. */
+static int add_still(flesh_report *report, flesh_report_states *states, const flesh_report_motion *motions, double start,
+                     const flesh_picture_options *options, const flesh_picture_frame *frame)
+{
+  flesh_picture_panel *panels = calloc((size_t)report->shown_count + 1, sizeof *panels);
+  int status = panels ? FLESH_OK : no_memory();
+  for (int r = 0; r < report->shown_count && !status; r++) {
+    const int taken = taken_of(report, states[r].count), frame_there = flesh_report_frame_at(&motions[r], start);
+    status = flesh_report_states_load(&states[r], frame_at(states[r].count, taken, frame_there), &panels[r]);
+  }
+  if (!status) status = flesh_report_draw_still(report, panels, options, frame, &report->still);
+  free(panels);
+  return status;
+}
+
 int flesh_report_make_view(flesh_report *report)
 {
   flesh_picture_options options[FIELDS];
   flesh_picture_frame frames[FIELDS];
   flesh_report_states *states = calloc((size_t)report->shown_count + 1, sizeof *states);
+  flesh_report_motion *motions = calloc((size_t)report->shown_count + 1, sizeof *motions);
   json_decref(report->view);
   report->view = json_pack("{s[]s[]}", "runs", "notes");
   const int wanted = report->shown_count;
-  int status = states && report->view ? open_shown(report, states) : no_memory();
+  int status = states && motions && report->view ? open_shown(report, states) : no_memory();
   if (!status && report->shown_count) {
     flesh_picture_options_default(&options[0]);
     options[0].camera = flesh_scene_outputs(states[0].run.scene)->camera;
     flesh_scene_up(states[0].run.scene, options[0].camera.up);
-    status = fit_runs(report, states, options, frames);
+    status = fit_runs(report, states, motions, options, frames);
+    const double start = status ? 0 : flesh_report_find_start(report->shown_count, motions);
+    json_object_set_new(report->view, "start", json_real(start));
+    if (!status) status = add_still(report, states, motions, start, &options[0], &frames[0]);
     json_t *fields = json_array();
     for (int f = 0; f < FIELDS && !status; f++)
       json_array_append_new(fields, describe_field(options[f].field, &frames[f]));
@@ -208,6 +229,8 @@ int flesh_report_make_view(flesh_report *report)
   for (int r = 0; r < report->shown_count && !status; r++)
     status = add_run(report, states, r, frames);
   for (int r = 0; states && r < wanted; r++) flesh_report_states_close(&states[r]);
+  for (int r = 0; motions && r < wanted; r++) flesh_report_motion_close(&motions[r]);
   free(states);
+  free(motions);
   return status;
 }

@@ -37,6 +37,22 @@ static size_t print_base64(FILE *stream, const unsigned char *data, size_t size)
   return (size + 2) / 3 * 4;
 }
 
+static size_t print_between(FILE *stream, const char *begin, const char *end)
+{
+  return fwrite(begin, 1, (size_t)(end - begin), stream);
+}
+
+/* An element, or nothing where there is no picture. */
+static size_t print_still(FILE *stream, const flesh_report_bytes *still)
+{
+  static const char begin[] = "<img id=\"still\" alt=\"The bodies as they are first seen\" src=\"data:image/png;base64,",
+                    end[] = "\">\n";
+  if (!still->size) return 0;
+  size_t printed = print_between(stream, begin, begin + strlen(begin));
+  printed += print_base64(stream, still->data, still->size);
+  return printed + print_between(stream, end, end + strlen(end));
+}
+
 /* The length of the JSON as text of twelve digits, the JSON, the numbers; deflated into *packed
  * (new). */
 static int pack(const flesh_report *report, json_t *head, unsigned char **packed, size_t *size)
@@ -69,20 +85,21 @@ static int pack(const flesh_report *report, json_t *head, unsigned char **packed
 int flesh_report_write(const flesh_report *report, const char *title, json_t *head,
                        const char *path, size_t *size, size_t *packed)
 {
-  static const char TITLE[] = "@TITLE@", PAYLOAD[] = "@PAYLOAD@";
-  const char *at_title = strstr(flesh_report_page, TITLE), *at_payload = strstr(at_title, PAYLOAD);
-  const char *middle = at_title + strlen(TITLE), *end = at_payload + strlen(PAYLOAD);
+  static const char TITLE[] = "@TITLE@", STILL[] = "@STILL@", PAYLOAD[] = "@PAYLOAD@";
+  const char *at_title = strstr(flesh_report_page, TITLE), *at_still = strstr(at_title, STILL),
+             *at_payload = strstr(at_still, PAYLOAD);
   unsigned char *payload;
   flesh_file file;
   int status = pack(report, head, &payload, packed);
   if (!status) status = flesh_file_open(path, &file);
   if (!status) {
-    *size = strlen(flesh_report_page) - strlen(TITLE) - strlen(PAYLOAD);
-    fwrite(flesh_report_page, 1, (size_t)(at_title - flesh_report_page), file.stream);
+    *size = print_between(file.stream, flesh_report_page, at_title);
     *size += print_escaped(file.stream, title);
-    fwrite(middle, 1, (size_t)(at_payload - middle), file.stream);
+    *size += print_between(file.stream, at_title + strlen(TITLE), at_still);
+    *size += print_still(file.stream, &report->still);
+    *size += print_between(file.stream, at_still + strlen(STILL), at_payload);
     *size += print_base64(file.stream, payload, *packed);
-    fputs(end, file.stream);
+    *size += print_between(file.stream, at_payload + strlen(PAYLOAD), strchr(at_payload, 0));
     status = flesh_file_commit(&file);
   }
   free(payload);

@@ -164,18 +164,6 @@ static cairo_status_t write_bytes(void *stream, const unsigned char *data, unsig
   return fwrite(data, 1, length, stream) == length ? CAIRO_STATUS_SUCCESS : CAIRO_STATUS_WRITE_ERROR;
 }
 
-static int write_png(const char *path, cairo_surface_t *picture)
-{
-  flesh_file file;
-  int status = flesh_file_open(path, &file);
-  if (status) return status;
-  cairo_status_t written = cairo_surface_write_to_png_stream(picture, write_bytes, file.stream);
-  if (!written) return flesh_file_commit(&file);
-  flesh_file_abandon(&file);
-  return flesh_fail(FLESH_ERR_FILE, "%s: could not be written completely: %s", path,
-                    cairo_status_to_string(written));
-}
-
 /* Renders a panel and puts it at (x, y). */
 static int draw_panel(cairo_t *c, double x, double y, const flesh_picture_panel *panel,
                       const flesh_picture_options *options, const flesh_picture_frame *frame)
@@ -204,8 +192,8 @@ static int draw_panel(cairo_t *c, double x, double y, const flesh_picture_panel 
   return status;
 }
 
-int flesh_picture_draw(const char *path, int count, const flesh_picture_panel *panels,
-                       const flesh_picture_options *options, const flesh_picture_frame *frame)
+int flesh_picture_print(FILE *stream, int count, const flesh_picture_panel *panels,
+                        const flesh_picture_options *options, const flesh_picture_frame *frame)
 {
   int columns = options->columns > 0 ? options->columns : count <= 4 ? count : (int)ceil(sqrt(count));
   if (columns > count) columns = count;
@@ -237,12 +225,27 @@ int flesh_picture_draw(const char *path, int count, const flesh_picture_panel *p
                          rows > 1 ? fmax(top + 0.5 * height, 0.5 * FLESH_LEGEND_HEIGHT) : 0.5 * total_height,
                          fmax(height, FLESH_LEGEND_HEIGHT), options->field, frame);
   if (!status && (cairo_status(c) || cairo_surface_status(picture)))
-    status = flesh_fail(FLESH_ERR_MEMORY, "%s: a picture of %d x %d pixels: %s", path, total_width,
-                        total_height, cairo_status_to_string(cairo_status(c)));
+    status = flesh_fail(FLESH_ERR_MEMORY, "a picture of %d x %d pixels: %s", total_width, total_height,
+                        cairo_status_to_string(cairo_status(c)));
   cairo_destroy(c);
-  if (!status) status = write_png(path, picture);
+  const cairo_status_t written =
+      status ? CAIRO_STATUS_SUCCESS : cairo_surface_write_to_png_stream(picture, write_bytes, stream);
+  if (written)
+    status = flesh_fail(FLESH_ERR_FILE, "could not be written completely: %s", cairo_status_to_string(written));
   cairo_surface_destroy(picture);
   return status;
+}
+
+int flesh_picture_draw(const char *path, int count, const flesh_picture_panel *panels,
+                       const flesh_picture_options *options, const flesh_picture_frame *frame)
+{
+  flesh_file file;
+  int status = flesh_file_open(path, &file);
+  if (status) return status;
+  status = flesh_picture_print(file.stream, count, panels, options, frame);
+  if (!status) return flesh_file_commit(&file);
+  flesh_file_abandon(&file);
+  return flesh_fail_within(status, "%s: ", path);
 }
 
 int flesh_picture(const char *path, int count, const flesh_picture_panel *panels,

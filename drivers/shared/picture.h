@@ -3,6 +3,8 @@
 #ifndef FLESH_SHARED_PICTURE_H
 #define FLESH_SHARED_PICTURE_H
 
+#include <stdio.h>
+
 #include "shared/picture_panel.h"
 
 /* J fitted, the default camera, 480 pixels wide, no edges, 3 samples. */
@@ -22,7 +24,10 @@ void flesh_picture_fit_begin(const flesh_picture_options *options, flesh_picture
 int flesh_picture_fit_add(flesh_picture_fit *fit, const flesh_picture_panel *panel);
 void flesh_picture_fit_end(flesh_picture_fit *fit, flesh_picture_frame *frame);
 
-/* Draws the panels side by side into `path` (PNG), whole or not at all. */
+/* Draws the panels side by side and writes a PNG. */
+int flesh_picture_print(FILE *stream, int count, const flesh_picture_panel *panels,
+                        const flesh_picture_options *options, const flesh_picture_frame *frame);
+/* The same into the file `path`, whole or not at all. */
 int flesh_picture_draw(const char *path, int count, const flesh_picture_panel *panels,
                        const flesh_picture_options *options, const flesh_picture_frame *frame);
 

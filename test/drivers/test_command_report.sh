@@ -85,7 +85,8 @@ class Parser(html.parser.HTMLParser):
         if tag not in ("meta", "link", "img", "input"):
             self.open.append(tag)
         self.scripts += tag == "script"
-        self.loads += [value for name, value in attributes if name in ("src", "href")]
+        self.loads += [value for name, value in attributes
+                       if name in ("src", "href") and not value.startswith("data:image/png;base64,")]
     def handle_endtag(self, tag):
         assert self.open.pop() == tag, tag
 parser = Parser()
@@ -94,6 +95,30 @@ parser.close()
 assert not parser.open and not parser.loads and parser.scripts == 3, (parser.open, parser.loads, parser.scripts)
 assert "default-src 'none'" in text and "Permission is hereby granted, free of charge" in text
 assert not re.search(r"@[A-Z]+@", text)
+END
+}
+
+# Readers without WebGL or scripts see the bodies as they are first seen: both runs, in colours.
+a_still_picture_is_in_the_page() {
+  python3 - <<'END'
+import base64, re
+from report_file import Report
+report = Report("r.html")
+found = re.search(r'<main id="main">\s*<img id="still" [^>]*src="data:image/png;base64,([A-Za-z0-9+/=]*)">', report.html)
+open("still.png", "wb").write(base64.b64decode(found.group(1)))
+assert report.json["view"]["start"] in report.json["view"]["runs"][0]["times"][1:], report.json["view"]["start"]
+END
+  [ $? -eq 0 ] || return 1
+  python3 - <<'END'
+import struct, zlib
+data = open("still.png", "rb").read()
+width, height = struct.unpack(">II", data[16:24])
+at, packed = 8, b""
+while at < len(data):
+    size, kind = struct.unpack(">I4s", data[at:at + 8])
+    packed += data[at + 8:at + 8 + size] if kind == b"IDAT" else b""
+    at += size + 12
+assert kind == b"IEND" and width > 960 and len(zlib.decompress(packed)) > 3 * width * height, (width, height)
 END
 }
 
@@ -246,6 +271,6 @@ END
 }
 
 run_tests frames_come_back fields_are_those_of_the_pictures the_page_is_whole_and_loads_nothing \
-  words_tables_and_sources_are_there long_histories_are_thinned fewer_frames_are_evenly_taken \
+  a_still_picture_is_in_the_page words_tables_and_sources_are_there long_histories_are_thinned fewer_frames_are_evenly_taken \
   curved_bodies_have_their_lattice runs_without_frames_show_their_states comparisons_are_reported \
   names_from_outside_are_text bad_report_usage_is_refused

@@ -297,9 +297,26 @@ def phones_and_dark_rooms_are_served(page):
     assert not page.log()
 
 
+def a_still_picture_stands_where_webgl_fails(_page):
+    page = chromium.Browser(further=["--disable-3d-apis"])
+    try:
+        load(page, "report.html")
+        width, height = page.run("const still = document.querySelector('#still'), box = still.getBoundingClientRect();"
+                                 "return [Math.min(still.naturalWidth, box.width), Math.min(still.naturalHeight, box.height)]")
+        assert width > 700 and height > 200, (width, height)
+        assert page.run("return document.querySelectorAll('canvas, #time, #colours').length") == 0
+        assert "needs WebGL 2" in page.run("return document.querySelector('#view .note').textContent")
+        *_, rows = page.picture("#still")
+        assert len({pixel for row in rows for pixel in row}) > 100, "the bodies are seen"
+        assert page.run("return document.querySelectorAll('svg.plot').length") > 0
+    finally:
+        page.close()
+
+
 TESTS = [reports_open_without_a_word, comparisons_open_without_a_word, the_slider_moves_what_is_seen,
          keys_do_everything, colours_are_those_of_snap, light_keeps_colours_apart, a_section_takes_half_away,
-         tables_sort_and_plots_read_out, phones_and_dark_rooms_are_served]
+         tables_sort_and_plots_read_out, phones_and_dark_rooms_are_served,
+         a_still_picture_stands_where_webgl_fails]
 
 
 def main():

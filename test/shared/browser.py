@@ -23,7 +23,7 @@ KEYS = {"Space": "\ue00d", "End": "\ue010", "Home": "\ue011", "Left": "\ue012", 
 
 
 class Browser:
-    def __init__(self, width=1280, height=900):
+    def __init__(self, width=1280, height=900, further=()):
         self.driver = subprocess.Popen(["chromedriver", "--port=0"], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                                        text=True)
         self.url = None
@@ -35,7 +35,7 @@ class Browser:
         options = {"binary": CHROMIUM, "args": [
             "--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--use-angle=swiftshader",
             "--enable-unsafe-swiftshader", "--hide-scrollbars", "--force-device-scale-factor=1",
-            f"--window-size={width},{height}"]}
+            f"--window-size={width},{height}", *further]}
         made = self.ask("POST", "/session", {"capabilities": {"alwaysMatch": {
             "browserName": "chrome", "goog:chromeOptions": options, "goog:loggingPrefs": {"browser": "ALL"}}}})
         self.url += f"/session/{made['sessionId']}"

@@ -23,33 +23,8 @@ class View {
     this.ranges = told.fields.map((field) => [field.low, field.high]);
     this.palettes = told.fields.map((field) => makeColours(field.palette));
     this.bounds = this.findBounds();
-    this.state.step = this.findStart();
+    this.state.step = Math.max(this.times.indexOf(told.start), 0);
     this.build();
-  }
-
-  /* Of the times that most runs have the one when the bodies are farthest from where they began: that is worth to be
-   * seen first. */
-  findStart() {
-    const away = new Float64Array(this.times.length),
-      count = new Int32Array(this.times.length);
-    for (const body of this.bodies) {
-      const own = body.frames.map((frame) => {
-        let sum = 0;
-        for (let k = 0; k < 3 * body.mesh.nodes; k++) sum += (frame.values[k] - body.frames[0].values[k]) ** 2;
-        return sum;
-      });
-      const most = Math.max(...own) || 1;
-      body.told.times.forEach((time, k) => {
-        const step = this.times.indexOf(time);
-        away[step] += own[k] / most;
-        count[step]++;
-      });
-    }
-    const common = Math.max(...count);
-    let best = 0;
-    for (let step = 0; step < this.times.length; step++)
-      if (count[step] === common && (count[best] < common || away[step] > away[best])) best = step;
-    return best;
   }
 
   /* The box about all that is ever taken. */
@@ -75,23 +50,17 @@ class View {
     });
     this.names = this.told.runs.map((run) => element('div', { class: 'name' }, run.name));
     this.frameBox = element('div', { class: 'stage' }, this.canvas, ...this.names);
-    this.root = element(
-      'section',
-      { id: 'view', 'aria-labelledby': 'view-title' },
-      element('h2', { id: 'view-title' }, 'In three dimensions'),
-      this.frameBox,
-      this.makeTime(),
-      this.makeScale(),
-      this.makeSwitches(),
-      this.makeKeys(),
-      ...this.told.notes.map((note) => element('p', { class: 'note' }, note)),
-    );
+    const notes = this.told.notes.map((note) => element('p', { class: 'note' }, note)),
+      title = element('h2', { id: 'view-title' }, 'In three dimensions');
+    this.root = element('section', { id: 'view', 'aria-labelledby': 'view-title' }, title);
     try {
       this.stage = new Stage(this.canvas, this.told.camera, this.bodies);
     } catch (error) {
-      this.frameBox.replaceChildren(element('p', { class: 'note' }, `The 3D view needs WebGL 2: ${error.message}`));
+      const words = `The 3D view needs WebGL 2 (${error.message.replace(/\.$/, '')}). A still picture stands in its place.`;
+      this.root.append(element('p', { class: 'note' }, words), document.getElementById('still'), ...notes);
       return;
     }
+    this.root.append(this.frameBox, this.makeTime(), this.makeScale(), this.makeSwitches(), this.makeKeys(), ...notes);
     this.stage.controls.addEventListener('change', () => this.ask());
     new ResizeObserver(() => this.ask()).observe(this.frameBox);
     matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.ask());
