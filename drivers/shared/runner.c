@@ -397,6 +397,8 @@ static void close_running(flesh_running *r)
   free(r->own.v);
   free(r->own.internal);
   free(r->own.multipliers);
+  free(r->stage.x);
+  free(r->stage.v);
   flesh_proximity_clear(&r->proximity);
   free(r->J_mean);
   free(r->J_min);

@@ -21,17 +21,21 @@ int flesh_running_share(flesh_running *r)
 {
   const flesh_ranks *ranks = r->options->ranks;
   const size_t unknowns = (size_t)flesh_system_unknowns(flesh_ranks_system(ranks, r->scene));
-  const size_t tets = flesh_running_is_split(r) ? 0 : (size_t)flesh_mesh_tet_count(flesh_scene_mesh(r->scene));
+  const size_t tets = (size_t)flesh_mesh_tet_count(flesh_scene_mesh(r->scene));
   r->own.x = malloc(sizeof(double) * unknowns + 1);
   r->own.v = malloc(sizeof(double) * unknowns + 1);
   r->own.internal_count = flesh_system_internal_count(flesh_scene_system(r->scene)); /* all ranks have all */
   r->own.multiplier_count = flesh_system_multiplier_count(flesh_ranks_system(ranks, r->scene));
   r->own.multipliers = calloc((size_t)r->own.multiplier_count + 1, sizeof(double));
   r->own.internal = calloc((size_t)r->own.internal_count + 1, sizeof(double));
-  r->J_mean = flesh_ranks_first(ranks) ? malloc(sizeof(double) * tets + 1) : NULL;
-  r->J_min = flesh_ranks_first(ranks) ? malloc(sizeof(double) * tets + 1) : NULL;
-  if (!r->own.x || !r->own.v || !r->own.internal || !r->own.multipliers ||
-      (flesh_ranks_first(ranks) && (!r->J_mean || !r->J_min)))
+  const int gathers = flesh_ranks_first(ranks) && !flesh_running_is_split(r);
+  const size_t whole = gathers ? (size_t)flesh_system_unknowns(flesh_scene_system(r->scene)) : 0;
+  r->stage.x = malloc(sizeof(double) * whole + 1);
+  r->stage.v = malloc(sizeof(double) * whole + 1);
+  r->J_mean = malloc(sizeof(double) * (gathers ? tets : 0) + 1);
+  r->J_min = malloc(sizeof(double) * (gathers ? tets : 0) + 1);
+  if (!r->own.x || !r->own.v || !r->own.internal || !r->own.multipliers || !r->stage.x || !r->stage.v || !r->J_mean ||
+      !r->J_min)
     return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   flesh_scene_share_start(ranks->share, &r->own);
   return flesh_ranks_first(ranks) ? flesh_proximity_create(flesh_scene_system(r->scene), NULL, &r->proximity) : FLESH_OK;
@@ -157,10 +161,12 @@ static int observe_gathered(flesh_running *r, const flesh_step_record *record)
   for (int k = 0; k < r->own.internal_count; k++) r->state.internal[k] = r->own.internal[k];
   int changed;
   if (record->step) hold_unused(mesh, &r->state);
+  if (record->stage != record->state) hold_unused(mesh, &r->stage);
   flesh_mesh_mean_jacobians(mesh, r->state.x, r->J_mean);
   flesh_mesh_jacobians(mesh, r->state.x, r->J_min, NULL, NULL);
   whole.system = flesh_scene_system(r->scene);
   whole.state = &r->state;
+  whole.stage = record->stage == record->state ? &r->state : &r->stage;
   whole.tet_J_mean = r->J_mean;
   whole.tet_J_min = r->J_min;
   whole.proximity = &r->proximity;
@@ -171,12 +177,18 @@ static int observe_gathered(flesh_running *r, const flesh_step_record *record)
   return status;
 }
 
+static void gather(const flesh_ranks *ranks, const flesh_state *part, flesh_state *whole)
+{
+  whole->t = part->t;
+  flesh_gather_vector(ranks->gather, part->x, whole->x);
+  flesh_gather_vector(ranks->gather, part->v, whole->v);
+}
+
 static int observe_whole(flesh_running *r, const flesh_step_record *record)
 {
   const flesh_ranks *ranks = r->options->ranks;
-  r->state.t = record->state->t;
-  flesh_gather_vector(ranks->gather, record->state->x, r->state.x);
-  flesh_gather_vector(ranks->gather, record->state->v, r->state.v);
+  gather(ranks, record->state, &r->state);
+  if (record->stage != record->state) gather(ranks, record->stage, &r->stage);
   if (r->own.multiplier_count) flesh_gather_numbers(ranks->tets, r->own.multipliers, r->state.multipliers);
   return flesh_ranks_first(ranks) ? observe_gathered(r, record) : FLESH_OK;
 }

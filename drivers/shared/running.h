@@ -24,9 +24,10 @@ typedef struct flesh_running {
   flesh_skin_frames *skin_frames;
   flesh_integrator *integrator;
   flesh_state state; /* of the whole; on ranks but the first t alone */
-  /* On ranks, with the next three: this one's part of the state. */
+  /* On ranks, with the next four: this one's part of the state. */
   flesh_state own;
-  double *J_mean, *J_min; /* [tets] of the whole, on the first, as is what its effects know of nodes near each other */
+  flesh_state stage; /* of the whole, on the first, as is what follows */
+  double *J_mean, *J_min; /* [tets]; and what the whole's effects know of nodes near each other */
   flesh_proximity proximity;
   int observer_count;
   const flesh_observer *observers; /* of the whole, on the first */

@@ -50,7 +50,7 @@
  *   internal       integrators, which update internal variables after every accepted step
  *
  * What cannot be written as a potential (the normal force behind friction, a damping matrix that
- * depends on the shape, a load that follows the surface) is lagged: evaluated at the last accepted
+ * depends on the shape, a load that follows the surface) is lagged: evaluated at an earlier
  * state, x_lag and v_lag, which residual, Jacobian and potential treat as constants, so that they
  * stay symmetric and consistent. IDA and the right-hand side of an ODE lag nothing: there the lagged
  * state is the point's own, and the effect is evaluated without approximation.
@@ -98,8 +98,9 @@ struct flesh_separation;
 /* Where the effects are evaluated. `load` in [0,1] scales the external loads (1 except while a
  * static solve raises its load in increments).
  *
- * x_lag and v_lag are the last accepted state: the start of the step, or the last load increment
- * (at rest), at t_lag. They are x, v and t themselves where nothing is lagged. Effects never see
+ * x_lag and v_lag are, at t_lag, where the forces of the last step balanced: the start of the step, for
+ * methods that balance before a step's end (midpoint, HHT) a state before it; in statics the last load
+ * increment, at rest. They are x, v and t themselves where nothing is lagged. Effects never see
  * NULL; in a point handed to a flesh_system_ function NULL stands for x (and then t) and v.
  *
  * An effect may hand its work to `threads` (borrowed, or NULL); what it returns must not depend on

@@ -19,6 +19,9 @@ typedef struct flesh_step_record {
   double h; /* s; 0 at the start */
   const flesh_system *system;
   const flesh_state *state;
+  /* t, x and v where the forces of the step balance, which contact is reported of: before the step's end for methods
+   * that balance there (midpoint, HHT, the first step of BDF2); else the state itself. */
+  const flesh_state *stage;
   const flesh_solve_stats *stats; /* of this step; zeros at the start */
   const double *energies;         /* [effects], J, at the state */
   /* [effects], J, of the effects whose energy at the mesh's rest shape is only the formula's
@@ -47,7 +50,7 @@ typedef struct flesh_observer {
  * relative to rest; a second effect of a name is energy_<effect>_2), volume [m^3], volume_ratio,
  * J_min, J_min_tet, J_bound, inverted, and what effects report of themselves: contact_gap [m] (the smallest
  * distance, at most the thickness), contact_nodes (nearer than that), contact_force [N] (size of
- * the sum of their normal forces); of a weld that breaks weld_broken (of its area), weld_released [J] and
+ * the sum of their normal forces), all three of the step's stage; of a weld that breaks weld_broken (of its area), weld_released [J] and
  * weld_traction (the largest that counts of what holds) [Pa]. Numbers read back exactly. */
 typedef struct flesh_history flesh_history;
 /* Opens the file; borrows the rest. Returns new. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY,
@@ -82,7 +85,7 @@ FLESH_API int flesh_frames_create(const char *directory, const flesh_mesh *mesh,
  *   pressure        Pa, minus a third of the trace of the stress of that place
  *   energy_density  J/m^3 of volume at rest, strain energy from rest
  *   reaction        N on the body, at nodes: as flesh_probe's (flesh/probe.h) before it is summed up
- *   contact_force   N on the body, at nodes
+ *   contact_force   N on the body, at nodes, of the step's stage
  *
  * Of a tet: stress is the mean over its volume, the rest over its volume at rest. At a node: the mean
  * over its tets, by their volume at rest and whatever their material; stress and stretch of a tet of

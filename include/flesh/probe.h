@@ -22,7 +22,8 @@ extern "C" {
  *                  (flesh_effect_figures: the fibres of muscles); of nodes its mean over the tets' volume
  *   energy         strain energy from rest: of a point its density per rest volume [J/m^3], of nodes
  *                  that of their tets [J]
- *   contact_force  force [N] on the nodes, of all effects of FLESH_ROLE_CONTACT, and its moment [N m]
+ *   contact_force  force [N] on the nodes, of all effects of FLESH_ROLE_CONTACT, and its moment [N m],
+ *                  at the step's stage (flesh_step_record)
  *
  * Integrals over a tet are those of its element. A value that does not exist (the stress of a form
  * that needs J > 0 at J <= 0) is NaN.

@@ -115,7 +115,7 @@ typedef struct flesh_solver_options {
   int threads;
   /* How often at most a step in time is solved, each time with what is lagged (normal forces and
    * directions behind friction, follower loads) as the last solve's end has it, until that changes
-   * no residual by more than the tolerance; 1: it is what the step began with. The adaptive methods
+   * no residual by more than the tolerance; 1: it is that of the step before. The adaptive methods
    * lag nothing, and statics repeats follower loads anyway. */
   int lag_iterations;
 } flesh_solver_options;
@@ -134,9 +134,13 @@ typedef struct flesh_stage {
   flesh_shift shift; /* sx, sv, sa; its `filter` is not read (the options decide) */
   /* Base of the point, borrowed until the next stage; v0 and a0 may be NULL for zero. */
   const double *x0, *v0, *a0;
-  /* The point's lagged state: where the step starts, borrowed too; NULL: x0 (at t), v0 or rest. */
+  /* The point's lagged state, borrowed too; NULL: x0 (at t), v0 or rest. */
   const double *x_lag, *v_lag;
   double t_lag;
+  /* Where the step starts, from which obstacles must leave the way to the point free; borrowed; NULL: the
+   * lagged state. */
+  const double *x_from;
+  double t_from;
   /* Where effects freeze what has no potential (flesh_point): 0: where the stage starts, at x0 and
    * v0, as for backward Euler; 1: where flesh_problem_freeze says, x0 and v0 before that. */
   int frozen_at_solution;

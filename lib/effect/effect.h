@@ -48,6 +48,13 @@ static inline int flesh_effect_has_trait(const flesh_effect *effect, flesh_trait
   return (effect->operations->traits & (unsigned)trait) != 0;
 }
 
+/* Contact is reported where the forces of a step balance: between these stages, the ends of steps may lie deep in the
+ * barrier or out of it, and the forces there do not average to those that moved the body. */
+static inline int flesh_effect_reports_stage(const flesh_effect *effect)
+{
+  return effect->operations->role == FLESH_ROLE_CONTACT;
+}
+
 /* Parts of an interval [from, until) as the next event after t. */
 double flesh_interval_next_event(double from, double until, double t);
 

@@ -124,6 +124,7 @@ int flesh_equations_set_stage(flesh_equations *self, const flesh_stage *stage)
   self->stage = *stage;
   if (!stage->x_lag) self->stage.x_lag = stage->x0, self->stage.t_lag = stage->t;
   if (!stage->v_lag) self->stage.v_lag = stage->v0 ? stage->v0 : self->zeros;
+  if (!stage->x_from) self->stage.x_from = self->stage.x_lag, self->stage.t_from = self->stage.t_lag;
   self->residual.known = self->potential.known = self->refused = self->is_frozen = 0;
   /* They may have changed where x has not. */
   if (stage->multipliers || stage->softened) self->reached.there.known = 0;
@@ -230,7 +231,7 @@ int flesh_equations_can_reach(flesh_equations *self, const double *u)
   const flesh_stage *s = &self->stage;
   if (flesh_equations_is_clear(self, u)) return 1;
   flesh_equations_point(self, u);
-  return flesh_system_max_feasible_step(self->system, &self->proximity, s->t_lag, s->x_lag, s->t, self->x) == 1;
+  return flesh_system_max_feasible_step(self->system, &self->proximity, s->t_from, s->x_from, s->t, self->x) == 1;
 }
 
 /* The free dofs of u become those of x. */
@@ -244,11 +245,11 @@ int flesh_equations_push_out(flesh_equations *self, double *u)
 {
   const flesh_stage *s = &self->stage;
   if (flesh_equations_can_reach(self, u)) return FLESH_OK;
-  flesh_system_push_out(self->system, s->t_lag, s->x_lag, s->t, self->x);
+  flesh_system_push_out(self->system, s->t_from, s->x_from, s->t, self->x);
   take_free(self, self->x, u);
   if (flesh_equations_can_reach(self, u)) return FLESH_OK;
   /* Nothing is pushed out of other bodies: it stays where it was. */
-  if (self->proximity.near) take_free(self, s->x_lag, u);
+  if (self->proximity.near) take_free(self, s->x_from, u);
   return self->proximity.near && flesh_equations_can_reach(self, u) ? FLESH_OK : FLESH_UNDEFINED;
 }
 

@@ -244,17 +244,17 @@ static void clear_nodes(flesh_fields *f, size_t n)
     if (f->at_nodes[row]) memset(f->at_nodes[row], 0, n * (size_t)rows[row].components * sizeof(double));
 }
 
-void flesh_fields_find(flesh_fields *f, const flesh_state *state)
+void flesh_fields_find(flesh_fields *f, const flesh_step_record *record)
 {
   const int n = flesh_mesh_node_count(f->body->mesh), tets = flesh_mesh_tet_count(f->body->mesh);
   const int most = point_count(f->body);
-  if (f->forces.system) flesh_node_forces_find(&f->forces, state);
+  if (f->forces.system) flesh_node_forces_find(&f->forces, record);
   if (!(f->fields & of_tets)) return;
   clear_nodes(f, (size_t)n);
   for (int e = 0; e < tets; e++) {
     flesh_strain_point points[4];
     double samples[4][SAMPLE] = {{0}}, mean[SAMPLE];
-    const int count = flesh_tet_stress_points(&f->stress, state, e, points);
+    const int count = flesh_tet_stress_points(&f->stress, record->state, e, points);
     for (int q = 0; q < count; q++) take_sample(f, &points[q], samples[q]);
     for (int q = 0; q < most; q++) put_sample(samples[q < count ? q : 0], f->at_points, (size_t)(most * e + q));
     const double volume = take_mean(count, points, samples, mean);

@@ -39,7 +39,7 @@ int flesh_fields_open(const flesh_body *body, const flesh_system *system, flesh_
                       unsigned places, flesh_fields *result);
 void flesh_fields_clear(flesh_fields *fields);
 
-/* Finds the values at the state. */
-void flesh_fields_find(flesh_fields *fields, const flesh_state *state);
+/* Finds the values of a step. */
+void flesh_fields_find(flesh_fields *fields, const flesh_step_record *record);
 
 #endif

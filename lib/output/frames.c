@@ -146,8 +146,7 @@ static void list_arrays(flesh_frames *frames, const flesh_step_record *record, f
   const flesh_field_list *more_nodes = &frames->fields.nodes, *more_tets = &frames->fields.tets;
   const double *rest = flesh_mesh_positions(mesh);
   for (int d = 0; d < 3 * flesh_mesh_node_count(mesh); d++) frames->displacement[d] = record->state->x[d] - rest[d];
-  frames->fields.forces.proximity = record->proximity;
-  if (frames->fields.body) flesh_fields_find(&frames->fields, record->state);
+  if (frames->fields.body) flesh_fields_find(&frames->fields, record);
   nodes->arrays[0] =
       (flesh_vtu_array){.name = "displacement", .components = 3, .doubles = frames->displacement, .unit = "m"};
   nodes->arrays[1] =

@@ -121,18 +121,17 @@ static void put(FILE *stream, double value)
 
 static void put_reports(flesh_history *history, const flesh_step_record *record)
 {
-  const flesh_state *state = record->state;
-  flesh_point point = {.t = state->t, .load = 1, .x = state->x, .v = state->v, .a = history->zeros,
-                       .x_lag = state->x, .v_lag = state->v, .t_lag = state->t,
-                       .x_frozen = state->x, .v_frozen = state->v};
   double *values = history->values;
   for (int e = 0; e < flesh_system_effect_count(record->system); e++) {
     const flesh_effect *effect = flesh_system_effect(record->system, e);
     if (!flesh_effect_figures_of(effect)->report_names) continue;
     const int of_ranks = record->reports && flesh_rank_numbers_reporting(effect) != NULL;
     const double *of_all = of_ranks ? record->reports + FLESH_RANK_SUMS * (size_t)e : NULL;
-    point.near = flesh_proximity_of(record->proximity, e);
-    point.internal = flesh_internal_of(record->system, e, state->internal);
+    const flesh_state *at = flesh_effect_reports_stage(effect) ? record->stage : record->state;
+    const flesh_point point = {.t = at->t, .load = 1, .x = at->x, .v = at->v, .a = history->zeros, .x_lag = at->x,
+                               .v_lag = at->v, .t_lag = at->t, .x_frozen = at->x, .v_frozen = at->v,
+                               .near = flesh_proximity_of(record->proximity, e),
+                               .internal = flesh_internal_of(record->system, e, record->state->internal)};
     if (!of_ranks) flesh_effect_figures_of(effect)->report(effect, &point, values);
     for (int k = 0; of_ranks && report_names(record->system, e)[k]; k++) values[k] = of_all[k];
     for (const char *const *name = report_names(record->system, e); *name; name++) {

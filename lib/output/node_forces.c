@@ -81,12 +81,13 @@ void flesh_node_forces_clear(flesh_node_forces *forces)
 }
 
 /* With every pointer set, as effects want it. */
-static flesh_point point_of(const flesh_node_forces *f, const flesh_state *state, const double *a)
+static flesh_point point_of(const flesh_node_forces *f, const flesh_step_record *record, const flesh_state *at,
+                            const double *a)
 {
-  const double *v = f->is_static ? f->zeros : state->v;
-  return (flesh_point){.t = state->t, .load = 1, .x = state->x, .v = v, .a = a, .x_lag = state->x, .v_lag = v,
-                       .t_lag = state->t, .x_frozen = state->x, .v_frozen = v, .multipliers = state->multipliers,
-                       .internal = state->internal, .proximity = f->proximity};
+  const double *v = f->is_static ? f->zeros : at->v;
+  return (flesh_point){.t = at->t, .load = 1, .x = at->x, .v = v, .a = a, .x_lag = at->x, .v_lag = v,
+                       .t_lag = at->t, .x_frozen = at->x, .v_frozen = v, .multipliers = record->state->multipliers,
+                       .internal = record->state->internal, .proximity = record->proximity};
 }
 
 static double dot(const flesh_node_forces *f, int n, const double *x, const double *y)
@@ -112,9 +113,9 @@ static double precondition(flesh_node_forces *f, int n, double keep)
 }
 
 /* Free components of f->a: r = 0. */
-static int balance(flesh_node_forces *f, const flesh_state *state, int n)
+static int balance(flesh_node_forces *f, const flesh_step_record *record, int n)
 {
-  flesh_point point = point_of(f, state, f->a);
+  flesh_point point = point_of(f, record, record->state, f->a);
   int status = flesh_system_residual(f->system, &point, f->residual);
   if (status) return status;
   for (int d = 0; d < n; d++) f->residual[d] = f->constrained[d] ? 0 : -f->residual[d];
@@ -138,14 +139,15 @@ static int balance(flesh_node_forces *f, const flesh_state *state, int n)
   return square > enough || isnan(square) ? FLESH_NONFINITE : FLESH_OK;
 }
 
-static int find_reaction(flesh_node_forces *f, const flesh_state *state, int n)
+static int find_reaction(flesh_node_forces *f, const flesh_step_record *record, int n)
 {
+  const double t = record->state->t;
   memset(f->a, 0, (size_t)n * sizeof *f->a);
-  flesh_system_fixed(f->system, state->t, f->constrained);
-  flesh_system_holders(f->system, state->t, f->holder);
-  if (!f->is_static) flesh_system_prescribe_velocity(f->system, state->t, f->v, f->a);
-  int status = f->diagonal ? balance(f, state, n) : FLESH_OK;
-  const flesh_point point = point_of(f, state, f->a);
+  flesh_system_fixed(f->system, t, f->constrained);
+  flesh_system_holders(f->system, t, f->holder);
+  if (!f->is_static) flesh_system_prescribe_velocity(f->system, t, f->v, f->a);
+  int status = f->diagonal ? balance(f, record, n) : FLESH_OK;
+  const flesh_point point = point_of(f, record, record->state, f->a);
   if (!status) status = flesh_system_residual(f->system, &point, f->reaction);
   for (int d = 0; d < n; d++)
     if (!f->constrained[d]) f->reaction[d] = 0;
@@ -153,22 +155,22 @@ static int find_reaction(flesh_node_forces *f, const flesh_state *state, int n)
   return status;
 }
 
-void flesh_node_forces_find(flesh_node_forces *f, const flesh_state *state)
+void flesh_node_forces_find(flesh_node_forces *f, const flesh_step_record *record)
 {
   const int n = flesh_system_unknowns(f->system);
-  if (f->reaction && find_reaction(f, state, n))
+  if (f->reaction && find_reaction(f, record, n))
     for (int d = 0; d < n; d++) f->reaction[d] = NAN;
   if (!f->contact) return;
-  const flesh_point point = point_of(f, state, f->zeros);
+  const flesh_point point = point_of(f, record, record->stage, f->zeros);
   const int status = flesh_system_roles_residual(f->system, FLESH_ROLE_BIT(FLESH_ROLE_CONTACT), &point, f->contact);
   if (!status) flesh_team_share(f->team, f->contact);
   for (int d = 0; d < n; d++) f->contact[d] = status ? NAN : 0 - f->contact[d];
 }
 
-const double *flesh_node_forces_of_contact(flesh_node_forces *f, const flesh_state *state, int effect)
+const double *flesh_node_forces_of_contact(flesh_node_forces *f, const flesh_step_record *record, int effect)
 {
   const int n = flesh_system_unknowns(f->system);
-  const flesh_point point = point_of(f, state, f->zeros);
+  const flesh_point point = point_of(f, record, record->stage, f->zeros);
   const int status = flesh_system_effect_residual(f->system, effect, &point, f->one_contact);
   for (int d = 0; d < n; d++) f->one_contact[d] = status ? NAN : 0 - f->one_contact[d];
   return f->one_contact;

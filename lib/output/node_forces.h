@@ -10,7 +10,6 @@ typedef struct flesh_node_forces {
   double *reaction; /* [3*n] N on the body, 0 on free dofs; NULL: not wanted */
   double *contact;  /* [3*n] N on the body; NULL: not wanted */
   int *holder;      /* [3*n] with reaction: whose it is (flesh_system_holders) */
-  const struct flesh_proximity *proximity; /* of the step's record, to be set before they are found; NULL: none */
   /* The rest is node_forces.c's own. */
   const flesh_body *body;
   const flesh_system *system;
@@ -29,10 +28,10 @@ int flesh_node_forces_open(const flesh_body *body, const flesh_system *system, i
                            int wants_contact, flesh_node_forces *forces);
 void flesh_node_forces_clear(flesh_node_forces *forces);
 
-/* Finds what is wanted at the state; NaN where forces have no value there. */
-void flesh_node_forces_find(flesh_node_forces *forces, const flesh_state *state);
+/* Finds what is wanted: reactions at the record's state, contact at its stage; NaN where forces have no value there. */
+void flesh_node_forces_find(flesh_node_forces *forces, const flesh_step_record *record);
 
 /* The contact forces of the system's effect number `effect` alone [3*n], valid until the next call; needs contact. */
-const double *flesh_node_forces_of_contact(flesh_node_forces *forces, const flesh_state *state, int effect);
+const double *flesh_node_forces_of_contact(flesh_node_forces *forces, const flesh_step_record *record, int effect);
 
 #endif

@@ -110,8 +110,7 @@ static int write_frame(flesh_part_frames *frames, const flesh_step_record *recor
   char stem[FLESH_PVD_NAME_SIZE], *name = NULL;
   flesh_field_list nodes, tets;
   for (size_t d = 0; d < 3 * (size_t)frames->team->nodes; d++) frames->displacement[d] = record->state->x[d] - rest[d];
-  frames->fields.forces.proximity = record->proximity;
-  if (frames->fields.body) flesh_fields_find(&frames->fields, record->state);
+  if (frames->fields.body) flesh_fields_find(&frames->fields, record);
   list_arrays(frames, record, &nodes, &tets);
   const flesh_vtu content = {.points = frames->team->nodes, .tets = flesh_mesh_tet_count(mesh),
                              .positions = record->state->x, .tet_nodes = flesh_mesh_tets(mesh),

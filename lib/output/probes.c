@@ -298,8 +298,9 @@ enum { VELOCITY_AT = 3, REACTION_AT = 6, TETS_AT = 12, CONTACT_AT = TETS_AT + OF
 _Static_assert((int)CONTACT_AT + 6 == (int)COLUMNS, "a quantity is missing");
 
 /* What this rank has of a row, [NUMBERS]. */
-static void find_numbers(flesh_probes *probes, const place *at, const flesh_state *state, double *numbers)
+static void find_numbers(flesh_probes *probes, const place *at, const flesh_step_record *record, double *numbers)
 {
+  const flesh_state *state = record->state;
   const flesh_probe *probe = &at->probe;
   memset(numbers, 0, NUMBERS * sizeof *numbers);
   find_vector(probes, probe, state->x, numbers);
@@ -309,8 +310,8 @@ static void find_numbers(flesh_probes *probes, const place *at, const flesh_stat
                numbers + REACTION_AT);
   if (probe->quantities & FLESH_PROBE_OF_TETS) find_strain(probes, at, state, numbers + TETS_AT, numbers + VOLUME_AT);
   if (probe->quantities & FLESH_PROBE_CONTACT_FORCE)
-    sum_forces(probes, probe, state->x,
-               probe->contact ? flesh_node_forces_of_contact(&probes->forces, state, probe->contact - 1)
+    sum_forces(probes, probe, record->stage->x,
+               probe->contact ? flesh_node_forces_of_contact(&probes->forces, record, probe->contact - 1)
                               : probes->forces.contact,
                NULL, numbers + CONTACT_AT);
 }
@@ -339,10 +340,9 @@ int flesh_probes_observe(void *data, const flesh_step_record *record)
   const int status = flesh_mesh_check_counts(flesh_system_mesh(record->system), "probes", "", probes->mesh->nodes,
                                              probes->mesh->tets);
   if (status) return status;
-  probes->forces.proximity = record->proximity;
-  if (probes->forces.system) flesh_node_forces_find(&probes->forces, record->state);
+  if (probes->forces.system) flesh_node_forces_find(&probes->forces, record);
   for (int k = 0; k < probes->count; k++)
-    find_numbers(probes, &probes->places[k], record->state, probes->numbers + (size_t)NUMBERS * (size_t)k);
+    find_numbers(probes, &probes->places[k], record, probes->numbers + (size_t)NUMBERS * (size_t)k);
   flesh_team_sum(probes->team, probes->count * NUMBERS, probes->numbers);
   if (!writes(probes)) return FLESH_OK;
   flesh_number_print(probes->rows.stream, record->state->t);

@@ -67,7 +67,7 @@ const flesh_key flesh_solver_table[] = {
      .range = FLESH_RANGE_POSITIVE,
      .default_value = "1",
      .doc = "how often at most a step is solved, with friction's normal forces and loads that follow the surface as "
-            "the last solve has left them; 1: as the step began"},
+            "the last solve has left them; 1: those of the step before"},
     {.name = "linear_solver",
      .type = FLESH_KEY_CHOICE,
      .offset = offsetof(flesh_solver_options, linear_solver),

@@ -1,6 +1,7 @@
 /* rank_numbers.c: numbers of effects on parts of a body, over all ranks. */
 #include "system/rank_numbers.h"
 
+#include "effect/effect.h"
 #include "system/internal.h"
 #include "system/parts.h"
 #include "system/proximity.h"
@@ -26,17 +27,18 @@ void flesh_rank_numbers_settle(flesh_system *system)
   }
 }
 
-void flesh_rank_numbers_report(const flesh_system *system, const flesh_point *point, double *reports)
+void flesh_rank_numbers_report(const flesh_system *system, const flesh_point *end, const flesh_point *stage,
+                               double *reports)
 {
   const flesh_team *team = flesh_system_team(system);
   for (int k = 0; k < flesh_system_effect_count(system); k++) {
     const flesh_effect *effect = flesh_system_effect(system, k);
     const flesh_effect_ranks *ranks = flesh_rank_numbers_reporting(effect);
     flesh_rank_numbers numbers = {0};
-    flesh_point own = *point;
+    flesh_point own = flesh_effect_reports_stage(effect) ? *stage : *end;
     if (!ranks) continue;
-    own.near = flesh_proximity_of(point->proximity, k);
-    own.internal = flesh_internal_of(system, k, point->internal);
+    own.near = flesh_proximity_of(own.proximity, k);
+    own.internal = flesh_internal_of(system, k, own.internal);
     ranks->report_part(effect, &own, &numbers);
     add_up(team, &numbers);
     ranks->report_whole(effect, &numbers, reports + FLESH_RANK_SUMS * (size_t)k);

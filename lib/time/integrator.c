@@ -22,7 +22,7 @@ static int create_memory(flesh_integrator *self)
   flesh_method_memory *memory = &self->memory;
   const int second = flesh_method_order(self->method) > 1,
             returned = second || flesh_system_has_follower_loads(self->system);
-  double **vectors[10 + FLESH_METHOD_VECTORS] = {&memory->v0, &memory->a0, &self->start, &self->guess, &self->rigid};
+  double **vectors[12 + FLESH_METHOD_VECTORS] = {&memory->v0, &memory->a0, &self->start, &self->guess, &self->rigid};
   size_t count = 5, apart;
   memory->n = self->n;
   flesh_method_options_default(&memory->options);
@@ -30,6 +30,10 @@ static int create_memory(flesh_integrator *self)
   if (returned) {
     vectors[count++] = &self->returned.x;
     vectors[count++] = &self->returned.v;
+  }
+  if (second) {
+    vectors[count++] = &self->stage.x;
+    vectors[count++] = &self->stage.v;
   }
   if (self->options.lag_iterations > 1) {
     vectors[count++] = &self->lag_x;
@@ -167,7 +171,7 @@ const flesh_failure *flesh_integrator_failure(const flesh_integrator *integrator
 
 size_t flesh_integrator_memory(const flesh_integrator *integrator)
 {
-  int vectors = 5 + integrator->row->vectors + (integrator->returned.x ? 2 : 0) +
+  int vectors = 5 + integrator->row->vectors + (integrator->returned.x ? 2 : 0) + (integrator->stage.x ? 2 : 0) +
                 (integrator->extrapolation.n ? FLESH_EXTRAPOLATION_POINTS + 1 : 0);
   return sizeof *integrator + (size_t)vectors * (size_t)integrator->n * sizeof(double) +
          (size_t)integrator->n * ((2 * sizeof(int) + sizeof(double)) / 3 + (integrator->constrained ? 1 : 0)) +
@@ -269,6 +273,11 @@ void flesh_integrator_record_failure(flesh_integrator *self, const flesh_stage *
   flesh_failure_meet(self->team, f);
 }
 
+const flesh_state *flesh_integrator_stage(const flesh_integrator *self, const flesh_state *state)
+{
+  return self->stage_known ? &self->stage : state;
+}
+
 void flesh_integrator_remember(flesh_integrator *self, const flesh_state *state)
 {
   self->returned.t = state->t;
@@ -304,7 +313,10 @@ static int untangle(flesh_integrator *self, flesh_state *state, double h, flesh_
 {
   int status = flesh_untangler_after_step(self->recovery.untangler, state, h);
   if (status == 1) status = flesh_integrator_relax(self, state, stats);
-  if (status == 1) flesh_energy_watch_jump(&self->watch, state->t, state);
+  if (status == 1) {
+    self->stage_known = 0;
+    flesh_energy_watch_jump(&self->watch, state->t, state);
+  }
   return status < 0 ? status : FLESH_OK;
 }
 

@@ -30,6 +30,8 @@ struct flesh_integrator {
   flesh_method_memory memory;
   flesh_prescribed prescribed; /* order > 1 */
   flesh_state returned;        /* the state as it was given back; order > 1 and follower loads */
+  flesh_state stage;           /* {t, x, v} where the forces of the step to `returned` balance; order > 1 */
+  int stage_known;             /* it is before that step's end */
   double *energies; /* [effects] at the end of a step that is not its stage, J */
   double *start; /* [n] where a static solve with increments began; the end that a stage leads to */
   double *guess, *rigid; /* [n] displacements over a step */
@@ -82,6 +84,9 @@ int flesh_integrator_solve_through_softer(flesh_integrator *integrator, flesh_st
 /* Everything that is known about a solve of the stage, with h, that failed. */
 void flesh_integrator_record_failure(flesh_integrator *integrator, const flesh_stage *stage, double h, int halvings,
                                      int status, const flesh_solve_stats *stats);
+/* Where the forces of the step that has led to the state balance: before its end, or the state itself. */
+const flesh_state *flesh_integrator_stage(const flesh_integrator *integrator, const flesh_state *state);
+
 /* The state becomes `returned`, and the other way round. */
 void flesh_integrator_remember(flesh_integrator *integrator, const flesh_state *state);
 void flesh_integrator_give_back(const flesh_integrator *integrator, flesh_state *state);

@@ -98,13 +98,16 @@ static void look_at_shape(watch *w, const flesh_state *state, flesh_step_record 
 }
 
 /* As histories ask for them, of all ranks. */
-static void find_reports(const watch *w, const flesh_point *point)
+static void find_reports(const watch *w, const flesh_step_record *record)
 {
-  flesh_point full = *point;
-  full.x_lag = full.x_frozen = point->x;
-  full.v_lag = full.v_frozen = point->v;
-  full.t_lag = point->t;
-  flesh_rank_numbers_report(w->system, &full, w->reports);
+  const flesh_state *at[2] = {record->state, record->stage};
+  flesh_point points[2];
+  for (int k = 0; k < 2; k++)
+    points[k] = (flesh_point){.t = at[k]->t, .load = 1, .x = at[k]->x, .v = at[k]->v, .a = w->zeros, .x_lag = at[k]->x,
+                              .v_lag = at[k]->v, .t_lag = at[k]->t, .x_frozen = at[k]->x, .v_frozen = at[k]->v,
+                              .multipliers = record->state->multipliers, .internal = record->state->internal,
+                              .proximity = record->proximity, .costs = w->costs};
+  flesh_rank_numbers_report(w->system, &points[0], &points[1], w->reports);
 }
 
 static int call_observers(watch *w, const flesh_integrator *integrator, int step, int last, double h,
@@ -116,6 +119,7 @@ static int call_observers(watch *w, const flesh_integrator *integrator, int step
                               .h = h,
                               .system = w->system,
                               .state = state,
+                              .stage = step ? flesh_integrator_stage(integrator, state) : state,
                               .stats = stats,
                               .energies = w->energies,
                               .rest_energies = w->rest_energies,
@@ -139,7 +143,7 @@ static int call_observers(watch *w, const flesh_integrator *integrator, int step
   if (status > 0)
     for (int e = 0; e < effects; e++) w->energies[e] = NAN;
   look_at_shape(w, state, &record);
-  if (w->reports) find_reports(w, &point);
+  if (w->reports) find_reports(w, &record);
   status = FLESH_OK;
   for (int o = 0; o < w->options->observer_count && status >= 0; o++) {
     const flesh_observer *observer = &w->options->observers[o];

@@ -9,7 +9,7 @@
 #include "time/integrator.h"
 
 static const char mark[8] = "fleshint";
-enum { FORMAT = 3, ORDER = 0x01020304 };
+enum { FORMAT = 4, ORDER = 0x01020304 };
 
 typedef struct header {
   char mark[8];
@@ -71,6 +71,11 @@ static void archive_method(flesh_integrator *self, flesh_archive *archive)
   FLESH_ARCHIVE(archive, self->returned.t);
   flesh_archive_nodes(archive, self->returned.x, nodes);
   flesh_archive_nodes(archive, self->returned.v, nodes);
+  if (!self->stage.x) return;
+  FLESH_ARCHIVE(archive, self->stage_known);
+  FLESH_ARCHIVE(archive, self->stage.t);
+  flesh_archive_nodes(archive, self->stage.x, nodes);
+  flesh_archive_nodes(archive, self->stage.v, nodes);
 }
 
 /* What is of the body's motion, however many ranks share it out: numbers of nodes, and what all ranks know. */

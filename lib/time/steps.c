@@ -124,19 +124,32 @@ static void make_stage(flesh_integrator *self, const flesh_method_row *row, cons
                        const piece *piece, const flesh_span *part, flesh_stage *stage)
 {
   flesh_method_memory *memory = &self->memory;
+  const flesh_state *lagged = flesh_integrator_stage(self, state);
   const int second = flesh_method_order(self->method) > 1;
   self->trying.t = state->t;
   self->trying.h = part->h;
   row->stage(memory, state, part->end, part->h, stage);
   stage->t = before(stage->t, piece->event);
-  stage->x_lag = state->x;
-  stage->v_lag = state->v;
-  stage->t_lag = state->t;
+  stage->x_lag = lagged->x;
+  stage->v_lag = lagged->v;
+  stage->t_lag = lagged->t;
+  stage->x_from = state->x;
+  stage->t_from = state->t;
   stage->internal = state->internal;
   stage->frozen_at_solution = second && row == self->row;
   if (!second) return;
   flesh_prescribed_set(&self->prescribed, fmax(state->t, piece->begin), before(part->end, piece->event), state->x);
   if (row == self->row) flesh_prescribed_stage(&self->prescribed, stage, memory->v0, memory->a0);
+}
+
+/* Where the last solve of the stage has ended. */
+static void find_stage(const flesh_integrator *self, const flesh_stage *stage, double *x, double *v)
+{
+  const double *u = flesh_nonlinear_unknowns(self->nonlinear);
+  for (int d = 0; d < self->n; d++) {
+    x[d] = stage->x0[d] + stage->shift.x * u[d];
+    v[d] = (stage->v0 ? stage->v0[d] : 0) + stage->shift.v * u[d];
+  }
 }
 
 /* Takes the state, and what is remembered, to the end of the part that the stage has led to. */
@@ -146,6 +159,9 @@ static void finish_part(flesh_integrator *self, const flesh_method_row *row, con
   flesh_method_memory *memory = &self->memory;
   const double *u = flesh_nonlinear_unknowns(self->nonlinear);
   const int second = flesh_method_order(self->method) > 1, own = row == self->row;
+  self->stage_known = stage->shift.x != 1;
+  self->stage.t = stage->t;
+  if (self->stage_known) find_stage(self, stage, self->stage.x, self->stage.v);
   row->finish(memory, u, part->h, state);
   for (int d = 0; d < self->n && !own && self->row->acceleration; d++)
     memory->vectors[0][d] = stage->a0[d] + stage->shift.a * u[d];
@@ -174,16 +190,12 @@ static int follow_lag(flesh_integrator *self, flesh_stage *stage, const flesh_st
 {
   const double *guesses[] = {self->lag_u, NULL}, target = stats->residual_target;
   for (int k = 1; k < self->options.lag_iterations; k++) {
-    const double *u = flesh_nonlinear_unknowns(self->nonlinear);
     const int before_solve = stats->newton;
-    for (int d = 0; d < self->n; d++) {
-      self->lag_u[d] = u[d];
-      self->lag_x[d] = stage->x0[d] + stage->shift.x * u[d];
-      self->lag_v[d] = (stage->v0 ? stage->v0[d] : 0) + stage->shift.v * u[d];
-    }
-    stage->x_lag = self->lag_x;
+    memcpy(self->lag_u, flesh_nonlinear_unknowns(self->nonlinear), (size_t)self->n * sizeof *self->lag_u);
+    find_stage(self, stage, self->lag_x, self->lag_v);
+    stage->x_lag = stage->x_from = self->lag_x;
     stage->v_lag = self->lag_v;
-    stage->t_lag = stage->t;
+    stage->t_lag = stage->t_from = stage->t;
     flesh_nonlinear_set_target(self->nonlinear, target);
     const int status = flesh_multipliers_solve(&self->multipliers, self->nonlinear, stage, state, end, guesses, 0, stats);
     flesh_nonlinear_set_target(self->nonlinear, 0);
@@ -289,7 +301,7 @@ int flesh_integrator_step_in_time(flesh_integrator *self, flesh_state *state, do
     return walk(self, state, &(piece){begin, end, INFINITY}, h, stats);
   /* Times closer than this are the same: grids of steps and times of events carry rounding. */
   const double tolerance = fmax(1e-9 * h, 8 * DBL_EPSILON * fmax(fabs(begin), fabs(end)));
-  if (!same_state(self->team, state, &self->returned, self->n, tolerance)) self->memory.known = 0;
+  if (!same_state(self->team, state, &self->returned, self->n, tolerance)) self->memory.known = self->stage_known = 0;
   int status = FLESH_OK;
   while (!status && state->t < end) {
     piece next = {.begin = state->t, .end = end};

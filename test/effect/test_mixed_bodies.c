@@ -466,7 +466,7 @@ static void stresses_are_those_of_each_body(void)
   flesh_fields fields;
   CHECK_OK(flesh_fields_open(body, flesh_scene_system(scene), FLESH_METHOD_STATIC, FLESH_FIELD_J,
                              FLESH_AT_POINTS | FLESH_AT_TETS, &fields));
-  flesh_fields_find(&fields, &state);
+  flesh_fields_find(&fields, &(flesh_step_record){.state = &state, .stage = &state});
   for (int t = 0; t < flesh_mesh_tet_count(body->mesh); t++) {
     const double *J = fields.at_points[0] + 4 * t, mean = fields.at_tets[0][t];
     const int linear = t >= 24 && t < 48;

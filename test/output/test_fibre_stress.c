@@ -44,7 +44,7 @@ static int look(void *data, const flesh_step_record *record)
   const int k = w->rows++;
   const flesh_field_list *lists[] = {&w->fields.nodes, &w->fields.tets};
   const int counts[] = {flesh_mesh_node_count(w->fields.body->mesh), flesh_mesh_tet_count(w->fields.body->mesh)};
-  flesh_fields_find(&w->fields, record->state);
+  flesh_fields_find(&w->fields, record);
   w->t[k] = record->state->t, w->low[k] = INFINITY, w->high[k] = -INFINITY;
   for (int l = 0; l < 2; l++)
     for (int a = 0; a < lists[l]->count; a++)
@@ -178,7 +178,7 @@ static double *stress_of(const char *text, const char *element, int *tets, int *
   state.t = 0.5;
   CHECK_OK(flesh_fields_open(flesh_scene_body(scene), flesh_scene_system(scene), FLESH_METHOD_STATIC,
                              FLESH_FIELD_J | FLESH_FIELD_STRESS, FLESH_AT_TETS, &fields));
-  flesh_fields_find(&fields, &state);
+  flesh_fields_find(&fields, &(flesh_step_record){.state = &state, .stage = &state});
   *tets = flesh_mesh_tet_count(mesh);
   double *made = calloc(8 * (size_t)*tets, sizeof *made);
   memcpy(made, fields.tets.arrays[1].doubles, 6 * (size_t)*tets * sizeof *made);

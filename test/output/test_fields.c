@@ -41,7 +41,7 @@ static void open_scene(const char *text, const char *element, unsigned fields, s
 
 static void find(seen *s)
 {
-  flesh_fields_find(&s->fields, &s->state);
+  flesh_fields_find(&s->fields, &(flesh_step_record){.state = &s->state, .stage = &s->state});
   s->J_mean = malloc((size_t)s->tets * sizeof *s->J_mean);
   flesh_mesh_mean_jacobians(s->mesh, s->state.x, s->J_mean);
 }

@@ -384,7 +384,7 @@ static void see(const char *text, const char *element, void (*move)(const double
   for (int d = 0; d < s->n; d++) s->v[d] = 2 * s->x[d];
   for (int k = 0; k < held; k++) s->multipliers[k] = 1e4 * sin(k);
   const flesh_state state = {.x = s->x, .v = s->v, .multipliers = s->multipliers, .multiplier_count = held};
-  const flesh_step_record record = {.system = s->system, .state = &state};
+  const flesh_step_record record = {.system = s->system, .state = &state, .stage = &state};
   const flesh_probe *given = flesh_scene_probes(s->scene, &count);
   CHECK(count == 2);
   CHECK_OK(flesh_probes_create(file_path("seen.csv"), flesh_scene_body(s->scene), s->system, FLESH_METHOD_STATIC, count,

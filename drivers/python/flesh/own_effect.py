@@ -20,7 +20,7 @@ class PointView:
     Attributes:
         t, load: s; the factor of external loads.
         x, v, a: [nodes, 3] m, m/s, m/s^2.
-        x_lag, v_lag, t_lag: the last accepted state.
+        x_lag, v_lag, t_lag: where the forces of the last step balanced.
         x_frozen, v_frozen: where what has no potential is frozen; v_frozen is None where that is at rest.
         internal: [internal_count] the effect's internal variables.
     """

@@ -106,17 +106,19 @@ class KinsolProblem(_Problem):
     def set_stage(self, x0, v0=None, a0=None, t: float = 0.0, load: float = 1.0, prescribed_fraction: float = 1.0,
                   shift: Shift = Shift(), *, x_lag=None, v_lag=None, t_lag: Optional[float] = None,
                   frozen_at_solution: bool = False, multipliers=None, penalty: float = 1.0,
-                  softened: int = 0, held=None, internal=None) -> None:
+                  softened: int = 0, held=None, internal=None, x_from=None, t_from: Optional[float] = None) -> None:
         """How u moves the point from x0, v0, a0 [nodes, 3], and when; `held` [nodes, 3] stay at x0, beside what is
-        constrained; see flesh.Point for the other arguments."""
+        constrained; obstacles must leave the way from x_from [nodes, 3] at t_from free (None: from the lagged state);
+        see flesh.Point for the other arguments."""
         shape = (self.system.mesh.node_count, 3)
-        arrays = {"x0": x0, "v0": v0, "a0": a0, "x_lag": x_lag, "v_lag": v_lag}
+        arrays = {"x0": x0, "v0": v0, "a0": a0, "x_lag": x_lag, "v_lag": v_lag, "x_from": x_from}
         shown = {name: None if value is None else pointer(doubles(value, shape, name).copy())
                  for name, value in arrays.items()}
         stage = ffi.new("flesh_stage *")
         stage.t, stage.load, stage.prescribed_fraction, stage.t_lag = t, load, prescribed_fraction, t
         if t_lag is not None:
             stage.t_lag = t_lag
+        stage.t_from = t if t_from is None else t_from
         stage.frozen_at_solution, stage.penalty = int(frozen_at_solution), float(penalty)
         stage.softened = int(softened)
         if held is not None:

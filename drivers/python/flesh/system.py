@@ -144,7 +144,7 @@ class Point(Handle):
         v, a: [nodes, 3] m/s, m/s^2; None: zero.
         t: s.
         load: in [0, 1], scales the external loads.
-        x_lag, v_lag, t_lag: the last accepted state, which lagged forces are evaluated at; None: the point's own.
+        x_lag, v_lag, t_lag: the state that lagged forces are evaluated at; None: the point's own.
         x_frozen, v_frozen: where effects freeze what has no potential; None: x and v.
         multipliers, penalty: [System.multiplier_count] Pa, pressures of incompressible tets; the factor on penalties.
         softened: 1: materials resist changes of volume as at a Poisson's ratio of 0; 0: as they are.
