@@ -34,8 +34,8 @@
  *                  counts as external work) and the search for stress at rest. No solve reads it
  *   traits         FLESH_IS_PASSIVE: the energy balance, which does not count the work of the effect
  *                  as external work. FLESH_IS_FOLLOWER_LOAD: statics, which repeats a solve until the
- *                  lagged state no longer changes. FLESH_FREEZES: methods of order 2, which repeat
- *                  theirs until the frozen state no longer changes. FLESH_DEPENDS_ON_POSITION_ONLY:
+ *                  lagged state no longer changes, and methods of order 2, which repeat theirs
+ *                  once. FLESH_FREEZES: methods of order 2, which repeat theirs until the frozen state no longer changes. FLESH_DEPENDS_ON_POSITION_ONLY:
  *                  the line search, which stores the potential of positions already evaluated; the
  *                  energy balance, which takes it for the energy where one effect has this trait:
  *                  `energy` must be the potential times shift.x. FLESH_IS_SUM_OVER_TETS: bodies that
@@ -183,9 +183,9 @@ typedef enum flesh_trait {
    * effects without this trait counts as external work (flesh_energy_balance): the change of their
    * energy with t at fixed x or, without an energy, the work of their forces. */
   FLESH_IS_PASSIVE = 1,
-  /* What is lagged is a function of the shape (a load on a moving surface; not friction, which
+  /* What is lagged is a function of the shape (a load on a moving surface, a damping matrix; not friction, which
    * depends on the path): a static solve is repeated from its result until the lagged state no
-   * longer changes. */
+   * longer changes, a step of a method of order 2 once, so that it keeps that order. */
   FLESH_IS_FOLLOWER_LOAD = 2,
   /* Something is frozen: methods of order 2 repeat their solves until the frozen state no longer
    * changes. */

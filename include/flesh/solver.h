@@ -115,8 +115,9 @@ typedef struct flesh_solver_options {
   int threads;
   /* How often at most a step in time is solved, each time with what is lagged (normal forces and
    * directions behind friction, follower loads) as the last solve's end has it, until that changes
-   * no residual by more than the tolerance; 1: it is that of the step before. The adaptive methods
-   * lag nothing, and statics repeats follower loads anyway. */
+   * no residual by more than the tolerance; 1: it is that of the step before, but where it follows the
+   * shape (FLESH_IS_FOLLOWER_LOAD) methods of order 2 take 2, and keep their order. The adaptive
+   * methods lag nothing, and statics repeats follower loads anyway. */
   int lag_iterations;
 } flesh_solver_options;
 

@@ -97,18 +97,23 @@ static void damping_destroy(void *data)
   flesh_free(self);
 }
 
-static const flesh_effect_operations damping_operations = {
-    .name = "damping",
-    .role = FLESH_ROLE_DAMPING,
-    .traits = FLESH_IS_PASSIVE | FLESH_IS_SUM_OVER_TETS,
-    .cells = damping_cells,
-    .residual = damping_residual,
-    .jacobian = damping_jacobian,
-    .potential = damping_potential,
-    .destroy = damping_destroy,
-    .shortcuts = &(const flesh_effect_shortcuts){.evaluate = damping_evaluate, .instructions = damping_instructions},
-    .figures = &(const flesh_effect_figures){.memory = damping_memory},
-};
+#define OPERATIONS(more)                                                                                               \
+  {                                                                                                                    \
+      .name = "damping",                                                                                               \
+      .role = FLESH_ROLE_DAMPING,                                                                                      \
+      .traits = FLESH_IS_PASSIVE | FLESH_IS_SUM_OVER_TETS | (more),                                                    \
+      .cells = damping_cells,                                                                                          \
+      .residual = damping_residual,                                                                                    \
+      .jacobian = damping_jacobian,                                                                                    \
+      .potential = damping_potential,                                                                                  \
+      .destroy = damping_destroy,                                                                                      \
+      .shortcuts = &(const flesh_effect_shortcuts){.evaluate = damping_evaluate, .instructions = damping_instructions},\
+      .figures = &(const flesh_effect_figures){.memory = damping_memory},                                              \
+  }
+/* K at the lagged shape. */
+static const flesh_effect_operations damping_operations = OPERATIONS(0),
+                                     current_operations = OPERATIONS(FLESH_IS_FOLLOWER_LOAD);
+#undef OPERATIONS
 
 /* d2 psi at rest: by the eigenvalue A_11 - A_12 = flip on changes of shape, A_11 + 2 A_12 on the change of volume, and
  * twist on turning. */
@@ -160,11 +165,12 @@ int flesh_effect_damping(const flesh_body *body, double mass, double stiffness, 
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a damping effect");
   self->mass = mass;
   self->stiffness = stiffness;
+  const int against_current = stiffness > 0 && against == FLESH_STIFFNESS_CURRENT;
   int status = mass > 0 ? flesh_mass_matrix_create(body, &self->M) : FLESH_OK;
   if (!status && stiffness > 0) status = take_stiffness(self, body, against);
   if (status) {
     damping_destroy(self);
     return status;
   }
-  return flesh_effect_create(&damping_operations, body->mesh, self, effect);
+  return flesh_effect_create(against_current ? &current_operations : &damping_operations, body->mesh, self, effect);
 }

@@ -67,7 +67,8 @@ const flesh_key flesh_solver_table[] = {
      .range = FLESH_RANGE_POSITIVE,
      .default_value = "1",
      .doc = "how often at most a step is solved, with friction's normal forces and loads that follow the surface as "
-            "the last solve has left them; 1: those of the step before"},
+            "the last solve has left them; 1: those of the step before, but methods of order 2 solve twice "
+            "for an open pressure, drag or damping by the current stiffness"},
     {.name = "linear_solver",
      .type = FLESH_KEY_CHOICE,
      .offset = offsetof(flesh_solver_options, linear_solver),

@@ -21,7 +21,7 @@ static int create_memory(flesh_integrator *self)
 {
   flesh_method_memory *memory = &self->memory;
   const int second = flesh_method_order(self->method) > 1,
-            returned = second || flesh_system_has_follower_loads(self->system);
+            follows = flesh_system_has_follower_loads(self->system), returned = second || follows;
   double **vectors[12 + FLESH_METHOD_VECTORS] = {&memory->v0, &memory->a0, &self->start, &self->guess, &self->rigid};
   size_t count = 5, apart;
   memory->n = self->n;
@@ -35,7 +35,9 @@ static int create_memory(flesh_integrator *self)
     vectors[count++] = &self->stage.x;
     vectors[count++] = &self->stage.v;
   }
-  if (self->options.lag_iterations > 1) {
+  self->lag_iterations = self->options.lag_iterations;
+  if (second && follows && self->lag_iterations < 2) self->lag_iterations = 2;
+  if (self->lag_iterations > 1) {
     vectors[count++] = &self->lag_x;
     vectors[count++] = &self->lag_v;
     vectors[count++] = &self->lag_u;

@@ -27,6 +27,7 @@ struct flesh_integrator {
   flesh_recovery recovery;
   int n;
   int softenings; /* of materials, in steps of tangled bodies */
+  int lag_iterations; /* the options', two at least where a load that follows the surface would cost an order */
   flesh_method_memory memory;
   flesh_prescribed prescribed; /* order > 1 */
   flesh_state returned;        /* the state as it was given back; order > 1 and follower loads */
@@ -35,7 +36,7 @@ struct flesh_integrator {
   double *energies; /* [effects] at the end of a step that is not its stage, J */
   double *start; /* [n] where a static solve with increments began; the end that a stage leads to */
   double *guess, *rigid; /* [n] displacements over a step */
-  double *lag_x, *lag_v, *lag_u; /* [n] where a step's last solve has ended, and its unknowns; lag_iterations > 1 */
+  double *lag_x, *lag_v, *lag_u; /* [n] where a step's last solve has ended, and its unknowns; with lag_iterations above 1 */
   flesh_extrapolation extrapolation; /* of steps that are not adaptive */
   flesh_rigid_parts parts;
   uint8_t *constrained; /* [n] constrained dofs, where there are several parts */

@@ -189,7 +189,7 @@ static int follow_lag(flesh_integrator *self, flesh_stage *stage, const flesh_st
                       flesh_solve_stats *stats)
 {
   const double *guesses[] = {self->lag_u, NULL}, target = stats->residual_target;
-  for (int k = 1; k < self->options.lag_iterations; k++) {
+  for (int k = 1; k < self->lag_iterations; k++) {
     const int before_solve = stats->newton;
     memcpy(self->lag_u, flesh_nonlinear_unknowns(self->nonlinear), (size_t)self->n * sizeof *self->lag_u);
     find_stage(self, stage, self->lag_x, self->lag_v);

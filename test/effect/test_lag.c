@@ -117,6 +117,61 @@ static void steps_lag_where_the_last_one_balances(void)
   }
 }
 
+/* Where `steps` steps to half a second take a bar whose end is pressed on one side, an open surface, more and more, or,
+ * where it is `damped`, a bar that sinks slowly by its current stiffness; positions [n]. */
+static double *move(int damped, flesh_method method, int steps, int *n)
+{
+  test_body b;
+  flesh_effect *effect = NULL;
+  flesh_integrator *integrator = NULL;
+  const flesh_amplitude rises = {2, (const flesh_curve_point[]){{0, 0}, {0.5, 1}}, 1, -INFINITY, INFINITY};
+  const flesh_solver_options options = test_options(1e-10);
+  CHECK_OK(test_body_create(test_box(4, 1, 1, 2, 1, 1), test_material(FLESH_ENERGY_S, 0.3), 1000, FLESH_MASS_LUMPED, 1, &b));
+  CHECK_OK(test_body_clamp(&b, 0));
+  int all, count = 0, pressed[3 * 64];
+  const int *surface = flesh_mesh_surface(b.mesh, &all);
+  const double *X = flesh_mesh_positions(b.mesh);
+  for (int k = 0; k < all && count < 64; k++) {
+    int inside = 1;
+    for (int a = 0; a < 3; a++) inside &= X[3 * surface[3 * k + a]] >= 1 && X[3 * surface[3 * k + a] + 2] == 1;
+    if (inside) memcpy(pressed + 3 * count++, surface + 3 * k, 3 * sizeof *surface);
+  }
+  if (damped) CHECK_OK(test_body_gravity(&b, 0, 0, -9.81));
+  if (damped) CHECK_OK(flesh_effect_damping(&b.body, 0, 0.3, FLESH_STIFFNESS_CURRENT, &effect));
+  else CHECK_OK(flesh_effect_pressure(&b.body, count, pressed, 8000, &rises, &effect));
+  CHECK_OK(flesh_system_add_effect(b.system, &effect));
+  CHECK_OK(flesh_system_finalize(b.system));
+  CHECK_OK(flesh_integrator_create(b.system, method, &options, &integrator));
+  for (int k = 0; k < steps; k++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.5 / steps, NULL));
+  flesh_integrator_destroy(&integrator);
+  double *x = b.state.x;
+  *n = b.n;
+  b.state.x = NULL;
+  test_body_destroy(&b);
+  return x;
+}
+
+/* The lag of the surface costs no method its order. */
+static void lag_keeps_the_order(int damped)
+{
+  for (int k = 0; flesh_method_name((flesh_method)k); k++) {
+    const int order = flesh_method_order((flesh_method)k);
+    double *x[3], apart[2] = {0};
+    int n = 0;
+    if (order == 0) continue; /* it has no steps, or chooses them */
+    for (int s = 0; s < 3; s++) x[s] = move(damped, (flesh_method)k, 80 << s, &n);
+    for (int s = 0; s < 2; s++)
+      for (int d = 0; d < n; d++) apart[s] = fmax(apart[s], fabs(x[s][d] - x[s + 1][d]));
+    const double found = log2(apart[0] / apart[1]);
+    printf("# %s: order %.2f, %.2e m\n", flesh_method_name((flesh_method)k), found, apart[1]);
+    CHECK(found > order - 0.2);
+    for (int s = 0; s < 3; s++) free(x[s]);
+  }
+}
+
+static void methods_keep_their_order_under_an_open_pressure(void) { lag_keeps_the_order(0); }
+static void methods_keep_their_order_by_current_damping(void) { lag_keeps_the_order(1); }
+
 /* A stage without a lagged state lags its base. */
 static void stages_default_to_their_base(void)
 {
@@ -156,5 +211,7 @@ static void stages_default_to_their_base(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(steps_lag_where_the_last_one_balances), TEST(stages_default_to_their_base));
+  return RUN_TESTS(argc, argv, TEST(steps_lag_where_the_last_one_balances),
+                   TEST(methods_keep_their_order_under_an_open_pressure),
+                   TEST(methods_keep_their_order_by_current_damping), TEST(stages_default_to_their_base));
 }

@@ -235,6 +235,41 @@ static void reactions_balance_momentum_for_every_method(void)
     }
 }
 
+/* The largest departure of reactions from loads and inertia, N, by backward Euler with a tension that depends on the
+ * speed; *largest: of the reactions, N. */
+static double departure_of(int steps, double *largest)
+{
+  char text[2000];
+  watch w;
+  double departure = 0;
+  snprintf(text, sizeof text,
+           BODY("lumped") "effects:\n  - inertia: {}\n" LOADS "  - pin: {box: [[-1, -1, -1], [1e-9, 2, 2]]}\n"
+           "  - muscle: {fibres: {direction: [1, 0.2, 0]}, peak_stress: 1e5, max_shortening_velocity: 4}\n"
+           "time: {method: backward-euler, step: 1/%d, end: 1/10}\n" SOLVER PROBES, 10 * steps);
+  run(text, "tet4", &w);
+  *largest = 0;
+  for (int k = 1; k < w.rows; k++) {
+    double force[3];
+    vector_at(k, "clamp.reaction", "N", force);
+    for (int d = 0; d < 3; d++) {
+      const double rate = 10 * steps * (w.momentum[k][d] - w.momentum[k - 1][d]);
+      departure = fmax(departure, fabs(force[d] - w.load[k][d] - rate));
+      *largest = fmax(*largest, fabs(force[d]));
+    }
+  }
+  printf("# %d steps: off by %.4g of %.4g N\n", steps, departure, *largest);
+  return departure;
+}
+
+/* Reactions take the speed at the end of a step, where backward Euler has had that over the step. */
+static void tension_by_the_speed_is_balanced_to_first_order(void)
+{
+  double off[3], largest;
+  for (int k = 0; k < 3; k++) off[k] = departure_of(10 << k, &largest);
+  CHECK(off[0] > 1e-4 * largest); /* there is something to see */
+  CHECK(log2(off[0] / off[2]) / 2 > 0.8);
+}
+
 static void contact_forces_balance_what_falls(void)
 {
   static const char scene[] =
@@ -498,7 +533,8 @@ int main(int argc, char **argv)
   write_bar();
   int failed = RUN_TESTS(
       argc, argv, TEST(reactions_balance_loads_in_statics), TEST(reactions_balance_inertia_in_motion),
-      TEST(reactions_balance_momentum_for_every_method), TEST(contact_forces_balance_what_falls),
+      TEST(reactions_balance_momentum_for_every_method), TEST(tension_by_the_speed_is_balanced_to_first_order),
+      TEST(contact_forces_balance_what_falls),
       TEST(each_bears_its_own_and_together_they_balance),
       TEST(what_is_wholly_held_needs_the_force_of_its_motion), TEST(a_uniform_strain_is_what_the_material_says),
       TEST(energy_and_mean_stress_are_those_of_the_forces));

@@ -20,8 +20,9 @@ static const flesh_key keys[] = {
      .doc = "b of r = b K v: the damping ratio b w/2, most of fast modes"},
     {.name = "stiffness_at", .type = FLESH_KEY_CHOICE, .offset = offsetof(parameters, stiffness_at),
      .choices = stiffnesses, .default_value = "initial",
-     .doc = "which stiffness K: initial, of the rest shape, cheap, but it brakes a body that has turned; or current, of the last accepted "
-            "state, with negative curvature taken out, so that it always dissipates"},
+     .doc = "which stiffness K: initial, of the rest shape, cheap, but it brakes a body that has turned; or current, of the step before (of "
+            "the same step in the second solve that methods of order 2 make of it), with negative curvature taken out, so "
+            "that it always dissipates"},
     {0}};
 
 static int add(const void *values, const flesh_body *body, flesh_system *system)
