@@ -48,6 +48,7 @@
  *                  FLESH_IS_SUM_OVER_TETS are refused
  *   proximity      the same as `barrier`, and assembly, whose matrix has a pattern that grows
  *   internal       integrators, which update internal variables after every accepted step
+ *   bonds          contact between bodies, which leaves out what is held together
  *
  * What cannot be written as a potential (the normal force behind friction, a damping matrix that
  * depends on the shape, a load that follows the surface) is lagged: evaluated at an earlier
@@ -136,6 +137,9 @@ typedef struct flesh_point {
   /* Internal variables (flesh_effect_internal): of all effects, one after the other, in a point handed to a
    * flesh_system_ function, which hands each effect its own; constant within a step. NULL: all 0, as they begin. */
   const double *internal;
+  /* Those of all effects, of which flesh_effect_internal.update of an effect that takes bonds reads whether bonds hold
+   * (flesh_bond.variable); NULL everywhere else. */
+  const double *all_internal;
 } flesh_point;
 
 /* How a change of the unknown u moves the point: dx = x du, dv = v du, da = a du; and what becomes
@@ -280,6 +284,21 @@ typedef struct flesh_effect_constraints {
   void (*stiffness)(const flesh_effect *effect, double *stiffness);
 } flesh_effect_constraints;
 
+/* Two groups of nodes that an effect holds together. */
+typedef struct flesh_bond {
+  int count[2];        /* nodes of either group */
+  const int *nodes[2]; /* [count] each, of the mesh; borrowed from the effect */
+  double gap;          /* m, between the surfaces of the groups at rest */
+  int variable;        /* the effect's internal variable that is not 0 once the bond is broken; -1: it never breaks */
+} flesh_bond;
+
+/* For effects that hold surfaces together (welds, joints): features that a bond holds do not touch each other until it
+ * is broken and they have come apart. */
+typedef struct flesh_effect_bonds {
+  int (*count)(const flesh_effect *effect);
+  void (*get)(const flesh_effect *effect, int k, flesh_bond *bond); /* 0 <= k < count */
+} flesh_effect_bonds;
+
 /* For effects that couple nodes which come near each other: contact of surfaces. Which nodes these are changes as the
  * body moves, and the pattern of the Jacobian with it. An effect is const, so what it finds out about nearness
  * belongs to a run: a memory that all its operations get as point->near, which one thread uses at a time and which may
@@ -294,8 +313,11 @@ typedef struct flesh_effect_proximity {
   /* Cells of all of these and of some that may come soon, beside those of `cells`; borrowed until the next call with
    * this memory. Errors: FLESH_ERR_MEMORY. */
   int (*coupled)(const flesh_effect *effect, const flesh_point *point, const flesh_cells **cells);
-  /* As flesh_effect_barrier.max_feasible_step; `near` may be NULL. */
-  double (*max_feasible_step)(const flesh_effect *effect, void *near, const double *x_from, const double *x_to);
+  /* As flesh_effect_barrier.max_feasible_step; `near` and the effect's internal variables may be NULL. */
+  double (*max_feasible_step)(const flesh_effect *effect, void *near, const double *internal, const double *x_from,
+                              const double *x_to);
+  /* As flesh_effect_barrier.check, with the effect's internal variables (NULL: all 0). NULL: the body may be anywhere. */
+  int (*check)(const flesh_effect *effect, const double *internal, const double *x);
   size_t (*memory)(const void *near); /* bytes */
   /* The run is at x [3*n] at time t: a step that was accepted has led there or, where `accepted` is 0, another begins,
    * mostly at the last one's end. *changed: whether the effect's energy at x is another from now on. NULL: results do
@@ -305,6 +327,10 @@ typedef struct flesh_effect_proximity {
   int (*archive)(void *near, struct flesh_archive *archive);
   /* Adds what the memory knows of surfaces that begin crossed and are let apart. NULL: none are. */
   void (*separation)(const void *near, struct flesh_separation *separation);
+  /* Tells a new effect which bonds [count] the other effects of its system have, once, before its internal variables are
+   * counted; each `variable` is an index into flesh_point.all_internal. On ranks the effect of the whole body is told.
+   * NULL: bonds make no difference. Errors: FLESH_ERR_MEMORY. */
+  int (*take_bonds)(flesh_effect *effect, int count, const flesh_bond *bonds);
 } flesh_effect_proximity;
 
 /* For effects with internal variables: what they remember of the path that led here, such as damage, a plastic strain
@@ -399,6 +425,7 @@ typedef struct flesh_effect_operations {
   const flesh_effect_proximity *proximity;
   const flesh_effect_internal *internal;
   const flesh_effect_ranks *ranks;
+  const flesh_effect_bonds *bonds;
 } flesh_effect_operations;
 
 struct flesh_effect {

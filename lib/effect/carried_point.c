@@ -2,8 +2,10 @@
 #include "effect/carried_point.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "flesh/effects.h"
 #include "math/mat3.h"
 
@@ -68,4 +70,25 @@ int flesh_carried_check(const char *name, const double point[3], double stiffnes
   if (!(stiffness > 0 && stiffness < INFINITY))
     return flesh_fail(FLESH_ERR_ARGUMENT, "stiffness is %g N/m; it must be positive", stiffness);
   return FLESH_OK;
+}
+
+int flesh_carried_groups_copy(int first_count, const int *first, int second_count, const int *second,
+                              flesh_carried_groups *groups)
+{
+  const size_t count = (size_t)first_count + (size_t)second_count;
+  *groups = (flesh_carried_groups){{first_count, second_count}, flesh_malloc((count + 1) * sizeof *groups->nodes)};
+  if (!groups->nodes) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a joint of %d nodes", (int)count);
+  memcpy(groups->nodes, first, (size_t)first_count * sizeof *first);
+  memcpy(groups->nodes + first_count, second, (size_t)second_count * sizeof *second);
+  return FLESH_OK;
+}
+
+size_t flesh_carried_groups_memory(const flesh_carried_groups *groups)
+{
+  return groups->nodes ? ((size_t)groups->count[0] + (size_t)groups->count[1]) * sizeof *groups->nodes : 0;
+}
+
+void flesh_carried_groups_bond(const flesh_carried_groups *groups, flesh_bond *bond)
+{
+  *bond = (flesh_bond){{groups->count[0], groups->count[1]}, {groups->nodes, groups->nodes + groups->count[0]}, 0, -1};
 }

@@ -7,7 +7,19 @@
 #ifndef FLESH_EFFECT_CARRIED_POINT_H
 #define FLESH_EFFECT_CARRIED_POINT_H
 
-#include "flesh/body.h"
+#include "flesh/effect.h"
+
+/* The groups of a joint that holds its surfaces together, where their points are one: those of its bond. */
+typedef struct flesh_carried_groups {
+  int count[2], *nodes; /* [count[0] + count[1]]; NULL: it holds none together */
+} flesh_carried_groups;
+
+/* A copy. FLESH_ERR_MEMORY. */
+int flesh_carried_groups_copy(int first_count, const int *first, int second_count, const int *second,
+                              flesh_carried_groups *groups);
+size_t flesh_carried_groups_memory(const flesh_carried_groups *groups);
+/* Their bond, which never breaks. */
+void flesh_carried_groups_bond(const flesh_carried_groups *groups, flesh_bond *bond);
 
 /* The weights [count] by which nodes [count] carry p, times `sign`. `shares` [count], of sum 1; NULL: all are equal.
  * FLESH_ERR_ARGUMENT where p is not in what the nodes span. */

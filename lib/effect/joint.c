@@ -5,24 +5,29 @@
 #include <stdlib.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "effect/carried_point.h"
 #include "effect/ties.h"
 #include "math/mat3.h"
 
 typedef struct joint {
   flesh_ties ties; /* first: flesh_tied_ */
+  flesh_carried_groups groups; /* none on a rank's part */
 } joint;
 
 static size_t joint_memory(const flesh_effect *effect)
 {
   const joint *self = effect->data;
-  return sizeof *self + flesh_ties_memory(&self->ties);
+  return sizeof *self + flesh_ties_memory(&self->ties) + flesh_carried_groups_memory(&self->groups);
 }
 
 static void joint_destroy(void *data)
 {
   joint *self = data;
-  if (self) flesh_ties_clear(&self->ties);
+  if (self) {
+    flesh_ties_clear(&self->ties);
+    flesh_free(self->groups.nodes);
+  }
   free(self);
 }
 
@@ -45,6 +50,14 @@ static const flesh_cells *cells_of_ranks(const flesh_effect *whole, int *everywh
   return flesh_tied_cells(whole);
 }
 
+static int count_bonds(const flesh_effect *effect) { return ((const joint *)effect->data)->groups.nodes != NULL; }
+
+static void get_bond(const flesh_effect *effect, int k, flesh_bond *bond)
+{
+  (void)k;
+  flesh_carried_groups_bond(&((const joint *)effect->data)->groups, bond);
+}
+
 static const flesh_effect_operations joint_operations = {
     .name = "joint",
     .traits = FLESH_IS_PASSIVE,
@@ -56,6 +69,7 @@ static const flesh_effect_operations joint_operations = {
     .destroy = joint_destroy,
     .figures = &(const flesh_effect_figures){.memory = joint_memory},
     .ranks = &(const flesh_effect_ranks){.restrict_to_part = joint_restrict, .cells = cells_of_ranks},
+    .bonds = &(const flesh_effect_bonds){.count = count_bonds, .get = get_bond},
 };
 
 static int check(const double point[3], const double axis[3], double stiffness)
@@ -95,6 +109,7 @@ int flesh_effect_joint(const flesh_body *body, int first_count, const int *first
     if (!status) flesh_ties_add(&self->ties, (int)count, nodes, weights, axis ? stiffness / 2 : stiffness);
   }
   if (!status) status = flesh_ties_finish(&self->ties);
+  if (!status) status = flesh_carried_groups_copy(first_count, first, second_count, second, &self->groups);
   free(nodes);
   free(weights);
   if (status) {

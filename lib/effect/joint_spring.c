@@ -6,6 +6,7 @@
  * the spring is shorter than L. As c c^T is positive, filtering H filters all of it. */
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/error.h"
 #include "base/memory.h"
@@ -24,12 +25,14 @@ typedef struct joint_spring {
   double *weights; /* [count] c_a */
   double stiffness, length;
   flesh_cells cells; /* one, of all nodes */
+  flesh_carried_groups groups; /* of one whose points are one; none on a rank's part */
 } joint_spring;
 
 static size_t joint_spring_memory(const flesh_effect *effect)
 {
   const joint_spring *self = effect->data;
-  return sizeof *self + (size_t)self->count * (sizeof *self->nodes + sizeof *self->weights);
+  return sizeof *self + (size_t)self->count * (sizeof *self->nodes + sizeof *self->weights) +
+         flesh_carried_groups_memory(&self->groups);
 }
 
 static void joint_spring_destroy(void *data)
@@ -38,6 +41,7 @@ static void joint_spring_destroy(void *data)
   if (!self) return;
   flesh_free(self->nodes);
   flesh_free(self->weights);
+  flesh_free(self->groups.nodes);
   flesh_free(self);
 }
 
@@ -178,6 +182,17 @@ static const flesh_cells *cells_of_ranks(const flesh_effect *whole, int *everywh
   return joint_spring_cells(whole);
 }
 
+static int count_bonds(const flesh_effect *effect)
+{
+  return ((const joint_spring *)effect->data)->groups.nodes != NULL;
+}
+
+static void get_bond(const flesh_effect *effect, int k, flesh_bond *bond)
+{
+  (void)k;
+  flesh_carried_groups_bond(&((const joint_spring *)effect->data)->groups, bond);
+}
+
 static const flesh_effect_operations joint_spring_operations = {
     .name = "joint",
     .traits = FLESH_IS_PASSIVE,
@@ -189,6 +204,7 @@ static const flesh_effect_operations joint_spring_operations = {
     .destroy = joint_spring_destroy,
     .figures = &(const flesh_effect_figures){.memory = joint_spring_memory},
     .ranks = &(const flesh_effect_ranks){.restrict_to_part = joint_spring_restrict, .cells = cells_of_ranks},
+    .bonds = &(const flesh_effect_bonds){.count = count_bonds, .get = get_bond},
 };
 
 static int attach(joint_spring *self, const flesh_body *body, int first_count, const double first_point[3],
@@ -248,6 +264,8 @@ int flesh_effect_joint_spring(const flesh_body *body, int first_count, const int
   for (size_t k = 0; k < count; k++)
     self->nodes[k] = k < (size_t)first_count ? first[k] : second[k - (size_t)first_count];
   status = attach(self, body, first_count, first_point, second_point);
+  if (!status && length == 0 && !memcmp(first_point, second_point, 3 * sizeof *first_point)) /* as a ball does */
+    status = flesh_carried_groups_copy(first_count, first, second_count, second, &self->groups);
   if (status) {
     joint_spring_destroy(self);
     return status;

@@ -18,7 +18,6 @@ typedef flesh_surface_near near;
 static int open_near(const flesh_effect *effect, const flesh_point *point, int rubbing, near **self, int *own)
 {
   int status = flesh_surface_near_of(effect, point, self, own);
-  if (!status) flesh_surface_near_harden(*self, point->internal);
   if (!status && rubbing) status = flesh_surface_near_rub(*self, point);
   if (!status) status = flesh_surface_near_meet(*self, point->x);
   return status;
@@ -40,6 +39,9 @@ static int surface_contact_evaluate(const flesh_effect *effect, const flesh_poin
   if (!status)
     status = flesh_contact_set_evaluate(&self->set, point->x, point->threads, phi ? &energy : NULL, phi ? &size : NULL, r);
   if (status) return close_near(self, own, status);
+  const double seated = flesh_surface_seats_evaluate(self, point->x, r);
+  energy += seated;
+  size += seated;
   if (phi && shift->x != 0) {
     *phi += energy / shift->x;
     *magnitude += fabs(size / shift->x);
@@ -69,6 +71,7 @@ static int surface_contact_energy(const flesh_effect *effect, const flesh_point 
   *energy = 0;
   int status = open_near(effect, point, 0, &self, &own);
   if (!status) status = flesh_contact_set_evaluate(&self->set, point->x, point->threads, energy, NULL, NULL);
+  if (!status) *energy += flesh_surface_seats_evaluate(self, point->x, NULL);
   return close_near(self, own, status);
 }
 
@@ -103,6 +106,13 @@ static int surface_contact_jacobian(const flesh_effect *effect, const flesh_poin
       add_blocks(K, nodes[3] >= 0 ? 4 : nodes[2] >= 0 ? 3 : 2, nodes, self->hessians + 144 * (size_t)k);
     }
   }
+  if (!status && shift->x != 0)
+    for (int k = 0; k < self->seat_count; k++) {
+      double H[144];
+      flesh_contact_seat_hessian(&self->seats[k], point->x, shift->filter, H);
+      for (int e = 0; e < 144; e++) H[e] *= shift->x;
+      add_blocks(K, 4, self->seats[k].nodes, H);
+    }
   const int rubs = self && self->contact->friction > 0 && shift->v != 0 ? self->rubs.count : 0;
   if (!status && rubs && !(status = flesh_surface_near_reserve(self, rubs))) {
     flesh_contact_friction_hessians(&self->rubs, point->v, shift->v, self->hessians);
@@ -131,6 +141,7 @@ static void surface_contact_report(const flesh_effect *effect, const flesh_point
   if (!status && r && !flesh_contact_set_evaluate(&self->set, point->x, point->threads, NULL, NULL, r)) {
     values[0] = fmin(values[0], self->set.distance);
     values[1] = self->set.count;
+    flesh_surface_seats_evaluate(self, point->x, r);
     for (size_t d = 0; d < n; d += 3) values[2] += sqrt(r[d] * r[d] + r[d + 1] * r[d + 1] + r[d + 2] * r[d + 2]) / 2;
   }
   if (!status && contact->separates) values[3] = self->patches.pair_count;
@@ -141,7 +152,7 @@ static void surface_contact_report(const flesh_effect *effect, const flesh_point
 static int surface_contact_variables(const flesh_effect *effect)
 {
   const contact *self = effect->data;
-  return self->adaptive;
+  return self->adaptive + (self->bonds ? self->bonds->variables : 0);
 }
 
 static int surface_contact_update(const flesh_effect *effect, const flesh_point *point, double *internal, int *changed)
@@ -149,6 +160,7 @@ static int surface_contact_update(const flesh_effect *effect, const flesh_point 
   const contact *contact = effect->data;
   near *self;
   int own;
+  if (flesh_surface_contact_release(contact, point, internal)) *changed = 1;
   if (!contact->adaptive) return FLESH_OK;
   const int status = open_near(effect, point, 0, &self, &own);
   if (!status && flesh_surface_near_adapt(self, point->x, internal)) *changed = 1;
@@ -168,7 +180,8 @@ static size_t surface_contact_memory(const flesh_effect *effect)
 {
   const contact *self = effect->data;
   return sizeof *self + flesh_contact_surface_memory(&self->surface) +
-         (size_t)self->surface.body_count * (size_t)self->surface.body_count;
+         (size_t)self->surface.body_count * (size_t)self->surface.body_count +
+         flesh_near_bonds_memory(self->bonds, self->surface.node_count, self->surface.edge_count);
 }
 
 static void surface_contact_destroy(void *data)
@@ -177,6 +190,7 @@ static void surface_contact_destroy(void *data)
   if (!self) return;
   flesh_contact_surface_clear(&self->surface);
   free(self->may_meet);
+  if (self->owns_bonds) flesh_near_bonds_destroy((flesh_near_bonds *)self->bonds);
   free(self);
 }
 
@@ -190,7 +204,6 @@ static void surface_contact_destroy(void *data)
       .potential = surface_contact_potential,                                                                           \
       .energy = surface_contact_energy,                                                                                 \
       .destroy = surface_contact_destroy,                                                                               \
-      .barrier = &(const flesh_effect_barrier){.check = flesh_surface_contact_check},                                   \
       .shortcuts = &(const flesh_effect_shortcuts){.evaluate = surface_contact_evaluate},                               \
       .figures = &(const flesh_effect_figures){.report_names = (names), .report = surface_contact_report,               \
                                                .memory = surface_contact_memory},                                       \

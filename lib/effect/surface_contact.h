@@ -5,6 +5,7 @@
 #include "flesh/contact.h"
 #include "geometry/contact_friction.h"
 #include "geometry/contact_patches.h"
+#include "geometry/contact_seat.h"
 #include "geometry/contact_secant.h"
 #include "geometry/contact_set.h"
 #include "geometry/near_drift.h"
@@ -24,6 +25,8 @@ typedef struct flesh_surface_contact {
   flesh_cells places;          /* the surface's nodes, each by itself: those that every rank has */
   int own;                     /* the first nodes of the mesh are this rank's; INT_MAX: all are */
   const int *numbers;          /* of a rank's nodes in the whole, borrowed; NULL: there is one */
+  const flesh_near_bonds *bonds; /* what other effects hold together; NULL: nothing */
+  int owns_bonds, bonded;        /* bonded: it has been told */
   int separates;               /* what goes through each other at the start does not touch until it is apart */
 } flesh_surface_contact;
 
@@ -54,12 +57,18 @@ typedef struct flesh_surface_near {
   int *cell_nodes, cell_room; /* of cells */
   double *hessians;
   size_t hessian_room;
+  unsigned char *bonded;     /* [bonded points + edges] FLESH_HELD, ... by the internal variables; NULL: there are none */
+  int seat_count;            /* of points that are FLESH_SEATED, on a rank its own */
+  flesh_contact_seat *seats;
   flesh_contact_patches patches; /* that ignore each other; none but of an effect that separates */
   int begun;                     /* pairs of patches where the run began */
   double t_apart;                /* s, since when nothing is ignored any more; NaN: something is, or nothing ever was */
   int patches_known;
   double *x_patches; /* [3*nodes] the last accepted place, at which they are known */
 } flesh_surface_near;
+
+/* Internal variables of a bonded point: FLESH_HELD, ...; the distance from which its seat pushes, m; the seat's face. */
+enum { FLESH_POINT_STATE, FLESH_POINT_LEAST, FLESH_POINT_FACE, FLESH_POINT_VARIABLES };
 
 extern const flesh_effect_operations flesh_surface_contact_operations, flesh_separating_contact_operations;
 extern const flesh_effect_proximity flesh_surface_contact_proximity, flesh_separating_contact_proximity;
@@ -83,13 +92,28 @@ int flesh_surface_contact_ignored(const flesh_effect *effect, const double *x, i
  * of another kind nothing. FLESH_ERR_MEMORY. */
 int flesh_surface_contact_left_out(const flesh_effect *effect, flesh_left_out *found);
 
-int flesh_surface_contact_check(const flesh_effect *effect, double t, const double *x);
+/* flesh_effect_proximity.check. */
+int flesh_surface_contact_check(const flesh_effect *effect, const double *internal, const double *x);
 
 int flesh_surface_near_create(const flesh_surface_contact *contact, flesh_threads *threads, flesh_surface_near **near);
 void flesh_surface_near_destroy(void *near);
 
-/* The point's memory, or one for this call (*own), which is to be destroyed. FLESH_ERR_MEMORY. */
+/* The point's memory, or one for this call (*own), which is to be destroyed, with the stiffness and what is held together by
+ * the point's internal variables. FLESH_ERR_MEMORY. */
 int flesh_surface_near_of(const flesh_effect *effect, const flesh_point *point, flesh_surface_near **near, int *own);
+/* Memory for what is held together, after the finder's. FLESH_ERR_MEMORY. */
+int flesh_surface_release_create(flesh_surface_near *near);
+/* The stiffness and what is held together become those of the effect's internal variables (NULL: all are 0). */
+void flesh_surface_near_take(flesh_surface_near *near, const double *internal);
+/* The part of that for what is HELD, SEATED and APART. */
+void flesh_surface_near_let_go(flesh_surface_near *near, const double *internal);
+/* The energy of the seats at x [3*n], J; adds the residual to r unless it is NULL. */
+double flesh_surface_seats_evaluate(const flesh_surface_near *near, const double *x, double *r);
+/* The internal variables of the next step, by which bonds hold and how far apart things are at the point; whether any has
+ * changed. */
+int flesh_surface_contact_release(const flesh_surface_contact *contact, const flesh_point *point, double *internal);
+/* flesh_effect_proximity.take_bonds. */
+int flesh_surface_contact_take_bonds(flesh_effect *effect, int count, const flesh_bond *bonds);
 /* near->set becomes that at x [3*n]. FLESH_UNDEFINED where surfaces meet. */
 int flesh_surface_near_meet(flesh_surface_near *near, const double *x);
 /* The surface's places [3*nodes of the surface] out of x [3*n]. */

@@ -128,14 +128,14 @@ static int check_sides(const contact *self, const double *x)
   return status;
 }
 
-int flesh_surface_contact_check(const flesh_effect *effect, double t, const double *x)
+int flesh_surface_contact_check(const flesh_effect *effect, const double *internal, const double *x)
 {
   const contact *self = effect->data;
   flesh_surface_near *near;
   flesh_surface_intersections found = {0};
-  (void)t;
   int status = flesh_surface_near_create(self, NULL, &near);
   if (status) return status;
+  flesh_surface_near_take(near, internal);
   status = flesh_surface_intersections_find(near->finder, x, NULL, &found);
   if (!status && found.count) status = self->separates ? FLESH_OK : complain(self, &found);
   else if (!status) status = check_sides(self, x);

@@ -42,6 +42,8 @@ static int restrict_to_part(const flesh_effect *whole, const flesh_rank_part *pa
   self->surface = (flesh_contact_surface){0};
   self->places = (flesh_cells){0};
   self->may_meet = NULL;
+  self->owns_bonds = 0;
+  self->bonded = 1; /* as the whole, whose bonds are borrowed: they go by places on the surface, the same on all ranks */
   self->own = flesh_rank_part_own(part);
   self->numbers = flesh_rank_part_nodes(part);
   const int status = take(from, part, self);

@@ -42,6 +42,7 @@ int flesh_surface_near_create(const flesh_surface_contact *contact, flesh_thread
   if (!status)
     status = flesh_near_finder_create(&contact->surface, X, contact->may_meet, contact->law.thickness, threads,
                                       &self->finder);
+  if (!status) status = flesh_surface_release_create(self);
   if (!status && contact->own < INT_MAX && !contact->adaptive)
     status = flesh_near_finder_restrict(self->finder, contact->own);
   if (!status && contact->separates) status = flesh_contact_patches_create(&contact->surface, &self->patches);
@@ -63,10 +64,18 @@ void flesh_surface_near_destroy(void *data)
   flesh_contact_friction_clear(&self->rubs);
   flesh_contact_secant_clear(&self->secant);
   flesh_contact_patches_clear(&self->patches);
+  free(self->bonded);
+  free(self->seats);
   free(self->x_set); /* and the other places with it */
   free(self->cell_nodes);
   free(self->hessians);
   free(self);
+}
+
+void flesh_surface_near_take(near *self, const double *internal)
+{
+  flesh_surface_near_harden(self, internal);
+  flesh_surface_near_let_go(self, internal);
 }
 
 int flesh_surface_near_of(const flesh_effect *effect, const flesh_point *point, near **result, int *own)
@@ -74,6 +83,7 @@ int flesh_surface_near_of(const flesh_effect *effect, const flesh_point *point, 
   *own = !point->near;
   *result = point->near;
   int changed, status = *own ? flesh_surface_near_create(effect->data, point->threads, result) : FLESH_OK;
+  if (!status) flesh_surface_near_take(*result, point->internal);
   if (!status && *own && (*result)->contact->separates)
     status = flesh_surface_near_follow(*result, 0, point->t_lag, point->x_lag, &changed);
   return status;
@@ -189,6 +199,7 @@ static int covers(const flesh_effect *effect, const flesh_point *point, const fl
 {
   near *self = point->near;
   (void)effect;
+  flesh_surface_near_take(self, point->internal);
   if (flesh_surface_near_rub(self, point) || flesh_surface_near_meet(self, point->x)) return 1; /* it has no value */
   for (int k = 0; k < self->set.count; k++)
     if (flesh_contact_set_owns(&self->set, &self->set.pairs[k]) &&
@@ -196,6 +207,8 @@ static int covers(const flesh_effect *effect, const flesh_point *point, const fl
       return 0;
   for (int k = 0; k < self->rubs.count; k++)
     if (!has_blocks(K, self->rubs.rubs[k].count, self->rubs.rubs[k].nodes)) return 0;
+  for (int k = 0; k < self->seat_count; k++)
+    if (!has_blocks(K, 4, self->seats[k].nodes)) return 0;
   return 1;
 }
 
@@ -245,10 +258,11 @@ static int coupled(const flesh_effect *effect, const flesh_point *point, const f
 {
   near *self = point->near;
   (void)effect;
+  flesh_surface_near_take(self, point->internal);
   int status = flesh_surface_near_rub(self, point);
   if (!status) status = search_around(self, point->x);
   if (status) return status;
-  const int most = self->around.point_count + self->around.edge_count + self->rubs.count;
+  const int most = self->around.point_count + self->around.edge_count + self->rubs.count + self->seat_count;
   if (most > self->cell_room) {
     int *grown = realloc(self->cell_nodes, 4 * (size_t)most * sizeof *grown);
     if (!grown) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d pairs that may touch", most);
@@ -258,6 +272,7 @@ static int coupled(const flesh_effect *effect, const flesh_point *point, const f
   self->cells = (flesh_cells){.nodes_per_cell = 4, .nodes = self->cell_nodes, .padded = 1};
   add_candidates(self, point->x);
   for (int k = 0; k < self->rubs.count; k++) add_cell(self, self->rubs.rubs[k].count, self->rubs.rubs[k].nodes);
+  for (int k = 0; k < self->seat_count; k++) add_cell(self, 4, self->seats[k].nodes);
   *cells = &self->cells;
   return FLESH_OK;
 }
@@ -272,7 +287,8 @@ static const flesh_near_pairs *pairs_of_step(near *self, const double *x_from, c
   return flesh_near_pairs_find(self->finder, x_from, moved, 0, self->threads, &self->on_way) ? NULL : &self->on_way;
 }
 
-static double max_feasible_step(const flesh_effect *effect, void *memory, const double *x_from, const double *x_to)
+static double max_feasible_step(const flesh_effect *effect, void *memory, const double *internal, const double *x_from,
+                                const double *x_to)
 {
   near *self = memory;
   double fraction = 0; /* without memory nothing is known */
@@ -282,12 +298,19 @@ static double max_feasible_step(const flesh_effect *effect, void *memory, const 
     flesh_surface_near_destroy(self);
     return 0;
   }
+  flesh_surface_near_take(self, internal);
   const double apart = flesh_surface_near_on_way(self, x_from, x_to);
   const flesh_near_pairs *pairs = pairs_of_step(self, x_from, x_to, apart);
   const double *to = flesh_surface_near_without_mean(self, NULL, x_from, x_to);
   if (pairs) fraction = flesh_near_pairs_feasible_step(self->finder, pairs, x_from, to, KEPT, apart, self->threads);
   if (!memory) flesh_surface_near_destroy(self);
   return fraction;
+}
+
+static size_t memory_of_release(const near *self)
+{
+  const flesh_near_bonds *bonds = self->contact->bonds;
+  return bonds ? (size_t)bonds->count[0] * (1 + sizeof *self->seats) + (size_t)bonds->count[1] : 0;
 }
 
 static size_t memory_of(const void *memory)
@@ -300,7 +323,7 @@ static size_t memory_of(const void *memory)
          flesh_contact_set_memory(&self->set) + flesh_contact_patches_memory(&self->patches) +
          ((size_t)self->contact->surface.node_count + 1) * sizeof *self->secant.nodes +
          (size_t)self->rubs.capacity * sizeof *self->rubs.rubs + 4 * (size_t)self->cell_room * sizeof(int) +
-         self->hessian_room * sizeof(double);
+         self->hessian_room * sizeof(double) + memory_of_release(self);
 }
 
 static int follow(void *memory, int accepted, double t, const double *x, int *changed)
@@ -317,7 +340,8 @@ static void separation_of(const void *memory, flesh_separation *separation)
 
 #define SHARED                                                                                                          \
   .create = create, .destroy = flesh_surface_near_destroy, .covers = covers, .coupled = coupled,                        \
-  .max_feasible_step = max_feasible_step, .memory = memory_of
+  .max_feasible_step = max_feasible_step, .memory = memory_of, .check = flesh_surface_contact_check,          \
+  .take_bonds = flesh_surface_contact_take_bonds
 const flesh_effect_proximity flesh_surface_contact_proximity = {SHARED},
                              flesh_separating_contact_proximity = {SHARED, .follow = follow, .archive = archive_of,
                                                                    .separation = separation_of};

@@ -31,8 +31,16 @@ static const double default_factor = 30;
 static const double place_tolerance = 1e-12;
 enum { PLACE_ITERATIONS = 60, TIE_NODES = FLESH_FACE_NODES + 10 };
 
+/* A common part of two triangles. */
+typedef struct segment {
+  int triangles[2][3];
+  double gap; /* m, at rest */
+} segment;
+
 typedef struct weld {
   flesh_ties ties; /* first: flesh_tied_ */
+  int segment_count, segment_room;
+  segment *segments; /* [segment_count]; part k of the breaks is segment k; none on a rank's part */
   double area, stiffness; /* m^2, Pa/m */
   flesh_weld_breaks breaks; /* limit 0: it does not */
   flesh_ties all; /* on a rank's part, where it breaks: of all ranks */
@@ -42,7 +50,8 @@ typedef struct weld {
 static size_t weld_memory(const flesh_effect *effect)
 {
   const weld *self = effect->data;
-  return sizeof *self + flesh_ties_memory(&self->ties) + flesh_ties_memory(&self->all) + flesh_weld_breaks_memory(&self->breaks);
+  return sizeof *self + flesh_ties_memory(&self->ties) + flesh_ties_memory(&self->all) +
+         flesh_weld_breaks_memory(&self->breaks) + (size_t)self->segment_room * sizeof *self->segments;
 }
 
 static void weld_destroy(void *data)
@@ -52,6 +61,7 @@ static void weld_destroy(void *data)
     flesh_ties_clear(&self->ties);
     flesh_ties_clear(&self->all);
     flesh_weld_breaks_clear(&self->breaks);
+    free(self->segments);
   }
   free(self);
 }
@@ -83,6 +93,17 @@ static const flesh_cells *weld_cells(const flesh_effect *whole, int *everywhere)
   return *everywhere ? &self->places : &self->ties.cells;
 }
 
+static int count_bonds(const flesh_effect *effect) { return ((const weld *)effect->data)->segment_count; }
+
+static void get_bond(const flesh_effect *effect, int k, flesh_bond *bond)
+{
+  const weld *self = effect->data;
+  const segment *of = &self->segments[k];
+  *bond = (flesh_bond){{3, 3}, {of->triangles[0], of->triangles[1]}, of->gap, self->breaks.limit > 0 ? k : -1};
+}
+
+static const flesh_effect_bonds weld_bonds = {.count = count_bonds, .get = get_bond};
+
 static const flesh_effect_ranks weld_ranks = {.restrict_to_part = weld_restrict, .cells = weld_cells};
 
 static const flesh_effect_operations weld_operations = {
@@ -96,6 +117,7 @@ static const flesh_effect_operations weld_operations = {
     .destroy = weld_destroy,
     .figures = &(const flesh_effect_figures){.memory = weld_memory},
     .ranks = &weld_ranks,
+    .bonds = &weld_bonds,
 };
 
 static int variables(const flesh_effect *effect)
@@ -138,6 +160,7 @@ static const flesh_effect_operations breaking_operations = {
     .figures = &(const flesh_effect_figures){.memory = weld_memory, .report_names = report_names, .report = report},
     .internal = &(const flesh_effect_internal){.count = variables, .update = update, .tell = tell},
     .ranks = &weld_ranks,
+    .bonds = &weld_bonds,
 };
 
 /* The nodes' weights of a point in a tet, or continued from it: of ten nodes x(L) = P is solved by steps of the corners'
@@ -212,6 +235,22 @@ static int add_tie(making *m, int a, int b, const double L[3], double weight, do
   return FLESH_OK;
 }
 
+static int add_segment(weld *self, const int first[3], const int second[3], double gap)
+{
+  if (self->segment_count == self->segment_room) {
+    const int room = self->segment_room / 2 * 3 + 64;
+    segment *grown = realloc(self->segments, (size_t)room * sizeof *grown);
+    if (!grown) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the %d parts of a weld", room);
+    self->segments = grown;
+    self->segment_room = room;
+  }
+  segment *added = &self->segments[self->segment_count++];
+  memcpy(added->triangles[0], first, sizeof added->triangles[0]);
+  memcpy(added->triangles[1], second, sizeof added->triangles[1]);
+  added->gap = fabs(gap);
+  return FLESH_OK;
+}
+
 /* The common part as a fan of triangles, each with the rule of its face. */
 static int weld_triangles(void *data, int a, int b)
 {
@@ -228,6 +267,8 @@ static int weld_triangles(void *data, int a, int b)
   const double twice = sqrt(flesh_vec3_dot(normal, normal));
   const int flat = flesh_face_is_flat(&m->faces, a) && flesh_mesh_order(m->body->mesh) == 1;
   const int breaks = m->self->breaks.limit > 0;
+  const int added = add_segment(m->self, m->side[0].triangles + 3 * (size_t)a, m->side[1].triangles + 3 * (size_t)b, gap);
+  if (added) return added;
   if (breaks) flesh_ties_begin_group(&m->self->ties);
   if (breaks) flesh_weld_breaks_begin(&m->self->breaks, m->side[0].triangles + 3 * (size_t)a);
   for (int k = 1; k + 1 < corners; k++) {

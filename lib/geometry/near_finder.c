@@ -173,15 +173,36 @@ void flesh_near_finder_gather(flesh_near_finder *self, int kind, int firsts, int
 
 int flesh_near_finder_excludes(const flesh_near_finder *self, int kind, int first, int second)
 {
-  const flesh_near_rows *rows = &self->excluded[kind];
-  if (!rows->start) return 0;
-  int low = rows->start[first], high = rows->start[first + 1];
-  while (low < high) {
-    const int middle = low + (high - low) / 2;
-    if (rows->second[middle] < second) low = middle + 1;
-    else high = middle;
-  }
-  return low < rows->start[first + 1] && rows->second[low] == second;
+  return self->excluded[kind].start && flesh_near_rows_have(&self->excluded[kind], first, second);
+}
+
+static int bond_state(const flesh_near_finder *self, int kind, int row)
+{
+  return self->bonded[kind] ? self->bonded[kind][row] : FLESH_HELD;
+}
+
+/* Whether the node at that place is seated on the piece of a mesh node. */
+static int is_seated_on(const flesh_near_finder *self, int place, int node)
+{
+  const flesh_contact_surface *s = self->surface;
+  const int row = self->bonds->row[0][place];
+  if (row < 0 || bond_state(self, 0, row) != FLESH_SEATED) return 0;
+  return s->node_piece[s->node_place[s->faces[3 * (size_t)self->bonds->seat[row]]]] == s->node_piece[s->node_place[node]];
+}
+
+int flesh_near_finder_holds(const flesh_near_finder *self, int kind, int first, int second)
+{
+  const flesh_contact_surface *s = self->surface;
+  const int row = self->bonds->row[kind][first];
+  if (row >= 0 && bond_state(self, kind, row) != FLESH_APART &&
+      flesh_near_rows_have(&self->bonds->others[kind], row, second))
+    return 1;
+  if (!kind) return is_seated_on(self, first, s->faces[3 * (size_t)second]);
+  const int *p = s->edges + 2 * (size_t)first, *q = s->edges + 2 * (size_t)second;
+  int seated = 0;
+  for (int k = 0; k < 2 && !seated; k++)
+    seated = is_seated_on(self, s->node_place[p[k]], q[0]) || is_seated_on(self, s->node_place[q[k]], p[0]);
+  return seated;
 }
 
 int flesh_near_finder_ignores(const flesh_near_finder *self, int kind, int first, int second)

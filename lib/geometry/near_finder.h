@@ -7,6 +7,7 @@
 
 #include "geometry/box_tree.h"
 #include "geometry/contact_surface.h"
+#include "geometry/near_bonds.h"
 #include "geometry/near_patches.h"
 
 enum { FLESH_NEAR_PARTS = 64 };
@@ -22,11 +23,6 @@ typedef struct flesh_near_part {
   int failed;    /* for want of memory */
 } flesh_near_part;
 
-/* Pairs to leave out: of first number i those with the second numbers second[start[i]] ... ascending. */
-typedef struct flesh_near_rows {
-  int *start, *second;
-} flesh_near_rows;
-
 /* Made by flesh_near_finder_create (near_pairs.h). */
 typedef struct flesh_near_finder {
   const flesh_contact_surface *surface;
@@ -36,7 +32,9 @@ typedef struct flesh_near_finder {
   flesh_box_tree *tree;
   flesh_near_box *face_boxes, *edge_boxes; /* [face_count], [edge_count] of the last fit */
   double fit_inflation;
-  flesh_near_rows excluded[2]; /* faces of points, edges of edges */
+  flesh_near_rows excluded[2]; /* pairs to leave out: faces of points, edges of edges, ascending */
+  const flesh_near_bonds *bonds; /* borrowed; NULL: nothing is held together */
+  const unsigned char *bonded[2]; /* [bonds->count] whether it is FLESH_HELD, ...; borrowed; NULL: all are */
   const flesh_contact_patches *patches; /* that ignore each other, borrowed; NULL: none do */
   int own;    /* pairs are searched for whose first node is below: those of a rank (team.h); INT_MAX: all */
   int *owned; /* [face_count+1] how many faces before each place of the tree keep such a node or edge; NULL: all do */
@@ -65,6 +63,9 @@ void flesh_near_finder_gather(flesh_near_finder *finder, int kind, int firsts, i
 
 /* Whether a pair of a kind is left out for its distance at rest. */
 int flesh_near_finder_excludes(const flesh_near_finder *finder, int kind, int first, int second);
+
+/* Whether a pair of a kind does not touch, as it is held together or has not come apart since. */
+int flesh_near_finder_holds(const flesh_near_finder *finder, int kind, int first, int second);
 
 /* Whether a pair of a kind is of patches that ignore each other. */
 int flesh_near_finder_ignores(const flesh_near_finder *finder, int kind, int first, int second);

@@ -85,6 +85,7 @@ static void try_point(const search *s, flesh_near_part *part, int node, int f)
   if (s->within_pieces && (body != other || !are_connected(surface, node, corner[0]))) return;
   if (point_is_outside(s, node, &self->face_boxes[f])) return;
   if (body == other && flesh_near_finder_excludes(self, POINT_FACE, place, f)) return;
+  if (self->bonds && flesh_near_finder_holds(self, POINT_FACE, place, f)) return;
   if (self->patches && flesh_near_finder_ignores(self, POINT_FACE, place, f)) return;
   const int nodes[4] = {node, corner[0], corner[1], corner[2]};
   if (!flesh_hulls_stay_apart(1, 3, nodes, s->x0, s->x1, s->distance)) flesh_near_part_add(part, POINT_FACE, place, f);
@@ -101,6 +102,7 @@ static void try_edges(const search *s, flesh_near_part *part, int first, int sec
   if (s->within_pieces && (body != other || !are_connected(self->surface, p[0], q[0]))) return;
   if (!flesh_near_boxes_meet(&self->edge_boxes[a], &self->edge_boxes[b])) return;
   if (body == other && flesh_near_finder_excludes(self, EDGE_EDGE, a, b)) return;
+  if (self->bonds && flesh_near_finder_holds(self, EDGE_EDGE, a, b)) return;
   if (self->patches && flesh_near_finder_ignores(self, EDGE_EDGE, a, b)) return;
   const int nodes[4] = {p[0], p[1], q[0], q[1]};
   if (!flesh_hulls_stay_apart(2, 2, nodes, s->x0, s->x1, s->distance)) flesh_near_part_add(part, EDGE_EDGE, a, b);

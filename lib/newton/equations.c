@@ -231,7 +231,8 @@ int flesh_equations_can_reach(flesh_equations *self, const double *u)
   const flesh_stage *s = &self->stage;
   if (flesh_equations_is_clear(self, u)) return 1;
   flesh_equations_point(self, u);
-  return flesh_system_max_feasible_step(self->system, &self->proximity, s->t_from, s->x_from, s->t, self->x) == 1;
+  return flesh_system_max_feasible_step(self->system, &self->proximity, s->internal, s->t_from, s->x_from, s->t, self->x) ==
+         1;
 }
 
 /* The free dofs of u become those of x. */
@@ -259,8 +260,8 @@ double flesh_equations_max_feasible_step(flesh_equations *self, const double *fr
   flesh_equations_point(self, from);
   memcpy(self->scratch, self->x, (size_t)self->n * sizeof *self->x);
   flesh_equations_point(self, to);
-  return flesh_system_max_feasible_step(self->system, &self->proximity, self->stage.t, self->scratch, self->stage.t,
-                                        self->x);
+  return flesh_system_max_feasible_step(self->system, &self->proximity, self->stage.internal, self->stage.t, self->scratch,
+                                        self->stage.t, self->x);
 }
 
 static int same(const flesh_equations *self, const double *u, const double *other)

@@ -15,6 +15,7 @@
 #include "scene/effect_list.h"
 #include "scene/keys.h"
 #include "scene/scene.h"
+#include "system/internal.h"
 #include "system/parts.h"
 
 static int no_memory(const flesh_scene *scene)
@@ -307,6 +308,8 @@ int flesh_scene_make_system(flesh_scene *scene)
     if ((status = flesh_stop_ask_before((size_t)flesh_mesh_tet_count(scene->mesh))) ||
         (status = add_entry(scene, &entries[i])))
       return status;
+  if (!scene->mesh->split && (status = flesh_system_settle_internals(scene->system)))
+    return flesh_fail_within(status, "%s: ", scene->path);
   /* A rank steps a system of its own; the first alone observes this one, which is the whole's. Internal variables are all
    * ranks'. */
   if (scene->mesh->split || (scene->rank > 0 && !has_internals(scene->system))) return FLESH_OK;

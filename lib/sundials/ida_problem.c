@@ -243,8 +243,8 @@ int flesh_ida_evaluate(flesh_ida_problem *self, double t, const double *y, const
   const int n = self->n;
   const flesh_point point = flesh_ida_point(self, t, y, yp);
   self->stats.residuals++;
-  int status = self->accepted && flesh_system_max_feasible_step(self->system, NULL, self->t_accepted, self->x_accepted,
-                                                                  point.t, point.x) < 1
+  int status = self->accepted && flesh_system_max_feasible_step(self->system, NULL, NULL, self->t_accepted,
+                                                                  self->x_accepted, point.t, point.x) < 1
                    ? FLESH_UNDEFINED
                    : flesh_system_residual(self->system, &point, F + n);
   if (!status && !(flesh_norm(self->threads, n, F + n) < INFINITY)) status = FLESH_NONFINITE;

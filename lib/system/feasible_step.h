@@ -6,14 +6,17 @@
 #include "system/proximity.h"
 
 /* The feasible fraction of the straight step of all nodes from x_from [3*n] at t_from to x_to at t_to; 1: all of it.
- * `proximity`: the run's; NULL: there is no run. */
-double flesh_system_max_feasible_step(const flesh_system *system, const flesh_proximity *proximity, double t_from,
-                                      const double *x_from, double t_to, const double *x_to);
+ * `proximity`: the run's; NULL: there is no run. `internal`: the step's internal variables; NULL: all 0. */
+double flesh_system_max_feasible_step(const flesh_system *system, const flesh_proximity *proximity,
+                                      const double *internal, double t_from, const double *x_from, double t_to,
+                                      const double *x_to);
 /* Moves the nodes of x_to that cannot get there from x_from to where they can. */
 void flesh_system_push_out(const flesh_system *system, double t_from, const double *x_from, double t_to, double *x_to);
 /* Whether a step from x_from to x_to must have tunnelled through an obstacle. */
 int flesh_system_tunnelled(const flesh_system *system, double t_from, const double *x_from, double t_to,
                            const double *x_to);
+/* flesh_system_check with internal variables (NULL: all 0). */
+int flesh_system_check_with(const flesh_system *system, const double *internal, double t, const double *x);
 /* Whether any effect limits steps. */
 int flesh_system_limits_step(const flesh_system *system);
 

@@ -2,28 +2,94 @@
 #include "system/internal.h"
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "effect/effect.h"
 #include "system/effect_point.h"
 
 int flesh_system_internal_count(const flesh_system *system) { return system->internal_count; }
 
-int flesh_system_update_internal(const flesh_system *system, const flesh_point *point, double *internal, int *changed)
+static int takes_bonds(const flesh_effect *effect)
 {
-  FLESH_NEED({system, "system"}, {point, "point"}, {internal, "internal"}, {changed, "changed"});
-  double of_ranks[flesh_effect_sums_room(system)];
-  flesh_point full = flesh_effect_point(system, point, of_ranks);
+  return effect->operations->proximity && effect->operations->proximity->take_bonds;
+}
+
+/* The bonds of all effects, new, with their variables among those of all. FLESH_ERR_MEMORY. */
+static int list_bonds(const flesh_system *system, int *count, flesh_bond **bonds)
+{
+  *count = 0;
+  for (int k = 0; k < system->entry_count; k++) {
+    const flesh_effect *effect = system->entries[k].effect;
+    if (effect->operations->bonds) *count += effect->operations->bonds->count(effect);
+  }
+  flesh_bond *next = *bonds = flesh_malloc(((size_t)*count + 1) * sizeof *next);
+  if (!next) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d bonds", *count);
+  for (int k = 0; k < system->entry_count; k++) {
+    const flesh_effect *effect = system->entries[k].effect;
+    const int own = effect->operations->bonds ? effect->operations->bonds->count(effect) : 0;
+    for (int b = 0; b < own; b++, next++) {
+      effect->operations->bonds->get(effect, b, next);
+      if (next->variable >= 0) next->variable += system->entries[k].internal;
+    }
+  }
+  return FLESH_OK;
+}
+
+/* Places for the internal variables of the effects that take bonds, or of the others. */
+static void place_internals(flesh_system *system, int taking)
+{
+  for (int k = 0; k < system->entry_count; k++) {
+    flesh_system_entry *entry = &system->entries[k];
+    if (takes_bonds(entry->effect) != taking) continue;
+    entry->internal = system->internal_count;
+    system->internal_count += flesh_effect_internal_count(entry->effect);
+  }
+}
+
+int flesh_system_settle_internals(flesh_system *system)
+{
+  flesh_bond *bonds = NULL;
+  int count = 0, some = 0, status = FLESH_OK;
+  system->internal_count = 0;
+  place_internals(system, 0);
+  for (int k = 0; k < system->entry_count; k++) some |= takes_bonds(system->entries[k].effect);
+  if (some) status = list_bonds(system, &count, &bonds);
+  for (int k = 0; k < system->entry_count && !status; k++) {
+    flesh_effect *effect = system->entries[k].effect;
+    if (takes_bonds(effect)) status = effect->operations->proximity->take_bonds(effect, count, bonds);
+  }
+  flesh_free(bonds);
+  place_internals(system, 1);
+  return status;
+}
+
+/* Updates the variables of the effects that take bonds, or of the others, at a completed point. */
+static int update_those(const flesh_system *system, int taking, const flesh_point *point, const double *sums,
+                        double *internal, int *changed)
+{
   int status = FLESH_OK;
-  *changed = 0;
+  flesh_point full = *point;
+  full.all_internal = internal;
   for (int k = 0; k < system->entry_count && !status; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     const flesh_effect_internal *can = effect->operations->internal;
-    if (!can) continue;
-    flesh_effect_point_turn(system, k, point->internal, of_ranks, &full);
+    if (!can || takes_bonds(effect) != taking) continue;
+    flesh_effect_point_turn(system, k, point->internal, sums, &full);
     status = can->update(effect, &full, internal + system->entries[k].internal, changed);
     if (status > 0)
       status = flesh_fail(FLESH_ERR_NONFINITE, "the internal variables of effect %s have no value at t = %g s",
                           effect->operations->name, point->t);
   }
+  return status;
+}
+
+int flesh_system_update_internal(const flesh_system *system, const flesh_point *point, double *internal, int *changed)
+{
+  FLESH_NEED({system, "system"}, {point, "point"}, {internal, "internal"}, {changed, "changed"});
+  double of_ranks[flesh_effect_sums_room(system)];
+  const flesh_point full = flesh_effect_point(system, point, of_ranks);
+  *changed = 0;
+  int status = update_those(system, 0, &full, of_ranks, internal, changed);
+  if (!status) status = update_those(system, 1, &full, of_ranks, internal, changed);
   status = flesh_team_agree(system->team, status);
   double any = *changed; /* bits that hang on how a rank numbers its nodes become the same */
   if (!status) flesh_team_largest(system->team, 1, &any);

@@ -10,6 +10,11 @@ static inline const double *flesh_internal_of(const flesh_system *system, int k,
   return internal ? internal + system->entries[k].internal : NULL;
 }
 
+/* Tells the effects that take bonds of those of the others, and says where the internal variables of each are: those of
+ * effects that take bonds come last. Before the system is finished; the same again where it is called again.
+ * FLESH_ERR_MEMORY. */
+int flesh_system_settle_internals(flesh_system *system);
+
 /* The energies of the effects that have internal variables, into their places of energies [effect_count], J, and the
  * sum of these. */
 int flesh_system_internal_energies(const flesh_system *system, const flesh_point *point, double *energies, double *sum);

@@ -6,7 +6,10 @@
 #include "base/error.h"
 #include "base/huge_pages.h"
 #include "base/memory.h"
+#include "effect/effect.h"
 #include "linear/block_matrix.h"
+#include "system/feasible_step.h"
+#include "system/internal.h"
 #include "system/parts.h"
 
 int flesh_system_has_proximity(const flesh_system *system)
@@ -64,6 +67,20 @@ int flesh_proximity_follow(const flesh_proximity *self, int accepted, double t, 
   return self->near ? flesh_team_agree(self->system->team, status) : status;
 }
 
+int flesh_system_check_with(const flesh_system *system, const double *internal, double t, const double *x)
+{
+  int status = FLESH_OK;
+  for (int k = 0; k < system->entry_count && !status; k++) {
+    const flesh_effect *effect = system->entries[k].effect;
+    const flesh_effect_barrier *barrier = flesh_effect_as_barrier(effect);
+    const flesh_effect_proximity *proximity = effect->operations->proximity;
+    if (barrier->check) status = barrier->check(effect, t, x);
+    if (!status && proximity && proximity->check)
+      status = proximity->check(effect, flesh_internal_of(system, k, internal), x);
+  }
+  return flesh_team_agree(system->team, status);
+}
+
 /* What effects remember. */
 static int archive_effects(const flesh_proximity *self, flesh_archive *archive)
 {
@@ -75,27 +92,37 @@ static int archive_effects(const flesh_proximity *self, flesh_archive *archive)
   return status;
 }
 
+/* The point as effect k sees it. */
+static flesh_point point_of(const flesh_proximity *self, int k, const flesh_point *point)
+{
+  flesh_point own = *point;
+  own.near = self->near[k];
+  own.internal = flesh_internal_of(self->system, k, point->internal);
+  return own;
+}
+
 /* Whether the matrix has what every effect couples at the point. */
-static int covers(const flesh_proximity *self, flesh_point *point, const flesh_block_matrix *K)
+static int covers(const flesh_proximity *self, const flesh_point *point, const flesh_block_matrix *K)
 {
   int all = 1;
   for (int k = 0; k < self->effects && all; k++) {
     const flesh_effect *effect = self->system->entries[k].effect;
-    if (!(point->near = self->near[k])) continue;
-    all = effect->operations->proximity->covers(effect, point, K);
+    const flesh_point own = point_of(self, k, point);
+    if (own.near) all = effect->operations->proximity->covers(effect, &own, K);
   }
   return all;
 }
 
 /* The system's pattern with the cells of all effects. */
-static int lay_out(const flesh_proximity *self, flesh_point *point, flesh_layout *layout)
+static int lay_out(const flesh_proximity *self, const flesh_point *point, flesh_layout *layout)
 {
   const flesh_cells **cells = flesh_malloc(((size_t)self->effects + 1) * sizeof *cells);
   int status = cells ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d effects", self->effects), count = 0;
   for (int k = 0; k < self->effects && !status; k++) {
     const flesh_effect *effect = self->system->entries[k].effect;
-    if (!(point->near = self->near[k])) continue;
-    status = effect->operations->proximity->coupled(effect, point, &cells[count]);
+    const flesh_point own = point_of(self, k, point);
+    if (!own.near) continue;
+    status = effect->operations->proximity->coupled(effect, &own, &cells[count]);
     count++;
   }
   if (!status) status = flesh_layout_create(self->system, count, cells, layout);
@@ -123,15 +150,14 @@ static int take_layout(flesh_proximity *self, flesh_layout *layout, flesh_block_
 
 int flesh_proximity_cover(flesh_proximity *self, const flesh_point *point, flesh_block_matrix *K, int *grown)
 {
-  flesh_point at = *point;
   flesh_layout layout;
   *grown = 0;
   if (!self->near) return FLESH_OK;
   const flesh_team *team = self->system->team;
-  double missing = !covers(self, &at, K); /* on one rank: all get another pattern, as what goes by it is everyone's */
+  double missing = !covers(self, point, K); /* on one rank: all get another pattern, as what goes by it is everyone's */
   flesh_team_largest(team, 1, &missing);
   if (missing == 0) return FLESH_OK;
-  int status = flesh_team_agree(team, lay_out(self, &at, &layout));
+  int status = flesh_team_agree(team, lay_out(self, point, &layout));
   if (!status) status = flesh_team_agree(team, take_layout(self, &layout, K));
   *grown = !status;
   return status;

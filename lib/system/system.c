@@ -11,6 +11,7 @@
 #include "mesh/mesh.h"
 #include "parallel/rank_part.h"
 #include "system/feasible_step.h"
+#include "system/internal.h"
 #include "system/parts.h"
 #include "system/effect_point.h"
 #include "system/ranks.h"
@@ -185,6 +186,7 @@ static int make_pattern(flesh_system *system)
 {
   int status = still_open(system);
   if (!status) status = check_holders(system);
+  if (!status) status = flesh_system_settle_internals(system);
   if (status) return status;
   const flesh_cells **cells = flesh_malloc(((size_t)system->entry_count + 1) * sizeof *cells);
   if (!cells) return flesh_fail(FLESH_ERR_MEMORY, "no memory to finish a system");
@@ -192,8 +194,6 @@ static int make_pattern(flesh_system *system)
   for (int k = 0; k < system->entry_count && !status; k++) {
     const flesh_cells *own = cells_of(system->entries[k].effect);
     if (own) status = flesh_pattern_check(system->entries[k].effect->operations->name, system->nodes, own);
-    system->entries[k].internal = system->internal_count;
-    system->internal_count += flesh_effect_internal_count(system->entries[k].effect);
     int known = !own;
     for (int j = 0; j < count && !known; j++) known = same_cells(cells[j], own);
     if (!known) cells[count++] = own;
@@ -355,8 +355,9 @@ int flesh_system_check_team(const flesh_system *system)
   return status;
 }
 
-double flesh_system_max_feasible_step(const flesh_system *system, const flesh_proximity *proximity, double t_from,
-                                      const double *x_from, double t_to, const double *x_to)
+double flesh_system_max_feasible_step(const flesh_system *system, const flesh_proximity *proximity,
+                                      const double *internal, double t_from, const double *x_from, double t_to,
+                                      const double *x_to)
 {
   double fraction = 1;
   for (int k = 0; system->limits_step && k < system->entry_count; k++) {
@@ -366,7 +367,8 @@ double flesh_system_max_feasible_step(const flesh_system *system, const flesh_pr
       fraction = fmin(fraction, barrier->max_feasible_step(effect, t_from, x_from, t_to, x_to));
     if (effect->operations->proximity)
       fraction = fmin(fraction, effect->operations->proximity->max_feasible_step(
-                                    effect, flesh_proximity_of(proximity, k), x_from, x_to));
+                                    effect, flesh_proximity_of(proximity, k), flesh_internal_of(system, k, internal),
+                                    x_from, x_to));
   }
   fraction = -fraction; /* the shortest of all ranks */
   if (system->limits_step) flesh_team_largest(system->team, 1, &fraction);
@@ -401,13 +403,7 @@ void flesh_system_push_out(const flesh_system *system, double t_from, const doub
 int flesh_system_check(const flesh_system *system, double t, const double *x)
 {
   FLESH_NEED({system, "system"}, {x, "x"});
-  int status = FLESH_OK;
-  for (int k = 0; k < system->entry_count && !status; k++) {
-    const flesh_effect *effect = system->entries[k].effect;
-    const flesh_effect_barrier *barrier = flesh_effect_as_barrier(effect);
-    if (barrier->check) status = barrier->check(effect, t, x);
-  }
-  return flesh_team_agree(system->team, status);
+  return flesh_system_check_with(system, NULL, t, x);
 }
 
 int flesh_system_matrix_create(const flesh_system *system, flesh_block_matrix **matrix)

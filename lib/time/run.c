@@ -180,7 +180,7 @@ static int explain(watch *w, const flesh_state *state, double target, int status
   memcpy(x, state->x, bytes);
   flesh_system_push_out(w->system, state->t, state->x, target, x);
   flesh_system_prescribe(w->system, target, x);
-  if (flesh_system_check(w->system, target, x))
+  if (flesh_system_check_with(w->system, state->internal, target, x))
     status = flesh_fail_within(FLESH_ERR_SOLVE, "the step from t = %g s to %g s failed: ", state->t, target);
   free(x);
   return status;
@@ -258,7 +258,7 @@ static int run(const flesh_system *system, flesh_integrator *integrator, const f
   if (options->observer_count) status = watch_open(&w);
   if (options->unfinished) *options->unfinished = (flesh_solve_stats){0};
   flesh_integrator_set_stop(integrator, options->stop, options->stop_data);
-  if (!status) status = flesh_system_check(system, state->t, state->x);
+  if (!status) status = flesh_system_check_with(system, state->internal, state->t, state->x);
   if (!status) status = flesh_integrator_begin(integrator, state);
   if (!status) status = run_steps(&w, integrator, fresh, begin, state, steps);
   flesh_integrator_set_stop(integrator, NULL, NULL);

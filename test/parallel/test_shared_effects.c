@@ -197,7 +197,7 @@ static void check_steps(const pair *p)
   for (int k = 0; k < 2; k++) {
     to[k] = vector(p->n[k]);
     for (int d = 0; d < p->n[k]; d++) to[k][d] = p->x_lag[k][d] + (d % 3 == 2 ? (p->x_lag[k][d] < 0.5 ? -0.5 : 0.9) : 0.1);
-    steps[k] = flesh_system_max_feasible_step(p->systems[k], NULL, 0, p->x_lag[k], 0.01, to[k]);
+    steps[k] = flesh_system_max_feasible_step(p->systems[k], NULL, NULL, 0, p->x_lag[k], 0.01, to[k]);
     flesh_system_push_out(p->systems[k], 0, p->x_lag[k], 0.01, to[k]);
     CHECK_OK(flesh_system_check(p->systems[k], 0, p->x_lag[k]));
   }

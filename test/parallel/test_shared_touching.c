@@ -10,6 +10,7 @@
 #include "linear/block_matrix.h"
 #include "linear/overlap_vectors.h"
 #include "scene/ranks.h"
+#include "system/internal.h"
 #include "system/proximity.h"
 #include "system/ranks.h"
 
@@ -51,6 +52,21 @@ static const char fold[] =
     "time: {method: backward-euler, step: 1/20, end: 1}\n"
     "solver: {newton_tolerance: 1e-10}\n";
 
+/* Two blocks welded face on face, whose weld is broken by a pull, and which are then pressed onto each other. */
+static const char torn[] =
+    "body: {name: lower, mesh: block.msh, " MATERIAL "}\n"
+    "bodies: [{name: upper, mesh: block.msh, translation: [0, 0, 0.5], " MATERIAL "}]\n"
+    "effects:\n"
+    "  - inertia: {}\n"
+    "  - viscosity: {shear: 1000, bulk: 1000}\n"
+    "  - contact: {between: all, thickness: 0.004}\n"
+    "  - weld: {bodies: [lower, upper], breaks_at: 3e4}\n"
+    "  - pin: {box: [[-1, -1, -1], [9, 9, 1e-9]]}\n"
+    "  - prescribed_motion: {box: [[-1, -1, 0.999], [9, 9, 9]], motion: [{time: 0}, "
+    "{time: 0.2, translation: [0.02, 0, 0.06]}, {time: 0.4, translation: [0.02, 0, -0.03]}]}\n"
+    "time: {method: backward-euler, step: 1/100, end: 1}\n"
+    "solver: {newton_tolerance: 1e-10}\n";
+
 /* A run of a scene on this rank alone, or of this rank's share. */
 typedef struct run {
   flesh_scene *scene;
@@ -71,6 +87,8 @@ static void open_run(const char *text, int shared, run *r)
   r->n = flesh_system_unknowns(r->system);
   r->state.x = calloc((size_t)r->n + 1, sizeof(double));
   r->state.v = calloc((size_t)r->n + 1, sizeof(double));
+  r->state.internal_count = flesh_system_internal_count(r->system);
+  r->state.internal = calloc((size_t)r->state.internal_count + 1, sizeof(double));
   if (shared) flesh_scene_share_start(r->share, &r->state);
   else flesh_scene_start(r->scene, &r->state);
   CHECK_OK(flesh_integrator_create(r->system, flesh_scene_times(r->scene)->method, flesh_scene_solver(r->scene),
@@ -80,7 +98,7 @@ static void open_run(const char *text, int shared, run *r)
 static void close_run(run *r)
 {
   flesh_integrator_destroy(&r->integrator);
-  free(r->state.x), free(r->state.v);
+  free(r->state.x), free(r->state.v), free(r->state.internal);
   flesh_scene_share_destroy(&r->share);
   flesh_scene_destroy(&r->scene);
 }
@@ -102,7 +120,8 @@ static int touches(const run *alone, const double *x)
   int k = 0;
   while (!flesh_is_surface_contact(flesh_system_effect(alone->system, k))) k++;
   const flesh_effect *effect = flesh_system_effect(alone->system, k);
-  const flesh_point point = {.t = 0, .load = 1, .x = x, .v = x, .a = x, .x_lag = x, .v_lag = x};
+  const flesh_point point = {.t = 0, .load = 1, .x = x, .v = x, .a = x, .x_lag = x, .v_lag = x,
+                             .internal = flesh_internal_of(alone->system, k, alone->state.internal)};
   effect->operations->figures->report(effect, &point, values);
   return values[1] > 0;
 }
@@ -149,6 +168,8 @@ static void a_block_slides_from_rank_to_rank(void) { CHECK(compare("slide", slid
 static void a_fast_impact_is_seen(void) { CHECK(compare("impact", impact, 8, 1e-6) > 0); }
 
 static void a_strip_touches_itself_across_a_cut(void) { CHECK(compare("fold", fold, 20, 1e-6) > 2); }
+
+static void a_weld_breaks_and_its_faces_meet_again(void) { CHECK(compare("torn", torn, 40, 1e-6) > 2); }
 
 /* A matrix of the share and of the whole where the block is `moved` along the track, and the ranks as solves see them. */
 typedef struct matrices {
@@ -307,7 +328,8 @@ int main(int argc, char **argv)
   make_box("strip.msh", (int[]){24, 2, 1}, (double[]){3, 0.4, 0.1});
   const int failed = RUN_TESTS_ON_RANKS(argc, argv, TEST(solves_exchange_what_is_near),
                                         TEST(a_block_slides_from_rank_to_rank), TEST(a_fast_impact_is_seen),
-                                        TEST(a_strip_touches_itself_across_a_cut));
+                                        TEST(a_strip_touches_itself_across_a_cut),
+                                        TEST(a_weld_breaks_and_its_faces_meet_again));
   test_folder_remove(folder);
   return failed;
 }
