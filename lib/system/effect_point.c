@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "effect/effect.h"
-#include "system/internal.h"
 #include "system/proximity.h"
 
 static int needs_sums(const flesh_effect *effect)

@@ -6,8 +6,6 @@
 #include "effect/effect.h"
 #include "system/effect_point.h"
 
-int flesh_system_internal_count(const flesh_system *system) { return system->internal_count; }
-
 static int takes_bonds(const flesh_effect *effect)
 {
   return effect->operations->proximity && effect->operations->proximity->take_bonds;
@@ -116,3 +114,5 @@ int flesh_system_internal_energies(const flesh_system *system, const flesh_point
   }
   return status;
 }
+
+int flesh_system_internal_count(const flesh_system *system) { return system->internal_count; }

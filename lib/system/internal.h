@@ -4,12 +4,6 @@
 
 #include "system/parts.h"
 
-/* Those of effect k among those of all effects (NULL: 0, as they begin). */
-static inline const double *flesh_internal_of(const flesh_system *system, int k, const double *internal)
-{
-  return internal ? internal + system->entries[k].internal : NULL;
-}
-
 /* Tells the effects that take bonds of those of the others, and says where the internal variables of each are: those of
  * effects that take bonds come last. Before the system is finished; the same again where it is called again.
  * FLESH_ERR_MEMORY. */

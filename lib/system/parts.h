@@ -39,4 +39,10 @@ struct flesh_system {
   int summed;             /* how many effects need sums over all ranks */
 };
 
+/* The internal variables of effect k among those of all effects (NULL: 0, as they begin). */
+static inline const double *flesh_internal_of(const flesh_system *system, int k, const double *internal)
+{
+  return internal ? internal + system->entries[k].internal : NULL;
+}
+
 #endif
