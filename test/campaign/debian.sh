@@ -30,7 +30,7 @@ if [ ! -e "$system/complete" ]; then
 fi
 cp /etc/resolv.conf "$system/etc/resolv.conf"
 rm -rf "$system/root/flesh"
-git clone -q "file://$root" "$system/root/flesh"
+git clone -q --depth 1 "file://$root" "$system/root/flesh"
 printf 'debian.sh: %s of %s\n' "$(git -C "$root" rev-parse --short HEAD)" "$release"
 
 # What is mounted for it is gone when it ends.
