@@ -2,6 +2,7 @@
 #include <signal.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/resource.h>
 
 #include "base/text.h"
 #include "commands.h"
@@ -35,6 +36,20 @@ static int refuse(const char *name)
   return flesh_command_refuse("", "unknown command '%.100s'; the commands are%s", name, known);
 }
 
+/* Kernels have frames of up to 350 kB. A low limit of the stack is raised as far as it may be. */
+static int ensure_stack(void)
+{
+  enum { LEAST = 1 << 20, USUAL = 8 << 20 };
+  struct rlimit limit;
+  if (getrlimit(RLIMIT_STACK, &limit) || limit.rlim_cur >= LEAST) return 0;
+  const rlim_t allowed = limit.rlim_max;
+  limit.rlim_cur = allowed < USUAL ? allowed : USUAL;
+  if (limit.rlim_cur >= LEAST && !setrlimit(RLIMIT_STACK, &limit)) return 0;
+  fprintf(stderr, "flesh: the stack is limited to %llu kB (ulimit -s); it must be at least %d kB\n",
+          (unsigned long long)(allowed >> 10), LEAST >> 10);
+  return 1;
+}
+
 int main(int argc, char **argv)
 {
   /* Writing to a closed pipe or beyond a file's allowed size then fails like any other write. */
@@ -59,6 +74,7 @@ int main(int argc, char **argv)
     const flesh_subcommand *found = flesh_commands;
     while (found->name && strcmp(name, found->name)) found++;
     if (!found->name) return refuse(name);
+    if (ensure_stack()) return 1;
     code = found->run(argc - 1, argv + 1);
   }
   if ((fflush(stdout) || ferror(stdout)) && !code) {

@@ -15,6 +15,7 @@
 #include "shared/provenance.h"
 #include "shared/result.h"
 #include "scene/scene.h"
+#include "shared/json_memory.h"
 
 /* Numbers of a struct as they stand in a file. */
 typedef struct field {
@@ -162,8 +163,7 @@ static json_t *row_json(const flesh_accuracy_row *row)
   json_object_set_new(object, "setting", json_string(row->setting));
   json_object_set_new(object, "group", json_string(flesh_accuracy_group_names[row->group]));
   json_object_set_new(object, "status", json_string(flesh_accuracy_status_word(row)));
-  json_t *message = json_string(row->figures.message);
-  json_object_set_new(object, "message", message ? message : json_string(""));
+  json_object_set_new(object, "message", flesh_json_text(row->figures.message));
   return object;
 }
 
@@ -176,7 +176,7 @@ int flesh_accuracy_keep(const flesh_accuracy_plan *plan)
 {
   char path[1400];
   json_t *rows = json_array(), *root = json_object();
-  json_object_set_new(root, "scene_path", json_string(plan->scene));
+  json_object_set_new(root, "scene_path", flesh_json_text(plan->scene));
   json_object_set_new(root, "scene", json_string(plan->fingerprint));
   json_object_set_new(root, "finer", json_string(plan->finer_fingerprint));
   json_object_set_new(root, "build", build_json());

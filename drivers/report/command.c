@@ -65,8 +65,10 @@ static int make(flesh_report *report, int count, char **paths, const char *title
   int status = gather(report, count, paths);
   if (!status) status = flesh_report_make_view(report);
   if (status) return status;
-  json_t *head = json_pack("{sssO}", "title", title, "program", program);
-  status = flesh_report_write(report, title, head, out, &size, &packed);
+  json_t *shown = flesh_json_text(title), *head = json_pack("{sOsO}", "title", shown, "program", program);
+  status = head ? flesh_report_write(report, json_string_value(shown), head, out, &size, &packed)
+                : flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report");
+  json_decref(shown);
   json_decref(head);
   if (status) return status;
   printf("report: %s, %.2f MB, of which %.2f MB are data", out, size / 1e6, packed / 1e6);

@@ -10,26 +10,6 @@
 #include "base/error.h"
 #include "base/scan.h"
 #include "shared/json_memory.h"
-#include "shared/safe_text.h"
-
-json_t *flesh_report_string(const char *text, size_t size)
-{
-  char *copy = malloc(size + 1);
-  if (!copy) {
-    flesh_json_note_lack();
-    return NULL;
-  }
-  memcpy(copy, text, size);
-  copy[size] = 0;
-  for (size_t k = 0; k < size;) { /* jansson takes UTF-8 only */
-    const int length = flesh_text_letter(copy + k);
-    if (!length) copy[k] = copy[k] ? '?' : ' ';
-    k += length ? (size_t)length : 1;
-  }
-  json_t *value = json_string(copy);
-  free(copy);
-  return value;
-}
 
 /* The cell at *at of a line that ends at `end`, unquoted into `cell` (room for the line). Returns
  * whether it was one with an end. */
@@ -72,7 +52,7 @@ static int take_row(const char **at, const char *end, json_t *columns, char *cel
   for (k = 0; k < count; k++, row++) {
     take_cell(&row, end, cell, &size);
     json_array_append_new(json_object_get(json_array_get(columns, k), "values"),
-                          flesh_report_string(cell, size));
+                          flesh_json_bytes(cell, size));
   }
   return 1;
 }
@@ -123,7 +103,7 @@ int flesh_report_csv(const char *path, int most, json_t **columns, int *step)
   json_t *made = json_array();
   while (cell && take_cell(&at, end, cell, &name)) {
     json_array_append_new(
-        made, json_pack("{soso}", "name", flesh_report_string(cell, name), "values", json_array()));
+        made, json_pack("{soso}", "name", flesh_json_bytes(cell, name), "values", json_array()));
     if (*at++ == '\n') break;
   }
   for (int row = 0; cell && at < end; row++) {
@@ -193,7 +173,7 @@ int flesh_report_file(const char *folder, const char *name, json_t **text)
   size_t size;
   char *data;
   const int status = load(folder, name, &data, &size);
-  *text = data ? flesh_report_string(data, size) : NULL;
+  *text = data ? flesh_json_bytes(data, size) : NULL;
   free(data);
   return status;
 }

@@ -29,7 +29,4 @@ int flesh_report_json(const char *folder, const char *name, json_t **value);
 /* Whether there is anything of that name, which may be refused when it is read. */
 int flesh_report_has(const char *folder, const char *name);
 
-/* What came from outside as a string, whatever its bytes are. */
-json_t *flesh_report_string(const char *text, size_t size);
-
 #endif

@@ -6,13 +6,14 @@
 #include <string.h>
 
 #include "report/csv.h"
+#include "shared/json_memory.h"
 #include "shared/palette.h"
 
 json_t *flesh_report_part(flesh_report *report, const char *title, const char *path)
 {
   json_t *part =
-      json_pack("{sosos[]s[]s[]s[]s[]s[]}", "title", flesh_report_string(title, strlen(title)),
-                "path", flesh_report_string(path, strlen(path)), "verdict", "notes", "tables",
+      json_pack("{sosos[]s[]s[]s[]s[]s[]}", "title", flesh_json_text(title),
+                "path", flesh_json_text(path), "verdict", "notes", "tables",
                 "plots", "grids", "sources");
   json_array_append_new(report->parts, part);
   return part;
@@ -22,7 +23,7 @@ static void append(json_t *part, const char *list, const char *format, va_list a
 {
   char text[2048];
   vsnprintf(text, sizeof text, format, arguments);
-  json_array_append_new(json_object_get(part, list), flesh_report_string(text, strlen(text)));
+  json_array_append_new(json_object_get(part, list), flesh_json_text(text));
 }
 
 void flesh_report_say(json_t *part, const char *format, ...)
@@ -45,7 +46,7 @@ int flesh_report_table(json_t *part, const char *title, json_t *columns, int ope
 {
   json_t *tables = json_object_get(part, "tables");
   json_array_append_new(tables,
-                        json_pack("{sosbso}", "title", flesh_report_string(title, strlen(title)),
+                        json_pack("{sosbso}", "title", flesh_json_text(title),
                                   "open", open, "columns", columns));
   return (int)json_array_size(tables) - 1;
 }
@@ -55,15 +56,17 @@ void flesh_report_source(json_t *part, const char *title, json_t *value)
   if (!value) return;
   json_array_append_new(
       json_object_get(part, "sources"),
-      json_pack("{soso}", "title", flesh_report_string(title, strlen(title)), "value", value));
+      json_pack("{soso}", "title", flesh_json_text(title), "value", value));
 }
+
+static json_t *optional(const char *text) { return text ? flesh_json_text(text) : NULL; }
 
 json_t *flesh_report_add_plot(json_t *part, const flesh_report_plot *p)
 {
   json_t *plot =
-      json_pack("{ssssss s[bb] sbsb sis[] ss*ss*ss*}", "title", p->title, "x", p->x, "y", p->y,
-                "log", p->log_x, p->log_y, "lines", p->lines, "choose", p->choose, "table",
-                p->table, "series", "group", p->group, "where", p->where, "is", p->is);
+      json_pack("{sososo s[bb] sbsb sis[] so*so*so*}", "title", flesh_json_text(p->title), "x", flesh_json_text(p->x),
+                "y", flesh_json_text(p->y), "log", p->log_x, p->log_y, "lines", p->lines, "choose", p->choose, "table",
+                p->table, "series", "group", optional(p->group), "where", optional(p->where), "is", optional(p->is));
   json_array_append_new(json_object_get(part, "plots"), plot);
   return plot;
 }
@@ -72,7 +75,7 @@ void flesh_report_add_series(json_t *plot, int table, const char *name, const ch
 {
   json_array_append_new(json_object_get(plot, "series"),
                         json_pack("{sisoss*}", "table", table, "name",
-                                  flesh_report_string(name, strlen(name)), "colour", colour));
+                                  flesh_json_text(name), "colour", colour));
 }
 
 void flesh_report_add_grid(json_t *part, const char *title, int table, const char *row,

@@ -9,6 +9,7 @@
 #include "report/csv.h"
 #include "report/part.h"
 #include "report/runs.h"
+#include "shared/json_memory.h"
 
 enum { MOST_ROWS = 2000 };
 
@@ -107,7 +108,7 @@ static void add_figures(json_t *part, int count, char *const *names, json_t *con
   json_t *table = json_array(), *of_names = json_array(), *energies = json_array(),
          *statuses = json_array();
   for (int r = 0; r < count; r++) {
-    json_array_append_new(of_names, flesh_report_string(names[r], strlen(names[r])));
+    json_array_append_new(of_names, flesh_json_text(names[r]));
     json_array_append_new(energies, json_string(flesh_report_energy(results[r])));
     json_array_append_new(statuses,
                           json_string(results[r] ? text_of(results[r], "status") : "no result"));

@@ -62,18 +62,22 @@ static char *drift_folder(const char *folder, const json_t *rows, size_t k, char
   return flesh_report_path(folder, path);
 }
 
-/* Whether a row is of those that the pictures are of: the last scene's, at the greatest ratio, with
- * its own solver. */
-static int is_chosen(const json_t *rows, size_t k)
+static double greatest_ratio(const json_t *rows)
 {
   const size_t count = flesh_report_rows(rows);
   double most = -INFINITY;
-  for (size_t i = 0; i < count; i++) most = fmax(most, flesh_report_number(rows, "poisson", i));
-  return !strcmp(flesh_report_text(rows, "scene", k),
-                 flesh_report_text(rows, "scene", count - 1)) &&
-         !strcmp(flesh_report_text(rows, "element", k),
-                 flesh_report_text(rows, "element", count - 1)) &&
-         flesh_report_number(rows, "poisson", k) == most &&
+  for (size_t k = 0; k < count; k++) most = fmax(most, flesh_report_number(rows, "poisson", k));
+  return most;
+}
+
+/* Whether a row is of those that the pictures are of: the last scene's, at the greatest ratio, with
+ * its own solver. */
+static int is_chosen(const json_t *rows, size_t k, double greatest)
+{
+  const size_t last = flesh_report_rows(rows) - 1;
+  return flesh_report_number(rows, "poisson", k) == greatest &&
+         !strcmp(flesh_report_text(rows, "scene", k), flesh_report_text(rows, "scene", last)) &&
+         !strcmp(flesh_report_text(rows, "element", k), flesh_report_text(rows, "element", last)) &&
          !strcmp(flesh_report_text(rows, "solver", k), flesh_report_text(rows, "solver", 0));
 }
 
@@ -82,10 +86,11 @@ static int add_chosen_drift(flesh_report *report, json_t *part, const char *fold
 {
   int status = FLESH_OK, sources = 0;
   const size_t count = flesh_report_rows(columns_of(part, table));
+  const double greatest = greatest_ratio(columns_of(part, table));
   for (size_t k = 0; k < count && !status; k++) {
     const json_t *rows = columns_of(part, table);
     char name[200], label[64], shown[200], file[220];
-    if (!is_chosen(rows, k)) continue;
+    if (!is_chosen(rows, k, greatest)) continue;
     const char *energy = flesh_report_text(rows, "energy", k),
                *constants = flesh_report_text(rows, "constants", k);
     char *path = drift_folder(folder, rows, k, name);
@@ -115,14 +120,12 @@ int flesh_report_add_drift(flesh_report *report, const char *folder)
   if (status || table < 0) return status;
   char title[300];
   const json_t *rows = columns_of(part, table);
-  double most = -INFINITY;
   const size_t count = flesh_report_rows(rows);
   if (!count)
     return flesh_fail(FLESH_ERR_FILE, "%s/drift.csv: it has no rows: the comparison has not begun",
                       folder);
-  for (size_t k = 0; k < count; k++) most = fmax(most, flesh_report_number(rows, "poisson", k));
   snprintf(title, sizeof title, "Volume against time: %.150s, Poisson's ratio %g, %.50s",
-           flesh_report_text(rows, "scene", count - 1), most, flesh_report_text(rows, "solver", 0));
+           flesh_report_text(rows, "scene", count - 1), greatest_ratio(rows), flesh_report_text(rows, "solver", 0));
   json_t *plot = flesh_report_add_plot(
       part,
       &(flesh_report_plot){

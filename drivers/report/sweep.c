@@ -8,6 +8,8 @@
 #include "base/error.h"
 #include "report/csv.h"
 #include "report/part.h"
+#include "shared/database.h"
+#include "shared/json_memory.h"
 
 /* An open database and what is asked of it. */
 typedef struct source {
@@ -17,10 +19,7 @@ typedef struct source {
 
 static int lost(const source *s)
 {
-  return sqlite3_errcode(s->database) == SQLITE_NOMEM
-             ? flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", s->path)
-             : flesh_fail(FLESH_ERR_FILE, "%s: this is no database of a sweep: %s", s->path,
-                          sqlite3_errmsg(s->database));
+  return flesh_database_fail(s->database, s->path, "this is no database of a sweep");
 }
 
 static json_t *cell(sqlite3_stmt *query, int column)
@@ -36,7 +35,7 @@ static json_t *cell(sqlite3_stmt *query, int column)
     return json_null();
   default: {
     const char *text = (const char *)sqlite3_column_text(query, column);
-    return flesh_report_string(text ? text : "", text ? strlen(text) : 0);
+    return flesh_json_text(text ? text : "");
   }
   }
 }
@@ -53,7 +52,7 @@ static int ask(const source *s, const char *sql, json_t **columns)
     const char *name = sqlite3_column_name(query, c);
     json_array_append_new(made,
                           json_pack("{soso}", "name",
-                                    flesh_report_string(name ? name : "", name ? strlen(name) : 0),
+                                    flesh_json_text(name ? name : ""),
                                     "values", json_array()));
   }
   while ((code = sqlite3_step(query)) == SQLITE_ROW)
@@ -181,8 +180,7 @@ static int add_tables(const source *s, json_t *part)
   if (!status) status = ask(s, "SELECT value AS spec FROM meta WHERE key = 'spec'", &meta);
   if (!status && flesh_report_rows(meta))
     flesh_report_source(part, "the sweep's spec",
-                        flesh_report_string(flesh_report_text(meta, "spec", 0),
-                                            strlen(flesh_report_text(meta, "spec", 0))));
+                        flesh_json_text(flesh_report_text(meta, "spec", 0)));
   if (!status) status = ask(s, "SELECT program FROM workers ORDER BY started LIMIT 1", &worker);
   if (!status && flesh_report_rows(worker))
     flesh_report_source(part, "provenance",
@@ -197,7 +195,7 @@ int flesh_report_add_sweep(flesh_report *report, const char *path)
   source s = {.path = path};
   json_t *part = flesh_report_part(report, "Sweep", path);
   int status = flesh_path_check(path);
-  if (!status && sqlite3_open_v2(path, &s.database, SQLITE_OPEN_READONLY, NULL)) status = lost(&s);
+  if (!status) status = flesh_database_read(path, SQLITE_OPEN_READONLY, &s.database);
   if (!status) status = add_tables(&s, part);
   sqlite3_close(s.database);
   if (!status)

@@ -1,5 +1,7 @@
 /* view.c: bodies in motion in a report: what moves in numbers, and what they mean as JSON. */
 #include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -9,6 +11,7 @@
 #include "report/part.h"
 #include "report/states.h"
 #include "report/still.h"
+#include "shared/json_memory.h"
 #include "shared/picture.h"
 #include "shared/picture_body.h"
 #include "shared/picture_legend.h"
@@ -144,7 +147,7 @@ static int add_run(flesh_report *report, flesh_report_states *states, int r,
   json_array_append_new(
       runs,
       json_pack("{sosososososIsisfso}", "name",
-                flesh_report_string(report->shown[r].name, strlen(report->shown[r].name)), "mesh",
+                flesh_json_text(report->shown[r].name), "mesh",
                 mesh ? mesh : json_null(), "obstacles", obstacles ? obstacles : json_null(),
                 "times", times, "numbers", numbers, "at", (json_int_t)at, "frames_there",
                 own->count, "quantum", body.quantum, "fields", describe_steps(&body)));
@@ -152,39 +155,44 @@ static int add_run(flesh_report *report, flesh_report_states *states, int r,
   return status;
 }
 
+static void note(json_t *notes, const char *format, ...) __attribute__((format(printf, 2, 3)));
+static void note(json_t *notes, const char *format, ...)
+{
+  char text[1200];
+  va_list values;
+  va_start(values, format);
+  vsnprintf(text, sizeof text, format, values);
+  va_end(values);
+  json_array_append_new(notes, flesh_json_text(text));
+}
+
 /* Opens what is to be seen; what may be missing, and is, is taken off the list with a note. */
 static int open_shown(flesh_report *report, flesh_report_states *states)
 {
-  int kept = 0, few = 0;
+  int kept = 0, few = 0, status = FLESH_OK, r;
   json_t *notes = json_object_get(report->view, "notes");
-  for (int r = 0; r < report->shown_count; r++) {
-    flesh_report_shown shown = report->shown[r];
-    int status = flesh_report_states_open(shown.folder, &states[kept]);
+  for (r = 0; r < report->shown_count && !status; r++) {
+    const flesh_report_shown shown = report->shown[r];
+    status = flesh_report_states_open(shown.folder, &states[kept]);
     if (status && status != FLESH_ERR_MEMORY && shown.optional) {
-      const char *text = flesh_error_text();
-      json_array_append_new(notes, flesh_report_string(text, strlen(text)));
+      note(notes, "%s", flesh_error_text());
       flesh_report_states_close(&states[kept]);
       free(shown.folder);
       free(shown.name);
-      for (int k = r; k + 1 < report->shown_count; k++) report->shown[k] = report->shown[k + 1];
-      report->shown_count--;
-      r--;
+      status = FLESH_OK;
       continue;
     }
-    kept++;
-    if (status) return status;
+    report->shown[kept++] = shown;
     few += states[kept - 1].few;
     if (taken_of(report, states[kept - 1].count) < states[kept - 1].count)
-      json_array_append_new(notes,
-                            json_sprintf("Of the %d frames of %s %d are shown.",
-                                         states[kept - 1].count, shown.name, report->most_frames));
+      note(notes, "Of the %d frames of %.200s %d are shown.", states[kept - 1].count, shown.name, report->most_frames);
   }
+  while (r < report->shown_count) report->shown[kept++] = report->shown[r++]; /* for the caller to free */
+  report->shown_count = kept;
   if (few)
-    json_array_append_new(
-        notes, json_sprintf("%d of %d runs left no frames: of these the start, the end and what "
-                            "`flesh drift` keeps between are shown.",
-                            few, kept));
-  return FLESH_OK;
+    note(notes, "%d of %d runs left no frames: of these the start, the end and what `flesh drift` keeps between are shown.",
+         few, kept);
+  return status;
 }
 
 /* The bodies as the page shows them first, in J. */

@@ -63,17 +63,10 @@ static void cpu_model(char *text, size_t size)
   text[strcspn(text, "\n")] = 0;
 }
 
-/* Text from outside may not be UTF-8, which JSON demands. */
-static json_t *text_value(const char *text)
-{
-  json_t *value = json_string(text);
-  return value ? value : json_string("(not UTF-8)");
-}
-
 json_t *flesh_provenance_program(int argc, char **argv)
 {
   json_t *program = json_object(), *words = json_array();
-  for (int a = 0; a < argc; a++) json_array_append_new(words, text_value(argv[a]));
+  for (int a = 0; a < argc; a++) json_array_append_new(words, flesh_json_text(argv[a]));
   json_object_set_new(program, "flesh", json_string(FLESH_VERSION));
   json_object_set_new(program, "commit", *FLESH_COMMIT ? json_string(FLESH_COMMIT) : json_null());
   json_object_set_new(program, "compiler", json_string(FLESH_COMPILER));
@@ -89,12 +82,12 @@ json_t *flesh_provenance_program(int argc, char **argv)
   json_object_set_new(program, "threads", json_integer(1));
   char text[256];
   cpu_model(text, sizeof text);
-  json_object_set_new(program, "cpu", text_value(text));
+  json_object_set_new(program, "cpu", flesh_json_text(text));
   struct utsname system;
   if (!uname(&system)) {
     snprintf(text, sizeof text, "%.60s %.60s %.60s", system.sysname, system.release,
              system.machine);
-    json_object_set_new(program, "system", text_value(text));
+    json_object_set_new(program, "system", flesh_json_text(text));
   }
   time_t now = time(NULL);
   struct tm utc;
@@ -109,7 +102,7 @@ static void add_file(json_t *files, const char *path)
   char digest[SHA256_DIGEST_STRING_LENGTH], *whole = realpath(path, NULL);
   const json_t *file;
   size_t k;
-  json_t *name = whole ? text_value(whole) : NULL;
+  json_t *name = whole ? flesh_json_text(whole) : NULL;
   if (!whole && errno == ENOMEM) flesh_json_note_lack();
   free(whole);
   json_array_foreach(files, k, file) {

@@ -358,10 +358,9 @@ json_t *flesh_outcome_json(const flesh_outcome *outcome)
   json_t *object = json_object();
   json_object_set_new(object, "status", json_string(flesh_outcome_word(outcome)));
   set_integer(object, "exit_code", outcome->exit_code);
-  json_t *message = json_string(outcome->message);
-  json_object_set_new(object, "message", message ? message : json_string("(not UTF-8)"));
-  json_object_set_new(object, "warning", outcome->warning[0] ? json_string(outcome->warning) : json_null());
-  json_object_set_new(object, "notes", outcome->notes[0] ? json_string(outcome->notes) : json_null());
+  json_object_set_new(object, "message", flesh_json_text(outcome->message));
+  json_object_set_new(object, "warning", outcome->warning[0] ? flesh_json_text(outcome->warning) : json_null());
+  json_object_set_new(object, "notes", outcome->notes[0] ? flesh_json_text(outcome->notes) : json_null());
   if (!outcome->has_failure) {
     json_object_set_new(object, "failure", json_null());
     return object;

@@ -16,6 +16,7 @@
 #include "shared/runner.h"
 #include "scene/words.h"
 #include "sweep/sweep.h"
+#include "shared/json_memory.h"
 
 /* Takes the text, "KEY=VALUE". */
 static int add_override(flesh_sweep_case *made, char *text)
@@ -104,16 +105,10 @@ int flesh_sweep_case_try(const flesh_sweep *sweep, int shard, int shards)
                     : flesh_fail(refused, "all %d cases are refused; the first: %s", cases, first);
 }
 
-static json_t *text_value(const char *text)
-{
-  json_t *value = json_string(text);
-  return value ? value : json_string("(not UTF-8)");
-}
-
 static json_t *refused(int status)
 {
   return json_pack("{sssisosn}", "status", status == FLESH_ERR_MEMORY ? "failed" : "refused", "exit_code",
-                   flesh_exit_code(status), "message", text_value(flesh_error_text()), "result");
+                   flesh_exit_code(status), "message", flesh_json_text(flesh_error_text()), "result");
 }
 
 static json_t *run_scene(const flesh_sweep *sweep, const flesh_sweep_case *c, const char *folder)
@@ -180,7 +175,7 @@ static json_t *read_table(const char *path)
       double value;
       json_object_set_new(row, names[field], !*word ? json_null()
                                              : flesh_number_parse(word, &value) ? flesh_json_number(value)
-                                                                                : text_value(word));
+                                                                                : flesh_json_text(word));
     }
     json_array_append_new(rows, row);
   }
@@ -223,7 +218,7 @@ static json_t *run_command(const flesh_sweep *sweep, const flesh_sweep_case *c, 
                      : code == 6   ? "out of budget"
                      : code >= 128 ? "interrupted"
                                    : "failed";
-  record = json_pack("{sssisosn}", "status", word, "exit_code", code, "message", text_value(message), "result");
+  record = json_pack("{sssisosn}", "status", word, "exit_code", code, "message", flesh_json_text(message), "result");
   if (rows) json_object_set_new(record, "rows", rows);
   free(words);
   free(path);

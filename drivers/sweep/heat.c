@@ -29,7 +29,7 @@ static int write_panel(flesh_sweep_picture *p, int s, double range[2], int *lett
                           p->by ? p->by : "0", p->x, p->y, why, value, p->table, p->where));
   sqlite3_free(value);
   fprintf(stream, "$panel%d << end_of_data\n", s);
-  while (!status && sqlite3_step(query) == SQLITE_ROW) {
+  while (!status && flesh_sweep_plot_next(p, query, &status)) {
     if (sqlite3_column_int(query, 0) != s) continue;
     int column = sqlite3_column_int(query, 1), row = sqlite3_column_int(query, 2);
     double number = sqlite3_column_double(query, 3);

@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "base/scan.h"
+#include "shared/database.h"
 #include "shared/options.h"
 #include "sweep/sweep.h"
 #include "sweep/tables.h"
@@ -58,7 +59,7 @@ static const char join_sql[] =
 
 static int join(flesh_sweep_store *store, const char *path)
 {
-  int status = flesh_regular_check(path);
+  int status = flesh_database_allow(path);
   if (!status) status = execute_with(store, "ATTACH ? AS part", path);
   if (status) return status;
   if (!number_of(store, "SELECT count(*) FROM part.sqlite_master WHERE name = 'cases'"))

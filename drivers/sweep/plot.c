@@ -26,6 +26,13 @@ int flesh_sweep_plot_prepare(flesh_sweep_picture *p, sqlite3_stmt **query, char 
   return status;
 }
 
+int flesh_sweep_plot_next(const flesh_sweep_picture *p, sqlite3_stmt *query, int *status)
+{
+  const int code = sqlite3_step(query);
+  if (code != SQLITE_ROW && code != SQLITE_DONE) *status = flesh_sweep_store_fail(&p->store, "cannot be read");
+  return code == SQLITE_ROW;
+}
+
 /* A word as a label: cut between letters where it is long. */
 static void label_word(const char *word, char label[FLESH_SWEEP_LABEL])
 {
@@ -68,7 +75,7 @@ int flesh_sweep_ticks_read(flesh_sweep_picture *p, const char *column, flesh_swe
   }
   int status = flesh_sweep_plot_prepare(
       p, &query, sqlite3_mprintf("SELECT DISTINCT (%s) FROM %s WHERE (%s) ORDER BY 1", column, p->table, p->where));
-  while (!status && sqlite3_step(query) == SQLITE_ROW) {
+  while (!status && flesh_sweep_plot_next(p, query, &status)) {
     int k = t->count, type = sqlite3_column_type(query, 0);
     if (k == FLESH_SWEEP_TICKS) {
       status = flesh_fail(FLESH_ERR_ARGUMENT, "%s has more than %d values; narrow it by --where", column, k);
@@ -143,7 +150,7 @@ static int write_series(flesh_sweep_picture *p, const flesh_sweep_ticks *series,
                       p->by ? p->by : "0", p->x, value, p->table, p->where));
   sqlite3_free(value);
   int log_x = strchr(p->log, 'x') && !along->words, log_y = strchr(p->log, 'y') != NULL, current = -1;
-  while (!status && sqlite3_step(query) == SQLITE_ROW) {
+  while (!status && flesh_sweep_plot_next(p, query, &status)) {
     int s = sqlite3_column_int(query, 0), valued = sqlite3_column_int(query, 6);
     while (current < s) begin_block(++current, stream);
     double x = along->words ? sqlite3_column_int(query, 1) : sqlite3_column_double(query, 2);

@@ -23,6 +23,8 @@ typedef struct flesh_sweep_ticks {
 
 /* Prepares the query and frees `sql`; FLESH_ERR_ARGUMENT with SQLite's words. */
 int flesh_sweep_plot_prepare(flesh_sweep_picture *p, sqlite3_stmt **query, char *sql);
+/* Whether the query has one more row; *status where it cannot be read. */
+int flesh_sweep_plot_next(const flesh_sweep_picture *p, sqlite3_stmt *query, int *status);
 
 /* Of a column; one for all cases when it is NULL. */
 int flesh_sweep_ticks_read(flesh_sweep_picture *p, const char *column, flesh_sweep_ticks *t);

@@ -11,6 +11,7 @@
 #include "base/confine.h"
 #include "base/error.h"
 #include "base/scan.h"
+#include "shared/database.h"
 #include "shared/json_memory.h"
 #include "shared/provenance.h"
 #include "scene/words.h"
@@ -37,9 +38,7 @@ const char flesh_sweep_schema_text[] =
 
 int flesh_sweep_store_fail(const flesh_sweep_store *store, const char *doing)
 {
-  int code = sqlite3_errcode(store->database);
-  return flesh_fail(code == SQLITE_NOMEM ? FLESH_ERR_MEMORY : FLESH_ERR_FILE, "%s: %s: %s", store->path, doing,
-                    sqlite3_errmsg(store->database));
+  return flesh_database_fail(store->database, store->path, doing);
 }
 
 int flesh_sweep_store_execute(flesh_sweep_store *store, const char *sql)
@@ -331,9 +330,10 @@ int flesh_sweep_store_open(const char *path, const flesh_sweep *sweep, int shard
 
 int flesh_sweep_store_read(const char *path, flesh_sweep_store *store)
 {
-  *store = (flesh_sweep_store){.lock = -1};
-  int status = flesh_regular_check(path);
-  if (!status) status = open_database(path, SQLITE_OPEN_READWRITE, store);
+  *store = (flesh_sweep_store){.path = strdup(path), .lock = -1, .shard = 1, .shards = 1};
+  int status = store->path ? flesh_database_read(path, SQLITE_OPEN_READWRITE, &store->database)
+                           : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!status) sqlite3_busy_timeout(store->database, PATIENCE_MS);
   char *format = NULL;
   if (!status) status = text_of(store, "format", &format);
   if (!status && !format) status = flesh_fail(FLESH_ERR_FILE, "%s: is no database of a sweep", path);

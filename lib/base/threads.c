@@ -23,6 +23,9 @@
  * are done before it lets others run, some tens of microseconds. */
 enum { IDLE_LOOKS = 32000, LOOKS = 4000 };
 
+/* Bytes: frames of kernels have up to 350 kB. A small limit of the system's for the caller's stack is no reason to crash. */
+enum { STACK = 1 << 21 };
+
 /* Tasks left of one thread: generation << 32 | next << 16 | end, in one word so that a thread that
  * comes late from an earlier run takes none. */
 typedef struct range {
@@ -130,6 +133,10 @@ int flesh_threads_available(void)
 
 static int start_workers(flesh_threads *self)
 {
+  pthread_attr_t attributes;
+  size_t stack = 0;
+  if (pthread_attr_init(&attributes)) return flesh_fail(FLESH_ERR_MEMORY, "no memory for threads");
+  if (!pthread_attr_getstacksize(&attributes, &stack) && stack < STACK) pthread_attr_setstacksize(&attributes, STACK);
   /* Signals are the caller's business. */
   sigset_t all, before;
   sigfillset(&all);
@@ -137,9 +144,10 @@ static int start_workers(flesh_threads *self)
   int failed = 0;
   for (int k = 1; k < self->count && !failed; k++) {
     self->workers[k] = (worker){.pool = self, .number = k};
-    failed = pthread_create(&self->workers[k].thread, NULL, worker_main, &self->workers[k]);
+    failed = pthread_create(&self->workers[k].thread, &attributes, worker_main, &self->workers[k]);
     self->started += !failed;
   }
+  pthread_attr_destroy(&attributes);
   pthread_sigmask(SIG_SETMASK, &before, NULL);
   return failed ? flesh_fail(FLESH_ERR_MEMORY, "the system gives no %d threads", self->count)
                 : FLESH_OK;

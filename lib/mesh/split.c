@@ -4,15 +4,18 @@
 #include <inttypes.h>
 #include <limits.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
+#include "base/archive.h"
 #include "base/confine.h"
 #include "base/error.h"
 #include "base/file.h"
 #include "base/memory.h"
 
 static const char title[] = "flesh-split-mesh";
+enum { VERSION = 2, SUM_SIZE = 32 };
 
 int flesh_split_begins(const flesh_scanner *s)
 {
@@ -93,6 +96,23 @@ static int read_row(flesh_scanner *s, const flesh_split *split, int part, flesh_
   return status;
 }
 
+/* The last line: a sum of the bytes before it. */
+static void sum_line(const char *text, size_t size, char line[SUM_SIZE])
+{
+  snprintf(line, SUM_SIZE, "sum %016" PRIx64 "\n", flesh_archive_sum(0, text, size));
+}
+
+static int check_sum(flesh_scanner *s, int parts)
+{
+  char line[SUM_SIZE];
+  if (!flesh_scan_next(s)) return flesh_scan_fail(s, "the file ends where `sum N` is expected; split the mesh again");
+  if (strncmp(s->at, "sum ", 4))
+    return flesh_scan_fail(s, "%s stands behind the last of %d parts", flesh_scan_show(s), parts);
+  sum_line(s->begin, (size_t)(s->at - s->begin), line);
+  if ((size_t)(s->end - s->at) == strlen(line) && !memcmp(s->at, line, strlen(line))) return FLESH_OK;
+  return flesh_scan_fail(s, "the index is damaged (its check sum is another); split the mesh again");
+}
+
 static int read_rows(flesh_scanner *s, flesh_split *split)
 {
   int64_t sum = 0;
@@ -106,9 +126,7 @@ static int read_rows(flesh_scanner *s, flesh_split *split)
   }
   if (!status && sum != split->tets)
     status = flesh_scan_fail(s, "the parts have %" PRId64 " tets of their own, the whole has %d", sum, split->tets);
-  if (!status && flesh_scan_next(s))
-    status = flesh_scan_fail(s, "%s stands behind the last of %d parts", flesh_scan_show(s), split->parts);
-  return status;
+  return status ? status : check_sum(s, split->parts);
 }
 
 /* The word of a count, which is read next. */
@@ -126,7 +144,7 @@ int flesh_split_read(flesh_scanner *s, flesh_split *split)
   *split = (flesh_split){.path = flesh_malloc(strlen(s->path) + 1)};
   if (!split->path) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", s->path);
   strcpy(split->path, s->path);
-  int status = read_int(s, title, 1, 1, &version);
+  int status = read_int(s, title, VERSION, VERSION, &version);
   if (!status) status = read_number(s, "mark", 0, INT64_MAX, &split->mark);
   if (!status) status = read_int(s, "order", 1, 2, &split->order);
   if (!status) status = read_int(s, "nodes", 4, INT_MAX / 3, &split->nodes);
@@ -189,6 +207,16 @@ static void drop_parts(const char *folder, int from)
   }
 }
 
+static void print_index(FILE *stream, const flesh_split *split)
+{
+  fprintf(stream, "%s %d\nmark %" PRId64 "\norder %d\nnodes %d\ntets %d\nregions %d\n", title, VERSION, split->mark,
+          split->order, split->nodes, split->tets, split->region_count);
+  for (int k = 0; k < split->region_count; k++) fprintf(stream, "%d\n", split->regions[k]);
+  fprintf(stream, "parts %d\n", split->parts);
+  for (int k = 0; k < split->parts; k++)
+    fprintf(stream, "%d %d %d\n", split->rows[k].own, split->rows[k].tets, split->rows[k].nodes);
+}
+
 int flesh_split_write_index(const flesh_split *split, const char *folder)
 {
   flesh_file file;
@@ -198,11 +226,18 @@ int flesh_split_write_index(const flesh_split *split, const char *folder)
   int status = flesh_file_open(path, &file);
   flesh_free(path);
   if (status) return status;
-  fprintf(file.stream, "%s 1\nmark %" PRId64 "\norder %d\nnodes %d\ntets %d\nregions %d\n", title, split->mark,
-          split->order, split->nodes, split->tets, split->region_count);
-  for (int k = 0; k < split->region_count; k++) fprintf(file.stream, "%d\n", split->regions[k]);
-  fprintf(file.stream, "parts %d\n", split->parts);
-  for (int k = 0; k < split->parts; k++)
-    fprintf(file.stream, "%d %d %d\n", split->rows[k].own, split->rows[k].tets, split->rows[k].nodes);
+  char *text = NULL, line[SUM_SIZE];
+  size_t size = 0;
+  FILE *stream = open_memstream(&text, &size);
+  if (stream) print_index(stream, split);
+  if (!stream || fclose(stream) || !text) {
+    free(text);
+    flesh_file_abandon(&file);
+    return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", folder);
+  }
+  sum_line(text, size, line);
+  fwrite(text, 1, size, file.stream);
+  fputs(line, file.stream);
+  free(text);
   return flesh_file_commit(&file);
 }

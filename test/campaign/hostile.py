@@ -55,13 +55,13 @@ MESHES = {
     "a node twice": BOX.replace(b"1 2 3 4", b"1 2 3 3"),
     "a tet twice": BOX.replace(b"1 2 3 4", b"0 1 2 3"),
     "flat": BOX.replace(b"1 1 1", b"1 0 0"),
-    "split, no more": b"flesh-split-mesh 1\n",
+    "split, no more": b"flesh-split-mesh 2\n",
     "split of version 99": b"flesh-split-mesh 99\n",
-    "split, parts that are not there": b"flesh-split-mesh 1\nmark 1\norder 1\nnodes 8\ntets 6\nregions 1\n0\nparts 1\n6 6 8\n",
-    "split, a huge part": b"flesh-split-mesh 1\nmark 1\norder 1\nnodes 700000000\ntets 500000000\nregions 1\n0\nparts 1\n"
+    "split, parts that are not there": b"flesh-split-mesh 2\nmark 1\norder 1\nnodes 8\ntets 6\nregions 1\n0\nparts 1\n6 6 8\n",
+    "split, a huge part": b"flesh-split-mesh 2\nmark 1\norder 1\nnodes 700000000\ntets 500000000\nregions 1\n0\nparts 1\n"
                           b"500000000 500000000 700000000\n",
-    "split, 2^31 parts": b"flesh-split-mesh 1\nmark 1\norder 1\nnodes 8\ntets 6\nregions 1\n0\nparts 2147483648\n",
-    "split, a mark of 2^64": b"flesh-split-mesh 1\nmark 18446744073709551616\n",
+    "split, 2^31 parts": b"flesh-split-mesh 2\nmark 1\norder 1\nnodes 8\ntets 6\nregions 1\n0\nparts 2147483648\n",
+    "split, a mark of 2^64": b"flesh-split-mesh 2\nmark 18446744073709551616\n",
     "control characters": b"\x1b[2J\x07\x08\x1b]0;title\x07\n",
     "invalid UTF-8": b"\xff\xfe\xc3(\xed\xa0\x80\n",
     "a line of 10 MB": b"nodes " + b"9" * 10_000_000,

@@ -152,6 +152,60 @@ END
   expect 0 "$flesh" sweep spec.yaml --out locked --resume --quiet && [ -e precious ] && [ -e .sweep-1-2.lock ]
 }
 
+# Names and titles are bytes; a page is UTF-8.
+names_that_are_no_text_are_shown() {
+  odd=$(printf 'f\377ld')
+  cp -r whole "$odd" && cp -r "$odd" "$odd-2" && expect 0 "$flesh" report "$odd" "$odd-2" --out odd.html || return 1
+  expect 0 "$flesh" report "$odd" --frames 2 --title "$(printf 'a\303b \360\237')" --out "$(printf 'r\377.html')" &&
+    mv "$(printf 'r\377.html')" titled.html || return 1
+  python3 - <<'END'
+from report_file import Report
+report = Report("odd.html").json
+assert [run["name"] for run in report["view"]["runs"]] == ["f?ld", "f?ld-2"] and "f?ld" in report["parts"][0]["verdict"][1]
+titled = Report("titled.html")
+assert titled.json["head"]["title"] == "a?b ??" and "<title>a?b ??</title>" in titled.html
+assert titled.json["view"]["notes"] == ["Of the 4 frames of f?ld 2 are shown."], titled.json["view"]["notes"]
+END
+}
+
+# The work grows as the rows do. The limit is far from both: with all pairs of rows it is hundreds of seconds.
+long_tables_are_read_in_one_go() {
+  mkdir -p long many && awk 'BEGIN {
+    print "scene,energy,constants,poisson,solver,element,max_volume_drift,status"
+    for (k = 0; k < 100000; k++) print "s" k % 7 ",S,matched,0.45,guarded,tet4,0.1,complete" >"long/drift.csv"
+  }' >head && cat head long/drift.csv >all && mv all long/drift.csv || return 1
+  sed 's/^s[0-9]*,/s,/; 20001q' long/drift.csv >many/drift.csv && sed -i '1s/.*/scene,energy,constants,poisson,solver,element,max_volume_drift,status/' many/drift.csv || return 1
+  for folder in long many; do
+    (ulimit -t 60 && expect 0 "$flesh" report "$folder" --out long.html) || return 1
+  done
+}
+
+# A view counts to no end; in a view's place stands what it finds.
+views_without_an_end_are_given_up() {
+  cp -r sweep endless && python3 - <<'END' || return 1
+import sqlite3
+database = sqlite3.connect("endless/sweep.db")
+database.execute("DROP VIEW results")
+database.execute("CREATE VIEW results AS WITH RECURSIVE n(id) AS (SELECT 1 UNION ALL SELECT id + 1 FROM n) SELECT id, 1 AS young FROM n")
+database.commit()
+END
+  for command in 'report endless --out out.html' 'report endless/sweep.db --out out.html' 'sweep export endless/sweep.db' \
+    'sweep plot endless/sweep.db --x id --y young --out out.png'; do
+    # shellcheck disable=SC2086
+    expect 3 timeout 60 "$flesh" $command && has stderr.txt 'endless/sweep.db: .*one of its views may never end' || return 1
+  done
+}
+
+# 350 kB of a stack are one kernel's.
+small_stacks_are_enlarged_or_refused() {
+  (ulimit -Ss 128 && expect 0 "$flesh" run bar.yaml --out stack --quiet --set solver.threads=2) &&
+    cmp stack/state.txt whole/state.txt || return 1
+  (ulimit -s 128 && expect 1 "$flesh" run bar.yaml --out never --quiet) &&
+    has stderr.txt 'the stack is limited to 128 kB (ulimit -s); it must be at least 1024 kB' && [ ! -e never ]
+}
+
 run_tests long_words_of_results_are_cut links_are_not_followed_when_results_are_read names_in_tables_do_not_lead_out \
   links_of_comparisons_are_not_followed runs_write_nothing_behind_links what_is_no_file_is_not_gone_on_with \
-  comparisons_write_nothing_behind_links locks_of_databases_are_in_their_folder
+  comparisons_write_nothing_behind_links locks_of_databases_are_in_their_folder \
+  names_that_are_no_text_are_shown long_tables_are_read_in_one_go views_without_an_end_are_given_up \
+  small_stacks_are_enlarged_or_refused

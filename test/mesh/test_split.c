@@ -1,6 +1,9 @@
 /* test_split.c: split meshes: the parts make the whole again, know what is around them, and tell of damage. */
 #include "mesh_files.h"
 
+#include <inttypes.h>
+
+#include "base/archive.h"
 #include "mesh/split.h"
 
 enum { PARTS = 3 };
@@ -259,27 +262,59 @@ static void what_contradicts_itself_is_refused(void)
 static void bad_indices_are_refused(void)
 {
   static const char *const bad[][2] = {
-      {"flesh-split-mesh 2\n", "flesh-split-mesh is 2; it must be 1 to 1"},
-      {"flesh-split-mesh 1\nmark -1\n", "mark is -1"},
-      {"flesh-split-mesh 1\nmark 1\norder 3\n", "order is 3; it must be 1 to 2"},
-      {"flesh-split-mesh 1\nmark 1\norder 1\nnodes 800000000\n", "nodes is 800000000; it must be 4 to 715827882"},
-      {"flesh-split-mesh 1\nmark 1\norder 1\nnodes 4\ntets 0\n", "tets is 0"},
-      {"flesh-split-mesh 1\nmark 1\norder 1\nnodes 4\ntets 1\nparts 1\n", "'parts' stands where `regions N` is expected"},
-      {"flesh-split-mesh 1\nmark 1\norder 1\nnodes 4\ntets 1\nregions 2\n3\n3\nparts 1\n", "tags must rise"},
-      {"flesh-split-mesh 1\nmark 1\norder 1\nnodes 4\ntets 1\nregions 9000000\n", "region tag is 9000000, but only"},
-      {"flesh-split-mesh 1\nmark 1\norder 1\nnodes 4\ntets 2\nregions 1\n0\nparts 1\n1 1 4\n",
+      {"flesh-split-mesh 3\n", "flesh-split-mesh is 3; it must be 2 to 2"},
+      {"flesh-split-mesh 2\nmark -1\n", "mark is -1"},
+      {"flesh-split-mesh 2\nmark 1\norder 3\n", "order is 3; it must be 1 to 2"},
+      {"flesh-split-mesh 2\nmark 1\norder 1\nnodes 800000000\n", "nodes is 800000000; it must be 4 to 715827882"},
+      {"flesh-split-mesh 2\nmark 1\norder 1\nnodes 4\ntets 0\n", "tets is 0"},
+      {"flesh-split-mesh 2\nmark 1\norder 1\nnodes 4\ntets 1\nparts 1\n", "'parts' stands where `regions N` is expected"},
+      {"flesh-split-mesh 2\nmark 1\norder 1\nnodes 4\ntets 1\nregions 2\n3\n3\nparts 1\n", "tags must rise"},
+      {"flesh-split-mesh 2\nmark 1\norder 1\nnodes 4\ntets 1\nregions 9000000\n", "region tag is 9000000, but only"},
+      {"flesh-split-mesh 2\nmark 1\norder 1\nnodes 4\ntets 2\nregions 1\n0\nparts 1\n1 1 4\n",
        "the parts have 1 tets of their own, the whole has 2"},
-      {"flesh-split-mesh 1\nmark 1\norder 1\nnodes 4\ntets 1\nregions 1\n0\nparts 1\n0 1 4\n", "one own tet at least"},
-      {"flesh-split-mesh 1\nmark 1\norder 1\nnodes 4\ntets 1\nregions 1\n0\nparts 1\n1 1 4\n5\n", "behind the last of 1"},
-      {"flesh-split-mesh 1\nmark 1\norder 1\nnodes 700000000\ntets 500000000\nregions 1\n0\nparts 1\n"
-       "500000000 500000000 700000000\n", "part 0 of the split mesh of"},
+      {"flesh-split-mesh 2\nmark 1\norder 1\nnodes 4\ntets 1\nregions 1\n0\nparts 1\n0 1 4\n", "one own tet at least"},
+      {"flesh-split-mesh 2\nmark 1\norder 1\nnodes 4\ntets 1\nregions 1\n0\nparts 1\n1 1 4\n5\n", "behind the last of 1"},
+      {"flesh-split-mesh 2\nmark 1\norder 1\nnodes 4\ntets 1\nregions 1\n0\nparts 1\n1 1 4\n", "`sum N` is expected"},
+      {"flesh-split-mesh 2\nmark 1\norder 1\nnodes 4\ntets 1\nregions 1\n0\nparts 1\n1 1 4\nsum 0123456789abcdef\n",
+       "the index is damaged"},
   };
-  unlink(in_work_folder("part_00000.bin"));
+  flesh_mesh *mesh = NULL;
   for (size_t k = 0; k < sizeof bad / sizeof *bad; k++) {
-    flesh_mesh *mesh = NULL;
     CHECK(flesh_mesh_read(write_text("bad.txt", bad[k][0]), &mesh) == FLESH_ERR_FILE && !mesh);
     CHECK_TEXT(flesh_error_text(), bad[k][1]);
   }
+  /* Whole, and of a part that is not there; no memory is asked for. */
+  static const char huge[] = "flesh-split-mesh 2\nmark 1\norder 1\nnodes 700000000\ntets 500000000\nregions 1\n0\nparts 1\n"
+                             "500000000 500000000 700000000\n";
+  char whole[sizeof huge + 32];
+  unlink(in_work_folder("part_00000.bin"));
+  snprintf(whole, sizeof whole, "%ssum %016" PRIx64 "\n", huge, flesh_archive_sum(0, huge, strlen(huge)));
+  CHECK(flesh_mesh_read(write_text("bad.txt", whole), &mesh) == FLESH_ERR_FILE && !mesh);
+  CHECK_TEXT(flesh_error_text(), "part 0 of the split mesh of");
+}
+
+/* Whatever byte of an index is another one, none of the index is used. */
+static void every_byte_of_an_index_counts(void)
+{
+  flesh_split split;
+  char *text = NULL;
+  size_t size = 0;
+  write_parts("parts", 1);
+  CHECK_OK(flesh_file_load(in_work_folder("parts/index.txt"), &text, &size));
+  for (size_t k = 0; k < size; k++)
+    for (int flip = 1; flip < 256; flip *= 6) { /* 1, 6 and 36: other digits, letters and line ends */
+      text[k] ^= (char)flip;
+      FILE *file = fopen(in_work_folder("parts/changed.txt"), "wb");
+      CHECK(file && fwrite(text, 1, size, file) == size && !fclose(file));
+      text[k] ^= (char)flip;
+      const int status = flesh_split_open(in_work_folder("parts/changed.txt"), &split);
+      if (status != FLESH_ERR_FILE) printf("# byte %zu, '%c', changed by %d\n", k, text[k], flip);
+      CHECK(status == FLESH_ERR_FILE);
+      flesh_split_close(&split);
+    }
+  CHECK_OK(flesh_split_open(in_work_folder("parts/index.txt"), &split));
+  flesh_split_close(&split);
+  free(text);
 }
 
 /* A mesh with nodes of no tet; and a folder where somebody's own file would be lost. */
@@ -312,5 +347,5 @@ int main(int argc, char **argv)
   if (!make_work_folder()) return 1;
   RUN_TESTS(argc, argv, TEST(parts_make_the_whole_again), TEST(boxes_in_parts_are_boxes),
             TEST(a_part_knows_two_layers_around), TEST(damage_is_told), TEST(what_contradicts_itself_is_refused),
-            TEST(bad_indices_are_refused), TEST(what_cannot_be_split_is_refused));
+            TEST(bad_indices_are_refused), TEST(every_byte_of_an_index_counts), TEST(what_cannot_be_split_is_refused));
 }
