@@ -86,8 +86,7 @@ suite() {
 if step 'the build' build build; then
   cp "$notes/log" "$notes/build.log"
   if [ -n "$everything" ]; then step 'no warnings from what was compiled' no_warnings || true; fi
-  # The limits on a test's time are there for hangs, not for busy machines.
-  suite 'the tests' build --timeout-multiplier 3 ${everything:+--no-suite excerpt} "$@"
+  suite 'the tests' build ${everything:+--no-suite excerpt} "$@"
 else
   everything=
 fi
@@ -95,7 +94,7 @@ fi
 if [ -n "$everything" ]; then
   # Clang contracts other sums and products than GCC: what computes. The program's own tests are Clang's in the next build.
   if step 'no warnings from clang' strict_clang; then
-    suite "the quick tests of Clang's build" build-clang --timeout-multiplier 3 --suite quick --no-suite source \
+    suite "the quick tests of Clang's build" build-clang --suite quick --no-suite source \
       --no-suite program
   fi
   # Clang's sanitizers see more than GCC's, and its fuzzers need the same build.
@@ -103,7 +102,7 @@ if [ -n "$everything" ]; then
     ASAN_OPTIONS=detect_leaks=1 UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
     export ASAN_OPTIONS UBSAN_OPTIONS
     step "the fuzzers' kept inputs" sh test/campaign/fuzz.sh --kept build-sanitize || true
-    suite 'the quick tests with sanitizers' build-sanitize --timeout-multiplier 10 \
+    suite 'the quick tests with sanitizers' build-sanitize \
       --suite quick --suite memory --no-suite source
   fi
   if step 'the build with thread sanitizer' build build-threads -Dbuildtype=debugoptimized \
@@ -111,7 +110,7 @@ if [ -n "$everything" ]; then
     TSAN_OPTIONS=log_path=$notes/race
     export TSAN_OPTIONS
     find_launcher
-    suite 'the tests of threads with thread sanitizer' build-threads --timeout-multiplier 10
+    suite 'the tests of threads with thread sanitizer' build-threads
     launcher=
     step 'no data races' no_races || true
   fi

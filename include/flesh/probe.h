@@ -67,11 +67,11 @@ typedef struct flesh_probe {
 /* Of a part of a body (flesh/ranks.h) a probe has those of its nodes, maybe none, that the part has; a point's tet is -1
  * on all ranks but one. Every rank calls these functions, with the same probes, and the first writes.
  *
- * Checks a probe, and fills in probe->tet, weights and about. FLESH_ERR_ARGUMENT with a sentence: a body
- * of another mesh than the system's; a bad name; no quantity; a point farther than 1e-6 of the body's diagonal from all tets (with the distance);
- * forces of a point; a holder or a contact that the system has not; quantities of tets where no tet has
- * all its nodes chosen; stress or energy without a material; contact_force without contact. Further
- * errors: FLESH_ERR_MEMORY. */
+ * Checks a probe, and fills in probe->tet, weights and about. FLESH_ERR_ARGUMENT with a sentence: a body of another mesh
+ * than the system's; a bad name; no quantity; a point farther than 1e-6 of the body's diagonal from all tets (with the
+ * distance); forces of a point; a holder or a contact that the system has not; quantities of tets where no tet has all
+ * its nodes chosen; stress or energy without a material; contact_force without contact. Further errors:
+ * FLESH_ERR_MEMORY. */
 FLESH_API int flesh_probe_prepare(flesh_probe *probe, const flesh_body *body, const flesh_system *system);
 
 /* probes.csv: a header and a row per step, flushed as it is written, so that an interrupted run leaves

@@ -109,7 +109,7 @@ static void a_fork_goes_on_alone(void)
   fflush(stdout);
   pid_t child = fork();
   if (child == 0) {
-    alarm(60); /* rather than hang */
+    alarm(1800); /* rather than hang */
     flesh_threads_run(threads, 10, count_call, r);
     flesh_threads_destroy(&threads);
     _exit(atomic_load(&r->total) == 20 ? 0 : 1);

@@ -4,6 +4,7 @@
 
 #include "body.h"
 #include "effect_sample.h"
+#include "methods.h"
 #include "test.h"
 
 static flesh_material soft(void)
@@ -41,8 +42,7 @@ static void every_effect_runs_under_every_kind_of_method(void)
   int rows, count = 1;
   const flesh_effect_row *const *row = flesh_effect_registry(&rows);
   double bare[3];
-  for (int m = 0; flesh_method_name((flesh_method)m) && count < METHODS_LIMIT; m++)
-    if (flesh_method_order((flesh_method)m) > 0) methods[count++] = (flesh_method)m;
+  for_every_method(method, TEST_FIXED_STEPS) methods[count++] = method;
   run(row[0], FLESH_METHOD_ADAPTIVE, bare);
   for (int k = 0; k < rows; k++) {
     double x[METHODS_LIMIT][3], worst[METHODS_LIMIT] = {0}, matters = 0;

@@ -4,6 +4,7 @@
 
 #include "body.h"
 #include "flesh/effects.h"
+#include "methods.h"
 #include "test.h"
 
 enum { EACH = 8, UNKNOWNS = 2 * 3 * EACH };
@@ -218,7 +219,7 @@ static double total_energy(const test_body *b, double *moving)
 
 /* Blocks that fly apart and turn, on a spring out of their middles, for 0.8 s: the largest change of energy, as a
  * fraction of the first. */
-static double tumble(double h)
+static double tumble(flesh_method method, double h)
 {
   test_body b;
   double before[6], after[6], worst = 0, size = 0, scale, now;
@@ -234,7 +235,7 @@ static double tumble(double h)
   }
   flesh_solver_options options = test_options(1e-10);
   flesh_integrator *integrator = NULL;
-  CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_MIDPOINT, &options, &integrator));
+  CHECK_OK(flesh_integrator_create(b.system, method, &options, &integrator));
   const double start = total_energy(&b, &scale);
   test_momenta(&b, before);
   for (double t = 0; t < 0.8 - h / 2; t += h) {
@@ -243,8 +244,8 @@ static double tumble(double h)
   }
   test_momenta(&b, after);
   for (int c = 0; c < 6; c++) size = fmax(size, fabs(before[c]));
-  for (int c = 0; c < 6; c++) CHECK_NEAR(after[c], before[c], 1e-7 * size);
-  printf("# h = %g s: energy %.4g J within %.2g, momenta of %.3g within", h, scale, worst, size);
+  for (int c = 0; c < (method == FLESH_METHOD_MIDPOINT ? 6 : 3); c++) CHECK_NEAR(after[c], before[c], 1e-7 * size);
+  printf("# %s, h = %g s: energy %.4g J within %.2g, momenta of %.3g within", flesh_method_name(method), h, scale, worst, size);
   for (int c = 0; c < 6; c++) printf(" %.1g", (after[c] - before[c]) / size);
   putchar('\n');
   flesh_integrator_destroy(&integrator);
@@ -252,11 +253,15 @@ static double tumble(double h)
   return worst;
 }
 
-static void energy_stays_by_order_two_and_momenta_stay(void)
+static void energy_stays_by_the_order_and_momenta_stay(void)
 {
-  const double coarse = tumble(0.008), fine = tumble(0.004);
-  CHECK_BELOW(coarse, 2e-3);
-  CHECK_BELOW(fine, coarse / 3); /* of 4 */
+  for_every_method(method, TEST_FIXED_STEPS) {
+    const int order = flesh_method_order(method);
+    const double coarse = tumble(method, 0.008), fine = tumble(method, 0.004);
+    CHECK_BELOW(coarse, order == 1 ? 0.5 : method == FLESH_METHOD_MIDPOINT ? 2e-3 : 2e-2);
+    /* A half and a quarter; what bdf2 damps falls by more, but only with shorter steps. */
+    CHECK_BELOW(fine, coarse / (order == 1 ? 1.5 : method == FLESH_METHOD_BDF2 ? 2.2 : 3));
+  }
 }
 
 static void nonsense_is_refused(void)
@@ -283,6 +288,6 @@ int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(energy_is_that_of_the_distance), TEST(derivatives_and_balances_hold),
                    TEST(hessian_is_the_closed_form), TEST(points_that_meet_are_no_trouble),
-                   TEST(stiff_blocks_swing_at_their_frequency), TEST(energy_stays_by_order_two_and_momenta_stay),
+                   TEST(stiff_blocks_swing_at_their_frequency), TEST(energy_stays_by_the_order_and_momenta_stay),
                    TEST(nonsense_is_refused));
 }

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "body.h"
+#include "methods.h"
 #include "test.h"
 
 static const double soft = 4e4, stiff = 6e5, peak = 3e5, optimal = 1.25; /* Pa; Pa */
@@ -284,8 +285,7 @@ static void energy_put_in_is_work_done(void)
   CHECK(put_in > 100);
   CHECK_BELOW(fine, 1e-3 * put_in);
   CHECK_BELOW(fine, 0.35 * coarse);
-  for (flesh_method m = 0; flesh_method_name(m); m++) {
-    if (flesh_method_order(m) == 0) continue;
+  for_every_method(m, TEST_FIXED_STEPS) {
     const double missing = imbalance(m, 1. / 100, &put_in, &gain);
     printf("# %s: %.3g of %.4g J missing, gain %.2g\n", flesh_method_name(m), missing, put_in, gain);
     CHECK_BELOW(gain, 0.02);

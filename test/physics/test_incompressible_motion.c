@@ -5,10 +5,7 @@
 #include <stdlib.h>
 
 #include "incompressible.h"
-
-static const flesh_method methods[] = {FLESH_METHOD_BACKWARD_EULER, FLESH_METHOD_BDF2, FLESH_METHOD_MIDPOINT,
-                                       FLESH_METHOD_NEWMARK, FLESH_METHOD_HHT};
-enum { METHODS = sizeof methods / sizeof methods[0] };
+#include "methods.h"
 
 static double energy_of(const test_body *b)
 {
@@ -24,12 +21,12 @@ static double energy_of(const test_body *b)
  * the energy as its order has it by those that do not damp. */
 static void motion_keeps_what_it_must(void)
 {
-  for (int m = 0; m < METHODS; m++) {
+  for_every_method(method, TEST_FIXED_STEPS) {
     test_body b;
     double first[6], last[6], gap = 0, turn = 0, drift = 0;
     flesh_solve_stats stats = {0};
     throw_block(&b);
-    flesh_integrator *integrator = integrator_of(&b, methods[m], 1e-10, 1);
+    flesh_integrator *integrator = integrator_of(&b, method, 1e-10, 1);
     test_momenta(&b, first);
     const double E0 = energy_of(&b);
     double rest;
@@ -46,15 +43,15 @@ static void motion_keeps_what_it_must(void)
     const double kinetic = 250. * 9 / 2;
     printf("# %s: volumes to %.1g, momentum to %.1g N s, angular momentum to %.2g N m s of %.3g, energy %+.3g J of about "
            "%.3g J; %.3g updates a step\n",
-           flesh_method_name(methods[m]), gap, drift, turn, test_norm(3, first + 3), rest, kinetic,
+           flesh_method_name(method), gap, drift, turn, test_norm(3, first + 3), rest, kinetic,
            stats.multiplier_updates / 30.);
     CHECK_BELOW(gap, 1e-10);
     CHECK_BELOW(drift, 1e-8 * 250);
-    if (methods[m] == FLESH_METHOD_MIDPOINT) {
+    if (method == FLESH_METHOD_MIDPOINT) {
       CHECK_BELOW(turn, 1e-6 * test_norm(3, first + 3));
       CHECK_BELOW(fabs(rest), 1e-3 * kinetic);
     }
-    if (methods[m] == FLESH_METHOD_NEWMARK) CHECK_BELOW(fabs(rest), 1e-2 * kinetic);
+    if (method == FLESH_METHOD_NEWMARK) CHECK_BELOW(fabs(rest), 1e-2 * kinetic);
     CHECK_BELOW(rest, 1e-2 * kinetic);
     CHECK(flesh_integrator_energy_balance(integrator)->gain < 0.05);
     flesh_integrator_destroy(&integrator);
@@ -88,12 +85,12 @@ static void methods_have_their_orders(void)
   flesh_mesh_destroy(&raised);
   CHECK(n <= 6000);
   swing(FLESH_METHOD_MIDPOINT, 640, exact);
-  for (int m = 0; m < METHODS; m++) {
-    const int order = flesh_method_order(methods[m]);
-    swing(methods[m], 20, x[0]);
-    swing(methods[m], 40, x[1]);
+  for_every_method(method, TEST_FIXED_STEPS) {
+    const int order = flesh_method_order(method);
+    swing(method, 20, x[0]);
+    swing(method, 40, x[1]);
     const double coarse = test_distance(n, x[0], exact), fine = test_distance(n, x[1], exact);
-    printf("# %s: %.3g m, %.3g m: order %.2f\n", flesh_method_name(methods[m]), coarse, fine, log2(coarse / fine));
+    printf("# %s: %.3g m, %.3g m: order %.2f\n", flesh_method_name(method), coarse, fine, log2(coarse / fine));
     CHECK_NEAR(log2(coarse / fine), order, order == 2 ? 0.35 : 0.15);
   }
 }

@@ -3,6 +3,7 @@
  * of fixed steps, which stays where that has put it. */
 #include "barrier_gap.h"
 #include "grids.h"
+#include "methods.h"
 #include "press.h"
 
 static const double THICKNESS = 0.02, STIFFNESS = 1e5, APART = 0.025, DEPTH = 0.125;
@@ -99,8 +100,7 @@ static void two_blocks_are_one_to_the_thickness(void)
 /* An equilibrium of contact is one of every method. */
 static void every_method_stays_at_rest(void)
 {
-  for (int k = 0; k < FLESH_METHOD_ADAPTIVE; k++) {
-    const flesh_method method = (flesh_method)k;
+  for_every_method(method, TEST_FIXED_STEPS | TEST_STATIC) {
     const flesh_solver_options options = test_options(1e-8);
     test_body b;
     flesh_keyframe keys[2];

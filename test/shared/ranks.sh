@@ -6,7 +6,7 @@ launcher=${MPIRUN:?MPIRUN must name the launcher of MPI}
 on_ranks() {
   count=$1
   shift
-  timeout 120 "$launcher" -n "$count" "$@"
+  timeout 1800 "$launcher" -n "$count" "$@"
 }
 
 # begin_on RANKS COMMAND...: in the background as $launched; what its ranks' processes are stands in pid_0, pid_1 ...
@@ -28,7 +28,7 @@ wait_for_ends() {
     tries=0
     while grep -q '^State:.[^Z]' "/proc/$process/status" 2>/dev/null; do
       tries=$((tries + 1))
-      [ "$tries" -lt 1200 ] || { echo "process $process lives on"; return 1; }
+      [ "$tries" -lt 36000 ] || { echo "process $process lives on"; return 1; }
       sleep 0.05
     done
   done

@@ -66,7 +66,7 @@ else
 fi
 
 # shellcheck disable=SC2086
-if meson test -C build --no-rebuild --timeout-multiplier 10 $tests >"$work/log" 2>&1; then
+if meson test -C build --no-rebuild $tests >"$work/log" 2>&1; then
   echo 'ok 3 - the tests that the page names pass'
 else
   { grep -E 'FAIL|ERROR|TIMEOUT' "$work/log"; grep -B4 '^not ok' build/meson-logs/testlog.txt; } | head -40 | sed 's/^/# /'

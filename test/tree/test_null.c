@@ -395,7 +395,6 @@ static void null_is_refused_by_systems(void)
 /* Where a function takes what it is given, it does so when it fails, too. */
 static int destroyed;
 static void count_destroyed(void *data) { destroyed += data != NULL; }
-
 static void what_is_taken_is_freed(void)
 {
   static const flesh_effect_operations operations = {.name = "none", .destroy = count_destroyed};
@@ -403,7 +402,6 @@ static void what_is_taken_is_freed(void)
   flesh_obstacle *obstacle = NULL;
   flesh_mesh *mesh = test_box(1, 1, 1, 1, 1, 1);
   check(flesh_effect_create(NULL, mesh, any, &effect), "flesh_effect_create: operations is NULL");
-  CHECK(destroyed == 0);
   check(flesh_effect_create(&operations, mesh, any, NULL), "flesh_effect_create: effect is NULL");
   check(flesh_effect_create(&operations, NULL, any, &effect), "flesh_effect_create: mesh is NULL");
   CHECK(destroyed == 2 && !effect);
@@ -414,8 +412,7 @@ static void what_is_taken_is_freed(void)
   CHECK(destroyed == 3 && !effect);
   check(flesh_effect_contact(any, any, NULL, &effect), "flesh_effect_contact: obstacle is NULL");
   for (int k = 0; k < 3; k++) {
-    static const char *const sentences[] = {"flesh_effect_contact: body is NULL",
-                                            "flesh_effect_contact: options is NULL",
+    static const char *const sentences[] = {"flesh_effect_contact: body is NULL", "flesh_effect_contact: options is NULL",
                                             "flesh_effect_contact: effect is NULL"};
     CHECK_OK(flesh_obstacle_sphere((const double[]){0, 0, 0}, 1, &obstacle));
     check(flesh_effect_contact(k == 0 ? NULL : any, k == 1 ? NULL : any, &obstacle, k == 2 ? NULL : &effect),

@@ -39,6 +39,7 @@ def _open():
 
 
 lib, LIBRARY_PATH = _open()
+free = ffi.dlopen(None).free  # goes with the malloc that the library calls, also where another allocator is loaded first
 
 
 def sundials_function(name):

@@ -5,7 +5,7 @@ import numpy as np
 
 from ._arrays import doubles, integers, pointer
 from ._callbacks import Const, Handle, call, create, owned
-from ._library import ffi, lib
+from ._library import ffi, free, lib
 from .errors import ArgumentError
 
 __all__ = ["Motion", "Amplitude", "Obstacle", "Triangles"]
@@ -136,6 +136,6 @@ class Obstacle(Handle):
             x = np.frombuffer(ffi.buffer(positions[0], 24 * counts[0]), np.float64).reshape(-1, 3).copy()
             triangles = np.frombuffer(ffi.buffer(corners[0], 12 * counts[1]), np.intc).reshape(-1, 3).copy()
         finally:
-            lib.free(positions[0])
-            lib.free(corners[0])
+            free(positions[0])
+            free(corners[0])
         return Triangles(x, triangles)

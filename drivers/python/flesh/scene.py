@@ -9,7 +9,7 @@ import numpy as np
 from . import _callbacks
 from ._arrays import Field, Names, Record
 from ._callbacks import Const, call, call_value, create, owned
-from ._library import ffi, lib, path_bytes, text
+from ._library import ffi, free, lib, path_bytes, text
 from .body import Body
 from .integrator import Integrator
 from .material import Material
@@ -247,4 +247,4 @@ def schema(format: str = "markdown") -> str:
     try:
         return text(out[0])
     finally:
-        lib.free(out[0])
+        free(out[0])

@@ -116,7 +116,7 @@ def test_the_notebook_runs(tmp_path, monkeypatch):
         exec(compile(source, path, "exec"), {"__name__": "__main__"})
         return
     notebook = nbformat.read(path, as_version=4)
-    nbclient.NotebookClient(notebook, timeout=120, resources={"metadata": {"path": str(tmp_path)}}).execute()
+    nbclient.NotebookClient(notebook, timeout=1800, resources={"metadata": {"path": str(tmp_path)}}).execute()
     said = "".join(output.get("text", "") for cell in notebook.cells for output in cell.get("outputs", []))
     assert "Hz by the Jacobian" in said and "with the muscle" in said
     assert any("image/png" in output.get("data", {}) for cell in notebook.cells for output in cell.get("outputs", []))

@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 
 import flesh
+from conftest import interpreter_environment
 
 # A body whose steps take long enough to be interrupted; a Python of its own runs {loop}.
 CODE = """
 import sys
 import numpy as np
 import flesh
+from conftest import interpreter_environment
 mesh = flesh.Mesh.box((24, 8, 8), (3, 1, 1))
 body = flesh.Body(mesh, flesh.Material("S", young=1e5, poisson=0.49), 1000)
 system = flesh.System(mesh, [flesh.Inertia(body), flesh.Elasticity(body), flesh.Gravity(body)])
@@ -40,12 +42,12 @@ except KeyboardInterrupt:
 def interrupt(loop):
     """Sends SIGINT to a Python in that loop; what it says goes into the assertion where it is not as it should be."""
     child = subprocess.Popen([sys.executable, "-c", CODE.format(loop=loop)], stdout=subprocess.PIPE,
-                             stderr=subprocess.PIPE, universal_newlines=True)
+                             stderr=subprocess.PIPE, universal_newlines=True, env=interpreter_environment())
     assert child.stdout.readline() == "ready\n"
     time.sleep(0.7)
     child.send_signal(signal.SIGINT)
     try:
-        said, errors = child.communicate(timeout=150)
+        said, errors = child.communicate(timeout=1800)
     finally:
         child.kill()
     assert (child.returncode, said, errors) == (7, "interrupted\n", "")

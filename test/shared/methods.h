@@ -1,0 +1,32 @@
+/* methods.h: the methods of the registry, for tests of what holds under all of them. */
+#ifndef FLESH_TEST_METHODS_H
+#define FLESH_TEST_METHODS_H
+
+#include "flesh/integrator.h"
+
+/* Kinds of methods; or'ed. */
+typedef enum test_methods {
+  TEST_FIXED_STEPS = 1,
+  TEST_ADAPTIVE = 2, /* both that step by IDA */
+  TEST_STATIC = 4,
+  TEST_MOVING = TEST_FIXED_STEPS | TEST_ADAPTIVE
+} test_methods;
+
+static inline test_methods test_kind_of(flesh_method method)
+{
+  return method == FLESH_METHOD_STATIC ? TEST_STATIC : flesh_method_order(method) > 0 ? TEST_FIXED_STEPS : TEST_ADAPTIVE;
+}
+
+/* The first from `method` on that is of these kinds; one without a name behind the last. */
+static inline flesh_method test_method_from(int method, unsigned kinds)
+{
+  while (flesh_method_name((flesh_method)method) && !(test_kind_of((flesh_method)method) & kinds)) method++;
+  return (flesh_method)method;
+}
+
+/* for_every_method(method, TEST_MOVING) {...}: the body of a loop over them. */
+#define for_every_method(method, kinds)                                                        \
+  for (flesh_method method = test_method_from(0, kinds); flesh_method_name(method);            \
+       method = test_method_from((int)method + 1, kinds))
+
+#endif
