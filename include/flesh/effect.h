@@ -303,7 +303,7 @@ typedef struct flesh_effect_bonds {
  * body moves, and the pattern of the Jacobian with it. An effect is const, so what it finds out about nearness
  * belongs to a run: a memory that all its operations get as point->near, which one thread uses at a time and which may
  * grow there. It only saves searching: results do not depend on it, and where it is NULL each operation searches; but
- * for what `follow` tells it. */
+ * for what `follow` and `predict` tell it. */
 typedef struct flesh_effect_proximity {
   /* An empty memory. Returns new. Errors: FLESH_ERR_MEMORY. */
   int (*create)(const flesh_effect *effect, flesh_threads *threads, void **near);
@@ -313,6 +313,11 @@ typedef struct flesh_effect_proximity {
   /* Cells of all of these and of some that may come soon, beside those of `cells`; borrowed until the next call with
    * this memory. Errors: FLESH_ERR_MEMORY. */
   int (*coupled)(const flesh_effect *effect, const flesh_point *point, const flesh_cells **cells);
+  /* A solve is about to make its matrix at `point`, with memory: the effect predicts its forces there, by those at x_lag or
+   * by what it predicted last in the solve that begins there. Until the next prediction `jacobian` at this place may have
+   * secants to these forces for derivatives; it has derivatives where they are the forces at x, at all other places,
+   * and without memory. Where it fails it predicts nothing, and `jacobian` says why. NULL: it always has derivatives. */
+  void (*predict)(const flesh_effect *effect, const flesh_point *point);
   /* As flesh_effect_barrier.max_feasible_step; `near` and the effect's internal variables may be NULL. */
   double (*max_feasible_step)(const flesh_effect *effect, void *near, const double *internal, const double *x_from,
                               const double *x_to);
@@ -460,9 +465,11 @@ typedef struct flesh_derivative_report {
  * its residual, by differences, and whether `evaluate` and `jacobian_assign` give the same as the
  * operations that they replace: at (t, x) with random velocities and accelerations (zero for statics), x_lag near
  * x, v_lag random and a frozen state on the line, along random directions that move nodes by a small part of the mesh's
- * mean edge; each error is the best of several step lengths. x [3*nodes] should be generic (not the rest state, where
- * gradients vanish). Returns the effect's status where it cannot be evaluated (FLESH_UNDEFINED: choose another x).
- * FLESH_ERR_ARGUMENT for a mesh with other counts of nodes or tets than that of the effect. */
+ * mean edge; each error is the best of several step lengths. An effect with a flesh_effect_proximity is checked with a
+ * memory as in a run; the matrix after a prediction at x_lag = x, too, which must have the same bits when it is made again
+ * after one elsewhere. x [3*nodes] should be generic (not the rest state, where gradients vanish). Returns the effect's
+ * status where it cannot be evaluated (FLESH_UNDEFINED: choose another x). FLESH_ERR_ARGUMENT for a mesh with other
+ * counts of nodes or tets than that of the effect. */
 FLESH_API int flesh_effect_check_derivatives(const flesh_effect *effect, const flesh_mesh *mesh,
                                              double t, const double *x, unsigned long long seed,
                                              flesh_derivative_report *report);

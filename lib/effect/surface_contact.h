@@ -51,6 +51,7 @@ typedef struct flesh_surface_near {
   int rubs_known;
   double *x_rubs;             /* [3*nodes] */
   double *x_secant;           /* [3*nodes] where the solve that the secant is of began */
+  double *x_predicted;        /* [3*nodes] where its forces are predicted for */
   int secant_known;
   double *moved;              /* [3*nodes of the mesh] */
   flesh_cells cells;
@@ -127,8 +128,9 @@ int flesh_surface_near_serves(flesh_surface_near *near, const double *x, double 
 double flesh_surface_near_on_way(flesh_surface_near *near, const double *x_from, const double *x_to);
 /* near->rubs becomes that of x_lag, and near->set that at x, where there is friction. */
 int flesh_surface_near_rub(flesh_surface_near *near, const flesh_point *point);
-/* Hessians of near->set, that at x, become those of secants to the gaps at which the solve is expected to end. */
-void flesh_surface_near_expect(flesh_surface_near *near, const flesh_point *point);
+/* Hessians of near->set, that at x, become those of secants to the predicted forces where x is the place that they are
+ * predicted for, and tangents elsewhere. */
+void flesh_surface_near_expect(flesh_surface_near *near, const double *x);
 /* The run is at x [3*n] at time t, of an effect that separates. Where a step has led there, what is apart touches from now
  * on; else (`accepted` 0), if it was not there before, it begins there. *changed: whether the energy at x is another than
  * before. FLESH_UNDEFINED where a place is not finite; FLESH_ERR_MEMORY. */

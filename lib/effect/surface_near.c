@@ -24,14 +24,15 @@ int flesh_surface_near_create(const flesh_surface_contact *contact, flesh_thread
   self->contact = contact;
   self->threads = threads;
   self->t_apart = NAN;
-  self->x_set = calloc(6 * places + 3 * (size_t)contact->surface.mesh_nodes + 1, sizeof *self->x_set);
+  self->x_set = calloc(7 * places + 3 * (size_t)contact->surface.mesh_nodes + 1, sizeof *self->x_set);
   int status = self->x_set ? FLESH_OK
                            : flesh_fail(FLESH_ERR_MEMORY, "no memory for what is near %d nodes",
                                         contact->surface.node_count);
   if (!status) {
     self->x_rubs = self->x_set + places;
     self->x_secant = self->x_rubs + places;
-    self->x_shown = self->x_secant + places;
+    self->x_predicted = self->x_secant + places;
+    self->x_shown = self->x_predicted + places;
     self->x_from = self->x_shown + places;
     self->x_patches = self->x_from + places;
     self->moved = self->x_patches + places;
@@ -151,14 +152,10 @@ int flesh_surface_near_rub(near *self, const flesh_point *point)
   return FLESH_OK;
 }
 
-void flesh_surface_near_expect(near *self, const flesh_point *point)
+void flesh_surface_near_expect(near *self, const double *x)
 {
-  if (!self->secant_known || !flesh_surface_near_is_at(self, point->x_lag, self->x_secant)) {
-    flesh_contact_secant_forget(&self->secant);
-    flesh_surface_near_gather(self, point->x_lag, self->x_secant);
-    self->secant_known = 1;
-  }
-  flesh_contact_secant_update(&self->secant, &self->set, point->x, point->x_lag);
+  const int predicted = self->secant_known && flesh_surface_near_is_at(self, x, self->x_predicted);
+  flesh_contact_secant_apply(predicted ? &self->secant : NULL, &self->set, x);
 }
 
 int flesh_surface_near_reserve(near *self, int hessians)
@@ -210,6 +207,21 @@ static int covers(const flesh_effect *effect, const flesh_point *point, const fl
   for (int k = 0; k < self->seat_count; k++)
     if (!has_blocks(K, 4, self->seats[k].nodes)) return 0;
   return 1;
+}
+
+static void predict(const flesh_effect *effect, const flesh_point *point)
+{
+  near *self = point->near;
+  (void)effect;
+  flesh_surface_near_take(self, point->internal);
+  if (flesh_surface_near_meet(self, point->x)) return;
+  if (!self->secant_known || !flesh_surface_near_is_at(self, point->x_lag, self->x_secant)) {
+    flesh_contact_secant_forget(&self->secant);
+    flesh_surface_near_gather(self, point->x_lag, self->x_secant);
+    self->secant_known = 1;
+  } else if (flesh_surface_near_is_at(self, point->x, self->x_predicted)) return;
+  flesh_contact_secant_predict(&self->secant, &self->set, point->x, point->x_lag);
+  flesh_surface_near_gather(self, point->x, self->x_predicted);
 }
 
 /* One more cell of these nodes, in ascending order, the last one repeated. */
@@ -316,7 +328,7 @@ static size_t memory_of_release(const near *self)
 static size_t memory_of(const void *memory)
 {
   const near *self = memory;
-  return sizeof *self + 3 * sizeof(double) * (6 * (size_t)self->contact->surface.node_count +
+  return sizeof *self + 3 * sizeof(double) * (7 * (size_t)self->contact->surface.node_count +
                                               (size_t)self->contact->surface.mesh_nodes) +
          flesh_near_finder_memory(self->finder) + flesh_near_drift_memory(&self->drift) +
          flesh_near_pairs_memory(self->finder, &self->around) + flesh_near_pairs_memory(self->finder, &self->on_way) +
@@ -341,6 +353,7 @@ static void separation_of(const void *memory, flesh_separation *separation)
 #define SHARED                                                                                                          \
   .create = create, .destroy = flesh_surface_near_destroy, .covers = covers, .coupled = coupled,                        \
   .max_feasible_step = max_feasible_step, .memory = memory_of, .check = flesh_surface_contact_check,          \
+  .predict = predict,                                                                                                   \
   .take_bonds = flesh_surface_contact_take_bonds
 const flesh_effect_proximity flesh_surface_contact_proximity = {SHARED},
                              flesh_separating_contact_proximity = {SHARED, .follow = follow, .archive = archive_of,

@@ -51,36 +51,56 @@ static double gap_of(const flesh_contact_pair *pair, const double *x)
   return at.distance / pair->thickness;
 }
 
-/* Expected of the pairs [count] of one node. */
-static void expect(flesh_contact_secant *secant, int count, flesh_contact_pair *pairs, const double *x,
-                   const double *x_lag)
+/* How many pairs, from the k-th on, are of its node; 0: it is of two edges. */
+static int count_pairs(const flesh_contact_set *set, int k)
 {
-  flesh_contact_secant_node *node = &secant->nodes[pairs->owner];
-  double least = 1, pressure;
-  int nearest = 0;
+  int count = 0;
+  while (set->pairs[k].owner >= 0 && k + count < set->count && set->pairs[k + count].owner == set->pairs[k].owner) count++;
+  return count;
+}
+
+/* The least gap of pairs [count], at most 1, and which one has it. */
+static double least_gap(int count, const flesh_contact_pair *pairs, const double *x, int *nearest)
+{
+  double least = 1;
+  *nearest = 0;
   for (int k = 0; k < count; k++) {
     const double gap = gap_of(&pairs[k], x);
-    pairs[k].expected = gap;
-    if (gap < least) least = gap, nearest = k;
+    if (gap < least) least = gap, *nearest = k;
   }
-  const int known = node->known == secant->updates - 1;
-  if (known && node->gap == least) pressure = pressure_at(node->expected);
-  else if (known) pressure = node->pressure - node->slope * (least - node->gap);
-  else pressure = pressure_at(gap_of(&pairs[nearest], x_lag));
+  return least;
+}
+
+/* For the pairs [count] of one node. */
+static void predict(flesh_contact_secant *secant, int count, const flesh_contact_pair *pairs, const double *x,
+                    const double *x_lag)
+{
+  flesh_contact_secant_node *node = &secant->nodes[pairs->owner];
+  int nearest;
+  const double least = least_gap(count, pairs, x, &nearest);
+  const double pressure = node->known == secant->updates - 1 ? node->pressure - node->slope * (least - node->gap)
+                                                             : pressure_at(gap_of(&pairs[nearest], x_lag));
   node->expected = gap_at(pressure);
   node->gap = least;
   node->pressure = pressure_at(least);
   node->known = secant->updates;
   node->slope = flesh_barrier_secant(least, node->expected);
-  for (int k = 0; k < count; k++) pairs[k].expected += node->expected - least;
 }
 
-void flesh_contact_secant_update(flesh_contact_secant *secant, flesh_contact_set *set, const double *x,
-                                 const double *x_lag)
+void flesh_contact_secant_predict(flesh_contact_secant *secant, const flesh_contact_set *set, const double *x,
+                                  const double *x_lag)
 {
   secant->updates++;
-  for (int k = 0, next; k < set->count && set->pairs[k].owner >= 0; k = next) {
-    for (next = k + 1; next < set->count && set->pairs[next].owner == set->pairs[k].owner;) next++;
-    expect(secant, next - k, set->pairs + k, x, x_lag);
+  for (int k = 0, count; k < set->count && (count = count_pairs(set, k)); k += count)
+    predict(secant, count, set->pairs + k, x, x_lag);
+}
+
+void flesh_contact_secant_apply(const flesh_contact_secant *secant, flesh_contact_set *set, const double *x)
+{
+  for (int k = 0, count; k < set->count && (count = count_pairs(set, k)); k += count) {
+    const flesh_contact_secant_node *node = secant ? &secant->nodes[set->pairs[k].owner] : NULL;
+    const int known = node && node->known == secant->updates;
+    for (int j = k; j < k + count; j++)
+      set->pairs[j].expected = known ? gap_of(&set->pairs[j], x) + node->expected - node->gap : 0;
   }
 }

@@ -8,14 +8,14 @@
  * for the same reason).
  *
  * The expected force is what the last iteration's linear model predicts for where the node is now, and before the first
- * one that at the state the step begins with. Where the node is as expected the secant is the tangent, so that
+ * one that at the state the step begins with. A solve says when it is to be predicted, once for each of its matrices. Where the node is as expected the secant is the tangent, so that
  * the iteration converges as Newton's does, to the same place. */
 #ifndef FLESH_GEOMETRY_CONTACT_SECANT_H
 #define FLESH_GEOMETRY_CONTACT_SECANT_H
 
 #include "geometry/contact_set.h"
 
-/* Of a node: its least gap where a matrix was made last, over the thickness; how the pressure there, -B', was
+/* Of a node: its least gap where forces were predicted last, over the thickness; how the pressure there, -B', was
  * taken to fall with the gap; the gap at which it was expected. */
 typedef struct flesh_contact_secant_node {
   double gap, pressure, slope, expected;
@@ -33,8 +33,12 @@ void flesh_contact_secant_clear(flesh_contact_secant *secant);
 /* Forgets what solves have predicted: the next one starts from another state. */
 void flesh_contact_secant_forget(flesh_contact_secant *secant);
 
-/* Sets `expected` of the set's pairs, which are those at x [3*n]; x_lag: where the solve begins. */
-void flesh_contact_secant_update(flesh_contact_secant *secant, flesh_contact_set *set, const double *x,
-                                 const double *x_lag);
+/* Predicts the forces at x [3*n] of the set's pairs, which are those at x: by what was predicted last, or by x_lag, where
+ * the solve begins. */
+void flesh_contact_secant_predict(flesh_contact_secant *secant, const flesh_contact_set *set, const double *x,
+                                  const double *x_lag);
+
+/* Sets `expected` of the set's pairs at x, the place that was predicted for last; 0 (tangents) where `secant` is NULL. */
+void flesh_contact_secant_apply(const flesh_contact_secant *secant, flesh_contact_set *set, const double *x);
 
 #endif

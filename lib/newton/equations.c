@@ -397,6 +397,7 @@ int flesh_equations_assemble(flesh_equations *self, const double *u, flesh_eigen
     self->patterns++;
     self->constrained_row_count = flesh_block_rows_to_fix(self->K, self->constrained, self->constrained_rows);
   }
+  flesh_proximity_predict(&self->proximity, &point);
   if (!status) status = flesh_system_jacobian(self->system, &point, &shift, self->K);
   if (!status) flesh_equations_constrain_matrix(self);
   return status;

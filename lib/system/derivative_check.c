@@ -34,6 +34,7 @@ typedef struct check {
   double *xs, *vs, *as;      /* the point moved */
   double *du, *r, *dr, *Kdu; /* a direction and what follows from it */
   unsigned long long random;
+  void *near; /* as in a run; NULL: the effect needs none */
   flesh_pattern pattern;
   int *slots;
   flesh_block_matrix K;
@@ -78,7 +79,7 @@ static flesh_point moved(check *c, const flesh_shift *shift, double s)
     c->v_frozen[d] = c->v[d] + shift->v * c->w[d];
   }
   return (flesh_point){.t = c->t, .load = 1, .x = c->xs, .v = c->vs, .a = c->as,
-                       .x_lag = c->x_lag, .v_lag = c->v_lag, .multipliers = c->multipliers, .penalty = 3,
+                       .x_lag = c->x_lag, .v_lag = c->v_lag, .near = c->near, .multipliers = c->multipliers, .penalty = 3,
                        .x_frozen = c->x_frozen, .v_frozen = shift->v != 0 ? c->v_frozen : NULL};
 }
 
@@ -125,11 +126,12 @@ static int check_potential(check *c, const flesh_shift *shift, double *worst)
   return FLESH_OK;
 }
 
-static int assemble(check *c, const flesh_shift *shift)
+/* At the point after a change s*du. */
+static int assemble(check *c, const flesh_shift *shift, double s)
 {
   memset(c->K.values, 0, 9 * sizeof(double) * (size_t)c->K.row_start[c->K.rows]);
   if (!c->effect->operations->jacobian) return FLESH_OK;
-  flesh_point point = moved(c, shift, 0);
+  flesh_point point = moved(c, shift, s);
   return c->effect->operations->jacobian(c->effect, &point, shift, &c->K, c->slots);
 }
 
@@ -177,6 +179,27 @@ static int check_anew(check *c, const flesh_shift *shift, double *worst)
   }
   flesh_free(K.values);
   *worst = fmax(*worst, error < INFINITY ? ratio(sqrt(error), sqrt(size)) : INFINITY); /* else some are no numbers */
+  return status;
+}
+
+/* What solves assemble of an effect that predicts its forces: the derivative where it predicts those that there are, as it
+ * does where the solve begins, and a function of the point alone until the next prediction. */
+static int check_predicted(check *c, const flesh_shift *shift, double *worst)
+{
+  const size_t bytes = 9 * sizeof(double) * (size_t)c->K.row_start[c->K.rows];
+  double *x_lag = c->x_lag, *before = flesh_malloc(bytes);
+  if (!before) return flesh_fail(FLESH_ERR_MEMORY, "no memory to check an effect");
+  c->x_lag = (double *)c->x; /* read only */
+  flesh_point point = moved(c, shift, 0);
+  c->effect->operations->proximity->predict(c->effect, &point);
+  int status = assemble(c, shift, 0);
+  memcpy(before, c->K.values, bytes);
+  if (!status) assemble(c, shift, step_lengths[STEP_LENGTHS - 1]); /* that it may have no value there is no matter */
+  if (!status) status = assemble(c, shift, 0);
+  if (!status && memcmp(before, c->K.values, bytes)) *worst = INFINITY;
+  if (!status) status = check_jacobian(c, shift, worst);
+  c->x_lag = x_lag;
+  flesh_free(before);
   return status;
 }
 
@@ -248,7 +271,7 @@ static int check_shift(check *c, int s, flesh_derivative_report *report)
   const flesh_effect_operations *operations = c->effect->operations;
   const flesh_effect_shortcuts *shortcuts = flesh_effect_shortcuts_of(c->effect);
   const flesh_shift *shift = &flesh_check_shifts[s];
-  int status = assemble(c, shift);
+  int status = assemble(c, shift, 0);
   if (status) return status;
   report->asymmetry = fmax(report->asymmetry, diagonal_asymmetry(&c->K));
   if (operations->jacobian && shortcuts->jacobian_assign && c->slots)
@@ -258,32 +281,50 @@ static int check_shift(check *c, int s, flesh_derivative_report *report)
     if (operations->potential) status = check_potential(c, shift, &report->potential[s]);
     if (!status && operations->residual) status = check_jacobian(c, shift, &report->jacobian[s]);
   }
+  if (!status && c->near && operations->proximity->predict) status = check_predicted(c, shift, &report->jacobian[s]);
   if (!status && shortcuts->evaluate) status = check_evaluate(c, shift, &report->evaluate[s]);
   if (status) return status;
   flesh_shift projected = *shift;
   projected.filter = 1;
-  status = assemble(c, &projected);
+  status = assemble(c, &projected, 0);
   if (!status) report->negative = fmax(report->negative, negative_curvature(c));
   return status;
 }
 
+/* Vectors, and a run's memory of what is near. */
 static int check_open(check *c, const flesh_mesh *mesh)
 {
-  int nodes = flesh_mesh_node_count(mesh);
   const flesh_effect_operations *operations = c->effect->operations;
-  const flesh_cells *cells = operations->cells ? operations->cells(c->effect) : NULL;
-  int status = cells ? flesh_pattern_check(operations->name, nodes, cells) : FLESH_OK;
-  if (!status) status = flesh_pattern_create(nodes, cells != NULL, &cells, &c->pattern);
-  if (!status && cells) status = flesh_pattern_slots(&c->pattern, cells, &c->slots);
+  double **vectors[] = {&c->v,  &c->a,  &c->x_lag, &c->v_lag, &c->w, &c->x_frozen, &c->v_frozen,
+                        &c->xs, &c->vs, &c->as,    &c->du,    &c->r, &c->dr,       &c->Kdu};
+  int enough = 1, changed;
+  for (size_t k = 0; k < sizeof vectors / sizeof vectors[0]; k++)
+    enough &= (*vectors[k] = flesh_calloc(c->unknowns + 1, sizeof(double))) != NULL;
+  const size_t tets = (size_t)flesh_mesh_tet_count(mesh);
+  if (operations->constraints) enough &= (c->multipliers = flesh_malloc((tets + 1) * sizeof(double))) != NULL;
+  if (!enough) return flesh_fail(FLESH_ERR_MEMORY, "no memory to check an effect");
+  if (!operations->proximity) return FLESH_OK;
+  const int status = operations->proximity->create(c->effect, NULL, &c->near);
+  if (status || !operations->proximity->follow) return status;
+  return operations->proximity->follow(c->near, 0, c->t, c->x, &changed);
+}
+
+/* The matrix, with what is coupled at the point. */
+static int make_matrix(check *c, const flesh_mesh *mesh)
+{
+  const int nodes = flesh_mesh_node_count(mesh);
+  const flesh_effect_operations *operations = c->effect->operations;
+  const flesh_cells *own = operations->cells ? operations->cells(c->effect) : NULL, *cells[2] = {own};
+  int count = own != NULL, status = own ? flesh_pattern_check(operations->name, nodes, own) : FLESH_OK;
+  if (!status && c->near) {
+    const flesh_point point = moved(c, &flesh_check_shifts[0], 0);
+    status = operations->proximity->coupled(c->effect, &point, &cells[count++]);
+  }
+  if (!status) status = flesh_pattern_create(nodes, count, cells, &c->pattern);
+  if (!status && own) status = flesh_pattern_slots(&c->pattern, own, &c->slots);
   if (status) return status;
   double *values = flesh_calloc(9 * (size_t)c->pattern.row_start[nodes] + 1, sizeof *values);
   c->K = flesh_pattern_matrix(&c->pattern, values);
-  double **vectors[] = {&c->v,  &c->a,  &c->x_lag, &c->v_lag, &c->w, &c->x_frozen, &c->v_frozen,
-                        &c->xs, &c->vs, &c->as,    &c->du,    &c->r, &c->dr,       &c->Kdu};
-  for (size_t k = 0; k < sizeof vectors / sizeof vectors[0]; k++)
-    if (!(*vectors[k] = flesh_calloc(c->unknowns + 1, sizeof(double)))) values = NULL;
-  const size_t tets = (size_t)flesh_mesh_tet_count(mesh);
-  if (operations->constraints && !(c->multipliers = flesh_malloc((tets + 1) * sizeof(double)))) values = NULL;
   return values ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory to check an effect");
 }
 
@@ -296,6 +337,7 @@ static void choose_multipliers(check *c, int tets)
 
 static void check_close(check *c)
 {
+  if (c->near) c->effect->operations->proximity->destroy(c->near);
   flesh_pattern_clear(&c->pattern);
   flesh_free(c->slots);
   flesh_free(c->K.values);
@@ -331,6 +373,7 @@ int flesh_effect_check_derivatives(const flesh_effect *effect, const flesh_mesh 
     randomize(&c, c.v_lag, c.edge);
     randomize(&c, c.w, 0.1 * c.edge);
     choose_multipliers(&c, flesh_mesh_tet_count(mesh));
+    status = make_matrix(&c, mesh);
   }
   for (int s = 0; s < FLESH_CHECK_SHIFTS && !status; s++) status = check_shift(&c, s, report);
   check_close(&c);

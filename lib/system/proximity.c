@@ -101,6 +101,15 @@ static flesh_point point_of(const flesh_proximity *self, int k, const flesh_poin
   return own;
 }
 
+void flesh_proximity_predict(const flesh_proximity *self, const flesh_point *point)
+{
+  for (int k = 0; self->near && k < self->effects; k++) {
+    const flesh_effect *effect = self->system->entries[k].effect;
+    const flesh_point own = point_of(self, k, point);
+    if (own.near && effect->operations->proximity->predict) effect->operations->proximity->predict(effect, &own);
+  }
+}
+
 /* Whether the matrix has what every effect couples at the point. */
 static int covers(const flesh_proximity *self, const flesh_point *point, const flesh_block_matrix *K)
 {

@@ -2,9 +2,13 @@
  * in wrong ones. */
 #include <stdlib.h>
 
+#include "flesh/contact.h"
 #include "flesh/effects.h"
 #include "flesh/system.h"
+#include "grids.h"
+#include "linear/block_matrix.h"
 #include "system/derivative_check.h"
+#include "system/proximity.h"
 #include "test.h"
 
 /* An effect that spoils what another one gives, by one part in ten thousand. */
@@ -22,6 +26,8 @@ typedef struct spoiler {
   const flesh_effect *inner;
   spoiled what;
 } spoiler;
+
+static void raise(const void *height, double x[3]) { x[2] += *(const double *)height; }
 
 static const spoiler *of(const flesh_effect *effect) { return effect->data; }
 
@@ -235,10 +241,132 @@ static void negative_curvature_is_seen(void)
   drop(&s);
 }
 
+/* Two boxes within the barrier of each other, from a place at which a solve may begin to one where it goes. */
+typedef struct touching {
+  flesh_mesh *mesh;
+  flesh_material material;
+  flesh_body body;
+  flesh_effect *contact;
+  double *x;
+} touching;
+
+static void bring_together(touching *t)
+{
+  flesh_body_part parts[2];
+  flesh_contact_options options;
+  const double low = 0, up = 1.03;
+  *t = (touching){0};
+  t->mesh = grids_join(grid_of(2, 2, 1, raise, &low), grid_of(3, 2, 1, raise, &up), parts);
+  CHECK_OK(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1e5, 0.45, &t->material));
+  t->body = (flesh_body){.mesh = t->mesh, .materials = &t->material};
+  flesh_contact_options_default(&options);
+  options.thickness = 0.1;
+  options.friction = 0.3;
+  options.slip_speed = 1;
+  CHECK_OK(flesh_effect_surface_contact(&t->body, &options, 0, NULL, &t->contact));
+  const int n = 3 * flesh_mesh_node_count(t->mesh);
+  unsigned long long random = 11;
+  t->x = malloc((size_t)n * sizeof *t->x);
+  for (int d = 0; d < n; d++) t->x[d] = flesh_mesh_positions(t->mesh)[d] + 0.02 * (test_uniform(&random) - 0.5);
+}
+
+static void part(touching *t)
+{
+  flesh_effect_destroy(&t->contact);
+  flesh_mesh_destroy(&t->mesh);
+  free(t->x);
+}
+
+/* Predicts whenever a matrix is made. */
+static int jacobian_of_the_calls(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+                                 flesh_block_matrix *K, const int *slots)
+{
+  const flesh_effect_operations *own = of(effect)->inner->operations;
+  if (point->near) own->proximity->predict(effect, point);
+  return own->jacobian(of(effect)->inner, point, shift, K, slots);
+}
+
+static int inner_residual(const flesh_effect *effect, const flesh_point *point, double *r)
+{
+  return of(effect)->inner->operations->residual(of(effect)->inner, point, r);
+}
+
+static int create_inner(const flesh_effect *effect, flesh_threads *threads, void **near)
+{
+  return of(effect)->inner->operations->proximity->create(of(effect)->inner, threads, near);
+}
+
+/* The matrix of contact between bodies is what solves assemble, and no other after other calls. */
+static void contact_of_surfaces_is_checked_as_solves_see_it(void)
+{
+  touching t;
+  flesh_derivative_report report;
+  bring_together(&t);
+  CHECK_OK(flesh_effect_check_derivatives(t.contact, t.mesh, 0, t.x, 3, &report));
+  printf("# contact of surfaces: %.2g, %.2g, asymmetry %.2g, negative %.2g\n", report.jacobian[0], report.jacobian[1],
+         report.asymmetry, report.negative);
+  CHECK(flesh_derivative_report_passes(&report, 1e-6));
+  flesh_effect_proximity proximity = *t.contact->operations->proximity;
+  proximity.create = create_inner;
+  const flesh_effect_operations operations = {.name = "by the calls", .residual = inner_residual,
+                                              .jacobian = jacobian_of_the_calls, .proximity = &proximity};
+  spoiler data = {t.contact, SPOIL_NOTHING};
+  flesh_effect spoiled = {&operations, &data};
+  CHECK_OK(flesh_effect_check_derivatives(&spoiled, t.mesh, 0, t.x, 3, &report));
+  CHECK(!flesh_derivative_report_passes(&report, 1e-6));
+  part(&t);
+}
+
+/* After a prediction elsewhere than at x_lag the matrix is another than the derivative, at that place alone, the same when
+ * the place is predicted for again, and the derivative at all others. */
+static void predictions_hold_for_their_place(void)
+{
+  touching t;
+  bring_together(&t);
+  flesh_system *system = NULL;
+  flesh_proximity memory, fresh;
+  flesh_block_matrix *K = NULL;
+  int grown;
+  const int n = 3 * flesh_mesh_node_count(t.mesh);
+  double *v = calloc((size_t)n, sizeof *v), *y = malloc((size_t)n * sizeof *y);
+  CHECK_OK(flesh_system_create(t.mesh, &system));
+  CHECK_OK(flesh_system_add_effect(system, &t.contact));
+  CHECK_OK(flesh_system_finalize(system));
+  CHECK_OK(flesh_proximity_create(system, NULL, &memory));
+  CHECK_OK(flesh_proximity_create(system, NULL, &fresh));
+  CHECK_OK(flesh_system_matrix_create(system, &K));
+  for (int d = 0; d < n; d++) y[d] = t.x[d] + (d % 3 == 2 && t.x[d] > 1.01 ? 0.02 : 0);
+  flesh_point at = {.load = 1, .x = t.x, .v = v, .a = v, .x_lag = y, .v_lag = v, .proximity = &memory}, other = at;
+  other.x = y;
+  CHECK_OK(flesh_proximity_cover(&memory, &at, K, &grown));
+  const size_t bytes = 9 * sizeof(double) * (size_t)K->row_start[K->rows];
+  double *kept[5];
+  const flesh_shift shift = {.x = 1};
+  for (int k = 0; k < 5; k++) {
+    kept[k] = malloc(bytes);
+    if (k == 1 || k == 2) flesh_proximity_predict(&memory, &at);
+    CHECK_OK(flesh_system_jacobian(system, k < 3 ? &at : &other, &shift, K)); /* other: first with the same memory */
+    memcpy(kept[k], K->values, bytes);
+    if (k == 3) other.proximity = &fresh;
+  }
+  CHECK(memcmp(kept[0], kept[1], bytes));
+  CHECK(!memcmp(kept[1], kept[2], bytes));
+  CHECK(!memcmp(kept[3], kept[4], bytes));
+  for (int k = 0; k < 5; k++) free(kept[k]);
+  flesh_block_matrix_destroy(&K);
+  flesh_proximity_clear(&memory);
+  flesh_proximity_clear(&fresh);
+  flesh_system_destroy(&system);
+  free(v);
+  free(y);
+  part(&t);
+}
+
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(right_effects_pass), TEST(a_wrong_residual_is_seen),
                    TEST(a_wrong_evaluation_is_seen),
                    TEST(a_wrong_potential_is_seen), TEST(a_wrong_jacobian_is_seen), TEST(a_wrong_beginning_is_seen),
-                   TEST(negative_curvature_is_seen));
+                   TEST(negative_curvature_is_seen),
+                   TEST(contact_of_surfaces_is_checked_as_solves_see_it), TEST(predictions_hold_for_their_place));
 }
