@@ -36,8 +36,9 @@
  *                  as external work. FLESH_IS_FOLLOWER_LOAD: statics, which repeats a solve until the
  *                  lagged state no longer changes, and methods of order 2, which repeat theirs
  *                  once. FLESH_FREEZES: methods of order 2, which repeat theirs until the frozen state
- *                  no longer changes. FLESH_DEPENDS_ON_POSITION_ONLY: the line search, which stores the potential of positions already evaluated; the
- *                  energy balance, which takes it for the energy where one effect has this trait:
+ *                  no longer changes. FLESH_DEPENDS_ON_POSITION_ONLY: the line search,
+ *                  which stores the potential of positions already evaluated; the energy
+ *                  balance, which takes it for the energy where one effect has this trait:
  *                  `energy` must be the potential times shift.x. FLESH_IS_SUM_OVER_TETS: bodies that
  *                  are shared out among ranks of MPI; such an effect is made anew on each part
  *   time           integrators, which end a step at an event; the energy balance (`carry`)

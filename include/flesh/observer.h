@@ -51,7 +51,8 @@ typedef struct flesh_observer {
  * J_min, J_min_tet, J_bound, inverted, and what effects report of themselves: contact_gap [m] (the smallest
  * distance, at most the thickness), contact_nodes (nearer than that), contact_force [N] (size of
  * the sum of their normal forces), all three of the step's stage; of a weld that breaks weld_broken (of
- * its area), weld_released [J] and weld_traction (the largest that counts of what holds) [Pa]. Numbers read back exactly. */
+ * its area), weld_released [J] and weld_traction (the largest that counts of what
+ * holds) [Pa]. Numbers read back exactly. */
 typedef struct flesh_history flesh_history;
 /* Opens the file; borrows the rest. Returns new. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY,
  * FLESH_ERR_FILE. */
