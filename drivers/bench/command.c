@@ -97,7 +97,8 @@ static int take_poisson(flesh_bench_plan *plan, const char *item)
   if (status) return status;
   double *value = &plan->poissons[plan->poisson_count++];
   if (flesh_option_number(item, value) || !(*value > -1 && *value < 0.5))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "'%s' must be in (-1, 0.5)", item);
+    return flesh_fail(FLESH_ERR_ARGUMENT, "'%s' must be in (-1, 0.5), as bars have four-node tets, which cannot hold 0.5",
+                      item);
   return FLESH_OK;
 }
 

@@ -66,8 +66,8 @@ static int read_poissons(const char *text, double *poissons, int *count)
     size_t length = strcspn(text, ",");
     snprintf(number, sizeof number, "%.*s", (int)(length < 31 ? length : 31), text);
     double value;
-    if (flesh_option_number(number, &value) || !(value > -1 && value < 0.5))
-      return flesh_fail(FLESH_ERR_ARGUMENT, "--poisson has '%s'; every value must be in (-1, 0.5)", number);
+    if (flesh_option_number(number, &value) || !(value > -1 && value <= 0.5))
+      return flesh_fail(FLESH_ERR_ARGUMENT, "--poisson has '%s'; every value must be in (-1, 0.5]", number);
     if (*count == POISSON_LIMIT)
       return flesh_fail(FLESH_ERR_ARGUMENT, "--poisson has more than %d values", POISSON_LIMIT);
     for (int p = 0; p < *count; p++)

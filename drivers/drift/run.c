@@ -231,6 +231,7 @@ static void run_case(const flesh_drift_plan *plan, const flesh_drift_case *c,
   flesh_figures figures = {0};
   flesh_outcome outcome = {0};
   watcher w = {0};
+  f->status = f->exit_code = 0;
   int status = read_scene(plan, c, 0, &scene);
   if (!status) status = open_watcher(&w, scene);
   if (status) {

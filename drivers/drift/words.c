@@ -87,7 +87,7 @@ static void say_end(const flesh_drift_plan *plan, const flesh_drift_case *c, FIL
   flesh_drift_variant_title(plan->variants[c->variant], title);
   fprintf(stream, "    %-8s %-8s ", title, flesh_drift_solver_name(c->solver));
   if (!f->tets) {
-    fprintf(stream, "%s.\n", flesh_drift_status_word(c));
+    fprintf(stream, "%s%s%s.\n", flesh_drift_status_word(c), *f->message ? ": " : "", f->message);
     return;
   }
   if (f->status) {

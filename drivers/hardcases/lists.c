@@ -46,8 +46,8 @@ int flesh_hardcases_take_poisson(void *data, const char *item)
 {
   flesh_hardcases_lists *l = data;
   double value;
-  if (flesh_option_number(item, &value) || !(value > -1 && value < 0.5))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "--poisson has '%s'; every value must be in (-1, 0.5)",
+  if (flesh_option_number(item, &value) || !(value > -1 && value <= 0.5))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "--poisson has '%s'; every value must be in (-1, 0.5]",
                       item);
   l->poisson[l->poissons++] = value;
   return FLESH_OK;

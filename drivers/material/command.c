@@ -103,8 +103,9 @@ static void add_curve(const request *r, flesh_energy energy, flesh_constants con
 
 static int make_curves(const request *r, flesh_curves *all)
 {
-  if (r->given.poisson == 0.5) /* where stress is no function of F */
-    return flesh_fail(FLESH_ERR_ARGUMENT, "poisson is 0.5; it must be in (-1, 0.5)");
+  if (r->given.poisson == 0.5)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "poisson is 0.5, with which the deformation does not tell the stress; it must be "
+                                          "in (-1, 0.5)");
   *all = (flesh_curves){.mu = r->given.mu, .lambda = r->given.lambda, .young = r->given.young, .poisson = r->given.poisson};
   if (isnan(r->given.mu)) {
     all->mu = r->given.young / (2 * (1 + r->given.poisson));

@@ -16,11 +16,12 @@ extern "C" {
  *   TET4        linear, of meshes of order 1
  *   TET10       quadratic, of meshes of order 2: psi at four points
  *   TET10_MEAN  the same, but of a form's volume term lambda U(J), U = (J-1)^2/2 (or (log J)^2/2),
- *               the part (lambda - 2 mu_L) U is taken at the mean of J over the tet, so that nearly
- *               incompressible bodies do not lock: with m = lambda - 2 mu_L the energy is
- *               sum of w (psi - m U(J)) + V m U(mean J); mu_L = 2 psi_I at F = I, the small-strain
- *               shear modulus of forms without stress at rest. As TET10 where lambda <= 2 mu_L, or where the form has no
- *               term of J alone (C, M, CR, StVK). Mean dilatation: Nagtegaal, Parks & Rice 1974
+ *               the part m U is taken at the mean of J over the tet, so that nearly incompressible bodies
+ *               do not lock: the energy is sum of w (psi - m U(J)) + V m U(mean J), with m = lambda - 2 mu_L where
+ *               lambda >= 3 mu_L, m = 0 where lambda <= mu_L, and between them m = mu_L (x+1)^3 (3-x)/16,
+ *               x = lambda/mu_L - 2, which joins both with two continuous derivatives; mu_L = 2 psi_I at F = I, the
+ *               small-strain shear modulus of forms without stress at rest. As TET10 where lambda <= mu_L, or where the
+ *               form has no term of J alone (C, M, CR, StVK). Mean dilatation: Nagtegaal, Parks & Rice 1974
  *   AUTO        TET4 at order 1, TET10_MEAN at order 2 */
 typedef enum flesh_element {
   FLESH_ELEMENT_AUTO,

@@ -140,6 +140,16 @@ static int check_users_volume_part(const flesh_material *material, double share)
   return FLESH_OK;
 }
 
+/* The part of lambda that the mean of J bears: all but 2 mu from 3 mu on, nothing up to mu. Between them the polynomial
+ * that joins both with two continuous derivatives by lambda, so that results are smooth in Poisson's ratio; what the
+ * points keep grows with lambda all the way. */
+static double share_of_mean(double lambda, double mu)
+{
+  const double x = lambda / mu - 2;
+  if (!(x < 1)) return lambda - 2 * mu;
+  return x > -1 ? mu * (x + 1) * (x + 1) * (x + 1) * (3 - x) / 16 : 0;
+}
+
 int flesh_volume_share_of(const flesh_material *material, flesh_volume_share *share)
 {
   const int user = material->energy == FLESH_ENERGY_USER;
@@ -158,7 +168,8 @@ int flesh_volume_share_of(const flesh_material *material, flesh_volume_share *sh
                             : flesh_psi_at(material, (const double[9]){1, 0, 0, 0, 1, 0, 0, 0, 1}, &at, NULL);
   if (status) return status;
   if (!of_stretches) shear = 2 * at.I;
-  share->share = fmax(0, material->lambda - 2 * shear);
+  /* Of an incompressible material the points keep what they keep as lambda grows, whatever the penalty. */
+  share->share = share->held ? fmax(0, material->lambda - 2 * shear) : share_of_mean(material->lambda, shear);
   share->moderate = fmin(share->share, MODERATE * shear);
   if (share->held && !(share->share > 0))
     return flesh_fail(FLESH_ERR_ARGUMENT,

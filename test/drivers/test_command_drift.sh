@@ -142,7 +142,7 @@ bad_lists_are_refused() {
   expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --elements tet4,tet5 && has stderr.txt "--elements is 'tet4,tet5'" &&
     expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --elements tet4,tet4 &&
     expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --refine 0,9 && has stderr.txt "--refine is '0,9'" || return 1
-  expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --poisson 0.3,0.5 && has stderr.txt "'0.5'.*(-1, 0.5)" &&
+  expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --poisson 0.3,0.6 && has stderr.txt "'0.6'.*(-1, 0.5\\]" &&
     expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --energies B,X &&
       has stderr.txt "--energies: energy is 'X'" &&
     expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --energies B,S,B &&

@@ -120,7 +120,7 @@ the_list_names_every_case() {
 }
 
 bad_options_are_refused() {
-  expect 2 "$flesh" hardcases --poisson 0.3,0.5 && has stderr.txt "'0.5'.*(-1, 0.5)" &&
+  expect 2 "$flesh" hardcases --poisson 0.3,0.6 && has stderr.txt "'0.6'.*(-1, 0.5\\]" &&
     expect 2 "$flesh" hardcases --energies S,X && has stderr.txt "X" &&
     expect 2 "$flesh" hardcases --energies S.as_f && has stderr.txt 'as_f' &&
     expect 2 "$flesh" hardcases --solvers fast && has stderr.txt 'kinsol-line-search' &&

@@ -72,5 +72,14 @@ what_cannot_be_is_refused() {
   [ ! -e bad ]
 }
 
-run_tests a_run_keeps_pressures_in_its_state runs_go_on_from_states a_state_of_another_mesh_is_refused \
+# Where bodies are tet10-mean and forms have a volume term, campaigns take 1/2 as any other ratio; others are refused by name.
+campaigns_take_a_half() {
+  expect 0 "$flesh" drift bar.yaml --poisson 0.5 --energies S,C --solvers guarded --out drift &&
+    has drift/drift.csv ',S,0.5,.*,complete,' && has drift/drift.csv ',C,0.5,.*,refused,' &&
+    has drift/verdict.txt 'refused: .*poisson is 0.5 with energy C, which has no volume term' || return 1
+  expect 0 "$flesh" hardcases --meshes 2x1x1 --elements tet4,tet10-mean --energies S --poisson 0.5 --cases twist2 --out hard &&
+    has stdout.txt '0.5 tet10-mean default *1 of 1' && has stdout.txt 'which the element tet4 cannot hold'
+}
+
+run_tests campaigns_take_a_half a_run_keeps_pressures_in_its_state runs_go_on_from_states a_state_of_another_mesh_is_refused \
   states_serve_compressible_bodies what_cannot_be_is_refused

@@ -70,7 +70,7 @@ bad_material_usage_is_refused() {
 |--out is missing
 --out bad --energies Q|--energies: energy is 'Q'; it must be one of Neo
 --out bad --energies S,,E|--energies: energy is ''
---out bad --poisson 0.5|poisson is 0.5; it must be in (-1, 0.5)
+--out bad --poisson 0.5|poisson is 0.5, with which the deformation does not tell the stress; it must be in (-1, 0.5)
 --out bad --poisson -1 --constants raw|poisson is -1; it must be in (-1, 0.5]
 --out bad --young 0|--young is '0'; it must be a positive number
 --out bad --lambda nan --mu 1|--lambda is 'nan'; it must be a finite number

@@ -237,14 +237,16 @@ static double shear_modulus(const flesh_material *m)
                   2 * 210195 * n * n * n * n / 673750);
 }
 
-/* lambda less twice the shear modulus, none for C, M, CR and StVK without a term of J. */
+/* lambda less twice the shear modulus, of less than three of these integrated from its second derivative
+ * 3 (1 - x^2)/4; none for C, M, CR and StVK without a term of J. */
 static split split_of(const problem *p, const flesh_material *m)
 {
   const double mu = shear_modulus(m);
   const int has = m->energy != FLESH_ENERGY_C && m->energy != FLESH_ENERGY_M && m->energy != FLESH_ENERGY_CR &&
                   m->energy != FLESH_ENERGY_STVK;
+  const double x = fmax(-1, fmin(1, m->lambda / mu - 2)), joined = 3 * x * x / 8 - x * x * x * x / 16 + x / 2 + 3. / 16;
   return (split){.whole = m,
-                 .share = p->element == FLESH_ELEMENT_TET10_MEAN && has ? fmax(0, m->lambda - 2 * mu) : 0,
+                 .share = p->element == FLESH_ELEMENT_TET10_MEAN && has ? mu * joined + fmax(0, m->lambda - 3 * mu) : 0,
                  .logarithmic = m->energy == FLESH_ENERGY_NEO};
 }
 
