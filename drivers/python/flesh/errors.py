@@ -1,7 +1,7 @@
 """errors.py: an exception for every status of the library, with the library's own sentence.
 
-A sentence says where, what, and what would be valid: `scene.yaml:12:9: body.material.poisson is 0.5; it must be in
-(-1, 0.5)`. In a function of your own that the library calls (an effect, an energy density), raising one of the
+A sentence says where, what, and what would be valid: `scene.yaml:12:9: body.material.poisson is 0.6; it must be a
+number in (-1, 0.5]`. In a function of your own that the library calls (an effect, an energy density), raising one of the
 recoverable ones returns its status, so that a shorter step is tried; any other exception ends the call and comes out
 of it."""
 from ._library import lib, text
