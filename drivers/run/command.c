@@ -7,6 +7,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "base/archive.h"
 #include "base/confine.h"
 #include "base/error.h"
 #include "base/scan.h"
@@ -14,6 +15,7 @@
 #include "run/touching.h"
 #include "shared/interrupt.h"
 #include "shared/options.h"
+#include "shared/provenance.h"
 #include "shared/overrides.h"
 #include "shared/pool.h"
 #include "shared/ranks_join.h"
@@ -199,6 +201,8 @@ static int take_up(given *g, flesh_checkpoint *checkpoint, char **path, flesh_sc
   const int rank = g->ranks ? g->ranks->rank : 0, count = g->ranks ? g->ranks->count : 0;
   if (!status) status = flesh_scene_read_on_rank(*path, 0, NULL, rank, count, scene);
   status = flesh_ranks_agree(g->ranks, status);
+  if (!status)
+    status = flesh_ranks_same(g->ranks, flesh_archive_sum(0, checkpoint->main, checkpoint->size), "another checkpoint");
   if (!status && g->ranks) status = flesh_ranks_share(g->ranks, *scene);
   if (status) return flesh_ranks_fail(g->ranks, "run", status);
   options->out = g->resume;
@@ -255,6 +259,27 @@ static int read_options(given *g, const flesh_usage *usage, int argc, char **arg
   return code;
 }
 
+static uint64_t sum_text(uint64_t before, const char *text)
+{
+  return text ? flesh_archive_sum(before, text, strlen(text) + 1) : before + 1;
+}
+
+/* Whether the ranks are to do the same: what of the options is not in the scene. */
+static int agree_on_options(const given *g)
+{
+  const flesh_runner_options *options = &g->options;
+  char identity[FLESH_IDENTITY_SIZE];
+  flesh_provenance_identity(identity);
+  uint64_t sum = sum_text(0, identity);
+  sum = sum_text(sum, g->resume);
+  sum = sum_text(sum, g->checkpoint);
+  sum = sum_text(sum, options->out);
+  sum = sum_text(sum, options->save_state);
+  sum = flesh_archive_sum(sum, &options->no_frames, sizeof options->no_frames);
+  sum = flesh_archive_sum(sum, &options->max_seconds, sizeof options->max_seconds);
+  return flesh_ranks_same(g->ranks, sum, "other options, or is another build,");
+}
+
 static int read_and_run(given *g, int argc, char **argv)
 {
   flesh_runner_options *options = &g->options;
@@ -284,6 +309,8 @@ static int read_and_run(given *g, int argc, char **argv)
   flesh_scene *scene = NULL;
   char *made = NULL; /* a name */
   if (code != FLESH_OPTIONS_GO_ON) return code;
+  const int agreed = agree_on_options(g);
+  if (agreed) return flesh_ranks_fail(g->ranks, "run", agreed);
   flesh_interrupt_watch();
   options->begun = flesh_running_seconds(CLOCK_MONOTONIC);
   double deadline = options->begun + options->max_seconds;

@@ -4,6 +4,7 @@
 #include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <sys/resource.h>
 
 #include "base/error.h"
@@ -68,6 +69,21 @@ int flesh_ranks_agree(const flesh_ranks *ranks, int status)
   return ranks ? flesh_communicator_agree(ranks->working, status) : status;
 }
 
+int flesh_ranks_same(const flesh_ranks *ranks, uint64_t number, const char *what)
+{
+  enum { PIECES = 4 };
+  int own[PIECES], first[PIECES];
+  if (!ranks) return FLESH_OK;
+  for (int k = 0; k < PIECES; k++) own[k] = first[k] = (int)(number >> 16 * k & 0xffff);
+  flesh_communicator_spread(ranks->communicator, PIECES, first);
+  const int status = !memcmp(own, first, sizeof own)
+                         ? FLESH_OK
+                         : flesh_fail(FLESH_ERR_ARGUMENT,
+                                      "rank %d has %s than the first rank; all ranks must be given the same options, scene "
+                                      "and files", ranks->rank, what);
+  return flesh_communicator_agree(ranks->communicator, status);
+}
+
 int flesh_ranks_fail(const flesh_ranks *ranks, const char *name, int status)
 {
   return flesh_ranks_first(ranks) ? flesh_command_fail(name, status) : flesh_exit_code(status);
@@ -130,10 +146,22 @@ void flesh_ranks_inspect(const flesh_ranks *ranks, const flesh_scene *scene, fle
   else flesh_mesh_inspect(flesh_scene_mesh(scene), info);
 }
 
+/* All that follows is computed by each rank from what it has read. */
+static int agree_on_scene(const flesh_ranks *self, const flesh_scene *scene)
+{
+  flesh_scene_sums sums = {0};
+  int status = flesh_communicator_agree(self->communicator, flesh_scene_sum(scene, &sums));
+  if (!status) status = flesh_ranks_same(self, sums.keys, "another scene");
+  if (!status) status = flesh_ranks_same(self, sums.mesh, "another mesh");
+  if (!status) status = flesh_ranks_same(self, sums.start, "another start");
+  return status ? status : flesh_ranks_same(self, sums.files, "another file that the scene names");
+}
+
 int flesh_ranks_share(flesh_ranks *self, const flesh_scene *scene)
 {
   const int split = flesh_ranks_mesh_is_split(scene);
-  int status = split ? FLESH_OK : choose_workers(self, flesh_mesh_tet_count(flesh_scene_mesh(scene)));
+  int status = agree_on_scene(self, scene);
+  if (!status && !split) status = choose_workers(self, flesh_mesh_tet_count(flesh_scene_mesh(scene)));
   if (!status && self->working) {
     status = flesh_scene_share_create(scene, self->working, &self->share);
     if (!status && split) measure_whole(self, flesh_scene_mesh(scene));

@@ -33,6 +33,9 @@ int flesh_ranks_first(const flesh_ranks *ranks);
 /* The worst status of all, with its sentence. The functions up to flesh_ranks_share are for all ranks to call, those
  * behind it, and _agree and _largest from then on, for those that work. */
 int flesh_ranks_agree(const flesh_ranks *ranks, int status);
+/* Whether all ranks have the first one's number for what they were given; FLESH_ERR_ARGUMENT on all ranks, with `what` is
+ * another, where not. */
+int flesh_ranks_same(const flesh_ranks *ranks, uint64_t number, const char *what);
 /* The exit code of what has failed on all ranks; the first says it. */
 int flesh_ranks_fail(const flesh_ranks *ranks, const char *name, int status);
 /* The command line; the first rank reads it before the others, so that one tells of what is wrong with it. As

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <unistd.h>
 
+#include "base/archive.h"
 #include "base/confine.h"
 #include "base/error.h"
 #include "flesh/status.h"
@@ -147,6 +148,9 @@ static int read_and_sweep(const char *path, settings *set)
   if (!status) status = flesh_sweep_read(path, &set->sweep);
   if (!status) status = flesh_sweep_store_check(&set->sweep);
   if (!status) status = flesh_confine(set->out);
+  const char *print = status ? "" : set->sweep.fingerprint;
+  const int same = flesh_ranks_same(set->ranks, flesh_archive_sum(0, print, strlen(print)), "another sweep");
+  if (!status) status = same;
   set->jobs = flesh_pool_jobs(set->ranks, set->jobs);
   const flesh_sweep_work given = {&set->sweep, set->out, NULL};
   const flesh_pool_cases cases = flesh_sweep_pool_cases(&given);

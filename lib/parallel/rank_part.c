@@ -11,6 +11,7 @@
 #include "parallel/links.h"
 #include "parallel/partition.h"
 #include "parallel/reach.h"
+#include "parallel/split_check.h"
 
 struct flesh_rank_part {
   flesh_communicator *communicator;
@@ -257,6 +258,7 @@ int flesh_rank_part_create_tied(flesh_communicator *communicator, const flesh_me
 {
   int *made = NULL, status = FLESH_OK;
   if (whole->split) status = flesh_communicator_agree(communicator, check_split(communicator, whole->split));
+  if (whole->split && !status) status = flesh_split_check_parts(communicator, whole);
   if (whole->split && !status) ranks = whole->split->owners;
   if (!status && !ranks) status = cut(communicator, whole, &made);
   if (!status) status = create(communicator, whole, ranks ? ranks : made, count, ties, rank_part);

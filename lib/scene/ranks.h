@@ -2,6 +2,8 @@
 #ifndef FLESH_SCENE_RANKS_H
 #define FLESH_SCENE_RANKS_H
 
+#include <stdint.h>
+
 #include "flesh/probe.h"
 #include "flesh/ranks.h"
 #include "flesh/scene.h"
@@ -11,6 +13,14 @@
  * another number of ranks, or the scene asks for what needs the whole. */
 int flesh_scene_read_on_rank(const char *path, int count, const char *const *overrides, int rank, int ranks,
                              flesh_scene **scene);
+
+/* Numbers that two scenes have in common where they are alike, and hardly otherwise: of all keys in force, the mesh (0 of a
+ * part of a split one), the start, and the bytes of the other files that the scene names. */
+typedef struct flesh_scene_sums {
+  uint64_t keys, mesh, start, files;
+} flesh_scene_sums;
+/* FLESH_ERR_FILE, FLESH_ERR_MEMORY. */
+int flesh_scene_sum(const flesh_scene *scene, flesh_scene_sums *sums);
 
 /* What a rank has of a scene's body. */
 typedef struct flesh_scene_share flesh_scene_share;
