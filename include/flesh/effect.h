@@ -3,7 +3,7 @@
  * A body moves so that the sum of all effects balances: r(t,x,v,a) = sum of r_e = 0. Vectors are
  * [3*n], three components per node in the mesh's numbering. An effect gets the point (t,x,v,a) and
  * the shift; it knows no step size, integrator, SUNDIALS or other effect. It is const once
- * made and may be used by several systems and threads at once.
+ * made, and belongs to one system; several runs and threads may use that at once.
  *
  *   residual   r += r_e(t,x,v,a), a gradient ("+dV/dx"), not a force       [N]
  *   Jacobian   K += shift.x dr/dx + shift.v dr/dv + shift.a dr/da           [N/m]
@@ -122,7 +122,7 @@ typedef struct flesh_point {
   const double *multipliers;
   double penalty;
   /* 0: materials as they are. Else they resist changes of volume no more than at a Poisson's ratio of 0
-   * (1), 0.49 (2) or 0.499 (3), which leads out of tangles; an effect that has no volume term need not mind. */
+   * (1), 0.49 (2) or 0.499 (3), which leads out of tangles; effects without a volume term ignore this. */
   int softened;
   flesh_threads *threads;
   flesh_costs *costs;
@@ -166,7 +166,7 @@ typedef struct flesh_effect flesh_effect;
  *   LOAD        acts from outside: gravity, forces, tractions, pressures, springs. Scaled by
  *               point->load; convergence is measured against it
  *   DAMPING     dissipates: damping, viscosity
- *   CONTACT     keeps the body out of obstacles */
+ *   CONTACT     keeps the body out of obstacles, or its surfaces out of each other */
 #define FLESH_ROLE_LIST(X)                                                                         \
   X(FLESH_ROLE_OTHER, "other")                                                                     \
   X(FLESH_ROLE_INERTIA, "inertia")                                                                 \

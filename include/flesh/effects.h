@@ -21,7 +21,7 @@ FLESH_API int flesh_effect_inertia(const flesh_body *body, flesh_effect **effect
  * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_effect_elasticity(const flesh_body *body, flesh_effect **effect);
 
-/* Those that an effect uses, never AUTO; AUTO for one that leaves them to the compiler. */
+/* The vector instructions that an effect uses; AUTO for one that leaves them to the compiler. */
 FLESH_API flesh_instructions flesh_effect_instructions(const flesh_effect *effect);
 
 /* r = -load M g for the acceleration g [3], m/s^2, by body->mass. Each linear tet gives rho V/4 g

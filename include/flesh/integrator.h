@@ -208,7 +208,7 @@ FLESH_API int flesh_integrator_save(const flesh_integrator *integrator, size_t r
  * of it. FLESH_ERR_FILE, with nothing changed, for what is no saved history, is cut off or damaged (a
  * checksum says so), or comes from another version of the library or another kind of machine;
  * FLESH_ERR_ARGUMENT, with nothing changed, for another method, mesh, other effects, solvers or
- * instructions. Where it says that the integrator is lost, and after FLESH_ERR_MEMORY, that can but be
+ * instructions. Where the sentence says that the integrator is lost, and after FLESH_ERR_MEMORY, it must be
  * destroyed. */
 FLESH_API int flesh_integrator_load(flesh_integrator *integrator, const void *data, size_t size);
 /* Whether what would be saved now is all that the next step depends on. 0 while IDA steps (adaptive

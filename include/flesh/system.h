@@ -59,8 +59,8 @@ FLESH_API const flesh_mesh *flesh_system_mesh(const flesh_system *system);
 FLESH_API int flesh_system_unknowns(const flesh_system *system);
 FLESH_API int flesh_system_effect_count(const flesh_system *system);
 FLESH_API const flesh_effect *flesh_system_effect(const flesh_system *system, int index);
-/* The instructions of its effects that are computed tet by tet, the least where they differ, and the
- * best of this machine where there are none; linear solvers use the same. Never AUTO. */
+/* The instructions of its effects that are computed tet by tet (the lowest set where they differ), or the
+ * best of this machine where there are no such effects; linear solvers use the same. Never AUTO. */
 FLESH_API flesh_instructions flesh_system_instructions(const flesh_system *system);
 /* Whether an effect of that role is present. Cannot fail. */
 FLESH_API int flesh_system_has_role(const flesh_system *system, flesh_role role);
@@ -120,7 +120,8 @@ FLESH_API int flesh_system_evaluate(const flesh_system *system, const flesh_poin
 FLESH_API int flesh_system_energies(const flesh_system *system, const flesh_point *point,
                                     double *energies);
 
-/* FLESH_ERR_ARGUMENT, with the node, where the body at x [3*n] is within an obstacle. */
+/* FLESH_ERR_ARGUMENT, with the place, where the body at x [3*n] is within an obstacle, or surfaces that touch each other
+ * (flesh_effect_surface_contact) go through each other. */
 FLESH_API int flesh_system_check(const flesh_system *system, double t, const double *x);
 
 /* Makes a zero matrix of the system's pattern, which it shares (the system must outlive it).
