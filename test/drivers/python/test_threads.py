@@ -16,7 +16,6 @@ CODE = """
 import sys
 import numpy as np
 import flesh
-from conftest import interpreter_environment
 mesh = flesh.Mesh.box((24, 8, 8), (3, 1, 1))
 body = flesh.Body(mesh, flesh.Material("S", young=1e5, poisson=0.49), 1000)
 system = flesh.System(mesh, [flesh.Inertia(body), flesh.Elasticity(body), flesh.Gravity(body)])
@@ -43,7 +42,8 @@ def interrupt(loop):
     """Sends SIGINT to a Python in that loop; what it says goes into the assertion where it is not as it should be."""
     child = subprocess.Popen([sys.executable, "-c", CODE.format(loop=loop)], stdout=subprocess.PIPE,
                              stderr=subprocess.PIPE, universal_newlines=True, env=interpreter_environment())
-    assert child.stdout.readline() == "ready\n"
+    first = child.stdout.readline()
+    assert first == "ready\n", child.communicate()
     time.sleep(0.7)
     child.send_signal(signal.SIGINT)
     try:
