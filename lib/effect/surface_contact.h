@@ -38,6 +38,8 @@ typedef struct flesh_surface_near {
   flesh_near_finder *finder;
   flesh_near_pairs around; /* serve while nothing has come nearer by more than the slack, see surface_reach.c */
   int around_known;
+  int groups, *group; /* [nodes of the surface] pieces of it that are far from all others, where `around` was found */
+  double apart;       /* m, between the groups there, at least */
   flesh_near_drift drift;
   double *x_shown; /* [3*nodes] of the surface's; what is at most `shown` apart there is among those around */
   double shown;    /* m; 0: not known */
@@ -122,6 +124,8 @@ void flesh_surface_near_gather(const flesh_surface_near *near, const double *x, 
 /* x [3*n] without the mean displacement from places `from` [3*nodes of the surface] or, NULL, x_from [3*n]: near->moved. */
 const double *flesh_surface_near_without_mean(flesh_surface_near *near, const double *from, const double *x_from,
                                               const double *x);
+/* The groups of what is far from each other where near->around was found. */
+void flesh_surface_near_group(flesh_surface_near *near);
 /* Whether all pairs at most `within` [m] apart at x, are among near->around. */
 int flesh_surface_near_serves(flesh_surface_near *near, const double *x, double within);
 /* How far apart at x_from, at most, what limits a step from there to x_to is, m; NaN or more where it is not known. */

@@ -25,7 +25,9 @@ int flesh_surface_near_create(const flesh_surface_contact *contact, flesh_thread
   self->threads = threads;
   self->t_apart = NAN;
   self->x_set = calloc(7 * places + 3 * (size_t)contact->surface.mesh_nodes + 1, sizeof *self->x_set);
-  int status = self->x_set ? FLESH_OK
+  self->group = calloc((size_t)contact->surface.node_count + 1, sizeof *self->group);
+  self->groups = 1;
+  int status = self->x_set && self->group ? FLESH_OK
                            : flesh_fail(FLESH_ERR_MEMORY, "no memory for what is near %d nodes",
                                         contact->surface.node_count);
   if (!status) {
@@ -65,6 +67,7 @@ void flesh_surface_near_destroy(void *data)
   flesh_contact_friction_clear(&self->rubs);
   flesh_contact_secant_clear(&self->secant);
   flesh_contact_patches_clear(&self->patches);
+  free(self->group);
   free(self->bonded);
   free(self->seats);
   free(self->x_set); /* and the other places with it */
@@ -114,6 +117,7 @@ static int search_around(near *self, const double *x)
   int status = flesh_near_pairs_find(self->finder, x, NULL, contact->law.thickness + 2 * contact->slack, self->threads,
                                      &self->around);
   self->around_known = !status;
+  if (!status) flesh_surface_near_group(self);
   return status;
 }
 
@@ -335,7 +339,8 @@ static size_t memory_of(const void *memory)
          flesh_contact_set_memory(&self->set) + flesh_contact_patches_memory(&self->patches) +
          ((size_t)self->contact->surface.node_count + 1) * sizeof *self->secant.nodes +
          (size_t)self->rubs.capacity * sizeof *self->rubs.rubs + 4 * (size_t)self->cell_room * sizeof(int) +
-         self->hessian_room * sizeof(double) + memory_of_release(self);
+         self->hessian_room * sizeof(double) + memory_of_release(self) +
+         (size_t)self->contact->surface.node_count * sizeof *self->group;
 }
 
 static int follow(void *memory, int accepted, double t, const double *x, int *changed)

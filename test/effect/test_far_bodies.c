@@ -1,0 +1,78 @@
+/* test_far_bodies.c: bodies far from each other cost no search while they fly, and still meet without going through. */
+#include "crossings.h"
+#include "effect/surface_contact.h"
+#include "flesh/integrator.h"
+#include "system/proximity.h"
+#include "time/integrator.h"
+#include "welded.h"
+
+/* Two blocks of 0.3 m, so far apart, of which the second one comes at `speed` and turns. */
+static void begin(double apart, double speed, test_body *b)
+{
+  const double size[3] = {0.3, 0.3, 0.3};
+  const int cells[3] = {2, 2, 2};
+  flesh_contact_options options;
+  flesh_effect *contact = NULL;
+  flesh_mesh *mesh = joined(box(cells, size, (double[]){0, 0, 0}), box(cells, size, (double[]){0.3 + apart, 0.05, 0.02}));
+  CHECK_OK(test_body_create(mesh, test_material(FLESH_ENERGY_S, 0.3), 1000, FLESH_MASS_LUMPED, 1, b));
+  flesh_contact_options_default(&options);
+  CHECK_OK(flesh_effect_surface_contact(&b->body, &options, 0, NULL, &contact));
+  CHECK_OK(flesh_system_add_effect(b->system, &contact));
+  CHECK_OK(flesh_system_finalize(b->system));
+  for (int d = b->n / 2; d < b->n; d += 3) {
+    b->state.v[d] = -speed;
+    b->state.v[d + 1] = -2 * (b->state.x[d + 2] - 0.15);
+    b->state.v[d + 2] = 2 * (b->state.x[d + 1] - 0.15);
+  }
+}
+
+/* Motions of parts of surfaces are bounded, cube by cube, only where something is near. */
+static void what_is_far_is_not_looked_at(void)
+{
+  for (int m = 0; m < FLESH_METHOD_ADAPTIVE; m++) {
+    if (m == FLESH_METHOD_STATIC) continue; /* what is free has no equilibrium */
+    const flesh_solver_options options = test_options(1e-6);
+    test_body b;
+    flesh_integrator *integrator = NULL;
+    begin(100, 40, &b);
+    CHECK_OK(flesh_integrator_create(b.system, (flesh_method)m, &options, &integrator));
+    for (int s = 0; s < 10; s++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 200, NULL));
+    const flesh_surface_near *near = flesh_proximity_of(flesh_nonlinear_proximity(integrator->nonlinear), 2);
+    CHECK(near->groups == 2 && near->around_known);
+    CHECK(near->drift.leaf_room == 0);
+    flesh_integrator_destroy(&integrator);
+    test_body_destroy(&b);
+  }
+}
+
+static void what_comes_from_afar_is_met(void)
+{
+  const double aways[] = {0.5, 5};
+  for (int k = 0; k < 2; k++) {
+    const flesh_solver_options options = test_options(1e-8);
+    test_body b;
+    flesh_contact_surface surface;
+    flesh_integrator *integrator = NULL;
+    int crossings = 0;
+    begin(aways[k], 20, &b);
+    CHECK_OK(flesh_contact_surface_of_mesh(b.mesh, NULL, &surface));
+    CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
+    for (int s = 0; s < 90; s++) {
+      CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 200, NULL));
+      crossings += crossings_count(&surface, b.state.x);
+    }
+    double first = 0;
+    for (int d = 0; d < b.n / 2; d += 3) first += b.state.v[d] / (b.n / 6);
+    printf("# from %g m: the first one is pushed to %.3g m/s\n", aways[k], first);
+    CHECK(crossings == 0);
+    CHECK(first < -5); /* it was pushed, by half of the other's speed at least but for what turns */
+    flesh_contact_surface_clear(&surface);
+    flesh_integrator_destroy(&integrator);
+    test_body_destroy(&b);
+  }
+}
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS(argc, argv, TEST(what_is_far_is_not_looked_at), TEST(what_comes_from_afar_is_met));
+}
