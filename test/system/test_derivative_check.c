@@ -311,7 +311,8 @@ static void contact_of_surfaces_is_checked_as_solves_see_it(void)
   const flesh_effect_operations operations = {.name = "by the calls", .residual = inner_residual,
                                               .jacobian = jacobian_of_the_calls, .proximity = &proximity};
   spoiler data = {t.contact, SPOIL_NOTHING};
-  flesh_effect spoiled = {&operations, &data};
+  flesh_effect spoiled = {.operations = &operations, .data = &data, .nodes = flesh_mesh_node_count(t.mesh),
+                          .tets = flesh_mesh_tet_count(t.mesh)};
   CHECK_OK(flesh_effect_check_derivatives(&spoiled, t.mesh, 0, t.x, 3, &report));
   CHECK(!flesh_derivative_report_passes(&report, 1e-6));
   part(&t);
