@@ -29,23 +29,23 @@ if [ ! -e "$system/complete" ]; then
   touch "$system/complete"
 fi
 cp /etc/resolv.conf "$system/etc/resolv.conf"
-rm -rf "$system/root/flesh"
-git clone -q --depth 1 "file://$root" "$system/root/flesh"
+rm -rf "$system/srv/flesh"
+git clone -q --depth 1 "file://$root" "$system/srv/flesh"
 printf 'debian.sh: %s of %s\n' "$(git -C "$root" rev-parse --short HEAD)" "$release"
 
 # What is mounted for it is gone when it ends.
-cat >"$system/root/two_commands.sh" <<'END'
-cd /root/flesh || exit 1
-sh drivers/demo.sh >/root/demo.log 2>&1
+cat >"$system/srv/two_commands.sh" <<'END'
+cd /srv/flesh || exit 1
+sh drivers/demo.sh >/srv/demo.log 2>&1
 demo=$?
-tail -n 3 /root/demo.log
-sh test/run.sh "$@" >/root/tests.log 2>&1
+tail -n 3 /srv/demo.log
+sh test/run.sh "$@" >/srv/tests.log 2>&1
 tests=$?
-grep -a -A 20 '^FAILED' /root/tests.log
+grep -a -A 20 '^FAILED' /srv/tests.log
 printf 'Debian %s, %s\n' "$(cat /etc/debian_version)" "$(cc --version | head -n 1)"
 build/drivers/flesh --version
 printf 'demo.sh ended with %s\n' "$demo"
-tail -n 1 /root/tests.log
+tail -n 1 /srv/tests.log
 [ "$demo" -eq 0 ] && [ "$tests" -eq 0 ]
 END
 # shellcheck disable=SC2016
@@ -53,6 +53,6 @@ unshare --mount --propagation private sh -c '
   system=$1
   shift
   mount -t proc proc "$system/proc" && mount -t sysfs sysfs "$system/sys" && mount --rbind /dev "$system/dev" &&
-    exec chroot "$system" /usr/bin/env -i HOME=/root LANG=C.UTF-8 \
-      PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin sh /root/two_commands.sh "$@"
+    exec chroot "$system" /usr/bin/env -i HOME=/srv LANG=C.UTF-8 \
+      PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin sh /srv/two_commands.sh "$@"
 ' sh "$system" "$@"

@@ -74,7 +74,8 @@ class Frame:
             size = int(np.frombuffer(data, length, 1, start)[0])
             if start < 0 or size % (kind.itemsize * max(components, 1)) or components < 1:
                 raise ValueError(f"{header.get('Name')} has {size} bytes at {start} in {components} components")
-            array = np.frombuffer(data, kind, size // kind.itemsize, start + length.itemsize).astype(kind.newbyteorder("="))
+            array = np.frombuffer(data, kind, size // kind.itemsize, start + length.itemsize)
+            array = array.astype(kind.newbyteorder("="))
             if unit is not None:
                 units[header.get("Name")] = unit.text or ""
             return array.reshape(-1, components) if components > 1 else array
