@@ -20,8 +20,8 @@ static void print_help(void)
 {
   printf("Usage: flesh COMMAND [ARGUMENT]...\n%s\n\nCommands:\n", flesh_about);
   for (const flesh_subcommand *c = flesh_commands; c->name; c++) printf("  %-10s %s\n", c->name, c->summary);
-  printf("\n`flesh COMMAND --help` describes a command, `flesh --version` prints the version.\n\n%s",
-         flesh_exit_codes_text);
+  printf("\n`flesh COMMAND --help` describes a command, `flesh --version` prints the version.\n\n");
+  flesh_help_print_exits(FLESH_EXITS_ALL);
 }
 
 /* 2, after a sentence. */

@@ -423,7 +423,7 @@ int flesh_command_accuracy(int argc, char **argv)
        "how long each of the two references is refined, beyond what it needs at least (default 60; "
        "10 with --quick)"},
       {0}};
-  const flesh_usage usage = {"accuracy", "SCENE", "Shows what accuracy costs.", details, 1, 1, rows, NULL};
+  const flesh_usage usage = {"accuracy", "SCENE", "Shows what accuracy costs.", details, 1, 1, rows, NULL, FLESH_EXITS_ALL};
   int count, code = flesh_ranks_read_options(plan.ranks, &usage, argc, argv, &count);
   if (code == FLESH_OPTIONS_GO_ON) {
     plan.scene = argv[1];

@@ -211,7 +211,7 @@ int flesh_command_bench(int argc, char **argv)
       {"out", "DIR", FLESH_OPTION_TEXT, &plan->out, "folder of the results (default out/bench)"},
       {0}};
   const flesh_usage usage = {"bench", "", "Measures flesh against the limits of this machine.", details, 0, 0,
-                             rows, NULL};
+                             rows, NULL, FLESH_EXITS_OF_SOLVES | FLESH_EXITS_OF_INTERRUPTS};
   int count, code = flesh_options_read(&usage, argc, argv, &count);
   if (code != FLESH_OPTIONS_GO_ON) {
     free(plan);

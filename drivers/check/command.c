@@ -285,7 +285,7 @@ int flesh_command_check(int argc, char **argv)
        "write energy, gradient and Hessian of the elasticity"},
       {0}};
   const flesh_usage usage = {
-      "check", "SCENE", "Validates a scene and differentiates its effects.", details, 1, 1, rows, NULL};
+      "check", "SCENE", "Validates a scene and differentiates its effects.", details, 1, 1, rows, NULL, 0};
   int positionals, failed = 0, code = flesh_options_read(&usage, argc, argv, &positionals);
   flesh_scene *scene = NULL;
   if (code == FLESH_OPTIONS_GO_ON) {

@@ -218,7 +218,7 @@ int flesh_command_drift(int argc, char **argv)
       {"set", "KEY=VALUE", FLESH_OPTION_LIST, &overrides.texts, "a value of all scenes"},
       {0}};
   const flesh_usage usage = {"drift", "SCENE...", "Compares how well the energies keep the volume.",
-                             details, 1, 64, rows, NULL};
+                             details, 1, 64, rows, NULL, FLESH_EXITS_OF_INTERRUPTS};
   int count, code = flesh_ranks_read_options(plan.ranks, &usage, argc, argv, &count);
   if (code != FLESH_OPTIONS_GO_ON) {
     flesh_ranks_close(&plan.ranks);

@@ -214,6 +214,7 @@ int flesh_command_film(int argc, char **argv)
       {.name = NULL}};
   const flesh_usage usage = {
       .command = "film",
+      .exits = FLESH_EXITS_OF_INTERRUPTS,
       .positionals = "RUN... --out FILE",
       .summary = "Films runs side by side, seen by one camera and coloured on one scale.",
       .details = "RUN is the folder that `flesh run` has filled; the times are those of the run with\n"

@@ -364,7 +364,8 @@ int flesh_command_hardcases(int argc, char **argv)
        "runs at a time, on each rank (default: the processors; on several ranks 1)"},
       {"list", NULL, FLESH_OPTION_SWITCH, &list, "print the cases and end"},
       {0}};
-  const flesh_usage usage = {"hardcases", "", "Runs the battery of hard cases.", details, 0, 0, rows, NULL};
+  const flesh_usage usage = {"hardcases", "", "Runs the battery of hard cases.", details, 0, 0, rows, NULL,
+                             FLESH_EXITS_OF_INTERRUPTS};
   int count, code = flesh_ranks_read_options(plan.ranks, &usage, argc, argv, &count);
   if (code == FLESH_OPTIONS_GO_ON && list) code = flesh_ranks_first(plan.ranks) ? list_cases(plan.filters, plan.shapes) : 0;
   if (code != FLESH_OPTIONS_GO_ON) goto done;

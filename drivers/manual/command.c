@@ -24,7 +24,7 @@ static void print_program(void)
   printf(".SH COMMANDS\n");
   for (const flesh_subcommand *c = flesh_help_commands; c->name; c++)
     printf(".TP\n\\fBflesh\\-%s\\fR(1)\n%s\n", c->name, c->summary);
-  flesh_help_man_exit_codes();
+  flesh_help_man_exits(FLESH_EXITS_ALL);
   printf(".SH SEE ALSO\n\\fBflesh\\-scene\\fR(5)\n");
 }
 
@@ -41,7 +41,7 @@ static int print_scene(void)
 int flesh_command_manual(int argc, char **argv)
 {
   static const flesh_option none[] = {{0}};
-  static const flesh_usage usage = {"manual", "[COMMAND]", "Prints a manual page.", details, 0, 1, none, NULL};
+  static const flesh_usage usage = {"manual", "[COMMAND]", "Prints a manual page.", details, 0, 1, none, NULL, 0};
   int count, code = flesh_options_read(&usage, argc, argv, &count);
   if (code != FLESH_OPTIONS_GO_ON) return code;
   if (!count || !strcmp(argv[1], "flesh")) {

@@ -117,7 +117,7 @@ int flesh_command_completion(int argc, char **argv)
 {
   static const flesh_option none[] = {{0}};
   static const flesh_usage usage = {"completion", "bash|zsh", "Prints what a shell completes command lines with.", details, 1,
-                                    1,            none,       NULL};
+                                    1,            none,       NULL, 0};
   int count, code = flesh_options_read(&usage, argc, argv, &count);
   if (code != FLESH_OPTIONS_GO_ON) return code;
   const int zsh = !strcmp(argv[1], "zsh");

@@ -288,7 +288,7 @@ int flesh_command_material(int argc, char **argv)
       {"constants", "KIND", FLESH_OPTION_TEXT, &r.constants_name, "matched (default) or raw"},
       {0}};
   const flesh_usage usage = {
-      "material", "", "Compares the energies along simple deformations.", details, 0, 0, rows, NULL};
+      "material", "", "Compares the energies along simple deformations.", details, 0, 0, rows, NULL, 0};
   int positionals, code = flesh_options_read(&usage, argc, argv, &positionals);
   if (code != FLESH_OPTIONS_GO_ON) return code;
   int status = complete(&r);

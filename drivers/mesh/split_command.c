@@ -91,11 +91,12 @@ int flesh_split_command(int argc, char **argv)
       .positionals = "MESH --parts N --out FOLDER",
       .summary = "Writes a mesh in parts, one for each rank of a run.",
       .details =
-          "METIS cuts the mesh into N parts of about as many tets, and FOLDER gets the files\n"
-          "part_00000.bin and so on, and index.txt, which names them. A scene whose body.mesh is the\n"
-          "index is run by `mpirun -n N flesh run SCENE`, where each rank reads its own part; whatever\n"
-          "else reads meshes reads all parts of an index, as the mesh that was split. The parts are in\n"
-          "this machine's byte order. `flesh mesh box --parts N` makes boxes in parts without the whole.\n",
+          "Cuts the mesh into N parts of about as many tets: by planes, or by METIS where parts between\n"
+          "planes share half as many nodes again. FOLDER gets the files part_00000.bin\n"
+          "and so on, and index.txt, which names them. A scene whose body.mesh is the index is run by\n"
+          "`mpirun -n N flesh run SCENE`, where each rank reads its own part; whatever else reads meshes\n"
+          "reads all parts of an index, as the mesh that was split. The parts are in this machine's byte\n"
+          "order. `flesh mesh box --parts N` makes boxes in parts without the whole.\n",
       .positional_min = 1,
       .positional_max = 1,
       .options = options};

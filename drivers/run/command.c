@@ -303,7 +303,8 @@ static int read_and_run(given *g, int argc, char **argv)
       {"quiet", NULL, FLESH_OPTION_SWITCH, &options->quiet, "print errors only"},
       {0}};
   const flesh_usage usage = {
-      "run", "[SCENE]", "Simulates a scene (see `flesh schema` for its keys).", details, 0, 1, rows, NULL};
+      "run", "[SCENE]", "Simulates a scene (see `flesh schema` for its keys).", details, 0, 1, rows, NULL,
+      FLESH_EXITS_ALL};
   int code = read_options(g, &usage, argc, argv);
   flesh_checkpoint checkpoint = {0};
   flesh_scene *scene = NULL;

@@ -32,6 +32,13 @@ static void print_option(const char *name, const char *doc, const char *more)
   putchar('\n');
 }
 
+void flesh_help_print_exits(unsigned exits)
+{
+  printf("Exit codes:\n");
+  for (const flesh_exit_row *row = flesh_exit_rows; row->code; row++)
+    if (!row->exits || row->exits & exits) printf("  %-8s %s\n", row->code, row->doc);
+}
+
 static void print_text(const flesh_usage *usage)
 {
   printf("Usage: flesh %s [OPTION]...%s%s\n%s\n", usage->command, *usage->positionals ? " " : "", usage->positionals,
@@ -45,15 +52,16 @@ static void print_text(const flesh_usage *usage)
     print_option(name, option->doc, option->kind == FLESH_OPTION_LIST ? " (may be repeated)" : "");
   }
   print_option("--help", "print this", "");
-  printf("\n%s", flesh_exit_codes_text);
+  putchar('\n');
+  flesh_help_print_exits(usage->exits);
 }
 
 static void print_text_list(const char *command, const char *about, const char *more, const flesh_subcommand *list)
 {
   printf("Usage: flesh %s COMMAND [ARGUMENT]...\n%s\nCommands:\n", command, about);
   for (; list->name; list++) printf("  %-10s %s\n", list->name, list->summary);
-  printf("\n`flesh %s COMMAND --help` describes a command.%s%s\n\n%s", command, more ? " " : "", more ? more : "",
-         flesh_exit_codes_text);
+  printf("\n`flesh %s COMMAND --help` describes a command.%s%s\n\n", command, more ? " " : "", more ? more : "");
+  flesh_help_print_exits(0);
 }
 
 /* The help of the commands below this one, in the same format. */
@@ -86,7 +94,7 @@ void flesh_help_print_list(const char *command, const char *about, const char *m
   snprintf(summary, sizeof summary, "%.*s", (int)strcspn(about, "\n"), about);
   const char *details = about + strcspn(about, "\n");
   details += strspn(details, "\n");
-  const flesh_usage usage = {command, "COMMAND [ARGUMENT]...", summary, *details ? details : more, 0, 0, none, list};
+  const flesh_usage usage = {command, "COMMAND [ARGUMENT]...", summary, *details ? details : more, 0, 0, none, list, 0};
   if (chosen == FLESH_HELP_TEXT) print_text_list(command, about, more, list);
   else flesh_help_print(&usage);
 }

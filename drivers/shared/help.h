@@ -17,6 +17,9 @@ void flesh_help_print(const flesh_usage *usage);
 /* Of a command that is nothing but a list of others, as flesh_subcommand_run takes it. */
 void flesh_help_print_list(const char *command, const char *about, const char *more, const flesh_subcommand *list);
 
+/* The exit codes that a command with these `exits` (flesh_exits, or'ed) may end with. */
+void flesh_help_print_exits(unsigned exits);
+
 /* What the program is, in a line, and its commands, for help that is about all: main.c sets them. */
 extern const char *flesh_help_about;
 extern const flesh_subcommand *flesh_help_commands;

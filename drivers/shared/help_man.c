@@ -41,15 +41,13 @@ void flesh_help_man_text(const char *text)
   if (as_is) printf(".fi\n");
 }
 
-void flesh_help_man_exit_codes(void)
+void flesh_help_man_exits(unsigned exits)
 {
   printf(".SH EXIT STATUS\n");
-  const char *line = strchr(flesh_exit_codes_text, '\n') + 1;
-  for (; *line; line = strchr(line, '\n') + 1) {
-    char code[16], doc[256];
-    if (sscanf(line, "%15s %255[^\n]", code, doc) != 2) continue;
-    say(".TP\n", code, "\n");
-    say("", doc, "\n");
+  for (const flesh_exit_row *row = flesh_exit_rows; row->code; row++) {
+    if (row->exits && !(row->exits & exits)) continue;
+    say(".TP\n", row->code, "\n");
+    say("", row->doc, "\n");
   }
 }
 
@@ -103,7 +101,7 @@ void flesh_help_man(const flesh_usage *usage)
   printf(".SH OPTIONS\n");
   options(usage);
   commands(usage);
-  flesh_help_man_exit_codes();
+  flesh_help_man_exits(usage->exits);
 }
 
 void flesh_help_man_end(void) { printf(".SH SEE ALSO\n\\fBflesh\\fR(1), \\fBflesh\\-scene\\fR(5)\n"); }

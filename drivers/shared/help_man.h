@@ -7,7 +7,7 @@
 /* A page's head, paragraphs (lines that begin with a space stand as they are), and exit codes. */
 void flesh_help_man_head(const char *page, const char *summary);
 void flesh_help_man_text(const char *text);
-void flesh_help_man_exit_codes(void);
+void flesh_help_man_exits(unsigned exits); /* flesh_exits, or'ed */
 
 /* The page of "run", but for its end; a section of its command's page for "mesh info". */
 void flesh_help_man(const flesh_usage *usage);

@@ -15,7 +15,7 @@ int flesh_options_read(const flesh_usage *usage, int argc, char **argv, int *pos
 /* A number, or a fraction a/b; 0 when the whole text is one and finite. */
 int flesh_option_number(const char *text, double *value);
 
-/* The exit code of a status; flesh_exit_codes_text documents them. */
+/* The exit code of a status; flesh_exit_rows has them in words. */
 int flesh_exit_code(int status);
 
 /* Prints "flesh COMMAND: <sentence>" to stderr, as one printable line whatever the words that it quotes, and returns 2.

@@ -30,6 +30,14 @@ typedef struct flesh_subcommand {
   int (*run)(int argc, char **argv);
 } flesh_subcommand;
 
+/* Exit codes beyond 0 to 3, which every command may end with. */
+typedef enum flesh_exits {
+  FLESH_EXITS_OF_SOLVES = 1,     /* 4, 5, 7, 8 */
+  FLESH_EXITS_OF_BUDGETS = 2,    /* 6 */
+  FLESH_EXITS_OF_INTERRUPTS = 4, /* 128 and more */
+  FLESH_EXITS_ALL = 7
+} flesh_exits;
+
 typedef struct flesh_usage {
   const char *command;     /* "run" */
   const char *positionals; /* "SCENE" */
@@ -38,8 +46,14 @@ typedef struct flesh_usage {
   int positional_min, positional_max;
   const flesh_option *options;
   const flesh_subcommand *commands; /* "export" of `flesh sweep export`; NULL: none */
+  unsigned exits; /* flesh_exits, or'ed */
 } flesh_usage;
 
-extern const char flesh_exit_codes_text[];
+/* Exit codes in words; a row without `code` ends them. */
+typedef struct flesh_exit_row {
+  const char *code, *doc;
+  unsigned exits; /* the commands that have one of these end with it; 0: all */
+} flesh_exit_row;
+extern const flesh_exit_row flesh_exit_rows[];
 
 #endif

@@ -185,7 +185,8 @@ int flesh_command_sweep(int argc, char **argv)
       {"quiet", NULL, FLESH_OPTION_SWITCH, &set.quiet, "print errors only"},
       {0}};
   char *text = make_details();
-  const flesh_usage usage = {"sweep", "SPEC", "Runs the cases of a spec into one database.", text, 1, 1, rows, verbs};
+  const flesh_usage usage = {"sweep", "SPEC", "Runs the cases of a spec into one database.", text, 1, 1, rows, verbs,
+                             FLESH_EXITS_OF_INTERRUPTS};
   int count, code = flesh_ranks_read_options(set.ranks, &usage, argc, argv, &count);
   if (code == FLESH_OPTIONS_GO_ON) code = read_and_sweep(argv[1], &set);
   flesh_ranks_close(&set.ranks);

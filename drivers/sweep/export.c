@@ -101,7 +101,7 @@ int flesh_sweep_export(int argc, char **argv)
       {"where", "CONDITION", FLESH_OPTION_TEXT, &where, "which rows, as in --where \"status = 'complete'\""},
       {"out", "FILE", FLESH_OPTION_TEXT, &out, "write this file (default: standard output)"},
       {0}};
-  const flesh_usage usage = {"sweep export", "DB", "Writes the results of a sweep as a table.", NULL, 1, 1, rows, NULL};
+  const flesh_usage usage = {"sweep export", "DB", "Writes the results of a sweep as a table.", NULL, 1, 1, rows, NULL, 0};
   flesh_sweep_store store = {.lock = -1};
   flesh_file file = {0};
   int count, code = flesh_options_read(&usage, argc, argv, &count);

@@ -112,7 +112,7 @@ int flesh_sweep_merge(int argc, char **argv)
 {
   const flesh_option rows[] = {{0}};
   const flesh_usage usage = {"sweep merge", "OUT.db IN.db...", "Joins the databases of shards into a new one.", NULL,
-                             2, 100000, rows, NULL};
+                             2, 100000, rows, NULL, 0};
   int count, code = flesh_options_read(&usage, argc, argv, &count);
   if (code != FLESH_OPTIONS_GO_ON) return code;
   const char *out = argv[1];

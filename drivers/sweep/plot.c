@@ -300,7 +300,7 @@ int flesh_sweep_plot(int argc, char **argv)
   const flesh_usage usage = {"sweep plot", "DB", "Draws results of a sweep.",
                              "Where several cases fall on one point their mean is drawn. The script stays beside the "
                              "picture: `gnuplot NAME.gp` draws it again.\n",
-                             1, 1, rows, NULL};
+                             1, 1, rows, NULL, 0};
   int count, code = flesh_options_read(&usage, argc, argv, &count), status = FLESH_OK;
   if (code != FLESH_OPTIONS_GO_ON) return code;
   if (!p.x || !p.y) status = flesh_fail(FLESH_ERR_ARGUMENT, "--x and --y are needed: columns of the results");

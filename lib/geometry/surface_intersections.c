@@ -56,17 +56,38 @@ static void visit_faces(void *data, flesh_near_part *part, int f, int g)
   }
 }
 
-/* Where the edge pq crosses the triangle's plane; its middle where it lies in it. */
+/* The middle of the part of the edge pq, p + t (q - p), that lies within the sides of the triangle with normal n, as t;
+ * *reach is half that part. */
+static double clip(const double *p, const double *q, const double *const x[3], const double n[3], double *reach)
+{
+  double low = 0, high = 1;
+  for (int k = 0; k < 3; k++) {
+    double side[3], inward[3], to_p[3], to_q[3];
+    for (int c = 0; c < 3; c++)
+      side[c] = x[(k + 1) % 3][c] - x[k][c], to_p[c] = p[c] - x[k][c], to_q[c] = q[c] - x[k][c];
+    flesh_vec3_cross(n, side, inward);
+    const double from = flesh_vec3_dot(inward, to_p), to = flesh_vec3_dot(inward, to_q);
+    if (from < 0 && to > from) low = fmax(low, fmin(from / (from - to), 1));
+    if (to < 0 && from > to) high = fmin(high, fmax(from / (from - to), 0));
+  }
+  *reach = fmax(high - low, 0) / 2;
+  return (low + high) / 2;
+}
+
+/* Where the edge pq crosses the triangle's plane; where it lies in the plane, the middle of its part in the triangle. */
 static void find_place(const double *p, const double *q, const double *const x[3], double place[3])
 {
-  double e[3], f[3], n[3], to_p[3], to_q[3];
+  const double rounding = 1e-9; /* beyond the triangle, of the edge: a crossing that is only noise */
+  double e[3], f[3], n[3], to_p[3], to_q[3], reach;
   for (int c = 0; c < 3; c++) {
     e[c] = x[1][c] - x[0][c], f[c] = x[2][c] - x[0][c];
     to_p[c] = p[c] - x[0][c], to_q[c] = q[c] - x[0][c];
   }
   flesh_vec3_cross(e, f, n);
-  const double above = fabs(flesh_vec3_dot(n, to_p)), below = fabs(flesh_vec3_dot(n, to_q)), sum = above + below;
-  const double t = sum > 0 && sum < INFINITY ? above / sum : 0.5;
+  const double above = fabs(flesh_vec3_dot(n, to_p)), below = fabs(flesh_vec3_dot(n, to_q));
+  const double middle = clip(p, q, x, n, &reach);
+  double t = above / (above + below);
+  if (!(fabs(t - middle) <= reach + rounding)) t = middle;
   for (int c = 0; c < 3; c++) place[c] = p[c] + t * (q[c] - p[c]);
 }
 

@@ -84,7 +84,7 @@ const char *flesh_key_expectation(const flesh_key *key, char text[FLESH_EXPECTAT
   *text = 0;
   switch (key->type) {
   case FLESH_KEY_NUMBER:
-    SAY("a number%s%s", range, flesh_key_takes_infinity(key) ? ", .inf or -.inf" : "");
+    SAY("a number%s%s", range, !flesh_key_takes_infinity(key) ? "" : key->range ? " or .inf" : ", .inf or -.inf");
     break;
   case FLESH_KEY_INTEGER:
     SAY("a whole number%s", range);

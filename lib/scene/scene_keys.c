@@ -122,7 +122,7 @@ static const flesh_key body_table[] = {
     {.name = "element", .type = FLESH_KEY_CHOICE, AT(body.element), .choices = elements, .default_value = "auto",
      .doc = "of bodies that name no other. tet4: displacements linear in a tet, far too stiff in bending where the "
             "material is nearly incompressible; tet10: quadratic, energies at four points; tet10-mean: the same with "
-            "the volume term by the mean of J over a tet, as true at poisson_ratio 0.4999 as at 0.3; auto: tet4 where "
+            "the volume term by the mean of J over a tet, equally accurate at poisson 0.4999 and at 0.3; auto: tet4 where "
             "the mesh has four nodes a tet, tet10-mean where it has ten. With tet10 and tet10-mean, a mesh of "
             "four-node tets gets a node in the middle of each edge, after its own nodes"},
     {.name = "refine", .type = FLESH_KEY_INTEGER, AT(body.refine), .range = FLESH_RANGE_NOT_NEGATIVE,

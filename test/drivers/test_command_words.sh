@@ -45,5 +45,22 @@ a_bad_skin_is_refused_before_anything_is_written() {
     [ ! -e skinned ]
 }
 
-run_tests words_are_quoted_in_one_printable_line no_method_is_the_default_by_mistake \
+# Beyond 0 to 3 a command's help lists the exit codes that it may end with: lists CODES COMMAND...
+lists() {
+  codes=$1
+  shift
+  for command in "$@"; do
+    # shellcheck disable=SC2086
+    expect 0 "$flesh" $command --help || return 1
+    found=$(sed -n 's/^  \([0-9][0-9/]*\)  *[a-z].*/\1/p' stdout.txt | tr '\n' ' ')
+    [ "$found" = "0 1 2 3 $codes" ] || { echo "$command: $found"; return 1; }
+  done
+}
+exit_codes_are_those_of_the_command() {
+  lists '4 5 6 7 8 130/143 ' run accuracy && lists '4 5 7 8 130/143 ' bench &&
+    lists '130/143 ' drift hardcases sweep film &&
+    lists '' check material schema manual mesh 'mesh info' 'mesh split' skin 'skin bind' snap plot report 'sweep export'
+}
+
+run_tests exit_codes_are_those_of_the_command words_are_quoted_in_one_printable_line no_method_is_the_default_by_mistake \
   a_bad_skin_is_refused_before_anything_is_written

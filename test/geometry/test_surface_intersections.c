@@ -143,8 +143,40 @@ static void two_bodies_across(void)
   soup_clear(&s);
 }
 
+/* Two sheets in one plane, the cells of the second three times as long: edges lie in the planes of the faces that they
+ * meet, and each place is in the face. */
+static void places_in_a_plane_are_in_the_face(void)
+{
+  soup s = soup_of_sheets(2, 6, 0);
+  flesh_near_finder *finder;
+  flesh_surface_intersections found = {0};
+  int off_middle = 0;
+  for (int i = 0; i < s.nodes; i++) {
+    s.X[3 * i + 2] = 0;
+    for (int c = 0; c < 2 && i >= s.nodes / 2; c++) s.X[3 * i + c] = 3 * s.X[3 * i + c] - 0.7 - 0.2 * c;
+  }
+  CHECK_OK(flesh_near_finder_create(&s.surface, s.X, NULL, 0, NULL, &finder));
+  CHECK_OK(flesh_surface_intersections_find(finder, s.X, NULL, &found));
+  CHECK(found.count > 50);
+  for (int k = 0; k < found.count; k++) {
+    const flesh_surface_intersection *i = &found.items[k];
+    const int *face = s.surface.faces + 3 * i->face, *edge = s.surface.edges + 2 * i->edge;
+    const double *a = s.X + 3 * face[0], *b = s.X + 3 * face[1], *c = s.X + 3 * face[2], *p = i->place;
+    const double whole = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+    const double at_b = ((p[0] - a[0]) * (c[1] - a[1]) - (p[1] - a[1]) * (c[0] - a[0])) / whole;
+    const double at_c = ((b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0])) / whole;
+    CHECK(at_b > -1e-9 && at_c > -1e-9 && at_b + at_c < 1 + 1e-9 && fabs(p[2]) < 1e-12);
+    off_middle += fabs(p[0] - (s.X[3 * edge[0]] + s.X[3 * edge[1]]) / 2) > 0.01;
+  }
+  CHECK(off_middle > 10);
+  flesh_surface_intersections_clear(&found);
+  flesh_near_finder_destroy(&finder);
+  soup_clear(&s);
+}
+
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST_OF_THREADS(random_soups), TEST(a_sheet_folded_through_itself),
-                   TEST(neighbours_at_rest_are_found_too), TEST(two_bodies_across));
+                   TEST(neighbours_at_rest_are_found_too), TEST(two_bodies_across),
+                   TEST(places_in_a_plane_are_in_the_face));
 }

@@ -28,7 +28,7 @@ verdict() {
   fi
 }
 
-echo 1..10
+echo 1..11
 
 [ -s "$work/files" ] || echo 'Bail out! no files found'
 
@@ -88,6 +88,13 @@ verdict 'public headers of at most 121 columns'
 lines=$(wc -l <README.md)
 { if [ "$lines" -gt 150 ]; then echo "README.md has $lines lines"; fi; } >"$work/found"
 verdict 'a README of at most 150 lines'
+
+for picture in data/pictures/*.png; do
+  name=$(basename "$picture" .png)
+  grep -q "\\b$name\\b" data/pictures/make.sh || echo "data/pictures/make.sh does not make $picture"
+  grep '\.md$' "$work/files" | xargs grep -q "pictures/$name\.png)" || echo "no page shows $picture"
+done >"$work/found"
+verdict 'one script makes every picture, and a page shows it'
 
 # Links to other places of the tree; those to the web and within a page are not looked at.
 grep '\.md$' "$work/files" | while IFS= read -r file; do

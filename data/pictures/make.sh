@@ -1,0 +1,145 @@
+#!/bin/sh
+# Makes the pictures of the pages again, those of this folder, with the program as it is. Run it before a release:
+#
+#   sh data/pictures/make.sh                 all of them
+#   sh data/pictures/make.sh gallery finger  some: `sh data/pictures/make.sh --list` shows the names
+#
+# FLESH is the program, build/drivers/flesh by default. All take some TOTAL on two processors; of that `accuracy`,
+# `mesh_error` and `speed` measure CPU times, and want a machine that does nothing else. It needs gnuplot, and Chromium
+# for `report`.
+set -eu
+root=$(CDPATH='' cd -- "$(dirname -- "$0")/../.." && pwd)
+pictures=$root/data/pictures
+flesh=$(realpath "${FLESH:-$root/build/drivers/flesh}")
+names='gallery hand finger forms accuracy mesh_error hard starts shapes filters speed report'
+
+# run SCENE [options]: into the folder SCENE, as the gallery shows it.
+run() {
+  scene=$1
+  shift
+  "$flesh" run "data/scenes/$scene.yaml" --out "$scene" --quiet "$@"
+}
+
+# snap PICTURE SCENE [options]
+snap() {
+  picture=$1 scene=$2
+  shift 2
+  run "$scene"
+  "$flesh" snap "$scene" --bare --out "$pictures/$picture.png" "$@"
+}
+
+gallery() {
+  snap gallery_hand_pull hand_pull --time 0,0.55,0.62,0.75 --colour J --width 210
+  snap gallery_hand_ball hand_ball --time 0,1/4,0.8 --colour stress --width 250
+  snap gallery_jelly_drop jelly_drop --time 0,0.4,0.8,1.5 --colour none --width 240
+  snap gallery_twist twist --time 0,0.05,0.1 --colour stress --width 280
+  snap gallery_inflated_sphere inflated_sphere --time 0,0.8 --colour stress --width 280
+  snap gallery_limb limb --time 0,0.15,2 --colour none --width 300
+  snap gallery_fist fist --time 0,0.4,0.8,1.2 --colour J --width 210
+  snap gallery_fold fold --time 0,1.5,3,4 --colour none --width 210
+  snap gallery_funnel funnel --time 0,0.6,1.2,2 --colour none --width 210
+  snap gallery_soft_and_stiff soft_and_stiff --time 0,0.1,0.2,0.6 --colour stress --width 210
+  snap gallery_tube tube --time 0,0.6,1.2,2 --colour stress --width 210
+  snap gallery_muscle_spindle muscle_spindle --time 0,0.5,1.5,2.5 --colour none --width 200
+  snap gallery_tentacle tentacle --time 0,0.5,0.95,1.6 --colour none --width 220
+  snap gallery_limb_antagonists limb_antagonists --time 0.3,0.9,1.6,2.4 --colour none --width 240
+  snap floating floating --time 0,2,3,8 --colour none --width 300 --camera 10,15
+  snap welded welded --time 0,0.5,2 --colour stress --edges --width 300
+  snap peel peel --time 0,0.5,0.75,1 --colour stress --width 220
+  snap hinged hinged --time 0,0.6,1.2 --colour stress --edges --width 300
+}
+
+hand() {
+  "$flesh" drift data/scenes/hand_pull.yaml --poisson 0.45 --solvers guarded --out hand
+  cp hand/shapes_hand_pull_0.45_guarded.png "$pictures/hand_pull.png"
+}
+
+finger() {
+  "$flesh" drift data/scenes/finger_pull_fine.yaml --poisson 0.45 --out finger
+  cp finger/volume_finger_pull_fine_0.45.png "$pictures/volume_finger.png"
+}
+
+forms() {
+  "$flesh" material --out forms
+  cp forms/flatten.png "$pictures/material_flatten.png"
+}
+
+accuracy() {
+  "$flesh" accuracy data/scenes/swing.yaml --out accuracy
+  cp accuracy/work_time.png "$pictures/accuracy_swing.png"
+}
+
+# The README's bar, in equilibrium near incompressibility.
+mesh_error() {
+  awk '/^```yaml bar.yaml/ { on = 1; next } /^```/ { on = 0 } on' "$root/README.md" >bar.yaml
+  sed 's/bar_16x4x4/bar_8x2x2/' bar.yaml >bar_coarse.yaml
+  "$flesh" accuracy bar.yaml --mesh --coarser bar_coarse.yaml --mesh-seconds 30 --set effects.inertia=null \
+    --set body.material.poisson=0.49 --set 'effects.gravity.acceleration=[0, 0, -0.2]' --out mesh_error
+  cp mesh_error/work_mesh.png "$pictures/accuracy_mesh.png"
+}
+
+hard() {
+  "$flesh" hardcases --energies S,E,D,B --poisson 0.45,0.49,0.499 --out hard
+  cp hard/matrix.png "$pictures/hardcases_matrix.png"
+}
+
+starts() {
+  "$flesh" hardcases --cases starts --energies S --poisson 0.49 --out starts
+  cp starts/frames_starts.png "$pictures/hardcases_starts.png"
+}
+
+shapes() {
+  meshes=
+  for mesh in graded_block slivers finger_coarse plate_with_holes; do
+    meshes=$meshes${meshes:+,}data/meshes/$mesh.msh
+  done
+  "$flesh" hardcases --shapes --meshes "$meshes" --energies S --poisson 0.49 --solvers no-untangling --max-seconds 100 \
+    --out shapes --cases "jitter100,throw1,throw100,noise10,scramble,half_turn,inside_out,plane,twist5,feet_jitter70,\
+feet_scramble,feet_line,feet_point,feet_mirrored,feet_half_turn,feet_stop,crash1000,crush,pull_through"
+  cp shapes/sheet_*.png "$pictures/hardcases_shapes.png"
+}
+
+filters() {
+  FLESH=$flesh sh "$root/test/campaign/filters.sh" filters --box
+  cp filters/box/profiles.png "$pictures/hardcases_profiles.png"
+}
+
+speed() {
+  FLESH=$flesh sh "$root/drivers/speed.sh"
+  cp "$root/out/speed/roofline.png" "$root/out/speed/growth.png" "$pictures"
+}
+
+# The five hands of drivers/report.md, in a window of 1100 x 1010.
+report() {
+  for energy in S E B Neo; do
+    run hand_pull --set body.material.energy=$energy
+    mv hand_pull "hands_$energy"
+  done
+  run hand_pull --set body.material.energy=D --set body.material.constants=raw
+  mv hand_pull hands_D
+  "$flesh" report hands_S hands_E hands_B hands_Neo hands_D --title 'A finger pulled, in five energies' --out report.html
+  chromium --headless=new --no-sandbox --disable-dev-shm-usage --use-angle=swiftshader --enable-unsafe-swiftshader \
+    --hide-scrollbars --window-size=1100,1010 --virtual-time-budget=20000 --screenshot="$pictures/report.png" \
+    "file://$PWD/report.html" 2>report.log || { cat report.log >&2; exit 1; }
+}
+
+[ "${1:-}" != --list ] || { echo "$names"; exit; }
+for name in "$@"; do
+  case " $names " in
+    *" $name "*) ;;
+    *)
+      echo "make.sh: '$name' is unknown; it must be --list or some of $names" >&2
+      exit 2
+      ;;
+  esac
+done
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cd "$work"
+ln -s "$root/data" data
+[ $# -gt 0 ] || eval "set -- $names"
+for name in "$@"; do
+  begin=$(date +%s)
+  "$name" >"$name.log" 2>&1 || { cat "$name.log" >&2; exit 1; }
+  echo "$name: $(($(date +%s) - begin)) s"
+done
