@@ -93,7 +93,7 @@ shapes() {
   for mesh in graded_block slivers finger_coarse plate_with_holes; do
     meshes=$meshes${meshes:+,}data/meshes/$mesh.msh
   done
-  "$flesh" hardcases --shapes --meshes "$meshes" --energies S --poisson 0.49 --solvers no-untangling --max-seconds 100 \
+  "$flesh" hardcases --shapes --meshes "$meshes" --energies S --poisson 0.49 --solvers without-untangle --max-seconds 100 \
     --out shapes --cases "jitter100,throw1,throw100,noise10,scramble,half_turn,inside_out,plane,twist5,feet_jitter70,\
 feet_scramble,feet_line,feet_point,feet_mirrored,feet_half_turn,feet_stop,crash1000,crush,pull_through"
   cp shapes/sheet_*.png "$pictures/hardcases_shapes.png"

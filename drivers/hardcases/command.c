@@ -353,8 +353,7 @@ int flesh_command_hardcases(int argc, char **argv)
       {"meshes", "LIST", FLESH_OPTION_TEXT, &asked.meshes,
        "cells of blocks, as in 8x4x2, or mesh files whose flat face of least x is held, in place of\n"
        "                         the cases' own"},
-      {"quick", NULL, FLESH_OPTION_SWITCH, &plan.quick,
-       "smaller meshes and fewer settings: minutes"},
+      {"quick", NULL, FLESH_OPTION_SWITCH, &plan.quick, "smaller meshes and fewer settings: minutes"},
       {"max-seconds", "S", FLESH_OPTION_POSITIVE, &plan.max_seconds,
        "budget of each phase of a run (default 30; 15 with --quick)"},
       {"set", "KEY=VALUE", FLESH_OPTION_LIST, &overrides.texts,
