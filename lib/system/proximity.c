@@ -6,10 +6,7 @@
 #include "base/error.h"
 #include "base/huge_pages.h"
 #include "base/memory.h"
-#include "effect/effect.h"
 #include "linear/block_matrix.h"
-#include "system/feasible_step.h"
-#include "system/internal.h"
 #include "system/parts.h"
 
 int flesh_system_has_proximity(const flesh_system *system)
@@ -65,20 +62,6 @@ int flesh_proximity_follow(const flesh_proximity *self, int accepted, double t, 
   if (self->near) flesh_team_largest(self->system->team, 1, &any);
   *changed = any > 0;
   return self->near ? flesh_team_agree(self->system->team, status) : status;
-}
-
-int flesh_system_check_with(const flesh_system *system, const double *internal, double t, const double *x)
-{
-  int status = FLESH_OK;
-  for (int k = 0; k < system->entry_count && !status; k++) {
-    const flesh_effect *effect = system->entries[k].effect;
-    const flesh_effect_barrier *barrier = flesh_effect_as_barrier(effect);
-    const flesh_effect_proximity *proximity = effect->operations->proximity;
-    if (barrier->check) status = barrier->check(effect, t, x);
-    if (!status && proximity && proximity->check)
-      status = proximity->check(effect, flesh_internal_of(system, k, internal), x);
-  }
-  return flesh_team_agree(system->team, status);
 }
 
 /* What effects remember. */

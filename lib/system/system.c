@@ -10,7 +10,6 @@
 #include "effect/effect.h"
 #include "mesh/mesh.h"
 #include "parallel/rank_part.h"
-#include "system/feasible_step.h"
 #include "system/internal.h"
 #include "system/parts.h"
 #include "system/effect_point.h"
@@ -323,8 +322,6 @@ int flesh_system_moves(const flesh_system *system)
   return flesh_system_next_event(system, -INFINITY) < INFINITY;
 }
 
-int flesh_system_limits_step(const flesh_system *system) { return system->limits_step; }
-
 int flesh_system_set_part(flesh_system *system, const flesh_rank_part *rank_part)
 {
   FLESH_NEED({system, "system"}, {rank_part, "rank_part"});
@@ -353,57 +350,6 @@ int flesh_system_check_team(const flesh_system *system)
   for (int k = 0; system->team && !status && k < system->entry_count; k++)
     status = flesh_system_check_shared(system->entries[k].effect);
   return status;
-}
-
-double flesh_system_max_feasible_step(const flesh_system *system, const flesh_proximity *proximity,
-                                      const double *internal, double t_from, const double *x_from, double t_to,
-                                      const double *x_to)
-{
-  double fraction = 1;
-  for (int k = 0; system->limits_step && k < system->entry_count; k++) {
-    const flesh_effect *effect = system->entries[k].effect;
-    const flesh_effect_barrier *barrier = flesh_effect_as_barrier(effect);
-    if (barrier->max_feasible_step)
-      fraction = fmin(fraction, barrier->max_feasible_step(effect, t_from, x_from, t_to, x_to));
-    if (effect->operations->proximity)
-      fraction = fmin(fraction, effect->operations->proximity->max_feasible_step(
-                                    effect, flesh_proximity_of(proximity, k), flesh_internal_of(system, k, internal),
-                                    x_from, x_to));
-  }
-  fraction = -fraction; /* the shortest of all ranks */
-  if (system->limits_step) flesh_team_largest(system->team, 1, &fraction);
-  return -fraction;
-}
-
-int flesh_system_tunnelled(const flesh_system *system, double t_from, const double *x_from,
-                        double t_to, const double *x_to)
-{
-  int passed = 0;
-  for (int k = 0; system->limits_step && k < system->entry_count && !passed; k++) {
-    const flesh_effect *effect = system->entries[k].effect;
-    const flesh_effect_barrier *barrier = flesh_effect_as_barrier(effect);
-    if (barrier->tunnelled) passed = barrier->tunnelled(effect, t_from, x_from, t_to, x_to);
-  }
-  double any = passed;
-  if (system->limits_step) flesh_team_largest(system->team, 1, &any);
-  return any > 0;
-}
-
-void flesh_system_push_out(const flesh_system *system, double t_from, const double *x_from,
-                        double t_to, double *x_to)
-{
-  for (int k = 0; system->limits_step && k < system->entry_count; k++) {
-    const flesh_effect *effect = system->entries[k].effect;
-    const flesh_effect_barrier *barrier = flesh_effect_as_barrier(effect);
-    if (barrier->push_out) barrier->push_out(effect, t_from, x_from, t_to, x_to);
-  }
-  if (system->limits_step) flesh_team_share(system->team, x_to); /* each node by its owner */
-}
-
-int flesh_system_check(const flesh_system *system, double t, const double *x)
-{
-  FLESH_NEED({system, "system"}, {x, "x"});
-  return flesh_system_check_with(system, NULL, t, x);
 }
 
 int flesh_system_matrix_create(const flesh_system *system, flesh_block_matrix **matrix)

@@ -24,6 +24,7 @@ LEFT_OUT = {
     "flesh_effect_shortcuts.*": "the same for less time, which an effect written in Python does not have",
     "flesh_effect_operations.constraints": "one effect of a system may have them, and incompressible elasticity does",
     "flesh_effect_operations.proximity": "a memory that belongs to a run; SurfaceContact is what has one",
+    "flesh_effect_operations.bonds": "what effects of one's own hold together stays in contact; welds and joints have them",
     "flesh_effect_operations.ranks": "for programs of MPI in C",
     "flesh_effect_figures.memory": "an effect does not know the memory of Python's objects",
 }
