@@ -95,8 +95,6 @@ typedef struct flesh_costs {
 /* How far a run's body is from obstacles; what its effects know of nodes near each other. */
 struct flesh_clearance;
 struct flesh_proximity;
-struct flesh_archive;
-struct flesh_separation;
 
 /* Where the effects are evaluated. `load` in [0,1] scales the external loads (1 except while a
  * static solve raises its load in increments).
@@ -388,8 +386,9 @@ struct flesh_effect {
 };
 
 /* A new effect of a kind of your own, for systems on `mesh` or on one with as many nodes and tets: others refuse it.
- * `operations` is borrowed (static const, usually), `data` is taken: freed by operations->destroy, also when this fails;
- * not at all where that is NULL. FLESH_ERR_ARGUMENT for a role that does not exist. Further errors: FLESH_ERR_MEMORY. */
+ * `operations` is borrowed (static const, usually), `data` is taken: freed by operations->destroy, also when this
+ * fails; not at all where that is NULL. FLESH_ERR_ARGUMENT for a role that does not exist. Further errors:
+ * FLESH_ERR_MEMORY. */
 FLESH_API int flesh_effect_create(const flesh_effect_operations *operations, const flesh_mesh *mesh, void *data,
                                   flesh_effect **effect);
 /* NULL-safe; sets *effect to NULL. */
@@ -409,15 +408,15 @@ typedef struct flesh_derivative_report {
                       curvature; 0 when none */
 } flesh_derivative_report;
 
-/* Whether an effect's residual is the gradient of its potential and its Jacobian the derivative of
- * its residual, by differences, and whether `evaluate` and `jacobian_assign` give the same as the
- * operations that they replace: at (t, x) with random velocities and accelerations (zero for statics), x_lag near
- * x, v_lag random and a frozen state on the line, along random directions that move nodes by a small part of the mesh's
- * mean edge; each error is the best of several step lengths. An effect with a flesh_effect_proximity is checked with a
- * memory as in a run; the matrix after a prediction at x_lag = x, too, which must have the same bits when it is made again
- * after one elsewhere. x [3*nodes] should be generic (not the rest state, where gradients vanish). Returns the effect's
- * status where it cannot be evaluated (FLESH_UNDEFINED: choose another x). FLESH_ERR_ARGUMENT for a mesh with other
- * counts of nodes or tets than that of the effect. */
+/* Whether an effect's residual is the gradient of its potential and its Jacobian the derivative of its residual, by
+ * differences, and whether `evaluate` and `jacobian_assign` give the same as the operations that they replace: at
+ * (t, x) with random velocities and accelerations (zero for statics), x_lag near x, v_lag random and a frozen state
+ * on the line, along random directions that move nodes by a small part of the mesh's mean edge; each error is the
+ * best of several step lengths. An effect with a flesh_effect_proximity is checked with a memory as in a run; the
+ * matrix after a prediction at x_lag = x, too, which must have the same bits when it is made again after one
+ * elsewhere. x [3*nodes] should be generic (not the rest state, where gradients vanish). Returns the effect's status
+ * where it cannot be evaluated (FLESH_UNDEFINED: choose another x). FLESH_ERR_ARGUMENT for a mesh with other counts
+ * of nodes or tets than that of the effect. */
 FLESH_API int flesh_effect_check_derivatives(const flesh_effect *effect, const flesh_mesh *mesh,
                                              double t, const double *x, unsigned long long seed,
                                              flesh_derivative_report *report);
