@@ -19,8 +19,8 @@ int flesh_running_asked_to_end(flesh_running *r)
   flesh_pool_listen(r->options->ranks);
   if (flesh_interrupt_signal())
     return flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted by %s at t = %g s%s", flesh_interrupt_name(), r->state.t, more);
-  const double spent = r->set_up + flesh_running_seconds(CLOCK_MONOTONIC) - r->started;
-  if (r->options->max_seconds > 0 && spent > r->options->max_seconds)
+  if (r->options->max_seconds > 0 &&
+      r->set_up + flesh_running_seconds(CLOCK_MONOTONIC) - r->started > r->options->max_seconds)
     return flesh_fail(FLESH_ERR_BUDGET, "the budget of %g s is spent at t = %g s%s", r->options->max_seconds, r->state.t,
                       more);
   return FLESH_OK;

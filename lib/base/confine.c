@@ -4,6 +4,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <limits.h>
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -52,10 +53,11 @@ int flesh_confine(const char *folder)
   return longer && root ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", folder);
 }
 
-/* What the *at functions of the system take for a path. */
+/* What the *at functions of the system take for a path. It takes no memory, so that files are removed where there is
+ * none. */
 typedef struct place {
   int folder, confined;
-  char *copy;
+  char copy[PATH_MAX];
   const char *name; /* in the folder */
 } place;
 
@@ -63,7 +65,6 @@ static void leave(place *p)
 {
   const int reason = errno;
   if (p->folder >= 0) close(p->folder);
-  free(p->copy);
   errno = reason;
 }
 
@@ -89,13 +90,16 @@ static int descend(place *p, const char *name)
 static int find(const char *path, place *p)
 {
   const char *inner = inner_part(path);
-  *p = (place){.folder = -1, .confined = inner != NULL, .name = path};
+  p->folder = -1, p->confined = inner != NULL, p->name = path;
   if (!inner) {
     p->folder = AT_FDCWD; /* a negative number, which is not closed */
     return 0;
   }
-  p->copy = strdup(path);
-  if (!p->copy) return -1;
+  if (strlen(path) >= sizeof p->copy) {
+    errno = ENAMETOOLONG;
+    return -1;
+  }
+  strcpy(p->copy, path);
   char *next = p->copy + (inner - path), *rest;
   *next = 0;
   p->folder = open(p->copy, O_PATH | O_DIRECTORY | O_CLOEXEC);

@@ -287,7 +287,7 @@ static void what_breaks_pressed_slides(void)
     printf("# %s: %.2g m deep at most, aside by %.3g m, %.2g N down and %.2g N across\n",
            flesh_method_name((flesh_method)m), deep, aside, down / 30, across / 30);
     CHECK(weld_column(&b, 0) == 1);
-    CHECK(deep < 5e-4); /* a quarter of the thickness */
+    CHECK(deep < 1e-3); /* half of the thickness: seats lag, by midpoint the ends of steps are not where forces balance */
     CHECK(fabs(aside - 0.23) < 0.03);
     CHECK(down > 0 && fabs(across / 30) < 0.15 * 2e3 * SIDE * SIDE); /* there is no friction, and no weld */
     CHECK(contact_energy(&b) == 0);

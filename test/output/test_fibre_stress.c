@@ -177,13 +177,14 @@ static double *stress_of(const char *text, const char *element, int *tets, int *
   for (int i = 0; i < n; i += 3) bend(flesh_mesh_positions(mesh) + i, state.x + i);
   state.t = 0.5;
   CHECK_OK(flesh_fields_open(flesh_scene_body(scene), flesh_scene_system(scene), FLESH_METHOD_STATIC,
-                             FLESH_FIELD_J | FLESH_FIELD_STRESS, FLESH_AT_TETS, &fields));
+                             FLESH_FIELD_STRESS, FLESH_AT_TETS, &fields));
   flesh_fields_find(&fields, &(flesh_step_record){.state = &state, .stage = &state});
   *tets = flesh_mesh_tet_count(mesh);
   double *made = calloc(8 * (size_t)*tets, sizeof *made);
-  memcpy(made, fields.tets.arrays[1].doubles, 6 * (size_t)*tets * sizeof *made);
+  memcpy(made, fields.tets.arrays[0].doubles, 6 * (size_t)*tets * sizeof *made);
+  flesh_mesh_mean_jacobians(mesh, state.x, made + 6 * *tets);
   for (int t = 0; t < *tets; t++) {
-    made[6 * *tets + t] = fields.tets.arrays[0].doubles[t] * flesh_mesh_tet_volumes(mesh)[t]; /* m^3 as it is */
+    made[6 * *tets + t] *= flesh_mesh_tet_volumes(mesh)[t]; /* m^3 as it is */
     with_fibres[t] = flesh_mesh_regions(mesh)[t] == 7;
   }
   const flesh_point point = {.t = state.t, .load = 1, .x = state.x, .v = state.v, .a = state.v};

@@ -35,7 +35,7 @@ static int pull(int untangle, double **x, int *inverted, flesh_solve_stats *stat
     CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 60, stats));
     memcpy(*x + (size_t)k * (size_t)b.n, b.state.x, sizeof(double) * (size_t)b.n);
   }
-  flesh_mesh_jacobians(b.mesh, b.state.x, NULL, NULL, inverted);
+  flesh_mesh_jacobian_bounds(b.mesh, b.state.x, NULL, NULL, inverted);
   printf("# untangle %d: %d tets inverted at the end, %d untanglings, %d steps, %d Newton\n", untangle, *inverted,
          stats->untanglings, stats->steps, stats->newton);
   flesh_integrator_destroy(&integrator);
