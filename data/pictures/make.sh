@@ -109,17 +109,17 @@ speed() {
   cp "$root/out/speed/roofline.png" "$root/out/speed/growth.png" "$pictures"
 }
 
-# The five hands of drivers/report.md, in a window of 1100 x 1010.
+# The five hands of drivers/report.md.
 report() {
-  for energy in S E B Neo; do
-    run hand_pull --set body.material.energy=$energy
-    mv hand_pull "hands_$energy"
+  for energy in S E B Neo D; do
+    constants=matched
+    [ $energy != D ] || constants=raw
+    "$flesh" run data/scenes/hand_pull.yaml --set body.material.energy=$energy \
+      --set body.material.constants=$constants --out hands/$energy --quiet
   done
-  run hand_pull --set body.material.energy=D --set body.material.constants=raw
-  mv hand_pull hands_D
-  "$flesh" report hands_S hands_E hands_B hands_Neo hands_D --title 'A finger pulled, in five energies' --out report.html
+  "$flesh" report hands/S hands/E hands/B hands/Neo hands/D --title 'A finger pulled, in five energies' --out report.html
   chromium --headless=new --no-sandbox --disable-dev-shm-usage --use-angle=swiftshader --enable-unsafe-swiftshader \
-    --hide-scrollbars --window-size=1100,1010 --virtual-time-budget=20000 --screenshot="$pictures/report.png" \
+    --hide-scrollbars --window-size=1100,1240 --virtual-time-budget=20000 --screenshot="$pictures/report.png" \
     "file://$PWD/report.html" 2>report.log || { cat report.log >&2; exit 1; }
 }
 
