@@ -4,9 +4,9 @@
 #   sh data/pictures/make.sh                 all of them
 #   sh data/pictures/make.sh gallery finger  some: `sh data/pictures/make.sh --list` shows the names
 #
-# FLESH is the program, build/drivers/flesh by default. All take some TOTAL on two processors; of that `accuracy`,
-# `mesh_error` and `speed` measure CPU times, and want a machine that does nothing else. It needs gnuplot, and Chromium
-# for `report`.
+# FLESH is the program, build/drivers/flesh by default. All take about half an hour on two processors, half of it `speed`;
+# each tells its seconds. `accuracy`, `mesh_error` and `speed` measure CPU times, and want a machine that does nothing
+# else. gnuplot is needed, and Chromium for `report`.
 set -eu
 root=$(CDPATH='' cd -- "$(dirname -- "$0")/../.." && pwd)
 pictures=$root/data/pictures
