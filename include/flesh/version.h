@@ -15,9 +15,9 @@ extern "C" {
 
 /* Of the headers. */
 #define FLESH_VERSION_MAJOR 0
-#define FLESH_VERSION_MINOR 2
+#define FLESH_VERSION_MINOR 3
 #define FLESH_VERSION_PATCH 0
-#define FLESH_VERSION_STRING "0.2.0"
+#define FLESH_VERSION_STRING "0.3.0"
 
 /* Of the library that is loaded, "MAJOR.MINOR.PATCH": FLESH_VERSION_STRING where it goes with the
  * headers. Never NULL; lasts as long as the program. */
