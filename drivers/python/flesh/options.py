@@ -3,10 +3,10 @@ import numpy as np
 
 from ._arrays import Field, Flags, Names, Options, Record
 from ._callbacks import call
-from ._library import ffi, lib
+from ._library import ffi, lib, text
 
 __all__ = ["SolverOptions", "MethodOptions", "AdaptiveOptions", "SolveStats", "Progress", "Failure", "EnergyBalance",
-           "METHODS", "method_order"]
+           "METHODS", "TECHNIQUES", "method_order"]
 
 _LINEAR = Names("flesh_linear_solver", "FLESH_LINEAR_")
 _PRECONDITIONERS = Names("flesh_preconditioner", "FLESH_PRECONDITIONER_", lib.flesh_preconditioner_name)
@@ -15,6 +15,9 @@ _LINE_SEARCH = Names("flesh_line_search", "FLESH_LINE_SEARCH_")
 _TECHNIQUES = Flags("flesh_technique", "FLESH_TECHNIQUE_")
 METHOD_NAMES = Names("flesh_method", "FLESH_METHOD_", lib.flesh_method_name)
 
+TECHNIQUES = {text(lib.flesh_technique_name(bit)): text(lib.flesh_technique_doc(bit))
+              for bit in _TECHNIQUES.words.values()}
+"""Names of the techniques of a solve (SolverOptions.techniques), and what each does."""
 METHODS = tuple(METHOD_NAMES.words)
 """Names of the methods, as in a scene."""
 
