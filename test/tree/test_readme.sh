@@ -57,7 +57,7 @@ known() {
     case "$first $second $third" in
       '  ' | '#'*) ;;
       'git clone '* | 'cd '*) ;;
-      'sh drivers/demo.sh ' | 'sh test/run.sh '* | 'sh test/campaign/fuzz.sh '*) ;;
+      'sh drivers/demo.sh ' | 'sh test/run.sh '* | 'sh test/campaign/fuzz.sh '* | 'sh test/campaign/debian.sh '*) ;;
       'sudo apt-get install')
         # shellcheck disable=SC2086
         given=$(printf '%s\n' $rest | grep -v '^-' | sort | tr '\n' ' ')
