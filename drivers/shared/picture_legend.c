@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "shared/picture_body.h"
+#include "shared/safe_text.h"
 
 /* The next number that reads well. */
 static double round_up(double value, int count, const double *steps)
@@ -96,19 +97,37 @@ void flesh_picture_quantity(flesh_picture_field field, const flesh_picture_frame
   else snprintf(text, 64, "speed [%sm/s]", prefix);
 }
 
+enum { LONGEST_TEXT = 512 };
+
+/* The text with '?' for what is no UTF-8, which cairo refuses to draw, cut to LONGEST_TEXT bytes. */
+static const char *drawable(const char *text, char room[LONGEST_TEXT])
+{
+  size_t used = 0;
+  for (int size; *text && used + 4 < LONGEST_TEXT; text += size) {
+    const int letter = flesh_text_letter(text);
+    size = letter ? letter : 1;
+    memcpy(room + used, letter ? text : "?", (size_t)size);
+    used += (size_t)size;
+  }
+  room[used] = 0;
+  return room;
+}
+
 void flesh_picture_text(cairo_t *c, double x, double y, double align, double size, double grey, const char *text)
 {
+  char room[LONGEST_TEXT];
   cairo_set_source_rgb(c, grey, grey, grey);
   cairo_move_to(c, x - align * flesh_picture_text_width(c, size, text), y);
-  cairo_show_text(c, text);
+  cairo_show_text(c, drawable(text, room));
 }
 
 double flesh_picture_text_width(cairo_t *c, double size, const char *text)
 {
   cairo_text_extents_t extents;
+  char room[LONGEST_TEXT];
   cairo_select_font_face(c, "sans-serif", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
   cairo_set_font_size(c, size);
-  cairo_text_extents(c, text, &extents);
+  cairo_text_extents(c, drawable(text, room), &extents);
   return extents.x_advance;
 }
 
