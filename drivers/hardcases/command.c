@@ -253,7 +253,7 @@ static void choose_shapes(request *asked)
   if (!asked->meshes) asked->meshes = "8x4x4";
 }
 
-/* What --ablation takes where nothing else was asked for. */
+/* Chooses what --ablation takes where nothing else was asked for. */
 static void choose_ablation(request *asked)
 {
   if (!asked->energies) asked->energies = "S";

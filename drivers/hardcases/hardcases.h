@@ -174,7 +174,7 @@ int flesh_hardcases_recall(const flesh_hardcases_plan *plan, flesh_hardcases_run
 int flesh_hardcases_write_filters(const flesh_hardcases_plan *plan);
 int flesh_hardcases_draw_filters(const flesh_hardcases_plan *plan);
 
-/* Of --ablation: what each technique is worth, as ablation.csv, verdict.txt and on stdout. */
+/* Writes what each technique is worth (--ablation) into ablation.csv and verdict.txt, and prints it. */
 int flesh_hardcases_write_ablation(const flesh_hardcases_plan *plan);
 
 /* hardcases.csv. */

@@ -16,8 +16,8 @@ typedef struct flesh_report_motion {
 int flesh_report_motion_add(flesh_report_motion *motion, int taken, const flesh_picture_panel *panel);
 void flesh_report_motion_close(flesh_report_motion *motion);
 
-/* Of the times that most runs have the one when the runs are farthest from where they began, each measured by its own
- * farthest frame: that is worth to be seen first. */
+/* The time that is shown first: among those that most runs have, the one when the runs are farthest from where they
+ * began, each measured by its own farthest frame. */
 double flesh_report_find_start(int runs, const flesh_report_motion *motions);
 
 /* The run's frame at t, or the last one before; its first where there is none. */

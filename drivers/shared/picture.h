@@ -27,7 +27,7 @@ void flesh_picture_fit_end(flesh_picture_fit *fit, flesh_picture_frame *frame);
 /* Draws the panels side by side and writes a PNG. */
 int flesh_picture_print(FILE *stream, int count, const flesh_picture_panel *panels,
                         const flesh_picture_options *options, const flesh_picture_frame *frame);
-/* The same into the file `path`, whole or not at all. */
+/* Draws the picture into the file `path`, whole or not at all. */
 int flesh_picture_draw(const char *path, int count, const flesh_picture_panel *panels,
                        const flesh_picture_options *options, const flesh_picture_frame *frame);
 

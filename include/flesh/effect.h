@@ -137,8 +137,8 @@ typedef struct flesh_point {
   /* Internal variables (flesh_effect_internal): of all effects, one after the other, in a point handed to a
    * flesh_system_ function, which hands each effect its own; constant within a step. NULL: all 0, as they begin. */
   const double *internal;
-  /* Those of all effects, of which flesh_effect_internal.update of an effect that takes bonds reads whether bonds hold
-   * (flesh_bond.variable); NULL everywhere else. */
+  /* Internal variables of all effects, in which flesh_effect_internal.update of an effect that takes bonds reads whether
+   * bonds hold (flesh_bond.variable); NULL everywhere else. */
   const double *all_internal;
 } flesh_point;
 
@@ -187,9 +187,9 @@ typedef enum flesh_trait {
    * effects without this trait counts as external work (flesh_energy_balance): the change of their
    * energy with t at fixed x or, without an energy, the work of their forces. */
   FLESH_IS_PASSIVE = 1,
-  /* What is lagged is a function of the shape (a load on a moving surface, a damping matrix; not friction, which
-   * depends on the path): a static solve is repeated from its result until the lagged state no
-   * longer changes, a step of a method of order 2 once, so that it keeps that order. */
+  /* The lagged part is a function of the shape (a load on a moving surface, a damping matrix; not friction, which
+   * depends on the path): a static solve is repeated from its result until the lagged state no longer changes, a step
+   * of a method of order 2 once, so that it keeps that order. */
   FLESH_IS_FOLLOWER_LOAD = 2,
   /* Something is frozen: methods of order 2 repeat their solves until the frozen state no longer
    * changes. */

@@ -42,10 +42,10 @@ FLESH_API int flesh_effect_spring(const flesh_body *body, const double point[3],
                                 const flesh_motion *target, double from, double until,
                                 flesh_effect **effect);
 
-/* What most nodes within the radius of a spring may be: each is coupled with every other. */
+/* The most nodes within the radius of a spring: each is coupled with every other. */
 enum { FLESH_SPRING_NODES = 2000 };
 
-/* The same on all of the body within `radius`, m, of that point, as far as it is connected with it there:
+/* A spring on all of the body within `radius`, m, of that point, as far as it is connected with it there:
  * V = load k/2 |p(x) - target(t)|^2, p(x) = sum of w_a x_a. The weights carry the point: sum of w_a = 1
  * and sum of w_a X_a is the point, so that every affine motion moves p(x) with the body. They are
  * w_a = s_a (1 + g.(X_a - c)), s_a >= 0 the node's share of the rest volume under (1 - s^2)^2,

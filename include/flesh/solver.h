@@ -33,9 +33,10 @@ typedef enum flesh_technique {
    * others constrained; the solve continues from there if the potential has fallen. With FLESH_LINE_SEARCH_POTENTIAL
    * only. */
   FLESH_TECHNIQUE_NONLINEAR_ELIMINATION = 1 << 1,
-  /* Where the line search keeps cutting steps because a straight step strains stiff parts that rotate, a longer step is
-   * taken, and one or two Newton steps (counted as such) from there; the result is accepted if its potential is lower
-   * than the cut step's (the watchdog technique of Chamberlain et al. 1982). With FLESH_LINE_SEARCH_POTENTIAL only. */
+  /* A longer step is taken, and one or two Newton steps (counted as such) from there, where the line search keeps
+   * cutting steps because a straight step strains stiff parts that rotate; the result is accepted if its potential is
+   * lower than the cut step's (the watchdog technique of Chamberlain et al. 1982). With FLESH_LINE_SEARCH_POTENTIAL
+   * only. */
   FLESH_TECHNIQUE_WATCHDOG = 1 << 2,
   /* A body near equilibrium whose tets stay inverted or collapsed, or wind once more around an edge, without a load that
    * holds them so: the equilibrium of materials that resist changes of volume less (Poisson's ratio 0) is found from
@@ -52,7 +53,7 @@ typedef enum flesh_technique {
   FLESH_TECHNIQUE_VOLUME_ARCS = 1 << 6,
   /* A matrix is kept for further iterations of its stage while it predicts their residuals. */
   FLESH_TECHNIQUE_KEPT_MATRICES = 1 << 7,
-  /* The same for the first iteration of the stages that follow. */
+  /* A matrix is kept for the first iteration of the stages that follow. */
   FLESH_TECHNIQUE_MATRICES_ACROSS_STEPS = 1 << 8,
   /* A preconditioner is kept until its age has cost as many iterations as a new one. */
   FLESH_TECHNIQUE_KEPT_PRECONDITIONERS = 1 << 9,
@@ -62,11 +63,11 @@ typedef enum flesh_technique {
   FLESH_TECHNIQUE_FIRST_FORCING_TERM = 1 << 11,
   /* Linear solves use a matrix in single precision where inertia hides its round-off. */
   FLESH_TECHNIQUE_SINGLE_PRECISION = 1 << 12,
-  /* Where the first residual is larger than all forces at the solution, the target is relative to these. */
+  /* The target is relative to the forces at the solution where the first residual is larger than all of them. */
   FLESH_TECHNIQUE_BALANCED_TARGET = 1 << 13,
-  /* Where round-off hides the decrease of the potential, slopes judge a step (Hager & Zhang 2005). */
+  /* Slopes judge a step where round-off hides the decrease of the potential (Hager & Zhang 2005). */
   FLESH_TECHNIQUE_APPROXIMATE_WOLFE = 1 << 14,
-  /* Where PCG does not converge, a sparse factorisation solves, unless it costs more. */
+  /* A sparse factorisation solves where PCG does not converge, unless it costs more. */
   FLESH_TECHNIQUE_DIRECT_FALLBACK = 1 << 15,
   /* The first iterate of a step continues the steps before it. */
   FLESH_TECHNIQUE_EXTRAPOLATION = 1 << 16,
@@ -77,7 +78,7 @@ typedef enum flesh_technique {
 
 /* "watchdog", as in a scene's list `techniques`; NULL where `technique` is not one of the enum's single bits. */
 FLESH_API const char *flesh_technique_name(flesh_technique technique);
-/* What it does, in a few words without a full stop; NULL likewise. */
+/* The technique's effect in a few words, without a full stop; NULL likewise. */
 FLESH_API const char *flesh_technique_doc(flesh_technique technique);
 
 typedef struct flesh_solver_options {
@@ -138,8 +139,8 @@ typedef struct flesh_stage {
   /* The point's lagged state, borrowed too; NULL: x0 (at t), v0 or rest. */
   const double *x_lag, *v_lag;
   double t_lag;
-  /* Where the step starts, from which obstacles must leave the way to the point free; borrowed; NULL: the
-   * lagged state. */
+  /* [3*n] m, at t_from: the start of the step, from which obstacles must leave the way to the point free; borrowed;
+   * NULL: the lagged state. */
   const double *x_from;
   double t_from;
   /* Where effects freeze what has no potential (flesh_point): 0: where the stage starts, at x0 and

@@ -17,7 +17,7 @@ static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
 static char **roots; /* without slashes at their ends */
 static int root_count;
 
-/* What follows a confined folder in the path, a slash or the end; NULL: it begins with none. */
+/* Returns the part of the path behind a confined folder, a slash or the end; NULL: it begins with none. */
 static const char *behind_root(const char *path)
 {
   const char *inner = NULL;
@@ -30,7 +30,8 @@ static const char *behind_root(const char *path)
   return inner;
 }
 
-/* What is within a confined folder, with a slash before it; NULL of other paths, and of the folder itself. */
+/* Returns the part of the path within a confined folder, with a slash before it; NULL of other paths, and of the folder
+ * itself. */
 static const char *inner_part(const char *path)
 {
   const char *inner = behind_root(path);
@@ -53,7 +54,7 @@ int flesh_confine(const char *folder)
   return longer && root ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", folder);
 }
 
-/* What the *at functions of the system take for a path. It takes no memory, so that files are removed where there is
+/* A path as the *at functions of the system take it. It takes no memory, so that files are removed where there is
  * none. */
 typedef struct place {
   int folder, confined;
@@ -68,7 +69,7 @@ static void leave(place *p)
   errno = reason;
 }
 
-/* What a folder's link is refused with as a folder is ENOTDIR. */
+/* Tells a link from a file, as the system refuses both as folders with ENOTDIR. */
 static int is_link(int folder, const char *name)
 {
   struct stat info;

@@ -29,7 +29,7 @@ int flesh_path_remove_folder(const char *path);
 int flesh_path_rename(const char *from, const char *to);
 DIR *flesh_path_list(const char *path);
 
-/* What is wrong, by errno: strerror, or why the path leads out of a confined folder, and what would be valid. */
+/* The fault in words, by errno: strerror, or why the path leads out of a confined folder, and what would be valid. */
 const char *flesh_path_reason(const char *path, int reason);
 
 /* For files that may be missing. FLESH_OK where there is a regular file, or nothing; FLESH_ERR_FILE with a sentence for

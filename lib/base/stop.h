@@ -13,12 +13,12 @@ void flesh_stop_set(int (*stop)(void *data), void *data);
 void flesh_stop_begin(void);
 int flesh_stop_end(void);
 
-/* What `stop` says, FLESH_OK where it is not asked; once it has said no, it is not asked again. */
+/* Returns what `stop` says, FLESH_OK where it is not asked; once it has said no, it is not asked again. */
 int flesh_stop_ask(void);
 
-/* The same for a loop's k-th turn, of which one in 4096 asks: what is small is not asked for. */
+/* Asks in a loop's k-th turn, of which one in 4096 asks: what is small is not asked for. */
 static inline int flesh_stop_ask_at(size_t k) { return k % 4096 == 4095 ? flesh_stop_ask() : FLESH_OK; }
-/* The same before a loop of so many turns. */
+/* Asks before a loop of so many turns. */
 static inline int flesh_stop_ask_before(size_t turns) { return turns >= 4096 ? flesh_stop_ask() : FLESH_OK; }
 
 #endif

@@ -195,7 +195,7 @@ static int list_faces(const flesh_contact_surface *s, flesh_near_rows *around)
   return FLESH_OK;
 }
 
-/* Where the bonded features are, and their internal variables, from `begin` on. */
+/* Numbers the bonded features and their internal variables, from `begin` on. */
 static int number_rows(const flesh_contact_surface *s, int begin, flesh_near_bonds *self)
 {
   self->variables = 0;

@@ -92,8 +92,8 @@ void flesh_surface_near_group(near *self)
   for (int k = 0; k < s->node_count; k++) self->group[k] = self->groups > 1 ? group[self->group[k]] : 0;
 }
 
-/* What two nodes have moved relative to each other since they were at some places, at most: two of one group, and any two;
- * NaN where a place is not finite. */
+/* The most that two nodes have moved relative to each other since they were at some places: two of one group, and any
+ * two; NaN where a place is not finite. */
 typedef struct drift {
   double within, all;
 } drift;

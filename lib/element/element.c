@@ -168,7 +168,7 @@ int flesh_volume_share_of(const flesh_material *material, flesh_volume_share *sh
                             : flesh_psi_at(material, (const double[9]){1, 0, 0, 0, 1, 0, 0, 0, 1}, &at, NULL);
   if (status) return status;
   if (!of_stretches) shear = 2 * at.I;
-  /* Of an incompressible material the points keep what they keep as lambda grows, whatever the penalty. */
+  /* The points of an incompressible material keep what they keep as lambda grows, whatever the penalty. */
   share->share = share->held ? fmax(0, material->lambda - 2 * shear) : share_of_mean(material->lambda, shear);
   share->moderate = fmin(share->share, MODERATE * shear);
   if (share->held && !(share->share > 0))

@@ -15,7 +15,7 @@
 
 #include "geometry/contact_set.h"
 
-/* Of a node: its least gap where forces were predicted last, over the thickness; how the pressure there, -B', was
+/* A node: its least gap where forces were predicted last, over the thickness; how the pressure there, -B', was
  * taken to fall with the gap; the gap at which it was expected. */
 typedef struct flesh_contact_secant_node {
   double gap, pressure, slope, expected;

@@ -74,7 +74,8 @@ static double clip(const double *p, const double *q, const double *const x[3], c
   return (low + high) / 2;
 }
 
-/* Where the edge pq crosses the triangle's plane; where it lies in the plane, the middle of its part in the triangle. */
+/* Finds where the edge pq crosses the triangle's plane; if it lies in the plane, the middle of its part in the
+ * triangle. */
 static void find_place(const double *p, const double *q, const double *const x[3], double place[3])
 {
   const double rounding = 1e-9; /* beyond the triangle, of the edge: a crossing that is only noise */

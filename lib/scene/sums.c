@@ -17,7 +17,7 @@ typedef struct reading {
   int status;
 } reading;
 
-/* What a file holds counts, not where it lies on a rank's machine. The mesh is in memory as it was read. */
+/* The content of a file counts, not where it lies on a rank's machine. The mesh is in memory as it was read. */
 static void add_file(void *data, const char *path)
 {
   reading *r = data;

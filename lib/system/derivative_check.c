@@ -182,8 +182,8 @@ static int check_anew(check *c, const flesh_shift *shift, double *worst)
   return status;
 }
 
-/* What solves assemble of an effect that predicts its forces: the derivative where it predicts those that there are, as it
- * does where the solve begins, and a function of the point alone until the next prediction. */
+/* Checks what solves assemble of an effect that predicts its forces: the derivative where it predicts those that
+ * there are, as it does where the solve begins, and a function of the point alone until the next prediction. */
 static int check_predicted(check *c, const flesh_shift *shift, double *worst)
 {
   const size_t bytes = 9 * sizeof(double) * (size_t)c->K.row_start[c->K.rows];

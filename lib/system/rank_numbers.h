@@ -7,8 +7,8 @@
 /* Every effect of a part's system takes its numbers of the body, before the system is finished. Collective; cannot
  * fail. */
 void flesh_rank_numbers_settle(flesh_system *system);
-/* What the effects say of all ranks at the end of a step or at its stage (flesh_effect_reports_stage), into reports
- * [effects*FLESH_RANK_SUMS]; those of others are left. Likewise. */
+/* Finds what the effects of all ranks report at the end of a step or at its stage (flesh_effect_reports_stage), into
+ * reports [effects*FLESH_RANK_SUMS]; those of others are left. Likewise. */
 void flesh_rank_numbers_report(const flesh_system *system, const flesh_point *end, const flesh_point *stage,
                                double *reports);
 

@@ -59,7 +59,7 @@ void flesh_adaptive_energy_start(flesh_adaptive_energy *self, double t, double *
   self->moves = flesh_ida_moves(self->problem);
 }
 
-/* What reactions and forces put in at t, W, a time within the interval from `from` to `to`. */
+/* Finds the power [W] of reactions and forces at t, a time within the interval from `from` to `to`. */
 static int find_power(const flesh_adaptive_energy *self, double from, double to, double t, double *power)
 {
   flesh_ida_problem *problem = self->problem;
@@ -101,7 +101,8 @@ static int find_work(flesh_adaptive_energy *self, double from, double to, double
   return status;
 }
 
-/* What the energies of effects change by from `from` to `to` at a place: half at the place before, half at that now. */
+/* Finds the change of the energies of effects from `from` to `to` at a place: half at the place before, half at that
+ * now. */
 static int find_work_in_time(flesh_adaptive_energy *self, double from, double to, double *work)
 {
   flesh_ida_problem *problem = self->problem;

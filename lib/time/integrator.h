@@ -85,7 +85,7 @@ int flesh_integrator_solve_through_softer(flesh_integrator *integrator, flesh_st
 /* Everything that is known about a solve of the stage, with h, that failed. */
 void flesh_integrator_record_failure(flesh_integrator *integrator, const flesh_stage *stage, double h, int halvings,
                                      int status, const flesh_solve_stats *stats);
-/* Where the forces of the step that has led to the state balance: before its end, or the state itself. */
+/* The state at which the forces of the last step balance: before the step's end, or `state` itself. */
 const flesh_state *flesh_integrator_stage(const flesh_integrator *integrator, const flesh_state *state);
 
 /* The state becomes `returned`, and the other way round. */

@@ -142,7 +142,7 @@ static void make_stage(flesh_integrator *self, const flesh_method_row *row, cons
   if (row == self->row) flesh_prescribed_stage(&self->prescribed, stage, memory->v0, memory->a0);
 }
 
-/* Where the last solve of the stage has ended. */
+/* Finds the end of the last solve of the stage. */
 static void find_stage(const flesh_integrator *self, const flesh_stage *stage, double *x, double *v)
 {
   const double *u = flesh_nonlinear_unknowns(self->nonlinear);

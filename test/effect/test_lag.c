@@ -117,8 +117,8 @@ static void steps_lag_where_the_last_one_balances(void)
   }
 }
 
-/* Where `steps` steps to half a second take a bar whose end is pressed on one side, an open surface, more and more, or,
- * where it is `damped`, a bar that sinks slowly by its current stiffness; positions [n]. */
+/* Positions to which `steps` steps to half a second take a bar whose end is pressed on one side, an open surface,
+ * more and more, or, where it is `damped`, a bar that sinks slowly by its current stiffness; positions [n]. */
 static double *move(int damped, flesh_method method, int steps, int *n)
 {
   test_body b;

@@ -74,7 +74,7 @@ static void other_meshes_are_refused(void)
   CHECK(tried == 3 * (rows + 1 - 2)); /* pins and prescribed motions are constraints */
 }
 
-/* What observes a run, on the mesh of `of`, and the body and system of `run`. */
+/* Observers on the mesh of `of`, and the body and system of the `run` that they are given to. */
 typedef struct observed {
   test_body of, run;
   flesh_integrator *integrator;

@@ -7,7 +7,7 @@
 #include "scene/keys.h"
 #include "test.h"
 
-/* What a row says to its sample, read as a scene would read it, on a body, and a system that is to take it. */
+/* Reads a row's sample as a scene would, on a body, for a system that is to take it; the status of that. */
 static inline int test_try_sample(const flesh_effect_row *row, const flesh_body *body, flesh_system *system)
 {
   flesh_arena arena = {0};

@@ -141,8 +141,8 @@ static double prescribe_all(flesh_method method, int pressed, int steps, double 
   return worst / most;
 }
 
-/* Where all is prescribed its energy is known, and the work is what it changes by. The adaptive methods, which then have
- * no error to limit their steps, are asked for few states and for many. */
+/* The energy of a body whose motion is all prescribed is known, and the work is what it changes by. The adaptive
+ * methods, which then have no error to limit their steps, are asked for few states and for many. */
 static void work_is_the_energy_of_what_is_prescribed(void)
 {
   for (int m = 0; m < method_count; m++)
