@@ -7,12 +7,7 @@
 #include "base/file.h"
 #include "shared/table.h"
 
-/* Writes to both streams. */
-#define SAY(...)                                                                                   \
-  do {                                                                                             \
-    printf(__VA_ARGS__);                                                                           \
-    fprintf(stream, __VA_ARGS__);                                                                  \
-  } while (0)
+#define SAY(...) FLESH_SAY(stream, __VA_ARGS__)
 
 static int judged(const flesh_accuracy_row *row)
 {

@@ -5,8 +5,8 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "base/file.h"
 #include "hardcases/hardcases.h"
+#include "shared/table.h"
 
 /* A technique earns its place where it saves a run, or this part of a set's Newton iterations or of its CPU time. Times
  * of sets of few seconds say nothing. */
@@ -25,23 +25,9 @@ typedef struct sums {
   double newton[2], linear[2], cpu[2];
 } sums;
 
-static double poisson_of(const flesh_hardcases_run *r)
-{
-  return r->row->poisson > 0 ? r->row->poisson : r->setting->poisson;
-}
-
 static int is_of(const flesh_hardcases_run *r, const set *s)
 {
-  return r->setting->element == s->element && poisson_of(r) == s->poisson && !strcmp(r->row->group, s->group);
-}
-
-static int passes(const flesh_hardcases_run *r) { return r->outcome <= FLESH_HARDCASES_EQUILIBRIUM; }
-
-static int is_same_problem(const flesh_hardcases_run *a, const flesh_hardcases_run *b)
-{
-  const flesh_hardcases_setting *s = a->setting, *t = b->setting;
-  return a->row == b->row && a->seed == b->seed && s->poisson == t->poisson && s->step == t->step &&
-         s->energy == t->energy && s->constants == t->constants && s->element == t->element && s->body == t->body;
+  return r->setting->element == s->element && flesh_hardcases_poisson(r) == s->poisson && !strcmp(r->row->group, s->group);
 }
 
 /* The run of the same problem by another solver; NULL where it was not run. */
@@ -50,7 +36,7 @@ static const flesh_hardcases_run *counterpart(const flesh_hardcases_plan *plan, 
 {
   for (int k = 0; k < plan->run_count; k++) {
     const flesh_hardcases_run *r = &plan->runs[k];
-    if (r->setting->solver == solver && r->outcome != FLESH_HARDCASES_NOT_RUN && is_same_problem(r, run)) return r;
+    if (r->setting->solver == solver && r->outcome != FLESH_HARDCASES_NOT_RUN && flesh_hardcases_same_problem(r, run)) return r;
   }
   return NULL;
 }
@@ -59,8 +45,8 @@ static void add(sums *total, const flesh_hardcases_run *with, const flesh_hardca
 {
   const flesh_hardcases_run *both[] = {with, without};
   total->runs++;
-  for (int w = 0; w < 2; w++) total->failed[w] += !passes(both[w]);
-  for (int w = 0; w < 2 && passes(with) && passes(without); w++) {
+  for (int w = 0; w < 2; w++) total->failed[w] += !flesh_hardcases_passes(both[w]);
+  for (int w = 0; w < 2 && flesh_hardcases_passes(with) && flesh_hardcases_passes(without); w++) {
     total->newton[w] += (double)both[w]->figures.newton;
     total->linear[w] += (double)both[w]->figures.linear;
     total->cpu[w] += both[w]->figures.cpu_s;
@@ -90,7 +76,7 @@ static set *find_sets(const flesh_hardcases_plan *plan, int *count)
     const flesh_hardcases_run *r = &plan->runs[k];
     int known = 0;
     for (int s = 0; s < *count && !known; s++) known = is_of(r, &sets[s]);
-    if (!known) sets[(*count)++] = (set){r->setting->element, poisson_of(r), r->row->group};
+    if (!known) sets[(*count)++] = (set){r->setting->element, flesh_hardcases_poisson(r), r->row->group};
   }
   return sets;
 }
@@ -104,11 +90,7 @@ static void percent(double value, char text[16])
   else snprintf(text, 16, "%+.1f %%", 100 * value);
 }
 
-#define SAY(...)                                                                                                       \
-  do {                                                                                                                 \
-    printf(__VA_ARGS__);                                                                                               \
-    fprintf(stream, __VA_ARGS__);                                                                                      \
-  } while (0)
+#define SAY(...) FLESH_SAY(stream, __VA_ARGS__)
 
 /* A row of the table: the changes over all runs, and the set in which the technique saves most. */
 static void say_technique(const flesh_hardcases_plan *plan, const set *sets, int count, flesh_hardcases_solver solver,
@@ -139,10 +121,8 @@ static void say_technique(const flesh_hardcases_plan *plan, const set *sets, int
 
 static int write_sets(const flesh_hardcases_plan *plan, const set *sets, int count)
 {
-  char path[1400];
   flesh_file file;
-  snprintf(path, sizeof path, "%s/ablation.csv", plan->out);
-  int status = flesh_file_open(path, &file);
+  int status = flesh_table_open(plan->out, "ablation.csv", &file);
   if (status) return status;
   FILE *stream = file.stream;
   fputs("technique,element,poisson,group,runs,failed_default,failed_without,newton_default,newton_without,"
@@ -161,10 +141,8 @@ static int write_sets(const flesh_hardcases_plan *plan, const set *sets, int cou
 
 static int write_words(const flesh_hardcases_plan *plan, const set *sets, int count)
 {
-  char path[1400];
   flesh_file file;
-  snprintf(path, sizeof path, "%s/verdict.txt", plan->out);
-  int status = flesh_file_open(path, &file);
+  int status = flesh_table_open(plan->out, "verdict.txt", &file);
   if (status) return status;
   FILE *stream = file.stream;
   const sums all = sums_of(plan, NULL, FLESH_HARDCASES_DEFAULT);

@@ -31,13 +31,6 @@ typedef struct table {
   double *cost;                      /* [problems*ways] of a measure and the problems that are looked at */
 } table;
 
-static int is_same_problem(const flesh_hardcases_run *a, const flesh_hardcases_run *b)
-{
-  const flesh_hardcases_setting *s = a->setting, *t = b->setting;
-  return a->row == b->row && a->seed == b->seed && s->poisson == t->poisson && s->energy == t->energy &&
-         s->constants == t->constants && s->body == t->body;
-}
-
 static void table_close(table *t)
 {
   free(t->first), free(t->runs), free(t->cost);
@@ -71,7 +64,7 @@ static int table_open(table *t, const flesh_hardcases_plan *plan, flesh_element 
     const flesh_hardcases_run *r = &plan->runs[k];
     if (r->setting->element != element) continue;
     int problem = 0;
-    while (problem < t->problems && !is_same_problem(t->first[problem], r)) problem++;
+    while (problem < t->problems && !flesh_hardcases_same_problem(t->first[problem], r)) problem++;
     if (problem == t->problems) t->first[t->problems++] = r;
     t->runs[problem * t->ways + way_of(t, r->setting->solver)] = r;
   }
@@ -131,12 +124,7 @@ static void write_shares(const flesh_hardcases_plan *plan, flesh_element element
   }
 }
 
-/* Writes to both streams. */
-#define SAY(...)                                                                                   \
-  do {                                                                                             \
-    printf(__VA_ARGS__);                                                                           \
-    fprintf(stream, __VA_ARGS__);                                                                  \
-  } while (0)
+#define SAY(...) FLESH_SAY(stream, __VA_ARGS__)
 
 /* A row for each filter: how many problems it solved at each Poisson's ratio. */
 static void say_solved(const flesh_hardcases_plan *plan, table *t, FILE *stream)

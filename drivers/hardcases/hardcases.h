@@ -130,6 +130,26 @@ typedef struct flesh_hardcases_plan {
 } flesh_hardcases_plan;
 
 /* "default", "clamped", "without-watchdog", ...; NULL: there is no such solver. */
+/* Poisson's ratio of the run: that of its case, where it has one. */
+static inline double flesh_hardcases_poisson(const flesh_hardcases_run *run)
+{
+  return run->row->poisson > 0 ? run->row->poisson : run->setting->poisson;
+}
+
+/* Whether the run has ended as it should. */
+static inline int flesh_hardcases_passes(const flesh_hardcases_run *run)
+{
+  return run->outcome <= FLESH_HARDCASES_EQUILIBRIUM;
+}
+
+/* Whether two runs differ by their solvers alone. */
+static inline int flesh_hardcases_same_problem(const flesh_hardcases_run *a, const flesh_hardcases_run *b)
+{
+  const flesh_hardcases_setting *s = a->setting, *t = b->setting;
+  return a->row == b->row && a->seed == b->seed && s->poisson == t->poisson && s->step == t->step &&
+         s->energy == t->energy && s->constants == t->constants && s->element == t->element && s->body == t->body;
+}
+
 const char *flesh_hardcases_solver_name(flesh_hardcases_solver solver);
 /* The technique that the solver goes without; 0: none. */
 flesh_technique flesh_hardcases_left_out(flesh_hardcases_solver solver);

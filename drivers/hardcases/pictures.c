@@ -63,7 +63,7 @@ static const flesh_hardcases_run *find(const flesh_hardcases_plan *plan, int c, 
     const flesh_hardcases_run *r = &plan->runs[k];
     if (r->row != plan->cases[c] || r->setting != &plan->settings[s]) continue;
     ++*count;
-    *good += r->outcome <= FLESH_HARDCASES_EQUILIBRIUM;
+    *good += flesh_hardcases_passes(r);
     if (!worst || r->outcome > worst->outcome) worst = r;
   }
   return worst;

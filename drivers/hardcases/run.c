@@ -27,7 +27,7 @@ void flesh_hardcases_run_folder(const flesh_hardcases_run *run, char folder[256]
   snprintf(folder, 256, "cases/%s%s%s%s_%s%s_%g%s%s_%s", s->body ? s->body->name : "", s->body ? "_" : "",
            run->row->name, seed,
            flesh_energy_name(s->energy), constants,
-           run->row->poisson > 0 ? run->row->poisson : s->poisson, step, element,
+           flesh_hardcases_poisson(run), step, element,
            flesh_hardcases_solver_name(s->solver));
 }
 

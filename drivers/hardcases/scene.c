@@ -42,7 +42,7 @@ static void write_material(FILE *stream, const flesh_hardcases_run *run, double 
   const flesh_hardcases_setting *s = run->setting;
   fprintf(stream, "{energy: %s, constants: %s, young: %g, poisson: ", flesh_energy_name(s->energy),
           flesh_constants_name(s->constants), (run->row->young > 0 ? run->row->young : young) * factor);
-  flesh_number_print(stream, run->row->poisson > 0 ? run->row->poisson : s->poisson);
+  flesh_number_print(stream, flesh_hardcases_poisson(run));
   putc('}', stream);
 }
 

@@ -10,6 +10,7 @@
 #include "hardcases/hardcases.h"
 #include "newton/mechanisms.h"
 #include "shared/longest_step.h"
+#include "shared/table.h"
 
 const char *flesh_hardcases_solver_name(flesh_hardcases_solver solver)
 {
@@ -76,13 +77,6 @@ void flesh_hardcases_setting_title(const flesh_hardcases_setting *s, char title[
            flesh_hardcases_solver_name(s->solver));
 }
 
-/* A CSV field: empty for NaN. */
-static void field(FILE *stream, double value)
-{
-  putc(',', stream);
-  if (!isnan(value)) flesh_number_print(stream, value);
-}
-
 static void quoted(FILE *stream, const char *text)
 {
   fputs(",\"", stream);
@@ -96,10 +90,9 @@ static void quoted(FILE *stream, const char *text)
 int flesh_hardcases_write_csv(const flesh_hardcases_plan *plan)
 {
   static const char *const ranks[] = {"point", "line", "plane", "body"};
-  char path[1400], folder[256];
+  char folder[256];
   flesh_file file;
-  snprintf(path, sizeof path, "%s/hardcases.csv", plan->out);
-  int status = flesh_file_open(path, &file);
+  int status = flesh_table_open(plan->out, "hardcases.csv", &file);
   if (status) return status;
   FILE *stream = file.stream;
   fputs("case,group,seed,energy,constants,poisson,step,solver,tets,outcome,status,exit_code,steps,"
@@ -118,8 +111,8 @@ int flesh_hardcases_write_csv(const flesh_hardcases_plan *plan)
     flesh_hardcases_run_folder(r, folder);
     fprintf(stream, "%s,%s,%d,%s,%s,%g", r->row->name, r->row->group, r->seed,
             flesh_energy_name(s->energy), flesh_constants_name(s->constants),
-            r->row->poisson > 0 ? r->row->poisson : s->poisson);
-    field(stream, r->row->flags & FLESH_HARDCASES_STATIC ? NAN
+            flesh_hardcases_poisson(r));
+    flesh_table_field(stream, r->row->flags & FLESH_HARDCASES_STATIC ? NAN
                   : r->row->step > 0                  ? r->row->step
                                                       : s->step);
     fprintf(stream, ",%s,%d,%s,%s,%d,%d,%ld,%ld,%ld,%ld,%ld,%ld,%ld,%ld",
@@ -127,24 +120,24 @@ int flesh_hardcases_write_csv(const flesh_hardcases_plan *plan)
             flesh_status_name(f->status), f->exit_code, f->steps, f->solves, f->retried,
             f->unconverged, f->at_rounding, f->untanglings, f->untangled_nodes, f->rises,
             f->rises_checked);
-    field(stream, f->worst_rise);
+    flesh_table_field(stream, f->worst_rise);
     fprintf(stream, ",%d,%d,%d", f->finite, f->max_inverted, f->inverted_end);
-    field(stream, f->distance);
-    field(stream, f->volume_error);
-    field(stream, f->recovered_at);
+    flesh_table_field(stream, f->distance);
+    flesh_table_field(stream, f->volume_error);
+    flesh_table_field(stream, f->recovered_at);
     fprintf(stream, ",%s,%s", f->rank >= 0 ? ranks[f->rank] : "", flesh_hardcases_end_name(f->end));
-    field(stream, f->gradient);
-    field(stream, f->smallest_eigenvalue);
+    flesh_table_field(stream, f->gradient);
+    flesh_table_field(stream, f->smallest_eigenvalue);
     fprintf(stream, ",%d,%ld,%ld,%ld,%ld,%ld", f->negative_eigenvalues, f->newton, f->linear,
             f->direct, f->projections, f->backtracks);
-    field(stream, f->newton_ratio);
-    field(stream, f->time_ratio);
-    field(stream, f->wall_s);
-    field(stream, f->cpu_s);
-    field(stream, f->simulated_s);
-    field(stream, f->stressed_rest);
+    flesh_table_field(stream, f->newton_ratio);
+    flesh_table_field(stream, f->time_ratio);
+    flesh_table_field(stream, f->wall_s);
+    flesh_table_field(stream, f->cpu_s);
+    flesh_table_field(stream, f->simulated_s);
+    flesh_table_field(stream, f->stressed_rest);
     fprintf(stream, ",%ld,%ld,%ld", f->longest.step, f->longest.newton, f->longest.linear);
-    field(stream, f->longest.ratio);
+    flesh_table_field(stream, f->longest.ratio);
     fprintf(stream, ",%s,%s,%s", flesh_element_name(s->element), s->body ? s->body->name : "", folder);
     quoted(stream, f->message);
     putc('\n', stream);
@@ -152,29 +145,22 @@ int flesh_hardcases_write_csv(const flesh_hardcases_plan *plan)
   return flesh_file_commit(&file);
 }
 
-/* Writes to both streams. */
-#define SAY(...)                                                                                   \
-  do {                                                                                             \
-    printf(__VA_ARGS__);                                                                           \
-    fprintf(stream, __VA_ARGS__);                                                                  \
-  } while (0)
+#define SAY(...) FLESH_SAY(stream, __VA_ARGS__)
 
 /* Whether this run should come back with S and E (see `flesh hardcases --help`). */
 static int is_expected(const flesh_hardcases_run *r)
 {
   const flesh_hardcases_setting *s = r->setting;
-  double poisson = r->row->poisson > 0 ? r->row->poisson : s->poisson;
+  double poisson = flesh_hardcases_poisson(r);
   if (s->energy != FLESH_ENERGY_S && s->energy != FLESH_ENERGY_E) return 0;
   if (s->element != FLESH_ELEMENT_TET4) return 0;
   if (s->solver != FLESH_HARDCASES_DEFAULT) return 0;
   return poisson < 0.4951 || !(r->row->flags & FLESH_HARDCASES_HARDEST);
 }
 
-static int is_good(const flesh_hardcases_run *r) { return r->outcome <= FLESH_HARDCASES_EQUILIBRIUM; }
-
 static int is_failed(const flesh_hardcases_run *r)
 {
-  return !is_good(r) && r->outcome != FLESH_HARDCASES_NOT_RUN;
+  return !flesh_hardcases_passes(r) && r->outcome != FLESH_HARDCASES_NOT_RUN;
 }
 
 static void say_setting(const flesh_hardcases_plan *plan, int setting, FILE *stream)
@@ -281,10 +267,8 @@ static void say_long_steps(const flesh_hardcases_plan *plan, FILE *stream)
 
 int flesh_hardcases_write_verdict(const flesh_hardcases_plan *plan)
 {
-  char path[1400];
   flesh_file file;
-  snprintf(path, sizeof path, "%s/verdict.txt", plan->out);
-  int status = flesh_file_open(path, &file);
+  int status = flesh_table_open(plan->out, "verdict.txt", &file);
   if (status) return status;
   FILE *stream = file.stream;
   SAY("\nBack at rest, or the equilibrium that was to be kept\n");

@@ -7,6 +7,13 @@
 /* Opens folder/name, whole or not at all. */
 int flesh_table_open(const char *folder, const char *name, flesh_file *file);
 
+/* Prints the same words to stdout and to `stream`, the file that keeps them. */
+#define FLESH_SAY(stream, ...)    \
+  do {                            \
+    printf(__VA_ARGS__);          \
+    fprintf(stream, __VA_ARGS__); \
+  } while (0)
+
 /* A comma and the number so that it reads back bit for bit; nothing behind the comma for NaN. */
 void flesh_table_field(FILE *stream, double value);
 
