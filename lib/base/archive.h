@@ -20,7 +20,7 @@ typedef struct flesh_archive {
   uint8_t *data; /* [size] borrowed; not written to while loading */
   size_t size, at;
   int wrong; /* a member had another length, or the data end before it; what follows is left alone */
-  /* Where what is loaded was saved of other nodes and tets than there are here; NULL: they are the same. */
+  /* For loading data that were saved with other nodes or tets than there are here; NULL: they are the same. */
   const flesh_archive_others *others;
 } flesh_archive;
 
@@ -29,7 +29,7 @@ void flesh_archive_bytes(flesh_archive *archive, void *p, size_t bytes);
 #define FLESH_ARCHIVE(archive, member) flesh_archive_bytes(archive, &(member), sizeof(member))
 /* Three numbers for each node, vector [3*nodes]. Those that are nowhere in the archive stay as they are. */
 void flesh_archive_nodes(flesh_archive *archive, double *vector, size_t nodes);
-/* The same of a number for each tet, vector [tets]. */
+/* One number for each tet, vector [tets]. Numbers of tets that the archive lacks stay as they are. */
 void flesh_archive_tets(flesh_archive *archive, double *vector, size_t tets);
 /* An integer that must lie in [least, most] where it is loaded; else the archive is wrong, and *value is not changed. */
 void flesh_archive_int(flesh_archive *archive, int *value, int least, int most);

@@ -18,8 +18,8 @@ int flesh_confine(const char *folder);
 /* Whether the path is that of something within a confined folder. */
 int flesh_is_confined(const char *path);
 
-/* As open with O_CLOEXEC, stat, access, mkdir, unlink, rmdir, rename and opendir. Of a link that is not followed
- * flesh_path_stat tells that it is one (S_ISLNK). */
+/* These do what open with O_CLOEXEC, stat, access, mkdir, unlink, rmdir, rename and opendir do. flesh_path_stat reports
+ * a link that it does not follow as a link (S_ISLNK). */
 int flesh_path_open(const char *path, int flags, mode_t mode);
 int flesh_path_stat(const char *path, struct stat *info);
 int flesh_path_access(const char *path, int mode);

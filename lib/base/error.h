@@ -22,7 +22,8 @@ typedef struct flesh_needed {
 /* FLESH_ERR_ARGUMENT, with the first that is NULL; a name of NULL ends the list. */
 int flesh_check_needed(const char *function, const flesh_needed *needed);
 
-/* Where a public function that returns a status begins: FLESH_NEED({mesh, "mesh"}, {path, "path"}); */
+/* Checks the needed arguments of a public function that returns a status: FLESH_NEED({mesh, "mesh"}, {path,
+ * "path"}); */
 #define FLESH_NEED(...)                                                                                         \
   do {                                                                                                          \
     const int flesh_need_status = flesh_check_needed(__func__, (const flesh_needed[]){__VA_ARGS__, {0, NULL}}); \

@@ -47,7 +47,7 @@ int flesh_folder_make(const char *path)
   return FLESH_OK;
 }
 
-/* What the process that has the lock wrote into the file. */
+/* Fails with a sentence that quotes from the lock's file who holds it. */
 static int refuse(const char *folder, int descriptor)
 {
   char who[256];

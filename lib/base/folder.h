@@ -24,7 +24,7 @@ void flesh_folder_claim_release(flesh_folder_claim *claim);
  * writers are locked. And those of programs that are called to write (NAME.part-<process><suffix>), once no such
  * process lives. */
 void flesh_folder_clear(const char *path);
-/* The same for the temporary files of one target. */
+/* Removes the temporary files of one target whose writers are gone. */
 void flesh_file_clear(const char *target);
 
 #endif

@@ -10,7 +10,7 @@
  * flesh_free(). In a reserve it comes from there, without large pages. */
 void *flesh_huge_pages_alloc(size_t bytes);
 
-/* The same, set to zero. */
+/* Like flesh_huge_pages_alloc, set to zero. */
 void *flesh_huge_pages_calloc(size_t bytes);
 
 /* `count` vectors of n numbers, zero, in one piece, so that short ones lie on large pages, too; NULL when there is no

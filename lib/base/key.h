@@ -50,9 +50,8 @@ typedef struct flesh_key {
   size_t offset;
   flesh_key_range range;
   const char *unit;          /* "m", "kg/m^3", ...; NULL: none */
-  /* As it would stand in a scene; "" absent is allowed (an object's values are then all absent),
-   * "{}" for an object: its children's defaults; NULL required. A number takes .inf when its
-   * default is infinite. */
+  /* The default, written as in a scene; "" absent is allowed (an object's values are then all absent), "{}" for an
+   * object: its children's defaults; NULL required. A number takes .inf when its default is infinite. */
   const char *default_value;
   const char *doc;
   const char *const *choices; /* NULL-terminated, FLESH_KEY_CHOICE and FLESH_KEY_SET */

@@ -22,7 +22,8 @@ typedef struct piece {
   int freed;
 } piece;
 
-/* What is freed is free again when all that came after it is: what is made for a while is mostly freed first. */
+/* A stack of pieces: the room of a freed piece can be used again once all later pieces are freed. Temporary arrays are
+ * mostly freed in that order. */
 struct flesh_reserve {
   char *memory;
   size_t size, used, most; /* bytes */

@@ -8,8 +8,8 @@
 
 #include <stddef.h>
 
-/* As the functions of the C library; at multiples of 64 bytes in a reserve. NULL where there is none left. What came
- * from a reserve is freed while its thread is in it, or by flesh_reserve_empty. */
+/* Like malloc, calloc and realloc of the C library; in a reserve, memory is aligned to 64 bytes. NULL when there is
+ * none left. Memory from a reserve is freed while its thread is in the reserve, or by flesh_reserve_empty. */
 void *flesh_malloc(size_t bytes);
 void *flesh_calloc(size_t count, size_t bytes);
 void *flesh_realloc(void *memory, size_t bytes);

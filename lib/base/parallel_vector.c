@@ -131,7 +131,7 @@ double flesh_bound_apart(flesh_threads *threads, int n, const double *x, const d
   double sum = 0;
   for (int k = 0; k < parts; k++) sum += p.results[k];
   flesh_team_sum(team, 1, &sum);
-  /* What is too small for an eighth power is below 1e-38. */
+  /* A difference below 1e-38 may vanish in its eighth power. */
   return isnan(sum) ? INFINITY : sqrt(sqrt(sqrt(sum))) + 1e-38;
 }
 

@@ -2,7 +2,7 @@
 #ifndef FLESH_BASE_RISING_H
 #define FLESH_BASE_RISING_H
 
-/* Where `number` is in `numbers`, which rise from `low` to before `high`; -1: it is not there. */
+/* Returns the place of `number` in `numbers`, which rise from `low` to before `high`; -1: it is not there. */
 static inline int flesh_rising_find(const int *numbers, int low, int high, int number)
 {
   while (low < high) {

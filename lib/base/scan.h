@@ -22,7 +22,7 @@ typedef struct flesh_scanner {
   const char *path;
   const char *begin, *at, *end; /* *end is 0 */
   int64_t line;
-  /* What is being read, for sentences: "node 5", a row of the form "x y z". */
+  /* The names of the item being read and of its form, for messages: "node 5", a row of the form "x y z". */
   const char *item, *form;
   int64_t index;
   int free_rows; /* numbers may stand on later lines than the row's first */
@@ -38,7 +38,7 @@ void flesh_scan_close(flesh_scanner *s);
 
 /* Goes to the next token, over blanks, line ends and '#' comments; returns 0 at the end. */
 int flesh_scan_next(flesh_scanner *s);
-/* The same without leaving the line. */
+/* Like flesh_scan_next, without leaving the line. */
 int flesh_scan_next_in_line(flesh_scanner *s);
 /* Goes behind the end of the present line. */
 void flesh_scan_skip_line(flesh_scanner *s);

@@ -12,7 +12,7 @@ typedef struct sort {
   int (*compare)(const void *a, const void *b);
 } sort;
 
-/* By insertion, each thing carried in pieces of at most LARGEST bytes. */
+/* Insertion sort; things of at most LARGEST bytes are carried in a buffer, larger ones are swapped. */
 static void insert(const sort *s, char *things, size_t count)
 {
   const size_t size = s->size;

@@ -54,7 +54,7 @@ typedef struct flesh_team_operations {
    * nothing else is exchanged or added up in between. */
   void (*exchange_begin)(const void *data, int count, const flesh_team_message *messages);
   void (*exchange_end)(const void *data);
-  /* Of flesh_team_narrow and flesh_team_narrow_end. */
+  /* The operations behind flesh_team_narrow and flesh_team_narrow_end. */
   int (*narrow)(const struct flesh_team *team, const uint8_t *needed, const struct flesh_team **narrow);
   void (*narrow_end)(const struct flesh_team **narrow);
 } flesh_team_operations;
@@ -79,7 +79,7 @@ void flesh_threads_set_team(flesh_threads *threads, const flesh_team *team);
 /* NULL: none. */
 const flesh_team *flesh_threads_team(const flesh_threads *threads);
 
-/* As the operations are; nothing happens where `team` is NULL. The vectors have three numbers a node. */
+/* Call the operations; nothing happens where `team` is NULL. The vectors have three numbers a node. */
 void flesh_team_sum(const flesh_team *team, int count, double *numbers);
 void flesh_team_largest(const flesh_team *team, int count, double *numbers);
 int flesh_team_agree(const flesh_team *team, int status);
@@ -91,10 +91,10 @@ int flesh_team_sum_agreed(const flesh_team *team, int status, int count, double 
 int flesh_team_any(const flesh_team *team, int here);
 void flesh_team_share(const flesh_team *team, double *vector);
 void flesh_team_collect(const flesh_team *team, double *vector);
-/* The same ranks and nodes, for solves with matrices that have nothing at most of the ghosts that effects see: what is
- * exchanged is of ghosts that the rank's tets have, and of those that are `needed` [nodes] here. Others are left as they
- * are; they are zero in vectors that begin so. Where the team does not narrow, *narrow is the team itself. Borrows `team`.
- * Collective, and fails on all ranks or none: FLESH_ERR_MEMORY. */
+/* Makes a team of the same ranks and nodes for solves with matrices that couple to few of the ghosts that effects see:
+ * it exchanges only ghosts that the rank's tets have, and those `needed` [nodes] here. Other ghosts are left as they
+ * are; they are zero in vectors that begin so. Where the team does not narrow, *narrow is the team itself. Borrows
+ * `team`. Collective, and fails on all ranks or none: FLESH_ERR_MEMORY. */
 int flesh_team_narrow(const flesh_team *team, const uint8_t *needed, const flesh_team **narrow);
 /* NULL-safe; sets *narrow to NULL. Not collective. */
 void flesh_team_narrow_end(const flesh_team **narrow);

@@ -110,12 +110,12 @@ static inline void flesh_fibre_form(const flesh_fibre_constants *c, double activ
   }
 }
 
-/* What the speed changes of it, once `fibre` has the rest: the active tension is to be a(l) g(v) in place of a(l), with
+/* Adds the effect of speed to `fibre`, which has the rest: the active tension becomes a(l) g(v) in place of a(l), with
  * g of flesh_fibre.max_shortening_velocity. With the frozen state's l_0, the rate e of I/2 and the rate of l taken as
  * e/l_0 times the square of inverse_optimal, a brake does that, by (1 - g) a(l_0) l/l_0: it has the potential a(l_0)
  * times the integral of g - 1 over that rate, which is convex and not negative, and no force where nothing moves. Its
- * error is of the order of the step, as a(l_0) is not a(l). `ratio` is what e changes by when I/2 changes by 1 in a
- * step, 1/s; 0: energy and D stay as they are. */
+ * error is of the order of the step, because it uses a(l_0) for a(l). `ratio` is the change of e when I/2 changes by 1
+ * in a step, 1/s; 0: energy and D stay as they are. */
 static inline void flesh_fibre_add_speed(const flesh_fibre_constants *c, double activation, flesh_real I, flesh_real I_0,
                                          flesh_real e, double ratio, flesh_fibre_real *fibre)
 {
@@ -143,8 +143,8 @@ static inline void flesh_fibre_add_speed(const flesh_fibre_constants *c, double 
   if (ratio > 0) fibre->value += active * area * (fastest / ratio);
 }
 
-/* The same with eigenvalues that are not negative; `filter` is not FLESH_FILTER_NONE. D with both eigenvalues as they
- * were is left as it is, so that f = 0 divides nothing. */
+/* Filters the two eigenvalues of `fibre`, T and its stiffness, so that neither is negative; `filter` is not
+ * FLESH_FILTER_NONE. If neither was negative, D is left as it is, so that I = 0 divides nothing. */
 static inline void flesh_fibre_filter(flesh_eigenvalue_filter filter, flesh_real I, flesh_fibre_real *fibre)
 {
   const int absolute = filter == FLESH_FILTER_ABSOLUTE;

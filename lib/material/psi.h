@@ -8,7 +8,7 @@
 #include "material/form.h"
 
 extern const flesh_psi_function flesh_psi_builtins[FLESH_ENERGY_COUNT];
-/* Of these, those that flesh_psi_form computes; NULL for the other forms. */
+/* The built-in energies that flesh_psi_form computes; NULL for the other forms. */
 extern const flesh_psi_function flesh_psi_batches[FLESH_ENERGY_COUNT];
 
 /* The function of a built-in energy; NULL for FLESH_ENERGY_USER and anything unknown. */

@@ -18,7 +18,7 @@ typedef struct flesh_psi_real {
 } flesh_psi_real;
 #endif
 
-/* Where lambda multiplies J - alpha, J - 1 is taken first: it is exact near rest, so that nearly
+/* The forms in which lambda multiplies J - alpha compute J - 1 first: it is exact near rest, so that nearly
  * incompressible constants (lambda >> mu) do not magnify the rounding of alpha. */
 
 static inline void flesh_psi_neo(const flesh_material *m, int with_value, flesh_real I_C,

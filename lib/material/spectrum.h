@@ -53,7 +53,7 @@ static inline flesh_real flesh_spectrum_filtered(flesh_real value, flesh_eigenva
   return filter == FLESH_FILTER_ABSOLUTE ? flesh_abs(value) : flesh_max(value, flesh_all(0));
 }
 
-/* The same for the scaling block, where it has a negative eigenvalue; returns where. */
+/* Filters the eigenvalues of the scaling block in the lanes where one is negative; returns those lanes. */
 static inline flesh_mask flesh_spectrum_filter_scaling(flesh_real A[9], flesh_eigenvalue_filter filter)
 {
   flesh_real largest = flesh_all(0), w[3], Q[9], QW[9], scaled[9];

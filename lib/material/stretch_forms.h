@@ -18,7 +18,7 @@ typedef struct flesh_stretch_real {
   flesh_spectrum spectrum;
 } flesh_stretch_real;
 
-/* What a form is a function of: s, e_i = s_i - 1 and c_i = dJ/ds_i. */
+/* The variables of a form: s, e_i = s_i - 1 and c_i = dJ/ds_i. */
 typedef struct flesh_stretches {
   const flesh_real *s;
   flesh_real e[3], c[3];

@@ -32,7 +32,7 @@ void flesh_eigh_small(int n, double *A, double *w, double *Q)
     turned = 0;
     for (int p = 0; p < n - 1; p++)
       for (int q = p + 1; q < n; q++) {
-        /* What is below the rounding of both diagonal entries changes neither. */
+        /* An entry below the rounding of both diagonal entries changes neither. */
         const double least = DBL_EPSILON / 4 * fmin(fabs(A[n * p + p]), fabs(A[n * q + q]));
         if (fabs(A[n * p + q]) <= least || A[n * p + q] == 0) continue;
         rotate(n, A, Q, p, q);

@@ -7,8 +7,8 @@
 double flesh_nearest_on_segment(const double A[3], const double B[3], const double p[3],
                                 double weights[2]);
 
-/* The same of the triangle with the corners X: the foot of the perpendicular, or a point of the
- * edges, where at least one weight is exactly 0. */
+/* Weights of the point nearest to p on the triangle with the corners X: the foot of the perpendicular, or a point of
+ * the edges, where at least one weight is exactly 0. Returns the distance squared. */
 double flesh_nearest_on_triangle(const double *const X[3], const double p[3], double weights[3]);
 
 #endif

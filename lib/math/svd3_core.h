@@ -24,7 +24,7 @@
 
 /* Here matrices are kept by columns: b[p] is column p of B, v[p] of V. */
 
-/* Where `swap`, with one sign changed so that the swap is a rotation. */
+/* Swaps a and b in the lanes of `swap`, with one sign changed so that the swap is a rotation. */
 static inline void flesh_svd3_swap(flesh_mask swap, flesh_real a[3], flesh_real b[3])
 {
   for (int i = 0; i < 3; i++) {

@@ -8,7 +8,7 @@ extern const int flesh_box_tets[6][4];
 /* FLESH_ERR_ARGUMENT as flesh_mesh_box. */
 int flesh_box_check(const int cells[3], const double size[3], const double origin[3]);
 
-/* Where node i of the n + 1 along an axis is: the same bits for whoever makes it. */
+/* Coordinate of node i of the n + 1 along an axis: the same bits for every caller. */
 double flesh_box_place(double origin, double size, int i, int n);
 
 #endif

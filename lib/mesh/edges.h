@@ -14,7 +14,7 @@ typedef struct flesh_mesh_edges {
   int *tet_edges; /* [6*tets] */
 } flesh_mesh_edges;
 
-/* Of `tets` [4*tets], whose nodes are in 0 <= n < nodes. Returns 0 when out of memory, else 1. */
+/* Finds the edges of `tets` [4*tets], whose nodes are in 0 <= n < nodes. Returns 0 when out of memory, else 1. */
 int flesh_mesh_edges_find(int nodes, int tets, const int *tet_nodes, flesh_mesh_edges *edges);
 void flesh_mesh_edges_clear(flesh_mesh_edges *edges);
 

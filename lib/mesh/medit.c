@@ -99,8 +99,8 @@ static int read_vertices(flesh_scanner *s, flesh_draft *draft)
   return status ? status : check_list_end(s, "Vertices", count);
 }
 
-/* Where the k-th node of a row belongs among the ten of VTK's order, from its doubled barycentric
- * coordinates: -1 for what is none. */
+/* Returns the place of a row's k-th node among the ten in VTK's order, from its doubled barycentric coordinates L; -1
+ * when they are those of no corner or mid-edge. */
 static int place_of(const int64_t L[4])
 {
   int corner[2], found = 0;

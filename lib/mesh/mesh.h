@@ -45,7 +45,7 @@ static inline int flesh_mesh_face_parts(const flesh_mesh *mesh, int tet)
   return flesh_mesh_is_quadratic(mesh, tet) ? 4 : 1;
 }
 
-/* Where the tets of a file stand in it, so that an error can say so. */
+/* Places in a file at which its tets stand, so that an error can name the line. */
 typedef struct flesh_mesh_origin {
   const char *path;
   int binary;               /* `where` counts bytes rather than lines */
@@ -69,7 +69,7 @@ int flesh_mesh_find_surface(flesh_mesh *mesh, const flesh_mesh_origin *origin);
  * each such node, no corner among them. FLESH_ERR_FILE. */
 int flesh_mesh_check_edge_nodes(const flesh_mesh *mesh, const flesh_mesh_origin *origin);
 
-/* What a swap of a tet's last two corners does to its edges. */
+/* Reorders a tet's edge nodes after a swap of its last two corners. */
 void flesh_mesh_flip_edge_nodes(int edge_nodes[6]);
 
 /* Fills mesh->jacobians, and mesh->volumes with the volumes of the curved tets. FLESH_ERR_FILE where

@@ -20,8 +20,8 @@ static const signed char cuts[3][8][4] = {
     {{0, 4, 6, 7}, {4, 1, 5, 8}, {6, 5, 2, 9}, {7, 8, 9, 3}, {7, 5, 4, 6}, {7, 5, 6, 9}, {7, 5, 9, 8}, {7, 5, 8, 4}},
     {{0, 4, 6, 7}, {4, 1, 5, 8}, {6, 5, 2, 9}, {7, 8, 9, 3}, {4, 9, 5, 6}, {4, 9, 6, 7}, {4, 9, 7, 8}, {4, 9, 8, 5}}};
 
-/* What a refined mesh is made of before it has positions. `own` are the ten nodes of a tet; the children's nodes on
- * edges are there at order 2 only. */
+/* A refined mesh before it has positions. `own` are the ten nodes of a tet; the children's nodes on edges are there at
+ * order 2 only. */
 typedef struct draft {
   int nodes;            /* of the refined mesh */
   flesh_mesh_edges cut; /* order 1: the edges that get a node in the middle; order 2: those of the children */

@@ -195,7 +195,7 @@ int flesh_split_begin(const char *folder)
   return status;
 }
 
-/* What an older split of more parts has left. */
+/* Removes the files of parts from number `from` on, which an older split into more parts left. */
 static void drop_parts(const char *folder, int from)
 {
   char name[32];

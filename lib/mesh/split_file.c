@@ -121,7 +121,7 @@ static int is_rising(const int *numbers, int count, int end)
   return 1;
 }
 
-/* What the rest of the library relies on, and flesh_mesh_build does not look at. */
+/* Checks the numbers that flesh_mesh_build does not check: owners, nodes in range, rising numbers of the whole. */
 static int check_arrays(const flesh_split *split, const char *path, int part, const flesh_split_arrays *a)
 {
   int own = 0, inside = 1;
@@ -138,7 +138,7 @@ static int check_arrays(const flesh_split *split, const char *path, int part, co
   return flesh_fail(FLESH_ERR_FILE, "%s: the part contradicts itself; split the mesh again", path);
 }
 
-/* That there is a file with exactly as many bytes as the index's counts make. */
+/* Checks that the file is there and has exactly the bytes that the index's counts make. */
 static int check_size(const flesh_split *split, const char *path, int part, size_t *bytes)
 {
   flesh_split_arrays counts = {.nodes = split->rows[part].nodes, .tets = split->rows[part].tets};

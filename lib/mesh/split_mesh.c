@@ -85,7 +85,7 @@ static int write_part(const cut *c, flesh_split *split, const char *folder, int 
   return status;
 }
 
-/* What hardly another mesh or another cut of it has. */
+/* A hash of the mesh and its cut, which tells splits apart. */
 static int64_t mark_of(const flesh_mesh *mesh, const int *owners, int parts)
 {
   const size_t tets = (size_t)flesh_mesh_tet_count(mesh), nodes = (size_t)flesh_mesh_node_count(mesh);

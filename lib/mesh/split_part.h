@@ -6,7 +6,7 @@
  * know of k + 1. */
 enum { FLESH_SPLIT_LAYERS = 2 };
 
-/* What the mesh of a part knows of the whole; flesh_mesh.split. */
+/* The place of a part's mesh in the whole; flesh_mesh.split. */
 typedef struct flesh_split_part {
   int parts, part;             /* how many, and which this is, from 0 */
   int whole_nodes, whole_tets; /* of the whole, where every node is of some tet */

@@ -6,8 +6,8 @@
 #include "base/team.h"
 #include "flesh/ranks.h"
 
-/* What all ranks call, in the same order. The numbers of all ranks added up, or the largest: the same bits everywhere,
- * and for the same number of ranks every time. What is no number stays none. */
+/* All ranks call these, in the same order. The numbers of all ranks are added up, or the largest taken: the same bits
+ * everywhere, and for the same number of ranks every time. NaN in any rank's number gives NaN. */
 void flesh_communicator_sum(flesh_communicator *communicator, int count, double *numbers);
 void flesh_communicator_largest(flesh_communicator *communicator, int count, double *numbers);
 /* The numbers of the first rank become everyone's. */

@@ -8,16 +8,17 @@ typedef struct flesh_gather flesh_gather;
 
 /* Borrows both. Returns new. Collective, and fails on all ranks or none: FLESH_ERR_MEMORY. */
 int flesh_gather_create(flesh_communicator *communicator, const flesh_rank_part *part, flesh_gather **gather);
-/* The same of one number of each tet. */
+/* Like flesh_gather_create, for vectors of one number a tet. */
 int flesh_gather_create_tets(flesh_communicator *communicator, const flesh_rank_part *part, flesh_gather **gather);
 /* NULL-safe; sets *gather to NULL. */
 void flesh_gather_destroy(flesh_gather **gather);
 
-/* What the ranks own of `vector` [3*nodes of the part] into whole [3*nodes of the whole], which the first rank alone has
- * (NULL elsewhere); nodes that no rank has are left as they are. Collective. */
+/* Copies the ranks' own nodes of `vector` [3*nodes of the part] into whole [3*nodes of the whole], which the first rank
+ * alone has (NULL elsewhere); nodes that no rank has are left as they are. Collective. */
 void flesh_gather_vector(flesh_gather *gather, const double *vector, double *whole);
 
-/* What the ranks have in `numbers` [tets of the part] into whole [tets of the whole], likewise. */
+/* Copies the ranks' `numbers` [tets of the part] into whole [tets of the whole], which the first rank alone has.
+ * Collective. */
 void flesh_gather_numbers(flesh_gather *gather, const double *numbers, double *whole);
 
 #endif

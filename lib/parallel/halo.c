@@ -107,7 +107,7 @@ static void pack(const flesh_team_vector *vector, int count, const int *nodes, d
   }
 }
 
-/* What is in `out`, first_out[k] on to neighbour k, into `in` there. */
+/* Sends the numbers of `out` from first_out[k] on to neighbour k, which receives them in its `in`. */
 static void exchange(const flesh_halo *self, flesh_communicator *communicator, int width, const int *first_out,
                      const double *out, const int *first_in, double *in)
 {

@@ -4,7 +4,7 @@
 
 #include "parallel/halo.h"
 
-/* What a rank has to do with a node; or'ed. */
+/* A rank's relations to a node; or'ed. */
 enum { FLESH_LINK_HAS = 1, FLESH_LINK_REACHES = 2 };
 
 typedef struct flesh_links {

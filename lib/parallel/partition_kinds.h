@@ -4,12 +4,12 @@
 
 #include "flesh/mesh.h"
 
-/* By planes: halves, halves of these and so on, each cut across the axis that leaves the fewest nodes on the cut. Ranks
- * into part [tets]; the counts of two ranks' tets differ by one for each of the log2 of the ranks at most.
+/* Cuts by planes: halves, halves of these and so on, each cut across the axis that leaves the fewest nodes on the cut.
+ * Writes ranks into part [tets]; the counts of two ranks' tets differ by one for each of the log2 of the ranks at most.
  * FLESH_ERR_MEMORY. */
 int flesh_partition_planes(const flesh_mesh *mesh, int ranks, int *part);
 
-/* By METIS; `made` is 0 where flesh is built without, and `part` then left. FLESH_ERR_MEMORY. */
+/* Cuts by METIS; if flesh is built without it, `made` is 0 and `part` is left. FLESH_ERR_MEMORY. */
 int flesh_partition_metis(const flesh_mesh *mesh, int ranks, int *part, int *made);
 
 #endif

@@ -132,7 +132,7 @@ static int make_halo(flesh_rank_part *self, const search *s, const flesh_reach *
   return status;
 }
 
-/* Of a part of a split mesh the whole's numbers and count of nodes, which others go by. */
+/* For a part of a split mesh, takes the numbers and the count of nodes of the whole. */
 static int take_numbers(flesh_rank_part *self, const flesh_split_part *split)
 {
   const size_t nodes = (size_t)self->team.reached, tets = (size_t)self->tet_count;
@@ -159,7 +159,7 @@ static int add_ties(search *s, int everywhere, int ranks)
   return status;
 }
 
-/* What the rank has and reaches before all have what every rank has. */
+/* Marks the nodes that the rank has and reaches before the ties add those that every rank has. */
 static int mark_always(const flesh_rank_part *self, search *s)
 {
   int some = 0;

@@ -21,13 +21,13 @@ typedef struct flesh_rank_tie {
   int everywhere;   /* 1: every rank gets all of their nodes; 0: of each cell the rank that owns its first node */
 } flesh_rank_tie;
 
-/* As flesh_rank_part_create, with nodes of ties [count] as ghosts where the rank's tets have them not. */
+/* Like flesh_rank_part_create; nodes of ties [count] that the rank's tets lack become ghosts. */
 int flesh_rank_part_create_tied(flesh_communicator *communicator, const flesh_mesh *whole, const int *ranks, int count,
                                 const flesh_rank_tie *ties, flesh_rank_part **rank_part);
 
 /* Borrowed: what rooms that add up over nodes know of it. flesh_rank_part_nodes goes on with the nodes beyond. */
 const flesh_team *flesh_rank_part_team(const flesh_rank_part *rank_part);
-/* As flesh_rank_part_find, by the number in the whole also where the part is one of a split mesh. */
+/* Like flesh_rank_part_find, by the number in the whole even for a part of a split mesh. */
 int flesh_rank_part_find_number(const flesh_rank_part *rank_part, int number);
 
 #endif

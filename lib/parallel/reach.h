@@ -10,7 +10,7 @@ typedef struct flesh_reach {
   int *ranks; /* [first[nodes]] each node's by rising number; none where no tet has the node */
 } flesh_reach;
 
-/* Of each node of the whole the ranks whose tets have it; `part` [tets] the rank of each. FLESH_ERR_MEMORY. To be
+/* Finds the ranks whose tets have each node of the whole; `part` [tets] the rank of each. FLESH_ERR_MEMORY. To be
  * cleared also when it fails. */
 int flesh_reach_create(const flesh_mesh *whole, const int *part, flesh_reach *reach);
 /* One layer more: every rank of a tet's nodes reaches all of the tet's nodes. The same errors; `reach` is kept then. */

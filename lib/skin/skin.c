@@ -153,7 +153,7 @@ static void clamp_weights(const double *weights, double clamped[4])
   for (int i = 0; i < 4; i++) clamped[i] /= sum;
 }
 
-/* The same for ten nodes; a clamped value stays between those of the nodes. */
+/* Interpolates from ten nodes; a clamped value stays between those of the nodes. */
 static void apply_quadratic(const flesh_skin *skin, size_t m, int clamp, const double *nodal, double *skinned)
 {
   for (int v = 0; v < skin->identity.vertices; v++, skinned += m) {

@@ -6,7 +6,7 @@
 
 #include "flesh/skin.h"
 
-/* What a binding belongs to. */
+/* The mesh and surface that a binding belongs to. */
 typedef struct flesh_skin_identity {
   int nodes, tets, vertices, faces;
   uint64_t mesh_hash, surface_hash;

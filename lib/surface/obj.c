@@ -13,7 +13,7 @@ static const char *const left_out[] = {
     "end",    "con",      "bevel",  "lod",    "c_interp",   "d_interp",  "call",   "csh",
     "ctech",  "stech",    "shadow_obj",       "trace_obj",  "group"};
 
-/* Where a file's largest index stands: vertices may come after the faces that use them. */
+/* The file's largest index and its line, to be checked at the end: vertices may come after the faces that use them. */
 typedef struct highest {
   int64_t value, line;
 } highest;

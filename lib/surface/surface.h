@@ -15,15 +15,15 @@ struct flesh_surface {
   int *starts;       /* [faces+1] */
   int *corners;      /* [starts[faces]] */
   int *triangles;    /* [3*triangle_count] */
-  /* As an OBJ gave them, so that it can be written with them: [2*texture_count], and the index of
-   * every corner or -1 [starts[faces]]; NULL without. */
+  /* The texture of an OBJ, to be written with it again: [2*texture_count], and the index of every corner or -1
+   * [starts[faces]]; NULL without. */
   int texture_count;
   double *texture;
   int *texture_corners;
 };
 
-/* What a reader has found so far. Zero-initialise; arrays grow as they are filled, so that a file's
- * statements are never trusted with memory. */
+/* A surface while it is being read. Zero-initialise; arrays grow as they are filled, so that a file's statements are
+ * never trusted with memory. */
 typedef struct flesh_surface_draft {
   int vertices, faces, corners, textures;
   size_t vertex_room, face_room, corner_room, texture_room;

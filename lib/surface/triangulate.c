@@ -72,7 +72,7 @@ void flesh_surface_cut(int count, const int *corners, const double *positions, i
   for (int k = 0; k < count; k++)
     if (!(turn(&g, g.previous[k], k, g.next[k]) > 0)) g.hollow[g.hollows++] = k;
   while (left > 2) {
-    /* Where no ear is left the polygon crosses itself or is flat: any corner is as good. */
+    /* If no ear is left, the polygon crosses itself or is flat: any corner is as good. */
     if (left > 3 && tried < left && g.hollows && !is_ear(&g, at)) {
       at = g.next[at];
       tried++;
