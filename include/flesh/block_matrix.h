@@ -16,8 +16,8 @@ typedef struct flesh_block_matrix {
   const int *row_end;   /* [rows] */
   const int *column;    /* [row_start[rows]] */
   double *values;       /* [9 * row_start[rows]], each block row-major */
-  /* Where the effects' pairs are in a pattern that has grown by nodes that came near each other; NULL: where the system
-   * has them. */
+  /* The slots of the effects' pairs in a pattern that has grown by nodes that came near each other; NULL: the system's
+   * own slots. */
   const struct flesh_layout *layout;
   const unsigned char *own; /* [row_start[rows]] 0: only nodes that came near each other have this block; NULL: none */
 } flesh_block_matrix;

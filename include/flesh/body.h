@@ -44,7 +44,7 @@ typedef struct flesh_body_part {
   int first_tet, tets;
 } flesh_body_part;
 
-/* What the body is made of. All pointers are borrowed and must outlive the effects made from it. */
+/* A body: its mesh, densities and materials. All pointers are borrowed and must outlive the effects made from it. */
 typedef struct flesh_body {
   const flesh_mesh *mesh;
   const double *density;           /* [tets] kg/m^3, > 0 */
@@ -59,9 +59,8 @@ typedef struct flesh_body {
   flesh_element element; /* where the mesh's order does not fit it, creating effects fails with
                             FLESH_ERR_ARGUMENT. In a mesh with tets of four nodes and of ten it is
                             that of the tets that it fits, and AUTO for the others */
-  /* As many as materials; NULL: `element` is that of all. TET4 for tets of four nodes, TET10 or
-   * TET10_MEAN for tets of ten, of one material; AUTO: `element`. Otherwise creating effects fails as
-   * above. */
+  /* An element for each material; NULL: all have `element`. TET4 for tets of four nodes, TET10 or TET10_MEAN for tets
+   * of ten, of one material; AUTO: `element`. Otherwise creating effects fails as above. */
   const flesh_element *material_elements;
 } flesh_body;
 

@@ -178,7 +178,7 @@ FLESH_API int flesh_effect_weld(const flesh_body *body, int first_count, const i
  * NaN, with *area untouched, for every other effect. */
 FLESH_API double flesh_effect_weld_stiffness(const flesh_effect *effect, double *area);
 
-/* What most nodes of the two groups of a joint together may be: each is coupled with every other. */
+/* The most nodes that the two groups of a joint may have together: each is coupled with every other. */
 enum { FLESH_JOINT_NODES = 2000 };
 
 /* Holds together what nodes `first` [first_count] and `second` [second_count] have at `point` [3], m,

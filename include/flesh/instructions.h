@@ -21,8 +21,8 @@ typedef enum flesh_instructions {
 /* "auto", "portable", "avx2", "avx512"; "unknown" for anything else. */
 FLESH_API const char *flesh_instructions_name(flesh_instructions instructions);
 
-/* What this machine runs: AUTO becomes the best. FLESH_ERR_ARGUMENT when it lacks those asked for,
- * *usable untouched. */
+/* Finds an instruction set that this machine runs: AUTO becomes the best. FLESH_ERR_ARGUMENT when it lacks the one
+ * asked for, *usable untouched. */
 FLESH_API int flesh_instructions_find(flesh_instructions asked, flesh_instructions *usable);
 
 #ifdef __cplusplus

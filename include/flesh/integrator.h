@@ -36,8 +36,8 @@ typedef enum flesh_method {
 #undef FLESH_METHOD_ENUM
 } flesh_method;
 
-/* As in a scene ("backward-euler"), and the order of accuracy in time (0: statics, and the adaptive
- * methods, which choose it); NULL and 0 for what is none. Cannot fail. */
+/* The method's name in a scene ("backward-euler"), and its order of accuracy in time (0: statics, and the adaptive
+ * methods, which choose it); NULL and 0 for an unknown method. Cannot fail. */
 FLESH_API const char *flesh_method_name(flesh_method method);
 FLESH_API int flesh_method_order(flesh_method method);
 
@@ -71,8 +71,8 @@ typedef struct flesh_failure {
   double worst_J, worst_position[3];
   int worst_node; /* largest residual at the last iterate (adaptive: local error), or -1 */
   int order;      /* adaptive: of the last attempt; else 0 */
-  /* Where the forces balance, but incompressible tets do not keep their volumes: the largest
-   * |mean of J - 1|; else 0. */
+  /* The largest |mean of J - 1| of incompressible tets, if the forces balance but these do not keep their volumes; else
+   * 0. */
   double volume_gap;
 } flesh_failure;
 
@@ -167,8 +167,8 @@ typedef struct flesh_energy_balance {
   double gain, largest, t_least, t_largest;
   double scale;   /* J, the most energy above the lowest potential so far, without the excess */
   double t_since; /* s, when E - W was least */
-  /* Where an excess of more than a twentieth was reported last: the tet with the smallest J and its
-   * middle, and the fastest node; -1 where none was. */
+  /* The last report of an excess of more than a twentieth: the tet with the smallest J and its middle, and the fastest
+   * node; -1: there was none. */
   int worst_tet, fastest_node;
   double worst_J, worst_position[3], fastest_position[3], fastest_speed;
 } flesh_energy_balance;
@@ -191,17 +191,16 @@ FLESH_API const double *flesh_integrator_energies(const flesh_integrator *integr
 /* The progress of a step under way, for `stop`. */
 FLESH_API flesh_progress flesh_integrator_progress(const flesh_integrator *integrator);
 
-/* Of the last failed step. */
+/* The last failed step; owned by the integrator. Cannot fail. */
 FLESH_API const flesh_failure *flesh_integrator_failure(const flesh_integrator *integrator);
 
-/* What an integrator remembers between steps, as bytes: the history of its method, what first
- * iterates go on from, matrices and factors that serve again, the watch over the energy, pressures of
- * its own, the memory of recovery, and counts. The state is not part of it. Another integrator of the
- * same system, method and options that loads them, with the state, goes on with the same bits; but
- * not from within IDA's steps (flesh_integrator_saves_all).
+/* Saves an integrator's memory between steps as bytes: the history of its method, what first iterates go on from,
+ * matrices and factors that serve again, the watch over the energy, pressures of its own, the memory of recovery, and
+ * counts. The state is not part of it. Another integrator of the same system, method and options that loads them, with
+ * the state, goes on with the same bits; but not from within IDA's steps (flesh_integrator_saves_all).
  *
- * Writes them to data [*size]; NULL: only *size is found. FLESH_ERR_ARGUMENT where `room` bytes are
- * too few. Further errors: FLESH_ERR_MEMORY. */
+ * Writes them to data [*size]; NULL: only *size is found. FLESH_ERR_ARGUMENT where `room` bytes are too few. Further
+ * errors: FLESH_ERR_MEMORY. */
 FLESH_API int flesh_integrator_save(const flesh_integrator *integrator, size_t room, void *data,
                                     size_t *size);
 /* Takes over what was saved; to be called between steps, after the options are set, which are no part

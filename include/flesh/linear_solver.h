@@ -30,7 +30,7 @@ typedef enum flesh_preconditioner {
   FLESH_PRECONDITIONER_BOOMERAMG
 } flesh_preconditioner;
 
-/* As in a scene. NULL: no such kind. */
+/* The kind's name in a scene. NULL: no such kind. */
 FLESH_API const char *flesh_preconditioner_name(flesh_preconditioner kind);
 
 #ifdef __cplusplus

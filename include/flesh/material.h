@@ -91,7 +91,7 @@ extern "C" {
       "Smith, de Goes & Kim 2018, eq. 14",                                                         \
       mu / 8, "mu/8", 0, 4 * mu / 3, lambda + 5 * mu / 6, 1 + 0.75 * mu / lambda, QUADRATIC)
 
-/* Those that stiffen when they are stretched. */
+/* The forms that stiffen when they are stretched. */
 #define FLESH_STIFFENING_FORM_LIST(ROW)                                                            \
   ROW(FUNG, fung, "Fung", "fung-exponential", 0, RAW_OR_MATCHED, "#B8A200",                        \
       "mu/(2b) (exp(b (I_C-3)) - 1) + lambda/2 (J-alpha)^2", "Fung 1967",                          \
@@ -107,7 +107,7 @@ extern "C" {
       lambda + (1 - 4 * flesh_ab_curvature(links) / flesh_ab_slope(links)) * mu,                   \
       1 + flesh_ab_slope(links) * mu / lambda, QUADRATIC)
 
-/* Those of the singular values. */
+/* The forms in terms of the singular values. */
 #define FLESH_STRETCH_FORM_LIST(ROW)                                                               \
   ROW(CR, cr, "CR", "co-rotational", 0, RAW_OR_MATCHED, "#CC5B8F",                                 \
       "mu sum (s_i-1)^2 + lambda/2 (sum s_i - 3)^2", "Muller & Gross 2004",                        \
@@ -216,8 +216,8 @@ FLESH_API int flesh_material_from_lame(flesh_energy energy, flesh_constants cons
 FLESH_API int flesh_material_from_young(flesh_energy energy, flesh_constants constants,
                                         double young, double poisson, flesh_material *material);
 
-/* What a material is made from: one of the pairs mu, lambda [Pa] and young [Pa], poisson of small
- * strain, the other NaN, and the constants of the form beyond them (NaN: as usual for the form). */
+/* The constants from which a material is made: one of the pairs mu, lambda [Pa] and young [Pa], poisson of small
+ * strain, the other NaN, and the further constants of the form (NaN: the form's usual value). */
 typedef struct flesh_material_given {
   double mu, lambda, young, poisson;
   FLESH_FORM_CONSTANT_LIST(FLESH_FORM_CONSTANT)
@@ -227,11 +227,11 @@ typedef struct flesh_material_given {
 /* All NaN. Cannot fail. */
 FLESH_API void flesh_material_given_default(flesh_material_given *given);
 
-/* As flesh_material_from_lame or flesh_material_from_young, whichever pair is given, with the other
- * constants of the form. Matched: Fung mu = mu_L, lambda = lambda_L + (1-2b) mu_L; AB mu = mu_L/g,
- * lambda = lambda_L + (1-4h/g) mu_L with g = 2 f'(3), h = f''(3) of its length term mu f(I_C); both
- * need the matched lambda > 0. FLESH_ERR_ARGUMENT as theirs, for none or both of the pairs, and for
- * a constant that the form does not have or that is below its least. */
+/* Makes a material as flesh_material_from_lame or flesh_material_from_young does, whichever pair is given, with the
+ * other constants of the form. Matched: Fung mu = mu_L, lambda = lambda_L + (1-2b) mu_L; AB mu = mu_L/g, lambda =
+ * lambda_L + (1-4h/g) mu_L with g = 2 f'(3), h = f''(3) of its length term mu f(I_C); both need the matched lambda > 0.
+ * FLESH_ERR_ARGUMENT as theirs, for none or both of the pairs, and for a constant that the form does not have or that
+ * is below its least. */
 FLESH_API int flesh_material_from_given(flesh_energy energy, flesh_constants constants,
                                         const flesh_material_given *given,
                                         flesh_material *material);
@@ -292,9 +292,9 @@ FLESH_API int flesh_material_eigen(const flesh_material *material, const double 
 FLESH_API int flesh_material_hessian_projected(const flesh_material *material, const double F[9],
                                                double H[81]);
 
-/* What becomes of the negative eigenvalues of an element's Hessian. Elements and effects know the
- * first three; solver options may leave the choice between them to the solver. A solver takes the true Hessian first,
- * and filters where that shows negative curvature; with what ends with ALWAYS it filters in every iteration. */
+/* The treatment of the negative eigenvalues of an element's Hessian. Elements and effects know the first three; solver
+ * options may leave the choice between them to the solver. A solver takes the true Hessian first, and filters once that
+ * shows negative curvature; with a filter whose name ends in ALWAYS, it filters in every iteration. */
 typedef enum flesh_eigenvalue_filter {
   FLESH_FILTER_NONE,     /* they stay */
   FLESH_FILTER_CLAMP,    /* zero (Teran et al. 2005) */

@@ -22,7 +22,7 @@ extern "C" {
 
 typedef struct flesh_mesh flesh_mesh;
 
-/* What was found while a mesh was made, and what its shape is like. Lengths m, volumes m^3. */
+/* Findings from the making of a mesh, and measures of its shape. Lengths m, volumes m^3. */
 typedef struct flesh_mesh_info {
   int nodes, tets, triangles; /* triangles: of the surface */
   int flipped;                /* tets whose winding was inverted and has been flipped */
@@ -52,12 +52,12 @@ typedef struct flesh_mesh_info {
 FLESH_API int flesh_mesh_create(int nodes, const double *positions, int tets, const int *tet_nodes,
                                 const int *regions, flesh_mesh **mesh);
 
-/* The same at order 2: `tet_nodes` [10*tets] are four corners and six nodes on edges each. Where
- * the last two corners are swapped, the edges go with them. With six times -1 on its edges a tet has
- * four nodes; where all have, the mesh is one of order 1. FLESH_ERR_FILE also where tets of one
- * edge have different nodes on it or some none, two edges have one node, or a corner is on an edge, and where
- * the Jacobian of a tet's map is not positive all over it (decided by Bernstein bounds; Johnen,
- * Remacle & Geuzaine 2013). Returns new. Further errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
+/* Like flesh_mesh_create, of order 2: `tet_nodes` [10*tets] are four corners and six nodes on edges each. If the last
+ * two corners are swapped, the edges go with them. With six times -1 on its edges a tet has four nodes; if all have,
+ * the mesh is one of order 1. FLESH_ERR_FILE also where tets of one edge have different nodes on it or some none, two
+ * edges have one node, or a corner is on an edge, and where the Jacobian of a tet's map is not positive all over it
+ * (decided by Bernstein bounds; Johnen, Remacle & Geuzaine 2013). Returns new. Further errors: FLESH_ERR_ARGUMENT,
+ * FLESH_ERR_MEMORY. */
 FLESH_API int flesh_mesh_create_quadratic(int nodes, const double *positions, int tets,
                                           const int *tet_nodes, const int *regions,
                                           flesh_mesh **mesh);

@@ -34,7 +34,7 @@ typedef struct flesh_step_record {
   double J_bound; /* the least of flesh_mesh_jacobian_bounds; J_min for tets of four nodes */
   int J_min_tet, inverted; /* inverted: tets with J <= 0 at a point of quadrature */
   const struct flesh_proximity *proximity; /* what the run knows of nodes near each other (effect.h), or NULL */
-  /* Of a part of a body [effects*FLESH_RANK_SUMS], flesh_effect_ranks.report_whole of each; else NULL */
+  /* On a part of a body, flesh_effect_ranks.report_whole of each effect [effects*FLESH_RANK_SUMS]; else NULL. */
   const double *reports;
 } flesh_step_record;
 
@@ -73,7 +73,7 @@ typedef struct flesh_frames flesh_frames;
  * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY, FLESH_ERR_FILE. */
 FLESH_API int flesh_frames_create(const char *directory, const flesh_mesh *mesh, int every,
                                   flesh_frames **frames);
-/* What else frames have, and where. Arrays at nodes and of tets are named as below; at the points of
+/* Further fields of frames, and their places. Arrays at nodes and of tets are named as below; at the points of
  * quadrature (one of a tet of four nodes, four of one of ten, point q next to corner q) they are cell
  * data named ..._at_points with the components of all points. Every array has its unit as VTK's key
  * UNITS_LABEL. Stress is Cauchy's, of the elastic energy and of effects that say theirs (flesh_effect_figures:
@@ -88,7 +88,7 @@ FLESH_API int flesh_frames_create(const char *directory, const flesh_mesh *mesh,
  *   reaction        N on the body, at nodes: as flesh_probe's (flesh/probe.h) before it is summed up
  *   contact_force   N on the body, at nodes, of the step's stage
  *
- * Of a tet: stress is the mean over its volume, the rest over its volume at rest. At a node: the mean
+ * The value of a tet is a mean: of stress over its volume, of the rest over its volume at rest. At a node: the mean
  * over its tets, by their volume at rest and whatever their material; stress and stretch of a tet of
  * ten nodes are those of the linear field through its points (Hinton & Campbell 1974). A value that
  * does not exist is NaN. */
@@ -139,8 +139,8 @@ FLESH_API int flesh_skin_frames_close(flesh_skin_frames **frames);
 FLESH_API void flesh_skin_frames_abandon(flesh_skin_frames **frames);
 /* A flesh_observer's function. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY, FLESH_ERR_FILE. */
 FLESH_API int flesh_skin_frames_observe(void *frames, const flesh_step_record *record);
-/* The same of a state that comes from elsewhere, as frame number `number`.
- * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY, FLESH_ERR_FILE. */
+/* Adds a state from elsewhere as frame number `number`. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY,
+ * FLESH_ERR_FILE. */
 FLESH_API int flesh_skin_frames_add(flesh_skin_frames *frames, int number,
                                     const flesh_state *state);
 

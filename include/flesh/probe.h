@@ -52,8 +52,8 @@ typedef struct flesh_probe {
   int node_count;
   const int *nodes; /* [node_count], each once; not read for a point */
   double about[3];  /* m, what moments are about; NaN: the mean of the nodes' rest positions */
-  /* Whose forces count, each on the components that it holds: 0, all pins and prescribed motions; k, the
-   * k-th of the system in the order of their addition. A component that several hold is the last one's. */
+  /* The constraint whose forces count, on the components that it holds: 0, all pins and prescribed motions; k, the k-th
+   * of the system in the order of their addition. A component that several hold is the last one's. */
   int holder;
   /* 0: all contacts; k: the system's effect k - 1 (flesh_system_effect) alone, a contact or one of
    * FLESH_ROLE_OTHER (a weld, a joint). */
@@ -64,7 +64,7 @@ typedef struct flesh_probe {
   double weights[4];
 } flesh_probe;
 
-/* Of a part of a body (flesh/ranks.h) a probe has those of its nodes, maybe none, that the part has; a point's tet is -1
+/* On a part of a body (flesh/ranks.h) a probe has only the nodes that are in the part, maybe none; a point's tet is -1
  * on all ranks but one. Every rank calls these functions, with the same probes, and the first writes.
  *
  * Checks a probe, and fills in probe->tet, weights and about. FLESH_ERR_ARGUMENT with a sentence: a body of another mesh

@@ -53,10 +53,10 @@ typedef struct flesh_effect_proximity {
    * other places, and without memory. Where it fails it predicts nothing, and `jacobian` says why. NULL: it always has
    * derivatives. */
   void (*predict)(const struct flesh_effect *effect, const struct flesh_point *point);
-  /* As flesh_effect_barrier.max_feasible_step; `near` and the effect's internal variables may be NULL. */
+  /* Like flesh_effect_barrier.max_feasible_step; `near` and the effect's internal variables may be NULL. */
   double (*max_feasible_step)(const struct flesh_effect *effect, void *near, const double *internal,
                               const double *x_from, const double *x_to);
-  /* As flesh_effect_barrier.check, with the effect's internal variables (NULL: all 0). NULL: anywhere. */
+  /* Like flesh_effect_barrier.check, with the effect's internal variables (NULL: all 0). NULL: any place is allowed. */
   int (*check)(const struct flesh_effect *effect, const double *internal, const double *x);
   size_t (*memory)(const void *near); /* bytes */
   /* The run is at x [3*n] at time t: a step that was accepted has led there or, where `accepted` is 0, another begins,

@@ -21,7 +21,7 @@ typedef struct flesh_communicator flesh_communicator;
 typedef struct flesh_rank_part flesh_rank_part;
 struct flesh_system;
 
-/* What this rank has exchanged so far. */
+/* Counts of this rank's exchanges so far. */
 typedef struct flesh_communicator_figures {
   long reductions; /* sums, largest numbers and statuses of all ranks */
   long messages;   /* sent to another rank, by reductions too */
@@ -52,8 +52,8 @@ FLESH_API int flesh_communicator_agree(flesh_communicator *communicator, int sta
  * all ranks or none: FLESH_ERR_ARGUMENT for a rank without a tet. Further errors: FLESH_ERR_MEMORY. */
 FLESH_API int flesh_rank_part_create(flesh_communicator *communicator, const flesh_mesh *whole, const int *ranks,
                                      flesh_rank_part **rank_part);
-/* The same for the effects of a finished system on the whole, which is the same on all ranks and not needed
- * afterwards: the part also has, as ghosts, nodes that its effects tie to those of the rank
+/* Like flesh_rank_part_create, for the effects of a finished system on the whole, which is the same on all ranks and
+ * not needed afterwards: the part also has, as ghosts, nodes that its effects tie to those of the rank
  * (flesh_effect_ranks.cells), as welds and joints do. Errors: FLESH_ERR_ARGUMENT and FLESH_ERR_MEMORY, as those of
  * flesh_rank_part_create. */
 FLESH_API int flesh_rank_part_create_for(flesh_communicator *communicator, const struct flesh_system *whole,

@@ -31,9 +31,9 @@ typedef struct flesh_scene flesh_scene;
  * "--set path=value: ..."), FLESH_ERR_FILE for a bad file or mesh. Returns new. */
 FLESH_API int flesh_scene_read(const char *path, int count, const char *const *overrides,
                                flesh_scene **scene);
-/* The same of `text` in memory, which is only read: `path` is its name in messages, and relative paths
- * in it are relative to the folder of `path`, where nothing needs to be. Returns new.
- * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_FILE, FLESH_ERR_MEMORY. */
+/* Reads the scene from `text` in memory: `path` is its name in messages, and relative paths in it are relative to the
+ * folder of `path`, where nothing needs to be. Returns new. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_FILE,
+ * FLESH_ERR_MEMORY. */
 FLESH_API int flesh_scene_read_text(const char *text, const char *path, int count,
                                     const char *const *overrides, flesh_scene **scene);
 /* `stop` is asked while this thread reads scenes, often, so that it must be quick: a negative status ends
@@ -60,8 +60,7 @@ FLESH_API void flesh_scene_visit_files(const flesh_scene *scene,
 FLESH_API const flesh_body *flesh_scene_body(const flesh_scene *scene);
 FLESH_API const flesh_system *flesh_scene_system(const flesh_scene *scene);
 FLESH_API const flesh_solver_options *flesh_scene_solver(const flesh_scene *scene);
-/* Of flesh_scene_body's materials: the body's first, then those of its regions; 0 without
- * elasticity. Cannot fail. */
+/* The materials of flesh_scene_body: the body's first, then those of its regions; 0 without elasticity. Cannot fail. */
 FLESH_API int flesh_scene_material_count(const flesh_scene *scene);
 
 typedef struct flesh_scene_time {

@@ -30,8 +30,7 @@ FLESH_API int flesh_skin_bind(const flesh_mesh *mesh, const flesh_surface *surfa
 /* NULL-safe; sets *skin to NULL. */
 FLESH_API void flesh_skin_destroy(flesh_skin **skin);
 
-/* What was bound. A vertex farther from every tet than a millionth of the body's diagonal counts as
- * outside. */
+/* Figures of a binding. A vertex farther from every tet than a millionth of the body's diagonal counts as outside. */
 typedef struct flesh_skin_info {
   int vertices, outside;
   double distance_max; /* of a vertex from the tets, m; 0 when all lie inside */

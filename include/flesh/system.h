@@ -36,8 +36,8 @@ FLESH_API int flesh_system_add_effect(flesh_system *system, flesh_effect **effec
 FLESH_API int flesh_system_add_pin(flesh_system *system, int count, const int *nodes, unsigned axes,
                                    double from, double until);
 
-/* The same, following x(t) = centre + R(t)(X - centre) + translation(t). Copies.
- * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
+/* Constrains `axes` of `nodes` [count] to x(t) = centre + R(t)(X - centre) + translation(t) while from <= t < until.
+ * Copies. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_system_add_prescribed_motion(flesh_system *system, int count, const int *nodes,
                                       unsigned axes, const flesh_motion *motion, double from,
                                       double until);
@@ -98,8 +98,8 @@ FLESH_API double flesh_system_next_event(const flesh_system *system, double t);
  * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_system_residual(const flesh_system *system, const flesh_point *point,
                                     double *r);
-/* The same of the effects of FLESH_ROLE_LOAD alone: minus the applied load.
- * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
+/* The residual of the effects of FLESH_ROLE_LOAD alone: minus the applied load. Errors: FLESH_UNDEFINED,
+ * FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_system_load(const flesh_system *system, const flesh_point *point, double *r);
 /* K = sum of the Jacobians, constraints not applied. K must be of this system's pattern.
  * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
@@ -136,8 +136,7 @@ FLESH_API int flesh_system_fixed(const flesh_system *system, double t, uint8_t *
 FLESH_API int flesh_system_holds(const flesh_system *system, double t);
 /* Writes the prescribed positions at time t into the constrained components of x [3*n]. */
 FLESH_API void flesh_system_prescribe(const flesh_system *system, double t, double *x);
-/* The same with the prescribed velocities and accelerations (analytic; at a keyframe those that
- * follow it). */
+/* Writes the prescribed velocities and accelerations likewise (analytic; at a keyframe those that follow it). */
 FLESH_API void flesh_system_prescribe_velocity(const flesh_system *system, double t, double *v,
                                                double *a);
 

@@ -13,14 +13,14 @@
 extern "C" {
 #endif
 
-/* Of the headers. */
+/* Version of the headers. */
 #define FLESH_VERSION_MAJOR 0
 #define FLESH_VERSION_MINOR 3
 #define FLESH_VERSION_PATCH 0
 #define FLESH_VERSION_STRING "0.3.0"
 
-/* Of the library that is loaded, "MAJOR.MINOR.PATCH": FLESH_VERSION_STRING where it goes with the
- * headers. Never NULL; lasts as long as the program. */
+/* Version of the loaded library, "MAJOR.MINOR.PATCH": FLESH_VERSION_STRING if it goes with the headers. Never NULL;
+ * lasts as long as the program. */
 FLESH_API const char *flesh_version(void);
 
 #ifdef __cplusplus

@@ -77,7 +77,7 @@ static __attribute__((noinline)) int psi_otherwise(const flesh_material *materia
   return FLESH_OK;
 }
 
-/* What psi takes, of F. */
+/* Finds J, I_C and the cofactor of F, the arguments of psi and its derivatives. */
 INLINE void find_invariants(batch *b)
 {
   flesh_mat3_cofactor(b->F, b->C);
@@ -102,7 +102,7 @@ INLINE int find_psi(const flesh_batches *batches, int with_value, batch *b)
   return FLESH_OK;
 }
 
-/* What becomes of the block of a pair of different nodes (01 02 03 12 13 23). */
+/* Takes the block of a pair of different nodes (01 02 03 12 13 23): adds it to the tile or keeps it. */
 typedef void take_block(const tets *t, const flesh_real block[9], int pair, void *to);
 
 /* The blocks of the exact Hessian times `factor`. With p_a = F g_a and q_a = cof(F) g_a
@@ -124,7 +124,7 @@ INLINE void true_blocks(const batch *b, double factor, take_block *take, void *t
     flesh_mat3_times(b->F, g[a], p[a]);
     flesh_vec3_cross(b->d[a % 3], b->d[(a + 1) % 3], q[a]);
   }
-  /* By the volume: three nearly parallel gradients hardly know it. */
+  /* det comes from the volume: it is inaccurate by three nearly parallel gradients. */
   flesh_real det = 1 / (6 * b->t.shape[9]), scale = factor * b->t.volume, turn = scale * b->psi.J * det;
   flesh_real same = 2 * scale * b->psi.I, II = 4 * scale * b->psi.II, IJ = 2 * scale * b->psi.IJ, JJ = scale * b->psi.JJ;
   for (int i = 0; i < 3; i++) {

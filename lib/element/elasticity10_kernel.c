@@ -254,7 +254,7 @@ static COMPILED_ONCE int blocks_at_point(const batch *b, double scale, flesh_eig
   return FLESH_OK;
 }
 
-/* What the mean adds to the Hessian. */
+/* The Hessian of the mean's term, as a product of a vector with itself. */
 static COMPILED_ONCE void product_of_mean(const flesh_batches *batches, const points *p, const flesh_tet_point *at,
                                           ten_product *product)
 {
@@ -316,7 +316,7 @@ static int elastic_hessian(const flesh_batches *batches, int tile, const flesh_t
   return FLESH_OK;
 }
 
-/* Of the mean's term in the Hessian, what is stiffer than the form else. */
+/* The rows b of the stiff term b b^T: the part of the mean's term that is stiffer than the rest of the form. */
 static COMPILED_ONCE void elastic_rows(const flesh_batches *batches, int tile, const flesh_tet_point *at, float *rows)
 {
   const flesh_tiles *tiles = &batches->tiles;

@@ -36,7 +36,7 @@ flesh_element flesh_body_element_of(const flesh_body *body, int material, int si
   return own == FLESH_ELEMENT_TET10 ? own : FLESH_ELEMENT_TET10_MEAN;
 }
 
-/* Where VTK's edges 01 12 02 03 13 23 have the node between two corners. */
+/* Index in VTK's order of edges, 01 12 02 03 13 23, of the edge between two corners. */
 static const int edge_of[4][4] = {{-1, 0, 2, 3}, {0, -1, 1, 4}, {2, 1, -1, 5}, {3, 4, 5, -1}};
 
 void flesh_tet10_nodes(const flesh_mesh *mesh, int tet, int nodes[10])
@@ -105,7 +105,8 @@ double flesh_tet10_shape(const double *X, const int node[10], int q, double grad
   return shape_of(D, gradient);
 }
 
-/* Of the shear modulus: with it and the points' own share lambda is that of Poisson's ratio 0.45. */
+/* The moderate part of the mean's modulus over the shear modulus: with it and the points' own share, lambda is that of
+ * Poisson's ratio 0.45. */
 static const double MODERATE = 7;
 
 /* U of a user's psi at J. */
@@ -115,8 +116,8 @@ static int volume_part_at(const flesh_material *material, double J, flesh_volume
   return material->volume ? material->volume(J, material, U) : FLESH_OK;
 }
 
-/* That a user's U is one of unit modulus, and that psi contains lambda U: without the share of it that the mean takes,
- * psi may not turn unstable by a change of volume to a half or twice. */
+/* Checks that a user's U has unit modulus, and that psi contains lambda U: psi without `share` U, which the mean takes,
+ * must be stable when the volume halves or doubles. */
 static int check_users_volume_part(const flesh_material *material, double share)
 {
   flesh_volume_part U;

@@ -8,7 +8,7 @@
 /* FLESH_ERR_ARGUMENT where no tet of the mesh can have the body's element. */
 int flesh_body_check_element(const flesh_body *body);
 
-/* That of the tets of `size` nodes of one of the body's materials, or of none in particular (-1); never AUTO. */
+/* The element of the tets of `size` nodes of one of the body's materials, or of none in particular (-1); never AUTO. */
 flesh_element flesh_body_element_of(const flesh_body *body, int material, int size);
 
 /* The nodes of a tet of ten: corners, ascending, then those on the edges 01 02 03 12 13 23 of these. */
@@ -24,11 +24,11 @@ int flesh_element_shapes(const flesh_mesh *mesh);
  * negative where the corners wind the other way. */
 double flesh_tet4_shape(const double *X, const int node[4], double gradient[9]);
 
-/* The same of the virtual corners at point q of a tet of ten nodes. */
+/* Like flesh_tet4_shape, for the virtual corners at point q of a tet of ten nodes. */
 double flesh_tet10_shape(const double *X, const int node[10], int q, double gradient[9]);
 
-/* What of the material's volume term the mean of J bears: all but twice the shear modulus, which stays with the points.
- * FLESH_ERR_ARGUMENT for a user's psi without a lambda. */
+/* Finds the part of the material's volume term that depends on the mean of J: all but twice the shear modulus, which
+ * stays with the points. FLESH_ERR_ARGUMENT for a user's psi without a lambda. */
 int flesh_volume_share_of(const flesh_material *material, flesh_volume_share *share);
 
 #endif

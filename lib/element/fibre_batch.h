@@ -35,7 +35,8 @@ INLINE void load_fibres(const flesh_batches *batches, int index, tets *t)
               .pair = batches->tiles.pairs + (size_t)index * ELEMENT_PAIRS * FLESH_LANES};
 }
 
-/* What a vector's values from the first node, d [1 to ELEMENT_NODES - 1], are along the fibre. */
+/* The derivative along the fibre of a vector whose values, less that of the first node, are d [1 to ELEMENT_NODES -
+ * 1]. */
 INLINE void along_fibre(const fibres *b, flesh_real (*d)[3], flesh_real f[3])
 {
   for (int i = 0; i < 3; i++) {
@@ -54,8 +55,9 @@ INLINE int find_tension(const flesh_tet_point *at, flesh_real (*d)[3], fibres *b
   return FLESH_OK;
 }
 
-/* What the speed changes, by velocities and the frozen state as far as it is there. The rate of f.f/2, as of the Green
- * strain in viscous_batch.h, is f.f', and with a frozen state 1/2 (f + f_0).f' - 1/2 (f - f_0).f_0'. */
+/* Adds the dependence of tension on speed; x_0 and v_0 are read if `at` has a frozen state. The rate of f.f/2, like
+ * that of the Green strain in viscous_batch.h, is f.f', and with a frozen state 1/2 (f + f_0).f' - 1/2 (f -
+ * f_0).f_0'. */
 INLINE void add_speed(const flesh_tet_point *at, flesh_real (*v)[3], flesh_real (*x_0)[3], flesh_real (*v_0)[3],
                       fibres *b)
 {

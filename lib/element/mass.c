@@ -130,7 +130,7 @@ static int residual_of_ten(const flesh_batches *batches, int tile, const flesh_t
   return FLESH_OK;
 }
 
-/* Of a tet M x = rho V/20 (sum of x over its nodes + x), a kernel without lanes: `v` stands for x. */
+/* Adds M x = rho V/20 (sum of x over its nodes + x) of each tet, a kernel without lanes: `v` stands for x. */
 static int residual_kernel(const flesh_batches *batches, int tile, const flesh_tet_point *at, double *r, double *sums)
 {
   const int *batch = batches->tiles.batch + tile;

@@ -13,11 +13,11 @@ typedef struct flesh_mass_matrix {
   flesh_tets tets; /* with masses, consistent only */
 } flesh_mass_matrix;
 
-/* By body->mass. Cleared also when it fails. */
+/* Makes a lumped or consistent matrix, as body->mass says. Cleared also when it fails. */
 int flesh_mass_matrix_create(const flesh_body *body, flesh_mass_matrix *mass);
 void flesh_mass_matrix_clear(flesh_mass_matrix *mass);
 
-/* Those of the tets, as flesh_tets has them; NULL where lumped. */
+/* The cells of the tets, as flesh_tets has them; NULL where lumped. */
 const flesh_cells *flesh_mass_matrix_cells(const flesh_mass_matrix *mass);
 
 /* y += scale M x unless y is NULL, *half_square = scale x.M x / 2 unless that is NULL; the same bits whether the other
@@ -25,8 +25,8 @@ const flesh_cells *flesh_mass_matrix_cells(const flesh_mass_matrix *mass);
 void flesh_mass_matrix_apply(const flesh_mass_matrix *mass, double scale, flesh_threads *threads, const double *x,
                              double *y, double *half_square);
 
-/* What `evaluate` of an effect r = rate M x adds, x = shift * u: to r unless NULL, and to *phi and *magnitude unless
- * shift is 0. */
+/* Does `evaluate` for an effect r = rate M x with x = shift * u: adds to r unless NULL, and to *phi and *magnitude
+ * unless shift is 0. */
 void flesh_mass_matrix_evaluate(const flesh_mass_matrix *mass, double rate, flesh_threads *threads, const double *x,
                                 double shift, double *r, double *phi, double *magnitude);
 

@@ -27,10 +27,10 @@ typedef struct corner_blocks {
   flesh_real point[POINTS][CORNER_PAIRS][9], sum[CORNER_PAIRS][9];
 } corner_blocks;
 
-/* Of the pairs of different nodes (01 02 03 ... 12 13 ...). */
+/* Blocks of the pairs of different nodes (01 02 03 ... 12 13 ...). */
 typedef flesh_real ten_blocks[ELEMENT_PAIRS][9];
 
-/* As of true_blocks; `to` is corner_blocks.point[q]. */
+/* A take_block that keeps the block; `to` is corner_blocks.point[q]. */
 INLINE void keep_block(const tets *t, const flesh_real block[9], int pair, void *to)
 {
   (void)t;
@@ -51,7 +51,7 @@ INLINE flesh_real entry(const flesh_real blocks[CORNER_PAIRS][9], int i, int j, 
   return blocks[corner_pair[i][j]][i < j ? c : t];
 }
 
-/* The same of g_i with the sum of those of the corners that are neither i nor j. */
+/* Number c of the block of g_i with the sum of the gradients of the two other corners than i and j. */
 INLINE flesh_real entry_sum(const flesh_real blocks[CORNER_PAIRS][9], int i, int j, int c, int t)
 {
   return entry(blocks, i, other[i][j], c, t) + entry(blocks, i, last[i][j], c, t);
@@ -139,7 +139,8 @@ static COMPILED_ONCE void blocks_of_nodes(corner_blocks *restrict of, flesh_real
   blocks_and_product(of, NULL, K);
 }
 
-/* As add_block of a block in memory: lanes are read in fours, which saves a third of the exchanges between vectors. */
+/* Does what add_block does, for a block in memory: lanes are read in fours, which saves a third of the exchanges
+ * between vectors. */
 INLINE void add_stored_block(const tets *t, const flesh_real block[9], int pair, tile_blocks *to)
 {
 #if FLESH_LANES == 8

@@ -80,7 +80,7 @@ static int take_nodes(flesh_tets *self, flesh_tet_group *group, const flesh_mesh
   return own ? FLESH_OK : no_memory(group->tets);
 }
 
-/* Of a fibre's direction: g_1.a, g_2.a, g_3.a and the volume, in place of the gradients and the volume. */
+/* Replaces the gradients and the volume by g_1.a, g_2.a, g_3.a and the volume, for a fibre of direction a. */
 static void project_shape(const double a[3], double shape[10])
 {
   for (int k = 0; k < 3; k++)
@@ -124,7 +124,8 @@ static uint8_t *find_materials(const flesh_tets *self, const flesh_tet_group *gr
   return found;
 }
 
-/* What the element's kernels need beside the shapes of a body with materials; `found` are the group's. */
+/* Finds the volume shares of the group's materials for tet10-mean, and refuses poisson 0.5 for other elements; `found`
+ * marks the group's materials. */
 static int take_volume_shares(const flesh_tets *self, flesh_tet_group *group, const flesh_body *body, const int *tet,
                               const uint8_t *found)
 {

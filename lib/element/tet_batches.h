@@ -21,7 +21,7 @@ typedef struct flesh_tet_group {
   int first_slot;            /* of its pairs among those that the cells list */
 } flesh_tet_group;
 
-/* Those of four nodes come before those of ten. */
+/* The tets of a body in at most two groups: four nodes, then ten. */
 typedef struct flesh_tets {
   flesh_cells cells; /* in the order of the batches: the same for every effect of the body */
   int group_count;
@@ -45,7 +45,7 @@ typedef struct flesh_tets_choice {
 /* For body->instructions; FLESH_ERR_ARGUMENT where the machine lacks them. To be cleared also when it
  * fails. */
 int flesh_tets_create(const flesh_body *body, flesh_tets_hold hold, flesh_tets *tets);
-/* The same of chosen tets, for FLESH_KERNEL_FIBRE alone. */
+/* Like flesh_tets_create, for chosen tets and FLESH_KERNEL_FIBRE alone. */
 int flesh_tets_create_fibres(const flesh_body *body, const flesh_tets_choice *choice, flesh_tets *tets);
 void flesh_tets_clear(flesh_tets *tets);
 
@@ -60,14 +60,14 @@ int flesh_tets_hessian(const flesh_tets *tets, flesh_kernel kernel, const flesh_
 /* The tets whose elastic matrix has stiff rows; NULL: none have. */
 const flesh_tet_group *flesh_tets_stiff(const flesh_tets *tets);
 
-/* Those rows, [tets of the group][nodes_per_tet][3], in the order of its batches. */
+/* Writes the stiff rows, [tets of the group][nodes_per_tet][3], in the order of its batches. */
 void flesh_tets_rows(const flesh_tets *tets, const flesh_tet_point *at, flesh_threads *threads, float *rows);
 
 /* Whether a mean of J is held anywhere. */
 int flesh_tets_hold_means(const flesh_tets *tets);
 
-/* What an effect's `evaluate` adds for a kernel whose potential is a function of velocities: to r unless
- * NULL, and to *phi and *magnitude unless shift_v is 0. */
+/* Does an effect's `evaluate` for a kernel whose potential is a function of velocities: adds to r unless NULL, and to
+ * *phi and *magnitude unless shift_v is 0. */
 int flesh_tets_dissipate(const flesh_tets *tets, flesh_kernel kernel, const flesh_tet_point *at, flesh_threads *threads,
                          double shift_v, double *r, double *phi, double *magnitude);
 

@@ -8,7 +8,7 @@
 #include "flesh/body.h"
 #include "flesh/material.h"
 
-/* What kernels are of. */
+/* The potentials whose values, gradients and matrices kernels compute. */
 typedef enum flesh_kernel {
   /* V(x) and its derivatives by x; of terms the sizes |psi| and |psi_I| I_C. The second scaled, its
    * tets' negative eigenvalues treated as `filter` says. */
@@ -29,7 +29,7 @@ typedef enum flesh_kernel {
   FLESH_KERNEL_COUNT
 } flesh_kernel;
 
-/* What a tile may have of nodes and of pairs of different nodes, the last where tets have ten nodes. */
+/* The most nodes of a tile, and the most pairs of different nodes: of tets with four nodes, with ten. */
 enum { FLESH_TILE_NODES = 512, FLESH_TILE_PAIRS = 1536, FLESH_TILE_PAIRS_10 = 3072 };
 
 /* Tiles are runs of batches. Kernels hold a tile's positions, forces and blocks by themselves, near and without gaps:
@@ -53,8 +53,8 @@ typedef struct flesh_tiles {
                             one, so that the body's block is the transposed one; NULL for tets of four nodes */
 } flesh_tiles;
 
-/* What the mean of J over a tet bears of the volume term: `share` U(J), U = (J-1)^2/2, (log J)^2/2 or a
- * user's own. */
+/* The part of the volume term that is a function of the mean of J over a tet: `share` U(J), U = (J-1)^2/2, (log J)^2/2
+ * or a user's own. */
 typedef struct flesh_volume_share {
   double share;    /* Pa, not negative */
   double moderate; /* Pa, the part of it that is no stiffer than the rest of the form */
@@ -92,7 +92,7 @@ typedef struct flesh_viscous {
   double shear, bulk, spin;
 } flesh_viscous;
 
-/* Where a kernel is evaluated, and how. */
+/* The point at which a kernel is evaluated, and the options of that. */
 typedef struct flesh_tet_point {
   const double *x; /* [3*n] positions, of F; NULL, where a kernel takes it: at rest, F = I */
   const double *v; /* [3*n] velocities, of kernels of rates; of fibres, whose tension depends on speeds then, or NULL */
@@ -131,10 +131,10 @@ typedef struct flesh_tet_kernels {
   const flesh_tet_kernel *of[FLESH_KERNEL_COUNT]; /* NULL: nothing to do */
 } flesh_tet_kernels;
 
-/* Of tets of four and of ten nodes (mass.c), the same of all instruction sets. */
+/* Mass kernels of tets of four and of ten nodes (mass.c), which all instruction sets share. */
 extern const flesh_tet_kernel flesh_mass4, flesh_mass10;
 
-/* Of every element, by its number. */
+/* The kernels of every element, by its number. */
 extern const flesh_tet_kernels flesh_kernels_portable[], flesh_kernels_avx2[], flesh_kernels_avx512[];
 
 #endif

@@ -63,7 +63,7 @@ static void tiles_of_share(const flesh_tet_group *self, int round, int share, in
   *until = self->piece_tile[first + pieces * (share + 1) / shares];
 }
 
-/* The same sums in the same order as by both_of_share, round after round. */
+/* Computes the same sums in the same order as both_of_share, colour after colour. */
 static void sums_of_part(void *data, int task)
 {
   job *j = data;

@@ -28,9 +28,9 @@ typedef struct census {
   uint8_t *turned;
   pair_list own;     /* of different nodes, by numbers in the tile */
   pair_list of_mesh; /* that were met in any tile, by the mesh's numbers */
-  /* Of its nodes: the mesh's numbers; as flesh_cells names them. */
+  /* For each node of the tile: the mesh's number; the pair with itself, as flesh_cells names it. */
   int here[FLESH_TILE_NODES], with_itself[FLESH_TILE_NODES];
-  /* Of its pairs: as flesh_cells names them; the first node. */
+  /* For each pair of the tile: its name in flesh_cells; the first node. */
   int named[MOST_PAIRS], first[MOST_PAIRS];
   uint16_t node_rank[FLESH_TILE_NODES], pair_rank[MOST_PAIRS]; /* their final numbers */
 } census;
@@ -75,7 +75,7 @@ static int has_room(const census *c, const flesh_batches *batches)
 /* Pairs of lanes that are not used, until all are ranked. */
 enum { NOT_USED = UINT16_MAX };
 
-/* As flesh_cells names the pair of a tet's nodes with these places among its nodes in rising order. */
+/* The name in flesh_cells of the pair of a tet's nodes i and j, places among its nodes in rising order. */
 static int name_of(int tet, int nodes, int i, int j)
 {
   const int first = i < j ? i : j, second = i < j ? j : i;
@@ -186,7 +186,7 @@ static int cut(const flesh_batches *batches, int pieces, int *piece, census *c, 
   return FLESH_OK;
 }
 
-/* As little memory as n bytes take. */
+/* Gives back the memory beyond n bytes. */
 static void *shrink(void *memory, size_t n)
 {
   void *less = flesh_realloc(memory, n + 1);

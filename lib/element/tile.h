@@ -9,7 +9,7 @@
 #include "element/tet_kernel.h"
 #include "math/lanes.h"
 
-/* Of the element that the source at hand is compiled for. */
+/* Sizes of the element that the including source is compiled for. */
 #ifndef ELEMENT_NODES
 #define ELEMENT_NODES 4
 #endif

@@ -79,7 +79,7 @@ INLINE void turning_stress(const tets *t, const flesh_tet_point *at, const flesh
   for (int c = 0; c < 9; c++) S[c] *= at->scale_x * t->volume;
 }
 
-/* What becomes of the block of a pair of different nodes (01 02 03 12 13 23). */
+/* Takes the block of a pair of different nodes (01 02 03 12 13 23): adds it to the tile or keeps it. */
 typedef void take_viscous_block(const tets *t, const flesh_real block[9], int pair, void *to);
 
 /* With p_a = F g_a: K_ab = (shear + spin) (g_a.g_b) F F^T + (shear - spin) p_b p_a^T + (bulk - 2/3 shear) p_a p_b^T

@@ -62,7 +62,8 @@ int flesh_fields_check(const flesh_body *body, const flesh_system *system, unsig
   return FLESH_OK;
 }
 
-/* Of a tet, at most; a tet of four nodes beside others of ten has the same value at all of them. */
+/* The most points of quadrature that a tet has; a tet of four nodes beside others of ten has the same value at all of
+ * them. */
 static int point_count(const flesh_body *body)
 {
   return flesh_mesh_order(body->mesh) == 2 ? FLESH_TET10_POINTS : 1;
@@ -87,7 +88,8 @@ static int add_arrays(flesh_fields *f)
   const int n = flesh_mesh_node_count(f->body->mesh), tets = flesh_mesh_tet_count(f->body->mesh);
   int status = FLESH_OK;
   for (int row = 0; row < FLESH_TET_FIELDS && !status; row++) {
-    /* What follows from the stress needs it; the lists have it when it is asked for. */
+    /* von Mises stress and pressure follow from the stress, which is computed for them but stays out of the lists
+     * unless it is asked for. */
     const int hidden = row == STRESS && !wants(f, row) && f->fields & of_stress;
     const int node_count = f->nodes.count, tet_count = f->tets.count;
     if (!wants(f, row) && !hidden) continue;
@@ -143,7 +145,7 @@ void flesh_fields_clear(flesh_fields *f)
   *f = (flesh_fields){0};
 }
 
-/* Of a point of quadrature: its stress is Cauchy's. */
+/* Fills in the values at a point of quadrature; the stress is Cauchy's. */
 static void take_sample(const flesh_fields *f, const flesh_strain_point *p, double sample[SAMPLE])
 {
   double U[9], V[9];
@@ -211,7 +213,7 @@ static void add_to_nodes(flesh_fields *f, int tet, int count, double (*samples)[
   }
 }
 
-/* Of a part of a body other ranks' tets count, too. */
+/* Adds the values of other ranks' tets at shared nodes of a part of a body. */
 static void add_up_nodes(const flesh_team *team, int width, double *values)
 {
   const flesh_team_vector vector = {.width = width, .stride = width, .values = values};

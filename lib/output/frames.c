@@ -51,7 +51,7 @@ static int step_of(const char *name)
   return sscanf(name, "obstacle_%9d_%9d", &number, &step) == 2 ? step : -1;
 }
 
-/* Those after step `last`. */
+/* Removes the frames after step `last`; -1: all. */
 static void remove_frames(flesh_frames *frames, int last)
 {
   DIR *folder = flesh_path_list(frames->directory);
@@ -138,7 +138,7 @@ int flesh_frames_set_fields(flesh_frames *frames, const flesh_body *body, const 
   return FLESH_OK;
 }
 
-/* What every frame has, and behind it the chosen fields. */
+/* Lists the arrays that every frame has, and behind them the chosen fields. */
 static void list_arrays(flesh_frames *frames, const flesh_step_record *record, flesh_field_list *nodes,
                         flesh_field_list *tets)
 {

@@ -82,7 +82,7 @@ int flesh_part_frames_set_fields(flesh_part_frames *frames, const flesh_body *bo
   return flesh_fields_open(body, system, method, fields, places, &frames->fields);
 }
 
-/* What flesh_frames have, with the numbers of nodes and tets in the whole. */
+/* Lists the arrays of flesh_frames, with the numbers of nodes and tets in the whole. */
 static void list_arrays(flesh_part_frames *frames, const flesh_step_record *record, flesh_field_list *nodes,
                         flesh_field_list *tets)
 {

@@ -8,16 +8,16 @@
 
 typedef struct flesh_part_frames flesh_part_frames;
 
-/* Of the part `mesh` of rank `rank` of `ranks`, whose nodes and tets are numbered in the whole as `team` says. The folder
- * is there, with the frames.pvd of flesh_frames_create, which removes older frames. Borrows mesh and team. Returns new.
- * FLESH_ERR_MEMORY. */
+/* Makes the frames of the part `mesh` of rank `rank` of `ranks`, whose nodes and tets are numbered in the whole as
+ * `team` says. The folder is there, with the frames.pvd of flesh_frames_create, which removes older frames. Borrows
+ * mesh and team. Returns new. FLESH_ERR_MEMORY. */
 int flesh_part_frames_create(const char *directory, const flesh_mesh *mesh, const flesh_team *team, int rank, int ranks,
                              int every, flesh_part_frames **frames);
-/* The same where a run goes on behind step `last`, whose folder flesh_frames_resume has cleared. FLESH_ERR_FILE where
- * the first rank misses a frame up to there. */
+/* Like flesh_part_frames_create, for a run that goes on behind step `last`, whose folder flesh_frames_resume has
+ * cleared. FLESH_ERR_FILE where the first rank misses a frame up to there. */
 int flesh_part_frames_resume(const char *directory, const flesh_mesh *mesh, const flesh_team *team, int rank, int ranks,
                              int every, int last, flesh_part_frames **frames);
-/* As flesh_frames_set_fields, of the part's body and system. Collective. */
+/* Like flesh_frames_set_fields, for the part's body and system. Collective. */
 int flesh_part_frames_set_fields(flesh_part_frames *frames, const flesh_body *body, const flesh_system *system,
                                  flesh_method method, unsigned fields, unsigned places);
 /* Waits until this rank's parts of frames behind step `settled` are on the disk. FLESH_ERR_FILE. */

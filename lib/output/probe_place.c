@@ -59,8 +59,8 @@ static int find_place(const flesh_mesh *mesh, const flesh_team *team, const doub
   return FLESH_OK;
 }
 
-/* Of the ranks' places the nearest, with its distance; of several that are as near the first tet of the body. It is
- * left to the rank that has it. */
+/* Chooses the nearest of the ranks' places; of several that are as near, the first tet of the body. Only the rank that
+ * has it keeps it. */
 static void choose_place(const flesh_team *team, flesh_place *place)
 {
   double nearest = place->tet < 0 ? -INFINITY : -place->distance, first;

@@ -107,7 +107,7 @@ static void print_header(const flesh_probes *probes)
   putc('\n', stream);
 }
 
-/* Of a part of a body a probe may have nothing here. */
+/* Whether flesh_probe_prepare has been called; on a part of a body, a probe may have no node or tet here. */
 static int is_prepared(const flesh_probe *p, const flesh_team *team, int tets)
 {
   const int has_tet = p->tet < tets && (team || p->tet >= 0);
@@ -130,7 +130,7 @@ static int check_probes(const flesh_mesh *mesh, int count, const flesh_probe *pr
   return FLESH_OK;
 }
 
-/* What needs no other rank. */
+/* Makes the probes as far as this rank can do so without the others. */
 static int create_here(const flesh_body *body, const flesh_system *system, int count, const flesh_probe *probes,
                        flesh_probes **result)
 {
@@ -224,7 +224,8 @@ int flesh_probes_close(flesh_probes **probes)
   return status;
 }
 
-/* Of a vector on nodes [3*n]: at the point, or its sum. What is not this rank's is 0, here and below. */
+/* The value at the point, or the sum over the nodes, of a vector x [3*n]. Here and below, the contribution of other
+ * ranks' nodes and tets is 0. */
 static void find_vector(const flesh_probes *probes, const flesh_probe *probe, const double *x, double value[3])
 {
   const flesh_mesh *mesh = probes->mesh;
@@ -293,11 +294,11 @@ static void find_strain(const flesh_probes *probes, const place *at, const flesh
   }
 }
 
-/* Where the quantities begin among a probe's numbers. */
+/* Index of each quantity's first number among a probe's numbers. */
 enum { VELOCITY_AT = 3, REACTION_AT = 6, TETS_AT = 12, CONTACT_AT = TETS_AT + OF_TETS };
 _Static_assert((int)CONTACT_AT + 6 == (int)COLUMNS, "a quantity is missing");
 
-/* What this rank has of a row, [NUMBERS]. */
+/* Computes this rank's contribution to a row, [NUMBERS]. */
 static void find_numbers(flesh_probes *probes, const place *at, const flesh_step_record *record, double *numbers)
 {
   const flesh_state *state = record->state;

@@ -17,8 +17,8 @@ int flesh_probes_resume(const char *path, const flesh_body *body, const flesh_sy
 
 /* With the frames up to step `last`. FLESH_ERR_FILE where one of these is missing. */
 int flesh_frames_resume(const char *directory, const flesh_mesh *mesh, int every, int last, flesh_frames **frames);
-/* The same of the skin. A point cache, which appears only when it is closed, is made again from the body's frames in
- * `body_frames`. */
+/* Opens the frames of the skin with those up to step `last`. A point cache, which appears only when it is closed, is
+ * made again from the body's frames in `body_frames`. FLESH_ERR_FILE where a frame is missing. */
 int flesh_skin_frames_resume(const char *directory, const flesh_skin *skin, const flesh_surface *surface,
                              unsigned formats, int every, int last, const char *body_frames, const flesh_mesh *mesh,
                              flesh_skin_frames **frames);

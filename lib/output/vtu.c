@@ -78,7 +78,7 @@ static void print_header(writer *w, const char *type, const flesh_vtu_array *arr
   w->offset += w->length_size + bytes;
 }
 
-/* Of what the format itself asks for. */
+/* Prints the header of an array that the format itself asks for, without units or names of components. */
 static void print_plain_header(writer *w, const char *type, const char *name, int components, uint64_t bytes)
 {
   print_header(w, type, &(flesh_vtu_array){.name = name, .components = components}, bytes);

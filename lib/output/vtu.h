@@ -18,7 +18,7 @@ typedef struct flesh_vtu_array {
   int groups; /* 0: 1 */
 } flesh_vtu_array;
 
-/* What a .vtu holds; everything borrowed. */
+/* The contents of a .vtu; everything borrowed. */
 typedef struct flesh_vtu {
   int points, tets;
   const double *positions; /* [3*points], m */

@@ -65,7 +65,7 @@ typedef struct vtu_file {
   int64_t points;
 } vtu_file;
 
-/* Where the appended data of an array of `points` items begin; NULL with a refusal. */
+/* Returns the appended data of an array of `points` items; NULL, after setting the error, if there is none such. */
 static const char *find_array(const vtu_file *f, const char *name, const char *type, const char *components, size_t item)
 {
   char value[VALUE_SIZE];

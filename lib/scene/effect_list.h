@@ -10,7 +10,8 @@ typedef struct flesh_effect_entry {
   void *parameters;       /* read from the row's keys */
   const flesh_node *node; /* of the parameters; NULL for one that was added without being listed */
   const char *path;       /* "effects[1].gravity" */
-  /* What it is in the finished system, counted from 1: a constraint (pins, prescribed motions), an effect; 0: none. */
+  /* Its number in the finished system, counted from 1, as a constraint (pins, prescribed motions) or as an effect; 0:
+   * it is not one. */
   int constraint, effect;
   int found; /* of a part of a split mesh: nodes or triangles that it acts on here; -1: no selection was made */
 } flesh_effect_entry;

@@ -11,17 +11,17 @@
 /* Adds an effect that was made with `status`. */
 int flesh_effect_row_add(flesh_system *system, int status, flesh_effect **effect);
 
-/* As a scene writes it. */
+/* An amplitude, as a scene's keys give it. */
 typedef struct flesh_amplitude_parameters {
   double from, until;
   int interpolation;
   flesh_objects points;
 } flesh_amplitude_parameters;
 extern const flesh_key flesh_curve_keys[];
-/* What the keys mean; borrows the parameters. */
+/* The amplitude that the keys describe; borrows the parameters. */
 flesh_amplitude flesh_amplitude_read(const flesh_amplitude_parameters *parameters);
 
-/* What a scene gives of a dead load. */
+/* The keys of a dead load. */
 typedef struct flesh_load_parameters {
   flesh_selection selection;
   double vector[3]; /* N, Pa */
@@ -41,7 +41,7 @@ int flesh_effect_row_add_load(const flesh_load_parameters *p, const flesh_body *
   {.name = "until", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, until), .unit = "s",  \
    .default_value = ".inf", .doc = "end of its action (release); it acts while from <= t < until"}
 
-/* Of a struct that has a flesh_amplitude_parameters as `member`. */
+/* Keys of a struct that has a flesh_amplitude_parameters as `member`. */
 #define FLESH_AMPLITUDE_KEYS(parameters, member)                                                   \
   {.name = "amplitude", .type = FLESH_KEY_OBJECTS, .offset = offsetof(parameters, member.points),       \
    .default_value = "", .children = flesh_curve_keys, .child_size = sizeof(flesh_curve_point),     \

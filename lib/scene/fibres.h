@@ -24,7 +24,7 @@ typedef struct flesh_fibre_field {
 extern const flesh_key flesh_fibre_field_keys[];
 
 /* clang-format off */
-/* Of a struct that has a flesh_tet_selection as `member`. */
+/* Keys of a struct that has a flesh_tet_selection as `member`. */
 #define FLESH_TET_SELECTION_KEYS(parameters, member)                                                      \
   {.name = "regions", .type = FLESH_KEY_INTEGERS, .offset = offsetof(parameters, member.regions),         \
    .default_value = "", .doc = "only tets with these region tags"},                                       \

@@ -94,7 +94,7 @@ static void write_objects(const flesh_key *key, const flesh_objects *objects, in
   }
 }
 
-/* What is written is read from another folder. */
+/* Writes the path as an absolute one, because the text is read from another folder. */
 static void write_path(const char *path, flesh_text *text)
 {
   char *whole = realpath(path, NULL);

@@ -25,7 +25,7 @@ typedef struct flesh_node {
   struct flesh_node *first, *last, *next; /* children in order; next sibling */
 } flesh_node;
 
-/* Where a text comes from: a file, or the override of that number. */
+/* The source of a text: a file, or the override of that number. */
 typedef struct flesh_source {
   const char *name;
   int override;

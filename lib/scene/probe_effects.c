@@ -61,7 +61,7 @@ static const flesh_effect_entry *find(const flesh_scene *scene, const char *word
   return NULL;
 }
 
-/* Of a weld or a joint: the nodes on its first side. */
+/* For a weld or a joint, takes the nodes on its first side. */
 static int take_bearers(flesh_scene *scene, const flesh_effect_entry *entry, flesh_probe *probe)
 {
   int count, *nodes = NULL, status = entry->row->bearers(entry->parameters, &scene->body, &count, &nodes);

@@ -11,7 +11,7 @@
 #include "scene/probe_effects.h"
 #include "scene/scene.h"
 
-/* What is chosen, into the probe. */
+/* Fills in the probe's nodes or point from the keys. */
 static int choose(flesh_scene *scene, const flesh_scene_probe *keys, flesh_probe *probe)
 {
   const flesh_selection *s = &keys->selection;
@@ -63,8 +63,8 @@ int flesh_scene_probe_fail(const flesh_scene *scene, int k, int status)
   return flesh_node_fail_within(status, place, "%s.reactions: the probe %s: ", output->name, name);
 }
 
-/* Where ranks share out the body, each of its parts is prepared then (share_probes.c); the first rank sees to it that
- * what is wrong with a whole mesh's is said as one rank by itself says it. */
+/* Prepares the k-th probe. If ranks share out the body, each of its parts is prepared later (share_probes.c); the first
+ * rank prepares a copy for the whole mesh, so that its errors read as on a single rank. */
 static int prepare(const flesh_scene *scene, int k)
 {
   flesh_probe alone = scene->probes[k], *probe = scene->ranks > 1 ? &alone : &scene->probes[k];

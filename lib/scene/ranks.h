@@ -22,7 +22,7 @@ typedef struct flesh_scene_sums {
 /* FLESH_ERR_FILE, FLESH_ERR_MEMORY. */
 int flesh_scene_sum(const flesh_scene *scene, flesh_scene_sums *sums);
 
-/* What a rank has of a scene's body. */
+/* A rank's part of a scene's body. */
 typedef struct flesh_scene_share flesh_scene_share;
 
 /* This rank's part of the scene's body and a system on it, with the effects and constraints of the scene's, in the same

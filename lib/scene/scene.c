@@ -67,7 +67,7 @@ static int read_tree(flesh_scene *scene, int count, const char *const *overrides
   return status;
 }
 
-/* What a path names from now on, whatever the working directory becomes. */
+/* Makes the path absolute, so that it names the same file in any working directory. */
 int flesh_scene_make_absolute(flesh_scene *scene, char **path)
 {
   char *whole = realpath(*path, NULL);

@@ -32,7 +32,7 @@ struct flesh_scene {
  * nothing is built. */
 int flesh_scene_check_keys(const char *path, int count, const char *const *overrides);
 
-/* What flesh_scene_write writes. */
+/* Prints the text of flesh_scene_write. */
 void flesh_scene_print(const flesh_scene *scene, flesh_text *text);
 
 /* The node of `name` (may be NULL), else the one above it: where an error about it is reported. */
@@ -67,7 +67,7 @@ int flesh_scene_assign_bodies(flesh_scene *scene, int base, double *density, int
 void flesh_scene_start_bodies(const flesh_scene *scene, double *v);
 /* Chooses the nodes of keys.output.probes and checks them; needs the system. */
 int flesh_scene_make_probes(flesh_scene *scene);
-/* What is wrong with the scene's k-th probe, with its place. */
+/* Returns `status` after adding the place of the scene's k-th probe to the error's text. */
 int flesh_scene_probe_fail(const flesh_scene *scene, int k, int status);
 /* Whether frames can have keys.output.given.fields; needs the system. */
 int flesh_scene_check_fields(const flesh_scene *scene);

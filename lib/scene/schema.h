@@ -40,7 +40,7 @@ void flesh_schema_write(flesh_arena *arena, const flesh_schema_style *style, con
 /* JSON Schema, draft 2020-12. */
 void flesh_schema_json(flesh_arena *arena, const flesh_schema_part *part, flesh_text *text);
 
-/* As flesh_scene_schema, of a section. */
+/* Like flesh_scene_schema, for one section. */
 int flesh_scene_schema_section(flesh_schema_format format, const char *section, char **text);
 
 #endif

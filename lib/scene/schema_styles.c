@@ -93,7 +93,7 @@ static void no_section(flesh_text *text, const char *path, const char *doc, int 
   (void)text, (void)path, (void)doc, (void)has_keys;
 }
 
-/* Of lists the first item. A mapping's keys follow by themselves. */
+/* Prints a key's path, with the first item of each list. A mapping's keys follow by themselves. */
 static void path_row(flesh_text *text, const flesh_schema_row *row)
 {
   if (row->key->children || row->key->type == FLESH_KEY_EFFECTS) return;

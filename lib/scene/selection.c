@@ -97,7 +97,7 @@ static int nothing_found(const flesh_selection *selection, const char *what)
                                                                 : "nodes, regions or body");
 }
 
-/* What was found, where that is enough: of a part of a split mesh nothing may be (share.c asks all ranks). */
+/* Whether the count that was found suffices: in a part of a split mesh it may be 0 (share.c asks all ranks). */
 static int is_enough(const flesh_mesh *mesh, int found)
 {
   if (mesh->split) mesh->split->found = found;

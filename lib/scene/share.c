@@ -30,7 +30,7 @@ struct flesh_scene_share {
   flesh_share_probes probes;
 };
 
-/* What the scene says of tets, of this rank's. */
+/* Copies the scene's densities and materials of this rank's tets. */
 static int take_tets(flesh_scene_share *self)
 {
   const flesh_body *whole = &self->scene->body;

@@ -12,11 +12,11 @@ typedef struct flesh_share_probes {
   flesh_probe *probes; /* [count] with nodes of their own: those that the part has */
 } flesh_share_probes;
 
-/* Those of the scene's, in the part's numbers; `effects` [the scene's]: each one's number in the part's system, from 1.
- * FLESH_ERR_MEMORY; cleared by the caller in any case. */
+/* Takes the scene's probes, in the part's numbers; `effects` [the scene's]: each one's number in the part's system,
+ * from 1. FLESH_ERR_MEMORY; cleared by the caller in any case. */
 int flesh_share_probes_take(const flesh_scene *scene, const flesh_rank_part *part, const int *effects,
                             flesh_share_probes *self);
-/* As flesh_probe_prepare each, with the place in the scene where it fails. Collective. */
+/* Calls flesh_probe_prepare for each, and adds the place in the scene to errors. Collective. */
 int flesh_share_probes_prepare(const flesh_scene *scene, const flesh_body *body, const flesh_system *system,
                                flesh_share_probes *self);
 void flesh_share_probes_clear(flesh_share_probes *self);
