@@ -22,7 +22,7 @@ typedef struct flesh_accuracy_method {
   int mark;           /* gnuplot's point; nearly equal methods lie on each other */
 } flesh_accuracy_method;
 
-/* What the command compares: ROW(name, time.method, adaptive, max_order, colour, mark, doc). */
+/* The methods that the command compares: ROW(name, time.method, adaptive, max_order, colour, mark, doc). */
 #define FLESH_ACCURACY_METHOD_LIST(ROW)                                                                                \
   ROW("backward-euler", "backward-euler", 0, 0, "#d55e00", 7, "")                                                      \
   ROW("bdf2", "bdf2", 0, 0, "#e69f00", 13, "")                                                                         \
@@ -42,7 +42,7 @@ extern const flesh_accuracy_method flesh_accuracy_methods[FLESH_ACCURACY_METHODS
 /* Its index; -1: there is none of that name. */
 int flesh_accuracy_method_find(const char *name);
 
-/* What a row belongs to: the methods' work, or another price with everything else fixed. */
+/* The group of a row: the methods' work, or another price with everything else fixed. */
 typedef enum flesh_accuracy_group {
   FLESH_ACCURACY_WORK,
   FLESH_ACCURACY_NEWTON,
@@ -86,7 +86,7 @@ typedef struct flesh_accuracy_row {
   int on_front[2]; /* work: no other run is as good for less time, for fewer residuals */
 } flesh_accuracy_row;
 
-/* What is known of the reference; plain data. */
+/* The reference, and how accurate it is; plain data. */
 typedef struct flesh_accuracy_reference {
   char first[120], second[120];      /* how the two were made; first is the one compared with */
   double seconds;                    /* it took */
@@ -138,7 +138,7 @@ int flesh_accuracy_read(const flesh_accuracy_plan *plan, const flesh_accuracy_ro
 void flesh_accuracy_print_command(FILE *stream, const flesh_accuracy_plan *plan,
                                   const flesh_accuracy_row *row);
 
-/* Where the own steps of an adaptive row are written; empty for others. */
+/* Path of the file for the internal steps of an adaptive row; empty for other rows. */
 void flesh_accuracy_steps_path(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row,
                                char *path, size_t size);
 
@@ -153,8 +153,8 @@ int flesh_accuracy_make_reference(flesh_accuracy_plan *plan, flesh_accuracy_trac
 /* Runs the rows that are not done, one at a time on each rank, each in its own process; keeps the results after each.
  * FLESH_ERR_INTERRUPTED after a signal: the rows that were done stand. */
 int flesh_accuracy_run(flesh_accuracy_plan *plan, const flesh_accuracy_track *reference);
-/* What their processes need. On ranks behind the first `reference` is NULL: they read it, and the run that was solved
- * tightly, from the folder. */
+/* The data that the rows' processes need. On ranks behind the first `reference` is NULL: they read it, and the run that
+ * was solved tightly, from the folder. */
 typedef struct flesh_accuracy_work {
   const flesh_accuracy_plan *plan;
   const flesh_accuracy_track *reference, *tight;
@@ -174,13 +174,13 @@ const char *flesh_accuracy_status_word(const flesh_accuracy_row *row);
 int flesh_accuracy_same_run(const flesh_accuracy_row *a, const flesh_accuracy_row *b);
 /* -1: a took less, 1: b did; 0: their times do not distinguish them, or they made the same run. */
 int flesh_accuracy_compare_times(const flesh_accuracy_row *a, const flesh_accuracy_row *b);
-/* The same by residual evaluations, then linear iterations, Hessians and steps, which no machine changes. */
+/* Compares by residual evaluations, then linear iterations, Hessians and steps, which no machine changes. */
 int flesh_accuracy_compare_counts(const flesh_accuracy_row *a, const flesh_accuracy_row *b);
 
 /* Marks the rows that nothing beats, in time (where times do not distinguish, by counts) and in residuals. */
 void flesh_accuracy_find_fronts(flesh_accuracy_plan *plan);
-/* Of the runs of a method that are neither too coarse to be of use (error above a tenth of the motion) nor near the
- * reference's uncertainty (ten times), over the longest row of neighbours whose slopes agree within 15 %. */
+/* Fits a line to the runs of a method that are neither too coarse to be of use (error above a tenth of the motion) nor
+ * near the reference's uncertainty (ten times), over the longest row of neighbours whose slopes agree within 15 %. */
 void flesh_accuracy_fit_order(const flesh_accuracy_plan *plan, int method, flesh_accuracy_fit *fit);
 
 /* accuracy.csv and orders.csv; the table on stdout. */

@@ -70,7 +70,7 @@ void flesh_accuracy_find_fronts(flesh_accuracy_plan *plan)
   for (int kind = 0; kind < 2; kind++)
     for (int a = 0; a < plan->row_count; a++) {
       flesh_accuracy_row *row = &plan->rows[a];
-      /* What is off by more than the motion is no answer at any price. */
+      /* A run whose error exceeds the motion is no answer at any price. */
       row->on_front[kind] =
           judged(row) && row->figures.errors.position_rms < plan->reference.scale.motion;
       for (int b = 0; b < plan->row_count && row->on_front[kind]; b++)

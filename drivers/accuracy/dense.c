@@ -120,8 +120,8 @@ static int hold_out(const flesh_system *system, const flesh_accuracy_measure *me
   return status;
 }
 
-/* What is left with all nodes, from what it is with every second and with every fourth: it falls on as it fell, and by
- * no more than the smooth 2^8. */
+/* Extrapolates the error with all nodes from those with every second and with every fourth: it falls by the same factor
+ * again, by at least 1 and at most the smooth 2^8. */
 static double left_with_all(double every_second, double every_fourth)
 {
   double fall = fabs(every_fourth) / fabs(every_second);

@@ -48,7 +48,7 @@ static void add(const flesh_solve_stats *stats, flesh_accuracy_cost *cost)
   cost->linear += stats->linear;
 }
 
-/* What is asked between steps, also the adaptive method's own. */
+/* Data of the test whether to stop, which is made between steps, also between the adaptive method's own. */
 typedef struct limit {
   const flesh_state *state;
   double started, seconds;
@@ -84,7 +84,7 @@ static int gather(steps *s, const flesh_internal_step *step)
   return FLESH_OK;
 }
 
-/* What watches a run, and what that has taken of its time. */
+/* The watcher of a run, and the time that watching has taken. */
 typedef struct audience {
   const flesh_accuracy_watch *watch; /* NULL: nothing */
   double end, cpu_s, wall_s;
@@ -135,7 +135,7 @@ static int integrate(flesh_integrator *integrator, double h, const flesh_accurac
   limit l = {state, seconds(CLOCK_MONOTONIC), max_seconds};
   flesh_integrator_set_stop(integrator, ask, &l);
   int status = show(a, state), done = 0;
-  /* The same times as flesh_run's, so that `flesh run` repeats it bit for bit. */
+  /* The loop takes the same times as flesh_run, so that `flesh run` repeats it bit for bit. */
   for (long step = 1; !done && !status; step++) {
     double target = grid->start + (double)step * h, length = h;
     done = target > grid->end - 1e-6 * h;

@@ -25,7 +25,7 @@ typedef struct flesh_accuracy_mesh_row {
 
 enum { FLESH_ACCURACY_MESH_ROWS = 48, FLESH_ACCURACY_MESH_LEVELS = 8 };
 
-/* Of an element: the order at which its runs converge, and what they converge to. */
+/* The limit of an element: the order at which its runs converge, and the extrapolated result. */
 typedef struct flesh_accuracy_limit {
   int levels;    /* runs that it is made of; 0: there is none */
   int rows[3];   /* the last of them, coarse to fine */
@@ -51,7 +51,7 @@ typedef struct flesh_accuracy_meshes {
   double motion;       /* largest rms distance of the reference from the start [m] */
 } flesh_accuracy_meshes;
 
-/* What reaches an error in all: a row of meshes and a row of steps. */
+/* A mesh and a step that together reach an error. */
 typedef struct flesh_accuracy_choice {
   const flesh_accuracy_mesh_row *mesh; /* NULL: nothing does */
   const flesh_accuracy_row *step;      /* NULL in equilibrium */
@@ -87,7 +87,7 @@ flesh_accuracy_choice flesh_accuracy_choose(const flesh_accuracy_plan *plan, con
 int flesh_accuracy_write_meshes(const flesh_accuracy_plan *plan, const flesh_accuracy_meshes *meshes);
 void flesh_accuracy_say_meshes(const flesh_accuracy_plan *plan, const flesh_accuracy_meshes *meshes,
                                const flesh_accuracy_choice timed[3], FILE *stream);
-/* The same to mesh.txt and stdout. */
+/* Writes the same words to mesh.txt and stdout. */
 int flesh_accuracy_write_mesh_verdict(const flesh_accuracy_plan *plan, const flesh_accuracy_meshes *meshes,
                                       const flesh_accuracy_choice timed[3]);
 int flesh_accuracy_draw_meshes(const flesh_accuracy_plan *plan, const flesh_accuracy_meshes *meshes);

@@ -11,7 +11,7 @@
 #include "mesh/shape.h"
 #include "skin/locator.h"
 
-/* Where every point lies in the mesh. */
+/* Finds the place in the mesh of every point. */
 static int locate(flesh_accuracy_sampler *s)
 {
   flesh_locator *locator = NULL;
@@ -65,7 +65,8 @@ void flesh_accuracy_sampler_close(flesh_accuracy_sampler *sampler)
   *sampler = (flesh_accuracy_sampler){0};
 }
 
-/* Where the points are at the time `at` of the track: the place of rest, moved by the mesh's displacement there. */
+/* Keeps the points' positions at the time `at` of the track: the place of rest, moved by the mesh's displacement
+ * there. */
 static void keep(flesh_accuracy_sampler *s, int at, double t, const double *x)
 {
   const double *X = flesh_mesh_positions(s->mesh);

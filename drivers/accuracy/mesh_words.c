@@ -191,7 +191,7 @@ static void say_choice(const flesh_accuracy_meshes *meshes, double share, const 
   fputs(").\n", stream);
 }
 
-/* What the same error costs with each element. */
+/* Says how much CPU time each element takes for the same error. */
 static void say_times(const flesh_accuracy_meshes *meshes, double share, FILE *stream)
 {
   int beyond, count = 0;

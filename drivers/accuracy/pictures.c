@@ -288,7 +288,7 @@ static int draw_steps(const flesh_accuracy_plan *plan)
   return finish(plan, name, &file);
 }
 
-/* Those of an older comparison that this one does not draw again. */
+/* Removes the pictures of an older comparison that this one does not draw again. */
 static void drop_pictures(const flesh_accuracy_plan *plan)
 {
   static const char *const names[] = {"work_time", "work_residuals", "orders", "energy", "steps"};

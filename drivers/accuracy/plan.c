@@ -29,7 +29,7 @@ const char *const flesh_accuracy_group_names[] = {[FLESH_ACCURACY_WORK] = "work"
 static_assert(sizeof flesh_accuracy_group_names / sizeof *flesh_accuracy_group_names == FLESH_ACCURACY_GROUPS,
               "a name of every group");
 
-/* What the row adds to the plan's overrides; returns how many. */
+/* The most overrides that a row adds to the plan's. */
 enum { OWN_LIMIT = 12 };
 typedef char own_texts[OWN_LIMIT][128];
 
@@ -146,7 +146,7 @@ int flesh_accuracy_make_rows(flesh_accuracy_plan *plan)
   for (int m = 0; m < plan->method_count; m++) {
     int method = plan->methods[m], adaptive = flesh_accuracy_methods[method].adaptive;
     for (int k = 0; k < (adaptive ? plan->tolerance_count : plan->step_count); k++) {
-      /* Where the adaptive methods are asked for their state; theirs are their own. */
+      /* Adaptive methods choose their steps; `step` says when they are asked for their state. */
       flesh_accuracy_value step = adaptive ? plan->representative_step : plan->steps[k];
       flesh_accuracy_row *row = add_row(plan, FLESH_ACCURACY_WORK, method, step);
       if (adaptive) row->tolerance = plan->tolerances[k];

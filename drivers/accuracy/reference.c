@@ -31,7 +31,7 @@ static const source sources[] = {{"adaptive5", 0, 0},
                                  {"backward-euler", 1, 1}};
 enum { SOURCES = sizeof sources / sizeof sources[0], COLUMNS = 3, LEVELS = 14 };
 
-/* What a source's process brings back beside its states. */
+/* The result of a source's process, beside its states. */
 typedef struct made {
   int status, crashed_by;
   double estimate, seconds; /* position rms [m] by its own last change */

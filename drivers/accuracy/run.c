@@ -65,7 +65,7 @@ static int run_repeats(const task *given, const flesh_scene *scene, const flesh_
   return FLESH_OK;
 }
 
-/* What the reference cannot show is not reported. */
+/* The error; NaN if it is below the uncertainty of the reference. */
 static double above(double error, double uncertainty)
 {
   return fabs(error) > uncertainty ? error : isnan(error) ? error : NAN;
@@ -113,7 +113,7 @@ static void work_tight(const void *data, void *result)
   flesh_scene_destroy(&scene);
 }
 
-/* What a rank that is not the first has to read of what the first has made. */
+/* Reads, on a rank behind the first, the reference and the tight run that the first rank has made. */
 static int read_made(flesh_accuracy_plan *plan, const flesh_accuracy_row *row, flesh_accuracy_track *reference,
                      flesh_accuracy_track *tight)
 {
@@ -209,7 +209,7 @@ static void show_progress(const flesh_accuracy_plan *plan, const flesh_accuracy_
   fflush(stderr);
 }
 
-/* What came of a row whose process has ended. */
+/* Records the end of a row's process. */
 static int note(flesh_accuracy_row *row, int crashed)
 {
   flesh_accuracy_figures *f = &row->figures;

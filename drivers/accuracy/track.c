@@ -135,7 +135,8 @@ int flesh_accuracy_track_evaluate(const flesh_system *system, flesh_accuracy_tra
   return status;
 }
 
-/* As many events as a run is likely to have; more of them are kinks that the uncertainty of a reference covers. */
+/* Finds as many events as a run is likely to have; more of them are kinks that the uncertainty of a reference
+ * covers. */
 static int find_breaks(const flesh_system *system, double start, double end, flesh_accuracy_measure *measure)
 {
   enum { MOST = 10000 };
@@ -260,7 +261,7 @@ void flesh_accuracy_measure_scale(const flesh_accuracy_measure *measure, const f
   if (most > 0) scale->period = find_period(track, dof);
 }
 
-/* What is not a number stays: nothing larger comes. */
+/* Keeps the larger absolute value; a NaN stays. */
 static void grow(double *most, double value)
 {
   if (!isnan(*most) && !(fabs(value) <= fabs(*most))) *most = value;

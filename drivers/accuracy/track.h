@@ -61,7 +61,7 @@ typedef struct flesh_accuracy_measure {
 int flesh_accuracy_measure_open(const flesh_scene *scene, flesh_accuracy_measure *measure);
 void flesh_accuracy_measure_close(flesh_accuracy_measure *measure);
 
-/* Of the motion of `track`, the reference. */
+/* Measures the scale of the motion of `track`, the reference. */
 void flesh_accuracy_measure_scale(const flesh_accuracy_measure *measure, const flesh_mesh *mesh,
                                   const flesh_accuracy_track *track, flesh_accuracy_scale *scale);
 
@@ -84,7 +84,7 @@ typedef struct flesh_accuracy_state {
 void flesh_accuracy_compare_states(const flesh_accuracy_measure *measure, const flesh_accuracy_scale *scale,
                                    const flesh_accuracy_state *state, const flesh_accuracy_state *reference,
                                    flesh_accuracy_errors *errors);
-/* Of two tracks of the same times. */
+/* Compares two tracks of the same times. */
 void flesh_accuracy_compare(const flesh_accuracy_measure *measure,
                             const flesh_accuracy_scale *scale, const flesh_accuracy_track *track,
                             const flesh_accuracy_track *reference, flesh_accuracy_errors *errors);
@@ -102,13 +102,13 @@ int flesh_accuracy_track_doubt(const flesh_system *system, const flesh_accuracy_
  * than to its own last change. */
 void flesh_accuracy_widen(double estimate, const flesh_accuracy_errors *doubt, flesh_accuracy_errors *u);
 
-/* What an integration cost. */
+/* The cost of an integration. */
 typedef struct flesh_accuracy_cost {
   long steps, rejected, residuals, assemblies, newton, linear;
   double cpu_s, wall_s;
 } flesh_accuracy_cost;
 
-/* What sees a run; the time it takes is not counted. A negative status ends the run with it. */
+/* The watcher of a run; the time it takes is not counted. A negative status ends the run with it. */
 typedef struct flesh_accuracy_watch {
   int (*see)(void *data, const flesh_state *state);
   void *data;

@@ -25,7 +25,7 @@ typedef struct flesh_bench_time {
 int flesh_bench_measure(int (*prepare)(void *data), int (*work)(void *data), void *data,
                         int repeats, flesh_bench_time *time);
 
-/* Where data of a size live. */
+/* The cache or memory that data of a size fit into. */
 typedef enum flesh_bench_level {
   FLESH_BENCH_L2,
   FLESH_BENCH_L3,
@@ -34,7 +34,7 @@ typedef enum flesh_bench_level {
 } flesh_bench_level;
 extern const char *const flesh_bench_level_names[FLESH_BENCH_LEVELS];
 
-/* What the machine reaches with one number of threads. */
+/* The machine's highest rates with one number of threads. */
 typedef struct flesh_bench_ceilings {
   int threads;
   double read[FLESH_BENCH_LEVELS];  /* B/s, sums of what is read */
@@ -114,7 +114,7 @@ int flesh_bench_kernels(flesh_bench_plan *plan, const flesh_bench_bar *bar, int 
 int flesh_bench_steps(flesh_bench_plan *plan, const flesh_bench_bar *bar, const char *name,
                       int threads, int memory);
 
-/* What a row is judged by: CPU time of one thread, wall time of several. */
+/* The seconds that a row is judged by: CPU time of one thread, wall time of several. */
 double flesh_bench_seconds(const flesh_bench_row *row);
 /* Whether two rows differ in nothing but the size. */
 int flesh_bench_same_case(const flesh_bench_row *a, const flesh_bench_row *b);

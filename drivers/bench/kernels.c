@@ -209,13 +209,13 @@ static void close_bench(bench *b)
   free(b->from); /* and the others with it */
 }
 
-/* What a kernel cannot do without. Bytes: shapes of the tets (10 numbers), 4 nodes and 6 pairs of theirs (2 bytes
- * each), the places of some two blocks a tet (4) and the numbers of some three pairs that its nodes' own are summed up
- * from (2), positions and sums of the nodes (24 bytes each way), blocks (72 bytes, which an assembly writes once, and a
- * column). A preconditioner reads a matrix twice and writes two triangles of eight binary digits; for its coarse level
- * it reads where every block goes (16 bytes) and where every node is (20).
- * Operations by hand from lib/effect/elasticity_kernel.c for S, a division or root as one; two in single precision
- * count as one, as the ceiling is that of double precision. */
+/* The least work of a kernel. Bytes: shapes of the tets (10 numbers), 4 nodes and 6 pairs of theirs (2 bytes each), the
+ * places of some two blocks a tet (4) and the numbers of some three pairs that its nodes' own are summed up from (2),
+ * positions and sums of the nodes (24 bytes each way), blocks (72 bytes, which an assembly writes once, and a column).
+ * A preconditioner reads a matrix twice and writes two triangles of eight binary digits; for its coarse level it reads
+ * where every block goes (16 bytes) and where every node is (20). Operations by hand from
+ * lib/effect/elasticity_kernel.c for S, a division or root as one; two in single precision count as one, as the ceiling
+ * is that of double precision. */
 typedef struct kernel {
   const char *name;
   int (*work)(void *data);

@@ -123,7 +123,7 @@ static int multiply_all(void *data)
   return FLESH_OK;
 }
 
-/* Of a ceiling: the best, in CPU time where only one thread works. */
+/* The best time for a ceiling, in CPU time if only one thread works. */
 static double best_of(const stream *s, const flesh_bench_time *time)
 {
   return s->count == 1 ? time->best_cpu_s : time->best_wall_s;
@@ -164,8 +164,8 @@ static int find_for_threads(flesh_bench_plan *plan, flesh_bench_ceilings *c, str
   return status;
 }
 
-/* What one thread's share of L3 holds, by measurement, since systems report the sum of a socket's or what their host
- * has: the largest power of two times L2 that is read at a speed nearer to L3's than to memory's. */
+/* Measures one thread's share of L3, because systems report the sum of a socket or of their host: the largest power of
+ * two times L2 that is read at a speed nearer to L3's than to memory's. */
 static int find_l3(flesh_bench_plan *plan, stream *s, size_t l2, size_t memory)
 {
   const flesh_bench_ceilings *c = &plan->ceilings[0];

@@ -110,7 +110,7 @@ static int leads(const flesh_bench_plan *plan, int index)
   return 1;
 }
 
-/* Of the whole process, what it measured the machine with included. */
+/* Peak memory of the whole process, including the measurements of the machine. */
 static long peak_memory_kB(void)
 {
   struct rusage usage;

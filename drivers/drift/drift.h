@@ -92,7 +92,7 @@ typedef struct flesh_drift_part {
 } flesh_drift_part;
 /* The scene at `place` (0: the finest) of that order; -1: there are fewer. Figures must be there. */
 int flesh_drift_finest(const flesh_drift_plan *plan, int place);
-/* Of a variant at a Poisson's ratio with the solver. */
+/* The mesh's share in the figures of a variant, at a Poisson's ratio and with a solver. */
 flesh_drift_part flesh_drift_mesh_part(const flesh_drift_plan *plan, int poisson, int variant, flesh_drift_solver solver);
 const flesh_drift_case *flesh_drift_find(const flesh_drift_plan *plan, int scene, int poisson, int variant,
                                          flesh_drift_solver solver);

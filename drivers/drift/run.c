@@ -196,7 +196,7 @@ static void note_error(int status, struct flesh_drift_figures *f)
   snprintf(f->message, sizeof f->message, "%.399s", flesh_error_text());
 }
 
-/* What the run and who watched it know. */
+/* Copies the figures from the run and its watcher. */
 static void note_run(const flesh_figures *figures, const flesh_outcome *outcome, const watcher *w,
                      struct flesh_drift_figures *f)
 {
@@ -315,7 +315,7 @@ int flesh_drift_run(flesh_drift_plan *plan)
   flesh_pool_close(&pool);
   if (!status && flesh_interrupt_signal())
     status = flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted after %d of %d cases", plan->done, plan->case_count);
-  /* What the first solver's case found holds for its siblings, which follow it. */
+  /* The rest volume that the first solver's case found holds for its siblings, which follow it. */
   for (int k = 0; k < plan->case_count; k++)
     if (k % plan->solver_count)
       plan->cases[k].figures.rest_volume_ratio = plan->cases[k - k % plan->solver_count].figures.rest_volume_ratio;

@@ -67,7 +67,7 @@ static int read_history(const flesh_drift_plan *plan, volumes *v)
   return status;
 }
 
-/* What the runs that reach the end cover; what blows up leaves the picture instead of flattening everything else. */
+/* The range of the runs that reach the end; a run that blows up leaves the picture instead of flattening the others. */
 static void find_range(int count, const volumes *all, double range[2])
 {
   double low = 0.98, high = 1.02;
@@ -95,7 +95,7 @@ static void add_name(const flesh_drift_plan *plan, const volumes *v, char title[
   flesh_text_add(title, 400, "%s%s, %s", *title ? "; " : "", name, flesh_drift_solver_name(v->c->solver));
 }
 
-/* Where a run that stops is seen last: on its line, or where that leaves the picture. */
+/* Marks the last visible point of a run that stops: on its line, or at its crossing of the picture's edge. */
 static void mark_stop(const volumes *v, const double range[2], flesh_plot_series *series)
 {
   int n = 0;

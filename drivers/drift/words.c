@@ -79,7 +79,7 @@ static void say_inversion(const struct flesh_drift_figures *f, FILE *stream)
             f->first_bound_step, f->J_bound);
 }
 
-/* What became of a case after the release. */
+/* Says how a case ended after the release. */
 static void say_end(const flesh_drift_plan *plan, const flesh_drift_case *c, FILE *stream)
 {
   const struct flesh_drift_figures *f = &c->figures;
@@ -192,7 +192,7 @@ static int say_turned(const flesh_drift_plan *plan, int scene, int poisson, FILE
   return turned;
 }
 
-/* What the other scenes say, and whether it is to be believed. */
+/* Says whether the other scenes agree, and whether the figures are to be believed. */
 static void say_others(const flesh_drift_plan *plan, int best, int next, FILE *stream)
 {
   int turned = 0;

@@ -98,7 +98,7 @@ int main(void)
   TRY(CVode(cvode, end, y, &t, CV_NORMAL) < 0);
   report("CVODE, BDF", &b, N_VGetArrayPointer(y), exact);
 
-  /* The same without a matrix. */
+  /* CVODE again, without a matrix. */
   TRY(flesh_ode_start(problem, &b.state, y));
   SUNLinearSolver gmres = SUNLinSol_SPGMR(y, SUN_PREC_LEFT, 20, context);
   TRY(CVodeReInit(cvode, 0, y));

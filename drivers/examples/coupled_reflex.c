@@ -108,7 +108,7 @@ static int muscle_jacobian(const flesh_effect *effect, const flesh_point *point,
   return FLESH_OK;
 }
 
-/* Of the tension; the resistance has none in statics, where it is asked for. */
+/* The potential of the tension; the resistance has none in statics, where it is asked for. */
 static int muscle_potential(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, double *phi,
                             double *magnitude)
 {

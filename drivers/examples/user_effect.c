@@ -109,7 +109,7 @@ int main(void)
       printf("t = %.1f s: z from %.4f m to %.4f m\n", b.state.t, lowest, highest);
     }
   }
-  /* What it lies on carries its weight: 500 kg g. */
+  /* The floor carries the body's weight: 500 kg g. */
   double pushed = 0;
   for (int i = 0; i < b.nodes; i++) pushed -= 2e4 * fmin(b.state.x[3 * i + 2], 0);
   printf("the floor pushes with %.0f N; the body weighs %.0f N\n", pushed, 500 * 9.81);

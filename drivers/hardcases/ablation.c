@@ -81,7 +81,7 @@ static set *find_sets(const flesh_hardcases_plan *plan, int *count)
   return sets;
 }
 
-/* By how much more the sums without the technique are; NaN where there are none. */
+/* Relative excess of the sum without the technique; NaN if there is none. */
 static double excess(const double sums[2]) { return sums[0] > 0 ? sums[1] / sums[0] - 1 : NAN; }
 
 static void percent(double value, char text[16])

@@ -80,7 +80,7 @@ typedef struct flesh_hardcases_case {
 extern const flesh_hardcases_case flesh_hardcases_case_table[];
 /* The starts that eigenvalue filters are compared with; ends so too. */
 extern const flesh_hardcases_case flesh_hardcases_filter_table[];
-/* What a body of any shape can go through; ends so too. */
+/* Cases for a body of any shape; the table ends likewise. */
 extern const flesh_hardcases_case flesh_hardcases_shape_table[];
 
 /* Makes the case's mesh. Returns new. */

@@ -226,12 +226,12 @@ static const char *forms_with_lambda(char text[256])
   return text;
 }
 
-/* What the command line asks for, as it stands there; NULL: the default. */
+/* The lists of the command line, as given; NULL: the default. */
 typedef struct request {
   const char *energies, *poissons, *steps, *solvers, *elements, *meshes, *cases;
 } request;
 
-/* Of --filters, what was not asked for. */
+/* Fills in the defaults of --filters. */
 static void choose_filters(request *asked, flesh_hardcases_plan *plan)
 {
   const int quick = plan->quick;
@@ -245,7 +245,7 @@ static void choose_filters(request *asked, flesh_hardcases_plan *plan)
   if (plan->seeds < 1) plan->seeds = quick ? 1 : 5;
 }
 
-/* Of --shapes. */
+/* Fills in the defaults of --shapes. */
 static void choose_shapes(request *asked)
 {
   if (!asked->energies) asked->energies = "S,E";
@@ -262,7 +262,7 @@ static void choose_ablation(request *asked)
   asked->solvers = "ablation";
 }
 
-/* What that makes of the plan. */
+/* Makes the plan from the request. */
 static int choose(request *asked, flesh_hardcases_lists *l, choice *chosen, flesh_hardcases_setting *settings,
                   flesh_hardcases_plan *plan)
 {
@@ -299,7 +299,7 @@ static int choose(request *asked, flesh_hardcases_lists *l, choice *chosen, fles
   return status;
 }
 
-/* What the plan borrows. */
+/* The lists that the plan borrows. */
 typedef struct room {
   flesh_hardcases_lists lists;
   choice chosen;

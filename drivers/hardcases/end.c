@@ -203,7 +203,7 @@ void flesh_hardcases_judge_end(const flesh_scene *scene, double t, const double 
   if (!settled) return;
   memcpy(settled, x, sizeof *settled * 3 * (size_t)nodes);
   if (3 * nodes <= 2 * DENSE_LIMIT) {
-    /* What is at rest to rounding fails to fall further: its gradient shows it. */
+    /* A body at rest to rounding cannot fall further: its gradient shows that it is at rest. */
     settle(scene, t, settled, 1e-9);
     if (rest && flesh_mesh_distance_from_rest(rest, settled) < FLESH_HARDCASES_TOLERANCE)
       f->end = FLESH_HARDCASES_END_UNTANGLES;

@@ -71,7 +71,7 @@ static int table_open(table *t, const flesh_hardcases_plan *plan, flesh_element 
   return FLESH_OK;
 }
 
-/* What came back by the filter alone has a cost. */
+/* The cost of a run; INFINITY if it did not recover by the filter alone, NaN if it was not run. */
 static double cost_of(const flesh_hardcases_run *r, measure m)
 {
   if (!r || r->outcome == FLESH_HARDCASES_NOT_RUN) return NAN;

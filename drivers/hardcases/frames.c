@@ -108,7 +108,7 @@ static const flesh_hardcases_setting *shown(const flesh_hardcases_plan *plan)
   return best;
 }
 
-/* Of panels of so many pixels in so many columns. */
+/* Options for panels of the given size in pixels, in so many columns. */
 static flesh_picture_options options_of(int columns, int width, int height)
 {
   flesh_picture_options options;

@@ -65,7 +65,7 @@ typedef enum flesh_hardcases_outcome {
   FLESH_HARDCASES_OUTCOMES
 } flesh_hardcases_outcome;
 
-/* What the end of a run that did not recover is, after a static solve from there. */
+/* The kind of end that a run without recovery has, after a static solve from there. */
 typedef enum flesh_hardcases_end {
   FLESH_HARDCASES_END_UNKNOWN,    /* not asked, or the mesh is too large */
   FLESH_HARDCASES_END_MINIMUM,    /* gradient zero, all eigenvalues of the Hessian positive */
@@ -190,7 +190,8 @@ void flesh_hardcases_keep(const flesh_hardcases_plan *plan, const flesh_hardcase
  * whether it did. */
 int flesh_hardcases_recall(const flesh_hardcases_plan *plan, flesh_hardcases_run *run);
 
-/* Of --filters: performance profiles as profiles.csv and profiles.png, the verdicts as verdict.txt and on stdout. */
+/* Writes the results of --filters: performance profiles as profiles.csv and profiles.png, the verdicts as verdict.txt
+ * and on stdout. */
 int flesh_hardcases_write_filters(const flesh_hardcases_plan *plan);
 int flesh_hardcases_draw_filters(const flesh_hardcases_plan *plan);
 

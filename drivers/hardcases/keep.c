@@ -39,7 +39,7 @@ static void path_of(const flesh_hardcases_plan *plan, const flesh_hardcases_run 
   snprintf(path, 1700, "%s/%s/%s", plan->out, folder, name);
 }
 
-/* What a run's result depends on beside its folder's name, as one line. */
+/* Prints everything that a run's result depends on beside its folder's name, as one line. */
 static void print_key(FILE *stream, const flesh_hardcases_plan *plan, const flesh_hardcases_run *run)
 {
   fprintf(stream, "flesh %s, ", flesh_version());

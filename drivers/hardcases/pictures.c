@@ -24,7 +24,7 @@ static_assert(sizeof colours / sizeof *colours == FLESH_HARDCASES_OUTCOMES, "a c
 /* Pixels. */
 enum { CELL_WIDTH = 62, CELL_HEIGHT = 18, LEFT = 190, TOP = 230, BOTTOM = 70, RIGHT = 110 };
 
-/* What stands in a cell beside its colour. */
+/* The text of a cell. */
 static void cell_text(const flesh_hardcases_run *r, char text[32])
 {
   const flesh_hardcases_figures *f = &r->figures;

@@ -5,7 +5,7 @@
 
 #include <stddef.h>
 
-/* What each of several ways costs on each of several problems. Borrowed. Only problems that all ways were run on
+/* The cost of each of several ways to solve each of several problems. Borrowed. Only problems that all ways were run on
  * count. */
 typedef struct flesh_profile {
   int problems, ways;

@@ -224,7 +224,7 @@ static void show_progress(const flesh_hardcases_plan *plan, const flesh_hardcase
   fflush(stderr);
 }
 
-/* What an earlier battery has done is left out. */
+/* Whether an earlier battery has done the run, which is then left out. */
 static int is_done(void *data, int number)
 {
   flesh_hardcases_plan *plan = data;

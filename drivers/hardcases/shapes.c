@@ -51,7 +51,7 @@ const flesh_hardcases_case flesh_hardcases_shape_table[] = {
   {.name = "twist5", .group = "free", .start = FLESH_HARDCASES_TWIST, .amount = 5, .seconds = 2,
    SETTLE(1), .doc = "twisted by 5 turns"},
 
-  /* The same with feet. */
+  /* These bodies stand on feet. */
   {.name = "feet_jitter70", .group = "feet", .start = FLESH_HARDCASES_JITTER, .amount = 0.7, .flags = FEET | RANDOM,
    .seconds = 2, SETTLE(1), .doc = "every node moved by up to 70 % of an edge; the first twentieth held at rest"},
   {.name = "feet_scramble", .group = "feet", .start = FLESH_HARDCASES_SCRAMBLE, .flags = FEET | RANDOM | HARDEST,

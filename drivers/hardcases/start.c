@@ -72,15 +72,15 @@ static void turn(double *x, const double middle[3], double angle)
   x[2] = middle[2] + sin(angle) * y + cos(angle) * z;
 }
 
-/* What the start of a node depends on. */
+/* Sizes that the start of a node depends on. */
 typedef struct body {
   flesh_mesh_info info;
   double middle[3], length; /* of its box, the latter along x; m */
   double step;              /* s */
 } body;
 
-/* Of starts that are random: u in [-1, 1)^3, but normal for FLESH_HARDCASES_GAUSS; `edge` is the mean length of the node's
- * edges. */
+/* Moves a node for the random starts: u in [-1, 1)^3, but normal for FLESH_HARDCASES_GAUSS; `edge` is the mean length
+ * of the node's edges. */
 static void disturb_node(const flesh_hardcases_case *row, const body *b, const double *X, double edge, const double u[3],
                          double *x)
 {
@@ -115,7 +115,7 @@ static void disturb_node(const flesh_hardcases_case *row, const body *b, const d
   }
 }
 
-/* Of the others: where a node that rests at X starts, x, and how fast, v. */
+/* Position x and velocity v at which a node that rests at X starts, for the other starts. */
 static void start_node(const flesh_hardcases_case *row, const body *b, const double *X, double *x, double *v)
 {
   const double pi = acos(-1), amount = row->amount;

@@ -78,7 +78,7 @@ static int complete(request *r)
   if (isnan(r->given.young)) r->given.young = 1e5;
   if (isnan(r->given.poisson)) r->given.poisson = 0.45;
   if (lame) r->given.young = r->given.poisson = NAN;
-  /* What no form takes is said once; E and M have no limits of their own. */
+  /* Errors that all forms have in common are reported once; E and M have no limits of their own. */
   flesh_material any;
   int matched = r->constants == FLESH_CONSTANTS_MATCHED;
   return make_material(r, matched ? FLESH_ENERGY_E : FLESH_ENERGY_M, r->constants, &any);

@@ -43,7 +43,7 @@ double flesh_path_parameter(const flesh_path *path, int k);
 void flesh_curve_sample(const flesh_curve *curve, const flesh_path *path, double s, double *energy,
                         double quantities[FLESH_CURVE_QUANTITIES]);
 
-/* What to draw the curves with. */
+/* The curves to draw. */
 typedef struct flesh_curves {
   int count;
   flesh_curve curves[FLESH_CURVES_MAX];

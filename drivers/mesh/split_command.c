@@ -67,7 +67,7 @@ int flesh_split_command_box(const int cells[3], const double size[3], const doub
   return status ? flesh_command_fail("mesh box", status) : 0;
 }
 
-/* As METIS parts it, into the folder. */
+/* Parts the mesh by METIS, and writes the parts into the folder. */
 static int split_mesh(const flesh_mesh *mesh, int parts, const char *folder)
 {
   const int tets = flesh_mesh_tet_count(mesh);

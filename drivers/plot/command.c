@@ -85,7 +85,7 @@ static void write_curves(FILE *stream, const picture *p, const flesh_curves *cur
     const flesh_curve *curve = &curves->curves[k];
     if (!curve->drawn) continue;
     if (listed++) fputs(", \\\n     ", stream);
-    /* Those beneath are wider, so that one is seen that the others cover. */
+    /* Lines beneath are wider, so that they show beside the lines that cover them. */
     fprintf(stream, "$curve_%d using 1:2 with %s lw %.3g%s lc rgb '%s'", k + 1,
             p->points || curve->count <= FEW_POINTS ? "linespoints pt 7 ps 0.6" : "lines",
             curves->count > 1 ? 3.4 - 1.8 * k / (curves->count - 1) : 2, k / 8 % 2 ? " dt 2" : "", colours[k % 8]);

@@ -91,7 +91,7 @@ void flesh_csv_clear(flesh_csv *csv)
   *csv = (flesh_csv){0};
 }
 
-/* Of the columns of history.csv (observer.h), whose header has no units. */
+/* The units of history.csv's columns (observer.h), whose header has none. */
 static const char *history_unit(const char *name)
 {
   static const char *const units[][2] = {

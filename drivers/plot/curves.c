@@ -240,7 +240,7 @@ static int add_word(reading *r, const source *s, const char *word)
   return found ? status : refuse_column(s, word);
 }
 
-/* Of run, column and group what tells the curves from each other. */
+/* Keeps of run, column and group the parts that tell the curves from each other. */
 static void finish_titles(reading *r)
 {
   const int needed[3] = {r->wanted->path_count > 1, r->several, r->wanted->by != NULL};

@@ -17,7 +17,7 @@ typedef struct flesh_curves {
   double low[2], high[2]; /* of what can be drawn, of x and y */
 } flesh_curves;
 
-/* What the command line asks for. */
+/* The options of the command line. */
 typedef struct flesh_curves_wanted {
   int path_count, y_count;
   char *const *paths; /* folders of results, or CSV files */

@@ -13,7 +13,7 @@
 #include "shared/output.h"
 #include "shared/provenance.h"
 
-/* What a report should not exceed to be sent by mail, bytes. */
+/* Size up to which a report can be sent by mail, bytes. */
 static const double LARGE = 20e6;
 
 static int add_other(flesh_report *report, flesh_report_kind kind, const char *path)

@@ -26,7 +26,7 @@ void flesh_report_bytes_add_number(flesh_report_bytes *bytes, int64_t value);
 void flesh_report_bytes_add_list(flesh_report_bytes *bytes, size_t count, const int *values);
 void flesh_report_bytes_free(flesh_report_bytes *bytes);
 
-/* What a result's folder or file is. */
+/* The command that a result's folder or file comes from. */
 typedef enum flesh_report_kind {
   FLESH_REPORT_RUN,
   FLESH_REPORT_DRIFT,

@@ -69,7 +69,7 @@ void flesh_report_judge_run(json_t *part, const char *name, const json_t *result
                      figure(result, "solves_unconverged"), figure(result, "solves"));
 }
 
-/* What tells the runs apart, if there are several: the least and the largest change of volume. */
+/* Says which of several runs changed their volume least and most. */
 static void compare_runs(json_t *part, int count, char *const *names, json_t *const *results)
 {
   int least = -1, most = -1;
@@ -148,7 +148,7 @@ int flesh_report_add_history(json_t *part, json_t *plot, const char *folder, con
   return FLESH_OK;
 }
 
-/* What of these runs is to be plotted against time at first, when there is such a column. */
+/* The column to plot against time at first: the first of those wanted that a table has, else the last. */
 static const char *first_column(const json_t *part, const char *const *wanted)
 {
   const json_t *tables = json_object_get(part, "tables"), *table;

@@ -40,7 +40,7 @@ static json_t *cell(sqlite3_stmt *query, int column)
   }
 }
 
-/* What the query finds, as columns (new). */
+/* Runs the query and returns its rows as columns (new). */
 static int ask(const source *s, const char *sql, json_t **columns)
 {
   sqlite3_stmt *query = NULL;

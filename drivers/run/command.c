@@ -105,7 +105,7 @@ static void describe_springs(const flesh_system *system)
   }
 }
 
-/* What will be simulated. */
+/* Prints the scene's mesh, contacts, materials and springs. */
 static void describe(const flesh_scene *scene, const flesh_ranks *ranks)
 {
   flesh_mesh_info info;
@@ -139,7 +139,7 @@ static int read_scene(const char *path, const char *start_state, const char *met
                                            ranks ? ranks->count : 0, scene);
 }
 
-/* What the command line gave. */
+/* The options of the command line. */
 typedef struct given {
   flesh_ranks *ranks; /* NULL: one */
   flesh_runner_options options;
@@ -214,7 +214,7 @@ static int take_up(given *g, flesh_checkpoint *checkpoint, char **path, flesh_sc
   return FLESH_OPTIONS_GO_ON;
 }
 
-/* What the scene's preconditioner asks for beyond the scene. Status. */
+/* Prepares for the scene's preconditioner, which may need MPI and excludes checkpoints. Status. */
 static int prepare(const given *g, const flesh_scene *scene)
 {
   if (flesh_scene_solver(scene)->preconditioner != FLESH_PRECONDITIONER_BOOMERAMG) return FLESH_OK;
@@ -242,7 +242,7 @@ static int run_scene(const flesh_scene *scene, const flesh_runner_options *optio
   return code;
 }
 
-/* What the command line gives; the first rank reads it before the others, so that one tells of what is wrong with it. */
+/* Reads the command line; the first rank reads it before the others, so that only one reports its errors. */
 static int read_options(given *g, const flesh_usage *usage, int argc, char **argv)
 {
   int code = FLESH_OPTIONS_GO_ON;

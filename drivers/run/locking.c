@@ -198,8 +198,8 @@ static void say_table(double ratio, const char *why, FILE *stream)
           locking[k].poisson, locking[k].coarse, locking[k].fine, why);
 }
 
-/* Of four-node tets' steps, what both solves cost at most: 63 and 73 at nu = 0.49 with 1536 and 5184 tets of a bar, 23 and
- * 27 at 0.4999, where steps cost more. By counts, so that what is said does not depend on the machine. */
+/* Limits on the cost of both solves, for steps of four-node tets: 63 and 73 at nu = 0.49 with 1536 and 5184 tets of a
+ * bar, 23 and 27 at 0.4999, where steps cost more. They are counts, so that the words do not depend on the machine. */
 enum { TRIAL_STEPS = 75, ITERATIONS_A_STEP = 5, MOST_ITERATIONS = 5000 };
 
 /* The linear iterations that a solve may take, where both cost a fifth of the run at most; 0 where they cost more. */

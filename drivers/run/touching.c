@@ -7,7 +7,7 @@
 
 enum { MOST = 8 }; /* pairs of patches that are told one by one */
 
-/* Of several bodies, whether they pass through each other. */
+/* Says of several bodies whether they touch or pass through each other. */
 static void describe_bodies(const flesh_scene *scene, FILE *stream)
 {
   const flesh_system *system = flesh_scene_system(scene);

@@ -6,8 +6,8 @@
 
 #include "flesh/scene.h"
 
-/* Of several bodies, whether they touch or pass through each other; what goes through what at the start and is let apart,
- * and where; what is left out of contact although it could touch, as it is too near at rest. */
+/* Says whether several bodies touch or pass through each other; which surfaces begin crossed and are let apart, and
+ * where; and which are too near at rest and therefore left out of contact. */
 void flesh_describe_touching(const flesh_scene *scene, FILE *stream);
 
 #endif

@@ -189,7 +189,7 @@ static int read_bytes(const char *folder, FILE *file, long end, uint8_t **bytes,
   return flesh_checkpoint_refuse(folder);
 }
 
-/* Where the pieces are: all of the file up to its end. */
+/* Finds where the pieces begin: they take up the file from here to its end. */
 static int find_pieces(const char *folder, FILE *file, long end, flesh_checkpoint *checkpoint)
 {
   const int pieces = checkpoint->head.pieces;

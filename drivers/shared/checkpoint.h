@@ -33,14 +33,14 @@ typedef struct flesh_checkpoint_head {
   int64_t history, probes;     /* bytes of their files; probes -1: there are none */
 } flesh_checkpoint_head;
 
-/* What else it holds of a run as a whole; all borrowed. */
+/* The parts of a checkpoint that belong to the run as a whole; all borrowed. */
 typedef struct flesh_checkpoint_parts {
   const flesh_scene *scene;
   flesh_figures *figures;
   flesh_run_trace *trace;
 } flesh_checkpoint_parts;
 
-/* What a rank, or a process by itself, has of it; all borrowed. */
+/* The part of a checkpoint that belongs to one rank, or to a process by itself; all borrowed. */
 typedef struct flesh_checkpoint_piece {
   const flesh_rank_part *part;   /* NULL: the whole */
   int nodes;

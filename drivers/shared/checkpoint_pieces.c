@@ -16,7 +16,7 @@ typedef struct piece_parts {
   int *node_numbers, *tet_numbers; /* in the whole; of a piece that was read new */
 } piece_parts;
 
-/* What this piece has; its numbers are only read, those of the whole also where the mesh is split. */
+/* Describes this piece; its numbers are only read, those of the whole also where the mesh is split. */
 static piece_parts parts_of(const flesh_checkpoint_piece *piece)
 {
   const flesh_team *team = piece->part ? flesh_rank_part_team(piece->part) : NULL;
@@ -129,8 +129,8 @@ int flesh_checkpoint_fits(const char *folder, const flesh_checkpoint *checkpoint
   return status;
 }
 
-/* Where the piece that was read has its own nodes and its tets here; nodes that it shares are another's. Room for both in
- * `places`, new. */
+/* Finds the numbers here of the own nodes and the tets of the piece that was read; nodes that it shares are another's.
+ * Room for both in `places`, new. */
 static int find_places(const piece_parts *from, const flesh_checkpoint_piece *piece, int **places,
                        flesh_archive_others *others)
 {
@@ -150,7 +150,7 @@ static int find_places(const piece_parts *from, const flesh_checkpoint_piece *pi
   return FLESH_OK;
 }
 
-/* What piece k has for this one: all of it, or where it is not its `own`, what is of its nodes. */
+/* Takes over piece k: all of it or, if it is not this rank's `own`, the data of this rank's nodes. */
 static int take(const char *folder, const flesh_checkpoint *checkpoint, int k, int own, const flesh_checkpoint_piece *piece)
 {
   piece_bytes read;
@@ -181,7 +181,7 @@ int flesh_checkpoint_unpack(const char *folder, const flesh_checkpoint *checkpoi
 {
   int status = FLESH_OK;
   if (rank >= 0) return take(folder, checkpoint, rank, 1, piece);
-  /* Of what is not of nodes, the first rank's comes last and stays, as in result.json. */
+  /* Data that belong to no node: the first rank's piece comes last, so that its data stay, as in result.json. */
   for (int k = checkpoint->head.pieces - 1; k >= 0 && !status; k--) status = take(folder, checkpoint, k, 0, piece);
   return status;
 }

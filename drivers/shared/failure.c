@@ -14,7 +14,7 @@ static int needs_positive_J(const flesh_scene *scene)
   return 0;
 }
 
-/* What a method does with energy, and what to try where it is spurious. */
+/* Says how the method treats energy, and how to avoid spurious energy. */
 static const char *energy_advice(const flesh_scene *scene, const flesh_figures *figures)
 {
   if (figures->start_contact > 0.5 * figures->balance.scale)

@@ -14,13 +14,13 @@ void flesh_help_set_format(flesh_help_format format);
 
 /* To stdout, with that of usage->commands where it is not text. */
 void flesh_help_print(const flesh_usage *usage);
-/* Of a command that is nothing but a list of others, as flesh_subcommand_run takes it. */
+/* Prints the help of a command that is only a list of subcommands, as flesh_subcommand_run takes it. */
 void flesh_help_print_list(const char *command, const char *about, const char *more, const flesh_subcommand *list);
 
 /* The exit codes that a command with these `exits` (flesh_exits, or'ed) may end with. */
 void flesh_help_print_exits(unsigned exits);
 
-/* What the program is, in a line, and its commands, for help that is about all: main.c sets them. */
+/* A line on what the program is, and its commands, for help on all of it: main.c sets them. */
 extern const char *flesh_help_about;
 extern const flesh_subcommand *flesh_help_commands;
 

@@ -11,7 +11,7 @@ void flesh_interrupt_watch(void);
 int flesh_interrupt_asked(void *deadline);
 /* The remembered signal, or 0. */
 int flesh_interrupt_signal(void);
-/* As if it had come here; where one is remembered, that one stays. 0: nothing. */
+/* Remembers a signal that came to another process, unless one is remembered already. 0: nothing. */
 void flesh_interrupt_adopt(int signal_number);
 /* Its name, and the exit code that says so: 130 for SIGINT, 143 for SIGTERM, 129 for SIGHUP. */
 const char *flesh_interrupt_name(void);

@@ -13,7 +13,7 @@ static int compare(const void *a, const void *b)
   return (p > q) - (p < q);
 }
 
-/* Of Newton iterations, with the linear ones where `all`. NaN: there is none, or no memory. */
+/* Median over the steps of the Newton iterations, plus the linear ones if `all`. NaN: too few steps, or no memory. */
 static double median_of(const flesh_run_trace *trace, int all)
 {
   long *sorted = malloc(sizeof *sorted * ((size_t)trace->count + 1));

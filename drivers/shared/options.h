@@ -22,7 +22,7 @@ int flesh_exit_code(int status);
  * Command "": of the program itself. */
 int flesh_command_refuse(const char *command, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
-/* The same for an option whose value (NULL: missing) is not what it must be: "--out is missing; it must be a folder". */
+/* Refuses an option whose value (NULL: missing) is not valid: "--out is missing; it must be a folder". Returns 2. */
 int flesh_option_refuse(const char *command, const char *option, const char *value, const char *valid);
 
 /* Prints "flesh COMMAND: <last error>" to stderr and returns the exit code of `status`. */

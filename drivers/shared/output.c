@@ -13,7 +13,8 @@
 #include "base/file.h"
 #include "shared/checkpoint.h"
 
-/* What a run writes into its folder, and how it begins: so that an older run's file is known from somebody's own. */
+/* The files that a run writes into its folder, and their first words: these tell an older run's file from somebody's
+ * own. */
 static const struct {
   const char *name, *begin;
 } written[] = {{"scene.yaml", "# Every key in force"},

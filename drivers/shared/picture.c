@@ -111,7 +111,7 @@ int flesh_picture_fit_add(flesh_picture_fit *fit, const flesh_picture_panel *pan
     double *x;
     status = flesh_picture_obstacle(panel, k, NULL, &count, &x, &triangles, &corners);
     if (status) break;
-    /* What is far larger than the body may reach out of the picture. */
+    /* A surface that is far larger than the body may reach out of the picture. */
     if (size_of(count, x) < 4 * size) add_points(fit, count, x);
     free(x);
     free(corners);
@@ -135,7 +135,7 @@ void flesh_picture_fit_end(flesh_picture_fit *fit, flesh_picture_frame *frame)
   if (!isnan(options->high)) frame->high = options->high;
 }
 
-/* What cairo and fontconfig keep of the fonts, so that a search for leaks finds none. */
+/* Frees the caches of cairo and fontconfig, so that a search for leaks finds none. */
 static void release_fonts(void)
 {
   cairo_debug_reset_static_data();

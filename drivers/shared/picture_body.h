@@ -4,7 +4,7 @@
 
 #include "shared/picture_panel.h"
 
-/* What a panel shows; owns its arrays. Zero-initialise. */
+/* The surfaces that a panel shows; owns its arrays. Zero-initialise. */
 typedef struct flesh_picture_scene {
   int count; /* of surfaces: the body, then its obstacles */
   flesh_render_surface *surfaces;

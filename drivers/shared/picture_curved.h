@@ -16,7 +16,7 @@ typedef struct flesh_curved_surface {
   uint8_t *hidden; /* [triangles] bit k: the side opposite to corner k is no edge of the mesh */
 } flesh_curved_surface;
 
-/* Of a mesh of order 2. FLESH_ERR_MEMORY. */
+/* Makes the surface of a mesh of order 2. FLESH_ERR_MEMORY. */
 int flesh_curved_surface_make(const flesh_mesh *mesh, flesh_curved_surface *surface);
 void flesh_curved_surface_free(flesh_curved_surface *surface);
 

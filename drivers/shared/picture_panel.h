@@ -5,7 +5,7 @@
 #include "flesh/skin.h"
 #include "shared/render.h"
 
-/* What the colours show. */
+/* The quantity that colours show. */
 typedef enum flesh_picture_field {
   FLESH_PICTURE_PLAIN, /* the colour of flesh, a shade per region */
   FLESH_PICTURE_J,     /* the mean of J = det F in a tet */

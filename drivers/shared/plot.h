@@ -10,11 +10,11 @@
 /* Runs `gnuplot NAME.gp` in `folder`. FLESH_ERR_FILE with one sentence when gnuplot is not
  * installed or fails; the script stays. */
 int flesh_plot_draw(const char *folder, const char *name);
-/* The same for NAME.svg, .pdf or .png, as flesh_plot_begin_as has made the script for it. */
+/* Draws NAME.svg, .pdf or .png by the script that flesh_plot_begin_as has made for it. */
 int flesh_plot_draw_as(const char *folder, const char *name, const char *suffix);
 
-/* What a command makes of the status of its pictures: where gnuplot is not installed the figures still stand, which is
- * said on stderr, and FLESH_OK returned; any other failure is the command's. */
+/* A command's status after its pictures: if gnuplot is not installed the figures still stand, which is said on stderr,
+ * and FLESH_OK is returned; any other failure is the command's. */
 int flesh_plot_accept(const char *command, int drawn);
 
 typedef struct flesh_plot_series {
@@ -38,7 +38,8 @@ typedef struct flesh_plot_lines {
 /* Writes NAME.gp into `folder` and draws NAME.png. */
 int flesh_plot_lines_draw(const char *folder, const char *name, const flesh_plot_lines *lines);
 
-/* Of several pictures: one that fails does not keep the others from being drawn, and the first failure is reported. */
+/* The outcome of several pictures: a failure does not keep the others from being drawn, and the first one is
+ * reported. */
 typedef struct flesh_plot_outcome {
   int status;
   char words[1024];

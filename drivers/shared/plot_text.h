@@ -13,13 +13,13 @@ int flesh_plot_open(const char *folder, const char *name, const char *suffix, fl
 
 /* Terminal of width x height pixels, and the output NAME.png (elsewhere when gnuplot has `picture`). */
 void flesh_plot_begin(FILE *stream, const char *name, int width, int height);
-/* The same for NAME.svg, .pdf (of 96 pixels an inch) or .png. */
+/* Like flesh_plot_begin, with the output NAME.svg, .pdf (of 96 pixels an inch) or .png. */
 void flesh_plot_begin_as(FILE *stream, const char *name, const char *suffix, int width, int height);
 
 /* Prints the text as a gnuplot string, for scripts and for data. Only letters, digits and harmless signs stand as they
  * are; the rest is written in octal. Control characters become spaces, what is not UTF-8 becomes '?'. */
 void flesh_plot_quote(FILE *stream, const char *text);
-/* As a label of a tick, where gnuplot would take % for a format. */
+/* Prints the text as a string for a tick's label, in which gnuplot would take % for a format. */
 void flesh_plot_quote_tick(FILE *stream, const char *text);
 /* Prints name+suffix, a file of the script's folder, byte by byte as it is. */
 void flesh_plot_quote_file(FILE *stream, const char *name, const char *suffix);

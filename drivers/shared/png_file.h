@@ -4,7 +4,7 @@
 
 /* Whether the file begins as a PNG does and ends with its last chunk. */
 int flesh_png_is_whole(const char *path);
-/* The same of a picture that is named .svg, .pdf or .png. */
+/* Like flesh_png_is_whole, for a picture that is named .svg, .pdf or .png. */
 int flesh_picture_is_whole(const char *path);
 
 #endif

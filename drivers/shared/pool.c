@@ -113,7 +113,7 @@ int flesh_pool_stand_by(void)
   return flesh_pool_serve(1, &none);
 }
 
-/* Of ranks that have nothing to do. */
+/* Adopts a signal that came to an idle rank. */
 static void hear_signal(const void *ranks)
 {
   flesh_pool_head head;
@@ -144,7 +144,7 @@ void flesh_pool_dismiss(const flesh_ranks *ranks, int code)
 
 int flesh_pool_running(const flesh_pool *pool) { return pool->places.running + pool->away; }
 
-/* Of the others, one with the fewest cases that has a place; 0: none has. */
+/* Returns a rank behind the first with a free place and the fewest cases; 0: none has a place. */
 static int free_rank(const flesh_pool *pool)
 {
   int found = 0;

@@ -52,8 +52,8 @@ int flesh_pool_take(const flesh_pool_end *end, void *result, size_t size);
 int flesh_pool_lead(flesh_ranks *ranks, const char *name, int status, int jobs, const flesh_pool_cases *cases,
                     int (*lead)(void *data), void *data);
 
-/* Of a run with more ranks than there is work for. One that has none stands by until it is dismissed, and returns the
- * exit code; where it is signalled the first rank, which listens, is as if it had been. */
+/* Idle ranks of a run with more ranks than there is work for. An idle rank stands by until it is dismissed, and returns
+ * the exit code; a signal to it counts as one to the first rank, which listens. */
 int flesh_pool_stand_by(void);
 void flesh_pool_listen(const flesh_ranks *ranks);
 void flesh_pool_dismiss(const flesh_ranks *ranks, int code);

@@ -4,7 +4,7 @@
 
 #include "scene/arena.h"
 
-/* What is the same for all cases, on all ranks. */
+/* The data that all cases share, on all ranks. */
 typedef struct flesh_pool_cases {
   /* Does one, in a process of its own, and writes what is to be known of it. Borrows `data`. */
   void (*work)(const void *data, int number, flesh_text *answer);

@@ -17,7 +17,8 @@
 #include "shared/process.h"
 #include "shared/ranks.h"
 
-/* What stops by itself does so between two steps; what does not within this time is ended, s. */
+/* Time within which a process that was asked to stop must end, s; it stops by itself between two steps, and is killed
+ * later. */
 static const double GRACE = 2;
 
 struct flesh_pool_process {

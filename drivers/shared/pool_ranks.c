@@ -61,7 +61,7 @@ static void obey(helper *h, const flesh_pool_order *order, int jobs, const flesh
   }
 }
 
-/* What is to be told to the first rank of what has happened here. */
+/* Tells the first rank of a case that has ended here, and of a signal. */
 static void attend(helper *h)
 {
   flesh_pool_end end;

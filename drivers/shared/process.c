@@ -74,8 +74,8 @@ int flesh_process_start(void (*work)(const void *data, void *result), const void
   _exit(written == (ssize_t)size ? 0 : 1);
 }
 
-/* Of a process that has ended, with what waitpid said of it: fills `result` and returns 0, or
- * leaves it and returns the signal that ended the process, -1 when it was none. */
+/* Takes the result of a process that has ended; `ended` is waitpid's status. Fills `result` and returns 0, or leaves it
+ * and returns the signal that ended the process, -1 when it was none. */
 static int collect(flesh_process *process, int ended, void *result, size_t size)
 {
   _Alignas(max_align_t) char copy[LIMIT];

@@ -9,7 +9,7 @@
 /* `flesh --version`: the version and what it was built with. */
 void flesh_provenance_print_version(void);
 
-/* Of the program that runs, in one line: what another must have in common with it to give the same bits. */
+/* Identifies the running program in one line: programs with the same line give the same bits. */
 enum { FLESH_IDENTITY_SIZE = 512 };
 void flesh_provenance_identity(char text[FLESH_IDENTITY_SIZE]);
 

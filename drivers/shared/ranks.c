@@ -15,7 +15,8 @@
 #include "shared/ranks_join.h"
 #include "shared/result.h"
 
-/* What launchers say of themselves: Open MPI's, those with PMI (MPICH, Intel MPI), MVAPICH's, and Slurm's with PMIx. */
+/* Whether a launcher's variables announce several ranks: those of Open MPI, PMI (MPICH, Intel MPI), MVAPICH, and Slurm
+ * with PMIx. */
 static int launched(void)
 {
   static const char *const sizes[] = {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "MV2_COMM_WORLD_SIZE"};
@@ -127,7 +128,7 @@ static int choose_workers(flesh_ranks *self, int tets)
 
 int flesh_ranks_mesh_is_split(const flesh_scene *scene) { return flesh_scene_mesh(scene)->split != NULL; }
 
-/* What of the whole mesh is a sum of what the ranks' own tets have. */
+/* Fills in the figures of a whole, split mesh that are sums over the ranks' own tets. */
 static void measure_whole(flesh_ranks *self, const flesh_mesh *mesh)
 {
   const flesh_split_part *split = mesh->split;
@@ -241,7 +242,7 @@ int flesh_ranks_hand_over(const flesh_ranks *ranks, size_t size, const uint8_t *
   return status;
 }
 
-/* What each rank says of itself. */
+/* Figures of each rank in result.json. */
 enum { NODES, OWN, TETS, NEIGHBOURS, MESSAGES, BYTES, REDUCTIONS, PEAK, NUMBERS };
 
 static void describe(const flesh_ranks *ranks, double *row)

@@ -68,7 +68,7 @@ void flesh_ranks_inspect(const flesh_ranks *ranks, const flesh_scene *scene, fle
 int flesh_ranks_hand_over(const flesh_ranks *ranks, size_t size, const uint8_t *bytes,
                           int (*take)(void *data, size_t size, const uint8_t *bytes), void *data);
 
-/* What result.json says of them, on the first; NULL on the others. Every rank calls it. New. */
+/* The ranks' figures for result.json, on the first rank; NULL on the others. Every rank calls it. New. */
 json_t *flesh_ranks_json(const flesh_ranks *ranks);
 
 #endif

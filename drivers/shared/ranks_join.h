@@ -8,7 +8,7 @@
 
 /* All ranks that the launcher has started, and how many of them are on this machine. Status. */
 int flesh_ranks_join(flesh_communicator **communicator, int *here);
-/* Those of them that take part, which all call; NULL for one that does not. Status. */
+/* The communicator of the ranks that take part, which all ranks call for; NULL on one that does not. Status. */
 int flesh_ranks_split(int takes_part, flesh_communicator **communicator);
 /* Bytes from one of all ranks to another; does not wait until they are received. */
 void flesh_ranks_send(int to, size_t size, const void *bytes);

@@ -38,7 +38,7 @@ void flesh_shadow_window_add(const flesh_shadow *shadow, const double p[3], fles
   }
 }
 
-/* What is transparent from behind lets the lamp in from there. */
+/* Whether the triangle casts a shadow: a pane that is transparent from behind lets in light from that side. */
 static int casts(const flesh_shadow *shadow, const flesh_render_surface *s, const int *corners)
 {
   if (s->ground) return 0;

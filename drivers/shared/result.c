@@ -241,7 +241,7 @@ json_t *flesh_materials_json(const flesh_scene *scene)
   return array;
 }
 
-/* Those of one name are numbered from 2. */
+/* Energies by effect; effects of one name are numbered from 2. */
 static json_t *energies_json(const flesh_figures *figures, const flesh_system *system)
 {
   json_t *energies = json_object();

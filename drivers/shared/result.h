@@ -60,13 +60,13 @@ typedef struct flesh_outcome {
 /* "complete", "failed", "interrupted", "out of budget". */
 const char *flesh_outcome_word(const flesh_outcome *outcome);
 
-/* What to try when a step failed in a motion with these figures. */
+/* Advice after a step failed in a motion with these figures. */
 const char *flesh_failure_advice(const flesh_failure *failure, const flesh_scene *scene, const flesh_figures *figures);
 
 /* The failure in a few lines on `stream`; the scene names bodies. */
 void flesh_failure_print(FILE *stream, const flesh_outcome *outcome, const flesh_scene *scene);
 
-/* What a skin is bound to, in a line or two. */
+/* Prints the surface that a skin has, and how it is bound, in a line or two. */
 void flesh_skin_print(FILE *stream, const char *surface, const flesh_skin_info *info);
 
 /* Whether stiff volume terms are taken out of the system's solves in the scene's steps, of the length that it asks for.
@@ -85,7 +85,7 @@ json_t *flesh_json_number(double value);
 /* The figures as a new object; `system` names the energies. */
 json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *system);
 
-/* What every effect was asked for, holds, and where timed took, as a new list and as a table. */
+/* Calls, memory and, if timed, time of every effect, as a new list and as a table. */
 json_t *flesh_costs_json(const flesh_costs *costs, const flesh_system *system);
 void flesh_costs_print(FILE *stream, const flesh_costs *costs, const flesh_system *system);
 

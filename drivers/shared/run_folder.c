@@ -20,7 +20,7 @@ static char *join(const char *folder, const char *name)
 
 static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a run"); }
 
-/* Of "frame_000012.vtu", or of a frame in parts. */
+/* Reads the number from "frame_000012.vtu", or from the name of a frame in parts. */
 static int number_of(const char *name, int *number)
 {
   int end = 0;

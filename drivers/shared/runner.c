@@ -64,7 +64,7 @@ static int note_step(void *data, const flesh_step_record *record)
   return FLESH_OK;
 }
 
-/* What a step that takes long is at. */
+/* Reports the progress of a step that takes long. */
 static void speak_of_long_step(flesh_running *r)
 {
   const double now = flesh_running_seconds(CLOCK_MONOTONIC), lasting = now - r->last_step;
@@ -176,7 +176,7 @@ static int list_observers(flesh_running *r, flesh_figures *figures, flesh_observ
   return count;
 }
 
-/* What is to be known although nothing failed: in result.json, and where it is not told otherwise, on stderr. */
+/* Adds a warning to result.json and, if `spoken`, prints it to stderr. */
 static void warn(const flesh_running *r, flesh_outcome *outcome, int spoken, const char *words)
 {
   const size_t length = strlen(outcome->warning);
@@ -184,7 +184,7 @@ static void warn(const flesh_running *r, flesh_outcome *outcome, int spoken, con
   if (spoken && !r->options->quiet) fprintf(stderr, "flesh: warning: %s\n", words);
 }
 
-/* What effects say of their internal variables. */
+/* Collects the effects' messages about their internal variables. */
 static void tell_effects(const flesh_running *r, flesh_outcome *outcome)
 {
   const flesh_system *system = flesh_scene_system(r->scene);
@@ -201,7 +201,7 @@ static void tell_effects(const flesh_running *r, flesh_outcome *outcome)
   }
 }
 
-/* What a user should know of the run, whether it failed or not. */
+/* Adds warnings and messages about the run, whether it failed or not. */
 static void tell_outcome(flesh_running *r, int status, flesh_figures *figures, flesh_outcome *outcome)
 {
   char words[240];
@@ -319,7 +319,7 @@ static int begin(flesh_running *r, flesh_figures *figures, flesh_folder_claim *c
   return status || !options->out ? status : flesh_running_open(r, figures);
 }
 
-/* What can fail of a run that goes on from a checkpoint before its files are touched. */
+/* Claims the folder of a run that goes on from a checkpoint, before its files are touched. */
 static int claim_folder(flesh_running *r, flesh_folder_claim *claim)
 {
   const flesh_runner_options *options = r->options;
@@ -348,13 +348,13 @@ static int go_on(flesh_running *r, flesh_figures *figures)
   return flesh_ranks_agree(options->ranks, status);
 }
 
-/* What ended well before this did not. */
+/* Records a failure of the end of a run, unless the run had failed before. */
 static void add_note(flesh_outcome *outcome, int status)
 {
   if (status && !outcome->status) note(outcome, status);
 }
 
-/* What the first rank, or a process by itself, needs before the run. */
+/* Prepares the outputs of a run on the first rank, or in a process by itself. */
 static int prepare(flesh_running *r, flesh_figures *figures, flesh_folder_claim *claim)
 {
   const flesh_runner_options *options = r->options;

@@ -26,7 +26,7 @@ int flesh_running_asked_to_end(flesh_running *r)
   return FLESH_OK;
 }
 
-/* What result.json says of the run that no other file does. New text; NULL where memory is wanting. */
+/* The parts of result.json that no other file has: inputs and resumptions. New text; NULL when out of memory. */
 static char *notes_of(const flesh_running *r)
 {
   json_t *notes = json_object();
@@ -37,7 +37,7 @@ static char *notes_of(const flesh_running *r)
   return text;
 }
 
-/* What the checkpoint counts on is on the disk before it. */
+/* Waits until the files that a checkpoint refers to are on the disk. */
 static int sync_files(flesh_running *r)
 {
   int status = flesh_sync(flesh_running_path(r, "history.csv"));
@@ -54,7 +54,7 @@ static flesh_checkpoint_parts parts_of(flesh_running *r, flesh_figures *figures)
   return (flesh_checkpoint_parts){r->scene, figures, &r->trace};
 }
 
-/* What this rank, or the process by itself, has of the run. */
+/* The piece of the run that belongs to this rank, or all of it in a process by itself. */
 static flesh_checkpoint_piece piece_of(flesh_running *r)
 {
   const flesh_ranks *ranks = r->options->ranks;
@@ -63,7 +63,7 @@ static flesh_checkpoint_piece piece_of(flesh_running *r)
                                   ranks ? &r->own : &r->state, r->integrator};
 }
 
-/* What is of the whole run, into a file that is open then. */
+/* Opens the checkpoint's file and writes the parts that belong to the run as a whole. */
 static int begin_checkpoint(flesh_running *r, int step, flesh_file *file)
 {
   const double now = flesh_running_seconds(CLOCK_MONOTONIC);
@@ -142,7 +142,7 @@ static int check_inputs(const flesh_running *r)
   return flesh_json_lacks() ? flesh_fail(FLESH_ERR_MEMORY, "out of memory") : status;
 }
 
-/* Where this part of the run begins, for result.json. */
+/* Notes for result.json the step and time from which this part of the run goes on. */
 static int note_place(flesh_running *r, const flesh_checkpoint_head *head)
 {
   json_t *place = json_pack("{sisfsb}", "step", head->step, "t", r->state.t, "same_bits", head->exact && r->checkpoint.fits);

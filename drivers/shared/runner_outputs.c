@@ -67,7 +67,7 @@ int flesh_running_open_probes(flesh_running *r)
               : flesh_probes_create(path, body, system, method, count, probes, &r->probes);
 }
 
-/* What the scene asks frames for beside where the body is. */
+/* Adds the fields that the scene asks for to frames. */
 static int set_fields(flesh_running *r)
 {
   const flesh_scene_output *output = flesh_scene_outputs(r->scene);

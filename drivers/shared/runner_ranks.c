@@ -84,7 +84,7 @@ typedef struct part_rows {
 
 enum { ROWS = 16384 }; /* at a time */
 
-/* Those of the whole's nodes from `first` to before `end` on all ranks: x [3*ROWS], then v. */
+/* Collects the whole's nodes from `first` to before `end` on all ranks: x [3*ROWS], then v. */
 static void find_rows(part_rows *p, int first, int end, double *rows)
 {
   memset(rows, 0, 6 * (size_t)ROWS * sizeof *rows);
@@ -153,7 +153,7 @@ int flesh_running_begin_whole(flesh_running *r)
   return status > 0 ? FLESH_OK : status; /* what is written says where a place is not finite */
 }
 
-/* What the first rank's observers make of a step, with the state gathered. */
+/* Calls the first rank's observers with the gathered state. */
 static int observe_gathered(flesh_running *r, const flesh_step_record *record)
 {
   const flesh_mesh *mesh = flesh_scene_mesh(r->scene);

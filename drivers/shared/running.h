@@ -62,11 +62,11 @@ const char *flesh_running_path(flesh_running *running, const char *name);
 /* The outcome (taken) with everything else that result.json has. */
 json_t *flesh_running_result(flesh_running *running, json_t *outcome, const flesh_figures *figures);
 
-/* What is wrong with the scene's skin is reported before anything is written. */
+/* Binds the scene's skin, so that its errors are reported before anything is written. */
 int flesh_running_bind_skin(flesh_running *running);
 /* Everything that can fail for want of a writable place fails here, before any solve. */
 int flesh_running_open(flesh_running *running, flesh_figures *figures);
-/* The same where a run goes on: its files as they were at the checkpoint. */
+/* Opens the files of a run that goes on, as they were at the checkpoint. */
 int flesh_running_reopen(flesh_running *running, flesh_figures *figures, const flesh_checkpoint_head *head);
 
 /* The file of probes, if there are any; every rank calls it, and the first writes. */
@@ -78,14 +78,14 @@ int flesh_running_share(flesh_running *running);
 int flesh_running_is_split(const flesh_running *running);
 /* The system that is observed: the whole's, or of a split mesh this rank's part of it. */
 const flesh_system *flesh_running_system(const flesh_running *running);
-/* What each rank writes: probes and, of a split mesh, its part of frames; the first has made the folder. Every rank calls
- * it. */
+/* Opens the files that each rank writes: probes and, of a split mesh, its part of frames; the first has made the
+ * folder. Every rank calls it. */
 int flesh_running_open_parts(flesh_running *running);
 /* Waits until what this rank has written of frames since the last checkpoint is on the disk. */
 int flesh_running_sync_parts(flesh_running *running);
 /* The last state, row by row in the order of the whole, of which the first rank has some at a time. Every rank calls it. */
 int flesh_running_keep_parts(flesh_running *running);
-/* What touches in the whole begins at the first rank's state. Status. */
+/* Starts contact's memory of the whole at the first rank's state. Status. */
 int flesh_running_begin_whole(flesh_running *running);
 /* Has the first rank's observers observe the whole. */
 int flesh_running_observe_ranks(void *running, const flesh_step_record *record);

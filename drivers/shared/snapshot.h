@@ -16,7 +16,7 @@ typedef struct flesh_snapshot_run {
 } flesh_snapshot_run;
 
 typedef struct flesh_snapshot {
-  /* As given on the command line. */
+  /* Options, as given on the command line. */
   const char *colour, *range, *camera, *up, *target, *surface;
   double height, field_of_view;
   int width, picture_height, columns;
@@ -62,7 +62,7 @@ typedef struct flesh_snapshot {
   {"no-shadow", NULL, FLESH_OPTION_SWITCH, &(s).no_shadow, "light, but no shadows"},               \
   {"bare", NULL, FLESH_OPTION_SWITCH, &(s).bare, "without titles and times"}
 
-/* What the help of a command says of its pictures. */
+/* Text on pictures for the help of commands. */
 #define FLESH_SNAPSHOT_DETAILS                                                                     \
   "Colours span all but a hundredth of the values at either end; the scale shows the extremes\n"   \
   "too. Inverted tets, with J <= 0 at a point of quadrature, are black in the colours of J, stress\n" \

@@ -9,9 +9,9 @@
 
 /* Shares of the forces that strain the body as it is: what a node may be out of balance by, and what may act on it. */
 static const double unbalanced_share = 0.02, load_share = 1e-3;
-/* Of the strain energy of a body strained by 1. */
+/* Least strain energy that counts, as a share of that of a body strained by 1. */
 static const double least_stored = 1e-6;
-/* Of the strain energy: kinetic energy and change of a body at rest. */
+/* Limits for a body at rest: its kinetic energy and its change of strain energy, as shares of the strain energy. */
 static const double moving_share = 1e-4, changing_share = 1e-3;
 enum { LEAST_STEPS = 5 };
 

@@ -82,7 +82,7 @@ static void write_frame(FILE *stream, const flesh_sweep_picture *p, const layout
   flesh_plot_quote(stream, title);
   fprintf(stream, " noenhanced font ',13'\nset colorbox user origin %.5f,%.5f size %.5f,%.5f\n", right + 20 / width,
           low, 16 / width, high - low);
-  /* What x and y are is written once for all panels. */
+  /* The labels of x and y are written once for all panels. */
   fputs("set label 1 ", stream);
   flesh_plot_quote(stream, p->x);
   fprintf(stream, " at screen %.5f,%.5f center noenhanced\nset label 2 ", (LEFT / width + right) / 2, 16 / height);

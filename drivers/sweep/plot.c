@@ -121,7 +121,7 @@ static void write_labels(FILE *stream, const flesh_sweep_picture *p)
   putc('\n', stream);
 }
 
-/* What became of the cases. */
+/* Counts of the cases by whether the picture shows them. */
 typedef struct shown {
   int points, spread; /* spread: several cases on one point */
   int bare, beyond_log; /* without a value; not positive on a logarithmic axis */
@@ -247,7 +247,7 @@ static int draw_lines(flesh_sweep_picture *p)
   return status ? status : flesh_plot_draw(p->folder, p->name);
 }
 
-/* Where the picture goes: beside the database, named for what it shows, unless --out says so. */
+/* Chooses the picture's file: --out, else beside the database, named for the columns that it shows. */
 static int place(flesh_sweep_picture *p, const char *database, const char *out)
 {
   const char *path = out ? out : database, *slash = strrchr(path, '/');

@@ -7,7 +7,7 @@
 
 enum { FLESH_SWEEP_TICKS = 2000, FLESH_SWEEP_NAME = 120, FLESH_SWEEP_LABEL = 48 };
 
-/* What `flesh sweep plot` was asked for; x, y, z and by are columns or SQLite's expressions. */
+/* The options of `flesh sweep plot`; x, y, z and by are columns or SQLite's expressions. */
 typedef struct flesh_sweep_picture {
   flesh_sweep_store store;
   const char *x, *y, *z, *by, *where, *table, *log, *title;
@@ -26,7 +26,7 @@ int flesh_sweep_plot_prepare(flesh_sweep_picture *p, sqlite3_stmt **query, char 
 /* Whether the query has one more row; *status where it cannot be read. */
 int flesh_sweep_plot_next(const flesh_sweep_picture *p, sqlite3_stmt *query, int *status);
 
-/* Of a column; one for all cases when it is NULL. */
+/* Reads the ticks of a column; one for all cases when it is NULL. */
 int flesh_sweep_ticks_read(flesh_sweep_picture *p, const char *column, flesh_sweep_ticks *t);
 void flesh_sweep_ticks_write(FILE *stream, char axis, const flesh_sweep_ticks *t);
 

@@ -15,7 +15,8 @@
 #include "base/folder.h"
 #include "sweep/sweep.h"
 
-/* What stops by itself does so between two steps; what does not within this time of its budget is ended, s. */
+/* Time after the end of its budget within which a case must end, s; it stops by itself between two steps, and is killed
+ * later. */
 static const double GRACE = 2;
 /* How long a case waits for the end of another process in its folder, s. */
 static const double PATIENCE = 5;
@@ -124,7 +125,7 @@ static void show_progress(crew *w)
   fflush(stderr);
 }
 
-/* What is known of a case whose process reported nothing. */
+/* The result of a case whose process reported nothing. */
 static json_t *silent(const crew *w, const flesh_pool_end *end)
 {
   char message[160];

@@ -12,7 +12,7 @@
 #include "scene/words.h"
 #include "sweep/spec.h"
 
-/* Of a sweep. */
+/* The most cases of a sweep. */
 enum { CASE_LIMIT = 10000000 };
 
 typedef flesh_sweep_axis axis;

@@ -36,7 +36,7 @@ extern const flesh_key flesh_sweep_spec_table[]; /* into flesh_sweep_spec */
 /* Every constant and every value of every axis must be one that its key takes. What a combination makes of them is for
  * its case to say. */
 int flesh_sweep_check_values(flesh_sweep *sweep);
-/* Of the plan, into sweep->fingerprint: a sweep may only be gone on with when it is the same. */
+/* Computes sweep->fingerprint, a hash of the plan: a sweep may only be gone on with when it is the same. */
 int flesh_sweep_make_fingerprint(flesh_sweep *sweep);
 
 int flesh_sweep_no_memory(void);

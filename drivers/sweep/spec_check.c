@@ -36,7 +36,7 @@ int flesh_sweep_check_values(flesh_sweep *sweep)
       int count = sweep->groups[g].count, is_scene = !strcmp(column->key, "scene");
       const flesh_node *last = NULL;
       for (int k = 0; !status && k < count; k++) {
-        /* Of a range the ends suffice, of a list that is sampled again and again some. */
+        /* Checks the ends of a range, and some values of a list that is sampled again and again. */
         if (!column->nodes[k] && k && k < count - 1) continue;
         if ((k > 200 || column->nodes[k] == last) && last) continue;
         last = column->nodes[k];

@@ -71,7 +71,7 @@ static int open_database(const char *path, int flags, flesh_sweep_store *store)
   return FLESH_OK;
 }
 
-/* What `meta` has for the key, as a new text; NULL where it has nothing, as a file that is no sweep. */
+/* Returns the value of the key in `meta`, as a new text; NULL if it has none, as in a file that is no sweep. */
 static int text_of(flesh_sweep_store *store, const char *key, char **value)
 {
   sqlite3_stmt *query;
@@ -178,7 +178,7 @@ int flesh_sweep_store_check(const flesh_sweep *sweep)
   int bad = -1, status = open_database(":memory:", SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, &store);
   if (!status) status = flesh_sweep_tables_create(&store, sweep);
   if (!status) status = set_meta(&store, "command", flesh_sweep_commands[sweep->command]);
-  /* Of the other commands the fields are known only when their tables are there. */
+  /* The fields of other commands than run are known only when their tables are there. */
   if (!status) status = flesh_sweep_views_write(&store, &bad);
   if (status && bad >= 0)
     status = sweep->command == FLESH_SWEEP_RUN ? flesh_node_fail_within(status, sweep->derived[bad].node, "%s", "")

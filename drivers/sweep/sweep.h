@@ -148,7 +148,7 @@ typedef struct flesh_sweep_run_options {
   int jobs, quiet;
   const char *out;
 } flesh_sweep_run_options;
-/* What the processes of the cases need. */
+/* The data that the processes of the cases need. */
 typedef struct flesh_sweep_work {
   const flesh_sweep *sweep;
   const char *out;

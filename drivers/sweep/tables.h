@@ -20,7 +20,7 @@ int flesh_sweep_store_prepare(flesh_sweep_store *store, const char *sql, sqlite3
 
 /* Ends the transaction that has begun: commits, or rolls back and keeps the error `status`. */
 int flesh_sweep_store_end(flesh_sweep_store *store, int status);
-/* Where the file of that name lies: beside the database. New text. */
+/* Path of the file of that name beside the database. New text. */
 char *flesh_sweep_store_beside(const flesh_sweep_store *store, const char *name);
 
 #endif
