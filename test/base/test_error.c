@@ -22,7 +22,7 @@ static void text_grows_outwards(void)
   CHECK(!strcmp(flesh_error_text(), "a.msh: line 3 is odd"));
 }
 
-/* What is quoted from a file or command line may be anything. */
+/* A text that is quoted from a file or command line may be anything. */
 static void text_is_one_printable_line(void)
 {
   flesh_fail(FLESH_ERR_FILE, "%s: the name is '%s'", "\xc3\xbc" "bung.yaml", "a\nb\33[2J\x7f");

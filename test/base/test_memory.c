@@ -16,7 +16,7 @@ static void reserves_are_used_from_the_beginning(void)
   CHECK(b >= a + 100 && c >= b + 100);
   memset(a, 1, 100);
   for (int k = 0; k < 100; k++) CHECK(b[k] == 0);
-  /* What is freed is used again once all after it is freed too. */
+  /* Freed memory is used again once everything after it is freed too. */
   flesh_free(b);
   char *d = flesh_malloc(1);
   CHECK(d > c);

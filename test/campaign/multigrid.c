@@ -38,7 +38,7 @@ typedef struct problem {
   float *r, *z;
 } problem;
 
-/* Of this process, which yields the processor where it waits for others: waiting is not counted in full. */
+/* CPU time of this process, which yields the processor while it waits for others: waiting is not counted in full. */
 static double seconds(void)
 {
   struct timespec now;

@@ -69,7 +69,7 @@ static void drop(problem *p)
   flesh_rank_part_destroy(&p->part);
 }
 
-/* What a solve of so many iterations exchanges. */
+/* Counts the exchanges of a solve of so many iterations. */
 static flesh_communicator_figures solve(problem *p, int iterations)
 {
   flesh_pcg_result result = {0};

@@ -21,7 +21,7 @@ static void shake(touching *m, unsigned long long seed)
   free(fixed);
 }
 
-/* What is known of the surfaces near each other, of the first effect that keeps bodies out of each other. */
+/* Finds the contact cache of the first effect that keeps bodies out of each other. */
 static int watch(const touching *m, flesh_surface_near **near)
 {
   *near = NULL;

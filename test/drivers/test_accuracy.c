@@ -178,7 +178,7 @@ static void a_reference_is_known_no_better_than_its_change(void)
   CHECK_NEAR(u.energy, 1.5e-5, 1e-17);
 }
 
-/* Where coordinate `at` of a tet is whose corners swing with frequency w until the kink, and fly on from there. */
+/* Coordinate `at` of a tet whose corners swing with frequency w until the kink, and fly on from there. */
 static void swing(double w, double kink, int at, double t, double *x, double *v)
 {
   double s = fmin(t, kink);

@@ -111,7 +111,7 @@ static void a_mesh_that_dominates_is_told(void)
   CHECK_TEXT(text, "For 10 % in all: tet10-mean, 600 tets, newmark at 1/30 s, about 0.01 s (mesh 0.4 %, step 2 %).");
   CHECK_TEXT(text, "For 0.1 % in all: nothing that was run reaches it.");
   free(text);
-  /* What was run at another step, or failed, is not offered. */
+  /* A run at another step, or one that failed, is not offered. */
   m.meshes.rows[1].status = FLESH_ERR_SOLVE;
   text = words(&m);
   CHECK_TEXT(text, "For 1 % in all: tet10-mean, 5000 tets, newmark at 1/60 s, 0.3 s");

@@ -7,7 +7,7 @@
 #include "flesh/body.h"
 #include "test.h"
 
-/* As in drift/run.c, which starts processes. */
+/* These stand for the functions of drift/run.c, which starts processes. */
 const char *flesh_drift_solver_name(flesh_drift_solver solver) { return solver == FLESH_DRIFT_PLAIN ? "plain" : "guarded"; }
 void flesh_drift_variant_title(flesh_drift_variant variant, char title[16])
 {
@@ -74,7 +74,7 @@ static void an_order_that_the_mesh_makes_is_told(void)
   free(text);
 }
 
-/* The same figures without the fine ones: nothing is claimed that does not hold. */
+/* Without the fine figures, nothing is claimed that does not hold. */
 static void what_the_meshes_cannot_tell_is_not_told(void)
 {
   const double drift[][VARIANTS] = {{2.07, 1.90, .94}, {1.82, 1.92, .78}};

@@ -10,7 +10,7 @@
 
 static const double open_target[3] = {NAN, NAN, NAN};
 
-/* Where a view puts a point, in parts of the picture from its middle (-1/2 ... 1/2). */
+/* The place of a point in a view, in parts of the picture from its middle (-1/2 ... 1/2). */
 static void place(const flesh_view *v, const double p[3], double at[2])
 {
   double q[3], r = 0, u = 0, away = 0;
@@ -116,7 +116,7 @@ static void near_hides_far(void)
   }
 }
 
-/* What has collapsed to a line or a point can be seen: about as long as it is, and thin. */
+/* A body that has collapsed to a line or a point can be seen: about as long as it is, and thin. */
 static void lines_and_points_are_drawn(void)
 {
   flesh_camera camera = {.azimuth = 90, .target = {0, 0, 0}, .height = 4};
@@ -395,7 +395,7 @@ static void the_scale_tells_the_extremes(void)
   flesh_mesh_destroy(&mesh);
 }
 
-/* Where the surface is turned over and where tets are inverted it is dark. */
+/* A surface is dark where it is turned over and where tets are inverted. */
 static void the_inside_is_darker(void)
 {
   flesh_camera camera = {.target = {0, 0, 0}, .height = 2};

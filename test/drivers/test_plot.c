@@ -160,7 +160,7 @@ static void zeros_have_no_sign(void)
         !strcmp(flesh_table_text(text, "%.0e", -1e-9), "-1e-09"));
 }
 
-/* Of several that fail the first is told. */
+/* The first of several failures is reported. */
 static void the_first_failure_is_told(void)
 {
   flesh_plot_outcome outcome = {0};

@@ -10,7 +10,7 @@ enum { SOBOL, NIEDERREITER, HALTON, REVERSE_HALTON, RANDOM };
 
 static void sobol_begins_as_published(void)
 {
-  /* Of Sobol's sequence in two dimensions, the origin left out. */
+  /* The first points of Sobol's sequence in two dimensions, the origin left out. */
   static const double first[] = {0.5,   0.5,   0.75,  0.25,  0.25,  0.75,  0.375,
                                  0.375, 0.875, 0.875, 0.625, 0.125, 0.125, 0.625};
   double points[14];

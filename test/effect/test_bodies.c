@@ -112,7 +112,7 @@ static void densities_and_selections_are_by_body(void)
   CHECK(flesh_system_fixed(flesh_scene_system(together.scene), 0, fixed) == 12); /* the bar's end alone */
   free(fixed);
   close_scene(&together);
-  /* By itself a name is the whole body. */
+  /* A name alone selects the whole body. */
   const char *hold[] = {"effects.pin.box=null", "effects.pin.body=block"};
   flesh_scene *held = NULL;
   CHECK_OK(flesh_scene_read(file_path("scene.yaml"), 2, hold, &held));

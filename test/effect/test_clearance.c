@@ -138,7 +138,7 @@ static void what_comes_near_is_met(void)
   }
 }
 
-/* As long as it is far it is not asked at all, and looked at a few times while the body goes 2 m. */
+/* A contact is not evaluated while it is far, and is looked at a few times while the body goes 2 m. */
 static void what_stays_far_is_not_asked(void)
 {
   for (int shape = 0; shape < SHAPES; shape++) {

@@ -221,7 +221,7 @@ static void derivatives_of_every_shape(void)
   }
 }
 
-/* Of nodes in many parts, on a mesh with friction and on a ball that faces feel too; in one pass and in two. */
+/* The body has nodes in many parts: a mesh with friction, and a ball that faces feel too; in one pass and in two. */
 static void threads_give_the_same_bits(void)
 {
   for (int shape = 0; shape < 2; shape++) {
@@ -298,7 +298,7 @@ static void what_rests_presses_with_its_weight(void)
       for (int i = 0; i < b.n / 3; i++) b.state.x[3 * i + 2] += 0.2;
     }
     add_contact(&b, &obstacle, NAN, 0.03, 0, 1);
-    /* What is left free is held, so that there is one equilibrium. */
+    /* Pins hold the free directions, so that there is one equilibrium. */
     int nodes[64], count = 0;
     for (int i = 0; i < b.n / 3; i++)
       if (fabs(flesh_mesh_positions(b.mesh)[3 * i] - 1. / 3) < 1e-9 &&

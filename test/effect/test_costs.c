@@ -155,7 +155,7 @@ static void guarded_steps_evaluate_once(void)
     const int guesses = k > 0; /* the first iterate's rival, the state itself, is asked for its potential alone */
     CHECK(stats.residuals == stats.newton + 1 && stats.potentials == stats.newton + 1 + guesses);
     CHECK(elasticity->residuals - before.residuals == stats.residuals);
-    /* That of elasticity in it is known from the step before. */
+    /* Elasticity's potential there is known from the step before. */
     CHECK(elasticity->potentials - before.potentials == stats.potentials - guesses);
     const int sizes = k == 0; /* of the potential's terms, for the rounding of the energies that are watched */
     CHECK(asked_both == stats.newton + 1 && asked_potential == guesses + sizes && asked_residual == 0);

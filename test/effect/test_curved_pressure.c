@@ -119,7 +119,7 @@ static void integrate(const double *x, const int node[6], int quarter, double *f
   }
 }
 
-/* Of an open surface, with faces of which some quarters are lacking; `chosen` tells of a triangle's number. */
+/* Checks an open surface, with faces of which some quarters are lacking; `chosen` tells of a triangle's number. */
 static void check_open(int (*chosen)(int k))
 {
   test_body b;
@@ -181,7 +181,7 @@ static void forces_are_exact_integrals(void)
   check_open(one);
 }
 
-/* What the rim adds is expanded with the symmetric part of its derivative: its work is exact. */
+/* The term of the rim is expanded with the symmetric part of its derivative: its work is exact. */
 static void lagged_rims_have_the_symmetric_derivative(void)
 {
   test_body b;

@@ -249,8 +249,8 @@ static void potentials_are_energies(void)
   }
 }
 
-/* What is added to r, *phi and *magnitude by `evaluate` is, bit for bit, what `residual` and `potential` add. Returns
- * whether the effect has it; *forces and *potentials count the shifts where they add anything. */
+/* `evaluate` adds to r, *phi and *magnitude, bit for bit, what `residual` and `potential` add. Returns whether the
+ * effect has it; *forces and *potentials count the shifts where they add anything. */
 static int check_evaluate(const test_body *b, const flesh_effect *effect, const flesh_point *point,
                           const flesh_shift *shift, int *forces, int *potentials)
 {
@@ -275,7 +275,7 @@ static int check_evaluate(const test_body *b, const flesh_effect *effect, const 
   return 1;
 }
 
-/* The same of a system, some of whose effects have `evaluate`; each counts as asked for both. */
+/* Checks `evaluate` for a system, some of whose effects have it; each counts as asked for both. */
 static void check_system_evaluate(const test_body *b, flesh_point point, const flesh_shift *shift)
 {
   flesh_effect_cost counted[2][40] = {0};

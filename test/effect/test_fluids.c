@@ -148,7 +148,7 @@ static void balls_have_half_the_drag_of_plates(void)
   }
 }
 
-/* What the wind does to a light block is all that the balance finds: 1/2 m v^2 = W. */
+/* The work of the wind on a light block is all that the balance finds: 1/2 m v^2 = W. */
 static void wind_works_as_much_as_the_body_gains(void)
 {
   for_every_method(method, TEST_FIXED_STEPS) {

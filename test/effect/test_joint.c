@@ -26,7 +26,7 @@ static void make(double young, int inertia, test_body *b)
   CHECK_OK(test_body_create(mesh, material, 1000, FLESH_MASS_LUMPED, inertia, b));
 }
 
-/* Of the lower block's upper half and the upper one's lower half. */
+/* Joins the lower block's upper half and the upper one's lower half. */
 static flesh_effect *join(const test_body *b, const double axis[3], double stiffness)
 {
   int nodes[2][18];

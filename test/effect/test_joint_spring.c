@@ -77,7 +77,7 @@ static void energy_is_that_of_the_distance(void)
   test_body_destroy(&b);
 }
 
-/* Of groups apart, and of groups that share nodes. */
+/* The groups are apart, or share nodes. */
 static void derivatives_and_balances_hold(void)
 {
   const int all[2 * EACH] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
@@ -154,7 +154,7 @@ static void hessian_is_the_closed_form(void)
   }
 }
 
-/* Where the points meet or nearly do, everything is finite; where they meet, there is no force. */
+/* If the points meet, or nearly do, everything is finite; if they meet, there is no force. */
 static void points_that_meet_are_no_trouble(void)
 {
   test_body b;

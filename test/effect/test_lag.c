@@ -8,7 +8,7 @@
 #include "flesh/kinsol.h"
 #include "test.h"
 
-/* What an effect saw: how often, and whether the lagged state was ever another than it should be. */
+/* Counts of an effect's calls, and whether the lagged state was ever another than it should be. */
 typedef struct witness {
   int n, calls, wrong;
   int energies, unfrozen; /* calls of the energy; points without a frozen state */

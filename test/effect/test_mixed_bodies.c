@@ -74,7 +74,7 @@ static double chance(unsigned *seed)
   return *seed / 4294967296. - 0.5;
 }
 
-/* Where nodes are and how they move, by where they rest but for the translation in y. */
+/* Places and motions of the nodes: functions of their rest positions without the translation in y. */
 static void shake(const flesh_mesh *mesh, double *x, double *v, double *a)
 {
   const double *X = flesh_mesh_positions(mesh);
@@ -443,7 +443,7 @@ static void frames_have_both_cells(void)
   flesh_scene_destroy(&scene);
 }
 
-/* What probes show at the points of each body's tets; the energies add up to that of the effect. */
+/* Probes show the stresses at the points of each body's tets; the energies add up to that of the effect. */
 static void stresses_are_those_of_each_body(void)
 {
   flesh_scene *scene = open_scene(-1, "lumped", "  - elasticity: {}\n", 0, "");

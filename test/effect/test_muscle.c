@@ -13,7 +13,7 @@ static const double thickness = 0.8; /* of the cube along y, m; 1 along x and z 
 static double blemker(double l) { return 1 - 4 * (1 - l) * (1 - l); } /* |1 - l| <= 0.4 */
 static double thelen(double l) { return exp(-(l - 1) * (l - 1) / 0.45); }
 
-/* Of l > 1.06, beyond both toes. */
+/* Passive tension at l > 1.06, beyond both toes. */
 static double passive(int curve, double l)
 {
   return curve ? (exp((l - 1) * 5 / 0.6) - 1) / (exp(5) - 1) : 0.05 * (exp(6.6 * (l - 1)) - 1);
@@ -81,7 +81,7 @@ static void make_cube(int order, int curve, double young, double poisson, const 
   add_muscle(b, curve, (double[]){2, 0, 0}, activation);
 }
 
-/* What the face x = 1 is held with, over its area. */
+/* The reaction of the face x = 1, over its area. */
 static double reaction(const test_body *b, double t)
 {
   double *r = calloc((size_t)b->n, sizeof *r), sum = 0;
@@ -180,7 +180,8 @@ static void add_pull(test_body *b, double pull)
 static const flesh_curve_point weak[] = {{0, 0}, {1, 0.3}};
 static const flesh_amplitude weakly = {.count = 2, .points = weak, .from = -INFINITY, .until = INFINITY};
 
-/* Of ten-node tets at nu = 0.499, where the volume is kept but for what the bulk modulus lets through. */
+/* The cube has four-node tets at nu = 0.45, or ten-node tets at nu = 0.499, whose volume changes only as far as the
+ * bulk modulus allows. */
 static void a_loaded_cube_shortens_as_the_closed_form(void)
 {
   const double pull = 2e4;
@@ -248,7 +249,7 @@ static void make_twitch(test_body *b)
   CHECK_OK(flesh_system_finalize(b->system));
 }
 
-/* What was put in less what kinetic, elastic, muscle and load energy have gained, over what was put in and out. */
+/* The energy put in, less the gain of kinetic, elastic, muscle and load energy, over what was put in and out. */
 static double imbalance(flesh_method method, double h, double *put_in, double *gain)
 {
   test_body b;

@@ -7,7 +7,7 @@
 
 static const double PEAK = 3e5, OPTIMAL = 1.1, FASTEST = 8, POISSON = 0.3, SOFT = 1e3;
 
-/* Of |1 - l| <= 0.4. */
+/* Active tension at |1 - l| <= 0.4. */
 static double active(int curve, double l) { return curve ? exp(-(l - 1) * (l - 1) / 0.45) : 1 - 4 * (1 - l) * (1 - l); }
 
 /* Thelen 2003, equation 6, with A_f = 0.25 and F_len = 1.4, solved for the force. */
@@ -38,7 +38,7 @@ typedef struct cube {
   double *x0; /* [n] where the last step began */
 } cube;
 
-/* Of 1 m, free to slide on its planes x = 0, y = 0, z = 0; fibres along x, of no passive tension. */
+/* Makes a cube of 1 m, free to slide on its planes x = 0, y = 0, z = 0; fibres along x, of no passive tension. */
 static void make_cube(int order, int curve, double young, double activation, double density, cube *c)
 {
   flesh_mesh *four = test_box(2, 2, 2, 1, 1, 1), *mesh = four;
@@ -88,7 +88,7 @@ static void clear(cube *c)
   test_body_destroy(&c->b);
 }
 
-/* What the face x = 1 is held with, at the end of a step; the cube's mass is nothing. */
+/* The reaction of the face x = 1, at the end of a step; the cube's mass is nothing. */
 static double reaction(const cube *c)
 {
   const flesh_state *s = &c->b.state;
@@ -230,7 +230,7 @@ static void loaded_cubes_shorten_on_hills_hyperbola(void)
   }
 }
 
-/* What the speed changes of the forces, times the velocities: W, at a point of the midpoint rule. */
+/* The power of the forces that depend on speed, W, at a point of the midpoint rule. */
 static double dissipated(const test_body *b, const double *x, const double *v)
 {
   const int n = b->n;

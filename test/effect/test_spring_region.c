@@ -186,7 +186,7 @@ static pull pull_block(int cells, int order, double radius)
   CHECK_OK(spring->operations->residual(spring, &point, r));
   pull result = {0, 0, flesh_mesh_jacobians(b.mesh, b.state.x, NULL, NULL, NULL)};
   for (int d = 0; d < b.n; d += 3) result.force -= r[d];
-  /* Of what the spring pulls, the mean. */
+  /* The mean displacement of the region that the spring pulls. */
   result.displacement = lift - result.force / stiffness;
   printf("# %2d cells of order %d, radius %g: force %.1f N, displacement %.4f m, least J %.3f\n", cells, order, radius,
          result.force, result.displacement, result.least);

@@ -119,8 +119,8 @@ static void it_has_no_torque_and_never_feeds(void)
   test_body_destroy(&b);
 }
 
-/* What a spin has lost and gained: of the angular momentum at the end and at most, of that which the trapezoidal rule
- * keeps, and the largest rise of the energy from sample to sample over the kinetic energy. */
+/* Losses and gains of a spin: of the angular momentum at the end and at most, of that which the trapezoidal rule keeps,
+ * and the largest rise of the energy from sample to sample over the kinetic energy. */
 typedef struct lost {
   double momentum, largest, kept, rise, energy;
 } lost;

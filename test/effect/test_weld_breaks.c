@@ -180,7 +180,7 @@ static void tension_and_shear_count_together(void)
   }
 }
 
-/* Of all effects, J, above the rest shape at rest; *rounding: of the sum of its terms. */
+/* The energy of all effects, J, above the rest shape at rest; *rounding: of the sum of its terms. */
 static double energy_of(const test_body *b, double *rounding)
 {
   double energies[3], rest[3], sum = 0, phi, *zeros = calloc((size_t)b->n, sizeof *zeros);
@@ -323,7 +323,7 @@ static void check_same(const test_body *a, const test_body *b)
     CHECK(!memcmp(a->state.internal, b->state.internal, (size_t)a->state.internal_count * sizeof(double)));
 }
 
-/* What has broken is in the state and its file, and goes on with the same bits; also where the integrator keeps it. */
+/* Broken welds are in the state and its file, and go on with the same bits; also where the integrator keeps them. */
 static void a_broken_weld_goes_on_with_the_same_bits(void)
 {
   for_every_method(method, TEST_FIXED_STEPS) {

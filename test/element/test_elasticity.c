@@ -31,7 +31,8 @@ static flesh_material material_number(int n, double young)
   return m;
 }
 
-/* What acts: of x, and of v (the mass of a, which is the same here) with the shape as at x_lag, or of both. */
+/* The kinds of effects: functions of x, and of v (the mass of a, which is the same here) with the shape as at x_lag, or
+ * of both. */
 typedef enum kind { ELASTIC, REST, CURRENT, VISCOUS, FROZEN, CONSISTENT, LUMPED, KINDS } kind;
 static const char *const kind_names[] = {"elasticity", "damping by rest", "damping by current", "viscosity",
                                          "viscosity, frozen", "consistent mass", "lumped mass"};
@@ -131,7 +132,7 @@ static void projected_hessian(const flesh_material *m, const double F[9], flesh_
               vectors[9 * e + q / 9] * vectors[9 * e + q % 9];
 }
 
-/* What of a tet is energy, stress and their derivative, at F, for the rate F', and the same frozen. */
+/* Energy, stress and its derivative at a point of a tet, at F, for the rate F', and the same frozen. */
 static void law(kind kind, const flesh_material *m, const double F[9], const double rate[9], const double frozen[9],
                 const double frozen_rate[9], flesh_eigenvalue_filter project, double *value, double P[9], double H[81])
 {
@@ -242,7 +243,7 @@ static void make_system(problem *p, kind kind, flesh_instructions instructions, 
   CHECK_OK(flesh_system_finalize(*system));
 }
 
-/* What each kind must not read is somewhere else. */
+/* Makes a point; the vectors that a kind must not read are others. */
 static flesh_point point_of(const problem *p, kind kind)
 {
   const int viscous = kind == VISCOUS || kind == FROZEN;
@@ -297,7 +298,7 @@ static double matrix_error(const problem *p, const flesh_block_matrix *A)
   return worst / largest_of(p->K, n * n);
 }
 
-/* The same bits by one pass. */
+/* Residual and potential have the same bits by one pass. */
 static void check_both(const flesh_system *system, const flesh_point *point, const flesh_shift *shift, const double *r,
                        double V)
 {

@@ -31,7 +31,7 @@ static flesh_mesh *mixed_mesh(void)
   int *edges = malloc(6 * (size_t)(tens + fours) * sizeof *edges);
   memcpy(X, flesh_mesh_positions(ten), 3 * (size_t)n * sizeof *X);
   for (int d = 0; d < 3 * m; d++) X[3 * n + d] = flesh_mesh_positions(four)[d] + 5 * (d % 3 == 0);
-  /* Of either kind in turn, so that their order in the mesh is not that of the groups. */
+  /* The two kinds alternate, so that their order in the mesh is not that of the groups. */
   int at = 0;
   for (int e = 0; e < tens || e < fours; e++) {
     for (int k = 0; k < 4 && e < fours; k++) tets[4 * at + k] = flesh_mesh_tets(four)[4 * e + k] + n;
@@ -246,7 +246,7 @@ static void dense_of(const problem *p, const flesh_effect *effect, flesh_eigenva
   flesh_system_destroy(&system);
 }
 
-/* Of one tet of four nodes, whose Hessian is one of fibres at one point: eigenvalues are kept, set to 0, or made
+/* The Hessian of one tet of four nodes is one of fibres at one point: eigenvalues are kept, set to 0, or made
  * positive. */
 static void one_tet_is_filtered_as_by_an_eigensolver(void)
 {

@@ -26,7 +26,7 @@ static int make_system(problem *p, kind kind, flesh_instructions instructions, f
   return FLESH_OK;
 }
 
-/* What each kind must not read is somewhere else. */
+/* Makes a point; the vectors that a kind must not read are others. */
 static flesh_point point_of(const problem *p, kind kind)
 {
   const int viscous = kind == VISCOUS || kind == FROZEN;
@@ -81,7 +81,7 @@ static double matrix_error(const problem *p, const flesh_block_matrix *A)
   return worst / largest_of(p->K, n * n);
 }
 
-/* The same bits by one pass. */
+/* Residual and potential have the same bits by one pass. */
 static void check_both(const flesh_system *system, const flesh_point *point, const flesh_shift *shift, const double *r,
                        double V)
 {
@@ -129,7 +129,7 @@ static int available(int instructions)
   return flesh_instructions_find((flesh_instructions)instructions, &usable) == FLESH_OK;
 }
 
-/* Of the first so many kinds. */
+/* Compares the first `kinds` kinds, on every instruction set. */
 static void compare_all(problem *p, int kinds, const char *what)
 {
   for (int set = FLESH_INSTRUCTIONS_PORTABLE; set < FLESH_INSTRUCTIONS_COUNT; set++)

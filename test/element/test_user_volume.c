@@ -50,7 +50,7 @@ static int simo_volume(double J, const flesh_material *m, flesh_volume_part *U)
   return FLESH_OK;
 }
 
-/* Of modulus 2, with a slope at J = 1. */
+/* A volume part of modulus 2, with a slope at J = 1. */
 static int scaled_volume(double J, const flesh_material *m, flesh_volume_part *U)
 {
   (void)m;

@@ -30,7 +30,7 @@ static void forces(flesh_energy energy, double poisson, double *r)
   test_body_destroy(&b);
 }
 
-/* By differences of steps h to either side, as vectors: how much they differ, of the larger one. */
+/* The relative jump of the forces' slope over the ratio, from differences of steps h to either side. */
 static double jump_of_slope(flesh_energy energy, double poisson)
 {
   const double h = 1e-5;

@@ -12,7 +12,8 @@
 #include "viscous_reference.h"
 #include "material/form.h"
 
-/* What acts: of x, and of v (the mass of a, which is the same here) with the shape as at x_lag, or of both. */
+/* The kinds of effects: functions of x, and of v (the mass of a, which is the same here) with the shape as at x_lag, or
+ * of both. */
 typedef enum kind { ELASTIC, REST, CURRENT, VISCOUS, FROZEN, CONSISTENT, LUMPED, KINDS } kind;
 static const char *const kind_names[] = {"elasticity", "damping by rest", "damping by current", "viscosity",
                                          "viscosity, frozen", "consistent mass", "lumped mass"};
@@ -194,7 +195,7 @@ static void hessian_of(const flesh_material *m, const double F[9], double H[81])
   for (int k = 0; k < 81; k++) H[k] += own[k];
 }
 
-/* The same, its negative eigenvalues treated as `project` says: by a general solver. */
+/* The Hessian with its negative eigenvalues treated as `project` says, by a general solver. */
 static void projected_hessian(const flesh_material *m, const double F[9], flesh_eigenvalue_filter project, double H[81])
 {
   double values[9], vectors[81], copy[81];
@@ -282,7 +283,7 @@ static void gradient_of(const double *y, const int node[10], const place *at, do
     for (int c = 0; c < 9; c++) G[c] += y[3 * node[a] + c / 3] * at->gradient[a][c % 3];
 }
 
-/* What of a point is energy, stress and their derivative, at F, for the rate F', and the same frozen. */
+/* Energy, stress and its derivative at a point, at F, for the rate F', and the same frozen. */
 static void law(kind kind, const flesh_material *m, const double F[9], const double rate[9], const double frozen[9],
                 const double frozen_rate[9], flesh_eigenvalue_filter project, double *value, double P[9], double H[81])
 {

@@ -23,7 +23,7 @@ static trial pair_above(int kind, double gap)
   return p;
 }
 
-/* By 10 gaps towards each other: 9 tenths of one gap may go. */
+/* The two move by 10 gaps towards each other: 9 tenths of one gap are feasible. */
 static void head_on(void)
 {
   for (int kind = 0; kind < 4; kind++)
@@ -115,8 +115,8 @@ static void random_motions(void)
   CHECK(count.stopped > 100 && count.touching > 30 && count.early == 0 && count.unsettled == 0);
 }
 
-/* What is told at once is what an advancement finds: all of the way. Of motions that are small beside the gap at least
- * half are told. */
+/* The early exit gives the result of an advancement: the whole step. It catches at least half of the motions that are
+ * small beside the gap. */
 static void little_motions_are_told_at_once(void)
 {
   int told = 0, little = 0, both = 0;

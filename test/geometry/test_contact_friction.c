@@ -147,7 +147,7 @@ static void forces_are_the_derivatives_of_the_potential(void)
   CHECK_BELOW(worst[1], 1e-6);
 }
 
-/* Where the unknown does not change velocities, the force is constant and its potential linear. */
+/* If the unknown does not change velocities, the force is constant and its potential linear. */
 static void without_velocities_the_force_is_constant(void)
 {
   static double v[3 * FACING_NODES], x[3 * FACING_NODES], r[3 * FACING_NODES];

@@ -18,7 +18,7 @@ static void place(double z, double x[12])
   x[2] = z;
 }
 
-/* By differences: central ones of the energy, and of the gradient. */
+/* Compares with central differences of the energy, and of the gradient. */
 static void derivatives_are_those_of_the_energy(void)
 {
   const double s = 1e-5, heights[] = {-0.3, 0.05, 0.149};

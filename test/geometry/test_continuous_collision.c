@@ -2,7 +2,7 @@
  * on trajectories at random and on hard ones. */
 #include "collision_reference.h"
 
-/* Of those that stop, one in a thousand at most may stop for the number of its steps. */
+/* One in a thousand at most of those that stop may stop for the number of its steps. */
 static void report(const char *what, const tally *count)
 {
   printf("# %-10s %d trials, %d touch in a plane, %d stopped, %d of these early, at up to %.3g of the distance; "

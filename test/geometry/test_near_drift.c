@@ -8,7 +8,7 @@
 
 static unsigned long long state = 20261123;
 
-/* What the bound is of: a surface that was at X, and what it is at. */
+/* A surface that was at X, and its positions now, for the bound. */
 typedef struct drifting {
   soup s;
   flesh_near_finder *finder;

@@ -267,7 +267,7 @@ static void sheets_stop_before_they_touch(void)
   }
   CHECK_OK(flesh_near_pairs_find(finder, s.X, x, 0, NULL, &pairs));
   const double t = flesh_near_pairs_feasible_step(finder, &pairs, s.X, x, 0.1, INFINITY, NULL);
-  /* What is further apart than it moves relative to each other limits nothing. */
+  /* A pair that is further apart than its relative motion limits nothing. */
   CHECK(flesh_near_pairs_feasible_step(finder, &pairs, s.X, x, 0.1, 0.5 / 0.9, NULL) == t);
   CHECK(flesh_near_pairs_feasible_step(finder, &pairs, s.X, x, 0.1, 0.24, NULL) == 1);
   CHECK(t <= 0.9 * 0.5 && t > 0.9 * 0.5 - 0.011);
@@ -356,7 +356,7 @@ static void searching_again_allocates_nothing(void)
   free(x);
 }
 
-/* Those of `all` [2*count] with a first node below `own`, in their order; returns how many. */
+/* Keeps the pairs of `all` [2*count] with a first node below `own`, in their order; returns how many. */
 static int keep_own(const int *first_nodes, int stride, int own, int count, const int *all, int *kept)
 {
   int n = 0;

@@ -84,7 +84,8 @@ static void preconditioners_are_definite(void)
   test_body_destroy(&b);
 }
 
-/* What the factorisation moves to the diagonal leaves fixed components alone: they stay exactly where they are. */
+/* The entries that the factorisation moves to the diagonal leave fixed components alone: they stay exactly where they
+ * are. */
 static void incomplete_cholesky_leaves_fixed_components_alone(void)
 {
   test_body b;
@@ -139,8 +140,8 @@ static double off_the_diagonal(const double *P, const double *dense, const flesh
   return worst;
 }
 
-/* What defines the incomplete factorisation: its product is A on A's pattern beside the diagonal. Where no fill is
- * dropped it is A. */
+/* The definition of the incomplete factorisation: its product is A on A's pattern beside the diagonal. If no fill is
+ * dropped, it is A. */
 static void incomplete_cholesky_is_exact_on_the_pattern(void)
 {
   enum { BLOCK, LONG, PAIR, SHAPES }; /* the long one is eliminated from both ends */
@@ -196,7 +197,7 @@ static double model(const flesh_block_matrix *A, const double *b, const double *
 
 static int stop_at_third(void *data) { return ++*(int *)data == 3 ? FLESH_ERR_BUDGET : FLESH_OK; }
 
-/* Where negative curvature has been met after `first` iterations with x, more of them go on downhill. */
+/* After negative curvature has been met, with x after `first` iterations, more iterations go on downhill. */
 static void check_downhill(flesh_pcg_space *space, const flesh_block_matrix *A,
                            flesh_preconditioner_data *preconditioner, const double *b, int first, double *x,
                            double *Ax)
@@ -308,8 +309,8 @@ static double residual_of(const flesh_block_matrix *A, const double *b, const do
   return test_norm(3 * A->rows, Ax);
 }
 
-/* Where single precision is asked for, solves take as many iterations and end as near, within its rounding, whatever
- * the units; they are in double precision where that would show, or where weights differ. */
+/* Solves in single precision take as many iterations and end as near, within its rounding, whatever the units; they are
+ * in double precision where that would show, or where weights differ. */
 static void conjugate_gradients_in_single_precision(void)
 {
   test_body b;

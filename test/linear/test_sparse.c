@@ -121,8 +121,8 @@ static void twice_single(void *data, int begin, int end)
   for (int d = 4 * begin; d < 4 * end; d++) x[d] *= 2;
 }
 
-/* The same products in single precision: of a matrix that is rounded, and of the rounded one again. `terms`: the sum of
- * the curvature's, without their signs. */
+/* Checks the products in single precision: of a matrix that is rounded, and of the rounded one again. `terms`: the sum
+ * of the curvature's, without their signs. */
 static void check_single(flesh_product *product, const flesh_block_matrix *A, flesh_threads *threads, const int *order,
                          const double *x, const double *y, double expected, double terms, float *first)
 {
@@ -162,7 +162,7 @@ static void products_by_halves(void)
     flesh_product product;
     CHECK_OK(flesh_bisection_create(A, NULL, &bisection));
     CHECK_OK(flesh_product_create(A, &bisection, 1, &product));
-    /* What has not been rounded may be anything, also not a number. */
+    /* Numbers that have not been rounded may be anything, also NaN. */
     memset(product.rounded, 0xff, FLESH_SLICE * (9 * (size_t)product.column[product.slices[3]] +
                                                  6 * (size_t)product.slices[3]) * sizeof *product.rounded);
     CHECK(size != 1 || (bisection.begin[1] > 0 && bisection.begin[2] > bisection.begin[1] &&

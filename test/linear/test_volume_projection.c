@@ -386,7 +386,7 @@ static void threads_give_the_same_bits(void)
   check_threads(1);
 }
 
-/* What a set-up has made goes through bytes into a preconditioner of another state. */
+/* A set-up goes through bytes into a preconditioner of another state. */
 static void set_ups_are_saved_and_loaded(void)
 {
   ten t;

@@ -71,7 +71,7 @@ static void curves_are_the_published_ones(void)
   CHECK_NEAR(value(FLESH_FIBRE_BLEMKER, 0, 1, 3, ENERGY), 0.68, 1e-14);
 }
 
-/* By central differences, also across the places where pieces of the curves meet. */
+/* Compares with central differences, also across the places where pieces of the curves meet. */
 static void tension_is_smooth_and_the_derivative_of_the_energy(void)
 {
   const double h = 1e-5;

@@ -192,7 +192,7 @@ static double difference_error(const flesh_material *m, const double F[9])
     reach = J > 0 ? fmin(length, J / largest(C, 9)) : length;
   flesh_psi at;
   if (m->psi(flesh_mat3_norm2(F), J, m, &at)) return INFINITY;
-  /* What P is the sum of: at rest its terms cancel, their rounding does not. */
+  /* The size of P's terms: at rest they cancel, their rounding does not. */
   double terms = 2 * fabs(at.I) * length + fabs(at.J) * largest(C, 9) + 1;
   double h = 2e-3 * reach, energy_size = 0;
   for (int p = 0; p < 9; p++) {

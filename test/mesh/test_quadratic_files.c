@@ -76,7 +76,7 @@ static void check_bent(const char *path, int region)
   flesh_mesh_destroy(&expected);
 }
 
-/* The same tet with each format's order of the edges. */
+/* One tet, with each format's order of the edges. */
 static void each_format_has_its_order(void)
 {
   check_bent(write_text("t.txt", "nodes 10\n" POINTS(NOTHING, "\n") "tets10 1\n0 1 2 3 4 5 6 7 8 9\n"), 0);

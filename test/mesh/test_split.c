@@ -220,7 +220,7 @@ static void damage_is_told(void)
   free(data);
 }
 
-/* What has the right check sum, and cannot be. */
+/* Parts whose check sum is right but whose numbers contradict each other. */
 static void what_contradicts_itself_is_refused(void)
 {
   write_parts("parts", 1);
@@ -333,7 +333,7 @@ static void what_cannot_be_split_is_refused(void)
   CHECK(flesh_split_mesh(mesh, PARTS, owners, in_work_folder("mine")) == FLESH_ERR_FILE);
   CHECK_TEXT(flesh_error_text(), "no index of a split mesh");
   CHECK(!access(in_work_folder("mine/index.txt"), F_OK) && access(in_work_folder("mine/part_00000.bin"), F_OK));
-  /* What a split into more parts left is gone. */
+  /* The parts of an older split into more parts are gone. */
   write_parts("parts", 1);
   for (int t = 0; t < mesh->tets; t++) owners[t] = 0;
   CHECK_OK(flesh_split_mesh(mesh, 1, owners, in_work_folder("parts")));

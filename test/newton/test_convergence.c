@@ -38,14 +38,14 @@ static void resting_blocks_weigh_what_they_weigh(void)
       solve_statics(&b, tau, 1, &stats);
       printf("# %g Pa, %g m above: %.9g N by %d Newton iterations\n", moduli[stiff], gap, contact_force(&b),
              stats.newton);
-      /* What is left of every node's force may add up. */
+      /* The residuals of the nodes may add up. */
       CHECK_NEAR(contact_force(&b), weight, sqrt(b.n / 3.) * stats.residual_last + 1e-9);
       CHECK_NEAR(contact_force(&b) / weight, 1, 1e-4);
       test_body_destroy(&b);
     }
 }
 
-/* Where a smaller residual is called for, max_newton goes on counting. */
+/* max_newton goes on counting when a smaller residual is called for. */
 static void iterations_are_limited_in_all(void)
 {
   test_body b;

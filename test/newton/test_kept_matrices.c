@@ -56,7 +56,7 @@ static void iterations_keep_matrices_that_predict(void)
   free(exact);
 }
 
-/* Where large steps need a second matrix only just, another iteration with the first takes its place. */
+/* If large steps only just need a second matrix, another iteration with the first takes its place. */
 static void iterations_take_the_place_of_matrices(void)
 {
   enum { STEPS = 30 };

@@ -144,8 +144,8 @@ static void steps_without_sufficient_decrease_are_cut(void)
   }
 }
 
-/* Of a parabola the first try that is cut finds the minimum; where that is too near or too far the cut is by a tenth or
- * a half. */
+/* The first try that is cut finds the minimum of a parabola; if that is too near or too far, the cut is by a tenth or a
+ * half. */
 static void cuts_go_to_the_minimum_of_the_parabola(void)
 {
   const flesh_solver_options options = defaults();
@@ -247,7 +247,7 @@ static int iterate(bench *b)
   return status;
 }
 
-/* What the table of transitions says of an indefinite matrix, with either linear solver. */
+/* The transitions from an indefinite matrix, with either linear solver. */
 static void indefinite_matrices_are_filtered_where_that_is_asked_for(void)
 {
   static const flesh_linear_solver solvers[] = {FLESH_LINEAR_PCG, FLESH_LINEAR_KLU};
@@ -284,7 +284,7 @@ static void without_a_filter_indefinite_matrices_are_refused(void)
   discard(&b);
 }
 
-/* Where the residual is at round-off there is nothing to be solved. */
+/* Nothing is solved for when the residual is at round-off. */
 static void no_step_is_made_at_round_off(void)
 {
   const flesh_solver_options options = defaults();
@@ -315,7 +315,7 @@ static void round_off_is_what_was_measured(void)
   discard(&b);
 }
 
-/* What a solve leaves is never asked to be below half of what the iteration may leave. */
+/* The tolerance of a solve is never below half the residual that the iteration may leave. */
 static void solves_go_no_deeper_than_half_the_target(void)
 {
   const flesh_solver_options options = defaults();
@@ -336,7 +336,7 @@ static void solves_go_no_deeper_than_half_the_target(void)
     }
 }
 
-/* What was prepared for a step serves a step of the same shift, in x, v and a. */
+/* A preconditioner of one step serves another of the same shift, in x, v and a. */
 static void another_shift_needs_another_preconditioner(void)
 {
   const flesh_solver_options options = defaults();

@@ -196,7 +196,7 @@ static void the_rest_of_the_body_is_there(void)
   test_body_destroy(&b);
 }
 
-/* Where there is no room for it, there is no subdomain, and nothing else happens. */
+/* Without room for it there is no subdomain, and nothing else happens. */
 static void a_used_up_reserve_is_no_harm(void)
 {
   test_body b;
@@ -235,7 +235,7 @@ static void a_used_up_reserve_is_no_harm(void)
 
 static int lies;
 
-/* What a subdomain's solve may give, and the whole's potential is the higher for it. */
+/* A possible result of a subdomain's solve that raises the whole's potential. */
 static int lie(void *data, const flesh_system *system, const flesh_solver_options *options, const flesh_stage *stage,
                int (*stop)(void *data), void *stop_data, flesh_solve_stats *stats, double *u)
 {
@@ -245,7 +245,7 @@ static int lie(void *data, const flesh_system *system, const flesh_solver_option
   return FLESH_OK;
 }
 
-/* What a subdomain gives is added to a step only where the whole's potential is the lower for it. */
+/* A subdomain's result is added to a step only if it lowers the whole's potential. */
 static void subdomains_that_raise_the_potential_are_refused(void)
 {
   test_body b;

@@ -5,7 +5,7 @@
 #include "body.h"
 #include "test.h"
 
-/* Of 4 x 1 x 1 m, or Cook's membrane (48 m long, 44 and 16 m high, 10 m thick). */
+/* A bar of 4 x 1 x 1 m, or Cook's membrane (48 m long, 44 and 16 m high, 10 m thick). */
 static flesh_mesh *shaped(int cook)
 {
   flesh_mesh *box = cook ? test_box(5, 5, 1, 1, 1, 1) : test_box(8, 2, 2, 4, 1, 1), *mesh = NULL, *raised = NULL;

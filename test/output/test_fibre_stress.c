@@ -25,7 +25,8 @@ static double elastic_stress(double a, double *side)
   return twice_I * (a * a - b * b) / (a * b * b);
 }
 
-/* Of fibres along it, whose optimal stretch is 1: Blemker's curves, beyond the toe of the passive one or at 1. */
+/* The stress of fibres along the bar, whose optimal stretch is 1: Blemker's curves, beyond the toe of the passive one
+ * or at 1. */
 static double fibre_stress(double activation, double a, double side)
 {
   const double l = a - 1;
@@ -199,8 +200,8 @@ static double *stress_of(const char *text, const char *element, int *tets, int *
   return made;
 }
 
-/* Of any shape, any direction of the fibres, two muscles on the same tets, one of them at a part of its activation. The
- * tets of the other region have the bits that they have in a body without muscles. */
+/* The bar has any shape, any direction of the fibres, two muscles on the same tets, one of them at a part of its
+ * activation. The tets of the other region have the bits that they have in a body without muscles. */
 static void mean_stress_is_that_of_all_forces(void)
 {
   for (int e = 0; e < ELEMENTS; e++) {

@@ -345,7 +345,7 @@ static void what_a_body_has_not_is_refused(void)
   }
 }
 
-/* Where F has no stress it is NaN, at the nodes of that tet too; what exists stays. */
+/* A tet whose F has no stress shows NaN, as do its nodes; the values that exist stay. */
 static void inside_out(const double X[3], double x[3])
 {
   memcpy(x, X, 3 * sizeof *x);

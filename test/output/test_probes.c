@@ -148,7 +148,7 @@ static void run(const char *text, const char *element, watch *w)
 #define PROBES                                                                             \
   "output: {probes: [{name: clamp, box: [[-1, -1, -1], [1e-9, 2, 2]], quantities: [reaction], about: [0, 0, 0]}]}\n"
 
-/* Of one pin, and of a pin and a prescribed motion together. */
+/* Reactions of one pin, and of a pin and a prescribed motion together. */
 static void reactions_balance_loads_in_statics(void)
 {
   static const char *const scenes[] = {
@@ -324,7 +324,8 @@ static void add_forces(int row, const char *probe, const char *quantity, const c
   "  probes:\n    - {name: low, box: [[-1, -1, -1], [1e-9, 2, 0.1]], quantities: [reaction], about: [0, 0, 0]}\n"    \
   "    - {name: far, effect: prescribed_motion, quantities: [reaction, position], about: [4, 0, 0]}\n"
 
-/* Of every pin, prescribed motion and contact by itself; together they balance loads and inertia, about one point. */
+/* Reactions of every pin, prescribed motion and contact by itself; together they balance loads and inertia, about one
+ * point. */
 static void each_bears_its_own_and_together_they_balance(void)
 {
   static const char *const scenes[] = {
@@ -349,7 +350,7 @@ static void each_bears_its_own_and_together_they_balance(void)
           CHECK_NEAR(sums[d], w.load[k][d] + change, 2e-4);
           CHECK_NEAR(sums[3 + d], w.load_moment[k][d] + (s ? w.rate_moment[k][d] : 0), 2e-3);
         }
-        /* Of what both pins hold the second bears x alone, and the first the rest. */
+        /* The second pin bears x alone of the components that both hold, and the first the rest. */
         CHECK_NEAR(at(k, "pin_2.reaction_x [N]"), at(k, "low.reaction_x [N]"), 1e-9);
         CHECK(at(k, "pin_2.reaction_y [N]") == 0 && fabs(at(k, "low.reaction_y [N]")) > 1);
         vector_at(k, "far.reaction", "N", far);
@@ -502,7 +503,7 @@ static void a_uniform_strain_is_what_the_material_says(void)
   }
 }
 
-/* Of any strain: the energy is the effect's, and the mean stress is that of its forces, integral of sigma dV = sum of
+/* For any strain, the energy is the effect's, and the mean stress is that of its forces, integral of sigma dV = sum of
  * r_i x_i^T (Gauss). */
 static void energy_and_mean_stress_are_those_of_the_forces(void)
 {

@@ -158,7 +158,7 @@ static void ranks_take_as_many_iterations_as_one(void)
   drop_bodies(&b);
 }
 
-/* Where the part is after an equilibrium and, with a step > 0, after three steps from rest. */
+/* Moves the part to an equilibrium and, with a step > 0, by three steps from rest. */
 static void march(const bodies *b, flesh_method method, double step, flesh_preconditioner kind, test_body *own)
 {
   flesh_solver_options options = test_options(1e-9);

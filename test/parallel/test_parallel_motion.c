@@ -113,7 +113,7 @@ static double difference(const sides *s, N_Vector own_vector, N_Vector whole_vec
   return worst;
 }
 
-/* The same numbers for the same node and half on both sides. */
+/* Fills in the same numbers for the same node and half on both sides. */
 static void fill(const side *s, double size, N_Vector y)
 {
   const int own = s->part ? flesh_rank_part_own(s->part) : s->body.n / 3;
@@ -182,7 +182,7 @@ static void what_ida_asks_for_is_that_of_one_rank(void)
   }
 }
 
-/* The same of y' = f(t, y). */
+/* Results of the functions for y' = f(t, y). */
 enum { ODE_F, ODE_TIMES, ODE_MATVEC, ODE_SOLVED, ODE_PRODUCTS };
 
 static void ask_ode(const side *s, N_Vector results[ODE_PRODUCTS])
@@ -278,7 +278,7 @@ static long run_ida(const side *s, int gmres, flesh_ida_problem *problem, flesh_
   return steps;
 }
 
-/* The same by CVODE or ARKODE. */
+/* Runs CVODE or ARKODE to `stop`. */
 static long run_cvode(int gmres, flesh_ode_problem *problem, double stop, N_Vector y, N_Vector atol, SUNMatrix A,
                       SUNLinearSolver solver, SUNContext context, double *t)
 {
@@ -374,7 +374,7 @@ static long run(const side *s, way how, flesh_state *state)
   return steps;
 }
 
-/* What programs get on ranks is what they get on one, within what the error test allows; in no more steps. */
+/* Programs get the same motion on ranks as on one, within what the error test allows; in no more steps. */
 static void motions_are_those_of_one_rank(void)
 {
   sides s;
@@ -398,7 +398,7 @@ static void motions_are_those_of_one_rank(void)
   close_sides(&s);
 }
 
-/* What is of one rank alone is refused on all, before anybody waits for another. */
+/* An error of one rank alone is refused on all, before anybody waits for another. */
 static void what_is_of_one_rank_is_refused(void)
 {
   sides s;

@@ -33,7 +33,7 @@ static void drop(parted *p)
   free(p->part);
 }
 
-/* Of the least and the most tets of a part. */
+/* Difference of the least and the most tets of a part. */
 static int unevenness(const parted *p, int parts)
 {
   int counts[64] = {0}, least = 1 << 30, most = 0;
@@ -123,7 +123,7 @@ static void bent_bodies_are_parted_by_metis(void)
   drop(&p);
 }
 
-/* Where all tets are in one place along an axis their numbers decide. */
+/* Tets that are all in one place along an axis are parted by their numbers. */
 static void tets_of_one_place_are_parted(void)
 {
   parted p;

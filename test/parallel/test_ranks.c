@@ -52,7 +52,7 @@ static void the_worst_status_wins(void)
   char sentence[64];
   snprintf(sentence, sizeof sentence, "rank %d cannot read", last);
   CHECK(strcmp(flesh_error_text(), sentence) == 0);
-  /* Of several, the first rank's. */
+  /* If several ranks fail alike, the first one's sentence counts. */
   flesh_fail(FLESH_ERR_SOLVE, "rank %d", rank());
   CHECK(flesh_communicator_agree(ranks, FLESH_ERR_SOLVE) == FLESH_ERR_SOLVE);
   CHECK(strcmp(flesh_error_text(), "rank 0") == 0);

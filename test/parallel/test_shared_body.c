@@ -17,7 +17,7 @@ typedef struct bodies {
   int nodes;
 } bodies;
 
-/* What is to act on it besides inertia and elasticity. */
+/* Adds the effects beside inertia and elasticity. */
 static int add_effects(test_body *b)
 {
   flesh_effect *effect = NULL;
@@ -157,8 +157,8 @@ static void check_overlap(const bodies *b, const flesh_block_matrix *whole, cons
   free(place);
 }
 
-/* What ranks find is added up, for owners and ghosts alike, by weights of which the squares are the roots of how many
- * there are. */
+/* The ranks' corrections are added up, for owners and ghosts alike, with weights k^(-1/4) on either side, of a node
+ * that k ranks reach. */
 static void check_sum_of_overlaps(const bodies *b, const flesh_block_matrix *own)
 {
   const flesh_team *team = flesh_rank_part_team(b->part);
@@ -209,7 +209,7 @@ static void check_products(const bodies *b, const flesh_point points[2])
   }
 }
 
-/* What vectors are asked: places are consistent, so that ghosts would count twice. */
+/* Sums over vectors count ghosts once, although places are consistent. */
 static void check_vectors(const bodies *b, const flesh_point points[2])
 {
   flesh_threads *threads = NULL;
@@ -378,7 +378,8 @@ static void free_bodies_go_on_as_on_one_rank(void)
   drop(&b);
 }
 
-/* What cannot be shared out is refused on all ranks, with one sentence; a solve that fails does so on all. */
+/* An effect or option that cannot be shared out is refused on all ranks, with one sentence; a solve that fails does so
+ * on all. */
 static void refusals_and_failures_are_everyones(void)
 {
   bodies b;
@@ -396,7 +397,7 @@ static void refusals_and_failures_are_everyones(void)
   CHECK(flesh_integrator_step(integrator, &b.own.state, 0, NULL) == FLESH_ERR_SOLVE);
   CHECK_TEXT(flesh_error_text(), "smallest J");
   flesh_integrator_destroy(&integrator);
-  /* Where one rank's energy has no value, that of all has none. */
+  /* If one rank's energy has no value, that of all has none. */
   double phi, size;
   const flesh_point point = {.load = 1, .x = b.own.state.x, .v = b.own.state.v, .a = b.own.state.v};
   if (flesh_communicator_rank(ranks) == flesh_communicator_size(ranks) - 1) b.own.state.x[0] = NAN;

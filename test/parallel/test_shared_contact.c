@@ -138,7 +138,8 @@ static void slide(cut rank_of, double angle, double friction, flesh_method metho
   close_bodies(&b);
 }
 
-/* As on one rank (test_contact_motion): it holds below mu, and slips above with g (sin - mu cos), to 1 %. */
+/* The block behaves as on one rank (test_contact_motion): it holds below mu, and slips above with g (sin - mu cos), to
+ * 1 %. */
 static void check_coulomb(cut rank_of, flesh_method method)
 {
   const double g = 9.81, mu = 0.5, far = atan(2 * mu), fast = g * (sin(far) - mu * cos(far));
@@ -159,7 +160,7 @@ static void a_cut_goes_through_the_contact(void)
 
 static void one_rank_has_all_of_the_contact(void) { check_coulomb(cut_off_below, FLESH_METHOD_BACKWARD_EULER); }
 
-/* Of all that the first rank has of the bar, nothing moves. */
+/* Nothing moves in the part of the bar that the first rank has. */
 static void a_rank_has_a_pinned_part_only(void)
 {
   static const flesh_method methods[] = {FLESH_METHOD_STATIC, FLESH_METHOD_BACKWARD_EULER, FLESH_METHOD_MIDPOINT,

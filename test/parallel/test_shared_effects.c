@@ -13,7 +13,7 @@
 #include "system/ranks.h"
 #include "system/work.h"
 
-/* What acts on the unit cube; contacts are near it, with friction, and bodies' faces near the core of a ball. */
+/* Effects on the unit cube; contacts are near it, with friction, and bodies' faces near the core of a ball. */
 static const char *const shared[] = {
     "inertia: {}",
     "elasticity: {}",
@@ -61,7 +61,7 @@ typedef struct pair {
 
 static double *vector(int n) { return calloc((size_t)n + 1, sizeof(double)); }
 
-/* Of the whole, and this rank's part of it. */
+/* Fills in random vectors for the whole and for this rank's part of it. */
 static void disturb(pair *p, double size, const double *around, unsigned long long seed, double *both[2])
 {
   const int *nodes = flesh_rank_part_nodes(flesh_scene_share_part(p->share));
@@ -262,7 +262,7 @@ static void check_effects(int cells)
 
 static void what_ranks_have_adds_up_to_the_effect(void) { check_effects(3); }
 
-/* Of six tets. */
+/* The coarsest mesh has six tets. */
 static void so_it_does_on_the_coarsest_mesh(void)
 {
   if (flesh_communicator_size(ranks) <= 6) check_effects(1);
@@ -329,7 +329,7 @@ static const flesh_effect_operations belt = {.name = "belt",
                                              .residual = belt_residual,
                                              .time = &(const flesh_effect_time){.carry = belt_carry}};
 
-/* What moves on one rank and stands still on the others works; all ranks learn how much. */
+/* A handle that moves on one rank and stands still on the others works; all ranks learn how much. */
 static void what_stands_still_on_some_ranks_works_on_others(void)
 {
   pair p;

@@ -63,7 +63,7 @@ static void open_oracle_bar(flesh_mass mass, bodies *b)
   open_body(b, mesh, material, mass, 9.8, 1);
 }
 
-/* By the mass that the body has. */
+/* Names of the files by the mass that the body has. */
 static const char *const oracle_states[] = {"grav_lumped_ref_states.txt", "grav_consistent_ref_states.txt"};
 
 static flesh_integrator *adaptive(const test_body *b, flesh_method method, double tolerance, int max_steps)
@@ -77,7 +77,7 @@ static flesh_integrator *adaptive(const test_body *b, flesh_method method, doubl
   return integrator;
 }
 
-/* As on one rank: at every tolerance the error is a few times that, and it falls with it. */
+/* On ranks, too, the error is a few times the tolerance, and falls with it. */
 static void errors_follow_the_tolerance(void)
 {
   enum { RUNS = 3 };
@@ -197,9 +197,9 @@ static void midpoint_keeps_both_momenta(void)
   }
 }
 
-/* What IDA loses of momenta and energy is what its error test allows: velocities that are off by some tolerances of their
- * scale, at most as many as places are in `errors_follow_the_tolerance`, and four times that for the energy, as the body
- * is two bodies' sizes away from where it began. */
+/* The error test of IDA allows these losses of momenta and energy: velocities that are off by some tolerances of their
+ * scale, at most as many as places are in `errors_follow_the_tolerance`, and four times that for the energy, as the
+ * body is two bodies' sizes away from where it began. */
 static void adaptive_steps_keep_momenta_and_energy(void)
 {
   bodies b;

@@ -231,7 +231,7 @@ static void solves_in_single_precision_reach_the_tolerance(void)
   drop(&p);
 }
 
-/* Of a solve that is cut short, the residual is one that was foretold. */
+/* The residual of a solve that is cut short is one of the predicted ones. */
 static void residuals_are_foretold(void)
 {
   problem p;
@@ -301,7 +301,7 @@ static void negative_curvature_is_seen(void)
   drop(&p);
 }
 
-/* What a set-up has made, saved and loaded where there was none, is found again to the last bit. */
+/* A set-up that is saved, and loaded into an empty preconditioner, has the same bits. */
 static void check_archive(const problem *p, const flesh_levels *levels)
 {
   const flesh_linear *linear = flesh_linear_for(FLESH_INSTRUCTIONS_AUTO);

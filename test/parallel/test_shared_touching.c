@@ -105,7 +105,7 @@ static void close_run(run *r)
 
 static int advance(run *r) { return flesh_integrator_step(r->integrator, &r->state, flesh_scene_times(r->scene)->step, NULL); }
 
-/* What the whole has of `own`, new. */
+/* The vector of the whole that the ranks' `own` make up, new. */
 static double *gather(const run *shared, int n, const double *own)
 {
   double *whole = malloc((size_t)n * sizeof *whole);
@@ -284,7 +284,7 @@ static void check_product(const matrices *m)
   free(a), free(y), free(b), free(z), free(found);
 }
 
-/* Where the block has gone to another rank's end of the track, other ghosts are left out. */
+/* When the block has gone to another rank's end of the track, other ghosts are left out. */
 static void solves_exchange_what_is_near(void)
 {
   double left_out[2] = {0}, ghosts = 0, others = 0;

@@ -44,7 +44,7 @@ static void take(const flesh_rank_part *part, const double *whole, double *own)
 
 static int says(void) { return flesh_communicator_rank(ranks) == 0; }
 
-/* Of all nodes of the body, rms, m. */
+/* Distance of all nodes of the body, rms, m. */
 static double distance(const bodies *b, const double *wanted)
 {
   double *x = malloc((size_t)b->whole.n * sizeof *x);
@@ -96,7 +96,7 @@ static void close_search(search *s)
   free(s->work);
 }
 
-/* Of this rank, [3] tangled pieces, far dofs, and those of either that the whole's search judges otherwise. */
+/* Counts on this rank, [3]: tangled pieces, far dofs, and those of either that the whole's search judges otherwise. */
 static void compare_searches(const flesh_rank_part *part, const search *whole, const search *own, const double *x,
                              double figures[3])
 {
@@ -230,7 +230,8 @@ static void check_counts(const flesh_solve_stats *stats)
   CHECK(counts[0] == -counts[2] && counts[1] == -counts[3]);
 }
 
-/* What rests in a tangle leaves it, in statics and in steps that are too short to do so by themselves; as on one rank. */
+/* A body that rests in a tangle leaves it, in statics and in steps that are too short to do so by themselves; as on one
+ * rank. */
 static void tangled_bodies_come_back(void)
 {
   for (int moves = 0; moves < 2; moves++) {
@@ -370,8 +371,8 @@ static int stop_last_rank(void *data)
   return ++a->count == a->at && last ? FLESH_ERR_INTERRUPTED : FLESH_OK;
 }
 
-/* Where softer materials lead nowhere, as their solve may take one iteration only, all ranks are back in the tangle; and one
- * that is told to stop on the way stops all. */
+/* If softer materials lead nowhere, because their solve may take one iteration only, all ranks are back in the tangle;
+ * and one that is told to stop on the way stops all. */
 static void failures_are_everyones(void)
 {
   bodies b;

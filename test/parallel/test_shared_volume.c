@@ -19,8 +19,8 @@ enum { WHOLE, PART };
 /* Whether a tet of two bars has four nodes, and no row: those of the second one, which is beside the first. */
 static int is_linear(const double *X, const int *corners) { return X[3 * corners[0] + 1] > 0.3; }
 
-/* Of two bars the last rank has the second, and so no rows; others share out the first. Every rank has some of its nodes
- * on edges as ghosts, as where an effect ties them together. */
+/* The last rank has the second of two bars, and so no rows; others share out the first. Every rank has some of its
+ * nodes on edges as ghosts, as where an effect ties them together. */
 static flesh_rank_part *cut_between(const flesh_mesh *mesh)
 {
   flesh_rank_part *part = NULL;

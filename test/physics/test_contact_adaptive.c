@@ -35,7 +35,7 @@ typedef struct rest {
   double gap, force, height, newton, stiffness; /* over the thickness; N; m, of the upper one's nodes; a step; Pa, over that at first */
 } rest;
 
-/* What contact reports, and where the upper cube is. */
+/* The figures that contact reports, and the place of the upper cube. */
 static rest look(const touching *m, const double *internal)
 {
   const flesh_system *system = flesh_scene_system(m->scene);

@@ -58,7 +58,7 @@ static void slab_is_lifted_as_by_another_code(void)
   double other[2][2] = {{NAN, NAN}, {NAN, NAN}}, up[2], noise;
   read_reference(other);
   lift(fine, FLESH_ELEMENT_TET10_MEAN, up, &noise);
-  /* By the first power: stresses are singular where the end that is held meets the sides. */
+  /* The limit is extrapolated by the first power: stresses are singular where the clamped end meets the sides. */
   for (int k = 0; k < 2; k++) {
     const double limit = 2 * other[1][k] - other[0][k];
     printf("# %s: deal.II %.4f and %.4f mm, in the limit %.4f; tet10-mean %+.2f %%\n", k ? "edge" : "middle",
@@ -67,7 +67,7 @@ static void slab_is_lifted_as_by_another_code(void)
   }
 }
 
-/* What refinement leads to is the other code's too; the others are not there yet. */
+/* The limit of refinement is the other code's too; the other elements are not there yet. */
 static void slab_converges(void)
 {
   double other[2][2] = {{NAN, NAN}, {NAN, NAN}}, at[2], half[2], up[2], noise;

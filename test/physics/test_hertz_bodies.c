@@ -64,7 +64,7 @@ static flesh_mesh *make_pair(int cells, int layers)
   return pair;
 }
 
-/* What contact does to the lower half, downwards. */
+/* The downward force of contact on the lower half. */
 static double force_between(const test_body *b)
 {
   const flesh_effect *effect = flesh_system_effect(b->system, flesh_system_effect_count(b->system) - 1);
@@ -79,7 +79,7 @@ static double force_between(const test_body *b)
   return low;
 }
 
-/* Of the whole pair, when the two have come nearer by 2 `depth` than where they touch. */
+/* The force of the whole pair, when the two have come nearer by 2 `depth` than where they touch. */
 static double press_quarters(int cells, int layers, double depth, int adaptive)
 {
   test_body b;

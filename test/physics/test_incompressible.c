@@ -285,7 +285,7 @@ static void derivatives_agree(void)
   }
 }
 
-/* What cannot hold volumes says so. */
+/* Elements, methods and solvers that cannot hold volumes say so. */
 static void others_are_refused(void)
 {
   test_body b;

@@ -136,8 +136,8 @@ static void orders_are_those_of_the_shape_functions(void)
   CHECK(order_of(FLESH_ELEMENT_TET10_MEAN, 0.3, 0.1, coarse, &error) >= 2.7);
 }
 
-/* Where the motion keeps every volume, the means of J are as exact as the motion at any Poisson's ratio. The others
- * lock: they have not reached their orders with these meshes. */
+/* If the motion keeps every volume, the means of J are as exact as the motion at any Poisson's ratio. The other
+ * elements lock: they have not reached their orders with these meshes. */
 static void orders_stay_near_incompressibility(void)
 {
   double mean, pointwise, linear;

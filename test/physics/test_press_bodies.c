@@ -20,7 +20,7 @@ static flesh_mesh *make_blocks(int first, int second)
   return grids_join(grid_of(first, first, 2, raise, &low), grid_of(second, second, 2, raise, &up), parts);
 }
 
-/* What the body does to what holds its base, downward. */
+/* The downward force of the body on the support of its base. */
 static double force_on_base(const test_body *b)
 {
   double *r = calloc((size_t)b->n, sizeof *r), sum = 0;

@@ -201,7 +201,7 @@ static int ignored_in(const char *history, int row)
   return end ? atoi(end) : -1;
 }
 
-/* What is written is what the run knows, although it is evaluated beside it. */
+/* The history has the run's own figures, although they are evaluated beside it. */
 static void histories_tell(void)
 {
   touching m;
@@ -239,8 +239,8 @@ static void without_the_option_they_are_refused(void)
   if (m.scene) touching_end(&m);
 }
 
-/* What a body kept out of itself cannot get out of is refused: a start that goes through itself, and one that is inside
- * out; not a tangle within it. */
+/* A body kept out of itself cannot get out of these starts, which are refused: one that goes through itself, and one
+ * that is inside out; a tangle within it is not. */
 static void tangled_starts_are_refused(void)
 {
   touching m;

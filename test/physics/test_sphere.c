@@ -63,7 +63,7 @@ static void inflated(const flesh_material *m, double pressure, const double at_r
   }
 }
 
-/* The same for small strains (Lame). */
+/* The radii of the inflated sphere for small strains (Lame). */
 static void inflated_little(double young, double pressure, const double at_rest[2], double radii[2])
 {
   const double a = pow(at_rest[0], 3), b = pow(at_rest[1], 3);

@@ -78,7 +78,7 @@ static double inner_force(test_body *b, double *r)
 
 static const flesh_element elements[2] = {FLESH_ELEMENT_TET10, FLESH_ELEMENT_TET10_MEAN};
 
-/* What elasticity leaves on inner nodes under a homogeneous deformation. */
+/* The forces of elasticity on inner nodes under a homogeneous deformation. */
 static double imbalance(flesh_element element, flesh_energy energy, double bend)
 {
   static const double A[9] = {1.2, 0.1, -0.05, 0.08, 0.9, 0.11, -0.04, 0.06, 1.05}, size[3] = {2, 1, 1};

@@ -40,7 +40,7 @@ typedef struct fit {
   int tube_nodes;
 } fit;
 
-/* What the contact does to the plug, N: outwards from the axis and against the motion. */
+/* The forces of the contact on the plug, N: outwards from the axis and against the motion. */
 static void forces(const fit *self, double *pressing, double *rubbing)
 {
   const flesh_state *s = &self->b.state;

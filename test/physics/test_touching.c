@@ -235,7 +235,7 @@ static void only_what_is_named_touches(void)
   touching_end(&m);
 }
 
-/* Of a scene without it, and of one with it. */
+/* Compares a scene without the effect and one with it. */
 static void what_is_not_named_costs_nothing(void)
 {
   for (int with = 0; with < 2; with++) {

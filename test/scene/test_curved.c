@@ -149,7 +149,7 @@ static void nodes_lie_on_the_spheres(void)
   flesh_scene_destroy(&scene);
 }
 
-/* The same shell by a file of a finer one's surface, whose facets are half as long. */
+/* A coarse shell is curved by a file of a finer one's surface, whose facets are half as long. */
 static void surfaces_of_files_are_followed(void)
 {
   flesh_scene *scene = NULL;

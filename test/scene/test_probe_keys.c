@@ -4,7 +4,7 @@
 
 #define SCENE "body: {mesh: bar.node}\neffects: [gravity]\ntime: {end: 1}\noutput: {probes: [{%s}]}\n"
 
-/* What is wrong, and parts of the sentence that must say so. */
+/* Invalid probes, and parts of the sentence that must say so. */
 static const struct {
   const char *probe, *parts[3];
 } bad[] = {

@@ -383,7 +383,7 @@ static void states_come_back_bit_for_bit(void)
   CHECK_OK(flesh_state_read(file_path("state.txt"), 20, &back));
   CHECK(back.t == state.t && !memcmp(x, x2, sizeof x) && !memcmp(v, v2, sizeof v));
 
-  /* As a scene's start; the file's velocity then does not count. */
+  /* The file serves as a scene's start; its velocity then does not count. */
   flesh_scene *scene = NULL, *again = NULL;
   char text[2048];
   snprintf(text, sizeof text, "%sstart: {state: state.txt, velocity: [1, 1, 1]}\n", example);

@@ -4,7 +4,7 @@
 
 #include <sys/stat.h>
 
-/* What is wrong, and parts of the sentence that must say so. */
+/* Invalid scenes, and parts of the sentence that must say so. */
 typedef struct bad_scene {
   const char *text;
   const char *parts[3];
@@ -452,7 +452,7 @@ static void bad_states_are_refused_with_the_line(void)
     CHECK_TEXT(flesh_error_text(), bad[i].part);
   }
   CHECK(flesh_state_read(folder, 2, &state) == FLESH_ERR_FILE);
-  /* What cannot be written leaves what was there. */
+  /* A state that cannot be written leaves the old file. */
   for (int i = 0; i < 6; i++) x[i] = v[i] = 1;
   v[4] = NAN;
   write_text("state.txt", "kept");

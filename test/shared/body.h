@@ -123,7 +123,7 @@ static inline void test_body_mass_times(const test_body *b, const double *x, dou
   free(mass);
 }
 
-/* What forces at the nodes, or momenta, add up to: three sums and three moments about the origin. Returns the sum of the
+/* Adds up forces at the nodes, or momenta: three sums and three moments about the origin. Returns the sum of the
  * absolute values of all forces. */
 static inline double test_sums(const test_body *b, const double *force, double sums[6])
 {

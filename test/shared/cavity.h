@@ -141,7 +141,8 @@ static const flesh_effect_operations cavity_operations = {.name = "cavity",
                                                           .potential = cavity_potential,
                                                           .destroy = cavity_destroy};
 
-/* Of whole faces: `triangles` [3*count] in flesh_mesh_surface's order, four a face at order 2. Returns new. */
+/* Makes the effect on whole faces: `triangles` [3*count] in flesh_mesh_surface's order, four a face at order 2. Returns
+ * new. */
 static inline int cavity_create(const flesh_mesh *mesh, int count, const int *triangles, double pressure,
                                 flesh_effect **effect)
 {

@@ -185,7 +185,7 @@ typedef struct tally {
   double largest_part;
 } tally;
 
-/* That it is not late and, in the tally, whether it is early. */
+/* Checks that the advance is not late and, in the tally, whether it is early. */
 static inline void check_trial(const trial *p, tally *count, const char *what)
 {
   const double t = advance(p);

@@ -24,7 +24,7 @@ static inline void manufactured_shear(double shear, int c, double k, double phas
   y[c] = jet_sum(1, y[c], shear, wave);
 }
 
-/* Where X is, with derivatives. */
+/* The position of X, with derivatives. */
 static inline void manufactured_place(const manufactured *m, const double X[3], jet y[3])
 {
   jet Z[3];

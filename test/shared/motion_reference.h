@@ -129,8 +129,8 @@ static inline double fitted_order(int count, const double *h, const double *erro
   return c1;
 }
 
-/* Where the body is at `end`, in a state of its own: by GSL, whose equations are those of the lumped mass; with the
- * consistent one a fine run of the midpoint rule serves. */
+/* The body's motion up to `end`, in a state of its own: by GSL, whose equations are those of the lumped mass; with the
+ * consistent one by a fine run of the midpoint rule. */
 static inline flesh_state motion_exact(const test_body *b, flesh_mass mass, int steps, double end)
 {
   flesh_state exact = state_copy(b->n, &b->state);

@@ -36,8 +36,8 @@ static inline void add_contact(test_body *b, flesh_obstacle *obstacle, double th
   CHECK_OK(flesh_system_add_effect(b->system, &effect));
 }
 
-/* What each effect does at the state, whose accelerations are a (NULL: none): the largest norm, of loads and of others,
- * in which those that couple nodes count with their reactions. */
+/* The largest norm of the forces of an effect at the state, whose accelerations are a (NULL: none); effects that couple
+ * nodes count with their reactions. */
 static inline double largest_force(const test_body *b, const double *a)
 {
   double *r = malloc((size_t)b->n * sizeof *r), *zero = calloc((size_t)b->n, sizeof *zero), largest = 0;

@@ -31,7 +31,7 @@ static inline int touching_integrator(touching *m)
                                  &m->integrator);
 }
 
-/* Of m->scene: all else. One density for all bodies, whatever the scene says. */
+/* Fills in the rest from m->scene. One density for all bodies, whatever the scene says. */
 static inline int touching_start(double density, touching *m)
 {
   const flesh_system *system = flesh_scene_system(m->scene);

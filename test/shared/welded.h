@@ -36,7 +36,7 @@ static inline flesh_mesh *box(const int cells[3], const double size[3], const do
   return mesh;
 }
 
-/* The same mesh with other places. */
+/* A copy of the mesh with moved nodes. */
 static inline flesh_mesh *moved(flesh_mesh *mesh, void (*move)(double *x))
 {
   const int n = flesh_mesh_node_count(mesh), e = flesh_mesh_tet_count(mesh);

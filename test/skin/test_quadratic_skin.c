@@ -85,8 +85,7 @@ static void quadratic_motions_are_followed_exactly(void)
   flesh_mesh_destroy(&lowered), flesh_mesh_destroy(&lowered_moved);
 }
 
-/* The same points in the curved body: they are found inside it, where they came from, and are
- * followed back to the straight cube. */
+/* Points of the curved body are found inside it, where they came from, and are followed back to the straight cube. */
 static void points_of_curved_tets_are_found(void)
 {
   enum { COUNT = 300 };

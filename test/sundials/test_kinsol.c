@@ -78,7 +78,7 @@ static flesh_solver_options defaults(void)
   return options;
 }
 
-/* Where the integrator's own step ends; new, freed by the caller. */
+/* The end of the integrator's own step; new, freed by the caller. */
 static double *integrated(const set_up *s)
 {
   flesh_solver_options options = defaults();
@@ -257,7 +257,7 @@ static void from_a_start_that_violates_the_constraints(void)
   test_jitter(s.b.n, 0.05, 3, N_VGetArrayPointer(s.u));
   CHECK(KINSol(s.kin, s.u, KIN_NONE, s.ones, s.ones) >= 0);
   CHECK_BELOW(distance_from_integrated(&s), 1e-9);
-  /* Where only the constraints are violated, and far, a step or two repairs them. */
+  /* If only the constraints are violated, and far, a step or two repairs them. */
   uint8_t *fixed = malloc((size_t)s.b.n);
   flesh_system_fixed(s.b.system, h, fixed);
   for (int d = 0; d < s.b.n; d++) N_VGetArrayPointer(s.u)[d] += 3 * fixed[d];

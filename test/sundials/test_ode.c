@@ -194,7 +194,7 @@ static void products_are_derivatives(void)
     printf("# %s, mass %d: Jw off by %.3g of %.3g\n", kind < 2 ? "undamped" : "damped", kind % 2, off, size);
     CHECK_BELOW(off, 1e-8 * size);
 
-    /* The same products with the sparse matrix, twice, so that nothing of the first is left. */
+    /* The sparse matrix gives the same products, twice, so that nothing of the first is left. */
     SUNMatrix J = SUNSparseMatrix(o.N, o.N, flesh_ode_entries(o.problem), CSC_MAT, o.context);
     if (kind % 2 == FLESH_MASS_LUMPED) {
       for (int again = 0; again < 2; again++)

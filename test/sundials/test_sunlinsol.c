@@ -173,8 +173,8 @@ static void set_up_again(void)
   }
 }
 
-/* What cannot be solved as it is gives a positive flag (IDA, CVODE and KINSOL then try otherwise), what never can a
- * negative. */
+/* A system that cannot be solved as it is gives a positive flag (IDA, CVODE and KINSOL then try otherwise), one that
+ * can never be solved a negative flag. */
 static void failures(void)
 {
   owned o;
@@ -210,7 +210,7 @@ static void failures(void)
   close_owned(&o);
 }
 
-/* The same through IDA's slots for solvers without a matrix: the preconditioner by a direct solver is the inverse. */
+/* IDA's slots for solvers without a matrix: the preconditioner by a direct solver is the inverse. */
 static void slots_without_a_matrix(void)
 {
   owned o;

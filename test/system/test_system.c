@@ -117,7 +117,7 @@ static void pattern_is_that_of_the_cells(void)
   flesh_block_matrix *K = NULL;
   CHECK_OK(flesh_system_matrix_create(b.system, &K));
   flesh_point point = point_of(&b);
-  /* What was in the matrix does not matter, whatever elasticity writes or leaves. */
+  /* The old content of the matrix does not matter, whatever elasticity writes or leaves. */
   const size_t numbers = 9 * (size_t)K->row_start[K->rows];
   for (int x = 0; x < 2; x++) {
     double wrong = 0;
@@ -231,7 +231,7 @@ static void constraints_hold_and_release(void)
   }
   test_body_destroy(&b);
 
-  /* What holds for ever and a handle that stands still are no events. */
+  /* A pin that holds for ever and a handle that stands still are no events. */
   make(test_box(1, 1, 1, 1, 1, 1), FLESH_MASS_LUMPED, 0, &b);
   motion.count = 1;
   CHECK_OK(flesh_system_add_prescribed_motion(b.system, 1, (int[]){7}, FLESH_AXES_ALL, &motion, -INFINITY, INFINITY));
@@ -279,7 +279,7 @@ static void bad_arguments_are_sentences(void)
   REFUSED(flesh_system_add_prescribed_motion(b.system, 1, &node, 7, &motion, 0, 1), "times must ascend");
   motion.count = 0;
   REFUSED(flesh_system_add_prescribed_motion(b.system, 1, &node, 7, &motion, 0, 1), "at least one keyframe");
-  /* What was refused left nothing behind. */
+  /* Refused constraints left nothing behind. */
   uint8_t fixed[24];
   CHECK(flesh_system_fixed(b.system, 0.5, fixed) == 0);
 
@@ -324,7 +324,7 @@ static void bad_arguments_are_sentences(void)
   }
 }
 
-/* Of a body on elasticity's and inertia's instructions, what its linear solver uses. */
+/* The linear solver's instructions for a body on elasticity's and inertia's. */
 static const flesh_linear *linear_of(flesh_instructions elasticity, flesh_instructions inertia)
 {
   test_body b;

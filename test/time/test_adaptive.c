@@ -286,7 +286,7 @@ static void make_scrambled(test_body *b)
 
 static int stop_at_third(void *data) { return ++*(int *)data == 3 ? FLESH_ERR_INTERRUPTED : FLESH_OK; }
 
-/* What cannot go on says where and why; the state is the last one reached, and can be gone on from. */
+/* A motion that cannot go on says where and why; the state is the last one reached, and can be gone on from. */
 static void failures_are_reported(void)
 {
   test_body b;

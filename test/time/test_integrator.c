@@ -205,7 +205,7 @@ static void failing_steps_are_halved(void)
   test_body_destroy(&b);
 }
 
-/* Where a handle is at time t, worked out here: turned about z through (2, .5) and shifted. */
+/* The place of a handle at time t, worked out here: turned about z through (2, .5) and shifted. */
 static void handle_place(double share, const double X[3], double y[3])
 {
   double angle = 1.2 * share, dx = X[0] - 2, dy = X[1] - 0.5;

@@ -208,7 +208,7 @@ static void energy_and_work_balance(void)
   end(&d);
 }
 
-/* What changes in every equilibrium is given up, and the state is that of before. */
+/* A variable that changes in every equilibrium is given up, and the state is that of before. */
 static void what_never_settles_is_said(void)
 {
   slider s[SLIDERS] = {{.stiffness = 700, .yields = 90}, {.stiffness = 400, .yields = 250}};

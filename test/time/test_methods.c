@@ -207,7 +207,7 @@ static void restarts_go_on_as_if_nothing_had_been(void)
   test_body_destroy(&b);
 }
 
-/* What was remembered of one motion must not leak into another. */
+/* The memory of one motion must not leak into another. */
 static void another_state_starts_anew(void)
 {
   for (int k = 0; k < second_order_count; k++) {

@@ -82,7 +82,7 @@ static void close_bar(bar *b)
   free(b->state.v);
 }
 
-/* What an observer saw. */
+/* The calls that an observer saw. */
 typedef struct seen {
   int calls, last_calls, stop_after, fail_at;
   double t[64], h[64];

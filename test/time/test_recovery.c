@@ -49,7 +49,7 @@ static void steps_that_fail_are_halved(void)
   }
 }
 
-/* What is hard at the end only is halved there only: 1/2, 1/4, 1/8, 1/8 of the span. */
+/* A step that is hard at the end only is halved there only: 1/2, 1/4, 1/8, 1/8 of the span. */
 static void parts_are_as_long_as_may_be(void)
 {
   course c = {.longest = span.h / 7.9, .hard = span.begin + 0.8 * span.h, .end = INFINITY};

@@ -140,7 +140,7 @@ static void every_method_goes_on(void)
   static const char *const methods[] = {"time.method=backward-euler", "time.method=bdf2", "time.method=midpoint",
                                         "time.method=newmark", "time.method=hht"};
   for (size_t k = 0; k < sizeof methods / sizeof methods[0]; k++) check_motion(SWING, 20, 1, SET(methods[k]), &total);
-  /* As long as backward Euler steps. */
+  /* This run stays with backward Euler. */
   check_motion(SWING, 20, 1, SET("time.method=euler-then-adaptive", "time.switch_threshold=1e-9"), &total);
   /* Steps that are small enough for matrices and factors to serve again, singly and in turns. */
   for (int every = 1; every < 6; every += 2) {

@@ -62,7 +62,8 @@ static void double_winding_is_found(void)
   flesh_mesh_destroy(&mesh);
 }
 
-/* What is strained as much as in a tangle is one after an inversion, and at the start, of which nothing is known. */
+/* A tet that is strained as much as in a tangle is one after an inversion, and at the start, when nothing is known of
+ * it. */
 static void tangles_are_remembered(void)
 {
   enum { COUNT = 7, PLACES = 6 };

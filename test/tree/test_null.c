@@ -12,7 +12,7 @@
 #include "sundials/compatibility.h"
 #include "test.h"
 
-/* What NULL serves for, or nobody reads:
+/* Arguments that may be NULL, or that nobody reads:
  * flesh_effect_create data, flesh_effect_spring target, flesh_effect_spring_within target, flesh_effect_force
  * amplitude, flesh_effect_traction amplitude, flesh_effect_pressure amplitude, flesh_effect_surface_contact pairs,
  * flesh_effect_joint axis, flesh_effect_muscle tets, flesh_effect_muscle activation, flesh_ida_jacobian r,
@@ -33,8 +33,8 @@
  * flesh_ode_preconditioner_solve fy, flesh_scene_read overrides, flesh_scene_read_text overrides,
  * flesh_skin_frames_close frames, flesh_system_constraint_gaps stiffness, flesh_surface_write x. */
 
-/* What the tests below try by hand, as these own what they are given, or their callers have no other word than
- * user_data:
+/* Arguments that the tests below try by hand, because these functions own what they are given, or their callers have
+ * no other word than user_data:
  * flesh_effect_contact body, flesh_effect_contact options, flesh_effect_contact obstacle, flesh_effect_contact effect,
  * flesh_effect_surface_contact body, flesh_effect_surface_contact options, flesh_effect_surface_contact effect,
  * flesh_effect_create operations, flesh_effect_create mesh, flesh_effect_create effect, flesh_ida_start y,
@@ -392,7 +392,7 @@ static void null_is_refused_by_systems(void)
   REFUSES(flesh_system_matrix_create, matrix, (any, NULL));
 }
 
-/* Where a function takes what it is given, it does so when it fails, too. */
+/* A function that takes what it is given does so when it fails, too. */
 static int destroyed;
 static void count_destroyed(void *data) { destroyed += data != NULL; }
 static void what_is_taken_is_freed(void)

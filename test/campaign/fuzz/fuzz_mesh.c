@@ -15,7 +15,7 @@ int LLVMFuzzerInitialize(int *argc, char ***argv)
   return 0;
 }
 
-/* What flesh.h promises of a mesh. */
+/* Checks the promises of flesh.h about a mesh. */
 static void check(const flesh_mesh *mesh)
 {
   int nodes = flesh_mesh_node_count(mesh), tets = flesh_mesh_tet_count(mesh), triangles;
@@ -35,7 +35,7 @@ static void check(const flesh_mesh *mesh)
   fuzz_expect(info.volume > 0 && info.worst_tet >= 0 && info.worst_tet < tets, "inspect");
 }
 
-/* What is written in a format is the same mesh when it is read. */
+/* A mesh that is written in a format is the same when it is read. */
 static void check_again(const flesh_mesh *mesh, const char *path)
 {
   flesh_mesh *again = NULL;
