@@ -11,11 +11,6 @@
 #include "shared/options.h"
 #include "shared/provenance.h"
 
-/* The names of earlier versions. */
-static const struct {
-  const char *old, *name;
-} renamed[] = {{"stress", "hardcases"}};
-
 static void print_help(void)
 {
   printf("Usage: flesh COMMAND [ARGUMENT]...\n%s\n\nCommands:\n", flesh_about);
@@ -27,9 +22,6 @@ static void print_help(void)
 /* 2, after a sentence. */
 static int refuse(const char *name)
 {
-  for (size_t r = 0; r < sizeof renamed / sizeof renamed[0]; r++)
-    if (!strcmp(name, renamed[r].old))
-      return flesh_command_refuse("", "the command %s has been renamed; write flesh %s", name, renamed[r].name);
   char known[256] = "";
   for (const flesh_subcommand *c = flesh_commands; c->name; c++)
     flesh_text_add(known, sizeof known, "%s %s", c == flesh_commands ? "" : ",", c->name);

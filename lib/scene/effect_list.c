@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "scene/renamed.h"
 #include "scene/words.h"
 
 static int no_memory(void)
@@ -51,10 +50,6 @@ static int unknown_effect(const flesh_node *node, const char *path)
 {
   flesh_suggestion suggestion = {.word = node->key};
   char text[512], shown[FLESH_SHOW_SIZE];
-  const char *renamed = flesh_renamed_effect(node->key);
-  if (renamed)
-    return flesh_node_fail_at_key(node, "%s is %s, which has been renamed; write %s", path,
-                                  flesh_word_show(node->key, shown), renamed);
   int count;
   const flesh_effect_row *const *rows = flesh_effect_registry(&count);
   for (int i = 0; i < count; i++) flesh_suggestion_offer(&suggestion, rows[i]->name);

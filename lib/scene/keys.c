@@ -12,7 +12,6 @@
 #include "base/error.h"
 #include "base/text.h"
 #include "flesh/system.h"
-#include "scene/renamed.h"
 #include "scene/words.h"
 
 static int no_memory(void)
@@ -137,10 +136,6 @@ const char *flesh_key_expectation(const flesh_key *key, char text[FLESH_EXPECTAT
 int flesh_key_fail(const flesh_key *key, const flesh_node *node, const char *path)
 {
   char shown[FLESH_SHOW_SIZE], expected[FLESH_EXPECTATION_SIZE];
-  const int chosen = key->type == FLESH_KEY_CHOICE && node->kind == FLESH_NODE_SCALAR;
-  const char *why, *renamed = chosen ? flesh_renamed_choice(key, node->text, &why) : NULL;
-  if (renamed)
-    return flesh_node_fail(node, "%s is %s, %s; write %s", path, flesh_node_show(node, shown), why, renamed);
   return flesh_node_fail(node, "%s is %s; it must be %s", path, flesh_node_show(node, shown),
                          flesh_key_expectation(key, expected));
 }
@@ -408,10 +403,6 @@ static int check_names(const flesh_key_reader *reader, const flesh_key *keys,
     if (!key) {
       flesh_suggestion suggestion = {.word = child->key};
       char text[512], shown[FLESH_SHOW_SIZE];
-      const char *renamed = flesh_renamed_key(keys, child->key);
-      if (renamed)
-        return flesh_node_fail_at_key(child, "%s%s%s has been renamed; write %s", path, *path ? "." : "",
-                                      flesh_word_show(child->key, shown), renamed);
       for (key = keys; key->name; key++) flesh_suggestion_offer(&suggestion, key->name);
       return flesh_node_fail_at_key(child, "%s%s%s is unknown%s%s", path, *path ? "." : "",
                                     flesh_word_show(child->key, shown),

@@ -203,9 +203,8 @@ END
     [ "$(ask refused/sweep.db "status, exit_code, message LIKE '%no_such_case%'" 'id = 1')" = refused,2,1 ] || return 1
   echo 'scene: tiny.yaml' >>hardcases.yaml
   expect 2 "$flesh" sweep hardcases.yaml --out refused && has stderr.txt 'scenes of its own' || return 1
-  sed -i 's/^command: hardcases/command: stress/' hardcases.yaml
-  expect 2 "$flesh" sweep hardcases.yaml --out refused &&
-    has stderr.txt 'hardcases.yaml:1:10: command is stress, which has been renamed; write hardcases$'
+  sed -i 's/^command: hardcases/command: hardcase/' hardcases.yaml
+  expect 2 "$flesh" sweep hardcases.yaml --out refused && has stderr.txt 'hardcases.yaml:1:10: command is hardcase; it must be '
 }
 
 ten_thousand_cases_are_planned_before_the_first_begins() {
