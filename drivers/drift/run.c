@@ -12,26 +12,6 @@
 #include "shared/overrides.h"
 #include "shared/runner.h"
 
-const char *flesh_drift_solver_name(flesh_drift_solver solver)
-{
-  return solver == FLESH_DRIFT_PLAIN ? "plain" : "guarded";
-}
-
-void flesh_drift_variant_title(flesh_drift_variant variant, char title[16])
-{
-  int named = variant.constants != FLESH_CONSTANTS_MATCHED;
-  snprintf(title, 16, "%s%s%s", flesh_energy_name(variant.energy), named ? " " : "",
-           named ? flesh_constants_name(variant.constants) : "");
-}
-
-void flesh_drift_case_folder(const flesh_drift_plan *plan, const flesh_drift_case *c, char folder[256])
-{
-  const flesh_drift_variant *v = &plan->variants[c->variant];
-  snprintf(folder, 256, "runs/%s_%s_%s_%g_%s", plan->scenes[c->scene].name, flesh_energy_name(v->energy),
-           flesh_constants_name(v->constants), plan->poissons[c->poisson],
-           flesh_drift_solver_name(c->solver));
-}
-
 /* A frame kept for a picture. */
 typedef struct frame {
   flesh_state state;

@@ -7,22 +7,6 @@
 #include "base/file.h"
 #include "shared/table.h"
 
-const char *flesh_drift_status_word(const flesh_drift_case *c)
-{
-  if (c->figures.crashed_by) return "crashed";
-  switch (c->figures.status) {
-  case FLESH_OK: return c->figures.stressed_rest > 0 ? "stressed rest" : "complete";
-  case FLESH_UNDEFINED: return "undefined";
-  case FLESH_NONFINITE:
-  case FLESH_ERR_NONFINITE: return "non-finite";
-  case FLESH_ERR_BUDGET: return "out of budget";
-  case FLESH_ERR_INTERRUPTED: return c->figures.tets ? "interrupted" : "not run";
-  case FLESH_ERR_ARGUMENT: return "refused";
-  case FLESH_ERR_ENERGY: return "energy grew";
-  default: return "not converged";
-  }
-}
-
 static int write_csv(const flesh_drift_plan *plan)
 {
   flesh_file file;

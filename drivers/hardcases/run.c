@@ -14,23 +14,6 @@
 #include "hardcases/end.h"
 #include "hardcases/watch.h"
 
-void flesh_hardcases_run_folder(const flesh_hardcases_run *run, char folder[256])
-{
-  const flesh_hardcases_setting *s = run->setting;
-  char seed[24] = "", constants[16] = "", step[24] = "", element[24] = "";
-  if (run->row->flags & FLESH_HARDCASES_RANDOM) snprintf(seed, sizeof seed, "_seed%d", run->seed);
-  if (s->constants != FLESH_CONSTANTS_MATCHED)
-    snprintf(constants, sizeof constants, "_%s", flesh_constants_name(s->constants));
-  if (!(run->row->step > 0) && fabs(s->step * 60 - 1) > 1e-9)
-    snprintf(step, sizeof step, "_h%g", s->step);
-  if (s->element != FLESH_ELEMENT_TET4) snprintf(element, sizeof element, "_%s", flesh_element_name(s->element));
-  snprintf(folder, 256, "cases/%s%s%s%s_%s%s_%g%s%s_%s", s->body ? s->body->name : "", s->body ? "_" : "",
-           run->row->name, seed,
-           flesh_energy_name(s->energy), constants,
-           flesh_hardcases_poisson(run), step, element,
-           flesh_hardcases_solver_name(s->solver));
-}
-
 /* Reads a phase's scene with the command line's overrides, which become part of its file, so that
  * the file alone gives the same run. */
 static int read_phase(const flesh_hardcases_plan *plan, const char *path, flesh_scene **scene)

@@ -1,5 +1,4 @@
 /* table.c: the battery's result as hardcases.csv and in words. */
-#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -8,74 +7,8 @@
 #include "flesh/status.h"
 #include "base/file.h"
 #include "hardcases/hardcases.h"
-#include "newton/mechanisms.h"
 #include "shared/longest_step.h"
 #include "shared/table.h"
-
-const char *flesh_hardcases_solver_name(flesh_hardcases_solver solver)
-{
-  static const char *const names[] = {
-      [FLESH_HARDCASES_DEFAULT] = "default",
-      [FLESH_HARDCASES_KINSOL] = "kinsol-line-search",
-      [FLESH_HARDCASES_PLAIN] = "plain",
-      [FLESH_HARDCASES_ALWAYS_PROJECTED] = "always-projected",
-      [FLESH_HARDCASES_NEVER_PROJECTED] = "never-projected",
-      [FLESH_HARDCASES_CLAMPED] = "clamped",
-      [FLESH_HARDCASES_ABSOLUTE] = "absolute",
-      [FLESH_HARDCASES_TRUST_REGION] = "trust-region",
-      [FLESH_HARDCASES_CLAMPED_ALWAYS] = "clamped-always",
-      [FLESH_HARDCASES_ABSOLUTE_ALWAYS] = "absolute-always",
-      [FLESH_HARDCASES_TRUST_REGION_ALWAYS] = "trust-region-always"};
-#define WITHOUT(id, name, doc) "without-" name,
-  static const char *const without[] = {FLESH_MECHANISM_ROWS(WITHOUT) NULL};
-  static_assert(sizeof names / sizeof *names == FLESH_HARDCASES_NAMED_SOLVERS, "a name of every solver");
-  if (solver < FLESH_HARDCASES_NAMED_SOLVERS) return names[solver];
-  return flesh_hardcases_left_out(solver) ? without[solver - FLESH_HARDCASES_WITHOUT] : NULL;
-}
-
-flesh_technique flesh_hardcases_left_out(flesh_hardcases_solver solver)
-{
-  const unsigned bit = solver < FLESH_HARDCASES_WITHOUT ? 0 : 1u << (solver - FLESH_HARDCASES_WITHOUT);
-  return (flesh_technique)(bit & FLESH_TECHNIQUES_ALL);
-}
-
-const char *flesh_hardcases_outcome_name(flesh_hardcases_outcome outcome)
-{
-  static const char *const names[] = {
-      [FLESH_HARDCASES_RECOVERED] = "recovered",     [FLESH_HARDCASES_UNTANGLED] = "untangled",
-      [FLESH_HARDCASES_EQUILIBRIUM] = "equilibrium", [FLESH_HARDCASES_AT_REST] = "stressed at rest",
-      [FLESH_HARDCASES_NOT_RECOVERED] = "not recovered",
-      [FLESH_HARDCASES_UNCONVERGED] = "unconverged", [FLESH_HARDCASES_STOPPED] = "stopped",
-      [FLESH_HARDCASES_BUDGET] = "out of budget",    [FLESH_HARDCASES_NONFINITE] = "non-finite",
-      [FLESH_HARDCASES_CRASHED] = "crashed or hung", [FLESH_HARDCASES_NOT_RUN] = "not run"};
-  static_assert(sizeof names / sizeof *names == FLESH_HARDCASES_OUTCOMES, "a name of every outcome");
-  return names[outcome];
-}
-
-const char *flesh_hardcases_end_name(flesh_hardcases_end end)
-{
-  static const char *const names[] = {[FLESH_HARDCASES_END_UNKNOWN] = "",
-                                                       [FLESH_HARDCASES_END_MINIMUM] = "minimum",
-                                                       [FLESH_HARDCASES_END_DEGENERATE] = "degenerate",
-                                                       [FLESH_HARDCASES_END_SADDLE] = "saddle",
-                                                       [FLESH_HARDCASES_END_UNTANGLES] = "untangles",
-                                                       [FLESH_HARDCASES_END_MOVING] =
-                                                           "no equilibrium found"};
-  static_assert(sizeof names / sizeof *names == FLESH_HARDCASES_ENDS, "a name of every end");
-  return names[end];
-}
-
-void flesh_hardcases_setting_title(const flesh_hardcases_setting *s, char title[112])
-{
-  char constants[16] = "", step[32] = "", element[24] = "", body[40] = "";
-  if (s->body) snprintf(body, sizeof body, "%.38s ", s->body->name);
-  if (s->constants != FLESH_CONSTANTS_MATCHED)
-    snprintf(constants, sizeof constants, " %s", flesh_constants_name(s->constants));
-  if (fabs(s->step * 60 - 1) > 1e-9) snprintf(step, sizeof step, " h=%g", s->step);
-  if (s->element != FLESH_ELEMENT_TET4) snprintf(element, sizeof element, " %s", flesh_element_name(s->element));
-  snprintf(title, 112, "%s%s%s %g%s%s %s", body, flesh_energy_name(s->energy), constants, s->poisson, step, element,
-           flesh_hardcases_solver_name(s->solver));
-}
 
 static void quoted(FILE *stream, const char *text)
 {

@@ -22,19 +22,6 @@
 
 enum { OBSERVER_LIMIT = 16 };
 
-double flesh_running_seconds(clockid_t clock)
-{
-  struct timespec now;
-  clock_gettime(clock, &now);
-  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
-const char *flesh_running_path(flesh_running *r, const char *name)
-{
-  sprintf(r->path, "%s/%s", r->options->out, name);
-  return r->path;
-}
-
 static int show_progress(void *data, const flesh_step_record *record)
 {
   flesh_running *r = data;
@@ -92,21 +79,6 @@ static int stop(void *data)
   const double now = flesh_running_seconds(CLOCK_MONOTONIC);
   if (r->checkpoint.asked == 0) r->checkpoint.asked = now;
   return now - r->checkpoint.asked < grace ? FLESH_OK : status;
-}
-
-json_t *flesh_running_result(flesh_running *r, json_t *outcome, const flesh_figures *figures)
-{
-  json_object_set_new(outcome, "figures",
-                      flesh_figures_json(figures, flesh_running_system(r)));
-  if (r->integrator)
-    json_object_set_new(outcome, "effects", flesh_costs_json(flesh_integrator_costs(r->integrator),
-                                                             flesh_running_system(r)));
-  json_object_set_new(outcome, "materials", flesh_materials_json(r->scene));
-  if (r->resumed) json_object_set(outcome, "resumed", r->resumed);
-  json_object_set(outcome, "inputs", r->inputs);
-  json_object_set(outcome, "program", r->program);
-  if (r->ranks) json_object_set(outcome, "ranks", r->ranks);
-  return outcome;
 }
 
 /* Whether a file could be written there; it is not touched. */
@@ -242,7 +214,7 @@ static int simulate(flesh_running *r, flesh_figures *figures, flesh_outcome *out
   const flesh_scene_time *time = flesh_scene_times(r->scene);
   const flesh_ranks *ranks = r->options->ranks;
   flesh_observer observers[OBSERVER_LIMIT];
-  const flesh_observer of_ranks = {flesh_running_observe_ranks, r};
+  const flesh_observer of_ranks[] = {{flesh_running_observe_ranks, r}, {flesh_running_observe_checkpoint, r}};
   const int count = flesh_ranks_first(ranks) ? list_observers(r, figures, observers) : 0;
   flesh_solve_stats unfinished;
   int status = r->integrator ? FLESH_OK : create_integrator(r);
@@ -250,8 +222,8 @@ static int simulate(flesh_running *r, flesh_figures *figures, flesh_outcome *out
   const flesh_run_options run = {.unfinished = &unfinished,
                                  .h = time->step,
                                  .end = time->end,
-                                 .observer_count = ranks ? 1 : count,
-                                 .observers = ranks ? &of_ranks : observers,
+                                 .observer_count = ranks ? 1 + r->checkpoint.on : count,
+                                 .observers = ranks ? of_ranks : observers,
                                  .stop = stop,
                                  .stop_data = r};
   r->cpu_begin = flesh_running_seconds(CLOCK_PROCESS_CPUTIME_ID);

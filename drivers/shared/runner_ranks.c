@@ -10,13 +10,6 @@
 #include "system/internal.h"
 #include "system/state.h"
 
-int flesh_running_is_split(const flesh_running *r) { return r->options->ranks && flesh_ranks_mesh_is_split(r->scene); }
-
-const flesh_system *flesh_running_system(const flesh_running *r)
-{
-  return flesh_running_is_split(r) ? flesh_ranks_system(r->options->ranks, r->scene) : flesh_scene_system(r->scene);
-}
-
 int flesh_running_share(flesh_running *r)
 {
   const flesh_ranks *ranks = r->options->ranks;
@@ -200,7 +193,6 @@ int flesh_running_observe_ranks(void *data, const flesh_step_record *record)
   int status = flesh_running_is_split(r) ? observe_parts(r, record) : observe_whole(r, record);
   const int probed = r->probes ? flesh_probes_observe(r->probes, record) : FLESH_OK;
   if (status >= 0) status = probed;
-  if (!r->checkpoint.on) return status;
-  status = flesh_ranks_agree(ranks, status < 0 ? status : FLESH_OK); /* before ranks wait for each other */
-  return status ? status : flesh_running_observe_checkpoint(r, record);
+  /* Ranks wait for each other in the checkpoint, which is the next observer. */
+  return r->checkpoint.on ? flesh_ranks_agree(ranks, status < 0 ? status : FLESH_OK) : status;
 }

@@ -1,5 +1,5 @@
-/* running.h: a run that is being made: shared by its loop (runner.c), its files (runner_outputs.c) and its checkpoints
- * (runner_checkpoint.c), and by nothing else. */
+/* running.h: a run that is being made: shared by its loop (runner.c), its files (runner_outputs.c), its ranks
+ * (runner_ranks.c) and its checkpoints (runner_checkpoint.c), and by nothing else. */
 #ifndef FLESH_SHARED_RUNNING_H
 #define FLESH_SHARED_RUNNING_H
 

@@ -19,8 +19,6 @@ typedef flesh_sweep_axis axis;
 typedef flesh_sweep_derived_row derived;
 typedef flesh_sweep_spec spec;
 
-int flesh_sweep_no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory while reading a sweep"); }
-
 /* The node as YAML on one line. */
 static void print_flow(const flesh_node *node, flesh_text *text)
 {

@@ -8,6 +8,8 @@
 #include "scene/scene.h"
 #include "sweep/spec.h"
 
+int flesh_sweep_no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory while reading a sweep"); }
+
 static int check(const flesh_node *node, const char *scene, int count, const char **overrides)
 {
   int status = flesh_scene_check_keys(scene, count, overrides);

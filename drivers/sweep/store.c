@@ -36,31 +36,6 @@ const char flesh_sweep_schema_text[] =
     "  rows        view: table_rows with the axes and a column per field\n"
     "Costs that do not depend on the machine: steps, newton, linear, assemblies, projections, residuals, ...\n";
 
-int flesh_sweep_store_fail(const flesh_sweep_store *store, const char *doing)
-{
-  return flesh_database_fail(store->database, store->path, doing);
-}
-
-int flesh_sweep_store_execute(flesh_sweep_store *store, const char *sql)
-{
-  return sqlite3_exec(store->database, sql, NULL, NULL, NULL) ? flesh_sweep_store_fail(store, "cannot be written")
-                                                              : FLESH_OK;
-}
-
-int flesh_sweep_store_end(flesh_sweep_store *store, int status)
-{
-  if (!status) status = flesh_sweep_store_execute(store, "COMMIT");
-  if (status && !sqlite3_get_autocommit(store->database))
-    sqlite3_exec(store->database, "ROLLBACK", NULL, NULL, NULL);
-  return status;
-}
-
-int flesh_sweep_store_prepare(flesh_sweep_store *store, const char *sql, sqlite3_stmt **statement)
-{
-  return sqlite3_prepare_v2(store->database, sql, -1, statement, NULL) ? flesh_sweep_store_fail(store, "is no sweep")
-                                                                        : FLESH_OK;
-}
-
 static int open_database(const char *path, int flags, flesh_sweep_store *store)
 {
   *store = (flesh_sweep_store){.path = strdup(path), .lock = -1, .shard = 1, .shards = 1};

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""test_rooms.py: every room of the house uses only rooms below it, no files include each other in a circle, and files
-and functions are short enough to be read.
+"""test_rooms.py: every room of the house uses only rooms below it, no files include each other in a circle (or call each
+other in one, in drivers/), and files and functions are short enough to be read.
 
 Reads the C files of lib/, include/flesh/ and drivers/. Speaks TAP."""
 import os
@@ -122,6 +122,19 @@ def too_long():
     return findings + [f"{name} is short enough: no exception is needed" for name in LONGER if name not in used]
 
 
+def calls():
+    """Which sources of drivers/ use functions of which others: name -> names."""
+    texts, home = {}, {}
+    for path in sorted(sources()):
+        if path.startswith("drivers/") and path.endswith(".c"):
+            with open(os.path.join(TOP, path), encoding="utf-8") as file:
+                texts[path] = re.sub(r"/\*.*?\*/", " ", file.read(), flags=re.S)
+            for name in re.findall(r"^(?!static)\w[\w \t*]*?[ *](flesh_\w+)\([^;{}]*\)\s*\{", texts[path], re.M):
+                home.setdefault(name, path)  # of two builds of a function, one is enough
+    return {path: {home[name] for name in re.findall(r"\bflesh_\w+", text) if home.get(name, path) != path}
+            for path, text in texts.items()}
+
+
 def main():
     exist = set(sources())
     unknown, upward, arrows = [], [], {}
@@ -141,12 +154,14 @@ def main():
             one, two = (re.sub(r"\.[ch]$", "", name) for name in (path, other))
             if one != two:
                 arrows.setdefault(one, set()).add(two)
-    print("1..4")
+    print("1..5")
     failed = verdict(1, "every file is in a room", unknown)
     failed |= verdict(2, "rooms use only rooms below them", upward)
     failed |= verdict(3, "no files include each other in a circle",
                       [" -> ".join(circle) for circle in find_circles(arrows)])
     failed |= verdict(4, "files of at most 450 lines, functions of at most 60", too_long())
+    failed |= verdict(5, "no files of drivers/ call each other in a circle",
+                      [" -> ".join(circle) for circle in find_circles(calls())])
     return failed
 
 
