@@ -2,7 +2,7 @@
 #ifndef FLESH_COMMANDS_H
 #define FLESH_COMMANDS_H
 
-#include "shared/subcommands.h"
+#include "cli/subcommands.h"
 
 extern const char flesh_about[]; /* one line */
 extern const flesh_subcommand flesh_commands[];

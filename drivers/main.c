@@ -6,10 +6,10 @@
 
 #include "base/text.h"
 #include "commands.h"
-#include "shared/help.h"
-#include "shared/json_memory.h"
-#include "shared/options.h"
-#include "shared/provenance.h"
+#include "cli/help.h"
+#include "cli/json_memory.h"
+#include "cli/options.h"
+#include "run/provenance.h"
 
 static void print_help(void)
 {

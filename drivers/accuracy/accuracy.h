@@ -9,9 +9,9 @@
 #include <stdio.h>
 
 #include "accuracy/track.h"
-#include "shared/options.h"
-#include "shared/overrides.h"
-#include "shared/pool.h"
+#include "cli/options.h"
+#include "cli/overrides.h"
+#include "pool/pool.h"
 
 typedef struct flesh_accuracy_method {
   const char *name;   /* of --methods and the tables */

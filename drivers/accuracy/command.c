@@ -9,13 +9,13 @@
 #include "accuracy/accuracy.h"
 #include "accuracy/mesh.h"
 #include "base/error.h"
-#include "shared/inputs.h"
-#include "shared/interrupt.h"
+#include "cli/inputs.h"
+#include "cli/interrupt.h"
 #include "base/file.h"
 #include "base/text.h"
-#include "shared/plot.h"
-#include "shared/output.h"
-#include "shared/ranks.h"
+#include "picture/plot.h"
+#include "cli/output.h"
+#include "run/ranks.h"
 
 #define METHOD_LINE(name, scene, adaptive, order, colour, mark, doc) "  " name doc "\n"
 #define METHOD_NAME(name, ...) "," name

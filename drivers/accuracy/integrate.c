@@ -6,7 +6,7 @@
 
 #include "accuracy/track.h"
 #include "base/error.h"
-#include "shared/interrupt.h"
+#include "cli/interrupt.h"
 #include "base/file.h"
 
 static double seconds(clockid_t clock)

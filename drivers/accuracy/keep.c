@@ -12,10 +12,10 @@
 #include "base/confine.h"
 #include "base/error.h"
 #include "base/scan.h"
-#include "shared/provenance.h"
-#include "shared/result.h"
+#include "run/provenance.h"
+#include "run/result.h"
 #include "scene/scene.h"
-#include "shared/json_memory.h"
+#include "cli/json_memory.h"
 
 /* Numbers of a struct as they stand in a file. */
 typedef struct field {

@@ -12,9 +12,9 @@
 #include "base/confine.h"
 #include "base/error.h"
 #include "scene/scene.h"
-#include "shared/interrupt.h"
-#include "shared/point_load.h"
-#include "shared/process.h"
+#include "cli/interrupt.h"
+#include "run/point_load.h"
+#include "pool/process.h"
 
 typedef struct task {
   const flesh_accuracy_plan *plan;

@@ -4,9 +4,9 @@
 
 #include "accuracy/mesh.h"
 #include "base/file.h"
-#include "shared/plot_text.h"
-#include "shared/plot.h"
-#include "shared/table.h"
+#include "picture/plot_text.h"
+#include "picture/plot.h"
+#include "study/table.h"
 
 static const char *element_name(int element) { return flesh_element_name((flesh_element)element); }
 

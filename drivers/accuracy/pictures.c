@@ -8,8 +8,8 @@
 
 #include "accuracy/accuracy.h"
 #include "base/confine.h"
-#include "shared/plot.h"
-#include "shared/plot_text.h"
+#include "picture/plot.h"
+#include "picture/plot_text.h"
 
 static void begin(FILE *stream, const char *name, const char *title, int height)
 {

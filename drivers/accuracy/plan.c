@@ -7,7 +7,7 @@
 
 #include "accuracy/accuracy.h"
 #include "base/error.h"
-#include "shared/safe_text.h"
+#include "cli/safe_text.h"
 
 #define METHOD(name, scene, adaptive, order, colour, mark, doc) {name, scene, adaptive, order, colour, mark},
 const flesh_accuracy_method flesh_accuracy_methods[] = {FLESH_ACCURACY_METHOD_LIST(METHOD){0}};

@@ -14,8 +14,8 @@
 #include "base/confine.h"
 #include "base/error.h"
 #include "base/text.h"
-#include "shared/interrupt.h"
-#include "shared/process.h"
+#include "cli/interrupt.h"
+#include "pool/process.h"
 
 /* A way to a reference: the powers of the step in its error are first, first + stride, ... */
 typedef struct source {

@@ -9,8 +9,8 @@
 #include "accuracy/judge.h"
 #include "base/confine.h"
 #include "base/error.h"
-#include "shared/interrupt.h"
-#include "shared/process.h"
+#include "cli/interrupt.h"
+#include "pool/process.h"
 
 typedef struct task {
   const flesh_accuracy_plan *plan;

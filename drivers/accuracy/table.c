@@ -6,7 +6,7 @@
 
 #include "accuracy/accuracy.h"
 #include "base/file.h"
-#include "shared/table.h"
+#include "study/table.h"
 
 const char *flesh_accuracy_status_word(const flesh_accuracy_row *row)
 {

@@ -5,7 +5,7 @@
 
 #include "accuracy/accuracy.h"
 #include "base/file.h"
-#include "shared/table.h"
+#include "study/table.h"
 
 #define SAY(...) FLESH_SAY(stream, __VA_ARGS__)
 

@@ -8,11 +8,11 @@
 
 #include "base/error.h"
 #include "bench/bench.h"
-#include "shared/interrupt.h"
+#include "cli/interrupt.h"
 #include "base/file.h"
-#include "shared/options.h"
-#include "shared/plot.h"
-#include "shared/output.h"
+#include "cli/options.h"
+#include "picture/plot.h"
+#include "cli/output.h"
 
 static const char details[] =
     "Measures what this machine can do (bandwidth where data live, multiply-adds per instruction set), then every\n"

@@ -7,9 +7,9 @@
 
 #include "bench/bench.h"
 #include "base/file.h"
-#include "shared/plot.h"
-#include "shared/plot_text.h"
-#include "shared/table.h"
+#include "picture/plot.h"
+#include "picture/plot_text.h"
+#include "study/table.h"
 
 static const char style[] = "set border 3 lc rgb '#606060'\nset tics nomirror out\n"
                             "set grid lc rgb '#e4e4e4' lw 1\nset logscale xy\n"

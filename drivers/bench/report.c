@@ -8,10 +8,10 @@
 #include "base/error.h"
 #include "bench/bench.h"
 #include "base/file.h"
-#include "shared/json_memory.h"
-#include "shared/provenance.h"
-#include "shared/result.h"
-#include "shared/table.h"
+#include "cli/json_memory.h"
+#include "run/provenance.h"
+#include "run/result.h"
+#include "study/table.h"
 
 const char *const flesh_bench_level_names[FLESH_BENCH_LEVELS] = {"L2", "L3", "memory"};
 

@@ -8,7 +8,7 @@
 
 #include "base/error.h"
 #include "bench/bench.h"
-#include "shared/interrupt.h"
+#include "cli/interrupt.h"
 #include "material/form.h"
 
 const char *const flesh_bench_cases[] = {"kernels", "swing",  "twist", "crush",

@@ -9,12 +9,12 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "shared/inputs.h"
+#include "cli/inputs.h"
 #include "base/file.h"
-#include "shared/options.h"
-#include "shared/overrides.h"
-#include "shared/output.h"
-#include "shared/result.h"
+#include "cli/options.h"
+#include "cli/overrides.h"
+#include "cli/output.h"
+#include "run/result.h"
 #include "system/derivative_check.h"
 
 static const double tolerance = 1e-7;

@@ -6,9 +6,9 @@
 
 #include "flesh/material.h"
 #include "flesh/scene.h"
-#include "shared/options.h"
-#include "shared/overrides.h"
-#include "shared/pool.h"
+#include "cli/options.h"
+#include "cli/overrides.h"
+#include "pool/pool.h"
 
 typedef enum flesh_drift_solver {
   FLESH_DRIFT_GUARDED, /* the scene's own solver */

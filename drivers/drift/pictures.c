@@ -7,9 +7,9 @@
 #include "base/error.h"
 #include "drift/drift.h"
 #include "flesh/scene.h"
-#include "shared/picture.h"
-#include "shared/plot.h"
-#include "shared/table.h"
+#include "picture/picture.h"
+#include "picture/plot.h"
+#include "study/table.h"
 
 /* A panel's body as it was at a state file of the case. */
 typedef struct body_panel {

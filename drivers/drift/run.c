@@ -8,9 +8,9 @@
 #include "base/confine.h"
 #include "base/error.h"
 #include "drift/drift.h"
-#include "shared/interrupt.h"
-#include "shared/overrides.h"
-#include "shared/runner.h"
+#include "cli/interrupt.h"
+#include "cli/overrides.h"
+#include "run/runner.h"
 
 /* A frame kept for a picture. */
 typedef struct frame {

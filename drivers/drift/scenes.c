@@ -6,7 +6,7 @@
 #include "base/text.h"
 #include "drift/drift.h"
 #include "flesh/body.h"
-#include "shared/safe_text.h"
+#include "cli/safe_text.h"
 
 /* The scene's file name without suffix, made unique by its place; it becomes part of names of files and a field. */
 static void name_scene(const char *path, int index, int clash, char name[64])

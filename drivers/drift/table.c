@@ -5,7 +5,7 @@
 
 #include "drift/drift.h"
 #include "base/file.h"
-#include "shared/table.h"
+#include "study/table.h"
 
 static int write_csv(const flesh_drift_plan *plan)
 {

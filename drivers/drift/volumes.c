@@ -8,8 +8,8 @@
 #include "base/scan.h"
 #include "base/text.h"
 #include "drift/drift.h"
-#include "shared/palette.h"
-#include "shared/plot.h"
+#include "picture/palette.h"
+#include "picture/plot.h"
 
 /* The volume of a case over its run, and the line that draws it. */
 typedef struct volumes {

@@ -7,7 +7,7 @@
 #include "base/error.h"
 #include "drift/drift.h"
 #include "flesh/body.h"
-#include "shared/table.h"
+#include "study/table.h"
 
 enum { VARIANTS = 32 };
 

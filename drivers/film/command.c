@@ -15,10 +15,10 @@
 
 #include "base/confine.h"
 #include "base/error.h"
-#include "shared/interrupt.h"
+#include "cli/interrupt.h"
 #include "base/file.h"
-#include "shared/output.h"
-#include "shared/snapshot.h"
+#include "cli/output.h"
+#include "picture/snapshot.h"
 
 enum { NOT_FOUND = 127, PATH_SIZE = 4096 };
 

@@ -6,7 +6,7 @@
 
 #include "base/error.h"
 #include "hardcases/hardcases.h"
-#include "shared/table.h"
+#include "study/table.h"
 
 /* A technique earns its place where it saves a run, or this part of a set's Newton iterations or of its CPU time. Times
  * of sets of few seconds say nothing. */

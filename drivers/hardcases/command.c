@@ -8,13 +8,13 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "shared/interrupt.h"
+#include "cli/interrupt.h"
 #include "base/file.h"
 #include "base/text.h"
-#include "shared/overrides.h"
-#include "shared/plot.h"
-#include "shared/output.h"
-#include "shared/ranks.h"
+#include "cli/overrides.h"
+#include "picture/plot.h"
+#include "cli/output.h"
+#include "run/ranks.h"
 #include "hardcases/hardcases.h"
 #include "hardcases/lists.h"
 #include "material/form.h"

@@ -8,9 +8,9 @@
 #include "base/error.h"
 #include "hardcases/hardcases.h"
 #include "hardcases/profile.h"
-#include "shared/plot.h"
-#include "shared/plot_text.h"
-#include "shared/table.h"
+#include "picture/plot.h"
+#include "picture/plot_text.h"
+#include "study/table.h"
 
 typedef enum measure { NEWTON, LINEAR, CPU, MEASURES } measure;
 static const char *const measure_names[MEASURES] = {"newton", "linear", "cpu"};

@@ -9,8 +9,8 @@
 #include "base/error.h"
 #include "base/text.h"
 #include "flesh/scene.h"
-#include "shared/picture.h"
-#include "shared/picture_body.h"
+#include "picture/picture.h"
+#include "picture/picture_body.h"
 
 enum { FRAMES = 4 };
 static const double REACH = 1.05; /* of a picture, in body lengths */

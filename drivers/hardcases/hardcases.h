@@ -6,9 +6,9 @@
 #include "flesh/body.h"
 #include "flesh/material.h"
 #include "flesh/solver.h"
-#include "shared/longest_step.h"
-#include "shared/options.h"
-#include "shared/pool.h"
+#include "run/longest_step.h"
+#include "cli/options.h"
+#include "pool/pool.h"
 #include "hardcases/cases.h"
 
 typedef enum flesh_hardcases_solver {

@@ -6,8 +6,8 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "shared/plot.h"
-#include "shared/plot_text.h"
+#include "picture/plot.h"
+#include "picture/plot_text.h"
 #include "hardcases/frames.h"
 #include "hardcases/hardcases.h"
 

@@ -8,8 +8,8 @@
 
 #include "base/confine.h"
 #include "base/error.h"
-#include "shared/interrupt.h"
-#include "shared/runner.h"
+#include "cli/interrupt.h"
+#include "run/runner.h"
 #include "hardcases/hardcases.h"
 #include "hardcases/end.h"
 #include "hardcases/watch.h"

@@ -7,8 +7,8 @@
 #include "flesh/status.h"
 #include "base/file.h"
 #include "hardcases/hardcases.h"
-#include "shared/longest_step.h"
-#include "shared/table.h"
+#include "run/longest_step.h"
+#include "study/table.h"
 
 static void quoted(FILE *stream, const char *text)
 {

@@ -6,9 +6,9 @@
 #include <string.h>
 
 #include "scene/schema.h"
-#include "shared/help.h"
-#include "shared/help_man.h"
-#include "shared/options.h"
+#include "cli/help.h"
+#include "cli/help_man.h"
+#include "cli/options.h"
 
 static const char details[] = "Prints the manual page of COMMAND in roff, of the whole program without one, and flesh-scene(5), the keys of a\n"
                               "scene, for the word scene. `meson install` installs them all; without that, this shows one:\n\n"

@@ -5,9 +5,9 @@
 
 #include "manual/command.h"
 #include "scene/schema.h"
-#include "shared/help.h"
-#include "shared/help_shell.h"
-#include "shared/options.h"
+#include "cli/help.h"
+#include "cli/help_shell.h"
+#include "cli/options.h"
 
 static const char details[] = "Completes commands, options, the keys of a scene after --set, and values where there is a list of them; else\n"
                               "files. `meson install` installs both; without that:\n\n"

@@ -10,8 +10,8 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "material/curves.h"
-#include "shared/options.h"
-#include "shared/output.h"
+#include "cli/options.h"
+#include "cli/output.h"
 #include "material/form.h"
 
 static const char details[] =

@@ -6,9 +6,9 @@
 
 #include "base/text.h"
 #include "material/curves.h"
-#include "shared/palette.h"
-#include "shared/plot.h"
-#include "shared/plot_text.h"
+#include "picture/palette.h"
+#include "picture/plot.h"
+#include "picture/plot_text.h"
 #include "material/form.h"
 
 static int ascending(const void *a, const void *b)

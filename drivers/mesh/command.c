@@ -13,9 +13,9 @@
 #include "mesh/inspect.h"
 #include "mesh/refine.h"
 #include "mesh/split_command.h"
-#include "shared/options.h"
-#include "shared/output.h"
-#include "shared/subcommands.h"
+#include "cli/options.h"
+#include "cli/output.h"
+#include "cli/subcommands.h"
 
 static const flesh_option no_options[] = {{.name = NULL}};
 

@@ -10,8 +10,8 @@
 #include "base/error.h"
 #include "mesh/split.h"
 #include "parallel/partition.h"
-#include "shared/options.h"
-#include "shared/output.h"
+#include "cli/options.h"
+#include "cli/output.h"
 
 /* FOLDER/index.txt, new; NULL without memory. */
 static char *index_of(const char *folder)

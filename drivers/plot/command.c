@@ -10,10 +10,10 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "plot/curves.h"
-#include "shared/options.h"
-#include "shared/output.h"
-#include "shared/plot.h"
-#include "shared/plot_text.h"
+#include "cli/options.h"
+#include "cli/output.h"
+#include "picture/plot.h"
+#include "picture/plot_text.h"
 
 typedef struct picture {
   const char *title;

@@ -7,8 +7,8 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "shared/picture_body.h"
-#include "shared/picture_curved.h"
+#include "picture/picture_body.h"
+#include "picture/picture_curved.h"
 
 static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report"); }
 

@@ -6,7 +6,7 @@
 #include <jansson.h>
 
 #include "report/report.h"
-#include "shared/picture_panel.h"
+#include "picture/picture_panel.h"
 
 enum { FLESH_REPORT_FIELDS = 3 }; /* J, stress and speed */
 

@@ -8,10 +8,10 @@
 
 #include "base/error.h"
 #include "report/report.h"
-#include "shared/json_memory.h"
-#include "shared/options.h"
-#include "shared/output.h"
-#include "shared/provenance.h"
+#include "cli/json_memory.h"
+#include "cli/options.h"
+#include "cli/output.h"
+#include "run/provenance.h"
 
 /* Size up to which a report can be sent by mail, bytes. */
 static const double LARGE = 20e6;

@@ -9,7 +9,7 @@
 #include "base/confine.h"
 #include "base/error.h"
 #include "base/scan.h"
-#include "shared/json_memory.h"
+#include "cli/json_memory.h"
 
 /* The cell at *at of a line that ends at `end`, unquoted into `cell` (room for the line). Returns
  * whether it was one with an end. */

@@ -6,8 +6,8 @@
 #include <string.h>
 
 #include "report/csv.h"
-#include "shared/json_memory.h"
-#include "shared/palette.h"
+#include "cli/json_memory.h"
+#include "picture/palette.h"
 
 json_t *flesh_report_part(flesh_report *report, const char *title, const char *path)
 {

@@ -9,7 +9,7 @@
 #include "report/csv.h"
 #include "report/part.h"
 #include "report/runs.h"
-#include "shared/json_memory.h"
+#include "cli/json_memory.h"
 
 enum { MOST_ROWS = 2000 };
 

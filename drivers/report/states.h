@@ -3,8 +3,8 @@
 #ifndef FLESH_REPORT_STATES_H
 #define FLESH_REPORT_STATES_H
 
-#include "shared/picture_panel.h"
-#include "shared/run_folder.h"
+#include "picture/picture_panel.h"
+#include "run/run_folder.h"
 
 enum { FLESH_REPORT_FEW = 4 };
 

@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "shared/picture.h"
+#include "picture/picture.h"
 
 static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report"); }
 

@@ -8,8 +8,8 @@
 #include "base/error.h"
 #include "report/csv.h"
 #include "report/part.h"
-#include "shared/database.h"
-#include "shared/json_memory.h"
+#include "study/database.h"
+#include "cli/json_memory.h"
 
 /* An open database and what is asked of it. */
 typedef struct source {

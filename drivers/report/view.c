@@ -11,10 +11,10 @@
 #include "report/part.h"
 #include "report/states.h"
 #include "report/still.h"
-#include "shared/json_memory.h"
-#include "shared/picture.h"
-#include "shared/picture_body.h"
-#include "shared/picture_legend.h"
+#include "cli/json_memory.h"
+#include "picture/picture.h"
+#include "picture/picture_body.h"
+#include "picture/picture_legend.h"
 
 enum { FIELDS = FLESH_REPORT_FIELDS };
 

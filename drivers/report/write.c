@@ -7,7 +7,7 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "report/report.h"
-#include "shared/json_memory.h"
+#include "cli/json_memory.h"
 
 /* Text in HTML. */
 static size_t print_escaped(FILE *stream, const char *text)

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "shared/options.h"
+#include "cli/options.h"
 #include "scene/schema.h"
 
 static const char details[] =

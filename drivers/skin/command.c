@@ -8,12 +8,12 @@
 
 #include "base/confine.h"
 #include "base/error.h"
-#include "shared/inputs.h"
-#include "shared/options.h"
-#include "shared/result.h"
-#include "shared/run_folder.h"
-#include "shared/output.h"
-#include "shared/subcommands.h"
+#include "cli/inputs.h"
+#include "cli/options.h"
+#include "run/result.h"
+#include "run/run_folder.h"
+#include "cli/output.h"
+#include "cli/subcommands.h"
 
 static int command_bind(int argc, char **argv)
 {

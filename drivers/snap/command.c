@@ -8,8 +8,8 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "shared/output.h"
-#include "shared/snapshot.h"
+#include "cli/output.h"
+#include "picture/snapshot.h"
 
 enum { MOST_TIMES = 32 };
 

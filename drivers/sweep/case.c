@@ -9,14 +9,14 @@
 #include "accuracy/command.h"
 #include "drift/command.h"
 #include "hardcases/command.h"
-#include "shared/interrupt.h"
+#include "cli/interrupt.h"
 #include "base/scan.h"
-#include "shared/options.h"
-#include "shared/provenance.h"
-#include "shared/runner.h"
+#include "cli/options.h"
+#include "run/provenance.h"
+#include "run/runner.h"
 #include "scene/words.h"
 #include "sweep/sweep.h"
-#include "shared/json_memory.h"
+#include "cli/json_memory.h"
 
 /* Takes the text, "KEY=VALUE". */
 static int add_override(flesh_sweep_case *made, char *text)

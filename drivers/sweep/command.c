@@ -10,11 +10,11 @@
 #include "base/confine.h"
 #include "base/error.h"
 #include "flesh/status.h"
-#include "shared/interrupt.h"
+#include "cli/interrupt.h"
 #include "base/file.h"
-#include "shared/options.h"
-#include "shared/ranks.h"
-#include "shared/subcommands.h"
+#include "cli/options.h"
+#include "run/ranks.h"
+#include "cli/subcommands.h"
 #include "sweep/sweep.h"
 
 static const char details[] =

@@ -5,8 +5,8 @@
 
 #include "base/error.h"
 #include "base/file.h"
-#include "shared/options.h"
-#include "shared/output.h"
+#include "cli/options.h"
+#include "cli/output.h"
 #include "sweep/sweep.h"
 
 static void print_csv_text(FILE *stream, const char *text)

@@ -6,10 +6,10 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "shared/plot.h"
-#include "shared/plot_text.h"
+#include "picture/plot.h"
+#include "picture/plot_text.h"
 #include "sweep/plot.h"
-#include "shared/table.h"
+#include "study/table.h"
 
 enum { PANELS = 36 };
 

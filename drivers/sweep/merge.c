@@ -7,8 +7,8 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "base/scan.h"
-#include "shared/database.h"
-#include "shared/options.h"
+#include "study/database.h"
+#include "cli/options.h"
 #include "sweep/sweep.h"
 #include "sweep/tables.h"
 

@@ -8,10 +8,10 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "shared/inputs.h"
-#include "shared/options.h"
-#include "shared/plot.h"
-#include "shared/plot_text.h"
+#include "cli/inputs.h"
+#include "cli/options.h"
+#include "picture/plot.h"
+#include "picture/plot_text.h"
 
 static void write_labels(FILE *stream, const flesh_sweep_picture *p)
 {

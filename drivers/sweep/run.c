@@ -9,8 +9,8 @@
 
 #include "base/confine.h"
 #include "base/error.h"
-#include "shared/interrupt.h"
-#include "shared/json_memory.h"
+#include "cli/interrupt.h"
+#include "cli/json_memory.h"
 #include "base/file.h"
 #include "base/folder.h"
 #include "sweep/sweep.h"

@@ -9,7 +9,7 @@
 
 #include "base/confine.h"
 #include "base/error.h"
-#include "shared/json_memory.h"
+#include "cli/json_memory.h"
 #include "sweep/sweep.h"
 #include "sweep/tables.h"
 

@@ -1,6 +1,6 @@
 /* store_sql.c: statements to the database of a sweep, and SQLite's words where one fails. */
 #include "base/error.h"
-#include "shared/database.h"
+#include "study/database.h"
 #include "sweep/sweep.h"
 #include "sweep/tables.h"
 

@@ -8,7 +8,7 @@
 
 #include "base/key.h"
 #include "scene/node.h"
-#include "shared/pool.h"
+#include "pool/pool.h"
 
 typedef enum flesh_sweep_command {
   FLESH_SWEEP_RUN,

@@ -6,7 +6,7 @@
 #include <strings.h>
 
 #include "base/error.h"
-#include "shared/result.h"
+#include "run/result.h"
 
 const char *const flesh_sweep_case_columns[][2] = {{"status", "c.status"},
                                               {"exit_code", "c.exit_code"},

@@ -3,8 +3,8 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "shared/plot_text.h"
-#include "shared/safe_text.h"
+#include "picture/plot_text.h"
+#include "cli/safe_text.h"
 #include "sweep/plot.h"
 
 int flesh_sweep_plot_prepare(flesh_sweep_picture *p, sqlite3_stmt **query, char *sql)

@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "accuracy/mesh.h"
-#include "shared/plot.h"
+#include "picture/plot.h"
 #include "test.h"
 
 int flesh_plot_draw(const char *folder, const char *name) /* nothing is drawn here */

@@ -1,5 +1,5 @@
 /* test_interrupt.c: signals are remembered, and nothing else of the program changes. */
-#include "shared/interrupt.h"
+#include "cli/interrupt.h"
 
 #include <errno.h>
 #include <fcntl.h>

@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "shared/longest_step.h"
+#include "run/longest_step.h"
 #include "test.h"
 
 /* A run whose steps took these Newton iterations and so many linear ones for each, the start before them. */

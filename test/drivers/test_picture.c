@@ -2,11 +2,11 @@
 #include "mesh_files.h"
 
 #include "flesh/flesh.h"
-#include "shared/picture.h"
+#include "picture/picture.h"
 #include "math/mat3.h"
-#include "shared/picture_body.h"
-#include "shared/picture_legend.h"
-#include "shared/render_shadow.h"
+#include "picture/picture_body.h"
+#include "picture/picture_legend.h"
+#include "picture/render_shadow.h"
 
 static const double open_target[3] = {NAN, NAN, NAN};
 

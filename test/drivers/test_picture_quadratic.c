@@ -2,8 +2,8 @@
 #include "mesh_files.h"
 
 #include "flesh/flesh.h"
-#include "shared/picture.h"
-#include "shared/picture_body.h"
+#include "picture/picture.h"
+#include "picture/picture_body.h"
 
 /* A node on an edge moved by s along it makes J linear in a ten-node tet, 1 +- 4 s at the edge's ends: with s = 0.3 a
  * corner has J = -0.2, which no point of quadrature sees. The colour is the mean, 1, and nothing is black; with s = 0.6

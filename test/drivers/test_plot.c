@@ -1,9 +1,9 @@
 /* test_plot.c: plots are drawn, or refused in a sentence. */
 #include "temporary.h"
 
-#include "shared/plot.h"
-#include "shared/plot_text.h"
-#include "shared/table.h"
+#include "picture/plot.h"
+#include "picture/plot_text.h"
+#include "study/table.h"
 #include "test.h"
 
 static char folder[256];

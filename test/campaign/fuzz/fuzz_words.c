@@ -16,8 +16,8 @@
 #include "snap/command.h"
 #include "hardcases/command.h"
 #include "sweep/command.h"
-#include "shared/overrides.h"
-#include "shared/snapshot.h"
+#include "cli/overrides.h"
+#include "picture/snapshot.h"
 
 int LLVMFuzzerInitialize(int *argc, char ***argv);
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);

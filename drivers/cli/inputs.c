@@ -1,0 +1,124 @@
+/* inputs.c: knows the files that a command reads by what they are on the disk, not by their names. */
+#include "cli/inputs.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "base/error.h"
+
+struct flesh_input {
+  dev_t device, folder_device;
+  ino_t number, folder; /* of the file, and of the folder that it is in */
+};
+
+static void add_one(flesh_inputs *inputs, const char *path)
+{
+  struct stat file, folder;
+  errno = 0;
+  char *whole = realpath(path, NULL), *slash = whole ? strrchr(whole, '/') : NULL;
+  inputs->failed |= !whole && errno == ENOMEM;
+  if (!slash || stat(whole, &file) || !S_ISREG(file.st_mode)) {
+    free(whole);
+    return;
+  }
+  *slash = 0;
+  int found = !stat(slash == whole ? "/" : whole, &folder);
+  free(whole);
+  if (inputs->count == inputs->room) {
+    int room = 2 * inputs->room + 8;
+    struct flesh_input *files = realloc(inputs->files, (size_t)room * sizeof *files);
+    if (!files) {
+      inputs->failed = 1;
+      return;
+    }
+    inputs->files = files;
+    inputs->room = room;
+  }
+  inputs->files[inputs->count++] = (struct flesh_input){.device = file.st_dev, .number = file.st_ino,
+                                                        .folder_device = found ? folder.st_dev : 0,
+                                                        .folder = found ? folder.st_ino : 0};
+}
+
+char *flesh_tetgen_partner(const char *path)
+{
+  const char *dot = strrchr(path, '.');
+  const char *partner = dot && !strcmp(dot, ".node") ? "ele" : dot && !strcmp(dot, ".ele") ? "node" : NULL;
+  char *other = partner ? malloc(strlen(path) + 2) : NULL;
+  if (other) sprintf(other, "%.*s%s", (int)(dot + 1 - path), path, partner);
+  return other;
+}
+
+void flesh_inputs_add(flesh_inputs *inputs, const char *path)
+{
+  add_one(inputs, path);
+  char *other = flesh_tetgen_partner(path);
+  if (other) add_one(inputs, other);
+  free(other);
+}
+
+static void visit(void *data, const char *path) { flesh_inputs_add(data, path); }
+
+void flesh_inputs_add_scene(flesh_inputs *inputs, const char *path, const flesh_scene *scene)
+{
+  flesh_inputs_add(inputs, path);
+  flesh_scene_visit_files(scene, visit, inputs);
+}
+
+void flesh_inputs_close(flesh_inputs *inputs)
+{
+  free(inputs->files);
+  *inputs = (flesh_inputs){0};
+}
+
+static int refuse(const char *path)
+{
+  return flesh_fail(FLESH_ERR_ARGUMENT,
+                    "%s: is read by this command, whose results would replace it; give another place for them", path);
+}
+
+int flesh_inputs_spare(const flesh_inputs *inputs, const char *path)
+{
+  struct stat info;
+  if (inputs->failed) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (stat(path, &info)) return FLESH_OK;
+  for (int k = 0; k < inputs->count; k++)
+    if (inputs->files[k].device == info.st_dev && inputs->files[k].number == info.st_ino) return refuse(path);
+  return FLESH_OK;
+}
+
+static int spare_all(const flesh_inputs *inputs, const char *folder)
+{
+  struct stat info;
+  if (stat(folder, &info) || !S_ISDIR(info.st_mode)) return FLESH_OK;
+  for (int k = 0; k < inputs->count; k++)
+    if (inputs->files[k].folder_device == info.st_dev && inputs->files[k].folder == info.st_ino)
+      return flesh_fail(FLESH_ERR_ARGUMENT,
+                        "%s: a file in it is read by this command, whose results would replace all that is there; give "
+                        "another place for them",
+                        folder);
+  return FLESH_OK;
+}
+
+int flesh_inputs_spare_in(const flesh_inputs *inputs, const char *folder, const char *const *names,
+                          const char *const *subfolders)
+{
+  int status = FLESH_OK;
+  for (; *names && !status; names++) {
+    char *path = malloc(strlen(folder) + strlen(*names) + 2);
+    if (!path) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+    sprintf(path, "%s/%s", folder, *names);
+    status = flesh_inputs_spare(inputs, path);
+    free(path);
+  }
+  for (; subfolders && *subfolders && !status; subfolders++) {
+    char *path = malloc(strlen(folder) + strlen(*subfolders) + 2);
+    if (!path) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+    sprintf(path, "%s/%s", folder, *subfolders);
+    status = spare_all(inputs, path);
+    free(path);
+  }
+  return status;
+}

@@ -1,0 +1,59 @@
+/* interrupt.c: remembers the first signal. */
+#include "cli/interrupt.h"
+
+#include <errno.h>
+#include <signal.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "flesh/scene.h"
+
+static volatile sig_atomic_t remembered;
+
+/* SIGHUP as this program was given it. Libraries may take it before main begins: SUNDIALS 7 of Debian brings MPI and
+ * with it UCX, which answers SIGHUP with a trace. What stands in .preinit_array is called before any library's. */
+static struct sigaction hangup;
+static void note_hangup(void) { sigaction(SIGHUP, NULL, &hangup); }
+__attribute__((section(".preinit_array"), used)) static void (*note_hangup_first)(void) = note_hangup;
+__attribute__((constructor)) static void restore_hangup(void) { sigaction(SIGHUP, &hangup, NULL); }
+
+static void remember(int signal_number)
+{
+  static const char text[] = "\nflesh: stopping in order; once more to stop at once\n";
+  const int interrupted = errno; /* what the signal has interrupted may be about to read it */
+  remembered = signal_number;
+  const ssize_t written = isatty(STDERR_FILENO) ? write(STDERR_FILENO, text, sizeof text - 1) : 0;
+  (void)written; /* there is nobody else to report to */
+  errno = interrupted;
+}
+
+void flesh_interrupt_watch(void)
+{
+  struct sigaction action = {.sa_handler = remember, .sa_flags = (int)SA_RESETHAND | SA_RESTART};
+  sigaction(SIGINT, &action, NULL);
+  sigaction(SIGTERM, &action, NULL);
+  if (hangup.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, NULL); /* not under nohup */
+  flesh_scene_set_stop(flesh_interrupt_asked, NULL);
+}
+
+int flesh_interrupt_asked(void *deadline)
+{
+  struct timespec now;
+  if (remembered) return FLESH_ERR_INTERRUPTED;
+  if (!deadline || clock_gettime(CLOCK_MONOTONIC, &now)) return FLESH_OK;
+  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec > *(double *)deadline ? FLESH_ERR_BUDGET : FLESH_OK;
+}
+
+void flesh_interrupt_adopt(int signal_number)
+{
+  if (!remembered) remembered = signal_number;
+}
+
+int flesh_interrupt_signal(void) { return remembered; }
+
+const char *flesh_interrupt_name(void)
+{
+  return remembered == SIGTERM ? "SIGTERM" : remembered == SIGHUP ? "SIGHUP" : "SIGINT";
+}
+
+int flesh_interrupt_exit_code(void) { return 128 + (remembered ? remembered : SIGINT); }

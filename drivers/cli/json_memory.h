@@ -1,0 +1,20 @@
+/* json_memory.h: whether jansson ever lacked memory: an object that it could not add to lacks a key, and nothing says
+ * so; and texts from outside as JSON, which takes UTF-8 only. */
+#ifndef FLESH_CLI_JSON_MEMORY_H
+#define FLESH_CLI_JSON_MEMORY_H
+
+#include <jansson.h>
+
+/* Before any other call of jansson. */
+void flesh_json_watch(void);
+/* Memory ran out for what should have become JSON. */
+void flesh_json_note_lack(void);
+/* Whether memory has run out since: what was made of JSON may not be whole. */
+int flesh_json_lacks(void);
+
+/* A text from outside, or `size` bytes, as a new string: what is no UTF-8 becomes '?', a zero byte a blank. NULL without
+ * memory, which is noted. */
+json_t *flesh_json_text(const char *text);
+json_t *flesh_json_bytes(const char *bytes, size_t size);
+
+#endif

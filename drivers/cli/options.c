@@ -1,0 +1,175 @@
+/* options.c: command lines by getopt_long, and exit codes. */
+#include "cli/options.h"
+
+#include <getopt.h>
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "cli/help.h"
+#include "cli/interrupt.h"
+
+enum { OPTION_LIMIT = 48, HELP_VALUE = 256 };
+
+int flesh_exit_code(int status)
+{
+  switch (status) {
+  case FLESH_OK:
+    return 0;
+  case FLESH_ERR_ARGUMENT:
+    return 2;
+  case FLESH_ERR_FILE:
+    return 3;
+  case FLESH_ERR_SOLVE:
+    return 4;
+  case FLESH_ERR_INTEGRATOR:
+    return 5;
+  case FLESH_ERR_BUDGET:
+    return 6;
+  case FLESH_ERR_NONFINITE:
+    return 7;
+  case FLESH_ERR_ENERGY:
+    return 8;
+  case FLESH_ERR_INTERRUPTED:
+    return flesh_interrupt_exit_code();
+  }
+  return status > 0 ? 4 : 1;
+}
+
+int flesh_command_fail(const char *command, int status)
+{
+  const char *text = flesh_error_text();
+  fprintf(stderr, "flesh %s: %s\n", command, *text ? text : flesh_status_text(status));
+  return flesh_exit_code(status);
+}
+
+int flesh_option_number(const char *text, double *value)
+{
+  char *end;
+  double number = strtod(text, &end);
+  if (end == text) return -1;
+  if (*end == '/') {
+    const char *below = end + 1;
+    double divisor = strtod(below, &end);
+    if (end == below) return -1;
+    number /= divisor;
+  }
+  if (*end || !isfinite(number)) return -1;
+  *value = number;
+  return 0;
+}
+
+int flesh_command_refuse(const char *command, const char *format, ...)
+{
+  char sentence[512];
+  va_list args;
+  va_start(args, format);
+  vsnprintf(sentence, sizeof sentence, format, args);
+  va_end(args);
+  flesh_fail(FLESH_ERR_ARGUMENT, "%s%s%s: %s", "flesh", *command ? " " : "", command, sentence);
+  fprintf(stderr, "%s\n", flesh_error_text());
+  return 2;
+}
+
+int flesh_option_refuse(const char *command, const char *option, const char *value, const char *valid)
+{
+  if (!value) return flesh_command_refuse(command, "--%s is missing; it must be %s", option, valid);
+  return flesh_command_refuse(command, "--%s is '%.100s'; it must be %s", option, value, valid);
+}
+
+static int complain(const flesh_usage *usage, const char *what, const char *which, const char *more)
+{
+  return flesh_command_refuse(usage->command, "%s%.100s%s; `flesh %s --help` lists what is valid", what, which, more,
+                              usage->command);
+}
+
+static int take(const flesh_usage *usage, const flesh_option *option, const char *text)
+{
+  char what[128];
+  double number;
+  switch (option->kind) {
+  case FLESH_OPTION_SWITCH:
+    *(int *)option->target = 1;
+    return FLESH_OPTIONS_GO_ON;
+  case FLESH_OPTION_TEXT:
+    *(const char **)option->target = text;
+    return FLESH_OPTIONS_GO_ON;
+  case FLESH_OPTION_LIST: {
+    flesh_texts *texts = option->target;
+    texts->values[texts->count++] = text;
+    return FLESH_OPTIONS_GO_ON;
+  }
+  case FLESH_OPTION_POSITIVE:
+    snprintf(what, sizeof what, "--%s is '", option->name);
+    if (flesh_option_number(text, &number) || !(number > 0))
+      return complain(usage, what, text, "'; it must be a positive number");
+    *(double *)option->target = number;
+    return FLESH_OPTIONS_GO_ON;
+  case FLESH_OPTION_NUMBER:
+    snprintf(what, sizeof what, "--%s is '", option->name);
+    if (flesh_option_number(text, &number))
+      return complain(usage, what, text, "'; it must be a finite number");
+    *(double *)option->target = number;
+    return FLESH_OPTIONS_GO_ON;
+  case FLESH_OPTION_COUNT:
+    snprintf(what, sizeof what, "--%s is '", option->name);
+    if (flesh_option_number(text, &number) || number < 1 || number > 1e9 || number != floor(number))
+      return complain(usage, what, text, "'; it must be a whole number, at least 1");
+    *(int *)option->target = (int)number;
+    return FLESH_OPTIONS_GO_ON;
+  }
+  return FLESH_OPTIONS_GO_ON;
+}
+
+static int takes_values(const flesh_usage *usage)
+{
+  for (const flesh_option *option = usage->options; option && option->name; option++)
+    if (!strcmp(option->name, "set")) return 1;
+  return 0;
+}
+
+int flesh_options_read(const flesh_usage *usage, int argc, char **argv, int *positional_count)
+{
+  struct option rows[OPTION_LIMIT + 2] = {{0}};
+  int count = 0;
+  for (; usage->options[count].name && count < OPTION_LIMIT; count++)
+    rows[count] =
+        (struct option){.name = usage->options[count].name,
+                        .has_arg = usage->options[count].argument ? required_argument : no_argument,
+                        .val = HELP_VALUE + 1 + count};
+  rows[count] = (struct option){.name = "help", .val = HELP_VALUE};
+  opterr = 0;
+  optind = 0; /* reinitialises glibc's scanner */
+  for (int found; (found = getopt_long(argc, argv, ":h", rows, NULL)) != -1;) {
+    if (found == HELP_VALUE || found == 'h') {
+      flesh_help_print(usage);
+      return 0;
+    }
+    const char *word = argv[optind - 1];
+    if (found == ':') return complain(usage, "option ", word, " needs a value");
+    if (found == '?') {
+      if (optopt > HELP_VALUE) return complain(usage, "option ", word, " takes no value");
+      char letter[8] = {'-', (char)optopt, 0};
+      return complain(usage, "unknown or ambiguous option ", optopt ? letter : word, "");
+    }
+    int code = take(usage, &usage->options[found - HELP_VALUE - 1], optarg);
+    if (code != FLESH_OPTIONS_GO_ON) return code;
+  }
+  *positional_count = argc - optind;
+  for (int p = 0; p < *positional_count; p++) argv[1 + p] = argv[optind + p];
+  if (*positional_count < usage->positional_min) { /* without the options that the usage names after them */
+    char names[128];
+    const char *end = strstr(usage->positionals, " --");
+    snprintf(names, sizeof names, "%.*s", end ? (int)(end - usage->positionals) : 127, usage->positionals);
+    return complain(usage, "missing ", names, "");
+  }
+  if (*positional_count > usage->positional_max) {
+    const char *first = argv[1 + usage->positional_max];
+    return complain(usage, "too many arguments: '", first,
+                    strchr(first, '=') && takes_values(usage) ? "'; a value of the scene is given by --set KEY=VALUE" : "'");
+  }
+  return FLESH_OPTIONS_GO_ON;
+}

@@ -1,0 +1,137 @@
+/* output.c: claims folders and looks for what would be lost by writing. */
+#include "cli/output.h"
+
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "base/confine.h"
+#include "base/error.h"
+#include "base/file.h"
+#include "run/checkpoint.h"
+
+/* The files that a run writes into its folder, and their first words: these tell an older run's file from somebody's
+ * own. */
+static const struct {
+  const char *name, *begin;
+} written[] = {{"scene.yaml", "# Every key in force"},
+               {"history.csv", "t,step,h,newton"},
+               {"probes.csv", "t [s],"},
+               {"state.txt", "# t "},
+               {"result.json", "{\n  \"status\""},
+               {FLESH_CHECKPOINT_NAME, "flesh checkpoint"}};
+enum { WRITTEN = sizeof written / sizeof *written };
+
+int flesh_output_claim(const char *folder, const char *command, flesh_folder_claim *claim)
+{
+  char host[80] = "", who[256];
+  gethostname(host, sizeof host - 1);
+  snprintf(who, sizeof who, "flesh %.60s, process %ld on %s", command, (long)getpid(), host);
+  const double patience = 0.3; /* s: what was killed a moment ago holds its folder until it has ended */
+  return flesh_folder_claim_take(folder, who, patience, claim);
+}
+
+int flesh_output_prepare(const char *path, const flesh_inputs *inputs)
+{
+  int status = flesh_inputs_spare(inputs, path);
+  if (status) return status;
+  flesh_file_clear(path);
+  char *other = flesh_tetgen_partner(path);
+  if (!other) return FLESH_OK;
+  status = flesh_inputs_spare(inputs, other);
+  if (!status) flesh_file_clear(other);
+  free(other);
+  return status;
+}
+
+int flesh_output_prepare_from(const char *path, int count, char *const *read, const char *further)
+{
+  flesh_inputs inputs = {0};
+  for (int k = 0; k < count; k++) flesh_inputs_add(&inputs, read[k]);
+  if (further) flesh_inputs_add(&inputs, further);
+  int status = flesh_output_prepare(path, &inputs);
+  flesh_inputs_close(&inputs);
+  return status;
+}
+
+/* A file of that name that begins otherwise was written by somebody else. */
+static int check_begin(const char *path, const char *begin)
+{
+  char head[32];
+  const int status = flesh_path_check(path), file = status ? -1 : flesh_path_open(path, O_RDONLY | O_NONBLOCK, 0);
+  if (file < 0) return status; /* whether it can be replaced is seen when it is */
+  const ssize_t got = read(file, head, strlen(begin));
+  close(file);
+  if (!got || (got == (ssize_t)strlen(begin) && !memcmp(head, begin, (size_t)got))) return FLESH_OK;
+  return flesh_fail(FLESH_ERR_FILE,
+                    "%s: no run has written this file, and a run into this folder would replace it; give "
+                    "another folder, or move it away",
+                    path);
+}
+
+/* A subfolder that is there must be a folder of its own. */
+static int check_subfolder(const char *path)
+{
+  struct stat info;
+  return flesh_path_stat(path, &info) || S_ISDIR(info.st_mode) ? FLESH_OK : flesh_folder_make(path);
+}
+
+/* Whether both name the same place, there or not; where memory is wanting, -1. */
+static int same_place(const char *a, const char *b)
+{
+  const char *paths[2] = {a, b}, *bases[2];
+  struct stat folders[2];
+  for (int k = 0; k < 2; k++) {
+    const char *slash = strrchr(paths[k], '/');
+    char *folder = slash ? strndup(paths[k], (size_t)(slash + 1 - paths[k])) : strdup(".");
+    if (!folder) return -1;
+    int found = !flesh_path_stat(folder, &folders[k]);
+    free(folder);
+    if (!found) return 0;
+    bases[k] = slash ? slash + 1 : paths[k];
+  }
+  return folders[0].st_dev == folders[1].st_dev && folders[0].st_ino == folders[1].st_ino &&
+         !strcmp(bases[0], bases[1]);
+}
+
+static int check_files(const char *out, const char *save_state, const flesh_inputs *inputs)
+{
+  static const char *const subfolders[] = {"frames", "skin", NULL};
+  const char *names[WRITTEN + 1] = {NULL};
+  for (int k = 0; k < WRITTEN; k++) names[k] = written[k].name;
+  int status = flesh_inputs_spare_in(inputs, out, names, subfolders);
+  char *path = malloc(strlen(out) + 32);
+  if (!path) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  for (int k = 0; k < WRITTEN && !status; k++) {
+    sprintf(path, "%s/%s", out, written[k].name);
+    status = check_begin(path, written[k].begin);
+    const int same = !status && save_state && strcmp(written[k].name, "state.txt") ? same_place(path, save_state) : 0;
+    if (same < 0) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+    else if (same)
+      status = flesh_fail(FLESH_ERR_ARGUMENT, "--save-state is %s, which the run writes itself; give another name",
+                          save_state);
+  }
+  for (int k = 0; subfolders[k] && !status; k++) {
+    sprintf(path, "%s/%s", out, subfolders[k]);
+    status = check_subfolder(path);
+  }
+  free(path);
+  return status;
+}
+
+int flesh_run_output_claim(const flesh_scene *scene, const char *scene_path, const char *save_state, const char *out,
+                           flesh_folder_claim *claim)
+{
+  flesh_inputs inputs = {0};
+  *claim = (flesh_folder_claim){.descriptor = -1};
+  if (scene_path) flesh_inputs_add_scene(&inputs, scene_path, scene);
+  int status = save_state ? flesh_output_prepare(save_state, &inputs) : FLESH_OK;
+  if (!status && out) status = flesh_output_claim(out, "run", claim);
+  if (!status && out) status = check_files(out, save_state, &inputs);
+  if (status) flesh_folder_claim_release(claim);
+  flesh_inputs_close(&inputs);
+  return status;
+}

@@ -1,0 +1,41 @@
+/* picture.h: pictures of bodies side by side, all seen by one camera and coloured on one scale, as
+ * PNG files. */
+#ifndef FLESH_PICTURE_PICTURE_H
+#define FLESH_PICTURE_PICTURE_H
+
+#include <stdio.h>
+
+#include "picture/picture_panel.h"
+
+/* J fitted, the default camera, 480 pixels wide, no edges, 3 samples. */
+void flesh_picture_options_default(flesh_picture_options *options);
+
+/* Gathers them: begin, add every panel that will be drawn, end. The view is fitted for several
+ * shapes of a picture at once, of which the end takes one. */
+enum { FLESH_PICTURE_SHAPES = 12 };
+typedef struct flesh_picture_fit {
+  const flesh_picture_options *options;
+  int shapes;
+  flesh_view_fit bodies[FLESH_PICTURE_SHAPES];
+  double low, high, least, most;
+  int inverted;
+} flesh_picture_fit;
+void flesh_picture_fit_begin(const flesh_picture_options *options, flesh_picture_fit *fit);
+int flesh_picture_fit_add(flesh_picture_fit *fit, const flesh_picture_panel *panel);
+void flesh_picture_fit_end(flesh_picture_fit *fit, flesh_picture_frame *frame);
+
+/* Draws the panels side by side and writes a PNG. */
+int flesh_picture_print(FILE *stream, int count, const flesh_picture_panel *panels,
+                        const flesh_picture_options *options, const flesh_picture_frame *frame);
+/* Draws the picture into the file `path`, whole or not at all. */
+int flesh_picture_draw(const char *path, int count, const flesh_picture_panel *panels,
+                       const flesh_picture_options *options, const flesh_picture_frame *frame);
+
+/* Fits and draws; *frame (may be NULL) gives what was fitted. */
+int flesh_picture(const char *path, int count, const flesh_picture_panel *panels,
+                  const flesh_picture_options *options, flesh_picture_frame *frame);
+
+/* "none", "J", "stress", "speed". FLESH_ERR_ARGUMENT for another name. */
+int flesh_picture_field_from_name(const char *name, flesh_picture_field *field);
+
+#endif

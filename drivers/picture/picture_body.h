@@ -1,0 +1,51 @@
+/* picture_body.h: a panel's body and obstacles as surfaces to render, and its colours. */
+#ifndef FLESH_PICTURE_PICTURE_BODY_H
+#define FLESH_PICTURE_PICTURE_BODY_H
+
+#include "picture/picture_panel.h"
+
+/* The surfaces that a panel shows; owns its arrays. Zero-initialise. */
+typedef struct flesh_picture_scene {
+  int count; /* of surfaces: the body, then its obstacles */
+  flesh_render_surface *surfaces;
+  void **owned;
+  int owned_count;
+} flesh_picture_scene;
+
+/* The values of the field at the nodes: averages over the tets around, weighted by volume; tets
+ * without a value (J <= 0 in a field that needs it) are left out. New [nodes]; NULL for
+ * FLESH_PICTURE_PLAIN. `extremes` (may be NULL): of the values before they are averaged, NaN without. */
+int flesh_picture_values(const flesh_picture_panel *panel, flesh_picture_field field,
+                         double **values, double extremes[2]);
+
+/* The mean of J in all tets, then its least value at the points of quadrature of all tets: J [2*tets]. */
+void flesh_picture_jacobians(const flesh_mesh *mesh, const double *x, double *J);
+
+/* Whether a tet has J <= 0 at a point of quadrature. */
+int flesh_picture_is_inverted(const flesh_picture_panel *panel, int *inverted);
+
+/* Makes the surfaces; low, high: of the colours. */
+int flesh_picture_scene_make(const flesh_picture_panel *panel, const flesh_picture_options *options,
+                             const flesh_picture_frame *frame, flesh_picture_scene *scene);
+void flesh_picture_scene_free(flesh_picture_scene *scene);
+
+/* The obstacles of the panel's system. */
+int flesh_picture_obstacle_count(const flesh_picture_panel *panel);
+/* Triangles of obstacle k at the panel's time, new arrays that the caller frees. A plane is a
+ * square that reaches beyond the view, in small triangles; `view` NULL: it has no nodes. */
+int flesh_picture_obstacle(const flesh_picture_panel *panel, int k, const flesh_view *view,
+                           int *nodes, double **positions, int *triangles, int **corners);
+
+/* Turns the corners of an obstacle's triangles [3*triangles] so that neighbours agree, and those that hang together
+ * face the panel's body: the sides of a mesh are alike to contact, and only what is seen from behind is transparent.
+ * Nodes at one place must be one node. */
+int flesh_picture_face_body(const flesh_picture_panel *panel, const double *positions, int triangles, int *corners);
+
+/* Half the side of that square. */
+double flesh_picture_plane_extent(const flesh_view *view);
+int flesh_picture_is_plane(const flesh_picture_panel *panel, int k);
+
+/* The colour of a value, sRGB in [0, 1]; part in [0, 1] of the way from low to high. */
+void flesh_picture_colour(flesh_picture_field field, double part, double rgb[3]);
+
+#endif

@@ -1,0 +1,162 @@
+/* picture_curved.c: faces of six nodes, drawn as sixteen triangles each. */
+#include "picture/picture_curved.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "mesh/mesh.h"
+
+enum { PARTS = 4, POINTS = 15, TRIANGLES = PARTS * PARTS };
+
+/* The nodes of a face: its corners a, b, c and the middles of ab, bc, ca, from its four triangles in a row, the first of
+ * which is given. */
+static void face_nodes(const flesh_mesh *mesh, int first, int n[6])
+{
+  const int *s = mesh->surface + 3 * (size_t)first;
+  const int nodes[6] = {s[0], s[4], s[8], s[1], s[5], s[2]};
+  memcpy(n, nodes, sizeof nodes);
+}
+
+/* The vertex a quarter of the way from corner `near` to the other: each middle belongs to one edge. */
+static int quarter(const flesh_mesh *mesh, int near, int middle, int far)
+{
+  return flesh_mesh_node_count(mesh) + 2 * middle + (near > far);
+}
+
+/* The vertex at (i, j, k)/4 of a face. */
+static int vertex_at(const flesh_mesh *mesh, int f, const int n[6], const int at[3])
+{
+  int twos = 0, zero = -1;
+  for (int d = 0; d < 3; d++) {
+    if (at[d] == PARTS) return n[d];
+    twos += at[d] == 2;
+    if (at[d] == 0) zero = d;
+  }
+  if (zero < 0) return 3 * flesh_mesh_node_count(mesh) + 3 * f + (at[0] == 2 ? 0 : at[1] == 2 ? 1 : 2);
+  const int from = (zero + 1) % 3, to = (zero + 2) % 3, middle = n[3 + from];
+  if (twos) return middle;
+  return at[from] > at[to] ? quarter(mesh, n[from], middle, n[to]) : quarter(mesh, n[to], middle, n[from]);
+}
+
+/* How many faces there are. */
+static int count_faces(const flesh_mesh *mesh)
+{
+  int faces = 0;
+  for (int k = 0; k < mesh->triangles; k += flesh_mesh_face_parts(mesh, mesh->surface_tets[k])) faces++;
+  return faces;
+}
+
+/* Appends the triangle of three lattice points of a face of tet `tet`; a side is an edge of the mesh where both its ends
+ * are on one. */
+static void add_triangle(const flesh_mesh *mesh, int tet, int f, const int n[6], int points[3][3],
+                         flesh_curved_surface *s)
+{
+  const int t = s->triangles++;
+  s->tets[t] = tet;
+  s->hidden[t] = 0;
+  for (int k = 0; k < 3; k++) {
+    const int *p = points[(k + 1) % 3], *q = points[(k + 2) % 3];
+    s->corners[3 * (size_t)t + (size_t)k] = vertex_at(mesh, f, n, points[k]);
+    if (!((!p[0] && !q[0]) || (!p[1] && !q[1]) || (!p[2] && !q[2]))) s->hidden[t] |= (uint8_t)(1 << k);
+  }
+}
+
+/* Face f, whose first triangle in the mesh is `first`, in small ones. */
+static void add_face(const flesh_mesh *mesh, int first, int f, flesh_curved_surface *s)
+{
+  const int tet = mesh->surface_tets[first];
+  int n[6];
+  if (flesh_mesh_face_parts(mesh, tet) == 1) {
+    const int t = s->triangles++;
+    s->tets[t] = tet;
+    s->hidden[t] = 0;
+    memcpy(s->corners + 3 * (size_t)t, mesh->surface + 3 * (size_t)first, 3 * sizeof *s->corners);
+    return;
+  }
+  face_nodes(mesh, first, n);
+  for (int j = 0; j < PARTS; j++)
+    for (int k = 0; j + k < PARTS; k++) {
+      const int i = PARTS - j - k;
+      int up[3][3] = {{i, j, k}, {i - 1, j + 1, k}, {i - 1, j, k + 1}};
+      int down[3][3] = {{i - 1, j + 1, k}, {i - 2, j + 1, k + 1}, {i - 1, j, k + 1}};
+      add_triangle(mesh, tet, f, n, up, s);
+      if (i > 1) add_triangle(mesh, tet, f, n, down, s);
+    }
+}
+
+int flesh_curved_surface_make(const flesh_mesh *mesh, flesh_curved_surface *s)
+{
+  const int faces = count_faces(mesh);
+  const size_t triangles = TRIANGLES * (size_t)faces;
+  *s = (flesh_curved_surface){.vertices = 3 * flesh_mesh_node_count(mesh) + 3 * faces,
+                              .corners = malloc(3 * triangles * sizeof *s->corners),
+                              .tets = malloc(triangles * sizeof *s->tets),
+                              .hidden = malloc(triangles)};
+  if (!s->corners || !s->tets || !s->hidden) {
+    flesh_curved_surface_free(s);
+    return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a picture");
+  }
+  for (int f = 0, first = 0; f < faces; f++) {
+    add_face(mesh, first, f, s);
+    first += flesh_mesh_face_parts(mesh, mesh->surface_tets[first]);
+  }
+  return FLESH_OK;
+}
+
+void flesh_curved_surface_free(flesh_curved_surface *s)
+{
+  free(s->corners);
+  free(s->tets);
+  free(s->hidden);
+  *s = (flesh_curved_surface){0};
+}
+
+void flesh_curved_surface_vertices(const flesh_mesh *mesh, flesh_curved_vertex *vertices)
+{
+  const int nodes = flesh_mesh_node_count(mesh);
+  const int faces = count_faces(mesh);
+  memset(vertices, 0, (3 * (size_t)nodes + 3 * (size_t)faces) * sizeof *vertices);
+  for (int v = 0; v < nodes; v++) vertices[v] = (flesh_curved_vertex){{v}, {8}};
+  for (int f = 0, first = 0, parts; f < faces; f++, first += parts) {
+    int n[6];
+    parts = flesh_mesh_face_parts(mesh, mesh->surface_tets[first]);
+    if (parts == 1) continue;
+    face_nodes(mesh, first, n);
+    for (int j = 0; j <= PARTS; j++)
+      for (int k = 0; j + k <= PARTS; k++) {
+        const int at[3] = {PARTS - j - k, j, k}; /* quarters: L (2 L - 1) and 4 L L' are eighths */
+        flesh_curved_vertex *v = &vertices[vertex_at(mesh, f, n, at)];
+        if (v - vertices < nodes) continue;
+        memcpy(v->nodes, n, sizeof n);
+        for (int d = 0; d < 3; d++) v->eighths[d] = at[d] * (at[d] - 2), v->eighths[3 + d] = 2 * at[d] * at[(d + 1) % 3];
+      }
+  }
+}
+
+void flesh_curved_surface_apply(const flesh_mesh *mesh, int components, const double *nodal, double *values)
+{
+  const size_t m = (size_t)components, nodes = (size_t)flesh_mesh_node_count(mesh);
+  const int faces = count_faces(mesh);
+  memcpy(values, nodal, m * nodes * sizeof *values);
+  memset(values + m * nodes, 0, m * (2 * nodes + 3 * (size_t)faces) * sizeof *values);
+  for (int f = 0, first = 0, parts; f < faces; f++, first += parts) {
+    int n[6];
+    parts = flesh_mesh_face_parts(mesh, mesh->surface_tets[first]);
+    if (parts == 1) continue;
+    face_nodes(mesh, first, n);
+    for (int j = 0; j <= PARTS; j++)
+      for (int k = 0; j + k <= PARTS; k++) {
+        const int at[3] = {PARTS - j - k, j, k}, v = vertex_at(mesh, f, n, at);
+        if ((size_t)v < nodes) continue;
+        double L[3], N[6];
+        for (int d = 0; d < 3; d++) L[d] = (double)at[d] / PARTS;
+        for (int d = 0; d < 3; d++) N[d] = L[d] * (2 * L[d] - 1), N[3 + d] = 4 * L[d] * L[(d + 1) % 3];
+        for (size_t c = 0; c < m; c++) {
+          double sum = 0;
+          for (int a = 0; a < 6; a++) sum += N[a] * nodal[m * (size_t)n[a] + c];
+          values[m * (size_t)v + c] = sum;
+        }
+      }
+  }
+}

@@ -1,0 +1,175 @@
+/* plot.c: gnuplot scripts, and lines over an abscissa. */
+#include "picture/plot.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "base/confine.h"
+#include "base/error.h"
+#include "base/file.h"
+#include "picture/plot_text.h"
+#include "picture/png_file.h"
+
+/* 127 is what a shell says as well when a program is not found. */
+enum { NOT_FOUND = 127 };
+
+static int gnuplot_missing; /* what the last plot failed for */
+
+/* Runs gnuplot on the script in the child process; does not return. Its own settings only, not those of ~/.gnuplot. */
+static void become_gnuplot(const char *folder, const char *script, const char *picture, const char *log_name)
+{
+  char words[160];
+  int nowhere = open("/dev/null", O_RDWR), log = flesh_path_open(log_name, O_WRONLY | O_CREAT | O_TRUNC | O_NONBLOCK, 0666);
+  if (nowhere >= 0) dup2(nowhere, STDIN_FILENO), dup2(nowhere, STDOUT_FILENO);
+  dup2(log >= 0 ? log : nowhere, STDERR_FILENO);
+  if (chdir(folder)) _exit(1);
+  snprintf(words, sizeof words, "picture='%s'", picture);
+  execlp("gnuplot", "gnuplot", "-d", "-e", words, script, (char *)NULL);
+  _exit(NOT_FOUND);
+}
+
+/* How gnuplot ended; -1: it could not be started, or by a signal. */
+static int run_gnuplot(const char *folder, const char *script, const char *picture, const char *log_name)
+{
+  fflush(NULL);
+  pid_t child = fork();
+  if (child < 0) return -1;
+  if (!child) become_gnuplot(folder, script, picture, log_name);
+  int ended;
+  while (waitpid(child, &ended, 0) < 0 && errno == EINTR) continue;
+  return WIFEXITED(ended) ? WEXITSTATUS(ended) : -1;
+}
+
+/* The paths of one drawing. gnuplot draws into `drawn`, whose name is this program's own: no name from outside is an
+ * output of gnuplot's, and a picture is whole or the old one. */
+typedef struct drawing {
+  char *script; /* as gnuplot reads it, in the folder */
+  char *log, *drawn, *target;
+  char picture[48]; /* `drawn` in the folder */
+} drawing;
+
+static char *joined(const char *a, const char *b, const char *c)
+{
+  char *text = malloc(strlen(a) + strlen(b) + strlen(c) + 2);
+  if (text) sprintf(text, "%s/%s%s", a, b, c);
+  return text;
+}
+
+static int make_drawing(const char *folder, const char *name, const char *suffix, drawing *d)
+{
+  snprintf(d->picture, sizeof d->picture, ".picture.part-%ld%.8s", (long)getpid(), suffix);
+  d->script = joined(".", name, ".gp"); /* with ./ it is neither an option nor a command */
+  d->log = joined(folder, name, ".log");
+  d->drawn = joined(folder, d->picture, "");
+  d->target = joined(folder, name, suffix);
+  return d->script && d->log && d->drawn && d->target ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+}
+
+static int draw(const char *folder, const char *name, const drawing *d)
+{
+  flesh_path_unlink(d->drawn); /* gnuplot would write through a link of that name */
+  int code = run_gnuplot(folder, d->script, d->picture, d->log);
+  if (!code && flesh_picture_is_whole(d->drawn)) {
+    flesh_path_unlink(d->log);
+    if (!flesh_path_rename(d->drawn, d->target)) return FLESH_OK;
+    return flesh_fail(FLESH_ERR_FILE, "%s: cannot be written: %s", d->target, strerror(errno));
+  }
+  flesh_path_unlink(d->drawn);
+  if (code == NOT_FOUND) {
+    flesh_path_unlink(d->log);
+    gnuplot_missing = 1;
+    return flesh_fail(FLESH_ERR_FILE,
+                      "%s is not drawn: gnuplot is not installed (Debian package gnuplot-nox); "
+                      "`gnuplot ./%s.gp` in %s draws it later",
+                      d->target, name, folder);
+  }
+  if (!code)
+    return flesh_fail(FLESH_ERR_FILE, "%s is not drawn: gnuplot drew nothing, or not all of it; the disk may be full",
+                      d->target);
+  return flesh_fail(FLESH_ERR_FILE, "%s is not drawn: gnuplot failed; its words are in %s", d->target, d->log);
+}
+
+int flesh_plot_draw(const char *folder, const char *name) { return flesh_plot_draw_as(folder, name, ".png"); }
+
+int flesh_plot_draw_as(const char *folder, const char *name, const char *suffix)
+{
+  drawing d = {0};
+  gnuplot_missing = 0;
+  int status = make_drawing(folder, name, suffix, &d);
+  if (!status) status = draw(folder, name, &d);
+  if (status && d.drawn) flesh_path_unlink(d.drawn);
+  free(d.script);
+  free(d.log);
+  free(d.drawn);
+  free(d.target);
+  return status;
+}
+
+void flesh_plot_note(flesh_plot_outcome *outcome, int status)
+{
+  if (!status || outcome->status) return;
+  outcome->status = status;
+  snprintf(outcome->words, sizeof outcome->words, "%s", flesh_error_text());
+}
+
+int flesh_plot_ended(const flesh_plot_outcome *outcome)
+{
+  return outcome->status ? flesh_fail(outcome->status, "%s", outcome->words) : FLESH_OK;
+}
+
+static void write_stop(FILE *stream, const flesh_plot_series *series, const char *colour)
+{
+  if (!series->stops) return;
+  fprintf(stream, ", \\\n     '+' every ::::0 using (%.17g):(%.17g) with points pt 2 ps 1.8 lw 3 lc rgb '%s' notitle",
+          series->stop_x, series->stop_y, colour);
+}
+
+int flesh_plot_lines_draw(const char *folder, const char *name, const flesh_plot_lines *lines)
+{
+  static const char *const colours[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
+                                        "#56b4e9", "#e69f00", "#000000", "#999999"};
+  flesh_file file;
+  int status = flesh_plot_open(folder, name, ".gp", &file);
+  if (status) return status;
+  FILE *stream = file.stream;
+  flesh_plot_begin(stream, name, 960, 600);
+  fputs("set datafile separator ','\nset border 3 lc rgb '#606060'\nset tics nomirror out "
+        "textcolor rgb '#303030'\n"
+        "set grid lc rgb '#e4e4e4' lw 1\nset key outside right top Left reverse noenhanced spacing "
+        "1.2\n"
+        "set title noenhanced font ',13'\nset title ",
+        stream);
+  flesh_plot_quote(stream, lines->title);
+  fputs("\nset xlabel noenhanced\nset ylabel noenhanced\nset xlabel ", stream);
+  flesh_plot_quote(stream, lines->x_label);
+  fputs("\nset ylabel ", stream);
+  flesh_plot_quote(stream, lines->y_label);
+  fprintf(stream, "\n%splot ", lines->extra ? lines->extra : "");
+  for (int s = 0; s < lines->count; s++) {
+    const flesh_plot_series *series = &lines->series[s];
+    if (s) fputs(", \\\n     ", stream);
+    flesh_plot_quote_file(stream, series->file, "");
+    fputs(" using ", stream);
+    flesh_plot_quote(stream, series->x);
+    putc(':', stream);
+    flesh_plot_quote(stream, series->y);
+    const char *colour = series->colour ? series->colour : colours[s % 8];
+    fprintf(stream, " with lines lw 2%s lc rgb '%s' title ", series->dashed ? " dt 2" : "", colour);
+    flesh_plot_quote(stream, series->title);
+    write_stop(stream, series, colour);
+  }
+  putc('\n', stream);
+  status = flesh_file_commit(&file);
+  return status ? status : flesh_plot_draw(folder, name);
+}
+
+int flesh_plot_accept(const char *command, int drawn)
+{
+  if (!drawn || !gnuplot_missing) return drawn;
+  fprintf(stderr, "flesh %s: %s\n", command, flesh_error_text());
+  return FLESH_OK;
+}

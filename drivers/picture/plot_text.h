@@ -1,0 +1,31 @@
+/* plot_text.h: what the writers of gnuplot scripts share.
+ *
+ * gnuplot runs commands from file names ("|command", "<command"), from backquotes, and from whatever follows a string
+ * that has ended. Every text that is not this program's own goes through flesh_plot_quote or flesh_plot_quote_file. */
+#ifndef FLESH_PICTURE_PLOT_TEXT_H
+#define FLESH_PICTURE_PLOT_TEXT_H
+
+#include "base/file.h"
+
+/* Opens folder/name+suffix. FLESH_ERR_ARGUMENT when `name` is no plain file name: empty, with a slash or a control
+ * character, or beginning with | or <. */
+int flesh_plot_open(const char *folder, const char *name, const char *suffix, flesh_file *file);
+
+/* Terminal of width x height pixels, and the output NAME.png (elsewhere when gnuplot has `picture`). */
+void flesh_plot_begin(FILE *stream, const char *name, int width, int height);
+/* Like flesh_plot_begin, with the output NAME.svg, .pdf (of 96 pixels an inch) or .png. */
+void flesh_plot_begin_as(FILE *stream, const char *name, const char *suffix, int width, int height);
+
+/* Prints the text as a gnuplot string, for scripts and for data. Only letters, digits and harmless signs stand as they
+ * are; the rest is written in octal. Control characters become spaces, what is not UTF-8 becomes '?'. */
+void flesh_plot_quote(FILE *stream, const char *text);
+/* Prints the text as a string for a tick's label, in which gnuplot would take % for a format. */
+void flesh_plot_quote_tick(FILE *stream, const char *text);
+/* Prints name+suffix, a file of the script's folder, byte by byte as it is. */
+void flesh_plot_quote_file(FILE *stream, const char *name, const char *suffix);
+
+/* Ticks of a logarithmic axis ("x", "cb") over low to high: at decades, at 1, 2 and 5 of each where there are few. Of
+ * less than a factor 2.5: none, gnuplot's own serve. */
+void flesh_plot_log_ticks(FILE *stream, const char *axis, double low, double high);
+
+#endif

@@ -1,0 +1,43 @@
+/* png_file.c: looks at the two ends of a picture: of a PNG (ISO/IEC 15948) a signature first and the chunk IEND last, of
+ * an SVG its root element's, of a PDF (ISO 32000) %PDF- and %%EOF. */
+#include "picture/png_file.h"
+
+#include <fcntl.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "base/confine.h"
+
+/* Whether the file begins and ends so; `end` may be followed by line breaks. */
+static int is_between(const char *path, const void *begin, size_t begin_size, const void *end, size_t end_size)
+{
+  char first[16], last[24];
+  struct stat info;
+  int file = flesh_path_open(path, O_RDONLY | O_NONBLOCK, 0);
+  if (file < 0) return 0;
+  int whole = !fstat(file, &info) && S_ISREG(info.st_mode) && info.st_size >= (off_t)(begin_size + end_size) &&
+              pread(file, first, begin_size, 0) == (ssize_t)begin_size && !memcmp(first, begin, begin_size);
+  for (int breaks = 0, found = 0; whole && !found; breaks++) {
+    const off_t at = info.st_size - (off_t)end_size - breaks;
+    found = at >= 0 && pread(file, last, end_size, at) == (ssize_t)end_size && !memcmp(last, end, end_size);
+    whole = found || breaks < 3;
+  }
+  close(file);
+  return whole;
+}
+
+int flesh_png_is_whole(const char *path)
+{
+  static const unsigned char first[8] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
+  static const unsigned char last[12] = {0, 0, 0, 0, 'I', 'E', 'N', 'D', 0xae, 0x42, 0x60, 0x82};
+  return is_between(path, first, sizeof first, last, sizeof last);
+}
+
+int flesh_picture_is_whole(const char *path)
+{
+  const char *suffix = strrchr(path, '.');
+  if (suffix && !strcmp(suffix, ".svg")) return is_between(path, "<?xml", 5, "</svg>", 6);
+  if (suffix && !strcmp(suffix, ".pdf")) return is_between(path, "%PDF-", 5, "%%EOF", 5);
+  return flesh_png_is_whole(path);
+}

@@ -1,0 +1,396 @@
+/* render.c: the shading of what a depth buffer shows, and of what is transparent before it. */
+#include "picture/render.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "math/mat3.h"
+#include "picture/render_raster.h"
+#include "picture/render_shadow.h"
+
+/* Triangles of all surfaces are numbered through. */
+typedef struct scene {
+  int count, total;
+  const flesh_render_surface *surfaces;
+  const flesh_render_style *style;
+  int *first;           /* [count+1] number of each surface's first triangle */
+  float (*normals)[3];  /* [3*total] of every corner */
+  flesh_render_point *eye; /* [3*total] corners as the camera sees them */
+  flesh_view view;
+  flesh_raster seen;
+  float (*veil)[4]; /* per sample: light of what is transparent before it, and what that lets through; NULL: nothing */
+  flesh_shadow shadow;
+} scene;
+
+static void normalise(double a[3])
+{
+  double length = sqrt(flesh_vec3_dot(a, a));
+  for (int d = 0; d < 3; d++) a[d] = length > 0 ? a[d] / length : 0;
+}
+
+double flesh_srgb_decode(double encoded)
+{
+  return encoded <= 0.04045 ? encoded / 12.92 : pow((encoded + 0.055) / 1.055, 2.4);
+}
+
+double flesh_srgb_encode(double linear)
+{
+  if (!(linear > 0)) return 0;
+  if (linear >= 1) return 1;
+  return linear <= 0.0031308 ? 12.92 * linear : 1.055 * pow(linear, 1 / 2.4) - 0.055;
+}
+
+/* Normals of every corner: the mean, weighted by area, over the triangles around its vertex that
+ * meet its own at less than `SHARP` in the rest shape. */
+static int make_normals(const flesh_render_surface *s, float (*normals)[3])
+{
+  enum { X, REST };
+  static const double SHARP = 0.64; /* cos 50 degrees */
+  size_t triangles = (size_t)s->triangles, corners = 3 * triangles;
+  double(*faces[2])[3] = {malloc((triangles + 1) * sizeof **faces), NULL};
+  int *start = calloc((size_t)s->vertices + 2, sizeof *start), *around = malloc((corners + 1) * sizeof *around);
+  faces[REST] = s->rest ? malloc((triangles + 1) * sizeof **faces) : faces[X];
+  int failed = !faces[X] || !faces[REST] || !start || !around;
+  for (int kind = X; kind <= (s->rest ? REST : X) && !failed; kind++)
+    for (size_t t = 0; t < triangles; t++) {
+      const double *x = kind == X ? s->x : s->rest;
+      const double *p = x + 3 * (size_t)s->corners[3 * t], *q = x + 3 * (size_t)s->corners[3 * t + 1];
+      const double *r = x + 3 * (size_t)s->corners[3 * t + 2];
+      double a[3] = {q[0] - p[0], q[1] - p[1], q[2] - p[2]}, b[3] = {r[0] - p[0], r[1] - p[1], r[2] - p[2]};
+      flesh_vec3_cross(a, b, faces[kind][t]);
+    }
+  for (size_t c = 0; c < corners && !failed; c++) start[s->corners[c] + 2]++;
+  for (int v = 0; v < s->vertices && !failed; v++) start[v + 2] += start[v + 1];
+  for (size_t c = 0; c < corners && !failed; c++) around[start[s->corners[c] + 1]++] = (int)(c / 3);
+  for (size_t c = 0; c < corners && !failed; c++) {
+    double sum[3] = {0, 0, 0}, mine[3];
+    memcpy(mine, faces[REST][c / 3], sizeof mine);
+    normalise(mine);
+    for (int k = start[s->corners[c]]; k < start[s->corners[c] + 1]; k++) {
+      const double *other = faces[REST][around[k]];
+      if (around[k] != (int)(c / 3) && !(flesh_vec3_dot(mine, other) > SHARP * sqrt(flesh_vec3_dot(other, other))))
+        continue;
+      for (int d = 0; d < 3; d++) sum[d] += faces[X][around[k]][d];
+    }
+    normalise(sum);
+    for (int d = 0; d < 3; d++) normals[c][d] = (float)sum[d];
+  }
+  if (s->rest) free(faces[REST]);
+  free(faces[X]);
+  free(start);
+  free(around);
+  return failed ? flesh_fail(FLESH_ERR_MEMORY, "out of memory for a picture") : FLESH_OK;
+}
+
+/* Which surface a triangle's number belongs to. */
+static int surface_of(const scene *s, int number)
+{
+  int k = 0;
+  while (number >= s->first[k + 1]) k++;
+  return k;
+}
+
+/* Darker than any scale. */
+const float flesh_render_inverted[3] = {0.002f, 0.002f, 0.0025f};
+
+/* The colour of the surface itself at the place with weights b. */
+static void base_colour(const flesh_render_surface *f, int triangle, const double b[3], double rgb[3])
+{
+  const int *n = f->corners + 3 * (size_t)triangle;
+  for (int d = 0; d < 3; d++) {
+    if (f->marked && f->marked[triangle]) rgb[d] = flesh_render_inverted[d];
+    else if (f->triangle_colours) rgb[d] = f->triangle_colours[3 * (size_t)triangle + (size_t)d];
+    else if (!f->colours) rgb[d] = f->plain[d];
+    else
+      rgb[d] = b[0] * f->colours[3 * (size_t)n[0] + (size_t)d] + b[1] * f->colours[3 * (size_t)n[1] + (size_t)d] +
+               b[2] * f->colours[3 * (size_t)n[2] + (size_t)d];
+  }
+}
+
+/* Distance of the sample from the nearest edge that is not hidden, in samples. */
+static double edge_distance(const flesh_render_point c[3], const double b[3], unsigned hidden)
+{
+  const double area = flesh_projected_area(c);
+  double least = INFINITY;
+  for (int k = 0; k < 3; k++) {
+    if (hidden >> k & 1) continue;
+    const flesh_render_point *p = &c[(k + 1) % 3], *q = &c[(k + 2) % 3];
+    least = fmin(least, fabs(b[k] * area) / hypot(q->x - p->x, q->y - p->y));
+  }
+  return least;
+}
+
+/* A place on a triangle: weights in the picture and in space, the point, and the flat triangle's normal. */
+typedef struct spot {
+  const flesh_render_surface *surface;
+  const float (*normals)[3]; /* [3] of its corners */
+  int triangle;
+  double screen[3], b[3], p[3], flat[3];
+} spot;
+
+static void find_spot(const scene *s, int number, double x, double y, spot *at)
+{
+  const int k = surface_of(s, number);
+  const flesh_render_surface *f = at->surface = &s->surfaces[k];
+  const flesh_render_point *c = s->eye + 3 * (size_t)number;
+  const double *corner[3];
+  double sum = 0, side[2][3];
+  at->triangle = number - s->first[k];
+  at->normals = (const float (*)[3])(s->normals + 3 * (size_t)number);
+  at->screen[0] = 1, at->screen[1] = at->screen[2] = 0;
+  flesh_projected_weights(c, x, y, at->screen);
+  for (int i = 0; i < 3; i++) sum += at->b[i] = at->screen[i] * c[i].w; /* linear in space */
+  for (int d = 0; d < 3; d++) at->p[d] = 0;
+  for (int i = 0; i < 3; i++) {
+    corner[i] = f->x + 3 * (size_t)f->corners[3 * (size_t)at->triangle + (size_t)i];
+    at->b[i] /= sum;
+    for (int d = 0; d < 3; d++) at->p[d] += at->b[i] * corner[i][d];
+  }
+  for (int d = 0; d < 3; d++) side[0][d] = corner[1][d] - corner[0][d], side[1][d] = corner[2][d] - corner[0][d];
+  flesh_vec3_cross(side[0], side[1], at->flat);
+  normalise(at->flat);
+}
+
+/* The part of the lamp's light that arrives. Asked for above the flat triangle, where the smooth surface is that its
+ * corners' normals show, so that the triangles of what looks round do not shade each other (Hanika 2021, "Hacking
+ * the Shadow Terminator"). `side` is -1 for a place that is seen from behind. */
+static double lit_part(const scene *s, const spot *at, double side)
+{
+  double p[3] = {at->p[0], at->p[1], at->p[2]};
+  const flesh_render_surface *f = at->surface;
+  for (int i = 0; i < 3; i++) {
+    const double *corner = f->x + 3 * (size_t)f->corners[3 * (size_t)at->triangle + (size_t)i];
+    double above = 0;
+    for (int d = 0; d < 3; d++) above += side * (at->p[d] - corner[d]) * at->normals[i][d];
+    for (int d = 0; d < 3 && above < 0; d++) p[d] -= at->b[i] * above * side * at->normals[i][d];
+  }
+  return flesh_shadow_lit(&s->shadow, p, fabs(flesh_vec3_dot(at->flat, s->shadow.view.back)));
+}
+
+static void to_eye(const flesh_view *v, const double p[3], double eye[3])
+{
+  for (int d = 0; d < 3; d++) eye[d] = v->distance > 0 ? v->target[d] + v->distance * v->back[d] - p[d] : v->back[d];
+  normalise(eye);
+}
+
+static void light_up(const scene *s, const spot *at, int inside, double rgb[3])
+{
+  const double *sun = s->shadow.view.back, side = inside ? -1 : 1;
+  double face[3] = {0, 0, 0}, eye[3], half[3];
+  for (int d = 0; d < 3; d++)
+    for (int i = 0; i < 3; i++) face[d] += side * at->b[i] * at->normals[i][d];
+  normalise(face);
+  to_eye(&s->view, at->p, eye);
+  double light = flesh_vec3_dot(face, sun), facing = fmax(flesh_vec3_dot(face, eye), 0);
+  double shadow = light > 0 ? lit_part(s, at, side) : 0;
+  for (int d = 0; d < 3; d++) half[d] = eye[d] + sun[d];
+  normalise(half);
+  double sky = 0.5 + 0.5 * flesh_vec3_dot(face, s->view.zenith), rim = pow(1 - facing, 4);
+  double gloss = shadow * 0.10 * pow(fmax(flesh_vec3_dot(face, half), 0), 36);
+  double diffuse = 0.20 + 0.18 * sky + 0.13 * facing + 0.70 * fmax(light, 0) * shadow;
+  const int values = at->surface->colours != NULL;
+  for (int d = 0; d < 3; d++) {
+    if (values) rgb[d] *= (inside ? 0.7 : 1) * (0.42 + 0.58 * fmin(diffuse, 1));
+    else rgb[d] = (inside ? 0.45 : 1) * (rgb[d] * diffuse + gloss + 0.14 * rim * (0.4 + 0.6 * rgb[d]));
+  }
+}
+
+/* How much of a surface is there at p: all of it in the middle of the picture, less towards the rim that it has not. */
+static double presence(const scene *s, const spot *at)
+{
+  static const double FULL = 0.45; /* of the distance where nothing is left */
+  if (!(at->surface->fade > 0)) return 1;
+  double away = 0;
+  for (int d = 0; d < 3; d++) away += pow(at->p[d] - s->view.target[d], 2);
+  double part = fmin(fmax((1 - sqrt(away) / at->surface->fade) / (1 - FULL), 0), 1);
+  return part * part * (3 - 2 * part);
+}
+
+/* A bright wall that darkens downwards. */
+static void backdrop(double part, double rgb[3])
+{
+  static const double top[3] = {0.965, 0.970, 0.980}, bottom[3] = {0.80, 0.82, 0.85};
+  for (int d = 0; d < 3; d++) rgb[d] = top[d] + part * part * (bottom[d] - top[d]);
+}
+
+static void shade(const scene *s, int number, double x, double y, double rgb[3])
+{
+  const flesh_render_point *c = s->eye + 3 * (size_t)number;
+  spot at;
+  find_spot(s, number, x, y, &at);
+  base_colour(at.surface, at.triangle, at.b, rgb);
+  /* Seen from behind when the triangle itself is: interpolated normals may turn early. */
+  if (!s->style->flat) light_up(s, &at, flesh_projected_area(c) > 0, rgb);
+  const double there = presence(s, &at);
+  if (there < 1) {
+    double wall[3];
+    backdrop(y / s->seen.height, wall);
+    for (int d = 0; d < 3; d++) rgb[d] = there * rgb[d] + (1 - there) * wall[d];
+  }
+  if (!at.surface->edges) return;
+  const unsigned hidden = at.surface->hidden ? at.surface->hidden[at.triangle] : 0;
+  double near = edge_distance(c, at.screen, hidden) / s->style->samples; /* pixels */
+  if (near < 0.55)
+    for (int d = 0; d < 3; d++) rgb[d] *= 0.62;
+}
+
+static void resolve(const scene *s, flesh_image *image)
+{
+  const int samples = s->style->samples;
+  for (int y = 0; y < image->height; y++)
+    for (int x = 0; x < image->width; x++) {
+      double sum[3] = {0, 0, 0}, rgb[3];
+      for (int j = 0; j < samples; j++)
+        for (int i = 0; i < samples; i++) {
+          size_t row = (size_t)y * (size_t)samples + (size_t)j, column = (size_t)x * (size_t)samples + (size_t)i;
+          size_t at = row * (size_t)s->seen.width + column;
+          int number = s->seen.triangle[at];
+          if (number < 0) backdrop((row + 0.5) / s->seen.height, rgb);
+          else shade(s, number, (double)column + 0.5, (double)row + 0.5, rgb);
+          for (int d = 0; d < 3; d++) {
+            if (s->veil) rgb[d] = s->veil[at][d] + s->veil[at][3] * rgb[d];
+            sum[d] += fmin(rgb[d], 1);
+          }
+        }
+      uint32_t packed = 0;
+      for (int d = 0; d < 3; d++)
+        packed = packed << 8 | (uint32_t)(255 * flesh_srgb_encode(sum[d] / (samples * samples)) + 0.5);
+      image->pixels[(size_t)y * (size_t)image->width + (size_t)x] = packed;
+    }
+}
+
+/* Surface k as seen from behind: what of it lies before the rest, as a veil. */
+static void lay_veil(scene *s, int k, const flesh_raster *glass)
+{
+  static const double HIDES = 0.26;
+  const flesh_render_surface *f = &s->surfaces[k];
+  const size_t count = (size_t)s->seen.width * (size_t)s->seen.height;
+  for (size_t at = 0; at < count; at++) {
+    if (glass->triangle[at] < 0 || glass->depth[at] >= s->seen.depth[at]) continue;
+    spot spot;
+    double eye[3];
+    find_spot(s, glass->triangle[at], (double)(at % (size_t)s->seen.width) + 0.5,
+              (double)(at / (size_t)s->seen.width) + 0.5, &spot);
+    to_eye(&s->view, spot.p, eye);
+    double tone = s->style->flat ? 1 : 0.65 + 0.35 * fabs(flesh_vec3_dot(spot.flat, eye));
+    const double hides = HIDES * presence(s, &spot);
+    for (int d = 0; d < 3; d++)
+      s->veil[at][d] = (float)((1 - hides) * s->veil[at][d] + hides * tone * f->plain[d]);
+    s->veil[at][3] *= (float)(1 - hides);
+  }
+}
+
+/* Every triangle into what is seen, but those of glass that are seen from behind: these become a veil. */
+static int draw_seen(scene *s)
+{
+  flesh_raster glass = {0};
+  int behind = 0, status = FLESH_OK;
+  for (int k = 0; k < s->count; k++)
+    for (int t = s->first[k]; t < s->first[k + 1]; t++) {
+      const flesh_render_point *c = s->eye + 3 * (size_t)t;
+      const double area = flesh_projected_area(c);
+      if (!s->surfaces[k].glass || area < 0) flesh_raster_fill(&s->seen, c, t);
+      behind |= s->surfaces[k].glass && area > 0;
+    }
+  if (!behind) return FLESH_OK;
+  const size_t count = (size_t)s->seen.width * (size_t)s->seen.height;
+  s->veil = malloc(count * sizeof *s->veil);
+  status = s->veil ? flesh_raster_open(&glass, s->seen.width, s->seen.height)
+                   : flesh_fail(FLESH_ERR_MEMORY, "out of memory for a picture");
+  for (size_t at = 0; at < count && !status; at++)
+    s->veil[at][0] = s->veil[at][1] = s->veil[at][2] = 0, s->veil[at][3] = 1;
+  for (int k = 0; k < s->count && !status; k++) {
+    int drawn = 0;
+    for (int t = s->first[k]; t < s->first[k + 1] && s->surfaces[k].glass; t++) {
+      const flesh_render_point *c = s->eye + 3 * (size_t)t;
+      if (!(flesh_projected_area(c) > 0)) continue;
+      flesh_raster_fill(&glass, c, t);
+      drawn = 1;
+    }
+    if (!drawn) continue;
+    lay_veil(s, k, &glass);
+    flesh_raster_clear(&glass);
+  }
+  flesh_raster_close(&glass);
+  return status;
+}
+
+/* The lamp's picture of what darkens the places that are seen; a place per pixel says where these are. */
+static int cast_shadows(scene *s)
+{
+  enum { LEAST = 256, MOST = 2048 };
+  flesh_shadow_window window;
+  const int samples = s->style->samples;
+  const double size = 1.5 * (s->seen.width > s->seen.height ? s->seen.width : s->seen.height);
+  flesh_shadow_begin(&s->view, &s->shadow);
+  if (s->style->flat || s->style->no_shadow) return FLESH_OK;
+  flesh_shadow_window_clear(&window);
+  for (int y = samples / 2; y < s->seen.height; y += samples)
+    for (int x = samples / 2; x < s->seen.width; x += samples) {
+      int number = s->seen.triangle[(size_t)y * (size_t)s->seen.width + (size_t)x];
+      spot at;
+      if (number < 0) continue;
+      find_spot(s, number, x + 0.5, y + 0.5, &at);
+      flesh_shadow_window_add(&s->shadow, at.p, &window);
+    }
+  return flesh_shadow_cast(&s->shadow, &window, (int)fmin(fmax(size, LEAST), MOST), s->count, s->surfaces);
+}
+
+static int scene_open(scene *s, const flesh_view *view, int count, const flesh_render_surface *surfaces,
+                      const flesh_render_style *style)
+{
+  *s = (scene){.count = count, .surfaces = surfaces, .style = style, .view = *view};
+  s->view.width_px *= style->samples;
+  s->view.height_px *= style->samples;
+  s->first = calloc((size_t)count + 1, sizeof *s->first);
+  if (!s->first) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a picture");
+  for (int k = 0; k < count; k++) s->first[k + 1] = s->first[k] + surfaces[k].triangles;
+  s->total = s->first[count];
+  size_t corners = 3 * (size_t)s->total + 1;
+  s->normals = malloc(corners * sizeof *s->normals);
+  s->eye = malloc(corners * sizeof *s->eye);
+  if (!s->normals || !s->eye) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a picture");
+  for (int k = 0; k < count; k++)
+    for (int c = 0; c < 3 * surfaces[k].triangles; c++)
+      s->eye[3 * (size_t)s->first[k] + (size_t)c] =
+          flesh_project_point(&s->view, surfaces[k].x + 3 * (size_t)surfaces[k].corners[c]);
+  int status = flesh_raster_open(&s->seen, s->view.width_px, s->view.height_px);
+  for (int k = 0; k < count && !status; k++)
+    status = make_normals(&surfaces[k], s->normals + 3 * (size_t)s->first[k]);
+  return status;
+}
+
+static void scene_close(scene *s)
+{
+  free(s->first);
+  free(s->normals);
+  free(s->eye);
+  free(s->veil);
+  flesh_raster_close(&s->seen);
+  flesh_shadow_close(&s->shadow);
+}
+
+int flesh_render(const flesh_view *view, int count, const flesh_render_surface *surfaces,
+                 const flesh_render_style *style, flesh_image *image)
+{
+  scene s;
+  *image = (flesh_image){view->width_px, view->height_px, NULL};
+  int status = scene_open(&s, view, count, surfaces, style);
+  if (!status) {
+    image->pixels = malloc(sizeof *image->pixels * (size_t)image->width * (size_t)image->height);
+    if (!image->pixels) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for a picture");
+  }
+  if (!status) status = draw_seen(&s);
+  if (!status) status = cast_shadows(&s);
+  if (!status) resolve(&s, image);
+  scene_close(&s);
+  return status;
+}
+
+void flesh_image_free(flesh_image *image)
+{
+  free(image->pixels);
+  image->pixels = NULL;
+}

@@ -1,0 +1,36 @@
+/* render.h: shaded pictures of triangles, by a depth buffer and a shadow map in memory; no display
+ * is needed. Colours are linear light in [0, 1] (see flesh_render_srgb). */
+#ifndef FLESH_PICTURE_RENDER_H
+#define FLESH_PICTURE_RENDER_H
+
+#include <stdint.h>
+
+#include "picture/render_surface.h"
+#include "picture/view.h"
+
+/* Opaque pixels 0x00RRGGBB, rows from the top. */
+typedef struct flesh_image {
+  int width, height;
+  uint32_t *pixels;
+} flesh_image;
+
+/* The colour of what is inverted, linear light. */
+extern const float flesh_render_inverted[3];
+
+typedef struct flesh_render_style {
+  int samples;   /* squared, per pixel */
+  int flat;      /* colours as they are, without light and shadow */
+  int no_shadow; /* light, but no shadows */
+} flesh_render_style;
+
+/* Renders into a new image. What is coloured by values is lit softly and does not shine, so that its colours can be
+ * compared with their scale. FLESH_ERR_MEMORY. */
+int flesh_render(const flesh_view *view, int count, const flesh_render_surface *surfaces,
+                 const flesh_render_style *style, flesh_image *image);
+void flesh_image_free(flesh_image *image);
+
+/* Between linear light and sRGB's encoding (IEC 61966-2-1), both in [0, 1]. */
+double flesh_srgb_encode(double linear);
+double flesh_srgb_decode(double encoded);
+
+#endif

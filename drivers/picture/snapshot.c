@@ -1,0 +1,192 @@
+/* snapshot.c: opens runs to be drawn. */
+#include "picture/snapshot.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "picture/picture_legend.h"
+
+int flesh_parse_numbers(const char *text, int room, double *values)
+{
+  char part[64];
+  for (int count = 0; count < room; text++) {
+    size_t length = strcspn(text, ",");
+    if (length >= sizeof part) return 0;
+    memcpy(part, text, length);
+    part[length] = 0;
+    if (flesh_option_number(part, &values[count++])) return 0;
+    text += length;
+    if (!*text) return count;
+  }
+  return 0;
+}
+
+void flesh_snapshot_default(flesh_snapshot *s)
+{
+  *s = (flesh_snapshot){.colour = "J", .height = NAN, .field_of_view = NAN, .width = 480};
+}
+
+/* The camera of the first scene, with what the command line says. */
+static int choose_camera(flesh_snapshot *s)
+{
+  flesh_camera *camera = &s->options.camera;
+  static const char *const origins[] = {[FLESH_UP_GIVEN] = "as the scene says",
+                                        [FLESH_UP_GRAVITY] = "against gravity",
+                                        [FLESH_UP_Z] = "as there is no gravity"};
+  static_assert(sizeof origins / sizeof *origins == FLESH_UP_Z + 1, "words for every origin");
+  double angles[2];
+  *camera = flesh_scene_outputs(s->runs[0].folder.scene)->camera;
+  s->up_origin = origins[flesh_scene_up(s->runs[0].folder.scene, camera->up)];
+  if (s->up) {
+    s->up_origin = "as --up says";
+    if (flesh_parse_numbers(s->up, 3, camera->up) != 3 ||
+        !(fabs(camera->up[0]) + fabs(camera->up[1]) + fabs(camera->up[2]) > 0))
+      return flesh_fail(FLESH_ERR_ARGUMENT, "--up is '%s'; it must be a direction, such as 0,1,0", s->up);
+  }
+  if (s->camera) {
+    if (flesh_parse_numbers(s->camera, 2, angles) != 2 || fabs(angles[1]) > 90)
+      return flesh_fail(FLESH_ERR_ARGUMENT,
+                        "--camera is '%s'; it must be two angles in degrees, the second -90 to 90, "
+                        "such as 30,20",
+                        s->camera);
+    camera->azimuth = angles[0];
+    camera->elevation = angles[1];
+  }
+  if (s->target && flesh_parse_numbers(s->target, 3, camera->target) != 3)
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "--target is '%s'; it must be a place, three numbers in metres, such as 0,0,1", s->target);
+  if (!isnan(s->height)) camera->height = s->height;
+  if (!isnan(s->field_of_view)) camera->field_of_view = s->field_of_view;
+  if (!(camera->field_of_view >= 0 && camera->field_of_view < 120))
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "--field-of-view is %g; it must be 0 to less than 120 degrees",
+                      camera->field_of_view);
+  return FLESH_OK;
+}
+
+static int choose_options(flesh_snapshot *s)
+{
+  enum { LEAST = 16, MOST = 8192 };
+  double ends[2];
+  flesh_picture_options_default(&s->options);
+  if (s->width < LEAST || s->width > MOST)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "--width is %d; it must be %d to %d pixels", s->width, LEAST, MOST);
+  if (s->picture_height && (s->picture_height < LEAST || s->picture_height > MOST))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "--picture-height is %d; it must be %d to %d pixels", s->picture_height,
+                      LEAST, MOST);
+  int status = flesh_picture_field_from_name(s->colour, &s->options.field);
+  if (status) return flesh_fail_within(status, "--colour: ");
+  s->options.width = s->width;
+  s->options.height = s->picture_height;
+  s->options.columns = s->columns;
+  s->options.edges = s->edges;
+  s->options.style.flat = s->flat;
+  s->options.style.no_shadow = s->no_shadow;
+  if (s->range) {
+    if (flesh_parse_numbers(s->range, 2, ends) != 2 || !(ends[0] < ends[1]))
+      return flesh_fail(FLESH_ERR_ARGUMENT,
+                        "--range is '%s'; it must be two numbers, the smaller first, such as 0.9,1.1",
+                        s->range);
+    s->options.low = ends[0];
+    s->options.high = ends[1];
+  }
+  return choose_camera(s);
+}
+
+/* The run's name, and its skin: that of the command line or else of the scene. */
+static int open_run(flesh_snapshot *s, const char *path, flesh_snapshot_run *run)
+{
+  int status = flesh_run_folder_open(path, &run->folder);
+  if (status) return status;
+  int length = (int)strlen(path);
+  while (length > 1 && path[length - 1] == '/') length--;
+  int first = length;
+  while (first > 0 && path[first - 1] != '/') first--;
+  snprintf(run->title, sizeof run->title, "%.*s", length - first, path + first);
+  const char *surface = s->surface ? s->surface : flesh_scene_outputs(run->folder.scene)->skin.surface;
+  if (!surface || s->no_skin) return FLESH_OK;
+  status = flesh_surface_read(surface, &run->surface);
+  if (!status)
+    status = flesh_skin_bind(flesh_scene_mesh(run->folder.scene), run->surface, &run->skin);
+  return status;
+}
+
+int flesh_snapshot_open(flesh_snapshot *s, int count, char **paths)
+{
+  s->runs = calloc((size_t)count, sizeof *s->runs);
+  if (!s->runs) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for %d runs", count);
+  s->count = count;
+  for (int r = 0; r < count; r++) {
+    int status = open_run(s, paths[r], &s->runs[r]);
+    if (status) return status;
+  }
+  return choose_options(s);
+}
+
+void flesh_snapshot_close(flesh_snapshot *s)
+{
+  for (int r = 0; r < s->count; r++) {
+    flesh_skin_destroy(&s->runs[r].skin);
+    flesh_surface_destroy(&s->runs[r].surface);
+    flesh_run_folder_close(&s->runs[r].folder);
+  }
+  free(s->runs);
+  s->runs = NULL;
+  s->count = 0;
+}
+
+/* With as many decimals for all frames as distinguish them, at least three. */
+static void write_time(const flesh_run_folder *run, char *text, size_t size)
+{
+  double least = INFINITY;
+  for (int k = 1; k < run->count; k++)
+    if (run->times[k] > run->times[k - 1]) least = fmin(least, run->times[k] - run->times[k - 1]);
+  if (run->count == 1 && run->state.t > 0) least = run->state.t;
+  const double decimals = isfinite(least) ? fmax(3, -floor(log10(least))) : 3;
+  if (decimals > 7) snprintf(text, size, "t = %.4g s", run->state.t);
+  else snprintf(text, size, "t = %.*f s", (int)decimals, run->state.t);
+}
+
+int flesh_snapshot_panel(flesh_snapshot *s, int r, int k, char *subtitle, size_t size,
+                         flesh_picture_panel *panel)
+{
+  flesh_snapshot_run *run = &s->runs[r];
+  int status = flesh_run_folder_load(&run->folder, k);
+  if (status) return status;
+  write_time(&run->folder, subtitle, size);
+  *panel = (flesh_picture_panel){.title = s->bare || s->count < 2 ? NULL : run->title,
+                                 .subtitle = s->bare ? NULL : subtitle,
+                                 .body = flesh_scene_body(run->folder.scene),
+                                 .x = run->folder.state.x,
+                                 .v = run->folder.state.v,
+                                 .surface = run->surface,
+                                 .skin = run->skin,
+                                 .system = flesh_scene_system(run->folder.scene),
+                                 .t = run->folder.state.t};
+  return FLESH_OK;
+}
+
+void flesh_snapshot_report(const flesh_snapshot *s, const flesh_picture_frame *frame)
+{
+  char name[64];
+  double unit;
+  const double *up = frame->view.zenith;
+  printf("up: (%.3g, %.3g, %.3g), %s", up[0], up[1], up[2], s->up_origin);
+  for (int r = 1; r < s->count && !s->up; r++) { /* one camera for all: the first run's */
+    double own[3];
+    flesh_scene_up(s->runs[r].folder.scene, own);
+    if (fabs(own[0] - up[0]) + fabs(own[1] - up[1]) + fabs(own[2] - up[2]) > 1e-6)
+      printf("; in %s it would be (%.3g, %.3g, %.3g)", s->runs[r].title, own[0], own[1], own[2]);
+  }
+  putchar('\n');
+  if (s->options.field == FLESH_PICTURE_PLAIN) return;
+  flesh_picture_quantity(s->options.field, frame, name, &unit);
+  printf("colours: %s from %.6g to %.6g", name, frame->low / unit, frame->high / unit);
+  if (isfinite(frame->least) && isfinite(frame->most))
+    printf("; there is %.6g to %.6g", frame->least / unit + 0.0, frame->most / unit + 0.0);
+  printf("%s\n", frame->inverted ? "; inverted tets are black" : "");
+}

@@ -1,0 +1,88 @@
+/* snapshot.h: what `flesh snap` and `flesh film` share: runs, how they are to be seen, and their
+ * panels. */
+#ifndef FLESH_PICTURE_SNAPSHOT_H
+#define FLESH_PICTURE_SNAPSHOT_H
+
+#include "cli/options.h"
+#include "picture/picture.h"
+#include "run/run_folder.h"
+
+/* A run with its skin. */
+typedef struct flesh_snapshot_run {
+  flesh_run_folder folder;
+  flesh_surface *surface;
+  flesh_skin *skin;
+  char title[64];
+} flesh_snapshot_run;
+
+typedef struct flesh_snapshot {
+  /* Options, as given on the command line. */
+  const char *colour, *range, *camera, *up, *target, *surface;
+  double height, field_of_view;
+  int width, picture_height, columns;
+  int edges, no_skin, bare, flat, no_shadow;
+  /* Opened. */
+  int count;
+  flesh_snapshot_run *runs;
+  flesh_picture_options options;
+  const char *up_origin; /* why the camera's up is what it is */
+} flesh_snapshot;
+
+/* The options of a command line into *s, to stand in a command's list. */
+#define FLESH_SNAPSHOT_OPTIONS(s)                                                                  \
+  {"colour", "J|stress|speed|none", FLESH_OPTION_TEXT, &(s).colour,                                \
+   "what the colours show: J (det F, in ten-node tets its mean J_mean), stress (von Mises), speed " \
+   "or none (default J)"},                                                                         \
+  {"range", "LOW,HIGH", FLESH_OPTION_TEXT, &(s).range,                                             \
+   "ends of the colours, for stress in Pa (default: fitted)"},                                     \
+  {"camera", "AZIMUTH,ELEVATION", FLESH_OPTION_TEXT, &(s).camera,                                  \
+   "degrees about up and above the horizon; with z up it looks along y at 0,0 and along "          \
+   "-x at 90,0 (default: the scene's, 30,20 without)"},                                            \
+  {"up", "X,Y,Z", FLESH_OPTION_TEXT, &(s).up,                                                      \
+   "upwards in the picture (default: the scene's, else against gravity, else z)"},                 \
+  {"target", "X,Y,Z", FLESH_OPTION_TEXT, &(s).target,                                              \
+   "the place in the middle of the picture, m (default: fitted)"},                                 \
+  {"height", "H", FLESH_OPTION_POSITIVE, &(s).height,                                              \
+   "height of what is seen at the target, m (default: fitted)"},                                   \
+  {"field-of-view", "DEGREES", FLESH_OPTION_NUMBER, &(s).field_of_view,                            \
+   "from the lower to the upper edge, below 120; 0: parallel rays (default: the scene's, 20 "      \
+   "without)"},                                                                                    \
+  {"width", "PIXELS", FLESH_OPTION_COUNT, &(s).width, "width of a panel (default 480)"},           \
+  {"picture-height", "PIXELS", FLESH_OPTION_COUNT, &(s).picture_height,                            \
+   "height of a panel (default: fitted)"},                                                         \
+  {"columns", "N", FLESH_OPTION_COUNT, &(s).columns,                                               \
+   "panels side by side (default: the frames of a run, or as many as look well)"},                 \
+  {"surface", "FILE", FLESH_OPTION_TEXT, &(s).surface,                                             \
+   "skin to draw in place of the body, .obj or .ply, at rest (default: the scene's)"},             \
+  {"no-skin", NULL, FLESH_OPTION_SWITCH, &(s).no_skin,                                             \
+   "draw the body's own boundary, also where there is a skin"},                                    \
+  {"edges", NULL, FLESH_OPTION_SWITCH, &(s).edges, "draw the edges of the boundary's triangles"},  \
+  {"flat", NULL, FLESH_OPTION_SWITCH, &(s).flat,                                                   \
+   "the colours of the scale as they are, without light and shadow"},                              \
+  {"no-shadow", NULL, FLESH_OPTION_SWITCH, &(s).no_shadow, "light, but no shadows"},               \
+  {"bare", NULL, FLESH_OPTION_SWITCH, &(s).bare, "without titles and times"}
+
+/* Text on pictures for the help of commands. */
+#define FLESH_SNAPSHOT_DETAILS                                                                     \
+  "Colours span all but a hundredth of the values at either end; the scale shows the extremes\n"   \
+  "too. Inverted tets, with J <= 0 at a point of quadrature, are black in the colours of J, stress\n" \
+  "and speed. Obstacles are transparent where they are seen from behind.\n"
+
+/* Defaults, before the command line is read. */
+void flesh_snapshot_default(flesh_snapshot *s);
+/* Opens `paths` [count]: folders of runs, or scenes. FLESH_ERR_ARGUMENT for options. */
+int flesh_snapshot_open(flesh_snapshot *s, int count, char **paths);
+void flesh_snapshot_close(flesh_snapshot *s); /* harmless after a failed open */
+
+/* Frame k of run r as a panel that borrows the run's state: the next load changes it. `subtitle`
+ * [size] is filled with its time. */
+int flesh_snapshot_panel(flesh_snapshot *s, int r, int k, char *subtitle, size_t size,
+                         flesh_picture_panel *panel);
+
+/* Tells on stdout which way is up, and what the colours of pictures in this frame show. */
+void flesh_snapshot_report(const flesh_snapshot *s, const flesh_picture_frame *frame);
+
+/* "1,2/3,4" as up to `room` numbers; their count, or 0 when something else stands in it. */
+int flesh_parse_numbers(const char *text, int room, double *values);
+
+#endif

@@ -1,0 +1,235 @@
+/* pool.c: hands cases out to this machine's processes and to other ranks. */
+#include "pool/pool.h"
+
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "base/error.h"
+#include "cli/interrupt.h"
+#include "pool/pool_orders.h"
+#include "pool/pool_places.h"
+#include "run/ranks.h"
+#include "run/ranks_join.h"
+
+struct flesh_pool {
+  flesh_ranks *ranks; /* NULL: none */
+  flesh_places places;
+  int *busy;          /* [ranks] cases that each of the others has */
+  int jobs, away;     /* on each of them at a time; all that they have */
+  int told;           /* that a signal has come */
+  flesh_text last;    /* answer of the end that was told of last */
+};
+
+int flesh_pool_jobs(const flesh_ranks *ranks, int given)
+{
+  const long processors = sysconf(_SC_NPROCESSORS_ONLN);
+  return given > 0 ? given : ranks || processors < 1 ? 1 : (int)processors;
+}
+
+int flesh_pool_places(const flesh_ranks *ranks, int jobs, int count)
+{
+  const int here = flesh_process_fit(jobs, count);
+  const double all = ranks ? (double)here * ranks->count : here;
+  return all > count && count > 0 ? count : (int)all;
+}
+
+int flesh_pool_open(flesh_ranks *ranks, int jobs, int count, const flesh_pool_cases *cases, flesh_pool **pool)
+{
+  flesh_pool *self = *pool = calloc(1, sizeof *self);
+  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  self->ranks = ranks;
+  self->jobs = jobs;
+  if (ranks) self->busy = calloc((size_t)ranks->count, sizeof *self->busy);
+  int status = flesh_places_open(flesh_process_fit(jobs, count), cases, &self->places);
+  if (!status && ranks && !self->busy) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (status) flesh_pool_close(pool);
+  return status;
+}
+
+static void order_all(const flesh_ranks *ranks, int kind, int number)
+{
+  const flesh_pool_order order = {kind, number};
+  for (int r = 1; ranks && r < ranks->count; r++) flesh_ranks_send(r, sizeof order, &order);
+}
+
+/* The next message's head, and what is behind it as a text; 0: there is none. */
+static int receive(flesh_pool_head *head, flesh_text *behind, int *from)
+{
+  size_t size;
+  if (!flesh_ranks_probe(from, &size)) return 0;
+  char *bytes = malloc(size);
+  if (!bytes) return 0; /* until there is memory for it */
+  flesh_ranks_receive(*from, size, bytes);
+  memcpy(head, bytes, sizeof *head);
+  flesh_text_append(behind, bytes + sizeof *head, size - sizeof *head);
+  free(bytes);
+  return 1;
+}
+
+/* Until `left` other ranks have nothing left to say; what they still have to is not needed any more. */
+static void hear_out(int left)
+{
+  while (left > 0) {
+    flesh_pool_head head;
+    flesh_text behind = {0};
+    int from;
+    if (receive(&head, &behind, &from)) left -= head.kind == FLESH_POOL_DONE;
+    else usleep(1000);
+    free(behind.data);
+  }
+}
+
+void flesh_pool_close(flesh_pool **pool)
+{
+  flesh_pool *self = *pool;
+  if (!self) return;
+  order_all(self->ranks, FLESH_POOL_OVER, 0);
+  hear_out(self->ranks ? self->ranks->count - 1 : 0);
+  flesh_places_close(&self->places);
+  free(self->busy);
+  free(self->last.data);
+  free(self);
+  *pool = NULL;
+}
+
+int flesh_pool_lead(flesh_ranks *ranks, const char *name, int status, int jobs, const flesh_pool_cases *cases,
+                    int (*lead)(void *data), void *data)
+{
+  status = flesh_ranks_agree(ranks, status);
+  if (status) return flesh_ranks_fail(ranks, name, status);
+  if (!flesh_ranks_first(ranks)) return flesh_pool_serve(jobs, cases);
+  const int code = lead(data);
+  order_all(ranks, FLESH_POOL_LEAVE, code);
+  hear_out(ranks ? ranks->count - 1 : 0);
+  return code;
+}
+
+int flesh_pool_stand_by(void)
+{
+  const flesh_pool_cases none = {0};
+  return flesh_pool_serve(1, &none);
+}
+
+/* Adopts a signal that came to an idle rank. */
+static void hear_signal(const void *ranks)
+{
+  flesh_pool_head head;
+  flesh_text behind = {0};
+  int from;
+  if (!ranks) return;
+  if (receive(&head, &behind, &from) && head.kind == FLESH_POOL_SIGNALLED) flesh_interrupt_adopt(head.number);
+  free(behind.data);
+}
+
+void flesh_pool_listen(const flesh_ranks *ranks)
+{
+  if (ranks && ranks->all > ranks->count && flesh_ranks_first(ranks)) hear_signal(ranks);
+}
+
+int flesh_pool_wait_for(const flesh_ranks *ranks, flesh_process *process, double max_seconds, void *result, size_t size)
+{
+  return flesh_process_wait(process, max_seconds, hear_signal, ranks, result, size);
+}
+
+void flesh_pool_dismiss(const flesh_ranks *ranks, int code)
+{
+  const flesh_pool_order leave = {FLESH_POOL_LEAVE, code};
+  if (!ranks || !flesh_ranks_first(ranks)) return;
+  for (int r = ranks->count; r < ranks->all; r++) flesh_ranks_send(r, sizeof leave, &leave);
+  hear_out(ranks->all - ranks->count);
+}
+
+int flesh_pool_running(const flesh_pool *pool) { return pool->places.running + pool->away; }
+
+/* Returns a rank behind the first with a free place and the fewest cases; 0: none has a place. */
+static int free_rank(const flesh_pool *pool)
+{
+  int found = 0;
+  for (int r = 1; pool->ranks && r < pool->ranks->count; r++)
+    if (pool->busy[r] < pool->jobs && (!found || pool->busy[r] < pool->busy[found])) found = r;
+  return found;
+}
+
+int flesh_pool_has_room(const flesh_pool *pool)
+{
+  return pool->places.running < pool->places.limit || free_rank(pool) > 0;
+}
+
+int flesh_pool_start(flesh_pool *pool, int number, int *started)
+{
+  const int rank = free_rank(pool), here = pool->places.running < pool->places.limit;
+  if (here && (!rank || pool->places.running <= pool->busy[rank]))
+    return flesh_places_start(&pool->places, number, started);
+  const flesh_pool_order order = {FLESH_POOL_RUN, number};
+  flesh_ranks_send(rank, sizeof order, &order);
+  pool->busy[rank]++;
+  pool->away++;
+  *started = 1;
+  return FLESH_OK;
+}
+
+/* Whether a case that another rank had has ended. */
+static int hear(flesh_pool *pool, flesh_pool_end *end, int *status)
+{
+  flesh_pool_head head;
+  int from;
+  if (!pool->ranks || !receive(&head, &pool->last, &from)) return 0;
+  if (head.kind == FLESH_POOL_SIGNALLED) {
+    flesh_interrupt_adopt(head.number);
+    return 0;
+  }
+  pool->busy[from]--;
+  pool->away--;
+  if (head.kind == FLESH_POOL_LACKS)
+    *status = flesh_fail(FLESH_ERR_MEMORY, "rank %d: %s", from, pool->last.data ? pool->last.data : "out of memory");
+  *end = (flesh_pool_end){head.number, head.ended, head.killed, head.seconds, pool->last};
+  return 1;
+}
+
+int flesh_pool_wait(flesh_pool *pool, flesh_pool_end *end)
+{
+  int status = FLESH_OK;
+  free(pool->last.data);
+  pool->last = (flesh_text){0};
+  *end = (flesh_pool_end){.number = -1};
+  if (hear(pool, end, &status)) return status;
+  /* Messages of other ranks wake nobody up. */
+  status = flesh_places_wait(&pool->places, pool->ranks ? 2 : 200, end);
+  pool->last = end->answer;
+  if (flesh_interrupt_signal() && !pool->told) {
+    pool->told = 1;
+    flesh_places_stop(&pool->places);
+    order_all(pool->ranks, FLESH_POOL_STOP, 0);
+  }
+  return status;
+}
+
+int flesh_pool_run(flesh_pool *pool, int first, int end, int (*is_done)(void *data, int number),
+                   int (*collect)(void *data, const flesh_pool_end *end), void *data)
+{
+  int status = FLESH_OK, next = first;
+  while (!status) {
+    flesh_pool_end ended;
+    int started = 1;
+    while (!status && started && next < end && flesh_pool_has_room(pool) && !flesh_interrupt_signal()) {
+      if (!is_done || !is_done(data, next)) status = flesh_pool_start(pool, next, &started);
+      next += !status && started;
+    }
+    if (status || !flesh_pool_running(pool)) break;
+    status = flesh_pool_wait(pool, &ended);
+    if (!status && ended.number >= 0) status = collect(data, &ended);
+  }
+  return status;
+}
+
+int flesh_pool_take(const flesh_pool_end *end, void *result, size_t size)
+{
+  if (end->answer.size == size && !end->answer.failed) {
+    memcpy(result, end->answer.data, size);
+    return 0;
+  }
+  return WIFSIGNALED(end->ended) ? WTERMSIG(end->ended) : -1;
+}

@@ -1,0 +1,290 @@
+/* checkpoint.c: two lines of text that say what it is and of which flesh, then an archive of what is of the whole run, and
+ * one of each piece, every one with its length and its sum before it. */
+#include "run/checkpoint.h"
+
+#include <errno.h>
+#include <math.h>
+#include <sha256.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/archive.h"
+#include "base/error.h"
+#include "base/scan.h"
+#include "base/sync.h"
+#include "cli/options.h"
+#include "run/provenance.h"
+
+static const char mark[] = "flesh checkpoint 3\n";
+
+static char *in_folder(const char *folder, const char *name)
+{
+  char *path = malloc(strlen(folder) + strlen(name) + 2);
+  if (path) sprintf(path, "%s/%s", folder, name);
+  else flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", folder);
+  return path;
+}
+
+int flesh_checkpoint_times_read(const char *text, flesh_checkpoint_times *times)
+{
+  char number[32];
+  const size_t length = strcspn(text, "s");
+  const int by_steps = !strcmp(text + length, "steps") || !strcmp(text + length, "step");
+  double value;
+  *times = (flesh_checkpoint_times){0};
+  if (length >= sizeof number || (!by_steps && strcmp(text + length, "s"))) return FLESH_ERR_ARGUMENT;
+  memcpy(number, text, length);
+  number[length] = 0;
+  if (flesh_option_number(number, &value) || !(value > 0)) return FLESH_ERR_ARGUMENT;
+  if (!by_steps) times->seconds = value;
+  else if (value > 1e9 || value != floor(value)) return FLESH_ERR_ARGUMENT;
+  else times->steps = (int)value;
+  return FLESH_OK;
+}
+
+void flesh_checkpoint_digest(const char *folder, char digest[FLESH_DIGEST_SIZE])
+{
+  char *path = in_folder(folder, "scene.yaml"), *text = NULL;
+  size_t size;
+  *digest = 0;
+  if (path && !flesh_file_load(path, &text, &size)) SHA256Data((const uint8_t *)text, size, digest);
+  free(text);
+  free(path);
+}
+
+static void archive_head(flesh_checkpoint_head *head, flesh_archive *archive)
+{
+  FLESH_ARCHIVE(archive, head->times.seconds);
+  FLESH_ARCHIVE(archive, head->times.steps);
+  FLESH_ARCHIVE(archive, head->no_frames);
+  flesh_archive_int(archive, &head->step, 0, 0x7ffffffe);
+  FLESH_ARCHIVE(archive, head->exact);
+  flesh_archive_int(archive, &head->pieces, 1, 1 << 24);
+  FLESH_ARCHIVE(archive, head->max_seconds);
+  FLESH_ARCHIVE(archive, head->start_t);
+  FLESH_ARCHIVE(archive, head->wall_s);
+  FLESH_ARCHIVE(archive, head->cpu_s);
+  FLESH_ARCHIVE(archive, head->history);
+  FLESH_ARCHIVE(archive, head->probes);
+}
+
+/* Text that is loaded is new. */
+static int archive_text(char **text, flesh_archive *archive)
+{
+  int length = *text ? (int)strlen(*text) : 0;
+  const int loads = archive->mode == FLESH_ARCHIVE_LOAD;
+  flesh_archive_int(archive, &length, 0, 0x7ffffffe);
+  archive->wrong |= loads && (size_t)length > archive->size;
+  if (archive->wrong) return FLESH_OK;
+  if (loads && !(*text = calloc((size_t)length + 1, 1))) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  flesh_archive_bytes(archive, *text, (size_t)length);
+  return FLESH_OK;
+}
+
+static int archive_trace(flesh_run_trace *trace, flesh_archive *archive)
+{
+  int count = trace->count;
+  flesh_archive_int(archive, &count, 0, 0x7ffffff);
+  if (archive->mode == FLESH_ARCHIVE_LOAD && !archive->wrong) {
+    flesh_run_trace_clear(trace);
+    archive->wrong = (size_t)count * sizeof *trace->rows > archive->size;
+    if (archive->wrong) return FLESH_OK;
+    trace->rows = malloc(((size_t)count + 1) * sizeof *trace->rows);
+    if (!trace->rows) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+    trace->count = trace->room = count;
+  }
+  flesh_archive_bytes(archive, trace->rows, (size_t)count * sizeof *trace->rows);
+  return FLESH_OK;
+}
+
+static int archive_parts(const flesh_checkpoint_parts *parts, flesh_archive *archive)
+{
+  flesh_figures *figures = parts->figures, copy = *figures;
+  copy.energies = NULL;
+  FLESH_ARCHIVE(archive, copy);
+  copy.energies = figures->energies;
+  archive->wrong |= copy.effects != figures->effects;
+  if (archive->wrong) return FLESH_OK;
+  *figures = copy;
+  flesh_archive_bytes(archive, figures->energies, (size_t)figures->effects * sizeof *figures->energies);
+  return archive_trace(parts->trace, archive);
+}
+
+static int archive_all(const flesh_checkpoint_head *head, const char *digest, const char *notes,
+                       const flesh_checkpoint_parts *parts, flesh_archive *archive)
+{
+  flesh_checkpoint_head copy = *head;
+  char text[FLESH_DIGEST_SIZE], *words = (char *)notes; /* only read */
+  memcpy(text, digest, sizeof text);
+  FLESH_ARCHIVE(archive, text);
+  archive_head(&copy, archive);
+  int status = archive_text(&words, archive);
+  return status ? status : archive_parts(parts, archive);
+}
+
+/* The length and the sum of the bytes, and these. */
+static void write_bytes(FILE *stream, size_t size, const uint8_t *bytes)
+{
+  const uint64_t head[2] = {size, flesh_archive_sum(0, bytes, size)};
+  fwrite(head, sizeof head, 1, stream);
+  fwrite(bytes, 1, size, stream);
+}
+
+int flesh_checkpoint_begin(const char *folder, const flesh_checkpoint_head *head, const char *scene_digest,
+                           const char *notes, const flesh_checkpoint_parts *parts, flesh_file *file)
+{
+  flesh_archive archive = {.mode = FLESH_ARCHIVE_MEASURE};
+  char *path = in_folder(folder, FLESH_CHECKPOINT_NAME), identity[FLESH_IDENTITY_SIZE];
+  int status = path ? archive_all(head, scene_digest, notes, parts, &archive) : FLESH_ERR_MEMORY;
+  archive = (flesh_archive){.mode = FLESH_ARCHIVE_SAVE, .size = archive.at, .data = status ? NULL : malloc(archive.at)};
+  if (!status && !archive.data) status = flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", folder);
+  if (!status) status = archive_all(head, scene_digest, notes, parts, &archive);
+  if (!status) status = flesh_file_open(path, file);
+  if (!status) {
+    flesh_provenance_identity(identity);
+    fprintf(file->stream, "%s%s\n", mark, identity);
+    write_bytes(file->stream, archive.size, archive.data);
+  }
+  free(archive.data);
+  free(path);
+  return status;
+}
+
+void flesh_checkpoint_add(flesh_file *file, size_t size, const uint8_t *bytes) { write_bytes(file->stream, size, bytes); }
+
+int flesh_checkpoint_refuse(const char *folder)
+{
+  return flesh_fail(FLESH_ERR_FILE, "%s/" FLESH_CHECKPOINT_NAME ": the checkpoint is damaged", folder);
+}
+
+/* Reads the two lines, where they are right. */
+static int read_lines(const char *folder, FILE *file)
+{
+  char identity[FLESH_IDENTITY_SIZE], line[2 * FLESH_IDENTITY_SIZE];
+  if (!fgets(line, sizeof line, file) || strcmp(line, mark))
+    return flesh_fail(FLESH_ERR_FILE, "%s/" FLESH_CHECKPOINT_NAME ": this is no checkpoint that this flesh knows", folder);
+  if (!fgets(line, sizeof line, file) || !strchr(line, '\n')) return flesh_checkpoint_refuse(folder);
+  line[strcspn(line, "\n")] = 0;
+  flesh_provenance_identity(identity);
+  if (!strcmp(identity, line)) return FLESH_OK;
+  return flesh_fail(FLESH_ERR_ARGUMENT,
+                    "%s: the checkpoint was written by %.200s; this is %s, which goes on from its own only", folder, line,
+                    identity);
+}
+
+/* Bytes with their length and their sum, from where the file is; new. */
+static int read_bytes(const char *folder, FILE *file, long end, uint8_t **bytes, size_t *size)
+{
+  uint64_t head[2];
+  const long at = ftell(file);
+  *bytes = NULL;
+  if (fread(head, sizeof head, 1, file) != 1 || at < 0 || head[0] > (uint64_t)(end - at - (long)sizeof head))
+    return flesh_checkpoint_refuse(folder);
+  *size = (size_t)head[0];
+  *bytes = malloc(*size + 1);
+  if (!*bytes) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", folder);
+  if (fread(*bytes, 1, *size, file) == *size && flesh_archive_sum(0, *bytes, *size) == head[1]) return FLESH_OK;
+  free(*bytes);
+  *bytes = NULL;
+  return flesh_checkpoint_refuse(folder);
+}
+
+/* Finds where the pieces begin: they take up the file from here to its end. */
+static int find_pieces(const char *folder, FILE *file, long end, flesh_checkpoint *checkpoint)
+{
+  const int pieces = checkpoint->head.pieces;
+  long at = ftell(file);
+  if (pieces < 1 || (long)sizeof(uint64_t) * 2 > (end - at) / pieces) return flesh_checkpoint_refuse(folder);
+  checkpoint->places = malloc((size_t)pieces * sizeof *checkpoint->places);
+  if (!checkpoint->places) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", folder);
+  for (int k = 0; k < pieces; k++) {
+    uint64_t head[2];
+    checkpoint->places[k] = at;
+    if (fseek(file, at, SEEK_SET) || fread(head, sizeof head, 1, file) != 1 ||
+        head[0] > (uint64_t)(end - at - (long)sizeof head))
+      return flesh_checkpoint_refuse(folder);
+    at += (long)(sizeof head + head[0]);
+  }
+  return at == end ? FLESH_OK : flesh_checkpoint_refuse(folder);
+}
+
+static FILE *open_file(const char *folder, long *end)
+{
+  char *path = in_folder(folder, FLESH_CHECKPOINT_NAME);
+  FILE *file = NULL;
+  if (path && flesh_regular_open(path, &file))
+    flesh_fail_within(FLESH_ERR_FILE, "%s: there is no checkpoint to go on from, as a run writes it with --checkpoint: ",
+                      folder);
+  if (file && (fseek(file, 0, SEEK_END) || (*end = ftell(file)) < 0 || fseek(file, 0, SEEK_SET))) {
+    flesh_fail(FLESH_ERR_FILE, "%s: cannot be read: %s", path, strerror(errno));
+    fclose(file);
+    file = NULL;
+  }
+  free(path);
+  return file;
+}
+
+static flesh_archive archive_of(uint8_t *bytes, size_t size, size_t at)
+{
+  return (flesh_archive){.mode = FLESH_ARCHIVE_LOAD, .data = bytes, .size = size, .at = at};
+}
+
+static int read_main(const char *folder, FILE *file, long end, char digest[FLESH_DIGEST_SIZE], flesh_checkpoint *checkpoint)
+{
+  int status = read_lines(folder, file);
+  if (!status) status = read_bytes(folder, file, end, &checkpoint->main, &checkpoint->size);
+  if (status) return status;
+  flesh_archive archive = archive_of(checkpoint->main, checkpoint->size, 0);
+  flesh_archive_bytes(&archive, digest, FLESH_DIGEST_SIZE);
+  archive_head(&checkpoint->head, &archive);
+  status = archive_text(&checkpoint->notes, &archive);
+  if (archive.wrong) return flesh_checkpoint_refuse(folder);
+  checkpoint->parts = archive.at;
+  return status ? status : find_pieces(folder, file, end, checkpoint);
+}
+
+int flesh_checkpoint_open(const char *folder, flesh_checkpoint *checkpoint)
+{
+  char digest[FLESH_DIGEST_SIZE] = "", now[FLESH_DIGEST_SIZE];
+  long end = 0;
+  FILE *file = open_file(folder, &end);
+  if (!file) return FLESH_ERR_FILE;
+  const int status = read_main(folder, file, end, digest, checkpoint);
+  fclose(file);
+  if (status) return status;
+  flesh_checkpoint_digest(folder, now);
+  if (!*now) return FLESH_ERR_FILE;
+  if (strcmp(digest, now))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "%s/scene.yaml: is another scene than that of the checkpoint, which cannot go on "
+                                          "with it", folder);
+  return FLESH_OK;
+}
+
+void flesh_checkpoint_close(flesh_checkpoint *checkpoint)
+{
+  free(checkpoint->notes);
+  free(checkpoint->main);
+  free(checkpoint->places);
+  *checkpoint = (flesh_checkpoint){0};
+}
+
+int flesh_checkpoint_restore(const char *folder, flesh_checkpoint *checkpoint, const flesh_checkpoint_parts *parts)
+{
+  flesh_archive archive = archive_of(checkpoint->main, checkpoint->size, checkpoint->parts);
+  int status = archive_parts(parts, &archive);
+  if (archive.wrong || (!status && archive.at != archive.size)) return flesh_checkpoint_refuse(folder);
+  return status;
+}
+
+int flesh_checkpoint_read_piece(const char *folder, const flesh_checkpoint *checkpoint, int piece, uint8_t **bytes,
+                                size_t *size)
+{
+  long end = 0;
+  FILE *file = open_file(folder, &end);
+  *bytes = NULL;
+  if (!file) return FLESH_ERR_FILE;
+  const int status = fseek(file, checkpoint->places[piece], SEEK_SET) ? flesh_checkpoint_refuse(folder)
+                                                                      : read_bytes(folder, file, end, bytes, size);
+  fclose(file);
+  return status;
+}

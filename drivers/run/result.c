@@ -1,0 +1,409 @@
+/* result.c: gathers the figures of a run and says how it ended, in words and as JSON. */
+#include "run/result.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "base/file.h"
+#include "linear/preconditioner.h"
+#include "material/form.h"
+#include "mesh/mesh.h"
+#include "mesh/split_part.h"
+#include "cli/json_memory.h"
+#include "system/inertia_modulus.h"
+#include "system/ranks.h"
+#include "system/stiff_rows.h"
+#include "time/method.h"
+
+int flesh_figures_open(flesh_figures *figures, const flesh_system *system)
+{
+  *figures = (flesh_figures){.t = NAN,
+                             .max_volume_drift = NAN,
+                             .final_volume_drift = NAN,
+                             .J_min = NAN,
+                             .J_min_t = NAN,
+                             .J_bound = NAN,
+                             .first_inverted_t = NAN,
+                             .residual = NAN,
+                             .residual_target = NAN,
+                             .wall_s = NAN,
+                             .cpu_s = NAN,
+                             .longest_step = {.t = NAN, .ratio = NAN},
+                             .effects = flesh_system_effect_count(system)};
+  figures->energies = malloc(sizeof(double) * (size_t)(figures->effects + 1));
+  if (!figures->energies) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  for (int e = 0; e < figures->effects; e++) figures->energies[e] = NAN;
+  return FLESH_OK;
+}
+
+void flesh_figures_close(flesh_figures *figures)
+{
+  free(figures->energies);
+  figures->energies = NULL;
+}
+
+static void add_counts(flesh_figures *figures, const flesh_solve_stats *stats)
+{
+  figures->multiplier_updates += stats->multiplier_updates;
+  figures->newton += stats->newton;
+  figures->linear += stats->linear;
+  figures->linear_single += stats->linear_single;
+  figures->direct += stats->direct;
+  figures->assemblies += stats->assemblies;
+  figures->projections += stats->projections;
+  figures->backtracks += stats->backtracks;
+  figures->subdomains += stats->subdomains;
+  figures->subdomain_newton += stats->subdomain_newton;
+  figures->watchdog_steps += stats->watchdog_steps;
+  figures->solves += stats->solves;
+  figures->at_rounding += stats->at_rounding;
+  figures->unconverged += stats->unconverged;
+  figures->internal_steps += stats->steps;
+  figures->rejected += stats->rejected;
+  figures->convergence_failures += stats->convergence_failures;
+  figures->impact_steps += stats->impact_steps;
+  figures->residuals += stats->residuals;
+  figures->untanglings += stats->untanglings;
+  figures->untangled_nodes += stats->untangled_nodes;
+}
+
+void flesh_figures_add_unfinished(flesh_figures *figures, const flesh_solve_stats *stats)
+{
+  add_counts(figures, stats);
+  figures->unfinished_newton = stats->newton;
+  figures->unfinished_linear = stats->linear;
+  if (stats->solves > 0) {
+    figures->residual = stats->residual_last;
+    figures->residual_target = stats->residual_target;
+  }
+}
+
+int flesh_figures_observe(void *data, const flesh_step_record *record)
+{
+  flesh_figures *figures = data;
+  const flesh_solve_stats *stats = record->stats;
+  figures->steps = record->step;
+  figures->t = record->state->t;
+  figures->final_volume_drift = record->volume / record->rest_volume - 1;
+  figures->max_volume_drift = fmax(figures->max_volume_drift, fabs(figures->final_volume_drift));
+  if (!(figures->J_min <= record->J_min)) {
+    figures->J_min = record->J_min;
+    figures->J_min_t = record->state->t;
+  }
+  if (!(figures->J_bound <= record->J_bound)) figures->J_bound = record->J_bound;
+  figures->final_inverted = record->inverted;
+  if (record->inverted > figures->max_inverted) figures->max_inverted = record->inverted;
+  if (record->inverted && isnan(figures->first_inverted_t))
+    figures->first_inverted_t = record->state->t;
+  add_counts(figures, stats);
+  if (record->step) {
+    figures->residual = stats->residual_last;
+    figures->residual_target = stats->residual_target;
+  }
+  for (int e = 0; e < figures->effects; e++) {
+    figures->energies[e] = record->energies[e] - record->rest_energies[e];
+    if (!record->step && flesh_system_effect(record->system, e)->operations->role == FLESH_ROLE_CONTACT)
+      figures->start_contact += figures->energies[e];
+  }
+  return FLESH_OK;
+}
+
+const char *flesh_outcome_word(const flesh_outcome *outcome)
+{
+  switch (outcome->status) {
+  case FLESH_OK:
+    return "complete";
+  case FLESH_ERR_INTERRUPTED:
+    return "interrupted";
+  case FLESH_ERR_BUDGET:
+    return "out of budget";
+  }
+  return "failed";
+}
+
+typedef struct small_strain {
+  double mu, lambda, young, poisson, stress;
+} small_strain;
+
+static small_strain small_strain_of(const flesh_material *material)
+{
+  small_strain s;
+  if (flesh_material_small_strain(material, &s.mu, &s.lambda, &s.stress))
+    return (small_strain){NAN, NAN, NAN, NAN, NAN};
+  if (material->incompressible) return (small_strain){s.mu, s.lambda, 3 * s.mu, 0.5, s.stress};
+  s.young = s.mu * (3 * s.lambda + 2 * s.mu) / (s.lambda + s.mu);
+  s.poisson = s.lambda / (2 * (s.lambda + s.mu));
+  return s;
+}
+
+void flesh_skin_print(FILE *stream, const char *surface, const flesh_skin_info *info)
+{
+  fprintf(stream, "skin: %s, %d vertices, ", surface, info->vertices);
+  if (!info->outside) fprintf(stream, "all inside the body\n");
+  else
+    fprintf(stream,
+            "%d outside the body, at most by %.3g m (vertex %d); they are extrapolated, the least "
+            "weight is %.3g\n",
+            info->outside, info->distance_max, info->farthest, info->weight_min);
+}
+
+int flesh_takes_volumes_out(const flesh_scene *scene, const flesh_system *system)
+{
+  const flesh_scene_time *time = flesh_scene_times(scene);
+  const int by_euler_first = time->method == FLESH_METHOD_EULER_THEN_ADAPTIVE;
+  const flesh_method_row *method = flesh_method_find(by_euler_first ? FLESH_METHOD_BACKWARD_EULER : time->method);
+  const size_t n = (size_t)flesh_system_unknowns(system);
+  double *room = malloc((2 * n + 1) * sizeof *room);
+  flesh_stiff_rows rows = {0};
+  flesh_stage stage = {.shift = {.x = 1}};
+  int projects = 0;
+  int status = flesh_system_stiff_rows_create(system, &rows);
+  if (!status) status = flesh_team_agree(flesh_system_team(system), room ? FLESH_OK : FLESH_ERR_MEMORY);
+  if (!status && method && method->stage) {
+    const flesh_method_memory of_no_nodes = {.options = time->options};
+    method->stage(&of_no_nodes, &(flesh_state){0}, time->step, time->step, &stage);
+    const double inertia = rows.nodes_per_row ? flesh_system_inertia_modulus(system, room, room + n) : 0;
+    projects = flesh_preconditioner_projects(flesh_scene_solver(scene)->preconditioner, &rows,
+                                             inertia * stage.shift.a / stage.shift.x);
+  }
+  flesh_system_stiff_rows_clear(&rows);
+  free(room);
+  return projects;
+}
+
+const char *flesh_preconditioner_used(const flesh_scene *scene, int takes_volumes_out)
+{
+  const flesh_solver_options *solver = flesh_scene_solver(scene);
+  if (solver->linear_solver != FLESH_LINEAR_PCG) return NULL;
+  if (takes_volumes_out) return flesh_preconditioner_name(FLESH_PRECONDITIONER_VOLUME_PROJECTION);
+  const flesh_mesh *mesh = flesh_scene_mesh(scene);
+  return flesh_preconditioner_name(flesh_preconditioner_choose(
+      solver->preconditioner, mesh->split ? mesh->split->whole_nodes : flesh_mesh_node_count(mesh)));
+}
+
+void flesh_materials_print(FILE *stream, const flesh_scene *scene)
+{
+  const flesh_material *materials = flesh_scene_body(scene)->materials;
+  for (int m = 0; materials && m < flesh_scene_material_count(scene); m++) {
+    small_strain s = small_strain_of(&materials[m]);
+    fprintf(stream, "material %d: %s (%s), mu %g Pa, lambda %g Pa", m,
+            flesh_energy_name(materials[m].energy), flesh_constants_name(materials[m].constants),
+            materials[m].mu, materials[m].lambda);
+    if (materials[m].alpha != 1)
+      fprintf(stream, ", alpha %g", materials[m].alpha);
+#define FORM_CONSTANT(FORM, name, ...)                                                                                 \
+  if (materials[m].energy == FLESH_ENERGY_##FORM) fprintf(stream, ", " #name " %g", materials[m].name);
+    FLESH_FORM_CONSTANT_LIST(FORM_CONSTANT)
+#undef FORM_CONSTANT
+    fprintf(stream, "; small strain: young %g Pa, poisson %g", s.young, s.poisson);
+    if (fabs(s.stress) > 1e-9 * fabs(s.mu)) fprintf(stream, ", rest stress %g Pa", s.stress);
+    putc('\n', stream);
+  }
+}
+
+json_t *flesh_json_number(double value) { return isfinite(value) ? json_real(value) : json_null(); }
+
+static void set(json_t *object, const char *key, double value)
+{
+  json_object_set_new(object, key, flesh_json_number(value));
+}
+
+static void set_integer(json_t *object, const char *key, long value)
+{
+  json_object_set_new(object, key, json_integer(value));
+}
+
+json_t *flesh_materials_json(const flesh_scene *scene)
+{
+  json_t *array = json_array();
+  const flesh_material *materials = flesh_scene_body(scene)->materials;
+  for (int m = 0; materials && m < flesh_scene_material_count(scene); m++) {
+    small_strain s = small_strain_of(&materials[m]);
+    json_t *row = json_object();
+    json_object_set_new(row, "energy", json_string(flesh_energy_name(materials[m].energy)));
+    json_object_set_new(row, "constants",
+                        json_string(flesh_constants_name(materials[m].constants)));
+    set(row, "mu", materials[m].mu);
+    set(row, "lambda", materials[m].lambda);
+    set(row, "alpha", materials[m].alpha);
+#define FORM_CONSTANT(FORM, name, ...) if (materials[m].energy == FLESH_ENERGY_##FORM) set(row, #name, materials[m].name);
+    FLESH_FORM_CONSTANT_LIST(FORM_CONSTANT)
+#undef FORM_CONSTANT
+    set(row, "small_strain_mu", s.mu);
+    set(row, "small_strain_lambda", s.lambda);
+    set(row, "small_strain_young", s.young);
+    set(row, "small_strain_poisson", s.poisson);
+    set(row, "rest_stress", s.stress);
+    json_array_append_new(array, row);
+  }
+  return array;
+}
+
+/* Energies by effect; effects of one name are numbered from 2. */
+static json_t *energies_json(const flesh_figures *figures, const flesh_system *system)
+{
+  json_t *energies = json_object();
+  double total = 0;
+  for (int e = 0; e < figures->effects; e++) {
+    char key[80];
+    const flesh_effect_operations *operations = flesh_system_effect(system, e)->operations;
+    if (!operations->energy) continue; /* what dissipates has none */
+    snprintf(key, sizeof key, "%s", operations->name);
+    for (int n = 2; json_object_get(energies, key); n++) snprintf(key, sizeof key, "%.60s_%d", operations->name, n);
+    set(energies, key, figures->energies[e]);
+    total += figures->energies[e];
+  }
+  set(energies, "total", total);
+  return energies;
+}
+
+static void set_longest(json_t *object, const flesh_longest_step *longest)
+{
+  set_integer(object, "longest_step", longest->step);
+  set_integer(object, "longest_step_newton", longest->newton);
+  set_integer(object, "longest_step_linear", longest->linear);
+  set(object, "longest_step_over_median", longest->ratio);
+}
+
+/* Figures that are called as their members. */
+#define SET_COUNT(name) set_integer(object, #name, figures->name);
+#define FLESH_FIGURES_COUNTS(X)                                                                              \
+  X(multiplier_updates) X(untanglings) X(untangled_nodes) X(newton) X(linear) X(linear_single) X(direct) X(assemblies) X(projections)        \
+  X(backtracks) X(subdomains) X(subdomain_newton) X(watchdog_steps) X(unfinished_newton) X(unfinished_linear)
+
+json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *system)
+{
+  json_t *object = json_object();
+  double steps = figures->steps, newton = (double)figures->newton;
+  set_integer(object, "steps", figures->steps);
+  set(object, "t_end", figures->t);
+  set(object, "max_volume_drift", figures->max_volume_drift);
+  set(object, "final_volume_drift", figures->final_volume_drift);
+  set(object, "J_min", figures->J_min);
+  set(object, "J_min_t", figures->J_min_t);
+  set(object, "J_bound", figures->J_bound);
+  set_integer(object, "max_inverted", figures->max_inverted);
+  set_integer(object, "final_inverted", figures->final_inverted);
+  set(object, "first_inverted_t", figures->first_inverted_t);
+  set_integer(object, "internal_steps", figures->internal_steps);
+  set_integer(object, "rejected_steps", figures->rejected);
+  set_integer(object, "convergence_failures", figures->convergence_failures);
+  set_integer(object, "impact_steps", figures->impact_steps);
+  set_integer(object, "residuals", figures->residuals);
+  const flesh_energy_balance *balance = &figures->balance;
+  set(object, "work_put_in", balance->begun ? balance->supplied : NAN);
+  set(object, "energy_released", balance->released);
+  set(object, "energy_gain", balance->begun ? balance->gain : NAN);
+  set(object, "energy_gain_J", balance->begun ? balance->largest : NAN);
+  set(object, "energy_gain_t", balance->gain > 0 ? balance->t_largest : NAN);
+  set(object, "stressed_rest_J", figures->stressed_rest);
+  if (figures->separation.begun) {
+    set_integer(object, "intersecting_at_start", figures->separation.begun);
+    set_integer(object, "intersecting_at_end", figures->separation.ignored);
+    set(object, "apart_t", figures->separation.t_apart);
+  }
+  set_longest(object, &figures->longest_step);
+  set_integer(object, "solves", figures->solves);
+  set_integer(object, "solves_at_rounding", figures->at_rounding);
+  set_integer(object, "solves_unconverged", figures->unconverged);
+  FLESH_FIGURES_COUNTS(SET_COUNT)
+  set(object, "newton_per_step", (newton - (double)figures->unfinished_newton) / steps);
+  set(object, "linear_per_newton", (double)figures->linear / newton);
+  set(object, "residual", figures->residual);
+  set(object, "residual_target", figures->residual_target);
+  json_object_set_new(object, "energies", energies_json(figures, system));
+  set(object, "wall_s", figures->wall_s);
+  set(object, "cpu_s", figures->cpu_s);
+  set_integer(object, "peak_memory_kB", figures->peak_memory_kB);
+  return object;
+}
+
+json_t *flesh_costs_json(const flesh_costs *costs, const flesh_system *system)
+{
+  json_t *array = json_array();
+  for (int e = 0; e < flesh_system_effect_count(system); e++) {
+    const flesh_effect_cost *cost = &costs->effects[e];
+    json_t *row = json_object();
+    json_object_set_new(row, "name", json_string(flesh_system_effect(system, e)->operations->name));
+    set_integer(row, "residuals", cost->residuals);
+    set_integer(row, "jacobians", cost->jacobians);
+    set_integer(row, "potentials", cost->potentials);
+    set_integer(row, "energies", cost->energies);
+    size_t bytes = flesh_system_effect_memory(system, e);
+    set(row, "memory_bytes", bytes ? (double)bytes : NAN);
+    set(row, "cpu_s", costs->timed ? cost->cpu_s : NAN);
+    json_array_append_new(array, row);
+  }
+  return array;
+}
+
+void flesh_costs_print(FILE *stream, const flesh_costs *costs, const flesh_system *system)
+{
+  fprintf(stream, "effect        residuals  Jacobians potentials   energies   memory kB      CPU s\n");
+  for (int e = 0; e < flesh_system_effect_count(system); e++) {
+    const flesh_effect_cost *cost = &costs->effects[e];
+    char memory[32] = "-";
+    size_t bytes = flesh_system_effect_memory(system, e);
+    if (bytes) snprintf(memory, sizeof memory, "%.1f", (double)bytes / 1024);
+    fprintf(stream, "%-12s %10ld %10ld %10ld %10ld %11s %10.4f\n",
+            flesh_system_effect(system, e)->operations->name, cost->residuals, cost->jacobians,
+            cost->potentials, cost->energies, memory, cost->cpu_s);
+  }
+}
+
+json_t *flesh_outcome_json(const flesh_outcome *outcome)
+{
+  json_t *object = json_object();
+  json_object_set_new(object, "status", json_string(flesh_outcome_word(outcome)));
+  set_integer(object, "exit_code", outcome->exit_code);
+  json_object_set_new(object, "message", flesh_json_text(outcome->message));
+  json_object_set_new(object, "warning", outcome->warning[0] ? flesh_json_text(outcome->warning) : json_null());
+  json_object_set_new(object, "notes", outcome->notes[0] ? flesh_json_text(outcome->notes) : json_null());
+  if (!outcome->has_failure) {
+    json_object_set_new(object, "failure", json_null());
+    return object;
+  }
+  const flesh_failure *f = &outcome->failure;
+  json_t *failure = json_object();
+  json_object_set_new(failure, "reason", json_string(flesh_status_name(f->status)));
+  json_object_set_new(failure, "meaning", json_string(flesh_status_text(f->status)));
+  set(failure, "t", f->t);
+  set(failure, "h", f->h);
+  set_integer(failure, "halvings", f->halvings);
+  set_integer(failure, "order", f->order);
+  int solved = f->worst_node >= 0 && !f->order; /* null: there is none */
+  set(failure, "residual", solved ? f->residual : NAN);
+  set(failure, "residual_target", solved ? f->target : NAN);
+  set_integer(failure, "worst_tet", f->worst_tet);
+  if (f->worst_tet >= 0) {
+    set(failure, "worst_J", f->worst_J);
+    json_t *position = json_array();
+    for (int k = 0; k < 3; k++)
+      json_array_append_new(position, flesh_json_number(f->worst_position[k]));
+    json_object_set_new(failure, "worst_position", position);
+  }
+  set_integer(failure, "worst_node", f->worst_node);
+  json_object_set_new(failure, "advice", json_string(outcome->advice));
+  json_object_set_new(object, "failure", failure);
+  return object;
+}
+
+int flesh_json_write(const char *path, json_t *value)
+{
+  flesh_file file;
+  int status = flesh_file_open(path, &file);
+  if (!status) {
+    int bad = json_dumpf(value, file.stream, JSON_INDENT(2));
+    putc('\n', file.stream);
+    if ((bad || flesh_json_lacks()) && !ferror(file.stream)) {
+      flesh_file_abandon(&file);
+      status = flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
+    } else {
+      status = flesh_file_commit(&file);
+    }
+  }
+  json_decref(value);
+  return status;
+}

@@ -1,0 +1,149 @@
+/* run_folder.c: opens what a run left, and reads its frames. */
+#include "run/run_folder.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "base/confine.h"
+#include "base/error.h"
+#include "output/vtu_read.h"
+
+static char *join(const char *folder, const char *name)
+{
+  char *path = malloc(strlen(folder) + strlen(name) + 2);
+  if (path) sprintf(path, "%s/%s", folder, name);
+  return path;
+}
+
+static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a run"); }
+
+/* Reads the number from "frame_000012.vtu", or from the name of a frame in parts. */
+static int number_of(const char *name, int *number)
+{
+  int end = 0;
+  return sscanf(name, "frame_%9d%n", number, &end) == 1 && end && *number >= 0 &&
+         (!strcmp(name + end, ".vtu") || !strcmp(name + end, ".pvtu"));
+}
+
+static int open_frames(flesh_run_folder *run, const char *path)
+{
+  flesh_pvd index = {0};
+  char *folder = join(path, "frames"), *file = folder ? join(folder, "frames.pvd") : NULL;
+  int status = file ? flesh_path_check(file) : no_memory();
+  if (!status && flesh_path_is_file(file)) status = flesh_pvd_read(file, &index);
+  free(file);
+  run->folder = folder;
+  run->times = index.times;
+  run->files = calloc((size_t)index.count + 1, sizeof *run->files);
+  if (run->files) run->count = index.count;
+  else if (!status) status = no_memory();
+  run->numbers = calloc((size_t)index.count + 1, sizeof *run->numbers);
+  if (!run->numbers && !status) status = no_memory();
+  for (int k = 0; k < index.count && !status; k++) {
+    if (!(run->files[k] = strdup(index.names[k]))) status = no_memory();
+    /* A foreign name has no number: then its place in the index. */
+    if (!number_of(index.names[k], &run->numbers[k])) run->numbers[k] = k ? run->numbers[k - 1] + 1 : 0;
+  }
+  index.times = NULL; /* taken */
+  flesh_pvd_clear(&index);
+  return status;
+}
+
+/* A single frame: the last state of a run without frames, or a scene's start. */
+static int open_single(flesh_run_folder *run, const char *state_path)
+{
+  run->count = 1;
+  free(run->times);
+  run->times = malloc(sizeof *run->times);
+  free(run->numbers);
+  run->numbers = calloc(1, sizeof *run->numbers);
+  if (!run->times || !run->numbers) return no_memory();
+  flesh_scene_start(run->scene, &run->state);
+  int nodes = flesh_mesh_node_count(flesh_scene_mesh(run->scene));
+  int status = state_path ? flesh_state_read(state_path, nodes, &run->state) : FLESH_OK;
+  run->times[0] = run->state.t;
+  return status;
+}
+
+int flesh_run_folder_open(const char *path, flesh_run_folder *run)
+{
+  struct stat info;
+  *run = (flesh_run_folder){0};
+  if (flesh_path_stat(path, &info))
+    return flesh_fail(FLESH_ERR_FILE, "%s: there is no such folder of a run, nor a scene",
+                      *path ? path : "''");
+  int is_folder = S_ISDIR(info.st_mode);
+  char *scene = is_folder ? join(path, "scene.yaml") : strdup(path);
+  char *state = is_folder ? join(path, "state.txt") : NULL;
+  int status = scene && (state || !is_folder) ? FLESH_OK : no_memory();
+  if (!status && is_folder) status = flesh_confine(path);
+  if (!status && is_folder) status = flesh_path_check(scene);
+  if (!status && is_folder && !flesh_path_is_file(scene))
+    status = flesh_fail(FLESH_ERR_FILE, "%s: this is no folder of a run: it has no scene.yaml", path);
+  if (!status) status = flesh_scene_read(scene, 0, NULL, &run->scene);
+  if (!status) {
+    size_t size = 3 * sizeof(double) * (size_t)flesh_mesh_node_count(flesh_scene_mesh(run->scene));
+    run->state.x = malloc(size);
+    run->state.v = malloc(size);
+    if (!run->state.x || !run->state.v) status = no_memory();
+  }
+  if (!status && is_folder) status = open_frames(run, path);
+  if (!status && !run->count) status = open_single(run, state);
+  free(scene);
+  free(state);
+  return status;
+}
+
+void flesh_run_folder_close(flesh_run_folder *run)
+{
+  for (int k = 0; run->files && k < run->count; k++) free(run->files[k]);
+  free(run->files);
+  free(run->times);
+  free(run->numbers);
+  free(run->folder);
+  free(run->state.x);
+  free(run->state.v);
+  flesh_scene_destroy(&run->scene);
+  *run = (flesh_run_folder){0};
+}
+
+int flesh_run_folder_load(flesh_run_folder *run, int k)
+{
+  run->state.t = run->times[k];
+  if (!run->files || !run->files[0]) return FLESH_OK; /* the only frame is loaded */
+  char *path = join(run->folder, run->files[k]);
+  if (!path) return no_memory();
+  static const char *const names[] = {"Points", "velocity"};
+  double *const targets[] = {run->state.x, run->state.v};
+  int status = flesh_vtu_read(path, flesh_mesh_node_count(flesh_scene_mesh(run->scene)), 2, names,
+                              targets);
+  free(path);
+  return status;
+}
+
+int flesh_run_folder_at(const flesh_run_folder *run, double time)
+{
+  int best = 0;
+  for (int k = 1; k < run->count; k++)
+    if (fabs(run->times[k] - time) < fabs(run->times[best] - time)) best = k;
+  return best;
+}
+
+int flesh_run_folder_find(const flesh_run_folder *run, int number)
+{
+  for (int k = 0; k < run->count; k++)
+    if (run->numbers[k] == number) return k;
+  return -1;
+}
+
+void flesh_run_folder_numbers(const flesh_run_folder *run, char text[64])
+{
+  const int *n = run->numbers, last = n[run->count - 1];
+  if (run->count == 1) snprintf(text, 64, "only %d", n[0]);
+  else if (run->count == 2) snprintf(text, 64, "%d and %d", n[0], n[1]);
+  else if (run->count == 3) snprintf(text, 64, "%d, %d and %d", n[0], n[1], n[2]);
+  else snprintf(text, 64, "%d, %d, %d to %d", n[0], n[1], n[2], last);
+}

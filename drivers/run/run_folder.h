@@ -1,0 +1,33 @@
+/* run_folder.h: the folder that `flesh run` has filled, or a scene that has not run yet, as a scene
+ * and its frames. */
+#ifndef FLESH_RUN_RUN_FOLDER_H
+#define FLESH_RUN_RUN_FOLDER_H
+
+#include "flesh/scene.h"
+
+typedef struct flesh_run_folder {
+  flesh_scene *scene;
+  char *folder;   /* of the frames; NULL for a scene */
+  int count;      /* of frames, at least 1 */
+  double *times;  /* [count], s */
+  int *numbers;   /* [count], ascending: as in the names of the files, the steps that they were written after; 0 for
+                   * a single frame */
+  char **files;   /* [count], in the folder; NULL for a scene: its start is the only frame */
+  flesh_state state; /* of the frame that was loaded last */
+} flesh_run_folder;
+
+/* `path`: a run's folder (scene.yaml, frames/frames.pvd; without frames its last state) or a scene
+ * file. Zero-initialise before. FLESH_ERR_FILE or FLESH_ERR_ARGUMENT with one sentence. */
+int flesh_run_folder_open(const char *path, flesh_run_folder *run);
+void flesh_run_folder_close(flesh_run_folder *run); /* harmless after a failed open */
+
+/* Loads frame k into run->state. */
+int flesh_run_folder_load(flesh_run_folder *run, int k);
+/* The frame of that number, or -1. */
+int flesh_run_folder_find(const flesh_run_folder *run, int number);
+/* Which numbers there are: "0, 5, 10 to 60". */
+void flesh_run_folder_numbers(const flesh_run_folder *run, char text[64]);
+/* The frame nearest in time. */
+int flesh_run_folder_at(const flesh_run_folder *run, double time);
+
+#endif

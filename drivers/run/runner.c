@@ -1,0 +1,413 @@
+/* runner.c: runs a scene with history, frames, progress, budget and a result that is always valid.
+ */
+#include "run/runner.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "base/confine.h"
+#include "base/error.h"
+#include "base/file.h"
+#include "cli/interrupt.h"
+#include "cli/options.h"
+#include "cli/output.h"
+#include "run/running.h"
+#include "run/stressed_rest.h"
+#include "system/internal.h"
+
+enum { OBSERVER_LIMIT = 16 };
+
+static int show_progress(void *data, const flesh_step_record *record)
+{
+  flesh_running *r = data;
+  double now = flesh_running_seconds(CLOCK_MONOTONIC);
+  if (now - r->last_progress < 0.1 && !record->last) return FLESH_OK;
+  r->last_progress = now;
+  double end = flesh_scene_times(r->scene)->end, t = record->state->t;
+  double part = end > r->start_t ? (t - r->start_t) / (end - r->start_t) : 1;
+  double left = part > 0 ? (now - r->started) * (1 - part) / part : NAN;
+  fprintf(stderr, "\r\033[Kt %.4g / %.4g s  %3.0f %%  newton %d  least J %.3f  ", t, end, 100 * part,
+          record->stats->newton, record->J_min);
+  if (isfinite(left)) fprintf(stderr, "%.0f s left", ceil(left));
+  fflush(stderr);
+  return FLESH_OK;
+}
+
+/* A run of which nothing is heard for this long says what goes on, and again whenever it has lasted twice as long, but
+ * once in ten minutes at least. */
+static const double first_word = 10, longest_silence = 600;
+
+static int note_step(void *data, const flesh_step_record *record)
+{
+  flesh_running *r = data;
+  r->last_step = flesh_running_seconds(CLOCK_MONOTONIC);
+  r->next_word = r->last_step + first_word;
+  r->step = record->step;
+  return FLESH_OK;
+}
+
+/* Reports the progress of a step that takes long. */
+static void speak_of_long_step(flesh_running *r)
+{
+  const double now = flesh_running_seconds(CLOCK_MONOTONIC), lasting = now - r->last_step;
+  if (r->options->quiet || !r->integrator || now < r->next_word) return;
+  const flesh_progress p = flesh_integrator_progress(r->integrator);
+  r->next_word = now + (lasting < longest_silence ? lasting : longest_silence);
+  fprintf(stderr, "%sstep %d has taken %.0f s: from t = %g s with h = %.3g s", r->progress ? "\r\033[K" : "",
+          r->step + 1, lasting, p.t, p.h);
+  if (p.target > 0)
+    fprintf(stderr, ", Newton iteration %d, %ld linear ones, residual %.3g N, wanted %.3g N", p.newton + 1, p.linear,
+            p.residual, p.target);
+  fputc('\n', stderr);
+  fflush(stderr);
+}
+
+/* With checkpoints a step in flight may still be finished, and is then written, but it must not take long. */
+static const double grace = 10;
+
+static int stop(void *data)
+{
+  flesh_running *r = data;
+  speak_of_long_step(r);
+  const int status = flesh_running_asked_to_end(r);
+  if (!status || !r->checkpoint.on) return status;
+  const double now = flesh_running_seconds(CLOCK_MONOTONIC);
+  if (r->checkpoint.asked == 0) r->checkpoint.asked = now;
+  return now - r->checkpoint.asked < grace ? FLESH_OK : status;
+}
+
+/* Whether a file could be written there; it is not touched. */
+static int probe(const char *path)
+{
+  flesh_file file;
+  int status = flesh_file_open(path, &file);
+  flesh_file_abandon(&file);
+  return status;
+}
+
+static int open_state(flesh_running *r)
+{
+  size_t unknowns = (size_t)flesh_system_unknowns(flesh_scene_system(r->scene));
+  if (r->options->out && !(r->path = malloc(strlen(r->options->out) + 64)))
+    return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  r->state.x = malloc(sizeof(double) * unknowns);
+  r->state.v = malloc(sizeof(double) * unknowns);
+  r->state.multiplier_count = flesh_system_multiplier_count(flesh_scene_system(r->scene));
+  if (r->state.multiplier_count) r->state.multipliers = calloc((size_t)r->state.multiplier_count, sizeof(double));
+  r->state.internal_count = flesh_system_internal_count(flesh_scene_system(r->scene));
+  if (r->state.internal_count) r->state.internal = calloc((size_t)r->state.internal_count, sizeof(double));
+  if (!r->state.x || !r->state.v || (r->state.multiplier_count && !r->state.multipliers) ||
+      (r->state.internal_count && !r->state.internal))
+    return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  flesh_scene_start(r->scene, &r->state);
+  r->start_t = r->state.t;
+  if (r->start_t > flesh_scene_times(r->scene)->end)
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "%s: the start state is at t = %g s, after time.end = %g s",
+                      r->options->scene_path, r->start_t, flesh_scene_times(r->scene)->end);
+  return FLESH_OK;
+}
+
+static int create_integrator(flesh_running *r)
+{
+  const flesh_scene_time *time = flesh_scene_times(r->scene);
+  const flesh_ranks *ranks = r->options->ranks;
+  flesh_solver_options solver = *flesh_scene_solver(r->scene);
+  if (ranks) solver.threads = flesh_ranks_threads(ranks, r->scene);
+  int status =
+      flesh_integrator_create(flesh_ranks_system(ranks, r->scene), time->method, &solver, &r->integrator);
+  if (!status) status = flesh_integrator_set_adaptive(r->integrator, &time->adaptive);
+  if (!status) status = flesh_integrator_set_method_options(r->integrator, &time->options);
+  if (!status) status = flesh_integrator_set_max_energy_gain(r->integrator, time->max_energy_gain);
+  if (!status) flesh_integrator_costs(r->integrator)->timed = r->options->profile;
+  return status;
+}
+
+/* Returns how many there are. */
+static int list_observers(flesh_running *r, flesh_figures *figures, flesh_observer observers[OBSERVER_LIMIT])
+{
+  const flesh_runner_options *options = r->options;
+  int count = 0;
+  observers[count++] = (flesh_observer){flesh_figures_observe, figures};
+  observers[count++] = (flesh_observer){note_step, r};
+  observers[count++] = (flesh_observer){flesh_run_trace_observe, &r->trace};
+  if (r->history) observers[count++] = (flesh_observer){flesh_history_observe, r->history};
+  if (r->probes && !options->ranks) observers[count++] = (flesh_observer){flesh_probes_observe, r->probes};
+  if (r->frames) observers[count++] = (flesh_observer){flesh_frames_observe, r->frames};
+  if (r->skin_frames)
+    observers[count++] = (flesh_observer){flesh_skin_frames_observe, r->skin_frames};
+  if (r->progress) observers[count++] = (flesh_observer){show_progress, r};
+  for (int o = 0; o < options->observer_count && count < OBSERVER_LIMIT - 1; o++)
+    observers[count++] = options->observers[o];
+  if (r->checkpoint.on && !options->ranks) observers[count++] = (flesh_observer){flesh_running_observe_checkpoint, r};
+  return count;
+}
+
+/* Adds a warning to result.json and, if `spoken`, prints it to stderr. */
+static void warn(const flesh_running *r, flesh_outcome *outcome, int spoken, const char *words)
+{
+  const size_t length = strlen(outcome->warning);
+  snprintf(outcome->warning + length, sizeof outcome->warning - length, "%s%s", length ? "; " : "", words);
+  if (spoken && !r->options->quiet) fprintf(stderr, "flesh: warning: %s\n", words);
+}
+
+/* Collects the effects' messages about their internal variables. */
+static void tell_effects(const flesh_running *r, flesh_outcome *outcome)
+{
+  const flesh_system *system = flesh_scene_system(r->scene);
+  for (int e = 0; r->state.internal && e < flesh_system_effect_count(system); e++) {
+    char words[300] = "";
+    const flesh_effect *effect = flesh_system_effect(system, e);
+    const flesh_effect_internal *can = effect->operations->internal;
+    const size_t length = strlen(outcome->notes);
+    if (can && can->tell) can->tell(effect, flesh_internal_of(system, e, r->state.internal), sizeof words, words);
+    if (!*words) continue;
+    snprintf(outcome->notes + length, sizeof outcome->notes - length, "%s%s: %s", length ? "; " : "",
+             effect->operations->name, words);
+    if (!r->options->quiet) printf("%s: %s\n", effect->operations->name, words);
+  }
+}
+
+/* Adds warnings and messages about the run, whether it failed or not. */
+static void tell_outcome(flesh_running *r, int status, flesh_figures *figures, flesh_outcome *outcome)
+{
+  char words[240];
+  if (r->progress) fputs("\r\033[K", stderr);
+  figures->balance = *flesh_integrator_energy_balance(r->integrator);
+  tell_effects(r, outcome);
+  figures->separation = flesh_integrator_separation(r->integrator);
+  if (figures->separation.ignored) {
+    snprintf(words, sizeof words,
+             "surfaces that went through each other at the start (%d place%s) are not apart (%d place%s): what is there does "
+             "not touch", figures->separation.begun, figures->separation.begun == 1 ? "" : "s",
+             figures->separation.ignored, figures->separation.ignored == 1 ? "" : "s");
+    warn(r, outcome, 1, words);
+  }
+  const char *warning = flesh_integrator_warning(r->integrator);
+  if (warning) warn(r, outcome, status != FLESH_ERR_ENERGY, warning);
+  if (!status && !flesh_running_is_split(r)) figures->stressed_rest = flesh_stressed_rest(r->scene, &r->trace, &r->state);
+  if (figures->stressed_rest > 0) {
+    snprintf(words, sizeof words,
+             "the body is at rest in a stressed state: %.4g J of strain energy, and no load holds it (a tangle, or "
+             "another stable shape than the one at rest)", figures->stressed_rest);
+    warn(r, outcome, 1, words);
+  }
+  figures->longest_step = flesh_longest_step_find(&r->trace, figures->unfinished_newton, figures->unfinished_linear);
+  if (flesh_longest_step_tell(&figures->longest_step, sizeof words, words)) warn(r, outcome, 1, words);
+  if (status == FLESH_ERR_SOLVE || status == FLESH_ERR_INTEGRATOR || status == FLESH_ERR_NONFINITE ||
+      status == FLESH_ERR_ENERGY) {
+    const flesh_failure *failure = flesh_integrator_failure(r->integrator);
+    if (failure && !failure->status) failure = NULL; /* a step that was taken made the number */
+    outcome->has_failure = failure != NULL;
+    if (failure) outcome->failure = *failure;
+    if (failure) outcome->advice = flesh_failure_advice(failure, r->scene, figures);
+  }
+}
+
+static int simulate(flesh_running *r, flesh_figures *figures, flesh_outcome *outcome)
+{
+  const flesh_scene_time *time = flesh_scene_times(r->scene);
+  const flesh_ranks *ranks = r->options->ranks;
+  flesh_observer observers[OBSERVER_LIMIT];
+  const flesh_observer of_ranks[] = {{flesh_running_observe_ranks, r}, {flesh_running_observe_checkpoint, r}};
+  const int count = flesh_ranks_first(ranks) ? list_observers(r, figures, observers) : 0;
+  flesh_solve_stats unfinished;
+  int status = r->integrator ? FLESH_OK : create_integrator(r);
+  if (status) return status;
+  const flesh_run_options run = {.unfinished = &unfinished,
+                                 .h = time->step,
+                                 .end = time->end,
+                                 .observer_count = ranks ? 1 + r->checkpoint.on : count,
+                                 .observers = ranks ? of_ranks : observers,
+                                 .stop = stop,
+                                 .stop_data = r};
+  r->cpu_begin = flesh_running_seconds(CLOCK_PROCESS_CPUTIME_ID);
+  r->checkpoint.at = flesh_running_seconds(CLOCK_MONOTONIC);
+  r->last_step = r->checkpoint.at;
+  r->next_word = r->last_step + first_word;
+  r->started = r->checkpoint.at - (r->options->resume ? r->options->resume->head.wall_s : 0);
+  r->set_up = r->options->begun > 0 ? r->checkpoint.at - r->options->begun : 0;
+  const flesh_system *system = flesh_ranks_system(ranks, r->scene);
+  r->observers = observers;
+  r->observer_count = count;
+  status = r->options->resume
+               ? flesh_run_resume(system, r->integrator, &run, r->step, r->start_t, ranks ? &r->own : &r->state, NULL)
+               : flesh_run(system, r->integrator, &run, ranks ? &r->own : &r->state, NULL);
+  flesh_figures_add_unfinished(figures, &unfinished);
+  figures->wall_s = flesh_running_seconds(CLOCK_MONOTONIC) - r->started;
+  figures->cpu_s = r->cpu_before + flesh_running_seconds(CLOCK_PROCESS_CPUTIME_ID) - r->cpu_begin;
+  struct rusage usage;
+  if (!getrusage(RUSAGE_SELF, &usage)) figures->peak_memory_kB = usage.ru_maxrss;
+  if (flesh_ranks_first(ranks)) tell_outcome(r, status, figures, outcome);
+  return status;
+}
+
+/* The last good state is kept however the run ended. */
+static int keep_state(flesh_running *r)
+{
+  int nodes = flesh_mesh_node_count(flesh_scene_mesh(r->scene));
+  int status =
+      r->options->out ? flesh_state_write(flesh_running_path(r, "state.txt"), nodes, &r->state) : FLESH_OK;
+  if (r->options->save_state) {
+    int saved = flesh_state_write(r->options->save_state, nodes, &r->state);
+    if (!status) status = saved;
+  }
+  return status;
+}
+
+/* On a full disk the file that says "running" makes room for the one that says how the run ended. */
+static int keep_result(flesh_running *r, const flesh_outcome *outcome, const flesh_figures *figures)
+{
+  int status = FLESH_OK;
+  for (int tries = 0; tries < 2; tries++) {
+    if (tries) flesh_path_unlink(flesh_running_path(r, "result.json"));
+    status = flesh_json_write(flesh_running_path(r, "result.json"), flesh_running_result(r, flesh_outcome_json(outcome), figures));
+    if (!status) break;
+  }
+  return status;
+}
+
+static void note(flesh_outcome *outcome, int status)
+{
+  const char *text = flesh_error_text();
+  outcome->status = status;
+  outcome->exit_code = flesh_exit_code(status);
+  snprintf(outcome->message, sizeof outcome->message, "%s",
+           !status ? ""
+           : *text ? text
+                   : flesh_status_text(status));
+}
+
+/* The run's memory and files, from its begin. */
+static int begin(flesh_running *r, flesh_figures *figures, flesh_folder_claim *claim)
+{
+  const flesh_runner_options *options = r->options;
+  int status = flesh_run_output_claim(r->scene, options->scene_path, options->save_state, options->out, claim);
+  return status || !options->out ? status : flesh_running_open(r, figures);
+}
+
+/* Claims the folder of a run that goes on from a checkpoint, before its files are touched. */
+static int claim_folder(flesh_running *r, flesh_folder_claim *claim)
+{
+  const flesh_runner_options *options = r->options;
+  flesh_inputs inputs = {0};
+  flesh_inputs_add_scene(&inputs, options->scene_path, r->scene);
+  int status = options->save_state ? flesh_output_prepare(options->save_state, &inputs) : FLESH_OK;
+  flesh_inputs_close(&inputs);
+  /* The scene is the folder's own, which is not written again. */
+  return status ? status : flesh_run_output_claim(r->scene, NULL, options->save_state, options->out, claim);
+}
+
+/* The run's memory and files from a checkpoint; every rank calls it. */
+static int go_on(flesh_running *r, flesh_figures *figures)
+{
+  const flesh_runner_options *options = r->options;
+  flesh_checkpoint_head head;
+  int status = r->integrator ? FLESH_OK : create_integrator(r);
+  if (!status) status = flesh_running_restore(r, figures, &head);
+  r->checkpoint.on = 1;
+  if (!status && flesh_ranks_first(options->ranks)) status = flesh_running_reopen(r, figures, &head);
+  if (!status && !options->quiet)
+    printf("goes on after step %d, t = %g s%s\n", head.step, r->state.t,
+           !head.exact          ? "; IDA starts anew there: the motion agrees with an unbroken one within time.tolerance"
+           : r->checkpoint.fits ? ""
+                                : "; others have come there: the motion agrees with theirs within the solves' tolerance");
+  return flesh_ranks_agree(options->ranks, status);
+}
+
+/* Records a failure of the end of a run, unless the run had failed before. */
+static void add_note(flesh_outcome *outcome, int status)
+{
+  if (status && !outcome->status) note(outcome, status);
+}
+
+/* Prepares the outputs of a run on the first rank, or in a process by itself. */
+static int prepare(flesh_running *r, flesh_figures *figures, flesh_folder_claim *claim)
+{
+  const flesh_runner_options *options = r->options;
+  int status = open_state(r);
+  if (!status && options->out) status = flesh_running_bind_skin(r);
+  if (!status && options->save_state) status = probe(options->save_state);
+  if (status) return status;
+  return options->resume ? claim_folder(r, claim) : begin(r, figures, claim);
+}
+
+/* The results. Each of them is written even when another could not be. */
+static void finish(flesh_running *r, int prepared, const flesh_figures *figures, flesh_outcome *outcome)
+{
+  if (prepared && !flesh_running_is_split(r)) add_note(outcome, keep_state(r));
+  add_note(outcome, flesh_history_close(&r->history));
+  add_note(outcome, flesh_probes_close(&r->probes));
+  flesh_frames_close(&r->frames);
+  add_note(outcome, flesh_skin_frames_close(&r->skin_frames));
+  flesh_skin_destroy(&r->skin);
+  flesh_surface_destroy(&r->surface);
+  if (r->running) add_note(outcome, keep_result(r, outcome, figures));
+  if (prepared && r->checkpoint.on && !outcome->status) add_note(outcome, flesh_running_drop_checkpoint(r));
+  if (r->integrator && r->options->profile && !r->options->quiet)
+    flesh_costs_print(stdout, flesh_integrator_costs(r->integrator), flesh_running_system(r));
+}
+
+static void close_running(flesh_running *r)
+{
+  flesh_integrator_destroy(&r->integrator);
+  flesh_probes_close(&r->probes); /* of ranks behind the first, which write none */
+  json_decref(r->program);
+  json_decref(r->inputs);
+  json_decref(r->resumed);
+  json_decref(r->ranks);
+  free(r->state.x);
+  free(r->state.v);
+  free(r->state.multipliers);
+  free(r->state.internal);
+  free(r->own.x);
+  free(r->own.v);
+  free(r->own.internal);
+  free(r->own.multipliers);
+  free(r->stage.x);
+  free(r->stage.v);
+  flesh_proximity_clear(&r->proximity);
+  free(r->J_mean);
+  free(r->J_min);
+  flesh_part_frames_close(&r->part_frames);
+  free(r->path);
+  flesh_run_trace_clear(&r->trace);
+}
+
+int flesh_runner_run(const flesh_scene *scene, const flesh_runner_options *options,
+                     flesh_figures *figures, flesh_outcome *outcome)
+{
+  flesh_running r = {.scene = scene, .options = options, .progress = !options->quiet && isatty(STDERR_FILENO),
+                     .figures = figures, .checkpoint = {.times = options->checkpoint, .step = -1}};
+  const int first = flesh_ranks_first(options->ranks);
+  flesh_folder_claim claim = {.descriptor = -1};
+  *outcome = (flesh_outcome){.advice = ""};
+  r.checkpoint.on = options->out && (options->checkpoint.seconds > 0 || options->checkpoint.steps > 0);
+  if (first && flesh_scene_warning(scene)) warn(&r, outcome, 1, flesh_scene_warning(scene));
+  int status = flesh_figures_open(figures, flesh_running_system(&r));
+  if (options->ranks) {
+    if (!status) status = flesh_running_share(&r);
+    status = flesh_ranks_agree(options->ranks, status);
+    if (!status) status = create_integrator(&r); /* what ranks cannot do is refused before anything is written */
+  }
+  if (!status && first) status = prepare(&r, figures, &claim);
+  status = flesh_ranks_agree(options->ranks, status);
+  if (!status && options->resume) status = go_on(&r, figures);
+  const int begun = !status, prepared = begun && first;
+  if (begun && options->ranks) status = flesh_running_open_parts(&r);
+  if (!status) status = simulate(&r, figures, outcome);
+  if (status == FLESH_ERR_INTERRUPTED)
+    flesh_interrupt_adopt(flesh_ranks_largest(options->ranks, flesh_interrupt_signal()));
+  note(outcome, status);
+  if (begun && flesh_running_is_split(&r)) add_note(outcome, flesh_running_keep_parts(&r));
+  r.ranks = flesh_ranks_json(options->ranks);
+  if (first) finish(&r, prepared, figures, outcome);
+  close_running(&r);
+  flesh_folder_claim_release(&claim);
+  return outcome->status;
+}

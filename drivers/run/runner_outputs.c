@@ -1,0 +1,151 @@
+/* runner_outputs.c: the files that a run writes: made, or opened again where it goes on. */
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "base/confine.h"
+#include "base/error.h"
+#include "base/sync.h"
+#include "output/resume.h"
+#include "run/provenance.h"
+#include "run/running.h"
+
+/* Frames of an older run would not belong to this one's history. */
+static void drop_frames(flesh_running *r)
+{
+  char *folder = strdup(flesh_running_path(r, "frames"));
+  struct stat info;
+  flesh_frames *frames = NULL;
+  if (folder && !flesh_path_stat(folder, &info) && S_ISDIR(info.st_mode) &&
+      !flesh_frames_create(folder, flesh_scene_mesh(r->scene), 1, &frames)) {
+    flesh_frames_close(&frames);
+    flesh_path_unlink(flesh_running_path(r, "frames/frames.pvd"));
+    flesh_path_remove_folder(folder); /* stays where something else is in it */
+  }
+  free(folder);
+}
+
+/* Binds the scene's skin, if frames of it are wanted: what is wrong with it is reported before anything is written. */
+int flesh_running_bind_skin(flesh_running *r)
+{
+  const flesh_scene_output *output = flesh_scene_outputs(r->scene);
+  if (!output->skin.surface || r->options->no_frames || output->frame_interval < 1) return FLESH_OK;
+  int status = flesh_surface_read(output->skin.surface, &r->surface);
+  return status ? status : flesh_skin_bind(flesh_scene_mesh(r->scene), r->surface, &r->skin);
+}
+
+/* Opens the skin's files, and says what of it is outside the body. */
+static int open_skin(flesh_running *r, int every)
+{
+  const flesh_scene_output *output = flesh_scene_outputs(r->scene);
+  flesh_skin_info info;
+  if (!r->skin) return FLESH_OK;
+  int status = flesh_skin_frames_create(flesh_running_path(r, "skin"), r->skin, r->surface, output->skin.formats,
+                                        every, &r->skin_frames);
+  if (!status) status = flesh_skin_write(r->skin, flesh_running_path(r, "skin/binding.txt"));
+  if (status || r->options->quiet) return status;
+  flesh_skin_inspect(r->skin, &info);
+  flesh_skin_print(stdout, output->skin.surface, &info);
+  return FLESH_OK;
+}
+
+int flesh_running_open_probes(flesh_running *r)
+{
+  int count;
+  const flesh_ranks *ranks = r->options->ranks;
+  const flesh_checkpoint *from = r->options->resume;
+  const flesh_probe *probes =
+      ranks ? flesh_scene_share_probes(ranks->share, &count) : flesh_scene_probes(r->scene, &count);
+  const flesh_body *body = ranks ? flesh_scene_share_body(ranks->share) : flesh_scene_body(r->scene);
+  const flesh_system *system = flesh_ranks_system(ranks, r->scene);
+  const flesh_method method = flesh_scene_times(r->scene)->method;
+  const char *path = flesh_running_path(r, "probes.csv");
+  if (!from && flesh_ranks_first(ranks)) flesh_path_unlink(path); /* an older run's would not belong to this one */
+  if (!count) return FLESH_OK;
+  return from ? flesh_probes_resume(path, body, system, method, count, probes, (long)from->head.probes, &r->probes)
+              : flesh_probes_create(path, body, system, method, count, probes, &r->probes);
+}
+
+/* Adds the fields that the scene asks for to frames. */
+static int set_fields(flesh_running *r)
+{
+  const flesh_scene_output *output = flesh_scene_outputs(r->scene);
+  return flesh_frames_set_fields(r->frames, flesh_scene_body(r->scene), flesh_scene_system(r->scene),
+                                 flesh_scene_times(r->scene)->method, output->fields, output->fields_at);
+}
+
+/* result.json says that the run is under way. */
+static int write_running(flesh_running *r, flesh_figures *figures)
+{
+  const flesh_runner_options *options = r->options;
+  r->program = flesh_provenance_program(options->argc, options->argv);
+  json_object_set_new(r->program, "threads", json_integer(flesh_ranks_threads(options->ranks, r->scene)));
+  const char *preconditioner =
+      flesh_preconditioner_used(r->scene, flesh_ranks_take_volumes_out(options->ranks, r->scene));
+  json_object_set_new(r->program, "preconditioner",
+                      preconditioner ? json_string(preconditioner) : json_null());
+  if (!r->inputs) r->inputs = flesh_provenance_scene(r->scene, options->scene_path);
+  if (flesh_running_is_split(r))
+    json_object_set_new(r->inputs, "mesh", flesh_provenance_mesh(&options->ranks->whole));
+  json_t *running = json_pack("{ss}", "status", "running");
+  int status = flesh_json_write(flesh_running_path(r, "result.json"), flesh_running_result(r, running, figures));
+  if (status) return status; /* an older run's results still stand */
+  r->running = 1;
+  flesh_path_unlink(flesh_running_path(r, "state.txt"));
+  return FLESH_OK;
+}
+
+int flesh_running_open(flesh_running *r, flesh_figures *figures)
+{
+  const flesh_runner_options *options = r->options;
+  int status = write_running(r, figures);
+  if (status) return status;
+  if (!flesh_path_unlink(flesh_running_path(r, FLESH_CHECKPOINT_NAME))) status = flesh_sync(options->out);
+  if (status) return status;
+  flesh_skin_frames_remove(flesh_running_path(r, "skin"));
+  flesh_path_unlink(flesh_running_path(r, "skin/binding.txt"));
+  flesh_path_remove_folder(flesh_running_path(r, "skin")); /* stays where something else is in it */
+  status = flesh_scene_write(r->scene, flesh_running_path(r, "scene.yaml"));
+  if (!status)
+    status =
+        flesh_history_create(flesh_running_path(r, "history.csv"), flesh_running_system(r), &r->history);
+  if (!status && !options->ranks) status = flesh_running_open_probes(r);
+  if (status) return status;
+  int every = flesh_scene_outputs(r->scene)->frame_interval;
+  if (options->no_frames || every < 1) drop_frames(r);
+  else
+    status =
+        flesh_frames_create(flesh_running_path(r, "frames"), flesh_scene_mesh(r->scene), every, &r->frames);
+  if (flesh_running_is_split(r)) flesh_frames_close(&r->frames); /* each rank writes its own */
+  if (!status && r->frames) status = set_fields(r);
+  if (!status && r->frames) status = open_skin(r, every);
+  return status;
+}
+
+
+/* The skin as it was; what of it is outside has been said. */
+static int reopen_skin(flesh_running *r, int every, int last)
+{
+  char *frames = strdup(flesh_running_path(r, "frames"));
+  if (!frames) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  int status = flesh_skin_frames_resume(flesh_running_path(r, "skin"), r->skin, r->surface,
+                                        flesh_scene_outputs(r->scene)->skin.formats, every, last, frames,
+                                        flesh_scene_mesh(r->scene), &r->skin_frames);
+  free(frames);
+  return status;
+}
+
+int flesh_running_reopen(flesh_running *r, flesh_figures *figures, const flesh_checkpoint_head *head)
+{
+  int status = write_running(r, figures), every = flesh_scene_outputs(r->scene)->frame_interval;
+  const flesh_system *system = flesh_running_system(r);
+  if (!status)
+    status = flesh_history_resume(flesh_running_path(r, "history.csv"), system, (long)head->history, &r->history);
+  if (!status && !r->options->ranks) status = flesh_running_open_probes(r);
+  if (status || r->options->no_frames || every < 1) return status;
+  status = flesh_frames_resume(flesh_running_path(r, "frames"), flesh_scene_mesh(r->scene), every, head->step, &r->frames);
+  if (flesh_running_is_split(r)) flesh_frames_close(&r->frames); /* each rank goes on with its own */
+  if (!status && r->frames) status = set_fields(r);
+  return status || !r->skin ? status : reopen_skin(r, every, head->step);
+}

@@ -1,0 +1,198 @@
+/* runner_ranks.c: a run on several ranks: each steps its part, and the first observes the whole. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "mesh/mesh.h"
+#include "parallel/rank_part.h"
+#include "run/running.h"
+#include "system/internal.h"
+#include "system/state.h"
+
+int flesh_running_share(flesh_running *r)
+{
+  const flesh_ranks *ranks = r->options->ranks;
+  const size_t unknowns = (size_t)flesh_system_unknowns(flesh_ranks_system(ranks, r->scene));
+  const size_t tets = (size_t)flesh_mesh_tet_count(flesh_scene_mesh(r->scene));
+  r->own.x = malloc(sizeof(double) * unknowns + 1);
+  r->own.v = malloc(sizeof(double) * unknowns + 1);
+  r->own.internal_count = flesh_system_internal_count(flesh_scene_system(r->scene)); /* all ranks have all */
+  r->own.multiplier_count = flesh_system_multiplier_count(flesh_ranks_system(ranks, r->scene));
+  r->own.multipliers = calloc((size_t)r->own.multiplier_count + 1, sizeof(double));
+  r->own.internal = calloc((size_t)r->own.internal_count + 1, sizeof(double));
+  const int gathers = flesh_ranks_first(ranks) && !flesh_running_is_split(r);
+  const size_t whole = gathers ? (size_t)flesh_system_unknowns(flesh_scene_system(r->scene)) : 0;
+  r->stage.x = malloc(sizeof(double) * whole + 1);
+  r->stage.v = malloc(sizeof(double) * whole + 1);
+  r->J_mean = malloc(sizeof(double) * (gathers ? tets : 0) + 1);
+  r->J_min = malloc(sizeof(double) * (gathers ? tets : 0) + 1);
+  if (!r->own.x || !r->own.v || !r->own.internal || !r->own.multipliers || !r->stage.x || !r->stage.v || !r->J_mean ||
+      !r->J_min)
+    return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  flesh_scene_share_start(ranks->share, &r->own);
+  return flesh_ranks_first(ranks) ? flesh_proximity_create(flesh_scene_system(r->scene), NULL, &r->proximity) : FLESH_OK;
+}
+
+/* Nodes of no tet are of no rank; they are held at rest, as on one rank. */
+static void hold_unused(const flesh_mesh *mesh, flesh_state *state)
+{
+  const uint8_t *used = flesh_mesh_node_used(mesh);
+  for (int d = 0; d < 3 * flesh_mesh_node_count(mesh); d++)
+    if (!used[d / 3]) state->x[d] = flesh_mesh_positions(mesh)[d], state->v[d] = 0;
+}
+
+int flesh_running_open_parts(flesh_running *r)
+{
+  const flesh_ranks *ranks = r->options->ranks;
+  const int every = flesh_scene_outputs(r->scene)->frame_interval;
+  const flesh_rank_part *part = flesh_scene_share_part(ranks->share);
+  int status = FLESH_OK;
+  if (!r->options->out) return FLESH_OK;
+  if (!r->path && !(r->path = malloc(strlen(r->options->out) + 64))) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  status = flesh_ranks_agree(ranks, status);
+  if (!status) status = flesh_running_open_probes(r);
+  if (status || !flesh_running_is_split(r) || r->options->no_frames || every < 1) return status;
+  const flesh_checkpoint *from = r->options->resume;
+  const char *folder = flesh_running_path(r, "frames");
+  const flesh_mesh *mesh = flesh_rank_part_mesh(part);
+  const flesh_team *team = flesh_rank_part_team(part);
+  status = from ? flesh_part_frames_resume(folder, mesh, team, ranks->rank, ranks->count, every, from->head.step,
+                                           &r->part_frames)
+                : flesh_part_frames_create(folder, mesh, team, ranks->rank, ranks->count, every, &r->part_frames);
+  status = flesh_ranks_agree(ranks, status);
+  const flesh_scene_output *output = flesh_scene_outputs(r->scene);
+  if (status) return status;
+  return flesh_part_frames_set_fields(r->part_frames, flesh_scene_share_body(ranks->share),
+                                      flesh_ranks_system(ranks, r->scene), flesh_scene_times(r->scene)->method,
+                                      output->fields, output->fields_at);
+}
+
+/* A rank's part of a state that goes into a file. */
+typedef struct part_rows {
+  const flesh_team *team;
+  const flesh_state *state;
+  int next; /* of its own nodes, which rise */
+} part_rows;
+
+enum { ROWS = 16384 }; /* at a time */
+
+/* Collects the whole's nodes from `first` to before `end` on all ranks: x [3*ROWS], then v. */
+static void find_rows(part_rows *p, int first, int end, double *rows)
+{
+  memset(rows, 0, 6 * (size_t)ROWS * sizeof *rows);
+  for (; p->next < p->team->own && p->team->numbers[p->next] < end; p->next++) {
+    const size_t from = 3 * (size_t)p->next, to = 3 * (size_t)(p->team->numbers[p->next] - first);
+    memcpy(rows + to, p->state->x + from, 3 * sizeof *rows);
+    memcpy(rows + 3 * (size_t)ROWS + to, p->state->v + from, 3 * sizeof *rows);
+  }
+  flesh_team_sum(p->team, 6 * ROWS, rows);
+}
+
+static int write_state(const flesh_running *r, const char *path, double *rows)
+{
+  const flesh_ranks *ranks = r->options->ranks;
+  const int first = flesh_ranks_first(ranks), nodes = ranks->whole.nodes;
+  part_rows p = {.team = flesh_rank_part_team(flesh_scene_share_part(ranks->share)), .state = &r->own};
+  flesh_file file = {0};
+  int status = flesh_ranks_agree(ranks, first ? flesh_file_open(path, &file) : FLESH_OK);
+  if (status) return status;
+  if (first) flesh_state_write_head(&file, r->own.t);
+  for (int from = 0; from < nodes; from += ROWS) {
+    const int end = nodes - from < ROWS ? nodes : from + ROWS;
+    find_rows(&p, from, end, rows);
+    if (first) flesh_state_write_rows(&file, end - from, rows, rows + 3 * (size_t)ROWS);
+  }
+  return flesh_ranks_agree(ranks, first ? flesh_file_commit(&file) : FLESH_OK);
+}
+
+int flesh_running_keep_parts(flesh_running *r)
+{
+  const flesh_ranks *ranks = r->options->ranks;
+  const flesh_runner_options *options = r->options;
+  double *rows = malloc(6 * (size_t)ROWS * sizeof *rows), sum = 0;
+  if (options->out && !r->path) r->path = malloc(strlen(options->out) + 64);
+  int status = rows && (!options->out || r->path) ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  for (int d = 0; d < flesh_system_unknowns(flesh_running_system(r)); d++) sum += 0 * r->own.x[d] + 0 * r->own.v[d];
+  if (!status && sum != 0)
+    status = flesh_fail(FLESH_ERR_NONFINITE, "%s: not written: the state is not finite", options->out ? "state.txt" : "state");
+  if (!status && r->checkpoint.on) status = flesh_running_sync_parts(r); /* before the checkpoint goes */
+  status = flesh_ranks_agree(ranks, status);
+  if (!status && options->out) status = write_state(r, flesh_running_path(r, "state.txt"), rows);
+  if (!status && options->save_state) status = write_state(r, options->save_state, rows);
+  free(rows);
+  return status;
+}
+
+int flesh_running_sync_parts(flesh_running *r)
+{
+  return r->part_frames ? flesh_part_frames_sync(r->part_frames, r->checkpoint.step) : FLESH_OK;
+}
+
+/* Each rank writes its own frames; what else is observed is sums, which the first has. */
+static int observe_parts(flesh_running *r, const flesh_step_record *record)
+{
+  int status = r->part_frames ? flesh_part_frames_observe(r->part_frames, record) : FLESH_OK;
+  r->state.t = record->state->t;
+  for (int o = 0; o < r->observer_count && status >= 0; o++)
+    status = r->observers[o].observe(r->observers[o].data, record);
+  return status;
+}
+
+int flesh_running_begin_whole(flesh_running *r)
+{
+  int changed;
+  const int status = flesh_proximity_follow(&r->proximity, 0, r->state.t, r->state.x, &changed);
+  return status > 0 ? FLESH_OK : status; /* what is written says where a place is not finite */
+}
+
+/* Calls the first rank's observers with the gathered state. */
+static int observe_gathered(flesh_running *r, const flesh_step_record *record)
+{
+  const flesh_mesh *mesh = flesh_scene_mesh(r->scene);
+  flesh_step_record whole = *record;
+  for (int k = 0; k < r->own.internal_count; k++) r->state.internal[k] = r->own.internal[k];
+  int changed;
+  if (record->step) hold_unused(mesh, &r->state);
+  if (record->stage != record->state) hold_unused(mesh, &r->stage);
+  flesh_mesh_mean_jacobians(mesh, r->state.x, r->J_mean);
+  flesh_mesh_jacobians(mesh, r->state.x, r->J_min, NULL, NULL);
+  whole.system = flesh_scene_system(r->scene);
+  whole.state = &r->state;
+  whole.stage = record->stage == record->state ? &r->state : &r->stage;
+  whole.tet_J_mean = r->J_mean;
+  whole.tet_J_min = r->J_min;
+  whole.proximity = &r->proximity;
+  int status = flesh_proximity_follow(&r->proximity, record->step > 0, r->state.t, r->state.x, &changed);
+  if (status > 0) status = FLESH_OK;
+  for (int o = 0; o < r->observer_count && status >= 0; o++)
+    status = r->observers[o].observe(r->observers[o].data, &whole);
+  return status;
+}
+
+static void gather(const flesh_ranks *ranks, const flesh_state *part, flesh_state *whole)
+{
+  whole->t = part->t;
+  flesh_gather_vector(ranks->gather, part->x, whole->x);
+  flesh_gather_vector(ranks->gather, part->v, whole->v);
+}
+
+static int observe_whole(flesh_running *r, const flesh_step_record *record)
+{
+  const flesh_ranks *ranks = r->options->ranks;
+  gather(ranks, record->state, &r->state);
+  if (record->stage != record->state) gather(ranks, record->stage, &r->stage);
+  if (r->own.multiplier_count) flesh_gather_numbers(ranks->tets, r->own.multipliers, r->state.multipliers);
+  return flesh_ranks_first(ranks) ? observe_gathered(r, record) : FLESH_OK;
+}
+
+int flesh_running_observe_ranks(void *data, const flesh_step_record *record)
+{
+  flesh_running *r = data;
+  const flesh_ranks *ranks = r->options->ranks;
+  int status = flesh_running_is_split(r) ? observe_parts(r, record) : observe_whole(r, record);
+  const int probed = r->probes ? flesh_probes_observe(r->probes, record) : FLESH_OK;
+  if (status >= 0) status = probed;
+  /* Ranks wait for each other in the checkpoint, which is the next observer. */
+  return r->checkpoint.on ? flesh_ranks_agree(ranks, status < 0 ? status : FLESH_OK) : status;
+}

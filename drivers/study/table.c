@@ -1,0 +1,32 @@
+/* table.c: CSV tables and texts in a folder of results. */
+#include "study/table.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+
+int flesh_table_open(const char *folder, const char *name, flesh_file *file)
+{
+  char *path = malloc(strlen(folder) + strlen(name) + 2);
+  if (!path) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  sprintf(path, "%s/%s", folder, name);
+  int status = flesh_file_open(path, file);
+  free(path);
+  return status;
+}
+
+void flesh_table_field(FILE *stream, double value)
+{
+  putc(',', stream);
+  if (!isnan(value)) flesh_number_print(stream, value);
+}
+
+const char *flesh_table_text(char text[FLESH_TABLE_TEXT], const char *format, double value)
+{
+  snprintf(text, FLESH_TABLE_TEXT, format, value);
+  char *sign = text + strspn(text, " ");
+  if ((*sign == '-' || *sign == '+') && !sign[1 + strspn(sign + 1, "0.")]) memmove(sign, sign + 1, strlen(sign));
+  return text;
+}
