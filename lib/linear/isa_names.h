@@ -11,7 +11,6 @@
 #define flesh_pcg_space_memory FLESH_OF_ISA(flesh_pcg_space_memory)
 #define flesh_pcg FLESH_OF_ISA(flesh_pcg)
 #define flesh_pcg_model_error FLESH_OF_ISA(flesh_pcg_model_error)
-#define flesh_pcg_guided FLESH_OF_ISA(flesh_pcg_guided)
 
 #define flesh_pcg_in_team FLESH_OF_ISA(flesh_pcg_in_team)
 

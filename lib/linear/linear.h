@@ -28,12 +28,7 @@ typedef struct flesh_linear {
   int (*pcg_space_create)(const flesh_block_matrix *A, int single, flesh_threads *threads, flesh_pcg_space **space);
   void (*pcg_space_destroy)(flesh_pcg_space **space);
   size_t (*pcg_space_memory)(const flesh_pcg_space *space);
-  int (*pcg)(flesh_pcg_space *space, const flesh_block_matrix *A, flesh_preconditioner_data *preconditioner,
-             const double *weights, double tolerance, int max_iterations, const double *b, double *x,
-             flesh_pcg_result *result);
-  int (*pcg_guided)(flesh_pcg_space *space, const flesh_block_matrix *A, flesh_preconditioner_data *preconditioner,
-                    const flesh_pcg_guide *guide, const double *weights, double tolerance, int max_iterations,
-                    const double *b, double *x, flesh_pcg_result *result);
+  int (*pcg)(flesh_pcg_space *space, const flesh_pcg_request *request, double *x, flesh_pcg_result *result);
   double (*pcg_model_error)(const flesh_pcg_space *space, const double *r);
   int (*product_create)(const flesh_block_matrix *A, const flesh_bisection *bisection, int single,
                         flesh_product *product);

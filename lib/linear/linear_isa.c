@@ -18,7 +18,6 @@ const flesh_linear FLESH_OF_ISA(flesh_linear) = {
     .pcg_space_destroy = flesh_pcg_space_destroy,
     .pcg_space_memory = flesh_pcg_space_memory,
     .pcg = flesh_pcg,
-    .pcg_guided = flesh_pcg_guided,
     .pcg_model_error = flesh_pcg_model_error,
     .product_create = flesh_product_create,
     .product_clear = flesh_product_clear,

@@ -94,7 +94,7 @@ static void load(void *data, int chunk)
   flesh_pcg_range(self, chunk, &begin, &end);
   for (int i = begin; i < end; i++) {
     const size_t node = (size_t)self->product.rows[i];
-    const double scale = self->team && node >= (size_t)self->team->own ? 0 : w->scale, *b = w->b + 3 * node;
+    const double scale = self->team && node >= (size_t)self->team->own ? 0 : w->scale, *b = w->request->b + 3 * node;
     self->x[i] = (flesh_double4){0};
     flesh_pcg_put(self->p, single, i, self->x[i]);
     flesh_pcg_put(self->z, single, i, self->x[i]);
@@ -130,7 +130,7 @@ static inline __attribute__((always_inline)) void turn_nodes(const flesh_pcg_wor
   void *p = w->space->p;
   for (int from = begin, until; from < end; from = until) {
     until = from + FLESH_PCG_CHUNK < end ? from + FLESH_PCG_CHUNK : end;
-    flesh_preconditioner_result(w->preconditioner, from, until, (float *)result);
+    flesh_preconditioner_result(w->request->preconditioner, from, until, (float *)result);
     for (int i = from; i < until; i++) {
       const flesh_double4 now = flesh_pcg_get(p, single, i);
       x[i] += w->downhill * now;
@@ -187,50 +187,42 @@ static double run_descent(const flesh_pcg_space *self, flesh_pcg_work *w, double
   return sqrt(sum);
 }
 
-static int iterate(flesh_pcg_space *self, const flesh_block_matrix *A, const flesh_pcg_guide *guide, double tolerance,
-                   int max_iterations, flesh_pcg_work *w, flesh_pcg_result *result)
+static int iterate(flesh_pcg_space *self, flesh_pcg_work *w, flesh_pcg_result *result)
 {
   enum { ASK_EVERY = 16 };
-  const double scale = flesh_preconditioner_scale(w->preconditioner);
+  const flesh_pcg_request *request = w->request;
+  const double scale = flesh_preconditioner_scale(request->preconditioner);
   double rz_before = 0, pMp = 0, norm;
-  int last = max_iterations, status = FLESH_NOT_CONVERGED, asked;
+  int last = request->max_iterations, status = FLESH_NOT_CONVERGED, asked;
   result->first = result->residual = run_descent(self, w, &norm); /* alpha is 0 */
-  if (result->residual <= tolerance) return FLESH_OK;
+  if (result->residual <= request->tolerance) return FLESH_OK;
   while (result->iterations < last) {
-    if (guide->stop && result->iterations % ASK_EVERY == 0 && (asked = guide->stop(guide->stop_data))) return asked;
+    if (request->stop && result->iterations % ASK_EVERY == 0 && (asked = request->stop(request->stop_data))) return asked;
     w->back = self->single ? 1 : scale / w->to_round;
     const double rz =
-        flesh_preconditioner_solve(w->preconditioner, (const float *)self->rounded) * w->back / w->to_round;
+        flesh_preconditioner_solve(request->preconditioner, (const float *)self->rounded) * w->back / w->to_round;
     /* After a direction without curvature there is no next one. */
     if (!(fabs(rz) < INFINITY)) return status == FLESH_NOT_POSITIVE ? status : FLESH_NONFINITE;
     w->beta = result->iterations ? rz / rz_before : 0;
-    const double curvature = flesh_pcg_product(self, A, scale, turn, w, self->p); /* of the next direction p */
+    const double curvature = flesh_pcg_product(self, request->A, scale, turn, w, self->p); /* of the next direction p */
     w->downhill = 0;
     if (!(fabs(curvature) < INFINITY)) return status == FLESH_NOT_POSITIVE ? status : FLESH_NONFINITE;
     pMp = rz + w->beta * w->beta * pMp;
     if (!(curvature > 0) && status == FLESH_NOT_CONVERGED) {
       status = FLESH_NOT_POSITIVE;
-      if (guide->after_indefinite == 0) break;
-      if (guide->after_indefinite < max_iterations - result->iterations)
-        last = result->iterations + guide->after_indefinite;
+      if (request->after_indefinite == 0) break;
+      if (request->after_indefinite < request->max_iterations - result->iterations)
+        last = result->iterations + request->after_indefinite;
     }
     w->alpha = rz / curvature;
     w->downhill = status == FLESH_NOT_POSITIVE ? rz / fmax(fabs(curvature), pMp) : w->alpha;
     result->iterations++;
     if (!self->single) w->to_round = flesh_power_to_one(norm);
     result->residual = run_descent(self, w, &norm);
-    if (result->residual <= tolerance) return status == FLESH_NOT_POSITIVE ? status : FLESH_OK;
+    if (result->residual <= request->tolerance) return status == FLESH_NOT_POSITIVE ? status : FLESH_OK;
     rz_before = rz;
   }
   return status;
-}
-
-int flesh_pcg(flesh_pcg_space *self, const flesh_block_matrix *A, flesh_preconditioner_data *preconditioner,
-              const double *weights, double tolerance, int max_iterations, const double *b, double *x,
-              flesh_pcg_result *result)
-{
-  return flesh_pcg_guided(self, A, preconditioner, &(flesh_pcg_guide){0}, weights, tolerance, max_iterations, b, x,
-                          result);
 }
 
 typedef struct comparison {
@@ -272,26 +264,23 @@ static double common_to(int n, const double *numbers)
 }
 
 /* Whether a solve that may be rounded is, with what all weights are, and that on all ranks; 0: they differ. */
-static int is_rounded(const flesh_pcg_space *self, const flesh_preconditioner_data *preconditioner, double common,
-                      double norm, double tolerance)
+static int is_rounded(const flesh_pcg_space *self, const flesh_pcg_request *request, double common, double norm)
 {
   double weights[2] = {common, -common};
   flesh_team_largest(self->team, 2, weights);
   return self->product.rounded && weights[0] > 0 && weights[0] == -weights[1] &&
-         (!self->team || flesh_preconditioner_overlap(preconditioner)) &&
-         tolerance > (self->team ? DEEPEST_OF_TEAM : DEEPEST) * common * norm;
+         (!self->team || flesh_preconditioner_overlap(request->preconditioner)) &&
+         request->tolerance > (self->team ? DEEPEST_OF_TEAM : DEEPEST) * common * norm;
 }
 
-int flesh_pcg_guided(flesh_pcg_space *self, const flesh_block_matrix *A, flesh_preconditioner_data *preconditioner,
-                     const flesh_pcg_guide *guide, const double *weights, double tolerance, int max_iterations,
-                     const double *b, double *x, flesh_pcg_result *result)
+int flesh_pcg(flesh_pcg_space *self, const flesh_pcg_request *request, double *x, flesh_pcg_result *result)
 {
-  const double common = weights ? common_to(3 * self->rows, weights) : 1;
-  const double norm = flesh_norm(self->threads, 3 * self->rows, b), to_one = flesh_power_to_one(norm);
-  self->single = guide->single && is_rounded(self, preconditioner, common, norm, tolerance);
-  flesh_pcg_work w = {.space = self, .b = b, .weights = common != 0 ? NULL : weights, .common = common, .x = x,
-            .scale = 1, .unscale = 1, .preconditioner = preconditioner, .to_round = to_one};
-  if (!guide->same) self->holds = 0;
+  const double common = request->weights ? common_to(3 * self->rows, request->weights) : 1;
+  const double norm = flesh_norm(self->threads, 3 * self->rows, request->b), to_one = flesh_power_to_one(norm);
+  self->single = request->single && is_rounded(self, request, common, norm);
+  flesh_pcg_work w = {.space = self, .request = request, .weights = common != 0 ? NULL : request->weights,
+                      .common = common, .x = x, .scale = 1, .unscale = 1, .to_round = to_one};
+  if (!request->same) self->holds = 0;
   self->rounded = self->room;
   self->unit = 1;
   if (self->single) {
@@ -299,14 +288,13 @@ int flesh_pcg_guided(flesh_pcg_space *self, const flesh_block_matrix *A, flesh_p
     w.scale = to_one;
     w.to_round = 1;
     self->unit = 1 / to_one;
-    w.unscale = self->unit * flesh_preconditioner_scale(preconditioner);
+    w.unscale = self->unit * flesh_preconditioner_scale(request->preconditioner);
     w.common = common * self->unit;
   }
   *result = (flesh_pcg_result){.single = self->single};
   flesh_threads_run(self->threads, self->chunks, load, &w);
-  const int status = self->team ? flesh_pcg_in_team(A, guide, tolerance, max_iterations, &w, result)
-                                : iterate(self, A, guide, tolerance, max_iterations, &w, result);
+  const int status = self->team ? flesh_pcg_in_team(&w, result) : iterate(self, &w, result);
   flesh_threads_run(self->threads, self->chunks, store, &w);
-  if (self->team && flesh_preconditioner_team(preconditioner) != self->team) flesh_team_share(self->team, x);
+  if (self->team && flesh_preconditioner_team(request->preconditioner) != self->team) flesh_team_share(self->team, x);
   return status;
 }

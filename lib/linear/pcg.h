@@ -3,8 +3,7 @@
 #define FLESH_LINEAR_PCG_H
 
 #include "flesh/threads.h"
-#include "linear/pcg_guide.h"
-#include "linear/preconditioner.h"
+#include "linear/pcg_request.h"
 #include "linear/isa_names.h"
 
 /* The vectors of a solve and the order of its products. */
@@ -16,21 +15,13 @@ int flesh_pcg_space_create(const flesh_block_matrix *A, int single, flesh_thread
 void flesh_pcg_space_destroy(flesh_pcg_space **space);
 size_t flesh_pcg_space_memory(const flesh_pcg_space *space);
 
-/* Solves A x = b from x = 0 until || weights . (b - A x) ||_2 <= tolerance (weights [3*rows], NULL: ones). FLESH_OK;
- * FLESH_NOT_CONVERGED at the iteration limit, x the last iterate (a descent direction all the same);
- * FLESH_NOT_POSITIVE at the first direction p with p.Ap <= 0, x the iterate before it; FLESH_NONFINITE. */
-int flesh_pcg(flesh_pcg_space *space, const flesh_block_matrix *A, flesh_preconditioner_data *preconditioner,
-              const double *weights, double tolerance, int max_iterations, const double *b, double *x,
-              flesh_pcg_result *result);
+/* Solves A x = b from x [3*rows] = 0 until || weights . (b - A x) ||_2 <= tolerance. FLESH_OK; FLESH_NOT_CONVERGED at
+ * the iteration limit, x the last iterate (a descent direction all the same); FLESH_NOT_POSITIVE at the first direction
+ * p with p.Ap <= 0, x the iterate before it; FLESH_NONFINITE; what `stop` says. */
+int flesh_pcg(flesh_pcg_space *space, const flesh_pcg_request *request, double *x, flesh_pcg_result *result);
 
 /* || r - (A x - b) ||_2 of the last solve's x: how far r [3*rows] is from what the linear model predicts where x
  * leads. Before the first solve || r ||_2. */
 double flesh_pcg_model_error(const flesh_pcg_space *space, const double *r);
-
-/* The same with what a caller may want beyond that. */
-int flesh_pcg_guided(flesh_pcg_space *space, const flesh_block_matrix *A,
-                     flesh_preconditioner_data *preconditioner, const flesh_pcg_guide *guide,
-                     const double *weights, double tolerance, int max_iterations, const double *b,
-                     double *x, flesh_pcg_result *result);
 
 #endif

@@ -5,7 +5,7 @@
 
 #include "base/team.h"
 #include "linear/lanes.h"
-#include "linear/preconditioner.h"
+#include "linear/pcg_request.h"
 #include "linear/product.h"
 
 typedef struct flesh_pcg_space flesh_pcg_space;
@@ -34,10 +34,10 @@ struct flesh_pcg_space {
 
 typedef struct flesh_pcg_work {
   flesh_pcg_space *space;
-  const double *b, *weights; /* NULL: all are `common` */
+  const flesh_pcg_request *request;
+  const double *weights; /* NULL: all are `common` */
   double *x, common;
   double scale, unscale; /* of b to the system that is solved, and from that to x */
-  flesh_preconditioner_data *preconditioner;
   double alpha;    /* of z, to be taken from r */
   double to_round, back; /* scale of r for the preconditioner, and of what comes from there */
   double beta;

@@ -70,10 +70,10 @@ static void receive(void *data, int chunk)
   int begin, end;
   flesh_pcg_range(w->space, chunk, &begin, &end);
   if (w->space->single) {
-    flesh_preconditioner_result(w->preconditioner, begin, end, (float *)u + 4 * (size_t)begin);
+    flesh_preconditioner_result(w->request->preconditioner, begin, end, (float *)u + 4 * (size_t)begin);
     return;
   }
-  flesh_preconditioner_result(w->preconditioner, begin, end, (float *)result);
+  flesh_preconditioner_result(w->request->preconditioner, begin, end, (float *)result);
   for (int i = begin; i < end; i++) flesh_pcg_put(u, 0, i, w->back * FLESH_LANES_WIDE(result[i - begin]));
 }
 
@@ -148,7 +148,7 @@ static double predicted(const double *products, double alpha, double beta)
 /* The residual's norms and the coarse load as they are. A u is not needed any more. */
 static double look(iteration *now)
 {
-  flesh_preconditioner_load(now->work->preconditioner, (const float *)now->work->space->rounded,
+  flesh_preconditioner_load(now->work->request->preconditioner, (const float *)now->work->space->rounded,
                             1 / now->work->to_round, now->sums + SUMS);
   sum_up(now, 0, 0);
   for (int k = 0; k < now->unknowns; k++) now->load[k] = now->sums[SUMS + k];
@@ -162,36 +162,37 @@ static void collect(iteration *now)
   flesh_pcg_work *w = now->work;
   const flesh_pcg_space *self = w->space;
   if (!now->overlap) {
-    const flesh_team *team = flesh_preconditioner_team(w->preconditioner);
+    const flesh_team *team = flesh_preconditioner_team(w->request->preconditioner);
     team->operations->collect(team->data, &(flesh_team_vector){3, 4, self->place, self->z, 0});
     return;
   }
   flesh_overlap_collect_begin(now->overlap, self->single, self->z);
   if (now->unknowns && !self->single) flesh_threads_run(self->threads, self->chunks, round_product, w);
   if (now->unknowns)
-    flesh_preconditioner_load(w->preconditioner, self->single ? self->z : (const float *)self->rounded,
+    flesh_preconditioner_load(w->request->preconditioner, self->single ? self->z : (const float *)self->rounded,
                               1 / w->to_round, now->sums + SUMS);
   flesh_overlap_collect_end(now->overlap, self->single, self->z);
 }
 
 /* u, A u and the iteration's sums. */
-static void precondition(iteration *now, const flesh_block_matrix *A, int stops)
+static void precondition(iteration *now, int stops)
 {
   flesh_pcg_work *w = now->work;
   flesh_pcg_space *self = w->space;
-  const flesh_team *team = flesh_preconditioner_team(w->preconditioner);
+  const flesh_team *team = flesh_preconditioner_team(w->request->preconditioner);
   const float *r = (const float *)self->rounded;
-  if (now->overlap) flesh_preconditioner_solve_for(w->preconditioner, r, now->load, w->to_round);
-  else flesh_preconditioner_solve(w->preconditioner, r);
+  if (now->overlap) flesh_preconditioner_solve_for(w->request->preconditioner, r, now->load, w->to_round);
+  else flesh_preconditioner_solve(w->request->preconditioner, r);
   flesh_threads_run(self->threads, self->chunks, receive, w);
   if (!now->overlap) team->operations->share(team->data, &(flesh_team_vector){3, 4, self->place, self->u, 0});
-  const double curvature = flesh_pcg_product(self, A, flesh_preconditioner_scale(w->preconditioner), NULL, NULL, self->u);
+  const double curvature =
+      flesh_pcg_product(self, w->request->A, flesh_preconditioner_scale(w->request->preconditioner), NULL, NULL, self->u);
   collect(now);
   sum_up(now, curvature, stops);
 }
 
 /* To the next residual; returns its weighted norm. */
-static double descend(iteration *now, double tolerance)
+static double descend(iteration *now)
 {
   flesh_pcg_work *w = now->work;
   const flesh_pcg_space *self = w->space;
@@ -206,30 +207,30 @@ static double descend(iteration *now, double tolerance)
   if (now->overlap) flesh_overlap_advance(now->overlap, self->single, w->alpha, w->beta);
   now->largest = fmax(now->largest, now->norm);
   const int stale = now->unknowns && now->norm < FRESH * now->largest;
-  return stale || residual <= tolerance ? look(now) : residual;
+  return stale || residual <= w->request->tolerance ? look(now) : residual;
 }
 
-int flesh_pcg_in_team(const flesh_block_matrix *A, const flesh_pcg_guide *guide, double tolerance, int max_iterations,
-                      flesh_pcg_work *w, flesh_pcg_result *result)
+int flesh_pcg_in_team(flesh_pcg_work *w, flesh_pcg_result *result)
 {
   enum { ASK_EVERY = 16 };
-  const int unknowns = flesh_preconditioner_unknowns(w->preconditioner);
-  double *room = flesh_preconditioner_room(w->preconditioner), rz_before = 0, pMp = 0, pAp = 0;
+  const flesh_pcg_request *request = w->request;
+  const int unknowns = flesh_preconditioner_unknowns(w->request->preconditioner);
+  double *room = flesh_preconditioner_room(w->request->preconditioner), rz_before = 0, pMp = 0, pAp = 0;
   iteration now = {w, room, room + SUMS + unknowns, room + SUMS + 2 * unknowns,
-                   flesh_preconditioner_overlap(w->preconditioner), unknowns, 0, 0};
-  const double scale = flesh_preconditioner_scale(w->preconditioner);
-  int last = max_iterations, status = FLESH_NOT_CONVERGED, asked = FLESH_OK;
+                   flesh_preconditioner_overlap(w->request->preconditioner), unknowns, 0, 0};
+  const double scale = flesh_preconditioner_scale(w->request->preconditioner);
+  int last = request->max_iterations, status = FLESH_NOT_CONVERGED, asked = FLESH_OK;
   for (int k = 0; k < unknowns; k++) now.load_of_s[k] = 0;
   w->alpha = w->beta = w->downhill = 0;
   flesh_threads_run(w->space->threads, w->space->chunks, advance, w);
   if (now.overlap) flesh_overlap_keep(now.overlap, w->space->single, w->space->r);
   result->first = result->residual = look(&now);
-  if (result->residual <= tolerance) return FLESH_OK;
+  if (result->residual <= request->tolerance) return FLESH_OK;
   while (result->iterations < last) {
-    const int asks = guide->stop && result->iterations % ASK_EVERY == 0;
-    if (asks) asked = guide->stop(guide->stop_data);
+    const int asks = request->stop && result->iterations % ASK_EVERY == 0;
+    if (asks) asked = request->stop(request->stop_data);
     w->back = w->space->single ? 1 : scale / w->to_round;
-    precondition(&now, A, asked != FLESH_OK);
+    precondition(&now, asked != FLESH_OK);
     if (now.sums[STOPS] > 0) return flesh_team_agree(w->space->team, asked);
     const double rz = now.sums[RU], beta = w->beta = result->iterations ? rz / rz_before : 0;
     pAp = now.sums[UW] + beta * (2 * now.sums[US] + beta * pAp);
@@ -239,16 +240,16 @@ int flesh_pcg_in_team(const flesh_block_matrix *A, const flesh_pcg_guide *guide,
     pMp = rz + beta * beta * pMp;
     if (!(pAp > 0) && status == FLESH_NOT_CONVERGED) {
       status = FLESH_NOT_POSITIVE;
-      if (guide->after_indefinite == 0) break;
-      if (guide->after_indefinite < max_iterations - result->iterations)
-        last = result->iterations + guide->after_indefinite;
+      if (request->after_indefinite == 0) break;
+      if (request->after_indefinite < request->max_iterations - result->iterations)
+        last = result->iterations + request->after_indefinite;
     }
     w->alpha = rz / pAp;
     w->downhill = status == FLESH_NOT_POSITIVE ? rz / fmax(fabs(pAp), pMp) : w->alpha;
     result->iterations++;
-    result->residual = descend(&now, tolerance);
+    result->residual = descend(&now);
     w->downhill = 0; /* x has it */
-    if (result->residual <= tolerance) return status == FLESH_NOT_POSITIVE ? status : FLESH_OK;
+    if (result->residual <= request->tolerance) return status == FLESH_NOT_POSITIVE ? status : FLESH_OK;
     rz_before = rz;
   }
   return status;

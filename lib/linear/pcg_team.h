@@ -3,14 +3,12 @@
 #define FLESH_LINEAR_PCG_TEAM_H
 
 #include "linear/isa_names.h"
-#include "linear/pcg_guide.h"
 #include "linear/pcg_space.h"
 
 /* Sums over the nodes that an iteration asks for, besides the coarse level's load. */
 enum { FLESH_PCG_SUMS = FLESH_PRECONDITIONER_SUMS };
 
-/* Iterates from r = b, x = 0 in `work`'s space. The statuses are those of flesh_pcg_guided. Collective. */
-int flesh_pcg_in_team(const flesh_block_matrix *A, const flesh_pcg_guide *guide, double tolerance, int max_iterations,
-                      flesh_pcg_work *work, flesh_pcg_result *result);
+/* Iterates from r = b, x = 0 in `work`'s space. The statuses are those of flesh_pcg. Collective. */
+int flesh_pcg_in_team(flesh_pcg_work *work, flesh_pcg_result *result);
 
 #endif

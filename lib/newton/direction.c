@@ -186,17 +186,18 @@ int flesh_direction_solve(flesh_direction *self, const flesh_direction_request *
   if (self->direct) return flesh_direct_solve(self->direct, b, p);
   flesh_pcg_result result;
   /* Three directions are enough to get on; more make a Newton iteration more expensive, not fewer. */
-  const flesh_pcg_guide guide = {.after_indefinite = request->follow_curvature && *kind == FLESH_DIRECTION_NEWTON ? 3 : 0,
-                                 .stop = request->stop, .stop_data = request->stop_data,
-                                 .single = self->single, .same = self->same_matrix};
-  int status = self->linear->pcg_guided(self->pcg, self->equations->K, self->preconditioner, &guide, request->weights,
-                                        request->tolerance, request->max_iterations, b, p, &result);
+  const flesh_pcg_request solve = {
+      .A = self->equations->K, .preconditioner = self->preconditioner, .b = b, .weights = request->weights,
+      .tolerance = request->tolerance, .max_iterations = request->max_iterations,
+      .after_indefinite = request->follow_curvature && *kind == FLESH_DIRECTION_NEWTON ? 3 : 0,
+      .stop = request->stop, .stop_data = request->stop_data, .single = self->single, .same = self->same_matrix};
+  int status = self->linear->pcg(self->pcg, &solve, p, &result);
   self->same_matrix = 1;
   self->iterations += result.iterations;
   self->residual = result.residual;
   self->stats->linear += result.iterations;
   if (result.single) self->stats->linear_single += result.iterations;
-  if (status == FLESH_NOT_POSITIVE && guide.after_indefinite) {
+  if (status == FLESH_NOT_POSITIVE && solve.after_indefinite) {
     *kind = FLESH_DIRECTION_NEGATIVE_CURVATURE;
     return FLESH_OK;
   }

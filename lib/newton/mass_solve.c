@@ -29,8 +29,9 @@ static int solve_mass(flesh_newton *self, const double *right, double *y)
   const flesh_direction *direction = &self->direction;
   if (direction->direct) return flesh_direct_solve(direction->direct, right, y);
   flesh_pcg_result result;
-  status = direction->linear->pcg(direction->pcg, self->equations.K, direction->preconditioner, NULL, 1e-13 * norm,
-                                  self->options.max_linear, right, y, &result);
+  const flesh_pcg_request solve = {.A = self->equations.K, .preconditioner = direction->preconditioner, .b = right,
+                                   .tolerance = 1e-13 * norm, .max_iterations = self->options.max_linear};
+  status = direction->linear->pcg(direction->pcg, &solve, y, &result);
   self->stats.linear += result.iterations;
   return status;
 }

@@ -321,9 +321,10 @@ int flesh_ida_solve(flesh_ida_problem *self, double tolerance, const double *b, 
 {
   if (self->direct) return flesh_direct_solve(self->direct, b, x);
   flesh_pcg_result result;
-  tolerance *= flesh_norm(self->threads, self->n, b);
-  int status = self->linear->pcg(self->pcg, self->K, self->preconditioner, NULL, tolerance, self->options.max_linear, b,
-                                 x, &result);
+  const flesh_pcg_request request = {.A = self->K, .preconditioner = self->preconditioner, .b = b,
+                                     .tolerance = tolerance * flesh_norm(self->threads, self->n, b),
+                                     .max_iterations = self->options.max_linear};
+  int status = self->linear->pcg(self->pcg, &request, x, &result);
   self->stats.linear += result.iterations;
   return status;
 }

@@ -91,8 +91,10 @@ static int solve_condensed(solver *self, double from_v, double tolerance, double
     tolerance = motion->options.linear_tolerance * sqrt(square);
   }
   flesh_pcg_result result;
-  int status = motion->linear->pcg(motion->pcg, c->A, c->preconditioner, self->weights, tolerance,
-                         motion->options.max_linear, self->right, w, &result);
+  const flesh_pcg_request request = {.A = c->A, .preconditioner = c->preconditioner, .b = self->right,
+                                     .weights = self->weights, .tolerance = tolerance,
+                                     .max_iterations = motion->options.max_linear};
+  int status = motion->linear->pcg(motion->pcg, &request, w, &result);
   self->report.iterations = result.iterations;
   self->report.residual = result.residual;
   motion->stats.linear += result.iterations;

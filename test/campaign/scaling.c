@@ -74,8 +74,9 @@ static flesh_communicator_figures solve(problem *p, int iterations)
 {
   flesh_pcg_result result = {0};
   const flesh_communicator_figures before = flesh_communicator_exchanged(ranks);
-  CHECK(linear->pcg(p->space, p->K, p->preconditioner, NULL, 0, iterations, p->load, p->x, &result) ==
-        FLESH_NOT_CONVERGED);
+  const flesh_pcg_request request = {.A = p->K, .preconditioner = p->preconditioner, .b = p->load,
+                                     .max_iterations = iterations};
+  CHECK(linear->pcg(p->space, &request, p->x, &result) == FLESH_NOT_CONVERGED);
   CHECK(result.iterations == iterations);
   const flesh_communicator_figures now = flesh_communicator_exchanged(ranks);
   return (flesh_communicator_figures){now.reductions - before.reductions, now.messages - before.messages,

@@ -273,7 +273,9 @@ static int iterations(flesh_mesh *box, double poisson, flesh_preconditioner kind
   CHECK_OK(flesh_preconditioner_create(kind, A, flesh_mesh_positions(b.mesh), pool, &preconditioner));
   CHECK_OK(flesh_preconditioner_setup(preconditioner, A, fixed));
   CHECK_OK(flesh_pcg_space_create(A, 0, pool, &space));
-  CHECK_OK(flesh_pcg(space, A, preconditioner, NULL, 1e-6 * test_norm(b.n, right), 2000, right, x, &result));
+  const flesh_pcg_request request = {.A = A, .preconditioner = preconditioner, .b = right,
+                                     .tolerance = 1e-6 * test_norm(b.n, right), .max_iterations = 2000};
+  CHECK_OK(flesh_pcg(space, &request, x, &result));
   *sum = test_norm(b.n, x);
   flesh_pcg_space_destroy(&space);
   flesh_preconditioner_destroy(&preconditioner);

@@ -198,25 +198,25 @@ static double model(const flesh_block_matrix *A, const double *b, const double *
 static int stop_at_third(void *data) { return ++*(int *)data == 3 ? FLESH_ERR_BUDGET : FLESH_OK; }
 
 /* After negative curvature has been met, with x after `first` iterations, more iterations go on downhill. */
-static void check_downhill(flesh_pcg_space *space, const flesh_block_matrix *A,
-                           flesh_preconditioner_data *preconditioner, const double *b, int first, double *x,
-                           double *Ax)
+static void check_downhill(flesh_pcg_space *space, flesh_pcg_request request, int first, double *x, double *Ax)
 {
+  const flesh_block_matrix *A = request.A;
+  const double *b = request.b;
   int n = 3 * A->rows, asked = 0;
   flesh_pcg_result result;
   double before = model(A, b, x, Ax);
   for (int more = 1; more <= 20; more += 19) {
-    flesh_pcg_guide guide = {.after_indefinite = more};
-    CHECK(flesh_pcg_guided(space, A, preconditioner, &guide, NULL, 1e-10, 5000, b, x, &result) ==
-          FLESH_NOT_POSITIVE);
+    request.after_indefinite = more;
+    CHECK(flesh_pcg(space, &request, x, &result) == FLESH_NOT_POSITIVE);
     CHECK(result.iterations == first + more && test_all_finite(n, x));
     double slope = 0, value = model(A, b, x, Ax);
     for (int d = 0; d < n; d++) slope += b[d] * x[d];
     CHECK(slope > 0 && value < before);
     before = value;
   }
-  flesh_pcg_guide guide = {.after_indefinite = 5000, .stop = stop_at_third, .stop_data = &asked};
-  CHECK(flesh_pcg_guided(space, A, preconditioner, &guide, NULL, 1e-30, 5000, b, x, &result) == FLESH_ERR_BUDGET);
+  request.after_indefinite = 5000, request.tolerance = 1e-30;
+  request.stop = stop_at_third, request.stop_data = &asked;
+  CHECK(flesh_pcg(space, &request, x, &result) == FLESH_ERR_BUDGET);
   CHECK(asked == 3 && result.iterations == 32);
 }
 
@@ -239,7 +239,9 @@ static void conjugate_gradients(void)
     flesh_preconditioner_data *preconditioner = NULL;
     CHECK_OK(flesh_preconditioner_create(kinds[k], A, flesh_mesh_positions(b.mesh), NULL, &preconditioner));
     CHECK_OK(flesh_preconditioner_setup(preconditioner, A, NULL));
-    CHECK_OK(flesh_pcg(space, A, preconditioner, NULL, 1e-12 * test_norm(n, right), 5000, right, x, &result));
+    flesh_pcg_request request = {.A = A, .preconditioner = preconditioner, .b = right,
+                                 .tolerance = 1e-12 * test_norm(n, right), .max_iterations = 5000};
+    CHECK_OK(flesh_pcg(space, &request, x, &result));
     CHECK_BELOW(test_distance(n, x, expected), 1e-8 * test_norm(n, expected));
     iterations[k] = result.iterations;
     flesh_block_multiply(A, x, Ax);
@@ -247,9 +249,10 @@ static void conjugate_gradients(void)
     CHECK_NEAR(test_norm(n, Ax), result.residual, 1e-12 * test_norm(n, right));
 
     /* The norm is the weighted one, also where all weights are the same. */
+    request.weights = weights, request.tolerance = 1e-3;
     for (int same = 0; same < 2; same++) {
       for (int d = 0; d < n; d++) weights[d] = 1 + 1000 * (d % 2 || same);
-      CHECK_OK(flesh_pcg(space, A, preconditioner, weights, 1e-3, 5000, right, x, &result));
+      CHECK_OK(flesh_pcg(space, &request, x, &result));
       flesh_block_multiply(A, x, Ax);
       for (int d = 0; d < n; d++) Ax[d] = weights[d] * (right[d] - Ax[d]);
       CHECK_NEAR(test_norm(n, Ax), result.residual, 1e-9);
@@ -257,7 +260,8 @@ static void conjugate_gradients(void)
     }
 
     /* The limit leaves an iterate that descends. */
-    CHECK(flesh_pcg(space, A, preconditioner, NULL, 0, 3, right, x, &result) == FLESH_NOT_CONVERGED);
+    request.weights = NULL, request.tolerance = 0, request.max_iterations = 3;
+    CHECK(flesh_pcg(space, &request, x, &result) == FLESH_NOT_CONVERGED);
     CHECK(result.iterations == 3);
     double slope = 0, curvature = 0;
     flesh_block_multiply(A, x, Ax);
@@ -270,17 +274,20 @@ static void conjugate_gradients(void)
 
     /* Nothing to do. */
     memset(Ax, 0, (size_t)n * sizeof *Ax);
-    CHECK_OK(flesh_pcg(space, A, preconditioner, NULL, 0, 10, Ax, x, &result));
+    request.b = Ax;
+    CHECK_OK(flesh_pcg(space, &request, x, &result));
     CHECK(result.iterations == 0 && test_norm(n, x) == 0);
 
     /* Negative curvature is seen, whatever preconditions. */
     CHECK_OK(flesh_preconditioner_setup(preconditioner, indefinite, NULL));
-    CHECK(flesh_pcg(space, indefinite, preconditioner, NULL, 1e-10, 5000, right, x, &result) == FLESH_NOT_POSITIVE);
+    request.A = indefinite, request.b = right, request.tolerance = 1e-10, request.max_iterations = 5000;
+    CHECK(flesh_pcg(space, &request, x, &result) == FLESH_NOT_POSITIVE);
     CHECK(test_all_finite(n, x));
-    check_downhill(space, indefinite, preconditioner, right, result.iterations, x, Ax);
+    check_downhill(space, request, result.iterations, x, Ax);
     CHECK_OK(flesh_preconditioner_setup(preconditioner, A, NULL));
     right[4] = NAN;
-    CHECK(flesh_pcg(space, A, preconditioner, NULL, 1e-10, 5000, right, x, &result) == FLESH_NONFINITE);
+    request.A = A;
+    CHECK(flesh_pcg(space, &request, x, &result) == FLESH_NONFINITE);
     right[4] = 0.5;
     free(expected);
     expected = solve_by_gsl(n, dense, right);
@@ -325,20 +332,22 @@ static void conjugate_gradients_in_single_precision(void)
     flesh_preconditioner_data *preconditioner = NULL;
     flesh_pcg_space *space = NULL;
     flesh_pcg_result exact, result;
-    flesh_pcg_guide guide = {.single = 1};
     const int blocks = 9 * A->row_start[A->rows];
     const double norm = test_norm(n, right);
     CHECK_OK(flesh_pcg_space_create(A, 1, NULL, &space));
     CHECK_OK(flesh_preconditioner_create(kinds[k], A, flesh_mesh_positions(b.mesh), NULL, &preconditioner));
+    flesh_pcg_request request = {.A = A, .preconditioner = preconditioner, .max_iterations = 5000};
     for (int units = -1; units <= 1; units++) { /* of the matrix, and the other way round of the right-hand side */
-      const double scale = pow(1e25, units), tolerance = 1e-4 * norm / scale;
+      const double scale = pow(1e25, units), tolerance = request.tolerance = 1e-4 * norm / scale;
       double *b_scaled = malloc((size_t)n * sizeof *b_scaled);
+      request.b = b_scaled, request.single = 0;
       for (int d = 0; d < n; d++) b_scaled[d] = right[d] / scale;
       for (int e = 0; e < blocks; e++) A->values[e] *= scale;
       CHECK_OK(flesh_preconditioner_setup(preconditioner, A, NULL));
-      CHECK_OK(flesh_pcg(space, A, preconditioner, NULL, tolerance, 5000, b_scaled, before, &exact));
-      for (guide.same = 0; guide.same < 2; guide.same++) { /* a matrix that is rounded, and the rounded one again */
-        CHECK_OK(flesh_pcg_guided(space, A, preconditioner, &guide, NULL, tolerance, 5000, b_scaled, x, &result));
+      CHECK_OK(flesh_pcg(space, &request, before, &exact));
+      request.single = 1;
+      for (request.same = 0; request.same < 2; request.same++) { /* a matrix that is rounded, and the rounded one again */
+        CHECK_OK(flesh_pcg(space, &request, x, &result));
         CHECK(abs(result.iterations - exact.iterations) <= 1 + exact.iterations / 20);
         CHECK_NEAR(result.first, exact.first, 1e-6 * exact.first);
         CHECK(result.single && !exact.single);
@@ -352,35 +361,37 @@ static void conjugate_gradients_in_single_precision(void)
       for (int e = 0; e < blocks; e++) A->values[e] *= 64;
       CHECK_OK(flesh_preconditioner_setup(preconditioner, A, NULL));
       for (int e = 0; e < blocks; e++) A->values[e] /= 64;
-      guide.same = 1;
-      CHECK_OK(flesh_pcg_guided(space, A, preconditioner, &guide, NULL, tolerance, 5000, b_scaled, x, &result));
+      request.same = 1;
+      CHECK_OK(flesh_pcg(space, &request, x, &result));
       CHECK_BELOW(residual_of(A, b_scaled, x, Ax), 1.1 * tolerance);
       /* Another matrix. */
       for (int e = 0; e < blocks; e++) A->values[e] *= 1.5;
-      guide.same = 0;
-      CHECK_OK(flesh_pcg_guided(space, A, preconditioner, &guide, NULL, tolerance, 5000, b_scaled, x, &result));
+      request.same = 0;
+      CHECK_OK(flesh_pcg(space, &request, x, &result));
       CHECK_BELOW(residual_of(A, b_scaled, x, Ax), 1.1 * tolerance);
       for (int e = 0; e < blocks; e++) A->values[e] /= 1.5 * scale;
       free(b_scaled);
     }
     CHECK_OK(flesh_preconditioner_setup(preconditioner, A, NULL));
-    guide.same = 0;
-    CHECK_OK(flesh_pcg_guided(space, A, preconditioner, &guide, NULL, 1e-9 * norm, 5000, right, x, &result));
+    request.same = 0;
+    request.b = right, request.tolerance = 1e-9 * norm;
+    CHECK_OK(flesh_pcg(space, &request, x, &result));
     CHECK(!result.single);
     CHECK_NEAR(residual_of(A, right, x, Ax), result.residual, 1e-12 * norm);
     for (int d = 0; d < n; d++) weights[d] = 1 + d % 2;
-    CHECK_OK(flesh_pcg_guided(space, A, preconditioner, &guide, weights, 1e-3 * norm, 5000, right, x, &result));
+    request.weights = weights, request.tolerance = 1e-3 * norm;
+    CHECK_OK(flesh_pcg(space, &request, x, &result));
     CHECK(!result.single);
     residual_of(A, right, x, Ax);
     for (int d = 0; d < n; d++) Ax[d] *= weights[d];
     CHECK_NEAR(test_norm(n, Ax), result.residual, 1e-12 * norm);
     /* Negative curvature is seen, and followed downhill. */
     flesh_block_matrix *indefinite = bar_matrix(&b, 0.3, 0, 0);
-    for (guide.after_indefinite = 0; guide.after_indefinite < 2; guide.after_indefinite++) {
+    request.A = indefinite, request.weights = NULL, request.tolerance = 1e-4 * norm;
+    for (request.after_indefinite = 0; request.after_indefinite < 2; request.after_indefinite++) {
       CHECK_OK(flesh_preconditioner_setup(preconditioner, indefinite, NULL));
-      CHECK(flesh_pcg_guided(space, indefinite, preconditioner, &guide, NULL, 1e-4 * norm, 5000, right, x, &result) ==
-            FLESH_NOT_POSITIVE);
-      CHECK(test_all_finite(n, x) && (guide.after_indefinite == 0 || model(indefinite, right, x, Ax) < 0));
+      CHECK(flesh_pcg(space, &request, x, &result) == FLESH_NOT_POSITIVE);
+      CHECK(test_all_finite(n, x) && (request.after_indefinite == 0 || model(indefinite, right, x, Ax) < 0));
     }
     flesh_block_matrix_destroy(&indefinite);
     flesh_preconditioner_destroy(&preconditioner);

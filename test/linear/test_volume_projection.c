@@ -249,7 +249,9 @@ static void check_conditions(int polynomial)
     flesh_pcg_result result;
     CHECK_OK(flesh_pcg_space_create(t.K, 0, NULL, &space));
     randomise(n, right);
-    CHECK_OK(flesh_pcg(space, t.K, p, NULL, 1e-12 * test_norm(n, right), 500, right, x, &result));
+    const flesh_pcg_request request = {.A = t.K, .preconditioner = p, .b = right,
+                                       .tolerance = 1e-12 * test_norm(n, right), .max_iterations = 500};
+    CHECK_OK(flesh_pcg(space, &request, x, &result));
     double *expected = solve_by_gsl(n, dense, right);
     CHECK_BELOW(test_distance(n, x, expected), 1e-7 * test_norm(n, expected));
     flesh_pcg_space_destroy(&space);
@@ -306,8 +308,9 @@ static int solve_once(ten *t, int project, double inertia, int state, int filter
   flesh_pcg_result result;
   CHECK_OK(flesh_pcg_space_create(t->K, 0, NULL, &space));
   for (int d = 1; d < n; d += 3) right[d] = t->fixed[d] ? 0 : 1;
-  const int status = flesh_pcg(space, t->K, p, NULL, 1e-3 * test_norm(n, right), 20000, right, x, &result);
-  CHECK_OK(status);
+  const flesh_pcg_request request = {.A = t->K, .preconditioner = p, .b = right,
+                                     .tolerance = 1e-3 * test_norm(n, right), .max_iterations = 20000};
+  CHECK_OK(flesh_pcg(space, &request, x, &result));
   flesh_pcg_space_destroy(&space);
   flesh_preconditioner_destroy(&p);
   free(right);

@@ -78,8 +78,10 @@ static int solve(problem *p, flesh_preconditioner kind)
   double *x = calloc((size_t)p->b.n, sizeof *x);
   create(p, kind, &m);
   CHECK_OK(linear->pcg_space_create(p->K, 0, p->threads, &space));
-  const double tolerance = 1e-6 * flesh_norm(p->threads, p->b.n, p->load);
-  CHECK_OK(linear->pcg(space, p->K, m, NULL, tolerance, 2000, p->load, x, &result));
+  const flesh_pcg_request request = {.A = p->K, .preconditioner = m, .b = p->load,
+                                     .tolerance = 1e-6 * flesh_norm(p->threads, p->b.n, p->load),
+                                     .max_iterations = 2000};
+  CHECK_OK(linear->pcg(space, &request, x, &result));
   linear->pcg_space_destroy(&space);
   linear->preconditioner_destroy(&m);
   free(x);

@@ -115,7 +115,6 @@ static double residual_of(const problem *p, const solve *s, double *r)
 static void run(const problem *p, int which, solve *s)
 {
   const flesh_linear *linear = flesh_linear_for(FLESH_INSTRUCTIONS_AUTO);
-  const flesh_pcg_guide guide = {.after_indefinite = s->after_indefinite, .single = s->single};
   const test_body *body = which == PART ? &p->own : &p->whole;
   flesh_preconditioner_data *preconditioner = NULL;
   flesh_pcg_space *space = NULL;
@@ -125,8 +124,11 @@ static void run(const problem *p, int which, solve *s)
   CHECK_OK(linear->preconditioner_setup(preconditioner, p->A[which], p->fixed[which]));
   CHECK_OK(linear->pcg_space_create(p->A[which], s->single, p->threads[which], &space));
   const flesh_communicator_figures before = flesh_communicator_exchanged(ranks);
-  s->status = linear->pcg_guided(space, p->A[which], preconditioner, &guide, s->weighted ? p->weights[which] : NULL,
-                                 s->tolerance, s->most, p->b[which], x, &s->result);
+  const flesh_pcg_request request = {
+      .A = p->A[which], .preconditioner = preconditioner, .b = p->b[which],
+      .weights = s->weighted ? p->weights[which] : NULL, .tolerance = s->tolerance, .max_iterations = s->most,
+      .after_indefinite = s->after_indefinite, .single = s->single};
+  s->status = linear->pcg(space, &request, x, &s->result);
   s->reductions = flesh_communicator_exchanged(ranks).reductions - before.reductions;
   s->messages = flesh_communicator_exchanged(ranks).messages - before.messages;
   s->x = calloc((size_t)p->whole.n, sizeof *s->x);

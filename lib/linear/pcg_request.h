@@ -1,6 +1,8 @@
-/* pcg_guide.h: what conjugate gradients are asked for, and what they tell. */
-#ifndef FLESH_LINEAR_PCG_GUIDE_H
-#define FLESH_LINEAR_PCG_GUIDE_H
+/* pcg_request.h: what conjugate gradients are asked for, and what they tell. */
+#ifndef FLESH_LINEAR_PCG_REQUEST_H
+#define FLESH_LINEAR_PCG_REQUEST_H
+
+#include "linear/preconditioner.h"
 
 typedef struct flesh_pcg_result {
   int iterations;
@@ -8,8 +10,14 @@ typedef struct flesh_pcg_result {
   int single;             /* it was solved in single precision */
 } flesh_pcg_result;
 
-/* What a caller may want beyond a solution; zeros: nothing. */
-typedef struct flesh_pcg_guide {
+/* A system A x = b and how it is solved. Members from `after_indefinite` on are 0 where nothing more is wanted. */
+typedef struct flesh_pcg_request {
+  const flesh_block_matrix *A;
+  flesh_preconditioner_data *preconditioner;
+  const double *b;       /* [3*rows] */
+  const double *weights; /* [3*rows] of the residual; NULL: ones */
+  double tolerance;      /* of the weighted residual's 2-norm */
+  int max_iterations;
   /* How many iterations to go on after the first direction of negative curvature. The conjugate
    * directions p part the quadratic model into parabolas of one variable each, so x then goes
    * downhill along every one: by |rz / p.Ap|, but no farther than the preconditioned gradient would
@@ -22,6 +30,6 @@ typedef struct flesh_pcg_guide {
    * weights are all the same. All ranks of a team say the same. */
   int single;
   int same; /* A is that of the last solve in this space */
-} flesh_pcg_guide;
+} flesh_pcg_request;
 
 #endif
