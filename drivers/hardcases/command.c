@@ -259,7 +259,7 @@ static void choose_ablation(request *asked)
   if (!asked->energies) asked->energies = "S";
   if (!asked->poissons) asked->poissons = "0.45,0.49,0.4999";
   if (!asked->elements) asked->elements = "tet4,tet10-mean";
-  asked->solvers = "ablation";
+  if (!asked->solvers) asked->solvers = "ablation";
 }
 
 /* Makes the plan from the request. */
