@@ -37,6 +37,11 @@ int flesh_amplitude_copy_of(const flesh_amplitude_copy *amplitude, flesh_amplitu
 
 void flesh_amplitude_clear(flesh_amplitude_copy *amplitude) { flesh_motion_clear(&amplitude->curve); }
 
+size_t flesh_amplitude_memory(const flesh_amplitude_copy *amplitude)
+{
+  return (size_t)amplitude->curve.count * sizeof *amplitude->curve.keyframes;
+}
+
 double flesh_amplitude_at(const flesh_amplitude_copy *amplitude, double t)
 {
   double value[3] = {1, 0, 0};

@@ -2,8 +2,8 @@
 #ifndef FLESH_EFFECT_AMPLITUDE_H
 #define FLESH_EFFECT_AMPLITUDE_H
 
-#include "geometry/motion.h"
 #include "flesh/effects.h"
+#include "geometry/motion.h"
 
 typedef struct flesh_amplitude_copy {
   flesh_motion curve; /* the factor is its translation's first component; count 0: 1 */
@@ -15,6 +15,8 @@ int flesh_amplitude_take(const flesh_amplitude *amplitude, flesh_amplitude_copy 
 /* Another copy, to be freed as well. FLESH_ERR_MEMORY. */
 int flesh_amplitude_copy_of(const flesh_amplitude_copy *amplitude, flesh_amplitude_copy *copy);
 void flesh_amplitude_clear(flesh_amplitude_copy *amplitude);
+/* Bytes that it holds. */
+size_t flesh_amplitude_memory(const flesh_amplitude_copy *amplitude);
 
 /* The factor at t; 0 outside of from <= t < until. */
 double flesh_amplitude_at(const flesh_amplitude_copy *amplitude, double t);

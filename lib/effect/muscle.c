@@ -142,7 +142,7 @@ static size_t muscle_memory(const flesh_effect *effect)
 {
   const muscle *self = effect->data;
   return sizeof *self + flesh_tets_memory(&self->tets) + 3 * (size_t)self->mesh_tets * sizeof *self->directions +
-         (size_t)self->activation.curve.count * sizeof *self->activation.curve.keyframes;
+         flesh_amplitude_memory(&self->activation);
 }
 
 static void muscle_destroy(void *data)

@@ -119,7 +119,7 @@ static size_t wind_memory(const flesh_effect *effect)
 {
   const wind *self = effect->data;
   return sizeof *self + (size_t)self->cells.count * 6 * sizeof *self->triangles +
-         (size_t)self->amplitude.curve.count * sizeof *self->amplitude.curve.keyframes;
+         flesh_amplitude_memory(&self->amplitude);
 }
 
 static void wind_destroy(void *data)
