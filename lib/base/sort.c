@@ -69,3 +69,9 @@ void flesh_sort(void *things, size_t count, size_t size, int (*compare)(const vo
   else insert(&s, things, count);
   if (room != small) flesh_free(room);
 }
+
+int flesh_compare_int(const void *a, const void *b)
+{
+  const int x = *(const int *)a, y = *(const int *)b;
+  return (x > y) - (x < y);
+}

@@ -8,4 +8,7 @@
  * flesh_malloc; does without, slowly, where there is none. */
 void flesh_sort(void *things, size_t count, size_t size, int (*compare)(const void *a, const void *b));
 
+/* Ascending ints. */
+int flesh_compare_int(const void *a, const void *b);
+
 #endif

@@ -13,18 +13,12 @@
 #include "linear/dissection.h"
 
 enum {
-  SLACK = 16,
-  MOST = 200 /* the highest degree */
+  ROW_SLACK = 16,
+  HIGHEST_DEGREE = 200 /* the highest degree */
 };
 
 /* The degree over the root of the largest eigenvalue. 0.6 takes a fifth more iterations, 1.2 as many. */
 static const double DEGREE = 0.9;
-
-static int compare_int(const void *a, const void *b)
-{
-  int x = *(const int *)a, y = *(const int *)b;
-  return (x > y) - (x < y);
-}
 
 static void make_rows(flesh_chebyshev *self, const int *starts, const int *neighbours)
 {
@@ -33,11 +27,11 @@ static void make_rows(flesh_chebyshev *self, const int *starts, const int *neigh
   for (int i = 0; i < self->n; i++) {
     const int from = self->start[self->place[i]], count = starts[i + 1] - starts[i];
     for (int k = 0; k < count; k++) self->column[from + k] = self->place[neighbours[starts[i] + k]];
-    flesh_sort(self->column + from, (size_t)count, sizeof *self->column, compare_int);
+    flesh_sort(self->column + from, (size_t)count, sizeof *self->column, flesh_compare_int);
   }
 }
 
-static int allocate(flesh_chebyshev *self, size_t entries)
+static int allocate_polynomial(flesh_chebyshev *self, size_t entries)
 {
   const size_t n = (size_t)self->n;
   int **ints[] = {&self->place, &self->start, &self->next};
@@ -46,9 +40,9 @@ static int allocate(flesh_chebyshev *self, size_t entries)
   for (size_t k = 0; k < sizeof ints / sizeof ints[0]; k++)
     failed |= !(*ints[k] = flesh_huge_pages_calloc((n + 2) * sizeof(int)));
   for (size_t k = 0; k < sizeof floats / sizeof floats[0]; k++)
-    failed |= !(*floats[k] = flesh_huge_pages_calloc((n + SLACK) * sizeof(float)));
-  failed |= !(self->column = flesh_huge_pages_calloc((entries + SLACK) * sizeof *self->column));
-  failed |= !(self->values = flesh_huge_pages_calloc((entries + n + SLACK) * sizeof *self->values));
+    failed |= !(*floats[k] = flesh_huge_pages_calloc((n + ROW_SLACK) * sizeof(float)));
+  failed |= !(self->column = flesh_huge_pages_calloc((entries + ROW_SLACK) * sizeof *self->column));
+  failed |= !(self->values = flesh_huge_pages_calloc((entries + n + ROW_SLACK) * sizeof *self->values));
   return failed ? FLESH_ERR_MEMORY : FLESH_OK;
 }
 
@@ -58,7 +52,7 @@ int flesh_chebyshev_create(int n, const int *starts, const int *neighbours, cons
   *self = (flesh_chebyshev){.n = n, .threads = threads};
   flesh_dissection order;
   int status = flesh_dissection_create(n, starts, neighbours, points, &order);
-  if (!status) status = allocate(self, (size_t)starts[n]);
+  if (!status) status = allocate_polynomial(self, (size_t)starts[n]);
   if (!status) {
     for (int p = 0; p < n; p++) self->place[order.order[p]] = p;
     make_rows(self, starts, neighbours);
@@ -123,14 +117,14 @@ static void scale_rows(flesh_chebyshev *self)
 }
 
 /* What threads share out. */
-typedef struct pass {
+typedef struct polynomial_pass {
   flesh_chebyshev *self;
   const float *d;
   float *to;
   float keep, add; /* the next direction is keep d + add r */
-} pass;
+} polynomial_pass;
 
-static void run(flesh_chebyshev *self, void (*part)(void *data, int k, int begin, int end), pass now)
+static void run(flesh_chebyshev *self, void (*part)(void *data, int k, int begin, int end), polynomial_pass now)
 {
   now.self = self;
   flesh_parallel_parts(self->threads, self->n, part, &now);
@@ -148,9 +142,9 @@ static inline float product_row(const int *restrict column, const float *restric
 }
 
 /* r -= A d. */
-static void subtract(void *data, int part, int begin, int end)
+static void subtract_product(void *data, int part, int begin, int end)
 {
-  const pass *now = data;
+  const polynomial_pass *now = data;
   const int *start = now->self->start;
   (void)part;
   for (int p = begin; p < end; p++)
@@ -161,7 +155,7 @@ static void subtract(void *data, int part, int begin, int end)
 /* The next direction; x += it. */
 static void move(void *data, int part, int begin, int end)
 {
-  const pass *now = data;
+  const polynomial_pass *now = data;
   (void)part;
   for (int p = begin; p < end; p++) {
     now->to[p] = now->keep * now->d[p] + now->add * now->self->r[p];
@@ -170,9 +164,9 @@ static void move(void *data, int part, int begin, int end)
 }
 
 /* Both at once. */
-static void descend(void *data, int part, int begin, int end)
+static void add_power(void *data, int part, int begin, int end)
 {
-  const pass *now = data;
+  const polynomial_pass *now = data;
   const int *restrict start = now->self->start, *restrict column = now->self->column;
   const float *restrict values = now->self->values, *restrict d = now->d, keep = now->keep, add = now->add;
   float *restrict to = now->to, *restrict r = now->self->r, *restrict x = now->self->x;
@@ -206,13 +200,13 @@ int flesh_chebyshev_setup(flesh_chebyshev *self, double largest)
   if (!(mean > 0)) return 0;
   scale_rows(self);
   self->largest = (float)largest;
-  self->degree = (int)fmin(fmax(ceil(DEGREE * sqrt(mean * largest)), 2), MOST);
+  self->degree = (int)fmin(fmax(ceil(DEGREE * sqrt(mean * largest)), 2), HIGHEST_DEGREE);
   return 1;
 }
 
 static void begin_part(void *data, int part, int begin, int end)
 {
-  const pass *now = data;
+  const polynomial_pass *now = data;
   flesh_chebyshev *self = now->self;
   (void)part;
   for (int p = begin; p < end; p++) {
@@ -223,7 +217,7 @@ static void begin_part(void *data, int part, int begin, int end)
 
 static void end_part(void *data, int part, int begin, int end)
 {
-  flesh_chebyshev *self = ((const pass *)data)->self;
+  flesh_chebyshev *self = ((const polynomial_pass *)data)->self;
   (void)part;
   for (int p = begin; p < end; p++) self->x[p] *= self->root[p];
 }
@@ -234,22 +228,22 @@ void flesh_chebyshev_solve(flesh_chebyshev *self)
   const flesh_chebyshev_others *others = self->others;
   const float top = self->largest;
   float *d = self->d[0], *other = self->d[1];
-  run(self, begin_part, (pass){.to = d, .add = 4 / (3 * top)});
+  run(self, begin_part, (polynomial_pass){.to = d, .add = 4 / (3 * top)});
   for (int k = 1; k < self->degree; k++) {
     const float below = (float)(2 * k + 3);
-    const pass next = {.d = d, .to = other, .keep = (float)(2 * k - 1) / below, .add = (float)(8 * k + 4) / (below * top)};
+    const polynomial_pass next = {.d = d, .to = other, .keep = (float)(2 * k - 1) / below, .add = (float)(8 * k + 4) / (below * top)};
     if (others) {
       others->begin(others->data, d);
-      run(self, subtract, next);
+      run(self, subtract_product, next);
       others->end(others->data, self->r);
       run(self, move, next);
     } else {
-      run(self, descend, next);
+      run(self, add_power, next);
     }
     float *swap = d;
     d = other, other = swap;
   }
-  run(self, end_part, (pass){0});
+  run(self, end_part, (polynomial_pass){0});
 }
 
 void flesh_chebyshev_archive(flesh_chebyshev *self, flesh_archive *archive)
@@ -257,5 +251,5 @@ void flesh_chebyshev_archive(flesh_chebyshev *self, flesh_archive *archive)
   flesh_archive_bytes(archive, self->values, (size_t)self->start[self->n] * sizeof *self->values);
   flesh_archive_bytes(archive, self->root, (size_t)self->n * sizeof *self->root);
   FLESH_ARCHIVE(archive, self->largest);
-  flesh_archive_int(archive, &self->degree, 0, MOST);
+  flesh_archive_int(archive, &self->degree, 0, HIGHEST_DEGREE);
 }

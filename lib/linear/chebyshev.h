@@ -8,8 +8,8 @@
 #include <stddef.h>
 
 #include "base/archive.h"
+#include "base/isa.h"
 #include "flesh/threads.h"
-#include "linear/isa_names.h"
 
 /* What other ranks' rows add to a product with the matrix, of which they have rows, too. Collective. */
 typedef struct flesh_chebyshev_others {
@@ -37,24 +37,24 @@ typedef struct flesh_chebyshev {
 
 /* All memory, for rows as flesh_dissection_create takes them. `threads` (may be NULL) is borrowed. To be cleared also
  * when it fails: FLESH_ERR_MEMORY. */
-int flesh_chebyshev_create(int n, const int *starts, const int *neighbours, const double *points,
-                           flesh_threads *threads, flesh_chebyshev *chebyshev);
-void flesh_chebyshev_clear(flesh_chebyshev *chebyshev);
-size_t flesh_chebyshev_memory(const flesh_chebyshev *chebyshev);
+FLESH_PER_ISA int flesh_chebyshev_create(int n, const int *starts, const int *neighbours, const double *points,
+                                         flesh_threads *threads, flesh_chebyshev *chebyshev);
+FLESH_PER_ISA void flesh_chebyshev_clear(flesh_chebyshev *chebyshev);
+FLESH_PER_ISA size_t flesh_chebyshev_memory(const flesh_chebyshev *chebyshev);
 
 /* All entries 0. */
-void flesh_chebyshev_zero(flesh_chebyshev *chebyshev);
+FLESH_PER_ISA void flesh_chebyshev_zero(flesh_chebyshev *chebyshev);
 /* Where the entry of two rows, neighbours or the same, is in `values`. */
-size_t flesh_chebyshev_entry(const flesh_chebyshev *chebyshev, int row, int other);
+FLESH_PER_ISA size_t flesh_chebyshev_entry(const flesh_chebyshev *chebyshev, int row, int other);
 
 /* For the entries filled in, which are then to be filled in anew, of a matrix that has no eigenvalue above `largest`
  * where its diagonal is 1: errors end below the inverse root of the eigenvalue that they belong to. 0 where the diagonal
  * is not positive, on any rank. */
-int flesh_chebyshev_setup(flesh_chebyshev *chebyshev, double largest);
+FLESH_PER_ISA int flesh_chebyshev_setup(flesh_chebyshev *chebyshev, double largest);
 /* x becomes the solution, or nearly: a linear symmetric function of what it was, the same for any number of threads. */
-void flesh_chebyshev_solve(flesh_chebyshev *chebyshev);
+FLESH_PER_ISA void flesh_chebyshev_solve(flesh_chebyshev *chebyshev);
 
 /* What the last set-up has made. */
-void flesh_chebyshev_archive(flesh_chebyshev *chebyshev, flesh_archive *archive);
+FLESH_PER_ISA void flesh_chebyshev_archive(flesh_chebyshev *chebyshev, flesh_archive *archive);
 
 #endif

@@ -32,10 +32,10 @@
 static const double SOFTENED = 0.05;
 
 enum {
-  SLACK = 4, /* a block's last row is loaded with the number after it */
-  /* Factors beyond the caches (MANY pairs) are fetched far ahead, in lines of 64 bytes: FAR of them are some thirty
+  BLOCK_SLACK = 4, /* a block's last row is loaded with the number after it */
+  /* Factors beyond the caches (MANY_PAIRS pairs) are fetched far ahead, in lines of 64 bytes: FAR of them are some thirty
    * rows, a row is about LINES. */
-  MANY = 60000, FAR = 64, LINES = 3, CROWDED = 300
+  MANY_PAIRS = 60000, FAR = 64, LINES = 3, CROWDED = 300
 };
 
 struct flesh_cholesky {
@@ -160,7 +160,7 @@ static int make_targets(flesh_cholesky *self)
   return FLESH_OK;
 }
 
-static int allocate(flesh_cholesky *self, const flesh_block_matrix *A)
+static int allocate_factor(flesh_cholesky *self, const flesh_block_matrix *A)
 {
   const size_t rows = (size_t)A->rows, blocks = (size_t)(A->row_start[A->rows] - A->rows);
   int **integers[] = {&self->column, &self->source, &self->lower_place};
@@ -170,11 +170,11 @@ static int allocate(flesh_cholesky *self, const flesh_block_matrix *A)
   for (size_t k = 0; k < sizeof by_row / sizeof by_row[0]; k++)
     failed |= !(*by_row[k] = flesh_calloc(rows + 1, sizeof(int)));
   failed |= !(self->order = flesh_malloc((rows + 1) * sizeof *self->order));
-  failed |= !(self->diagonal = flesh_huge_pages_alloc((9 * rows + SLACK) * sizeof *self->diagonal));
+  failed |= !(self->diagonal = flesh_huge_pages_alloc((9 * rows + BLOCK_SLACK) * sizeof *self->diagonal));
   failed |= !(self->dropped = flesh_huge_pages_alloc((rows + 1) * sizeof *self->dropped));
-  failed |= !(self->work = flesh_huge_pages_alloc((12 * blocks + SLACK) * sizeof(float)));
-  failed |= !(self->inverse = flesh_huge_pages_calloc((9 * rows + SLACK) * sizeof(float)));
-  failed |= !(self->y = flesh_huge_pages_alloc((4 * rows + SLACK) * sizeof(float)));
+  failed |= !(self->work = flesh_huge_pages_alloc((12 * blocks + BLOCK_SLACK) * sizeof(float)));
+  failed |= !(self->inverse = flesh_huge_pages_calloc((9 * rows + BLOCK_SLACK) * sizeof(float)));
+  failed |= !(self->y = flesh_huge_pages_alloc((4 * rows + BLOCK_SLACK) * sizeof(float)));
   return failed ? FLESH_ERR_MEMORY : FLESH_OK;
 }
 
@@ -182,7 +182,7 @@ static int allocate_spill(flesh_cholesky *self)
 {
   const size_t separator = (size_t)(self->rows - self->begin[2]);
   self->diagonal_spill = flesh_malloc((9 * separator + 1) * sizeof *self->diagonal_spill);
-  self->spill = flesh_huge_pages_alloc((12 * (size_t)separator_blocks(self) + SLACK) * sizeof(float));
+  self->spill = flesh_huge_pages_alloc((12 * (size_t)separator_blocks(self) + BLOCK_SLACK) * sizeof(float));
   self->dropped_spill = flesh_huge_pages_alloc((separator + 1) * sizeof *self->dropped_spill);
   self->partners = flesh_huge_pages_alloc((3 * (size_t)self->longest + 1) * sizeof *self->partners);
   return self->diagonal_spill && self->spill && self->dropped_spill && self->partners ? FLESH_OK : FLESH_ERR_MEMORY;
@@ -199,7 +199,7 @@ int flesh_cholesky_create(const flesh_block_matrix *A, const flesh_bisection *bi
     self->rows = A->rows;
     self->threads = threads;
     memcpy(self->begin, bisection->begin, sizeof self->begin);
-    status = allocate(self, A);
+    status = allocate_factor(self, A);
   }
   if (!status) {
     const size_t rows = (size_t)A->rows, blocks = (size_t)A->row_start[A->rows] - rows;
@@ -276,7 +276,7 @@ static void modify_pivot(flesh_cholesky *self, int p)
 }
 
 /* D's inverse. 0 when it is not positive definite, or too nearly so for single precision. */
-static int invert_pivot(flesh_cholesky *self, int p)
+static int invert_diagonal(flesh_cholesky *self, int p)
 {
   const double *D = self->diagonal + 9 * (size_t)p;
   double inverse[9];
@@ -295,7 +295,7 @@ static int factor_rows(flesh_cholesky *self, int part, int spilling)
   three *partners = self->partners + (size_t)self->longest * (size_t)part;
   for (int p = self->begin[part]; p < self->begin[part + 1]; p++) {
     modify_pivot(self, p);
-    if (!invert_pivot(self, p)) return 0;
+    if (!invert_diagonal(self, p)) return 0;
     const float *v = self->inverse + 9 * (size_t)p;
     const int *target = self->target + self->pairs[p], n = start[p + 1] - start[p];
     const int upper_first = flesh_triangle_place(&self->upper, p, 0),
@@ -367,7 +367,7 @@ typedef struct substitution {
   double products[3]; /* of r and z, part by part */
 } substitution;
 
-static inline void expect(const flesh_triangle *triangle, int pair, int lines)
+static inline void expect_pairs(const flesh_triangle *triangle, int pair, int lines)
 {
   const uint32_t *words = triangle->words + 9 * (size_t)pair + 16 * (ptrdiff_t)lines;
   for (int line = 0; line < LINES; line++) FLESH_EXPECT_ONCE(words + 16 * line);
@@ -378,11 +378,11 @@ static void forward(const substitution *s, int part)
 {
   flesh_cholesky *self = s->cholesky;
   const flesh_triangle lower = self->lower;
-  const int far = lower.start[lower.rows] > MANY;
+  const int far = lower.start[lower.rows] > MANY_PAIRS;
   float *y = self->y;
   for (int q = self->begin[part]; q < self->begin[part + 1]; q++) {
     const size_t p = (size_t)lower.row[q];
-    if (far) expect(&lower, lower.start[q], FAR);
+    if (far) expect_pairs(&lower, lower.start[q], FAR);
     *(flesh_float4 *)(y + 4 * p) =
         *(const flesh_float4 *)(s->r + 4 * p) - flesh_triangle_product(&lower, lower.start[q], lower.start[q + 1], y);
   }
@@ -394,11 +394,11 @@ static void backward(substitution *s, int part)
 {
   flesh_cholesky *self = s->cholesky;
   const flesh_triangle upper = self->upper;
-  const int far = upper.start[upper.rows] > MANY;
+  const int far = upper.start[upper.rows] > MANY_PAIRS;
   flesh_double4 product = {0};
   for (int q = self->begin[part + 1] - 1; q >= self->begin[part]; q--) {
     const size_t p = (size_t)upper.row[q];
-    if (far) expect(&upper, upper.start[q], -FAR);
+    if (far) expect_pairs(&upper, upper.start[q], -FAR);
     const float *v = self->inverse + 9 * p; /* symmetric */
     flesh_float4 *y = (flesh_float4 *)(self->y + 4 * p);
     const flesh_float4 divided =

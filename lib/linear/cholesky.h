@@ -5,32 +5,33 @@
 #include <stddef.h>
 
 #include "base/archive.h"
+#include "base/isa.h"
 #include "flesh/threads.h"
-#include "linear/coarse.h"
 #include "linear/bisection.h"
-#include "linear/isa_names.h"
+#include "linear/coarse.h"
 
 typedef struct flesh_cholesky flesh_cholesky;
 
 /* Symbolic set-up for the pattern of A, all memory included. `bisection` may be freed then; `threads` (may be
  * NULL) is borrowed. The factor is kept in sixteen binary digits where it is `alone`, else, as smooth displacements are
  * left to a coarse level, in eight. Returns new. */
-int flesh_cholesky_create(const flesh_block_matrix *A, const flesh_bisection *bisection, int alone,
-                          flesh_threads *threads, flesh_cholesky **cholesky);
-void flesh_cholesky_destroy(flesh_cholesky **cholesky);
+FLESH_PER_ISA int flesh_cholesky_create(const flesh_block_matrix *A, const flesh_bisection *bisection, int alone,
+                                        flesh_threads *threads, flesh_cholesky **cholesky);
+FLESH_PER_ISA void flesh_cholesky_destroy(flesh_cholesky **cholesky);
 
 /* Factors scale * (A + shift |diag A|), scale a power of two that keeps single precision in its
  * range. FLESH_NOT_POSITIVE when a pivot block is not positive definite. */
-int flesh_cholesky_factor(flesh_cholesky *cholesky, const flesh_block_matrix *A, double scale,
-                          double shift);
+FLESH_PER_ISA int flesh_cholesky_factor(flesh_cholesky *cholesky, const flesh_block_matrix *A, double scale,
+                                        double shift);
 
 /* z = (what was factored)^-1 r, r of about 1, a vector of four lanes a node in the bisection's order. z is kept inside.
  * Half of what the coarse level (NULL: none) finds is part of it. Returns r.z. */
-double flesh_cholesky_solve(flesh_cholesky *cholesky, flesh_coarse *coarse, const float *r);
+FLESH_PER_ISA double flesh_cholesky_solve(flesh_cholesky *cholesky, flesh_coarse *coarse, const float *r);
 /* z for begin <= p < end, which z begins with; the fourth lane is anything finite. */
-void flesh_cholesky_result(const flesh_cholesky *cholesky, const flesh_coarse *coarse, int begin, int end, float *z);
+FLESH_PER_ISA void flesh_cholesky_result(const flesh_cholesky *cholesky, const flesh_coarse *coarse, int begin,
+                                         int end, float *z);
 
-size_t flesh_cholesky_memory(const flesh_cholesky *cholesky);
-void flesh_cholesky_archive(flesh_cholesky *cholesky, flesh_archive *archive);
+FLESH_PER_ISA size_t flesh_cholesky_memory(const flesh_cholesky *cholesky);
+FLESH_PER_ISA void flesh_cholesky_archive(flesh_cholesky *cholesky, flesh_archive *archive);
 
 #endif

@@ -20,11 +20,10 @@
 #include "linear/lanes.h"
 
 enum {
-  N = FLESH_BLOCK12,
   CORNERS = FLESH_COARSE_CORNERS,
   SLOTS = 4,  /* vertices of a patch */
   PARTS = FLESH_COARSE_PARTS, /* of the pairs of cells, too, added up one by one, however many threads there are */
-  MOST = 16384 /* vertices */
+  MOST_VERTICES = 16384 /* vertices */
 };
 
 /* A block of A that couples the cells of a pair: `node` in the first of them. Nodes go by where vectors store them,
@@ -170,7 +169,7 @@ static int make_entries(flesh_coarse *self)
 static int build(flesh_coarse *self, const flesh_block_matrix *A, const double *X, int vertices, const int *stored)
 {
   const size_t rows = (size_t)A->rows;
-  int status = flesh_coarse_grid_create(A, X, stored, vertices < MOST ? vertices : MOST, self->team,
+  int status = flesh_coarse_grid_create(A, X, stored, vertices < MOST_VERTICES ? vertices : MOST_VERTICES, self->team,
                                         &self->grid);
   int *place = flesh_malloc((rows + 1) * sizeof *place);
   self->stored = flesh_malloc((rows + 1) * sizeof *self->stored);
@@ -191,7 +190,7 @@ static int build(flesh_coarse *self, const flesh_block_matrix *A, const double *
     int failed = !(self->moves = flesh_huge_pages_alloc(cells * sizeof *self->moves));
     for (int part = 0; part < PARTS; part++)
       failed |= !(self->sums[part] = flesh_huge_pages_calloc(cells * sizeof *self->sums[part]));
-    failed |= !(self->load = flesh_huge_pages_alloc(((size_t)self->grid.patches * N + 1) * sizeof *self->load));
+    failed |= !(self->load = flesh_huge_pages_alloc(((size_t)self->grid.patches * FLESH_BLOCK12 + 1) * sizeof *self->load));
     status = failed ? FLESH_ERR_MEMORY : make_entries(self);
   }
   flesh_free(place);
@@ -310,8 +309,8 @@ static void load_matrix(flesh_coarse *self, double scale)
         const int m = 3 * (low % SLOTS) + c, r = 3 * (high % SLOTS) + d;
         const size_t at = 9 * (size_t)e + 3 * (size_t)c + (size_t)d;
         const double value = scale * (self->entries[0][at] + self->entries[1][at]);
-        block[N * m + r] = value;
-        if (low / SLOTS == high / SLOTS) block[N * r + m] = value;
+        block[FLESH_BLOCK12 * m + r] = value;
+        if (low / SLOTS == high / SLOTS) block[FLESH_BLOCK12 * r + m] = value;
       }
   }
   flesh_coarse_sum_matrix(self->team, &self->summed, &self->matrix);
@@ -347,14 +346,14 @@ void flesh_coarse_restrict(flesh_coarse *self, int part, int begin, int end, con
   }
 }
 
-int flesh_coarse_unknowns(const flesh_coarse *self) { return self->grid.patches * N; }
+int flesh_coarse_unknowns(const flesh_coarse *self) { return self->grid.patches * FLESH_BLOCK12; }
 
 /* Into `load`; what was restricted is forgotten. */
 static void take(flesh_coarse *self)
 {
   const int *corner = self->grid.corner;
   float *load = self->load;
-  memset(load, 0, (size_t)self->grid.patches * N * sizeof *load);
+  memset(load, 0, (size_t)self->grid.patches * FLESH_BLOCK12 * sizeof *load);
   for (int k = 0; k < self->grid.cells; k++) {
     for (int c = 0; c < 3; c++) {
       const flesh_float8 sum = self->sums[0][k].of[c] + self->sums[1][k].of[c];
@@ -387,7 +386,7 @@ static void solve(flesh_coarse *self)
 
 double flesh_coarse_solve(flesh_coarse *self)
 {
-  const size_t unknowns = (size_t)self->grid.patches * N;
+  const size_t unknowns = (size_t)self->grid.patches * FLESH_BLOCK12;
   float *x = self->matrix.x, *load = self->load;
   double product = 0;
   take(self);
@@ -420,7 +419,7 @@ size_t flesh_coarse_memory(const flesh_coarse *self)
   return sizeof *self + rows * (sizeof(flesh_float4) + 2 * sizeof(int)) + terms * sizeof(term) +
          (size_t)self->pair_count * sizeof(pair) +
          (size_t)self->grid.cells * (PARTS * sizeof(sums) + sizeof(moves) + CORNERS * sizeof(int)) +
-         (size_t)self->grid.vertices * 2 * sizeof(int) + (size_t)self->grid.patches * N * sizeof(float) +
+         (size_t)self->grid.vertices * 2 * sizeof(int) + (size_t)self->grid.patches * FLESH_BLOCK12 * sizeof(float) +
          (size_t)self->entry_count * (9 * PARTS * sizeof(double) + 2 * sizeof(int)) +
          (size_t)self->summed.count * sizeof(int) + flesh_coarse_cholesky_memory(&self->matrix);
 }

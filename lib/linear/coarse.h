@@ -12,23 +12,24 @@
 #include <stdint.h>
 
 #include "base/archive.h"
+#include "base/isa.h"
 #include "base/team.h"
 #include "flesh/threads.h"
 #include "linear/bisection.h"
-#include "linear/isa_names.h"
 
 typedef struct flesh_coarse flesh_coarse;
 
 /* For matrices of A's pattern, with at most `vertices` of the grid, or eight; `positions` [3*rows] at rest, `bisection`
  * may be freed then, `threads` (may be NULL) is borrowed. Returns new. */
-int flesh_coarse_create(const flesh_block_matrix *A, const double *positions, int vertices,
-                        const flesh_bisection *bisection, flesh_threads *threads, const flesh_team *team,
-                        flesh_coarse **coarse);
-void flesh_coarse_destroy(flesh_coarse **coarse);
+FLESH_PER_ISA int flesh_coarse_create(const flesh_block_matrix *A, const double *positions, int vertices,
+                                      const flesh_bisection *bisection, flesh_threads *threads, const flesh_team *team,
+                                      flesh_coarse **coarse);
+FLESH_PER_ISA void flesh_coarse_destroy(flesh_coarse **coarse);
 
 /* Factors scale P^T A P, P zero at the constrained dofs, `fixed` [3*rows] (NULL: none), whose rows in A are diagonal;
  * `scale` takes A's largest entry to about 1. FLESH_NOT_POSITIVE when it is indefinite, as A then is. */
-int flesh_coarse_setup(flesh_coarse *coarse, const flesh_block_matrix *A, double scale, const uint8_t *fixed);
+FLESH_PER_ISA int flesh_coarse_setup(flesh_coarse *coarse, const flesh_block_matrix *A, double scale,
+                                     const uint8_t *fixed);
 
 /* What is added for a residual r of about 1, in three steps: P^T r, range by range of nodes, each of two parts by one
  * thread at a time; the solve, which is kept inside and returns what is added times r; and z = y + share P times it for
@@ -36,16 +37,17 @@ int flesh_coarse_setup(flesh_coarse *coarse, const flesh_block_matrix *A, double
 enum { FLESH_COARSE_PARTS = 2 };
 /* The weight of the correction: displacements that are smooth get one from either level. */
 #define FLESH_COARSE_SHARE 0.5f
-void flesh_coarse_restrict(flesh_coarse *coarse, int part, int begin, int end, const float *r);
-double flesh_coarse_solve(flesh_coarse *coarse);
+FLESH_PER_ISA void flesh_coarse_restrict(flesh_coarse *coarse, int part, int begin, int end, const float *r);
+FLESH_PER_ISA double flesh_coarse_solve(flesh_coarse *coarse);
 /* The same where the loads of a team's ranks are added up elsewhere: P^T r of this rank, times `scale`, a number for
  * each of the unknowns; and the solve for `scale` times the sum, which all ranks have. */
-int flesh_coarse_unknowns(const flesh_coarse *coarse);
-void flesh_coarse_take(flesh_coarse *coarse, double scale, double *load);
-void flesh_coarse_solve_for(flesh_coarse *coarse, const double *load, double scale);
-void flesh_coarse_add(const flesh_coarse *coarse, int begin, int end, float share, const float *y, float *z);
+FLESH_PER_ISA int flesh_coarse_unknowns(const flesh_coarse *coarse);
+FLESH_PER_ISA void flesh_coarse_take(flesh_coarse *coarse, double scale, double *load);
+FLESH_PER_ISA void flesh_coarse_solve_for(flesh_coarse *coarse, const double *load, double scale);
+FLESH_PER_ISA void flesh_coarse_add(const flesh_coarse *coarse, int begin, int end, float share, const float *y,
+                                    float *z);
 
-size_t flesh_coarse_memory(const flesh_coarse *coarse);
-void flesh_coarse_archive(flesh_coarse *coarse, flesh_archive *archive);
+FLESH_PER_ISA size_t flesh_coarse_memory(const flesh_coarse *coarse);
+FLESH_PER_ISA void flesh_coarse_archive(flesh_coarse *coarse, flesh_archive *archive);
 
 #endif

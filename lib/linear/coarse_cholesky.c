@@ -16,14 +16,8 @@
 enum {
   N = FLESH_BLOCK12,
   SIZE = FLESH_BLOCK12_SIZE,
-  AHEAD = 16 /* blocks that are fetched ahead: between two solves all else passes through the caches */
+  BLOCKS_AHEAD = 16 /* blocks that are fetched ahead: between two solves all else passes through the caches */
 };
-
-static int compare_int(const void *a, const void *b)
-{
-  int x = *(const int *)a, y = *(const int *)b;
-  return (x > y) - (x < y);
-}
 
 /* Rows of the factor's columns: a column has those of the matrix and, but for the first, those of the columns that end
  * up in it (Liu 1990). `order`: rows by place; `mark`, `child`, `next` [n]. Returns how many, or only counts. */
@@ -52,7 +46,7 @@ static int columns_of_factor(flesh_coarse_cholesky *self, const int *starts, con
         self->row[count++] = r;
       }
     self->start[k + 1] = count;
-    flesh_sort(self->row + self->start[k], (size_t)(count - self->start[k]), sizeof *self->row, compare_int);
+    flesh_sort(self->row + self->start[k], (size_t)(count - self->start[k]), sizeof *self->row, flesh_compare_int);
     if (count > self->start[k]) {
       int parent = self->row[self->start[k]];
       next[k] = child[parent];
@@ -155,7 +149,7 @@ double *flesh_coarse_cholesky_at(flesh_coarse_cholesky *self, int low, int high)
 {
   if (low == high) return self->pivots + SIZE * (size_t)low;
   const int *found = bsearch(&high, self->row + self->start[low], (size_t)(self->start[low + 1] - self->start[low]),
-                             sizeof high, compare_int);
+                             sizeof high, flesh_compare_int);
   return self->blocks + SIZE * (size_t)(found - self->row);
 }
 
@@ -211,14 +205,14 @@ enum { PAIRS = 6 }; /* of columns whose sums fit the registers */
 
 /* Two columns of twelve are three vectors of eight: eight of the first, its last four and four of the second, and that
  * one's other eight. The rows of either, repeated so: */
-typedef struct rows {
+typedef struct twelve_doubles {
   flesh_double8 first, middle, last;
-} rows;
+} twelve_doubles;
 
-static inline rows load_rows(const double *x)
+static inline twelve_doubles load_twelve(const double *x)
 {
   const flesh_double8 first = FLESH_LANES_DOUBLE8(x), last = FLESH_LANES_DOUBLE8(x + 4);
-  return (rows){first, __builtin_shufflevector(last, first, 4, 5, 6, 7, 8, 9, 10, 11), last};
+  return (twelve_doubles){first, __builtin_shufflevector(last, first, 4, 5, 6, 7, 8, 9, 10, 11), last};
 }
 
 /* C -= P Q^T, several pairs of columns at a time: P's are loaded once for them, and their sums stay in registers. */
@@ -229,7 +223,7 @@ static void subtract(double *restrict C, const double *restrict P, const double 
     for (int t = 0; t < PAIRS; t++)
       for (int p = 0; p < 3; p++) sums[t][p] = FLESH_LANES_DOUBLE8(C + N * (s + 2 * t) + 8 * p);
     for (int m = 0; m < N; m++) {
-      const rows column = load_rows(P + N * m);
+      const twelve_doubles column = load_twelve(P + N * m);
 #pragma GCC unroll 6
       for (int t = 0; t < PAIRS; t++) {
         const double one = Q[N * m + s + 2 * t], other = Q[N * m + s + 2 * t + 1];
@@ -334,7 +328,7 @@ static inline twelve_floats gathered(const flesh_float4 sums[N])
   return all;
 }
 
-static inline void expect(const float *block)
+static inline void expect_block(const float *block)
 {
   for (int e = 0; e < SIZE; e += 16) __builtin_prefetch(block + e);
 }
@@ -349,7 +343,7 @@ void flesh_coarse_cholesky_solve(flesh_coarse_cholesky *self)
     for (int e = self->start[k]; e < self->start[k + 1]; e++) {
       float *y = self->x + N * (size_t)self->row[e];
       const float *block = self->kept + SIZE * (size_t)e;
-      expect(block + SIZE * AHEAD);
+      expect_block(block + SIZE * BLOCKS_AHEAD);
       const twelve_floats sum = add_product(load12_floats(y), block, less);
       memcpy(y, &sum, sizeof sum);
     }
@@ -359,7 +353,7 @@ void flesh_coarse_cholesky_solve(flesh_coarse_cholesky *self)
     flesh_float4 sums[N] = {{0}}, products[N] = {{0}};
     for (int e = self->start[k + 1] - 1; e >= self->start[k]; e--) {
       const float *block = self->kept + SIZE * (size_t)e;
-      expect(block - SIZE * AHEAD);
+      expect_block(block - SIZE * BLOCKS_AHEAD);
       add_transposed(sums, block, load12_floats(self->x + N * (size_t)self->row[e]));
     }
     twelve_floats rest = load12_floats(x), sum = gathered(sums);

@@ -6,7 +6,7 @@
 #include <stddef.h>
 
 #include "base/archive.h"
-#include "linear/isa_names.h"
+#include "base/isa.h"
 
 enum { FLESH_BLOCK12 = 12, FLESH_BLOCK12_SIZE = 144 };
 
@@ -24,19 +24,20 @@ typedef struct flesh_coarse_cholesky {
 } flesh_coarse_cholesky;
 
 /* For the pattern of neighbours[starts[i]] ... of each row i, symmetric, without i itself. */
-int flesh_coarse_cholesky_create(int n, const int *starts, const int *neighbours, flesh_coarse_cholesky *matrix);
-void flesh_coarse_cholesky_clear(flesh_coarse_cholesky *matrix);
-size_t flesh_coarse_cholesky_memory(const flesh_coarse_cholesky *matrix);
-void flesh_coarse_cholesky_archive(flesh_coarse_cholesky *matrix, flesh_archive *archive);
+FLESH_PER_ISA int flesh_coarse_cholesky_create(int n, const int *starts, const int *neighbours,
+                                               flesh_coarse_cholesky *matrix);
+FLESH_PER_ISA void flesh_coarse_cholesky_clear(flesh_coarse_cholesky *matrix);
+FLESH_PER_ISA size_t flesh_coarse_cholesky_memory(const flesh_coarse_cholesky *matrix);
+FLESH_PER_ISA void flesh_coarse_cholesky_archive(flesh_coarse_cholesky *matrix, flesh_archive *archive);
 
 /* All entries 0, to be filled before flesh_coarse_cholesky_factor. */
-void flesh_coarse_cholesky_zero(flesh_coarse_cholesky *matrix);
+FLESH_PER_ISA void flesh_coarse_cholesky_zero(flesh_coarse_cholesky *matrix);
 /* Block of the rows at two places in the order, low < high (column low), or low == high: the lower triangle. */
-double *flesh_coarse_cholesky_at(flesh_coarse_cholesky *matrix, int low, int high);
+FLESH_PER_ISA double *flesh_coarse_cholesky_at(flesh_coarse_cholesky *matrix, int low, int high);
 
 /* 0 when the matrix is indefinite; directions without stiffness are left out. */
-int flesh_coarse_cholesky_factor(flesh_coarse_cholesky *matrix);
+FLESH_PER_ISA int flesh_coarse_cholesky_factor(flesh_coarse_cholesky *matrix);
 /* x [12*n], in the order of elimination, becomes the solution for the right-hand side that it holds. */
-void flesh_coarse_cholesky_solve(flesh_coarse_cholesky *matrix);
+FLESH_PER_ISA void flesh_coarse_cholesky_solve(flesh_coarse_cholesky *matrix);
 
 #endif

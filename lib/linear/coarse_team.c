@@ -6,7 +6,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 
-enum { ROOM = 1024 /* numbers that ranks exchange at a time */, SIZE = FLESH_BLOCK12_SIZE };
+enum { ROOM = 1024 }; /* numbers that ranks exchange at a time */
 
 /* What the matrices of all ranks couple between them. Collective, whatever there is no memory for. */
 static int unite(const flesh_team *team, size_t n, uint8_t *touch)
@@ -72,9 +72,9 @@ void flesh_coarse_sums_clear(flesh_coarse_sums *self)
 /* Leaves 0 where it was. */
 static void move_block(double *blocks, int from, int to)
 {
-  double *block = blocks + SIZE * (size_t)from;
-  memcpy(blocks + SIZE * (size_t)to, block, SIZE * sizeof *block);
-  memset(block, 0, SIZE * sizeof *block);
+  double *block = blocks + FLESH_BLOCK12_SIZE * (size_t)from;
+  memcpy(blocks + FLESH_BLOCK12_SIZE * (size_t)to, block, FLESH_BLOCK12_SIZE * sizeof *block);
+  memset(block, 0, FLESH_BLOCK12_SIZE * sizeof *block);
 }
 
 /* What is summed up moves to the front for that. */
@@ -83,10 +83,10 @@ void flesh_coarse_sum_matrix(const flesh_team *team, const flesh_coarse_sums *se
   if (!team) return;
   for (int k = 0; k < self->count; k++)
     if (self->blocks[k] != k) move_block(matrix->blocks, self->blocks[k], k);
-  flesh_team_sum(team, SIZE * self->count, matrix->blocks);
+  flesh_team_sum(team, FLESH_BLOCK12_SIZE * self->count, matrix->blocks);
   for (int k = self->count - 1; k >= 0; k--)
     if (self->blocks[k] != k) move_block(matrix->blocks, k, self->blocks[k]);
-  flesh_team_sum(team, SIZE * matrix->n, matrix->pivots);
+  flesh_team_sum(team, FLESH_BLOCK12_SIZE * matrix->n, matrix->pivots);
 }
 
 void flesh_coarse_sum(const flesh_team *team, int count, float *x)

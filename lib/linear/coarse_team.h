@@ -15,12 +15,13 @@ typedef struct flesh_coarse_sums {
 
 /* A factor for n patches that are coupled where `touch` [n*n] is not 0 on any rank, which all ranks know then; NULL:
  * there was no memory for it. FLESH_ERR_MEMORY; both are to be cleared also then. `team` NULL: a rank by itself. */
-int flesh_coarse_sums_create(const flesh_team *team, int n, uint8_t *touch, flesh_coarse_cholesky *matrix,
-                             flesh_coarse_sums *sums);
-void flesh_coarse_sums_clear(flesh_coarse_sums *sums);
+FLESH_PER_ISA int flesh_coarse_sums_create(const flesh_team *team, int n, uint8_t *touch,
+                                           flesh_coarse_cholesky *matrix, flesh_coarse_sums *sums);
+FLESH_PER_ISA void flesh_coarse_sums_clear(flesh_coarse_sums *sums);
 /* The matrix, before it is factored, becomes the sum of the ranks'. */
-void flesh_coarse_sum_matrix(const flesh_team *team, const flesh_coarse_sums *sums, flesh_coarse_cholesky *matrix);
+FLESH_PER_ISA void flesh_coarse_sum_matrix(const flesh_team *team, const flesh_coarse_sums *sums,
+                                           flesh_coarse_cholesky *matrix);
 /* The sum of the ranks' x [count], by sums in double precision. */
-void flesh_coarse_sum(const flesh_team *team, int count, float *x);
+FLESH_PER_ISA void flesh_coarse_sum(const flesh_team *team, int count, float *x);
 
 #endif

@@ -1,5 +1,22 @@
-/* linear_isa.c: the linear solver of one instruction set. */
+/* linear_isa.c: the linear solver of one instruction set, in one translation unit: its functions have no names outside,
+ * and rooms call them by the table. The names of what is static in these files have to differ. */
 #include "linear/linear.h"
+
+#include "linear/chebyshev.c"
+#include "linear/cholesky.c"
+#include "linear/coarse.c"
+#include "linear/coarse_cholesky.c"
+#include "linear/coarse_team.c"
+#include "linear/diagonal_blocks.c"
+#include "linear/local_level.c"
+#include "linear/pcg.c"
+#include "linear/pcg_team.c"
+#include "linear/preconditioner.c"
+#include "linear/preconditioner_solve.c"
+#include "linear/product.c"
+#include "linear/row_coupling.c"
+#include "linear/sparse_cholesky.c"
+#include "linear/volume_projection.c"
 
 const flesh_linear FLESH_OF_ISA(flesh_linear) = {
     .preconditioner_create = flesh_preconditioner_create,

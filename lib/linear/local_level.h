@@ -18,18 +18,20 @@ typedef struct flesh_local_level {
 /* With at most so many vertices, or eight; `positions` [3*rows] at rest of the `rows` nodes that the rank has,
  * `bisection` that of the overlap's matrix. Collective, and fails on all ranks or none. To be cleared also when it
  * fails. */
-int flesh_local_level_create(const flesh_overlap *overlap, int rows, const double *positions, int vertices,
-                             const flesh_bisection *bisection, flesh_threads *threads, flesh_local_level *level);
-void flesh_local_level_clear(flesh_local_level *level);
-size_t flesh_local_level_memory(const flesh_local_level *level, const flesh_overlap *overlap);
+FLESH_PER_ISA int flesh_local_level_create(const flesh_overlap *overlap, int rows, const double *positions,
+                                           int vertices, const flesh_bisection *bisection, flesh_threads *threads,
+                                           flesh_local_level *level);
+FLESH_PER_ISA void flesh_local_level_clear(flesh_local_level *level);
+FLESH_PER_ISA size_t flesh_local_level_memory(const flesh_local_level *level, const flesh_overlap *overlap);
 
 /* Factors scale times `all`, the overlap's matrix, on the level; `fixed` [3*rows] (NULL: none). Collective; nothing is
  * done where there is no such level. */
-void flesh_local_level_setup(flesh_local_level *level, const flesh_overlap *overlap, const flesh_block_matrix *all,
-                             double scale, int rows, const uint8_t *fixed);
+FLESH_PER_ISA void flesh_local_level_setup(flesh_local_level *level, const flesh_overlap *overlap,
+                                           const flesh_block_matrix *all, double scale, int rows,
+                                           const uint8_t *fixed);
 /* NULL: it does not serve. */
-flesh_coarse *flesh_local_level_coarse(const flesh_local_level *level);
+FLESH_PER_ISA flesh_coarse *flesh_local_level_coarse(const flesh_local_level *level);
 
-void flesh_local_level_archive(flesh_local_level *level, flesh_archive *archive);
+FLESH_PER_ISA void flesh_local_level_archive(flesh_local_level *level, flesh_archive *archive);
 
 #endif

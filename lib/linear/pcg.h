@@ -2,26 +2,28 @@
 #ifndef FLESH_LINEAR_PCG_H
 #define FLESH_LINEAR_PCG_H
 
+#include "base/isa.h"
 #include "flesh/threads.h"
 #include "linear/pcg_request.h"
-#include "linear/isa_names.h"
 
 /* The vectors of a solve and the order of its products. */
 typedef struct flesh_pcg_space flesh_pcg_space;
 
 /* For matrices of A's pattern; `single`: solves in single precision may be asked for. `threads` (may be NULL) is
  * borrowed. Returns new. */
-int flesh_pcg_space_create(const flesh_block_matrix *A, int single, flesh_threads *threads, flesh_pcg_space **space);
-void flesh_pcg_space_destroy(flesh_pcg_space **space);
-size_t flesh_pcg_space_memory(const flesh_pcg_space *space);
+FLESH_PER_ISA int flesh_pcg_space_create(const flesh_block_matrix *A, int single, flesh_threads *threads,
+                                         flesh_pcg_space **space);
+FLESH_PER_ISA void flesh_pcg_space_destroy(flesh_pcg_space **space);
+FLESH_PER_ISA size_t flesh_pcg_space_memory(const flesh_pcg_space *space);
 
 /* Solves A x = b from x [3*rows] = 0 until || weights . (b - A x) ||_2 <= tolerance. FLESH_OK; FLESH_NOT_CONVERGED at
  * the iteration limit, x the last iterate (a descent direction all the same); FLESH_NOT_POSITIVE at the first direction
  * p with p.Ap <= 0, x the iterate before it; FLESH_NONFINITE; what `stop` says. */
-int flesh_pcg(flesh_pcg_space *space, const flesh_pcg_request *request, double *x, flesh_pcg_result *result);
+FLESH_PER_ISA int flesh_pcg(flesh_pcg_space *space, const flesh_pcg_request *request, double *x,
+                            flesh_pcg_result *result);
 
 /* || r - (A x - b) ||_2 of the last solve's x: how far r [3*rows] is from what the linear model predicts where x
  * leads. Before the first solve || r ||_2. */
-double flesh_pcg_model_error(const flesh_pcg_space *space, const double *r);
+FLESH_PER_ISA double flesh_pcg_model_error(const flesh_pcg_space *space, const double *r);
 
 #endif

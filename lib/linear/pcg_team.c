@@ -192,7 +192,7 @@ static void precondition(iteration *now, int stops)
 }
 
 /* To the next residual; returns its weighted norm. */
-static double descend(iteration *now)
+static double descend_in_team(iteration *now)
 {
   flesh_pcg_work *w = now->work;
   const flesh_pcg_space *self = w->space;
@@ -247,7 +247,7 @@ int flesh_pcg_in_team(flesh_pcg_work *w, flesh_pcg_result *result)
     w->alpha = rz / pAp;
     w->downhill = status == FLESH_NOT_POSITIVE ? rz / fmax(fabs(pAp), pMp) : w->alpha;
     result->iterations++;
-    result->residual = descend(&now);
+    result->residual = descend_in_team(&now);
     w->downhill = 0; /* x has it */
     if (result->residual <= request->tolerance) return status == FLESH_NOT_POSITIVE ? status : FLESH_OK;
     rz_before = rz;

@@ -6,10 +6,10 @@
 #include <stdint.h>
 
 #include "base/archive.h"
+#include "base/isa.h"
 #include "flesh/block_matrix.h"
-#include "flesh/threads.h"
 #include "flesh/linear_solver.h"
-#include "linear/isa_names.h"
+#include "flesh/threads.h"
 #include "linear/overlap.h"
 
 /* What AUTO means for a mesh of so many nodes; any other kind is itself. */
@@ -33,74 +33,77 @@ extern const char *const flesh_preconditioner_names[];
 typedef struct flesh_preconditioner_data flesh_preconditioner_data;
 
 /* A power of two that takes x to about 1; of what has none, 1. */
-double flesh_power_to_one(double x);
+FLESH_PER_ISA double flesh_power_to_one(double x);
 
 /* Symbolic set-up for the pattern of A, all memory included. `positions` [3*rows] at rest are what
  * the two-level kind goes by (NULL: it has one level); `threads` (may be NULL) is borrowed. Returns
  * new. */
-int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_matrix *A,
-                                const double *positions, flesh_threads *threads,
-                                flesh_preconditioner_data **preconditioner);
+FLESH_PER_ISA int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_matrix *A,
+                                              const double *positions, flesh_threads *threads,
+                                              flesh_preconditioner_data **preconditioner);
 /* The same with these coarse levels; NULL: flesh_levels_for the matrix. */
-int flesh_preconditioner_create_levels(flesh_preconditioner kind, const flesh_block_matrix *A,
-                                       const double *positions, const flesh_levels *levels, flesh_threads *threads,
-                                       flesh_preconditioner_data **preconditioner);
+FLESH_PER_ISA int flesh_preconditioner_create_levels(flesh_preconditioner kind, const flesh_block_matrix *A,
+                                                     const double *positions, const flesh_levels *levels,
+                                                     flesh_threads *threads,
+                                                     flesh_preconditioner_data **preconditioner);
 /* From now on the stiff terms of A's rows (borrowed; to be those of the matrix at every set-up) are taken out by a
  * volume projection, but for set-ups where they are left in; all memory included. Not for NONE. `positions`
  * [3*A->rows] at rest; `polynomial`: by Chebyshev polynomials, else exactly. With a team each rank has rows of its own, or
  * none; where there are other ranks it has to be by polynomials. Collective. */
-int flesh_preconditioner_project(flesh_preconditioner_data *preconditioner, const flesh_block_matrix *A,
-                                 const flesh_stiff_rows *rows, const double *positions, int polynomial);
-void flesh_preconditioner_destroy(flesh_preconditioner_data **preconditioner);
+FLESH_PER_ISA int flesh_preconditioner_project(flesh_preconditioner_data *preconditioner, const flesh_block_matrix *A,
+                                               const flesh_stiff_rows *rows, const double *positions, int polynomial);
+FLESH_PER_ISA void flesh_preconditioner_destroy(flesh_preconditioner_data **preconditioner);
 
 /* Numeric set-up. Always ends with a positive definite operator: incomplete Cholesky shifts A's
  * diagonal as far as it must, and the coarse level is left out where A is indefinite on it. The
  * rows of fixed dofs [3*rows] (NULL: none) are diagonal. FLESH_NONFINITE when A has a non-finite
  * diagonal; FLESH_ERR_MEMORY or FLESH_ERR_SOLVE from BOOMERAMG. */
-int flesh_preconditioner_setup(flesh_preconditioner_data *preconditioner,
-                               const flesh_block_matrix *A, const uint8_t *fixed);
+FLESH_PER_ISA int flesh_preconditioner_setup(flesh_preconditioner_data *preconditioner, const flesh_block_matrix *A,
+                                             const uint8_t *fixed);
 
 /* z = P^-1 r, both [3*rows]; z may be r. */
-void flesh_preconditioner_apply(flesh_preconditioner_data *preconditioner, const double *r,
-                                double *z);
+FLESH_PER_ISA void flesh_preconditioner_apply(flesh_preconditioner_data *preconditioner, const double *r, double *z);
 /* The same on four lanes per node, in the order of the pattern's bisection, in single precision and for `scale` times
  * the matrix, a power of two that takes its largest entry to about 1: z = (scale A)^-1 r, nearly, of an r of about 1. z
  * is kept inside. Returns r.z. */
-double flesh_preconditioner_solve(flesh_preconditioner_data *preconditioner, const float *r);
-double flesh_preconditioner_scale(const flesh_preconditioner_data *preconditioner);
+FLESH_PER_ISA double flesh_preconditioner_solve(flesh_preconditioner_data *preconditioner, const float *r);
+FLESH_PER_ISA double flesh_preconditioner_scale(const flesh_preconditioner_data *preconditioner);
 /* z for begin <= p < end, which z begins with; the fourth lane is anything finite. */
-void flesh_preconditioner_result(const flesh_preconditioner_data *preconditioner, int begin, int end, float *z);
+FLESH_PER_ISA void flesh_preconditioner_result(const flesh_preconditioner_data *preconditioner, int begin, int end,
+                                               float *z);
 
 /* What conjugate gradients of a team need (pcg_team.c), which keep the residual where ranks reach it and add up the coarse
  * level's load P^T r with their own sums.
  *
  * Where the residual is kept; NULL: it is not, nothing is found at ghosts, and there is no load. */
-const flesh_overlap *flesh_preconditioner_overlap(const flesh_preconditioner_data *preconditioner);
+FLESH_PER_ISA const flesh_overlap *flesh_preconditioner_overlap(const flesh_preconditioner_data *preconditioner);
 /* The ranks as solves see them: the threads' team, narrowed to the pattern of the matrix. */
-const flesh_team *flesh_preconditioner_team(const flesh_preconditioner_data *preconditioner);
+FLESH_PER_ISA const flesh_team *flesh_preconditioner_team(const flesh_preconditioner_data *preconditioner);
 /* How many numbers the load has. */
-int flesh_preconditioner_unknowns(const flesh_preconditioner_data *preconditioner);
+FLESH_PER_ISA int flesh_preconditioner_unknowns(const flesh_preconditioner_data *preconditioner);
 /* This rank's part of the load for `scale` times r, which is not summed up; nothing where it has no numbers. */
-void flesh_preconditioner_load(flesh_preconditioner_data *preconditioner, const float *r, double scale, double *load);
+FLESH_PER_ISA void flesh_preconditioner_load(flesh_preconditioner_data *preconditioner, const float *r, double scale,
+                                             double *load);
 /* flesh_preconditioner_solve where the residual is kept. r, `scale` times it, is zero at ghosts; `load`, the sum over the
  * ranks, without `scale`. */
-void flesh_preconditioner_solve_for(flesh_preconditioner_data *preconditioner, const float *r, const double *load,
-                                    double scale);
+FLESH_PER_ISA void flesh_preconditioner_solve_for(flesh_preconditioner_data *preconditioner, const float *r,
+                                                  const double *load, double scale);
 /* Room with a team: so many numbers, and three times those that a load may have. */
 enum { FLESH_PRECONDITIONER_SUMS = 16 };
-double *flesh_preconditioner_room(flesh_preconditioner_data *preconditioner);
+FLESH_PER_ISA double *flesh_preconditioner_room(flesh_preconditioner_data *preconditioner);
 
 /* Takes from step [3*rows] what moves the stiff rows of the matrix by `error` [rows of these], as far as the projection
  * goes. 0: nothing is projected, and nothing done. Collective; steps are consistent. */
-int flesh_preconditioner_restore(flesh_preconditioner_data *preconditioner, const float *error, double *step);
+FLESH_PER_ISA int flesh_preconditioner_restore(flesh_preconditioner_data *preconditioner, const float *error,
+                                               double *step);
 
 /* How far the stiff rows are from those of the last set-up, 0 where nothing is projected: from about 1 on there are many
  * iterations more. Collective. */
-double flesh_preconditioner_turned(const flesh_preconditioner_data *preconditioner);
+FLESH_PER_ISA double flesh_preconditioner_turned(const flesh_preconditioner_data *preconditioner);
 
-size_t flesh_preconditioner_memory(const flesh_preconditioner_data *preconditioner);
+FLESH_PER_ISA size_t flesh_preconditioner_memory(const flesh_preconditioner_data *preconditioner);
 
 /* What set-ups have made, and what the next one goes by. The stiff rows are not part of it. */
-void flesh_preconditioner_archive(flesh_preconditioner_data *preconditioner, flesh_archive *archive);
+FLESH_PER_ISA void flesh_preconditioner_archive(flesh_preconditioner_data *preconditioner, flesh_archive *archive);
 
 #endif

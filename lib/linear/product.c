@@ -161,7 +161,7 @@ size_t flesh_product_memory(const flesh_product *product)
 }
 
 enum {
-  MANY = 200000, /* blocks of a matrix beyond the caches, which is fetched AHEAD */
+  MANY_BLOCKS = 200000, /* blocks of a matrix beyond the caches, which is fetched AHEAD */
   AHEAD = 9216,  /* bytes */
   SOON = 2,      /* slices: how far ahead rows are asked for that are to be rounded */
   WRITTEN = 8,   /* columns: how far ahead of what is being written */
@@ -218,7 +218,7 @@ static inline flesh_double4 sums_of(const flesh_double4 s[3])
 static __attribute__((noinline)) double rows_double(const multiplication *m, int part)
 {
   const flesh_product *product = m->product;
-  const int far = product->blocks > MANY;
+  const int far = product->blocks > MANY_BLOCKS;
   const unsigned *place = product->place;
   double *x = m->x, *y = m->y;
   int k = product->first[product->begin[part]];
@@ -305,7 +305,7 @@ static inline __attribute__((always_inline)) void round_column(rounding *now, in
 static inline __attribute__((always_inline)) double rows_single(const multiplication *m, int part, int anew)
 {
   const flesh_product *product = m->product;
-  const int begin = product->slices[part], end = product->slices[part + 1], far = product->blocks > MANY;
+  const int begin = product->slices[part], end = product->slices[part + 1], far = product->blocks > MANY_BLOCKS;
   const float *x = m->x;
   float *y = m->y;
   flesh_sliced_ell *block = (flesh_sliced_ell *)(product->rounded + rounded_at(product, begin));

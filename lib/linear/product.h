@@ -5,9 +5,9 @@
 
 #include <stddef.h>
 
+#include "base/isa.h"
 #include "flesh/threads.h"
 #include "linear/bisection.h"
-#include "linear/isa_names.h"
 
 /* Nodes that vectors are padded to a multiple of, so that they can be summed up as many at a time. */
 enum { FLESH_PRODUCT_PADDING = 4 };
@@ -31,20 +31,22 @@ typedef struct flesh_product {
 
 /* For matrices of A's pattern, whose rows lie in the order of `bisection`, which may be freed then. `single`: products
  * in single precision will be asked for. */
-int flesh_product_create(const flesh_block_matrix *A, const flesh_bisection *bisection, int single,
-                         flesh_product *product);
-void flesh_product_clear(flesh_product *product);
-size_t flesh_product_memory(const flesh_product *product);
+FLESH_PER_ISA int flesh_product_create(const flesh_block_matrix *A, const flesh_bisection *bisection, int single,
+                                       flesh_product *product);
+FLESH_PER_ISA void flesh_product_clear(flesh_product *product);
+FLESH_PER_ISA size_t flesh_product_memory(const flesh_product *product);
 
 /* y = A x, both [4*nodes], of which the first 4*rows, padded, are the vectors, the fourth lane of x finite and that
  * of y anything, and the last belong to the product. Returns x.A x. Where x is not ready, `make(data, begin, end)`
  * makes it so for begin <= p < end, every p once, by the thread that will need it next; NULL: it is. */
-double flesh_product_multiply(flesh_product *product, const flesh_block_matrix *A, flesh_threads *threads,
-                              void (*make)(void *data, int begin, int end), void *data, double *x, double *y);
+FLESH_PER_ISA double flesh_product_multiply(flesh_product *product, const flesh_block_matrix *A,
+                                            flesh_threads *threads, void (*make)(void *data, int begin, int end),
+                                            void *data, double *x, double *y);
 
 /* The same of scale * A, rounded to single precision, in single precision. A NULL: what it was the last time. */
-double flesh_product_multiply_single(flesh_product *product, const flesh_block_matrix *A, double scale,
-                                     flesh_threads *threads, void (*make)(void *data, int begin, int end), void *data,
-                                     float *x, float *y);
+FLESH_PER_ISA double flesh_product_multiply_single(flesh_product *product, const flesh_block_matrix *A, double scale,
+                                                   flesh_threads *threads,
+                                                   void (*make)(void *data, int begin, int end), void *data, float *x,
+                                                   float *y);
 
 #endif

@@ -9,12 +9,6 @@
 #include "base/memory.h"
 #include "base/sort.h"
 
-static int compare_int(const void *a, const void *b)
-{
-  int x = *(const int *)a, y = *(const int *)b;
-  return (x > y) - (x < y);
-}
-
 /* The rows that share a main node with each; returns how many in all. `mark` [rows]; `neighbours` NULL: only counts. */
 static size_t find_neighbours(const flesh_row_lists *lists, int *mark, int *starts, int *neighbours)
 {
@@ -36,7 +30,7 @@ static size_t find_neighbours(const flesh_row_lists *lists, int *mark, int *star
     }
     if (!neighbours) continue;
     starts[e + 1] = (int)count;
-    flesh_sort(neighbours + starts[e], count - (size_t)starts[e], sizeof *neighbours, compare_int);
+    flesh_sort(neighbours + starts[e], count - (size_t)starts[e], sizeof *neighbours, flesh_compare_int);
   }
   return count;
 }

@@ -6,10 +6,10 @@
 #include <stddef.h>
 
 #include "base/archive.h"
+#include "base/isa.h"
 #include "flesh/block_matrix.h"
 #include "flesh/threads.h"
 #include "linear/chebyshev.h"
-#include "linear/isa_names.h"
 #include "linear/lanes.h"
 #include "linear/row_lists.h"
 #include "linear/shared_rows.h"
@@ -31,25 +31,26 @@ typedef struct flesh_row_coupling {
 /* All memory; the lists may be forgotten, `threads` (may be NULL) is borrowed. `positions` [3*nodes] at rest by the
  * numbers in `rows`; `polynomial`: solves are Chebyshev polynomials, else exact. To be cleared also when it fails:
  * FLESH_ERR_MEMORY. */
-int flesh_row_coupling_create(const flesh_row_lists *lists, const flesh_stiff_rows *rows, const double *positions,
-                              int polynomial, flesh_threads *threads, flesh_row_coupling *coupling);
-void flesh_row_coupling_clear(flesh_row_coupling *coupling);
+FLESH_PER_ISA int flesh_row_coupling_create(const flesh_row_lists *lists, const flesh_stiff_rows *rows,
+                                            const double *positions, int polynomial, flesh_threads *threads,
+                                            flesh_row_coupling *coupling);
+FLESH_PER_ISA void flesh_row_coupling_clear(flesh_row_coupling *coupling);
 /* From now on the rows are those of one rank of several, which share these nodes: set-ups and solves, by polynomials, are
  * those of all ranks together. All is borrowed; inverse and by_node are those that set-ups take. The coupling must not
  * move afterwards. */
-void flesh_row_coupling_share(flesh_row_coupling *coupling, const flesh_shared_rows *shared,
-                              const flesh_row_lists *lists, const float *inverse, const float *by_node);
-size_t flesh_row_coupling_memory(const flesh_row_coupling *coupling);
+FLESH_PER_ISA void flesh_row_coupling_share(flesh_row_coupling *coupling, const flesh_shared_rows *shared,
+                                            const flesh_row_lists *lists, const float *inverse, const float *by_node);
+FLESH_PER_ISA size_t flesh_row_coupling_memory(const flesh_row_coupling *coupling);
 
 /* Of shift I + B D^-1 B^T with inverse [9*nodes] of D's blocks and B by_node [start[nodes]][3]. 0 where single precision
  * does not tell it from a singular matrix. */
-int flesh_row_coupling_setup(flesh_row_coupling *coupling, const flesh_row_lists *lists, float shift,
-                             const float *inverse, const float *by_node);
+FLESH_PER_ISA int flesh_row_coupling_setup(flesh_row_coupling *coupling, const flesh_row_lists *lists, float shift,
+                                           const float *inverse, const float *by_node);
 /* solution [rows] = S^-1 t, or nearly; it may be t. A linear symmetric function of t. */
-void flesh_row_coupling_solve(flesh_row_coupling *coupling, const float *t, float *solution);
+FLESH_PER_ISA void flesh_row_coupling_solve(flesh_row_coupling *coupling, const float *t, float *solution);
 
 /* What the last set-up has made. */
-void flesh_row_coupling_archive(flesh_row_coupling *coupling, flesh_archive *archive);
+FLESH_PER_ISA void flesh_row_coupling_archive(flesh_row_coupling *coupling, flesh_archive *archive);
 
 /* A block times three lanes; the fourth is 0. */
 static inline flesh_float4 flesh_block_times(const float *block, flesh_float4 x)

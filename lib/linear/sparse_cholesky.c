@@ -15,17 +15,11 @@ enum {
   ASIDE = 16,          /* rows of a vector */
   TILE = 2 * ASIDE,    /* rows of a product */
   WIDE = 4,            /* its columns */
-  SLACK = 2 * TILE     /* products read beyond their last row */
+  PANEL_SLACK = 2 * TILE     /* products read beyond their last row */
 };
 
 typedef float sixteen_loose __attribute__((vector_size(64), aligned(4), may_alias));
 #define AT(pointer) (*(sixteen_loose *)(void *)(uintptr_t)(pointer))
-
-static int compare_int(const void *a, const void *b)
-{
-  int x = *(const int *)a, y = *(const int *)b;
-  return (x > y) - (x < y);
-}
 
 static int own_rows(const flesh_sparse_cholesky *self, int k) { return self->first[k + 1] - self->first[k]; }
 
@@ -43,7 +37,7 @@ typedef struct search {
   int count, room;
 } search;
 
-static int take(flesh_sparse_cholesky *self, search *s, int k, int row)
+static int take_row(flesh_sparse_cholesky *self, search *s, int k, int row)
 {
   if (row < self->first[k + 1] || s->mark[row] == k) return 1;
   if (s->count == s->room) {
@@ -68,13 +62,13 @@ static int find_below(flesh_sparse_cholesky *self, search *s)
     self->below_start[k] = s->count;
     for (int p = self->first[k]; p < self->first[k + 1]; p++)
       for (int e = s->starts[d->order[p]]; e < s->starts[d->order[p] + 1] && known; e++)
-        known = take(self, s, k, self->place[s->neighbours[e]]);
+        known = take_row(self, s, k, self->place[s->neighbours[e]]);
     for (int c = s->child[k]; c >= 0; c = s->next[c])
       for (int e = self->below_start[c]; e < self->below_start[c + 1] && known; e++)
-        known = take(self, s, k, self->below[e]);
+        known = take_row(self, s, k, self->below[e]);
     self->below_start[k + 1] = s->count;
     flesh_sort(self->below + self->below_start[k], (size_t)(s->count - self->below_start[k]), sizeof *self->below,
-               compare_int);
+               flesh_compare_int);
     if (d->parent[k] >= 0) s->next[k] = s->child[d->parent[k]], s->child[d->parent[k]] = k;
   }
   return known ? FLESH_OK : FLESH_ERR_MEMORY;
@@ -92,8 +86,8 @@ static int make_panels(flesh_sparse_cholesky *self)
     self->stride[k] = (high + ASIDE - 1) / ASIDE * ASIDE;
     self->start[k + 1] = self->start[k] + (size_t)self->stride[k] * (size_t)wide;
   }
-  const size_t rows = (size_t)highest + SLACK;
-  self->values = flesh_huge_pages_calloc((self->start[self->panels] + SLACK) * sizeof *self->values);
+  const size_t rows = (size_t)highest + PANEL_SLACK;
+  self->values = flesh_huge_pages_calloc((self->start[self->panels] + PANEL_SLACK) * sizeof *self->values);
   self->inverse = flesh_huge_pages_calloc(((size_t)self->n + 1) * sizeof *self->inverse);
   self->x = flesh_huge_pages_calloc(((size_t)self->n + 1) * sizeof *self->x);
   self->target = flesh_malloc(rows * sizeof *self->target);
@@ -104,7 +98,7 @@ static int make_panels(flesh_sparse_cholesky *self)
                                                                                                   : FLESH_ERR_MEMORY;
 }
 
-static int make_lists(flesh_sparse_cholesky *self, const flesh_dissection *d, const int *starts, const int *neighbours)
+static int list_panels(flesh_sparse_cholesky *self, const flesh_dissection *d, const int *starts, const int *neighbours)
 {
   const size_t n = (size_t)self->n, panels = (size_t)d->count;
   self->place = flesh_malloc((n + 1) * sizeof(int));
@@ -140,7 +134,7 @@ int flesh_sparse_cholesky_create(int n, const int *starts, const int *neighbours
   int status = flesh_dissection_create(n, starts, neighbours, points, &order);
   if (status) return status;
   self->panels = order.count;
-  status = make_lists(self, &order, starts, neighbours);
+  status = list_panels(self, &order, starts, neighbours);
   if (!status) status = make_panels(self);
   flesh_dissection_clear(&order);
   if (!status) return FLESH_OK;
@@ -195,7 +189,7 @@ static void pack(const flesh_sparse_cholesky *self, int k, int row, int rows, in
 }
 
 /* product[c][i] = sum over j < columns of L_ij times the packed rows, for TILE rows i of the panel from `row` on. */
-static inline void multiply(const flesh_sparse_cholesky *self, int k, int row, int columns,
+static inline void multiply_tile(const flesh_sparse_cholesky *self, int k, int row, int columns,
                             flesh_float16 product[WIDE][2])
 {
   const float *a = self->values + self->start[k] + row, *b = self->packed;
@@ -250,7 +244,7 @@ static int factor_panel(flesh_sparse_cholesky *self, int k)
     pack(self, k, column, wide, column);
     for (int i = column; i < high && column; i += TILE) {
       flesh_float16 product[WIDE][2];
-      multiply(self, k, i, column, product);
+      multiply_tile(self, k, i, column, product);
       const int rows = high - i < TILE ? high - i : TILE;
       for (int c = 0; c < wide; c++) {
         float *at = self->values + self->start[k] + (size_t)(column + c) * stride + (size_t)i;
@@ -296,7 +290,7 @@ static void update_others(flesh_sparse_cholesky *self, int k)
         to[c] = self->values + self->start[other] + (size_t)self->target[column + c] * (size_t)self->stride[other];
       for (int i = column; i < count; i += TILE) {
         flesh_float16 product[WIDE][2];
-        multiply(self, k, own + i, own, product);
+        multiply_tile(self, k, own + i, own, product);
         const int rows = count - i < TILE ? count - i : TILE, *target = self->target + i;
         for (int c = 0; c < wide; c++) {
           const float *less = (const float *)product[c];
@@ -326,7 +320,7 @@ static int columns_of(const flesh_sparse_cholesky *self, int k, int column, cons
 }
 
 /* x = L^-1 x, as far as the panel goes. */
-static void forward(flesh_sparse_cholesky *self, int k)
+static void forward_panel(flesh_sparse_cholesky *self, int k)
 {
   const int own = own_rows(self, k), high = own + below_rows(self, k), *below = self->below + self->below_start[k];
   float *x = self->x + self->first[k], *column = self->column;
@@ -357,7 +351,7 @@ static float sum_of(flesh_float16 v)
 }
 
 /* x = L^-T x, as far as the panel goes. */
-static void backward(flesh_sparse_cholesky *self, int k)
+static void backward_panel(flesh_sparse_cholesky *self, int k)
 {
   const int own = own_rows(self, k), high = own + below_rows(self, k), *below = self->below + self->below_start[k];
   float *x = self->x + self->first[k], *column = self->column;
@@ -380,8 +374,8 @@ static void backward(flesh_sparse_cholesky *self, int k)
 
 void flesh_sparse_cholesky_solve(flesh_sparse_cholesky *self)
 {
-  for (int k = 0; k < self->panels; k++) forward(self, k);
-  for (int k = self->panels - 1; k >= 0; k--) backward(self, k);
+  for (int k = 0; k < self->panels; k++) forward_panel(self, k);
+  for (int k = self->panels - 1; k >= 0; k--) backward_panel(self, k);
 }
 
 void flesh_sparse_cholesky_archive(flesh_sparse_cholesky *self, flesh_archive *archive)

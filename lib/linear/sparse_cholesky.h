@@ -6,8 +6,8 @@
 #include <stddef.h>
 
 #include "base/archive.h"
+#include "base/isa.h"
 #include "linear/dissection.h"
-#include "linear/isa_names.h"
 
 /* Panels are the columns of a part of the dissection: L is dense in the part's own rows and in those below that any of
  * its columns has, column by column, the own rows first. */
@@ -30,20 +30,20 @@ typedef struct flesh_sparse_cholesky {
 } flesh_sparse_cholesky;
 
 /* All memory, for rows as flesh_dissection_create takes them. To be cleared also when it fails: FLESH_ERR_MEMORY. */
-int flesh_sparse_cholesky_create(int n, const int *starts, const int *neighbours, const double *points,
-                                 flesh_sparse_cholesky *cholesky);
-void flesh_sparse_cholesky_clear(flesh_sparse_cholesky *cholesky);
-size_t flesh_sparse_cholesky_memory(const flesh_sparse_cholesky *cholesky);
-void flesh_sparse_cholesky_archive(flesh_sparse_cholesky *cholesky, flesh_archive *archive);
+FLESH_PER_ISA int flesh_sparse_cholesky_create(int n, const int *starts, const int *neighbours, const double *points,
+                                               flesh_sparse_cholesky *cholesky);
+FLESH_PER_ISA void flesh_sparse_cholesky_clear(flesh_sparse_cholesky *cholesky);
+FLESH_PER_ISA size_t flesh_sparse_cholesky_memory(const flesh_sparse_cholesky *cholesky);
+FLESH_PER_ISA void flesh_sparse_cholesky_archive(flesh_sparse_cholesky *cholesky, flesh_archive *archive);
 
 /* All entries 0. */
-void flesh_sparse_cholesky_zero(flesh_sparse_cholesky *cholesky);
+FLESH_PER_ISA void flesh_sparse_cholesky_zero(flesh_sparse_cholesky *cholesky);
 /* Where the entry of two rows, neighbours or the same, is in `values`. */
-size_t flesh_sparse_cholesky_entry(const flesh_sparse_cholesky *cholesky, int row, int other);
+FLESH_PER_ISA size_t flesh_sparse_cholesky_entry(const flesh_sparse_cholesky *cholesky, int row, int other);
 
 /* 0 where the matrix is not positive definite, or too nearly so. */
-int flesh_sparse_cholesky_factor(flesh_sparse_cholesky *cholesky);
+FLESH_PER_ISA int flesh_sparse_cholesky_factor(flesh_sparse_cholesky *cholesky);
 /* x becomes the solution. */
-void flesh_sparse_cholesky_solve(flesh_sparse_cholesky *cholesky);
+FLESH_PER_ISA void flesh_sparse_cholesky_solve(flesh_sparse_cholesky *cholesky);
 
 #endif

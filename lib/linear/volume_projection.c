@@ -12,7 +12,7 @@
 #include "linear/overlap_vectors.h"
 #include "linear/row_coupling.h"
 
-enum { SLACK = 4 }; /* three numbers are loaded with the one after them */
+enum { NODE_SLACK = 4 }; /* three numbers are loaded with the one after them */
 
 struct flesh_volume_projection {
   const flesh_stiff_rows *rows;
@@ -48,7 +48,7 @@ static int find_slot(const flesh_block_matrix *A, int i, int j)
   return i <= j ? from : ~from;
 }
 
-static int allocate(flesh_volume_projection *self, const flesh_block_matrix *A)
+static int allocate_projection(flesh_volume_projection *self, const flesh_block_matrix *A)
 {
   const size_t nodes = (size_t)self->nodes, entries = (size_t)self->entries, count = (size_t)self->rows->count;
   const size_t pairs = count * (size_t)self->m * (size_t)(self->m + 1) / 2;
@@ -56,18 +56,18 @@ static int allocate(flesh_volume_projection *self, const flesh_block_matrix *A)
   failed |= !(self->order = flesh_malloc((nodes + 1) * sizeof *self->order));
   failed |= !(self->lists.place = flesh_huge_pages_alloc((entries + 1) * sizeof *self->lists.place));
   failed |= !(self->slots = flesh_huge_pages_alloc((pairs + 1) * sizeof *self->slots));
-  failed |= !(self->values = flesh_huge_pages_calloc((3 * entries + SLACK) * sizeof *self->values));
+  failed |= !(self->values = flesh_huge_pages_calloc((3 * entries + NODE_SLACK) * sizeof *self->values));
   failed |= !(self->lists.start = flesh_calloc(nodes + 2, sizeof *self->lists.start));
   failed |= !(self->lists.row = flesh_huge_pages_alloc((entries + 1) * sizeof *self->lists.row));
   failed |= !(self->lists.at = flesh_huge_pages_alloc((entries + 1) * sizeof *self->lists.at));
-  failed |= !(self->by_node = flesh_huge_pages_calloc((3 * entries + SLACK) * sizeof *self->by_node));
+  failed |= !(self->by_node = flesh_huge_pages_calloc((3 * entries + NODE_SLACK) * sizeof *self->by_node));
   failed |= !(self->lists.main = flesh_calloc(nodes + 1, 1));
-  failed |= !(self->inverse = flesh_huge_pages_calloc((9 * nodes + SLACK) * sizeof *self->inverse));
-  failed |= !(self->w = flesh_huge_pages_calloc((4 * nodes + SLACK) * sizeof *self->w));
+  failed |= !(self->inverse = flesh_huge_pages_calloc((9 * nodes + NODE_SLACK) * sizeof *self->inverse));
+  failed |= !(self->w = flesh_huge_pages_calloc((4 * nodes + NODE_SLACK) * sizeof *self->w));
   failed |= !(self->q = flesh_huge_pages_calloc((count + 1) * sizeof *self->q));
   failed |= !(self->t = flesh_huge_pages_calloc((count + 1) * sizeof *self->t));
   if (self->team) {
-    failed |= !(self->r = flesh_huge_pages_calloc((4 * nodes + SLACK) * sizeof *self->r));
+    failed |= !(self->r = flesh_huge_pages_calloc((4 * nodes + NODE_SLACK) * sizeof *self->r));
     failed |= !(self->reached = flesh_malloc((3 * (size_t)self->team->reached + 1) * sizeof *self->reached));
   }
   self->soft = *A;
@@ -76,7 +76,7 @@ static int allocate(flesh_volume_projection *self, const flesh_block_matrix *A)
 }
 
 /* Rows by node, which nodes are main, and the blocks of rows. `place_of` [nodes]. */
-static void make_lists(flesh_volume_projection *self, const flesh_block_matrix *A, const int *place_of)
+static void list_nodes(flesh_volume_projection *self, const flesh_block_matrix *A, const int *place_of)
 {
   const int m = self->m, *nodes = self->rows->nodes;
   for (int k = 0; k < self->entries; k++) {
@@ -129,12 +129,12 @@ int flesh_volume_projection_create(const flesh_block_matrix *A, const flesh_stif
                                       .nodes = A->rows, .m = rows->nodes_per_row,
                                       .entries = rows->count * rows->nodes_per_row};
     self->lists = (flesh_row_lists){.rows = rows->count, .nodes = self->nodes, .m = self->m};
-    status = allocate(self, A);
+    status = allocate_projection(self, A);
   }
   if (!status) {
     memcpy(self->order, halves->order, (size_t)A->rows * sizeof *self->order);
     for (int p = 0; p < A->rows; p++) place_of[self->order[p]] = p;
-    make_lists(self, A, place_of);
+    list_nodes(self, A, place_of);
   }
   status = flesh_team_agree(team, status);
   if (!status && team) status = share_rows(self, place_of);
@@ -231,7 +231,7 @@ int flesh_volume_projection_setup(flesh_volume_projection *self, double scale, c
 }
 
 /* B x by rows, x of four lanes, the fourth of which is in no sum. */
-static void multiply_rows(const flesh_volume_projection *self, const float *x, int begin, int end, float *y)
+static void multiply_rows_of_nodes(const flesh_volume_projection *self, const float *x, int begin, int end, float *y)
 {
   const int m = self->m;
   for (int e = begin; e < end; e++) {
@@ -253,16 +253,16 @@ static inline flesh_float4 at_node(const flesh_volume_projection *self, const fl
 }
 
 /* What threads share out. */
-typedef struct pass {
+typedef struct row_pass {
   flesh_volume_projection *self;
   const float *r;
   float *z;
   double products[FLESH_PARALLEL_PARTS_MAX];
-} pass;
+} row_pass;
 
 static void divide_nodes(void *data, int k, int begin, int end)
 {
-  const pass *now = data;
+  const row_pass *now = data;
   (void)k;
   for (int p = begin; p < end; p++)
     *(flesh_float4 *)(now->self->w + 4 * (size_t)p) =
@@ -273,14 +273,14 @@ static void divide_nodes(void *data, int k, int begin, int end)
 
 static void rows_of_w(void *data, int k, int begin, int end)
 {
-  const pass *now = data;
+  const row_pass *now = data;
   (void)k;
-  multiply_rows(now->self, now->self->w, begin, end, now->self->t);
+  multiply_rows_of_nodes(now->self, now->self->w, begin, end, now->self->t);
 }
 
 static void project_nodes(void *data, int k, int begin, int end)
 {
-  const pass *now = data;
+  const row_pass *now = data;
   (void)k;
   for (int p = begin; p < end; p++)
     *(flesh_float4 *)(now->self->w + 4 * (size_t)p) =
@@ -289,7 +289,7 @@ static void project_nodes(void *data, int k, int begin, int end)
 
 const float *flesh_volume_projection_before(flesh_volume_projection *self, const float *r)
 {
-  pass now = {.self = self, .r = r};
+  row_pass now = {.self = self, .r = r};
   flesh_parallel_parts(self->threads, self->nodes, divide_nodes, &now);
   flesh_parallel_parts(self->threads, self->rows->count, rows_of_w, &now);
   flesh_row_coupling_solve(&self->S, self->t, self->q);
@@ -299,15 +299,15 @@ const float *flesh_volume_projection_before(flesh_volume_projection *self, const
 
 static void rows_of_z(void *data, int k, int begin, int end)
 {
-  const pass *now = data;
+  const row_pass *now = data;
   (void)k;
-  multiply_rows(now->self, now->z, begin, end, now->self->t);
+  multiply_rows_of_nodes(now->self, now->z, begin, end, now->self->t);
   for (int e = begin; e < end; e++) now->self->t[e] = now->self->q[e] - now->self->t[e];
 }
 
 static void correct_nodes(void *data, int k, int begin, int end)
 {
-  pass *now = data;
+  row_pass *now = data;
   double product = 0;
   for (int p = begin; p < end; p++) {
     flesh_float4 *z = (flesh_float4 *)(now->z + 4 * (size_t)p);
@@ -321,7 +321,7 @@ static void correct_nodes(void *data, int k, int begin, int end)
 
 double flesh_volume_projection_after(flesh_volume_projection *self, const float *r, float *z)
 {
-  pass now = {.self = self, .r = r, .z = z};
+  row_pass now = {.self = self, .r = r, .z = z};
   double product = 0;
   flesh_parallel_parts(self->threads, self->rows->count, rows_of_z, &now);
   flesh_row_coupling_solve(&self->S, self->t, self->t);
@@ -333,7 +333,7 @@ double flesh_volume_projection_after(flesh_volume_projection *self, const float 
 /* B^T q of this rank's rows, into w. */
 static void rows_at_nodes(void *data, int k, int begin, int end)
 {
-  const pass *now = data;
+  const row_pass *now = data;
   (void)k;
   for (int p = begin; p < end; p++) *(flesh_float4 *)(now->self->w + 4 * (size_t)p) = at_node(now->self, now->r, p);
 }
@@ -341,7 +341,7 @@ static void rows_at_nodes(void *data, int k, int begin, int end)
 /* B^T q of all ranks' rows, into the overlap's vector. */
 static void sum_rows(flesh_volume_projection *self, const float *q)
 {
-  flesh_parallel_parts(self->threads, self->nodes, rows_at_nodes, &(pass){.self = self, .r = q});
+  flesh_parallel_parts(self->threads, self->nodes, rows_at_nodes, &(row_pass){.self = self, .r = q});
   flesh_overlap_sum(self->overlap, self->order, self->w);
 }
 
@@ -356,7 +356,7 @@ float *flesh_volume_projection_before_in_team(flesh_volume_projection *self)
 {
   const size_t numbers = 3 * (size_t)self->team->reached;
   double *vector = self->overlap->vector;
-  pass now = {.self = self, .r = self->r};
+  row_pass now = {.self = self, .r = self->r};
   for (int p = 0; p < self->nodes; p++) *(flesh_float4 *)(self->r + 4 * (size_t)p) = summed(self, p);
   memcpy(self->reached, vector, numbers * sizeof *vector);
   flesh_parallel_parts(self->threads, self->nodes, divide_nodes, &now);
@@ -370,7 +370,7 @@ float *flesh_volume_projection_before_in_team(flesh_volume_projection *self)
 
 void flesh_volume_projection_after_in_team(flesh_volume_projection *self, float *z)
 {
-  flesh_parallel_parts(self->threads, self->rows->count, rows_of_z, &(pass){.self = self, .z = z});
+  flesh_parallel_parts(self->threads, self->rows->count, rows_of_z, &(row_pass){.self = self, .z = z});
   flesh_row_coupling_solve(&self->S, self->t, self->t);
   sum_rows(self, self->t);
   for (int p = 0; p < self->nodes; p++)

@@ -21,10 +21,10 @@
 #include <stdint.h>
 
 #include "base/archive.h"
+#include "base/isa.h"
 #include "flesh/block_matrix.h"
 #include "flesh/threads.h"
 #include "linear/bisection.h"
-#include "linear/isa_names.h"
 #include "linear/overlap.h"
 
 typedef struct flesh_volume_projection flesh_volume_projection;
@@ -33,36 +33,40 @@ typedef struct flesh_volume_projection flesh_volume_projection;
  * a team where there is none) and `threads` (may be NULL) are borrowed, `halves` may be forgotten. `positions`
  * [3*A->rows] at rest; `polynomial`: S is solved by Chebyshev polynomials, as it has to be where there are other ranks,
  * else exactly. Collective where there is a team, as all of this is but the matrix. Returns new. */
-int flesh_volume_projection_create(const flesh_block_matrix *A, const flesh_stiff_rows *rows, const double *positions,
-                                   int polynomial, const flesh_bisection *halves, const flesh_overlap *overlap,
-                                   flesh_threads *threads, flesh_volume_projection **projection);
-void flesh_volume_projection_destroy(flesh_volume_projection **projection);
-size_t flesh_volume_projection_memory(const flesh_volume_projection *projection);
-void flesh_volume_projection_archive(flesh_volume_projection *projection, flesh_archive *archive);
+FLESH_PER_ISA int flesh_volume_projection_create(const flesh_block_matrix *A, const flesh_stiff_rows *rows,
+                                                 const double *positions, int polynomial,
+                                                 const flesh_bisection *halves, const flesh_overlap *overlap,
+                                                 flesh_threads *threads, flesh_volume_projection **projection);
+FLESH_PER_ISA void flesh_volume_projection_destroy(flesh_volume_projection **projection);
+FLESH_PER_ISA size_t flesh_volume_projection_memory(const flesh_volume_projection *projection);
+FLESH_PER_ISA void flesh_volume_projection_archive(flesh_volume_projection *projection, flesh_archive *archive);
 
 /* A_r = A - B^T B, the rows' values zero at the fixed dofs [3*A->rows] (NULL: none). It stays until the next call. */
-const flesh_block_matrix *flesh_volume_projection_matrix(flesh_volume_projection *projection,
-                                                         const flesh_block_matrix *A, const uint8_t *fixed);
+FLESH_PER_ISA const flesh_block_matrix *flesh_volume_projection_matrix(flesh_volume_projection *projection,
+                                                                       const flesh_block_matrix *A,
+                                                                       const uint8_t *fixed);
 /* Then S, of scale times the matrices, with inverse [9*A->rows] the inverse blocks of scale A_r by the mesh's numbers
  * of the nodes, ghosts included. FLESH_NOT_POSITIVE, on all ranks, where single precision does not tell S from a singular
  * matrix. */
-int flesh_volume_projection_setup(flesh_volume_projection *projection, double scale, const float *inverse);
+FLESH_PER_ISA int flesh_volume_projection_setup(flesh_volume_projection *projection, double scale,
+                                                const float *inverse);
 
 /* Vectors of four lanes a node as the halves order them, about 1. `before` returns (I - B^T S^-1 P^T) r, kept inside;
  * with M_r^-1 times that in z, `after` makes the whole of it and returns r.z. */
-const float *flesh_volume_projection_before(flesh_volume_projection *projection, const float *r);
-double flesh_volume_projection_after(flesh_volume_projection *projection, const float *r, float *z);
+FLESH_PER_ISA const float *flesh_volume_projection_before(flesh_volume_projection *projection, const float *r);
+FLESH_PER_ISA double flesh_volume_projection_after(flesh_volume_projection *projection, const float *r, float *z);
 /* The same with a team: of the r that `vector` of the overlap has at all nodes that are reached, which has the result,
  * too. Returned is that of the rank's nodes, ghosts included, which may be overwritten. z is consistent, and becomes so. */
-float *flesh_volume_projection_before_in_team(flesh_volume_projection *projection);
-void flesh_volume_projection_after_in_team(flesh_volume_projection *projection, float *z);
+FLESH_PER_ISA float *flesh_volume_projection_before_in_team(flesh_volume_projection *projection);
+FLESH_PER_ISA void flesh_volume_projection_after_in_team(flesh_volume_projection *projection, float *z);
 
 /* Takes from step [3*nodes] what moves the rows by `error` [rows], or nearly: P S^-1 error, in the units of A, not
  * scaled. */
-void flesh_volume_projection_restore(flesh_volume_projection *projection, const float *error, double *step);
+FLESH_PER_ISA void flesh_volume_projection_restore(flesh_volume_projection *projection, const float *error,
+                                                   double *step);
 
 /* How far the rows' values are from those of the last set-up: of the mean row's change the energy, in units of what A_r
  * makes of it. From about 1 on S is of no use for them. */
-double flesh_volume_projection_turned(const flesh_volume_projection *projection);
+FLESH_PER_ISA double flesh_volume_projection_turned(const flesh_volume_projection *projection);
 
 #endif

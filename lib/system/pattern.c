@@ -12,12 +12,6 @@
 #include "linear/bisection.h"
 #include "linear/block_matrix.h"
 
-static int compare_int(const void *a, const void *b)
-{
-  int x = *(const int *)a, y = *(const int *)b;
-  return (x > y) - (x < y);
-}
-
 /* Moves the rows to where they are read one after the other. */
 static int lay_out(flesh_pattern *pattern)
 {
@@ -97,7 +91,7 @@ static int thin_rows(flesh_pattern *pattern, const size_t *start, int *entries)
       seen_in[column] = i;
       row[kept++] = column;
     }
-    flesh_sort(row, kept, sizeof *row, compare_int);
+    flesh_sort(row, kept, sizeof *row, flesh_compare_int);
     pattern->row_start[i] = (int)total;
     total += kept;
     pattern->row_end[i] = (int)total;

@@ -1,13 +1,17 @@
 /* test_coarse.c: the coarse level finds what lies in its space exactly, and keeps iterations from growing with the
  * mesh. */
-#include "linear/coarse.h"
+#include "linear/coarse.c"
+#include "linear/coarse_cholesky.c"
+#include "linear/coarse_team.c"
 
 #include "body.h"
 #include "linear/block_matrix.h"
-#include "linear/pcg.h"
-#include "linear/preconditioner.h"
+#include "linear/linear.h"
 #include "system/layout.h"
 #include "test.h"
+
+/* The linear solver of the instructions that this test is compiled for. */
+static const flesh_linear *const linear = &FLESH_OF_ISA(flesh_linear);
 
 /* Stiffness plus `inertia` times the mass at a jittered state, with the face x = 0 held where `fixed` is not NULL. */
 static flesh_block_matrix *matrix_of(test_body *b, double inertia, uint8_t *fixed)
@@ -270,15 +274,15 @@ static int iterations(flesh_mesh *box, double poisson, flesh_preconditioner kind
   flesh_pcg_space *space = NULL;
   flesh_pcg_result result;
   CHECK_OK(flesh_threads_create(threads, &pool));
-  CHECK_OK(flesh_preconditioner_create(kind, A, flesh_mesh_positions(b.mesh), pool, &preconditioner));
-  CHECK_OK(flesh_preconditioner_setup(preconditioner, A, fixed));
-  CHECK_OK(flesh_pcg_space_create(A, 0, pool, &space));
+  CHECK_OK(linear->preconditioner_create(kind, A, flesh_mesh_positions(b.mesh), pool, &preconditioner));
+  CHECK_OK(linear->preconditioner_setup(preconditioner, A, fixed));
+  CHECK_OK(linear->pcg_space_create(A, 0, pool, &space));
   const flesh_pcg_request request = {.A = A, .preconditioner = preconditioner, .b = right,
                                      .tolerance = 1e-6 * test_norm(b.n, right), .max_iterations = 2000};
-  CHECK_OK(flesh_pcg(space, &request, x, &result));
+  CHECK_OK(linear->pcg(space, &request, x, &result));
   *sum = test_norm(b.n, x);
-  flesh_pcg_space_destroy(&space);
-  flesh_preconditioner_destroy(&preconditioner);
+  linear->pcg_space_destroy(&space);
+  linear->preconditioner_destroy(&preconditioner);
   flesh_threads_destroy(&pool);
   flesh_block_matrix_destroy(&A);
   free(right);

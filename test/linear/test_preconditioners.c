@@ -3,9 +3,12 @@
 #include <stdlib.h>
 
 #include "matrices.h"
-#include "linear/pcg.h"
+#include "linear/linear.h"
 #include "system/pattern.h"
 #include "test.h"
+
+/* The linear solver of the instructions that this test is compiled for. */
+static const flesh_linear *const linear = &FLESH_OF_ISA(flesh_linear);
 
 static const flesh_preconditioner kinds[] = {FLESH_PRECONDITIONER_TWO_LEVEL, FLESH_PRECONDITIONER_IC,
                                              FLESH_PRECONDITIONER_JACOBI, FLESH_PRECONDITIONER_NONE};
@@ -18,7 +21,7 @@ static double *applied(flesh_preconditioner_data *preconditioner, int n)
          *column = malloc((size_t)n * sizeof *column);
   for (int d = 0; d < n; d++) {
     unit[d] = 1;
-    flesh_preconditioner_apply(preconditioner, unit, column);
+    linear->preconditioner_apply(preconditioner, unit, column);
     for (int e = 0; e < n; e++) P[e * n + d] = column[e];
     unit[d] = 0;
   }
@@ -57,28 +60,28 @@ static void preconditioners_are_definite(void)
   memset(matrices[4]->values, 0, 9 * (size_t)matrices[4]->row_start[b.n / 3] * sizeof(double));
   for (int k = 0; k < KINDS; k++) {
     flesh_preconditioner_data *preconditioner = NULL;
-    CHECK_OK(flesh_preconditioner_create(kinds[k], matrices[0], flesh_mesh_positions(b.mesh), NULL, &preconditioner));
+    CHECK_OK(linear->preconditioner_create(kinds[k], matrices[0], flesh_mesh_positions(b.mesh), NULL, &preconditioner));
     for (int m = 0; m < 5; m++) {
-      CHECK_OK(flesh_preconditioner_setup(preconditioner, matrices[m], NULL));
+      CHECK_OK(linear->preconditioner_setup(preconditioner, matrices[m], NULL));
       double *P = applied(preconditioner, b.n), *r = malloc((size_t)b.n * sizeof *r),
              *z = malloc((size_t)b.n * sizeof *z);
       check_definite(b.n, P);
       randomise(b.n, r);
-      flesh_preconditioner_apply(preconditioner, r, z);
-      flesh_preconditioner_apply(preconditioner, r, r); /* in place gives the same */
+      linear->preconditioner_apply(preconditioner, r, z);
+      linear->preconditioner_apply(preconditioner, r, r); /* in place gives the same */
       CHECK(test_distance(b.n, r, z) == 0);
       free(P);
       free(r);
       free(z);
     }
     matrices[4]->values[0] = NAN;
-    CHECK(flesh_preconditioner_setup(preconditioner, matrices[4], NULL) == FLESH_NONFINITE);
+    CHECK(linear->preconditioner_setup(preconditioner, matrices[4], NULL) == FLESH_NONFINITE);
     matrices[4]->values[0] = 0;
     /* And none of it spoils what comes next. */
-    CHECK_OK(flesh_preconditioner_setup(preconditioner, matrices[0], NULL));
-    CHECK(flesh_preconditioner_memory(preconditioner) > 0);
-    flesh_preconditioner_destroy(&preconditioner);
-    flesh_preconditioner_destroy(&preconditioner);
+    CHECK_OK(linear->preconditioner_setup(preconditioner, matrices[0], NULL));
+    CHECK(linear->preconditioner_memory(preconditioner) > 0);
+    linear->preconditioner_destroy(&preconditioner);
+    linear->preconditioner_destroy(&preconditioner);
   }
   for (int m = 0; m < 5; m++) flesh_block_matrix_destroy(&matrices[m]);
   test_body_destroy(&b);
@@ -97,13 +100,13 @@ static void incomplete_cholesky_leaves_fixed_components_alone(void)
   for (int d = 0; d < b.n; d++) fixed[d] = d % 7 == 1, r[d] = fixed[d] ? 0 : sin(d);
   flesh_block_fix(A, fixed, 100, NULL);
   CHECK_OK(
-      flesh_preconditioner_create(FLESH_PRECONDITIONER_IC, A, flesh_mesh_positions(b.mesh), NULL, &preconditioner));
-  CHECK_OK(flesh_preconditioner_setup(preconditioner, A, fixed));
-  flesh_preconditioner_apply(preconditioner, r, z);
+      linear->preconditioner_create(FLESH_PRECONDITIONER_IC, A, flesh_mesh_positions(b.mesh), NULL, &preconditioner));
+  CHECK_OK(linear->preconditioner_setup(preconditioner, A, fixed));
+  linear->preconditioner_apply(preconditioner, r, z);
   for (int d = 0; d < b.n; d++) CHECK((z[d] == 0) == fixed[d]);
   free(r);
   free(fixed);
-  flesh_preconditioner_destroy(&preconditioner);
+  linear->preconditioner_destroy(&preconditioner);
   flesh_block_matrix_destroy(&A);
   test_body_destroy(&b);
 }
@@ -155,8 +158,8 @@ static void incomplete_cholesky_is_exact_on_the_pattern(void)
     flesh_block_matrix *A = random_matrix(&b, 1.1);
     flesh_preconditioner_data *preconditioner = NULL;
     CHECK_OK(
-        flesh_preconditioner_create(FLESH_PRECONDITIONER_IC, A, flesh_mesh_positions(b.mesh), NULL, &preconditioner));
-    CHECK_OK(flesh_preconditioner_setup(preconditioner, A, NULL));
+        linear->preconditioner_create(FLESH_PRECONDITIONER_IC, A, flesh_mesh_positions(b.mesh), NULL, &preconditioner));
+    CHECK_OK(linear->preconditioner_setup(preconditioner, A, NULL));
     double *inverse = applied(preconditioner, b.n), *dense = test_dense(A), worst = 0, outside = 0;
     double *P = malloc((size_t)b.n * (size_t)b.n * sizeof *P);
     for (int d = 0; d < b.n; d++) {
@@ -181,7 +184,7 @@ static void incomplete_cholesky_is_exact_on_the_pattern(void)
     free(P);
     free(inverse);
     free(dense);
-    flesh_preconditioner_destroy(&preconditioner);
+    linear->preconditioner_destroy(&preconditioner);
     flesh_block_matrix_destroy(&A);
     test_body_destroy(&b);
   }
@@ -207,7 +210,7 @@ static void check_downhill(flesh_pcg_space *space, flesh_pcg_request request, in
   double before = model(A, b, x, Ax);
   for (int more = 1; more <= 20; more += 19) {
     request.after_indefinite = more;
-    CHECK(flesh_pcg(space, &request, x, &result) == FLESH_NOT_POSITIVE);
+    CHECK(linear->pcg(space, &request, x, &result) == FLESH_NOT_POSITIVE);
     CHECK(result.iterations == first + more && test_all_finite(n, x));
     double slope = 0, value = model(A, b, x, Ax);
     for (int d = 0; d < n; d++) slope += b[d] * x[d];
@@ -216,7 +219,7 @@ static void check_downhill(flesh_pcg_space *space, flesh_pcg_request request, in
   }
   request.after_indefinite = 5000, request.tolerance = 1e-30;
   request.stop = stop_at_third, request.stop_data = &asked;
-  CHECK(flesh_pcg(space, &request, x, &result) == FLESH_ERR_BUDGET);
+  CHECK(linear->pcg(space, &request, x, &result) == FLESH_ERR_BUDGET);
   CHECK(asked == 3 && result.iterations == 32);
 }
 
@@ -231,17 +234,17 @@ static void conjugate_gradients(void)
   flesh_block_matrix *A = bar_matrix(&b, 0.05, 3600, 0), *indefinite = bar_matrix(&b, 0.3, 0, 0);
   flesh_pcg_result result;
   flesh_pcg_space *space = NULL;
-  CHECK_OK(flesh_pcg_space_create(A, 1, NULL, &space));
+  CHECK_OK(linear->pcg_space_create(A, 1, NULL, &space));
   int iterations[KINDS];
   randomise(n, right);
   double *dense = test_dense(A), *expected = solve_by_gsl(n, dense, right);
   for (int k = 0; k < KINDS; k++) {
     flesh_preconditioner_data *preconditioner = NULL;
-    CHECK_OK(flesh_preconditioner_create(kinds[k], A, flesh_mesh_positions(b.mesh), NULL, &preconditioner));
-    CHECK_OK(flesh_preconditioner_setup(preconditioner, A, NULL));
+    CHECK_OK(linear->preconditioner_create(kinds[k], A, flesh_mesh_positions(b.mesh), NULL, &preconditioner));
+    CHECK_OK(linear->preconditioner_setup(preconditioner, A, NULL));
     flesh_pcg_request request = {.A = A, .preconditioner = preconditioner, .b = right,
                                  .tolerance = 1e-12 * test_norm(n, right), .max_iterations = 5000};
-    CHECK_OK(flesh_pcg(space, &request, x, &result));
+    CHECK_OK(linear->pcg(space, &request, x, &result));
     CHECK_BELOW(test_distance(n, x, expected), 1e-8 * test_norm(n, expected));
     iterations[k] = result.iterations;
     flesh_block_multiply(A, x, Ax);
@@ -252,7 +255,7 @@ static void conjugate_gradients(void)
     request.weights = weights, request.tolerance = 1e-3;
     for (int same = 0; same < 2; same++) {
       for (int d = 0; d < n; d++) weights[d] = 1 + 1000 * (d % 2 || same);
-      CHECK_OK(flesh_pcg(space, &request, x, &result));
+      CHECK_OK(linear->pcg(space, &request, x, &result));
       flesh_block_multiply(A, x, Ax);
       for (int d = 0; d < n; d++) Ax[d] = weights[d] * (right[d] - Ax[d]);
       CHECK_NEAR(test_norm(n, Ax), result.residual, 1e-9);
@@ -261,7 +264,7 @@ static void conjugate_gradients(void)
 
     /* The limit leaves an iterate that descends. */
     request.weights = NULL, request.tolerance = 0, request.max_iterations = 3;
-    CHECK(flesh_pcg(space, &request, x, &result) == FLESH_NOT_CONVERGED);
+    CHECK(linear->pcg(space, &request, x, &result) == FLESH_NOT_CONVERGED);
     CHECK(result.iterations == 3);
     double slope = 0, curvature = 0;
     flesh_block_multiply(A, x, Ax);
@@ -270,28 +273,28 @@ static void conjugate_gradients(void)
 
     /* How far a residual is from the one predicted. */
     for (int d = 0; d < n; d++) Ax[d] += (d % 3 ? 2e-6 : 1e-6) - right[d];
-    CHECK_NEAR(flesh_pcg_model_error(space, Ax), 1e-6 * sqrt(3. * n), 1e-9);
+    CHECK_NEAR(linear->pcg_model_error(space, Ax), 1e-6 * sqrt(3. * n), 1e-9);
 
     /* Nothing to do. */
     memset(Ax, 0, (size_t)n * sizeof *Ax);
     request.b = Ax;
-    CHECK_OK(flesh_pcg(space, &request, x, &result));
+    CHECK_OK(linear->pcg(space, &request, x, &result));
     CHECK(result.iterations == 0 && test_norm(n, x) == 0);
 
     /* Negative curvature is seen, whatever preconditions. */
-    CHECK_OK(flesh_preconditioner_setup(preconditioner, indefinite, NULL));
+    CHECK_OK(linear->preconditioner_setup(preconditioner, indefinite, NULL));
     request.A = indefinite, request.b = right, request.tolerance = 1e-10, request.max_iterations = 5000;
-    CHECK(flesh_pcg(space, &request, x, &result) == FLESH_NOT_POSITIVE);
+    CHECK(linear->pcg(space, &request, x, &result) == FLESH_NOT_POSITIVE);
     CHECK(test_all_finite(n, x));
     check_downhill(space, request, result.iterations, x, Ax);
-    CHECK_OK(flesh_preconditioner_setup(preconditioner, A, NULL));
+    CHECK_OK(linear->preconditioner_setup(preconditioner, A, NULL));
     right[4] = NAN;
     request.A = A;
-    CHECK(flesh_pcg(space, &request, x, &result) == FLESH_NONFINITE);
+    CHECK(linear->pcg(space, &request, x, &result) == FLESH_NONFINITE);
     right[4] = 0.5;
     free(expected);
     expected = solve_by_gsl(n, dense, right);
-    flesh_preconditioner_destroy(&preconditioner);
+    linear->preconditioner_destroy(&preconditioner);
   }
   printf("# iterations: two levels %d, IC %d, Jacobi %d, none %d\n", iterations[0], iterations[1], iterations[2],
          iterations[3]);
@@ -300,7 +303,7 @@ static void conjugate_gradients(void)
   free(expected);
   free(right);
   free(x);
-  flesh_pcg_space_destroy(&space);
+  linear->pcg_space_destroy(&space);
   free(Ax);
   free(weights);
   flesh_block_matrix_destroy(&A);
@@ -334,8 +337,8 @@ static void conjugate_gradients_in_single_precision(void)
     flesh_pcg_result exact, result;
     const int blocks = 9 * A->row_start[A->rows];
     const double norm = test_norm(n, right);
-    CHECK_OK(flesh_pcg_space_create(A, 1, NULL, &space));
-    CHECK_OK(flesh_preconditioner_create(kinds[k], A, flesh_mesh_positions(b.mesh), NULL, &preconditioner));
+    CHECK_OK(linear->pcg_space_create(A, 1, NULL, &space));
+    CHECK_OK(linear->preconditioner_create(kinds[k], A, flesh_mesh_positions(b.mesh), NULL, &preconditioner));
     flesh_pcg_request request = {.A = A, .preconditioner = preconditioner, .max_iterations = 5000};
     for (int units = -1; units <= 1; units++) { /* of the matrix, and the other way round of the right-hand side */
       const double scale = pow(1e25, units), tolerance = request.tolerance = 1e-4 * norm / scale;
@@ -343,11 +346,11 @@ static void conjugate_gradients_in_single_precision(void)
       request.b = b_scaled, request.single = 0;
       for (int d = 0; d < n; d++) b_scaled[d] = right[d] / scale;
       for (int e = 0; e < blocks; e++) A->values[e] *= scale;
-      CHECK_OK(flesh_preconditioner_setup(preconditioner, A, NULL));
-      CHECK_OK(flesh_pcg(space, &request, before, &exact));
+      CHECK_OK(linear->preconditioner_setup(preconditioner, A, NULL));
+      CHECK_OK(linear->pcg(space, &request, before, &exact));
       request.single = 1;
-      for (request.same = 0; request.same < 2; request.same++) { /* a matrix that is rounded, and the rounded one again */
-        CHECK_OK(flesh_pcg(space, &request, x, &result));
+      for (request.same = 0; request.same < 2; request.same++) { /* rounded, then rounded already */
+        CHECK_OK(linear->pcg(space, &request, x, &result));
         CHECK(abs(result.iterations - exact.iterations) <= 1 + exact.iterations / 20);
         CHECK_NEAR(result.first, exact.first, 1e-6 * exact.first);
         CHECK(result.single && !exact.single);
@@ -356,31 +359,31 @@ static void conjugate_gradients_in_single_precision(void)
       }
       /* How far a residual is from the one predicted. */
       for (int d = 0; d < n; d++) Ax[d] = 1e-3 * norm / scale - Ax[d];
-      CHECK_NEAR(flesh_pcg_model_error(space, Ax), 1e-3 * norm / scale * sqrt(n), 1e-4 * norm / scale);
+      CHECK_NEAR(linear->pcg_model_error(space, Ax), 1e-3 * norm / scale * sqrt(n), 1e-4 * norm / scale);
       /* A preconditioner of another scale: what was rounded does not serve. */
       for (int e = 0; e < blocks; e++) A->values[e] *= 64;
-      CHECK_OK(flesh_preconditioner_setup(preconditioner, A, NULL));
+      CHECK_OK(linear->preconditioner_setup(preconditioner, A, NULL));
       for (int e = 0; e < blocks; e++) A->values[e] /= 64;
       request.same = 1;
-      CHECK_OK(flesh_pcg(space, &request, x, &result));
+      CHECK_OK(linear->pcg(space, &request, x, &result));
       CHECK_BELOW(residual_of(A, b_scaled, x, Ax), 1.1 * tolerance);
       /* Another matrix. */
       for (int e = 0; e < blocks; e++) A->values[e] *= 1.5;
       request.same = 0;
-      CHECK_OK(flesh_pcg(space, &request, x, &result));
+      CHECK_OK(linear->pcg(space, &request, x, &result));
       CHECK_BELOW(residual_of(A, b_scaled, x, Ax), 1.1 * tolerance);
       for (int e = 0; e < blocks; e++) A->values[e] /= 1.5 * scale;
       free(b_scaled);
     }
-    CHECK_OK(flesh_preconditioner_setup(preconditioner, A, NULL));
+    CHECK_OK(linear->preconditioner_setup(preconditioner, A, NULL));
     request.same = 0;
     request.b = right, request.tolerance = 1e-9 * norm;
-    CHECK_OK(flesh_pcg(space, &request, x, &result));
+    CHECK_OK(linear->pcg(space, &request, x, &result));
     CHECK(!result.single);
     CHECK_NEAR(residual_of(A, right, x, Ax), result.residual, 1e-12 * norm);
     for (int d = 0; d < n; d++) weights[d] = 1 + d % 2;
     request.weights = weights, request.tolerance = 1e-3 * norm;
-    CHECK_OK(flesh_pcg(space, &request, x, &result));
+    CHECK_OK(linear->pcg(space, &request, x, &result));
     CHECK(!result.single);
     residual_of(A, right, x, Ax);
     for (int d = 0; d < n; d++) Ax[d] *= weights[d];
@@ -389,13 +392,13 @@ static void conjugate_gradients_in_single_precision(void)
     flesh_block_matrix *indefinite = bar_matrix(&b, 0.3, 0, 0);
     request.A = indefinite, request.weights = NULL, request.tolerance = 1e-4 * norm;
     for (request.after_indefinite = 0; request.after_indefinite < 2; request.after_indefinite++) {
-      CHECK_OK(flesh_preconditioner_setup(preconditioner, indefinite, NULL));
-      CHECK(flesh_pcg(space, &request, x, &result) == FLESH_NOT_POSITIVE);
+      CHECK_OK(linear->preconditioner_setup(preconditioner, indefinite, NULL));
+      CHECK(linear->pcg(space, &request, x, &result) == FLESH_NOT_POSITIVE);
       CHECK(test_all_finite(n, x) && (request.after_indefinite == 0 || model(indefinite, right, x, Ax) < 0));
     }
     flesh_block_matrix_destroy(&indefinite);
-    flesh_preconditioner_destroy(&preconditioner);
-    flesh_pcg_space_destroy(&space);
+    linear->preconditioner_destroy(&preconditioner);
+    linear->pcg_space_destroy(&space);
     flesh_block_matrix_destroy(&A);
   }
   free(right);
@@ -413,7 +416,7 @@ static void boomeramg_says_what_it_needs(void)
   flesh_preconditioner_data *preconditioner = NULL;
   make(test_box(2, 1, 1, 1, 0.5, 0.5), FLESH_ENERGY_E, 0.4, &b);
   flesh_block_matrix *A = bar_matrix(&b, 0, 0, 0);
-  CHECK(flesh_preconditioner_create(FLESH_PRECONDITIONER_BOOMERAMG, A, flesh_mesh_positions(b.mesh), NULL,
+  CHECK(linear->preconditioner_create(FLESH_PRECONDITIONER_BOOMERAMG, A, flesh_mesh_positions(b.mesh), NULL,
                                     &preconditioner) == FLESH_ERR_ARGUMENT);
   CHECK(!preconditioner);
   CHECK_TEXT(flesh_error_text(), "the preconditioner boomeramg needs");

@@ -4,8 +4,8 @@
 #include <stdlib.h>
 
 #include "matrices.h"
-#include "linear/chebyshev.h"
-#include "linear/sparse_cholesky.h"
+#include "linear/chebyshev.c"
+#include "linear/sparse_cholesky.c"
 #include "test.h"
 
 /* A sparse factor against a full one: a box of places, each of which meets those around it. */

@@ -4,12 +4,15 @@
 #include "matrices.h"
 #include "linear/block_matrix.h"
 #include "linear/direct.h"
-#include "linear/product.h"
+#include "linear/linear.h"
 #include "linear/sliced_ell.h"
 #include "linear/scalar_view.h"
 #include "linear/triangle.h"
 #include "system/pattern.h"
 #include "test.h"
+
+/* The linear solver of the instructions that this test is compiled for. */
+static const flesh_linear *const linear = &FLESH_OF_ISA(flesh_linear);
 
 static void dense_times(int n, const double *A, const double *x, double *y)
 {
@@ -132,7 +135,7 @@ static void check_single(flesh_product *product, const flesh_block_matrix *A, fl
     memset(lanes, 0, bytes);
     for (int p = 0; p < A->rows; p++)
       for (int c = 0; c < 3; c++) lanes[4 * p + c] = (float)x[3 * order[p] + c] / 2;
-    const double curvature = flesh_product_multiply_single(product, again ? NULL : A, 8, threads, twice_single, lanes,
+    const double curvature = linear->product_multiply_single(product, again ? NULL : A, 8, threads, twice_single, lanes,
                                                            lanes, out);
     CHECK_NEAR(curvature, 8 * expected, 0x1p-25 * 8 * terms);
     if (first[0] == 0) memcpy(first, out, 4 * (size_t)A->rows * sizeof *out);
@@ -161,7 +164,7 @@ static void products_by_halves(void)
     flesh_bisection bisection;
     flesh_product product;
     CHECK_OK(flesh_bisection_create(A, NULL, &bisection));
-    CHECK_OK(flesh_product_create(A, &bisection, 1, &product));
+    CHECK_OK(linear->product_create(A, &bisection, 1, &product));
     /* Numbers that have not been rounded may be anything, also NaN. */
     memset(product.rounded, 0xff, FLESH_SLICE * (9 * (size_t)product.column[product.slices[3]] +
                                                  6 * (size_t)product.slices[3]) * sizeof *product.rounded);
@@ -181,7 +184,7 @@ static void products_by_halves(void)
       CHECK_OK(flesh_threads_create(threads, &pool));
       memset(lanes, 0, bytes);
       for (int p = 0; p < A->rows; p++) memcpy(lanes + 4 * p, x + 3 * bisection.order[p], 3 * sizeof *x);
-      curvature[0] = flesh_product_multiply(&product, A, pool, NULL, NULL, lanes, out);
+      curvature[0] = linear->product_multiply(&product, A, pool, NULL, NULL, lanes, out);
       if (threads == 1) memcpy(first, out, 4 * (size_t)A->rows * sizeof *out);
       for (int p = 0; p < A->rows; p++) {
         CHECK_BELOW(test_distance(3, out + 4 * p, y + 3 * bisection.order[p]), 1e-13);
@@ -191,7 +194,7 @@ static void products_by_halves(void)
       for (int d = 0; d < b.n; d++) expected += x[d] * y[d], terms += fabs(x[d] * y[d]);
       CHECK_NEAR(curvature[0], expected, 1e-10);
       for (int d = 0; d < 4 * A->rows; d++) lanes[d] = lanes[d] / 2;
-      curvature[1] = flesh_product_multiply(&product, A, pool, twice, lanes, lanes, out);
+      curvature[1] = linear->product_multiply(&product, A, pool, twice, lanes, lanes, out);
       for (int p = 0; p < A->rows; p++) {
         CHECK(!memcmp(lanes + 4 * p, x + 3 * bisection.order[p], 3 * sizeof *x));
         CHECK(!memcmp(out + 4 * p, first + 4 * p, 3 * sizeof *out));
@@ -206,7 +209,7 @@ static void products_by_halves(void)
     free(out);
     free(first);
     free(single);
-    flesh_product_clear(&product);
+    linear->product_clear(&product);
     flesh_bisection_clear(&bisection);
     flesh_block_matrix_destroy(&A);
     test_body_destroy(&b);

@@ -4,9 +4,12 @@
 
 #include "matrices.h"
 #include "element/element.h"
-#include "linear/pcg.h"
+#include "linear/linear.h"
 #include "system/stiff_rows.h"
 #include "test.h"
+
+/* The linear solver of the instructions that this test is compiled for. */
+static const flesh_linear *const linear = &FLESH_OF_ISA(flesh_linear);
 
 /* A body of tet10-mean. */
 typedef struct ten {
@@ -55,9 +58,9 @@ static flesh_preconditioner_data *projection(const ten *t, flesh_preconditioner 
 {
   flesh_preconditioner_data *p = NULL;
   const double *X = flesh_mesh_positions(t->b.mesh);
-  CHECK_OK(flesh_preconditioner_create(kind, t->K, X, threads, &p));
-  CHECK_OK(flesh_preconditioner_project(p, t->K, &t->rows, X, polynomial));
-  CHECK_OK(flesh_preconditioner_setup(p, t->K, t->fixed));
+  CHECK_OK(linear->preconditioner_create(kind, t->K, X, threads, &p));
+  CHECK_OK(linear->preconditioner_project(p, t->K, &t->rows, X, polynomial));
+  CHECK_OK(linear->preconditioner_setup(p, t->K, t->fixed));
   return p;
 }
 
@@ -135,7 +138,7 @@ static double *inverse_of(flesh_preconditioner_data *p, int n)
          *column = malloc((size_t)n * sizeof *column);
   for (int d = 0; d < n; d++) {
     unit[d] = 1;
-    flesh_preconditioner_apply(p, unit, column);
+    linear->preconditioner_apply(p, unit, column);
     for (int e = 0; e < n; e++) P[e * n + d] = column[e];
     unit[d] = 0;
   }
@@ -207,19 +210,19 @@ static void check_definite_anywhere(int polynomial)
   const int n = t.b.n;
   double *x = malloc((size_t)n * sizeof *x);
   flesh_preconditioner_data *p = projection(&t, FLESH_PRECONDITIONER_TWO_LEVEL, polynomial, NULL);
-  CHECK(flesh_preconditioner_memory(p) > 0);
+  CHECK(linear->preconditioner_memory(p) > 0);
   for (int state = 0; state < STATES; state++)
     for (int filter = 0; filter < 2; filter++) { /* without it most are indefinite */
       deform(&t, state, x);
       assemble(&t, x, 0, filter);
-      CHECK_OK(flesh_preconditioner_setup(p, t.K, t.fixed));
+      CHECK_OK(linear->preconditioner_setup(p, t.K, t.fixed));
       double *P = inverse_of(p, n);
       check_definite(n, P);
       free(P);
     }
   t.K->values[0] = NAN;
-  CHECK(flesh_preconditioner_setup(p, t.K, t.fixed) == FLESH_NONFINITE);
-  flesh_preconditioner_destroy(&p);
+  CHECK(linear->preconditioner_setup(p, t.K, t.fixed) == FLESH_NONFINITE);
+  linear->preconditioner_destroy(&p);
   free(x);
   clear_ten(&t);
 }
@@ -247,15 +250,15 @@ static void check_conditions(int polynomial)
     CHECK_BELOW(ends[1] / ends[0], 300);
     flesh_pcg_space *space = NULL;
     flesh_pcg_result result;
-    CHECK_OK(flesh_pcg_space_create(t.K, 0, NULL, &space));
+    CHECK_OK(linear->pcg_space_create(t.K, 0, NULL, &space));
     randomise(n, right);
     const flesh_pcg_request request = {.A = t.K, .preconditioner = p, .b = right,
                                        .tolerance = 1e-12 * test_norm(n, right), .max_iterations = 500};
-    CHECK_OK(flesh_pcg(space, &request, x, &result));
+    CHECK_OK(linear->pcg(space, &request, x, &result));
     double *expected = solve_by_gsl(n, dense, right);
     CHECK_BELOW(test_distance(n, x, expected), 1e-7 * test_norm(n, expected));
-    flesh_pcg_space_destroy(&space);
-    flesh_preconditioner_destroy(&p);
+    linear->pcg_space_destroy(&space);
+    linear->preconditioner_destroy(&p);
     free(P);
     free(dense);
     free(expected);
@@ -302,17 +305,18 @@ static int solve_once(ten *t, int project, double inertia, int state, int filter
   assemble(t, x, inertia, filter);
   flesh_preconditioner_data *p = NULL;
   if (project) p = projection(t, FLESH_PRECONDITIONER_AUTO, project == BY_POLYNOMIALS, NULL);
-  else CHECK_OK(flesh_preconditioner_create(FLESH_PRECONDITIONER_AUTO, t->K, flesh_mesh_positions(t->b.mesh), NULL, &p));
-  if (!project) CHECK_OK(flesh_preconditioner_setup(p, t->K, t->fixed));
+  else CHECK_OK(linear->preconditioner_create(FLESH_PRECONDITIONER_AUTO, t->K, flesh_mesh_positions(t->b.mesh), NULL,
+                                               &p));
+  if (!project) CHECK_OK(linear->preconditioner_setup(p, t->K, t->fixed));
   flesh_pcg_space *space = NULL;
   flesh_pcg_result result;
-  CHECK_OK(flesh_pcg_space_create(t->K, 0, NULL, &space));
+  CHECK_OK(linear->pcg_space_create(t->K, 0, NULL, &space));
   for (int d = 1; d < n; d += 3) right[d] = t->fixed[d] ? 0 : 1;
   const flesh_pcg_request request = {.A = t->K, .preconditioner = p, .b = right,
                                      .tolerance = 1e-3 * test_norm(n, right), .max_iterations = 20000};
-  CHECK_OK(flesh_pcg(space, &request, x, &result));
-  flesh_pcg_space_destroy(&space);
-  flesh_preconditioner_destroy(&p);
+  CHECK_OK(linear->pcg(space, &request, x, &result));
+  linear->pcg_space_destroy(&space);
+  linear->preconditioner_destroy(&p);
   free(right);
   free(x);
   return result.iterations;
@@ -371,10 +375,10 @@ static void check_threads(int polynomial)
     CHECK_OK(flesh_threads_create(count, &threads));
     flesh_preconditioner_data *p = projection(&t, FLESH_PRECONDITIONER_TWO_LEVEL, polynomial, threads);
     for (int round = 0; round < 20; round++) {
-      flesh_preconditioner_apply(p, r, z[count > 1 || round]);
+      linear->preconditioner_apply(p, r, z[count > 1 || round]);
       CHECK(!(count > 1 || round) || !memcmp(z[0], z[1], bytes));
     }
-    flesh_preconditioner_destroy(&p);
+    linear->preconditioner_destroy(&p);
     flesh_threads_destroy(&threads);
   }
   free(r);
@@ -401,20 +405,20 @@ static void set_ups_are_saved_and_loaded(void)
     flesh_archive archive = {0};
     assemble(&t, NULL, 0, 0);
     flesh_preconditioner_data *p = projection(&t, FLESH_PRECONDITIONER_TWO_LEVEL, polynomial, NULL);
-    flesh_preconditioner_apply(p, r, z[0]);
-    flesh_preconditioner_archive(p, &archive);
+    linear->preconditioner_apply(p, r, z[0]);
+    linear->preconditioner_archive(p, &archive);
     archive = (flesh_archive){.mode = FLESH_ARCHIVE_SAVE, .data = malloc(archive.at), .size = archive.at};
-    flesh_preconditioner_archive(p, &archive);
+    linear->preconditioner_archive(p, &archive);
     deform(&t, 1, x);
     assemble(&t, x, 0, 1);
-    CHECK_OK(flesh_preconditioner_setup(p, t.K, t.fixed));
-    flesh_preconditioner_apply(p, r, z[1]);
+    CHECK_OK(linear->preconditioner_setup(p, t.K, t.fixed));
+    linear->preconditioner_apply(p, r, z[1]);
     archive.mode = FLESH_ARCHIVE_LOAD, archive.at = 0;
-    flesh_preconditioner_archive(p, &archive);
-    flesh_preconditioner_apply(p, r, z[2]);
+    linear->preconditioner_archive(p, &archive);
+    linear->preconditioner_apply(p, r, z[2]);
     CHECK(!archive.wrong && memcmp(z[0], z[1], bytes) && !memcmp(z[0], z[2], bytes));
     free(archive.data);
-    flesh_preconditioner_destroy(&p);
+    linear->preconditioner_destroy(&p);
   }
   for (int k = 0; k < 3; k++) free(z[k]);
   free(r);
