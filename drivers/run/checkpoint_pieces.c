@@ -170,7 +170,7 @@ static int take(const char *folder, const flesh_checkpoint *checkpoint, int k, i
   if (!status && piece->integrator && own)
     status = flesh_integrator_load(piece->integrator, archive->data + archive->at, saved);
   else if (!status && piece->integrator)
-    status = flesh_integrator_take(piece->integrator, archive->data + archive->at, saved, &others, piece->state);
+    status = flesh_integrator_take(piece->integrator, archive->data + archive->at, saved, &others);
   free(places);
   close_piece(&read);
   return status;

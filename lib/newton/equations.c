@@ -37,6 +37,7 @@ int flesh_equations_init(const flesh_system *system, flesh_threads *threads, fle
   *self = (flesh_equations){.system = system, .threads = threads, .stats = stats, .check_reach = check_reach,
                             .team = flesh_system_team(system)};
   self->n = flesh_system_unknowns(system);
+  flesh_evaluation_init(system, threads, &self->evaluation);
   self->constrained = flesh_calloc((size_t)self->n + 1, 1);
   self->constrained_dofs = flesh_calloc((size_t)self->n + 1, sizeof *self->constrained_dofs);
   self->constrained_rows = flesh_calloc((size_t)self->n / 3 + 1, sizeof *self->constrained_rows);
@@ -67,6 +68,7 @@ void flesh_equations_clear(flesh_equations *self)
   flesh_free(self->constrained_rows);
   flesh_free(self->frozen);
   flesh_free(self->scratch); /* and all other vectors with it */
+  flesh_evaluation_clear(&self->evaluation);
   flesh_clearance_clear(&self->clearance);
   flesh_proximity_clear(&self->proximity);
   flesh_block_matrix_destroy(&self->K);
@@ -76,7 +78,7 @@ void flesh_equations_clear(flesh_equations *self)
 size_t flesh_equations_memory(const flesh_equations *self)
 {
   return (size_t)self->n * ((self->frozen ? 16 : 14) * sizeof(double) + sizeof(int) + 1) +
-         flesh_clearance_memory(&self->clearance) + flesh_proximity_memory(&self->proximity) +
+         flesh_evaluation_memory(&self->evaluation) + flesh_clearance_memory(&self->clearance) + flesh_proximity_memory(&self->proximity) +
          (size_t)self->n / 3 * sizeof(int) +
          (size_t)self->K->row_start[self->K->rows] * 9 * sizeof(double);
 }

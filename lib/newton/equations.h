@@ -10,10 +10,12 @@
 #include "base/team.h"
 #include "flesh/solver.h"
 #include "system/clearance.h"
+#include "system/evaluation.h"
 #include "system/position_potential.h"
 #include "system/proximity.h"
 
 typedef struct flesh_equations {
+  flesh_evaluation evaluation;
   const flesh_system *system; /* borrowed */
   flesh_threads *threads;     /* borrowed, may be NULL */
   const flesh_team *team;     /* the system's, borrowed; NULL: none */

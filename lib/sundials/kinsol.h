@@ -5,6 +5,7 @@
 #include "base/archive.h"
 #include "flesh/kinsol.h"
 #include "flesh/state.h"
+#include "system/evaluation.h"
 #include "system/position_potential.h"
 #include "system/proximity.h"
 
@@ -68,6 +69,8 @@ void flesh_nonlinear_set_costs(flesh_nonlinear *nonlinear, flesh_costs *costs);
 /* Newton's iteration of the solve under way. */
 void flesh_nonlinear_progress(const flesh_nonlinear *nonlinear, flesh_progress *progress);
 /* What the run's effects know of nodes near each other. */
+/* The run's, of which the solver is a part; borrowed. */
+flesh_evaluation *flesh_nonlinear_evaluation(flesh_nonlinear *nonlinear);
 const flesh_proximity *flesh_nonlinear_proximity(const flesh_nonlinear *nonlinear);
 /* KINSOL's memory. */
 void *flesh_nonlinear_kinsol(const flesh_nonlinear *nonlinear);

@@ -72,9 +72,10 @@ static int initialise(flesh_adaptive *self)
   return failed ? flesh_fail(FLESH_ERR_SUNDIALS, "IDA refused an option") : apply_options(self);
 }
 
-int flesh_adaptive_create(const flesh_system *system, const flesh_solver_options *solver,
-                          flesh_energy_watch *watch, flesh_adaptive **adaptive)
+int flesh_adaptive_create(flesh_evaluation *evaluation, const flesh_solver_options *solver, flesh_energy_watch *watch,
+                          flesh_adaptive **adaptive)
 {
+  const flesh_system *system = evaluation->system;
   *adaptive = NULL;
   const flesh_team *team = flesh_system_team(system);
   flesh_adaptive *self = calloc(1, sizeof *self);
@@ -83,9 +84,9 @@ int flesh_adaptive_create(const flesh_system *system, const flesh_solver_options
     self->team = team;
     self->n = flesh_system_unknowns(system);
     flesh_adaptive_options_default(&self->options);
-    self->returned = calloc(2 * (size_t)self->n + 1, sizeof *self->returned);
+    self->evaluation = evaluation;
   }
-  int status = self && self->returned ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for an adaptive integrator");
+  int status = self ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for an adaptive integrator");
   status = flesh_team_agree(team, status); /* from here on ranks call each other */
   if (!status) status = flesh_ida_problem_create(system, solver, &self->problem);
   if (!status) status = flesh_team_agree(team, flesh_adaptive_energy_create(self->problem, watch, &self->energy));
@@ -113,7 +114,6 @@ void flesh_adaptive_destroy(flesh_adaptive **adaptive)
   if (self->context) SUNContext_Free(&self->context);
   flesh_ida_problem_destroy(&self->problem);
   flesh_adaptive_energy_clear(&self->energy);
-  free(self->returned);
   free(self);
   *adaptive = NULL;
 }
@@ -151,7 +151,7 @@ size_t flesh_adaptive_memory(const flesh_adaptive *self)
 {
   /* IDA clones nine vectors and max_order + 1 differences beside ours. */
   size_t vectors = 5 + 10 + (size_t)self->options.max_order + 1;
-  return sizeof *self + flesh_ida_memory(self->problem) + (vectors + 3) * 2 * (size_t)self->n * sizeof(double);
+  return sizeof *self + flesh_ida_memory(self->problem) + (vectors + 2) * 2 * (size_t)self->n * sizeof(double);
 }
 
 /* Local errors fall with h^(q+1), their sum with h^q. */
@@ -195,21 +195,13 @@ static int start(flesh_adaptive *self, flesh_state *state, double ahead)
   return FLESH_OK;
 }
 
-/* A caller may have rounded t. */
-int flesh_adaptive_returned(const flesh_adaptive *self, const flesh_state *state)
-{
-  const size_t bytes = (size_t)self->n * sizeof(double);
-  double differ = !(self->h > 0 && fabs(state->t - self->t) <= 1e-8 * self->h &&
-                    !memcmp(state->x, self->returned, bytes) && !memcmp(state->v, self->returned + self->n, bytes));
-  flesh_team_largest(self->team, 1, &differ);
-  return differ == 0;
-}
+int flesh_adaptive_returned(const flesh_adaptive *self) { return self->serial == self->evaluation->serial; }
 
 static void give_back(flesh_adaptive *self, double t, flesh_state *state)
 {
   flesh_ida_get_state(self->problem, t, self->y, state);
-  memcpy(self->returned, state->x, (size_t)self->n * sizeof(double));
-  memcpy(self->returned + self->n, state->v, (size_t)self->n * sizeof(double));
+  flesh_evaluation_changed(self->evaluation);
+  self->serial = self->evaluation->serial;
   self->t = t;
 }
 
@@ -329,7 +321,7 @@ static int run_to(flesh_adaptive *self, flesh_state *state, double end, flesh_so
 int flesh_adaptive_step(flesh_adaptive *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
   const double begin = state->t, end = begin + h;
-  int status = FLESH_OK, fresh = !self->running || !flesh_adaptive_returned(self, state);
+  int status = FLESH_OK, fresh = !self->running || !flesh_adaptive_returned(self);
   self->h = h;
   if (fresh) {
     status = start(self, state, h);
@@ -358,8 +350,7 @@ void flesh_adaptive_archive(flesh_adaptive *self, flesh_archive *archive)
 {
   FLESH_ARCHIVE(archive, self->t);
   FLESH_ARCHIVE(archive, self->h);
-  flesh_archive_nodes(archive, self->returned, (size_t)self->n / 3);
-  flesh_archive_nodes(archive, self->returned + self->n, (size_t)self->n / 3);
+  FLESH_ARCHIVE(archive, self->serial);
   if (archive->mode == FLESH_ARCHIVE_LOAD) self->running = 0;
 }
 

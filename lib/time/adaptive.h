@@ -10,8 +10,8 @@
 
 typedef struct flesh_adaptive flesh_adaptive;
 
-/* Borrows `system` and the watch; copies the options. Returns new. */
-int flesh_adaptive_create(const flesh_system *system, const flesh_solver_options *solver, flesh_energy_watch *watch,
+/* Borrows the run's evaluation and the watch; copies the options. Returns new. */
+int flesh_adaptive_create(flesh_evaluation *evaluation, const flesh_solver_options *solver, flesh_energy_watch *watch,
                           flesh_adaptive **adaptive);
 void flesh_adaptive_destroy(flesh_adaptive **adaptive);
 /* FLESH_ERR_ARGUMENT where a value is out of its range. */
@@ -23,8 +23,8 @@ void flesh_adaptive_set_stop(flesh_adaptive *adaptive, int (*stop)(void *data), 
  * back. FLESH_ERR_INTEGRATOR with what is known in flesh_adaptive_failure; the state is then the last one reached. */
 int flesh_adaptive_step(flesh_adaptive *adaptive, flesh_state *state, double h, flesh_solve_stats *stats);
 
-/* Whether the state is the one that the last step gave back. */
-int flesh_adaptive_returned(const flesh_adaptive *adaptive, const flesh_state *state);
+/* Whether the run's state is the one that the last step gave back. */
+int flesh_adaptive_returned(const flesh_adaptive *adaptive);
 
 /* Whether the motion from the state on is slow for steps of h; *slow 0 where it has no value there. Adds to *stats. */
 int flesh_adaptive_is_slow(flesh_adaptive *adaptive, const flesh_state *state, double h, int *slow,

@@ -19,9 +19,11 @@ struct flesh_adaptive {
   SUNMatrix matrix;
   SUNLinearSolver solver;
   N_Vector y, yp, atol, errors, rates; /* the last for the energy's interpolant */
+  flesh_evaluation *evaluation; /* the run's, borrowed */
   /* What IDA's memory belongs to: the state given back last, at t with a step of h. */
   int running;
-  double t, h, *returned; /* [2*n] */
+  long serial; /* of that state */
+  double t, h;
   double t_internal;      /* IDA's own time, at or beyond t */
   long rejected, unconverged, newton; /* IDA's counts that are in the statistics already */
   int (*stop)(void *data);

@@ -53,10 +53,11 @@
 
 static const double gain_to_report = 0.05, rounding_of_terms = 1e-10;
 
-int flesh_energy_watch_create(const flesh_system *system, flesh_energy_watch *watch)
+int flesh_energy_watch_create(flesh_evaluation *evaluation, flesh_energy_watch *watch)
 {
+  const flesh_system *system = evaluation->system;
   const size_t n = (size_t)flesh_system_unknowns(system);
-  *watch = (flesh_energy_watch){.system = system, .n = (int)n, .limit = INFINITY, .rate = NAN};
+  *watch = (flesh_energy_watch){.system = system, .evaluation = evaluation, .n = (int)n, .limit = INFINITY, .rate = NAN};
   watch->effects = flesh_system_effect_count(system);
   watch->kinds = flesh_system_work_kinds(system);
   watch->energies = calloc((size_t)watch->effects + 1, sizeof *watch->energies);
@@ -81,29 +82,9 @@ size_t flesh_energy_watch_memory(const flesh_energy_watch *watch)
   return (size_t)watch->n * (watch->scratch ? 3 : 1) * sizeof(double);
 }
 
-/* Two numbers that another x or v would hardly have. */
-static void mark(const flesh_energy_watch *watch, const flesh_state *state, double marks[2])
+int flesh_energy_watch_knows(const flesh_energy_watch *watch)
 {
-  enum { LANES = 8 };
-  double x[LANES] = {0}, v[LANES] = {0};
-  int d = 0;
-  for (; d + LANES <= watch->n; d += LANES)
-    for (int l = 0; l < LANES; l++) x[l] += state->x[d + l], v[l] += state->v[d + l];
-  for (; d < watch->n; d++) x[0] += state->x[d], v[0] += state->v[d];
-  marks[0] = marks[1] = 0;
-  for (int l = 0; l < LANES; l++) marks[0] += (l + 1) * x[l], marks[1] += (l + 1) * v[l];
-}
-
-void flesh_energy_watch_adopt(flesh_energy_watch *watch, const flesh_state *state) { mark(watch, state, watch->marks); }
-
-int flesh_energy_watch_knows(const flesh_energy_watch *watch, const flesh_state *state)
-{
-  double marks[2];
-  if (!watch->known) return 0;
-  mark(watch, state, marks);
-  double differ = memcmp(marks, watch->marks, sizeof marks) != 0;
-  flesh_team_largest(flesh_system_team(watch->system), 1, &differ);
-  return differ == 0;
+  return watch->known && watch->serial == watch->evaluation->serial;
 }
 
 static flesh_point point_of(const flesh_energy_watch *watch, double t, const flesh_state *state)
@@ -114,8 +95,8 @@ static flesh_point point_of(const flesh_energy_watch *watch, double t, const fle
                        .threads = watch->threads, .costs = watch->costs};
 }
 
-/* Energy and kinetic energy of the state, from `energies`; known unless one has no value. */
-static void add_up(flesh_energy_watch *watch, double t, const flesh_state *state, int status)
+/* Energy and kinetic energy of the run's state, from `energies`; known unless one has no value. */
+static void add_up(flesh_energy_watch *watch, double t, int status)
 {
   double sum = 0;
   for (int e = 0; e < watch->effects; e++) sum += watch->energies[e];
@@ -123,7 +104,7 @@ static void add_up(flesh_energy_watch *watch, double t, const flesh_state *state
   watch->t = t;
   watch->energy = sum;
   watch->kinetic = flesh_system_role_energy(watch->system, FLESH_ROLE_INERTIA, watch->energies);
-  mark(watch, state, watch->marks);
+  watch->serial = watch->evaluation->serial;
 }
 
 /* The first state: nothing is in excess, and nothing has been put in. */
@@ -146,7 +127,7 @@ void flesh_energy_watch_jump(flesh_energy_watch *watch, double t, const flesh_st
   const double before = watch->known ? watch->energy : NAN;
   const int first = watch->balance.begun == 0;
   int status = flesh_system_energies(watch->system, &point, watch->energies);
-  add_up(watch, t, state, status);
+  add_up(watch, t, status);
   watch->rate = NAN;
   if (!watch->known) return;
   if (first) begin(watch, t, state), watch->balance.begun = 1;
@@ -290,7 +271,7 @@ int flesh_energy_watch_meet(flesh_energy_watch *watch, double t, const flesh_sta
     status = flesh_system_energies_by_position(watch->system, &point, by_position ? by_position : &unknown,
                                                watch->energies);
   }
-  add_up(watch, t, state, status);
+  add_up(watch, t, status);
   return status;
 }
 
@@ -303,7 +284,7 @@ int flesh_energy_watch_release(flesh_energy_watch *watch, const double *before, 
   point.internal = state->internal;
   if (!status) status = flesh_system_internal_energies(watch->system, &point, watch->energies, &sums[1]);
   if (!status) watch->balance.released += sums[0] - sums[1];
-  if (status || watch->known) add_up(watch, watch->t, state, status);
+  if (status || watch->known) add_up(watch, watch->t, status);
   return status < 0 ? status : FLESH_OK;
 }
 
@@ -323,7 +304,7 @@ void flesh_energy_watch_archive(flesh_energy_watch *self, flesh_archive *archive
   flesh_archive_bytes(archive, self->energies, (size_t)self->effects * sizeof *self->energies);
   FLESH_ARCHIVE(archive, self->known);
   FLESH_ARCHIVE(archive, self->t);
-  FLESH_ARCHIVE(archive, self->marks);
+  FLESH_ARCHIVE(archive, self->serial);
   FLESH_ARCHIVE(archive, self->energy);
   FLESH_ARCHIVE(archive, self->least);
   FLESH_ARCHIVE(archive, self->lowest);

@@ -4,6 +4,7 @@
 
 #include "base/archive.h"
 #include "flesh/integrator.h"
+#include "system/evaluation.h"
 #include "system/position_potential.h"
 #include "system/proximity.h"
 
@@ -13,6 +14,7 @@ enum { FLESH_ENERGY_STEPS = 3 };
 /* See energy_watch.c for the balance. */
 typedef struct flesh_energy_watch {
   const flesh_system *system;
+  flesh_evaluation *evaluation; /* the run's, borrowed */
   int n, effects;
   int kinds;               /* flesh_system_work_kinds */
   double limit;            /* gain that ends a step */
@@ -24,7 +26,8 @@ typedef struct flesh_energy_watch {
   const flesh_proximity *proximity; /* the run's, borrowed; may be NULL */
   /* The state that `energies` belong to. */
   int known;
-  double t, marks[2];
+  long serial; /* the evaluation's */
+  double t;
   double energy, kinetic; /* J */
   /* Since the first state: the least of energy less work, the lowest potential energy, what is in rounding and in what
    * the solves leave unbalanced since that least, J. */
@@ -44,17 +47,15 @@ typedef struct flesh_energy_watch {
   char warning[400];
 } flesh_energy_watch;
 
-int flesh_energy_watch_create(const flesh_system *system, flesh_energy_watch *watch);
+/* Of a run; `evaluation` is borrowed. FLESH_ERR_MEMORY. */
+int flesh_energy_watch_create(flesh_evaluation *evaluation, flesh_energy_watch *watch);
 void flesh_energy_watch_clear(flesh_energy_watch *watch);
 size_t flesh_energy_watch_memory(const flesh_energy_watch *watch);
 /* But for the limit. */
 void flesh_energy_watch_archive(flesh_energy_watch *watch, flesh_archive *archive);
 
-/* The state at which an archive was saved that other nodes had: what it knows is of this one. */
-void flesh_energy_watch_adopt(flesh_energy_watch *watch, const flesh_state *state);
-
-/* Whether the energies known are those of the state. */
-int flesh_energy_watch_knows(const flesh_energy_watch *watch, const flesh_state *state);
+/* Whether the energies known are those of the run's state. */
+int flesh_energy_watch_knows(const flesh_energy_watch *watch);
 
 /* The body has come from the state known to this one at time t (that of the state, or the moment before) by other means
  * than motion: constraints taken up, effects switched on or off, a caller's change. Its change of energy counts as put

@@ -102,11 +102,11 @@ static int solve_static(flesh_integrator *self, flesh_state *state, double h, fl
 static int balance(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
   if (!flesh_system_has_follower_loads(self->system)) return solve_static(self, state, h, stats);
-  flesh_integrator_remember(self, state);
+  flesh_evaluation_remember(self->evaluation, state);
   int status = solve_static(self, state, h, stats);
   if (!status && (status = follow(self, state, h, stats)) > 0) {
-    state->t = self->returned.t;
-    flesh_integrator_give_back(self, state);
+    state->t = self->evaluation->returned.t;
+    flesh_evaluation_restore(self->evaluation, state);
   }
   return status;
 }

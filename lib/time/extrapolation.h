@@ -16,7 +16,8 @@ typedef struct flesh_extrapolation {
   int n, known; /* how many, newest first */
   double t, h;  /* of the newest; s */
   double *u[FLESH_EXTRAPOLATION_POINTS]; /* [n] each, m */
-  double *v; /* [n] the velocity at the newest's end, m/s */
+  double *memory; /* [POINTS * n] where all of u lie, in changing order */
+  long serial; /* of the state at the newest's end (system/evaluation.h) */
   double products[FLESH_EXTRAPOLATION_POINTS][FLESH_EXTRAPOLATION_POINTS]; /* u_i . u_j */
 } flesh_extrapolation;
 
@@ -29,15 +30,14 @@ void flesh_extrapolation_archive(flesh_extrapolation *self, flesh_archive *archi
 /* Nothing is known. */
 void flesh_extrapolation_forget(flesh_extrapolation *self);
 
-/* The displacement u [3*n] of a step of h from `state`, by a recurrence u_0 = w_1 u_1 + w_2 u_2 + ... of those before:
+/* The displacement u [3*n] of a step of h from the state at t with this serial number, by a recurrence u_0 = w_1 u_1 + w_2 u_2 + ... of those before:
  * that of a polynomial in time, or the one that fits the last step best, such as the vibrations of a few modes obey
  * (linear prediction, Makhoul 1975), whichever would have predicted the last step better from those before it. Of up to
  * three, their polynomial. Returns 0 where nothing is known that leads to this state. */
-int flesh_extrapolation_guess(const flesh_extrapolation *self, const flesh_state *state, double h, double *u);
+int flesh_extrapolation_guess(const flesh_extrapolation *self, long serial, double t, double h, double *u);
 
-/* Takes in a step of h by u [3*n] to `state`; one that was hard to solve (`easy` is 0) makes what came before
+/* Takes in a step of h by u [3*n] to the state at t with this serial number; one that was hard to solve (`easy` is 0) makes what came before
  * worthless. */
-void flesh_extrapolation_remember(flesh_extrapolation *self, const double *u, const flesh_state *state, double h,
-                                  int easy);
+void flesh_extrapolation_remember(flesh_extrapolation *self, const double *u, long serial, double t, double h, int easy);
 
 #endif

@@ -1,6 +1,7 @@
 /* integrator.c: creates, configures and destroys an integrator, and chooses how it takes a step. */
 #include "time/integrator.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -21,16 +22,12 @@ static int create_memory(flesh_integrator *self)
 {
   flesh_method_memory *memory = &self->memory;
   const int second = flesh_method_order(self->method) > 1,
-            follows = flesh_system_has_follower_loads(self->system), returned = second || follows;
+            follows = flesh_system_has_follower_loads(self->system);
   double **vectors[12 + FLESH_METHOD_VECTORS] = {&memory->v0, &memory->a0, &self->start, &self->guess, &self->rigid};
   size_t count = 5, apart;
   memory->n = self->n;
   flesh_method_options_default(&memory->options);
   for (int k = 0; k < self->row->vectors; k++) vectors[count++] = &memory->vectors[k];
-  if (returned) {
-    vectors[count++] = &self->returned.x;
-    vectors[count++] = &self->returned.v;
-  }
   if (second) {
     vectors[count++] = &self->stage.x;
     vectors[count++] = &self->stage.v;
@@ -95,16 +92,20 @@ int flesh_integrator_create(const flesh_system *system, flesh_method method,
   status = flesh_team_agree(team, create_memory(self));
   if (!status) self->softenings = count_softenings(system);
   if (!status) status = flesh_nonlinear_create(system, options, &self->nonlinear);
+  if (!status) {
+    self->evaluation = flesh_nonlinear_evaluation(self->nonlinear);
+    status = flesh_team_agree(team, flesh_evaluation_keep_state(self->evaluation));
+  }
   if (!status && self->row->stage)
     status = flesh_extrapolation_create(self->n, flesh_nonlinear_threads(self->nonlinear), &self->extrapolation);
   status = flesh_team_agree(team, status);
   if (!status) status = flesh_recovery_create(system, options, &self->recovery);
-  if (!status) status = flesh_energy_watch_create(system, &self->watch);
+  if (!status) status = flesh_energy_watch_create(self->evaluation, &self->watch);
   status = flesh_team_agree(team, status);
   if (!status) status = flesh_multipliers_create(system, options, &self->multipliers);
   if (!status) status = flesh_internals_create(system, &self->internals);
   status = flesh_team_agree(team, status);
-  if (!status && is_adaptive(method)) status = flesh_adaptive_create(system, options, &self->watch, &self->adaptive);
+  if (!status && is_adaptive(method)) status = flesh_adaptive_create(self->evaluation, options, &self->watch, &self->adaptive);
   status = flesh_team_agree(team, status);
   if (status) {
     flesh_integrator_destroy(&self);
@@ -173,7 +174,7 @@ const flesh_failure *flesh_integrator_failure(const flesh_integrator *integrator
 
 size_t flesh_integrator_memory(const flesh_integrator *integrator)
 {
-  int vectors = 5 + integrator->row->vectors + (integrator->returned.x ? 2 : 0) + (integrator->stage.x ? 2 : 0) +
+  int vectors = 5 + integrator->row->vectors + (integrator->stage.x ? 2 : 0) +
                 (integrator->extrapolation.n ? FLESH_EXTRAPOLATION_POINTS + 1 : 0);
   return sizeof *integrator + (size_t)vectors * (size_t)integrator->n * sizeof(double) +
          (size_t)integrator->n * ((2 * sizeof(int) + sizeof(double)) / 3 + (integrator->constrained ? 1 : 0)) +
@@ -260,7 +261,9 @@ int flesh_integrator_arrive(flesh_integrator *self, const flesh_state *state, in
 const double *flesh_integrator_energies(const flesh_integrator *integrator, const flesh_state *state)
 {
   const flesh_energy_watch *watch = &integrator->watch;
-  return watch->t == state->t && flesh_energy_watch_knows(watch, state) ? watch->energies : NULL;
+  return watch->t == state->t && flesh_energy_watch_knows(watch) && flesh_evaluation_is_at(integrator->evaluation, state, 0)
+             ? watch->energies
+             : NULL;
 }
 
 void flesh_integrator_record_failure(flesh_integrator *self, const flesh_stage *stage, double h, int halvings,
@@ -280,26 +283,13 @@ const flesh_state *flesh_integrator_stage(const flesh_integrator *self, const fl
   return self->stage_known ? &self->stage : state;
 }
 
-void flesh_integrator_remember(flesh_integrator *self, const flesh_state *state)
-{
-  self->returned.t = state->t;
-  memcpy(self->returned.x, state->x, (size_t)self->n * sizeof *state->x);
-  memcpy(self->returned.v, state->v, (size_t)self->n * sizeof *state->v);
-}
-
-void flesh_integrator_give_back(const flesh_integrator *self, flesh_state *state)
-{
-  memcpy(state->x, self->returned.x, (size_t)self->n * sizeof *state->x);
-  memcpy(state->v, self->returned.v, (size_t)self->n * sizeof *state->v);
-}
-
 /* IDA's steps; before the motion is slow, backward Euler's where those are asked for. */
 static int step_adaptively(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats,
                            int *euler)
 {
   int status = FLESH_OK;
   if (self->method == FLESH_METHOD_ADAPTIVE) self->slow = 1;
-  else if (!self->slow || !flesh_adaptive_returned(self->adaptive, state))
+  else if (!self->slow || !flesh_adaptive_returned(self->adaptive))
     status = flesh_adaptive_is_slow(self->adaptive, state, h, &self->slow, stats);
   *euler = !self->slow;
   if (status) return status;
@@ -338,6 +328,11 @@ static int take_step(flesh_integrator *self, flesh_state *state, double h, flesh
   return flesh_recovery_fail(&self->recovery);
 }
 
+double flesh_rounding_of_time(double t, double h)
+{
+  return fmax(1e-9 * h, 8 * DBL_EPSILON * fmax(fabs(t), fabs(t + h)));
+}
+
 int flesh_integrator_step(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
   FLESH_NEED({self, "integrator"}, {state, "state"});
@@ -349,7 +344,12 @@ int flesh_integrator_step(flesh_integrator *self, flesh_state *state, double h, 
   if (!status) status = flesh_internals_view(&self->internals, &view);
   if (!status) status = flesh_integrator_begin(self, state);
   if (status) return status;
+  if (!flesh_evaluation_is_at(self->evaluation, &view, flesh_rounding_of_time(view.t, h))) {
+    flesh_evaluation_changed(self->evaluation);
+    flesh_multipliers_forget(&self->multipliers);
+  }
   status = take_step(self, &view, h, stats ? stats : &ignored);
+  flesh_evaluation_remember(self->evaluation, &view);
   state->t = view.t;
   return flesh_team_agree(self->team, status); /* all have the same, and get one sentence */
 }

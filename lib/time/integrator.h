@@ -30,9 +30,10 @@ struct flesh_integrator {
   int lag_iterations; /* the options', two at least where a load that follows the surface would cost an order */
   flesh_method_memory memory;
   flesh_prescribed prescribed; /* order > 1 */
-  flesh_state returned;        /* the state as it was given back; order > 1 and follower loads */
-  flesh_state stage;           /* {t, x, v} where the forces of the step to `returned` balance; order > 1 */
+  flesh_evaluation *evaluation; /* the run's: that of `nonlinear` */
+  flesh_state stage;           /* {t, x, v} where the forces of the last step balance; order > 1 */
   int stage_known;             /* it is before that step's end */
+  long arrived;                /* the serial number of the state that the last step in time has led to */
   double *energies; /* [effects] at the end of a step that is not its stage, J */
   double *start; /* [n] where a static solve with increments began; the end that a stage leads to */
   double *guess, *rigid; /* [n] displacements over a step */
@@ -59,10 +60,11 @@ int flesh_integrator_begin(flesh_integrator *integrator, const flesh_state *stat
 int flesh_integrator_arrive(flesh_integrator *integrator, const flesh_state *state, int *changed);
 
 /* Takes what `data`, of flesh_integrator_save, has of nodes, of tets and of the motion as a whole, where a rank or a
- * process by itself has saved it that has `others` of the same body. Once for each rank that has saved, with the state at hand, of which all nodes are there at the last; what solvers
- * have learned is left out. FLESH_ERR_FILE, FLESH_ERR_ARGUMENT. */
-int flesh_integrator_take(flesh_integrator *integrator, const void *data, size_t size, const flesh_archive_others *others,
-                          const flesh_state *state);
+ * process by itself has saved it that has `others` of the same body. Once for each rank that has saved; what solvers have learned is left out. FLESH_ERR_FILE, FLESH_ERR_ARGUMENT. */
+int flesh_integrator_take(flesh_integrator *integrator, const void *data, size_t size, const flesh_archive_others *others);
+
+/* Times closer than this [s] are the same in a step of h from t: grids of steps and times of events carry rounding. */
+double flesh_rounding_of_time(double t, double h);
 
 /* From state->t to state->t + h, in one piece or, for methods of order 2, in pieces between events. A status > 0 with
  * the recovery's failure. */
@@ -87,9 +89,5 @@ void flesh_integrator_record_failure(flesh_integrator *integrator, const flesh_s
                                      int status, const flesh_solve_stats *stats);
 /* The state at which the forces of the last step balance: before the step's end, or `state` itself. */
 const flesh_state *flesh_integrator_stage(const flesh_integrator *integrator, const flesh_state *state);
-
-/* The state becomes `returned`, and the other way round. */
-void flesh_integrator_remember(flesh_integrator *integrator, const flesh_state *state);
-void flesh_integrator_give_back(const flesh_integrator *integrator, flesh_state *state);
 
 #endif

@@ -65,7 +65,9 @@ int flesh_internals_update(flesh_internals *self, flesh_energy_watch *watch, fle
     self->next[k] = state->internal[k];
     state->internal[k] = now;
   }
-  return *changed ? flesh_energy_watch_release(watch, self->next, state) : FLESH_OK;
+  if (!*changed) return FLESH_OK;
+  flesh_evaluation_changed(watch->evaluation);
+  return flesh_energy_watch_release(watch, self->next, state);
 }
 
 void flesh_internals_remember(flesh_internals *self, const flesh_state *state)

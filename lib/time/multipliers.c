@@ -32,13 +32,12 @@ int flesh_multipliers_create(const flesh_system *system, const flesh_solver_opti
   if (!self->count) return FLESH_OK;
   const size_t count = (size_t)self->count, n = (size_t)flesh_system_unknowns(system);
   self->n = (int)n;
-  self->own = calloc(6 * count + 2 * n, sizeof *self->own);
+  self->own = calloc(5 * count + 2 * n, sizeof *self->own);
   int status = self->own ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d multipliers", self->count);
   status = flesh_team_agree(self->team, status);
   if (status) return status;
   self->trial = self->own + count;
-  self->given = self->trial + count;
-  self->lag = self->given + count;
+  self->lag = self->trial + count;
   self->gaps = self->lag + count;
   self->stiffness = self->gaps + count;
   self->x = self->stiffness + count;
@@ -66,7 +65,7 @@ void flesh_multipliers_clear(flesh_multipliers *self)
 
 size_t flesh_multipliers_memory(const flesh_multipliers *self)
 {
-  return (6 * (size_t)self->count + 2 * (size_t)self->n) * sizeof(double);
+  return (5 * (size_t)self->count + 2 * (size_t)self->n) * sizeof(double);
 }
 
 int flesh_multipliers_view(const flesh_multipliers *self, const flesh_state *state, flesh_state *view)
@@ -99,11 +98,8 @@ static int find_gaps(flesh_multipliers *self, const flesh_stage_end *end, const 
 static void begin(flesh_multipliers *self, const flesh_state *state, double penalty)
 {
   const size_t bytes = (size_t)self->count * sizeof *self->trial;
-  double differs = memcmp(state->multipliers, self->given, bytes) != 0; /* on any rank */
-  flesh_team_largest(self->team, 1, &differs);
-  const int goes_on = differs == 0;
   memcpy(self->trial, state->multipliers, bytes);
-  for (int k = 0; goes_on && k < self->count; k++) self->trial[k] -= penalty * self->stiffness[k] * self->lag[k];
+  for (int k = 0; self->goes_on && k < self->count; k++) self->trial[k] -= penalty * self->stiffness[k] * self->lag[k];
 }
 
 int flesh_multipliers_solve(flesh_multipliers *self, flesh_nonlinear *nonlinear, flesh_stage *stage,
@@ -149,16 +145,19 @@ int flesh_multipliers_accept(flesh_multipliers *self, flesh_nonlinear *nonlinear
     status = flesh_system_constraint_gaps(self->system, &point, self->lag, NULL);
   }
   for (int k = 0; k < self->count; k++)
-    self->given[k] = self->trial[k] + stage->penalty * self->stiffness[k] * self->lag[k];
-  memcpy(state->multipliers, self->given, bytes);
+    state->multipliers[k] = self->trial[k] + stage->penalty * self->stiffness[k] * self->lag[k];
+  self->goes_on = 1;
   return flesh_team_agree(self->team, status);
 }
 
+void flesh_multipliers_forget(flesh_multipliers *self) { self->goes_on = 0; }
+
 void flesh_multipliers_archive(flesh_multipliers *self, flesh_archive *archive)
 {
-  double *of_tets[] = {self->own, self->given, self->lag};
+  double *of_tets[] = {self->own, self->lag};
   if (!self->count) return;
   for (size_t k = 0; k < sizeof of_tets / sizeof of_tets[0]; k++)
     flesh_archive_tets(archive, of_tets[k], (size_t)self->count);
   FLESH_ARCHIVE(archive, self->left);
+  FLESH_ARCHIVE(archive, self->goes_on);
 }

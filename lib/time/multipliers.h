@@ -19,7 +19,8 @@ typedef struct flesh_multipliers {
   double softest;   /* Pa; of the penalties */
   double *own;      /* [count] Pa, of states without multipliers */
   double *trial;    /* [count] Pa, of the solve under way, and where it ended */
-  double *given, *lag; /* [count] Pa, those that a state was last given, and the gaps at its stage */
+  int goes_on;      /* the state's are those that the last solve gave it */
+  double *lag;      /* [count] the gaps at that solve's stage, where it is not the end of the step */
   double *gaps, *stiffness; /* [count] */
   double *x, *u;            /* [n] the end of the step, and the unknowns of the last solve */
 } flesh_multipliers;
@@ -28,6 +29,8 @@ int flesh_multipliers_create(const flesh_system *system, const flesh_solver_opti
                              flesh_multipliers *multipliers);
 void flesh_multipliers_clear(flesh_multipliers *multipliers);
 size_t flesh_multipliers_memory(const flesh_multipliers *multipliers);
+/* The state's are others than the last solve gave it. */
+void flesh_multipliers_forget(flesh_multipliers *multipliers);
 void flesh_multipliers_archive(flesh_multipliers *multipliers, flesh_archive *archive);
 
 /* *view = *state, with multipliers of its own where it has none. FLESH_ERR_ARGUMENT for another number of them. */

@@ -62,7 +62,10 @@ int flesh_integrator_relax(flesh_integrator *self, flesh_state *state, flesh_sol
   flesh_untangler_begin(untangler, state);
   int status = settle(self, state, h, 1, held, stats);
   if (!status) status = settle(self, state, h, 0, NULL, stats);
-  if (flesh_untangler_judge(untangler, state, status == FLESH_OK, stats)) return 1;
+  const int kept = flesh_untangler_judge(untangler, state, status == FLESH_OK, stats);
+  if (kept) flesh_evaluation_changed(self->evaluation);
+  else flesh_multipliers_forget(&self->multipliers);
+  if (kept) return 1;
   return status < 0 ? status : FLESH_OK;
 }
 

@@ -9,7 +9,7 @@
 #include "time/integrator.h"
 
 static const char mark[8] = "fleshint";
-enum { FORMAT = 4, ORDER = 0x01020304 };
+enum { FORMAT = 5, ORDER = 0x01020304 };
 
 typedef struct header {
   char mark[8];
@@ -67,12 +67,9 @@ static void archive_method(flesh_integrator *self, flesh_archive *archive)
   FLESH_ARCHIVE(archive, memory->known);
   FLESH_ARCHIVE(archive, memory->h);
   for (int k = 0; k < self->row->vectors; k++) flesh_archive_nodes(archive, memory->vectors[k], nodes);
-  if (!self->returned.x) return;
-  FLESH_ARCHIVE(archive, self->returned.t);
-  flesh_archive_nodes(archive, self->returned.x, nodes);
-  flesh_archive_nodes(archive, self->returned.v, nodes);
   if (!self->stage.x) return;
   FLESH_ARCHIVE(archive, self->stage_known);
+  FLESH_ARCHIVE(archive, self->arrived);
   FLESH_ARCHIVE(archive, self->stage.t);
   flesh_archive_nodes(archive, self->stage.x, nodes);
   flesh_archive_nodes(archive, self->stage.v, nodes);
@@ -82,6 +79,7 @@ static void archive_method(flesh_integrator *self, flesh_archive *archive)
 static void archive_motion(flesh_integrator *self, flesh_archive *archive)
 {
   const size_t effects = (size_t)flesh_system_effect_count(self->system);
+  flesh_evaluation_archive(self->evaluation, archive);
   archive_method(self, archive);
   if (self->extrapolation.n) flesh_extrapolation_archive(&self->extrapolation, archive);
   flesh_energy_watch_archive(&self->watch, archive);
@@ -200,8 +198,7 @@ int flesh_integrator_load(flesh_integrator *self, const void *data, size_t size)
   return status || (!archive.wrong && archive.at == archive.size) ? status : fail_unfit();
 }
 
-int flesh_integrator_take(flesh_integrator *self, const void *data, size_t size, const flesh_archive_others *others,
-                          const flesh_state *state)
+int flesh_integrator_take(flesh_integrator *self, const void *data, size_t size, const flesh_archive_others *others)
 {
   header h, own = header_of(self, 0);
   int status = read_header(data, size, &own, &h);
@@ -210,7 +207,6 @@ int flesh_integrator_take(flesh_integrator *self, const void *data, size_t size,
   flesh_archive archive = {.mode = FLESH_ARCHIVE_LOAD, .data = (uint8_t *)data + sizeof h, .size = size - sizeof h,
                            .others = others};
   archive_motion(self, &archive);
-  flesh_energy_watch_adopt(&self->watch, state);
   return archive.wrong ? fail_unfit() : FLESH_OK;
 }
 

@@ -1,6 +1,5 @@
 /* steps.c: a step in time: in pieces between events, each from a first iterate that goes on as before, each judged at
  * its end. */
-#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -53,6 +52,7 @@ static int begin_anew(flesh_integrator *self, flesh_state *state, const piece *p
     flesh_integrator_record_failure(self, &(flesh_stage){.t = piece->begin}, h, 0, status, stats);
   if (status) return status;
   self->internals.restart = 0;
+  flesh_evaluation_changed(self->evaluation);
   flesh_energy_watch_jump(&self->watch, piece->begin, state);
   if (!self->row->acceleration) return FLESH_OK;
   return flesh_step_energy_begin(&self->watch, &self->prescribed, state, piece->begin, h, self->memory.vectors[0],
@@ -107,7 +107,7 @@ static void make_guesses(flesh_integrator *self, const flesh_method_row *row, co
   int count = 0;
   flesh_team_largest(self->team, 1, &holds);
   if (flesh_uses(&self->options, FLESH_TECHNIQUE_EXTRAPOLATION) &&
-      flesh_extrapolation_guess(&self->extrapolation, state, h, self->guess)) {
+      flesh_extrapolation_guess(&self->extrapolation, self->evaluation->serial, state->t, h, self->guess)) {
     flesh_nonlinear_go_on(self->nonlinear);
     guesses[count++] = self->guess;
   }
@@ -163,6 +163,7 @@ static void finish_part(flesh_integrator *self, const flesh_method_row *row, con
   self->stage.t = stage->t;
   if (self->stage_known) find_stage(self, stage, self->stage.x, self->stage.v);
   row->finish(memory, u, part->h, state);
+  flesh_evaluation_changed(self->evaluation);
   for (int d = 0; d < self->n && !own && self->row->acceleration; d++)
     memory->vectors[0][d] = stage->a0[d] + stage->shift.a * u[d];
   state->t = part->end;
@@ -249,8 +250,8 @@ static int attempt(flesh_integrator *self, const flesh_method_row *row, flesh_st
   if (status) return status;
   finish_part(self, row, &stage, part, state, stats);
   if (self->extrapolation.n)
-    flesh_extrapolation_remember(&self->extrapolation, flesh_nonlinear_unknowns(self->nonlinear), state, part->h,
-                                 was_easy(&before_solve, stats));
+    flesh_extrapolation_remember(&self->extrapolation, flesh_nonlinear_unknowns(self->nonlinear),
+                                 self->evaluation->serial, state->t, part->h, was_easy(&before_solve, stats));
   status = flesh_step_energy_judge(&energy, state, stats);
   if (status == FLESH_ERR_ENERGY) flesh_integrator_record_failure(self, &stage, part->h, depth, status, stats);
   return status ? status : update_internals(self, state);
@@ -285,23 +286,14 @@ static int walk(flesh_integrator *self, flesh_state *state, const piece *piece, 
   return flesh_recovery_step(&self->recovery, &(flesh_span){state->t, piece->end, h}, attempt_part, &walk, stats);
 }
 
-static int same_state(const flesh_team *team, const flesh_state *a, const flesh_state *b, int n, double tolerance)
-{
-  double differ = !(fabs(a->t - b->t) <= tolerance) || memcmp(a->x, b->x, (size_t)n * sizeof *a->x) ||
-                  memcmp(a->v, b->v, (size_t)n * sizeof *a->v);
-  flesh_team_largest(team, 1, &differ);
-  return differ == 0;
-}
-
 int flesh_integrator_step_in_time(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
   const double begin = state->t, end = begin + h;
-  if (!flesh_energy_watch_knows(&self->watch, state)) flesh_energy_watch_jump(&self->watch, begin, state);
+  if (!flesh_energy_watch_knows(&self->watch)) flesh_energy_watch_jump(&self->watch, begin, state);
   if (flesh_method_order(self->method) < 2)
     return walk(self, state, &(piece){begin, end, INFINITY}, h, stats);
-  /* Times closer than this are the same: grids of steps and times of events carry rounding. */
-  const double tolerance = fmax(1e-9 * h, 8 * DBL_EPSILON * fmax(fabs(begin), fabs(end)));
-  if (!same_state(self->team, state, &self->returned, self->n, tolerance)) self->memory.known = self->stage_known = 0;
+  const double tolerance = flesh_rounding_of_time(begin, h);
+  if (self->arrived != self->evaluation->serial) self->memory.known = self->stage_known = 0;
   int status = FLESH_OK;
   while (!status && state->t < end) {
     piece next = {.begin = state->t, .end = end};
@@ -312,12 +304,12 @@ int flesh_integrator_step_in_time(flesh_integrator *self, flesh_state *state, do
     }
     if (next.event < end - tolerance) next.end = next.event;
     double length = state->t == begin && next.end == end ? h : next.end - state->t, t = state->t;
-    flesh_integrator_remember(self, state);
+    flesh_evaluation_remember(self->evaluation, state);
     if (!self->memory.known) status = begin_anew(self, state, &next, length, stats);
     if (!status) status = walk(self, state, &next, length, stats);
-    if (status && state->t == t) flesh_integrator_give_back(self, state); /* the start has moved nothing */
+    if (status && state->t == t) flesh_evaluation_restore(self->evaluation, state); /* the start has moved nothing */
     if (status || next.event <= state->t + tolerance) self->memory.known = 0;
   }
-  flesh_integrator_remember(self, state);
+  self->arrived = self->evaluation->serial;
   return status;
 }

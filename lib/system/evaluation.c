@@ -1,0 +1,98 @@
+/* evaluation.c: keeps the state of a run, and tells by value whether a caller's state is that one. */
+#include "system/evaluation.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "base/huge_pages.h"
+#include "base/memory.h"
+#include "base/parallel_vector.h"
+#include "system/ranks.h"
+
+void flesh_evaluation_init(const flesh_system *system, flesh_threads *threads, flesh_evaluation *self)
+{
+  *self = (flesh_evaluation){.system = system, .threads = threads, .team = flesh_system_team(system),
+                             .n = flesh_system_unknowns(system), .serial = 1};
+}
+
+/* Doubles of a state. */
+static size_t room_of(const flesh_evaluation *self)
+{
+  return 2 * (size_t)self->n + (size_t)self->returned.multiplier_count + (size_t)self->returned.internal_count;
+}
+
+int flesh_evaluation_keep_state(flesh_evaluation *self)
+{
+  flesh_state *kept = &self->returned;
+  kept->t = NAN; /* nobody's */
+  kept->multiplier_count = flesh_system_multiplier_count(self->system);
+  kept->internal_count = flesh_system_internal_count(self->system);
+  kept->x = flesh_huge_pages_calloc((room_of(self) + 1) * sizeof *kept->x);
+  if (!kept->x) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a state of %d unknowns", self->n);
+  kept->v = kept->x + self->n;
+  kept->multipliers = kept->v + self->n;
+  kept->internal = kept->multipliers + kept->multiplier_count;
+  return FLESH_OK;
+}
+
+void flesh_evaluation_clear(flesh_evaluation *self)
+{
+  flesh_free(self->returned.x); /* and the other arrays with it */
+  *self = (flesh_evaluation){0};
+}
+
+size_t flesh_evaluation_memory(const flesh_evaluation *self)
+{
+  return self->returned.x ? room_of(self) * sizeof(double) : 0;
+}
+
+void flesh_evaluation_archive(flesh_evaluation *self, flesh_archive *archive)
+{
+  flesh_state *kept = &self->returned;
+  FLESH_ARCHIVE(archive, self->serial);
+  FLESH_ARCHIVE(archive, kept->t);
+  flesh_archive_nodes(archive, kept->x, (size_t)self->n / 3);
+  flesh_archive_nodes(archive, kept->v, (size_t)self->n / 3);
+  if (kept->multiplier_count) flesh_archive_tets(archive, kept->multipliers, (size_t)kept->multiplier_count);
+  if (kept->internal_count)
+    flesh_archive_bytes(archive, kept->internal, (size_t)kept->internal_count * sizeof *kept->internal);
+}
+
+void flesh_evaluation_changed(flesh_evaluation *self) { self->serial++; }
+
+static int same(const flesh_evaluation *self, const double *a, const double *b)
+{
+  return flesh_same(self->threads, self->n, a, b);
+}
+
+static int differ(const double *a, const double *b, int count)
+{
+  return count && memcmp(a, b, (size_t)count * sizeof *a) != 0;
+}
+
+int flesh_evaluation_is_at(const flesh_evaluation *self, const flesh_state *state, double tolerance)
+{
+  const flesh_state *kept = &self->returned;
+  double other = !(fabs(state->t - kept->t) <= tolerance) ||
+                 differ(state->multipliers, kept->multipliers, kept->multiplier_count) ||
+                 differ(state->internal, kept->internal, kept->internal_count);
+  flesh_team_largest(self->team, 1, &other);
+  return other == 0 && same(self, state->x, kept->x) && same(self, state->v, kept->v);
+}
+
+void flesh_evaluation_remember(flesh_evaluation *self, const flesh_state *state)
+{
+  flesh_state *kept = &self->returned;
+  kept->t = state->t;
+  flesh_copy(self->threads, self->n, state->x, kept->x);
+  flesh_copy(self->threads, self->n, state->v, kept->v);
+  if (kept->multiplier_count) memcpy(kept->multipliers, state->multipliers, sizeof *kept->x * (size_t)kept->multiplier_count);
+  if (kept->internal_count) memcpy(kept->internal, state->internal, sizeof *kept->x * (size_t)kept->internal_count);
+}
+
+void flesh_evaluation_restore(const flesh_evaluation *self, flesh_state *state)
+{
+  flesh_copy(self->threads, self->n, self->returned.x, state->x);
+  flesh_copy(self->threads, self->n, self->returned.v, state->v);
+}
