@@ -37,7 +37,6 @@ int flesh_equations_init(const flesh_system *system, flesh_threads *threads, fle
   *self = (flesh_equations){.system = system, .threads = threads, .stats = stats, .check_reach = check_reach,
                             .team = flesh_system_team(system)};
   self->n = flesh_system_unknowns(system);
-  flesh_evaluation_init(system, threads, &self->evaluation);
   self->constrained = flesh_calloc((size_t)self->n + 1, 1);
   self->constrained_dofs = flesh_calloc((size_t)self->n + 1, sizeof *self->constrained_dofs);
   self->constrained_rows = flesh_calloc((size_t)self->n / 3 + 1, sizeof *self->constrained_rows);
@@ -53,6 +52,7 @@ int flesh_equations_init(const flesh_system *system, flesh_threads *threads, fle
                      (freezes && !self->frozen);
   int status = failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n)
                       : flesh_system_matrix_create(system, &self->K);
+  if (!status) status = flesh_evaluation_create(system, threads, &self->evaluation);
   if (!status) status = flesh_clearance_create(system, threads, &self->clearance);
   if (!status) status = flesh_proximity_create(system, threads, &self->proximity);
   status = flesh_team_agree(self->team, status);

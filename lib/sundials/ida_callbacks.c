@@ -19,7 +19,7 @@ static flesh_ida_problem *problem_of(const void *user_data)
     flesh_fail_user_data("flesh_ida_problem");
     return NULL;
   }
-  if (problem->started) return problem;
+  if (problem->constraints.started) return problem;
   flesh_fail(FLESH_ERR_ARGUMENT, "the flesh_ida_problem has not been started; flesh_ida_start comes first");
   return NULL;
 }
@@ -38,46 +38,48 @@ int flesh_ida_residual(sunrealtype t, N_Vector y, N_Vector yp, N_Vector r, void 
 
 sunindextype flesh_ida_entries(const flesh_ida_problem *self)
 {
-  const int64_t full = 9 * (2 * (int64_t)self->K->row_start[self->K->rows] - self->K->rows);
-  return flesh_sunindex(2 * (int64_t)self->n + full + (self->couples ? full : 9 * (int64_t)self->K->rows));
+  const flesh_ida_matrices *J = &self->jacobian;
+  const int64_t full = 9 * (2 * (int64_t)J->K->row_start[J->K->rows] - J->K->rows);
+  return flesh_sunindex(2 * (int64_t)self->evaluation.n + full + (J->couples ? full : 9 * (int64_t)J->K->rows));
 }
 
 static int make_view(flesh_ida_problem *self)
 {
-  if (self->D_values) return FLESH_OK;
-  int status = self->view.starts ? FLESH_OK : flesh_scalar_view_create(self->K, &self->view);
+  if (self->sparse.D_values) return FLESH_OK;
+  int status = self->sparse.view.starts ? FLESH_OK : flesh_scalar_view_create(self->jacobian.K, &self->sparse.view);
   if (status) return status;
-  size_t bytes = (size_t)self->view.entries * sizeof *self->K_values;
-  if (!self->K_values) self->K_values = malloc(bytes);
-  if (self->K_values) self->D_values = malloc(bytes);
-  return self->D_values ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for a sparse Jacobian");
+  size_t bytes = (size_t)self->sparse.view.entries * sizeof *self->sparse.K_values;
+  if (!self->sparse.K_values) self->sparse.K_values = malloc(bytes);
+  if (self->sparse.K_values) self->sparse.D_values = malloc(bytes);
+  return self->sparse.D_values ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for a sparse Jacobian");
 }
 
 /* Columns of x: cj in the rows x' - v, K below. Columns of v: -1, C + cj M below. Constrained dofs: the identity. */
 static void fill_columns(const flesh_ida_problem *self, SUNMatrix J)
 {
-  const flesh_scalar_view *view = &self->view;
-  const int64_t n = self->n;
+  const flesh_ida_constraints *held = &self->constraints;
+  const flesh_scalar_view *view = &self->sparse.view;
+  const int64_t n = self->evaluation.n;
   sunindextype *starts = SUNSparseMatrix_IndexPointers(J), *rows = SUNSparseMatrix_IndexValues(J), next = 0;
   double *values = SUNSparseMatrix_Data(J);
   for (int64_t d = 0; d < n; d++) {
     starts[d] = next;
     rows[next] = d;
-    values[next++] = self->fixed[d] ? 1 : self->cj;
+    values[next++] = held->fixed[d] ? 1 : self->jacobian.cj;
     for (int64_t k = view->starts[d]; k < view->starts[d + 1]; k++) {
       rows[next] = n + view->indices[k];
-      values[next++] = self->K_values[k];
+      values[next++] = self->sparse.K_values[k];
     }
   }
   for (int64_t d = 0; d < n; d++) {
     starts[n + d] = next;
     rows[next] = d;
-    values[next++] = self->fixed[d] ? 0 : -1;
+    values[next++] = held->fixed[d] ? 0 : -1;
     for (int64_t k = view->starts[d]; k < view->starts[d + 1]; k++) {
       int64_t row = view->indices[k];
-      if (!self->couples && row / 3 != d / 3) continue;
+      if (!self->jacobian.couples && row / 3 != d / 3) continue;
       rows[next] = n + row;
-      values[next++] = row == d && self->fixed[d] ? 1 : self->D_values[k];
+      values[next++] = row == d && held->fixed[d] ? 1 : self->sparse.D_values[k];
     }
   }
   starts[2 * n] = next;
@@ -85,7 +87,7 @@ static void fill_columns(const flesh_ida_problem *self, SUNMatrix J)
 
 static int fill_sparse(flesh_ida_problem *self, SUNMatrix J)
 {
-  const sunindextype size = 2 * (sunindextype)self->n, entries = flesh_ida_entries(self);
+  const sunindextype size = 2 * (sunindextype)self->evaluation.n, entries = flesh_ida_entries(self);
   if (SUNSparseMatrix_SparseType(J) != CSC_MAT || SUNSparseMatrix_Rows(J) != size ||
       SUNSparseMatrix_Columns(J) != size || entries < 0 || SUNSparseMatrix_NNZ(J) < entries)
     return flesh_fail(FLESH_ERR_ARGUMENT,
@@ -93,13 +95,13 @@ static int fill_sparse(flesh_ida_problem *self, SUNMatrix J)
                       "compressed columns with %lld",
                       (long long)SUNSparseMatrix_Rows(J), (long long)SUNSparseMatrix_Columns(J),
                       (long long)SUNSparseMatrix_NNZ(J), (long long)size, (long long)size, (long long)entries);
-  if (!self->couples && !self->D_is_diagonal)
+  if (!self->jacobian.couples && !self->jacobian.D_is_diagonal)
     return flesh_fail(FLESH_ERR_ARGUMENT, "an effect couples velocities of nodes that it did not couple near the "
                                           "rest shape; use the condensed solver");
   int status = make_view(self);
   if (status) return status;
-  flesh_scalar_view_fill(&self->view, self->K, self->K_values);
-  flesh_scalar_view_fill(&self->view, self->D, self->D_values);
+  flesh_scalar_view_fill(&self->sparse.view, self->jacobian.K, self->sparse.K_values);
+  flesh_scalar_view_fill(&self->sparse.view, self->jacobian.D, self->sparse.D_values);
   fill_columns(self, J);
   return FLESH_OK;
 }
@@ -133,7 +135,7 @@ int flesh_ida_jacobian_times(sunrealtype t, N_Vector y, N_Vector yp, N_Vector r,
   const double *x = flesh_ida_read(problem, v, 1, 0);
   double *z = x ? flesh_ida_open(problem, Jv, 1) : NULL;
   if (!z) return FLESH_ERR_ARGUMENT;
-  if (problem->content != FLESH_IDA_CONDENSED)
+  if (problem->jacobian.content != FLESH_IDA_CONDENSED)
     return flesh_fail(FLESH_ERR_ARGUMENT, "flesh_ida_jacobian_times needs flesh_ida_preconditioner_setup beside it");
   flesh_ida_multiply(problem, x, z);
   flesh_ida_close(problem, Jv, z);
@@ -160,7 +162,7 @@ int flesh_ida_preconditioner_solve(sunrealtype t, N_Vector y, N_Vector yp, N_Vec
   const double *b = flesh_ida_read(problem, right, 1, 0);
   double *x = b ? flesh_ida_open(problem, z, 1) : NULL;
   if (!x) return FLESH_ERR_ARGUMENT;
-  if (problem->content != FLESH_IDA_CONDENSED)
+  if (problem->jacobian.content != FLESH_IDA_CONDENSED)
     return flesh_fail(FLESH_ERR_ARGUMENT,
                       "flesh_ida_preconditioner_solve needs flesh_ida_preconditioner_setup before it");
   const int status = flesh_ida_solve_both(problem, b, 1, x);
@@ -196,11 +198,12 @@ static sunrealtype weighted_norm(N_Vector x_vector, N_Vector w_vector)
 
 int flesh_ida_vector_create(const flesh_ida_problem *problem, SUNContext context, N_Vector *y)
 {
+  const flesh_evaluation *e = &problem->evaluation;
   FLESH_NEED({problem, "problem"}, {context, "context"}, {y, "y"});
-  *y = N_VNew_Serial(2 * (sunindextype)problem->n, context);
-  int status = *y ? flesh_vector_quicken(*y, problem->team ? problem->threads : NULL)
-                  : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", 2 * problem->n);
-  if (*y) (*y)->ops->nvwrmsnorm = problem->team ? weighted_norm_of_team : weighted_norm;
-  if (*y && problem->team) (*y)->ops->nvmaxnorm = flesh_vector_largest;
-  return flesh_team_agree(problem->team, status);
+  *y = N_VNew_Serial(2 * (sunindextype)e->n, context);
+  int status = *y ? flesh_vector_quicken(*y, e->team ? problem->threads : NULL)
+                  : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", 2 * e->n);
+  if (*y) (*y)->ops->nvwrmsnorm = e->team ? weighted_norm_of_team : weighted_norm;
+  if (*y && e->team) (*y)->ops->nvmaxnorm = flesh_vector_largest;
+  return flesh_team_agree(e->team, status);
 }

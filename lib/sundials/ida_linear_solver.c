@@ -28,30 +28,33 @@ static int solver_setup(SUNLinearSolver S, SUNMatrix A)
 
 int flesh_ida_solve_both(flesh_ida_problem *problem, const double *b, int approximately, double *x)
 {
-  const int n = problem->n;
-  const double *b1 = b, *b2 = b + n, cj = problem->cj, from_x = problem->from_x, share = cj / from_x;
-  double *dx = x, *dv = x + n, *right = problem->right, *free1 = problem->change, *Kfree1 = problem->work;
-  const flesh_team *team = problem->team;
+  const flesh_ida_solver *with = &problem->solver;
+  flesh_ida_matrices *J = &problem->jacobian;
+  flesh_ida_constraints *held = &problem->constraints;
+  const int n = problem->evaluation.n;
+  const double *b1 = b, *b2 = b + n, cj = J->cj, from_x = J->rows.from_x, share = cj / from_x;
+  double *dx = x, *dv = x + n, *right = with->right, *free1 = with->change, *Kfree1 = with->work;
+  const flesh_team *team = problem->evaluation.team;
   const int own = 3 * flesh_team_own(team, n / 3);
-  for (int d = 0; d < n; d++) free1[d] = problem->fixed[d] ? 0 : b1[d];
+  for (int d = 0; d < n; d++) free1[d] = held->fixed[d] ? 0 : b1[d];
   flesh_team_share(team, free1);
   flesh_ida_damping_times(problem, free1, right);
-  flesh_block_multiply(problem->K, free1, Kfree1);
+  flesh_block_multiply(J->K, free1, Kfree1);
   for (int d = 0; d < n; d++)
-    right[d] = problem->fixed[d] ? 0 : (d < own ? b2[d] : 0) + share * right[d] - Kfree1[d] / from_x;
+    right[d] = held->fixed[d] ? 0 : (d < own ? b2[d] : 0) + share * right[d] - Kfree1[d] / from_x;
   flesh_team_collect(team, right);
-  double *w = problem->change;
+  double *w = with->change;
   int status = FLESH_OK;
-  if (approximately && problem->preconditioner)
-    problem->linear->preconditioner_apply(problem->preconditioner, right, w);
+  if (approximately && with->preconditioner)
+    with->linear->preconditioner_apply(with->preconditioner, right, w);
   else status = flesh_ida_solve(problem, problem->options.linear_tolerance, right, w);
   if (status) return status;
   flesh_team_share(team, w); /* a preconditioner gives owners theirs alone */
   for (int d = 0; d < n; d++) {
-    int fixed = problem->fixed[d];
+    int fixed = held->fixed[d];
     double first = b1[d], second = b2[d];
-    dx[d] = fixed ? first / problem->identity : w[d] + first / from_x;
-    dv[d] = fixed ? second / problem->identity : cj * w[d];
+    dx[d] = fixed ? first / J->rows.identity : w[d] + first / from_x;
+    dv[d] = fixed ? second / J->rows.identity : cj * w[d];
   }
   return FLESH_OK;
 }

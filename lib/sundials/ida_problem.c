@@ -21,18 +21,19 @@
  * shape, in motion, so that no entry is zero by chance. */
 static int find_coupling(flesh_ida_problem *self)
 {
-  const double *X = flesh_mesh_positions(flesh_system_mesh(self->system));
+  flesh_evaluation *e = &self->evaluation;
+  const double *X = flesh_mesh_positions(flesh_system_mesh(e->system));
   uint32_t random = 2463534242u; /* xorshift (Marsaglia 2003) */
-  for (int d = 0; d < self->n; d++) {
+  for (int d = 0; d < e->n; d++) {
     random ^= random << 13, random ^= random >> 17, random ^= random << 5;
-    self->v[d] = self->velocity * (random * 0x1p-31 - 1);
-    self->x[d] = X[d] + 1e-6 * self->length * (random * 0x1p-31 - 1);
-    self->a[d] = 0;
+    e->v[d] = self->scale.velocity * (random * 0x1p-31 - 1);
+    e->x[d] = X[d] + 1e-6 * self->scale.length * (random * 0x1p-31 - 1);
+    e->a[d] = 0;
   }
-  const flesh_point point = {.load = 1, .x = self->x, .v = self->v, .a = self->a};
-  if (flesh_system_jacobian(self->system, &point, &(flesh_shift){.v = 1, .a = 1}, self->D)) return 1;
-  double couples = !flesh_block_is_diagonal(self->D);
-  flesh_team_largest(self->team, 1, &couples);
+  const flesh_point point = {.load = 1, .x = e->x, .v = e->v, .a = e->a};
+  if (flesh_system_jacobian(e->system, &point, &(flesh_shift){.v = 1, .a = 1}, self->jacobian.D)) return 1;
+  double couples = !flesh_block_is_diagonal(self->jacobian.D);
+  flesh_team_largest(e->team, 1, &couples);
   return couples > 0;
 }
 
@@ -61,33 +62,37 @@ static int check_system(const flesh_system *system, const flesh_solver_options *
 }
 
 /* What needs no other rank. */
-static int allocate(flesh_ida_problem *self)
+static int allocate(const flesh_system *system, flesh_ida_problem *self)
 {
-  const size_t n = (size_t)self->n, bytes = n * sizeof(double);
-  double **arrays[] = {&self->x_prescribed, &self->v_prescribed, &self->a_prescribed, &self->x, &self->v,
-                       &self->a,            &self->right,        &self->change};
-  int failed = !(self->fixed = calloc(n + 1, 1));
-  failed |= !(self->work = calloc(1, 4 * bytes + 1));
+  const size_t n = (size_t)flesh_system_unknowns(system), bytes = n * sizeof(double);
+  const flesh_team *team = flesh_system_team(system);
+  flesh_ida_constraints *constraints = &self->constraints;
+  double **arrays[] = {&constraints->x, &constraints->v, &constraints->a, &self->solver.right, &self->solver.change};
+  int failed = !(constraints->fixed = calloc(n + 1, 1));
+  failed |= !(self->solver.work = calloc(1, 4 * bytes + 1));
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++)
     failed |= !(*arrays[k] = calloc(1, bytes + 1));
-  if (flesh_system_limits_step(self->system)) failed |= !(self->x_accepted = calloc(1, bytes + 1));
-  if (self->team) failed |= !(self->room[0] = calloc(1, 6 * bytes + 1));
+  if (flesh_system_limits_step(system)) failed |= !(self->accepted.x = calloc(1, bytes + 1));
+  if (team) failed |= !(self->room[0] = calloc(1, 6 * bytes + 1));
   for (size_t k = 1; k < 3 && self->room[0]; k++) self->room[k] = self->room[0] + 2 * k * n;
-  if (failed) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", 2 * self->n);
-  int status = flesh_system_matrix_create(self->system, &self->K);
-  if (!status) status = flesh_system_matrix_create(self->system, &self->D);
-  return status ? status : flesh_threads_create(self->options.threads, &self->threads);
+  if (failed) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %zu unknowns", 2 * n);
+  int status = flesh_system_matrix_create(system, &self->jacobian.K);
+  if (!status) status = flesh_system_matrix_create(system, &self->jacobian.D);
+  if (!status) status = flesh_threads_create(self->options.threads, &self->threads);
+  return status ? status : flesh_evaluation_create(system, self->threads, &self->evaluation);
 }
 
 static int create_solver(flesh_ida_problem *self)
 {
+  flesh_ida_matrices *J = &self->jacobian;
   const flesh_solver_options *options = &self->options;
+  const double *X = flesh_mesh_positions(flesh_system_mesh(self->evaluation.system));
+  flesh_ida_solver *solver = &self->solver;
   if (options->linear_solver != FLESH_LINEAR_PCG)
-    return flesh_direct_create(options->linear_solver, self->K, &self->direct);
-  int status = self->linear->preconditioner_create(options->preconditioner, self->K,
-                                                   flesh_mesh_positions(flesh_system_mesh(self->system)), self->threads,
-                                                   &self->preconditioner);
-  return status ? status : self->linear->pcg_space_create(self->K, 0, self->threads, &self->pcg);
+    return flesh_direct_create(options->linear_solver, J->K, &solver->direct);
+  int status = solver->linear->preconditioner_create(options->preconditioner, J->K, X, self->threads,
+                                                     &solver->preconditioner);
+  return status ? status : solver->linear->pcg_space_create(J->K, 0, self->threads, &solver->pcg);
 }
 
 /* The body's longest side, of all ranks. */
@@ -111,10 +116,9 @@ int flesh_ida_problem_create(const flesh_system *system, const flesh_solver_opti
   flesh_ida_problem *self = status ? NULL : calloc(1, sizeof *self);
   if (!status && !self) status = flesh_fail(FLESH_ERR_MEMORY, "no memory for an IDA problem");
   if (self) {
-    *self = (flesh_ida_problem){.self = self, .system = system, .team = team, .options = *options, .event = INFINITY,
-                                .linear = flesh_linear_for(flesh_system_instructions(system)),
-                                .n = flesh_system_unknowns(system)};
-    status = allocate(self);
+    *self = (flesh_ida_problem){.self = self, .options = *options, .constraints = {.event = INFINITY},
+                                .solver = {.linear = flesh_linear_for(flesh_system_instructions(system))}};
+    status = allocate(system, self);
   }
   status = flesh_team_agree(team, status); /* from here on ranks call each other */
   if (!status) {
@@ -125,9 +129,9 @@ int flesh_ida_problem_create(const flesh_system *system, const flesh_solver_opti
     flesh_ida_problem_destroy(&self);
     return status;
   }
-  self->length = find_length(self);
-  self->velocity = flesh_ida_scale_of_velocity(self);
-  self->couples = find_coupling(self);
+  self->scale.length = find_length(self);
+  self->scale.velocity = flesh_ida_scale_of_velocity(self);
+  self->jacobian.couples = find_coupling(self);
   *problem = self;
   return FLESH_OK;
 }
@@ -136,124 +140,130 @@ void flesh_ida_problem_destroy(flesh_ida_problem **problem)
 {
   if (!problem || !*problem) return;
   flesh_ida_problem *self = *problem;
-  double *arrays[] = {self->x_prescribed, self->v_prescribed, self->a_prescribed, self->x,
-                      self->v,            self->a,            self->right,        self->change,
-                      self->work,         self->K_values,     self->D_values,     self->x_accepted,
-                      self->room[0]};
+  const flesh_ida_constraints *constraints = &self->constraints;
+  double *arrays[] = {constraints->x,    constraints->v,   constraints->a,       self->solver.right,    self->solver.change,
+                      self->solver.work, self->accepted.x, self->sparse.K_values, self->sparse.D_values, self->room[0]};
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) free(arrays[k]);
-  free(self->fixed);
-  flesh_block_matrix_destroy(&self->K);
-  flesh_block_matrix_destroy(&self->D);
-  self->linear->preconditioner_destroy(&self->preconditioner);
-  self->linear->pcg_space_destroy(&self->pcg);
-  flesh_direct_destroy(&self->direct);
+  free(self->constraints.fixed);
+  flesh_evaluation_clear(&self->evaluation);
+  flesh_block_matrix_destroy(&self->jacobian.K);
+  flesh_block_matrix_destroy(&self->jacobian.D);
+  self->solver.linear->preconditioner_destroy(&self->solver.preconditioner);
+  self->solver.linear->pcg_space_destroy(&self->solver.pcg);
+  flesh_direct_destroy(&self->solver.direct);
   flesh_threads_destroy(&self->threads);
-  flesh_scalar_view_clear(&self->view);
+  flesh_scalar_view_clear(&self->sparse.view);
   free(self);
   *problem = NULL;
 }
 
 const double *flesh_ida_read(const flesh_ida_problem *self, N_Vector v, int partial, int room)
 {
-  return flesh_vector_read(v, self->team, 2 * (sunindextype)self->n, partial, self->room[room]);
+  return flesh_vector_read(v, self->evaluation.team, 2 * (sunindextype)self->evaluation.n, partial, self->room[room]);
 }
 
 double *flesh_ida_open(const flesh_ida_problem *self, N_Vector v, int room)
 {
-  return flesh_vector_open(v, self->team, 2 * (sunindextype)self->n, self->room[room]);
+  return flesh_vector_open(v, self->evaluation.team, 2 * (sunindextype)self->evaluation.n, self->room[room]);
 }
 
 void flesh_ida_close(const flesh_ida_problem *self, N_Vector v, const double *written)
 {
-  flesh_vector_close(v, self->team, 2 * (sunindextype)self->n, written);
+  flesh_vector_close(v, self->evaluation.team, 2 * (sunindextype)self->evaluation.n, written);
 }
 
 int flesh_ida_check_sparse(const flesh_ida_problem *self)
 {
-  return self->team ? flesh_fail(FLESH_ERR_ARGUMENT, "the body is shared out among ranks, and a SUNSparseMatrix is that of "
-                                                     "one; take the problem's own matrix, or products")
-                    : FLESH_OK;
+  if (!self->evaluation.team) return FLESH_OK;
+  return flesh_fail(FLESH_ERR_ARGUMENT, "the body is shared out among ranks, and a SUNSparseMatrix is that of one; take the "
+                                        "problem's own matrix, or products");
 }
 
 flesh_solve_stats *flesh_ida_stats(flesh_ida_problem *problem) { return &problem->stats; }
 
 void flesh_ida_scales(const flesh_ida_problem *problem, double *length, double *velocity)
 {
-  *length = problem->length;
-  *velocity = problem->velocity;
+  *length = problem->scale.length;
+  *velocity = problem->scale.velocity;
 }
 
-double flesh_ida_event(const flesh_ida_problem *problem) { return problem->event; }
+double flesh_ida_event(const flesh_ida_problem *problem) { return problem->constraints.event; }
 
 /* IDA steps onto the event; the constraints there are those before it. */
 static double time_before_event(const flesh_ida_problem *self, double t)
 {
-  return t >= self->event ? nextafter(self->event, self->begin) : t;
+  const flesh_ida_constraints *held = &self->constraints;
+  return t >= held->event ? nextafter(held->event, held->begin) : t;
 }
 
 static void prescribe(flesh_ida_problem *self, double t)
 {
-  if (t == self->t_prescribed) return;
-  flesh_system_prescribe(self->system, t, self->x_prescribed);
-  flesh_system_prescribe_velocity(self->system, t, self->v_prescribed, self->a_prescribed);
-  self->t_prescribed = t;
+  flesh_ida_constraints *held = &self->constraints;
+  if (t == held->t) return;
+  flesh_system_prescribe(self->evaluation.system, t, held->x);
+  flesh_system_prescribe_velocity(self->evaluation.system, t, held->v, held->a);
+  held->t = t;
 }
 
 /* Between events motions are polynomials; behind the last one nothing moves. */
 int flesh_ida_moves(flesh_ida_problem *self)
 {
+  flesh_ida_constraints *held = &self->constraints;
   double moves = 0;
-  if (!(self->event < INFINITY)) return 0;
-  prescribe(self, self->begin + 0.4 * (self->event - self->begin));
-  for (int d = 0; d < self->n; d++)
-    if (self->fixed[d] && self->v_prescribed[d] != 0) moves = 1;
-  flesh_team_largest(self->team, 1, &moves);
+  if (!(held->event < INFINITY)) return 0;
+  prescribe(self, held->begin + 0.4 * (held->event - held->begin));
+  for (int d = 0; d < self->evaluation.n; d++)
+    if (held->fixed[d] && held->v[d] != 0) moves = 1;
+  flesh_team_largest(self->evaluation.team, 1, &moves);
   return moves > 0;
 }
 
 flesh_point flesh_ida_point(flesh_ida_problem *self, double t, const double *y, const double *yp)
 {
-  const int n = self->n;
+  flesh_evaluation *e = &self->evaluation;
+  flesh_ida_constraints *held = &self->constraints;
+  const int n = e->n;
   t = time_before_event(self, t);
   prescribe(self, t);
-  memcpy(self->x, y, (size_t)n * sizeof *y);
-  memcpy(self->v, y + n, (size_t)n * sizeof *y);
-  if (yp) memcpy(self->a, yp + n, (size_t)n * sizeof *y);
-  else memset(self->a, 0, (size_t)n * sizeof *y);
+  memcpy(e->x, y, (size_t)n * sizeof *y);
+  memcpy(e->v, y + n, (size_t)n * sizeof *y);
+  if (yp) memcpy(e->a, yp + n, (size_t)n * sizeof *y);
+  else memset(e->a, 0, (size_t)n * sizeof *y);
   for (int d = 0; d < n; d++)
-    if (self->fixed[d]) {
-      self->x[d] = self->x_prescribed[d];
-      self->v[d] = self->v_prescribed[d];
-      self->a[d] = self->a_prescribed[d];
+    if (held->fixed[d]) {
+      e->x[d] = held->x[d];
+      e->v[d] = held->v[d];
+      e->a[d] = held->a[d];
     }
-  return (flesh_point){.t = t, .load = 1, .x = self->x, .v = self->v, .a = self->a,
-                       .threads = self->threads, .costs = self->costs};
+  return (flesh_point){.t = t, .load = 1, .x = e->x, .v = e->v, .a = e->a,
+                       .threads = self->threads, .costs = e->costs};
 }
 
 void flesh_ida_accept(flesh_ida_problem *self, double t, const double *x)
 {
-  if (!self->x_accepted) return;
-  memcpy(self->x_accepted, x, (size_t)self->n * sizeof *x);
-  self->t_accepted = t;
-  self->accepted = 1;
+  if (!self->accepted.x) return;
+  memcpy(self->accepted.x, x, (size_t)self->evaluation.n * sizeof *x);
+  self->accepted.t = t;
+  self->accepted.known = 1;
 }
 
 int flesh_ida_evaluate(flesh_ida_problem *self, double t, const double *y, const double *yp, double *F)
 {
-  const int n = self->n;
+  flesh_evaluation *e = &self->evaluation;
+  const int n = e->n;
   const flesh_point point = flesh_ida_point(self, t, y, yp);
   self->stats.residuals++;
-  int status = self->accepted && flesh_system_max_feasible_step(self->system, NULL, NULL, self->t_accepted,
-                                                                  self->x_accepted, point.t, point.x) < 1
+  int status = self->accepted.known && flesh_system_max_feasible_step(e->system, NULL, NULL, self->accepted.t,
+                                                                  self->accepted.x, point.t, point.x) < 1
                    ? FLESH_UNDEFINED
-                   : flesh_system_residual(self->system, &point, F + n);
+                   : flesh_system_residual(e->system, &point, F + n);
   if (!status && !(flesh_norm(self->threads, n, F + n) < INFINITY)) status = FLESH_NONFINITE;
   self->refused = status;
   if (status) return status;
   for (int d = 0; d < n; d++)
-    if (self->fixed[d]) {
-      F[d] = y[d] - self->x[d];
-      F[n + d] = y[n + d] - self->v[d];
+    if (self->constraints.fixed[d]) {
+      F[d] = y[d] - e->x[d];
+      F[n + d] = y[n + d] - e->v[d];
     } else {
       F[d] = yp[d] - y[n + d];
     }
@@ -263,76 +273,82 @@ int flesh_ida_evaluate(flesh_ida_problem *self, double t, const double *y, const
 int flesh_ida_assemble(flesh_ida_problem *self, double t, double cj, const double *y, const double *yp,
                        flesh_ida_content content)
 {
+  flesh_ida_matrices *J = &self->jacobian;
   const flesh_point point = flesh_ida_point(self, t, y, yp);
   flesh_shift shift = {.x = 1, .filter = self->options.eigenvalue_filter >= FLESH_FILTER_CLAMP_ALWAYS};
   if (content == FLESH_IDA_CONDENSED) shift.v = cj, shift.a = cj * cj;
-  self->content = FLESH_IDA_NOTHING;
-  self->cj = self->from_x = cj;
-  self->from_v = -1;
-  self->identity = 1;
+  J->content = FLESH_IDA_NOTHING;
+  J->cj = J->rows.from_x = cj;
+  J->rows.from_v = -1;
+  J->rows.identity = 1;
   self->stats.assemblies++;
   self->stats.projections += shift.filter;
-  int status = flesh_system_jacobian(self->system, &point, &shift, self->K);
+  int status = flesh_system_jacobian(self->evaluation.system, &point, &shift, J->K);
   shift.x = 0, shift.v = 1, shift.a = cj;
-  if (!status) status = flesh_system_jacobian(self->system, &point, &shift, self->D);
+  if (!status) status = flesh_system_jacobian(self->evaluation.system, &point, &shift, J->D);
   if (status) return status;
-  const double diagonal = content == FLESH_IDA_CONDENSED ? flesh_block_mean_diagonal(self->K) : 0;
-  flesh_block_fix(self->K, self->fixed, diagonal, self->threads);
-  flesh_block_fix(self->D, self->fixed, 0, self->threads);
-  self->D_is_diagonal = flesh_block_is_diagonal(self->D);
-  self->content = content;
+  const double diagonal = content == FLESH_IDA_CONDENSED ? flesh_block_mean_diagonal(J->K) : 0;
+  flesh_block_fix(J->K, self->constraints.fixed, diagonal, self->threads);
+  flesh_block_fix(J->D, self->constraints.fixed, 0, self->threads);
+  J->D_is_diagonal = flesh_block_is_diagonal(J->D);
+  J->content = content;
   return FLESH_OK;
 }
 
 void flesh_ida_separate(flesh_ida_problem *self)
 {
-  if (self->content == FLESH_IDA_CONDENSED) {
-    for (size_t k = 0; k < 9 * (size_t)self->K->row_start[self->K->rows]; k++)
-      self->K->values[k] -= self->cj * self->D->values[k];
-    flesh_block_fix(self->K, self->fixed, 0, self->threads);
-  } else if (self->content != FLESH_IDA_APART) {
-    flesh_block_combine(0, self->K, NULL);
-    flesh_block_combine(0, self->D, NULL);
-    self->from_x = self->from_v = self->identity = 0;
+  flesh_ida_matrices *J = &self->jacobian;
+  if (J->content == FLESH_IDA_CONDENSED) {
+    for (size_t k = 0; k < 9 * (size_t)J->K->row_start[J->K->rows]; k++)
+      J->K->values[k] -= J->cj * J->D->values[k];
+    flesh_block_fix(J->K, self->constraints.fixed, 0, self->threads);
+  } else if (J->content != FLESH_IDA_APART) {
+    flesh_block_combine(0, J->K, NULL);
+    flesh_block_combine(0, J->D, NULL);
+    J->rows.from_x = J->rows.from_v = J->rows.identity = 0;
   }
-  self->content = FLESH_IDA_APART;
+  J->content = FLESH_IDA_APART;
 }
 
 int flesh_ida_condense(flesh_ida_problem *self)
 {
-  if (self->content == FLESH_IDA_CONDENSED) return FLESH_OK;
-  if (self->content != FLESH_IDA_APART || self->from_x == 0 || self->from_v == 0 || self->identity == 0)
+  flesh_ida_matrices *J = &self->jacobian;
+  if (J->content == FLESH_IDA_CONDENSED) return FLESH_OK;
+  if (J->content != FLESH_IDA_APART || J->rows.from_x == 0 || J->rows.from_v == 0 || J->rows.identity == 0)
     return FLESH_NOT_POSITIVE;
-  self->cj = -self->from_x / self->from_v;
-  for (size_t k = 0; k < 9 * (size_t)self->K->row_start[self->K->rows]; k++)
-    self->K->values[k] += self->cj * self->D->values[k];
-  flesh_block_fix(self->K, self->fixed, flesh_block_mean_diagonal(self->K), self->threads);
-  self->content = FLESH_IDA_CONDENSED;
+  J->cj = -J->rows.from_x / J->rows.from_v;
+  for (size_t k = 0; k < 9 * (size_t)J->K->row_start[J->K->rows]; k++)
+    J->K->values[k] += J->cj * J->D->values[k];
+  flesh_block_fix(J->K, self->constraints.fixed, flesh_block_mean_diagonal(J->K), self->threads);
+  J->content = FLESH_IDA_CONDENSED;
   return FLESH_OK;
 }
 
 int flesh_ida_factor(flesh_ida_problem *self)
 {
-  return self->direct ? flesh_direct_factor(self->direct, self->K)
-                      : self->linear->preconditioner_setup(self->preconditioner, self->K, self->fixed);
+  const flesh_ida_solver *solver = &self->solver;
+  const flesh_block_matrix *K = self->jacobian.K;
+  return solver->direct ? flesh_direct_factor(solver->direct, K)
+                        : solver->linear->preconditioner_setup(solver->preconditioner, K, self->constraints.fixed);
 }
 
 int flesh_ida_solve(flesh_ida_problem *self, double tolerance, const double *b, double *x)
 {
-  if (self->direct) return flesh_direct_solve(self->direct, b, x);
+  const flesh_ida_solver *solver = &self->solver;
+  if (solver->direct) return flesh_direct_solve(solver->direct, b, x);
   flesh_pcg_result result;
-  const flesh_pcg_request request = {.A = self->K, .preconditioner = self->preconditioner, .b = b,
-                                     .tolerance = tolerance * flesh_norm(self->threads, self->n, b),
+  const flesh_pcg_request request = {.A = self->jacobian.K, .preconditioner = solver->preconditioner, .b = b,
+                                     .tolerance = tolerance * flesh_norm(self->threads, self->evaluation.n, b),
                                      .max_iterations = self->options.max_linear};
-  int status = self->linear->pcg(self->pcg, &request, x, &result);
+  int status = solver->linear->pcg(solver->pcg, &request, x, &result);
   self->stats.linear += result.iterations;
   return status;
 }
 
 void flesh_ida_damping_times(const flesh_ida_problem *self, const double *x, double *y)
 {
-  const flesh_block_matrix *D = self->D;
-  if (!self->D_is_diagonal) {
+  const flesh_block_matrix *D = self->jacobian.D;
+  if (!self->jacobian.D_is_diagonal) {
     flesh_block_multiply(D, x, y);
     return;
   }
@@ -347,33 +363,36 @@ void flesh_ida_damping_times(const flesh_ida_problem *self, const double *x, dou
  * diagonal, which does not count here. */
 void flesh_ida_multiply(flesh_ida_problem *self, const double *x, double *z)
 {
-  const int n = self->n;
-  const double *v = x + n, cj = self->cj;
-  double *free_x = self->change, *product = self->right, *mixed = self->work;
+  flesh_ida_matrices *J = &self->jacobian;
+  flesh_evaluation *e = &self->evaluation;
+  flesh_ida_constraints *held = &self->constraints;
+  const int n = e->n;
+  const double *v = x + n, cj = J->cj;
+  double *free_x = self->solver.change, *product = self->solver.right, *mixed = self->solver.work;
   for (int d = 0; d < n; d++) {
-    free_x[d] = self->fixed[d] ? 0 : x[d];
-    mixed[d] = self->fixed[d] ? 0 : v[d] - cj * x[d];
+    free_x[d] = held->fixed[d] ? 0 : x[d];
+    mixed[d] = held->fixed[d] ? 0 : v[d] - cj * x[d];
   }
-  flesh_team_share(self->team, free_x); /* x may be a residual, which is nothing at ghosts */
-  flesh_team_share(self->team, mixed);
-  flesh_block_multiply(self->K, free_x, product);
+  flesh_team_share(e->team, free_x); /* x may be a residual, which is nothing at ghosts */
+  flesh_team_share(e->team, mixed);
+  flesh_block_multiply(J->K, free_x, product);
   flesh_ida_damping_times(self, mixed, free_x);
   for (int d = 0; d < n; d++) product[d] += free_x[d];
-  flesh_team_collect(self->team, product);
+  flesh_team_collect(e->team, product);
   for (int d = 0; d < n; d++) {
     const double position = x[d], velocity = v[d];
-    z[d] = self->fixed[d] ? self->identity * position : self->from_x * position + self->from_v * velocity;
-    z[n + d] = self->fixed[d] ? self->identity * velocity : product[d];
+    z[d] = held->fixed[d] ? J->rows.identity * position : J->rows.from_x * position + J->rows.from_v * velocity;
+    z[n + d] = held->fixed[d] ? J->rows.identity * velocity : product[d];
   }
 }
 
 size_t flesh_ida_memory(const flesh_ida_problem *self)
 {
-  const size_t vectors = (self->x_accepted ? 14 : 13) + (self->room[0] ? 6 : 0);
-  size_t bytes = sizeof *self + (size_t)self->n * (vectors * sizeof(double) + 1);
-  bytes += 2 * (size_t)self->K->row_start[self->K->rows] * 9 * sizeof(double);
-  if (self->preconditioner) bytes += self->linear->preconditioner_memory(self->preconditioner);
-  if (self->pcg) bytes += self->linear->pcg_space_memory(self->pcg);
-  if (self->direct) bytes += flesh_direct_memory(self->direct);
+  const size_t vectors = (self->accepted.x ? 14 : 13) + (self->room[0] ? 6 : 0);
+  size_t bytes = sizeof *self + (size_t)self->evaluation.n * (vectors * sizeof(double) + 1);
+  bytes += 2 * (size_t)self->jacobian.K->row_start[self->jacobian.K->rows] * 9 * sizeof(double);
+  if (self->solver.preconditioner) bytes += self->solver.linear->preconditioner_memory(self->solver.preconditioner);
+  if (self->solver.pcg) bytes += self->solver.linear->pcg_space_memory(self->solver.pcg);
+  if (self->solver.direct) bytes += flesh_direct_memory(self->solver.direct);
   return bytes;
 }

@@ -5,11 +5,11 @@
 
 #include <stdint.h>
 
-#include "base/team.h"
 #include "flesh/ida.h"
 #include "linear/direct.h"
 #include "linear/linear.h"
 #include "linear/scalar_view.h"
+#include "system/evaluation.h"
 
 /* What the matrix K holds. */
 typedef enum flesh_ida_content {
@@ -19,43 +19,69 @@ typedef enum flesh_ida_content {
   FLESH_IDA_APART      /* K alone, and C + cj M in D: what a matrix of 2N has */
 } flesh_ida_content;
 
-struct flesh_ida_problem {
-  flesh_ida_problem *self; /* first, see vector.h */
-  const flesh_system *system;
-  const flesh_team *team;  /* the system's; NULL: none */
-  double *room[3];         /* [2*n] each, for vectors of N_VNew_Parallel; NULL without a team */
-  flesh_solver_options options;
-  int n;                   /* dofs; y has 2*n */
-  double length, velocity; /* scales L, V */
-  double begin, event;     /* the constraints of `fixed` hold for begin <= t < event */
-  int started;             /* there is a start that these hold for */
-  uint8_t *fixed;          /* [n] */
-  double t_prescribed;     /* of the next three */
-  double *x_prescribed, *v_prescribed, *a_prescribed; /* [n] read where fixed */
-  double *x, *v, *a;                                  /* [n] the point last evaluated */
+/* The constraints, and what they prescribe at one time. */
+typedef struct flesh_ida_constraints {
+  double begin, event; /* s; they hold for begin <= t < event */
+  int started;         /* there is a start that these hold for */
+  uint8_t *fixed;      /* [n] */
+  double t, *x, *v, *a; /* s, and [n] prescribed at that time, read where fixed */
+} flesh_ida_constraints;
+
+/* The rows of J above those of forces: from_x x + from_v v (as assembled cj and -1), of constrained dofs `identity` (1)
+ * times x, v. */
+typedef struct flesh_ida_rows {
+  double from_x, from_v, identity;
+} flesh_ida_rows;
+
+/* The Jacobian of the last assembly. */
+typedef struct flesh_ida_matrices {
+  flesh_ida_content content;
+  double cj; /* of K and D */
   flesh_block_matrix *K;
   flesh_block_matrix *D; /* C + cj M, rows and columns of fixed dofs zero */
   int D_is_diagonal;     /* it has no other than diagonal blocks now */
   int couples;           /* C or M couples nodes: what the sparse pattern of 2N has room for */
-  flesh_ida_content content;
-  double cj; /* of K and D */
-  /* The other rows of J: from_x x + from_v v (as assembled cj and -1), of constrained dofs `identity` (1) times x, v. */
-  double from_x, from_v, identity;
+  flesh_ida_rows rows;
+} flesh_ida_matrices;
+
+/* Solves with K, by the options' solver. */
+typedef struct flesh_ida_solver {
   const flesh_linear *linear;
   flesh_preconditioner_data *preconditioner;
   flesh_pcg_space *pcg;
   flesh_direct *direct;
-  flesh_threads *threads;
-  flesh_scalar_view view; /* made when a sparse SUNMatrix is first filled, as are the next two */
+  double *work;           /* [4*n] */
+  double *right, *change; /* [n] */
+} flesh_ida_solver;
+
+/* K and D as scalars; made when a sparse SUNMatrix is first filled. */
+typedef struct flesh_ida_sparse {
+  flesh_scalar_view view;
   double *K_values, *D_values;
-  double *work;   /* [4*n] of the linear solver */
-  double *right;  /* [n] */
-  double *change; /* [n] */
-  double *x_accepted, t_accepted; /* [n] from where steps are tested for feasibility, where `accepted`; else NULL */
-  int accepted;
-  int refused;    /* status of the last residual that had no value; 0: it had one */
+} flesh_ida_sparse;
+
+/* The state accepted last, from where steps are tested for feasibility. */
+typedef struct flesh_ida_accepted {
+  int known;
+  double t, *x; /* s, and [n]; NULL: nothing limits steps */
+} flesh_ida_accepted;
+
+struct flesh_ida_problem {
+  flesh_ida_problem *self;     /* first, see vector.h */
+  flesh_threads *threads;
+  flesh_evaluation evaluation; /* y has twice its n numbers */
+  double *room[3];             /* [2*n] each, for vectors of N_VNew_Parallel; NULL without a team */
+  flesh_solver_options options;
+  struct {
+    double length, velocity; /* m, m/s */
+  } scale;
+  flesh_ida_constraints constraints;
+  flesh_ida_matrices jacobian;
+  flesh_ida_solver solver;
+  flesh_ida_sparse sparse;
+  flesh_ida_accepted accepted;
+  int refused; /* status of the last residual that had no value; 0: it had one */
   flesh_solve_stats stats;
-  flesh_costs *costs; /* borrowed; NULL: nobody counts */
 };
 
 /* As flesh_vector_read, _open and _close are of vectors of 2*n, with the problem's room of that number. */

@@ -15,30 +15,31 @@ static const double mass_tolerance = 1e-14; /* of solves with the mass matrix, w
 static double product(const flesh_ida_problem *self, const double *u, const double *f)
 {
   double sum = 0;
-  for (int d = 0; d < self->n; d++) sum += u[d] * f[d];
-  flesh_team_sum(self->team, 1, &sum);
+  for (int d = 0; d < self->evaluation.n; d++) sum += u[d] * f[d];
+  flesh_team_sum(self->evaluation.team, 1, &sum);
   return sum;
 }
 
 /* M u, of a part of a body its share: the mass matrix without constraints is in D. */
 static double mass_square(const flesh_ida_problem *self, const double *u, double *Mu)
 {
-  flesh_block_multiply(self->D, u, Mu);
+  flesh_block_multiply(self->jacobian.D, u, Mu);
   return product(self, u, Mu);
 }
 
 static int assemble_mass(flesh_ida_problem *self, const flesh_point *point)
 {
-  return flesh_system_jacobian(self->system, point, &(flesh_shift){.a = 1}, self->D);
+  return flesh_system_jacobian(self->evaluation.system, point, &(flesh_shift){.a = 1}, self->jacobian.D);
 }
 
 void flesh_ida_box(const flesh_ida_problem *self, double low[3], double high[3])
 {
+  const flesh_evaluation *e = &self->evaluation;
   flesh_mesh_info info;
-  flesh_mesh_inspect(flesh_system_mesh(self->system), &info);
+  flesh_mesh_inspect(flesh_system_mesh(e->system), &info);
   for (int c = 0; c < 3; c++) low[c] = -info.low[c], high[c] = info.high[c];
-  flesh_team_largest(self->team, 3, low);
-  flesh_team_largest(self->team, 3, high);
+  flesh_team_largest(e->team, 3, low);
+  flesh_team_largest(e->team, 3, high);
   for (int c = 0; c < 3; c++) low[c] = -low[c];
 }
 
@@ -46,7 +47,7 @@ void flesh_ida_box(const flesh_ida_problem *self, double low[3], double high[3])
  * u = (-2 s z, y z, s^2 + (z^2 - y^2)/2). */
 static void bent_shape(const flesh_ida_problem *self, double *u)
 {
-  const flesh_mesh *mesh = flesh_system_mesh(self->system);
+  const flesh_mesh *mesh = flesh_system_mesh(self->evaluation.system);
   const double *X = flesh_mesh_positions(mesh);
   const uint8_t *used = flesh_mesh_node_used(mesh);
   double low[3], high[3], side[3];
@@ -69,14 +70,15 @@ static void bent_shape(const flesh_ida_problem *self, double *u)
 
 double flesh_ida_scale_of_velocity(flesh_ida_problem *self)
 {
-  const flesh_mesh *mesh = flesh_system_mesh(self->system);
-  const double L = self->length;
-  double *u = self->x, *Ku = self->right, *zero = self->v, mass = 0, stiffness = 0, load = 0;
-  memset(zero, 0, (size_t)self->n * sizeof *zero);
+  flesh_evaluation *e = &self->evaluation;
+  const flesh_mesh *mesh = flesh_system_mesh(e->system);
+  const double L = self->scale.length;
+  double *u = e->x, *Ku = self->solver.right, *zero = e->v, mass = 0, stiffness = 0, load = 0;
+  memset(zero, 0, (size_t)e->n * sizeof *zero);
   const flesh_point rest = {.load = 1, .x = flesh_mesh_positions(mesh), .v = zero, .a = zero};
   bent_shape(self, u);
-  if (!flesh_system_jacobian(self->system, &rest, &(flesh_shift){.x = 1, .filter = 1}, self->K)) {
-    flesh_block_multiply(self->K, u, Ku);
+  if (!flesh_system_jacobian(e->system, &rest, &(flesh_shift){.x = 1, .filter = 1}, self->jacobian.K)) {
+    flesh_block_multiply(self->jacobian.K, u, Ku);
     stiffness = product(self, u, Ku);
   }
   if (assemble_mass(self, &rest)) return L;
@@ -84,19 +86,19 @@ double flesh_ida_scale_of_velocity(flesh_ida_problem *self)
   /* Without its mean, which would be a rigid motion. */
   double total = 0;
   for (int c = 0; c < 3; c++) {
-    double *one = self->change, *M_one = self->a;
-    for (int d = 0; d < self->n; d++) one[d] = d % 3 == c;
+    double *one = self->solver.change, *M_one = e->a;
+    for (int d = 0; d < e->n; d++) one[d] = d % 3 == c;
     total = mass_square(self, one, M_one);
     const double along = product(self, u, M_one);
     if (total > 0) mass -= along * along / total;
   }
   if (stiffness > 0 && mass > 0 && stiffness / mass < INFINITY)
     return L * sqrt(stiffness / mass) / 6.283185307179586;
-  if (!flesh_system_load(self->system, &rest, Ku))
+  if (!flesh_system_load(e->system, &rest, Ku))
     for (int c = 0; c < 3; c++) {
       double sum = 0;
-      for (int d = c; d < self->n; d += 3) sum += Ku[d]; /* it is collected */
-      flesh_team_sum(self->team, 1, &sum);
+      for (int d = c; d < e->n; d += 3) sum += Ku[d]; /* it is collected */
+      flesh_team_sum(e->team, 1, &sum);
       load += sum * sum;
     }
   return load > 0 && total > 0 ? sqrt(L * sqrt(load) / total) : L;
@@ -105,82 +107,89 @@ double flesh_ida_scale_of_velocity(flesh_ida_problem *self)
 /* Jumps of the constrained dofs from u to `prescribed`, and what they do to the free ones. */
 static int apply_constraints(flesh_ida_problem *self, const double *prescribed, double *u)
 {
-  double *jump = self->change, *right = self->right, any = 0;
-  for (int d = 0; d < self->n; d++) {
-    jump[d] = self->fixed[d] ? prescribed[d] - u[d] : 0;
-    if (self->fixed[d]) u[d] = prescribed[d];
+  flesh_evaluation *e = &self->evaluation;
+  flesh_ida_constraints *held = &self->constraints;
+  double *jump = self->solver.change, *right = self->solver.right, any = 0;
+  for (int d = 0; d < e->n; d++) {
+    jump[d] = held->fixed[d] ? prescribed[d] - u[d] : 0;
+    if (held->fixed[d]) u[d] = prescribed[d];
   }
-  flesh_block_multiply(self->D, jump, right);
-  flesh_team_collect(self->team, right);
-  for (int d = 0; d < self->n; d++) {
-    right[d] = self->fixed[d] ? 0 : -right[d];
+  flesh_block_multiply(self->jacobian.D, jump, right);
+  flesh_team_collect(e->team, right);
+  for (int d = 0; d < e->n; d++) {
+    right[d] = held->fixed[d] ? 0 : -right[d];
     any = right[d] != 0 ? 1 : any;
   }
-  flesh_team_largest(self->team, 1, &any);
+  flesh_team_largest(e->team, 1, &any);
   if (any == 0) return FLESH_OK;
   int status = flesh_ida_solve(self, mass_tolerance, right, jump);
-  for (int d = 0; d < self->n && !status; d++)
-    if (!self->fixed[d]) u[d] += jump[d];
+  for (int d = 0; d < e->n && !status; d++)
+    if (!held->fixed[d]) u[d] += jump[d];
   return status;
 }
 
 /* a of M a = -r(t, x, v, 0) on the free dofs, the prescribed one on the others. M is in K, factored. */
 static int accelerate(flesh_ida_problem *self, double t, const double *x, const double *v, double *a)
 {
-  double *r = self->right, *correction = self->change;
-  for (int d = 0; d < self->n; d++) a[d] = self->fixed[d] ? self->a_prescribed[d] : 0;
-  const flesh_point point = {.t = t, .load = 1, .x = x, .v = v, .a = a, .costs = self->costs};
+  flesh_evaluation *e = &self->evaluation;
+  flesh_ida_constraints *held = &self->constraints;
+  double *r = self->solver.right, *correction = self->solver.change;
+  for (int d = 0; d < e->n; d++) a[d] = held->fixed[d] ? held->a[d] : 0;
+  const flesh_point point = {.t = t, .load = 1, .x = x, .v = v, .a = a, .costs = e->costs};
   self->stats.residuals++;
-  int status = flesh_system_residual(self->system, &point, r);
+  int status = flesh_system_residual(e->system, &point, r);
   if (status) return status;
-  if (!(flesh_norm(self->threads, self->n, r) < INFINITY)) return FLESH_NONFINITE;
-  for (int d = 0; d < self->n; d++) r[d] = self->fixed[d] ? 0 : -r[d];
+  if (!(flesh_norm(self->threads, e->n, r) < INFINITY)) return FLESH_NONFINITE;
+  for (int d = 0; d < e->n; d++) r[d] = held->fixed[d] ? 0 : -r[d];
   status = flesh_ida_solve(self, mass_tolerance, r, correction);
-  for (int d = 0; d < self->n && !status; d++)
-    if (!self->fixed[d]) a[d] = correction[d];
+  for (int d = 0; d < e->n && !status; d++)
+    if (!held->fixed[d]) a[d] = correction[d];
   return status;
 }
 
 int flesh_ida_start(flesh_ida_problem *self, const flesh_state *state, N_Vector y_vector, N_Vector yp_vector)
 {
+  flesh_ida_matrices *J = &self->jacobian;
+  flesh_evaluation *e = &self->evaluation;
+  flesh_ida_constraints *held = &self->constraints;
   FLESH_NEED({self, "problem"}, {state, "state"});
-  const int n = self->n;
+  const int n = e->n;
   const size_t bytes = (size_t)n * sizeof(double);
   double *x = flesh_ida_open(self, y_vector, 0), *xp = x ? flesh_ida_open(self, yp_vector, 1) : NULL;
   if (!xp) return FLESH_ERR_ARGUMENT;
   double *v = x + n, *a = xp + n;
   const double t = state->t;
-  self->accepted = self->started = 0;
-  self->begin = t;
-  self->event = flesh_system_next_event(self->system, t);
-  flesh_system_fixed(self->system, t, self->fixed);
+  self->accepted.known = held->started = 0;
+  held->begin = t;
+  held->event = flesh_system_next_event(e->system, t);
+  flesh_system_fixed(e->system, t, held->fixed);
   /* Nodes of no tet are constrained, too, and stay where they are. */
-  memcpy(self->x_prescribed, state->x, bytes);
-  memset(self->v_prescribed, 0, bytes);
-  memset(self->a_prescribed, 0, bytes);
-  flesh_system_prescribe(self->system, t, self->x_prescribed);
-  flesh_system_prescribe_velocity(self->system, t, self->v_prescribed, self->a_prescribed);
-  self->t_prescribed = t;
+  memcpy(held->x, state->x, bytes);
+  memset(held->v, 0, bytes);
+  memset(held->a, 0, bytes);
+  flesh_system_prescribe(e->system, t, held->x);
+  flesh_system_prescribe_velocity(e->system, t, held->v, held->a);
+  held->t = t;
   memmove(x, state->x, bytes);
   memmove(v, state->v, bytes);
   memset(a, 0, bytes);
-  const flesh_point point = {.t = t, .load = 1, .x = x, .v = v, .a = a, .costs = self->costs};
+  const flesh_point point = {.t = t, .load = 1, .x = x, .v = v, .a = a, .costs = e->costs};
   int status = assemble_mass(self, &point);
   if (status) return status;
-  memcpy(self->K->values, self->D->values, (size_t)self->K->row_start[self->K->rows] * 9 * sizeof(double));
+  memcpy(J->K->values, J->D->values, (size_t)J->K->row_start[J->K->rows] * 9 * sizeof(double));
   double mass = 0;
-  for (int i = 0; i < self->K->rows; i++) mass += self->K->values[9 * (size_t)self->K->row_start[i]];
-  flesh_block_fix(self->K, self->fixed, mass / self->K->rows, self->threads);
-  self->content = FLESH_IDA_NOTHING;
+  for (int i = 0; i < J->K->rows; i++) mass += J->K->values[9 * (size_t)J->K->row_start[i]];
+  flesh_block_fix(J->K, held->fixed, mass / J->K->rows, self->threads);
+  J->content = FLESH_IDA_NOTHING;
   status = flesh_ida_factor(self);
-  if (!status) self->content = FLESH_IDA_MASS;
-  if (!status) status = apply_constraints(self, self->x_prescribed, x);
-  if (!status) status = apply_constraints(self, self->v_prescribed, v);
+  if (!status) J->content = FLESH_IDA_MASS;
+  if (!status) status = apply_constraints(self, held->x, x);
+  if (!status) status = apply_constraints(self, held->v, v);
   if (!status) status = accelerate(self, t, x, v, a);
   memcpy(xp, v, bytes);
   flesh_ida_close(self, y_vector, x);
   flesh_ida_close(self, yp_vector, xp);
-  self->started = !status;
+  held->started = !status;
   return status;
 }
 
@@ -188,9 +197,9 @@ void flesh_ida_tolerances(const flesh_ida_problem *self, double tolerance, N_Vec
 {
   double *atol = flesh_ida_open(self, atol_vector, 0);
   if (!atol) return;
-  for (int d = 0; d < self->n; d++) {
-    atol[d] = self->fixed[d] ? 1e100 : tolerance * self->length;
-    atol[self->n + d] = self->fixed[d] ? 1e100 : tolerance * self->velocity;
+  for (int d = 0; d < self->evaluation.n; d++) {
+    atol[d] = self->constraints.fixed[d] ? 1e100 : tolerance * self->scale.length;
+    atol[self->evaluation.n + d] = self->constraints.fixed[d] ? 1e100 : tolerance * self->scale.velocity;
   }
   flesh_ida_close(self, atol_vector, atol);
 }
@@ -198,52 +207,57 @@ void flesh_ida_tolerances(const flesh_ida_problem *self, double tolerance, N_Vec
 /* Root mean square over the free dofs. */
 static double scaled_norm(const flesh_ida_problem *self, const double *dx, const double *dv)
 {
+  const flesh_evaluation *e = &self->evaluation;
   double sums[2] = {0}; /* of squares, and how many dofs are free */
-  for (int d = 0; d < 3 * flesh_team_own(self->team, self->n / 3); d++) {
-    if (self->fixed[d]) continue;
-    double p = dx[d] / self->length, q = dv[d] / self->velocity;
+  for (int d = 0; d < 3 * flesh_team_own(e->team, e->n / 3); d++) {
+    if (self->constraints.fixed[d]) continue;
+    double p = dx[d] / self->scale.length, q = dv[d] / self->scale.velocity;
     sums[0] += p * p + q * q;
     sums[1]++;
   }
-  flesh_team_sum(self->team, 2, sums);
+  flesh_team_sum(e->team, 2, sums);
   return sums[1] > 0 ? sqrt(sums[0] / (2 * sums[1])) : 0;
 }
 
 double flesh_ida_curvature(flesh_ida_problem *self, N_Vector y_vector, N_Vector yp_vector)
 {
-  const int n = self->n;
+  flesh_evaluation *e = &self->evaluation;
+  flesh_ida_constraints *held = &self->constraints;
+  const int n = e->n;
   const double *x = flesh_ida_read(self, y_vector, 0, 0), *rate = x ? flesh_ida_read(self, yp_vector, 0, 1) : NULL;
-  if (!rate || self->content != FLESH_IDA_MASS) return INFINITY;
+  if (!rate || self->jacobian.content != FLESH_IDA_MASS) return INFINITY;
   const double *v = x + n, *a = rate + n;
   double speed = scaled_norm(self, v, a);
   if (!(speed < INFINITY)) return INFINITY;
   /* Far enough for the difference to rise above rounding, near enough to be one. */
-  double dt = fmin(1e-7 / fmax(speed, 1e-3), 1e-3 * (self->event - self->begin));
-  double *x1 = self->x, *v1 = self->v, *a1 = self->a;
+  double dt = fmin(1e-7 / fmax(speed, 1e-3), 1e-3 * (held->event - held->begin));
+  double *x1 = e->x, *v1 = e->v, *a1 = e->a;
   for (int d = 0; d < n; d++) {
     x1[d] = x[d] + dt * (v[d] + dt / 2 * a[d]);
     v1[d] = v[d] + dt * a[d];
   }
-  if (accelerate(self, self->begin + dt, x1, v1, a1)) return INFINITY;
+  if (accelerate(self, held->begin + dt, x1, v1, a1)) return INFINITY;
   for (int d = 0; d < n; d++) a1[d] = (a1[d] - a[d]) / dt;
   return scaled_norm(self, a, a1);
 }
 
 void flesh_ida_get_state(flesh_ida_problem *self, double t, N_Vector y_vector, flesh_state *state)
 {
-  const int n = self->n;
+  flesh_evaluation *e = &self->evaluation;
+  flesh_ida_constraints *held = &self->constraints;
+  const int n = e->n;
   const double *y = flesh_ida_read(self, y_vector, 0, 0);
   if (!y) return;
   memmove(state->x, y, (size_t)n * sizeof *y);
   memmove(state->v, y + n, (size_t)n * sizeof *y);
-  double before = t >= self->event ? nextafter(self->event, self->begin) : t;
-  flesh_system_prescribe(self->system, before, self->x_prescribed);
-  flesh_system_prescribe_velocity(self->system, before, self->v_prescribed, self->a_prescribed);
-  self->t_prescribed = before;
+  double before = t >= held->event ? nextafter(held->event, held->begin) : t;
+  flesh_system_prescribe(e->system, before, held->x);
+  flesh_system_prescribe_velocity(e->system, before, held->v, held->a);
+  held->t = before;
   for (int d = 0; d < n; d++)
-    if (self->fixed[d]) {
-      state->x[d] = self->x_prescribed[d];
-      state->v[d] = self->v_prescribed[d];
+    if (held->fixed[d]) {
+      state->x[d] = held->x[d];
+      state->v[d] = held->v[d];
     }
   state->t = t;
 }

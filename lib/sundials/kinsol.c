@@ -172,7 +172,10 @@ void flesh_nonlinear_set_costs(flesh_nonlinear *self, flesh_costs *costs)
 
 flesh_threads *flesh_nonlinear_threads(const flesh_nonlinear *self) { return self->problem->newton.threads; }
 
-flesh_evaluation *flesh_nonlinear_evaluation(flesh_nonlinear *self) { return &self->problem->newton.equations.evaluation; }
+flesh_evaluation *flesh_nonlinear_evaluation(flesh_nonlinear *self)
+{
+  return &self->problem->newton.equations.evaluation;
+}
 
 const flesh_proximity *flesh_nonlinear_proximity(const flesh_nonlinear *self)
 {

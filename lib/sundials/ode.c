@@ -24,7 +24,7 @@ flesh_ode_problem *flesh_ode_problem_of(const void *user_data)
     flesh_fail_user_data("flesh_ode_problem");
     return NULL;
   }
-  if (problem->motion->started) return problem;
+  if (problem->motion->constraints.started) return problem;
   flesh_fail(FLESH_ERR_ARGUMENT, "the flesh_ode_problem has not been started; flesh_ode_start comes first");
   return NULL;
 }
@@ -60,7 +60,7 @@ void flesh_ode_problem_destroy(flesh_ode_problem **problem)
 {
   if (!problem || !*problem) return;
   flesh_ode_problem *self = *problem;
-  if (self->condensed.preconditioner) self->motion->linear->preconditioner_destroy(&self->condensed.preconditioner);
+  if (self->condensed.preconditioner) self->motion->solver.linear->preconditioner_destroy(&self->condensed.preconditioner);
   flesh_ida_problem_destroy(&self->motion);
   flesh_block_matrix_destroy(&self->K);
   flesh_block_matrix_destroy(&self->C);
@@ -98,8 +98,8 @@ void flesh_ode_get_state(flesh_ode_problem *self, double t, N_Vector y, flesh_st
 
 static int invert_mass(flesh_ode_problem *self)
 {
-  const flesh_block_matrix *M = self->motion->K;
-  const flesh_team *team = self->motion->team;
+  const flesh_block_matrix *M = self->motion->jacobian.K;
+  const flesh_team *team = self->motion->evaluation.team;
   double couples = !flesh_block_is_diagonal(M);
   int status = FLESH_OK;
   flesh_team_largest(team, 1, &couples);
@@ -122,7 +122,7 @@ int flesh_ode_start(flesh_ode_problem *self, const flesh_state *state, N_Vector 
   if (!flesh_ida_open(self->motion, y, 0)) return FLESH_ERR_ARGUMENT;
   N_Vector yp = flesh_vector_clone(y);
   int status = yp ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", 2 * self->n);
-  status = flesh_team_agree(self->motion->team, status);
+  status = flesh_team_agree(self->motion->evaluation.team, status);
   if (!status) status = flesh_ida_start(self->motion, state, y, yp);
   if (yp) N_VDestroy(yp);
   return status ? status : invert_mass(self);
@@ -131,7 +131,7 @@ int flesh_ode_start(flesh_ode_problem *self, const flesh_state *state, N_Vector 
 int flesh_ode_divide_by_mass(flesh_ode_problem *self, const double *b, double *y)
 {
   if (!self->mass_is_diagonal) return flesh_ida_solve(self->motion, mass_tolerance, b, y);
-  for (int i = 0; i < flesh_team_own(self->motion->team, self->n / 3); i++) {
+  for (int i = 0; i < flesh_team_own(self->motion->evaluation.team, self->n / 3); i++) {
     const double *B = self->inverse + 9 * (size_t)i, *p = b + 3 * i;
     for (int c = 0; c < 3; c++) y[3 * i + c] = B[3 * c] * p[0] + B[3 * c + 1] * p[1] + B[3 * c + 2] * p[2];
   }
@@ -150,15 +150,15 @@ int flesh_ode_rhs(sunrealtype t, N_Vector y_vector, N_Vector ydot, void *data)
   double *vdot = xdot + n;
   const flesh_point point = flesh_ida_point(motion, t, y, NULL);
   motion->stats.residuals++;
-  int status = flesh_system_residual(motion->system, &point, r);
+  int status = flesh_system_residual(motion->evaluation.system, &point, r);
   if (status) return status;
   if (!(flesh_norm(motion->threads, n, r) < INFINITY)) return FLESH_NONFINITE;
-  for (int d = 0; d < n; d++) r[d] = motion->fixed[d] ? 0 : -r[d];
+  for (int d = 0; d < n; d++) r[d] = motion->constraints.fixed[d] ? 0 : -r[d];
   status = flesh_ode_divide_by_mass(self, r, vdot);
   if (status) return status;
   for (int d = 0; d < n; d++) {
-    xdot[d] = motion->fixed[d] ? motion->v_prescribed[d] : y[n + d];
-    if (motion->fixed[d]) vdot[d] = motion->a_prescribed[d];
+    xdot[d] = motion->constraints.fixed[d] ? motion->constraints.v[d] : y[n + d];
+    if (motion->constraints.fixed[d]) vdot[d] = motion->constraints.a[d];
   }
   flesh_ida_close(motion, ydot, xdot);
   return FLESH_OK;
@@ -167,12 +167,12 @@ int flesh_ode_rhs(sunrealtype t, N_Vector y_vector, N_Vector ydot, void *data)
 /* C = dr/dv of the free dofs at the point; whether it is not zero. */
 static int assemble_damping(flesh_ode_problem *self, const flesh_point *point, flesh_block_matrix *C, int *damped)
 {
-  int status = flesh_system_jacobian(self->motion->system, point, &(flesh_shift){.v = 1}, C);
+  int status = flesh_system_jacobian(self->motion->evaluation.system, point, &(flesh_shift){.v = 1}, C);
   if (status) return status;
-  flesh_block_fix(C, self->motion->fixed, 0, NULL);
+  flesh_block_fix(C, self->motion->constraints.fixed, 0, NULL);
   double any = 0;
   for (size_t k = 0; k < 9 * (size_t)C->row_start[C->rows] && any == 0; k++) any = C->values[k] != 0;
-  flesh_team_largest(self->motion->team, 1, &any);
+  flesh_team_largest(self->motion->evaluation.team, 1, &any);
   *damped = any > 0;
   return FLESH_OK;
 }
@@ -184,9 +184,9 @@ int flesh_ode_assemble(flesh_ode_problem *self, double t, const double *y, int p
   const flesh_point point = flesh_ida_point(motion, t, y, NULL);
   motion->stats.assemblies++;
   motion->stats.projections += project;
-  int status = flesh_system_jacobian(motion->system, &point, &(flesh_shift){.x = 1, .filter = project}, K);
+  int status = flesh_system_jacobian(motion->evaluation.system, &point, &(flesh_shift){.x = 1, .filter = project}, K);
   if (status) return status;
-  flesh_block_fix(K, motion->fixed, 0, NULL);
+  flesh_block_fix(K, motion->constraints.fixed, 0, NULL);
   return assemble_damping(self, &point, C, damped);
 }
 
@@ -198,9 +198,9 @@ int flesh_ode_jacobian_times_setup(sunrealtype t, N_Vector y_vector, N_Vector fy
   const double *y = flesh_ida_read(self->motion, y_vector, 0, 0);
   if (!y) return FLESH_ERR_ARGUMENT;
   int status = FLESH_OK;
-  if (!self->K) status = flesh_system_matrix_create(self->motion->system, &self->K);
-  if (!status && !self->C) status = flesh_system_matrix_create(self->motion->system, &self->C);
-  status = flesh_team_agree(self->motion->team, status);
+  if (!self->K) status = flesh_system_matrix_create(self->motion->evaluation.system, &self->K);
+  if (!status && !self->C) status = flesh_system_matrix_create(self->motion->evaluation.system, &self->C);
+  status = flesh_team_agree(self->motion->evaluation.team, status);
   return status ? status : flesh_ode_assemble(self, t, y, 0, self->K, self->C, &self->damped);
 }
 
@@ -218,13 +218,13 @@ int flesh_ode_jacobian_times(N_Vector v_vector, N_Vector Jv, sunrealtype t, N_Ve
   if (!self->K)
     return flesh_fail(FLESH_ERR_ARGUMENT, "flesh_ode_jacobian_times needs flesh_ode_jacobian_times_setup beside it");
   double *force = self->rate, *Cw = self->room, *vdot = xdot + n;
-  const uint8_t *fixed = motion->fixed;
+  const uint8_t *fixed = motion->constraints.fixed;
   flesh_block_multiply(self->K, u, force);
   if (self->damped) {
     flesh_block_multiply(self->C, u + n, Cw);
     for (int d = 0; d < n; d++) force[d] += Cw[d];
   }
-  flesh_team_collect(motion->team, force);
+  flesh_team_collect(motion->evaluation.team, force);
   for (int d = 0; d < n; d++) force[d] = fixed[d] ? 0 : -force[d];
   int status = flesh_ode_divide_by_mass(self, force, vdot);
   for (int d = 0; d < n; d++) {
@@ -240,21 +240,23 @@ int flesh_ode_make_condensed(flesh_ode_problem *self)
   flesh_ode_condensed *c = &self->condensed;
   const flesh_solver_options *options = &self->motion->options;
   int status = FLESH_OK;
-  if (!c->A) status = flesh_system_matrix_create(self->motion->system, &c->A);
-  status = flesh_team_agree(self->motion->team, status);
+  if (!c->A) status = flesh_system_matrix_create(self->motion->evaluation.system, &c->A);
+  status = flesh_team_agree(self->motion->evaluation.team, status);
   if (status || c->preconditioner || c->direct) return status;
   if (options->linear_solver != FLESH_LINEAR_PCG)
     return flesh_direct_create(options->linear_solver, c->A, &c->direct);
-  const double *positions = flesh_mesh_positions(flesh_system_mesh(self->motion->system));
-  return self->motion->linear->preconditioner_create(options->preconditioner, c->A, positions, self->motion->threads,
-                                                     &c->preconditioner);
+  const flesh_ida_problem *motion = self->motion;
+  return motion->solver.linear->preconditioner_create(options->preconditioner, c->A,
+                                                      flesh_mesh_positions(flesh_system_mesh(motion->evaluation.system)),
+                                                      motion->threads, &c->preconditioner);
 }
 
 int flesh_ode_factor(flesh_ode_problem *self)
 {
   const flesh_ode_condensed *c = &self->condensed;
-  return c->direct ? flesh_direct_factor(c->direct, c->A)
-                   : self->motion->linear->preconditioner_setup(c->preconditioner, c->A, self->motion->fixed);
+  const flesh_ida_problem *motion = self->motion;
+  if (c->direct) return flesh_direct_factor(c->direct, c->A);
+  return motion->solver.linear->preconditioner_setup(c->preconditioner, c->A, motion->constraints.fixed);
 }
 
 int flesh_ode_preconditioner_setup(sunrealtype t, N_Vector y_vector, N_Vector fy, flesh_sunboolean jok,
@@ -269,17 +271,18 @@ int flesh_ode_preconditioner_setup(sunrealtype t, N_Vector y_vector, N_Vector fy
   if (!y) return FLESH_ERR_ARGUMENT;
   flesh_ode_condensed *c = &self->condensed;
   int status = flesh_ode_make_condensed(self);
-  if (!status && !c->C) status = flesh_team_agree(motion->team, flesh_system_matrix_create(motion->system, &c->C));
+  const flesh_evaluation *e = &motion->evaluation;
+  if (!status && !c->C) status = flesh_team_agree(e->team, flesh_system_matrix_create(e->system, &c->C));
   if (status) return status;
   const flesh_point point = flesh_ida_point(motion, t, y, NULL);
   const int project = motion->options.eigenvalue_filter >= FLESH_FILTER_CLAMP_ALWAYS;
   const flesh_shift shift = {.x = gamma * gamma, .v = gamma, .a = 1, .filter = project};
   motion->stats.assemblies++;
   motion->stats.projections += project;
-  status = flesh_system_jacobian(motion->system, &point, &shift, c->A);
+  status = flesh_system_jacobian(motion->evaluation.system, &point, &shift, c->A);
   if (!status) status = assemble_damping(self, &point, c->C, &c->damped);
   if (status) return status;
-  flesh_block_fix(c->A, motion->fixed, flesh_block_mean_diagonal(c->A), NULL);
+  flesh_block_fix(c->A, motion->constraints.fixed, flesh_block_mean_diagonal(c->A), NULL);
   c->gamma = gamma;
   *jcur = 1;
   return flesh_ode_factor(self);
@@ -305,28 +308,28 @@ int flesh_ode_preconditioner_solve(sunrealtype t, N_Vector y, N_Vector fy, N_Vec
     return flesh_fail(FLESH_ERR_ARGUMENT,
                       "flesh_ode_preconditioner_solve needs flesh_ode_preconditioner_setup before it");
   for (int d = 0; d < n; d++) {
-    free1[d] = motion->fixed[d] ? 0 : r1[d];
-    mixed[d] = motion->fixed[d] ? 0 : c->gamma * r2[d] + r1[d];
+    free1[d] = motion->constraints.fixed[d] ? 0 : r1[d];
+    mixed[d] = motion->constraints.fixed[d] ? 0 : c->gamma * r2[d] + r1[d];
   }
-  flesh_block_multiply(motion->D, mixed, right);
+  flesh_block_multiply(motion->jacobian.D, mixed, right);
   flesh_block_multiply(c->A, free1, product);
   for (int d = 0; d < n; d++) right[d] -= product[d];
   if (c->damped) {
     flesh_block_multiply(c->C, free1, product);
     for (int d = 0; d < n; d++) right[d] += c->gamma * product[d];
   }
-  flesh_team_collect(motion->team, right);
+  flesh_team_collect(motion->evaluation.team, right);
   for (int d = 0; d < n; d++)
-    if (motion->fixed[d]) right[d] = 0;
+    if (motion->constraints.fixed[d]) right[d] = 0;
   double *w = product;
   int status = FLESH_OK;
   if (c->direct) status = flesh_direct_solve(c->direct, right, w);
-  else self->motion->linear->preconditioner_apply(c->preconditioner, right, w);
+  else self->motion->solver.linear->preconditioner_apply(c->preconditioner, right, w);
   if (status) return status;
   for (int d = 0; d < n; d++) {
     const double first = r1[d], second = r2[d];
-    z1[d] = motion->fixed[d] ? first : first + w[d];
-    z2[d] = motion->fixed[d] ? second : w[d] / c->gamma;
+    z1[d] = motion->constraints.fixed[d] ? first : first + w[d];
+    z2[d] = motion->constraints.fixed[d] ? second : w[d] / c->gamma;
   }
   flesh_ida_close(motion, z, z1);
   return FLESH_OK;

@@ -33,7 +33,7 @@ static int prepare_sparse(flesh_ode_problem *self, SUNMatrix J)
   if (!separate)
     return flesh_fail(FLESH_ERR_ARGUMENT, "df/dy is full where the mass couples dofs, as consistent mass does; use "
                                           "lumped mass or flesh_ode_jacobian_times");
-  if (!self->motion->couples && !flesh_block_is_diagonal(self->C))
+  if (!self->motion->jacobian.couples && !flesh_block_is_diagonal(self->C))
     return flesh_fail(FLESH_ERR_ARGUMENT, "an effect couples velocities of nodes that it did not couple near the rest "
                                           "shape; use flesh_ode_jacobian_times");
   if (self->C_values) return FLESH_OK;
@@ -49,7 +49,7 @@ static void fill_sparse(flesh_ode_problem *self, SUNMatrix J)
 {
   const flesh_scalar_view *view = &self->view;
   const int64_t n = self->n;
-  const uint8_t *fixed = self->motion->fixed;
+  const uint8_t *fixed = self->motion->constraints.fixed;
   sunindextype *starts = SUNSparseMatrix_IndexPointers(J), *rows = SUNSparseMatrix_IndexValues(J), next = 0;
   double *values = SUNSparseMatrix_Data(J);
   flesh_scalar_view_fill(view, self->K, self->K_values);
@@ -63,7 +63,7 @@ static void fill_sparse(flesh_ode_problem *self, SUNMatrix J)
       values[next++] = half && !fixed[d];
       for (int64_t k = view->starts[d]; k < view->starts[d + 1]; k++) {
         const int64_t row = view->indices[k];
-        if (half && !self->motion->couples && row / 3 != d / 3) continue;
+        if (half && !self->motion->jacobian.couples && row / 3 != d / 3) continue;
         rows[next] = n + row;
         values[next++] = fixed[row] ? 0 : -self->inverse[9 * (row / 3) + 4 * (row % 3)] * forces[k];
       }
@@ -79,8 +79,8 @@ static int fill_pair(flesh_ode_problem *self, double t, const double *y, flesh_p
   if (status) return status;
   flesh_block_combine(-1, J->K, NULL);
   flesh_block_combine(damped ? -1 : 0, J->D, NULL);
-  J->from_x = J->identity = 0;
-  J->from_v = 1;
+  J->rows.from_x = J->rows.identity = 0;
+  J->rows.from_v = 1;
   return FLESH_OK;
 }
 

@@ -47,16 +47,16 @@ static int condense(solver *self, const flesh_pair_matrix *A)
 {
   flesh_ode_problem *problem = self->problem;
   flesh_ida_problem *motion = problem->motion;
-  if (A->from_x == 0 || A->from_v == 0 || A->identity == 0) return FLESH_NOT_POSITIVE;
+  if (A->rows.from_x == 0 || A->rows.from_v == 0 || A->rows.identity == 0) return FLESH_NOT_POSITIVE;
   int status = flesh_ode_make_condensed(problem);
   if (status) return status;
   flesh_block_matrix *condensed = problem->condensed.A;
   for (size_t k = 0; k < 9 * (size_t)condensed->row_start[condensed->rows]; k++)
-    condensed->values[k] = A->from_x * A->D->values[k] - A->from_v * A->K->values[k];
-  flesh_block_fix(condensed, motion->fixed, flesh_block_mean_diagonal(condensed), NULL);
+    condensed->values[k] = A->rows.from_x * A->D->values[k] - A->rows.from_v * A->K->values[k];
+  flesh_block_fix(condensed, motion->constraints.fixed, flesh_block_mean_diagonal(condensed), NULL);
   for (int d = 0; d < problem->n; d++) self->other[d] = 1;
-  flesh_block_multiply(motion->D, self->other, self->mass);
-  flesh_team_collect(motion->team, self->mass);
+  flesh_block_multiply(motion->jacobian.D, self->other, self->mass);
+  flesh_team_collect(motion->evaluation.team, self->mass);
   return flesh_ode_factor(problem);
 }
 
@@ -87,14 +87,14 @@ static int solve_condensed(solver *self, double from_v, double tolerance, double
   if (!(tolerance > 0)) {
     double square = 0; /* collected, they are nothing at ghosts */
     for (int d = 0; d < problem->n; d++) square += pow(self->weights[d] * self->right[d], 2);
-    flesh_team_sum(motion->team, 1, &square);
+    flesh_team_sum(motion->evaluation.team, 1, &square);
     tolerance = motion->options.linear_tolerance * sqrt(square);
   }
   flesh_pcg_result result;
   const flesh_pcg_request request = {.A = c->A, .preconditioner = c->preconditioner, .b = self->right,
                                      .weights = self->weights, .tolerance = tolerance,
                                      .max_iterations = motion->options.max_linear};
-  int status = motion->linear->pcg(motion->pcg, &request, w, &result);
+  int status = motion->solver.linear->pcg(motion->solver.pcg, &request, w, &result);
   self->report.iterations = result.iterations;
   self->report.residual = result.residual;
   motion->stats.linear += result.iterations;
@@ -105,21 +105,21 @@ static int solve(solver *self, const flesh_pair_matrix *A, const double *b, doub
 {
   const int n = self->problem->n;
   const flesh_ida_problem *motion = self->problem->motion;
-  const uint8_t *fixed = motion->fixed;
-  const double p = A->from_x, q = A->from_v, *b1 = b, *b2 = b + n;
+  const uint8_t *fixed = motion->constraints.fixed;
+  const double p = A->rows.from_x, q = A->rows.from_v, *b1 = b, *b2 = b + n;
   double *right = self->right, *other = self->other, *w = self->problem->rate;
   for (int d = 0; d < n; d++) w[d] = fixed[d] ? 0 : -q * b2[d];
-  flesh_block_multiply(motion->D, w, right);
+  flesh_block_multiply(motion->jacobian.D, w, right);
   for (int d = 0; d < n; d++) w[d] = fixed[d] ? 0 : q / p * b1[d];
   flesh_block_multiply(A->K, w, other);
   for (int d = 0; d < n; d++) right[d] = fixed[d] ? 0 : right[d] + other[d];
-  flesh_team_collect(motion->team, right);
+  flesh_team_collect(motion->evaluation.team, right);
   int status = solve_condensed(self, q, tolerance, w);
   if (status) return status;
   for (int d = 0; d < n; d++) {
     const double first = b1[d], second = b2[d];
-    x[d] = fixed[d] ? first / A->identity : w[d] + first / p;
-    x[n + d] = fixed[d] ? second / A->identity : -p / q * w[d];
+    x[d] = fixed[d] ? first / A->rows.identity : w[d] + first / p;
+    x[n + d] = fixed[d] ? second / A->rows.identity : -p / q * w[d];
   }
   return FLESH_OK;
 }

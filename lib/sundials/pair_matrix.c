@@ -10,9 +10,9 @@
 
 static const flesh_ida_problem *motion_of(const flesh_pair_matrix *A) { return A->ida ? A->ida : A->rhs->motion; }
 
-static int dofs(const flesh_pair_matrix *A) { return motion_of(A)->n; }
+static int dofs(const flesh_pair_matrix *A) { return motion_of(A)->evaluation.n; }
 
-static const uint8_t *fixed_of(const flesh_pair_matrix *A) { return motion_of(A)->fixed; }
+static const uint8_t *fixed_of(const flesh_pair_matrix *A) { return motion_of(A)->constraints.fixed; }
 
 /* What a view shows, with K by itself. */
 static flesh_pair_matrix *open_matrix(SUNMatrix matrix)
@@ -20,9 +20,7 @@ static flesh_pair_matrix *open_matrix(SUNMatrix matrix)
   flesh_pair_matrix *A = matrix->content;
   if (!A->view) return A;
   flesh_ida_separate(A->ida);
-  A->from_x = A->ida->from_x;
-  A->from_v = A->ida->from_v;
-  A->identity = A->ida->identity;
+  A->rows = A->ida->jacobian.rows;
   return A;
 }
 
@@ -30,10 +28,8 @@ static flesh_pair_matrix *open_matrix(SUNMatrix matrix)
 static int close_matrix(flesh_pair_matrix *A)
 {
   if (!A->view) return FLESH_OK;
-  A->ida->from_x = A->from_x;
-  A->ida->from_v = A->from_v;
-  A->ida->identity = A->identity;
-  A->ida->D_is_diagonal = flesh_block_is_diagonal(A->D);
+  A->ida->jacobian.rows = A->rows;
+  A->ida->jacobian.D_is_diagonal = flesh_block_is_diagonal(A->D);
   return FLESH_OK;
 }
 
@@ -41,12 +37,12 @@ static int matrix_zero(SUNMatrix matrix)
 {
   flesh_pair_matrix *A = matrix->content;
   if (A->view) { /* the Jacobian overwrites every entry: no need to touch them before */
-    A->ida->content = FLESH_IDA_NOTHING;
+    A->ida->jacobian.content = FLESH_IDA_NOTHING;
     return FLESH_OK;
   }
   flesh_block_combine(0, A->K, NULL);
   flesh_block_combine(0, A->D, NULL);
-  A->from_x = A->from_v = A->identity = 0;
+  A->rows.from_x = A->rows.from_v = A->rows.identity = 0;
   return FLESH_OK;
 }
 
@@ -66,9 +62,9 @@ static int matrix_scale_add(sunrealtype c, SUNMatrix A, SUNMatrix B)
   flesh_pair_matrix *a = open_matrix(A), *b = open_matrix(B);
   flesh_block_combine(c, a->K, b->K);
   flesh_block_combine(c, a->D, b->D);
-  a->from_x = c * a->from_x + b->from_x;
-  a->from_v = c * a->from_v + b->from_v;
-  a->identity = c * a->identity + b->identity;
+  a->rows.from_x = c * a->rows.from_x + b->rows.from_x;
+  a->rows.from_v = c * a->rows.from_v + b->rows.from_v;
+  a->rows.identity = c * a->rows.identity + b->rows.identity;
   return close_matrix(a);
 }
 
@@ -82,14 +78,14 @@ static int matrix_scale_add_identity(sunrealtype c, SUNMatrix matrix)
 {
   flesh_pair_matrix *A = open_matrix(matrix);
   flesh_block_combine(c, A->K, NULL);
-  flesh_block_combine(c, A->D, A->rhs ? A->rhs->motion->D : NULL); /* the mass divides it to 1 */
+  flesh_block_combine(c, A->D, A->rhs ? A->rhs->motion->jacobian.D : NULL); /* the mass divides it to 1 */
   if (A->ida) /* of a node of several ranks its owner has it */
-    for (int i = 0; i < flesh_team_own(A->ida->team, A->D->rows); i++)
+    for (int i = 0; i < flesh_team_own(A->ida->evaluation.team, A->D->rows); i++)
       for (int k = 0; k < 3; k++) A->D->values[9 * (size_t)A->D->row_start[i] + 4 * k] += 1;
   flesh_block_fix(A->D, fixed_of(A), 0, NULL);
-  A->from_x = c * A->from_x + 1;
-  A->from_v *= c;
-  A->identity = c * A->identity + 1;
+  A->rows.from_x = c * A->rows.from_x + 1;
+  A->rows.from_v *= c;
+  A->rows.identity = c * A->rows.identity + 1;
   return close_matrix(A);
 }
 
@@ -97,11 +93,11 @@ static int matrix_scale_add_identity(sunrealtype c, SUNMatrix matrix)
 static int multiply(const flesh_pair_matrix *A, const double *x, double *z)
 {
   const int n = dofs(A);
-  const flesh_team *team = motion_of(A)->team;
+  const flesh_team *team = motion_of(A)->evaluation.team;
   const uint8_t *fixed = fixed_of(A);
   const double *v = x + n;
-  double *part = A->ida ? A->ida->work : A->rhs->room, *movable = part + n;
-  double *sum = A->ida ? A->ida->right : A->rhs->rate;
+  double *part = A->ida ? A->ida->solver.work : A->rhs->room, *movable = part + n;
+  double *sum = A->ida ? A->ida->solver.right : A->rhs->rate;
   for (int d = 0; d < n; d++) movable[d] = fixed[d] ? 0 : x[d];
   flesh_block_multiply(A->K, movable, sum);
   for (int d = 0; d < n; d++) movable[d] = fixed[d] ? 0 : v[d];
@@ -115,8 +111,8 @@ static int multiply(const flesh_pair_matrix *A, const double *x, double *z)
   }
   for (int d = 0; d < n; d++) {
     const double position = x[d], velocity = v[d];
-    z[d] = fixed[d] ? A->identity * position : A->from_x * position + A->from_v * velocity;
-    z[n + d] = fixed[d] ? A->identity * velocity : sum[d];
+    z[d] = fixed[d] ? A->rows.identity * position : A->rows.from_x * position + A->rows.from_v * velocity;
+    z[n + d] = fixed[d] ? A->rows.identity * velocity : sum[d];
   }
   return status;
 }
@@ -129,8 +125,8 @@ static int matrix_times(SUNMatrix matrix, N_Vector x, N_Vector z)
   double *product = values ? flesh_ida_open(motion, z, 1) : NULL;
   int status = FLESH_OK;
   if (!product) return FLESH_ERR_ARGUMENT;
-  if (!A->view || A->ida->content == FLESH_IDA_APART) status = multiply(open_matrix(matrix), values, product);
-  else if (A->ida->content == FLESH_IDA_CONDENSED) flesh_ida_multiply(A->ida, values, product);
+  if (!A->view || A->ida->jacobian.content == FLESH_IDA_APART) status = multiply(open_matrix(matrix), values, product);
+  else if (A->ida->jacobian.content == FLESH_IDA_CONDENSED) flesh_ida_multiply(A->ida, values, product);
   else memset(product, 0, 2 * (size_t)dofs(A) * sizeof *product);
   flesh_ida_close(motion, z, product);
   return status;
@@ -165,11 +161,11 @@ static int make(flesh_ida_problem *ida, flesh_ode_problem *rhs, int view, SUNCon
 {
   int status = flesh_sunmatrix_make(&operations, sizeof(flesh_pair_matrix), context, matrix);
   if (status) return status;
-  const flesh_system *system = ida ? ida->system : rhs->motion->system;
+  const flesh_system *system = (ida ? ida : rhs->motion)->evaluation.system;
   flesh_pair_matrix *A = (*matrix)->content;
   *A = (flesh_pair_matrix){.ida = ida, .rhs = rhs, .view = view};
   if (view) {
-    A->K = ida->K, A->D = ida->D;
+    A->K = ida->jacobian.K, A->D = ida->jacobian.D;
     return FLESH_OK;
   }
   status = flesh_system_matrix_create(system, &A->K);

@@ -17,7 +17,7 @@ typedef struct flesh_pair_matrix {
   flesh_ode_problem *rhs;   /* its mass divides the rows K x + D v */
   int view;                 /* of what `ida` holds: K and D are its own */
   flesh_block_matrix *K, *D; /* rows and columns of constrained dofs are zero */
-  double from_x, from_v, identity;
+  flesh_ida_rows rows;
 } flesh_pair_matrix;
 
 /* A view of the matrix in `ida`, or a matrix for `rhs` with memory of its own. Returns new. */

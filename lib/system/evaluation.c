@@ -10,10 +10,16 @@
 #include "base/parallel_vector.h"
 #include "system/ranks.h"
 
-void flesh_evaluation_init(const flesh_system *system, flesh_threads *threads, flesh_evaluation *self)
+int flesh_evaluation_create(const flesh_system *system, flesh_threads *threads, flesh_evaluation *self)
 {
+  size_t apart;
   *self = (flesh_evaluation){.system = system, .threads = threads, .team = flesh_system_team(system),
                              .n = flesh_system_unknowns(system), .serial = 1};
+  self->x = flesh_huge_pages_vectors(3, (size_t)self->n, &apart);
+  if (!self->x) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n);
+  self->v = self->x + apart;
+  self->a = self->v + apart;
+  return FLESH_OK;
 }
 
 /* Doubles of a state. */
@@ -38,13 +44,14 @@ int flesh_evaluation_keep_state(flesh_evaluation *self)
 
 void flesh_evaluation_clear(flesh_evaluation *self)
 {
-  flesh_free(self->returned.x); /* and the other arrays with it */
+  flesh_free(self->x); /* and v and a with it */
+  flesh_free(self->returned.x);
   *self = (flesh_evaluation){0};
 }
 
 size_t flesh_evaluation_memory(const flesh_evaluation *self)
 {
-  return self->returned.x ? room_of(self) * sizeof(double) : 0;
+  return (3 * (size_t)self->n + (self->returned.x ? room_of(self) : 0)) * sizeof(double);
 }
 
 void flesh_evaluation_archive(flesh_evaluation *self, flesh_archive *archive)
@@ -87,8 +94,9 @@ void flesh_evaluation_remember(flesh_evaluation *self, const flesh_state *state)
   kept->t = state->t;
   flesh_copy(self->threads, self->n, state->x, kept->x);
   flesh_copy(self->threads, self->n, state->v, kept->v);
-  if (kept->multiplier_count) memcpy(kept->multipliers, state->multipliers, sizeof *kept->x * (size_t)kept->multiplier_count);
-  if (kept->internal_count) memcpy(kept->internal, state->internal, sizeof *kept->x * (size_t)kept->internal_count);
+  const size_t multipliers = (size_t)kept->multiplier_count, internals = (size_t)kept->internal_count;
+  if (multipliers) memcpy(kept->multipliers, state->multipliers, multipliers * sizeof(double));
+  if (internals) memcpy(kept->internal, state->internal, internals * sizeof(double));
 }
 
 void flesh_evaluation_restore(const flesh_evaluation *self, flesh_state *state)

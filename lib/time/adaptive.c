@@ -144,7 +144,7 @@ const flesh_failure *flesh_adaptive_failure(const flesh_adaptive *self) { return
 
 void flesh_adaptive_set_costs(flesh_adaptive *self, flesh_costs *costs)
 {
-  self->problem->costs = costs;
+  self->problem->evaluation.costs = costs;
 }
 
 size_t flesh_adaptive_memory(const flesh_adaptive *self)
@@ -256,7 +256,7 @@ static int advance(flesh_adaptive *self, double toward, flesh_solve_stats *stats
   if (flag < 0) return flesh_adaptive_fail_by_flag(self, flag);
   *event = flag == IDA_TSTOP_RETURN;
   if (!(reached > before) && !*event)
-    return flesh_adaptive_fail(self, before, self->problem->x, FLESH_NOT_CONVERGED, "the step is too short to change t");
+    return flesh_adaptive_fail(self, before, self->problem->evaluation.x, FLESH_NOT_CONVERGED, "the step is too short to change t");
   flesh_ida_accept(self->problem, reached, N_VGetArrayPointer(self->y));
   IDAGetLastStep(self->ida, &step.h);
   IDAGetLastOrder(self->ida, &step.order);
@@ -291,7 +291,7 @@ static int run_to(flesh_adaptive *self, flesh_state *state, double end, flesh_so
         char cause[96];
         snprintf(cause, sizeof cause, "max_steps = %d internal steps did not lead to %.9g s",
                  self->options.max_steps, end);
-        status = flesh_adaptive_fail(self, self->t_internal, self->problem->x, FLESH_NOT_CONVERGED, cause);
+        status = flesh_adaptive_fail(self, self->t_internal, self->problem->evaluation.x, FLESH_NOT_CONVERGED, cause);
         break;
       }
       status = advance(self, end, stats, &event);

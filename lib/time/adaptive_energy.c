@@ -18,7 +18,7 @@ enum { MOST_PARTS = 64 }; /* of an interval */
 
 int flesh_adaptive_energy_create(flesh_ida_problem *problem, flesh_energy_watch *watch, flesh_adaptive_energy *energy)
 {
-  const size_t n = (size_t)problem->n;
+  const size_t n = (size_t)problem->evaluation.n;
   *energy = (flesh_adaptive_energy){.problem = problem, .watch = watch};
   energy->x = calloc(n + 1, sizeof *energy->x);
   energy->r = calloc(n + 1, sizeof *energy->r);
@@ -38,19 +38,19 @@ void flesh_adaptive_energy_tolerate(flesh_adaptive_energy *self, double toleranc
 {
   flesh_energy_watch *watch = self->watch;
   const flesh_point point = {.x = flesh_mesh_positions(flesh_system_mesh(watch->system)), .v = self->r, .a = self->r};
-  for (int d = 0; d < self->problem->n; d++) self->r[d] = tolerance * self->problem->velocity;
+  for (int d = 0; d < self->problem->evaluation.n; d++) self->r[d] = tolerance * self->problem->scale.velocity;
   if (flesh_system_role_energies(watch->system, FLESH_ROLE_INERTIA, &point, NULL, &watch->floor)) watch->floor = 0;
 }
 
 /* The moment before an event at t, else t. */
 static double before_event(const flesh_adaptive_energy *self, double t)
 {
-  return t >= self->problem->event ? nextafter(self->problem->event, -INFINITY) : t;
+  return t >= self->problem->constraints.event ? nextafter(self->problem->constraints.event, -INFINITY) : t;
 }
 
 void flesh_adaptive_energy_start(flesh_adaptive_energy *self, double t, double *y)
 {
-  const int n = self->problem->n;
+  const int n = self->problem->evaluation.n;
   const flesh_state state = {.t = t, .x = y, .v = y + n};
   flesh_energy_watch_jump(self->watch, t, &state);
   memcpy(self->x, y, (size_t)n * sizeof *y);
@@ -63,18 +63,19 @@ void flesh_adaptive_energy_start(flesh_adaptive_energy *self, double t, double *
 static int find_power(const flesh_adaptive_energy *self, double from, double to, double t, double *power)
 {
   flesh_ida_problem *problem = self->problem;
-  const int own = 3 * flesh_team_own(problem->team, problem->n / 3), forces = self->watch->kinds & FLESH_WORK_OF_FORCES;
+  const flesh_evaluation *e = &problem->evaluation;
+  const int own = 3 * flesh_team_own(e->team, e->n / 3), forces = self->watch->kinds & FLESH_WORK_OF_FORCES;
   double work = 0;
   *power = 0;
   if (IDAGetDky(self->ida, t, 0, self->y) || IDAGetDky(self->ida, t, 1, self->yp))
     return flesh_fail(FLESH_ERR_SUNDIALS, "IDA could not interpolate at t = %.9g s", t);
   const flesh_point point = flesh_ida_point(problem, t, N_VGetArrayPointer(self->y), N_VGetArrayPointer(self->yp));
-  int status = self->moves ? flesh_system_residual(problem->system, &point, self->r) : FLESH_OK;
+  int status = self->moves ? flesh_system_residual(e->system, &point, self->r) : FLESH_OK;
   for (int d = 0; d < own && self->moves && !status; d++)
-    if (problem->fixed[d]) *power += self->r[d] * problem->v_prescribed[d];
-  flesh_team_sum(problem->team, 1, power);
+    if (problem->constraints.fixed[d]) *power += self->r[d] * problem->constraints.v[d];
+  flesh_team_sum(e->team, 1, power);
   if (!status && forces)
-    status = flesh_system_work_of_forces(problem->system, &point, from, to, NULL, self->watch->scratch, &work);
+    status = flesh_system_work_of_forces(e->system, &point, from, to, NULL, self->watch->scratch, &work);
   *power += work / (to - from);
   return status;
 }
@@ -111,12 +112,12 @@ static int find_work_in_time(flesh_adaptive_energy *self, double from, double to
     return flesh_fail(FLESH_ERR_SUNDIALS, "IDA could not interpolate at t = %.9g s", to);
   flesh_ida_point(problem, to, N_VGetArrayPointer(self->y), NULL);
   for (int end = 0; end < 2 && !status; end++) {
-    const flesh_state state = {.x = end ? problem->x : self->x, .v = problem->v};
+    const flesh_state state = {.x = end ? problem->evaluation.x : self->x, .v = problem->evaluation.v};
     double part = 0;
-    status = flesh_system_work_in_time(problem->system, from, to, &state, NULL, 0, &part);
+    status = flesh_system_work_in_time(problem->evaluation.system, from, to, &state, NULL, 0, &part);
     *work += part / 2;
   }
-  memcpy(self->x, problem->x, (size_t)problem->n * sizeof *self->x);
+  memcpy(self->x, problem->evaluation.x, (size_t)problem->evaluation.n * sizeof *self->x);
   return status;
 }
 

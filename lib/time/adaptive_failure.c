@@ -64,7 +64,7 @@ int flesh_adaptive_fail_start(struct flesh_adaptive *self, const flesh_state *st
 
 int flesh_adaptive_fail_by_flag(struct flesh_adaptive *self, int flag)
 {
-  const double t = self->t_internal, *x = self->problem->x; /* of the last attempt */
+  const double t = self->t_internal, *x = self->problem->evaluation.x; /* of the last attempt */
   switch (flag) {
   case IDA_ERR_FAIL:
     return flesh_adaptive_fail(self, t, x, FLESH_NOT_CONVERGED, "the error test failed again and again down to this step");

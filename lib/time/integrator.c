@@ -261,9 +261,8 @@ int flesh_integrator_arrive(flesh_integrator *self, const flesh_state *state, in
 const double *flesh_integrator_energies(const flesh_integrator *integrator, const flesh_state *state)
 {
   const flesh_energy_watch *watch = &integrator->watch;
-  return watch->t == state->t && flesh_energy_watch_knows(watch) && flesh_evaluation_is_at(integrator->evaluation, state, 0)
-             ? watch->energies
-             : NULL;
+  const int known = watch->t == state->t && flesh_energy_watch_knows(watch);
+  return known && flesh_evaluation_is_at(integrator->evaluation, state, 0) ? watch->energies : NULL;
 }
 
 void flesh_integrator_record_failure(flesh_integrator *self, const flesh_stage *stage, double h, int halvings,

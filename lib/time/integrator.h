@@ -60,7 +60,8 @@ int flesh_integrator_begin(flesh_integrator *integrator, const flesh_state *stat
 int flesh_integrator_arrive(flesh_integrator *integrator, const flesh_state *state, int *changed);
 
 /* Takes what `data`, of flesh_integrator_save, has of nodes, of tets and of the motion as a whole, where a rank or a
- * process by itself has saved it that has `others` of the same body. Once for each rank that has saved; what solvers have learned is left out. FLESH_ERR_FILE, FLESH_ERR_ARGUMENT. */
+ * process by itself has saved it that has `others` of the same body. Once for each rank that has saved; what solvers
+ * have learned is left out. FLESH_ERR_FILE, FLESH_ERR_ARGUMENT. */
 int flesh_integrator_take(flesh_integrator *integrator, const void *data, size_t size, const flesh_archive_others *others);
 
 /* Times closer than this [s] are the same in a step of h from t: grids of steps and times of events carry rounding. */

@@ -21,7 +21,7 @@ static void a_state_is_told_from_others_by_its_bits(void)
   double *x, *v, *p;
   throw_block(&b);
   x = b.state.x, v = b.state.v, p = b.state.multipliers;
-  flesh_evaluation_init(b.system, NULL, &evaluation);
+  CHECK_OK(flesh_evaluation_create(b.system, NULL, &evaluation));
   CHECK_OK(flesh_evaluation_keep_state(&evaluation));
   CHECK(!flesh_evaluation_is_at(&evaluation, &b.state, INFINITY)); /* nothing has been given back */
   b.state.t = 2;
