@@ -123,7 +123,7 @@ int flesh_adaptive_set_options(flesh_adaptive *self, const flesh_adaptive_option
   int status = flesh_adaptive_options_check(options);
   if (status) return status;
   self->options = *options;
-  self->running = 0;
+  self->running = self->steps = 0;
   flesh_adaptive_energy_tolerate(&self->energy, options->tolerance);
   return apply_options(self);
 }
@@ -323,6 +323,7 @@ int flesh_adaptive_step(flesh_adaptive *self, flesh_state *state, double h, fles
   const double begin = state->t, end = begin + h;
   int status = FLESH_OK, fresh = !self->running || !flesh_adaptive_returned(self);
   self->h = h;
+  self->steps = 1;
   if (fresh) {
     status = start(self, state, h);
     if (status > 0) status = flesh_adaptive_fail_start(self, state, status);
@@ -340,17 +341,21 @@ int flesh_adaptive_is_slow(flesh_adaptive *self, const flesh_state *state, doubl
   int status = flesh_ida_start(self->problem, state, self->y, self->yp);
   if (!status)
     *slow = h * h / 2 * flesh_ida_curvature(self->problem, self->y, self->yp) <= self->options.switch_threshold;
+  self->steps = *slow;
   add_problem_stats(self, stats);
   return status < 0 ? status : FLESH_OK;
 }
 
 int flesh_adaptive_runs(const flesh_adaptive *self) { return self->running; }
 
+int flesh_adaptive_steps(const flesh_adaptive *self) { return self->steps; }
+
 void flesh_adaptive_archive(flesh_adaptive *self, flesh_archive *archive)
 {
   FLESH_ARCHIVE(archive, self->t);
   FLESH_ARCHIVE(archive, self->h);
   FLESH_ARCHIVE(archive, self->serial);
+  FLESH_ARCHIVE(archive, self->steps);
   if (archive->mode == FLESH_ARCHIVE_LOAD) self->running = 0;
 }
 

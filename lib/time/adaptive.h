@@ -40,6 +40,8 @@ void *flesh_adaptive_ida(const flesh_adaptive *adaptive);
 size_t flesh_adaptive_memory(const flesh_adaptive *adaptive);
 /* But for IDA's history, which it does not take back: loaded, it starts anew from the state given back last. */
 void flesh_adaptive_archive(flesh_adaptive *adaptive, flesh_archive *archive);
+/* Whether IDA takes the steps now. */
+int flesh_adaptive_steps(const flesh_adaptive *adaptive);
 /* Whether there is such a history. */
 int flesh_adaptive_runs(const flesh_adaptive *adaptive);
 

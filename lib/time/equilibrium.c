@@ -21,11 +21,10 @@ static void find_end(void *data, const double *u, double *x)
 static int solve(flesh_integrator *self, flesh_state *state, flesh_stage *stage, double h, int halvings, int extensions,
                  flesh_solve_stats *stats)
 {
-  self->trying.t = stage->t_lag;
-  self->trying.h = h;
+  self->trying = (flesh_span){stage->t_lag, stage->t, h};
   stage->internal = state->internal;
   int status = flesh_multipliers_solve(&self->multipliers, self->nonlinear, stage, state,
-                                       &(flesh_stage_end){&(solution){self->n, state->x}, find_end}, NULL, extensions,
+                                       &(flesh_stage_end){&(solution){self->evaluation->n, state->x}, find_end}, NULL, extensions,
                                        stats);
   if (!status) status = flesh_multipliers_accept(&self->multipliers, self->nonlinear, stage, state);
   if (status) flesh_integrator_record_failure(self, stage, h, halvings, status, stats);
@@ -89,19 +88,19 @@ static int solve_static(flesh_integrator *self, flesh_state *state, double h, fl
     self->row->finish(&self->memory, flesh_nonlinear_unknowns(self->nonlinear), h, state);
     state->t = stage.t;
   } else {
-    memcpy(self->start, state->x, (size_t)self->n * sizeof *self->start);
+    memcpy(self->start, state->x, (size_t)self->evaluation->n * sizeof *self->start);
     if (status > 0) status = flesh_recovery_raise_load(&self->recovery, attempt_increment, &walk);
     /* A part of the load is no equilibrium that was asked for. */
-    if (status) memcpy(state->x, self->start, (size_t)self->n * sizeof *self->start);
+    if (status) memcpy(state->x, self->start, (size_t)self->evaluation->n * sizeof *self->start);
   }
-  if (!status) memset(state->v, 0, (size_t)self->n * sizeof *state->v);
+  if (!status) memset(state->v, 0, (size_t)self->evaluation->n * sizeof *state->v);
   return status;
 }
 
 /* Equilibrium at t+h with a lagged state that is its own, where effects want that. */
 static int balance(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
-  if (!flesh_system_has_follower_loads(self->system)) return solve_static(self, state, h, stats);
+  if (!flesh_system_has_follower_loads(self->evaluation->system)) return solve_static(self, state, h, stats);
   flesh_evaluation_remember(self->evaluation, state);
   int status = solve_static(self, state, h, stats);
   if (!status && (status = follow(self, state, h, stats)) > 0) {
@@ -175,6 +174,6 @@ int flesh_integrator_find_equilibrium(flesh_integrator *self, flesh_state *state
   if (status || !untangler) return status;
   status = flesh_untangler_after_equilibrium(untangler, state);
   if (status == 1) status = flesh_integrator_relax(self, state, stats);
-  if (status == 1 && flesh_system_has_follower_loads(self->system)) status = balance(self, state, 0, stats);
+  if (status == 1 && flesh_system_has_follower_loads(self->evaluation->system)) status = balance(self, state, 0, stats);
   return status < 0 ? status : FLESH_OK;
 }

@@ -20,37 +20,40 @@ static int is_adaptive(flesh_method method)
 
 static int create_memory(flesh_integrator *self)
 {
+  const flesh_system *system = self->evaluation->system;
+  flesh_first_iterates *first = &self->first;
   flesh_method_memory *memory = &self->memory;
   const int second = flesh_method_order(self->method) > 1,
-            follows = flesh_system_has_follower_loads(self->system);
-  double **vectors[12 + FLESH_METHOD_VECTORS] = {&memory->v0, &memory->a0, &self->start, &self->guess, &self->rigid};
+            follows = flesh_system_has_follower_loads(system);
+  double **vectors[12 + FLESH_METHOD_VECTORS] = {&memory->v0, &memory->a0, &self->start, &first->extrapolated,
+                                                 &first->rigid};
   size_t count = 5, apart;
-  memory->n = self->n;
+  memory->n = self->evaluation->n;
   flesh_method_options_default(&memory->options);
   for (int k = 0; k < self->row->vectors; k++) vectors[count++] = &memory->vectors[k];
   if (second) {
-    vectors[count++] = &self->stage.x;
-    vectors[count++] = &self->stage.v;
+    vectors[count++] = &self->last_stage.at.x;
+    vectors[count++] = &self->last_stage.at.v;
   }
-  self->lag_iterations = self->options.lag_iterations;
-  if (second && follows && self->lag_iterations < 2) self->lag_iterations = 2;
-  if (self->lag_iterations > 1) {
-    vectors[count++] = &self->lag_x;
-    vectors[count++] = &self->lag_v;
-    vectors[count++] = &self->lag_u;
+  self->lag.iterations = self->options.lag_iterations;
+  if (second && follows && self->lag.iterations < 2) self->lag.iterations = 2;
+  if (self->lag.iterations > 1) {
+    vectors[count++] = &self->lag.x;
+    vectors[count++] = &self->lag.v;
+    vectors[count++] = &self->lag.u;
   }
-  double *first = flesh_huge_pages_vectors(count, (size_t)self->n, &apart);
-  for (size_t k = 0; first && k < count; k++) *vectors[k] = first + k * apart;
-  int failed = !first;
-  int status = flesh_rigid_parts_create(self->system, &self->parts);
+  double *all = flesh_huge_pages_vectors(count, (size_t)self->evaluation->n, &apart);
+  for (size_t k = 0; all && k < count; k++) *vectors[k] = all + k * apart;
+  int failed = !all;
+  int status = flesh_rigid_parts_create(system, &first->parts);
   if (status) return status;
-  if (self->parts.count > 1) failed |= !(self->constrained = calloc((size_t)self->n + 1, 1));
+  if (first->parts.count > 1) failed |= !(first->constrained = calloc((size_t)self->evaluation->n + 1, 1));
   self->costs.effects =
-      calloc((size_t)flesh_system_effect_count(self->system) + 1, sizeof *self->costs.effects);
-  self->energies = calloc((size_t)flesh_system_effect_count(self->system) + 1, sizeof *self->energies);
+      calloc((size_t)flesh_system_effect_count(system) + 1, sizeof *self->costs.effects);
+  self->energies = calloc((size_t)flesh_system_effect_count(system) + 1, sizeof *self->energies);
   if (failed || !self->costs.effects || !self->energies)
-    return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n);
-  return second ? flesh_prescribed_create(self->system, &self->prescribed) : FLESH_OK;
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->evaluation->n);
+  return second ? flesh_prescribed_create(system, &self->prescribed) : FLESH_OK;
 }
 
 /* The most that an effect wants. Collective. */
@@ -82,22 +85,19 @@ int flesh_integrator_create(const flesh_system *system, flesh_method method,
     free(self);
     return status;
   }
-  self->system = system;
   self->method = method;
   /* Until the motion is slow. */
   self->row = method == FLESH_METHOD_EULER_THEN_ADAPTIVE ? &flesh_method_backward_euler : row;
   self->options = *options;
-  self->n = flesh_system_unknowns(system);
-  self->team = team;
-  status = flesh_team_agree(team, create_memory(self));
-  if (!status) self->softenings = count_softenings(system);
-  if (!status) status = flesh_nonlinear_create(system, options, &self->nonlinear);
+  status = flesh_nonlinear_create(system, options, &self->nonlinear);
   if (!status) {
     self->evaluation = flesh_nonlinear_evaluation(self->nonlinear);
     status = flesh_team_agree(team, flesh_evaluation_keep_state(self->evaluation));
   }
+  if (!status) status = flesh_team_agree(team, create_memory(self));
+  if (!status) self->softenings = count_softenings(system);
   if (!status && self->row->stage)
-    status = flesh_extrapolation_create(self->n, flesh_nonlinear_threads(self->nonlinear), &self->extrapolation);
+    status = flesh_extrapolation_create(self->evaluation->n, self->evaluation->threads, &self->first.extrapolation);
   status = flesh_team_agree(team, status);
   if (!status) status = flesh_recovery_create(system, options, &self->recovery);
   if (!status) status = flesh_energy_watch_create(self->evaluation, &self->watch);
@@ -133,12 +133,12 @@ void flesh_integrator_destroy(flesh_integrator **integrator)
   free((*integrator)->memory.v0); /* and all other vectors with it */
   free((*integrator)->costs.effects);
   free((*integrator)->energies);
-  flesh_rigid_parts_clear(&(*integrator)->parts);
-  flesh_extrapolation_clear(&(*integrator)->extrapolation);
+  flesh_rigid_parts_clear(&(*integrator)->first.parts);
+  flesh_extrapolation_clear(&(*integrator)->first.extrapolation);
   flesh_energy_watch_clear(&(*integrator)->watch);
   flesh_multipliers_clear(&(*integrator)->multipliers);
   flesh_internals_clear(&(*integrator)->internals);
-  free((*integrator)->constrained);
+  free((*integrator)->first.constrained);
   free(*integrator);
   *integrator = NULL;
 }
@@ -161,8 +161,8 @@ flesh_method flesh_integrator_method(const flesh_integrator *integrator)
 
 flesh_progress flesh_integrator_progress(const flesh_integrator *self)
 {
-  flesh_progress progress = {.t = self->trying.t, .h = self->trying.h};
-  if (self->adaptive && self->slow) flesh_adaptive_progress(self->adaptive, &progress);
+  flesh_progress progress = {.t = self->trying.begin, .h = self->trying.h};
+  if (self->adaptive && flesh_adaptive_steps(self->adaptive)) flesh_adaptive_progress(self->adaptive, &progress);
   else flesh_nonlinear_progress(self->nonlinear, &progress);
   return progress;
 }
@@ -172,17 +172,18 @@ const flesh_failure *flesh_integrator_failure(const flesh_integrator *integrator
   return &integrator->recovery.failure;
 }
 
-size_t flesh_integrator_memory(const flesh_integrator *integrator)
+size_t flesh_integrator_memory(const flesh_integrator *self)
 {
-  int vectors = 5 + integrator->row->vectors + (integrator->stage.x ? 2 : 0) +
-                (integrator->extrapolation.n ? FLESH_EXTRAPOLATION_POINTS + 1 : 0);
-  return sizeof *integrator + (size_t)vectors * (size_t)integrator->n * sizeof(double) +
-         (size_t)integrator->n * ((2 * sizeof(int) + sizeof(double)) / 3 + (integrator->constrained ? 1 : 0)) +
-         flesh_prescribed_memory(&integrator->prescribed) +
-         flesh_nonlinear_memory(integrator->nonlinear) + flesh_energy_watch_memory(&integrator->watch) +
-         flesh_recovery_memory(&integrator->recovery) + flesh_multipliers_memory(&integrator->multipliers) +
-         flesh_internals_memory(&integrator->internals) +
-         (integrator->adaptive ? flesh_adaptive_memory(integrator->adaptive) : 0);
+  const flesh_first_iterates *first = &self->first;
+  const size_t n = (size_t)self->evaluation->n;
+  const int vectors = 5 + self->row->vectors + (self->last_stage.at.x ? 2 : 0) + (self->lag.x ? 3 : 0) +
+                      (first->extrapolation.n ? FLESH_EXTRAPOLATION_POINTS : 0);
+  return sizeof *self + (size_t)vectors * n * sizeof(double) +
+         n * ((2 * sizeof(int) + sizeof(double)) / 3 + (first->constrained ? 1 : 0)) +
+         flesh_prescribed_memory(&self->prescribed) + flesh_nonlinear_memory(self->nonlinear) +
+         flesh_energy_watch_memory(&self->watch) + flesh_recovery_memory(&self->recovery) +
+         flesh_multipliers_memory(&self->multipliers) + flesh_internals_memory(&self->internals) +
+         (self->adaptive ? flesh_adaptive_memory(self->adaptive) : 0);
 }
 
 void *flesh_integrator_kinsol(const flesh_integrator *integrator)
@@ -198,7 +199,6 @@ void *flesh_integrator_ida(const flesh_integrator *integrator)
 int flesh_integrator_set_adaptive(flesh_integrator *integrator, const flesh_adaptive_options *options)
 {
   FLESH_NEED({integrator, "integrator"}, {options, "options"});
-  integrator->slow = 0;
   return integrator->adaptive ? flesh_adaptive_set_options(integrator->adaptive, options) : FLESH_OK;
 }
 
@@ -228,7 +228,7 @@ int flesh_integrator_set_max_energy_gain(flesh_integrator *integrator, double ga
 
 flesh_separation flesh_integrator_separation(const flesh_integrator *integrator)
 {
-  const flesh_system *system = integrator->system;
+  const flesh_system *system = integrator->evaluation->system;
   flesh_separation separation = {.t_apart = NAN};
   for (int e = 0; e < flesh_system_effect_count(system); e++) {
     const flesh_effect_proximity *can = flesh_system_effect(system, e)->operations->proximity;
@@ -274,28 +274,28 @@ void flesh_integrator_record_failure(flesh_integrator *self, const flesh_stage *
                        .volume_gap = self->multipliers.left};
   flesh_failure_look(self->recovery.mesh, flesh_nonlinear_positions(self->nonlinear), f);
   f->worst_node = flesh_nonlinear_worst_node(self->nonlinear);
-  flesh_failure_meet(self->team, f);
+  flesh_failure_meet(self->evaluation->team, f);
 }
 
 const flesh_state *flesh_integrator_stage(const flesh_integrator *self, const flesh_state *state)
 {
-  return self->stage_known ? &self->stage : state;
+  return self->last_stage.known ? &self->last_stage.at : state;
 }
 
 /* IDA's steps; before the motion is slow, backward Euler's where those are asked for. */
 static int step_adaptively(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats,
                            int *euler)
 {
-  int status = FLESH_OK;
-  if (self->method == FLESH_METHOD_ADAPTIVE) self->slow = 1;
-  else if (!self->slow || !flesh_adaptive_returned(self->adaptive))
-    status = flesh_adaptive_is_slow(self->adaptive, state, h, &self->slow, stats);
-  *euler = !self->slow;
+  flesh_adaptive *adaptive = self->adaptive;
+  int status = FLESH_OK, slow = self->method == FLESH_METHOD_ADAPTIVE ||
+                                (flesh_adaptive_steps(adaptive) && flesh_adaptive_returned(adaptive));
+  if (!slow) status = flesh_adaptive_is_slow(adaptive, state, h, &slow, stats);
+  *euler = !slow;
   if (status) return status;
   if (*euler) return flesh_integrator_step_in_time(self, state, h, stats);
-  status = flesh_adaptive_step(self->adaptive, state, h, stats);
+  status = flesh_adaptive_step(adaptive, state, h, stats);
   if (status == FLESH_ERR_INTEGRATOR || status == FLESH_ERR_ENERGY)
-    self->recovery.failure = *flesh_adaptive_failure(self->adaptive);
+    self->recovery.failure = *flesh_adaptive_failure(adaptive);
   return status;
 }
 
@@ -305,7 +305,7 @@ static int untangle(flesh_integrator *self, flesh_state *state, double h, flesh_
   int status = flesh_untangler_after_step(self->recovery.untangler, state, h);
   if (status == 1) status = flesh_integrator_relax(self, state, stats);
   if (status == 1) {
-    self->stage_known = 0;
+    self->last_stage.known = 0;
     flesh_energy_watch_jump(&self->watch, state->t, state);
   }
   return status < 0 ? status : FLESH_OK;
@@ -350,5 +350,5 @@ int flesh_integrator_step(flesh_integrator *self, flesh_state *state, double h, 
   status = take_step(self, &view, h, stats ? stats : &ignored);
   flesh_evaluation_remember(self->evaluation, &view);
   state->t = view.t;
-  return flesh_team_agree(self->team, status); /* all have the same, and get one sentence */
+  return flesh_team_agree(self->evaluation->team, status); /* all have the same, and get one sentence */
 }

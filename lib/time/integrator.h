@@ -5,7 +5,6 @@
 
 #include <stdint.h>
 
-#include "base/team.h"
 #include "sundials/kinsol.h"
 #include "time/adaptive.h"
 #include "time/energy_watch.h"
@@ -17,36 +16,44 @@
 #include "time/recovery/recovery.h"
 #include "time/rigid_guess.h"
 
+/* Where first iterates of a step come from. */
+typedef struct flesh_first_iterates {
+  flesh_extrapolation extrapolation; /* of steps that are not adaptive */
+  flesh_rigid_parts parts;
+  uint8_t *constrained;         /* [n] constrained dofs, where there are several parts */
+  double *extrapolated, *rigid; /* [n] displacements over a step */
+} flesh_first_iterates;
+
+/* Solves of a stage with what is lagged as the last one has left it. */
+typedef struct flesh_lag {
+  int iterations;    /* the options', two at least where a load that follows the surface would cost an order */
+  double *x, *v, *u; /* [n] where the last solve has ended, and its unknowns; NULL with one iteration */
+} flesh_lag;
+
+/* The stage that has led to the run's state; order > 1. */
+typedef struct flesh_last_stage {
+  int known;      /* it is before that step's end */
+  flesh_state at; /* {t, x, v} where its forces balance */
+} flesh_last_stage;
+
 struct flesh_integrator {
-  const flesh_system *system;
-  const flesh_team *team; /* the system's; NULL: none */
+  flesh_evaluation *evaluation; /* the run's: that of `nonlinear` */
   flesh_method method;
   const flesh_method_row *row;
+  flesh_method_memory memory;
   flesh_solver_options options;
   flesh_nonlinear *nonlinear;
   flesh_recovery recovery;
-  int n;
   int softenings; /* of materials, in steps of tangled bodies */
-  int lag_iterations; /* the options', two at least where a load that follows the surface would cost an order */
-  flesh_method_memory memory;
   flesh_prescribed prescribed; /* order > 1 */
-  flesh_evaluation *evaluation; /* the run's: that of `nonlinear` */
-  flesh_state stage;           /* {t, x, v} where the forces of the last step balance; order > 1 */
-  int stage_known;             /* it is before that step's end */
-  long arrived;                /* the serial number of the state that the last step in time has led to */
+  flesh_first_iterates first;
+  flesh_lag lag;
+  flesh_last_stage last_stage;
   double *energies; /* [effects] at the end of a step that is not its stage, J */
-  double *start; /* [n] where a static solve with increments began; the end that a stage leads to */
-  double *guess, *rigid; /* [n] displacements over a step */
-  double *lag_x, *lag_v, *lag_u; /* [n] where a step's last solve has ended, and its unknowns; with lag_iterations above 1 */
-  flesh_extrapolation extrapolation; /* of steps that are not adaptive */
-  flesh_rigid_parts parts;
-  uint8_t *constrained; /* [n] constrained dofs, where there are several parts */
+  double *start;    /* [n] where a static solve with increments began; the end that a stage leads to */
+  flesh_span trying; /* the part of a step under way */
   flesh_costs costs;
   flesh_adaptive *adaptive; /* of the adaptive methods */
-  int slow;                 /* the motion has been found slow: IDA steps */
-  struct {
-    double t, h;
-  } trying;                 /* the part of a step under way, s */
   flesh_energy_watch watch; /* of methods that step in time */
   flesh_multipliers multipliers;
   flesh_internals internals;

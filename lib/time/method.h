@@ -22,7 +22,8 @@ typedef struct flesh_method_memory {
   /* Whether the vectors belong to the state at hand; 0 at the start, after an event and when the caller hands
    * another state than it was given back. */
   int known;
-  double h; /* of the step that led here, where known */
+  long serial; /* of the state that they belong to (system/evaluation.h) */
+  double h;    /* of the step that led there, where known */
 } flesh_method_memory;
 
 typedef struct flesh_method_row {

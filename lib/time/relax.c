@@ -29,12 +29,12 @@ static int solve(flesh_integrator *self, flesh_state *state, double h, int softe
   if (softened) {
     status = flesh_nonlinear_solve(self->nonlinear, &stage, NULL, 0, stats);
   } else {
-    const flesh_stage_end end = {&(solution){self->n, state->x}, find_end};
+    const flesh_stage_end end = {&(solution){self->evaluation->n, state->x}, find_end};
     status = flesh_multipliers_solve(&self->multipliers, self->nonlinear, &stage, state, &end, NULL, 0, stats);
     if (!status) status = flesh_multipliers_accept(&self->multipliers, self->nonlinear, &stage, state);
   }
   const double *u = flesh_nonlinear_unknowns(self->nonlinear);
-  for (int d = 0; d < self->n && !status; d++) state->x[d] += u[d];
+  for (int d = 0; d < self->evaluation->n && !status; d++) state->x[d] += u[d];
   return status;
 }
 
@@ -81,7 +81,7 @@ int flesh_integrator_solve_through_softer(flesh_integrator *self, flesh_stage *s
     const int status = flesh_nonlinear_solve(self->nonlinear, &soft, soft.softened > 1 ? last : NULL, 0, stats);
     if (status < 0) return status;
     /* A first iterate of the next, wherever it has ended. */
-    memcpy(self->start, flesh_nonlinear_unknowns(self->nonlinear), sizeof *self->start * (size_t)self->n);
+    memcpy(self->start, flesh_nonlinear_unknowns(self->nonlinear), sizeof *self->start * (size_t)self->evaluation->n);
   }
   int count = 0;
   while (guesses[count]) candidates[count] = guesses[count], count++;

@@ -249,7 +249,7 @@ static int run(const flesh_system *system, flesh_integrator *integrator, const f
   int taken = 0;
   if (!steps) steps = &taken;
   *steps = 0;
-  if (integrator->system != system) return flesh_fail(FLESH_ERR_ARGUMENT, "the integrator is made for another system");
+  if (integrator->evaluation->system != system) return flesh_fail(FLESH_ERR_ARGUMENT, "the integrator is made for another system");
   int status = check_steps(options, step, begin, state);
   if (status) return status;
   *steps = step;

@@ -47,48 +47,47 @@ static uint64_t sum_of_solver(const flesh_solver_options *options)
 
 static header header_of(const flesh_integrator *self, size_t bytes)
 {
-  header h = {.order = ORDER, .format = FORMAT, .method = (int32_t)self->method, .unknowns = self->n,
+  header h = {.order = ORDER, .format = FORMAT, .method = (int32_t)self->method, .unknowns = self->evaluation->n,
               .sizes = sizeof(double) << 24 | sizeof(long) << 16 | sizeof(int) << 8 | sizeof(void *),
-              .tets = flesh_mesh_tet_count(flesh_system_mesh(self->system)),
-              .effects = flesh_system_effect_count(self->system),
-              .multipliers = flesh_system_multiplier_count(self->system), .internals = self->internals.count,
-              .body = sum_of_body(self->system), .solver = sum_of_solver(&self->options), .bytes = bytes};
+              .tets = flesh_mesh_tet_count(flesh_system_mesh(self->evaluation->system)),
+              .effects = flesh_system_effect_count(self->evaluation->system),
+              .multipliers = flesh_system_multiplier_count(self->evaluation->system), .internals = self->internals.count,
+              .body = sum_of_body(self->evaluation->system), .solver = sum_of_solver(&self->options), .bytes = bytes};
   memcpy(h.mark, mark, sizeof mark);
   snprintf(h.version, sizeof h.version, "%s", flesh_version());
   snprintf(h.instructions, sizeof h.instructions, "%s",
-           flesh_instructions_name(flesh_system_instructions(self->system)));
+           flesh_instructions_name(flesh_system_instructions(self->evaluation->system)));
   return h;
 }
 
 static void archive_method(flesh_integrator *self, flesh_archive *archive)
 {
-  const size_t nodes = (size_t)self->n / 3;
+  const size_t nodes = (size_t)self->evaluation->n / 3;
   flesh_method_memory *memory = &self->memory;
   FLESH_ARCHIVE(archive, memory->known);
+  FLESH_ARCHIVE(archive, memory->serial);
   FLESH_ARCHIVE(archive, memory->h);
   for (int k = 0; k < self->row->vectors; k++) flesh_archive_nodes(archive, memory->vectors[k], nodes);
-  if (!self->stage.x) return;
-  FLESH_ARCHIVE(archive, self->stage_known);
-  FLESH_ARCHIVE(archive, self->arrived);
-  FLESH_ARCHIVE(archive, self->stage.t);
-  flesh_archive_nodes(archive, self->stage.x, nodes);
-  flesh_archive_nodes(archive, self->stage.v, nodes);
+  if (!self->last_stage.at.x) return;
+  FLESH_ARCHIVE(archive, self->last_stage.known);
+  FLESH_ARCHIVE(archive, self->last_stage.at.t);
+  flesh_archive_nodes(archive, self->last_stage.at.x, nodes);
+  flesh_archive_nodes(archive, self->last_stage.at.v, nodes);
 }
 
 /* What is of the body's motion, however many ranks share it out: numbers of nodes, and what all ranks know. */
 static void archive_motion(flesh_integrator *self, flesh_archive *archive)
 {
-  const size_t effects = (size_t)flesh_system_effect_count(self->system);
+  const size_t effects = (size_t)flesh_system_effect_count(self->evaluation->system);
   flesh_evaluation_archive(self->evaluation, archive);
   archive_method(self, archive);
-  if (self->extrapolation.n) flesh_extrapolation_archive(&self->extrapolation, archive);
+  if (self->first.extrapolation.n) flesh_extrapolation_archive(&self->first.extrapolation, archive);
   flesh_energy_watch_archive(&self->watch, archive);
   flesh_multipliers_archive(&self->multipliers, archive);
   flesh_internals_archive(&self->internals, archive);
   FLESH_ARCHIVE(archive, self->recovery.tangled);
   FLESH_ARCHIVE(archive, self->recovery.failure);
   flesh_archive_bytes(archive, self->costs.effects, effects * sizeof *self->costs.effects);
-  FLESH_ARCHIVE(archive, self->slow);
   if (self->adaptive) flesh_adaptive_archive(self->adaptive, archive);
 }
 

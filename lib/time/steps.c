@@ -46,7 +46,7 @@ static int start_piece(flesh_integrator *self, flesh_state *state, const piece *
  * something broke. */
 static int begin_anew(flesh_integrator *self, flesh_state *state, const piece *piece, double h, flesh_solve_stats *stats)
 {
-  flesh_extrapolation_forget(&self->extrapolation);
+  flesh_extrapolation_forget(&self->first.extrapolation);
   int status = start_piece(self, state, piece, stats);
   if (status > 0)
     flesh_integrator_record_failure(self, &(flesh_stage){.t = piece->begin}, h, 0, status, stats);
@@ -56,7 +56,7 @@ static int begin_anew(flesh_integrator *self, flesh_state *state, const piece *p
   flesh_energy_watch_jump(&self->watch, piece->begin, state);
   if (!self->row->acceleration) return FLESH_OK;
   return flesh_step_energy_begin(&self->watch, &self->prescribed, state, piece->begin, h, self->memory.vectors[0],
-                                 self->guess);
+                                 self->first.extrapolated);
 }
 
 /* What the positions at the end of a part are found from. A flesh_stage_end's data. */
@@ -70,7 +70,7 @@ static void find_end(void *data, const double *u, double *x)
   const part_end *end = data;
   const flesh_integrator *self = end->self;
   const int second = flesh_method_order(self->method) > 1;
-  for (int d = 0; d < self->n; d++)
+  for (int d = 0; d < self->evaluation->n; d++)
     x[d] = second && self->prescribed.fixed[d] ? self->prescribed.x[FLESH_PRESCRIBED_POINTS - 1][d]
                                                : end->state->x[d] + u[d];
 }
@@ -80,11 +80,12 @@ static void find_end(void *data, const double *u, double *x)
 static int check_end(flesh_integrator *self, const flesh_stage *stage, const flesh_state *state,
                      double t_end, flesh_solve_stats *stats, int *blocked)
 {
+  const flesh_system *system = self->evaluation->system;
   if (stage->shift.x == 1 && flesh_nonlinear_is_clear(self->nonlinear)) return FLESH_OK;
   find_end(&(part_end){self, state}, flesh_nonlinear_unknowns(self->nonlinear), self->start);
   if (stage->shift.x == 1)
-    return flesh_system_tunnelled(self->system, state->t, state->x, t_end, self->start) ? FLESH_UNDEFINED : FLESH_OK;
-  *blocked = flesh_system_max_feasible_step(self->system, flesh_nonlinear_proximity(self->nonlinear), stage->internal,
+    return flesh_system_tunnelled(system, state->t, state->x, t_end, self->start) ? FLESH_UNDEFINED : FLESH_OK;
+  *blocked = flesh_system_max_feasible_step(system, flesh_nonlinear_proximity(self->nonlinear), stage->internal,
                                             state->t, state->x, t_end, self->start) < 1;
   if (*blocked) return FLESH_UNDEFINED;
   return flesh_nonlinear_defined(self->nonlinear, t_end, self->start, state->v, self->energies, stats);
@@ -102,19 +103,21 @@ static int was_easy(const flesh_solve_stats *before, const flesh_solve_stats *af
 static void make_guesses(flesh_integrator *self, const flesh_method_row *row, const flesh_state *state,
                          const flesh_stage *stage, double h, const double *guesses[3])
 {
+  const flesh_evaluation *evaluation = self->evaluation;
+  flesh_first_iterates *first = &self->first;
   const int nearest = row == &flesh_method_backward_euler;
-  double holds = flesh_system_holds(self->system, stage->t); /* on any rank */
+  double holds = flesh_system_holds(evaluation->system, stage->t); /* on any rank */
   int count = 0;
-  flesh_team_largest(self->team, 1, &holds);
+  flesh_team_largest(evaluation->team, 1, &holds);
   if (flesh_uses(&self->options, FLESH_TECHNIQUE_EXTRAPOLATION) &&
-      flesh_extrapolation_guess(&self->extrapolation, self->evaluation->serial, state->t, h, self->guess)) {
+      flesh_extrapolation_guess(&first->extrapolation, evaluation->serial, state->t, h, first->extrapolated)) {
     flesh_nonlinear_go_on(self->nonlinear);
-    guesses[count++] = self->guess;
+    guesses[count++] = first->extrapolated;
   }
-  if (holds > 0 && self->constrained) flesh_system_fixed(self->system, stage->t, self->constrained);
-  if (flesh_uses(&self->options, FLESH_TECHNIQUE_RIGID_GUESS) && !(holds > 0 && !self->constrained) &&
-      flesh_rigid_guess(&self->parts, holds > 0 ? self->constrained : NULL, state, h, nearest, self->rigid))
-    guesses[count++] = self->rigid;
+  if (holds > 0 && first->constrained) flesh_system_fixed(evaluation->system, stage->t, first->constrained);
+  if (flesh_uses(&self->options, FLESH_TECHNIQUE_RIGID_GUESS) && !(holds > 0 && !first->constrained) &&
+      flesh_rigid_guess(&first->parts, holds > 0 ? first->constrained : NULL, state, h, nearest, first->rigid))
+    guesses[count++] = first->rigid;
   guesses[count] = NULL;
 }
 
@@ -126,8 +129,7 @@ static void make_stage(flesh_integrator *self, const flesh_method_row *row, cons
   flesh_method_memory *memory = &self->memory;
   const flesh_state *lagged = flesh_integrator_stage(self, state);
   const int second = flesh_method_order(self->method) > 1;
-  self->trying.t = state->t;
-  self->trying.h = part->h;
+  self->trying = *part;
   row->stage(memory, state, part->end, part->h, stage);
   stage->t = before(stage->t, piece->event);
   stage->x_lag = lagged->x;
@@ -146,7 +148,7 @@ static void make_stage(flesh_integrator *self, const flesh_method_row *row, cons
 static void find_stage(const flesh_integrator *self, const flesh_stage *stage, double *x, double *v)
 {
   const double *u = flesh_nonlinear_unknowns(self->nonlinear);
-  for (int d = 0; d < self->n; d++) {
+  for (int d = 0; d < self->evaluation->n; d++) {
     x[d] = stage->x0[d] + stage->shift.x * u[d];
     v[d] = (stage->v0 ? stage->v0[d] : 0) + stage->shift.v * u[d];
   }
@@ -159,12 +161,12 @@ static void finish_part(flesh_integrator *self, const flesh_method_row *row, con
   flesh_method_memory *memory = &self->memory;
   const double *u = flesh_nonlinear_unknowns(self->nonlinear);
   const int second = flesh_method_order(self->method) > 1, own = row == self->row;
-  self->stage_known = stage->shift.x != 1;
-  self->stage.t = stage->t;
-  if (self->stage_known) find_stage(self, stage, self->stage.x, self->stage.v);
+  self->last_stage.known = stage->shift.x != 1;
+  self->last_stage.at.t = stage->t;
+  if (self->last_stage.known) find_stage(self, stage, self->last_stage.at.x, self->last_stage.at.v);
   row->finish(memory, u, part->h, state);
   flesh_evaluation_changed(self->evaluation);
-  for (int d = 0; d < self->n && !own && self->row->acceleration; d++)
+  for (int d = 0; d < self->evaluation->n && !own && self->row->acceleration; d++)
     memory->vectors[0][d] = stage->a0[d] + stage->shift.a * u[d];
   state->t = part->end;
   stats->steps++;
@@ -189,13 +191,13 @@ static int begins_softer(flesh_integrator *self, const flesh_state *state)
 static int follow_lag(flesh_integrator *self, flesh_stage *stage, const flesh_state *state, const flesh_stage_end *end,
                       flesh_solve_stats *stats)
 {
-  const double *guesses[] = {self->lag_u, NULL}, target = stats->residual_target;
-  for (int k = 1; k < self->lag_iterations; k++) {
+  const double *guesses[] = {self->lag.u, NULL}, target = stats->residual_target;
+  for (int k = 1; k < self->lag.iterations; k++) {
     const int before_solve = stats->newton;
-    memcpy(self->lag_u, flesh_nonlinear_unknowns(self->nonlinear), (size_t)self->n * sizeof *self->lag_u);
-    find_stage(self, stage, self->lag_x, self->lag_v);
-    stage->x_lag = stage->x_from = self->lag_x;
-    stage->v_lag = self->lag_v;
+    memcpy(self->lag.u, flesh_nonlinear_unknowns(self->nonlinear), (size_t)self->evaluation->n * sizeof *self->lag.u);
+    find_stage(self, stage, self->lag.x, self->lag.v);
+    stage->x_lag = stage->x_from = self->lag.x;
+    stage->v_lag = self->lag.v;
     stage->t_lag = stage->t_from = stage->t;
     flesh_nonlinear_set_target(self->nonlinear, target);
     const int status = flesh_multipliers_solve(&self->multipliers, self->nonlinear, stage, state, end, guesses, 0, stats);
@@ -214,7 +216,7 @@ static int update_internals(flesh_integrator *self, flesh_state *state)
   if (!status) status = flesh_integrator_arrive(self, state, &touches_others);
   if (!changed && !touches_others) return status;
   flesh_nonlinear_internal_changed(self->nonlinear);
-  flesh_extrapolation_forget(&self->extrapolation);
+  flesh_extrapolation_forget(&self->first.extrapolation);
   self->memory.known = 0;
   self->internals.restart = 1;
   return status;
@@ -235,22 +237,22 @@ static int attempt(flesh_integrator *self, const flesh_method_row *row, flesh_st
                    ? flesh_integrator_solve_through_softer(self, &stage, state, &ends, guesses, stats)
                    : flesh_multipliers_solve(&self->multipliers, self->nonlinear, &stage, state, &ends, guesses, 0, stats);
   if (!status) status = check_end(self, &stage, state, part->end, stats, blocked);
-  if (!status && self->lag_u) {
+  if (!status && self->lag.u) {
     status = follow_lag(self, &stage, state, &ends, stats);
     if (!status) status = check_end(self, &stage, state, part->end, stats, blocked);
   }
   if (status) flesh_integrator_record_failure(self, &stage, part->h, depth, status, stats);
   if (status) return status;
   const double from = fmax(state->t, piece->begin), to = before(part->end, piece->event);
-  const flesh_step_energy energy = {&self->watch, self->nonlinear, &stage, {self->start, self->guess},
+  const flesh_step_energy energy = {&self->watch, self->nonlinear, &stage, {self->start, self->first.extrapolated},
                                     second, from, to, self->energies};
   status = flesh_step_energy_count(&energy, state);
   if (status) return status;
   status = flesh_multipliers_accept(&self->multipliers, self->nonlinear, &stage, state);
   if (status) return status;
   finish_part(self, row, &stage, part, state, stats);
-  if (self->extrapolation.n)
-    flesh_extrapolation_remember(&self->extrapolation, flesh_nonlinear_unknowns(self->nonlinear),
+  if (self->first.extrapolation.n)
+    flesh_extrapolation_remember(&self->first.extrapolation, flesh_nonlinear_unknowns(self->nonlinear),
                                  self->evaluation->serial, state->t, part->h, was_easy(&before_solve, stats));
   status = flesh_step_energy_judge(&energy, state, stats);
   if (status == FLESH_ERR_ENERGY) flesh_integrator_record_failure(self, &stage, part->h, depth, status, stats);
@@ -293,14 +295,14 @@ int flesh_integrator_step_in_time(flesh_integrator *self, flesh_state *state, do
   if (flesh_method_order(self->method) < 2)
     return walk(self, state, &(piece){begin, end, INFINITY}, h, stats);
   const double tolerance = flesh_rounding_of_time(begin, h);
-  if (self->arrived != self->evaluation->serial) self->memory.known = self->stage_known = 0;
+  if (self->memory.serial != self->evaluation->serial) self->memory.known = self->last_stage.known = 0;
   int status = FLESH_OK;
   while (!status && state->t < end) {
     piece next = {.begin = state->t, .end = end};
-    next.event = flesh_system_next_event(self->system, state->t);
+    next.event = flesh_system_next_event(self->evaluation->system, state->t);
     while (next.event <= state->t + tolerance) {
       next.begin = next.event;
-      next.event = flesh_system_next_event(self->system, next.event);
+      next.event = flesh_system_next_event(self->evaluation->system, next.event);
     }
     if (next.event < end - tolerance) next.end = next.event;
     double length = state->t == begin && next.end == end ? h : next.end - state->t, t = state->t;
@@ -310,6 +312,6 @@ int flesh_integrator_step_in_time(flesh_integrator *self, flesh_state *state, do
     if (status && state->t == t) flesh_evaluation_restore(self->evaluation, state); /* the start has moved nothing */
     if (status || next.event <= state->t + tolerance) self->memory.known = 0;
   }
-  self->arrived = self->evaluation->serial;
+  self->memory.serial = self->evaluation->serial;
   return status;
 }
