@@ -42,8 +42,9 @@ FLESH_API int flesh_effect_spring(const flesh_body *body, const double point[3],
                                 const flesh_motion *target, double from, double until,
                                 flesh_effect **effect);
 
-/* The most nodes within the radius of a spring: each is coupled with every other. */
-enum { FLESH_SPRING_NODES = 2000 };
+/* The most nodes within the radius of a spring: each is coupled with every other, by some 75 bytes of the
+ * matrix and of its solver for each pair. */
+enum { FLESH_SPRING_NODES = 1200 };
 
 /* A spring on all of the body within `radius`, m, of that point, as far as it is connected with it there:
  * V = load k/2 |p(x) - target(t)|^2, p(x) = sum of w_a x_a. The weights carry the point: sum of w_a = 1

@@ -244,7 +244,7 @@ static void nodes_are_limited(void)
   const flesh_keyframe key = {.translation = {1, 1, 1}};
   const flesh_motion target = {.count = 1, .keyframes = &key};
   CHECK(flesh_effect_spring_within(&body, p, 2.05, 1, &target, 0, 1, &effect) == FLESH_ERR_ARGUMENT);
-  CHECK_TEXT(flesh_error_text(), "radius is 2.05 m, which holds 3375 nodes; it must hold at most 2000");
+  CHECK_TEXT(flesh_error_text(), "radius is 2.05 m, which holds 3375 nodes; it must hold at most 1200");
   CHECK(effect == NULL);
   for (int k = 0; k < 2; k++) {
     CHECK_OK(flesh_effect_spring_within(&body, p, radii[k], 1, &target, 0, 1, &effect));

@@ -154,7 +154,7 @@ class Spring(Effect):
     """A spring of `stiffness` N/m from the body's point nearest to `point` [3] m at rest to a moving target.
 
     `target` is a Motion whose translation is the target's place, or a fixed place [3] m; start <= t < until, s. It pulls
-    the point without turning the body, by all nodes within `radius` m, which carry the point; at most 2000. 0: by the
+    the point without turning the body, by all nodes within `radius` m, which carry the point; at most 1200. 0: by the
     nodes of the point's tet alone, whose dent deepens as the mesh is refined; None: a twentieth of the body's longest
     side.
     """

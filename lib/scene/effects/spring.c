@@ -28,7 +28,7 @@ static const flesh_key keys[] = {
     {.name = "radius", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, radius),
      .range = FLESH_RANGE_NOT_NEGATIVE, .unit = "m", .default_value = "",
      .doc = "within which nodes carry the point, with weights that fall off smoothly, so that refining the mesh changes "
-            "little; without it a twentieth of the longest side of the body's box; it must hold at most 2000 nodes. 0: "
+            "little; without it a twentieth of the longest side of the body's box; it must hold at most 1200 nodes. 0: "
             "at the point alone, which digs a deeper dent in a finer mesh"},
     {.name = "stiffness", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, stiffness),
      .range = FLESH_RANGE_POSITIVE, .unit = "N/m", .doc = "of the spring in all"},
