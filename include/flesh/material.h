@@ -205,14 +205,15 @@ typedef struct flesh_material {
  * mu_L; B lambda = lambda_L + 2/3 mu_L; Neo and A as they are; M, C and D have no matched
  * constants. Limits: raw E needs lambda > mu/3, S lambda > mu/8, B lambda > 0, Neo lambda > -2/3 mu
  * for a stable rest state, A, C and D lambda >= 0 to be bounded from below; matched and as_e need
- * lambda_L > -2/3 mu_L (-1 < poisson < 0.5), and of A lambda_L >= 0. FLESH_ERR_ARGUMENT with the
- * reason otherwise. */
+ * lambda_L > -2/3 mu_L (-1 < poisson < 0.5), and of A lambda_L >= 0. Every form needs
+ * lambda <= 1e9 mu: rounding errors of the volume term hide other stresses beyond.
+ * FLESH_ERR_ARGUMENT with the reason otherwise. */
 FLESH_API int flesh_material_from_lame(flesh_energy energy, flesh_constants constants, double mu,
                                        double lambda, flesh_material *material);
 
 /* From Young's modulus [Pa] and Poisson's ratio: mu_L = E/(2(1+nu)),
- * lambda_L = E nu/((1+nu)(1-2nu)); nu in (-1, 0.5], 0.5 for forms with a volume term, on
- * FLESH_ELEMENT_TET10_MEAN alone. Errors: FLESH_ERR_ARGUMENT. */
+ * lambda_L = E nu/((1+nu)(1-2nu)); nu in (-1, 0.4999999995], or 0.5 for forms with a volume term,
+ * on FLESH_ELEMENT_TET10_MEAN alone. Errors: FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_material_from_young(flesh_energy energy, flesh_constants constants,
                                         double young, double poisson, flesh_material *material);
 

@@ -163,6 +163,10 @@ static int check_bulk(flesh_constants constants, double mu, double lambda)
                     lambda, mu, constants_names[constants], -2 * mu / 3);
 }
 
+/* The largest lambda over mu: rounding of J then moves stresses by some 1e-7 mu. At 1e13 the rounding of a body at rest
+ * exceeds its weight, and solves end before anything has moved. */
+static const double stiffest = 1e9;
+
 /* Maps checked small-strain constants to those of the form. */
 static int make(flesh_energy energy, flesh_constants constants, flesh_material *m)
 {
@@ -188,6 +192,11 @@ static int from_lame(flesh_energy energy, flesh_constants constants, double mu, 
     return flesh_fail(FLESH_ERR_ARGUMENT, "mu is %.15g; it must be finite and > 0", mu);
   if (!isfinite(lambda))
     return flesh_fail(FLESH_ERR_ARGUMENT, "lambda is %.15g; it must be finite", lambda);
+  if (lambda > stiffest * mu)
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "lambda is %.15g with mu %.15g; it must be at most %g mu, as rounding errors of the volume term hide "
+                      "other stresses beyond; poisson 0.5 is without them",
+                      lambda, mu, stiffest);
   flesh_material m = {.psi = flesh_psi_builtin(energy),
                       .mu = mu,
                       .lambda = lambda,
@@ -218,6 +227,11 @@ static int from_young(flesh_energy energy, flesh_constants constants, const fles
                       "poisson is 0.5 with energy %s, which has no volume term that would vanish at J = 1; it must be "
                       "less than 0.5",
                       flesh_forms[energy].name);
+  if (!incompressible && poisson > stiffest / (2 * (stiffest + 1)))
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "poisson is 0.5 - %.3g; it must be at most %.10g, as rounding errors of the volume term hide other "
+                      "stresses beyond, or 0.5, which is without them",
+                      0.5 - poisson, stiffest / (2 * (stiffest + 1)));
   const double ratio = incompressible ? FLESH_REFERENCE_POISSON : poisson;
   double mu = young / (2 * (1 + poisson));
   double lambda = 2 * mu * ratio / (1 - 2 * ratio);

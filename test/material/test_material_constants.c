@@ -371,6 +371,9 @@ static void refused_constants(void)
   REFUSED(young(FLESH_ENERGY_S, MATCHED, 1e5, nextafter(0.5, 1), material), "poisson is 0.5", "(-1, 0.5]");
   REFUSED(young(FLESH_ENERGY_C, RAW, 1e5, 0.5, material), "poisson is 0.5 with energy C", "no volume term");
   REFUSED(young(FLESH_ENERGY_CR, MATCHED, 1e5, 0.5, material), "poisson is 0.5 with energy CR", "no volume term");
+  REFUSED(young(FLESH_ENERGY_S, MATCHED, 1e5, 0.5 - 1e-12, material), "poisson is 0.5 - 1e-12", "at most 0.4999999995");
+  REFUSED(young(FLESH_ENERGY_M, RAW, 1e5, nextafter(0.5, 0), material), "poisson is 0.5 - 5.55e-17", "or 0.5");
+  REFUSED(lame(FLESH_ENERGY_B, RAW, 1, 1.1e9, material), "lambda is 1100000000 with mu 1", "at most 1e+09 mu");
   REFUSED(young(FLESH_ENERGY_S, MATCHED, 1e5, -1, material), "poisson is -1", "(-1, 0.5]");
   REFUSED(young(FLESH_ENERGY_S, RAW, 1e5, -0.5, material), "poisson -0.5", "lambda > mu/8");
   REFUSED(young(FLESH_ENERGY_S, MATCHED, 1e5, NAN, material), "poisson is", "(-1, 0.5]");
