@@ -122,7 +122,7 @@ int flesh_accuracy_track_evaluate(const flesh_system *system, flesh_accuracy_tra
   for (int k = 0; k < track->times && !status; k++) {
     const double *x = track->x + (size_t)k * (size_t)track->unknowns;
     const double *v = track->v + (size_t)k * (size_t)track->unknowns;
-    const flesh_point point = {.t = track->t[k], .load = 1, .x = x, .v = v, .a = zeros};
+    const flesh_point point = flesh_point_at(track->t[k], x, v, zeros);
     status = flesh_system_energies(system, &point, energies);
     double sum = status > 0 ? NAN : 0; /* a state with J <= 0 may have none */
     if (status > 0) status = FLESH_OK;

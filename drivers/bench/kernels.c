@@ -177,8 +177,7 @@ static int open_bench(const flesh_bench_bar *bar, int threads, bench *b)
   if (!b->x || !b->r || !b->z)
     return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   deform(bar->mesh, b->x);
-  b->point =
-      (flesh_point){.load = 1, .x = b->x, .v = b->x, .a = b->x, .x_lag = b->x, .v_lag = b->x};
+  b->point = flesh_point_at(0, b->x, b->x, b->x);
   double *numbers[2] = {b->r, b->z};
   if (flesh_suncontext_create(&b->context)) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   for (int k = 0; k < 2; k++) {

@@ -218,8 +218,7 @@ static int dump(const flesh_scene *scene, const flesh_state *state, const char *
   if (!status) status = flesh_system_finalize(system);
   if (!status) status = flesh_system_matrix_create(system, &K);
   if (!status) {
-    const flesh_point point = {.t = state->t, .load = 1, .x = state->x, .v = r + unknowns,
-                               .a = r + unknowns};
+    const flesh_point point = flesh_point_at(state->t, state->x, r + unknowns, r + unknowns);
     const flesh_shift shift = {.x = 1};
     status = flesh_system_energies(system, &point, energy);
     if (!status) status = flesh_system_residual(system, &point, r);

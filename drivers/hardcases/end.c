@@ -167,7 +167,7 @@ static void judge_equilibrium(const flesh_scene *scene, double t, const double *
          *values = NULL;
   uint8_t *fixed = calloc((size_t)unknowns, 1);
   if (zero && r && fixed) {
-    const flesh_point point = {.t = t, .load = 1, .x = x, .v = zero, .a = zero};
+    const flesh_point point = flesh_point_at(t, x, zero, zero);
     int free_count = unknowns - count_fixed(system, t, fixed);
     double sum = 0;
     int status = flesh_system_residual(system, &point, r);

@@ -52,8 +52,8 @@ static int potential(flesh_hardcases_watch *w, const flesh_step_record *record, 
     v[d] = h > 0 ? (x[d] - w->last.x[d]) / h : 0;
     a[d] = h > 0 ? (v[d] - w->last.v[d]) / h : 0;
   }
-  const flesh_point point = {.t = record->state->t, .load = 1, .x = x, .v = v, .a = a,
-                             .x_lag = w->last.x, .v_lag = w->last.v, .t_lag = w->last.t};
+  flesh_point point = flesh_point_at(record->state->t, x, v, a);
+  point.lagged = (flesh_lagged){w->last.t, w->last.x, w->last.v};
   const flesh_shift shift = {.x = 1, .v = h > 0 ? 1 / h : 0, .a = h > 0 ? 1 / (h * h) : 0};
   *phi = *magnitude = 0;
   return flesh_system_potential(record->system, &point, &shift, phi, magnitude);

@@ -26,8 +26,7 @@ static int within_a_tet(const flesh_mesh *mesh, const char *marked)
 static int mark(const flesh_effect *effect, double t, const double *x, const double *zero, int n, double *r,
                 char *marked)
 {
-  const flesh_point point = {.t = t, .load = 1, .x = x, .v = zero, .a = zero, .x_lag = x, .v_lag = zero, .t_lag = t,
-                             .x_frozen = x, .v_frozen = zero};
+  const flesh_point point = flesh_point_at(t, x, zero, zero);
   memset(r, 0, (size_t)n * sizeof *r);
   if (effect->operations->residual(effect, &point, r)) return 1;
   for (int d = 0; d < n; d++) marked[d / 3] |= (char)(r[d] != 0);

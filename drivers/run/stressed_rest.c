@@ -61,9 +61,9 @@ static int is_alone(const flesh_scene *scene, const flesh_state *state, double f
   uint8_t *fixed = calloc((size_t)n, 1);
   int alone = zeros && own && others && fixed;
   if (alone) {
-    const flesh_point point = {.t = state->t, .load = 1, .x = state->x, .v = zeros, .a = zeros, .x_lag = state->x,
-                               .v_lag = zeros, .t_lag = state->t, .multipliers = state->multipliers,
-                               .internal = state->internal};
+    flesh_point point = flesh_point_at(state->t, state->x, zeros, zeros);
+    point.multipliers = state->multipliers;
+    point.internal = state->internal;
     flesh_system_fixed(system, state->t, fixed);
     const unsigned inertia = FLESH_ROLE_BIT(FLESH_ROLE_INERTIA), elasticity = FLESH_ROLE_BIT(FLESH_ROLE_ELASTICITY);
     alone = !flesh_system_roles_residual(system, elasticity, &point, own) &&

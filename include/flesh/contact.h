@@ -64,7 +64,7 @@ FLESH_API int flesh_effect_contact(const flesh_body *body, const flesh_contact_o
  * or at one that begins elsewhere than the last has ended) does not touch, while all else does, until a step ends
  * where nothing of it meets, is inside the other's body or nearer than the thickness. Nothing pushes it apart.
  * flesh_integrator_separation tells how far it is. Without a run (flesh_system_energies, ...) what goes through each
- * other at x_lag does not touch.
+ * other at lagged.x does not touch.
  *
  * The Jacobian's pattern grows where surfaces come near each other: for methods of fixed steps and statics, whose
  * matrix grows with it. Nothing is untangled (FLESH_TECHNIQUE_UNTANGLE) where there is this effect. Errors:

@@ -53,13 +53,13 @@
  *
  * What cannot be written as a potential (the normal force behind friction, a damping matrix that
  * depends on the shape, a load that follows the surface) is lagged: evaluated at an earlier
- * state, x_lag and v_lag, which residual, Jacobian and potential treat as constants, so that they
+ * state, point->lagged, which residual, Jacobian and potential treat as constants, so that they
  * stay symmetric and consistent. IDA and the right-hand side of an ODE lag nothing: there the lagged
  * state is the point's own, and the effect is evaluated without approximation.
  *
  * What has no potential in a step only because x and v change together (a stress that depends on
- * the rate of a strain) is frozen instead: it is evaluated at x_frozen and v_frozen, constants too,
- * which lie on the line along which the unknown moves the point. Methods of order 2 repeat a solve
+ * the rate of a strain) is frozen instead: it is evaluated at point->frozen, constant too,
+ * which lies on the line along which the unknown moves the point. Methods of order 2 repeat a solve
  * with the state frozen at the last solution, until the solution is the frozen state; the effect is
  * then evaluated without approximation at the method's point. Backward Euler freezes the start of
  * its step, at rest, so that rates become differences over the step. What returns no status cannot
@@ -79,68 +79,43 @@
 extern "C" {
 #endif
 
-/* How often an effect was evaluated, and the CPU time that took. A call of `evaluate` counts as
- * one residual and one potential, so that figures do not depend on which effects have it. */
-typedef struct flesh_effect_cost {
-  long residuals, jacobians, potentials, energies; /* calls */
-  double cpu_s;                                    /* of the process, where timed */
-} flesh_effect_cost;
+/* An earlier state, and the place at which a part of a force is held (see above): [3*n] each; s, m, m/s. */
+typedef struct flesh_lagged {
+  double t;
+  const double *x, *v;
+} flesh_lagged;
+typedef struct flesh_frozen {
+  const double *x, *v; /* v NULL: the frozen state is at rest */
+} flesh_frozen;
 
-/* Owned by whoever evaluates a system (an integrator), not by the effects, which are const. */
-typedef struct flesh_costs {
-  int timed;                  /* 1: clocks are read around every call */
-  flesh_effect_cost *effects; /* of the system's effects, in their order */
-} flesh_costs;
+/* The memory and the measurements of the run that evaluates, for the library's own effects. */
+struct flesh_environment;
 
-/* How far a run's body is from obstacles; what its effects know of nodes near each other. */
-struct flesh_clearance;
-struct flesh_proximity;
-
-/* Where the effects are evaluated. `load` in [0,1] scales the external loads (1 except while a
- * static solve raises its load in increments).
+/* A point at which effects are evaluated, made by flesh_point_at; its arrays are borrowed.
  *
- * x_lag and v_lag are, at t_lag, where the forces of the last step balanced: the start of the step, for
- * methods that balance before a step's end (midpoint, HHT) a state before it; in statics the last load
- * increment, at rest. They are x, v and t themselves where nothing is lagged. Effects never see
- * NULL; in a point handed to a flesh_system_ function NULL stands for x (and then t) and v.
- *
- * An effect may hand its work to `threads` (borrowed, or NULL); what it returns must not depend on
- * their number. `costs` is where the flesh_system_ functions count; NULL: nowhere. */
+ * `lagged` is where the forces of the last step balanced: the start of the step, for methods that balance before a
+ * step's end (midpoint, HHT) a state before it; in statics the last load increment, at rest. `frozen` is such that
+ * x - frozen.x = shift.x w and v - frozen.v = shift.v w for one w [3*n]. Both are the point's own t, x and v where
+ * nothing is lagged or frozen. */
 typedef struct flesh_point {
-  double t, load;
-  const double *x, *v, *a;      /* [3*n] each; m, m/s, m/s^2 */
-  const double *x_lag, *v_lag; /* [3*n] each; m, m/s */
-  double t_lag;                /* s */
-  /* [3*n] each; m, m/s: x - x_frozen = shift.x w and v - v_frozen = shift.v w for one w [3*n]. They
-   * are x and v themselves where nothing is frozen (NULL stands for that, as above); v_frozen alone
-   * is NULL where the frozen state is at rest. */
-  const double *x_frozen, *v_frozen;
-  /* [tets] Pa, the mesh's order: pressures by which an effect enforces constraints
-   * (flesh_effect_constraints); NULL: all 0. The effect's penalty for a gap is multiplied by
-   * `penalty`; 0 counts as 1. */
+  double t, load;          /* s; in [0,1], scales external loads, below 1 while a static solve raises its load */
+  const double *x, *v, *a; /* [3*n] each; m, m/s, m/s^2 */
+  flesh_lagged lagged;
+  flesh_frozen frozen;
+  /* [tets] Pa, the mesh's order: pressures by which an effect enforces constraints (flesh_effect_constraints); NULL:
+   * all 0. `penalty` multiplies the effect's penalty for a gap. */
   const double *multipliers;
   double penalty;
-  /* 0: materials as they are. Else they resist changes of volume no more than at a Poisson's ratio of 0
-   * (1), 0.49 (2) or 0.499 (3), which leads out of tangles; effects without a volume term ignore this. */
-  int softened;
-  flesh_threads *threads;
-  flesh_costs *costs;
-  /* Which effects are too far from the body to act and are not evaluated (borrowed); NULL: all are. */
-  const struct flesh_clearance *clearance;
-  /* What the run's effects know of nodes near each other (borrowed); NULL: each finds it out at every call. */
-  const struct flesh_proximity *proximity;
-  /* That of the effect at hand (flesh_effect_proximity), which the flesh_system_ functions set; NULL: as above. */
-  void *near;
-  /* Sums over the ranks that share out the body, of the effect at hand (flesh_effect_ranks), set likewise; NULL: there
-   * is one rank, and the effect finds them itself. */
-  const double *sums;
-  /* Internal variables (flesh_effect_internal): of all effects, one after the other, in a point handed to a
-   * flesh_system_ function, which hands each effect its own; constant within a step. NULL: all 0, as they begin. */
+  /* Internal variables (flesh_effect_internal), constant within a step: those of all effects, one after the other, in a
+   * point handed to a flesh_system_ function, which hands each effect its own. NULL: all 0, as they begin. */
   const double *internal;
-  /* Internal variables of all effects, in which flesh_effect_internal.update of an effect that takes bonds reads whether
-   * bonds hold (flesh_bond.variable); NULL everywhere else. */
-  const double *all_internal;
+  flesh_threads *threads; /* whom an effect may hand work to; results must not depend on their number. NULL: none */
+  const struct flesh_environment *environment; /* NULL: none */
 } flesh_point;
+
+/* The point at t and x, v, a [3*n] with full loads, a penalty of 1, nothing lagged or frozen and neither multipliers,
+ * internal variables nor threads, which may then be set. Cannot fail. */
+FLESH_API flesh_point flesh_point_at(double t, const double *x, const double *v, const double *a);
 
 /* How a change of the unknown u moves the point: dx = x du, dv = v du, da = a du; and what becomes
  * of negative eigenvalues of the cells' Jacobians: FLESH_FILTER_NONE, _CLAMP or _ABSOLUTE. Backward
@@ -267,7 +242,7 @@ typedef struct flesh_effect_shortcuts {
   /* The vector instructions that it works with, on which the last bits of its results depend.
    * NULL: those of the program. */
   flesh_instructions (*instructions)(const flesh_effect *effect);
-  /* How many values of flesh_point.softened, from 1 on, are worth a solve on the way to the materials as they are.
+  /* How many values of softened materials (flesh_environment.softened), from 1 on, are worth a solve on the way to the materials as they are.
    * NULL: one. */
   int (*softenings)(const flesh_effect *effect);
 } flesh_effect_shortcuts;
@@ -410,10 +385,10 @@ typedef struct flesh_derivative_report {
 
 /* Whether an effect's residual is the gradient of its potential and its Jacobian the derivative of its residual, by
  * differences, and whether `evaluate` and `jacobian_assign` give the same as the operations that they replace: at
- * (t, x) with random velocities and accelerations (zero for statics), x_lag near x, v_lag random and a frozen state
+ * (t, x) with random velocities and accelerations (zero for statics), lagged.x near x, lagged.v random and a frozen state
  * on the line, along random directions that move nodes by a small part of the mesh's mean edge; each error is the
  * best of several step lengths. An effect with a flesh_effect_proximity is checked with a memory as in a run; the
- * matrix after a prediction at x_lag = x, too, which must have the same bits when it is made again after one
+ * matrix after a prediction at lagged.x = x, too, which must have the same bits when it is made again after one
  * elsewhere. x [3*nodes] should be generic (not the rest state, where gradients vanish). Returns the effect's status
  * where it cannot be evaluated (FLESH_UNDEFINED: choose another x). FLESH_ERR_ARGUMENT for a mesh with other counts
  * of nodes or tets than that of the effect. */

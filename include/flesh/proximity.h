@@ -48,7 +48,7 @@ typedef struct flesh_effect_proximity {
    * this memory. Errors: FLESH_ERR_MEMORY. */
   int (*coupled)(const struct flesh_effect *effect, const struct flesh_point *point, const flesh_cells **cells);
   /* A solve is about to make its matrix at `point`, with memory: the effect predicts its forces there, by those at
-   * x_lag or by what it predicted last in the solve that begins there. Until the next prediction `jacobian` at this
+   * lagged.x or by what it predicted last in the solve that begins there. Until the next prediction `jacobian` at this
    * place may have secants to these forces for derivatives; it has derivatives where they are the forces at x, at all
    * other places, and without memory. Where it fails it predicts nothing, and `jacobian` says why. NULL: it always has
    * derivatives. */
@@ -68,7 +68,7 @@ typedef struct flesh_effect_proximity {
   /* Adds what the memory knows of surfaces that begin crossed and are let apart. NULL: none are. */
   void (*separation)(const void *near, struct flesh_separation *separation);
   /* Tells a new effect which bonds [count] the other effects of its system have, once, before its internal variables are
-   * counted; each `variable` is an index into flesh_point.all_internal. On ranks the effect of the whole body is told.
+   * counted; each `variable` is an index into flesh_environment.all_internal. On ranks the effect of the whole body is told.
    * NULL: bonds make no difference. Errors: FLESH_ERR_MEMORY. */
   int (*take_bonds)(struct flesh_effect *effect, int count, const flesh_bond *bonds);
 } flesh_effect_proximity;

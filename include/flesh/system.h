@@ -15,6 +15,19 @@
 extern "C" {
 #endif
 
+/* How often an effect was evaluated, and the CPU time that took. A call of `evaluate` counts as
+ * one residual and one potential, so that figures do not depend on which effects have it. */
+typedef struct flesh_effect_cost {
+  long residuals, jacobians, potentials, energies; /* calls */
+  double cpu_s;                                    /* of the process, where timed */
+} flesh_effect_cost;
+
+/* Owned by whoever evaluates a system (an integrator), not by the effects, which are const. */
+typedef struct flesh_costs {
+  int timed;                  /* 1: clocks are read around every call */
+  flesh_effect_cost *effects; /* of the system's effects, in their order */
+} flesh_costs;
+
 typedef struct flesh_system flesh_system;
 
 enum { FLESH_AXIS_X = 1, FLESH_AXIS_Y = 2, FLESH_AXIS_Z = 4, FLESH_AXES_ALL = 7 };

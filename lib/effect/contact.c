@@ -34,11 +34,11 @@ static rub rub_of(const contact *self, const flesh_frame *lagged, const flesh_po
   rub result = {0};
   flesh_barrier barrier;
   const int i = 3 * self->nodes[k];
-  if (flesh_contact_barrier_at(self, lagged, point->x_lag + i, &barrier) || barrier.distance == INFINITY)
+  if (flesh_contact_barrier_at(self, lagged, point->lagged.x + i, &barrier) || barrier.distance == INFINITY)
     return result;
   double y[3], v[3], push = sqrt(flesh_vec3_dot(barrier.gradient, barrier.gradient));
   if (!(push > 0)) return result;
-  flesh_frame_enter(lagged, point->x_lag + i, y);
+  flesh_frame_enter(lagged, point->lagged.x + i, y);
   flesh_obstacle_velocity(self->obstacle, point->t, y, v);
   for (int c = 0; c < 3; c++) result.normal[c] = barrier.gradient[c] / push;
   if (lagged->moved) {
@@ -87,7 +87,7 @@ static void open_job(const flesh_effect *effect, const flesh_point *point, const
   const int parts = j->self->count / NODES_OF_PART;
   j->parts = parts < 1 ? 1 : parts < MOST_PARTS ? parts : MOST_PARTS;
   flesh_obstacle_frame(j->self->obstacle, point->t, &j->frame);
-  flesh_obstacle_frame(j->self->obstacle, point->t_lag, &j->lagged);
+  flesh_obstacle_frame(j->self->obstacle, point->lagged.t, &j->lagged);
 }
 
 /* Whether the obstacle is at least `reach` away from nodes k ... end-1 at x. */
@@ -102,7 +102,7 @@ static int is_unfelt(const job *j, int k, int end)
 {
   const contact *self = j->self;
   return is_far(self, &j->frame, k, end, j->point->x, self->thickness) &&
-         (!j->rubbing || is_far(self, &j->lagged, k, end, j->point->x_lag, self->thickness));
+         (!j->rubbing || is_far(self, &j->lagged, k, end, j->point->lagged.x, self->thickness));
 }
 
 static int first_of_part(const job *j, int task) { return (int)((int64_t)j->self->count * task / j->parts); }
@@ -116,7 +116,7 @@ static double friction_potential(const job *j, const rub *rubs, int i)
   double share = 0; /* an unknown that does not change velocities sees a constant force */
   for (int c = 0; c < 3 && shift->x != 0; c++)
     share += rubs->force * slip_ratio(rubs->speed, e) * rubs->u[c] *
-             (j->point->x[i + c] - j->point->x_lag[i + c]) / shift->x;
+             (j->point->x[i + c] - j->point->lagged.x[i + c]) / shift->x;
   return share;
 }
 

@@ -33,7 +33,7 @@ static flesh_kernel kernel_of(const damping *self)
 
 static flesh_tet_point point_of(const damping *self, const flesh_point *point, double scale)
 {
-  return (flesh_tet_point){.x = self->rest ? NULL : self->x ? self->x : point->x_lag,
+  return (flesh_tet_point){.x = self->rest ? NULL : self->x ? self->x : point->lagged.x,
                            .v = point->v,
                            .scale = scale * self->stiffness,
                            .filter = FLESH_FILTER_CLAMP,

@@ -36,7 +36,7 @@ static int stream_at(const drag *self, const flesh_point *point, int face, const
   for (int a = 0; a < count; a++)
     for (int c = 0; c < 3; c++) {
       const size_t d = 3 * (size_t)node[a] + (size_t)c;
-      for (int k = 0; k < 2; k++) along[k][c] += q->by[k][a] * point->x_lag[d];
+      for (int k = 0; k < 2; k++) along[k][c] += q->by[k][a] * point->lagged.x[d];
       v[c] += q->N[a] * point->v[d];
     }
   flesh_vec3_cross(along[0], along[1], normal);
@@ -103,7 +103,7 @@ static int drag_potential(const flesh_effect *effect, const flesh_point *point, 
       if (shift->v != 0) term = factor * s * s * s / 3 / shift->v;
       for (int d = 0; shift->v == 0 && d < 3 * nodes; d++) {
         const size_t at = 3 * (size_t)node[d / 3] + (size_t)(d % 3);
-        term += factor * s * s * q->N[d / 3] * n[d % 3] * (point->x[at] - point->x_lag[at]) / shift->x;
+        term += factor * s * s * q->N[d / 3] * n[d % 3] * (point->x[at] - point->lagged.x[at]) / shift->x;
       }
       value += term;
       size += fabs(term);

@@ -32,6 +32,11 @@ int flesh_effect_create(const flesh_effect_operations *operations, const flesh_m
   return FLESH_OK;
 }
 
+flesh_point flesh_point_at(double t, const double *x, const double *v, const double *a)
+{
+  return (flesh_point){.t = t, .load = 1, .x = x, .v = v, .a = a, .lagged = {t, x, v}, .frozen = {x, v}, .penalty = 1};
+}
+
 void flesh_effect_destroy(flesh_effect **effect)
 {
   if (!effect || !*effect) return;

@@ -5,6 +5,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "effect/effect.h"
+#include "effect/environment.h"
 #include "element/element.h"
 #include "element/tet_batches.h"
 
@@ -23,9 +24,9 @@ typedef struct elasticity {
 static const flesh_tets *tets_at(const flesh_effect *effect, const flesh_point *point, flesh_tets *room)
 {
   const elasticity *self = effect->data;
-  if (!point->softened) return &self->tets;
-  const size_t first = (size_t)(point->softened < SOFTENINGS ? point->softened - 1 : SOFTENINGS - 1) *
-                       (size_t)self->tets.materials;
+  const int softened = flesh_environment_of(point)->softened;
+  if (!softened) return &self->tets;
+  const size_t first = (size_t)((softened < SOFTENINGS ? softened : SOFTENINGS) - 1) * (size_t)self->tets.materials;
   *room = self->tets;
   for (int g = 0; g < room->group_count; g++) {
     flesh_batches *batches = &room->groups[g].batches;

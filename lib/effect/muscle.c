@@ -47,10 +47,10 @@ static flesh_tet_point point_of(const muscle *self, const flesh_point *point, co
 {
   flesh_tet_point at = still_at(self, point);
   if (self->fibre.max_shortening_velocity == 0) return at;
-  const int frozen = point->x_frozen != point->x;
+  const int frozen = point->frozen.x != point->x;
   at.v = point->v;
-  at.x_frozen = frozen ? point->x_frozen : NULL;
-  at.v_frozen = frozen ? point->v_frozen : NULL;
+  at.x_frozen = frozen ? point->frozen.x : NULL;
+  at.v_frozen = frozen ? point->frozen.v : NULL;
   at.ratio = shift->x != 0 ? shift->v / shift->x : 0;
   return at;
 }

@@ -14,6 +14,7 @@
 #include "base/memory.h"
 #include "effect/amplitude.h"
 #include "effect/effect.h"
+#include "effect/environment.h"
 #include "effect/pressure_curved.h"
 #include "effect/rank_share.h"
 #include "math/mat3.h"
@@ -70,8 +71,8 @@ static void middle(const pressure *self, const double *x, double c[3])
 /* c at the lagged state: a part knows few of the rim's nodes, or none. */
 static void lagged_middle(const pressure *self, const flesh_point *point, double c[3])
 {
-  if (!point->sums) middle(self, point->x_lag, c);
-  for (int i = 0; point->sums && i < 3; i++) c[i] = point->sums[i] / point->sums[3];
+  if (!flesh_environment_of(point)->sums) middle(self, point->lagged.x, c);
+  for (int i = 0; flesh_environment_of(point)->sums && i < 3; i++) c[i] = flesh_environment_of(point)->sums[i] / flesh_environment_of(point)->sums[3];
 }
 
 static inline void from(const double *x, const double c[3], int node, double y[3])
@@ -91,8 +92,8 @@ static void rim_at(const pressure *self, int k, const flesh_point *point, const 
   double y[2][3], m[3], back[3];
   f->node = self->rim + 2 * (size_t)k;
   for (int a = 0; a < 2; a++) {
-    from(point->x_lag, c, f->node[a], y[a]);
-    for (int i = 0; i < 3; i++) f->move[a][i] = point->x[3 * f->node[a] + i] - point->x_lag[3 * f->node[a] + i];
+    from(point->lagged.x, c, f->node[a], y[a]);
+    for (int i = 0; i < 3; i++) f->move[a][i] = point->x[3 * f->node[a] + i] - point->lagged.x[3 * f->node[a] + i];
   }
   for (int i = 0; i < 3; i++) m[i] = (y[0][i] + y[1][i]) / 2;
   flesh_vec3_cross(y[0], y[1], f->lagged);
@@ -130,7 +131,7 @@ static void wing_at(const pressure *self, int edge, int wing, const flesh_point 
   const int *node = self->edges.nodes + 2 * (size_t)edge;
   for (int i = 0; i < 3; i++)
     y[i] = wing >= 0 ? point->x[3 * wing + i]
-                     : (point->x_lag[3 * node[0] + i] + point->x_lag[3 * node[1] + i]) / 2;
+                     : (point->lagged.x[3 * node[0] + i] + point->lagged.x[3 * node[1] + i]) / 2;
 }
 
 /* Edge by edge, because an edge's block is the skew matrix of the small difference of two wings, d2W/dx_a dx_b =
@@ -316,7 +317,7 @@ static void pressure_sum(const flesh_effect *effect, const flesh_point *point, d
 {
   const pressure *self = effect->data;
   for (int k = 0; k < 2 * self->rim_count; k++)
-    for (int i = 0; i < 3; i++) sums[i] += point->x_lag[3 * (size_t)self->rim[k] + (size_t)i];
+    for (int i = 0; i < 3; i++) sums[i] += point->lagged.x[3 * (size_t)self->rim[k] + (size_t)i];
   sums[3] = 2 * self->rim_count;
 }
 

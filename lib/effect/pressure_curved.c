@@ -17,6 +17,7 @@
 #include "base/error.h"
 #include "effect/amplitude.h"
 #include "effect/effect.h"
+#include "effect/environment.h"
 #include "effect/face_shares.h"
 #include "math/mat3.h"
 #include "mesh/mesh.h"
@@ -42,9 +43,9 @@ static double pressure_at(const pressure *self, const flesh_point *point)
 /* c at the lagged state, which a part of the body does not know by itself. */
 static void middle(const pressure *self, const flesh_point *point, double c[3])
 {
-  const double *x = point->x_lag;
-  for (int i = 0; i < 3; i++) c[i] = point->sums ? point->sums[i] / point->sums[3] : 0;
-  for (int k = 0; k < self->node_count && !point->sums; k++)
+  const double *x = point->lagged.x;
+  for (int i = 0; i < 3; i++) c[i] = flesh_environment_of(point)->sums ? flesh_environment_of(point)->sums[i] / flesh_environment_of(point)->sums[3] : 0;
+  for (int k = 0; k < self->node_count && !flesh_environment_of(point)->sums; k++)
     for (int i = 0; i < 3; i++) c[i] += x[3 * (size_t)self->nodes[k] + i] / self->node_count;
 }
 
@@ -70,7 +71,7 @@ static void find_pair(const pressure *self, int k, const double *x, const double
 
 static void move_of(const flesh_point *point, int node, double d[3])
 {
-  for (int i = 0; i < 3; i++) d[i] = point->x[3 * (size_t)node + i] - point->x_lag[3 * (size_t)node + i];
+  for (int i = 0; i < 3; i++) d[i] = point->x[3 * (size_t)node + i] - point->lagged.x[3 * (size_t)node + i];
 }
 
 /* e y_a x y_b at the lagged state. */
@@ -93,7 +94,7 @@ static int pressure_residual(const flesh_effect *effect, const flesh_point *poin
   middle(self, point, c);
   for (int k = 0; k < self->pairs.count; k++) {
     at_pair at;
-    find_pair(self, k, point->x, point->x_lag, c, &at);
+    find_pair(self, k, point->x, point->lagged.x, c, &at);
     for (int a = 0; a < 2; a++) {
       const double sign = a ? -1 : 1;
       double d[3];
@@ -105,7 +106,7 @@ static int pressure_residual(const flesh_effect *effect, const flesh_point *poin
     }
   }
   for (int k = 0; k < self->rim_count; k++) {
-    rim_at(&self->rim[k], point->x_lag, c, f);
+    rim_at(&self->rim[k], point->lagged.x, c, f);
     for (int i = 0; i < 3; i++) r[3 * (size_t)self->rim[k].k + i] += p * f[i];
   }
   return FLESH_OK;
@@ -124,7 +125,7 @@ static int pressure_jacobian(const flesh_effect *effect, const flesh_point *poin
   for (int k = 0; k < self->pairs.count; k++, slots += 3) {
     at_pair at;
     double s[3];
-    find_pair(self, k, point->x, point->x_lag, c, &at);
+    find_pair(self, k, point->x, point->lagged.x, c, &at);
     for (int i = 0; i < 3; i++) s[i] = -p * (at.G[i] + at.h[i]);
     const double length = sqrt(flesh_vec3_dot(s, s));
     if (size < 1) {
@@ -153,7 +154,7 @@ static double potential_of(const pressure *self, const flesh_point *point, doubl
   for (int k = 0; k < self->pairs.count; k++) {
     at_pair at;
     double d[2][3];
-    find_pair(self, k, point->x, point->x_lag, c, &at);
+    find_pair(self, k, point->x, point->lagged.x, c, &at);
     flesh_vec3_cross(at.y[0], at.y[1], f);
     for (int a = 0; a < 2; a++) move_of(point, at.node[a], d[a]);
     const double volume = flesh_vec3_dot(at.G, f) / 3;
@@ -164,7 +165,7 @@ static double potential_of(const pressure *self, const flesh_point *point, doubl
   }
   for (int k = 0; k < self->rim_count; k++) {
     double d[3];
-    rim_at(&self->rim[k], point->x_lag, c, f);
+    rim_at(&self->rim[k], point->lagged.x, c, f);
     move_of(point, self->rim[k].k, d);
     value += flesh_vec3_dot(f, d);
     *size += fabs(flesh_vec3_dot(f, d));
@@ -412,7 +413,8 @@ int flesh_pressure_curved(const flesh_body *body, int count, const int *triangle
   }
   if (self->rim_count) return flesh_effect_create(&open_operations, body->mesh, self, effect);
   const double *X = flesh_mesh_positions(body->mesh);
+  const flesh_point rest = flesh_point_at(0, X, NULL, NULL);
   double size = 0;
-  self->volume = potential_of(self, &(flesh_point){.x = X, .x_lag = X}, &size);
+  self->volume = potential_of(self, &rest, &size);
   return flesh_effect_create(&closed_operations, body->mesh, self, effect);
 }

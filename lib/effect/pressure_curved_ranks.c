@@ -87,7 +87,7 @@ static void pressure_sum(const flesh_effect *effect, const flesh_point *point, d
 {
   const pressure *self = effect->data;
   for (int k = 0; k < self->node_count; k++)
-    for (int i = 0; i < 3; i++) sums[i] += point->x_lag[3 * (size_t)self->nodes[k] + (size_t)i];
+    for (int i = 0; i < 3; i++) sums[i] += point->lagged.x[3 * (size_t)self->nodes[k] + (size_t)i];
   sums[3] = self->node_count;
 }
 

@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "effect/effect.h"
+#include "effect/environment.h"
 #include "element/mass.h"
 #include "flesh/ranks.h"
 
@@ -28,8 +29,8 @@ static double rate_at(const settling_damping *self, const flesh_point *point)
 {
   if (!(self->from <= point->t && point->t < self->until)) return 0;
   if (self->speed == 0) return self->rate;
-  double half_square = point->sums ? point->sums[0] : 0;
-  if (!point->sums) flesh_mass_matrix_apply(&self->M, 1, point->threads, point->v_lag, NULL, &half_square);
+  double half_square = flesh_environment_of(point)->sums ? flesh_environment_of(point)->sums[0] : 0;
+  if (!flesh_environment_of(point)->sums) flesh_mass_matrix_apply(&self->M, 1, point->threads, point->lagged.v, NULL, &half_square);
   double speed = sqrt(2 * half_square / self->total), s = fmin(fmax(2 * speed / self->speed - 1, 0), 1);
   return self->rate * s * s * (3 - 2 * s);
 }
@@ -92,7 +93,7 @@ static void settling_destroy(void *data)
 static void settling_sum(const flesh_effect *effect, const flesh_point *point, double *sums)
 {
   const settling_damping *self = effect->data;
-  if (self->speed > 0) flesh_mass_matrix_apply(&self->M, 1, point->threads, point->v_lag, NULL, sums);
+  if (self->speed > 0) flesh_mass_matrix_apply(&self->M, 1, point->threads, point->lagged.v, NULL, sums);
 }
 
 static double mass_of(const flesh_body *body)

@@ -47,7 +47,7 @@ static int surface_contact_evaluate(const flesh_effect *effect, const flesh_poin
     *magnitude += fabs(size / shift->x);
   }
   if (self->contact->friction > 0)
-    flesh_contact_friction_evaluate(&self->rubs, point->x, point->x_lag, point->v, shift ? shift->x : 0,
+    flesh_contact_friction_evaluate(&self->rubs, point->x, point->lagged.x, point->v, shift ? shift->x : 0,
                                     shift ? shift->v : 0, phi, magnitude, r);
   return close_near(self, own, FLESH_OK);
 }

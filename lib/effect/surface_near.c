@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "effect/environment.h"
 #include "effect/surface_contact.h"
 #include "geometry/continuous_collision.h"
 #include "linear/block_matrix.h"
@@ -84,12 +85,12 @@ void flesh_surface_near_take(near *self, const double *internal)
 
 int flesh_surface_near_of(const flesh_effect *effect, const flesh_point *point, near **result, int *own)
 {
-  *own = !point->near;
-  *result = point->near;
+  *own = !flesh_environment_of(point)->near;
+  *result = flesh_environment_of(point)->near;
   int changed, status = *own ? flesh_surface_near_create(effect->data, point->threads, result) : FLESH_OK;
   if (!status) flesh_surface_near_take(*result, point->internal);
   if (!status && *own && (*result)->contact->separates)
-    status = flesh_surface_near_follow(*result, 0, point->t_lag, point->x_lag, &changed);
+    status = flesh_surface_near_follow(*result, 0, point->lagged.t, point->lagged.x, &changed);
   return status;
 }
 
@@ -143,15 +144,15 @@ int flesh_surface_near_meet(near *self, const double *x)
 int flesh_surface_near_rub(near *self, const flesh_point *point)
 {
   if (!(self->contact->friction > 0)) return FLESH_OK;
-  if (self->rubs_known && flesh_surface_near_is_at(self, point->x_lag, self->x_rubs)) return FLESH_OK;
+  if (self->rubs_known && flesh_surface_near_is_at(self, point->lagged.x, self->x_rubs)) return FLESH_OK;
   self->rubs_known = 0;
-  int status = flesh_surface_near_meet(self, point->x_lag);
+  int status = flesh_surface_near_meet(self, point->lagged.x);
   if (status) return status;
   self->rubs.coefficient = self->contact->friction;
   self->rubs.slip_speed = self->contact->slip_speed;
-  status = flesh_contact_friction_update(&self->rubs, &self->set, point->x_lag);
+  status = flesh_contact_friction_update(&self->rubs, &self->set, point->lagged.x);
   if (status) return status;
-  flesh_surface_near_gather(self, point->x_lag, self->x_rubs);
+  flesh_surface_near_gather(self, point->lagged.x, self->x_rubs);
   self->rubs_known = 1;
   return FLESH_OK;
 }
@@ -198,7 +199,7 @@ static int pair_nodes(const flesh_contact_pair *pair)
 
 static int covers(const flesh_effect *effect, const flesh_point *point, const flesh_block_matrix *K)
 {
-  near *self = point->near;
+  near *self = flesh_environment_of(point)->near;
   (void)effect;
   flesh_surface_near_take(self, point->internal);
   if (flesh_surface_near_rub(self, point) || flesh_surface_near_meet(self, point->x)) return 1; /* it has no value */
@@ -215,16 +216,16 @@ static int covers(const flesh_effect *effect, const flesh_point *point, const fl
 
 static void predict(const flesh_effect *effect, const flesh_point *point)
 {
-  near *self = point->near;
+  near *self = flesh_environment_of(point)->near;
   (void)effect;
   flesh_surface_near_take(self, point->internal);
   if (flesh_surface_near_meet(self, point->x)) return;
-  if (!self->secant_known || !flesh_surface_near_is_at(self, point->x_lag, self->x_secant)) {
+  if (!self->secant_known || !flesh_surface_near_is_at(self, point->lagged.x, self->x_secant)) {
     flesh_contact_secant_forget(&self->secant);
-    flesh_surface_near_gather(self, point->x_lag, self->x_secant);
+    flesh_surface_near_gather(self, point->lagged.x, self->x_secant);
     self->secant_known = 1;
   } else if (flesh_surface_near_is_at(self, point->x, self->x_predicted)) return;
-  flesh_contact_secant_predict(&self->secant, &self->set, point->x, point->x_lag);
+  flesh_contact_secant_predict(&self->secant, &self->set, point->x, point->lagged.x);
   flesh_surface_near_gather(self, point->x, self->x_predicted);
 }
 
@@ -272,7 +273,7 @@ static void add_candidates(near *self, const double *x)
 
 static int coupled(const flesh_effect *effect, const flesh_point *point, const flesh_cells **cells)
 {
-  near *self = point->near;
+  near *self = flesh_environment_of(point)->near;
   (void)effect;
   flesh_surface_near_take(self, point->internal);
   int status = flesh_surface_near_rub(self, point);

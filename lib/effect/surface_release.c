@@ -9,6 +9,7 @@
 #include <stdlib.h>
 
 #include "base/error.h"
+#include "effect/environment.h"
 #include "effect/surface_contact.h"
 #include "geometry/continuous_collision.h"
 #include "math/mat3.h"
@@ -181,7 +182,7 @@ static int update_point(const contact *contact, int k, const flesh_point *point,
 {
   const flesh_near_bonds *bonds = contact->bonds;
   const int state = state_of(bonds, POINTS, k, internal), rests = bonds->seat[k] >= 0;
-  const int hold = count_holding(bonds, POINTS, k, point->all_internal);
+  const int hold = count_holding(bonds, POINTS, k, flesh_environment_of(point)->all_internal);
   double *own = internal + bonds->state[POINTS][k];
   const double *x = point->x, face = own[FLESH_POINT_FACE];
   int nodes[4];
@@ -218,7 +219,7 @@ static int are_free(const contact *contact, int k, const double *internal)
 static int update_edge(const contact *contact, int k, const flesh_point *point, double *internal)
 {
   double *own = internal + contact->bonds->state[EDGES][k];
-  if (*own == FLESH_APART || count_holding(contact->bonds, EDGES, k, point->all_internal) || !are_free(contact, k, internal) ||
+  if (*own == FLESH_APART || count_holding(contact->bonds, EDGES, k, flesh_environment_of(point)->all_internal) || !are_free(contact, k, internal) ||
       !is_away(contact, EDGES, k, point->x, contact->law.edge_thickness))
     return 0;
   *own = FLESH_APART;
@@ -229,7 +230,7 @@ int flesh_surface_contact_release(const contact *contact, const flesh_point *poi
 {
   const flesh_near_bonds *bonds = contact->bonds;
   int changed = 0;
-  if (!bonds || !point->all_internal) return 0;
+  if (!bonds || !flesh_environment_of(point)->all_internal) return 0;
   for (int k = 0; k < bonds->count[POINTS]; k++)
     if (bonds->state[POINTS][k] >= 0) changed |= update_point(contact, k, point, internal);
   for (int k = 0; k < bonds->count[EDGES]; k++)

@@ -30,11 +30,11 @@ static const flesh_cells *viscosity_cells(const flesh_effect *effect)
 /* Frozen at the point itself is not frozen. */
 static flesh_tet_point point_of(const viscosity *self, const flesh_point *point)
 {
-  const int frozen = point->x_frozen != point->x;
+  const int frozen = point->frozen.x != point->x;
   return (flesh_tet_point){.x = point->x,
                            .v = point->v,
-                           .x_frozen = frozen ? point->x_frozen : NULL,
-                           .v_frozen = frozen ? point->v_frozen : NULL,
+                           .x_frozen = frozen ? point->frozen.x : NULL,
+                           .v_frozen = frozen ? point->frozen.v : NULL,
                            .scale = 1,
                            .viscous = self->viscous};
 }

@@ -21,7 +21,7 @@ typedef struct flesh_near_bonds {
   int *first[2];             /* [count] the place of its node, its edge */
   int *seat;                 /* [count[0]] the nearest of its faces at rest that is a bond's; -1: none is */
   flesh_near_rows others[2]; /* [count] faces or edges that it is held to, ascending */
-  flesh_near_rows bonds[2];  /* [count] internal variables of its bonds, in flesh_point.all_internal; none: held for good */
+  flesh_near_rows bonds[2];  /* [count] internal variables of its bonds, in flesh_environment.all_internal; none: held for good */
   int *state[2];             /* [count] its first internal variable, among the contact's; -1: held for good */
   int variables;             /* of these, in all */
   flesh_near_rows around;    /* [nodes of the surface] their faces; NULL where all is held for good */

@@ -58,8 +58,8 @@ static int largest_force(flesh_equations *self, const double *u, double load, do
 static int forces_at(flesh_equations *self, const double *x, double *one, double *r)
 {
   const flesh_stage *s = &self->stage;
-  const flesh_point point = {.t = s->t, .load = 1, .x = x, .v = self->zeros, .a = self->zeros, .x_lag = x,
-                             .v_lag = self->zeros, .t_lag = s->t, .internal = s->internal, .proximity = &self->proximity, .threads = self->threads, .costs = self->costs};
+  flesh_point point = flesh_equations_point_at(self, s->t, x, self->zeros, self->zeros);
+  point.internal = s->internal;
   memset(r, 0, (size_t)self->n * sizeof *r);
   for (int k = 0; k < flesh_system_effect_count(self->system); k++) {
     int status = flesh_system_effect_residual(self->system, k, &point, one);

@@ -16,7 +16,7 @@ static double typical_stiffness(flesh_equations *self)
 {
   const double *X = flesh_mesh_positions(flesh_system_mesh(self->system));
   memset(self->v, 0, (size_t)self->n * sizeof *self->v);
-  flesh_point point = {.t = 0, .load = 1, .x = X, .v = self->v, .a = self->v};
+  const flesh_point point = flesh_point_at(0, X, self->v, self->v);
   double sum[2] = {0}; /* and how many there are */
   if (flesh_system_jacobian(self->system, &point, &(flesh_shift){.x = 1, .v = 1, .a = 1}, self->K)) return 1;
   for (int i = 0; i < self->K->rows; i++)
@@ -53,6 +53,7 @@ int flesh_equations_init(const flesh_system *system, flesh_threads *threads, fle
   int status = failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n)
                       : flesh_system_matrix_create(system, &self->K);
   if (!status) status = flesh_evaluation_create(system, threads, &self->evaluation);
+  self->evaluation.environment.proximity = &self->proximity;
   if (!status) status = flesh_clearance_create(system, threads, &self->clearance);
   if (!status) status = flesh_proximity_create(system, threads, &self->proximity);
   status = flesh_team_agree(self->team, status);
@@ -184,6 +185,15 @@ static double displacement_to(const flesh_equations *self, const double *u)
               2 * fabs(self->stage.shift.x) * self->constrained_displacement);
 }
 
+flesh_point flesh_equations_point_at(const flesh_equations *self, double t, const double *x, const double *v,
+                                     const double *a)
+{
+  flesh_point point = flesh_point_at(t, x, v, a);
+  point.threads = self->threads;
+  point.environment = &self->evaluation.environment;
+  return point;
+}
+
 flesh_point flesh_equations_point(flesh_equations *self, const double *u)
 {
   const flesh_stage *s = &self->stage;
@@ -200,14 +210,19 @@ flesh_point flesh_equations_point(flesh_equations *self, const double *u)
     self->clearance.moved = displacement_to(self, u);
     self->clearance.moved_most = fmax(self->clearance.moved_most, self->clearance.moved);
   }
-  return (flesh_point){.t = s->t, .load = s->load, .x = self->x, .v = self->v, .a = self->a,
-                       .clearance = looks ? &self->clearance : NULL, .proximity = &self->proximity,
-                       .x_lag = s->x_lag, .v_lag = s->v_lag, .t_lag = s->t_lag,
-                       .multipliers = s->multipliers, .penalty = s->penalty, .softened = s->softened,
-                       .internal = s->internal,
-                       .x_frozen = self->is_frozen ? self->frozen : s->x0,
-                       .v_frozen = self->is_frozen ? self->frozen + self->n : s->v0,
-                       .threads = self->threads, .costs = self->costs};
+  self->at_stage = self->evaluation.environment;
+  self->at_stage.clearance = looks ? &self->clearance : NULL;
+  self->at_stage.softened = s->softened;
+  flesh_point point = flesh_equations_point_at(self, s->t, self->x, self->v, self->a);
+  point.environment = &self->at_stage;
+  point.load = s->load;
+  point.lagged = (flesh_lagged){s->t_lag, s->x_lag, s->v_lag};
+  point.frozen = (flesh_frozen){s->x0, s->v0};
+  if (self->is_frozen) point.frozen = (flesh_frozen){self->frozen, self->frozen + self->n};
+  point.multipliers = s->multipliers;
+  if (s->penalty > 0) point.penalty = s->penalty;
+  point.internal = s->internal;
+  return point;
 }
 
 int flesh_equations_freeze(flesh_equations *self, const double *u)
@@ -412,8 +427,7 @@ int flesh_equations_assemble_mass(flesh_equations *self, double t, const double 
   if (v != self->v) memcpy(self->v, v, bytes);
   self->residual.known = self->potential.known = 0;
   self->stats->assemblies++;
-  const flesh_point point = {.t = t, .load = 1, .x = self->x, .v = self->v, .a = self->a,
-                             .proximity = &self->proximity, .threads = self->threads, .costs = self->costs};
+  const flesh_point point = flesh_equations_point_at(self, t, self->x, self->v, self->a);
   return flesh_system_jacobian(self->system, &point, &(flesh_shift){.a = 1}, self->K);
 }
 

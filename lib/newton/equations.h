@@ -19,7 +19,6 @@ typedef struct flesh_equations {
   const flesh_system *system; /* borrowed */
   flesh_threads *threads;     /* borrowed, may be NULL */
   const flesh_team *team;     /* the system's, borrowed; NULL: none */
-  flesh_costs *costs;         /* borrowed; NULL: nobody counts */
   flesh_solve_stats *stats;   /* borrowed: where evaluations are counted */
   int n;                      /* unknowns */
   flesh_stage stage;
@@ -57,6 +56,7 @@ typedef struct flesh_equations {
   } reached;
   flesh_clearance clearance;
   flesh_proximity proximity;
+  flesh_environment at_stage;    /* of the last flesh_equations_point */
   int patterns; /* how often K has got another pattern */
   double constrained_displacement; /* the largest |u_constrained| */
   double *zeros; /* [n] the lagged velocities where the stage has none */
@@ -81,6 +81,9 @@ int flesh_equations_set_stage(flesh_equations *equations, const flesh_stage *sta
 int flesh_equations_find_constrained(flesh_equations *equations, double t, const uint8_t *held);
 /* u = 0 but for the constrained dofs, which take their prescribed values. */
 void flesh_equations_start(const flesh_equations *equations, double *u);
+/* A point with the run's threads and environment. */
+flesh_point flesh_equations_point_at(const flesh_equations *equations, double t, const double *x, const double *v,
+                                     const double *a);
 /* x, v and a of u, with the constrained dofs at their prescribed places whatever u says of them: the free rows then do
  * not depend on those of u, so that K without their columns is the exact Jacobian from any start. */
 flesh_point flesh_equations_point(flesh_equations *equations, const double *u);

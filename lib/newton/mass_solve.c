@@ -45,10 +45,9 @@ int flesh_newton_acceleration(flesh_newton *self, const flesh_state *state, doub
   for (int d = 0; d < n; d++) equations->a[d] = a[d] = equations->constrained[d] ? a[d] : 0;
   int status = assemble_mass(self, t, state->x, state->v);
   if (status) return status;
-  const flesh_point point = {.t = t, .load = 1, .x = equations->x, .v = equations->v, .a = equations->a,
-                             .multipliers = state->multipliers, .internal = state->internal,
-                             .proximity = &equations->proximity,
-                             .threads = self->threads, .costs = equations->costs};
+  flesh_point point = flesh_equations_point_at(equations, t, equations->x, equations->v, equations->a);
+  point.multipliers = state->multipliers;
+  point.internal = state->internal;
   self->stats.residuals++;
   status = flesh_system_residual(equations->system, &point, r);
   if (status) return status;

@@ -30,7 +30,7 @@ static int find_inertia(flesh_matrix_policy *self)
   self->inertia = flesh_malloc(((size_t)equations->n + 1) * sizeof *self->inertia);
   const int status = self->inertia ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", equations->n);
   if (flesh_team_agree(equations->team, status)) return FLESH_ERR_MEMORY;
-  const flesh_point point = {.t = 0, .load = 1, .x = X, .v = equations->zeros, .a = equations->zeros};
+  const flesh_point point = flesh_point_at(0, X, equations->zeros, equations->zeros);
   const int failed =
       flesh_system_jacobian(equations->system, &point, &(flesh_shift){.a = 1}, equations->K) != FLESH_OK;
   for (int d = 0; d < equations->n; d++)

@@ -13,6 +13,7 @@
 #include "base/memory.h"
 #include "base/sort.h"
 #include "effect/effect.h"
+#include "effect/environment.h"
 #include "mesh/pieces.h"
 #include "linear/block_matrix.h"
 #include "newton/background.h"
@@ -290,8 +291,9 @@ static int fill_background(subdomain *self, const double *u, const double *r, fl
   const flesh_equations *whole = self->whole;
   flesh_background *others = self->others;
   double *of_elements = work, *zeros = work + 3 * self->nodes;
-  const flesh_point point = {
-      .t = whole->stage.t, .load = 1, .x = self->x, .v = zeros, .a = zeros, .softened = whole->stage.softened};
+  const flesh_environment environment = {.softened = whole->stage.softened};
+  flesh_point point = flesh_point_at(whole->stage.t, self->x, zeros, zeros);
+  point.environment = &environment;
   flesh_shift shift = whole->stage.shift;
   shift.filter = self->parent->filter;
   place(self, self->parent->u_matrix);

@@ -9,8 +9,7 @@
 #include "effect/effect.h"
 #include "output/resume.h"
 #include "output/rows.h"
-#include "system/internal.h"
-#include "system/proximity.h"
+#include "system/effect_view.h"
 #include "system/rank_numbers.h"
 
 struct flesh_history {
@@ -128,11 +127,12 @@ static void put_reports(flesh_history *history, const flesh_step_record *record)
     const int of_ranks = record->reports && flesh_rank_numbers_reporting(effect) != NULL;
     const double *of_all = of_ranks ? record->reports + FLESH_RANK_SUMS * (size_t)e : NULL;
     const flesh_state *at = flesh_effect_reports_stage(effect) ? record->stage : record->state;
-    const flesh_point point = {.t = at->t, .load = 1, .x = at->x, .v = at->v, .a = history->zeros, .x_lag = at->x,
-                               .v_lag = at->v, .t_lag = at->t, .x_frozen = at->x, .v_frozen = at->v,
-                               .near = flesh_proximity_of(record->proximity, e),
-                               .internal = flesh_internal_of(record->system, e, record->state->internal)};
-    if (!of_ranks) flesh_effect_figures_of(effect)->report(effect, &point, values);
+    const flesh_environment environment = {.proximity = record->proximity};
+    flesh_point point = flesh_point_at(at->t, at->x, at->v, history->zeros);
+    point.internal = record->state->internal;
+    point.environment = &environment;
+    flesh_effect_view view = flesh_effect_view_of(record->system, &point);
+    if (!of_ranks) flesh_effect_figures_of(effect)->report(effect, flesh_effect_view_turn(&view, e), values);
     for (int k = 0; of_ranks && report_names(record->system, e)[k]; k++) values[k] = of_all[k];
     for (const char *const *name = report_names(record->system, e); *name; name++) {
       putc(',', history->rows.stream);

@@ -80,14 +80,16 @@ void flesh_node_forces_clear(flesh_node_forces *forces)
   *forces = (flesh_node_forces){0};
 }
 
-/* With every pointer set, as effects want it. */
-static flesh_point point_of(const flesh_node_forces *f, const flesh_step_record *record, const flesh_state *at,
+static flesh_point point_of(flesh_node_forces *f, const flesh_step_record *record, const flesh_state *at,
                             const double *a)
 {
   const double *v = f->is_static ? f->zeros : at->v;
-  return (flesh_point){.t = at->t, .load = 1, .x = at->x, .v = v, .a = a, .x_lag = at->x, .v_lag = v,
-                       .t_lag = at->t, .x_frozen = at->x, .v_frozen = v, .multipliers = record->state->multipliers,
-                       .internal = record->state->internal, .proximity = record->proximity};
+  flesh_point point = flesh_point_at(at->t, at->x, v, a);
+  point.multipliers = record->state->multipliers;
+  point.internal = record->state->internal;
+  f->environment.proximity = record->proximity;
+  point.environment = &f->environment;
+  return point;
 }
 
 static double dot(const flesh_node_forces *f, int n, const double *x, const double *y)

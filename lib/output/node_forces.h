@@ -4,6 +4,7 @@
 
 #include <stdint.h>
 
+#include "effect/environment.h"
 #include "flesh/observer.h"
 
 typedef struct flesh_node_forces {
@@ -15,6 +16,7 @@ typedef struct flesh_node_forces {
   const flesh_system *system;
   const struct flesh_team *team; /* the system's; NULL: there is one rank */
   int is_static;
+  flesh_environment environment;          /* of the record at hand */
   uint8_t *constrained;                   /* [3*n] */
   double *v, *a, *zeros;                  /* [3*n] */
   double *one_contact;                    /* [3*n] with contact */

@@ -30,7 +30,7 @@ static int find_coupling(flesh_ida_problem *self)
     e->x[d] = X[d] + 1e-6 * self->scale.length * (random * 0x1p-31 - 1);
     e->a[d] = 0;
   }
-  const flesh_point point = {.load = 1, .x = e->x, .v = e->v, .a = e->a};
+  const flesh_point point = flesh_point_at(0, e->x, e->v, e->a);
   if (flesh_system_jacobian(e->system, &point, &(flesh_shift){.v = 1, .a = 1}, self->jacobian.D)) return 1;
   double couples = !flesh_block_is_diagonal(self->jacobian.D);
   flesh_team_largest(e->team, 1, &couples);
@@ -235,8 +235,10 @@ flesh_point flesh_ida_point(flesh_ida_problem *self, double t, const double *y, 
       e->v[d] = held->v[d];
       e->a[d] = held->a[d];
     }
-  return (flesh_point){.t = t, .load = 1, .x = e->x, .v = e->v, .a = e->a,
-                       .threads = self->threads, .costs = e->costs};
+  flesh_point point = flesh_point_at(t, e->x, e->v, e->a);
+  point.threads = self->threads;
+  point.environment = &e->environment;
+  return point;
 }
 
 void flesh_ida_accept(flesh_ida_problem *self, double t, const double *x)

@@ -75,7 +75,7 @@ double flesh_ida_scale_of_velocity(flesh_ida_problem *self)
   const double L = self->scale.length;
   double *u = e->x, *Ku = self->solver.right, *zero = e->v, mass = 0, stiffness = 0, load = 0;
   memset(zero, 0, (size_t)e->n * sizeof *zero);
-  const flesh_point rest = {.load = 1, .x = flesh_mesh_positions(mesh), .v = zero, .a = zero};
+  const flesh_point rest = flesh_point_at(0, flesh_mesh_positions(mesh), zero, zero);
   bent_shape(self, u);
   if (!flesh_system_jacobian(e->system, &rest, &(flesh_shift){.x = 1, .filter = 1}, self->jacobian.K)) {
     flesh_block_multiply(self->jacobian.K, u, Ku);
@@ -135,7 +135,8 @@ static int accelerate(flesh_ida_problem *self, double t, const double *x, const 
   flesh_ida_constraints *held = &self->constraints;
   double *r = self->solver.right, *correction = self->solver.change;
   for (int d = 0; d < e->n; d++) a[d] = held->fixed[d] ? held->a[d] : 0;
-  const flesh_point point = {.t = t, .load = 1, .x = x, .v = v, .a = a, .costs = e->costs};
+  flesh_point point = flesh_point_at(t, x, v, a);
+  point.environment = &e->environment;
   self->stats.residuals++;
   int status = flesh_system_residual(e->system, &point, r);
   if (status) return status;
@@ -173,7 +174,8 @@ int flesh_ida_start(flesh_ida_problem *self, const flesh_state *state, N_Vector 
   memmove(x, state->x, bytes);
   memmove(v, state->v, bytes);
   memset(a, 0, bytes);
-  const flesh_point point = {.t = t, .load = 1, .x = x, .v = v, .a = a, .costs = e->costs};
+  flesh_point point = flesh_point_at(t, x, v, a);
+  point.environment = &e->environment;
   int status = assemble_mass(self, &point);
   if (status) return status;
   memcpy(J->K->values, J->D->values, (size_t)J->K->row_start[J->K->rows] * 9 * sizeof(double));

@@ -167,7 +167,7 @@ int flesh_nonlinear_worst_node(const flesh_nonlinear *self)
 
 void flesh_nonlinear_set_costs(flesh_nonlinear *self, flesh_costs *costs)
 {
-  self->problem->newton.equations.costs = costs;
+  self->problem->newton.equations.evaluation.environment.costs = costs;
 }
 
 flesh_threads *flesh_nonlinear_threads(const flesh_nonlinear *self) { return self->problem->newton.threads; }
@@ -177,9 +177,9 @@ flesh_evaluation *flesh_nonlinear_evaluation(flesh_nonlinear *self)
   return &self->problem->newton.equations.evaluation;
 }
 
-const flesh_proximity *flesh_nonlinear_proximity(const flesh_nonlinear *self)
+const flesh_environment *flesh_nonlinear_environment(const flesh_nonlinear *self)
 {
-  return &self->problem->newton.equations.proximity;
+  return &self->problem->newton.equations.evaluation.environment;
 }
 
 void *flesh_nonlinear_kinsol(const flesh_nonlinear *self) { return self->kinsol; }
@@ -362,10 +362,9 @@ int flesh_nonlinear_defined(flesh_nonlinear *self, double t, const double *x, co
   if (x != equations->x) memcpy(equations->x, x, (size_t)equations->n * sizeof *x);
   memset(equations->a, 0, (size_t)equations->n * sizeof *equations->a);
   stats->potentials++;
-  const flesh_point point = {.t = t, .load = 1, .x = equations->x, .v = v, .a = equations->a,
-                             .multipliers = equations->stage.multipliers,
-                             .internal = equations->stage.internal, .proximity = &equations->proximity,
-                             .threads = equations->threads, .costs = equations->costs};
+  flesh_point point = flesh_equations_point_at(equations, t, equations->x, v, equations->a);
+  point.multipliers = equations->stage.multipliers;
+  point.internal = equations->stage.internal;
   int status = flesh_system_energies(equations->system, &point, energies);
   for (int e = 0; !status && e < flesh_system_effect_count(equations->system); e++) sum += energies[e];
   return status || isfinite(sum) ? status : FLESH_NONFINITE;

@@ -3,6 +3,7 @@
 #define FLESH_SUNDIALS_KINSOL_H
 
 #include "base/archive.h"
+#include "effect/environment.h"
 #include "flesh/kinsol.h"
 #include "flesh/state.h"
 #include "system/evaluation.h"
@@ -71,7 +72,7 @@ void flesh_nonlinear_progress(const flesh_nonlinear *nonlinear, flesh_progress *
 /* What the run's effects know of nodes near each other. */
 /* The run's, of which the solver is a part; borrowed. */
 flesh_evaluation *flesh_nonlinear_evaluation(flesh_nonlinear *nonlinear);
-const flesh_proximity *flesh_nonlinear_proximity(const flesh_nonlinear *nonlinear);
+const flesh_environment *flesh_nonlinear_environment(const flesh_nonlinear *nonlinear);
 /* KINSOL's memory. */
 void *flesh_nonlinear_kinsol(const flesh_nonlinear *nonlinear);
 /* Those of its solves. */

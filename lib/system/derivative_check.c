@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "effect/effect.h"
+#include "effect/environment.h"
 #include "linear/block_matrix.h"
 #include "system/pattern.h"
 
@@ -34,7 +35,7 @@ typedef struct check {
   double *xs, *vs, *as;      /* the point moved */
   double *du, *r, *dr, *Kdu; /* a direction and what follows from it */
   unsigned long long random;
-  void *near; /* as in a run; NULL: the effect needs none */
+  flesh_environment environment; /* with the effect's memory as in a run, where it needs one */
   flesh_pattern pattern;
   int *slots;
   flesh_block_matrix K;
@@ -78,9 +79,13 @@ static flesh_point moved(check *c, const flesh_shift *shift, double s)
     c->x_frozen[d] = c->x[d] + shift->x * c->w[d];
     c->v_frozen[d] = c->v[d] + shift->v * c->w[d];
   }
-  return (flesh_point){.t = c->t, .load = 1, .x = c->xs, .v = c->vs, .a = c->as,
-                       .x_lag = c->x_lag, .v_lag = c->v_lag, .near = c->near, .multipliers = c->multipliers, .penalty = 3,
-                       .x_frozen = c->x_frozen, .v_frozen = shift->v != 0 ? c->v_frozen : NULL};
+  flesh_point point = flesh_point_at(c->t, c->xs, c->vs, c->as);
+  point.lagged = (flesh_lagged){0, c->x_lag, c->v_lag};
+  point.frozen = (flesh_frozen){c->x_frozen, shift->v != 0 ? c->v_frozen : NULL};
+  point.multipliers = c->multipliers;
+  point.penalty = 3;
+  point.environment = &c->environment;
+  return point;
 }
 
 static int residual_at(check *c, const flesh_shift *shift, double s, double *r)
@@ -281,7 +286,7 @@ static int check_shift(check *c, int s, flesh_derivative_report *report)
     if (operations->potential) status = check_potential(c, shift, &report->potential[s]);
     if (!status && operations->residual) status = check_jacobian(c, shift, &report->jacobian[s]);
   }
-  if (!status && c->near && operations->proximity->predict) status = check_predicted(c, shift, &report->jacobian[s]);
+  if (!status && c->environment.near && operations->proximity->predict) status = check_predicted(c, shift, &report->jacobian[s]);
   if (!status && shortcuts->evaluate) status = check_evaluate(c, shift, &report->evaluate[s]);
   if (status) return status;
   flesh_shift projected = *shift;
@@ -304,9 +309,9 @@ static int check_open(check *c, const flesh_mesh *mesh)
   if (operations->constraints) enough &= (c->multipliers = flesh_malloc((tets + 1) * sizeof(double))) != NULL;
   if (!enough) return flesh_fail(FLESH_ERR_MEMORY, "no memory to check an effect");
   if (!operations->proximity) return FLESH_OK;
-  const int status = operations->proximity->create(c->effect, NULL, &c->near);
+  const int status = operations->proximity->create(c->effect, NULL, &c->environment.near);
   if (status || !operations->proximity->follow) return status;
-  return operations->proximity->follow(c->near, 0, c->t, c->x, &changed);
+  return operations->proximity->follow(c->environment.near, 0, c->t, c->x, &changed);
 }
 
 /* The matrix, with what is coupled at the point. */
@@ -316,7 +321,7 @@ static int make_matrix(check *c, const flesh_mesh *mesh)
   const flesh_effect_operations *operations = c->effect->operations;
   const flesh_cells *own = operations->cells ? operations->cells(c->effect) : NULL, *cells[2] = {own};
   int count = own != NULL, status = own ? flesh_pattern_check(operations->name, nodes, own) : FLESH_OK;
-  if (!status && c->near) {
+  if (!status && c->environment.near) {
     const flesh_point point = moved(c, &flesh_check_shifts[0], 0);
     status = operations->proximity->coupled(c->effect, &point, &cells[count++]);
   }
@@ -337,7 +342,7 @@ static void choose_multipliers(check *c, int tets)
 
 static void check_close(check *c)
 {
-  if (c->near) c->effect->operations->proximity->destroy(c->near);
+  if (c->environment.near) c->effect->operations->proximity->destroy(c->environment.near);
   flesh_pattern_clear(&c->pattern);
   flesh_free(c->slots);
   flesh_free(c->K.values);

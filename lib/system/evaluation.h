@@ -6,6 +6,7 @@
 
 #include "base/archive.h"
 #include "base/team.h"
+#include "effect/environment.h"
 #include "flesh/state.h"
 #include "flesh/system.h"
 
@@ -13,7 +14,7 @@ typedef struct flesh_evaluation {
   const flesh_system *system; /* borrowed */
   flesh_threads *threads;     /* borrowed, may be NULL */
   const flesh_team *team;     /* the system's, borrowed; NULL: none */
-  flesh_costs *costs;         /* borrowed; NULL: nobody counts */
+  flesh_environment environment; /* of any point of the run: its costs (borrowed; NULL: nobody counts) and proximity */
   int n;                      /* unknowns */
   double *x, *v, *a;          /* [n] the point evaluated last */
   long serial;                /* of the run's state, from 1 on */

@@ -12,7 +12,7 @@
 static double density_of(const flesh_system *system, double *a, double *r)
 {
   const double *X = flesh_mesh_positions(flesh_system_mesh(system));
-  const flesh_point point = {.load = 1, .x = X, .v = a, .a = a};
+  const flesh_point point = flesh_point_at(0, X, a, a);
   double mass = 0;
   for (int d = 0; d < flesh_system_unknowns(system); d++) a[d] = d % 3 == 0;
   if (flesh_system_roles_residual(system, FLESH_ROLE_BIT(FLESH_ROLE_INERTIA), &point, r)) return 0;

@@ -4,7 +4,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "effect/effect.h"
-#include "system/effect_point.h"
+#include "system/effect_view.h"
 
 static int takes_bonds(const flesh_effect *effect)
 {
@@ -60,22 +60,20 @@ int flesh_system_settle_internals(flesh_system *system)
   return status;
 }
 
-/* Updates the variables of the effects that take bonds, or of the others, at a completed point. */
-static int update_those(const flesh_system *system, int taking, const flesh_point *point, const double *sums,
-                        double *internal, int *changed)
+/* Updates the variables of the effects that take bonds, or of the others. */
+static int update_those(int taking, flesh_effect_view *view, double *internal, int *changed)
 {
+  const flesh_system *system = view->system;
   int status = FLESH_OK;
-  flesh_point full = *point;
-  full.all_internal = internal;
+  view->environment.all_internal = internal;
   for (int k = 0; k < system->entry_count && !status; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     const flesh_effect_internal *can = effect->operations->internal;
     if (!can || takes_bonds(effect) != taking) continue;
-    flesh_effect_point_turn(system, k, point->internal, sums, &full);
-    status = can->update(effect, &full, internal + system->entries[k].internal, changed);
+    status = can->update(effect, flesh_effect_view_turn(view, k), internal + system->entries[k].internal, changed);
     if (status > 0)
       status = flesh_fail(FLESH_ERR_NONFINITE, "the internal variables of effect %s have no value at t = %g s",
-                          effect->operations->name, point->t);
+                          effect->operations->name, view->point.t);
   }
   return status;
 }
@@ -84,10 +82,10 @@ int flesh_system_update_internal(const flesh_system *system, const flesh_point *
 {
   FLESH_NEED({system, "system"}, {point, "point"}, {internal, "internal"}, {changed, "changed"});
   double of_ranks[flesh_effect_sums_room(system)];
-  const flesh_point full = flesh_effect_point(system, point, of_ranks);
+  flesh_effect_view view = flesh_effect_view_with(system, point, of_ranks);
   *changed = 0;
-  int status = update_those(system, 0, &full, of_ranks, internal, changed);
-  if (!status) status = update_those(system, 1, &full, of_ranks, internal, changed);
+  int status = update_those(0, &view, internal, changed);
+  if (!status) status = update_those(1, &view, internal, changed);
   status = flesh_team_agree(system->team, status);
   double any = *changed; /* bits that hang on how a rank numbers its nodes become the same */
   if (!status) flesh_team_largest(system->team, 1, &any);
@@ -99,15 +97,14 @@ int flesh_system_update_internal(const flesh_system *system, const flesh_point *
 int flesh_system_internal_energies(const flesh_system *system, const flesh_point *point, double *energies, double *sum)
 {
   double of_ranks[flesh_effect_sums_room(system)];
-  flesh_point full = flesh_effect_point(system, point, of_ranks);
+  flesh_effect_view view = flesh_effect_view_with(system, point, of_ranks);
   int status = FLESH_OK;
   *sum = 0;
   for (int k = 0; k < system->entry_count && !status; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     if (!effect->operations->internal || !effect->operations->energy) continue;
-    flesh_effect_point_turn(system, k, point->internal, of_ranks, &full);
     energies[k] = 0;
-    status = effect->operations->energy(effect, &full, &energies[k]);
+    status = effect->operations->energy(effect, flesh_effect_view_turn(&view, k), &energies[k]);
     status = flesh_team_agree(system->team, status);
     if (!status) flesh_team_sum(system->team, 1, &energies[k]);
     *sum += energies[k];

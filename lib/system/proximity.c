@@ -7,7 +7,6 @@
 #include "base/huge_pages.h"
 #include "base/memory.h"
 #include "linear/block_matrix.h"
-#include "system/parts.h"
 
 int flesh_system_has_proximity(const flesh_system *system)
 {
@@ -75,32 +74,32 @@ static int archive_effects(const flesh_proximity *self, flesh_archive *archive)
   return status;
 }
 
-/* The point as effect k sees it. */
-static flesh_point point_of(const flesh_proximity *self, int k, const flesh_point *point)
+/* The points as effects see them. */
+static flesh_effect_view view_of(const flesh_proximity *self, const flesh_point *point)
 {
-  flesh_point own = *point;
-  own.near = self->near[k];
-  own.internal = flesh_internal_of(self->system, k, point->internal);
-  return own;
+  flesh_effect_view view = flesh_effect_view_of(self->system, point);
+  view.environment.proximity = self;
+  return view;
 }
 
 void flesh_proximity_predict(const flesh_proximity *self, const flesh_point *point)
 {
+  flesh_effect_view view = view_of(self, point);
   for (int k = 0; self->near && k < self->effects; k++) {
     const flesh_effect *effect = self->system->entries[k].effect;
-    const flesh_point own = point_of(self, k, point);
-    if (own.near && effect->operations->proximity->predict) effect->operations->proximity->predict(effect, &own);
+    if (self->near[k] && effect->operations->proximity->predict)
+      effect->operations->proximity->predict(effect, flesh_effect_view_turn(&view, k));
   }
 }
 
 /* Whether the matrix has what every effect couples at the point. */
 static int covers(const flesh_proximity *self, const flesh_point *point, const flesh_block_matrix *K)
 {
+  flesh_effect_view view = view_of(self, point);
   int all = 1;
   for (int k = 0; k < self->effects && all; k++) {
     const flesh_effect *effect = self->system->entries[k].effect;
-    const flesh_point own = point_of(self, k, point);
-    if (own.near) all = effect->operations->proximity->covers(effect, &own, K);
+    if (self->near[k]) all = effect->operations->proximity->covers(effect, flesh_effect_view_turn(&view, k), K);
   }
   return all;
 }
@@ -108,13 +107,13 @@ static int covers(const flesh_proximity *self, const flesh_point *point, const f
 /* The system's pattern with the cells of all effects. */
 static int lay_out(const flesh_proximity *self, const flesh_point *point, flesh_layout *layout)
 {
+  flesh_effect_view view = view_of(self, point);
   const flesh_cells **cells = flesh_malloc(((size_t)self->effects + 1) * sizeof *cells);
   int status = cells ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d effects", self->effects), count = 0;
   for (int k = 0; k < self->effects && !status; k++) {
     const flesh_effect *effect = self->system->entries[k].effect;
-    const flesh_point own = point_of(self, k, point);
-    if (!own.near) continue;
-    status = effect->operations->proximity->coupled(effect, &own, &cells[count]);
+    if (!self->near[k]) continue;
+    status = effect->operations->proximity->coupled(effect, flesh_effect_view_turn(&view, k), &cells[count]);
     count++;
   }
   if (!status) status = flesh_layout_create(self->system, count, cells, layout);

@@ -6,16 +6,7 @@
 #include <stddef.h>
 
 #include "base/archive.h"
-#include "flesh/system.h"
-#include "system/layout.h"
-
-struct flesh_proximity {
-  const flesh_system *system; /* borrowed */
-  int effects;
-  void **near; /* [effects] the memory of each; NULL where it has none. NULL: no effect has */
-  flesh_layout layout; /* of the matrix; its pattern is empty while it has the system's */
-};
-typedef struct flesh_proximity flesh_proximity;
+#include "system/effect_view.h"
 
 /* Nothing is allocated where no effect of the finished system has a flesh_effect_proximity. `threads` (may be NULL) is
  * borrowed. FLESH_ERR_MEMORY. */
@@ -39,11 +30,5 @@ int flesh_proximity_follow(const flesh_proximity *proximity, int accepted, doubl
 /* What effects remember of where the run has been, and the pattern of K, of which values are not part; K has got another one where *grown is 1. Nothing where there is no
  * memory. FLESH_ERR_MEMORY. */
 int flesh_proximity_archive(flesh_proximity *proximity, flesh_block_matrix *K, int *grown, flesh_archive *archive);
-
-/* The memory of effect k; NULL: it has none, or there is no run. */
-static inline void *flesh_proximity_of(const flesh_proximity *proximity, int k)
-{
-  return proximity && proximity->near ? proximity->near[k] : NULL;
-}
 
 #endif

@@ -2,9 +2,7 @@
 #include "system/rank_numbers.h"
 
 #include "effect/effect.h"
-#include "system/internal.h"
-#include "system/parts.h"
-#include "system/proximity.h"
+#include "system/effect_view.h"
 #include "system/ranks.h"
 
 static void add_up(const flesh_team *team, flesh_rank_numbers *numbers)
@@ -35,11 +33,9 @@ void flesh_rank_numbers_report(const flesh_system *system, const flesh_point *en
     const flesh_effect *effect = flesh_system_effect(system, k);
     const flesh_effect_ranks *ranks = flesh_rank_numbers_reporting(effect);
     flesh_rank_numbers numbers = {0};
-    flesh_point own = flesh_effect_reports_stage(effect) ? *stage : *end;
     if (!ranks) continue;
-    own.near = flesh_proximity_of(own.proximity, k);
-    own.internal = flesh_internal_of(system, k, own.internal);
-    ranks->report_part(effect, &own, &numbers);
+    flesh_effect_view view = flesh_effect_view_of(system, flesh_effect_reports_stage(effect) ? stage : end);
+    ranks->report_part(effect, flesh_effect_view_turn(&view, k), &numbers);
     add_up(team, &numbers);
     ranks->report_whole(effect, &numbers, reports + FLESH_RANK_SUMS * (size_t)k);
   }

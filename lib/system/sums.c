@@ -6,7 +6,7 @@
 #include "base/error.h"
 #include "effect/effect.h"
 #include "system/clearance.h"
-#include "system/effect_point.h"
+#include "system/effect_view.h"
 #include "system/one_effect.h"
 #include "system/parts.h"
 #include "system/position_potential.h"
@@ -52,16 +52,19 @@ static int sum_residuals(const flesh_system *system, int from, int until, const 
                          unsigned roles, double *r)
 {
   double of_ranks[flesh_effect_sums_room(system)];
-  flesh_point full = flesh_effect_point(system, point, of_ranks);
+  flesh_effect_view view = flesh_effect_view_with(system, point, of_ranks);
+  flesh_costs *costs = view.environment.costs;
+  const flesh_clearance *clearance = view.environment.clearance;
   memset(r, 0, (size_t)system->nodes * 3 * sizeof *r);
   for (int k = from; k < until; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     if (!effect->operations->residual || (external_only && effect->operations->role != FLESH_ROLE_LOAD)) continue;
     if (!(roles & FLESH_ROLE_BIT(effect->operations->role))) continue;
-    const double start = cpu_time(full.costs);
-    flesh_effect_point_turn(system, k, point->internal, of_ranks, &full);
-    int status = flesh_clearance_holds(full.clearance, k) ? FLESH_OK : effect->operations->residual(effect, &full, r);
-    count(full.costs, k, CALL_RESIDUAL, start);
+    const double start = cpu_time(costs);
+    int status = FLESH_OK;
+    if (!flesh_clearance_holds(clearance, k))
+      status = effect->operations->residual(effect, flesh_effect_view_turn(&view, k), r);
+    count(costs, k, CALL_RESIDUAL, start);
     if (status) return flesh_team_agree(system->team, status);
   }
   return collect(system, r);
@@ -109,18 +112,17 @@ static void clear_part(void *data, int task)
     memset(c->K->values + 9 * (size_t)left[k], 0, 9 * sizeof *c->K->values);
 }
 
-static int add_jacobian(const flesh_system *system, int k, int anew, const double *internal, const double *of_ranks,
-                        flesh_point *full, const flesh_shift *shift, flesh_block_matrix *K)
+static int add_jacobian(flesh_effect_view *view, int k, int anew, const flesh_shift *shift, flesh_block_matrix *K)
 {
-  const flesh_system_entry *e = &system->entries[k];
+  const flesh_system_entry *e = &view->system->entries[k];
   const flesh_effect_operations *can = e->effect->operations;
   const int *slots = K->layout ? K->layout->slots[k] : e->slots;
-  const double start = cpu_time(full->costs);
+  const double start = cpu_time(view->environment.costs);
+  const flesh_point *point = flesh_effect_view_turn(view, k);
   int status = FLESH_OK;
-  flesh_effect_point_turn(system, k, internal, of_ranks, full);
-  if (anew) status = flesh_effect_shortcuts_of(e->effect)->jacobian_assign(e->effect, full, shift, K, slots);
-  else if (!flesh_clearance_holds(full->clearance, k)) status = can->jacobian(e->effect, full, shift, K, slots);
-  count(full->costs, k, CALL_JACOBIAN, start);
+  if (anew) status = flesh_effect_shortcuts_of(e->effect)->jacobian_assign(e->effect, point, shift, K, slots);
+  else if (!flesh_clearance_holds(view->environment.clearance, k)) status = can->jacobian(e->effect, point, shift, K, slots);
+  count(view->environment.costs, k, CALL_JACOBIAN, start);
   return status;
 }
 
@@ -130,15 +132,15 @@ int flesh_system_jacobian(const flesh_system *system, const flesh_point *point,
   FLESH_NEED({system, "system"}, {point, "point"}, {shift, "shift"}, {K, "K"});
   const flesh_layout *layout = K->layout;
   double of_ranks[flesh_effect_sums_room(system)];
-  flesh_point full = flesh_effect_point(system, point, of_ranks);
+  flesh_effect_view view = flesh_effect_view_with(system, point, of_ranks);
   int status = FLESH_OK;
   flesh_threads_run(point->threads, CLEARED_PARTS, clear_part,
                     &(clearing){K, layout ? layout->left : system->left,
                                 layout ? layout->left_count : system->left_count});
-  if (system->leader >= 0) status = add_jacobian(system, system->leader, 1, point->internal, of_ranks, &full, shift, K);
+  if (system->leader >= 0) status = add_jacobian(&view, system->leader, 1, shift, K);
   for (int k = 0; k < system->entry_count && !status; k++)
     if (k != system->leader && system->entries[k].effect->operations->jacobian)
-      status = add_jacobian(system, k, 0, point->internal, of_ranks, &full, shift, K);
+      status = add_jacobian(&view, k, 0, shift, K);
   return flesh_team_agree(system->team, status);
 }
 
@@ -165,7 +167,9 @@ int flesh_system_potential_by_position(const flesh_system *system, const flesh_p
                                   flesh_position_potential *by_position, double *phi, double *magnitude)
 {
   double of_ranks[flesh_effect_sums_room(system)];
-  flesh_point full = flesh_effect_point(system, point, of_ranks);
+  flesh_effect_view view = flesh_effect_view_with(system, point, of_ranks);
+  flesh_costs *costs = view.environment.costs;
+  const flesh_clearance *clearance = view.environment.clearance;
   flesh_position_potential sums[2] = {{0}}; /* of the others, of the by_position */
   int status = FLESH_OK;
   for (int k = 0; k < system->entry_count && !status; k++) {
@@ -173,12 +177,10 @@ int flesh_system_potential_by_position(const flesh_system *system, const flesh_p
     const int of_position = flesh_effect_has_trait(effect, FLESH_DEPENDS_ON_POSITION_ONLY);
     if (!effect->operations->potential || (of_position && by_position->known)) continue;
     flesh_position_potential *sum = &sums[of_position];
-    const double start = cpu_time(full.costs);
-    flesh_effect_point_turn(system, k, point->internal, of_ranks, &full);
-    status = flesh_clearance_holds(full.clearance, k)
-                 ? FLESH_OK
-                 : effect->operations->potential(effect, &full, shift, &sum->phi, &sum->magnitude);
-    count(full.costs, k, CALL_POTENTIAL, start);
+    const double start = cpu_time(costs);
+    if (!flesh_clearance_holds(clearance, k))
+      status = effect->operations->potential(effect, flesh_effect_view_turn(&view, k), shift, &sum->phi, &sum->magnitude);
+    count(costs, k, CALL_POTENTIAL, start);
   }
   status = add_up(system, status, sums);
   return status ? status : sum_up(sums, by_position, phi, magnitude);
@@ -207,7 +209,9 @@ int flesh_system_evaluate_by_position(const flesh_system *system, const flesh_po
                                  flesh_position_potential *by_position, double *r, double *phi, double *magnitude)
 {
   double of_ranks[flesh_effect_sums_room(system)];
-  flesh_point full = flesh_effect_point(system, point, of_ranks);
+  flesh_effect_view view = flesh_effect_view_with(system, point, of_ranks);
+  flesh_costs *costs = view.environment.costs;
+  const flesh_clearance *clearance = view.environment.clearance;
   flesh_position_potential sums[2] = {{0}};
   memset(r, 0, (size_t)system->nodes * 3 * sizeof *r);
   by_position->known = 0;
@@ -218,12 +222,10 @@ int flesh_system_evaluate_by_position(const flesh_system *system, const flesh_po
                       (effect->operations->potential ? CALL_POTENTIAL : 0);
     if (!calls) continue;
     flesh_position_potential *sum = &sums[flesh_effect_has_trait(effect, FLESH_DEPENDS_ON_POSITION_ONLY)];
-    const double start = cpu_time(full.costs);
-    flesh_effect_point_turn(system, k, point->internal, of_ranks, &full);
-    status = flesh_clearance_holds(full.clearance, k)
-                 ? FLESH_OK
-                 : evaluate_effect(effect, &full, shift, r, &sum->phi, &sum->magnitude);
-    count(full.costs, k, calls, start);
+    const double start = cpu_time(costs);
+    if (!flesh_clearance_holds(clearance, k))
+      status = evaluate_effect(effect, flesh_effect_view_turn(&view, k), shift, r, &sum->phi, &sum->magnitude);
+    count(costs, k, calls, start);
   }
   status = add_up(system, status, sums);
   if (status) return status;
@@ -257,7 +259,8 @@ int flesh_system_energies_by_position(const flesh_system *system, const flesh_po
                                  const flesh_position_potential *by_position, double *energies)
 {
   double of_ranks[flesh_effect_sums_room(system)];
-  flesh_point full = flesh_effect_point(system, point, of_ranks);
+  flesh_effect_view view = flesh_effect_view_with(system, point, of_ranks);
+  flesh_costs *costs = view.environment.costs;
   int of_position = 0;
   for (int k = 0; by_position->known && k < system->entry_count; k++)
     of_position += flesh_effect_has_trait(system->entries[k].effect, FLESH_DEPENDS_ON_POSITION_ONLY);
@@ -270,10 +273,9 @@ int flesh_system_energies_by_position(const flesh_system *system, const flesh_po
       energies[k] = by_position->phi;
       continue;
     }
-    const double start = cpu_time(full.costs);
-    flesh_effect_point_turn(system, k, point->internal, of_ranks, &full);
-    status = effect->operations->energy(effect, &full, &energies[k]);
-    count(full.costs, k, CALL_ENERGY, start);
+    const double start = cpu_time(costs);
+    status = effect->operations->energy(effect, flesh_effect_view_turn(&view, k), &energies[k]);
+    count(costs, k, CALL_ENERGY, start);
   }
   return sum_energies(system, of_position == 1, status, energies);
 }
@@ -282,14 +284,15 @@ int flesh_system_role_energies(const flesh_system *system, flesh_role role, cons
                                double *sum)
 {
   double of_ranks[flesh_effect_sums_room(system)];
-  flesh_point full = flesh_effect_point(system, point, of_ranks);
+  flesh_effect_view view = flesh_effect_view_with(system, point, of_ranks);
   *sum = 0;
   for (int k = 0; k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     double energy = 0;
     if (effect->operations->role != role) continue;
-    flesh_effect_point_turn(system, k, point->internal, of_ranks, &full);
-    int status = effect->operations->energy ? effect->operations->energy(effect, &full, &energy) : FLESH_OK;
+    int status = FLESH_OK;
+    if (effect->operations->energy)
+      status = effect->operations->energy(effect, flesh_effect_view_turn(&view, k), &energy);
     status = flesh_team_sum_agreed(system->team, status, 1, &energy);
     if (energies) energies[k] = energy;
     *sum += energy;

@@ -12,7 +12,7 @@
 #include "parallel/rank_part.h"
 #include "system/internal.h"
 #include "system/parts.h"
-#include "system/effect_point.h"
+#include "system/effect_view.h"
 #include "system/ranks.h"
 
 int flesh_system_create(const flesh_mesh *mesh, flesh_system **system)

@@ -7,7 +7,7 @@
 
 #include "effect/effect.h"
 #include "system/clearance.h"
-#include "system/effect_point.h"
+#include "system/effect_view.h"
 #include "system/position_potential.h"
 #include "system/ranks.h"
 
@@ -36,25 +36,24 @@ int flesh_system_work_of_forces(const flesh_system *system, const flesh_point *p
   const double end = u ? t_to : begin + moment * h;
   double *r = scratch, *carried = scratch + n;
   double of_ranks[flesh_effect_sums_room(system)];
-  flesh_point full = flesh_effect_point(system, point, of_ranks);
+  flesh_effect_view view = flesh_effect_view_with(system, point, of_ranks);
   *work = 0;
   for (int k = 0; k < flesh_system_effect_count(system); k++) {
     const flesh_effect *effect = flesh_system_effect(system, k);
     const flesh_effect_time *in_time = flesh_effect_in_time(effect);
-    const double *along = u ? u : full.v;
+    const double *along = u ? u : point->v;
     double share = u ? 1 : h, sum = 0;
     int moves = 1, status = FLESH_OK;
-    if (kind_of(effect) != FLESH_WORK_OF_FORCES || flesh_clearance_holds(full.clearance, k)) continue;
+    if (kind_of(effect) != FLESH_WORK_OF_FORCES || flesh_clearance_holds(view.environment.clearance, k)) continue;
     if (in_time->carry) {
       memset(carried, 0, n * sizeof *carried);
-      moves = in_time->carry(effect, &full, begin, end, carried);
+      moves = in_time->carry(effect, point, begin, end, carried);
       along = carried;
       share = u ? 1 : 1 / moment;
     }
     if (moves) {
       memset(r, 0, n * sizeof *r);
-      flesh_effect_point_turn(system, k, point->internal, of_ranks, &full);
-      status = effect->operations->residual(effect, &full, r);
+      status = effect->operations->residual(effect, flesh_effect_view_turn(&view, k), r);
     }
     for (size_t d = 0; d < n && moves; d++) sum += r[d] * along[d];
     /* Partial forces, displacements of ghosts, too. What moves on one rank may stand still on another, which adds 0. */
@@ -69,10 +68,11 @@ int flesh_system_work_in_time(const flesh_system *system, double t_from, double 
                               const double *energies, int at_end, double *work)
 {
   double of_ranks[2][flesh_effect_sums_room(system)];
-  flesh_point full[2]; /* at either time */
+  flesh_effect_view view[2]; /* at either time */
   for (int end = 0; end < 2; end++) {
-    const flesh_point point = {.t = end ? t_to : t_from, .load = 1, .x = state->x, .v = state->v, .a = state->v};
-    full[end] = flesh_effect_point(system, &point, of_ranks[end]);
+    flesh_point point = flesh_point_at(end ? t_to : t_from, state->x, state->v, state->v);
+    point.internal = state->internal;
+    view[end] = flesh_effect_view_with(system, &point, of_ranks[end]);
   }
   *work = 0;
   for (int k = 0; k < flesh_system_effect_count(system); k++) {
@@ -82,8 +82,8 @@ int flesh_system_work_in_time(const flesh_system *system, double t_from, double 
     for (int end = 0; end < 2; end++) {
       if (energies && end == at_end) continue;
       known[end] = 0;
-      flesh_effect_point_turn(system, k, state->internal, of_ranks[end], &full[end]);
-      int status = flesh_team_agree(system->team, effect->operations->energy(effect, &full[end], &known[end]));
+      int status = effect->operations->energy(effect, flesh_effect_view_turn(&view[end], k), &known[end]);
+      status = flesh_team_agree(system->team, status);
       if (status) return status;
       flesh_team_sum(system->team, 1, &known[end]);
     }

@@ -144,7 +144,7 @@ const flesh_failure *flesh_adaptive_failure(const flesh_adaptive *self) { return
 
 void flesh_adaptive_set_costs(flesh_adaptive *self, flesh_costs *costs)
 {
-  self->problem->evaluation.costs = costs;
+  self->problem->evaluation.environment.costs = costs;
 }
 
 size_t flesh_adaptive_memory(const flesh_adaptive *self)

@@ -37,7 +37,8 @@ void flesh_adaptive_energy_clear(flesh_adaptive_energy *energy)
 void flesh_adaptive_energy_tolerate(flesh_adaptive_energy *self, double tolerance)
 {
   flesh_energy_watch *watch = self->watch;
-  const flesh_point point = {.x = flesh_mesh_positions(flesh_system_mesh(watch->system)), .v = self->r, .a = self->r};
+  const double *X = flesh_mesh_positions(flesh_system_mesh(watch->system));
+  const flesh_point point = flesh_point_at(0, X, self->r, self->r);
   for (int d = 0; d < self->problem->evaluation.n; d++) self->r[d] = tolerance * self->problem->scale.velocity;
   if (flesh_system_role_energies(watch->system, FLESH_ROLE_INERTIA, &point, NULL, &watch->floor)) watch->floor = 0;
 }

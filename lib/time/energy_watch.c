@@ -87,12 +87,15 @@ int flesh_energy_watch_knows(const flesh_energy_watch *watch)
   return watch->known && watch->serial == watch->evaluation->serial;
 }
 
-static flesh_point point_of(const flesh_energy_watch *watch, double t, const flesh_state *state)
+flesh_point flesh_energy_watch_point(const flesh_energy_watch *watch, double t, const flesh_state *state,
+                                     const double *a)
 {
-  return (flesh_point){.t = t, .load = 1, .x = state->x, .v = state->v, .a = watch->zeros,
-                       .multipliers = state->multipliers, .internal = state->internal,
-                       .proximity = watch->proximity,
-                       .threads = watch->threads, .costs = watch->costs};
+  flesh_point point = flesh_point_at(t, state->x, state->v, a ? a : watch->zeros);
+  point.multipliers = state->multipliers;
+  point.internal = state->internal;
+  point.threads = watch->threads;
+  point.environment = watch->environment;
+  return point;
 }
 
 /* Energy and kinetic energy of the run's state, from `energies`; known unless one has no value. */
@@ -110,9 +113,10 @@ static void add_up(flesh_energy_watch *watch, double t, int status)
 /* The first state: nothing is in excess, and nothing has been put in. */
 static void begin(flesh_energy_watch *watch, double t, const flesh_state *state)
 {
-  flesh_point point = point_of(watch, t, state);
+  const flesh_environment uncounted = {.proximity = watch->environment->proximity};
+  flesh_point point = flesh_energy_watch_point(watch, t, state, NULL);
   double phi, size = 0;
-  point.costs = NULL;
+  point.environment = &uncounted;
   watch->balance.supplied = watch->unbalanced = 0;
   watch->least = watch->energy;
   watch->lowest = watch->energy - watch->kinetic;
@@ -123,7 +127,7 @@ static void begin(flesh_energy_watch *watch, double t, const flesh_state *state)
 
 void flesh_energy_watch_jump(flesh_energy_watch *watch, double t, const flesh_state *state)
 {
-  const flesh_point point = point_of(watch, t, state);
+  const flesh_point point = flesh_energy_watch_point(watch, t, state, NULL);
   const double before = watch->known ? watch->energy : NAN;
   const int first = watch->balance.begun == 0;
   int status = flesh_system_energies(watch->system, &point, watch->energies);
@@ -256,7 +260,7 @@ void flesh_energy_watch_last(flesh_energy_watch *watch, const flesh_state *state
 int flesh_energy_watch_meet(flesh_energy_watch *watch, double t, const flesh_state *state,
                             const flesh_position_potential *by_position, const double *energies)
 {
-  const flesh_point point = point_of(watch, t, state);
+  const flesh_point point = flesh_energy_watch_point(watch, t, state, NULL);
   int status = FLESH_OK;
   if (!watch->balance.begun || !watch->known) {
     flesh_energy_watch_jump(watch, t, state);
@@ -277,7 +281,7 @@ int flesh_energy_watch_meet(flesh_energy_watch *watch, double t, const flesh_sta
 
 int flesh_energy_watch_release(flesh_energy_watch *watch, const double *before, const flesh_state *state)
 {
-  flesh_point point = point_of(watch, state->t, state);
+  flesh_point point = flesh_energy_watch_point(watch, state->t, state, NULL);
   double sums[2];
   point.internal = before;
   int status = flesh_system_internal_energies(watch->system, &point, watch->energies, &sums[0]);

@@ -3,6 +3,7 @@
 #define FLESH_TIME_ENERGY_WATCH_H
 
 #include "base/archive.h"
+#include "effect/environment.h"
 #include "flesh/integrator.h"
 #include "system/evaluation.h"
 #include "system/position_potential.h"
@@ -22,8 +23,7 @@ typedef struct flesh_energy_watch {
   double *zeros;           /* [n] */
   double *scratch;         /* [2*n] where forces may put in work; else NULL */
   flesh_threads *threads;  /* borrowed; may be NULL */
-  flesh_costs *costs;      /* borrowed; may be NULL */
-  const flesh_proximity *proximity; /* the run's, borrowed; may be NULL */
+  const flesh_environment *environment; /* the run's, borrowed */
   /* The state that `energies` belong to. */
   int known;
   long serial; /* the evaluation's */
@@ -53,6 +53,10 @@ void flesh_energy_watch_clear(flesh_energy_watch *watch);
 size_t flesh_energy_watch_memory(const flesh_energy_watch *watch);
 /* But for the limit. */
 void flesh_energy_watch_archive(flesh_energy_watch *watch, flesh_archive *archive);
+
+/* The point at the state's positions and velocities at time t, with accelerations a [n] (NULL: 0). */
+flesh_point flesh_energy_watch_point(const flesh_energy_watch *watch, double t, const flesh_state *state,
+                                     const double *a);
 
 /* Whether the energies known are those of the run's state. */
 int flesh_energy_watch_knows(const flesh_energy_watch *watch);

@@ -52,9 +52,7 @@ int flesh_internals_view(const flesh_internals *self, flesh_state *view)
 int flesh_internals_update(flesh_internals *self, flesh_energy_watch *watch, flesh_state *state, int *changed)
 {
   const size_t bytes = (size_t)self->count * sizeof *self->next;
-  const flesh_point point = {.t = state->t, .load = 1, .x = state->x, .v = state->v, .a = self->zeros,
-                             .multipliers = state->multipliers, .internal = state->internal,
-                             .proximity = watch->proximity, .threads = watch->threads, .costs = watch->costs};
+  const flesh_point point = flesh_energy_watch_point(watch, state->t, state, self->zeros);
   *changed = 0;
   if (!self->count) return FLESH_OK;
   memcpy(self->next, state->internal, bytes);

@@ -43,7 +43,7 @@ int flesh_multipliers_create(const flesh_system *system, const flesh_solver_opti
   self->x = self->stiffness + count;
   self->u = self->x + n;
   const flesh_mesh *mesh = flesh_system_mesh(system);
-  const flesh_point rest = {.load = 1, .x = flesh_mesh_positions(mesh), .v = self->u, .a = self->u};
+  const flesh_point rest = flesh_point_at(0, flesh_mesh_positions(mesh), self->u, self->u);
   status = flesh_system_constraint_gaps(system, &rest, self->gaps, self->stiffness);
   status = flesh_team_agree(self->team, status);
   if (status) return status;
@@ -84,7 +84,7 @@ int flesh_multipliers_view(const flesh_multipliers *self, const flesh_state *sta
 /* The largest gap where the solve leads to. */
 static int find_gaps(flesh_multipliers *self, const flesh_stage_end *end, const double *u, double *largest)
 {
-  const flesh_point point = {.load = 1, .x = self->x, .v = u, .a = u};
+  const flesh_point point = flesh_point_at(0, self->x, u, u);
   end->find(end->data, u, self->x);
   int status = flesh_system_constraint_gaps(self->system, &point, self->gaps, NULL);
   *largest = 0;

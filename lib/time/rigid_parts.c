@@ -19,7 +19,7 @@ static int weigh(const flesh_system *system, double *mass)
   int status = a && r ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for the masses of %d nodes", nodes);
   status = flesh_team_agree(flesh_system_team(system), status);
   for (int i = 0; i < nodes && !status; i++) a[3 * i] = mass[i] = 1;
-  const flesh_point point = {.load = 1, .x = flesh_mesh_positions(mesh), .v = a, .a = a};
+  const flesh_point point = flesh_point_at(0, flesh_mesh_positions(mesh), a, a);
   const unsigned inertia = FLESH_ROLE_BIT(FLESH_ROLE_INERTIA);
   if (!status && flesh_system_has_role(system, FLESH_ROLE_INERTIA) &&
       !flesh_system_roles_residual(system, inertia, &point, r))

@@ -24,7 +24,7 @@ typedef struct watch {
   double *energies, *rest_energies;
   double *reports; /* [effects*FLESH_RANK_SUMS], with a team */
   double rest_volume;
-  flesh_costs *costs;
+  const flesh_environment *environment; /* the run's, borrowed */
 } watch;
 
 static void watch_close(watch *w)
@@ -42,8 +42,7 @@ static int find_rest(watch *w)
 {
   const double *rest = flesh_mesh_positions(w->mesh);
   w->rest_volume = flesh_mesh_volume(w->mesh, rest);
-  const flesh_point point = {.load = 1, .x = rest, .v = w->zeros, .a = w->zeros,
-                             .x_lag = rest, .v_lag = w->zeros, .x_frozen = rest, .v_frozen = w->zeros};
+  const flesh_point point = flesh_point_at(0, rest, w->zeros, w->zeros);
   for (int e = 0; e < flesh_system_effect_count(w->system); e++) {
     const flesh_effect *effect = flesh_system_effect(w->system, e);
     /* Only elasticity's formula has an arbitrary constant. */
@@ -97,16 +96,22 @@ static void look_at_shape(watch *w, const flesh_state *state, flesh_step_record 
   record->J_bound = -least[1];
 }
 
+/* At `at`, with the multipliers and internal variables of the step's end. */
+static flesh_point point_of(const watch *w, const flesh_state *at, const flesh_state *end)
+{
+  flesh_point point = flesh_point_at(at->t, at->x, at->v, w->zeros);
+  point.multipliers = end->multipliers;
+  point.internal = end->internal;
+  point.environment = w->environment;
+  return point;
+}
+
 /* As histories ask for them, of all ranks. */
 static void find_reports(const watch *w, const flesh_step_record *record)
 {
   const flesh_state *at[2] = {record->state, record->stage};
   flesh_point points[2];
-  for (int k = 0; k < 2; k++)
-    points[k] = (flesh_point){.t = at[k]->t, .load = 1, .x = at[k]->x, .v = at[k]->v, .a = w->zeros, .x_lag = at[k]->x,
-                              .v_lag = at[k]->v, .t_lag = at[k]->t, .x_frozen = at[k]->x, .v_frozen = at[k]->v,
-                              .multipliers = record->state->multipliers, .internal = record->state->internal,
-                              .proximity = record->proximity, .costs = w->costs};
+  for (int k = 0; k < 2; k++) points[k] = point_of(w, at[k], record->state);
   flesh_rank_numbers_report(w->system, &points[0], &points[1], w->reports);
 }
 
@@ -126,12 +131,9 @@ static int call_observers(watch *w, const flesh_integrator *integrator, int step
                               .rest_volume = w->rest_volume,
                               .tet_J_mean = w->J_mean,
                               .tet_J_min = w->J_min,
-                              .proximity = integrator->watch.proximity,
+                              .proximity = w->environment->proximity,
                               .reports = w->reports};
-  const flesh_point point = {.t = state->t, .load = 1, .x = state->x, .v = state->v, .a = w->zeros,
-                             .multipliers = state->multipliers, .internal = state->internal,
-                             .proximity = record.proximity,
-                             .costs = w->costs};
+  const flesh_point point = point_of(w, state, state);
   int effects = flesh_system_effect_count(w->system);
   const double *known = flesh_integrator_energies(integrator, state);
   int status = FLESH_OK;
@@ -254,7 +256,7 @@ static int run(const flesh_system *system, flesh_integrator *integrator, const f
   if (status) return status;
   *steps = step;
   watch w = {.system = system, .mesh = flesh_system_mesh(system), .team = flesh_system_team(system),
-             .options = options, .costs = flesh_integrator_costs(integrator)};
+             .options = options, .environment = integrator->watch.environment};
   if (options->observer_count) status = watch_open(&w);
   if (options->unfinished) *options->unfinished = (flesh_solve_stats){0};
   flesh_integrator_set_stop(integrator, options->stop, options->stop_data);

@@ -11,10 +11,7 @@
 int flesh_step_energy_begin(flesh_energy_watch *watch, const flesh_prescribed *prescribed, const flesh_state *state,
                             double t, double h, const double *a, double *r)
 {
-  const flesh_point point = {.t = t, .load = 1, .x = state->x, .v = state->v, .a = a, .threads = watch->threads,
-                             .multipliers = state->multipliers, .internal = state->internal,
-                             .proximity = watch->proximity,
-                             .costs = watch->costs};
+  const flesh_point point = flesh_energy_watch_point(watch, t, state, a);
   const flesh_team *team = flesh_system_team(watch->system);
   double power = 0, moves = 0, work;
   int status = FLESH_OK;

@@ -85,7 +85,7 @@ static int check_end(flesh_integrator *self, const flesh_stage *stage, const fle
   find_end(&(part_end){self, state}, flesh_nonlinear_unknowns(self->nonlinear), self->start);
   if (stage->shift.x == 1)
     return flesh_system_tunnelled(system, state->t, state->x, t_end, self->start) ? FLESH_UNDEFINED : FLESH_OK;
-  *blocked = flesh_system_max_feasible_step(system, flesh_nonlinear_proximity(self->nonlinear), stage->internal,
+  *blocked = flesh_system_max_feasible_step(system, self->watch.environment->proximity, stage->internal,
                                             state->t, state->x, t_end, self->start) < 1;
   if (*blocked) return FLESH_UNDEFINED;
   return flesh_nonlinear_defined(self->nonlinear, t_end, self->start, state->v, self->energies, stats);

@@ -106,7 +106,7 @@ static void make(const flesh_mesh *whole, problem *p)
   p->z = calloc(2 * (size_t)b->n, sizeof *p->z);
   for (int i = 0; i < b->n / 3; i++) p->order[i] = i;
   const double shift = step > 0 ? 1 / (step * step) : 0;
-  const flesh_point point = {.load = 1, .x = b->state.x, .v = b->state.v, .a = b->state.v};
+  const flesh_point point = flesh_point_at(0, b->state.x, b->state.v, b->state.v);
   CHECK_OK(flesh_system_matrix_create(b->system, &p->K));
   CHECK_OK(flesh_system_jacobian(b->system, &point, &(flesh_shift){1, 0, shift, FLESH_FILTER_CLAMP}, p->K));
   CHECK_OK(flesh_system_load(b->system, &point, p->load));

@@ -43,7 +43,7 @@ static void make(const flesh_mesh *whole, problem *p)
   p->load = calloc((size_t)b->n, sizeof *p->load);
   p->x = calloc((size_t)b->n, sizeof *p->x);
   uint8_t *fixed = calloc((size_t)b->n + 1, 1);
-  const flesh_point point = {.load = 1, .x = b->state.x, .v = b->state.v, .a = b->state.v};
+  const flesh_point point = flesh_point_at(0, b->state.x, b->state.v, b->state.v);
   CHECK_OK(flesh_system_matrix_create(b->system, &p->K));
   CHECK_OK(flesh_system_jacobian(b->system, &point, &(flesh_shift){.x = 1}, p->K));
   CHECK_OK(flesh_system_load(b->system, &point, p->load));

@@ -169,7 +169,7 @@ static void ten_node_bodies_are_joined(void)
   }
   /* The force is on all of the second body's nodes, those on edges too. */
   double *r = calloc(6 * (size_t)nodes, sizeof *r), *zero = calloc(6 * (size_t)nodes, sizeof *zero);
-  const flesh_point point = {.load = 1, .x = flesh_mesh_positions(mesh), .v = zero, .a = zero};
+  const flesh_point point = flesh_point_at(0, flesh_mesh_positions(mesh), zero, zero);
   CHECK_OK(flesh_system_residual(flesh_scene_system(o.scene), &point, r));
   for (int i = 0; i < 2 * nodes; i++) CHECK_NEAR(r[3 * i], i < nodes ? 0 : -1. / nodes, 1e-9);
   free(r), free(zero);

@@ -32,7 +32,8 @@ static double weld_column(const test_body *b, int column)
 {
   double values[3];
   const flesh_effect *effect = flesh_system_effect(b->system, flesh_system_effect_count(b->system) - 1);
-  const flesh_point point = {.load = 1, .x = b->state.x, .internal = b->state.internal};
+  flesh_point point = flesh_point_at(0, b->state.x, NULL, NULL);
+  point.internal = b->state.internal;
   effect->operations->figures->report(effect, &point, values);
   return values[column];
 }
@@ -56,7 +57,8 @@ static double contact_energy(const test_body *b)
 {
   const int contact = flesh_system_effect_count(b->system) - 2;
   double *energies = calloc((size_t)contact + 2, sizeof *energies);
-  const flesh_point point = {.load = 1, .x = b->state.x, .v = b->state.v, .a = b->state.v, .internal = b->state.internal};
+  flesh_point point = flesh_point_at(0, b->state.x, b->state.v, b->state.v);
+  point.internal = b->state.internal;
   CHECK_OK(flesh_system_energies(b->system, &point, energies));
   const double sum = energies[contact];
   free(energies);
@@ -278,8 +280,8 @@ static void what_breaks_pressed_slides(void)
       CHECK_OK(flesh_integrator_step(integrator, &b.state, STEP, NULL));
       deep = fmax(deep, deepest(&b));
       if (s < 60 || s >= 90) continue;
-      const flesh_point point = {.t = b.state.t, .load = 1, .x = b.state.x, .v = b.state.v, .a = b.state.v,
-                                 .internal = b.state.internal};
+      flesh_point point = flesh_point_at(b.state.t, b.state.x, b.state.v, b.state.v);
+      point.internal = b.state.internal;
       CHECK_OK(flesh_system_effect_residual(b.system, 1, &point, r)); /* elasticity */
       for (int i = 0; i < 9; i++) across += r[3 * i], down += r[3 * i + 2];
     }

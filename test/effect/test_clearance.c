@@ -197,8 +197,7 @@ static void clearances_are_bounds(void)
         }
         if (!(move + carried < room)) continue;
         held++;
-        const flesh_point point = {.t = t1, .load = 1, .x = r.b.state.x, .v = v, .a = v, .x_lag = r.b.state.x,
-                                   .v_lag = v, .t_lag = t1};
+        const flesh_point point = flesh_point_at(t1, r.b.state.x, v, v);
         double energy = 0;
         wrong += contact->energy(effect, &point, &energy) != FLESH_OK || energy != 0;
         wrong += contact->barrier->max_feasible_step(effect, t0, x, t1, r.b.state.x) < 1;

@@ -245,8 +245,8 @@ static void threads_give_the_same_bits(void)
       const flesh_shift shift = {.x = 1, .v = 60, .filter = FLESH_FILTER_CLAMP};
       flesh_threads *threads;
       CHECK_OK(flesh_threads_create(count, &threads));
-      const flesh_point point = {.load = 1, .x = b.state.x, .v = b.state.v, .a = b.state.v, .x_lag = b.state.x,
-                                 .v_lag = b.state.v, .threads = threads};
+      flesh_point point = flesh_point_at(0, b.state.x, b.state.v, b.state.v);
+      point.threads = threads;
       double phi_both = phi[k] = size[k] = 0, size_both = 0;
       memset(r[k], 0, bytes);
       memset(both, 0, bytes);
@@ -272,8 +272,7 @@ static void threads_give_the_same_bits(void)
 static void contact_force(const test_body *b, const flesh_effect *effect, double force[3])
 {
   double *r = calloc((size_t)b->n, sizeof *r), *zero = calloc((size_t)b->n, sizeof *zero);
-  const flesh_point point = {.t = b->state.t, .load = 1, .x = b->state.x, .v = zero, .a = zero,
-                             .x_lag = b->state.x, .v_lag = zero, .t_lag = b->state.t};
+  const flesh_point point = flesh_point_at(b->state.t, b->state.x, zero, zero);
   CHECK_OK(effect->operations->residual(effect, &point, r));
   force[0] = force[1] = force[2] = 0;
   for (int d = 0; d < b->n; d++) force[d % 3] -= r[d];
@@ -318,7 +317,8 @@ static void what_rests_presses_with_its_weight(void)
     contact_force(&b, effect, force);
     CHECK_NEAR(force[2], 9810, 9810e-6);
     CHECK_OK(flesh_system_check(b.system, 0, b.state.x));
-    effect->operations->figures->report(effect, &(flesh_point){.load = 1, .x = b.state.x}, values);
+    const flesh_point point = flesh_point_at(0, b.state.x, NULL, NULL);
+    effect->operations->figures->report(effect, &point, values);
     CHECK_NEAR(values[2], 9810, shape == 0 ? 9810e-6 : 300);
     CHECK(values[0] > 0 && values[0] < 0.03 && values[1] > 0);
     printf("# shape %d: force (%.3g, %.3g, %.9g) N, gap %.3g m, %g nodes, %d Newton steps\n", shape, force[0], force[1],
@@ -348,8 +348,7 @@ static void the_potential_of_friction_has_no_step(void)
     const double y = speeds[k];
     double phi = 0, magnitude = 0;
     for (int d = 0; d < b.n; d += 3) b.state.v[d] = y * e;
-    const flesh_point point = {.load = 1, .x = b.state.x, .v = b.state.v, .a = b.state.v, .x_lag = b.state.x,
-                               .v_lag = b.state.v};
+    const flesh_point point = flesh_point_at(0, b.state.x, b.state.v, b.state.v);
     CHECK_OK(effect->operations->potential(effect, &point, &shift, &phi, &magnitude));
     const double expected = y < 1 ? y * y * (1 - y / 3) : y - 1. / 3;
     if (k == 6) unit = phi / expected;
@@ -375,8 +374,7 @@ static void friction_only_dissipates(void)
   double *r = calloc((size_t)with.n, sizeof *r), *normal = calloc((size_t)with.n, sizeof *r);
   for (int k = 0; k < 30; k++) {
     test_jitter(with.n, 20, 91 + (unsigned)k, with.state.v);
-    const flesh_point point = {.t = 0.3, .load = 1, .x = with.state.x, .v = with.state.v, .a = with.state.v,
-                               .x_lag = with.state.x, .v_lag = with.state.v, .t_lag = 0.3};
+    const flesh_point point = flesh_point_at(0.3, with.state.x, with.state.v, with.state.v);
     CHECK_OK(flesh_system_residual(with.system, &point, r));
     CHECK_OK(flesh_system_residual(without.system, &point, normal));
     int rubbing = 0;

@@ -39,8 +39,7 @@ static void areas_add_up(void)
     add_floor(&b, -0.01, 0);
     const flesh_effect *contact = flesh_system_effect(b.system, 1);
     double *r = calloc((size_t)b.n, sizeof *r);
-    const flesh_point point = {.load = 1, .x = b.state.x, .v = b.state.v, .a = b.state.v, .x_lag = b.state.x,
-                               .v_lag = b.state.v};
+    const flesh_point point = flesh_point_at(0, b.state.x, b.state.v, b.state.v);
     CHECK_OK(contact->operations->residual(contact, &point, r));
     total[order - 1] = 0;
     for (int i = 0; i < b.n / 3; i++) {

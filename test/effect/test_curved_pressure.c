@@ -27,8 +27,7 @@ static void inflate_to_ball(test_body *b)
 
 static flesh_point point_of(const test_body *b)
 {
-  return (flesh_point){.t = 0, .load = 1, .x = b->state.x, .v = b->state.v, .a = b->state.v, .x_lag = b->state.x,
-                       .v_lag = b->state.v};
+  return flesh_point_at(0, b->state.x, b->state.v, b->state.v);
 }
 
 static void closed_surfaces_have_no_net_force(void)
@@ -161,7 +160,7 @@ static double rim_error(const flesh_effect *effect, const test_body *b, const do
   for (int k = 0; k < b->n; k++) x[k] = b->state.x[k] + size * d[k], lagged[k] = now[k] = 0;
   point.x = x;
   CHECK_OK(effect->operations->residual(effect, &point, lagged));
-  point.x_lag = x;
+  point.lagged.x = x;
   CHECK_OK(effect->operations->residual(effect, &point, now));
   for (int k = 0; k < b->n; k++) error += size * d[k] * (lagged[k] - now[k]);
   free(x);

@@ -55,7 +55,7 @@ static double lowest_mode(const test_body *b, double *phi)
   flesh_system_fixed(b->system, 0, fixed);
   flesh_mesh_lumped_mass(b->mesh, b->density, mass);
   CHECK_OK(flesh_system_matrix_create(b->system, &K));
-  const flesh_point rest = {.load = 1, .x = flesh_mesh_positions(b->mesh), .v = zero, .a = zero};
+  const flesh_point rest = flesh_point_at(0, flesh_mesh_positions(b->mesh), zero, zero);
   CHECK_OK(flesh_system_jacobian(b->system, &rest, &(flesh_shift){.x = 1}, K));
   double *dense = test_dense(K);
   gsl_matrix *A = gsl_matrix_alloc((size_t)n, (size_t)n), *vectors = gsl_matrix_alloc((size_t)n, (size_t)n);
@@ -168,7 +168,7 @@ static void viscosity_does_not_feel_rigid_motion(void)
   double *r = malloc((size_t)b.n * sizeof *r), size[2];
   for (int stretch = 0; stretch < 2; stretch++) {
     turned(&b, 0.7, stretch, 5, b.state.x, b.state.v);
-    const flesh_point point = {.load = 1, .x = b.state.x, .v = b.state.v, .a = b.state.v};
+    const flesh_point point = flesh_point_at(0, b.state.x, b.state.v, b.state.v);
     CHECK_OK(flesh_system_residual(b.system, &point, r));
     size[stretch] = test_norm(b.n, r);
   }
@@ -186,7 +186,7 @@ static void viscosity_does_not_feel_rigid_motion(void)
 static double energy_of(const test_body *b, const flesh_state *state, double *kinetic)
 {
   double energies[4] = {0}, *zero = calloc((size_t)b->n, sizeof *zero);
-  const flesh_point point = {.t = state->t, .load = 1, .x = state->x, .v = state->v, .a = zero};
+  const flesh_point point = flesh_point_at(state->t, state->x, state->v, zero);
   CHECK_OK(flesh_system_energies(b->system, &point, energies));
   free(zero);
   *kinetic = energies[0];
@@ -252,7 +252,7 @@ static void damping_never_feeds_energy(void)
       test_jitter(b.n, 0.01 * trial, trial, b.state.x); /* up to inverted and flat tets */
       memset(b.state.v, 0, (size_t)b.n * sizeof(double));
       test_jitter(b.n, 1, 1000 + trial, b.state.v);
-      const flesh_point point = {.load = 1, .x = b.state.x, .v = b.state.v, .a = b.state.v};
+      const flesh_point point = flesh_point_at(0, b.state.x, b.state.v, b.state.v);
       CHECK_OK(flesh_system_residual(b.system, &point, r));
       double power = 0;
       for (int d = 0; d < b.n; d++) power += r[d] * b.state.v[d];

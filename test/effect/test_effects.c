@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "body.h"
+#include "effect/environment.h"
 #include "effect_sample.h"
 #include "system/derivative_check.h"
 #include "test.h"
@@ -85,8 +86,11 @@ static flesh_point point_of(place *p)
     p->v[d] = p->v0[d] + p->shift->v * p->u[d];
     p->a[d] = p->a0[d] + p->shift->a * p->u[d];
   }
-  return (flesh_point){.t = 0.3, .load = 0.7, .x = p->x, .v = p->v, .a = p->a,
-                       .x_lag = p->x_lag, .v_lag = p->v_lag, .x_frozen = p->x_frozen, .v_frozen = p->v_frozen};
+  flesh_point point = flesh_point_at(0.3, p->x, p->v, p->a);
+  point.load = 0.7;
+  point.lagged = (flesh_lagged){0, p->x_lag, p->v_lag};
+  point.frozen = (flesh_frozen){p->x_frozen, p->v_frozen};
+  return point;
 }
 
 static const double offsets[] = {-2, -1, 1, 2}, weights[] = {1. / 12, -2. / 3, 2. / 3, -1. / 12};
@@ -231,8 +235,8 @@ static void potentials_are_energies(void)
       const flesh_effect *effect = flesh_system_effect(b.system, e);
       if (!effect->operations->energy) continue; /* what dissipates has none */
       double energy, phi = 0, nothing = 0, magnitude = 0;
-      flesh_point point = {.t = 0.3, .load = 0.7, .x = b.state.x, .v = b.state.v, .a = b.state.v,
-                           .x_lag = b.state.x, .v_lag = b.state.v};
+      flesh_point point = flesh_point_at(0.3, b.state.x, b.state.v, b.state.v);
+      point.load = 0.7;
       CHECK_OK(effect->operations->energy(effect, &point, &energy));
       int inertia = effect->operations->role == FLESH_ROLE_INERTIA;
       /* a = v here, so that one value serves both. */
@@ -283,15 +287,12 @@ static void check_system_evaluate(const test_body *b, flesh_point point, const f
   double *r[2], phi[2] = {3, 3}, magnitude[2] = {5, 5};
   CHECK(effects <= 40);
   for (int k = 0; k < 2; k++) {
-    flesh_costs costs = {.effects = counted[k]};
-    point.costs = &costs;
+    const flesh_environment environment = {.costs = &(flesh_costs){.effects = counted[k]}};
+    point.environment = &environment;
     r[k] = calloc((size_t)b->n, sizeof *r[k]);
-    if (k) {
-      CHECK_OK(flesh_system_evaluate(b->system, &point, shift, r[1], &phi[1], &magnitude[1]));
-    } else {
-      CHECK_OK(flesh_system_residual(b->system, &point, r[0]));
-      CHECK_OK(flesh_system_potential(b->system, &point, shift, &phi[0], &magnitude[0]));
-    }
+    if (k) CHECK_OK(flesh_system_evaluate(b->system, &point, shift, r[1], &phi[1], &magnitude[1]));
+    else CHECK_OK(flesh_system_residual(b->system, &point, r[0]));
+    if (!k) CHECK_OK(flesh_system_potential(b->system, &point, shift, &phi[0], &magnitude[0]));
   }
   CHECK(!memcmp(r[0], r[1], (size_t)b->n * sizeof *r[0]) && test_norm(b->n, r[1]) > 0);
   CHECK(phi[0] == phi[1] && magnitude[0] == magnitude[1]);
@@ -313,8 +314,8 @@ static void evaluations_are_residual_and_potential(void)
       CHECK_OK(flesh_system_finalize(b.system));
       test_jitter(b.n, 0.05, 5, b.state.x);
       test_jitter(b.n, 3, 6, b.state.v);
-      const flesh_point point = {.t = 0.3, .load = 0.7, .x = b.state.x, .v = b.state.v, .a = b.state.v,
-                                 .x_lag = b.state.x, .v_lag = b.state.v};
+      flesh_point point = flesh_point_at(0.3, b.state.x, b.state.v, b.state.v);
+      point.load = 0.7;
       int alone = 0, forces = 0, potentials = 0;
       for (int e = 0; e < flesh_system_effect_count(b.system); e++)
         for (int i = 0; i < 3; i++)
@@ -329,7 +330,7 @@ static void evaluations_are_residual_and_potential(void)
 
 static flesh_point still_at(const double *x, const double *zero)
 {
-  return (flesh_point){.load = 1, .x = x, .v = zero, .a = zero};
+  return flesh_point_at(0, x, zero, zero);
 }
 
 /* F of a tet from its corners, worked out here by Cramer's rule. */
@@ -568,7 +569,8 @@ static void masses_and_weights(void)
     test_jitter(b.n, 3, 1, a);
     test_body_mass_times(&b, a, Ma);
     flesh_mesh_lumped_mass(b.mesh, b.density, lumped);
-    flesh_point point = {.load = 0.25, .x = b.state.x, .v = a, .a = a};
+    flesh_point point = flesh_point_at(0, b.state.x, a, a);
+    point.load = 0.25;
     CHECK_OK(flesh_system_residual(b.system, &point, r));
     double kinetic = 0, height = 0;
     for (int d = 0; d < b.n; d++) {

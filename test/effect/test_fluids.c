@@ -43,8 +43,7 @@ static flesh_effect *buoyancy(const test_body *b, double level, double density)
 
 static flesh_point point_of(const test_body *b)
 {
-  return (flesh_point){.load = 1, .x = b->state.x, .v = b->state.v, .a = b->state.v, .x_lag = b->state.x,
-                       .v_lag = b->state.v};
+  return flesh_point_at(0, b->state.x, b->state.v, b->state.v);
 }
 
 /* Force and torque of the residual about `centre`, and the sum of sizes. */

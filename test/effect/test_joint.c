@@ -42,7 +42,7 @@ static double energy_of_turn(test_body *b, const flesh_effect *effect, int a, do
   const double *X = flesh_mesh_positions(b->mesh);
   const int p = (a + 1) % 3, q = (a + 2) % 3;
   double energy;
-  const flesh_point point = {.load = 1, .x = b->state.x};
+  const flesh_point point = flesh_point_at(0, b->state.x, NULL, NULL);
   for (int i = 0; i < b->n / 3; i++) {
     double d[3];
     for (int c = 0; c < 3; c++) d[c] = X[3 * i + c] - middle[c];
@@ -73,7 +73,7 @@ static void joints_turn_where_they_should(void)
   energy_of_turn(&b, ball, 0, 0);
   for (int d = 81; d < b.n; d += 3) b.state.x[d] += 0.1;
   double energy;
-  const flesh_point point = {.load = 1, .x = b.state.x};
+  const flesh_point point = flesh_point_at(0, b.state.x, NULL, NULL);
   CHECK_OK(ball->operations->energy(ball, &point, &energy));
   CHECK_NEAR(energy, k / 2 * 0.01, 1e-9 * k);
   flesh_effect_destroy(&ball);
@@ -91,7 +91,7 @@ static void forces_and_torques_balance(void)
     flesh_effect *effect = join(&b, kind ? (double[]){0.2, 0.1, -0.3} : NULL, 700);
     test_jitter(b.n, 0.3, 5, b.state.x);
     double *r = calloc((size_t)b.n, sizeof *r);
-    const flesh_point point = {.load = 1, .x = b.state.x};
+    const flesh_point point = flesh_point_at(0, b.state.x, NULL, NULL);
     CHECK_OK(effect->operations->residual(effect, &point, r));
     const double size = test_sums(&b, r, sums);
     CHECK(size > 1);

@@ -41,7 +41,7 @@ static flesh_effect *join(const test_body *b, const double p[3], const double q[
 static double energy_at(const flesh_effect *effect, const double *x)
 {
   double energy = NAN;
-  const flesh_point point = {.load = 1, .x = x};
+  const flesh_point point = flesh_point_at(0, x, NULL, NULL);
   CHECK_OK(effect->operations->energy(effect, &point, &energy));
   return energy;
 }
@@ -92,7 +92,7 @@ static void derivatives_and_balances_hold(void)
     CHECK_OK(flesh_effect_joint_spring(&b.body, EACH, low, kind < 2 ? EACH : 2 * EACH, kind < 2 ? high : all,
                                        (double[]){0.3, 0.2, 0.8}, (double[]){0.9, 0.4, 2.1}, 700, lengths[kind],
                                        &effect));
-    const flesh_point point = {.load = 1, .x = b.state.x};
+    const flesh_point point = flesh_point_at(0, b.state.x, NULL, NULL);
     CHECK_OK(effect->operations->residual(effect, &point, r));
     const double size = test_sums(&b, r, sums);
     CHECK(size > 1);
@@ -133,7 +133,7 @@ static void hessian_is_the_closed_form(void)
     CHECK_OK(flesh_system_finalize(system));
     CHECK_OK(flesh_system_matrix_create(system, &K));
     for (int c = 0; c < 3; c++) b.state.x[36 + c] = b.state.x[9 + c] + 1.5 * n[c];
-    const flesh_point point = {.load = 1, .x = b.state.x, .v = b.state.v, .a = b.state.v};
+    const flesh_point point = flesh_point_at(0, b.state.x, b.state.v, b.state.v);
     const double across = k * (1 - lengths[kind] / 1.5);
     const flesh_eigenvalue_filter filters[] = {FLESH_FILTER_NONE, FLESH_FILTER_CLAMP, FLESH_FILTER_ABSOLUTE};
     for (int f = 0; f < 3; f++) {
@@ -165,7 +165,7 @@ static void points_that_meet_are_no_trouble(void)
     flesh_derivative_report report;
     for (int d = 3 * EACH; d < b.n; d++)
       b.state.x[d] = flesh_mesh_positions(b.mesh)[d] - (d % 3 == 2 ? 1 - (kind == 0 ? 0 : kind == 1 ? 1e-14 : 1e-4) : 0);
-    const flesh_point point = {.load = 1, .x = b.state.x};
+    const flesh_point point = flesh_point_at(0, b.state.x, NULL, NULL);
     CHECK_OK(effect->operations->residual(effect, &point, r));
     for (int d = 0; d < b.n; d++) largest = fmax(largest, isnan(r[d]) ? INFINITY : fabs(r[d]));
     CHECK_BELOW(largest, 10 * 0.5); /* k L, of weights of 1/8 to 3/8 */
@@ -210,7 +210,7 @@ static void stiff_blocks_swing_at_their_frequency(void)
 static double total_energy(const test_body *b, double *moving)
 {
   double energies[8], sum = 0;
-  const flesh_point point = {.load = 1, .x = b->state.x, .v = b->state.v, .a = b->state.v};
+  const flesh_point point = flesh_point_at(0, b->state.x, b->state.v, b->state.v);
   CHECK_OK(flesh_system_energies(b->system, &point, energies));
   for (int e = 0; e < flesh_system_effect_count(b->system); e++) sum += energies[e];
   *moving = energies[0] + energies[2];

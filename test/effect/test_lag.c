@@ -21,11 +21,11 @@ static int look(const flesh_effect *effect, const flesh_point *point)
 {
   witness *w = effect->data;
   const double *x = w->own ? point->x : w->x, *v = w->own ? point->v : w->v;
-  int wrong = !point->x_lag || !point->v_lag || !(fabs(point->t_lag - (w->own ? point->t : w->t)) <= w->tolerance);
+  int wrong = !point->lagged.x || !point->lagged.v || !(fabs(point->lagged.t - (w->own ? point->t : w->t)) <= w->tolerance);
   for (int d = 0; d < w->n && !wrong; d++)
-    wrong = !(fabs(point->x_lag[d] - x[d]) <= w->tolerance && fabs(point->v_lag[d] - v[d]) <= w->tolerance);
+    wrong = !(fabs(point->lagged.x[d] - x[d]) <= w->tolerance && fabs(point->lagged.v[d] - v[d]) <= w->tolerance);
   w->calls++;
-  w->unfrozen += !point->x_frozen;
+  w->unfrozen += !point->frozen.x;
   w->wrong += wrong;
   return FLESH_OK;
 }
@@ -55,7 +55,7 @@ static int look_energy(const flesh_effect *effect, const flesh_point *point, dou
 {
   witness *w = effect->data;
   w->energies++;
-  w->unfrozen += !point->x_frozen || !point->x_lag || !point->v_lag;
+  w->unfrozen += !point->frozen.x || !point->lagged.x || !point->lagged.v;
   *energy = 0;
   return FLESH_OK;
 }

@@ -183,7 +183,7 @@ static void forces_are_what_holds_against_them(void)
   CHECK_OK(flesh_system_finalize(b.system));
   settle(&b, 0);
   double *r = malloc((size_t)b.n * sizeof *r), reaction[3] = {0}, energies[2], work = 0;
-  const flesh_point point = {.load = 1, .x = b.state.x, .v = b.state.v, .a = b.state.v};
+  const flesh_point point = flesh_point_at(0, b.state.x, b.state.v, b.state.v);
   CHECK_OK(flesh_system_residual(b.system, &point, r));
   for (int i = 0; i < b.n / 3; i++)
     for (int c = 0; c < 3; c++) reaction[c] += r[3 * i + c] * (flesh_mesh_positions(b.mesh)[3 * i] < 1e-9);
@@ -235,7 +235,9 @@ static void pressure_follows_the_faces(void)
            *x_lag = malloc((size_t)b.n * sizeof *x_lag), energy;
     memcpy(x_lag, b.state.x, (size_t)b.n * sizeof *x_lag);
     if (k == 0) test_jitter(b.n, 0.3, 9, x_lag); /* a closed surface does not mind the lag */
-    const flesh_point point = {.load = 0.5, .x = b.state.x, .v = b.state.v, .a = b.state.v, .x_lag = x_lag};
+    flesh_point point = flesh_point_at(0, b.state.x, b.state.v, b.state.v);
+    point.load = 0.5;
+    point.lagged.x = x_lag;
     CHECK_OK(flesh_system_residual(b.system, &point, r));
     push(count, triangles, 350, b.state.x, expected);
     CHECK_BELOW(test_distance(b.n, r, expected), 1e-13 * test_norm(b.n, expected));
@@ -267,8 +269,7 @@ static void statics_follow_an_open_pressure(void)
   settle(&b, 0);
   double *r = malloc((size_t)b.n * sizeof *r), *load = calloc((size_t)b.n, sizeof *load), worst = 0;
   flesh_effect *elasticity = (flesh_effect *)flesh_system_effect(b.system, 0);
-  const flesh_point point = {.load = 1, .x = b.state.x, .v = b.state.v, .a = b.state.v,
-                             .x_lag = b.state.x, .v_lag = b.state.v};
+  const flesh_point point = flesh_point_at(0, b.state.x, b.state.v, b.state.v);
   memset(r, 0, (size_t)b.n * sizeof *r);
   CHECK_OK(elasticity->operations->residual(elasticity, &point, r));
   push(count, triangles, 3000, b.state.x, load);

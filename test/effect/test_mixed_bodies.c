@@ -116,7 +116,7 @@ static values evaluate(const flesh_scene *scene)
   const flesh_shift shift = {1, 60, 3600, FLESH_FILTER_CLAMP};
   flesh_block_matrix *K = NULL;
   shake(flesh_scene_mesh(scene), o.x, o.v, o.a);
-  const flesh_point point = {.t = 0.1, .load = 1, .x = o.x, .v = o.v, .a = o.a};
+  const flesh_point point = flesh_point_at(0.1, o.x, o.v, o.a);
   CHECK_OK(flesh_system_residual(system, &point, o.r));
   CHECK_OK(flesh_system_energies(system, &point, o.energy));
   CHECK_OK(flesh_system_potential(system, &point, &shift, &o.phi, &magnitude));
@@ -394,7 +394,7 @@ static void parts_add_up(void)
     flesh_effect *restricted = NULL;
     CHECK_OK(flesh_mesh_create_quadratic(all.n / 3, flesh_mesh_positions(mesh), count, nodes, NULL, &own));
     CHECK_OK(effect->operations->shortcuts->restrict_to_cells(effect, count, chosen, own, &restricted));
-    const flesh_point point = {.load = 1, .x = all.x, .v = all.v, .a = all.a, .x_lag = all.x, .v_lag = all.v};
+    const flesh_point point = flesh_point_at(0, all.x, all.v, all.a);
     CHECK_OK(restricted->operations->residual(restricted, &point, sum));
     flesh_effect_destroy(&restricted);
     flesh_mesh_destroy(&own);

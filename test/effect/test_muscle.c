@@ -85,7 +85,7 @@ static void make_cube(int order, int curve, double young, double poisson, const 
 static double reaction(const test_body *b, double t)
 {
   double *r = calloc((size_t)b->n, sizeof *r), sum = 0;
-  const flesh_point point = {.t = t, .load = 1, .x = b->state.x, .v = b->state.v, .a = b->state.v};
+  const flesh_point point = flesh_point_at(t, b->state.x, b->state.v, b->state.v);
   CHECK_OK(flesh_system_residual(b->system, &point, r));
   for (int i = 0; i < b->n / 3; i++)
     if (fabs(flesh_mesh_positions(b->mesh)[3 * i] - 1) < 1e-9) sum += r[3 * i];
@@ -261,7 +261,7 @@ static double imbalance(flesh_method method, double h, double *put_in, double *g
   *put_in = 0;
   for (int k = 0; k <= lround(0.4 / h); k++) {
     if (k) CHECK_OK(flesh_integrator_step(integrator, &b.state, h, NULL));
-    const flesh_point point = {.t = b.state.t, .load = 1, .x = b.state.x, .v = b.state.v, .a = b.state.v};
+    const flesh_point point = flesh_point_at(b.state.t, b.state.x, b.state.v, b.state.v);
     double sum = 0;
     CHECK_OK(flesh_system_energies(b.system, &point, energies));
     for (int e = 0; e < 4; e++) sum += energies[e];

@@ -93,7 +93,8 @@ static double reaction(const cube *c)
 {
   const flesh_state *s = &c->b.state;
   double *r = calloc(2 * (size_t)c->b.n, sizeof *r), sum = 0;
-  const flesh_point point = {.t = s->t, .load = 1, .x = s->x, .v = s->v, .a = r + c->b.n, .x_frozen = c->x0};
+  flesh_point point = flesh_point_at(s->t, s->x, s->v, r + c->b.n);
+  point.frozen = (flesh_frozen){c->x0, NULL};
   CHECK_OK(flesh_system_residual(c->b.system, &point, r));
   for (int i = 0; i < c->b.n / 3; i++)
     if (fabs(flesh_mesh_positions(c->b.mesh)[3 * i] - 1) < 1e-9) sum += r[3 * i];
@@ -235,10 +236,10 @@ static double dissipated(const test_body *b, const double *x, const double *v)
 {
   const int n = b->n;
   double *r = calloc(3 * (size_t)n, sizeof *r), power = 0;
-  flesh_point point = {.t = 0, .load = 1, .x = x, .v = v, .a = r + n};
+  flesh_point point = flesh_point_at(0, x, v, r + n);
   const flesh_effect *muscle = flesh_system_effect(b->system, flesh_system_effect_count(b->system) - 1);
   CHECK_OK(muscle->operations->residual(muscle, &point, r));
-  point.v = r + n;
+  point = flesh_point_at(0, x, r + n, r + n);
   CHECK_OK(muscle->operations->residual(muscle, &point, r + 2 * n));
   for (int d = 0; d < n; d++) power += (r[d] - r[2 * n + d]) * v[d];
   free(r);
@@ -249,7 +250,7 @@ static double dissipated(const test_body *b, const double *x, const double *v)
 static double energy(const test_body *b)
 {
   double energies[8] = {0}, sum = 0, *zeros = calloc((size_t)b->n, sizeof *zeros);
-  const flesh_point point = {.t = b->state.t, .load = 1, .x = b->state.x, .v = b->state.v, .a = zeros};
+  const flesh_point point = flesh_point_at(b->state.t, b->state.x, b->state.v, zeros);
   CHECK_OK(flesh_system_energies(b->system, &point, energies));
   for (int k = 0; k < flesh_system_effect_count(b->system); k++) sum += energies[k];
   free(zeros);

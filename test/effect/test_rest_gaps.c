@@ -65,7 +65,7 @@ static double energy_at_rest(const flesh_body *body, double thickness, int count
 {
   const double *X = flesh_mesh_positions(body->mesh);
   const flesh_contact_options options = {.stiffness = 1e5, .thickness = thickness, .slip_speed = 1e-3};
-  const flesh_point point = {.load = 1, .x = X, .v = X, .a = X, .x_lag = X, .v_lag = X};
+  const flesh_point point = flesh_point_at(0, X, X, X);
   flesh_effect *effect = NULL;
   double energy = NAN;
   CHECK_OK(flesh_effect_surface_contact(body, &options, count, pairs, &effect));

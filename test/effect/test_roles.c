@@ -18,7 +18,7 @@ typedef struct masses {
 static int mass_residual(const flesh_effect *effect, const flesh_point *point, double *r)
 {
   const masses *self = effect->data;
-  CHECK(point->x_lag && point->v_lag); /* effects never see NULL */
+  CHECK(point->lagged.x && point->lagged.v); /* effects never see NULL */
   for (int d = 0; d < 3 * self->nodes; d++) r[d] += self->mass[d / 3] * point->a[d];
   return FLESH_OK;
 }
@@ -328,7 +328,8 @@ static void five_members_are_a_load(void)
     CHECK_OK(flesh_effect_check_derivatives(last, b.mesh, 0, b.state.x, 1, &report));
     CHECK(flesh_derivative_report_passes(&report, 1e-6) && report.potential[0] < 1e-6 && report.potential[1] < 1e-6);
     double *r = malloc(sizeof *r * (size_t)b.n), sum = 0;
-    const flesh_point point = {.load = 0.5, .x = b.state.x, .v = b.state.v, .a = b.state.v};
+    flesh_point point = flesh_point_at(0, b.state.x, b.state.v, b.state.v);
+    point.load = 0.5;
     CHECK_OK(flesh_system_load(b.system, &point, r));
     for (int i = 2; i < b.n; i += 3) sum += r[i];
     CHECK_NEAR(sum, 0.5 * 2000 * 9.81, 1e-8);

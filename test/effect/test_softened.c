@@ -1,8 +1,9 @@
-/* test_softened.c: softened materials are what flesh_point.softened says, and as many as a body is stiff. */
+/* test_softened.c: softened materials are what flesh_environment.softened says, and as many as a body is stiff. */
 #include <stdlib.h>
 
 #include "body.h"
 #include "effect/effect.h"
+#include "effect/environment.h"
 #include "test.h"
 
 /* A softened material is S with the same shear modulus and the ratio of its level, whatever its form and element. */
@@ -28,10 +29,10 @@ static void check_softened(int order, int level)
          *r = malloc(sizeof(double) * (size_t)n), *wanted = malloc(sizeof(double) * (size_t)n);
   memcpy(x, flesh_mesh_positions(hard.mesh), sizeof(double) * (size_t)n);
   test_jitter(n, 0.1, 3, x); /* some tets are inverted, where B has no value */
-  flesh_point point = {.load = 1, .x = x, .v = zero, .a = zero};
+  flesh_point point = flesh_point_at(0, x, zero, zero);
   CHECK(flesh_system_residual(hard.system, &point, r) == FLESH_UNDEFINED);
   CHECK_OK(flesh_system_residual(soft.system, &point, wanted));
-  point.softened = level;
+  point.environment = &(flesh_environment){.softened = level};
   CHECK_OK(flesh_system_residual(hard.system, &point, r));
   CHECK_BELOW(test_distance(n, r, wanted), 1e-12 * test_norm(n, wanted));
   free(x), free(zero), free(r), free(wanted);

@@ -39,7 +39,7 @@ static void check_spring_of(int order, const double given[3], const double found
   for (int k = 0; k < 5; k++) {
     int active = k > 0 && k < 4;
     double sum[3] = {0}, torque = 0, energy, expected = 0, pull[3];
-    flesh_point point = {.t = times[k], .load = 1, .x = b.state.x, .v = b.state.v, .a = b.state.v};
+    flesh_point point = flesh_point_at(times[k], b.state.x, b.state.v, b.state.v);
     CHECK_OK(flesh_system_residual(b.system, &point, r));
     CHECK_OK(flesh_system_energies(b.system, &point, &energy));
     for (int d = 0; d < b.n; d++) sum[d % 3] += r[d];
@@ -87,7 +87,7 @@ static void the_point_follows_curved_edges(void)
     b.state.x[i + 1] = X[i + 1] - 0.2 * X[i] * X[i + 2];
     b.state.x[i + 2] = X[i + 2] + 0.1 * X[i] * X[i];
   }
-  flesh_point point = {.t = 1, .load = 1, .x = b.state.x, .v = b.state.v, .a = b.state.v};
+  flesh_point point = flesh_point_at(1, b.state.x, b.state.v, b.state.v);
   CHECK_OK(flesh_system_residual(b.system, &point, r));
   for (int d = 0; d < b.n; d++) sum[d % 3] += r[d];
   CHECK_NEAR(sum[0], 50 * (p[0] + 0.3 * p[1] * p[1] - 3), 1e-12);

@@ -123,8 +123,7 @@ static void sums_and_derivatives(void)
     CHECK_NEAR(flesh_effect_spring_radius(effect, at), 0.1, 1e-15);
     CHECK_BELOW(test_distance(3, at, p), 1e-15);
     double *all = calloc((size_t)b.n, sizeof *all);
-    flesh_point point = {.t = 0.5, .load = 1, .x = b.state.x, .v = b.state.v, .a = b.state.v,
-                         .x_lag = b.state.x, .v_lag = b.state.v};
+    flesh_point point = flesh_point_at(0.5, b.state.x, b.state.v, b.state.v);
     for (int deformed = 0; deformed < 2; deformed++) {
       double sums[6], expected = 0, off[3], moved[3];
       for (int i = 0; i < b.n; i += 3) carry_affinely(b.state.x + i);
@@ -144,7 +143,7 @@ static void sums_and_derivatives(void)
       if (!deformed) CHECK_BELOW(test_distance(3, at, moved), 1e-11);
       memcpy(b.state.x, flesh_mesh_positions(b.mesh), (size_t)b.n * sizeof *b.state.x);
     }
-    point.t = 1;
+    point.t = point.lagged.t = 1;
     memset(all, 0, (size_t)b.n * sizeof *all);
     CHECK_OK(effect->operations->residual(effect, &point, all));
     for (int d = 0; d < b.n; d++) CHECK(all[d] == 0);
@@ -181,8 +180,7 @@ static pull pull_block(int cells, int order, double radius)
   CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_STATIC, &options, &integrator));
   CHECK_OK(flesh_integrator_step(integrator, &b.state, 0, NULL));
   double *r = calloc((size_t)b.n, sizeof *r);
-  const flesh_point point = {.t = 0, .load = 1, .x = b.state.x, .v = b.state.v, .a = b.state.v,
-                             .x_lag = b.state.x, .v_lag = b.state.v};
+  const flesh_point point = flesh_point_at(0, b.state.x, b.state.v, b.state.v);
   CHECK_OK(spring->operations->residual(spring, &point, r));
   pull result = {0, 0, flesh_mesh_jacobians(b.mesh, b.state.x, NULL, NULL, NULL)};
   for (int d = 0; d < b.n; d += 3) result.force -= r[d];

@@ -54,8 +54,8 @@ static void rigid_steps_are_not_felt(void)
       b.state.v[d] = (end[d] - b.state.x[d]) / h;
       middle[d] = (end[d] + b.state.x[d]) / 2;
     }
-    const flesh_point points[] = {{.load = 1, .x = end, .v = b.state.v, .a = r, .x_frozen = b.state.x},
-                                  {.load = 1, .x = middle, .v = b.state.v, .a = r}};
+    flesh_point points[] = {flesh_point_at(0, end, b.state.v, r), flesh_point_at(0, middle, b.state.v, r)};
+    points[0].frozen = (flesh_frozen){b.state.x, NULL};
     for (int p = 0; p < 2; p++) {
       CHECK_OK(flesh_system_residual(b.system, &points[p], r));
       printf("# step %d, %s: %.2g N\n", k, p ? "midpoint" : "backward Euler", test_norm(b.n, r));
@@ -99,8 +99,8 @@ static void it_has_no_torque_and_never_feeds(void)
       x_frozen[d] = b.state.x[d] - shift.x * (start ? b.state.v[d] / shift.v : w[d]);
       v_frozen[d] = b.state.v[d] - shift.v * w[d];
     }
-    const flesh_point point = {.load = 1, .x = b.state.x, .v = b.state.v, .a = r,
-                               .x_frozen = own ? NULL : x_frozen, .v_frozen = own || start ? NULL : v_frozen};
+    flesh_point point = flesh_point_at(0, b.state.x, b.state.v, r);
+    if (!own) point.frozen = (flesh_frozen){x_frozen, start ? NULL : v_frozen};
     double phi, magnitude, torque[3], power = 0, difference = 0;
     CHECK_OK(flesh_system_residual(b.system, &point, r));
     CHECK_OK(flesh_system_potential(b.system, &point, &shift, &phi, &magnitude));
@@ -109,7 +109,8 @@ static void it_has_no_torque_and_never_feeds(void)
     CHECK(phi > 0);
     for (int d = 0; d < b.n; d++) power += r[d] * b.state.v[d];
     /* Over a step from its start it is that of the strain's difference, E' = F_mean^T F'. */
-    const flesh_point from = {.load = 1, .x = x_frozen, .v = b.state.v, .a = r, .x_frozen = b.state.x};
+    flesh_point from = flesh_point_at(0, x_frozen, b.state.v, r);
+    from.frozen = (flesh_frozen){b.state.x, NULL};
     if (start) CHECK_OK(flesh_system_residual(b.system, &from, r));
     for (int d = 0; d < b.n && start; d++) difference += r[d] * b.state.v[d];
     if (own) CHECK_NEAR(2 * shift.v * phi, power, 1e-12 * power);
@@ -128,7 +129,7 @@ typedef struct lost {
 static double energy_of(const test_body *b, double *kinetic)
 {
   double energies[4] = {0}, *zero = calloc((size_t)b->n, sizeof *zero);
-  const flesh_point point = {.t = b->state.t, .load = 1, .x = b->state.x, .v = b->state.v, .a = zero};
+  const flesh_point point = flesh_point_at(b->state.t, b->state.x, b->state.v, zero);
   CHECK_OK(flesh_system_energies(b->system, &point, energies));
   free(zero);
   *kinetic = energies[0];
@@ -143,7 +144,7 @@ static void momenta_of(const test_body *b, double h, double *L, double *kept)
   test_body_mass_times(b, b->state.v, p);
   momentum_of(b->n, b->state.x, p, moment);
   *kept = *L = moment[2];
-  const flesh_point point = {.t = b->state.t, .load = 1, .x = b->state.x, .v = b->state.v, .a = zero};
+  const flesh_point point = flesh_point_at(b->state.t, b->state.x, b->state.v, zero);
   CHECK_OK(flesh_system_residual(b->system, &point, p));
   momentum_of(b->n, b->state.v, p, moment);
   *kept -= h * h / 4 * moment[2];

@@ -108,7 +108,7 @@ static void forces_and_torques_balance(void)
                               FLESH_MASS_LUMPED, 0, &b));
     flesh_effect *effect = welded(&b, 0.05, 1e6, NAN);
     double *r = calloc((size_t)b.n, sizeof *r);
-    flesh_point point = {.load = 1, .x = b.state.x};
+    flesh_point point = flesh_point_at(0, b.state.x, NULL, NULL);
     for (int d = 0; d < b.n; d += 3) { /* an affine motion */
       const double *X = flesh_mesh_positions(b.mesh) + d;
       b.state.x[d] = 3 + 0.5 * X[0] - 0.9 * X[1], b.state.x[d + 1] = 1.2 * X[0] + 0.4 * X[2], b.state.x[d + 2] = X[1];

@@ -61,8 +61,8 @@ static void begin_pull(int order, const int lower[3], const int upper[3], double
 static double pull_of(const test_body *b)
 {
   double *r = calloc(2 * (size_t)b->n, sizeof *r), *zeros = r + b->n, force = 0;
-  const flesh_point point = {.t = b->state.t, .load = 1, .x = b->state.x, .v = zeros, .a = zeros,
-                             .internal = b->state.internal};
+  flesh_point point = flesh_point_at(b->state.t, b->state.x, zeros, zeros);
+  point.internal = b->state.internal;
   CHECK_OK(flesh_system_residual(b->system, &point, r));
   for (int i = 0; i < b->n / 3; i++)
     if (flesh_mesh_positions(b->mesh)[3 * i + 2] == 2) force += r[3 * i + 2];
@@ -73,9 +73,10 @@ static double pull_of(const test_body *b)
 static double broken_of(const test_body *b)
 {
   const flesh_effect *weld = flesh_system_effect(b->system, flesh_system_effect_count(b->system) - 1);
-  const double *zeros = b->state.v;
   double values[3];
-  weld->operations->figures->report(weld, &(flesh_point){.x = b->state.x, .v = zeros, .internal = b->state.internal}, values);
+  flesh_point point = flesh_point_at(0, b->state.x, b->state.v, NULL);
+  point.internal = b->state.internal;
+  weld->operations->figures->report(weld, &point, values);
   return values[0];
 }
 
@@ -168,7 +169,7 @@ static void tension_and_shear_count_together(void)
         turn(axis, 0.3 * run, p, x + 3 * i);
       }
       int changed;
-      const flesh_point point = {.t = 7, .load = 1, .x = x, .v = x, .a = x};
+      const flesh_point point = flesh_point_at(7, x, x, x);
       memset(b.state.internal, 0, (size_t)b.state.internal_count * sizeof *b.state.internal);
       CHECK_OK(flesh_system_update_internal(b.system, &point, b.state.internal, &changed));
       CHECK(changed == run % 2);
@@ -184,9 +185,9 @@ static void tension_and_shear_count_together(void)
 static double energy_of(const test_body *b, double *rounding)
 {
   double energies[3], rest[3], sum = 0, phi, *zeros = calloc((size_t)b->n, sizeof *zeros);
-  const flesh_point point = {.t = b->state.t, .load = 1, .x = b->state.x, .v = b->state.v, .a = b->state.v,
-                             .internal = b->state.internal};
-  const flesh_point at_rest = {.load = 1, .x = flesh_mesh_positions(b->mesh), .v = zeros, .a = zeros};
+  flesh_point point = flesh_point_at(b->state.t, b->state.x, b->state.v, b->state.v);
+  point.internal = b->state.internal;
+  const flesh_point at_rest = flesh_point_at(0, flesh_mesh_positions(b->mesh), zeros, zeros);
   CHECK_OK(flesh_system_energies(b->system, &point, energies));
   CHECK_OK(flesh_system_energies(b->system, &at_rest, rest));
   CHECK_OK(flesh_system_potential(b->system, &at_rest, &(flesh_shift){.x = 1}, &phi, rounding));
@@ -260,7 +261,7 @@ static double whole_stage, farthest;
 static int refuse_long(const flesh_effect *effect, const flesh_point *point, double *r)
 {
   (void)effect, (void)r;
-  return fabs(point->t - whole_stage) < 1e-9 && point->t - point->t_lag > farthest ? FLESH_UNDEFINED : FLESH_OK;
+  return fabs(point->t - whole_stage) < 1e-9 && point->t - point->lagged.t > farthest ? FLESH_UNDEFINED : FLESH_OK;
 }
 
 static const flesh_effect_operations refusing = {.name = "refusing", .traits = FLESH_IS_PASSIVE, .residual = refuse_long};

@@ -247,14 +247,12 @@ static void make_system(problem *p, kind kind, flesh_instructions instructions, 
 static flesh_point point_of(const problem *p, kind kind)
 {
   const int viscous = kind == VISCOUS || kind == FROZEN;
-  return (flesh_point){.load = 1,
-                       .x = kind == ELASTIC || viscous ? p->x : p->v,
-                       .v = kind == ELASTIC || kind >= CONSISTENT ? p->x : p->v,
-                       .a = kind >= CONSISTENT ? p->v : p->x,
-                       .x_lag = kind == CURRENT ? p->x : p->v,
-                       .v_lag = p->x,
-                       .x_frozen = kind == FROZEN ? p->x_frozen : NULL,
-                       .v_frozen = kind == FROZEN ? p->v_frozen : NULL};
+  flesh_point point = flesh_point_at(0, kind == ELASTIC || viscous ? p->x : p->v,
+                                     kind == ELASTIC || kind >= CONSISTENT ? p->x : p->v,
+                                     kind >= CONSISTENT ? p->v : p->x);
+  point.lagged = (flesh_lagged){0, kind == CURRENT ? p->x : p->v, p->x};
+  if (kind == FROZEN) point.frozen = (flesh_frozen){p->x_frozen, p->v_frozen};
+  return point;
 }
 
 static flesh_shift shift_of(kind kind, int project)

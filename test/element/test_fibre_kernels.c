@@ -177,7 +177,7 @@ static const flesh_amplitude rising = {.count = 2, .points = rise, .from = -INFI
 static double energy_at(const problem *p, const flesh_effect *effect, double t)
 {
   double energy = NAN;
-  const flesh_point point = {.t = t, .load = 1, .x = p->x, .v = p->x, .a = p->x};
+  const flesh_point point = flesh_point_at(t, p->x, p->x, p->x);
   CHECK_OK(effect->operations->energy(effect, &point, &energy));
   return energy;
 }
@@ -237,7 +237,7 @@ static void dense_of(const problem *p, const flesh_effect *effect, flesh_eigenva
   CHECK_OK(flesh_system_add_effect(system, &own));
   CHECK_OK(flesh_system_finalize(system));
   CHECK_OK(flesh_system_matrix_create(system, &K));
-  const flesh_point point = {.t = 1, .load = 1, .x = p->x, .v = p->x, .a = p->x};
+  const flesh_point point = flesh_point_at(1, p->x, p->x, p->x);
   CHECK_OK(flesh_system_jacobian(system, &point, &(flesh_shift){.x = 1, .filter = filter}, K));
   double *dense = test_dense(K);
   memcpy(H, dense, 144 * sizeof *H);
@@ -315,7 +315,7 @@ static void nothing_is_lost_where_fibres_have_no_length(void)
       }
       p.x[4] = NAN;
       flesh_effect *effect = muscle_of(&p, 0, &fibres_of[0], NULL);
-      const flesh_point point = {.load = 1, .x = p.x, .v = p.x, .a = p.x};
+      const flesh_point point = flesh_point_at(0, p.x, p.x, p.x);
       double *r = calloc((size_t)n, sizeof *r);
       CHECK(effect->operations->residual(effect, &point, r) == FLESH_NONFINITE);
       free(r);
@@ -363,7 +363,8 @@ static void threads_give_the_same_bits(void)
       r[t] = calloc((size_t)n, sizeof *r[t]);
       k[t] = malloc(values * sizeof *k[t]);
       CHECK_OK(flesh_threads_create(t ? 3 : 1, &threads));
-      const flesh_point point = {.load = 1, .x = p.x, .v = p.x, .a = p.x, .threads = threads};
+      flesh_point point = flesh_point_at(0, p.x, p.x, p.x);
+      point.threads = threads;
       CHECK_OK(flesh_system_residual(system, &point, r[t]));
       CHECK_OK(flesh_system_potential(system, &point, &(flesh_shift){.x = 1}, &phi[t], &size));
       CHECK_OK(flesh_system_jacobian(system, &point, &(flesh_shift){.x = 1, .filter = FLESH_FILTER_CLAMP}, K));

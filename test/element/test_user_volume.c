@@ -104,7 +104,7 @@ static int block(flesh_material material, test_body *b)
 static double evaluate(const test_body *b, const double *x, double *r, double *values, int project)
 {
   double V = 0, size;
-  const flesh_point point = {.load = 1, .x = x, .v = b->state.v, .a = b->state.v};
+  const flesh_point point = flesh_point_at(0, x, b->state.v, b->state.v);
   const flesh_shift shift = {.x = 1, .filter = project ? FLESH_FILTER_CLAMP : FLESH_FILTER_NONE};
   flesh_block_matrix *K;
   CHECK_OK(flesh_system_potential(b->system, &point, &shift, &V, &size));

@@ -25,7 +25,7 @@ static void forces(flesh_energy energy, double poisson, double *r)
     x[1] += 0.03 * X[0] * X[0] + 0.02 * X[2];
     x[2] += 0.05 * X[0] * X[1] - 0.03 * X[2] * X[2];
   }
-  const flesh_point point = {.load = 1, .x = b.state.x, .v = b.state.v, .a = b.state.v};
+  const flesh_point point = flesh_point_at(0, b.state.x, b.state.v, b.state.v);
   CHECK_OK(flesh_system_residual(b.system, &point, r));
   test_body_destroy(&b);
 }

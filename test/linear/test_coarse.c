@@ -20,7 +20,7 @@ static flesh_block_matrix *matrix_of(test_body *b, double inertia, uint8_t *fixe
   double *x = malloc((size_t)b->n * sizeof *x);
   memcpy(x, b->state.x, (size_t)b->n * sizeof *x);
   test_jitter(b->n, 1e-4, 5, x);
-  flesh_point point = {.load = 1, .x = x, .v = b->state.v, .a = b->state.v};
+  flesh_point point = flesh_point_at(0, x, b->state.v, b->state.v);
   CHECK_OK(flesh_system_matrix_create(b->system, &A));
   CHECK_OK(flesh_system_jacobian(b->system, &point, &(flesh_shift){1, 0, inertia, 1}, A));
   for (int d = 0; fixed && d < b->n; d++) fixed[d] = flesh_mesh_positions(b->mesh)[d - d % 3] == 0;
@@ -189,7 +189,7 @@ static void parts_that_touch_move_by_themselves(void)
   flesh_block_matrix A = flesh_pattern_matrix(&layout.pattern, calloc(9 * blocks + 1, sizeof(double)));
   A.layout = &layout;
   A.own = layout.own;
-  const flesh_point point = {.load = 1, .x = X, .v = b.state.v, .a = b.state.v};
+  const flesh_point point = flesh_point_at(0, X, b.state.v, b.state.v);
   CHECK_OK(flesh_system_jacobian(b.system, &point, &(flesh_shift){1, 0, 100, 1}, &A));
   for (int k = 0; k < count; k++) { /* tied by springs along y, along which they do not part */
     const int i = pairs[2 * k], j = pairs[2 * k + 1];

@@ -75,7 +75,7 @@ static void make_matrices(const test_body *b, uint8_t *fixed, flesh_block_matrix
   for (int m = 0; m < MATRICES; m++) {
     memcpy(x, X, (size_t)b->n * sizeof *x);
     for (int d = 0; d < b->n && m; d += 3) x[d] += 0.3 * (X[d + 1] - low) * (X[d + 1] - low) / (high - low);
-    flesh_point point = {.load = 1, .x = x, .v = b->state.v, .a = b->state.v};
+    flesh_point point = flesh_point_at(0, x, b->state.v, b->state.v);
     CHECK_OK(flesh_system_matrix_create(b->system, &matrices[m]));
     CHECK_OK(flesh_system_jacobian(b->system, &point, &(flesh_shift){1, 0, 3600, FLESH_FILTER_CLAMP}, matrices[m]));
     flesh_block_fix(matrices[m], fixed, 1e4, NULL);

@@ -22,7 +22,7 @@ typedef struct ten {
 /* Takes the mesh, of order 1; K and the rows at x [n] (NULL: at rest) with the first nodes along x held. */
 static void assemble(ten *t, const double *x, double inertia, int filter)
 {
-  const flesh_point point = {.load = 1, .x = x ? x : t->b.state.x, .v = t->b.state.v, .a = t->b.state.v};
+  const flesh_point point = flesh_point_at(0, x ? x : t->b.state.x, t->b.state.v, t->b.state.v);
   const flesh_shift shift = {1, 0, inertia, filter};
   CHECK_OK(flesh_system_jacobian(t->b.system, &point, &shift, t->K));
   flesh_system_stiff_values(t->b.system, &point, &shift, &t->rows);
@@ -112,7 +112,7 @@ static void rows_are_what_is_stiffer(void)
       CHECK_OK(flesh_system_add_effect(system, &effect));
       CHECK_OK(flesh_system_finalize(system));
       CHECK_OK(flesh_system_matrix_create(system, &K));
-      const flesh_point point = {.load = 1, .x = x, .v = t.b.state.v, .a = t.b.state.v};
+      const flesh_point point = flesh_point_at(0, x, t.b.state.v, t.b.state.v);
       CHECK_OK(flesh_system_jacobian(system, &point, &(flesh_shift){.x = 1}, K));
       double *soft = test_dense(K), off = 0, size = 0;
       for (int k = 0; k < n * n; k++) {

@@ -164,7 +164,7 @@ static void fungs_overflow_is_told(void)
     CHECK_OK(flesh_system_finalize(b.system));
     for (int d = 0; d < b.n; d++) b.state.x[d] *= growth[k];
     double *r = malloc((size_t)b.n * sizeof *r);
-    const flesh_point point = {.load = 1, .x = b.state.x, .v = b.state.v, .a = b.state.v};
+    const flesh_point point = flesh_point_at(0, b.state.x, b.state.v, b.state.v);
     const flesh_shift shift = {.x = 1};
     const int expected = k ? FLESH_NONFINITE : FLESH_OK;
     CHECK(flesh_system_residual(b.system, &point, r) == expected);

@@ -72,7 +72,7 @@ static void parts_add_up(void)
   memcpy(x, flesh_mesh_positions(mesh), (size_t)n * sizeof *x);
   memset(whole, 0, 2 * (size_t)n * sizeof *whole);
   test_jitter(n, 0.3, 5, x);
-  const flesh_point point = {.x = x};
+  const flesh_point point = flesh_point_at(0, x, NULL, NULL);
   CHECK_OK(effect->operations->residual(effect, &point, whole));
   const flesh_cells *cells = effect->operations->cells(effect);
   for (int parity = 0; parity < 2; parity++) {

@@ -188,7 +188,7 @@ static double *stress_of(const char *text, const char *element, int *tets, int *
     made[6 * *tets + t] *= flesh_mesh_tet_volumes(mesh)[t]; /* m^3 as it is */
     with_fibres[t] = flesh_mesh_regions(mesh)[t] == 7;
   }
-  const flesh_point point = {.t = state.t, .load = 1, .x = state.x, .v = state.v, .a = state.v};
+  const flesh_point point = flesh_point_at(state.t, state.x, state.v, state.v);
   CHECK_OK(flesh_system_residual(flesh_scene_system(scene), &point, r));
   for (int k = 0; k < 6; k++) {
     gauss[k] = 0;

@@ -311,7 +311,7 @@ static void mean_stress_is_that_of_loads_and_reactions(void)
     const size_t n = 3 * (size_t)s.nodes;
     const double *reaction = array(&s.fields.nodes, "reaction"), *x = s.state.x;
     double *loads = calloc(n, sizeof *loads), force[3] = {0};
-    const flesh_point point = {.t = s.state.t, .load = 1, .x = x, .v = s.state.v, .a = s.state.v};
+    const flesh_point point = flesh_point_at(s.state.t, x, s.state.v, s.state.v);
     CHECK_OK(flesh_system_load(flesh_scene_system(s.scene), &point, loads));
     for (int k = 0; k < 6; k++) {
       double acting = 0, inside = 0;

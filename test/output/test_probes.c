@@ -80,7 +80,7 @@ static int look(void *data, const flesh_step_record *record)
   const int n = flesh_system_unknowns(record->system), k = w->rows++;
   double *a = calloc((size_t)n, sizeof *a), unused[3];
   if (!a || k >= MOST_ROWS) abort();
-  flesh_point point = {.t = state->t, .load = 1, .x = state->x, .v = state->v, .a = a};
+  flesh_point point = flesh_point_at(state->t, state->x, state->v, a);
   CHECK_OK(flesh_system_load(record->system, &point, w->r));
   sum(n, state->x, w->r, w->load[k], w->load_moment[k]);
   for (int e = 0; e < flesh_system_effect_count(record->system); e++) {
@@ -428,10 +428,11 @@ static void see(const char *text, const char *element, void (*move)(const double
   CHECK_OK(flesh_probes_observe(probes, &record));
   CHECK_OK(flesh_probes_close(&probes));
   read_table(file_path("seen.csv"));
-  flesh_point point = {.load = 1, .x = s->x, .v = s->v, .a = s->v, .multipliers = s->multipliers};
+  flesh_point point = flesh_point_at(0, s->x, s->v, s->v);
+  point.multipliers = s->multipliers;
   CHECK_OK(flesh_system_residual(s->system, &point, s->r));
   CHECK_OK(flesh_system_energies(s->system, &point, &s->energy));
-  point.x = X, point.multipliers = NULL;
+  point = flesh_point_at(0, X, s->v, s->v);
   CHECK_OK(flesh_system_energies(s->system, &point, &s->rest_energy));
 }
 

@@ -41,7 +41,7 @@ static void make_problem(flesh_mesh *mesh, const flesh_rank_part *part, problem 
   p->load = calloc((size_t)p->b.n, sizeof *p->load);
   CHECK_OK(flesh_threads_create(1, &p->threads));
   flesh_threads_set_team(p->threads, p->team);
-  const flesh_point point = {.load = 1, .x = p->b.state.x, .v = p->b.state.v, .a = p->b.state.v};
+  const flesh_point point = flesh_point_at(0, p->b.state.x, p->b.state.v, p->b.state.v);
   CHECK_OK(flesh_system_matrix_create(p->b.system, &p->K));
   CHECK_OK(flesh_system_jacobian(p->b.system, &point, &(flesh_shift){.x = 1}, p->K));
   CHECK_OK(flesh_system_load(p->b.system, &point, p->load));

@@ -101,7 +101,7 @@ static void disturb(const bodies *b, double *whole[3], double *own[3])
 
 static flesh_point point_of(double *const vectors[3])
 {
-  return (flesh_point){.t = 0, .load = 1, .x = vectors[0], .v = vectors[1], .a = vectors[2]};
+  return flesh_point_at(0, vectors[0], vectors[1], vectors[2]);
 }
 
 static void check_sums(const bodies *b, const flesh_point points[2])
@@ -399,7 +399,7 @@ static void refusals_and_failures_are_everyones(void)
   flesh_integrator_destroy(&integrator);
   /* If one rank's energy has no value, that of all has none. */
   double phi, size;
-  const flesh_point point = {.load = 1, .x = b.own.state.x, .v = b.own.state.v, .a = b.own.state.v};
+  const flesh_point point = flesh_point_at(0, b.own.state.x, b.own.state.v, b.own.state.v);
   if (flesh_communicator_rank(ranks) == flesh_communicator_size(ranks) - 1) b.own.state.x[0] = NAN;
   CHECK(flesh_system_potential(b.own.system, &point, &(flesh_shift){.x = 1}, &phi, &size) != FLESH_OK);
   drop(&b);

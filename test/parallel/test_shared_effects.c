@@ -5,6 +5,7 @@
 #include "ranks.h"
 
 #include "base/memory.h"
+#include "effect/environment.h"
 #include "effect/rank_share.h"
 #include "linear/block_matrix.h"
 #include "scene/ranks.h"
@@ -106,9 +107,12 @@ static int open_pair(const char *text, int order, pair *p)
   CHECK(variables == flesh_system_internal_count(p->systems[1]));
   p->internal = vector(variables);
   for (int k = 0; k < variables; k++) p->internal[k] = test_uniform(&seed) < 0.3;
-  for (int k = 0; k < 2; k++)
-    p->points[k] = (flesh_point){.t = 0.01, .load = 1, .x = p->x[k], .v = p->v[k], .a = p->a[k], .x_lag = p->x_lag[k],
-                                 .v_lag = p->v_lag[k], .t_lag = 0, .internal = p->internal, .multipliers = p->multipliers[k]};
+  for (int k = 0; k < 2; k++) {
+    p->points[k] = flesh_point_at(0.01, p->x[k], p->v[k], p->a[k]);
+    p->points[k].lagged = (flesh_lagged){0, p->x_lag[k], p->v_lag[k]};
+    p->points[k].multipliers = p->multipliers[k];
+    p->points[k].internal = p->internal;
+  }
   return FLESH_OK;
 }
 
@@ -168,9 +172,10 @@ static void check_products(const pair *p)
     flesh_point point = p->points[k];
     const int grows = strstr(p->text, "between") != NULL;
     int grown, changed;
-    point.proximity = &proximity;
+    const flesh_environment environment = {.proximity = &proximity};
+    point.environment = &environment;
     CHECK_OK(flesh_proximity_create(p->systems[k], NULL, &proximity));
-    CHECK_OK(flesh_proximity_follow(&proximity, 0, point.t_lag, point.x_lag, &changed));
+    CHECK_OK(flesh_proximity_follow(&proximity, 0, point.lagged.t, point.lagged.x, &changed));
     CHECK_OK(flesh_system_matrix_create(p->systems[k], &K));
     CHECK_OK(flesh_proximity_cover(&proximity, &point, K, &grown));
     CHECK(grown == grows);

@@ -144,7 +144,7 @@ static void orders_are_those_of_one_rank(void)
 static double energy_of(const bodies *b)
 {
   double *zeros = calloc((size_t)b->own.n, sizeof *zeros), energies[8] = {0}, sum = 0;
-  const flesh_point point = {.t = b->own.state.t, .load = 1, .x = b->own.state.x, .v = b->own.state.v, .a = zeros};
+  const flesh_point point = flesh_point_at(b->own.state.t, b->own.state.x, b->own.state.v, zeros);
   CHECK_OK(flesh_system_energies(b->own.system, &point, energies));
   for (int e = 0; e < flesh_system_effect_count(b->own.system); e++) sum += energies[e];
   free(zeros);

@@ -21,7 +21,7 @@ enum { WHOLE, PART };
 
 static void make_matrix(test_body *body, double inertia, flesh_block_matrix **A)
 {
-  const flesh_point point = {.t = 0, .load = 1, .x = body->state.x, .v = body->state.v, .a = body->state.v};
+  const flesh_point point = flesh_point_at(0, body->state.x, body->state.v, body->state.v);
   CHECK_OK(flesh_system_finalize(body->system));
   CHECK_OK(flesh_system_matrix_create(body->system, A));
   CHECK_OK(flesh_system_jacobian(body->system, &point, &(flesh_shift){.x = 1, .a = inertia}, *A));

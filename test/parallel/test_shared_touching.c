@@ -5,6 +5,7 @@
 #include "ranks.h"
 
 #include "crossings.h"
+#include "effect/environment.h"
 #include "effect/surface_contact.h"
 #include "flesh/integrator.h"
 #include "linear/block_matrix.h"
@@ -120,8 +121,8 @@ static int touches(const run *alone, const double *x)
   int k = 0;
   while (!flesh_is_surface_contact(flesh_system_effect(alone->system, k))) k++;
   const flesh_effect *effect = flesh_system_effect(alone->system, k);
-  const flesh_point point = {.t = 0, .load = 1, .x = x, .v = x, .a = x, .x_lag = x, .v_lag = x,
-                             .internal = flesh_internal_of(alone->system, k, alone->state.internal)};
+  flesh_point point = flesh_point_at(0, x, x, x);
+  point.internal = flesh_internal_of(alone->system, k, alone->state.internal);
   effect->operations->figures->report(effect, &point, values);
   return values[1] > 0;
 }
@@ -183,7 +184,8 @@ static void make_matrix(const run *r, const double *x, flesh_proximity *proximit
 {
   int grown;
   double *zeros = calloc((size_t)r->n + 1, sizeof *zeros);
-  const flesh_point point = {.load = 1, .x = x, .v = zeros, .a = zeros, .x_lag = x, .v_lag = zeros, .proximity = proximity};
+  flesh_point point = flesh_point_at(0, x, zeros, zeros);
+  point.environment = &(flesh_environment){.proximity = proximity};
   CHECK_OK(flesh_proximity_create(r->system, NULL, proximity));
   CHECK_OK(flesh_system_matrix_create(r->system, K));
   CHECK_OK(flesh_proximity_cover(proximity, &point, *K, &grown));

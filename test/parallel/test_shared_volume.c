@@ -140,7 +140,7 @@ static void set_up(const bodies *b, int which, solver *s)
   test_jitter(3 * flesh_mesh_node_count(b->mesh), 0.002, 3, whole);
   for (int d = 0; d < own->n; d++) x[d] = whole[nodes ? 3 * nodes[d / 3] + d % 3 : d];
   for (int d = 0; d < own->n; d++) fixed[d] = X[d - d % 3] <= 1e-9;
-  const flesh_point point = {.load = 1, .x = x, .v = own->state.v, .a = own->state.v};
+  const flesh_point point = flesh_point_at(0, x, own->state.v, own->state.v);
   const flesh_shift shift = {.x = 1, .filter = FLESH_FILTER_CLAMP};
   s->linear = flesh_linear_for(FLESH_INSTRUCTIONS_AUTO);
   CHECK_OK(flesh_threads_create(1, &s->threads));

@@ -118,8 +118,7 @@ static double ratio(band *self)
 {
   const flesh_state *s = &self->b.state;
   double *r = calloc(2 * (size_t)self->b.n, sizeof *r), *still = r + self->b.n, holding = 0, loading = 0;
-  const flesh_point point = {.t = s->t, .load = 1, .x = s->x, .v = s->v, .a = still, .x_lag = s->x, .v_lag = s->v,
-                             .t_lag = s->t};
+  const flesh_point point = flesh_point_at(s->t, s->x, s->v, still);
   CHECK_OK(flesh_system_residual(self->b.system, &point, r));
   const int held = list(self, 0, is_held);
   for (int k = 0; k < held; k++) holding += r[3 * self->nodes[k] + 1] * s->x[3 * self->nodes[k]];

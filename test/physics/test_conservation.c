@@ -8,7 +8,7 @@
 static double energy_of(const test_body *b, const flesh_state *state)
 {
   double *zeros = calloc((size_t)b->n, sizeof *zeros), energies[8], sum = 0;
-  const flesh_point point = {.t = state->t, .load = 1, .x = state->x, .v = state->v, .a = zeros};
+  const flesh_point point = flesh_point_at(state->t, state->x, state->v, zeros);
   CHECK_OK(flesh_system_energies(b->system, &point, energies));
   for (int e = 0; e < flesh_system_effect_count(b->system); e++) sum += energies[e];
   free(zeros);
@@ -28,7 +28,7 @@ static double lowest_mode(const test_body *b, double *mode)
     if (!fixed[d]) dofs[free_count++] = d;
   flesh_mesh_lumped_mass(b->mesh, b->density, mass);
   CHECK_OK(flesh_system_matrix_create(b->system, &K));
-  const flesh_point rest = {.load = 1, .x = flesh_mesh_positions(b->mesh), .v = zeros, .a = zeros};
+  const flesh_point rest = flesh_point_at(0, flesh_mesh_positions(b->mesh), zeros, zeros);
   CHECK_OK(flesh_system_jacobian(b->system, &rest, &(flesh_shift){.x = 1}, K));
   double *H = test_dense(K);
   gsl_matrix *A = gsl_matrix_alloc((size_t)free_count, (size_t)free_count),

@@ -41,8 +41,8 @@ static rest look(const touching *m, const double *internal)
   const flesh_system *system = flesh_scene_system(m->scene);
   const flesh_effect *contact = flesh_system_effect(system, 0);
   for (int k = 1; strcmp(contact->operations->name, "contact"); k++) contact = flesh_system_effect(system, k);
-  const flesh_point point = {.t = m->state.t, .load = 1, .x = m->state.x, .v = m->state.v, .a = m->state.v,
-                             .x_lag = m->state.x, .v_lag = m->state.v, .t_lag = m->state.t, .internal = internal};
+  flesh_point point = flesh_point_at(m->state.t, m->state.x, m->state.v, m->state.v);
+  point.internal = internal;
   double values[3];
   rest r = {.newton = (double)m->newton / m->steps, .stiffness = internal ? exp(*internal) : 1};
   flesh_effect_figures_of(contact)->report(contact, &point, values);

@@ -64,7 +64,7 @@ static double energy_left(const char *path, flesh_element element, int seed)
   double edge, volume, at_rest[2], now[2], left = INFINITY;
   int step = 0, inverted;
   make(path, element, &edge, &volume, &b);
-  const flesh_point point = {.load = 1, .x = b.state.x, .v = b.state.v, .a = b.state.v};
+  const flesh_point point = flesh_point_at(0, b.state.x, b.state.v, b.state.v);
   CHECK_OK(flesh_system_energies(b.system, &point, at_rest));
   displace((unsigned long long)seed, 0.7 * edge, &b);
   CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));

@@ -70,8 +70,8 @@ static double force_between(const test_body *b)
   const flesh_effect *effect = flesh_system_effect(b->system, flesh_system_effect_count(b->system) - 1);
   double *r = calloc((size_t)b->n, sizeof *r), low = 0, up = 0;
   const flesh_state *s = &b->state;
-  const flesh_point point = {.t = s->t, .load = 1, .x = s->x, .v = s->v, .a = s->v, .x_lag = s->x, .v_lag = s->v,
-                             .t_lag = s->t, .internal = s->internal};
+  flesh_point point = flesh_point_at(s->t, s->x, s->v, s->v);
+  point.internal = s->internal;
   CHECK_OK(effect->operations->residual(effect, &point, r));
   for (int d = 2; d < b->n; d += 3) *(d < b->n / 2 ? &low : &up) += r[d];
   CHECK_NEAR(low, -up, 1e-9 * fabs(low));

@@ -129,8 +129,8 @@ static void cubes_shear_as_they_must(void)
     flesh_integrator *integrator = integrator_of(&b, FLESH_METHOD_STATIC, 1e-11, 1);
     CHECK_OK(flesh_integrator_step(integrator, &b.state, 0, NULL));
     double *r = malloc((size_t)b.n * sizeof *r);
-    const flesh_point point = {
-        .load = 1, .x = b.state.x, .v = b.state.v, .a = b.state.v, .multipliers = b.state.multipliers};
+    flesh_point point = flesh_point_at(0, b.state.x, b.state.v, b.state.v);
+    point.multipliers = b.state.multipliers;
     CHECK_OK(flesh_system_residual(b.system, &point, r));
     for (int d = 0; d < b.n; d++) {
       worst = fmax(worst, fabs(b.state.x[d] - X[d] - (d % 3 == 0 ? g * X[d + 1] : 0)));
@@ -193,8 +193,8 @@ static void inflate(int layers, int sectors, double a, double *pressure, double 
   flesh_integrator *integrator = integrator_of(&b, FLESH_METHOD_STATIC, 1e-8, 1);
   CHECK_OK(flesh_integrator_step(integrator, &b.state, 0, NULL));
   double *r = malloc((size_t)b.n * sizeof *r);
-  const flesh_point point = {
-      .load = 1, .x = b.state.x, .v = b.state.v, .a = b.state.v, .multipliers = b.state.multipliers};
+  flesh_point point = flesh_point_at(0, b.state.x, b.state.v, b.state.v);
+  point.multipliers = b.state.multipliers;
   CHECK_OK(flesh_system_residual(b.system, &point, r));
   *pressure = *outer = 0;
   for (int i = 0; i < b.n / 3; i++) {

@@ -10,8 +10,8 @@
 static double energy_of(const test_body *b)
 {
   double energies[4], sum = 0;
-  const flesh_point point = {
-      .load = 1, .x = b->state.x, .v = b->state.v, .a = b->state.v, .multipliers = b->state.multipliers};
+  flesh_point point = flesh_point_at(0, b->state.x, b->state.v, b->state.v);
+  point.multipliers = b->state.multipliers;
   CHECK_OK(flesh_system_energies(b->system, &point, energies));
   for (int e = 0; e < flesh_system_effect_count(b->system); e++) sum += energies[e];
   return sum;

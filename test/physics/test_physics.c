@@ -236,7 +236,7 @@ static void check_momenta(flesh_energy energy, flesh_mass mass, const flesh_solv
     CHECK_OK(flesh_integrator_step(integrator, &b.state, h, &stats));
     CHECK(stats.solves == 1);
     for (int d = 0; d < b.n; d++) a[d] = (b.state.v[d] - v0[d]) / h;
-    flesh_point point = {.t = b.state.t, .load = 1, .x = b.state.x, .v = b.state.v, .a = a};
+    flesh_point point = flesh_point_at(b.state.t, b.state.x, b.state.v, a);
     CHECK_OK(flesh_system_residual(b.system, &point, r));
     test_body_mass_times(&b, v0, p0);
     test_body_mass_times(&b, b.state.v, p1);
@@ -441,11 +441,10 @@ static void check_descent(const test_body *b, const double *x0, const double *v0
   double *v = calloc((size_t)b->n, sizeof *v), *a = calloc((size_t)b->n, sizeof *a), before, after, size[2];
   flesh_shift shift = {.x = 1, .v = 1 / h, .a = 1 / (h * h)};
   for (int d = 0; d < b->n; d++) a[d] = -v0[d] / h;
-  flesh_point point = {.t = b->state.t, .load = 1, .x = x0, .v = v, .a = a};
+  flesh_point point = flesh_point_at(b->state.t, x0, v, a);
   CHECK_OK(flesh_system_potential(b->system, &point, &shift, &before, &size[0]));
   for (int d = 0; d < b->n; d++) a[d] = (b->state.v[d] - v0[d]) / h;
-  point.x = b->state.x;
-  point.v = b->state.v;
+  point = flesh_point_at(b->state.t, b->state.x, b->state.v, a);
   CHECK_OK(flesh_system_potential(b->system, &point, &shift, &after, &size[1]));
   if (!(after <= before + 1e-12 * fmax(size[0], size[1])))
     printf("# %s: potential from %.17g to %.17g\n", name, before, after);

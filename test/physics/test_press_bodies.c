@@ -25,7 +25,7 @@ static double force_on_base(const test_body *b)
 {
   double *r = calloc((size_t)b->n, sizeof *r), sum = 0;
   const flesh_state *s = &b->state;
-  const flesh_point point = {.t = s->t, .load = 1, .x = s->x, .v = s->v, .a = s->v};
+  const flesh_point point = flesh_point_at(s->t, s->x, s->v, s->v);
   CHECK_OK(flesh_system_residual(b->system, &point, r));
   for (int d = 2; d < b->n; d += 3)
     if (flesh_mesh_positions(b->mesh)[d] < 1e-9) sum += r[d];

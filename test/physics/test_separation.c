@@ -317,8 +317,8 @@ static void what_a_patch_takes_in_is_booked(void)
   for (int k = 0; k < 6; k++) {
     double energies[8];
     CHECK_OK(step(&m));
-    const flesh_point point = {.t = m.state.t, .load = 1, .x = m.state.x, .v = m.state.v, .a = m.state.v,
-                               .proximity = flesh_nonlinear_proximity(m.integrator->nonlinear)};
+    flesh_point point = flesh_point_at(m.state.t, m.state.x, m.state.v, m.state.v);
+    point.environment = m.integrator->watch.environment;
     CHECK_OK(flesh_system_energies(system, &point, energies));
     const double *told = flesh_integrator_energies(m.integrator, &m.state);
     const flesh_energy_balance *balance = flesh_integrator_energy_balance(m.integrator);

@@ -133,7 +133,7 @@ static void make(const char *path, flesh_element element, int curved, const fles
 static void radii_of(const test_body *b, const double *x, double pressure, double radii[2])
 {
   const flesh_effect *effect = flesh_system_effect(b->system, 1);
-  const flesh_point point = {.load = 1, .x = x, .v = x, .a = x};
+  const flesh_point point = flesh_point_at(0, x, x, x);
   double phi = 0, magnitude = 0;
   CHECK_OK(effect->operations->potential(effect, &point, &(flesh_shift){.x = 1}, &phi, &magnitude));
   const double hole = -phi / pressure;

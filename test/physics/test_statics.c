@@ -69,7 +69,7 @@ static void statics_reach_far_handles(void)
       printf("# %s, handle %d: %d solves, %d Newton, %d linear, %d backtracks; %d inverted\n",
              flesh_energy_name(energies[e]), k, stats.solves, stats.newton, stats.linear, stats.backtracks, inverted);
       /* It is an equilibrium under the whole load, the handle where it belongs. */
-      flesh_point point = {.load = 1, .x = b.state.x, .v = b.state.v, .a = b.state.v};
+      flesh_point point = flesh_point_at(0, b.state.x, b.state.v, b.state.v);
       CHECK_OK(flesh_system_residual(b.system, &point, r));
       flesh_system_fixed(b.system, 0, fixed);
       for (int d = 0; d < b.n; d++) free_forces += fixed[d] ? 0 : r[d] * r[d];
@@ -140,7 +140,7 @@ static void drags_pull_and_let_go(void)
   const double *X = flesh_mesh_positions(b.mesh);
   double *r = calloc((size_t)b.n, sizeof *r), held[3] = {0};
   int node = -1;
-  flesh_point point = {.t = 0.5, .load = 1, .x = b.state.x, .v = b.state.v, .a = b.state.v};
+  flesh_point point = flesh_point_at(0.5, b.state.x, b.state.v, b.state.v);
   CHECK_OK(flesh_system_residual(b.system, &point, r));
   for (int i = 0; i < b.n / 3; i++) {
     if (test_distance(3, X + 3 * i, (double[]){2, 0.5, 0.5}) < 1e-12) node = i;

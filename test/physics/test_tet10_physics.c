@@ -67,7 +67,7 @@ static double inner_force(test_body *b, double *r)
 {
   int triangles;
   const int *surface = flesh_mesh_surface(b->mesh, &triangles);
-  const flesh_point point = {.load = 1, .x = b->state.x, .v = b->state.v, .a = b->state.v};
+  const flesh_point point = flesh_point_at(0, b->state.x, b->state.v, b->state.v);
   double worst = 0;
   CHECK_OK(flesh_system_residual(b->system, &point, r));
   for (int k = 0; k < 3 * triangles; k++)
@@ -142,7 +142,7 @@ static void quadratic_displacements_are_exact(void)
       for (int j = 0; j < 3; j++) force[d] -= (2 * mu * c[i][j][j] + 2 * (lambda + mu) * c[j][j][i]) / 1000;
     }
     test_body_mass_times(&b, force, f);
-    const flesh_point point = {.load = 1, .x = b.state.x, .v = b.state.v, .a = b.state.v};
+    const flesh_point point = flesh_point_at(0, b.state.x, b.state.v, b.state.v);
     CHECK_OK(flesh_system_matrix_create(b.system, &K));
     CHECK_OK(flesh_system_jacobian(b.system, &point, &(flesh_shift){.x = 1}, K));
     double *H = test_dense(K);
@@ -303,7 +303,7 @@ static void stresses_have_no_resultant(void)
     CHECK_OK(flesh_system_finalize(b.system));
     test_jitter(b.n, 0.2, 3, b.state.x);
     double *r = malloc((size_t)b.n * sizeof *r), sums[6];
-    const flesh_point point = {.load = 1, .x = b.state.x, .v = b.state.v, .a = b.state.v};
+    const flesh_point point = flesh_point_at(0, b.state.x, b.state.v, b.state.v);
     CHECK_OK(flesh_system_residual(b.system, &point, r));
     const double total = test_sums(&b, r, sums);
     for (int c = 0; c < 6; c++) CHECK_BELOW(fabs(sums[c]), 1e-13 * total);

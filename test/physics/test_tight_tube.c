@@ -46,8 +46,8 @@ static void forces(const fit *self, double *pressing, double *rubbing)
   const flesh_state *s = &self->b.state;
   const flesh_effect *contact = flesh_system_effect(self->b.system, flesh_system_effect_count(self->b.system) - 1);
   double *r = calloc((size_t)self->b.n, sizeof *r);
-  const flesh_point point = {.t = s->t, .load = 1, .x = s->x, .v = s->v, .a = s->v, .x_lag = self->x0, .v_lag = s->v,
-                             .t_lag = s->t};
+  flesh_point point = flesh_point_at(s->t, s->x, s->v, s->v);
+  point.lagged.x = self->x0;
   CHECK_OK(contact->operations->residual(contact, &point, r));
   *pressing = *rubbing = 0;
   for (int d = 3 * self->tube_nodes; d < self->b.n; d += 3) {

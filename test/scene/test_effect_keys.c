@@ -98,8 +98,7 @@ static void ask_everything(const test_body *b)
 {
   flesh_derivative_report report;
   const int count = flesh_system_effect_count(b->system);
-  const flesh_point point = {.load = 1, .x = b->state.x, .v = b->state.v, .a = b->state.v, .x_lag = b->state.x,
-                             .v_lag = b->state.v};
+  const flesh_point point = flesh_point_at(0, b->state.x, b->state.v, b->state.v);
   double energies[4];
   CHECK(count <= 4);
   CHECK_OK(flesh_system_energies(b->system, &point, energies));

@@ -39,7 +39,7 @@ static inline double largest_gap(const test_body *b)
 {
   const int count = flesh_system_multiplier_count(b->system);
   double *gaps = malloc((size_t)count * sizeof *gaps), largest = 0;
-  const flesh_point point = {.load = 1, .x = b->state.x, .v = b->state.v, .a = b->state.v};
+  const flesh_point point = flesh_point_at(0, b->state.x, b->state.v, b->state.v);
   CHECK(count == flesh_mesh_tet_count(b->mesh));
   CHECK_OK(flesh_system_constraint_gaps(b->system, &point, gaps, NULL));
   for (int k = 0; k < count; k++) largest = fmax(largest, fabs(gaps[k]));

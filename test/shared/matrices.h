@@ -55,7 +55,7 @@ static inline flesh_block_matrix *bar_matrix(const test_body *b, double jitter, 
   double *x = malloc((size_t)b->n * sizeof *x);
   memcpy(x, b->state.x, (size_t)b->n * sizeof *x);
   test_jitter(b->n, jitter, 5, x);
-  flesh_point point = {.load = 1, .x = x, .v = b->state.v, .a = b->state.v};
+  flesh_point point = flesh_point_at(0, x, b->state.v, b->state.v);
   CHECK_OK(flesh_system_matrix_create(b->system, &A));
   CHECK_OK(flesh_system_jacobian(b->system, &point, &(flesh_shift){1, 0, inertia, project}, A));
   for (int d = 0; d < b->n; d++) fixed[d] = flesh_mesh_positions(b->mesh)[d - d % 3] == 0;

@@ -26,7 +26,7 @@ static int motion_derivative(double t, const double y[], double dydt[], void *da
   t = fmin(t, nextafter(self->until, -INFINITY));
   memcpy(self->x, y, (size_t)n * sizeof *y);
   flesh_system_prescribe(self->body->system, t, self->x);
-  const flesh_point point = {.t = t, .load = 1, .x = self->x, .v = y + n, .a = self->zeros};
+  const flesh_point point = flesh_point_at(t, self->x, y + n, self->zeros);
   if (flesh_system_residual(self->body->system, &point, self->r)) return GSL_EBADFUNC;
   for (int d = 0; d < n; d++) {
     dydt[d] = self->fixed[d] ? 0 : y[n + d];

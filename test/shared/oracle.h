@@ -173,7 +173,7 @@ static inline void oracle_element_quantities(const char *mesh, const char *posit
   if (file) fclose(file);
   oracle_take(&b, x, b.state.x);
 
-  flesh_point point = {.load = 1, .x = b.state.x, .v = b.state.v, .a = b.state.v};
+  flesh_point point = flesh_point_at(0, b.state.x, b.state.v, b.state.v);
   double energy;
   flesh_block_matrix *K = NULL;
   CHECK_OK(flesh_system_energies(b.system, &point, &energy));

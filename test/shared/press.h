@@ -43,8 +43,7 @@ static inline double largest_force(const test_body *b, const double *a)
   double *r = malloc((size_t)b->n * sizeof *r), *zero = calloc((size_t)b->n, sizeof *zero), largest = 0;
   uint8_t *fixed = malloc((size_t)b->n);
   const flesh_state *s = &b->state;
-  const flesh_point point = {.t = s->t, .load = 1, .x = s->x, .v = s->v, .a = a ? a : zero, .x_lag = s->x,
-                             .v_lag = s->v, .t_lag = s->t};
+  const flesh_point point = flesh_point_at(s->t, s->x, s->v, a ? a : zero);
   flesh_system_fixed(b->system, s->t, fixed);
   for (int k = 0; k < flesh_system_effect_count(b->system); k++) {
     const flesh_effect *effect = flesh_system_effect(b->system, k);
@@ -66,8 +65,7 @@ static inline double contact_force(const test_body *b)
   const flesh_effect *effect = flesh_system_effect(b->system, flesh_system_effect_count(b->system) - 1);
   double *r = calloc((size_t)b->n, sizeof *r), sum = 0;
   const flesh_state *s = &b->state;
-  const flesh_point point = {.t = s->t, .load = 1, .x = s->x, .v = s->v, .a = s->v, .x_lag = s->x, .v_lag = s->v,
-                             .t_lag = s->t};
+  const flesh_point point = flesh_point_at(s->t, s->x, s->v, s->v);
   CHECK_OK(effect->operations->residual(effect, &point, r));
   for (int d = 2; d < b->n; d += 3) sum -= r[d];
   free(r);

@@ -107,7 +107,7 @@ static inline double touching_energy(const touching *m, double *contact)
 {
   const flesh_system *system = flesh_scene_system(m->scene);
   double energies[16] = {0}, sum = 0, *zeros = calloc((size_t)m->n, sizeof *zeros);
-  const flesh_point point = {.t = m->state.t, .load = 1, .x = m->state.x, .v = m->state.v, .a = zeros};
+  const flesh_point point = flesh_point_at(m->state.t, m->state.x, m->state.v, zeros);
   CHECK(m->effects <= 16);
   CHECK_OK(flesh_system_energies(system, &point, energies));
   if (contact) *contact = 0;

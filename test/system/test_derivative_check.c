@@ -5,6 +5,7 @@
 #include "flesh/contact.h"
 #include "flesh/effects.h"
 #include "flesh/system.h"
+#include "effect/environment.h"
 #include "grids.h"
 #include "linear/block_matrix.h"
 #include "system/derivative_check.h"
@@ -282,7 +283,7 @@ static int jacobian_of_the_calls(const flesh_effect *effect, const flesh_point *
                                  flesh_block_matrix *K, const int *slots)
 {
   const flesh_effect_operations *own = of(effect)->inner->operations;
-  if (point->near) own->proximity->predict(effect, point);
+  if (flesh_environment_of(point)->near) own->proximity->predict(effect, point);
   return own->jacobian(of(effect)->inner, point, shift, K, slots);
 }
 
@@ -337,8 +338,10 @@ static void predictions_hold_for_their_place(void)
   CHECK_OK(flesh_proximity_create(system, NULL, &fresh));
   CHECK_OK(flesh_system_matrix_create(system, &K));
   for (int d = 0; d < n; d++) y[d] = t.x[d] + (d % 3 == 2 && t.x[d] > 1.01 ? 0.02 : 0);
-  flesh_point at = {.load = 1, .x = t.x, .v = v, .a = v, .x_lag = y, .v_lag = v, .proximity = &memory}, other = at;
-  other.x = y;
+  const flesh_environment environment = {.proximity = &memory}, without = {.proximity = &fresh};
+  flesh_point at = flesh_point_at(0, t.x, v, v), other = flesh_point_at(0, y, v, v);
+  at.lagged.x = y;
+  at.environment = other.environment = &environment;
   CHECK_OK(flesh_proximity_cover(&memory, &at, K, &grown));
   const size_t bytes = 9 * sizeof(double) * (size_t)K->row_start[K->rows];
   double *kept[5];
@@ -348,7 +351,7 @@ static void predictions_hold_for_their_place(void)
     if (k == 1 || k == 2) flesh_proximity_predict(&memory, &at);
     CHECK_OK(flesh_system_jacobian(system, k < 3 ? &at : &other, &shift, K)); /* other: first with the same memory */
     memcpy(kept[k], K->values, bytes);
-    if (k == 3) other.proximity = &fresh;
+    if (k == 3) other.environment = &without;
   }
   CHECK(memcmp(kept[0], kept[1], bytes));
   CHECK(!memcmp(kept[1], kept[2], bytes));

@@ -19,7 +19,7 @@ typedef struct evaluation {
 static void evaluate(evaluation *e)
 {
   const double *X = flesh_mesh_positions(e->system->mesh);
-  const flesh_point point = {.t = 0.5, .load = 1, .x = X, .v = e->v, .a = e->v};
+  const flesh_point point = flesh_point_at(0.5, X, e->v, e->v);
   if (flesh_system_residual(e->system, &point, e->r)) e->wrong++;
   if (e->expected) e->wrong += memcmp(e->r, e->expected, (size_t)e->n * sizeof *e->r) != 0;
 }

@@ -14,8 +14,7 @@ static void make(flesh_mesh *mesh, flesh_mass mass, int inertia, test_body *b)
 
 static flesh_point point_of(const test_body *b)
 {
-  return (flesh_point){.load = 1, .x = b->state.x, .v = b->state.v, .a = b->state.v,
-                       .x_lag = b->state.x, .v_lag = b->state.v};
+  return flesh_point_at(0, b->state.x, b->state.v, b->state.v);
 }
 
 /* A user's own effect, written against effect.h alone: springs between pairs of nodes that no tet couples. */

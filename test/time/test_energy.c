@@ -96,7 +96,7 @@ static void reactions_work_as_much_as_the_body_moves(void)
 static double energy_of(const test_body *b)
 {
   double *zeros = calloc((size_t)b->n, sizeof *zeros), energies[8], sum = 0;
-  const flesh_point point = {.t = b->state.t, .load = 1, .x = b->state.x, .v = b->state.v, .a = zeros};
+  const flesh_point point = flesh_point_at(b->state.t, b->state.x, b->state.v, zeros);
   CHECK_OK(flesh_system_energies(b->system, &point, energies));
   for (int e = 0; e < flesh_system_effect_count(b->system); e++) sum += energies[e];
   free(zeros);

@@ -193,7 +193,8 @@ static void energy_and_work_balance(void)
   for (int k = 0; k < 200; k++) {
     double energies[5], sum = 0;
     CHECK_OK(flesh_integrator_step(integrator, &d.state, 0.01, NULL));
-    const flesh_point point = {.t = d.state.t, .load = 1, .x = d.x, .v = d.v, .a = d.v, .internal = d.slip};
+    flesh_point point = flesh_point_at(d.state.t, d.x, d.v, d.v);
+    point.internal = d.slip;
     CHECK_OK(flesh_system_energies(d.system, &point, energies));
     for (int e = 0; e < 5; e++) sum += energies[e];
     worst = fmax(worst, fabs(sum + balance->released - balance->supplied));

@@ -38,6 +38,7 @@ from .results import *
 from .scene import *
 from .sundials import *
 from .surface import *
+from .point import *
 from .system import *
 
 __version__ = text(lib.flesh_version())

@@ -9,7 +9,7 @@ from .effects import Effect, _ROLES
 from .errors import ArgumentError
 from .mesh import Mesh
 from .options import FILTERS
-from .system import Shift
+from .point import Frozen, Lagged, Shift
 
 __all__ = ["OwnEffect", "PointView"]
 
@@ -20,19 +20,23 @@ class PointView:
     Attributes:
         t, load: s; the factor of external loads.
         x, v, a: [nodes, 3] m, m/s, m/s^2.
-        x_lag, v_lag, t_lag: where the forces of the last step balanced.
-        x_frozen, v_frozen: where what has no potential is frozen; v_frozen is None where that is at rest.
+        lagged: a Lagged, where the forces of the last step balanced.
+        frozen: a Frozen, where what has no potential is frozen.
         internal: [internal_count] the effect's internal variables.
     """
-    __slots__ = ("t", "load", "x", "v", "a", "x_lag", "v_lag", "t_lag", "x_frozen", "v_frozen", "internal")
+    __slots__ = ("t", "load", "x", "v", "a", "lagged", "frozen", "internal")
 
     def __init__(self, point, nodes, internal_count=0):
         self.internal = view(point.internal, (internal_count,), "double", None) if point.internal else \
             np.zeros(internal_count)
-        self.t, self.load, self.t_lag = point.t, point.load, point.t_lag
-        for name in ("x", "v", "a", "x_lag", "v_lag", "x_frozen", "v_frozen"):
-            address = getattr(point, name)
-            setattr(self, name, view(address, (nodes, 3), "double", None) if address else None)
+        self.t, self.load = point.t, point.load
+        self.x, self.v, self.a = (self._vectors(address, nodes) for address in (point.x, point.v, point.a))
+        self.lagged = Lagged(point.lagged.t, *(self._vectors(address, nodes) for address in (point.lagged.x, point.lagged.v)))
+        self.frozen = Frozen(*(self._vectors(address, nodes) for address in (point.frozen.x, point.frozen.v)))
+
+    @staticmethod
+    def _vectors(address, nodes):
+        return view(address, (nodes, 3), "double", None) if address else None
 
 
 # Traits by their Python names.

@@ -12,7 +12,8 @@ from ._callbacks import Handle, call, call_value, create, owned
 from ._library import ffi, lib, null_communicator, sundials_function
 from .errors import ArgumentError, SundialsError
 from .options import SolverOptions, SolveStats
-from .system import Shift, State, System
+from .point import Shift
+from .system import State, System
 
 if TYPE_CHECKING:
     import scipy.sparse

@@ -1,10 +1,9 @@
-"""system.py: the sum of the effects on a body with its constraints, evaluated at a point; states, shifts, threads."""
+"""system.py: the sum of the effects on a body with its constraints, evaluated at a point; states."""
 import threading
-from typing import TYPE_CHECKING, Callable, List, NamedTuple, Optional, Tuple
+from typing import TYPE_CHECKING, List, NamedTuple, Tuple
 
 import numpy as np
 
-from . import _callbacks
 from ._arrays import Names, doubles, integers, pointer, view
 from ._callbacks import Handle, call, call_value, create, owned
 from ._library import ffi, lib, path_bytes
@@ -12,12 +11,12 @@ from .effects import Effect, _ROLES
 from .errors import ArgumentError
 from .mesh import Mesh
 from .motion import Motion
-from .options import FILTERS
+from .point import Point, Shift
 
 if TYPE_CHECKING:
     import scipy.sparse
 
-__all__ = ["State", "Shift", "Point", "Threads", "Potential", "PrescribedMotion", "System"]
+__all__ = ["State", "Potential", "PrescribedMotion", "System"]
 
 
 class State:
@@ -100,82 +99,6 @@ class State:
 
     def __repr__(self):
         return f"<flesh.State of {len(self.x)} nodes at t = {self.t:g} s>"
-
-
-class Shift(NamedTuple):
-    """How the unknown u moves a point: dx = x du, dv = v du, da = a du.
-
-    Statics (1, 0, 0); backward Euler with the step h (1, 1/h, 1/h^2). `filter` says what becomes of negative
-    eigenvalues: "none", "clamp" or "absolute".
-    """
-    x: float = 1.0
-    v: float = 0.0
-    a: float = 0.0
-    filter: str = "none"
-
-    @classmethod
-    def backward_euler(cls, h: float, filter: str = "none") -> "Shift":
-        """Of a step of h s."""
-        return cls(1.0, 1 / h, 1 / h**2, filter)
-
-    def _struct(self):
-        return ffi.new("flesh_shift *", {"x": self.x, "v": self.v, "a": self.a,
-                                         "filter": FILTERS.value(self.filter, "filter")})
-
-
-class Threads(Handle):
-    """Threads that share out the work of evaluations; count 0: as many as there are processors."""
-
-    def __init__(self, count: int = 0):
-        self._pointer = owned("flesh_threads", create("flesh_threads", lib.flesh_threads_create, count),
-                              lib.flesh_threads_destroy)
-
-    def run(self, tasks: int, function: Callable[[int], None]) -> None:
-        """Calls function(0) ... function(tasks - 1) in any order and on any thread; returns when all are done."""
-        task = _callbacks.value_callback("void(void *, int)", lambda _data, number: function(number))
-        call_value(lib.flesh_threads_run, self._pointer, tasks, task, ffi.NULL)
-
-
-class Point(Handle):
-    """Where effects are evaluated.
-
-    Args:
-        x: [nodes, 3] m.
-        v, a: [nodes, 3] m/s, m/s^2; None: zero.
-        t: s.
-        load: in [0, 1], scales the external loads.
-        x_lag, v_lag, t_lag: the state that lagged forces are evaluated at; None: the point's own.
-        x_frozen, v_frozen: where effects freeze what has no potential; None: x and v.
-        multipliers, penalty: [System.multiplier_count] Pa, pressures of incompressible tets; the factor on penalties.
-        softened: 1: materials resist changes of volume as at a Poisson's ratio of 0; 0: as they are.
-        internal: [System.internal_count] internal variables of the effects; None: all 0.
-        threads: who helps; results do not depend on it.
-    """
-
-    def __init__(self, x, v=None, a=None, t: float = 0.0, load: float = 1.0, *, x_lag=None, v_lag=None,
-                 t_lag: Optional[float] = None, x_frozen=None, v_frozen=None, multipliers=None, penalty: float = 1.0,
-                 softened: int = 0, internal=None, threads: Optional[Threads] = None):
-        self.x = doubles(x, (None, 3), "x")
-        self.v = np.zeros_like(self.x) if v is None else doubles(v, self.x.shape, "v")
-        self.a = np.zeros_like(self.x) if a is None else doubles(a, self.x.shape, "a")
-        self.t, self.load = float(t), float(load)
-        optional = {"x_lag": x_lag, "v_lag": v_lag, "x_frozen": x_frozen, "v_frozen": v_frozen}
-        arrays = {name: None if value is None else doubles(value, self.x.shape, name)
-                  for name, value in optional.items()}
-        self._nodes, self._threads = len(self.x), threads
-        self._struct = ffi.new("flesh_point *")
-        self._struct.t, self._struct.load = self.t, self.load
-        self._struct.t_lag = self.t if t_lag is None else float(t_lag)
-        self._multipliers = None if multipliers is None else doubles(multipliers, (None,), "multipliers")
-        self._internal = None if internal is None else doubles(internal, (None,), "internal")
-        self._struct.penalty, self._struct.softened = float(penalty), int(softened)
-        self._shown = {name: pointer(value) for name, value in {
-            "x": self.x, "v": self.v, "a": self.a, **arrays, "multipliers": self._multipliers,
-            "internal": self._internal}.items()}  # the arrays, however attributes change
-        for name, address in self._shown.items():
-            setattr(self._struct, name, address)
-        if threads is not None:
-            self._struct.threads = threads._pointer
 
 
 class Potential(NamedTuple):

@@ -70,9 +70,9 @@ static const unsigned others =
 static int forces(flesh_untangler *self, double t, const double *x, const double *multipliers, const double *internal,
                   unsigned roles)
 {
-  const flesh_point point = {.t = t, .load = 1, .x = x, .v = self->zero, .a = self->zero,
-                             .x_lag = x, .v_lag = self->zero, .t_lag = t, .multipliers = multipliers,
-                             .internal = internal};
+  flesh_point point = flesh_point_at(t, x, self->zero, self->zero);
+  point.multipliers = multipliers;
+  point.internal = internal;
   return flesh_system_roles_residual(self->system, roles, &point, self->r);
 }
 
@@ -249,8 +249,7 @@ static int is_quasi_static(flesh_untangler *self, const flesh_state *state, doub
     self->v[d] = state->v[d];
   }
   self->know_velocity = 1;
-  flesh_point point = {.t = state->t, .load = 1, .x = state->x, .v = state->v, .a = self->a,
-                       .x_lag = state->x, .v_lag = state->v, .t_lag = state->t};
+  const flesh_point point = flesh_point_at(state->t, state->x, state->v, self->a);
   if (!known || !self->has_inertia ||
       flesh_system_roles_residual(self->system, FLESH_ROLE_BIT(FLESH_ROLE_INERTIA), &point, self->r))
     return 0;
@@ -300,8 +299,8 @@ static int has_collapsed(const flesh_untangler *self, const flesh_state *state, 
 /* The potential of the body that stands still there, and the size of its terms, J. */
 static int potential(flesh_untangler *self, const flesh_state *state, double *phi, double *magnitude)
 {
-  const flesh_point point = {.t = state->t, .load = 1, .x = state->x, .v = self->zero, .a = self->zero,
-                             .internal = state->internal};
+  flesh_point point = flesh_point_at(state->t, state->x, self->zero, self->zero);
+  point.internal = state->internal;
   return flesh_system_potential(self->system, &point, &(flesh_shift){.x = 1}, phi, magnitude);
 }
 

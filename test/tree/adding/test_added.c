@@ -28,8 +28,7 @@ static void wind_presses_by_the_square_of_its_speed(void)
   for (int k = 0; k < 2; k++) {
     double *r = calloc((size_t)b.n, sizeof *r), sum[3] = {0}, speed = k ? 5 : 0;
     for (int i = 0; i < b.n / 3; i++) b.state.v[3 * i] = speed;
-    flesh_point point = {.load = 1, .x = b.state.x, .v = b.state.v, .a = b.state.v, .x_lag = b.state.x,
-                         .v_lag = b.state.v};
+    flesh_point point = flesh_point_at(0, b.state.x, b.state.v, b.state.v);
     CHECK_OK(effect->operations->residual(effect, &point, r));
     for (int d = 0; d < b.n; d++) sum[d % 3] += r[d];
     CHECK_NEAR(sum[0], -2 * 0.6 * (20 - speed) * (20 - speed), 1e-9);

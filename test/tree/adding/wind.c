@@ -36,7 +36,7 @@ static void panel_at(const wind *self, const flesh_point *point, double amplitud
   p->node = self->triangles + 3 * (size_t)k;
   for (int a = 0; a < 2; a++)
     for (int c = 0; c < 3; c++)
-      e[a][c] = point->x_lag[3 * p->node[a + 1] + c] - point->x_lag[3 * p->node[0] + c];
+      e[a][c] = point->lagged.x[3 * p->node[a + 1] + c] - point->lagged.x[3 * p->node[0] + c];
   flesh_vec3_cross(e[0], e[1], p->normal);
   double twice = sqrt(flesh_vec3_dot(p->normal, p->normal));
   p->area = twice / 2;
@@ -99,7 +99,7 @@ static int wind_potential(const flesh_effect *effect, const flesh_point *point, 
     for (int a = 0; a < 3; a++)
       for (int c = 0; c < 3; c++) {
         double term = f * s * p.speed / 3 * p.normal[c] *
-                      (point->x[3 * p.node[a] + c] - point->x_lag[3 * p.node[a] + c]) / shift->x;
+                      (point->x[3 * p.node[a] + c] - point->lagged.x[3 * p.node[a] + c]) / shift->x;
         value += term;
         size += fabs(term);
       }

@@ -1,0 +1,37 @@
+/* environment.h: what a point of evaluation carries beside physics: the memory and the measurements of the run. */
+#ifndef FLESH_EFFECT_ENVIRONMENT_H
+#define FLESH_EFFECT_ENVIRONMENT_H
+
+#include "flesh/effect.h"
+
+struct flesh_costs;
+struct flesh_clearance;
+struct flesh_proximity;
+
+/* Everything is borrowed; a point without an environment has one of zeros. */
+typedef struct flesh_environment {
+  struct flesh_costs *costs; /* where the flesh_system_ functions count; NULL: nowhere */
+  /* Which effects are too far from the body to act and are not evaluated; NULL: all are. */
+  const struct flesh_clearance *clearance;
+  /* What the run's effects know of nodes near each other; NULL: each finds it out at every call. */
+  const struct flesh_proximity *proximity;
+  /* 0: materials as they are. Else they resist changes of volume no more than at a Poisson's ratio of 0 (1), 0.49 (2) or
+   * 0.499 (3), which leads out of tangles; effects without a volume term ignore this. */
+  int softened;
+  /* The flesh_system_ functions set the rest for the effect at hand (system/effect_view.h). */
+  void *near; /* its part of `proximity` */
+  /* Its sums over the ranks that share out the body (flesh_effect_ranks); NULL: there is one rank, and it finds them itself. */
+  const double *sums;
+  /* Internal variables of all effects, in which flesh_effect_internal.update of an effect that takes bonds reads whether
+   * bonds hold (flesh_bond.variable); NULL everywhere else. */
+  const double *all_internal;
+} flesh_environment;
+
+/* The point's environment, never NULL. */
+static inline const flesh_environment *flesh_environment_of(const flesh_point *point)
+{
+  static const flesh_environment none = {0};
+  return point->environment ? point->environment : &none;
+}
+
+#endif
