@@ -19,7 +19,10 @@ static const char details[] =
     "field is empty where the energy has no value) and a picture per deformation, PATH.png, drawn\n"
     "by PATH.gp. The constants are those of small strain, E and nu or mu and lambda. Matched\n"
     "constants reproduce them; forms that are stressed at rest and cannot are then shown raw, and\n"
-    "as_e (with E's constants) as well where they take it.\n";
+    "as_e (with E's constants) as well where they take it. At --poisson 0.5 all paths keep the\n"
+    "volume: stretch, equibiaxial stretch and pure shear with free faces, simple shear, rotation.\n"
+    "Stresses are P - p cof F with the pressure p with which P_33 is 0; eigenvalues are those for\n"
+    "changes of F that keep the volume.\n";
 
 typedef struct request {
   const char *out, *energies, *constants_name;
@@ -103,10 +106,8 @@ static void add_curve(const request *r, flesh_energy energy, flesh_constants con
 
 static int make_curves(const request *r, flesh_curves *all)
 {
-  if (r->given.poisson == 0.5)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "poisson is 0.5, with which the deformation does not tell the stress; it must be "
-                                          "in (-1, 0.5)");
-  *all = (flesh_curves){.mu = r->given.mu, .lambda = r->given.lambda, .young = r->given.young, .poisson = r->given.poisson};
+  *all = (flesh_curves){.mu = r->given.mu, .lambda = r->given.lambda, .young = r->given.young, .poisson = r->given.poisson,
+                         .paths = r->given.poisson == 0.5 ? flesh_isochoric_paths : flesh_paths};
   if (isnan(r->given.mu)) {
     all->mu = r->given.young / (2 * (1 + r->given.poisson));
     all->lambda = r->given.young * r->given.poisson / ((1 + r->given.poisson) * (1 - 2 * r->given.poisson));
@@ -151,6 +152,15 @@ static double softening(const flesh_curve *curve)
     above = below;
   }
   return NAN;
+}
+
+/* All that the constants of an incompressible curve say: it has no other shape to fall into without a volume. */
+static void describe_incompressible(const flesh_curve *curve)
+{
+  double mu;
+  flesh_material_small_strain(&curve->material, &mu, NULL, NULL);
+  printf("%-12s mu %.6g Pa; small strain mu %.6g Pa; J = 1, the pressure is that with which P_33 is 0\n", curve->label,
+         curve->material.mu, mu);
 }
 
 static void describe(const flesh_curve *curve)
@@ -211,7 +221,7 @@ static void put_curve(FILE *stream, const flesh_path *path, const flesh_curve *c
     fprintf(stream, "%s,%.6g,%s,%s", path->name, s, flesh_energy_name(m->energy),
             flesh_constants_name(m->constants));
     put_number(stream, m->mu);
-    put_number(stream, m->lambda);
+    put_number(stream, m->incompressible ? INFINITY : m->lambda);
     put_number(stream, energy);
     for (int n = 0; n < FLESH_CURVE_QUANTITIES; n++) put_number(stream, q[n]);
     fputc('\n', stream);
@@ -231,7 +241,7 @@ static int write_table(const char *folder, const flesh_curves *all)
         "smallest_eigenvalue\n",
         file.stream);
   for (int p = 0; p < FLESH_PATHS; p++)
-    for (int c = 0; c < all->count; c++) put_curve(file.stream, &flesh_paths[p], &all->curves[c]);
+    for (int c = 0; c < all->count; c++) put_curve(file.stream, &all->paths[p], &all->curves[c]);
   return flesh_file_commit(&file);
 }
 
@@ -242,16 +252,17 @@ static int write_and_draw(const request *r, const flesh_curves *all)
   printf("Given: mu %.6g Pa, lambda %.6g Pa", all->mu, all->lambda);
   if (!isnan(all->young)) printf(" (E %.6g Pa, nu %.15g)", all->young, all->poisson);
   printf("\n");
-  for (int c = 0; c < all->count; c++) describe(&all->curves[c]);
+  for (int c = 0; c < all->count; c++)
+    (all->curves[c].material.incompressible ? describe_incompressible : describe)(&all->curves[c]);
   printf("Table: %s/material.csv\n", r->out);
   fflush(stdout);
   for (int p = 0; p < FLESH_PATHS; p++) { /* without gnuplot the scripts are left for later */
-    int drawn = flesh_curves_draw(r->out, &flesh_paths[p], all);
+    int drawn = flesh_curves_draw(r->out, &all->paths[p], all);
     if (!status) status = drawn;
   }
   if (status) return status;
   printf("Pictures:");
-  for (int p = 0; p < FLESH_PATHS; p++) printf(" %s/%s.png", r->out, flesh_paths[p].name);
+  for (int p = 0; p < FLESH_PATHS; p++) printf(" %s/%s.png", r->out, all->paths[p].name);
   printf("\n");
   return FLESH_OK;
 }

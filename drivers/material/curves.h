@@ -26,28 +26,26 @@ typedef struct flesh_path {
   int row, column; /* of the stress shown; -1 for |P| */
 } flesh_path;
 
-typedef enum flesh_path_index {
-  FLESH_PATH_STRETCH,
-  FLESH_PATH_SCALE,
-  FLESH_PATH_FLATTEN,
-  FLESH_PATH_SHEAR,
-  FLESH_PATH_ROTATION
-} flesh_path_index;
+enum { FLESH_PATH_FLATTEN = 2 };
 extern const flesh_path flesh_paths[FLESH_PATHS];
+/* Paths that keep the volume, for incompressible materials. */
+extern const flesh_path flesh_isochoric_paths[FLESH_PATHS];
 
 /* The parameter of sample k, 0 to FLESH_CURVE_STEPS. */
 double flesh_path_parameter(const flesh_path *path, int k);
 
-/* The curve's quantities at parameter s, and its energy [J/m^3] in *energy; NaN where it has none.
- */
+/* The curve's quantities at parameter s, and its energy [J/m^3] in *energy; NaN where it has none. The stress of an
+ * incompressible material is P - p cof F with the pressure p with which P_33 is 0; the eigenvalue is the smallest among
+ * changes of F that keep the volume. */
 void flesh_curve_sample(const flesh_curve *curve, const flesh_path *path, double s, double *energy,
                         double quantities[FLESH_CURVE_QUANTITIES]);
 
 /* The curves to draw. */
 typedef struct flesh_curves {
+  const flesh_path *paths; /* [FLESH_PATHS] */
   int count;
   flesh_curve curves[FLESH_CURVES_MAX];
-  double mu, lambda;     /* the small-strain constants given, Pa */
+  double mu, lambda;     /* the small-strain constants given, Pa; lambda is infinite at Poisson's ratio 1/2 */
   double young, poisson; /* NaN when given by mu and lambda */
 } flesh_curves;
 

@@ -62,6 +62,21 @@ forms_that_do_not_take_the_constants_are_left_out() {
     [ ! -e none ]
 }
 
+# With psi = mu/2 (I_C - 3) and J = 1, all that has no pressure on its free faces has a closed form.
+incompressible_stress_has_the_closed_forms() {
+  expect 0 "$flesh" material --out half --young 3 --poisson 0.5 && has stderr.txt 'M raw is left out' || return 1
+  awk -F , 'function near(a, b) { return a != "" && (a - b)^2 < 1e-9 * (1 + b * b) } # s has six digits
+    NR > 1 && $3 ~ /^(Neo|A|D|E)$/ {
+      s = $2; n++
+      P = $1 == "stretch" ? s - s^-2 : $1 == "biaxial" ? s - s^-5 : $1 == "planar" ? s - s^-3 : $1 == "shear" ? s : 0
+      if (!near($9, P) || $6 != "") { print; exit 1 }
+      if ($1 == "stretch" && !near($8, (s^2 + 2 / s - 3) / 2)) { print; exit 1 }
+      if ($1 == "stretch" && s < 1 && !near($10, 1 - s^-1.5)) { print; exit 1 } }
+    NR > 1 && ($8 == "" || $9 == "" || $10 == "") { print; exit 1 }
+    END { exit n != 301 * 5 * 5 }' half/material.csv || { echo 'not the closed forms'; return 1; }
+  [ -s half/biaxial.png ] && [ -s half/planar.png ] && [ ! -e half/scale.png ]
+}
+
 bad_material_usage_is_refused() {
   while IFS='|' read -r words text; do
     expect 2 "$flesh" material $words && has stderr.txt "$text" && [ "$(lines stderr.txt)" -eq 1 ] ||
@@ -70,7 +85,7 @@ bad_material_usage_is_refused() {
 |--out is missing
 --out bad --energies Q|--energies: energy is 'Q'; it must be one of Neo
 --out bad --energies S,,E|--energies: energy is ''
---out bad --poisson 0.5|poisson is 0.5, with which the deformation does not tell the stress; it must be in (-1, 0.5)
+--out bad --poisson 0.49999999999|poisson is 0.5 - 1e-11; it must be at most 0.4999999995
 --out bad --poisson -1 --constants raw|poisson is -1; it must be in (-1, 0.5]
 --out bad --young 0|--young is '0'; it must be a positive number
 --out bad --lambda nan --mu 1|--lambda is 'nan'; it must be a finite number
@@ -104,4 +119,5 @@ help_is_help() {
 }
 
 run_tests the_table_has_the_closed_forms the_words_name_rest_and_limits pictures_are_drawn_or_their_scripts_left \
-  forms_that_do_not_take_the_constants_are_left_out curves_on_each_other_are_one bad_material_usage_is_refused the_schema_is_printed help_is_help
+  forms_that_do_not_take_the_constants_are_left_out curves_on_each_other_are_one \
+  incompressible_stress_has_the_closed_forms bad_material_usage_is_refused the_schema_is_printed help_is_help
