@@ -96,9 +96,10 @@ static int take_poisson(flesh_bench_plan *plan, const char *item)
   int status = room(plan->poisson_count);
   if (status) return status;
   double *value = &plan->poissons[plan->poisson_count++];
-  if (flesh_option_number(item, value) || !(*value > -1 && *value < 0.5))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "'%s' must be in (-1, 0.5), as bars have four-node tets, which cannot hold 0.5",
-                      item);
+  if (flesh_option_number(item, value) || !(*value > -1 && *value <= 0.5))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "'%s' must be in (-1, 0.5]", item);
+  if (*value == 0.5 && plan->element != FLESH_ELEMENT_TET10_MEAN)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "0.5 needs --element tet10-mean, which alone keeps the volume of tets");
   return FLESH_OK;
 }
 
@@ -218,12 +219,12 @@ int flesh_command_bench(int argc, char **argv)
     return code;
   }
   plan->quiet = json;
-  int status = each(plan, "cells", sizes, take_size);
+  int status = take_element(plan, element); /* which allows some of Poisson's ratios */
+  if (!status) status = each(plan, "cells", sizes, take_size);
   if (!status) status = each(plan, "energies", energies, take_energy);
   if (!status) status = each(plan, "poisson", poissons, take_poisson);
   if (!status) status = each(plan, "threads", threads, take_threads);
   if (!status) status = each(plan, "cases", cases, take_case);
-  if (!status) status = take_element(plan, element);
   if (!status) status = take_instructions(plan, instructions);
   flesh_interrupt_watch();
   flesh_folder_claim claim = {.descriptor = -1};

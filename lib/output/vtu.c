@@ -1,4 +1,8 @@
-/* vtu.c: VTK XML files: a header with offsets, then every array as raw bytes behind its length. */
+/* vtu.c: VTK XML files: a header with offsets, then every array as raw bytes behind its length.
+ *
+ * The arrays lie in the reverse order of their headers, so that offsets descend. VTK takes any order. meshio changes the
+ * offsets in the header one by one, from the first array on, to those of base64, and looks each array up by its offset
+ * among changed ones and others; it takes the first header that has it, which is the right one in this order. */
 #include "output/vtu.h"
 
 #include <stdint.h>
@@ -55,7 +59,7 @@ static void print_component_names(FILE *stream, const flesh_vtu_array *array)
   }
 }
 
-/* A file that is written: the bytes of a block's length (4 or 8), and where the next block begins. */
+/* A file that is written: the bytes of a block's length (4 or 8), and where the block of the last header begins. */
 typedef struct writer {
   FILE *stream;
   size_t length_size;
@@ -65,6 +69,7 @@ typedef struct writer {
 static void print_header(writer *w, const char *type, const flesh_vtu_array *array, uint64_t bytes)
 {
   FILE *stream = w->stream;
+  w->offset -= w->length_size + bytes;
   fprintf(stream, "        <DataArray type=\"%s\" Name=\"", type);
   print_escaped(stream, array->name);
   fprintf(stream, "\" NumberOfComponents=\"%d\"", array->components);
@@ -75,7 +80,6 @@ static void print_header(writer *w, const char *type, const flesh_vtu_array *arr
     print_escaped(stream, array->unit);
     fputs("</InformationKey>\n        </DataArray>\n", stream);
   } else fputs("/>\n", stream);
-  w->offset += w->length_size + bytes;
 }
 
 /* Prints the header of an array that the format itself asks for, without units or names of components. */
@@ -106,7 +110,7 @@ static void write_block(const writer *w, const void *values, uint64_t bytes)
 
 static void write_arrays(const writer *w, int array_count, const flesh_vtu_array *arrays, int count)
 {
-  for (int a = 0; a < array_count; a++)
+  for (int a = array_count - 1; a >= 0; a--)
     write_block(w, arrays[a].doubles ? (const void *)arrays[a].doubles : arrays[a].integers,
                 array_bytes(&arrays[a], count));
 }
@@ -156,6 +160,36 @@ size_t flesh_vtu_length_size(const flesh_vtu *content)
   return most <= UINT32_MAX ? sizeof(uint32_t) : sizeof(uint64_t);
 }
 
+/* The bytes of all blocks. */
+static uint64_t bytes_of_all(const writer *w, const flesh_vtu *content)
+{
+  const uint64_t cells = (uint64_t)cell_count(content);
+  const uint64_t arrays = (uint64_t)content->point_array_count + (uint64_t)content->cell_array_count;
+  uint64_t bytes = 3 * sizeof(double) * (uint64_t)content->points + sizeof(int32_t) * (uint64_t)corner_count(content) +
+                   (sizeof(int64_t) + 1) * cells + (arrays + 4) * w->length_size;
+  for (int a = 0; a < content->point_array_count; a++) bytes += array_bytes(&content->point_arrays[a], content->points);
+  for (int a = 0; a < content->cell_array_count; a++) bytes += array_bytes(&content->cell_arrays[a], (int)cells);
+  return bytes;
+}
+
+/* Where each cell ends in the connectivity. */
+static void write_cell_ends(const writer *w, const flesh_vtu *content, int cells)
+{
+  int64_t end = 0;
+  write_length(w, sizeof(int64_t) * (uint64_t)cells);
+  for (int c = 0; c < cells; c++) {
+    end += cell_size(content, c);
+    fwrite(&end, sizeof end, 1, w->stream);
+  }
+}
+
+static void write_cell_types(const writer *w, const flesh_vtu *content, int cells)
+{
+  write_length(w, (uint64_t)cells);
+  for (int c = 0; c < cells; c++)
+    putc(!content->tet_nodes ? VTK_POLYGON : cell_size(content, c) == 10 ? VTK_QUADRATIC_TETRA : VTK_TETRA, w->stream);
+}
+
 int flesh_vtu_write(const char *path, const flesh_vtu *content)
 {
   _Static_assert(sizeof(int) == sizeof(int32_t), "int arrays are written as Int32");
@@ -164,6 +198,7 @@ int flesh_vtu_write(const char *path, const flesh_vtu *content)
   if (status) return status;
   FILE *stream = file.stream;
   writer w = {.stream = stream, .length_size = flesh_vtu_length_size(content)};
+  w.offset = bytes_of_all(&w, content);
   const int points = content->points, cells = cell_count(content);
   const int64_t corners = corner_count(content);
   fprintf(stream,
@@ -184,19 +219,12 @@ int flesh_vtu_write(const char *path, const flesh_vtu *content)
   fputs("      </Cells>\n    </Piece>\n  </UnstructuredGrid>\n"
         "  <AppendedData encoding=\"raw\">\n_",
         stream);
-  write_arrays(&w, content->point_array_count, content->point_arrays, points);
-  write_arrays(&w, content->cell_array_count, content->cell_arrays, cells);
-  write_block(&w, content->positions, 3 * sizeof(double) * (uint64_t)points);
+  write_cell_types(&w, content, cells);
+  write_cell_ends(&w, content, cells);
   write_connectivity(&w, content, corners);
-  write_length(&w, sizeof(int64_t) * (uint64_t)cells);
-  int64_t end = 0;
-  for (int c = 0; c < cells; c++) {
-    end += cell_size(content, c);
-    fwrite(&end, sizeof end, 1, stream);
-  }
-  write_length(&w, (uint64_t)cells);
-  for (int c = 0; c < cells; c++)
-    putc(!content->tet_nodes ? VTK_POLYGON : cell_size(content, c) == 10 ? VTK_QUADRATIC_TETRA : VTK_TETRA, stream);
+  write_block(&w, content->positions, 3 * sizeof(double) * (uint64_t)points);
+  write_arrays(&w, content->cell_array_count, content->cell_arrays, cells);
+  write_arrays(&w, content->point_array_count, content->point_arrays, points);
   fputs("\n  </AppendedData>\n</VTKFile>\n", stream);
   return flesh_file_commit(&file);
 }

@@ -125,7 +125,7 @@ nonsense_is_refused() {
   expect 2 "$flesh" bench --cells 5 && has stderr.txt "'5' is neither" &&
     expect 2 "$flesh" bench --cells 0x1x1 && has stderr.txt 'at least one cell' &&
     expect 2 "$flesh" bench --energies Q && has stderr.txt 'must be one of' &&
-    expect 2 "$flesh" bench --poisson 0.5 && has stderr.txt '(-1, 0.5)' &&
+    expect 2 "$flesh" bench --poisson 0.5 && has stderr.txt '0.5 needs --element tet10-mean' &&
     expect 2 "$flesh" bench --threads 1,1 && has stderr.txt 'stands twice' &&
     expect 2 "$flesh" bench --threads 0 && has stderr.txt 'in 1 to 256' &&
     expect 2 "$flesh" bench --cases swim && has stderr.txt 'is no case' &&
