@@ -242,8 +242,8 @@ typedef struct flesh_effect_shortcuts {
   /* The vector instructions that it works with, on which the last bits of its results depend.
    * NULL: those of the program. */
   flesh_instructions (*instructions)(const flesh_effect *effect);
-  /* How many values of softened materials (flesh_environment.softened), from 1 on, are worth a solve on the way to the materials as they are.
-   * NULL: one. */
+  /* How many values of softened materials (flesh_environment.softened), from 1 on, are worth a solve on the way to the
+   * materials as they are. NULL: one. */
   int (*softenings)(const flesh_effect *effect);
 } flesh_effect_shortcuts;
 
@@ -385,8 +385,8 @@ typedef struct flesh_derivative_report {
 
 /* Whether an effect's residual is the gradient of its potential and its Jacobian the derivative of its residual, by
  * differences, and whether `evaluate` and `jacobian_assign` give the same as the operations that they replace: at
- * (t, x) with random velocities and accelerations (zero for statics), lagged.x near x, lagged.v random and a frozen state
- * on the line, along random directions that move nodes by a small part of the mesh's mean edge; each error is the
+ * (t, x) with random velocities and accelerations (zero for statics), lagged.x near x, lagged.v random and a frozen
+ * state on the line, along random directions that move nodes by a small part of the mesh's mean edge; each error is the
  * best of several step lengths. An effect with a flesh_effect_proximity is checked with a memory as in a run; the
  * matrix after a prediction at lagged.x = x, too, which must have the same bits when it is made again after one
  * elsewhere. x [3*nodes] should be generic (not the rest state, where gradients vanish). Returns the effect's status

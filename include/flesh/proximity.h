@@ -68,8 +68,8 @@ typedef struct flesh_effect_proximity {
   /* Adds what the memory knows of surfaces that begin crossed and are let apart. NULL: none are. */
   void (*separation)(const void *near, struct flesh_separation *separation);
   /* Tells a new effect which bonds [count] the other effects of its system have, once, before its internal variables are
-   * counted; each `variable` is an index into flesh_environment.all_internal. On ranks the effect of the whole body is told.
-   * NULL: bonds make no difference. Errors: FLESH_ERR_MEMORY. */
+   * counted; each `variable` is an index into flesh_environment.all_internal. On ranks the effect of the whole body is
+   * told. NULL: bonds make no difference. Errors: FLESH_ERR_MEMORY. */
   int (*take_bonds)(struct flesh_effect *effect, int count, const flesh_bond *bonds);
 } flesh_effect_proximity;
 

@@ -238,7 +238,7 @@ static void nodes_are_limited(void)
   flesh_mesh *mesh = cube_and_a_far_tet();
   const flesh_body body = {.mesh = mesh};
   flesh_effect *effect = NULL;
-  const double p[3] = {0.5, 0.5, 0.5}, radii[2] = {0.45, NAN};
+  const double p[3] = {0.5, 0.5, 0.5}, radii[2] = {0.4, NAN};
   const flesh_keyframe key = {.translation = {1, 1, 1}};
   const flesh_motion target = {.count = 1, .keyframes = &key};
   CHECK(flesh_effect_spring_within(&body, p, 2.05, 1, &target, 0, 1, &effect) == FLESH_ERR_ARGUMENT);

@@ -31,7 +31,8 @@ class PointView:
             np.zeros(internal_count)
         self.t, self.load = point.t, point.load
         self.x, self.v, self.a = (self._vectors(address, nodes) for address in (point.x, point.v, point.a))
-        self.lagged = Lagged(point.lagged.t, *(self._vectors(address, nodes) for address in (point.lagged.x, point.lagged.v)))
+        lagged = point.lagged
+        self.lagged = Lagged(lagged.t, *(self._vectors(address, nodes) for address in (lagged.x, lagged.v)))
         self.frozen = Frozen(*(self._vectors(address, nodes) for address in (point.frozen.x, point.frozen.v)))
 
     @staticmethod
