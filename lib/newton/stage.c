@@ -46,16 +46,6 @@ static int judge(flesh_newton *newton, flesh_iteration_end end, const double *u,
   return FLESH_NOT_CONVERGED;
 }
 
-/* Iterates from u, where the residual's norm is as given, to the target. */
-static int solve_to(flesh_newton *newton, const flesh_iteration *iteration, const double *u, double norm, double target,
-                    flesh_solve_stats *stats)
-{
-  flesh_iteration_end end;
-  if (norm <= target) return FLESH_OK;
-  int status = iteration->run(iteration->data, target, &end);
-  return status && !newton->stopped ? status : judge(newton, end, u, target, stats);
-}
-
 /* Of the residual where a solve with a frozen state starts: a smaller target gains nothing, as the frozen state will
  * change. */
 static const double frozen_depth = 0.03;
@@ -71,25 +61,6 @@ static int evaluate(flesh_newton *newton, const double *u, double *norm)
   int status = flesh_equations_residual(equations, u, equations->residual.r);
   *norm = status ? 0 : flesh_norm(newton->threads, equations->n, equations->residual.r);
   return status;
-}
-
-/* Repeats a solve, with what is frozen frozen where the last one ended, until the residual there is at the target. */
-static int freeze_until_still(flesh_newton *newton, const flesh_iteration *iteration, const double *u, double target,
-                              flesh_solve_stats *stats)
-{
-  enum { REPETITIONS = 60 };
-  for (int k = 0; k < REPETITIONS; k++) {
-    const int before = newton->stats.newton, unsolved = stats->at_rounding + stats->unconverged;
-    double norm;
-    flesh_newton_freeze(newton, u);
-    int status = evaluate(newton, u, &norm);
-    if (status) return status;
-    stats->residual_last = norm;
-    if (norm <= target) return FLESH_OK;
-    status = solve_to(newton, iteration, u, norm, fmax(target, frozen_depth * norm), stats);
-    if (status || newton->stats.newton == before || stats->at_rounding + stats->unconverged > unsolved) return status;
-  }
-  return FLESH_NOT_CONVERGED;
 }
 
 /* Of a step with softened materials, whose end is no more than a first iterate of the true ones. */
@@ -108,29 +79,61 @@ static int may_sharpen(const flesh_newton *newton)
   return flesh_uses(&newton->options, FLESH_TECHNIQUE_BALANCED_TARGET) && !(newton->given_target > 0) && !(stage->softened && stage->shift.a == 0);
 }
 
-/* Iterates to the target that the first iterate's residual and load set, and on as long as the forces that balance each
- * other where that ends call for a smaller one. What freezes does so where it ends. */
-static int approach(flesh_newton *newton, const flesh_iteration *iteration, const double *u, double first, double load,
-                    int freezes, flesh_solve_stats *stats)
+/* Wants iterations to the solve's target from a residual of that norm, less where what is frozen will change. */
+static int aim(flesh_stage_solve *self, double norm)
 {
-  double target = newton->policy.target, norm = first;
-  for (;;) {
-    int status = solve_to(newton, iteration, u, norm, freezes ? fmax(target, frozen_depth * norm) : target, stats);
-    if (!status && freezes) status = freeze_until_still(newton, iteration, u, target, stats);
-    norm = stats->residual_last;
-    if (status || norm > target) return status; /* failed, or counts as solved all the same */
-    if (!may_sharpen(newton)) return status;
-    status = flesh_balance_sharpen(&newton->balance, tolerance_of(newton), u, norm, first, load, &target);
-    if (status || norm <= target) return status;
-    stats->residual_target = newton->policy.target = target;
-  }
+  self->target = self->freezes ? fmax(self->last_target, frozen_depth * norm) : self->last_target;
+  return 1;
 }
 
-int flesh_stage_solve(flesh_newton *newton, const flesh_stage *stage, const double *const *guesses,
-                      const flesh_iteration *iteration, double *u, flesh_solve_stats *stats)
+/* Freezes what is frozen where the iterations have ended, and wants more of them unless the residual there is at the
+ * target, or they would change nothing. */
+static int freeze(flesh_stage_solve *self)
+{
+  enum { REPETITIONS = 60 };
+  flesh_newton *newton = self->newton;
+  const int unsolved = self->stats->at_rounding + self->stats->unconverged;
+  double norm;
+  if (self->frozen && (newton->stats.newton == self->newtons || unsolved > self->unsolved)) return 0;
+  if (self->frozen++ == REPETITIONS) self->status = FLESH_NOT_CONVERGED;
+  if (self->status) return 0;
+  self->newtons = newton->stats.newton;
+  self->unsolved = unsolved;
+  flesh_newton_freeze(newton, self->u);
+  self->status = evaluate(newton, self->u, &norm);
+  if (self->status) return 0;
+  self->stats->residual_last = norm;
+  return norm > self->last_target && aim(self, norm);
+}
+
+/* Wants more iterations where the forces that balance each other at their end call for a smaller target. */
+static int sharpen(flesh_stage_solve *self)
+{
+  flesh_newton *newton = self->newton;
+  const double norm = self->stats->residual_last;
+  if (self->status || norm > self->last_target) return 0; /* failed, or counts as solved all the same */
+  if (!may_sharpen(newton)) return 0;
+  self->status = flesh_balance_sharpen(&newton->balance, tolerance_of(newton), self->u, norm, self->first, self->load,
+                                       &self->last_target);
+  if (self->status || norm <= self->last_target) return 0;
+  self->stats->residual_target = newton->policy.target = self->last_target;
+  self->frozen = 0;
+  return aim(self, norm);
+}
+
+int flesh_stage_goes_on(flesh_stage_solve *self, int status, flesh_iteration_end end)
+{
+  flesh_newton *newton = self->newton;
+  self->status = status && !newton->stopped ? status : judge(newton, end, self->u, self->target, self->stats);
+  if (self->status) return 0;
+  return (self->freezes && freeze(self)) || sharpen(self);
+}
+
+int flesh_stage_begin(flesh_newton *newton, const flesh_stage *stage, const double *const *guesses, double *u,
+                      flesh_solve_stats *stats, flesh_stage_solve *self)
 {
   flesh_equations *equations = &newton->equations;
-  double first, load;
+  *self = (flesh_stage_solve){.newton = newton, .stats = stats, .u = u};
   flesh_newton_set_stage(newton, stage);
   memset(&newton->stats, 0, sizeof newton->stats);
   stats->residual_first = stats->residual_last = stats->residual_target = 0;
@@ -140,22 +143,29 @@ int flesh_stage_solve(flesh_newton *newton, const flesh_stage *stage, const doub
   newton->began = NULL;
   for (; guesses && *guesses && !status; guesses++) try_guess(newton, *guesses, u);
   if (guessed && !status) flesh_volume_arc_start(&newton->arc, u);
-  const int freezes = equations->frozen && stage->frozen_at_solution;
-  if (freezes && !status) flesh_newton_freeze(newton, u);
-  if (!status) status = evaluate(newton, u, &first);
-  if (!status) status = flesh_equations_load_norm(equations, u, &load);
-  if (status) return status;
-  const double given = newton->given_target;
-  const double target = given > 0 ? given : tolerance_of(newton) * fmax(first, load);
+  self->freezes = equations->frozen && stage->frozen_at_solution;
+  if (self->freezes && !status) flesh_newton_freeze(newton, u);
+  if (!status) status = evaluate(newton, u, &self->first);
+  if (!status) status = flesh_equations_load_norm(equations, u, &self->load);
+  self->status = status;
+  self->begun = !status;
+  if (status) return 0;
+  const double first = self->first, load = self->load, given = newton->given_target;
+  self->last_target = given > 0 ? given : tolerance_of(newton) * fmax(first, load);
   stats->solves += !stage->softened;
   stats->residual_first = stats->residual_last = first;
-  stats->residual_target = newton->policy.target = target;
+  stats->residual_target = newton->policy.target = self->last_target;
+  if (first <= self->last_target) return 0;
   /* What is balanced to round-off from the start has nothing to be solved for: a free body that just moves on. */
-  const int balanced = first > target && load == 0 && flesh_equations_at_round_off(equations, u, first);
-  if (first > target && !balanced) status = approach(newton, iteration, u, first, load, freezes, stats);
-  if (!status) flesh_newton_end_stage(newton, u);
-  flesh_stage_count(newton, stats);
-  return status;
+  return !(load == 0 && flesh_equations_at_round_off(equations, u, first)) && aim(self, first);
+}
+
+int flesh_stage_end(flesh_stage_solve *self)
+{
+  if (!self->begun) return self->status;
+  if (!self->status) flesh_newton_end_stage(self->newton, self->u);
+  flesh_stage_count(self->newton, self->stats);
+  return self->status;
 }
 
 int flesh_stage_gains(flesh_newton *newton, const double *u, double *reached)

@@ -220,7 +220,6 @@ static int end_of(int flag, flesh_iteration_end *end)
 
 /* What a solve may still take: extensions, and iterations of max_newton that are used up. */
 typedef struct allowance {
-  flesh_nonlinear *nonlinear;
   int extensions;
   long used;
 } allowance;
@@ -239,12 +238,10 @@ static int run_kinsol(flesh_nonlinear *self, const allowance *allowed)
   return flag;
 }
 
-/* KINSOL's iterations, BATCH at a time while they get somewhere, max_newton in all and that again for every
- * extension. A flesh_iteration. */
-static int iterate(void *data, double target, flesh_iteration_end *end)
+/* KINSOL's iterations to the target, BATCH at a time while they get somewhere, max_newton in all and that again for every
+ * extension. */
+static int iterate(flesh_nonlinear *self, allowance *allowed, double target, flesh_iteration_end *end)
 {
-  allowance *allowed = data;
-  flesh_nonlinear *self = allowed->nonlinear;
   flesh_newton *newton = &self->problem->newton;
   const double *u = N_VGetArrayPointer(self->u);
   double reached = NAN;
@@ -265,10 +262,16 @@ static int iterate(void *data, double target, flesh_iteration_end *end)
 int flesh_nonlinear_solve(flesh_nonlinear *self, const flesh_stage *stage, const double *const *guesses,
                           int extensions, flesh_solve_stats *stats)
 {
-  allowance allowed = {.nonlinear = self, .extensions = extensions};
+  allowance allowed = {.extensions = extensions};
+  flesh_stage_solve solve;
+  flesh_iteration_end end = FLESH_ITERATION_STOPPED;
   self->problem->staged = 1;
-  return flesh_stage_solve(&self->problem->newton, stage, guesses, &(flesh_iteration){&allowed, iterate},
-                           N_VGetArrayPointer(self->u), stats);
+  int more = flesh_stage_begin(&self->problem->newton, stage, guesses, N_VGetArrayPointer(self->u), stats, &solve);
+  while (more) {
+    const int status = iterate(self, &allowed, solve.target, &end);
+    more = flesh_stage_goes_on(&solve, status, end);
+  }
+  return flesh_stage_end(&solve);
 }
 
 /* KINSOL of the systems of few nodes gets this one, with vectors of the reserve that the thread is in. */

@@ -47,37 +47,38 @@ static int follow(flesh_integrator *self, flesh_state *state, double h, flesh_so
   return FLESH_NOT_CONVERGED;
 }
 
-/* What raising the load hands to its attempts. */
-typedef struct load_walk {
-  flesh_integrator *self;
-  flesh_state *state;
-  double begin, h; /* s */
-  flesh_solve_stats *stats;
-} load_walk;
-
-/* Of flesh_recovery_raise_load. */
-static int attempt_increment(void *data, const flesh_load_increment *increment)
+/* Solves for equilibrium at increment->to, from where increment->from has led, in a step of h that began at `begin`. A
+ * status > 0 has changed nothing. */
+static int take_increment(flesh_integrator *self, flesh_state *state, const flesh_load_increment *increment, double begin,
+                          double h, flesh_solve_stats *stats)
 {
-  const load_walk *walk = data;
-  flesh_integrator *self = walk->self;
-  flesh_state *state = walk->state;
   flesh_stage stage;
-  self->row->stage(&self->memory, state, state->t + walk->h, walk->h, &stage);
+  self->row->stage(&self->memory, state, state->t + h, h, &stage);
   stage.load = increment->to;
   stage.x_lag = state->x;
-  stage.t_lag = increment->from > 0 ? stage.t : walk->begin; /* obstacles and targets are at the end at once */
+  stage.t_lag = increment->from > 0 ? stage.t : begin; /* obstacles and targets are at the end at once */
   stage.prescribed_fraction = increment->fraction;
-  int status = solve(self, state, &stage, walk->h, increment->depth, 0, walk->stats);
+  int status = solve(self, state, &stage, h, increment->depth, 0, stats);
   if (status) return status;
-  self->row->finish(&self->memory, flesh_nonlinear_unknowns(self->nonlinear), walk->h, state);
+  self->row->finish(&self->memory, flesh_nonlinear_unknowns(self->nonlinear), h, state);
   if (increment->to >= 1) state->t = stage.t;
   return FLESH_OK;
+}
+
+/* Raises the load from 0 to 1. */
+static int raise_load(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
+{
+  const double begin = state->t;
+  flesh_load_increment increment = flesh_load_increment_first();
+  int status;
+  do status = take_increment(self, state, &increment, begin, h, stats);
+  while (flesh_load_increment_next(&increment, self->recovery.max_cutbacks, status));
+  return status;
 }
 
 /* Equilibrium at t+h: the full load first, then in increments, while what is prescribed moves along. */
 static int solve_static(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
-  load_walk walk = {self, state, state->t, h, stats};
   flesh_stage stage;
   self->row->stage(&self->memory, state, state->t + h, h, &stage);
   stage.x_lag = state->x;
@@ -89,7 +90,7 @@ static int solve_static(flesh_integrator *self, flesh_state *state, double h, fl
     state->t = stage.t;
   } else {
     memcpy(self->start, state->x, (size_t)self->evaluation->n * sizeof *self->start);
-    if (status > 0) status = flesh_recovery_raise_load(&self->recovery, attempt_increment, &walk);
+    if (status > 0) status = raise_load(self, state, h, stats);
     /* A part of the load is no equilibrium that was asked for. */
     if (status) memcpy(state->x, self->start, (size_t)self->evaluation->n * sizeof *self->start);
   }

@@ -16,14 +16,6 @@ typedef struct piece {
   double event; /* the next event after `begin`; at `end`, later, or INFINITY */
 } piece;
 
-/* What the walk through a piece hands to its attempts. */
-typedef struct piece_walk {
-  flesh_integrator *self;
-  flesh_state *state;
-  const piece *piece;
-  flesh_solve_stats *stats;
-} piece_walk;
-
 /* The last moment before the event. */
 static double before(double t, double event) { return t < event ? t : nextafter(event, -INFINITY); }
 
@@ -259,33 +251,38 @@ static int attempt(flesh_integrator *self, const flesh_method_row *row, flesh_st
   return status ? status : update_internals(self, state);
 }
 
-/* Of flesh_recovery_step. A stage within the step balances what is met on the way, but the line through it ends as far
+/* Takes a part of a piece. A stage within the step balances what is met on the way, but the line through it ends as far
  * behind an obstacle as the nodes were before it. Halves help only once one step resolves how the barrier turns a node
  * around; meanwhile nodes bounce between ends that lie ever deeper in the barrier, and gain energy. Backward Euler's
  * end is its stage, and it damps. Its local error is of the second order, and impacts are few: the order of the whole
  * is kept, as by one such step at a start. */
-static int attempt_part(void *data, const flesh_span *part, int depth)
+static int take_part(flesh_integrator *self, flesh_state *state, const piece *piece, const flesh_cutbacks *cutbacks,
+                     flesh_solve_stats *stats)
 {
-  const piece_walk *walk = data;
-  flesh_integrator *self = walk->self;
+  const flesh_span *part = &cutbacks->part;
   int blocked = 0;
   if (self->internals.restart && flesh_method_order(self->method) > 1) {
-    const piece rest = {part->begin, walk->piece->end, walk->piece->event};
-    const int restarted = begin_anew(self, walk->state, &rest, part->h, walk->stats);
+    const struct piece rest = {part->begin, piece->end, piece->event};
+    const int restarted = begin_anew(self, state, &rest, part->h, stats);
     if (restarted) return restarted;
   }
-  int status = attempt(self, self->row, walk->state, walk->piece, part, depth, walk->stats, &blocked);
+  int status = attempt(self, self->row, state, piece, part, cutbacks->depth, stats, &blocked);
   if (!blocked) return status;
-  status = attempt(self, &flesh_method_backward_euler, walk->state, walk->piece, part, depth, walk->stats, &blocked);
-  walk->stats->impact_steps += status == FLESH_OK;
+  status = attempt(self, &flesh_method_backward_euler, state, piece, part, cutbacks->depth, stats, &blocked);
+  stats->impact_steps += status == FLESH_OK;
   return status;
 }
 
 /* Steps through a piece of length h, halving what fails. */
 static int walk(flesh_integrator *self, flesh_state *state, const piece *piece, double h, flesh_solve_stats *stats)
 {
-  piece_walk walk = {self, state, piece, stats};
-  return flesh_recovery_step(&self->recovery, &(flesh_span){state->t, piece->end, h}, attempt_part, &walk, stats);
+  flesh_cutbacks cutbacks = flesh_cutbacks_of((flesh_span){state->t, piece->end, h});
+  int status;
+  do {
+    status = take_part(self, state, piece, &cutbacks, stats);
+    stats->convergence_failures += status > 0;
+  } while (flesh_cutbacks_next(&cutbacks, self->recovery.max_cutbacks, status));
+  return status;
 }
 
 int flesh_integrator_step_in_time(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)

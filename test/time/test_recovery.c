@@ -14,9 +14,8 @@ typedef struct course {
   int apart;       /* a part did not begin where the last one ended, or was not as long as it said */
 } course;
 
-static int take(void *data, const flesh_span *part, int depth)
+static int take(course *c, const flesh_span *part, int depth)
 {
-  course *c = data;
   c->tries++;
   c->deepest = depth > c->deepest ? depth : c->deepest;
   c->apart |= part->begin != c->at || fabs(part->end - part->begin - part->h) > 1e-15;
@@ -30,22 +29,27 @@ static int take(void *data, const flesh_span *part, int depth)
 
 static const flesh_span span = {0.3, 0.3 + 1. / 60, 1. / 60};
 
-static int walk(int max_cutbacks, course *c, flesh_solve_stats *stats)
+static int walk(int max_cutbacks, course *c, int *failures)
 {
-  const flesh_recovery recovery = {.max_cutbacks = max_cutbacks};
+  flesh_cutbacks cutbacks = flesh_cutbacks_of(span);
+  int status;
   c->at = span.begin;
-  return flesh_recovery_step(&recovery, &span, take, c, stats);
+  do {
+    status = take(c, &cutbacks.part, cutbacks.depth);
+    *failures += status > 0;
+  } while (flesh_cutbacks_next(&cutbacks, max_cutbacks, status));
+  return status;
 }
 
 static void steps_that_fail_are_halved(void)
 {
   for (int depth = 0; depth <= 8; depth++) {
     course c = {.longest = ldexp(span.h, -depth) * 1.001, .end = INFINITY};
-    flesh_solve_stats stats = {0};
-    CHECK_OK(walk(8, &c, &stats));
+    int failures = 0;
+    CHECK_OK(walk(8, &c, &failures));
     /* Every part is tried from the largest that may succeed: where all of one depth do, the parts above fail once. */
     CHECK(c.at == span.end && !c.apart && c.deepest == depth && c.parts == 1 << depth);
-    CHECK(stats.convergence_failures == c.tries - c.parts && c.tries >= c.parts + depth);
+    CHECK(failures == c.tries - c.parts && c.tries >= c.parts + depth);
   }
 }
 
@@ -53,27 +57,27 @@ static void steps_that_fail_are_halved(void)
 static void parts_are_as_long_as_may_be(void)
 {
   course c = {.longest = span.h / 7.9, .hard = span.begin + 0.8 * span.h, .end = INFINITY};
-  flesh_solve_stats stats = {0};
-  CHECK_OK(walk(8, &c, &stats));
-  CHECK(c.parts == 4 && c.deepest == 3 && c.at == span.end && stats.convergence_failures == 3);
+  int failures = 0;
+  CHECK_OK(walk(8, &c, &failures));
+  CHECK(c.parts == 4 && c.deepest == 3 && c.at == span.end && failures == 3);
 }
 
 static void steps_are_given_up_at_the_greatest_depth(void)
 {
   course c = {.longest = 1, .end = span.begin + 0.4 * span.h};
-  flesh_solve_stats stats = {0};
-  CHECK(walk(3, &c, &stats) == FLESH_UNDEFINED);
+  int failures = 0;
+  CHECK(walk(3, &c, &failures) == FLESH_UNDEFINED);
   /* 3/8 of the span succeeded, the next eighth did not. */
   CHECK(c.deepest == 3 && fabs(c.at - span.begin - 0.375 * span.h) < 1e-15 && !c.apart);
   c = (course){.longest = 1, .end = 0};
-  CHECK(walk(0, &c, &stats) == FLESH_UNDEFINED && c.tries == 1);
+  CHECK(walk(0, &c, &failures) == FLESH_UNDEFINED && c.tries == 1);
 }
 
 static void errors_end_a_step_at_once(void)
 {
   course c = {.longest = span.h / 3, .end = INFINITY, .fatal = 4};
-  flesh_solve_stats stats = {0};
-  CHECK(walk(8, &c, &stats) == FLESH_ERR_BUDGET && c.tries == 4 && stats.convergence_failures == 2);
+  int failures = 0;
+  CHECK(walk(8, &c, &failures) == FLESH_ERR_BUDGET && c.tries == 4 && failures == 2);
 }
 
 /* Increments longer than `longest` fail that begin before `easy`, and so do all beyond `end`. */
@@ -83,9 +87,8 @@ typedef struct load {
   double smallest;
 } load;
 
-static int raise_load(void *data, const flesh_load_increment *increment)
+static int take_load(load *l, const flesh_load_increment *increment)
 {
-  load *l = data;
   const double length = increment->to - increment->from;
   l->tries++;
   l->apart |= increment->from != l->reached || !(length > 0) || increment->to > 1;
@@ -100,12 +103,20 @@ static int raise_load(void *data, const flesh_load_increment *increment)
   return FLESH_OK;
 }
 
+static int raise_load(int max_cutbacks, load *l)
+{
+  flesh_load_increment increment = flesh_load_increment_first();
+  int status;
+  do status = take_load(l, &increment);
+  while (flesh_load_increment_next(&increment, max_cutbacks, status));
+  return status;
+}
+
 static void loads_are_raised_in_increments(void)
 {
   for (int k = 1; k <= 8; k++) {
-    const flesh_recovery recovery = {.max_cutbacks = 8};
     load l = {.longest = ldexp(1, -k) * 1.01, .easy = 1, .end = 1, .smallest = 1};
-    CHECK_OK(flesh_recovery_raise_load(&recovery, raise_load, &l));
+    CHECK_OK(raise_load(8, &l));
     CHECK(l.reached == 1 && !l.apart && l.steps == 1 << k);
     CHECK_NEAR(l.place, 1, 1e-12); /* it moves along, and ends where it should */
     CHECK(l.smallest >= ldexp(1, -k));
@@ -117,20 +128,18 @@ static void loads_are_raised_in_increments(void)
 /* 1/2, 1/4 and 1/8 fail; then 1/16, 1/8, 1/4, 1/2 and what is left. */
 static void increments_grow_where_they_succeed(void)
 {
-  const flesh_recovery recovery = {.max_cutbacks = 8};
   load l = {.longest = 0.1, .easy = 0.01, .end = 1, .smallest = 1};
-  CHECK_OK(flesh_recovery_raise_load(&recovery, raise_load, &l));
+  CHECK_OK(raise_load(8, &l));
   CHECK(l.reached == 1 && !l.apart && l.tries == 8 && l.steps == 5);
 }
 
 static void a_load_that_cannot_be_held_is_given_up(void)
 {
-  const flesh_recovery recovery = {.max_cutbacks = 6};
   load l = {.longest = 1, .easy = 1, .end = 0.7, .smallest = 1};
-  CHECK(flesh_recovery_raise_load(&recovery, raise_load, &l) == FLESH_NOT_CONVERGED);
+  CHECK(raise_load(6, &l) == FLESH_NOT_CONVERGED);
   CHECK(l.reached <= 0.7 && l.reached > 0.7 - ldexp(1, -6) && l.smallest == ldexp(1, -6) && !l.apart);
   l = (load){.longest = 0.3, .easy = 1, .end = 1, .fatal = 3, .smallest = 1};
-  CHECK(flesh_recovery_raise_load(&recovery, raise_load, &l) == FLESH_ERR_MEMORY && l.tries == 3);
+  CHECK(raise_load(6, &l) == FLESH_ERR_MEMORY && l.tries == 3);
 }
 
 static void failures_say_where(void)

@@ -40,50 +40,48 @@ int flesh_recovery_is_tangled(flesh_recovery *self, const double *x)
   return self->tangled;
 }
 
-int flesh_recovery_step(const flesh_recovery *self, const flesh_span *span, flesh_step_attempt *attempt, void *data,
-                        flesh_solve_stats *stats)
+/* The part at the place. */
+static void find_part(flesh_cutbacks *self, double begin)
 {
-  unsigned long long place = 0; /* of the next part, in units of h / 2^depth */
-  double begin = span->begin;
-  int depth = 0;
-  for (;;) {
-    const unsigned long long parts = 1ULL << depth;
-    const double end =
-        place + 1 == parts ? span->end : span->begin + span->h * ((double)(place + 1) / (double)parts);
-    int status = attempt(data, &(flesh_span){begin, end, span->h / (double)parts}, depth);
-    if (status < 0) return status;
-    if (status) {
-      stats->convergence_failures++;
-      if (depth == self->max_cutbacks) return status;
-      depth++;
-      place *= 2;
-      continue;
-    }
-    begin = end;
-    place++;
-    while (depth > 0 && place % 2 == 0) depth--, place /= 2;
-    if (depth == 0) return FLESH_OK;
-  }
+  const flesh_span *span = &self->span;
+  const unsigned long long parts = 1ULL << self->depth, next = self->place + 1;
+  const double end = next == parts ? span->end : span->begin + span->h * ((double)next / (double)parts);
+  self->part = (flesh_span){begin, end, span->h / (double)parts};
 }
 
-int flesh_recovery_raise_load(const flesh_recovery *self, flesh_load_attempt *attempt, void *data)
+flesh_cutbacks flesh_cutbacks_of(flesh_span span) { return (flesh_cutbacks){.span = span, .part = span}; }
+
+int flesh_cutbacks_next(flesh_cutbacks *self, int max_cutbacks, int status)
 {
-  const double smallest = ldexp(1, -self->max_cutbacks);
-  double reached = 0, length = 0.5;
-  while (reached < 1) {
-    const double load = fmin(1, reached + length);
-    const flesh_load_increment increment = {reached, load, (load - reached) / (1 - reached), (int)lround(-log2(length))};
-    int status = attempt(data, &increment);
-    if (status < 0) return status;
-    if (status) {
-      length /= 2;
-      if (length < smallest) return status;
-      continue;
-    }
-    reached = load;
-    length *= 2;
+  if (status < 0 || (status > 0 && self->depth == max_cutbacks)) return 0;
+  if (status > 0) {
+    self->depth++;
+    self->place *= 2;
+    find_part(self, self->part.begin);
+    return 1;
   }
-  return FLESH_OK;
+  self->place++;
+  while (self->depth > 0 && self->place % 2 == 0) self->depth--, self->place /= 2;
+  find_part(self, self->part.end);
+  return self->depth > 0;
+}
+
+/* The increment of 2^-depth from a load on, or of what is left. */
+static flesh_load_increment increment_from(double load, int depth)
+{
+  const double to = fmin(1, load + ldexp(1, -depth));
+  return (flesh_load_increment){load, to, (to - load) / (1 - load), depth};
+}
+
+flesh_load_increment flesh_load_increment_first(void) { return increment_from(0, 1); }
+
+int flesh_load_increment_next(flesh_load_increment *self, int max_cutbacks, int status)
+{
+  const int depth = self->depth + (status > 0 ? 1 : -1);
+  const double reached = status > 0 ? self->from : self->to;
+  if (status < 0 || depth > max_cutbacks || reached >= 1) return 0;
+  *self = increment_from(reached, depth);
+  return 1;
 }
 
 void flesh_failure_look(const flesh_mesh *mesh, const double *x, flesh_failure *failure)

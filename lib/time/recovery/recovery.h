@@ -31,29 +31,32 @@ typedef struct flesh_span {
   double begin, end, h; /* s */
 } flesh_span;
 
-/* Takes the state through a part of a span, which begins where the last one has ended; `depth`: how often it has been
- * halved. A status > 0 has changed nothing. */
-typedef int flesh_step_attempt(void *data, const flesh_span *part, int depth);
+/* A span that is taken in parts, each from where the last one has led, of which those that fail are halved: a walk over
+ * the binary subdivision, so that depth is bounded by max_cutbacks and work by its leaves. */
+typedef struct flesh_cutbacks {
+  flesh_span span, part;
+  int depth;                /* how often the part has been halved */
+  unsigned long long place; /* of the part, in units of the span over 2^depth */
+} flesh_cutbacks;
 
-/* Takes the span's parts one after the other, and halves those that fail: a walk over the binary subdivision, so that
- * depth is bounded by max_cutbacks and work by its leaves. Failed parts are counted in *stats. The status of the part
- * that failed at the greatest depth, or a negative one at once. */
-int flesh_recovery_step(const flesh_recovery *recovery, const flesh_span *span, flesh_step_attempt *attempt, void *data,
-                        flesh_solve_stats *stats);
+/* The first part: the whole span. */
+flesh_cutbacks flesh_cutbacks_of(flesh_span span);
+/* Goes on to the next part after one that has ended with `status`, which has changed nothing where it is > 0. Whether
+ * there is one: none after the last, after one that failed at the greatest depth, or after a negative status. */
+int flesh_cutbacks_next(flesh_cutbacks *cutbacks, int max_cutbacks, int status);
 
 /* An increment of a load that goes from 0 to 1. */
 typedef struct flesh_load_increment {
   double from, to; /* of the load */
   double fraction; /* of the prescribed displacement from the result at `from` to the full load's */
-  int depth;       /* how often the whole has been halved to make it */
+  int depth;       /* how often the whole is halved to give its length, which the full load may cut */
 } flesh_load_increment;
 
-/* Solves for equilibrium at increment->to, from where increment->from has led. A status > 0 has changed nothing. */
-typedef int flesh_load_attempt(void *data, const flesh_load_increment *increment);
-
-/* Raises the load from 0 to 1, by halves first, by increments that halve where one fails and double where it does not.
- * The status of the smallest increment, where that fails, or a negative one at once. */
-int flesh_recovery_raise_load(const flesh_recovery *recovery, flesh_load_attempt *attempt, void *data);
+/* The first increment: the load's first half. */
+flesh_load_increment flesh_load_increment_first(void);
+/* Goes on to the next increment after one that has ended with `status`, as flesh_cutbacks_next: half as long after one
+ * that failed, twice as long after others. */
+int flesh_load_increment_next(flesh_load_increment *increment, int max_cutbacks, int status);
 
 /* Records in *failure the tet with the smallest J of a body at x [3*n] where a solve fails. Its other members stay. */
 void flesh_failure_look(const flesh_mesh *mesh, const double *x, flesh_failure *failure);
