@@ -28,10 +28,11 @@ static int loads_are_dead(const flesh_equations *self)
  * these are what passes reactions on. */
 static int effect_norm(flesh_equations *self, int k, const flesh_point *point, double *norm)
 {
+  flesh_constrained *constrained = &self->constrained;
   double *r = self->scratch;
   int status = flesh_system_effect_residual(self->system, k, point, r);
   if (!flesh_system_effect(self->system, k)->operations->cells)
-    for (int j = 0; j < self->constrained_count; j++) r[self->constrained_dofs[j]] = 0;
+    for (int j = 0; j < constrained->count; j++) r[constrained->dofs[j]] = 0;
   *norm = flesh_norm(self->threads, self->n, r);
   return status;
 }
@@ -57,8 +58,9 @@ static int largest_force(flesh_equations *self, const double *u, double load, do
 /* Adds up in r what all effects that have a value do to nodes that stand still at x. */
 static int forces_at(flesh_equations *self, const double *x, double *one, double *r)
 {
+  flesh_evaluation *e = &self->evaluation;
   const flesh_stage *s = &self->stage;
-  flesh_point point = flesh_equations_point_at(self, s->t, x, self->zeros, self->zeros);
+  flesh_point point = flesh_evaluation_point(e, s->t, x, e->zeros, e->zeros);
   point.internal = s->internal;
   memset(r, 0, (size_t)self->n * sizeof *r);
   for (int k = 0; k < flesh_system_effect_count(self->system); k++) {

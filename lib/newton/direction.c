@@ -79,7 +79,7 @@ int flesh_direction_init(flesh_equations *equations, const flesh_solver_options 
                             .linear = flesh_linear_for(flesh_system_instructions(equations->system))};
   int status = options->linear_solver == FLESH_LINEAR_PCG ? take_rows(self) : FLESH_OK;
   if (!status) status = make_solvers(self);
-  if (!status && equations->proximity.near) {
+  if (!status && equations->evaluation.proximity.near) {
     self->factored = flesh_calloc((size_t)equations->K->rows + 1, sizeof *self->factored);
     if (!self->factored) status = flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", equations->n);
   }
@@ -165,7 +165,7 @@ int flesh_direction_factor(flesh_direction *self, int single)
   self->iterations_per_decade[0] = self->iterations_per_decade[1] = self->excess_iterations = 0;
   int status = self->direct
                    ? flesh_direct_factor(self->direct, K)
-                   : self->linear->preconditioner_setup(self->preconditioner, K, self->equations->constrained);
+                   : self->linear->preconditioner_setup(self->preconditioner, K, self->equations->constrained.is);
   self->prepared = !status;
   return status;
 }

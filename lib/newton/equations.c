@@ -11,12 +11,15 @@
 #include "system/feasible_step.h"
 #include "system/ranks.h"
 
+enum { SCRATCH = 4 }; /* vectors */
+
 /* Mean positive diagonal entry of the rest stiffness: the scale of the constrained rows. */
 static double typical_stiffness(flesh_equations *self)
 {
+  flesh_evaluation *e = &self->evaluation;
   const double *X = flesh_mesh_positions(flesh_system_mesh(self->system));
-  memset(self->v, 0, (size_t)self->n * sizeof *self->v);
-  const flesh_point point = flesh_point_at(0, X, self->v, self->v);
+  memset(e->v, 0, (size_t)self->n * sizeof *e->v);
+  const flesh_point point = flesh_point_at(0, X, e->v, e->v);
   double sum[2] = {0}; /* and how many there are */
   if (flesh_system_jacobian(self->system, &point, &(flesh_shift){.x = 1, .v = 1, .a = 1}, self->K)) return 1;
   for (int i = 0; i < self->K->rows; i++)
@@ -34,73 +37,64 @@ static double typical_stiffness(flesh_equations *self)
 int flesh_equations_init(const flesh_system *system, flesh_threads *threads, flesh_solve_stats *stats, int check_reach,
                          flesh_equations *self)
 {
+  flesh_constrained *constrained = &self->constrained;
   *self = (flesh_equations){.system = system, .threads = threads, .stats = stats, .check_reach = check_reach,
-                            .team = flesh_system_team(system)};
-  self->n = flesh_system_unknowns(system);
-  self->constrained = flesh_calloc((size_t)self->n + 1, 1);
-  self->constrained_dofs = flesh_calloc((size_t)self->n + 1, sizeof *self->constrained_dofs);
-  self->constrained_rows = flesh_calloc((size_t)self->n / 3 + 1, sizeof *self->constrained_rows);
-  double **vectors[] = {&self->u_constrained, &self->x, &self->v, &self->a, &self->residual.u, &self->residual.r,
-                        &self->residual.reactions, &self->potential.u, &self->reached.x, &self->zeros};
-  enum { SCRATCH = 4, VECTORS = sizeof vectors / sizeof vectors[0] };
+                            .team = flesh_system_team(system), .n = flesh_system_unknowns(system)};
+  const size_t n = (size_t)self->n;
   size_t apart;
-  double *memory = self->scratch = flesh_huge_pages_vectors(VECTORS + SCRATCH, (size_t)self->n, &apart);
-  for (size_t k = 0; memory && k < VECTORS; k++) *vectors[k] = memory + (SCRATCH + k) * apart;
-  const int freezes = flesh_system_freezes(system);
-  if (freezes) self->frozen = flesh_malloc((2 * (size_t)self->n + 1) * sizeof *self->frozen);
-  const int failed = !self->constrained || !self->constrained_dofs || !self->constrained_rows || !memory ||
-                     (freezes && !self->frozen);
+  constrained->is = flesh_calloc(n + 1, 1);
+  constrained->dofs = flesh_calloc(n + 1, sizeof *constrained->dofs);
+  constrained->rows = flesh_calloc(n / 3 + 1, sizeof *constrained->rows);
+  self->scratch = flesh_huge_pages_vectors(SCRATCH + 1, n, &apart);
+  if (self->scratch) constrained->u = self->scratch + SCRATCH * apart;
+  const int failed = !constrained->is || !constrained->dofs || !constrained->rows || !self->scratch;
   int status = failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n)
                       : flesh_system_matrix_create(system, &self->K);
   if (!status) status = flesh_evaluation_create(system, threads, &self->evaluation);
-  self->evaluation.environment.proximity = &self->proximity;
-  if (!status) status = flesh_clearance_create(system, threads, &self->clearance);
-  if (!status) status = flesh_proximity_create(system, threads, &self->proximity);
+  if (!status) status = flesh_evaluation_keep_places(&self->evaluation);
   status = flesh_team_agree(self->team, status);
-  if (!status) self->constraint_stiffness = typical_stiffness(self);
+  if (!status) constrained->stiffness = typical_stiffness(self);
   else flesh_equations_clear(self);
   return status;
 }
 
 void flesh_equations_clear(flesh_equations *self)
 {
-  flesh_free(self->constrained);
-  flesh_free(self->constrained_dofs);
-  flesh_free(self->constrained_rows);
-  flesh_free(self->frozen);
-  flesh_free(self->scratch); /* and all other vectors with it */
+  flesh_constrained *constrained = &self->constrained;
+  flesh_free(constrained->is);
+  flesh_free(constrained->dofs);
+  flesh_free(constrained->rows);
+  flesh_free(self->scratch); /* and constrained.u with it */
   flesh_evaluation_clear(&self->evaluation);
-  flesh_clearance_clear(&self->clearance);
-  flesh_proximity_clear(&self->proximity);
   flesh_block_matrix_destroy(&self->K);
   memset(self, 0, sizeof *self);
 }
 
 size_t flesh_equations_memory(const flesh_equations *self)
 {
-  return (size_t)self->n * ((self->frozen ? 16 : 14) * sizeof(double) + sizeof(int) + 1) +
-         flesh_evaluation_memory(&self->evaluation) + flesh_clearance_memory(&self->clearance) + flesh_proximity_memory(&self->proximity) +
-         (size_t)self->n / 3 * sizeof(int) +
-         (size_t)self->K->row_start[self->K->rows] * 9 * sizeof(double);
+  return (size_t)self->n * ((SCRATCH + 1) * sizeof(double) + sizeof(int) + 1) + flesh_evaluation_memory(&self->evaluation) +
+         (size_t)self->n / 3 * sizeof(int) + (size_t)self->K->row_start[self->K->rows] * 9 * sizeof(double);
 }
 
 /* What follows from which dofs are constrained. */
 static void list_constrained(flesh_equations *self)
 {
-  self->constrained_row_count = flesh_block_rows_to_fix(self->K, self->constrained, self->constrained_rows);
-  self->constrained_count = 0;
+  flesh_constrained *constrained = &self->constrained;
+  constrained->row_count = flesh_block_rows_to_fix(self->K, constrained->is, constrained->rows);
+  constrained->count = 0;
   for (int d = 0; d < self->n; d++)
-    if (self->constrained[d]) self->constrained_dofs[self->constrained_count++] = d;
-  memset(self->u_constrained, 0, (size_t)self->n * sizeof *self->u_constrained);
+    if (constrained->is[d]) constrained->dofs[constrained->count++] = d;
+  memset(constrained->u, 0, (size_t)self->n * sizeof *constrained->u);
 }
 
 int flesh_equations_find_constrained(flesh_equations *self, double t, const uint8_t *held)
 {
+  flesh_constrained *constrained = &self->constrained;
   uint8_t *before = (uint8_t *)self->scratch;
-  memcpy(before, self->constrained, (size_t)self->n);
-  flesh_system_fixed(self->system, t, self->constrained);
-  for (int d = 0; d < self->n && held; d++) self->constrained[d] |= held[d];
-  double changed = memcmp(before, self->constrained, (size_t)self->n) != 0;
+  memcpy(before, constrained->is, (size_t)self->n);
+  flesh_system_fixed(self->system, t, constrained->is);
+  for (int d = 0; d < self->n && held; d++) constrained->is[d] |= held[d];
+  double changed = memcmp(before, constrained->is, (size_t)self->n) != 0;
   if (changed > 0) list_constrained(self);
   flesh_team_largest(self->team, 1, &changed); /* all ranks go on alike */
   return changed > 0;
@@ -108,47 +102,51 @@ int flesh_equations_find_constrained(flesh_equations *self, double t, const uint
 
 int flesh_equations_archive(flesh_equations *self, int matrix, flesh_archive *archive)
 {
+  flesh_evaluation *e = &self->evaluation;
   const size_t vector = (size_t)self->n * sizeof(double);
-  int grown, status = flesh_proximity_archive(&self->proximity, self->K, &grown, archive);
+  int grown, status = flesh_proximity_archive(&e->proximity, self->K, &grown, archive);
   self->patterns += grown;
-  flesh_archive_bytes(archive, self->constrained, (size_t)self->n);
-  flesh_archive_bytes(archive, self->reached.x, vector);
-  FLESH_ARCHIVE(archive, self->reached.there.known);
-  FLESH_ARCHIVE(archive, self->reached.there.phi);
-  FLESH_ARCHIVE(archive, self->reached.there.magnitude);
+  flesh_archive_bytes(archive, self->constrained.is, (size_t)self->n);
+  flesh_archive_bytes(archive, e->reached.x, vector);
+  FLESH_ARCHIVE(archive, e->reached.there.known);
+  FLESH_ARCHIVE(archive, e->reached.there.phi);
+  FLESH_ARCHIVE(archive, e->reached.there.magnitude);
   if (matrix) flesh_archive_bytes(archive, self->K->values, 9 * (size_t)self->K->row_start[self->K->rows] * sizeof(double));
-  flesh_clearance_archive(&self->clearance, archive);
+  flesh_clearance_archive(&e->clearance, archive);
   if (archive->mode == FLESH_ARCHIVE_LOAD && !archive->wrong) list_constrained(self);
   return status;
 }
 
 int flesh_equations_set_stage(flesh_equations *self, const flesh_stage *stage)
 {
+  flesh_evaluation *e = &self->evaluation;
+  flesh_constrained *constrained = &self->constrained;
   self->stage = *stage;
   if (!stage->x_lag) self->stage.x_lag = stage->x0, self->stage.t_lag = stage->t;
-  if (!stage->v_lag) self->stage.v_lag = stage->v0 ? stage->v0 : self->zeros;
+  if (!stage->v_lag) self->stage.v_lag = stage->v0 ? stage->v0 : e->zeros;
   if (!stage->x_from) self->stage.x_from = self->stage.x_lag, self->stage.t_from = self->stage.t_lag;
-  self->residual.known = self->potential.known = self->refused = self->is_frozen = 0;
+  flesh_evaluation_forget(e);
+  self->refused = e->is_frozen = 0;
   /* They may have changed where x has not. */
-  if (stage->multipliers || stage->softened) self->reached.there.known = 0;
+  if (stage->multipliers || stage->softened) e->reached.there.known = 0;
   const int changed = flesh_equations_find_constrained(self, stage->t, stage->held);
-  const int *dofs = self->constrained_dofs, count = self->constrained_count;
-  for (int k = 0; k < count; k++) self->u_constrained[dofs[k]] = stage->x0[dofs[k]];
-  flesh_system_prescribe(self->system, stage->t, self->u_constrained);
-  self->constrained_displacement = 0;
+  const int *dofs = constrained->dofs, count = constrained->count;
+  for (int k = 0; k < count; k++) constrained->u[dofs[k]] = stage->x0[dofs[k]];
+  flesh_system_prescribe(self->system, stage->t, constrained->u);
+  constrained->displacement = 0;
   for (int k = 0; k < count; k++) {
-    double *u = &self->u_constrained[dofs[k]];
+    double *u = &constrained->u[dofs[k]];
     *u = stage->prescribed_fraction * (*u - stage->x0[dofs[k]]) / stage->shift.x;
-    self->constrained_displacement = fmax(self->constrained_displacement, fabs(*u));
+    constrained->displacement = fmax(constrained->displacement, fabs(*u));
   }
-  if (self->clearance.free) flesh_team_largest(self->team, 1, &self->constrained_displacement);
-  flesh_clearance_begin(&self->clearance, stage->t, stage->x0, self->stage.t_lag, self->stage.x_lag);
+  if (e->clearance.free) flesh_team_largest(self->team, 1, &constrained->displacement);
+  flesh_clearance_begin(&e->clearance, stage->t, stage->x0, self->stage.t_lag, self->stage.x_lag);
   return changed;
 }
 
 void flesh_equations_start(const flesh_equations *self, double *u)
 {
-  flesh_copy(self->threads, self->n, self->u_constrained, u);
+  flesh_copy(self->threads, self->n, self->constrained.u, u);
 }
 
 /* y = base + shift u from begin to end; without a base, 0. */
@@ -171,54 +169,48 @@ static void move_part(void *data, int part)
 {
   const displacement *from = data;
   flesh_equations *self = from->equations;
+  flesh_evaluation *e = &self->evaluation;
   const flesh_stage *s = &self->stage;
   const int begin = part * DOFS, end = begin + DOFS < self->n ? begin + DOFS : self->n;
-  move(begin, end, s->x0, s->shift.x, from->u, self->x);
-  move(begin, end, s->v0, s->shift.v, from->u, self->v);
-  move(begin, end, s->a0, s->shift.a, from->u, self->a);
+  move(begin, end, s->x0, s->shift.x, from->u, e->x);
+  move(begin, end, s->v0, s->shift.v, from->u, e->v);
+  move(begin, end, s->a0, s->shift.a, from->u, e->a);
 }
 
 /* How far a node at u is from where the stage begins, at most, m. */
 static double displacement_to(const flesh_equations *self, const double *u)
 {
-  return fmax(flesh_clearance_moved(&self->clearance, self->stage.shift.x, u),
-              2 * fabs(self->stage.shift.x) * self->constrained_displacement);
-}
-
-flesh_point flesh_equations_point_at(const flesh_equations *self, double t, const double *x, const double *v,
-                                     const double *a)
-{
-  flesh_point point = flesh_point_at(t, x, v, a);
-  point.threads = self->threads;
-  point.environment = &self->evaluation.environment;
-  return point;
+  return fmax(flesh_clearance_moved(&self->evaluation.clearance, self->stage.shift.x, u),
+              2 * fabs(self->stage.shift.x) * self->constrained.displacement);
 }
 
 flesh_point flesh_equations_point(flesh_equations *self, const double *u)
 {
+  flesh_evaluation *e = &self->evaluation;
+  flesh_constrained *constrained = &self->constrained;
   const flesh_stage *s = &self->stage;
   flesh_threads_run(self->threads, (self->n + DOFS - 1) / DOFS, move_part, &(displacement){self, u});
-  for (int k = 0; k < self->constrained_count; k++) {
-    const int d = self->constrained_dofs[k];
-    const double value = self->u_constrained[d];
-    self->x[d] = s->x0[d] + s->shift.x * value;
-    self->v[d] = (s->v0 ? s->v0[d] : 0) + s->shift.v * value;
-    self->a[d] = (s->a0 ? s->a0[d] : 0) + s->shift.a * value;
+  for (int k = 0; k < constrained->count; k++) {
+    const int d = constrained->dofs[k];
+    const double value = constrained->u[d];
+    e->x[d] = s->x0[d] + s->shift.x * value;
+    e->v[d] = (s->v0 ? s->v0[d] : 0) + s->shift.v * value;
+    e->a[d] = (s->a0 ? s->a0[d] : 0) + s->shift.a * value;
   }
-  const int looks = self->clearance.free && self->clearance.least_left > 0;
+  const int looks = e->clearance.free && e->clearance.least_left > 0;
   if (looks) {
-    self->clearance.moved = displacement_to(self, u);
-    self->clearance.moved_most = fmax(self->clearance.moved_most, self->clearance.moved);
+    e->clearance.moved = displacement_to(self, u);
+    e->clearance.moved_most = fmax(e->clearance.moved_most, e->clearance.moved);
   }
-  self->at_stage = self->evaluation.environment;
-  self->at_stage.clearance = looks ? &self->clearance : NULL;
-  self->at_stage.softened = s->softened;
-  flesh_point point = flesh_equations_point_at(self, s->t, self->x, self->v, self->a);
-  point.environment = &self->at_stage;
+  e->at_stage = e->environment;
+  e->at_stage.clearance = looks ? &e->clearance : NULL;
+  e->at_stage.softened = s->softened;
+  flesh_point point = flesh_evaluation_point(e, s->t, e->x, e->v, e->a);
+  point.environment = &e->at_stage;
   point.load = s->load;
   point.lagged = (flesh_lagged){s->t_lag, s->x_lag, s->v_lag};
   point.frozen = (flesh_frozen){s->x0, s->v0};
-  if (self->is_frozen) point.frozen = (flesh_frozen){self->frozen, self->frozen + self->n};
+  if (e->is_frozen) point.frozen = (flesh_frozen){e->frozen, e->frozen + self->n};
   point.multipliers = s->multipliers;
   if (s->penalty > 0) point.penalty = s->penalty;
   point.internal = s->internal;
@@ -227,194 +219,184 @@ flesh_point flesh_equations_point(flesh_equations *self, const double *u)
 
 int flesh_equations_freeze(flesh_equations *self, const double *u)
 {
-  if (!self->frozen || !self->stage.frozen_at_solution) return 0;
+  flesh_evaluation *e = &self->evaluation;
+  if (!e->frozen || !self->stage.frozen_at_solution) return 0;
   flesh_equations_point(self, u);
-  flesh_copy(self->threads, self->n, self->x, self->frozen);
-  flesh_copy(self->threads, self->n, self->v, self->frozen + self->n);
-  self->is_frozen = 1;
-  self->residual.known = self->potential.known = 0;
+  flesh_copy(self->threads, self->n, e->x, e->frozen);
+  flesh_copy(self->threads, self->n, e->v, e->frozen + self->n);
+  e->is_frozen = 1;
+  flesh_evaluation_forget(e);
   return 1;
 }
 
 int flesh_equations_is_clear(const flesh_equations *self, const double *u)
 {
+  const flesh_evaluation *e = &self->evaluation;
   if (!flesh_system_limits_step(self->system)) return 1;
-  if (self->proximity.near) return 0; /* nodes are always near some others */
-  return self->clearance.free && self->clearance.least_left > 0 && displacement_to(self, u) < self->clearance.least_left;
+  if (e->proximity.near) return 0; /* nodes are always near some others */
+  return e->clearance.free && e->clearance.least_left > 0 && displacement_to(self, u) < e->clearance.least_left;
 }
 
 int flesh_equations_can_reach(flesh_equations *self, const double *u)
 {
+  const flesh_evaluation *e = &self->evaluation;
   const flesh_stage *s = &self->stage;
   if (flesh_equations_is_clear(self, u)) return 1;
   flesh_equations_point(self, u);
-  return flesh_system_max_feasible_step(self->system, &self->proximity, s->internal, s->t_from, s->x_from, s->t, self->x) ==
-         1;
+  return flesh_system_max_feasible_step(self->system, &e->proximity, s->internal, s->t_from, s->x_from, s->t, e->x) == 1;
 }
 
 /* The free dofs of u become those of x. */
 static void take_free(const flesh_equations *self, const double *x, double *u)
 {
   for (int d = 0; d < self->n; d++)
-    if (!self->constrained[d]) u[d] = (x[d] - self->stage.x0[d]) / self->stage.shift.x;
+    if (!self->constrained.is[d]) u[d] = (x[d] - self->stage.x0[d]) / self->stage.shift.x;
 }
 
 int flesh_equations_push_out(flesh_equations *self, double *u)
 {
+  flesh_evaluation *e = &self->evaluation;
   const flesh_stage *s = &self->stage;
   if (flesh_equations_can_reach(self, u)) return FLESH_OK;
-  flesh_system_push_out(self->system, s->t_from, s->x_from, s->t, self->x);
-  take_free(self, self->x, u);
+  flesh_system_push_out(self->system, s->t_from, s->x_from, s->t, e->x);
+  take_free(self, e->x, u);
   if (flesh_equations_can_reach(self, u)) return FLESH_OK;
   /* Nothing is pushed out of other bodies: it stays where it was. */
-  if (self->proximity.near) take_free(self, s->x_from, u);
-  return self->proximity.near && flesh_equations_can_reach(self, u) ? FLESH_OK : FLESH_UNDEFINED;
+  if (e->proximity.near) take_free(self, s->x_from, u);
+  return e->proximity.near && flesh_equations_can_reach(self, u) ? FLESH_OK : FLESH_UNDEFINED;
 }
 
 double flesh_equations_max_feasible_step(flesh_equations *self, const double *from, const double *to)
 {
-  if (self->clearance.moved_most < self->clearance.least_left && flesh_equations_is_clear(self, to)) return 1;
+  flesh_evaluation *e = &self->evaluation;
+  if (e->clearance.moved_most < e->clearance.least_left && flesh_equations_is_clear(self, to)) return 1;
   flesh_equations_point(self, from);
-  memcpy(self->scratch, self->x, (size_t)self->n * sizeof *self->x);
+  memcpy(self->scratch, e->x, (size_t)self->n * sizeof *e->x);
   flesh_equations_point(self, to);
-  return flesh_system_max_feasible_step(self->system, &self->proximity, self->stage.internal, self->stage.t, self->scratch,
-                                        self->stage.t, self->x);
-}
-
-static int same(const flesh_equations *self, const double *u, const double *other)
-{
-  return flesh_same(self->threads, self->n, u, other);
+  return flesh_system_max_feasible_step(self->system, &e->proximity, self->stage.internal, self->stage.t, self->scratch,
+                                        self->stage.t, e->x);
 }
 
 /* Constraint rows of the residual just evaluated at u, which is then known. */
 static int finish_residual(flesh_equations *self, const double *u)
 {
-  for (int k = 0; k < self->constrained_count; k++) {
-    const int d = self->constrained_dofs[k];
-    self->residual.reactions[k] = self->residual.r[d];
-    self->residual.r[d] = self->constraint_stiffness * (u[d] - self->u_constrained[d]);
+  flesh_evaluation *e = &self->evaluation;
+  flesh_constrained *constrained = &self->constrained;
+  for (int k = 0; k < constrained->count; k++) {
+    const int d = constrained->dofs[k];
+    e->residual.reactions[k] = e->residual.r[d];
+    e->residual.r[d] = constrained->stiffness * (u[d] - constrained->u[d]);
   }
-  if (!(flesh_norm(self->threads, self->n, self->residual.r) < INFINITY)) return FLESH_NONFINITE;
-  flesh_copy(self->threads, self->n, u, self->residual.u);
-  self->residual.known = 1;
+  if (!(flesh_norm(self->threads, self->n, e->residual.r) < INFINITY)) return FLESH_NONFINITE;
+  flesh_evaluation_take_residual(e, u);
   return FLESH_OK;
 }
 
 /* The same of the potential, but for where it is. */
 static void finish_potential(flesh_equations *self, const double *u)
 {
+  flesh_evaluation *e = &self->evaluation;
   const int own = 3 * flesh_team_own(self->team, self->n / 3);
   double springs = 0; /* whose gradient the constrained rows are */
-  for (int k = 0; k < self->constrained_count; k++) {
-    const double off = u[self->constrained_dofs[k]] - self->u_constrained[self->constrained_dofs[k]];
-    springs += self->constrained_dofs[k] < own ? off * off : 0;
+  for (int k = 0; k < self->constrained.count; k++) {
+    const double off = u[self->constrained.dofs[k]] - self->constrained.u[self->constrained.dofs[k]];
+    springs += self->constrained.dofs[k] < own ? off * off : 0;
   }
   flesh_team_sum(self->team, 1, &springs);
-  self->potential.value += self->constraint_stiffness / 2 * springs;
-  self->potential.magnitude += self->constraint_stiffness / 2 * springs;
-  self->potential.known = 1;
-}
-
-static void keep_place(flesh_equations *self, const double *u)
-{
-  flesh_copy(self->threads, self->n, u, self->potential.u);
-  self->potential.with_residual = 0;
-}
-
-int flesh_equations_knows_residual(const flesh_equations *self, const double *u)
-{
-  return self->residual.known && same(self, u, self->residual.u);
+  e->potential.value += self->constrained.stiffness / 2 * springs;
+  e->potential.magnitude += self->constrained.stiffness / 2 * springs;
+  e->potential.known = 1;
 }
 
 int flesh_equations_residual(flesh_equations *self, const double *u, double *r)
 {
-  if (!flesh_equations_knows_residual(self, u)) {
+  flesh_evaluation *e = &self->evaluation;
+  if (!flesh_evaluation_knows_residual(e, u)) {
     flesh_point point = flesh_equations_point(self, u);
-    if (self->potential.known && self->potential.with_residual) keep_place(self, self->residual.u);
-    self->residual.known = 0;
+    flesh_evaluation_drop_residual(e);
     self->stats->residuals++;
     if (self->check_reach && !flesh_equations_can_reach(self, u)) return self->refused = FLESH_UNDEFINED;
-    int status = flesh_system_residual(self->system, &point, self->residual.r);
+    int status = flesh_system_residual(self->system, &point, e->residual.r);
     if (!status) status = finish_residual(self, u);
     if (status) return self->refused = status;
   }
-  if (r != self->residual.r) flesh_copy(self->threads, self->n, self->residual.r, r);
+  if (r != e->residual.r) flesh_copy(self->threads, self->n, e->residual.r, r);
   return FLESH_OK;
-}
-
-static int knows_potential(const flesh_equations *self, const double *u)
-{
-  return self->potential.known && same(self, u, self->potential.with_residual ? self->residual.u : self->potential.u);
 }
 
 int flesh_equations_potential(flesh_equations *self, const double *u, double *phi, double *magnitude)
 {
-  if (!knows_potential(self, u)) {
+  flesh_evaluation *e = &self->evaluation;
+  if (!flesh_evaluation_knows_potential(e, u)) {
     flesh_point point = flesh_equations_point(self, u);
-    self->potential.known = 0;
+    e->potential.known = 0;
     self->stats->potentials++;
-    flesh_position_potential *by_position = &self->potential.by_position;
-    *by_position = self->reached.there;
-    if (self->stage.shift.x != 1 || !same(self, self->x, self->reached.x)) by_position->known = 0;
+    flesh_position_potential *by_position = &e->potential.by_position;
+    *by_position = e->reached.there;
+    if (self->stage.shift.x != 1 || !flesh_evaluation_has_reached(e)) by_position->known = 0;
     int status = flesh_system_potential_by_position(self->system, &point, &self->stage.shift, by_position,
-                                                    &self->potential.value, &self->potential.magnitude);
+                                                    &e->potential.value, &e->potential.magnitude);
     if (status) return status;
     finish_potential(self, u);
-    keep_place(self, u);
+    flesh_evaluation_take_potential(e, u);
   }
-  *phi = self->potential.value;
-  *magnitude = self->potential.magnitude;
+  *phi = e->potential.value;
+  *magnitude = e->potential.magnitude;
   return FLESH_OK;
 }
 
 int flesh_equations_evaluate(flesh_equations *self, const double *u, double *phi, double *magnitude)
 {
-  if (!knows_potential(self, u) && !flesh_equations_knows_residual(self, u)) {
+  flesh_evaluation *e = &self->evaluation;
+  if (!flesh_evaluation_knows_potential(e, u) && !flesh_evaluation_knows_residual(e, u)) {
     flesh_point point = flesh_equations_point(self, u);
-    self->residual.known = self->potential.known = 0;
+    flesh_evaluation_forget(e);
     self->stats->residuals++;
     self->stats->potentials++;
-    flesh_position_potential *by_position = &self->potential.by_position;
+    flesh_position_potential *by_position = &e->potential.by_position;
     int status = flesh_system_evaluate_by_position(self->system, &point, &self->stage.shift, by_position,
-                                              self->residual.r, &self->potential.value, &self->potential.magnitude);
+                                              e->residual.r, &e->potential.value, &e->potential.magnitude);
     if (status) return status;
     finish_potential(self, u);
     /* One without a finite norm is refused when it is asked for. */
-    self->potential.with_residual = finish_residual(self, u) == FLESH_OK;
-    if (!self->potential.with_residual) keep_place(self, u);
+    e->potential.with_residual = finish_residual(self, u) == FLESH_OK;
+    if (!e->potential.with_residual) flesh_evaluation_take_potential(e, u);
   }
   return flesh_equations_potential(self, u, phi, magnitude);
 }
 
 void flesh_equations_reach(flesh_equations *self, const double *u)
 {
-  self->reached.there.known = 0;
-  if (self->stage.shift.x != 1 || self->stage.softened || !knows_potential(self, u))
+  flesh_evaluation *e = &self->evaluation;
+  e->reached.there.known = 0;
+  if (self->stage.shift.x != 1 || self->stage.softened || !flesh_evaluation_knows_potential(e, u))
     return; /* no step ends where the stage does */
   flesh_equations_point(self, u);
-  flesh_copy(self->threads, self->n, self->x, self->reached.x);
-  self->reached.there = self->potential.by_position;
+  flesh_copy(self->threads, self->n, e->x, e->reached.x);
+  e->reached.there = e->potential.by_position;
 }
 
 void flesh_equations_constrain_matrix(flesh_equations *self)
 {
-  flesh_block_fix_rows(self->K, self->constrained, self->constraint_stiffness, self->constrained_row_count,
-                       self->constrained_rows);
+  flesh_constrained *constrained = &self->constrained;
+  flesh_block_fix_rows(self->K, constrained->is, constrained->stiffness, constrained->row_count,
+                       constrained->rows);
 }
 
 int flesh_equations_assemble(flesh_equations *self, const double *u, flesh_eigenvalue_filter filter)
 {
+  flesh_constrained *constrained = &self->constrained;
   flesh_point point = flesh_equations_point(self, u);
   flesh_shift shift = self->stage.shift;
   shift.filter = filter;
   self->stats->assemblies++;
   self->stats->projections += filter != FLESH_FILTER_NONE;
-  int grown, status = flesh_proximity_cover(&self->proximity, &point, self->K, &grown);
+  int grown, status = flesh_proximity_cover(&self->evaluation.proximity, &point, self->K, &grown);
   if (grown) {
     self->patterns++;
-    self->constrained_row_count = flesh_block_rows_to_fix(self->K, self->constrained, self->constrained_rows);
+    constrained->row_count = flesh_block_rows_to_fix(self->K, constrained->is, constrained->rows);
   }
-  flesh_proximity_predict(&self->proximity, &point);
+  flesh_proximity_predict(&self->evaluation.proximity, &point);
   if (!status) status = flesh_system_jacobian(self->system, &point, &shift, self->K);
   if (!status) flesh_equations_constrain_matrix(self);
   return status;
@@ -422,12 +404,13 @@ int flesh_equations_assemble(flesh_equations *self, const double *u, flesh_eigen
 
 int flesh_equations_assemble_mass(flesh_equations *self, double t, const double *x, const double *v)
 {
+  flesh_evaluation *e = &self->evaluation;
   const size_t bytes = (size_t)self->n * sizeof *x;
-  if (x != self->x) memcpy(self->x, x, bytes);
-  if (v != self->v) memcpy(self->v, v, bytes);
-  self->residual.known = self->potential.known = 0;
+  if (x != e->x) memcpy(e->x, x, bytes);
+  if (v != e->v) memcpy(e->v, v, bytes);
+  flesh_evaluation_forget(e);
   self->stats->assemblies++;
-  const flesh_point point = flesh_equations_point_at(self, t, self->x, self->v, self->a);
+  const flesh_point point = flesh_evaluation_point(e, t, e->x, e->v, e->a);
   return flesh_system_jacobian(self->system, &point, &(flesh_shift){.a = 1}, self->K);
 }
 
@@ -437,7 +420,7 @@ int flesh_equations_load_norm(flesh_equations *self, const double *u, double *no
   double *r = self->scratch;
   int status = flesh_system_load(self->system, &point, r);
   if (status) return status;
-  for (int k = 0; k < self->constrained_count; k++) r[self->constrained_dofs[k]] = 0;
+  for (int k = 0; k < self->constrained.count; k++) r[self->constrained.dofs[k]] = 0;
   *norm = flesh_norm(self->threads, self->n, r);
   return *norm < INFINITY ? FLESH_OK : FLESH_NONFINITE;
 }

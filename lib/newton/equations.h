@@ -7,59 +7,35 @@
 
 #include "base/archive.h"
 #include "base/parallel_vector.h"
-#include "base/team.h"
 #include "flesh/solver.h"
-#include "system/clearance.h"
 #include "system/evaluation.h"
-#include "system/position_potential.h"
-#include "system/proximity.h"
+
+/* The constrained dofs of a stage. */
+typedef struct flesh_constrained {
+  uint8_t *is;          /* [n] 1: the dof is */
+  int *dofs, count;     /* [n] the numbers of those that are */
+  int *rows, row_count; /* [n/3] the rows of K that know of any */
+  double *u;            /* [n] their values; 0 elsewhere */
+  double displacement;  /* the largest |u| */
+  double stiffness;     /* N/m, of their rows */
+} flesh_constrained;
 
 typedef struct flesh_equations {
   flesh_evaluation evaluation;
-  const flesh_system *system; /* borrowed */
-  flesh_threads *threads;     /* borrowed, may be NULL */
-  const flesh_team *team;     /* the system's, borrowed; NULL: none */
-  flesh_solve_stats *stats;   /* borrowed: where evaluations are counted */
-  int n;                      /* unknowns */
+  const flesh_system *system; /* the evaluation's, as are the next three */
+  flesh_threads *threads;
+  const flesh_team *team;
+  int n;
+  flesh_solve_stats *stats; /* borrowed: where evaluations are counted */
   flesh_stage stage;
-  uint8_t *constrained;                        /* [n] 1: the dof is */
-  int *constrained_dofs, constrained_count;    /* [n] the numbers of those that are */
-  int *constrained_rows, constrained_row_count; /* [n/3] the rows of K that know of any */
-  double *u_constrained;                       /* [n] their values; 0 elsewhere */
-  double constraint_stiffness;                 /* N/m, of the constrained rows */
-  double *x, *v, *a;                           /* [n] the point last evaluated */
+  flesh_constrained constrained;
   flesh_block_matrix *K;
+  int patterns; /* how often K has got another pattern */
   /* With the line search, which keeps steps between iterates feasible, 0; else a u that cannot be reached from the
    * lagged state has no residual. */
   int check_reach;
   int refused;     /* status of the stage's last residual that had no value; 0: none */
-  double *frozen;  /* [2*n] x and v of the frozen state; NULL: no effect freezes */
-  int is_frozen;   /* they are this stage's */
   double *scratch; /* [4*n] */
-  /* Caches, valid where `known`; compared by value, because KINSOL forms its iterates itself. */
-  struct {
-    int known;
-    double *u, *r;     /* [n] */
-    double *reactions; /* [n] the first constrained_count: what the constraints do to these dofs, in their order, N */
-  } residual;
-  struct {
-    int known;
-    int with_residual; /* at the residual's u, not at this one */
-    double *u;         /* [n] */
-    double value, magnitude;
-    flesh_position_potential by_position; /* its part of positions alone */
-  } potential;
-  /* That part where a stage with shift.x = 1 has ended, and mostly the next one starts. */
-  struct {
-    flesh_position_potential there;
-    double *x; /* [n] */
-  } reached;
-  flesh_clearance clearance;
-  flesh_proximity proximity;
-  flesh_environment at_stage;    /* of the last flesh_equations_point */
-  int patterns; /* how often K has got another pattern */
-  double constrained_displacement; /* the largest |u_constrained| */
-  double *zeros; /* [n] the lagged velocities where the stage has none */
 } flesh_equations;
 
 /* FLESH_ERR_ARGUMENT with the first option that makes no sense. */
@@ -81,9 +57,6 @@ int flesh_equations_set_stage(flesh_equations *equations, const flesh_stage *sta
 int flesh_equations_find_constrained(flesh_equations *equations, double t, const uint8_t *held);
 /* u = 0 but for the constrained dofs, which take their prescribed values. */
 void flesh_equations_start(const flesh_equations *equations, double *u);
-/* A point with the run's threads and environment. */
-flesh_point flesh_equations_point_at(const flesh_equations *equations, double t, const double *x, const double *v,
-                                     const double *a);
 /* x, v and a of u, with the constrained dofs at their prescribed places whatever u says of them: the free rows then do
  * not depend on those of u, so that K without their columns is the exact Jacobian from any start. */
 flesh_point flesh_equations_point(flesh_equations *equations, const double *u);
@@ -98,7 +71,6 @@ int flesh_equations_residual(flesh_equations *equations, const double *u, double
 int flesh_equations_potential(flesh_equations *equations, const double *u, double *phi, double *magnitude);
 /* The same; where neither potential nor residual at u is known, both become so in one pass. */
 int flesh_equations_evaluate(flesh_equations *equations, const double *u, double *phi, double *magnitude);
-int flesh_equations_knows_residual(const flesh_equations *equations, const double *u);
 /* K at u with the constraints applied; negative eigenvalues of elements as `filter` says. Where nodes have come near
  * each other K may get another pattern: `patterns` counts that. */
 int flesh_equations_assemble(flesh_equations *equations, const double *u, flesh_eigenvalue_filter filter);

@@ -39,22 +39,24 @@ static int solve_mass(flesh_newton *self, const double *right, double *y)
 int flesh_newton_acceleration(flesh_newton *self, const flesh_state *state, double t, double *a)
 {
   flesh_equations *equations = &self->equations;
+  flesh_evaluation *e = &equations->evaluation;
+  flesh_constrained *constrained = &equations->constrained;
   const int n = equations->n;
   double *r = self->r, *correction = self->search.trial;
   flesh_equations_find_constrained(equations, t, NULL);
-  for (int d = 0; d < n; d++) equations->a[d] = a[d] = equations->constrained[d] ? a[d] : 0;
+  for (int d = 0; d < n; d++) e->a[d] = a[d] = constrained->is[d] ? a[d] : 0;
   int status = assemble_mass(self, t, state->x, state->v);
   if (status) return status;
-  flesh_point point = flesh_equations_point_at(equations, t, equations->x, equations->v, equations->a);
+  flesh_point point = flesh_evaluation_point(e, t, e->x, e->v, e->a);
   point.multipliers = state->multipliers;
   point.internal = state->internal;
   self->stats.residuals++;
   status = flesh_system_residual(equations->system, &point, r);
   if (status) return status;
-  for (int d = 0; d < n; d++) r[d] = equations->constrained[d] ? 0 : -r[d];
+  for (int d = 0; d < n; d++) r[d] = constrained->is[d] ? 0 : -r[d];
   status = solve_mass(self, r, correction);
   for (int d = 0; d < n && !status; d++)
-    if (!equations->constrained[d]) a[d] = correction[d];
+    if (!constrained->is[d]) a[d] = correction[d];
   return status;
 }
 
@@ -62,26 +64,27 @@ int flesh_newton_acceleration(flesh_newton *self, const flesh_state *state, doub
 static int apply_jump(flesh_newton *self, double t, const double *prescribed, double *y)
 {
   flesh_equations *equations = &self->equations;
+  flesh_constrained *constrained = &equations->constrained;
   const int n = equations->n;
   double *jump = self->search.trial, *right = self->r;
   double any = 0;
   for (int d = 0; d < n; d++) {
-    jump[d] = equations->constrained[d] ? prescribed[d] - y[d] : 0;
+    jump[d] = constrained->is[d] ? prescribed[d] - y[d] : 0;
     any = jump[d] != 0 ? 1 : any;
   }
   flesh_team_largest(equations->team, 1, &any);
   if (any == 0) return FLESH_OK;
-  int status = assemble_mass(self, t, equations->x, equations->v);
+  int status = assemble_mass(self, t, equations->evaluation.x, equations->evaluation.v);
   if (status) return status;
   flesh_block_multiply(equations->K, jump, right);
   flesh_team_collect(equations->team, right);
   for (int d = 0; d < n; d++) {
-    right[d] = equations->constrained[d] ? 0 : -right[d];
-    if (equations->constrained[d]) y[d] = prescribed[d];
+    right[d] = constrained->is[d] ? 0 : -right[d];
+    if (constrained->is[d]) y[d] = prescribed[d];
   }
   status = solve_mass(self, right, jump);
   for (int d = 0; d < n && !status; d++)
-    if (!equations->constrained[d]) y[d] += jump[d];
+    if (!constrained->is[d]) y[d] += jump[d];
   return status;
 }
 
@@ -89,11 +92,12 @@ int flesh_newton_apply_constraint_jump(flesh_newton *self, double t, const doubl
                                        const double *v_prescribed, double *x, double *v)
 {
   flesh_equations *equations = &self->equations;
+  flesh_evaluation *e = &equations->evaluation;
   const size_t bytes = (size_t)equations->n * sizeof *x;
   flesh_equations_find_constrained(equations, t, NULL);
-  memcpy(equations->x, x, bytes);
-  memcpy(equations->v, v, bytes);
-  memset(equations->a, 0, bytes);
+  memcpy(e->x, x, bytes);
+  memcpy(e->v, v, bytes);
+  memset(e->a, 0, bytes);
   int status = apply_jump(self, t, x_prescribed, x);
   return status ? status : apply_jump(self, t, v_prescribed, v);
 }

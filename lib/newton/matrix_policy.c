@@ -30,7 +30,7 @@ static int find_inertia(flesh_matrix_policy *self)
   self->inertia = flesh_malloc(((size_t)equations->n + 1) * sizeof *self->inertia);
   const int status = self->inertia ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", equations->n);
   if (flesh_team_agree(equations->team, status)) return FLESH_ERR_MEMORY;
-  const flesh_point point = flesh_point_at(0, X, equations->zeros, equations->zeros);
+  const flesh_point point = flesh_point_at(0, X, equations->evaluation.zeros, equations->evaluation.zeros);
   const int failed =
       flesh_system_jacobian(equations->system, &point, &(flesh_shift){.a = 1}, equations->K) != FLESH_OK;
   for (int d = 0; d < equations->n; d++)
@@ -75,9 +75,9 @@ void flesh_matrix_policy_begin_stage(flesh_matrix_policy *self, int constraints_
 void flesh_matrix_policy_end_stage(flesh_matrix_policy *self, const double *u)
 {
   const double before = self->smallest_norm; /* 0: nothing was to be solved */
-  if (self->kept && self->age > 0 && before > 0 && flesh_equations_knows_residual(self->equations, u))
+  if (self->kept && self->age > 0 && before > 0 && flesh_evaluation_knows_residual(&self->equations->evaluation, u))
     self->drift =
-        flesh_direction_model_error(self->direction, self->equations->residual.r) / (before * self->age);
+        flesh_direction_model_error(self->direction, self->equations->evaluation.residual.r) / (before * self->age);
 }
 
 void flesh_matrix_policy_assembled(flesh_matrix_policy *self) { self->kept = self->age = 0; }
@@ -110,7 +110,7 @@ int flesh_matrix_policy_keep(flesh_matrix_policy *self, int usable, const double
     if (!uses(self, FLESH_TECHNIQUE_MATRICES_ACROSS_STEPS) || !drifts_little(self, norm)) return 0;
   } else if (!uses(self, FLESH_TECHNIQUE_KEPT_MATRICES)) {
     return 0;
-  } else if (self->equations->is_frozen) {
+  } else if (self->equations->evaluation.is_frozen) {
     /* What was not predicted is mostly that the frozen state has moved: another matrix would not predict it either. */
     if (!(norm < 0.1 * before)) return 0;
     self->predicted_error = norm * norm / before;
@@ -148,7 +148,7 @@ static void seek_too_stiff(void *data, int k, int begin, int end)
   const flesh_block_matrix *K = equations->K;
   for (int d = begin; d < end && !atomic_load_explicit(&s->found, memory_order_relaxed); d++) {
     const double stiffness = K->values[9 * (size_t)K->row_start[d / 3] + 4 * (size_t)(d % 3)];
-    if (!equations->constrained[d] && !(stiffness < most * equations->stage.shift.a * (double)s->policy->inertia[d]))
+    if (!equations->constrained.is[d] && !(stiffness < most * equations->stage.shift.a * (double)s->policy->inertia[d]))
       atomic_store_explicit(&s->found, 1, memory_order_relaxed);
   }
 }

@@ -5,7 +5,7 @@
 static int propose(flesh_accelerators *self, const flesh_accepted_step *step)
 {
   flesh_equations *equations = self->equations;
-  double *r = equations->residual.r;
+  double *r = equations->evaluation.residual.r;
   if (!self->services.solve_subdomain || !step->unpredicted) return 0;
   flesh_step_to(equations, step->u, 1, step->p, self->trial);
   if (flesh_equations_residual(equations, self->trial, r) || !flesh_is_local(equations, r)) return 0;

@@ -9,17 +9,18 @@
  * rates by those of the terms they are sums of, which may be far larger than the sums. */
 static void disturb(flesh_equations *self, const double *u, uint32_t *random)
 {
+  flesh_evaluation *e = &self->evaluation;
   const flesh_stage *stage = &self->stage;
-  const double largest = flesh_largest(self->threads, self->n, self->x);
+  const double largest = flesh_largest(self->threads, self->n, e->x);
   for (int d = 0; d < self->n; d++) {
     /* xorshift (Marsaglia 2003): any fixed sequence of signs and sizes will do */
     *random ^= *random << 13;
     *random ^= *random >> 17;
     *random ^= *random << 5;
     const double relative = DBL_EPSILON * (*random * 0x1p-31 - 1);
-    self->x[d] += relative * largest;
-    self->v[d] += relative * (fabs(stage->v0 ? stage->v0[d] : 0) + fabs(stage->shift.v * u[d]));
-    self->a[d] += relative * (fabs(stage->a0 ? stage->a0[d] : 0) + fabs(stage->shift.a * u[d]));
+    e->x[d] += relative * largest;
+    e->v[d] += relative * (fabs(stage->v0 ? stage->v0[d] : 0) + fabs(stage->shift.v * u[d]));
+    e->a[d] += relative * (fabs(stage->a0 ? stage->a0[d] : 0) + fabs(stage->shift.a * u[d]));
   }
 }
 
@@ -32,7 +33,7 @@ double flesh_equations_residual_round_off(flesh_equations *self, const double *u
   disturb(self, u, &random);
   self->stats->residuals++;
   if (flesh_system_residual(self->system, &point, moved)) return 0;
-  for (int d = 0; d < self->n; d++) moved[d] = self->constrained[d] ? 0 : moved[d] - exact[d];
+  for (int d = 0; d < self->n; d++) moved[d] = self->constrained.is[d] ? 0 : moved[d] - exact[d];
   return flesh_norm(self->threads, self->n, moved);
 }
 
@@ -54,7 +55,7 @@ double flesh_equations_potential_round_off(flesh_equations *self, const double *
 
 int flesh_equations_at_round_off(flesh_equations *self, const double *u, double norm)
 {
-  const double largest = flesh_largest(self->threads, self->n, self->x);
-  const double guess = 1e-16 * self->constraint_stiffness * largest * sqrt(3 * flesh_team_all(self->team, self->n / 3));
+  const double largest = flesh_largest(self->threads, self->n, self->evaluation.x);
+  const double guess = 1e-16 * self->constrained.stiffness * largest * sqrt(3 * flesh_team_all(self->team, self->n / 3));
   return norm <= 1e3 * guess && norm <= FLESH_ROUND_OFF_LEAVES * flesh_equations_residual_round_off(self, u);
 }

@@ -10,11 +10,12 @@
 static void try_guess(flesh_newton *newton, const double *guess, double *u)
 {
   flesh_equations *equations = &newton->equations;
+  flesh_constrained *constrained = &equations->constrained;
   double value, guessed, size, *trial = newton->search.trial;
   if (flesh_equations_potential(equations, u, &value, &size)) value = INFINITY;
   flesh_copy(newton->threads, equations->n, guess, trial);
-  for (int k = 0; k < equations->constrained_count; k++)
-    trial[equations->constrained_dofs[k]] = u[equations->constrained_dofs[k]];
+  for (int k = 0; k < constrained->count; k++)
+    trial[constrained->dofs[k]] = u[constrained->dofs[k]];
   if (!flesh_equations_can_reach(equations, trial)) return;
   if (flesh_equations_evaluate(equations, trial, &guessed, &size) || !(guessed < value)) return;
   flesh_copy(newton->threads, equations->n, trial, u);
@@ -28,9 +29,9 @@ static int judge(flesh_newton *newton, flesh_iteration_end end, const double *u,
   flesh_equations *equations = &newton->equations;
   if (newton->stopped) return newton->stopped;
   if (end == FLESH_ITERATION_UNDEFINED) return equations->refused ? equations->refused : FLESH_NOT_CONVERGED;
-  int status = flesh_equations_residual(equations, u, equations->residual.r);
+  int status = flesh_equations_residual(equations, u, equations->evaluation.residual.r);
   if (status) return status;
-  const double norm = flesh_norm(newton->threads, equations->n, equations->residual.r);
+  const double norm = flesh_norm(newton->threads, equations->n, equations->evaluation.residual.r);
   stats->residual_last = norm;
   if (norm <= target) return FLESH_OK;
   /* The line search may have given up, or the iteration stopped, on a residual that cannot be made smaller. */
@@ -58,8 +59,8 @@ static int evaluate(flesh_newton *newton, const double *u, double *norm)
   /* What has no potential may have a residual all the same. */
   if (newton->options.line_search == FLESH_LINE_SEARCH_POTENTIAL)
     flesh_equations_evaluate(equations, u, &phi, &size);
-  int status = flesh_equations_residual(equations, u, equations->residual.r);
-  *norm = status ? 0 : flesh_norm(newton->threads, equations->n, equations->residual.r);
+  int status = flesh_equations_residual(equations, u, equations->evaluation.residual.r);
+  *norm = status ? 0 : flesh_norm(newton->threads, equations->n, equations->evaluation.residual.r);
   return status;
 }
 
@@ -143,7 +144,7 @@ int flesh_stage_begin(flesh_newton *newton, const flesh_stage *stage, const doub
   newton->began = NULL;
   for (; guesses && *guesses && !status; guesses++) try_guess(newton, *guesses, u);
   if (guessed && !status) flesh_volume_arc_start(&newton->arc, u);
-  self->freezes = equations->frozen && stage->frozen_at_solution;
+  self->freezes = equations->evaluation.frozen && stage->frozen_at_solution;
   if (self->freezes && !status) flesh_newton_freeze(newton, u);
   if (!status) status = evaluate(newton, u, &self->first);
   if (!status) status = flesh_equations_load_norm(equations, u, &self->load);

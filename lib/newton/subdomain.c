@@ -242,7 +242,7 @@ static int add_background(subdomain *self, int couples)
 
 static int add_pins(subdomain *self)
 {
-  const uint8_t *constrained = self->whole->constrained;
+  const uint8_t *constrained = self->whole->constrained.is;
   int *nodes = flesh_malloc((size_t)self->nodes * sizeof *nodes), status = FLESH_OK;
   if (!nodes) return no_memory(self);
   for (unsigned axes = 1; axes <= FLESH_AXES_ALL && !status; axes++) {
@@ -281,7 +281,7 @@ static void place(subdomain *self, const double *u)
     for (int c = 0; c < 3; c++) {
       const int d = 3 * self->global[i] + c;
       self->x[3 * i + c] =
-          whole->stage.x0[d] + whole->stage.shift.x * (whole->constrained[d] ? whole->u_constrained[d] : u[d]);
+          whole->stage.x0[d] + whole->stage.shift.x * (whole->constrained.is[d] ? whole->constrained.u[d] : u[d]);
     }
 }
 

@@ -65,7 +65,7 @@ size_t flesh_volume_arc_memory(const flesh_volume_arc *self)
 /* y += weight b.q of every row, over the dofs that are not constrained. */
 static void add_products(const flesh_volume_arc *self, const float *values, double weight, const double *q, float *y)
 {
-  const uint8_t *constrained = self->equations->constrained;
+  const uint8_t *constrained = self->equations->constrained.is;
   const int m = self->trial.nodes_per_row;
   for (int e = 0; e < self->trial.count; e++) {
     double sum = 0;
@@ -143,7 +143,7 @@ void flesh_volume_arc_bend(flesh_volume_arc *self, const double *u, const double
 void flesh_volume_arc_start(flesh_volume_arc *self, double *u)
 {
   flesh_equations *equations = self->equations;
-  double before, after, magnitude, moved = equations->constrained_displacement;
+  double before, after, magnitude, moved = equations->constrained.displacement;
   if (!self->step || self->direction->rows.left_in) return;
   flesh_team_largest(equations->team, 1, &moved);
   if (moved > 0) return;

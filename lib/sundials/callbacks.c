@@ -76,7 +76,7 @@ int flesh_kinsol_jacobian(N_Vector u, N_Vector r, SUNMatrix J, void *data, N_Vec
   const double *at = flesh_problem_read(problem, u, 0, 0);
   if (!at) return FLESH_ERR_ARGUMENT;
   const int sparse = SUNMatGetID(J) == SUNMATRIX_SPARSE;
-  if (sparse && problem->newton.equations.proximity.near)
+  if (sparse && problem->newton.equations.evaluation.proximity.near)
     return flesh_fail(FLESH_ERR_ARGUMENT, "bodies touch each other, so that the Jacobian's pattern grows: it needs the "
                                           "problem's own matrix of flesh_sunmatrix_create, not a SUNSparseMatrix");
   if (sparse && problem->newton.equations.team)

@@ -134,8 +134,6 @@ void flesh_nonlinear_destroy(flesh_nonlinear **nonlinear)
 
 void flesh_nonlinear_go_on(flesh_nonlinear *self) { self->problem->newton.policy.stage_continues = 1; }
 
-void flesh_nonlinear_internal_changed(flesh_nonlinear *self) { self->problem->newton.equations.reached.there.known = 0; }
-
 int flesh_nonlinear_began_at(const flesh_nonlinear *self, const double *guess)
 {
   return self->problem->newton.began == guess;
@@ -146,13 +144,12 @@ const double *flesh_nonlinear_unknowns(const flesh_nonlinear *self)
   return N_VGetArrayPointer(self->u);
 }
 
-const double *flesh_nonlinear_positions(const flesh_nonlinear *self) { return self->problem->newton.equations.x; }
-
 int flesh_nonlinear_worst_node(const flesh_nonlinear *self)
 {
   const flesh_equations *equations = &self->problem->newton.equations;
-  if (!equations->residual.known) return -1;
-  const double *r = equations->residual.r;
+  const flesh_known_residual *residual = &equations->evaluation.residual;
+  if (!residual->known) return -1;
+  const double *r = residual->r;
   int worst = 0;
   for (int d = 0; d < equations->n; d++)
     if (fabs(r[d]) > fabs(r[worst])) worst = d;
@@ -165,21 +162,9 @@ int flesh_nonlinear_worst_node(const flesh_nonlinear *self)
   return (int)node;
 }
 
-void flesh_nonlinear_set_costs(flesh_nonlinear *self, flesh_costs *costs)
-{
-  self->problem->newton.equations.evaluation.environment.costs = costs;
-}
-
-flesh_threads *flesh_nonlinear_threads(const flesh_nonlinear *self) { return self->problem->newton.threads; }
-
 flesh_evaluation *flesh_nonlinear_evaluation(flesh_nonlinear *self)
 {
   return &self->problem->newton.equations.evaluation;
-}
-
-const flesh_environment *flesh_nonlinear_environment(const flesh_nonlinear *self)
-{
-  return &self->problem->newton.equations.evaluation.environment;
 }
 
 void *flesh_nonlinear_kinsol(const flesh_nonlinear *self) { return self->kinsol; }
@@ -338,14 +323,9 @@ flesh_point flesh_nonlinear_point(flesh_nonlinear *self)
 const double *flesh_nonlinear_reactions(const flesh_nonlinear *self, const int **constrained, int *count)
 {
   const flesh_equations *equations = &self->problem->newton.equations;
-  *constrained = equations->constrained_dofs;
-  *count = equations->constrained_count;
-  return equations->residual.reactions;
-}
-
-const flesh_position_potential *flesh_nonlinear_reached(const flesh_nonlinear *self)
-{
-  return &self->problem->newton.equations.reached.there;
+  *constrained = equations->constrained.dofs;
+  *count = equations->constrained.count;
+  return equations->evaluation.residual.reactions;
 }
 
 void flesh_nonlinear_progress(const flesh_nonlinear *self, flesh_progress *progress)
@@ -362,10 +342,11 @@ int flesh_nonlinear_defined(flesh_nonlinear *self, double t, const double *x, co
 {
   double sum = 0;
   flesh_equations *equations = &self->problem->newton.equations;
-  if (x != equations->x) memcpy(equations->x, x, (size_t)equations->n * sizeof *x);
-  memset(equations->a, 0, (size_t)equations->n * sizeof *equations->a);
+  flesh_evaluation *e = &equations->evaluation;
+  if (x != e->x) memcpy(e->x, x, (size_t)equations->n * sizeof *x);
+  memset(e->a, 0, (size_t)equations->n * sizeof *e->a);
   stats->potentials++;
-  flesh_point point = flesh_equations_point_at(equations, t, equations->x, v, equations->a);
+  flesh_point point = flesh_evaluation_point(e, t, e->x, v, e->a);
   point.multipliers = equations->stage.multipliers;
   point.internal = equations->stage.internal;
   int status = flesh_system_energies(equations->system, &point, energies);

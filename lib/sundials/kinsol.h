@@ -3,12 +3,9 @@
 #define FLESH_SUNDIALS_KINSOL_H
 
 #include "base/archive.h"
-#include "effect/environment.h"
 #include "flesh/kinsol.h"
 #include "flesh/state.h"
 #include "system/evaluation.h"
-#include "system/position_potential.h"
-#include "system/proximity.h"
 
 typedef struct flesh_nonlinear flesh_nonlinear;
 
@@ -27,8 +24,6 @@ int flesh_nonlinear_solve(flesh_nonlinear *nonlinear, const flesh_stage *stage, 
 void flesh_nonlinear_set_target(flesh_nonlinear *nonlinear, double target);
 /* The next stage goes on smoothly from the last one: what was prepared for that may serve. */
 void flesh_nonlinear_go_on(flesh_nonlinear *nonlinear);
-/* Internal variables are others than in the last stage: potentials known at its positions are not theirs. */
-void flesh_nonlinear_internal_changed(flesh_nonlinear *nonlinear);
 const double *flesh_nonlinear_unknowns(const flesh_nonlinear *nonlinear);
 /* Whether the last solve began at that of its guesses; NULL: at u = 0. */
 int flesh_nonlinear_began_at(const flesh_nonlinear *nonlinear, const double *guess);
@@ -55,28 +50,18 @@ int flesh_nonlinear_defined(flesh_nonlinear *nonlinear, double t, const double *
 int flesh_nonlinear_is_clear(const flesh_nonlinear *nonlinear);
 
 /* After a solve that has succeeded: the stage's point, which is valid until the next call; the reactions at the dofs
- * `constrained` [*count], N; the strain energy there where the step ends at the stage's point and it is known. */
+ * `constrained` [*count], N. */
 flesh_point flesh_nonlinear_point(flesh_nonlinear *nonlinear);
 const double *flesh_nonlinear_reactions(const flesh_nonlinear *nonlinear, const int **constrained, int *count);
-const flesh_position_potential *flesh_nonlinear_reached(const flesh_nonlinear *nonlinear);
-
-/* Positions [3*n] last evaluated: the last iterate, or the trial that had no value. */
-const double *flesh_nonlinear_positions(const flesh_nonlinear *nonlinear);
 
 /* Node with the largest residual at the last iterate; -1 when it has none. */
 int flesh_nonlinear_worst_node(const flesh_nonlinear *nonlinear);
-/* Where its evaluations are counted, borrowed. */
-void flesh_nonlinear_set_costs(flesh_nonlinear *nonlinear, flesh_costs *costs);
 /* Newton's iteration of the solve under way. */
 void flesh_nonlinear_progress(const flesh_nonlinear *nonlinear, flesh_progress *progress);
-/* What the run's effects know of nodes near each other. */
-/* The run's, of which the solver is a part; borrowed. */
+/* The run's, of which the solver is a part; borrowed. Its point is the last iterate, or the trial that had no value. */
 flesh_evaluation *flesh_nonlinear_evaluation(flesh_nonlinear *nonlinear);
-const flesh_environment *flesh_nonlinear_environment(const flesh_nonlinear *nonlinear);
 /* KINSOL's memory. */
 void *flesh_nonlinear_kinsol(const flesh_nonlinear *nonlinear);
-/* Those of its solves. */
-flesh_threads *flesh_nonlinear_threads(const flesh_nonlinear *nonlinear);
 size_t flesh_nonlinear_memory(const flesh_nonlinear *nonlinear);
 /* What lasts from solve to solve. FLESH_ERR_MEMORY. */
 int flesh_nonlinear_archive(flesh_nonlinear *nonlinear, flesh_archive *archive);

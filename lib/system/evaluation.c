@@ -42,8 +42,26 @@ int flesh_evaluation_keep_state(flesh_evaluation *self)
   return FLESH_OK;
 }
 
+int flesh_evaluation_keep_places(flesh_evaluation *self)
+{
+  double **vectors[] = {&self->residual.u, &self->residual.r, &self->residual.reactions, &self->potential.u,
+                        &self->reached.x, &self->zeros, &self->frozen};
+  const size_t count = sizeof vectors / sizeof vectors[0] - 1, n = (size_t)self->n;
+  const int freezes = flesh_system_freezes(self->system);
+  size_t apart;
+  double *memory = flesh_huge_pages_vectors(count + (freezes ? 2 : 0), n, &apart);
+  if (!memory) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n);
+  for (size_t k = 0; k < count + (freezes ? 1 : 0); k++) *vectors[k] = memory + k * apart;
+  self->environment.proximity = &self->proximity;
+  int status = flesh_clearance_create(self->system, self->threads, &self->clearance);
+  return status ? status : flesh_proximity_create(self->system, self->threads, &self->proximity);
+}
+
 void flesh_evaluation_clear(flesh_evaluation *self)
 {
+  flesh_free(self->residual.u); /* and what flesh_evaluation_keep_places has made with it */
+  flesh_clearance_clear(&self->clearance);
+  flesh_proximity_clear(&self->proximity);
   flesh_free(self->x); /* and v and a with it */
   flesh_free(self->returned.x);
   *self = (flesh_evaluation){0};
@@ -51,7 +69,9 @@ void flesh_evaluation_clear(flesh_evaluation *self)
 
 size_t flesh_evaluation_memory(const flesh_evaluation *self)
 {
-  return (3 * (size_t)self->n + (self->returned.x ? room_of(self) : 0)) * sizeof(double);
+  const size_t vectors = 3 + (self->residual.u ? 6 : 0) + (self->frozen ? 2 : 0);
+  return (vectors * (size_t)self->n + (self->returned.x ? room_of(self) : 0)) * sizeof(double) +
+         flesh_clearance_memory(&self->clearance) + flesh_proximity_memory(&self->proximity);
 }
 
 void flesh_evaluation_archive(flesh_evaluation *self, flesh_archive *archive)
@@ -66,12 +86,56 @@ void flesh_evaluation_archive(flesh_evaluation *self, flesh_archive *archive)
     flesh_archive_bytes(archive, kept->internal, (size_t)kept->internal_count * sizeof *kept->internal);
 }
 
-void flesh_evaluation_changed(flesh_evaluation *self) { self->serial++; }
+flesh_point flesh_evaluation_point(const flesh_evaluation *self, double t, const double *x, const double *v,
+                                   const double *a)
+{
+  flesh_point point = flesh_point_at(t, x, v, a);
+  point.threads = self->threads;
+  point.environment = &self->environment;
+  return point;
+}
 
 static int same(const flesh_evaluation *self, const double *a, const double *b)
 {
   return flesh_same(self->threads, self->n, a, b);
 }
+
+int flesh_evaluation_knows_residual(const flesh_evaluation *self, const double *u)
+{
+  return self->residual.known && same(self, u, self->residual.u);
+}
+
+int flesh_evaluation_knows_potential(const flesh_evaluation *self, const double *u)
+{
+  const flesh_known_potential *potential = &self->potential;
+  return potential->known && same(self, u, potential->with_residual ? self->residual.u : potential->u);
+}
+
+int flesh_evaluation_has_reached(const flesh_evaluation *self) { return same(self, self->x, self->reached.x); }
+
+void flesh_evaluation_take_residual(flesh_evaluation *self, const double *u)
+{
+  flesh_copy(self->threads, self->n, u, self->residual.u);
+  self->residual.known = 1;
+}
+
+void flesh_evaluation_take_potential(flesh_evaluation *self, const double *u)
+{
+  flesh_copy(self->threads, self->n, u, self->potential.u);
+  self->potential.with_residual = 0;
+}
+
+void flesh_evaluation_drop_residual(flesh_evaluation *self)
+{
+  if (self->potential.known && self->potential.with_residual) flesh_evaluation_take_potential(self, self->residual.u);
+  self->residual.known = 0;
+}
+
+void flesh_evaluation_forget(flesh_evaluation *self) { self->residual.known = self->potential.known = 0; }
+
+void flesh_evaluation_changed(flesh_evaluation *self) { self->serial++; }
+
+void flesh_evaluation_forces_changed(flesh_evaluation *self) { self->reached.there.known = 0; }
 
 static int differ(const double *a, const double *b, int count)
 {

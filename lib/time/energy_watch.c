@@ -61,10 +61,9 @@ int flesh_energy_watch_create(flesh_evaluation *evaluation, flesh_energy_watch *
   watch->effects = flesh_system_effect_count(system);
   watch->kinds = flesh_system_work_kinds(system);
   watch->energies = calloc((size_t)watch->effects + 1, sizeof *watch->energies);
-  watch->zeros = calloc(n + 1, sizeof *watch->zeros);
   if (watch->kinds & FLESH_WORK_OF_FORCES) watch->scratch = calloc(2 * n + 1, sizeof *watch->scratch);
   watch->balance.worst_tet = watch->balance.fastest_node = -1;
-  if (watch->energies && watch->zeros && (watch->scratch || !(watch->kinds & FLESH_WORK_OF_FORCES))) return FLESH_OK;
+  if (watch->energies && (watch->scratch || !(watch->kinds & FLESH_WORK_OF_FORCES))) return FLESH_OK;
   flesh_energy_watch_clear(watch);
   return flesh_fail(FLESH_ERR_MEMORY, "no memory to watch the energy of %zu unknowns", n);
 }
@@ -72,14 +71,13 @@ int flesh_energy_watch_create(flesh_evaluation *evaluation, flesh_energy_watch *
 void flesh_energy_watch_clear(flesh_energy_watch *watch)
 {
   free(watch->energies);
-  free(watch->zeros);
   free(watch->scratch);
   *watch = (flesh_energy_watch){0};
 }
 
 size_t flesh_energy_watch_memory(const flesh_energy_watch *watch)
 {
-  return (size_t)watch->n * (watch->scratch ? 3 : 1) * sizeof(double);
+  return (size_t)watch->n * (watch->scratch ? 2 : 0) * sizeof(double);
 }
 
 int flesh_energy_watch_knows(const flesh_energy_watch *watch)
@@ -90,11 +88,9 @@ int flesh_energy_watch_knows(const flesh_energy_watch *watch)
 flesh_point flesh_energy_watch_point(const flesh_energy_watch *watch, double t, const flesh_state *state,
                                      const double *a)
 {
-  flesh_point point = flesh_point_at(t, state->x, state->v, a ? a : watch->zeros);
+  flesh_point point = flesh_evaluation_point(watch->evaluation, t, state->x, state->v, a ? a : watch->evaluation->zeros);
   point.multipliers = state->multipliers;
   point.internal = state->internal;
-  point.threads = watch->threads;
-  point.environment = watch->environment;
   return point;
 }
 
@@ -113,7 +109,7 @@ static void add_up(flesh_energy_watch *watch, double t, int status)
 /* The first state: nothing is in excess, and nothing has been put in. */
 static void begin(flesh_energy_watch *watch, double t, const flesh_state *state)
 {
-  const flesh_environment uncounted = {.proximity = watch->environment->proximity};
+  const flesh_environment uncounted = {.proximity = watch->evaluation->environment.proximity};
   flesh_point point = flesh_energy_watch_point(watch, t, state, NULL);
   double phi, size = 0;
   point.environment = &uncounted;

@@ -3,11 +3,8 @@
 #define FLESH_TIME_ENERGY_WATCH_H
 
 #include "base/archive.h"
-#include "effect/environment.h"
 #include "flesh/integrator.h"
 #include "system/evaluation.h"
-#include "system/position_potential.h"
-#include "system/proximity.h"
 
 /* An excess counts where that many steps in a row have it. */
 enum { FLESH_ENERGY_STEPS = 3 };
@@ -20,10 +17,7 @@ typedef struct flesh_energy_watch {
   int kinds;               /* flesh_system_work_kinds */
   double limit;            /* gain that ends a step */
   double *energies;        /* [effects] of the state known, J */
-  double *zeros;           /* [n] */
   double *scratch;         /* [2*n] where forces may put in work; else NULL */
-  flesh_threads *threads;  /* borrowed; may be NULL */
-  const flesh_environment *environment; /* the run's, borrowed */
   /* The state that `energies` belong to. */
   int known;
   long serial; /* the evaluation's */

@@ -145,7 +145,7 @@ static int settle(flesh_integrator *self, flesh_state *state, double h, flesh_so
     if (k == REPETITIONS)
       status = flesh_fail(FLESH_ERR_SOLVE, "%d equilibria at t = %g s one after the other have changed internal variables "
                                            "(something broke); smaller steps may help", REPETITIONS, state->t);
-    flesh_nonlinear_internal_changed(self->nonlinear);
+    flesh_evaluation_forces_changed(self->evaluation);
     if (!status && (status = balance(self, state, 0, stats)) > 0)
       status = flesh_fail_within(flesh_recovery_fail(&self->recovery), "no equilibrium after something broke: ");
     if (!status) status = check_held(internals, state);
@@ -162,7 +162,7 @@ static int come_apart(flesh_integrator *self, flesh_state *state, double h, fles
   for (int k = 0; !status && k < REPETITIONS; k++) {
     status = flesh_integrator_arrive(self, state, &changed);
     if (status < 0 || !changed) return status;
-    flesh_nonlinear_internal_changed(self->nonlinear);
+    flesh_evaluation_forces_changed(self->evaluation);
     status = settle(self, state, 0, stats);
   }
   return status;

@@ -112,9 +112,7 @@ int flesh_integrator_create(const flesh_system *system, flesh_method method,
     return status;
   }
   self->watch.limit = max_energy_gain;
-  self->watch.threads = flesh_nonlinear_threads(self->nonlinear);
-  self->watch.environment = flesh_nonlinear_environment(self->nonlinear);
-  flesh_nonlinear_set_costs(self->nonlinear, &self->costs);
+  self->evaluation->environment.costs = &self->costs;
   if (self->adaptive) flesh_adaptive_set_costs(self->adaptive, &self->costs);
   *integrator = self;
   return FLESH_OK;
@@ -231,7 +229,7 @@ flesh_separation flesh_integrator_separation(const flesh_integrator *integrator)
   flesh_separation separation = {.t_apart = NAN};
   for (int e = 0; e < flesh_system_effect_count(system); e++) {
     const flesh_effect_proximity *can = flesh_system_effect(system, e)->operations->proximity;
-    const void *near = flesh_proximity_of(integrator->watch.environment->proximity, e);
+    const void *near = flesh_proximity_of(integrator->evaluation->environment.proximity, e);
     if (can && can->separation && near) can->separation(near, &separation);
   }
   return separation;
@@ -247,12 +245,12 @@ int flesh_integrator_begin(flesh_integrator *self, const flesh_state *state)
 {
   int changed;
   return end_of_following(
-      flesh_proximity_follow(self->watch.environment->proximity, 0, state->t, state->x, &changed), state);
+      flesh_proximity_follow(self->evaluation->environment.proximity, 0, state->t, state->x, &changed), state);
 }
 
 int flesh_integrator_arrive(flesh_integrator *self, const flesh_state *state, int *changed)
 {
-  const int status = flesh_proximity_follow(self->watch.environment->proximity, 1, state->t, state->x, changed);
+  const int status = flesh_proximity_follow(self->evaluation->environment.proximity, 1, state->t, state->x, changed);
   if (!status && *changed) flesh_energy_watch_jump(&self->watch, state->t, state);
   return end_of_following(status, state);
 }
@@ -271,7 +269,7 @@ void flesh_integrator_record_failure(flesh_integrator *self, const flesh_stage *
   *f = (flesh_failure){.status = status, .t = stage->t, .h = h, .halvings = halvings,
                        .residual = stats->residual_last, .target = stats->residual_target,
                        .volume_gap = self->multipliers.left};
-  flesh_failure_look(self->recovery.mesh, flesh_nonlinear_positions(self->nonlinear), f);
+  flesh_failure_look(self->recovery.mesh, self->evaluation->x, f);
   f->worst_node = flesh_nonlinear_worst_node(self->nonlinear);
   flesh_failure_meet(self->evaluation->team, f);
 }

@@ -12,12 +12,11 @@ int flesh_internals_create(const flesh_system *system, flesh_internals *self)
   if (!self->count) return FLESH_OK;
   const size_t count = (size_t)self->count, n = (size_t)flesh_system_unknowns(system);
   self->n = (int)n;
-  self->own = calloc(3 * count + 3 * n, sizeof *self->own);
+  self->own = calloc(3 * count + 2 * n, sizeof *self->own);
   if (!self->own) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d internal variables", self->count);
   self->next = self->own + count;
   self->before = self->next + count;
-  self->zeros = self->before + count;
-  self->x = self->zeros + n;
+  self->x = self->before + count;
   self->v = self->x + n;
   return FLESH_OK;
 }
@@ -30,7 +29,7 @@ void flesh_internals_clear(flesh_internals *self)
 
 size_t flesh_internals_memory(const flesh_internals *self)
 {
-  return 3 * ((size_t)self->count + (size_t)self->n) * sizeof(double);
+  return (3 * (size_t)self->count + 2 * (size_t)self->n) * sizeof(double);
 }
 
 void flesh_internals_archive(flesh_internals *self, flesh_archive *archive)
@@ -52,7 +51,7 @@ int flesh_internals_view(const flesh_internals *self, flesh_state *view)
 int flesh_internals_update(flesh_internals *self, flesh_energy_watch *watch, flesh_state *state, int *changed)
 {
   const size_t bytes = (size_t)self->count * sizeof *self->next;
-  const flesh_point point = flesh_energy_watch_point(watch, state->t, state, self->zeros);
+  const flesh_point point = flesh_energy_watch_point(watch, state->t, state, NULL);
   *changed = 0;
   if (!self->count) return FLESH_OK;
   memcpy(self->next, state->internal, bytes);

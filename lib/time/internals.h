@@ -9,7 +9,6 @@ typedef struct flesh_internals {
   int count, n;      /* 0 variables: no effect has any, and nothing below is allocated */
   double *own;       /* [count] of states without any */
   double *next;      /* [count] what an update makes of them */
-  double *zeros;     /* [n] the acceleration of updates */
   /* What a static step began with: [count], [n], [n], s. */
   double *before, *x, *v, t;
   int restart;       /* they have changed since the method started: its acceleration is another one */

@@ -256,7 +256,7 @@ static int run(const flesh_system *system, flesh_integrator *integrator, const f
   if (status) return status;
   *steps = step;
   watch w = {.system = system, .mesh = flesh_system_mesh(system), .team = flesh_system_team(system),
-             .options = options, .environment = integrator->watch.environment};
+             .options = options, .environment = &integrator->evaluation->environment};
   if (options->observer_count) status = watch_open(&w);
   if (options->unfinished) *options->unfinished = (flesh_solve_stats){0};
   flesh_integrator_set_stop(integrator, options->stop, options->stop_data);

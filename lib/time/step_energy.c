@@ -106,9 +106,9 @@ int flesh_step_energy_judge(const flesh_step_energy *step, const flesh_state *st
     return FLESH_OK;
   }
   const double left = fmin(stats->residual_last, stats->residual_target);
-  const double unbalanced = left * flesh_norm(watch->threads, watch->n, flesh_nonlinear_unknowns(step->nonlinear));
+  const double unbalanced = left * flesh_norm(watch->evaluation->threads, watch->n, flesh_nonlinear_unknowns(step->nonlinear));
   int status = flesh_energy_watch_meet(watch, step->to, state,
-                                       at_stage ? flesh_nonlinear_reached(step->nonlinear) : NULL,
+                                       at_stage ? &watch->evaluation->reached.there : NULL,
                                        at_stage ? NULL : step->energies);
   if (!status && step->second) status = flesh_energy_watch_supply_in_time(watch, step->from, state);
   return status < 0 ? status : flesh_energy_watch_judge(watch, state, unbalanced);

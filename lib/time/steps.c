@@ -77,7 +77,7 @@ static int check_end(flesh_integrator *self, const flesh_stage *stage, const fle
   find_end(&(part_end){self, state}, flesh_nonlinear_unknowns(self->nonlinear), self->start);
   if (stage->shift.x == 1)
     return flesh_system_tunnelled(system, state->t, state->x, t_end, self->start) ? FLESH_UNDEFINED : FLESH_OK;
-  *blocked = flesh_system_max_feasible_step(system, self->watch.environment->proximity, stage->internal,
+  *blocked = flesh_system_max_feasible_step(system, self->evaluation->environment.proximity, stage->internal,
                                             state->t, state->x, t_end, self->start) < 1;
   if (*blocked) return FLESH_UNDEFINED;
   return flesh_nonlinear_defined(self->nonlinear, t_end, self->start, state->v, self->energies, stats);
@@ -207,7 +207,7 @@ static int update_internals(flesh_integrator *self, flesh_state *state)
   int status = flesh_internals_update(&self->internals, &self->watch, state, &changed);
   if (!status) status = flesh_integrator_arrive(self, state, &touches_others);
   if (!changed && !touches_others) return status;
-  flesh_nonlinear_internal_changed(self->nonlinear);
+  flesh_evaluation_forces_changed(self->evaluation);
   flesh_extrapolation_forget(&self->first.extrapolation);
   self->memory.known = 0;
   self->internals.restart = 1;

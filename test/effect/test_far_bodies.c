@@ -37,7 +37,7 @@ static void what_is_far_is_not_looked_at(void)
     begin(100, 40, &b);
     CHECK_OK(flesh_integrator_create(b.system, (flesh_method)m, &options, &integrator));
     for (int s = 0; s < 10; s++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 200, NULL));
-    const flesh_surface_near *near = flesh_proximity_of(integrator->watch.environment->proximity, 2);
+    const flesh_surface_near *near = flesh_proximity_of(integrator->evaluation->environment.proximity, 2);
     CHECK(near->groups == 2 && near->around_known);
     CHECK(near->drift.leaf_room == 0);
     flesh_integrator_destroy(&integrator);

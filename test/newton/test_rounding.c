@@ -23,7 +23,7 @@ static double worst_change(const flesh_newton *newton)
   gsl_eigen_symm_workspace *room = gsl_eigen_symm_alloc(n);
   for (size_t d = 0; d < n; d++)
     for (size_t e = 0; e < n; e++)
-      if (!equations->constrained[d] && !equations->constrained[e])
+      if (!equations->constrained.is[d] && !equations->constrained.is[e])
         gsl_matrix_set(E, d, e, dense[d * n + e] / (equations->stage.shift.a * sqrt((double)inertia[d]) *
                                                     sqrt((double)inertia[e])));
   gsl_eigen_symm(E, values, room);

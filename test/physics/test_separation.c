@@ -318,7 +318,7 @@ static void what_a_patch_takes_in_is_booked(void)
     double energies[8];
     CHECK_OK(step(&m));
     flesh_point point = flesh_point_at(m.state.t, m.state.x, m.state.v, m.state.v);
-    point.environment = m.integrator->watch.environment;
+    point.environment = &m.integrator->evaluation->environment;
     CHECK_OK(flesh_system_energies(system, &point, energies));
     const double *told = flesh_integrator_energies(m.integrator, &m.state);
     const flesh_energy_balance *balance = flesh_integrator_energy_balance(m.integrator);

@@ -117,7 +117,7 @@ static int serves(flesh_newton *newton, const flesh_state *state, double h, doub
   flesh_stage stage = {.t = 0, .load = 1, .prescribed_fraction = 1, .shift = {.x = 1, .v = 8, .a = 64}, .x0 = state->x};
   const int n = newton->equations.n;
   double *b = malloc(2 * (size_t)n * sizeof *b), *p = b + n;
-  for (int d = 0; d < n; d++) b[d] = newton->equations.constrained[d] ? 0 : sin(d);
+  for (int d = 0; d < n; d++) b[d] = newton->equations.constrained.is[d] ? 0 : sin(d);
   flesh_newton_set_stage(newton, &stage);
   CHECK_OK(flesh_newton_matrix(newton, newton->u, NULL));
   CHECK_OK(flesh_matrix_policy_refresh(&newton->policy));
