@@ -53,14 +53,14 @@ static int hessian(void *data)
 static int product(void *data)
 {
   bench *b = data;
-  b->sum += b->linear->product_multiply(&b->product, b->A, b->point.threads, NULL, NULL, b->from, b->to);
+  b->sum += b->linear->product_multiply(&b->product, b->A, b->point.threads, NULL, b->from, b->to);
   return FLESH_OK;
 }
 
 static int single_product(void *data)
 {
   bench *b = data;
-  b->sum += b->linear->product_multiply_single(&b->product, NULL, 1, b->point.threads, NULL, NULL, b->single_from,
+  b->sum += b->linear->product_multiply_single(&b->product, NULL, 1, b->point.threads, NULL, b->single_from,
                                           b->single_to);
   return FLESH_OK;
 }
@@ -160,7 +160,7 @@ static int make_matrix(const flesh_bench_bar *bar, bench *b)
     for (size_t i = 0; i < b->n / 3; i++)
       for (size_t c = 0; c < 3; c++) b->single_from[4 * i + c] = (float)(b->from[4 * i + c] = b->x[3 * i + c]);
     b->linear->product_multiply_single(&b->product, b->A, b->linear->preconditioner_scale(b->preconditioner),
-                                       b->point.threads, NULL, NULL, b->single_from, b->single_to);
+                                       b->point.threads, NULL, b->single_from, b->single_to);
   }
   free(mass);
   free(fixed);

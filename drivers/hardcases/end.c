@@ -73,8 +73,9 @@ void flesh_hardcases_rest_shape(const flesh_scene *scene, double t, flesh_mesh *
     }
   }
   if (!status)
-    flesh_mesh_build(nodes, x, flesh_mesh_tet_count(mesh), flesh_mesh_tets(mesh), flesh_mesh_tet_edges(mesh), NULL, NULL,
-                     rest);
+    flesh_mesh_build(&(flesh_mesh_lists){.nodes = nodes, .tets = flesh_mesh_tet_count(mesh), .positions = x,
+                                         .tet_nodes = flesh_mesh_tets(mesh), .edge_nodes = flesh_mesh_tet_edges(mesh)},
+                     NULL, rest);
   free(x);
   free(fixed);
 }

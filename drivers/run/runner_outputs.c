@@ -63,8 +63,9 @@ int flesh_running_open_probes(flesh_running *r)
   const char *path = flesh_running_path(r, "probes.csv");
   if (!from && flesh_ranks_first(ranks)) flesh_path_unlink(path); /* an older run's would not belong to this one */
   if (!count) return FLESH_OK;
-  return from ? flesh_probes_resume(path, body, system, method, count, probes, (long)from->head.probes, &r->probes)
-              : flesh_probes_create(path, body, system, method, count, probes, &r->probes);
+  if (!from) return flesh_probes_create(path, body, system, method, count, probes, &r->probes);
+  const int status = flesh_probes_open(body, system, method, count, probes, &r->probes);
+  return status ? status : flesh_probes_resume(&r->probes, path, (long)from->head.probes);
 }
 
 /* Adds the fields that the scene asks for to frames. */
@@ -129,9 +130,9 @@ static int reopen_skin(flesh_running *r, int every, int last)
 {
   char *frames = strdup(flesh_running_path(r, "frames"));
   if (!frames) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  int status = flesh_skin_frames_resume(flesh_running_path(r, "skin"), r->skin, r->surface,
-                                        flesh_scene_outputs(r->scene)->skin.formats, every, last, frames,
-                                        flesh_scene_mesh(r->scene), &r->skin_frames);
+  int status = flesh_skin_frames_open(flesh_running_path(r, "skin"), r->skin, r->surface,
+                                      flesh_scene_outputs(r->scene)->skin.formats, every, &r->skin_frames);
+  if (!status) status = flesh_skin_frames_resume(&r->skin_frames, last, frames, flesh_scene_mesh(r->scene));
   free(frames);
   return status;
 }

@@ -57,9 +57,8 @@ int flesh_running_open_parts(flesh_running *r)
   const char *folder = flesh_running_path(r, "frames");
   const flesh_mesh *mesh = flesh_rank_part_mesh(part);
   const flesh_team *team = flesh_rank_part_team(part);
-  status = from ? flesh_part_frames_resume(folder, mesh, team, ranks->rank, ranks->count, every, from->head.step,
-                                           &r->part_frames)
-                : flesh_part_frames_create(folder, mesh, team, ranks->rank, ranks->count, every, &r->part_frames);
+  status = flesh_part_frames_create(folder, mesh, team, ranks->rank, ranks->count, every, &r->part_frames);
+  if (!status && from) status = flesh_part_frames_resume(&r->part_frames, from->head.step);
   status = flesh_ranks_agree(ranks, status);
   const flesh_scene_output *output = flesh_scene_outputs(r->scene);
   if (status) return status;

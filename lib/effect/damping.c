@@ -46,10 +46,12 @@ static int damping_evaluate(const flesh_effect *effect, const flesh_point *point
 {
   const damping *self = effect->data;
   if (self->mass > 0)
-    flesh_mass_matrix_evaluate(&self->M, self->mass, point->threads, point->v, shift->v, r, phi, magnitude);
+    flesh_mass_matrix_evaluate(&self->M, self->mass, point->threads, point->v,
+                               &(flesh_contribution){shift->v, r, phi, magnitude});
   if (self->stiffness == 0) return FLESH_OK;
   const flesh_tet_point at = point_of(self, point, 1);
-  return flesh_tets_dissipate(&self->tets, kernel_of(self), &at, point->threads, shift->v, r, phi, magnitude);
+  return flesh_tets_dissipate(&self->tets, kernel_of(self), &at, point->threads,
+                              &(flesh_contribution){shift->v, r, phi, magnitude});
 }
 
 static int damping_residual(const flesh_effect *effect, const flesh_point *point, double *r)

@@ -13,7 +13,8 @@ static const flesh_cells *inertia_cells(const flesh_effect *effect)
 static int inertia_evaluate(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, double *r,
                             double *phi, double *magnitude)
 {
-  flesh_mass_matrix_evaluate(effect->data, 1, point->threads, point->a, shift->a, r, phi, magnitude);
+  flesh_mass_matrix_evaluate(effect->data, 1, point->threads, point->a,
+                             &(flesh_contribution){shift->a, r, phi, magnitude});
   return FLESH_OK;
 }
 

@@ -41,7 +41,8 @@ static int settling_evaluate(const flesh_effect *effect, const flesh_point *poin
   const settling_damping *self = effect->data;
   double rate = r || shift->v != 0 ? rate_at(self, point) : 0;
   if (rate > 0)
-    flesh_mass_matrix_evaluate(&self->M, rate, point->threads, point->v, shift->v, r, phi, magnitude);
+    flesh_mass_matrix_evaluate(&self->M, rate, point->threads, point->v,
+                               &(flesh_contribution){shift->v, r, phi, magnitude});
   return FLESH_OK;
 }
 

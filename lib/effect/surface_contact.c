@@ -47,8 +47,9 @@ static int surface_contact_evaluate(const flesh_effect *effect, const flesh_poin
     *magnitude += fabs(size / shift->x);
   }
   if (self->contact->friction > 0)
-    flesh_contact_friction_evaluate(&self->rubs, point->x, point->lagged.x, point->v, shift ? shift->x : 0,
-                                    shift ? shift->v : 0, phi, magnitude, r);
+    flesh_contact_friction_evaluate(&self->rubs,
+                                    &(flesh_contact_motion){point->x, point->lagged.x, point->v, shift ? shift->x : 0,
+                                                            shift ? shift->v : 0}, phi, magnitude, r);
   return close_near(self, own, FLESH_OK);
 }
 

@@ -44,7 +44,8 @@ static int viscosity_evaluate(const flesh_effect *effect, const flesh_point *poi
 {
   const viscosity *self = effect->data;
   const flesh_tet_point at = point_of(self, point);
-  return flesh_tets_dissipate(&self->tets, FLESH_KERNEL_VISCOUS, &at, point->threads, shift->v, r, phi, magnitude);
+  return flesh_tets_dissipate(&self->tets, FLESH_KERNEL_VISCOUS, &at, point->threads,
+                              &(flesh_contribution){shift->v, r, phi, magnitude});
 }
 
 static int viscosity_residual(const flesh_effect *effect, const flesh_point *point, double *r)

@@ -206,13 +206,13 @@ void flesh_mass_matrix_apply(const flesh_mass_matrix *self, double scale, flesh_
 }
 
 void flesh_mass_matrix_evaluate(const flesh_mass_matrix *self, double rate, flesh_threads *threads, const double *x,
-                                double shift, double *r, double *phi, double *magnitude)
+                                const flesh_contribution *to)
 {
   double value;
-  flesh_mass_matrix_apply(self, rate, threads, x, r, shift != 0 ? &value : NULL);
-  if (shift == 0) return;
-  *phi += value / shift;
-  *magnitude += value / shift;
+  flesh_mass_matrix_apply(self, rate, threads, x, to->r, to->shift != 0 ? &value : NULL);
+  if (to->shift == 0) return;
+  *to->phi += value / to->shift;
+  *to->magnitude += value / to->shift;
 }
 
 void flesh_mass_matrix_add(const flesh_mass_matrix *self, double scale, flesh_threads *threads,

@@ -25,10 +25,9 @@ const flesh_cells *flesh_mass_matrix_cells(const flesh_mass_matrix *mass);
 void flesh_mass_matrix_apply(const flesh_mass_matrix *mass, double scale, flesh_threads *threads, const double *x,
                              double *y, double *half_square);
 
-/* Does `evaluate` for an effect r = rate M x with x = shift * u: adds to r unless NULL, and to *phi and *magnitude
- * unless shift is 0. */
+/* Does `evaluate` for an effect r = rate M x with x = shift * u. */
 void flesh_mass_matrix_evaluate(const flesh_mass_matrix *mass, double rate, flesh_threads *threads, const double *x,
-                                double shift, double *r, double *phi, double *magnitude);
+                                const flesh_contribution *to);
 
 /* K += scale M; `slots` as of flesh_effect_operations.jacobian for the cells, not read where lumped. */
 void flesh_mass_matrix_add(const flesh_mass_matrix *mass, double scale, flesh_threads *threads,

@@ -187,12 +187,12 @@ static int find_element(const flesh_body *body, int count, const int *chosen, in
   return FLESH_OK;
 }
 
-/* The group of the tets `chosen` [group->tets] (NULL: all) of `size` nodes; its members `first`, `tets` and `first_slot`
- * are known. */
+/* The group of the tets `chosen` [group->tets] (NULL: all); its members `first`, `tets`, `first_slot` and
+ * `batches.nodes_per_tet` are known. */
 static int make_group(flesh_tets *self, flesh_tet_group *group, const flesh_body *body, flesh_tets_hold hold,
-                      const flesh_cells *given, const int *chosen, int size, const double *directions)
+                      const flesh_cells *given, const int *chosen, const double *directions)
 {
-  const int tets = group->tets;
+  const int tets = group->tets, size = group->batches.nodes_per_tet;
   int status = find_element(body, tets, chosen, size, &group->element);
   if (status) return status;
   group->kernels = kernels_for(self->instructions, group->element);
@@ -281,7 +281,8 @@ static int make_groups(flesh_tets *self, const flesh_body *body, flesh_tets_hold
     group->first = g ? counts[0] : 0;
     group->tets = counts[g];
     group->first_slot = self->cells.pair_count;
-    status = make_group(self, group, body, hold, given, sorted ? sorted + group->first : NULL, g ? 10 : 4,
+    group->batches.nodes_per_tet = g ? 10 : 4;
+    status = make_group(self, group, body, hold, given, sorted ? sorted + group->first : NULL,
                         choice ? choice->directions : NULL);
     if (!status) self->cells.pair_count += flesh_tiles_blocks(&group->batches.tiles);
     if (self->group_count == 1 || group->element == FLESH_ELEMENT_TET10_MEAN) self->element = group->element;

@@ -66,10 +66,14 @@ void flesh_tets_rows(const flesh_tets *tets, const flesh_tet_point *at, flesh_th
 /* Whether a mean of J is held anywhere. */
 int flesh_tets_hold_means(const flesh_tets *tets);
 
-/* Does an effect's `evaluate` for a kernel whose potential is a function of velocities: adds to r unless NULL, and to
- * *phi and *magnitude unless shift_v is 0. */
+/* Where an effect's `evaluate` adds: r [3*n] unless NULL; *phi and *magnitude unless `shift`, of what moves, is 0. */
+typedef struct flesh_contribution {
+  double shift, *r, *phi, *magnitude;
+} flesh_contribution;
+
+/* Does `evaluate` for a kernel whose potential is a function of velocities; `shift` is that of v. */
 int flesh_tets_dissipate(const flesh_tets *tets, flesh_kernel kernel, const flesh_tet_point *at, flesh_threads *threads,
-                         double shift_v, double *r, double *phi, double *magnitude);
+                         const flesh_contribution *to);
 
 /* Bytes it holds; 0 where it is cleared or was never made. */
 size_t flesh_tets_memory(const flesh_tets *tets);

@@ -122,14 +122,14 @@ int flesh_tets_residual(const flesh_tets *self, flesh_kernel kernel, const flesh
 }
 
 int flesh_tets_dissipate(const flesh_tets *self, flesh_kernel kernel, const flesh_tet_point *at, flesh_threads *threads,
-                         double shift_v, double *r, double *phi, double *magnitude)
+                         const flesh_contribution *to)
 {
   double sums[2];
-  if (!r && shift_v == 0) return FLESH_OK;
-  int status = flesh_tets_residual(self, kernel, at, threads, r, shift_v != 0 ? sums : NULL);
-  if (status || shift_v == 0) return status;
-  *phi += sums[0] / shift_v;
-  *magnitude += sums[1] / shift_v;
+  if (!to->r && to->shift == 0) return FLESH_OK;
+  int status = flesh_tets_residual(self, kernel, at, threads, to->r, to->shift != 0 ? sums : NULL);
+  if (status || to->shift == 0) return status;
+  *to->phi += sums[0] / to->shift;
+  *to->magnitude += sums[1] / to->shift;
   return FLESH_OK;
 }
 

@@ -12,16 +12,16 @@ double flesh_barrier_secant(double s, double t)
   return (first[1] - first[0]) / (t - s);
 }
 
-void flesh_barrier_add(flesh_barrier *barrier, double w, double weight, double to_core,
-                       double radius, const double direction[3], int flat, const double axis[3])
+void flesh_barrier_add(flesh_barrier *barrier, double w, double weight, const flesh_barrier_core *core)
 {
-  const double d = to_core - radius;
+  const double *direction = core->direction, *axis = core->axis, d = core->distance - core->radius;
+  const int flat = core->flat;
   if (!(d < w)) return;
   barrier->distance = fmin(barrier->distance, d);
   if (!(d > 0)) return;
   double value, first, second;
   flesh_barrier_law(d / w, &value, &first, &second);
-  const double along = weight * second / w, across = flat < 2 ? weight * first / to_core : 0;
+  const double along = weight * second / w, across = flat < 2 ? weight * first / core->distance : 0;
   barrier->value += weight * w * value;
   for (int i = 0; i < 3; i++) {
     barrier->gradient[i] += weight * first * direction[i];

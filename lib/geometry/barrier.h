@@ -22,10 +22,15 @@ static inline void flesh_barrier_law(double s, double *value, double *first, dou
 /* (B'(t) - B'(s))/(t - s): the stiffness that takes s to t; B''(s) where t is s. 0 < s, t; B is 0 beyond 1. */
 double flesh_barrier_secant(double s, double t);
 
-/* Adds `weight` times the barrier at distance `to_core` - `radius`; `direction` leads from the core
- * to the point. `flat` is the core's dimension there: 0 a point, 1 a line along the unit vector
- * `axis`, 2 a plane. */
-void flesh_barrier_add(flesh_barrier *barrier, double w, double weight, double to_core,
-                       double radius, const double direction[3], int flat, const double axis[3]);
+/* How a point lies to the core of an obstacle, which reaches `radius` beyond its core. */
+typedef struct flesh_barrier_core {
+  double distance, radius; /* m, to the core; of the obstacle around it */
+  double direction[3];     /* from the core to the point */
+  int flat;                /* dimension of the core there: 0 a point, 1 a line along `axis`, 2 a plane */
+  double axis[3];          /* a unit vector where `flat` is 1 */
+} flesh_barrier_core;
+
+/* Adds `weight` times the barrier at the distance to the core, less the radius. */
+void flesh_barrier_add(flesh_barrier *barrier, double w, double weight, const flesh_barrier_core *core);
 
 #endif

@@ -87,29 +87,28 @@ static void slip_of(const flesh_contact_rub *rub, const double *field, double u[
       for (int i = 0; i < 2; i++) u[i] += rub->slip[i][3 * a + c] * field[3 * (size_t)rub->nodes[a] + c];
 }
 
-static double potential_of(const flesh_contact_rub *rub, const double *x, const double *x_lag, const double u[2],
-                           double speed, double e, double shift_x, double shift_v)
+static double potential_of(const flesh_contact_rub *rub, const flesh_contact_motion *at, const double u[2],
+                           double speed, double e)
 {
-  if (shift_v != 0) return rub->force * slip_potential(speed, e) / shift_v;
-  if (shift_x == 0) return 0;
+  if (at->shift_v != 0) return rub->force * slip_potential(speed, e) / at->shift_v;
+  if (at->shift_x == 0) return 0;
   double from[2], to[2];
-  slip_of(rub, x_lag, from);
-  slip_of(rub, x, to);
-  return rub->force * slip_ratio(speed, e) * (u[0] * (to[0] - from[0]) + u[1] * (to[1] - from[1])) / shift_x;
+  slip_of(rub, at->x_lag, from);
+  slip_of(rub, at->x, to);
+  return rub->force * slip_ratio(speed, e) * (u[0] * (to[0] - from[0]) + u[1] * (to[1] - from[1])) / at->shift_x;
 }
 
-void flesh_contact_friction_evaluate(const flesh_contact_friction *friction, const double *x, const double *x_lag,
-                                     const double *v, double shift_x, double shift_v, double *phi, double *size,
-                                     double *r)
+void flesh_contact_friction_evaluate(const flesh_contact_friction *friction, const flesh_contact_motion *at, double *phi,
+                                     double *size, double *r)
 {
   const double e = friction->slip_speed;
   for (int k = 0; k < friction->count; k++) {
     const flesh_contact_rub *rub = friction->rubs + k;
     double u[2];
-    slip_of(rub, v, u);
+    slip_of(rub, at->v, u);
     const double speed = hypot(u[0], u[1]), ratio = rub->force * slip_ratio(speed, e);
     if (phi || size) {
-      const double share = potential_of(rub, x, x_lag, u, speed, e, shift_x, shift_v);
+      const double share = potential_of(rub, at, u, speed, e);
       if (phi) *phi += share;
       if (size) *size += fabs(share);
     }

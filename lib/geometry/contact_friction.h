@@ -32,12 +32,16 @@ void flesh_contact_friction_clear(flesh_contact_friction *friction);
  * pairs of a point those with positive weights rub, with forces that add up to the sum of all. FLESH_ERR_MEMORY. */
 int flesh_contact_friction_update(flesh_contact_friction *friction, const flesh_contact_set *set, const double *x);
 
-/* Adds to what is not NULL the residual r [3*n] at velocities v [3*n], and its potential for changes of an unknown that
- * moves x by shift_x and v by shift_v times itself, with the sum of its terms' sizes (effect.h; where shift_v is 0 the
- * force does not change, and x moves from x_lag). */
-void flesh_contact_friction_evaluate(const flesh_contact_friction *friction, const double *x, const double *x_lag,
-                                     const double *v, double shift_x, double shift_v, double *phi, double *size,
-                                     double *r);
+/* Places and velocities [3*n], and by how many times a change of the unknown moves x and v. */
+typedef struct flesh_contact_motion {
+  const double *x, *x_lag, *v;
+  double shift_x, shift_v;
+} flesh_contact_motion;
+
+/* Adds to what is not NULL the residual r [3*n], and its potential for changes of the unknown, with the sum of its
+ * terms' sizes (effect.h; where shift_v is 0 the force does not change, and x moves from x_lag). */
+void flesh_contact_friction_evaluate(const flesh_contact_friction *friction, const flesh_contact_motion *at, double *phi,
+                                     double *size, double *r);
 
 /* scale times d r / d v [144*count] of every rub, in the order of its nodes, 0 behind them; positive semi-definite. */
 void flesh_contact_friction_hessians(const flesh_contact_friction *friction, const double *v, double scale,

@@ -169,13 +169,19 @@ static int directions_across(const flesh_contact_closest *at, double m[2][3])
   return 2;
 }
 
-/* One block of the Hessian and its transpose: of nodes a and b of those that bear. `Z` is helmert^T M, for vectors of
- * nodes [count*q]. */
-static void put_block(const flesh_contact_closest *at, const double *M, const double (*Z)[5], const double m[2][3],
-                      int crossing, double across, double norm, int a, int b, double *hessian)
+/* The Hessian's few distinct numbers: M [q*q]; Z, which is helmert^T M, for vectors of nodes; directions across. */
+typedef struct small_blocks {
+  double M[25], Z[4][5], m[2][3];
+  int crossing; /* directions across */
+  double across, norm;
+} small_blocks;
+
+/* One block of the Hessian and its transpose: of nodes a and b of those that bear. */
+static void put_block(const flesh_contact_closest *at, const small_blocks *s, int a, int b, double *hessian)
 {
   const int rows = at->count - 1, q = rows + at->dimension;
-  const double *n = at->normal, ca = at->share[a] / norm, cb = at->share[b] / norm;
+  const double *n = at->normal, *M = s->M, (*Z)[5] = s->Z, (*m)[3] = s->m;
+  const double ca = at->share[a] / s->norm, cb = at->share[b] / s->norm;
   double left[3], right[3] = {0, 0, 0}, of[2][3], nn = 0; /* the block is n left + right n + the sum of t of */
   for (int j = 0; j < rows; j++) nn += Z[a][j] * helmert[j][b];
   for (int d = 0; d < 3; d++) {
@@ -187,7 +193,7 @@ static void put_block(const flesh_contact_closest *at, const double *M, const do
       for (int l = 0; l < at->dimension; l++)
         of[k][d] += ca * cb * M[q * (rows + k) + rows + l] * at->tangent[l][d];
     }
-    for (int k = 0; k < crossing; k++) of[at->dimension + k][d] = ca * cb * across * m[k][d];
+    for (int k = 0; k < s->crossing; k++) of[at->dimension + k][d] = ca * cb * s->across * m[k][d];
   }
   for (int c = 0; c < 3; c++)
     for (int d = 0; d < 3; d++) {
@@ -201,19 +207,20 @@ static void put_block(const flesh_contact_closest *at, const double *M, const do
 static void barrier_hessian(const flesh_contact_closest *at, const flesh_contact_pair *pair,
                             flesh_eigenvalue_filter filter, double *hessian)
 {
-  double M[25], Z[4][5] = {{0}}, m[2][3], across, norm = 0;
+  small_blocks s = {.norm = 0};
+  double norm = 0;
   const int rows = at->count - 1, q = rows + at->dimension;
-  small_hessian(at, pair, M, &across);
-  filter_matrix(q, filter, M);
-  across = filtered(across, filter);
-  const int crossing = directions_across(at, m);
+  small_hessian(at, pair, s.M, &s.across);
+  filter_matrix(q, filter, s.M);
+  s.across = filtered(s.across, filter);
+  s.crossing = directions_across(at, s.m);
   for (int a = 0; a < at->count; a++) norm += at->share[a] * at->share[a];
+  s.norm = sqrt(norm);
   for (int a = 0; a < at->count; a++)
     for (int i = 0; i < rows; i++)
-      for (int j = 0; j < q; j++) Z[a][j] += helmert[i][a] * M[q * i + j];
+      for (int j = 0; j < q; j++) s.Z[a][j] += helmert[i][a] * s.M[q * i + j];
   for (int a = 0; a < at->count; a++)
-    for (int b = a; b < at->count; b++)
-      put_block(at, M, (const double(*)[5])Z, (const double(*)[3])m, crossing, across, sqrt(norm), a, b, hessian);
+    for (int b = a; b < at->count; b++) put_block(at, &s, a, b, hessian);
 }
 
 /* Adds `scale` times the Hessian of y by the four places. */

@@ -196,11 +196,14 @@ int flesh_near_pairs_find(flesh_near_finder *self, const double *x0, const doubl
   return search_pairs(self, &(search){self, x0, x1, distance, 0}, threads, pairs);
 }
 
-/* Keeps the pairs [2*count] that are nearer than `distance` at X, as rows. */
-static int keep_rows(const flesh_near_finder *self, int kind, int firsts, int count, const int *pairs, const double *X,
+/* Keeps those of a kind that are nearer than `distance` at X, as rows. */
+static int keep_rows(const flesh_near_finder *self, int kind, const flesh_near_pairs *found, const double *X,
                      double distance, flesh_near_rows *rows)
 {
   const flesh_contact_surface *s = self->surface;
+  const int firsts = kind == POINT_FACE ? s->node_count : s->edge_count;
+  const int count = kind == POINT_FACE ? found->point_count : found->edge_count;
+  const int *pairs = kind == POINT_FACE ? found->point_faces : found->edge_pairs;
   rows->start = calloc((size_t)firsts + 1, sizeof *rows->start);
   rows->second = malloc(((size_t)count + 1) * sizeof *rows->second);
   if (!rows->start || !rows->second) return no_memory(s);
@@ -226,14 +229,11 @@ static int keep_rows(const flesh_near_finder *self, int kind, int firsts, int co
 /* Finds the pairs to leave out. */
 static int exclude(flesh_near_finder *self, const double *X, double distance, flesh_threads *threads)
 {
-  const flesh_contact_surface *s = self->surface;
   flesh_near_pairs pairs = {0};
   flesh_near_rows rows[2] = {{0}};
   int status = search_pairs(self, &(search){self, X, NULL, distance, 1}, threads, &pairs);
-  if (!status)
-    status = keep_rows(self, POINT_FACE, s->node_count, pairs.point_count, pairs.point_faces, X, distance, &rows[0]);
-  if (!status)
-    status = keep_rows(self, EDGE_EDGE, s->edge_count, pairs.edge_count, pairs.edge_pairs, X, distance, &rows[1]);
+  if (!status) status = keep_rows(self, POINT_FACE, &pairs, X, distance, &rows[0]);
+  if (!status) status = keep_rows(self, EDGE_EDGE, &pairs, X, distance, &rows[1]);
   memcpy(self->excluded, rows, sizeof rows);
   flesh_near_pairs_clear(&pairs);
   for (int k = 0; k < FLESH_NEAR_PARTS; k++) { /* there were more pairs than there will be */

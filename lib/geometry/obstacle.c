@@ -219,9 +219,9 @@ void flesh_obstacle_barrier(const flesh_obstacle *obstacle, const double y[3], d
     flesh_obstacle_tree_barrier(obstacle->tree, y, w, barrier);
     return;
   }
-  double distance, direction[3], axis[3];
-  int flat = core(obstacle, y, &distance, direction, axis);
-  flesh_barrier_add(barrier, w, 1, distance, obstacle->radius, direction, flat, axis);
+  flesh_barrier_core near = {.radius = obstacle->radius};
+  near.flat = core(obstacle, y, &near.distance, near.direction, near.axis);
+  flesh_barrier_add(barrier, w, 1, &near);
 }
 
 int flesh_obstacle_core(const flesh_obstacle *o, double *radius, double *points)

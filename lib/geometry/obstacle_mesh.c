@@ -282,20 +282,21 @@ static int plane_is_far(const flesh_obstacle_tree *self, int t, const double y[3
 static void add_at(const double *const X[3], int corners, const double *weights, const double y[3],
                    double w, double share, flesh_barrier *barrier)
 {
-  double direction[3] = {0, 0, 0}, axis[3] = {0, 0, 0}, length = 0;
-  int touched[3] = {0}, flat = -1;
+  flesh_barrier_core near = {.flat = -1};
+  double length = 0;
+  int touched[3] = {0};
   for (int k = 0; k < corners; k++)
-    if (weights[k] != 0) touched[++flat] = k;
+    if (weights[k] != 0) touched[++near.flat] = k;
   for (int c = 0; c < 3; c++) {
-    direction[c] = y[c];
-    for (int k = 0; k < corners; k++) direction[c] -= weights[k] * X[k][c];
-    if (flat == 1) axis[c] = X[touched[1]][c] - X[touched[0]][c];
-    length += axis[c] * axis[c];
+    near.direction[c] = y[c];
+    for (int k = 0; k < corners; k++) near.direction[c] -= weights[k] * X[k][c];
+    if (near.flat == 1) near.axis[c] = X[touched[1]][c] - X[touched[0]][c];
+    length += near.axis[c] * near.axis[c];
   }
-  for (int c = 0; c < 3 && flat == 1; c++) axis[c] /= sqrt(length);
-  double distance = sqrt(flesh_vec3_dot(direction, direction));
-  for (int c = 0; c < 3; c++) direction[c] /= distance;
-  flesh_barrier_add(barrier, w, share, distance, 0, direction, flat, axis);
+  for (int c = 0; c < 3 && near.flat == 1; c++) near.axis[c] /= sqrt(length);
+  near.distance = sqrt(flesh_vec3_dot(near.direction, near.direction));
+  for (int c = 0; c < 3; c++) near.direction[c] /= near.distance;
+  flesh_barrier_add(barrier, w, share, &near);
 }
 
 static void add_triangle(const flesh_obstacle_tree *self, int t, const double y[3], double w,

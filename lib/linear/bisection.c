@@ -109,11 +109,11 @@ static void cuthill_mckee(graph *g, int *order)
   }
 }
 
-/* Stable sort of order[begin..end) by chain length; `length`, `room` and `counts` [rows+1]. */
-static void sort_by_chains(const graph *g, int *order, int begin, int end, const int *place,
-                           int *length, int *room, int *counts)
+/* Stable sort of order[begin..end) by chain length; `length` [3*(rows+1)] is room. */
+static void sort_by_chains(const graph *g, int *order, int begin, int end, const int *place, int *length)
 {
   const int most = end - begin;
+  int *room = length + g->rows + 1, *counts = room + g->rows + 1;
   memset(counts, 0, ((size_t)most + 1) * sizeof *counts);
   for (int p = begin; p < end; p++) {
     int node = order[p], longest = 0;
@@ -172,7 +172,7 @@ int flesh_bisection_create(const flesh_block_matrix *A, const int *numbers, fles
   for (int part = 0; part < 3; part++)
     for (int begin = bisection->begin[part], end; begin < bisection->begin[part + 1]; begin = end) {
       end = bisection->begin[part + 1] - begin > RUN ? begin + RUN : bisection->begin[part + 1];
-      sort_by_chains(&g, bisection->order, begin, end, place, length, length + rows + 1, length + 2 * (rows + 1));
+      sort_by_chains(&g, bisection->order, begin, end, place, length);
     }
   graph_clear(&g);
   flesh_free(room);

@@ -81,12 +81,13 @@ static void order_rows(const flesh_cholesky *self, const int *latest, const int 
     }
 }
 
-/* U's pattern, where its blocks come from and where they go. `place` [rows]: of nodes in the order. `sorted` [blocks]:
- * room. `below`, `latest`, `order` and `degree` [rows]: room, with zeros. */
+/* U's pattern, where its blocks come from and where they go. `place` [rows]: of nodes in the order. `sorted` [blocks]
+ * and `below` [4*rows], which is zero, are room. */
 static int make_pattern(flesh_cholesky *self, const flesh_block_matrix *A, const int *place, int split,
-                        long long *sorted, int *below, int *latest, int *order, int *degree)
+                        long long *sorted, int *below)
 {
   const int rows = A->rows;
+  int *latest = below + rows, *order = latest + rows, *degree = order + rows;
   for (int i = 0; i < rows; i++)
     for (int k = A->row_start[i] + 1; k < A->row_end[i]; k++) degree[i]++, degree[A->column[k]]++;
   for (int p = 0; p < rows; p++) latest[p] = -1;
@@ -207,8 +208,7 @@ int flesh_cholesky_create(const flesh_block_matrix *A, const flesh_bisection *bi
     for (int p = 0; p < A->rows; p++) place[self->order[p]] = p;
     long long *sorted = flesh_malloc((blocks + 1) * sizeof *sorted);
     int *room = flesh_calloc(4 * rows + 1, sizeof *room);
-    status = sorted && room ? make_pattern(self, A, place, alone, sorted, room, room + rows, room + 2 * rows,
-                                           room + 3 * rows) : FLESH_ERR_MEMORY;
+    status = sorted && room ? make_pattern(self, A, place, alone, sorted, room) : FLESH_ERR_MEMORY;
     flesh_free(sorted);
     flesh_free(room);
   }

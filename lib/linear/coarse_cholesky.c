@@ -20,11 +20,11 @@ enum {
 };
 
 /* Rows of the factor's columns: a column has those of the matrix and, but for the first, those of the columns that end
- * up in it (Liu 1990). `order`: rows by place; `mark`, `child`, `next` [n]. Returns how many, or only counts. */
+ * up in it (Liu 1990). `order`: rows by place; `mark` [3*n]: room. Returns how many; -1: more than `room`. */
 static int columns_of_factor(flesh_coarse_cholesky *self, const int *starts, const int *neighbours, const int *order,
-                             int *mark, int *child, int *next, int room)
+                             int *mark, int room)
 {
-  int count = 0;
+  int count = 0, *child = mark + self->n, *next = child + self->n;
   for (int k = 0; k < self->n; k++) mark[k] = child[k] = -1;
   for (int k = 0; k < self->n; k++) {
     self->start[k] = count;
@@ -77,7 +77,7 @@ static int order_columns(flesh_coarse_cholesky *self, const int *starts, const i
     int *grown = flesh_realloc(self->row, (size_t)size * sizeof *grown);
     if (!grown) return -1;
     self->row = grown;
-    blocks = columns_of_factor(self, starts, neighbours, order, room, room + self->n, room + 2 * (size_t)self->n, size);
+    blocks = columns_of_factor(self, starts, neighbours, order, room, size);
   }
   return blocks;
 }

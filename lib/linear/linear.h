@@ -34,10 +34,9 @@ typedef struct flesh_linear {
                         flesh_product *product);
   void (*product_clear)(flesh_product *product);
   double (*product_multiply)(flesh_product *product, const flesh_block_matrix *A, flesh_threads *threads,
-                             void (*make)(void *data, int begin, int end), void *data, double *x, double *y);
+                             const flesh_product_maker *maker, double *x, double *y);
   double (*product_multiply_single)(flesh_product *product, const flesh_block_matrix *A, double scale,
-                                    flesh_threads *threads, void (*make)(void *data, int begin, int end), void *data,
-                                    float *x, float *y);
+                                    flesh_threads *threads, const flesh_product_maker *maker, float *x, float *y);
 } flesh_linear;
 
 extern const flesh_linear flesh_linear_portable, flesh_linear_avx2, flesh_linear_avx512;

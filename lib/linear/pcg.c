@@ -204,7 +204,8 @@ static int iterate(flesh_pcg_space *self, flesh_pcg_work *w, flesh_pcg_result *r
     /* After a direction without curvature there is no next one. */
     if (!(fabs(rz) < INFINITY)) return status == FLESH_NOT_POSITIVE ? status : FLESH_NONFINITE;
     w->beta = result->iterations ? rz / rz_before : 0;
-    const double curvature = flesh_pcg_product(self, request->A, scale, turn, w, self->p); /* of the next direction p */
+    const double curvature =
+        flesh_pcg_product(self, request->A, scale, &(flesh_product_maker){turn, w}, self->p); /* of the next p */
     w->downhill = 0;
     if (!(fabs(curvature) < INFINITY)) return status == FLESH_NOT_POSITIVE ? status : FLESH_NONFINITE;
     pMp = rz + w->beta * w->beta * pMp;

@@ -62,15 +62,15 @@ static inline void flesh_pcg_put(void *vector, int single, int i, flesh_double4 
   else ((flesh_double4 *)vector)[i] = value;
 }
 
-/* v.A v, and A v into the space's z, in the precision of the solve; in single precision of scale A. `make` as of
+/* v.A v, and A v into the space's z, in the precision of the solve; in single precision of scale A. `maker` as of
  * flesh_product_multiply. */
 static inline double flesh_pcg_product(flesh_pcg_space *self, const flesh_block_matrix *A, double scale,
-                                       void (*make)(void *data, int begin, int end), void *data, void *v)
+                                       const flesh_product_maker *maker, void *v)
 {
-  if (!self->single) return flesh_product_multiply(&self->product, A, self->threads, make, data, v, self->z);
+  if (!self->single) return flesh_product_multiply(&self->product, A, self->threads, maker, v, self->z);
   const flesh_block_matrix *anew = self->holds == scale ? NULL : A;
   self->holds = scale;
-  return flesh_product_multiply_single(&self->product, anew, scale, self->threads, make, data, v, self->z);
+  return flesh_product_multiply_single(&self->product, anew, scale, self->threads, maker, v, self->z);
 }
 
 static inline double flesh_pcg_sum_of(const flesh_double4 parts[FLESH_PCG_PARTS])

@@ -186,7 +186,7 @@ static void precondition(iteration *now, int stops)
   flesh_threads_run(self->threads, self->chunks, receive, w);
   if (!now->overlap) team->operations->share(team->data, &(flesh_team_vector){3, 4, self->place, self->u, 0});
   const double curvature =
-      flesh_pcg_product(self, w->request->A, flesh_preconditioner_scale(w->request->preconditioner), NULL, NULL, self->u);
+      flesh_pcg_product(self, w->request->A, flesh_preconditioner_scale(w->request->preconditioner), NULL, self->u);
   collect(now);
   sum_up(now, curvature, stops);
 }

@@ -118,20 +118,17 @@ int flesh_preconditioner_project(flesh_preconditioner_data *self, const flesh_bl
                                  const flesh_stiff_rows *rows, const double *positions, int polynomial)
 {
   const flesh_team *team = self->overlap.team;
-  flesh_bisection bisection = {0};
-  int status = flesh_bisection_create(A, NULL, &bisection);
+  int status = FLESH_OK;
   self->stiff = rows;
-  if (team && !status) {
+  if (team) {
     self->blocks = flesh_malloc((9 * (size_t)self->rows + 1) * sizeof *self->blocks);
     if (!self->blocks)
       status = flesh_fail(FLESH_ERR_MEMORY, "no memory for the volume projection of %d elements", rows->count);
   }
   status = flesh_team_agree(team, status);
-  if (!status)
-    status = flesh_volume_projection_create(A, rows, positions, polynomial, &bisection, &self->overlap, self->threads,
-                                            &self->projection);
-  flesh_bisection_clear(&bisection);
-  return status;
+  return status ? status
+                : flesh_volume_projection_create(A, rows, positions, polynomial, &self->overlap, self->threads,
+                                                 &self->projection);
 }
 
 void flesh_preconditioner_destroy(flesh_preconditioner_data **preconditioner)

@@ -181,8 +181,7 @@ typedef struct multiplication {
   int single; /* which x and y are */
   void *x, *y;
   double curvature[3];
-  void (*make)(void *data, int begin, int end); /* NULL: x is ready */
-  void *data;
+  const flesh_product_maker *maker; /* NULL: x is ready */
 } multiplication;
 
 /* Four times a number, and the sums of three vectors' first three lanes. Where a register holds two, compilers would
@@ -375,7 +374,7 @@ static void *at(const multiplication *m, void *vector, int place)
 static void make_ready(const multiplication *m, int part)
 {
   const int begin = m->product->begin[part], end = m->product->begin[part + 1];
-  if (m->make) m->make(m->data, begin, end);
+  if (m->maker) m->maker->make(m->maker->data, begin, end);
   memset(at(m, m->y, begin), 0, (size_t)(end - begin) * size_of(m));
 }
 
@@ -409,16 +408,14 @@ static double multiply(multiplication *m, flesh_threads *threads)
 }
 
 double flesh_product_multiply(flesh_product *product, const flesh_block_matrix *A, flesh_threads *threads,
-                              void (*make)(void *data, int begin, int end), void *data, double *x, double *y)
+                              const flesh_product_maker *maker, double *x, double *y)
 {
-  return multiply(&(multiplication){.product = product, .A = A, .x = x, .y = y, .make = make, .data = data}, threads);
+  return multiply(&(multiplication){.product = product, .A = A, .x = x, .y = y, .maker = maker}, threads);
 }
 
 double flesh_product_multiply_single(flesh_product *product, const flesh_block_matrix *A, double scale,
-                                     flesh_threads *threads, void (*make)(void *data, int begin, int end), void *data,
-                                     float *x, float *y)
+                                     flesh_threads *threads, const flesh_product_maker *maker, float *x, float *y)
 {
-  multiplication m = {.product = product, .A = A, .scale = scale, .single = 1, .x = x, .y = y, .make = make,
-                      .data = data};
+  multiplication m = {.product = product, .A = A, .scale = scale, .single = 1, .x = x, .y = y, .maker = maker};
   return multiply(&m, threads);
 }

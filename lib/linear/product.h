@@ -36,17 +36,21 @@ FLESH_PER_ISA int flesh_product_create(const flesh_block_matrix *A, const flesh_
 FLESH_PER_ISA void flesh_product_clear(flesh_product *product);
 FLESH_PER_ISA size_t flesh_product_memory(const flesh_product *product);
 
+/* Makes x ready for begin <= p < end; every p is asked for once, by the thread that will need it next. */
+typedef struct flesh_product_maker {
+  void (*make)(void *data, int begin, int end);
+  void *data;
+} flesh_product_maker;
+
 /* y = A x, both [4*nodes], of which the first 4*rows, padded, are the vectors, the fourth lane of x finite and that
- * of y anything, and the last belong to the product. Returns x.A x. Where x is not ready, `make(data, begin, end)`
- * makes it so for begin <= p < end, every p once, by the thread that will need it next; NULL: it is. */
+ * of y anything, and the last belong to the product. Returns x.A x. `maker` NULL: x is ready. */
 FLESH_PER_ISA double flesh_product_multiply(flesh_product *product, const flesh_block_matrix *A,
-                                            flesh_threads *threads, void (*make)(void *data, int begin, int end),
-                                            void *data, double *x, double *y);
+                                            flesh_threads *threads, const flesh_product_maker *maker, double *x,
+                                            double *y);
 
 /* The same of scale * A, rounded to single precision, in single precision. A NULL: what it was the last time. */
 FLESH_PER_ISA double flesh_product_multiply_single(flesh_product *product, const flesh_block_matrix *A, double scale,
-                                                   flesh_threads *threads,
-                                                   void (*make)(void *data, int begin, int end), void *data, float *x,
+                                                   flesh_threads *threads, const flesh_product_maker *maker, float *x,
                                                    float *y);
 
 #endif

@@ -116,8 +116,8 @@ static int share_rows(flesh_volume_projection *self, const int *place_of)
 }
 
 int flesh_volume_projection_create(const flesh_block_matrix *A, const flesh_stiff_rows *rows, const double *positions,
-                                   int polynomial, const flesh_bisection *halves, const flesh_overlap *overlap,
-                                   flesh_threads *threads, flesh_volume_projection **projection)
+                                   int polynomial, const flesh_overlap *overlap, flesh_threads *threads,
+                                   flesh_volume_projection **projection)
 {
   const flesh_team *team = overlap->team;
   flesh_volume_projection *self = flesh_calloc(1, sizeof *self);
@@ -131,11 +131,14 @@ int flesh_volume_projection_create(const flesh_block_matrix *A, const flesh_stif
     self->lists = (flesh_row_lists){.rows = rows->count, .nodes = self->nodes, .m = self->m};
     status = allocate_projection(self, A);
   }
+  flesh_bisection halves = {0};
+  if (!status) status = flesh_bisection_create(A, NULL, &halves);
   if (!status) {
-    memcpy(self->order, halves->order, (size_t)A->rows * sizeof *self->order);
+    memcpy(self->order, halves.order, (size_t)A->rows * sizeof *self->order);
     for (int p = 0; p < A->rows; p++) place_of[self->order[p]] = p;
     list_nodes(self, A, place_of);
   }
+  flesh_bisection_clear(&halves);
   status = flesh_team_agree(team, status);
   if (!status && team) status = share_rows(self, place_of);
   if (!status) {

@@ -24,18 +24,16 @@
 #include "base/isa.h"
 #include "flesh/block_matrix.h"
 #include "flesh/threads.h"
-#include "linear/bisection.h"
 #include "linear/overlap.h"
 
 typedef struct flesh_volume_projection flesh_volume_projection;
 
 /* For matrices of A's pattern with these rows, all memory included; `rows` (its values change), `overlap` (of A, without
- * a team where there is none) and `threads` (may be NULL) are borrowed, `halves` may be forgotten. `positions`
- * [3*A->rows] at rest; `polynomial`: S is solved by Chebyshev polynomials, as it has to be where there are other ranks,
- * else exactly. Collective where there is a team, as all of this is but the matrix. Returns new. */
+ * a team where there is none) and `threads` (may be NULL) are borrowed. `positions` [3*A->rows] at rest; `polynomial`:
+ * S is solved by Chebyshev polynomials, as it has to be where there are other ranks, else exactly. Collective where
+ * there is a team, as all of this is but the matrix. Returns new. */
 FLESH_PER_ISA int flesh_volume_projection_create(const flesh_block_matrix *A, const flesh_stiff_rows *rows,
-                                                 const double *positions, int polynomial,
-                                                 const flesh_bisection *halves, const flesh_overlap *overlap,
+                                                 const double *positions, int polynomial, const flesh_overlap *overlap,
                                                  flesh_threads *threads, flesh_volume_projection **projection);
 FLESH_PER_ISA void flesh_volume_projection_destroy(flesh_volume_projection **projection);
 FLESH_PER_ISA size_t flesh_volume_projection_memory(const flesh_volume_projection *projection);

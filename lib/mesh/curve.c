@@ -190,8 +190,9 @@ int flesh_mesh_curve(const flesh_mesh *mesh, const flesh_nearest_surface *surfac
     status = place(mesh, surfaces, &c, done, x);
   }
   if (!status)
-    status = flesh_mesh_build(mesh->nodes, x, mesh->tets, mesh->tet_nodes, mesh->edge_nodes, mesh->regions, NULL,
-                              curved);
+    status = flesh_mesh_build(&(flesh_mesh_lists){.nodes = mesh->nodes, .tets = mesh->tets, .positions = x,
+                                                  .tet_nodes = mesh->tet_nodes, .edge_nodes = mesh->edge_nodes,
+                                                  .regions = mesh->regions}, NULL, curved);
   if (!status) (*curved)->flipped = mesh->flipped;
   flesh_free(x);
   flesh_free(done);

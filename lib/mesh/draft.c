@@ -80,8 +80,10 @@ int flesh_draft_finish(const flesh_draft *draft, flesh_mesh **mesh)
                               .tet_tag = draft->tet_tag,
                               .node_tag = draft->node_tag,
                               .node_base = draft->node_base};
-  return flesh_mesh_build(draft->nodes, draft->positions, draft->tets, draft->tet_nodes,
-                          draft->edge_nodes, draft->regions, &origin, mesh);
+  return flesh_mesh_build(&(flesh_mesh_lists){.nodes = draft->nodes, .tets = draft->tets,
+                                              .positions = draft->positions, .tet_nodes = draft->tet_nodes,
+                                              .edge_nodes = draft->edge_nodes, .regions = draft->regions},
+                          &origin, mesh);
 }
 
 void flesh_draft_clear(flesh_draft *draft)

@@ -152,10 +152,9 @@ static int settle(flesh_mesh *mesh, const flesh_mesh_origin *origin)
   return status ? status : flesh_mesh_find_surface(mesh, origin);
 }
 
-int flesh_mesh_build(int nodes, const double *positions, int tets, const int *tet_nodes,
-                     const int *edge_nodes, const int *regions, const flesh_mesh_origin *origin,
-                     flesh_mesh **out)
+int flesh_mesh_build(const flesh_mesh_lists *lists, const flesh_mesh_origin *origin, flesh_mesh **out)
 {
+  const int nodes = lists->nodes, tets = lists->tets, *edge_nodes = lists->edge_nodes;
   const char *path = origin ? origin->path : "", *colon = origin ? ": " : "";
   int linear = 0;
   *out = NULL;
@@ -180,10 +179,10 @@ int flesh_mesh_build(int nodes, const double *positions, int tets, const int *te
     status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for a mesh of %d nodes and %d tets", nodes,
                         tets);
   if (!status) {
-    memcpy(mesh->positions, positions, 3 * (size_t)nodes * sizeof *positions);
-    memcpy(mesh->tet_nodes, tet_nodes, 4 * (size_t)tets * sizeof *tet_nodes);
+    memcpy(mesh->positions, lists->positions, 3 * (size_t)nodes * sizeof *mesh->positions);
+    memcpy(mesh->tet_nodes, lists->tet_nodes, 4 * (size_t)tets * sizeof *mesh->tet_nodes);
     if (edge_nodes) memcpy(mesh->edge_nodes, edge_nodes, 6 * (size_t)tets * sizeof *edge_nodes);
-    if (regions) memcpy(mesh->regions, regions, (size_t)tets * sizeof *regions);
+    if (lists->regions) memcpy(mesh->regions, lists->regions, (size_t)tets * sizeof *mesh->regions);
     status = settle(mesh, origin);
   }
   if (status) flesh_mesh_destroy(&mesh);
@@ -197,7 +196,8 @@ int flesh_mesh_create(int nodes, const double *positions, int tets, const int *t
   FLESH_NEED({mesh, "mesh"});
   *mesh = NULL;
   FLESH_NEED({positions, "positions"}, {tet_nodes, "tet_nodes"});
-  return flesh_mesh_build(nodes, positions, tets, tet_nodes, NULL, regions, NULL, mesh);
+  return flesh_mesh_build(&(flesh_mesh_lists){.nodes = nodes, .tets = tets, .positions = positions,
+                                              .tet_nodes = tet_nodes, .regions = regions}, NULL, mesh);
 }
 
 void flesh_mesh_destroy(flesh_mesh **mesh)

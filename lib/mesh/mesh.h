@@ -55,11 +55,16 @@ typedef struct flesh_mesh_origin {
   int node_base;
 } flesh_mesh_origin;
 
-/* flesh_mesh_create whose errors name the place in `origin`'s file (NULL: indices only); order 2
- * where there are edge_nodes [6*tets] and not all of them are -1. */
-int flesh_mesh_build(int nodes, const double *positions, int tets, const int *tet_nodes,
-                     const int *edge_nodes, const int *regions, const flesh_mesh_origin *origin,
-                     flesh_mesh **mesh);
+/* What a mesh is made of: positions [3*nodes], tet_nodes [4*tets]; NULL where there are none: edge_nodes [6*tets], of
+ * order 2 where not all of them are -1, and regions [tets]. */
+typedef struct flesh_mesh_lists {
+  int nodes, tets;
+  const double *positions;
+  const int *tet_nodes, *edge_nodes, *regions;
+} flesh_mesh_lists;
+
+/* flesh_mesh_create whose errors name the place in `origin`'s file (NULL: indices only). */
+int flesh_mesh_build(const flesh_mesh_lists *lists, const flesh_mesh_origin *origin, flesh_mesh **mesh);
 
 /* Finds mesh->surface, of ten-node tets the faces' four triangles each. FLESH_ERR_FILE for a tet given twice or a face
  * of more than two tets. */

@@ -158,7 +158,9 @@ int flesh_mesh_create_quadratic(int nodes, const double *positions, int tets, co
     memcpy(corners + 4 * t, tet_nodes + 10 * t, 4 * sizeof *corners);
     memcpy(on_edges + 6 * t, tet_nodes + 10 * t + 4, 6 * sizeof *corners);
   }
-  int status = flesh_mesh_build(nodes, positions, tets, corners, on_edges, regions, NULL, mesh);
+  int status = flesh_mesh_build(&(flesh_mesh_lists){.nodes = nodes, .tets = tets, .positions = positions,
+                                                    .tet_nodes = corners, .edge_nodes = on_edges, .regions = regions},
+                                NULL, mesh);
   flesh_free(corners);
   return status;
 }
@@ -204,8 +206,9 @@ int flesh_mesh_raise_order(const flesh_mesh *mesh, flesh_mesh **raised)
     goto done;
   }
   put_nodes(mesh, &edges, x, on_edges);
-  status = flesh_mesh_build(mesh->nodes + edges.count, x, mesh->tets, mesh->tet_nodes, on_edges,
-                            mesh->regions, NULL, raised);
+  status = flesh_mesh_build(&(flesh_mesh_lists){.nodes = mesh->nodes + edges.count, .tets = mesh->tets, .positions = x,
+                                                .tet_nodes = mesh->tet_nodes, .edge_nodes = on_edges,
+                                                .regions = mesh->regions}, NULL, raised);
   if (!status) (*raised)->flipped = mesh->flipped;
 done:
   flesh_free(x);

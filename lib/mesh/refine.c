@@ -193,7 +193,9 @@ static int finish(const flesh_mesh *mesh, const draft *d, flesh_mesh **refined)
     fill(mesh, d, x);
     for (size_t t = 0; t < tets; t++) regions[t] = mesh->regions[t / 8];
     for (size_t k = 0; on_edges && k < 6 * tets; k++) on_edges[k] = mesh->nodes + d->cut.tet_edges[k];
-    status = flesh_mesh_build(d->nodes, x, (int)tets, d->tets, on_edges, regions, NULL, refined);
+    status = flesh_mesh_build(&(flesh_mesh_lists){.nodes = d->nodes, .tets = (int)tets, .positions = x,
+                                                  .tet_nodes = d->tets, .edge_nodes = on_edges, .regions = regions},
+                              NULL, refined);
   }
   if (!status) (*refined)->flipped = 0; /* the cuts' own winding */
   flesh_free(x);

@@ -30,7 +30,9 @@ int flesh_split_read_part(const flesh_split *split, int part, flesh_mesh **mesh)
   *mesh = NULL;
   int status = flesh_split_load_part(split, part, &a);
   if (!status) {
-    status = flesh_mesh_build(a.nodes, a.positions, a.tets, a.tet_nodes, a.edge_nodes, a.regions, NULL, mesh);
+    status = flesh_mesh_build(&(flesh_mesh_lists){.nodes = a.nodes, .tets = a.tets, .positions = a.positions,
+                                                  .tet_nodes = a.tet_nodes, .edge_nodes = a.edge_nodes,
+                                                  .regions = a.regions}, NULL, mesh);
     if (status) flesh_fail_within(status, "%s: part %d: ", split->path, part);
   }
   if (!status && ((*mesh)->flipped || (*mesh)->unused_nodes))
@@ -116,7 +118,9 @@ int flesh_split_read_whole(const flesh_split *split, flesh_mesh **mesh)
     status = flesh_fail(FLESH_ERR_FILE, "%s: the parts have %d of %d nodes and %d of %d tets; split the mesh again",
                         split->path, w.nodes, split->nodes, w.tets, split->tets);
   if (!status) {
-    status = flesh_mesh_build(split->nodes, w.positions, split->tets, w.tet_nodes, w.edge_nodes, w.regions, NULL, mesh);
+    status = flesh_mesh_build(&(flesh_mesh_lists){.nodes = split->nodes, .tets = split->tets, .positions = w.positions,
+                                                  .tet_nodes = w.tet_nodes, .edge_nodes = w.edge_nodes,
+                                                  .regions = w.regions}, NULL, mesh);
     if (status) flesh_fail_within(status, "%s: ", split->path);
   }
   close_whole(&w);

@@ -52,13 +52,12 @@ int flesh_part_frames_create(const char *directory, const flesh_mesh *mesh, cons
   return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", directory);
 }
 
-int flesh_part_frames_resume(const char *directory, const flesh_mesh *mesh, const flesh_team *team, int rank, int ranks,
-                             int every, int last, flesh_part_frames **frames)
+int flesh_part_frames_resume(flesh_part_frames **frames, int last)
 {
-  int status = flesh_part_frames_create(directory, mesh, team, rank, ranks, every, frames);
-  if (status) return status;
-  (*frames)->last = last;
-  if (!rank) status = flesh_pvd_resume(path_of(*frames, "frames.pvd"), every, last, &(*frames)->index);
+  flesh_part_frames *self = *frames;
+  int status = FLESH_OK;
+  self->last = last;
+  if (!self->rank) status = flesh_pvd_resume(path_of(self, "frames.pvd"), self->every, last, &self->index);
   if (status) flesh_part_frames_close(frames);
   return status;
 }

@@ -13,10 +13,9 @@ typedef struct flesh_part_frames flesh_part_frames;
  * mesh and team. Returns new. FLESH_ERR_MEMORY. */
 int flesh_part_frames_create(const char *directory, const flesh_mesh *mesh, const flesh_team *team, int rank, int ranks,
                              int every, flesh_part_frames **frames);
-/* Like flesh_part_frames_create, for a run that goes on behind step `last`, whose folder flesh_frames_resume has
- * cleared. FLESH_ERR_FILE where the first rank misses a frame up to there. */
-int flesh_part_frames_resume(const char *directory, const flesh_mesh *mesh, const flesh_team *team, int rank, int ranks,
-                             int every, int last, flesh_part_frames **frames);
+/* Frames that were just created go on behind step `last`; flesh_frames_resume has cleared their folder. They are closed
+ * when it fails: FLESH_ERR_FILE where the first rank misses a frame up to there. */
+int flesh_part_frames_resume(flesh_part_frames **frames, int last);
 /* Like flesh_frames_set_fields, for the part's body and system. Collective. */
 int flesh_part_frames_set_fields(flesh_part_frames *frames, const flesh_body *body, const flesh_system *system,
                                  flesh_method method, unsigned fields, unsigned places);

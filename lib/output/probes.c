@@ -154,10 +154,10 @@ static int create_here(const flesh_body *body, const flesh_system *system, int c
   return !status && wanted & FLESH_PROBE_OF_TETS ? flesh_tet_stress_open(body, system, &made->stress) : status;
 }
 
-/* Without its file. */
-static int create(const flesh_body *body, const flesh_system *system, flesh_method method, int count,
-                  const flesh_probe *probes, flesh_probes **result)
+int flesh_probes_open(const flesh_body *body, const flesh_system *system, flesh_method method, int count,
+                      const flesh_probe *probes, flesh_probes **result)
 {
+  *result = NULL;
   const flesh_team *team = flesh_system_team(system);
   int status = flesh_team_agree(team, create_here(body, system, count, probes, result));
   unsigned wanted = 0;
@@ -166,6 +166,7 @@ static int create(const flesh_body *body, const flesh_system *system, flesh_meth
   if (!status && wanted & forces_of)
     status = flesh_node_forces_open(body, system, method == FLESH_METHOD_STATIC, (wanted & FLESH_PROBE_REACTION) != 0,
                                     (wanted & FLESH_PROBE_CONTACT_FORCE) != 0, &(*result)->forces);
+  if (status) flesh_probes_close(result);
   return status;
 }
 
@@ -177,29 +178,23 @@ int flesh_probes_create(const char *path, const flesh_body *body, const flesh_sy
   FLESH_NEED({result, "result"});
   *result = NULL;
   FLESH_NEED({path, "path"}, {body, "body"}, {system, "system"}, {probes, "probes"});
-  int status = create(body, system, method, count, probes, result);
-  if (!status) {
-    if (writes(*result)) status = flesh_rows_open(path, &(*result)->rows);
-    if (writes(*result) && !status) {
-      print_header(*result);
-      status = flesh_rows_flush(&(*result)->rows);
-    }
-    status = flesh_team_agree((*result)->team, status);
+  int status = flesh_probes_open(body, system, method, count, probes, result);
+  if (status) return status;
+  if (writes(*result)) status = flesh_rows_open(path, &(*result)->rows);
+  if (writes(*result) && !status) {
+    print_header(*result);
+    status = flesh_rows_flush(&(*result)->rows);
   }
+  status = flesh_team_agree((*result)->team, status);
   if (status) flesh_probes_close(result);
   return status;
 }
 
-int flesh_probes_resume(const char *path, const flesh_body *body, const flesh_system *system, flesh_method method,
-                        int count, const flesh_probe *probes, long length, flesh_probes **result)
+int flesh_probes_resume(flesh_probes **probes, const char *path, long length)
 {
-  *result = NULL;
-  int status = create(body, system, method, count, probes, result);
-  if (!status) {
-    if (writes(*result)) status = flesh_rows_resume(path, length, &(*result)->rows);
-    status = flesh_team_agree((*result)->team, status);
-  }
-  if (status) flesh_probes_close(result);
+  int status = writes(*probes) ? flesh_rows_resume(path, length, &(*probes)->rows) : FLESH_OK;
+  status = flesh_team_agree((*probes)->team, status);
+  if (status) flesh_probes_close(probes);
   return status;
 }
 

@@ -12,15 +12,18 @@ long flesh_probes_length(const flesh_probes *probes);
 
 /* With the first `length` bytes of what is there. FLESH_ERR_FILE where that is less. */
 int flesh_history_resume(const char *path, const flesh_system *system, long length, flesh_history **history);
-int flesh_probes_resume(const char *path, const flesh_body *body, const flesh_system *system, flesh_method method,
-                        int count, const flesh_probe *probes, long length, flesh_probes **result);
+/* Probes that flesh_probes_open has made without a file; they are closed when it fails. */
+int flesh_probes_resume(flesh_probes **probes, const char *path, long length);
+int flesh_probes_open(const flesh_body *body, const flesh_system *system, flesh_method method, int count,
+                      const flesh_probe *probes, flesh_probes **result);
 
 /* With the frames up to step `last`. FLESH_ERR_FILE where one of these is missing. */
 int flesh_frames_resume(const char *directory, const flesh_mesh *mesh, int every, int last, flesh_frames **frames);
-/* Opens the frames of the skin with those up to step `last`. A point cache, which appears only when it is closed, is
- * made again from the body's frames in `body_frames`. FLESH_ERR_FILE where a frame is missing. */
-int flesh_skin_frames_resume(const char *directory, const flesh_skin *skin, const flesh_surface *surface,
-                             unsigned formats, int every, int last, const char *body_frames, const flesh_mesh *mesh,
-                             flesh_skin_frames **frames);
+/* Goes on with the frames of the skin, which flesh_skin_frames_open has made without files, up to step `last`. A point
+ * cache, which appears only when it is closed, is made again from the body's frames in `body_frames`. The skin's frames
+ * are abandoned when it fails: FLESH_ERR_FILE where a frame is missing. */
+int flesh_skin_frames_resume(flesh_skin_frames **frames, int last, const char *body_frames, const flesh_mesh *mesh);
+int flesh_skin_frames_open(const char *directory, const flesh_skin *skin, const flesh_surface *surface,
+                           unsigned formats, int every, flesh_skin_frames **frames);
 
 #endif

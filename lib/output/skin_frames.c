@@ -58,9 +58,10 @@ void flesh_skin_frames_remove(const char *directory)
   free(path);
 }
 
-static int create(const char *directory, const flesh_skin *skin, const flesh_surface *surface, unsigned formats,
-                  int every, flesh_skin_frames **result)
+int flesh_skin_frames_open(const char *directory, const flesh_skin *skin, const flesh_surface *surface,
+                           unsigned formats, int every, flesh_skin_frames **result)
 {
+  *result = NULL;
   flesh_skin_frames *frames = calloc(1, sizeof *frames);
   if (!frames) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", directory);
   size_t size = 3 * sizeof(double) * (size_t)skin->identity.vertices;
@@ -99,7 +100,7 @@ int flesh_skin_frames_create(const char *directory, const flesh_skin *skin,
                       skin->identity.vertices, flesh_surface_vertex_count(surface));
   flesh_skin_frames *frames = NULL;
   int status = flesh_folder_make(directory);
-  if (!status) status = create(directory, skin, surface, formats, every, &frames);
+  if (!status) status = flesh_skin_frames_open(directory, skin, surface, formats, every, &frames);
   if (status) return status;
   flesh_skin_frames_remove(directory);
   if (formats & FLESH_SKIN_PC2)
@@ -215,18 +216,15 @@ static int make_cache(flesh_skin_frames *frames, int last, const char *body_fram
   return status;
 }
 
-int flesh_skin_frames_resume(const char *directory, const flesh_skin *skin, const flesh_surface *surface,
-                             unsigned formats, int every, int last, const char *body_frames, const flesh_mesh *mesh,
-                             flesh_skin_frames **frames)
+int flesh_skin_frames_resume(flesh_skin_frames **frames, int last, const char *body_frames, const flesh_mesh *mesh)
 {
-  *frames = NULL;
-  int status = create(directory, skin, surface, formats, every, frames);
-  if (status) return status;
-  flesh_folder_clear(directory);
-  remove_after(*frames, last);
-  if (formats & FLESH_SKIN_PC2) status = make_cache(*frames, last, body_frames, mesh);
-  if (!status && formats & FLESH_SKIN_VTU)
-    status = flesh_pvd_resume(path_of(*frames, "skin.pvd"), every, last, &(*frames)->index);
+  flesh_skin_frames *self = *frames;
+  int status = FLESH_OK;
+  flesh_folder_clear(self->directory);
+  remove_after(self, last);
+  if (self->formats & FLESH_SKIN_PC2) status = make_cache(self, last, body_frames, mesh);
+  if (!status && self->formats & FLESH_SKIN_VTU)
+    status = flesh_pvd_resume(path_of(self, "skin.pvd"), self->every, last, &self->index);
   if (status) flesh_skin_frames_abandon(frames);
   return status;
 }

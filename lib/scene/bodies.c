@@ -127,7 +127,9 @@ int flesh_scene_join_bodies(flesh_scene *scene)
   scene->part_nodes[1] = j.nodes;
   for (int k = 0; !status && k < count; k++) status = append_other(scene, k, &j);
   if (!status)
-    status = flesh_mesh_build(j.nodes, j.X, j.tet_count, j.tets, j.edges, j.regions, NULL, &joined);
+    status = flesh_mesh_build(&(flesh_mesh_lists){.nodes = j.nodes, .tets = j.tet_count, .positions = j.X,
+                                                  .tet_nodes = j.tets, .edge_nodes = j.edges, .regions = j.regions},
+                              NULL, &joined);
   free(j.X);
   free(j.tets);
   free(j.edges);

@@ -47,15 +47,15 @@ static int number_parts(const flesh_mesh *mesh, int *parent, int *part)
 }
 
 /* label [all]: the least label of all pieces that are connected with each, on whichever rank. This rank knows that
- * pieces own[i] and owners[i] are, for nodes i from `from` to before `until`. */
-static void spread_labels(const flesh_team *team, int all, const int *own, const double *owners, int from, int until,
-                          double *label, double *before)
+ * pieces own[i] and owners[i] are, for ghosts i. `label` is followed by room for as many. */
+static void spread_labels(const flesh_team *team, int all, const int *own, const double *owners, double *label)
 {
+  double *before = label + all;
   int changed = 1;
   for (int p = 0; p < all; p++) label[p] = -p; /* the largest is that of the least piece */
   while (changed) {
     memcpy(before, label, (size_t)all * sizeof *label);
-    for (int i = from; i < until; i++) {
+    for (int i = team->own; i < team->nodes; i++) {
       double *a = own[i] < 0 ? NULL : &label[own[i]], *b = &label[(int)owners[i]];
       if (a) *a = *b = *a > *b ? *a : *b;
     }
@@ -88,7 +88,7 @@ static int number_in_team(const flesh_team *team, int count, int *part)
       owners[i] = part[i];
     }
     team->operations->share(team->data, &(flesh_team_vector){1, 1, NULL, owners, 0});
-    spread_labels(team, all, part, owners, team->own, team->nodes, label, label + all);
+    spread_labels(team, all, part, owners, label);
     for (int p = 0; p < all; p++) /* the least piece of a part comes first */
       number[p] = label[p] == -p ? parts++ : number[(int)-label[p]];
     for (int i = 0; i < team->nodes; i++) part[i] = number[part[i] >= 0 ? part[i] : (int)owners[i]];

@@ -245,16 +245,23 @@ static int check_steps(const flesh_run_options *options, int step, double begin,
   return FLESH_OK;
 }
 
-static int run(const flesh_system *system, flesh_integrator *integrator, const flesh_run_options *options, int fresh,
-               int step, double begin, flesh_state *state, int *steps)
+/* The steps of a run that other runs' steps may have gone before. */
+typedef struct origin {
+  int fresh, step; /* a first one is to be recorded; steps so far */
+  double begin;    /* s, of the first of them */
+} origin;
+
+static int run(const flesh_system *system, flesh_integrator *integrator, const flesh_run_options *options, origin from,
+               flesh_state *state, int *steps)
 {
   int taken = 0;
   if (!steps) steps = &taken;
   *steps = 0;
-  if (integrator->evaluation->system != system) return flesh_fail(FLESH_ERR_ARGUMENT, "the integrator is made for another system");
-  int status = check_steps(options, step, begin, state);
+  if (integrator->evaluation->system != system)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the integrator is made for another system");
+  int status = check_steps(options, from.step, from.begin, state);
   if (status) return status;
-  *steps = step;
+  *steps = from.step;
   watch w = {.system = system, .mesh = flesh_system_mesh(system), .team = flesh_system_team(system),
              .options = options, .environment = &integrator->evaluation->environment};
   if (options->observer_count) status = watch_open(&w);
@@ -262,7 +269,7 @@ static int run(const flesh_system *system, flesh_integrator *integrator, const f
   flesh_integrator_set_stop(integrator, options->stop, options->stop_data);
   if (!status) status = flesh_system_check_with(system, state->internal, state->t, state->x);
   if (!status) status = flesh_integrator_begin(integrator, state);
-  if (!status) status = run_steps(&w, integrator, fresh, begin, state, steps);
+  if (!status) status = run_steps(&w, integrator, from.fresh, from.begin, state, steps);
   flesh_integrator_set_stop(integrator, NULL, NULL);
   watch_close(&w);
   return status;
@@ -272,12 +279,12 @@ int flesh_run(const flesh_system *system, flesh_integrator *integrator,
               const flesh_run_options *options, flesh_state *state, int *steps)
 {
   FLESH_NEED({system, "system"}, {integrator, "integrator"}, {options, "options"}, {state, "state"});
-  return run(system, integrator, options, 1, 0, state->t, state, steps);
+  return run(system, integrator, options, (origin){1, 0, state->t}, state, steps);
 }
 
 int flesh_run_resume(const flesh_system *system, flesh_integrator *integrator, const flesh_run_options *options,
                      int step, double begin, flesh_state *state, int *steps)
 {
   FLESH_NEED({system, "system"}, {integrator, "integrator"}, {options, "options"}, {state, "state"});
-  return run(system, integrator, options, 0, step, begin, state, steps);
+  return run(system, integrator, options, (origin){0, step, begin}, state, steps);
 }

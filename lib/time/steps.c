@@ -216,8 +216,10 @@ static int update_internals(flesh_integrator *self, flesh_state *state)
 
 /* One try of a part of a piece by `row`: the method's own, or backward Euler in its stead. */
 static int attempt(flesh_integrator *self, const flesh_method_row *row, flesh_state *state, const piece *piece,
-                   const flesh_span *part, int depth, flesh_solve_stats *stats, int *blocked)
+                   const flesh_cutbacks *cutbacks, flesh_solve_stats *stats, int *blocked)
 {
+  const flesh_span *part = &cutbacks->part;
+  const int depth = cutbacks->depth;
   const int second = flesh_method_order(self->method) > 1 && row == self->row;
   const flesh_solve_stats before_solve = *stats;
   const double *guesses[3];
@@ -266,9 +268,9 @@ static int take_part(flesh_integrator *self, flesh_state *state, const piece *pi
     const int restarted = begin_anew(self, state, &rest, part->h, stats);
     if (restarted) return restarted;
   }
-  int status = attempt(self, self->row, state, piece, part, cutbacks->depth, stats, &blocked);
+  int status = attempt(self, self->row, state, piece, cutbacks, stats, &blocked);
   if (!blocked) return status;
-  status = attempt(self, &flesh_method_backward_euler, state, piece, part, cutbacks->depth, stats, &blocked);
+  status = attempt(self, &flesh_method_backward_euler, state, piece, cutbacks, stats, &blocked);
   stats->impact_steps += status == FLESH_OK;
   return status;
 }

@@ -41,7 +41,8 @@ static flesh_mesh *mixed_mesh(void)
     for (int k = 0; k < 6 && e < tens; k++) edges[6 * at + k] = flesh_mesh_tet_edges(ten)[6 * e + k];
     at += e < tens;
   }
-  CHECK_OK(flesh_mesh_build(n + m, X, tens + fours, tets, edges, NULL, NULL, &mesh));
+  CHECK_OK(flesh_mesh_build(&(flesh_mesh_lists){.nodes = n + m, .tets = tens + fours, .positions = X,
+                                                .tet_nodes = tets, .edge_nodes = edges}, NULL, &mesh));
   free(X);
   free(tets);
   free(edges);
@@ -57,8 +58,9 @@ static flesh_mesh *curved_mesh(void)
   double *X = malloc(3 * (size_t)n * sizeof *X);
   memcpy(X, flesh_mesh_positions(straight), 3 * (size_t)n * sizeof *X);
   for (int i = 0; i < n; i++) X[3 * i] += 0.1 * sin(3 * X[3 * i + 1]), X[3 * i + 2] += 0.1 * cos(3 * X[3 * i]);
-  CHECK_OK(flesh_mesh_build(n, X, flesh_mesh_tet_count(straight), flesh_mesh_tets(straight),
-                            flesh_mesh_tet_edges(straight), NULL, NULL, &mesh));
+  CHECK_OK(flesh_mesh_build(&(flesh_mesh_lists){.nodes = n, .tets = flesh_mesh_tet_count(straight), .positions = X,
+                                                .tet_nodes = flesh_mesh_tets(straight),
+                                                .edge_nodes = flesh_mesh_tet_edges(straight)}, NULL, &mesh));
   free(X);
   flesh_mesh_destroy(&straight);
   return mesh;

@@ -62,7 +62,7 @@ static void flat_faces_rub_by_coulombs_law(void)
     memset(r, 0, sizeof r);
     for (int i = 0; i < f.nodes; i++)
       v[3 * i] = f.body[i] ? speed * 0.6 : 0, v[3 * i + 1] = f.body[i] ? speed * 0.8 : 0, v[3 * i + 2] = 7 * speed;
-    flesh_contact_friction_evaluate(&friction, f.x, f.x, v, 1, 1, NULL, NULL, r);
+    flesh_contact_friction_evaluate(&friction, &(flesh_contact_motion){f.x, f.x, v, 1, 1}, NULL, NULL, r);
     for (int i = 0; i < f.nodes; i++) {
       normal -= f.body[i] ? pressed[3 * i + 2] : 0;
       for (int c = 0; c < 3; c++) force[c] += f.body[i] ? r[3 * i + c] : 0;
@@ -119,7 +119,7 @@ static void forces_are_the_derivatives_of_the_potential(void)
     move(speed, speed, speed, v);
     memset(r, 0, sizeof r);
     memset(image, 0, sizeof image);
-    flesh_contact_friction_evaluate(&friction, f.x, f.x, v, 1, shift, &phi[0], NULL, r[0]);
+    flesh_contact_friction_evaluate(&friction, &(flesh_contact_motion){f.x, f.x, v, 1, shift}, &phi[0], NULL, r[0]);
     flesh_contact_friction_hessians(&friction, v, shift, hessians);
     for (int k = 0; k < 3 * f.nodes; k++) {
       du[k] = uniform();
@@ -133,7 +133,8 @@ static void forces_are_the_derivatives_of_the_potential(void)
               hessians[144 * k + 12 * i + j] * du[3 * friction.rubs[k].nodes[j / 3] + j % 3];
     for (int side = 0; side < 2; side++) {
       for (int k = 0; k < 3 * f.nodes; k++) moved[k] = v[k] + (side ? h : -h) * shift * du[k];
-      flesh_contact_friction_evaluate(&friction, f.x, f.x, moved, 1, shift, &phi[1 + side], NULL, r[1 + side]);
+      flesh_contact_friction_evaluate(&friction, &(flesh_contact_motion){f.x, f.x, moved, 1, shift}, &phi[1 + side], NULL,
+                                      r[1 + side]);
     }
     worst[0] = fmax(worst[0], fabs((phi[2] - phi[1]) / (2 * h) - slope) / terms);
     for (int k = 0; k < 3 * f.nodes; k++) size = fmax(size, fabs(image[k]));
@@ -157,11 +158,11 @@ static void without_velocities_the_force_is_constant(void)
   crumple(6, &set, &friction);
   move(e, e, e, v);
   for (int k = 0; k < 3 * f.nodes; k++) x[k] = f.x[k] + 0.01 * uniform();
-  flesh_contact_friction_evaluate(&friction, x, f.x, v, 2, 0, &phi, &size, r);
+  flesh_contact_friction_evaluate(&friction, &(flesh_contact_motion){x, f.x, v, 2, 0}, &phi, &size, r);
   for (int k = 0; k < 3 * f.nodes; k++) work += r[k] * (x[k] - f.x[k]) / 2;
   CHECK_NEAR(phi, work, 1e-10 * size);
   CHECK(size >= fabs(phi) && size > 0);
-  flesh_contact_friction_evaluate(&friction, x, f.x, v, 0, 0, &phi, &size, NULL);
+  flesh_contact_friction_evaluate(&friction, &(flesh_contact_motion){x, f.x, v, 0, 0}, &phi, &size, NULL);
   CHECK_NEAR(phi, work, 1e-10 * size); /* nothing is added */
   end(&set, &friction);
 }
@@ -191,7 +192,7 @@ static void forces_balance(void)
   friction.count = full;
   move(e, e, e, v);
   memset(r, 0, sizeof r);
-  flesh_contact_friction_evaluate(&friction, f.x, f.x, v, 1, 1, NULL, NULL, r);
+  flesh_contact_friction_evaluate(&friction, &(flesh_contact_motion){f.x, f.x, v, 1, 1}, NULL, NULL, r);
   for (int i = 0; i < f.nodes; i++) {
     double moment[3];
     flesh_vec3_cross(f.x + 3 * i, r + 3 * i, moment);

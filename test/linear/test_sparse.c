@@ -135,8 +135,8 @@ static void check_single(flesh_product *product, const flesh_block_matrix *A, fl
     memset(lanes, 0, bytes);
     for (int p = 0; p < A->rows; p++)
       for (int c = 0; c < 3; c++) lanes[4 * p + c] = (float)x[3 * order[p] + c] / 2;
-    const double curvature = linear->product_multiply_single(product, again ? NULL : A, 8, threads, twice_single, lanes,
-                                                           lanes, out);
+    const double curvature = linear->product_multiply_single(product, again ? NULL : A, 8, threads,
+                                                             &(flesh_product_maker){twice_single, lanes}, lanes, out);
     CHECK_NEAR(curvature, 8 * expected, 0x1p-25 * 8 * terms);
     if (first[0] == 0) memcpy(first, out, 4 * (size_t)A->rows * sizeof *out);
     for (int p = 0; p < A->rows; p++) {
@@ -184,7 +184,7 @@ static void products_by_halves(void)
       CHECK_OK(flesh_threads_create(threads, &pool));
       memset(lanes, 0, bytes);
       for (int p = 0; p < A->rows; p++) memcpy(lanes + 4 * p, x + 3 * bisection.order[p], 3 * sizeof *x);
-      curvature[0] = linear->product_multiply(&product, A, pool, NULL, NULL, lanes, out);
+      curvature[0] = linear->product_multiply(&product, A, pool, NULL, lanes, out);
       if (threads == 1) memcpy(first, out, 4 * (size_t)A->rows * sizeof *out);
       for (int p = 0; p < A->rows; p++) {
         CHECK_BELOW(test_distance(3, out + 4 * p, y + 3 * bisection.order[p]), 1e-13);
@@ -194,7 +194,7 @@ static void products_by_halves(void)
       for (int d = 0; d < b.n; d++) expected += x[d] * y[d], terms += fabs(x[d] * y[d]);
       CHECK_NEAR(curvature[0], expected, 1e-10);
       for (int d = 0; d < 4 * A->rows; d++) lanes[d] = lanes[d] / 2;
-      curvature[1] = linear->product_multiply(&product, A, pool, twice, lanes, lanes, out);
+      curvature[1] = linear->product_multiply(&product, A, pool, &(flesh_product_maker){twice, lanes}, lanes, out);
       for (int p = 0; p < A->rows; p++) {
         CHECK(!memcmp(lanes + 4 * p, x + 3 * bisection.order[p], 3 * sizeof *x));
         CHECK(!memcmp(out + 4 * p, first + 4 * p, 3 * sizeof *out));

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """test_rooms.py: every room of the house uses only rooms below it, no files include each other in a circle (or call each
-other in one, in drivers/), and files and functions are short enough to be read.
+other in one, in drivers/), files and functions are short enough to be read, and functions of lib/ have few parameters.
 
 Reads the C files of lib/, include/flesh/ and drivers/. Speaks TAP."""
 import os
@@ -33,6 +33,18 @@ LONGER = {
     "drivers/examples/bar_ida.c:main": (73, "an example is read from its beginning to its end"),
     "drivers/examples/coupled_reflex.c:main": (84, "an example is read from its beginning to its end"),
     "drivers/examples/bar_cvode_arkode.c:main": (86, "an example is read from its beginning to its end"),
+}
+
+# Parameters of a function of lib/; which may have more, and why.
+MOST_PARAMETERS = 7
+SUNDIALS, PUBLIC_API = "SUNDIALS prescribes them", "programs call it, by names that its header explains"
+MORE_PARAMETERS = {
+    "flesh_ida_jacobian": SUNDIALS, "flesh_ida_jacobian_times": SUNDIALS, "flesh_ida_preconditioner_solve": SUNDIALS,
+    "flesh_ode_jacobian": SUNDIALS, "flesh_ode_preconditioner_solve": SUNDIALS,
+    "flesh_effect_joint": PUBLIC_API, "flesh_effect_joint_spring": PUBLIC_API, "flesh_effect_spring_within": PUBLIC_API,
+    "flesh_effect_weld": PUBLIC_API, "flesh_obstacle_surface": PUBLIC_API,
+    "flesh_multipliers_solve": "flesh_nonlinear_solve, with what multipliers need beside",
+    "solve_few": "flesh_stage_solver prescribes them",
 }
 
 
@@ -135,6 +147,34 @@ def calls():
             for path, text in texts.items()}
 
 
+def count_parameters(head):
+    """How many parameters the head of a function has, its name at the first bracket."""
+    depth, count = 0, 1
+    for letter in re.sub(r"/\*.*?\*/", "", head[head.index("("):], flags=re.S):
+        depth += {"(": 1, "[": 1, ")": -1, "]": -1}.get(letter, 0)
+        if depth == 0:
+            break
+        count += letter == "," and depth == 1
+    return count
+
+
+def too_many_parameters():
+    """Functions of lib/ with more parameters than they may have, and exceptions that nothing needs."""
+    findings, used = [], set()
+    for path in sorted(path for path in sources() if path.startswith("lib/")):
+        with open(os.path.join(TOP, path), encoding="utf-8") as file:
+            lines = file.read().split("\n")[:-1]
+        for name, at, count in functions(lines):
+            head = "\n".join(lines[at - 1:at - 1 + count]).split("\n{")[0]
+            parameters = count_parameters(head) if "(" in head else 0
+            if parameters <= MOST_PARAMETERS:
+                continue
+            used.add(name)
+            if name not in MORE_PARAMETERS:
+                findings.append(f"{path}:{at}: {name} has {parameters} parameters, of at most {MOST_PARAMETERS}")
+    return findings + [f"{name} has few parameters: no exception is needed" for name in MORE_PARAMETERS if name not in used]
+
+
 def main():
     exist = set(sources())
     unknown, upward, arrows = [], [], {}
@@ -154,7 +194,7 @@ def main():
             one, two = (re.sub(r"\.[ch]$", "", name) for name in (path, other))
             if one != two:
                 arrows.setdefault(one, set()).add(two)
-    print("1..5")
+    print("1..6")
     failed = verdict(1, "every file is in a room", unknown)
     failed |= verdict(2, "rooms use only rooms below them", upward)
     failed |= verdict(3, "no files include each other in a circle",
@@ -162,6 +202,7 @@ def main():
     failed |= verdict(4, "files of at most 450 lines, functions of at most 60", too_long())
     failed |= verdict(5, "no files of drivers/ call each other in a circle",
                       [" -> ".join(circle) for circle in find_circles(calls())])
+    failed |= verdict(6, "functions of lib/ have at most seven parameters", too_many_parameters())
     return failed
 
 

@@ -46,11 +46,22 @@ static void take_farthest(const flesh_team *team, double farthest, double more[3
   flesh_team_sum(team, 3, more);
 }
 
+typedef struct layout {
+  const flesh_system *system;
+  const flesh_rigid_parts *parts;
+  const uint8_t *fixed;
+  double t;
+  const double *x_from;
+  double *pushed, *x;
+} layout;
+
 /* As a whole, so that none of it passes an obstacle. */
-static void lay_out(const flesh_system *system, const flesh_rigid_parts *parts, int part, const uint8_t *fixed, double t,
-                    const double *x_from, double move[3], double *pushed, double *x)
+static void lay_out(const layout *all, int part, double move[3])
 {
   enum { TRIES = 4 };
+  const flesh_rigid_parts *parts = all->parts;
+  const uint8_t *fixed = all->fixed;
+  double *pushed = all->pushed, *x = all->x;
   const double *X = flesh_mesh_positions(parts->mesh);
   const size_t bytes = 3 * (size_t)flesh_mesh_node_count(parts->mesh) * sizeof *x;
   const int *nodes = parts->nodes + parts->first[part], count = parts->first[part + 1] - parts->first[part];
@@ -61,7 +72,7 @@ static void lay_out(const flesh_system *system, const flesh_rigid_parts *parts, 
       if (!fixed[d]) x[d] = X[d] + move[i % 3];
     }
     memcpy(pushed, x, bytes);
-    flesh_system_push_out(system, t, x_from, t, pushed);
+    flesh_system_push_out(all->system, all->t, all->x_from, all->t, pushed);
     for (int i = 0; i < count; i++) {
       const double *out = pushed + 3 * nodes[i], *in = x + 3 * nodes[i];
       const double square = pow(out[0] - in[0], 2) + pow(out[1] - in[1], 2) + pow(out[2] - in[2], 2);
@@ -83,7 +94,7 @@ int flesh_lay_out(const flesh_system *system, const flesh_rigid_parts *parts, co
   for (int part = 0; part < parts->count; part++) {
     if (!has_vanished(parts, part, x, move)) continue;
     vanished = 1;
-    lay_out(system, parts, part, fixed, t, x_from, move, work, x);
+    lay_out(&(layout){system, parts, fixed, t, x_from, work, x}, part, move);
   }
   return vanished;
 }
