@@ -52,20 +52,33 @@ static void residual_part(void *data, int task)
   for (int d = begin; d < end; d++) s->r[place(s->load, d)] -= s->factor * s->load->force[d];
 }
 
+/* x - X of `count` dofs from `first` on: of all nodes those of x itself, of a list copies in `copy`. */
+static inline const double *moves(const node_sums *s, int first, int count, double *copy)
+{
+  const flesh_dead_load *load = s->load;
+  if (!load->nodes) return s->x + first;
+  for (int l = 0; l < count; l++) {
+    const size_t at = place(load, first + l);
+    copy[l] = s->x[at] - load->X[at];
+  }
+  return copy;
+}
+
 static void potential_part(void *data, int task)
 {
   node_sums *s = data;
-  const flesh_dead_load *load = s->load;
-  double values[SUMS] = {0}, sizes[SUMS] = {0};
+  double values[SUMS] = {0}, sizes[SUMS] = {0}, copy[SUMS];
   int begin, end;
-  range(load, task, &begin, &end);
-  for (; begin < end; begin += SUMS)
-    for (int l = 0; l < SUMS && begin + l < end; l++) {
-      const size_t at = place(load, begin + l);
-      const double term = load->force[begin + l] * (load->X ? s->x[at] - load->X[at] : s->x[at]);
+  range(s->load, task, &begin, &end);
+  for (; begin < end; begin += SUMS) {
+    const int count = end - begin < SUMS ? end - begin : SUMS;
+    const double *move = moves(s, begin, count, copy);
+    for (int l = 0; l < count; l++) {
+      const double term = s->load->force[begin + l] * move[l];
       values[l] += term;
       sizes[l] += fabs(term);
     }
+  }
   for (int l = 0; l < SUMS; l++) s->values[task] += values[l], s->sizes[task] += sizes[l];
 }
 

@@ -10,7 +10,7 @@ typedef struct flesh_dead_load {
   int count;       /* of loaded nodes */
   int *nodes;      /* [count] each acts as often as it is there; NULL: all nodes of the mesh */
   double *force;   /* [3*count] f_a, N */
-  const double *X; /* rest positions, borrowed; NULL: 0, so that V is 0 at the origin */
+  const double *X; /* rest positions, borrowed; not read without a list: V is 0 at the origin */
   double vector[3]; /* what the load was given: an acceleration, a force, a traction */
   double scale;
   int is_shared; /* the nodes share `vector`: scale is 1 over their number */

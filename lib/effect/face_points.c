@@ -69,36 +69,17 @@ static void make_cell(int own, int size, const int *node, int *cell, signed char
   for (int a = own; a < size; a++) cell[a] = cell[own - 1];
 }
 
-static int check_triangles(const flesh_mesh *mesh, int count, const int *triangles)
-{
-  const int nodes = flesh_mesh_node_count(mesh);
-  for (int k = 0; k < 3 * count; k++) {
-    const int next = triangles[k % 3 == 2 ? k - 2 : k + 1];
-    if (triangles[k] < 0 || triangles[k] >= nodes)
-      return flesh_fail(FLESH_ERR_ARGUMENT, "triangle %d has node %d; the mesh has the nodes 0 to %d", k / 3,
-                        triangles[k], nodes - 1);
-    if (triangles[k] == next) return flesh_fail(FLESH_ERR_ARGUMENT, "triangle %d has node %d twice", k / 3, next);
-  }
-  return FLESH_OK;
-}
-
 int flesh_faces_create(const flesh_mesh *mesh, int count, const int *triangles, flesh_faces *faces)
 {
   const int quadratic = flesh_mesh_order(mesh) == 2, size = quadratic ? FLESH_FACE_NODES : 3;
   *faces = (flesh_faces){.count = count};
-  int status = check_triangles(mesh, count, triangles);
-  if (status) return status;
   int *cells = flesh_malloc(((size_t)count + 1) * (size_t)size * sizeof *cells);
   faces->cells = (flesh_cells){.count = count, .nodes_per_cell = size, .nodes = cells, .padded = quadratic};
   faces->faces = flesh_malloc(((size_t)count + 1) * sizeof *faces->faces);
   faces->rank = flesh_malloc(((size_t)count + 1) * FLESH_FACE_NODES);
   if (!cells || !faces->faces || !faces->rank)
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d triangles", count);
-  if (quadratic) status = flesh_face_quarters(mesh, count, triangles, faces->faces);
-  for (int k = 0; !quadratic && k < count; k++) {
-    const int *n = triangles + 3 * (size_t)k;
-    faces->faces[k] = (flesh_face_quarter){{n[0], n[1], n[2], n[0], n[0], n[0]}, FLESH_FACE_FLAT};
-  }
+  const int status = flesh_face_quarters(mesh, count, triangles, faces->faces);
   for (int k = 0; !status && k < count; k++)
     make_cell(flesh_face_nodes(faces, k), size, faces->faces[k].node, cells + (size_t)size * (size_t)k,
               faces->rank + FLESH_FACE_NODES * (size_t)k);

@@ -137,13 +137,37 @@ static flesh_face_quarter quarter_of(const flesh_mesh *mesh, const int n[3], int
   return (flesh_face_quarter){{face[0], face[4], face[8], face[1], face[5], face[2]}, last - first};
 }
 
-int flesh_face_quarters(const flesh_mesh *mesh, int count, const int *triangles, flesh_face_quarter *quarters_of)
+static int quarters_of_curved(const flesh_mesh *mesh, int count, const int *triangles, flesh_face_quarter *quarters_of)
 {
   int *numbers = flesh_malloc(((size_t)count + 1) * sizeof *numbers);
   int status = numbers ? flesh_face_numbers(mesh, count, triangles, numbers)
                        : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d triangles", count);
   for (int k = 0; !status && k < count; k++) quarters_of[k] = quarter_of(mesh, triangles + 3 * (size_t)k, numbers[k]);
   flesh_free(numbers);
+  return status;
+}
+
+static int check_triangles(const flesh_mesh *mesh, int count, const int *triangles)
+{
+  const int nodes = flesh_mesh_node_count(mesh);
+  for (int k = 0; k < 3 * count; k++) {
+    const int next = triangles[k % 3 == 2 ? k - 2 : k + 1];
+    if (triangles[k] < 0 || triangles[k] >= nodes)
+      return flesh_fail(FLESH_ERR_ARGUMENT, "triangle %d has node %d; the mesh has the nodes 0 to %d", k / 3,
+                        triangles[k], nodes - 1);
+    if (triangles[k] == next) return flesh_fail(FLESH_ERR_ARGUMENT, "triangle %d has node %d twice", k / 3, next);
+  }
+  return FLESH_OK;
+}
+
+int flesh_face_quarters(const flesh_mesh *mesh, int count, const int *triangles, flesh_face_quarter *quarters_of)
+{
+  int status = check_triangles(mesh, count, triangles);
+  if (!status && flesh_mesh_order(mesh) == 2) return quarters_of_curved(mesh, count, triangles, quarters_of);
+  for (int k = 0; !status && k < count; k++) {
+    const int *n = triangles + 3 * (size_t)k;
+    quarters_of[k] = (flesh_face_quarter){{n[0], n[1], n[2], n[0], n[0], n[0]}, FLESH_FACE_FLAT};
+  }
   return status;
 }
 

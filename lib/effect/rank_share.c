@@ -1,7 +1,6 @@
-/* rank_share.c: finds a rank's nodes, edges and faces. */
+/* rank_share.c: finds a rank's nodes and faces. */
 #include "effect/rank_share.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
@@ -92,32 +91,6 @@ int flesh_rank_share_faces(const flesh_rank_part *part, int count, const int *tr
     (*kept)[*found] = k;
     memcpy(*local + 3 * (size_t)(*found)++, n, sizeof n);
   }
-  flesh_free(own);
-  return FLESH_OK;
-}
-
-static int compare_edges(const void *a, const void *b)
-{
-  const int *p = a, *q = b;
-  return p[0] != q[0] ? (p[0] > q[0]) - (p[0] < q[0]) : (p[1] > q[1]) - (p[1] < q[1]);
-}
-
-int flesh_rank_share_edges(const flesh_rank_part *part, int whole_count, const int *whole, int *count, int *edges)
-{
-  int found = 0, kept = 0, *own = flesh_malloc((2 * (size_t)whole_count + 1) * sizeof *own);
-  if (!own) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a rank's share of %d edges", whole_count);
-  for (int k = 0; k < whole_count; k++) {
-    int *edge = own + 2 * (size_t)found;
-    for (int a = 0; a < 2; a++) edge[a] = flesh_rank_part_find(part, whole[2 * (size_t)k + (size_t)a]);
-    found += edge[0] >= 0 && edge[1] >= 0;
-  }
-  qsort(own, (size_t)found, 2 * sizeof *own, compare_edges);
-  for (int k = 0; k < *count; k++) {
-    const int *edge = edges + 2 * (size_t)k;
-    if (bsearch(edge, own, (size_t)found, 2 * sizeof *own, compare_edges))
-      memmove(edges + 2 * (size_t)kept++, edge, 2 * sizeof *edge);
-  }
-  *count = kept;
   flesh_free(own);
   return FLESH_OK;
 }

@@ -21,8 +21,4 @@ int flesh_rank_share_tet(const flesh_rank_part *part, int tet);
 int flesh_rank_share_faces(const flesh_rank_part *part, int count, const int *triangles, int *found, int **kept,
                            int **local);
 
-/* Leaves of edges [2 * *count] of the part, from a node to another, those that are among edges [2*whole_count] of the
- * whole. FLESH_ERR_MEMORY. */
-int flesh_rank_share_edges(const flesh_rank_part *part, int whole_count, const int *whole, int *count, int *edges);
-
 #endif

@@ -194,6 +194,33 @@ closed_surfaces_and_files_are_those_of_the_whole() {
   same_bits closed 3 loads.yaml "$@" --no-frames && has split_closed/history.csv energy_pressure && as_alone 1e-6 loads.yaml "$@"
 }
 
+# A pressure on ten-node tets: on a closed surface, and on parts of faces whose rims run within faces and between ranks.
+pressures_on_curved_faces_are_those_of_the_whole() {
+  "$flesh" mesh box --cells 7,3,2 --size 3,1,1 --order 2 --out ten.msh >/dev/null &&
+    "$flesh" mesh split ten.msh --parts 3 --out ten_3 >/dev/null || return 1
+  cat >ten.yaml <<'END'
+body: {mesh: ten.msh, element: tet10, density: 1000, material: {energy: S, young: 1e5, poisson: 0.4}}
+effects:
+  - inertia: {}
+  - pin: {box: [[-1, -1, -1], [0.01, 2, 2]]}
+  - pressure: {box: [[0.6, -1, 0.99], [2.5, 0.9, 2]], pressure: 2000}
+  - pressure: {box: [[-1, -1, -1], [4, 2, 2]], pressure: 3000}
+time: {step: 1/60, end: 0.1}
+END
+  for run in whole split alone; do
+    case $run in
+    whole) start='on_ranks 3' mesh=ten.msh ;;
+    split) start='on_ranks 3' mesh=ten_3/index.txt ;;
+    alone) start= mesh=ten.msh ;;
+    esac
+    # shellcheck disable=SC2086
+    expect 0 $start "$flesh" run ten.yaml --quiet --no-frames --set "body.mesh=$mesh" --set solver.newton_tolerance=1e-9 \
+      --out "ten_$run" || return 1
+  done
+  cmp ten_whole/history.csv ten_split/history.csv && cmp ten_whole/state.txt ten_split/state.txt &&
+    has ten_split/history.csv 'energy_pressure' && python3 "$source_folder/shared/compare_runs.py" ten_alone ten_split 1e-6
+}
+
 # A bar falls onto a plane and slides, and a ball comes down on it: defaults are made of the whole's surface.
 cat >fall.yaml <<'END'
 body: {mesh: bar.msh, density: 1000, material: {energy: S, young: 1e5, poisson: 0.4}}
@@ -373,7 +400,8 @@ if [ -n "$quick" ]; then
     fields_are_those_of_the_whole checkpoints_go_on what_needs_the_whole_is_refused
 else
   run_tests runs_are_those_of_the_whole tangles_are_untangled frames_are_in_parts effects_are_those_of_the_whole \
-    closed_surfaces_and_files_are_those_of_the_whole contact_is_that_of_the_whole fields_are_those_of_the_whole \
+    closed_surfaces_and_files_are_those_of_the_whole pressures_on_curved_faces_are_those_of_the_whole \
+    contact_is_that_of_the_whole fields_are_those_of_the_whole \
     checkpoints_go_on bad_checkpoints_are_refused states_go_on_on_others others_read_an_index \
     boxes_are_made_in_parts what_needs_the_whole_is_refused incompressible_tets_are_refused bad_parts_are_refused \
     a_signal_ends_all
