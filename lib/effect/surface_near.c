@@ -16,6 +16,9 @@ typedef flesh_surface_near near;
 /* Of the distance of two features a step may leave so much: the barrier takes over from there. */
 static const double KEPT = 0.1;
 
+/* Ways of more than so many edges are searched in portions, of which the first is the shortest one of an edge, or this. */
+static const double LONG = 4, SHORTEST = 1e-6;
+
 int flesh_surface_near_create(const flesh_surface_contact *contact, flesh_threads *threads, near **result)
 {
   const size_t places = 3 * (size_t)contact->surface.node_count;
@@ -294,21 +297,44 @@ static int coupled(const flesh_effect *effect, const flesh_point *point, const f
   return FLESH_OK;
 }
 
-/* The pairs that may limit a step, of which none does that is more than `apart` from each other: those around, from a
- * search here where that will serve at its end, too, or those on the way. NULL: there are none. */
-static const flesh_near_pairs *pairs_of_step(near *self, const double *x_from, const double *x_to, double apart)
+/* Where the pairs around do not tell: the least of the pairs on the way. A way that is long against the mesh is searched in
+ * portions from its start on, as only few pairs are on the way to the first touch. */
+static double step_on_way(near *self, const double *x_from, const double *x_to, double apart)
 {
-  if (flesh_surface_near_serves(self, x_from, apart)) return &self->around;
-  if (apart <= 2 * self->contact->slack) return search_around(self, x_from) ? NULL : &self->around;
-  const double *moved = flesh_surface_near_without_mean(self, NULL, x_from, x_to);
-  return flesh_near_pairs_find(self->finder, x_from, moved, 0, self->threads, &self->on_way) ? NULL : &self->on_way;
+  const flesh_contact_surface *surface = &self->contact->surface;
+  double portion = 1, least = 1;
+  while (apart > LONG * surface->mean_edge && portion * apart > surface->mean_edge && portion > SHORTEST) portion /= 2;
+  for (;;) {
+    double *to = self->moved;
+    flesh_surface_near_without_mean(self, NULL, x_from, x_to);
+    for (int k = 0; k < surface->node_count && portion < 1; k++)
+      for (size_t d = 3 * (size_t)surface->nodes[k], c = 0; c < 3; c++)
+        to[d + c] = x_from[d + c] + portion * (to[d + c] - x_from[d + c]);
+    if (flesh_near_pairs_find(self->finder, x_from, to, 0, self->threads, &self->on_way)) return 0;
+    flesh_surface_near_without_mean(self, NULL, x_from, x_to);
+    least = fmin(least, flesh_near_pairs_feasible_step(self->finder, &self->on_way, x_from, to, KEPT, apart, self->threads));
+    if (least <= portion) return least;
+    portion = fmin(least, 2 * portion);
+  }
+}
+
+/* From the pairs around, from a search here where that will serve at its end, too, or from those on the way; none limits a
+ * step that is more than `apart` from each other. */
+static double feasible_step(near *self, const double *x_from, const double *x_to)
+{
+  const double apart = flesh_surface_near_on_way(self, x_from, x_to);
+  if (!flesh_surface_near_serves(self, x_from, apart)) {
+    if (!(apart <= 2 * self->contact->slack)) return step_on_way(self, x_from, x_to, apart);
+    if (search_around(self, x_from)) return 0;
+  }
+  const double *to = flesh_surface_near_without_mean(self, NULL, x_from, x_to);
+  return flesh_near_pairs_feasible_step(self->finder, &self->around, x_from, to, KEPT, apart, self->threads);
 }
 
 static double max_feasible_step(const flesh_effect *effect, void *memory, const double *internal, const double *x_from,
                                 const double *x_to)
 {
   near *self = memory;
-  double fraction = 0; /* without memory nothing is known */
   int changed;
   if (!self && flesh_surface_near_create(effect->data, NULL, &self)) return 0;
   if (!memory && self->contact->separates && flesh_surface_near_follow(self, 0, 0, x_from, &changed)) {
@@ -316,10 +342,7 @@ static double max_feasible_step(const flesh_effect *effect, void *memory, const 
     return 0;
   }
   flesh_surface_near_take(self, internal);
-  const double apart = flesh_surface_near_on_way(self, x_from, x_to);
-  const flesh_near_pairs *pairs = pairs_of_step(self, x_from, x_to, apart);
-  const double *to = flesh_surface_near_without_mean(self, NULL, x_from, x_to);
-  if (pairs) fraction = flesh_near_pairs_feasible_step(self->finder, pairs, x_from, to, KEPT, apart, self->threads);
+  const double fraction = feasible_step(self, x_from, x_to);
   if (!memory) flesh_surface_near_destroy(self);
   return fraction;
 }

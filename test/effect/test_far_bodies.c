@@ -2,6 +2,7 @@
 #include "crossings.h"
 #include "effect/surface_contact.h"
 #include "flesh/integrator.h"
+#include "system/feasible_step.h"
 #include "system/proximity.h"
 #include "time/integrator.h"
 #include "welded.h"
@@ -72,7 +73,45 @@ static void what_comes_from_afar_is_met(void)
   }
 }
 
+/* Two sheets, 0.15 m apart, of which the upper one would go 4 m down, and its nodes aside each by itself, as
+ * first directions of a solve do. */
+static void of_a_long_way_only_the_beginning_is_searched(void)
+{
+  const int cells[3] = {10, 10, 1};
+  const double size[3] = {1, 1, 0.1};
+  const flesh_solver_options options = test_options(1e-6);
+  flesh_contact_options contact_options;
+  flesh_effect *contact = NULL;
+  flesh_integrator *integrator = NULL;
+  test_body b;
+  flesh_mesh *mesh = joined(box(cells, size, (double[]){0, 0, 0}), box(cells, size, (double[]){0.03, 0.02, 0.25}));
+  CHECK_OK(test_body_create(mesh, test_material(FLESH_ENERGY_S, 0.3), 1000, FLESH_MASS_LUMPED, 1, &b));
+  flesh_contact_options_default(&contact_options);
+  CHECK_OK(flesh_effect_surface_contact(&b.body, &contact_options, 0, NULL, &contact));
+  CHECK_OK(flesh_system_add_effect(b.system, &contact));
+  CHECK_OK(flesh_system_finalize(b.system));
+  CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
+  const flesh_proximity *proximity = flesh_nonlinear_proximity(integrator->nonlinear);
+  flesh_surface_near *near = flesh_proximity_of(proximity, 2);
+  double *x_to = malloc((size_t)b.n * sizeof *x_to);
+  for (int d = 0; d < b.n; d++) x_to[d] = b.state.x[d] - (d < b.n / 2 ? 0 : d % 3 == 2 ? 4 : 2 * sin(d));
+  const double fraction = flesh_system_max_feasible_step(b.system, proximity, NULL, 0, b.state.x, 0, x_to);
+  const int searched = near->on_way.point_count + near->on_way.edge_count;
+  flesh_near_pairs all = {0};
+  const double *to = flesh_surface_near_without_mean(near, NULL, b.state.x, x_to);
+  CHECK_OK(flesh_near_pairs_find(near->finder, b.state.x, to, 0, NULL, &all));
+  const double whole = flesh_near_pairs_feasible_step(near->finder, &all, b.state.x, to, 0.1, INFINITY, NULL);
+  printf("# %d pairs in place of %d, %.6g of the way\n", searched, all.point_count + all.edge_count, fraction);
+  CHECK(fraction == whole && fraction > 0.01 && fraction < 0.15 / 4);
+  CHECK(searched > 0 && 5 * searched < all.point_count + all.edge_count);
+  flesh_near_pairs_clear(&all);
+  free(x_to);
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&b);
+}
+
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(what_is_far_is_not_looked_at), TEST(what_comes_from_afar_is_met));
+  return RUN_TESTS(argc, argv, TEST(what_is_far_is_not_looked_at), TEST(what_comes_from_afar_is_met),
+                   TEST(of_a_long_way_only_the_beginning_is_searched));
 }
