@@ -17,7 +17,7 @@ void flesh_block_fix(flesh_block_matrix *A, const uint8_t *fixed, double diagona
 /* The rows that this changes, ascending, into `rows` [A->rows]; returns how many. Only the pattern is read. */
 int flesh_block_rows_to_fix(const flesh_block_matrix *A, const uint8_t *fixed, int *rows);
 
-/* The same as flesh_block_fix, of these rows. */
+/* Like flesh_block_fix, for these rows alone. */
 void flesh_block_fix_rows(flesh_block_matrix *A, const uint8_t *fixed, double diagonal, int count, const int *rows);
 
 /* A = c A + B, both of one pattern; B NULL: A = c A. Nothing of A is read where c is 0. */

@@ -10,7 +10,7 @@
 #include "base/memory.h"
 #include "linear/boomeramg.h"
 
-/* What took the least time of all that was tried (README.md). */
+/* The options that took the least time of all that were tried (README.md). */
 const flesh_boomeramg_options flesh_boomeramg_defaults = {
     .strength = 0.5, .coarsening = 10, .interpolation = 6, .longest = 4, .smoother = 13, .aggressive = 1};
 
@@ -30,7 +30,7 @@ struct flesh_boomeramg {
   double entries; /* of A */
 };
 
-/* What a node's row has in the whole triangle: blocks (i, j), those below the diagonal being transposed. */
+/* Blocks (i, j) of a node's row in the whole matrix; those below the diagonal are transposed ones of the triangle. */
 typedef struct full_rows {
   int *start, *column, *block; /* [rows+1], [blocks] each; ~block: transposed */
 } full_rows;

@@ -116,7 +116,7 @@ static void scale_rows(flesh_chebyshev *self)
     }
 }
 
-/* What threads share out. */
+/* Data of a pass over the rows that threads share out. */
 typedef struct polynomial_pass {
   flesh_chebyshev *self;
   const float *d;
@@ -178,7 +178,7 @@ static void add_power(void *data, int part, int begin, int end)
   }
 }
 
-/* Of the diagonal, which is that of all ranks where others have rows, too; 0 where it is not positive. */
+/* The mean of the diagonal, which is that of all ranks if others have rows, too; 0 where it is not positive. */
 static double mean_diagonal(const flesh_chebyshev *self)
 {
   const float *diagonal = self->values + self->start[self->n];

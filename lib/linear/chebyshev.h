@@ -11,7 +11,7 @@
 #include "base/isa.h"
 #include "flesh/threads.h"
 
-/* What other ranks' rows add to a product with the matrix, of which they have rows, too. Collective. */
+/* Adds the other ranks' rows to a product with the matrix, of which they have rows, too. Collective. */
 typedef struct flesh_chebyshev_others {
   void *data;
   void (*begin)(void *data, const float *d); /* sends what they need of d, which is that of unit diagonal */
@@ -44,7 +44,7 @@ FLESH_PER_ISA size_t flesh_chebyshev_memory(const flesh_chebyshev *chebyshev);
 
 /* All entries 0. */
 FLESH_PER_ISA void flesh_chebyshev_zero(flesh_chebyshev *chebyshev);
-/* Where the entry of two rows, neighbours or the same, is in `values`. */
+/* Index in `values` of the entry of two rows, neighbours or the same. */
 FLESH_PER_ISA size_t flesh_chebyshev_entry(const flesh_chebyshev *chebyshev, int row, int other);
 
 /* For the entries filled in, which are then to be filled in anew, of a matrix that has no eigenvalue above `largest`
@@ -54,7 +54,7 @@ FLESH_PER_ISA int flesh_chebyshev_setup(flesh_chebyshev *chebyshev, double large
 /* x becomes the solution, or nearly: a linear symmetric function of what it was, the same for any number of threads. */
 FLESH_PER_ISA void flesh_chebyshev_solve(flesh_chebyshev *chebyshev);
 
-/* What the last set-up has made. */
+/* Archives the results of the last set-up. */
 FLESH_PER_ISA void flesh_chebyshev_archive(flesh_chebyshev *chebyshev, flesh_archive *archive);
 
 #endif

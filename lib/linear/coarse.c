@@ -36,16 +36,16 @@ typedef struct term {
 /* Two cells that A couples, or one with itself. */
 typedef struct pair {
   int low, high, first;           /* of its terms */
-  /* Where the block of corners a of `low` and b of `high` goes: at 8 a + b; ~: transposed. */
+  /* Places of the blocks of corners a of `low` and b of `high`, at 8 a + b; ~: transposed. */
   int entry[CORNERS * CORNERS];
 } pair;
 
-/* Of a cell: r by corner, component by component. */
+/* Sums of r over the nodes of a cell: by corner, component by component. */
 typedef struct sums {
   flesh_float8 of[3];
 } sums;
 
-/* Of a cell: 1, x, y, xy, z, xz, yz, xyz in the displacement that the last solve has found. */
+/* Coefficients of 1, x, y, xy, z, xz, yz, xyz in a cell's displacement by the last solve. */
 typedef struct moves {
   flesh_float4 of[CORNERS];
 } moves;
@@ -327,7 +327,7 @@ int flesh_coarse_setup(flesh_coarse *self, const flesh_block_matrix *A, double s
   return flesh_coarse_cholesky_factor(&self->matrix) ? FLESH_OK : FLESH_NOT_POSITIVE;
 }
 
-/* Of a node at `local`. Fixed components have no part in the coarse space; few nodes have any. */
+/* Sets the fixed components of a node at `local` to 0: they have no part in the coarse space. Few nodes have any. */
 static inline flesh_float4 without_constrained(flesh_float4 x, flesh_float4 local)
 {
   for (int c = 0; local[3] > 0 && c < 3; c++)

@@ -31,16 +31,16 @@ FLESH_PER_ISA void flesh_coarse_destroy(flesh_coarse **coarse);
 FLESH_PER_ISA int flesh_coarse_setup(flesh_coarse *coarse, const flesh_block_matrix *A, double scale,
                                      const uint8_t *fixed);
 
-/* What is added for a residual r of about 1, in three steps: P^T r, range by range of nodes, each of two parts by one
- * thread at a time; the solve, which is kept inside and returns what is added times r; and z = y + share P times it for
- * begin <= p < end, which y and z begin with. Vectors of four lanes a node in the bisection's order. */
+/* The correction for a residual r of about 1, in three steps: P^T r, range by range of nodes, each of two parts by one
+ * thread at a time; the solve, which is kept inside and returns the correction times r; and z = y + share P times it
+ * for begin <= p < end, which y and z begin with. Vectors of four lanes a node in the bisection's order. */
 enum { FLESH_COARSE_PARTS = 2 };
 /* The weight of the correction: displacements that are smooth get one from either level. */
 #define FLESH_COARSE_SHARE 0.5f
 FLESH_PER_ISA void flesh_coarse_restrict(flesh_coarse *coarse, int part, int begin, int end, const float *r);
 FLESH_PER_ISA double flesh_coarse_solve(flesh_coarse *coarse);
-/* The same where the loads of a team's ranks are added up elsewhere: P^T r of this rank, times `scale`, a number for
- * each of the unknowns; and the solve for `scale` times the sum, which all ranks have. */
+/* For loads of a team's ranks that are added up elsewhere: P^T r of this rank, times `scale`, a number for each of the
+ * unknowns; and the solve for `scale` times the sum, which all ranks have. */
 FLESH_PER_ISA int flesh_coarse_unknowns(const flesh_coarse *coarse);
 FLESH_PER_ISA void flesh_coarse_take(flesh_coarse *coarse, double scale, double *load);
 FLESH_PER_ISA void flesh_coarse_solve_for(flesh_coarse *coarse, const double *load, double scale);

@@ -314,7 +314,7 @@ static inline void add_transposed(flesh_float4 sums[N], const float *B, twelve_f
     for (int p = 0; p < N / 4; p++) sums[m] += FLESH_LANES_FLOAT(B + N * m + 4 * p) * y.part[p];
 }
 
-/* What add_transposed left in lanes. */
+/* Adds up the lanes in which add_transposed left its sums. */
 static inline twelve_floats gathered(const flesh_float4 sums[N])
 {
   twelve_floats all;

@@ -103,7 +103,7 @@ static void corner_at(const int at[3], int a, int place[3])
   for (int k = 0; k < 3; k++) place[k] = at[k] + (a >> k & 1);
 }
 
-/* What ranks have marked between them; how many there are. */
+/* Unites the ranks' marks; returns how many there are. */
 static int mark_in_team(const flesh_team *team, int64_t count, uint8_t *marks)
 {
   double room[MARKS];
@@ -225,7 +225,7 @@ static int find_vertices(builder *b, const flesh_block_matrix *A, const int *pla
   return FLESH_OK;
 }
 
-/* The same of a team: all vertices of the ranks between them, by their places. */
+/* Finds the vertices of all ranks of a team together, by their places. */
 static int find_vertices_of_team(builder *b, flesh_coarse_grid *grid)
 {
   const layout *lay = &b->grid;

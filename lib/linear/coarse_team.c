@@ -8,7 +8,7 @@
 
 enum { ROOM = 1024 }; /* numbers that ranks exchange at a time */
 
-/* What the matrices of all ranks couple between them. Collective, whatever there is no memory for. */
+/* Unites the couplings of all ranks' matrices. Collective, even if memory is lacking. */
 static int unite(const flesh_team *team, size_t n, uint8_t *touch)
 {
   double *row = team ? flesh_malloc((n + 1) * sizeof *row) : NULL;
@@ -22,7 +22,7 @@ static int unite(const flesh_team *team, size_t n, uint8_t *touch)
   return status;
 }
 
-/* By rising place in the factor; `order` [n] is room. */
+/* Lists the blocks by rising place in the factor; `order` [n] is room. */
 static int list_blocks(const flesh_coarse_cholesky *matrix, const uint8_t *touch, int couplings, int *order,
                        flesh_coarse_sums *self)
 {
@@ -77,7 +77,7 @@ static void move_block(double *blocks, int from, int to)
   memset(block, 0, FLESH_BLOCK12_SIZE * sizeof *block);
 }
 
-/* What is summed up moves to the front for that. */
+/* Sums up the blocks over the ranks; they move to the front of the array for that. */
 void flesh_coarse_sum_matrix(const flesh_team *team, const flesh_coarse_sums *self, flesh_coarse_cholesky *matrix)
 {
   if (!team) return;

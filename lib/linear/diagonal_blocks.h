@@ -11,8 +11,8 @@ FLESH_PER_ISA double flesh_diagonal_largest(const flesh_block_matrix *A, flesh_t
 
 /* inverse [9*rows] of scale times the first blocks of A, as many as `rows`; of one that has none, nearly. */
 FLESH_PER_ISA void flesh_diagonal_invert(const flesh_block_matrix *A, int rows, double scale, float *inverse);
-/* The same of the blocks that partial A of all ranks make, for the nodes of this one: the same bits for owners and
- * ghosts. blocks [9*A->rows] is room. Collective. */
+/* Inverts the sums of the diagonal blocks of all ranks' partial A, for the nodes of this one: the same bits for owners
+ * and ghosts. blocks [9*A->rows] is room. Collective. */
 FLESH_PER_ISA void flesh_diagonal_invert_sums(const flesh_block_matrix *A, const flesh_team *team, double scale,
                                               double *blocks, float *inverse);
 

@@ -119,7 +119,8 @@ void flesh_direct_destroy(flesh_direct **direct)
   *direct = NULL;
 }
 
-/* By Sylvester's law of inertia; KLU scales rows by positive numbers, which changes no sign. */
+/* Whether all pivots are positive (Sylvester's law of inertia); KLU scales rows by positive numbers, which changes no
+ * sign. */
 static int has_positive_pivots(const flesh_direct *self)
 {
   const double *pivots = self->numeric->Udiag;
@@ -208,7 +209,7 @@ size_t flesh_direct_memory(const flesh_direct *self)
   return bytes;
 }
 
-/* What the values loaded are to be factored to. */
+/* Factors the loaded values: the first matrix anew, then the last by its pivots. */
 static int factor_loaded(flesh_direct *self, double *last)
 {
 #ifdef FLESH_HAVE_CHOLMOD

@@ -16,7 +16,7 @@ int flesh_direct_create(flesh_linear_solver kind, const flesh_block_matrix *A,
                         flesh_direct **direct);
 void flesh_direct_destroy(flesh_direct **direct);
 
-/* The same by KLU with pivots on the diagonal only, which show whether a symmetric matrix is positive definite.
+/* Makes a KLU solver with pivots on the diagonal only, which show whether a symmetric matrix is positive definite.
  * *direct is NULL where the factorisation would take more than `most_flops` operations. */
 int flesh_direct_create_symmetric(const flesh_block_matrix *A, double most_flops, flesh_direct **direct);
 
@@ -27,8 +27,8 @@ int flesh_direct_factor(flesh_direct *direct, const flesh_block_matrix *A);
 /* x = A^-1 b [3*rows]; x and b must not overlap. */
 int flesh_direct_solve(flesh_direct *direct, const double *b, double *x);
 
-/* What factorisations have made. The pivots of a factor are those that the first matrix called for, so that both that
- * one and the last are kept; loading factors both anew. FLESH_ERR_MEMORY. */
+/* Archives the factors. Their pivots are those that the first matrix called for, so that both that matrix and the last
+ * are kept; loading factors both anew. FLESH_ERR_MEMORY. */
 int flesh_direct_archive(flesh_direct *direct, flesh_archive *archive);
 size_t flesh_direct_memory(const flesh_direct *direct);
 

@@ -12,7 +12,7 @@ typedef struct flesh_dissection {
   int *parent; /* [count] a later part; -1: none */
 } flesh_dissection;
 
-/* Of n rows, row i with neighbours[starts[i]] ... (symmetric, without i itself) at points + 3 i. Depends on nothing
+/* Orders n rows, row i with neighbours[starts[i]] ... (symmetric, without i itself) at points + 3 i. Depends on nothing
  * else. To be cleared also when it fails: FLESH_ERR_MEMORY. */
 int flesh_dissection_create(int n, const int *starts, const int *neighbours, const double *points,
                             flesh_dissection *dissection);

@@ -15,11 +15,11 @@ typedef float flesh_float4 __attribute__((vector_size(16)));
 /* One for each of eight corners. */
 typedef double flesh_double8 __attribute__((vector_size(64)));
 typedef float flesh_float8 __attribute__((vector_size(32)));
-/* Of bits that are numbers in single precision, or nearly. */
+/* Vectors of bits, of numbers in single precision or nearly. */
 typedef uint32_t flesh_word4 __attribute__((vector_size(16)));
 typedef uint32_t flesh_word16 __attribute__((vector_size(64)));
 typedef float flesh_float16 __attribute__((vector_size(64)));
-/* The same where nothing is known of the alignment. */
+/* Vectors of unknown alignment. */
 typedef uint32_t flesh_word4_loose __attribute__((vector_size(16), aligned(4), may_alias));
 typedef uint32_t flesh_word16_loose __attribute__((vector_size(64), aligned(4), may_alias));
 typedef double flesh_double4_loose __attribute__((vector_size(32), aligned(8), may_alias));

@@ -41,7 +41,7 @@ typedef struct flesh_linear {
 
 extern const flesh_linear flesh_linear_portable, flesh_linear_avx2, flesh_linear_avx512;
 
-/* Of instructions that this machine has; AUTO: the best. */
+/* The functions for instructions that this machine has; AUTO: the best. */
 const flesh_linear *flesh_linear_for(flesh_instructions instructions);
 
 

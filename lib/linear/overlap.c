@@ -92,7 +92,7 @@ static int compare(const void *a, const void *b)
   return (p->column > q->column) - (p->column < q->column);
 }
 
-/* Where a received block belongs; `flipped` where it is to be transposed. */
+/* The place of a received block; `flipped` if it is to be transposed. */
 static entry entry_of(const flesh_overlap *self, int rank, int block, int *flipped)
 {
   const flesh_team_reach *reach = &self->team->reach;
@@ -214,7 +214,7 @@ static int allocate_taken(flesh_overlap *self)
   return self->taken && self->received ? FLESH_OK : FLESH_ERR_MEMORY;
 }
 
-/* Those that are given or taken, rising. */
+/* Lists the nodes that are given or taken, rising. */
 static int list_shared(flesh_overlap *self)
 {
   const flesh_team *team = self->team;
@@ -230,8 +230,9 @@ static int list_shared(flesh_overlap *self)
   return is_shared && self->shared ? FLESH_OK : FLESH_ERR_MEMORY;
 }
 
-/* By how many ranks reach each node. Weights 1 would count corrections where ranks overlap twice, the square roots would
- * average them; what is between took fewer iterations than either (lib/parallel/README.md). */
+/* Sets the weights from the number of ranks k that reach each node, as k^(-1/4) on either side. Weights 1 would count
+ * corrections twice where two ranks overlap, k^(-1/2) would average them; the middle took fewer iterations than either
+ * (lib/parallel/README.md). */
 static void set_weights(flesh_overlap *self)
 {
   const flesh_team *team = self->team;

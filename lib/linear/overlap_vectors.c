@@ -10,7 +10,7 @@ void flesh_overlap_widen(const flesh_overlap *self, const int *reached, float *w
       wide[4 * p + c] = self->weight[reached[p]] * (float)self->vector[3 * (size_t)reached[p] + c];
 }
 
-/* What the nodes of a rank's tets have, by their numbers. */
+/* Copies the values at the nodes of a rank's tets, by their numbers. */
 static void unwind(const flesh_overlap *self, const int *nodes, const float *from, double *to)
 {
   for (size_t p = 0; p < (size_t)self->team->nodes; p++)

@@ -17,7 +17,7 @@ void flesh_overlap_widen(const flesh_overlap *overlap, const int *reached, float
 /* From r, which own nodes alone have, to those that are reached. */
 void flesh_overlap_restrict(const flesh_overlap *overlap, const int *nodes, const float *r, const int *reached,
                             float *wide);
-/* What all ranks have found is added up, z: the same bits for owners and their ghosts. `wide` is the same at the end as
+/* Adds up the corrections of all ranks, z: the same bits for owners and their ghosts. `wide` is the same at the end as
  * at the beginning. */
 void flesh_overlap_add_begin(const flesh_overlap *overlap, const float *wide);
 void flesh_overlap_add_end(const flesh_overlap *overlap, const float *wide, float *z);
@@ -33,7 +33,8 @@ void flesh_overlap_collect_begin(const flesh_overlap *overlap, int single, const
 void flesh_overlap_collect_end(const flesh_overlap *overlap, int single, void *y);
 /* One step on, with the y that was collected last. */
 void flesh_overlap_advance(const flesh_overlap *overlap, int single, double alpha, double beta);
-/* As flesh_overlap_fetch and _restrict, of r at own nodes and `scale` times what is kept elsewhere. Send nothing. */
+/* Like flesh_overlap_fetch and _restrict, with r at own nodes and `scale` times the kept residual elsewhere. Send
+ * nothing. */
 void flesh_overlap_fetch_kept(const flesh_overlap *overlap, const int *nodes, const float *r, double scale);
 void flesh_overlap_restrict_kept(const flesh_overlap *overlap, const float *r, double scale, float *wide);
 

@@ -21,7 +21,7 @@
  * of a team gather more of it, as A p is a recurrence, too. */
 static const double DEEPEST = 1e-5, DEEPEST_OF_TEAM = 1e-4;
 
-/* Of the threads' team; one of a single rank is none. */
+/* Joins the threads' team; one of a single rank counts as none. */
 static int join(flesh_pcg_space *self)
 {
   const flesh_team *team = flesh_threads_team(self->threads);
@@ -256,7 +256,7 @@ double flesh_pcg_model_error(const flesh_pcg_space *self, const double *r)
   return sqrt(sum);
 }
 
-/* What n numbers all are; 0: they differ. */
+/* The common value of n numbers; 0: they differ. */
 static double common_to(int n, const double *numbers)
 {
   int same = 0;

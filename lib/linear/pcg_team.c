@@ -94,7 +94,7 @@ static void add_products(const flesh_double4 v[3], flesh_double4 q, flesh_double
     for (int b = a; b < 3; b++) sums[k++] += v[a] * v[b] * q;
 }
 
-/* Of a chunk, into sums[chunk * SUMS]. */
+/* Sums products over a chunk, into sums[chunk * SUMS]. */
 static inline __attribute__((always_inline)) void multiply_nodes(const flesh_pcg_work *w, int chunk, int single)
 {
   const flesh_pcg_space *self = w->space;
@@ -123,7 +123,7 @@ static void multiply_vectors(void *data, int chunk)
   else multiply_nodes(w, chunk, 0);
 }
 
-/* What the iteration asks for, of all ranks. */
+/* Sums up over all ranks the products that an iteration needs. */
 static void sum_up(iteration *now, double curvature, int stops)
 {
   const flesh_pcg_space *self = now->work->space;

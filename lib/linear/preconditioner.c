@@ -13,7 +13,7 @@
 #include "linear/diagonal_blocks.h"
 #include "linear/preconditioner_data.h"
 
-/* As many vertices as pay for this matrix; those of a team's matrices are added up. */
+/* Numbers of coarse vertices that pay for this matrix; the blocks of a team's matrices are added up. */
 static flesh_levels levels_for(const flesh_block_matrix *A, const flesh_team *team)
 {
   double blocks = A->row_start[A->rows];
@@ -181,7 +181,7 @@ static const double SMALLEST_SHIFT = 0.004, LARGEST_SHIFT = 1e6;
 /* Incomplete Cholesky with the shift that it needs; the diagonal blocks where none helps. */
 static void set_cholesky(flesh_preconditioner_data *self, const flesh_block_matrix *A)
 {
-  /* What was needed last is needed again, or nearly so: try half of it first, and much less where that serves. */
+  /* The next shift is about the last one: half of it is tried first, and much less where that serves. */
   const double first = fmax(self->shift * self->less, SMALLEST_SHIFT);
   double shift = first;
   while (shift <= LARGEST_SHIFT && flesh_cholesky_factor(self->cholesky, A, self->scale, shift))

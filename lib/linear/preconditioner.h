@@ -12,7 +12,7 @@
 #include "flesh/threads.h"
 #include "linear/overlap.h"
 
-/* What AUTO means for a mesh of so many nodes; any other kind is itself. */
+/* The kind that AUTO means for a mesh of so many nodes; any other kind is itself. */
 flesh_preconditioner flesh_preconditioner_choose(flesh_preconditioner kind, int nodes);
 /* Whether the kind takes stiff rows out of the matrix: where it is asked to, or AUTO where that pays. `inertia`: the
  * modulus [Pa] that inertia gives the body as a whole, 0 in statics. */
@@ -27,7 +27,7 @@ typedef struct flesh_levels {
 } flesh_levels;
 /* For a matrix of so many nodes and blocks (a team's: of all ranks together) on so many ranks. */
 flesh_levels flesh_levels_for(double nodes, double blocks, int ranks);
-/* By kind; NULL ends them. */
+/* Names of the kinds; ended by NULL. */
 extern const char *const flesh_preconditioner_names[];
 
 typedef struct flesh_preconditioner_data flesh_preconditioner_data;
@@ -41,7 +41,7 @@ FLESH_PER_ISA double flesh_power_to_one(double x);
 FLESH_PER_ISA int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_matrix *A,
                                               const double *positions, flesh_threads *threads,
                                               flesh_preconditioner_data **preconditioner);
-/* The same with these coarse levels; NULL: flesh_levels_for the matrix. */
+/* Like flesh_preconditioner_create, with these coarse levels; NULL: flesh_levels_for the matrix. */
 FLESH_PER_ISA int flesh_preconditioner_create_levels(flesh_preconditioner kind, const flesh_block_matrix *A,
                                                      const double *positions, const flesh_levels *levels,
                                                      flesh_threads *threads,
@@ -63,19 +63,19 @@ FLESH_PER_ISA int flesh_preconditioner_setup(flesh_preconditioner_data *precondi
 
 /* z = P^-1 r, both [3*rows]; z may be r. */
 FLESH_PER_ISA void flesh_preconditioner_apply(flesh_preconditioner_data *preconditioner, const double *r, double *z);
-/* The same on four lanes per node, in the order of the pattern's bisection, in single precision and for `scale` times
- * the matrix, a power of two that takes its largest entry to about 1: z = (scale A)^-1 r, nearly, of an r of about 1. z
- * is kept inside. Returns r.z. */
+/* Applies the preconditioner to four lanes per node, in the order of the pattern's bisection, in single precision and
+ * for `scale` times the matrix, a power of two that takes its largest entry to about 1: z = (scale A)^-1 r, nearly, of
+ * an r of about 1. z is kept inside. Returns r.z. */
 FLESH_PER_ISA double flesh_preconditioner_solve(flesh_preconditioner_data *preconditioner, const float *r);
 FLESH_PER_ISA double flesh_preconditioner_scale(const flesh_preconditioner_data *preconditioner);
 /* z for begin <= p < end, which z begins with; the fourth lane is anything finite. */
 FLESH_PER_ISA void flesh_preconditioner_result(const flesh_preconditioner_data *preconditioner, int begin, int end,
                                                float *z);
 
-/* What conjugate gradients of a team need (pcg_team.c), which keep the residual where ranks reach it and add up the coarse
+/* For conjugate gradients of a team (pcg_team.c), which keep the residual where ranks reach it and add up the coarse
  * level's load P^T r with their own sums.
  *
- * Where the residual is kept; NULL: it is not, nothing is found at ghosts, and there is no load. */
+ * The overlap in which the residual is kept; NULL: it is not, nothing is found at ghosts, and there is no load. */
 FLESH_PER_ISA const flesh_overlap *flesh_preconditioner_overlap(const flesh_preconditioner_data *preconditioner);
 /* The ranks as solves see them: the threads' team, narrowed to the pattern of the matrix. */
 FLESH_PER_ISA const flesh_team *flesh_preconditioner_team(const flesh_preconditioner_data *preconditioner);
@@ -103,7 +103,7 @@ FLESH_PER_ISA double flesh_preconditioner_turned(const flesh_preconditioner_data
 
 FLESH_PER_ISA size_t flesh_preconditioner_memory(const flesh_preconditioner_data *preconditioner);
 
-/* What set-ups have made, and what the next one goes by. The stiff rows are not part of it. */
+/* Archives the results of set-ups and the figures that guide the next one. The stiff rows are not part of it. */
 FLESH_PER_ISA void flesh_preconditioner_archive(flesh_preconditioner_data *preconditioner, flesh_archive *archive);
 
 #endif

@@ -7,7 +7,7 @@
 #include "linear/overlap_vectors.h"
 #include "linear/preconditioner.h"
 
-/* By the diagonal blocks alone, or not at all. */
+/* Applies the diagonal blocks alone or, for NONE, nothing. */
 static double solve_blocks(flesh_preconditioner_data *self, const float *r)
 {
   double product = 0;
@@ -41,8 +41,9 @@ static double product_of(const flesh_preconditioner_data *self, const float *r)
  * left to it more than on one rank (lib/parallel/README.md). */
 static float share_of(const flesh_team *team) { return team->ranks > 1 ? 1 : FLESH_COARSE_SHARE; }
 
-/* By all ranks, each where it reaches, of the residual that `wide` has there. The coarse level's solve hides the
- * exchange: of `scale` times `load`, which the ranks have summed up; NULL: of r, which it then sums up, after. */
+/* Applies all ranks' factors, each where its rank reaches, to the residual that `wide` has there. The coarse level's
+ * solve hides the exchange: it is for `scale` times `load`, which the ranks have summed up; NULL: for r, which it then
+ * sums up, after. */
 static void solve_in_team(flesh_preconditioner_data *self, const float *r, const double *load, double scale)
 {
   flesh_coarse *coarse = self->two_levels ? self->coarse : NULL;
@@ -67,7 +68,7 @@ static double solve_by_multigrid(flesh_preconditioner_data *self, const float *r
   return product_of(self, r);
 }
 
-/* Of what is left without the stiff terms, or of all. */
+/* Solves with the matrix without its stiff terms, or with all of it. */
 static double solve_soft(flesh_preconditioner_data *self, const float *r)
 {
   if (self->multigrid) return solve_by_multigrid(self, r);

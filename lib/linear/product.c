@@ -16,7 +16,7 @@
 #include "base/sort_by_length.h"
 #include "linear/sliced_ell.h"
 
-/* Where the twins of the separator's nodes begin in x and y: behind the padding. */
+/* The place in x and y of the first twin of a separator's node, behind the padding. */
 static int first_twin(const flesh_product *product)
 {
   const int padding = FLESH_PRODUCT_PADDING;
@@ -31,7 +31,7 @@ enum {
 
 _Static_assert(WINDOW % FLESH_SLICE == 0, "a slice lies in one window");
 
-/* Where a slice's rounded blocks begin, nine vectors for each column. */
+/* Index of a slice's first rounded block, nine vectors for each column. */
 static size_t rounded_at(const flesh_product *product, int slice)
 {
   return FLESH_SLICE * 9 * (size_t)product->column[slice];
@@ -300,7 +300,7 @@ static inline __attribute__((always_inline)) void round_column(rounding *now, in
   for (int e = 0; e < 9; e++) to[e] = entry[e];
 }
 
-/* As rows_double, in slices; `anew`: from A's own blocks. */
+/* Does what rows_double does, in slices; `anew`: from A's own blocks. */
 static inline __attribute__((always_inline)) double rows_single(const multiplication *m, int part, int anew)
 {
   const flesh_product *product = m->product;
@@ -345,7 +345,7 @@ static inline __attribute__((always_inline)) double rows_single(const multiplica
   return (curvature[0] + curvature[1]) + (curvature[2] + curvature[3]);
 }
 
-/* By themselves these loops have registers enough. */
+/* Functions of their own leave these loops enough registers. */
 static __attribute__((noinline)) double rows_rounded_anew(const multiplication *m, int part)
 {
   return rows_single(m, part, 1);
@@ -385,7 +385,7 @@ static void multiply_half(void *data, int half)
   m->curvature[half] = multiply_rows(m, half);
 }
 
-/* What the second half has added to the twins of the separator's nodes. */
+/* Adds the second half's sums for the separator's nodes, which are in their twins. */
 static void add_twins(const multiplication *m, int first, int separator, int twin)
 {
   for (int e = 0; e < 4 * separator; e++) {

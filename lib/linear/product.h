@@ -48,7 +48,7 @@ FLESH_PER_ISA double flesh_product_multiply(flesh_product *product, const flesh_
                                             flesh_threads *threads, const flesh_product_maker *maker, double *x,
                                             double *y);
 
-/* The same of scale * A, rounded to single precision, in single precision. A NULL: what it was the last time. */
+/* Multiplies by scale * A, rounded to single precision, in single precision. A NULL: the matrix of the last time. */
 FLESH_PER_ISA double flesh_product_multiply_single(flesh_product *product, const flesh_block_matrix *A, double scale,
                                                    flesh_threads *threads, const flesh_product_maker *maker, float *x,
                                                    float *y);

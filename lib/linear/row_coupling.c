@@ -196,7 +196,7 @@ static double largest_of_node(const float *inverse, const float *by_node, int co
   return pow(sum, 0.125);
 }
 
-/* What other ranks have of X at the nodes that are shared. */
+/* Exchanges X with other ranks at the nodes that are shared. */
 static void exchange_shares(const flesh_row_coupling *self)
 {
   const flesh_shared_rows *shared = self->shared;

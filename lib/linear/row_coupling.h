@@ -21,7 +21,7 @@ typedef struct flesh_row_coupling {
   size_t pairs;
   flesh_sparse_cholesky exact;
   flesh_chebyshev polynomial;
-  /* Of a body that ranks share out, borrowed: */
+  /* These belong to a body that ranks share out; borrowed. */
   const flesh_shared_rows *shared; /* NULL: all rows are here */
   const flesh_row_lists *lists;
   const float *inverse, *by_node;
@@ -42,14 +42,14 @@ FLESH_PER_ISA void flesh_row_coupling_share(flesh_row_coupling *coupling, const 
                                             const flesh_row_lists *lists, const float *inverse, const float *by_node);
 FLESH_PER_ISA size_t flesh_row_coupling_memory(const flesh_row_coupling *coupling);
 
-/* Of shift I + B D^-1 B^T with inverse [9*nodes] of D's blocks and B by_node [start[nodes]][3]. 0 where single precision
- * does not tell it from a singular matrix. */
+/* Makes S = shift I + B D^-1 B^T with inverse [9*nodes] of D's blocks and B by_node [start[nodes]][3]. 0 where single
+ * precision does not tell it from a singular matrix. */
 FLESH_PER_ISA int flesh_row_coupling_setup(flesh_row_coupling *coupling, const flesh_row_lists *lists, float shift,
                                            const float *inverse, const float *by_node);
 /* solution [rows] = S^-1 t, or nearly; it may be t. A linear symmetric function of t. */
 FLESH_PER_ISA void flesh_row_coupling_solve(flesh_row_coupling *coupling, const float *t, float *solution);
 
-/* What the last set-up has made. */
+/* Archives the results of the last set-up. */
 FLESH_PER_ISA void flesh_row_coupling_archive(flesh_row_coupling *coupling, flesh_archive *archive);
 
 /* A block times three lanes; the fourth is 0. */

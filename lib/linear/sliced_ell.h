@@ -71,7 +71,7 @@ static inline __attribute__((always_inline)) void flesh_sliced_ell_turn(const fl
   component[2] = FLESH_SLICE_SHUFFLE(z01, z23, 0, 1, 4, 5);
 }
 
-/* Those of the nodes whose four lanes are at these places [FLESH_SLICE] in `vectors`. */
+/* Gathers the components of the nodes whose four lanes are at these places [FLESH_SLICE] in `vectors`. */
 static inline __attribute__((always_inline)) void flesh_sliced_ell_gather(const float *vectors, const unsigned *place,
                                                                      flesh_sliced_ell component[3])
 {

@@ -74,7 +74,7 @@ static int find_below(flesh_sparse_cholesky *self, search *s)
   return known ? FLESH_OK : FLESH_ERR_MEMORY;
 }
 
-/* Where panels lie, and what work in them needs. */
+/* Finds the places of the panels, and the room that work in them needs. */
 static int make_panels(flesh_sparse_cholesky *self)
 {
   int highest = 0, widest = 0;
@@ -257,7 +257,7 @@ static int factor_panel(flesh_sparse_cholesky *self, int k)
   return 1;
 }
 
-/* Where rows below of panel k, from its number `from` on, are in panel `other`. */
+/* Finds the rows in panel `other` of the rows below panel k, from its number `from` on. */
 static void find_targets(const flesh_sparse_cholesky *self, int k, int from, int other)
 {
   const int *below = self->below + self->below_start[k], count = below_rows(self, k);

@@ -38,7 +38,7 @@ FLESH_PER_ISA void flesh_sparse_cholesky_archive(flesh_sparse_cholesky *cholesky
 
 /* All entries 0. */
 FLESH_PER_ISA void flesh_sparse_cholesky_zero(flesh_sparse_cholesky *cholesky);
-/* Where the entry of two rows, neighbours or the same, is in `values`. */
+/* Index in `values` of the entry of two rows, neighbours or the same. */
 FLESH_PER_ISA size_t flesh_sparse_cholesky_entry(const flesh_sparse_cholesky *cholesky, int row, int other);
 
 /* 0 where the matrix is not positive definite, or too nearly so. */

@@ -34,7 +34,7 @@ size_t flesh_triangle_memory(const flesh_triangle *triangle);
 /* Its blocks; so the functions of this name below: numbers that a set-up has made, not what the pattern says. */
 void flesh_triangle_archive(flesh_triangle *triangle, flesh_archive *archive);
 
-/* Where a row's n-th block is: twice its pair and 1 if it is the second. */
+/* The place of a row's n-th block: twice its pair and 1 if it is the second. */
 static inline int flesh_triangle_place(const flesh_triangle *triangle, int row, int n)
 {
   return 2 * triangle->start[triangle->at[row]] + (triangle->split ? 2 * n : n);

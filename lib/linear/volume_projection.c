@@ -24,7 +24,7 @@ struct flesh_volume_projection {
   int *slots;            /* [rows][m (m+1)/2] the block of each pair of a row's nodes, or ~ where it is transposed */
   float *values;         /* [rows][m][3] of scale^(1/2) B, zero at fixed dofs */
   flesh_row_lists lists;
-  /* By place of the node: */
+  /* The arrays below go by the node's place. */
   float *by_node; /* [entries][3] the same as `values` */
   float *inverse; /* [9*nodes] of the diagonal blocks */
   flesh_row_coupling S;
@@ -108,7 +108,7 @@ static void unite_main(flesh_volume_projection *self)
   for (int p = 0; p < self->nodes; p++) self->lists.main[p] = main[self->order[p]] > 0;
 }
 
-/* What rows have in common with those of other ranks. */
+/* Finds the rows that share nodes with those of other ranks. */
 static int share_rows(flesh_volume_projection *self, const int *place_of)
 {
   unite_main(self);
@@ -255,7 +255,7 @@ static inline flesh_float4 at_node(const flesh_volume_projection *self, const fl
   return sum;
 }
 
-/* What threads share out. */
+/* Data of a pass over the nodes that threads share out. */
 typedef struct row_pass {
   flesh_volume_projection *self;
   const float *r;
