@@ -84,7 +84,8 @@ static void depths_at_point(const double *d, term *t)
   }
 }
 
-/* Of a flat face there is one term: the derivatives of places are the same at all its points. */
+/* Makes the term at a point of a face. A flat face has one term, because the derivatives of places are the same at all
+ * its points. */
 static int term_at(const buoyancy *self, const double *x, int face, const flesh_face_point *q, term *t)
 {
   double along[2][3] = {{0}}, across[2][3], d[NODES];

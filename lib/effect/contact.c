@@ -107,7 +107,7 @@ static int is_unfelt(const job *j, int k, int end)
 
 static int first_of_part(const job *j, int task) { return (int)((int64_t)j->self->count * task / j->parts); }
 
-/* What friction adds to the potential. */
+/* The potential of the friction at a node. */
 static double friction_potential(const job *j, const rub *rubs, int i)
 {
   const flesh_shift *shift = j->shift;
@@ -331,7 +331,7 @@ static void contact_report_part(const flesh_effect *effect, const flesh_point *p
   numbers->largest[0] = -gap;
 }
 
-/* That distance, the nodes, the size of the force. */
+/* Writes the least distance, the number of nodes in contact, and the size of the force. */
 static void contact_report_whole(const flesh_effect *effect, const flesh_rank_numbers *numbers, double *values)
 {
   (void)effect;

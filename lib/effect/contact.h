@@ -7,8 +7,8 @@
 #include "flesh/ranks.h"
 #include "geometry/contact_core.h"
 
-/* What the defaults of thickness and stiffness, and the share of a core, are made of. Of a part of a body this rank's
- * sums. */
+/* Measures of the surface for the defaults of thickness and stiffness, and for the share of a core. On a part of a
+ * body, they are this rank's sums. */
 typedef struct flesh_contact_measures {
   double edges, areas; /* m, m^2: sums over so many surface triangles, or means and 1 */
   double triangles;
@@ -60,7 +60,7 @@ double flesh_contact_approach(const flesh_effect *effect, double t_from, double 
                               const double high[3]);
 int flesh_contact_restrict(const flesh_effect *whole, const flesh_rank_part *part, const flesh_body *body,
                            flesh_effect **restricted);
-/* As flesh_effect_ranks has them: the means of the whole body, of which a part has some of the surface. */
+/* Operations of flesh_effect_ranks: the means of the whole body, of which a part has some of the surface. */
 void flesh_contact_count(const flesh_effect *restricted, flesh_rank_numbers *numbers);
 void flesh_contact_take(flesh_effect *restricted, const flesh_rank_numbers *numbers);
 size_t flesh_contact_memory(const flesh_effect *effect);

@@ -50,7 +50,8 @@ void flesh_contact_options_default(flesh_contact_options *options)
   *options = (flesh_contact_options){.stiffness = NAN, .thickness = NAN, .slip_speed = 1e-3};
 }
 
-/* Of a triangle of the surface its edges from the first corner, and the size of its area vector, twice its area. */
+/* Measures a triangle of the surface: its edges from the first corner; returns the size of its area vector, twice its
+ * area. */
 static double measure_triangle(const double *X, const int *corner, double e[3])
 {
   double f[3], n[3];
@@ -62,8 +63,8 @@ static double measure_triangle(const double *X, const int *corner, double e[3])
   return sqrt(flesh_vec3_dot(n, n));
 }
 
-/* Of the surface means, or where there is a part, sums over what of it is of the rank's tets. One edge of each triangle
- * will do for a mean. */
+/* Measures the surface: means or, on a part, sums over the triangles of the rank's tets. One edge of each triangle is
+ * enough for a mean. */
 static flesh_contact_measures measure_surface(const flesh_mesh *mesh, const flesh_rank_part *part)
 {
   int triangles;
@@ -80,7 +81,8 @@ static flesh_contact_measures measure_surface(const flesh_mesh *mesh, const fles
   return m;
 }
 
-/* What was not given, and the core's, from the measures of the whole; a mesh has half as many nodes as triangles. */
+/* Sets the parameters that were not given, and the core's, from the measures of the whole; a mesh has half as many
+ * nodes as triangles. */
 static void settle(flesh_contact *self)
 {
   const flesh_contact_measures *m = &self->measures;

@@ -27,7 +27,7 @@ static const flesh_cells *drag_cells(const flesh_effect *effect)
   return &self->faces.cells;
 }
 
-/* What a point of a face meets: force factor times area, unit normal, speed. 0: it is in the lee. */
+/* The stream at a point of a face: force factor times area, unit normal, speed. 0: it is in the lee. */
 static int stream_at(const drag *self, const flesh_point *point, int face, const flesh_face_point *q, double normal[3],
                      double *factor, double *speed)
 {

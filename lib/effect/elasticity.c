@@ -42,7 +42,7 @@ static const flesh_cells *elasticity_cells(const flesh_effect *effect)
   return &tets->cells;
 }
 
-/* What of r and sums {V, size of its terms} is not NULL. */
+/* Computes r and sums {V, size of its terms}; either may be NULL. */
 static int residual_kernel(const flesh_effect *effect, const flesh_point *point, double *r, double *sums)
 {
   flesh_tets room;
@@ -265,7 +265,7 @@ static const flesh_effect_figures figures = {.memory = elasticity_memory};
 static const flesh_effect_operations elasticity_operations = {
     OPERATIONS, .shortcuts = &(const flesh_effect_shortcuts){SHORTCUTS, .restrict_to_cells = elasticity_part}};
 
-/* Of bodies with incompressible tets. */
+/* Operations for bodies with incompressible tets. */
 static const flesh_effect_operations holding_operations = {
     OPERATIONS, .shortcuts = &(const flesh_effect_shortcuts){SHORTCUTS},
     .constraints = &(const flesh_effect_constraints){.gaps = elasticity_gaps, .stiffness = elasticity_penalties}};

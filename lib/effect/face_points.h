@@ -29,7 +29,7 @@ typedef struct flesh_faces {
 /* The faces that triangles [3*count] are, as flesh_face_shares takes them. FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY; _clear
  * frees what was made in any case. */
 int flesh_faces_create(const flesh_mesh *mesh, int count, const int *triangles, flesh_faces *faces);
-/* Those of them that are of a rank's tets, in the numbers of its part, whose mesh is `mesh`. The same errors. */
+/* The faces that belong to a rank's tets, in the numbers of its part, whose mesh is `mesh`. The same errors. */
 int flesh_faces_restrict(const flesh_faces *whole, const flesh_rank_part *part, const flesh_mesh *mesh,
                          flesh_faces *faces);
 void flesh_faces_clear(flesh_faces *faces);

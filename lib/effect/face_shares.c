@@ -31,8 +31,8 @@ static const double rule[RULE][4] = {
     {.10128650732345634, .79742698535308732, .10128650732345634, .12593918054482715},
     {.10128650732345634, .10128650732345634, .79742698535308732, .12593918054482715}};
 
-/* Of a face's coordinates: those of the corners of its quarters, at its corners and then between its edges' nodes, and
- * of itself. */
+/* Coordinates in a face of the corners of its quarters, at its corners and then between its edges' nodes, and of its
+ * own corners. */
 static const double quarters[FLESH_FACE_KINDS][3][3] = {{{1, 0, 0}, {.5, .5, 0}, {.5, 0, .5}},
                                          {{.5, .5, 0}, {0, 1, 0}, {0, .5, .5}},
                                          {{.5, 0, .5}, {0, .5, .5}, {0, 0, 1}},

@@ -16,7 +16,7 @@
 #include "flesh/ranks.h"
 #include "math/mat3.h"
 
-/* Of the length: nearer points have the curvature across of this distance, so that it stays finite. */
+/* The least length in the curvature across the spring, which stays finite when the points meet. */
 static const double nearest = 1e-8;
 
 typedef struct joint_spring {
@@ -51,8 +51,8 @@ static const flesh_cells *joint_spring_cells(const flesh_effect *effect)
   return &self->cells;
 }
 
-/* Of d, as differences from the first node, for the sake of rounding: its direction, 0 where |d| = 0, and its length.
- * The terms' sizes go into *size. */
+/* The direction of d, 0 where |d| = 0; returns its length. d is summed as differences from the first node, to keep
+ * rounding small. The terms' sizes go into *size. */
 static double measure(const joint_spring *self, const double *x, double n[3], double *size)
 {
   const double *origin = x + 3 * (size_t)self->nodes[0];

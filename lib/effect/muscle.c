@@ -55,7 +55,7 @@ static flesh_tet_point point_of(const muscle *self, const flesh_point *point, co
   return at;
 }
 
-/* Where nothing pulls nothing is computed. */
+/* Whether the fibres have no tension at all, so that nothing is computed. */
 static int is_slack(const muscle *self, const flesh_tet_point *at)
 {
   return at->activation * self->fibre.peak_stress == 0 && self->fibre.passive_stress == 0;
@@ -188,7 +188,7 @@ static int muscle_restrict(const flesh_effect *whole, const flesh_rank_part *par
   return status;
 }
 
-/* Of fibres whose tension does not depend on the speed, and of those whose does. */
+/* Operations of fibres whose tension does not depend on the speed, and of those whose tension does. */
 #define OPERATIONS(own_traits)                                                                                        \
   {                                                                                                                   \
     .name = "muscle", .role = FLESH_ROLE_LOAD, .traits = own_traits, .cells = muscle_cells,                           \
@@ -204,7 +204,7 @@ static int muscle_restrict(const flesh_effect *whole, const flesh_rank_part *par
 static const flesh_effect_operations muscle_operations = OPERATIONS(0),
                                      fast_muscle_operations = OPERATIONS(FLESH_FREEZES);
 
-/* That the activation is one, and the tets are some of the mesh's, each once, ascending. */
+/* Checks that the activation is from 0 to 1, and that the tets are some of the mesh's, each once, ascending. */
 static int check(const flesh_mesh *mesh, int count, const int *tets, const flesh_amplitude *activation)
 {
   for (int k = 0; activation && k < activation->count; k++)
@@ -221,7 +221,8 @@ static int check(const flesh_mesh *mesh, int count, const int *tets, const flesh
   return FLESH_OK;
 }
 
-/* Those of length 1 of all the mesh's tets, [3 * tets] new, from `fibres` [3 * count] of the chosen ones; 0 stays 0. */
+/* Makes unit directions for all the mesh's tets, [3 * tets] new, from `fibres` [3 * count] of the chosen ones; 0 stays
+ * 0. */
 static int take_directions(const flesh_mesh *mesh, int count, const int *tets, const double *fibres, double **directions)
 {
   double *all = *directions = flesh_calloc(3 * (size_t)mesh->tets, sizeof *all);

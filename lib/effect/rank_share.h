@@ -8,16 +8,16 @@
 /* The number in the rank's part of a node of the whole that the rank owns; -1: it does not. */
 int flesh_rank_share_node(const flesh_rank_part *part, int node);
 
-/* Of `nodes` [count] of the whole those that the rank owns: which they are into kept [count], their numbers in its part
- * into local [count]. Returns how many. */
+/* Finds the nodes among `nodes` [count] of the whole that the rank owns: their indices into kept [count], their numbers
+ * in its part into local [count]. Returns how many. */
 int flesh_rank_share_nodes(const flesh_rank_part *part, int count, const int *nodes, int *kept, int *local);
 
 /* The number in the rank's part of a tet of the whole; -1: another rank has it. */
 int flesh_rank_share_tet(const flesh_rank_part *part, int tet);
 
-/* Of triangles [3*count] of the whole's surface those of the rank's tets, with their corners in the same order.
- * Which they are into `kept`, their corners in its part into `local`:
- * `kept` [*found], `local` [3 * *found] are new, freed with flesh_free. FLESH_ERR_MEMORY. */
+/* Finds the triangles of the rank's tets among triangles [3*count] of the whole's surface, with their corners in the
+ * same order: their indices into `kept`, their corners in its part into `local`. `kept` [*found], `local` [3 * *found]
+ * are new, freed with flesh_free. FLESH_ERR_MEMORY. */
 int flesh_rank_share_faces(const flesh_rank_part *part, int count, const int *triangles, int *found, int **kept,
                            int **local);
 

@@ -246,7 +246,7 @@ static void attach_surface(const flesh_mesh *mesh, const double p[3], spring *se
   }
 }
 
-/* The same where tets have ten nodes: the point goes with their quadratic map. */
+/* Attaches the spring to a point of a mesh whose tets have ten nodes: the point goes with their quadratic map. */
 static int attach_quadratic(const flesh_mesh *mesh, const double p[3], spring *self)
 {
   flesh_locator *locator;

@@ -66,7 +66,7 @@ static double distance(const double a[3], const double b[3])
   return sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]));
 }
 
-/* By the four points of degree 2. */
+/* Integrates over a tet by the four points of degree 2. */
 static void add_up(region *self, const double L[4][4], double volume)
 {
   const double near = .58541019662496845446, far = .13819660112501051518;

@@ -14,7 +14,7 @@
 typedef flesh_surface_contact contact;
 typedef flesh_surface_near near;
 
-/* What there is at the point, of the run or of this call. */
+/* Finds the contact cache of the run, or makes one for this call, and updates its pairs to the point. */
 static int open_near(const flesh_effect *effect, const flesh_point *point, int rubbing, near **self, int *own)
 {
   int status = flesh_surface_near_of(effect, point, self, own);

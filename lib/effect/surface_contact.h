@@ -30,8 +30,9 @@ typedef struct flesh_surface_contact {
   int separates;               /* what goes through each other at the start does not touch until it is apart */
 } flesh_surface_contact;
 
-/* Of a run, or of one call: the nodes, edges and faces that may touch, found for one place and kept for those around
- * it; the pairs that do, at the place evaluated last; and what rubs at the lagged one. */
+/* The contact cache of a run, or of one call: the nodes, edges and faces that may touch, found for one place and kept
+ * for the places around it; the pairs that do touch, at the place evaluated last; and the pairs that rub at the lagged
+ * place. */
 typedef struct flesh_surface_near {
   const flesh_surface_contact *contact; /* borrowed */
   flesh_threads *threads;               /* borrowed, may be NULL */
@@ -91,8 +92,8 @@ int flesh_surface_contact_may_meet(const flesh_effect *effect, int a, int b);
  * FLESH_UNDEFINED, FLESH_ERR_MEMORY. */
 int flesh_surface_contact_ignored(const flesh_effect *effect, const double *x, int *count, flesh_patch_pair **pairs);
 
-/* What the effect leaves out of contact although it could touch, as it is nearer than the thickness at rest; of an effect
- * of another kind nothing. FLESH_ERR_MEMORY. */
+/* Finds the pairs that the effect leaves out of contact although they could touch, because they are nearer than the
+ * thickness at rest; none for an effect of another kind. FLESH_ERR_MEMORY. */
 int flesh_surface_contact_left_out(const flesh_effect *effect, flesh_left_out *found);
 
 /* flesh_effect_proximity.check. */
@@ -139,7 +140,7 @@ void flesh_surface_near_expect(flesh_surface_near *near, const double *x);
  * on; else (`accepted` 0), if it was not there before, it begins there. *changed: whether the energy at x is another than
  * before. FLESH_UNDEFINED where a place is not finite; FLESH_ERR_MEMORY. */
 int flesh_surface_near_follow(flesh_surface_near *near, int accepted, double t, const double *x, int *changed);
-/* What that has led to. FLESH_ERR_MEMORY. */
+/* Archives the patches that flesh_surface_near_follow keeps. FLESH_ERR_MEMORY. */
 int flesh_surface_near_archive(flesh_surface_near *near, flesh_archive *archive);
 /* Adds the pairs that began crossed, those that still are ignored, and when the last ones came apart. */
 void flesh_surface_near_separation(const flesh_surface_near *near, flesh_separation *separation);

@@ -69,13 +69,13 @@ static int make(const flesh_body *body, const flesh_contact_options *options, in
   return take_pairs(self, part_count, count, pairs);
 }
 
-/* Of a part, for messages. */
+/* Name of a part, for messages. */
 static const char *name_of(const contact *self, int part)
 {
   return part < self->part_count && self->parts[part].name ? self->parts[part].name : "the body";
 }
 
-/* Of a node, for messages. */
+/* Number of a node, for messages. */
 static int number_of(const contact *self, int node) { return self->numbers ? self->numbers[node] : node; }
 
 /* FLESH_ERR_ARGUMENT with the first place where surfaces go through each other, and how many there are. */

@@ -13,7 +13,7 @@
 
 typedef flesh_surface_near near;
 
-/* Of the distance of two features a step may leave so much: the barrier takes over from there. */
+/* The fraction of the distance of two features that a step may leave: the barrier takes over from there. */
 static const double KEPT = 0.1;
 
 /* Ways of more than so many edges are searched in portions, of which the first is the shortest one of an edge, or this. */
@@ -253,8 +253,8 @@ static double distance(int first, int second, const int *nodes, const double *x)
   return flesh_hull_distance(first, second, places, unit);
 }
 
-/* What is nearer than so is likely to touch before the pattern changes for another reason. Fixed by where the nodes are
- * alone, so that a run that is taken up again has the same pattern. */
+/* Adds the pairs that are so near that they are likely to touch before the pattern changes for another reason. They
+ * depend on the nodes' places alone, so that a resumed run has the same pattern. */
 static void add_candidates(near *self, const double *x)
 {
   const flesh_surface_contact *contact = self->contact;

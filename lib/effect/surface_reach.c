@@ -14,7 +14,8 @@ enum { TIGHTENED = 4 };
  * collision detection is not exact: by nothing that is further apart than what moves relative to each other, over this. */
 static const double LOST = 0.8;
 
-/* Where the pairs are shown to serve, they do so this much beyond, over the slack: the next places need not be shown. */
+/* Proofs that the pairs suffice cover this much more than needed, over the slack, so that the next places need no
+ * proof. */
 static const double MARGIN = 0.25;
 
 /* self->moved = x without the mean displacement of the surface from where it was, at the places `from` [3*nodes] of its

@@ -13,7 +13,7 @@ typedef flesh_surface_near near;
  * meet what touches. */
 static const double room = 1;
 
-/* What has been found no longer serves where other pairs count. */
+/* Takes over new patches; the pairs that were found before are not valid with them. */
 static void take_patches(near *self)
 {
   self->finder->patches = self->patches.pair_count ? &self->patches : NULL;
@@ -42,7 +42,7 @@ static int begin(near *self, const double *x)
   return status;
 }
 
-/* Of the contact at x, on a rank of its own pairs. */
+/* The contact's energy at x, on a rank that of its own pairs. */
 static int find_energy(near *self, const double *x, double *energy)
 {
   *energy = 0;
@@ -51,7 +51,7 @@ static int find_energy(near *self, const double *x, double *energy)
   return status;
 }
 
-/* Of what has come into patches the energy is lost. */
+/* Finds the patches anew; the energy of pairs that come into patches is lost. */
 static int renew(near *self, double t, const double *x, int *changed)
 {
   double before, after;

@@ -35,7 +35,7 @@ void flesh_ties_add(flesh_ties *ties, int count, const int *nodes, const double 
     }
 }
 
-/* By nodes; equal pairs by their stiffness, so that sums do not depend on the sort. */
+/* Orders pairs by nodes, and equal pairs by their stiffness, so that sums do not depend on the sort. */
 static int compare(const void *a, const void *b)
 {
   const flesh_tie_pair *p = a, *q = b;

@@ -28,7 +28,7 @@ typedef struct flesh_ties {
 
 /* Adds a tie of nodes [count], which may repeat, with weights [count]. What lacks memory fails in _finish. */
 void flesh_ties_add(flesh_ties *ties, int count, const int *nodes, const double *weights, double stiffness);
-/* What is added from now on is another group, which may break by itself. */
+/* Begins another group of ties, which may break by itself. */
 void flesh_ties_begin_group(flesh_ties *ties);
 /* Sums up equal pairs, of groups within each. FLESH_ERR_MEMORY. */
 int flesh_ties_finish(flesh_ties *ties);
@@ -37,7 +37,7 @@ void flesh_ties_clear(flesh_ties *ties);
  * those whose first node the rank owns, which it computes; or `all`. The other groups become empty. FLESH_ERR_MEMORY. To
  * be cleared also when it fails. */
 int flesh_ties_restrict(const flesh_ties *whole, const flesh_rank_part *part, int all, flesh_ties *ties);
-/* Of a group's pairs at x, J. */
+/* The energy of a group's pairs at x, J. */
 double flesh_ties_group_energy(const flesh_ties *ties, int group, const double *x);
 size_t flesh_ties_memory(const flesh_ties *ties);
 

@@ -294,7 +294,7 @@ static double young_of(const flesh_body *body, int tet)
   return 3 * (flesh_material_small_strain(material, &mu, &lambda, &residual) ? material->mu : mu);
 }
 
-/* What a surface is made of, and a box of each of its triangles, wider by half the distance. */
+/* Describes a surface, with a box for each of its triangles, wider by half the distance. */
 static int take_surface(making *m, surface *s, int count, const int *triangles, double (*boxes)[6])
 {
   s->count = count;

@@ -113,7 +113,7 @@ size_t flesh_weld_breaks_memory(const flesh_weld_breaks *self)
 
 int flesh_weld_breaks_variables(const flesh_weld_breaks *self) { return self->count + OF_ALL; }
 
-/* What counts of a part's traction at x, Pa. */
+/* The size of a part's traction at x, Pa, without its pressure. */
 static double traction_of(const flesh_weld_breaks *self, int k, const double *x)
 {
   const flesh_weld_part *part = &self->parts[k];

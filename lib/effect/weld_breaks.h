@@ -32,7 +32,8 @@ void flesh_weld_breaks_begin(flesh_weld_breaks *breaks, const int triangle[3]);
 void flesh_weld_breaks_add(flesh_weld_breaks *breaks, int count, const int *nodes, const double *weights, double area,
                            const double place[3]);
 void flesh_weld_breaks_end(flesh_weld_breaks *breaks);
-/* The same on a rank's part, which has all nodes, in its numbers. FLESH_ERR_MEMORY. To be cleared also when it fails. */
+/* Restricts the parts to a rank's part, which has all nodes, in its numbers. FLESH_ERR_MEMORY. To be cleared also when
+ * it fails. */
 int flesh_weld_breaks_restrict(const flesh_weld_breaks *whole, const flesh_rank_part *part, flesh_weld_breaks *breaks);
 /* FLESH_ERR_MEMORY. */
 int flesh_weld_breaks_finish(const flesh_weld_breaks *breaks);
