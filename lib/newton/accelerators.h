@@ -6,7 +6,7 @@
 
 #include "newton/line_search.h"
 
-/* What accelerators ask of the iteration that they work for. */
+/* Services of the iteration that accelerators work for. */
 typedef struct flesh_accelerator_services {
   void *data;
   /* The Newton step q [n] from u, where the residual is -b of the given norm: with a matrix assembled there, filtered
@@ -34,8 +34,8 @@ typedef struct flesh_accelerators {
   flesh_accelerator_services services;
   double *proposal, *trial; /* [n] */
   double *work;             /* [2*n] of a proposal in the making */
-  /* Of the watchdog, in a stage: steps cut so far, cuts to let pass before the next try and after the next that fails,
-   * and how long the next one may be (2-norm; 0: not known). */
+  /* The watchdog's memory in a stage: steps cut so far, cuts to let pass before the next try and after the next that
+   * fails, and how long the next one may be (2-norm; 0: not known). */
   struct {
     int cuts, pause, next_pause;
     double length;

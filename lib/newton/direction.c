@@ -26,7 +26,7 @@ static int take_rows(flesh_direction *self)
   return FLESH_OK;
 }
 
-/* What solves with matrices of K's pattern. */
+/* Makes the solvers for matrices of K's pattern. */
 static int make_solvers_of_pattern(flesh_direction *self)
 {
   const flesh_block_matrix *K = self->equations->K;

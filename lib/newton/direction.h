@@ -15,7 +15,7 @@ typedef enum flesh_direction_kind {
   FLESH_DIRECTION_NEGATIVE_CURVATURE /* of the true Hessian, downhill along negative curvature that it met */
 } flesh_direction_kind;
 
-/* What is asked of one solve. */
+/* The request for one solve. */
 typedef struct flesh_direction_request {
   double tolerance;      /* N, of the residual's 2-norm */
   int max_iterations;
@@ -77,8 +77,8 @@ int flesh_direction_stiffened(const flesh_direction *direction);
  * being the last iterate; FLESH_NOT_POSITIVE where K is indefinite and that is not followed. */
 int flesh_direction_solve(flesh_direction *direction, const flesh_direction_request *request, const double *b,
                           double *p, flesh_direction_kind *kind);
-/* The same by a direct factorisation, where PCG cannot: meshes and materials so uneven that the preconditioner has lost
- * all accuracy. FLESH_NOT_CONVERGED where that takes more arithmetic than PCG has spent without success. */
+/* Solves K p = b by a direct factorisation, where PCG cannot: meshes and materials so uneven that the preconditioner
+ * has lost all accuracy. FLESH_NOT_CONVERGED where that takes more arithmetic than PCG has spent without success. */
 int flesh_direction_solve_directly(flesh_direction *direction, const double *b, double *p);
 
 /* z = P^-1 z [n] with what was factored. Overwrites the equations' scratch. */

@@ -76,7 +76,7 @@ size_t flesh_equations_memory(const flesh_equations *self)
          (size_t)self->n / 3 * sizeof(int) + (size_t)self->K->row_start[self->K->rows] * 9 * sizeof(double);
 }
 
-/* What follows from which dofs are constrained. */
+/* Lists the constrained rows and dofs. */
 static void list_constrained(flesh_equations *self)
 {
   flesh_constrained *constrained = &self->constrained;
@@ -292,7 +292,7 @@ static int finish_residual(flesh_equations *self, const double *u)
   return FLESH_OK;
 }
 
-/* The same of the potential, but for where it is. */
+/* Adds the constraints' springs to the potential, which is known then; its u is set elsewhere. */
 static void finish_potential(flesh_equations *self, const double *u)
 {
   flesh_evaluation *e = &self->evaluation;

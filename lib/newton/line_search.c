@@ -154,7 +154,7 @@ static verdict judge(flesh_search *self, line *line)
 {
   const double slope = line->length * line->slope, rise = line->value - line->start;
   if (line->value <= line->start + decrease * line->length * line->slope) return ACCEPTED;
-  /* Where round-off dominates the expected decrease, the slope at the end shows what the values cannot (the approximate
+  /* If round-off dominates the expected decrease, the slope at the end shows what the values cannot (the approximate
    * Wolfe condition of Hager & Zhang 2005). Below their last digit they say nothing. */
   const double unseen =
       -slope < 1e-16 * line->magnitude ? fmax(line->round_off, 1e-8 * line->magnitude) : line->round_off;
@@ -163,8 +163,8 @@ static verdict judge(flesh_search *self, line *line)
       !flesh_equations_residual(self->equations, self->trial, self->work) &&
       dot(self, self->work, line->p) <= -(1 - 2 * decrease) * line->slope)
     return ACCEPTED;
-  /* Where little is expected a rise may be round-off, which the terms' sizes understate where they cancel within (I_C -
-   * 3 near rest, or what hangs on a place far from the origin). Then once more. */
+  /* If little decrease is expected, a rise may be round-off. The terms' sizes understate it where they cancel within
+   * (I_C - 3 near rest, or a load that hangs on a place far from the origin): the round-off is measured once. */
   if (!(rise > line->round_off && -slope < 1e-8 * line->magnitude)) return REFUSED;
   if (isnan(line->measured)) line->measured = 4 * flesh_equations_potential_round_off(self->equations, line->u);
   if (!(rise <= line->measured)) return REFUSED;
@@ -178,7 +178,7 @@ static void accept(flesh_search *self, line *line, flesh_direction_kind kind, in
                    flesh_search_result *result)
 {
   const int filtered = kind == FLESH_DIRECTION_FILTERED, n = self->equations->n;
-  /* By the quadratic model, at its minimum. */
+  /* The decrease that the quadratic model predicts at its minimum. */
   const double predicted = -line->length * line->slope / 2;
   const int significant = predicted > 10 * line->round_off;
   const int too_short = significant && line->start - line->value > 1.2 * predicted;

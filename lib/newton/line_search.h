@@ -10,14 +10,14 @@ typedef struct flesh_search {
   const flesh_solver_options *options; /* borrowed */
   flesh_solve_stats *stats;            /* borrowed */
   double *trial, *work;                /* [n] */
-  /* Of the stage. */
+  /* The members below belong to the stage. */
   double first_potential; /* of its first iterate; NaN before */
   double gain;            /* J, by which the last step has lowered the potential; 0: there was none */
   int shortened;          /* the last accepted step was not its first try */
   int short_filtered;     /* how many of the last accepted steps in a row were filtered, whole and too short */
 } flesh_search;
 
-/* What the search found of the step that it accepted. */
+/* Figures of the step that the search accepted. */
 typedef struct flesh_search_result {
   double start, value;      /* J, potentials at u and at u + p */
   double length;            /* of the accepted step, as a multiple of the direction */

@@ -60,7 +60,7 @@ int flesh_newton_acceleration(flesh_newton *self, const flesh_state *state, doub
   return status;
 }
 
-/* Of positions or velocities y. */
+/* Applies the jump to positions or velocities y. */
 static int apply_jump(flesh_newton *self, double t, const double *prescribed, double *y)
 {
   flesh_equations *equations = &self->equations;

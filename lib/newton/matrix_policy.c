@@ -10,7 +10,7 @@
 #include "base/team.h"
 #include "newton/mechanisms.h"
 
-/* What a new preconditioner costs, in iterations: as many excess ones of an old one are accepted before it is made. */
+/* The cost of a new preconditioner, in iterations: it is made after so many excess iterations with an old one. */
 enum { NEW_ONE = 6 };
 
 static int uses(const flesh_matrix_policy *self, flesh_technique technique)
@@ -111,7 +111,7 @@ int flesh_matrix_policy_keep(flesh_matrix_policy *self, int usable, const double
   } else if (!uses(self, FLESH_TECHNIQUE_KEPT_MATRICES)) {
     return 0;
   } else if (self->equations->evaluation.is_frozen) {
-    /* What was not predicted is mostly that the frozen state has moved: another matrix would not predict it either. */
+    /* The prediction mostly fails because the frozen state has moved: another matrix would not predict that either. */
     if (!(norm < 0.1 * before)) return 0;
     self->predicted_error = norm * norm / before;
   } else {
@@ -120,8 +120,8 @@ int flesh_matrix_policy_keep(flesh_matrix_policy *self, int usable, const double
     if (self->age > 0) self->drift = error / (before * self->age);
     else if (self->kept) self->safety_factor *= fmin(fmax(error / self->predicted_error, 1), 8);
     else self->curvature_estimate = error / (before * before);
-    /* What was not predicted from the last iterate on is |K'| step^2 / 2, or more where the step taken was another one;
-     * the step from here, shorter by norm / before, or less as residuals get softer, meets |K'| step with its own
+    /* The error of the prediction from the last iterate is |K'| step^2 / 2, or more if another step was taken; the step
+     * from here is shorter by norm / before, or less as residuals get softer, and meets |K'| step with its own
      * length. */
     self->predicted_error = 2 * self->safety_factor * error * norm / before;
     if (!(self->predicted_error <= 0.5 * self->target) && !serves_twice(self, norm)) return 0;
@@ -199,9 +199,10 @@ static double first_forcing(const flesh_matrix_policy *self, double norm, double
 /* The linear tolerance with a kept matrix is this fraction of its predicted model error: a smaller one gains nothing. */
 static const double KEPT_DEPTH = 0.8;
 
-/* Where Newton's iteration converges fast, the linear tolerance follows it (Eisenstat & Walker 1996, choice 2), so that
- * the last step is not spoiled by it. It is never less than half the target, as less gains nothing, and just that
- * where the target is near. What only comes back from a larger residual does not converge. */
+/* The tolerance of a linear solve. If Newton's iteration converges fast, the tolerance follows it (Eisenstat & Walker
+ * 1996, choice 2), so that the linear solve does not spoil the last step. It is never less than half the target,
+ * because less gains nothing, and just that near the target. A residual that only comes back from a larger one does not
+ * count as convergence. */
 double flesh_matrix_policy_tolerance(flesh_matrix_policy *self, double norm, double tolerance)
 {
   const double before = self->smallest_norm, rate = norm / before, least = 0.5 * self->target;

@@ -16,8 +16,8 @@ typedef struct flesh_matrix_policy {
    * residual before (0: not known). */
   int age;
   double drift;
-  /* Of kept matrices: the last model error, over the square of the residual before (0: not known); the factor by which a
-   * model error may exceed its prediction; the predicted next model error. */
+  /* For kept matrices: the last model error, over the square of the residual before (0: not known); the factor by which
+   * a model error may exceed its prediction; the predicted next model error. */
   double curvature_estimate, safety_factor, predicted_error;
   double target;        /* N, of the nonlinear solve; 0: not known */
   double previous_norm; /* N, of the residual at the linear solve before this one of the same stage; 0 at first */
@@ -46,8 +46,8 @@ void flesh_matrix_policy_overwritten(flesh_matrix_policy *policy);
 
 /* Factors K, or makes its preconditioner. */
 int flesh_matrix_policy_refresh(flesh_matrix_policy *policy);
-/* The same where the older one is not kept: one made for an earlier iterate is kept until the excess iterations due to
- * its age have cost as much as a new one. */
+/* Like flesh_matrix_policy_refresh without keeping the older one: a preconditioner of an earlier iterate is kept until
+ * the excess iterations due to its age have cost as much as a new one. */
 int flesh_matrix_policy_prepare(flesh_matrix_policy *policy);
 
 /* The tolerance [N] of a linear solve at a residual of `norm`, asked for with `tolerance`. */

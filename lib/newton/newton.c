@@ -11,7 +11,7 @@
 #include "newton/mechanisms.h"
 #include "system/ranks.h"
 
-/* What an iteration does next. */
+/* The next action of an iteration. */
 typedef enum state { ASSEMBLE, SOLVE, DIRECT, FILTER, SEARCH, ACCELERATE, END, FAIL } state;
 /* How that ended. */
 typedef enum event { DONE, UNSOLVED, INDEFINITE, REFUSED, ERROR, EVENTS } event;
@@ -114,7 +114,7 @@ static event solve(flesh_newton *self, iteration *it)
   return !it->status ? DONE : it->status == FLESH_NOT_POSITIVE ? INDEFINITE : ERROR;
 }
 
-/* Where that costs too much, a truncated solve still descends. */
+/* Solves by a direct factorisation; if that costs too much, a truncated solve still descends. */
 static event solve_directly(flesh_newton *self, iteration *it)
 {
   flesh_direction *direction = &self->direction;
@@ -190,7 +190,7 @@ static int run(flesh_newton *self, state first, iteration *it)
   return FLESH_OK;
 }
 
-/* Of the accelerators. */
+/* flesh_accelerator_services.newton_step. */
 static int newton_step(void *data, const double *u, const double *b, double norm, double *q)
 {
   flesh_newton *self = data;
@@ -218,7 +218,7 @@ int flesh_newton_eliminates(const flesh_system *system, const flesh_solver_optio
          flesh_uses(options, FLESH_TECHNIQUE_NONLINEAR_ELIMINATION);
 }
 
-/* What ranks share out yet: conjugate gradients with a preconditioner of each. */
+/* Checks that ranks can share out the solves: they have conjugate gradients with a preconditioner on each rank. */
 int flesh_newton_check_team(const flesh_system *system, const flesh_solver_options *options)
 {
   if (!flesh_system_team(system)) return FLESH_OK;
@@ -322,8 +322,8 @@ int flesh_newton_prepare(flesh_newton *self, int usable)
   return self->must_filter ? FLESH_OK : status;
 }
 
-/* Where round-off is most of the residual's norm and the potential still falls, the linear solve goes so far below the
- * norm that it sees the rest. */
+/* Depth of a linear solve below the residual's norm if that is mostly round-off and the potential still falls: it sees
+ * the rest of the residual. */
 static const double beneath_round_off = 1e-6;
 
 int flesh_newton_step(flesh_newton *self, const double *weights, const double *b, double tolerance, double *p)

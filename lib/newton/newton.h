@@ -50,7 +50,7 @@ int flesh_newton_eliminates(const flesh_system *system, const flesh_solver_optio
 /* Also after an initialisation that failed. */
 void flesh_newton_clear(flesh_newton *newton);
 size_t flesh_newton_memory(const flesh_newton *newton);
-/* What lasts from stage to stage; not within one. FLESH_ERR_MEMORY. */
+/* Archives the memory that lasts from stage to stage; not within one. FLESH_ERR_MEMORY. */
 int flesh_newton_archive(flesh_newton *newton, flesh_archive *archive);
 
 /* Sets the stage, finds the dofs that are constrained at its time, and clears what was cached. */
@@ -62,7 +62,7 @@ void flesh_newton_end_stage(flesh_newton *newton, const double *u);
 
 /* K at the iterate u [n], assembled or kept. r [n] is the residual there; NULL: always assembled. */
 int flesh_newton_matrix(flesh_newton *newton, const double *u, const double *r);
-/* What the solves with K need. `usable`: K is what flesh_newton_matrix made. */
+/* Prepares the solves with K. `usable`: K is the one that flesh_newton_matrix made. */
 int flesh_newton_prepare(flesh_newton *newton, int usable);
 /* The step p [n] from the iterate, where the residual is -b: 0 where that is at round-off. `weights` [n] of the
  * residual in linear solves, or NULL. FLESH_NOT_CONVERGED, FLESH_NOT_POSITIVE: there is none. */

@@ -378,7 +378,7 @@ static int make_and_solve(subdomain *self, const double *u, const double *r, dou
   return status;
 }
 
-/* What is counted is of all ranks. Whether any of them has found something; it may be a step though others have not. */
+/* Adds up the counts of all ranks. FLESH_OK if any of them has found a correction; the step is then taken by all. */
 static int meet(const subdomain *self, int status)
 {
   const flesh_team *team = self->whole->team;

@@ -5,7 +5,7 @@
 #include "base/memory.h"
 #include "newton/equations.h"
 
-/* What solves the stages of systems of few nodes. */
+/* A solver for the stages of systems of few nodes. */
 typedef struct flesh_stage_solver {
   void *data;
   /* Solves the stage from u = 0: u [3*nodes], also the last iterate after FLESH_NOT_CONVERGED. Adds to *stats. The

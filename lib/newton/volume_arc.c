@@ -22,9 +22,9 @@ enum { LENGTHS = 5, CORRECTIONS = 12 };
 static const double SMALL = 0.01;
 /* Corrections end where the error's energy is this small beside the straight step's. */
 static const double CORRECTED = 1e-6;
-/* Of the potential's terms, where a solve starts. */
+/* The energy of a start's error that is not corrected, over the potential's terms. */
 static const double NOTHING = 1e-10;
-/* Of what a step should gain, at least. */
+/* Armijo's constant. */
 static const double DECREASE = 1e-4;
 
 int flesh_volume_arc_init(flesh_equations *equations, flesh_direction *direction, flesh_volume_arc *self)
@@ -86,7 +86,7 @@ static void find_rows(flesh_volume_arc *self, const double *u, double scale, con
   flesh_system_stiff_values(self->equations->system, &point, &self->equations->stage.shift, &self->trial);
 }
 
-/* By how much volumes at u + q are not what is wanted; returns the energy of that. `known`: the rows at u are K's. */
+/* Finds the error of the volumes at u + q; returns its energy. `known`: the rows at u are K's. */
 static double find_error(flesh_volume_arc *self, const double *u, int known, const double *q)
 {
   static const struct {

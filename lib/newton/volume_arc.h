@@ -23,8 +23,8 @@ size_t flesh_volume_arc_memory(const flesh_volume_arc *arc);
  * steps keep volumes well enough, or the preconditioner projects nothing. */
 void flesh_volume_arc_bend(flesh_volume_arc *arc, const double *u, const double *r, double *p);
 
-/* Where a solve of the stage starts, u [n], extrapolated in straight lines: moves it so that volumes are those of the
- * stage's x0, where that lowers the potential. Nothing where constrained dofs move. */
+/* Moves a solve's first iterate u [n], which was extrapolated in straight lines, so that volumes are those of the
+ * stage's x0, if that lowers the potential. Does nothing if constrained dofs move. */
 void flesh_volume_arc_start(flesh_volume_arc *arc, double *u);
 
 #endif

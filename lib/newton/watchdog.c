@@ -64,7 +64,8 @@ static int propose(flesh_accelerators *self, const flesh_accepted_step *step)
   if (flesh_norm(equations->threads, n, b) < wall * flesh_norm(equations->threads, n, step->r)) return 0;
   const double falls = -s / cut * flesh_dot(equations->threads, n, step->r, p);
   const double value = go_back(self, step->value, to);
-  /* What is gained grows by the first power: the best way for the next. */
+  /* The excess over the quadratic model grows with a power of the length, the gain with the first: this is the best
+   * length for the next try. */
   const double excess = fmax(value - (step->start - falls * (1 - s / 2)), 1e-6 * falls);
   self->watchdog.length = s * length * fmin(fmax(pow(falls / (order * excess), 1 / (order - 1)), 0.1), 4);
   for (int d = 0; d < n; d++) self->proposal[d] = to[d] - u[d];
