@@ -13,7 +13,7 @@
 
 enum { PART = 64 }; /* leaves of a part, at least */
 
-/* Of a part's boxes before they are swept and inflated. */
+/* Sums over a part's boxes before they are swept and inflated. */
 typedef struct part_sum {
   double leaves, primitives; /* sums of sides */
   flesh_box_branch whole;    /* around all */

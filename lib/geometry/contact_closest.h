@@ -27,8 +27,9 @@ typedef struct flesh_contact_closest {
                         * tangent i is the sum of turn[i] * place; sums to 0 */
 } flesh_contact_closest;
 
-/* Of the nodes [2 to 4] at x [3*n]: a point and the other feature, or two edges. Finite where x is. `within`: the
- * point's foot is known to be within the edge or triangle, but for rounding, so that their line or plane will do. */
+/* Finds the nearest points of the features of the nodes [2 to 4] at x [3*n]: a point and the other feature, or two
+ * edges. Finite where x is. `within`: the point's foot is known to be within the edge or triangle, but for rounding, so
+ * that their line or plane will do. */
 void flesh_contact_find_closest(flesh_contact_kind kind, int within, const int *nodes, const double *x,
                                 flesh_contact_closest *closest);
 

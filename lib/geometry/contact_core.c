@@ -189,7 +189,7 @@ static int for_pairs(const flesh_contact_core *core, const flesh_frame *frame, c
   return FLESH_OK;
 }
 
-/* What flesh_contact_core_add adds to. */
+/* The sums of flesh_contact_core_add. */
 typedef struct sums {
   const flesh_contact_core *core;
   double *energy, *r;
@@ -220,7 +220,7 @@ int flesh_contact_core_add(const flesh_contact_core *core, const flesh_frame *fr
   return for_pairs(core, frame, x, add_force, &s);
 }
 
-/* What flesh_contact_core_jacobian adds to. */
+/* The matrix of flesh_contact_core_jacobian. */
 typedef struct matrix {
   const flesh_contact_core *core;
   double scale;

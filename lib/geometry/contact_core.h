@@ -24,7 +24,7 @@ typedef struct flesh_contact_core {
 /* `weight`: stiffness times an area. */
 int flesh_contact_core_create(const flesh_mesh *mesh, const flesh_obstacle *obstacle, double weight,
                               double thickness, flesh_contact_core *core);
-/* The same core kept out of `count` of the faces alone, 1 or more: `kept` [count] of the whole's, with corners in another
+/* Makes the same core for `count` of the faces alone, 1 or more: `kept` [count] of the whole's, with corners in another
  * numbering, corners [3*count], that of `mesh`. FLESH_ERR_MEMORY; to be cleared also then. */
 int flesh_contact_core_restrict(const flesh_contact_core *whole, int count, const int *kept, const int *corners,
                                 const flesh_mesh *mesh, flesh_contact_core *core);

@@ -30,7 +30,7 @@ typedef struct gathered {
 /* Room for each of a point's candidates: different keys, at most 3 + 3 + 7, and the tables, 16 of each. */
 enum { KEYS = 13, PLACES = 16 };
 
-/* What a feature's key is of. */
+/* Kind of feature, encoded in its key. */
 enum { NODE, EDGE, FACE, TYPES };
 
 typedef struct job {
@@ -101,7 +101,7 @@ static int is_far(const double *x, int count, const int *nodes, int others, cons
   return 0;
 }
 
-/* Where the pairs of a part are put; those of edges come after those of points. */
+/* Index of the first pair of a part; the pairs of edges come after those of points. */
 static size_t place_of_part(const job *j, int part)
 {
   const size_t points = (size_t)(part < j->point_parts ? part : j->point_parts), edges = (size_t)part - points;

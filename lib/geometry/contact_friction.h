@@ -28,8 +28,9 @@ typedef struct flesh_contact_friction {
 
 void flesh_contact_friction_clear(flesh_contact_friction *friction);
 
-/* What rubs of the set's own pairs where `set` has been updated at the lagged places x [3*n]. Signed sums have no negative friction: of the
- * pairs of a point those with positive weights rub, with forces that add up to the sum of all. FLESH_ERR_MEMORY. */
+/* Finds the friction pairs among the set's own pairs, after `set` has been updated at the lagged places x [3*n]. Signed
+ * sums have no negative friction: of the pairs of a point those with positive weights rub, with forces that add up to
+ * the sum of all. FLESH_ERR_MEMORY. */
 int flesh_contact_friction_update(flesh_contact_friction *friction, const flesh_contact_set *set, const double *x);
 
 /* Places and velocities [3*n], and by how many times a change of the unknown moves x and v. */

@@ -29,7 +29,7 @@ int flesh_contact_patches_update(flesh_contact_patches *patches, flesh_near_find
 /* Patches and pairs; the archive is wrong where they cannot be of this surface. FLESH_ERR_MEMORY. */
 int flesh_contact_patches_archive(flesh_contact_patches *patches, flesh_archive *archive);
 
-/* What finding and loading share: edges' and nodes' patches from those of the faces. */
+/* Finds edges' and nodes' patches from those of the faces, for a search and for loading. */
 void flesh_contact_patches_label(flesh_contact_patches *patches);
 /* Room for so many pairs. FLESH_ERR_MEMORY. */
 int flesh_contact_patches_reserve(flesh_contact_patches *patches, int pairs);

@@ -33,7 +33,7 @@ typedef struct flesh_contact_law {
   double edge_thickness;       /* m, of two edges; > 0, at most the thickness */
 } flesh_contact_law;
 
-/* What may be near each other, from a search that misses nothing within the thickness. */
+/* Pairs that may be near each other, from a search that misses nothing within the thickness. */
 typedef struct flesh_contact_candidates {
   int point_count;
   const int *point_faces; /* [2*point_count] place among the surface's nodes, face; ascending, each once; the node is no
@@ -49,7 +49,7 @@ typedef struct flesh_contact_set {
   flesh_contact_pair *pairs; /* points ascending, then those of edges */
   int own; /* pairs whose first node is below are evaluated: those of a rank that owns these nodes (team.h); INT_MAX: all */
   double distance;           /* m, the least of theirs, to 1e-9 of the thickness; INFINITY where there is none */
-  /* Of its own: */
+  /* The members below are the set's own. */
   double *edge_squared; /* [edge_count] rest lengths squared, m^2 */
   size_t capacity, scratch_size;
   int value_room;             /* at least count */

@@ -151,7 +151,7 @@ static int keep_bodies(const int *body, flesh_contact_surface *s)
   return FLESH_OK;
 }
 
-/* What is connected by triangles. */
+/* Finds the pieces that triangles connect. */
 static int find_pieces(flesh_contact_surface *s)
 {
   int *set = flesh_malloc(((size_t)s->mesh_nodes + 1) * sizeof *set);

@@ -33,12 +33,12 @@ typedef struct flesh_contact_surface {
  * number. */
 int flesh_contact_surface_of_mesh(const flesh_mesh *mesh, const int *tet_body, flesh_contact_surface *surface);
 
-/* The same of any triangles [3*count] between nodes at X [3*nodes]; body [nodes] or NULL as above. FLESH_ERR_MEMORY;
+/* The surface of any triangles [3*count] between nodes at X [3*nodes]; body [nodes] or NULL as above. FLESH_ERR_MEMORY;
  * FLESH_ERR_ARGUMENT for a corner out of range or twice in a triangle, and for a negative body. */
 int flesh_contact_surface_of_triangles(int nodes, const double *X, int count, const int *triangles, const int *body,
                                        flesh_contact_surface *surface);
 
-/* The same surface, in the same order, of a mesh of `nodes` nodes, where node nodes[k] is local[k] [node_count].
+/* Copies the surface, in the same order, for a mesh of `nodes` nodes, where node nodes[k] is local[k] [node_count].
  * FLESH_ERR_MEMORY. To be cleared also when it fails. */
 int flesh_contact_surface_renumber(const flesh_contact_surface *whole, int nodes, const int *local,
                                    flesh_contact_surface *surface);

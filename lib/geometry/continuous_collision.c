@@ -8,7 +8,7 @@
 
 #include "math/mat3.h"
 
-/* Of the distance at the start: how near to what is kept an advancement ends. */
+/* Tolerance of an advancement's end, over the distance at the start. */
 static const double near_enough = 0.02;
 
 /* After so many steps by planes that keep their direction, planes that turn are tried, too. */
@@ -191,7 +191,7 @@ static int begin(motion *m, const double *const x0[4], const double *const x1[4]
       place = fabs(to) > place ? fabs(to) : place;
     }
   if (!(size + speed <= 1e70)) return 0;
-  /* Of differences, products and sums of three; and where a place is rounded when it is stored. */
+  /* Bounds for the rounding of differences, products and sums of three, and of places when they are stored. */
   m->rounding = 8 * DBL_EPSILON * size + 10 * DBL_EPSILON * place;
   m->rounding_speed = 8 * DBL_EPSILON * speed;
   return 1;
@@ -265,7 +265,7 @@ static int turning_plane_separates(const turning *t, double s, double gap)
   return b[0] > needed && b[1] > needed && b[2] > needed && b[3] > needed;
 }
 
-/* The same as time_to, by a plane that turns: to half of that time at least; 0 where it does not separate. */
+/* Like time_to, by a plane that turns: at least half of the longest time; 0 where it does not separate. */
 static double time_to_turned(const motion *m, double y[4][3], double t, double floor, double least)
 {
   if (m->all < 4 || !(floor > 0)) return 0;

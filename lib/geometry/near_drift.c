@@ -10,7 +10,7 @@
 /* Cubes along an axis, at most, so that their numbers are integers. */
 static const double most_cubes = 1e6;
 
-/* Of rounding, in what is bounded. */
+/* Relative rounding of the bounds. */
 static const double slack = 1e-9;
 
 typedef struct flesh_near_drift_leaf {

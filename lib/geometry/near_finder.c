@@ -146,7 +146,7 @@ int flesh_near_finder_count(const flesh_near_finder *self, int kind)
   return count < 1 << 29 ? (int)count : -1;
 }
 
-/* By counting the pairs of each first number, then by insertion among the few of one. */
+/* Sorts the pairs: by counting those of each first number, then by insertion among the few of one. */
 void flesh_near_finder_gather(flesh_near_finder *self, int kind, int firsts, int *pairs)
 {
   int *row = self->row;

@@ -15,7 +15,7 @@ typedef struct flesh_near_pairs {
   int *edge_pairs;  /* [2*edge_count] edges, the lower first */
   double distance;  /* m: within it nothing is missing at the places of the search, or between them */
   int moving;       /* found between two places */
-  /* Of its own: */
+  /* The members below are the pairs' own. */
   double *x; /* [3*node_count] places of the surface's nodes at the search */
   int point_room, edge_room;
 } flesh_near_pairs;

@@ -7,7 +7,7 @@
 #include "flesh/obstacle.h"
 #include "geometry/barrier.h"
 
-/* Where a moving obstacle is: x = origin + R (y - centre) for a point y of its rest place. */
+/* The frame of a moving obstacle: x = origin + R (y - centre) for a point y of its rest place. */
 typedef struct flesh_frame {
   int moved; /* 0: x = y */
   double R[9], origin[3], centre[3];

@@ -73,7 +73,7 @@ int flesh_bounds_are_far(const flesh_bounds *bounds, const double p[3], double r
   return distance_of(bounds, p) > reach * (1 + slack);
 }
 
-/* Of the box's centre and corners: the half of its diagonal. */
+/* The sphere around a box: its radius is half of the box's diagonal. */
 static void sphere_around(const flesh_bounds *b, double centre[3], double *radius)
 {
   double square = 0;
@@ -97,7 +97,7 @@ static double above_plane(const flesh_obstacle *o, const flesh_bounds *b)
   return least - slack * size;
 }
 
-/* Of the capsule's axis from the box, at least. */
+/* A lower bound of the distance of the capsule's axis from the box. */
 static double from_axis(const flesh_obstacle *o, const flesh_bounds *bounds)
 {
   double centre[3], radius, weights[2], square = 0;

@@ -176,7 +176,7 @@ static int intervals_meet(double a, double b, double c, double d)
   return (a < b ? a : b) <= (c > d ? c : d) && (c < d ? c : d) <= (a > b ? a : b);
 }
 
-/* Of the shadows along one axis. */
+/* Whether the segments' shadows along an axis meet. */
 static int shadows_meet(int axis, const double p[3], const double q[3], const double a[3], const double b[3])
 {
   const int of_a = flesh_orient2d(axis, p, q, a), of_b = flesh_orient2d(axis, p, q, b);
