@@ -41,7 +41,7 @@ static int make_sundials(flesh_adaptive *self)
   return status ? status : flesh_ida_sunlinsol_create(self->problem, self->context, &self->solver);
 }
 
-/* Those of IDA's options that stay until others are given. */
+/* Applies the options of IDA that stay until others are given. */
 static int apply_options(flesh_adaptive *self)
 {
   const flesh_adaptive_options *options = &self->options;

@@ -33,7 +33,7 @@ int flesh_adaptive_is_slow(flesh_adaptive *adaptive, const flesh_state *state, d
 const flesh_failure *flesh_adaptive_failure(const flesh_adaptive *adaptive);
 /* t and h of IDA's internal step. */
 void flesh_adaptive_progress(const flesh_adaptive *adaptive, flesh_progress *progress);
-/* Where its evaluations are counted, borrowed. */
+/* Sets the counter of its evaluations, borrowed. */
 void flesh_adaptive_set_costs(flesh_adaptive *adaptive, flesh_costs *costs);
 /* IDA's memory. */
 void *flesh_adaptive_ida(const flesh_adaptive *adaptive);

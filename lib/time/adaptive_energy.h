@@ -18,7 +18,7 @@ typedef struct flesh_adaptive_energy {
 
 int flesh_adaptive_energy_create(flesh_ida_problem *problem, flesh_energy_watch *watch, flesh_adaptive_energy *energy);
 void flesh_adaptive_energy_clear(flesh_adaptive_energy *energy);
-/* What is reported is more than the energy of a motion as slow as this share of the scale of velocity. */
+/* Reports only an excess above the energy of a motion as slow as this share of the scale of velocity. */
 void flesh_adaptive_energy_tolerate(flesh_adaptive_energy *energy, double tolerance);
 
 /* IDA starts from y [2*n] at t. */

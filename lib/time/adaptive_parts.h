@@ -20,7 +20,7 @@ struct flesh_adaptive {
   SUNLinearSolver solver;
   N_Vector y, yp, atol, errors, rates; /* the last for the energy's interpolant */
   flesh_evaluation *evaluation; /* the run's, borrowed */
-  /* What IDA's memory belongs to: the state given back last, at t with a step of h. */
+  /* The state given back last, at t with a step of h, to which IDA's memory belongs. */
   int running;
   int steps;   /* the motion has been found slow: IDA takes its steps */
   long serial; /* of that state */
@@ -35,7 +35,7 @@ struct flesh_adaptive {
 
 /* Records what is known of a failure at t with the body at x, of all ranks. */
 void flesh_adaptive_record_failure(struct flesh_adaptive *adaptive, double t, const double *x, int status);
-/* The same, with words; returns FLESH_ERR_INTEGRATOR. */
+/* Records a failure with words; returns FLESH_ERR_INTEGRATOR. */
 int flesh_adaptive_fail(struct flesh_adaptive *adaptive, double t, const double *x, int status, const char *cause);
 /* No start from the state. */
 int flesh_adaptive_fail_start(struct flesh_adaptive *adaptive, const flesh_state *state, int status);

@@ -154,7 +154,7 @@ void flesh_energy_watch_supply(flesh_energy_watch *watch, double t_from, double 
   watch->rate_t = t_stage;
 }
 
-/* Where it is worst: the tet with the smallest J and the fastest node. */
+/* Finds the worst places: the tet with the smallest J and the fastest node. */
 static void find_place(flesh_energy_watch *watch, const flesh_state *state)
 {
   flesh_energy_balance *b = &watch->balance;

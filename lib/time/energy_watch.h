@@ -63,9 +63,9 @@ void flesh_energy_watch_jump(flesh_energy_watch *watch, double t, const flesh_st
 /* W of work at t, where a step begins whose stages go on from there (0: nothing is moved). */
 void flesh_energy_watch_begin(flesh_energy_watch *watch, double t, double rate);
 
-/* Of a step from t_from to t_to: adds to what has been put in the work at its stage at t_stage, that is the work over
- * the whole step with the forces of the stage. A method of first order counts just that, others what it is at the
- * step's middle by that and the stage before: `work` is the stage's power times the step. */
+/* Adds to the work that has been put in that of a step from t_from to t_to: `work` is the power of its stage, at
+ * t_stage, times the step. A method of first order counts just that, others interpolate the power at the step's middle
+ * between this stage and the one before. */
 void flesh_energy_watch_supply(flesh_energy_watch *watch, double t_from, double t_to, double t_stage, double work,
                                int residual_kernel);
 
@@ -83,7 +83,7 @@ int flesh_energy_watch_supply_in_time(flesh_energy_watch *watch, double t_from, 
 /* Judges the state known; `unbalanced`: work that what the step's solve has left can do at most, J. FLESH_ERR_ENERGY
  * with words where the limit is passed. */
 int flesh_energy_watch_judge(flesh_energy_watch *watch, const flesh_state *state, double unbalanced);
-/* The same, without more ado, where no step leads on from the state known: the excess counts that it has. */
+/* Judges the state known when no step leads on from it: its excess counts as it is. */
 void flesh_energy_watch_last(flesh_energy_watch *watch, const flesh_state *state);
 
 #endif

@@ -42,7 +42,7 @@ typedef struct rule {
   double weight[POINTS];
 } rule;
 
-/* Of polynomials of degree order - 1. */
+/* The rule of polynomials of degree order - 1. */
 static rule of_polynomial(int order)
 {
   rule r = {.order = order};

@@ -235,7 +235,8 @@ flesh_separation flesh_integrator_separation(const flesh_integrator *integrator)
   return separation;
 }
 
-/* Of flesh_proximity_follow: none is to be tried again. */
+/* The status of flesh_proximity_follow; a recoverable one becomes FLESH_ERR_NONFINITE, as the step is not tried
+ * again. */
 static int end_of_following(int status, const flesh_state *state)
 {
   return status <= 0 ? status : flesh_fail(FLESH_ERR_NONFINITE, "the state at t = %g s is not finite", state->t);

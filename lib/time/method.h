@@ -13,7 +13,7 @@
 
 enum { FLESH_METHOD_VECTORS = 2 };
 
-/* What a method remembers between steps. */
+/* The memory of a method between steps. */
 typedef struct flesh_method_memory {
   int n;                                 /* unknowns */
   flesh_method_options options;          /* alpha, beta, gamma */

@@ -19,7 +19,7 @@
 #include "system/inertia_modulus.h"
 #include "system/ranks.h"
 
-/* Of solves for multipliers, each of which should leave less than half of the gaps. */
+/* The most solves for multipliers, each of which should leave less than half of the gaps. */
 enum { SOLVES = 60 };
 /* The penalty, of that of the reference ratio, at least; and in motion, of the stiffness by inertia. */
 static const double least = FLESH_LEAST_PENALTY, raised = 30;

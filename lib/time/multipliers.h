@@ -36,14 +36,14 @@ void flesh_multipliers_archive(flesh_multipliers *multipliers, flesh_archive *ar
 /* *view = *state, with multipliers of its own where it has none. FLESH_ERR_ARGUMENT for another number of them. */
 int flesh_multipliers_view(const flesh_multipliers *multipliers, const flesh_state *state, flesh_state *view);
 
-/* Where a stage's unknowns u [n] lead to: the positions x [n] at which the constraints are to hold. */
+/* Finds the positions x [n] at which the constraints are to hold from a stage's unknowns u [n]. */
 typedef struct flesh_stage_end {
   void *data;
   void (*find)(void *data, const double *u, double *x);
 } flesh_stage_end;
 
-/* As flesh_nonlinear_solve, from the multipliers of the state, where something is held: until no gap at the end exceeds
- * a hundredth of newton_tolerance, or none exceeds newton_tolerance and what multipliers change by leaves the forces
+/* Like flesh_nonlinear_solve, from the multipliers of the state, if something is held: until no gap at the end exceeds
+ * a hundredth of newton_tolerance, or none exceeds newton_tolerance and the multipliers' change leaves the forces
  * balanced. FLESH_NOT_CONVERGED where gaps stay. */
 int flesh_multipliers_solve(flesh_multipliers *multipliers, flesh_nonlinear *nonlinear, flesh_stage *stage,
                             const flesh_state *state, const flesh_stage_end *end, const double *const *guesses,

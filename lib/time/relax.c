@@ -88,7 +88,7 @@ int flesh_integrator_solve_through_softer(flesh_integrator *self, flesh_stage *s
   candidates[count] = self->start;
   const int status =
       flesh_multipliers_solve(&self->multipliers, self->nonlinear, stage, state, end, candidates, 0, stats);
-  /* What began at one of the guesses would only fail again. */
+  /* A solve that began at one of the guesses would only fail again. */
   int known = flesh_nonlinear_began_at(self->nonlinear, NULL);
   for (int k = 0; guesses[k]; k++) known |= flesh_nonlinear_began_at(self->nonlinear, guesses[k]);
   if (status != FLESH_NOT_CONVERGED || known) return status;

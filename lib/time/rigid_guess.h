@@ -22,7 +22,7 @@ typedef struct flesh_rigid_parts {
 /* Collective, as is flesh_rigid_guess. FLESH_ERR_MEMORY. */
 int flesh_rigid_parts_create(const flesh_system *system, flesh_rigid_parts *parts);
 void flesh_rigid_parts_clear(flesh_rigid_parts *parts);
-/* What _create leaves: their extents. */
+/* Finds the parts' extents, which _create leaves out. */
 void flesh_rigid_parts_measure(flesh_rigid_parts *parts);
 /* The nodes of a part that count in sums: this rank's own, which come first. Returns how many. */
 int flesh_rigid_parts_own(const flesh_rigid_parts *parts, int part, const int **nodes);

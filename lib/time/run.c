@@ -13,7 +13,7 @@
 #include "system/ranks.h"
 #include "time/integrator.h"
 
-/* What records point to; nothing is allocated after the start. */
+/* The data that records point to; nothing is allocated after the start. */
 typedef struct watch {
   const flesh_system *system;
   const flesh_mesh *mesh;
@@ -86,7 +86,7 @@ static void look_at_shape(watch *w, const flesh_state *state, flesh_step_record 
   double sums[2] = {m.volume, m.inverted}, least[2] = {-m.J_min, -m.J_bound}, tet;
   flesh_team_sum(w->team, 2, sums);
   flesh_team_largest(w->team, 2, least);
-  /* Of several with that J the first, as on one rank. */
+  /* The first of several tets with that J counts, as on one rank. */
   tet = -m.J_min == least[0] || isnan(m.J_min) ? -w->team->tets[m.J_min_tet] : -INFINITY;
   flesh_team_largest(w->team, 1, &tet);
   record->volume = sums[0];
@@ -106,7 +106,7 @@ static flesh_point point_of(const watch *w, const flesh_state *at, const flesh_s
   return point;
 }
 
-/* As histories ask for them, of all ranks. */
+/* Finds the effects' reports of all ranks for histories. */
 static void find_reports(const watch *w, const flesh_step_record *record)
 {
   const flesh_state *at[2] = {record->state, record->stage};

@@ -22,7 +22,7 @@ typedef struct header {
   uint64_t bytes, sum;   /* of what follows; of all, this being 0 */
 } header;
 
-/* Of the mesh and the effects. */
+/* A hash of the mesh and the effects. */
 static uint64_t sum_of_body(const flesh_system *system)
 {
   const flesh_mesh *mesh = flesh_system_mesh(system);
@@ -75,7 +75,8 @@ static void archive_method(flesh_integrator *self, flesh_archive *archive)
   flesh_archive_nodes(archive, self->last_stage.at.v, nodes);
 }
 
-/* What is of the body's motion, however many ranks share it out: numbers of nodes, and what all ranks know. */
+/* Archives the body's motion, however many ranks share it out: numbers of nodes, and numbers that are the same on all
+ * ranks. */
 static void archive_motion(flesh_integrator *self, flesh_archive *archive)
 {
   const size_t effects = (size_t)flesh_system_effect_count(self->evaluation->system);

@@ -55,7 +55,7 @@ typedef struct layout {
   double *pushed, *x;
 } layout;
 
-/* As a whole, so that none of it passes an obstacle. */
+/* Lays out a part as a whole, so that no node of it passes an obstacle. */
 static void lay_out(const layout *all, int part, double move[3])
 {
   enum { TRIES = 4 };

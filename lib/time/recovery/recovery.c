@@ -17,7 +17,7 @@ int flesh_recovery_create(const flesh_system *system, const flesh_solver_options
   /* Nothing is known of how the first state came about. */
   *self = (flesh_recovery){.mesh = flesh_system_mesh(system), .team = flesh_system_team(system),
                            .max_cutbacks = options->max_cutbacks, .tangled = 1};
-  /* What is tangled would be led out of it through other bodies. */
+  /* A tangle would be led out through other bodies, so that bodies with surface contact are not untangled. */
   const int untangles = options->techniques & FLESH_TECHNIQUE_UNTANGLE && !flesh_system_has_proximity(system);
   return untangles ? flesh_untangler_create(system, &self->untangler) : FLESH_OK;
 }

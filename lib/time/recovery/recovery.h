@@ -60,8 +60,8 @@ int flesh_load_increment_next(flesh_load_increment *increment, int max_cutbacks,
 
 /* Records in *failure the tet with the smallest J of a body at x [3*n] where a solve fails. Its other members stay. */
 void flesh_failure_look(const flesh_mesh *mesh, const double *x, flesh_failure *failure);
-/* What ranks have looked at becomes the worst of them, with the tet's number in the body. The worst node stays that of
- * each rank. Collective. */
+/* Takes the worst failure of all ranks, with the tet's number in the body. The worst node stays that of each rank.
+ * Collective. */
 void flesh_failure_meet(const flesh_team *team, flesh_failure *failure);
 /* FLESH_ERR_SOLVE, or FLESH_ERR_NONFINITE, with the recovery's failure in words. */
 int flesh_recovery_fail(const flesh_recovery *recovery);

@@ -9,12 +9,12 @@
 #include "base/sort.h"
 #include "mesh/pieces.h"
 
-/* By the numbers of its nodes in the body, the lower one first, as other ranks know it. */
+/* An edge by the numbers of its nodes in the body, the lower one first, as other ranks know it. */
 typedef struct edge {
   int low, high, nodes[2];
 } edge;
 
-/* What ranks tell each other, two numbers of each edge. */
+/* Messages between ranks, two numbers of each edge. */
 typedef struct telling {
   int *first_mine, *first_theirs; /* [ranks+1] */
   int *mine;                      /* [first_mine[ranks]] which of this rank's edges */
@@ -74,7 +74,7 @@ static int find_edges(flesh_shared_edges *self, const flesh_mesh *mesh, uint8_t 
   return self->nodes && self->own ? FLESH_OK : FLESH_ERR_MEMORY;
 }
 
-/* What each rank is to be told; without room for it, how much that is. `marks` are 0, and are so again. */
+/* Lists the edges that each rank is told of; without room for them, counts them. `marks` are 0, and are so again. */
 static void list_mine(const flesh_shared_edges *self, const edge *edges, uint8_t *marks, telling *t)
 {
   for (int r = 0, count = 0; r < self->team->reach.count; r++) {

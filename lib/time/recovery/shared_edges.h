@@ -18,8 +18,8 @@ typedef struct flesh_shared_edges {
   flesh_team_message *messages; /* [ranks within reach] */
 } flesh_shared_edges;
 
-/* Of the edges of the mesh's flat pieces (mesh/pieces.h). Collective, and fails on all ranks or none: FLESH_ERR_MEMORY. To
- * be cleared also then. */
+/* Finds the shared edges of the mesh's flat pieces (mesh/pieces.h). Collective, and fails on all ranks or none:
+ * FLESH_ERR_MEMORY. To be cleared also then. */
 int flesh_shared_edges_create(const flesh_mesh *mesh, const flesh_team *team, flesh_shared_edges *edges);
 void flesh_shared_edges_clear(flesh_shared_edges *edges);
 size_t flesh_shared_edges_memory(const flesh_shared_edges *edges);

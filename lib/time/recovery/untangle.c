@@ -25,7 +25,7 @@ static const double quasi_static_displacement = 1e-3;
 /* Loads above this fraction of that force on one of its nodes hold a tangle in place. */
 static const double holding_force = 0.05;
 static const double rounding_of_terms = 1e-10; /* of a potential */
-/* Of long steps of backward Euler, that let a free body find its equilibrium: inertia's modulus over the material's. */
+/* Inertia's modulus over the material's in long steps of backward Euler, by which a free body finds its equilibrium. */
 static const double inertial_fraction = 1e-6;
 enum {
   VECTORS = 7,
@@ -349,7 +349,7 @@ static int find(flesh_untangler *self, const flesh_state *state)
   return 1;
 }
 
-/* The same without a request for memory; with 1 the end is remembered. */
+/* Does what `find` does, without a request for memory; when it returns 1, the end is remembered. */
 static int find_from_reserve(flesh_untangler *self, flesh_state *state)
 {
   double magnitude;

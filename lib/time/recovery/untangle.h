@@ -28,7 +28,7 @@ void flesh_untangler_before_step(flesh_untangler *untangler, const flesh_state *
 /* To be called with the state after every accepted step of h. 1: it is tangled for good, and is remembered. Else 0, or a
  * negative status. */
 int flesh_untangler_after_step(flesh_untangler *untangler, flesh_state *state, double h);
-/* The same for an equilibrium, which is quasi-static by itself. */
+/* Like flesh_untangler_after_step, for an equilibrium, which is quasi-static by itself. */
 int flesh_untangler_after_equilibrium(flesh_untangler *untangler, flesh_state *state);
 
 /* The state becomes the one that an attempt starts from: the tangle, or where a body has vanished into a point its rest
@@ -49,7 +49,7 @@ double flesh_untangler_long_step(const flesh_untangler *untangler);
 int flesh_untangler_is_still(const flesh_untangler *untangler, const double *u);
 
 size_t flesh_untangler_memory(const flesh_untangler *untangler);
-/* What lasts from step to step. */
+/* Archives the memory that lasts from step to step. */
 void flesh_untangler_archive(flesh_untangler *untangler, flesh_archive *archive);
 
 #endif

@@ -51,7 +51,7 @@ static int compare_edges(const void *a, const void *b)
   return p[0] != q[0] ? (p[0] > q[0]) - (p[0] < q[0]) : (p[1] > q[1]) - (p[1] < q[1]);
 }
 
-/* What this rank has summed up becomes what all have. */
+/* Adds up the sums of all ranks. */
 static void sum_ranks(const flesh_winding *self, double *sums)
 {
   for (int k = 0; k < self->shared->count; k++) self->between[k] = sums[self->shared_edges[k]];
