@@ -16,7 +16,7 @@ struct flesh_clearance {
   int known;
   /* The last measurement: when, where, and how much farther than its reach each effect was, m; 0: not, or unknown. */
   double t, *x /* [n] */, low[3], high[3], *free /* [effects] */;
-  /* What of that is left where the stage begins, for nodes to come nearer by, m. */
+  /* How much of `free` is left at the start of the stage, by which nodes may come nearer, m. */
   double *left, least_left; /* [effects]; the least, of effects that limit steps */
   /* How far a node is from where the stage begins, at most, m: at the point at hand, and at any point of the stage. */
   double moved, moved_most;

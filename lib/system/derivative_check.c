@@ -98,8 +98,8 @@ static int residual_at(check *c, const flesh_shift *shift, double s, double *r)
 
 static double ratio(double error, double scale) { return error > 0 ? error / scale : error; }
 
-/* The same for differences over s of terms this large: rounding alone is no error where nothing
- * should be. */
+/* The ratio of an error of differences over s, of terms this large: rounding alone is no error where the value should
+ * be zero. */
 static double difference_ratio(double error, double scale, double terms, double s)
 {
   double rounding = 32 * DBL_EPSILON * terms / s;

@@ -42,7 +42,7 @@ static double radius_of(const flesh_mesh *mesh)
   return 3 * flesh_mesh_volume(mesh, X) / area;
 }
 
-/* The same of a body that ranks share out: faces between them cancel each other in the area vectors of the nodes. */
+/* The radius of a body that ranks share out: faces between them cancel each other in the area vectors of the nodes. */
 static double radius_of_team(const flesh_team *team, const flesh_mesh *mesh, double *a)
 {
   int count;

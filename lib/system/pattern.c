@@ -102,7 +102,7 @@ static int thin_rows(flesh_pattern *pattern, const size_t *start, int *entries)
   return total <= INT_MAX / 9 ? FLESH_OK : FLESH_ERR_ARGUMENT;
 }
 
-/* Of flesh_pattern_create, and of flesh_pattern_extend where there is a `base`. */
+/* Does the work of flesh_pattern_create and, with a `base`, of flesh_pattern_extend. */
 static int create(const flesh_pattern *base, int rows, int count, const flesh_cells *const *cells,
                   flesh_pattern *pattern)
 {

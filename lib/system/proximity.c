@@ -63,7 +63,7 @@ int flesh_proximity_follow(const flesh_proximity *self, int accepted, double t, 
   return self->near ? flesh_team_agree(self->system->team, status) : status;
 }
 
-/* What effects remember. */
+/* Archives the memories of effects. */
 static int archive_effects(const flesh_proximity *self, flesh_archive *archive)
 {
   int status = FLESH_OK;

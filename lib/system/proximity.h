@@ -27,8 +27,8 @@ void flesh_proximity_predict(const flesh_proximity *proximity, const flesh_point
 /* Tells the effects that the run is at x [3*n] at time t: see flesh_effect_proximity.follow, also for the errors. */
 int flesh_proximity_follow(const flesh_proximity *proximity, int accepted, double t, const double *x, int *changed);
 
-/* What effects remember of where the run has been, and the pattern of K, of which values are not part; K has got another one where *grown is 1. Nothing where there is no
- * memory. FLESH_ERR_MEMORY. */
+/* Archives the effects' memories of where the run has been, and K's pattern without its values; *grown is 1 if K has
+ * got another pattern. Does nothing if there are no memories. FLESH_ERR_MEMORY. */
 int flesh_proximity_archive(flesh_proximity *proximity, flesh_block_matrix *K, int *grown, flesh_archive *archive);
 
 #endif

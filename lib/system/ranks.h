@@ -8,13 +8,13 @@
 #include "base/team.h"
 #include "flesh/system.h"
 
-/* That of its part; NULL: there is none, and the rank is by itself. */
+/* The team of its part; NULL: there is none, and the rank is by itself. */
 const flesh_team *flesh_system_team(const flesh_system *system);
 
 /* FLESH_ERR_ARGUMENT where ranks cannot share out the effect yet: one that is no sum over tets and cannot be restricted to
  * a part, or has internal variables of its tets. */
 int flesh_system_check_shared(const flesh_effect *effect);
-/* The same of all effects of a system that has a team. */
+/* Checks all effects of a system that has a team likewise. */
 int flesh_system_check_team(const flesh_system *system);
 
 #endif

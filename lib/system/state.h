@@ -8,7 +8,7 @@
 /* flesh_state_read of a state of `nodes` nodes, of which `count` are wanted: numbers [count], rising. */
 int flesh_state_read_some(const char *path, int nodes, int count, const int *numbers, flesh_state *state);
 
-/* What flesh_state_write writes, in pieces: the head, then the rows of all nodes in their order. */
+/* Parts of the file that flesh_state_write writes: the head, then the rows of all nodes in their order. */
 void flesh_state_write_head(flesh_file *file, double t);
 void flesh_state_write_rows(flesh_file *file, int nodes, const double *x, const double *v);
 

@@ -19,7 +19,7 @@ static int has_rows(const flesh_effect *effect, int nodes_per_row, flesh_stiff_r
   return own->count > 0 && (!nodes_per_row || own->nodes_per_row == nodes_per_row);
 }
 
-/* What rows of all ranks are like: the stiffest, and the softest of what remains. */
+/* Unites the figures of all ranks' rows: the stiffest, and the softest of what remains. */
 static void unite(const flesh_team *team, flesh_stiff_rows *rows)
 {
   double most[] = {rows->nodes_per_row, rows->first_main, rows->ratio, rows->modulus > 0 ? -rows->modulus : -INFINITY};

@@ -4,9 +4,9 @@
 
 #include "flesh/system.h"
 
-/* Those of the effects whose rows have as many nodes as those of the first that has any. Of a system with a team they are
- * the rank's, but all else that is said of them holds for those of all ranks; collective then. nodes_per_row 0: there are
- * none, on no rank. To be cleared also when it fails. FLESH_ERR_MEMORY. */
+/* Collects the stiff rows of the effects whose rows have as many nodes as those of the first that has any. If the
+ * system has a team, the rows are the rank's, but all figures hold for the rows of all ranks; collective then.
+ * nodes_per_row 0: there are none, on no rank. To be cleared also when it fails. FLESH_ERR_MEMORY. */
 int flesh_system_stiff_rows_create(const flesh_system *system, flesh_stiff_rows *rows);
 void flesh_system_stiff_rows_clear(flesh_stiff_rows *rows);
 

@@ -39,7 +39,7 @@ static void count(flesh_costs *costs, int k, int what, double start)
   if (costs->timed) cost->cpu_s += cpu_time(costs) - start;
 }
 
-/* Where this rank's residual has a value: the sum over the ranks, if all have. */
+/* Sums the residual over the ranks, if it has a value on all of them. */
 static int collect(const flesh_system *system, double *r)
 {
   int status = flesh_team_agree(system->team, FLESH_OK);
@@ -47,7 +47,7 @@ static int collect(const flesh_system *system, double *r)
   return status;
 }
 
-/* Of the effects from one index to before another, of those roles. */
+/* Sums the residuals of the effects from one index to before another that have one of the roles. */
 static int sum_residuals(const flesh_system *system, int from, int until, const flesh_point *point, int external_only,
                          unsigned roles, double *r)
 {
@@ -92,7 +92,7 @@ int flesh_system_roles_residual(const flesh_system *system, unsigned roles, cons
   return sum_residuals(system, 0, system->entry_count, point, 0, roles, r);
 }
 
-/* What threads clear, in parts: the blocks that the leader leaves, or all. */
+/* Data of the threads that clear K, in parts: the blocks that no effect assigns, or all. */
 typedef struct clearing {
   flesh_block_matrix *K;
   const int *left;
@@ -193,7 +193,7 @@ int flesh_system_potential(const flesh_system *system, const flesh_point *point,
   return flesh_system_potential_by_position(system, point, shift, &(flesh_position_potential){0}, phi, magnitude);
 }
 
-/* What `evaluate` gives, by it or by the two that it stands for. */
+/* Adds the effect's residual and potential, by `evaluate` or by the two operations that it stands for. */
 static int evaluate_effect(const flesh_effect *effect, const flesh_point *point,
                            const flesh_shift *shift, double *r, double *phi, double *magnitude)
 {
@@ -240,7 +240,7 @@ int flesh_system_evaluate(const flesh_system *system, const flesh_point *point,
   return flesh_system_evaluate_by_position(system, point, shift, &(flesh_position_potential){0}, r, phi, magnitude);
 }
 
-/* Of all ranks; but what is known of positions already is. */
+/* Sums energies over all ranks; those that are known from positions have been summed before. */
 static int sum_energies(const flesh_system *system, int knows_positions, int status, double *energies)
 {
   int first = 0, agreed = 0; /* that is not summed up yet, and whether ranks have agreed */

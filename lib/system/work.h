@@ -21,8 +21,9 @@ int flesh_system_work_kinds(const flesh_system *system);
 int flesh_system_work_of_forces(const flesh_system *system, const flesh_point *point, double t_from, double t_to,
                                 const double *u, double *scratch, double *work);
 
-/* By how much the energies of the effects that have one change from t_from to t_to while the body stays in this state, J: *work is theirs at t_to less those at t_from; `energies` [effects] (may be NULL) are known there and
- * at one of these times (`at_end`), which saves their evaluation. */
+/* The change of the effects' energies with time from t_from to t_to while the body stays in this state, J: *work is
+ * theirs at t_to less those at t_from; `energies` [effects] (may be NULL) are known there and at one of these times
+ * (`at_end`), which saves their evaluation. */
 int flesh_system_work_in_time(const flesh_system *system, double t_from, double t_to, const flesh_state *state,
                               const double *energies, int at_end, double *work);
 
