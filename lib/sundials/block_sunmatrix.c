@@ -52,7 +52,7 @@ static int matrix_scale_add_identity(sunrealtype c, SUNMatrix matrix)
 {
   flesh_block_matrix *K = open_matrix(matrix);
   flesh_block_combine(c, K, NULL);
-  /* Of a node of several ranks its owner has it. */
+  /* The owner of a node that several ranks have adds the identity. */
   for (int i = 0; i < flesh_team_own(((content *)matrix->content)->problem->newton.equations.team, K->rows); i++)
     for (int k = 0; k < 3; k++) K->values[9 * (size_t)K->row_start[i] + 4 * k] += 1;
   return FLESH_OK;

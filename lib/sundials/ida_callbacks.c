@@ -183,7 +183,7 @@ static sunrealtype weighted_norm_of_team(N_Vector x, N_Vector w)
   return N_VWL2Norm(x, w) / sqrt(6 * team->all);
 }
 
-/* The same of one in eight sums: the compiler may not reorder one, and one chain waits for every addition. */
+/* The norm on one rank, in eight sums: the compiler may not reorder one, and one chain waits for every addition. */
 static sunrealtype weighted_norm(N_Vector x_vector, N_Vector w_vector)
 {
   const sunindextype n = N_VGetLength(x_vector);

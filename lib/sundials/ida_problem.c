@@ -61,7 +61,7 @@ static int check_system(const flesh_system *system, const flesh_solver_options *
   return flesh_newton_check_team(system, options);
 }
 
-/* What needs no other rank. */
+/* Allocates what this rank needs, without the other ranks. */
 static int allocate(const flesh_system *system, flesh_ida_problem *self)
 {
   const size_t n = (size_t)flesh_system_unknowns(system), bytes = n * sizeof(double);

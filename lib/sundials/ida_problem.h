@@ -11,7 +11,7 @@
 #include "linear/scalar_view.h"
 #include "system/evaluation.h"
 
-/* What the matrix K holds. */
+/* The content of the matrix K. */
 typedef enum flesh_ida_content {
   FLESH_IDA_NOTHING,
   FLESH_IDA_MASS,      /* M, factored */
@@ -84,7 +84,7 @@ struct flesh_ida_problem {
   flesh_solve_stats stats;
 };
 
-/* As flesh_vector_read, _open and _close are of vectors of 2*n, with the problem's room of that number. */
+/* Like flesh_vector_read, _open and _close, for vectors of 2*n, with the problem's room of that number. */
 const double *flesh_ida_read(const flesh_ida_problem *problem, N_Vector v, int partial, int room);
 double *flesh_ida_open(const flesh_ida_problem *problem, N_Vector v, int room);
 void flesh_ida_close(const flesh_ida_problem *problem, N_Vector v, const double *written);

@@ -27,7 +27,7 @@ struct flesh_nonlinear {
   SUNLinearSolver solver;
   N_Vector u, ones;
   flesh_nonlinear *few; /* of the systems of few nodes; NULL: there are none */
-  /* Of such a one, whose problem is another every time: all vectors of its KINSOL. */
+  /* All vectors of KINSOL in a solver for systems of few nodes, whose problem is another every time. */
   N_Vector vectors[CLONES + 2];
   int vector_count;
 };
@@ -194,7 +194,7 @@ void flesh_nonlinear_set_stop(flesh_nonlinear *self, int (*stop)(void *data), vo
   self->problem->newton.stop_data = data;
 }
 
-/* What KINSOL's return means. */
+/* Translates KINSOL's return. */
 static int end_of(int flag, flesh_iteration_end *end)
 {
   *end = flag == KIN_MAXITER_REACHED ? FLESH_ITERATION_LIMIT : FLESH_ITERATION_STOPPED;
@@ -203,7 +203,7 @@ static int end_of(int flag, flesh_iteration_end *end)
   return flag == KIN_MEM_FAIL ? flesh_fail(FLESH_ERR_MEMORY, "KINSOL ran out of memory") : FLESH_OK;
 }
 
-/* What a solve may still take: extensions, and iterations of max_newton that are used up. */
+/* The limits of a solve: extensions left, and iterations of max_newton that are used up. */
 typedef struct allowance {
   int extensions;
   long used;
@@ -275,7 +275,7 @@ static int hand_system(flesh_nonlinear *few, const flesh_system *system, const f
   return flesh_newton_init(system, options, (flesh_stage_solver){0}, &few->problem->newton);
 }
 
-/* Of the systems of few nodes. A flesh_stage_solver. */
+/* Solves a system of few nodes. A flesh_stage_solver. */
 static int solve_few(void *data, const flesh_system *system, const flesh_solver_options *options,
                      const flesh_stage *stage, int (*stop)(void *data), void *stop_data, flesh_solve_stats *stats,
                      double *u)

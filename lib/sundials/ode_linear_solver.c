@@ -67,7 +67,7 @@ static int solver_setup(SUNLinearSolver S, SUNMatrix matrix)
   return flesh_sunlinsol_flag(&self->report, A ? condense(self, A) : FLESH_ERR_ARGUMENT);
 }
 
-/* What a condensed residual is in the rows of v', in the units that CVODE measures in. */
+/* Weights of a condensed residual in the rows of v', in the units that CVODE measures in. */
 static void weigh(const solver *self, double from_v)
 {
   const double *scale = self->scaling ? flesh_ida_read(self->problem->motion, self->scaling, 1, 2) : NULL;

@@ -14,7 +14,7 @@ static int dofs(const flesh_pair_matrix *A) { return motion_of(A)->evaluation.n;
 
 static const uint8_t *fixed_of(const flesh_pair_matrix *A) { return motion_of(A)->constraints.fixed; }
 
-/* What a view shows, with K by itself. */
+/* The matrix that a view shows, with K by itself. */
 static flesh_pair_matrix *open_matrix(SUNMatrix matrix)
 {
   flesh_pair_matrix *A = matrix->content;

@@ -17,7 +17,7 @@ int flesh_problem_create_empty(flesh_problem **problem)
   return status || *problem ? status : flesh_fail(FLESH_ERR_MEMORY, "no memory for a solver");
 }
 
-/* Of a system that is shared out: all ranks have room, or none. */
+/* Makes room for vectors of a system that is shared out: all ranks have room, or none. */
 static int make_rooms(flesh_problem *self)
 {
   const flesh_team *team = self->newton.equations.team;

@@ -23,7 +23,7 @@ int flesh_problem_create_with(const flesh_system *system, const flesh_solver_opt
 int flesh_problem_create_empty(flesh_problem **problem);
 /* Whether J is the view of the problem's K, of flesh_sunmatrix_create. */
 int flesh_problem_owns_matrix(const flesh_problem *problem, SUNMatrix J);
-/* As flesh_vector_read, _open and _close are, with the problem's room of that number. */
+/* Like flesh_vector_read, _open and _close, with the problem's room of that number. */
 const double *flesh_problem_read(const flesh_problem *problem, N_Vector v, int partial, int room);
 double *flesh_problem_open(const flesh_problem *problem, N_Vector v, int room);
 void flesh_problem_close(const flesh_problem *problem, N_Vector v, const double *written);

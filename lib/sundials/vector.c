@@ -120,7 +120,7 @@ int flesh_fail_user_data(const char *type)
                     "the callback's user_data is neither a %s nor a struct whose first member points to one", type);
 }
 
-/* What a vector's content is once it is quickened; SUNDIALS sees the serial vector's. */
+/* The content of a quickened vector; SUNDIALS sees the serial vector's. */
 typedef struct content {
   struct _N_VectorContent_Serial serial;
   flesh_threads *threads;

@@ -19,7 +19,8 @@ double *flesh_vector_data(N_Vector v, sunindextype n);
  * A vector of y = (x, v) has twice as many, those of x first. NULL as above, on all ranks or none; a serial vector that is
  * not a quickened one is refused where there are several ranks, as its norms would be those of each. */
 const double *flesh_vector_read(N_Vector v, const flesh_team *team, sunindextype n, int partial, double *room);
-/* Where a callback is to write them: in the vector, or in `room`, from which flesh_vector_close puts them into it. */
+/* The array into which a callback is to write the numbers: the vector's, or `room`, from which flesh_vector_close
+ * copies them. */
 double *flesh_vector_open(N_Vector v, const flesh_team *team, sunindextype n, double *room);
 void flesh_vector_close(N_Vector v, const flesh_team *team, sunindextype n, const double *written);
 
@@ -45,7 +46,7 @@ void flesh_vector_drop(void);
 int flesh_vector_taken(N_Vector *taken, int most);
 /* A quickened vector's n numbers are from now on those at `values`, which is borrowed. */
 void flesh_vector_attach(N_Vector v, int n, double *values);
-/* Those of a quickened vector. */
+/* The threads of a quickened vector. */
 flesh_threads *flesh_vector_threads(N_Vector v);
 
 /* A problem's first member points to itself, and that of a user's own struct to the problem: so either shows where the
