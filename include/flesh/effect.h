@@ -127,7 +127,7 @@ typedef struct flesh_shift {
 
 typedef struct flesh_effect flesh_effect;
 
-/* What an effect is to a body; X(name, text). The library finds effects by it, never by their
+/* The role of an effect in a body; X(name, text). The library finds effects by it, never by their
  * names, so that an effect of your own is taken as the built-in one of its role. Several effects
  * may share a role: they are summed.
  *
@@ -156,7 +156,7 @@ typedef enum flesh_role {
   FLESH_ROLE_COUNT
 } flesh_role;
 
-/* What else an effect says of itself; or'ed. */
+/* Further properties of an effect; or'ed. */
 typedef enum flesh_trait {
   /* It does no external work: it depends on x and v alone, or it only dissipates. The work of
    * effects without this trait counts as external work (flesh_energy_balance): the change of their
@@ -216,14 +216,14 @@ typedef struct flesh_effect_barrier {
                      const double high[3]);
 } flesh_effect_barrier;
 
-/* The same results for less time. */
+/* Operations that give the same results in less time. */
 typedef struct flesh_effect_shortcuts {
   /* Residual and potential in one pass, for effects where that costs less than both: adds to r,
    * *phi and *magnitude the same bits as `residual` and `potential`, which must be there too. NULL:
    * those two are called. */
   int (*evaluate)(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
                   double *r, double *phi, double *magnitude);
-  /* As `jacobian`, but K's blocks of the cells' pairs are overwritten, not added to: for one effect
+  /* Does what `jacobian` does, but overwrites K's blocks of the cells' pairs, instead of adding to them: for one effect
    * of a system, called before the others, so that K need not be cleared. NULL: K is cleared. */
   int (*jacobian_assign)(const flesh_effect *effect, const flesh_point *point,
                          const flesh_shift *shift, flesh_block_matrix *K, const int *slots);
@@ -305,7 +305,7 @@ typedef struct flesh_effect_ranks {
   void (*report_whole)(const flesh_effect *effect, const flesh_rank_numbers *numbers, double *values);
 } flesh_effect_ranks;
 
-/* What is written about an effect. */
+/* Figures that are written about an effect. */
 typedef struct flesh_effect_figures {
   /* Bytes of `data` and what it owns. NULL: not given. */
   size_t (*memory)(const flesh_effect *effect);
@@ -342,7 +342,7 @@ typedef struct flesh_effect_operations {
                    double *phi, double *magnitude);
   int (*energy)(const flesh_effect *effect, const flesh_point *point, double *energy);
   void (*destroy)(void *data); /* frees `data` */
-  /* What few effects have; borrowed, NULL: none. */
+  /* Optional tables; borrowed, NULL: none. */
   const flesh_effect_time *time;
   const flesh_effect_barrier *barrier;
   const flesh_effect_shortcuts *shortcuts;

@@ -131,7 +131,7 @@ FLESH_API void flesh_solver_options_default(flesh_solver_options *options);
  * x = x0 + sx u, v = v0 + sv u, a = a0 + sa u, and when. */
 typedef struct flesh_stage {
   double t, load;    /* of the point; load is 1 but for load increments */
-  /* Of the displacement from x0 to the prescribed positions at t; 1 but for increments. */
+  /* Fraction of the displacement from x0 to the prescribed positions at t; 1 but for increments. */
   double prescribed_fraction;
   flesh_shift shift; /* sx, sv, sa; its `filter` is not read (the options decide) */
   /* Base of the point, borrowed until the next stage; v0 and a0 may be NULL for zero. */
@@ -143,10 +143,10 @@ typedef struct flesh_stage {
    * NULL: the lagged state. */
   const double *x_from;
   double t_from;
-  /* Where effects freeze what has no potential (flesh_point): 0: where the stage starts, at x0 and
-   * v0, as for backward Euler; 1: where flesh_problem_freeze says, x0 and v0 before that. */
+  /* The state at which effects freeze terms without a potential (flesh_point): 0: where the stage starts, at x0 and v0,
+   * as for backward Euler; 1: where flesh_problem_freeze says, x0 and v0 before that. */
   int frozen_at_solution;
-  /* Of the point: [tets] Pa, borrowed, NULL for zero; and the factor on penalties, 0 for 1. */
+  /* Multipliers of the point: [tets] Pa, borrowed, NULL for zero; and the factor on penalties, 0 for 1. */
   const double *multipliers;
   double penalty;
   int softened; /* of the point */
@@ -155,9 +155,9 @@ typedef struct flesh_stage {
   const uint8_t *held;
 } flesh_stage;
 
-/* Of one solve, or summed over a step with its halvings. */
+/* Figures of one solve, or sums over a step with its halvings. */
 typedef struct flesh_solve_stats {
-  /* What softer materials are solved for on the way counts in all but `solves`. */
+  /* Solves with softened materials count in all of these but `solves`. */
   int solves, newton, linear, assemblies, projections, residuals, potentials;
   int backtracks; /* line-search reductions */
   /* Solves for few nodes alone (nonlinear_elimination); their Newton iterations; and the sum of
@@ -178,18 +178,18 @@ typedef struct flesh_solve_stats {
   int direct; /* linear solves by a direct factorisation, as conjugate gradients did not converge */
   /* 2-norms over the free dofs [N], of the last solve. */
   double residual_first, residual_last, residual_target;
-  /* Of the integrator: internal steps; those rejected by the error test, and those because Newton's
-   * iteration did not converge; order and length [s] of the last one. */
+  /* Figures of the integrator: internal steps; those rejected by the error test, and those because Newton's iteration
+   * did not converge; order and length [s] of the last one. */
   int steps, rejected, convergence_failures, order;
-  /* Of `steps` those that backward Euler took because a method of order 2, which balances forces
-   * before the end of its step, would have ended them inside an obstacle. */
+  /* Steps among `steps` that backward Euler took because a method of order 2, which balances forces before the end of
+   * its step, would have ended them inside an obstacle. */
   int impact_steps;
   double h_last;
 } flesh_solve_stats;
 
-/* Where a step that is being made stands; for `stop` to report. Newton's iteration is that of the
- * solve under way, with the residual at its last linear solve, N; the adaptive methods give t and h
- * of IDA's internal step, and 0 for the rest. */
+/* Progress of the step that is being made; for `stop` to report. Newton's iteration is that of the solve under way,
+ * with the residual at its last linear solve, N; the adaptive methods give t and h of IDA's internal step, and 0 for
+ * the rest. */
 typedef struct flesh_progress {
   double t, h; /* s; the part of the step that is tried: its start and length */
   int newton;
