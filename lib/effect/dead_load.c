@@ -38,7 +38,7 @@ static void range(const flesh_dead_load *self, int task, int *begin, int *end)
   *end = (int)(dofs * (task + 1) / TASKS);
 }
 
-/* Where force[d] acts in vectors of the mesh. */
+/* The dof of force[d] in vectors of the mesh. */
 static inline size_t place(const flesh_dead_load *self, int d)
 {
   return self->nodes ? 3 * (size_t)self->nodes[d / 3] + (size_t)(d % 3) : (size_t)d;

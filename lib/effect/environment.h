@@ -13,7 +13,7 @@ typedef struct flesh_environment {
   struct flesh_costs *costs; /* where the flesh_system_ functions count; NULL: nowhere */
   /* Which effects are too far from the body to act and are not evaluated; NULL: all are. */
   const struct flesh_clearance *clearance;
-  /* What the run's effects know of nodes near each other; NULL: each finds it out at every call. */
+  /* The run's memory of nodes near each other; NULL: each finds it out at every call. */
   const struct flesh_proximity *proximity;
   /* 0: materials as they are. Else they resist changes of volume no more than at a Poisson's ratio of 0 (1), 0.49 (2) or
    * 0.499 (3), which leads out of tangles; effects without a volume term ignore this. */

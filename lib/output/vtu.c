@@ -172,7 +172,7 @@ static uint64_t bytes_of_all(const writer *w, const flesh_vtu *content)
   return bytes;
 }
 
-/* Where each cell ends in the connectivity. */
+/* Offsets of the cells' ends in the connectivity. */
 static void write_cell_ends(const writer *w, const flesh_vtu *content, int cells)
 {
   int64_t end = 0;

@@ -6,7 +6,7 @@
 #include "system/layout.h"
 #include "system/parts.h"
 
-/* What a run's effects know of nodes near each other (proximity.h). */
+/* A run's memory of nodes near each other (proximity.h). */
 struct flesh_proximity {
   const flesh_system *system; /* borrowed */
   int effects;

@@ -41,7 +41,7 @@ typedef struct flesh_energy_watch {
   char warning[400];
 } flesh_energy_watch;
 
-/* Of a run; `evaluation` is borrowed. FLESH_ERR_MEMORY. */
+/* Makes the watch over a run; `evaluation` is borrowed. FLESH_ERR_MEMORY. */
 int flesh_energy_watch_create(flesh_evaluation *evaluation, flesh_energy_watch *watch);
 void flesh_energy_watch_clear(flesh_energy_watch *watch);
 size_t flesh_energy_watch_memory(const flesh_energy_watch *watch);

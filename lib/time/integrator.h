@@ -16,7 +16,7 @@
 #include "time/recovery/recovery.h"
 #include "time/rigid_guess.h"
 
-/* Where first iterates of a step come from. */
+/* Sources of a step's first iterates. */
 typedef struct flesh_first_iterates {
   flesh_extrapolation extrapolation; /* of steps that are not adaptive */
   flesh_rigid_parts parts;

@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
-"""test_comments.py: every public function has a comment that names its errors or says that it cannot fail.
+"""test_comments.py: every public function has a comment that names its errors or says that it cannot fail, and every
+comment in C names its subject.
 
-A comment belongs to the declarations right below it, up to a blank line. One that returns no status may leave it to the
-sentence at the top of its header. The codes that a function's own body fails with must be among those named, and one
-that "cannot fail" must have none. Speaks TAP."""
+A comment belongs to the declarations right below it, up to a blank line. A function that returns no status may leave it
+to the sentence at the top of its header. The codes that a function's own body fails with must be among those named, and
+a function that "cannot fail" must have none. A comment that opens with a pronoun or a preposition cannot be read alone.
+Speaks TAP."""
 import glob
 import os
 import re
@@ -12,6 +14,8 @@ TOP = os.path.abspath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "
 DECLARATION = re.compile(r"FLESH_API\s+([^;{(]*?)\b(flesh_\w+)\s*\(([^;]*?)\);")
 CODE = re.compile(r"FLESH_(?:ERR_\w+|UNDEFINED|NONFINITE|NOT_CONVERGED|NOT_POSITIVE)\b")
 ALL = "What returns no status cannot fail."
+TOKEN = re.compile(r'"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'|//[^\n]*|/\*.*?\*/', re.S)
+HEADLESS = re.compile(r"/[/*]+<?[\s*]*(Of|What|Where|Those|That|The same|Whose|As|By)\b")
 
 
 def read(path):
@@ -64,9 +68,18 @@ def fault(text, match, body):
     return None
 
 
+def headless(path):
+    """The comments of a C file that begin without a subject, with their lines."""
+    text = read(path)
+    for match in TOKEN.finditer(text):
+        if HEADLESS.match(match.group()):
+            opening = " ".join(match.group().split())[:60]
+            yield f"{os.path.relpath(path, TOP)}:{text.count(chr(10), 0, match.start()) + 1}: {opening}"
+
+
 def main():
     known = bodies()
-    print("1..2")
+    print("1..4")
     faults, count = [], 0
     for path in sorted(glob.glob(os.path.join(TOP, "include", "flesh", "*.h"))):
         text = read(path)
@@ -79,6 +92,13 @@ def main():
         print("#", line)
     print("not ok" if faults else "ok", "1 - public functions name their errors")
     print("ok" if count > 200 else "not ok", f"2 - declarations are found # {count}")
+    files = [path for folder in ("lib", "include", "drivers", "test")
+             for path in sorted(glob.glob(os.path.join(TOP, folder, "**", "*.[ch]"), recursive=True))]
+    openings = [line for path in files for line in headless(path)]
+    for line in openings:
+        print("#", line)
+    print("not ok" if openings else "ok", "3 - comments name their subject")
+    print("ok" if len(files) > 900 else "not ok", f"4 - files are found # {len(files)}")
 
 
 main()
