@@ -31,8 +31,7 @@ static flesh_material material_number(int n, double young)
   return m;
 }
 
-/* The kinds of effects: functions of x, and of v (the mass of a, which is the same here) with the shape as at x_lag, or
- * of both. */
+/* Kinds of effects: of x, of v (the mass of a, which is the same here) with the shape as at x_lag, or of both. */
 typedef enum kind { ELASTIC, REST, CURRENT, VISCOUS, FROZEN, CONSISTENT, LUMPED, KINDS } kind;
 static const char *const kind_names[] = {"elasticity", "damping by rest", "damping by current", "viscosity",
                                          "viscosity, frozen", "consistent mass", "lumped mass"};
