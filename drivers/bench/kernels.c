@@ -149,14 +149,14 @@ static int make_matrix(const flesh_bench_bar *bar, bench *b)
   if (!status) status = flesh_bisection_create(b->A, NULL, &bisection);
   if (!status) status = b->linear->product_create(b->A, &bisection, 1, &b->product);
   flesh_bisection_clear(&bisection);
-  size_t apart;
+  size_t stride;
   const size_t length = 4 * (size_t)b->product.nodes;
-  if (!status && !(b->from = flesh_huge_pages_vectors(4, length, &apart)))
+  if (!status && !(b->from = flesh_huge_pages_vectors(4, length, &stride)))
     status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   if (!status) {
-    b->to = b->from + apart;
-    b->single_from = (float *)(b->from + 2 * apart);
-    b->single_to = (float *)(b->from + 3 * apart);
+    b->to = b->from + stride;
+    b->single_from = (float *)(b->from + 2 * stride);
+    b->single_to = (float *)(b->from + 3 * stride);
     for (size_t i = 0; i < b->n / 3; i++)
       for (size_t c = 0; c < 3; c++) b->single_from[4 * i + c] = (float)(b->from[4 * i + c] = b->x[3 * i + c]);
     b->linear->product_multiply_single(&b->product, b->A, b->linear->preconditioner_scale(b->preconditioner),

@@ -32,9 +32,9 @@ void *flesh_huge_pages_calloc(size_t bytes)
   return memory ? memset(memory, 0, bytes) : NULL;
 }
 
-double *flesh_huge_pages_vectors(size_t count, size_t n, size_t *apart)
+double *flesh_huge_pages_vectors(size_t count, size_t n, size_t *stride)
 {
   const size_t line = LINE / sizeof(double);
-  *apart = (n + line - 1) / line * line;
-  return flesh_huge_pages_calloc(count * *apart * sizeof(double));
+  *stride = (n + line - 1) / line * line;
+  return flesh_huge_pages_calloc(count * *stride * sizeof(double));
 }

@@ -14,8 +14,8 @@ void *flesh_huge_pages_alloc(size_t bytes);
 void *flesh_huge_pages_calloc(size_t bytes);
 
 /* `count` vectors of n numbers, zero, in one piece, so that short ones lie on large pages, too; NULL when there is no
- * memory. Vector k begins `*apart` numbers after vector k - 1, at a multiple of 64 bytes. Freeing the first frees
+ * memory. Vector k begins `*stride` numbers after vector k - 1, at a multiple of 64 bytes. Freeing the first frees
  * all. */
-double *flesh_huge_pages_vectors(size_t count, size_t n, size_t *apart);
+double *flesh_huge_pages_vectors(size_t count, size_t n, size_t *stride);
 
 #endif

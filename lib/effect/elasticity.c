@@ -56,13 +56,13 @@ static int elasticity_residual(const flesh_effect *effect, const flesh_point *po
   return residual_kernel(effect, point, r, NULL);
 }
 
-static int hessian_kernel(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, int anew,
+static int hessian_kernel(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, int assign,
                         const int *slots, double *values)
 {
   flesh_tets room;
   const flesh_tets *tets = tets_at(effect, point, &room);
   const flesh_tet_point at = {
-      .x = point->x, .scale = shift->x, .filter = (flesh_eigenvalue_filter)shift->filter, .anew = anew,
+      .x = point->x, .scale = shift->x, .filter = (flesh_eigenvalue_filter)shift->filter, .assign = assign,
       .multipliers = point->multipliers, .penalty = point->penalty};
   return flesh_tets_hessian(tets, FLESH_KERNEL_ELASTIC, &at, point->threads, slots, values);
 }
@@ -73,7 +73,7 @@ static int elasticity_jacobian(const flesh_effect *effect, const flesh_point *po
   return shift->x == 0 ? FLESH_OK : hessian_kernel(effect, point, shift, 0, slots, K->values);
 }
 
-static int elasticity_jacobian_anew(const flesh_effect *effect, const flesh_point *point,
+static int elasticity_jacobian_assign(const flesh_effect *effect, const flesh_point *point,
                                     const flesh_shift *shift, flesh_block_matrix *K, const int *slots)
 {
   if (shift->x != 0) return hessian_kernel(effect, point, shift, 1, slots, K->values);
@@ -258,7 +258,7 @@ static const flesh_effect_figures figures = {.memory = elasticity_memory};
   .potential = elasticity_potential, .energy = elasticity_energy, .destroy = elasticity_destroy, .figures = &figures
 
 #define SHORTCUTS                                                                                                      \
-  .jacobian_assign = elasticity_jacobian_anew, .evaluate = elasticity_evaluate, .stiff_rows = elasticity_stiff_rows,   \
+  .jacobian_assign = elasticity_jacobian_assign, .evaluate = elasticity_evaluate, .stiff_rows = elasticity_stiff_rows, \
   .stiff_values = elasticity_stiff_values, .softenings = elasticity_softenings,                                        \
   .instructions = elasticity_instructions
 

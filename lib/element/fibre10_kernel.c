@@ -104,7 +104,7 @@ static int fibre_hessian(const flesh_batches *batches, int tile, const flesh_tet
     if (status) return status;
     tile_expect(tiles, tile, k, slots, values);
   }
-  tile_close(tiles, tile, &own, at->anew, slots, values);
+  tile_close(tiles, tile, &own, at->assign, slots, values);
   return FLESH_OK;
 }
 

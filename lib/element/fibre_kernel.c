@@ -66,7 +66,7 @@ static int fibre_hessian(const flesh_batches *batches, int tile, const flesh_tet
       }
     tile_expect(tiles, tile, k, slots, values);
   }
-  tile_close(tiles, tile, &own, at->anew, slots, values);
+  tile_close(tiles, tile, &own, at->assign, slots, values);
   return FLESH_OK;
 }
 

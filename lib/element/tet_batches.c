@@ -357,7 +357,7 @@ static size_t memory_of_group(const flesh_tets *self, const flesh_tet_group *gro
          (own->shapes ? batches * (size_t)own->shapes_per_tet * 80 * lanes : 0) +
          (own->fibres ? batches * (size_t)own->shapes_per_tet * 32 * lanes : 0) +
          (own->masses ? tets * (size_t)own->masses_per_tet * sizeof *own->masses : 0) +
-         (2 * (size_t)group->order.pieces + (size_t)group->order.rounds) * sizeof(int);
+         (2 * (size_t)group->order.pieces + (size_t)group->order.colours) * sizeof(int);
 }
 
 size_t flesh_tets_memory(const flesh_tets *self)

@@ -1,5 +1,5 @@
 /* tet_batches.h: the tets of a body in batches for the kernels (tet_kernel.h), worked through piece by
- * piece and round by round (tet_order.h), with the same bits for any number of threads. */
+ * piece and colour by colour (tet_order.h), with the same bits for any number of threads. */
 #ifndef FLESH_ELEMENT_TET_BATCHES_H
 #define FLESH_ELEMENT_TET_BATCHES_H
 

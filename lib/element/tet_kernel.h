@@ -101,7 +101,7 @@ typedef struct flesh_tet_point {
   double scale_x;  /* of matrices, of what changes with x beside what changes with v */
   double scale;    /* of forces and energies of rates, and of matrices */
   flesh_eigenvalue_filter filter;      /* of matrices */
-  int anew;                     /* matrices are not added to what was there before */
+  int assign;                   /* matrices are not added to what was there before */
   const flesh_viscous *viscous; /* of every material, of the viscous kernel */
   const struct flesh_fibre_constants *fibre; /* of all tets, of the kernel of fibres */
   double activation;            /* of them */

@@ -103,20 +103,20 @@ static int by_turn(const void *a, const void *b)
   return p->piece - q->piece;
 }
 
-/* Writes the order from the pieces as cut and their turns: a round for every colour of every region. */
+/* Writes the order from the pieces as cut and their turns: each region has colours of its own. */
 static void arrange(const place *places, const flesh_tet_order *cut, turn *turns, flesh_tet_order *order)
 {
   flesh_sort(turns, (size_t)cut->pieces, sizeof *turns, by_turn);
-  order->rounds = 0;
+  order->colours = 0;
   for (int p = 0, tet = 0; p < cut->pieces; p++) {
     const turn *now = &turns[p];
     if (p == 0 || now->region != now[-1].region || now->colour != now[-1].colour)
-      order->round_first[order->rounds++] = p;
+      order->colour_first[order->colours++] = p;
     order->piece_first[p] = tet;
     for (int k = cut->piece_first[now->piece]; k < cut->piece_first[now->piece + 1]; k++)
       order->tet[tet++] = places[k].tet;
   }
-  order->round_first[order->rounds] = cut->pieces;
+  order->colour_first[order->colours] = cut->pieces;
   order->piece_first[cut->pieces] = cut->piece_first[cut->pieces];
 }
 
@@ -132,9 +132,9 @@ int flesh_tet_order_create(const flesh_mesh *mesh, int tets, const int *chosen, 
       .tet = flesh_malloc(((size_t)tets + 1) * sizeof *order->tet),
       .pieces = pieces,
       .piece_first = flesh_malloc(((size_t)pieces + 1) * sizeof *order->piece_first),
-      .round_first = flesh_malloc(((size_t)pieces + 1) * sizeof *order->round_first),
+      .colour_first = flesh_malloc(((size_t)pieces + 1) * sizeof *order->colour_first),
   };
-  int ok = places && cut.piece_first && turns && order->tet && order->piece_first && order->round_first;
+  int ok = places && cut.piece_first && turns && order->tet && order->piece_first && order->colour_first;
   if (ok) {
     find_places(mesh, tets, chosen, group, places);
     for (int p = 0; p <= pieces; p++) cut.piece_first[p] = (int)((int64_t)tets * p / pieces);
@@ -156,6 +156,6 @@ void flesh_tet_order_clear(flesh_tet_order *order)
 {
   flesh_free(order->tet);
   flesh_free(order->piece_first);
-  flesh_free(order->round_first);
+  flesh_free(order->colour_first);
   *order = (flesh_tet_order){0};
 }

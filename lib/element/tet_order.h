@@ -5,15 +5,15 @@
 
 #include "flesh/mesh.h"
 
-/* Pieces are runs of tets; those of one round share no node, so that they can add to the nodes (or
- * to the blocks between them) at the same time. Round after round, every node gets its additions
- * in an order that does not depend on how many work. */
+/* Pieces are runs of tets; pieces of one colour share no node, so that they can add to the nodes (or to the blocks
+ * between them) at the same time. Colour after colour, every node gets its additions in an order that does not depend
+ * on the number of threads. */
 typedef struct flesh_tet_order {
   int *tet;         /* [tets] the mesh's number of each */
   int pieces;       /* of nearly equal size */
   int *piece_first; /* [pieces+1] first tet of each, in the new order */
-  int rounds;
-  int *round_first; /* [rounds+1] first piece of each */
+  int colours;
+  int *colour_first; /* [colours+1] first piece of each */
 } flesh_tet_order;
 
 /* The tets `chosen` [tets] (NULL: all) along a space-filling curve; within a piece sorted by `group` [the mesh's tets]

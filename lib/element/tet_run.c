@@ -16,7 +16,7 @@ typedef struct job {
   const int *slots;
   double *result; /* residual, or values of the matrix */
   double sums[PARTS][2];
-  int round, first_piece;
+  int colour, first_piece;
   _Atomic int status; /* the largest */
 } job;
 
@@ -47,18 +47,18 @@ static void hessian_of_piece(void *data, int task)
     note_status(j, j->kernel->hessian_kernel(&j->self->batches, k, j->at, j->slots, j->result));
 }
 
-/* A round's pieces are dealt out in shares to the parts, from a part of its own on, so that few
- * pieces of many rounds go to many parts. */
-static int shares_of_round(const flesh_tet_order *order, int round)
+/* A colour's pieces are dealt out in shares to the parts, from a part of its own on, so that few
+ * pieces of many colours go to many parts. */
+static int shares_of_colour(const flesh_tet_order *order, int colour)
 {
-  int pieces = order->round_first[round + 1] - order->round_first[round];
+  int pieces = order->colour_first[colour + 1] - order->colour_first[colour];
   return pieces < PARTS ? pieces : PARTS;
 }
 
-static void tiles_of_share(const flesh_tet_group *self, int round, int share, int *from, int *until)
+static void tiles_of_share(const flesh_tet_group *self, int colour, int share, int *from, int *until)
 {
-  int first = self->order.round_first[round], shares = shares_of_round(&self->order, round);
-  int64_t pieces = self->order.round_first[round + 1] - first;
+  int first = self->order.colour_first[colour], shares = shares_of_colour(&self->order, colour);
+  int64_t pieces = self->order.colour_first[colour + 1] - first;
   *from = self->piece_tile[first + pieces * share / shares];
   *until = self->piece_tile[first + pieces * (share + 1) / shares];
 }
@@ -68,9 +68,9 @@ static void sums_of_part(void *data, int task)
 {
   job *j = data;
   const flesh_tet_order *order = &j->self->order;
-  for (int c = 0, from, until; c < order->rounds; c++) {
-    int share = (task - order->round_first[c] % PARTS + PARTS) % PARTS;
-    if (share >= shares_of_round(order, c)) continue;
+  for (int c = 0, from, until; c < order->colours; c++) {
+    int share = (task - order->colour_first[c] % PARTS + PARTS) % PARTS;
+    if (share >= shares_of_colour(order, c)) continue;
     tiles_of_share(j->self, c, share, &from, &until);
     residual_kernel(j, from, until, NULL, j->sums[task]);
   }
@@ -79,18 +79,18 @@ static void sums_of_part(void *data, int task)
 static void both_of_share(void *data, int task)
 {
   job *j = data;
-  double *sums = j->sums[(j->self->order.round_first[j->round] + task) % PARTS];
+  double *sums = j->sums[(j->self->order.colour_first[j->colour] + task) % PARTS];
   int from, until;
-  tiles_of_share(j->self, j->round, task, &from, &until);
+  tiles_of_share(j->self, j->colour, task, &from, &until);
   residual_kernel(j, from, until, j->result, sums);
 }
 
 static int run_pieces(job *j, flesh_threads *threads, flesh_task *task)
 {
   const flesh_tet_order *order = &j->self->order;
-  for (int c = 0; c < order->rounds && !j->status; c++) {
-    j->first_piece = order->round_first[c];
-    flesh_threads_run(threads, order->round_first[c + 1] - j->first_piece, task, j);
+  for (int c = 0; c < order->colours && !j->status; c++) {
+    j->first_piece = order->colour_first[c];
+    flesh_threads_run(threads, order->colour_first[c + 1] - j->first_piece, task, j);
   }
   return j->status;
 }
@@ -102,8 +102,8 @@ static int residual_of_group(const flesh_tet_group *self, const flesh_tet_kernel
   job j = {.self = self, .kernel = kernel, .at = at, .result = r};
   if (!sums) return run_pieces(&j, threads, residual_of_piece);
   if (!r) flesh_threads_run(threads, PARTS, sums_of_part, &j);
-  for (; r && j.round < self->order.rounds && !j.status; j.round++)
-    flesh_threads_run(threads, shares_of_round(&self->order, j.round), both_of_share, &j);
+  for (; r && j.colour < self->order.colours && !j.status; j.colour++)
+    flesh_threads_run(threads, shares_of_colour(&self->order, j.colour), both_of_share, &j);
   for (int p = 0; p < PARTS; p++)
     for (int k = 0; k < 2; k++) sums[k] += j.sums[p][k];
   return j.status;
@@ -139,8 +139,8 @@ int flesh_tets_hessian(const flesh_tets *self, flesh_kernel kernel, const flesh_
 {
   flesh_tet_point own = *at;
   int status = FLESH_OK;
-  if (self->group_count > 1) own.anew = 0;
-  for (int k = 0; own.anew != at->anew && k < self->cells.pair_count; k++)
+  if (self->group_count > 1) own.assign = 0;
+  for (int k = 0; own.assign != at->assign && k < self->cells.pair_count; k++)
     memset(values + 9 * (size_t)slots[k], 0, 9 * sizeof *values);
   for (int g = 0; g < self->group_count && !status; g++) {
     const flesh_tet_group *group = &self->groups[g];
@@ -179,8 +179,8 @@ void flesh_tets_rows(const flesh_tets *self, const flesh_tet_point *at, flesh_th
   const flesh_tet_group *group = flesh_tets_stiff(self);
   const flesh_tet_order *order = &group->order;
   rows_job j = {.self = group, .kernel = group->kernels->of[FLESH_KERNEL_ELASTIC], .at = at, .rows = rows};
-  for (int c = 0; c < order->rounds; c++) {
-    j.first_piece = order->round_first[c];
-    flesh_threads_run(threads, order->round_first[c + 1] - j.first_piece, rows_of_piece, &j);
+  for (int c = 0; c < order->colours; c++) {
+    j.first_piece = order->colour_first[c];
+    flesh_threads_run(threads, order->colour_first[c + 1] - j.first_piece, rows_of_piece, &j);
   }
 }

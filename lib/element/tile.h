@@ -96,14 +96,14 @@ INLINE void tile_expect(const flesh_tiles *tiles, int tile, int batch, const int
 enum { PARTS_OF_EIGHT = 8 / FLESH_LANES };
 
 /* The body's block = or += own. */
-INLINE void put_block(const flesh_real own[PARTS_OF_EIGHT], double ninth, int anew, double *block)
+INLINE void put_block(const flesh_real own[PARTS_OF_EIGHT], double ninth, int assign, double *block)
 {
   for (int part = 0; part < PARTS_OF_EIGHT; part++) {
     flesh_real_at *place = (flesh_real_at *)(block + part * FLESH_LANES);
-    if (anew) *place = own[part];
+    if (assign) *place = own[part];
     else *place += own[part];
   }
-  block[8] = anew ? ninth : block[8] + ninth;
+  block[8] = assign ? ninth : block[8] + ninth;
 }
 
 /* The first eight numbers of a block transposed. */
@@ -158,9 +158,9 @@ INLINE void subtract_pairs(const tile_blocks *own, const uint16_t **star, const 
   *ninth += second_ninth;
 }
 
-/* The body's blocks += own; `anew`: those that no tile before has = own. Those of the nodes follow from the others, as
- * a rigid displacement has no forces: K_aa = -sum of K_ab, of which the symmetric parts do. */
-INLINE void tile_close(const flesh_tiles *tiles, int tile, tile_blocks *own, int anew, const int *slots,
+/* The body's blocks += own; `assign`: those that no tile before has = own. Those of the nodes follow from the others,
+ * as a rigid displacement has no forces: K_aa = -sum of K_ab, of which the symmetric parts do. */
+INLINE void tile_close(const flesh_tiles *tiles, int tile, tile_blocks *own, int assign, const int *slots,
                        double *values)
 {
   const int *slot = tile_slots(tiles, tile, slots), pairs = tile_pairs(tiles, tile), nodes = tile_nodes(tiles, tile);
@@ -170,7 +170,7 @@ INLINE void tile_close(const flesh_tiles *tiles, int tile, tile_blocks *own, int
   const uint8_t *turned = ELEMENT_NODES == 4 ? NULL : tiles->turned + tiles->pair_first[tile];
   for (int k = 0; k < pairs; k++) {
     if (turned && turned[k]) transpose_block((flesh_real *)(own->eight + 8 * k));
-    put_block((const flesh_real *)(own->eight + 8 * k), own->ninth[k], anew && k < fresh[0],
+    put_block((const flesh_real *)(own->eight + 8 * k), own->ninth[k], assign && k < fresh[0],
               values + 9 * (size_t)slot[k]);
   }
   for (int i = 0; i < nodes; i++) {
@@ -187,7 +187,7 @@ INLINE void tile_close(const flesh_tiles *tiles, int tile, tile_blocks *own, int
       ninth -= *(const double *)((const char *)own->ninth + *star);
     }
     make_symmetric(sum);
-    put_block(sum, ninth, anew && i < fresh[1], values + 9 * (size_t)slot[pairs + i]);
+    put_block(sum, ninth, assign && i < fresh[1], values + 9 * (size_t)slot[pairs + i]);
   }
 }
 

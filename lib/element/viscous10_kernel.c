@@ -94,7 +94,7 @@ static int hessian_kernel(const flesh_batches *batches, int tile, const flesh_te
     add_blocks(&t, of_nodes, &own);
     tile_expect(tiles, tile, k, slots, values);
   }
-  tile_close(tiles, tile, &own, at->anew, slots, values);
+  tile_close(tiles, tile, &own, at->assign, slots, values);
   return FLESH_OK;
 }
 

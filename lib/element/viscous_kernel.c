@@ -65,7 +65,7 @@ static int hessian_kernel(const flesh_batches *batches, int tile, const flesh_te
     viscous_blocks(&t, at, F, S, add_to_tile, &own);
     tile_expect(tiles, tile, k, slots, values);
   }
-  tile_close(tiles, tile, &own, at->anew, slots, values);
+  tile_close(tiles, tile, &own, at->assign, slots, values);
   return FLESH_OK;
 }
 

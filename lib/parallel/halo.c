@@ -120,7 +120,7 @@ static void exchange(const flesh_halo *self, flesh_communicator *communicator, i
   flesh_communicator_end(communicator);
 }
 
-void flesh_halo_share(const flesh_halo *self, flesh_communicator *communicator, const flesh_team_vector *vector)
+void flesh_halo_update_ghosts(const flesh_halo *self, flesh_communicator *communicator, const flesh_team_vector *vector)
 {
   pack(vector, self->first_own[self->count], self->own, self->of_own);
   exchange(self, communicator, vector->width, self->first_own, self->of_own, self->first_ghost, self->of_ghosts);
@@ -137,7 +137,7 @@ void flesh_halo_tell(const flesh_halo *self, flesh_communicator *communicator, c
   exchange(self, communicator, vector->width, self->first_ghost, self->of_ghosts, self->first_own, self->of_own);
 }
 
-void flesh_halo_collect(const flesh_halo *self, flesh_communicator *communicator, const flesh_team_vector *vector)
+void flesh_halo_add_ghosts(const flesh_halo *self, flesh_communicator *communicator, const flesh_team_vector *vector)
 {
   const int ghosts = self->first_ghost[self->count];
   flesh_halo_tell(self, communicator, vector);

@@ -40,8 +40,9 @@ int flesh_halo_create(flesh_communicator *communicator, flesh_shared_nodes *shar
 void flesh_halo_clear(flesh_halo *halo);
 
 /* See team.h. */
-void flesh_halo_share(const flesh_halo *halo, flesh_communicator *communicator, const flesh_team_vector *vector);
-void flesh_halo_collect(const flesh_halo *halo, flesh_communicator *communicator, const flesh_team_vector *vector);
+void flesh_halo_update_ghosts(const flesh_halo *halo, flesh_communicator *communicator,
+                              const flesh_team_vector *vector);
+void flesh_halo_add_ghosts(const flesh_halo *halo, flesh_communicator *communicator, const flesh_team_vector *vector);
 /* Owners get what all ghosts of theirs have, in the order of halo->own, into halo->of_own; nothing is added. */
 void flesh_halo_tell(const flesh_halo *halo, flesh_communicator *communicator, const flesh_team_vector *vector);
 

@@ -19,13 +19,13 @@ static int links_agree(const void *data, int status)
 static void links_share(const void *data, const flesh_team_vector *vector)
 {
   const flesh_links *self = data;
-  flesh_halo_share(vector->reached ? &self->reached : &self->halo, self->communicator, vector);
+  flesh_halo_update_ghosts(vector->reached ? &self->reached : &self->halo, self->communicator, vector);
 }
 
 static void links_collect(const void *data, const flesh_team_vector *vector)
 {
   const flesh_links *self = data;
-  flesh_halo_collect(vector->reached ? &self->reached : &self->halo, self->communicator, vector);
+  flesh_halo_add_ghosts(vector->reached ? &self->reached : &self->halo, self->communicator, vector);
 }
 
 static void links_exchange_begin(const void *data, int count, const flesh_team_message *messages)

@@ -1,4 +1,4 @@
-/* test_tet_order.c: the order in which tets are worked through: each once, and no conflicts within a round. */
+/* test_tet_order.c: the order in which tets are worked through: each once, and no conflicts within a colour. */
 #include <stdlib.h>
 
 #include "element/tet_order.h"
@@ -14,13 +14,13 @@ static void check_order(const int cells[3], int fewest_pieces)
   int tets = flesh_mesh_tet_count(mesh), nodes = flesh_mesh_node_count(mesh);
   int *owner = malloc((size_t)nodes * sizeof *owner), conflicts = 0, twice = 0;
   char *seen = calloc((size_t)tets, 1);
-  CHECK(order.pieces > fewest_pieces && order.rounds > 1 && order.rounds < 30 * (1 + order.pieces / 256));
-  CHECK(order.round_first[order.rounds] == order.pieces);
+  CHECK(order.pieces > fewest_pieces && order.colours > 1 && order.colours < 30 * (1 + order.pieces / 256));
+  CHECK(order.colour_first[order.colours] == order.pieces);
   CHECK(order.piece_first[order.pieces] == tets);
-  for (int c = 0; c < order.rounds; c++) {
-    CHECK(order.round_first[c] < order.round_first[c + 1]);
+  for (int c = 0; c < order.colours; c++) {
+    CHECK(order.colour_first[c] < order.colour_first[c + 1]);
     for (int i = 0; i < nodes; i++) owner[i] = -1;
-    for (int p = order.round_first[c]; p < order.round_first[c + 1]; p++)
+    for (int p = order.colour_first[c]; p < order.colour_first[c + 1]; p++)
       for (int k = order.piece_first[p]; k < order.piece_first[p + 1]; k++) {
         twice += seen[order.tet[k]]++;
         for (int a = 0; a < 4; a++) {
