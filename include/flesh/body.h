@@ -1,5 +1,5 @@
 /* body.h: what a body is made of, and the groups of nodes that its elements couple.
- * What returns no status cannot fail. */
+ * Functions that return no status cannot fail. */
 #ifndef FLESH_BODY_H
 #define FLESH_BODY_H
 

@@ -1,5 +1,5 @@
 /* contact.h: the effect that keeps a body out of an obstacle.
- * What returns no status cannot fail. */
+ * Functions that return no status cannot fail. */
 #ifndef FLESH_CONTACT_H
 #define FLESH_CONTACT_H
 

@@ -62,7 +62,7 @@
  * which lies on the line along which the unknown moves the point. Methods of order 2 repeat a solve
  * with the state frozen at the last solution, until the solution is the frozen state; the effect is
  * then evaluated without approximation at the method's point. Backward Euler freezes the start of
- * its step, at rest, so that rates become differences over the step. What returns no status cannot
+ * its step, at rest, so that rates become differences over the step. Functions that return no status cannot
  * fail. */
 #ifndef FLESH_EFFECT_H
 #define FLESH_EFFECT_H

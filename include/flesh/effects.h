@@ -1,4 +1,4 @@
-/* effects.h: the effects that come with the library. What returns no status cannot fail. */
+/* effects.h: the effects that come with the library. Functions that return no status cannot fail. */
 #ifndef FLESH_EFFECTS_H
 #define FLESH_EFFECTS_H
 

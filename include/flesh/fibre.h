@@ -1,4 +1,4 @@
-/* fibre.h: how hard a muscle fibre pulls. What returns no status cannot fail. */
+/* fibre.h: how hard a muscle fibre pulls. Functions that return no status cannot fail. */
 #ifndef FLESH_FIBRE_H
 #define FLESH_FIBRE_H
 

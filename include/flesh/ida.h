@@ -41,7 +41,7 @@
  * serial, OpenMP or Pthreads, of length 2*3*n. Of a part of a body (flesh_system_set_part) they are
  * those of N_VNew_Parallel: on a rank x of the part's own nodes, then v of these, 2*3 numbers for
  * each node of the whole in all; everything here is collective then, but for creating and freeing
- * matrices and solvers, and there is no SUNSparseMatrix. What returns no status cannot fail. */
+ * matrices and solvers, and there is no SUNSparseMatrix. Functions that return no status cannot fail. */
 #ifndef FLESH_IDA_H
 #define FLESH_IDA_H
 

@@ -1,6 +1,6 @@
 /* instructions.h: which vector instructions elements and linear solvers use. Results are the same
  * bits with the same instructions; with others they agree to rounding.
- * What returns no status cannot fail. */
+ * Functions that return no status cannot fail. */
 #ifndef FLESH_INSTRUCTIONS_H
 #define FLESH_INSTRUCTIONS_H
 

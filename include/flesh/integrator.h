@@ -1,5 +1,5 @@
 /* integrator.h: time stepping and statics. An integrator owns its KINSOL; states are plain data.
- * What returns no status cannot fail. */
+ * Functions that return no status cannot fail. */
 #ifndef FLESH_INTEGRATOR_H
 #define FLESH_INTEGRATOR_H
 

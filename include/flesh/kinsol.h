@@ -31,7 +31,7 @@
  * The callbacks' user_data is the problem, or any struct whose first member is a pointer to it:
  *
  *   struct mine { flesh_problem *problem; ... } mine = {problem, ...};
- *   KINSetUserData(kin, &mine); What returns no status cannot fail. */
+ *   KINSetUserData(kin, &mine); Functions that return no status cannot fail. */
 #ifndef FLESH_KINSOL_H
 #define FLESH_KINSOL_H
 

@@ -1,5 +1,5 @@
 /* linear_solver.h: kinds of linear solvers and preconditioners.
- * What returns no status cannot fail. */
+ * Functions that return no status cannot fail. */
 #ifndef FLESH_LINEAR_SOLVER_H
 #define FLESH_LINEAR_SOLVER_H
 

@@ -35,7 +35,7 @@
  *
  * Neo, A, B and C are undefined for J <= 0: every function of F then returns FLESH_UNDEFINED. A
  * non-finite F, or a result too large for a double, gives FLESH_NONFINITE. Whatever is not FLESH_OK
- * leaves the outputs as they were. What returns no status cannot fail. */
+ * leaves the outputs as they were. Functions that return no status cannot fail. */
 #ifndef FLESH_MATERIAL_H
 #define FLESH_MATERIAL_H
 

@@ -8,7 +8,7 @@
  * the corners alone reads the tets with straight edges. In a mesh of order 2 some tets may have four
  * nodes, none of whose edges is one of a tet of ten: bodies of different elements side by side.
  *
- * What returns no status cannot fail. */
+ * Functions that return no status cannot fail. */
 #ifndef FLESH_MESH_H
 #define FLESH_MESH_H
 

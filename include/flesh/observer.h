@@ -1,5 +1,5 @@
 /* observer.h: a run, and what observes it: history, frames, the skin.
- * What returns no status cannot fail. */
+ * Functions that return no status cannot fail. */
 #ifndef FLESH_OBSERVER_H
 #define FLESH_OBSERVER_H
 

@@ -1,4 +1,4 @@
-/* obstacle.h: obstacles that a body cannot enter. What returns no status cannot fail. */
+/* obstacle.h: obstacles that a body cannot enter. Functions that return no status cannot fail. */
 #ifndef FLESH_OBSTACLE_H
 #define FLESH_OBSTACLE_H
 

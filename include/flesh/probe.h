@@ -1,4 +1,4 @@
-/* probe.h: quantities at chosen points or nodes, written to probes.csv. What returns no status cannot fail. */
+/* probe.h: quantities at chosen points or nodes, written to probes.csv. Functions that return no status cannot fail. */
 #ifndef FLESH_PROBE_H
 #define FLESH_PROBE_H
 

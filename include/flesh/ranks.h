@@ -7,7 +7,7 @@
  * lib/parallel/README.md has what is shared out so far.
  *
  * Where flesh is built without MPI or METIS there is one rank. MPI's errors go to the error handler of the communicator
- * that was given; MPI's own ends all ranks. What returns no status cannot fail. */
+ * that was given; MPI's own ends all ranks. Functions that return no status cannot fail. */
 #ifndef FLESH_RANKS_H
 #define FLESH_RANKS_H
 

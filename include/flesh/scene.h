@@ -2,7 +2,7 @@
  *
  * Every key stands once in a table with type, unit, default and doc; parsing, validation, `flesh
  * schema` and the resolved scene come from it. Unknown keys are refused with the nearest known one.
- * What returns no status cannot fail. */
+ * Functions that return no status cannot fail. */
 #ifndef FLESH_SCENE_H
 #define FLESH_SCENE_H
 

@@ -9,7 +9,7 @@
  * N_a(L) x_a with the quadratic shape functions N_a, so that the skin bends with the body's edges;
  * at rest, too, where these are curved. Outside the tets the map is continued linearly.
  *
- * What returns no status cannot fail. */
+ * Functions that return no status cannot fail. */
 #ifndef FLESH_SKIN_H
 #define FLESH_SKIN_H
 

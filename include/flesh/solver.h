@@ -1,5 +1,5 @@
 /* solver.h: options, stages and statistics of the nonlinear solve, without any SUNDIALS type.
- * What returns no status cannot fail. */
+ * Functions that return no status cannot fail. */
 #ifndef FLESH_SOLVER_H
 #define FLESH_SOLVER_H
 

@@ -2,7 +2,7 @@
  *
  * The sign is SUNDIALS': 0 fine; > 0 recoverable (nothing was modified, a shorter step or another
  * state may succeed); < 0 fatal. The library never prints and never exits.
- * What returns no status cannot fail. */
+ * Functions that return no status cannot fail. */
 #ifndef FLESH_STATUS_H
 #define FLESH_STATUS_H
 

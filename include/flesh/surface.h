@@ -1,7 +1,7 @@
 /* surface.h: surfaces of polygons: read from files, as a body's skin or an obstacle.
  *
  * A surface is const once made and can serve any number of systems and threads. Vertices and faces
- * are numbered from 0 in the file's order. What returns no status cannot fail. */
+ * are numbered from 0 in the file's order. Functions that return no status cannot fail. */
 #ifndef FLESH_SURFACE_H
 #define FLESH_SURFACE_H
 

@@ -2,7 +2,7 @@
  *
  * Built by create, add..., finish; const from then on, so that several runs and threads can share
  * it. All nodes are unknowns in the mesh's numbering; constrained ones are handled by the solvers
- * as identity rows. What returns no status cannot fail. */
+ * as identity rows. Functions that return no status cannot fail. */
 #ifndef FLESH_SYSTEM_H
 #define FLESH_SYSTEM_H
 

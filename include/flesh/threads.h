@@ -3,7 +3,7 @@
  * Results are the same bits for any number of threads as long as work is cut into tasks by its size
  * alone, every task writes objects of its own that no other task reads or writes (the two halves of
  * a word that is written as a whole are one object), and the sums of tasks are added in the tasks'
- * order afterwards. All tasks of flesh obey this. What returns no status cannot fail. */
+ * order afterwards. All tasks of flesh obey this. Functions that return no status cannot fail. */
 #ifndef FLESH_THREADS_H
 #define FLESH_THREADS_H
 

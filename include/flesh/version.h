@@ -3,7 +3,7 @@
  * In MAJOR.MINOR.PATCH, MAJOR changes when programs have to be compiled anew, MINOR when functions
  * are added. While MAJOR is 0, MINOR stands for MAJOR and PATCH for MINOR. The soname, the name that
  * programs load, follows: libflesh.so.MAJOR, and libflesh.so.0.MINOR while MAJOR is 0.
- * test/tree/abi.txt lists what a version exports. What returns no status cannot fail. */
+ * test/tree/abi.txt lists what a version exports. Functions that return no status cannot fail. */
 #ifndef FLESH_VERSION_H
 #define FLESH_VERSION_H
 

@@ -13,7 +13,7 @@ import re
 TOP = os.path.abspath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
 DECLARATION = re.compile(r"FLESH_API\s+([^;{(]*?)\b(flesh_\w+)\s*\(([^;]*?)\);")
 CODE = re.compile(r"FLESH_(?:ERR_\w+|UNDEFINED|NONFINITE|NOT_CONVERGED|NOT_POSITIVE)\b")
-ALL = "What returns no status cannot fail."
+ALL = "Functions that return no status cannot fail."
 TOKEN = re.compile(r'"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'|//[^\n]*|/\*.*?\*/', re.S)
 HEADLESS = re.compile(r"/[/*]+<?[\s*]*(Of|What|Where|Those|That|The same|Whose|As|By)\b")
 
