@@ -31,7 +31,7 @@ static const char details[] =
     "at every step\n"
     "it takes, of the adaptive methods also at their own. Methods:\n"
     FLESH_ACCURACY_METHOD_LIST(METHOD_LINE)
-    "Then it varies, each alone, the other prices of a run of fixed steps: Newton's tolerance, the "
+    "Then it varies, each alone, the other settings that affect the cost of fixed steps: Newton's tolerance, the "
     "linear\n"
     "tolerance, the eigenvalue filter, the mass matrix and, with --finer, the mesh.\n"
     "\n"

@@ -100,7 +100,7 @@ static void say_target(const flesh_accuracy_plan *plan, double share, FILE *stre
       say_run(plan, row, stream);
       if (row == best) SAY("  <- least CPU time");
       else if (flesh_accuracy_same_run(row, best)) SAY("; a tie: the same steps and errors");
-      else if (!flesh_accuracy_compare_times(row, best)) SAY("; as much, as well as times show");
+      else if (!flesh_accuracy_compare_times(row, best)) SAY("; the same cost, within the noise of the clock");
       else SAY("; %.3g times as much", row->figures.cpu_s / best->figures.cpu_s);
     } else if ((row = most_accurate(plan, plan->methods[m]))) {
       SAY("not reached; its best: ");
@@ -233,8 +233,8 @@ static void say_reference(const flesh_accuracy_plan *plan, FILE *stream)
 {
   const flesh_accuracy_reference *about = &plan->reference;
   SAY("\nreference: %s; against %s\n", about->first, about->second);
-  SAY("  they differ by %.2e m rms, the first changed by %.2e m when it was refined last, and between its %d times it "
-      "is known to %.2e m: errors below %.2e m (%.2g %% of the motion) are not reported\n",
+  SAY("  they differ by %.2e m rms, the last refinement changed the first by %.2e m, interpolation between its %d "
+      "times adds %.2e m: errors below %.2e m (%.2g %% of the motion) are not reported\n",
       about->apart, about->change, plan->grid.count, about->between, about->uncertainty.position_rms,
       100 * about->uncertainty.position_rms / about->scale.motion);
   SAY("  motion: %.3g m rms, node %d moves most, %.3g m", about->scale.motion, about->scale.tip,

@@ -28,7 +28,7 @@ static const char details[] =
     "against time), worst_*.png (the frame of largest change of volume of each energy, coloured by J), shapes_*.png\n"
     "(all energies side by side: before the scene's last event, such as a release, and at the end), and runs/\n"
     "(each with history.csv, result.json and the states pictured).\n"
-    "Which part of a figure is the mesh's is seen on two resolutions and two elements: give the scene on two meshes,\n"
+    "To see the error of the mesh, compare two resolutions and two elements: give the scene on two meshes,\n"
     "or --refine 0,1, and --elements tet4,tet10-mean. The verdict then speaks of the finest (the most accurate\n"
     "element on the mesh with the most nodes) and claims what the next finest confirms; of the other runs it says\n"
     "by how much they are off. drift.csv has element, nodes, finest (1 where the verdict speaks of the row),\n"

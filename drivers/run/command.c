@@ -79,7 +79,7 @@ static void report(const flesh_figures *figures, const flesh_outcome *outcome, c
            figures->at_rounding, figures->solves);
   const flesh_separation *separation = &figures->separation;
   if (separation->begun && !separation->ignored)
-    printf("what went through each other at the start (%d place%s) is apart and touches since t = %.6g s\n",
+    printf("the initial overlaps (%d place%s) were resolved at t = %.6g s; contact acts there since then\n",
            separation->begun, separation->begun == 1 ? "" : "s", separation->t_apart);
   if (figures->unconverged)
     printf("%ld of %ld solves were accepted without convergence\n", figures->unconverged,
@@ -294,7 +294,8 @@ static int read_and_run(given *g, int argc, char **argv)
       {"checkpoint", "EVERY", FLESH_OPTION_TEXT, &g->checkpoint,
        "60s or 100steps: write so often, and where the run is asked to stop, what --resume goes on from"},
       {"resume", "DIR", FLESH_OPTION_TEXT, &g->resume,
-       "go on with the run in DIR from its last checkpoint, by as many ranks with the same bits (instead of SCENE)"},
+       "go on with the run in DIR from its last checkpoint (instead of SCENE); on the same number of ranks, bitwise "
+       "identical"},
       {"max-seconds", "S", FLESH_OPTION_POSITIVE, &options->max_seconds,
        "stop in order once S seconds are spent, with those that reading the scene takes and those before --resume; a step in flight is given up"},
       {"no-frames", NULL, FLESH_OPTION_SWITCH, &options->no_frames, "write no VTU frames"},

@@ -110,7 +110,7 @@ static int check_sum(flesh_scanner *s, int parts)
     return flesh_scan_fail(s, "%s stands behind the last of %d parts", flesh_scan_show(s), parts);
   sum_line(s->begin, (size_t)(s->at - s->begin), line);
   if ((size_t)(s->end - s->at) == strlen(line) && !memcmp(s->at, line, strlen(line))) return FLESH_OK;
-  return flesh_scan_fail(s, "the index is damaged (its check sum is another); split the mesh again");
+  return flesh_scan_fail(s, "the index is damaged (the checksum does not match); split the mesh again");
 }
 
 static int read_rows(flesh_scanner *s, flesh_split *split)

@@ -201,7 +201,8 @@ static int take(const flesh_split *split, const char *path, int part, const char
   }
   memcpy(&given, at, sizeof given);
   if (sum != given)
-    return flesh_fail(FLESH_ERR_FILE, "%s: the part is damaged (its check sum is another); split the mesh again", path);
+    return flesh_fail(FLESH_ERR_FILE, "%s: the part is damaged (the checksum does not match); split the mesh again",
+                      path);
   return check_arrays(split, path, part, a);
 }
 

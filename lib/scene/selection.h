@@ -30,7 +30,7 @@ extern const flesh_key flesh_sphere_keys[];
    .default_value = "", .doc = "nodes of the tets with these region tags"},             \
   {.name = "body", .type = FLESH_KEY_TEXT, .offset = offsetof(parameters, member.body),            \
    .default_value = "",                                                                            \
-   .doc = "only what is of the body of this name; by itself the whole of it"}
+   .doc = "restricts the selection to this body; given alone, selects all of it"}
 /* clang-format on */
 
 /* The selected nodes, ascending (by all given criteria together). Returns new *nodes [*count],

@@ -53,7 +53,7 @@ _handler = None
 def set_error_handler(handler) -> None:
     """Has handler(status, sentence) called for every failure that the library records; None: no handler.
 
-    A positive status is a try that may still be mended. It may be called from threads of the library.
+    A positive status is recoverable. It may be called from threads of the library.
     """
     global _handler
     function = ffi.NULL if handler is None else ffi.callback(

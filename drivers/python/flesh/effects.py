@@ -290,7 +290,7 @@ class Joint(Effect):
 
     Args:
         first, second: [count] the groups; each node is coupled with every other.
-        point: [3] m, at rest, which both groups carry along.
+        point: [3] m, position of the joint at rest.
         stiffness: N/m, against parting; of a hinge half of it at either end of the axis.
         axis: [3] m, of a hinge, as long as the hinge is, the point in its middle; None: a ball.
     """

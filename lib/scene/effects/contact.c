@@ -98,7 +98,7 @@ static const flesh_key keys[] = {
      .doc = "distance at which the barrier begins. Default: 1/20 of the mean edge of the body's "
             "surface"},
     {.name = "friction", .type = FLESH_KEY_NUMBER, AT(friction), .range = FLESH_RANGE_NOT_NEGATIVE,
-     .default_value = "0", .doc = "Coulomb's coefficient; in statics only a moving obstacle rubs"},
+     .default_value = "0", .doc = "Coulomb's coefficient; in statics, friction acts only against moving obstacles"},
     {.name = "slip_speed", .type = FLESH_KEY_NUMBER, AT(slip_speed), .range = FLESH_RANGE_POSITIVE,
      .unit = "m/s", .default_value = "1e-3",
      .doc = "speed below which friction is viscous: sticking contact slides more slowly than this"},

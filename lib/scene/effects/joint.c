@@ -23,7 +23,7 @@ static const flesh_key keys[] = {
     {.name = "second", .type = FLESH_KEY_OBJECT, .offset = offsetof(parameters, second), .children = side_keys,
      .doc = "the other group"},
     {.name = "point", .type = FLESH_KEY_VECTOR, .offset = offsetof(parameters, point), .unit = "m",
-     .doc = "at rest, which both groups carry along as their best affine fit moves; of a spring the first group"},
+     .doc = "position of the joint at rest; for a spring, where the first group is attached"},
     {.name = "axis", .type = FLESH_KEY_VECTOR, .offset = offsetof(parameters, axis), .unit = "m", .default_value = "",
      .doc = "of a hinge, at rest, as long as the hinge is, the point in its middle; without axis and to the joint is "
             "a ball"},
@@ -41,7 +41,7 @@ static int check(const parameters *p)
 {
   const int to = !isnan(p->to[0]);
   if (to && !isnan(p->axis[0]))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "axis stands beside to; give axis for a hinge or to for a spring");
+    return flesh_fail(FLESH_ERR_ARGUMENT, "axis and to are both given; give axis for a hinge, or to for a spring");
   if (!to && !isnan(p->length))
     return flesh_fail(FLESH_ERR_ARGUMENT, "length is given without to; only a spring, from point to to, has one");
   return FLESH_OK;

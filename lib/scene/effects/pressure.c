@@ -33,9 +33,9 @@ static int add(const void *values, const flesh_body *body, flesh_system *system)
 const flesh_effect_row flesh_effect_row_pressure = {
     .name = "pressure",
     .doc = "A pressure that follows the deformed surface. On a closed surface (also one that encloses a hollow) it "
-     "is conservative. On an open one the part of the rim's edges is lagged: backward Euler takes it from the step "
-     "before, methods of order 2 solve every step twice for it and keep their order; statics and adaptive steps have it "
-     "as it is. Its work is in no energy.",
+     "is conservative. On an open surface the terms of its rim are lagged: backward Euler takes them from the previous "
+     "state, methods of order 2 solve every step twice for them and keep their order; statics and adaptive steps "
+     "take them as they are. Their work is in no energy.",
     .keys = keys,
     .parameters_size = sizeof(parameters),
     .sample = "{box: [[0.9, -1, -1], [2, 2, 2]], pressure: 2000, amplitude: [{time: 0, value: 0.5}, {time: 1, value: 1}], "

@@ -31,7 +31,7 @@ const flesh_effect_row flesh_effect_row_viscosity = {
            "midpoint "
            "rule keeps the angular momentum exactly, Newmark's and HHT within an error of order 2 in the step that "
            "does not "
-           "add up, and the other methods lose what they lose without viscosity. Methods of order 2 repeat their "
+           "add up, and the other methods lose as much of it as without viscosity. Methods of order 2 repeat their "
            "solves for "
            "it, which costs some half of a step.",
     .keys = keys,

@@ -37,8 +37,8 @@ static const flesh_key keys[] = {
      .doc = "the surfaces part by traction over stiffness; without it 30 times 3 mu over an edge of the softer side"},
     {.name = "breaks_at", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, breaks_at),
      .range = FLESH_RANGE_POSITIVE, .unit = "Pa", .default_value = "",
-     .doc = "where it is given, each common part of two triangles breaks after a step at whose end the root of tension^2 + "
-            "shear^2 is above it; compression counts nothing. The adaptive methods refuse it"},
+     .doc = "each common part of two triangles breaks when sqrt(tension^2 + shear^2) exceeds this at the end of a step; "
+            "compression is ignored. Without it nothing breaks. The adaptive methods refuse it"},
     {0}};
 
 static int is_given(const flesh_selection *s)
