@@ -20,7 +20,8 @@ typedef struct flesh_environment {
   int softened;
   /* The flesh_system_ functions set the rest for the effect at hand (system/effect_view.h). */
   void *near; /* its part of `proximity` */
-  /* Its sums over the ranks that share out the body (flesh_effect_ranks); NULL: there is one rank, and it finds them itself. */
+  /* Its sums over the ranks that share out the body (flesh_effect_ranks); NULL: there is one rank, and it finds them
+   * itself. */
   const double *sums;
   /* Internal variables of all effects, in which flesh_effect_internal.update of an effect that takes bonds reads whether
    * bonds hold (flesh_bond.variable); NULL everywhere else. */

@@ -1,10 +1,10 @@
 /* surface_release.c: what was held together and is let go: it lies on a seat until it has come apart, and then touches.
  *
- * A bonded point is HELD while its bonds hold. When one of them breaks it is SEATED (contact_seat.h) on the face that it
- * was held to, and then on those that it slides to, step by step. Once no bond holds, and it is as far from them as forces
- * reach, in front or beyond an edge of the body, it is APART, and touches all. Edges have no seat: they are APART once they are that far
- * from each other and their nodes are. All this changes between steps alone, with neither forces nor energy but where a
- * seat slides to a face at an angle. */
+ * A bonded point is HELD while its bonds hold. When one of them breaks it is SEATED (contact_seat.h) on the face that
+ * it was held to, and then on those that it slides to, step by step. Once no bond holds, and it is as far from them as
+ * forces reach, in front or beyond an edge of the body, it is APART, and touches all. Edges have no seat: they are
+ * APART once they are that far from each other and their nodes are. All this changes between steps alone, with neither
+ * forces nor energy but where a seat slides to a face at an angle. */
 #include <math.h>
 #include <stdlib.h>
 

@@ -4,12 +4,13 @@
  * there n times as deep as the solution, Newton's iteration takes log2 n steps, each of which halves the depth, however
  * well all else is known: it extrapolates by the stiffness here to forces as small as there. The secant from here to
  * where the force is the expected one has no such error: with the force as an unknown of its own, f = B'(s), it is the
- * step that inverts that law exactly (primal-dual methods, Nocedal & Wright 2006, section 19.3, linearise s f(s) = const
- * for the same reason).
+ * step that inverts that law exactly (primal-dual methods, Nocedal & Wright 2006, section 19.3, linearise s f(s) =
+ * const for the same reason).
  *
  * The expected force is what the last iteration's linear model predicts for where the node is now, and before the first
- * one that at the state the step begins with. A solve says when it is to be predicted, once for each of its matrices. Where the node is as expected the secant is the tangent, so that
- * the iteration converges as Newton's does, to the same place. */
+ * one that at the state the step begins with. A solve says when it is to be predicted, once for each of its matrices.
+ * Where the node is as expected the secant is the tangent, so that the iteration converges as Newton's does, to the
+ * same place. */
 #ifndef FLESH_GEOMETRY_CONTACT_SECANT_H
 #define FLESH_GEOMETRY_CONTACT_SECANT_H
 

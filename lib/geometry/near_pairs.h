@@ -22,9 +22,9 @@ typedef struct flesh_near_pairs {
 
 /* Finds near pairs of one surface, again and again, in memory that it keeps, for one caller at a time. For the surface
  * (borrowed) at rest at X [3*mesh_nodes]. may_meet [body_count*body_count]: whether two bodies, and a body with itself,
- * may meet, the same for (a, b) and (b, a); NULL: all may. Edges and faces between nodes of several
- * bodies count as of the highest. Pairs of one connected piece of a body that are nearer than rest_distance [m] at rest
- * are left out for good, which may be more than an edge's length; these pairs take memory, about as many for each node as there are
+ * may meet, the same for (a, b) and (b, a); NULL: all may. Edges and faces between nodes of several bodies count as of
+ * the highest. Pairs of one connected piece of a body that are nearer than rest_distance [m] at rest are left out for
+ * good, which may be more than an edge's length; these pairs take memory, about as many for each node as there are
  * faces within that distance, and for each edge as edges. FLESH_ERR_MEMORY; FLESH_ERR_ARGUMENT where X is not finite or
  * the distance is negative. */
 int flesh_near_finder_create(const flesh_contact_surface *surface, const double *X, const unsigned char *may_meet,

@@ -4,8 +4,8 @@
 
 #include "flesh/mesh.h"
 
-/* The weights of a tet's nodes at barycentric coordinates L, in the order of flesh_mesh_tet_nodes (mesh/pieces.h); returns how many
- * nodes there are. */
+/* The weights of a tet's nodes at barycentric coordinates L, in the order of flesh_mesh_tet_nodes (mesh/pieces.h);
+ * returns how many nodes there are. */
 int flesh_tet_weights(const flesh_mesh *mesh, int tet, const double L[4], int nodes[10], double weights[10]);
 
 /* F at L of a body at x [3*n]; returns the rest volume that the tet would have if it were everywhere as large as at L,

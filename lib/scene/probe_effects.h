@@ -8,8 +8,8 @@
  * FLESH_ERR_ARGUMENT with the effects that there are, FLESH_ERR_MEMORY. */
 int flesh_scene_probe_effect(flesh_scene *scene, const char *word, flesh_probe *probe);
 
-/* How many pins, prescribed motions, contacts, welds and joints the scene has; a probe of each, named pin, pin_2, ..., into probes.
- * FLESH_ERR_MEMORY. */
+/* How many pins, prescribed motions, contacts, welds and joints the scene has; a probe of each, named pin, pin_2, ...,
+ * into probes. FLESH_ERR_MEMORY. */
 int flesh_scene_count_bearing(const flesh_scene *scene);
 int flesh_scene_probe_bearing(flesh_scene *scene, flesh_probe *probes);
 

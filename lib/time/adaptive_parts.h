@@ -1,5 +1,5 @@
-/* adaptive_parts.h: what the adaptive integrator is made of: shared by its steps (adaptive.c) and what is told of its failures
- * (adaptive_failure.c), and by nothing else. */
+/* adaptive_parts.h: what the adaptive integrator is made of: shared by its steps (adaptive.c) and what is told of its
+ * failures (adaptive_failure.c), and by nothing else. */
 #ifndef FLESH_TIME_ADAPTIVE_PARTS_H
 #define FLESH_TIME_ADAPTIVE_PARTS_H
 

@@ -30,10 +30,10 @@ void flesh_extrapolation_archive(flesh_extrapolation *self, flesh_archive *archi
 /* Nothing is known. */
 void flesh_extrapolation_forget(flesh_extrapolation *self);
 
-/* The displacement u [3*n] of a step of h from the state at t with this serial number, by a recurrence
- * u_0 = w_1 u_1 + w_2 u_2 + ... of those before: that of a polynomial in time, or the one that fits the last step best, such as the vibrations of a few modes obey
- * (linear prediction, Makhoul 1975), whichever would have predicted the last step better from those before it. Of up to
- * three, their polynomial. Returns 0 where nothing is known that leads to this state. */
+/* The displacement u [3*n] of a step of h from the state at t with this serial number, by a recurrence u_0 = w_1 u_1 +
+ * w_2 u_2 + ... of those before: that of a polynomial in time, or the one that fits the last step best, such as the
+ * vibrations of a few modes obey (linear prediction, Makhoul 1975), whichever would have predicted the last step better
+ * from those before it. Of up to three, their polynomial. Returns 0 where nothing is known that leads to this state. */
 int flesh_extrapolation_guess(const flesh_extrapolation *self, long serial, double t, double h, double *u);
 
 /* Takes in a step of h by u [3*n] to the state at t with this serial number; one that was hard to solve (`easy` is 0)

@@ -28,8 +28,8 @@ void flesh_rigid_parts_measure(flesh_rigid_parts *parts);
 int flesh_rigid_parts_own(const flesh_rigid_parts *parts, int part, const int **nodes);
 
 /* Displacements u [3*n] over h; 0 for parts with a dof in `fixed` [3*n] (NULL: none is). Returns how many parts are
- * free. All ranks have `fixed`, or none. The best fit by mass of the velocities or, `nearest`, of where they lead along straight lines, which is what
- * backward Euler goes by. A part that is many times as large as at rest shrinks. */
+ * free. All ranks have `fixed`, or none. The best fit by mass of the velocities or, `nearest`, of where they lead along
+ * straight lines, which is what backward Euler goes by. A part that is many times as large as at rest shrinks. */
 int flesh_rigid_guess(const flesh_rigid_parts *parts, const uint8_t *fixed, const flesh_state *state, double h,
                       int nearest, double *u);
 

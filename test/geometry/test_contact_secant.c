@@ -115,8 +115,9 @@ static void expected_forces_turn(void)
   clear_sheets(&set, &secant);
 }
 
-/* A weight on the upper sheet, and a spring beside it of so many times the weight over a thickness: iterations to
- * 1e-9 of the weight, from half of the thickness. Tangents take one more for each quarter of the weight: 15 and more for the lightest. */
+/* A weight on the upper sheet, and a spring beside it of so many times the weight over a thickness: iterations to 1e-9
+ * of the weight, from half of the thickness. Tangents take one more for each quarter of the weight: 15 and more for the
+ * lightest. */
 static int count_iterations(double weight, double spring, double lag)
 {
   static double x[3 * FACING_NODES], x_lag[3 * FACING_NODES];

@@ -117,7 +117,8 @@ static void compare_searches(const flesh_rank_part *part, const search *whole, c
   free(x_own);
 }
 
-/* The mesh, cut by METIS, with its tets scattered over the ranks one by one or, `scattered` 2, by sevens, in places that go from rest to tangled all over. */
+/* The mesh, cut by METIS, with its tets scattered over the ranks one by one or, `scattered` 2, by sevens, in places
+ * that go from rest to tangled all over. */
 static void compare_places(flesh_mesh *mesh, int scattered, int places, void (*place)(int k, const flesh_mesh *mesh, double *x))
 {
   const int tets = flesh_mesh_tet_count(mesh), size = flesh_communicator_size(ranks);
