@@ -71,7 +71,6 @@
 
 #include "flesh/block_matrix.h"
 #include "flesh/body.h"
-#include "flesh/proximity.h"
 #include "flesh/status.h"
 #include "flesh/threads.h"
 
@@ -116,6 +115,9 @@ typedef struct flesh_point {
 /* The point at t and x, v, a [3*n] with full loads, a penalty of 1, nothing lagged or frozen and neither multipliers,
  * internal variables nor threads, which may then be set. Cannot fail. */
 FLESH_API flesh_point flesh_point_at(double t, const double *x, const double *v, const double *a);
+/* What the run that evaluates remembers for the effect at hand (flesh_effect_barrier.remember); NULL: nothing, or
+ * there is no run. Cannot fail. */
+FLESH_API void *flesh_point_near(const flesh_point *point);
 
 /* How a change of the unknown u moves the point: dx = x du, dv = v du, da = a du; and what becomes
  * of negative eigenvalues of the cells' Jacobians: FLESH_FILTER_NONE, _CLAMP or _ABSOLUTE. Backward
@@ -190,12 +192,16 @@ typedef struct flesh_effect_time {
                double *dx);
 } flesh_effect_time;
 
-/* For effects that limit where the body can go: obstacles. */
+/* For effects that keep bodies out of places: obstacles, contact.
+ *
+ * What such an effect finds out about nearness belongs to a run, as the effect is const: a memory that operations get by
+ * flesh_point_near or as `near`, which one thread uses at a time. Without one (NULL) each operation searches. `internal`
+ * are the effect's internal variables, NULL: all 0. Results may depend on a memory by what `follow` tells it alone. */
 typedef struct flesh_effect_barrier {
   /* The fraction of the straight step from x_from [3*n] at t_from to x_to at t_to that is feasible
    * for all nodes; 1: all. NULL: it limits no step; then `push_out` and `tunnelled` are not called. */
-  double (*max_feasible_step)(const flesh_effect *effect, double t_from, const double *x_from,
-                              double t_to, const double *x_to);
+  double (*max_feasible_step)(const flesh_effect *effect, void *near, const double *internal, double t_from,
+                              const double *x_from, double t_to, const double *x_to);
   /* Moves the nodes of x_to [3*n] that cannot get there from x_from to where they can. NULL: none. */
   void (*push_out)(const flesh_effect *effect, double t_from, const double *x_from, double t_to,
                    double *x_to);
@@ -204,7 +210,7 @@ typedef struct flesh_effect_barrier {
   int (*tunnelled)(const flesh_effect *effect, double t_from, const double *x_from, double t_to,
                    const double *x_to);
   /* FLESH_ERR_ARGUMENT, with the node, where the body cannot be at x [3*n]. NULL: everywhere. */
-  int (*check)(const flesh_effect *effect, double t, const double *x);
+  int (*check)(const flesh_effect *effect, const double *internal, double t, const double *x);
   /* For effects that act only within some distance: neither their forces, also those by the lagged
    * state, nor their limits of steps reach farther. How much farther than this distance the whole
    * body, at x [3*n], is away at time t, a lower bound, m; <= 0: no farther, or not known. The effect
@@ -214,38 +220,20 @@ typedef struct flesh_effect_barrier {
    * `high`, an upper bound, m. Beside `clearance` only; NULL: it does not move. */
   double (*approach)(const flesh_effect *effect, double t_from, double t_to, const double low[3],
                      const double high[3]);
+  /* An empty memory. Returns new. NULL: the effect has none, nor the operations that follow. FLESH_ERR_MEMORY. */
+  int (*remember)(const flesh_effect *effect, flesh_threads *threads, void **near);
+  void (*forget)(void *near); /* destroys it; NULL-safe */
+  /* For effects that couple nodes which come near each other, as the body moves: cells of all pairs that the Jacobian
+   * at `point` couples, beside those of `cells`, and of some that may come soon; borrowed until the next call with this
+   * memory. K's pattern grows by them. *near_cells is NULL where K (NULL: none) has all pairs of now.
+   * FLESH_ERR_MEMORY. */
+  int (*coupled)(const flesh_effect *effect, const flesh_point *point, const flesh_block_matrix *K,
+                 const flesh_cells **near_cells);
+  /* The run is at x [3*n] at time t: a step that was accepted has led there or, where `accepted` is 0, another begins,
+   * mostly at the last one's end. *changed: whether the effect's energy at x is another from now on. NULL: results do
+   * not depend on all that. FLESH_UNDEFINED where a place is not finite; FLESH_ERR_MEMORY. */
+  int (*follow)(void *near, int accepted, double t, const double *x, int *changed);
 } flesh_effect_barrier;
-
-/* Operations that give the same results in less time. */
-typedef struct flesh_effect_shortcuts {
-  /* Residual and potential in one pass, for effects where that costs less than both: adds to r,
-   * *phi and *magnitude the same bits as `residual` and `potential`, which must be there too. NULL:
-   * those two are called. */
-  int (*evaluate)(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
-                  double *r, double *phi, double *magnitude);
-  /* Does what `jacobian` does, but overwrites K's blocks of the cells' pairs, instead of adding to them: for one effect
-   * of a system, called before the others, so that K need not be cleared. NULL: K is cleared. */
-  int (*jacobian_assign)(const flesh_effect *effect, const flesh_point *point,
-                         const flesh_shift *shift, flesh_block_matrix *K, const int *slots);
-  /* For effects whose Jacobian contains one stiff term of every cell: describes their rows, without
-   * values, and writes the values [rows.count][nodes_per_row][3] of those in the matrix that
-   * `jacobian` gives there. NULL, both: none. */
-  void (*stiff_rows)(const flesh_effect *effect, flesh_stiff_rows *rows);
-  void (*stiff_values)(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
-                       float *values);
-  /* For effects that are a sum over their cells, which are tets: a new effect of the cells `chosen`
-   * [count], ascending, alone; they are the tets of `mesh` in this order. It lives no longer than
-   * this one and `mesh`. NULL: where few nodes are solved for alone, a quadratic model stands for
-   * the effect. */
-  int (*restrict_to_cells)(const flesh_effect *effect, int count, const int *chosen,
-                           const flesh_mesh *mesh, flesh_effect **restricted);
-  /* The vector instructions that it works with, on which the last bits of its results depend.
-   * NULL: those of the program. */
-  flesh_instructions (*instructions)(const flesh_effect *effect);
-  /* How many values of softened materials (flesh_environment.softened), from 1 on, are worth a solve on the way to the
-   * materials as they are. NULL: one. */
-  int (*softenings)(const flesh_effect *effect);
-} flesh_effect_shortcuts;
 
 /* For effects that enforce constraints exactly, by multipliers, one of each tet of the mesh
  * (flesh_point.multipliers): their potential has multiplier * gap + penalty per volume beside the
@@ -275,35 +263,6 @@ typedef struct flesh_effect_internal {
    * NULL: nothing. */
   void (*tell)(const flesh_effect *effect, const double *internal, size_t size, char *text);
 } flesh_effect_internal;
-
-/* For effects that ranks can share out (flesh/ranks.h) though they are no sum over tets: what acts on nodes or faces. Of
- * one with internal variables every rank has all of them, and updates them to the same bits. */
-struct flesh_rank_part;
-enum { FLESH_RANK_SUMS = 4 };
-typedef struct flesh_rank_numbers { /* over all ranks; 0 where a rank writes none */
-  double sums[FLESH_RANK_SUMS], largest[FLESH_RANK_SUMS];
-} flesh_rank_numbers;
-typedef struct flesh_effect_ranks {
-  /* A new effect of the same kind on `body`, that of the part: what of `whole`, the effect on the whole body, is for
-   * this rank to compute, so that those of all ranks add up to it. It may have nothing to act on. It lives no longer
-   * than `whole`. Errors: FLESH_ERR_ARGUMENT where it cannot be shared out, FLESH_ERR_MEMORY. */
-  int (*restrict_to_part)(const flesh_effect *whole, const struct flesh_rank_part *part, const flesh_body *body,
-                          flesh_effect **restricted);
-  /* Cells of `whole` that tie nodes of several ranks together, which are then nodes of the part
-   * (flesh_rank_part_create_for): of each cell the rank that owns its first node has all nodes or, where *everywhere
-   * becomes 1, all ranks have. NULL, or count 0: the part's tets have all nodes that are needed. */
-  const flesh_cells *(*cells)(const flesh_effect *whole, int *everywhere);
-  /* This rank's part of sums [sum_count] that are needed at a point, and then come as point->sums. NULL, 0: none. */
-  int sum_count;
-  void (*sum)(const flesh_effect *effect, const flesh_point *point, double *sums);
-  /* Numbers of the body that a part has not (a count of nodes, a mean): `count` writes this rank's, `take` gets those
-   * of all, once, before the system is finished; it may change the kind. Both or neither. */
-  void (*count)(const flesh_effect *restricted, flesh_rank_numbers *numbers);
-  void (*take)(flesh_effect *restricted, const flesh_rank_numbers *numbers);
-  /* flesh_effect_figures.report of all ranks, likewise; FLESH_RANK_SUMS values at most. NULL: each has it by itself. */
-  void (*report_part)(const flesh_effect *effect, const flesh_point *point, flesh_rank_numbers *numbers);
-  void (*report_whole)(const flesh_effect *effect, const flesh_rank_numbers *numbers, double *values);
-} flesh_effect_ranks;
 
 /* Figures that are written about an effect. */
 typedef struct flesh_effect_figures {
@@ -345,13 +304,10 @@ typedef struct flesh_effect_operations {
   /* Optional tables; borrowed, NULL: none. */
   const flesh_effect_time *time;
   const flesh_effect_barrier *barrier;
-  const flesh_effect_shortcuts *shortcuts;
-  const flesh_effect_figures *figures;
-  const flesh_effect_constraints *constraints;
-  const flesh_effect_proximity *proximity;
   const flesh_effect_internal *internal;
-  const flesh_effect_ranks *ranks;
-  const flesh_effect_bonds *bonds;
+  const flesh_effect_constraints *constraints;
+  const flesh_effect_figures *figures;
+  const struct flesh_effect_private *library; /* of the library's own effects; NULL: none */
 } flesh_effect_operations;
 
 struct flesh_effect {
@@ -387,7 +343,7 @@ typedef struct flesh_derivative_report {
  * differences, and whether `evaluate` and `jacobian_assign` give the same as the operations that they replace: at
  * (t, x) with random velocities and accelerations (zero for statics), lagged.x near x, lagged.v random and a frozen
  * state on the line, along random directions that move nodes by a small part of the mesh's mean edge; each error is the
- * best of several step lengths. An effect with a flesh_effect_proximity is checked with a memory as in a run; the
+ * best of several step lengths. An effect that remembers nearness is checked with a memory as in a run; the
  * matrix after a prediction at lagged.x = x, too, which must have the same bits when it is made again after one
  * elsewhere. x [3*nodes] should be generic (not the rest state, where gradients vanish). Returns the effect's status
  * where it cannot be evaluated (FLESH_UNDEFINED: choose another x). FLESH_ERR_ARGUMENT for a mesh with other counts

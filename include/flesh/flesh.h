@@ -17,7 +17,6 @@
 #include "flesh/observer.h"
 #include "flesh/obstacle.h"
 #include "flesh/probe.h"
-#include "flesh/proximity.h"
 #include "flesh/ranks.h"
 #include "flesh/scene.h"
 #include "flesh/skin.h"

@@ -34,7 +34,7 @@ typedef struct flesh_step_record {
   double J_bound; /* the least of flesh_mesh_jacobian_bounds; J_min for tets of four nodes */
   int J_min_tet, inverted; /* inverted: tets with J <= 0 at a point of quadrature */
   const struct flesh_proximity *proximity; /* what the run knows of nodes near each other (effect.h), or NULL */
-  /* On a part of a body, flesh_effect_ranks.report_whole of each effect [effects*FLESH_RANK_SUMS]; else NULL. */
+  /* On a part of a body, what each effect reports of the whole body [effects*FLESH_RANK_SUMS]; else NULL. */
   const double *reports;
 } flesh_step_record;
 

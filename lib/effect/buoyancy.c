@@ -287,7 +287,7 @@ static const flesh_effect_operations buoyancy_operations = {
     .energy = buoyancy_energy,
     .destroy = buoyancy_destroy,
     .figures = &(const flesh_effect_figures){.memory = buoyancy_memory},
-    .ranks = &(const flesh_effect_ranks){.restrict_to_part = buoyancy_restrict},
+    .library = &(const flesh_effect_private){.ranks = &(const flesh_effect_ranks){.restrict_to_part = buoyancy_restrict}},
 };
 
 int flesh_effect_buoyancy(const flesh_body *body, double level, double density, const double acceleration[3],

@@ -7,6 +7,7 @@
 #ifndef FLESH_EFFECT_CARRIED_POINT_H
 #define FLESH_EFFECT_CARRIED_POINT_H
 
+#include "effect/private.h"
 #include "flesh/effect.h"
 
 /* The groups of a joint that holds its surfaces together, where their points are one: those of its bond. */

@@ -358,10 +358,11 @@ const flesh_effect_operations flesh_contact_operations = {
     .destroy = flesh_contact_destroy,
     .time = &(const flesh_effect_time){.carry = contact_carry, .next_event = contact_next_event},
     .barrier = &flesh_contact_barrier,
-    .shortcuts = &(const flesh_effect_shortcuts){.evaluate = contact_evaluate},
     .figures = &(const flesh_effect_figures){.report_names = contact_report_names, .report = contact_report,
                                              .memory = flesh_contact_memory},
-    .ranks = &(const flesh_effect_ranks){.restrict_to_part = flesh_contact_restrict, .count = flesh_contact_count,
-                                         .take = flesh_contact_take, .report_part = contact_report_part,
-                                         .report_whole = contact_report_whole},
+    .library = &(const flesh_effect_private){
+        .evaluate = contact_evaluate,
+        .ranks = &(const flesh_effect_ranks){.restrict_to_part = flesh_contact_restrict, .count = flesh_contact_count,
+                                             .take = flesh_contact_take, .report_part = contact_report_part,
+                                             .report_whole = contact_report_whole}},
 };

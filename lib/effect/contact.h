@@ -3,6 +3,7 @@
 #define FLESH_EFFECT_CONTACT_H
 
 #include "flesh/contact.h"
+#include "effect/private.h"
 #include "flesh/effect.h"
 #include "flesh/ranks.h"
 #include "geometry/contact_core.h"

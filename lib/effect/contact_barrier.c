@@ -30,9 +30,10 @@ static int is_out_of_reach(const contact *self, int k, int end, const flesh_fram
   return flesh_obstacle_is_far(self->obstacle, &both, 0);
 }
 
-static double contact_max_feasible_step(const flesh_effect *effect, double t_from, const double *x_from,
-                          double t_to, const double *x_to)
+static double contact_max_feasible_step(const flesh_effect *effect, void *near, const double *internal, double t_from,
+                                        const double *x_from, double t_to, const double *x_to)
 {
+  (void)near, (void)internal;
   const contact *self = effect->data;
   flesh_frame from, to;
   double fraction = 1, y0[3], y1[3];
@@ -98,8 +99,9 @@ static void contact_push_out(const flesh_effect *effect, double t_from, const do
   }
 }
 
-static int contact_check(const flesh_effect *effect, double t, const double *x)
+static int contact_check(const flesh_effect *effect, const double *internal, double t, const double *x)
 {
+  (void)internal;
   const contact *self = effect->data;
   flesh_frame frame;
   double y[3], depth, deepest = -1;

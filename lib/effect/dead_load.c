@@ -196,5 +196,5 @@ static void take_nodes(flesh_effect *restricted, const flesh_rank_numbers *numbe
 
 const flesh_effect_time flesh_dead_load_time = {.next_event = next_event};
 const flesh_effect_figures flesh_dead_load_figures = {.memory = memory};
-const flesh_effect_ranks flesh_dead_load_ranks = {.restrict_to_part = restrict_to_part, .count = count_nodes,
-                                                  .take = take_nodes};
+const flesh_effect_private flesh_dead_load_private = {
+    .ranks = &(const flesh_effect_ranks){.restrict_to_part = restrict_to_part, .count = count_nodes, .take = take_nodes}};

@@ -31,6 +31,6 @@ int flesh_dead_load_energy(const flesh_effect *effect, const flesh_point *point,
 void flesh_dead_load_destroy(void *load);
 extern const flesh_effect_time flesh_dead_load_time;
 extern const flesh_effect_figures flesh_dead_load_figures;
-extern const flesh_effect_ranks flesh_dead_load_ranks; /* for loads with a list of nodes */
+extern const flesh_effect_private flesh_dead_load_private; /* for loads with a list of nodes */
 
 #endif

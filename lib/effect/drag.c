@@ -150,7 +150,7 @@ static const flesh_effect_operations drag_operations = {
     .potential = drag_potential,
     .destroy = drag_destroy,
     .figures = &(const flesh_effect_figures){.memory = drag_memory},
-    .ranks = &(const flesh_effect_ranks){.restrict_to_part = drag_restrict},
+    .library = &(const flesh_effect_private){.ranks = &(const flesh_effect_ranks){.restrict_to_part = drag_restrict}},
 };
 
 int flesh_effect_drag(const flesh_body *body, int count, const int *triangles, double density,

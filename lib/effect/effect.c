@@ -1,5 +1,6 @@
 /* effect.c: making and destroying effects. */
 #include "effect/effect.h"
+#include "effect/environment.h"
 
 #include <math.h>
 
@@ -37,6 +38,8 @@ flesh_point flesh_point_at(double t, const double *x, const double *v, const dou
   return (flesh_point){.t = t, .load = 1, .x = x, .v = v, .a = a, .lagged = {t, x, v}, .frozen = {x, v}, .penalty = 1};
 }
 
+void *flesh_point_near(const flesh_point *point) { return flesh_environment_of(point)->near; }
+
 void flesh_effect_destroy(flesh_effect **effect)
 {
   if (!effect || !*effect) return;
@@ -52,8 +55,8 @@ int flesh_effect_check_mesh(const flesh_effect *effect, const flesh_mesh *mesh)
 
 flesh_instructions flesh_effect_instructions(const flesh_effect *effect)
 {
-  const flesh_effect_shortcuts *shortcuts = flesh_effect_shortcuts_of(effect);
-  return shortcuts->instructions ? shortcuts->instructions(effect) : FLESH_INSTRUCTIONS_AUTO;
+  const flesh_effect_private *library = flesh_effect_private_of(effect);
+  return library->instructions ? library->instructions(effect) : FLESH_INSTRUCTIONS_AUTO;
 }
 
 double flesh_interval_next_event(double from, double until, double t)

@@ -2,6 +2,7 @@
 #ifndef FLESH_EFFECT_EFFECT_H
 #define FLESH_EFFECT_EFFECT_H
 
+#include "effect/private.h"
 #include "flesh/effects.h"
 
 /* The fraction of a feasible step that is taken: less than 1, so that the body stays apart from obstacles. */
@@ -24,12 +25,6 @@ static inline const flesh_effect_barrier *flesh_effect_as_barrier(const flesh_ef
 {
   static const flesh_effect_barrier none = {0};
   return effect->operations->barrier ? effect->operations->barrier : &none;
-}
-
-static inline const flesh_effect_shortcuts *flesh_effect_shortcuts_of(const flesh_effect *effect)
-{
-  static const flesh_effect_shortcuts none = {0};
-  return effect->operations->shortcuts ? effect->operations->shortcuts : &none;
 }
 
 static inline const flesh_effect_figures *flesh_effect_figures_of(const flesh_effect *effect)

@@ -263,11 +263,11 @@ static const flesh_effect_figures figures = {.memory = elasticity_memory};
   .instructions = elasticity_instructions
 
 static const flesh_effect_operations elasticity_operations = {
-    OPERATIONS, .shortcuts = &(const flesh_effect_shortcuts){SHORTCUTS, .restrict_to_cells = elasticity_part}};
+    OPERATIONS, .library = &(const flesh_effect_private){SHORTCUTS, .restrict_to_cells = elasticity_part}};
 
 /* Operations for bodies with incompressible tets. */
 static const flesh_effect_operations holding_operations = {
-    OPERATIONS, .shortcuts = &(const flesh_effect_shortcuts){SHORTCUTS},
+    OPERATIONS, .library = &(const flesh_effect_private){SHORTCUTS},
     .constraints = &(const flesh_effect_constraints){.gaps = elasticity_gaps, .stiffness = elasticity_penalties}};
 
 int flesh_effect_elasticity(const flesh_body *body, flesh_effect **effect)

@@ -69,7 +69,7 @@ static const flesh_effect_operations inertia_operations = {
     .potential = inertia_potential,
     .energy = inertia_energy,
     .destroy = inertia_destroy,
-    .shortcuts = &(const flesh_effect_shortcuts){.evaluate = inertia_evaluate, .instructions = inertia_instructions},
+    .library = &(const flesh_effect_private){.evaluate = inertia_evaluate, .instructions = inertia_instructions},
     .figures = &(const flesh_effect_figures){.memory = inertia_memory},
 };
 

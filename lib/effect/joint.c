@@ -68,8 +68,9 @@ static const flesh_effect_operations joint_operations = {
     .energy = flesh_tied_energy,
     .destroy = joint_destroy,
     .figures = &(const flesh_effect_figures){.memory = joint_memory},
-    .ranks = &(const flesh_effect_ranks){.restrict_to_part = joint_restrict, .cells = cells_of_ranks},
-    .bonds = &(const flesh_effect_bonds){.count = count_bonds, .get = get_bond},
+    .library = &(const flesh_effect_private){
+        .ranks = &(const flesh_effect_ranks){.restrict_to_part = joint_restrict, .cells = cells_of_ranks},
+        .bonds = &(const flesh_effect_bonds){.count = count_bonds, .get = get_bond}},
 };
 
 static int check(const double point[3], const double axis[3], double stiffness)

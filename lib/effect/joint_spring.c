@@ -203,8 +203,9 @@ static const flesh_effect_operations joint_spring_operations = {
     .energy = joint_spring_energy,
     .destroy = joint_spring_destroy,
     .figures = &(const flesh_effect_figures){.memory = joint_spring_memory},
-    .ranks = &(const flesh_effect_ranks){.restrict_to_part = joint_spring_restrict, .cells = cells_of_ranks},
-    .bonds = &(const flesh_effect_bonds){.count = count_bonds, .get = get_bond},
+    .library = &(const flesh_effect_private){
+        .ranks = &(const flesh_effect_ranks){.restrict_to_part = joint_spring_restrict, .cells = cells_of_ranks},
+        .bonds = &(const flesh_effect_bonds){.count = count_bonds, .get = get_bond}},
 };
 
 static int attach(joint_spring *self, const flesh_body *body, int first_count, const double first_point[3],

@@ -15,7 +15,7 @@
       .destroy = flesh_dead_load_destroy,                                                                              \
       .time = &flesh_dead_load_time,                                                                                   \
       .figures = &flesh_dead_load_figures,                                                                             \
-      .ranks = &flesh_dead_load_ranks,                                                                                 \
+      .library = &flesh_dead_load_private,                                                                             \
   }
 static const flesh_effect_operations force_operations = OPERATIONS("force"), traction_operations = OPERATIONS("traction");
 #undef OPERATIONS

@@ -195,10 +195,11 @@ static int muscle_restrict(const flesh_effect *whole, const flesh_rank_part *par
     .residual = muscle_residual, .jacobian = muscle_jacobian, .potential = muscle_potential, .energy = muscle_energy, \
     .destroy = muscle_destroy,                                                                                        \
     .time = &(const flesh_effect_time){.next_event = muscle_next_event},                                              \
-    .shortcuts = &(const flesh_effect_shortcuts){.evaluate = muscle_evaluate, .instructions = muscle_instructions},   \
     .figures = &(const flesh_effect_figures){                                                                         \
       .memory = muscle_memory, .report_names = report_names, .report = muscle_report, .stress = muscle_stress},       \
-    .ranks = &(const flesh_effect_ranks){.restrict_to_part = muscle_restrict},                                        \
+    .library = &(const flesh_effect_private){                                                                         \
+        .evaluate = muscle_evaluate, .instructions = muscle_instructions,                                             \
+        .ranks = &(const flesh_effect_ranks){.restrict_to_part = muscle_restrict}},                                   \
   }
 
 static const flesh_effect_operations muscle_operations = OPERATIONS(0),

@@ -290,10 +290,11 @@ static void pressure_take(flesh_effect *effect, const flesh_rank_numbers *number
       .potential = pressure_potential,                                                                                 \
       .destroy = pressure_destroy,                                                                                     \
       .time = &(const flesh_effect_time){.next_event = pressure_next_event},                                           \
-      .shortcuts = &(const flesh_effect_shortcuts){.evaluate = pressure_evaluate},                                     \
       .figures = &(const flesh_effect_figures){.memory = pressure_memory},                                             \
-      .ranks = &(const flesh_effect_ranks){.restrict_to_part = pressure_restrict, .sum_count = 4, .sum = pressure_sum, \
-                                           .count = pressure_count, .take = pressure_take},                            \
+      .library = &(const flesh_effect_private){                                                                        \
+          .evaluate = pressure_evaluate,                                                                               \
+          .ranks = &(const flesh_effect_ranks){.restrict_to_part = pressure_restrict, .sum_count = 4,                  \
+                                               .sum = pressure_sum, .count = pressure_count, .take = pressure_take}},  \
       __VA_ARGS__                                                                                                      \
   }
 /* A surface with a rim has no energy. */

@@ -141,11 +141,11 @@ static const flesh_effect_operations settling_operations = {
     .potential = settling_potential,
     .destroy = settling_destroy,
     .time = &(const flesh_effect_time){.next_event = settling_next_event},
-    .shortcuts = &(const flesh_effect_shortcuts){.evaluate = settling_evaluate,
-                                                 .instructions = settling_instructions},
     .figures = &(const flesh_effect_figures){.memory = settling_memory},
-    .ranks = &(const flesh_effect_ranks){.restrict_to_part = settling_restrict, .sum_count = 1, .sum = settling_sum,
-                                         .count = settling_count, .take = settling_take},
+    .library = &(const flesh_effect_private){
+        .evaluate = settling_evaluate, .instructions = settling_instructions,
+        .ranks = &(const flesh_effect_ranks){.restrict_to_part = settling_restrict, .sum_count = 1, .sum = settling_sum,
+                                             .count = settling_count, .take = settling_take}},
 };
 
 int flesh_effect_settling_damping(const flesh_body *body, double rate, double speed, double from, double until,

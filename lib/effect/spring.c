@@ -186,7 +186,7 @@ static const flesh_effect_operations spring_operations = {
     .destroy = spring_destroy,
     .time = &times,
     .figures = &figures,
-    .ranks = &spring_ranks,
+    .library = &(const flesh_effect_private){.ranks = &spring_ranks},
 };
 
 /* Barycentric weights of p in the tet with corners X0..X3. */

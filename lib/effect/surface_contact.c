@@ -29,7 +29,7 @@ static int close_near(near *self, int own, int status)
   return status;
 }
 
-static int surface_contact_evaluate(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+int flesh_surface_contact_evaluate(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
                                     double *r, double *phi, double *magnitude)
 {
   near *self;
@@ -55,13 +55,13 @@ static int surface_contact_evaluate(const flesh_effect *effect, const flesh_poin
 
 static int surface_contact_residual(const flesh_effect *effect, const flesh_point *point, double *r)
 {
-  return surface_contact_evaluate(effect, point, NULL, r, NULL, NULL);
+  return flesh_surface_contact_evaluate(effect, point, NULL, r, NULL, NULL);
 }
 
 static int surface_contact_potential(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
                                      double *phi, double *magnitude)
 {
-  return shift->x != 0 || shift->v != 0 ? surface_contact_evaluate(effect, point, shift, NULL, phi, magnitude)
+  return shift->x != 0 || shift->v != 0 ? flesh_surface_contact_evaluate(effect, point, shift, NULL, phi, magnitude)
                                         : FLESH_OK;
 }
 
@@ -77,7 +77,7 @@ static int surface_contact_energy(const flesh_effect *effect, const flesh_point 
 }
 
 /* Adds H [12*12], of so many nodes, to K. Blocks that its pattern has not are left out: only where a matrix is evaluated
- * without a run (flesh_effect_proximity.covers). */
+ * without a run (covers). */
 static void add_blocks(flesh_block_matrix *K, int count, const int *nodes, const double *H)
 {
   for (int a = 0; a < count; a++)
@@ -195,7 +195,7 @@ static void surface_contact_destroy(void *data)
   free(self);
 }
 
-#define TABLE(names, near)                                                                                              \
+#define TABLE(names, barrier_, library_)                                                                                \
   {                                                                                                                     \
       .name = "contact",                                                                                                \
       .role = FLESH_ROLE_CONTACT,                                                                                       \
@@ -205,15 +205,16 @@ static void surface_contact_destroy(void *data)
       .potential = surface_contact_potential,                                                                           \
       .energy = surface_contact_energy,                                                                                 \
       .destroy = surface_contact_destroy,                                                                               \
-      .shortcuts = &(const flesh_effect_shortcuts){.evaluate = surface_contact_evaluate},                               \
+      .barrier = &(barrier_),                                                                                           \
       .figures = &(const flesh_effect_figures){.report_names = (names), .report = surface_contact_report,               \
                                                .memory = surface_contact_memory},                                       \
-      .ranks = &flesh_surface_contact_ranks,                                                                            \
-      .proximity = &(near),                                                                                             \
       .internal = &(const flesh_effect_internal){.count = surface_contact_variables, .update = surface_contact_update,  \
                                                  .tell = surface_contact_tell},                                         \
+      .library = &(library_),                                                                                           \
   }
-const flesh_effect_operations flesh_surface_contact_operations = TABLE(report_names, flesh_surface_contact_proximity),
-                              flesh_separating_contact_operations =
-                                  TABLE(separating_names, flesh_separating_contact_proximity);
+const flesh_effect_operations flesh_surface_contact_operations = TABLE(report_names, flesh_surface_contact_barrier,
+                                                                       flesh_surface_contact_private),
+                              flesh_separating_contact_operations = TABLE(separating_names,
+                                                                          flesh_separating_contact_barrier,
+                                                                          flesh_separating_contact_private);
 #undef TABLE

@@ -3,6 +3,7 @@
 #define FLESH_EFFECT_SURFACE_CONTACT_H
 
 #include "flesh/contact.h"
+#include "effect/private.h"
 #include "geometry/contact_friction.h"
 #include "geometry/contact_patches.h"
 #include "geometry/contact_seat.h"
@@ -75,7 +76,8 @@ typedef struct flesh_surface_near {
 enum { FLESH_POINT_STATE, FLESH_POINT_LEAST, FLESH_POINT_FACE, FLESH_POINT_VARIABLES };
 
 extern const flesh_effect_operations flesh_surface_contact_operations, flesh_separating_contact_operations;
-extern const flesh_effect_proximity flesh_surface_contact_proximity, flesh_separating_contact_proximity;
+extern const flesh_effect_barrier flesh_surface_contact_barrier, flesh_separating_contact_barrier;
+extern const flesh_effect_private flesh_surface_contact_private, flesh_separating_contact_private;
 extern const flesh_effect_ranks flesh_surface_contact_ranks;
 
 /* Whether the effect is of this kind. */
@@ -96,8 +98,11 @@ int flesh_surface_contact_ignored(const flesh_effect *effect, const double *x, i
  * thickness at rest; none for an effect of another kind. FLESH_ERR_MEMORY. */
 int flesh_surface_contact_left_out(const flesh_effect *effect, flesh_left_out *found);
 
-/* flesh_effect_proximity.check. */
-int flesh_surface_contact_check(const flesh_effect *effect, const double *internal, const double *x);
+/* flesh_effect_private.evaluate. */
+int flesh_surface_contact_evaluate(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+                                   double *r, double *phi, double *magnitude);
+/* flesh_effect_barrier.check. */
+int flesh_surface_contact_check(const flesh_effect *effect, const double *internal, double t, const double *x);
 
 int flesh_surface_near_create(const flesh_surface_contact *contact, flesh_threads *threads, flesh_surface_near **near);
 void flesh_surface_near_destroy(void *near);
@@ -116,7 +121,7 @@ double flesh_surface_seats_evaluate(const flesh_surface_near *near, const double
 /* The internal variables of the next step, by which bonds hold and how far apart things are at the point; whether any has
  * changed. */
 int flesh_surface_contact_release(const flesh_surface_contact *contact, const flesh_point *point, double *internal);
-/* flesh_effect_proximity.take_bonds. */
+/* flesh_effect_private.take_bonds. */
 int flesh_surface_contact_take_bonds(flesh_effect *effect, int count, const flesh_bond *bonds);
 /* near->set becomes that at x [3*n]. FLESH_UNDEFINED where surfaces meet. */
 int flesh_surface_near_meet(flesh_surface_near *near, const double *x);

@@ -128,8 +128,9 @@ static int check_sides(const contact *self, const double *x)
   return status;
 }
 
-int flesh_surface_contact_check(const flesh_effect *effect, const double *internal, const double *x)
+int flesh_surface_contact_check(const flesh_effect *effect, const double *internal, double t, const double *x)
 {
+  (void)t; /* all surfaces are the bodies' */
   const contact *self = effect->data;
   flesh_surface_near *near;
   flesh_surface_intersections found = {0};

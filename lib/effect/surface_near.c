@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "effect/environment.h"
 #include "effect/surface_contact.h"
 #include "geometry/continuous_collision.h"
 #include "linear/block_matrix.h"
@@ -88,8 +87,8 @@ void flesh_surface_near_take(near *self, const double *internal)
 
 int flesh_surface_near_of(const flesh_effect *effect, const flesh_point *point, near **result, int *own)
 {
-  *own = !flesh_environment_of(point)->near;
-  *result = flesh_environment_of(point)->near;
+  *own = !flesh_point_near(point);
+  *result = flesh_point_near(point);
   int changed, status = *own ? flesh_surface_near_create(effect->data, point->threads, result) : FLESH_OK;
   if (!status) flesh_surface_near_take(*result, point->internal);
   if (!status && *own && (*result)->contact->separates)
@@ -200,11 +199,9 @@ static int pair_nodes(const flesh_contact_pair *pair)
   return count;
 }
 
-static int covers(const flesh_effect *effect, const flesh_point *point, const flesh_block_matrix *K)
+/* Whether K has all pairs that the Jacobian at the point couples. */
+static int covers(near *self, const flesh_point *point, const flesh_block_matrix *K)
 {
-  near *self = flesh_environment_of(point)->near;
-  (void)effect;
-  flesh_surface_near_take(self, point->internal);
   if (flesh_surface_near_rub(self, point) || flesh_surface_near_meet(self, point->x)) return 1; /* it has no value */
   for (int k = 0; k < self->set.count; k++)
     if (flesh_contact_set_owns(&self->set, &self->set.pairs[k]) &&
@@ -219,7 +216,7 @@ static int covers(const flesh_effect *effect, const flesh_point *point, const fl
 
 static void predict(const flesh_effect *effect, const flesh_point *point)
 {
-  near *self = flesh_environment_of(point)->near;
+  near *self = flesh_point_near(point);
   (void)effect;
   flesh_surface_near_take(self, point->internal);
   if (flesh_surface_near_meet(self, point->x)) return;
@@ -274,11 +271,14 @@ static void add_candidates(near *self, const double *x)
   }
 }
 
-static int coupled(const flesh_effect *effect, const flesh_point *point, const flesh_cells **cells)
+static int coupled(const flesh_effect *effect, const flesh_point *point, const flesh_block_matrix *K,
+                   const flesh_cells **cells)
 {
-  near *self = flesh_environment_of(point)->near;
+  near *self = flesh_point_near(point);
   (void)effect;
+  *cells = NULL;
   flesh_surface_near_take(self, point->internal);
+  if (K && covers(self, point, K)) return FLESH_OK;
   int status = flesh_surface_near_rub(self, point);
   if (!status) status = search_around(self, point->x);
   if (status) return status;
@@ -331,9 +331,10 @@ static double feasible_step(near *self, const double *x_from, const double *x_to
   return flesh_near_pairs_feasible_step(self->finder, &self->around, x_from, to, KEPT, apart, self->threads);
 }
 
-static double max_feasible_step(const flesh_effect *effect, void *memory, const double *internal, const double *x_from,
-                                const double *x_to)
+static double max_feasible_step(const flesh_effect *effect, void *memory, const double *internal, double t_from,
+                                const double *x_from, double t_to, const double *x_to)
 {
+  (void)t_from, (void)t_to; /* all surfaces are the bodies' */
   near *self = memory;
   int changed;
   if (!self && flesh_surface_near_create(effect->data, NULL, &self)) return 0;
@@ -379,12 +380,15 @@ static void separation_of(const void *memory, flesh_separation *separation)
   flesh_surface_near_separation(memory, separation);
 }
 
-#define SHARED                                                                                                          \
-  .create = create, .destroy = flesh_surface_near_destroy, .covers = covers, .coupled = coupled,                        \
-  .max_feasible_step = max_feasible_step, .memory = memory_of, .check = flesh_surface_contact_check,          \
-  .predict = predict,                                                                                                   \
-  .take_bonds = flesh_surface_contact_take_bonds
-const flesh_effect_proximity flesh_surface_contact_proximity = {SHARED},
-                             flesh_separating_contact_proximity = {SHARED, .follow = follow, .archive = archive_of,
-                                                                   .separation = separation_of};
-#undef SHARED
+#define BARRIER                                                                                                         \
+  .max_feasible_step = max_feasible_step, .check = flesh_surface_contact_check, .remember = create,                     \
+  .forget = flesh_surface_near_destroy, .coupled = coupled
+const flesh_effect_barrier flesh_surface_contact_barrier = {BARRIER},
+                           flesh_separating_contact_barrier = {BARRIER, .follow = follow};
+
+#define LIBRARY                                                                                                         \
+  .evaluate = flesh_surface_contact_evaluate, .ranks = &flesh_surface_contact_ranks, .predict = predict,                \
+  .memory = memory_of, .take_bonds = flesh_surface_contact_take_bonds
+const flesh_effect_private flesh_surface_contact_private = {LIBRARY},
+                           flesh_separating_contact_private = {LIBRARY, .archive = archive_of,
+                                                               .separation = separation_of};

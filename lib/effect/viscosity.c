@@ -100,8 +100,7 @@ static const flesh_effect_operations viscosity_operations = {
     .jacobian = viscosity_jacobian,
     .potential = viscosity_potential,
     .destroy = viscosity_destroy,
-    .shortcuts = &(const flesh_effect_shortcuts){.evaluate = viscosity_evaluate,
-                                                 .instructions = viscosity_instructions},
+    .library = &(const flesh_effect_private){.evaluate = viscosity_evaluate, .instructions = viscosity_instructions},
     .figures = &(const flesh_effect_figures){.memory = viscosity_memory},
 };
 

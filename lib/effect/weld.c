@@ -116,8 +116,7 @@ static const flesh_effect_operations weld_operations = {
     .energy = flesh_tied_energy,
     .destroy = weld_destroy,
     .figures = &(const flesh_effect_figures){.memory = weld_memory},
-    .ranks = &weld_ranks,
-    .bonds = &weld_bonds,
+    .library = &(const flesh_effect_private){.ranks = &weld_ranks, .bonds = &weld_bonds},
 };
 
 static int variables(const flesh_effect *effect)
@@ -159,8 +158,7 @@ static const flesh_effect_operations breaking_operations = {
     .destroy = weld_destroy,
     .figures = &(const flesh_effect_figures){.memory = weld_memory, .report_names = report_names, .report = report},
     .internal = &(const flesh_effect_internal){.count = variables, .update = update, .tell = tell},
-    .ranks = &weld_ranks,
-    .bonds = &weld_bonds,
+    .library = &(const flesh_effect_private){.ranks = &weld_ranks, .bonds = &weld_bonds},
 };
 
 /* The nodes' weights of a point in a tet, or continued from it: of ten nodes x(L) = P is solved by steps of the corners'

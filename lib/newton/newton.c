@@ -213,7 +213,7 @@ int flesh_newton_eliminates(const flesh_system *system, const flesh_solver_optio
 {
   int sums = 0;
   for (int k = 0; k < flesh_system_effect_count(system); k++)
-    sums |= flesh_effect_shortcuts_of(flesh_system_effect(system, k))->restrict_to_cells != NULL;
+    sums |= flesh_effect_private_of(flesh_system_effect(system, k))->restrict_to_cells != NULL;
   return sums && options->line_search == FLESH_LINE_SEARCH_POTENTIAL &&
          flesh_uses(options, FLESH_TECHNIQUE_NONLINEAR_ELIMINATION);
 }

@@ -198,7 +198,7 @@ static int make_mesh(subdomain *self)
 /* Whether an effect is a sum over the subdomain's elements, which are the mesh's tets, and others. */
 static int is_sum(const subdomain *self, const flesh_effect *effect)
 {
-  if (!flesh_effect_shortcuts_of(effect)->restrict_to_cells || effect->operations->internal) return 0;
+  if (!flesh_effect_private_of(effect)->restrict_to_cells || effect->operations->internal) return 0;
   const flesh_cells *cells = effect->operations->cells(effect), *known = self->cells;
   if (cells->nodes_per_cell != self->per_cell) return 0;
   return !known || (cells->count == known->count &&
@@ -209,7 +209,7 @@ static int is_sum(const subdomain *self, const flesh_effect *effect)
 static int add_part(subdomain *self, const flesh_effect *effect)
 {
   flesh_effect *part = NULL;
-  int status = flesh_effect_shortcuts_of(effect)->restrict_to_cells(effect, self->tets, self->tet, self->mesh, &part);
+  int status = flesh_effect_private_of(effect)->restrict_to_cells(effect, self->tets, self->tet, self->mesh, &part);
   return status ? status : flesh_system_add_effect(self->system, &part);
 }
 
@@ -424,7 +424,7 @@ flesh_reserve *flesh_subdomain_reserve(const flesh_system *system)
   const size_t nodes = (size_t)flesh_mesh_node_count(mesh), tets = (size_t)flesh_mesh_tet_count(mesh);
   size_t sums = 0;
   for (int k = 0; k < flesh_system_effect_count(system); k++)
-    sums += flesh_effect_shortcuts_of(flesh_system_effect(system, k))->restrict_to_cells != NULL;
+    sums += flesh_effect_private_of(flesh_system_effect(system, k))->restrict_to_cells != NULL;
   const size_t of_tet = flesh_mesh_order(mesh) == 2 ? 16384 : 2048;
   return flesh_reserve_create((1 << 20) + 1024 * nodes + (of_tet + 1024 * sums) * tets);
 }

@@ -11,8 +11,8 @@
  * too, through the effect's cells: forces in tets (viscosity, muscles; drivers/examples/coupled_reflex.c
  * has fibres of its own) have the tets as cells; welds and springs between nodes have pairs of
  * nodes; loads on surfaces have edges (pressure.c). Cells are fixed when the system is finished.
- * What couples nodes that come near each other, as contact of bodies does, has a
- * flesh_effect_proximity. */
+ * What couples nodes that come near each other, as contact of bodies does, has a memory
+ * (flesh_effect_barrier). */
 #ifndef FLESH_SCENE_EFFECT_REGISTRY_H
 #define FLESH_SCENE_EFFECT_REGISTRY_H
 

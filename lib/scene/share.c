@@ -98,8 +98,8 @@ static int take_effect(flesh_scene_share *self, const flesh_effect_entry *entry)
 {
   const flesh_effect *whole = entry->effect ? flesh_system_effect(self->scene->system, entry->effect - 1) : NULL;
   flesh_effect *restricted = NULL;
-  if (!whole || !whole->operations->ranks) return entry->row->add(entry->parameters, &self->body, self->system);
-  const int status = whole->operations->ranks->restrict_to_part(whole, self->part, &self->body, &restricted);
+  if (!whole || !flesh_effect_private_of(whole)->ranks) return entry->row->add(entry->parameters, &self->body, self->system);
+  const int status = flesh_effect_private_of(whole)->ranks->restrict_to_part(whole, self->part, &self->body, &restricted);
   return status ? status : flesh_system_add_effect(self->system, &restricted);
 }
 

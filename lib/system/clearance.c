@@ -117,7 +117,9 @@ void flesh_clearance_begin(flesh_clearance *self, double t, const double *x0, do
   self->moved_most = 0;
   for (int k = 0; k < self->effects; k++) {
     self->left[k] = self->free[k] - moved - fmax(carried(self, k, t_lag), carried(self, k, t));
-    if (flesh_effect_as_barrier(flesh_system_effect(self->system, k))->max_feasible_step)
+    const flesh_effect_barrier *barrier = flesh_effect_as_barrier(flesh_system_effect(self->system, k));
+    /* Surfaces with a memory are always near some others. */
+    if (barrier->max_feasible_step && !barrier->remember)
       self->least_left = fmin(self->least_left, self->left[k]);
   }
 }

@@ -176,7 +176,7 @@ static int check_anew(check *c, const flesh_shift *shift, double *worst)
   if (!K.values) return flesh_fail(FLESH_ERR_MEMORY, "no memory to check an effect");
   for (size_t k = 0; k < 9 * pairs; k++) K.values[9 * (size_t)c->slots[k / 9] + k % 9] = NAN;
   const flesh_point point = moved(c, shift, 0);
-  const int status = flesh_effect_shortcuts_of(c->effect)->jacobian_assign(c->effect, &point, shift, &K, c->slots);
+  const int status = flesh_effect_private_of(c->effect)->jacobian_assign(c->effect, &point, shift, &K, c->slots);
   double error = 0, size = 0;
   for (size_t k = 0; k < numbers; k++) {
     error += (K.values[k] - c->K.values[k]) * (K.values[k] - c->K.values[k]);
@@ -196,7 +196,7 @@ static int check_predicted(check *c, const flesh_shift *shift, double *worst)
   if (!before) return flesh_fail(FLESH_ERR_MEMORY, "no memory to check an effect");
   c->x_lag = (double *)c->x; /* read only */
   flesh_point point = moved(c, shift, 0);
-  c->effect->operations->proximity->predict(c->effect, &point);
+  flesh_effect_private_of(c->effect)->predict(c->effect, &point);
   int status = assemble(c, shift, 0);
   memcpy(before, c->K.values, bytes);
   if (!status) assemble(c, shift, step_lengths[STEP_LENGTHS - 1]); /* that it may have no value there is no matter */
@@ -220,7 +220,7 @@ static int check_evaluate(check *c, const flesh_shift *shift, double *worst)
   memset(c->dr, 0, c->unknowns * sizeof *c->dr);
   int status = can->residual(c->effect, &point, c->r);
   if (!status) status = can->potential(c->effect, &point, shift, &phi, &size);
-  if (!status) status = flesh_effect_shortcuts_of(c->effect)->evaluate(c->effect, &point, shift, c->dr, &phi_both, &size_both);
+  if (!status) status = flesh_effect_private_of(c->effect)->evaluate(c->effect, &point, shift, c->dr, &phi_both, &size_both);
   if (status) return status;
   for (size_t d = 0; d < c->unknowns; d++) error += (c->dr[d] - c->r[d]) * (c->dr[d] - c->r[d]);
   const double off = fabs(phi_both - phi) + fabs(size_both - size);
@@ -274,20 +274,20 @@ static double negative_curvature(check *c)
 static int check_shift(check *c, int s, flesh_derivative_report *report)
 {
   const flesh_effect_operations *operations = c->effect->operations;
-  const flesh_effect_shortcuts *shortcuts = flesh_effect_shortcuts_of(c->effect);
+  const flesh_effect_private *library = flesh_effect_private_of(c->effect);
   const flesh_shift *shift = &flesh_check_shifts[s];
   int status = assemble(c, shift, 0);
   if (status) return status;
   report->asymmetry = fmax(report->asymmetry, diagonal_asymmetry(&c->K));
-  if (operations->jacobian && shortcuts->jacobian_assign && c->slots)
+  if (operations->jacobian && library->jacobian_assign && c->slots)
     status = check_anew(c, shift, &report->jacobian[s]);
   for (int d = 0; d < DIRECTIONS && !status; d++) {
     randomize(c, c->du, c->edge);
     if (operations->potential) status = check_potential(c, shift, &report->potential[s]);
     if (!status && operations->residual) status = check_jacobian(c, shift, &report->jacobian[s]);
   }
-  if (!status && c->environment.near && operations->proximity->predict) status = check_predicted(c, shift, &report->jacobian[s]);
-  if (!status && shortcuts->evaluate) status = check_evaluate(c, shift, &report->evaluate[s]);
+  if (!status && c->environment.near && flesh_effect_private_of(c->effect)->predict) status = check_predicted(c, shift, &report->jacobian[s]);
+  if (!status && library->evaluate) status = check_evaluate(c, shift, &report->evaluate[s]);
   if (status) return status;
   flesh_shift projected = *shift;
   projected.filter = 1;
@@ -308,10 +308,10 @@ static int check_open(check *c, const flesh_mesh *mesh)
   const size_t tets = (size_t)flesh_mesh_tet_count(mesh);
   if (operations->constraints) enough &= (c->multipliers = flesh_malloc((tets + 1) * sizeof(double))) != NULL;
   if (!enough) return flesh_fail(FLESH_ERR_MEMORY, "no memory to check an effect");
-  if (!operations->proximity) return FLESH_OK;
-  const int status = operations->proximity->create(c->effect, NULL, &c->environment.near);
-  if (status || !operations->proximity->follow) return status;
-  return operations->proximity->follow(c->environment.near, 0, c->t, c->x, &changed);
+  const flesh_effect_barrier *barrier = flesh_effect_as_barrier(c->effect);
+  if (!barrier->remember) return FLESH_OK;
+  const int status = barrier->remember(c->effect, NULL, &c->environment.near);
+  return status || !barrier->follow ? status : barrier->follow(c->environment.near, 0, c->t, c->x, &changed);
 }
 
 /* The matrix, with what is coupled at the point. */
@@ -321,9 +321,10 @@ static int make_matrix(check *c, const flesh_mesh *mesh)
   const flesh_effect_operations *operations = c->effect->operations;
   const flesh_cells *own = operations->cells ? operations->cells(c->effect) : NULL, *cells[2] = {own};
   int count = own != NULL, status = own ? flesh_pattern_check(operations->name, nodes, own) : FLESH_OK;
-  if (!status && c->environment.near) {
+  const flesh_effect_barrier *barrier = flesh_effect_as_barrier(c->effect);
+  if (!status && c->environment.near && barrier->coupled) {
     const flesh_point point = moved(c, &flesh_check_shifts[0], 0);
-    status = operations->proximity->coupled(c->effect, &point, &cells[count++]);
+    status = barrier->coupled(c->effect, &point, NULL, &cells[count++]);
   }
   if (!status) status = flesh_pattern_create(nodes, count, cells, &c->pattern);
   if (!status && own) status = flesh_pattern_slots(&c->pattern, own, &c->slots);
@@ -342,7 +343,7 @@ static void choose_multipliers(check *c, int tets)
 
 static void check_close(check *c)
 {
-  if (c->environment.near) c->effect->operations->proximity->destroy(c->environment.near);
+  if (c->environment.near) flesh_effect_as_barrier(c->effect)->forget(c->environment.near);
   flesh_pattern_clear(&c->pattern);
   flesh_free(c->slots);
   flesh_free(c->K.values);

@@ -7,7 +7,7 @@
 
 static int needs_sums(const flesh_effect *effect)
 {
-  return effect->operations->ranks && effect->operations->ranks->sum_count > 0;
+  return flesh_effect_private_of(effect)->ranks && flesh_effect_private_of(effect)->ranks->sum_count > 0;
 }
 
 void flesh_effect_sums_count(flesh_system *system)
@@ -28,7 +28,7 @@ static void find_sums(const flesh_system *system, const flesh_point *point, doub
   memset(sums, 0, (size_t)count * sizeof *sums);
   for (int k = 0; k < system->entry_count; k++) {
     const flesh_system_entry *entry = &system->entries[k];
-    if (entry->sums >= 0) entry->effect->operations->ranks->sum(entry->effect, point, sums + entry->sums);
+    if (entry->sums >= 0) flesh_effect_private_of(entry->effect)->ranks->sum(entry->effect, point, sums + entry->sums);
   }
   flesh_team_sum(system->team, count, sums);
 }

@@ -17,12 +17,10 @@ double flesh_system_max_feasible_step(const flesh_system *system, const flesh_pr
   for (int k = 0; system->limits_step && k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     const flesh_effect_barrier *barrier = flesh_effect_as_barrier(effect);
-    if (barrier->max_feasible_step)
-      fraction = fmin(fraction, barrier->max_feasible_step(effect, t_from, x_from, t_to, x_to));
-    if (effect->operations->proximity)
-      fraction = fmin(fraction, effect->operations->proximity->max_feasible_step(
-                                    effect, flesh_proximity_of(proximity, k), flesh_internal_of(system, k, internal),
-                                    x_from, x_to));
+    if (!barrier->max_feasible_step) continue;
+    fraction = fmin(fraction, barrier->max_feasible_step(effect, flesh_proximity_of(proximity, k),
+                                                         flesh_internal_of(system, k, internal), t_from, x_from, t_to,
+                                                         x_to));
   }
   fraction = -fraction; /* the shortest of all ranks */
   if (system->limits_step) flesh_team_largest(system->team, 1, &fraction);
@@ -60,10 +58,7 @@ int flesh_system_check_with(const flesh_system *system, const double *internal, 
   for (int k = 0; k < system->entry_count && !status; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     const flesh_effect_barrier *barrier = flesh_effect_as_barrier(effect);
-    const flesh_effect_proximity *proximity = effect->operations->proximity;
-    if (barrier->check) status = barrier->check(effect, t, x);
-    if (!status && proximity && proximity->check)
-      status = proximity->check(effect, flesh_internal_of(system, k, internal), x);
+    if (barrier->check) status = barrier->check(effect, flesh_internal_of(system, k, internal), t, x);
   }
   return flesh_team_agree(system->team, status);
 }

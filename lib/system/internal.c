@@ -8,7 +8,7 @@
 
 static int takes_bonds(const flesh_effect *effect)
 {
-  return effect->operations->proximity && effect->operations->proximity->take_bonds;
+  return flesh_effect_private_of(effect)->take_bonds != NULL;
 }
 
 /* The bonds of all effects, new, with their variables among those of all. FLESH_ERR_MEMORY. */
@@ -17,15 +17,15 @@ static int list_bonds(const flesh_system *system, int *count, flesh_bond **bonds
   *count = 0;
   for (int k = 0; k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
-    if (effect->operations->bonds) *count += effect->operations->bonds->count(effect);
+    if (flesh_effect_private_of(effect)->bonds) *count += flesh_effect_private_of(effect)->bonds->count(effect);
   }
   flesh_bond *next = *bonds = flesh_malloc(((size_t)*count + 1) * sizeof *next);
   if (!next) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d bonds", *count);
   for (int k = 0; k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
-    const int own = effect->operations->bonds ? effect->operations->bonds->count(effect) : 0;
+    const int own = flesh_effect_private_of(effect)->bonds ? flesh_effect_private_of(effect)->bonds->count(effect) : 0;
     for (int b = 0; b < own; b++, next++) {
-      effect->operations->bonds->get(effect, b, next);
+      flesh_effect_private_of(effect)->bonds->get(effect, b, next);
       if (next->variable >= 0) next->variable += system->entries[k].internal;
     }
   }
@@ -53,7 +53,7 @@ int flesh_system_settle_internals(flesh_system *system)
   if (some) status = list_bonds(system, &count, &bonds);
   for (int k = 0; k < system->entry_count && !status; k++) {
     flesh_effect *effect = system->entries[k].effect;
-    if (takes_bonds(effect)) status = effect->operations->proximity->take_bonds(effect, count, bonds);
+    if (takes_bonds(effect)) status = flesh_effect_private_of(effect)->take_bonds(effect, count, bonds);
   }
   flesh_free(bonds);
   place_internals(system, 1);

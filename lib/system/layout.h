@@ -1,5 +1,5 @@
 /* layout.h: where the blocks of a system's effects are in a matrix whose pattern has grown beyond the system's own, by
- * nodes that came near each other (flesh_effect_proximity). */
+ * nodes that came near each other (flesh_effect_barrier.coupled). */
 #ifndef FLESH_SYSTEM_LAYOUT_H
 #define FLESH_SYSTEM_LAYOUT_H
 

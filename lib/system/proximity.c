@@ -6,12 +6,13 @@
 #include "base/error.h"
 #include "base/huge_pages.h"
 #include "base/memory.h"
+#include "effect/effect.h"
 #include "linear/block_matrix.h"
 
 int flesh_system_has_proximity(const flesh_system *system)
 {
   for (int k = 0; k < system->entry_count; k++)
-    if (system->entries[k].effect->operations->proximity) return 1;
+    if (flesh_effect_as_barrier(system->entries[k].effect)->remember) return 1;
   return 0;
 }
 
@@ -23,8 +24,8 @@ int flesh_proximity_create(const flesh_system *system, flesh_threads *threads, f
   int status = self->near ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d effects", self->effects);
   for (int k = 0; k < self->effects && !status; k++) {
     const flesh_effect *effect = system->entries[k].effect;
-    const flesh_effect_proximity *can = effect->operations->proximity;
-    if (can) status = can->create(effect, threads, &self->near[k]);
+    const flesh_effect_barrier *can = flesh_effect_as_barrier(effect);
+    if (can->remember) status = can->remember(effect, threads, &self->near[k]);
   }
   if (status) flesh_proximity_clear(self);
   return status;
@@ -33,7 +34,7 @@ int flesh_proximity_create(const flesh_system *system, flesh_threads *threads, f
 void flesh_proximity_clear(flesh_proximity *self)
 {
   for (int k = 0; self->near && k < self->effects; k++)
-    if (self->near[k]) self->system->entries[k].effect->operations->proximity->destroy(self->near[k]);
+    if (self->near[k]) flesh_effect_as_barrier(self->system->entries[k].effect)->forget(self->near[k]);
   flesh_free(self->near);
   flesh_layout_clear(&self->layout);
   *self = (flesh_proximity){0};
@@ -42,8 +43,10 @@ void flesh_proximity_clear(flesh_proximity *self)
 size_t flesh_proximity_memory(const flesh_proximity *self)
 {
   size_t bytes = flesh_layout_memory(&self->layout);
-  for (int k = 0; self->near && k < self->effects; k++)
-    if (self->near[k]) bytes += self->system->entries[k].effect->operations->proximity->memory(self->near[k]);
+  for (int k = 0; self->near && k < self->effects; k++) {
+    const flesh_effect_private *can = flesh_effect_private_of(self->system->entries[k].effect);
+    if (self->near[k] && can->memory) bytes += can->memory(self->near[k]);
+  }
   return bytes;
 }
 
@@ -52,7 +55,7 @@ int flesh_proximity_follow(const flesh_proximity *self, int accepted, double t, 
   int status = FLESH_OK, one = 0;
   *changed = 0;
   for (int k = 0; self->near && k < self->effects && !status; k++) {
-    const flesh_effect_proximity *can = self->system->entries[k].effect->operations->proximity;
+    const flesh_effect_barrier *can = flesh_effect_as_barrier(self->system->entries[k].effect);
     if (!self->near[k] || !can->follow) continue;
     status = can->follow(self->near[k], accepted, t, x, &one);
     *changed |= one;
@@ -68,7 +71,7 @@ static int archive_effects(const flesh_proximity *self, flesh_archive *archive)
 {
   int status = FLESH_OK;
   for (int k = 0; k < self->effects && !status && !archive->wrong; k++) {
-    const flesh_effect_proximity *can = self->system->entries[k].effect->operations->proximity;
+    const flesh_effect_private *can = flesh_effect_private_of(self->system->entries[k].effect);
     if (self->near[k] && can->archive) status = can->archive(self->near[k], archive);
   }
   return status;
@@ -87,8 +90,8 @@ void flesh_proximity_predict(const flesh_proximity *self, const flesh_point *poi
   flesh_effect_view view = view_of(self, point);
   for (int k = 0; self->near && k < self->effects; k++) {
     const flesh_effect *effect = self->system->entries[k].effect;
-    if (self->near[k] && effect->operations->proximity->predict)
-      effect->operations->proximity->predict(effect, flesh_effect_view_turn(&view, k));
+    const flesh_effect_private *can = flesh_effect_private_of(effect);
+    if (self->near[k] && can->predict) can->predict(effect, flesh_effect_view_turn(&view, k));
   }
 }
 
@@ -99,7 +102,10 @@ static int covers(const flesh_proximity *self, const flesh_point *point, const f
   int all = 1;
   for (int k = 0; k < self->effects && all; k++) {
     const flesh_effect *effect = self->system->entries[k].effect;
-    if (self->near[k]) all = effect->operations->proximity->covers(effect, flesh_effect_view_turn(&view, k), K);
+    const flesh_effect_barrier *can = flesh_effect_as_barrier(effect);
+    const flesh_cells *lacking = NULL;
+    if (self->near[k] && can->coupled)
+      all = !can->coupled(effect, flesh_effect_view_turn(&view, k), K, &lacking) && !lacking;
   }
   return all;
 }
@@ -112,8 +118,9 @@ static int lay_out(const flesh_proximity *self, const flesh_point *point, flesh_
   int status = cells ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d effects", self->effects), count = 0;
   for (int k = 0; k < self->effects && !status; k++) {
     const flesh_effect *effect = self->system->entries[k].effect;
-    if (!self->near[k]) continue;
-    status = effect->operations->proximity->coupled(effect, flesh_effect_view_turn(&view, k), &cells[count]);
+    const flesh_effect_barrier *can = flesh_effect_as_barrier(effect);
+    if (!self->near[k] || !can->coupled) continue;
+    status = can->coupled(effect, flesh_effect_view_turn(&view, k), NULL, &cells[count]);
     count++;
   }
   if (!status) status = flesh_layout_create(self->system, count, cells, layout);

@@ -8,7 +8,7 @@
 #include "base/archive.h"
 #include "system/effect_view.h"
 
-/* Nothing is allocated where no effect of the finished system has a flesh_effect_proximity. `threads` (may be NULL) is
+/* Nothing is allocated where no effect of the finished system remembers anything (flesh_effect_barrier). `threads` (may be NULL) is
  * borrowed. FLESH_ERR_MEMORY. */
 int flesh_proximity_create(const flesh_system *system, flesh_threads *threads, flesh_proximity *proximity);
 void flesh_proximity_clear(flesh_proximity *proximity);
@@ -21,10 +21,10 @@ int flesh_system_has_proximity(const flesh_system *system);
  * and its values are lost, where it has not: *grown is 1 then. FLESH_ERR_MEMORY, FLESH_ERR_ARGUMENT: K is as before. */
 int flesh_proximity_cover(flesh_proximity *proximity, const flesh_point *point, flesh_block_matrix *K, int *grown);
 
-/* Tells the effects that a solve's matrix is made at the point next: see flesh_effect_proximity.predict. */
+/* Tells the effects that a solve's matrix is made at the point next: see flesh_effect_private.predict. */
 void flesh_proximity_predict(const flesh_proximity *proximity, const flesh_point *point);
 
-/* Tells the effects that the run is at x [3*n] at time t: see flesh_effect_proximity.follow, also for the errors. */
+/* Tells the effects that the run is at x [3*n] at time t: see flesh_effect_barrier.follow, also for the errors. */
 int flesh_proximity_follow(const flesh_proximity *proximity, int accepted, double t, const double *x, int *changed);
 
 /* Archives the effects' memories of where the run has been, and K's pattern without its values; *grown is 1 if K has

@@ -16,7 +16,7 @@ void flesh_rank_numbers_settle(flesh_system *system)
   const flesh_team *team = flesh_system_team(system);
   for (int k = 0; k < system->entry_count; k++) {
     flesh_effect *effect = system->entries[k].effect;
-    const flesh_effect_ranks *ranks = effect->operations->ranks;
+    const flesh_effect_ranks *ranks = flesh_effect_private_of(effect)->ranks;
     flesh_rank_numbers numbers = {0};
     if (!ranks || !ranks->take) continue;
     ranks->count(effect, &numbers);

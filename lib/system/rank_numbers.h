@@ -2,6 +2,7 @@
 #ifndef FLESH_SYSTEM_RANK_NUMBERS_H
 #define FLESH_SYSTEM_RANK_NUMBERS_H
 
+#include "effect/private.h"
 #include "flesh/system.h"
 
 /* Every effect of a part's system takes its numbers of the body, before the system is finished. Collective; cannot
@@ -15,7 +16,7 @@ void flesh_rank_numbers_report(const flesh_system *system, const flesh_point *en
 /* The table of an effect that says something of all ranks; NULL: every rank has it by itself. */
 static inline const flesh_effect_ranks *flesh_rank_numbers_reporting(const flesh_effect *effect)
 {
-  const flesh_effect_ranks *ranks = effect->operations->ranks;
+  const flesh_effect_ranks *ranks = flesh_effect_private_of(effect)->ranks;
   return ranks && ranks->report_whole ? ranks : NULL;
 }
 

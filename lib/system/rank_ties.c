@@ -3,6 +3,7 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "effect/private.h"
 #include "parallel/rank_part.h"
 #include "system/parts.h"
 
@@ -16,7 +17,7 @@ int flesh_rank_part_create_for(flesh_communicator *communicator, const flesh_sys
   int count = 0, status = ties ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d effects", whole->entry_count);
   for (int k = 0; k < whole->entry_count && !status; k++) {
     const flesh_effect *effect = whole->entries[k].effect;
-    const flesh_effect_ranks *can = effect->operations->ranks;
+    const flesh_effect_ranks *can = flesh_effect_private_of(effect)->ranks;
     int everywhere = 0;
     const flesh_cells *cells = can && can->cells ? can->cells(effect, &everywhere) : NULL;
     if (cells && cells->count)

@@ -14,8 +14,8 @@
 static int has_rows(const flesh_effect *effect, int nodes_per_row, flesh_stiff_rows *own)
 {
   *own = (flesh_stiff_rows){0};
-  const flesh_effect_shortcuts *shortcuts = flesh_effect_shortcuts_of(effect);
-  if (shortcuts->stiff_rows) shortcuts->stiff_rows(effect, own);
+  const flesh_effect_private *library = flesh_effect_private_of(effect);
+  if (library->stiff_rows) library->stiff_rows(effect, own);
   return own->count > 0 && (!nodes_per_row || own->nodes_per_row == nodes_per_row);
 }
 
@@ -80,7 +80,7 @@ void flesh_system_stiff_values(const flesh_system *system, const flesh_point *po
   for (int k = 0; k < flesh_system_effect_count(system) && rows->count; k++) {
     const flesh_effect *effect = flesh_system_effect(system, k);
     if (!has_rows(effect, rows->nodes_per_row, &own)) continue;
-    flesh_effect_shortcuts_of(effect)->stiff_values(effect, point, shift, values);
+    flesh_effect_private_of(effect)->stiff_values(effect, point, shift, values);
     values += 3 * (size_t)own.count * (size_t)own.nodes_per_row;
   }
 }

@@ -120,7 +120,7 @@ static int add_jacobian(flesh_effect_view *view, int k, int anew, const flesh_sh
   const double start = cpu_time(view->environment.costs);
   const flesh_point *point = flesh_effect_view_turn(view, k);
   int status = FLESH_OK;
-  if (anew) status = flesh_effect_shortcuts_of(e->effect)->jacobian_assign(e->effect, point, shift, K, slots);
+  if (anew) status = flesh_effect_private_of(e->effect)->jacobian_assign(e->effect, point, shift, K, slots);
   else if (!flesh_clearance_holds(view->environment.clearance, k)) status = can->jacobian(e->effect, point, shift, K, slots);
   count(view->environment.costs, k, CALL_JACOBIAN, start);
   return status;
@@ -198,8 +198,8 @@ static int evaluate_effect(const flesh_effect *effect, const flesh_point *point,
                            const flesh_shift *shift, double *r, double *phi, double *magnitude)
 {
   const flesh_effect_operations *can = effect->operations;
-  const flesh_effect_shortcuts *shortcuts = flesh_effect_shortcuts_of(effect);
-  if (shortcuts->evaluate) return shortcuts->evaluate(effect, point, shift, r, phi, magnitude);
+  const flesh_effect_private *library = flesh_effect_private_of(effect);
+  if (library->evaluate) return library->evaluate(effect, point, shift, r, phi, magnitude);
   int status = can->residual ? can->residual(effect, point, r) : FLESH_OK;
   if (!status && can->potential) status = can->potential(effect, point, shift, phi, magnitude);
   return status;

@@ -71,7 +71,7 @@ int flesh_system_add_effect(flesh_system *system, flesh_effect **effect)
   }
   system->entries = grown;
   system->entries[system->entry_count++] = (flesh_system_entry){.effect = *effect};
-  system->limits_step |= flesh_effect_as_barrier(*effect)->max_feasible_step != NULL || (*effect)->operations->proximity;
+  system->limits_step |= flesh_effect_as_barrier(*effect)->max_feasible_step != NULL;
   *effect = NULL;
   return FLESH_OK;
 }
@@ -147,7 +147,7 @@ static int find_leader(flesh_system *system)
   system->leader = -1;
   for (int k = 0; k < system->entry_count; k++) {
     const flesh_system_entry *e = &system->entries[k];
-    if (!flesh_effect_shortcuts_of(e->effect)->jacobian_assign || !e->slots) continue;
+    if (!flesh_effect_private_of(e->effect)->jacobian_assign || !e->slots) continue;
     const size_t pairs = flesh_pattern_pairs(cells_of(e->effect));
     if (pairs > most) most = pairs, system->leader = k;
   }
@@ -337,8 +337,8 @@ const flesh_team *flesh_system_team(const flesh_system *system) { return system-
 
 int flesh_system_check_shared(const flesh_effect *effect)
 {
-  const int shared = flesh_effect_has_trait(effect, FLESH_IS_SUM_OVER_TETS) || effect->operations->ranks;
-  const int keeps_tets = effect->operations->internal && !effect->operations->ranks;
+  const int shared = flesh_effect_has_trait(effect, FLESH_IS_SUM_OVER_TETS) || flesh_effect_private_of(effect)->ranks;
+  const int keeps_tets = effect->operations->internal && !flesh_effect_private_of(effect)->ranks;
   if (shared && !keeps_tets) return FLESH_OK;
   return flesh_fail(FLESH_ERR_ARGUMENT, "effect %s is not shared out among ranks yet; run it on one rank",
                     effect->operations->name);

@@ -62,8 +62,8 @@ static int count_softenings(const flesh_system *system)
   double most = 1;
   for (int k = 0; k < flesh_system_effect_count(system); k++) {
     const flesh_effect *effect = flesh_system_effect(system, k);
-    const flesh_effect_shortcuts *shortcuts = flesh_effect_shortcuts_of(effect);
-    const int own = shortcuts->softenings ? shortcuts->softenings(effect) : 1;
+    const flesh_effect_private *library = flesh_effect_private_of(effect);
+    const int own = library->softenings ? library->softenings(effect) : 1;
     most = fmax(most, own);
   }
   flesh_team_largest(flesh_system_team(system), 1, &most);
@@ -228,9 +228,9 @@ flesh_separation flesh_integrator_separation(const flesh_integrator *integrator)
   const flesh_system *system = integrator->evaluation->system;
   flesh_separation separation = {.t_apart = NAN};
   for (int e = 0; e < flesh_system_effect_count(system); e++) {
-    const flesh_effect_proximity *can = flesh_system_effect(system, e)->operations->proximity;
+    const flesh_effect_private *can = flesh_effect_private_of(flesh_system_effect(system, e));
     const void *near = flesh_proximity_of(integrator->evaluation->environment.proximity, e);
-    if (can && can->separation && near) can->separation(near, &separation);
+    if (near && can->separation) can->separation(near, &separation);
   }
   return separation;
 }

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "body.h"
+#include "effect/private.h"
 #include "test.h"
 
 enum { PLANE, SPHERE, CAPSULE, MESH, SHAPES };
@@ -37,7 +38,7 @@ static int counted_evaluate(const flesh_effect *effect, const flesh_point *point
                             double *phi, double *magnitude)
 {
   evaluations++;
-  return contact->shortcuts->evaluate(effect, point, shift, r, phi, magnitude);
+  return contact->library->evaluate(effect, point, shift, r, phi, magnitude);
 }
 
 static double counted_clearance(const flesh_effect *effect, double t, const double *x)
@@ -50,7 +51,7 @@ typedef struct run {
   test_body b;
   flesh_integrator *integrator;
   flesh_effect_operations operations;
-  flesh_effect_shortcuts shortcuts;
+  flesh_effect_private library;
   flesh_effect_barrier barrier;
 } run;
 
@@ -72,9 +73,9 @@ static void begin(flesh_method method, int shape, const flesh_motion *motion, co
   contact = effect->operations;
   r->operations = *contact;
   r->operations.residual = counted_residual;
-  r->shortcuts = *contact->shortcuts;
-  r->shortcuts.evaluate = counted_evaluate;
-  r->operations.shortcuts = &r->shortcuts;
+  r->library = *contact->library;
+  r->library.evaluate = counted_evaluate;
+  r->operations.library = &r->library;
   r->barrier = *contact->barrier;
   r->barrier.clearance = always ? NULL : counted_clearance;
   r->operations.barrier = &r->barrier;
@@ -200,7 +201,7 @@ static void clearances_are_bounds(void)
         const flesh_point point = flesh_point_at(t1, r.b.state.x, v, v);
         double energy = 0;
         wrong += contact->energy(effect, &point, &energy) != FLESH_OK || energy != 0;
-        wrong += contact->barrier->max_feasible_step(effect, t0, x, t1, r.b.state.x) < 1;
+        wrong += contact->barrier->max_feasible_step(effect, NULL, NULL, t0, x, t1, r.b.state.x) < 1;
       }
       free(x);
       free(v);

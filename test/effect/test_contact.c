@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "body.h"
+#include "effect/private.h"
 #include "geometry/obstacle.h"
 #include "math/mat3.h"
 #include "test.h"
@@ -252,7 +253,7 @@ static void threads_give_the_same_bits(void)
       memset(both, 0, bytes);
       CHECK_OK(effect->operations->residual(effect, &point, r[k]));
       CHECK_OK(effect->operations->potential(effect, &point, &shift, &phi[k], &size[k]));
-      CHECK_OK(effect->operations->shortcuts->evaluate(effect, &point, &shift, both, &phi_both, &size_both));
+      CHECK_OK(effect->operations->library->evaluate(effect, &point, &shift, both, &phi_both, &size_both));
       CHECK_OK(flesh_system_jacobian(b.system, &point, &shift, K[k]));
       CHECK(!memcmp(both, r[k], bytes) && phi_both == phi[k] && size_both == size[k]);
       flesh_threads_destroy(&threads);

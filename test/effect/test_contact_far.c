@@ -105,7 +105,7 @@ static void long_capsules_stop_faces(void)
       CHECK_OK(flesh_effect_contact(&b.body, &options, &o, &effect));
       double *x = malloc((size_t)b.n * sizeof *x);
       for (int d = 0; d < b.n; d++) x[d] = b.state.x[d] + (d % 3 == 2);
-      const double fraction = effect->operations->barrier->max_feasible_step(effect, 0, b.state.x, 0, x);
+      const double fraction = effect->operations->barrier->max_feasible_step(effect, NULL, NULL, 0, b.state.x, 0, x);
       if (place == 3) printf("# %g radii: fraction %.4g\n", lengths[l] / radius, fraction);
       CHECK(fraction < 0.5 && fraction > 0.45);
       CHECK(effect->operations->barrier->tunnelled(effect, 0, b.state.x, 0, x));

@@ -6,6 +6,7 @@
 #endif
 
 #include "body.h"
+#include "effect/private.h"
 #include "flesh/contact.h"
 #include "scene/effect_registry.h"
 #include "flesh/observer.h"
@@ -132,7 +133,7 @@ static const flesh_effect_operations counting_operations = {
     .traits = FLESH_IS_PASSIVE,
     .residual = count_residual,
     .potential = count_potential,
-    .shortcuts = &(const flesh_effect_shortcuts){.evaluate = count_both},
+    .library = &(const flesh_effect_private){.evaluate = count_both},
 };
 
 /* The guard's first try and KINSOL's residual are one evaluation: no point is gone over twice. */

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "body.h"
+#include "effect/private.h"
 #include "effect/environment.h"
 #include "effect_sample.h"
 #include "system/derivative_check.h"
@@ -259,7 +260,7 @@ static int check_evaluate(const test_body *b, const flesh_effect *effect, const 
                           const flesh_shift *shift, int *forces, int *potentials)
 {
   const flesh_effect_operations *can = effect->operations;
-  if (!can->shortcuts || !can->shortcuts->evaluate) return 0;
+  if (!can->library || !can->library->evaluate) return 0;
   double *r[2], phi[2] = {3, 3}, magnitude[2] = {5, 5};
   int changed = 0;
   for (int k = 0; k < 2; k++) {
@@ -269,7 +270,7 @@ static int check_evaluate(const test_body *b, const flesh_effect *effect, const 
   CHECK(can->residual && can->potential);
   CHECK_OK(can->residual(effect, point, r[0]));
   CHECK_OK(can->potential(effect, point, shift, &phi[0], &magnitude[0]));
-  CHECK_OK(can->shortcuts->evaluate(effect, point, shift, r[1], &phi[1], &magnitude[1]));
+  CHECK_OK(can->library->evaluate(effect, point, shift, r[1], &phi[1], &magnitude[1]));
   CHECK(!memcmp(r[0], r[1], (size_t)b->n * sizeof *r[0]));
   CHECK(phi[0] == phi[1] && magnitude[0] == magnitude[1]);
   for (int d = 0; d < b->n; d++) changed |= r[1][d] != d + 0.1;

@@ -1,6 +1,7 @@
 /* test_mixed_bodies.c: bodies of four-node and of ten-node tets side by side in one scene are, each for itself, what
  * they are alone: forces, energies and stiffness of every effect, statics and motion, probes, frames. */
 #include "scene_files.h"
+#include "effect/private.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -393,7 +394,7 @@ static void parts_add_up(void)
     flesh_mesh *own = NULL;
     flesh_effect *restricted = NULL;
     CHECK_OK(flesh_mesh_create_quadratic(all.n / 3, flesh_mesh_positions(mesh), count, nodes, NULL, &own));
-    CHECK_OK(effect->operations->shortcuts->restrict_to_cells(effect, count, chosen, own, &restricted));
+    CHECK_OK(effect->operations->library->restrict_to_cells(effect, count, chosen, own, &restricted));
     const flesh_point point = flesh_point_at(0, all.x, all.v, all.a);
     CHECK_OK(restricted->operations->residual(restricted, &point, sum));
     flesh_effect_destroy(&restricted);

@@ -59,7 +59,7 @@ static void stiffer_bodies_have_more_levels(void)
     CHECK_OK(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1, ratios[k], &materials[1]));
     const flesh_body body = {.mesh = mesh, .materials = materials, .tet_material = (int[]){0, 0, 0, 0, 0, 1}};
     CHECK_OK(flesh_effect_elasticity(&body, &effect));
-    CHECK(effect->operations->shortcuts->softenings(effect) == levels[k]);
+    CHECK(effect->operations->library->softenings(effect) == levels[k]);
     flesh_effect_destroy(&effect);
     flesh_mesh_destroy(&mesh);
   }

@@ -43,12 +43,12 @@ static int spring_potential(const flesh_effect *effect, const flesh_point *point
   return FLESH_OK;
 }
 
-static double spring_max_feasible_step(const flesh_effect *effect, double t_from, const double *x_from, double t_to,
-                                       const double *x_to)
+static double spring_max_feasible_step(const flesh_effect *effect, void *near, const double *internal, double t_from,
+                                       const double *x_from, double t_to, const double *x_to)
 {
   const spring *s = effect->data;
   const double from = distance(s, x_from), change = fabs(distance(s, x_to) - from);
-  (void)t_from, (void)t_to;
+  (void)near, (void)internal, (void)t_from, (void)t_to;
   const double most = s->pace * (from - s->wall);
   return change > most ? most / change : 1;
 }

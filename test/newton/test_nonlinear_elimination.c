@@ -1,6 +1,7 @@
 /* test_nonlinear_elimination.c: few nodes that carry a residual are solved for alone: with every effect, in fewer
  * iterations, with the same result, and not where nothing goes astray. */
 #include "body.h"
+#include "effect/private.h"
 #include "newton/stage.h"
 #include "newton/subdomain.h"
 #include "sundials/kinsol.h"
@@ -84,7 +85,7 @@ static void parts_add_up(void)
     flesh_mesh *half = NULL;
     flesh_effect *part = NULL;
     CHECK_OK(flesh_mesh_create(n / 3, flesh_mesh_positions(mesh), count, nodes, NULL, &half));
-    CHECK_OK(effect->operations->shortcuts->restrict_to_cells(effect, count, chosen, half, &part));
+    CHECK_OK(effect->operations->library->restrict_to_cells(effect, count, chosen, half, &part));
     CHECK_OK(part->operations->residual(part, &point, sum));
     flesh_effect_destroy(&part);
     flesh_mesh_destroy(&half);

@@ -89,7 +89,7 @@ static void add_plane(bodies *b, double friction)
   options.slip_speed = 1e-3;
   CHECK_OK(flesh_obstacle_plane((const double[]){0, 0, -0.0197}, (const double[]){0, 0, 1}, &plane));
   CHECK_OK(flesh_effect_contact(&b->whole.body, &options, &plane, &effect));
-  CHECK_OK(effect->operations->ranks->restrict_to_part(effect, b->part, &b->own.body, &own));
+  CHECK_OK(flesh_effect_private_of(effect)->ranks->restrict_to_part(effect, b->part, &b->own.body, &own));
   CHECK_OK(flesh_system_add_effect(b->own.system, &own));
   CHECK_OK(flesh_system_add_effect(b->whole.system, &effect));
 }

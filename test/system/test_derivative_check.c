@@ -6,6 +6,7 @@
 #include "flesh/effects.h"
 #include "flesh/system.h"
 #include "effect/environment.h"
+#include "effect/private.h"
 #include "grids.h"
 #include "linear/block_matrix.h"
 #include "system/derivative_check.h"
@@ -57,7 +58,7 @@ static int evaluate(const flesh_effect *effect, const flesh_point *point, const 
                     double *r, double *phi, double *magnitude)
 {
   const flesh_effect *inner = of(effect)->inner;
-  int status = inner->operations->shortcuts->evaluate(inner, point, shift, r, phi, magnitude);
+  int status = inner->operations->library->evaluate(inner, point, shift, r, phi, magnitude);
   if (of(effect)->what == SPOIL_RESIDUAL || of(effect)->what == SPOIL_EVALUATE) r[4] *= 1.0001;
   if (of(effect)->what == SPOIL_POTENTIAL) *phi *= 1.0001;
   return status;
@@ -77,7 +78,7 @@ static int jacobian_assign(const flesh_effect *effect, const flesh_point *point,
                          flesh_block_matrix *K, const int *slots)
 {
   const flesh_effect *inner = of(effect)->inner;
-  int status = inner->operations->shortcuts->jacobian_assign(inner, point, shift, K, slots);
+  int status = inner->operations->library->jacobian_assign(inner, point, shift, K, slots);
   if (of(effect)->what == SPOIL_ANEW) K->values[9 * slots[3] + 1] *= 1.0001;
   if (of(effect)->what == SPOIL_JACOBIAN) K->values[1] += 1e-4 * K->values[0];
   return status;
@@ -89,7 +90,7 @@ static const flesh_effect_operations spoiled_operations = {
     .residual = residual,
     .jacobian = jacobian,
     .potential = potential,
-    .shortcuts = &(const flesh_effect_shortcuts){.jacobian_assign = jacobian_assign, .evaluate = evaluate},
+    .library = &(const flesh_effect_private){.jacobian_assign = jacobian_assign, .evaluate = evaluate},
 };
 
 typedef struct set_up {
@@ -221,9 +222,9 @@ static void a_wrong_beginning_is_seen(void)
   CHECK(report.jacobian[0] > 1e-8 && report.jacobian[1] > 1e-8 && report.potential[0] < 1e-8);
   CHECK(!flesh_derivative_report_passes(&report, 1e-8));
   flesh_effect_operations adds = *s.elasticity->operations;
-  flesh_effect_shortcuts shortcuts = *adds.shortcuts;
-  shortcuts.jacobian_assign = adds.jacobian;
-  adds.shortcuts = &shortcuts;
+  flesh_effect_private library = *adds.library;
+  library.jacobian_assign = adds.jacobian;
+  adds.library = &library;
   flesh_effect other = *s.elasticity;
   other.operations = &adds;
   report = report_of(&other, &s);
@@ -283,7 +284,7 @@ static int jacobian_of_the_calls(const flesh_effect *effect, const flesh_point *
                                  flesh_block_matrix *K, const int *slots)
 {
   const flesh_effect_operations *own = of(effect)->inner->operations;
-  if (flesh_environment_of(point)->near) own->proximity->predict(effect, point);
+  if (flesh_environment_of(point)->near) own->library->predict(effect, point);
   return own->jacobian(of(effect)->inner, point, shift, K, slots);
 }
 
@@ -294,7 +295,7 @@ static int inner_residual(const flesh_effect *effect, const flesh_point *point, 
 
 static int create_inner(const flesh_effect *effect, flesh_threads *threads, void **near)
 {
-  return of(effect)->inner->operations->proximity->create(of(effect)->inner, threads, near);
+  return of(effect)->inner->operations->barrier->remember(of(effect)->inner, threads, near);
 }
 
 /* The matrix of contact between bodies is what solves assemble, and no other after other calls. */
@@ -307,10 +308,10 @@ static void contact_of_surfaces_is_checked_as_solves_see_it(void)
   printf("# contact of surfaces: %.2g, %.2g, asymmetry %.2g, negative %.2g\n", report.jacobian[0], report.jacobian[1],
          report.asymmetry, report.negative);
   CHECK(flesh_derivative_report_passes(&report, 1e-6));
-  flesh_effect_proximity proximity = *t.contact->operations->proximity;
-  proximity.create = create_inner;
+  flesh_effect_barrier barrier = *t.contact->operations->barrier;
+  barrier.remember = create_inner;
   const flesh_effect_operations operations = {.name = "by the calls", .residual = inner_residual,
-                                              .jacobian = jacobian_of_the_calls, .proximity = &proximity};
+                                              .jacobian = jacobian_of_the_calls, .barrier = &barrier};
   spoiler data = {t.contact, SPOIL_NOTHING};
   flesh_effect spoiled = {.operations = &operations, .data = &data, .nodes = flesh_mesh_node_count(t.mesh),
                           .tets = flesh_mesh_tet_count(t.mesh)};

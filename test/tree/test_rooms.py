@@ -19,7 +19,6 @@ PUBLIC = {
     "material": "material", "mesh": "mesh",
     "surface": "surface", "skin": "skin", "block_matrix": "linear", "linear_solver": "linear", "ranks": "parallel",
     "body": "element", "motion": "geometry", "obstacle": "geometry", "contact": "effect", "effect": "effect", "effects": "effect",
-    "proximity": "effect",
     "system": "system", "state": "system", "solver": "newton", "kinsol": "sundials", "ida": "sundials",
     "ode": "sundials", "integrator": "time", "observer": "time", "probe": "output", "scene": "scene", "flesh": "scene",
 }

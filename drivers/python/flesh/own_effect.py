@@ -31,9 +31,8 @@ class PointView:
             np.zeros(internal_count)
         self.t, self.load = point.t, point.load
         self.x, self.v, self.a = (self._vectors(address, nodes) for address in (point.x, point.v, point.a))
-        lagged = point.lagged
-        self.lagged = Lagged(lagged.t, *(self._vectors(address, nodes) for address in (lagged.x, lagged.v)))
-        self.frozen = Frozen(*(self._vectors(address, nodes) for address in (point.frozen.x, point.frozen.v)))
+        self.lagged = Lagged(point.lagged.t, self._vectors(point.lagged.x, nodes), self._vectors(point.lagged.v, nodes))
+        self.frozen = Frozen(self._vectors(point.frozen.x, nodes), self._vectors(point.frozen.v, nodes))
 
     @staticmethod
     def _vectors(address, nodes):
@@ -239,7 +238,7 @@ class OwnEffect(Effect):
         self._array(dx, True)[...] += self._shaped(moved, (self._nodes, 3), "carry")
         return 1
 
-    def _call_max_feasible_step(self, _effect, t_from, x_from, t_to, x_to):
+    def _call_max_feasible_step(self, _effect, _near, _internal, t_from, x_from, t_to, x_to):
         return float(self.max_feasible_step(t_from, self._array(x_from), t_to, self._array(x_to)))
 
     def _call_push_out(self, _effect, t_from, x_from, t_to, x_to):
@@ -249,7 +248,7 @@ class OwnEffect(Effect):
     def _call_tunnelled(self, _effect, t_from, x_from, t_to, x_to):
         return int(bool(self.tunnelled(t_from, self._array(x_from), t_to, self._array(x_to))))
 
-    def _call_check(self, _effect, t, x):
+    def _call_check(self, _effect, _internal, t, x):
         self.check(t, self._array(x))
 
     def _call_clearance(self, _effect, t, x):

@@ -21,11 +21,11 @@ PACKAGE = os.path.dirname(flesh.__file__)
 LEFT_OUT = {
     "flesh_solve_stats_print": "prints into a C file; SolveStats.as_dict has the figures",
     "flesh_effect_operations.destroy": "Python's own counting of references frees what an effect holds",
-    "flesh_effect_shortcuts.*": "the same for less time, which an effect written in Python does not have",
     "flesh_effect_operations.constraints": "one effect of a system may have them, and incompressible elasticity does",
-    "flesh_effect_operations.proximity": "a memory that belongs to a run; SurfaceContact is what has one",
-    "flesh_effect_operations.bonds": "what effects of one's own hold together stays in contact; welds and joints have them",
-    "flesh_effect_operations.ranks": "for programs of MPI in C",
+    "flesh_effect_operations.library": "what the library's own effects have",
+    "flesh_point_near": "a memory that belongs to a run; SurfaceContact is what has one",
+    **{f"flesh_effect_barrier.{name}": "a memory that belongs to a run; SurfaceContact is what has one"
+       for name in ("remember", "forget", "coupled", "follow")},
     "flesh_effect_figures.memory": "an effect does not know the memory of Python's objects",
 }
 # Objects that only SUNDIALS in C takes: SciPy takes the same as csc_matrix and by preconditioner_solve.
@@ -71,9 +71,9 @@ def test_every_function_is_wrapped_or_left_out():
 
 
 def test_every_operation_of_an_effect_is_offered_or_left_out():
-    offered = {"name", "role", "traits", "cells", "report_names", "report", "stress", "time", "barrier", "shortcuts",
+    offered = {"name", "role", "traits", "cells", "report_names", "report", "stress", "time", "barrier",
                "figures", "internal", *own_effect._CORE, *own_effect._TIME, *own_effect._BARRIER, *own_effect._INTERNAL}
-    for table in ("operations", "time", "barrier", "shortcuts", "figures", "internal"):
+    for table in ("operations", "time", "barrier", "figures", "internal"):
         for member, _field in ffi.typeof(f"flesh_effect_{table}").fields:
             left_out = {f"flesh_effect_{table}.{member}", f"flesh_effect_{table}.*"} & set(LEFT_OUT)
             assert member in offered or left_out, f"{table}.{member}"

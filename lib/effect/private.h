@@ -1,0 +1,110 @@
+/* private.h: what only the library's own effects have beside their operations (flesh/effect.h). */
+#ifndef FLESH_EFFECT_PRIVATE_H
+#define FLESH_EFFECT_PRIVATE_H
+
+#include "flesh/effect.h"
+
+struct flesh_archive;
+struct flesh_rank_part;
+struct flesh_separation;
+
+/* Two groups of nodes that an effect holds together. */
+typedef struct flesh_bond {
+  int count[2];        /* nodes of either group */
+  const int *nodes[2]; /* [count] each, of the mesh; borrowed from the effect */
+  double gap;          /* m, between the surfaces of the groups at rest */
+  int variable;        /* the effect's internal variable that is not 0 once the bond is broken; -1: it never breaks */
+} flesh_bond;
+
+/* For effects that hold surfaces together (welds, joints): features that a bond holds do not touch each other until it
+ * is broken and they have come apart. */
+typedef struct flesh_effect_bonds {
+  int (*count)(const flesh_effect *effect);
+  void (*get)(const flesh_effect *effect, int k, flesh_bond *bond); /* 0 <= k < count */
+} flesh_effect_bonds;
+
+/* For effects that ranks can share out (flesh/ranks.h) though they are no sum over tets: what acts on nodes or faces. Of
+ * one with internal variables every rank has all of them, and updates them to the same bits. */
+enum { FLESH_RANK_SUMS = 4 };
+typedef struct flesh_rank_numbers { /* over all ranks; 0 where a rank writes none */
+  double sums[FLESH_RANK_SUMS], largest[FLESH_RANK_SUMS];
+} flesh_rank_numbers;
+typedef struct flesh_effect_ranks {
+  /* A new effect of the same kind on `body`, that of the part: what of `whole`, the effect on the whole body, is for
+   * this rank to compute, so that those of all ranks add up to it. It may have nothing to act on. It lives no longer
+   * than `whole`. Errors: FLESH_ERR_ARGUMENT where it cannot be shared out, FLESH_ERR_MEMORY. */
+  int (*restrict_to_part)(const flesh_effect *whole, const struct flesh_rank_part *part, const flesh_body *body,
+                          flesh_effect **restricted);
+  /* Cells of `whole` that tie nodes of several ranks together, which are then nodes of the part
+   * (flesh_rank_part_create_for): of each cell the rank that owns its first node has all nodes or, where *everywhere
+   * becomes 1, all ranks have. NULL, or count 0: the part's tets have all nodes that are needed. */
+  const flesh_cells *(*cells)(const flesh_effect *whole, int *everywhere);
+  /* This rank's part of sums [sum_count] that are needed at a point, and then come as point->sums. NULL, 0: none. */
+  int sum_count;
+  void (*sum)(const flesh_effect *effect, const flesh_point *point, double *sums);
+  /* Numbers of the body that a part has not (a count of nodes, a mean): `count` writes this rank's, `take` gets those
+   * of all, once, before the system is finished; it may change the kind. Both or neither. */
+  void (*count)(const flesh_effect *restricted, flesh_rank_numbers *numbers);
+  void (*take)(flesh_effect *restricted, const flesh_rank_numbers *numbers);
+  /* flesh_effect_figures.report of all ranks, likewise; FLESH_RANK_SUMS values at most. NULL: each has it by itself. */
+  void (*report_part)(const flesh_effect *effect, const flesh_point *point, flesh_rank_numbers *numbers);
+  void (*report_whole)(const flesh_effect *effect, const flesh_rank_numbers *numbers, double *values);
+} flesh_effect_ranks;
+
+/* Members that an effect does not need are NULL. */
+typedef struct flesh_effect_private {
+  /* Residual and potential in one pass, for effects where that costs less than both: adds to r,
+   * *phi and *magnitude the same bits as `residual` and `potential`, which must be there too. NULL:
+   * those two are called. */
+  int (*evaluate)(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+                  double *r, double *phi, double *magnitude);
+  /* As `jacobian`, but K's blocks of the cells' pairs are overwritten, not added to: for one effect
+   * of a system, called before the others, so that K need not be cleared. NULL: K is cleared. */
+  int (*jacobian_assign)(const flesh_effect *effect, const flesh_point *point,
+                         const flesh_shift *shift, flesh_block_matrix *K, const int *slots);
+  /* For effects whose Jacobian contains one stiff term of every cell: describes their rows, without
+   * values, and writes the values [rows.count][nodes_per_row][3] of those in the matrix that
+   * `jacobian` gives there. NULL, both: none. */
+  void (*stiff_rows)(const flesh_effect *effect, flesh_stiff_rows *rows);
+  void (*stiff_values)(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+                       float *values);
+  /* For effects that are a sum over their cells, which are tets: a new effect of the cells `chosen`
+   * [count], ascending, alone; they are the tets of `mesh` in this order. It lives no longer than
+   * this one and `mesh`. NULL: where few nodes are solved for alone, a quadratic model stands for
+   * the effect. */
+  int (*restrict_to_cells)(const flesh_effect *effect, int count, const int *chosen,
+                           const flesh_mesh *mesh, flesh_effect **restricted);
+  /* The vector instructions that it works with, on which the last bits of its results depend.
+   * NULL: those of the program. */
+  flesh_instructions (*instructions)(const flesh_effect *effect);
+  /* How many values of flesh_environment.softened, from 1 on, are worth a solve on the way to the materials as they are.
+   * NULL: one. */
+  int (*softenings)(const flesh_effect *effect);
+  const flesh_effect_ranks *ranks;
+  const flesh_effect_bonds *bonds;
+  /* Of barriers with a memory. */
+  /* A solve is about to make its matrix at `point`, with memory: the effect predicts its forces there, by those at
+   * lagged.x or by what it predicted last in the solve that begins there. Until the next prediction `jacobian` at this
+   * place may have secants to these forces for derivatives; it has derivatives where they are the forces at x, at all
+   * other places, and without memory. Where it fails it predicts nothing, and `jacobian` says why. NULL: it always has
+   * derivatives. */
+  void (*predict)(const flesh_effect *effect, const flesh_point *point);
+  size_t (*memory)(const void *near); /* bytes */
+  /* Saves or loads what `follow` has told (flesh_integrator_save). */
+  int (*archive)(void *near, struct flesh_archive *archive);
+  /* Adds what the memory knows of surfaces that begin crossed and are let apart. */
+  void (*separation)(const void *near, struct flesh_separation *separation);
+  /* Tells a new effect which bonds [count] the other effects of its system have, once, before its internal variables are
+   * counted; each `variable` is an index into flesh_environment.all_internal. On ranks the effect of the whole body is
+   * told. Errors: FLESH_ERR_MEMORY. */
+  int (*take_bonds)(flesh_effect *effect, int count, const flesh_bond *bonds);
+} flesh_effect_private;
+
+/* Never NULL: what an effect has not is NULL in it. */
+static inline const flesh_effect_private *flesh_effect_private_of(const flesh_effect *effect)
+{
+  static const flesh_effect_private none = {0};
+  return effect->operations->library ? effect->operations->library : &none;
+}
+
+#endif
