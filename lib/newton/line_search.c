@@ -18,6 +18,11 @@ static const double decrease = 1e-4;
 /* So many filtered steps in a row are too short before one is lengthened wherever the residual is. */
 enum { MANY_SHORT = 16 };
 
+/* After every so many steps a solve of bodies that touch each other is given up where these have lowered the potential by
+ * less than this part of all that it has fallen. */
+enum { MANY_STEPS = 100 };
+static const double least_gain = 0.1;
+
 /* One search: the direction, and what is known of the potential along it. */
 typedef struct line {
   const double *u, *r, *p;
@@ -53,7 +58,7 @@ size_t flesh_search_memory(const flesh_search *self)
 
 void flesh_search_begin_stage(flesh_search *self)
 {
-  self->shortened = self->short_filtered = 0;
+  self->shortened = self->short_filtered = self->steps = self->stalls = 0;
   self->first_potential = NAN;
   self->gain = 0;
 }
@@ -173,6 +178,17 @@ static verdict judge(flesh_search *self, line *line)
   return AGAIN;
 }
 
+/* Whether a solve of bodies that touch each other gets nowhere. A shorter step in time is easier, an equilibrium is not. */
+static void watch_progress(flesh_search *self, double value)
+{
+  const flesh_equations *equations = self->equations;
+  const int touches = equations->proximity.near && equations->stage.shift.a != 0;
+  if (!touches || ++self->steps % MANY_STEPS) return;
+  self->stalls = self->steps > MANY_STEPS &&
+                 self->asked_potential - value < least_gain * (self->first_potential - value);
+  self->asked_potential = value;
+}
+
 /* Takes p to the accepted length, or a longer one, and compares it with the quadratic model. */
 static void accept(flesh_search *self, line *line, flesh_direction_kind kind, int measure_model, double *p,
                    flesh_search_result *result)
@@ -191,6 +207,7 @@ static void accept(flesh_search *self, line *line, flesh_direction_kind kind, in
   self->shortened = length < line->first;
   self->gain = actual > 10 * line->round_off ? actual : 0;
   for (int d = 0; d < n && length != 1; d++) p[d] *= length;
+  watch_progress(self, line->value);
   self->stats->potential_rises += line->value > self->first_potential + 1e-12 * line->magnitude;
   *result = (flesh_search_result){
       .start = line->start, .value = line->value, .length = length, .predicted = predicted, .actual = actual,

@@ -14,6 +14,8 @@ typedef struct flesh_search {
   double first_potential; /* of its first iterate; NaN before */
   double gain;            /* J, by which the last step has lowered the potential; 0: there was none */
   int shortened;          /* the last accepted step was not its first try */
+  int steps, stalls;      /* how many were accepted; 1: bodies that touch let them lead nowhere */
+  double asked_potential; /* J, where that was asked last */
   int short_filtered;     /* how many of the last accepted steps in a row were filtered, whole and too short */
 } flesh_search;
 

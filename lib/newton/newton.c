@@ -331,6 +331,7 @@ int flesh_newton_step(flesh_newton *self, const double *weights, const double *b
   const int n = self->equations.n, guarded = self->options.line_search == FLESH_LINE_SEARCH_POTENTIAL;
   self->direction.iterations = 0;
   if (asked_to_stop(self)) return self->stopped;
+  if (self->search.stalls) return FLESH_NOT_CONVERGED;
   const double norm = flesh_norm(self->threads, n, b);
   tolerance = flesh_matrix_policy_tolerance(&self->policy, norm, tolerance);
   if (flesh_matrix_policy_at_round_off(&self->policy, norm, self->u)) {

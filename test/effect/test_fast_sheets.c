@@ -1,0 +1,49 @@
+/* test_fast_sheets.c: thin bodies that hit each other much faster than waves travel in them end their step, with few
+ * iterations, and do not go through each other. */
+#include "crossings.h"
+#include "flesh/integrator.h"
+#include "welded.h"
+
+/* Two sheets of 1 x 1 m and so thick, whose waves travel at 20 m/s; the upper one's lower side begins at 0.25 m. */
+static void hit(double speed, double thickness, int most)
+{
+  const int cells[3] = {10, 10, 1};
+  const double size[3] = {1, 1, thickness};
+  const flesh_solver_options options = test_options(1e-6);
+  flesh_contact_options contact_options;
+  flesh_contact_surface surface;
+  flesh_effect *contact = NULL;
+  flesh_integrator *integrator = NULL;
+  flesh_solve_stats stats = {0};
+  test_body b;
+  flesh_mesh *mesh = joined(box(cells, size, (double[]){0, 0, 0}), box(cells, size, (double[]){0.03, 0.02, 0.25}));
+  CHECK_OK(test_body_create(mesh, test_material(FLESH_ENERGY_S, 0.45), 1000, FLESH_MASS_LUMPED, 1, &b));
+  flesh_contact_options_default(&contact_options);
+  CHECK_OK(flesh_effect_surface_contact(&b.body, &contact_options, 0, NULL, &contact));
+  CHECK_OK(flesh_system_add_effect(b.system, &contact));
+  CHECK_OK(flesh_system_finalize(b.system));
+  for (int d = b.n / 2 + 2; d < b.n; d += 3) b.state.v[d] = -speed;
+  CHECK_OK(flesh_contact_surface_of_mesh(b.mesh, NULL, &surface));
+  CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
+  CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 50, &stats));
+  double velocity = 0;
+  for (int d = 2; d < b.n; d += 3) velocity += b.state.v[d] / (b.n / 3);
+  printf("# %g m/s, %g m: %d Newton iterations, %d cutbacks, mean velocity %.6g\n", speed, thickness, stats.newton,
+         stats.convergence_failures, velocity);
+  CHECK(crossings_count(&surface, b.state.x) == 0);
+  CHECK(fabs(velocity + speed / 2) < 1e-4 * speed); /* half of the nodes had it, all share it */
+  CHECK(stats.newton <= most);
+  flesh_contact_surface_clear(&surface);
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&b);
+}
+
+static void thin_sheets_hit_each_other(void) { hit(200, 0.05, 500); }
+
+/* A solve that contact keeps from getting anywhere is given up for a shorter step. */
+static void thick_sheets_are_cut_in_time(void) { hit(200, 0.1, 1000); }
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS(argc, argv, TEST(thin_sheets_hit_each_other), TEST(thick_sheets_are_cut_in_time));
+}
