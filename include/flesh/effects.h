@@ -2,7 +2,7 @@
 #ifndef FLESH_EFFECTS_H
 #define FLESH_EFFECTS_H
 
-#include "flesh/effect.h"
+#include "flesh/derivative_check.h"
 #include "flesh/fibre.h"
 #include "flesh/motion.h"
 

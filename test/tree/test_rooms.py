@@ -18,7 +18,7 @@ PUBLIC = {
     "status": "base", "version": "base", "threads": "base", "instructions": "base", "fibre": "material",
     "material": "material", "mesh": "mesh",
     "surface": "surface", "skin": "skin", "block_matrix": "linear", "linear_solver": "linear", "ranks": "parallel",
-    "body": "element", "motion": "geometry", "obstacle": "geometry", "contact": "effect", "effect": "effect", "effects": "effect",
+    "body": "element", "motion": "geometry", "obstacle": "geometry", "contact": "effect", "derivative_check": "effect", "effect": "effect", "effects": "effect",
     "system": "system", "state": "system", "solver": "newton", "kinsol": "sundials", "ida": "sundials",
     "ode": "sundials", "integrator": "time", "observer": "time", "probe": "output", "scene": "scene", "flesh": "scene",
 }
