@@ -47,7 +47,7 @@ int flesh_equations_init(const flesh_system *system, flesh_threads *threads, fle
 void flesh_equations_clear(flesh_equations *equations);
 size_t flesh_equations_memory(const flesh_equations *equations);
 
-/* What lasts from stage to stage; `matrix`: K as well. FLESH_ERR_MEMORY. */
+/* Archives the memory that lasts from stage to stage; `matrix`: K as well. FLESH_ERR_MEMORY. */
 int flesh_equations_archive(flesh_equations *equations, int matrix, flesh_archive *archive);
 
 /* Takes the stage, whose arrays are borrowed, and forgets what was cached. Whether other dofs are constrained than
@@ -69,7 +69,7 @@ int flesh_equations_freeze(flesh_equations *equations, const double *u);
 int flesh_equations_residual(flesh_equations *equations, const double *u, double *r);
 /* The potential at u and the sum of its terms' absolute values. */
 int flesh_equations_potential(flesh_equations *equations, const double *u, double *phi, double *magnitude);
-/* The same; where neither potential nor residual at u is known, both become so in one pass. */
+/* The potential; if neither it nor the residual at u is known, both become so in one pass. */
 int flesh_equations_evaluate(flesh_equations *equations, const double *u, double *phi, double *magnitude);
 /* K at u with the constraints applied; negative eigenvalues of elements as `filter` says. Where nodes have come near
  * each other K may get another pattern: `patterns` counts that. */
@@ -95,7 +95,7 @@ double flesh_equations_max_feasible_step(flesh_equations *equations, const doubl
 int flesh_equations_load_norm(flesh_equations *equations, const double *u, double *norm);
 /* 2-norm of how far round-off in x, v and a moves the residual. Overwrites `scratch`. */
 double flesh_equations_residual_round_off(flesh_equations *equations, const double *u);
-/* What is left of a residual is no more than so many times that: forces that bend soft parts may be few times as large. */
+/* A residual of at most so many times that may be round-off: forces that bend soft parts may be few times as large. */
 #define FLESH_ROUND_OFF_LEAVES 4
 /* Whether a residual of this norm at u, the point last evaluated, is no more than round-off leaves. */
 int flesh_equations_at_round_off(flesh_equations *equations, const double *u, double norm);

@@ -22,7 +22,7 @@ static void try_guess(flesh_newton *newton, const double *guess, double *u)
   newton->began = guess;
 }
 
-/* What the iteration's end at u means: FLESH_OK where it has converged or counts as such. */
+/* Judges the iteration's end at u: FLESH_OK if it has converged or counts as such. */
 static int judge(flesh_newton *newton, flesh_iteration_end end, const double *u, double target,
                  flesh_solve_stats *stats)
 {
@@ -47,8 +47,8 @@ static int judge(flesh_newton *newton, flesh_iteration_end end, const double *u,
   return FLESH_NOT_CONVERGED;
 }
 
-/* Of the residual where a solve with a frozen state starts: a smaller target gains nothing, as the frozen state will
- * change. */
+/* Target of a solve with a frozen state, over its first residual: a smaller one gains nothing, because the frozen state
+ * will change. */
 static const double frozen_depth = 0.03;
 
 /* The residual's norm at u, the potential with it where that is wanted. */
@@ -56,7 +56,7 @@ static int evaluate(flesh_newton *newton, const double *u, double *norm)
 {
   flesh_equations *equations = &newton->equations;
   double phi, size;
-  /* What has no potential may have a residual all the same. */
+  /* If the potential has no value, the residual may have one all the same. */
   if (newton->options.line_search == FLESH_LINE_SEARCH_POTENTIAL)
     flesh_equations_evaluate(equations, u, &phi, &size);
   int status = flesh_equations_residual(equations, u, equations->evaluation.residual.r);
@@ -64,7 +64,7 @@ static int evaluate(flesh_newton *newton, const double *u, double *norm)
   return status;
 }
 
-/* Of a step with softened materials, whose end is no more than a first iterate of the true ones. */
+/* The tolerance; larger for a step with softened materials, whose end is only a first iterate for the true ones. */
 static double tolerance_of(const flesh_newton *newton)
 {
   const flesh_stage *stage = &newton->equations.stage;
@@ -157,7 +157,8 @@ int flesh_stage_begin(flesh_newton *newton, const flesh_stage *stage, const doub
   stats->residual_first = stats->residual_last = first;
   stats->residual_target = newton->policy.target = self->last_target;
   if (first <= self->last_target) return 0;
-  /* What is balanced to round-off from the start has nothing to be solved for: a free body that just moves on. */
+  /* A stage that is balanced to round-off from the start has nothing to be solved for: a free body that just moves
+   * on. */
   return !(load == 0 && flesh_equations_at_round_off(equations, u, first)) && aim(self, first);
 }
 
