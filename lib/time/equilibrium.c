@@ -111,9 +111,9 @@ static int balance(flesh_integrator *self, flesh_state *state, double h, flesh_s
   return status;
 }
 
-/* What is held by nothing has no equilibrium under a load; a solve that goes on for it ends where round-off hides the
- * load, far away. A body that something holds goes no farther than its size. FLESH_ERR_SOLVE with the first node that is
- * ten times as far from where the step began. */
+/* Checks that no piece is far away: a piece that nothing holds has no equilibrium under a load, and its solve ends far
+ * away, where round-off hides the load. A body that something holds goes no farther than its size. FLESH_ERR_SOLVE with
+ * the first node that is ten times as far from where the step began. */
 static int check_held(const flesh_internals *internals, const flesh_state *state)
 {
   double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY}, size = 0;

@@ -9,7 +9,7 @@ typedef struct flesh_internals {
   int count, n;      /* 0 variables: no effect has any, and nothing below is allocated */
   double *own;       /* [count] of states without any */
   double *next;      /* [count] what an update makes of them */
-  /* What a static step began with: [count], [n], [n], s. */
+  /* The start of a static step: [count], [n], [n], s. */
   double *before, *x, *v, t;
   int restart;       /* they have changed since the method started: its acceleration is another one */
 } flesh_internals;
@@ -18,7 +18,7 @@ typedef struct flesh_internals {
 int flesh_internals_create(const flesh_system *system, flesh_internals *internals);
 void flesh_internals_clear(flesh_internals *internals);
 size_t flesh_internals_memory(const flesh_internals *internals);
-/* What states without any have. */
+/* Archives the internal variables of states without any. */
 void flesh_internals_archive(flesh_internals *internals, flesh_archive *archive);
 
 /* *view gets internal variables of its own where it has none. FLESH_ERR_ARGUMENT for another number of them. */

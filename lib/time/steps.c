@@ -19,8 +19,8 @@ typedef struct piece {
 /* The last moment before the event. */
 static double before(double t, double event) { return t < event ? t : nextafter(event, -INFINITY); }
 
-/* Where the method starts anew, constrained dofs may have jumped, or their velocities: what a short step would make of
- * that; and the acceleration, for methods that go on from it. */
+/* Starts the method anew: applies jumps of constrained dofs, or of their velocities, as the limit of a short step;
+ * finds the acceleration for methods that go on from it. */
 static int start_piece(flesh_integrator *self, flesh_state *state, const piece *piece,
                        flesh_solve_stats *stats)
 {
@@ -51,7 +51,7 @@ static int begin_anew(flesh_integrator *self, flesh_state *state, const piece *p
                                  self->first.extrapolated);
 }
 
-/* What the positions at the end of a part are found from. A flesh_stage_end's data. */
+/* Data of find_end, a flesh_stage_end's, which finds the positions at the end of a part. */
 typedef struct part_end {
   const flesh_integrator *self;
   const flesh_state *state;
