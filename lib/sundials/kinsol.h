@@ -37,7 +37,7 @@ void flesh_nonlinear_set_stop(flesh_nonlinear *nonlinear, int (*stop)(void *data
 int flesh_nonlinear_acceleration(flesh_nonlinear *nonlinear, const flesh_state *state, double t, double *a,
                                  flesh_solve_stats *stats);
 
-/* As flesh_newton_apply_constraint_jump. */
+/* Like flesh_newton_apply_constraint_jump. */
 int flesh_nonlinear_apply_constraint_jump(flesh_nonlinear *nonlinear, double t, const double *x_prescribed,
                             const double *v_prescribed, double *x, double *v, flesh_solve_stats *stats);
 
@@ -63,7 +63,7 @@ flesh_evaluation *flesh_nonlinear_evaluation(flesh_nonlinear *nonlinear);
 /* KINSOL's memory. */
 void *flesh_nonlinear_kinsol(const flesh_nonlinear *nonlinear);
 size_t flesh_nonlinear_memory(const flesh_nonlinear *nonlinear);
-/* What lasts from solve to solve. FLESH_ERR_MEMORY. */
+/* Archives the memory that lasts from solve to solve. FLESH_ERR_MEMORY. */
 int flesh_nonlinear_archive(flesh_nonlinear *nonlinear, flesh_archive *archive);
 
 #endif
