@@ -39,8 +39,9 @@ typedef struct flesh_pressure_pairs {
   flesh_pressure_rim *rim; /* [rim_count] */
 } flesh_pressure_pairs;
 
-/* Those of the faces that triangles [3*count] are (flesh_face_quarters); of `part`, with the triangles of its tets, where
- * `whole` has those of the whole body, else both are NULL. Fails as flesh_face_quarters, and is to be cleared then too. */
+/* Finds the pairs of the faces that triangles [3*count] are (flesh_face_quarters). On `part`, triangles are those of its
+ * tets, and `whole` has the pairs of the whole body; else both are NULL. Fails as flesh_face_quarters, and is to be
+ * cleared then too. */
 int flesh_pressure_pairs_create(const flesh_mesh *mesh, int count, const int *triangles,
                                 const flesh_pressure_pairs *whole, const flesh_rank_part *part,
                                 flesh_pressure_pairs *pairs);

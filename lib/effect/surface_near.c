@@ -297,8 +297,8 @@ static int coupled(const flesh_effect *effect, const flesh_point *point, const f
   return FLESH_OK;
 }
 
-/* Where the pairs around do not tell: the least of the pairs on the way. A way that is long against the mesh is searched in
- * portions from its start on, as only few pairs are on the way to the first touch. */
+/* The feasible step by the pairs on the way, if the pairs around do not suffice. A way that is long against the mesh is
+ * searched in portions from its start on, because few pairs are on the way to the first touch. */
 static double step_on_way(near *self, const double *x_from, const double *x_to, double apart)
 {
   const flesh_contact_surface *surface = &self->contact->surface;

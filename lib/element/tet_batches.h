@@ -66,7 +66,7 @@ void flesh_tets_rows(const flesh_tets *tets, const flesh_tet_point *at, flesh_th
 /* Whether a mean of J is held anywhere. */
 int flesh_tets_hold_means(const flesh_tets *tets);
 
-/* Where an effect's `evaluate` adds: r [3*n] unless NULL; *phi and *magnitude unless `shift`, of what moves, is 0. */
+/* The sums to which an effect's `evaluate` adds: r [3*n] unless NULL; *phi and *magnitude unless `shift` is 0. */
 typedef struct flesh_contribution {
   double shift, *r, *phi, *magnitude;
 } flesh_contribution;

@@ -55,8 +55,8 @@ typedef struct flesh_mesh_origin {
   int node_base;
 } flesh_mesh_origin;
 
-/* What a mesh is made of: positions [3*nodes], tet_nodes [4*tets]; NULL where there are none: edge_nodes [6*tets], of
- * order 2 where not all of them are -1, and regions [tets]. */
+/* The arrays that make a mesh: positions [3*nodes], tet_nodes [4*tets]; NULL where there are none: edge_nodes [6*tets],
+ * of order 2 where not all of them are -1, and regions [tets]. */
 typedef struct flesh_mesh_lists {
   int nodes, tets;
   const double *positions;

@@ -30,7 +30,8 @@ typedef struct flesh_known_potential {
   flesh_position_potential by_position; /* its part of positions alone */
 } flesh_known_potential;
 
-/* That part where a stage with shift.x = 1 has ended, and mostly the next one starts. */
+/* The part of the potential that depends on positions alone, at the end of a stage with shift.x = 1, where mostly the
+ * next one starts. */
 typedef struct flesh_reached {
   flesh_position_potential there;
   double *x; /* [n] */
