@@ -20,7 +20,8 @@ typedef struct flesh_face_quarter {
   int node[6], quarter;
 } flesh_face_quarter;
 
-/* Finds the kinds of triangles [3*count] of a mesh of order 2; fails as above. */
+/* Finds the kinds of triangles [3*count]; a mesh of order 2 must have them in its surface: FLESH_ERR_ARGUMENT otherwise,
+ * and for a node out of range or twice in a triangle. Further errors: FLESH_ERR_MEMORY. */
 int flesh_face_quarters(const flesh_mesh *mesh, int count, const int *triangles, flesh_face_quarter *quarters);
 
 /* The shape functions of corners 0 1 2 and nodes on 01 12 20 of a face, and their derivatives by the face's coordinates,
