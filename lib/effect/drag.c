@@ -13,7 +13,6 @@
 #include "base/memory.h"
 #include "effect/effect.h"
 #include "effect/face_points.h"
-#include "math/mat3.h"
 #include "mesh/mesh.h"
 
 typedef struct drag {
@@ -27,26 +26,12 @@ static const flesh_cells *drag_cells(const flesh_effect *effect)
   return &self->faces.cells;
 }
 
-/* The stream at a point of a face: force factor times area, unit normal, speed. 0: it is in the lee. */
+/* The stream against a point of a face: factor times its area, unit normal, speed. 0: it is in the lee. */
 static int stream_at(const drag *self, const flesh_point *point, int face, const flesh_face_point *q, double normal[3],
                      double *factor, double *speed)
 {
-  const int *node = self->faces.faces[face].node, count = flesh_face_nodes(&self->faces, face);
-  double along[2][3] = {{0}}, v[3] = {0};
-  for (int a = 0; a < count; a++)
-    for (int c = 0; c < 3; c++) {
-      const size_t d = 3 * (size_t)node[a] + (size_t)c;
-      for (int k = 0; k < 2; k++) along[k][c] += q->by[k][a] * point->lagged.x[d];
-      v[c] += q->N[a] * point->v[d];
-    }
-  flesh_vec3_cross(along[0], along[1], normal);
-  const double length = sqrt(flesh_vec3_dot(normal, normal));
-  *factor = point->load * self->factor * q->weight * length;
-  *speed = 0;
-  for (int c = 0; c < 3; c++) {
-    normal[c] = length > 0 ? normal[c] / length : 0;
-    *speed += (v[c] - self->velocity[c]) * normal[c];
-  }
+  const double area = flesh_face_flow(&self->faces, face, q, point, self->velocity, normal, speed);
+  *factor = point->load * self->factor * q->weight * area;
   return *speed > 0;
 }
 
@@ -54,15 +39,11 @@ static int drag_residual(const flesh_effect *effect, const flesh_point *point, d
 {
   const drag *self = effect->data;
   const flesh_face_point *q;
-  for (int k = 0; k < self->faces.count; k++) {
-    const int *node = self->faces.faces[k].node, nodes = flesh_face_nodes(&self->faces, k);
+  for (int k = 0; k < self->faces.count; k++)
     for (int points = flesh_face_points(&self->faces, k, &q); points > 0; points--, q++) {
       double n[3], factor, s;
-      if (!stream_at(self, point, k, q, n, &factor, &s)) continue;
-      for (int a = 0; a < nodes; a++)
-        for (int c = 0; c < 3; c++) r[3 * (size_t)node[a] + (size_t)c] += factor * s * s * q->N[a] * n[c];
+      if (stream_at(self, point, k, q, n, &factor, &s)) flesh_face_add_force(&self->faces, k, q, factor * s * s, n, r);
     }
-  }
   return FLESH_OK;
 }
 
@@ -73,18 +54,12 @@ static int drag_jacobian(const flesh_effect *effect, const flesh_point *point, c
   const drag *self = effect->data;
   const flesh_face_point *q;
   if (shift->v == 0) return FLESH_OK;
-  for (int k = 0; k < self->faces.count; k++) {
-    const int nodes = flesh_face_nodes(&self->faces, k);
+  for (int k = 0; k < self->faces.count; k++)
     for (int points = flesh_face_points(&self->faces, k, &q); points > 0; points--, q++) {
-      double n[3], factor, s, B[9];
-      if (!stream_at(self, point, k, q, n, &factor, &s)) continue;
-      for (int a = 0; a < nodes; a++)
-        for (int b = a; b < nodes; b++) {
-          for (int i = 0; i < 9; i++) B[i] = 2 * shift->v * factor * s * q->N[a] * q->N[b] * n[i / 3] * n[i % 3];
-          flesh_face_add_block(&self->faces, k, a, b, B, K, slots);
-        }
+      double n[3], factor, s;
+      if (stream_at(self, point, k, q, n, &factor, &s))
+        flesh_face_add_stiffness(&self->faces, k, q, 2 * shift->v * factor * s, n, K, slots);
     }
-  }
   return FLESH_OK;
 }
 
@@ -95,20 +70,15 @@ static int drag_potential(const flesh_effect *effect, const flesh_point *point, 
   const flesh_face_point *q;
   double value = 0, size = 0;
   if (shift->v == 0 && shift->x == 0) return FLESH_OK;
-  for (int k = 0; k < self->faces.count; k++) {
-    const int *node = self->faces.faces[k].node, nodes = flesh_face_nodes(&self->faces, k);
+  for (int k = 0; k < self->faces.count; k++)
     for (int points = flesh_face_points(&self->faces, k, &q); points > 0; points--, q++) {
-      double n[3], factor, s, term = 0;
+      double n[3], factor, s;
       if (!stream_at(self, point, k, q, n, &factor, &s)) continue;
-      if (shift->v != 0) term = factor * s * s * s / 3 / shift->v;
-      for (int d = 0; shift->v == 0 && d < 3 * nodes; d++) {
-        const size_t at = 3 * (size_t)node[d / 3] + (size_t)(d % 3);
-        term += factor * s * s * q->N[d / 3] * n[d % 3] * (point->x[at] - point->lagged.x[at]) / shift->x;
-      }
+      const double term = shift->v != 0 ? factor * s * s * s / 3 / shift->v
+                                        : flesh_face_work(&self->faces, k, q, factor * s * s, n, point) / shift->x;
       value += term;
       size += fabs(term);
     }
-  }
   *phi += value;
   *magnitude += size;
   return FLESH_OK;

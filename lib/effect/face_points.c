@@ -1,11 +1,13 @@
 /* face_points.c: faces of the surface with the points of a rule of quadrature on them. */
 #include "effect/face_points.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "base/error.h"
 #include "base/memory.h"
 #include "effect/rank_share.h"
+#include "math/mat3.h"
 
 /* Barycentric coordinates and weight. Degree 2, and degree 6 (Dunavant 1985). */
 typedef struct rule_point {
@@ -131,4 +133,57 @@ void flesh_face_add_block(const flesh_faces *faces, int face, int a, int b, cons
   const size_t pair = (size_t)face * (size_t)(m * (m + 1) / 2) + (size_t)(i * m - i * (i - 1) / 2 + j - i);
   double *block = K->values + 9 * (size_t)slots[pair];
   for (int k = 0; k < 9; k++) block[k] += turned ? B[k % 3 * 3 + k / 3] : B[k];
+}
+
+double flesh_face_flow(const flesh_faces *faces, int face, const flesh_face_point *q, const flesh_point *point,
+                       const double velocity[3], double normal[3], double *speed)
+{
+  const int *node = faces->faces[face].node, count = flesh_face_nodes(faces, face);
+  double along[2][3] = {{0}}, v[3] = {0};
+  for (int a = 0; a < count; a++)
+    for (int c = 0; c < 3; c++) {
+      const size_t d = 3 * (size_t)node[a] + (size_t)c;
+      for (int k = 0; k < 2; k++) along[k][c] += q->by[k][a] * point->lagged.x[d];
+      v[c] += q->N[a] * point->v[d];
+    }
+  flesh_vec3_cross(along[0], along[1], normal);
+  const double length = sqrt(flesh_vec3_dot(normal, normal));
+  *speed = 0;
+  for (int c = 0; c < 3; c++) {
+    normal[c] = length > 0 ? normal[c] / length : 0;
+    *speed += (v[c] - velocity[c]) * normal[c];
+  }
+  return length;
+}
+
+void flesh_face_add_force(const flesh_faces *faces, int face, const flesh_face_point *q, double f, const double n[3],
+                          double *r)
+{
+  const int *node = faces->faces[face].node, count = flesh_face_nodes(faces, face);
+  for (int a = 0; a < count; a++)
+    for (int c = 0; c < 3; c++) r[3 * (size_t)node[a] + (size_t)c] += f * q->N[a] * n[c];
+}
+
+double flesh_face_work(const flesh_faces *faces, int face, const flesh_face_point *q, double f, const double n[3],
+                       const flesh_point *point)
+{
+  const int *node = faces->faces[face].node, count = flesh_face_nodes(faces, face);
+  double work = 0;
+  for (int d = 0; d < 3 * count; d++) {
+    const size_t at = 3 * (size_t)node[d / 3] + (size_t)(d % 3);
+    work += f * q->N[d / 3] * n[d % 3] * (point->x[at] - point->lagged.x[at]);
+  }
+  return work;
+}
+
+void flesh_face_add_stiffness(const flesh_faces *faces, int face, const flesh_face_point *q, double k, const double n[3],
+                              flesh_block_matrix *K, const int *slots)
+{
+  const int count = flesh_face_nodes(faces, face);
+  double B[9];
+  for (int a = 0; a < count; a++)
+    for (int b = a; b < count; b++) {
+      for (int i = 0; i < 9; i++) B[i] = k * q->N[a] * q->N[b] * n[i / 3] * n[i % 3];
+      flesh_face_add_block(faces, face, a, b, B, K, slots);
+    }
 }

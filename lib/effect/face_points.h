@@ -7,6 +7,7 @@
 #include "effect/face_shares.h"
 #include "flesh/block_matrix.h"
 #include "flesh/body.h"
+#include "flesh/effect.h"
 #include "flesh/ranks.h"
 
 /* A rule that is exact for degree 6 has 12 points; a flat triangle has 3 of degree 2. */
@@ -61,5 +62,19 @@ double flesh_face_rule(int flat, int q, const double corners[9], double at[3]);
  * be added. */
 void flesh_face_add_block(const flesh_faces *faces, int face, int a, int b, const double B[9],
                           flesh_block_matrix *K, const int *slots);
+
+/* A point of a face in a fluid that goes at `velocity`, m/s: its unit normal on the lagged surface, and its speed along
+ * that against the fluid. Returns how much lagged area there is by q->weight; where it is 0, so are normal and speed. */
+double flesh_face_flow(const flesh_faces *faces, int face, const flesh_face_point *q, const flesh_point *point,
+                       const double velocity[3], double normal[3], double *speed);
+/* r_a += f N_a n, for the force f n at the point. */
+void flesh_face_add_force(const flesh_faces *faces, int face, const flesh_face_point *q, double f, const double n[3],
+                          double *r);
+/* Its work from the lagged positions on. */
+double flesh_face_work(const flesh_faces *faces, int face, const flesh_face_point *q, double f, const double n[3],
+                       const flesh_point *point);
+/* K_ab += k N_a N_b n n^T, for a force that changes by k n times the velocity along n. */
+void flesh_face_add_stiffness(const flesh_faces *faces, int face, const flesh_face_point *q, double k, const double n[3],
+                              flesh_block_matrix *K, const int *slots);
 
 #endif

@@ -1,83 +1,63 @@
-/* wind.c: the pressure of moving air on surface triangles. A triangle of area A and outward normal n that goes at v,
- * the mean of its nodes, meets the air that goes at w with s = (v - w).n, and with the force 1/2 density coefficient A
- * |s| s against n, a third to each node. A and n are lagged; then the force has the potential 1/6 density coefficient
- * A |s|^3 / shift.v in v, and r . x / shift.x where velocities do not move. */
+/* wind.c: the pressure of moving air on surface triangles. A point of the surface with the outward normal n that goes at
+ * v meets the air that goes at w with s = (v - w).n, and with the force 1/2 density coefficient |s| s against n, by area.
+ * Area and n are lagged; then the force has the potential 1/6 density coefficient |s|^3 / shift.v in v, and r . x /
+ * shift.x where velocities do not move. */
+#include "effect/wind.h"
+
 #include <math.h>
-#include <stdlib.h>
-#include <string.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "effect/amplitude.h"
-#include "effect/wind.h"
-#include "math/mat3.h"
+#include "effect/face_points.h"
 
 typedef struct wind {
-  int *triangles;    /* [3*cells.count] wound outwards */
-  flesh_cells cells; /* the triangles, nodes ascending */
+  flesh_faces faces;
   double velocity[3], factor; /* m/s; density times coefficient over 2, kg/m^3 */
   flesh_amplitude_copy amplitude;
 } wind;
 
-/* A triangle at a point: lagged area and normal, and the speed s. */
-typedef struct panel {
-  const int *node;
-  double area, normal[3], speed;
-} panel;
-
 static const flesh_cells *wind_cells(const flesh_effect *effect)
 {
   const wind *self = effect->data;
-  return &self->cells;
+  return &self->faces.cells;
 }
 
-static void panel_at(const wind *self, const flesh_point *point, double amplitude, int k, panel *p)
+/* The speed of a point of a face against the air, its normal, and the factor times its area. */
+static double speed_at(const wind *self, const flesh_point *point, int face, const flesh_face_point *q, double normal[3],
+                       double *factor)
 {
-  double e[2][3];
-  p->node = self->triangles + 3 * (size_t)k;
-  for (int a = 0; a < 2; a++)
-    for (int c = 0; c < 3; c++)
-      e[a][c] = point->lagged.x[3 * p->node[a + 1] + c] - point->lagged.x[3 * p->node[0] + c];
-  flesh_vec3_cross(e[0], e[1], p->normal);
-  double twice = sqrt(flesh_vec3_dot(p->normal, p->normal));
-  p->area = twice / 2;
-  p->speed = 0;
-  for (int c = 0; c < 3; c++) {
-    double v = 0;
-    p->normal[c] = twice > 0 ? p->normal[c] / twice : 0;
-    for (int a = 0; a < 3; a++) v += point->v[3 * p->node[a] + c] / 3;
-    p->speed += (v - amplitude * self->velocity[c]) * p->normal[c];
-  }
+  const double amplitude = flesh_amplitude_at(&self->amplitude, point->t);
+  double w[3], speed;
+  for (int c = 0; c < 3; c++) w[c] = amplitude * self->velocity[c];
+  *factor = point->load * self->factor * q->weight * flesh_face_flow(&self->faces, face, q, point, w, normal, &speed);
+  return speed;
 }
 
 static int wind_residual(const flesh_effect *effect, const flesh_point *point, double *r)
 {
   const wind *self = effect->data;
-  double amplitude = flesh_amplitude_at(&self->amplitude, point->t);
-  for (int k = 0; k < self->cells.count; k++) {
-    panel p;
-    panel_at(self, point, amplitude, k, &p);
-    double f = point->load * self->factor * p.area * fabs(p.speed) * p.speed / 3;
-    for (int a = 0; a < 3; a++)
-      for (int c = 0; c < 3; c++) r[3 * p.node[a] + c] += f * p.normal[c];
-  }
+  const flesh_face_point *q;
+  for (int k = 0; k < self->faces.count; k++)
+    for (int points = flesh_face_points(&self->faces, k, &q); points > 0; points--, q++) {
+      double n[3], factor, s = speed_at(self, point, k, q, n, &factor);
+      flesh_face_add_force(&self->faces, k, q, factor * fabs(s) * s, n, r);
+    }
   return FLESH_OK;
 }
 
-/* dr_a/dv_b = 2 factor A |s| n n^T / 9 for all pairs of its nodes: positive semidefinite as it is. */
+/* dr_a/dv_b = 2 factor |s| N_a N_b n n^T: positive semidefinite as it is. */
 static int wind_jacobian(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
                          flesh_block_matrix *K, const int *slots)
 {
   const wind *self = effect->data;
+  const flesh_face_point *q;
   if (shift->v == 0) return FLESH_OK;
-  double amplitude = flesh_amplitude_at(&self->amplitude, point->t);
-  for (int k = 0; k < self->cells.count; k++) {
-    panel p;
-    panel_at(self, point, amplitude, k, &p);
-    double f = shift->v * point->load * self->factor * p.area * fabs(p.speed) * 2 / 9;
-    for (int pair = 0; pair < 6; pair++, slots++)
-      for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++) K->values[9 * (size_t)*slots + 3 * i + j] += f * p.normal[i] * p.normal[j];
-  }
+  for (int k = 0; k < self->faces.count; k++)
+    for (int points = flesh_face_points(&self->faces, k, &q); points > 0; points--, q++) {
+      double n[3], factor, s = speed_at(self, point, k, q, n, &factor);
+      flesh_face_add_stiffness(&self->faces, k, q, 2 * shift->v * factor * fabs(s), n, K, slots);
+    }
   return FLESH_OK;
 }
 
@@ -85,27 +65,16 @@ static int wind_potential(const flesh_effect *effect, const flesh_point *point, 
                           double *magnitude)
 {
   const wind *self = effect->data;
+  const flesh_face_point *q;
   if (shift->v == 0 && shift->x == 0) return FLESH_OK;
-  double amplitude = flesh_amplitude_at(&self->amplitude, point->t), value = 0, size = 0;
-  for (int k = 0; k < self->cells.count; k++) {
-    panel p;
-    panel_at(self, point, amplitude, k, &p);
-    double s = fabs(p.speed), f = point->load * self->factor * p.area;
-    if (shift->v != 0) {
-      value += f * s * s * s / 3 / shift->v;
-      size += f * s * s * s / 3 / shift->v;
-      continue;
+  for (int k = 0; k < self->faces.count; k++)
+    for (int points = flesh_face_points(&self->faces, k, &q); points > 0; points--, q++) {
+      double n[3], factor, s = speed_at(self, point, k, q, n, &factor);
+      const double term = shift->v != 0 ? factor * fabs(s) * s * s / 3 / shift->v
+                                        : flesh_face_work(&self->faces, k, q, factor * fabs(s) * s, n, point) / shift->x;
+      *phi += term;
+      *magnitude += fabs(term);
     }
-    for (int a = 0; a < 3; a++)
-      for (int c = 0; c < 3; c++) {
-        double term = f * s * p.speed / 3 * p.normal[c] *
-                      (point->x[3 * p.node[a] + c] - point->lagged.x[3 * p.node[a] + c]) / shift->x;
-        value += term;
-        size += fabs(term);
-      }
-  }
-  *phi += value;
-  *magnitude += size;
   return FLESH_OK;
 }
 
@@ -118,18 +87,16 @@ static double wind_next_event(const flesh_effect *effect, double t)
 static size_t wind_memory(const flesh_effect *effect)
 {
   const wind *self = effect->data;
-  return sizeof *self + (size_t)self->cells.count * 6 * sizeof *self->triangles +
-         flesh_amplitude_memory(&self->amplitude);
+  return sizeof *self + flesh_faces_memory(&self->faces) + flesh_amplitude_memory(&self->amplitude);
 }
 
 static void wind_destroy(void *data)
 {
   wind *self = data;
   if (!self) return;
-  flesh_cells_clear(&self->cells);
-  free(self->triangles);
+  flesh_faces_clear(&self->faces);
   flesh_amplitude_clear(&self->amplitude);
-  free(self);
+  flesh_free(self);
 }
 
 static const flesh_effect_operations wind_operations = {
@@ -145,28 +112,6 @@ static const flesh_effect_operations wind_operations = {
     .figures = &(const flesh_effect_figures){.memory = wind_memory},
 };
 
-static int take_triangles(wind *self, const flesh_mesh *mesh, int count, const int *triangles)
-{
-  int total = flesh_mesh_node_count(mesh), *cells = malloc((size_t)count * 3 * sizeof *cells);
-  self->triangles = malloc((size_t)count * 3 * sizeof *self->triangles);
-  self->cells = (flesh_cells){.count = count, .nodes_per_cell = 3, .nodes = cells};
-  if (!cells || !self->triangles) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d triangles", count);
-  memcpy(self->triangles, triangles, (size_t)count * 3 * sizeof *triangles);
-  for (int k = 0; k < count; k++) {
-    const int *n = triangles + 3 * (size_t)k;
-    for (int a = 0; a < 3; a++) {
-      if (n[a] < 0 || n[a] >= total)
-        return flesh_fail(FLESH_ERR_ARGUMENT, "triangle %d has node %d; the mesh has the nodes 0 to %d", k, n[a],
-                          total - 1);
-      if (n[a] == n[(a + 1) % 3])
-        return flesh_fail(FLESH_ERR_ARGUMENT, "triangle %d has node %d twice", k, n[a]);
-      int rank = (n[a] > n[(a + 1) % 3]) + (n[a] > n[(a + 2) % 3]);
-      cells[3 * k + rank] = n[a];
-    }
-  }
-  return FLESH_OK;
-}
-
 int flesh_effect_wind(const flesh_body *body, int count, const int *triangles, const double velocity[3],
                       double density, double coefficient, const flesh_amplitude *amplitude, flesh_effect **effect)
 {
@@ -181,11 +126,11 @@ int flesh_effect_wind(const flesh_body *body, int count, const int *triangles, c
   if (!(coefficient > 0 && coefficient < INFINITY))
     return flesh_fail(FLESH_ERR_ARGUMENT, "coefficient is %g; it must be positive", coefficient);
   if (count < 1) return flesh_fail(FLESH_ERR_ARGUMENT, "a wind needs a triangle that it acts on");
-  wind *self = calloc(1, sizeof *self);
+  wind *self = flesh_calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a wind");
   for (int c = 0; c < 3; c++) self->velocity[c] = velocity[c];
   self->factor = density * coefficient / 2;
-  int status = take_triangles(self, body->mesh, count, triangles);
+  int status = flesh_faces_create(body->mesh, count, triangles, &self->faces);
   if (!status) status = flesh_amplitude_take(amplitude, &self->amplitude);
   if (status) {
     wind_destroy(self);
