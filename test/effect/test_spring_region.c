@@ -248,7 +248,7 @@ static void nodes_are_limited(void)
     CHECK_OK(flesh_effect_spring_within(&body, p, radii[k], 1, &target, 0, 1, &effect));
     const int count = effect->operations->cells(effect)->nodes_per_cell;
     printf("# a radius of %g m holds %d nodes\n", flesh_effect_spring_radius(effect, NULL), count);
-    CHECK(count > 1000 && count <= FLESH_SPRING_NODES);
+    CHECK(count > 700 && count <= FLESH_SPRING_NODES);
     flesh_effect_destroy(&effect);
   }
   flesh_mesh_destroy(&mesh);
