@@ -182,7 +182,7 @@ static verdict judge(flesh_search *self, line *line)
 static void watch_progress(flesh_search *self, double value)
 {
   const flesh_equations *equations = self->equations;
-  const int touches = equations->proximity.near && equations->stage.shift.a != 0;
+  const int touches = equations->evaluation.proximity.near && equations->stage.shift.a != 0;
   if (!touches || ++self->steps % MANY_STEPS) return;
   self->stalls = self->steps > MANY_STEPS &&
                  self->asked_potential - value < least_gain * (self->first_potential - value);

@@ -91,7 +91,7 @@ static void of_a_long_way_only_the_beginning_is_searched(void)
   CHECK_OK(flesh_system_add_effect(b.system, &contact));
   CHECK_OK(flesh_system_finalize(b.system));
   CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
-  const flesh_proximity *proximity = flesh_nonlinear_proximity(integrator->nonlinear);
+  const flesh_proximity *proximity = &integrator->evaluation->proximity;
   flesh_surface_near *near = flesh_proximity_of(proximity, 2);
   double *x_to = malloc((size_t)b.n * sizeof *x_to);
   for (int d = 0; d < b.n; d++) x_to[d] = b.state.x[d] - (d < b.n / 2 ? 0 : d % 3 == 2 ? 4 : 2 * sin(d));
