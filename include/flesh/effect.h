@@ -26,7 +26,7 @@
  * repeat a solve with the state frozen at the last solution until that is the frozen state: then nothing is
  * approximated. Backward Euler freezes the start of its step, at rest, so that rates become differences over the step.
  *
- * Functions that return no status cannot fail. README.md beside this file says who reads what an effect says of itself. */
+ * Functions that return no status cannot fail. README.md beside this file says who reads what an effect says. */
 #ifndef FLESH_EFFECT_H
 #define FLESH_EFFECT_H
 
@@ -75,7 +75,7 @@ typedef struct flesh_point {
 /* The point at t and x, v, a [3*n] with full loads, a penalty of 1, nothing lagged or frozen and neither multipliers,
  * internal variables nor threads, which may then be set. Cannot fail. */
 FLESH_API flesh_point flesh_point_at(double t, const double *x, const double *v, const double *a);
-/* What the run that evaluates remembers for the effect at hand (flesh_effect_barrier.remember); NULL: nothing, or there
+/* The memory that the run keeps for the effect at hand (flesh_effect_barrier.remember); NULL: nothing, or there
  * is no run. Cannot fail. */
 FLESH_API void *flesh_point_near(const flesh_point *point);
 
@@ -89,7 +89,7 @@ typedef struct flesh_shift {
 
 typedef struct flesh_effect flesh_effect;
 
-/* The role of an effect in a body; X(name, text). The library finds effects by it, never by their names, so that an effect
+/* An effect's role in a body; X(name, text). The library finds effects by it, never by their names, so that an effect
  * of your own is taken as the built-in one of its role. Several effects may share a role: they are summed. An INERTIA is
  * a mass (residual M a, energy v.Mv/2), ELASTICITY the body's own stress, a LOAD acts from outside and is scaled by
  * point->load, DAMPING dissipates, CONTACT keeps the body out of obstacles or its surfaces out of each other. */

@@ -58,7 +58,7 @@ typedef struct flesh_effect_private {
    * those two are called. */
   int (*evaluate)(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
                   double *r, double *phi, double *magnitude);
-  /* As `jacobian`, but K's blocks of the cells' pairs are overwritten, not added to: for one effect
+  /* Does what `jacobian` does, but overwrites K's blocks of the cells' pairs, instead of adding to them: for one effect
    * of a system, called before the others, so that K need not be cleared. NULL: K is cleared. */
   int (*jacobian_assign)(const flesh_effect *effect, const flesh_point *point,
                          const flesh_shift *shift, flesh_block_matrix *K, const int *slots);
@@ -82,7 +82,7 @@ typedef struct flesh_effect_private {
   int (*softenings)(const flesh_effect *effect);
   const flesh_effect_ranks *ranks;
   const flesh_effect_bonds *bonds;
-  /* Of barriers with a memory. */
+  /* The rest is for barriers with a memory. */
   /* A solve is about to make its matrix at `point`, with memory: the effect predicts its forces there, by those at
    * lagged.x or by what it predicted last in the solve that begins there. Until the next prediction `jacobian` at this
    * place may have secants to these forces for derivatives; it has derivatives where they are the forces at x, at all

@@ -408,6 +408,22 @@ static void parts_add_up(void)
 }
 
 /* A frame has cells of four and of ten points. */
+/* The appended data of the array `name`, which has so many bytes. */
+static const char *appended(const char *bytes, const char *name, uint32_t length)
+{
+  static const char begin[] = "<AppendedData encoding=\"raw\">";
+  char words[40];
+  snprintf(words, sizeof words, "Name=\"%s\"", name);
+  const char *header = strstr(bytes, words), *data = strstr(bytes, begin);
+  CHECK(header && data);
+  const char *place = strstr(header, "offset=\"");
+  data = strchr(data, '_') + 1 + atol(place + strlen("offset=\""));
+  uint32_t found;
+  memcpy(&found, data, sizeof found);
+  CHECK(found == length);
+  return data + sizeof found;
+}
+
 static void frames_have_both_cells(void)
 {
   enum { TETS = 72, LINEAR = 24, POINTS = 4 * LINEAR + 10 * (TETS - LINEAR) };
@@ -420,14 +436,12 @@ static void frames_have_both_cells(void)
                              .edge_nodes = flesh_mesh_tet_edges(mesh)};
   CHECK_OK(flesh_vtu_write(file_path("mixed.vtu"), &content));
   FILE *file = fopen(file_path("mixed.vtu"), "rb");
-  char *bytes = malloc(1 << 20);
+  char *bytes = malloc((1 << 20) + 1);
   const size_t size = fread(bytes, 1, 1 << 20, file);
   fclose(file);
-  /* The appended data end with connectivity, offsets and types, each behind its length. */
-  static const char last[] = "\n  </AppendedData>\n</VTKFile>\n";
-  const char *types = bytes + size - (sizeof last - 1) - TETS, *offsets = types - 4 - 8 * TETS;
-  const char *connectivity = offsets - 4 - 4 * POINTS;
-  CHECK(!memcmp(types + TETS, last, sizeof last - 1));
+  bytes[size] = 0;
+  const char *types = appended(bytes, "types", TETS), *offsets = appended(bytes, "offsets", 8 * TETS);
+  const char *connectivity = appended(bytes, "connectivity", 4 * POINTS);
   for (int t = 0, end = 0; t < TETS; t++) {
     const int linear = t >= 24 && t < 48, nodes = linear ? 4 : 10;
     int64_t offset;
