@@ -53,9 +53,8 @@ FLESH_API int flesh_communicator_agree(flesh_communicator *communicator, int sta
 FLESH_API int flesh_rank_part_create(flesh_communicator *communicator, const flesh_mesh *whole, const int *ranks,
                                      flesh_rank_part **rank_part);
 /* Like flesh_rank_part_create, for the effects of a finished system on the whole, which is the same on all ranks and
- * not needed afterwards: the part also has, as ghosts, nodes that its effects tie to those of the rank
- * (flesh_effect_ranks.cells), as welds and joints do. Errors: FLESH_ERR_ARGUMENT and FLESH_ERR_MEMORY, as those of
- * flesh_rank_part_create. */
+ * not needed afterwards: the part also has, as ghosts, nodes that its effects tie to those of the rank, as welds and
+ * joints do. Errors: FLESH_ERR_ARGUMENT and FLESH_ERR_MEMORY, as those of flesh_rank_part_create. */
 FLESH_API int flesh_rank_part_create_for(flesh_communicator *communicator, const struct flesh_system *whole,
                                          const int *ranks, flesh_rank_part **rank_part);
 /* NULL-safe; sets *rank_part to NULL. Not collective. */

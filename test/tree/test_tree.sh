@@ -33,7 +33,7 @@ echo 1..11
 [ -s "$work/files" ] || echo 'Bail out! no files found'
 
 # Without git there is no telling a stray file of the tree from one of its user.
-allowed='lib|include|drivers|data|test|meson\.build|meson_options\.txt|README\.md|LICENSE|\..*'
+allowed='lib|include|drivers|data|test|meson\.build|meson_options\.txt|README\.md|CHANGELOG\.md|CITATION\.cff|LICENSE|\..*'
 if [ -n "$tracked" ]; then
   cut -d/ -f1 "$work/files" | sort -u | grep -Ev "^($allowed)\$" >"$work/found"
   verdict 'only the agreed names at the top level'
