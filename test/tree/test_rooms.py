@@ -174,6 +174,33 @@ def too_many_parameters():
     return findings + [f"{name} has few parameters: no exception is needed" for name in MORE_PARAMETERS if name not in used]
 
 
+# The contract of effects, include/flesh/effect.h, that a stranger has to fill in.
+MOST_OPERATIONS, MOST_TABLES, MOST_MEMBERS, MOST_LINES, MOST_MAKERS = 26, 6, 12, 260, 1
+
+
+def members(body):
+    """How many members a struct has: "const double *x, *v;" are two."""
+    return sum(declaration.count(",") + 1 for declaration in body.split(";") if declaration.strip())
+
+
+def too_wide():
+    """Figures of the contract of effects that have grown beyond their limits."""
+    with open(os.path.join(TOP, "include", "flesh", "effect.h"), encoding="utf-8") as file:
+        whole = file.read()
+    text = re.sub(r"/\*.*?\*/", " ", whole, flags=re.S)
+    point = re.search(r"typedef struct flesh_point \{(.*?)\} flesh_point;", text, re.S).group(1)
+    makers = 0
+    for path in sources():
+        if path.startswith("lib/"):
+            with open(os.path.join(TOP, path), encoding="utf-8") as file:
+                makers += len(re.findall(r"\(flesh_point\)\{|\bflesh_point \w+ = \{", file.read()))
+    found = [("operations", len(re.findall(r"\(\*\w+\)\(", text)), MOST_OPERATIONS),
+             ("tables", len(re.findall(r"typedef struct flesh_effect_\w+ \{", text)), MOST_TABLES),
+             ("members of flesh_point", members(point), MOST_MEMBERS), ("lines of effect.h", whole.count("\n"), MOST_LINES),
+             ("places in lib/ that fill in a point by hand", makers, MOST_MAKERS)]
+    return [f"{count} {name}, of at most {limit}" for name, count, limit in found if count > limit]
+
+
 def main():
     exist = set(sources())
     unknown, upward, arrows = [], [], {}
@@ -193,7 +220,7 @@ def main():
             one, two = (re.sub(r"\.[ch]$", "", name) for name in (path, other))
             if one != two:
                 arrows.setdefault(one, set()).add(two)
-    print("1..6")
+    print("1..7")
     failed = verdict(1, "every file is in a room", unknown)
     failed |= verdict(2, "rooms use only rooms below them", upward)
     failed |= verdict(3, "no files include each other in a circle",
@@ -202,6 +229,7 @@ def main():
     failed |= verdict(5, "no files of drivers/ call each other in a circle",
                       [" -> ".join(circle) for circle in find_circles(calls())])
     failed |= verdict(6, "functions of lib/ have at most seven parameters", too_many_parameters())
+    failed |= verdict(7, "the contract of effects is narrow", too_wide())
     return failed
 
 
