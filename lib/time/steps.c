@@ -67,8 +67,8 @@ static void find_end(void *data, const double *u, double *x)
                                                : end->state->x[d] + u[d];
 }
 
-/* The state that the stage leads to must be one that can be reached and, where it is not the stage itself, have an
- * energy. *blocked: it is not the stage, and an obstacle that the stage keeps out of bars the way to it. */
+/* The state that the stage leads to at t_end, or the moment before an event there, must be one that can be reached and,
+ * where it is not the stage itself, have an energy. *blocked: it is not the stage, and an obstacle that the stage keeps out of bars the way to it. */
 static int check_end(flesh_integrator *self, const flesh_stage *stage, const flesh_state *state,
                      double t_end, flesh_solve_stats *stats, int *blocked)
 {
@@ -227,17 +227,17 @@ static int attempt(flesh_integrator *self, const flesh_method_row *row, flesh_st
   make_stage(self, row, state, piece, part, &stage);
   make_guesses(self, row, state, &stage, part->h, guesses);
   const flesh_stage_end ends = {&(part_end){self, state}, find_end};
+  const double from = fmax(state->t, piece->begin), to = before(part->end, piece->event);
   int status = begins_softer(self, state)
                    ? flesh_integrator_solve_through_softer(self, &stage, state, &ends, guesses, stats)
                    : flesh_multipliers_solve(&self->multipliers, self->nonlinear, &stage, state, &ends, guesses, 0, stats);
-  if (!status) status = check_end(self, &stage, state, part->end, stats, blocked);
+  if (!status) status = check_end(self, &stage, state, to, stats, blocked);
   if (!status && self->lag.u) {
     status = follow_lag(self, &stage, state, &ends, stats);
-    if (!status) status = check_end(self, &stage, state, part->end, stats, blocked);
+    if (!status) status = check_end(self, &stage, state, to, stats, blocked);
   }
   if (status) flesh_integrator_record_failure(self, &stage, part->h, depth, status, stats);
   if (status) return status;
-  const double from = fmax(state->t, piece->begin), to = before(part->end, piece->event);
   const flesh_step_energy energy = {&self->watch, self->nonlinear, &stage, {self->start, self->first.extrapolated},
                                     second, from, to, self->energies};
   status = flesh_step_energy_count(&energy, state);

@@ -295,6 +295,35 @@ static void a_follower_load_works_along_its_way(void)
   }
 }
 
+/* A force that ends, with a step or within one, takes its potential along: it has worked what the body then has. */
+static void a_load_that_ends_has_worked_what_is_left(void)
+{
+  for (int m = 0; m < method_count; m++)
+    for (int within = 0; within < 2; within++) {
+      const flesh_amplitude amplitude = {.from = -INFINITY, .until = within ? 0.0837 : 0.08};
+      const int first = flesh_method_order(methods[m]) == 1;
+      test_body b;
+      cube(2, 1, 1e5, &b);
+      CHECK_OK(test_body_clamp(&b, 1e-9));
+      flesh_effect *effect = NULL;
+      CHECK_OK(flesh_effect_force(&b.body, 1, (int[]){b.n / 3 - 1}, (double[]){0, 300, -500}, &amplitude, &effect));
+      add(&b, effect);
+      CHECK_OK(flesh_system_finalize(b.system));
+      flesh_integrator *integrator = integrator_of(&b, methods[m]);
+      const double begin = energy_of(&b);
+      for (int k = 0; k < 40; k++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.004, NULL));
+      const flesh_energy_balance *balance = flesh_integrator_energy_balance(integrator);
+      const double energy = energy_of(&b) - begin;
+      printf("# %s: the force works %.4g J, the body has %.4g J; gain %.2g\n", flesh_method_name(methods[m]),
+             balance->supplied, energy, balance->gain);
+      CHECK(energy > 1);
+      CHECK_NEAR(balance->supplied, energy, (first ? 0.5 : 0.03) * energy);
+      CHECK_BELOW(balance->gain, 1e-2);
+      flesh_integrator_destroy(&integrator);
+      test_body_destroy(&b);
+    }
+}
+
 /* A plate that rises under a block, and one that leaves it again: whatever the method, nothing is told. */
 static void what_is_pushed_is_not_told(void)
 {
@@ -403,6 +432,7 @@ int main(int argc, char **argv)
   return RUN_TESTS(argc, argv, TEST(reactions_work_as_much_as_the_body_moves),
                    TEST(work_is_the_energy_of_what_is_prescribed), TEST(pressing_a_viscous_bar_gains_nothing),
                    TEST(a_moving_spring_works_as_an_oscillator_says), TEST(a_belt_works_twice_what_the_block_gets),
-                   TEST(a_follower_load_works_along_its_way), TEST(what_is_pushed_is_not_told), TEST(rest_is_not_told),
-                   TEST(energy_from_nowhere_ends_a_step), TEST(energies_belong_to_one_state));
+                   TEST(a_follower_load_works_along_its_way), TEST(a_load_that_ends_has_worked_what_is_left),
+                   TEST(what_is_pushed_is_not_told), TEST(rest_is_not_told), TEST(energy_from_nowhere_ends_a_step),
+                   TEST(energies_belong_to_one_state));
 }
