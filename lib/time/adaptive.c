@@ -167,6 +167,7 @@ static int start(flesh_adaptive *self, flesh_state *state, double ahead)
   const double local = local_tolerance(options);
   self->running = 0;
   self->rejected = self->unconverged = self->newton = 0;
+  if (!flesh_energy_watch_knows(self->energy.watch)) flesh_energy_watch_jump(self->energy.watch, state->t, state);
   int status = flesh_ida_start(self->problem, state, self->y, self->yp);
   /* An event that only rounding sets apart from t. */
   while (!status && flesh_ida_event(self->problem) - state->t < 1e-10 * self->h) {

@@ -67,8 +67,9 @@ static void find_end(void *data, const double *u, double *x)
                                                : end->state->x[d] + u[d];
 }
 
-/* The state that the stage leads to at t_end, or the moment before an event there, must be one that can be reached and,
- * where it is not the stage itself, have an energy. *blocked: it is not the stage, and an obstacle that the stage keeps out of bars the way to it. */
+/* The state that the stage leads to at t_end, the moment before an event if there is one, must be one that can be
+ * reached and, where it is not the stage itself, have an energy. *blocked: it is not the stage, and an obstacle that the
+ * stage keeps out of bars the way to it. */
 static int check_end(flesh_integrator *self, const flesh_stage *stage, const flesh_state *state,
                      double t_end, flesh_solve_stats *stats, int *blocked)
 {

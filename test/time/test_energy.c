@@ -301,7 +301,6 @@ static void a_load_that_ends_has_worked_what_is_left(void)
   for (int m = 0; m < method_count; m++)
     for (int within = 0; within < 2; within++) {
       const flesh_amplitude amplitude = {.from = -INFINITY, .until = within ? 0.0837 : 0.08};
-      const int first = flesh_method_order(methods[m]) == 1;
       test_body b;
       cube(2, 1, 1e5, &b);
       CHECK_OK(test_body_clamp(&b, 1e-9));
@@ -314,14 +313,31 @@ static void a_load_that_ends_has_worked_what_is_left(void)
       for (int k = 0; k < 40; k++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.004, NULL));
       const flesh_energy_balance *balance = flesh_integrator_energy_balance(integrator);
       const double energy = energy_of(&b) - begin;
-      printf("# %s: the force works %.4g J, the body has %.4g J; gain %.2g\n", flesh_method_name(methods[m]),
-             balance->supplied, energy, balance->gain);
       CHECK(energy > 1);
-      CHECK_NEAR(balance->supplied, energy, (first ? 0.5 : 0.03) * energy);
+      CHECK_NEAR(balance->supplied, energy, (flesh_method_order(methods[m]) == 1 ? 0.5 : 0.03) * energy);
       CHECK_BELOW(balance->gain, 1e-2);
       flesh_integrator_destroy(&integrator);
       test_body_destroy(&b);
     }
+}
+
+/* A cube of 1000 kg at rest, all of which moves at 2 m/s from the first step on: its kinetic energy is work. The
+ * reactions of backward Euler do twice that. */
+static void a_start_with_a_jerk_is_work(void)
+{
+  const flesh_motion motion = {.count = 2, .keyframes = (flesh_keyframe[]){{0, {0}, {0}}, {1, {2, 0, 0}, {0}}}};
+  for (int m = 0; m < method_count; m++) {
+    test_body b;
+    cube(1, 1, 1e5, &b);
+    for (int k = 0; k < 2; k++) CHECK_OK(test_body_hold(&b, 0, k, FLESH_AXES_ALL, &motion, -INFINITY, INFINITY));
+    CHECK_OK(flesh_system_finalize(b.system));
+    flesh_integrator *integrator = integrator_of(&b, methods[m]);
+    for (int k = 0; k < 5; k++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.01, NULL));
+    CHECK_NEAR(flesh_integrator_energy_balance(integrator)->supplied,
+               flesh_method_order(methods[m]) == 1 ? 4000 : 2000, 1);
+    flesh_integrator_destroy(&integrator);
+    test_body_destroy(&b);
+  }
 }
 
 /* A plate that rises under a block, and one that leaves it again: whatever the method, nothing is told. */
@@ -433,6 +449,6 @@ int main(int argc, char **argv)
                    TEST(work_is_the_energy_of_what_is_prescribed), TEST(pressing_a_viscous_bar_gains_nothing),
                    TEST(a_moving_spring_works_as_an_oscillator_says), TEST(a_belt_works_twice_what_the_block_gets),
                    TEST(a_follower_load_works_along_its_way), TEST(a_load_that_ends_has_worked_what_is_left),
-                   TEST(what_is_pushed_is_not_told), TEST(rest_is_not_told), TEST(energy_from_nowhere_ends_a_step),
-                   TEST(energies_belong_to_one_state));
+                   TEST(a_start_with_a_jerk_is_work), TEST(what_is_pushed_is_not_told), TEST(rest_is_not_told),
+                   TEST(energy_from_nowhere_ends_a_step), TEST(energies_belong_to_one_state));
 }
