@@ -13,7 +13,7 @@ static struct {
 static void begin(const char *text)
 {
   memset(&room, '#', sizeof room);
-  strcpy(room.text, text);
+  snprintf(room.text, SIZE, "%s", text);
 }
 
 static int is_whole(void)
