@@ -17,6 +17,8 @@ present() {
     tool) command -v "$3" >/dev/null 2>&1 ;;
     pkg-config) pkg-config --exists "$3" 2>/dev/null ;;
     python) /usr/bin/python3 -c "import $3" 2>/dev/null ;;
+    sanitizer) echo 'int main(void) { return 0; }' |
+      clang -fsanitize="$3" -x c - -o /dev/null 2>/dev/null ;;
     header) printf '#include <%s>\n' "$3" |
       ${CC:-cc} -E -I/usr/include/suitesparse - >/dev/null 2>&1 ;;
   esac
@@ -53,6 +55,7 @@ test_packages() {
 gcc tool gcc proves that one compiler has no warnings
 g++ tool g++ proves that the headers are C++ too
 clang tool clang proves that another has none
+libclang-rt-dev sanitizer address finds errors of memory in what clang builds
 ccache tool ccache compiles once what copies of the tree have in common
 parallel tool parallel runs the shards of a sweep
 sqlite3 tool sqlite3 asks the databases of sweeps
