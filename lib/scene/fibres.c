@@ -10,6 +10,7 @@
 #include "math/mat3.h"
 #include "mesh/mesh.h"
 #include "mesh/split_part.h"
+#include "scene/selection.h"
 
 #define AT(member) .offset = offsetof(flesh_fibre_field, member)
 #define ALONG(member) .offset = offsetof(flesh_fibre_field, along.member) - offsetof(flesh_fibre_field, along)
@@ -54,17 +55,6 @@ static int is_chosen(const flesh_tet_selection *s, const flesh_body_part *part, 
   for (int c = 0; c < 3; c++)
     if (!(centre[c] >= s->box[c] && centre[c] <= s->box[3 + c])) return 0;
   return 1;
-}
-
-static int find_part(const flesh_tet_selection *s, const flesh_body *body, const flesh_body_part **part)
-{
-  *part = NULL;
-  for (int k = 0; s->body && k < body->part_count; k++)
-    if (!strcmp(body->parts[k].name, s->body)) *part = &body->parts[k];
-  if (s->body && !*part)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "body is '%s'; the scene has no body of that name%s%s", s->body,
-                      body->part_count ? ", but " : "", body->part_count ? body->parts[0].name : "");
-  return FLESH_OK;
 }
 
 /* The chosen tets, without directions. */
@@ -150,7 +140,7 @@ int flesh_fibres_choose(const flesh_tet_selection *selection, const flesh_fibre_
     return flesh_fail(FLESH_ERR_ARGUMENT, "fibres.direction is [0, 0, 0]; it must point somewhere");
   if (along && a[0] == b[0] && a[1] == b[1] && a[2] == b[2])
     return flesh_fail(FLESH_ERR_ARGUMENT, "fibres.along.from and .to are the same point; they must be two");
-  int status = find_part(selection, body, &part);
+  int status = flesh_selection_body(selection->body, body, &part);
   if (!status) status = choose_tets(selection, part, mesh, chosen);
   if (!status && file) return read_file(field->file, part, mesh, chosen);
   for (int k = 0; !status && k < chosen->count; k++) {

@@ -25,20 +25,27 @@ static int has_nodes(const flesh_selection *selection)
   return has_box(selection) || has_sphere(selection) || selection->nodes.count > 0;
 }
 
+int flesh_selection_body(const char *name, const flesh_body *body, const flesh_body_part **part)
+{
+  *part = NULL;
+  for (int k = 0; name && k < body->part_count; k++)
+    if (!strcmp(body->parts[k].name, name)) *part = &body->parts[k];
+  if (!name || *part) return FLESH_OK;
+  return flesh_fail(FLESH_ERR_ARGUMENT, "body is '%s'; the scene has no body of that name, but %s", name,
+                    body->part_count ? body->parts[0].name
+                                     : "a single one, which box, sphere, nodes or regions choose from");
+}
+
 /* FLESH_ERR_ARGUMENT with the first thing that makes no sense; else the part that is named, or NULL, in *part. */
 static int check(const flesh_selection *selection, const flesh_body *body, const flesh_body_part **part)
 {
   const flesh_mesh *mesh = body->mesh;
   const double *box = selection->box;
   int nodes = mesh->split ? mesh->split->whole_nodes : flesh_mesh_node_count(mesh), tets = flesh_mesh_tet_count(mesh);
-  *part = NULL;
   if (!has_nodes(selection) && !selection->regions.count && !selection->body)
     return flesh_fail(FLESH_ERR_ARGUMENT, "nothing is chosen; give box, sphere, nodes, regions or body");
-  for (int k = 0; selection->body && k < body->part_count; k++)
-    if (!strcmp(body->parts[k].name, selection->body)) *part = &body->parts[k];
-  if (selection->body && !*part)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "body is '%s'; the scene has no body of that name%s%s", selection->body,
-                      body->part_count ? ", but " : "", body->part_count ? body->parts[0].name : "");
+  const int status = flesh_selection_body(selection->body, body, part);
+  if (status) return status;
   for (int c = 0; has_box(selection) && c < 3; c++)
     if (box[c] > box[3 + c])
       return flesh_fail(FLESH_ERR_ARGUMENT,

@@ -33,6 +33,9 @@ extern const flesh_key flesh_sphere_keys[];
    .doc = "restricts the selection to this body; given alone, selects all of it"}
 /* clang-format on */
 
+/* The body of that name into *part; NULL where `name` is. FLESH_ERR_ARGUMENT where there is none. */
+int flesh_selection_body(const char *name, const flesh_body *body, const flesh_body_part **part);
+
 /* The selected nodes, ascending (by all given criteria together). Returns new *nodes [*count],
  * freed by the caller. FLESH_ERR_ARGUMENT when nothing is given, a number is out of range, or no
  * node is selected. */

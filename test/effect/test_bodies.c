@@ -137,7 +137,9 @@ static void bad_bodies_are_refused(void)
   refused("body: {" BAR "}\nbodies: [{name: body, " BLOCK "}]\neffects: [inertia]\n",
           "bad.yaml:2:17: bodies[0].name is 'body'; another body has that name already");
   refused("body: {" BAR "}\nbodies: [{name: a, " BLOCK "}]\neffects: [inertia, pin: {body: b}]\n",
-          "body is 'b'; the scene has no body of that name");
+          "body is 'b'; the scene has no body of that name, but body");
+  refused("body: {" BAR "}\neffects: [inertia, pin: {body: body}]\n",
+          "body is 'body'; the scene has no body of that name, but a single one, which box, sphere, nodes or");
   refused("body: {mesh: bar.node}\nbodies: [{name: a, " BLOCK "}]\neffects: [inertia]\n", "have no material");
   flesh_scene *scene = NULL;
   const char *path =
