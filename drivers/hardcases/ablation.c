@@ -92,13 +92,15 @@ static void percent(double value, char text[16])
 
 #define SAY(...) FLESH_SAY(stream, __VA_ARGS__)
 
-/* A row of the table: the changes over all runs, and the set in which the technique saves most. */
+/* A row of the table, where the technique was left out at all: the changes over all runs, and the set in which it saves
+ * most. */
 static void say_technique(const flesh_hardcases_plan *plan, const set *sets, int count, flesh_hardcases_solver solver,
                           FILE *stream)
 {
   const sums all = sums_of(plan, NULL, solver);
   double most = -INFINITY;
   int best = -1;
+  if (!all.runs) return;
   for (int s = 0; s < count; s++) {
     const sums part = sums_of(plan, &sets[s], solver);
     const double saved = fmax(excess(part.newton), part.cpu[0] >= least_seconds ? excess(part.cpu) : NAN);
@@ -131,6 +133,7 @@ static int write_sets(const flesh_hardcases_plan *plan, const set *sets, int cou
   for (int k = FLESH_HARDCASES_WITHOUT; flesh_hardcases_left_out((flesh_hardcases_solver)k); k++)
     for (int s = 0; s < count; s++) {
       const sums t = sums_of(plan, &sets[s], (flesh_hardcases_solver)k);
+      if (!t.runs) continue;
       fprintf(stream, "%s,%s,%g,%s,%d,%d,%d,%.0f,%.0f,%.0f,%.0f,%.3f,%.3f\n",
               flesh_technique_name(flesh_hardcases_left_out((flesh_hardcases_solver)k)), flesh_element_name(sets[s].element),
               sets[s].poisson, sets[s].group, t.runs, t.failed[0], t.failed[1], t.newton[0], t.newton[1], t.linear[0],

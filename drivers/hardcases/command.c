@@ -270,6 +270,9 @@ static int choose(request *asked, flesh_hardcases_lists *l, choice *chosen, fles
   if (plan->filters && (plan->shapes || plan->ablation))
     return flesh_fail(FLESH_ERR_ARGUMENT, "--filters is a study of its own; it cannot be run with %s",
                       plan->shapes ? "--shapes" : "--ablation");
+  if (plan->ablation && asked->solvers && !(strstr(asked->solvers, "default") && strstr(asked->solvers, "without-")))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "--solvers is '%s'; with --ablation it must have default and a without-TECHNIQUE",
+                      asked->solvers);
   plan->resumes = plan->filters || plan->shapes || plan->ablation;
   if (plan->filters) choose_filters(asked, plan);
   if (plan->shapes) choose_shapes(asked);

@@ -127,7 +127,13 @@ techniques_are_left_out() {
   [ "$(grep '^kept_matrices,tet4,0.495,statics,' out/ablation.csv | cut -d , -f 8,9)" = "$(cat sums.txt)" ] || return 1
   cp out/ablation.csv before.csv
   expect 0 "$flesh" "$@" && cmp before.csv out/ablation.csv && expect 2 "$flesh" hardcases --ablation --filters &&
-    has stderr.txt '\-\-filters is a study of its own'
+    has stderr.txt '\-\-filters is a study of its own' || return 1
+  # Some techniques alone.
+  expect 0 "$flesh" hardcases --ablation --quick --out few --elements tet4 --poisson 0.49 --cases static_shear \
+    --solvers default,without-watchdog && [ "$(sed 1d few/ablation.csv | cut -d , -f 1 | sort -u)" = watchdog ] &&
+    [ "$(grep -c '^| [a-z_]* | ' few/verdict.txt)" -eq 2 ] || return 1
+  expect 2 "$flesh" hardcases --ablation --quick --out few --solvers without-watchdog &&
+    has stderr.txt "solvers is 'without-watchdog'; with --ablation it must have default and a without-TECHNIQUE"
 }
 
 run_tests techniques_are_left_out shapes_come_back other_solvers_are_found_out bodies_of_ten_node_tets_recover filters_are_compared \
