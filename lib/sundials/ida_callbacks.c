@@ -198,8 +198,8 @@ static sunrealtype weighted_norm(N_Vector x_vector, N_Vector w_vector)
 
 int flesh_ida_vector_create(const flesh_ida_problem *problem, SUNContext context, N_Vector *y)
 {
-  const flesh_evaluation *e = &problem->evaluation;
   FLESH_NEED({problem, "problem"}, {context, "context"}, {y, "y"});
+  const flesh_evaluation *e = &problem->evaluation;
   *y = N_VNew_Serial(2 * (sunindextype)e->n, context);
   int status = *y ? flesh_vector_quicken(*y, e->team ? problem->threads : NULL)
                   : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", 2 * e->n);
