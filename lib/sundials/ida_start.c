@@ -150,10 +150,10 @@ static int accelerate(flesh_ida_problem *self, double t, const double *x, const 
 
 int flesh_ida_start(flesh_ida_problem *self, const flesh_state *state, N_Vector y_vector, N_Vector yp_vector)
 {
+  FLESH_NEED({self, "problem"}, {state, "state"});
   flesh_ida_matrices *J = &self->jacobian;
   flesh_evaluation *e = &self->evaluation;
   flesh_ida_constraints *held = &self->constraints;
-  FLESH_NEED({self, "problem"}, {state, "state"});
   const int n = e->n;
   const size_t bytes = (size_t)n * sizeof(double);
   double *x = flesh_ida_open(self, y_vector, 0), *xp = x ? flesh_ida_open(self, yp_vector, 1) : NULL;
