@@ -129,7 +129,6 @@ typedef struct flesh_hardcases_plan {
   flesh_hardcases_run *runs; /* settings x cases x seeds, in this order */
 } flesh_hardcases_plan;
 
-/* "default", "clamped", "without-watchdog", ...; NULL: there is no such solver. */
 /* Poisson's ratio of the run: that of its case, where it has one. */
 static inline double flesh_hardcases_poisson(const flesh_hardcases_run *run)
 {
@@ -150,6 +149,7 @@ static inline int flesh_hardcases_same_problem(const flesh_hardcases_run *a, con
          s->energy == t->energy && s->constants == t->constants && s->element == t->element && s->body == t->body;
 }
 
+/* "default", "clamped", "without-watchdog", ...; NULL: there is no such solver. */
 const char *flesh_hardcases_solver_name(flesh_hardcases_solver solver);
 /* The technique that the solver goes without; 0: none. */
 flesh_technique flesh_hardcases_left_out(flesh_hardcases_solver solver);

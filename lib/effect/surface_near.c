@@ -311,7 +311,7 @@ static double step_on_way(near *self, const double *x_from, const double *x_to, 
       for (size_t d = 3 * (size_t)surface->nodes[k], c = 0; c < 3; c++)
         to[d + c] = x_from[d + c] + portion * (to[d + c] - x_from[d + c]);
     if (flesh_near_pairs_find(self->finder, x_from, to, 0, self->threads, &self->on_way)) return 0;
-    flesh_surface_near_without_mean(self, NULL, x_from, x_to);
+    if (portion < 1) flesh_surface_near_without_mean(self, NULL, x_from, x_to);
     least = fmin(least, flesh_near_pairs_feasible_step(self->finder, &self->on_way, x_from, to, KEPT, apart, self->threads));
     if (least <= portion) return least;
     portion = fmin(least, 2 * portion);

@@ -1,4 +1,5 @@
-/* evaluation.c: keeps the state of a run, and tells by value whether a caller's state is that one. */
+/* evaluation.c: what a run knows at the place evaluated last, and the state that it has given back; iterates and a
+ * caller's state are told by value here. */
 #include "system/evaluation.h"
 
 #include <math.h>
