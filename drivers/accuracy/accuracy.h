@@ -11,7 +11,8 @@
 #include "accuracy/track.h"
 #include "cli/options.h"
 #include "cli/overrides.h"
-#include "pool/pool.h"
+#include "study/fingerprint.h"
+#include "study/study.h"
 
 typedef struct flesh_accuracy_method {
   const char *name;   /* of --methods and the tables */
@@ -62,7 +63,7 @@ typedef struct flesh_accuracy_value {
   char text[FLESH_ACCURACY_TEXT];
 } flesh_accuracy_value;
 
-/* Plain data: it comes through a pipe from the process that ran it. NaN where there is none. */
+/* NaN where there is none. */
 typedef struct flesh_accuracy_figures {
   int status, crashed_by; /* crashed_by: the signal that ended its process, -1 for another end */
   long steps, rejected, residuals, assemblies, newton, linear;
@@ -107,7 +108,7 @@ typedef struct flesh_accuracy_fit {
 enum { FLESH_ACCURACY_LIMIT = 32 };
 
 typedef struct flesh_accuracy_plan {
-  flesh_ranks *ranks; /* that share out the runs; NULL: none */
+  flesh_study_options options; /* folder, ranks, shard, command line */
   const char *scene, *finer, *out;
   int mesh;              /* the error of the mesh is measured too */
   double mesh_seconds;   /* to spend on it */
@@ -118,12 +119,12 @@ typedef struct flesh_accuracy_plan {
   flesh_accuracy_value steps[FLESH_ACCURACY_LIMIT], tolerances[FLESH_ACCURACY_LIMIT];
   int representative; /* method of the other prices, at the step below; -1: they are not run */
   flesh_accuracy_value representative_step;
-  int repeat, quick, resume;
+  int repeat, quick;
   double max_seconds, reference_seconds;
   const char *mass; /* the row's extra value that stands in the scene already */
-  char fingerprint[72], finer_fingerprint[72]; /* of the scenes as they stand */
-  int argc;                                    /* the command line, for the provenance */
-  char **argv;
+  /* Hashes of the scenes as they stand; of the scene, the grid and the build together. */
+  char fingerprint[FLESH_STUDY_FINGERPRINT], finer_fingerprint[FLESH_STUDY_FINGERPRINT];
+  char study_fingerprint[FLESH_STUDY_FINGERPRINT];
   flesh_accuracy_grid grid;
   flesh_accuracy_measure measure;
   flesh_accuracy_reference reference;
@@ -150,22 +151,31 @@ int flesh_accuracy_make_rows(flesh_accuracy_plan *plan);
  * FLESH_ERR_SOLVE when fewer than two methods reach the end. */
 int flesh_accuracy_make_reference(flesh_accuracy_plan *plan, flesh_accuracy_track *reference);
 
-/* Runs the rows that are not done, one at a time on each rank, each in its own process; keeps the results after each.
- * FLESH_ERR_INTERRUPTED after a signal: the rows that were done stand. */
-int flesh_accuracy_run(flesh_accuracy_plan *plan, const flesh_accuracy_track *reference);
+/* Runs the rows that are not done, one at a time on each rank, each in its own process, and writes tables, words and
+ * pictures. FLESH_ERR_INTERRUPTED after a signal: the rows that were done stand. */
+int flesh_accuracy_run(flesh_accuracy_plan *plan);
 /* The data that the rows' processes need. On ranks behind the first `reference` is NULL: they read it, and the run that
  * was solved tightly, from the folder. */
 typedef struct flesh_accuracy_work {
   const flesh_accuracy_plan *plan;
   const flesh_accuracy_track *reference, *tight;
 } flesh_accuracy_work;
-flesh_pool_cases flesh_accuracy_pool_cases(const flesh_accuracy_work *given);
+/* Runs the representative row solved tightly, which the other prices are measured against, into a file, and reads that. */
+void flesh_accuracy_tight_path(const flesh_accuracy_plan *plan, char path[1400]);
+int flesh_accuracy_make_tight(const flesh_accuracy_plan *plan, const flesh_accuracy_track *reference,
+                              flesh_accuracy_track *tight);
+/* Runs the row in this process. */
+void flesh_accuracy_do_row(const flesh_accuracy_work *given, int number, flesh_accuracy_figures *figures);
+/* The plan as a study, whose records it takes. Borrows both. */
+flesh_study flesh_accuracy_study(const flesh_accuracy_work *given, flesh_accuracy_plan *plan);
 
-/* accuracy.json: everything that --resume needs. `load` fills plan->reference and the rows that
- * were done; FLESH_ERR_ARGUMENT when the folder holds the results of another scene, override or
+/* accuracy.json: the reference, and what the comparison was made of. `load` makes the fingerprints of the scenes and, with
+ * --resume, fills plan->reference; FLESH_ERR_ARGUMENT when the folder holds the results of another scene, override or
  * build. Fine when there is nothing to load. */
 int flesh_accuracy_keep(const flesh_accuracy_plan *plan);
 int flesh_accuracy_load(flesh_accuracy_plan *plan);
+/* Makes plan->study_fingerprint of the scene's, the times of comparison and the build. */
+void flesh_accuracy_make_fingerprint(flesh_accuracy_plan *plan);
 
 /* "complete", "below reference", "failed", "crashed", "out of budget", "refused", "not run". */
 const char *flesh_accuracy_status_word(const flesh_accuracy_row *row);

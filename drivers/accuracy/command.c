@@ -73,7 +73,7 @@ static const char details[] =
     "(Richardson's extrapolation of the last two or three meshes) is the reference, what tet10 converges to checks\n"
     "it. A scene without inertia is taken for its equilibrium. mesh.csv has a row per mesh and element, mesh.txt the\n"
     "answer in words, work_mesh.png what accuracy of the mesh costs. It is measured again with --resume.\n"
-    "orders.csv (fitted orders with standard errors), verdict.txt, accuracy.json (all of it, for "
+    "orders.csv (fitted orders with standard errors), verdict.txt, accuracy.json (the reference), accuracy.db (all runs, for "
     "--resume),\n"
     "reference.states, steps/ (the adaptive methods' own steps), and pictures: work_time, "
     "work_residuals, orders,\n"
@@ -265,45 +265,6 @@ static int check_finer(const flesh_accuracy_plan *plan)
   return status;
 }
 
-static int run_and_draw(flesh_accuracy_plan *plan)
-{
-  char path[1400];
-  flesh_accuracy_track reference = {0};
-  snprintf(path, sizeof path, "%.1300s/steps", plan->out);
-  int status = flesh_folder_make(path);
-  if (!status) status = flesh_accuracy_load(plan);
-  if (status) return status;
-  int had = 0;
-  for (int k = 0; k < plan->row_count; k++) had += plan->rows[k].done;
-  printf("%d runs", plan->row_count);
-  if (had) printf(", %d of them done before", had);
-  printf(", compared at every step of theirs\n");
-  fflush(stdout);
-  status = flesh_accuracy_make_reference(plan, &reference);
-  if (!status) status = flesh_accuracy_keep(plan);
-  if (status) {
-    flesh_accuracy_track_close(&reference);
-    return status;
-  }
-  int ran = flesh_accuracy_run(plan, &reference);
-  char words[1024];
-  snprintf(words, sizeof words, "%s", flesh_error_text());
-  flesh_accuracy_track_close(&reference);
-  flesh_accuracy_find_fronts(plan);
-  status = flesh_accuracy_keep(plan);
-  if (!status) {
-    flesh_accuracy_print_table(plan);
-    status = flesh_accuracy_write_verdict(plan);
-  }
-  if (ran) return flesh_fail(ran, "%s", words);
-  const int undrawn = status ? status : flesh_accuracy_draw(plan);
-  if (!status) status = flesh_plot_accept("accuracy", undrawn);
-  if (status) return status;
-  printf("\nresults: %s/accuracy.csv, %s/verdict.txt, %s %s/*.png\n", plan->out, plan->out,
-         undrawn ? "what could be drawn of the pictures" : "pictures", plan->out);
-  return FLESH_OK;
-}
-
 /* Meshes and elements, in words, a table and a picture. */
 static int compare_meshes(const flesh_accuracy_plan *plan)
 {
@@ -353,7 +314,7 @@ static int compare(void *data)
   flesh_accuracy_plan *plan = data;
   flesh_folder_claim claim = {.descriptor = -1};
   int status = flesh_output_claim(plan->out, "accuracy", &claim);
-  if (!status && plan->method_count > 0) status = run_and_draw(plan);
+  if (!status && plan->method_count > 0) status = flesh_accuracy_run(plan);
   if (!status && plan->mesh) status = compare_meshes(plan);
   flesh_folder_claim_release(&claim);
   const int code = status ? flesh_command_fail("accuracy", status) : 0;
@@ -369,36 +330,38 @@ static int run(flesh_accuracy_plan *plan, const char *methods, const char *steps
   if (!(plan->mesh_seconds > 0)) plan->mesh_seconds = plan->quick ? 20 : 120;
   if (!tolerances) tolerances = plan->quick ? "1e-2,1e-3,1e-4" : "1e-2,1e-3,1e-4,1e-5,1e-6";
   flesh_interrupt_watch();
-  int status = read_methods(methods, plan);
+  int shard, shards, status = flesh_study_read_shard(plan->options.shard, &shard, &shards);
+  if (!status) status = read_methods(methods, plan);
   if (!status) status = prepare(plan, steps, tolerances);
   if (!status) status = flesh_accuracy_make_rows(plan);
   if (!status) status = check_finer(plan);
   if (!status) status = check_coarser(plan);
   const flesh_accuracy_work given = {plan, NULL, NULL};
-  const flesh_pool_cases cases = flesh_accuracy_pool_cases(&given);
-  return flesh_pool_lead(plan->ranks, "accuracy", status, 1, &cases, compare, plan);
+  const flesh_study study = flesh_accuracy_study(&given, plan);
+  const flesh_study_work work = {&study, NULL};
+  const flesh_pool_cases cases = flesh_study_pool_cases(&work);
+  plan->options.jobs = 1; /* times are compared */
+  return flesh_pool_lead(plan->options.ranks, "accuracy", status, 1, &cases, compare, plan);
 }
 
 int flesh_command_accuracy(int argc, char **argv)
 {
   const char *methods = &(FLESH_ACCURACY_METHOD_LIST(METHOD_NAME))[1], *tolerances = NULL, *steps = NULL;
   flesh_overrides overrides;
-  flesh_accuracy_plan plan = {.out = "out/accuracy"};
+  flesh_accuracy_plan plan = {.options = {.out = "out/accuracy"}};
   const char **coarser_room = calloc((size_t)argc + 1, sizeof *coarser_room);
   flesh_texts coarser = {.values = coarser_room};
-  int status = flesh_ranks_open(&plan.ranks);
+  int status = flesh_ranks_open(&plan.options.ranks);
   if (!status) status = flesh_overrides_open(&overrides, argc);
   if (status) return flesh_command_fail("accuracy", status);
-  char **words = malloc(sizeof *words * (size_t)(argc + 1)); /* argv is permuted below */
+  char **words = calloc((size_t)argc + 1, sizeof *words); /* argv is permuted below */
+  if (words) memcpy(words, argv, sizeof *words * (size_t)argc);
   if (!words || !coarser_room) {
-    free(words);
-    free(coarser_room);
-    flesh_overrides_close(&overrides);
+    free(words), free(coarser_room), flesh_overrides_close(&overrides);
     return flesh_command_fail("accuracy", flesh_fail(FLESH_ERR_MEMORY, "out of memory"));
   }
-  for (int a = 0; a < argc; a++) words[a] = argv[a];
-  plan.argc = argc;
-  plan.argv = words;
+  plan.options.argc = argc;
+  plan.options.argv = words;
   const flesh_option rows[] = {
       {"methods", "LIST", FLESH_OPTION_TEXT, &methods, "methods to compare (default: all)"},
       {"tolerances", "LIST", FLESH_OPTION_TEXT, &tolerances,
@@ -412,10 +375,11 @@ int flesh_command_accuracy(int argc, char **argv)
        "how long meshes are refined, beyond what two of each element need (default 120; 20 with --quick)"},
       {"repeat", "N", FLESH_OPTION_COUNT, &plan.repeat, "runs of each, for the times"},
       {"quick", NULL, FLESH_OPTION_SWITCH, &plan.quick, "fewer settings, one run each: minutes"},
-      {"resume", NULL, FLESH_OPTION_SWITCH, &plan.resume,
-       "go on with what an interrupted comparison in DIR has done; runs that crashed or were out "
-       "of budget are done again"},
-      {"out", "DIR", FLESH_OPTION_TEXT, &plan.out, "folder of the results (default out/accuracy)"},
+      {"resume", NULL, FLESH_OPTION_SWITCH, &plan.options.resume,
+       "go on with DIR/accuracy.db, also with further methods and settings; runs that crashed or were\n"
+       "                         out of budget are done again"},
+      {"shard", "I/N", FLESH_OPTION_TEXT, &plan.options.shard, "only every N-th run from the I-th on, counted from 1"},
+      {"out", "DIR", FLESH_OPTION_TEXT, &plan.options.out, "folder of the results (default out/accuracy)"},
       {"set", "KEY=VALUE", FLESH_OPTION_LIST, &overrides.texts, "a value of the scene"},
       {"max-seconds", "S", FLESH_OPTION_POSITIVE, &plan.max_seconds,
        "budget of each run (default 600; 60 with --quick)"},
@@ -424,14 +388,15 @@ int flesh_command_accuracy(int argc, char **argv)
        "10 with --quick)"},
       {0}};
   const flesh_usage usage = {"accuracy", "SCENE", "Shows what accuracy costs.", details, 1, 1, rows, NULL, FLESH_EXITS_ALL};
-  int count, code = flesh_ranks_read_options(plan.ranks, &usage, argc, argv, &count);
+  int count, code = flesh_ranks_read_options(plan.options.ranks, &usage, argc, argv, &count);
   if (code == FLESH_OPTIONS_GO_ON) {
     plan.scene = argv[1];
+    plan.out = plan.options.out;
     plan.overrides = &overrides.texts;
     plan.coarser = &coarser;
     code = run(&plan, methods, steps, tolerances);
   }
-  flesh_ranks_close(&plan.ranks);
+  flesh_ranks_close(&plan.options.ranks);
   flesh_accuracy_measure_close(&plan.measure);
   free(plan.rows);
   free(coarser_room);

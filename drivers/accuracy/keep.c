@@ -1,4 +1,4 @@
-/* keep.c: accuracy.json: what --resume goes on with, and whether it may. */
+/* keep.c: accuracy.json: the reference that --resume goes on with, and whether it may. */
 #include <jansson.h>
 #include <math.h>
 #include <sha256.h>
@@ -16,124 +16,36 @@
 #include "run/result.h"
 #include "scene/scene.h"
 #include "cli/json_memory.h"
+#include "study/fields.h"
 
-/* Numbers of a struct as they stand in a file. */
-typedef struct field {
-  const char *name;
-  enum { WHOLE, LONG, NUMBER } kind;
-  size_t offset;
-} field;
-
-#define AT(type, member) offsetof(flesh_accuracy_##type, member)
-static const field figures_fields[] = {
-    {"status_code", WHOLE, AT(figures, status)},
-    {"crashed_by", WHOLE, AT(figures, crashed_by)},
-    {"steps", LONG, AT(figures, steps)},
-    {"rejected", LONG, AT(figures, rejected)},
-    {"residual_evaluations", LONG, AT(figures, residuals)},
-    {"hessian_assemblies", LONG, AT(figures, assemblies)},
-    {"newton", LONG, AT(figures, newton)},
-    {"linear_iterations", LONG, AT(figures, linear)},
-    {"cpu_s", NUMBER, AT(figures, cpu_s)},
-    {"wall_s_median", NUMBER, AT(figures, wall_s_median)},
-    {"wall_s_min", NUMBER, AT(figures, wall_s_min)},
-    {"error_position_rms", NUMBER, AT(figures, errors.position_rms)},
-    {"error_position_max", NUMBER, AT(figures, errors.position_max)},
-    {"error_tip", NUMBER, AT(figures, errors.tip)},
-    {"error_volume", NUMBER, AT(figures, errors.volume)},
-    {"energy_drift", NUMBER, AT(figures, errors.energy)},
-    {"below_reference", WHOLE, AT(figures, below)},
-    {"difference", NUMBER, AT(figures, difference)},
-    {0}};
-static const field reference_fields[] = {
-    {"seconds", NUMBER, AT(reference, seconds)},
-    {"apart", NUMBER, AT(reference, apart)},
-    {"change", NUMBER, AT(reference, change)},
-    {"between", NUMBER, AT(reference, between)},
-    {"uncertainty_position_rms", NUMBER, AT(reference, uncertainty.position_rms)},
-    {"uncertainty_position_max", NUMBER, AT(reference, uncertainty.position_max)},
-    {"uncertainty_tip", NUMBER, AT(reference, uncertainty.tip)},
-    {"uncertainty_volume", NUMBER, AT(reference, uncertainty.volume)},
-    {"uncertainty_energy", NUMBER, AT(reference, uncertainty.energy)},
-    {"length", NUMBER, AT(reference, scale.length)},
-    {"motion", NUMBER, AT(reference, scale.motion)},
-    {"tip_node", WHOLE, AT(reference, scale.tip)},
-    {"tip_axis", WHOLE, AT(reference, scale.tip_axis)},
-    {"tip_motion", NUMBER, AT(reference, scale.tip_motion)},
-    {"kinetic_energy", NUMBER, AT(reference, scale.energy)},
-    {"period", NUMBER, AT(reference, scale.period)},
+#define AT(member) offsetof(flesh_accuracy_reference, member)
+static const flesh_study_field reference_fields[] = {
+    {"seconds", FLESH_FIELD_DOUBLE, AT(seconds)},
+    {"apart", FLESH_FIELD_DOUBLE, AT(apart)},
+    {"change", FLESH_FIELD_DOUBLE, AT(change)},
+    {"between", FLESH_FIELD_DOUBLE, AT(between)},
+    {"uncertainty_position_rms", FLESH_FIELD_DOUBLE, AT(uncertainty.position_rms)},
+    {"uncertainty_position_max", FLESH_FIELD_DOUBLE, AT(uncertainty.position_max)},
+    {"uncertainty_tip", FLESH_FIELD_DOUBLE, AT(uncertainty.tip)},
+    {"uncertainty_volume", FLESH_FIELD_DOUBLE, AT(uncertainty.volume)},
+    {"uncertainty_energy", FLESH_FIELD_DOUBLE, AT(uncertainty.energy)},
+    {"length", FLESH_FIELD_DOUBLE, AT(scale.length)},
+    {"motion", FLESH_FIELD_DOUBLE, AT(scale.motion)},
+    {"tip_node", FLESH_FIELD_INT, AT(scale.tip)},
+    {"tip_axis", FLESH_FIELD_INT, AT(scale.tip_axis)},
+    {"tip_motion", FLESH_FIELD_DOUBLE, AT(scale.tip_motion)},
+    {"kinetic_energy", FLESH_FIELD_DOUBLE, AT(scale.energy)},
+    {"period", FLESH_FIELD_DOUBLE, AT(scale.period)},
     {0}};
 
-static json_t *fields_json(const field *fields, const void *from)
-{
-  json_t *object = json_object();
-  for (; fields->name; fields++) {
-    const char *at = (const char *)from + fields->offset;
-    json_t *value = fields->kind == NUMBER ? flesh_json_number(*(const double *)at)
-                    : fields->kind == LONG ? json_integer(*(const long *)at)
-                                           : json_integer(*(const int *)at);
-    json_object_set_new(object, fields->name, value);
-  }
-  return object;
-}
-
-static int read_fields(const field *fields, const json_t *object, void *to)
-{
-  for (; fields->name; fields++) {
-    char *at = (char *)to + fields->offset;
-    const json_t *value = json_object_get(object, fields->name);
-    if (!value) return -1;
-    if (fields->kind == NUMBER)
-      *(double *)at = json_is_number(value) ? json_number_value(value) : NAN;
-    else if (fields->kind == LONG) *(long *)at = (long)json_integer_value(value);
-    else *(int *)at = (int)json_integer_value(value);
-  }
-  return 0;
-}
-
-/* Every value in force, the mesh and the state it starts from. */
-static int hash_scene(SHA2_CTX *hash, const flesh_accuracy_plan *plan, const char *path)
+static int fingerprint(const flesh_accuracy_plan *plan, const char *path, char text[FLESH_STUDY_FINGERPRINT])
 {
   flesh_scene *scene = NULL;
-  flesh_text text = {0};
-  int status = flesh_scene_read(path, plan->overrides->count, plan->overrides->values, &scene);
-  if (status) return status;
-  flesh_scene_print(scene, &text);
-  if (text.failed) status = flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
-  else SHA256Update(hash, (const uint8_t *)text.data, text.size);
-  free(text.data);
-  const flesh_mesh *mesh = flesh_scene_mesh(scene);
-  size_t nodes = (size_t)flesh_mesh_node_count(mesh), size = 3 * nodes * sizeof(double);
-  flesh_state state = {.t = 0, .x = malloc(size), .v = malloc(size)};
-  if (!state.x || !state.v) {
-    status = flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
-  } else {
-    flesh_scene_start(scene, &state);
-    SHA256Update(hash, (const uint8_t *)state.x, size);
-    SHA256Update(hash, (const uint8_t *)state.v, size);
-    SHA256Update(hash, (const uint8_t *)flesh_mesh_positions(mesh), size);
-    SHA256Update(hash, (const uint8_t *)flesh_mesh_tets(mesh),
-                 4 * sizeof(int) * (size_t)flesh_mesh_tet_count(mesh));
-    if (flesh_mesh_order(mesh) == 2)
-      SHA256Update(hash, (const uint8_t *)flesh_mesh_tet_edges(mesh),
-                   6 * sizeof(int) * (size_t)flesh_mesh_tet_count(mesh));
-  }
-  free(state.x);
-  free(state.v);
-  flesh_scene_destroy(&scene);
-  return status;
-}
-
-/* The finer scene does not enter: its row is its own. */
-static int fingerprint(const flesh_accuracy_plan *plan, const char *path,
-                       char text[SHA256_DIGEST_STRING_LENGTH])
-{
-  SHA2_CTX hash;
   *text = 0;
   if (!path) return FLESH_OK;
-  SHA256Init(&hash);
-  int status = hash_scene(&hash, plan, path);
-  SHA256End(&hash, text);
+  int status = flesh_scene_read(path, plan->overrides->count, plan->overrides->values, &scene);
+  if (!status) status = flesh_study_fingerprint(scene, path, text);
+  flesh_scene_destroy(&scene);
   return status;
 }
 
@@ -156,17 +68,6 @@ static json_t *grid_json(const flesh_accuracy_grid *grid)
                    grid->interval, "count", grid->count);
 }
 
-static json_t *row_json(const flesh_accuracy_row *row)
-{
-  json_t *object = fields_json(figures_fields, &row->figures);
-  json_object_set_new(object, "method", json_string(flesh_accuracy_methods[row->method].name));
-  json_object_set_new(object, "setting", json_string(row->setting));
-  json_object_set_new(object, "group", json_string(flesh_accuracy_group_names[row->group]));
-  json_object_set_new(object, "status", json_string(flesh_accuracy_status_word(row)));
-  json_object_set_new(object, "message", flesh_json_text(row->figures.message));
-  return object;
-}
-
 static void keep_path(const flesh_accuracy_plan *plan, char path[1400])
 {
   snprintf(path, 1400, "%s/accuracy.json", plan->out);
@@ -175,48 +76,24 @@ static void keep_path(const flesh_accuracy_plan *plan, char path[1400])
 int flesh_accuracy_keep(const flesh_accuracy_plan *plan)
 {
   char path[1400];
-  json_t *rows = json_array(), *root = json_object();
+  json_t *root = json_object();
   json_object_set_new(root, "scene_path", flesh_json_text(plan->scene));
   json_object_set_new(root, "scene", json_string(plan->fingerprint));
-  json_object_set_new(root, "finer", json_string(plan->finer_fingerprint));
   json_object_set_new(root, "build", build_json());
   json_object_set_new(root, "grid", grid_json(&plan->grid));
-  json_object_set_new(root, "program", flesh_provenance_program(plan->argc, plan->argv));
-  json_t *reference = fields_json(reference_fields, &plan->reference);
+  json_object_set_new(root, "program", flesh_provenance_program(plan->options.argc, plan->options.argv));
+  json_t *reference = flesh_fields_json(reference_fields, &plan->reference);
   json_object_set_new(reference, "first", json_string(plan->reference.first));
   json_object_set_new(reference, "second", json_string(plan->reference.second));
   json_object_set_new(root, "reference", reference);
-  for (int k = 0; k < plan->row_count; k++)
-    if (plan->rows[k].done) json_array_append_new(rows, row_json(&plan->rows[k]));
-  json_object_set_new(root, "rows", rows);
   keep_path(plan, path);
-  int status = flesh_json_write(path, root);
-  return status ? status : flesh_accuracy_write_csv(plan);
+  return flesh_json_write(path, root);
 }
 
 static const char *text_of(const json_t *object, const char *key)
 {
   const char *text = json_string_value(json_object_get(object, key));
   return text ? text : "";
-}
-
-static void take_row(flesh_accuracy_plan *plan, const json_t *object, int same_finer)
-{
-  for (int k = 0; k < plan->row_count; k++) {
-    flesh_accuracy_row *row = &plan->rows[k];
-    if (strcmp(text_of(object, "method"), flesh_accuracy_methods[row->method].name) ||
-        strcmp(text_of(object, "setting"), row->setting) ||
-        strcmp(text_of(object, "group"), flesh_accuracy_group_names[row->group]))
-      continue;
-    if (row->group == FLESH_ACCURACY_MESH && !same_finer) continue;
-    flesh_accuracy_figures figures = row->figures;
-    if (read_fields(figures_fields, object, &figures)) continue;
-    /* These may go better now. */
-    if (figures.status == FLESH_ERR_BUDGET || figures.crashed_by) continue;
-    snprintf(figures.message, sizeof figures.message, "%s", text_of(object, "message"));
-    row->figures = figures;
-    row->done = 1;
-  }
 }
 
 /* In the order in which a person would want to know. */
@@ -256,7 +133,7 @@ int flesh_accuracy_load(flesh_accuracy_plan *plan)
   int status = fingerprint(plan, plan->scene, plan->fingerprint);
   if (!status) status = fingerprint(plan, plan->finer, plan->finer_fingerprint);
   keep_path(plan, path);
-  if (status || !plan->resume || flesh_path_access(path, F_OK)) return status;
+  if (status || !plan->options.resume || flesh_path_access(path, F_OK)) return status;
   status = flesh_file_load(path, &text, &size);
   if (status) return status;
   json_t *root = json_loadb(text, size, 0, &error);
@@ -265,18 +142,29 @@ int flesh_accuracy_load(flesh_accuracy_plan *plan)
     return flesh_fail(FLESH_ERR_FILE, "%s:%d:%d: %s", path, error.line, error.column, error.text);
   status = refuse(plan, root, path);
   const json_t *reference = json_object_get(root, "reference");
-  size_t index;
-  json_t *row;
-  if (!status && read_fields(reference_fields, reference, &plan->reference))
+  if (!status && flesh_fields_read(reference_fields, reference, &plan->reference))
     status = flesh_fail(FLESH_ERR_FILE, "%s: its reference is not whole", path);
   if (!status) {
     snprintf(plan->reference.first, sizeof plan->reference.first, "%s",
              text_of(reference, "first"));
     snprintf(plan->reference.second, sizeof plan->reference.second, "%s",
              text_of(reference, "second"));
-    int same_finer = !strcmp(text_of(root, "finer"), plan->finer_fingerprint);
-    json_array_foreach(json_object_get(root, "rows"), index, row) take_row(plan, row, same_finer);
   }
   json_decref(root);
   return status;
+}
+
+void flesh_accuracy_make_fingerprint(flesh_accuracy_plan *plan)
+{
+  json_t *parts[] = {grid_json(&plan->grid), build_json()};
+  SHA2_CTX hash;
+  SHA256Init(&hash);
+  SHA256Update(&hash, (const uint8_t *)plan->fingerprint, strlen(plan->fingerprint));
+  for (int k = 0; k < 2; k++) {
+    char *text = json_dumps(parts[k], JSON_COMPACT | JSON_SORT_KEYS);
+    if (text) SHA256Update(&hash, (const uint8_t *)text, strlen(text));
+    free(text);
+    json_decref(parts[k]);
+  }
+  SHA256End(&hash, plan->study_fingerprint);
 }

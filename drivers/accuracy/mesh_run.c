@@ -103,7 +103,7 @@ static int run_row(const task *given, flesh_accuracy_mesh_row *row)
   flesh_process process;
   int status = flesh_process_start(work, given, row, sizeof *row, &process);
   if (status) return status;
-  row->crashed_by = flesh_pool_wait_for(given->plan->ranks, &process, given->plan->max_seconds, row, sizeof *row);
+  row->crashed_by = flesh_pool_wait_for(given->plan->options.ranks, &process, given->plan->max_seconds, row, sizeof *row);
   if (flesh_interrupt_signal()) return flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted while the meshes were run");
   if (row->crashed_by) row->status = FLESH_ERR_SOLVE;
   if (row->status == FLESH_ERR_FILE) return flesh_fail(FLESH_ERR_FILE, "%s", row->message);

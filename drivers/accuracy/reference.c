@@ -269,7 +269,7 @@ static int make(flesh_accuracy_plan *plan, flesh_accuracy_track *reference)
     show(words);
     int status = flesh_process_start(work, &given, result, sizeof *result, &process);
     if (status) return status;
-    result->crashed_by = flesh_pool_wait_for(plan->ranks, &process, 2 * (plan->max_seconds + plan->reference_seconds),
+    result->crashed_by = flesh_pool_wait_for(plan->options.ranks, &process, 2 * (plan->max_seconds + plan->reference_seconds),
                                              result, sizeof *result);
     show("");
     if (flesh_interrupt_signal())

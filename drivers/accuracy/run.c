@@ -1,314 +1,108 @@
-/* run.c: runs the rows one at a time, each in a process of its own, and judges them. */
-#include <math.h>
+/* run.c: runs the rows one at a time on each rank, each in a process of its own, and makes tables, words and pictures. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "accuracy/accuracy.h"
-#include "accuracy/judge.h"
 #include "base/confine.h"
 #include "base/error.h"
+#include "base/folder.h"
+#include "base/file.h"
 #include "cli/interrupt.h"
-#include "pool/process.h"
+#include "picture/plot.h"
 
-typedef struct task {
-  const flesh_accuracy_plan *plan;
-  const flesh_accuracy_track *reference, *tight; /* tight: NULL for the methods' work */
-  const flesh_accuracy_row *row;
-  const flesh_accuracy_grid *keep; /* the run solved tightly: the times that are kept of it, and its errors are not */
-} task;
-
-static int by_value(const void *a, const void *b)
+/* Whether a row from `first` to before `end` is not done. */
+static int is_open(const flesh_accuracy_plan *plan, int first, int end)
 {
-  double x = *(const double *)a, y = *(const double *)b;
-  return (x > y) - (x < y);
+  for (; first < end; first++)
+    if (!plan->rows[first].done) return 1;
+  return 0;
 }
 
-/* Runs it again and again: without --repeat short runs more often than long ones. */
-static int enough(const flesh_accuracy_plan *plan, int count, double spent)
+/* The other prices, from row `first` on; that they cannot be measured is told, and is no failure. */
+static int run_prices(flesh_accuracy_plan *plan, const flesh_study *study, flesh_study_store *store,
+                      const flesh_accuracy_work *given, flesh_accuracy_track *tight)
 {
-  if (plan->repeat) return count >= plan->repeat;
-  if (spent > 10) return 1;
-  return count >= (plan->quick ? 1 : 3) && (spent > 0.2 || count >= 20);
-}
-
-static int run_repeats(const task *given, const flesh_scene *scene, const flesh_accuracy_watch *watch,
-                       flesh_accuracy_figures *f)
-{
-  enum { MOST = 100 };
-  const flesh_accuracy_plan *plan = given->plan;
-  double walls[MOST], cpus[MOST], spent = 0;
-  int count = 0;
-  char steps[1500];
-  flesh_accuracy_steps_path(plan, given->row, steps, sizeof steps);
-  for (; count < MOST && !enough(plan, count, spent); count++) {
-    flesh_accuracy_cost cost;
-    /* The first is watched, the others have only their times. */
-    int status = flesh_accuracy_integrate(scene, &plan->grid, plan->max_seconds, count || !*steps ? NULL : steps,
-                                          count ? NULL : watch, &cost);
-    if (!count) {
-      f->steps = cost.steps, f->rejected = cost.rejected, f->residuals = cost.residuals;
-      f->assemblies = cost.assemblies, f->newton = cost.newton, f->linear = cost.linear;
-      f->cpu_s = cost.cpu_s, f->wall_s_median = f->wall_s_min = cost.wall_s;
-    }
-    if (status) return status;
-    walls[count] = cost.wall_s;
-    cpus[count] = cost.cpu_s;
-    spent += cost.wall_s;
-  }
-  qsort(walls, (size_t)count, sizeof *walls, by_value);
-  qsort(cpus, (size_t)count, sizeof *cpus, by_value);
-  f->cpu_s = cpus[0];
-  f->wall_s_min = walls[0];
-  f->wall_s_median = (walls[(count - 1) / 2] + walls[count / 2]) / 2;
-  return FLESH_OK;
-}
-
-/* The error; NaN if it is below the uncertainty of the reference. */
-static double above(double error, double uncertainty)
-{
-  return fabs(error) > uncertainty ? error : isnan(error) ? error : NAN;
-}
-
-static void judge(const flesh_accuracy_plan *plan, const flesh_accuracy_judge *judged, flesh_accuracy_figures *f)
-{
-  const flesh_accuracy_errors *u = &plan->reference.uncertainty, *e = &judged->errors;
-  if (judged->finer_tip >= 0) {
-    f->errors.tip = e->tip;
-    f->errors.volume = e->volume;
-    return;
-  }
-  f->below = e->position_rms <= u->position_rms;
-  f->errors = (flesh_accuracy_errors){above(e->position_rms, u->position_rms), above(e->position_max, u->position_max),
-                                      above(e->tip, u->tip), above(e->volume, u->volume), above(e->energy, u->energy)};
-  if (judged->tight) f->difference = judged->difference.position_rms;
-}
-
-static void tight_path(const flesh_accuracy_plan *plan, char path[1400])
-{
-  snprintf(path, 1400, "%s/tight.states", plan->out);
-}
-
-/* The run that is kept instead of judged. */
-static void work_tight(const void *data, void *result)
-{
-  const task *given = data;
-  const flesh_accuracy_plan *plan = given->plan;
-  flesh_accuracy_figures *f = result;
-  char path[1400];
-  flesh_scene *scene = NULL;
-  flesh_accuracy_cost cost;
-  flesh_accuracy_track track = {0};
-  flesh_accuracy_keeper keeper = {given->keep, &track, 0};
-  const flesh_accuracy_watch watch = {flesh_accuracy_keep_state, &keeper, 0};
-  int status = flesh_accuracy_read(plan, given->row, &scene);
-  if (!status) status = flesh_accuracy_track_open(given->keep->count, 3 * plan->measure.nodes, &track);
-  if (!status) status = flesh_accuracy_integrate(scene, &plan->grid, plan->max_seconds, NULL, &watch, &cost);
-  tight_path(plan, path);
-  if (!status) status = flesh_accuracy_track_write(path, &track);
-  f->status = status;
-  if (status) snprintf(f->message, sizeof f->message, "%.399s", flesh_error_text());
-  flesh_accuracy_track_close(&track);
-  flesh_scene_destroy(&scene);
-}
-
-/* Reads, on a rank behind the first, the reference and the tight run that the first rank has made. */
-static int read_made(flesh_accuracy_plan *plan, const flesh_accuracy_row *row, flesh_accuracy_track *reference,
-                     flesh_accuracy_track *tight)
-{
-  char path[1400];
-  plan->resume = 1;
-  int status = flesh_accuracy_load(plan);
-  if (!status) status = flesh_accuracy_make_reference(plan, reference);
-  tight_path(plan, path);
-  if (!status && row->group != FLESH_ACCURACY_WORK) status = flesh_accuracy_track_read(path, tight);
-  return status;
-}
-
-static int run_and_judge(const task *given, flesh_accuracy_figures *f)
-{
-  flesh_scene *scene = NULL;
-  flesh_accuracy_judge judged = {0};
-  const flesh_accuracy_watch watch = {flesh_accuracy_judge_see, &judged, 1};
-  int status = flesh_accuracy_read(given->plan, given->row, &scene);
-  if (!status)
-    status = flesh_accuracy_judge_open(given->plan, given->reference, given->tight, scene,
-                                       given->row->group == FLESH_ACCURACY_MESH, &judged);
-  if (!status) status = run_repeats(given, scene, &watch, f);
-  if (!status) judge(given->plan, &judged, f);
-  flesh_accuracy_judge_close(&judged);
-  flesh_scene_destroy(&scene);
-  return status;
-}
-
-static void work(const void *data, int number, flesh_text *answer)
-{
-  const flesh_accuracy_work *given = data;
-  flesh_accuracy_plan plan = *given->plan; /* this process's */
-  const flesh_accuracy_row *row = &given->plan->rows[number];
-  flesh_accuracy_figures f = row->figures;
-  flesh_accuracy_track reference = {0}, tight = {0};
-  task t = {&plan, given->reference, row->group == FLESH_ACCURACY_WORK ? NULL : given->tight, row, NULL};
-  int status = FLESH_OK;
-  if (!given->reference) {
-    status = read_made(&plan, row, &reference, &tight);
-    t.reference = &reference;
-    t.tight = row->group == FLESH_ACCURACY_WORK ? NULL : &tight;
-  }
-  if (!status) status = run_and_judge(&t, &f);
-  f.status = status;
-  if (status) snprintf(f.message, sizeof f.message, "%.399s", flesh_error_text());
-  flesh_accuracy_track_close(&reference);
-  flesh_accuracy_track_close(&tight);
-  flesh_text_append(answer, (const char *)&f, sizeof f);
-}
-
-flesh_pool_cases flesh_accuracy_pool_cases(const flesh_accuracy_work *given)
-{
-  const flesh_accuracy_plan *plan = given->plan;
-  const int repeats = plan->repeat ? plan->repeat : 3; /* those of a long run */
-  const double grace = 2;
-  return (flesh_pool_cases){work, given, plan->max_seconds > 0 ? plan->max_seconds * repeats + grace : 0};
-}
-
-/* Seconds a row will take, from those that ran: of its method, by its step or tolerance. */
-static double predicted_time(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row)
-{
-  double guess = NAN, sum = 0;
-  int count = 0;
-  for (int k = 0; k < plan->row_count; k++) {
-    const flesh_accuracy_row *other = &plan->rows[k];
-    if (!other->done || isnan(other->figures.wall_s_min)) continue;
-    double took = other->figures.wall_s_min;
-    sum += took, count++;
-    int adaptive = flesh_accuracy_methods[row->method].adaptive;
-    if (flesh_accuracy_methods[other->method].adaptive != adaptive) continue;
-    if (adaptive && other->method != row->method) continue;
-    if (adaptive) guess = took * cbrt(other->tolerance.value / row->tolerance.value);
-    else guess = took * other->step.value / row->step.value;
-  }
-  return isnan(guess) && count ? sum / count : guess;
-}
-
-static void show_progress(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row)
-{
-  if (!isatty(STDERR_FILENO)) return;
-  int done = 0;
-  double left = 0;
-  for (int k = 0; k < plan->row_count; k++) {
-    done += plan->rows[k].done;
-    if (plan->rows[k].done) continue;
-    double once = predicted_time(plan, &plan->rows[k]);
-    int times = plan->repeat ? plan->repeat : plan->quick || once > 10 ? 1 : once > 5 ? 2 : 3;
-    left += times * once;
-  }
-  fprintf(stderr, "\r\033[K%d of %d  %s, %s", done, plan->row_count,
-          flesh_accuracy_methods[row->method].name, row->setting);
-  if (left > 0) fprintf(stderr, "  about %.0f s left", ceil(left));
-  fflush(stderr);
-}
-
-/* Records the end of a row's process. */
-static int note(flesh_accuracy_row *row, int crashed)
-{
-  flesh_accuracy_figures *f = &row->figures;
-  f->crashed_by = crashed;
-  if (flesh_interrupt_signal()) return FLESH_ERR_INTERRUPTED; /* half a run is no row */
-  if (f->crashed_by) f->status = FLESH_ERR_SOLVE;
-  /* A run that could not write its file says nothing of its method. */
-  if (f->status == FLESH_ERR_FILE) return flesh_fail(FLESH_ERR_FILE, "%s", f->message);
-  row->done = 1;
-  return FLESH_OK;
-}
-
-/* The representative run solved tightly, which the other prices are measured against. */
-static int make_tight(const flesh_accuracy_plan *plan, const flesh_accuracy_track *reference,
-                      flesh_accuracy_track *tight)
-{
-  char path[1400];
-  flesh_accuracy_row row = {.method = plan->representative,
-                            .step = plan->representative_step,
-                            .setting = "solved tightly",
-                            .tight = 1};
-  /* At every step where there is room for all. */
-  flesh_accuracy_grid keep = plan->grid;
-  double steps = ceil((keep.end - keep.start) / row.step.value - 1e-6);
-  keep.longest = row.step.value;
-  keep.interval = row.step.value * ceil(steps / (flesh_accuracy_room(3 * plan->measure.nodes) - 1));
-  keep.count = (int)ceil((keep.end - keep.start) / keep.interval - 1e-6) + 1;
-  const task given = {plan, reference, NULL, &row, &keep};
-  flesh_accuracy_figures *f = &row.figures;
-  flesh_process process;
-  tight_path(plan, path);
-  show_progress(plan, &row);
-  int status = flesh_process_start(work_tight, &given, f, sizeof *f, &process);
-  const double seconds = plan->max_seconds * (plan->repeat ? plan->repeat : 3);
-  if (!status) status = note(&row, flesh_pool_wait_for(plan->ranks, &process, seconds, f, sizeof *f));
-  if (status) return status;
-  if (row.figures.status)
-    return flesh_fail(row.figures.status, "the other prices are not measured: %s",
-                      row.figures.message);
-  return flesh_accuracy_track_read(path, tight);
-}
-
-static int is_done(void *data, int number)
-{
-  const flesh_accuracy_plan *plan = data;
-  if (!plan->rows[number].done) show_progress(plan, &plan->rows[number]);
-  return plan->rows[number].done;
-}
-
-static int collect(void *data, const flesh_pool_end *end)
-{
-  flesh_accuracy_plan *plan = data;
-  flesh_accuracy_row *row = &plan->rows[end->number];
-  const int status = note(row, flesh_pool_take(end, &row->figures, sizeof row->figures));
-  return status ? status : flesh_accuracy_keep(plan);
-}
-
-/* The first row from `from` on that is not done; the number of rows where all are. */
-static int next_row(const flesh_accuracy_plan *plan, int from)
-{
-  while (from < plan->row_count && plan->rows[from].done) from++;
-  return from;
-}
-
-/* The other prices; that they cannot be measured is told, and is no failure. */
-static int run_prices(flesh_accuracy_plan *plan, flesh_pool *pool, const flesh_accuracy_track *reference,
-                      flesh_accuracy_track *tight, int first)
-{
-  if (next_row(plan, first) == plan->row_count) return FLESH_OK;
-  const int made = make_tight(plan, reference, tight);
+  if (!is_open(plan, store->first, store->end)) return FLESH_OK;
+  const int made = flesh_accuracy_make_tight(plan, given->reference, tight);
   if (made == FLESH_ERR_INTERRUPTED || flesh_interrupt_signal()) return FLESH_ERR_INTERRUPTED;
   if (made == FLESH_ERR_FILE) return made;
-  if (!made) return flesh_pool_run(pool, first, plan->row_count, is_done, collect, plan);
+  if (!made) return flesh_study_run(study, store, &plan->options);
   fprintf(stderr, "flesh accuracy: %s\n", flesh_error_text());
   return FLESH_OK;
 }
 
-int flesh_accuracy_run(flesh_accuracy_plan *plan, const flesh_accuracy_track *reference)
+static int run_all(flesh_accuracy_plan *plan, flesh_study_store *store, const flesh_accuracy_track *reference)
 {
-  char path[1400];
+  char path[1400], words[1024];
   flesh_accuracy_track tight = {0};
   const flesh_accuracy_work given = {plan, reference, &tight};
-  const flesh_pool_cases cases = flesh_accuracy_pool_cases(&given);
-  flesh_pool *pool;
-  int work_rows = 0;
+  const flesh_study study = flesh_accuracy_study(&given, plan);
+  int work_rows = 0, done = 0;
   while (work_rows < plan->row_count && plan->rows[work_rows].group == FLESH_ACCURACY_WORK) work_rows++;
-  int status = flesh_pool_open(plan->ranks, 1, plan->row_count, &cases, &pool);
-  if (!status) status = flesh_pool_run(pool, 0, work_rows, is_done, collect, plan);
-  if (!status && !flesh_interrupt_signal()) status = run_prices(plan, pool, reference, &tight, work_rows);
-  flesh_pool_close(&pool);
-  tight_path(plan, path);
+  store->end = work_rows;
+  int status = flesh_study_run(&study, store, &plan->options);
+  store->first = work_rows, store->end = plan->row_count;
+  if (!status) status = run_prices(plan, &study, store, &given, &tight);
+  snprintf(words, sizeof words, "%s", flesh_error_text());
+  const int viewed = flesh_study_store_make_views(store);
+  flesh_accuracy_tight_path(plan, path);
   flesh_path_unlink(path);
-  if (isatty(STDERR_FILENO)) fputs("\r\033[K", stderr);
   flesh_accuracy_track_close(&tight);
-  int done = 0;
   for (int k = 0; k < plan->row_count; k++) done += plan->rows[k].done;
   if (status == FLESH_ERR_INTERRUPTED || (!status && flesh_interrupt_signal()))
-    return flesh_fail(FLESH_ERR_INTERRUPTED,
-                      "interrupted after %d of %d runs; --resume goes on with the others", done,
+    return flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted after %d of %d runs; --resume goes on with the others", done,
                       plan->row_count);
+  return status ? flesh_fail(status, "%s", words) : viewed;
+}
+
+/* The rows, in the database that is open. */
+static int run_rows(flesh_accuracy_plan *plan, flesh_study_store *store)
+{
+  flesh_accuracy_track reference = {0};
+  int had = 0;
+  for (int k = 0; k < plan->row_count; k++) had += plan->rows[k].done;
+  printf("%d runs", plan->row_count);
+  if (had) printf(", %d of them done before", had);
+  printf(", compared at every step of theirs\n");
+  fflush(stdout);
+  int status = flesh_accuracy_make_reference(plan, &reference);
+  if (!status) status = flesh_accuracy_keep(plan);
+  if (!status) status = run_all(plan, store, &reference);
+  flesh_accuracy_track_close(&reference);
   return status;
+}
+
+int flesh_accuracy_run(flesh_accuracy_plan *plan)
+{
+  char path[1400];
+  flesh_study_store store = {.lock = -1};
+  const flesh_accuracy_work given = {plan, NULL, NULL};
+  snprintf(path, sizeof path, "%.1300s/steps", plan->out);
+  int status = flesh_folder_make(path);
+  if (!status) status = flesh_accuracy_load(plan);
+  if (status) return status;
+  const flesh_study study = flesh_accuracy_study(&given, plan);
+  status = flesh_study_store_open(&study, &plan->options, &store);
+  if (!status) status = flesh_study_store_load(&store, &study);
+  const int opened = !status;
+  if (!status) status = run_rows(plan, &store);
+  flesh_study_store_close(&store);
+  if (status && (!opened || !*plan->reference.first)) return status;
+  const int ran = status;
+  char words[1024];
+  snprintf(words, sizeof words, "%s", flesh_error_text());
+  flesh_accuracy_find_fronts(plan);
+  status = flesh_accuracy_write_csv(plan);
+  if (!status) {
+    flesh_accuracy_print_table(plan);
+    status = flesh_accuracy_write_verdict(plan);
+  }
+  if (ran) return flesh_fail(ran, "%s", words);
+  const int undrawn = status ? status : flesh_accuracy_draw(plan);
+  if (!status) status = flesh_plot_accept("accuracy", undrawn);
+  if (status) return status;
+  printf("\nresults: %s/accuracy.csv, %s/verdict.txt, %s %s/*.png\n", plan->out, plan->out,
+         undrawn ? "what could be drawn of the pictures" : "pictures", plan->out);
+  return FLESH_OK;
 }

@@ -122,8 +122,9 @@ static int check_scenes(flesh_drift_plan *plan, flesh_inputs *inputs)
     int status = flesh_drift_read(plan, s, &scene);
     if (!status && !flesh_scene_body(scene)->materials)
       status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: the comparison needs a scene with body.material", path);
-    if (!status && flesh_scene_material_count(scene) > 1 && !again && flesh_ranks_first(plan->ranks))
+    if (!status && flesh_scene_material_count(scene) > 1 && !again && flesh_ranks_first(plan->options.ranks))
       printf("%s: body.material alone is varied; the materials of its regions stay\n", path);
+    if (!status) status = flesh_study_fingerprint(scene, path, plan->scenes[s].fingerprint);
     if (!status && !again) flesh_inputs_add_scene(inputs, path, scene);
     if (!status) plan->scenes[s].point_load = flesh_point_load(scene) != NULL;
     flesh_scene_destroy(&scene);
@@ -149,7 +150,7 @@ static int run_and_draw(flesh_drift_plan *plan)
 {
   printf("%d runs: %d scene%s, %d energies, %d Poisson's ratios, %d solvers; %d at a time\n", plan->case_count,
          plan->scene_count, plan->scene_count == 1 ? "" : "s", plan->variant_count, plan->poisson_count,
-         plan->solver_count, flesh_pool_places(plan->ranks, plan->jobs, plan->case_count));
+         plan->solver_count, flesh_pool_places(plan->options.ranks, plan->options.jobs, plan->case_count));
   fflush(stdout);
   int ran = flesh_drift_run(plan);
   char words[1024];
@@ -198,9 +199,9 @@ int flesh_command_drift(int argc, char **argv)
   double ratios[POISSON_LIMIT];
   flesh_drift_solver solver_list[FLESH_DRIFT_SOLVERS];
   flesh_overrides overrides;
-  flesh_drift_plan plan = {.out = "out/drift", .variants = variants, .poissons = ratios,
+  flesh_drift_plan plan = {.options = {.out = "out/drift"}, .variants = variants, .poissons = ratios,
                            .solvers = solver_list};
-  int status = flesh_ranks_open(&plan.ranks);
+  int status = flesh_ranks_open(&plan.options.ranks);
   if (!status) status = flesh_overrides_open(&overrides, argc);
   if (status) return flesh_command_fail("drift", status);
   const flesh_option rows[] = {
@@ -211,31 +212,39 @@ int flesh_command_drift(int argc, char **argv)
        "of tet4, tet10, tet10-mean, in place of the scene's body.element"},
       {"refine", "LIST", FLESH_OPTION_TEXT, &refine,
        "times that each tet is cut into eight, such as 0,1, in place of the scene's body.refine"},
-      {"out", "DIR", FLESH_OPTION_TEXT, &plan.out, "folder of the results (default out/drift)"},
-      {"jobs", "N", FLESH_OPTION_COUNT, &plan.jobs,
+      {"out", "DIR", FLESH_OPTION_TEXT, &plan.options.out, "folder of the results (default out/drift)"},
+      {"jobs", "N", FLESH_OPTION_COUNT, &plan.options.jobs,
        "runs at a time, on each rank (default: the processors; on several ranks 1)"},
+      {"resume", NULL, FLESH_OPTION_SWITCH, &plan.options.resume,
+       "go on with DIR/drift.db, also with further scenes, energies and ratios, or begin"},
+      {"shard", "I/N", FLESH_OPTION_TEXT, &plan.options.shard, "only every N-th run from the I-th on, counted from 1"},
       {"max-seconds", "S", FLESH_OPTION_POSITIVE, &plan.max_seconds, "budget of each run"},
       {"set", "KEY=VALUE", FLESH_OPTION_LIST, &overrides.texts, "a value of all scenes"},
       {0}};
   const flesh_usage usage = {"drift", "SCENE...", "Compares how well the energies keep the volume.",
                              details, 1, 64, rows, NULL, FLESH_EXITS_OF_INTERRUPTS};
-  int count, code = flesh_ranks_read_options(plan.ranks, &usage, argc, argv, &count);
+  int count, code = flesh_ranks_read_options(plan.options.ranks, &usage, argc, argv, &count);
   if (code != FLESH_OPTIONS_GO_ON) {
-    flesh_ranks_close(&plan.ranks);
+    flesh_ranks_close(&plan.options.ranks);
     flesh_overrides_close(&overrides);
     return code;
   }
   plan.overrides = &overrides.texts;
-  status = flesh_drift_make_scenes(count, argv + 1, elements, refine, &plan);
+  plan.out = plan.options.out;
+  int shard, shards;
+  status = flesh_study_read_shard(plan.options.shard, &shard, &shards);
+  if (!status) status = flesh_drift_make_scenes(count, argv + 1, elements, refine, &plan);
   if (!status) status = read_energies(energies, variants, &plan.variant_count);
   if (!status) status = read_poissons(poissons, ratios, &plan.poisson_count);
   if (!status) status = read_solvers(solvers, solver_list, &plan.solver_count);
   flesh_interrupt_watch();
   if (!status) status = prepare(&plan);
-  plan.jobs = flesh_pool_jobs(plan.ranks, plan.jobs);
-  const flesh_pool_cases cases = flesh_drift_pool_cases(&plan);
-  code = flesh_pool_lead(plan.ranks, "drift", status, plan.jobs, &cases, compare, &plan);
-  flesh_ranks_close(&plan.ranks);
+  plan.options.jobs = flesh_pool_jobs(plan.options.ranks, plan.options.jobs);
+  const flesh_study study = flesh_drift_study(&plan);
+  const flesh_study_work given = {&study, NULL};
+  const flesh_pool_cases cases = flesh_study_pool_cases(&given);
+  code = flesh_pool_lead(plan.options.ranks, "drift", status, plan.options.jobs, &cases, compare, &plan);
+  flesh_ranks_close(&plan.options.ranks);
   free(plan.scenes);
   free(plan.cases);
   flesh_overrides_close(&overrides);

@@ -8,7 +8,8 @@
 #include "flesh/scene.h"
 #include "cli/options.h"
 #include "cli/overrides.h"
-#include "pool/pool.h"
+#include "study/fingerprint.h"
+#include "study/study.h"
 
 typedef enum flesh_drift_solver {
   FLESH_DRIFT_GUARDED, /* the scene's own solver */
@@ -25,7 +26,7 @@ typedef struct flesh_drift_variant {
 typedef struct flesh_drift_case {
   int scene, variant, poisson; /* indices into the plan; a scene is one on one mesh with one element */
   flesh_drift_solver solver;
-  /* Figures; NaN where there is none. Plain data: they come through a pipe from the process that ran it. */
+  /* Figures; NaN where there is none.  */
   struct flesh_drift_figures {
     int status, exit_code, element, tets, nodes, steps, max_inverted, final_inverted, first_inverted_step, first_bound_step;
     double max_volume_drift, final_volume_drift, rest_volume_ratio, rest_volume_ratio_theory, J_min, J_bound;
@@ -43,11 +44,14 @@ typedef struct flesh_drift_scene {
   char name[96];    /* unique and short */
   char element[16]; /* body.element; empty: as the scene says */
   char refine[16];  /* body.refine; likewise */
+  char fingerprint[FLESH_STUDY_FINGERPRINT];
   int point_load;   /* something pulls at single nodes: its figures do not converge under refinement */
 } flesh_drift_scene;
 
 typedef struct flesh_drift_plan {
+  flesh_study_options options; /* folder, ranks, jobs, shard */
   const char *out;
+  char fingerprint[120]; /* of what all cases have in common */
   int scene_count;           /* files x elements x refinements */
   flesh_drift_scene *scenes; /* [scene_count] */
   int variant_count;
@@ -58,9 +62,7 @@ typedef struct flesh_drift_plan {
   const flesh_drift_solver *solvers;
   const flesh_texts *overrides;
   double max_seconds; /* per case; 0: no limit */
-  flesh_ranks *ranks; /* that share out the cases; NULL: none */
-  int jobs;           /* at a time, on each rank */
-  int case_count, done; /* of them have ended */
+  int case_count;
   flesh_drift_case *cases; /* scenes x poissons x variants x solvers, in this order */
 } flesh_drift_plan;
 
@@ -75,11 +77,13 @@ void flesh_drift_case_folder(const flesh_drift_plan *plan, const flesh_drift_cas
 /* "complete", "undefined", "not converged", "non-finite", "out of budget", "interrupted", "crashed". */
 const char *flesh_drift_status_word(const flesh_drift_case *c);
 
-/* Runs every case in a process of its own, plan->jobs at a time; a case that fails is a row. FLESH_ERR_INTERRUPTED
- * when a signal ended the comparison: the cases that were done stand. */
+/* Runs a case in this process. */
+void flesh_drift_run_case(const flesh_drift_plan *plan, const flesh_drift_case *c, struct flesh_drift_figures *figures);
+/* The plan as a study, whose records it takes. Borrows it. */
+flesh_study flesh_drift_study(flesh_drift_plan *plan);
+/* Runs every case that is not done; a case that fails is a row. FLESH_ERR_INTERRUPTED when a signal ended the comparison:
+ * the cases that were done stand. */
 int flesh_drift_run(flesh_drift_plan *plan);
-/* How each is done. Borrows the plan. */
-flesh_pool_cases flesh_drift_pool_cases(const flesh_drift_plan *plan);
 
 /* drift.csv and the table on stdout. */
 int flesh_drift_write_table(const flesh_drift_plan *plan);

@@ -1,14 +1,12 @@
-/* run.c: runs the cases of a drift comparison, each in its own process. */
+/* run.c: runs a case of a drift comparison. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "base/confine.h"
 #include "base/error.h"
 #include "drift/drift.h"
-#include "cli/interrupt.h"
 #include "cli/overrides.h"
 #include "run/runner.h"
 
@@ -203,8 +201,7 @@ static void note_run(const flesh_figures *figures, const flesh_outcome *outcome,
   f->event_drift = w->event.drift;
 }
 
-static void run_case(const flesh_drift_plan *plan, const flesh_drift_case *c,
-                     struct flesh_drift_figures *f)
+void flesh_drift_run_case(const flesh_drift_plan *plan, const flesh_drift_case *c, struct flesh_drift_figures *f)
 {
   char folder[256], path[1400], state_path[1500];
   flesh_scene *scene = NULL;
@@ -248,56 +245,4 @@ static void run_case(const flesh_drift_plan *plan, const flesh_drift_case *c,
   flesh_figures_close(&figures);
   flesh_scene_destroy(&scene);
   close_watcher(&w);
-}
-
-static void work(const void *data, int number, flesh_text *answer)
-{
-  const flesh_drift_plan *plan = data;
-  struct flesh_drift_figures figures = plan->cases[number].figures;
-  run_case(plan, &plan->cases[number], &figures);
-  flesh_text_append(answer, (const char *)&figures, sizeof figures);
-}
-
-flesh_pool_cases flesh_drift_pool_cases(const flesh_drift_plan *plan) { return (flesh_pool_cases){work, plan, 0}; }
-
-static void show_progress(const flesh_drift_plan *plan, const flesh_drift_case *c)
-{
-  char title[16];
-  if (!isatty(STDERR_FILENO)) return;
-  flesh_drift_variant_title(plan->variants[c->variant], title);
-  fprintf(stderr, "\r\033[K%d of %d  %s, %s, poisson %g, %s: %s", plan->done, plan->case_count,
-          plan->scenes[c->scene].name, title, plan->poissons[c->poisson], flesh_drift_solver_name(c->solver),
-          flesh_drift_status_word(c));
-  if (plan->done == plan->case_count) fputs("\r\033[K", stderr);
-  fflush(stderr);
-}
-
-static int collect(void *data, const flesh_pool_end *end)
-{
-  flesh_drift_plan *plan = data;
-  flesh_drift_case *c = &plan->cases[end->number];
-  const int crashed = flesh_pool_take(end, &c->figures, sizeof c->figures);
-  if (crashed && !flesh_interrupt_signal()) {
-    c->figures.status = FLESH_ERR_SOLVE;
-    c->figures.crashed_by = crashed;
-  }
-  plan->done++;
-  show_progress(plan, c);
-  return FLESH_OK;
-}
-
-int flesh_drift_run(flesh_drift_plan *plan)
-{
-  const flesh_pool_cases cases = flesh_drift_pool_cases(plan);
-  flesh_pool *pool;
-  int status = flesh_pool_open(plan->ranks, plan->jobs, plan->case_count, &cases, &pool);
-  if (!status) status = flesh_pool_run(pool, 0, plan->case_count, NULL, collect, plan);
-  flesh_pool_close(&pool);
-  if (!status && flesh_interrupt_signal())
-    status = flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted after %d of %d cases", plan->done, plan->case_count);
-  /* The rest volume that the first solver's case found holds for its siblings, which follow it. */
-  for (int k = 0; k < plan->case_count; k++)
-    if (k % plan->solver_count)
-      plan->cases[k].figures.rest_volume_ratio = plan->cases[k - k % plan->solver_count].figures.rest_volume_ratio;
-  return status;
 }

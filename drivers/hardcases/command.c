@@ -43,8 +43,7 @@ static const char details[] = "Puts bodies through what breaks elastic solvers: 
                               "equilibrium, by each element,\n"
                               "Poisson's ratio, mesh, seed and treatment of negative eigenvalues (--solvers). "
                               "verdict.txt and profiles.csv, .png then\n"
-                              "have performance profiles (Dolan & More 2002), and what was run is not run again by the "
-                              "same command.\n\n"
+                              "have performance profiles (Dolan & More 2002).\n\n"
                               "With --ablation every run is made by the default solver and without each of its techniques "
                               "(solver.techniques).\n"
                               "verdict.txt and ablation.csv then have what each is worth: runs that fail, iterations and "
@@ -184,9 +183,10 @@ static int check_written(const flesh_hardcases_plan *plan)
 static int run_and_draw(flesh_hardcases_plan *plan)
 {
   printf("%d runs: %d cases, %d settings; %d at a time\n", plan->run_count, plan->case_count,
-         plan->setting_count, flesh_pool_places(plan->ranks, plan->jobs, plan->run_count));
+         plan->setting_count, flesh_pool_places(plan->options.ranks, plan->options.jobs, plan->run_count));
   fflush(stdout);
-  int ran = flesh_hardcases_run_all(plan);
+  const flesh_study study = flesh_hardcases_study(plan);
+  int ran = flesh_study_do(&study, &plan->options);
   char words[1024];
   snprintf(words, sizeof words, "%s", flesh_error_text());
   int status = flesh_hardcases_write_csv(plan);
@@ -273,7 +273,7 @@ static int choose(request *asked, flesh_hardcases_lists *l, choice *chosen, fles
   if (plan->ablation && asked->solvers && !(strstr(asked->solvers, "default") && strstr(asked->solvers, "without-")))
     return flesh_fail(FLESH_ERR_ARGUMENT, "--solvers is '%s'; with --ablation it must have default and a without-TECHNIQUE",
                       asked->solvers);
-  plan->resumes = plan->filters || plan->shapes || plan->ablation;
+  plan->lean = plan->filters || plan->shapes || plan->ablation;
   if (plan->filters) choose_filters(asked, plan);
   if (plan->shapes) choose_shapes(asked);
   if (plan->ablation) choose_ablation(asked);
@@ -314,20 +314,25 @@ static int choose_and_batter(request *asked, room *room, flesh_hardcases_plan *p
 {
   int status = choose(asked, &room->lists, &room->chosen, room->settings, plan);
   flesh_interrupt_watch();
+  flesh_study_options *options = &plan->options;
+  int shard, shards;
+  if (!status) status = flesh_study_read_shard(options->shard, &shard, &shards);
   if (!status) status = make_runs(plan);
-  plan->jobs = flesh_pool_jobs(plan->ranks, plan->jobs);
-  const flesh_pool_cases cases = flesh_hardcases_pool_cases(plan);
-  return flesh_pool_lead(plan->ranks, "hardcases", status, plan->jobs, &cases, batter, plan);
+  plan->out = options->out;
+  options->jobs = flesh_pool_jobs(options->ranks, options->jobs);
+  const flesh_study study = flesh_hardcases_study(plan);
+  const flesh_study_work given = {&study, NULL};
+  const flesh_pool_cases cases = flesh_study_pool_cases(&given);
+  return flesh_pool_lead(options->ranks, "hardcases", status, options->jobs, &cases, batter, plan);
 }
 
 int flesh_command_hardcases(int argc, char **argv)
 {
   request asked = {.steps = "1/60", .cases = "*"};
-  int list = 0;
   room *room = calloc(1, sizeof *room);
   flesh_overrides overrides;
-  flesh_hardcases_plan plan = {.out = "out/hardcases"};
-  int status = flesh_ranks_open(&plan.ranks);
+  flesh_hardcases_plan plan = {.options = {.out = "out/hardcases"}};
+  int list = 0, count, code, status = flesh_ranks_open(&plan.options.ranks);
   if (!status) status = flesh_overrides_open(&overrides, argc);
   if (!status && !room) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   if (status) return flesh_command_fail("hardcases", status);
@@ -350,33 +355,34 @@ int flesh_command_hardcases(int argc, char **argv)
       {"filters", NULL, FLESH_OPTION_SWITCH, &plan.filters,
        "compare eigenvalue filters in statics by performance profiles, which see"},
       {"shapes", NULL, FLESH_OPTION_SWITCH, &plan.shapes,
-       "put the bodies of --meshes (default 8x4x4) through what any shape can go through; resumes"},
+       "put the bodies of --meshes (default 8x4x4) through what any shape can go through"},
       {"ablation", NULL, FLESH_OPTION_SWITCH, &plan.ablation,
-       "compare the default with itself without each technique; also with --shapes; resumes"},
+       "compare the default with itself without each technique; also with --shapes"},
       {"meshes", "LIST", FLESH_OPTION_TEXT, &asked.meshes,
-       "cells of blocks, as in 8x4x2, or mesh files whose flat face of least x is held, in place of\n"
-       "                         the cases' own"},
+       "cells of blocks, as in 8x4x2, or mesh files whose flat face of least x is held, not the cases' own"},
       {"quick", NULL, FLESH_OPTION_SWITCH, &plan.quick, "smaller meshes and fewer settings: minutes"},
       {"max-seconds", "S", FLESH_OPTION_POSITIVE, &plan.max_seconds,
        "budget of each phase of a run (default 30; 15 with --quick)"},
       {"set", "KEY=VALUE", FLESH_OPTION_LIST, &overrides.texts,
        "a value of all scenes, as in --set solver.max_newton=50"},
-      {"out", "DIR", FLESH_OPTION_TEXT, &plan.out, "folder of the results (default out/hardcases)"},
-      {"jobs", "N", FLESH_OPTION_COUNT, &plan.jobs,
+      {"out", "DIR", FLESH_OPTION_TEXT, &plan.options.out, "folder of the results (default out/hardcases)"},
+      {"jobs", "N", FLESH_OPTION_COUNT, &plan.options.jobs,
        "runs at a time, on each rank (default: the processors; on several ranks 1)"},
+      {"resume", NULL, FLESH_OPTION_SWITCH, &plan.options.resume,
+       "go on with DIR/hardcases.db, also with further cases and settings, or begin"},
+      {"shard", "I/N", FLESH_OPTION_TEXT, &plan.options.shard, "only every N-th run from the I-th on, counted from 1"},
       {"list", NULL, FLESH_OPTION_SWITCH, &list, "print the cases and end"},
       {0}};
   const flesh_usage usage = {"hardcases", "", "Runs the battery of hard cases.", details, 0, 0, rows, NULL,
                              FLESH_EXITS_OF_INTERRUPTS};
-  int count, code = flesh_ranks_read_options(plan.ranks, &usage, argc, argv, &count);
-  if (code == FLESH_OPTIONS_GO_ON && list) code = flesh_ranks_first(plan.ranks) ? list_cases(plan.filters, plan.shapes) : 0;
+  code = flesh_ranks_read_options(plan.options.ranks, &usage, argc, argv, &count);
+  if (code == FLESH_OPTIONS_GO_ON && list) code = flesh_ranks_first(plan.options.ranks) ? list_cases(plan.filters, plan.shapes) : 0;
   if (code != FLESH_OPTIONS_GO_ON) goto done;
   plan.overrides = &overrides.texts;
   code = choose_and_batter(&asked, room, &plan);
 done:
-  flesh_ranks_close(&plan.ranks);
-  free(plan.runs);
-  free(room);
+  flesh_ranks_close(&plan.options.ranks);
+  free(plan.runs), free(room);
   flesh_overrides_close(&overrides);
   return code;
 }

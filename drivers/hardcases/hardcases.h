@@ -8,7 +8,7 @@
 #include "flesh/solver.h"
 #include "run/longest_step.h"
 #include "cli/options.h"
-#include "pool/pool.h"
+#include "study/study.h"
 #include "hardcases/cases.h"
 
 typedef enum flesh_hardcases_solver {
@@ -111,13 +111,14 @@ typedef struct flesh_hardcases_run {
 } flesh_hardcases_run;
 
 typedef struct flesh_hardcases_plan {
+  flesh_study_options options; /* folder, ranks, jobs, shard */
   const char *out;
-  flesh_ranks *ranks; /* that share out the runs; NULL: none */
-  int quick, jobs;    /* jobs: at a time, on each rank */
+  char fingerprint[1024]; /* of what all runs have in common */
+  int quick;
   int filters;  /* compares eigenvalue filters */
   int shapes;   /* puts the bodies of --meshes through the cases that any shape can go through */
   int ablation; /* compares the default with itself without each technique */
-  int resumes;  /* runs are kept, and taken up again by the same command: with any of the three */
+  int lean;     /* runs that recover leave no mesh and no state: with any of the three, of thousands of runs */
   double max_seconds; /* per run and phase */
   const flesh_texts *overrides;
   int case_count;
@@ -125,7 +126,7 @@ typedef struct flesh_hardcases_plan {
   int setting_count;
   const flesh_hardcases_setting *settings;
   int seeds;
-  int run_count, done; /* of them have ended, or had before */
+  int run_count;
   flesh_hardcases_run *runs; /* settings x cases x seeds, in this order */
 } flesh_hardcases_plan;
 
@@ -177,18 +178,11 @@ int flesh_hardcases_write_scene(const flesh_hardcases_plan *plan, const flesh_ha
 void flesh_hardcases_run_one(const flesh_hardcases_plan *plan, const flesh_hardcases_run *run,
                              flesh_hardcases_figures *figures);
 
-/* Runs all, each in a process of its own, plan->jobs at a time on each rank. FLESH_ERR_INTERRUPTED when a signal ended
- * the battery: the runs that were done stand. */
-int flesh_hardcases_run_all(flesh_hardcases_plan *plan);
-/* How each is done. Borrows the plan. */
-flesh_pool_cases flesh_hardcases_pool_cases(const flesh_hardcases_plan *plan);
+/* The outcome by the run's figures. */
+flesh_hardcases_outcome flesh_hardcases_judge(const flesh_hardcases_run *run);
 
-/* Keeps the figures of a run that has ended in its folder, for a battery that goes on from there. What cannot be
- * written is run again. */
-void flesh_hardcases_keep(const flesh_hardcases_plan *plan, const flesh_hardcases_run *run);
-/* Takes a run's outcome and figures from there if it ran with the same settings, options, budget and version; returns
- * whether it did. */
-int flesh_hardcases_recall(const flesh_hardcases_plan *plan, flesh_hardcases_run *run);
+/* The plan as a study, whose records it takes. Borrows it. */
+flesh_study flesh_hardcases_study(flesh_hardcases_plan *plan);
 
 /* Writes the results of --filters: performance profiles as profiles.csv and profiles.png, the verdicts as verdict.txt
  * and on stdout. */

@@ -1,6 +1,5 @@
-/* run.c: runs the cases of the battery, each in its own process with a budget. */
+/* run.c: runs a case of the battery and judges what came of it. */
 #include <math.h>
-#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -138,7 +137,7 @@ done:
   flesh_scene_destroy(&scene);
 }
 
-static flesh_hardcases_outcome judge(const flesh_hardcases_run *run)
+flesh_hardcases_outcome flesh_hardcases_judge(const flesh_hardcases_run *run)
 {
   const flesh_hardcases_figures *f = &run->figures;
   if (f->crashed_by) return FLESH_HARDCASES_CRASHED;
@@ -161,79 +160,4 @@ static flesh_hardcases_outcome judge(const flesh_hardcases_run *run)
   if (kept && f->rank < 2 && f->end != FLESH_HARDCASES_END_MOVING) return FLESH_HARDCASES_EQUILIBRIUM;
   if (!is_back(f)) return f->stressed_rest > 0 ? FLESH_HARDCASES_AT_REST : FLESH_HARDCASES_NOT_RECOVERED;
   return f->untanglings ? FLESH_HARDCASES_UNTANGLED : FLESH_HARDCASES_RECOVERED;
-}
-
-static void work(const void *data, int number, flesh_text *answer)
-{
-  const flesh_hardcases_plan *plan = data;
-  flesh_hardcases_figures figures = plan->runs[number].figures;
-  flesh_hardcases_run_one(plan, &plan->runs[number], &figures);
-  flesh_text_append(answer, (const char *)&figures, sizeof figures);
-}
-
-flesh_pool_cases flesh_hardcases_pool_cases(const flesh_hardcases_plan *plan)
-{
-  /* Two phases, and time to judge the end. */
-  return (flesh_pool_cases){work, plan, plan->max_seconds > 0 ? 3 * plan->max_seconds + 20 : 0};
-}
-
-static void note(const flesh_hardcases_plan *plan, flesh_hardcases_run *run, int crashed)
-{
-  flesh_hardcases_figures *f = &run->figures;
-  if (crashed && flesh_interrupt_signal()) return; /* ended with the battery: not run */
-  if (crashed) {
-    f->status = FLESH_ERR_SOLVE;
-    f->exit_code = 1;
-    f->crashed_by = crashed;
-    if (crashed == SIGKILL)
-      snprintf(f->message, sizeof f->message,
-               "killed: no step ended within its time, or something else ended it");
-    else
-      snprintf(f->message, sizeof f->message, "ended by signal %d (%s)", crashed,
-               crashed > 0 ? strsignal(crashed) : "exit");
-  }
-  run->outcome = judge(run);
-  if (plan->resumes && run->outcome != FLESH_HARDCASES_NOT_RUN) flesh_hardcases_keep(plan, run);
-}
-
-static void show_progress(const flesh_hardcases_plan *plan, const flesh_hardcases_run *run)
-{
-  char title[112];
-  if (!isatty(STDERR_FILENO)) return;
-  flesh_hardcases_setting_title(run->setting, title);
-  fprintf(stderr, "\r\033[K%d of %d  %s, %s: %s", plan->done, plan->run_count, run->row->name, title,
-          flesh_hardcases_outcome_name(run->outcome));
-  if (plan->done == plan->run_count) fputs("\r\033[K", stderr);
-  fflush(stderr);
-}
-
-/* Whether an earlier battery has done the run, which is then left out. */
-static int is_done(void *data, int number)
-{
-  flesh_hardcases_plan *plan = data;
-  const int recalled = plan->resumes && flesh_hardcases_recall(plan, &plan->runs[number]);
-  plan->done += recalled;
-  return recalled;
-}
-
-static int collect(void *data, const flesh_pool_end *end)
-{
-  flesh_hardcases_plan *plan = data;
-  flesh_hardcases_run *run = &plan->runs[end->number];
-  note(plan, run, flesh_pool_take(end, &run->figures, sizeof run->figures));
-  plan->done++;
-  show_progress(plan, run);
-  return FLESH_OK;
-}
-
-int flesh_hardcases_run_all(flesh_hardcases_plan *plan)
-{
-  const flesh_pool_cases cases = flesh_hardcases_pool_cases(plan);
-  flesh_pool *pool;
-  int status = flesh_pool_open(plan->ranks, plan->jobs, plan->run_count, &cases, &pool);
-  if (!status) status = flesh_pool_run(pool, 0, plan->run_count, is_done, collect, plan);
-  flesh_pool_close(&pool);
-  if (!status && flesh_interrupt_signal())
-    status = flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted after %d of %d runs", plan->done, plan->run_count);
-  return status;
 }

@@ -1,4 +1,4 @@
-/* case.c: one case of a sweep: what it sets, and its run in a process of its own. */
+/* case.c: a sweep as a study: what each of its cases sets, and how it is done in a process of its own. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -19,7 +19,7 @@
 #include "cli/json_memory.h"
 
 /* Takes the text, "KEY=VALUE". */
-static int add_override(flesh_sweep_case *made, char *text)
+static int add_override(flesh_study_case *made, char *text)
 {
   if (!text) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   made->overrides[made->count++] = text;
@@ -33,9 +33,9 @@ static char *override_of(const char *key, const char *value)
   return text;
 }
 
-static void choose_values(const flesh_sweep *sweep, flesh_sweep_case *made)
+static void choose_values(const flesh_sweep *sweep, long number, flesh_study_case *made)
 {
-  long left = made->id - 1;
+  long left = number;
   made->repeat = (int)(left % sweep->repeats) + 1;
   left /= sweep->repeats;
   for (int g = sweep->group_count - 1; g >= 0; g--) {
@@ -48,12 +48,20 @@ static void choose_values(const flesh_sweep *sweep, flesh_sweep_case *made)
   }
 }
 
-int flesh_sweep_case_make(const flesh_sweep *sweep, int id, flesh_sweep_case *made)
+static void free_case(flesh_study_case *made)
 {
-  *made = (flesh_sweep_case){.id = id, .scene = sweep->scene};
+  for (int k = 0; k < made->count; k++) free((char *)made->overrides[k]);
+  free(made->overrides);
+  *made = (flesh_study_case){0};
+}
+
+static int make_case(const void *data, int number, flesh_study_case *made)
+{
+  const flesh_sweep *sweep = ((const flesh_sweep_work *)data)->sweep;
+  *made = (flesh_study_case){.scene = sweep->scene};
   made->overrides = calloc((size_t)(sweep->set_count + sweep->column_count + 1), sizeof *made->overrides);
   int status = made->overrides ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  if (!status) choose_values(sweep, made);
+  if (!status) choose_values(sweep, number, made);
   for (int s = 0; s < sweep->set_count && !status; s++) status = add_override(made, strdup(sweep->set[s]));
   for (int c = 0; c < sweep->column_count && !status; c++) {
     const char *key = sweep->columns[c].key;
@@ -65,27 +73,21 @@ int flesh_sweep_case_make(const flesh_sweep *sweep, int id, flesh_sweep_case *ma
     snprintf(seed, sizeof seed, "%d", sweep->seed + made->repeat - 1);
     status = add_override(made, override_of("output.seed", seed));
   }
-  if (status) flesh_sweep_case_free(made);
+  if (status) free_case(made);
   return status;
 }
 
-void flesh_sweep_case_free(flesh_sweep_case *made)
-{
-  for (int k = 0; k < made->count; k++) free((char *)made->overrides[k]);
-  free(made->overrides);
-  *made = (flesh_sweep_case){0};
-}
-
 /* The scene as the case will read it; hardcases has scenes of its own. */
-static int build(const flesh_sweep *sweep, int id)
+static int build(const flesh_sweep *sweep, int number)
 {
-  flesh_sweep_case c;
+  const flesh_sweep_work given = {sweep, NULL};
+  flesh_study_case c;
   flesh_scene *scene = NULL;
-  int status = flesh_sweep_case_make(sweep, id, &c);
+  int status = make_case(&given, number, &c);
   if (status) return status;
   if (c.scene) status = flesh_scene_read(c.scene, c.count, c.overrides, &scene);
   flesh_scene_destroy(&scene);
-  flesh_sweep_case_free(&c);
+  free_case(&c);
   return status;
 }
 
@@ -93,8 +95,8 @@ int flesh_sweep_case_try(const flesh_sweep *sweep, int shard, int shards)
 {
   char first[900] = "";
   int cases = 0, refused = FLESH_OK;
-  for (int id = shard; id <= sweep->case_count; id += shards, cases++) {
-    int status = build(sweep, id);
+  for (int number = shard - 1; number < sweep->case_count; number += shards, cases++) {
+    int status = build(sweep, number);
     if (!status || status == FLESH_ERR_MEMORY || flesh_interrupt_signal()) return FLESH_OK;
     if (refused) continue;
     refused = status;
@@ -111,7 +113,7 @@ static json_t *refused(int status)
                    flesh_exit_code(status), "message", flesh_json_text(flesh_error_text()), "result");
 }
 
-static json_t *run_scene(const flesh_sweep *sweep, const flesh_sweep_case *c, const char *folder)
+static json_t *run_scene(const flesh_sweep *sweep, const flesh_study_case *c, const char *folder)
 {
   flesh_scene *scene = NULL;
   flesh_figures figures = {0};
@@ -184,7 +186,7 @@ static json_t *read_table(const char *path)
 }
 
 /* drift, accuracy and hardcases write tables; their rows go to the database. */
-static json_t *run_command(const flesh_sweep *sweep, const flesh_sweep_case *c, const char *folder)
+static json_t *run_command(const flesh_sweep *sweep, const flesh_study_case *c, const char *folder)
 {
   static int (*const commands[])(int, char **) = {NULL, flesh_command_drift, flesh_command_accuracy,
                                                   flesh_command_hardcases};
@@ -225,7 +227,80 @@ static json_t *run_command(const flesh_sweep *sweep, const flesh_sweep_case *c, 
   return record;
 }
 
-json_t *flesh_sweep_case_run(const flesh_sweep *sweep, const flesh_sweep_case *c, const char *folder)
+static char *case_folder(const void *data, int number)
 {
-  return sweep->command == FLESH_SWEEP_RUN ? run_scene(sweep, c, folder) : run_command(sweep, c, folder);
+  const flesh_sweep_work *given = data;
+  char *folder = flesh_sweep_has_folders(given->sweep) ? malloc(strlen(given->out) + 40) : NULL;
+  if (folder) sprintf(folder, "%s/cases/%06d", given->out, number + 1);
+  return folder;
+}
+
+static json_t *run_case(const void *data, int number, const char *folder)
+{
+  const flesh_sweep *sweep = ((const flesh_sweep_work *)data)->sweep;
+  flesh_study_case c;
+  if (flesh_sweep_has_folders(sweep) && !folder) {
+    flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+    return refused(FLESH_ERR_MEMORY);
+  }
+  const int status = make_case(data, number, &c);
+  if (status) return refused(status);
+  json_t *record = sweep->command == FLESH_SWEEP_RUN ? run_scene(sweep, &c, folder) : run_command(sweep, &c, folder);
+  free_case(&c);
+  return record;
+}
+
+/* Figures of result.json and the energies of the first case's scene, as "name" and "energies.name". */
+static json_t *figure_names(const void *data)
+{
+  const flesh_sweep *sweep = ((const flesh_sweep_work *)data)->sweep;
+  json_t *names = json_array(), *figures = NULL, *value;
+  flesh_scene *scene = NULL;
+  flesh_figures empty = {0};
+  const char *key, *inner;
+  flesh_study_case c;
+  if (sweep->command != FLESH_SWEEP_RUN || make_case(data, 0, &c)) return names;
+  if (!flesh_scene_read(c.scene, c.count, c.overrides, &scene) &&
+      !flesh_figures_open(&empty, flesh_scene_system(scene)))
+    figures = flesh_figures_json(&empty, flesh_scene_system(scene));
+  json_object_foreach(figures, key, value) {
+    json_t *below;
+    if (!json_is_object(value)) json_array_append_new(names, json_string(key));
+    else json_object_foreach(value, inner, below) json_array_append_new(names, json_sprintf("energies.%s", inner));
+  }
+  json_decref(figures);
+  flesh_figures_close(&empty);
+  flesh_scene_destroy(&scene);
+  free_case(&c);
+  return names;
+}
+
+flesh_study flesh_sweep_study(const flesh_sweep_work *given)
+{
+  /* Time after the end of its budget within which a case must end, s; it stops by itself between two steps, and is
+   * killed later. */
+  static const double grace = 2;
+  const flesh_sweep *sweep = given->sweep;
+  return (flesh_study){.name = "sweep",
+                       .command = flesh_sweep_commands[sweep->command],
+                       .text = sweep->text,
+                       .path = sweep->path,
+                       .fingerprint = sweep->fingerprint,
+                       .different = "the spec or the scene it names has changed since, in more than the values of axes; "
+                                    "undo that",
+                       .column_count = sweep->column_count,
+                       .columns = sweep->described,
+                       .repeats = sweep->repeats,
+                       .derived_count = sweep->derived_count,
+                       .derived = sweep->derived,
+                       .case_count = sweep->case_count,
+                       .max_seconds = sweep->max_seconds > 0 ? sweep->max_seconds + grace : 0,
+                       .budget = sweep->max_seconds,
+                       .asks = 1,
+                       .data = given,
+                       .make = make_case,
+                       .unmake = free_case,
+                       .figures = figure_names,
+                       .work = run_case,
+                       .folder = case_folder};
 }

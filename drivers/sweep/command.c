@@ -43,18 +43,9 @@ static char *make_details(void)
   if (!stream) return NULL;
   fputs(details, stream);
   flesh_sweep_describe_keys(stream);
-  fprintf(stream, "\n%s", flesh_sweep_schema_text);
+  fprintf(stream, "\n%s", flesh_study_schema_text);
   fclose(stream);
   return text;
-}
-
-/* "2/8": counted from 1. */
-static int read_shard(const char *text, int *shard, int *shards)
-{
-  char end;
-  if (!text) return FLESH_OK;
-  if (sscanf(text, "%d/%d%c", shard, shards, &end) == 2 && *shard >= 1 && *shard <= *shards) return FLESH_OK;
-  return flesh_fail(FLESH_ERR_ARGUMENT, "--shard is '%s'; it must be i/n with i from 1 to n, as in 2/8", text);
 }
 
 static void print_plan(const flesh_sweep *sweep, int shard, int shards)
@@ -77,11 +68,11 @@ static void print_plan(const flesh_sweep *sweep, int shard, int shards)
   if (sweep->max_seconds > 0) printf("budget of each case: %g s\n", sweep->max_seconds);
 }
 
-static void report(flesh_sweep_store *store)
+static void report(flesh_study_store *store)
 {
   sqlite3_stmt *query;
-  printf("%d cases:", flesh_sweep_store_count(store, NULL));
-  if (!sqlite3_prepare_v2(store->database, "SELECT status, count(*) FROM cases GROUP BY status ORDER BY 2 DESC", -1,
+  printf("%d cases:", flesh_study_store_count(store, NULL));
+  if (!sqlite3_prepare_v2(store->database, "SELECT status, count(*) FROM temp.wanted JOIN cases USING (id) GROUP BY status ORDER BY 2 DESC", -1,
                           &query, NULL))
     for (int k = 0; sqlite3_step(query) == SQLITE_ROW; k++)
       printf("%s %d %s", k ? "," : "", sqlite3_column_int(query, 1), sqlite3_column_text(query, 0));
@@ -90,52 +81,47 @@ static void report(flesh_sweep_store *store)
 }
 
 typedef struct settings {
-  flesh_ranks *ranks; /* NULL: none */
-  const char *out, *given_shard;
   int shard, shards;
-  int jobs, resume, dry, quiet, argc;
-  char **argv;
+  int dry;
+  flesh_study_options options;
   flesh_sweep sweep;
+  flesh_study study;
 } settings;
 
 /* Into the database that is open. */
-static int sweep_into(settings *set, flesh_sweep_store *store)
+static int sweep_into(settings *set, flesh_study_store *store)
 {
-  const flesh_sweep_run_options options = {.ranks = set->ranks, .jobs = set->jobs, .quiet = set->quiet, .out = set->out};
-  const flesh_sweep_work given = {&set->sweep, set->out, store};
-  int status = flesh_sweep_run(&given, store, &options);
+  int status = flesh_study_run(&set->study, store, &set->options);
   char words[1024];
   snprintf(words, sizeof words, "%s", flesh_error_text());
-  int viewed = flesh_sweep_store_make_views(store);
+  int viewed = flesh_study_store_make_views(store);
   if (status) flesh_fail(status, "%s", words);
   else status = viewed;
-  if (!set->quiet) report(store);
-  return status ? status : flesh_sweep_store_judge(store);
+  if (!set->options.quiet) report(store);
+  return status ? status : flesh_study_store_judge(store);
 }
 
 /* On the first rank; the exit code. */
 static int sweep_all(void *data)
 {
   settings *set = data;
-  flesh_sweep_store store = {.lock = -1};
-  char *database = malloc(strlen(set->out) + 16);
+  flesh_study_store store = {.lock = -1};
   int status = FLESH_OK;
   if (set->dry) {
     print_plan(&set->sweep, set->shard, set->shards);
-    free(database);
     return 0;
   }
-  if (database) sprintf(database, "%s/sweep.db", set->out);
+  char *database = flesh_study_path(set->options.out, set->study.name);
   if (database && !flesh_path_is_file(database)) status = flesh_sweep_case_try(&set->sweep, set->shard, set->shards);
-  if (!status) status = database ? flesh_folder_make(set->out) : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  if (!status) {
-    flesh_folder_clear(set->out);
-    status = flesh_sweep_store_open(database, &set->sweep, set->shard, set->shards, set->resume, set->argc, set->argv,
-                                    &store);
-  }
+  if (!status)
+    status = database ? flesh_folder_make(set->options.out) : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   free(database);
+  if (!status) {
+    flesh_folder_clear(set->options.out);
+    status = flesh_study_store_open(&set->study, &set->options, &store);
+  }
   if (!status) status = sweep_into(set, &store);
-  flesh_sweep_store_close(&store);
+  flesh_study_store_close(&store);
   const int code = status ? flesh_command_fail("sweep", status) : 0;
   return status == FLESH_ERR_INTERRUPTED ? flesh_interrupt_exit_code() : code;
 }
@@ -144,17 +130,19 @@ static int sweep_all(void *data)
 static int read_and_sweep(const char *path, settings *set)
 {
   flesh_interrupt_watch();
-  int status = read_shard(set->given_shard, &set->shard, &set->shards);
+  const flesh_sweep_work given = {&set->sweep, set->options.out};
+  int status = flesh_study_read_shard(set->options.shard, &set->shard, &set->shards);
   if (!status) status = flesh_sweep_read(path, &set->sweep);
-  if (!status) status = flesh_sweep_store_check(&set->sweep);
-  if (!status) status = flesh_confine(set->out);
+  set->study = flesh_sweep_study(&given);
+  if (!status) status = flesh_study_store_check(&set->study);
+  if (!status) status = flesh_confine(set->options.out);
   const char *print = status ? "" : set->sweep.fingerprint;
-  const int same = flesh_ranks_same(set->ranks, flesh_archive_sum(0, print, strlen(print)), "another sweep");
+  const int same = flesh_ranks_same(set->options.ranks, flesh_archive_sum(0, print, strlen(print)), "another sweep");
   if (!status) status = same;
-  set->jobs = flesh_pool_jobs(set->ranks, set->jobs);
-  const flesh_sweep_work given = {&set->sweep, set->out, NULL};
-  const flesh_pool_cases cases = flesh_sweep_pool_cases(&given);
-  const int code = flesh_pool_lead(set->ranks, "sweep", status, set->jobs, &cases, sweep_all, set);
+  set->options.jobs = flesh_pool_jobs(set->options.ranks, set->options.jobs);
+  const flesh_study_work work = {&set->study, NULL};
+  const flesh_pool_cases cases = flesh_study_pool_cases(&work);
+  const int code = flesh_pool_lead(set->options.ranks, "sweep", status, set->options.jobs, &cases, sweep_all, set);
   flesh_sweep_close(&set->sweep);
   return code;
 }
@@ -167,29 +155,29 @@ int flesh_command_sweep(int argc, char **argv)
                                            {0}};
   for (const flesh_subcommand *verb = verbs; argc > 1 && verb->name; verb++)
     if (!strcmp(argv[1], verb->name)) return verb->run(argc - 1, argv + 1);
-  settings set = {.out = "out/sweep", .shard = 1, .shards = 1};
-  const int joined = flesh_ranks_open(&set.ranks);
+  settings set = {.options = {.out = "out/sweep"}};
+  const int joined = flesh_ranks_open(&set.options.ranks);
   if (joined) return flesh_command_fail("sweep", joined);
   char **words = malloc(sizeof *words * (size_t)(argc + 1)); /* argv is permuted below */
   if (!words) return flesh_command_fail("sweep", flesh_fail(FLESH_ERR_MEMORY, "out of memory"));
   for (int a = 0; a < argc; a++) words[a] = argv[a];
-  set.argc = argc;
-  set.argv = words;
+  set.options.argc = argc;
+  set.options.argv = words;
   const flesh_option rows[] = {
-      {"out", "DIR", FLESH_OPTION_TEXT, &set.out, "folder of the results (default out/sweep)"},
-      {"jobs", "N", FLESH_OPTION_COUNT, &set.jobs,
+      {"out", "DIR", FLESH_OPTION_TEXT, &set.options.out, "folder of the results (default out/sweep)"},
+      {"jobs", "N", FLESH_OPTION_COUNT, &set.options.jobs,
        "cases at a time, on each rank (default: the processors; on several ranks 1)"},
-      {"resume", NULL, FLESH_OPTION_SWITCH, &set.resume, "go on with DIR/sweep.db, or begin when there is none"},
-      {"shard", "I/N", FLESH_OPTION_TEXT, &set.given_shard, "only every N-th case from the I-th on, counted from 1"},
+      {"resume", NULL, FLESH_OPTION_SWITCH, &set.options.resume, "go on with DIR/sweep.db, also with values that an axis has got, or begin"},
+      {"shard", "I/N", FLESH_OPTION_TEXT, &set.options.shard, "only every N-th case from the I-th on, counted from 1"},
       {"dry-run", NULL, FLESH_OPTION_SWITCH, &set.dry, "check the spec and print the plan"},
-      {"quiet", NULL, FLESH_OPTION_SWITCH, &set.quiet, "print errors only"},
+      {"quiet", NULL, FLESH_OPTION_SWITCH, &set.options.quiet, "print errors only"},
       {0}};
   char *text = make_details();
   const flesh_usage usage = {"sweep", "SPEC", "Runs the cases of a spec into one database.", text, 1, 1, rows, verbs,
                              FLESH_EXITS_OF_INTERRUPTS};
-  int count, code = flesh_ranks_read_options(set.ranks, &usage, argc, argv, &count);
+  int count, code = flesh_ranks_read_options(set.options.ranks, &usage, argc, argv, &count);
   if (code == FLESH_OPTIONS_GO_ON) code = read_and_sweep(argv[1], &set);
-  flesh_ranks_close(&set.ranks);
+  flesh_ranks_close(&set.options.ranks);
   free(text);
   free(words);
   return code;

@@ -52,7 +52,7 @@ static void print_value(FILE *stream, sqlite3_stmt *query, int column, int json)
   }
 }
 
-static int print_table(flesh_sweep_store *store, const char *columns, const char *view, const char *where, int json,
+static int print_table(flesh_study_store *store, const char *columns, const char *view, const char *where, int json,
                        FILE *stream)
 {
   sqlite3_stmt *query = NULL;
@@ -84,7 +84,7 @@ static int print_table(flesh_sweep_store *store, const char *columns, const char
     }
     fputs(json ? "}\n" : "\n", stream);
   }
-  if (code != SQLITE_DONE) status = flesh_sweep_store_fail(store, "cannot be read");
+  if (code != SQLITE_DONE) status = flesh_study_store_fail(store, "cannot be read");
   sqlite3_finalize(query);
   sqlite3_free(sql);
   return status;
@@ -102,7 +102,7 @@ int flesh_sweep_export(int argc, char **argv)
       {"out", "FILE", FLESH_OPTION_TEXT, &out, "write this file (default: standard output)"},
       {0}};
   const flesh_usage usage = {"sweep export", "DB", "Writes the results of a sweep as a table.", NULL, 1, 1, rows, NULL, 0};
-  flesh_sweep_store store = {.lock = -1};
+  flesh_study_store store = {.lock = -1};
   flesh_file file = {0};
   int count, code = flesh_options_read(&usage, argc, argv, &count);
   if (code != FLESH_OPTIONS_GO_ON) return code;
@@ -111,12 +111,12 @@ int flesh_sweep_export(int argc, char **argv)
     status = flesh_fail(FLESH_ERR_ARGUMENT, "--format is '%s'; it must be csv or jsonl", format);
   if (!status && strcmp(table, "results") && strcmp(table, "rows"))
     status = flesh_fail(FLESH_ERR_ARGUMENT, "--table is '%s'; it must be results or rows", table);
-  if (!status) status = flesh_sweep_store_read(argv[1], &store);
+  if (!status) status = flesh_study_store_read(argv[1], &store);
   if (!status && out) status = flesh_output_prepare_from(out, 1, argv + 1, NULL);
   if (!status && out) status = flesh_file_open(out, &file);
   if (!status) status = print_table(&store, columns, table, where, json, out ? file.stream : stdout);
   if (!status && out) status = flesh_file_commit(&file);
   flesh_file_abandon(&file);
-  flesh_sweep_store_close(&store);
+  flesh_study_store_close(&store);
   return status ? flesh_command_fail("sweep export", status) : 0;
 }

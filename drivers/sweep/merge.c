@@ -9,14 +9,14 @@
 #include "base/scan.h"
 #include "study/database.h"
 #include "cli/options.h"
+#include "study/tables.h"
 #include "sweep/sweep.h"
-#include "sweep/tables.h"
 
 /* Calls sql with one text bound. */
-static int execute_with(flesh_sweep_store *store, const char *sql, const char *text)
+static int execute_with(flesh_study_store *store, const char *sql, const char *text)
 {
   sqlite3_stmt *statement;
-  int status = flesh_sweep_store_prepare(store, sql, &statement);
+  int status = flesh_study_store_prepare(store, sql, &statement);
   if (status) return status;
   sqlite3_bind_text(statement, 1, text, -1, SQLITE_STATIC);
   int code = sqlite3_step(statement);
@@ -26,7 +26,7 @@ static int execute_with(flesh_sweep_store *store, const char *sql, const char *t
   return status;
 }
 
-static int number_of(flesh_sweep_store *store, const char *sql)
+static int number_of(flesh_study_store *store, const char *sql)
 {
   sqlite3_stmt *query;
   int number = 0;
@@ -57,16 +57,18 @@ static const char join_sql[] =
     "INSERT OR IGNORE INTO main.figures (path) SELECT path FROM part.figures;"
     "COMMIT;";
 
-static int join(flesh_sweep_store *store, const char *path)
+static int join(flesh_study_store *store, const char *path)
 {
   int status = flesh_database_allow(path);
   if (!status) status = execute_with(store, "ATTACH ? AS part", path);
   if (status) return status;
   if (!number_of(store, "SELECT count(*) FROM part.sqlite_master WHERE name = 'cases'"))
-    status = flesh_fail(FLESH_ERR_FILE, "%s: is no database of a sweep", path);
+    status = flesh_fail(FLESH_ERR_FILE, "%s: this is no database of a study", path);
   else if (!number_of(store, "SELECT count(*) FROM main.meta a JOIN part.meta b USING (key, value) WHERE key = "
                              "'fingerprint'"))
     status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: is of another sweep than the first one given", path);
+  else if (number_of(store, "SELECT count(*) FROM main.cases a JOIN part.cases b USING (id) WHERE a.case_key <> b.case_key"))
+    status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: its cases have other numbers than those of the first one given", path);
   int different = status ? 0 : number_of(store, different_sql);
   if (different)
     fprintf(
@@ -74,26 +76,26 @@ static int join(flesh_sweep_store *store, const char *path)
         "flesh sweep merge: %s: %d of its cases were done before with other figures (by another build or on another "
         "machine?); those given first stay\n",
         path, different);
-  if (!status) status = flesh_sweep_store_execute(store, join_sql);
-  int detached = flesh_sweep_store_execute(store, "DETACH part");
+  if (!status) status = flesh_study_store_execute(store, join_sql);
+  int detached = flesh_study_store_execute(store, "DETACH part");
   return status ? status : detached;
 }
 
 static int merge(const char *out, const char *temporary, int count, char **paths)
 {
-  flesh_sweep_store first, store = {.lock = -1};
-  int status = flesh_sweep_store_read(paths[0], &first);
+  flesh_study_store first, store = {.lock = -1};
+  int status = flesh_study_store_read(paths[0], &first);
   if (!status) status = execute_with(&first, "VACUUM INTO ?", temporary);
-  flesh_sweep_store_close(&first);
-  if (!status) status = flesh_sweep_store_read(temporary, &store);
+  flesh_study_store_close(&first);
+  if (!status) status = flesh_study_store_read(temporary, &store);
   /* Nothing stands beside it: what is killed half-way is thrown away whole. */
-  if (!status) status = flesh_sweep_store_execute(&store, "PRAGMA journal_mode = MEMORY");
+  if (!status) status = flesh_study_store_execute(&store, "PRAGMA journal_mode = MEMORY");
   for (int p = 1; !status && p < count; p++) status = join(&store, paths[p]);
   if (!status)
-    status = flesh_sweep_store_execute(&store, "UPDATE cases SET status = 'planned', worker = NULL, started = NULL "
+    status = flesh_study_store_execute(&store, "UPDATE cases SET status = 'planned', worker = NULL, started = NULL "
                                                "WHERE status = 'running';"
                                                "UPDATE meta SET value = '1/1' WHERE key = 'shard';");
-  if (!status && (status = flesh_sweep_store_make_views(&store)) == FLESH_ERR_ARGUMENT) {
+  if (!status && (status = flesh_study_store_make_views(&store)) == FLESH_ERR_ARGUMENT) {
     fprintf(stderr, "flesh sweep merge: %s\n", flesh_error_text()); /* a derived column: the rest stands */
     status = FLESH_OK;
   }
@@ -104,7 +106,7 @@ static int merge(const char *out, const char *temporary, int count, char **paths
     printf(done < whole ? "; as sweep.db in a folder, `flesh sweep SPEC --out FOLDER --resume` does the others\n"
                         : "\n");
   }
-  flesh_sweep_store_close(&store);
+  flesh_study_store_close(&store);
   return status;
 }
 

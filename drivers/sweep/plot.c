@@ -209,11 +209,11 @@ int flesh_sweep_plot(int argc, char **argv)
     status = flesh_fail(FLESH_ERR_ARGUMENT, "--log is '%s'; it must be some of x, y and z", p.log);
   else if (strcmp(p.table, "results") && strcmp(p.table, "rows"))
     status = flesh_fail(FLESH_ERR_ARGUMENT, "--table is '%s'; it must be results or rows", p.table);
-  if (!status) status = flesh_sweep_store_read(argv[1], &p.store);
+  if (!status) status = flesh_study_store_read(argv[1], &p.store);
   if (!status) status = place(&p, argv[1], out);
   if (!status) status = spare_database(&p, argv[1]);
   if (!status) status = p.z ? flesh_sweep_plot_heat(&p) : draw_lines(&p);
   if (!status) printf("%s/%s.png\n", p.folder, p.name);
-  flesh_sweep_store_close(&p.store);
+  flesh_study_store_close(&p.store);
   return status ? flesh_command_fail("sweep plot", status) : 0;
 }

@@ -3,13 +3,13 @@
 #define FLESH_SWEEP_PLOT_H
 
 #include "sweep/sweep.h"
-#include "sweep/tables.h"
+#include "study/tables.h"
 
 enum { FLESH_SWEEP_TICKS = 2000, FLESH_SWEEP_NAME = 120, FLESH_SWEEP_LABEL = 48 };
 
 /* The options of `flesh sweep plot`; x, y, z and by are columns or SQLite's expressions. */
 typedef struct flesh_sweep_picture {
-  flesh_sweep_store store;
+  flesh_study_store store;
   const char *x, *y, *z, *by, *where, *table, *log, *title;
   char folder[1024], name[FLESH_SWEEP_NAME];
 } flesh_sweep_picture;

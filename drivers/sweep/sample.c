@@ -32,7 +32,7 @@ int flesh_sweep_sample(int sequence, int dimensions, int count, int skip, int se
                       flesh_sweep_sequences[sequence], type->max_dimension);
   gsl_rng *random = gsl_rng_alloc(gsl_rng_mt19937);
   gsl_qrng *sampler = type ? gsl_qrng_alloc(type, (unsigned)dimensions) : NULL;
-  double shift[FLESH_SWEEP_COLUMNS] = {0}, point[FLESH_SWEEP_COLUMNS];
+  double shift[FLESH_STUDY_COLUMNS] = {0}, point[FLESH_STUDY_COLUMNS];
   if (!random || (type && !sampler)) {
     if (random) gsl_rng_free(random);
     return flesh_fail(FLESH_ERR_MEMORY, "out of memory");

@@ -76,8 +76,8 @@ static const char *value_text(flesh_sweep *sweep, const char *key, const flesh_n
 static int add_column(flesh_sweep *sweep, const axis *a, const flesh_node *node, int count)
 {
   if (!a->key) return flesh_node_fail(node, "key is missing; an axis has key, zip or sample");
-  if (sweep->column_count == FLESH_SWEEP_COLUMNS)
-    return flesh_node_fail(node, "there are more than %d axes", FLESH_SWEEP_COLUMNS);
+  if (sweep->column_count == FLESH_STUDY_COLUMNS)
+    return flesh_node_fail(node, "there are more than %d axes", FLESH_STUDY_COLUMNS);
   flesh_sweep_column *column = &sweep->columns[sweep->column_count++];
   *column = (flesh_sweep_column){
       .name = a->name, .key = a->key, .place = node,
@@ -166,9 +166,9 @@ static int read_sample(flesh_sweep *sweep, const axis *a, const flesh_node *node
   const struct flesh_sweep_axis_sample *sample = &a->sample;
   const axis *parts = sample->axes.values;
   node = flesh_node_find(node, "sample");
-  if (!sample->axes.count || sample->axes.count > FLESH_SWEEP_COLUMNS)
+  if (!sample->axes.count || sample->axes.count > FLESH_STUDY_COLUMNS)
     return flesh_node_fail(flesh_node_find(node, "axes"), "sample.axes are %d; they must be 1 to %d",
-                           sample->axes.count, FLESH_SWEEP_COLUMNS);
+                           sample->axes.count, FLESH_STUDY_COLUMNS);
   if (sample->count > CASE_LIMIT || sample->skip > CASE_LIMIT)
     return flesh_node_fail(node, "sample.count and skip must be at most %d", CASE_LIMIT);
   const flesh_node *place = flesh_node_find(node, "axes")->first;
@@ -318,7 +318,7 @@ static int read_derived(flesh_sweep *sweep, const spec *s, const flesh_node *roo
   for (int k = 0; k < s->columns.count; k++, node = node->next) {
     int status = check_name(node, rows[k].name);
     if (status) return status;
-    sweep->derived[sweep->derived_count++] = (struct flesh_sweep_derived){rows[k].name, rows[k].is, node};
+    sweep->derived[sweep->derived_count++] = (flesh_study_derived){rows[k].name, rows[k].is, node};
   }
   return FLESH_OK;
 }
@@ -355,6 +355,10 @@ static int make(flesh_sweep *sweep, const spec *s, const flesh_node *root)
                              sweep->seed, sweep->repeats, INT_MAX - sweep->repeats);
   if (status) return status;
   sweep->case_count *= sweep->repeats;
+  for (int c = 0; c < sweep->column_count; c++) {
+    const flesh_sweep_column *column = &sweep->columns[c];
+    sweep->described[c] = (flesh_study_column){column->name, column->key, column->place, flesh_sweep_is_scene(column)};
+  }
   status = flesh_sweep_check_values(sweep);
   return status ? status : flesh_sweep_make_fingerprint(sweep);
 }

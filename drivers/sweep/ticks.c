@@ -22,7 +22,7 @@ int flesh_sweep_plot_prepare(flesh_sweep_picture *p, sqlite3_stmt **query, char 
 int flesh_sweep_plot_next(const flesh_sweep_picture *p, sqlite3_stmt *query, int *status)
 {
   const int code = sqlite3_step(query);
-  if (code != SQLITE_ROW && code != SQLITE_DONE) *status = flesh_sweep_store_fail(&p->store, "cannot be read");
+  if (code != SQLITE_ROW && code != SQLITE_DONE) *status = flesh_study_store_fail(&p->store, "cannot be read");
   return code == SQLITE_ROW;
 }
 

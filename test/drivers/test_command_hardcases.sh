@@ -112,7 +112,29 @@ an_interrupted_battery_keeps_what_was_done() {
   kill -TERM "$process"
   wait "$process"
   [ $? -eq 143 ] || { cat log.txt; return 1; }
-  has interrupted/hardcases.csv '^point_free.*,equilibrium,' && has interrupted/hardcases.csv '^static_shear.*,not run,'
+  has interrupted/hardcases.csv '^point_free.*,equilibrium,' && has interrupted/hardcases.csv '^static_shear.*,not run,' &&
+    has log.txt 'interrupted after [1-9][0-9]* of 6 cases; --resume goes on'
+}
+
+# A battery is shared out and joined, and goes on with further cases: with the figures of one that was done at once.
+a_battery_is_shared_out_and_extended() {
+  set -- --energies S --poisson 0.45 --max-seconds 60 --quick
+  battery "$@" --cases 'single_*,point_free' && mv out whole || return 1
+  for shard in 1 2; do
+    expect 0 "$flesh" hardcases "$@" --cases 'single_*' --out "shard$shard" --shard $shard/2 || return 1
+  done
+  mkdir -p joined &&
+    expect 0 "$flesh" sweep merge joined/hardcases.db shard1/hardcases.db shard2/hardcases.db &&
+    has stdout.txt '3 of 3 cases are done' || return 1
+  "$flesh" sweep export joined/hardcases.db --columns started --where 1 >before
+  expect 0 "$flesh" hardcases "$@" --cases 'single_*,point_free' --out joined --resume || return 1
+  "$flesh" sweep export joined/hardcases.db --columns started --where "case_name LIKE 'single%'" | cmp before - || return 1
+  for folder in whole joined; do # without times
+    cut -d , -f 1-37 $folder/hardcases.csv >$folder.txt
+  done
+  cmp whole.txt joined.txt && [ "$("$flesh" sweep export whole/hardcases.db --columns 'sum(newton)' | tail -n 1)" -gt 3 ] &&
+    expect 2 "$flesh" hardcases "$@" --set solver.max_newton=50 --cases 'single_*' --out joined --resume &&
+    has stderr.txt 'is of another hardcases: its runs had another'
 }
 
 the_list_names_every_case() {
@@ -161,15 +183,15 @@ soft_parts_come_to_rest_far_away() {
 }
 
 # The table has the longest step of a run beside its median, and the verdict names what took 200 times as long: here of
-# a run whose kept figures are changed to such.
+# a run whose record is changed to such.
 a_long_step_is_named() {
   battery --shapes --meshes 2x1x1 --energies S --poisson 0.45 --cases 'plane,squash0.3' || return 1
-  kept=out/cases/2x1x1_plane_S_0.45_default/kept.txt
   longest=$(value longest_step_over_median plane S 0.45)
   echo "$longest" | awk '{ exit !($1 >= 1 && $1 < 200) }' && [ "$(value longest_step plane S 0.45)" -ge 1 ] &&
     has out/verdict.txt '200 times the iterations of their median step: 0$' || return 1
-  awk 'NR == 2 { $NF = 200.5 } { print }' "$kept" >changed.txt && cp changed.txt "$kept" || return 1
-  battery --shapes --meshes 2x1x1 --energies S --poisson 0.45 --cases 'plane,squash0.3' || return 1
+  python3 -c 'import sqlite3; sqlite3.connect("out/hardcases.db", isolation_level=None).execute("UPDATE cases SET result = "
+    "json_set(result, \"$.figures.longest_ratio\", 200.5) WHERE case_name = \"plane\"")' || return 1
+  battery --resume --shapes --meshes 2x1x1 --energies S --poisson 0.45 --cases 'plane,squash0.3' || return 1
   has out/verdict.txt '200 times the iterations of their median step: 1$' &&
     has out/verdict.txt 'cases/2x1x1_plane_S_0.45_default: step .* Newton and .* linear iterations, 200.5 times the median step$' &&
     [ "$(value longest_step_over_median plane S 0.45)" = 200.5 ]
@@ -179,6 +201,6 @@ run_tests hard_starts_recover violent_loads_recover collapsed_bodies_are_named_a
   undefined_forms_stop_with_a_statement d_returns_to_its_own_rest a_run_repeats_alone rises_are_seen \
   an_early_end_is_no_recovery a_death_is_a_row a_setting_of_ones_own_is_kept_in_the_scene \
   the_table_has_the_promised_columns pictures_are_drawn without_gnuplot_the_frames_are_drawn a_spent_budget_is_a_row \
-  an_interrupted_battery_keeps_what_was_done the_list_names_every_case bad_options_are_refused \
+  an_interrupted_battery_keeps_what_was_done a_battery_is_shared_out_and_extended the_list_names_every_case bad_options_are_refused \
   chaos_is_entered_through_softer_materials what_has_vanished_is_laid_out soft_parts_come_to_rest_far_away \
   a_long_step_is_named

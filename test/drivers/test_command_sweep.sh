@@ -84,8 +84,27 @@ an_older_sweep_is_not_overwritten() {
   expect 0 "$flesh" sweep spec.yaml --out older && expect 2 "$flesh" sweep spec.yaml --out older &&
     has stderr.txt resume &&
     expect 0 "$flesh" sweep spec.yaml --out older --resume || return 1
-  spec 'axes: [{key: time.step, values: [1/70]}]'
-  expect 2 "$flesh" sweep spec.yaml --out older --resume && has stderr.txt 'of another sweep'
+  spec 'set: {time.end: 1/15}' 'axes: [{key: time.step, values: [1/60]}]'
+  expect 2 "$flesh" sweep spec.yaml --out older --resume && has stderr.txt 'of another sweep' || return 1
+  printf 'CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT); INSERT INTO meta VALUES ("format", "1");' |
+    python3 -c 'import sqlite3, sys; sqlite3.connect("older/sweep.db.1").executescript(sys.stdin.read())' &&
+    mkdir first && mv older/sweep.db.1 first/sweep.db || return 1
+  spec 'axes: [{key: time.step, values: [1/60]}]'
+  expect 3 "$flesh" sweep spec.yaml --out first --resume && has stderr.txt 'its layout is number 1'
+}
+
+# What an axis has got is done, and what was there stays; but where cases have folders of their numbers.
+an_axis_may_grow() {
+  spec 'axes: [{key: time.step, values: [1/60, 1/80]}, {key: body.density, values: [900, 1000]}]'
+  expect 0 "$flesh" sweep spec.yaml --out grown && ask grown/sweep.db id,started,step,density 1 >before || return 1
+  spec 'axes: [{key: time.step, values: [1/120, 1/60]}, {key: body.density, values: [900, 1000, 1100]}]'
+  expect 0 "$flesh" sweep spec.yaml --out grown --resume && has stdout.txt '^6 cases: 6 complete' || return 1
+  ask grown/sweep.db id,started,step,density 'id <= 4' >after && cmp before after &&
+    [ "$(ask grown/sweep.db 'count(*), count(DISTINCT id)' 1)" = 8,8 ] || return 1
+  spec 'keep: true' 'axes: [{key: time.step, values: [1/60]}]'
+  expect 0 "$flesh" sweep spec.yaml --out kept || return 1
+  spec 'keep: true' 'axes: [{key: time.step, values: [1/60, 1/70]}]'
+  expect 2 "$flesh" sweep spec.yaml --out kept --resume && has stderr.txt 'of another sweep'
 }
 
 shards_join_to_the_same_bits() {
@@ -260,7 +279,7 @@ snakemake_runs_the_shards() {
 }
 
 run_tests a_plan_is_told_and_nothing_is_done a_row_is_what_a_run_gives failed_cases_are_rows bad_specs_are_refused \
-  an_older_sweep_is_not_overwritten shards_join_to_the_same_bits tables_are_exported near_values_are_told_apart pictures_are_drawn \
+  an_older_sweep_is_not_overwritten an_axis_may_grow shards_join_to_the_same_bits tables_are_exported near_values_are_told_apart pictures_are_drawn \
   drift_gives_rows_of_tables accuracy_gives_rows_of_tables hardcases_gives_rows_of_tables \
   ten_thousand_cases_are_planned_before_the_first_begins ten_thousand_cases_are_planned the_shipped_sweeps_are_valid \
   gnu_parallel_runs_the_shards slurm_runs_the_shards snakemake_runs_the_shards

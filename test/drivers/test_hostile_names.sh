@@ -35,7 +35,7 @@ for k, word in enumerate(words):
     for row in rows[:2]:
         row = dict(zip(names, row))
         base += 1
-        row["id"], row["title"] = base, word
+        row["id"], row["title"], row["case_key"] = base, word, str(base)
         if k % 2: row["status"] = word
         db.execute("INSERT INTO cases (%s) VALUES (%s)" % (", ".join('"%s"' % n for n in row), ", ".join("?" * len(row))),
                    list(row.values()))

@@ -70,10 +70,10 @@ static void skipped_points_go_on(void)
 
 static void too_many_dimensions_are_refused(void)
 {
-  double points[FLESH_SWEEP_COLUMNS];
+  double points[FLESH_STUDY_COLUMNS];
   CHECK(flesh_sweep_sample(SOBOL, 41, 1, 0, 0, points) == FLESH_ERR_ARGUMENT);
   CHECK(flesh_sweep_sample(NIEDERREITER, 13, 1, 0, 0, points) == FLESH_ERR_ARGUMENT);
-  CHECK(!flesh_sweep_sample(HALTON, FLESH_SWEEP_COLUMNS, 1, 0, 0, points));
+  CHECK(!flesh_sweep_sample(HALTON, FLESH_STUDY_COLUMNS, 1, 0, 0, points));
 }
 
 int main(int argc, char **argv)

@@ -12,7 +12,7 @@ TIMED = re.compile(r"wall|cpu_s|seconds|time_worst|longest_step|front_time|start
 # Of result.json and its kind: the same, when it was and where.
 PRIVATE = re.compile(r"wall|cpu_s|seconds|longest|peak_memory|date|path|command|effects|started|program|wall_s")
 # Pictures of times and words about them; the database is compared by what is exported of it.
-LEFT_OUT = re.compile(r"(\.png|\.gp|\.dat|verdict\.txt|sweep\.db.*|log\.txt)$")
+LEFT_OUT = re.compile(r"(\.png|\.gp|\.dat|verdict\.txt|[a-z]+\.db.*|log\.txt)$")
 
 
 def strip(value):
@@ -38,8 +38,6 @@ def contents(folder, name):
     if name.endswith(".json"):
         with open(path) as file:
             value = strip(json.load(file))
-        if isinstance(value.get("rows"), list):  # accuracy.json has them as they ended
-            value["rows"].sort(key=lambda row: (row["group"], row["method"], row["setting"]))
         return value
     with open(path, "rb") as file:
         return file.read().replace(os.path.abspath(folder).encode(), b"FOLDER")

@@ -1,33 +1,31 @@
-/* run.c: runs the cases of a sweep, each in a process of its own, and writes each as it ends. */
+/* run.c: does the cases of a study, each in a process of its own, and writes each as it ends. */
 #include <fcntl.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
 
 #include "base/confine.h"
 #include "base/error.h"
-#include "cli/interrupt.h"
-#include "cli/json_memory.h"
 #include "base/file.h"
 #include "base/folder.h"
-#include "sweep/sweep.h"
+#include "cli/interrupt.h"
+#include "cli/json_memory.h"
+#include "study/study.h"
 
-/* Time after the end of its budget within which a case must end, s; it stops by itself between two steps, and is killed
- * later. */
-static const double GRACE = 2;
 /* How long a case waits for the end of another process in its folder, s. */
 static const double PATIENCE = 5;
 
 typedef struct crew {
-  const flesh_sweep *sweep;
-  flesh_sweep_store *store;
-  const flesh_sweep_run_options *options;
+  const flesh_study *study;
+  flesh_study_store *store;
+  const flesh_study_options *options;
   flesh_pool *pool;
   int *running, count; /* numbers of the cases that run */
-  int total, before;   /* cases of the database, and those that were done at the start */
+  int total, before;   /* cases of the study, and those that were done at the start */
   int done, failed;
   double started, shown;
 } crew;
@@ -39,40 +37,26 @@ static double now(void)
   return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-static int has_folder(const flesh_sweep *sweep) { return sweep->keep || sweep->command != FLESH_SWEEP_RUN; }
-
-static char *case_folder(const char *out, int id)
-{
-  char *folder = malloc(strlen(out) + 40);
-  if (folder) sprintf(folder, "%s/cases/%06d", out, id);
-  return folder;
-}
-
-/* Waits until nobody else fills the case's folder: a case whose sweep was killed ends a moment after its claim in the
- * database has. Who still holds it then is no part of a sweep; the case says so. */
+/* Waits until nobody else fills the case's folder: a case whose study was killed ends a moment after its claim in the
+ * database has. Who still holds it then is no part of a study; the case says so. */
 static void wait_for(const char *folder)
 {
   flesh_folder_claim claim;
-  if (!flesh_folder_claim_take(folder, "flesh sweep", PATIENCE, &claim)) flesh_folder_claim_release(&claim);
+  if (!flesh_folder_claim_take(folder, "flesh", PATIENCE, &claim)) flesh_folder_claim_release(&claim);
 }
 
 /* Clears away what the process of a case left that was killed, and is gone. */
-static void tidy(const crew *w, int id)
+static void tidy(const crew *w, int number)
 {
-  char *folder = has_folder(w->sweep) ? case_folder(w->options->out, id) : NULL;
+  char *folder = w->study->folder ? w->study->folder(w->study->data, number) : NULL;
   if (folder && !flesh_path_access(folder, F_OK)) wait_for(folder);
   free(folder);
 }
 
-/* The life of a case's process; the claim in the database is that of the one that has started it. */
-static void work(const void *data, int id, flesh_text *answer)
+/* Sends what the case prints into log.txt of its folder, or nowhere. */
+static void direct_output(const char *folder)
 {
-  const flesh_sweep_work *given = data;
-  const flesh_sweep *sweep = given->sweep;
-  if (given->store) close(given->store->lock);
-  char *folder = has_folder(sweep) ? case_folder(given->out, id) : NULL;
   int nowhere = open("/dev/null", O_RDWR), log = nowhere;
-  if (has_folder(sweep) && !folder) _exit(1);
   if (folder) wait_for(folder);
   if (folder && !flesh_folder_make(folder)) {
     char *path = malloc(strlen(folder) + 16);
@@ -83,56 +67,68 @@ static void work(const void *data, int id, flesh_text *answer)
   dup2(nowhere, STDIN_FILENO);
   dup2(log < 0 ? nowhere : log, STDOUT_FILENO);
   dup2(log < 0 ? nowhere : log, STDERR_FILENO);
-  flesh_sweep_case c;
-  if (flesh_sweep_case_make(sweep, id, &c)) _exit(1);
-  json_t *record = flesh_sweep_case_run(sweep, &c, folder);
+}
+
+/* The life of a case's process; the claim in the database is that of the one that has started it. */
+static void work(const void *data, int number, flesh_text *answer)
+{
+  const flesh_study_work *given = data;
+  const flesh_study *study = given->study;
+  if (given->store) close(given->store->lock);
+  char *folder = study->folder ? study->folder(study->data, number) : NULL;
+  if (study->folder) direct_output(folder);
+  json_t *record = study->work(study->data, number, folder);
   char *text = json_dumps(record, JSON_COMPACT);
   if (!text || flesh_json_lacks()) _exit(1);
   flesh_text_append(answer, text, strlen(text));
 }
 
-flesh_pool_cases flesh_sweep_pool_cases(const flesh_sweep_work *given)
+flesh_pool_cases flesh_study_pool_cases(const flesh_study_work *given)
 {
-  return (flesh_pool_cases){work, given, given->sweep->max_seconds > 0 ? given->sweep->max_seconds + GRACE : 0};
+  return (flesh_pool_cases){work, given, given->study->max_seconds};
 }
 
 /* Starts the case, or gives it back. Where no more processes can be had, those that run go on. */
-static int begin(crew *w, int id)
+static int begin(crew *w, int number)
 {
   int started = 0;
-  const int status = flesh_pool_start(w->pool, id, &started);
+  const int status = flesh_pool_start(w->pool, number, &started);
   if (!status && started) {
-    w->running[w->count++] = id;
+    w->running[w->count++] = number;
     return FLESH_OK;
   }
   char words[512];
   snprintf(words, sizeof words, "%s", flesh_error_text());
-  const int released = flesh_sweep_store_release(w->store, id);
+  const int released = flesh_study_store_release(w->store, number);
   if (released || status) return released ? released : flesh_fail(status, "%s", words);
-  if (!w->options->quiet) fprintf(stderr, "flesh sweep: %s; from now on %d at a time\n", words, w->count);
+  if (!w->options->quiet) fprintf(stderr, "flesh %s: %s; from now on %d at a time\n", w->study->name, words, w->count);
   return FLESH_OK;
 }
 
-static void show_progress(crew *w)
+static void show_progress(crew *w, int number)
 {
+  char title[300] = "";
   double time = now();
   int finished = w->before + w->done;
-  if (w->options->quiet || !isatty(STDERR_FILENO) || time - w->shown < 0.1) return;
+  if (w->options->quiet || !isatty(STDERR_FILENO) || (time - w->shown < 0.1 && finished < w->total)) return;
   w->shown = time;
   fprintf(stderr, "\r\033[K%d of %d cases", finished, w->total);
   if (w->failed) fprintf(stderr, ", %d not complete", w->failed);
-  if (w->done) fprintf(stderr, ", %.0f s left", ceil((time - w->started) * (w->total - finished) / w->done));
+  if (w->done && finished < w->total)
+    fprintf(stderr, ", %.0f s left", ceil((time - w->started) * (w->total - finished) / w->done));
+  if (w->study->title) w->study->title(w->study->taker, number, title, sizeof title);
+  if (*title) fprintf(stderr, "  %s", title);
   fflush(stderr);
 }
 
-/* The result of a case whose process reported nothing. */
+/* The record of a case whose process reported nothing. */
 static json_t *silent(const crew *w, const flesh_pool_end *end)
 {
-  char message[160];
+  char message[200];
   const int ended = end->ended;
-  if (end->killed && w->sweep->max_seconds > 0) {
-    snprintf(message, sizeof message, "it did not stop by itself: ended %g s after its budget of %g s was spent", GRACE,
-             w->sweep->max_seconds);
+  if (end->killed && w->study->max_seconds > 0) {
+    snprintf(message, sizeof message, "it did not stop by itself: ended %g s after its budget of %g s was spent",
+             w->study->max_seconds - w->study->budget, w->study->budget);
     return json_pack("{sssisssn}", "status", "out of budget", "exit_code", 6, "message", message, "result");
   }
   if (WIFSIGNALED(ended))
@@ -146,7 +142,7 @@ static json_t *silent(const crew *w, const flesh_pool_end *end)
 /* Writes the row of a case that has ended and takes the next. */
 static int collect(crew *w, const flesh_pool_end *end)
 {
-  int next = 0, status, place = 0;
+  int next = -1, status, place = 0;
   while (w->running[place] != end->number) place++;
   w->running[place] = w->running[--w->count];
   if (WIFSIGNALED(end->ended)) tidy(w, end->number);
@@ -157,15 +153,16 @@ static int collect(crew *w, const flesh_pool_end *end)
   const char *word = json_string_value(json_object_get(record, "status"));
   int stopped = flesh_interrupt_signal() != 0;
   if (stopped && ((reported && !strcmp(word, "interrupted")) || (!reported && WIFSIGNALED(end->ended))))
-    status = flesh_sweep_store_release(w->store, end->number);
+    status = flesh_study_store_release(w->store, end->number);
   else {
-    status = flesh_sweep_store_finish(w->store, end->number, record, end->seconds, stopped ? NULL : &next);
+    status = flesh_study_store_finish(w->store, end->number, record, end->seconds, stopped ? NULL : &next);
     w->done += !status;
-    w->failed += !status && strcmp(word, "complete");
+    w->failed += !status && w->study->folder && strcmp(word, "complete");
+    if (!status && w->study->take) status = w->study->take(w->study->taker, end->number, record);
   }
   json_decref(record);
-  if (!status && next) status = begin(w, next);
-  show_progress(w);
+  if (!status && next >= 0) status = begin(w, next);
+  show_progress(w, end->number);
   return status;
 }
 
@@ -175,10 +172,10 @@ static int run_all(crew *w)
   int status = FLESH_OK, left = 1;
   while (!status && (left || w->count)) {
     while (!status && left && flesh_pool_has_room(w->pool) && !flesh_interrupt_signal()) {
-      int id;
-      status = flesh_sweep_store_claim(w->store, &id);
-      if (!status && !id) left = 0;
-      else if (!status) status = begin(w, id);
+      int number;
+      status = flesh_study_store_claim(w->store, &number);
+      if (!status && number < 0) left = 0;
+      else if (!status) status = begin(w, number);
     }
     if (flesh_interrupt_signal()) left = 0;
     if (status || !w->count) continue;
@@ -189,29 +186,50 @@ static int run_all(crew *w)
   return status;
 }
 
-int flesh_sweep_run(const flesh_sweep_work *given, flesh_sweep_store *store, const flesh_sweep_run_options *options)
+int flesh_study_run(const flesh_study *study, flesh_study_store *store, const flesh_study_options *options)
 {
-  const flesh_pool_cases cases = flesh_sweep_pool_cases(given);
-  crew w = {.sweep = given->sweep, .store = store, .options = options, .started = now()};
-  const int count = flesh_sweep_store_count(store, NULL);
+  const flesh_study_work given = {study, store};
+  const flesh_pool_cases cases = flesh_study_pool_cases(&given);
+  crew w = {.study = study, .store = store, .options = options, .started = now()};
+  const int count = flesh_study_store_count(store, NULL);
   int abandoned = 0, elsewhere, status = flesh_pool_open(options->ranks, options->jobs, count, &cases, &w.pool);
   w.running = calloc((size_t)flesh_pool_places(options->ranks, options->jobs, count) + 1, sizeof *w.running);
   if (!status && !w.running) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   while (!status) {
-    status = flesh_sweep_store_recover(store, &abandoned, &elsewhere);
-    w.total = flesh_sweep_store_count(store, NULL);
-    if (!w.done) w.before = w.total - flesh_sweep_store_count(store, "planned") - elsewhere;
+    status = flesh_study_store_recover(store, &abandoned, &elsewhere);
+    w.total = flesh_study_store_count(store, NULL);
+    if (!w.done) w.before = w.total - flesh_study_store_count(store, "planned") - elsewhere;
     if (!status) status = run_all(&w);
     /* Another process may have ended meanwhile without having finished its cases. */
-    if (!status && !flesh_interrupt_signal()) status = flesh_sweep_store_recover(store, &abandoned, &elsewhere);
+    if (!status && !flesh_interrupt_signal()) status = flesh_study_store_recover(store, &abandoned, &elsewhere);
     if (!abandoned || flesh_interrupt_signal()) break;
   }
   char words[1024];
   snprintf(words, sizeof words, "%s", flesh_error_text());
+  const int done = w.before + w.done;
   flesh_pool_close(&w.pool);
   for (int k = 0; k < w.count; k++) tidy(&w, w.running[k]);
   if (!options->quiet && isatty(STDERR_FILENO)) fputs("\r\033[K", stderr);
   free(w.running);
   if (status) return flesh_fail(status, "%s", words);
-  return flesh_interrupt_signal() ? flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted; --resume goes on") : FLESH_OK;
+  return flesh_interrupt_signal()
+             ? flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted after %d of %d cases; --resume goes on", done, w.total)
+             : FLESH_OK;
+}
+
+int flesh_study_do(const flesh_study *study, const flesh_study_options *options)
+{
+  flesh_study_store store;
+  int status = flesh_study_store_open(study, options, &store);
+  if (!status) status = flesh_study_store_load(&store, study);
+  if (!status) status = flesh_study_run(study, &store, options);
+  char words[1024];
+  snprintf(words, sizeof words, "%s", flesh_error_text());
+  if (store.claim) { /* open: what was done is to be read in any case */
+    const int viewed = flesh_study_store_make_views(&store);
+    if (status) flesh_fail(status, "%s", words);
+    else status = viewed;
+  }
+  flesh_study_store_close(&store);
+  return status;
 }

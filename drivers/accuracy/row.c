@@ -1,0 +1,193 @@
+/* row.c: runs a row in this process and judges it; the run solved tightly that other prices are judged by. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "accuracy/accuracy.h"
+#include "accuracy/judge.h"
+#include "base/confine.h"
+#include "base/error.h"
+#include "cli/interrupt.h"
+#include "pool/process.h"
+
+typedef struct task {
+  const flesh_accuracy_plan *plan;
+  const flesh_accuracy_track *reference, *tight; /* tight: NULL for the methods' work */
+  const flesh_accuracy_row *row;
+  const flesh_accuracy_grid *keep; /* the run solved tightly: the times that are kept of it, and its errors are not */
+} task;
+
+static int by_value(const void *a, const void *b)
+{
+  double x = *(const double *)a, y = *(const double *)b;
+  return (x > y) - (x < y);
+}
+
+/* Runs it again and again: without --repeat short runs more often than long ones. */
+static int enough(const flesh_accuracy_plan *plan, int count, double spent)
+{
+  if (plan->repeat) return count >= plan->repeat;
+  if (spent > 10) return 1;
+  return count >= (plan->quick ? 1 : 3) && (spent > 0.2 || count >= 20);
+}
+
+static int run_repeats(const task *given, const flesh_scene *scene, const flesh_accuracy_watch *watch,
+                       flesh_accuracy_figures *f)
+{
+  enum { MOST = 100 };
+  const flesh_accuracy_plan *plan = given->plan;
+  double walls[MOST], cpus[MOST], spent = 0;
+  int count = 0;
+  char steps[1500];
+  flesh_accuracy_steps_path(plan, given->row, steps, sizeof steps);
+  for (; count < MOST && !enough(plan, count, spent); count++) {
+    flesh_accuracy_cost cost;
+    /* The first is watched, the others have only their times. */
+    int status = flesh_accuracy_integrate(scene, &plan->grid, plan->max_seconds, count || !*steps ? NULL : steps,
+                                          count ? NULL : watch, &cost);
+    if (!count) {
+      f->steps = cost.steps, f->rejected = cost.rejected, f->residuals = cost.residuals;
+      f->assemblies = cost.assemblies, f->newton = cost.newton, f->linear = cost.linear;
+      f->cpu_s = cost.cpu_s, f->wall_s_median = f->wall_s_min = cost.wall_s;
+    }
+    if (status) return status;
+    walls[count] = cost.wall_s;
+    cpus[count] = cost.cpu_s;
+    spent += cost.wall_s;
+  }
+  qsort(walls, (size_t)count, sizeof *walls, by_value);
+  qsort(cpus, (size_t)count, sizeof *cpus, by_value);
+  f->cpu_s = cpus[0];
+  f->wall_s_min = walls[0];
+  f->wall_s_median = (walls[(count - 1) / 2] + walls[count / 2]) / 2;
+  return FLESH_OK;
+}
+
+/* The error; NaN if it is below the uncertainty of the reference. */
+static double above(double error, double uncertainty)
+{
+  return fabs(error) > uncertainty ? error : isnan(error) ? error : NAN;
+}
+
+static void judge(const flesh_accuracy_plan *plan, const flesh_accuracy_judge *judged, flesh_accuracy_figures *f)
+{
+  const flesh_accuracy_errors *u = &plan->reference.uncertainty, *e = &judged->errors;
+  if (judged->finer_tip >= 0) {
+    f->errors.tip = e->tip;
+    f->errors.volume = e->volume;
+    return;
+  }
+  f->below = e->position_rms <= u->position_rms;
+  f->errors = (flesh_accuracy_errors){above(e->position_rms, u->position_rms), above(e->position_max, u->position_max),
+                                      above(e->tip, u->tip), above(e->volume, u->volume), above(e->energy, u->energy)};
+  if (judged->tight) f->difference = judged->difference.position_rms;
+}
+
+void flesh_accuracy_tight_path(const flesh_accuracy_plan *plan, char path[1400])
+{
+  snprintf(path, 1400, "%s/tight.states", plan->out);
+}
+
+/* The run that is kept instead of judged. */
+static void work_tight(const void *data, void *result)
+{
+  const task *given = data;
+  const flesh_accuracy_plan *plan = given->plan;
+  flesh_accuracy_figures *f = result;
+  char path[1400];
+  flesh_scene *scene = NULL;
+  flesh_accuracy_cost cost;
+  flesh_accuracy_track track = {0};
+  flesh_accuracy_keeper keeper = {given->keep, &track, 0};
+  const flesh_accuracy_watch watch = {flesh_accuracy_keep_state, &keeper, 0};
+  int status = flesh_accuracy_read(plan, given->row, &scene);
+  if (!status) status = flesh_accuracy_track_open(given->keep->count, 3 * plan->measure.nodes, &track);
+  if (!status) status = flesh_accuracy_integrate(scene, &plan->grid, plan->max_seconds, NULL, &watch, &cost);
+  flesh_accuracy_tight_path(plan, path);
+  if (!status) status = flesh_accuracy_track_write(path, &track);
+  f->status = status;
+  if (status) snprintf(f->message, sizeof f->message, "%.399s", flesh_error_text());
+  flesh_accuracy_track_close(&track);
+  flesh_scene_destroy(&scene);
+}
+
+/* Reads, on a rank behind the first, the reference and the tight run that the first rank has made. */
+static int read_made(flesh_accuracy_plan *plan, const flesh_accuracy_row *row, flesh_accuracy_track *reference,
+                     flesh_accuracy_track *tight)
+{
+  char path[1400];
+  plan->options.resume = 1;
+  int status = flesh_accuracy_load(plan);
+  if (!status) status = flesh_accuracy_make_reference(plan, reference);
+  flesh_accuracy_tight_path(plan, path);
+  if (!status && row->group != FLESH_ACCURACY_WORK) status = flesh_accuracy_track_read(path, tight);
+  return status;
+}
+
+static int run_and_judge(const task *given, flesh_accuracy_figures *f)
+{
+  flesh_scene *scene = NULL;
+  flesh_accuracy_judge judged = {0};
+  const flesh_accuracy_watch watch = {flesh_accuracy_judge_see, &judged, 1};
+  int status = flesh_accuracy_read(given->plan, given->row, &scene);
+  if (!status)
+    status = flesh_accuracy_judge_open(given->plan, given->reference, given->tight, scene,
+                                       given->row->group == FLESH_ACCURACY_MESH, &judged);
+  if (!status) status = run_repeats(given, scene, &watch, f);
+  if (!status) judge(given->plan, &judged, f);
+  flesh_accuracy_judge_close(&judged);
+  flesh_scene_destroy(&scene);
+  return status;
+}
+
+void flesh_accuracy_do_row(const flesh_accuracy_work *given, int number, flesh_accuracy_figures *f)
+{
+  flesh_accuracy_plan plan = *given->plan; /* this process's */
+  const flesh_accuracy_row *row = &given->plan->rows[number];
+  flesh_accuracy_track reference = {0}, tight = {0};
+  task t = {&plan, given->reference, row->group == FLESH_ACCURACY_WORK ? NULL : given->tight, row, NULL};
+  int status = FLESH_OK;
+  if (!given->reference) {
+    status = read_made(&plan, row, &reference, &tight);
+    t.reference = &reference;
+    t.tight = row->group == FLESH_ACCURACY_WORK ? NULL : &tight;
+  }
+  if (!status) status = run_and_judge(&t, f);
+  f->status = status;
+  if (status) snprintf(f->message, sizeof f->message, "%.399s", flesh_error_text());
+  flesh_accuracy_track_close(&reference);
+  flesh_accuracy_track_close(&tight);
+}
+
+int flesh_accuracy_make_tight(const flesh_accuracy_plan *plan, const flesh_accuracy_track *reference,
+                              flesh_accuracy_track *tight)
+{
+  char path[1400];
+  flesh_accuracy_row row = {.method = plan->representative,
+                            .step = plan->representative_step,
+                            .setting = "solved tightly",
+                            .tight = 1};
+  /* At every step where there is room for all. */
+  flesh_accuracy_grid keep = plan->grid;
+  double steps = ceil((keep.end - keep.start) / row.step.value - 1e-6);
+  keep.longest = row.step.value;
+  keep.interval = row.step.value * ceil(steps / (flesh_accuracy_room(3 * plan->measure.nodes) - 1));
+  keep.count = (int)ceil((keep.end - keep.start) / keep.interval - 1e-6) + 1;
+  const task given = {plan, reference, NULL, &row, &keep};
+  flesh_accuracy_figures *f = &row.figures;
+  flesh_process process;
+  flesh_accuracy_tight_path(plan, path);
+  int status = flesh_process_start(work_tight, &given, f, sizeof *f, &process);
+  const double seconds = plan->max_seconds * (plan->repeat ? plan->repeat : 3);
+  if (status) return status;
+  const int crashed = flesh_pool_wait_for(plan->options.ranks, &process, seconds, f, sizeof *f);
+  if (flesh_interrupt_signal()) return FLESH_ERR_INTERRUPTED;
+  if (crashed) f->status = FLESH_ERR_SOLVE;
+  if (f->status == FLESH_ERR_FILE) return flesh_fail(FLESH_ERR_FILE, "%s", f->message);
+  if (row.figures.status)
+    return flesh_fail(row.figures.status, "the other prices are not measured: %s",
+                      row.figures.message);
+  return flesh_accuracy_track_read(path, tight);
+}

@@ -1,0 +1,138 @@
+/* study.c: a drift comparison as a study: its cases, and their figures as records. */
+#include <assert.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "base/file.h"
+#include "drift/drift.h"
+#include "flesh/version.h"
+#include "study/fields.h"
+
+typedef struct flesh_drift_figures figures;
+#define FIGURE(kind, name) {#name, FLESH_FIELD_##kind, offsetof(figures, name)}
+static const flesh_study_field fields[] = {
+    {"status_code", FLESH_FIELD_INT, offsetof(figures, status)},
+    {"element_kind", FLESH_FIELD_INT, offsetof(figures, element)},
+    {"tet_count", FLESH_FIELD_INT, offsetof(figures, tets)},
+    {"node_count", FLESH_FIELD_INT, offsetof(figures, nodes)},
+    FIGURE(INT, steps), FIGURE(INT, max_inverted), FIGURE(INT, final_inverted), FIGURE(INT, first_inverted_step),
+    FIGURE(INT, first_bound_step), FIGURE(DOUBLE, max_volume_drift), FIGURE(DOUBLE, final_volume_drift),
+    FIGURE(DOUBLE, rest_volume_ratio), FIGURE(DOUBLE, rest_volume_ratio_theory), FIGURE(DOUBLE, J_min),
+    FIGURE(DOUBLE, J_bound), FIGURE(DOUBLE, newton_per_step), FIGURE(DOUBLE, linear_per_newton), FIGURE(DOUBLE, wall_s),
+    {"failure_t", FLESH_FIELD_DOUBLE, offsetof(figures, failed_at)},
+    FIGURE(DOUBLE, distance_from_rest), FIGURE(DOUBLE, stressed_rest), FIGURE(DOUBLE, worst_t),
+    FIGURE(DOUBLE, worst_drift), FIGURE(DOUBLE, event_t), FIGURE(DOUBLE, event_drift), {0}};
+
+/* In the order of the values of make_case. */
+static const flesh_study_column columns[] = {{.name = "scene_name", .key = "SCENE"},
+                                             {.name = "element", .key = "--elements"},
+                                             {.name = "refine", .key = "--refine"},
+                                             {.name = "poisson", .key = "--poisson"},
+                                             {.name = "energy", .key = "--energies"},
+                                             {.name = "constants", .key = "--energies"},
+                                             {.name = "solver", .key = "--solvers"},
+                                             {.name = "inputs_sha256", .key = "SCENE"}};
+enum { COLUMNS = sizeof columns / sizeof *columns };
+
+static int make_case(const void *data, int number, flesh_study_case *made)
+{
+  const flesh_drift_plan *plan = data;
+  const flesh_drift_case *c = &plan->cases[number];
+  const flesh_drift_scene *scene = &plan->scenes[c->scene];
+  const flesh_drift_variant *v = &plan->variants[c->variant];
+  char *poisson = malloc(FLESH_NUMBER_SIZE);
+  *made = (flesh_study_case){.scene = scene->path, .overrides = (const char **)(void *)poisson};
+  if (!poisson) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  flesh_number_text(plan->poissons[c->poisson], poisson);
+  const char *const values[COLUMNS] = {scene->name,
+                                       scene->element,
+                                       scene->refine,
+                                       poisson,
+                                       flesh_energy_name(v->energy),
+                                       flesh_constants_name(v->constants),
+                                       flesh_drift_solver_name(c->solver),
+                                       scene->fingerprint};
+  memcpy(made->values, values, sizeof values);
+  return FLESH_OK;
+}
+
+static void free_case(flesh_study_case *made) { free(made->overrides); }
+
+static json_t *figure_names(const void *data)
+{
+  (void)data;
+  return flesh_fields_names(fields);
+}
+
+static json_t *do_case(const void *data, int number, const char *folder)
+{
+  (void)folder;
+  const flesh_drift_plan *plan = data;
+  flesh_drift_case c = plan->cases[number];
+  flesh_drift_run_case(plan, &c, &c.figures);
+  return flesh_fields_record(flesh_drift_status_word(&c), c.figures.exit_code, c.figures.message,
+                             flesh_fields_json(fields, &c.figures));
+}
+
+static int take(void *data, int number, const json_t *record)
+{
+  const flesh_drift_plan *plan = data;
+  figures *f = &plan->cases[number].figures;
+  const json_t *found = json_object_get(json_object_get(record, "result"), "figures");
+  const int code = (int)json_integer_value(json_object_get(record, "exit_code"));
+  if (json_is_object(found) && flesh_fields_read(fields, found, f))
+    return flesh_fail(FLESH_ERR_FILE, "%s/drift.db: the record of a case is not whole", plan->out);
+  f->exit_code = code;
+  snprintf(f->message, sizeof f->message, "%.399s", json_string_value(json_object_get(record, "message")));
+  if (!json_is_object(found)) { /* its process reported nothing */
+    f->status = FLESH_ERR_SOLVE;
+    f->crashed_by = code > 128 ? code - 128 : -1;
+  }
+  return FLESH_OK;
+}
+
+static void title(const void *data, int number, char *text, size_t size)
+{
+  const flesh_drift_plan *plan = data;
+  const flesh_drift_case *c = &plan->cases[number];
+  char variant[16];
+  flesh_drift_variant_title(plan->variants[c->variant], variant);
+  snprintf(text, size, "%s, %s, poisson %g, %s: %s", plan->scenes[c->scene].name, variant, plan->poissons[c->poisson],
+           flesh_drift_solver_name(c->solver), flesh_drift_status_word(c));
+}
+
+flesh_study flesh_drift_study(flesh_drift_plan *plan)
+{
+  char budget[FLESH_NUMBER_SIZE];
+  snprintf(plan->fingerprint, sizeof plan->fingerprint, "flesh %s, %s s", flesh_version(),
+           flesh_number_text(plan->max_seconds, budget));
+  return (flesh_study){.name = "drift",
+                       .command = "run",
+                       .fingerprint = plan->fingerprint,
+                       .different = "its runs had another --max-seconds, or were made by another version of flesh; give "
+                                    "it as it was, leave out --resume to begin anew",
+                       .column_count = COLUMNS,
+                       .columns = columns,
+                       .case_count = plan->case_count,
+                       .budget = plan->max_seconds,
+                       .data = plan,
+                       .make = make_case,
+                       .unmake = free_case,
+                       .figures = figure_names,
+                       .work = do_case,
+                       .take = take,
+                       .title = title,
+                       .taker = plan};
+}
+
+int flesh_drift_run(flesh_drift_plan *plan)
+{
+  const flesh_study study = flesh_drift_study(plan);
+  const int status = flesh_study_do(&study, &plan->options);
+  /* The rest volume that the first solver's case found holds for its siblings, which follow it. */
+  for (int k = 0; k < plan->case_count; k++)
+    if (k % plan->solver_count)
+      plan->cases[k].figures.rest_volume_ratio = plan->cases[k - k % plan->solver_count].figures.rest_volume_ratio;
+  return status;
+}

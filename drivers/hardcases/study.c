@@ -1,0 +1,171 @@
+/* study.c: the battery as a study: a case for each run, and its figures as a record. */
+#include <assert.h>
+#include <signal.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/confine.h"
+#include "base/error.h"
+#include "base/file.h"
+#include "base/text.h"
+#include "cli/interrupt.h"
+#include "cli/json_memory.h"
+#include "flesh/version.h"
+#include "hardcases/hardcases.h"
+#include "study/fields.h"
+
+#define FIGURE(kind, name) {#name, FLESH_FIELD_##kind, offsetof(flesh_hardcases_figures, name)}
+#define LONGEST(kind, name) {"longest_" #name, FLESH_FIELD_##kind, offsetof(flesh_hardcases_figures, longest.name)}
+static const flesh_study_field fields[] = {
+    {"status_code", FLESH_FIELD_INT, offsetof(flesh_hardcases_figures, status)},
+    {"end_kind", FLESH_FIELD_INT, offsetof(flesh_hardcases_figures, end)},
+    FIGURE(INT, tets), FIGURE(INT, steps), FIGURE(LONG, solves), FIGURE(LONG, retried), FIGURE(LONG, unconverged),
+    FIGURE(LONG, at_rounding), FIGURE(LONG, newton), FIGURE(LONG, linear), FIGURE(LONG, direct),
+    FIGURE(LONG, projections), FIGURE(LONG, backtracks), FIGURE(LONG, untanglings), FIGURE(LONG, untangled_nodes),
+    FIGURE(LONG, rises), FIGURE(LONG, rises_checked), FIGURE(DOUBLE, worst_rise), FIGURE(INT, finite),
+    FIGURE(INT, max_inverted), FIGURE(INT, inverted_end), FIGURE(DOUBLE, stressed_rest), FIGURE(DOUBLE, distance),
+    FIGURE(DOUBLE, volume_error), FIGURE(DOUBLE, recovered_at), FIGURE(DOUBLE, newton_ratio),
+    FIGURE(DOUBLE, time_ratio), FIGURE(DOUBLE, wall_s), FIGURE(DOUBLE, cpu_s), FIGURE(DOUBLE, simulated_s),
+    FIGURE(INT, rank), FIGURE(DOUBLE, gradient), FIGURE(DOUBLE, smallest_eigenvalue),
+    FIGURE(INT, negative_eigenvalues), LONGEST(LONG, step), LONGEST(DOUBLE, t), LONGEST(LONG, newton),
+    LONGEST(LONG, linear), LONGEST(DOUBLE, ratio), {0}};
+static_assert(sizeof(((flesh_hardcases_figures *)0)->end) == sizeof(int), "an end is read as a number");
+
+/* In the order of values_of. */
+static const flesh_study_column columns[] = {{.name = "case_name", .key = "--cases"},
+                                             {.name = "mesh", .key = "--meshes"},
+                                             {.name = "seed", .key = "--seeds"},
+                                             {.name = "energy", .key = "--energies"},
+                                             {.name = "constants", .key = "--energies"},
+                                             {.name = "poisson", .key = "--poisson"},
+                                             {.name = "step", .key = "--steps"},
+                                             {.name = "element", .key = "--elements"},
+                                             {.name = "solver", .key = "--solvers"}};
+enum { COLUMNS = sizeof columns / sizeof *columns };
+
+/* The texts of a case's values, which it owns in one piece. */
+typedef struct texts {
+  char seed[16], poisson[FLESH_NUMBER_SIZE], step[FLESH_NUMBER_SIZE];
+} texts;
+
+static int make_case(const void *data, int number, flesh_study_case *made)
+{
+  const flesh_hardcases_plan *plan = data;
+  const flesh_hardcases_run *run = &plan->runs[number];
+  const flesh_hardcases_setting *s = run->setting;
+  texts *t = malloc(sizeof *t);
+  *made = (flesh_study_case){.overrides = (const char **)(void *)t};
+  if (!t) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  snprintf(t->seed, sizeof t->seed, "%d", run->seed);
+  flesh_number_text(flesh_hardcases_poisson(run), t->poisson);
+  flesh_number_text(run->row->step > 0 ? run->row->step : s->step, t->step);
+  const char *const values[COLUMNS] = {run->row->name,
+                                       s->body ? s->body->file ? s->body->file : s->body->name : "",
+                                       t->seed,
+                                       flesh_energy_name(s->energy),
+                                       flesh_constants_name(s->constants),
+                                       t->poisson,
+                                       t->step,
+                                       flesh_element_name(s->element),
+                                       flesh_hardcases_solver_name(s->solver)};
+  memcpy(made->values, values, sizeof values);
+  return FLESH_OK;
+}
+
+static void free_case(flesh_study_case *made) { free(made->overrides); }
+
+static json_t *figure_names(const void *data)
+{
+  (void)data;
+  return flesh_fields_names(fields);
+}
+
+/* Removes what a run that recovered needs no more; the command makes it again. */
+static void shed(const char *out, const flesh_hardcases_run *run)
+{
+  static const char *const large[] = {"body.mesh", "start.txt", "frame_first.txt", "frame_early.txt", "out/state.txt"};
+  char folder[256], path[1700];
+  flesh_hardcases_run_folder(run, folder);
+  for (size_t k = 0; k < sizeof large / sizeof *large; k++) {
+    snprintf(path, sizeof path, "%s/%s/%s", out, folder, large[k]);
+    flesh_path_unlink(path);
+  }
+}
+
+static json_t *do_case(const void *data, int number, const char *folder)
+{
+  (void)folder;
+  const flesh_hardcases_plan *plan = data;
+  flesh_hardcases_run run = plan->runs[number];
+  flesh_hardcases_run_one(plan, &run, &run.figures);
+  run.outcome = flesh_hardcases_judge(&run);
+  if (plan->lean && run.outcome == FLESH_HARDCASES_RECOVERED) shed(plan->out, &run);
+  const char *word = run.outcome == FLESH_HARDCASES_NOT_RUN ? "interrupted" : flesh_hardcases_outcome_name(run.outcome);
+  return flesh_fields_record(word, run.figures.exit_code, run.figures.message, flesh_fields_json(fields, &run.figures));
+}
+
+static int take(void *data, int number, const json_t *record)
+{
+  const flesh_hardcases_plan *plan = data;
+  flesh_hardcases_run *run = &plan->runs[number];
+  flesh_hardcases_figures *f = &run->figures;
+  const json_t *figures = json_object_get(json_object_get(record, "result"), "figures");
+  const int code = (int)json_integer_value(json_object_get(record, "exit_code"));
+  if (json_is_object(figures) && flesh_fields_read(fields, figures, f))
+    return flesh_fail(FLESH_ERR_FILE, "%s/hardcases.db: the record of %s is not whole", plan->out, run->row->name);
+  f->exit_code = code;
+  snprintf(f->message, sizeof f->message, "%.399s", json_string_value(json_object_get(record, "message")));
+  if (!json_is_object(figures)) { /* its process reported nothing */
+    f->status = FLESH_ERR_SOLVE;
+    f->exit_code = 1;
+    f->crashed_by = code > 128 ? code - 128 : code == 6 ? SIGKILL : -1;
+  }
+  run->outcome = flesh_hardcases_judge(run);
+  return FLESH_OK;
+}
+
+static void title(const void *data, int number, char *text, size_t size)
+{
+  const flesh_hardcases_plan *plan = data;
+  const flesh_hardcases_run *run = &plan->runs[number];
+  char setting[112];
+  flesh_hardcases_setting_title(run->setting, setting);
+  snprintf(text, size, "%s, %s: %s", run->row->name, setting, flesh_hardcases_outcome_name(run->outcome));
+}
+
+/* Everything that results depend on beside the values of the columns. */
+static void make_fingerprint(flesh_hardcases_plan *plan)
+{
+  char budget[FLESH_NUMBER_SIZE], *to = plan->fingerprint;
+  const size_t size = sizeof plan->fingerprint;
+  *to = 0;
+  flesh_text_add(to, size, "flesh %s, %s s%s%s", flesh_version(), flesh_number_text(plan->max_seconds, budget),
+                 plan->quick ? ", quick" : "", plan->filters ? ", filters" : plan->shapes ? ", shapes" : "");
+  for (int k = 0; k < plan->overrides->count; k++) flesh_text_add(to, size, ", %s", plan->overrides->values[k]);
+}
+
+flesh_study flesh_hardcases_study(flesh_hardcases_plan *plan)
+{
+  make_fingerprint(plan);
+  return (flesh_study){.name = "hardcases",
+                       .command = "run",
+                       .fingerprint = plan->fingerprint,
+                       .different = "its runs had another --quick, --filters, --shapes, --max-seconds or --set, or were made by another "
+                                    "version of flesh; give them as they were, leave out --resume to begin anew",
+                       .column_count = COLUMNS,
+                       .columns = columns,
+                       .case_count = plan->run_count,
+                       /* Two phases, and time to judge the end. */
+                       .max_seconds = plan->max_seconds > 0 ? 3 * plan->max_seconds + 20 : 0,
+                       .budget = plan->max_seconds,
+                       .data = plan,
+                       .make = make_case,
+                       .unmake = free_case,
+                       .figures = figure_names,
+                       .work = do_case,
+                       .take = take,
+                       .title = title,
+                       .taker = plan};
+}

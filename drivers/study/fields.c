@@ -1,0 +1,64 @@
+/* fields.c: numbers of a struct as JSON, and back. */
+#include "study/fields.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "cli/json_memory.h"
+
+/* JSON has no infinities. */
+static json_t *number_json(double value)
+{
+  if (isnan(value)) return json_null();
+  return isfinite(value) ? json_real(value) : json_string(value > 0 ? "inf" : "-inf");
+}
+
+static double number_of(const json_t *value)
+{
+  if (json_is_number(value)) return json_number_value(value);
+  return json_is_string(value) ? strtod(json_string_value(value), NULL) : NAN;
+}
+
+json_t *flesh_fields_json(const flesh_study_field *fields, const void *from)
+{
+  json_t *object = json_object();
+  for (; fields->name; fields++) {
+    const char *at = (const char *)from + fields->offset;
+    json_t *value = fields->kind == FLESH_FIELD_DOUBLE ? number_json(*(const double *)(const void *)at)
+                    : fields->kind == FLESH_FIELD_LONG ? json_integer(*(const long *)(const void *)at)
+                                                       : json_integer(*(const int *)(const void *)at);
+    json_object_set_new(object, fields->name, value);
+  }
+  return object;
+}
+
+int flesh_fields_read(const flesh_study_field *fields, const json_t *object, void *to)
+{
+  for (; fields->name; fields++) {
+    char *at = (char *)to + fields->offset;
+    const json_t *value = json_object_get(object, fields->name);
+    if (!value) return -1;
+    if (fields->kind == FLESH_FIELD_DOUBLE) *(double *)(void *)at = number_of(value);
+    else if (fields->kind == FLESH_FIELD_LONG) *(long *)(void *)at = (long)json_integer_value(value);
+    else *(int *)(void *)at = (int)json_integer_value(value);
+  }
+  return 0;
+}
+
+json_t *flesh_fields_names(const flesh_study_field *fields)
+{
+  json_t *names = json_array();
+  for (; fields->name; fields++) json_array_append_new(names, json_string(fields->name));
+  return names;
+}
+
+json_t *flesh_fields_record(const char *status, int exit_code, const char *message, json_t *figures)
+{
+  json_t *result = json_object(), *record = json_object();
+  json_object_set_new(result, "figures", figures);
+  json_object_set_new(record, "status", json_string(status));
+  json_object_set_new(record, "exit_code", json_integer(exit_code));
+  json_object_set_new(record, "message", flesh_json_text(message));
+  json_object_set_new(record, "result", result);
+  return record;
+}

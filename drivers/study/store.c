@@ -1,0 +1,336 @@
+/* store.c: the database of a study: making, opening and closing it. */
+#include <errno.h>
+#include <fcntl.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/file.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "base/confine.h"
+#include "base/error.h"
+#include "study/database.h"
+#include "cli/json_memory.h"
+#include "run/provenance.h"
+#include "study/tables.h"
+
+/* How long a process waits for another one's transaction. */
+enum { PATIENCE_MS = 60000 };
+
+const char flesh_study_schema_text[] =
+    "Tables of the database:\n"
+    "  cases       a row per case: id (from 1, the same in every shard), a column per axis, repeat (of several),\n"
+    "              status (planned, running, complete, failed, out of budget, crashed, refused,\n"
+    "              interrupted), exit_code, message,\n"
+    "              seconds (of the whole case), started (UTC), worker, scene, overrides (as for --set, JSON),\n"
+    "              result (JSON as in result.json: status, failure, figures, materials, inputs with their sha256),\n"
+    "              case_key (its values, by which it is found again)\n"
+    "  table_rows  of drift, accuracy and hardcases: case_id, number, data (a row of the command's CSV as JSON)\n"
+    "  parameters  number, name, key: the axes;  derived: number, name, expression;  meta: key, value (spec, ...)\n"
+    "  workers     name, host, pid, lock, started, program (JSON: version, commit, compiler, libraries, machine)\n"
+    "  results     view: the cases with every figure as a column (energies as energy_NAME), reason and failed_at of\n"
+    "              failures, nodes and tets of the mesh, host and flesh_commit, and the derived columns\n"
+    "  rows        view: table_rows with the axes and a column per field\n"
+    "Costs that do not depend on the machine: steps, newton, linear, assemblies, projections, residuals, ...\n";
+
+/* The number of the tables' layout. */
+static const char format_number[] = "2";
+
+static int open_database(const char *path, int flags, flesh_study_store *store)
+{
+  *store = (flesh_study_store){.path = strdup(path), .lock = -1, .shard = 1, .shards = 1};
+  if (!store->path) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (sqlite3_open_v2(path, &store->database, flags, NULL))
+    return flesh_study_store_fail(store, "cannot be opened");
+  sqlite3_busy_timeout(store->database, PATIENCE_MS);
+  return FLESH_OK;
+}
+
+/* Returns the value of the key in `meta`, as a new text; NULL if it has none, as in a file that is no sweep. */
+static int text_of(flesh_study_store *store, const char *key, char **value)
+{
+  sqlite3_stmt *query;
+  *value = NULL;
+  int code = sqlite3_prepare_v2(store->database, "SELECT value FROM meta WHERE key = ?", -1, &query, NULL);
+  if (!code) {
+    sqlite3_bind_text(query, 1, key, -1, SQLITE_STATIC);
+    code = sqlite3_step(query);
+    const unsigned char *text = code == SQLITE_ROW ? sqlite3_column_text(query, 0) : NULL;
+    if (text && !(*value = strdup((const char *)text))) code = SQLITE_NOMEM;
+    sqlite3_finalize(query);
+  }
+  return code == SQLITE_NOMEM ? flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", store->path) : FLESH_OK;
+}
+
+static int set_meta(flesh_study_store *store, const char *key, const char *value)
+{
+  sqlite3_stmt *insert;
+  int status = flesh_study_store_prepare(store, "INSERT OR REPLACE INTO meta VALUES (?, ?)", &insert);
+  if (status) return status;
+  sqlite3_bind_text(insert, 1, key, -1, SQLITE_STATIC);
+  sqlite3_bind_text(insert, 2, value, -1, SQLITE_STATIC);
+  if (sqlite3_step(insert) != SQLITE_DONE) status = flesh_study_store_fail(store, "cannot be written");
+  sqlite3_finalize(insert);
+  return status;
+}
+
+/* WAL lets readers look on while cases are written; a commit is on the disk before it returns. */
+static int prepare_journal(flesh_study_store *store)
+{
+  for (int tries = 0;; tries++) {
+    int code = sqlite3_exec(store->database, "PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL;", NULL, NULL, NULL);
+    if (!code) return FLESH_OK;
+    if (code != SQLITE_BUSY || tries == 500) return flesh_study_store_fail(store, "cannot be written");
+    nanosleep(&(struct timespec){0, 20000000}, NULL); /* another process is making it */
+  }
+}
+
+int flesh_study_store_check(const flesh_study *study)
+{
+  flesh_study_store store;
+  int bad = -1, status = open_database(":memory:", SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, &store);
+  if (!status) status = flesh_study_tables_create(&store, study);
+  if (!status) status = set_meta(&store, "command", study->command);
+  /* The fields of other commands than run are known only when their tables are there. */
+  if (!status) status = flesh_study_views_write(&store, &bad);
+  if (status && bad >= 0)
+    status = strcmp(study->command, "run") ? FLESH_OK
+                                           : flesh_node_fail_within(status, study->derived[bad].node, "%s", "");
+  flesh_study_store_close(&store);
+  return status;
+}
+
+/* Writes what may change when a study is gone on with. */
+static int set_extent(flesh_study_store *store, const flesh_study *study)
+{
+  char count[16];
+  snprintf(count, sizeof count, "%d", study->case_count);
+  int status = set_meta(store, "cases", count);
+  if (!status && study->text) status = set_meta(store, "spec", study->text);
+  return status;
+}
+
+static int create(flesh_study_store *store, const flesh_study *study)
+{
+  char shard[40];
+  snprintf(shard, sizeof shard, "%d/%d", store->shard, store->shards);
+  int status = flesh_study_tables_create(store, study);
+  const struct {
+    const char *key, *value;
+  } rows[] = {{"format", format_number},    {"study", study->name},    {"spec_path", study->path ? study->path : ""},
+              {"shard", shard},             {"command", study->command}, {"fingerprint", study->fingerprint}};
+  for (size_t k = 0; !status && k < sizeof rows / sizeof *rows; k++)
+    status = set_meta(store, rows[k].key, rows[k].value);
+  return status;
+}
+
+/* Whether the layout is this program's: NULL is none. */
+static int check_format(const flesh_study_store *store, const char *format)
+{
+  if (!format) return flesh_fail(FLESH_ERR_FILE, "%s: this is no database of a study", store->path);
+  if (strcmp(format, format_number))
+    return flesh_fail(FLESH_ERR_FILE, "%s: its layout is number %.20s, and this program's is %s; the version of flesh that "
+                      "made it can read it", store->path, format, format_number);
+  return FLESH_OK;
+}
+
+/* Whether the database is of this study and shard. */
+static int compare(flesh_study_store *store, const flesh_study *study)
+{
+  char *fingerprint, *shard = NULL;
+  char wanted[40];
+  int status = text_of(store, "fingerprint", &fingerprint);
+  if (!status) status = text_of(store, "shard", &shard);
+  snprintf(wanted, sizeof wanted, "%d/%d", store->shard, store->shards);
+  if (status) { /* out of memory */
+  } else if (!fingerprint || !shard) status = check_format(store, NULL);
+  else if (strcmp(fingerprint, study->fingerprint))
+    status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: is of another %s: %s, or give another --out", store->path, study->name,
+                        study->different);
+  else if (strcmp(shard, wanted))
+    status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: holds shard %s, not %s; give each shard an --out of its own",
+                        store->path, shard, wanted);
+  free(fingerprint);
+  free(shard);
+  return status;
+}
+
+char *flesh_study_store_beside(const flesh_study_store *store, const char *name)
+{
+  const char *slash = strrchr(store->path, '/');
+  char *path = malloc(strlen(store->path) + strlen(name) + 2);
+  if (path) sprintf(path, "%.*s%s", slash ? (int)(slash + 1 - store->path) : 0, store->path, name);
+  return path;
+}
+
+/* A file that stays locked while this process lives, however it ends. */
+static int open_lock(flesh_study_store *store, const char *name)
+{
+  store->lock_path = flesh_study_store_beside(store, name);
+  if (!store->lock_path) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  store->lock = flesh_path_open(store->lock_path, O_RDWR | O_CREAT | O_NOFOLLOW, 0666);
+  if (store->lock < 0 || flock(store->lock, LOCK_EX | LOCK_NB))
+    return flesh_fail(FLESH_ERR_FILE, "%s: cannot be locked: %s", store->lock_path, strerror(errno));
+  return FLESH_OK;
+}
+
+static int enrol(flesh_study_store *store, int argc, char **argv)
+{
+  char host[80] = "", lock[80];
+  struct timespec now;
+  sqlite3_stmt *insert;
+  gethostname(host, sizeof host - 1);
+  clock_gettime(CLOCK_REALTIME, &now);
+  snprintf(store->worker, sizeof store->worker, "%s:%ld:%lld%09ld", host, (long)getpid(), (long long)now.tv_sec,
+           now.tv_nsec);
+  snprintf(lock, sizeof lock, ".study-%ld-%lld%09ld.lock", (long)getpid(), (long long)now.tv_sec, now.tv_nsec);
+  int status = open_lock(store, lock);
+  if (!status)
+    status =
+        flesh_study_store_prepare(store,
+                                  "INSERT INTO workers (name, host, pid, lock, started, program) VALUES (?, ?, ?, ?, "
+                                  "strftime('%Y-%m-%dT%H:%M:%fZ', 'now'), ?)",
+                                  &insert);
+  if (status) return status;
+  json_t *program = flesh_provenance_program(argc, argv);
+  char *text = json_dumps(program, JSON_COMPACT);
+  if (flesh_json_lacks()) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  sqlite3_bind_text(insert, 1, store->worker, -1, SQLITE_STATIC);
+  sqlite3_bind_text(insert, 2, host, -1, SQLITE_STATIC);
+  sqlite3_bind_int64(insert, 3, getpid());
+  sqlite3_bind_text(insert, 4, lock, -1, SQLITE_STATIC);
+  sqlite3_bind_text(insert, 5, text, -1, SQLITE_STATIC);
+  if (!status && sqlite3_step(insert) != SQLITE_DONE) status = flesh_study_store_fail(store, "cannot be written");
+  sqlite3_finalize(insert);
+  json_decref(program);
+  free(text);
+  return status;
+}
+
+static int prepare_statements(flesh_study_store *store)
+{
+  int status = flesh_study_store_prepare(
+      store,
+      "UPDATE cases SET status = 'running', worker = ?1, started = strftime('%Y-%m-%dT%H:%M:%fZ', 'now') "
+      "WHERE id = (SELECT id FROM cases WHERE status = 'planned' AND EXISTS (SELECT 1 FROM temp.wanted w "
+      "WHERE w.id = cases.id AND w.number >= ?2 AND w.number < ?3) ORDER BY id LIMIT 1) "
+      "RETURNING (SELECT number FROM temp.wanted w WHERE w.id = cases.id)",
+      &store->claim);
+  if (!status)
+    status =
+        flesh_study_store_prepare(store,
+                                  "UPDATE cases SET status = ?, exit_code = ?, message = ?, seconds = ?, result = ? "
+                                  "WHERE id = (SELECT id FROM temp.wanted WHERE number = ?) AND worker = ?",
+                                  &store->finish);
+  if (!status)
+    status = flesh_study_store_prepare(
+        store, "INSERT OR REPLACE INTO table_rows VALUES ((SELECT id FROM temp.wanted WHERE number = ?), ?, ?)",
+        &store->row);
+  return status;
+}
+
+/* Begins or goes on with the tables, within a transaction. */
+static int fill(flesh_study_store *store, const flesh_study *study, const flesh_study_options *options)
+{
+  char *format;
+  int bad = -1, status = text_of(store, "format", &format);
+  const int found = format != NULL;
+  if (!status && found) status = check_format(store, format);
+  free(format);
+  if (!status) status = found ? compare(store, study) : create(store, study);
+  if (!status) status = set_extent(store, study);
+  if (!status) status = flesh_study_store_plan(store, study);
+  if (!status) status = enrol(store, options->argc, options->argv);
+  if (!status && found && study->tries_again)
+    status = flesh_study_store_execute(store, "UPDATE cases SET status = 'planned', worker = NULL, started = NULL WHERE "
+                                              "status IN ('crashed', 'out of budget') AND id IN (SELECT id FROM temp.wanted)");
+  if (!status && !found && (status = flesh_study_views_write(store, &bad)) && bad >= 0) status = FLESH_OK;
+  return status;
+}
+
+/* A database that is there is gone on with by --resume; without it, a study that asks refuses, and others begin anew. */
+static int make_way(const flesh_study *study, const char *path, int resume)
+{
+  static const char *const ends[] = {"", "-wal", "-shm"};
+  if (resume || !flesh_path_is_file(path)) return FLESH_OK;
+  if (study->asks) {
+    flesh_study_store there;
+    const int status = flesh_study_store_read(path, &there);
+    flesh_study_store_close(&there);
+    return status == FLESH_ERR_MEMORY ? status
+           : status ? FLESH_OK /* no database of a study: opening it says what it is */
+                    : flesh_fail(FLESH_ERR_ARGUMENT,
+                                 "%s: is there already; --resume goes on with it, another --out begins a new one", path);
+  }
+  for (size_t k = 0; k < sizeof ends / sizeof *ends; k++) {
+    char *other = sqlite3_mprintf("%s%s", path, ends[k]);
+    if (!other) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+    flesh_path_unlink(other);
+    sqlite3_free(other);
+  }
+  return FLESH_OK;
+}
+
+int flesh_study_read_shard(const char *text, int *shard, int *shards)
+{
+  char end;
+  *shard = *shards = 1;
+  if (!text) return FLESH_OK;
+  if (sscanf(text, "%d/%d%c", shard, shards, &end) == 2 && *shard >= 1 && *shard <= *shards) return FLESH_OK;
+  return flesh_fail(FLESH_ERR_ARGUMENT, "--shard is '%s'; it must be i/n with i from 1 to n, as in 2/8", text);
+}
+
+char *flesh_study_path(const char *out, const char *name)
+{
+  char *path = malloc(strlen(out) + strlen(name) + 8);
+  if (path) sprintf(path, "%s/%s.db", out, name);
+  return path;
+}
+
+int flesh_study_store_open(const flesh_study *study, const flesh_study_options *options, flesh_study_store *store)
+{
+  int shard, shards, status = flesh_study_read_shard(options->shard, &shard, &shards);
+  *store = (flesh_study_store){.lock = -1};
+  if (status) return status;
+  char *path = flesh_study_path(options->out, study->name);
+  if (!path) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  status = flesh_path_check(path);
+  if (!status) status = make_way(study, path, options->resume);
+  if (!status) status = open_database(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, store);
+  free(path);
+  store->shard = shard, store->shards = shards;
+  store->end = study->case_count;
+  if (!status) status = prepare_journal(store);
+  if (!status) status = flesh_study_store_execute(store, "BEGIN IMMEDIATE");
+  if (status) return status;
+  status = flesh_study_store_end(store, fill(store, study, options));
+  return status ? status : prepare_statements(store);
+}
+
+int flesh_study_store_read(const char *path, flesh_study_store *store)
+{
+  *store = (flesh_study_store){.path = strdup(path), .lock = -1, .shard = 1, .shards = 1};
+  int status = store->path ? flesh_database_read(path, SQLITE_OPEN_READWRITE, &store->database)
+                           : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!status) sqlite3_busy_timeout(store->database, PATIENCE_MS);
+  char *format = NULL;
+  if (!status) status = text_of(store, "format", &format);
+  if (!status) status = check_format(store, format);
+  free(format);
+  return status;
+}
+
+void flesh_study_store_close(flesh_study_store *store)
+{
+  sqlite3_finalize(store->claim);
+  sqlite3_finalize(store->finish);
+  sqlite3_finalize(store->row);
+  sqlite3_close(store->database);
+  if (store->lock >= 0) {
+    flesh_path_unlink(store->lock_path);
+    close(store->lock);
+  }
+  free(store->lock_path);
+  free(store->path);
+  *store = (flesh_study_store){.lock = -1};
+}

@@ -1,0 +1,220 @@
+/* store_cases.c: the cases in the database of a study: claimed, finished, released, recovered, counted and read by the
+ * processes that work on it. */
+#include <dirent.h>
+#include <fcntl.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include "base/confine.h"
+#include "base/error.h"
+#include "cli/json_memory.h"
+#include "study/tables.h"
+
+static int claim(flesh_study_store *store, int *number)
+{
+  *number = -1;
+  sqlite3_bind_text(store->claim, 1, store->worker, -1, SQLITE_STATIC);
+  sqlite3_bind_int(store->claim, 2, store->first);
+  sqlite3_bind_int(store->claim, 3, store->end);
+  int code = sqlite3_step(store->claim);
+  if (code == SQLITE_ROW) {
+    *number = sqlite3_column_int(store->claim, 0);
+    code = sqlite3_step(store->claim);
+  }
+  int status = code == SQLITE_DONE ? FLESH_OK : flesh_study_store_fail(store, "cannot be written");
+  sqlite3_reset(store->claim);
+  return status;
+}
+
+int flesh_study_store_claim(flesh_study_store *store, int *number)
+{
+  *number = -1;
+  int status = flesh_study_store_execute(store, "BEGIN IMMEDIATE");
+  return status ? status : flesh_study_store_end(store, claim(store, number));
+}
+
+static int write_rows(flesh_study_store *store, int number, const json_t *rows)
+{
+  size_t index;
+  const json_t *row;
+  json_array_foreach((json_t *)rows, index, row) {
+    char *text = json_dumps(row, JSON_COMPACT);
+    sqlite3_bind_int(store->row, 1, number);
+    sqlite3_bind_int64(store->row, 2, (sqlite3_int64)index + 1);
+    sqlite3_bind_text(store->row, 3, text, -1, SQLITE_STATIC);
+    int code = sqlite3_step(store->row);
+    sqlite3_reset(store->row);
+    free(text);
+    if (code != SQLITE_DONE) return flesh_study_store_fail(store, "cannot be written");
+  }
+  return FLESH_OK;
+}
+
+static int write_record(flesh_study_store *store, int number, const json_t *record, double seconds)
+{
+  const json_t *result = json_object_get(record, "result"), *rows = json_object_get(record, "rows");
+  char *text = json_is_object(result) ? json_dumps(result, JSON_COMPACT) : NULL;
+  sqlite3_stmt *finish = store->finish;
+  sqlite3_bind_text(finish, 1, json_string_value(json_object_get(record, "status")), -1, SQLITE_STATIC);
+  sqlite3_bind_int64(finish, 2, json_integer_value(json_object_get(record, "exit_code")));
+  sqlite3_bind_text(finish, 3, json_string_value(json_object_get(record, "message")), -1, SQLITE_STATIC);
+  sqlite3_bind_double(finish, 4, seconds);
+  sqlite3_bind_text(finish, 5, text, -1, SQLITE_STATIC);
+  sqlite3_bind_int(finish, 6, number);
+  sqlite3_bind_text(finish, 7, store->worker, -1, SQLITE_STATIC);
+  int status = sqlite3_step(finish) == SQLITE_DONE ? FLESH_OK : flesh_study_store_fail(store, "cannot be written");
+  sqlite3_reset(finish);
+  free(text);
+  return status || !rows ? status : write_rows(store, number, rows);
+}
+
+int flesh_study_store_finish(flesh_study_store *store, int number, const json_t *record, double seconds, int *next)
+{
+  if (next) *next = -1;
+  int status = flesh_study_store_execute(store, "BEGIN IMMEDIATE");
+  if (status) return status;
+  status = write_record(store, number, record, seconds);
+  if (!status && next) status = claim(store, next);
+  return flesh_study_store_end(store, status);
+}
+
+int flesh_study_store_release(flesh_study_store *store, int number)
+{
+  char *sql = sqlite3_mprintf("UPDATE cases SET status = 'planned', worker = NULL, started = NULL WHERE id = "
+                              "(SELECT id FROM temp.wanted WHERE number = %d) AND worker = %Q AND status = 'running'",
+                              number, store->worker);
+  int status = sql ? flesh_study_store_execute(store, sql) : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  sqlite3_free(sql);
+  return status;
+}
+
+/* .study-<process>-<time>.lock, in no other folder: the names in a database are its writer's. */
+static int is_lock(const char *name)
+{
+  const size_t length = strlen(name);
+  return !strncmp(name, ".study-", 7) && length > 12 && !strcmp(name + length - 5, ".lock") && !strchr(name, '/');
+}
+
+/* Whether the process that has the lock file lives; else the file goes. Within a transaction, as are the makers. */
+static int lives(const flesh_study_store *store, const char *lock)
+{
+  if (!is_lock(lock)) return 0;
+  char *path = flesh_study_store_beside(store, lock);
+  if (!path) return 1;
+  int file = flesh_path_open(path, O_RDWR | O_NOFOLLOW | O_NONBLOCK, 0), living = 0;
+  if (file >= 0) {
+    living = flock(file, LOCK_EX | LOCK_NB) != 0;
+    if (!living) flesh_path_unlink(path);
+    close(file);
+  }
+  free(path);
+  return living;
+}
+
+/* Removes what processes left that were killed. */
+static void clean(const flesh_study_store *store)
+{
+  char *folder = flesh_study_store_beside(store, ".");
+  DIR *list = folder ? flesh_path_list(folder) : NULL;
+  free(folder);
+  if (!list) return;
+  for (struct dirent *entry; (entry = readdir(list));) lives(store, entry->d_name);
+  closedir(list);
+}
+
+static int recover(flesh_study_store *store, int *count, int *running)
+{
+  clean(store);
+  sqlite3_stmt *query;
+  int status = flesh_study_store_prepare(store,
+                                         "SELECT worker, lock, count(*) FROM cases LEFT JOIN workers ON name = worker "
+                                         "WHERE status = 'running' AND worker IS NOT ?1 GROUP BY worker",
+                                         &query);
+  if (status) return status;
+  sqlite3_bind_text(query, 1, store->worker, -1, SQLITE_STATIC);
+  int code;
+  while (!status && (code = sqlite3_step(query)) == SQLITE_ROW) {
+    const char *worker = (const char *)sqlite3_column_text(query, 0),
+               *lock = (const char *)sqlite3_column_text(query, 1);
+    int cases = sqlite3_column_int(query, 2);
+    if (lock && lives(store, lock)) {
+      *running += cases;
+      continue;
+    }
+    *count += cases;
+    char *sql = sqlite3_mprintf("UPDATE cases SET status = 'planned', worker = NULL, started = NULL "
+                                "WHERE status = 'running' AND worker IS %Q", worker);
+    status = sql ? flesh_study_store_execute(store, sql) : FLESH_ERR_MEMORY;
+    sqlite3_free(sql);
+  }
+  if (!status && code != SQLITE_DONE) status = flesh_study_store_fail(store, "cannot be read");
+  sqlite3_finalize(query);
+  return status;
+}
+
+int flesh_study_store_recover(flesh_study_store *store, int *count, int *running)
+{
+  *count = *running = 0;
+  int status = flesh_study_store_execute(store, "BEGIN IMMEDIATE");
+  return status ? status : flesh_study_store_end(store, recover(store, count, running));
+}
+
+int flesh_study_store_judge(flesh_study_store *store)
+{
+  sqlite3_stmt *query;
+  int all = flesh_study_store_count(store, NULL), status = FLESH_OK;
+  if (!all || flesh_study_store_count(store, "refused") < all) return FLESH_OK;
+  if (sqlite3_prepare_v2(store->database, "SELECT message FROM cases ORDER BY id LIMIT 1", -1, &query, NULL))
+    return flesh_study_store_fail(store, "cannot be read");
+  if (sqlite3_step(query) == SQLITE_ROW)
+    status = flesh_fail(FLESH_ERR_ARGUMENT, "all %d cases are refused; the first: %s", all,
+                        sqlite3_column_text(query, 0) ? (const char *)sqlite3_column_text(query, 0) : "(no words)");
+  sqlite3_finalize(query);
+  return status;
+}
+
+int flesh_study_store_count(flesh_study_store *store, const char *state)
+{
+  sqlite3_stmt *query;
+  int count = 0;
+  if (sqlite3_prepare_v2(store->database,
+                         "SELECT count(*) FROM temp.wanted JOIN cases USING (id) WHERE ?1 IS NULL OR status = ?1", -1,
+                         &query, NULL))
+    return 0;
+  sqlite3_bind_text(query, 1, state, -1, SQLITE_STATIC);
+  if (sqlite3_step(query) == SQLITE_ROW) count = sqlite3_column_int(query, 0);
+  sqlite3_finalize(query);
+  return count;
+}
+
+/* A row of cases as the record that it was written from. */
+static json_t *read_record(sqlite3_stmt *query)
+{
+  const char *result = (const char *)sqlite3_column_text(query, 4), *message = (const char *)sqlite3_column_text(query, 3);
+  json_t *record = json_object();
+  json_object_set_new(record, "status", flesh_json_text((const char *)sqlite3_column_text(query, 1)));
+  json_object_set_new(record, "exit_code", json_integer(sqlite3_column_int(query, 2)));
+  json_object_set_new(record, "message", flesh_json_text(message ? message : ""));
+  json_object_set_new(record, "result", result ? json_loads(result, 0, NULL) : json_null());
+  return record;
+}
+
+int flesh_study_store_load(flesh_study_store *store, const flesh_study *study)
+{
+  sqlite3_stmt *query;
+  int code = SQLITE_DONE;
+  int status = flesh_study_store_prepare(store,
+                                         "SELECT number, status, exit_code, message, result FROM temp.wanted JOIN cases "
+                                         "USING (id) WHERE status NOT IN ('planned', 'running') ORDER BY number",
+                                         &query);
+  while (!status && (code = sqlite3_step(query)) == SQLITE_ROW) {
+    json_t *record = read_record(query);
+    status = study->take(study->taker, sqlite3_column_int(query, 0), record);
+    json_decref(record);
+  }
+  if (!status && code != SQLITE_DONE) status = flesh_study_store_fail(store, "cannot be read");
+  sqlite3_finalize(query);
+  return status;
+}

@@ -1,0 +1,143 @@
+/* study.h: a study: cases that differ in the values of named columns, each done in a process of its own, whose records go
+ * to a database. Killed at any moment, it goes on from there; it may be shared out as shards, extended by cases, joined and
+ * asked by SQL. What a case is and what is made of its record is for each command to say, by a flesh_study. */
+#ifndef FLESH_STUDY_STUDY_H
+#define FLESH_STUDY_STUDY_H
+
+#include <jansson.h>
+#include <sqlite3.h>
+
+#include "pool/pool.h"
+#include "scene/node.h"
+
+enum { FLESH_STUDY_COLUMNS = 64 };
+
+typedef struct flesh_study_column {
+  const char *name, *key;  /* of the database; what it sets, for people */
+  const flesh_node *place; /* in a spec, for sentences; NULL: none */
+  int hidden;              /* its value stands in the column `scene` that every case has */
+} flesh_study_column;
+
+/* A column of the view `results` by an expression of SQL. */
+typedef struct flesh_study_derived {
+  const char *name, *expression;
+  const flesh_node *node;
+} flesh_study_derived;
+
+/* A case. */
+typedef struct flesh_study_case {
+  const char *values[FLESH_STUDY_COLUMNS];      /* of the columns, as YAML; numbers become numbers of the database */
+  const flesh_node *nodes[FLESH_STUDY_COLUMNS]; /* of the values in a spec; NULL: none */
+  int repeat;                                   /* from 1 */
+  const char *scene;                            /* NULL: none */
+  int count;
+  const char **overrides; /* as for --set; owned */
+} flesh_study_case;
+
+/* Cases have numbers from 0. */
+typedef struct flesh_study {
+  const char *name;        /* the database is DIR/<name>.db */
+  const char *command;     /* what each case does: run, or the command whose table it makes */
+  const char *text, *path; /* of the spec; NULL: none */
+  const char *fingerprint; /* of what all cases have in common: a study goes on, or is joined, with its like */
+  const char *different;   /* what is said where it is another: "the scene has changed since; undo that" */
+  int column_count;
+  const flesh_study_column *columns;
+  int repeats; /* above 1 there is a column `repeat` */
+  int derived_count;
+  const flesh_study_derived *derived;
+  int case_count;
+  double max_seconds; /* after which a case's process is ended; 0: never */
+  double budget;      /* that cases stop at by themselves, for the words; 0: none */
+  int tries_again;    /* cases that crashed or were out of budget are done again by --resume */
+  int asks;           /* an existing database is gone on with only by --resume, and else refused instead of begun anew */
+  const void *data;   /* of the calls below */
+
+  /* Values of the case; FLESH_ERR_MEMORY, and nothing made. unmake(made) frees. */
+  int (*make)(const void *data, int number, flesh_study_case *made);
+  void (*unmake)(flesh_study_case *made);
+  /* New array of the names of the figures, "J_min" or "energies.gravity", in the order of their columns. */
+  json_t *(*figures)(const void *data);
+  /* Does the case in this process, and returns its record: {"status", "exit_code", "message", "result": {"figures": ...}},
+   * and "rows" of a table. The status is "interrupted" where a signal ended it. */
+  json_t *(*work)(const void *data, int number, const char *folder);
+  /* New path of the folder that the case fills, which has its log too; NULL where it keeps nothing. The member is NULL
+   * where cases look after their folders, and speak. */
+  char *(*folder)(const void *data, int number);
+  /* Takes a record into memory, just after it was written or when it was written before; an error ends the study. NULL:
+   * nobody asks. `seconds`: the case took. Without a result its process has crashed. */
+  int (*take)(void *data, int number, const json_t *record);
+  /* Title of the case, for the line of progress; NULL: none. */
+  void (*title)(const void *data, int number, char *text, size_t size);
+  void *taker; /* data of take and title */
+} flesh_study;
+
+/* The database of a study. */
+typedef struct flesh_study_store {
+  sqlite3 *database;
+  char *path;
+  char worker[200]; /* this process in the tables; empty until it works */
+  int lock;         /* file whose lock says that this process lives; -1: none */
+  char *lock_path;
+  int shard, shards; /* of this database: 1/1 when it is whole */
+  int first, end;    /* numbers of the cases that are claimed: from the first to before the end */
+  sqlite3_stmt *claim, *finish, *row;
+} flesh_study_store;
+
+/* Begins or goes on. */
+typedef struct flesh_study_options {
+  flesh_ranks *ranks; /* NULL: none */
+  const char *out;    /* folder of the database */
+  const char *shard;  /* "2/8", counted from 1; NULL: all */
+  int jobs;           /* at a time on each rank */
+  int resume, quiet;
+  int argc;
+  char **argv; /* the command line, for the provenance */
+} flesh_study_options;
+
+extern const char flesh_study_schema_text[]; /* the tables, for the help */
+
+/* Reads "2/8". FLESH_ERR_ARGUMENT. */
+int flesh_study_read_shard(const char *text, int *shard, int *shards);
+/* New path of the database of that name in the folder; NULL without memory. */
+char *flesh_study_path(const char *out, const char *name);
+
+/* Tries tables, views and derived columns without a file. */
+int flesh_study_store_check(const flesh_study *study);
+/* Makes the database or goes on with it. Cases that it has not are added. */
+int flesh_study_store_open(const flesh_study *study, const flesh_study_options *options, flesh_study_store *store);
+/* Opens one that is there, to read from. */
+int flesh_study_store_read(const char *path, flesh_study_store *store);
+void flesh_study_store_close(flesh_study_store *store);
+/* The next case for this process, -1 when none is left to be begun. */
+int flesh_study_store_claim(flesh_study_store *store, int *number);
+/* Writes the case's row, and in the same transaction claims the next (*next, may be NULL). `record` is borrowed. */
+int flesh_study_store_finish(flesh_study_store *store, int number, const json_t *record, double seconds, int *next);
+/* Gives a case back that was not finished. */
+int flesh_study_store_release(flesh_study_store *store, int number);
+/* Cases claimed by processes that have ended become planned again; *count of them, and *running of living ones. */
+int flesh_study_store_recover(flesh_study_store *store, int *count, int *running);
+/* How many cases of this study have a status: "planned", "running", "complete", NULL for all. */
+int flesh_study_store_count(flesh_study_store *store, const char *status);
+/* Gives the records of all cases that are done to study->take. */
+int flesh_study_store_load(flesh_study_store *store, const flesh_study *study);
+/* FLESH_ERR_ARGUMENT with the first one's sentence when all cases are refused. */
+int flesh_study_store_judge(flesh_study_store *store);
+/* Makes the view `results` anew from what the cases' results hold. */
+int flesh_study_store_make_views(flesh_study_store *store);
+/* FLESH_ERR_FILE with SQLite's words. */
+int flesh_study_store_fail(const flesh_study_store *store, const char *doing);
+int flesh_study_store_execute(flesh_study_store *store, const char *sql);
+
+/* Runs what is planned of the store's cases. FLESH_ERR_INTERRUPTED when a signal ended it: what is done stands. */
+int flesh_study_run(const flesh_study *study, flesh_study_store *store, const flesh_study_options *options);
+/* The data of the processes of the cases, on every rank; `store` NULL: another rank has it. */
+typedef struct flesh_study_work {
+  const flesh_study *study;
+  flesh_study_store *store;
+} flesh_study_work;
+flesh_pool_cases flesh_study_pool_cases(const flesh_study_work *given);
+/* Opens, takes what is done, runs the rest and makes the views. */
+int flesh_study_do(const flesh_study *study, const flesh_study_options *options);
+
+#endif
