@@ -159,22 +159,38 @@ static void move(int begin, int end, const double *base, double shift, const dou
 }
 
 typedef struct displacement {
-  flesh_equations *equations;
+  const flesh_equations *equations;
   const double *u;
+  double *x, *v, *a; /* v and a NULL: positions alone */
 } displacement;
 
 enum { DOFS = 4096 }; /* of a task */
 
 static void move_part(void *data, int part)
 {
-  const displacement *from = data;
-  flesh_equations *self = from->equations;
-  flesh_evaluation *e = &self->evaluation;
+  const displacement *to = data;
+  const flesh_stage *s = &to->equations->stage;
+  const int n = to->equations->n, begin = part * DOFS, end = begin + DOFS < n ? begin + DOFS : n;
+  move(begin, end, s->x0, s->shift.x, to->u, to->x);
+  if (!to->v) return;
+  move(begin, end, s->v0, s->shift.v, to->u, to->v);
+  move(begin, end, s->a0, s->shift.a, to->u, to->a);
+}
+
+static void move_all(displacement to)
+{
+  const flesh_equations *self = to.equations;
+  const flesh_constrained *constrained = &self->constrained;
   const flesh_stage *s = &self->stage;
-  const int begin = part * DOFS, end = begin + DOFS < self->n ? begin + DOFS : self->n;
-  move(begin, end, s->x0, s->shift.x, from->u, e->x);
-  move(begin, end, s->v0, s->shift.v, from->u, e->v);
-  move(begin, end, s->a0, s->shift.a, from->u, e->a);
+  flesh_threads_run(self->threads, (self->n + DOFS - 1) / DOFS, move_part, &to);
+  for (int k = 0; k < constrained->count; k++) {
+    const int d = constrained->dofs[k];
+    const double value = constrained->u[d];
+    to.x[d] = s->x0[d] + s->shift.x * value;
+    if (!to.v) continue;
+    to.v[d] = (s->v0 ? s->v0[d] : 0) + s->shift.v * value;
+    to.a[d] = (s->a0 ? s->a0[d] : 0) + s->shift.a * value;
+  }
 }
 
 /* How far a node at u is from where the stage begins, at most, m. */
@@ -187,16 +203,8 @@ static double displacement_to(const flesh_equations *self, const double *u)
 flesh_point flesh_equations_point(flesh_equations *self, const double *u)
 {
   flesh_evaluation *e = &self->evaluation;
-  flesh_constrained *constrained = &self->constrained;
   const flesh_stage *s = &self->stage;
-  flesh_threads_run(self->threads, (self->n + DOFS - 1) / DOFS, move_part, &(displacement){self, u});
-  for (int k = 0; k < constrained->count; k++) {
-    const int d = constrained->dofs[k];
-    const double value = constrained->u[d];
-    e->x[d] = s->x0[d] + s->shift.x * value;
-    e->v[d] = (s->v0 ? s->v0[d] : 0) + s->shift.v * value;
-    e->a[d] = (s->a0 ? s->a0[d] : 0) + s->shift.a * value;
-  }
+  move_all((displacement){self, u, e->x, e->v, e->a});
   const int looks = e->clearance.free && e->clearance.least_left > 0;
   if (looks) {
     e->clearance.moved = displacement_to(self, u);
@@ -237,13 +245,19 @@ int flesh_equations_is_clear(const flesh_equations *self, const double *u)
   return e->clearance.free && e->clearance.least_left > 0 && displacement_to(self, u) < e->clearance.least_left;
 }
 
+/* Whether no effect limits the straight step from the lagged state to x. */
+static int is_free_to(const flesh_equations *self, const double *x)
+{
+  const flesh_stage *s = &self->stage;
+  return flesh_system_max_feasible_step(self->system, &self->evaluation.proximity, s->internal, s->t_from, s->x_from, s->t,
+                                        x) == 1;
+}
+
 int flesh_equations_can_reach(flesh_equations *self, const double *u)
 {
-  const flesh_evaluation *e = &self->evaluation;
-  const flesh_stage *s = &self->stage;
   if (flesh_equations_is_clear(self, u)) return 1;
-  flesh_equations_point(self, u);
-  return flesh_system_max_feasible_step(self->system, &e->proximity, s->internal, s->t_from, s->x_from, s->t, e->x) == 1;
+  move_all((displacement){.equations = self, .u = u, .x = self->scratch});
+  return is_free_to(self, self->scratch);
 }
 
 /* The free dofs of u become those of x. */
@@ -258,8 +272,8 @@ int flesh_equations_push_out(flesh_equations *self, double *u)
   flesh_evaluation *e = &self->evaluation;
   const flesh_stage *s = &self->stage;
   if (flesh_equations_can_reach(self, u)) return FLESH_OK;
-  flesh_system_push_out(self->system, s->t_from, s->x_from, s->t, e->x);
-  take_free(self, e->x, u);
+  flesh_system_push_out(self->system, s->t_from, s->x_from, s->t, self->scratch);
+  take_free(self, self->scratch, u);
   if (flesh_equations_can_reach(self, u)) return FLESH_OK;
   /* Nothing is pushed out of other bodies: it stays where it was. */
   if (e->proximity.near) take_free(self, s->x_from, u);
@@ -270,11 +284,11 @@ double flesh_equations_max_feasible_step(flesh_equations *self, const double *fr
 {
   flesh_evaluation *e = &self->evaluation;
   if (e->clearance.moved_most < e->clearance.least_left && flesh_equations_is_clear(self, to)) return 1;
-  flesh_equations_point(self, from);
-  memcpy(self->scratch, e->x, (size_t)self->n * sizeof *e->x);
-  flesh_equations_point(self, to);
-  return flesh_system_max_feasible_step(self->system, &e->proximity, self->stage.internal, self->stage.t, self->scratch,
-                                        self->stage.t, e->x);
+  double *x_from = self->scratch, *x_to = x_from + self->n;
+  move_all((displacement){.equations = self, .u = from, .x = x_from});
+  move_all((displacement){.equations = self, .u = to, .x = x_to});
+  return flesh_system_max_feasible_step(self->system, &e->proximity, self->stage.internal, self->stage.t, x_from,
+                                        self->stage.t, x_to);
 }
 
 /* Constraint rows of the residual just evaluated at u, which is then known. */
@@ -315,7 +329,8 @@ int flesh_equations_residual(flesh_equations *self, const double *u, double *r)
     flesh_point point = flesh_equations_point(self, u);
     flesh_evaluation_drop_residual(e);
     self->stats->residuals++;
-    if (self->check_reach && !flesh_equations_can_reach(self, u)) return self->refused = FLESH_UNDEFINED;
+    if (self->check_reach && !flesh_equations_is_clear(self, u) && !is_free_to(self, e->x))
+      return self->refused = FLESH_UNDEFINED;
     int status = flesh_system_residual(self->system, &point, e->residual.r);
     if (!status) status = finish_residual(self, u);
     if (status) return self->refused = status;

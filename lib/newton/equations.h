@@ -83,9 +83,9 @@ void flesh_equations_constrain_matrix(flesh_equations *equations);
 void flesh_equations_reach(flesh_equations *equations, const double *u);
 /* Whether all that could limit steps is so far from the lagged state and from u that it limits none and is not felt. */
 int flesh_equations_is_clear(const flesh_equations *equations, const double *u);
-/* Whether no effect limits the straight step from the lagged state to u. */
+/* Whether no effect limits the straight step from the lagged state to u. Overwrites `scratch`. */
 int flesh_equations_can_reach(flesh_equations *equations, const double *u);
-/* Changes the free dofs of u so that nothing does; FLESH_UNDEFINED where the others are in the way. */
+/* Changes the free dofs of u so that nothing does; FLESH_UNDEFINED where the others are in the way. Overwrites `scratch`. */
 int flesh_equations_push_out(flesh_equations *equations, double *u);
 /* The feasible fraction of the step from one u, which has been evaluated in this stage, to another. Overwrites
  * `scratch`. */
