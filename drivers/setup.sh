@@ -57,6 +57,7 @@ g++ tool g++ proves that the headers are C++ too
 clang tool clang proves that another has none
 libclang-rt-dev sanitizer address finds errors of memory in what clang builds
 ccache tool ccache compiles once what copies of the tree have in common
+valgrind tool valgrind counts instructions
 parallel tool parallel runs the shards of a sweep
 sqlite3 tool sqlite3 asks the databases of sweeps
 openmpi-bin tool mpirun runs tests on several ranks

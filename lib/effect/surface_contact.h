@@ -31,6 +31,26 @@ typedef struct flesh_surface_contact {
   int separates;               /* what goes through each other at the start does not touch until it is apart */
 } flesh_surface_contact;
 
+/* Nodes begin <= i < end of the mesh, of which those on the surface are of one piece. */
+typedef struct flesh_surface_run {
+  int begin, end, piece;
+} flesh_surface_run;
+
+/* Pieces that are told apart, at most. */
+enum { FLESH_SURFACE_GROUPS = 64 };
+
+/* The most that two nodes have moved relative to each other, m: two of one group, and any two; NaN where a place is not
+ * finite. */
+typedef struct flesh_surface_drift {
+  double within, all;
+} flesh_surface_drift;
+
+typedef struct flesh_surface_since {
+  int known;
+  double *x; /* [3*nodes of the mesh] a place, */
+  flesh_surface_drift drift; /* and how far that is from where pairs were found */
+} flesh_surface_since;
+
 /* The contact cache of a run, or of one call: the nodes, edges and faces that may touch, found for one place and kept
  * for the places around it; the pairs that do touch, at the place evaluated last; and the pairs that rub at the lagged
  * place. */
@@ -40,24 +60,28 @@ typedef struct flesh_surface_near {
   flesh_near_finder *finder;
   flesh_near_pairs around; /* serve while nothing has come nearer by more than the slack, see surface_reach.c */
   int around_known;
-  int groups, *group; /* [nodes of the surface] pieces of it that are far from all others, where `around` was found */
+  int run_count, pieces;
+  flesh_surface_run *runs; /* [run_count] of the surface's nodes */
+  int group[FLESH_SURFACE_GROUPS]; /* [pieces] groups of pieces that are far from all others, where `around` was found */
   double apart;       /* m, between the groups there, at least */
   flesh_near_drift drift;
-  double *x_shown; /* [3*nodes] of the surface's; what is at most `shown` apart there is among those around */
+  double *x_around; /* [3*nodes of the mesh], as all places here: where `around` was found */
+  flesh_surface_since since[2]; /* the last places that were compared with it */
+  int latest;                   /* of these */
+  double *x_shown; /* what is at most `shown` apart there is among those around */
   double shown;    /* m; 0: not known */
-  double *x_from;  /* [3*nodes] where a step begins */
   flesh_near_pairs on_way; /* of a step that leads farther */
   flesh_contact_set set;
   int set_known;
   flesh_contact_secant secant;
-  double *x_set;           /* [3*nodes] of the surface's, and the next ones */
+  double *x_set;
   flesh_contact_friction rubs;
   int rubs_known;
-  double *x_rubs;             /* [3*nodes] */
-  double *x_secant;           /* [3*nodes] where the solve that the secant is of began */
-  double *x_predicted;        /* [3*nodes] where its forces are predicted for */
+  double *x_rubs;
+  double *x_secant;           /* where the solve that the secant is of began */
+  double *x_predicted;        /* where its forces are predicted for */
   int secant_known;
-  double *moved;              /* [3*nodes of the mesh] */
+  double *moved;
   flesh_cells cells;
   int *cell_nodes, cell_room; /* of cells */
   double *hessians;
@@ -69,7 +93,7 @@ typedef struct flesh_surface_near {
   int begun;                     /* pairs of patches where the run began */
   double t_apart;                /* s, since when nothing is ignored any more; NaN: something is, or nothing ever was */
   int patches_known;
-  double *x_patches; /* [3*nodes] the last accepted place, at which they are known */
+  double *x_patches; /* the last accepted place, at which they are known */
 } flesh_surface_near;
 
 /* Internal variables of a bonded point: FLESH_HELD, ...; the distance from which its seat pushes, m; the seat's face. */
@@ -125,13 +149,17 @@ int flesh_surface_contact_release(const flesh_surface_contact *contact, const fl
 int flesh_surface_contact_take_bonds(flesh_effect *effect, int count, const flesh_bond *bonds);
 /* near->set becomes that at x [3*n]. FLESH_UNDEFINED where surfaces meet. */
 int flesh_surface_near_meet(flesh_surface_near *near, const double *x);
-/* The surface's places [3*nodes of the surface] out of x [3*n]. */
-void flesh_surface_near_gather(const flesh_surface_near *near, const double *x, double *places);
-/* x [3*n] without the mean displacement from places `from` [3*nodes of the surface] or, NULL, x_from [3*n]: near->moved. */
-const double *flesh_surface_near_without_mean(flesh_surface_near *near, const double *from, const double *x_from,
-                                              const double *x);
+/* places [3*n] = x. */
+void flesh_surface_near_keep(const flesh_surface_near *near, const double *x, double *places);
+/* x [3*n] without the mean displacement of the surface from x_from, near->moved, of which only the surface's nodes are set:
+ * distances do not depend on a motion that all share, and what is thrown needs no search. */
+const double *flesh_surface_near_without_mean(flesh_surface_near *near, const double *x_from, const double *x);
+/* The runs of the surface's nodes. FLESH_ERR_MEMORY. */
+int flesh_surface_near_runs_create(flesh_surface_near *near);
 /* The groups of what is far from each other where near->around was found. */
 void flesh_surface_near_group(flesh_surface_near *near);
+/* Whether nothing can limit a step from x_from to x_to [3*n] because all is far apart, by what is known without a search. */
+int flesh_surface_near_is_free(flesh_surface_near *near, const double *x_from, const double *x_to);
 /* Whether all pairs at most `within` [m] apart at x, are among near->around. */
 int flesh_surface_near_serves(flesh_surface_near *near, const double *x, double within);
 /* How far apart at x_from, at most, what limits a step from there to x_to is, m; NaN or more where it is not known. */
@@ -149,7 +177,7 @@ int flesh_surface_near_follow(flesh_surface_near *near, int accepted, double t, 
 int flesh_surface_near_archive(flesh_surface_near *near, flesh_archive *archive);
 /* Adds the pairs that began crossed, those that still are ignored, and when the last ones came apart. */
 void flesh_surface_near_separation(const flesh_surface_near *near, flesh_separation *separation);
-/* Whether the surface is at these places [3*nodes]. */
+/* Whether x has the bits of these places [3*n]. */
 int flesh_surface_near_is_at(const flesh_surface_near *near, const double *x, const double *places);
 /* The stiffness of near->set becomes that by the effect's internal variable (NULL: 0). */
 void flesh_surface_near_harden(flesh_surface_near *near, const double *internal);

@@ -20,27 +20,21 @@ static const double LONG = 4, SHORTEST = 1e-6;
 
 int flesh_surface_near_create(const flesh_surface_contact *contact, flesh_threads *threads, near **result)
 {
-  const size_t places = 3 * (size_t)contact->surface.node_count;
+  const size_t places = 3 * (size_t)contact->surface.mesh_nodes;
   const double *X = flesh_mesh_positions(contact->mesh);
   near *self = *result = calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for what is near %d nodes", contact->surface.node_count);
   self->contact = contact;
   self->threads = threads;
   self->t_apart = NAN;
-  self->x_set = calloc(7 * places + 3 * (size_t)contact->surface.mesh_nodes + 1, sizeof *self->x_set);
-  self->group = calloc((size_t)contact->surface.node_count + 1, sizeof *self->group);
-  self->groups = 1;
-  int status = self->x_set && self->group ? FLESH_OK
+  self->x_set = calloc(10 * places + 1, sizeof *self->x_set);
+  int status = self->x_set ? flesh_surface_near_runs_create(self)
                            : flesh_fail(FLESH_ERR_MEMORY, "no memory for what is near %d nodes",
                                         contact->surface.node_count);
   if (!status) {
-    self->x_rubs = self->x_set + places;
-    self->x_secant = self->x_rubs + places;
-    self->x_predicted = self->x_secant + places;
-    self->x_shown = self->x_predicted + places;
-    self->x_from = self->x_shown + places;
-    self->x_patches = self->x_from + places;
-    self->moved = self->x_patches + places;
+    double **next[] = {&self->x_rubs,     &self->x_secant,   &self->x_predicted, &self->x_around, &self->since[0].x,
+                       &self->since[1].x, &self->x_shown,    &self->x_patches,   &self->moved};
+    for (size_t k = 0; k < sizeof next / sizeof next[0]; k++) *next[k] = self->x_set + (k + 1) * places;
     status = flesh_contact_secant_create(&contact->surface, &self->secant);
   }
   if (!status) status = flesh_contact_set_create(&contact->surface, X, &contact->law, &self->set);
@@ -70,7 +64,7 @@ void flesh_surface_near_destroy(void *data)
   flesh_contact_friction_clear(&self->rubs);
   flesh_contact_secant_clear(&self->secant);
   flesh_contact_patches_clear(&self->patches);
-  free(self->group);
+  free(self->runs);
   free(self->bonded);
   free(self->seats);
   free(self->x_set); /* and the other places with it */
@@ -96,19 +90,13 @@ int flesh_surface_near_of(const flesh_effect *effect, const flesh_point *point, 
   return status;
 }
 
-void flesh_surface_near_gather(const near *self, const double *x, double *places)
-{
-  const flesh_contact_surface *surface = &self->contact->surface;
-  for (int k = 0; k < surface->node_count; k++)
-    memcpy(places + 3 * (size_t)k, x + 3 * (size_t)surface->nodes[k], 3 * sizeof *x);
-}
+static size_t size_of_places(const near *self) { return 3 * (size_t)self->contact->surface.mesh_nodes * sizeof(double); }
+
+void flesh_surface_near_keep(const near *self, const double *x, double *places) { memcpy(places, x, size_of_places(self)); }
 
 int flesh_surface_near_is_at(const near *self, const double *x, const double *places)
 {
-  const flesh_contact_surface *surface = &self->contact->surface;
-  for (int k = 0; k < surface->node_count; k++)
-    if (memcmp(places + 3 * (size_t)k, x + 3 * (size_t)surface->nodes[k], 3 * sizeof *x)) return 0;
-  return 1;
+  return !memcmp(places, x, size_of_places(self));
 }
 
 static int search_around(near *self, const double *x)
@@ -120,8 +108,11 @@ static int search_around(near *self, const double *x)
   int status = flesh_near_pairs_find(self->finder, x, NULL, contact->law.thickness + 2 * contact->slack, self->threads,
                                      &self->around);
   self->around_known = !status;
-  if (!status) flesh_surface_near_group(self);
-  return status;
+  self->since[0].known = self->since[1].known = 0;
+  if (status) return status;
+  flesh_surface_near_keep(self, x, self->x_around);
+  flesh_surface_near_group(self);
+  return FLESH_OK;
 }
 
 static flesh_contact_candidates candidates_of(const near *self)
@@ -138,7 +129,7 @@ int flesh_surface_near_meet(near *self, const double *x)
   const flesh_contact_candidates candidates = candidates_of(self);
   if (!status) status = flesh_contact_set_update(&self->set, &candidates, x, self->threads);
   if (status) return status;
-  flesh_surface_near_gather(self, x, self->x_set);
+  flesh_surface_near_keep(self, x, self->x_set);
   self->set_known = 1;
   return FLESH_OK;
 }
@@ -154,7 +145,7 @@ int flesh_surface_near_rub(near *self, const flesh_point *point)
   self->rubs.slip_speed = self->contact->slip_speed;
   status = flesh_contact_friction_update(&self->rubs, &self->set, point->lagged.x);
   if (status) return status;
-  flesh_surface_near_gather(self, point->lagged.x, self->x_rubs);
+  flesh_surface_near_keep(self, point->lagged.x, self->x_rubs);
   self->rubs_known = 1;
   return FLESH_OK;
 }
@@ -222,11 +213,11 @@ static void predict(const flesh_effect *effect, const flesh_point *point)
   if (flesh_surface_near_meet(self, point->x)) return;
   if (!self->secant_known || !flesh_surface_near_is_at(self, point->lagged.x, self->x_secant)) {
     flesh_contact_secant_forget(&self->secant);
-    flesh_surface_near_gather(self, point->lagged.x, self->x_secant);
+    flesh_surface_near_keep(self, point->lagged.x, self->x_secant);
     self->secant_known = 1;
   } else if (flesh_surface_near_is_at(self, point->x, self->x_predicted)) return;
   flesh_contact_secant_predict(&self->secant, &self->set, point->x, point->lagged.x);
-  flesh_surface_near_gather(self, point->x, self->x_predicted);
+  flesh_surface_near_keep(self, point->x, self->x_predicted);
 }
 
 /* One more cell of these nodes, in ascending order, the last one repeated. */
@@ -306,12 +297,12 @@ static double step_on_way(near *self, const double *x_from, const double *x_to, 
   while (apart > LONG * surface->mean_edge && portion * apart > surface->mean_edge && portion > SHORTEST) portion /= 2;
   for (;;) {
     double *to = self->moved;
-    flesh_surface_near_without_mean(self, NULL, x_from, x_to);
+    flesh_surface_near_without_mean(self, x_from, x_to);
     for (int k = 0; k < surface->node_count && portion < 1; k++)
       for (size_t d = 3 * (size_t)surface->nodes[k], c = 0; c < 3; c++)
         to[d + c] = x_from[d + c] + portion * (to[d + c] - x_from[d + c]);
     if (flesh_near_pairs_find(self->finder, x_from, to, 0, self->threads, &self->on_way)) return 0;
-    if (portion < 1) flesh_surface_near_without_mean(self, NULL, x_from, x_to);
+    if (portion < 1) flesh_surface_near_without_mean(self, x_from, x_to);
     least = fmin(least, flesh_near_pairs_feasible_step(self->finder, &self->on_way, x_from, to, KEPT, apart, self->threads));
     if (least <= portion) return least;
     portion = fmin(least, 2 * portion);
@@ -322,12 +313,13 @@ static double step_on_way(near *self, const double *x_from, const double *x_to, 
  * step that is more than `apart` from each other. */
 static double feasible_step(near *self, const double *x_from, const double *x_to)
 {
+  if (flesh_surface_near_is_free(self, x_from, x_to)) return 1;
   const double apart = flesh_surface_near_on_way(self, x_from, x_to);
   if (!flesh_surface_near_serves(self, x_from, apart)) {
     if (!(apart <= 2 * self->contact->slack)) return step_on_way(self, x_from, x_to, apart);
     if (search_around(self, x_from)) return 0;
   }
-  const double *to = flesh_surface_near_without_mean(self, NULL, x_from, x_to);
+  const double *to = flesh_surface_near_without_mean(self, x_from, x_to);
   return flesh_near_pairs_feasible_step(self->finder, &self->around, x_from, to, KEPT, apart, self->threads);
 }
 
@@ -357,15 +349,14 @@ static size_t memory_of_release(const near *self)
 static size_t memory_of(const void *memory)
 {
   const near *self = memory;
-  return sizeof *self + 3 * sizeof(double) * (7 * (size_t)self->contact->surface.node_count +
-                                              (size_t)self->contact->surface.mesh_nodes) +
+  return sizeof *self + 10 * size_of_places(self) +
          flesh_near_finder_memory(self->finder) + flesh_near_drift_memory(&self->drift) +
          flesh_near_pairs_memory(self->finder, &self->around) + flesh_near_pairs_memory(self->finder, &self->on_way) +
          flesh_contact_set_memory(&self->set) + flesh_contact_patches_memory(&self->patches) +
          ((size_t)self->contact->surface.node_count + 1) * sizeof *self->secant.nodes +
          (size_t)self->rubs.capacity * sizeof *self->rubs.rubs + 4 * (size_t)self->cell_room * sizeof(int) +
          self->hessian_room * sizeof(double) + memory_of_release(self) +
-         (size_t)self->contact->surface.node_count * sizeof *self->group;
+         (size_t)self->contact->surface.node_count * sizeof *self->runs;
 }
 
 static int follow(void *memory, int accepted, double t, const double *x, int *changed)

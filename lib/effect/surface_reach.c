@@ -1,9 +1,10 @@
 /* surface_reach.c: for which places, and which ways, the pairs that a run has found serve. */
 #include <math.h>
-#include <string.h>
+#include <stdlib.h>
 
+#include "base/error.h"
 #include "effect/surface_contact.h"
-#include "math/mat3.h"
+#include "geometry/displacement_box.h"
 
 typedef flesh_surface_near near;
 
@@ -18,121 +19,114 @@ static const double LOST = 0.8;
  * proof. */
 static const double MARGIN = 0.25;
 
-/* self->moved = x without the mean displacement of the surface from where it was, at the places `from` [3*nodes] of its
- * own or, NULL, at x_from: distances do not depend on a motion that all share, and what is thrown needs no search. Only
- * the surface's nodes of it are set. */
-const double *flesh_surface_near_without_mean(near *self, const double *from, const double *x_from, const double *x)
+const double *flesh_surface_near_without_mean(near *self, const double *x_from, const double *x)
 {
   const flesh_contact_surface *surface = &self->contact->surface;
   double mean[3] = {0};
-  for (int k = 0; k < surface->node_count; k++) {
-    const double *at = from ? from + 3 * (size_t)k : x_from + 3 * (size_t)surface->nodes[k];
-    for (int c = 0; c < 3; c++) mean[c] += (x[3 * (size_t)surface->nodes[k] + c] - at[c]) / surface->node_count;
-  }
+  for (int k = 0; k < surface->node_count; k++)
+    for (size_t d = 3 * (size_t)surface->nodes[k], c = 0; c < 3; c++) mean[c] += (x[d + c] - x_from[d + c]) / surface->node_count;
   for (int k = 0; k < surface->node_count; k++)
     for (size_t d = 3 * (size_t)surface->nodes[k], c = 0; c < 3; c++) self->moved[d + c] = x[d + c] - mean[c];
   return self->moved;
 }
 
-/* Pieces of a surface are told apart where so few, and are groups where they are so many times farther apart than what is
- * searched for. */
-enum { GROUPS = 64 };
+/* Groups of pieces are so many times farther apart than what is searched for. */
 static const double FAR = 8;
 
-typedef struct box {
-  double low[3], high[3];
-} box;
+typedef flesh_displacement_box box;
 
-/* The distance of two boxes along the axis where it is largest. */
-static double box_gap(const box *a, const box *b)
+static const box EMPTY = FLESH_NO_DISPLACEMENT;
+
+/* Adds the displacements of a run of nodes from `from` [3*n] (NULL: their places) to x. */
+static void add_run(box *to, const flesh_surface_run *run, const double *from, const double *x)
 {
-  double gap = -INFINITY;
-  for (int c = 0; c < 3; c++) gap = fmax(gap, fmax(a->low[c] - b->high[c], b->low[c] - a->high[c]));
-  return gap;
+  const size_t first = 3 * (size_t)run->begin;
+  flesh_displacement_box_add(to, run->end - run->begin, from ? from + first : NULL, x + first);
 }
 
-/* The number of each node's piece, from 0 on, and the pieces' boxes; returns how many, 1 where they are too many. */
-static int list_pieces(const flesh_contact_surface *s, const double *places, int *piece, box *boxes)
+int flesh_surface_near_runs_create(near *self)
 {
-  int names[GROUPS], count = 0;
+  const flesh_contact_surface *s = &self->contact->surface;
+  int names[FLESH_SURFACE_GROUPS];
+  self->runs = calloc((size_t)s->node_count + 1, sizeof *self->runs);
+  if (!self->runs) return flesh_fail(FLESH_ERR_MEMORY, "no memory for what is near %d nodes", s->node_count);
   for (int k = 0; k < s->node_count; k++) {
-    int at = k && s->node_piece[k] == s->node_piece[k - 1] ? piece[k - 1] : 0;
-    while (at < count && names[at] != s->node_piece[k]) at++;
-    if (at == GROUPS) return 1;
-    if (at == count) {
-      names[count] = s->node_piece[k];
-      for (int c = 0; c < 3; c++) boxes[count].low[c] = INFINITY, boxes[count].high[c] = -INFINITY;
-      count++;
+    flesh_surface_run *last = self->runs + self->run_count - 1;
+    if (!k || s->node_piece[k] != names[last->piece]) {
+      int piece = 0;
+      while (piece < self->pieces && names[piece] != s->node_piece[k]) piece++;
+      if (piece == FLESH_SURFACE_GROUPS) { /* too many: all are one */
+        self->pieces = self->run_count = 1;
+        self->runs[0] = (flesh_surface_run){s->nodes[0], s->nodes[s->node_count - 1] + 1, 0};
+        return FLESH_OK;
+      }
+      if (piece == self->pieces) names[self->pieces++] = s->node_piece[k];
+      last = self->runs + self->run_count++;
+      *last = (flesh_surface_run){s->nodes[k], 0, piece};
     }
-    piece[k] = at;
-    for (int c = 0; c < 3; c++) {
-      boxes[at].low[c] = fmin(boxes[at].low[c], places[3 * (size_t)k + (size_t)c]);
-      boxes[at].high[c] = fmax(boxes[at].high[c], places[3 * (size_t)k + (size_t)c]);
-    }
+    last->end = s->nodes[k] + 1;
   }
-  return count;
+  return FLESH_OK;
 }
 
 void flesh_surface_near_group(near *self)
 {
-  const flesh_contact_surface *s = &self->contact->surface;
-  box boxes[GROUPS];
-  int group[GROUPS];
-  const int pieces = list_pieces(s, self->around.x, self->group, boxes);
-  self->groups = pieces > 1 ? pieces : 1;
+  box boxes[FLESH_SURFACE_GROUPS];
+  int *group = self->group;
   self->apart = INFINITY;
-  for (int a = 0; a < pieces; a++) group[a] = a;
-  for (int a = 0; a < pieces; a++)
-    for (int b = a + 1; b < pieces; b++) {
-      const double gap = box_gap(&boxes[a], &boxes[b]);
+  for (int a = 0; a < self->pieces; a++) group[a] = a, boxes[a] = EMPTY;
+  for (int k = 0; k < self->run_count; k++) add_run(&boxes[self->runs[k].piece], &self->runs[k], NULL, self->x_around);
+  for (int a = 0; a < self->pieces; a++) flesh_displacement_box_close(&boxes[a]);
+  for (int a = 0; a < self->pieces; a++)
+    for (int b = a + 1; b < self->pieces; b++) {
+      const double gap = flesh_displacement_box_gap(&boxes[a], &boxes[b]);
       const int from = group[b], to = group[a];
       if (gap > FAR * self->around.distance) self->apart = fmin(self->apart, gap);
       else
-        for (int k = 0; k < pieces && from != to; k++) group[k] = group[k] == from ? to : group[k];
+        for (int k = 0; k < self->pieces && from != to; k++) group[k] = group[k] == from ? to : group[k];
     }
-  for (int k = 0; k < s->node_count; k++) self->group[k] = self->groups > 1 ? group[self->group[k]] : 0;
 }
 
-/* The most that two nodes have moved relative to each other since they were at some places: two of one group, and any
- * two; NaN where a place is not finite. */
-typedef struct drift {
-  double within, all;
-} drift;
-
-/* Since the places `from` [3*nodes of the surface]. */
-static drift largest_drift(const near *self, const double *from, const double *x)
+/* The most that two nodes have moved relative to each other since they were at places `from` [3*n]: the diagonal of the
+ * box around the displacements of a group, and of that around all. */
+static flesh_surface_drift largest_drift(const near *self, const double *from, const double *x)
 {
-  const flesh_contact_surface *surface = &self->contact->surface;
-  double mean[GROUPS][3] = {{0}}, count[GROUPS] = {0}, farthest = 0, sound = 0, apart = 0;
-  for (int k = 0; k < surface->node_count; k++) {
-    const double *to = x + 3 * (size_t)surface->nodes[k], *at = from + 3 * (size_t)k;
-    count[self->group[k]]++;
-    for (int c = 0; c < 3; c++) mean[self->group[k]][c] += to[c] - at[c];
-  }
-  for (int g = 0; g < self->groups; g++)
-    for (int c = 0; c < 3; c++) mean[g][c] /= count[g] > 0 ? count[g] : 1;
-  for (int k = 0; k < surface->node_count; k++) {
-    const double *to = x + 3 * (size_t)surface->nodes[k], *at = from + 3 * (size_t)k, *of = mean[self->group[k]];
-    const double d[3] = {to[0] - at[0] - of[0], to[1] - at[1] - of[1], to[2] - at[2] - of[2]};
-    const double square = flesh_vec3_dot(d, d);
-    farthest = square > farthest ? square : farthest;
-    sound += 0 * square;
-  }
-  for (int g = 0; g < self->groups; g++)
-    for (int h = 0; h < g && count[g] > 0; h++) {
-      const double d[3] = {mean[g][0] - mean[h][0], mean[g][1] - mean[h][1], mean[g][2] - mean[h][2]};
-      if (count[h] > 0) apart = fmax(apart, flesh_vec3_dot(d, d));
+  box boxes[FLESH_SURFACE_GROUPS], all = EMPTY;
+  flesh_surface_drift drift = {0};
+  double sound = 0;
+  for (int g = 0; g < self->pieces; g++) boxes[g] = EMPTY;
+  for (int k = 0; k < self->run_count; k++)
+    add_run(&boxes[self->group[self->runs[k].piece]], &self->runs[k], from, x);
+  for (int g = 0; g < self->pieces; g++) {
+    sound += flesh_displacement_box_close(&boxes[g]);
+    drift.within = fmax(drift.within, flesh_displacement_box_diagonal(&boxes[g]));
+    for (int c = 0; c < 3; c++) {
+      all.low[c] = fmin(all.low[c], boxes[g].low[c]);
+      all.high[c] = fmax(all.high[c], boxes[g].high[c]);
     }
-  const double within = 2 * (1 + 1e-12) * sqrt(farthest) + sound;
-  return (drift){within, within + (1 + 1e-12) * sqrt(apart)};
+  }
+  return (flesh_surface_drift){drift.within + sound, flesh_displacement_box_diagonal(&all) + sound};
+}
+
+/* The drift since the pairs around were found, which is kept for the last two places asked for: both ends of a way. */
+static flesh_surface_drift drift_since_search(near *self, const double *x)
+{
+  flesh_surface_since *since = self->since;
+  for (int k = 0; k < 2; k++)
+    if (since[k].known && flesh_surface_near_is_at(self, x, since[k].x)) return self->latest = k, since[k].drift;
+  since += self->latest = 1 - self->latest;
+  since->known = 1;
+  since->drift = largest_drift(self, self->x_around, x);
+  flesh_surface_near_keep(self, x, since->x);
+  return since->drift;
 }
 
 /* Shows that what is at most `within` apart at x was found, and keeps x. */
 static int show(near *self, const double *x, double within)
 {
   const double left = self->around.distance - within;
-  if (!(left > 0) || !(flesh_near_drift_bound(&self->drift, self->finder, self->around.x, x, within) <= left)) return 0;
-  flesh_surface_near_gather(self, x, self->x_shown);
+  if (!(left > 0) || !(flesh_near_drift_bound(&self->drift, self->finder, self->x_around, x, within) <= left)) return 0;
+  flesh_surface_near_keep(self, x, self->x_shown);
   self->shown = within;
   return 1;
 }
@@ -140,25 +134,31 @@ static int show(near *self, const double *x, double within)
 int flesh_surface_near_serves(near *self, const double *x, double within)
 {
   if (!self->around_known) return 0;
-  const drift since = largest_drift(self, self->around.x, x);
+  const flesh_surface_drift since = drift_since_search(self, x);
   const int far = self->apart - since.all > within; /* what is of two groups */
   if ((far ? since.within : since.all) <= self->around.distance - within) return 1;
   if (self->shown > 0 && self->shown >= within) {
-    const drift after = largest_drift(self, self->x_shown, x);
+    const flesh_surface_drift after = largest_drift(self, self->x_shown, x);
     if ((far ? after.within : after.all) <= self->shown - within) return 1;
   }
   return show(self, x, within + MARGIN * self->contact->slack) || show(self, x, within);
 }
 
+int flesh_surface_near_is_free(near *self, const double *x_from, const double *x_to)
+{
+  if (!self->around_known || self->around.point_count || self->around.edge_count) return 0;
+  const flesh_surface_drift from = drift_since_search(self, x_from), to = drift_since_search(self, x_to);
+  return self->around.distance - from.within > (from.within + to.within) / LOST &&
+         self->apart - from.all > (from.all + to.all) / LOST;
+}
+
 double flesh_surface_near_on_way(near *self, const double *x_from, const double *x_to)
 {
-  flesh_surface_near_gather(self, x_from, self->x_from);
-  const drift way = largest_drift(self, self->x_from, x_to);
-  const int far = self->around_known &&
-                  self->apart - largest_drift(self, self->around.x, x_from).all > way.all / LOST;
+  const flesh_surface_drift way = largest_drift(self, x_from, x_to);
+  const int far = self->around_known && self->apart - drift_since_search(self, x_from).all > way.all / LOST;
   double apart = (far ? way.within : way.all) / LOST;
   for (int k = 0; k < TIGHTENED && apart > self->contact->slack && apart < INFINITY; k++) {
-    const double tighter = flesh_near_drift_bound(&self->drift, self->finder, self->x_from, x_to, apart) / LOST;
+    const double tighter = flesh_near_drift_bound(&self->drift, self->finder, x_from, x_to, apart) / LOST;
     if (!(tighter < apart)) break;
     apart = tighter;
   }

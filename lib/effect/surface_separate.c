@@ -71,13 +71,13 @@ int flesh_surface_near_follow(near *self, int accepted, double t, const double *
   if (self->patches_known && flesh_surface_near_is_at(self, x, self->x_patches)) return FLESH_OK;
   int status = self->patches_known && accepted ? renew(self, t, x, changed) : begin(self, x);
   self->patches_known = !status;
-  flesh_surface_near_gather(self, x, self->x_patches);
+  flesh_surface_near_keep(self, x, self->x_patches);
   return status;
 }
 
 int flesh_surface_near_archive(near *self, flesh_archive *archive)
 {
-  const int nodes = self->contact->surface.node_count;
+  const int nodes = self->contact->surface.mesh_nodes;
   FLESH_ARCHIVE(archive, self->t_apart);
   flesh_archive_int(archive, &self->begun, 0, INT_MAX);
   flesh_archive_int(archive, &self->patches_known, 0, 1);

@@ -370,6 +370,7 @@ int flesh_contact_set_update(flesh_contact_set *set, const flesh_contact_candida
   j.edge_parts = flesh_contact_parts(candidates->edge_count, 64);
   set->count = 0;
   set->distance = INFINITY;
+  if (!candidates->point_count && !candidates->edge_count) return FLESH_OK;
   if (!set->room[0]) set->room[0] = set->room[1] = 16;
   for (int enough = 0; !enough;) {
     const size_t scratch = (size_t)j.point_parts * scratch_of(j.most);

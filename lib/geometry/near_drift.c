@@ -47,7 +47,7 @@ static int make_room(void **list, int *room, int wanted, size_t size)
 
 static void displacement_of(const job *j, int node, double u[3])
 {
-  const double *from = j->from + 3 * (size_t)j->finder->surface->node_place[node], *x = j->x + 3 * (size_t)node;
+  const double *from = j->from + 3 * (size_t)node, *x = j->x + 3 * (size_t)node;
   for (int c = 0; c < 3; c++) u[c] = x[c] - from[c];
 }
 

@@ -22,7 +22,7 @@ typedef struct flesh_near_drift {
 } flesh_near_drift;
 
 /* An upper bound of |(x_p - x_q) - (from_p - from_q)| [m] for all points p and q of the surface's faces that are at most
- * `within` apart at x [3*mesh_nodes]; from [3*node_count]: where the surface's nodes were. INFINITY where it is not
+ * `within` apart at x; from: where they were; both [3*mesh_nodes]. INFINITY where it is not
  * known: where a place is not finite, where cubes were too many, and where there is no memory. */
 double flesh_near_drift_bound(flesh_near_drift *drift, const flesh_near_finder *finder, const double *from,
                               const double *x, double within);

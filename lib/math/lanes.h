@@ -30,7 +30,7 @@ static inline double flesh_abs(double value) { return fabs(value); }
 
 #else
 
-#if defined(__AVX__)
+#if defined(__SSE2__)
 #include <immintrin.h>
 #endif
 
@@ -209,6 +209,13 @@ static inline void flesh_add_four(double *const place[FLESH_LANES], flesh_real v
 
 #endif
 
+/* The second one where one is no number. */
+#if FLESH_LANES == 2 && defined(__SSE2__) /* one instruction, where compilers find six */
+static inline flesh_real flesh_max(flesh_real a, flesh_real b) { return (flesh_real)_mm_max_pd((__m128d)a, (__m128d)b); }
+static inline flesh_real flesh_min(flesh_real a, flesh_real b) { return (flesh_real)_mm_min_pd((__m128d)a, (__m128d)b); }
+#else
 static inline flesh_real flesh_max(flesh_real a, flesh_real b) { return flesh_select(a > b, a, b); }
+static inline flesh_real flesh_min(flesh_real a, flesh_real b) { return flesh_select(a < b, a, b); }
+#endif
 
 #endif

@@ -39,7 +39,7 @@ static void what_is_far_is_not_looked_at(void)
     CHECK_OK(flesh_integrator_create(b.system, (flesh_method)m, &options, &integrator));
     for (int s = 0; s < 10; s++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 200, NULL));
     const flesh_surface_near *near = flesh_proximity_of(integrator->evaluation->environment.proximity, 2);
-    CHECK(near->groups == 2 && near->around_known);
+    CHECK(near->around_known && near->pieces == 2 && near->group[0] != near->group[1]);
     CHECK(near->drift.leaf_room == 0);
     flesh_integrator_destroy(&integrator);
     test_body_destroy(&b);
@@ -98,7 +98,7 @@ static void of_a_long_way_only_the_beginning_is_searched(void)
   const double fraction = flesh_system_max_feasible_step(b.system, proximity, NULL, 0, b.state.x, 0, x_to);
   const int searched = near->on_way.point_count + near->on_way.edge_count;
   flesh_near_pairs all = {0};
-  const double *to = flesh_surface_near_without_mean(near, NULL, b.state.x, x_to);
+  const double *to = flesh_surface_near_without_mean(near, b.state.x, x_to);
   CHECK_OK(flesh_near_pairs_find(near->finder, b.state.x, to, 0, NULL, &all));
   const double whole = flesh_near_pairs_feasible_step(near->finder, &all, b.state.x, to, 0.1, INFINITY, NULL);
   printf("# %d pairs in place of %d, %.6g of the way\n", searched, all.point_count + all.edge_count, fraction);

@@ -13,7 +13,7 @@ typedef struct drifting {
   soup s;
   flesh_near_finder *finder;
   flesh_near_drift drift;
-  double *from, *x; /* [3*node_count], [3*nodes] */
+  double *from, *x; /* [3*nodes] */
 } drifting;
 
 static void open_drifting(soup s, drifting *d)
@@ -21,8 +21,7 @@ static void open_drifting(soup s, drifting *d)
   *d = (drifting){.s = s, .from = malloc(3 * (size_t)s.nodes * sizeof(double)),
                   .x = malloc(3 * (size_t)s.nodes * sizeof(double))};
   CHECK_OK(flesh_near_finder_create(&d->s.surface, s.X, NULL, 0, NULL, &d->finder));
-  for (int k = 0; k < d->s.surface.node_count; k++)
-    memcpy(d->from + 3 * k, s.X + 3 * d->s.surface.nodes[k], 3 * sizeof(double));
+  memcpy(d->from, s.X, 3 * (size_t)s.nodes * sizeof(double));
   memcpy(d->x, s.X, 3 * (size_t)s.nodes * sizeof(double));
 }
 
