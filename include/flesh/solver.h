@@ -149,7 +149,6 @@ typedef struct flesh_stage {
   /* Multipliers of the point: [tets] Pa, borrowed, NULL for zero; and the factor on penalties, 0 for 1. */
   const double *multipliers;
   double penalty;
-  int softened; /* of the point */
   const double *internal; /* of the point: internal variables of all effects, borrowed; NULL: 0 */
   /* [3*nodes] dofs that stay at x0, beside the constrained ones; borrowed; NULL: none. */
   const uint8_t *held;

@@ -5,36 +5,15 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "effect/effect.h"
-#include "effect/environment.h"
 #include "element/element.h"
 #include "element/tet_batches.h"
 
-/* Poisson's ratios of softened materials: each but the first resists changes of volume a tenth as much as the next. */
-static const double softened_ratios[] = {0, 0.49, 0.499};
-enum { SOFTENINGS = sizeof softened_ratios / sizeof *softened_ratios };
-
 typedef struct elasticity {
   flesh_tets tets;
-  flesh_material *soft;            /* [SOFTENINGS][materials] softened */
-  flesh_volume_share *soft_shares; /* the same; NULL where the element takes none */
-  int softenings;                  /* of them, those that are much softer than the body */
+  /* [materials] of a softened effect, whose tets are another's but for them; else NULL. */
+  flesh_material *soft;
+  flesh_volume_share *soft_shares; /* NULL too where the element takes none */
 } elasticity;
-
-/* The tets of a point; `room` for those with materials that are softer than the body's. */
-static const flesh_tets *tets_at(const flesh_effect *effect, const flesh_point *point, flesh_tets *room)
-{
-  const elasticity *self = effect->data;
-  const int softened = flesh_environment_of(point)->softened;
-  if (!softened) return &self->tets;
-  const size_t first = (size_t)((softened < SOFTENINGS ? softened : SOFTENINGS) - 1) * (size_t)self->tets.materials;
-  *room = self->tets;
-  for (int g = 0; g < room->group_count; g++) {
-    flesh_batches *batches = &room->groups[g].batches;
-    batches->materials = self->soft + first;
-    if (batches->volume_shares) batches->volume_shares = self->soft_shares + first;
-  }
-  return room;
-}
 
 static const flesh_cells *elasticity_cells(const flesh_effect *effect)
 {
@@ -45,8 +24,7 @@ static const flesh_cells *elasticity_cells(const flesh_effect *effect)
 /* Computes r and sums {V, size of its terms}; either may be NULL. */
 static int residual_kernel(const flesh_effect *effect, const flesh_point *point, double *r, double *sums)
 {
-  flesh_tets room;
-  const flesh_tets *tets = tets_at(effect, point, &room);
+  const flesh_tets *tets = effect->data;
   const flesh_tet_point at = {.x = point->x, .multipliers = point->multipliers, .penalty = point->penalty};
   return flesh_tets_residual(tets, FLESH_KERNEL_ELASTIC, &at, point->threads, r, sums);
 }
@@ -59,8 +37,7 @@ static int elasticity_residual(const flesh_effect *effect, const flesh_point *po
 static int hessian_kernel(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, int assign,
                         const int *slots, double *values)
 {
-  flesh_tets room;
-  const flesh_tets *tets = tets_at(effect, point, &room);
+  const flesh_tets *tets = effect->data;
   const flesh_tet_point at = {
       .x = point->x, .scale = shift->x, .filter = (flesh_eigenvalue_filter)shift->filter, .assign = assign,
       .multipliers = point->multipliers, .penalty = point->penalty};
@@ -131,6 +108,17 @@ static int elasticity_part(const flesh_effect *effect, int count, const int *cho
   return status;
 }
 
+static int elasticity_cell_nodes(const flesh_effect *effect, int cell, int nodes[10])
+{
+  static const int place[10] = {0, 1, 2, 3, 4, 6, 7, 5, 8, 9}; /* of the batches' nodes in the mesh's order */
+  const flesh_tets *tets = effect->data;
+  const flesh_tet_group *group = &tets->groups[tets->group_count > 1 && cell >= tets->groups[1].first];
+  const int size = group->batches.nodes_per_tet;
+  const int *own = group->batches.nodes + (size_t)size * (size_t)(cell - group->first);
+  for (int a = 0; a < size; a++) nodes[place[a]] = own[a];
+  return size;
+}
+
 static void elasticity_stiff_rows(const flesh_effect *effect, flesh_stiff_rows *rows)
 {
   const flesh_tets *tets = effect->data;
@@ -151,8 +139,7 @@ static void elasticity_stiff_rows(const flesh_effect *effect, flesh_stiff_rows *
 static void elasticity_stiff_values(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
                                     float *values)
 {
-  flesh_tets room;
-  const flesh_tets *tets = tets_at(effect, point, &room);
+  const flesh_tets *tets = effect->data;
   const flesh_tet_point at = {.x = point->x, .scale = shift->x, .penalty = point->penalty};
   flesh_tets_rows(tets, &at, point->threads, values);
 }
@@ -165,18 +152,18 @@ static flesh_instructions elasticity_instructions(const flesh_effect *effect)
 static size_t elasticity_memory(const flesh_effect *effect)
 {
   const elasticity *self = effect->data;
-  return sizeof *self + flesh_tets_memory(&self->tets) +
-         SOFTENINGS * (size_t)self->tets.materials *
-             (sizeof *self->soft + (self->soft_shares ? sizeof *self->soft_shares : 0));
+  if (!self->soft) return sizeof *self + flesh_tets_memory(&self->tets);
+  const size_t of_material = sizeof *self->soft + (self->soft_shares ? sizeof *self->soft_shares : 0);
+  return sizeof *self + (size_t)self->tets.materials * of_material;
 }
 
 static void elasticity_destroy(void *data)
 {
   elasticity *self = data;
   if (!self) return;
+  if (!self->soft) flesh_tets_clear(&self->tets);
   flesh_free(self->soft);
   flesh_free(self->soft_shares);
-  flesh_tets_clear(&self->tets);
   flesh_free(self);
 }
 
@@ -198,56 +185,70 @@ static void elasticity_penalties(const flesh_effect *effect, double *stiffness)
     }
 }
 
-/* lambda / mu of a Poisson's ratio. */
-static double stiffness_ratio(double poisson) { return 2 * poisson / (1 - 2 * poisson); }
-
-/* S of the same shear modulus at rest and the given ratio, or less where it is: it has a value and leads back
+/* S of the same shear modulus at rest and the given ratio lambda/mu, or less where it is: it has a value and leads back
  * everywhere, whatever the material's form does. */
-static void soften(const flesh_material *material, double poisson, flesh_material *soft)
+static void soften_material(const flesh_material *material, double ratio, flesh_material *soft)
 {
   double mu, lambda;
   *soft = *material;
   if (flesh_material_small_strain(material, &mu, &lambda, NULL)) return;
-  if (flesh_material_from_lame(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, mu, fmin(lambda, stiffness_ratio(poisson) * mu),
+  if (flesh_material_from_lame(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, mu, fmin(lambda, ratio * mu),
                                soft))
     *soft = *material;
 }
 
-/* How many softened materials are worth a solve on the way to the true ones: those softer by more than a factor of five,
- * the first always. */
-static int count_softenings(const flesh_body *body, int materials)
+static double elasticity_stiffness_ratio(const flesh_effect *effect)
 {
-  const double worth = 5;
-  int count = 1;
-  for (int k = 0; k < materials; k++) {
-    double mu, lambda;
-    if (flesh_material_small_strain(&body->materials[k], &mu, &lambda, NULL)) continue;
-    while (count < SOFTENINGS && lambda > worth * stiffness_ratio(softened_ratios[count]) * mu) count++;
-  }
-  return count;
+  const flesh_tets *tets = effect->data;
+  double mu, lambda, most = 0;
+  for (int k = 0; k < tets->materials; k++)
+    if (!flesh_material_small_strain(&tets->groups[0].batches.materials[k], &mu, &lambda, NULL))
+      most = fmax(most, lambda / mu);
+  return most;
 }
 
-static int make_soft(const flesh_body *body, elasticity *self)
+/* The tets stay those of `whole`. */
+static int take_soft_materials(const flesh_tets *whole, double ratio, elasticity *self)
 {
-  const size_t count = (size_t)self->tets.materials, room = SOFTENINGS * count + 1;
+  const size_t count = (size_t)whole->materials;
   const flesh_volume_share *shares = NULL; /* those of ten nodes have some */
   int status = FLESH_OK;
-  for (int g = 0; g < self->tets.group_count && !shares; g++) shares = self->tets.groups[g].batches.volume_shares;
-  self->softenings = count_softenings(body, self->tets.materials);
-  self->soft = flesh_malloc(room * sizeof *self->soft);
-  if (shares) self->soft_shares = flesh_malloc(room * sizeof *self->soft_shares);
+  for (int g = 0; g < whole->group_count && !shares; g++) shares = whole->groups[g].batches.volume_shares;
+  self->tets = *whole;
+  self->soft = flesh_malloc((count + 1) * sizeof *self->soft);
+  if (shares) self->soft_shares = flesh_malloc((count + 1) * sizeof *self->soft_shares);
   if (!self->soft || (shares && !self->soft_shares)) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %zu materials", count);
-  for (size_t k = 0; k < SOFTENINGS * count && !status; k++) {
-    const size_t material = k % count;
-    soften(&body->materials[material], softened_ratios[k / count], &self->soft[k]);
+  for (size_t k = 0; k < count && !status; k++) {
+    soften_material(&whole->groups[0].batches.materials[k], ratio, &self->soft[k]);
     if (!shares) continue;
-    self->soft_shares[k] = shares[material];
-    if (shares[material].term != FLESH_VOLUME_NONE) status = flesh_volume_share_of(&self->soft[k], &self->soft_shares[k]);
+    self->soft_shares[k] = shares[k];
+    if (shares[k].term != FLESH_VOLUME_NONE) status = flesh_volume_share_of(&self->soft[k], &self->soft_shares[k]);
+  }
+  for (int g = 0; g < whole->group_count; g++) {
+    flesh_batches *batches = &self->tets.groups[g].batches;
+    batches->materials = self->soft;
+    if (batches->volume_shares) batches->volume_shares = self->soft_shares;
   }
   return status;
 }
 
-static int elasticity_softenings(const flesh_effect *effect) { return ((const elasticity *)effect->data)->softenings; }
+static int elasticity_soften(const flesh_effect *effect, double ratio, flesh_effect **softened)
+{
+  elasticity *self = flesh_calloc(1, sizeof *self);
+  flesh_effect *made = *softened = flesh_malloc(sizeof *made);
+  int status = self && made ? take_soft_materials(effect->data, ratio, self)
+                            : flesh_fail(FLESH_ERR_MEMORY, "no memory for the elasticity effect");
+  if (!status) {
+    *made = *effect;
+    made->data = self;
+    return FLESH_OK;
+  }
+  if (self && !self->soft) self->tets = (flesh_tets){0}; /* they are the other's */
+  elasticity_destroy(self);
+  flesh_free(made);
+  *softened = NULL;
+  return status;
+}
 
 static const flesh_effect_figures figures = {.memory = elasticity_memory};
 
@@ -259,11 +260,12 @@ static const flesh_effect_figures figures = {.memory = elasticity_memory};
 
 #define SHORTCUTS                                                                                                      \
   .jacobian_assign = elasticity_jacobian_assign, .evaluate = elasticity_evaluate, .stiff_rows = elasticity_stiff_rows, \
-  .stiff_values = elasticity_stiff_values, .softenings = elasticity_softenings,                                        \
-  .instructions = elasticity_instructions
+  .stiff_values = elasticity_stiff_values, .stiffness_ratio = elasticity_stiffness_ratio,                              \
+  .soften = elasticity_soften, .instructions = elasticity_instructions
 
 static const flesh_effect_operations elasticity_operations = {
-    OPERATIONS, .library = &(const flesh_effect_private){SHORTCUTS, .restrict_to_cells = elasticity_part}};
+    OPERATIONS, .library = &(const flesh_effect_private){SHORTCUTS, .restrict_to_cells = elasticity_part,
+                                                     .cell_nodes = elasticity_cell_nodes}};
 
 /* Operations for bodies with incompressible tets. */
 static const flesh_effect_operations holding_operations = {
@@ -280,7 +282,6 @@ int flesh_effect_elasticity(const flesh_body *body, flesh_effect **effect)
   elasticity *self = flesh_calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the elasticity effect");
   int status = flesh_tets_create(body, FLESH_TETS_SHAPES, &self->tets);
-  if (!status) status = make_soft(body, self);
   if (status) {
     elasticity_destroy(self);
     return status;

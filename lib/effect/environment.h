@@ -15,9 +15,6 @@ typedef struct flesh_environment {
   const struct flesh_clearance *clearance;
   /* The run's memory of nodes near each other; NULL: each finds it out at every call. */
   const struct flesh_proximity *proximity;
-  /* 0: materials as they are. Else they resist changes of volume no more than at a Poisson's ratio of 0 (1), 0.49 (2) or
-   * 0.499 (3), which leads out of tangles; effects without a volume term ignore this. */
-  int softened;
   /* The flesh_system_ functions set the rest for the effect at hand (system/effect_view.h). */
   void *near; /* its part of `proximity` */
   /* Its sums over the ranks that share out the body (flesh_effect_ranks); NULL: there is one rank, and it finds them

@@ -74,12 +74,15 @@ typedef struct flesh_effect_private {
    * the effect. */
   int (*restrict_to_cells)(const flesh_effect *effect, int count, const int *chosen,
                            const flesh_mesh *mesh, flesh_effect **restricted);
+  /* For the same effects: a cell's nodes in the order in which meshes have those of a tet. Returns 4 or 10. */
+  int (*cell_nodes)(const flesh_effect *effect, int cell, int nodes[10]);
   /* The vector instructions that it works with, on which the last bits of its results depend.
    * NULL: those of the program. */
   flesh_instructions (*instructions)(const flesh_effect *effect);
-  /* How many values of flesh_environment.softened, from 1 on, are worth a solve on the way to the materials as they are.
-   * NULL: one. */
-  int (*softenings)(const flesh_effect *effect);
+  /* For effects whose materials resist changes of volume: lambda/mu of the stiffest, and a new effect with materials of no
+   * more than this ratio (system/softened.h), which lives no longer than this one. NULL, both: none. */
+  double (*stiffness_ratio)(const flesh_effect *effect);
+  int (*soften)(const flesh_effect *effect, double ratio, flesh_effect **softened);
   const flesh_effect_ranks *ranks;
   const flesh_effect_bonds *bonds;
   /* The rest is for barriers with a memory. */

@@ -55,7 +55,7 @@ static int largest_force(flesh_equations *self, const double *u, double load, do
   return FLESH_OK;
 }
 
-/* Adds up in r what all effects that have a value do to nodes that stand still at x. */
+/* Adds up in r what all effects that have a value do to nodes that stand still at x, of the materials as they are. */
 static int forces_at(flesh_equations *self, const double *x, double *one, double *r)
 {
   flesh_evaluation *e = &self->evaluation;
@@ -64,7 +64,7 @@ static int forces_at(flesh_equations *self, const double *x, double *one, double
   point.internal = s->internal;
   memset(r, 0, (size_t)self->n * sizeof *r);
   for (int k = 0; k < flesh_system_effect_count(self->system); k++) {
-    int status = flesh_system_effect_residual(self->system, k, &point, one);
+    int status = flesh_system_effect_residual(e->system, k, &point, one);
     if (status < 0) return status;
     for (int d = 0; d < self->n && !status; d++) r[d] += one[d];
   }

@@ -128,7 +128,7 @@ int flesh_equations_set_stage(flesh_equations *self, const flesh_stage *stage)
   flesh_evaluation_forget(e);
   self->refused = e->is_frozen = 0;
   /* They may have changed where x has not. */
-  if (stage->multipliers || stage->softened) e->reached.there.known = 0;
+  if (stage->multipliers || flesh_equations_is_softened(self)) e->reached.there.known = 0;
   const int changed = flesh_equations_find_constrained(self, stage->t, stage->held);
   const int *dofs = constrained->dofs, count = constrained->count;
   for (int k = 0; k < count; k++) constrained->u[dofs[k]] = stage->x0[dofs[k]];
@@ -212,7 +212,6 @@ flesh_point flesh_equations_point(flesh_equations *self, const double *u)
   }
   e->at_stage = e->environment;
   e->at_stage.clearance = looks ? &e->clearance : NULL;
-  e->at_stage.softened = s->softened;
   flesh_point point = flesh_evaluation_point(e, s->t, e->x, e->v, e->a);
   point.environment = &e->at_stage;
   point.load = s->load;
@@ -384,7 +383,7 @@ void flesh_equations_reach(flesh_equations *self, const double *u)
 {
   flesh_evaluation *e = &self->evaluation;
   e->reached.there.known = 0;
-  if (self->stage.shift.x != 1 || self->stage.softened || !flesh_evaluation_knows_potential(e, u))
+  if (self->stage.shift.x != 1 || flesh_equations_is_softened(self) || !flesh_evaluation_knows_potential(e, u))
     return; /* no step ends where the stage does */
   flesh_equations_point(self, u);
   flesh_copy(self->threads, self->n, e->x, e->reached.x);

@@ -22,8 +22,8 @@ typedef struct flesh_constrained {
 
 typedef struct flesh_equations {
   flesh_evaluation evaluation;
-  const flesh_system *system; /* the evaluation's, as are the next three */
-  flesh_threads *threads;
+  const flesh_system *system; /* that is evaluated: the evaluation's, or softened (system/softened.h) */
+  flesh_threads *threads; /* the evaluation's, as are the next two */
   const flesh_team *team;
   int n;
   flesh_solve_stats *stats; /* borrowed: where evaluations are counted */
@@ -37,6 +37,12 @@ typedef struct flesh_equations {
   int refused;     /* status of the stage's last residual that had no value; 0: none */
   double *scratch; /* [4*n] */
 } flesh_equations;
+
+/* Whether the stage's materials are softened, so that its end is only on the way to that of another stage. */
+static inline int flesh_equations_is_softened(const flesh_equations *equations)
+{
+  return equations->system != equations->evaluation.system;
+}
 
 /* FLESH_ERR_ARGUMENT with the first option that makes no sense. */
 int flesh_solver_options_check(const flesh_solver_options *options);

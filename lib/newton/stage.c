@@ -67,17 +67,9 @@ static int evaluate(flesh_newton *newton, const double *u, double *norm)
 /* The tolerance; larger for a step with softened materials, whose end is only a first iterate for the true ones. */
 static double tolerance_of(const flesh_newton *newton)
 {
-  const flesh_stage *stage = &newton->equations.stage;
+  const flesh_equations *equations = &newton->equations;
   const double own = newton->options.newton_tolerance;
-  return stage->softened && stage->shift.a != 0 ? fmax(own, 1e-2) : own;
-}
-
-/* Whether the target may be set by the forces that balance each other. An equilibrium of softened materials is on the way
- * to another. */
-static int may_sharpen(const flesh_newton *newton)
-{
-  const flesh_stage *stage = &newton->equations.stage;
-  return flesh_uses(&newton->options, FLESH_TECHNIQUE_BALANCED_TARGET) && !(newton->given_target > 0) && !(stage->softened && stage->shift.a == 0);
+  return flesh_equations_is_softened(equations) && equations->stage.shift.a != 0 ? fmax(own, 1e-2) : own;
 }
 
 /* Wants iterations to the solve's target from a residual of that norm, less where what is frozen will change. */
@@ -113,7 +105,9 @@ static int sharpen(flesh_stage_solve *self)
   flesh_newton *newton = self->newton;
   const double norm = self->stats->residual_last;
   if (self->status || norm > self->last_target) return 0; /* failed, or counts as solved all the same */
-  if (!may_sharpen(newton)) return 0;
+  if (newton->given_target > 0 || !flesh_uses(&newton->options, FLESH_TECHNIQUE_BALANCED_TARGET)) return 0;
+  /* An equilibrium of softened materials is on the way to another. */
+  if (flesh_equations_is_softened(&newton->equations) && newton->equations.stage.shift.a == 0) return 0;
   self->status = flesh_balance_sharpen(&newton->balance, tolerance_of(newton), self->u, norm, self->first, self->load,
                                        &self->last_target);
   if (self->status || norm <= self->last_target) return 0;
@@ -153,7 +147,7 @@ int flesh_stage_begin(flesh_newton *newton, const flesh_stage *stage, const doub
   if (status) return 0;
   const double first = self->first, load = self->load, given = newton->given_target;
   self->last_target = given > 0 ? given : tolerance_of(newton) * fmax(first, load);
-  stats->solves += !stage->softened;
+  stats->solves += !flesh_equations_is_softened(equations);
   stats->residual_first = stats->residual_last = first;
   stats->residual_target = newton->policy.target = self->last_target;
   if (first <= self->last_target) return 0;

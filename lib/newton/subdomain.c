@@ -11,10 +11,7 @@
 
 #include "base/error.h"
 #include "base/memory.h"
-#include "base/sort.h"
 #include "effect/effect.h"
-#include "effect/environment.h"
-#include "mesh/pieces.h"
 #include "linear/block_matrix.h"
 #include "newton/background.h"
 
@@ -30,7 +27,8 @@ static const double tolerance = 1e-2; /* of the subdomain's residual */
 typedef struct subdomain {
   const flesh_subdomain_parent *parent;
   const flesh_equations *whole;
-  const flesh_cells *cells; /* the whole's elements */
+  const flesh_effect *sum;  /* over the whole's elements, ... */
+  const flesh_cells *cells; /* ... which are these */
   uint8_t *state;     /* [nodes of the whole] OUTSIDE, CONSTRAINED or FREE */
   int *local;         /* [nodes of the whole] number in the subdomain, where not outside */
   int nodes, *global; /* [nodes] number in the whole */
@@ -106,72 +104,11 @@ static int choose_nodes(subdomain *self, const double *r, const double *ranks)
   return count;
 }
 
-/* A tet of the whole's mesh by its corners, ascending. */
-typedef struct known_tet {
-  int corner[4], tet;
-} known_tet;
-
-static int by_corners(const void *a, const void *b)
-{
-  const known_tet *p = a, *q = b;
-  for (int i = 0; i < 4; i++)
-    if (p->corner[i] != q->corner[i]) return p->corner[i] < q->corner[i] ? -1 : 1;
-  return 0;
-}
-
-static void sort_corners(int corner[4])
-{
-  for (int i = 1; i < 4; i++)
-    for (int j = i; j > 0 && corner[j] < corner[j - 1]; j--) {
-      const int swap = corner[j];
-      corner[j] = corner[j - 1], corner[j - 1] = swap;
-    }
-}
-
-/* At order 2 cells name their nodes in rising order, which does not tell what edges they are on: the mesh's own tets do.
- * Into own [10*tets], of tets of four nodes with -1 on edges. */
-static int find_ten_nodes(const subdomain *self, const flesh_mesh *mesh, int *own)
-{
-  known_tet *known = flesh_malloc((size_t)self->tets * sizeof *known);
-  uint8_t *is_corner = flesh_calloc((size_t)flesh_mesh_node_count(mesh), 1);
-  int count = 0;
-  if (!known || !is_corner) {
-    flesh_free(known), flesh_free(is_corner);
-    return no_memory(self);
-  }
-  for (int e = 0; e < flesh_mesh_tet_count(mesh); e++) {
-    int node[10];
-    for (int a = flesh_mesh_tet_nodes(mesh, e, node); a < 10; a++) node[a] = node[0];
-    for (int a = 0; a < 4; a++) is_corner[node[a]] = 1;
-    if (!has_free_node(self, node)) continue;
-    memcpy(known[count].corner, node, sizeof known[count].corner);
-    sort_corners(known[count].corner);
-    known[count++].tet = e;
-  }
-  flesh_sort(known, (size_t)count, sizeof *known, by_corners);
-  for (int k = 0; k < self->tets; k++) {
-    const int *cell = self->cells->nodes + 10 * (size_t)self->tet[k];
-    known_tet wanted = {.tet = 0};
-    for (int a = 0, found = 0; a < 10; a++)
-      if (is_corner[cell[a]] && found < 4) wanted.corner[found++] = cell[a];
-    int low = 0, high = count - 1;
-    while (low < high) {
-      const int middle = low + (high - low) / 2;
-      if (by_corners(&known[middle], &wanted) < 0) low = middle + 1;
-      else high = middle;
-    }
-    int *to = own + 10 * (size_t)k, size = flesh_mesh_tet_nodes(mesh, known[low].tet, to);
-    for (int a = 0; a < 10; a++) to[a] = a < size ? self->local[to[a]] : -1;
-  }
-  flesh_free(known), flesh_free(is_corner);
-  return FLESH_OK;
-}
-
 /* Numbers its nodes, and makes its mesh of its elements. */
 static int make_mesh(subdomain *self)
 {
   const flesh_mesh *mesh = flesh_system_mesh(self->whole->system);
-  const int m = self->per_cell;
+  const size_t m = (size_t)self->per_cell;
   for (int i = 0; i < flesh_mesh_node_count(mesh); i++)
     if (self->state[i] != OUTSIDE) {
       self->global[self->nodes] = i;
@@ -180,13 +117,14 @@ static int make_mesh(subdomain *self)
   for (int e = 0; e < self->cells->count; e++)
     if (has_free_node(self, self->cells->nodes + m * (size_t)e)) self->tet[self->tets++] = e;
   double *X = flesh_malloc(3 * (size_t)self->nodes * sizeof *X);
-  int *own = flesh_malloc((size_t)m * (size_t)self->tets * sizeof *own);
+  int *own = flesh_malloc(m * (size_t)self->tets * sizeof *own);
   int status = X && own ? FLESH_OK : no_memory(self);
   for (int i = 0; i < self->nodes && !status; i++)
     memcpy(X + 3 * i, flesh_mesh_positions(mesh) + 3 * (size_t)self->global[i], 3 * sizeof *X);
-  for (int k = 0; k < 4 * self->tets && m == 4 && !status; k++)
-    own[k] = self->local[self->cells->nodes[4 * (size_t)self->tet[k / 4] + k % 4]];
-  if (!status && m == 10) status = find_ten_nodes(self, mesh, own);
+  for (int k = 0; k < self->tets && !status; k++) {
+    int node[10], size = flesh_effect_private_of(self->sum)->cell_nodes(self->sum, self->tet[k], node);
+    for (int a = 0; a < self->per_cell; a++) own[m * (size_t)k + (size_t)a] = a < size ? self->local[node[a]] : -1;
+  }
   if (!status)
     status = m == 4 ? flesh_mesh_create(self->nodes, X, self->tets, own, NULL, &self->mesh)
                     : flesh_mesh_create_quadratic(self->nodes, X, self->tets, own, NULL, &self->mesh);
@@ -291,9 +229,7 @@ static int fill_background(subdomain *self, const double *u, const double *r, fl
   const flesh_equations *whole = self->whole;
   flesh_background *others = self->others;
   double *of_elements = work, *zeros = work + 3 * self->nodes;
-  const flesh_environment environment = {.softened = whole->stage.softened};
   flesh_point point = flesh_point_at(whole->stage.t, self->x, zeros, zeros);
-  point.environment = &environment;
   flesh_shift shift = whole->stage.shift;
   shift.filter = self->parent->filter;
   place(self, self->parent->u_matrix);
@@ -338,8 +274,7 @@ static int solve(subdomain *self, double *w)
     options.preconditioner = FLESH_PRECONDITIONER_IC;
   /* All constrained nodes stay where they are. */
   const flesh_stage stage = {
-      .t = self->whole->stage.t, .load = 1, .prescribed_fraction = 0, .shift = self->whole->stage.shift, .x0 = self->x,
-      .softened = self->whole->stage.softened};
+      .t = self->whole->stage.t, .load = 1, .prescribed_fraction = 0, .shift = self->whole->stage.shift, .x0 = self->x};
   flesh_solve_stats stats = {0};
   double *du = flesh_calloc(3 * (size_t)self->nodes, sizeof *du);
   if (!du) return no_memory(self);
@@ -403,7 +338,7 @@ int flesh_subdomain_solve(const flesh_subdomain_parent *parent, const double *u,
   count_ranks(self.whole, w);
   for (int k = 0; k < flesh_system_effect_count(self.whole->system) && !self.cells; k++) {
     const flesh_effect *effect = flesh_system_effect(self.whole->system, k);
-    if (is_sum(&self, effect)) self.cells = effect->operations->cells(effect);
+    if (is_sum(&self, effect)) self.sum = effect, self.cells = effect->operations->cells(effect);
   }
   if (self.cells) {
     flesh_reserve *before = flesh_reserve_enter(parent->reserve);

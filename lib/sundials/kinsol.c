@@ -188,6 +188,12 @@ void flesh_nonlinear_set_target(flesh_nonlinear *self, double target)
   self->problem->newton.given_target = target;
 }
 
+void flesh_nonlinear_soften(flesh_nonlinear *self, const flesh_system *softened)
+{
+  flesh_equations *equations = &self->problem->newton.equations;
+  equations->system = softened ? softened : equations->evaluation.system;
+}
+
 void flesh_nonlinear_set_stop(flesh_nonlinear *self, int (*stop)(void *data), void *data)
 {
   self->problem->newton.stop = stop;
@@ -349,7 +355,7 @@ int flesh_nonlinear_defined(flesh_nonlinear *self, double t, const double *x, co
   flesh_point point = flesh_evaluation_point(e, t, e->x, v, e->a);
   point.multipliers = equations->stage.multipliers;
   point.internal = equations->stage.internal;
-  int status = flesh_system_energies(equations->system, &point, energies);
+  int status = flesh_system_energies(e->system, &point, energies);
   for (int e = 0; !status && e < flesh_system_effect_count(equations->system); e++) sum += energies[e];
   return status || isfinite(sum) ? status : FLESH_NONFINITE;
 }

@@ -6,26 +6,12 @@
 #include "base/error.h"
 #include "time/integrator.h"
 
-/* A flesh_stage_end's data: what unknowns lead from. */
-typedef struct solution {
-  int n;
-  const double *x;
-} solution;
-
-static void find_end(void *data, const double *u, double *x)
-{
-  const solution *from = data;
-  for (int d = 0; d < from->n; d++) x[d] = from->x[d] + u[d];
-}
-
 static int solve(flesh_integrator *self, flesh_state *state, flesh_stage *stage, double h, int halvings, int extensions,
                  flesh_solve_stats *stats)
 {
   self->trying = (flesh_span){stage->t_lag, stage->t, h};
   stage->internal = state->internal;
-  int status = flesh_multipliers_solve(&self->multipliers, self->nonlinear, stage, state,
-                                       &(flesh_stage_end){&(solution){self->evaluation->n, state->x}, find_end}, NULL, extensions,
-                                       stats);
+  int status = flesh_multipliers_solve(&self->multipliers, self->nonlinear, stage, state, NULL, NULL, extensions, stats);
   if (!status) status = flesh_multipliers_accept(&self->multipliers, self->nonlinear, stage, state);
   if (status) flesh_integrator_record_failure(self, stage, h, halvings, status, stats);
   return status;
@@ -174,7 +160,7 @@ int flesh_integrator_find_equilibrium(flesh_integrator *self, flesh_state *state
   int status = come_apart(self, state, h, stats);
   if (status || !untangler) return status;
   status = flesh_untangler_after_equilibrium(untangler, state);
-  if (status == 1) status = flesh_integrator_relax(self, state, stats);
+  if (status == 1) status = flesh_continuation_rest(&self->continuation, untangler, 1, state, stats);
   if (status == 1 && flesh_system_has_follower_loads(self->evaluation->system)) status = balance(self, state, 0, stats);
   return status < 0 ? status : FLESH_OK;
 }

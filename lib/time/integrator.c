@@ -56,20 +56,6 @@ static int create_memory(flesh_integrator *self)
   return second ? flesh_prescribed_create(system, &self->prescribed) : FLESH_OK;
 }
 
-/* The most that an effect wants. Collective. */
-static int count_softenings(const flesh_system *system)
-{
-  double most = 1;
-  for (int k = 0; k < flesh_system_effect_count(system); k++) {
-    const flesh_effect *effect = flesh_system_effect(system, k);
-    const flesh_effect_private *library = flesh_effect_private_of(effect);
-    const int own = library->softenings ? library->softenings(effect) : 1;
-    most = fmax(most, own);
-  }
-  flesh_team_largest(flesh_system_team(system), 1, &most);
-  return (int)most;
-}
-
 int flesh_integrator_create(const flesh_system *system, flesh_method method,
                             const flesh_solver_options *options, flesh_integrator **integrator)
 {
@@ -95,10 +81,10 @@ int flesh_integrator_create(const flesh_system *system, flesh_method method,
     status = flesh_team_agree(team, flesh_evaluation_keep_state(self->evaluation));
   }
   if (!status) status = flesh_team_agree(team, create_memory(self));
-  if (!status) self->softenings = count_softenings(system);
   if (!status && self->row->stage)
     status = flesh_extrapolation_create(self->evaluation->n, self->evaluation->threads, &self->first.extrapolation);
   status = flesh_team_agree(team, status);
+  if (!status) status = flesh_continuation_create(self->nonlinear, &self->multipliers, self->start, &self->continuation);
   if (!status) status = flesh_recovery_create(system, options, &self->recovery);
   if (!status) status = flesh_energy_watch_create(self->evaluation, &self->watch);
   status = flesh_team_agree(team, status);
@@ -123,6 +109,7 @@ flesh_costs *flesh_integrator_costs(flesh_integrator *integrator) { return &inte
 void flesh_integrator_destroy(flesh_integrator **integrator)
 {
   if (!integrator || !*integrator) return;
+  flesh_continuation_clear(&(*integrator)->continuation);
   flesh_nonlinear_destroy(&(*integrator)->nonlinear);
   flesh_recovery_clear(&(*integrator)->recovery);
   flesh_adaptive_destroy(&(*integrator)->adaptive);
@@ -179,6 +166,7 @@ size_t flesh_integrator_memory(const flesh_integrator *self)
          n * ((2 * sizeof(int) + sizeof(double)) / 3 + (first->constrained ? 1 : 0)) +
          flesh_prescribed_memory(&self->prescribed) + flesh_nonlinear_memory(self->nonlinear) +
          flesh_energy_watch_memory(&self->watch) + flesh_recovery_memory(&self->recovery) +
+         flesh_continuation_memory(&self->continuation) +
          flesh_multipliers_memory(&self->multipliers) + flesh_internals_memory(&self->internals) +
          (self->adaptive ? flesh_adaptive_memory(self->adaptive) : 0);
 }
@@ -301,7 +289,7 @@ static int step_adaptively(flesh_integrator *self, flesh_state *state, double h,
 static int untangle(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
   int status = flesh_untangler_after_step(self->recovery.untangler, state, h);
-  if (status == 1) status = flesh_integrator_relax(self, state, stats);
+  if (status == 1) status = flesh_continuation_rest(&self->continuation, self->recovery.untangler, 0, state, stats);
   if (status == 1) {
     self->last_stage.known = 0;
     flesh_energy_watch_jump(&self->watch, state->t, state);

@@ -13,6 +13,7 @@
 #include "time/method.h"
 #include "time/multipliers.h"
 #include "time/prescribed.h"
+#include "time/recovery/continuation.h"
 #include "time/recovery/recovery.h"
 #include "time/rigid_guess.h"
 
@@ -44,7 +45,7 @@ struct flesh_integrator {
   flesh_solver_options options;
   flesh_nonlinear *nonlinear;
   flesh_recovery recovery;
-  int softenings; /* of materials, in steps of tangled bodies */
+  flesh_continuation continuation;
   flesh_prescribed prescribed; /* order > 1 */
   flesh_first_iterates first;
   flesh_lag lag;
@@ -80,17 +81,6 @@ int flesh_integrator_step_in_time(flesh_integrator *integrator, flesh_state *sta
 /* Equilibrium at state->t + h; one that is a tangle is untangled and solved again. Status as above. */
 int flesh_integrator_find_equilibrium(flesh_integrator *integrator, flesh_state *state, double h,
                                       flesh_solve_stats *stats);
-
-/* From a state that is tangled for good to one of less potential at the same time: 1 where there is one, else 0 and the
- * state as it was, or a negative status. */
-int flesh_integrator_relax(flesh_integrator *integrator, flesh_state *state, flesh_solve_stats *stats);
-
-/* A stage of a tangled body: from where solves of softer materials, each stiffer than the last, have led, where the true
- * potential is lower there than at the guesses, which end with NULL (at most two) and are not in `start`. Status as of a
- * solve. */
-int flesh_integrator_solve_through_softer(flesh_integrator *integrator, flesh_stage *stage, const flesh_state *state,
-                                          const flesh_stage_end *end, const double *const *guesses,
-                                          flesh_solve_stats *stats);
 
 /* Everything that is known about a solve of the stage, with h, that failed. */
 void flesh_integrator_record_failure(flesh_integrator *integrator, const flesh_stage *stage, double h, int halvings,

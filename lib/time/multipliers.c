@@ -82,10 +82,12 @@ int flesh_multipliers_view(const flesh_multipliers *self, const flesh_state *sta
 }
 
 /* The largest gap where the solve leads to. */
-static int find_gaps(flesh_multipliers *self, const flesh_stage_end *end, const double *u, double *largest)
+static int find_gaps(flesh_multipliers *self, const flesh_stage *stage, const flesh_stage_end *end, const double *u,
+                     double *largest)
 {
   const flesh_point point = flesh_point_at(0, self->x, u, u);
-  end->find(end->data, u, self->x);
+  for (int d = 0; d < self->n && !end; d++) self->x[d] = stage->x0[d] + stage->shift.x * u[d];
+  if (end) end->find(end->data, u, self->x);
   int status = flesh_system_constraint_gaps(self->system, &point, self->gaps, NULL);
   *largest = 0;
   for (int k = 0; k < self->count; k++) *largest = fmax(*largest, fabs(self->gaps[k]));
@@ -118,7 +120,7 @@ int flesh_multipliers_solve(flesh_multipliers *self, flesh_nonlinear *nonlinear,
     const int before = stats->newton;
     status = flesh_nonlinear_solve(nonlinear, stage, k ? next : guesses, extensions, stats);
     flesh_nonlinear_set_target(nonlinear, status ? 0 : stats->residual_target);
-    if (!status) status = find_gaps(self, end, u, &largest);
+    if (!status) status = find_gaps(self, stage, end, u, &largest);
     if (status) break;
     settled = largest <= (k && stats->newton == before ? fmax(self->tolerance, self->depth) : self->tolerance);
     if (settled) break;

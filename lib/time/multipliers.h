@@ -36,7 +36,8 @@ void flesh_multipliers_archive(flesh_multipliers *multipliers, flesh_archive *ar
 /* *view = *state, with multipliers of its own where it has none. FLESH_ERR_ARGUMENT for another number of them. */
 int flesh_multipliers_view(const flesh_multipliers *multipliers, const flesh_state *state, flesh_state *view);
 
-/* Finds the positions x [n] at which the constraints are to hold from a stage's unknowns u [n]. */
+/* Finds the positions x [n] at which the constraints are to hold from a stage's unknowns u [n]. None where they are those
+ * of the stage. */
 typedef struct flesh_stage_end {
   void *data;
   void (*find)(void *data, const double *u, double *x);

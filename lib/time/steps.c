@@ -230,7 +230,7 @@ static int attempt(flesh_integrator *self, const flesh_method_row *row, flesh_st
   const flesh_stage_end ends = {&(part_end){self, state}, find_end};
   const double from = fmax(state->t, piece->begin), to = before(part->end, piece->event);
   int status = begins_softer(self, state)
-                   ? flesh_integrator_solve_through_softer(self, &stage, state, &ends, guesses, stats)
+                   ? flesh_continuation_step(&self->continuation, &stage, state, &ends, guesses, stats)
                    : flesh_multipliers_solve(&self->multipliers, self->nonlinear, &stage, state, &ends, guesses, 0, stats);
   if (!status) status = check_end(self, &stage, state, to, stats, blocked);
   if (!status && self->lag.u) {

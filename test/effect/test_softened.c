@@ -1,19 +1,19 @@
-/* test_softened.c: softened materials are what flesh_environment.softened says, and as many as a body is stiff. */
+/* test_softened.c: a softened system is one of its materials, and has as many levels as a body is stiff. */
 #include <stdlib.h>
 
 #include "body.h"
-#include "effect/effect.h"
-#include "effect/environment.h"
+#include "system/softened.h"
 #include "test.h"
+#include "time/recovery/continuation.h"
 
-/* A softened material is S with the same shear modulus and the ratio of its level, whatever its form and element. */
-static void check_softened(int order, int level)
+/* A softened material is S with the same shear modulus and the ratio asked for, whatever its form and element. */
+static void check_softened(int order, double poisson)
 {
-  const double mu = 1e5, poisson = (double[]){0, 0.49, 0.499}[level - 1];
+  const double mu = 1e5, ratio = 2 * poisson / (1 - 2 * poisson);
   test_body hard, soft, *bodies[] = {&hard, &soft};
   flesh_material b, s;
   CHECK_OK(flesh_material_from_lame(FLESH_ENERGY_B, FLESH_CONSTANTS_MATCHED, mu, 1e8, &b));
-  CHECK_OK(flesh_material_from_lame(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, mu, 2 * mu * poisson / (1 - 2 * poisson), &s));
+  CHECK_OK(flesh_material_from_lame(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, mu, ratio * mu, &s));
   for (int k = 0; k < 2; k++) {
     flesh_mesh *mesh = test_box(12, 4, 4, 1, 1. / 3, 1. / 3), *raised = NULL;
     if (order == 2) {
@@ -32,9 +32,14 @@ static void check_softened(int order, int level)
   flesh_point point = flesh_point_at(0, x, zero, zero);
   CHECK(flesh_system_residual(hard.system, &point, r) == FLESH_UNDEFINED);
   CHECK_OK(flesh_system_residual(soft.system, &point, wanted));
-  point.environment = &(flesh_environment){.softened = level};
-  CHECK_OK(flesh_system_residual(hard.system, &point, r));
+  flesh_system *softened = NULL;
+  CHECK_OK(flesh_system_soften(hard.system, ratio, &softened));
+  CHECK_OK(flesh_system_residual(softened, &point, r));
   CHECK_BELOW(test_distance(n, r, wanted), 1e-12 * test_norm(n, wanted));
+  CHECK(flesh_system_effect(softened, 1) != flesh_system_effect(hard.system, 1)); /* elasticity */
+  CHECK(flesh_system_effect(softened, 0) == flesh_system_effect(hard.system, 0));
+  flesh_softened_destroy(hard.system, &softened);
+  CHECK(flesh_system_residual(hard.system, &point, r) == FLESH_UNDEFINED);
   free(x), free(zero), free(r), free(wanted);
   test_body_destroy(&hard);
   test_body_destroy(&soft);
@@ -43,7 +48,7 @@ static void check_softened(int order, int level)
 static void softened_materials_are_s(void)
 {
   for (int order = 1; order <= 2; order++)
-    for (int level = 1; level <= 3; level++) check_softened(order, level);
+    for (int k = 0; k < 3; k++) check_softened(order, (double[]){0, 0.49, 0.499}[k]);
 }
 
 /* Levels are on the way where they are five times as soft as the stiffest material. */
@@ -55,12 +60,25 @@ static void stiffer_bodies_have_more_levels(void)
     flesh_mesh *mesh = test_box(1, 1, 1, 1, 1, 1);
     flesh_material materials[2];
     flesh_effect *effect = NULL;
+    flesh_system *system = NULL;
+    flesh_solver_options options;
+    flesh_nonlinear *nonlinear = NULL;
+    flesh_continuation continuation;
     CHECK_OK(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1e6, 0.2, &materials[0]));
     CHECK_OK(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1, ratios[k], &materials[1]));
     const flesh_body body = {.mesh = mesh, .materials = materials, .tet_material = (int[]){0, 0, 0, 0, 0, 1}};
     CHECK_OK(flesh_effect_elasticity(&body, &effect));
-    CHECK(effect->operations->library->softenings(effect) == levels[k]);
-    flesh_effect_destroy(&effect);
+    CHECK_OK(flesh_system_create(mesh, &system));
+    CHECK_OK(flesh_system_add_effect(system, &effect));
+    CHECK_OK(flesh_system_finalize(system));
+    flesh_solver_options_default(&options);
+    CHECK_OK(flesh_nonlinear_create(system, &options, &nonlinear));
+    CHECK_OK(flesh_continuation_create(nonlinear, NULL, NULL, &continuation));
+    CHECK(continuation.count == levels[k]);
+    for (int l = 0; l < FLESH_SOFTENINGS; l++) CHECK(!continuation.softened[l] == (l >= levels[k]));
+    flesh_continuation_clear(&continuation);
+    flesh_nonlinear_destroy(&nonlinear);
+    flesh_system_destroy(&system);
     flesh_mesh_destroy(&mesh);
   }
 }

@@ -107,7 +107,7 @@ class KinsolProblem(_Problem):
     def set_stage(self, x0, v0=None, a0=None, t: float = 0.0, load: float = 1.0, prescribed_fraction: float = 1.0,
                   shift: Shift = Shift(), *, x_lag=None, v_lag=None, t_lag: Optional[float] = None,
                   frozen_at_solution: bool = False, multipliers=None, penalty: float = 1.0,
-                  softened: int = 0, held=None, internal=None, x_from=None, t_from: Optional[float] = None) -> None:
+                  held=None, internal=None, x_from=None, t_from: Optional[float] = None) -> None:
         """How u moves the point from x0, v0, a0 [nodes, 3], and when; `held` [nodes, 3] stay at x0, beside what is
         constrained; obstacles must leave the way from x_from [nodes, 3] at t_from free (None: from the lagged state);
         see flesh.Point for the other arguments."""
@@ -121,7 +121,6 @@ class KinsolProblem(_Problem):
             stage.t_lag = t_lag
         stage.t_from = t if t_from is None else t_from
         stage.frozen_at_solution, stage.penalty = int(frozen_at_solution), float(penalty)
-        stage.softened = int(softened)
         if held is not None:
             shown["held"] = pointer(np.array(np.broadcast_to(held, shape), dtype=np.uint8), "uint8_t")
         for name, values, count in (("multipliers", multipliers, self.system.multiplier_count),

@@ -3,8 +3,8 @@
  * A body that has come to rest with inverted tets, or wound once more around some edge, sits in a local minimum of
  * its energy: every way out goes through changes of volume, which the material resists. Collapsed to a point it may
  * sit in one too (E with small Poisson's ratios). Once it is quasi-static, and no load holds it there, the
- * integrator solves for the equilibrium of softer materials from there (flesh_environment.softened), and from that for
- * the equilibrium of the true ones (relax.c). The result is kept if its potential is lower than that of the tangle;
+ * integrator solves for the equilibrium of softer materials from there, and from that for the equilibrium of the true
+ * ones (continuation.h). The result is kept if its potential is lower than that of the tangle;
  * else the tangle stays. That is no motion: it is counted in
  * flesh_solve_stats and can be switched off (FLESH_TECHNIQUE_UNTANGLE). Bodies whose material is stressed at rest,
  * and those that begin in an exact line or point, may collapse: that is an equilibrium of theirs, and is left. */
