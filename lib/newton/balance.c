@@ -6,6 +6,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "math/xorshift.h"
 #include "mesh/inspect.h"
 #include "system/feasible_step.h"
 #include "system/one_effect.h"
@@ -77,19 +78,11 @@ static int find_edge_force(flesh_equations *self, double *edge_force)
 {
   static const double part = 1e-6;
   const flesh_mesh *mesh = flesh_system_mesh(self->system);
-  const double *X = flesh_mesh_positions(mesh), tets = flesh_mesh_tet_count(mesh);
+  const double *X = flesh_mesh_positions(mesh), edge = flesh_mesh_mean_edge(mesh, self->team);
   const int own = 3 * flesh_team_own(self->team, self->n / 3);
-  double means[2] = {tets * flesh_mesh_mean_edge(mesh), tets}; /* of the ranks' edges, weighted by their tets */
-  flesh_team_sum(self->team, 2, means);
-  const double edge = self->team ? means[0] / means[1] : flesh_mesh_mean_edge(mesh);
   double *one = self->scratch, *before = one + self->n, *after = before + self->n, *x = after + self->n, sums[2] = {0};
-  uint32_t random = 2463534242u;
-  for (int d = 0; d < self->n; d++) {
-    random ^= random << 13; /* xorshift (Marsaglia 2003), for its sign */
-    random ^= random >> 17;
-    random ^= random << 5;
-    x[d] = X[d] + part * edge * (random >> 31 ? 1 : -1);
-  }
+  uint32_t random = flesh_xorshift_first;
+  for (int d = 0; d < self->n; d++) x[d] = X[d] + part * edge * (flesh_xorshift(&random) >> 31 ? 1 : -1);
   flesh_team_share(self->team, x);
   int status = forces_at(self, X, one, before);
   if (!status) status = forces_at(self, x, one, after);

@@ -3,6 +3,7 @@
 #include <float.h>
 #include <math.h>
 
+#include "math/xorshift.h"
 #include "newton/equations.h"
 
 /* Moves the point of u by round-off: x by the last digit of the largest, as differences of places are what counts, and
@@ -13,11 +14,7 @@ static void disturb(flesh_equations *self, const double *u, uint32_t *random)
   const flesh_stage *stage = &self->stage;
   const double largest = flesh_largest(self->threads, self->n, e->x);
   for (int d = 0; d < self->n; d++) {
-    /* xorshift (Marsaglia 2003): any fixed sequence of signs and sizes will do */
-    *random ^= *random << 13;
-    *random ^= *random >> 17;
-    *random ^= *random << 5;
-    const double relative = DBL_EPSILON * (*random * 0x1p-31 - 1);
+    const double relative = DBL_EPSILON * (flesh_xorshift(random) * 0x1p-31 - 1); /* any signs and sizes will do */
     e->x[d] += relative * largest;
     e->v[d] += relative * (fabs(stage->v0 ? stage->v0[d] : 0) + fabs(stage->shift.v * u[d]));
     e->a[d] += relative * (fabs(stage->a0 ? stage->a0[d] : 0) + fabs(stage->shift.a * u[d]));
@@ -27,7 +24,7 @@ static void disturb(flesh_equations *self, const double *u, uint32_t *random)
 double flesh_equations_residual_round_off(flesh_equations *self, const double *u)
 {
   double *exact = self->scratch, *moved = self->scratch + self->n;
-  uint32_t random = 2463534242u;
+  uint32_t random = flesh_xorshift_first;
   if (flesh_equations_residual(self, u, exact)) return 0;
   flesh_point point = flesh_equations_point(self, u);
   disturb(self, u, &random);
@@ -41,7 +38,7 @@ double flesh_equations_potential_round_off(flesh_equations *self, const double *
 {
   enum { SAMPLES = 4 }; /* one may come out small by chance */
   double least = INFINITY, most = -INFINITY, value, magnitude;
-  uint32_t random = 2463534242u;
+  uint32_t random = flesh_xorshift_first;
   for (int sample = 0; sample < SAMPLES; sample++) {
     flesh_point point = flesh_equations_point(self, u);
     disturb(self, u, &random);

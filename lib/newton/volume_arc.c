@@ -35,14 +35,13 @@ int flesh_volume_arc_init(flesh_equations *equations, flesh_direction *direction
   self->trial = direction->rows;
   self->trial.values = flesh_huge_pages_calloc((3 * count * (size_t)self->trial.nodes_per_row + 1) * sizeof(float));
   self->wanted = flesh_huge_pages_calloc((2 * count + 1) * sizeof(float));
-  self->step = flesh_huge_pages_calloc((3 * n + 1) * sizeof(double));
+  self->step = flesh_huge_pages_calloc((2 * n + 1) * sizeof(double));
   if (!self->trial.values || !self->wanted || !self->step) {
     flesh_volume_arc_clear(self);
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for the steps of %zu unknowns", n);
   }
   self->error = self->wanted + count;
   self->at = self->step + n;
-  self->none = self->at + n;
   return FLESH_OK;
 }
 
@@ -59,7 +58,7 @@ size_t flesh_volume_arc_memory(const flesh_volume_arc *self)
   const size_t count = (size_t)self->trial.count;
   if (!self->step) return 0;
   return count * (2 + 3 * (size_t)self->trial.nodes_per_row) * sizeof(float) +
-         3 * (size_t)self->equations->n * sizeof(double);
+         2 * (size_t)self->equations->n * sizeof(double);
 }
 
 /* y += weight b.q of every row, over the dofs that are not constrained. */
@@ -148,10 +147,9 @@ void flesh_volume_arc_start(flesh_volume_arc *self, double *u)
   flesh_team_largest(equations->team, 1, &moved);
   if (moved > 0) return;
   if (flesh_equations_potential(equations, u, &before, &magnitude)) return;
-  double *none = self->none;
   memcpy(self->step, u, (size_t)equations->n * sizeof *u);
   memset(self->wanted, 0, (size_t)self->trial.count * sizeof *self->wanted);
-  if (!correct(self, none, 0, NOTHING * magnitude)) return;
+  if (!correct(self, equations->evaluation.zeros, 0, NOTHING * magnitude)) return;
   if (!flesh_equations_can_reach(equations, self->step)) return;
   if (!flesh_equations_evaluate(equations, self->step, &after, &magnitude) && after < before)
     flesh_copy(equations->threads, equations->n, self->step, u);

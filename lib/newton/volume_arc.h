@@ -10,7 +10,7 @@ typedef struct flesh_volume_arc {
   flesh_direction *direction; /* borrowed: its preconditioner has the projection */
   flesh_stiff_rows trial;     /* the rows where the step leads; all zero: there are none, on no rank */
   float *wanted, *error;      /* [rows] */
-  double *step, *at, *none;   /* [n]; none: 0 */
+  double *step, *at;          /* [n] */
 } flesh_volume_arc;
 
 /* FLESH_ERR_MEMORY. */

@@ -11,6 +11,7 @@
 #include "flesh/sundials_abi.h"
 #include "linear/block_matrix.h"
 #include "linear/pcg.h"
+#include "math/xorshift.h"
 #include "sundials/problem.h"
 #include "sundials/vector.h"
 #include "sundials/version.h"
@@ -23,9 +24,9 @@ static int find_coupling(flesh_ida_problem *self)
 {
   flesh_evaluation *e = &self->evaluation;
   const double *X = flesh_mesh_positions(flesh_system_mesh(e->system));
-  uint32_t random = 2463534242u; /* xorshift (Marsaglia 2003) */
+  uint32_t random = flesh_xorshift_first;
   for (int d = 0; d < e->n; d++) {
-    random ^= random << 13, random ^= random >> 17, random ^= random << 5;
+    flesh_xorshift(&random);
     e->v[d] = self->scale.velocity * (random * 0x1p-31 - 1);
     e->x[d] = X[d] + 1e-6 * self->scale.length * (random * 0x1p-31 - 1);
     e->a[d] = 0;

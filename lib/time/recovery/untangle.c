@@ -141,21 +141,15 @@ static double force_scale(flesh_untangler *self, int *stressed)
   return force;
 }
 
-/* Over the edges of all tets. */
-static double mean_edge(const flesh_untangler *self)
-{
-  const double tets = flesh_mesh_tet_count(self->mesh), edge = flesh_mesh_mean_edge(self->mesh);
-  return self->team ? sum_of(self, edge * tets) / sum_of(self, tets) : edge;
-}
-
 static int allocate(flesh_untangler *self)
 {
-  double **arrays[] = {&self->v, &self->a, &self->r, &self->saved, &self->zero, &self->end.x, &self->end.v};
+  double **arrays[VECTORS] = {NULL, &self->a, &self->r, &self->saved, &self->zero, &self->end.x, &self->end.v};
   int failed = !(self->fixed = calloc((size_t)self->n + 1, 1));
   failed |= !(self->far = calloc((size_t)self->n + 1, 1));
   failed |= !(self->reserve = flesh_reserve_create(flesh_winding_room(self->mesh, &self->shared)));
   failed |= !(self->multipliers = calloc((size_t)self->multiplier_count + 1, sizeof(double)));
-  for (int k = 0; k < VECTORS; k++) failed |= !(*arrays[k] = calloc((size_t)self->n + 1, sizeof(double)));
+  failed |= !(self->v = calloc(VECTORS * (size_t)self->n + 1, sizeof(double)));
+  for (int k = 1; k < VECTORS && self->v; k++) *arrays[k] = self->v + (size_t)k * (size_t)self->n;
   return failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for an untangler") : FLESH_OK;
 }
 
@@ -172,7 +166,7 @@ int flesh_untangler_create(const flesh_system *system, flesh_untangler **untangl
     self->own = 3 * flesh_team_own(team, self->n / 3);
     self->expected = NAN;
     self->has_inertia = flesh_system_has_role(system, FLESH_ROLE_INERTIA);
-    self->edge = mean_edge(self);
+    self->edge = flesh_mesh_mean_edge(self->mesh, team);
     self->multiplier_count = flesh_system_multiplier_count(system);
     status = flesh_shared_edges_create(self->mesh, team, &self->shared);
   }
@@ -189,13 +183,7 @@ void flesh_untangler_destroy(flesh_untangler **untangler)
   flesh_reserve_destroy(&(*untangler)->reserve); /* and the winding with it */
   flesh_rigid_parts_clear(&(*untangler)->parts);
   flesh_shared_edges_clear(&(*untangler)->shared);
-  free((*untangler)->v);
-  free((*untangler)->a);
-  free((*untangler)->r);
-  free((*untangler)->saved);
-  free((*untangler)->zero);
-  free((*untangler)->end.x);
-  free((*untangler)->end.v);
+  free((*untangler)->v); /* and all other vectors with it */
   free((*untangler)->multipliers);
   free((*untangler)->fixed);
   free((*untangler)->far);

@@ -1,0 +1,17 @@
+/* xorshift.h: numbers that are as good as random, the same in every run (Marsaglia 2003, "Xorshift RNGs"). */
+#ifndef FLESH_MATH_XORSHIFT_H
+#define FLESH_MATH_XORSHIFT_H
+
+#include <stdint.h>
+
+static const uint32_t flesh_xorshift_first = 2463534242u;
+
+/* The next one after *random. */
+static inline uint32_t flesh_xorshift(uint32_t *random)
+{
+  *random ^= *random << 13;
+  *random ^= *random >> 17;
+  return *random ^= *random << 5;
+}
+
+#endif
