@@ -195,12 +195,9 @@ int flesh_ranks_threads(const flesh_ranks *ranks, const flesh_scene *scene)
 /* One message from rank k to the first, in doubles. */
 static void send(const flesh_ranks *ranks, int k, int count, const uint8_t *bytes, double *room)
 {
-  const flesh_team_message message = {.rank = ranks->rank ? 0 : k,
-                                      .send_count = ranks->rank ? count : 0,
-                                      .receive_count = ranks->rank ? 0 : count,
-                                      .send = (const double *)bytes,
-                                      .receive = room};
-  flesh_communicator_begin(ranks->working, 1, &message);
+  const int other = ranks->rank ? 0 : k, all[2] = {0, count}, none[2] = {0};
+  const flesh_exchange message = {1, ranks->rank ? all : none, ranks->rank ? none : all, (const double *)bytes, room};
+  flesh_communicator_begin(ranks->working, 1, &other, &message);
   flesh_communicator_end(ranks->working);
 }
 

@@ -1,6 +1,7 @@
 /* team.c: what the operations of a team do where there may be none. */
 #include "base/team.h"
 
+#include <math.h>
 #include <stddef.h>
 #include <string.h>
 
@@ -38,14 +39,86 @@ int flesh_team_any(const flesh_team *team, int here)
   return any > 0;
 }
 
-void flesh_team_share(const flesh_team *team, double *vector)
+double flesh_team_total(const flesh_team *team, double number)
 {
-  if (team) team->operations->share(team->data, &(flesh_team_vector){3, 3, NULL, vector, 0});
+  flesh_team_sum(team, 1, &number);
+  return number;
 }
+
+double flesh_team_least(const flesh_team *team, double number)
+{
+  number = -number;
+  flesh_team_largest(team, 1, &number);
+  return -number;
+}
+
+double flesh_team_argmax(const flesh_team *team, double *value, double label)
+{
+  double most = *value;
+  flesh_team_largest(team, 1, &most);
+  if (*value != most && !isnan(*value)) label = -INFINITY;
+  flesh_team_largest(team, 1, &label);
+  *value = most;
+  return label;
+}
+
+void flesh_team_unite_boxes(const flesh_team *team, double low[3], double high[3])
+{
+  double ends[6];
+  for (int c = 0; c < 3; c++) ends[c] = -low[c], ends[3 + c] = high[c];
+  flesh_team_largest(team, 6, ends);
+  for (int c = 0; c < 3; c++) low[c] = -ends[c], high[c] = ends[3 + c];
+}
+
+void flesh_team_share(const flesh_team *team, double *vector) { flesh_team_share_nodes(team, 3, vector); }
 
 void flesh_team_collect(const flesh_team *team, double *vector)
 {
   if (team) team->operations->collect(team->data, &(flesh_team_vector){3, 3, NULL, vector, 0});
+}
+
+void flesh_team_share_nodes(const flesh_team *team, int width, double *values)
+{
+  if (team) team->operations->share(team->data, &(flesh_team_vector){width, width, NULL, values, 0});
+}
+
+void flesh_team_share_reached(const flesh_team *team, int width, double *values)
+{
+  if (team) team->operations->share(team->data, &(flesh_team_vector){width, width, NULL, values, 1});
+}
+
+static void sum_at(const flesh_team *team, int reached, int width, double *values)
+{
+  const flesh_team_vector vector = {width, width, NULL, values, reached};
+  if (!team) return;
+  team->operations->collect(team->data, &vector);
+  team->operations->share(team->data, &vector);
+}
+
+void flesh_team_sum_nodes(const flesh_team *team, int width, double *values) { sum_at(team, 0, width, values); }
+
+void flesh_team_sum_reached(const flesh_team *team, int width, double *values) { sum_at(team, 1, width, values); }
+
+void flesh_exchange_begin(const flesh_team *team, const flesh_exchange *exchange)
+{
+  team->operations->exchange_begin(team->data, team->reach.count, team->reach.ranks, exchange);
+}
+
+void flesh_exchange_end(const flesh_team *team) { team->operations->exchange_end(team->data); }
+
+void flesh_exchange_now(const flesh_team *team, const flesh_exchange *exchange)
+{
+  flesh_exchange_begin(team, exchange);
+  flesh_exchange_end(team);
+}
+
+void flesh_exchange_counts(const flesh_team *team, const int *first_sent, double *counts, int *first_received)
+{
+  const int ranks = team->reach.count;
+  for (int r = 0; r < ranks; r++) counts[r] = first_sent[r + 1] - first_sent[r];
+  flesh_exchange_now(team, &(flesh_exchange){1, NULL, NULL, counts, counts + ranks});
+  first_received[0] = 0;
+  for (int r = 0; r < ranks; r++) first_received[r + 1] = first_received[r] + (int)counts[ranks + r];
 }
 
 int flesh_team_narrow(const flesh_team *team, const uint8_t *needed, const flesh_team **narrow)

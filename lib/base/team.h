@@ -20,12 +20,14 @@ typedef struct flesh_team_vector {
   int reached; /* 1: of all nodes that the rank reaches; 0: of those that its tets have */
 } flesh_team_vector;
 
-/* Numbers for another rank, and room for those that it sends. Either knows the other's counts. */
-typedef struct flesh_team_message {
-  int rank, send_count, receive_count;
-  const double *send;
-  double *receive;
-} flesh_team_message;
+/* Numbers for other ranks, one rank after the other, and room for those that they send: `width` of each entry. Either
+ * side knows the other's counts. */
+typedef struct flesh_exchange {
+  int width;
+  const int *first_sent, *first_received; /* [ranks+1] the entries of each rank; NULL: each rank has one */
+  const double *sent;
+  double *received;
+} flesh_exchange;
 
 /* Nodes that other ranks reach and this one has, and the other way round, one rank after the other. Both ranks have the
  * nodes between them in the same order. */
@@ -50,9 +52,9 @@ typedef struct flesh_team_operations {
   void (*share)(const void *data, const flesh_team_vector *vector);
   /* Owners add the values of their ghosts, by rising rank; ghosts become zero. */
   void (*collect)(const void *data, const flesh_team_vector *vector);
-  /* Sends and receives as many messages as `reach` has ranks, at most, which are there once `exchange_end` returns;
-   * nothing else is exchanged or added up in between. */
-  void (*exchange_begin)(const void *data, int count, const flesh_team_message *messages);
+  /* Sends to and receives from these ranks; the numbers are there once `exchange_end` returns. Nothing else is exchanged
+   * or added up in between. */
+  void (*exchange_begin)(const void *data, int count, const int *ranks, const flesh_exchange *exchange);
   void (*exchange_end)(const void *data);
   /* The operations behind flesh_team_narrow and flesh_team_narrow_end. */
   int (*narrow)(const struct flesh_team *team, const uint8_t *needed, const struct flesh_team **narrow);
@@ -87,10 +89,32 @@ int flesh_team_agree(const flesh_team *team, int status);
  * all is well. FLESH_TEAM_AGREED numbers at most. */
 enum { FLESH_TEAM_AGREED = 8 };
 int flesh_team_sum_agreed(const flesh_team *team, int status, int count, double *numbers);
-/* Whether any rank says so. */
+/* Whether any rank says so; the sum and the least of all ranks' numbers. */
 int flesh_team_any(const flesh_team *team, int here);
+double flesh_team_total(const flesh_team *team, double number);
+double flesh_team_least(const flesh_team *team, double number);
+/* *value becomes the largest of all ranks' values, or no number if one is none; returns the largest of the labels of
+ * those ranks that have it. */
+double flesh_team_argmax(const flesh_team *team, double *value, double label);
+/* The box from low to high becomes that around all ranks' boxes. */
+void flesh_team_unite_boxes(const flesh_team *team, double low[3], double high[3]);
 void flesh_team_share(const flesh_team *team, double *vector);
 void flesh_team_collect(const flesh_team *team, double *vector);
+/* Ghosts take `width` numbers each from their owners. */
+void flesh_team_share_nodes(const flesh_team *team, int width, double *values);
+/* Nodes that the rank reaches take `width` numbers each from their owners. */
+void flesh_team_share_reached(const flesh_team *team, int width, double *values);
+/* Each of `width` numbers a node becomes its sum over the ranks that have the node, or that reach it, with the same bits on
+ * all of them. */
+void flesh_team_sum_nodes(const flesh_team *team, int width, double *values);
+void flesh_team_sum_reached(const flesh_team *team, int width, double *values);
+/* Exchanges with the ranks that `reach` has, in its order; `team` is not NULL. Between the two nothing else is exchanged
+ * or added up. */
+void flesh_exchange_begin(const flesh_team *team, const flesh_exchange *exchange);
+void flesh_exchange_end(const flesh_team *team);
+void flesh_exchange_now(const flesh_team *team, const flesh_exchange *exchange);
+/* first_received [ranks+1] by what the other ranks have in first_sent [ranks+1]; `counts` [2*ranks] is room. */
+void flesh_exchange_counts(const flesh_team *team, const int *first_sent, double *counts, int *first_received);
 /* Makes a team of the same ranks and nodes for solves with matrices that couple to few of the ghosts that effects see:
  * it exchanges only ghosts that the rank's tets have, and those `needed` [nodes] here. Other ghosts are left as they
  * are; they are zero in vectors that begin so. Where the team does not narrow, *narrow is the team itself. Borrows

@@ -31,6 +31,12 @@ void flesh_block_multiply(const flesh_block_matrix *A, const double *x, double *
   }
 }
 
+void flesh_block_multiply_of_team(const flesh_team *team, const flesh_block_matrix *A, const double *x, double *y)
+{
+  flesh_block_multiply(A, x, y);
+  flesh_team_collect(team, y);
+}
+
 /* Row i of a matrix with fixed dofs. */
 static inline void fix_row(flesh_block_matrix *A, const uint8_t *fixed, double diagonal, int i)
 {

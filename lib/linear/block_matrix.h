@@ -4,11 +4,14 @@
 
 #include <stdint.h>
 
+#include "base/team.h"
 #include "flesh/block_matrix.h"
 #include "flesh/threads.h"
 
 /* y = A x. */
 void flesh_block_multiply(const flesh_block_matrix *A, const double *x, double *y);
+/* y = A x of a body whose matrix is the sum of the ranks' A; x is consistent, y collected (base/team.h). */
+void flesh_block_multiply_of_team(const flesh_team *team, const flesh_block_matrix *A, const double *x, double *y);
 
 /* Turns the rows and columns of the fixed dofs [3*rows] into `diagonal` times those of the
  * identity. */

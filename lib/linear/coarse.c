@@ -110,19 +110,19 @@ static int make_terms(flesh_coarse *self, const flesh_block_matrix *A, const int
   return FLESH_OK;
 }
 
-/* A factor for the patches that A couples. */
-static int make_factor(flesh_coarse *self)
+/* A factor for the patches that A couples; none where any rank has failed before. */
+static int make_factor(flesh_coarse *self, int status)
 {
   const int *corner = self->grid.corner, *patch = self->grid.patch;
   const size_t n = (size_t)self->grid.patches;
-  uint8_t *touch = flesh_calloc(n * n + 1, 1);
+  uint8_t *touch = status ? NULL : flesh_calloc(n * n + 1, 1);
   for (int k = 0; touch && k < self->pair_count; k++)
     for (int e = 0; e < CORNERS * CORNERS; e++) {
       const size_t i = (size_t)patch[corner[CORNERS * self->pairs[k].low + e / CORNERS]],
                    j = (size_t)patch[corner[CORNERS * self->pairs[k].high + e % CORNERS]];
       touch[n * i + j] = touch[n * j + i] = 1;
     }
-  const int status = flesh_coarse_sums_create(self->team, self->grid.patches, touch, &self->matrix, &self->summed);
+  status = flesh_coarse_sums_create(self->team, self->grid.patches, touch, &self->matrix, &self->summed);
   flesh_free(touch);
   return status;
 }
@@ -166,11 +166,10 @@ static int make_entries(flesh_coarse *self)
   return failed ? FLESH_ERR_MEMORY : FLESH_OK;
 }
 
-static int build(flesh_coarse *self, const flesh_block_matrix *A, const double *X, int vertices, const int *stored)
+/* From the grid; ranks call each other even if one of them has failed before, or has no memory. */
+static int build(flesh_coarse *self, const flesh_block_matrix *A, const int *stored, int status)
 {
   const size_t rows = (size_t)A->rows;
-  int status = flesh_coarse_grid_create(A, X, stored, vertices < MOST_VERTICES ? vertices : MOST_VERTICES, self->team,
-                                        &self->grid);
   int *place = flesh_malloc((rows + 1) * sizeof *place);
   self->stored = flesh_malloc((rows + 1) * sizeof *self->stored);
   if (!place || !self->stored) status = FLESH_ERR_MEMORY;
@@ -179,8 +178,7 @@ static int build(flesh_coarse *self, const flesh_block_matrix *A, const double *
     for (int p = 0; p < A->rows; p++) place[stored[p]] = p;
     status = make_terms(self, A, place);
   }
-  status = flesh_team_agree(self->team, status);
-  if (!status) status = make_factor(self);
+  status = make_factor(self, status);
   if (!status) {
     for (int e = 0; e < CORNERS * self->grid.cells; e++) {
       const int v = self->grid.corner[e];
@@ -194,40 +192,38 @@ static int build(flesh_coarse *self, const flesh_block_matrix *A, const double *
     status = failed ? FLESH_ERR_MEMORY : make_entries(self);
   }
   flesh_free(place);
-  return status ? flesh_fail(FLESH_ERR_MEMORY, "no memory for the coarse space of %d nodes", A->rows) : FLESH_OK;
-}
-
-int flesh_coarse_create(const flesh_block_matrix *A, const double *positions, int vertices,
-                        const flesh_bisection *bisection, flesh_threads *threads, const flesh_team *team,
-                        flesh_coarse **coarse)
-{
-  flesh_coarse *self = flesh_calloc(1, sizeof *self);
-  *coarse = self;
-  int status = flesh_team_agree(team, self ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for a coarse space"));
-  if (status) {
-    flesh_free(self);
-    *coarse = NULL;
-    return status;
-  }
-  self->rows = A->rows;
-  self->threads = threads;
-  self->team = team;
-  status = build(self, A, positions, vertices, bisection->order);
-  if (status) flesh_coarse_destroy(coarse);
   return status;
 }
 
-void flesh_coarse_destroy(flesh_coarse **coarse)
+static void clear(flesh_coarse *self)
 {
-  if (!coarse || !*coarse) return;
-  flesh_coarse *self = *coarse;
   void *arrays[] = {self->load,  self->stored, self->sums[0],    self->sums[1],   self->moves, self->terms,
                     self->pairs, self->ranks,  self->entries[0], self->entries[1]};
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) flesh_free(arrays[k]);
   flesh_coarse_grid_clear(&self->grid);
   flesh_coarse_cholesky_clear(&self->matrix);
   flesh_coarse_sums_clear(&self->summed);
-  flesh_free(self);
+}
+
+int flesh_coarse_create(const flesh_block_matrix *A, const double *positions, int vertices,
+                        const flesh_bisection *bisection, flesh_threads *threads, const flesh_team *team,
+                        flesh_coarse **coarse)
+{
+  flesh_coarse made = {.rows = A->rows, .threads = threads, .team = team};
+  const int most = vertices < MOST_VERTICES ? vertices : MOST_VERTICES, *stored = bisection->order;
+  int status = flesh_coarse_grid_create(A, positions, stored, most, team, &made.grid);
+  status = build(&made, A, stored, status);
+  *coarse = status ? NULL : flesh_malloc(sizeof **coarse);
+  if (*coarse) **coarse = made;
+  else clear(&made);
+  return *coarse ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for the coarse space of %d nodes", A->rows);
+}
+
+void flesh_coarse_destroy(flesh_coarse **coarse)
+{
+  if (!coarse || !*coarse) return;
+  clear(*coarse);
+  flesh_free(*coarse);
   *coarse = NULL;
 }
 

@@ -46,8 +46,11 @@ typedef struct builder {
   int (*at)[3];  /* [rows] cell of each node along each axis */
   int *parent;   /* [8*rows] of the corners of each node's cell, towards the one that stands for their vertex */
   int *vertex;   /* [8*rows] numbers of those */
-  int (*where)[3]; /* [8*rows], of a team [vertices] place of each vertex along each axis */
+  int (*where)[3]; /* [8*rows], of a team [vertices+8] place of each vertex along each axis */
   const flesh_team *team;
+  int64_t most;    /* names that a grid may have */
+  uint8_t *marks;  /* [most] of the names that vertices have */
+  int *number;     /* [most], of a team alone: the vertex of each name */
 } builder;
 
 static int by_name(const void *a, const void *b)
@@ -136,37 +139,30 @@ static int count_vertices(const builder *b, const layout *grid, uint8_t *marks)
   return b->team ? mark_in_team(b->team, names(grid), marks) : count;
 }
 
-static int choose_layout(builder *b, int vertices)
+static int64_t most_names(const builder *b, int vertices)
+{
+  const int64_t sparse = SPARSE * (int64_t)flesh_team_all(b->team, b->rows), empty = EMPTY * (int64_t)vertices;
+  return ALWAYS + (sparse < empty ? sparse : empty);
+}
+
+static void choose_layout(builder *b, int vertices)
 {
   static const double finer = 0.9;
-  const int64_t sparse = SPARSE * (int64_t)flesh_team_all(b->team, b->rows), empty = EMPTY * (int64_t)vertices,
-                most = ALWAYS + (sparse < empty ? sparse : empty);
   double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY}, size = 0;
   for (int i = 0; i < b->rows; i++)
     for (int k = 0; k < 3; k++) {
       low[k] = fmin(low[k], b->X[3 * (size_t)i + k]);
       high[k] = fmax(high[k], b->X[3 * (size_t)i + k]);
     }
-  for (int k = 0; k < 3; k++) low[k] = -low[k];
-  flesh_team_largest(b->team, 3, low);
-  flesh_team_largest(b->team, 3, high);
-  for (int k = 0; k < 3; k++) low[k] = -low[k];
+  flesh_team_unite_boxes(b->team, low, high);
   for (int k = 0; k < 3; k++) size = fmax(size, high[k] - low[k]);
-  uint8_t *marks = flesh_malloc((size_t)most);
-  const int status = flesh_team_agree(b->team, marks ? FLESH_OK : FLESH_ERR_MEMORY);
-  if (status) {
-    flesh_free(marks);
-    return status;
-  }
   b->grid = layout_of(low, high, INFINITY);
   while (size > 0) {
     size *= finer;
     const layout next = layout_of(low, high, size);
-    if (names(&next) > most || count_vertices(b, &next, marks) > vertices) break;
+    if (names(&next) > b->most || count_vertices(b, &next, b->marks) > vertices) break;
     b->grid = next;
   }
-  flesh_free(marks);
-  return FLESH_OK;
 }
 
 /* Corners of two neighbours' cells that are the same vertex. */
@@ -226,31 +222,23 @@ static int find_vertices(builder *b, const flesh_block_matrix *A, const int *pla
 }
 
 /* Finds the vertices of all ranks of a team together, by their places. */
-static int find_vertices_of_team(builder *b, flesh_coarse_grid *grid)
+static void find_vertices_of_team(builder *b, flesh_coarse_grid *grid)
 {
   const layout *lay = &b->grid;
-  uint8_t *marks = flesh_malloc((size_t)names(lay));
-  int *number = flesh_malloc((size_t)names(lay) * sizeof *number);
-  int place[3], status = flesh_team_agree(b->team, marks && number ? FLESH_OK : FLESH_ERR_MEMORY);
-  if (!status) {
-    for (int p = 0; p < b->rows; p++) locate(lay, b->X + 3 * (size_t)b->stored[p], b->at[p], &grid->local[p]);
-    b->where = flesh_malloc(((size_t)count_vertices(b, lay, marks) + 1) * sizeof *b->where);
-    status = flesh_team_agree(b->team, b->where ? FLESH_OK : FLESH_ERR_MEMORY);
-  }
-  for (place[2] = 0; !status && place[2] <= lay->count[2]; place[2]++)
+  int place[3];
+  for (int p = 0; p < b->rows; p++) locate(lay, b->X + 3 * (size_t)b->stored[p], b->at[p], &grid->local[p]);
+  count_vertices(b, lay, b->marks);
+  for (place[2] = 0; place[2] <= lay->count[2]; place[2]++)
     for (place[1] = 0; place[1] <= lay->count[1]; place[1]++)
       for (place[0] = 0; place[0] <= lay->count[0]; place[0]++) {
-        if (!marks[name_of(lay, place)]) continue;
+        if (!b->marks[name_of(lay, place)]) continue;
         memcpy(b->where[grid->vertices], place, sizeof place);
-        number[name_of(lay, place)] = grid->vertices++;
+        b->number[name_of(lay, place)] = grid->vertices++;
       }
-  for (int e = 0; !status && e < CORNERS * b->rows; e++) {
+  for (int e = 0; e < CORNERS * b->rows; e++) {
     corner_at(b->at[e / CORNERS], e % CORNERS, place);
-    b->vertex[e] = number[name_of(lay, place)];
+    b->vertex[e] = b->number[name_of(lay, place)];
   }
-  flesh_free(marks);
-  flesh_free(number);
-  return status;
 }
 
 /* Cells by their corners; `nodes` [rows]. */
@@ -302,10 +290,11 @@ static void find_patches(const builder *b, named *sorted, flesh_coarse_grid *gri
 
 static int make(builder *b, const flesh_block_matrix *A, int vertices, int *place, flesh_coarse_grid *grid)
 {
-  int status = choose_layout(b, vertices);
-  if (status) return status;
+  int status = FLESH_OK;
+  choose_layout(b, vertices);
   for (int p = 0; p < b->rows; p++) place[b->stored[p]] = p;
-  status = b->team ? find_vertices_of_team(b, grid) : find_vertices(b, A, place, vertices, grid);
+  if (b->team) find_vertices_of_team(b, grid);
+  else status = find_vertices(b, A, place, vertices, grid);
   if (status) return status;
   const size_t found = (size_t)grid->vertices + 1, rows = (size_t)b->rows + 1;
   located *nodes = flesh_malloc(rows * sizeof *nodes);
@@ -329,17 +318,18 @@ int flesh_coarse_grid_create(const flesh_block_matrix *A, const double *position
   b.at = flesh_malloc(rows * sizeof *b.at);
   b.parent = flesh_malloc(CORNERS * rows * sizeof *b.parent);
   b.vertex = flesh_malloc(CORNERS * rows * sizeof *b.vertex);
-  if (!team) b.where = flesh_malloc(CORNERS * rows * sizeof *b.where);
+  b.where = flesh_malloc((team ? (size_t)vertices + CORNERS : CORNERS * rows) * sizeof *b.where);
+  b.most = most_names(&b, vertices);
+  b.marks = flesh_malloc((size_t)b.most);
+  if (team) b.number = flesh_malloc((size_t)b.most * sizeof *b.number);
   int *place = flesh_malloc(rows * sizeof *place);
   int status = FLESH_ERR_MEMORY;
-  if (grid->cell && grid->local && b.at && b.parent && b.vertex && (b.where || team) && place) status = FLESH_OK;
+  if (grid->cell && grid->local && b.at && b.parent && b.vertex && b.where && b.marks && (b.number || !team) && place)
+    status = FLESH_OK;
   status = flesh_team_agree(team, status);
   if (!status) status = make(&b, A, vertices, place, grid);
-  flesh_free(b.at);
-  flesh_free(b.parent);
-  flesh_free(b.vertex);
-  flesh_free(b.where);
-  flesh_free(place);
+  void *const arrays[] = {b.at, b.parent, b.vertex, b.where, b.marks, b.number, place};
+  for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) flesh_free(arrays[k]);
   return status ? flesh_fail(FLESH_ERR_MEMORY, "no memory for a grid over %d nodes", A->rows) : FLESH_OK;
 }
 

@@ -6,30 +6,13 @@
 #include "base/error.h"
 #include "base/memory.h"
 
-/* Three numbers of each node to all who reach it, from its owner. */
-static void share(const flesh_overlap *overlap, double *x)
+int flesh_local_level_create(const flesh_overlap *overlap, int vertices, const flesh_bisection *bisection,
+                             flesh_threads *threads, flesh_local_level *self)
 {
-  const flesh_team *team = overlap->team;
-  team->operations->share(team->data, &(flesh_team_vector){3, 3, NULL, x, 1});
-}
-
-int flesh_local_level_create(const flesh_overlap *overlap, int rows, const double *positions, int vertices,
-                             const flesh_bisection *bisection, flesh_threads *threads, flesh_local_level *self)
-{
-  const size_t reached = (size_t)overlap->team->reached;
-  double *X = flesh_malloc((3 * reached + 1) * sizeof *X);
-  *self = (flesh_local_level){.fixed = flesh_malloc(3 * reached + 1)};
-  int status = FLESH_OK;
-  if (!X || !self->fixed) status = flesh_fail(FLESH_ERR_MEMORY, "no memory for a coarse space of %d nodes", rows);
-  status = flesh_team_agree(overlap->team, status);
-  if (!status) {
-    memcpy(X, positions, 3 * (size_t)rows * sizeof *X);
-    share(overlap, X);
-    status = flesh_coarse_create(&overlap->matrix, X, vertices, bisection, threads, NULL, &self->coarse);
-    status = flesh_team_agree(overlap->team, status);
-  }
-  flesh_free(X);
-  return status;
+  *self = (flesh_local_level){.fixed = flesh_malloc(3 * (size_t)overlap->team->reached + 1)};
+  if (!self->fixed)
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for a coarse space of %d nodes", overlap->team->reached);
+  return flesh_coarse_create(&overlap->matrix, overlap->vector, vertices, bisection, threads, NULL, &self->coarse);
 }
 
 void flesh_local_level_clear(flesh_local_level *self)
@@ -50,7 +33,7 @@ void flesh_local_level_setup(flesh_local_level *self, const flesh_overlap *overl
   if (!self->coarse) return;
   double *x = overlap->vector;
   for (int d = 0; d < 3 * rows; d++) x[d] = fixed && fixed[d];
-  share(overlap, x);
+  flesh_team_share_reached(overlap->team, 3, x);
   for (int d = 0; d < 3 * overlap->team->reached; d++) self->fixed[d] = x[d] > 0;
   self->serves = flesh_coarse_setup(self->coarse, all, scale, self->fixed) == FLESH_OK;
 }

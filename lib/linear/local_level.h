@@ -15,11 +15,11 @@ typedef struct flesh_local_level {
   int serves;           /* for that matrix: it is not indefinite */
 } flesh_local_level;
 
-/* With at most so many vertices, or eight; `positions` [3*rows] at rest of the `rows` nodes that the rank has,
- * `bisection` that of the overlap's matrix. Collective, and fails on all ranks or none. To be cleared also when it
- * fails. */
-FLESH_PER_ISA int flesh_local_level_create(const flesh_overlap *overlap, int rows, const double *positions,
-                                           int vertices, const flesh_bisection *bisection, flesh_threads *threads,
+/* With at most so many vertices, or eight; overlap->vector has the places at rest of all nodes that the rank reaches
+ * (flesh_overlap_share), and `bisection` is that of the overlap's matrix. FLESH_ERR_MEMORY on this rank alone. To be
+ * cleared also when it fails. */
+FLESH_PER_ISA int flesh_local_level_create(const flesh_overlap *overlap, int vertices,
+                                           const flesh_bisection *bisection, flesh_threads *threads,
                                            flesh_local_level *level);
 FLESH_PER_ISA void flesh_local_level_clear(flesh_local_level *level);
 FLESH_PER_ISA size_t flesh_local_level_memory(const flesh_local_level *level, const flesh_overlap *overlap);

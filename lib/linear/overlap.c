@@ -9,16 +9,17 @@
 #include "base/sort.h"
 #include "linear/block_matrix.h"
 
-int flesh_overlap_narrow(const flesh_block_matrix *A, const flesh_team *team, const flesh_team **narrow)
+int flesh_overlap_narrow(const flesh_block_matrix *A, const flesh_team *team, uint8_t *needed, const flesh_team **narrow)
 {
-  uint8_t *needed = flesh_calloc((size_t)A->rows + 1, sizeof *needed);
-  for (int i = 0; i < A->rows && needed; i++)
+  for (int i = 0; i < A->rows; i++)
     for (int k = A->row_start[i] + 1; k < A->row_end[i]; k++) needed[i] = needed[A->column[k]] = 1;
-  int status = needed ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for the exchanges of %d nodes", A->rows);
-  status = flesh_team_agree(team, status);
-  if (!status) status = flesh_team_narrow(team, needed, narrow);
-  flesh_free(needed);
-  return status;
+  return flesh_team_narrow(team, needed, narrow);
+}
+
+void flesh_overlap_share(const flesh_overlap *self, int rows, const double *x)
+{
+  memcpy(self->vector, x, 3 * (size_t)rows * sizeof *x);
+  flesh_team_share_reached(self->team, 3, self->vector);
 }
 
 /* Blocks of A that other ranks get. */
@@ -54,30 +55,10 @@ static void list_given(const flesh_block_matrix *A, const flesh_team_reach *reac
 }
 
 /* So many numbers for each block of `sent`, and into `received`. */
-static void exchange(const flesh_overlap *self, size_t width)
+static void exchange(const flesh_overlap *self, int width)
 {
-  const flesh_team *team = self->team;
-  const int *out = self->first_given, *in = self->first_taken;
-  for (int r = 0; r < team->reach.count; r++)
-    self->messages[r] = (flesh_team_message){
-        team->reach.ranks[r], (int)width * (out[r + 1] - out[r]), (int)width * (in[r + 1] - in[r]),
-        self->sent + width * (size_t)out[r], self->received + width * (size_t)in[r]};
-  team->operations->exchange_begin(team->data, team->reach.count, self->messages);
-  team->operations->exchange_end(team->data);
-}
-
-/* first_taken by the other ranks' counts; `counts` [2*ranks] is room. */
-static void exchange_counts(flesh_overlap *self, double *counts)
-{
-  const flesh_team *team = self->team;
-  const int ranks = team->reach.count;
-  for (int r = 0; r < ranks; r++) {
-    counts[r] = self->first_given[r + 1] - self->first_given[r];
-    self->messages[r] = (flesh_team_message){team->reach.ranks[r], 1, 1, counts + r, counts + ranks + r};
-  }
-  team->operations->exchange_begin(team->data, ranks, self->messages);
-  team->operations->exchange_end(team->data);
-  for (int r = 0; r < ranks; r++) self->first_taken[r + 1] = self->first_taken[r] + (int)counts[ranks + r];
+  flesh_exchange_now(self->team,
+                     &(flesh_exchange){width, self->first_given, self->first_taken, self->sent, self->received});
 }
 
 /* A block of what a rank reaches. */
@@ -95,8 +76,7 @@ static int compare(const void *a, const void *b)
 /* The place of a received block; `flipped` if it is to be transposed. */
 static entry entry_of(const flesh_overlap *self, int rank, int block, int *flipped)
 {
-  const flesh_team_reach *reach = &self->team->reach;
-  const int *nodes = reach->taken + reach->first_taken[rank];
+  const int *nodes = self->team->reach.taken + self->team->reach.first_taken[rank];
   const int row = nodes[(int)self->received[2 * block]], column = nodes[(int)self->received[2 * block + 1]];
   *flipped = row > column;
   return *flipped ? (entry){column, row} : (entry){row, column};
@@ -183,12 +163,10 @@ static int allocate_given(flesh_overlap *self, const flesh_block_matrix *A, int 
   const size_t ranks = (size_t)self->team->reach.count, blocks = has_others(self) ? (size_t)A->row_start[A->rows] : 0;
   self->first_given = flesh_calloc(ranks + 1, sizeof *self->first_given);
   self->first_taken = flesh_calloc(ranks + 1, sizeof *self->first_taken);
-  self->messages = flesh_calloc(ranks + 1, sizeof *self->messages);
   self->own_place = flesh_malloc((blocks + 1) * sizeof *self->own_place);
   self->vector = flesh_malloc((vector_room(self->team) + 1) * sizeof *self->vector);
   self->weight = flesh_malloc(((size_t)self->team->reached + 1) * sizeof *self->weight);
-  if (!place || !self->first_given || !self->first_taken || !self->messages || !self->own_place || !self->vector ||
-      !self->weight)
+  if (!place || !self->first_given || !self->first_taken || !self->own_place || !self->vector || !self->weight)
     return FLESH_ERR_MEMORY;
   self->found = self->vector + 3 * (size_t)self->team->reached;
   self->r = self->found + 3 * (size_t)self->team->reached;
@@ -236,10 +214,8 @@ static int list_shared(flesh_overlap *self)
 static void set_weights(flesh_overlap *self)
 {
   const flesh_team *team = self->team;
-  const flesh_team_vector ranks = {1, 1, NULL, self->vector, 1};
   for (int i = 0; i < team->reached; i++) self->vector[i] = 1;
-  team->operations->collect(team->data, &ranks);
-  team->operations->share(team->data, &ranks);
+  flesh_team_sum_reached(team, 1, self->vector);
   for (int i = 0; i < team->reached; i++) self->weight[i] = (float)pow(self->vector[i], -0.25);
 }
 
@@ -253,7 +229,7 @@ int flesh_overlap_create(const flesh_block_matrix *A, const flesh_team *team, fl
   int status = counts ? list_shared(self) : FLESH_ERR_MEMORY;
   status = flesh_team_agree(team, status ? status : allocate_given(self, A, place));
   if (!status) {
-    exchange_counts(self, counts);
+    flesh_exchange_counts(team, self->first_given, counts, self->first_taken);
     status = flesh_team_agree(team, allocate_taken(self));
   }
   if (!status) {
@@ -286,8 +262,8 @@ int flesh_overlap_set_orders(flesh_overlap *self, const int *nodes, const int *r
 void flesh_overlap_clear(flesh_overlap *self)
 {
   void *arrays[] = {self->row_start, self->column, self->own_place, self->first_given, self->first_taken, self->given,
-                    self->taken,     self->sent,   self->received,  self->messages,    self->vector,      self->weight,
-                    self->shared,    self->there};
+                    self->taken,     self->sent,   self->received,  self->vector,      self->weight,      self->shared,
+                    self->there};
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) flesh_free(arrays[k]);
   if (has_others(self)) flesh_free(self->matrix.values);
   *self = (flesh_overlap){0};
@@ -301,8 +277,7 @@ size_t flesh_overlap_memory(const flesh_overlap *self)
                exchanged = (size_t)self->first_given[ranks] + (size_t)self->first_taken[ranks];
   const size_t orders = self->there ? 2 * rows + 2 * (size_t)self->team->nodes : 0;
   return (orders + (size_t)self->shared_count) * sizeof(int) + vector_room(self->team) * sizeof(double) + (rows + ranks) * (2 * sizeof(int) + sizeof(float)) +
-         blocks * (9 * sizeof(double) + 2 * sizeof(int)) + exchanged * (9 * sizeof(double) + sizeof(int)) +
-         ranks * sizeof *self->messages;
+         blocks * (9 * sizeof(double) + 2 * sizeof(int)) + exchanged * (9 * sizeof(double) + sizeof(int));
 }
 
 /* Rows of ghosts that ranks leave out have nothing to solve for, and no diagonal. */

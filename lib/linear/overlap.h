@@ -17,7 +17,6 @@ typedef struct flesh_overlap {
   int *given; /* blocks of A that other ranks get, rank by rank */
   int *taken; /* blocks of the matrix to which those of other ranks are added; ~block: transposed */
   double *sent, *received; /* [9] of each, or [3] of each node */
-  flesh_team_message *messages;
   double *vector, *found; /* [3*reached] of either */
   double *r, *s;          /* [3*(reached-own)] what is kept of nodes that others own (overlap_vectors.h) */
   float *weight;  /* [reached] of what is found with the matrix, on either side of it; 1 where no other rank reaches */
@@ -27,8 +26,8 @@ typedef struct flesh_overlap {
 } flesh_overlap;
 
 /* The team as solves with matrices of A's pattern need it (flesh_team_narrow): with the ghosts that A has blocks of.
- * Collective, and fails on all ranks or none: FLESH_ERR_MEMORY. */
-int flesh_overlap_narrow(const flesh_block_matrix *A, const flesh_team *team, const flesh_team **narrow);
+ * `needed` [nodes] is room, of zeros. Collective, and fails on all ranks or none: FLESH_ERR_MEMORY. */
+int flesh_overlap_narrow(const flesh_block_matrix *A, const flesh_team *team, uint8_t *needed, const flesh_team **narrow);
 /* For A's pattern; `team` may be NULL. Collective, and fails on all ranks or none: FLESH_ERR_MEMORY. To be cleared also
  * when it fails. */
 int flesh_overlap_create(const flesh_block_matrix *A, const flesh_team *team, flesh_overlap *overlap);
@@ -38,6 +37,8 @@ int flesh_overlap_set_orders(flesh_overlap *overlap, const int *nodes, const int
 void flesh_overlap_clear(flesh_overlap *overlap);
 size_t flesh_overlap_memory(const flesh_overlap *overlap);
 
+/* overlap->vector becomes the numbers x [3*rows] of the owners of all nodes that the rank reaches. Collective. */
+void flesh_overlap_share(const flesh_overlap *overlap, int rows, const double *x);
 /* The matrix, of A's values. Collective. */
 const flesh_block_matrix *flesh_overlap_update(flesh_overlap *overlap, const flesh_block_matrix *A);
 

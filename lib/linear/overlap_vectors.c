@@ -19,9 +19,8 @@ static void unwind(const flesh_overlap *self, const int *nodes, const float *fro
 
 void flesh_overlap_fetch(const flesh_overlap *self, const int *nodes, const float *r)
 {
-  const flesh_team *team = self->team;
   unwind(self, nodes, r, self->vector);
-  team->operations->share(team->data, &(flesh_team_vector){3, 3, NULL, self->vector, 1});
+  flesh_team_share_reached(self->team, 3, self->vector);
 }
 
 void flesh_overlap_restrict(const flesh_overlap *self, const int *nodes, const float *r, const int *reached,
@@ -53,18 +52,14 @@ void flesh_overlap_restrict_kept(const flesh_overlap *self, const float *r, doub
   }
 }
 
-/* `found` at these nodes, as the other ranks have them at those. */
-static void send(const flesh_overlap *self, const int *first, const int *nodes, const int *first_other)
+/* Sends `found` at the nodes that the team's reach has as given, or as taken, to those who have them the other way. */
+static void send(const flesh_overlap *self, int taken)
 {
-  const flesh_team *team = self->team;
-  const int count = team->reach.count;
-  for (int k = 0; k < first[count]; k++)
+  const flesh_team_reach *reach = &self->team->reach;
+  const int *first[2] = {reach->first_given, reach->first_taken}, *nodes = taken ? reach->taken : reach->given;
+  for (int k = 0; k < first[taken][reach->count]; k++)
     memcpy(self->sent + 3 * (size_t)k, self->found + 3 * (size_t)nodes[k], 3 * sizeof *self->found);
-  for (int r = 0; r < count; r++)
-    self->messages[r] = (flesh_team_message){
-        team->reach.ranks[r], 3 * (first[r + 1] - first[r]), 3 * (first_other[r + 1] - first_other[r]),
-        self->sent + 3 * (size_t)first[r], self->received + 3 * (size_t)first_other[r]};
-  team->operations->exchange_begin(team->data, count, self->messages);
+  flesh_exchange_begin(self->team, &(flesh_exchange){3, first[taken], first[!taken], self->sent, self->received});
 }
 
 static void add_received(const flesh_overlap *self, int rank, const int *first, const int *nodes)
@@ -73,13 +68,15 @@ static void add_received(const flesh_overlap *self, int rank, const int *first, 
     for (size_t c = 0; c < 3; c++) self->vector[3 * (size_t)nodes[k] + c] += self->received[3 * (size_t)k + c];
 }
 
-/* `vector` where ranks share nodes, from `found` and what was received at these nodes, by rising rank: all who have the
- * sum have the same bits. */
-static void add_up(const flesh_overlap *self, const int *first, const int *nodes)
+/* `vector` where ranks share nodes, from `found` and what was received at nodes that are given, or taken, by rising rank:
+ * all who have the sum have the same bits. */
+static void add_up(const flesh_overlap *self, int taken)
 {
   const flesh_team *team = self->team;
+  const int *first = taken ? team->reach.first_taken : team->reach.first_given;
+  const int *nodes = taken ? team->reach.taken : team->reach.given;
   const size_t bytes = 3 * sizeof *self->vector;
-  team->operations->exchange_end(team->data);
+  flesh_exchange_end(team);
   for (int k = 0; k < self->shared_count; k++) memset(self->vector + 3 * (size_t)self->shared[k], 0, bytes);
   for (int r = 0; r < team->reach.before; r++) add_received(self, r, first, nodes);
   for (int k = 0; k < self->shared_count; k++)
@@ -90,21 +87,19 @@ static void add_up(const flesh_overlap *self, const int *first, const int *nodes
 
 void flesh_overlap_add_begin(const flesh_overlap *self, const float *wide)
 {
-  const flesh_team_reach *reach = &self->team->reach;
   for (int k = 0; k < self->shared_count; k++) {
     const int node = self->shared[k];
     for (size_t c = 0; c < 3; c++)
       self->found[3 * (size_t)node + c] = self->weight[node] * wide[4 * (size_t)self->there[node] + c];
   }
-  send(self, reach->first_taken, reach->taken, reach->first_given);
+  send(self, 1);
 }
 
 void flesh_overlap_add_end(const flesh_overlap *self, const float *wide, float *z)
 {
-  const flesh_team_reach *reach = &self->team->reach;
   for (size_t p = 0; p < (size_t)self->team->nodes; p++)
     memcpy(z + 4 * p, wide + 4 * (size_t)self->from[p], 4 * sizeof *z);
-  add_up(self, reach->first_given, reach->given);
+  add_up(self, 0);
   for (int k = 0; k < self->shared_count; k++) {
     const int node = self->shared[k];
     for (size_t c = 0; c < 3 && node < self->team->nodes; c++)
@@ -126,37 +121,35 @@ void flesh_overlap_keep(const flesh_overlap *self, int single, const void *r)
   const size_t own = 3 * (size_t)team->own, others = 3 * (size_t)team->reached - own;
   for (int i = 0; i < team->own; i++) read_node(self, single, r, i, self->vector + 3 * (size_t)i);
   memset(self->vector + own, 0, others * sizeof *self->vector); /* also what is left out */
-  team->operations->share(team->data, &(flesh_team_vector){3, 3, NULL, self->vector, 1});
+  flesh_team_share_reached(team, 3, self->vector);
   memcpy(self->r, self->vector + own, others * sizeof *self->r);
   memset(self->s, 0, others * sizeof *self->s);
 }
 
 void flesh_overlap_sum(const flesh_overlap *self, const int *nodes, const float *y)
 {
-  const flesh_team_reach *reach = &self->team->reach;
   const size_t all = 3 * (size_t)self->team->nodes, reached = 3 * (size_t)self->team->reached;
   unwind(self, nodes, y, self->found);
   memset(self->found + all, 0, (reached - all) * sizeof *self->found);
-  send(self, reach->first_given, reach->given, reach->first_taken);
+  send(self, 0);
   memcpy(self->vector, self->found, reached * sizeof *self->vector);
-  add_up(self, reach->first_taken, reach->taken);
+  add_up(self, 1);
 }
 
 void flesh_overlap_collect_begin(const flesh_overlap *self, int single, const void *y)
 {
-  const flesh_team_reach *reach = &self->team->reach;
   for (int k = 0; k < self->shared_count; k++) {
     double *found = self->found + 3 * (size_t)self->shared[k];
     if (self->shared[k] < self->team->nodes) read_node(self, single, y, self->shared[k], found);
     else memset(found, 0, 3 * sizeof *found);
   }
-  send(self, reach->first_given, reach->given, reach->first_taken);
+  send(self, 0);
 }
 
 void flesh_overlap_collect_end(const flesh_overlap *self, int single, void *y)
 {
   const flesh_team *team = self->team;
-  add_up(self, team->reach.first_taken, team->reach.taken);
+  add_up(self, 1);
   for (int k = 0; k < self->shared_count; k++) {
     const int node = self->shared[k];
     double *sum = self->vector + 3 * (size_t)node;

@@ -28,6 +28,7 @@ static int create_wide(flesh_preconditioner_data *self, const double *positions,
   const flesh_block_matrix *A = &self->overlap.matrix;
   const size_t rows = (size_t)A->rows;
   flesh_bisection bisection = {0};
+  if (positions && own > 0) flesh_overlap_share(&self->overlap, self->rows, positions);
   int status = flesh_bisection_create(A, self->overlap.team->numbers, &bisection);
   self->reached = flesh_malloc((rows + 1) * sizeof *self->reached);
   self->wide = flesh_calloc(4 * rows + 1, sizeof *self->wide);
@@ -36,10 +37,8 @@ static int create_wide(flesh_preconditioner_data *self, const double *positions,
   if (!status) memcpy(self->reached, bisection.order, rows * sizeof *self->reached);
   if (!status) status = flesh_overlap_set_orders(&self->overlap, self->order, self->reached);
   if (!status) status = flesh_cholesky_create(A, &bisection, !positions, self->threads, &self->cholesky);
-  status = flesh_team_agree(self->overlap.team, status);
   if (!status && positions && own > 0)
-    status = flesh_local_level_create(&self->overlap, self->rows, positions, (int)((double)rows / own),
-                                      &bisection, self->threads, &self->local);
+    status = flesh_local_level_create(&self->overlap, (int)((double)rows / own), &bisection, self->threads, &self->local);
   flesh_bisection_clear(&bisection);
   return status;
 }
@@ -63,40 +62,52 @@ int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_mat
   return flesh_preconditioner_create_levels(kind, A, positions, NULL, threads, preconditioner);
 }
 
+/* Makes what a rank has by itself, and the team for solves with A, on all ranks or none. */
+static int create_here(flesh_preconditioner kind, const flesh_block_matrix *A, flesh_threads *threads,
+                       flesh_bisection *bisection, flesh_preconditioner_data **preconditioner)
+{
+  const flesh_team *team = flesh_threads_team(threads);
+  const size_t rows = (size_t)A->rows;
+  flesh_preconditioner_data *self = *preconditioner = flesh_calloc(1, sizeof *self);
+  uint8_t *needed = flesh_calloc(rows + 1, sizeof *needed);
+  int status = flesh_bisection_create(A, NULL, bisection), failed = !self || !needed;
+  if (self) {
+    self->kind = kind;
+    self->rows = A->rows;
+    self->threads = threads;
+    self->scale = 1;
+    self->less = 0.5;
+    failed |= !(self->order = flesh_malloc((rows + 1) * sizeof *self->order));
+    failed |= !(self->r = flesh_huge_pages_calloc((4 * rows + 1) * sizeof *self->r));
+    failed |= !(self->z = flesh_huge_pages_calloc((4 * rows + 1) * sizeof *self->z));
+    if (kind != FLESH_PRECONDITIONER_NONE)
+      failed |= !(self->inverse = flesh_malloc((9 * rows + 1) * sizeof *self->inverse));
+  }
+  if (failed) status = flesh_fail(FLESH_ERR_MEMORY, "no memory for the preconditioner of %d nodes", A->rows);
+  if (!status) memcpy(self->order, bisection->order, rows * sizeof *self->order);
+  status = flesh_team_agree(team, status);
+  if (!status) status = flesh_overlap_narrow(A, team, needed, &self->team);
+  if (!status) self->overlap.team = self->team;
+  flesh_free(needed);
+  return status;
+}
+
 int flesh_preconditioner_create_levels(flesh_preconditioner kind, const flesh_block_matrix *A,
                                        const double *positions, const flesh_levels *asked, flesh_threads *threads,
                                        flesh_preconditioner_data **preconditioner)
 {
   const flesh_team *team = flesh_threads_team(threads);
-  flesh_preconditioner_data *self = flesh_calloc(1, sizeof *self);
-  *preconditioner = self;
-  int status = flesh_team_agree(team, self ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for a preconditioner"));
+  flesh_bisection bisection = {0};
+  kind = flesh_preconditioner_choose(kind, (int)fmin(flesh_team_all(team, A->rows), INT_MAX));
+  int status = create_here(kind, A, threads, &bisection, preconditioner);
+  flesh_preconditioner_data *self = *preconditioner;
   if (status) {
-    flesh_free(self);
-    *preconditioner = NULL;
+    flesh_bisection_clear(&bisection);
+    flesh_preconditioner_destroy(preconditioner);
     return status;
   }
-  self->kind = kind = flesh_preconditioner_choose(kind, (int)fmin(flesh_team_all(team, A->rows), INT_MAX));
-  self->rows = A->rows;
-  self->threads = threads;
-  self->scale = 1;
-  self->less = 0.5;
-  const size_t rows = (size_t)A->rows;
-  int *order = self->order = flesh_malloc((rows + 1) * sizeof *order);
-  self->r = flesh_huge_pages_calloc((4 * rows + 1) * sizeof *self->r);
-  self->z = flesh_huge_pages_calloc((4 * rows + 1) * sizeof *self->z);
-  int failed = !order || !self->r || !self->z;
-  if (kind != FLESH_PRECONDITIONER_NONE)
-    failed |= !(self->inverse = flesh_malloc((9 * rows + 1) * sizeof *self->inverse));
-  if (failed) status = flesh_fail(FLESH_ERR_MEMORY, "no memory for the preconditioner of %d nodes", A->rows);
   const int coarse = kind == FLESH_PRECONDITIONER_TWO_LEVEL && positions && A->rows > 1;
   flesh_levels levels = {0};
-  flesh_bisection bisection = {0};
-  if (!status) status = flesh_bisection_create(A, NULL, &bisection);
-  if (!status) memcpy(order, bisection.order, rows * sizeof *order);
-  status = flesh_team_agree(team, status);
-  if (!status && team) status = flesh_overlap_narrow(A, team, &self->team);
-  self->overlap.team = self->team;
   if (!status && kind == FLESH_PRECONDITIONER_BOOMERAMG)
     status = flesh_boomeramg_create(&flesh_boomeramg_defaults, A->rows, positions, team, &self->multigrid);
   else if (!status)

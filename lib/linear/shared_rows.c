@@ -11,6 +11,8 @@ typedef struct common {
   const flesh_team_reach *reach;
   int nodes;  /* of this rank */
   int *given; /* [nodes] 1 + the last of the ranks at hand that is given each */
+  int *first; /* [ranks+1] where those of each rank begin */
+  double *here, *there; /* [first[ranks]] 1: this rank has rows at the node; the other has */
 } common;
 
 /* Before is_common for a rank. */
@@ -26,38 +28,30 @@ static int is_common(const common *c, int rank, int k)
   return node < c->nodes && c->given[node] == rank + 1;
 }
 
-/* Whether this rank has rows at each common node and, after the exchange, whether the other has. `flags` [2*taken]. */
-static void exchange_flags(const flesh_row_lists *lists, const int *place_of, const flesh_team *team, const common *c,
-                           flesh_team_message *messages, double *flags)
+/* Finds whether this rank and the other have rows at each common node. */
+static void exchange_flags(const flesh_row_lists *lists, const int *place_of, const flesh_team *team, const common *c)
 {
-  const flesh_team_reach *reach = &team->reach;
-  double *send = flags, *receive = flags + reach->first_taken[reach->count];
-  for (int r = 0; r < reach->count; r++) {
-    int count = 0;
+  for (int r = 0, count = 0; r < c->reach->count; r++) {
     turn_to(c, r);
-    for (int k = reach->first_taken[r]; k < reach->first_taken[r + 1]; k++) {
+    for (int k = c->reach->first_taken[r]; k < c->reach->first_taken[r + 1]; k++) {
       if (!is_common(c, r, k)) continue;
-      const int p = place_of[reach->taken[k]];
-      send[count++] = lists->main[p] && lists->start[p + 1] > lists->start[p];
+      const int p = place_of[c->reach->taken[k]];
+      c->here[count++] = lists->main[p] && lists->start[p + 1] > lists->start[p];
     }
-    messages[r] = (flesh_team_message){reach->ranks[r], count, count, send, receive};
-    send += count;
-    receive += count;
+    c->first[r + 1] = count;
   }
-  team->operations->exchange_begin(team->data, reach->count, messages);
-  team->operations->exchange_end(team->data);
+  flesh_exchange_now(team, &(flesh_exchange){1, c->first, c->first, c->here, c->there});
 }
 
 /* Calls add(self, rank of the list, place) for every node that both ranks have rows at. */
-static void for_shared(flesh_shared_rows *self, const int *place_of, const common *c, const flesh_team_message *messages,
-                       int *marks, void (*add)(flesh_shared_rows *self, int rank, int place, int *marks))
+static void for_shared(flesh_shared_rows *self, const int *place_of, const common *c, int *marks,
+                       void (*add)(flesh_shared_rows *self, int rank, int place, int *marks))
 {
-  const flesh_team_reach *reach = c->reach;
-  for (int r = 0; r < reach->count; r++) {
+  for (int r = 0, next = 0; r < c->reach->count; r++) {
     turn_to(c, r);
-    for (int k = reach->first_taken[r], next = 0; k < reach->first_taken[r + 1]; k++) {
+    for (int k = c->reach->first_taken[r]; k < c->reach->first_taken[r + 1]; k++) {
       if (!is_common(c, r, k)) continue;
-      if (messages[r].send[next] > 0 && messages[r].receive[next] > 0) add(self, r, place_of[reach->taken[k]], marks);
+      if (c->here[next] > 0 && c->there[next] > 0) add(self, r, place_of[c->reach->taken[k]], marks);
       next++;
     }
   }
@@ -91,7 +85,7 @@ static int allocate(flesh_shared_rows *self)
 /* The lists, from the flags that were exchanged. marks [nodes] is zero. */
 static int make(flesh_shared_rows *self, const flesh_row_lists *lists, const int *place_of, const common *c, int *marks)
 {
-  for_shared(self, place_of, c, self->messages, marks, mark);
+  for_shared(self, place_of, c, marks, mark);
   for (int r = 0; r < self->ranks; r++) self->first[r + 1] += self->first[r];
   const int status = allocate(self);
   if (status) return status;
@@ -102,7 +96,7 @@ static int make(flesh_shared_rows *self, const flesh_row_lists *lists, const int
   }
   /* first[r + 1] is where the next of rank r is put, and ends where those of the rank do. */
   for (int r = self->ranks; r > 0; r--) self->first[r] = self->first[r - 1];
-  for_shared(self, place_of, c, self->messages, marks, list);
+  for_shared(self, place_of, c, marks, list);
   return FLESH_OK;
 }
 
@@ -111,22 +105,22 @@ int flesh_shared_rows_create(const flesh_row_lists *lists, const int *place_of, 
 {
   *self = (flesh_shared_rows){.team = team};
   if (!team) return FLESH_OK;
-  const flesh_team_reach *reach = &team->reach;
-  const common c = {reach, team->nodes, flesh_calloc((size_t)team->nodes + 1, sizeof *c.given)};
-  const size_t ranks = (size_t)(self->ranks = reach->count), taken = (size_t)reach->first_taken[ranks];
-  double *flags = flesh_malloc((2 * taken + 1) * sizeof *flags);
+  const size_t ranks = (size_t)(self->ranks = team->reach.count), taken = (size_t)team->reach.first_taken[ranks];
+  common c = {.reach = &team->reach, .nodes = team->nodes};
+  c.given = flesh_calloc((size_t)team->nodes + 1, sizeof *c.given);
+  c.first = flesh_calloc(ranks + 1, sizeof *c.first);
+  c.here = flesh_malloc((taken + 1) * sizeof *c.here);
+  c.there = flesh_malloc((taken + 1) * sizeof *c.there);
   int *marks = flesh_calloc((size_t)lists->nodes + 1, sizeof *marks);
   self->first = flesh_calloc(ranks + 1, sizeof *self->first);
-  self->messages = flesh_calloc(ranks + 1, sizeof *self->messages);
-  const int failed = !flags || !marks || !c.given || !self->first || !self->messages;
-  int status = flesh_team_agree(team, failed ? FLESH_ERR_MEMORY : FLESH_OK);
+  const int enough = c.given && c.first && c.here && c.there && marks && self->first;
+  int status = flesh_team_agree(team, enough ? FLESH_OK : FLESH_ERR_MEMORY);
   if (!status) {
-    exchange_flags(lists, place_of, team, &c, self->messages, flags);
+    exchange_flags(lists, place_of, team, &c);
     status = flesh_team_agree(team, make(self, lists, place_of, &c, marks));
   }
-  flesh_free(flags);
-  flesh_free(marks);
-  flesh_free(c.given);
+  void *const arrays[] = {c.given, c.first, c.here, c.there, marks};
+  for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) flesh_free(arrays[k]);
   return status ? flesh_fail(status, "no memory for what %d rows share with other ranks", lists->rows) : FLESH_OK;
 }
 
@@ -137,7 +131,6 @@ void flesh_shared_rows_clear(flesh_shared_rows *self)
   flesh_free(self->which);
   flesh_free(self->own); /* and others */
   flesh_free(self->sent); /* and received */
-  flesh_free(self->messages);
   *self = (flesh_shared_rows){0};
 }
 
@@ -147,7 +140,7 @@ size_t flesh_shared_rows_memory(const flesh_shared_rows *self)
   const size_t width = FLESH_SHARED_ROWS_WIDTH, ranks = (size_t)self->ranks;
   return (size_t)self->count * (sizeof(int) + 2 * width * sizeof(double)) +
          (size_t)self->first[ranks] * (sizeof(int) + 2 * width * sizeof(double)) +
-         ranks * (sizeof(int) + sizeof *self->messages);
+         ranks * sizeof(int);
 }
 
 void flesh_shared_rows_begin(const flesh_shared_rows *self, int width)
@@ -156,20 +149,14 @@ void flesh_shared_rows_begin(const flesh_shared_rows *self, int width)
   if (!self->ranks) return;
   for (int k = 0; k < self->first[self->ranks]; k++)
     memcpy(self->sent + numbers * (size_t)k, self->own + numbers * (size_t)self->which[k], numbers * sizeof(double));
-  for (int r = 0; r < self->ranks; r++) {
-    const int from = self->first[r], count = width * (self->first[r + 1] - from);
-    self->messages[r] = (flesh_team_message){self->team->reach.ranks[r], count, count,
-                                             self->sent + numbers * (size_t)from,
-                                             self->received + numbers * (size_t)from};
-  }
-  self->team->operations->exchange_begin(self->team->data, self->ranks, self->messages);
+  flesh_exchange_begin(self->team, &(flesh_exchange){width, self->first, self->first, self->sent, self->received});
 }
 
 void flesh_shared_rows_end(const flesh_shared_rows *self, int width)
 {
   const size_t numbers = (size_t)width;
   if (!self->ranks) return;
-  self->team->operations->exchange_end(self->team->data);
+  flesh_exchange_end(self->team);
   memset(self->others, 0, numbers * (size_t)self->count * sizeof *self->others);
   for (int k = 0; k < self->first[self->ranks]; k++) {
     double *to = self->others + numbers * (size_t)self->which[k];

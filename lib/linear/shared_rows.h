@@ -16,7 +16,6 @@ typedef struct flesh_shared_rows {
   int *first, *which; /* [ranks+1] where those begin that each of these ranks has; which of the nodes they are */
   double *own, *others; /* [9*count] what this rank has at each node, `width` numbers; the sum of what others have */
   double *sent, *received; /* [9*first[ranks]] */
-  flesh_team_message *messages; /* [ranks] */
 } flesh_shared_rows;
 
 enum { FLESH_SHARED_ROWS_WIDTH = 9 };

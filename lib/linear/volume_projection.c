@@ -101,10 +101,8 @@ static void list_nodes(flesh_volume_projection *self, const flesh_block_matrix *
 static void unite_main(flesh_volume_projection *self)
 {
   double *main = self->reached;
-  const flesh_team_vector vector = {1, 1, NULL, main, 0};
   for (int p = 0; p < self->nodes; p++) main[self->order[p]] = self->lists.main[p];
-  self->team->operations->collect(self->team->data, &vector);
-  self->team->operations->share(self->team->data, &vector);
+  flesh_team_sum_nodes(self->team, 1, main);
   for (int p = 0; p < self->nodes; p++) self->lists.main[p] = main[self->order[p]] > 0;
 }
 

@@ -79,7 +79,7 @@ static int find_edge_force(flesh_equations *self, double *edge_force)
   static const double part = 1e-6;
   const flesh_mesh *mesh = flesh_system_mesh(self->system);
   const double *X = flesh_mesh_positions(mesh), edge = flesh_mesh_mean_edge(mesh, self->team);
-  const int own = 3 * flesh_team_own(self->team, self->n / 3);
+  const int own = self->evaluation.own;
   double *one = self->scratch, *before = one + self->n, *after = before + self->n, *x = after + self->n, sums[2] = {0};
   uint32_t random = flesh_xorshift_first;
   for (int d = 0; d < self->n; d++) x[d] = X[d] + part * edge * (flesh_xorshift(&random) >> 31 ? 1 : -1);

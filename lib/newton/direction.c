@@ -35,13 +35,12 @@ static int make_solvers_of_pattern(flesh_direction *self)
     return flesh_direct_create(self->options->linear_solver, K, &self->direct);
   int status = self->linear->preconditioner_create(self->options->preconditioner, K, X, self->equations->threads,
                                                    &self->preconditioner);
-  if (!status) status = self->linear->pcg_space_create(K, 1, self->equations->threads, &self->pcg);
   const flesh_team *team = self->equations->team;
-  status = flesh_team_agree(team, status);
-  if (status || !self->rows.nodes_per_row) return status;
   const int polynomial = (team && team->ranks > 1) || flesh_preconditioner_takes_polynomials(&self->rows);
-  return flesh_team_agree(
-      team, self->linear->preconditioner_project(self->preconditioner, K, &self->rows, X, polynomial));
+  if (!status && self->rows.nodes_per_row)
+    status = self->linear->preconditioner_project(self->preconditioner, K, &self->rows, X, polynomial);
+  if (!status) status = self->linear->pcg_space_create(K, 1, self->equations->threads, &self->pcg);
+  return flesh_team_agree(team, status);
 }
 
 /* For the pattern that K has; where there is no memory for them, the next call tries again. */
@@ -77,14 +76,15 @@ int flesh_direction_init(flesh_equations *equations, const flesh_solver_options 
 {
   *self = (flesh_direction){.equations = equations, .options = options, .stats = stats,
                             .linear = flesh_linear_for(flesh_system_instructions(equations->system))};
-  int status = options->linear_solver == FLESH_LINEAR_PCG ? take_rows(self) : FLESH_OK;
-  if (!status) status = make_solvers(self);
-  if (!status && equations->evaluation.proximity.near) {
-    self->factored = flesh_calloc((size_t)equations->K->rows + 1, sizeof *self->factored);
-    if (!self->factored) status = flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", equations->n);
-  }
-  if (status) flesh_direction_clear(self);
-  return status;
+  if (!equations->evaluation.proximity.near) return FLESH_OK;
+  self->factored = flesh_calloc((size_t)equations->K->rows + 1, sizeof *self->factored);
+  return self->factored ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", equations->n);
+}
+
+int flesh_direction_open(flesh_direction *self)
+{
+  const int status = self->options->linear_solver == FLESH_LINEAR_PCG ? take_rows(self) : FLESH_OK;
+  return status ? status : make_solvers(self);
 }
 
 void flesh_direction_clear(flesh_direction *self)
@@ -152,9 +152,7 @@ int flesh_direction_stiffened(const flesh_direction *self)
     const float now = stiffness_of(K, i), then = self->factored[i];
     count += now > 2 * then || then > 2 * now;
   }
-  double all = count; /* of all ranks, which decide alike */
-  flesh_team_sum(self->equations->team, 1, &all);
-  return (int)all;
+  return (int)flesh_team_total(self->equations->team, count); /* of all ranks, which decide alike */
 }
 
 int flesh_direction_factor(flesh_direction *self, int single)

@@ -51,9 +51,12 @@ typedef struct flesh_direction {
   double residual;          /* N, at the last solve's end */
 } flesh_direction;
 
-/* FLESH_ERR_ARGUMENT where the options ask for a solver that is not built in, FLESH_ERR_MEMORY. */
+/* FLESH_ERR_MEMORY. To be cleared also when it fails. */
 int flesh_direction_init(flesh_equations *equations, const flesh_solver_options *options, flesh_solve_stats *stats,
                          flesh_direction *direction);
+/* Makes the solvers, once all ranks have room. Collective, and fails on all ranks or none: FLESH_ERR_ARGUMENT where the
+ * options ask for a solver that is not built in, FLESH_ERR_MEMORY. */
+int flesh_direction_open(flesh_direction *direction);
 void flesh_direction_clear(flesh_direction *direction);
 size_t flesh_direction_memory(const flesh_direction *direction);
 

@@ -52,11 +52,11 @@ int flesh_equations_init(const flesh_system *system, flesh_threads *threads, fle
                       : flesh_system_matrix_create(system, &self->K);
   if (!status) status = flesh_evaluation_create(system, threads, &self->evaluation);
   if (!status) status = flesh_evaluation_keep_places(&self->evaluation);
-  status = flesh_team_agree(self->team, status);
-  if (!status) constrained->stiffness = typical_stiffness(self);
-  else flesh_equations_clear(self);
+  if (status) flesh_equations_clear(self);
   return status;
 }
+
+void flesh_equations_measure(flesh_equations *self) { self->constrained.stiffness = typical_stiffness(self); }
 
 void flesh_equations_clear(flesh_equations *self)
 {
@@ -94,10 +94,9 @@ int flesh_equations_find_constrained(flesh_equations *self, double t, const uint
   memcpy(before, constrained->is, (size_t)self->n);
   flesh_system_fixed(self->system, t, constrained->is);
   for (int d = 0; d < self->n && held; d++) constrained->is[d] |= held[d];
-  double changed = memcmp(before, constrained->is, (size_t)self->n) != 0;
-  if (changed > 0) list_constrained(self);
-  flesh_team_largest(self->team, 1, &changed); /* all ranks go on alike */
-  return changed > 0;
+  const int changed = memcmp(before, constrained->is, (size_t)self->n) != 0;
+  if (changed) list_constrained(self);
+  return flesh_team_any(self->team, changed); /* all ranks go on alike */
 }
 
 int flesh_equations_archive(flesh_equations *self, int matrix, flesh_archive *archive)
@@ -309,11 +308,10 @@ static int finish_residual(flesh_equations *self, const double *u)
 static void finish_potential(flesh_equations *self, const double *u)
 {
   flesh_evaluation *e = &self->evaluation;
-  const int own = 3 * flesh_team_own(self->team, self->n / 3);
   double springs = 0; /* whose gradient the constrained rows are */
   for (int k = 0; k < self->constrained.count; k++) {
     const double off = u[self->constrained.dofs[k]] - self->constrained.u[self->constrained.dofs[k]];
-    springs += self->constrained.dofs[k] < own ? off * off : 0;
+    springs += self->constrained.dofs[k] < e->own ? off * off : 0;
   }
   flesh_team_sum(self->team, 1, &springs);
   e->potential.value += self->constrained.stiffness / 2 * springs;

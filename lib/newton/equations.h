@@ -47,9 +47,11 @@ static inline int flesh_equations_is_softened(const flesh_equations *equations)
 /* FLESH_ERR_ARGUMENT with the first option that makes no sense. */
 int flesh_solver_options_check(const flesh_solver_options *options);
 
-/* Prepares the equations of a finished system; `threads` and `stats` are borrowed. FLESH_ERR_MEMORY. */
+/* Makes room for the equations of a finished system; `threads` and `stats` are borrowed. FLESH_ERR_MEMORY. */
 int flesh_equations_init(const flesh_system *system, flesh_threads *threads, flesh_solve_stats *stats, int check_reach,
                          flesh_equations *equations);
+/* Finds the stiffness of the constraints' rows, once all ranks have room. */
+void flesh_equations_measure(flesh_equations *equations);
 void flesh_equations_clear(flesh_equations *equations);
 size_t flesh_equations_memory(const flesh_equations *equations);
 

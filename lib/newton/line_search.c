@@ -96,16 +96,14 @@ static double dot(const flesh_search *self, const double *x, const double *y)
  * filtered Hessian's short steps. */
 int flesh_is_local(const flesh_equations *equations, const double *r)
 {
-  const flesh_team *team = equations->team;
-  const int nodes = equations->n / 3, own = 3 * flesh_team_own(team, nodes);
   double sums[2] = {0}; /* of squares, of fourth powers */
-  for (int d = 0; d < own; d++) {
+  for (int d = 0; d < equations->evaluation.own; d++) {
     double square = r[d] * r[d];
     sums[0] += square;
     sums[1] += square * square;
   }
-  flesh_team_sum(team, 2, sums);
-  return sums[0] * sums[0] < 0.01 * (3 * flesh_team_all(team, nodes)) * sums[1];
+  flesh_team_sum(equations->team, 2, sums);
+  return sums[0] * sums[0] < 0.01 * equations->evaluation.all * sums[1];
 }
 
 /* p.H p with the unfiltered Hessian at u, by a difference of residuals; NaN where there is none. */

@@ -67,17 +67,15 @@ static int apply_jump(flesh_newton *self, double t, const double *prescribed, do
   flesh_constrained *constrained = &equations->constrained;
   const int n = equations->n;
   double *jump = self->search.trial, *right = self->r;
-  double any = 0;
+  int any = 0;
   for (int d = 0; d < n; d++) {
     jump[d] = constrained->is[d] ? prescribed[d] - y[d] : 0;
-    any = jump[d] != 0 ? 1 : any;
+    any |= jump[d] != 0;
   }
-  flesh_team_largest(equations->team, 1, &any);
-  if (any == 0) return FLESH_OK;
+  if (!flesh_team_any(equations->team, any)) return FLESH_OK;
   int status = assemble_mass(self, t, equations->evaluation.x, equations->evaluation.v);
   if (status) return status;
-  flesh_block_multiply(equations->K, jump, right);
-  flesh_team_collect(equations->team, right);
+  flesh_block_multiply_of_team(equations->team, equations->K, jump, right);
   for (int d = 0; d < n; d++) {
     right[d] = constrained->is[d] ? 0 : -right[d];
     if (constrained->is[d]) y[d] = prescribed[d];

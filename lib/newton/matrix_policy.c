@@ -21,27 +21,25 @@ static int uses(const flesh_matrix_policy *self, flesh_technique technique)
 /* How far stiff rows may turn before the preconditioner is made anew. */
 static const double TURNED = 0.1;
 
-/* Inertia at rest, dof by dof; 0 where it has no value, so that nothing is rounded. */
-static int find_inertia(flesh_matrix_policy *self)
+int flesh_matrix_policy_init(flesh_equations *equations, flesh_direction *direction, flesh_matrix_policy *self)
 {
+  *self = (flesh_matrix_policy){.equations = equations, .direction = direction};
+  if (direction->options->linear_solver != FLESH_LINEAR_PCG) return FLESH_OK;
+  self->inertia = flesh_malloc(((size_t)equations->n + 1) * sizeof *self->inertia);
+  return self->inertia ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", equations->n);
+}
+
+void flesh_matrix_policy_measure(flesh_matrix_policy *self)
+{
+  if (!self->inertia) return;
   flesh_equations *equations = self->equations;
   const flesh_block_matrix *K = equations->K;
   const double *X = flesh_mesh_positions(flesh_system_mesh(equations->system));
-  self->inertia = flesh_malloc(((size_t)equations->n + 1) * sizeof *self->inertia);
-  const int status = self->inertia ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", equations->n);
-  if (flesh_team_agree(equations->team, status)) return FLESH_ERR_MEMORY;
   const flesh_point point = flesh_point_at(0, X, equations->evaluation.zeros, equations->evaluation.zeros);
   const int failed =
       flesh_system_jacobian(equations->system, &point, &(flesh_shift){.a = 1}, equations->K) != FLESH_OK;
   for (int d = 0; d < equations->n; d++)
     self->inertia[d] = failed ? 0 : (float)K->values[9 * (size_t)K->row_start[d / 3] + 4 * (size_t)(d % 3)];
-  return FLESH_OK;
-}
-
-int flesh_matrix_policy_init(flesh_equations *equations, flesh_direction *direction, flesh_matrix_policy *self)
-{
-  *self = (flesh_matrix_policy){.equations = equations, .direction = direction};
-  return direction->pcg ? find_inertia(self) : FLESH_OK;
 }
 
 void flesh_matrix_policy_clear(flesh_matrix_policy *self)
@@ -158,9 +156,7 @@ static int may_be_rounded(const flesh_matrix_policy *self)
 {
   search s = {.policy = self};
   flesh_parallel_parts(self->equations->threads, self->equations->n, seek_too_stiff, &s);
-  double found = s.found;
-  flesh_team_largest(flesh_threads_team(self->equations->threads), 1, &found);
-  return found == 0;
+  return !flesh_team_any(self->equations->team, s.found);
 }
 
 int flesh_matrix_policy_refresh(flesh_matrix_policy *self)

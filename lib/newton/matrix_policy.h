@@ -26,6 +26,8 @@ typedef struct flesh_matrix_policy {
 
 /* FLESH_ERR_MEMORY. */
 int flesh_matrix_policy_init(flesh_equations *equations, flesh_direction *direction, flesh_matrix_policy *policy);
+/* Finds the inertia at rest, dof by dof, once all ranks have room; 0 where it has no value, so that nothing is rounded. */
+void flesh_matrix_policy_measure(flesh_matrix_policy *policy);
 void flesh_matrix_policy_clear(flesh_matrix_policy *policy);
 
 /* A new stage has been set. `constraints_changed`: other dofs are constrained than before; `last`: what the stage

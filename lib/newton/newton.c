@@ -227,6 +227,18 @@ int flesh_newton_check_team(const flesh_system *system, const flesh_solver_optio
   return flesh_system_check_team(system);
 }
 
+/* Finds what goes by the body as a whole, which all ranks have room for. */
+static int measure(flesh_newton *self)
+{
+  flesh_threads_set_team(self->threads, self->equations.team);
+  flesh_equations_measure(&self->equations);
+  int status = flesh_direction_open(&self->direction);
+  if (status) return status;
+  flesh_matrix_policy_measure(&self->policy);
+  status = flesh_volume_arc_init(&self->equations, &self->direction, &self->arc);
+  return flesh_team_agree(self->equations.team, status);
+}
+
 int flesh_newton_init(const flesh_system *system, const flesh_solver_options *options, flesh_stage_solver solver,
                       flesh_newton *self)
 {
@@ -241,14 +253,9 @@ int flesh_newton_init(const flesh_system *system, const flesh_solver_options *op
   int status = flesh_solver_options_check(options);
   if (!status) status = flesh_newton_check_team(system, options);
   if (!status) status = flesh_threads_create(options->threads, &self->threads);
-  status = flesh_team_agree(team, status); /* from here on ranks call each other */
-  if (!status) flesh_threads_set_team(self->threads, team);
   if (!status) status = flesh_equations_init(system, self->threads, &self->stats, !guarded, &self->equations);
   if (!status) status = flesh_direction_init(&self->equations, &self->options, &self->stats, &self->direction);
-  status = flesh_team_agree(team, status);
   if (!status) status = flesh_matrix_policy_init(&self->equations, &self->direction, &self->policy);
-  status = flesh_team_agree(team, status);
-  if (!status) status = flesh_volume_arc_init(&self->equations, &self->direction, &self->arc);
   if (!status) status = flesh_search_init(&self->equations, &self->options, &self->stats, &self->search);
   if (!status)
     status = flesh_accelerators_init(&self->equations, &self->options, &self->stats, &services, &self->accelerators);
@@ -256,7 +263,8 @@ int flesh_newton_init(const flesh_system *system, const flesh_solver_options *op
   if (!status && eliminates) self->reserve = flesh_subdomain_reserve(system);
   if (!status && (!self->u || (eliminates && !self->reserve)))
     status = flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->equations.n);
-  status = flesh_team_agree(team, status);
+  status = flesh_team_agree(team, status); /* from here on ranks call each other */
+  if (!status) status = measure(self);
   if (status) flesh_newton_clear(self);
   else self->r = self->u + apart;
   return status;

@@ -53,6 +53,6 @@ double flesh_equations_potential_round_off(flesh_equations *self, const double *
 int flesh_equations_at_round_off(flesh_equations *self, const double *u, double norm)
 {
   const double largest = flesh_largest(self->threads, self->n, self->evaluation.x);
-  const double guess = 1e-16 * self->constrained.stiffness * largest * sqrt(3 * flesh_team_all(self->team, self->n / 3));
+  const double guess = 1e-16 * self->constrained.stiffness * largest * sqrt(self->evaluation.all);
   return norm <= 1e3 * guess && norm <= FLESH_ROUND_OFF_LEAVES * flesh_equations_residual_round_off(self, u);
 }

@@ -69,8 +69,7 @@ static double largest_square(int nodes, const double *r)
 static void count_ranks(const flesh_equations *whole, double *w)
 {
   for (int d = 0; d < whole->n; d++) w[d] = 1;
-  flesh_team_collect(whole->team, w);
-  flesh_team_share(whole->team, w);
+  flesh_team_sum_nodes(whole->team, 3, w);
 }
 
 /* Nodes that several ranks have are not free but `state`. */
@@ -321,11 +320,10 @@ static int meet(const subdomain *self, int status)
   const double cells = self->cells ? self->cells->count : 0;
   double all[] = {status == FLESH_OK, self->solved, self->newton, cells};
   flesh_team_sum(team, 4, all);
-  double share = self->solved ? self->newton * ((double)self->tets / cells) * (cells / all[3]) : 0;
-  flesh_team_sum(team, 1, &share);
+  const double share = self->solved ? self->newton * ((double)self->tets / cells) * (cells / all[3]) : 0;
   stats->subdomains += (int)all[1];
   stats->subdomain_newton += (int)all[2];
-  stats->subdomain_share += share;
+  stats->subdomain_share += flesh_team_total(team, share);
   return all[0] > 0 ? FLESH_OK : team ? FLESH_NOT_CONVERGED : status;
 }
 

@@ -142,10 +142,9 @@ void flesh_volume_arc_bend(flesh_volume_arc *self, const double *u, const double
 void flesh_volume_arc_start(flesh_volume_arc *self, double *u)
 {
   flesh_equations *equations = self->equations;
-  double before, after, magnitude, moved = equations->constrained.displacement;
+  double before, after, magnitude;
   if (!self->step || self->direction->rows.left_in) return;
-  flesh_team_largest(equations->team, 1, &moved);
-  if (moved > 0) return;
+  if (flesh_team_any(equations->team, equations->constrained.displacement > 0)) return;
   if (flesh_equations_potential(equations, u, &before, &magnitude)) return;
   memcpy(self->step, u, (size_t)equations->n * sizeof *u);
   memset(self->wanted, 0, (size_t)self->trial.count * sizeof *self->wanted);

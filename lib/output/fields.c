@@ -213,21 +213,12 @@ static void add_to_nodes(flesh_fields *f, int tet, int count, double (*samples)[
   }
 }
 
-/* Adds the values of other ranks' tets at shared nodes of a part of a body. */
-static void add_up_nodes(const flesh_team *team, int width, double *values)
-{
-  const flesh_team_vector vector = {.width = width, .stride = width, .values = values};
-  if (!team || !values) return;
-  team->operations->collect(team->data, &vector);
-  team->operations->share(team->data, &vector);
-}
-
-/* Sums over tets become means; a node of no tet has no value. */
+/* Sums over tets, of all ranks, become means; a node of no tet has no value. */
 static void finish_nodes(flesh_fields *f, int n)
 {
-  add_up_nodes(f->team, 1, f->weight);
+  flesh_team_sum_nodes(f->team, 1, f->weight);
   for (int row = 0; row < FLESH_TET_FIELDS; row++)
-    if (rows[row].at >= 0) add_up_nodes(f->team, rows[row].components, f->at_nodes[row]);
+    if (rows[row].at >= 0 && f->at_nodes[row]) flesh_team_sum_nodes(f->team, rows[row].components, f->at_nodes[row]);
   for (int row = 0; row < FLESH_TET_FIELDS; row++) {
     const size_t components = (size_t)rows[row].components;
     for (size_t i = 0; f->at_nodes[row] && i < (size_t)n; i++) {

@@ -19,7 +19,6 @@
 /* The diagonal of the consistent mass, of a part with what other ranks' tets add. */
 static void find_diagonal(const flesh_body *body, const flesh_team *team, double *diagonal)
 {
-  const flesh_team_vector vector = {.width = 1, .stride = 1, .values = diagonal};
   const flesh_mesh *mesh = body->mesh;
   for (int e = 0; e < flesh_mesh_tet_count(mesh); e++) {
     int nodes[10];
@@ -33,9 +32,7 @@ static void find_diagonal(const flesh_body *body, const flesh_team *team, double
     flesh_tet10_masses(mesh, e, body->density[e], masses);
     for (int a = 0, k = 0; a < 10; k += 10 - a++) diagonal[nodes[a]] += masses[k];
   }
-  if (!team) return;
-  team->operations->collect(team->data, &vector);
-  team->operations->share(team->data, &vector);
+  flesh_team_sum_nodes(team, 1, diagonal);
 }
 
 int flesh_node_forces_open(const flesh_body *body, const flesh_system *system, int is_static, int wants_reaction,

@@ -16,10 +16,11 @@ void flesh_communicator_spread(flesh_communicator *communicator, int count, int 
 /* Its MPI_Comm; NULL: it has none. Borrowed. */
 const void *flesh_communicator_comm(const flesh_communicator *communicator);
 
-/* Room for exchanges of as many messages as this, or more. FLESH_ERR_MEMORY. */
-int flesh_communicator_reserve(flesh_communicator *communicator, int messages);
-/* Sends and receives them; the arrays are in use until the end. One exchange at a time. */
-void flesh_communicator_begin(flesh_communicator *communicator, int count, const flesh_team_message *messages);
+/* Room for exchanges with as many ranks as this, or more. FLESH_ERR_MEMORY. */
+int flesh_communicator_reserve(flesh_communicator *communicator, int ranks);
+/* Sends to and receives from these ranks; the numbers are in use until the end. One exchange at a time. */
+void flesh_communicator_begin(flesh_communicator *communicator, int count, const int *ranks,
+                              const flesh_exchange *exchange);
 void flesh_communicator_end(flesh_communicator *communicator);
 
 #endif

@@ -69,15 +69,16 @@ void flesh_communicator_spread(flesh_communicator *communicator, int count, int 
   (void)communicator, (void)count, (void)numbers;
 }
 
-int flesh_communicator_reserve(flesh_communicator *communicator, int messages)
+int flesh_communicator_reserve(flesh_communicator *communicator, int ranks)
 {
-  (void)communicator, (void)messages;
+  (void)communicator, (void)ranks;
   return FLESH_OK;
 }
 
-void flesh_communicator_begin(flesh_communicator *communicator, int count, const flesh_team_message *messages)
+void flesh_communicator_begin(flesh_communicator *communicator, int count, const int *ranks,
+                              const flesh_exchange *exchange)
 {
-  (void)communicator, (void)count, (void)messages;
+  (void)communicator, (void)count, (void)ranks, (void)exchange;
 }
 
 void flesh_communicator_end(flesh_communicator *communicator) { (void)communicator; }

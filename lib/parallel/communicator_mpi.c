@@ -149,28 +149,39 @@ void flesh_communicator_spread(flesh_communicator *self, int n, int *numbers)
   if (self->size > 1) MPI_Bcast(numbers, n, MPI_INT, 0, self->comm);
 }
 
-int flesh_communicator_reserve(flesh_communicator *self, int messages)
+int flesh_communicator_reserve(flesh_communicator *self, int ranks)
 {
-  if (2 * messages < self->request_room) return FLESH_OK;
-  MPI_Request *grown = flesh_realloc(self->requests, (2 * (size_t)messages + 1) * sizeof *grown);
-  if (!grown) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d messages", messages);
+  if (2 * ranks < self->request_room) return FLESH_OK;
+  MPI_Request *grown = flesh_realloc(self->requests, (2 * (size_t)ranks + 1) * sizeof *grown);
+  if (!grown) return flesh_fail(FLESH_ERR_MEMORY, "no memory for messages with %d ranks", ranks);
   self->requests = grown;
-  self->request_room = 2 * messages + 1;
+  self->request_room = 2 * ranks + 1;
   return FLESH_OK;
 }
 
-void flesh_communicator_begin(flesh_communicator *self, int n, const flesh_team_message *messages)
+/* How many numbers rank k of an exchange has; *begin: the first of them. */
+static int numbers_of(int width, const int *first, int k, size_t *begin)
 {
+  *begin = (size_t)width * (size_t)(first ? first[k] : k);
+  return first ? width * (first[k + 1] - first[k]) : width;
+}
+
+void flesh_communicator_begin(flesh_communicator *self, int n, const int *ranks, const flesh_exchange *exchange)
+{
+  size_t begin;
   self->request_count = 0;
-  for (int k = 0; k < n; k++)
-    if (messages[k].receive_count)
-      MPI_Irecv(messages[k].receive, messages[k].receive_count, MPI_DOUBLE, messages[k].rank, TAG, self->comm,
-                &self->requests[self->request_count++]);
   for (int k = 0; k < n; k++) {
-    if (!messages[k].send_count) continue;
-    MPI_Isend(messages[k].send, messages[k].send_count, MPI_DOUBLE, messages[k].rank, TAG, self->comm,
+    const int numbers = numbers_of(exchange->width, exchange->first_received, k, &begin);
+    if (numbers)
+      MPI_Irecv(exchange->received + begin, numbers, MPI_DOUBLE, ranks[k], TAG, self->comm,
+                &self->requests[self->request_count++]);
+  }
+  for (int k = 0; k < n; k++) {
+    const int numbers = numbers_of(exchange->width, exchange->first_sent, k, &begin);
+    if (!numbers) continue;
+    MPI_Isend(exchange->sent + begin, numbers, MPI_DOUBLE, ranks[k], TAG, self->comm,
               &self->requests[self->request_count++]);
-    count(self, (size_t)messages[k].send_count * sizeof(double));
+    count(self, (size_t)numbers * sizeof(double));
   }
 }
 

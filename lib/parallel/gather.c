@@ -14,20 +14,16 @@ struct flesh_gather {
   int *first;                    /* [size+1] where those of each rank begin among the received; the first's are not there */
   int *places;                   /* [received] in the whole */
   double *numbers;               /* [3*received] on the first rank; [3*own] on others */
-  flesh_team_message *messages;       /* [size] */
+  int *ranks, *nothing;          /* [size], [size] whom this rank exchanges with; zeros */
 };
 
 /* Sends `width` numbers a node of this rank, or receives those of the others. */
 static void send_to_first(flesh_gather *self, int width)
 {
-  int count = 0;
-  if (self->rank)
-    self->messages[count++] = (flesh_team_message){.send_count = width * self->own, .send = self->numbers};
-  for (int k = 1; self->rank == 0 && k < self->size; k++)
-    self->messages[count++] = (flesh_team_message){.rank = k,
-                                              .receive_count = width * (self->first[k + 1] - self->first[k]),
-                                              .receive = self->numbers + (size_t)width * (size_t)self->first[k]};
-  flesh_communicator_begin(self->communicator, count, self->messages);
+  const int own[2] = {0, self->own};
+  const flesh_exchange out = {width, own, self->nothing, self->numbers, NULL},
+                       in = {width, self->nothing, self->first + 1, NULL, self->numbers};
+  flesh_communicator_begin(self->communicator, self->rank ? 1 : self->size - 1, self->ranks, self->rank ? &out : &in);
   flesh_communicator_end(self->communicator);
 }
 
@@ -37,6 +33,8 @@ static int allocate(flesh_gather *self, double *counts)
   counts[self->rank] = self->own;
   flesh_communicator_sum(self->communicator, self->size, counts);
   for (int k = 0; k < self->size; k++) self->first[k + 1] = self->first[k] + (k ? (int)counts[k] : 0);
+  for (int k = 1; self->rank == 0 && k < self->size; k++) self->ranks[k - 1] = k;
+  self->nothing = self->ranks + self->size;
   self->received = self->rank ? 0 : self->first[self->size];
   const size_t numbers = (size_t)(self->rank ? self->own : self->received);
   self->numbers = flesh_malloc((3 * numbers + 1) * sizeof *self->numbers);
@@ -55,8 +53,8 @@ static int create(flesh_communicator *communicator, int own, const int *nodes, f
     *self = (flesh_gather){.communicator = communicator, .rank = flesh_communicator_rank(communicator), .size = (int)size,
                            .own = own, .nodes = nodes,
                            .first = flesh_calloc(size + 1, sizeof *self->first),
-                           .messages = flesh_calloc(size, sizeof *self->messages)};
-  if (!status && !(self->first && self->messages)) status = FLESH_ERR_MEMORY;
+                           .ranks = flesh_calloc(2 * size, sizeof *self->ranks)};
+  if (!status && !(self->first && self->ranks)) status = FLESH_ERR_MEMORY;
   if (status) flesh_fail(status, "no memory to gather from %d ranks", (int)size);
   status = flesh_communicator_agree(communicator, status);
   if (!status) {
@@ -92,7 +90,7 @@ void flesh_gather_destroy(flesh_gather **gather)
   flesh_free(self->first);
   flesh_free(self->places);
   flesh_free(self->numbers);
-  flesh_free(self->messages);
+  flesh_free(self->ranks); /* and nothing */
   flesh_free(self);
   *gather = NULL;
 }

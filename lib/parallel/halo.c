@@ -54,7 +54,6 @@ static int allocate(flesh_halo *self, int neighbours, int own, int ghosts)
   failed |= !(self->of_own = flesh_malloc(((size_t)own + 1) * FLESH_HALO_WIDTH * sizeof *self->of_own));
   failed |= !(self->of_ghosts = flesh_malloc(((size_t)ghosts + 1) * FLESH_HALO_WIDTH * sizeof *self->of_ghosts));
   failed |= !(self->ranks = flesh_malloc(((size_t)neighbours + 1) * sizeof *self->ranks));
-  failed |= !(self->messages = flesh_calloc((size_t)neighbours + 1, sizeof *self->messages));
   return failed ? FLESH_ERR_MEMORY : FLESH_OK;
 }
 
@@ -88,8 +87,8 @@ int flesh_halo_create(flesh_communicator *communicator, flesh_shared_nodes *shar
 
 void flesh_halo_clear(flesh_halo *self)
 {
-  void *arrays[] = {self->first_own, self->first_ghost, self->own,      self->ghosts,
-                    self->of_own,    self->of_ghosts,   self->messages, self->ranks};
+  void *arrays[] = {self->first_own, self->first_ghost, self->own,  self->ghosts,
+                    self->of_own,    self->of_ghosts,   self->ranks};
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) flesh_free(arrays[k]);
   *self = (flesh_halo){0};
 }
@@ -107,23 +106,17 @@ static void pack(const flesh_team_vector *vector, int count, const int *nodes, d
   }
 }
 
-/* Sends the numbers of `out` from first_out[k] on to neighbour k, which receives them in its `in`. */
-static void exchange(const flesh_halo *self, flesh_communicator *communicator, int width, const int *first_out,
-                     const double *out, const int *first_in, double *in)
+static void exchange(const flesh_halo *self, flesh_communicator *communicator, const flesh_exchange *exchange)
 {
-  for (int k = 0; k < self->count; k++)
-    self->messages[k] = (flesh_team_message){self->ranks[k], width * (first_out[k + 1] - first_out[k]),
-                                             width * (first_in[k + 1] - first_in[k]),
-                                             out + (size_t)width * (size_t)first_out[k],
-                                             in + (size_t)width * (size_t)first_in[k]};
-  flesh_communicator_begin(communicator, self->count, self->messages);
+  flesh_communicator_begin(communicator, self->count, self->ranks, exchange);
   flesh_communicator_end(communicator);
 }
 
 void flesh_halo_update_ghosts(const flesh_halo *self, flesh_communicator *communicator, const flesh_team_vector *vector)
 {
   pack(vector, self->first_own[self->count], self->own, self->of_own);
-  exchange(self, communicator, vector->width, self->first_own, self->of_own, self->first_ghost, self->of_ghosts);
+  exchange(self, communicator, &(flesh_exchange){vector->width, self->first_own, self->first_ghost, self->of_own,
+                                                 self->of_ghosts});
   const double *packed = self->of_ghosts;
   for (int k = 0; k < self->first_ghost[self->count]; k++) {
     double *to = numbers_of(vector, self->ghosts[k]);
@@ -134,7 +127,8 @@ void flesh_halo_update_ghosts(const flesh_halo *self, flesh_communicator *commun
 void flesh_halo_tell(const flesh_halo *self, flesh_communicator *communicator, const flesh_team_vector *vector)
 {
   pack(vector, self->first_ghost[self->count], self->ghosts, self->of_ghosts);
-  exchange(self, communicator, vector->width, self->first_ghost, self->of_ghosts, self->first_own, self->of_own);
+  exchange(self, communicator, &(flesh_exchange){vector->width, self->first_ghost, self->first_own, self->of_ghosts,
+                                                 self->of_own});
 }
 
 void flesh_halo_add_ghosts(const flesh_halo *self, flesh_communicator *communicator, const flesh_team_vector *vector)

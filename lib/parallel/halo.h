@@ -30,7 +30,6 @@ typedef struct flesh_halo {
   int *own, *ghosts; /* this rank's numbers, in the order of the whole's within a neighbour */
   double *of_own, *of_ghosts; /* [FLESH_HALO_WIDTH] of each: what is sent and received */
   int *ranks;                 /* [count] the neighbours */
-  flesh_team_message *messages; /* [count] */
 } flesh_halo;
 
 enum { FLESH_HALO_WIDTH = 9 /* numbers of a node, at most */ };

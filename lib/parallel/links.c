@@ -28,9 +28,9 @@ static void links_collect(const void *data, const flesh_team_vector *vector)
   flesh_halo_add_ghosts(vector->reached ? &self->reached : &self->halo, self->communicator, vector);
 }
 
-static void links_exchange_begin(const void *data, int count, const flesh_team_message *messages)
+static void links_exchange_begin(const void *data, int count, const int *ranks, const flesh_exchange *exchange)
 {
-  flesh_communicator_begin(((const flesh_links *)data)->communicator, count, messages);
+  flesh_communicator_begin(((const flesh_links *)data)->communicator, count, ranks, exchange);
 }
 
 static void links_exchange_end(const void *data) { flesh_communicator_end(((const flesh_links *)data)->communicator); }

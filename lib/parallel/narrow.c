@@ -25,8 +25,8 @@ typedef struct search {
   int *first; /* [team->own+1] where each own node's links begin */
   link *others; /* of other ranks with own nodes */
   double *counts; /* [2][neighbours] of numbers that go to and come from each */
+  int *first_sent, *first_received; /* [neighbours+1] where those of each begin */
   double *sent, *received;
-  flesh_team_message *messages;
   flesh_shared_nodes shared[3]; /* halo, reached, rows */
 } search;
 
@@ -40,8 +40,9 @@ static int open_search(const uint8_t *needed, search *s)
   s->first = flesh_calloc(own + 2, sizeof *s->first);
   s->others = flesh_malloc(((size_t)s->links->reached.first_own[ranks] + 1) * sizeof *s->others);
   s->counts = flesh_calloc(2 * ranks + 1, sizeof *s->counts);
-  s->messages = flesh_calloc(ranks + 1, sizeof *s->messages);
-  if (!s->is || !s->first || !s->others || !s->counts || !s->messages) return FLESH_ERR_MEMORY;
+  s->first_sent = flesh_calloc(ranks + 1, sizeof *s->first_sent);
+  s->first_received = flesh_calloc(ranks + 1, sizeof *s->first_received);
+  if (!s->is || !s->first || !s->others || !s->counts || !s->first_sent || !s->first_received) return FLESH_ERR_MEMORY;
   for (int i = 0; i < team->reached; i++) {
     const int is = s->links->always[i], by_matrix = i < team->own || (i < team->nodes && needed[i]);
     s->is[i] = by_matrix ? FLESH_LINK_HAS | FLESH_LINK_REACHES : is;
@@ -51,7 +52,7 @@ static int open_search(const uint8_t *needed, search *s)
 
 static void close_search(search *s)
 {
-  void *const arrays[] = {s->is, s->first, s->others, s->counts, s->sent, s->received, s->messages};
+  void *const arrays[] = {s->is, s->first, s->others, s->counts, s->sent, s->received, s->first_sent, s->first_received};
   for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) flesh_free(arrays[k]);
   for (int k = 0; k < 3; k++) flesh_shared_nodes_clear(&s->shared[k]);
 }
@@ -118,36 +119,23 @@ static size_t list_sent(search *s)
   return count;
 }
 
-static void exchange_counts(search *s)
+static void exchange(const search *s, const flesh_exchange *exchange)
 {
   const flesh_halo *all = &s->links->reached;
-  for (int n = 0; n < all->count; n++)
-    s->messages[n] = (flesh_team_message){all->ranks[n], 1, 1, s->counts + n, s->counts + all->count + n};
-  flesh_communicator_begin(s->links->communicator, all->count, s->messages);
+  flesh_communicator_begin(s->links->communicator, all->count, all->ranks, exchange);
   flesh_communicator_end(s->links->communicator);
 }
 
-static int allocate_received(search *s)
+static int exchange_counts(search *s)
 {
-  double all = 0;
-  for (int n = 0; n < s->links->reached.count; n++) all += s->counts[s->links->reached.count + n];
-  s->received = flesh_malloc(((size_t)all + 1) * sizeof *s->received);
-  return s->received ? FLESH_OK : FLESH_ERR_MEMORY;
-}
-
-static void exchange_links(search *s)
-{
-  const flesh_halo *all = &s->links->reached;
-  const double *send = s->sent;
-  double *receive = s->received;
-  for (int n = 0; n < all->count; n++) {
-    const int out = (int)s->counts[n], in = (int)s->counts[all->count + n];
-    s->messages[n] = (flesh_team_message){all->ranks[n], out, in, send, receive};
-    send += out;
-    receive += in;
+  const int count = s->links->reached.count;
+  exchange(s, &(flesh_exchange){1, NULL, NULL, s->counts, s->counts + count});
+  for (int n = 0; n < count; n++) {
+    s->first_sent[n + 1] = s->first_sent[n] + (int)s->counts[n];
+    s->first_received[n + 1] = s->first_received[n] + (int)s->counts[count + n];
   }
-  flesh_communicator_begin(s->links->communicator, all->count, s->messages);
-  flesh_communicator_end(s->links->communicator);
+  s->received = flesh_malloc(((size_t)s->first_received[count] + 1) * sizeof *s->received);
+  return s->received ? FLESH_OK : FLESH_ERR_MEMORY;
 }
 
 /* Between ranks neither of which owns the node, from what its owner has sent. */
@@ -192,10 +180,9 @@ static int find(search *s, const uint8_t *needed, narrowed *self)
   status = flesh_team_agree(s->team, s->sent ? FLESH_OK : FLESH_ERR_MEMORY);
   if (status) return status;
   list_sent(s);
-  exchange_counts(s);
-  status = flesh_team_agree(s->team, allocate_received(s));
+  status = flesh_team_agree(s->team, exchange_counts(s));
   if (status) return status;
-  exchange_links(s);
+  exchange(s, &(flesh_exchange){1, s->first_sent, s->first_received, s->sent, s->received});
   link_others(s);
   return flesh_team_agree(s->team, make(s, self));
 }

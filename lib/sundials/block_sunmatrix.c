@@ -53,7 +53,7 @@ static int matrix_scale_add_identity(sunrealtype c, SUNMatrix matrix)
   flesh_block_matrix *K = open_matrix(matrix);
   flesh_block_combine(c, K, NULL);
   /* The owner of a node that several ranks have adds the identity. */
-  for (int i = 0; i < flesh_team_own(((content *)matrix->content)->problem->newton.equations.team, K->rows); i++)
+  for (int i = 0; i < ((content *)matrix->content)->problem->newton.equations.evaluation.own / 3; i++)
     for (int k = 0; k < 3; k++) K->values[9 * (size_t)K->row_start[i] + 4 * k] += 1;
   return FLESH_OK;
 }
@@ -68,8 +68,7 @@ static int matrix_times(SUNMatrix matrix, N_Vector x, N_Vector y)
     N_VConst(0, y);
     return FLESH_OK;
   }
-  flesh_block_multiply(matrix_of(A), values, product);
-  flesh_team_collect(A->problem->newton.equations.team, product);
+  flesh_block_multiply_of_team(A->problem->newton.equations.team, matrix_of(A), values, product);
   flesh_problem_close(A->problem, y, product);
   return FLESH_OK;
 }

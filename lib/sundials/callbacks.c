@@ -100,15 +100,13 @@ int flesh_kinsol_jacobian_times(N_Vector v, N_Vector Jv, N_Vector u, flesh_sunbo
   if (!problem) return FLESH_ERR_ARGUMENT;
   const flesh_equations *equations = &problem->newton.equations;
   const double *x = flesh_problem_read(problem, v, 0, 0);
-  double *y = x ? flesh_problem_open(problem, Jv, 1) : NULL, curvature = 0;
+  double *y = x ? flesh_problem_open(problem, Jv, 1) : NULL;
   if (!y) return FLESH_ERR_ARGUMENT;
   if (!problem->newton.direction.assembled)
     return flesh_fail(FLESH_ERR_ARGUMENT, "flesh_kinsol_jacobian_times needs flesh_kinsol_jacobian or "
                                           "flesh_kinsol_preconditioner_setup before it");
-  flesh_block_multiply(equations->K, x, y);
-  flesh_team_collect(equations->team, y);
-  for (int d = 0; d < equations->n; d++) curvature += x[d] * y[d];
-  flesh_team_sum(equations->team, 1, &curvature);
+  flesh_block_multiply_of_team(equations->team, equations->K, x, y);
+  const double curvature = flesh_dot(equations->threads, equations->n, x, y);
   flesh_problem_close(problem, Jv, y);
   return !(curvature > 0);
 }

@@ -35,7 +35,7 @@ int flesh_ida_solve_both(flesh_ida_problem *problem, const double *b, int approx
   const double *b1 = b, *b2 = b + n, cj = J->cj, from_x = J->rows.from_x, share = cj / from_x;
   double *dx = x, *dv = x + n, *right = with->right, *free1 = with->change, *Kfree1 = with->work;
   const flesh_team *team = problem->evaluation.team;
-  const int own = 3 * flesh_team_own(team, n / 3);
+  const int own = problem->evaluation.own;
   for (int d = 0; d < n; d++) free1[d] = held->fixed[d] ? 0 : b1[d];
   flesh_team_share(team, free1);
   flesh_ida_damping_times(problem, free1, right);

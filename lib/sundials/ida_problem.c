@@ -33,9 +33,7 @@ static int find_coupling(flesh_ida_problem *self)
   }
   const flesh_point point = flesh_point_at(0, e->x, e->v, e->a);
   if (flesh_system_jacobian(e->system, &point, &(flesh_shift){.v = 1, .a = 1}, self->jacobian.D)) return 1;
-  double couples = !flesh_block_is_diagonal(self->jacobian.D);
-  flesh_team_largest(e->team, 1, &couples);
-  return couples > 0;
+  return flesh_team_any(e->team, !flesh_block_is_diagonal(self->jacobian.D));
 }
 
 /* FLESH_ERR_ARGUMENT with what such a system cannot have. */
@@ -210,13 +208,12 @@ static void prescribe(flesh_ida_problem *self, double t)
 int flesh_ida_moves(flesh_ida_problem *self)
 {
   flesh_ida_constraints *held = &self->constraints;
-  double moves = 0;
+  int moves = 0;
   if (!(held->event < INFINITY)) return 0;
   prescribe(self, held->begin + 0.4 * (held->event - held->begin));
   for (int d = 0; d < self->evaluation.n; d++)
     if (held->fixed[d] && held->v[d] != 0) moves = 1;
-  flesh_team_largest(self->evaluation.team, 1, &moves);
-  return moves > 0;
+  return flesh_team_any(self->evaluation.team, moves);
 }
 
 flesh_point flesh_ida_point(flesh_ida_problem *self, double t, const double *y, const double *yp)

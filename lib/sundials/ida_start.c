@@ -37,10 +37,9 @@ void flesh_ida_box(const flesh_ida_problem *self, double low[3], double high[3])
   const flesh_evaluation *e = &self->evaluation;
   flesh_mesh_info info;
   flesh_mesh_inspect(flesh_system_mesh(e->system), &info);
-  for (int c = 0; c < 3; c++) low[c] = -info.low[c], high[c] = info.high[c];
-  flesh_team_largest(e->team, 3, low);
-  flesh_team_largest(e->team, 3, high);
-  for (int c = 0; c < 3; c++) low[c] = -low[c];
+  memcpy(low, info.low, sizeof info.low);
+  memcpy(high, info.high, sizeof info.high);
+  flesh_team_unite_boxes(e->team, low, high);
 }
 
 /* Incompressible bending of a beam along s in the plane of s and z about the box's centre:
@@ -94,13 +93,12 @@ double flesh_ida_scale_of_velocity(flesh_ida_problem *self)
   }
   if (stiffness > 0 && mass > 0 && stiffness / mass < INFINITY)
     return L * sqrt(stiffness / mass) / 6.283185307179586;
-  if (!flesh_system_load(e->system, &rest, Ku))
-    for (int c = 0; c < 3; c++) {
-      double sum = 0;
-      for (int d = c; d < e->n; d += 3) sum += Ku[d]; /* it is collected */
-      flesh_team_sum(e->team, 1, &sum);
-      load += sum * sum;
-    }
+  if (!flesh_system_load(e->system, &rest, Ku)) {
+    double sums[3] = {0};
+    for (int d = 0; d < e->n; d++) sums[d % 3] += Ku[d]; /* it is collected */
+    flesh_team_sum(e->team, 3, sums);
+    load = sums[0] * sums[0] + sums[1] * sums[1] + sums[2] * sums[2];
+  }
   return load > 0 && total > 0 ? sqrt(L * sqrt(load) / total) : L;
 }
 
@@ -109,19 +107,18 @@ static int apply_constraints(flesh_ida_problem *self, const double *prescribed, 
 {
   flesh_evaluation *e = &self->evaluation;
   flesh_ida_constraints *held = &self->constraints;
-  double *jump = self->solver.change, *right = self->solver.right, any = 0;
+  double *jump = self->solver.change, *right = self->solver.right;
+  int any = 0;
   for (int d = 0; d < e->n; d++) {
     jump[d] = held->fixed[d] ? prescribed[d] - u[d] : 0;
     if (held->fixed[d]) u[d] = prescribed[d];
   }
-  flesh_block_multiply(self->jacobian.D, jump, right);
-  flesh_team_collect(e->team, right);
+  flesh_block_multiply_of_team(e->team, self->jacobian.D, jump, right);
   for (int d = 0; d < e->n; d++) {
     right[d] = held->fixed[d] ? 0 : -right[d];
-    any = right[d] != 0 ? 1 : any;
+    any |= right[d] != 0;
   }
-  flesh_team_largest(e->team, 1, &any);
-  if (any == 0) return FLESH_OK;
+  if (!flesh_team_any(e->team, any)) return FLESH_OK;
   int status = flesh_ida_solve(self, mass_tolerance, right, jump);
   for (int d = 0; d < e->n && !status; d++)
     if (!held->fixed[d]) u[d] += jump[d];
@@ -211,7 +208,7 @@ static double scaled_norm(const flesh_ida_problem *self, const double *dx, const
 {
   const flesh_evaluation *e = &self->evaluation;
   double sums[2] = {0}; /* of squares, and how many dofs are free */
-  for (int d = 0; d < 3 * flesh_team_own(e->team, e->n / 3); d++) {
+  for (int d = 0; d < e->own; d++) {
     if (self->constraints.fixed[d]) continue;
     double p = dx[d] / self->scale.length, q = dv[d] / self->scale.velocity;
     sums[0] += p * p + q * q;

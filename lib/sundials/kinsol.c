@@ -154,12 +154,8 @@ int flesh_nonlinear_worst_node(const flesh_nonlinear *self)
   for (int d = 0; d < equations->n; d++)
     if (fabs(r[d]) > fabs(r[worst])) worst = d;
   const flesh_team *team = equations->team;
-  if (!team) return worst / 3;
-  double most = fabs(r[worst]), node;
-  flesh_team_largest(team, 1, &most);
-  node = fabs(r[worst]) == most || isnan(most) ? team->numbers[worst / 3] : -1;
-  flesh_team_largest(team, 1, &node); /* of several the last */
-  return (int)node;
+  double most = fabs(r[worst]);
+  return (int)flesh_team_argmax(team, &most, team ? team->numbers[worst / 3] : worst / 3); /* of several the last */
 }
 
 flesh_evaluation *flesh_nonlinear_evaluation(flesh_nonlinear *self)

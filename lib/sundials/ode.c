@@ -100,15 +100,13 @@ static int invert_mass(flesh_ode_problem *self)
 {
   const flesh_block_matrix *M = self->motion->jacobian.K;
   const flesh_team *team = self->motion->evaluation.team;
-  double couples = !flesh_block_is_diagonal(M);
   int status = FLESH_OK;
-  flesh_team_largest(team, 1, &couples);
-  self->mass_is_diagonal = couples == 0;
+  self->mass_is_diagonal = !flesh_team_any(team, !flesh_block_is_diagonal(M));
   if (!self->mass_is_diagonal) return FLESH_OK;
   for (int i = 0; i < M->rows; i++)
     memcpy(self->inverse + 9 * (size_t)i, M->values + 9 * (size_t)M->row_start[i], 9 * sizeof *self->inverse);
   if (team) team->operations->collect(team->data, &(flesh_team_vector){9, 9, NULL, self->inverse, 0});
-  for (int i = 0; i < flesh_team_own(team, M->rows) && !status; i++) {
+  for (int i = 0; i < self->motion->evaluation.own / 3 && !status; i++) {
     double block[9];
     memcpy(block, self->inverse + 9 * (size_t)i, sizeof block);
     if (!flesh_block_invert(block, self->inverse + 9 * (size_t)i)) status = FLESH_NOT_POSITIVE;
@@ -131,7 +129,7 @@ int flesh_ode_start(flesh_ode_problem *self, const flesh_state *state, N_Vector 
 int flesh_ode_divide_by_mass(flesh_ode_problem *self, const double *b, double *y)
 {
   if (!self->mass_is_diagonal) return flesh_ida_solve(self->motion, mass_tolerance, b, y);
-  for (int i = 0; i < flesh_team_own(self->motion->evaluation.team, self->n / 3); i++) {
+  for (int i = 0; i < self->motion->evaluation.own / 3; i++) {
     const double *B = self->inverse + 9 * (size_t)i, *p = b + 3 * i;
     for (int c = 0; c < 3; c++) y[3 * i + c] = B[3 * c] * p[0] + B[3 * c + 1] * p[1] + B[3 * c + 2] * p[2];
   }
@@ -170,10 +168,9 @@ static int assemble_damping(flesh_ode_problem *self, const flesh_point *point, f
   int status = flesh_system_jacobian(self->motion->evaluation.system, point, &(flesh_shift){.v = 1}, C);
   if (status) return status;
   flesh_block_fix(C, self->motion->constraints.fixed, 0, NULL);
-  double any = 0;
-  for (size_t k = 0; k < 9 * (size_t)C->row_start[C->rows] && any == 0; k++) any = C->values[k] != 0;
-  flesh_team_largest(self->motion->evaluation.team, 1, &any);
-  *damped = any > 0;
+  int any = 0;
+  for (size_t k = 0; k < 9 * (size_t)C->row_start[C->rows] && !any; k++) any = C->values[k] != 0;
+  *damped = flesh_team_any(self->motion->evaluation.team, any);
   return FLESH_OK;
 }
 
@@ -190,6 +187,16 @@ int flesh_ode_assemble(flesh_ode_problem *self, double t, const double *y, int p
   return assemble_damping(self, &point, C, damped);
 }
 
+/* Makes the matrices that there are not yet, on all ranks or none. */
+static int make_matrices(flesh_ode_problem *self, flesh_block_matrix **first, flesh_block_matrix **second)
+{
+  const flesh_evaluation *e = &self->motion->evaluation;
+  int status = FLESH_OK;
+  if (!*first) status = flesh_system_matrix_create(e->system, first);
+  if (!status && second && !*second) status = flesh_system_matrix_create(e->system, second);
+  return flesh_team_agree(e->team, status);
+}
+
 int flesh_ode_jacobian_times_setup(sunrealtype t, N_Vector y_vector, N_Vector fy, void *data)
 {
   (void)fy;
@@ -197,10 +204,7 @@ int flesh_ode_jacobian_times_setup(sunrealtype t, N_Vector y_vector, N_Vector fy
   if (!self) return FLESH_ERR_ARGUMENT;
   const double *y = flesh_ida_read(self->motion, y_vector, 0, 0);
   if (!y) return FLESH_ERR_ARGUMENT;
-  int status = FLESH_OK;
-  if (!self->K) status = flesh_system_matrix_create(self->motion->evaluation.system, &self->K);
-  if (!status && !self->C) status = flesh_system_matrix_create(self->motion->evaluation.system, &self->C);
-  status = flesh_team_agree(self->motion->evaluation.team, status);
+  const int status = make_matrices(self, &self->K, &self->C);
   return status ? status : flesh_ode_assemble(self, t, y, 0, self->K, self->C, &self->damped);
 }
 
@@ -235,13 +239,11 @@ int flesh_ode_jacobian_times(N_Vector v_vector, N_Vector Jv, sunrealtype t, N_Ve
   return status;
 }
 
-int flesh_ode_make_condensed(flesh_ode_problem *self)
+int flesh_ode_make_condensed(flesh_ode_problem *self, int damping)
 {
   flesh_ode_condensed *c = &self->condensed;
   const flesh_solver_options *options = &self->motion->options;
-  int status = FLESH_OK;
-  if (!c->A) status = flesh_system_matrix_create(self->motion->evaluation.system, &c->A);
-  status = flesh_team_agree(self->motion->evaluation.team, status);
+  const int status = make_matrices(self, &c->A, damping ? &c->C : NULL);
   if (status || c->preconditioner || c->direct) return status;
   if (options->linear_solver != FLESH_LINEAR_PCG)
     return flesh_direct_create(options->linear_solver, c->A, &c->direct);
@@ -270,9 +272,7 @@ int flesh_ode_preconditioner_setup(sunrealtype t, N_Vector y_vector, N_Vector fy
   const double *y = flesh_ida_read(motion, y_vector, 0, 0);
   if (!y) return FLESH_ERR_ARGUMENT;
   flesh_ode_condensed *c = &self->condensed;
-  int status = flesh_ode_make_condensed(self);
-  const flesh_evaluation *e = &motion->evaluation;
-  if (!status && !c->C) status = flesh_team_agree(e->team, flesh_system_matrix_create(e->system, &c->C));
+  int status = flesh_ode_make_condensed(self, 1);
   if (status) return status;
   const flesh_point point = flesh_ida_point(motion, t, y, NULL);
   const int project = motion->options.eigenvalue_filter >= FLESH_FILTER_CLAMP_ALWAYS;

@@ -48,15 +48,14 @@ static int condense(solver *self, const flesh_pair_matrix *A)
   flesh_ode_problem *problem = self->problem;
   flesh_ida_problem *motion = problem->motion;
   if (A->rows.from_x == 0 || A->rows.from_v == 0 || A->rows.identity == 0) return FLESH_NOT_POSITIVE;
-  int status = flesh_ode_make_condensed(problem);
+  int status = flesh_ode_make_condensed(problem, 0);
   if (status) return status;
   flesh_block_matrix *condensed = problem->condensed.A;
   for (size_t k = 0; k < 9 * (size_t)condensed->row_start[condensed->rows]; k++)
     condensed->values[k] = A->rows.from_x * A->D->values[k] - A->rows.from_v * A->K->values[k];
   flesh_block_fix(condensed, motion->constraints.fixed, flesh_block_mean_diagonal(condensed), NULL);
   for (int d = 0; d < problem->n; d++) self->other[d] = 1;
-  flesh_block_multiply(motion->jacobian.D, self->other, self->mass);
-  flesh_team_collect(motion->evaluation.team, self->mass);
+  flesh_block_multiply_of_team(motion->evaluation.team, motion->jacobian.D, self->other, self->mass);
   return flesh_ode_factor(problem);
 }
 

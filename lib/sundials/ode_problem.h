@@ -38,7 +38,7 @@ int flesh_ode_divide_by_mass(flesh_ode_problem *problem, const double *b, double
 int flesh_ode_assemble(flesh_ode_problem *problem, double t, const double *y, int project, flesh_block_matrix *K,
                        flesh_block_matrix *C, int *damped);
 /* Memory for the condensed matrix and the options' solver. */
-int flesh_ode_make_condensed(flesh_ode_problem *problem);
+int flesh_ode_make_condensed(flesh_ode_problem *problem, int damping);
 /* Prepares that solver for condensed.A. */
 int flesh_ode_factor(flesh_ode_problem *problem);
 

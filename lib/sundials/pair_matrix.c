@@ -80,7 +80,7 @@ static int matrix_scale_add_identity(sunrealtype c, SUNMatrix matrix)
   flesh_block_combine(c, A->K, NULL);
   flesh_block_combine(c, A->D, A->rhs ? A->rhs->motion->jacobian.D : NULL); /* the mass divides it to 1 */
   if (A->ida) /* of a node of several ranks its owner has it */
-    for (int i = 0; i < flesh_team_own(A->ida->evaluation.team, A->D->rows); i++)
+    for (int i = 0; i < A->ida->evaluation.own / 3; i++)
       for (int k = 0; k < 3; k++) A->D->values[9 * (size_t)A->D->row_start[i] + 4 * k] += 1;
   flesh_block_fix(A->D, fixed_of(A), 0, NULL);
   A->rows.from_x = c * A->rows.from_x + 1;

@@ -282,9 +282,7 @@ static void minimum_part(void *data, int k, int begin, int end)
 static sunrealtype minimum(N_Vector x)
 {
   operation o = {.x = N_VGetArrayPointer(x)};
-  double least = -reduce_own(x, minimum_part, &o, 1);
-  flesh_team_largest(flesh_threads_team(flesh_vector_threads(x)), 1, &least);
-  return -least;
+  return flesh_team_least(flesh_threads_team(flesh_vector_threads(x)), reduce_own(x, minimum_part, &o, 1));
 }
 
 /* Clones made beforehand, of one vector. */

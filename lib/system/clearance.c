@@ -75,19 +75,12 @@ static void look(flesh_clearance *self, double t, const double *x)
     self->high[d % 3] = fmax(self->high[d % 3], x[d]);
   }
   const flesh_team *team = flesh_system_team(self->system);
-  for (int c = 0; c < 3; c++) self->low[c] = -self->low[c];
-  flesh_team_largest(team, 3, self->low);
-  flesh_team_largest(team, 3, self->high);
-  for (int c = 0; c < 3; c++) {
-    self->low[c] = -self->low[c];
-    size += fabs(self->low[c]) + fabs(self->high[c]);
-  }
+  flesh_team_unite_boxes(team, self->low, self->high);
+  for (int c = 0; c < 3; c++) size += fabs(self->low[c]) + fabs(self->high[c]);
   for (int k = 0; k < self->effects; k++) {
     const flesh_effect *effect = flesh_system_effect(self->system, k);
     const flesh_effect_barrier *barrier = flesh_effect_as_barrier(effect);
-    double found = barrier->clearance ? -barrier->clearance(effect, t, x) : 0;
-    flesh_team_largest(team, 1, &found); /* the least of all ranks */
-    found = -found;
+    const double found = flesh_team_least(team, barrier->clearance ? barrier->clearance(effect, t, x) : 0);
     self->free[k] = found > slack * (size + found) ? found - slack * (size + found) : 0;
     if (found == INFINITY) self->free[k] = INFINITY;
   }

@@ -16,6 +16,8 @@ int flesh_evaluation_create(const flesh_system *system, flesh_threads *threads, 
   size_t apart;
   *self = (flesh_evaluation){.system = system, .threads = threads, .team = flesh_system_team(system),
                              .n = flesh_system_unknowns(system), .serial = 1};
+  self->own = 3 * flesh_team_own(self->team, self->n / 3);
+  self->all = 3 * flesh_team_all(self->team, self->n / 3);
   self->x = flesh_huge_pages_vectors(3, (size_t)self->n, &apart);
   if (!self->x) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n);
   self->v = self->x + apart;
@@ -146,11 +148,10 @@ static int differ(const double *a, const double *b, int count)
 int flesh_evaluation_is_at(const flesh_evaluation *self, const flesh_state *state, double tolerance)
 {
   const flesh_state *kept = &self->returned;
-  double other = !(fabs(state->t - kept->t) <= tolerance) ||
+  const int other = !(fabs(state->t - kept->t) <= tolerance) ||
                  differ(state->multipliers, kept->multipliers, kept->multiplier_count) ||
                  differ(state->internal, kept->internal, kept->internal_count);
-  flesh_team_largest(self->team, 1, &other);
-  return other == 0 && same(self, state->x, kept->x) && same(self, state->v, kept->v);
+  return !flesh_team_any(self->team, other) && same(self, state->x, kept->x) && same(self, state->v, kept->v);
 }
 
 void flesh_evaluation_remember(flesh_evaluation *self, const flesh_state *state)

@@ -41,7 +41,8 @@ typedef struct flesh_evaluation {
   const flesh_system *system;    /* borrowed */
   flesh_threads *threads;        /* borrowed, may be NULL */
   const flesh_team *team;        /* the system's, borrowed; NULL: none */
-  int n;                         /* unknowns */
+  int n, own;                    /* unknowns; those of nodes that this rank owns, the first ones */
+  double all;                    /* unknowns of the body */
   double *x, *v, *a;             /* [n] the point evaluated last */
   flesh_environment environment; /* of any point: its costs (borrowed; NULL: nobody counts) and proximity */
   long serial;                   /* of the run's state, from 1 on */

@@ -22,9 +22,7 @@ double flesh_system_max_feasible_step(const flesh_system *system, const flesh_pr
                                                          flesh_internal_of(system, k, internal), t_from, x_from, t_to,
                                                          x_to));
   }
-  fraction = -fraction; /* the shortest of all ranks */
-  if (system->limits_step) flesh_team_largest(system->team, 1, &fraction);
-  return -fraction;
+  return system->limits_step ? flesh_team_least(system->team, fraction) : fraction;
 }
 
 int flesh_system_tunnelled(const flesh_system *system, double t_from, const double *x_from,
@@ -36,9 +34,7 @@ int flesh_system_tunnelled(const flesh_system *system, double t_from, const doub
     const flesh_effect_barrier *barrier = flesh_effect_as_barrier(effect);
     if (barrier->tunnelled) passed = barrier->tunnelled(effect, t_from, x_from, t_to, x_to);
   }
-  double any = passed;
-  if (system->limits_step) flesh_team_largest(system->team, 1, &any);
-  return any > 0;
+  return system->limits_step && flesh_team_any(system->team, passed);
 }
 
 void flesh_system_push_out(const flesh_system *system, double t_from, const double *x_from,

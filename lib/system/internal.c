@@ -86,9 +86,8 @@ int flesh_system_update_internal(const flesh_system *system, const flesh_point *
   *changed = 0;
   int status = update_those(0, &view, internal, changed);
   if (!status) status = update_those(1, &view, internal, changed);
-  status = flesh_team_agree(system->team, status);
-  double any = *changed; /* bits that hang on how a rank numbers its nodes become the same */
-  if (!status) flesh_team_largest(system->team, 1, &any);
+  double any = *changed != 0; /* bits that hang on how a rank numbers its nodes become the same */
+  status = flesh_team_sum_agreed(system->team, status, 1, &any);
   if (!status && any > 0) flesh_team_largest(system->team, system->internal_count, internal);
   *changed = any > 0;
   return status;
@@ -105,8 +104,7 @@ int flesh_system_internal_energies(const flesh_system *system, const flesh_point
     if (!effect->operations->internal || !effect->operations->energy) continue;
     energies[k] = 0;
     status = effect->operations->energy(effect, flesh_effect_view_turn(&view, k), &energies[k]);
-    status = flesh_team_agree(system->team, status);
-    if (!status) flesh_team_sum(system->team, 1, &energies[k]);
+    status = flesh_team_sum_agreed(system->team, status, 1, &energies[k]);
     *sum += energies[k];
   }
   return status;

@@ -60,10 +60,10 @@ int flesh_proximity_follow(const flesh_proximity *self, int accepted, double t, 
     status = can->follow(self->near[k], accepted, t, x, &one);
     *changed |= one;
   }
-  double any = *changed;
-  if (self->near) flesh_team_largest(self->system->team, 1, &any);
+  double any = *changed != 0;
+  if (self->near) status = flesh_team_sum_agreed(self->system->team, status, 1, &any);
   *changed = any > 0;
-  return self->near ? flesh_team_agree(self->system->team, status) : status;
+  return status;
 }
 
 /* Archives the memories of effects. */
@@ -152,9 +152,8 @@ int flesh_proximity_cover(flesh_proximity *self, const flesh_point *point, flesh
   *grown = 0;
   if (!self->near) return FLESH_OK;
   const flesh_team *team = self->system->team;
-  double missing = !covers(self, point, K); /* on one rank: all get another pattern, as what goes by it is everyone's */
-  flesh_team_largest(team, 1, &missing);
-  if (missing == 0) return FLESH_OK;
+  /* If one rank needs another pattern, all get one: what goes by it is everyone's. */
+  if (!flesh_team_any(team, !covers(self, point, K))) return FLESH_OK;
   int status = flesh_team_agree(team, lay_out(self, point, &layout));
   if (!status) status = flesh_team_agree(team, take_layout(self, &layout, K));
   *grown = !status;

@@ -39,14 +39,6 @@ static void count(flesh_costs *costs, int k, int what, double start)
   if (costs->timed) cost->cpu_s += cpu_time(costs) - start;
 }
 
-/* Sums the residual over the ranks, if it has a value on all of them. */
-static int collect(const flesh_system *system, double *r)
-{
-  int status = flesh_team_agree(system->team, FLESH_OK);
-  if (!status) flesh_team_collect(system->team, r);
-  return status;
-}
-
 /* Sums the residuals of the effects from one index to before another that have one of the roles. */
 static int sum_residuals(const flesh_system *system, int from, int until, const flesh_point *point, int external_only,
                          unsigned roles, double *r)
@@ -55,19 +47,20 @@ static int sum_residuals(const flesh_system *system, int from, int until, const 
   flesh_effect_view view = flesh_effect_view_with(system, point, of_ranks);
   flesh_costs *costs = view.environment.costs;
   const flesh_clearance *clearance = view.environment.clearance;
+  int status = FLESH_OK;
   memset(r, 0, (size_t)system->nodes * 3 * sizeof *r);
-  for (int k = from; k < until; k++) {
+  for (int k = from; k < until && !status; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     if (!effect->operations->residual || (external_only && effect->operations->role != FLESH_ROLE_LOAD)) continue;
     if (!(roles & FLESH_ROLE_BIT(effect->operations->role))) continue;
     const double start = cpu_time(costs);
-    int status = FLESH_OK;
     if (!flesh_clearance_holds(clearance, k))
       status = effect->operations->residual(effect, flesh_effect_view_turn(&view, k), r);
     count(costs, k, CALL_RESIDUAL, start);
-    if (status) return flesh_team_agree(system->team, status);
   }
-  return collect(system, r);
+  status = flesh_team_agree(system->team, status);
+  if (!status) flesh_team_collect(system->team, r);
+  return status;
 }
 
 int flesh_system_residual(const flesh_system *system, const flesh_point *point, double *r)

@@ -176,9 +176,7 @@ static const flesh_effect *holder(const flesh_system *system)
 /* A rank may have none of the body's incompressible tets. */
 static void find_others_hold(flesh_system *system)
 {
-  double holds = holder(system) != NULL;
-  flesh_team_largest(system->team, 1, &holds);
-  system->others_hold = holds > 0;
+  system->others_hold = flesh_team_any(system->team, holder(system) != NULL);
 }
 
 static int make_pattern(flesh_system *system)
@@ -288,15 +286,13 @@ int flesh_system_constraint_gaps(const flesh_system *system, const flesh_point *
 {
   FLESH_NEED({system, "system"}, {point, "point"}, {gaps, "gaps"});
   const flesh_effect *effect = holder(system);
-  if (!effect && system->others_hold) {
-    const size_t bytes = (size_t)flesh_mesh_tet_count(system->mesh) * sizeof *gaps;
-    memset(gaps, 0, bytes);
-    if (stiffness) memset(stiffness, 0, bytes);
-    return FLESH_OK;
-  }
-  if (!effect) return flesh_fail(FLESH_ERR_ARGUMENT, "no effect of the system holds constraints by multipliers");
-  if (stiffness) effect->operations->constraints->stiffness(effect, stiffness);
-  return effect->operations->constraints->gaps(effect, point, gaps);
+  if (!effect && !system->others_hold)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "no effect of the system holds constraints by multipliers");
+  const size_t bytes = (size_t)flesh_mesh_tet_count(system->mesh) * sizeof *gaps;
+  if (!effect) memset(gaps, 0, bytes);
+  if (!effect && stiffness) memset(stiffness, 0, bytes);
+  if (effect && stiffness) effect->operations->constraints->stiffness(effect, stiffness);
+  return flesh_team_agree(system->team, effect ? effect->operations->constraints->gaps(effect, point, gaps) : FLESH_OK);
 }
 
 double flesh_system_next_event(const flesh_system *system, double t)
@@ -312,9 +308,7 @@ double flesh_system_next_event(const flesh_system *system, double t)
     next = fmin(next, flesh_interval_next_event(c->from, c->until, t));
     next = fmin(next, flesh_motion_next_event(&c->motion, t));
   }
-  next = -next; /* the first of all ranks */
-  flesh_team_largest(system->team, 1, &next);
-  return -next;
+  return flesh_team_least(system->team, next);
 }
 
 int flesh_system_moves(const flesh_system *system)

@@ -83,9 +83,8 @@ int flesh_system_work_in_time(const flesh_system *system, double t_from, double 
       if (energies && end == at_end) continue;
       known[end] = 0;
       int status = effect->operations->energy(effect, flesh_effect_view_turn(&view[end], k), &known[end]);
-      status = flesh_team_agree(system->team, status);
+      status = flesh_team_sum_agreed(system->team, status, 1, &known[end]);
       if (status) return status;
-      flesh_team_sum(system->team, 1, &known[end]);
     }
     *work += known[1] - known[0];
   }

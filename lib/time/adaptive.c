@@ -20,12 +20,6 @@ const flesh_method_row flesh_method_adaptive = {0}, flesh_method_euler_then_adap
 
 static int make_sundials(flesh_adaptive *self)
 {
-  int status = flesh_suncontext_create(&self->context)
-                   ? flesh_fail(FLESH_ERR_SUNDIALS, "SUNDIALS gave no context")
-                   : FLESH_OK;
-  status = flesh_team_agree(self->team, status);
-  if (!status) status = flesh_ida_vector_create(self->problem, self->context, &self->y);
-  if (status) return status;
   self->yp = flesh_vector_clone(self->y);
   self->atol = flesh_vector_clone(self->y);
   self->errors = flesh_vector_clone(self->y);
@@ -37,8 +31,9 @@ static int make_sundials(flesh_adaptive *self)
   self->energy.y = self->errors; /* which are asked for only after failures */
   self->energy.yp = self->rates;
   flesh_ida_silence(self->context, self->ida);
-  status = flesh_ida_sunmatrix_create(self->problem, self->context, &self->matrix);
-  return status ? status : flesh_ida_sunlinsol_create(self->problem, self->context, &self->solver);
+  int status = flesh_ida_sunmatrix_create(self->problem, self->context, &self->matrix);
+  if (!status) status = flesh_ida_sunlinsol_create(self->problem, self->context, &self->solver);
+  return status ? status : flesh_vector_prepare(self->y, CLONES); /* dropped by whoever makes others, if not taken */
 }
 
 /* Applies the options of IDA that stay until others are given. */
@@ -58,8 +53,6 @@ static int initialise(flesh_adaptive *self)
 {
   N_VConst(0, self->y);
   N_VConst(0, self->yp);
-  int status = flesh_team_agree(self->team, flesh_vector_prepare(self->y, CLONES));
-  if (status) return status; /* those that were made are dropped by whoever makes others */
   N_VConst(1, self->atol);
   /* Each needs what the ones before have made; the tolerances' vector is cloned the first time. */
   int failed = IDAInit(self->ida, flesh_ida_residual, 0, self->y, self->yp) ||
@@ -87,12 +80,15 @@ int flesh_adaptive_create(flesh_evaluation *evaluation, const flesh_solver_optio
     self->evaluation = evaluation;
   }
   int status = self ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for an adaptive integrator");
+  if (self && flesh_suncontext_create(&self->context)) status = flesh_fail(FLESH_ERR_SUNDIALS, "SUNDIALS gave no context");
   status = flesh_team_agree(team, status); /* from here on ranks call each other */
   if (!status) status = flesh_ida_problem_create(system, solver, &self->problem);
-  if (!status) status = flesh_team_agree(team, flesh_adaptive_energy_create(self->problem, watch, &self->energy));
+  if (!status) status = flesh_ida_vector_create(self->problem, self->context, &self->y);
+  if (!status) status = flesh_adaptive_energy_create(self->problem, watch, &self->energy);
+  if (!status) status = make_sundials(self);
+  status = flesh_team_agree(team, status);
   if (!status) flesh_adaptive_energy_tolerate(&self->energy, self->options.tolerance);
-  if (!status) status = flesh_team_agree(team, make_sundials(self));
-  if (!status) status = initialise(self);
+  if (!status) status = flesh_team_agree(team, initialise(self));
   if (status) {
     flesh_adaptive_destroy(&self);
     return status;

@@ -65,7 +65,7 @@ static int find_power(const flesh_adaptive_energy *self, double from, double to,
 {
   flesh_ida_problem *problem = self->problem;
   const flesh_evaluation *e = &problem->evaluation;
-  const int own = 3 * flesh_team_own(e->team, e->n / 3), forces = self->watch->kinds & FLESH_WORK_OF_FORCES;
+  const int own = e->own, forces = self->watch->kinds & FLESH_WORK_OF_FORCES;
   double work = 0;
   *power = 0;
   if (IDAGetDky(self->ida, t, 0, self->y) || IDAGetDky(self->ida, t, 1, self->yp))

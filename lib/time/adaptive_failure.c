@@ -18,12 +18,7 @@ static int worst_node(struct flesh_adaptive *self)
     double share = fabs(errors[d]) / atol[d];
     if (share > largest) largest = share, worst = d % self->n;
   }
-  if (!self->team) return worst / 3;
-  double most = largest, node;
-  flesh_team_largest(self->team, 1, &most);
-  node = largest == most ? self->team->numbers[worst / 3] : -1;
-  flesh_team_largest(self->team, 1, &node);
-  return (int)node;
+  return (int)flesh_team_argmax(self->team, &largest, self->team ? self->team->numbers[worst / 3] : worst / 3);
 }
 
 void flesh_adaptive_record_failure(struct flesh_adaptive *self, double t, const double *x, int status)

@@ -13,9 +13,9 @@
 
 enum { POINTS = FLESH_EXTRAPOLATION_POINTS };
 
-int flesh_extrapolation_create(int n, flesh_threads *threads, flesh_extrapolation *self)
+int flesh_extrapolation_create(int n, int own, flesh_threads *threads, flesh_extrapolation *self)
 {
-  *self = (flesh_extrapolation){.n = n, .threads = threads};
+  *self = (flesh_extrapolation){.n = n, .own = own, .threads = threads};
   size_t apart;
   self->memory = flesh_huge_pages_vectors(POINTS, (size_t)n, &apart);
   if (!self->memory) return flesh_fail(FLESH_ERR_MEMORY, "no memory for displacements of %d unknowns", n);
@@ -162,7 +162,6 @@ int flesh_extrapolation_guess(const flesh_extrapolation *self, long serial, doub
 typedef struct memory {
   flesh_extrapolation *self;
   const double *u;
-  int own; /* numbers that sums take in */
   double products[FLESH_PARALLEL_PARTS_MAX][POINTS];
 } memory;
 
@@ -172,7 +171,7 @@ static void remember_part(void *data, int k, int begin, int end)
   memory *m = data;
   double **u = m->self->u;
   memcpy(u[0] + begin, m->u + begin, (size_t)(end - begin) * sizeof *m->u);
-  const int own = begin > m->own ? begin : end < m->own ? end : m->own; /* the end of this rank's own */
+  const int all = m->self->own, own = begin > all ? begin : end < all ? end : all; /* the end of this rank's own */
   for (int i = 0; i < m->self->known; i++) m->products[k][i] = flesh_dot_of_part(u[0], u[i], begin, own);
 }
 
@@ -185,15 +184,13 @@ void flesh_extrapolation_remember(flesh_extrapolation *self, const double *u, lo
     memcpy(self->products[i] + 1, self->products[i - 1], (POINTS - 1) * sizeof *self->products[i]);
   self->u[0] = oldest;
   if (self->known < POINTS) self->known++;
-  const flesh_team *team = flesh_threads_team(self->threads);
-  memory m = {.self = self, .u = u, .own = 3 * flesh_team_own(team, self->n / 3)};
+  memory m = {.self = self, .u = u};
   const int parts = flesh_parallel_parts(self->threads, self->n, remember_part, &m);
-  for (int i = 0; i < self->known; i++) {
-    double product = 0;
-    for (int k = 0; k < parts; k++) product += m.products[k][i];
-    flesh_team_sum(team, 1, &product);
-    self->products[0][i] = self->products[i][0] = product;
-  }
+  double sums[POINTS] = {0};
+  for (int i = 0; i < self->known; i++)
+    for (int k = 0; k < parts; k++) sums[i] += m.products[k][i];
+  flesh_team_sum(flesh_threads_team(self->threads), self->known, sums);
+  for (int i = 0; i < self->known; i++) self->products[0][i] = self->products[i][0] = sums[i];
   self->serial = serial;
   self->t = t;
   self->h = h;

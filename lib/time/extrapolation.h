@@ -13,7 +13,8 @@ enum { FLESH_EXTRAPOLATION_POINTS = 7 };
 /* Displacements over the last steps, of one length and each easily solved. */
 typedef struct flesh_extrapolation {
   flesh_threads *threads;
-  int n, known; /* how many, newest first */
+  int n, own;   /* numbers of each, and those that products are of: this rank's own */
+  int known;    /* how many, newest first */
   double t, h;  /* of the newest; s */
   double *u[FLESH_EXTRAPOLATION_POINTS]; /* [n] each, m */
   double *memory; /* [POINTS * n] where all of u lie, in changing order */
@@ -22,7 +23,7 @@ typedef struct flesh_extrapolation {
 } flesh_extrapolation;
 
 /* `threads` (may be NULL) is borrowed. */
-int flesh_extrapolation_create(int n, flesh_threads *threads, flesh_extrapolation *self);
+int flesh_extrapolation_create(int n, int own, flesh_threads *threads, flesh_extrapolation *self);
 void flesh_extrapolation_clear(flesh_extrapolation *self);
 
 void flesh_extrapolation_archive(flesh_extrapolation *self, flesh_archive *archive);

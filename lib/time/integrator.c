@@ -44,16 +44,35 @@ static int create_memory(flesh_integrator *self)
   }
   double *all = flesh_huge_pages_vectors(count, (size_t)self->evaluation->n, &apart);
   for (size_t k = 0; all && k < count; k++) *vectors[k] = all + k * apart;
-  int failed = !all;
-  int status = flesh_rigid_parts_create(system, &first->parts);
-  if (status) return status;
-  if (first->parts.count > 1) failed |= !(first->constrained = calloc((size_t)self->evaluation->n + 1, 1));
   self->costs.effects =
       calloc((size_t)flesh_system_effect_count(system) + 1, sizeof *self->costs.effects);
   self->energies = calloc((size_t)flesh_system_effect_count(system) + 1, sizeof *self->energies);
-  if (failed || !self->costs.effects || !self->energies)
+  if (!all || !self->costs.effects || !self->energies)
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->evaluation->n);
-  return second ? flesh_prescribed_create(system, &self->prescribed) : FLESH_OK;
+  int status = flesh_evaluation_keep_state(self->evaluation);
+  if (!status && second) status = flesh_prescribed_create(system, &self->prescribed);
+  if (!status && self->row->stage)
+    status = flesh_extrapolation_create(self->evaluation->n, self->evaluation->own, self->evaluation->threads,
+                                        &first->extrapolation);
+  if (!status) status = flesh_energy_watch_create(self->evaluation, &self->watch);
+  return status ? status : flesh_internals_create(system, &self->internals);
+}
+
+/* Makes what ranks make together: each of these fails on all of them or none. */
+static int create_together(flesh_integrator *self)
+{
+  const flesh_system *system = self->evaluation->system;
+  int status = flesh_rigid_parts_create(system, &self->first.parts);
+  if (!status)
+    status = flesh_continuation_create(self->nonlinear, &self->multipliers, self->start, &self->continuation);
+  if (!status) status = flesh_recovery_create(system, &self->options, &self->recovery);
+  if (!status) status = flesh_multipliers_create(system, &self->options, &self->multipliers);
+  if (!status && is_adaptive(self->method))
+    status = flesh_adaptive_create(self->evaluation, &self->options, &self->watch, &self->adaptive);
+  self->watch.limit = max_energy_gain;
+  self->evaluation->environment.costs = &self->costs;
+  if (self->adaptive) flesh_adaptive_set_costs(self->adaptive, &self->costs);
+  return status;
 }
 
 int flesh_integrator_create(const flesh_system *system, flesh_method method,
@@ -64,44 +83,27 @@ int flesh_integrator_create(const flesh_system *system, flesh_method method,
   FLESH_NEED({system, "system"}, {options, "options"});
   const flesh_method_row *row = flesh_method_find(method);
   if (!row) return flesh_fail(FLESH_ERR_ARGUMENT, "there is no integration method %d", (int)method);
+  flesh_nonlinear *nonlinear;
+  int status = flesh_nonlinear_create(system, options, &nonlinear);
+  if (status) return status;
   flesh_integrator *self = calloc(1, sizeof *self);
-  const flesh_team *team = flesh_system_team(system);
-  int status = flesh_team_agree(team, self ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for an integrator"));
-  if (status) {
-    free(self);
-    return status;
+  if (self) {
+    self->method = method;
+    /* Until the motion is slow. */
+    self->row = method == FLESH_METHOD_EULER_THEN_ADAPTIVE ? &flesh_method_backward_euler : row;
+    self->options = *options;
+    self->nonlinear = nonlinear;
+    self->evaluation = flesh_nonlinear_evaluation(nonlinear);
+    status = create_memory(self);
+  } else {
+    flesh_nonlinear_destroy(&nonlinear);
+    status = flesh_fail(FLESH_ERR_MEMORY, "no memory for an integrator");
   }
-  self->method = method;
-  /* Until the motion is slow. */
-  self->row = method == FLESH_METHOD_EULER_THEN_ADAPTIVE ? &flesh_method_backward_euler : row;
-  self->options = *options;
-  status = flesh_nonlinear_create(system, options, &self->nonlinear);
-  if (!status) {
-    self->evaluation = flesh_nonlinear_evaluation(self->nonlinear);
-    status = flesh_team_agree(team, flesh_evaluation_keep_state(self->evaluation));
-  }
-  if (!status) status = flesh_team_agree(team, create_memory(self));
-  if (!status && self->row->stage)
-    status = flesh_extrapolation_create(self->evaluation->n, self->evaluation->threads, &self->first.extrapolation);
-  status = flesh_team_agree(team, status);
-  if (!status) status = flesh_continuation_create(self->nonlinear, &self->multipliers, self->start, &self->continuation);
-  if (!status) status = flesh_recovery_create(system, options, &self->recovery);
-  if (!status) status = flesh_energy_watch_create(self->evaluation, &self->watch);
-  status = flesh_team_agree(team, status);
-  if (!status) status = flesh_multipliers_create(system, options, &self->multipliers);
-  if (!status) status = flesh_internals_create(system, &self->internals);
-  status = flesh_team_agree(team, status);
-  if (!status && is_adaptive(method)) status = flesh_adaptive_create(self->evaluation, options, &self->watch, &self->adaptive);
-  status = flesh_team_agree(team, status);
-  if (status) {
-    flesh_integrator_destroy(&self);
-    return status;
-  }
-  self->watch.limit = max_energy_gain;
-  self->evaluation->environment.costs = &self->costs;
-  if (self->adaptive) flesh_adaptive_set_costs(self->adaptive, &self->costs);
+  status = flesh_team_agree(flesh_system_team(system), status);
+  if (!status) status = create_together(self);
+  if (status) flesh_integrator_destroy(&self);
   *integrator = self;
-  return FLESH_OK;
+  return status;
 }
 
 flesh_costs *flesh_integrator_costs(flesh_integrator *integrator) { return &integrator->costs; }
@@ -122,7 +124,6 @@ void flesh_integrator_destroy(flesh_integrator **integrator)
   flesh_energy_watch_clear(&(*integrator)->watch);
   flesh_multipliers_clear(&(*integrator)->multipliers);
   flesh_internals_clear(&(*integrator)->internals);
-  free((*integrator)->first.constrained);
   free(*integrator);
   *integrator = NULL;
 }
@@ -163,7 +164,7 @@ size_t flesh_integrator_memory(const flesh_integrator *self)
   const int vectors = 5 + self->row->vectors + (self->last_stage.at.x ? 2 : 0) + (self->lag.x ? 3 : 0) +
                       (first->extrapolation.n ? FLESH_EXTRAPOLATION_POINTS : 0);
   return sizeof *self + (size_t)vectors * n * sizeof(double) +
-         n * ((2 * sizeof(int) + sizeof(double)) / 3 + (first->constrained ? 1 : 0)) +
+         n * ((2 * sizeof(int) + sizeof(double)) / 3 + (first->parts.constrained ? 1 : 0)) +
          flesh_prescribed_memory(&self->prescribed) + flesh_nonlinear_memory(self->nonlinear) +
          flesh_energy_watch_memory(&self->watch) + flesh_recovery_memory(&self->recovery) +
          flesh_continuation_memory(&self->continuation) +

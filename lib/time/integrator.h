@@ -21,7 +21,6 @@
 typedef struct flesh_first_iterates {
   flesh_extrapolation extrapolation; /* of steps that are not adaptive */
   flesh_rigid_parts parts;
-  uint8_t *constrained;         /* [n] constrained dofs, where there are several parts */
   double *extrapolated, *rigid; /* [n] displacements over a step */
 } flesh_first_iterates;
 

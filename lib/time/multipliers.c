@@ -45,14 +45,11 @@ int flesh_multipliers_create(const flesh_system *system, const flesh_solver_opti
   const flesh_mesh *mesh = flesh_system_mesh(system);
   const flesh_point rest = flesh_point_at(0, flesh_mesh_positions(mesh), self->u, self->u);
   status = flesh_system_constraint_gaps(system, &rest, self->gaps, self->stiffness);
-  status = flesh_team_agree(self->team, status);
   if (status) return status;
   self->softest = INFINITY;
   for (int k = 0; k < self->count; k++)
     if (self->stiffness[k] > 0) self->softest = fmin(self->softest, self->stiffness[k]);
-  self->softest = -self->softest; /* the least of all ranks */
-  flesh_team_largest(self->team, 1, &self->softest);
-  self->softest = -self->softest;
+  self->softest = flesh_team_least(self->team, self->softest);
   self->inertia = flesh_system_inertia_modulus(system, self->x, self->u);
   return FLESH_OK;
 }
@@ -91,7 +88,6 @@ static int find_gaps(flesh_multipliers *self, const flesh_stage *stage, const fl
   int status = flesh_system_constraint_gaps(self->system, &point, self->gaps, NULL);
   *largest = 0;
   for (int k = 0; k < self->count; k++) *largest = fmax(*largest, fabs(self->gaps[k]));
-  status = flesh_team_agree(self->team, status);
   flesh_team_largest(self->team, 1, largest);
   return status || *largest < INFINITY ? status : FLESH_NONFINITE;
 }
@@ -149,7 +145,7 @@ int flesh_multipliers_accept(flesh_multipliers *self, flesh_nonlinear *nonlinear
   for (int k = 0; k < self->count; k++)
     state->multipliers[k] = self->trial[k] + stage->penalty * self->stiffness[k] * self->lag[k];
   self->goes_on = 1;
-  return flesh_team_agree(self->team, status);
+  return status;
 }
 
 void flesh_multipliers_forget(flesh_multipliers *self) { self->goes_on = 0; }

@@ -16,6 +16,7 @@ typedef struct flesh_rigid_parts {
   const flesh_team *team; /* of the system, whose sums over nodes are those of all ranks; NULL: none */
   int own;                /* nodes that count in them, the first ones */
   int *part; /* [nodes] whose each is, where it is used */
+  uint8_t *constrained; /* [3*nodes] room for the constrained dofs; NULL: there is one part */
   double *extent; /* [count] m, mean distance of a part's nodes from its centre of mass at rest */
 } flesh_rigid_parts;
 

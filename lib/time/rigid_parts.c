@@ -10,23 +10,18 @@
 #include "system/ranks.h"
 #include "time/rigid_guess.h"
 
-/* Mass of every node, by the force that a unit acceleration takes; ones where there is no inertia. */
-static int weigh(const flesh_system *system, double *mass)
+/* Mass of every node, by the force that a unit acceleration takes; ones where there is no inertia. `room` [6*nodes] is
+ * zeros. */
+static void weigh(const flesh_system *system, double *room, double *mass)
 {
   const flesh_mesh *mesh = flesh_system_mesh(system);
   const int nodes = flesh_mesh_node_count(mesh);
-  double *a = calloc(3 * (size_t)nodes + 1, sizeof *a), *r = calloc(3 * (size_t)nodes + 1, sizeof *r);
-  int status = a && r ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for the masses of %d nodes", nodes);
-  status = flesh_team_agree(flesh_system_team(system), status);
-  for (int i = 0; i < nodes && !status; i++) a[3 * i] = mass[i] = 1;
+  double *a = room, *r = room + 3 * (size_t)nodes;
+  for (int i = 0; i < nodes; i++) a[3 * i] = mass[i] = 1;
   const flesh_point point = flesh_point_at(0, flesh_mesh_positions(mesh), a, a);
   const unsigned inertia = FLESH_ROLE_BIT(FLESH_ROLE_INERTIA);
-  if (!status && flesh_system_has_role(system, FLESH_ROLE_INERTIA) &&
-      !flesh_system_roles_residual(system, inertia, &point, r))
+  if (flesh_system_has_role(system, FLESH_ROLE_INERTIA) && !flesh_system_roles_residual(system, inertia, &point, r))
     for (int i = 0; i < nodes; i++) mass[i] = r[3 * i];
-  free(a);
-  free(r);
-  return status;
 }
 
 /* Numbers the parts of this mesh, of nodes that are of tets, as their least nodes ascend; the others get -1. Returns how
@@ -64,37 +59,32 @@ static void spread_labels(const flesh_team *team, int all, const int *own, const
   }
 }
 
-/* The parts of the body in place of those `count` of this rank, in part [nodes]. Returns how many; FLESH_ERR_MEMORY. */
-static int number_in_team(const flesh_team *team, int count, int *part)
+/* The parts of the body in place of those `count` of this rank, in part [nodes]. Returns how many; FLESH_ERR_MEMORY.
+ * `room` [nodes+ranks] is zeros. */
+static int number_in_team(const flesh_team *team, int count, double *room, int *part)
 {
-  double *counts = calloc((size_t)team->ranks + 1, sizeof *counts);
-  double *owners = malloc(((size_t)team->nodes + 1) * sizeof *owners), *label = NULL;
-  int *number = NULL, all = 0, first = 0, parts = 0;
-  int status = flesh_team_agree(team, counts && owners ? FLESH_OK : FLESH_ERR_MEMORY);
-  if (!status) {
-    counts[team->rank] = count;
-    flesh_team_sum(team, team->ranks, counts);
-    for (int r = 0; r < team->ranks; r++) {
-      first += r < team->rank ? (int)counts[r] : 0;
-      all += (int)counts[r];
-    }
-    label = malloc(2 * ((size_t)all + 1) * sizeof *label);
-    number = calloc((size_t)all + 1, sizeof *number);
-    status = flesh_team_agree(team, label && number ? FLESH_OK : FLESH_ERR_MEMORY);
+  double *owners = room, *counts = room + team->nodes;
+  int all = 0, first = 0, parts = 0;
+  counts[team->rank] = count;
+  flesh_team_sum(team, team->ranks, counts);
+  for (int r = 0; r < team->ranks; r++) {
+    first += r < team->rank ? (int)counts[r] : 0;
+    all += (int)counts[r];
   }
+  double *label = malloc(2 * ((size_t)all + 1) * sizeof *label);
+  int *number = calloc((size_t)all + 1, sizeof *number);
+  const int status = flesh_team_agree(team, label && number ? FLESH_OK : FLESH_ERR_MEMORY);
   if (!status) {
     for (int i = 0; i < team->nodes; i++) {
       if (part[i] >= 0) part[i] += first;
       owners[i] = part[i];
     }
-    team->operations->share(team->data, &(flesh_team_vector){1, 1, NULL, owners, 0});
+    flesh_team_share_nodes(team, 1, owners);
     spread_labels(team, all, part, owners, label);
     for (int p = 0; p < all; p++) /* the least piece of a part comes first */
       number[p] = label[p] == -p ? parts++ : number[(int)-label[p]];
     for (int i = 0; i < team->nodes; i++) part[i] = number[part[i] >= 0 ? part[i] : (int)owners[i]];
   }
-  free(counts);
-  free(owners);
   free(label);
   free(number);
   return status ? status : parts;
@@ -116,31 +106,35 @@ int flesh_rigid_parts_create(const flesh_system *system, flesh_rigid_parts *part
   const flesh_team *team = flesh_system_team(system);
   const size_t nodes = (size_t)flesh_mesh_node_count(mesh);
   int *parent = malloc((nodes + 1) * sizeof *parent);
+  double *room = calloc(7 * nodes + (size_t)(team ? team->ranks : 0) + 1, sizeof *room);
   *parts = (flesh_rigid_parts){.nodes = malloc((nodes + 1) * sizeof(int)),
                                .mass = malloc((nodes + 1) * sizeof(double)),
                                .mesh = mesh,
                                .team = team,
-                               .own = flesh_team_own(team, (int)nodes),
+                               .own = team ? team->own : (int)nodes,
                                .part = malloc((nodes + 1) * sizeof(int))};
-  int status = parent && parts->nodes && parts->mass && parts->part ? FLESH_OK : FLESH_ERR_MEMORY;
+  int status = parent && room && parts->nodes && parts->mass && parts->part ? FLESH_OK : FLESH_ERR_MEMORY;
   status = flesh_team_agree(team, status);
   if (!status) parts->count = number_parts(mesh, parent, parts->part);
-  if (!status && team) parts->count = number_in_team(team, parts->count, parts->part);
-  free(parent);
+  if (!status && team) parts->count = number_in_team(team, parts->count, room + 6 * nodes, parts->part);
   if (parts->count < 0) status = parts->count;
   if (!status) {
     parts->first = calloc((size_t)parts->count + 2, sizeof *parts->first);
     parts->extent = malloc(((size_t)parts->count + 1) * sizeof *parts->extent);
-    status = flesh_team_agree(team, parts->first && parts->extent ? FLESH_OK : FLESH_ERR_MEMORY);
+    if (parts->count > 1) parts->constrained = calloc(3 * nodes + 1, 1);
+    const int enough = parts->first && parts->extent && (parts->constrained || parts->count < 2);
+    status = flesh_team_agree(team, enough ? FLESH_OK : FLESH_ERR_MEMORY);
   }
-  if (status) {
+  if (!status) {
+    list_nodes((int)nodes, parts);
+    weigh(system, room, parts->mass);
+    flesh_rigid_parts_measure(parts);
+  } else {
     flesh_rigid_parts_clear(parts);
-    return flesh_fail(status, "no memory for the parts of %d nodes", (int)nodes);
   }
-  list_nodes((int)nodes, parts);
-  status = flesh_team_agree(team, weigh(system, parts->mass));
-  if (!status) flesh_rigid_parts_measure(parts);
-  return status;
+  free(parent);
+  free(room);
+  return status ? flesh_fail(status, "no memory for the parts of %d nodes", (int)nodes) : FLESH_OK;
 }
 
 void flesh_rigid_parts_clear(flesh_rigid_parts *parts)
@@ -150,5 +144,6 @@ void flesh_rigid_parts_clear(flesh_rigid_parts *parts)
   free(parts->mass);
   free(parts->part);
   free(parts->extent);
+  free(parts->constrained);
   *parts = (flesh_rigid_parts){0};
 }

@@ -67,8 +67,9 @@ static int watch_open(watch *w)
                    : flesh_fail(FLESH_ERR_MEMORY, "run: out of memory");
   status = flesh_team_agree(w->team, status);
   if (status) return status;
-  flesh_team_sum(w->team, (int)effects, w->rest_energies);
-  flesh_team_sum(w->team, 1, &w->rest_volume);
+  w->rest_energies[effects] = w->rest_volume; /* summed up with them */
+  flesh_team_sum(w->team, (int)effects + 1, w->rest_energies);
+  w->rest_volume = w->rest_energies[effects];
   return FLESH_OK;
 }
 
@@ -83,17 +84,14 @@ static void look_at_shape(watch *w, const flesh_state *state, flesh_step_record 
   record->J_min_tet = m.J_min_tet;
   record->J_bound = m.J_bound;
   if (!w->team) return;
-  double sums[2] = {m.volume, m.inverted}, least[2] = {-m.J_min, -m.J_bound}, tet;
+  double sums[2] = {m.volume, m.inverted}, most = -m.J_min;
   flesh_team_sum(w->team, 2, sums);
-  flesh_team_largest(w->team, 2, least);
-  /* The first of several tets with that J counts, as on one rank. */
-  tet = -m.J_min == least[0] || isnan(m.J_min) ? -w->team->tets[m.J_min_tet] : -INFINITY;
-  flesh_team_largest(w->team, 1, &tet);
   record->volume = sums[0];
   record->inverted = (int)sums[1];
-  record->J_min = -least[0];
-  record->J_min_tet = (int)-tet;
-  record->J_bound = -least[1];
+  /* The first of several tets with that J counts, as on one rank. */
+  record->J_min_tet = (int)-flesh_team_argmax(w->team, &most, -w->team->tets[m.J_min_tet]);
+  record->J_min = -most;
+  record->J_bound = flesh_team_least(w->team, m.J_bound);
 }
 
 /* At `at`, with the multipliers and internal variables of the step's end. */
@@ -164,8 +162,7 @@ static int is_finite(const watch *w, const flesh_state *state)
 {
   double sum = 0; /* one overflow, infinity or NaN stays in it */
   for (int d = 0; d < flesh_system_unknowns(w->system); d++) sum += 0 * state->x[d] + 0 * state->v[d];
-  flesh_team_sum(w->team, 1, &sum);
-  return sum == 0;
+  return flesh_team_total(w->team, sum) == 0;
 }
 
 /* A step that failed because a prescribed node would have to enter an obstacle says so; the others are put where they

@@ -13,14 +13,15 @@ int flesh_step_energy_begin(flesh_energy_watch *watch, const flesh_prescribed *p
 {
   const flesh_point point = flesh_energy_watch_point(watch, t, state, a);
   const flesh_team *team = flesh_system_team(watch->system);
-  double power = 0, moves = 0, work;
+  double power = 0, work;
+  int moves = 0;
   int status = FLESH_OK;
-  for (int d = 0; d < watch->n; d++) moves = prescribed->fixed[d] && state->v[d] != 0 ? 1 : moves;
-  flesh_team_largest(team, 1, &moves);
-  if (moves > 0) status = flesh_system_residual(watch->system, &point, r);
-  for (int d = 0; d < 3 * flesh_team_own(team, watch->n / 3) && moves > 0 && !status; d++)
+  for (int d = 0; d < watch->n; d++) moves |= prescribed->fixed[d] && state->v[d] != 0;
+  moves = flesh_team_any(team, moves);
+  if (moves) status = flesh_system_residual(watch->system, &point, r);
+  for (int d = 0; d < watch->evaluation->own && moves && !status; d++)
     if (prescribed->fixed[d]) power += r[d] * state->v[d];
-  flesh_team_sum(team, 1, &power);
+  power = flesh_team_total(team, power);
   if (!status && watch->kinds & FLESH_WORK_OF_FORCES) {
     status = flesh_system_work_of_forces(watch->system, &point, t, t + h, NULL, watch->scratch, &work);
     power += work / h;
@@ -36,8 +37,7 @@ static double work_at_end(const flesh_step_energy *step, const flesh_state *stat
 {
   const flesh_system *system = step->watch->system;
   const double h = step->to - step->from;
-  const flesh_team *team = flesh_system_team(system);
-  const int own = 3 * flesh_team_own(team, step->watch->n / 3);
+  const int own = step->watch->evaluation->own;
   double sums[4] = {0}, *const *x = step->scratch; /* of the work, u.u, u.v, v.v */
   for (int k = 0; k < 2; k++) {
     memcpy(x[k], state->x, (size_t)step->watch->n * sizeof *x[k]);
@@ -50,7 +50,7 @@ static double work_at_end(const flesh_step_energy *step, const flesh_state *stat
     sums[0] += reactions[k] * v;
     sums[1] += u[d] * u[d], sums[2] += u[d] * v, sums[3] += v * v;
   }
-  flesh_team_sum(team, 4, sums);
+  flesh_team_sum(flesh_system_team(system), 4, sums);
   *cosine = sums[3] > 0 ? sums[2] / sqrt(sums[1] * sums[3]) : 1;
   return sums[0];
 }
@@ -63,8 +63,7 @@ int flesh_step_energy_count(const flesh_step_energy *step, const flesh_state *st
   const flesh_stage *stage = step->stage;
   const double *u = flesh_nonlinear_unknowns(step->nonlinear), h = step->to - step->from;
   const int *constrained;
-  const flesh_team *team = flesh_system_team(watch->system);
-  const int own = 3 * flesh_team_own(team, watch->n / 3);
+  const int own = watch->evaluation->own;
   double sums[2] = {0}, part = 0; /* of the work, and of dofs that move */
   int count, status = FLESH_OK;
   const double *reactions = flesh_nonlinear_reactions(step->nonlinear, &constrained, &count);
@@ -73,7 +72,7 @@ int flesh_step_energy_count(const flesh_step_energy *step, const flesh_state *st
     sums[1] += u[d] != 0;
     sums[0] += reactions[k] * (step->second ? h * (stage->v0[d] + stage->shift.v * u[d]) : u[d]);
   }
-  flesh_team_sum(team, 2, sums);
+  flesh_team_sum(flesh_system_team(watch->system), 2, sums);
   double work = sums[0];
   watch->turned = 0;
   if (sums[1] > 0 && !step->second) {

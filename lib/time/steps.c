@@ -99,17 +99,17 @@ static void make_guesses(flesh_integrator *self, const flesh_method_row *row, co
   const flesh_evaluation *evaluation = self->evaluation;
   flesh_first_iterates *first = &self->first;
   const int nearest = row == &flesh_method_backward_euler;
-  double holds = flesh_system_holds(evaluation->system, stage->t); /* on any rank */
+  const int holds = flesh_team_any(evaluation->team, flesh_system_holds(evaluation->system, stage->t));
   int count = 0;
-  flesh_team_largest(evaluation->team, 1, &holds);
   if (flesh_uses(&self->options, FLESH_TECHNIQUE_EXTRAPOLATION) &&
       flesh_extrapolation_guess(&first->extrapolation, evaluation->serial, state->t, h, first->extrapolated)) {
     flesh_nonlinear_go_on(self->nonlinear);
     guesses[count++] = first->extrapolated;
   }
-  if (holds > 0 && first->constrained) flesh_system_fixed(evaluation->system, stage->t, first->constrained);
-  if (flesh_uses(&self->options, FLESH_TECHNIQUE_RIGID_GUESS) && !(holds > 0 && !first->constrained) &&
-      flesh_rigid_guess(&first->parts, holds > 0 ? first->constrained : NULL, state, h, nearest, first->rigid))
+  uint8_t *constrained = first->parts.constrained; /* of several parts */
+  if (holds && constrained) flesh_system_fixed(evaluation->system, stage->t, constrained);
+  if (flesh_uses(&self->options, FLESH_TECHNIQUE_RIGID_GUESS) && !(holds && !constrained) &&
+      flesh_rigid_guess(&first->parts, holds ? constrained : NULL, state, h, nearest, first->rigid))
     guesses[count++] = first->rigid;
   guesses[count] = NULL;
 }

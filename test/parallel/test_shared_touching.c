@@ -206,7 +206,10 @@ static void open_matrices(double moved, matrices *m)
   make_matrix(&m->alone, m->alone.state.x, &m->proximity[0], &m->K[0]);
   make_matrix(&m->shared, m->shared.state.x, &m->proximity[1], &m->K[1]);
   m->team = flesh_system_team(m->shared.system);
-  CHECK_OK(flesh_overlap_narrow(m->K[1], m->team, &m->narrow));
+  uint8_t *needed = calloc((size_t)m->K[1]->rows + 1, 1);
+  CHECK(needed != NULL);
+  CHECK_OK(flesh_overlap_narrow(m->K[1], m->team, needed, &m->narrow));
+  free(needed);
   CHECK(m->team->ranks == 1 || m->narrow != m->team);
 }
 

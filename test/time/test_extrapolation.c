@@ -29,7 +29,7 @@ static void parabolas_are_exact(void)
   const double h = 0.1;
   double v[N], u[N];
   flesh_extrapolation e;
-  CHECK_OK(flesh_extrapolation_create(N, NULL, &e));
+  CHECK_OK(flesh_extrapolation_create(N, N, NULL, &e));
   CHECK(!flesh_extrapolation_guess(&e, STATE, 0, h, u));
   for (int k = 1; k <= 5; k++) {
     find_velocities(k * h, v);
@@ -54,7 +54,7 @@ static void vibrations_are_predicted(void)
   const double h = 0.1;
   double v[N], u[N];
   flesh_extrapolation e;
-  CHECK_OK(flesh_extrapolation_create(N, NULL, &e));
+  CHECK_OK(flesh_extrapolation_create(N, N, NULL, &e));
   for (int k = 1; k <= 40; k++) {
     const double t = k * h, quick = k < 20 ? 9 : 6;
     double next[N];

@@ -93,33 +93,6 @@ static void list_mine(const flesh_shared_edges *self, const edge *edges, uint8_t
   }
 }
 
-/* So many numbers for each entry of a rank. */
-static void exchange(const flesh_shared_edges *self, int width, const int *out, const int *in, const double *sent,
-                     double *received)
-{
-  const flesh_team *team = self->team;
-  for (int r = 0; r < team->reach.count; r++)
-    self->messages[r] = (flesh_team_message){team->reach.ranks[r], width * (out[r + 1] - out[r]),
-                                             width * (in[r + 1] - in[r]), sent + (size_t)width * (size_t)out[r],
-                                             received + (size_t)width * (size_t)in[r]};
-  team->operations->exchange_begin(team->data, team->reach.count, self->messages);
-  team->operations->exchange_end(team->data);
-}
-
-/* How many edges each rank tells of. `counts` [2*ranks] is room. */
-static void exchange_counts(const flesh_shared_edges *self, double *counts, telling *t)
-{
-  const flesh_team *team = self->team;
-  const int ranks = team->reach.count;
-  for (int r = 0; r < ranks; r++) {
-    counts[r] = t->first_mine[r + 1] - t->first_mine[r];
-    self->messages[r] = (flesh_team_message){team->reach.ranks[r], 1, 1, counts + r, counts + ranks + r};
-  }
-  team->operations->exchange_begin(team->data, ranks, self->messages);
-  team->operations->exchange_end(team->data);
-  for (int r = 0; r < ranks; r++) t->first_theirs[r + 1] = t->first_theirs[r] + (int)counts[ranks + r];
-}
-
 static edge told(const double *pairs, int k) { return (edge){.low = (int)pairs[2 * k], .high = (int)pairs[2 * k + 1]}; }
 
 /* The edges that both this rank and another have: both sides find the same ones, in the same order. */
@@ -148,14 +121,13 @@ static int find_common(flesh_shared_edges *self, const edge *edges, uint8_t *mar
 {
   const size_t ranks = (size_t)self->team->reach.count;
   self->first = flesh_calloc(ranks + 1, sizeof *self->first);
-  self->messages = flesh_malloc((ranks + 1) * sizeof *self->messages);
   t->first_mine = flesh_calloc(ranks + 1, sizeof *t->first_mine);
   t->first_theirs = flesh_calloc(ranks + 1, sizeof *t->first_theirs);
   t->received = flesh_malloc((2 * ranks + 1) * sizeof *t->received);
-  int status = agree(self->team, self->first && self->messages && t->first_mine && t->first_theirs && t->received);
+  int status = agree(self->team, self->first && t->first_mine && t->first_theirs && t->received);
   if (status) return status;
   list_mine(self, edges, marks, t);
-  exchange_counts(self, t->received, t);
+  flesh_exchange_counts(self->team, t->first_mine, t->received, t->first_theirs);
   flesh_free(t->received);
   const size_t mine = (size_t)t->first_mine[ranks], theirs = (size_t)t->first_theirs[ranks];
   t->mine = flesh_malloc((mine + 1) * sizeof *t->mine);
@@ -167,7 +139,7 @@ static int find_common(flesh_shared_edges *self, const edge *edges, uint8_t *mar
   status = agree(self->team, t->mine && t->sent && t->received && self->place && self->sent && self->received);
   if (status) return status;
   list_mine(self, edges, marks, t);
-  exchange(self, 2, t->first_mine, t->first_theirs, t->sent, t->received);
+  flesh_exchange_now(self->team, &(flesh_exchange){2, t->first_mine, t->first_theirs, t->sent, t->received});
   meet(self, t);
   return FLESH_OK;
 }
@@ -201,7 +173,6 @@ void flesh_shared_edges_clear(flesh_shared_edges *self)
   flesh_free(self->place);
   flesh_free(self->sent);
   flesh_free(self->received);
-  flesh_free(self->messages);
   flesh_team_narrow_end(&self->team);
   memset(self, 0, sizeof *self);
 }
@@ -211,7 +182,7 @@ size_t flesh_shared_edges_memory(const flesh_shared_edges *self)
   if (!self->team) return 0;
   const size_t ranks = (size_t)self->team->reach.count, common = (size_t)self->first[ranks];
   return (size_t)self->count * (2 * sizeof(int) + sizeof(double)) + common * (sizeof(int) + 2 * sizeof(double)) +
-         (ranks + 1) * (sizeof(int) + sizeof *self->messages);
+         (ranks + 1) * sizeof(int);
 }
 
 static void add(const flesh_shared_edges *self, int from_rank, int until_rank, double *numbers)
@@ -224,7 +195,7 @@ void flesh_shared_edges_sum(const flesh_shared_edges *self, double *numbers)
   if (!self->team) return;
   const flesh_team_reach *reach = &self->team->reach;
   for (int k = 0; k < self->first[reach->count]; k++) self->sent[k] = numbers[self->place[k]];
-  exchange(self, 1, self->first, self->first, self->sent, self->received);
+  flesh_exchange_now(self->team, &(flesh_exchange){1, self->first, self->first, self->sent, self->received});
   memcpy(self->own, numbers, (size_t)self->count * sizeof *numbers);
   memset(numbers, 0, (size_t)self->count * sizeof *numbers);
   add(self, 0, reach->before, numbers);

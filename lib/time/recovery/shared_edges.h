@@ -15,7 +15,6 @@ typedef struct flesh_shared_edges {
   int *first, *place;     /* [ranks within reach + 1], [first[ranks]] which of them each of these ranks has, too */
   double *own;             /* [count] */
   double *sent, *received; /* [first[ranks]] */
-  flesh_team_message *messages; /* [ranks within reach] */
 } flesh_shared_edges;
 
 /* Finds the shared edges of the mesh's flat pieces (mesh/pieces.h). Collective, and fails on all ranks or none:
