@@ -1,6 +1,7 @@
 /* picture_obstacle.c: the obstacles that a body touches, as triangles. */
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/error.h"
 #include "flesh/contact.h"
@@ -94,6 +95,23 @@ double flesh_picture_plane_extent(const flesh_view *view)
   return 2.4 * view->height * fmax(1, (double)view->width_px / view->height_px);
 }
 
+static int copy_surface(const flesh_surface *surface, int *nodes, double **positions, int *triangles, int **corners)
+{
+  *nodes = flesh_surface_vertex_count(surface);
+  *triangles = flesh_surface_face_count(surface);
+  const size_t places = 3 * (size_t)*nodes * sizeof **positions, ends = 3 * (size_t)*triangles * sizeof **corners;
+  *positions = malloc(places);
+  *corners = malloc(ends);
+  if (!*positions || !*corners) {
+    free(*positions);
+    free(*corners);
+    return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  }
+  memcpy(*positions, flesh_surface_positions(surface), places);
+  memcpy(*corners, flesh_surface_corners(surface), ends);
+  return FLESH_OK;
+}
+
 int flesh_picture_obstacle(const flesh_picture_panel *panel, int k, const flesh_view *view,
                            int *nodes, double **positions, int *triangles, int **corners)
 {
@@ -102,8 +120,11 @@ int flesh_picture_obstacle(const flesh_picture_panel *panel, int k, const flesh_
   double centre[3] = {0, 0, 0}, extent = 1;
   for (int d = 0; view && d < 3; d++) centre[d] = view->target[d];
   if (view) extent = flesh_picture_plane_extent(view);
-  int status = flesh_obstacle_surface(obstacle, panel->t, centre, extent, nodes, positions,
-                                      triangles, corners);
+  flesh_surface *surface;
+  int status = flesh_obstacle_surface(obstacle, panel->t, centre, extent, &surface);
+  if (status) return status;
+  status = copy_surface(surface, nodes, positions, triangles, corners);
+  flesh_surface_destroy(&surface);
   if (status) return status;
   if (*nodes != 4 || *triangles != 2) {
     status = weld(*nodes, *positions, *triangles, *corners);

@@ -12,6 +12,24 @@ extern "C" {
 
 /* Each constructor returns a new effect that borrows `body`'s arrays and copies the rest. */
 
+/* Nodes of a mesh, by their numbers: nodes [count]. */
+typedef struct flesh_nodes {
+  int count;
+  const int *nodes;
+} flesh_nodes;
+
+/* Triangles of flesh_mesh_surface, by the numbers of their corners: corners [3*count]. */
+typedef struct flesh_triangles {
+  int count;
+  const int *corners;
+} flesh_triangles;
+
+/* A point, m at rest, and the nodes that carry it along as those of a joint do. */
+typedef struct flesh_carried_point {
+  flesh_nodes nodes;
+  double point[3];
+} flesh_carried_point;
+
 /* r = M a. Kinetic energy v.Mv/2; lumped or consistent by body->mass.
  * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_effect_inertia(const flesh_body *body, flesh_effect **effect);
@@ -156,13 +174,12 @@ FLESH_API int flesh_effect_drag(const flesh_body *body, int count, const int *tr
 FLESH_API int flesh_effect_buoyancy(const flesh_body *body, double level, double density,
                                     const double acceleration[3], flesh_effect **effect);
 
-/* Ties the surfaces `first` [3*first_count] and `second` [3*second_count], triangles of
- * flesh_mesh_surface, where they face each other at rest within `distance`, m, apart or overlapping;
- * the meshes need not match. V = stiffness/2 times the integral over the first surface of |x_1 -
- * x_2|^2, where x_2 goes with the second one's tet: no energy in affine motions, momentum and angular
- * momentum are kept. It is integrated over the common parts of the triangles: constant stress passes
- * without error; the surfaces part by traction/stiffness. `stiffness`, Pa/m; NaN: 30 times the lesser
- * of 3 mu / edge of the two sides.
+/* Ties the surfaces `first` and `second`, triangles of flesh_mesh_surface, where they face each other at
+ * rest within `distance`, m, apart or overlapping; the meshes need not match. V = stiffness/2 times the
+ * integral over the first surface of |x_1 - x_2|^2, where x_2 goes with the second one's tet: no energy
+ * in affine motions, momentum and angular momentum are kept. It is integrated over the common parts of
+ * the triangles: constant stress passes without error; the surfaces part by traction/stiffness.
+ * `stiffness`, Pa/m; NaN: 30 times the lesser of 3 mu / edge of the two sides.
  *
  * `breaks_at`, Pa: a common part of two triangles no longer holds after a step or equilibrium at whose end
  * sqrt(<t_n>^2 + t_s^2) is above that, t_n and t_s being the normal and the tangential part of its mean
@@ -171,9 +188,9 @@ FLESH_API int flesh_effect_buoyancy(const flesh_body *body, double level, double
  * released, J, the time, s, and the place at rest, m, of the first break; columns of histories are
  * broken (of the area), released (J) and traction (the largest that counts of what holds, Pa).
  * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
-FLESH_API int flesh_effect_weld(const flesh_body *body, int first_count, const int *first,
-                                int second_count, const int *second, double distance,
-                                double stiffness, double breaks_at, flesh_effect **effect);
+FLESH_API int flesh_effect_weld(const flesh_body *body, flesh_triangles first, flesh_triangles second,
+                                double distance, double stiffness, double breaks_at,
+                                flesh_effect **effect);
 
 /* The stiffness of a weld, Pa/m, and in *area (may be NULL) how much of the surfaces it ties, m^2;
  * NaN, with *area untouched, for every other effect. */
@@ -182,26 +199,24 @@ FLESH_API double flesh_effect_weld_stiffness(const flesh_effect *effect, double 
 /* The most nodes that the two groups of a joint may have together: each is coupled with every other. */
 enum { FLESH_JOINT_NODES = 2000 };
 
-/* Holds together what nodes `first` [first_count] and `second` [second_count] have at `point` [3], m,
- * at rest: V = stiffness/2 |p_1 - p_2|^2, p_k = sum of w_a x_a with weights by which affine motions of
- * the group carry p_k along exactly. NULL for `axis` [3], m: a ball joint. Otherwise a hinge: half of
- * the stiffness, N/m, at either of point - axis/2 and point + axis/2. Momentum and angular momentum
- * are kept. FLESH_ERR_ARGUMENT also where a group does not span space and the point is not in what it
- * spans. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
-FLESH_API int flesh_effect_joint(const flesh_body *body, int first_count, const int *first,
-                                 int second_count, const int *second, const double point[3],
-                                 const double axis[3], double stiffness, flesh_effect **effect);
+/* Holds together what the nodes `first` and `second` have at `point` [3], m, at rest: V = stiffness/2
+ * |p_1 - p_2|^2, p_k = sum of w_a x_a with weights by which affine motions of the group carry p_k along
+ * exactly. NULL for `axis` [3], m: a ball joint. Otherwise a hinge: half of the stiffness, N/m, at either
+ * of point - axis/2 and point + axis/2. Momentum and angular momentum are kept. FLESH_ERR_ARGUMENT also
+ * where a group does not span space and the point is not in what it spans. Errors: FLESH_ERR_ARGUMENT,
+ * FLESH_ERR_MEMORY. */
+FLESH_API int flesh_effect_joint(const flesh_body *body, flesh_nodes first, flesh_nodes second,
+                                 const double point[3], const double axis[3], double stiffness,
+                                 flesh_effect **effect);
 
-/* A spring between two points, m at rest, of which nodes `first` [first_count] carry `first_point` [3]
- * and `second` [second_count] carry `second_point` [3] as those of a joint: V = stiffness/2
+/* A spring between two points that groups of nodes carry: V = stiffness/2
  * (|p_1 - p_2| - length)^2, stiffness in N/m, length in m; NAN: the distance at rest; 0: the points are
  * drawn together. Momentum and angular momentum are kept. Where the points meet, a spring with a length
  * has no direction and no force. FLESH_ERR_ARGUMENT also for a length where the points coincide at
  * rest, and for points that their groups do not carry. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
-FLESH_API int flesh_effect_joint_spring(const flesh_body *body, int first_count, const int *first,
-                                        int second_count, const int *second,
-                                        const double first_point[3], const double second_point[3],
-                                        double stiffness, double length, flesh_effect **effect);
+FLESH_API int flesh_effect_joint_spring(const flesh_body *body, const flesh_carried_point *first,
+                                        const flesh_carried_point *second, double stiffness,
+                                        double length, flesh_effect **effect);
 
 #ifdef __cplusplus
 }

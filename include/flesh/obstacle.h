@@ -3,6 +3,7 @@
 #define FLESH_OBSTACLE_H
 
 #include "flesh/motion.h"
+#include "flesh/surface.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -35,13 +36,12 @@ FLESH_API int flesh_obstacle_move(flesh_obstacle *obstacle, const flesh_motion *
 /* NULL-safe; sets *obstacle to NULL. */
 FLESH_API void flesh_obstacle_destroy(flesh_obstacle **obstacle);
 
-/* Triangles of the obstacle's surface at time t, for pictures: new *positions [3 * *nodes] and
- * *corners [3 * *triangles], outward by the right-hand rule, which the caller frees. A plane is
- * drawn as a square of side 2*extent around the foot of `centre` [3]; both are not read
- * otherwise. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
+/* Triangles of the obstacle's surface at time t, for pictures, outward by the right-hand rule. A plane
+ * is drawn as a square of side 2*extent around the foot of `centre` [3]; both are not read otherwise.
+ * Returns new. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_obstacle_surface(const flesh_obstacle *obstacle, double t,
-                                     const double centre[3], double extent, int *nodes,
-                                     double **positions, int *triangles, int **corners);
+                                     const double centre[3], double extent,
+                                     flesh_surface **surface);
 
 #ifdef __cplusplus
 }

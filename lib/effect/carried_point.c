@@ -48,15 +48,14 @@ int flesh_carried_weights(const flesh_mesh *mesh, int count, const int *nodes, c
                     count, p[0], p[1], p[2], worst);
 }
 
-int flesh_carried_check_groups(const flesh_body *body, int first_count, const int *first, int second_count,
-                               const int *second)
+int flesh_carried_check_groups(const flesh_body *body, flesh_nodes first, flesh_nodes second)
 {
   const int nodes = flesh_mesh_node_count(body->mesh);
-  if (first_count < 1 || second_count < 1 || first_count > FLESH_JOINT_NODES - second_count)
+  if (first.count < 1 || second.count < 1 || first.count > FLESH_JOINT_NODES - second.count)
     return flesh_fail(FLESH_ERR_ARGUMENT, "a joint is given %d and %d nodes; each must have some, and both at most %d",
-                      first_count, second_count, FLESH_JOINT_NODES);
-  for (int k = 0; k < first_count + second_count; k++) {
-    const int node = k < first_count ? first[k] : second[k - first_count];
+                      first.count, second.count, FLESH_JOINT_NODES);
+  for (int k = 0; k < first.count + second.count; k++) {
+    const int node = k < first.count ? first.nodes[k] : second.nodes[k - first.count];
     if (node < 0 || node >= nodes)
       return flesh_fail(FLESH_ERR_ARGUMENT, "a joint is given node %d; the mesh has the nodes 0 to %d", node, nodes - 1);
   }
@@ -72,14 +71,13 @@ int flesh_carried_check(const char *name, const double point[3], double stiffnes
   return FLESH_OK;
 }
 
-int flesh_carried_groups_copy(int first_count, const int *first, int second_count, const int *second,
-                              flesh_carried_groups *groups)
+int flesh_carried_groups_copy(flesh_nodes first, flesh_nodes second, flesh_carried_groups *groups)
 {
-  const size_t count = (size_t)first_count + (size_t)second_count;
-  *groups = (flesh_carried_groups){{first_count, second_count}, flesh_malloc((count + 1) * sizeof *groups->nodes)};
+  const size_t count = (size_t)first.count + (size_t)second.count;
+  *groups = (flesh_carried_groups){{first.count, second.count}, flesh_malloc((count + 1) * sizeof *groups->nodes)};
   if (!groups->nodes) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a joint of %d nodes", (int)count);
-  memcpy(groups->nodes, first, (size_t)first_count * sizeof *first);
-  memcpy(groups->nodes + first_count, second, (size_t)second_count * sizeof *second);
+  memcpy(groups->nodes, first.nodes, (size_t)first.count * sizeof *first.nodes);
+  memcpy(groups->nodes + first.count, second.nodes, (size_t)second.count * sizeof *second.nodes);
   return FLESH_OK;
 }
 

@@ -8,7 +8,7 @@
 #define FLESH_EFFECT_CARRIED_POINT_H
 
 #include "effect/private.h"
-#include "flesh/effect.h"
+#include "flesh/effects.h"
 
 /* The groups of a joint that holds its surfaces together, where their points are one: those of its bond. */
 typedef struct flesh_carried_groups {
@@ -16,8 +16,7 @@ typedef struct flesh_carried_groups {
 } flesh_carried_groups;
 
 /* A copy. FLESH_ERR_MEMORY. */
-int flesh_carried_groups_copy(int first_count, const int *first, int second_count, const int *second,
-                              flesh_carried_groups *groups);
+int flesh_carried_groups_copy(flesh_nodes first, flesh_nodes second, flesh_carried_groups *groups);
 size_t flesh_carried_groups_memory(const flesh_carried_groups *groups);
 /* Their bond, which never breaks. */
 void flesh_carried_groups_bond(const flesh_carried_groups *groups, flesh_bond *bond);
@@ -27,8 +26,7 @@ void flesh_carried_groups_bond(const flesh_carried_groups *groups, flesh_bond *b
 int flesh_carried_weights(const flesh_mesh *mesh, int count, const int *nodes, const double *shares, const double p[3],
                           double sign, double *weights);
 /* FLESH_ERR_ARGUMENT for empty or large groups and nodes that the mesh has not. */
-int flesh_carried_check_groups(const flesh_body *body, int first_count, const int *first, int second_count,
-                               const int *second);
+int flesh_carried_check_groups(const flesh_body *body, flesh_nodes first, flesh_nodes second);
 /* FLESH_ERR_ARGUMENT for a point, called `name`, or a stiffness that cannot be. */
 int flesh_carried_check(const char *name, const double point[3], double stiffness);
 

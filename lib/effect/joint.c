@@ -83,34 +83,34 @@ static int check(const double point[3], const double axis[3], double stiffness)
   return status;
 }
 
-int flesh_effect_joint(const flesh_body *body, int first_count, const int *first, int second_count, const int *second,
-                       const double point[3], const double axis[3], double stiffness, flesh_effect **effect)
+int flesh_effect_joint(const flesh_body *body, flesh_nodes first, flesh_nodes second, const double point[3],
+                       const double axis[3], double stiffness, flesh_effect **effect)
 {
   FLESH_NEED({effect, "effect"});
   *effect = NULL;
-  FLESH_NEED({body, "body"}, {first, "first"}, {second, "second"}, {point, "point"});
-  int status = flesh_carried_check_groups(body, first_count, first, second_count, second);
+  FLESH_NEED({body, "body"}, {first.nodes, "first"}, {second.nodes, "second"}, {point, "point"});
+  int status = flesh_carried_check_groups(body, first, second);
   if (!status) status = check(point, axis, stiffness);
   if (status) return status;
-  const size_t count = (size_t)first_count + (size_t)second_count;
+  const size_t count = (size_t)first.count + (size_t)second.count;
   joint *self = calloc(1, sizeof *self);
   int *nodes = malloc(count * sizeof *nodes);
   double *weights = malloc(count * sizeof *weights);
   if (!self || !nodes || !weights)
     status = flesh_fail(FLESH_ERR_MEMORY, "no memory for a joint of %d nodes", (int)count);
   for (size_t k = 0; k < count && !status; k++)
-    nodes[k] = k < (size_t)first_count ? first[k] : second[k - (size_t)first_count];
+    nodes[k] = k < (size_t)first.count ? first.nodes[k] : second.nodes[k - (size_t)first.count];
   for (int end = 0; end < (axis ? 2 : 1) && !status; end++) {
     double p[3];
     for (int i = 0; i < 3; i++) p[i] = point[i] + (axis ? (end - 0.5) * axis[i] : 0);
-    status = flesh_carried_weights(body->mesh, first_count, nodes, NULL, p, 1, weights);
+    status = flesh_carried_weights(body->mesh, first.count, nodes, NULL, p, 1, weights);
     if (!status)
-      status = flesh_carried_weights(body->mesh, second_count, nodes + first_count, NULL, p, -1,
-                                     weights + first_count);
+      status = flesh_carried_weights(body->mesh, second.count, nodes + first.count, NULL, p, -1,
+                                     weights + first.count);
     if (!status) flesh_ties_add(&self->ties, (int)count, nodes, weights, axis ? stiffness / 2 : stiffness);
   }
   if (!status) status = flesh_ties_finish(&self->ties);
-  if (!status) status = flesh_carried_groups_copy(first_count, first, second_count, second, &self->groups);
+  if (!status) status = flesh_carried_groups_copy(first, second, &self->groups);
   free(nodes);
   free(weights);
   if (status) {

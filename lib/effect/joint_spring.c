@@ -238,20 +238,21 @@ static int check_length(const double first_point[3], const double second_point[3
   return FLESH_OK;
 }
 
-int flesh_effect_joint_spring(const flesh_body *body, int first_count, const int *first, int second_count,
-                              const int *second, const double first_point[3], const double second_point[3],
-                              double stiffness, double length, flesh_effect **effect)
+int flesh_effect_joint_spring(const flesh_body *body, const flesh_carried_point *first,
+                              const flesh_carried_point *second, double stiffness, double length, flesh_effect **effect)
 {
   FLESH_NEED({effect, "effect"});
   *effect = NULL;
-  FLESH_NEED({body, "body"}, {first, "first"}, {second, "second"}, {first_point, "first_point"},
-             {second_point, "second_point"});
-  int status = flesh_carried_check_groups(body, first_count, first, second_count, second);
+  FLESH_NEED({body, "body"}, {first, "first"}, {second, "second"});
+  const double *first_point = first->point, *second_point = second->point;
+  const int *nodes[2] = {first->nodes.nodes, second->nodes.nodes}, first_count = first->nodes.count;
+  FLESH_NEED({nodes[0], "first"}, {nodes[1], "second"});
+  int status = flesh_carried_check_groups(body, first->nodes, second->nodes);
   if (!status) status = flesh_carried_check("first_point", first_point, stiffness);
   if (!status) status = flesh_carried_check("second_point", second_point, stiffness);
   if (!status) status = check_length(first_point, second_point, &length);
   if (status) return status;
-  const size_t count = (size_t)first_count + (size_t)second_count;
+  const size_t count = (size_t)first_count + (size_t)second->nodes.count;
   joint_spring *self = flesh_calloc(1, sizeof *self);
   if (self) {
     *self = (joint_spring){.count = (int)count, .stiffness = stiffness, .length = length};
@@ -263,10 +264,10 @@ int flesh_effect_joint_spring(const flesh_body *body, int first_count, const int
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for a spring of %d nodes", (int)count);
   }
   for (size_t k = 0; k < count; k++)
-    self->nodes[k] = k < (size_t)first_count ? first[k] : second[k - (size_t)first_count];
+    self->nodes[k] = k < (size_t)first_count ? nodes[0][k] : nodes[1][k - (size_t)first_count];
   status = attach(self, body, first_count, first_point, second_point);
   if (!status && length == 0 && !memcmp(first_point, second_point, 3 * sizeof *first_point)) /* as a ball does */
-    status = flesh_carried_groups_copy(first_count, first, second_count, second, &self->groups);
+    status = flesh_carried_groups_copy(first->nodes, second->nodes, &self->groups);
   if (status) {
     joint_spring_destroy(self);
     return status;

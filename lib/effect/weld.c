@@ -345,15 +345,15 @@ static int make(making *m, const int count[2], const int *const triangles[2])
   return status;
 }
 
-int flesh_effect_weld(const flesh_body *body, int first_count, const int *first, int second_count, const int *second,
-                      double distance, double stiffness, double breaks_at, flesh_effect **effect)
+int flesh_effect_weld(const flesh_body *body, flesh_triangles first, flesh_triangles second, double distance,
+                      double stiffness, double breaks_at, flesh_effect **effect)
 {
   FLESH_NEED({effect, "effect"});
   *effect = NULL;
-  FLESH_NEED({body, "body"}, {first, "first"}, {second, "second"});
-  if (first_count < 1 || second_count < 1)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "a weld needs triangles of two surfaces; there are %d and %d", first_count,
-                      second_count);
+  FLESH_NEED({body, "body"}, {first.corners, "first"}, {second.corners, "second"});
+  if (first.count < 1 || second.count < 1)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "a weld needs triangles of two surfaces; there are %d and %d", first.count,
+                      second.count);
   if (!(distance >= 0 && distance < INFINITY))
     return flesh_fail(FLESH_ERR_ARGUMENT, "distance is %g m; it must not be negative", distance);
   if (!(isnan(stiffness) || (stiffness > 0 && stiffness < INFINITY)))
@@ -365,7 +365,7 @@ int flesh_effect_weld(const flesh_body *body, int first_count, const int *first,
   self->stiffness = stiffness;
   self->breaks.limit = isnan(breaks_at) ? 0 : breaks_at;
   making m = {.body = body, .X = flesh_mesh_positions(body->mesh), .distance = distance, .self = self};
-  const int status = make(&m, (const int[]){first_count, second_count}, (const int *const[]){first, second});
+  const int status = make(&m, (const int[]){first.count, second.count}, (const int *const[]){first.corners, second.corners});
   if (status) {
     weld_destroy(self);
     return status;

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "flesh/surface.h"
 #include "geometry/obstacle.h"
 #include "geometry/obstacle_shape.h"
 #include "math/mat3.h"
@@ -102,12 +103,23 @@ static int mesh_sheet(const flesh_obstacle *o, sheet *s)
   return FLESH_OK;
 }
 
-int flesh_obstacle_surface(const flesh_obstacle *obstacle, double t, const double centre[3],
-                           double extent, int *nodes, double **positions, int *triangles,
-                           int **corners)
+/* Copies. */
+static int make_surface(const sheet *s, flesh_surface **surface)
 {
-  FLESH_NEED({obstacle, "obstacle"}, {nodes, "nodes"}, {positions, "positions"},
-             {triangles, "triangles"}, {corners, "corners"});
+  int *starts = malloc(((size_t)s->triangles + 1) * sizeof *starts);
+  if (!starts) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the surface of an obstacle");
+  for (int k = 0; k <= s->triangles; k++) starts[k] = 3 * k;
+  const int status = flesh_surface_create(s->nodes, s->positions, s->triangles, starts, s->corners, surface);
+  free(starts);
+  return status;
+}
+
+int flesh_obstacle_surface(const flesh_obstacle *obstacle, double t, const double centre[3], double extent,
+                           flesh_surface **surface)
+{
+  FLESH_NEED({surface, "surface"});
+  *surface = NULL;
+  FLESH_NEED({obstacle, "obstacle"});
   sheet s;
   int status;
   flesh_frame frame;
@@ -125,9 +137,8 @@ int flesh_obstacle_surface(const flesh_obstacle *obstacle, double t, const doubl
     memcpy(y, s.positions + 3 * (size_t)i, sizeof y);
     flesh_frame_leave(&frame, y, s.positions + 3 * (size_t)i);
   }
-  *nodes = s.nodes;
-  *positions = s.positions;
-  *triangles = s.triangles;
-  *corners = s.corners;
-  return FLESH_OK;
+  status = make_surface(&s, surface);
+  free(s.positions);
+  free(s.corners);
+  return status;
 }

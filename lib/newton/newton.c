@@ -43,7 +43,8 @@ typedef struct iteration {
 static int asked_to_stop(void *data)
 {
   flesh_newton *self = data;
-  if (self->stop && !self->stopped) self->stopped = flesh_team_agree(self->equations.team, self->stop(self->stop_data));
+  if (self->stop.stop && !self->stopped)
+    self->stopped = flesh_team_agree(self->equations.team, self->stop.stop(self->stop.data));
   return self->stopped;
 }
 
@@ -205,7 +206,7 @@ static int solve_subdomain(void *data, const double *u, const double *r, double 
   const flesh_subdomain_parent parent = {.equations = &self->equations, .options = &self->options,
                                          .u_matrix = self->u, .filter = self->direction.filter,
                                          .solver = self->solver, .reserve = self->reserve, .stop = self->stop,
-                                         .stop_data = self->stop_data, .stats = &self->stats};
+                                         .stats = &self->stats};
   return flesh_subdomain_solve(&parent, u, r, w);
 }
 

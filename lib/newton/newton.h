@@ -32,8 +32,7 @@ typedef struct flesh_newton {
   int must_filter;                /* K turned out indefinite in its factorisation */
   double model_ratio;             /* actual over predicted decrease of the last filtered step; NaN: not known */
   int at_round_off;               /* the last step was 0, because the residual is at round-off */
-  int (*stop)(void *data);        /* NULL: not asked */
-  void *stop_data;
+  flesh_stop stop;
   double given_target;            /* N; of the residual, 0: what the options make of it */
   const double *began;            /* the guess that the stage began at, to be told from others; NULL: u = 0 */
   int stopped;                    /* what `stop` returned in this stage; FLESH_OK: go on */

@@ -277,7 +277,7 @@ static int solve(subdomain *self, double *w)
   flesh_solve_stats stats = {0};
   double *du = flesh_calloc(3 * (size_t)self->nodes, sizeof *du);
   if (!du) return no_memory(self);
-  int status = parent->solver.solve(parent->solver.data, self->system, &options, &stage, parent->stop, parent->stop_data, &stats, du);
+  int status = parent->solver.solve(parent->solver.data, self->system, &options, &stage, parent->stop, &stats, du);
   self->solved = 1;
   self->newton = stats.newton;
   if (status >= 0) { /* an iterate that has not converged has come down too */

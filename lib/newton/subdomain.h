@@ -5,13 +5,19 @@
 #include "base/memory.h"
 #include "newton/equations.h"
 
+/* May end a solve from outside: stop(data); NULL where nobody is asked. */
+typedef struct flesh_stop {
+  int (*stop)(void *data);
+  void *data;
+} flesh_stop;
+
 /* A solver for the stages of systems of few nodes. */
 typedef struct flesh_stage_solver {
   void *data;
   /* Solves the stage from u = 0: u [3*nodes], also the last iterate after FLESH_NOT_CONVERGED. Adds to *stats. The
    * calling thread is in the reserve that the system is in; nothing of it may stay in use. NULL: there is none. */
   int (*solve)(void *data, const flesh_system *system, const flesh_solver_options *options, const flesh_stage *stage,
-               int (*stop)(void *data), void *stop_data, flesh_solve_stats *stats, double *u);
+               flesh_stop stop, flesh_solve_stats *stats, double *u);
 } flesh_stage_solver;
 
 /* The whole of which the subdomain is a part. All is borrowed. */
@@ -22,8 +28,7 @@ typedef struct flesh_subdomain_parent {
   flesh_eigenvalue_filter filter; /* ... with this filter */
   flesh_stage_solver solver;
   flesh_reserve *reserve; /* of flesh_subdomain_reserve: where all is made */
-  int (*stop)(void *data); /* NULL: not asked */
-  void *stop_data;
+  flesh_stop stop;
   flesh_solve_stats *stats;
 } flesh_subdomain_parent;
 

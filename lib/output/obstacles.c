@@ -13,24 +13,12 @@
 /* Planes are drawn around the box of the rest shape, four times as wide. */
 static int make_surface(const double box[6], const flesh_obstacle *obstacle, double t, flesh_surface **surface)
 {
-  double centre[3], extent = 0, *positions = NULL;
-  int nodes, triangles, *corners = NULL;
-  *surface = NULL;
+  double centre[3], extent = 0;
   for (int c = 0; c < 3; c++) {
     centre[c] = (box[c] + box[3 + c]) / 2;
     extent = fmax(extent, 2 * (box[3 + c] - box[c]));
   }
-  int status = flesh_obstacle_surface(obstacle, t, centre, extent, &nodes, &positions, &triangles,
-                                      &corners);
-  if (status) return status;
-  int *starts = malloc(((size_t)triangles + 1) * sizeof *starts);
-  for (int k = 0; starts && k <= triangles; k++) starts[k] = 3 * k;
-  status = starts ? flesh_surface_create(nodes, positions, triangles, starts, corners, surface)
-                  : flesh_fail(FLESH_ERR_MEMORY, "no memory for the picture of an obstacle");
-  free(starts);
-  free(positions);
-  free(corners);
-  return status;
+  return flesh_obstacle_surface(obstacle, t, centre, extent, surface);
 }
 
 int flesh_obstacles_write(const char *directory, const flesh_step_record *record, const double box[6])

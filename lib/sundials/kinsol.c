@@ -96,8 +96,7 @@ static int create_few(const flesh_solver_options *options, flesh_nonlinear **few
 }
 
 static int solve_few(void *data, const flesh_system *system, const flesh_solver_options *options,
-                     const flesh_stage *stage, int (*stop)(void *data), void *stop_data, flesh_solve_stats *stats,
-                     double *u);
+                     const flesh_stage *stage, flesh_stop stop, flesh_solve_stats *stats, double *u);
 
 int flesh_nonlinear_create(const flesh_system *system, const flesh_solver_options *options,
                            flesh_nonlinear **nonlinear)
@@ -192,8 +191,7 @@ void flesh_nonlinear_soften(flesh_nonlinear *self, const flesh_system *softened)
 
 void flesh_nonlinear_set_stop(flesh_nonlinear *self, int (*stop)(void *data), void *data)
 {
-  self->problem->newton.stop = stop;
-  self->problem->newton.stop_data = data;
+  self->problem->newton.stop = (flesh_stop){stop, data};
 }
 
 /* Translates KINSOL's return. */
@@ -279,13 +277,12 @@ static int hand_system(flesh_nonlinear *few, const flesh_system *system, const f
 
 /* Solves a system of few nodes. A flesh_stage_solver. */
 static int solve_few(void *data, const flesh_system *system, const flesh_solver_options *options,
-                     const flesh_stage *stage, int (*stop)(void *data), void *stop_data, flesh_solve_stats *stats,
-                     double *u)
+                     const flesh_stage *stage, flesh_stop stop, flesh_solve_stats *stats, double *u)
 {
   flesh_nonlinear *few = data;
   int status = hand_system(few, system, options);
   if (status) return status;
-  flesh_nonlinear_set_stop(few, stop, stop_data);
+  few->problem->newton.stop = stop;
   status = flesh_nonlinear_solve(few, stage, NULL, 0, stats);
   memcpy(u, flesh_nonlinear_unknowns(few), (size_t)flesh_system_unknowns(system) * sizeof *u);
   flesh_newton_clear(&few->problem->newton);

@@ -11,8 +11,8 @@ static int solve(flesh_integrator *self, flesh_state *state, flesh_stage *stage,
 {
   self->trying = (flesh_span){stage->t_lag, stage->t, h};
   stage->internal = state->internal;
-  int status = flesh_multipliers_solve(&self->multipliers, self->nonlinear, stage, state, NULL, NULL, extensions, stats);
-  if (!status) status = flesh_multipliers_accept(&self->multipliers, self->nonlinear, stage, state);
+  int status = flesh_multipliers_solve(&self->multipliers, stage, state, NULL, NULL, extensions, stats);
+  if (!status) status = flesh_multipliers_accept(&self->multipliers, stage, state);
   if (status) flesh_integrator_record_failure(self, stage, h, halvings, status, stats);
   return status;
 }

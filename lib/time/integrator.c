@@ -66,7 +66,7 @@ static int create_together(flesh_integrator *self)
   if (!status)
     status = flesh_continuation_create(self->nonlinear, &self->multipliers, self->start, &self->continuation);
   if (!status) status = flesh_recovery_create(system, &self->options, &self->recovery);
-  if (!status) status = flesh_multipliers_create(system, &self->options, &self->multipliers);
+  if (!status) status = flesh_multipliers_create(system, self->nonlinear, &self->options, &self->multipliers);
   if (!status && is_adaptive(self->method))
     status = flesh_adaptive_create(self->evaluation, &self->options, &self->watch, &self->adaptive);
   self->watch.limit = max_energy_gain;

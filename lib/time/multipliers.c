@@ -24,10 +24,11 @@ enum { SOLVES = 60 };
 /* The penalty, of that of the reference ratio, at least; and in motion, of the stiffness by inertia. */
 static const double least = FLESH_LEAST_PENALTY, raised = 30;
 
-int flesh_multipliers_create(const flesh_system *system, const flesh_solver_options *options, flesh_multipliers *self)
+int flesh_multipliers_create(const flesh_system *system, flesh_nonlinear *nonlinear, const flesh_solver_options *options,
+                             flesh_multipliers *self)
 {
-  *self = (flesh_multipliers){.system = system, .team = flesh_system_team(system), .tolerance = 1e-2 * options->newton_tolerance,
-                              .depth = options->newton_tolerance};
+  *self = (flesh_multipliers){.system = system, .nonlinear = nonlinear, .team = flesh_system_team(system),
+                              .tolerance = 1e-2 * options->newton_tolerance, .depth = options->newton_tolerance};
   self->count = flesh_system_multiplier_count(system);
   if (!self->count) return FLESH_OK;
   const size_t count = (size_t)self->count, n = (size_t)flesh_system_unknowns(system);
@@ -100,10 +101,11 @@ static void begin(flesh_multipliers *self, const flesh_state *state, double pena
   for (int k = 0; self->goes_on && k < self->count; k++) self->trial[k] -= penalty * self->stiffness[k] * self->lag[k];
 }
 
-int flesh_multipliers_solve(flesh_multipliers *self, flesh_nonlinear *nonlinear, flesh_stage *stage,
-                            const flesh_state *state, const flesh_stage_end *end, const double *const *guesses,
-                            int extensions, flesh_solve_stats *stats)
+int flesh_multipliers_solve(flesh_multipliers *self, flesh_stage *stage, const flesh_state *state,
+                            const flesh_stage_end *end, const double *const *guesses, int extensions,
+                            flesh_solve_stats *stats)
 {
+  flesh_nonlinear *nonlinear = self->nonlinear;
   if (!self->count) return flesh_nonlinear_solve(nonlinear, stage, guesses, extensions, stats);
   const double *next[] = {self->u, NULL}, *u = flesh_nonlinear_unknowns(nonlinear);
   const double by_inertia = self->inertia * stage->shift.a / stage->shift.x;
@@ -131,15 +133,14 @@ int flesh_multipliers_solve(flesh_multipliers *self, flesh_nonlinear *nonlinear,
   return status || settled ? status : FLESH_NOT_CONVERGED;
 }
 
-int flesh_multipliers_accept(flesh_multipliers *self, flesh_nonlinear *nonlinear, const flesh_stage *stage,
-                             flesh_state *state)
+int flesh_multipliers_accept(flesh_multipliers *self, const flesh_stage *stage, flesh_state *state)
 {
   const size_t bytes = (size_t)self->count * sizeof *self->trial;
   int status = FLESH_OK;
   if (!self->count) return FLESH_OK;
   memset(self->lag, 0, bytes);
   if (stage->shift.x != 1) {
-    const flesh_point point = flesh_nonlinear_point(nonlinear);
+    const flesh_point point = flesh_nonlinear_point(self->nonlinear);
     status = flesh_system_constraint_gaps(self->system, &point, self->lag, NULL);
   }
   for (int k = 0; k < self->count; k++)

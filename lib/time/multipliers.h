@@ -10,6 +10,7 @@
 
 typedef struct flesh_multipliers {
   const flesh_system *system;
+  flesh_nonlinear *nonlinear; /* borrowed */
   const flesh_team *team; /* NULL: none */
   int count, n;     /* 0 multipliers: there are no constraints, and nothing below is allocated */
   double tolerance; /* of gaps */
@@ -25,7 +26,9 @@ typedef struct flesh_multipliers {
   double *x, *u;            /* [n] the end of the step, and the unknowns of the last solve */
 } flesh_multipliers;
 
-int flesh_multipliers_create(const flesh_system *system, const flesh_solver_options *options,
+/* Borrows the solver of the system. Collective, and fails on all ranks or none: FLESH_ERR_MEMORY. To be cleared also when
+ * it fails. */
+int flesh_multipliers_create(const flesh_system *system, flesh_nonlinear *nonlinear, const flesh_solver_options *options,
                              flesh_multipliers *multipliers);
 void flesh_multipliers_clear(flesh_multipliers *multipliers);
 size_t flesh_multipliers_memory(const flesh_multipliers *multipliers);
@@ -46,12 +49,11 @@ typedef struct flesh_stage_end {
 /* Like flesh_nonlinear_solve, from the multipliers of the state, if something is held: until no gap at the end exceeds
  * a hundredth of newton_tolerance, or none exceeds newton_tolerance and the multipliers' change leaves the forces
  * balanced. FLESH_NOT_CONVERGED where gaps stay. */
-int flesh_multipliers_solve(flesh_multipliers *multipliers, flesh_nonlinear *nonlinear, flesh_stage *stage,
-                            const flesh_state *state, const flesh_stage_end *end, const double *const *guesses,
-                            int extensions, flesh_solve_stats *stats);
+int flesh_multipliers_solve(flesh_multipliers *multipliers, flesh_stage *stage, const flesh_state *state,
+                            const flesh_stage_end *end, const double *const *guesses, int extensions,
+                            flesh_solve_stats *stats);
 /* The state takes over the pressures of the last solve, which has succeeded with this stage: where that holds
  * constraints at another place, the penalty's share as well. */
-int flesh_multipliers_accept(flesh_multipliers *multipliers, flesh_nonlinear *nonlinear, const flesh_stage *stage,
-                             flesh_state *state);
+int flesh_multipliers_accept(flesh_multipliers *multipliers, const flesh_stage *stage, flesh_state *state);
 
 #endif

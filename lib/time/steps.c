@@ -193,7 +193,7 @@ static int follow_lag(flesh_integrator *self, flesh_stage *stage, const flesh_st
     stage->v_lag = self->lag.v;
     stage->t_lag = stage->t_from = stage->t;
     flesh_nonlinear_set_target(self->nonlinear, target);
-    const int status = flesh_multipliers_solve(&self->multipliers, self->nonlinear, stage, state, end, guesses, 0, stats);
+    const int status = flesh_multipliers_solve(&self->multipliers, stage, state, end, guesses, 0, stats);
     flesh_nonlinear_set_target(self->nonlinear, 0);
     if (status || stats->newton == before_solve) return status;
   }
@@ -231,7 +231,7 @@ static int attempt(flesh_integrator *self, const flesh_method_row *row, flesh_st
   const double from = fmax(state->t, piece->begin), to = before(part->end, piece->event);
   int status = begins_softer(self, state)
                    ? flesh_continuation_step(&self->continuation, &stage, state, &ends, guesses, stats)
-                   : flesh_multipliers_solve(&self->multipliers, self->nonlinear, &stage, state, &ends, guesses, 0, stats);
+                   : flesh_multipliers_solve(&self->multipliers, &stage, state, &ends, guesses, 0, stats);
   if (!status) status = check_end(self, &stage, state, to, stats, blocked);
   if (!status && self->lag.u) {
     status = follow_lag(self, &stage, state, &ends, stats);
@@ -243,7 +243,7 @@ static int attempt(flesh_integrator *self, const flesh_method_row *row, flesh_st
                                     second, from, to, self->energies};
   status = flesh_step_energy_count(&energy, state);
   if (status) return status;
-  status = flesh_multipliers_accept(&self->multipliers, self->nonlinear, &stage, state);
+  status = flesh_multipliers_accept(&self->multipliers, &stage, state);
   if (status) return status;
   finish_part(self, row, &stage, part, state, stats);
   if (self->first.extrapolation.n)

@@ -122,12 +122,14 @@ static int nodes_of(const test_body *b, int upper, int *nodes)
 /* Cubes that share an edge: a hinge there, a ball, or a spring of no length. */
 static flesh_effect *jointed(const test_body *b, int kind)
 {
-  const double point[3] = {SIDE, SIDE / 2, SIDE}, axis[3] = {0, 0.2, 0};
+  const double axis[3] = {0, 0.2, 0};
   int first[16], second[16];
   const int count[2] = {nodes_of(b, 0, first), nodes_of(b, 1, second)};
+  const flesh_carried_point ends[2] = {{{count[0], first}, {SIDE, SIDE / 2, SIDE}},
+                                       {{count[1], second}, {SIDE, SIDE / 2, SIDE}}};
   flesh_effect *effect = NULL;
-  CHECK_OK(kind == 2 ? flesh_effect_joint_spring(&b->body, count[0], first, count[1], second, point, point, 1e5, 0, &effect)
-                     : flesh_effect_joint(&b->body, count[0], first, count[1], second, point, kind ? NULL : axis, 1e5,
+  CHECK_OK(kind == 2 ? flesh_effect_joint_spring(&b->body, &ends[0], &ends[1], 1e5, 0, &effect)
+                     : flesh_effect_joint(&b->body, ends[0].nodes, ends[1].nodes, ends[0].point, kind ? NULL : axis, 1e5,
                                           &effect));
   return effect;
 }
@@ -152,8 +154,8 @@ static void a_spring_between_two_points_holds_no_surfaces(void)
   flesh_effect *spring = NULL;
   two_cubes(1, (const int[]){2, 2}, (double[]){SIDE, 0, SIDE}, &b);
   const int count[2] = {nodes_of(&b, 0, first), nodes_of(&b, 1, second)};
-  CHECK_OK(flesh_effect_joint_spring(&b.body, count[0], first, count[1], second, (double[]){SIDE, 0, SIDE},
-                                     (double[]){SIDE, SIDE, SIDE}, 1e3, 0.1, &spring));
+  const flesh_carried_point ends[2] = {{{count[0], first}, {SIDE, 0, SIDE}}, {{count[1], second}, {SIDE, SIDE, SIDE}}};
+  CHECK_OK(flesh_effect_joint_spring(&b.body, &ends[0], &ends[1], 1e3, 0.1, &spring));
   add_contact(&b, spring);
   CHECK_OK(flesh_system_finalize(b.system));
   CHECK(flesh_system_check(b.system, 0, b.state.x) == FLESH_ERR_ARGUMENT);

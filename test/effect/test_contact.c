@@ -489,9 +489,12 @@ static void surfaces_for_pictures(void)
   make_wall(&o[3]);
   for (int k = 0; k < 4; k++) {
     CHECK_OK(flesh_obstacle_move(o[k], &(flesh_motion){2, turn, {0.1, 0, 0}, 0}));
-    int nodes, triangles, *corners;
-    double *X, volume = 0;
-    CHECK_OK(flesh_obstacle_surface(o[k], 0.7, (const double[]){0, 0, 0}, 3, &nodes, &X, &triangles, &corners));
+    flesh_surface *surface;
+    CHECK_OK(flesh_obstacle_surface(o[k], 0.7, (const double[]){0, 0, 0}, 3, &surface));
+    const int nodes = flesh_surface_vertex_count(surface), triangles = flesh_surface_face_count(surface);
+    const int *corners = flesh_surface_corners(surface);
+    const double *X = flesh_surface_positions(surface);
+    double volume = 0;
     flesh_frame frame;
     flesh_obstacle_frame(o[k], 0.7, &frame);
     for (int i = 0; i < nodes; i++) {
@@ -511,8 +514,7 @@ static void surfaces_for_pictures(void)
     const double pi = acos(-1), ball = 4 * pi / 3 / 8, rod = pi / 4 * sqrt(2);
     if (k == 1) CHECK_NEAR(volume, ball, 0.02 * ball);
     if (k == 2) CHECK_NEAR(volume, ball + rod, 0.02 * (ball + rod));
-    free(X);
-    free(corners);
+    flesh_surface_destroy(&surface);
     flesh_obstacle_destroy(&o[k]);
   }
 }

@@ -68,13 +68,12 @@ static flesh_obstacle *make_obstacle(int shape)
   }
   if (shape == BALL_OF_TRIANGLES) {
     flesh_obstacle *ball = NULL;
-    double *X;
-    int nodes, triangles, *corners;
+    flesh_surface *surface;
     CHECK_OK(flesh_obstacle_sphere((const double[]){0.4, 0.55, -1.1}, 0.8, &ball));
-    CHECK_OK(flesh_obstacle_surface(ball, 0, X = NULL, 0, &nodes, &X, &triangles, &corners));
-    CHECK_OK(flesh_obstacle_mesh(nodes, X, triangles, corners, &o));
-    free(X);
-    free(corners);
+    CHECK_OK(flesh_obstacle_surface(ball, 0, NULL, 0, &surface));
+    CHECK_OK(flesh_obstacle_mesh(flesh_surface_vertex_count(surface), flesh_surface_positions(surface),
+                                 flesh_surface_face_count(surface), flesh_surface_corners(surface), &o));
+    flesh_surface_destroy(&surface);
     flesh_obstacle_destroy(&ball);
   }
   return o;

@@ -32,7 +32,7 @@ static flesh_effect *join(const test_body *b, const double axis[3], double stiff
   int nodes[2][18];
   flesh_effect *effect = NULL;
   for (int k = 0; k < 18; k++) nodes[0][k] = 9 + k, nodes[1][k] = 27 + k;
-  CHECK_OK(flesh_effect_joint(&b->body, 18, nodes[0], 18, nodes[1], middle, axis, stiffness, &effect));
+  CHECK_OK(flesh_effect_joint(&b->body, (flesh_nodes){18, nodes[0]}, (flesh_nodes){18, nodes[1]}, middle, axis, stiffness, &effect));
   return effect;
 }
 
@@ -155,8 +155,9 @@ static void nonsense_is_refused(void)
   flesh_effect *effect = NULL;
   make(1e5, 0, &b);
   const int low[9] = {0, 1, 2, 3, 4, 5, 6, 7, 8}, high[3] = {51, 52, 53}, far[1] = {54};
-#define REFUSED(text, ...)                                                                                             \
-  CHECK(flesh_effect_joint(&b.body, __VA_ARGS__, &effect) == FLESH_ERR_ARGUMENT && !effect);                            \
+#define REFUSED(text, n, some, m, others, ...)                                                                        \
+  CHECK(flesh_effect_joint(&b.body, (flesh_nodes){n, some}, (flesh_nodes){m, others}, __VA_ARGS__, &effect) ==         \
+            FLESH_ERR_ARGUMENT && !effect);                                                                            \
   CHECK_TEXT(flesh_error_text(), text)
   REFUSED("do not carry", 9, low, 3, high, middle, NULL, 1);
   REFUSED("given 0 and 3 nodes", 0, low, 3, high, middle, NULL, 1);

@@ -31,10 +31,18 @@ static void make(double young, test_body *b)
   CHECK_OK(test_body_create(mesh, material, 1000, FLESH_MASS_LUMPED, 1, b));
 }
 
+/* A spring between points that `first` and `second` carry. */
+static int make_spring(const flesh_body *body, flesh_nodes first, flesh_nodes second, const double p[3], const double q[3],
+                       double stiffness, double length, flesh_effect **effect)
+{
+  const flesh_carried_point ends[2] = {{first, {p[0], p[1], p[2]}}, {second, {q[0], q[1], q[2]}}};
+  return flesh_effect_joint_spring(body, &ends[0], &ends[1], stiffness, length, effect);
+}
+
 static flesh_effect *join(const test_body *b, const double p[3], const double q[3], double stiffness, double length)
 {
   flesh_effect *effect = NULL;
-  CHECK_OK(flesh_effect_joint_spring(&b->body, EACH, low, EACH, high, p, q, stiffness, length, &effect));
+  CHECK_OK(make_spring(&b->body, (flesh_nodes){EACH, low}, (flesh_nodes){EACH, high}, p, q, stiffness, length, &effect));
   return effect;
 }
 
@@ -89,9 +97,9 @@ static void derivatives_and_balances_hold(void)
     double sums[6], r[UNKNOWNS] = {0};
     flesh_derivative_report report;
     flesh_effect *effect = NULL;
-    CHECK_OK(flesh_effect_joint_spring(&b.body, EACH, low, kind < 2 ? EACH : 2 * EACH, kind < 2 ? high : all,
-                                       (double[]){0.3, 0.2, 0.8}, (double[]){0.9, 0.4, 2.1}, 700, lengths[kind],
-                                       &effect));
+    const flesh_nodes others = kind < 2 ? (flesh_nodes){EACH, high} : (flesh_nodes){2 * EACH, all};
+    CHECK_OK(make_spring(&b.body, (flesh_nodes){EACH, low}, others, (double[]){0.3, 0.2, 0.8}, (double[]){0.9, 0.4, 2.1},
+                         700, lengths[kind], &effect));
     const flesh_point point = flesh_point_at(0, b.state.x, NULL, NULL);
     CHECK_OK(effect->operations->residual(effect, &point, r));
     const double size = test_sums(&b, r, sums);
@@ -126,8 +134,8 @@ static void hessian_is_the_closed_form(void)
     flesh_block_matrix *K = NULL;
     make(1e5, &b);
     const double *X = flesh_mesh_positions(b.mesh);
-    CHECK_OK(
-        flesh_effect_joint_spring(&b.body, 1, (int[]){12}, 1, (int[]){3}, X + 36, X + 9, k, lengths[kind], &effect));
+    CHECK_OK(make_spring(&b.body, (flesh_nodes){1, (int[]){12}}, (flesh_nodes){1, (int[]){3}}, X + 36, X + 9, k,
+                         lengths[kind], &effect));
     CHECK_OK(flesh_system_create(b.mesh, &system));
     CHECK_OK(flesh_system_add_effect(system, &effect));
     CHECK_OK(flesh_system_finalize(system));
@@ -270,8 +278,9 @@ static void nonsense_is_refused(void)
   flesh_effect *effect = NULL;
   make(1e5, &b);
   const int far[1] = {16};
-#define REFUSED(text, ...)                                                                                             \
-  CHECK(flesh_effect_joint_spring(&b.body, __VA_ARGS__, &effect) == FLESH_ERR_ARGUMENT && !effect);                     \
+#define REFUSED(text, n, some, m, others, ...)                                                                         \
+  CHECK(make_spring(&b.body, (flesh_nodes){n, some}, (flesh_nodes){m, others}, __VA_ARGS__, &effect) ==                 \
+            FLESH_ERR_ARGUMENT && !effect);                                                                            \
   CHECK_TEXT(flesh_error_text(), text)
   REFUSED("do not carry", 1, low, EACH, high, under, over, 1, 1);
   REFUSED("given 8 and 0 nodes", EACH, low, 0, high, under, over, 1, 1);

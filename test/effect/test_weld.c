@@ -245,8 +245,9 @@ static void nonsense_is_refused(void)
   flesh_mesh *upper = box((int[]){1, 1, 1}, (double[]){1, 1, 1}, (double[]){0, 0, 1.5});
   CHECK_OK(test_body_create(joined(lower, upper), test_material(FLESH_ENERGY_S, 0.4), 1000, FLESH_MASS_LUMPED, 1, &b));
   const int *t = flesh_mesh_surface(b.mesh, &count);
-#define REFUSED(text, ...)                                                                                             \
-  CHECK(flesh_effect_weld(&b.body, __VA_ARGS__, &effect) == FLESH_ERR_ARGUMENT && !effect);                            \
+#define REFUSED(text, n, some, m, others, ...)                                                                         \
+  CHECK(flesh_effect_weld(&b.body, (flesh_triangles){n, some}, (flesh_triangles){m, others}, __VA_ARGS__, &effect) ==   \
+            FLESH_ERR_ARGUMENT && !effect);                                                                            \
   CHECK_TEXT(flesh_error_text(), text)
   REFUSED("do not face each other", 12, t, 12, t + 36, 0.4, NAN, NAN);
   REFUSED("distance is -1", 12, t, 12, t + 36, -1, NAN, NAN);

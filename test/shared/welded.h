@@ -82,8 +82,8 @@ static inline flesh_effect *welded(const test_body *b, double distance, double s
   flesh_mesh_surface(b->mesh, &all);
   int *triangles[2] = {malloc(3 * (size_t)all * sizeof(int)), malloc(3 * (size_t)all * sizeof(int))}, count[2];
   for (int s = 0; s < 2; s++) count[s] = triangles_of(b->mesh, s, NULL, triangles[s]);
-  CHECK_OK(flesh_effect_weld(&b->body, count[0], triangles[0], count[1], triangles[1], distance, stiffness, breaks_at,
-                             &effect));
+  const flesh_triangles sides[2] = {{count[0], triangles[0]}, {count[1], triangles[1]}};
+  CHECK_OK(flesh_effect_weld(&b->body, sides[0], sides[1], distance, stiffness, breaks_at, &effect));
   free(triangles[0]);
   free(triangles[1]);
   return effect;

@@ -40,10 +40,7 @@ SUNDIALS, PUBLIC_API = "SUNDIALS prescribes them", "programs call it, by names t
 MORE_PARAMETERS = {
     "flesh_ida_jacobian": SUNDIALS, "flesh_ida_jacobian_times": SUNDIALS, "flesh_ida_preconditioner_solve": SUNDIALS,
     "flesh_ode_jacobian": SUNDIALS, "flesh_ode_preconditioner_solve": SUNDIALS,
-    "flesh_effect_joint": PUBLIC_API, "flesh_effect_joint_spring": PUBLIC_API, "flesh_effect_spring_within": PUBLIC_API,
-    "flesh_effect_weld": PUBLIC_API, "flesh_obstacle_surface": PUBLIC_API,
-    "flesh_multipliers_solve": "flesh_nonlinear_solve, with what multipliers need beside",
-    "solve_few": "flesh_stage_solver prescribes them",
+    "flesh_effect_spring_within": PUBLIC_API,
 }
 
 

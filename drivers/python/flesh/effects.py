@@ -269,8 +269,9 @@ class Weld(Effect):
                  breaks_at: Optional[float] = None):
         sides = [integers(side, (None, 3), name) for side, name in ((first, "first"), (second, "second"))]
         given = [np.nan if value is None else float(value) for value in (stiffness, breaks_at)]
-        self._take(create("flesh_effect", lib.flesh_effect_weld, body._struct, len(sides[0]), pointer(sides[0], "int"),
-                          len(sides[1]), pointer(sides[1], "int"), float(distance), *given), body)
+        triangles = [ffi.new("flesh_triangles *", (len(side), pointer(side, "int")))[0] for side in sides]
+        self._take(create("flesh_effect", lib.flesh_effect_weld, body._struct, *triangles, float(distance), *given),
+                   body)
 
     @property
     def stiffness(self) -> float:
@@ -297,8 +298,8 @@ class Joint(Effect):
 
     def __init__(self, body: Body, first, second, point, stiffness: float, axis=None):
         sides = [integers(side, (None,), name) for side, name in ((first, "first"), (second, "second"))]
-        self._take(create("flesh_effect", lib.flesh_effect_joint, body._struct, len(sides[0]), pointer(sides[0], "int"),
-                          len(sides[1]), pointer(sides[1], "int"), _vector(point, "point"),
+        nodes = [ffi.new("flesh_nodes *", (len(side), pointer(side, "int")))[0] for side in sides]
+        self._take(create("flesh_effect", lib.flesh_effect_joint, body._struct, *nodes, _vector(point, "point"),
                           ffi.NULL if axis is None else _vector(axis, "axis"), float(stiffness)), body)
 
 
@@ -315,9 +316,11 @@ class JointSpring(Effect):
     def __init__(self, body: Body, first, second, first_point, second_point, stiffness: float,
                  length: Optional[float] = None):
         sides = [integers(side, (None,), name) for side, name in ((first, "first"), (second, "second"))]
-        self._take(create("flesh_effect", lib.flesh_effect_joint_spring, body._struct, len(sides[0]),
-                          pointer(sides[0], "int"), len(sides[1]), pointer(sides[1], "int"),
-                          _vector(first_point, "first_point"), _vector(second_point, "second_point"), float(stiffness),
+        points = [doubles(point, (3,), name) for point, name in ((first_point, "first_point"),
+                                                                 (second_point, "second_point"))]
+        ends = [ffi.new("flesh_carried_point *", ((len(side), pointer(side, "int")), list(point)))
+                for side, point in zip(sides, points)]
+        self._take(create("flesh_effect", lib.flesh_effect_joint_spring, body._struct, *ends, float(stiffness),
                           float("nan") if length is None else float(length)), body)
 
 

@@ -5,7 +5,7 @@ import numpy as np
 
 from ._arrays import doubles, integers, pointer
 from ._callbacks import Const, Handle, call, create, owned
-from ._library import ffi, free, lib
+from ._library import ffi, lib
 from .errors import ArgumentError
 
 __all__ = ["Motion", "Amplitude", "Obstacle", "Triangles"]
@@ -129,13 +129,10 @@ class Obstacle(Handle):
 
     def surface(self, t=0.0, centre=(0, 0, 0), extent=1.0) -> Triangles:
         """Its triangles at time t s, for pictures; a plane is a square of side 2*extent m at the foot of `centre`."""
-        counts, positions, corners = ffi.new("int[2]"), ffi.new("double **"), ffi.new("int **")
-        call(lib.flesh_obstacle_surface, self._pointer, float(t), pointer(doubles(centre, (3,), "centre")),
-             float(extent), counts, positions, counts + 1, corners)
-        try:
-            x = np.frombuffer(ffi.buffer(positions[0], 24 * counts[0]), np.float64).reshape(-1, 3).copy()
-            triangles = np.frombuffer(ffi.buffer(corners[0], 12 * counts[1]), np.intc).reshape(-1, 3).copy()
-        finally:
-            free(positions[0])
-            free(corners[0])
-        return Triangles(x, triangles)
+        made = owned("flesh_surface", create("flesh_surface", lib.flesh_obstacle_surface, self._pointer, float(t),
+                                             pointer(doubles(centre, (3,), "centre")), float(extent)),
+                     lib.flesh_surface_destroy)
+        vertices, faces = lib.flesh_surface_vertex_count(made), lib.flesh_surface_face_count(made)
+        x = np.frombuffer(ffi.buffer(lib.flesh_surface_positions(made), 24 * vertices), np.float64)
+        triangles = np.frombuffer(ffi.buffer(lib.flesh_surface_corners(made), 12 * faces), np.intc)
+        return Triangles(x.reshape(-1, 3).copy(), triangles.reshape(-1, 3).copy())

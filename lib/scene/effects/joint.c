@@ -50,11 +50,12 @@ static int check(const parameters *p)
 static int make(const parameters *p, const flesh_body *body, const int count[2], int *const nodes[2],
                 flesh_effect **effect)
 {
-  if (!isnan(p->to[0]))
-    return flesh_effect_joint_spring(body, count[0], nodes[0], count[1], nodes[1], p->point, p->to, p->stiffness,
-                                     p->length, effect);
-  return flesh_effect_joint(body, count[0], nodes[0], count[1], nodes[1], p->point, isnan(p->axis[0]) ? NULL : p->axis,
-                            p->stiffness, effect);
+  const flesh_nodes first = {count[0], nodes[0]}, second = {count[1], nodes[1]};
+  if (isnan(p->to[0]))
+    return flesh_effect_joint(body, first, second, p->point, isnan(p->axis[0]) ? NULL : p->axis, p->stiffness, effect);
+  const flesh_carried_point ends[2] = {{first, {p->point[0], p->point[1], p->point[2]}},
+                                       {second, {p->to[0], p->to[1], p->to[2]}}};
+  return flesh_effect_joint_spring(body, &ends[0], &ends[1], p->stiffness, p->length, effect);
 }
 
 static int add(const void *values, const flesh_body *body, flesh_system *system)

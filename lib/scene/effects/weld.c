@@ -81,8 +81,8 @@ static int add(const void *values, const flesh_body *body, flesh_system *system)
   int count[2], *triangles[2] = {NULL, NULL}, status = read_sides(p, sides);
   for (int s = 0; s < 2 && !status; s++) status = flesh_selection_triangles(&sides[s], body, &count[s], &triangles[s]);
   if (!status) {
-    status = flesh_effect_weld(body, count[0], triangles[0], count[1], triangles[1], p->distance, p->stiffness,
-                               p->breaks_at, &effect);
+    status = flesh_effect_weld(body, (flesh_triangles){count[0], triangles[0]}, (flesh_triangles){count[1], triangles[1]},
+                               p->distance, p->stiffness, p->breaks_at, &effect);
     if (status && p->bodies) flesh_fail_within(status, "%s and %s: ", sides[0].body, sides[1].body);
   }
   for (int s = 0; s < 2; s++) free(triangles[s]);

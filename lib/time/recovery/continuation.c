@@ -68,12 +68,12 @@ int flesh_continuation_step(const flesh_continuation *self, flesh_stage *stage, 
   while (guesses[count]) candidates[count] = guesses[count], count++;
   candidates[count] = self->start;
   const int status =
-      flesh_multipliers_solve(self->multipliers, self->nonlinear, stage, state, end, candidates, 0, stats);
+      flesh_multipliers_solve(self->multipliers, stage, state, end, candidates, 0, stats);
   /* A solve that began at one of the guesses would only fail again. */
   int known = flesh_nonlinear_began_at(self->nonlinear, NULL);
   for (int k = 0; guesses[k]; k++) known |= flesh_nonlinear_began_at(self->nonlinear, guesses[k]);
   if (status != FLESH_NOT_CONVERGED || known) return status;
-  return flesh_multipliers_solve(self->multipliers, self->nonlinear, stage, state, end, guesses, 0, stats);
+  return flesh_multipliers_solve(self->multipliers, stage, state, end, guesses, 0, stats);
 }
 
 /* Moves the state to the equilibrium of the materials of this level, which is the count of levels for the true ones: in
@@ -94,8 +94,8 @@ static int settle(const flesh_continuation *self, const flesh_untangler *untangl
                          .t_lag = state->t, .held = is_static && softened ? flesh_untangler_held(untangler) : NULL,
                          .internal = state->internal};
     int status = softened ? solve_softened(self, level, &stage, NULL, stats)
-                          : flesh_multipliers_solve(self->multipliers, self->nonlinear, &stage, state, NULL, NULL, 0, stats);
-    if (!status && !softened) status = flesh_multipliers_accept(self->multipliers, self->nonlinear, &stage, state);
+                          : flesh_multipliers_solve(self->multipliers, &stage, state, NULL, NULL, 0, stats);
+    if (!status && !softened) status = flesh_multipliers_accept(self->multipliers, &stage, state);
     if (status) return status;
     for (int d = 0; d < self->n; d++) state->x[d] += u[d];
     if (h == 0 || flesh_untangler_is_still(untangler, u)) return FLESH_OK;
