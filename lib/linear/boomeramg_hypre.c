@@ -198,6 +198,7 @@ int flesh_boomeramg_create(const flesh_boomeramg_options *options, int rows, con
     return flesh_fail(FLESH_ERR_ARGUMENT, "the preconditioner boomeramg needs MPI: call MPI_Init before");
   }
   const size_t own = (size_t)flesh_team_own(team, rows);
+  const double all = 3 * flesh_team_all(team, rows);
   if (self) {
     *self = (flesh_boomeramg){.options = *options, .team = team, .rows = rows, .own = (int)own,
                               .comm = team && team->comm ? *(const MPI_Comm *)team->comm : MPI_COMM_SELF};
@@ -207,9 +208,8 @@ int flesh_boomeramg_create(const flesh_boomeramg_options *options, int rows, con
   }
   if (!self || !self->number || !self->index || !self->vector)
     status = flesh_fail(FLESH_ERR_MEMORY, "no memory for boomeramg of %d nodes", rows);
-  else if (3 * flesh_team_all(team, rows) > INT_MAX)
-    status = flesh_fail(FLESH_ERR_ARGUMENT, "boomeramg takes %d unknowns at most, and the body has %.0f", INT_MAX,
-                        3 * flesh_team_all(team, rows));
+  else if (all > INT_MAX)
+    status = flesh_fail(FLESH_ERR_ARGUMENT, "boomeramg takes %d unknowns at most, and the body has %.0f", INT_MAX, all);
   status = flesh_team_agree(team, status);
   if (status) {
     flesh_boomeramg_destroy(boomeramg);
@@ -220,7 +220,7 @@ int flesh_boomeramg_create(const flesh_boomeramg_options *options, int rows, con
   MPI_Exscan(&count, &before, 1, MPI_INT, MPI_SUM, self->comm);
   self->first = 3 * before;
   for (int i = 0; i < rows; i++) self->vector[i] = before + i;
-  if (team) team->operations->share(team->data, &(flesh_team_vector){1, 1, NULL, self->vector, 0});
+  flesh_team_share_nodes(team, 1, self->vector);
   for (int i = 0; i < rows; i++) self->number[i] = (HYPRE_BigInt)self->vector[i];
   for (size_t d = 0; d < 3 * own; d++) self->index[d] = self->first + (HYPRE_BigInt)d;
   self->r = make_vector(self);

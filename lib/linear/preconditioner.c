@@ -16,8 +16,7 @@
 /* Numbers of coarse vertices that pay for this matrix; the blocks of a team's matrices are added up. */
 static flesh_levels levels_for(const flesh_block_matrix *A, const flesh_team *team)
 {
-  double blocks = A->row_start[A->rows];
-  flesh_team_sum(team, 1, &blocks);
+  const double blocks = flesh_team_total(team, A->row_start[A->rows]);
   return flesh_levels_for(flesh_team_all(team, A->rows), blocks, team ? team->ranks : 1);
 }
 

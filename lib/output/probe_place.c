@@ -63,15 +63,12 @@ static int find_place(const flesh_mesh *mesh, const flesh_team *team, const doub
  * has it keeps it. */
 static void choose_place(const flesh_team *team, flesh_place *place)
 {
-  double nearest = place->tet < 0 ? -INFINITY : -place->distance, first;
   if (!team) return;
-  flesh_team_largest(team, 1, &nearest);
-  const int is_nearest = place->tet >= 0 && -place->distance == nearest;
-  first = is_nearest ? -team->tets[place->tet] : -INFINITY;
-  const double own = first;
-  flesh_team_largest(team, 1, &first);
+  double nearest = place->tet < 0 ? -INFINITY : -place->distance;
+  const double own = place->tet < 0 ? -INFINITY : -team->tets[place->tet],
+               first = flesh_team_argmax(team, &nearest, own);
+  if (-place->distance != nearest || own != first) place->tet = -1;
   place->distance = -nearest;
-  if (!is_nearest || own != first) place->tet = -1;
 }
 
 /* The tet that holds the probe's point at rest. */
@@ -128,17 +125,17 @@ static int check_nodes(flesh_probe *probe, const flesh_body *body, const flesh_t
   double count = 0, tet_count;
   int *tets, here;
   probe->tet = -1;
-  int status = flesh_team_agree(team, flesh_probe_check_nodes(probe, flesh_mesh_node_count(body->mesh)));
+  int status = flesh_probe_check_nodes(probe, flesh_mesh_node_count(body->mesh));
+  for (int k = 0; k < probe->node_count && probe->nodes && !status; k++) count += flesh_probe_counts(probe, team, k);
+  status = flesh_team_sum_agreed(team, status, 1, &count);
   if (status) return status;
-  for (int k = 0; k < probe->node_count && probe->nodes; k++) count += flesh_probe_counts(probe, team, k);
-  flesh_team_sum(team, 1, &count);
   if (count < 1) return flesh_fail(FLESH_ERR_ARGUMENT, "there is neither a point nor a node");
   find_middle(probe, body->mesh, team, (int)count);
   if (!(probe->quantities & FLESH_PROBE_OF_TETS)) return FLESH_OK;
-  status = flesh_team_agree(team, flesh_probe_find_tets(body->mesh, probe, &here, &tets));
+  status = flesh_probe_find_tets(body->mesh, probe, &here, &tets);
   free(tets);
   tet_count = here;
-  if (!status) flesh_team_sum(team, 1, &tet_count);
+  status = flesh_team_sum_agreed(team, status, 1, &tet_count);
   if (status || tet_count > 0) return status;
   return flesh_fail(FLESH_ERR_ARGUMENT,
                     "quantities has some of J, stretch, stress and energy, but no tet has all its nodes among the %.0f "

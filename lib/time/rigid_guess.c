@@ -154,13 +154,13 @@ int flesh_rigid_guess(const flesh_rigid_parts *parts, const uint8_t *fixed, cons
   int guessed = 0;
   for (int p = 0; p < parts->count; p++) {
     const int *nodes = parts->nodes + parts->first[p], count = parts->first[p + 1] - parts->first[p];
-    double constrained = 0; /* on any rank */
-    for (int k = 0; fixed && k < count && constrained == 0; k++)
+    int constrained = 0;
+    for (int k = 0; fixed && k < count && !constrained; k++)
       constrained = fixed[3 * nodes[k]] || fixed[3 * nodes[k] + 1] || fixed[3 * nodes[k] + 2];
-    flesh_team_largest(parts->team, 1, &constrained);
-    for (int k = 0; constrained > 0 && k < count; k++)
+    constrained = flesh_team_any(parts->team, constrained);
+    for (int k = 0; constrained && k < count; k++)
       for (int c = 0; c < 3; c++) u[3 * nodes[k] + c] = 0;
-    if (constrained > 0) continue;
+    if (constrained) continue;
     guess_part(parts, p, state, h, nearest, u);
     guessed++;
   }

@@ -102,12 +102,12 @@ static void parts_add_up(void)
 
 /* A KINSOL for a subdomain, as nonlinear solves have one, but of its own: its memory is the system's. */
 static int solve_stage(void *data, const flesh_system *system, const flesh_solver_options *options, const flesh_stage *stage,
-                       int (*stop)(void *data), void *stop_data, flesh_solve_stats *stats, double *u)
+                       flesh_stop stop, flesh_solve_stats *stats, double *u)
 {
   flesh_nonlinear *nonlinear = NULL;
   flesh_reserve *reserve = flesh_reserve_enter(NULL);
   int status = flesh_nonlinear_create(system, options, &nonlinear);
-  (void)data, (void)stop, (void)stop_data;
+  (void)data, (void)stop;
   if (status) return status;
   status = flesh_nonlinear_solve(nonlinear, stage, NULL, 0, stats);
   memcpy(u, flesh_nonlinear_unknowns(nonlinear), (size_t)flesh_system_unknowns(system) * sizeof *u);
@@ -238,9 +238,9 @@ static int lies;
 
 /* A possible result of a subdomain's solve that raises the whole's potential. */
 static int lie(void *data, const flesh_system *system, const flesh_solver_options *options, const flesh_stage *stage,
-               int (*stop)(void *data), void *stop_data, flesh_solve_stats *stats, double *u)
+               flesh_stop stop, flesh_solve_stats *stats, double *u)
 {
-  (void)data, (void)options, (void)stage, (void)stop, (void)stop_data, (void)stats;
+  (void)data, (void)options, (void)stage, (void)stop, (void)stats;
   lies++;
   for (int d = 0; d < flesh_system_unknowns(system); d++) u[d] = 1e-3 * (d % 3);
   return FLESH_OK;

@@ -63,12 +63,12 @@ static flesh_stage stage_of(const test_body *b)
 
 /* The whole's solver of few nodes, with memory of its own. */
 static int solve_stage(void *data, const flesh_system *system, const flesh_solver_options *options, const flesh_stage *stage,
-                       int (*stop)(void *data), void *stop_data, flesh_solve_stats *stats, double *u)
+                       flesh_stop stop, flesh_solve_stats *stats, double *u)
 {
   flesh_nonlinear *nonlinear = NULL;
   flesh_reserve *reserve = flesh_reserve_enter(NULL);
   int status = flesh_nonlinear_create(system, options, &nonlinear);
-  (void)stop, (void)stop_data;
+  (void)stop;
   CHECK(!flesh_newton_eliminates(system, options));
   ++*(int *)data;
   if (!status) status = flesh_nonlinear_solve(nonlinear, stage, NULL, 0, stats);
