@@ -1,3 +1,4 @@
+// TEST quick
 /* test_archive.c: what something remembers comes back from bytes, also where it was saved of other nodes and tets; bytes
  * that are not those of such members are found out. */
 #include "test.h"

@@ -1,3 +1,4 @@
+// TEST quick
 /* test_confine.c: within a confined folder no link is followed, nor "..", by any of the functions; elsewhere both are. */
 #include "temporary.h"
 #include "test.h"

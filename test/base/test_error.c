@@ -1,3 +1,4 @@
+// TEST quick
 /* test_error.c: statuses have names, and the error text is the thread's own. */
 #include "test.h"
 

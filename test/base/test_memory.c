@@ -1,3 +1,4 @@
+// TEST quick
 /* test_memory.c: reserves give what they have, take it back, and are entered by one thread; sorting is stable. */
 #include <stdint.h>
 #include <stdlib.h>

@@ -1,3 +1,4 @@
+// TEST quick
 /* test_text.c: a text in a buffer of fixed size never leaves it, and ends with a whole letter. */
 #include "test.h"
 

@@ -1,3 +1,4 @@
+// TEST quick
 /* test_threads.c: every task once, on any number of threads, in runs that follow each other closely. */
 #include "flesh/threads.h"
 

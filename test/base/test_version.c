@@ -1,3 +1,4 @@
+// TEST quick
 /* test_version.c: headers, library and meson.build tell one version. */
 #include "flesh/flesh.h"
 #include "test.h"

@@ -1,4 +1,7 @@
 #!/usr/bin/env python3
+# TEST name=test_hardcases_ranks full program alone needs=flesh,ranks,plain protocol=exitcode
+# TEST+ args: @flesh@ --launcher @mpirun@ --out @folder@/ranks_battery --cases
+# TEST+ single_*,static_shear,static_stretch4,squash10_static,two_bodies,twist2_h1,mirrored,invert_one,point,line
 """ranks_battery.py: the quick battery of hard cases with every body shared out among ranks.
 
   python3 test/campaign/ranks_battery.py build/drivers/flesh --ranks 3 --poisson 0.45 --cases '*' --out out/ranks_battery

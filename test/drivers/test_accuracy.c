@@ -1,3 +1,4 @@
+// TEST quick sources=accuracy/analysis.c,accuracy/dense.c,accuracy/track.c
 /* test_accuracy.c: how `flesh accuracy` measures: times, distances, periods, fits and fronts,
  * against closed forms. */
 #include "temporary.h"

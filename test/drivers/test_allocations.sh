@@ -1,3 +1,5 @@
+# TEST name=test_allocations_quick quick program excerpt seconds=120 needs=flesh,fail_allocation args: quick
+# TEST full program seconds=900 needs=flesh,fail_allocation
 # test_allocations.sh: every single allocation of `mesh convert`, `check` and `run` fails, alone and with all after it:
 # the command says so and exits with 1, or it does without and gives the same; nothing of flesh crashes, and nothing
 # half-written is left. Crashes within libraries must stand in known_faults.txt. `quick`: a sample of them.
@@ -54,7 +56,7 @@ attempt() { # FAIL_AT ON COMMAND...
   number_k=$1 further=$2
   shift 2
   rm -rf out made.*
-  timeout -k 1 20 env FLESH_FAIL_AT="$number_k" FLESH_FAIL_ON="$further" LD_PRELOAD="$shim" "$flesh" "$@" >stdout.txt \
+  timeout -k 1 1800 env FLESH_FAIL_AT="$number_k" FLESH_FAIL_ON="$further" LD_PRELOAD="$shim" "$flesh" "$@" >stdout.txt \
     2>stderr.txt
 }
 

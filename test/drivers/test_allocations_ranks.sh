@@ -1,3 +1,4 @@
+# TEST full program alone needs=flesh,mpirun,fail_allocation
 # test_allocations_ranks.sh: on two ranks an allocation of the second one's fails: all end with the exit code of missing
 # memory and one sentence, or do without and run on; none waits for another. A sample of the allocations of three scenes.
 # FLESH names the program, FAIL_ALLOCATION what is preloaded, MPIRUN the launcher.
@@ -32,7 +33,7 @@ export shim FLESH_FAIL_OWN=1 FLESH_FAIL_COUNT="$work/count.txt"
 # attempt FAIL_AT SCENE: leaves the count of the second rank's allocations.
 attempt() {
   rm -rf out
-  FLESH_FAIL_AT=$1 timeout -k 1 60 "$launcher" -n 2 sh rank.sh "$flesh" run "$2" --quiet --no-frames --out out \
+  FLESH_FAIL_AT=$1 timeout -k 1 1800 "$launcher" -n 2 sh rank.sh "$flesh" run "$2" --quiet --no-frames --out out \
     >stdout.txt 2>stderr.txt
 }
 

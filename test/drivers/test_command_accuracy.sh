@@ -1,3 +1,4 @@
+# TEST full memory program seconds=180 needs=flesh
 # test_command_accuracy.sh: `flesh accuracy` as it is used: figures, orders, its reference, resuming, refusals.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"

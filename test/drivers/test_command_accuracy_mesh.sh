@@ -1,3 +1,4 @@
+# TEST full memory program seconds=120 needs=flesh
 # test_command_accuracy_mesh.sh: `flesh accuracy --mesh`: the error of the mesh beside that of the step.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"

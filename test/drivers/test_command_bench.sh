@@ -1,3 +1,6 @@
+# TEST quick program seconds=180 needs=flesh builds=plain
+# TEST quick program seconds=180 needs=flesh builds=memory args: races
+# TEST full seconds=180 needs=flesh builds=threads args: races
 # test_command_bench.sh: `flesh bench`: its files, that same work has the same counters and answers, and its refusals.
 # Nothing here depends on how fast the machine is. With `races` what has threads alone, for thread sanitizer to watch.
 set -u

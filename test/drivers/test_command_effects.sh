@@ -1,3 +1,4 @@
+# TEST quick program seconds=120 needs=flesh
 # test_command_effects.sh: the example scenes of the effects run in their short form, and a run tells what each effect
 # cost and nothing of those that are not there. FLESH names the program.
 set -u

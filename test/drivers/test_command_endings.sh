@@ -1,3 +1,4 @@
+# TEST quick program seconds=120 needs=flesh
 # test_command_endings.sh: what `flesh run` says of how a run ends: spurious energy, a budget within a step, rest in
 # a stressed state, motion without force. FLESH names the program.
 set -u

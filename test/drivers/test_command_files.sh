@@ -1,3 +1,4 @@
+# TEST full memory program seconds=120 needs=flesh
 # test_command_files.sh: what lies in files is not lost: one process for each folder of results, no input overwritten, no
 # waiting for pipes, nothing left of what was killed. FLESH names the program.
 set -u
@@ -25,7 +26,7 @@ cp bar.yaml precious.yaml
 refused() {
   refusal=$1 words=$2
   shift 2
-  expect "$refusal" timeout -k 1 20 "$@" && has stderr.txt "$words" && [ "$(lines stderr.txt)" -eq 1 ]
+  expect "$refusal" timeout -k 1 1800 "$@" && has stderr.txt "$words" && [ "$(lines stderr.txt)" -eq 1 ]
 }
 
 # ---- one process for each folder ----
@@ -235,16 +236,16 @@ scene: bar.yaml
 axes: [{key: body.material.poisson, name: nu, from: 0.1, to: 0.4, count: 50}]
 END
   # The limit is raised where it may be; where it may not, fewer run at a time.
-  (ulimit -Sn 40 && expect 0 timeout -k 1 30 "$flesh" sweep many.yaml --out soft --jobs 1000000 --quiet) || return 1
-  (ulimit -n 40 && expect 0 timeout -k 1 30 "$flesh" sweep many.yaml --out hard --jobs 1000000 --quiet) || return 1
-  (ulimit -n 90 && expect 0 timeout -k 1 30 "$flesh" sweep many.yaml --out some --jobs 1000000 --quiet) || return 1
-  (ulimit -n 40 && expect 0 timeout -k 1 30 "$flesh" drift bar.yaml --out few --jobs 1000000 --energies B,S \
+  (ulimit -Sn 40 && expect 0 timeout -k 1 1800 "$flesh" sweep many.yaml --out soft --jobs 1000000 --quiet) || return 1
+  (ulimit -n 40 && expect 0 timeout -k 1 1800 "$flesh" sweep many.yaml --out hard --jobs 1000000 --quiet) || return 1
+  (ulimit -n 90 && expect 0 timeout -k 1 1800 "$flesh" sweep many.yaml --out some --jobs 1000000 --quiet) || return 1
+  (ulimit -n 40 && expect 0 timeout -k 1 1800 "$flesh" drift bar.yaml --out few --jobs 1000000 --energies B,S \
     --poisson 0.3,0.4 --solvers guarded) || return 1
   for out in soft hard some; do
     "$flesh" sweep export $out/sweep.db --columns "status, count(*) AS n" >counted.csv && has counted.csv 'complete,50' ||
       return 1
   done
-  (ulimit -n 40 && expect 0 timeout -k 1 30 "$flesh" hardcases --quick --out battery --jobs 1000000 --cases jitter20 \
+  (ulimit -n 40 && expect 0 timeout -k 1 1800 "$flesh" hardcases --quick --out battery --jobs 1000000 --cases jitter20 \
     --energies S --poisson 0.45)
 }
 

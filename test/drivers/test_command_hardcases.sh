@@ -1,3 +1,4 @@
+# TEST full memory program seconds=180 needs=flesh
 # test_command_hardcases.sh: `flesh hardcases`: what the default solver guarantees, its files and refusals.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"

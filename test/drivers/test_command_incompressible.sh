@@ -1,3 +1,4 @@
+# TEST quick program seconds=120 needs=flesh
 # test_command_incompressible.sh: `flesh run` at Poisson's ratio 1/2: what it says, what it keeps in states, from where
 # it goes on, and what it refuses.
 # FLESH names the program.

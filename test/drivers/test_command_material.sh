@@ -1,3 +1,4 @@
+# TEST full memory program seconds=60 needs=flesh
 # test_command_material.sh: `flesh material` and `flesh schema` as they are used: table, pictures,
 # words, bad usage. FLESH names the program.
 set -u

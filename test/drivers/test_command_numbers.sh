@@ -1,3 +1,4 @@
+# TEST full program seconds=120 needs=flesh
 # test_command_numbers.sh: numbers beyond all measure, for every option that takes some: refused in one sentence, or
 # carried out. A number that does not fit an int is told by the sanitizers (float-cast-overflow). FLESH names the program.
 set -u
@@ -18,7 +19,7 @@ END
 
 # holds COMMAND...: it ends with a documented exit code, and where it refuses with a sentence (`check` with its table).
 holds() {
-  timeout -k 1 60 "$@" >stdout.txt 2>stderr.txt
+  timeout -k 1 1800 "$@" >stdout.txt 2>stderr.txt
   ended=$?
   grep -q 'runtime error' stderr.txt || case $ended in
   0) return 0 ;;

@@ -1,3 +1,4 @@
+# TEST quick program seconds=120 needs=flesh
 # test_command_report.sh: `flesh report`: what it embeds is what the results hold, and what it cannot use it refuses.
 # FLESH names the program.
 set -u

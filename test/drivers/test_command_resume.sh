@@ -1,3 +1,4 @@
+# TEST quick program seconds=120 needs=flesh,stop_at
 # test_command_resume.sh: `flesh run --checkpoint` and `--resume`: killed before some call that touches a file, a run goes
 # on from its last checkpoint and leaves the bits of one that nothing has disturbed; what cannot be gone on with is
 # refused. FLESH names the program, STOP_AT what is preloaded.

@@ -1,3 +1,4 @@
+# TEST quick program seconds=120 needs=flesh
 # test_command_run.sh: `flesh run` and `flesh check` as they are used: exit codes, files, signals, restarts.
 # FLESH names the program.
 set -u

@@ -1,3 +1,4 @@
+# TEST quick program seconds=60 needs=flesh
 # test_command_skin.sh: `flesh skin` and the skin of a run, as they are used. FLESH names the program.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"

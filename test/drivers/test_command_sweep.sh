@@ -1,3 +1,4 @@
+# TEST full memory program seconds=180 needs=flesh
 # test_command_sweep.sh: `flesh sweep`: its plans, its rows, its shards, and what is made of them.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"

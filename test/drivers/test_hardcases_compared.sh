@@ -1,3 +1,4 @@
+# TEST full program seconds=300 needs=flesh
 # test_hardcases_compared.sh: `flesh hardcases` with other solvers, elements, filters and meshes beside the default.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"

@@ -1,3 +1,4 @@
+// TEST quick sources=hardcases/profile.c
 /* test_hardcases_profile.c: performance profiles and verdicts on costs whose answers are known. */
 #include <math.h>
 #include <stdlib.h>

@@ -1,3 +1,4 @@
+# TEST full memory program seconds=120 needs=flesh
 # test_hostile_names.sh: names, titles and values that mean commands to gnuplot, ffmpeg or a shell stay names: what is
 # asked for is drawn or refused in a sentence, and nothing else happens.
 # shellcheck shell=sh disable=SC2154,SC2015,SC2016

@@ -1,3 +1,4 @@
+// TEST quick sources=cli/interrupt.c
 /* test_interrupt.c: signals are remembered, and nothing else of the program changes. */
 #include "cli/interrupt.h"
 

@@ -1,3 +1,4 @@
+# TEST quick program needs=flesh,slow_clock
 # test_long_steps.sh: a run that is silent for long says what goes on: first after ten seconds, then whenever it has
 # lasted twice as long, and every ten minutes at least; short steps and quiet runs say nothing. Each reading of the
 # clock is so many seconds after the last. FLESH names the program, SLOW_CLOCK what is preloaded.

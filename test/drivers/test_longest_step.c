@@ -1,3 +1,4 @@
+// TEST quick sources=run/longest_step.c,run/run_trace.c
 /* test_longest_step.c: which step of a run is told to be long. */
 #include <math.h>
 #include <stdlib.h>

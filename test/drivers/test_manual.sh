@@ -1,3 +1,4 @@
+# TEST full program seconds=120 needs=flesh
 # test_manual.sh: manual pages and completion have every command, option and key, and are right for man, bash and zsh.
 # FLESH names the program, whose folder has what the build made of it.
 set -u

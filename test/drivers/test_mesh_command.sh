@@ -1,4 +1,5 @@
 #!/bin/sh
+# TEST quick program needs=flesh args: @flesh@
 # test_mesh_command.sh FLESH: the mesh command's output, sentences and exit codes, as TAP.
 flesh=$(realpath "$1")
 meshes=$(cd "$(dirname "$0")/../../data/meshes" && pwd)

@@ -1,3 +1,4 @@
+# TEST full program seconds=300 needs=flesh
 # test_peel.sh: a strip is peeled off by the force that the toughness of its weld asks for: breaks_at^2/(2 stiffness) times
 # the width at a right angle (Rivlin 1944). FLESH names the program.
 set -u

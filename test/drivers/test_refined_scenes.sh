@@ -1,3 +1,4 @@
+# TEST quick program seconds=60 needs=flesh
 # test_refined_scenes.sh: body.refine: the same body on a finer mesh, from the same start.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
@@ -57,8 +58,8 @@ what_does_not_fit_is_refused() {
   expect 2 "$flesh" run coarse.yaml && has stderr.txt 'body.refine is 11; it must be 0 to 10' || return 1
   for refine in 8 10; do
     scene coarse.yaml "$meshes/bar_8x2x2.mesh" $refine
-    expect 2 timeout 20 "$flesh" run coarse.yaml && has stderr.txt "body.refine is $refine; the mesh's 192 tets become" || return 1
-    expect 2 timeout 20 "$flesh" mesh convert --refine $refine "$meshes/bar_8x2x2.mesh" finer.mesh &&
+    expect 2 timeout 1800 "$flesh" run coarse.yaml && has stderr.txt "body.refine is $refine; the mesh's 192 tets become" || return 1
+    expect 2 timeout 1800 "$flesh" mesh convert --refine $refine "$meshes/bar_8x2x2.mesh" finer.mesh &&
       has stderr.txt "refine $refine: the mesh's 192 tets become" && [ ! -e finer.mesh ] || return 1
   done
   scene coarse.yaml "$meshes/bar_8x2x2.mesh" -1

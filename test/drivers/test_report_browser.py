@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# TEST full program seconds=600 needs=flesh
 """test_report_browser.py: a report as it is read: in Chromium, by pointer and by keys, on a desk and on a phone, light
 and dark; its colours are those of `flesh snap`. FLESH names the program. Speaks TAP; skipped without Chromium."""
 import os

@@ -1,3 +1,5 @@
+# TEST full program seconds=120 needs=flesh builds=plain
+# TEST full seconds=180 needs=flesh builds=threads args: races
 # test_same_bits.sh: runs end with the same bits whatever the number of threads: every scene there is, every method.
 # FLESH names the program. With `races` by two threads alone, for thread sanitizer to watch.
 set -u

@@ -1,3 +1,4 @@
+// TEST quick sources=sweep/sample.c
 /* test_sweep.c: the samples of sweeps fill their space as the sequences promise. */
 #include <math.h>
 #include <stdlib.h>

@@ -1,3 +1,4 @@
+# TEST full program seconds=300 needs=flesh
 # test_sweep_killed.sh: nothing of a sweep is lost when it is killed, shared, stopped, or out of disk.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"

@@ -1,3 +1,4 @@
+// TEST quick
 /* test_bodies.c: several bodies in one scene move as each by itself, cost no more Newton iterations, and can be
  * named by selections. */
 #include "scene_files.h"

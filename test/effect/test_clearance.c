@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_clearance.c: an obstacle that is far is not asked, and one that comes near, or that a body comes near to, is met
  * as if it were asked always: the same bits, whoever moves, however fast, and with whatever steps. */
 #include <stdlib.h>

@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_contact.c: obstacles' distances, barriers and swept tests; contact's derivatives, its equilibria, and what it
  * refuses. */
 #include <stdlib.h>

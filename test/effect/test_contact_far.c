@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_contact_far.c: what is said to be far is far, from every obstacle; and a long capsule keeps faces off its axis
  * everywhere along it. */
 #include <stdlib.h>

@@ -1,3 +1,4 @@
+// TEST quick seconds=120
 /* test_contact_motion.c: bodies thrown at obstacles and obstacles that move: nothing passes, under fixed and adaptive
  * steps; blocks on slopes hold and slip as Coulomb's law says. */
 #include <stdlib.h>

@@ -1,3 +1,4 @@
+// TEST quick
 /* test_costs.c: what effects cost is counted by whoever evaluates them, and effects that are not there cost nothing:
  * no allocation, no entry of the pattern, no call, no column. */
 #include <stdlib.h>

@@ -1,3 +1,4 @@
+// TEST quick
 /* test_curved_pressure.c: the pressure on the faces of ten-node tets: against integrals by another rule, volumes, sums
  * over closed surfaces, and by derivatives. */
 #include <stdlib.h>

@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_damping.c: how fast damped modes decay, that viscosity leaves rigid motion alone, and that damping never feeds
  * energy. */
 #include <gsl/gsl_eigen.h>

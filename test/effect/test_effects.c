@@ -1,6 +1,6 @@
+// TEST quick seconds=60
 /* test_effects.c: every effect of the registry obeys the contract of effect.h: residual, Jacobian and potential
- * are derivatives of one another, Jacobians are symmetric and, projected, positive semi-definite, energies are what
- * the formulas say. */
+ * are derivatives of one another, Jacobians symmetric and, projected, positive semi-definite, energies those of formulas. */
 #include <gsl/gsl_eigen.h>
 #include <stdlib.h>
 

@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_every_effect.c: every effect that a scene can name, with its sample, runs under KINSOL and under IDA; without
  * elasticity a body flies freely. */
 #include <stdlib.h>

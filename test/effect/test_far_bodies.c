@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_far_bodies.c: bodies far from each other cost no search while they fly, and still meet without going through. */
 #include "crossings.h"
 #include "effect/surface_contact.h"

@@ -1,3 +1,4 @@
+// TEST full
 /* test_fast_sheets.c: thin bodies that hit each other much faster than waves travel in them end their step, with few
  * iterations, and do not go through each other. */
 #include "crossings.h"

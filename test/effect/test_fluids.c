@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_fluids.c: drag and buoyancy against closed forms: terminal velocity, Archimedes, draught, heave and metacentric
  * height of floating blocks, work of the wind. */
 #include <stdlib.h>

@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_joint.c: balls and hinges: what turns freely and what does not, momenta, and the period of a pendulum. */
 #include <stdlib.h>
 

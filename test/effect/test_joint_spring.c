@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_joint_spring.c: springs between points of two groups of nodes: energy, Hessian, momenta, and the frequency of two
  * blocks that swing against each other. */
 #include <stdlib.h>

@@ -1,3 +1,4 @@
+// TEST quick
 /* test_lag.c: effects see a frozen state always, and the lagged state that they see is the last one at which forces
  * balance: that of the step before in every method that steps, the last load increment at rest in statics, the point's
  * own where nothing is stepped over. */

@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_loads.c: dead and following loads against closed forms, balance, and the radial boundary-value problem of an
  * inflated thick sphere. */
 #include <gsl/gsl_errno.h>

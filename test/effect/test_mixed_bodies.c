@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_mixed_bodies.c: bodies of four-node and of ten-node tets side by side in one scene are, each for itself, what
  * they are alone: forces, energies and stiffness of every effect, statics and motion, probes, frames. */
 #include "scene_files.h"

@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_muscle.c: a cube of muscle held at a length, shortening under a load and stretched while active is the closed
  * form; a nearly incompressible one keeps its volume; the energy that an activation puts in is the work that is done; a
  * scrambled body of active muscle finds its equilibrium. */

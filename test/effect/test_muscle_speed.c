@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_muscle_speed.c: muscle that is weaker while it shortens and stronger while it is stretched: a cube that is moved
  * at a speed pulls as the closed form of a step, which goes to that of Hill and Thelen with the step; a cube under a
  * load shortens as fast as Hill's hyperbola says; what the speed takes off is dissipated. Cubes have next to no mass,

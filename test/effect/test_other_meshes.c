@@ -1,3 +1,4 @@
+// TEST quick
 /* test_other_meshes.c: what was made for one mesh is refused by what is on another one. */
 #include "scene_files.h"
 

@@ -1,3 +1,4 @@
+// TEST quick
 /* test_rest_gaps.c: what is nearer than the thickness at rest: pieces of one body, which touch all the same; and ends of
  * one piece across a gap, which do not, and are found. */
 #include "body.h"

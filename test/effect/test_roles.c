@@ -1,3 +1,4 @@
+// TEST quick
 /* test_roles.c: effects are known by their roles: a mass and an elasticity of the user's own, under names of their own,
  * are to every part of the library what the built-in ones are, and so is a load with the least that an effect has. */
 #include <math.h>

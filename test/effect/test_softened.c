@@ -1,3 +1,4 @@
+// TEST quick
 /* test_softened.c: a softened system is one of its materials, and has as many levels as a body is stiff. */
 #include <stdlib.h>
 

@@ -1,3 +1,4 @@
+// TEST quick
 /* test_spring.c: where a spring pulls, how keyframed motions move, and what the effects' constructors refuse. */
 #include <stdlib.h>
 

@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_spring_region.c: a spring that pulls within a radius: its weights against integrals in closed form, its sums and
  * derivatives, and that what it pulls converges under refinement, which a spring at a point does not. */
 #include <stdlib.h>

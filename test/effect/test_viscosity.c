@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_viscosity.c: viscosity has no torque and feels no rigid step, dissipates always, and under every method a body
  * that spins freely keeps what it keeps without viscosity: its angular momentum exactly under the midpoint rule. */
 #include <stdlib.h>

@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_weld.c: welds of meshes that do not match: constant stress, momenta, bending against one mesh, iterations. */
 #include <stdlib.h>
 

@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_elasticity.c: the batched kernels (elasticity's, damping's, viscosity's, mass's), with every set of
  * instructions that this machine has, against one tet at a time through flesh/material.h; tiles and threads. */
 #include <stdlib.h>

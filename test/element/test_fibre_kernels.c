@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_fibre_kernels.c: the batched kernels of fibres, with every set of instructions that this machine has, against one
  * tet at a time: energies, derivatives, filtered Hessians, parts of a mesh, meshes with both kinds of tets, threads. */
 #include <gsl/gsl_eigen.h>

@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_tet_order.c: the order in which tets are worked through: each once, and no conflicts within a colour. */
 #include <stdlib.h>
 

@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_user_volume.c: the volume part U(J) of a user's own psi: of which tet10-mean takes a mean as of the built-in
  * terms; and what is refused. */
 #include <stdlib.h>

@@ -1,3 +1,4 @@
+// TEST quick
 /* test_box_tree.c: trees of boxes find what brute force finds, with the same bits for any number of threads. */
 #include <stdlib.h>
 

@@ -1,3 +1,4 @@
+// TEST quick
 /* test_collision_cases.c: motions of points, edges and triangles whose ends are known. */
 #include "collision_reference.h"
 

@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_contact_bodies.c: the barrier between whole bodies: cubes of four-node and ten-node tets one upon the other, and
  * between curved faces, whose energy is that of the surfaces as triangles become small. */
 #include "facing.h"

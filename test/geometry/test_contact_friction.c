@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_contact_friction.c: friction between surfaces: Coulomb's law whatever the triangles, a potential, forces without
  * moment, and none where everything turns together. */
 #include "facing.h"

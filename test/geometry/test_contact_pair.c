@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_contact_pair.c: the barrier between two features: derivatives against finite differences, forces and moments that
  * balance, filtered eigenvalues, and configurations of every kind that give no NaN. */
 #include "geometry/barrier.h"

@@ -1,3 +1,4 @@
+// TEST quick
 /* test_contact_patches.c: patches of boxes that are in each other: how often surfaces go around a place, what is ignored
  * and what is not, and from when on it counts again. */
 #include "geometry/contact_patches.h"

@@ -1,3 +1,4 @@
+// TEST quick
 /* test_contact_seat.c: seats have the derivatives of their energy, push and never pull, and keep momentum and angular
  * momentum. */
 #include "geometry/contact_seat.h"

@@ -1,3 +1,4 @@
+// TEST quick
 /* test_contact_secant.c: Hessians of contact lead to the gap at which the force is the expected one, and a sheet that is
  * pressed comes to rest in as few iterations however deep it starts. */
 #include "geometry/contact_secant.h"

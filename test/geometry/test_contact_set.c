@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_contact_set.c: the barrier between surfaces: it does not depend on how faces are cut, has no kinks, is the
  * potential of its forces, which balance, and has the same bits for any number of threads. */
 #include "facing.h"

@@ -1,3 +1,4 @@
+// TEST quick
 /* test_contact_surface.c: the triangulated surface of bodies: each edge once with its faces, areas that add up, and
  * which body a node is of. */
 #include <stdlib.h>

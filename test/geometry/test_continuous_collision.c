@@ -1,3 +1,4 @@
+// TEST full seconds=300
 /* test_continuous_collision.c: points, edges and triangles never pass through each other, and stop no earlier than said,
  * on trajectories at random and on hard ones. */
 #include "collision_reference.h"

@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_near_drift.c: bounds of how much what is near each other has moved relative to each other: never too small, and
  * small for whatever moves as a whole, turns or bends. */
 #include "geometry/near_drift.h"

@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_near_pairs.c: searches for near pairs find what brute force finds, and little else; the steps they allow. */
 #include "collision_reference.h"
 #include "geometry/near_pairs.h"

@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_orient.c: signs of determinants and intersections against whole numbers of 1536 bits. */
 #include <float.h>
 

@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_surface_intersections.c: surfaces that go through each other are found, with the right faces and places, as brute
  * force in whole numbers finds them. */
 #include "geometry/surface_intersections.h"

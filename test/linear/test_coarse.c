@@ -1,3 +1,4 @@
+// TEST quick each_set
 /* test_coarse.c: the coarse level finds what lies in its space exactly, and keeps iterations from growing with the
  * mesh. */
 #include "linear/coarse.c"

@@ -1,3 +1,4 @@
+// TEST quick each_set
 /* test_preconditioners.c: preconditioners, and conjugate gradients with them, against full matrices and GSL. */
 #include <gsl/gsl_eigen.h>
 #include <stdlib.h>

@@ -1,3 +1,5 @@
+// TEST quick seconds=60 args: neighbours_in_a_pair_do_not_disturb_each_other few_setups_give_the_same_bits
+// TEST name=test_thousands_of_setups full seconds=300 builds=plain,memory args: two_thousand_setups_give_the_same_bits
 /* test_repeated_setups.c: preconditioners that two threads set up again and again are those that one thread sets up, to
  * the last bit, on irregular meshes: there threads write next to each other wherever chance takes them. */
 #include <stdatomic.h>

@@ -1,3 +1,4 @@
+// TEST quick each_set
 /* test_row_coupling.c: solves with sparse matrices of numbers, exact ones and polynomials, against full matrices. */
 #include <gsl/gsl_blas.h>
 #include <gsl/gsl_eigen.h>

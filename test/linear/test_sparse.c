@@ -1,3 +1,4 @@
+// TEST quick each_set
 /* test_sparse.c: block products, constraints and factorisations against full matrices and GSL. */
 #include <stdlib.h>
 

@@ -1,3 +1,4 @@
+// TEST quick each_set
 /* test_volume_projection.c: the volume projection of nearly incompressible ten-node tets against full matrices. */
 #include <gsl/gsl_eigen.h>
 #include <stdlib.h>

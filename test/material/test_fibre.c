@@ -1,3 +1,4 @@
+// TEST quick
 /* test_fibre.c: the tension of a muscle fibre is the published curves', smooth and the derivative of its energy; the
  * eigenvalues of its Hessian by F in closed form are those of a solver. */
 #include <gsl/gsl_eigen.h>

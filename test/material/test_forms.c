@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_forms.c: a form that this file adds, and every built-in one, through the derivatives of an effect, the projection
  * of the Hessian and a static solve. A form is a psi: nothing else is told of the one added here. */
 #include <math.h>

@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_material.c: psi, P and H of the forms of I_C and J and of users' own: against long double
  * formulas, finite differences, objectivity and isotropy; and what happens where there is no value.
  */

@@ -1,3 +1,4 @@
+// TEST quick
 /* test_material_constants.c: the maps from small-strain constants, their limits and refusals, and
  * the rest state of every form. */
 #include "test_matrix.h"

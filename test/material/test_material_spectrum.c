@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_material_spectrum.c: the closed-form eigenpairs, the projected Hessian and the
  * singular-frame blocks against GSL's eigen-solver of the full 9x9 Hessian. */
 #include "test_matrix.h"

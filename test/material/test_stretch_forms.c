@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_stretch_forms.c: the forms of the singular values against their formulas on GSL's singular values, the textbook's
  * derivatives of the polar rotation and differences; their Hessians' eigenvalues against GSL's of the 9x9 matrix; what
  * they are where the polar rotation is not unique. */

@@ -1,3 +1,4 @@
+// TEST quick
 /* test_eig_small.c: Jacobi's rotations give the eigenvectors of symmetric matrices, also of graded and singular ones. */
 #include "math/eig_small.h"
 #include "test.h"

@@ -1,3 +1,4 @@
+// TEST quick
 /* test_lanes.c: what lanes.h, logarithm.h, exponential.h and error_function.h add to the compiler's vectors, against the
  * C library. */
 #define FLESH_LANES 2

@@ -1,3 +1,4 @@
+// TEST quick
 /* test_math.c: 3x3 matrix operations, the rotation-variant SVD and the symmetric eigen-solver, on
  * random, degenerate, reflected, huge and tiny matrices, against identities and GSL. */
 #include "test_matrix.h"

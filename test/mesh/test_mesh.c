@@ -1,3 +1,4 @@
+// TEST quick
 /* test_mesh.c: making and measuring meshes, against closed forms and an independent list of tets.
  */
 #include "test.h"

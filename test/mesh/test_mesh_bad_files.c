@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_mesh_bad_files.c: every kind of bad file gets its sentence; cut and damaged files do no
  * harm. */
 #include "mesh_files.h"

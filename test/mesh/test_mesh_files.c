@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_mesh_files.c: every format reads what is right, and what is written reads back the same. */
 #include "mesh_files.h"
 

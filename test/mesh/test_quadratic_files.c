@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_quadratic_files.c: meshes of ten-node tets in every format: what is written reads back the same, and files of
  * the programs that made the formats are understood, straight and curved. */
 #include "mesh_files.h"

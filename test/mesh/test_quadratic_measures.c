@@ -1,3 +1,4 @@
+// TEST quick
 /* test_quadratic_measures.c: volumes, J, masses and quality of ten-node tets, straight and curved. */
 #include "quadratic.h"
 

@@ -1,3 +1,4 @@
+// TEST quick
 /* test_quadratic_mesh.c: meshes of ten-node tets: their making, checks and faces. */
 #include "quadratic.h"
 

@@ -1,3 +1,4 @@
+// TEST quick
 /* test_refine.c: refined meshes: they fill the same body with tets of an eighth, whose faces fit. */
 #include <math.h>
 

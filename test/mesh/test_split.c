@@ -1,3 +1,4 @@
+// TEST quick
 /* test_split.c: split meshes: the parts make the whole again, know what is around them, and tell of damage. */
 #include "mesh_files.h"
 

@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_convergence.c: where a solve ends, its residual is small beside the forces that balance each other there,
  * whatever an obstacle, a handle or a spring has done to its first iterate. */
 #include "press.h"

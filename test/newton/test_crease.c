@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_crease.c: a step in which the pressed side of a clamped bar folds into a crease is not dear. There the body
  * leaves a saddle of the incremental potential, and each step of a projected Hessian goes but a little of the way. */
 #include "swing.h"

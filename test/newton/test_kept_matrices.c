@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_kept_matrices.c: matrices serve for further iterations and steps as long as residuals come out as they
  * predict. */
 #include <stdlib.h>

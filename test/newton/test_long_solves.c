@@ -1,3 +1,4 @@
+// TEST quick
 /* test_long_solves.c: what makes long solves shorter, or keeps them from being given up or going on for ever: steps
  * that are lengthened, and batches of 300 iterations that must gain. Springs hold every node where it is but one,
  * whose potential or feasible step is the case's. */

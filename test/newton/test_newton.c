@@ -1,3 +1,4 @@
+// TEST quick
 /* test_newton.c: the parts of a Newton iteration, one by one, on potentials whose every value is known: each node has a
  * spring of its own along x. */
 #include "body.h"

@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_rounding.c: matrices are rounded to single precision only where inertia is large beside what that changes. */
 #include <gsl/gsl_eigen.h>
 #include <stdlib.h>

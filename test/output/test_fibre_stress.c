@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_fibre_stress.c: the stress that frames and probes have of a muscle is the material's and the fibres': the closed
  * form of a bar that contracts while it is held, the mean stress of all forces; tets without fibres keep theirs. */
 #include "scene_files.h"

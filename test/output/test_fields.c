@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_fields.c: the fields of frames are those of closed forms: uniaxial tension of every form, uniform strain of
  * several materials, bending; and their integrals those of the forces. */
 #include "scene_files.h"

@@ -1,3 +1,4 @@
+// TEST quick
 /* test_io.c: files are written whole or not at all; numbers read back exactly; folders are made or
  * refused. */
 #include "temporary.h"

@@ -1,3 +1,4 @@
+// TEST name=vtu quick by=shared/check_vtu.py protocol=exitcode
 /* test_io_vtu.c: writes the sample that check_vtu.py reads with VTK (`--write DIR`). */
 #include <limits.h>
 #include <stdio.h>

@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_probes.c: reactions balance loads and inertia; strain, stress and energy are those of the effect of elasticity;
  * every row is on disk when its step ends. */
 #include "scene_files.h"

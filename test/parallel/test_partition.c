@@ -1,3 +1,4 @@
+// TEST quick
 /* test_partition.c: which tets go together: as many each, flat cuts, and METIS' where planes cut far more. */
 #include "test.h"
 

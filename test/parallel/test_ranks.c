@@ -1,3 +1,4 @@
+// TEST quick needs=ranks ranks=1,2,3,5
 /* test_ranks.c: reductions and messages between ranks, and the parts of a body. */
 #include "ranks.h"
 

@@ -1,3 +1,4 @@
+// TEST quick needs=ranks ranks=1,2,3,5
 /* test_shared_body.c: a body that is shared out among ranks against the same body on one: forces, energies, products
  * with the matrix, equilibria and motions under KINSOL. */
 #include "ranks.h"

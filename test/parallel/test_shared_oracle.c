@@ -1,3 +1,4 @@
+// TEST full memory needs=ranks ranks=1,2,3,5,8
 /* test_shared_oracle.c: a body that ranks share out agrees with independent codes (reference/oracle/README.md) as one on
  * one rank does: forces and matrices of elements, equilibria, backward Euler. */
 #include "ranks.h"

@@ -1,3 +1,4 @@
+// TEST full seconds=300
 /* test_compressed_block.c: deal.II's step-44, a nearly incompressible block that is pressed down on a quarter of its top
  * to less than a third of its height, by another code with another element (reference/dealii/README.md): hexahedra with
  * quadratic displacements and linear pressures. The form comes in as a user's own psi. */

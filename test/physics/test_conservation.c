@@ -1,3 +1,4 @@
+// TEST quick seconds=120
 /* test_conservation.c: what each method keeps of energy and momenta, and agreement with exact motions: another
  * code's trajectories and GSL's of small systems. */
 #include <gsl/gsl_eigen.h>

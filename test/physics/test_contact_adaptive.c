@@ -1,3 +1,4 @@
+// TEST quick seconds=120
 /* test_contact_adaptive.c: a stiffness of contact that follows the pressures: bodies rest at about half of the thickness,
  * with the forces that they have at any stiffness; collisions keep momenta and gain no energy; what it has become is part
  * of the state. */

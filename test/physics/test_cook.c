@@ -1,3 +1,4 @@
+// TEST full seconds=300
 /* test_cook.c: Cook's membrane as a slab (cook.h) of form B at a Poisson's ratio of .4999, whose end a dead traction of
  * 6 MPa lifts by half of its height, against another code's hexahedra with quadratic displacements and linear pressures
  * (reference/dealii/README.md) and against refined meshes of our own; and how even its pressures are. */

@@ -1,3 +1,4 @@
+// TEST full seconds=600
 /* test_false_equilibria.c: nearly incompressible bodies (form E, Poisson's ratio .499) on irregular meshes, whose nodes
  * are displaced by up to .7 of an edge, are let go. Four-node tets lock, and have equilibria where they are bent,
  * energy left, no tet inverted. Through softer materials these are passed: with four nodes as with ten and the mean of J

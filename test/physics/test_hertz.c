@@ -1,3 +1,4 @@
+// TEST full seconds=300
 /* test_hertz.c: a ball of 1 m on a block, at the default tolerance, is pressed back with Hertz's force, which the
  * block's finite height raises as Dimitriadis et al. say. A quarter of the block is solved for, its edges fine where it
  * is touched: the radius of contact has four to ten of them.

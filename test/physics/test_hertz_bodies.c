@@ -1,3 +1,4 @@
+// TEST full seconds=300
 /* test_hertz_bodies.c: two caps of one radius on blocks of 1 m are pressed together with Hertz's force. Each is pressed
  * in as by a plane, which is the contact of a sphere with a flat block, whose finite height raises the force as
  * Dimitriadis et al. say. A quarter of both is solved for, on curved tets of ten nodes whose edges are fine where they

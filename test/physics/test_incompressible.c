@@ -1,3 +1,4 @@
+// TEST quick seconds=120
 /* test_incompressible.c: ten-node tets at Poisson's ratio 1/2 against closed forms of incompressible bodies and the limit
  * of nearly incompressible ones; derivatives, and what is refused. */
 #include <stdlib.h>

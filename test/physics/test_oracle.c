@@ -1,3 +1,4 @@
+// TEST quick seconds=120
 /* test_oracle.c: agreement with independent codes (reference/oracle/README.md): element quantities, equilibria,
  * backward Euler. */
 #include <stdlib.h>

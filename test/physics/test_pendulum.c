@@ -1,3 +1,4 @@
+// TEST full seconds=300
 /* test_pendulum.c: a spring pulls without turning: a stiff cube hung up at the middle of a side swings as a physical
  * pendulum, and the angular momentum about the target is kept. By every method, at a point and within a radius, for
  * four-node and ten-node tets. */

@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_physics.c: what a body must do whatever the numbers: laws of momentum, free flight, rest volumes, equilibria
  * with closed forms, and energy that never rises over a backward-Euler step, from any start. */
 #include <gsl/gsl_errno.h>

@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_press_bodies.c: a press: two equal blocks face to face, pressed together by prescribed motion, bear the force of
  * one block of their joint height, to the thickness of the barrier between them. Statics, and then every method
  * of fixed steps, which stays where that has put it. */

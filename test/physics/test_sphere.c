@@ -1,3 +1,6 @@
+// TEST quick seconds=60 args: pressure_is_exact small_strains_are_those_of_lame
+// TEST name=test_inflated_sphere full seconds=300
+// TEST+ args: large_inflation_is_that_of_radial_equilibrium pressures_are_no_checkerboard
 /* test_sphere.c: a thick hollow sphere of form S at a Poisson's ratio of .4999 under a pressure within: against Lame's
  * closed form where it is small, and where it opens the hole by two fifths against the equation of radial equilibrium,
  * which GSL integrates; and how even its pressures are. An octant that slides on its planes of symmetry, meshed by gmsh

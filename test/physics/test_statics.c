@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_statics.c: equilibria under far handles, heavy loads and drags: reached, in increments where needed, or refused
  * with the state untouched. */
 #include <stdlib.h>

@@ -1,3 +1,4 @@
+// TEST full seconds=300
 /* test_swing.c: no step of the benchmark bar's swing costs more than a few times the median one. */
 #include <math.h>
 

@@ -1,3 +1,4 @@
+// TEST quick seconds=120
 /* test_tet10_oracle.c: ten-node tets against an independent code (reference/oracle/README.md): equilibria of a bar and
  * of a drawn block, backward Euler with the consistent mass. */
 #include <stdlib.h>

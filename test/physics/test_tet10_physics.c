@@ -1,3 +1,4 @@
+// TEST full seconds=120
 /* test_tet10_physics.c: ten-node tets against closed forms and conserved quantities: patch tests, tractions, free fall,
  * momenta, derivatives; and bending without locking up to a Poisson's ratio of .4999. */
 #include <stdlib.h>

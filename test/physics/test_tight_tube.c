@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_tight_tube.c: a plug in a tube whose bore is narrower is held by the pressure of Lamé's thick-walled tubes, and
  * is pushed through it against the friction of that. A quarter of both is solved for; no cross-section leaves its plane,
  * so that both ends are like the middle. Plug and tube are so light that they rest at the end of every step. */

@@ -1,3 +1,8 @@
+// TEST quick seconds=120
+// TEST+ args: balls_collide threads_and_cuts_change_no_bit what_begins_crossed_is_refused what_cannot_be_is_refused
+// TEST+ only_what_is_named_touches what_is_not_named_costs_nothing
+// TEST+ a_block_slides_from_the_angle_of_friction_on curved_balls_collide balls_collide_with_a_direct_solver
+// TEST name=test_touching_table full seconds=600 builds=plain,memory args: restitution_converges
 /* test_touching.c: bodies that touch: two balls that collide keep their momenta and lose no energy to the contact,
  * whatever the method; no surface ever goes through another; a run that is cut goes on with the same bits, and threads
  * change none; scenes in which bodies go through each other at the start, and what cannot be, are refused. */

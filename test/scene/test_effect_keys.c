@@ -1,3 +1,4 @@
+// TEST full memory seconds=60
 /* test_effect_keys.c: every effect that a scene can name with every subset of its optional keys, made from the tables
  * of keys: it is refused in words, or everything that a run asks of an effect can be asked. */
 #include "temporary.h"

@@ -1,3 +1,4 @@
+// TEST quick
 /* test_fibres.c: which tets a scene's muscle has and along what its fibres run: by direction, by file, along arcs; what
  * is refused, with file and line. */
 #include "temporary.h"

@@ -1,3 +1,4 @@
+// TEST quick
 /* test_probe_keys.c: probes that are wrong give one sentence that says where and what; those that are right are written
  * and read back. */
 #include "scene_files.h"

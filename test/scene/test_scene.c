@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_scene.c: scenes that are right: their numbers, overrides, resolved form, states and
  * documentation. */
 #include "scene_files.h"

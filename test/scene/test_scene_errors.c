@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_scene_errors.c: scenes, overrides and states that are wrong give one sentence that says
  * where and what; no text makes the reader fail in any other way. */
 #include "scene_files.h"

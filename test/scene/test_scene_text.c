@@ -1,3 +1,4 @@
+// TEST quick
 /* test_scene_text.c: scenes from text in memory. */
 #include "scene_files.h"
 

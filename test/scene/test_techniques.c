@@ -1,3 +1,4 @@
+// TEST quick
 /* test_techniques.c: the list of a solver's techniques in a scene. */
 #include "scene_files.h"
 

@@ -1,3 +1,4 @@
+// TEST quick
 /* test_quadratic_skin.c: skins on ten-node tets: they follow curved edges, at rest and deformed. */
 #include "mesh_files.h"
 

@@ -1,3 +1,4 @@
+// TEST quick
 /* test_skin.c: surfaces bound to tets: the right tet, weights that are exact, saved and read back. */
 #include "mesh_files.h"
 

@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_callbacks.c: what the callbacks take: kinds of vectors and matrices, a user_data of one's own; and the KINSOL
  * and IDA that integrators hand out. */
 #include <ida/ida.h>

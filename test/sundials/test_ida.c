@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_ida.c: the callbacks and solvers for IDA in the hands of a program that owns its IDA: derivatives, agreement of
  * the ways to solve, the sequence that ida.h documents. */
 #include <ida/ida.h>

@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_kinsol.c: a program that owns its KINSOL uses flesh's callbacks (flesh/kinsol.h): with flesh's matrix and linear
  * solver, with SUNDIALS' PCG, with SUNDIALS' KLU on its sparse matrix. All take the integrator's step. */
 #include <kinsol/kinsol.h>

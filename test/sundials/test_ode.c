@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_ode.c: the right-hand side for CVODE and ARKODE: against IDA's residual, differences, GSL's integration and, in
  * the hands of CVODE, through all events. */
 #include <math.h>

@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_sunlinsol.c: flesh's linear solvers as SUNLinearSolver objects behave as SUNDIALS' own tests ask of a solver:
  * type, initialisation, set-up, a solution that its matrix maps back to the right-hand side, the last flag, statistics,
  * and signs of failures that SUNDIALS understands. */

@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_sunmatrix.c: flesh's matrices as SUNMatrix objects behave as SUNDIALS' own tests ask of a matrix: identity of
  * the kind, clones, copies, zero, sums with matrices and the identity, products against entries, space; and refusal of
  * what does not fit, destruction that leaves the problem whole. */

@@ -1,3 +1,4 @@
+// TEST quick
 /* test_surface.c: surfaces from OBJ and PLY files, good ones and bad ones; their triangles; writing. */
 #include "mesh_files.h"
 

@@ -1,3 +1,4 @@
+// TEST quick
 /* test_derivative_check.c: the differentiation of effects passes right ones and sees small errors
  * in wrong ones. */
 #include <stdlib.h>

@@ -1,3 +1,4 @@
+// TEST quick
 /* test_evaluation.c: a caller's state is that of the run where every bit is, at its time within a tolerance. */
 #include <math.h>
 

@@ -1,3 +1,4 @@
+// TEST quick
 /* test_shared_system.c: a finished system is const: evaluations of one system by several threads, or one within another,
  * do not disturb each other, also where effects need sums over ranks. */
 #include <pthread.h>

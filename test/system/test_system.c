@@ -1,3 +1,4 @@
+// TEST quick
 /* test_system.c: the sum of effects, its pattern, constraints and events, and what a system refuses. */
 #include <stdlib.h>
 

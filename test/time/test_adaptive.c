@@ -1,3 +1,4 @@
+// TEST quick seconds=120
 /* test_adaptive.c: the adaptive methods against another code's exact motions and GSL's: errors and tolerances, events,
  * restarts, failures, energy, slow starts. */
 #include <float.h>

@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_energy.c: the work that is put in against closed forms, for every method; spurious energy is reported and ends a
  * step; what is merely moved, pushed, rubbed, inflated or at rest is not. */
 #include <stdlib.h>

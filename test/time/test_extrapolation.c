@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_extrapolation.c: first iterates from the last steps' velocities: exact for parabolas and vibrations, none where
  * nothing leads to the state, and fewer iterations on a calm swing. */
 #include "body.h"

@@ -1,3 +1,4 @@
+// TEST quick seconds=120
 /* test_held_tangles.c: what a load holds tangled through the flesh around it is left as it is, at every step. */
 #include <stdlib.h>
 

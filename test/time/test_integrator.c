@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_integrator.c: steps, their retries and failures; every solver takes the same step; runs share a system, and
  * give the same bits in any thread. */
 #include <pthread.h>

@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_internal.c: internal variables of an effect that a program brings along: a spring that yields, against the closed
  * form, in statics and in motion; equilibria that never settle. */
 #include "flesh/flesh.h"

@@ -1,3 +1,4 @@
+// TEST quick
 /* test_observer.c: a run ends where it should, its history and frames say what happened and are
  * valid at all times. */
 #include "temporary.h"

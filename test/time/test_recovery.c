@@ -1,3 +1,4 @@
+// TEST quick
 /* test_recovery.c: cutbacks and load increments by themselves, without a solve: what is tried, in which order, and what
  * is told where it is given up. */
 #include <math.h>

@@ -1,3 +1,4 @@
+// TEST quick seconds=60
 /* test_steps_allocate_nothing.c: no step asks for memory: not of any method, nor where few nodes are solved for alone or
  * a body is untangled. */
 #include <stdlib.h>

@@ -1,3 +1,4 @@
+// TEST full seconds=120
 /* test_untangle.c: tangles are found by winding, untangled, and bodies at rest leave them; held ones are left alone. */
 #include <stdlib.h>
 

@@ -1,4 +1,5 @@
 #!/bin/sh
+# TEST quick needs=library
 # test_abi.sh: what libflesh.so exports is what abi.txt lists and what the headers declare. Speaks TAP.
 # LIBRARY names the shared library. UPDATE=1 writes the list anew.
 set -u

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# TEST quick source
 """test_comments.py: every public function has a comment that names its errors or says that it cannot fail, and every
 comment in C names its subject.
 

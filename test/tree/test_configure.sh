@@ -1,4 +1,5 @@
 #!/bin/sh
+# TEST full source needs=cc,sundials
 # test_configure.sh: a SUNDIALS that does not fit is refused when the build is configured, with a sentence that says
 # what and where it is; and a cross build, which can run nothing, is configured. Speaks TAP.
 # CC names the compiler; SUNDIALS_INCLUDE and SUNDIALS_FOLDER are where one that fits has its headers and libraries (no

@@ -1,4 +1,5 @@
 #!/bin/sh
+# TEST quick source needs=cc,includes
 # test_every_pointer.sh: every pointer of every public function that returns a status is named in test_null.c.
 root=$(cd "$(dirname "$0")/../.." && pwd)
 names=$(tr '\n' ' ' <"$root/test/tree/test_null.c" | sed 's/ [*] / /g; s/REFUSES(\([a-z_]*\), \([A-Za-z_]*\),/\1 \2,/g; s/  */ /g')

@@ -1,4 +1,5 @@
 #!/bin/sh
+# TEST quick source seconds=60 needs=cc,includes
 # test_headers.sh: every public header compiles alone, as C11 and as C++17, and every C program of a page as C11, without
 # a warning.
 # Speaks TAP. CC and CXX name the compilers, INCLUDES what a build adds for the header that it makes, SUNDIALS and MPI.

@@ -1,4 +1,5 @@
 #!/bin/sh
+# TEST full seconds=300 needs=plain,cc,build,sundials,libraries
 # test_install.sh: outside programs, C and C++, against an installed copy in another folder (DESTDIR), by pkg-config
 # with the shared and the static library and by CMake; what the shared library shows to the outside; and that neither
 # headers nor libraries of another SUNDIALS get in. Speaks TAP.

@@ -1,6 +1,6 @@
-/* test_null.c: every public function that returns a status refuses NULL with FLESH_ERR_ARGUMENT and a sentence,
- * but for pointers that it can do without; callbacks are refused before there is a stage or a start.
- * test_every_pointer.sh compares the headers with what is named here. */
+// TEST quick
+/* test_null.c: every public function that returns a status refuses NULL with FLESH_ERR_ARGUMENT and a sentence, but for
+ * pointers that it can do without; callbacks are refused first. test_every_pointer.sh compares the headers with this. */
 #include <kinsol/kinsol.h>
 #include <nvector/nvector_serial.h>
 #include <stdlib.h>

@@ -1,3 +1,4 @@
+// TEST quick
 /* test_pages.c: the pages and the schema name every effect, form and method that there is. */
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,4 +1,5 @@
 #!/bin/sh
+# TEST full source seconds=900 needs=cc,includes
 # test_readme.sh: what the Markdown files tell one to type works, in a fresh copy of the tree.
 # Speaks TAP, one test per block.
 #

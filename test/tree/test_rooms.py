@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# TEST quick source
 """test_rooms.py: every room of the house uses only rooms below it, no files include each other in a circle (or call each
 other in one, in drivers/), files and functions are short enough to be read, and functions of lib/ have few parameters.
 

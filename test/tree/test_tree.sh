@@ -1,4 +1,5 @@
 #!/bin/sh
+# TEST quick source needs=cc,includes
 # test_tree.sh: the tree keeps its own rules: the top level's names, no machine's paths in files,
 # no unfinished marks, C files of a size that one reads. Speaks TAP.
 set -u

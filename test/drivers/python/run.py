@@ -1,4 +1,7 @@
 #!/usr/bin/env python3
+# TEST name=test_python quick program seconds=60 needs=python,cc,build,includes protocol=exitcode
+# TEST name=test_python_runs full memory program seconds=120 needs=python,cc,build,includes protocol=exitcode
+# TEST name=test_python_examples full program seconds=300 needs=python,cc,build,includes protocol=exitcode
 """run.py: pytest on some of the files beside this one; 77 (skipped) where Python has not what they need."""
 import importlib.util
 import os

@@ -1,3 +1,4 @@
+# TEST part_of=test_python
 """test_cover.py: nothing of the public headers is forgotten: functions, members of structs, statuses, documentation."""
 import glob
 import inspect

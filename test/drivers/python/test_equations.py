@@ -1,3 +1,4 @@
+# TEST part_of=test_python_runs
 """test_equations.py: the equations as solvers of one's own take them: KINSOL's, IDA's, SciPy's."""
 import numpy as np
 import pytest

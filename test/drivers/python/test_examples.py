@@ -1,3 +1,4 @@
+# TEST part_of=test_python_examples
 """test_examples.py: the examples and the notebook do what they say; the program's comparisons as tables."""
 import importlib.util
 import json

@@ -1,3 +1,4 @@
+# TEST part_of=test_python
 """test_geometry.py: meshes, surfaces, skins, motions, obstacles; arrays keep their owners alive."""
 import gc
 

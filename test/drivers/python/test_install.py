@@ -1,3 +1,4 @@
+# TEST part_of=test_python_examples
 """test_install.py: the installed copy runs with the library beside it; building the package takes none of Python's."""
 import glob
 import os

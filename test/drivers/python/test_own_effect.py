@@ -1,3 +1,4 @@
+# TEST part_of=test_python
 """test_own_effect.py: effects written in Python: checked, in runs, with exceptions, time, barriers, figures."""
 import gc
 import weakref

@@ -1,3 +1,4 @@
+# TEST part_of=test_python
 """test_ownership.py: nothing is freed twice, and no array of another length, of another mesh or of the past is read."""
 import copy
 import gc

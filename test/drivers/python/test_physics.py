@@ -1,3 +1,4 @@
+# TEST part_of=test_python
 """test_physics.py: materials, effects, systems and integrators give what closed forms and the library itself say."""
 import ctypes
 import math

@@ -1,3 +1,4 @@
+# TEST part_of=test_python_runs
 """test_scenes.py: scenes from files, text and dicts; runs as loops and as iterators; what they write."""
 import gc
 import os

@@ -1,3 +1,4 @@
+# TEST part_of=test_python_runs
 """test_threads.py: calls release the interpreter's lock; Ctrl-C ends steps and runs in order; threads share systems."""
 import signal
 import subprocess

@@ -1,3 +1,4 @@
+// TEST quick
 /* test_added.c: what was added does what it should: the force of a wind, the constants of a Yeoh form, what a
  * generalised-alpha method leaves of a fast oscillation. */
 #include <stdlib.h>
