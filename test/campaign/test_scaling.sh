@@ -2,9 +2,10 @@
 # test_scaling.sh RANKS: what so many ranks exchange in an iteration, against the model; and the page's tables. Speaks TAP.
 # SCALING names the program of scaling.c, MPIRUN the launcher.
 set -u
+python=$(command -v /usr/bin/python3 || command -v python3)
 folder=$(CDPATH='' cd -- "$(dirname -- "$0")" && pwd)
 echo 1..2
-counts=$("${MPIRUN:?}" -n "$1" "${SCALING:?}" 10) && printf '%s\n' "$counts" | python3 "$folder/scaling.py" --check &&
+counts=$("${MPIRUN:?}" -n "$1" "${SCALING:?}" 10) && printf '%s\n' "$counts" | "$python" "$folder/scaling.py" --check &&
   echo 'ok 1 - counts are those of the model' || echo 'not ok 1 - counts are those of the model'
-python3 "$folder/scaling.py" --page "$folder/../../data/results/scaling.md" &&
+"$python" "$folder/scaling.py" --page "$folder/../../data/results/scaling.md" &&
   echo "ok 2 - the page has the model's tables" || echo "not ok 2 - the page has the model's tables"

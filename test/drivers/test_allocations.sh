@@ -8,7 +8,7 @@ set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 shim=$(preloadable "${FAIL_ALLOCATION:?FAIL_ALLOCATION must name the library that lets allocations fail}") || exit 1
 case ${1-} in
-quick) each=3 seldom=19 ;;
+quick) each=11 seldom=97 ;;
 *) each=1 seldom=1 ;;
 esac
 

@@ -1,8 +1,10 @@
-# TEST quick program seconds=180 needs=flesh builds=plain
-# TEST quick program seconds=180 needs=flesh builds=memory args: races
+# TEST quick program needs=flesh builds=plain
+# TEST name=test_bench_long full program needs=flesh builds=plain args: long
+# TEST quick program needs=flesh builds=memory args: races
 # TEST full seconds=180 needs=flesh builds=threads args: races
 # test_command_bench.sh: `flesh bench`: its files, that same work has the same counters and answers, and its refusals.
-# Nothing here depends on how fast the machine is. With `races` what has threads alone, for thread sanitizer to watch.
+# Nothing here depends on how fast the machine is. With `races` what has threads alone, for thread sanitizer to watch;
+# with `long` growth up to 60 000 tets and the comparison of elements alone.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 
@@ -137,10 +139,11 @@ nonsense_is_refused() {
     expect 3 "$flesh" bench --cells 6 --out /proc/nowhere && [ ! -s stdout.txt ]
 }
 
-if [ "${1-}" = races ]; then
-  run_tests it_ends_well threads_do_the_same_work
-else
+case ${1-} in
+races) run_tests it_ends_well threads_do_the_same_work ;;
+long) run_tests growth_is_fitted_from_where_it_says elements_are_measured ;;
+*)
   run_tests it_ends_well every_measurement_is_a_row threads_do_the_same_work cases_are_what_they_say \
-    the_json_says_the_same growth_is_fitted_from_where_it_says pictures_are_drawn instructions_agree \
-    elements_are_measured nonsense_is_refused
-fi
+    the_json_says_the_same pictures_are_drawn instructions_agree nonsense_is_refused
+  ;;
+esac

@@ -1,6 +1,7 @@
-# TEST quick program seconds=120 needs=flesh
+# TEST quick program needs=flesh
+# TEST name=test_report_comparisons full memory program needs=flesh args: comparisons
 # test_command_report.sh: `flesh report`: what it embeds is what the results hold, and what it cannot use it refuses.
-# FLESH names the program.
+# FLESH names the program. With `comparisons` the reports of all kinds of studies alone, which are computed first.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 export PYTHONPATH="$source_folder/shared" PYTHONDONTWRITEBYTECODE=1
@@ -271,7 +272,11 @@ END
   [ ! -e bad.html ]
 }
 
+if [ "${1-}" = comparisons ]; then
+  run_tests comparisons_are_reported
+  exit
+fi
 run_tests frames_come_back fields_are_those_of_the_pictures the_page_is_whole_and_loads_nothing \
   a_still_picture_is_in_the_page words_tables_and_sources_are_there long_histories_are_thinned fewer_frames_are_evenly_taken \
-  curved_bodies_have_their_lattice runs_without_frames_show_their_states comparisons_are_reported \
-  names_from_outside_are_text bad_report_usage_is_refused
+  curved_bodies_have_their_lattice runs_without_frames_show_their_states names_from_outside_are_text \
+  bad_report_usage_is_refused
