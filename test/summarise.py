@@ -5,6 +5,7 @@ for a run of `meson test` in DIRECTORY, whose log is read here. TAP lines are co
 a program that crashes, takes too long or breaks its plan is at least one failure.
 """
 import json
+import math
 import re
 import sys
 
@@ -77,8 +78,8 @@ def count_suite(status, directory, name):
     try:
         with open(f"{directory}/meson-logs/testlog.json", encoding="utf-8", errors="replace") as log:
             entries = [json.loads(line) for line in log if line.strip()]
-        with open(f"{directory}/meson-info/intro-tests.json", encoding="utf-8") as known:
-            protocols = {test["name"]: test["protocol"] for test in json.load(known)}
+        with open(f"{directory}/meson-info/intro-tests.json", encoding="utf-8") as intro:
+            tests = {test["name"]: test for test in json.load(intro)}
     except (OSError, ValueError) as error:
         fail(f"{name}: no readable log of meson test", str(error))
         return
@@ -87,7 +88,10 @@ def count_suite(status, directory, name):
     for entry in entries:
         test = entry["name"].split(" / ")[-1]  # meson puts `project:suite / ` before it
         label = f"{name}: {test}"
-        if protocols.get(test, "tap") == "tap":
+        known = tests.get(test, {"protocol": "tap", "timeout": math.inf})
+        if entry.get("duration", 0) > known["timeout"] / 10:
+            print(f"{label} took {entry['duration']:.0f} s, over a tenth of its limit: its line TEST needs more `seconds`")
+        if known["protocol"] == "tap":
             count_tap(label, entry)
         elif entry["result"] == "OK":
             passed += 1

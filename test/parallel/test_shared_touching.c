@@ -1,4 +1,4 @@
-// TEST quick needs=ranks ranks=1,2,3,5,8
+// TEST full memory needs=ranks ranks=1,2,3,5,8
 /* test_shared_touching.c: bodies that touch each other and themselves, whose surfaces ranks share out: runs against one
  * rank's, and exchanges of solves, which leave out what is far. */
 #include "scene_files.h"

@@ -1,4 +1,4 @@
-// TEST quick needs=ranks ranks=1,2,3,5
+// TEST full memory needs=ranks ranks=1,2,3,5
 /* test_shared_untangle.c: tangles of a body that is shared out among ranks: they are found as on one rank, are left through
  * softer materials, and stay where that fails, on all ranks alike. */
 #include "ranks.h"

@@ -1,4 +1,4 @@
-// TEST quick needs=ranks ranks=1,2,3,5
+// TEST full memory needs=ranks ranks=1,2,3,5
 /* test_shared_volume.c: the volume projection of nearly incompressible ten-node tets whose rows are of several ranks,
  * against that of one: what moves the rows, how often solves iterate, and where equilibria and motions lead. */
 #include "ranks.h"
