@@ -1,286 +1,277 @@
-/* cases.c: the battery's cases, one row each. */
+/* cases.c: reads hard cases by a table of keys, as scenes are. */
 #include "hardcases/cases.h"
 
-#include <stddef.h>
+#include <assert.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
 
-enum {
-  PINNED = FLESH_HARDCASES_PINNED,
-  RANDOM = FLESH_HARDCASES_RANDOM,
-  KEPT = FLESH_HARDCASES_KEPT_EQUILIBRIUM,
-  STATIC = FLESH_HARDCASES_STATIC,
-  HARDEST = FLESH_HARDCASES_HARDEST
+#include "base/error.h"
+#include "base/letter.h"
+#include "base/scan.h"
+#include "scene/effect_list.h"
+#include "study/keyed_text.h"
+
+/* Cases of a file; letters of a name; columns of a line of a scene. */
+enum { CASE_LIMIT = 1024, WORD_LIMIT = 40, LINE_LIMIT = 120 };
+
+static const char *const meshes[] = {"block", "fine", "checker", "halves", "slivers", "graded", "fan", "single",
+                                     "two-bodies", "bar", "large", NULL};
+static const char *const starts[] = {"rest", "scramble", "scramble-half", "jitter", "plane", "line", "point", "mirror",
+                                     "invert-one", "scale-x", "scale", "twist", "shear", "stretch-twist", "spin", "fly",
+                                     "speed", "throw", "gauss", "half-turn", "inside-out", NULL};
+static_assert(sizeof meshes / sizeof *meshes == FLESH_HARDCASES_LARGE + 2, "a name of every mesh");
+static_assert(sizeof starts / sizeof *starts == FLESH_HARDCASES_INSIDE_OUT + 2, "a name of every start");
+/* Their flags are 1 and 2, 4 and 8. */
+static const char *const holds[] = {"nothing", "face", "feet", NULL};
+static const char *const ends[] = {"recovery", "equilibrium", "recovery-to-0.495", NULL};
+
+/* A case's keys are read into this. */
+typedef struct item {
+  flesh_hardcases_case row;
+  int held, expects, random, is_static;
+  const flesh_node *effects;
+} item;
+
+#define AT(member) .offset = offsetof(item, member)
+static const flesh_key start_table[] = {
+    {.name = "kind", .type = FLESH_KEY_CHOICE, AT(row.start), .choices = starts, .default_value = "rest",
+     .doc = "where the nodes start"},
+    {.name = "amount", .type = FLESH_KEY_NUMBER, AT(row.amount), .default_value = "", .doc = "of most kinds"},
+    {.name = "noise", .type = FLESH_KEY_NUMBER, AT(row.noise), .range = FLESH_RANGE_NOT_NEGATIVE, .default_value = "0",
+     .doc = "every coordinate is moved besides by up to this part of the node's mean edge"},
+    {.name = NULL},
 };
 
-/* The far face of the block follows these keyframes until it is let go. */
-#define FAR_HANDLE(motion, until)                                                                  \
-  "  - prescribed_motion: {box: [[0.1999999, -1, -1], [1, 1, 1]], centre: [0.2, 0.05, 0.05], until: " until   \
-  ",\n      motion: [" motion "]}\n"
+static const flesh_key release_table[] = {
+    {.name = "seconds", .type = FLESH_KEY_NUMBER, AT(row.release), .range = FLESH_RANGE_POSITIVE, .unit = "s",
+     .doc = "length of a second phase without the effects"},
+    {.name = "step", .type = FLESH_KEY_NUMBER, AT(row.release_step), .range = FLESH_RANGE_POSITIVE, .unit = "s",
+     .default_value = "", .doc = "default 1/60"},
+    {.name = NULL},
+};
 
-/* clang-format off */
-const flesh_hardcases_case flesh_hardcases_case_table[] = {
-  /* Starts: nothing acts on the body but itself, and the pinned face where there is one. */
-  {.name = "scramble", .group = "starts", .start = FLESH_HARDCASES_SCRAMBLE,
-   .flags = RANDOM | HARDEST, .seconds = 2,
-   .doc = "all nodes anywhere in the bounding box"},
-  {.name = "jitter20", .group = "starts", .start = FLESH_HARDCASES_JITTER, .amount = 0.2,
-   .flags = RANDOM, .seconds = 2,
-   .doc = "every node moved by up to 20 % of an edge along each axis"},
-  {.name = "jitter50", .group = "starts", .start = FLESH_HARDCASES_JITTER, .amount = 0.5,
-   .flags = RANDOM, .seconds = 2,
-   .doc = "the same by 50 %"},
-  {.name = "jitter100", .group = "starts", .start = FLESH_HARDCASES_JITTER, .amount = 1,
-   .flags = RANDOM, .seconds = 2,
-   .doc = "the same by 100 %"},
-  {.name = "plane", .group = "starts", .start = FLESH_HARDCASES_PLANE, .seconds = 2,
-   .doc = "flattened to a plane, exactly"},
-  {.name = "plane_noise", .group = "starts", .start = FLESH_HARDCASES_PLANE, .amount = 1e-9,
-   .flags = RANDOM, .seconds = 2,
-   .doc = "flattened to a plane, with noise of 1e-9 of the length"},
-  {.name = "line", .group = "starts", .start = FLESH_HARDCASES_LINE, .flags = PINNED, .seconds = 2,
-   .doc = "flattened to a line, exactly; one face held at rest"},
-  {.name = "line_noise", .group = "starts", .start = FLESH_HARDCASES_LINE, .amount = 1e-9,
-   .flags = PINNED | RANDOM,
-   .seconds = 2, .doc = "the same with noise of 1e-9"},
-  {.name = "point", .group = "starts", .start = FLESH_HARDCASES_POINT, .flags = PINNED | HARDEST,
-   .seconds = 2,
-   .doc = "collapsed to a point, exactly; one face held at rest"},
-  {.name = "point_noise", .group = "starts", .start = FLESH_HARDCASES_POINT, .amount = 1e-9,
-   .flags = PINNED | RANDOM | HARDEST, .seconds = 2, .doc = "the same with noise of 1e-9"},
-  {.name = "line_free", .group = "starts", .start = FLESH_HARDCASES_LINE, .flags = KEPT, .seconds = 2,
-   .doc = "a free body on an exact line: it cannot leave it by itself"},
-  {.name = "point_free", .group = "starts", .start = FLESH_HARDCASES_POINT, .flags = KEPT,
-   .seconds = 2,
-   .doc = "a free body in an exact point: an equilibrium"},
-  {.name = "mirrored", .group = "starts", .start = FLESH_HARDCASES_MIRROR, .seconds = 2,
-   .doc = "the mirror image: every element inverted"},
-  {.name = "invert_one", .group = "starts", .start = FLESH_HARDCASES_INVERT_ONE, .seconds = 2,
-   .doc = "one element inverted"},
-  {.name = "stretch2", .group = "starts", .start = FLESH_HARDCASES_SCALE_X, .amount = 2, .seconds = 2,
-   .doc = "stretched twice along x"},
-  {.name = "stretch5", .group = "starts", .start = FLESH_HARDCASES_SCALE_X, .amount = 5, .seconds = 2,
-   .doc = "stretched 5 times"},
-  {.name = "stretch10", .group = "starts", .start = FLESH_HARDCASES_SCALE_X, .amount = 10,
-   .seconds = 2,
-   .doc = "stretched 10 times"},
-  {.name = "stretch100", .group = "starts", .start = FLESH_HARDCASES_SCALE_X, .amount = 100,
-   .seconds = 2,
-   .doc = "stretched 100 times"},
-  {.name = "squash2", .group = "starts", .start = FLESH_HARDCASES_SCALE_X, .amount = 1. / 2,
-   .seconds = 2,
-   .doc = "squashed to a half along x"},
-  {.name = "squash5", .group = "starts", .start = FLESH_HARDCASES_SCALE_X, .amount = 1. / 5,
-   .seconds = 2,
-   .doc = "squashed to a fifth"},
-  {.name = "squash10", .group = "starts", .start = FLESH_HARDCASES_SCALE_X, .amount = 1. / 10,
-   .seconds = 2,
-   .doc = "squashed to a tenth"},
-  {.name = "squash100", .group = "starts", .start = FLESH_HARDCASES_SCALE_X, .amount = 1. / 100,
-   .seconds = 2,
-   .doc = "squashed to a hundredth"},
-  {.name = "shrink0.6", .group = "starts", .start = FLESH_HARDCASES_SCALE_ALL, .amount = 0.6,
-   .seconds = 2,
-   .doc = "squashed uniformly to 0.6 of its size"},
-  {.name = "twist1", .group = "starts", .mesh = FLESH_HARDCASES_FINE, .start = FLESH_HARDCASES_TWIST,
-   .amount = 1, .flags = PINNED, .seconds = 2,
-   .doc = "twisted by a turn; one face held at rest"},
-  {.name = "twist2", .group = "starts", .mesh = FLESH_HARDCASES_FINE, .start = FLESH_HARDCASES_TWIST,
-   .amount = 2, .flags = PINNED, .seconds = 2,
-   .doc = "twisted by 2 turns"},
-  {.name = "twist5", .group = "starts", .mesh = FLESH_HARDCASES_FINE, .start = FLESH_HARDCASES_TWIST,
-   .amount = 5, .flags = PINNED, .seconds = 2,
-   .doc = "twisted by 5 turns"},
+static const flesh_key case_table[] = {
+    {.name = "name", .type = FLESH_KEY_TEXT, AT(row.name), .doc = "of the case and of its runs' folders"},
+    {.name = "group", .type = FLESH_KEY_TEXT, AT(row.group), .doc = "of cases that stand together in pictures"},
+    {.name = "doc", .type = FLESH_KEY_TEXT, AT(row.doc), .doc = "what happens, on a line"},
+    {.name = "mesh", .type = FLESH_KEY_CHOICE, AT(row.mesh), .choices = meshes, .default_value = "block",
+     .doc = "without --meshes"},
+    /* The keys of start and release are those of the case itself, so that they stand at their offsets in it. */
+    {.name = "start", .type = FLESH_KEY_OBJECT, .children = start_table, .default_value = "{}", .doc = "default: at rest"},
+    {.name = "held", .type = FLESH_KEY_CHOICE, AT(held), .choices = holds, .default_value = "nothing",
+     .doc = "the face x = 0, or the first twentieth along x, at rest for all time"},
+    {.name = "random", .type = FLESH_KEY_BOOLEAN, AT(random), .default_value = "false", .doc = "run once for each seed"},
+    {.name = "static", .type = FLESH_KEY_BOOLEAN, AT(is_static), .default_value = "false", .doc = "an equilibrium"},
+    {.name = "poisson", .type = FLESH_KEY_NUMBER, AT(row.poisson), .range = FLESH_RANGE_POISSON, .default_value = "",
+     .doc = "default: --poisson"},
+    {.name = "density", .type = FLESH_KEY_NUMBER, AT(row.density), .range = FLESH_RANGE_POSITIVE, .unit = "kg/m^3",
+     .default_value = "", .doc = "default 1000"},
+    {.name = "young", .type = FLESH_KEY_NUMBER, AT(row.young), .range = FLESH_RANGE_POSITIVE, .unit = "Pa",
+     .default_value = "", .doc = "default 1e5"},
+    {.name = "young_ratio", .type = FLESH_KEY_NUMBER, AT(row.young_ratio), .range = FLESH_RANGE_POSITIVE,
+     .default_value = "", .doc = "of the second region of checker and halves to the first"},
+    {.name = "scale", .type = FLESH_KEY_NUMBER, AT(row.scale), .range = FLESH_RANGE_POSITIVE, .default_value = "",
+     .doc = "of a body of --meshes, to 0.2 m; default 1"},
+    {.name = "offset", .type = FLESH_KEY_NUMBER, AT(row.offset), .unit = "m", .default_value = "0",
+     .doc = "of a body of --meshes, along each axis"},
+    {.name = "step", .type = FLESH_KEY_NUMBER, AT(row.step), .range = FLESH_RANGE_POSITIVE, .unit = "s",
+     .default_value = "", .doc = "default: --steps"},
+    {.name = "seconds", .type = FLESH_KEY_NUMBER, AT(row.seconds), .range = FLESH_RANGE_POSITIVE, .unit = "s",
+     .default_value = "", .doc = "length of a motion; statics have none"},
+    {.name = "release", .type = FLESH_KEY_OBJECT, .children = release_table, .default_value = "", .doc = "default: none"},
+    {.name = "expects", .type = FLESH_KEY_CHOICE, AT(expects), .choices = ends, .default_value = "recovery",
+     .doc = "equilibrium: staying where it is counts as well; recovery-to-0.495: up to this Poisson's ratio"},
+    {.name = "effects", .type = FLESH_KEY_TREE, AT(effects), .default_value = "", .doc = "as in a scene"},
+    {.name = NULL},
+};
 
-  /* Loads: violence that ends. */
-  {.name = "tear", .group = "loads", .flags = PINNED, .step = 1. / 60, .seconds = 2.5,
-   .effects = FAR_HANDLE("{time: 0}, {time: 0.25, translation: [1, 0.2, 0]}", "0.5"),
-   .doc = "an end torn away to six lengths within 0.25 s and let go"},
-  {.name = "pull_through", .group = "loads", .flags = PINNED, .step = 1. / 60, .seconds = 2.75,
-   .effects = FAR_HANDLE("{time: 0}, {time: 0.5, translation: [-0.6, 0, 0]}", "0.75"),
-   .doc = "the far face pulled through the body and beyond, and let go"},
-  {.name = "spin_body", .group = "loads", .start = FLESH_HARDCASES_SPIN, .amount = 1,
-   .step = 1. / 60, .seconds = 2,
-   .doc = "a free body spun at a turn per step"},
-  {.name = "spin_handle", .group = "loads", .mesh = FLESH_HARDCASES_FINE, .flags = PINNED,
-   .step = 1. / 60, .seconds = 2.5,
-   .effects = FAR_HANDLE("{time: 0}, {time: 1/6, rotation: [25.132741228718345, 0, 0]}", "0.5"),
-   .doc = "the far face turned 4 times in 10 steps and let go"},
-  {.name = "crash", .group = "loads", .start = FLESH_HARDCASES_FLY, .amount = 100. / 15,
-   .step = 1. / 30, .seconds = 2.5,
-   .effects = "  - pin: {box: [[0.1999999, -1, -1], [1, 1, 1]], from: 0.06, until: 0.5}\n",
-   .doc = "flying at 100 m/s, its front face stopped dead, later let go; h = 1/30 s"},
-  {.name = "gravity1000", .group = "loads", .flags = PINNED, .step = 1. / 60, .seconds = 0.5,
-   .release = 2,
-   .effects = "  - gravity: {acceleration: [0, 0, -9810]}\n",
-   .doc = "gravity 1000 times the usual for half a second, then none"},
-  {.name = "drag1e6", .group = "loads", .flags = PINNED, .step = 1. / 60, .seconds = 2.5,
-   .effects = "  - spring: {point: [0.2, 0.1, 0.1], radius: 0, stiffness: 5e9, until: 0.5,\n"
-              "      target: [{time: 0, position: [0.2, 0.1, 0.1]}, "
-              "{time: 0.25, position: [0.4, 0.2, 0.1]}]}\n",
-   .doc = "a spring a million times stiffer than the body pulls a corner away and lets go"},
-  {.name = "swing", .group = "loads", .mesh = FLESH_HARDCASES_BAR, .flags = PINNED, .step = 1. / 60,
-   .seconds = 1,
-   .release = 20, .release_step = 0.1, .effects = "  - gravity: {}\n",
-   .doc = "60 steps of the benchmark bar's swing: no step may cost 10 times the median"},
+typedef struct file {
+  char *title;
+  flesh_objects cases;
+} file;
 
-  /* Obstacles and damping. */
-  {.name = "crash_plane", .group = "obstacles", .start = FLESH_HARDCASES_FLY, .amount = 100. / 15,
-   .step = 1. / 30, .seconds = 2.5,
-   .effects = "  - contact: {plane: {point: [0.25, 0, 0], normal: [-1, 0, 0]}}\n",
-   .doc = "flying at 100 m/s against a plane; h = 1/30 s"},
-  {.name = "squeeze", .group = "obstacles", .step = 1. / 60, .seconds = 2.5,
-   .effects = "  - contact: {plane: {point: [0, 0, -0.01], normal: [0, 0, 1]}, friction: 0.3}\n"
-              "  - contact: {plane: {point: [0, 0, 0.11], normal: [0, 0, -1]}, friction: 0.3,\n"
-              "      motion: [{time: 0}, {time: 0.25, translation: [0, 0, -0.1]}, {time: 0.5}]}\n",
-   .doc = "pressed between two rough planes to a fifth of its height, and let go"},
-  {.name = "gap", .group = "obstacles", .step = 1. / 60, .seconds = 2.5,
-   .effects = "  - contact: {capsule: {from: [0.3, -1, 0.13], to: [0.3, 2, 0.13], radius: 0.05}}\n"
-              "  - contact: {capsule: {from: [0.3, -1, -0.03], to: [0.3, 2, -0.03], radius: 0.05}}\n"
-              "  - spring: {point: [0.2, 0.05, 0.05], radius: 0, stiffness: 5e4, until: 0.75,\n"
-              "      target: [{time: 0, position: [0.2, 0.05, 0.05]}, "
-              "{time: 0.5, position: [0.8, 0.05, 0.05]}]}\n",
-   .doc = "pulled by a point of its front through a gap of 0.6 of its height, and let go"},
-  {.name = "scramble_damped", .group = "obstacles", .start = FLESH_HARDCASES_SCRAMBLE,
-   .flags = RANDOM | HARDEST, .seconds = 24,
-   .effects = "  - damping: {mass: 1, stiffness: 0.01, stiffness_at: current}\n"
-              "  - viscosity: {shear: 300, bulk: 300}\n",
-   .doc = "scrambled, with Rayleigh damping and viscosity, which make it creep"},
-  {.name = "load_and_go", .group = "obstacles", .step = 1. / 60, .seconds = 3, .flags = PINNED,
-   .effects = "  - pressure: {box: [[-1, -1, -1], [1, 1, 1]], pressure: -2e4, until: 0.5}\n"
-              "  - traction: {box: [[0.199, -1, -1], [1, 1, 1]], traction: [0, 3e4, 0], until: 0.5}\n"
-              "  - force: {box: [[0.199, -1, -1], [1, 1, 1]], force: [-300, 0, 200], until: 0.5}\n"
-              "  - settling_damping: {rate: 4, from: 0.5}\n",
-   .doc = "blown up by a fifth of Young's modulus, pulled across and pressed, all at once; let go, wound down"},
+static const flesh_key file_table[] = {
+    {.name = "title", .type = FLESH_KEY_TEXT, .offset = offsetof(file, title), .default_value = "",
+     .doc = "what the cases are for"},
+    {.name = "cases", .type = FLESH_KEY_OBJECTS, .offset = offsetof(file, cases), .children = case_table,
+     .child_size = sizeof(item), .doc = "in the order in which they are run"},
+    {.name = NULL},
+};
 
-  /* Materials. */
-  {.name = "checker1e6", .group = "materials", .mesh = FLESH_HARDCASES_CHECKER,
-   .start = FLESH_HARDCASES_JITTER, .amount = 0.2,
-   .flags = RANDOM, .seconds = 2, .young_ratio = 1e6,
-   .doc = "neighbours a million times stiffer, jittered by 20 %"},
-  {.name = "halves1e6", .group = "materials", .mesh = FLESH_HARDCASES_HALVES,
-   .start = FLESH_HARDCASES_SCALE_X, .amount = 2,
-   .seconds = 2, .young_ratio = 1e6, .doc = "one half a million times stiffer, stretched twice"},
-  {.name = "halves1e6_pull", .group = "materials", .mesh = FLESH_HARDCASES_HALVES, .flags = PINNED,
-   .step = 1. / 60,
-   .seconds = 2.5, .young_ratio = 1e6,
-   .effects = FAR_HANDLE("{time: 0}, {time: 0.25, translation: [-0.15, 0.1, 0]}", "0.5"),
-   .doc = "the stiff half pressed into the soft one, and let go"},
-  {.name = "density1e-3", .group = "materials", .start = FLESH_HARDCASES_JITTER, .amount = 0.5,
-   .flags = RANDOM,
-   .seconds = 2, .density = 1e-3,
-   .doc = "a thousandth of a kilogram per cubic metre, jittered by 50 %"},
-  {.name = "density1e5", .group = "materials", .start = FLESH_HARDCASES_JITTER, .amount = 0.5,
-   .flags = RANDOM,
-   .seconds = 6, .density = 1e5, .doc = "a hundred tonnes per cubic metre, jittered by 50 %"},
+static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory while reading hard cases"); }
 
-  /* Meshes. */
-  {.name = "slivers_jitter", .group = "meshes", .mesh = FLESH_HARDCASES_SLIVERS,
-   .start = FLESH_HARDCASES_JITTER, .amount = 0.2,
-   .flags = RANDOM, .seconds = 2, .doc = "slivers of radius ratio 1e-4, jittered by 20 %"},
-  {.name = "slivers_stretch", .group = "meshes", .mesh = FLESH_HARDCASES_SLIVERS,
-   .start = FLESH_HARDCASES_SCALE_X, .amount = 2,
-   .seconds = 2, .doc = "the same stretched twice"},
-  {.name = "slivers_twist", .group = "meshes", .mesh = FLESH_HARDCASES_SLIVERS,
-   .start = FLESH_HARDCASES_TWIST, .amount = 1,
-   .flags = PINNED, .seconds = 2, .doc = "the same twisted by a turn"},
-  {.name = "graded_jitter", .group = "meshes", .mesh = FLESH_HARDCASES_GRADED,
-   .start = FLESH_HARDCASES_JITTER, .amount = 0.5,
-   .flags = RANDOM, .seconds = 2,
-   .doc = "edges graded by 1e4, each node jittered by 50 % of its own"},
-  {.name = "graded_stretch", .group = "meshes", .mesh = FLESH_HARDCASES_GRADED,
-   .start = FLESH_HARDCASES_SCALE_X, .amount = 5,
-   .seconds = 2, .doc = "the same stretched 5 times"},
-  {.name = "fan_jitter", .group = "meshes", .mesh = FLESH_HARDCASES_FAN,
-   .start = FLESH_HARDCASES_JITTER, .amount = 0.5,
-   .flags = RANDOM, .seconds = 2, .doc = "hundreds of tets around one node, jittered by 50 %"},
-  {.name = "fan_plane", .group = "meshes", .mesh = FLESH_HARDCASES_FAN, .start = FLESH_HARDCASES_PLANE,
-   .amount = 1e-9,
-   .flags = RANDOM, .seconds = 2, .doc = "the same flattened to a plane"},
-  {.name = "single_mirrored", .group = "meshes", .mesh = FLESH_HARDCASES_SINGLE,
-   .start = FLESH_HARDCASES_MIRROR, .seconds = 2,
-   .doc = "one tet, inverted"},
-  {.name = "single_scramble", .group = "meshes", .mesh = FLESH_HARDCASES_SINGLE,
-   .start = FLESH_HARDCASES_SCRAMBLE,
-   .flags = RANDOM, .seconds = 2, .doc = "one tet, its nodes anywhere"},
-  {.name = "single_plane", .group = "meshes", .mesh = FLESH_HARDCASES_SINGLE,
-   .start = FLESH_HARDCASES_PLANE, .seconds = 2,
-   .doc = "one tet, flat"},
-  {.name = "two_bodies", .group = "meshes", .mesh = FLESH_HARDCASES_TWO_BODIES,
-   .start = FLESH_HARDCASES_SCRAMBLE_ONE,
-   .flags = RANDOM | PINNED | HARDEST, .seconds = 2,
-   .effects = "  - pin: {box: [[0.1079999, -1, -1], [0.1080001, 1, 1]]}\n",
-   .doc = "two bodies, each with a face held; one scrambled, one at rest"},
+/* Names are parts of folders' names, fields of tables and words of the command line. */
+static int check_word(const flesh_node *node, const char *path, const char *key)
+{
+  static const char letters[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.-+";
+  const flesh_node *word = flesh_node_find(node, key);
+  char shown[FLESH_SHOW_SIZE];
+  if (!strchr("_.-+", *word->text) && strspn(word->text, letters) == strlen(word->text) &&
+      strlen(word->text) <= WORD_LIMIT)
+    return FLESH_OK;
+  return flesh_node_fail(word, "%s.%s is %s; it must be at most %d letters, digits and _.-+, of which the latter do not "
+                         "come first", path, key, flesh_node_show(word, shown), WORD_LIMIT);
+}
 
-  /* Steps other than the setting's. */
-  {.name = "scramble_h0.001", .group = "steps", .start = FLESH_HARDCASES_SCRAMBLE,
-   .flags = RANDOM | HARDEST, .seconds = 2,
-   .step = 1e-3, .doc = "scrambled, steps of 1/1000 s"},
-  {.name = "scramble_h0.1", .group = "steps", .start = FLESH_HARDCASES_SCRAMBLE,
-   .flags = RANDOM | HARDEST, .seconds = 2,
-   .step = 0.1, .doc = "scrambled, steps of 0.1 s"},
-  {.name = "scramble_h1", .group = "steps", .start = FLESH_HARDCASES_SCRAMBLE,
-   .flags = RANDOM | HARDEST, .seconds = 20,
-   .step = 1, .doc = "scrambled, steps of 1 s"},
-  {.name = "scramble_static", .group = "steps", .start = FLESH_HARDCASES_SCRAMBLE,
-   .flags = RANDOM | HARDEST | PINNED | STATIC, .step = 1,
-   .doc = "scrambled, one face held, statics"},
-  {.name = "squash10_h0.001", .group = "steps", .start = FLESH_HARDCASES_SCALE_X, .amount = 0.1,
-   .seconds = 2, .step = 1e-3,
-   .doc = "squashed to a tenth, steps of 1/1000 s"},
-  {.name = "squash10_h0.1", .group = "steps", .start = FLESH_HARDCASES_SCALE_X, .amount = 0.1,
-   .seconds = 2, .step = 0.1,
-   .doc = "squashed to a tenth, steps of 0.1 s"},
-  {.name = "squash10_h1", .group = "steps", .start = FLESH_HARDCASES_SCALE_X, .amount = 0.1,
-   .seconds = 20, .step = 1,
-   .doc = "squashed to a tenth, steps of 1 s"},
-  {.name = "squash10_static", .group = "steps", .start = FLESH_HARDCASES_SCALE_X, .amount = 0.1,
-   .flags = PINNED | STATIC,
-   .step = 1, .doc = "squashed to a tenth, statics"},
-  {.name = "twist2_h0.001", .group = "steps", .mesh = FLESH_HARDCASES_FINE,
-   .start = FLESH_HARDCASES_TWIST, .amount = 2, .flags = PINNED, .seconds = 2,
-   .step = 1e-3, .doc = "twisted by 2 turns, steps of 1/1000 s"},
-  {.name = "twist2_h0.1", .group = "steps", .mesh = FLESH_HARDCASES_FINE,
-   .start = FLESH_HARDCASES_TWIST, .amount = 2, .flags = PINNED, .seconds = 2,
-   .step = 0.1, .doc = "twisted by 2 turns, steps of 0.1 s"},
-  {.name = "twist2_h1", .group = "steps", .mesh = FLESH_HARDCASES_FINE, .start = FLESH_HARDCASES_TWIST,
-   .amount = 2, .flags = PINNED, .seconds = 20,
-   .step = 1, .doc = "twisted by 2 turns, steps of 1 s"},
-  {.name = "twist2_static", .group = "steps", .mesh = FLESH_HARDCASES_FINE,
-   .start = FLESH_HARDCASES_TWIST, .amount = 2, .flags = PINNED | STATIC,
-   .step = 1, .doc = "twisted by 2 turns, statics"},
+/* It becomes a comment of scenes. */
+static int check_doc(const flesh_node *doc, const char *path)
+{
+  const unsigned char *text = (const unsigned char *)doc->text;
+  unsigned code = 0;
+  for (size_t left = strlen(doc->text), size; left; text += size, left -= size) {
+    size = flesh_letter_at(text, left, &code);
+    if (code < 32 || (code >= 127 && code < 160) || !size)
+      return flesh_node_fail(doc, "%s.doc has a control character; it must be a line of text", path);
+  }
+  return FLESH_OK;
+}
 
-  /* Statics at nu = 0.495 from large changes of volume, on finer meshes; relative residual 1e-8. */
-  {.name = "static_shrink0.3", .group = "statics", .mesh = FLESH_HARDCASES_LARGE,
-   .start = FLESH_HARDCASES_SCALE_ALL,
-   .amount = 0.3, .flags = PINNED | STATIC, .step = 1, .poisson = 0.495,
-   .doc = "squashed uniformly to 0.3"},
-  {.name = "static_shrink0.6", .group = "statics", .mesh = FLESH_HARDCASES_LARGE,
-   .start = FLESH_HARDCASES_SCALE_ALL,
-   .amount = 0.6, .flags = PINNED | STATIC, .step = 1, .poisson = 0.495,
-   .doc = "squashed uniformly to 0.6"},
-  {.name = "static_stretch4", .group = "statics", .mesh = FLESH_HARDCASES_LARGE,
-   .start = FLESH_HARDCASES_SCALE_X, .amount = 4,
-   .flags = PINNED | STATIC, .step = 1, .poisson = 0.495, .doc = "stretched to 4 times its length"},
-  {.name = "static_shear", .group = "statics", .mesh = FLESH_HARDCASES_LARGE,
-   .start = FLESH_HARDCASES_SHEAR, .amount = 2,
-   .flags = PINNED | STATIC, .step = 1, .poisson = 0.495, .doc = "sheared by 2"},
-  {.name = "static_stretch_twist", .group = "statics", .mesh = FLESH_HARDCASES_LARGE,
-   .start = FLESH_HARDCASES_STRETCH_TWIST,
-   .amount = 2, .flags = PINNED | STATIC, .step = 1, .poisson = 0.495,
-   .doc = "stretched twice and twisted by half a turn"},
-  {0}};
+static int check_start(const item *i, const flesh_node *node, const char *path)
+{
+  const flesh_node *start = flesh_node_find(node, "start");
+  const unsigned kind = 1u << i->row.start, exact = 1u << FLESH_HARDCASES_PLANE | 1u << FLESH_HARDCASES_LINE |
+                                                    1u << FLESH_HARDCASES_POINT;
+  const unsigned whole = 1u << FLESH_HARDCASES_REST | 1u << FLESH_HARDCASES_SCRAMBLE |
+                         1u << FLESH_HARDCASES_SCRAMBLE_ONE | 1u << FLESH_HARDCASES_MIRROR |
+                         1u << FLESH_HARDCASES_INVERT_ONE | 1u << FLESH_HARDCASES_HALF_TURN |
+                         1u << FLESH_HARDCASES_INSIDE_OUT;
+  if (isnan(i->row.amount) && !(kind & (exact | whole)))
+    return flesh_node_fail(start, "%s.start.amount is missing; %s must have one, a number", path, starts[i->row.start]);
+  if (!isnan(i->row.amount) && kind & whole)
+    return flesh_node_fail(flesh_node_find(start, "amount"), "%s.start.amount is %s; %s has none", path,
+                           flesh_node_find(start, "amount")->text, starts[i->row.start]);
+  return FLESH_OK;
+}
 
-const flesh_hardcases_case flesh_hardcases_filter_table[] = {
-  {.name = "stretch", .group = "filters", .start = FLESH_HARDCASES_SCALE_X, .amount = 2.5, .noise = 0.1,
-   .flags = PINNED | RANDOM | STATIC, .step = 1,
-   .doc = "stretched 2.5 times, every node moved by up to 10 % of an edge; one face held at rest, statics"},
-  {.name = "twist", .group = "filters", .start = FLESH_HARDCASES_TWIST, .amount = 0.5, .noise = 0.1,
-   .flags = PINNED | RANDOM | STATIC, .step = 1,
-   .doc = "twisted by half a turn, every node moved by up to 10 % of an edge; one face held at rest, statics"},
-  {.name = "squash", .group = "filters", .start = FLESH_HARDCASES_SCALE_X, .amount = 0.4, .noise = 0.1,
-   .flags = PINNED | RANDOM | STATIC, .step = 1,
-   .doc = "squashed to 0.4 of its length, every node moved by up to 10 % of an edge; one face held at rest, statics"},
-  {.name = "noise", .group = "filters", .start = FLESH_HARDCASES_JITTER, .amount = 0.5,
-   .flags = PINNED | RANDOM | STATIC, .step = 1,
-   .doc = "every node moved by up to 50 % of an edge; one face held at rest, statics"},
-  {0}};
-/* clang-format on */
+/* Checks what keys say together. */
+static int check_case(const item *i, const flesh_node *node, const char *path)
+{
+  const flesh_hardcases_case *row = &i->row;
+  int status = check_word(node, path, "name");
+  if (!status) status = check_word(node, path, "group");
+  if (!status) status = check_doc(flesh_node_find(node, "doc"), path);
+  if (!status) status = check_start(i, node, path);
+  if (status) return status;
+  if (i->is_static && !(isnan(row->step) && isnan(row->seconds) && isnan(row->release)))
+    return flesh_node_fail(node, "%s has a step, seconds or a release; a static case must have none", path);
+  if (!i->is_static && isnan(row->seconds))
+    return flesh_node_fail(node, "%s.seconds is missing; it must be a number > 0 [s], or the case static", path);
+  if (!isnan(row->young_ratio) && row->mesh != FLESH_HARDCASES_CHECKER && row->mesh != FLESH_HARDCASES_HALVES)
+    return flesh_node_fail(flesh_node_find(node, "young_ratio"), "%s.young_ratio is of two regions; mesh must be checker "
+                           "or halves", path);
+  return FLESH_OK;
+}
+
+/* Finds a file that is named relative to the battery's, which the scenes in their folders could not open. */
+static void find_relative(void *data, const char *path)
+{
+  if (*path != '/') *(const char **)data = path;
+}
+
+/* Adds the effect as an item of a scene's list. Keys beyond the limit go on in the next line. */
+static void write_effect(const flesh_node *effect, flesh_text *text)
+{
+  const size_t first = text->size;
+  size_t line = first;
+  flesh_text_print(text, "  - %s: {", effect->key);
+  for (const flesh_node *child = effect->first; child; child = child->next) {
+    flesh_text key = {0};
+    flesh_text_print(&key, "%s: ", child->key);
+    flesh_node_write_flow(child, 0, &key);
+    const int fits = text->size - line + key.size + 3 <= LINE_LIMIT;
+    if (child != effect->first) flesh_text_print(text, fits ? ", " : ",\n      ");
+    if (child != effect->first && !fits) line = text->size - 6;
+    flesh_text_append(text, key.data, key.size);
+    text->failed |= key.failed;
+    free(key.data);
+  }
+  flesh_text_print(text, "}\n");
+}
+
+/* Reads the effects as a scene does, and keeps them as the text of its list. */
+static int take_effects(flesh_arena *arena, item *i, flesh_node *list, const char *path)
+{
+  const flesh_key_reader reader = {arena, NULL};
+  flesh_objects entries;
+  flesh_text text = {0};
+  const char *relative = NULL, *whole = flesh_key_path(arena, path, "effects");
+  if (!whole) return no_memory();
+  int status = flesh_effect_list_normalise(arena, list);
+  if (!status) status = flesh_effect_key_list.read(&reader, list, whole, &entries);
+  if (status) return status;
+  flesh_effect_key_list.visit_paths(&entries, find_relative, &relative);
+  if (relative)
+    return flesh_node_fail(list, "%s names the file %s; it must be an absolute path", whole, relative);
+  for (const flesh_node *child = list->first; child; child = child->next) write_effect(child->first, &text);
+  i->row.effects = text.failed ? NULL : flesh_arena_text(arena, text.data ? text.data : "", text.size);
+  free(text.data);
+  return i->row.effects ? FLESH_OK : no_memory();
+}
+
+/* FNV-1a of the case as a line (Fowler, Noll & Vo). */
+static int take_fingerprint(item *i, const flesh_node *node)
+{
+  flesh_text text = {0};
+  flesh_node_write_flow(node, 0, &text);
+  i->row.fingerprint = 0xcbf29ce484222325u;
+  for (size_t k = 0; k < text.size; k++)
+    i->row.fingerprint = (i->row.fingerprint ^ (unsigned char)text.data[k]) * 0x100000001b3u;
+  free(text.data);
+  return text.failed ? no_memory() : FLESH_OK;
+}
+
+static int take_cases(flesh_hardcases_battery *battery, const file *f, const flesh_node *root)
+{
+  const flesh_node *list = flesh_node_find(root, "cases"), *node = list->first;
+  item *i = f->cases.values;
+  char path[32];
+  if (f->cases.count < 1 || f->cases.count > CASE_LIMIT)
+    return flesh_node_fail(list, "cases are %d; they must be 1 to %d", f->cases.count, CASE_LIMIT);
+  battery->cases = flesh_arena_take(&battery->arena, sizeof *battery->cases * (size_t)f->cases.count);
+  if (!battery->cases) return no_memory();
+  for (int k = 0; k < f->cases.count; k++, node = node->next, i++) {
+    snprintf(path, sizeof path, "cases[%d]", k);
+    i->row.effects = "";
+    int status = check_case(i, node, path);
+    if (!status && i->effects) status = take_effects(&battery->arena, i, flesh_node_find(node, "effects"), path);
+    if (!status) status = take_fingerprint(i, node);
+    if (status) return status;
+    for (int other = 0; other < k; other++)
+      if (!strcmp(battery->cases[other].name, i->row.name))
+        return flesh_node_fail(flesh_node_find(node, "name"), "%s.name is %s, which is the name of cases[%d]; each must "
+                               "have its own", path, i->row.name, other);
+    if (isnan(i->row.amount)) i->row.amount = 0;
+    if (i->is_static) i->row.step = 1; /* so that it runs with the first of --steps only */
+    i->row.flags = (unsigned)i->held | (unsigned)i->expects << 2 | (i->random ? FLESH_HARDCASES_RANDOM : 0) |
+                   (i->is_static ? FLESH_HARDCASES_STATIC : 0);
+    battery->cases[battery->count++] = i->row;
+  }
+  return FLESH_OK;
+}
+
+int flesh_hardcases_open_battery(const char *path, const char *name, flesh_hardcases_battery *battery)
+{
+  const flesh_hardcases_own *own = flesh_hardcases_own_files;
+  flesh_node *root = NULL;
+  char *loaded = NULL;
+  file f;
+  *battery = (flesh_hardcases_battery){0};
+  while (strcmp(own->name, name)) own++;
+  flesh_keyed_text text = {.text = own->text, .size = strlen(own->text), .what = "the battery"};
+  int status = path ? flesh_file_load(path, &loaded, &text.size) : FLESH_OK;
+  if (loaded) text.text = loaded;
+  text.path = path ? path : flesh_arena_print(&battery->arena, "data/hardcases/%s.yaml", name);
+  if (!status && !text.path) status = no_memory();
+  if (!status) status = flesh_keyed_text_read(&battery->arena, &text, file_table, &root, &f);
+  if (!status) status = take_cases(battery, &f, root);
+  for (int k = 0; k < battery->count && !path; k++) battery->cases[k].fingerprint = 0;
+  free(loaded);
+  return status;
+}
+
+void flesh_hardcases_close_battery(flesh_hardcases_battery *battery)
+{
+  flesh_arena_free(&battery->arena);
+  *battery = (flesh_hardcases_battery){0};
+}

@@ -21,8 +21,9 @@
 
 static const char details[] = "Puts bodies through what breaks elastic solvers: scrambled, "
                               "collapsed, mirrored, torn, spun and stopped bodies,\n"
-                              "extreme materials, meshes and steps (--list shows them). Every run "
-                              "is a process of its own with a budget, and\n"
+                              "extreme materials, meshes and steps (--list shows them); or through the cases of FILE, "
+                              "which is of the kind of\n"
+                              "data/hardcases/battery.yaml. Every run is a process of its own with a budget, and\n"
                               "a scene of its own: DIR/cases/NAME/scene.yaml (some with "
                               "release.yaml, a second phase that goes on from it), which\n"
                               "`flesh run` repeats with the same result. A run has recovered when "
@@ -53,15 +54,10 @@ static const char details[] = "Puts bodies through what breaks elastic solvers: 
 enum { SETTING_LIMIT = 4096 };
 
 typedef struct choice {
-  int filters, shapes;
+  flesh_hardcases_battery battery;
   int count;
-  const flesh_hardcases_case *cases[256];
+  const flesh_hardcases_case **cases; /* has room for all */
 } choice;
-
-static const flesh_hardcases_case *table_of(int filters, int shapes)
-{
-  return filters ? flesh_hardcases_filter_table : shapes ? flesh_hardcases_shape_table : flesh_hardcases_case_table;
-}
 
 /* A case or group by name or pattern; after a `!`, what is not taken of those before it, or of all. */
 static int take_case(void *data, const char *item)
@@ -70,12 +66,12 @@ static int take_case(void *data, const char *item)
   const int leave = *item == '!';
   int found = 0;
   if (leave && c->count == 0) take_case(data, "*");
-  for (const flesh_hardcases_case *row = table_of(c->filters, c->shapes); row->name; row++) {
+  for (const flesh_hardcases_case *row = c->battery.cases, *end = row + c->battery.count; row < end; row++) {
     if (fnmatch(item + leave, row->name, 0) && fnmatch(item + leave, row->group, 0)) continue;
     found = 1;
     int place = 0;
     while (place < c->count && c->cases[place] != row) place++;
-    if (!leave && place == c->count && c->count < 256) c->cases[c->count++] = row;
+    if (!leave && place == c->count) c->cases[c->count++] = row;
     if (leave && place < c->count)
       memmove(c->cases + place, c->cases + place + 1, (size_t)(--c->count - place) * sizeof row);
   }
@@ -87,11 +83,29 @@ static int take_case(void *data, const char *item)
                      item);
 }
 
-static int list_cases(int filters, int shapes)
+/* Reads the cases of the file, or the program's own of the plan's kind. */
+static int open_choice(const char *path, const flesh_hardcases_plan *plan, choice *c)
 {
-  for (const flesh_hardcases_case *row = table_of(filters, shapes); row->name; row++)
+  const char *own = plan->filters ? "filters" : plan->shapes ? "shapes" : "battery";
+  int status = flesh_hardcases_open_battery(path, own, &c->battery);
+  if (!status) c->cases = flesh_arena_take(&c->battery.arena, sizeof *c->cases * (size_t)c->battery.count);
+  return status || c->cases ? status : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+}
+
+static void list_cases(const flesh_hardcases_battery *battery)
+{
+  for (const flesh_hardcases_case *row = battery->cases, *end = row + battery->count; row < end; row++)
     printf("%-10s %-20s %s\n", row->group, row->name, row->doc);
-  return 0;
+}
+
+/* A case moves and scales the bodies of --meshes only. */
+static int check_bodies(const choice *c)
+{
+  for (int k = 0; k < c->count; k++)
+    if (c->cases[k]->scale > 0 || c->cases[k]->offset < 0 || c->cases[k]->offset > 0)
+      return flesh_fail(FLESH_ERR_ARGUMENT, "%s has a scale or an offset, which are of the bodies of --meshes; give some, "
+                        "or leave the case out", c->cases[k]->name);
+  return FLESH_OK;
 }
 
 static int add_setting(flesh_hardcases_setting *settings, int *count, const flesh_hardcases_lists *l, int e, int p,
@@ -126,8 +140,7 @@ static int make_settings(const flesh_hardcases_lists *l, flesh_hardcases_setting
 
 static int is_run(const flesh_hardcases_case *row, const flesh_hardcases_setting *setting)
 {
-  return (!(row->poisson > 0) || setting->first_poisson) &&
-         (!(row->step > 0) || setting->first_step);
+  return (isnan(row->poisson) || setting->first_poisson) && (isnan(row->step) || setting->first_step);
 }
 
 enum { RUN_LIMIT = 1000000 };
@@ -289,12 +302,11 @@ static int choose(request *asked, flesh_hardcases_lists *l, choice *chosen, fles
   if (!status) status = flesh_hardcases_split("--solvers", asked->solvers, flesh_hardcases_take_solver, l);
   if (!status) status = flesh_hardcases_split("--elements", asked->elements, flesh_hardcases_take_element, l);
   if (!status && asked->meshes) status = flesh_hardcases_split("--meshes", asked->meshes, flesh_hardcases_take_body, l);
-  chosen->filters = plan->filters;
-  chosen->shapes = plan->shapes;
   if (!status) status = flesh_hardcases_split("--cases", asked->cases, take_case, chosen);
   if (!status && chosen->count == 0)
     status = flesh_fail(FLESH_ERR_ARGUMENT, "--cases '%s' leaves none; `flesh hardcases --list` shows them",
                         asked->cases);
+  if (!status && !asked->meshes) status = check_bodies(chosen);
   if (!status) status = make_settings(l, settings, &plan->setting_count);
   plan->settings = settings;
   plan->cases = chosen->cases;
@@ -309,10 +321,13 @@ typedef struct room {
   flesh_hardcases_setting settings[SETTING_LIMIT];
 } room;
 
-/* Returns the exit code. */
-static int choose_and_batter(request *asked, room *room, flesh_hardcases_plan *plan)
+/* Lists the cases of the file, or runs them. Returns the exit code. */
+static int list_or_batter(const char *path, int list, request *asked, room *room, flesh_hardcases_plan *plan)
 {
-  int status = choose(asked, &room->lists, &room->chosen, room->settings, plan);
+  int status = open_choice(path, plan, &room->chosen);
+  if (list && !status && flesh_ranks_first(plan->options.ranks)) list_cases(&room->chosen.battery);
+  if (list) return status ? flesh_command_fail("hardcases", status) : 0;
+  if (!status) status = choose(asked, &room->lists, &room->chosen, room->settings, plan);
   flesh_interrupt_watch();
   flesh_study_options *options = &plan->options;
   int shard, shards;
@@ -373,15 +388,13 @@ int flesh_command_hardcases(int argc, char **argv)
       {"shard", "I/N", FLESH_OPTION_TEXT, &plan.options.shard, "only every N-th run from the I-th on, counted from 1"},
       {"list", NULL, FLESH_OPTION_SWITCH, &list, "print the cases and end"},
       {0}};
-  const flesh_usage usage = {"hardcases", "", "Runs the battery of hard cases.", details, 0, 0, rows, NULL,
+  const flesh_usage usage = {"hardcases", "[FILE]", "Runs the battery of hard cases.", details, 0, 1, rows, NULL,
                              FLESH_EXITS_OF_INTERRUPTS};
   code = flesh_ranks_read_options(plan.options.ranks, &usage, argc, argv, &count);
-  if (code == FLESH_OPTIONS_GO_ON && list) code = flesh_ranks_first(plan.options.ranks) ? list_cases(plan.filters, plan.shapes) : 0;
-  if (code != FLESH_OPTIONS_GO_ON) goto done;
   plan.overrides = &overrides.texts;
-  code = choose_and_batter(&asked, room, &plan);
-done:
+  if (code == FLESH_OPTIONS_GO_ON) code = list_or_batter(count ? argv[1] : NULL, list, &asked, room, &plan);
   flesh_ranks_close(&plan.options.ranks);
+  flesh_hardcases_close_battery(&room->chosen.battery);
   free(plan.runs), free(room);
   flesh_overrides_close(&overrides);
   return code;

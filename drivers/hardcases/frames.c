@@ -132,7 +132,7 @@ int flesh_hardcases_draw_frames(const flesh_hardcases_plan *plan, const char *gr
       status = strips && panels ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   for (int k = 0; k < plan->run_count && !status; k++) {
     const flesh_hardcases_run *r = &plan->runs[k];
-    int first = r->setting->first_poisson && r->row->poisson > 0 &&
+    int first = r->setting->first_poisson && !isnan(r->row->poisson) &&
                 r->setting->energy == setting->energy && r->setting->solver == setting->solver &&
                 r->setting->element == setting->element;
     if (strcmp(r->row->group, group) || r->seed > 1 || !(r->setting == setting || first)) continue;

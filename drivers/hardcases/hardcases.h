@@ -3,6 +3,8 @@
 #ifndef FLESH_HARDCASES_HARDCASES_H
 #define FLESH_HARDCASES_HARDCASES_H
 
+#include <math.h>
+
 #include "flesh/body.h"
 #include "flesh/material.h"
 #include "flesh/solver.h"
@@ -133,7 +135,7 @@ typedef struct flesh_hardcases_plan {
 /* Poisson's ratio of the run: that of its case, where it has one. */
 static inline double flesh_hardcases_poisson(const flesh_hardcases_run *run)
 {
-  return run->row->poisson > 0 ? run->row->poisson : run->setting->poisson;
+  return isnan(run->row->poisson) ? run->setting->poisson : run->row->poisson;
 }
 
 /* Whether the run has ended as it should. */

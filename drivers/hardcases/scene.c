@@ -37,11 +37,21 @@ static void print_seconds(FILE *stream, double value)
   else flesh_number_print(stream, value);
 }
 
+/* Six digits where they are enough. */
+static void print_value(FILE *stream, double value)
+{
+  char text[FLESH_NUMBER_SIZE];
+  snprintf(text, sizeof text, "%g", value);
+  fputs(strtod(text, NULL) == value ? text : flesh_number_text(value, text), stream);
+}
+
 static void write_material(FILE *stream, const flesh_hardcases_run *run, double factor)
 {
   const flesh_hardcases_setting *s = run->setting;
-  fprintf(stream, "{energy: %s, constants: %s, young: %g, poisson: ", flesh_energy_name(s->energy),
-          flesh_constants_name(s->constants), (run->row->young > 0 ? run->row->young : young) * factor);
+  fprintf(stream, "{energy: %s, constants: %s, young: ", flesh_energy_name(s->energy),
+          flesh_constants_name(s->constants));
+  print_value(stream, (run->row->young > 0 ? run->row->young : young) * factor);
+  fputs(", poisson: ", stream);
   flesh_number_print(stream, flesh_hardcases_poisson(run));
   putc('}', stream);
 }
@@ -80,7 +90,9 @@ static void write_body(FILE *stream, const flesh_hardcases_run *run)
   fputs("body:\n  mesh: body.mesh\n", stream);
   if (run->setting->element != FLESH_ELEMENT_TET4)
     fprintf(stream, "  element: %s\n", flesh_element_name(run->setting->element));
-  fprintf(stream, "  density: %g\n  material: ", row->density > 0 ? row->density : 1000);
+  fputs("  density: ", stream);
+  print_value(stream, row->density > 0 ? row->density : 1000);
+  fputs("\n  material: ", stream);
   write_material(stream, run, 1);
   if (row->young_ratio > 0) {
     fputs("\n  regions:\n    - tags: [1]\n      material: ", stream);
@@ -108,7 +120,7 @@ static int write_text(const flesh_hardcases_run *run, const char *path, int rele
   /* Steps that are taken as they come are seen to their end. */
   const char *limit = run->setting->solver == FLESH_HARDCASES_PLAIN ? ", max_energy_gain: 1e300}\n" : "}\n";
   write_body(stream, run);
-  if (row->effects && !(release && row->release > 0)) fputs(row->effects, stream);
+  if (!(release && row->release > 0)) fputs(row->effects, stream);
   if (row->flags & FLESH_HARDCASES_STATIC) {
     fputs("time: {method: static}\n", stream);
   } else if (release) {

@@ -42,12 +42,13 @@ static const flesh_study_column columns[] = {{.name = "case_name", .key = "--cas
                                              {.name = "poisson", .key = "--poisson"},
                                              {.name = "step", .key = "--steps"},
                                              {.name = "element", .key = "--elements"},
-                                             {.name = "solver", .key = "--solvers"}};
+                                             {.name = "solver", .key = "--solvers"},
+                                             {.name = "case_sum", .key = "FILE"}};
 enum { COLUMNS = sizeof columns / sizeof *columns };
 
 /* The texts of a case's values, which it owns in one piece. */
 typedef struct texts {
-  char seed[16], poisson[FLESH_NUMBER_SIZE], step[FLESH_NUMBER_SIZE];
+  char seed[16], poisson[FLESH_NUMBER_SIZE], step[FLESH_NUMBER_SIZE], sum[24];
 } texts;
 
 static int make_case(const void *data, int number, flesh_study_case *made)
@@ -61,6 +62,7 @@ static int make_case(const void *data, int number, flesh_study_case *made)
   snprintf(t->seed, sizeof t->seed, "%d", run->seed);
   flesh_number_text(flesh_hardcases_poisson(run), t->poisson);
   flesh_number_text(run->row->step > 0 ? run->row->step : s->step, t->step);
+  snprintf(t->sum, sizeof t->sum, run->row->fingerprint ? "#%llx" : "", run->row->fingerprint);
   const char *const values[COLUMNS] = {run->row->name,
                                        s->body ? s->body->file ? s->body->file : s->body->name : "",
                                        t->seed,
@@ -69,7 +71,8 @@ static int make_case(const void *data, int number, flesh_study_case *made)
                                        t->poisson,
                                        t->step,
                                        flesh_element_name(s->element),
-                                       flesh_hardcases_solver_name(s->solver)};
+                                       flesh_hardcases_solver_name(s->solver),
+                                       t->sum};
   memcpy(made->values, values, sizeof values);
   return FLESH_OK;
 }

@@ -10,6 +10,7 @@
 #include "scene/keys.h"
 #include "scene/scene.h"
 #include "scene/words.h"
+#include "study/keyed_text.h"
 #include "sweep/spec.h"
 
 /* The most cases of a sweep. */
@@ -18,26 +19,6 @@ enum { CASE_LIMIT = 10000000 };
 typedef flesh_sweep_axis axis;
 typedef flesh_sweep_derived_row derived;
 typedef flesh_sweep_spec spec;
-
-/* The node as YAML on one line. */
-static void print_flow(const flesh_node *node, flesh_text *text)
-{
-  if (node->kind == FLESH_NODE_SCALAR) {
-    int plain = !node->quoted && !strpbrk(node->text, ",[]{}:#\"'\n");
-    if (plain) flesh_text_append(text, node->text, strlen(node->text));
-    else flesh_text_quote(text, node->text);
-    return;
-  }
-  int mapping = node->kind == FLESH_NODE_MAPPING;
-  flesh_text_print(text, mapping ? "{" : "[");
-  for (const flesh_node *child = node->first; child; child = child->next) {
-    if (mapping) flesh_text_quote(text, child->key);
-    if (mapping) flesh_text_print(text, ": ");
-    print_flow(child, text);
-    if (child->next) flesh_text_print(text, ", ");
-  }
-  flesh_text_print(text, mapping ? "}" : "]");
-}
 
 static int is_path(const char *key)
 {
@@ -67,7 +48,7 @@ static const char *value_text(flesh_sweep *sweep, const char *key, const flesh_n
                                                                    sweep->path, node->text);
     if (!whole || !strcmp(key, "scene")) return whole;
     flesh_text_quote(&text, whole);
-  } else print_flow(node, &text);
+  } else flesh_node_write_flow(node, 1, &text);
   const char *value = text.failed ? NULL : flesh_arena_print(&sweep->arena, "%s", text.data ? text.data : "");
   free(text.data);
   return value;
@@ -373,20 +354,8 @@ int flesh_sweep_read(const char *path, flesh_sweep *sweep)
   if (!sweep->path) return flesh_sweep_no_memory();
   int status = flesh_file_load(path, &sweep->text, &size);
   if (status) return status;
-  flesh_source source = {sweep->path, 0};
-  status = flesh_yaml_parse(&sweep->arena, sweep->text, size, &source, &root);
-  if (status) return status;
-  flesh_key whole = {.type = FLESH_KEY_OBJECT, .children = flesh_sweep_spec_table};
-  char expected[FLESH_EXPECTATION_SIZE];
-  if (!root)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "%s:1:1: the spec is empty; it must be %s", path,
-                      flesh_key_expectation(&whole, expected));
-  if (root->kind != FLESH_NODE_MAPPING) return flesh_key_fail(&whole, root, "the spec");
-  const char *slash = strrchr(path, '/');
-  flesh_key_reader reader = {
-      &sweep->arena, flesh_arena_text(&sweep->arena, path, slash ? (size_t)(slash - path) + (slash == path) : 0)};
-  if (!reader.directory) return flesh_sweep_no_memory();
-  status = flesh_keys_read(&reader, flesh_sweep_spec_table, root, root, "", &s);
+  const flesh_keyed_text text = {sweep->path, sweep->text, size, "the spec"};
+  status = flesh_keyed_text_read(&sweep->arena, &text, flesh_sweep_spec_table, &root, &s);
   return status ? status : make(sweep, &s, root);
 }
 

@@ -82,6 +82,26 @@ int flesh_node_is_null(const flesh_node *node)
   return 0;
 }
 
+void flesh_node_write_flow(const flesh_node *node, int quoted, flesh_text *text)
+{
+  if (node->kind == FLESH_NODE_SCALAR) {
+    const int plain = !node->quoted && !strpbrk(node->text, ",[]{}:#\"'\n");
+    if (plain) flesh_text_append(text, node->text, strlen(node->text));
+    else flesh_text_quote(text, node->text);
+    return;
+  }
+  const int mapping = node->kind == FLESH_NODE_MAPPING;
+  flesh_text_print(text, mapping ? "{" : "[");
+  for (const flesh_node *child = node->first; child; child = child->next) {
+    if (mapping && quoted) flesh_text_quote(text, child->key);
+    else if (mapping) flesh_text_append(text, child->key, strlen(child->key));
+    if (mapping) flesh_text_print(text, ": ");
+    flesh_node_write_flow(child, quoted, text);
+    if (child->next) flesh_text_print(text, ", ");
+  }
+  flesh_text_print(text, mapping ? "}" : "]");
+}
+
 static int fail_at(int status, const flesh_node *node, int line, int column)
 {
   if (!node) return status;

@@ -49,6 +49,9 @@ flesh_node *flesh_node_item(const flesh_node *list, int index);
 /* Whether a scalar says nothing: empty, ~ or null without quotes. */
 int flesh_node_is_null(const flesh_node *node);
 
+/* Appends the node as YAML on one line; `quoted`: its keys in quotes, as JSON has them. */
+void flesh_node_write_flow(const flesh_node *node, int quoted, flesh_text *text);
+
 /* Fails with FLESH_ERR_ARGUMENT and "file:line:column: " or "--set path=value: " before the
  * sentence; `node` may be NULL. _at_key gives the place of the key instead of the value's. */
 int flesh_node_fail(const flesh_node *node, const char *format, ...)

@@ -17,7 +17,7 @@ root=$(CDPATH='' cd -- "$(dirname -- "$0")/../.." && pwd)
 state=${CAMPAIGN:-${XDG_CACHE_HOME:-$HOME/.cache}/flesh-campaign}
 build=$state/build-fuzz
 # Executions of each in a round: those that take microseconds more than those that build a scene.
-readers='mesh:60 surface:50 body:60 words:6 table:20 scene:3 sweep:1'
+readers='mesh:60 surface:50 body:60 words:6 table:20 scene:3 sweep:1 hardcases:3'
 slice=5000
 
 die() {

@@ -142,6 +142,26 @@ the_list_names_every_case() {
   expect 0 "$flesh" hardcases --list && [ "$(lines stdout.txt)" -ge 60 ] && has stdout.txt '^starts *scramble '
 }
 
+# A file of cases takes the place of the program's own. A study that goes on runs a case again that was changed.
+a_battery_of_ones_own_is_run() {
+  cat >own.yaml <<'E'
+title: a dent
+cases:
+  - {name: dent, group: mine, doc: squashed a little, start: {kind: scale-x, amount: 9/10}, seconds: 2, poisson: 0.3}
+E
+  battery own.yaml --energies S --poisson 0.45,0.49 && all_are outcome recovered && [ "$(lines out/hardcases.csv)" -eq 2 ] &&
+    [ "$(value group dent S 0.3)" = mine ] && has out/cases/dent_S_0.3_default/scene.yaml '^# dent: squashed a little' &&
+    expect 0 "$flesh" hardcases own.yaml --list && [ "$(cat stdout.txt)" = 'mine       dent                 squashed a little' ] &&
+    expect 2 "$flesh" hardcases own.yaml --cases tear && has stderr.txt "'tear'" || return 1
+  battery own.yaml --shapes --meshes 2x1x1 --energies S --out shapes && mv shapes/hardcases.csv first.csv || return 1
+  battery own.yaml --shapes --meshes 2x1x1 --energies S --out shapes --resume && cmp shapes/hardcases.csv first.csv || return 1
+  sed 's|9/10|8/10|' own.yaml >changed.yaml &&
+    battery changed.yaml --shapes --meshes 2x1x1 --energies S --out shapes --resume &&
+    ! cmp -s shapes/hardcases.csv first.csv || return 1
+  sed 's|poisson: 0.3|scale: 2|' own.yaml >scaled.yaml && expect 2 "$flesh" hardcases scaled.yaml &&
+    has stderr.txt 'dent has a scale or an offset, which are of the bodies of --meshes'
+}
+
 bad_options_are_refused() {
   expect 2 "$flesh" hardcases --poisson 0.3,0.6 && has stderr.txt "'0.6'.*(-1, 0.5\\]" &&
     expect 2 "$flesh" hardcases --energies S,X && has stderr.txt "X" &&
@@ -157,7 +177,7 @@ bad_options_are_refused() {
     expect 2 "$flesh" hardcases --cases '' && has stderr.txt 'empty' &&
     expect 2 "$flesh" hardcases --cases '!*' && has stderr.txt 'leaves none' &&
     expect 2 "$flesh" hardcases --seeds 1e9 && has stderr.txt '1000000000 seeds.*at most 1000000' &&
-    expect 2 "$flesh" hardcases --seeds 0 && expect 2 "$flesh" hardcases scene.yaml &&
+    expect 2 "$flesh" hardcases --seeds 0 && expect 3 "$flesh" hardcases none.yaml &&
     expect 3 "$flesh" hardcases --out /dev/null/here --cases single_plane && [ ! -e out/hardcases ]
 }
 
@@ -202,6 +222,7 @@ run_tests hard_starts_recover violent_loads_recover collapsed_bodies_are_named_a
   undefined_forms_stop_with_a_statement d_returns_to_its_own_rest a_run_repeats_alone rises_are_seen \
   an_early_end_is_no_recovery a_death_is_a_row a_setting_of_ones_own_is_kept_in_the_scene \
   the_table_has_the_promised_columns pictures_are_drawn without_gnuplot_the_frames_are_drawn a_spent_budget_is_a_row \
-  an_interrupted_battery_keeps_what_was_done a_battery_is_shared_out_and_extended the_list_names_every_case bad_options_are_refused \
+  an_interrupted_battery_keeps_what_was_done a_battery_is_shared_out_and_extended the_list_names_every_case \
+  a_battery_of_ones_own_is_run bad_options_are_refused \
   chaos_is_entered_through_softer_materials what_has_vanished_is_laid_out soft_parts_come_to_rest_far_away \
   a_long_step_is_named

@@ -1,16 +1,22 @@
-// TEST quick sources=hardcases/cases.c,hardcases/mesh.c,hardcases/start.c
-/* test_hardcases_cases.c: the battery's meshes and start states are as hard as they say. */
+// TEST quick sources=hardcases/cases.c,hardcases/mesh.c,hardcases/start.c,study/keyed_text.c
+/* test_hardcases_cases.c: files of hard cases are read or refused; the battery's meshes and start states are as hard as
+ * they say. */
+#include "temporary.h"
+
 #include <stdlib.h>
 
+#include "base/error.h"
 #include "hardcases/cases.h"
 #include "test.h"
 
+static flesh_hardcases_battery battery;
+
 static const flesh_hardcases_case *row(const char *name)
 {
-  const flesh_hardcases_case *r = flesh_hardcases_case_table;
-  while (r->name && strcmp(r->name, name)) r++;
-  CHECK(r->name != NULL);
-  return r->name ? r : flesh_hardcases_case_table;
+  for (int k = 0; k < battery.count; k++)
+    if (!strcmp(battery.cases[k].name, name)) return &battery.cases[k];
+  CHECK_TEXT("", name);
+  return battery.cases;
 }
 
 typedef struct body {
@@ -44,10 +50,10 @@ static int inverted(const body *b)
   return count;
 }
 
-/* Every case of the table, both sizes: fine meshes, finite states, names of their own. */
+/* Every case of the battery, both sizes: fine meshes, finite states. */
 static void every_case_can_be_made(void)
 {
-  for (const flesh_hardcases_case *r = flesh_hardcases_case_table; r->name; r++)
+  for (const flesh_hardcases_case *r = battery.cases; r < battery.cases + battery.count; r++)
     for (int quick = 0; quick < 2; quick++) {
       flesh_mesh *mesh = NULL;
       CHECK_OK(flesh_hardcases_make_mesh(r, quick, &mesh));
@@ -65,8 +71,6 @@ static void every_case_can_be_made(void)
       free(state.x);
       free(state.v);
       flesh_mesh_destroy(&mesh);
-      for (const flesh_hardcases_case *other = r + 1; other->name; other++)
-        CHECK(strcmp(r->name, other->name));
     }
 }
 
@@ -191,10 +195,103 @@ static void moving_starts_move(void)
   drop(&spin), drop(&fly);
 }
 
+/* The numbers of cases are those that drivers/hardcases.md tells. */
+static void the_program_has_its_own_files(void)
+{
+  static const int counts[] = {72, 43, 4};
+  int k = 0;
+  for (const flesh_hardcases_own *own = flesh_hardcases_own_files; own->name; own++, k++) {
+    flesh_hardcases_battery b;
+    CHECK_OK(flesh_hardcases_open_battery(NULL, own->name, &b));
+    CHECK(k < 3 && b.count == counts[k]);
+    for (int c = 0; c < b.count; c++) CHECK(b.cases[c].fingerprint == 0);
+    flesh_hardcases_close_battery(&b);
+  }
+  CHECK(k == 3);
+}
+
+/* Reads the text as a user's own file. */
+static int open_own(const char *text, flesh_hardcases_battery *b)
+{
+  char folder[200], path[220];
+  CHECK(!test_folder_make(folder, sizeof folder));
+  snprintf(path, sizeof path, "%s/own.yaml", folder);
+  FILE *file = fopen(path, "w");
+  CHECK(file && fputs(text, file) >= 0 && !fclose(file));
+  const int status = flesh_hardcases_open_battery(path, "battery", b);
+  test_folder_remove(folder);
+  return status;
+}
+
+static void a_file_of_ones_own_is_read(void)
+{
+  static const char text[] =
+      "title: mine\n"
+      "cases:\n"
+      "  - {name: hit, group: walls, doc: 'into a wall: hard', start: {kind: jitter, amount: 100/15, noise: 0.1},\n"
+      "     random: true, held: feet, poisson: 0, step: 1/60, seconds: 2, release: {seconds: 30}, young: 123456.7,\n"
+      "     effects: [gravity, contact: {plane: {point: [0.25, 0, 0], normal: [-1, 0, 0]}, friction: 1/3}]}\n"
+      "  - {name: still, group: walls, doc: at rest, static: true, expects: equilibrium}\n";
+  flesh_hardcases_battery b, again;
+  CHECK_OK(open_own(text, &b));
+  CHECK(b.count == 2);
+  const flesh_hardcases_case *hit = b.cases, *still = b.cases + 1;
+  CHECK(hit->start == FLESH_HARDCASES_JITTER && hit->amount == 100. / 15 && hit->noise == 0.1 && hit->step == 1. / 60);
+  CHECK(hit->flags == (FLESH_HARDCASES_RANDOM | FLESH_HARDCASES_FEET));
+  CHECK(hit->poisson == 0 && hit->release == 30 && isnan(hit->release_step) && hit->young == 123456.7);
+  CHECK(!strcmp(hit->effects, "  - gravity: {}\n  - contact: {plane: {point: [0.25, 0, 0], normal: [-1, 0, 0]}, "
+                              "friction: 1/3}\n"));
+  CHECK(still->flags == (FLESH_HARDCASES_STATIC | FLESH_HARDCASES_KEPT_EQUILIBRIUM));
+  CHECK(isnan(still->poisson) && still->amount == 0 && !*still->effects && still->mesh == FLESH_HARDCASES_BLOCK);
+  /* A study that goes on runs a case again that was changed. */
+  CHECK_OK(open_own(text, &again));
+  CHECK(hit->fingerprint && hit->fingerprint == again.cases->fingerprint && hit->fingerprint != still->fingerprint);
+  flesh_hardcases_close_battery(&b), flesh_hardcases_close_battery(&again);
+}
+
+static void bad_files_are_refused(void)
+{
+#define CASE "cases: [{name: a, group: g, doc: d, seconds: 1"
+  static const struct {
+    const char *text, *words;
+  } bad[] = {
+      {"", ":1:1: the battery is empty; it must be a mapping of the keys title, cases"},
+      {"[]", ":1:1: the battery is an empty list"},
+      {"title: none", "cases is missing; it must be a list of mappings"},
+      {"cases: []", ":1:8: cases are 0; they must be 1 to 1024"},
+      {CASE "}, {name: a, group: g, doc: d, seconds: 1}]", "cases[1].name is a, which is the name of cases[0]"},
+      {"cases: [{name: ../a, group: g, doc: d, seconds: 1}]", ":1:16: cases[0].name is ../a; it must be at most 40 let"},
+      {"cases: [{name: a, group: 'g,h', doc: d, seconds: 1}]", ":1:26: cases[0].group is \"g,h\"; it must be at most"},
+      {"cases: [{name: a, group: g, doc: \"d\\ne\", seconds: 1}]", "cases[0].doc has a control character"},
+      {"cases: [{name: a, group: g, doc: d}]", "cases[0].seconds is missing; it must be a number > 0 [s], or the case s"},
+      {CASE ", static: true}]", "a static case must have none"},
+      {CASE ", density: -1}]", ":1:58: cases[0].density is -1; it must be a number > 0 [kg/m^3]"},
+      {CASE ", densty: 1}]", "cases[0].densty is unknown; did you mean density?"},
+      {CASE ", start: {kind: jiter}}]", "cases[0].start.kind is jiter; it must be one of rest, scramble"},
+      {CASE ", start: {kind: jitter}}]", "cases[0].start.amount is missing; jitter must have one, a number"},
+      {CASE ", start: {kind: mirror, amount: 2}}]", "cases[0].start.amount is 2; mirror has none"},
+      {CASE ", young_ratio: 2}]", "mesh must be checker or halves"},
+      {CASE ", effects: [gravitty]}]", "cases[0].effects[0] is gravitty, which is no effect; did you mean gravity?"},
+      {CASE ", effects: [gravity: {acceleration: 3}]}]", "effects[0].gravity.acceleration is 3; it must be three numbers"},
+      {CASE ", effects: [contact: {mesh: a.obj}]}]", "names the file a.obj; it must be an absolute path"},
+      {CASE ", release: {step: 1}}]", "cases[0].release.seconds is missing; it must be a number > 0 [s]"}};
+#undef CASE
+  for (size_t k = 0; k < sizeof bad / sizeof *bad; k++) {
+    flesh_hardcases_battery b;
+    CHECK(open_own(bad[k].text, &b) == FLESH_ERR_ARGUMENT);
+    CHECK_TEXT(flesh_error_text(), bad[k].words);
+    flesh_hardcases_close_battery(&b);
+  }
+}
+
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(every_case_can_be_made), TEST(meshes_are_bad_as_promised),
-                   TEST(neighbours_differ_in_a_checker), TEST(two_bodies_share_nothing),
-                   TEST(exact_starts_are_exact), TEST(inversions_are_counted), TEST(twists_turn),
-                   TEST(seeds_differ_and_repeat), TEST(moving_starts_move));
+  CHECK_OK(flesh_hardcases_open_battery(NULL, "battery", &battery));
+  const int code = RUN_TESTS(argc, argv, TEST(every_case_can_be_made), TEST(meshes_are_bad_as_promised),
+                             TEST(neighbours_differ_in_a_checker), TEST(two_bodies_share_nothing),
+                             TEST(exact_starts_are_exact), TEST(inversions_are_counted), TEST(twists_turn),
+                             TEST(seeds_differ_and_repeat), TEST(moving_starts_move), TEST(the_program_has_its_own_files),
+                             TEST(a_file_of_ones_own_is_read), TEST(bad_files_are_refused));
+  flesh_hardcases_close_battery(&battery);
+  return code;
 }
