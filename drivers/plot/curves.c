@@ -42,7 +42,7 @@ static int read_folder(source *s)
     if (!path) return no_memory();
     sprintf(path, "%s/%s", s->path, names[k]);
     status = flesh_path_check(path);
-    if (!status && flesh_path_is_file(path)) status = flesh_csv_read(path, &s->tables[s->count++]);
+    if (!status && flesh_path_is_file(path)) status = flesh_csv_read(path, FLESH_CSV_WHOLE, &s->tables[s->count++]);
     free(path);
   }
   if (!status && !s->count)
@@ -78,7 +78,7 @@ static int read_sources(reading *r)
     struct stat info;
     s->path = r->wanted->paths[k];
     const int is_folder = !flesh_path_stat(s->path, &info) && S_ISDIR(info.st_mode);
-    status = is_folder ? read_folder(s) : flesh_csv_read(s->path, &s->tables[0]);
+    status = is_folder ? read_folder(s) : flesh_csv_read(s->path, FLESH_CSV_WHOLE, &s->tables[0]);
     if (!is_folder && !status) s->count = 1;
     find_label(s, is_folder);
     for (int j = 0; j < k; j++) same |= !strcmp(r->sources[j].label, s->label);

@@ -2,7 +2,7 @@
 #ifndef FLESH_PLOT_CURVES_H
 #define FLESH_PLOT_CURVES_H
 
-#include "plot/csv.h"
+#include "plot/column.h"
 
 typedef struct flesh_curve {
   char *title;

@@ -10,113 +10,44 @@
 #include "base/error.h"
 #include "base/scan.h"
 #include "cli/json_memory.h"
+#include "study/csv.h"
 
-/* The cell at *at of a line that ends at `end`, unquoted into `cell` (room for the line). Returns
- * whether it was one with an end. */
-static int take_cell(const char **at, const char *end, char *cell, size_t *size)
+/* The column's values in every k-th row and the last one: numbers where all are some, else texts. */
+static json_t *values_of(const flesh_csv *csv, int column, int every)
 {
-  const char *c = *at;
-  int quoted = c < end && *c == '"';
-  *size = 0;
-  for (c += quoted; c < end; c++) {
-    if (quoted && *c == '"') {
-      if (c + 1 < end && c[1] == '"') c++;
-      else {
-        quoted = 0;
-        continue;
-      }
-    } else if (!quoted && (*c == ',' || *c == '\n')) {
-      break;
-    } else if (!quoted && *c == '\r') {
-      continue;
-    }
-    cell[(*size)++] = *c;
-  }
-  cell[*size] = 0;
-  *at = c;
-  return c < end && !quoted;
-}
-
-/* Appends a row to the columns' texts; returns whether it was whole. */
-static int take_row(const char **at, const char *end, json_t *columns, char *cell, int keep)
-{
-  size_t size, count = json_array_size(columns), k;
-  const char *row = *at;
-  for (k = 0;; k++, (*at)++) { /* first whether it is whole */
-    if (!take_cell(at, end, cell, &size)) return 0;
-    if (**at == '\n') break;
-  }
-  if (k + 1 != count) return 0;
-  (*at)++;
-  if (!keep) return 1;
-  for (k = 0; k < count; k++, row++) {
-    take_cell(&row, end, cell, &size);
-    json_array_append_new(json_object_get(json_array_get(columns, k), "values"),
-                          flesh_json_bytes(cell, size));
-  }
-  return 1;
-}
-
-/* Texts become numbers where all of them are some. */
-static void make_numbers(json_t *column)
-{
-  json_t *texts = json_object_get(column, "values"), *numbers = json_array(), *text;
-  size_t k, found = 0;
-  int good = numbers != NULL;
-  json_array_foreach(texts, k, text)
-  {
-    const char *s = json_string_value(text);
-    char *end = NULL;
-    const double value = s && *s ? strtod(s, &end) : NAN;
-    if (end && *end) good = 0;
-    if (!good) break;
-    found += isfinite(value);
+  json_t *texts = json_array(), *numbers = json_array();
+  int found = 0, good = 1;
+  for (int row = 0; row < csv->rows; row++) {
+    double value;
+    if (row % every && row < csv->rows - 1) continue;
+    const char *cell = flesh_csv_cell(csv, row, column);
+    good &= flesh_csv_number(csv, row, column, &value);
+    found |= isfinite(value);
+    json_array_append_new(texts, flesh_json_bytes(cell, strlen(cell)));
     json_array_append_new(numbers, isfinite(value) ? json_real(value) : json_null());
   }
-  if (good && (found || !json_array_size(texts))) json_object_set(column, "values", numbers);
-  json_decref(numbers);
-}
-
-static int count_rows(const char *at, const char *end)
-{
-  int rows = -1, quoted = 0;
-  for (; at < end; at++) {
-    quoted ^= *at == '"';
-    rows += *at == '\n' && !quoted;
-  }
-  return rows;
+  good = good && (found || !csv->rows);
+  json_decref(good ? texts : numbers);
+  return good ? numbers : texts;
 }
 
 int flesh_report_csv(const char *path, int most, json_t **columns, int *step)
 {
-  char *data, *cell;
-  size_t size, name;
+  flesh_csv csv;
   *columns = NULL;
   int status = flesh_path_check(path);
-  if (!status && !flesh_path_is_file(path)) return FLESH_OK;
-  if (!status) status = flesh_file_load(path, &data, &size);
+  if (status || !flesh_path_is_file(path)) return status;
+  status = flesh_csv_read(path, FLESH_CSV_TORN, &csv);
   if (status) return status;
-  const char *at = data, *end = data + size;
-  const int rows = count_rows(at, end), every = most && rows > most ? (rows + most - 1) / most : 1;
+  const int every = most && csv.rows > most ? (csv.rows + most - 1) / most : 1;
   if (step) *step = every;
-  cell = malloc(size + 1);
-  json_t *made = json_array();
-  while (cell && take_cell(&at, end, cell, &name)) {
-    json_array_append_new(
-        made, json_pack("{soso}", "name", flesh_json_bytes(cell, name), "values", json_array()));
-    if (*at++ == '\n') break;
-  }
-  for (int row = 0; cell && at < end; row++) {
-    if (take_row(&at, end, made, cell, row % every == 0 || row == rows - 1)) continue;
-    const char *next = at < end ? memchr(at, '\n', (size_t)(end - at)) : NULL;
-    at = next ? next + 1 : end;
-  }
-  for (size_t k = 0; k < json_array_size(made); k++) make_numbers(json_array_get(made, k));
-  if (!cell || !made) status = flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
-  free(cell);
-  free(data);
-  if (status || !json_array_size(made)) json_decref(made);
-  else *columns = made;
+  json_t *made = csv.columns ? json_array() : NULL;
+  for (int c = 0; c < csv.columns; c++)
+    json_array_append_new(made, json_pack("{soso}", "name", flesh_json_bytes(csv.names[c], strlen(csv.names[c])),
+                                          "values", values_of(&csv, c, every)));
+  if (csv.columns && !made) status = flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
+  flesh_csv_clear(&csv);
+  *columns = made;
   return status;
 }
 

@@ -4,10 +4,10 @@
 
 #include <jansson.h>
 
-/* Reads a CSV file (RFC 4180) whose first row names its columns into a new list of {"name",
+/* Reads a CSV file (study/csv.h) whose first row names its columns into a new list of {"name",
  * "values"}; values are numbers or null where every cell is a number or empty, else texts. Of more
  * than `most` rows (0: all of them) it takes every k-th and the last one; *step (may be NULL) is
- * that k. Rows that are cut off, as of a run that is killed, are left out. *columns is NULL where there is no such
+ * that k. Torn rows are left out. *columns is NULL where there is no such
  * file, or no table in it. FLESH_ERR_FILE for what is no file of the result's folder (confine.h), FLESH_ERR_MEMORY. */
 int flesh_report_csv(const char *path, int most, json_t **columns, int *step);
 

@@ -17,6 +17,7 @@
 #include "scene/words.h"
 #include "sweep/sweep.h"
 #include "cli/json_memory.h"
+#include "study/csv.h"
 
 /* Takes the text, "KEY=VALUE". */
 static int add_override(flesh_study_case *made, char *text)
@@ -135,53 +136,24 @@ static json_t *run_scene(const flesh_sweep *sweep, const flesh_study_case *c, co
   return record;
 }
 
-/* The next field of a CSV line; *at moves behind it. Unquotes in place. */
-static char *next_field(char **at)
-{
-  char *start = *at, *to = start, *from = start;
-  if (*from == '"') {
-    for (from++; *from && !(*from == '"' && from[1] != '"'); from++) {
-      if (*from == '"') from++;
-      *to++ = *from;
-    }
-    if (*from) from++;
-  } else {
-    while (*from && *from != ',') *to++ = *from++;
-  }
-  *at = *from ? from + 1 : NULL;
-  *to = 0;
-  return start;
-}
-
 /* Rows of a table of drift, accuracy or hardcases as objects; NULL when it cannot be read. */
 static json_t *read_table(const char *path)
 {
-  enum { FIELDS = 128 };
-  char *text, *names[FIELDS], *line;
-  size_t size;
-  int count = 0;
-  if (flesh_file_load(path, &text, &size)) return NULL;
+  flesh_csv csv;
+  if (flesh_csv_read(path, FLESH_CSV_WHOLE, &csv)) return NULL;
   json_t *rows = json_array();
-  for (char *next = text; (line = next) && *line;) {
-    next = strchr(line, '\n');
-    if (next) *next++ = 0;
-    if (*line == '#' || !*line) continue;
-    if (!count) {
-      for (char *at = line; at && count < FIELDS;) names[count++] = next_field(&at);
-      continue;
-    }
+  for (int k = 0; k < csv.rows; k++) {
     json_t *row = json_object();
-    int field = 0;
-    for (char *at = line; at && field < count; field++) {
-      char *word = next_field(&at);
+    for (int c = 0; c < csv.columns; c++) {
+      const char *word = flesh_csv_cell(&csv, k, c);
       double value;
-      json_object_set_new(row, names[field], !*word ? json_null()
+      json_object_set_new(row, csv.names[c], !*word ? json_null()
                                              : flesh_number_parse(word, &value) ? flesh_json_number(value)
                                                                                 : flesh_json_text(word));
     }
     json_array_append_new(rows, row);
   }
-  free(text);
+  flesh_csv_clear(&csv);
   return rows;
 }
 

@@ -7,21 +7,8 @@
 #include "base/file.h"
 #include "cli/options.h"
 #include "cli/output.h"
+#include "study/csv.h"
 #include "sweep/sweep.h"
-
-static void print_csv_text(FILE *stream, const char *text)
-{
-  if (!strpbrk(text, ",\"\r\n")) {
-    fputs(text, stream);
-    return;
-  }
-  putc('"', stream);
-  for (; *text; text++) {
-    if (*text == '"') putc('"', stream);
-    putc(*text, stream);
-  }
-  putc('"', stream);
-}
 
 static void print_json_text(FILE *stream, const char *text)
 {
@@ -47,7 +34,7 @@ static void print_value(FILE *stream, sqlite3_stmt *query, int column, int json)
   default: {
     const char *text = (const char *)sqlite3_column_text(query, column);
     if (json) print_json_text(stream, text ? text : "");
-    else print_csv_text(stream, text ? text : "");
+    else flesh_csv_print(stream, text ? text : "");
   }
   }
 }
@@ -71,7 +58,7 @@ static int print_table(flesh_study_store *store, const char *columns, const char
   int count = sqlite3_column_count(query);
   for (int c = 0; !json && c < count; c++) {
     if (c) putc(',', stream);
-    print_csv_text(stream, sqlite3_column_name(query, c));
+    flesh_csv_print(stream, sqlite3_column_name(query, c));
   }
   if (!json) putc('\n', stream);
   while ((code = sqlite3_step(query)) == SQLITE_ROW) {

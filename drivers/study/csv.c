@@ -1,0 +1,139 @@
+/* csv.c: reads and writes CSV. */
+#include "study/csv.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "base/scan.h"
+
+/* A place in the text, its line, and whether the field before it lacks its closing quote. */
+typedef struct cursor {
+  char *at;
+  int line, open;
+} cursor;
+
+/* Ends the field at the cursor in place, quotes taken off, and moves behind it; returns what ended it: ',', '\n' or 0. */
+static char end_field(cursor *c, char **field)
+{
+  char *from = c->at, *to = from;
+  int quoted = *from == '"';
+  *field = from;
+  for (from += quoted; *from; from++) {
+    if (quoted && *from == '"') {
+      if (from[1] != '"') {
+        quoted = 0;
+        continue;
+      }
+      from++;
+    } else if (!quoted && (*from == ',' || *from == '\n')) break;
+    else if (!quoted && *from == '\r' && from[1] == '\n') continue;
+    c->line += *from == '\n';
+    *to++ = *from;
+  }
+  const char end = *from;
+  c->at = from + (end != 0);
+  c->line += end == '\n';
+  c->open = quoted;
+  *to = 0;
+  return end;
+}
+
+/* Moves to the next row; returns whether there is one. */
+static int find_row(cursor *c)
+{
+  while (*c->at == '#' || *c->at == '\n' || (*c->at == '\r' && c->at[1] == '\n')) {
+    c->at += strcspn(c->at, "\n");
+    if (*c->at) c->at++, c->line++;
+  }
+  return *c->at != 0;
+}
+
+/* Cuts the text into fields; names and cells have room for all of them. */
+static int cut(flesh_csv *csv, flesh_csv_rows rows)
+{
+  cursor c = {.at = csv->text, .line = 1};
+  while (find_row(&c)) {
+    const int header = !csv->columns, line = c.line;
+    char **to = header ? csv->names : csv->cells + (size_t)csv->rows * (size_t)csv->columns, *field, end;
+    int fields = 0;
+    do {
+      end = end_field(&c, &field);
+      if (header || fields < csv->columns) to[fields] = field;
+      fields++;
+    } while (end == ',');
+    if (rows == FLESH_CSV_WHOLE && c.open)
+      return flesh_fail(FLESH_ERR_FILE, "%s:%d: a quote has no end; it must be closed", csv->path, line);
+    if (rows == FLESH_CSV_WHOLE && !header && fields != csv->columns)
+      return flesh_fail(FLESH_ERR_FILE, "%s:%d: there are %d fields, but the header names %d; all rows have as many",
+                        csv->path, line, fields, csv->columns);
+    const int whole = !c.open && (end || rows == FLESH_CSV_WHOLE);
+    if (header && whole) csv->columns = fields;
+    else csv->rows += whole && fields == csv->columns;
+  }
+  return csv->columns || rows == FLESH_CSV_TORN
+             ? FLESH_OK
+             : flesh_fail(FLESH_ERR_FILE, "%s: %s; CSV is text with a header row", csv->path,
+                          *csv->text ? "there is no table" : "the file is empty");
+}
+
+int flesh_csv_read(const char *path, flesh_csv_rows rows, flesh_csv *csv)
+{
+  size_t size, fields = 2;
+  *csv = (flesh_csv){0};
+  int status = flesh_file_load(path, &csv->text, &size);
+  if (status) return status;
+  if (rows == FLESH_CSV_WHOLE && strlen(csv->text) != size)
+    status = flesh_fail(FLESH_ERR_FILE, "%s: there is a zero byte in it; CSV is text with a header row", path);
+  for (char *at = csv->text; at < csv->text + size; at++) {
+    if (!*at) *at = ' ';
+    fields += *at == ',' || *at == '\n';
+  }
+  csv->path = strdup(path);
+  csv->names = calloc(fields, sizeof *csv->names);
+  csv->cells = calloc(fields, sizeof *csv->cells);
+  if (!status && (!csv->path || !csv->names || !csv->cells))
+    status = flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
+  if (!status) status = cut(csv, rows);
+  if (status) flesh_csv_clear(csv);
+  return status;
+}
+
+void flesh_csv_clear(flesh_csv *csv)
+{
+  free(csv->path);
+  free(csv->text);
+  free(csv->names);
+  free(csv->cells);
+  *csv = (flesh_csv){0};
+}
+
+const char *flesh_csv_cell(const flesh_csv *csv, int row, int column)
+{
+  return csv->cells[(size_t)row * (size_t)csv->columns + (size_t)column];
+}
+
+int flesh_csv_number(const flesh_csv *csv, int row, int column, double *value)
+{
+  const char *cell = flesh_csv_cell(csv, row, column);
+  char *end;
+  *value = NAN;
+  if (!*cell) return 1;
+  *value = strtod(cell, &end);
+  return end != cell && !*end;
+}
+
+void flesh_csv_print(FILE *stream, const char *text)
+{
+  if (*text != '#' && !strpbrk(text, ",\"\r\n")) {
+    fputs(text, stream);
+    return;
+  }
+  putc('"', stream);
+  for (; *text; text++) {
+    if (*text == '"') putc('"', stream);
+    putc(*text, stream);
+  }
+  putc('"', stream);
+}

@@ -1,0 +1,33 @@
+/* csv.h: tables as CSV (RFC 4180) with a header row, read into memory, and texts as their fields. */
+#ifndef FLESH_STUDY_CSV_H
+#define FLESH_STUDY_CSV_H
+
+#include <stdio.h>
+
+typedef struct flesh_csv {
+  char *path, *text;
+  int columns, rows;
+  char **names; /* [columns] as the header has them */
+  char **cells; /* [rows*columns], into `text` */
+} flesh_csv;
+
+typedef enum flesh_csv_rows {
+  FLESH_CSV_WHOLE, /* the table is whole, or refused */
+  FLESH_CSV_TORN   /* rows without an end, as of a run that was killed, are left out, and so are rows of other lengths */
+} flesh_csv_rows;
+
+/* Reads a file. Empty lines and lines that begin with # are left out. FLESH_ERR_FILE for what is no regular file; for
+ * FLESH_CSV_WHOLE also, with path and line, where there is no table, a zero byte, a quote without an end or a row that
+ * has not the header's number of fields. FLESH_ERR_MEMORY. Cleared then. */
+int flesh_csv_read(const char *path, flesh_csv_rows rows, flesh_csv *csv);
+void flesh_csv_clear(flesh_csv *csv); /* a zeroed one too */
+
+/* A cell, in the range of rows and columns. */
+const char *flesh_csv_cell(const flesh_csv *csv, int row, int column);
+/* The number of a cell; NaN where it is empty. 0 where it is a word. */
+int flesh_csv_number(const flesh_csv *csv, int row, int column, double *value);
+
+/* Prints a text as a field, in quotes where it needs them. */
+void flesh_csv_print(FILE *stream, const char *text);
+
+#endif
