@@ -52,12 +52,12 @@ int flesh_surface_near_runs_create(near *self)
   if (!self->runs) return flesh_fail(FLESH_ERR_MEMORY, "no memory for what is near %d nodes", s->node_count);
   for (int k = 0; k < s->node_count; k++) {
     flesh_surface_run *last = self->runs + self->run_count - 1;
-    if (!k || s->node_piece[k] != names[last->piece]) {
+    if (!k || s->node_piece[k] != names[last->piece] || s->nodes[k] < last->end) { /* ranks order nodes otherwise */
       int piece = 0;
       while (piece < self->pieces && names[piece] != s->node_piece[k]) piece++;
       if (piece == FLESH_SURFACE_GROUPS) { /* too many: all are one */
         self->pieces = self->run_count = 1;
-        self->runs[0] = (flesh_surface_run){s->nodes[0], s->nodes[s->node_count - 1] + 1, 0};
+        self->runs[0] = (flesh_surface_run){0, s->mesh_nodes, 0};
         return FLESH_OK;
       }
       if (piece == self->pieces) names[self->pieces++] = s->node_piece[k];

@@ -20,6 +20,7 @@ typedef struct flesh_system_entry {
   int owns_slots;
   int internal; /* where its internal variables begin among those of all effects */
   int sums;     /* likewise its sums over all ranks; -1: it needs none */
+  int softened; /* the effect is this softened system's alone, and goes with it */
 } flesh_system_entry;
 
 /* Which constraint holds each component at time t, counted from 1; 0: none. holder [3*nodes]. */

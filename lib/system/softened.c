@@ -40,30 +40,30 @@ int flesh_system_soften(const flesh_system *system, double ratio, flesh_system *
     const flesh_effect *effect = system->entries[k].effect;
     const flesh_effect_private *can = flesh_effect_private_of(effect);
     if (can->soften) status = can->soften(effect, ratio, &entries[k].effect);
-    if (status) entries[k].effect = system->entries[k].effect;
+    entries[k].softened = can->soften && !status;
   }
-  if (status) flesh_softened_destroy(system, softened);
+  if (status) flesh_softened_destroy(softened);
   return status;
 }
 
-void flesh_softened_destroy(const flesh_system *system, flesh_system **softened)
+void flesh_softened_destroy(flesh_system **softened)
 {
   flesh_system *self = *softened;
   if (!self) return;
   for (int k = 0; k < self->entry_count; k++)
-    if (self->entries[k].effect != system->entries[k].effect) flesh_effect_destroy(&self->entries[k].effect);
+    if (self->entries[k].softened) flesh_effect_destroy(&self->entries[k].effect);
   flesh_free(self->entries);
   flesh_free(self);
   *softened = NULL;
 }
 
-size_t flesh_softened_memory(const flesh_system *system, const flesh_system *softened)
+size_t flesh_softened_memory(const flesh_system *softened)
 {
   size_t bytes = sizeof *softened;
   for (int k = 0; k < softened->entry_count; k++) {
     const flesh_effect *effect = softened->entries[k].effect;
     bytes += sizeof softened->entries[k];
-    if (effect != system->entries[k].effect) bytes += sizeof *effect + flesh_effect_figures_of(effect)->memory(effect);
+    if (softened->entries[k].softened) bytes += sizeof *effect + flesh_effect_figures_of(effect)->memory(effect);
   }
   return bytes;
 }

@@ -30,13 +30,13 @@ int flesh_continuation_create(flesh_nonlinear *nonlinear, flesh_multipliers *mul
 
 void flesh_continuation_clear(flesh_continuation *self)
 {
-  for (int k = 0; k < FLESH_SOFTENINGS; k++) flesh_softened_destroy(self->system, &self->softened[k]);
+  for (int k = 0; k < FLESH_SOFTENINGS; k++) flesh_softened_destroy(&self->softened[k]);
 }
 
 size_t flesh_continuation_memory(const flesh_continuation *self)
 {
   size_t bytes = 0;
-  for (int k = 0; k < self->count; k++) bytes += flesh_softened_memory(self->system, self->softened[k]);
+  for (int k = 0; k < self->count; k++) bytes += flesh_softened_memory(self->softened[k]);
   return bytes;
 }
 
