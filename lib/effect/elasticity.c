@@ -10,6 +10,7 @@
 
 typedef struct elasticity {
   flesh_tets tets;
+  double stiffness_ratio; /* lambda/mu of the stiffest material at rest */
   /* [materials] of a softened effect, whose tets are another's but for them; else NULL. */
   flesh_material *soft;
   flesh_volume_share *soft_shares; /* NULL too where the element takes none */
@@ -197,14 +198,19 @@ static void soften_material(const flesh_material *material, double ratio, flesh_
     *soft = *material;
 }
 
-static double elasticity_stiffness_ratio(const flesh_effect *effect)
+/* Looks at each material at rest, so that a form of one's own that is wrong is told where the effect is made. */
+static double find_stiffness_ratio(const flesh_tets *tets)
 {
-  const flesh_tets *tets = effect->data;
   double mu, lambda, most = 0;
   for (int k = 0; k < tets->materials; k++)
     if (!flesh_material_small_strain(&tets->groups[0].batches.materials[k], &mu, &lambda, NULL))
       most = fmax(most, lambda / mu);
   return most;
+}
+
+static double elasticity_stiffness_ratio(const flesh_effect *effect)
+{
+  return ((const elasticity *)effect->data)->stiffness_ratio;
 }
 
 /* The tets stay those of `whole`. */
@@ -286,6 +292,7 @@ int flesh_effect_elasticity(const flesh_body *body, flesh_effect **effect)
     elasticity_destroy(self);
     return status;
   }
+  self->stiffness_ratio = find_stiffness_ratio(&self->tets);
   const flesh_effect_operations *operations =
       flesh_tets_hold_means(&self->tets) ? &holding_operations : &elasticity_operations;
   return flesh_effect_create(operations, body->mesh, self, effect);
