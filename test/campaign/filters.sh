@@ -15,7 +15,7 @@ out=${1:?"usage: sh test/campaign/filters.sh OUT [--full | --box]"}
 compare() {
   name=$1
   shift
-  "$flesh" hardcases --filters --out "$out/$name" \
+  "$flesh" hardcases --filters --resume --out "$out/$name" \
     --solvers clamped,absolute,trust-region,clamped-always,absolute-always,trust-region-always "$@"
 }
 
