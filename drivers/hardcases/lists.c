@@ -24,6 +24,11 @@ int flesh_hardcases_split(const char *option, const char *text, int (*take)(void
                : flesh_fail(FLESH_ERR_ARGUMENT, "%s is empty; it must be a list", option);
 }
 
+static int fail_twice(const char *option, const char *item)
+{
+  return flesh_fail(FLESH_ERR_ARGUMENT, "%s has %s twice; once is enough", option, item);
+}
+
 /* "S", or "D.as_e" with its constants; matched where the form can be, else raw. */
 int flesh_hardcases_take_energy(void *data, const char *item)
 {
@@ -37,6 +42,8 @@ int flesh_hardcases_take_energy(void *data, const char *item)
   if (status) return status;
   constants = flesh_form_default_constants(energy);
   if (dot) status = flesh_constants_from_name(dot + 1, &constants);
+  for (int k = 0; k < l->energies && !status; k++)
+    if (l->energy[k] == energy && l->constants[k] == constants) status = fail_twice("--energies", item);
   l->energy[l->energies] = energy;
   l->constants[l->energies++] = constants;
   return status;
@@ -49,6 +56,8 @@ int flesh_hardcases_take_poisson(void *data, const char *item)
   if (flesh_option_number(item, &value) || !(value > -1 && value <= 0.5))
     return flesh_fail(FLESH_ERR_ARGUMENT, "--poisson has '%s'; every value must be in (-1, 0.5]",
                       item);
+  for (int k = 0; k < l->poissons; k++)
+    if (l->poisson[k] == value) return fail_twice("--poisson", item);
   l->poisson[l->poissons++] = value;
   return FLESH_OK;
 }
@@ -60,6 +69,8 @@ int flesh_hardcases_take_step(void *data, const char *item)
   if (flesh_option_number(item, &value) || !(value > 0))
     return flesh_fail(FLESH_ERR_ARGUMENT,
                       "--steps has '%s'; every value must be positive [s], as in 1/60", item);
+  for (int k = 0; k < l->steps; k++)
+    if (l->step[k] == value) return fail_twice("--steps", item);
   l->step[l->steps++] = value;
   return FLESH_OK;
 }
@@ -73,6 +84,8 @@ int flesh_hardcases_take_solver(void *data, const char *item)
     const int taken = all        ? s < FLESH_HARDCASES_SOLVERS
                       : ablation ? s == FLESH_HARDCASES_DEFAULT || flesh_hardcases_left_out((flesh_hardcases_solver)s)
                                  : name && !strcmp(item, name);
+    for (int k = 0; k < l->solvers && taken; k++)
+      if ((int)l->solver[k] == s) return fail_twice("--solvers", name);
     if (taken) l->solver[l->solvers++] = (flesh_hardcases_solver)s;
     if (taken && !all && !ablation) return FLESH_OK;
   }
@@ -91,6 +104,8 @@ int flesh_hardcases_take_element(void *data, const char *item)
   flesh_hardcases_lists *l = data;
   for (int e = FLESH_ELEMENT_TET4; e <= FLESH_ELEMENT_TET10_MEAN; e++)
     if (!strcmp(item, flesh_element_name((flesh_element)e))) {
+      for (int k = 0; k < l->elements; k++)
+        if ((int)l->element[k] == e) return fail_twice("--elements", item);
       l->element[l->elements++] = (flesh_element)e;
       return FLESH_OK;
     }

@@ -65,7 +65,7 @@ typedef struct flesh_study {
    * where cases look after their folders, and speak. */
   char *(*folder)(const void *data, int number);
   /* Takes a record into memory, just after it was written or when it was written before; an error ends the study. NULL:
-   * nobody asks. `seconds`: the case took. Without a result its process has crashed. */
+   * nobody asks. A record without a result is of a process that has crashed. */
   int (*take)(void *data, int number, const json_t *record);
   /* Title of the case, for the line of progress; NULL: none. */
   void (*title)(const void *data, int number, char *text, size_t size);

@@ -173,6 +173,8 @@ bad_options_are_refused() {
     expect 2 "$flesh" hardcases --filters --cases scramble && has stderr.txt "'scramble'" &&
     expect 2 "$flesh" hardcases --elements hex8 && has stderr.txt "'hex8'.*tet4, tet10 and tet10-mean" &&
     expect 2 "$flesh" hardcases --cases nonsense && has stderr.txt "'nonsense'.*--list" &&
+    expect 2 "$flesh" hardcases --poisson 0.45,0.450 && has stderr.txt '0.450 twice; once is enough' &&
+    expect 2 "$flesh" hardcases --energies S,S.matched && has stderr.txt 'S.matched twice' &&
     expect 2 "$flesh" hardcases --steps 0 && has stderr.txt "'0'.*positive" &&
     expect 2 "$flesh" hardcases --cases '' && has stderr.txt 'empty' &&
     expect 2 "$flesh" hardcases --cases '!*' && has stderr.txt 'leaves none' &&
