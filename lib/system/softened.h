@@ -11,8 +11,8 @@
 double flesh_system_stiffness_ratio(const flesh_system *system);
 
 /* Returns new, in *softened, what the finished system is with materials S of the same shear modulus and a lambda/mu of no
- * more than `ratio`. Borrows what it shares, but asks
- * nothing of it when it is destroyed, by flesh_softened_destroy. FLESH_ERR_MEMORY. */
+ * more than `ratio`. Borrows what it shares, but asks nothing of it when it is destroyed, by flesh_softened_destroy.
+ * FLESH_ERR_MEMORY. */
 int flesh_system_soften(const flesh_system *system, double ratio, flesh_system **softened);
 void flesh_softened_destroy(flesh_system **softened);
 size_t flesh_softened_memory(const flesh_system *softened);
