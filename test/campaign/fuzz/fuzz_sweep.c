@@ -29,13 +29,15 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
   int status = flesh_sweep_read("spec.yaml", &sweep);
   fuzz_status(status);
   if (!status) {
-    fuzz_expect(sweep.case_count >= 1, "a sweep without a case");
+    const flesh_sweep_work given = {&sweep, "out"};
+    const flesh_study study = flesh_sweep_study(&given);
+    fuzz_expect(study.case_count >= 1, "a sweep without a case");
     for (int k = 0; k < 3; k++) {
-      flesh_sweep_case made;
-      int id = k == 0 ? 1 : k == 1 ? sweep.case_count : 1 + sweep.case_count / 2;
-      fuzz_expect(!flesh_sweep_case_make(&sweep, id, &made), "a case of a good sweep cannot be made");
+      flesh_study_case made;
+      const int number = k == 0 ? 0 : k == 1 ? study.case_count - 1 : study.case_count / 2;
+      fuzz_expect(!study.make(study.data, number, &made), "a case of a good sweep cannot be made");
       for (int c = 0; c < sweep.column_count; c++) fuzz_expect(made.values[c] != NULL, "a case without a value");
-      flesh_sweep_case_free(&made);
+      study.unmake(&made);
     }
   }
   flesh_sweep_close(&sweep);
