@@ -62,7 +62,8 @@ static int make_case(const void *data, int number, flesh_study_case *made)
   snprintf(t->seed, sizeof t->seed, "%d", run->seed);
   flesh_number_text(flesh_hardcases_poisson(run), t->poisson);
   flesh_number_text(run->row->step > 0 ? run->row->step : s->step, t->step);
-  snprintf(t->sum, sizeof t->sum, run->row->fingerprint ? "#%llx" : "", run->row->fingerprint);
+  *t->sum = 0;
+  if (run->row->fingerprint) snprintf(t->sum, sizeof t->sum, "#%llx", run->row->fingerprint);
   const char *const values[COLUMNS] = {run->row->name,
                                        s->body ? s->body->file ? s->body->file : s->body->name : "",
                                        t->seed,
