@@ -10,7 +10,6 @@
 #define AT(member) offsetof(flesh_accuracy_figures, member)
 static const flesh_study_field fields[] = {
     {"status_code", FLESH_FIELD_INT, AT(status)},
-    {"crashed_by", FLESH_FIELD_INT, AT(crashed_by)},
     {"steps", FLESH_FIELD_LONG, AT(steps)},
     {"rejected", FLESH_FIELD_LONG, AT(rejected)},
     {"residual_evaluations", FLESH_FIELD_LONG, AT(residuals)},
@@ -49,14 +48,6 @@ static int make_case(const void *data, int number, flesh_study_case *made)
   return FLESH_OK;
 }
 
-static void free_case(flesh_study_case *made) { (void)made; }
-
-static json_t *figure_names(const void *data)
-{
-  (void)data;
-  return flesh_fields_names(fields);
-}
-
 static json_t *do_case(const void *data, int number, const char *folder)
 {
   (void)folder;
@@ -73,12 +64,9 @@ static int take(void *data, int number, const json_t *record)
   const flesh_accuracy_plan *plan = data;
   flesh_accuracy_row *row = &plan->rows[number];
   flesh_accuracy_figures *f = &row->figures;
-  const json_t *figures = json_object_get(json_object_get(record, "result"), "figures");
-  const int code = (int)json_integer_value(json_object_get(record, "exit_code"));
-  if (json_is_object(figures) && flesh_fields_read(fields, figures, f))
-    return flesh_fail(FLESH_ERR_FILE, "%s/accuracy.db: the record of a run is not whole", plan->out);
-  snprintf(f->message, sizeof f->message, "%.399s", json_string_value(json_object_get(record, "message")));
-  if (!json_is_object(figures)) f->status = FLESH_ERR_SOLVE, f->crashed_by = code > 128 ? code - 128 : -1;
+  const int status = flesh_fields_take(fields, "accuracy.db", record, f, f->message, &f->crashed_by);
+  if (status) return status;
+  if (f->crashed_by) f->status = FLESH_ERR_SOLVE;
   /* A run that could not write its file says nothing of its method. */
   if (f->status == FLESH_ERR_FILE) return flesh_fail(FLESH_ERR_FILE, "%s", f->message);
   row->done = 1;
@@ -105,11 +93,10 @@ flesh_study flesh_accuracy_study(const flesh_accuracy_work *given, flesh_accurac
                        .case_count = plan->row_count,
                        .max_seconds = plan->max_seconds > 0 ? plan->max_seconds * repeats + grace : 0,
                        .budget = plan->max_seconds * repeats,
-                       .tries_again = 1,
+                       .again = "status IN ('crashed', 'out of budget') OR exit_code = 3",
                        .data = given,
                        .make = make_case,
-                       .unmake = free_case,
-                       .figures = figure_names,
+                       .fields = fields,
                        .work = do_case,
                        .take = take,
                        .title = title,

@@ -141,13 +141,16 @@ static int read_scene(const flesh_drift_plan *plan, const flesh_drift_case *c, i
   return status;
 }
 
-/* Volume ratio of the body in equilibrium with its pins alone; NaN where none is found. */
+/* Volume ratio of the body in equilibrium with its pins alone, which does not depend on the solver: by the guarded one.
+ * NaN where none is found. */
 static double rest_ratio(const flesh_drift_plan *plan, const flesh_drift_case *c)
 {
+  flesh_drift_case guarded = *c;
   flesh_scene *scene = NULL;
   flesh_integrator *integrator = NULL;
   double ratio = NAN;
-  if (read_scene(plan, c, 1, &scene)) return NAN;
+  guarded.solver = FLESH_DRIFT_GUARDED;
+  if (read_scene(plan, &guarded, 1, &scene)) return NAN;
   const flesh_mesh *mesh = flesh_scene_mesh(scene);
   size_t n = (size_t)flesh_system_unknowns(flesh_scene_system(scene));
   flesh_state state = {.t = 0, .x = malloc(sizeof(double) * n), .v = calloc(n, sizeof(double))};
@@ -240,8 +243,7 @@ void flesh_drift_run_case(const flesh_drift_plan *plan, const flesh_drift_case *
   snprintf(state_path, sizeof state_path, "%s/state.txt", path);
   if (!flesh_state_read(state_path, w.unknowns / 3, &last))
     f->distance_from_rest = flesh_mesh_distance_from_rest(mesh, last.x);
-  /* The rest shape does not depend on the solver: the first one's case finds it for all. */
-  if (c->solver == plan->solvers[0]) f->rest_volume_ratio = rest_ratio(plan, c);
+  f->rest_volume_ratio = rest_ratio(plan, c);
   flesh_figures_close(&figures);
   flesh_scene_destroy(&scene);
   close_watcher(&w);

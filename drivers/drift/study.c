@@ -42,7 +42,7 @@ static int make_case(const void *data, int number, flesh_study_case *made)
   const flesh_drift_scene *scene = &plan->scenes[c->scene];
   const flesh_drift_variant *v = &plan->variants[c->variant];
   char *poisson = malloc(FLESH_NUMBER_SIZE);
-  *made = (flesh_study_case){.scene = scene->path, .overrides = (const char **)(void *)poisson};
+  *made = (flesh_study_case){.scene = scene->path, .owned = poisson};
   if (!poisson) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   flesh_number_text(plan->poissons[c->poisson], poisson);
   const char *const values[COLUMNS] = {scene->name,
@@ -57,21 +57,14 @@ static int make_case(const void *data, int number, flesh_study_case *made)
   return FLESH_OK;
 }
 
-static void free_case(flesh_study_case *made) { free(made->overrides); }
-
-static json_t *figure_names(const void *data)
-{
-  (void)data;
-  return flesh_fields_names(fields);
-}
-
 static json_t *do_case(const void *data, int number, const char *folder)
 {
   (void)folder;
   const flesh_drift_plan *plan = data;
   flesh_drift_case c = plan->cases[number];
   flesh_drift_run_case(plan, &c, &c.figures);
-  return flesh_fields_record(flesh_drift_status_word(&c), c.figures.exit_code, c.figures.message,
+  const char *word = c.figures.status == FLESH_ERR_INTERRUPTED ? "interrupted" : flesh_drift_status_word(&c);
+  return flesh_fields_record(word, c.figures.exit_code, c.figures.message,
                              flesh_fields_json(fields, &c.figures));
 }
 
@@ -79,16 +72,10 @@ static int take(void *data, int number, const json_t *record)
 {
   const flesh_drift_plan *plan = data;
   figures *f = &plan->cases[number].figures;
-  const json_t *found = json_object_get(json_object_get(record, "result"), "figures");
-  const int code = (int)json_integer_value(json_object_get(record, "exit_code"));
-  if (json_is_object(found) && flesh_fields_read(fields, found, f))
-    return flesh_fail(FLESH_ERR_FILE, "%s/drift.db: the record of a case is not whole", plan->out);
-  f->exit_code = code;
-  snprintf(f->message, sizeof f->message, "%.399s", json_string_value(json_object_get(record, "message")));
-  if (!json_is_object(found)) { /* its process reported nothing */
-    f->status = FLESH_ERR_SOLVE;
-    f->crashed_by = code > 128 ? code - 128 : -1;
-  }
+  const int status = flesh_fields_take(fields, "drift.db", record, f, f->message, &f->crashed_by);
+  if (status) return status;
+  f->exit_code = (int)json_integer_value(json_object_get(record, "exit_code"));
+  if (f->crashed_by) f->status = FLESH_ERR_SOLVE;
   return FLESH_OK;
 }
 
@@ -116,10 +103,10 @@ flesh_study flesh_drift_study(flesh_drift_plan *plan)
                        .columns = columns,
                        .case_count = plan->case_count,
                        .budget = plan->max_seconds,
+                       .again = "exit_code = 3", /* it could not write its files */
                        .data = plan,
                        .make = make_case,
-                       .unmake = free_case,
-                       .figures = figure_names,
+                       .fields = fields,
                        .work = do_case,
                        .take = take,
                        .title = title,
@@ -129,10 +116,5 @@ flesh_study flesh_drift_study(flesh_drift_plan *plan)
 int flesh_drift_run(flesh_drift_plan *plan)
 {
   const flesh_study study = flesh_drift_study(plan);
-  const int status = flesh_study_do(&study, &plan->options);
-  /* The rest volume that the first solver's case found holds for its siblings, which follow it. */
-  for (int k = 0; k < plan->case_count; k++)
-    if (k % plan->solver_count)
-      plan->cases[k].figures.rest_volume_ratio = plan->cases[k - k % plan->solver_count].figures.rest_volume_ratio;
-  return status;
+  return flesh_study_do(&study, &plan->options);
 }

@@ -1,6 +1,5 @@
 /* study.c: the battery as a study: a case for each run, and its figures as a record. */
 #include <assert.h>
-#include <signal.h>
 #include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -10,8 +9,6 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "base/text.h"
-#include "cli/interrupt.h"
-#include "cli/json_memory.h"
 #include "flesh/version.h"
 #include "hardcases/hardcases.h"
 #include "study/fields.h"
@@ -46,7 +43,7 @@ static const flesh_study_column columns[] = {{.name = "case_name", .key = "--cas
                                              {.name = "case_sum", .key = "FILE"}};
 enum { COLUMNS = sizeof columns / sizeof *columns };
 
-/* The texts of a case's values, which it owns in one piece. */
+/* The texts of a case's values. */
 typedef struct texts {
   char seed[16], poisson[FLESH_NUMBER_SIZE], step[FLESH_NUMBER_SIZE], sum[24];
 } texts;
@@ -57,7 +54,7 @@ static int make_case(const void *data, int number, flesh_study_case *made)
   const flesh_hardcases_run *run = &plan->runs[number];
   const flesh_hardcases_setting *s = run->setting;
   texts *t = malloc(sizeof *t);
-  *made = (flesh_study_case){.overrides = (const char **)(void *)t};
+  *made = (flesh_study_case){.owned = t};
   if (!t) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   snprintf(t->seed, sizeof t->seed, "%d", run->seed);
   flesh_number_text(flesh_hardcases_poisson(run), t->poisson);
@@ -76,14 +73,6 @@ static int make_case(const void *data, int number, flesh_study_case *made)
                                        t->sum};
   memcpy(made->values, values, sizeof values);
   return FLESH_OK;
-}
-
-static void free_case(flesh_study_case *made) { free(made->overrides); }
-
-static json_t *figure_names(const void *data)
-{
-  (void)data;
-  return flesh_fields_names(fields);
 }
 
 /* Removes what a run that recovered needs no more; the command makes it again. */
@@ -115,17 +104,10 @@ static int take(void *data, int number, const json_t *record)
   const flesh_hardcases_plan *plan = data;
   flesh_hardcases_run *run = &plan->runs[number];
   flesh_hardcases_figures *f = &run->figures;
-  const json_t *figures = json_object_get(json_object_get(record, "result"), "figures");
-  const int code = (int)json_integer_value(json_object_get(record, "exit_code"));
-  if (json_is_object(figures) && flesh_fields_read(fields, figures, f))
-    return flesh_fail(FLESH_ERR_FILE, "%s/hardcases.db: the record of %s is not whole", plan->out, run->row->name);
-  f->exit_code = code;
-  snprintf(f->message, sizeof f->message, "%.399s", json_string_value(json_object_get(record, "message")));
-  if (!json_is_object(figures)) { /* its process reported nothing */
-    f->status = FLESH_ERR_SOLVE;
-    f->exit_code = 1;
-    f->crashed_by = code > 128 ? code - 128 : code == 6 ? SIGKILL : -1;
-  }
+  const int status = flesh_fields_take(fields, "hardcases.db", record, f, f->message, &f->crashed_by);
+  if (status) return status;
+  f->exit_code = f->crashed_by ? 1 : (int)json_integer_value(json_object_get(record, "exit_code"));
+  if (f->crashed_by) f->status = FLESH_ERR_SOLVE;
   run->outcome = flesh_hardcases_judge(run);
   return FLESH_OK;
 }
@@ -156,18 +138,18 @@ flesh_study flesh_hardcases_study(flesh_hardcases_plan *plan)
   return (flesh_study){.name = "hardcases",
                        .command = "run",
                        .fingerprint = plan->fingerprint,
-                       .different = "its runs had another --quick, --filters, --shapes, --max-seconds or --set, or were made by another "
-                                    "version of flesh; give them as they were, leave out --resume to begin anew",
+                       .different = "its runs had another --quick, --filters, --shapes, --max-seconds or --set, or were made "
+                                    "by another version of flesh; give them as they were, leave out --resume to begin anew",
                        .column_count = COLUMNS,
                        .columns = columns,
                        .case_count = plan->run_count,
                        /* Two phases, and time to judge the end. */
                        .max_seconds = plan->max_seconds > 0 ? 3 * plan->max_seconds + 20 : 0,
                        .budget = plan->max_seconds,
+                       .again = "exit_code = 3", /* it could not write its files */
                        .data = plan,
                        .make = make_case,
-                       .unmake = free_case,
-                       .figures = figure_names,
+                       .fields = fields,
                        .work = do_case,
                        .take = take,
                        .title = title,

@@ -206,30 +206,3 @@ int flesh_pool_wait(flesh_pool *pool, flesh_pool_end *end)
   }
   return status;
 }
-
-int flesh_pool_run(flesh_pool *pool, int first, int end, int (*is_done)(void *data, int number),
-                   int (*collect)(void *data, const flesh_pool_end *end), void *data)
-{
-  int status = FLESH_OK, next = first;
-  while (!status) {
-    flesh_pool_end ended;
-    int started = 1;
-    while (!status && started && next < end && flesh_pool_has_room(pool) && !flesh_interrupt_signal()) {
-      if (!is_done || !is_done(data, next)) status = flesh_pool_start(pool, next, &started);
-      next += !status && started;
-    }
-    if (status || !flesh_pool_running(pool)) break;
-    status = flesh_pool_wait(pool, &ended);
-    if (!status && ended.number >= 0) status = collect(data, &ended);
-  }
-  return status;
-}
-
-int flesh_pool_take(const flesh_pool_end *end, void *result, size_t size)
-{
-  if (end->answer.size == size && !end->answer.failed) {
-    memcpy(result, end->answer.data, size);
-    return 0;
-  }
-  return WIFSIGNALED(end->ended) ? WTERMSIG(end->ended) : -1;
-}

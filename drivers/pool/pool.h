@@ -33,19 +33,9 @@ int flesh_pool_start(flesh_pool *pool, int number, int *started);
 /* Waits until a case has ended, a signal has come or a moment has passed. A signal (interrupt.h; on any rank) is passed
  * on to all that run, once; what has not ended 2 s later is killed. Errors: FLESH_ERR_MEMORY. */
 int flesh_pool_wait(flesh_pool *pool, flesh_pool_end *end);
-/* Does the cases from `first` to before `end`, those of all ranks at a time, until all have ended or a signal has come.
- * is_done(data, number), which may be NULL, says just before a case is started whether that is not needed;
- * collect(data, end) takes what came of one, and its status ends all where it is none. Borrows `data`. Errors: those of
- * flesh_pool_start and flesh_pool_wait. */
-int flesh_pool_run(flesh_pool *pool, int first, int end, int (*is_done)(void *data, int number),
-                   int (*collect)(void *data, const flesh_pool_end *end), void *data);
 /* Waits for a process of the first rank's own, while no case runs, as flesh_process_wait does; a signal to another rank
  * counts as one to this. */
 int flesh_pool_wait_for(const flesh_ranks *ranks, flesh_process *process, double max_seconds, void *result, size_t size);
-/* The answer as plain data. Fills `result` [size bytes] and returns 0, or leaves it and returns the signal that ended the
- * case's process, -1 when it was none. */
-int flesh_pool_take(const flesh_pool_end *end, void *result, size_t size);
-
 /* A command whose cases all ranks do. `name` is the command's, `status` what came of its plans, which every rank has made
  * for itself: the worst of all is told by one rank and ends all. Then the first rank calls lead(data), which hands out
  * cases by a pool and returns the exit code; the others do what they are given until they get that code. Returns it. */

@@ -2,9 +2,13 @@
 #include "study/fields.h"
 
 #include <math.h>
+#include <signal.h>
+#include <stdio.h>
 #include <stdlib.h>
 
+#include "base/error.h"
 #include "cli/json_memory.h"
+#include "cli/options.h"
 
 /* JSON has no infinities. */
 static json_t *number_json(double value)
@@ -61,4 +65,20 @@ json_t *flesh_fields_record(const char *status, int exit_code, const char *messa
   json_object_set_new(record, "message", flesh_json_text(message));
   json_object_set_new(record, "result", result);
   return record;
+}
+
+int flesh_fields_take(const flesh_study_field *fields, const char *study, const json_t *record, void *figures,
+                      char message[FLESH_STUDY_MESSAGE], int *crashed_by)
+{
+  const json_t *found = json_object_get(json_object_get(record, "result"), "figures");
+  const char *words = json_string_value(json_object_get(record, "message"));
+  const int code = (int)json_integer_value(json_object_get(record, "exit_code"));
+  if (json_is_object(found) && flesh_fields_read(fields, found, figures))
+    return flesh_fail(FLESH_ERR_FILE, "the record of a case in %s is not whole", study);
+  snprintf(message, FLESH_STUDY_MESSAGE, "%.*s", FLESH_STUDY_MESSAGE - 1, words ? words : "");
+  *crashed_by = json_is_object(found)            ? 0
+                : code > 128                     ? code - 128
+                : code == flesh_exit_code(FLESH_ERR_BUDGET) ? SIGKILL /* it was hung */
+                                                            : -1;
+  return FLESH_OK;
 }

@@ -20,5 +20,11 @@ json_t *flesh_fields_names(const flesh_study_field *fields);
 
 /* New record of a case that has ended, with these figures, which it takes. `message` may be empty. */
 json_t *flesh_fields_record(const char *status, int exit_code, const char *message, json_t *figures);
+/* Takes the record of a case into figures of these fields and into `message`. *crashed_by is 0 or, where its process
+ * reported nothing, the signal that ended it, -1 for another end; the figures are then as they were. FLESH_ERR_FILE: the
+ * record is not whole; `study` names the database. */
+enum { FLESH_STUDY_MESSAGE = 400 };
+int flesh_fields_take(const flesh_study_field *fields, const char *study, const json_t *record, void *figures,
+                      char message[FLESH_STUDY_MESSAGE], int *crashed_by);
 
 #endif

@@ -229,6 +229,15 @@ static int prepare_statements(flesh_study_store *store)
   return status;
 }
 
+static int plan_again(flesh_study_store *store, const char *condition)
+{
+  char *sql = sqlite3_mprintf("UPDATE cases SET status = 'planned', worker = NULL, started = NULL WHERE (%s) AND "
+                              "status <> 'running' AND id IN (SELECT id FROM temp.wanted)", condition);
+  const int status = sql ? flesh_study_store_execute(store, sql) : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  sqlite3_free(sql);
+  return status;
+}
+
 /* Begins or goes on with the tables, within a transaction. */
 static int fill(flesh_study_store *store, const flesh_study *study, const flesh_study_options *options)
 {
@@ -241,9 +250,7 @@ static int fill(flesh_study_store *store, const flesh_study *study, const flesh_
   if (!status) status = set_extent(store, study);
   if (!status) status = flesh_study_store_plan(store, study);
   if (!status) status = enrol(store, options->argc, options->argv);
-  if (!status && found && study->tries_again)
-    status = flesh_study_store_execute(store, "UPDATE cases SET status = 'planned', worker = NULL, started = NULL WHERE "
-                                              "status IN ('crashed', 'out of budget') AND id IN (SELECT id FROM temp.wanted)");
+  if (!status && found && study->again) status = plan_again(store, study->again);
   if (!status && !found && (status = flesh_study_views_write(store, &bad)) && bad >= 0) status = FLESH_OK;
   return status;
 }

@@ -8,6 +8,14 @@
 #include "scene/words.h"
 #include "study/tables.h"
 
+void flesh_study_case_free(flesh_study_case *made)
+{
+  for (int k = 0; k < made->count; k++) free((char *)made->overrides[k]);
+  free(made->overrides);
+  free(made->owned);
+  *made = (flesh_study_case){0};
+}
+
 static void bind_value(sqlite3_stmt *statement, int at, const char *value, const flesh_node *node)
 {
   double number;
@@ -90,7 +98,7 @@ static int plan_case(planner *p, int number)
   if (code != SQLITE_DONE) status = flesh_study_store_fail(p->store, "cannot be written");
   free(key.data);
   free(overrides.data);
-  p->study->unmake(&c);
+  flesh_study_case_free(&c);
   return status;
 }
 

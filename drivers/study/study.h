@@ -9,6 +9,7 @@
 
 #include "pool/pool.h"
 #include "scene/node.h"
+#include "study/fields.h"
 
 enum { FLESH_STUDY_COLUMNS = 64 };
 
@@ -31,8 +32,10 @@ typedef struct flesh_study_case {
   int repeat;                                   /* from 1 */
   const char *scene;                            /* NULL: none */
   int count;
-  const char **overrides; /* as for --set; owned */
+  const char **overrides; /* as for --set; owned, each of them and all */
+  void *owned;            /* where texts of values stand; NULL: nowhere of the case's own */
 } flesh_study_case;
+void flesh_study_case_free(flesh_study_case *made);
 
 /* Cases have numbers from 0. */
 typedef struct flesh_study {
@@ -49,14 +52,15 @@ typedef struct flesh_study {
   int case_count;
   double max_seconds; /* after which a case's process is ended; 0: never */
   double budget;      /* that cases stop at by themselves, for the words; 0: none */
-  int tries_again;    /* cases that crashed or were out of budget are done again by --resume */
+  const char *again;  /* condition in SQL on the table `cases`: which of those done --resume does again; NULL: none */
   int asks;           /* an existing database is gone on with only by --resume, and else refused instead of begun anew */
   const void *data;   /* of the calls below */
 
-  /* Values of the case; FLESH_ERR_MEMORY, and nothing made. unmake(made) frees. */
+  /* Values of the case, to be freed; FLESH_ERR_MEMORY, and nothing made. */
   int (*make)(const void *data, int number, flesh_study_case *made);
-  void (*unmake)(flesh_study_case *made);
-  /* New array of the names of the figures, "J_min" or "energies.gravity", in the order of their columns. */
+  /* The names of the figures in the order of their columns: of these fields or, where they are NULL, a new array of such
+   * as "J_min" or "energies.gravity". */
+  const flesh_study_field *fields;
   json_t *(*figures)(const void *data);
   /* Does the case in this process, and returns its record: {"status", "exit_code", "message", "result": {"figures": ...}},
    * and "rows" of a table. The status is "interrupted" where a signal ended it. */

@@ -68,7 +68,7 @@ static int insert_named(flesh_study_store *store, const char *table, int number,
 int flesh_study_tables_create(flesh_study_store *store, const flesh_study *study)
 {
   flesh_text sql = {0};
-  json_t *names = study->figures(study->data);
+  json_t *names = study->fields ? flesh_fields_names(study->fields) : study->figures(study->data);
   int status = check_names(study, names);
   flesh_text_print(
       &sql, "CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT);\n"

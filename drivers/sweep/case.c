@@ -49,13 +49,6 @@ static void choose_values(const flesh_sweep *sweep, long number, flesh_study_cas
   }
 }
 
-static void free_case(flesh_study_case *made)
-{
-  for (int k = 0; k < made->count; k++) free((char *)made->overrides[k]);
-  free(made->overrides);
-  *made = (flesh_study_case){0};
-}
-
 static int make_case(const void *data, int number, flesh_study_case *made)
 {
   const flesh_sweep *sweep = ((const flesh_sweep_work *)data)->sweep;
@@ -74,7 +67,7 @@ static int make_case(const void *data, int number, flesh_study_case *made)
     snprintf(seed, sizeof seed, "%d", sweep->seed + made->repeat - 1);
     status = add_override(made, override_of("output.seed", seed));
   }
-  if (status) free_case(made);
+  if (status) flesh_study_case_free(made);
   return status;
 }
 
@@ -88,7 +81,7 @@ static int build(const flesh_sweep *sweep, int number)
   if (status) return status;
   if (c.scene) status = flesh_scene_read(c.scene, c.count, c.overrides, &scene);
   flesh_scene_destroy(&scene);
-  free_case(&c);
+  flesh_study_case_free(&c);
   return status;
 }
 
@@ -218,7 +211,7 @@ static json_t *run_case(const void *data, int number, const char *folder)
   const int status = make_case(data, number, &c);
   if (status) return refused(status);
   json_t *record = sweep->command == FLESH_SWEEP_RUN ? run_scene(sweep, &c, folder) : run_command(sweep, &c, folder);
-  free_case(&c);
+  flesh_study_case_free(&c);
   return record;
 }
 
@@ -243,7 +236,7 @@ static json_t *figure_names(const void *data)
   json_decref(figures);
   flesh_figures_close(&empty);
   flesh_scene_destroy(&scene);
-  free_case(&c);
+  flesh_study_case_free(&c);
   return names;
 }
 
@@ -271,7 +264,6 @@ flesh_study flesh_sweep_study(const flesh_sweep_work *given)
                        .asks = 1,
                        .data = given,
                        .make = make_case,
-                       .unmake = free_case,
                        .figures = figure_names,
                        .work = run_case,
                        .folder = case_folder};

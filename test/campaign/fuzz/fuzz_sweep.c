@@ -37,7 +37,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
       const int number = k == 0 ? 0 : k == 1 ? study.case_count - 1 : study.case_count / 2;
       fuzz_expect(!study.make(study.data, number, &made), "a case of a good sweep cannot be made");
       for (int c = 0; c < sweep.column_count; c++) fuzz_expect(made.values[c] != NULL, "a case without a value");
-      study.unmake(&made);
+      flesh_study_case_free(&made);
     }
   }
   flesh_sweep_close(&sweep);
