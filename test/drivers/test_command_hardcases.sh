@@ -122,8 +122,9 @@ a_battery_is_shared_out_and_extended() {
   set -- --energies S --poisson 0.45 --max-seconds 60 --quick
   battery "$@" --cases 'single_*,point_free' && mv out whole || return 1
   for shard in 1 2; do
-    expect 0 "$flesh" hardcases "$@" --cases 'single_*' --out "shard$shard" --shard $shard/2 || return 1
-  done
+    expect 0 "$flesh" hardcases "$@" --cases 'single_*' --out "shard$shard" --shard $shard/2 &&
+      [ "$("$flesh" sweep export shard$shard/hardcases.db --columns id | grep -c .)" -eq $((4 - shard)) ] || return 1
+  done # 1 and 3; 2: and the header
   mkdir -p joined &&
     expect 0 "$flesh" sweep merge joined/hardcases.db shard1/hardcases.db shard2/hardcases.db &&
     has stdout.txt '3 of 3 cases are done' || return 1
@@ -133,6 +134,12 @@ a_battery_is_shared_out_and_extended() {
   for folder in whole joined; do # without times
     cut -d , -f 1-37 $folder/hardcases.csv >$folder.txt
   done
+  # What could not write its files is done again, and nothing else.
+  python3 -c 'import sqlite3; sqlite3.connect("joined/hardcases.db", isolation_level=None).execute(
+    "UPDATE cases SET exit_code = 3 WHERE id = 2")' && "$flesh" sweep export joined/hardcases.db --columns id,started >before &&
+    expect 0 "$flesh" hardcases "$@" --cases 'single_*,point_free' --out joined --resume &&
+    "$flesh" sweep export joined/hardcases.db --columns id,started >after &&
+    [ "$(diff before after | grep '^>' | cut -d , -f 1)" = '> 2' ] || return 1
   cmp whole.txt joined.txt && [ "$("$flesh" sweep export whole/hardcases.db --columns 'sum(newton)' | tail -n 1)" -gt 3 ] &&
     expect 2 "$flesh" hardcases "$@" --set solver.max_newton=50 --cases 'single_*' --out joined --resume &&
     has stderr.txt 'is of another hardcases: its runs had another'
