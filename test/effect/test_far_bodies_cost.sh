@@ -1,4 +1,4 @@
-# TEST quick needs=far_bodies_cost builds=plain
+# TEST full needs=far_bodies_cost builds=plain
 # test_far_bodies_cost.sh: contact between two bodies 100 m apart costs at most a tenth of a step's instructions with 96
 # tets and a seventeenth with 768, as valgrind counts them: the same on every run, however busy the machine is.
 set -u
