@@ -160,6 +160,8 @@ int flesh_surface_near_runs_create(flesh_surface_near *near);
 void flesh_surface_near_group(flesh_surface_near *near);
 /* Whether nothing can limit a step from x_from to x_to [3*n] because all is far apart, by what is known without a search. */
 int flesh_surface_near_is_free(flesh_surface_near *near, const double *x_from, const double *x_to);
+/* flesh_effect_private.is_far. */
+int flesh_surface_near_is_far(void *near, const double *x0, double shift, const double *u);
 /* Whether all pairs at most `within` [m] apart at x, are among near->around. */
 int flesh_surface_near_serves(flesh_surface_near *near, const double *x, double within);
 /* How far apart at x_from, at most, what limits a step from there to x_to is, m; NaN or more where it is not known. */

@@ -379,7 +379,7 @@ const flesh_effect_barrier flesh_surface_contact_barrier = {BARRIER},
 
 #define LIBRARY                                                                                                         \
   .evaluate = flesh_surface_contact_evaluate, .ranks = &flesh_surface_contact_ranks, .predict = predict,                \
-  .memory = memory_of, .take_bonds = flesh_surface_contact_take_bonds
+  .is_far = flesh_surface_near_is_far, .memory = memory_of, .take_bonds = flesh_surface_contact_take_bonds
 const flesh_effect_private flesh_surface_contact_private = {LIBRARY},
                            flesh_separating_contact_private = {LIBRARY, .archive = archive_of,
                                                                .separation = separation_of};

@@ -152,6 +152,19 @@ int flesh_surface_near_is_free(near *self, const double *x_from, const double *x
          self->apart - from.all > (from.all + to.all) / LOST;
 }
 
+/* Any two places that are this near to where pairs were found, of which none was, are free of each other. */
+int flesh_surface_near_is_far(void *memory, const double *x0, double shift, const double *u)
+{
+  near *self = memory;
+  if (!self->around_known || self->around.point_count || self->around.edge_count || self->contact->bonds ||
+      self->contact->separates)
+    return 0;
+  const flesh_surface_drift begin = drift_since_search(self, x0), way = u ? largest_drift(self, NULL, u) : (flesh_surface_drift){0};
+  const double within = begin.within + fabs(shift) * way.within, all = begin.all + fabs(shift) * way.all,
+               reach = self->contact->law.thickness;
+  return within + fmax(2 * within / LOST, reach) < self->around.distance && all + fmax(2 * all / LOST, reach) < self->apart;
+}
+
 double flesh_surface_near_on_way(near *self, const double *x_from, const double *x_to)
 {
   const flesh_surface_drift way = largest_drift(self, x_from, x_to);

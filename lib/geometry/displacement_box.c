@@ -6,27 +6,34 @@
 
 typedef double two_at __attribute__((vector_size(16), aligned(8), may_alias));
 
-void flesh_displacement_box_add(flesh_displacement_box *box, int count, const double *from, const double *x)
+static inline void add(flesh_displacement_box *box, int count, int moved, const double *from, const double *x)
 {
   two_at *low = (two_at *)box->low, *high = (two_at *)box->high, *sum = (two_at *)box->sum;
   flesh_real l[3] = {low[0], low[1], low[2]}, h[3] = {high[0], high[1], high[2]}, s[3] = {sum[0], sum[1], sum[2]};
   const size_t end = 3 * (size_t)count;
   size_t d = 0;
-  for (; from && d + 6 <= end; d += 6)
+  for (; d + 6 <= end; d += 6)
     FLESH_UNROLL(3)
     for (int k = 0; k < 3; k++) {
-      const flesh_real moved = *(const two_at *)(x + d + 2 * k) - *(const two_at *)(from + d + 2 * k);
-      l[k] = flesh_min(moved, l[k]);
-      h[k] = flesh_max(moved, h[k]);
-      s[k] += moved;
+      flesh_real at = *(const two_at *)(x + d + 2 * k);
+      if (moved) at -= *(const two_at *)(from + d + 2 * k);
+      l[k] = flesh_min(l[k], at);
+      h[k] = flesh_max(h[k], at);
+      s[k] += at;
     }
   for (int k = 0; k < 3; k++) low[k] = l[k], high[k] = h[k], sum[k] = s[k];
   for (; d < end; d++) {
-    const double moved = from ? x[d] - from[d] : x[d];
-    box->low[d % 6] = moved < box->low[d % 6] ? moved : box->low[d % 6];
-    box->high[d % 6] = moved > box->high[d % 6] ? moved : box->high[d % 6];
-    box->sum[d % 6] += moved;
+    const double at = moved ? x[d] - from[d] : x[d];
+    box->low[d % 6] = at < box->low[d % 6] ? at : box->low[d % 6];
+    box->high[d % 6] = at > box->high[d % 6] ? at : box->high[d % 6];
+    box->sum[d % 6] += at;
   }
+}
+
+void flesh_displacement_box_add(flesh_displacement_box *box, int count, const double *from, const double *x)
+{
+  if (from) add(box, count, 1, from, x);
+  else add(box, count, 0, x, x);
 }
 
 double flesh_displacement_box_close(flesh_displacement_box *box)

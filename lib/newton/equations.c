@@ -139,7 +139,7 @@ int flesh_equations_set_stage(flesh_equations *self, const flesh_stage *stage)
     constrained->displacement = fmax(constrained->displacement, fabs(*u));
   }
   if (e->clearance.free) flesh_team_largest(self->team, 1, &constrained->displacement);
-  flesh_clearance_begin(&e->clearance, stage->t, stage->x0, self->stage.t_lag, self->stage.x_lag);
+  flesh_clearance_begin(&e->clearance, stage->t, stage->x0, self->stage.t_lag, self->stage.x_lag, self->stage.x_from);
   return changed;
 }
 
@@ -199,6 +199,15 @@ static double displacement_to(const flesh_equations *self, const double *u)
               2 * fabs(self->stage.shift.x) * self->constrained.displacement);
 }
 
+/* Whether surfaces are far from each other at u. */
+static int is_far(flesh_equations *self, const double *u)
+{
+  const flesh_constrained *constrained = &self->constrained;
+  int exact = 1; /* u says where the constrained dofs are */
+  for (int k = 0, d; k < constrained->count && exact; k++) d = constrained->dofs[k], exact = u[d] == constrained->u[d];
+  return flesh_clearance_is_far(&self->evaluation.clearance, self->stage.x0, self->stage.shift.x, exact ? u : NULL);
+}
+
 flesh_point flesh_equations_point(flesh_equations *self, const double *u)
 {
   flesh_evaluation *e = &self->evaluation;
@@ -208,6 +217,7 @@ flesh_point flesh_equations_point(flesh_equations *self, const double *u)
   if (looks) {
     e->clearance.moved = displacement_to(self, u);
     e->clearance.moved_most = fmax(e->clearance.moved_most, e->clearance.moved);
+    e->clearance.is_far = is_far(self, u);
   }
   e->at_stage = e->environment;
   e->at_stage.clearance = looks ? &e->clearance : NULL;
@@ -235,12 +245,12 @@ int flesh_equations_freeze(flesh_equations *self, const double *u)
   return 1;
 }
 
-int flesh_equations_is_clear(const flesh_equations *self, const double *u)
+int flesh_equations_is_clear(flesh_equations *self, const double *u)
 {
   const flesh_evaluation *e = &self->evaluation;
   if (!flesh_system_limits_step(self->system)) return 1;
-  if (e->proximity.near) return 0; /* nodes are always near some others */
-  return e->clearance.free && e->clearance.least_left > 0 && displacement_to(self, u) < e->clearance.least_left;
+  return e->clearance.free && e->clearance.least_left > 0 && is_far(self, u) &&
+         displacement_to(self, u) < e->clearance.least_left;
 }
 
 /* Whether no effect limits the straight step from the lagged state to x. */
@@ -281,7 +291,8 @@ int flesh_equations_push_out(flesh_equations *self, double *u)
 double flesh_equations_max_feasible_step(flesh_equations *self, const double *from, const double *to)
 {
   flesh_evaluation *e = &self->evaluation;
-  if (e->clearance.moved_most < e->clearance.least_left && flesh_equations_is_clear(self, to)) return 1;
+  if (e->clearance.stays_far && e->clearance.moved_most < e->clearance.least_left && flesh_equations_is_clear(self, to))
+    return 1;
   double *x_from = self->scratch, *x_to = x_from + self->n;
   move_all((displacement){.equations = self, .u = from, .x = x_from});
   move_all((displacement){.equations = self, .u = to, .x = x_to});
@@ -386,6 +397,7 @@ void flesh_equations_reach(flesh_equations *self, const double *u)
   flesh_equations_point(self, u);
   flesh_copy(self->threads, self->n, e->x, e->reached.x);
   e->reached.there = e->potential.by_position;
+  e->reached.there.far = e->at_stage.clearance && e->clearance.is_far;
 }
 
 void flesh_equations_constrain_matrix(flesh_equations *self)

@@ -90,7 +90,7 @@ void flesh_equations_constrain_matrix(flesh_equations *equations);
 /* Remembers what is known of the potential at u, where the stage ends. */
 void flesh_equations_reach(flesh_equations *equations, const double *u);
 /* Whether all that could limit steps is so far from the lagged state and from u that it limits none and is not felt. */
-int flesh_equations_is_clear(const flesh_equations *equations, const double *u);
+int flesh_equations_is_clear(flesh_equations *equations, const double *u);
 /* Whether no effect limits the straight step from the lagged state to u. Overwrites `scratch`. */
 int flesh_equations_can_reach(flesh_equations *equations, const double *u);
 /* Changes the free dofs of u so that nothing does; FLESH_UNDEFINED where the others are in the way. Overwrites `scratch`. */

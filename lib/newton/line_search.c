@@ -32,6 +32,7 @@ typedef struct line {
   double round_off, measured; /* of the potential: estimated, and measured (NaN: not yet) */
   double refused;             /* the last length that was; INFINITY: none */
   double length, value;       /* of the trial */
+  double made;                /* the length that the trial has; NAN: none */
 } line;
 
 int flesh_search_init(flesh_equations *equations, const flesh_solver_options *options, flesh_solve_stats *stats,
@@ -116,10 +117,11 @@ static double curvature(flesh_search *self, const double *u, const double *r, co
 }
 
 /* The longest first try: the feasible fraction of the direction; 1: all. */
-static double longest_feasible(flesh_search *self, const line *line)
+static double longest_feasible(flesh_search *self, line *line)
 {
   if (!flesh_system_limits_step(self->equations->system)) return 1;
-  flesh_step_to(self->equations, line->u, 1, line->p, self->trial);
+  line->made = 1;
+  flesh_step_to(self->equations, line->u, line->made, line->p, self->trial);
   const double fraction = flesh_equations_max_feasible_step(self->equations, line->u, self->trial);
   return fraction < 1 ? flesh_feasible_step_kept * fraction : 1;
 }
@@ -220,7 +222,7 @@ int flesh_search_run(flesh_search *self, const double *u, const double *r, flesh
                           int measure_model, double *p, flesh_search_result *result)
 {
   flesh_equations *equations = self->equations;
-  line line = {.u = u, .r = r, .p = p, .slope = dot(self, r, p), .measured = NAN, .refused = INFINITY};
+  line line = {.u = u, .r = r, .p = p, .slope = dot(self, r, p), .measured = NAN, .refused = INFINITY, .made = NAN};
   self->gain = 0;
   if (!(line.slope < 0)) return FLESH_NOT_POSITIVE;
   int status = flesh_equations_potential(equations, u, &line.start, &line.magnitude);
@@ -230,7 +232,8 @@ int flesh_search_run(flesh_search *self, const double *u, const double *r, flesh
   line.length = line.first = longest_feasible(self, &line);
   while (line.length > 1e-14) {
     double ignored;
-    flesh_step_to(equations, u, line.length, p, self->trial);
+    if (line.length != line.made) flesh_step_to(equations, u, line.length, p, self->trial);
+    line.made = line.length;
     /* A first try is mostly taken: the residual, which KINSOL wants next, comes with it. */
     status = line.length == line.first && !self->shortened
                  ? flesh_equations_evaluate(equations, self->trial, &line.value, &ignored)

@@ -13,23 +13,36 @@
 #include "base/memory.h"
 #include "base/parallel_vector.h"
 #include "effect/effect.h"
+#include "system/parts.h"
 #include "system/ranks.h"
 
 /* Reaches are widened by rounding, of a part of the body's size. */
 static const double slack = 1e-9;
 
-int flesh_clearance_create(const flesh_system *system, flesh_threads *threads, flesh_clearance *self)
+/* Numbers of x, free, left and u; the first three are saved. */
+static size_t saved_numbers(const flesh_clearance *self)
 {
-  int some = 0;
-  *self = (flesh_clearance){.system = system, .threads = threads, .n = flesh_system_unknowns(system),
-                            .effects = flesh_system_effect_count(system)};
+  return (self->measures ? (size_t)self->n : 0) + 2 * (size_t)self->effects;
+}
+
+static size_t numbers_of(const flesh_clearance *self)
+{
+  return saved_numbers(self) + (flesh_system_has_proximity(self->system) ? (size_t)self->n : 0);
+}
+
+int flesh_clearance_create(const flesh_system *system, flesh_threads *threads, const flesh_proximity *proximity,
+                           flesh_clearance *self)
+{
+  *self = (flesh_clearance){.system = system, .threads = threads, .proximity = proximity,
+                            .n = flesh_system_unknowns(system), .effects = flesh_system_effect_count(system)};
   for (int k = 0; k < self->effects; k++)
-    some |= flesh_effect_as_barrier(flesh_system_effect(system, k))->clearance != NULL;
-  if (!some) return FLESH_OK;
-  self->x = flesh_malloc(((size_t)self->n + 2 * (size_t)self->effects) * sizeof *self->x);
+    self->measures |= flesh_effect_as_barrier(flesh_system_effect(system, k))->clearance != NULL;
+  if (!self->measures && !flesh_system_has_proximity(system)) return FLESH_OK;
+  self->x = flesh_calloc(numbers_of(self), sizeof *self->x);
   if (!self->x) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n);
-  self->free = self->x + self->n;
+  self->free = self->x + (self->measures ? self->n : 0);
   self->left = self->free + self->effects;
+  if (flesh_system_has_proximity(system)) self->u = self->left + self->effects;
   return FLESH_OK;
 }
 
@@ -41,11 +54,12 @@ void flesh_clearance_clear(flesh_clearance *self)
 
 size_t flesh_clearance_memory(const flesh_clearance *self)
 {
-  return self->x ? ((size_t)self->n + 2 * (size_t)self->effects) * sizeof *self->x : 0;
+  return self->x ? numbers_of(self) * sizeof *self->x : 0;
 }
 
 double flesh_clearance_moved(const flesh_clearance *self, double shift, const double *u)
 {
+  if (!self->measures) return 0;
   return (1 + slack) * sqrt(3) * fabs(shift) * flesh_bound_apart(self->threads, self->n, u, NULL);
 }
 
@@ -96,25 +110,62 @@ static int is_used_up(const flesh_clearance *self, double t, double moved)
   return 0;
 }
 
-void flesh_clearance_begin(flesh_clearance *self, double t, const double *x0, double t_lag, const double *x_lag)
+/* u NULL: at x0. */
+static int find_far(const flesh_clearance *self, const double *x0, double shift, const double *u)
 {
-  if (!self->free) return;
+  int far = !self->system->team; /* ranks would have to agree */
+  for (int k = 0; k < self->effects && far; k++) {
+    void *near = flesh_proximity_of(self->proximity, k);
+    const flesh_effect_private *can = flesh_effect_private_of(self->system->entries[k].effect);
+    if (near) far = can->is_far && can->is_far(near, x0, shift, u);
+  }
+  return far;
+}
+
+int flesh_clearance_is_far(flesh_clearance *self, const double *x0, double shift, const double *u)
+{
+  const size_t size = (size_t)self->n * sizeof *u;
+  if (!self->u) return 1;
+  if (!u || !self->begins_far) return self->stays_far = 0;
+  if (self->u_known && !memcmp(u, self->u, size)) return self->u_far;
+  memcpy(self->u, u, size);
+  self->u_known = 1;
+  self->u_far = find_far(self, x0, shift, u);
+  self->stays_far &= self->u_far;
+  return self->u_far;
+}
+
+/* How much of the effects' clearances is left. */
+static void measure(flesh_clearance *self, double t, const double *x0, double t_lag, const double *x_lag)
+{
   double moved = self->known ? displacement_since_look(self, x_lag) : INFINITY;
   if (!self->known || is_used_up(self, t_lag, moved)) {
     look(self, t_lag, x_lag);
     moved = displacement_since_look(self, x_lag); /* 0, or a place is none */
   }
   if (x0 != x_lag) moved = fmax(moved, displacement_since_look(self, x0));
-  self->least_left = INFINITY;
   self->moved = INFINITY;
-  self->moved_most = 0;
-  for (int k = 0; k < self->effects; k++) {
+  for (int k = 0; k < self->effects; k++)
     self->left[k] = self->free[k] - moved - fmax(carried(self, k, t_lag), carried(self, k, t));
-    const flesh_effect_barrier *barrier = flesh_effect_as_barrier(flesh_system_effect(self->system, k));
-    /* Surfaces with a memory are always near some others. */
-    if (barrier->max_feasible_step && !barrier->remember)
+}
+
+void flesh_clearance_begin(flesh_clearance *self, double t, const double *x0, double t_lag, const double *x_lag,
+                           const double *x_from)
+{
+  if (!self->free) return;
+  self->moved = self->moved_most = 0;
+  if (self->measures) measure(self, t, x0, t_lag, x_lag);
+  self->least_left = INFINITY;
+  for (int k = 0; k < self->effects; k++)
+    if (flesh_effect_as_barrier(flesh_system_effect(self->system, k))->max_feasible_step &&
+        !flesh_proximity_of(self->proximity, k))
       self->least_left = fmin(self->least_left, self->left[k]);
-  }
+  const double *places[] = {x0, x_lag, x_from};
+  self->begins_far = 1;
+  for (int k = 0; k < 3 && self->begins_far; k++)
+    if (!k || places[k] != x0) self->begins_far = find_far(self, places[k], 0, NULL);
+  self->stays_far = self->begins_far;
+  self->u_known = 0;
 }
 
 void flesh_clearance_archive(flesh_clearance *self, flesh_archive *archive)
@@ -123,7 +174,7 @@ void flesh_clearance_archive(flesh_clearance *self, flesh_archive *archive)
   FLESH_ARCHIVE(archive, self->known);
   if (self->known) {
     FLESH_ARCHIVE(archive, self->t);
-    flesh_archive_bytes(archive, self->x, ((size_t)self->n + 2 * (size_t)self->effects) * sizeof *self->x);
+    flesh_archive_bytes(archive, self->x, saved_numbers(self) * sizeof *self->x);
     FLESH_ARCHIVE(archive, self->low);
     FLESH_ARCHIVE(archive, self->high);
   }

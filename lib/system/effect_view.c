@@ -33,6 +33,13 @@ static void find_sums(const flesh_system *system, const flesh_point *point, doub
   flesh_team_sum(system->team, count, sums);
 }
 
+int flesh_system_has_proximity(const flesh_system *system)
+{
+  for (int k = 0; k < system->entry_count; k++)
+    if (flesh_effect_as_barrier(system->entries[k].effect)->remember) return 1;
+  return 0;
+}
+
 flesh_effect_view flesh_effect_view_of(const flesh_system *system, const flesh_point *point)
 {
   return (flesh_effect_view){.system = system, .internal = point->internal, .point = *point,

@@ -21,6 +21,9 @@ static inline void *flesh_proximity_of(const flesh_proximity *proximity, int k)
   return proximity && proximity->near ? proximity->near[k] : NULL;
 }
 
+/* Whether some effect of the system remembers what is near. */
+int flesh_system_has_proximity(const flesh_system *system);
+
 typedef struct flesh_effect_view {
   const flesh_system *system;
   const double *internal, *sums; /* of all effects; NULL: none */

@@ -56,7 +56,7 @@ int flesh_evaluation_keep_places(flesh_evaluation *self)
   if (!memory) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n);
   for (size_t k = 0; k < count + (freezes ? 1 : 0); k++) *vectors[k] = memory + k * apart;
   self->environment.proximity = &self->proximity;
-  int status = flesh_clearance_create(self->system, self->threads, &self->clearance);
+  int status = flesh_clearance_create(self->system, self->threads, &self->proximity, &self->clearance);
   return status ? status : flesh_proximity_create(self->system, self->threads, &self->proximity);
 }
 

@@ -7,7 +7,7 @@
 /* The sum over the effects whose potentials are of positions alone (FLESH_DEPENDS_ON_POSITION_ONLY),
  * and of the sizes of their terms. */
 typedef struct flesh_position_potential {
-  int known;
+  int known, far; /* far: effects with a memory of what is near (proximity.h) have none */
   double phi, magnitude;
 } flesh_position_potential;
 

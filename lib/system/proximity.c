@@ -8,13 +8,7 @@
 #include "base/memory.h"
 #include "effect/effect.h"
 #include "linear/block_matrix.h"
-
-int flesh_system_has_proximity(const flesh_system *system)
-{
-  for (int k = 0; k < system->entry_count; k++)
-    if (flesh_effect_as_barrier(system->entries[k].effect)->remember) return 1;
-  return 0;
-}
+#include "system/clearance.h"
 
 int flesh_proximity_create(const flesh_system *system, flesh_threads *threads, flesh_proximity *self)
 {
@@ -91,7 +85,8 @@ void flesh_proximity_predict(const flesh_proximity *self, const flesh_point *poi
   for (int k = 0; self->near && k < self->effects; k++) {
     const flesh_effect *effect = self->system->entries[k].effect;
     const flesh_effect_private *can = flesh_effect_private_of(effect);
-    if (self->near[k] && can->predict) can->predict(effect, flesh_effect_view_turn(&view, k));
+    if (self->near[k] && can->predict && !flesh_clearance_holds(view.environment.clearance, k))
+      can->predict(effect, flesh_effect_view_turn(&view, k));
   }
 }
 
@@ -104,7 +99,7 @@ static int covers(const flesh_proximity *self, const flesh_point *point, const f
     const flesh_effect *effect = self->system->entries[k].effect;
     const flesh_effect_barrier *can = flesh_effect_as_barrier(effect);
     const flesh_cells *lacking = NULL;
-    if (self->near[k] && can->coupled)
+    if (self->near[k] && can->coupled && !flesh_clearance_holds(view.environment.clearance, k))
       all = !can->coupled(effect, flesh_effect_view_turn(&view, k), K, &lacking) && !lacking;
   }
   return all;

@@ -14,9 +14,6 @@ int flesh_proximity_create(const flesh_system *system, flesh_threads *threads, f
 void flesh_proximity_clear(flesh_proximity *proximity);
 size_t flesh_proximity_memory(const flesh_proximity *proximity);
 
-/* Whether an effect of the system has one. */
-int flesh_system_has_proximity(const flesh_system *system);
-
 /* K [of the system's pattern, or grown here] gets a pattern that has all pairs that the Jacobian at `point` couples,
  * and its values are lost, where it has not: *grown is 1 then. FLESH_ERR_MEMORY, FLESH_ERR_ARGUMENT: K is as before. */
 int flesh_proximity_cover(flesh_proximity *proximity, const flesh_point *point, flesh_block_matrix *K, int *grown);

@@ -150,7 +150,7 @@ static int add_up(const flesh_system *system, int status, flesh_position_potenti
 static int sum_up(const flesh_position_potential sums[2], flesh_position_potential *by_position, double *phi,
                   double *magnitude)
 {
-  if (!by_position->known) *by_position = (flesh_position_potential){1, sums[1].phi, sums[1].magnitude};
+  if (!by_position->known) *by_position = (flesh_position_potential){.known = 1, .phi = sums[1].phi, .magnitude = sums[1].magnitude};
   *phi = sums[0].phi + by_position->phi;
   *magnitude = sums[0].magnitude + by_position->magnitude;
   return isfinite(*phi) ? FLESH_OK : FLESH_NONFINITE;
@@ -262,6 +262,7 @@ int flesh_system_energies_by_position(const flesh_system *system, const flesh_po
     const flesh_effect *effect = system->entries[k].effect;
     energies[k] = 0;
     if (!effect->operations->energy || status) continue;
+    if (by_position->known && by_position->far && flesh_proximity_of(view.environment.proximity, k)) continue;
     if (of_position == 1 && flesh_effect_has_trait(effect, FLESH_DEPENDS_ON_POSITION_ONLY)) {
       energies[k] = by_position->phi;
       continue;
