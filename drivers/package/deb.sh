@@ -11,7 +11,6 @@ trap 'rm -rf "$work"' EXIT
 git clone -q --depth 1 "file://$root" "$work/flesh"
 cd "$work/flesh"
 cp -R drivers/package/debian debian
-rm -rf .git
 dpkg-buildpackage --build=binary --no-sign
 if command -v lintian >/dev/null 2>&1; then lintian --fail-on error --allow-root "$work"/*.changes; fi
 cp "$work"/*.deb "$into"
