@@ -58,6 +58,10 @@ clang tool clang proves that another has none
 libclang-rt-dev sanitizer address finds errors of memory in what clang builds
 ccache tool ccache compiles once what copies of the tree have in common
 valgrind tool valgrind counts instructions
+doxygen tool doxygen the C interface for the site
+python3-sphinx tool sphinx-build makes the site
+python3-myst-parser python myst_parser reads the pages for the site
+python3-breathe python breathe brings the C interface into the site
 parallel tool parallel runs the shards of a sweep
 sqlite3 tool sqlite3 asks the databases of sweeps
 openmpi-bin tool mpirun runs tests on several ranks

@@ -1,0 +1,60 @@
+"""conf.py: the site of flesh for Sphinx: the tree's own pages, the C interface by Doxygen and Breathe, Python's by autodoc.
+
+Called by site.sh, which sets FLESH_SITE_XML (Doxygen's output), FLESH_SITE_VERSION and PYTHONPATH."""
+import os
+
+from pygments.lexers import TextLexer
+
+project = "flesh"
+author = "the flesh authors"
+copyright = "2026, the flesh authors"  # Sphinx wants it by this name
+version = release = os.environ["FLESH_SITE_VERSION"]
+
+extensions = ["myst_parser", "breathe", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+root_doc = "drivers/site/index"
+include_patterns = ["drivers/**.md", "README.md", "CHANGELOG.md", "data/**.md", "include/**.md", "lib/**.md", "test/**.md"]
+include_patterns += ["drivers/*.md", "data/*.md", "lib/*.md", "test/*.md"]
+exclude_patterns = ["build*", "drivers/report/three/*"]
+
+# Titles have the same anchors as where the tree is shown on the web.
+myst_heading_anchors = 6
+myst_enable_extensions = ["dollarmath"]
+breathe_projects = {"flesh": os.environ["FLESH_SITE_XML"]}
+breathe_default_project = "flesh"
+breathe_domain_by_extension = {"h": "c"}
+autodoc_member_order = "bysource"
+autodoc_typehints = "signature"
+napoleon_use_ivar = True
+
+html_theme = "alabaster"
+html_theme_options = {"page_width": "1180px", "sidebar_width": "260px", "fixed_sidebar": True, "show_powered_by": False}
+html_title = f"flesh {version}"
+html_show_sphinx = False
+html_copy_source = False
+
+
+def link_to_folder(app, env, node, content):
+    """Links to folders of the tree, which are no pages, are their words alone."""
+    target = os.path.join(app.srcdir, os.path.dirname(node.get("refdoc", "")), node["reftarget"])
+    return content if os.path.exists(target) else None
+
+
+def plain_docstring(app, what, name, obj, options, lines):
+    """Docstrings are plain text: bars are those of absolute values, and what is indented is shown as it is."""
+    result, literal = [], False
+    for line in lines:
+        before = next((earlier for earlier in reversed(result) if earlier.strip()), "")
+        if line.startswith(" ") and not literal and not before.startswith((" ", ":", "..")):
+            result += ["", "::", ""]
+            literal = True
+        elif line.strip() and not line.startswith(" ") and literal:
+            result.append("")
+            literal = False
+        result.append(line if literal else line.replace("|", "\\|"))
+    lines[:] = result
+
+
+def setup(app):
+    app.add_lexer("csv", TextLexer)
+    app.connect("missing-reference", link_to_folder)
+    app.connect("autodoc-process-docstring", plain_docstring)

@@ -1,0 +1,97 @@
+#!/usr/bin/env python3
+# TEST full seconds=300 needs=plain,build,python
+"""test_site.py: the site is made of all pages without a warning, shows the interfaces of C and Python, needs nothing from
+elsewhere, and opens in Chromium without a complaint. BUILD is the build. Speaks TAP; skipped without Sphinx."""
+import importlib.util
+import os
+import re
+import shutil
+import subprocess
+import sys
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path.insert(0, os.path.join(HERE, "..", "shared"))
+import browser as chromium  # noqa: E402
+
+ROOT = os.path.dirname(os.path.dirname(HERE))
+BUILD = os.environ["BUILD"]
+SITE = os.path.join(BUILD, "site")
+FIRST = os.path.join(SITE, "drivers", "site", "index.html")
+MISSING = [tool for tool in ("doxygen", "sphinx-build") if not shutil.which(tool)]
+MISSING += [module for module in ("myst_parser", "breathe") if not importlib.util.find_spec(module)]
+
+
+def read(*parts):
+    with open(os.path.join(SITE, *parts), encoding="utf-8") as file:
+        return file.read()
+
+
+def pages():
+    return [os.path.relpath(os.path.join(folder, name), SITE) for folder, _, names in os.walk(SITE) for name in names
+            if name.endswith(".html")]
+
+
+def it_is_made_without_a_warning():
+    shutil.rmtree(SITE, ignore_errors=True)
+    shutil.rmtree(os.path.join(BUILD, "site-pages"), ignore_errors=True)
+    done = subprocess.run(["sh", os.path.join(ROOT, "drivers", "site", "site.sh"), ROOT, BUILD, "0"],
+                          capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def every_page_is_there():
+    listed = subprocess.run(["git", "-C", ROOT, "ls-files", "*.md"], capture_output=True, text=True, check=False)
+    if listed.returncode:
+        return
+    for page in listed.stdout.split():
+        if not page.startswith(("drivers/report/three/", ".")):
+            assert os.path.exists(os.path.join(SITE, page[:-3] + ".html")), page
+
+
+def interfaces_are_shown():
+    use, extend, link, python = (read("drivers", "site", name + ".html") for name in ("c_use", "c_extend", "c_link", "python"))
+    for page, words in ((use, ("flesh_integrator_step", "FLESH_METHOD_BACKWARD_EULER", "FLESH_ERR_FILE")),
+                        (extend, ("flesh_effect_operations",)), (link, ("flesh_ida_problem_create",)), (python, ("OwnEffect",))):
+        for word in words:
+            assert word in page, word
+    headers = {name[:-2] for name in os.listdir(os.path.join(ROOT, "include", "flesh")) if name.endswith(".h")}
+    told = {name for page in (use, extend, link) for name in re.findall(r"<h2>(\w+)\.h", page)}
+    assert headers - told == {"flesh"}, headers - told  # flesh.h includes the others
+
+
+def nothing_is_loaded_from_elsewhere():
+    for page in pages():
+        for place in re.findall(r'<(?:script|img|link|iframe)[^>]*?(?:src|href)="([^"]*)"', read(page)):
+            assert not re.match(r"(?:[a-z]+:)?//", place), (page, place)
+
+
+def it_opens_in_a_browser():
+    if chromium.MISSING:
+        return
+    window = chromium.Browser()
+    try:
+        for page in (FIRST, os.path.join(SITE, "README.html"), os.path.join(SITE, "drivers", "site", "c_use.html")):
+            window.open(page)
+            complaints = window.ask("POST", "/se/log", {"type": "browser"})
+            assert not complaints, complaints
+    finally:
+        window.close()
+
+
+TESTS = (it_is_made_without_a_warning, every_page_is_there, interfaces_are_shown, nothing_is_loaded_from_elsewhere,
+         it_opens_in_a_browser)
+
+if MISSING:
+    print("1..0 # SKIP missing: " + ", ".join(MISSING))
+    sys.exit(0)
+print(f"1..{len(TESTS)}")
+failed = False
+for number, test in enumerate(TESTS, 1):
+    try:
+        test()
+        print(f"ok {number} - {test.__name__}", flush=True)
+    except Exception as error:  # a test's failure, whatever it is
+        failed = True
+        print("# " + str(error).replace("\n", "\n# "))
+        print(f"not ok {number} - {test.__name__}", flush=True)
+sys.exit(failed)
