@@ -68,6 +68,8 @@ openmpi-bin tool mpirun runs tests on several ranks
 python3-vtk9 python vtkmodules.vtkIOXML reads the frames with VTK itself
 python3-pytest python pytest runs the tests of the Python package
 python3-matplotlib python matplotlib draws in its examples
+python3-jsonschema python jsonschema checks scenes by the JSON Schema
+python3-yaml python yaml reads them for that
 python3-pandas python pandas has its tables
 python3-nbclient python nbclient executes its notebook
 python3-ipykernel python ipykernel executes its notebook

@@ -2,6 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "flesh/version.h"
 #include "scene/effect_list.h"
 #include "scene/schema.h"
 #include "scene/words.h"
@@ -233,6 +234,8 @@ static void write_key(flesh_arena *arena, const flesh_key *key, int indent, fles
 void flesh_schema_json(flesh_arena *arena, const flesh_schema_part *part, flesh_text *text)
 {
   flesh_text_print(text, "{\"$schema\": \"https://json-schema.org/draft/2020-12/schema\",");
+  new_line(2, text);
+  flesh_text_print(text, "\"$id\": \"urn:flesh:%s:%s\",", *part->path ? part->path : "scene", FLESH_VERSION_STRING);
   new_line(2, text);
   flesh_text_print(text, "\"title\": ");
   flesh_text_quote(text, *part->path ? part->path : "flesh scene");
