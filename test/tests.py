@@ -111,10 +111,12 @@ def lines_of(source):
 def variants(line, build, sets):
     """A test for every count of ranks and every instruction set: (what its name ends with, suites, set, ranks)."""
     for name in sets if "each_set" in line["flags"] else [""]:
-        # Three ranks are for every edit and for sanitizers, which other counts show nothing new.
+        # Three ranks are for every edit and for sanitizers, which other counts show nothing new; the first
+        # instruction set is for every edit, the others for sanitizers.
         for ranks in line["ranks"] or [""]:
             if build == "plain" or ranks in ("", "3"):
                 suites = line["suites"] if ranks in ("", "3") else ["full"]
+                suites = suites if name in ("", sets[0]) else ["full", "memory"]
                 yield "".join("_" + part for part in (name, ranks) if part), suites, name, ranks
 
 
