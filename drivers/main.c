@@ -11,10 +11,15 @@
 #include "cli/options.h"
 #include "run/provenance.h"
 
+static const char about[] = "Dynamics of soft, nearly incompressible bodies.";
+
+#define COMMAND(name, summary) {#name, summary, flesh_command_##name},
+static const flesh_subcommand commands[] = {FLESH_COMMAND_LIST(COMMAND){0}};
+
 static void print_help(void)
 {
-  printf("Usage: flesh COMMAND [ARGUMENT]...\n%s\n\nCommands:\n", flesh_about);
-  for (const flesh_subcommand *c = flesh_commands; c->name; c++) printf("  %-10s %s\n", c->name, c->summary);
+  printf("Usage: flesh COMMAND [ARGUMENT]...\n%s\n\nCommands:\n", about);
+  for (const flesh_subcommand *c = commands; c->name; c++) printf("  %-10s %s\n", c->name, c->summary);
   printf("\n`flesh COMMAND --help` describes a command, `flesh --version` prints the version.\n\n");
   flesh_help_print_exits(FLESH_EXITS_ALL);
 }
@@ -23,8 +28,8 @@ static void print_help(void)
 static int refuse(const char *name)
 {
   char known[256] = "";
-  for (const flesh_subcommand *c = flesh_commands; c->name; c++)
-    flesh_text_add(known, sizeof known, "%s %s", c == flesh_commands ? "" : ",", c->name);
+  for (const flesh_subcommand *c = commands; c->name; c++)
+    flesh_text_add(known, sizeof known, "%s %s", c == commands ? "" : ",", c->name);
   return flesh_command_refuse("", "unknown command '%.100s'; the commands are%s", name, known);
 }
 
@@ -48,8 +53,8 @@ int main(int argc, char **argv)
   signal(SIGPIPE, SIG_IGN);
   signal(SIGXFSZ, SIG_IGN);
   flesh_json_watch();
-  flesh_help_about = flesh_about;
-  flesh_help_commands = flesh_commands;
+  flesh_help_about = about;
+  flesh_help_commands = commands;
   if (argc < 2) {
     fprintf(stderr, "flesh: no command given; `flesh --help` lists them\n");
     return 2;
@@ -63,7 +68,7 @@ int main(int argc, char **argv)
     flesh_provenance_print_version();
     code = 0;
   } else {
-    const flesh_subcommand *found = flesh_commands;
+    const flesh_subcommand *found = commands;
     while (found->name && strcmp(name, found->name)) found++;
     if (!found->name) return refuse(name);
     if (ensure_stack()) return 1;

@@ -193,12 +193,11 @@ void flesh_accuracy_find_fronts(flesh_accuracy_plan *plan);
  * near the reference's uncertainty (ten times), over the longest row of neighbours whose slopes agree within 15 %. */
 void flesh_accuracy_fit_order(const flesh_accuracy_plan *plan, int method, flesh_accuracy_fit *fit);
 
-/* accuracy.csv and orders.csv; the table on stdout. */
-int flesh_accuracy_write_csv(const flesh_accuracy_plan *plan);
-void flesh_accuracy_print_table(const flesh_accuracy_plan *plan);
-/* verdict.txt and stdout. */
-int flesh_accuracy_write_verdict(const flesh_accuracy_plan *plan);
+/* Tables of a flesh_accuracy_plan: accuracy.csv, orders.csv, and the runs on stdout. */
+int flesh_accuracy_write_csv(const void *plan);
+/* Its verdict.txt, also on stdout. */
+int flesh_accuracy_write_verdict(const void *plan);
 /* work_time.png, work_residuals.png, orders.png, energy.png, steps.png. */
-int flesh_accuracy_draw(const flesh_accuracy_plan *plan);
+int flesh_accuracy_draw(const void *plan);
 
 #endif

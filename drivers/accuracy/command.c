@@ -1,5 +1,5 @@
 /* command.c: `flesh accuracy SCENE`: what accuracy costs, method by method. */
-#include "accuracy/command.h"
+#include "commands.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -11,10 +11,10 @@
 #include "base/error.h"
 #include "cli/inputs.h"
 #include "cli/interrupt.h"
+#include "cli/lists.h"
 #include "base/file.h"
-#include "base/text.h"
 #include "picture/plot.h"
-#include "cli/output.h"
+#include "study/lead.h"
 #include "run/ranks.h"
 
 #define METHOD_LINE(name, scene, adaptive, order, colour, mark, doc) "  " name doc "\n"
@@ -96,54 +96,44 @@ static int compare_down(const void *a, const void *b)
   return (x < y) - (x > y);
 }
 
-/* Positive numbers between commas, from the largest to the smallest. */
-static int read_values(const char *option, const char *text, flesh_accuracy_value *values,
-                       int *count)
+/* A list of values, and where it goes. */
+typedef struct values {
+  const char *option;
+  flesh_accuracy_value *values;
+  int *count;
+} values;
+
+static int take_value(void *data, const char *item)
 {
-  for (*count = 0; *text;) {
-    size_t length = strcspn(text, ",");
-    if (*count == FLESH_ACCURACY_LIMIT)
-      return flesh_fail(FLESH_ERR_ARGUMENT, "--%s has more than %d values", option,
-                        FLESH_ACCURACY_LIMIT);
-    flesh_accuracy_value *to = &values[*count];
-    snprintf(to->text, sizeof to->text, "%.*s", (int)(length < 31 ? length : 31), text);
-    if (length > 30 || flesh_option_number(to->text, &to->value) || !(to->value > 0))
-      return flesh_fail(FLESH_ERR_ARGUMENT,
-                        "--%s has '%.*s'; every value must be a positive number", option,
-                        (int)length, text);
-    if (to->text[strspn(to->text, "0123456789.eE+-/")]) value_text(to->value, to); /* blanks, hexadecimal ones */
-    for (int other = 0; other < *count; other++)
-      if (values[other].value == to->value)
-        return flesh_fail(FLESH_ERR_ARGUMENT, "--%s has %s twice", option, to->text);
-    ++*count;
-    text += length + (text[length] == ',');
-  }
-  qsort(values, (size_t)*count, sizeof *values, compare_down);
-  return *count ? FLESH_OK
-                : flesh_fail(FLESH_ERR_ARGUMENT, "--%s is empty; it must be a list of numbers",
-                             option);
+  const values *v = data;
+  flesh_accuracy_value value;
+  if (strlen(item) >= FLESH_ACCURACY_TEXT - 1 || flesh_option_number(item, &value.value) || !(value.value > 0))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "--%s has '%.100s'; every value must be a positive number", v->option, item);
+  if (*v->count == FLESH_ACCURACY_LIMIT)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "--%s has more than %d values", v->option, FLESH_ACCURACY_LIMIT);
+  snprintf(value.text, sizeof value.text, "%.30s", item);
+  if (item[strspn(item, "0123456789.eE+-/")]) value_text(value.value, &value); /* blanks, hexadecimal ones */
+  for (int other = 0; other < *v->count; other++)
+    if (v->values[other].value == value.value) return flesh_list_fail_twice(v->option, item);
+  v->values[(*v->count)++] = value;
+  return FLESH_OK;
+}
+
+/* Positive numbers, from the largest to the smallest, as they are written. */
+static int read_values(const char *option, const char *text, flesh_accuracy_value *to, int *count)
+{
+  values v = {option, to, count};
+  *count = 0;
+  const int status = flesh_list_each(option, text, take_value, &v);
+  qsort(to, (size_t)*count, sizeof *to, compare_down);
+  return status;
 }
 
 static int read_methods(const char *text, flesh_accuracy_plan *plan)
 {
-  char name[32], known[200] = "";
-  for (int m = 0; flesh_accuracy_methods[m].name; m++)
-    flesh_text_add(known, sizeof known, "%s%s", m ? ", " : "", flesh_accuracy_methods[m].name);
-  while (*text) {
-    size_t length = strcspn(text, ",");
-    snprintf(name, sizeof name, "%.*s", (int)(length < 31 ? length : 31), text);
-    int method = flesh_accuracy_method_find(name);
-    if (method < 0)
-      return flesh_fail(FLESH_ERR_ARGUMENT, "--methods has '%s'; the methods are %s", name, known);
-    for (int m = 0; m < plan->method_count; m++)
-      if (plan->methods[m] == method)
-        return flesh_fail(FLESH_ERR_ARGUMENT, "--methods has %s twice", name);
-    plan->methods[plan->method_count++] = method;
-    text += length + (text[length] == ',');
-  }
-  return plan->method_count
-             ? FLESH_OK
-             : flesh_fail(FLESH_ERR_ARGUMENT, "--methods is empty; the methods are %s", known);
+  const char *names[FLESH_ACCURACY_METHODS + 1];
+  for (int m = 0; m <= FLESH_ACCURACY_METHODS; m++) names[m] = flesh_accuracy_methods[m].name;
+  return flesh_list_words("methods", text, names, plan->methods, &plan->method_count);
 }
 
 /* The scene's step (half of a run that is shorter), doubled once and halved again and again. */
@@ -308,17 +298,12 @@ static int check_coarser(const flesh_accuracy_plan *plan)
   return status;
 }
 
-/* On the first rank; the exit code. */
+/* On the first rank. */
 static int compare(void *data)
 {
   flesh_accuracy_plan *plan = data;
-  flesh_folder_claim claim = {.descriptor = -1};
-  int status = flesh_output_claim(plan->out, "accuracy", &claim);
-  if (!status && plan->method_count > 0) status = flesh_accuracy_run(plan);
-  if (!status && plan->mesh) status = compare_meshes(plan);
-  flesh_folder_claim_release(&claim);
-  const int code = status ? flesh_command_fail("accuracy", status) : 0;
-  return status == FLESH_ERR_INTERRUPTED ? flesh_interrupt_exit_code() : code;
+  int status = plan->method_count > 0 ? flesh_accuracy_run(plan) : FLESH_OK;
+  return !status && plan->mesh ? compare_meshes(plan) : status;
 }
 
 /* All of it, with the lists of methods, steps and tolerances (NULL: the default); the exit code. Plans are made on every
@@ -330,18 +315,15 @@ static int run(flesh_accuracy_plan *plan, const char *methods, const char *steps
   if (!(plan->mesh_seconds > 0)) plan->mesh_seconds = plan->quick ? 20 : 120;
   if (!tolerances) tolerances = plan->quick ? "1e-2,1e-3,1e-4" : "1e-2,1e-3,1e-4,1e-5,1e-6";
   flesh_interrupt_watch();
-  int shard, shards, status = flesh_study_read_shard(plan->options.shard, &shard, &shards);
-  if (!status) status = read_methods(methods, plan);
+  int status = read_methods(methods, plan);
   if (!status) status = prepare(plan, steps, tolerances);
   if (!status) status = flesh_accuracy_make_rows(plan);
   if (!status) status = check_finer(plan);
   if (!status) status = check_coarser(plan);
   const flesh_accuracy_work given = {plan, NULL, NULL};
   const flesh_study study = flesh_accuracy_study(&given, plan);
-  const flesh_study_work work = {&study, NULL};
-  const flesh_pool_cases cases = flesh_study_pool_cases(&work);
   plan->options.jobs = 1; /* times are compared */
-  return flesh_pool_lead(plan->options.ranks, "accuracy", status, 1, &cases, compare, plan);
+  return flesh_study_lead(&study, &plan->options, status, compare, plan);
 }
 
 int flesh_command_accuracy(int argc, char **argv)
@@ -375,11 +357,9 @@ int flesh_command_accuracy(int argc, char **argv)
        "how long meshes are refined, beyond what two of each element need (default 120; 20 with --quick)"},
       {"repeat", "N", FLESH_OPTION_COUNT, &plan.repeat, "runs of each, for the times"},
       {"quick", NULL, FLESH_OPTION_SWITCH, &plan.quick, "fewer settings, one run each: minutes"},
-      {"resume", NULL, FLESH_OPTION_SWITCH, &plan.options.resume,
-       "go on with DIR/accuracy.db, also with further methods and settings; runs that crashed or were\n"
-       "                         out of budget are done again"},
-      {"shard", "I/N", FLESH_OPTION_TEXT, &plan.options.shard, "only every N-th run from the I-th on, counted from 1"},
-      {"out", "DIR", FLESH_OPTION_TEXT, &plan.options.out, "folder of the results (default out/accuracy)"},
+      FLESH_STUDY_OPTION_ROWS(&plan.options, "accuracy",
+                              "also with further methods and settings; runs that crashed or were\n"
+                              "                         out of budget are done again"),
       {"set", "KEY=VALUE", FLESH_OPTION_LIST, &overrides.texts, "a value of the scene"},
       {"max-seconds", "S", FLESH_OPTION_POSITIVE, &plan.max_seconds,
        "budget of each run (default 600; 60 with --quick)"},

@@ -2,19 +2,12 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "accuracy/track.h"
+#include "base/clock.h"
 #include "base/error.h"
 #include "cli/interrupt.h"
 #include "base/file.h"
-
-static double seconds(clockid_t clock)
-{
-  struct timespec now;
-  clock_gettime(clock, &now);
-  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
 
 static int is_finite(const flesh_state *state, int unknowns)
 {
@@ -59,7 +52,7 @@ static int ask(void *data)
   const limit *l = data;
   if (flesh_interrupt_signal())
     return flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted at t = %g s", l->state->t);
-  if (l->seconds > 0 && seconds(CLOCK_MONOTONIC) - l->started > l->seconds)
+  if (l->seconds > 0 && flesh_wall_seconds() - l->started > l->seconds)
     return flesh_fail(FLESH_ERR_BUDGET, "the budget of %g s is spent at t = %g s", l->seconds,
                       l->state->t);
   return FLESH_OK;
@@ -97,10 +90,10 @@ static int show(audience *a, const flesh_state *state)
   if (!is_finite(state, a->unknowns))
     return flesh_fail(FLESH_ERR_NONFINITE, "the state at t = %g s is not finite", state->t);
   if (!a->watch) return FLESH_OK;
-  double cpu = seconds(CLOCK_PROCESS_CPUTIME_ID), wall = seconds(CLOCK_MONOTONIC);
+  double cpu = flesh_cpu_seconds(), wall = flesh_wall_seconds();
   int status = a->watch->see(a->watch->data, state);
-  a->cpu_s += seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu;
-  a->wall_s += seconds(CLOCK_MONOTONIC) - wall;
+  a->cpu_s += flesh_cpu_seconds() - cpu;
+  a->wall_s += flesh_wall_seconds() - wall;
   return status;
 }
 
@@ -131,8 +124,8 @@ static int write_steps(const char *path, const steps *s)
 static int integrate(flesh_integrator *integrator, double h, const flesh_accuracy_grid *grid, double max_seconds,
                      flesh_state *state, audience *a, flesh_accuracy_cost *cost)
 {
-  double cpu = seconds(CLOCK_PROCESS_CPUTIME_ID);
-  limit l = {state, seconds(CLOCK_MONOTONIC), max_seconds};
+  double cpu = flesh_cpu_seconds();
+  limit l = {state, flesh_wall_seconds(), max_seconds};
   flesh_integrator_set_stop(integrator, ask, &l);
   int status = show(a, state), done = 0;
   /* The loop takes the same times as flesh_run, so that `flesh run` repeats it bit for bit. */
@@ -152,8 +145,8 @@ static int integrate(flesh_integrator *integrator, double h, const flesh_accurac
     status = show(a, state);
     if (!status && !done) status = ask(&l);
   }
-  cost->wall_s = seconds(CLOCK_MONOTONIC) - l.started - a->wall_s;
-  cost->cpu_s = seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu - a->cpu_s;
+  cost->wall_s = flesh_wall_seconds() - l.started - a->wall_s;
+  cost->cpu_s = flesh_cpu_seconds() - cpu - a->cpu_s;
   return status;
 }
 

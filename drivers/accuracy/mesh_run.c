@@ -4,12 +4,12 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "accuracy/mesh.h"
 #include "accuracy/mesh_sample.h"
 #include "base/confine.h"
+#include "base/clock.h"
 #include "base/error.h"
 #include "scene/scene.h"
 #include "cli/interrupt.h"
@@ -119,18 +119,11 @@ double flesh_accuracy_time_mesh(const flesh_accuracy_plan *plan, const flesh_acc
   return run_row(&given, &timed) || timed.status ? NAN : timed.cpu_s;
 }
 
-static double now(void)
-{
-  struct timespec t;
-  clock_gettime(CLOCK_MONOTONIC, &t);
-  return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 /* Adds a row and runs it; *took in seconds of the wall. */
 static int add(const flesh_accuracy_plan *plan, flesh_accuracy_meshes *meshes, int source, int element, int refine,
                double *took)
 {
-  const double started = now();
+  const double started = flesh_wall_seconds();
   const task given = {plan, meshes, meshes->row_count, NULL, 1};
   flesh_accuracy_mesh_row *row = &meshes->rows[meshes->row_count++];
   *row = (flesh_accuracy_mesh_row){.source = source, .element = element, .refine = refine,
@@ -138,7 +131,7 @@ static int add(const flesh_accuracy_plan *plan, flesh_accuracy_meshes *meshes, i
   show(row);
   const int status = run_row(&given, row);
   show(NULL);
-  *took = now() - started;
+  *took = flesh_wall_seconds() - started;
   return status;
 }
 
@@ -147,7 +140,7 @@ static int add(const flesh_accuracy_plan *plan, flesh_accuracy_meshes *meshes, i
 static int run_all(const flesh_accuracy_plan *plan, flesh_accuracy_meshes *meshes)
 {
   enum { MOST = 5 };
-  const double started = now(), growth = 12; /* eight times the tets, and more iterations */
+  const double started = flesh_wall_seconds(), growth = 12; /* eight times the tets, and more iterations */
   double took, last[FLESH_ELEMENT_COUNT] = {0};
   int status = FLESH_OK, ended[FLESH_ELEMENT_COUNT] = {0};
   for (int s = 1; s < meshes->source_count && !status; s++)
@@ -157,7 +150,7 @@ static int run_all(const flesh_accuracy_plan *plan, flesh_accuracy_meshes *meshe
   for (int refine = 0; refine < MOST && !status; refine++)
     for (int e = FLESH_ELEMENT_COUNT - 1; e >= FLESH_ELEMENT_TET4 && !status; e--) {
       const int needed = refine < 2 && e != FLESH_ELEMENT_TET4;
-      if (ended[e] || (!needed && refine && now() - started + growth * last[e] > meshes->seconds)) {
+      if (ended[e] || (!needed && refine && flesh_wall_seconds() - started + growth * last[e] > meshes->seconds)) {
         ended[e] = 1;
         continue;
       }

@@ -4,8 +4,8 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
+#include "base/clock.h"
 #include "base/error.h"
 #include "mesh/pieces.h"
 #include "mesh/shape.h"
@@ -96,13 +96,6 @@ static int see(void *data, const flesh_state *state)
   return FLESH_OK;
 }
 
-static double cpu_now(void)
-{
-  struct timespec t;
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 static int solve(const flesh_scene *scene, flesh_accuracy_sampler *sampler, double *cpu_s)
 {
   const flesh_system *system = flesh_scene_system(scene);
@@ -111,10 +104,10 @@ static int solve(const flesh_scene *scene, flesh_accuracy_sampler *sampler, doub
   flesh_integrator *integrator = NULL;
   int status = state.x && state.v ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for a state");
   if (!status) flesh_scene_start(scene, &state);
-  const double started = cpu_now();
+  const double started = flesh_cpu_seconds();
   if (!status) status = flesh_integrator_create(system, FLESH_METHOD_STATIC, flesh_scene_solver(scene), &integrator);
   if (!status) status = flesh_integrator_step(integrator, &state, flesh_scene_times(scene)->end, NULL);
-  *cpu_s = cpu_now() - started;
+  *cpu_s = flesh_cpu_seconds() - started;
   if (status > 0) status = flesh_fail(FLESH_ERR_SOLVE, "no equilibrium was found: %s", flesh_status_text(status));
   if (!status && sampler) keep(sampler, 0, 0, state.x);
   flesh_integrator_destroy(&integrator);

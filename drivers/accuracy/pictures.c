@@ -301,8 +301,9 @@ static void drop_pictures(const flesh_accuracy_plan *plan)
   }
 }
 
-int flesh_accuracy_draw(const flesh_accuracy_plan *plan)
+int flesh_accuracy_draw(const void *data)
 {
+  const flesh_accuracy_plan *plan = data;
   drop_pictures(plan);
   flesh_plot_outcome outcome = {0};
   flesh_plot_note(&outcome,

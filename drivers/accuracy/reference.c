@@ -7,11 +7,11 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "accuracy/accuracy.h"
 #include "base/confine.h"
+#include "base/clock.h"
 #include "base/error.h"
 #include "base/text.h"
 #include "cli/interrupt.h"
@@ -43,13 +43,6 @@ typedef struct task {
   const source *way;
   const char *path; /* of the states */
 } task;
-
-static double now(void)
-{
-  struct timespec t;
-  clock_gettime(CLOCK_MONOTONIC, &t);
-  return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 /* Largest over time of the mass-weighted RMS distance. */
 static double difference(const flesh_accuracy_plan *plan, const flesh_accuracy_track *a,
@@ -125,14 +118,14 @@ static int refine(const task *given, room *r, made *result)
 {
   const flesh_accuracy_plan *plan = given->plan;
   const source *way = given->way;
-  double started = now(), last = 0;
+  double started = flesh_wall_seconds(), last = 0;
   /* A thousandth of the smallest error that is asked for. */
   double finest = fmin(plan->tolerances[plan->tolerance_count - 1].value, 1e-3);
   double target = 1e-3 * finest * plan->reference.scale.length;
   int columns = way->stride ? COLUMNS : 1, worse = 0, status = FLESH_OK;
   result->estimate = INFINITY;
   for (int level = 0; level < LEVELS && worse < 2; level++) {
-    double left = plan->reference_seconds - (now() - started);
+    double left = plan->reference_seconds - (flesh_wall_seconds() - started);
     if (level >= 2 && (left <= 0 || (columns > 1 && 1.5 * last > left))) break;
     flesh_accuracy_row row;
     flesh_accuracy_cost cost;
@@ -172,7 +165,7 @@ static int refine(const task *given, room *r, made *result)
   }
   /* A level that failed does not undo the ones before it. */
   if (status && status != FLESH_ERR_INTERRUPTED && isfinite(result->estimate)) status = FLESH_OK;
-  result->seconds = now() - started;
+  result->seconds = flesh_wall_seconds() - started;
   return status;
 }
 

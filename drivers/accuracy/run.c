@@ -9,7 +9,7 @@
 #include "base/folder.h"
 #include "base/file.h"
 #include "cli/interrupt.h"
-#include "picture/plot.h"
+#include "study/lead.h"
 
 /* Whether a row from `first` to before `end` is not done. */
 static int is_open(const flesh_accuracy_plan *plan, int first, int end)
@@ -89,20 +89,7 @@ int flesh_accuracy_run(flesh_accuracy_plan *plan)
   if (!status) status = run_rows(plan, &store);
   flesh_study_store_close(&store);
   if (status && (!opened || !*plan->reference.first)) return status;
-  const int ran = status;
-  char words[1024];
-  snprintf(words, sizeof words, "%s", flesh_error_text());
   flesh_accuracy_find_fronts(plan);
-  status = flesh_accuracy_write_csv(plan);
-  if (!status) {
-    flesh_accuracy_print_table(plan);
-    status = flesh_accuracy_write_verdict(plan);
-  }
-  if (ran) return flesh_fail(ran, "%s", words);
-  const int undrawn = status ? status : flesh_accuracy_draw(plan);
-  if (!status) status = flesh_plot_accept("accuracy", undrawn);
-  if (status) return status;
-  printf("\nresults: %s/accuracy.csv, %s/verdict.txt, %s %s/*.png\n", plan->out, plan->out,
-         undrawn ? "what could be drawn of the pictures" : "pictures", plan->out);
-  return FLESH_OK;
+  const flesh_study_results results = {flesh_accuracy_write_csv, flesh_accuracy_write_verdict, flesh_accuracy_draw};
+  return flesh_study_conclude(&study, plan->out, &results, plan, status);
 }

@@ -83,21 +83,6 @@ static int write_orders(const flesh_accuracy_plan *plan)
   return flesh_file_commit(&file);
 }
 
-int flesh_accuracy_write_csv(const flesh_accuracy_plan *plan)
-{
-  flesh_file file;
-  int status = flesh_table_open(plan->out, "accuracy.csv", &file);
-  if (status) return status;
-  fputs("method,setting,steps,rejected,residual_evaluations,hessian_assemblies,newton,"
-        "linear_iterations,cpu_s,wall_s_median,wall_s_min,error_position_rms,error_position_max,"
-        "error_tip,error_volume,energy_drift,status,error_over_tolerance,error_over_motion,price,"
-        "value,difference,front_time,front_residuals\n",
-        file.stream);
-  for (int k = 0; k < plan->row_count; k++) write_row(file.stream, plan, &plan->rows[k]);
-  status = flesh_file_commit(&file);
-  return status ? status : write_orders(plan);
-}
-
 /* A number in a column; a dash where there is none. */
 static void cell(double value, int width, const char *format)
 {
@@ -132,7 +117,7 @@ static void print_head(const char *last, const char *last_unit)
          "assembl.", "iter.", "s", "rms m", "motion %", "drift %", last_unit);
 }
 
-void flesh_accuracy_print_table(const flesh_accuracy_plan *plan)
+static void print_table(const flesh_accuracy_plan *plan)
 {
   print_head("error per", "tolerance");
   int others = 0;
@@ -147,4 +132,22 @@ void flesh_accuracy_print_table(const flesh_accuracy_plan *plan)
   printf("off the tight: from the same run with every solve to rounding. Another mass matrix or "
          "mesh is\n"
          "another body: that is a difference, no error.\n");
+}
+
+int flesh_accuracy_write_csv(const void *data)
+{
+  const flesh_accuracy_plan *plan = data;
+  flesh_file file;
+  int status = flesh_table_open(plan->out, "accuracy.csv", &file);
+  if (status) return status;
+  fputs("method,setting,steps,rejected,residual_evaluations,hessian_assemblies,newton,"
+        "linear_iterations,cpu_s,wall_s_median,wall_s_min,error_position_rms,error_position_max,"
+        "error_tip,error_volume,energy_drift,status,error_over_tolerance,error_over_motion,price,"
+        "value,difference,front_time,front_residuals\n",
+        file.stream);
+  for (int k = 0; k < plan->row_count; k++) write_row(file.stream, plan, &plan->rows[k]);
+  status = flesh_file_commit(&file);
+  if (!status) status = write_orders(plan);
+  if (!status) print_table(plan);
+  return status;
 }

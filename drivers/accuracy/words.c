@@ -247,8 +247,9 @@ static void say_reference(const flesh_accuracy_plan *plan, FILE *stream)
         "shorter --set time.end, or more --reference-seconds, may help.\n");
 }
 
-int flesh_accuracy_write_verdict(const flesh_accuracy_plan *plan)
+int flesh_accuracy_write_verdict(const void *data)
 {
+  const flesh_accuracy_plan *plan = data;
   static const double shares[] = {0.1, 0.01, 0.001, 0.0001};
   flesh_file file;
   int status = flesh_table_open(plan->out, "verdict.txt", &file);

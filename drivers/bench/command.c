@@ -1,5 +1,5 @@
 /* command.c: `flesh bench`: how close flesh runs to this machine's limits, and how it grows. */
-#include "bench/command.h"
+#include "commands.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "bench/bench.h"
 #include "cli/interrupt.h"
+#include "cli/lists.h"
 #include "base/file.h"
 #include "cli/options.h"
 #include "picture/plot.h"
@@ -25,27 +26,9 @@ static const char details[] =
     "Writes into DIR: bench.csv (a row per measurement), bench.json (with ceilings, memory by owner and growth\n"
     "exponents by fit), roofline.png and growth.png.\n";
 
-/* Calls take(plan, item) for every part of a list separated by commas. */
-static int each(flesh_bench_plan *plan, const char *option, const char *text,
-                int (*take)(flesh_bench_plan *plan, const char *item))
+static int fail_full(const char *option)
 {
-  char item[64];
-  if (!*text) return flesh_fail(FLESH_ERR_ARGUMENT, "--%s is empty; it must be a list", option);
-  while (*text) {
-    size_t length = strcspn(text, ",");
-    snprintf(item, sizeof item, "%.*s", (int)(length < 63 ? length : 63), text);
-    int status = take(plan, item);
-    if (status) return flesh_fail_within(status, "--%s: ", option);
-    text += length + (text[length] == ',');
-  }
-  return FLESH_OK;
-}
-
-static int room(int count)
-{
-  return count < FLESH_BENCH_LIST
-             ? FLESH_OK
-             : flesh_fail(FLESH_ERR_ARGUMENT, "more than %d values", FLESH_BENCH_LIST);
+  return flesh_fail(FLESH_ERR_ARGUMENT, "--%s has more than %d values", option, FLESH_BENCH_LIST);
 }
 
 /* Whether the item is "AxBxC", of whole numbers; those beyond 1e9 are given as that. */
@@ -62,21 +45,21 @@ static int parse_cells(const char *item, int cells[3])
 }
 
 /* 48x13x13, or a number of tets: the bar of the same proportions with the nearest number. */
-static int take_size(flesh_bench_plan *plan, const char *item)
+static int take_size(void *data, const char *item)
 {
-  int status = room(plan->size_count);
-  if (status) return status;
+  flesh_bench_plan *plan = data;
+  if (plan->size_count == FLESH_BENCH_LIST) return fail_full("cells");
   int *cells = plan->sizes[plan->size_count];
   double tets;
   if (parse_cells(item, cells)) {
     if (cells[0] < 1 || cells[1] < 1 || cells[2] < 1 ||
         6.0 * cells[0] * cells[1] * cells[2] > 2e8)
       return flesh_fail(FLESH_ERR_ARGUMENT,
-                        "'%s' must have at least one cell along each axis and at most 2e8 tets", item);
+                        "--cells: '%s' must have at least one cell along each axis and at most 2e8 tets", item);
   } else {
     if (flesh_option_number(item, &tets) || !(tets >= 6 && tets <= 2e8))
       return flesh_fail(FLESH_ERR_ARGUMENT,
-                        "'%s' is neither a number of tets in 6 to 2e8 nor cells such as 48x13x13", item);
+                        "--cells: '%s' is neither a number of tets in 6 to 2e8 nor cells such as 48x13x13", item);
     double across = cbrt(tets / 6 * 13 / 48);
     cells[1] = cells[2] = across < 1 ? 1 : (int)lround(across);
     cells[0] = (int)lround(fmax(1, tets / 6 / cells[1] / cells[2]));
@@ -85,51 +68,39 @@ static int take_size(flesh_bench_plan *plan, const char *item)
   return FLESH_OK;
 }
 
-static int take_energy(flesh_bench_plan *plan, const char *item)
+static int take_energy(void *data, const char *item)
 {
-  int status = room(plan->energy_count);
-  return status ? status : flesh_energy_from_name(item, &plan->energies[plan->energy_count++]);
+  flesh_bench_plan *plan = data;
+  if (plan->energy_count == FLESH_BENCH_LIST) return fail_full("energies");
+  const int status = flesh_energy_from_name(item, &plan->energies[plan->energy_count++]);
+  return status ? flesh_fail_within(status, "--energies: ") : FLESH_OK;
 }
 
-static int take_poisson(flesh_bench_plan *plan, const char *item)
+static int read_numbers(flesh_bench_plan *plan, const char *poissons, const char *threads)
 {
-  int status = room(plan->poisson_count);
-  if (status) return status;
-  double *value = &plan->poissons[plan->poisson_count++];
-  if (flesh_option_number(item, value) || !(*value > -1 && *value <= 0.5))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "'%s' must be in (-1, 0.5]", item);
-  if (*value == 0.5 && plan->element != FLESH_ELEMENT_TET10_MEAN)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "0.5 needs --element tet10-mean, which alone keeps the volume of tets");
-  return FLESH_OK;
+  double counts[FLESH_BENCH_LIST];
+  int status = flesh_list_numbers("poisson", poissons, FLESH_LIST_POISSON, FLESH_BENCH_LIST, plan->poissons,
+                                  &plan->poisson_count);
+  if (!status)
+    status = flesh_list_numbers("threads", threads, FLESH_LIST_COUNT, FLESH_BENCH_LIST, counts, &plan->thread_count);
+  for (int k = 0; k < plan->poisson_count && !status; k++)
+    if (plan->poissons[k] == 0.5 && plan->element != FLESH_ELEMENT_TET10_MEAN)
+      status = flesh_fail(FLESH_ERR_ARGUMENT,
+                          "--poisson: 0.5 needs --element tet10-mean, which alone keeps the volume of tets");
+  for (int k = 0; k < plan->thread_count && !status; k++) {
+    if (counts[k] > FLESH_THREADS_MAX)
+      status = flesh_fail(FLESH_ERR_ARGUMENT, "--threads: %g is more than %d", counts[k], FLESH_THREADS_MAX);
+    else plan->threads[k] = (int)counts[k];
+  }
+  return status;
 }
 
-static int take_threads(flesh_bench_plan *plan, const char *item)
+static int read_cases(flesh_bench_plan *plan, const char *text)
 {
-  int status = room(plan->thread_count);
-  if (status) return status;
-  double value;
-  if (flesh_option_number(item, &value) || value != floor(value) ||
-      !(value >= 1 && value <= FLESH_THREADS_MAX))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "'%s' must be a number in 1 to %d", item,
-                      FLESH_THREADS_MAX);
-  for (int k = 0; k < plan->thread_count; k++)
-    if (plan->threads[k] == (int)value)
-      return flesh_fail(FLESH_ERR_ARGUMENT, "%s stands twice; once is enough", item);
-  plan->threads[plan->thread_count++] = (int)value;
-  return FLESH_OK;
-}
-
-static int take_case(flesh_bench_plan *plan, const char *item)
-{
-  int status = room(plan->case_count);
-  if (status) return status;
-  for (int k = 0; flesh_bench_cases[k]; k++)
-    if (!strcmp(item, flesh_bench_cases[k])) {
-      plan->cases[plan->case_count++] = flesh_bench_cases[k];
-      return FLESH_OK;
-    }
-  return flesh_fail(FLESH_ERR_ARGUMENT,
-                    "'%s' is no case; they are kernels, swing, twist, crush, drop, static", item);
+  int chosen[FLESH_BENCH_LIST];
+  const int status = flesh_list_words("cases", text, flesh_bench_cases, chosen, &plan->case_count);
+  for (int k = 0; k < plan->case_count; k++) plan->cases[k] = flesh_bench_cases[chosen[k]];
+  return status;
 }
 
 static int take_instructions(flesh_bench_plan *plan, const char *text)
@@ -146,10 +117,11 @@ static int take_instructions(flesh_bench_plan *plan, const char *text)
 
 static int take_element(flesh_bench_plan *plan, const char *text)
 {
-  for (int e = FLESH_ELEMENT_TET4; e < FLESH_ELEMENT_COUNT; e++)
-    if (!strcmp(text, flesh_element_name((flesh_element)e))) plan->element = (flesh_element)e;
-  return plan->element ? FLESH_OK
-                       : flesh_fail(FLESH_ERR_ARGUMENT, "--element is '%s'; it must be tet4, tet10 or tet10-mean", text);
+  flesh_element elements[FLESH_ELEMENT_COUNT];
+  int count, status = flesh_list_elements("element", text, elements, &count);
+  if (!status && count > 1) status = flesh_fail(FLESH_ERR_ARGUMENT, "--element is '%s'; it must be one element", text);
+  if (!status) plan->element = elements[0];
+  return status;
 }
 
 /* All cases of one bar; kernels at its first ratio only, on which their work does not depend. */
@@ -220,11 +192,10 @@ int flesh_command_bench(int argc, char **argv)
   }
   plan->quiet = json;
   int status = take_element(plan, element); /* which allows some of Poisson's ratios */
-  if (!status) status = each(plan, "cells", sizes, take_size);
-  if (!status) status = each(plan, "energies", energies, take_energy);
-  if (!status) status = each(plan, "poisson", poissons, take_poisson);
-  if (!status) status = each(plan, "threads", threads, take_threads);
-  if (!status) status = each(plan, "cases", cases, take_case);
+  if (!status) status = flesh_list_each("cells", sizes, take_size, plan);
+  if (!status) status = flesh_list_each("energies", energies, take_energy, plan);
+  if (!status) status = read_numbers(plan, poissons, threads);
+  if (!status) status = read_cases(plan, cases);
   if (!status) status = take_instructions(plan, instructions);
   flesh_interrupt_watch();
   flesh_folder_claim claim = {.descriptor = -1};

@@ -3,9 +3,9 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <unistd.h>
 
+#include "base/clock.h"
 #include "base/error.h"
 #include "bench/bench.h"
 #include "bench/peak.h"
@@ -13,13 +13,6 @@
 /* A repeat lasts at least this long. */
 #define SHORTEST 2e-3
 enum { MOST_REPEATS = 101 };
-
-static double seconds(clockid_t clock)
-{
-  struct timespec t;
-  clock_gettime(clock, &t);
-  return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 static int ascending(const void *a, const void *b)
 {
@@ -32,10 +25,10 @@ static int run_once(int (*prepare)(void *data), int (*work)(void *data), void *d
                     double *wall, double *cpu)
 {
   int status = prepare ? prepare(data) : FLESH_OK;
-  double w = seconds(CLOCK_MONOTONIC), c = seconds(CLOCK_PROCESS_CPUTIME_ID);
+  double w = flesh_wall_seconds(), c = flesh_cpu_seconds();
   for (int k = 0; k < calls && !status; k++) status = work(data);
-  *cpu = (seconds(CLOCK_PROCESS_CPUTIME_ID) - c) / calls;
-  *wall = (seconds(CLOCK_MONOTONIC) - w) / calls;
+  *cpu = (flesh_cpu_seconds() - c) / calls;
+  *wall = (flesh_wall_seconds() - w) / calls;
   return status;
 }
 

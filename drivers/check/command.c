@@ -1,6 +1,6 @@
 /* command.c: `flesh check SCENE`: validates, reports, differentiates; dumps the elastic
  * energy for others. */
-#include "check/command.h"
+#include "commands.h"
 
 #include <math.h>
 #include <stdint.h>

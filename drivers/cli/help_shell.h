@@ -1,4 +1,4 @@
-/* help_shell.h: a command's options and commands as branches of the scripts of manual/completion.c, to stdout. */
+/* help_shell.h: a command's options and commands as branches of the scripts of completion/command.c, to stdout. */
 #ifndef FLESH_CLI_HELP_SHELL_H
 #define FLESH_CLI_HELP_SHELL_H
 

@@ -1,5 +1,5 @@
 /* command.c: `flesh drift SCENE...`: how well the energies keep the volume, and which survive. */
-#include "drift/command.h"
+#include "commands.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -8,14 +8,14 @@
 
 #include "base/error.h"
 #include "drift/drift.h"
+#include "study/lead.h"
 #include "flesh/scene.h"
 #include "cli/interrupt.h"
 #include "base/file.h"
 #include "cli/inputs.h"
+#include "cli/lists.h"
 #include "cli/overrides.h"
 #include "run/point_load.h"
-#include "picture/plot.h"
-#include "cli/output.h"
 #include "run/ranks.h"
 #include "material/form.h"
 
@@ -35,60 +35,31 @@ static const char details[] =
     "mesh_part (max_volume_drift less that of the finest) and mesh_unsure (how far the finest may be off:\n"
     "what the two finest differ by, and more where their meshes differ by less than twice in size).\n";
 
-enum { VARIANT_LIMIT = 16, POISSON_LIMIT = 16 };
-
-/* "B,D,E,S" as energies with the constants they can have. */
-static int read_energies(const char *text, flesh_drift_variant *variants, int *count)
+/* An energy with the constants it can have. */
+static int take_energy(void *data, const char *item)
 {
-  char name[16];
-  for (*count = 0; *text;) {
-    size_t length = strcspn(text, ",");
-    snprintf(name, sizeof name, "%.*s", (int)(length < 15 ? length : 15), text);
-    flesh_energy energy;
-    int status = flesh_energy_from_name(name, &energy);
-    if (status) return flesh_fail_within(status, "--energies: ");
-    for (int v = 0; v < *count; v++)
-      if (variants[v].energy == energy)
-        return flesh_fail(FLESH_ERR_ARGUMENT, "--energies names %s twice; once is enough", name);
-    if (*count + 2 > VARIANT_LIMIT)
-      return flesh_fail(FLESH_ERR_ARGUMENT, "--energies names more than %d forms", VARIANT_LIMIT / 2);
-    variants[(*count)++] = (flesh_drift_variant){energy, flesh_form_default_constants(energy)};
-    if (flesh_form_takes(energy, FLESH_CONSTANTS_AS_E)) variants[(*count)++] = (flesh_drift_variant){energy, FLESH_CONSTANTS_AS_E};
-    text += length + (text[length] == ',');
-  }
-  return *count ? FLESH_OK : flesh_fail(FLESH_ERR_ARGUMENT, "--energies is empty; it must be a list such as B,D,E,S");
+  flesh_drift_plan *plan = data;
+  flesh_energy energy;
+  const int status = flesh_energy_from_name(item, &energy);
+  if (status) return flesh_fail_within(status, "--energies: ");
+  for (int v = 0; v < plan->variant_count; v++)
+    if (plan->variants[v].energy == energy) return flesh_list_fail_twice("energies", item);
+  if (plan->variant_count + 2 > FLESH_DRIFT_LIST)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "--energies names more than %d forms", FLESH_DRIFT_LIST / 2);
+  plan->variants[plan->variant_count++] = (flesh_drift_variant){energy, flesh_form_default_constants(energy)};
+  if (flesh_form_takes(energy, FLESH_CONSTANTS_AS_E))
+    plan->variants[plan->variant_count++] = (flesh_drift_variant){energy, FLESH_CONSTANTS_AS_E};
+  return FLESH_OK;
 }
 
-static int read_poissons(const char *text, double *poissons, int *count)
+static int read_solvers(const char *text, flesh_drift_plan *plan)
 {
-  char number[32];
-  for (*count = 0; *text;) {
-    size_t length = strcspn(text, ",");
-    snprintf(number, sizeof number, "%.*s", (int)(length < 31 ? length : 31), text);
-    double value;
-    if (flesh_option_number(number, &value) || !(value > -1 && value <= 0.5))
-      return flesh_fail(FLESH_ERR_ARGUMENT, "--poisson has '%s'; every value must be in (-1, 0.5]", number);
-    if (*count == POISSON_LIMIT)
-      return flesh_fail(FLESH_ERR_ARGUMENT, "--poisson has more than %d values", POISSON_LIMIT);
-    for (int p = 0; p < *count; p++)
-      if (poissons[p] == value)
-        return flesh_fail(FLESH_ERR_ARGUMENT, "--poisson has %g twice; once is enough", value);
-    poissons[(*count)++] = value;
-    text += length + (text[length] == ',');
-  }
-  return *count ? FLESH_OK
-                : flesh_fail(FLESH_ERR_ARGUMENT, "--poisson is empty; it must be a list such as 0.3,0.45");
-}
-
-static int read_solvers(const char *text, flesh_drift_solver *solvers, int *count)
-{
-  static const flesh_drift_solver both[] = {FLESH_DRIFT_GUARDED, FLESH_DRIFT_PLAIN};
-  *count = 0;
-  if (!strcmp(text, "guarded") || !strcmp(text, "guarded,plain")) solvers[(*count)++] = both[0];
-  if (!strcmp(text, "plain") || !strcmp(text, "guarded,plain")) solvers[(*count)++] = both[1];
-  return *count ? FLESH_OK
-                : flesh_fail(FLESH_ERR_ARGUMENT,
-                             "--solvers is '%s'; it must be guarded, plain or guarded,plain", text);
+  const char *const names[] = {flesh_drift_solver_name(FLESH_DRIFT_GUARDED), flesh_drift_solver_name(FLESH_DRIFT_PLAIN),
+                               NULL};
+  int chosen[FLESH_DRIFT_SOLVERS];
+  const int status = flesh_list_words("solvers", text, names, chosen, &plan->solver_count);
+  for (int k = 0; k < plan->solver_count; k++) plan->solvers[k] = (flesh_drift_solver)chosen[k];
+  return status;
 }
 
 /* Cases in the order of the table; figures that say "not run". */
@@ -133,38 +104,17 @@ static int check_scenes(flesh_drift_plan *plan, flesh_inputs *inputs)
   return FLESH_OK;
 }
 
-/* A run that could not write its files says nothing of its energy. */
-static int check_written(const flesh_drift_plan *plan)
+/* On the first rank. */
+static int compare(void *data)
 {
-  int count = 0, first = -1;
-  for (int k = 0; k < plan->case_count; k++) {
-    if (plan->cases[k].figures.exit_code != flesh_exit_code(FLESH_ERR_FILE)) continue;
-    if (!count++) first = k;
-  }
-  return count ? flesh_fail(FLESH_ERR_FILE, "%d of %d runs could not write or read their files; the first: %s", count,
-                            plan->case_count, plan->cases[first].figures.message)
-               : FLESH_OK;
-}
-
-static int run_and_draw(flesh_drift_plan *plan)
-{
+  flesh_drift_plan *plan = data;
   printf("%d runs: %d scene%s, %d energies, %d Poisson's ratios, %d solvers; %d at a time\n", plan->case_count,
          plan->scene_count, plan->scene_count == 1 ? "" : "s", plan->variant_count, plan->poisson_count,
          plan->solver_count, flesh_pool_places(plan->options.ranks, plan->options.jobs, plan->case_count));
   fflush(stdout);
-  int ran = flesh_drift_run(plan);
-  char words[1024];
-  snprintf(words, sizeof words, "%s", flesh_error_text());
-  int status = flesh_drift_write_table(plan);
-  if (!status && !ran) status = check_written(plan);
-  if (!status) status = flesh_drift_write_verdict(plan);
-  if (ran) return flesh_fail(ran, "%s", words);
-  const int undrawn = status ? status : flesh_drift_draw(plan);
-  if (!status) status = flesh_plot_accept("drift", undrawn);
-  if (status) return status;
-  printf("\nresults: %s/drift.csv, %s/verdict.txt, %s %s/*.png\n", plan->out, plan->out,
-         undrawn ? "what could be drawn of the pictures" : "pictures", plan->out);
-  return FLESH_OK;
+  const flesh_study study = flesh_drift_study(plan);
+  const flesh_study_results results = {flesh_drift_write_table, flesh_drift_write_verdict, flesh_drift_draw};
+  return flesh_study_conclude(&study, plan->out, &results, plan, flesh_study_do(&study, &plan->options));
 }
 
 /* Scenes that stand, and cases; on every rank. */
@@ -179,28 +129,12 @@ static int prepare(flesh_drift_plan *plan)
   return status;
 }
 
-/* On the first rank; the exit code. */
-static int compare(void *data)
-{
-  flesh_drift_plan *plan = data;
-  flesh_folder_claim claim = {.descriptor = -1};
-  int status = flesh_output_claim(plan->out, "drift", &claim);
-  if (!status) status = run_and_draw(plan);
-  flesh_folder_claim_release(&claim);
-  const int code = status ? flesh_command_fail("drift", status) : 0;
-  return status == FLESH_ERR_INTERRUPTED ? flesh_interrupt_exit_code() : code;
-}
-
 int flesh_command_drift(int argc, char **argv)
 {
   const char *energies = "B,D,E,S", *poissons = "0.3,0.4,0.45,0.49", *solvers = "guarded,plain";
   const char *elements = "", *refine = "";
-  flesh_drift_variant variants[VARIANT_LIMIT];
-  double ratios[POISSON_LIMIT];
-  flesh_drift_solver solver_list[FLESH_DRIFT_SOLVERS];
   flesh_overrides overrides;
-  flesh_drift_plan plan = {.options = {.out = "out/drift"}, .variants = variants, .poissons = ratios,
-                           .solvers = solver_list};
+  flesh_drift_plan plan = {.options = {.out = "out/drift"}};
   int status = flesh_ranks_open(&plan.options.ranks);
   if (!status) status = flesh_overrides_open(&overrides, argc);
   if (status) return flesh_command_fail("drift", status);
@@ -212,12 +146,8 @@ int flesh_command_drift(int argc, char **argv)
        "of tet4, tet10, tet10-mean, in place of the scene's body.element"},
       {"refine", "LIST", FLESH_OPTION_TEXT, &refine,
        "times that each tet is cut into eight, such as 0,1, in place of the scene's body.refine"},
-      {"out", "DIR", FLESH_OPTION_TEXT, &plan.options.out, "folder of the results (default out/drift)"},
-      {"jobs", "N", FLESH_OPTION_COUNT, &plan.options.jobs,
-       "runs at a time, on each rank (default: the processors; on several ranks 1)"},
-      {"resume", NULL, FLESH_OPTION_SWITCH, &plan.options.resume,
-       "go on with DIR/drift.db, also with further scenes, energies and ratios, or begin"},
-      {"shard", "I/N", FLESH_OPTION_TEXT, &plan.options.shard, "only every N-th run from the I-th on, counted from 1"},
+      FLESH_STUDY_OPTION_ROWS(&plan.options, "drift", "also with further scenes, energies and ratios"),
+      FLESH_STUDY_OPTION_JOBS(&plan.options),
       {"max-seconds", "S", FLESH_OPTION_POSITIVE, &plan.max_seconds, "budget of each run"},
       {"set", "KEY=VALUE", FLESH_OPTION_LIST, &overrides.texts, "a value of all scenes"},
       {0}};
@@ -231,19 +161,16 @@ int flesh_command_drift(int argc, char **argv)
   }
   plan.overrides = &overrides.texts;
   plan.out = plan.options.out;
-  int shard, shards;
-  status = flesh_study_read_shard(plan.options.shard, &shard, &shards);
-  if (!status) status = flesh_drift_make_scenes(count, argv + 1, elements, refine, &plan);
-  if (!status) status = read_energies(energies, variants, &plan.variant_count);
-  if (!status) status = read_poissons(poissons, ratios, &plan.poisson_count);
-  if (!status) status = read_solvers(solvers, solver_list, &plan.solver_count);
+  status = flesh_drift_make_scenes(count, argv + 1, elements, refine, &plan);
+  if (!status) status = flesh_list_each("energies", energies, take_energy, &plan);
+  if (!status)
+    status = flesh_list_numbers("poisson", poissons, FLESH_LIST_POISSON, FLESH_DRIFT_LIST, plan.poissons,
+                                &plan.poisson_count);
+  if (!status) status = read_solvers(solvers, &plan);
   flesh_interrupt_watch();
   if (!status) status = prepare(&plan);
-  plan.options.jobs = flesh_pool_jobs(plan.options.ranks, plan.options.jobs);
   const flesh_study study = flesh_drift_study(&plan);
-  const flesh_study_work given = {&study, NULL};
-  const flesh_pool_cases cases = flesh_study_pool_cases(&given);
-  code = flesh_pool_lead(plan.options.ranks, "drift", status, plan.options.jobs, &cases, compare, &plan);
+  code = flesh_study_lead(&study, &plan.options, status, compare, &plan);
   flesh_ranks_close(&plan.options.ranks);
   free(plan.scenes);
   free(plan.cases);

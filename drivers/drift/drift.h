@@ -42,11 +42,14 @@ typedef struct flesh_drift_case {
 typedef struct flesh_drift_scene {
   const char *path;
   char name[96];    /* unique and short */
-  char element[16]; /* body.element; empty: as the scene says */
-  char refine[16];  /* body.refine; likewise */
+  const char *element; /* body.element; empty: as the scene says */
+  const char *refine;  /* body.refine; likewise */
   char fingerprint[FLESH_STUDY_FINGERPRINT];
   int point_load;   /* something pulls at single nodes: its figures do not converge under refinement */
 } flesh_drift_scene;
+
+/* Forms, each by as many as two ways to its constants; Poisson's ratios. */
+enum { FLESH_DRIFT_LIST = 16 };
 
 typedef struct flesh_drift_plan {
   flesh_study_options options; /* folder, ranks, jobs, shard */
@@ -55,11 +58,11 @@ typedef struct flesh_drift_plan {
   int scene_count;           /* files x elements x refinements */
   flesh_drift_scene *scenes; /* [scene_count] */
   int variant_count;
-  const flesh_drift_variant *variants;
+  flesh_drift_variant variants[FLESH_DRIFT_LIST];
   int poisson_count;
-  const double *poissons;
+  double poissons[FLESH_DRIFT_LIST];
   int solver_count;
-  const flesh_drift_solver *solvers;
+  flesh_drift_solver solvers[FLESH_DRIFT_SOLVERS];
   const flesh_texts *overrides;
   double max_seconds; /* per case; 0: no limit */
   int case_count;
@@ -81,12 +84,8 @@ const char *flesh_drift_status_word(const flesh_drift_case *c);
 void flesh_drift_run_case(const flesh_drift_plan *plan, const flesh_drift_case *c, struct flesh_drift_figures *figures);
 /* The plan as a study, whose records it takes. Borrows it. */
 flesh_study flesh_drift_study(flesh_drift_plan *plan);
-/* Runs every case that is not done; a case that fails is a row. FLESH_ERR_INTERRUPTED when a signal ended the comparison:
- * the cases that were done stand. */
-int flesh_drift_run(flesh_drift_plan *plan);
-
 /* drift.csv and the table on stdout. */
-int flesh_drift_write_table(const flesh_drift_plan *plan);
+int flesh_drift_write_table(const void *plan);
 /* Which part of a figure is the mesh's. The finest scene is the one whose element is the most accurate (tet10-mean, then
  * tet10, then tet4), of these the one with the most nodes; it is judged by the next one in that order. */
 typedef struct flesh_drift_part {
@@ -112,9 +111,9 @@ int flesh_drift_read(const flesh_drift_plan *plan, int scene, flesh_scene **read
 int flesh_drift_overrides(const flesh_drift_plan *plan, int scene, flesh_overrides *overrides);
 
 /* volume_*.png, worst_*.png, shapes_*.png. FLESH_ERR_FILE without gnuplot. */
-int flesh_drift_draw(const flesh_drift_plan *plan);
+int flesh_drift_draw(const void *plan);
 int flesh_drift_draw_volumes(const flesh_drift_plan *plan, int scene, int poisson);
 /* The answer in words: verdict.txt and stdout. */
-int flesh_drift_write_verdict(const flesh_drift_plan *plan);
+int flesh_drift_write_verdict(const void *plan);
 
 #endif

@@ -153,8 +153,9 @@ static int draw_shapes(const flesh_drift_plan *plan, int scene, int poisson, fle
   return status;
 }
 
-int flesh_drift_draw(const flesh_drift_plan *plan)
+int flesh_drift_draw(const void *data)
 {
+  const flesh_drift_plan *plan = data;
   flesh_plot_outcome outcome = {0};
   for (int s = 0; s < plan->scene_count; s++) {
     flesh_scene *scene = NULL;

@@ -112,9 +112,3 @@ flesh_study flesh_drift_study(flesh_drift_plan *plan)
                        .title = title,
                        .taker = plan};
 }
-
-int flesh_drift_run(flesh_drift_plan *plan)
-{
-  const flesh_study study = flesh_drift_study(plan);
-  return flesh_study_do(&study, &plan->options);
-}

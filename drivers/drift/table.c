@@ -60,8 +60,9 @@ static void cell(double value, int width, const char *format)
   printf(" %*s", width, text);
 }
 
-int flesh_drift_write_table(const flesh_drift_plan *plan)
+int flesh_drift_write_table(const void *data)
 {
+  const flesh_drift_plan *plan = data;
   int status = write_csv(plan), width = 20;
   for (int s = 0; s < plan->scene_count; s++)
     if ((int)strlen(plan->scenes[s].name) > width) width = (int)strlen(plan->scenes[s].name);

@@ -253,8 +253,9 @@ void flesh_drift_say(const flesh_drift_plan *plan, FILE *stream)
     }
 }
 
-int flesh_drift_write_verdict(const flesh_drift_plan *plan)
+int flesh_drift_write_verdict(const void *data)
 {
+  const flesh_drift_plan *plan = data;
   char *text = NULL;
   size_t size = 0;
   FILE *words = open_memstream(&text, &size);

@@ -1,6 +1,6 @@
 /* command.c: `flesh film`: the frames of runs side by side as pictures, and as a video by
  * ffmpeg. */
-#include "film/command.h"
+#include "commands.h"
 
 #include <errno.h>
 #include <fcntl.h>

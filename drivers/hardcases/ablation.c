@@ -162,8 +162,9 @@ static int write_words(const flesh_hardcases_plan *plan, const set *sets, int co
   return flesh_file_commit(&file);
 }
 
-int flesh_hardcases_write_ablation(const flesh_hardcases_plan *plan)
+int flesh_hardcases_write_ablation(const void *data)
 {
+  const flesh_hardcases_plan *plan = data;
   int count;
   set *sets = find_sets(plan, &count);
   if (!sets) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");

@@ -1,5 +1,5 @@
 /* command.c: `flesh hardcases`: the battery of hard cases. */
-#include "hardcases/command.h"
+#include "commands.h"
 
 #include <fnmatch.h>
 #include <math.h>
@@ -12,8 +12,7 @@
 #include "base/file.h"
 #include "base/text.h"
 #include "cli/overrides.h"
-#include "picture/plot.h"
-#include "cli/output.h"
+#include "study/lead.h"
 #include "run/ranks.h"
 #include "hardcases/hardcases.h"
 #include "hardcases/lists.h"
@@ -180,54 +179,18 @@ static int make_runs(flesh_hardcases_plan *plan)
   return FLESH_OK;
 }
 
-/* A run that could not write its files says nothing of its solver. */
-static int check_written(const flesh_hardcases_plan *plan)
+/* On the first rank. */
+static int batter(void *data)
 {
-  int count = 0, first = -1;
-  for (int k = 0; k < plan->run_count; k++) {
-    if (plan->runs[k].figures.exit_code != flesh_exit_code(FLESH_ERR_FILE)) continue;
-    if (!count++) first = k;
-  }
-  return count ? flesh_fail(FLESH_ERR_FILE, "%d of %d runs could not write or read their files; the first: %s", count,
-                            plan->run_count, plan->runs[first].figures.message)
-               : FLESH_OK;
-}
-
-static int run_and_draw(flesh_hardcases_plan *plan)
-{
+  flesh_hardcases_plan *plan = data;
   printf("%d runs: %d cases, %d settings; %d at a time\n", plan->run_count, plan->case_count,
          plan->setting_count, flesh_pool_places(plan->options.ranks, plan->options.jobs, plan->run_count));
   fflush(stdout);
   const flesh_study study = flesh_hardcases_study(plan);
-  int ran = flesh_study_do(&study, &plan->options);
-  char words[1024];
-  snprintf(words, sizeof words, "%s", flesh_error_text());
-  int status = flesh_hardcases_write_csv(plan);
-  if (!status && !ran) status = check_written(plan);
-  if (!status) status = plan->filters    ? flesh_hardcases_write_filters(plan)
-                        : plan->ablation ? flesh_hardcases_write_ablation(plan)
-                                         : flesh_hardcases_write_verdict(plan);
-  if (ran) return flesh_fail(ran, "%s", words);
-  const int undrawn = status          ? status
-                      : plan->filters ? flesh_hardcases_draw_filters(plan)
-                                      : flesh_hardcases_draw(plan);
-  if (!status) status = flesh_plot_accept("hardcases", undrawn);
-  if (status) return status;
-  printf("\nresults: %s/hardcases.csv, %s/verdict.txt, %s %s/*.png\n", plan->out, plan->out,
-         undrawn ? "what could be drawn of the pictures" : "pictures", plan->out);
-  return FLESH_OK;
-}
-
-/* On the first rank; the exit code. */
-static int batter(void *data)
-{
-  flesh_hardcases_plan *plan = data;
-  flesh_folder_claim claim = {.descriptor = -1};
-  int status = flesh_output_claim(plan->out, "hardcases", &claim);
-  if (!status) status = run_and_draw(plan);
-  flesh_folder_claim_release(&claim);
-  const int code = status ? flesh_command_fail("hardcases", status) : 0;
-  return status == FLESH_ERR_INTERRUPTED ? flesh_interrupt_exit_code() : code;
+  flesh_study_results results = {flesh_hardcases_write_csv, flesh_hardcases_write_verdict, flesh_hardcases_draw};
+  if (plan->ablation) results.words = flesh_hardcases_write_ablation;
+  if (plan->filters) results.words = flesh_hardcases_write_filters, results.draw = flesh_hardcases_draw_filters;
+  return flesh_study_conclude(&study, plan->out, &results, plan, flesh_study_do(&study, &plan->options));
 }
 
 /* "Neo,A,...": the forms that keep their volume at all. */
@@ -239,13 +202,8 @@ static const char *forms_with_lambda(char text[256])
   return text;
 }
 
-/* The lists of the command line, as given; NULL: the default. */
-typedef struct request {
-  const char *energies, *poissons, *steps, *solvers, *elements, *meshes, *cases;
-} request;
-
 /* Fills in the defaults of --filters. */
-static void choose_filters(request *asked, flesh_hardcases_plan *plan)
+static void choose_filters(flesh_hardcases_request *asked, flesh_hardcases_plan *plan)
 {
   const int quick = plan->quick;
   if (!asked->energies) asked->energies = "S";
@@ -259,7 +217,7 @@ static void choose_filters(request *asked, flesh_hardcases_plan *plan)
 }
 
 /* Fills in the defaults of --shapes. */
-static void choose_shapes(request *asked)
+static void choose_shapes(flesh_hardcases_request *asked)
 {
   if (!asked->energies) asked->energies = "S,E";
   if (!asked->poissons) asked->poissons = "0.3,0.45,0.49,0.495";
@@ -267,7 +225,7 @@ static void choose_shapes(request *asked)
 }
 
 /* Chooses what --ablation takes where nothing else was asked for. */
-static void choose_ablation(request *asked)
+static void choose_ablation(flesh_hardcases_request *asked)
 {
   if (!asked->energies) asked->energies = "S";
   if (!asked->poissons) asked->poissons = "0.45,0.49,0.4999";
@@ -276,7 +234,7 @@ static void choose_ablation(request *asked)
 }
 
 /* Makes the plan from the request. */
-static int choose(request *asked, flesh_hardcases_lists *l, choice *chosen, flesh_hardcases_setting *settings,
+static int choose(flesh_hardcases_request *asked, flesh_hardcases_lists *l, choice *chosen, flesh_hardcases_setting *settings,
                   flesh_hardcases_plan *plan)
 {
   char every[256];
@@ -296,13 +254,8 @@ static int choose(request *asked, flesh_hardcases_lists *l, choice *chosen, fles
   if (!asked->energies) asked->energies = plan->quick ? "S,E" : forms_with_lambda(every);
   if (!asked->poissons) asked->poissons = plan->quick ? "0.45,0.49" : "0,0.3,0.45,0.49,0.499,0.4999";
   if (!(plan->max_seconds > 0)) plan->max_seconds = plan->quick ? 15 : 30;
-  int status = flesh_hardcases_split("--energies", asked->energies, flesh_hardcases_take_energy, l);
-  if (!status) status = flesh_hardcases_split("--poisson", asked->poissons, flesh_hardcases_take_poisson, l);
-  if (!status) status = flesh_hardcases_split("--steps", asked->steps, flesh_hardcases_take_step, l);
-  if (!status) status = flesh_hardcases_split("--solvers", asked->solvers, flesh_hardcases_take_solver, l);
-  if (!status) status = flesh_hardcases_split("--elements", asked->elements, flesh_hardcases_take_element, l);
-  if (!status && asked->meshes) status = flesh_hardcases_split("--meshes", asked->meshes, flesh_hardcases_take_body, l);
-  if (!status) status = flesh_hardcases_split("--cases", asked->cases, take_case, chosen);
+  int status = flesh_hardcases_read_lists(asked, l);
+  if (!status) status = flesh_list_each("cases", asked->cases, take_case, chosen);
   if (!status && chosen->count == 0)
     status = flesh_fail(FLESH_ERR_ARGUMENT, "--cases '%s' leaves none; `flesh hardcases --list` shows them",
                         asked->cases);
@@ -322,28 +275,22 @@ typedef struct room {
 } room;
 
 /* Lists the cases of the file, or runs them. Returns the exit code. */
-static int list_or_batter(const char *path, int list, request *asked, room *room, flesh_hardcases_plan *plan)
+static int list_or_batter(const char *path, int list, flesh_hardcases_request *asked, room *room, flesh_hardcases_plan *plan)
 {
   int status = open_choice(path, plan, &room->chosen);
   if (list && !status && flesh_ranks_first(plan->options.ranks)) list_cases(&room->chosen.battery);
   if (list) return status ? flesh_command_fail("hardcases", status) : 0;
   if (!status) status = choose(asked, &room->lists, &room->chosen, room->settings, plan);
   flesh_interrupt_watch();
-  flesh_study_options *options = &plan->options;
-  int shard, shards;
-  if (!status) status = flesh_study_read_shard(options->shard, &shard, &shards);
   if (!status) status = make_runs(plan);
-  plan->out = options->out;
-  options->jobs = flesh_pool_jobs(options->ranks, options->jobs);
+  plan->out = plan->options.out;
   const flesh_study study = flesh_hardcases_study(plan);
-  const flesh_study_work given = {&study, NULL};
-  const flesh_pool_cases cases = flesh_study_pool_cases(&given);
-  return flesh_pool_lead(options->ranks, "hardcases", status, options->jobs, &cases, batter, plan);
+  return flesh_study_lead(&study, &plan->options, status, batter, plan);
 }
 
 int flesh_command_hardcases(int argc, char **argv)
 {
-  request asked = {.steps = "1/60", .cases = "*"};
+  flesh_hardcases_request asked = {.steps = "1/60", .cases = "*"};
   room *room = calloc(1, sizeof *room);
   flesh_overrides overrides;
   flesh_hardcases_plan plan = {.options = {.out = "out/hardcases"}};
@@ -380,12 +327,8 @@ int flesh_command_hardcases(int argc, char **argv)
        "budget of each phase of a run (default 30; 15 with --quick)"},
       {"set", "KEY=VALUE", FLESH_OPTION_LIST, &overrides.texts,
        "a value of all scenes, as in --set solver.max_newton=50"},
-      {"out", "DIR", FLESH_OPTION_TEXT, &plan.options.out, "folder of the results (default out/hardcases)"},
-      {"jobs", "N", FLESH_OPTION_COUNT, &plan.options.jobs,
-       "runs at a time, on each rank (default: the processors; on several ranks 1)"},
-      {"resume", NULL, FLESH_OPTION_SWITCH, &plan.options.resume,
-       "go on with DIR/hardcases.db, also with further cases and settings, or begin"},
-      {"shard", "I/N", FLESH_OPTION_TEXT, &plan.options.shard, "only every N-th run from the I-th on, counted from 1"},
+      FLESH_STUDY_OPTION_ROWS(&plan.options, "hardcases", "also with further cases and settings"),
+      FLESH_STUDY_OPTION_JOBS(&plan.options),
       {"list", NULL, FLESH_OPTION_SWITCH, &list, "print the cases and end"},
       {0}};
   const flesh_usage usage = {"hardcases", "[FILE]", "Runs the battery of hard cases.", details, 0, 1, rows, NULL,

@@ -171,8 +171,9 @@ static void say_element(const flesh_hardcases_plan *plan, flesh_element element,
   }
 }
 
-int flesh_hardcases_write_filters(const flesh_hardcases_plan *plan)
+int flesh_hardcases_write_filters(const void *data)
 {
+  const flesh_hardcases_plan *plan = data;
   flesh_file file;
   int status = flesh_table_open(plan->out, "profiles.csv", &file);
   if (status) return status;
@@ -212,8 +213,9 @@ static void draw_element(const flesh_hardcases_plan *plan, flesh_element element
     draw_panel(stream, element, t, (measure)m, m == 0 && element == plan->settings[0].element);
 }
 
-int flesh_hardcases_draw_filters(const flesh_hardcases_plan *plan)
+int flesh_hardcases_draw_filters(const void *data)
 {
+  const flesh_hardcases_plan *plan = data;
   flesh_file file;
   int elements = 0, status = flesh_plot_open(plan->out, "profiles", ".gp", &file);
   if (status) return status;

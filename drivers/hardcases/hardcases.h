@@ -186,19 +186,21 @@ flesh_hardcases_outcome flesh_hardcases_judge(const flesh_hardcases_run *run);
 /* The plan as a study, whose records it takes. Borrows it. */
 flesh_study flesh_hardcases_study(flesh_hardcases_plan *plan);
 
+/* `plan` is a flesh_hardcases_plan from here on. */
+
 /* Writes the results of --filters: performance profiles as profiles.csv and profiles.png, the verdicts as verdict.txt
  * and on stdout. */
-int flesh_hardcases_write_filters(const flesh_hardcases_plan *plan);
-int flesh_hardcases_draw_filters(const flesh_hardcases_plan *plan);
+int flesh_hardcases_write_filters(const void *plan);
+int flesh_hardcases_draw_filters(const void *plan);
 
 /* Writes what each technique is worth (--ablation) into ablation.csv and verdict.txt, and prints it. */
-int flesh_hardcases_write_ablation(const flesh_hardcases_plan *plan);
+int flesh_hardcases_write_ablation(const void *plan);
 
 /* hardcases.csv. */
-int flesh_hardcases_write_csv(const flesh_hardcases_plan *plan);
+int flesh_hardcases_write_csv(const void *plan);
 /* The answer in words: verdict.txt and stdout. */
-int flesh_hardcases_write_verdict(const flesh_hardcases_plan *plan);
+int flesh_hardcases_write_verdict(const void *plan);
 /* matrix.png and frames_*.png. FLESH_ERR_FILE without gnuplot. */
-int flesh_hardcases_draw(const flesh_hardcases_plan *plan);
+int flesh_hardcases_draw(const void *plan);
 
 #endif

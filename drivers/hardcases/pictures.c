@@ -166,8 +166,9 @@ static int draw_matrix(const flesh_hardcases_plan *plan)
   return status ? status : flesh_plot_draw(plan->out, "matrix");
 }
 
-int flesh_hardcases_draw(const flesh_hardcases_plan *plan)
+int flesh_hardcases_draw(const void *data)
 {
+  const flesh_hardcases_plan *plan = data;
   flesh_plot_outcome outcome = {0};
   flesh_plot_note(&outcome, draw_matrix(plan));
   for (int c = 0; c < plan->case_count; c++) {

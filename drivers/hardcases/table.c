@@ -20,8 +20,9 @@ static void quoted(FILE *stream, const char *text)
   putc('"', stream);
 }
 
-int flesh_hardcases_write_csv(const flesh_hardcases_plan *plan)
+int flesh_hardcases_write_csv(const void *data)
 {
+  const flesh_hardcases_plan *plan = data;
   static const char *const ranks[] = {"point", "line", "plane", "body"};
   char folder[256];
   flesh_file file;
@@ -198,8 +199,9 @@ static void say_long_steps(const flesh_hardcases_plan *plan, FILE *stream)
   }
 }
 
-int flesh_hardcases_write_verdict(const flesh_hardcases_plan *plan)
+int flesh_hardcases_write_verdict(const void *data)
 {
+  const flesh_hardcases_plan *plan = data;
   flesh_file file;
   int status = flesh_table_open(plan->out, "verdict.txt", &file);
   if (status) return status;

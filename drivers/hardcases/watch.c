@@ -5,17 +5,10 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
+#include "base/clock.h"
 #include "base/error.h"
 #include "flesh/scene.h"
-
-static double cpu_seconds(void)
-{
-  struct timespec now;
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
 
 int flesh_hardcases_watch_open(flesh_hardcases_watch *w, const flesh_mesh *mesh)
 {
@@ -106,7 +99,7 @@ int flesh_hardcases_watch_observe(void *data, const flesh_step_record *record)
   flesh_hardcases_watch *w = data;
   flesh_hardcases_figures *f = w->figures;
   const flesh_solve_stats *stats = record->stats;
-  double now = cpu_seconds();
+  double now = flesh_cpu_seconds();
   if (record->step > 0) {
     int status = keep_cost(w, stats->newton, now - w->clock);
     if (status) return status;
@@ -149,7 +142,7 @@ int flesh_hardcases_watch_observe(void *data, const flesh_step_record *record)
   memcpy(w->last.x, record->state->x, sizeof(double) * (size_t)w->unknowns);
   memcpy(w->last.v, record->state->v, sizeof(double) * (size_t)w->unknowns);
   w->last.t = record->state->t;
-  w->clock = cpu_seconds(); /* what observing costs is no part of a step */
+  w->clock = flesh_cpu_seconds(); /* what observing costs is no part of a step */
   return FLESH_OK;
 }
 

@@ -1,5 +1,5 @@
 /* command.c: `flesh manual`: the manual pages, from the tables that --help prints. */
-#include "manual/command.h"
+#include "commands.h"
 
 #include <stdio.h>
 #include <stdlib.h>

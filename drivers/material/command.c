@@ -1,6 +1,6 @@
 /* command.c: `flesh material` tabulates and draws the energies along stretch, scaling,
  * flattening, shear and rotation, and says in words how each rests and where it breaks. */
-#include "material/command.h"
+#include "commands.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "cli/lists.h"
 #include "base/file.h"
 #include "material/curves.h"
 #include "cli/options.h"
@@ -33,20 +34,19 @@ typedef struct request {
 
 /* ---- what is asked for ---- */
 
+static int take_energy(void *chosen, const char *item)
+{
+  flesh_energy energy;
+  const int status = flesh_energy_from_name(item, &energy);
+  if (status) return flesh_fail_within(status, "--energies: ");
+  ((int *)chosen)[energy] = 1;
+  return FLESH_OK;
+}
+
 static int read_energies(const char *list, int chosen[FLESH_ENERGY_COUNT])
 {
   for (int e = 0; e < FLESH_ENERGY_COUNT; e++) chosen[e] = !list;
-  for (const char *at = list; at;) {
-    size_t length = strcspn(at, ",");
-    char name[16];
-    flesh_energy energy;
-    snprintf(name, sizeof name, "%.*s", (int)(length < 15 ? length : 15), at);
-    int status = flesh_energy_from_name(name, &energy);
-    if (status) return flesh_fail_within(status, "--energies: ");
-    chosen[energy] = 1;
-    at = at[length] ? at + length + 1 : NULL;
-  }
-  return FLESH_OK;
+  return list ? flesh_list_each("energies", list, take_energy, chosen) : FLESH_OK;
 }
 
 static int make_material(const request *r, flesh_energy energy, flesh_constants constants,

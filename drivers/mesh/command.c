@@ -1,5 +1,5 @@
 /* command.c: `flesh mesh info|convert|surface|box|split`. */
-#include "mesh/command.h"
+#include "commands.h"
 
 #include <limits.h>
 #include <math.h>
@@ -13,6 +13,7 @@
 #include "mesh/inspect.h"
 #include "mesh/refine.h"
 #include "mesh/split_command.h"
+#include "cli/lists.h"
 #include "cli/options.h"
 #include "cli/output.h"
 #include "cli/subcommands.h"
@@ -248,21 +249,6 @@ static int command_surface(int argc, char **argv)
   return status ? flesh_command_fail(usage.command, status) : 0;
 }
 
-/* "a,b,c" into three numbers; returns whether that is all of the text. */
-static int parse_three(const char *text, double values[3])
-{
-  char part[64];
-  for (int d = 0; d < 3; d++) {
-    size_t length = strcspn(text, ",");
-    if (length >= sizeof part || text[length] != (d < 2 ? ',' : 0)) return 0;
-    memcpy(part, text, length);
-    part[length] = 0;
-    if (flesh_option_number(part, &values[d])) return 0;
-    text += length + 1;
-  }
-  return 1;
-}
-
 static int command_box(int argc, char **argv)
 {
   const char *cells_text = NULL, *size_text = NULL, *origin_text = "0,0,0", *out = NULL;
@@ -288,16 +274,16 @@ static int command_box(int argc, char **argv)
   int none, code = flesh_options_read(&usage, argc, argv, &none);
   if (code != FLESH_OPTIONS_GO_ON) return code;
   double count[3], size[3], origin[3];
-  int cells[3], whole = cells_text && parse_three(cells_text, count);
+  int cells[3], whole = cells_text && flesh_list_parse(cells_text, 3, count) == 3;
   for (int d = 0; d < 3 && whole; d++) {
     whole = count[d] == floor(count[d]) && count[d] >= 1 && count[d] <= 1e9;
     if (whole) cells[d] = (int)count[d];
   }
   if (!whole)
     return flesh_option_refuse(usage.command, "cells", cells_text, "three whole numbers from 1, such as 16,4,4");
-  if (!size_text || !parse_three(size_text, size))
+  if (!size_text || flesh_list_parse(size_text, 3, size) != 3)
     return flesh_option_refuse(usage.command, "size", size_text, "three positive numbers, such as 4,1,1");
-  if (!parse_three(origin_text, origin))
+  if (flesh_list_parse(origin_text, 3, origin) != 3)
     return flesh_option_refuse(usage.command, "origin", origin_text, "three numbers, such as 0,0,0");
   if (!out) return flesh_option_refuse(usage.command, "out", out, "a file named .node, .ele, .msh or .mesh, or a folder");
   if (order > 2) return refuse_order(usage.command, order);

@@ -8,22 +8,8 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "cli/lists.h"
 #include "picture/picture_legend.h"
-
-int flesh_parse_numbers(const char *text, int room, double *values)
-{
-  char part[64];
-  for (int count = 0; count < room; text++) {
-    size_t length = strcspn(text, ",");
-    if (length >= sizeof part) return 0;
-    memcpy(part, text, length);
-    part[length] = 0;
-    if (flesh_option_number(part, &values[count++])) return 0;
-    text += length;
-    if (!*text) return count;
-  }
-  return 0;
-}
 
 void flesh_snapshot_default(flesh_snapshot *s)
 {
@@ -43,12 +29,12 @@ static int choose_camera(flesh_snapshot *s)
   s->up_origin = origins[flesh_scene_up(s->runs[0].folder.scene, camera->up)];
   if (s->up) {
     s->up_origin = "as --up says";
-    if (flesh_parse_numbers(s->up, 3, camera->up) != 3 ||
+    if (flesh_list_parse(s->up, 3, camera->up) != 3 ||
         !(fabs(camera->up[0]) + fabs(camera->up[1]) + fabs(camera->up[2]) > 0))
       return flesh_fail(FLESH_ERR_ARGUMENT, "--up is '%s'; it must be a direction, such as 0,1,0", s->up);
   }
   if (s->camera) {
-    if (flesh_parse_numbers(s->camera, 2, angles) != 2 || fabs(angles[1]) > 90)
+    if (flesh_list_parse(s->camera, 2, angles) != 2 || fabs(angles[1]) > 90)
       return flesh_fail(FLESH_ERR_ARGUMENT,
                         "--camera is '%s'; it must be two angles in degrees, the second -90 to 90, "
                         "such as 30,20",
@@ -56,7 +42,7 @@ static int choose_camera(flesh_snapshot *s)
     camera->azimuth = angles[0];
     camera->elevation = angles[1];
   }
-  if (s->target && flesh_parse_numbers(s->target, 3, camera->target) != 3)
+  if (s->target && flesh_list_parse(s->target, 3, camera->target) != 3)
     return flesh_fail(FLESH_ERR_ARGUMENT,
                       "--target is '%s'; it must be a place, three numbers in metres, such as 0,0,1", s->target);
   if (!isnan(s->height)) camera->height = s->height;
@@ -87,7 +73,7 @@ static int choose_options(flesh_snapshot *s)
   s->options.style.flat = s->flat;
   s->options.style.no_shadow = s->no_shadow;
   if (s->range) {
-    if (flesh_parse_numbers(s->range, 2, ends) != 2 || !(ends[0] < ends[1]))
+    if (flesh_list_parse(s->range, 2, ends) != 2 || !(ends[0] < ends[1]))
       return flesh_fail(FLESH_ERR_ARGUMENT,
                         "--range is '%s'; it must be two numbers, the smaller first, such as 0.9,1.1",
                         s->range);

@@ -82,7 +82,4 @@ int flesh_snapshot_panel(flesh_snapshot *s, int r, int k, char *subtitle, size_t
 /* Tells on stdout which way is up, and what the colours of pictures in this frame show. */
 void flesh_snapshot_report(const flesh_snapshot *s, const flesh_picture_frame *frame);
 
-/* "1,2/3,4" as up to `room` numbers; their count, or 0 when something else stands in it. */
-int flesh_parse_numbers(const char *text, int room, double *values);
-
 #endif

@@ -1,5 +1,5 @@
 /* command.c: `flesh plot`: curves of the columns that runs have written. */
-#include "plot/command.h"
+#include "commands.h"
 
 #include <limits.h>
 #include <math.h>

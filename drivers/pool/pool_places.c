@@ -10,9 +10,9 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/wait.h>
-#include <time.h>
 #include <unistd.h>
 
+#include "base/clock.h"
 #include "base/error.h"
 #include "pool/process.h"
 #include "run/ranks.h"
@@ -27,13 +27,6 @@ struct flesh_pool_process {
   double started, deadline; /* monotonic seconds; INFINITY: none */
   flesh_text answer;        /* as it comes */
 };
-
-static double now(void)
-{
-  struct timespec t;
-  clock_gettime(CLOCK_MONOTONIC, &t);
-  return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 int flesh_places_open(int room, const flesh_pool_cases *cases, flesh_places *places)
 {
@@ -95,7 +88,7 @@ int flesh_places_start(flesh_places *places, int number, int *started)
   if (!process.id) work(places->cases, number, end);
   fcntl(process.pipe, F_SETFL, O_NONBLOCK);
   flesh_pool_process *p = &places->processes[place];
-  *p = (flesh_pool_process){.process = process, .number = number, .started = now(), .deadline = INFINITY};
+  *p = (flesh_pool_process){.process = process, .number = number, .started = flesh_wall_seconds(), .deadline = INFINITY};
   if (places->cases->max_seconds > 0) p->deadline = p->started + places->cases->max_seconds;
   places->running++;
   *started = 1;
@@ -107,7 +100,7 @@ void flesh_places_stop(flesh_places *places)
   if (places->stopped) return;
   places->stopped = 1;
   tell_all(places, SIGTERM);
-  for (int k = 0; k < places->room; k++) places->processes[k].deadline = fmin(places->processes[k].deadline, now() + GRACE);
+  for (int k = 0; k < places->room; k++) places->processes[k].deadline = fmin(places->processes[k].deadline, flesh_wall_seconds() + GRACE);
 }
 
 /* Reads what has come; whether the process has closed its end. */
@@ -127,14 +120,14 @@ static void collect(flesh_places *places, flesh_pool_process *p, flesh_pool_end 
   int ended = 0;
   while (waitpid(p->process.id, &ended, 0) < 0 && errno == EINTR) continue;
   close(p->process.pipe);
-  *end = (flesh_pool_end){p->number, ended, p->killed, now() - p->started, p->answer};
+  *end = (flesh_pool_end){p->number, ended, p->killed, flesh_wall_seconds() - p->started, p->answer};
   *p = (flesh_pool_process){0};
   places->running--;
 }
 
 int flesh_places_wait(flesh_places *places, int milliseconds, flesh_pool_end *end)
 {
-  double nearest = now() + 1e-3 * milliseconds;
+  double nearest = flesh_wall_seconds() + 1e-3 * milliseconds;
   int status = FLESH_OK;
   *end = (flesh_pool_end){.number = -1};
   for (int k = 0; k < places->room; k++) {
@@ -142,7 +135,7 @@ int flesh_places_wait(flesh_places *places, int milliseconds, flesh_pool_end *en
     places->polls[k] = (struct pollfd){.fd = p->process.id ? p->process.pipe : -1, .events = POLLIN};
     if (p->process.id && !p->killed) nearest = fmin(nearest, p->deadline);
   }
-  if (poll(places->polls, (nfds_t)places->room, (int)fmax(0, ceil(1000 * (nearest - now())))) < 0) {
+  if (poll(places->polls, (nfds_t)places->room, (int)fmax(0, ceil(1000 * (nearest - flesh_wall_seconds())))) < 0) {
     if (errno != EINTR) status = flesh_fail(FLESH_ERR_MEMORY, "the cases cannot be waited for: %s", strerror(errno));
     for (int k = 0; k < places->room; k++) places->polls[k].revents = 0;
   }
@@ -153,7 +146,7 @@ int flesh_places_wait(flesh_places *places, int milliseconds, flesh_pool_end *en
       collect(places, p, end);
       return FLESH_OK;
     }
-    if (now() > p->deadline && !p->killed) {
+    if (flesh_wall_seconds() > p->deadline && !p->killed) {
       p->killed = 1;
       kill(p->process.id, SIGKILL);
     }

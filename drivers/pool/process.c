@@ -9,9 +9,9 @@
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
-#include <time.h>
 #include <unistd.h>
 
+#include "base/clock.h"
 #include "base/error.h"
 #include "cli/interrupt.h"
 
@@ -89,18 +89,11 @@ static int collect(flesh_process *process, int ended, void *result, size_t size)
   return WIFSIGNALED(ended) ? WTERMSIG(ended) : -1;
 }
 
-static double now(void)
-{
-  struct timespec t;
-  clock_gettime(CLOCK_MONOTONIC, &t);
-  return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 int flesh_process_wait(flesh_process *process, double max_seconds, void (*attend)(const void *data), const void *data,
                        void *result, size_t size)
 {
   const double grace = 2; /* for what stops by itself between steps */
-  double deadline = max_seconds > 0 ? now() + max_seconds + grace : 0;
+  double deadline = max_seconds > 0 ? flesh_wall_seconds() + max_seconds + grace : 0;
   int told = 0;
   for (;;) {
     struct pollfd end = {.fd = process->pipe, .events = POLLIN};
@@ -110,9 +103,9 @@ int flesh_process_wait(flesh_process *process, double max_seconds, void (*attend
     if (flesh_interrupt_signal() && !told) {
       kill(process->id, SIGTERM);
       told = 1;
-      deadline = now() + grace;
+      deadline = flesh_wall_seconds() + grace;
     }
-    if (deadline > 0 && now() > deadline) kill(process->id, SIGKILL);
+    if (deadline > 0 && flesh_wall_seconds() > deadline) kill(process->id, SIGKILL);
   }
   int ended = 0;
   while (waitpid(process->id, &ended, 0) < 0 && errno == EINTR) continue;

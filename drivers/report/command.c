@@ -1,5 +1,5 @@
 /* command.c: `flesh report`: results as one HTML file that opens offline. */
-#include "report/command.h"
+#include "commands.h"
 
 #include <limits.h>
 #include <stdio.h>

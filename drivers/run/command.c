@@ -1,5 +1,5 @@
 /* command.c: `flesh run SCENE`: simulates a scene. */
-#include "run/command.h"
+#include "commands.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -9,6 +9,7 @@
 
 #include "base/archive.h"
 #include "base/confine.h"
+#include "base/clock.h"
 #include "base/error.h"
 #include "base/scan.h"
 #include "run/locking.h"
@@ -314,7 +315,7 @@ static int read_and_run(given *g, int argc, char **argv)
   const int agreed = agree_on_options(g);
   if (agreed) return flesh_ranks_fail(g->ranks, "run", agreed);
   flesh_interrupt_watch();
-  options->begun = flesh_running_seconds(CLOCK_MONOTONIC);
+  options->begun = flesh_wall_seconds();
   double deadline = options->begun + options->max_seconds;
   if (options->max_seconds > 0) flesh_scene_set_stop(flesh_interrupt_asked, &deadline);
   if (g->resume) {

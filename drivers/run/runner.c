@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "base/confine.h"
+#include "base/clock.h"
 #include "base/error.h"
 #include "base/file.h"
 #include "cli/interrupt.h"
@@ -25,7 +26,7 @@ enum { OBSERVER_LIMIT = 16 };
 static int show_progress(void *data, const flesh_step_record *record)
 {
   flesh_running *r = data;
-  double now = flesh_running_seconds(CLOCK_MONOTONIC);
+  double now = flesh_wall_seconds();
   if (now - r->last_progress < 0.1 && !record->last) return FLESH_OK;
   r->last_progress = now;
   double end = flesh_scene_times(r->scene)->end, t = record->state->t;
@@ -45,7 +46,7 @@ static const double first_word = 10, longest_silence = 600;
 static int note_step(void *data, const flesh_step_record *record)
 {
   flesh_running *r = data;
-  r->last_step = flesh_running_seconds(CLOCK_MONOTONIC);
+  r->last_step = flesh_wall_seconds();
   r->next_word = r->last_step + first_word;
   r->step = record->step;
   return FLESH_OK;
@@ -54,7 +55,7 @@ static int note_step(void *data, const flesh_step_record *record)
 /* Reports the progress of a step that takes long. */
 static void speak_of_long_step(flesh_running *r)
 {
-  const double now = flesh_running_seconds(CLOCK_MONOTONIC), lasting = now - r->last_step;
+  const double now = flesh_wall_seconds(), lasting = now - r->last_step;
   if (r->options->quiet || !r->integrator || now < r->next_word) return;
   const flesh_progress p = flesh_integrator_progress(r->integrator);
   r->next_word = now + (lasting < longest_silence ? lasting : longest_silence);
@@ -76,7 +77,7 @@ static int stop(void *data)
   speak_of_long_step(r);
   const int status = flesh_running_asked_to_end(r);
   if (!status || !r->checkpoint.on) return status;
-  const double now = flesh_running_seconds(CLOCK_MONOTONIC);
+  const double now = flesh_wall_seconds();
   if (r->checkpoint.asked == 0) r->checkpoint.asked = now;
   return now - r->checkpoint.asked < grace ? FLESH_OK : status;
 }
@@ -226,8 +227,8 @@ static int simulate(flesh_running *r, flesh_figures *figures, flesh_outcome *out
                                  .observers = ranks ? of_ranks : observers,
                                  .stop = stop,
                                  .stop_data = r};
-  r->cpu_begin = flesh_running_seconds(CLOCK_PROCESS_CPUTIME_ID);
-  r->checkpoint.at = flesh_running_seconds(CLOCK_MONOTONIC);
+  r->cpu_begin = flesh_cpu_seconds();
+  r->checkpoint.at = flesh_wall_seconds();
   r->last_step = r->checkpoint.at;
   r->next_word = r->last_step + first_word;
   r->started = r->checkpoint.at - (r->options->resume ? r->options->resume->head.wall_s : 0);
@@ -239,8 +240,8 @@ static int simulate(flesh_running *r, flesh_figures *figures, flesh_outcome *out
                ? flesh_run_resume(system, r->integrator, &run, r->step, r->start_t, ranks ? &r->own : &r->state, NULL)
                : flesh_run(system, r->integrator, &run, ranks ? &r->own : &r->state, NULL);
   flesh_figures_add_unfinished(figures, &unfinished);
-  figures->wall_s = flesh_running_seconds(CLOCK_MONOTONIC) - r->started;
-  figures->cpu_s = r->cpu_before + flesh_running_seconds(CLOCK_PROCESS_CPUTIME_ID) - r->cpu_begin;
+  figures->wall_s = flesh_wall_seconds() - r->started;
+  figures->cpu_s = r->cpu_before + flesh_cpu_seconds() - r->cpu_begin;
   struct rusage usage;
   if (!getrusage(RUSAGE_SELF, &usage)) figures->peak_memory_kB = usage.ru_maxrss;
   if (flesh_ranks_first(ranks)) tell_outcome(r, status, figures, outcome);

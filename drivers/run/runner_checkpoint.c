@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include "base/confine.h"
+#include "base/clock.h"
 #include "base/error.h"
 #include "base/sync.h"
 #include "output/resume.h"
@@ -20,7 +21,7 @@ int flesh_running_asked_to_end(flesh_running *r)
   if (flesh_interrupt_signal())
     return flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted by %s at t = %g s%s", flesh_interrupt_name(), r->state.t, more);
   if (r->options->max_seconds > 0 &&
-      r->set_up + flesh_running_seconds(CLOCK_MONOTONIC) - r->started > r->options->max_seconds)
+      r->set_up + flesh_wall_seconds() - r->started > r->options->max_seconds)
     return flesh_fail(FLESH_ERR_BUDGET, "the budget of %g s is spent at t = %g s%s", r->options->max_seconds, r->state.t,
                       more);
   return FLESH_OK;
@@ -66,12 +67,12 @@ static flesh_checkpoint_piece piece_of(flesh_running *r)
 /* Opens the checkpoint's file and writes the parts that belong to the run as a whole. */
 static int begin_checkpoint(flesh_running *r, int step, flesh_file *file)
 {
-  const double now = flesh_running_seconds(CLOCK_MONOTONIC);
+  const double now = flesh_wall_seconds();
   const flesh_checkpoint_head head = {
       .times = r->checkpoint.times, .no_frames = r->options->no_frames, .step = step, .max_seconds = r->options->max_seconds,
       .exact = flesh_integrator_saves_all(r->integrator), .pieces = r->options->ranks ? r->options->ranks->count : 1,
       .start_t = r->start_t, .wall_s = now - r->started,
-      .cpu_s = r->cpu_before + flesh_running_seconds(CLOCK_PROCESS_CPUTIME_ID) - r->cpu_begin,
+      .cpu_s = r->cpu_before + flesh_cpu_seconds() - r->cpu_begin,
       .history = flesh_history_length(r->history), .probes = r->probes ? flesh_probes_length(r->probes) : -1};
   const flesh_checkpoint_parts parts = parts_of(r, r->figures);
   if (!*r->checkpoint.digest) flesh_checkpoint_digest(r->options->out, r->checkpoint.digest);
@@ -105,7 +106,7 @@ static int write_checkpoint(flesh_running *r, int step)
   else flesh_file_abandon(&file);
   free(bytes);
   r->checkpoint.step = step;
-  r->checkpoint.at = flesh_running_seconds(CLOCK_MONOTONIC); /* writing takes none of the time between two */
+  r->checkpoint.at = flesh_wall_seconds(); /* writing takes none of the time between two */
   return status;
 }
 
@@ -117,7 +118,7 @@ int flesh_running_observe_checkpoint(void *data, const flesh_step_record *record
   const int asked = flesh_running_asked_to_end(r);
   int due = asked || r->checkpoint.step < 0;
   if (times->steps) due |= record->step % times->steps == 0;
-  if (times->seconds > 0) due |= flesh_running_seconds(CLOCK_MONOTONIC) - r->checkpoint.at >= times->seconds;
+  if (times->seconds > 0) due |= flesh_wall_seconds() - r->checkpoint.at >= times->seconds;
   due = flesh_ranks_largest(r->options->ranks, due);
   int status = due && record->step != r->checkpoint.step ? write_checkpoint(r, record->step) : FLESH_OK;
   return status ? status : asked;

@@ -5,13 +5,6 @@
 
 #include "cli/output.h"
 
-double flesh_running_seconds(clockid_t clock)
-{
-  struct timespec now;
-  clock_gettime(clock, &now);
-  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
 const char *flesh_running_path(flesh_running *r, const char *name)
 {
   sprintf(r->path, "%s/%s", r->options->out, name);

@@ -56,7 +56,6 @@ typedef struct flesh_running {
   } checkpoint;
 } flesh_running;
 
-double flesh_running_seconds(clockid_t clock);
 /* out/name, until the next call. */
 const char *flesh_running_path(flesh_running *running, const char *name);
 /* The outcome (taken) with everything else that result.json has. */

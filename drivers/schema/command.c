@@ -1,5 +1,5 @@
 /* command.c: `flesh schema`: the documentation of a scene's keys. */
-#include "schema/command.h"
+#include "commands.h"
 
 #include <stdio.h>
 #include <stdlib.h>

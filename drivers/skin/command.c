@@ -1,5 +1,5 @@
 /* command.c: `flesh skin bind|apply`: a fine surface bound to a body, and moved with it. */
-#include "skin/command.h"
+#include "commands.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -9,6 +9,7 @@
 #include "base/confine.h"
 #include "base/error.h"
 #include "cli/inputs.h"
+#include "cli/lists.h"
 #include "cli/options.h"
 #include "run/result.h"
 #include "run/run_folder.h"
@@ -52,22 +53,6 @@ static int command_bind(int argc, char **argv)
   flesh_surface_destroy(&surface);
   flesh_mesh_destroy(&mesh);
   return status ? flesh_command_fail(usage.command, status) : 0;
-}
-
-/* "obj,vtu" as a set of formats; 0 when something else stands in it. */
-static unsigned parse_formats(const char *text)
-{
-  static const char *const names[] = {"obj", "pc2", "vtu"};
-  unsigned formats = 0;
-  for (;; text++) {
-    size_t length = strcspn(text, ",");
-    int found = 0;
-    for (int k = 0; k < 3; k++)
-      if (length == 3 && !strncmp(text, names[k], 3)) formats |= 1u << k, found = 1;
-    if (!found) return 0;
-    text += length;
-    if (!*text) return formats;
-  }
 }
 
 /* A state file on a mesh, without a run. */
@@ -126,10 +111,13 @@ static int command_apply(int argc, char **argv)
       .options = options};
   int files, code = flesh_options_read(&usage, argc, argv, &files);
   if (code != FLESH_OPTIONS_GO_ON) return code;
-  unsigned formats = parse_formats(formats_text);
   if (!out) return flesh_option_refuse(usage.command, "out", NULL, "a folder");
-  if (!formats)
-    return flesh_option_refuse(usage.command, "formats", formats_text, "some of obj, pc2 and vtu, such as obj,vtu");
+  static const char *const names[] = {"obj", "pc2", "vtu", NULL};
+  int chosen[sizeof names / sizeof *names], count;
+  unsigned formats = 0;
+  if (flesh_list_words("formats", formats_text, names, chosen, &count))
+    return flesh_command_fail(usage.command, FLESH_ERR_ARGUMENT);
+  for (int k = 0; k < count; k++) formats |= 1u << chosen[k];
   struct stat info;
   flesh_run_folder run = {0};
   flesh_mesh *own = NULL;

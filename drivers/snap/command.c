@@ -1,5 +1,5 @@
 /* command.c: `flesh snap`: pictures of runs, side by side. */
-#include "snap/command.h"
+#include "commands.h"
 
 #include <limits.h>
 #include <math.h>
@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "cli/lists.h"
 #include "cli/output.h"
 #include "picture/snapshot.h"
 
@@ -26,7 +27,7 @@ static int choose(const char *times, const char *frames, wanted *w)
     return flesh_fail(FLESH_ERR_ARGUMENT, "--time and --frame are both given; one of them chooses");
   if (!times && !frames) return FLESH_OK;
   w->by_time = times != NULL;
-  w->count = flesh_parse_numbers(times ? times : frames, MOST_TIMES, w->at);
+  w->count = flesh_list_parse(times ? times : frames, MOST_TIMES, w->at);
   int good = w->count > 0;
   for (int k = 0; k < w->count && frames; k++) good &= w->at[k] >= 0 && w->at[k] < 1e9 && w->at[k] == floor(w->at[k]);
   if (good) return FLESH_OK;

@@ -5,10 +5,10 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/wait.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "base/confine.h"
+#include "base/clock.h"
 #include "base/error.h"
 #include "base/file.h"
 #include "base/folder.h"
@@ -29,13 +29,6 @@ typedef struct crew {
   int done, failed;
   double started, shown;
 } crew;
-
-static double now(void)
-{
-  struct timespec t;
-  clock_gettime(CLOCK_MONOTONIC, &t);
-  return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 /* Waits until nobody else fills the case's folder: a case whose study was killed ends a moment after its claim in the
  * database has. Who still holds it then is no part of a study; the case says so. */
@@ -108,7 +101,7 @@ static int begin(crew *w, int number)
 static void show_progress(crew *w, int number)
 {
   char title[300] = "";
-  double time = now();
+  double time = flesh_wall_seconds();
   int finished = w->before + w->done;
   if (w->options->quiet || !isatty(STDERR_FILENO) || (time - w->shown < 0.1 && finished < w->total)) return;
   w->shown = time;
@@ -190,7 +183,7 @@ int flesh_study_run(const flesh_study *study, flesh_study_store *store, const fl
 {
   const flesh_study_work given = {study, store};
   const flesh_pool_cases cases = flesh_study_pool_cases(&given);
-  crew w = {.study = study, .store = store, .options = options, .started = now()};
+  crew w = {.study = study, .store = store, .options = options, .started = flesh_wall_seconds()};
   const int count = flesh_study_store_count(store, NULL);
   int abandoned = 0, elsewhere, status = flesh_pool_open(options->ranks, options->jobs, count, &cases, &w.pool);
   w.running = calloc((size_t)flesh_pool_places(options->ranks, options->jobs, count) + 1, sizeof *w.running);
@@ -223,6 +216,7 @@ int flesh_study_do(const flesh_study *study, const flesh_study_options *options)
   int status = flesh_study_store_open(study, options, &store);
   if (!status) status = flesh_study_store_load(&store, study);
   if (!status) status = flesh_study_run(study, &store, options);
+  if (!status) status = flesh_study_store_judge(&store, "exit_code = 3", 0, "could not write or read their files");
   char words[1024];
   snprintf(words, sizeof words, "%s", flesh_error_text());
   if (store.claim) { /* open: what was done is to be read in any case */

@@ -161,16 +161,22 @@ int flesh_study_store_recover(flesh_study_store *store, int *count, int *running
   return status ? status : flesh_study_store_end(store, recover(store, count, running));
 }
 
-int flesh_study_store_judge(flesh_study_store *store)
+int flesh_study_store_judge(flesh_study_store *store, const char *condition, int all, const char *words)
 {
   sqlite3_stmt *query;
-  int all = flesh_study_store_count(store, NULL), status = FLESH_OK;
-  if (!all || flesh_study_store_count(store, "refused") < all) return FLESH_OK;
-  if (sqlite3_prepare_v2(store->database, "SELECT message FROM cases ORDER BY id LIMIT 1", -1, &query, NULL))
-    return flesh_study_store_fail(store, "cannot be read");
-  if (sqlite3_step(query) == SQLITE_ROW)
-    status = flesh_fail(FLESH_ERR_ARGUMENT, "all %d cases are refused; the first: %s", all,
-                        sqlite3_column_text(query, 0) ? (const char *)sqlite3_column_text(query, 0) : "(no words)");
+  char *sql = sqlite3_mprintf("SELECT count(*), min(number), message FROM temp.wanted JOIN cases USING (id) WHERE %s",
+                              condition);
+  int status = sql ? flesh_study_store_prepare(store, sql, &query) : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  sqlite3_free(sql);
+  if (status) return status;
+  const int cases = flesh_study_store_count(store, NULL);
+  const int count = sqlite3_step(query) == SQLITE_ROW ? sqlite3_column_int(query, 0) : 0;
+  const char *message = count ? (const char *)sqlite3_column_text(query, 2) : NULL;
+  if (!message) message = "(no words)";
+  if (count && all && count == cases)
+    status = flesh_fail(FLESH_ERR_ARGUMENT, "all %d cases %s; the first: %s", count, words, message);
+  if (count && !all)
+    status = flesh_fail(FLESH_ERR_FILE, "%d of %d cases %s; the first: %s", count, cases, words, message);
   sqlite3_finalize(query);
   return status;
 }

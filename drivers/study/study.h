@@ -125,8 +125,9 @@ int flesh_study_store_recover(flesh_study_store *store, int *count, int *running
 int flesh_study_store_count(flesh_study_store *store, const char *status);
 /* Gives the records of all cases that are done to study->take. */
 int flesh_study_store_load(flesh_study_store *store, const flesh_study *study);
-/* FLESH_ERR_ARGUMENT with the first one's sentence when all cases are refused. */
-int flesh_study_store_judge(flesh_study_store *store);
+/* Fails, with the first one's sentence, when there are cases of a condition in SQL on `cases`: FLESH_ERR_ARGUMENT when
+ * `all` are of it, or with all = 0 FLESH_ERR_FILE for any: "3 of 4 cases <words>; the first: ...". */
+int flesh_study_store_judge(flesh_study_store *store, const char *condition, int all, const char *words);
 /* Makes the view `results` anew from what the cases' results hold. */
 int flesh_study_store_make_views(flesh_study_store *store);
 /* FLESH_ERR_FILE with SQLite's words. */
@@ -141,7 +142,8 @@ typedef struct flesh_study_work {
   flesh_study_store *store;
 } flesh_study_work;
 flesh_pool_cases flesh_study_pool_cases(const flesh_study_work *given);
-/* Opens, takes what is done, runs the rest and makes the views. */
+/* Opens, takes what is done, runs the rest and makes the views. FLESH_ERR_FILE also when a case could not write or read its
+ * files: it says nothing of what it was for. */
 int flesh_study_do(const flesh_study *study, const flesh_study_options *options);
 
 #endif

@@ -6,9 +6,7 @@
 #include <sys/stat.h>
 
 #include "base/error.h"
-#include "accuracy/command.h"
-#include "drift/command.h"
-#include "hardcases/command.h"
+#include "commands.h"
 #include "cli/interrupt.h"
 #include "base/scan.h"
 #include "cli/options.h"

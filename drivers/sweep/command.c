@@ -1,5 +1,5 @@
 /* command.c: `flesh sweep SPEC`: many cases from one spec into one database. */
-#include "sweep/command.h"
+#include "commands.h"
 
 #include <errno.h>
 #include <stdio.h>
@@ -14,6 +14,7 @@
 #include "base/file.h"
 #include "cli/options.h"
 #include "run/ranks.h"
+#include "study/lead.h"
 #include "cli/subcommands.h"
 #include "sweep/sweep.h"
 
@@ -98,7 +99,7 @@ static int sweep_into(settings *set, flesh_study_store *store)
   if (status) flesh_fail(status, "%s", words);
   else status = viewed;
   if (!set->options.quiet) report(store);
-  return status ? status : flesh_study_store_judge(store);
+  return status ? status : flesh_study_store_judge(store, "status = 'refused'", 1, "are refused");
 }
 
 /* On the first rank; the exit code. */
@@ -164,11 +165,8 @@ int flesh_command_sweep(int argc, char **argv)
   set.options.argc = argc;
   set.options.argv = words;
   const flesh_option rows[] = {
-      {"out", "DIR", FLESH_OPTION_TEXT, &set.options.out, "folder of the results (default out/sweep)"},
-      {"jobs", "N", FLESH_OPTION_COUNT, &set.options.jobs,
-       "cases at a time, on each rank (default: the processors; on several ranks 1)"},
-      {"resume", NULL, FLESH_OPTION_SWITCH, &set.options.resume, "go on with DIR/sweep.db, also with values that an axis has got, or begin"},
-      {"shard", "I/N", FLESH_OPTION_TEXT, &set.options.shard, "only every N-th case from the I-th on, counted from 1"},
+      FLESH_STUDY_OPTION_ROWS(&set.options, "sweep", "also with values that an axis has got"),
+      FLESH_STUDY_OPTION_JOBS(&set.options),
       {"dry-run", NULL, FLESH_OPTION_SWITCH, &set.dry, "check the spec and print the plan"},
       {"quiet", NULL, FLESH_OPTION_SWITCH, &set.options.quiet, "print errors only"},
       {0}};

@@ -1,8 +1,8 @@
 /* sums.c: residual, Jacobian, potential and energies of a system: the sums of those of its effects. */
 #include <math.h>
 #include <string.h>
-#include <time.h>
 
+#include "base/clock.h"
 #include "base/error.h"
 #include "effect/effect.h"
 #include "system/clearance.h"
@@ -14,10 +14,7 @@
 
 static double cpu_time(const flesh_costs *costs)
 {
-  struct timespec now;
-  if (!costs || !costs->timed) return 0;
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+  return costs && costs->timed ? flesh_cpu_seconds() : 0;
 }
 
 typedef enum call {

@@ -123,7 +123,7 @@ elements_are_measured() {
     END { exit !(n["tet4", "kernel"] == 10 && n["tet10-mean", "kernel"] == 0 && n["tet10-mean", "step"] == 1 &&
                  nodes["tet4"] == 117 && nodes["tet10-mean"] == 625 && sag["tet10-mean"] > sag["tet4"]) }' four/bench.csv \
     ten/bench.csv || { cat four/bench.csv ten/bench.csv; return 1; }
-  expect 2 "$flesh" bench --element tet5 && has stderr.txt "--element is 'tet5'; it must be tet4, tet10 or tet10-mean"
+  expect 2 "$flesh" bench --element tet5 && has stderr.txt "--element has 'tet5'; it must be a list of some of tet4, tet10, tet10-mean"
 }
 
 nonsense_is_refused() {
@@ -131,9 +131,10 @@ nonsense_is_refused() {
     expect 2 "$flesh" bench --cells 0x1x1 && has stderr.txt 'at least one cell' &&
     expect 2 "$flesh" bench --energies Q && has stderr.txt 'must be one of' &&
     expect 2 "$flesh" bench --poisson 0.5 && has stderr.txt '0.5 needs --element tet10-mean' &&
-    expect 2 "$flesh" bench --threads 1,1 && has stderr.txt 'stands twice' &&
-    expect 2 "$flesh" bench --threads 0 && has stderr.txt 'in 1 to 256' &&
-    expect 2 "$flesh" bench --cases swim && has stderr.txt 'is no case' &&
+    expect 2 "$flesh" bench --threads 1,1 && has stderr.txt 'has 1 twice' &&
+    expect 2 "$flesh" bench --threads 0 && has stderr.txt 'a whole number from 1' &&
+    expect 2 "$flesh" bench --threads 257 && has stderr.txt 'more than 256' &&
+    expect 2 "$flesh" bench --cases swim && has stderr.txt 'some of kernels, swing' &&
     expect 2 "$flesh" bench --instructions mmx && has stderr.txt 'avx512' &&
     expect 2 "$flesh" bench here &&
     expect 3 "$flesh" bench --cells 6 --out /proc/nowhere && [ ! -s stdout.txt ]

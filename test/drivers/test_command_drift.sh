@@ -140,16 +140,16 @@ END
 }
 
 bad_lists_are_refused() {
-  expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --elements tet4,tet5 && has stderr.txt "--elements is 'tet4,tet5'" &&
+  expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --elements tet4,tet5 && has stderr.txt "--elements has 'tet5'" &&
     expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --elements tet4,tet4 &&
-    expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --refine 0,9 && has stderr.txt "--refine is '0,9'" || return 1
+    expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --refine 0,9 && has stderr.txt "--refine has '9'" || return 1
   expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --poisson 0.3,0.6 && has stderr.txt "'0.6'.*(-1, 0.5\\]" &&
     expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --energies B,X &&
       has stderr.txt "--energies: energy is 'X'" &&
     expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --energies B,S,B &&
-      has stderr.txt '--energies names B twice' &&
+      has stderr.txt '--energies has B twice' &&
     expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --poisson 0.3,3/10 &&
-      has stderr.txt '--poisson has 0.3 twice' &&
+      has stderr.txt '--poisson has 3/10 twice' &&
     expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --solvers fast && has stderr.txt 'guarded, plain' &&
     expect 2 "$flesh" drift && expect 3 "$flesh" drift no_such_scene.yaml &&
     has stderr.txt no_such_scene.yaml

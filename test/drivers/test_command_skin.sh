@@ -93,7 +93,7 @@ what_is_wrong_is_said() {
   expect 2 "$flesh" skin && has stderr.txt 'the commands are bind and apply' || return 1
   expect 2 "$flesh" skin bind bar.msh skin.obj && has stderr.txt '\--out is missing' || return 1
   expect 2 "$flesh" skin apply binding.txt skin.obj out --out x --formats obj,stl &&
-    has stderr.txt "is 'obj,stl'; it must be some of obj, pc2 and vtu" || return 1
+    has stderr.txt "--formats has 'stl'; it must be a list of some of obj, pc2, vtu" || return 1
   expect 3 "$flesh" skin bind bar.msh none.obj --out b.txt && has stderr.txt 'none.obj: cannot be opened' || return 1
   [ ! -e b.txt ] || return 1
   expect 3 "$flesh" skin apply binding.txt skin.obj out/state.txt --mesh fine.msh --out x &&

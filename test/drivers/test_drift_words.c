@@ -25,8 +25,6 @@ static char *verdict(int scenes, const double drift[][VARIANTS], const int *elem
   static const flesh_drift_variant variants[VARIANTS] = {{FLESH_ENERGY_B, FLESH_CONSTANTS_MATCHED},
                                                          {FLESH_ENERGY_D, FLESH_CONSTANTS_RAW},
                                                          {FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED}};
-  static const flesh_drift_solver solvers[] = {FLESH_DRIFT_GUARDED};
-  static const double poissons[] = {0.49};
   flesh_drift_scene names[SCENES] = {{.name = "one"}, {.name = "two"}, {.name = "three"}, {.name = "four"}};
   flesh_drift_case cases[SCENES * VARIANTS];
   for (int s = 0; s < scenes; s++)
@@ -39,9 +37,10 @@ static char *verdict(int scenes, const double drift[][VARIANTS], const int *elem
       c->figures.max_volume_drift = drift[s][v] / 100;
       if (isnan(drift[s][v])) c->figures.status = FLESH_ERR_SOLVE;
     }
-  const flesh_drift_plan plan = {.scene_count = scenes, .scenes = names, .variant_count = VARIANTS,
-                                 .variants = variants, .poisson_count = 1, .poissons = poissons, .solver_count = 1,
-                                 .solvers = solvers, .case_count = scenes * VARIANTS, .cases = cases};
+  flesh_drift_plan plan = {.scene_count = scenes, .scenes = names, .variant_count = VARIANTS,
+                                 .poisson_count = 1, .poissons = {0.49}, .solver_count = 1,
+                                 .solvers = {FLESH_DRIFT_GUARDED}, .case_count = scenes * VARIANTS, .cases = cases};
+  memcpy(plan.variants, variants, sizeof variants);
   char *text = NULL;
   size_t size;
   FILE *stream = open_memstream(&text, &size);

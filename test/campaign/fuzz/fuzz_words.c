@@ -4,19 +4,9 @@
 #define _GNU_SOURCE
 #include "fuzz.h"
 
-#include "accuracy/command.h"
-#include "bench/command.h"
-#include "drift/command.h"
-#include "film/command.h"
-#include "material/command.h"
-#include "mesh/command.h"
-#include "run/command.h"
-#include "schema/command.h"
-#include "skin/command.h"
-#include "snap/command.h"
-#include "hardcases/command.h"
-#include "sweep/command.h"
+#include "commands.h"
 #include "cli/overrides.h"
+#include "cli/lists.h"
 #include "picture/snapshot.h"
 
 int LLVMFuzzerInitialize(int *argc, char ***argv);
@@ -74,7 +64,7 @@ enum { COMMANDS = sizeof commands / sizeof *commands };
 static void try_lists(const char *text)
 {
   double values[8];
-  int count = flesh_parse_numbers(text, 8, values);
+  int count = flesh_list_parse(text, 8, values);
   fuzz_expect(count >= 0 && count <= 8, "the number of numbers");
   for (int k = 0; k < count; k++) fuzz_expect(values[k] - values[k] == 0, "a number that is not finite");
   flesh_overrides overrides;

@@ -1,9 +1,9 @@
-/* completion.c: `flesh completion`: scripts that complete command lines, from the tables that --help prints. */
+/* command.c: `flesh completion`: scripts that complete command lines, from the tables that --help prints. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "manual/command.h"
+#include "commands.h"
 #include "scene/schema.h"
 #include "cli/help.h"
 #include "cli/help_shell.h"

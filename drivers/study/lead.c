@@ -1,0 +1,57 @@
+/* lead.c: a study as a command. */
+#include "study/lead.h"
+
+#include <stdio.h>
+
+#include "base/error.h"
+#include "base/folder.h"
+#include "cli/interrupt.h"
+#include "cli/output.h"
+#include "picture/plot.h"
+#include "run/ranks.h"
+
+typedef struct leader {
+  const char *name, *out;
+  int (*compare)(void *plan);
+  void *plan;
+} leader;
+
+/* On the first rank; the exit code. */
+static int lead(void *data)
+{
+  const leader *l = data;
+  flesh_folder_claim claim = {.descriptor = -1};
+  int status = flesh_output_claim(l->out, l->name, &claim);
+  if (!status) status = l->compare(l->plan);
+  flesh_folder_claim_release(&claim);
+  const int code = status ? flesh_command_fail(l->name, status) : 0;
+  return status == FLESH_ERR_INTERRUPTED ? flesh_interrupt_exit_code() : code;
+}
+
+int flesh_study_lead(const flesh_study *study, flesh_study_options *options, int status, int (*compare)(void *plan),
+                     void *plan)
+{
+  int shard, shards;
+  if (!status) status = flesh_study_read_shard(options->shard, &shard, &shards);
+  options->jobs = flesh_pool_jobs(options->ranks, options->jobs);
+  const flesh_study_work given = {study, NULL};
+  const flesh_pool_cases cases = flesh_study_pool_cases(&given);
+  leader l = {study->name, options->out, compare, plan};
+  return flesh_pool_lead(options->ranks, study->name, status, options->jobs, &cases, lead, &l);
+}
+
+int flesh_study_conclude(const flesh_study *study, const char *out, const flesh_study_results *results,
+                         const void *plan, int ran)
+{
+  char words[1024];
+  snprintf(words, sizeof words, "%s", flesh_error_text());
+  int status = results->table(plan);
+  if (!status && (!ran || ran == FLESH_ERR_INTERRUPTED)) status = results->words(plan);
+  if (ran) return flesh_fail(ran, "%s", words);
+  const int undrawn = status ? status : results->draw(plan);
+  if (!status) status = flesh_plot_accept(study->name, undrawn);
+  if (status) return status;
+  printf("\nresults: %s/%s.csv, %s/verdict.txt, %s %s/*.png\n", out, study->name, out,
+         undrawn ? "what could be drawn of the pictures" : "pictures", out);
+  return FLESH_OK;
+}

@@ -1,0 +1,33 @@
+/* lead.h: a study as a command: its options, its ranks, and what is made of its cases. */
+#ifndef FLESH_STUDY_LEAD_H
+#define FLESH_STUDY_LEAD_H
+
+#include "cli/options.h"
+#include "study/study.h"
+
+/* Rows of an option table that every study has; `name` and `further` are texts. */
+#define FLESH_STUDY_OPTION_ROWS(options, name, further)                                                                \
+  {"out", "DIR", FLESH_OPTION_TEXT, &(options)->out, "folder of the results (default out/" name ")"},                  \
+      {"resume", NULL, FLESH_OPTION_SWITCH, &(options)->resume, "go on with DIR/" name ".db, " further ", or begin"},  \
+      {"shard", "I/N", FLESH_OPTION_TEXT, &(options)->shard, "only every N-th case from the I-th on, counted from 1"}
+#define FLESH_STUDY_OPTION_JOBS(options)                                                                               \
+  {"jobs", "N", FLESH_OPTION_COUNT, &(options)->jobs,                                                                  \
+   "cases at a time, on each rank (default: the processors; on several ranks 1)"}
+
+/* Does the study on all ranks: the first one calls compare(plan), which does the cases and makes what follows from them,
+ * with the folder of the results claimed; the others do what cases they are given. `status` is what came of the plan,
+ * which every rank has made. Returns the exit code. */
+int flesh_study_lead(const flesh_study *study, flesh_study_options *options, int status, int (*compare)(void *plan),
+                     void *plan);
+
+/* Makers of the results of all cases: STUDY.csv, verdict.txt, pictures. */
+typedef struct flesh_study_results {
+  int (*table)(const void *plan), (*words)(const void *plan), (*draw)(const void *plan);
+} flesh_study_results;
+
+/* Makes them and says where they are. `ran` is the status of the cases; after an interruption there are no pictures,
+ * after another failure there is the table alone. */
+int flesh_study_conclude(const flesh_study *study, const char *out, const flesh_study_results *results,
+                         const void *plan, int ran);
+
+#endif
