@@ -1,5 +1,4 @@
-/* export.c: `flesh sweep export DB`: the results as CSV or JSON Lines. */
-#include <math.h>
+/* export.c: `flesh sweep export DB`: the results as a table. */
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -7,40 +6,59 @@
 #include "base/file.h"
 #include "cli/options.h"
 #include "cli/output.h"
-#include "study/csv.h"
+#include "sweep/formats.h"
 #include "sweep/sweep.h"
 
-static void print_json_text(FILE *stream, const char *text)
+#define NAME_OF(name, doc) "|" #name
+#define DOC_OF(name, doc) ", " doc
+
+/* NULL: there is none of that name. */
+static const flesh_format *find_format(const char *name)
 {
-  flesh_text quoted = {0};
-  flesh_text_quote(&quoted, text);
-  if (!quoted.failed) fwrite(quoted.data, 1, quoted.size, stream);
-  free(quoted.data);
+#define IF_IT_IS(own, doc) \
+  if (!strcmp(name, #own)) return &flesh_format_##own;
+  FLESH_FORMAT_LIST(IF_IT_IS)
+  return NULL;
 }
 
-static void print_value(FILE *stream, sqlite3_stmt *query, int column, int json)
+void flesh_format_number(FILE *stream, const flesh_format_cell *cell)
+{
+  if (cell->kind == FLESH_CELL_WHOLE) fprintf(stream, "%lld", cell->whole);
+  if (cell->kind == FLESH_CELL_NUMBER) flesh_number_print(stream, cell->number);
+}
+
+static flesh_format_cell cell_of(sqlite3_stmt *query, int column)
 {
   switch (sqlite3_column_type(query, column)) {
-  case SQLITE_INTEGER:
-    fprintf(stream, "%lld", (long long)sqlite3_column_int64(query, column));
-    break;
-  case SQLITE_FLOAT:
-    if (json && !isfinite(sqlite3_column_double(query, column))) fputs("null", stream);
-    else flesh_number_print(stream, sqlite3_column_double(query, column));
-    break;
-  case SQLITE_NULL:
-    if (json) fputs("null", stream);
-    break;
+  case SQLITE_INTEGER: return (flesh_format_cell){.kind = FLESH_CELL_WHOLE, .whole = sqlite3_column_int64(query, column)};
+  case SQLITE_FLOAT: return (flesh_format_cell){.kind = FLESH_CELL_NUMBER, .number = sqlite3_column_double(query, column)};
+  case SQLITE_NULL: return (flesh_format_cell){.kind = FLESH_CELL_NONE};
   default: {
     const char *text = (const char *)sqlite3_column_text(query, column);
-    if (json) print_json_text(stream, text ? text : "");
-    else flesh_csv_print(stream, text ? text : "");
+    return (flesh_format_cell){.kind = FLESH_CELL_TEXT, .text = text ? text : ""};
   }
   }
 }
 
-static int print_table(flesh_study_store *store, const char *columns, const char *view, const char *where, int json,
-                       FILE *stream)
+static int print_rows(flesh_study_store *store, sqlite3_stmt *query, const flesh_format *format, FILE *stream)
+{
+  const int count = sqlite3_column_count(query);
+  const char **names = calloc((size_t)count + 1, sizeof *names);
+  flesh_format_cell *cells = calloc((size_t)count + 1, sizeof *cells);
+  int code = SQLITE_DONE, status = names && cells ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  for (int c = 0; c < count && !status; c++) names[c] = sqlite3_column_name(query, c);
+  if (!status && format->head) format->head(stream, count, names);
+  while (!status && (code = sqlite3_step(query)) == SQLITE_ROW) {
+    for (int c = 0; c < count; c++) cells[c] = cell_of(query, c);
+    format->row(stream, count, names, cells);
+  }
+  if (!status && code != SQLITE_DONE) status = flesh_study_store_fail(store, "cannot be read");
+  free(names), free(cells);
+  return status;
+}
+
+static int print_table(flesh_study_store *store, const char *columns, const char *view, const char *where,
+                       const flesh_format *format, FILE *stream)
 {
   sqlite3_stmt *query = NULL;
   const char *rest = "";
@@ -48,30 +66,10 @@ static int print_table(flesh_study_store *store, const char *columns, const char
                               strcmp(view, "rows") ? "id" : "case_id, number");
   if (!sql) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   int code = sqlite3_prepare_v2(store->database, sql, -1, &query, &rest), status = FLESH_OK;
-  if (code || *rest || !sqlite3_stmt_readonly(query)) {
+  if (code || *rest || !sqlite3_stmt_readonly(query))
     status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: --columns %s, --where %s: %s", store->path, columns, where,
                         code ? sqlite3_errmsg(store->database) : "not a list of columns and a condition");
-    sqlite3_free(sql);
-    sqlite3_finalize(query);
-    return status;
-  }
-  int count = sqlite3_column_count(query);
-  for (int c = 0; !json && c < count; c++) {
-    if (c) putc(',', stream);
-    flesh_csv_print(stream, sqlite3_column_name(query, c));
-  }
-  if (!json) putc('\n', stream);
-  while ((code = sqlite3_step(query)) == SQLITE_ROW) {
-    for (int c = 0; c < count; c++) {
-      if (json) fputs(c ? ", " : "{", stream);
-      else if (c) putc(',', stream);
-      if (json) print_json_text(stream, sqlite3_column_name(query, c));
-      if (json) fputs(": ", stream);
-      print_value(stream, query, c, json);
-    }
-    fputs(json ? "}\n" : "\n", stream);
-  }
-  if (code != SQLITE_DONE) status = flesh_study_store_fail(store, "cannot be read");
+  if (!status) status = print_rows(store, query, format, stream);
   sqlite3_finalize(query);
   sqlite3_free(sql);
   return status;
@@ -81,7 +79,7 @@ int flesh_sweep_export(int argc, char **argv)
 {
   const char *format = "csv", *out = NULL, *columns = "*", *where = "1", *table = "results";
   const flesh_option rows[] = {
-      {"format", "csv|jsonl", FLESH_OPTION_TEXT, &format, "CSV with a header (default) or JSON Lines"},
+      {"format", &(FLESH_FORMAT_LIST(NAME_OF))[1], FLESH_OPTION_TEXT, &format, &(FLESH_FORMAT_LIST(DOC_OF))[2]},
       {"table", "results|rows", FLESH_OPTION_TEXT, &table,
        "a row per case (default), or per row of the tables of drift, accuracy and hardcases"},
       {"columns", "LIST", FLESH_OPTION_TEXT, &columns, "columns or SQLite's expressions of them (default *: all)"},
@@ -93,15 +91,16 @@ int flesh_sweep_export(int argc, char **argv)
   flesh_file file = {0};
   int count, code = flesh_options_read(&usage, argc, argv, &count);
   if (code != FLESH_OPTIONS_GO_ON) return code;
-  int json = !strcmp(format, "jsonl"), status = FLESH_OK;
-  if (!json && strcmp(format, "csv"))
-    status = flesh_fail(FLESH_ERR_ARGUMENT, "--format is '%s'; it must be csv or jsonl", format);
+  const flesh_format *chosen = find_format(format);
+  int status = FLESH_OK;
+  if (!chosen)
+    status = flesh_fail(FLESH_ERR_ARGUMENT, "--format is '%s'; it must be %s", format, &(FLESH_FORMAT_LIST(NAME_OF))[1]);
   if (!status && strcmp(table, "results") && strcmp(table, "rows"))
     status = flesh_fail(FLESH_ERR_ARGUMENT, "--table is '%s'; it must be results or rows", table);
   if (!status) status = flesh_study_store_read(argv[1], &store);
   if (!status && out) status = flesh_output_prepare_from(out, 1, argv + 1, NULL);
   if (!status && out) status = flesh_file_open(out, &file);
-  if (!status) status = print_table(&store, columns, table, where, json, out ? file.stream : stdout);
+  if (!status) status = print_table(&store, columns, table, where, chosen, out ? file.stream : stdout);
   if (!status && out) status = flesh_file_commit(&file);
   flesh_file_abandon(&file);
   flesh_study_store_close(&store);

@@ -141,6 +141,8 @@ for line, row in zip(lines, rows):
     for key, value in line.items():
         assert (row[key] == "") if value in (None, "") else (type(value)(row[key]) == value), (key, value, row[key])
 END
+  expect 0 "$flesh" sweep export exported/sweep.db --format markdown --columns "title, '|' || char(10) AS bar, id" &&
+    [ "$(sed -n 3p stdout.txt)" = '| say "a, b" | \|  | 1 |' ] && [ "$(lines stdout.txt)" -eq 6 ] || return 1
   expect 2 "$flesh" sweep export exported/sweep.db --columns nonsense && has stderr.txt 'no such column: nonsense' &&
     expect 2 "$flesh" sweep export exported/sweep.db --format xml && expect 3 "$flesh" sweep export tiny.yaml
 }

@@ -1,8 +1,8 @@
 #!/bin/sh
 # TEST full source seconds=1800
-# test_adding.sh: what lib/adding.md says is enough. In a copy of the tree a wind, a Yeoh form and the generalised-alpha
-# method (adding/) are added in the places that the page names and in no others; then the tests that it names pass.
-# Speaks TAP.
+# test_adding.sh: what lib/adding.md says is enough. In a copy of the tree a wind, a Yeoh form, the generalised-alpha
+# method, a command, a study and a format of tables (adding/) are added in the places that the page names and in no
+# others; then the tests that it names pass, and the program has what was added. Speaks TAP.
 set -u
 
 top=$(CDPATH='' cd -- "$(dirname -- "$0")/../.." && pwd)
@@ -11,7 +11,7 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 tests='test_added test_effects test_every_effect test_effect_keys test_forms test_material_constants test_material_spectrum
   test_scene test_methods test_conservation test_energy test_pages'
-echo 1..3
+echo 1..5
 
 # insert FILE PATTERN TEXT: TEXT before the first line that has PATTERN.
 insert() {
@@ -49,6 +49,16 @@ cd "$work/tree" || exit 1
     append include/flesh/integrator.h '#define FLESH_METHOD_OPTION_LIST(ROW)' \
       '  ROW(rho_inf, 0.8, 0, 1, "[0, 1]", "of generalised-alpha (Chung & Hulbert 1993): what is left of fast oscillations") \\\n' &&
     append README.md '`time.method` is' '`generalised-alpha`,\n' &&
+    # The command, and the study: a file, a row, a page each.
+    mkdir drivers/volume drivers/slump && cp "$given/volume.c" drivers/volume/command.c &&
+    cp "$given/slump.c" drivers/slump/command.c &&
+    insert drivers/commands.h 'ROW(schema,' '  ROW(volume, "print the volume of a mesh") \\\n' &&
+    insert drivers/commands.h 'ROW(bench,' '  ROW(slump, "show what volume a body loses by its stiffness") \\\n' &&
+    insert drivers/README.md '| [sweeps.md]' '| [adding](../lib/adding.md) | `volume`, `slump` | volumes of meshes and of soft bodies |\n' &&
+    # The format: a file, a row, a page.
+    cp "$given/format_tsv.c" drivers/sweep/ &&
+    append drivers/sweep/formats.h 'ROW(jsonl,' '  ROW(tsv, "columns with tabs between them") \\\n' &&
+    append drivers/sweeps.md '| `jsonl` |' '| `tsv` | columns with tabs between them |\n' &&
     # Their own test.
     cp "$given/test_added.c" test/tree/
 } >"$work/log" 2>&1
@@ -58,7 +68,7 @@ if [ $? -eq 0 ]; then echo 'ok 1 - the places are there'; else
 fi
 
 # shellcheck disable=SC2086
-if meson setup build ${SETUP:-} >"$work/log" 2>&1 && ninja -C build $(printf 'test/%s ' $tests) >>"$work/log" 2>&1; then
+if meson setup build ${SETUP:-} >"$work/log" 2>&1 && ninja -C build drivers/flesh $(printf 'test/%s ' $tests) >>"$work/log" 2>&1; then
   echo 'ok 2 - it compiles'
 else
   grep -E 'error|ERROR' "$work/log" | head -20 | sed 's/^/# /'
@@ -71,4 +81,32 @@ if meson test -C build --no-rebuild $tests >"$work/log" 2>&1; then
 else
   { grep -E 'FAIL|ERROR|TIMEOUT' "$work/log"; grep -B4 '^not ok' build/meson-logs/testlog.txt; } | head -40 | sed 's/^/# /'
   echo 'not ok 3 - the tests that the page names pass'
+fi
+
+# value NAME: the lines of a column of out/slump.db as the new format has it, without its head.
+value() { $flesh sweep export out/slump.db --format tsv --columns "id, $1" | awk -F '\t' 'NR > 1 { print $2 }'; }
+flesh=build/drivers/flesh
+scene=data/scenes/swing_coarse.yaml
+bar=data/meshes/bar_8x2x2.mesh
+if [ "$($flesh volume "$bar")" = "$($flesh mesh info "$bar" | awk '$1 == "volume" { print $2 }')" ] &&
+  $flesh --help | grep '  volume  *print the volume' >/dev/null && $flesh manual volume | grep 'volume of a mesh' >/dev/null &&
+  $flesh completion bash | grep ' volume ' >/dev/null && [ -n "$($flesh volume "$bar")" ]; then
+  echo 'ok 4 - the command is one'
+else echo 'not ok 4 - the command is one'; fi
+
+# The study goes on with what it has, is shared out and joined, and is read in the format that was added.
+if $flesh slump $scene --young 1e5,1e6 --out out >"$work/log" 2>&1 && [ "$(value young)" = '100000
+1000000' ] &&
+  first=$(value started) && $flesh slump $scene --young 1e5,1e6,1e7 --resume --out out >>"$work/log" 2>&1 &&
+  [ "$(value started | head -2)" = "$first" ] && [ "$(value young | wc -l)" -eq 3 ] &&
+  $flesh slump $scene --young 1e5,1e6,1e7 --shard 1/2 --out one >>"$work/log" 2>&1 &&
+  $flesh slump $scene --young 1e5,1e6,1e7 --shard 2/2 --out two >>"$work/log" 2>&1 &&
+  $flesh sweep merge both.db one/slump.db two/slump.db >>"$work/log" 2>&1 &&
+  whole=$(value max_volume_drift) && cp both.db out/slump.db && [ "$(value max_volume_drift)" = "$whole" ] &&
+  [ -s out/slump.png ] && grep -q '^The volume changes most at 100000 Pa' out/verdict.txt &&
+  [ "$(wc -l <out/slump.csv)" -eq 4 ]; then
+  echo 'ok 5 - the study goes on, is shared out and is read'
+else
+  sed 's/^/# /' "$work/log"
+  echo 'not ok 5 - the study goes on, is shared out and is read'
 fi

@@ -1,0 +1,36 @@
+/* format_markdown.c: tables of Markdown, whose cells have no line breaks and no bare bars. */
+#include "sweep/formats.h"
+
+static void print_text(FILE *stream, const char *text)
+{
+  for (; *text; text++) {
+    if (*text == '|') putc('\\', stream);
+    putc(*text == '\n' || *text == '\r' ? ' ' : *text, stream);
+  }
+}
+
+static void print_head(FILE *stream, int count, const char *const *names)
+{
+  for (int c = 0; c < count; c++) {
+    fputs("| ", stream);
+    print_text(stream, names[c]);
+    putc(' ', stream);
+  }
+  fputs("|\n", stream);
+  for (int c = 0; c < count; c++) fputs("|---", stream);
+  fputs("|\n", stream);
+}
+
+static void print_row(FILE *stream, int count, const char *const *names, const flesh_format_cell *cells)
+{
+  (void)names;
+  for (int c = 0; c < count; c++) {
+    fputs("| ", stream);
+    if (cells[c].kind == FLESH_CELL_TEXT) print_text(stream, cells[c].text);
+    flesh_format_number(stream, &cells[c]);
+    putc(' ', stream);
+  }
+  fputs("|\n", stream);
+}
+
+const flesh_format flesh_format_markdown = {print_head, print_row};

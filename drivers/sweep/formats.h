@@ -1,0 +1,32 @@
+/* formats.h: the formats in which tables of databases are written. Each is a file format_NAME.c that defines
+ * flesh_format_NAME, and a row here, which brings the file into the build and the name into --format. */
+#ifndef FLESH_SWEEP_FORMATS_H
+#define FLESH_SWEEP_FORMATS_H
+
+#include <stdio.h>
+
+/* ROW(name, what it is). */
+#define FLESH_FORMAT_LIST(ROW) \
+  ROW(csv, "CSV with a header (default)") \
+  ROW(jsonl, "JSON Lines") \
+  ROW(markdown, "a table of Markdown")
+
+typedef struct flesh_format_cell {
+  enum { FLESH_CELL_NONE, FLESH_CELL_WHOLE, FLESH_CELL_NUMBER, FLESH_CELL_TEXT } kind;
+  long long whole;
+  double number;
+  const char *text; /* never NULL in a cell of text */
+} flesh_format_cell;
+
+typedef struct flesh_format {
+  void (*head)(FILE *stream, int count, const char *const *names); /* NULL: there is none */
+  void (*row)(FILE *stream, int count, const char *const *names, const flesh_format_cell *cells);
+} flesh_format;
+
+/* Prints a number so that it reads back bit for bit, and nothing for a cell of another kind. */
+void flesh_format_number(FILE *stream, const flesh_format_cell *cell);
+
+#define FLESH_FORMAT_DECLARE(name, doc) extern const flesh_format flesh_format_##name;
+FLESH_FORMAT_LIST(FLESH_FORMAT_DECLARE)
+
+#endif

@@ -1,0 +1,161 @@
+/* command.c: `flesh slump SCENE`: how much of its volume a body loses, by its stiffness. */
+#include "commands.h"
+
+#include <math.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "base/file.h"
+#include "cli/interrupt.h"
+#include "cli/lists.h"
+#include "picture/plot.h"
+#include "run/ranks.h"
+#include "run/runner.h"
+#include "study/fingerprint.h"
+#include "study/lead.h"
+#include "study/table.h"
+
+enum { MOST = 16 };
+
+/* NaN where there is none. */
+typedef struct figures {
+  int steps;
+  double max_volume_drift;
+} figures;
+static const flesh_study_field fields[] = {{"steps", FLESH_FIELD_INT, offsetof(figures, steps)},
+                                           {"max_volume_drift", FLESH_FIELD_DOUBLE, offsetof(figures, max_volume_drift)},
+                                           {0}};
+static const flesh_study_column columns[] = {{.name = "young", .key = "--young"}};
+
+typedef struct plan {
+  flesh_study_options options;
+  const char *scene;
+  char fingerprint[FLESH_STUDY_FINGERPRINT];
+  int count;
+  double young[MOST]; /* Pa */
+  figures figures[MOST];
+} plan;
+
+static int make_case(const void *data, int number, flesh_study_case *made)
+{
+  const plan *p = data;
+  char *young = malloc(FLESH_NUMBER_SIZE);
+  *made = (flesh_study_case){.scene = p->scene, .owned = young, .values = {young}};
+  if (!young) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  flesh_number_text(p->young[number], young);
+  return FLESH_OK;
+}
+
+static json_t *do_case(const void *data, int number, const char *folder)
+{
+  const plan *p = data;
+  figures f = {.max_volume_drift = NAN};
+  flesh_figures found = {0};
+  flesh_outcome outcome = {0};
+  flesh_scene *scene = NULL;
+  char young[64];
+  (void)folder;
+  snprintf(young, sizeof young, "body.material.young=%.17g", p->young[number]);
+  const char *const texts[] = {young};
+  const int status = flesh_scene_read(p->scene, 1, texts, &scene);
+  if (status) return flesh_fields_record("refused", flesh_exit_code(status), flesh_error_text(), json_null());
+  const flesh_runner_options options = {.scene_path = p->scene, .no_frames = 1, .quiet = 1};
+  flesh_runner_run(scene, &options, &found, &outcome);
+  f = (figures){found.steps, found.max_volume_drift};
+  json_t *record =
+      flesh_fields_record(flesh_outcome_word(&outcome), outcome.exit_code, outcome.message, flesh_fields_json(fields, &f));
+  flesh_figures_close(&found);
+  flesh_scene_destroy(&scene);
+  return record;
+}
+
+static int take(void *data, int number, const json_t *record)
+{
+  char message[FLESH_STUDY_MESSAGE];
+  int crashed;
+  return flesh_fields_take(fields, "slump.db", record, &((plan *)data)->figures[number], message, &crashed);
+}
+
+static flesh_study study_of(plan *p)
+{
+  return (flesh_study){.name = "slump", .command = "run", .fingerprint = p->fingerprint,
+                       .different = "its scene was another", .column_count = 1, .columns = columns,
+                       .case_count = p->count, .data = p, .make = make_case, .fields = fields, .work = do_case,
+                       .take = take, .taker = p};
+}
+
+static int write_table(const void *data)
+{
+  const plan *p = data;
+  flesh_file file;
+  const int status = flesh_table_open(p->options.out, "slump.csv", &file);
+  if (status) return status;
+  fputs("case,young,max_volume_drift\n", file.stream);
+  for (int k = 0; k < p->count; k++) {
+    fprintf(file.stream, "%d", k + 1);
+    flesh_table_field(file.stream, p->young[k]);
+    flesh_table_field(file.stream, p->figures[k].max_volume_drift);
+    putc('\n', file.stream);
+  }
+  return flesh_file_commit(&file);
+}
+
+static int write_words(const void *data)
+{
+  const plan *p = data;
+  flesh_file file;
+  int most = 0;
+  const int status = flesh_table_open(p->options.out, "verdict.txt", &file);
+  if (status) return status;
+  for (int k = 1; k < p->count; k++)
+    if (p->figures[k].max_volume_drift > p->figures[most].max_volume_drift) most = k;
+  FLESH_SAY(file.stream, "The volume changes most at %g Pa.\n", p->young[most]);
+  return flesh_file_commit(&file);
+}
+
+static int draw(const void *data)
+{
+  const flesh_plot_series series = {"max. change", "slump.csv", "young", "max_volume_drift", NULL, .dashed = 0};
+  const flesh_plot_lines lines = {"Change of volume", "Young's modulus [Pa]", "change of volume", NULL, 1, &series};
+  return flesh_plot_lines_draw(((const plan *)data)->options.out, "slump", &lines);
+}
+
+static int compare(void *data)
+{
+  plan *p = data;
+  const flesh_study study = study_of(p);
+  const flesh_study_results results = {write_table, write_words, draw};
+  return flesh_study_conclude(&study, p->options.out, &results, p, flesh_study_do(&study, &p->options));
+}
+
+int flesh_command_slump(int argc, char **argv)
+{
+  const char *young = "1e4,1e5";
+  plan p = {.options = {.out = "out/slump"}};
+  const flesh_option rows[] = {{"young", "LIST", FLESH_OPTION_TEXT, &young, "Young's moduli in Pa (default 1e4,1e5)"},
+                               FLESH_STUDY_OPTION_ROWS(&p.options, "slump", "also with further moduli"),
+                               FLESH_STUDY_OPTION_JOBS(&p.options),
+                               {0}};
+  const flesh_usage usage = {"slump", "SCENE", "Shows what volume a body loses by its stiffness.", NULL, 1, 1, rows, NULL,
+                             FLESH_EXITS_OF_INTERRUPTS};
+  flesh_scene *scene = NULL;
+  int count, status = flesh_ranks_open(&p.options.ranks);
+  if (status) return flesh_command_fail("slump", status);
+  int code = flesh_ranks_read_options(p.options.ranks, &usage, argc, argv, &count);
+  if (code == FLESH_OPTIONS_GO_ON) {
+    p.scene = argv[1];
+    flesh_interrupt_watch();
+    status = flesh_list_numbers("young", young, FLESH_LIST_POSITIVE, MOST, p.young, &p.count);
+    if (!status) status = flesh_scene_read(p.scene, 0, NULL, &scene);
+    if (!status) status = flesh_study_fingerprint(scene, p.scene, p.fingerprint);
+    flesh_scene_destroy(&scene);
+    for (int k = 0; k < MOST; k++) p.figures[k].max_volume_drift = NAN;
+    const flesh_study study = study_of(&p);
+    code = flesh_study_lead(&study, &p.options, status, compare, &p);
+  }
+  flesh_ranks_close(&p.options.ranks);
+  return code;
+}
