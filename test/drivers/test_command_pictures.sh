@@ -77,19 +77,19 @@ effects:
   - gravity: {acceleration: [$pull]}
   - contact: {plane: {point: [-0.5, -0.5, -0.5], normal: [$up]}}
 END
-    expect 0 "$flesh" snap up.yaml --out up.png --colour none --camera 0,30 --width 160 && has stdout.txt 'against gravity' ||
+    expect 0 "$flesh" snap up.yaml --out up.png --colour none --camera 0,30 --width 80 --picture-height 50 && has stdout.txt 'against gravity' ||
       return 1
-    expect 0 "$flesh" snap up.yaml --out up2.png --colour none --camera 0,30 --width 160 --up "$up" &&
+    expect 0 "$flesh" snap up.yaml --out up2.png --colour none --camera 0,30 --width 80 --picture-height 50 --up "$up" &&
       has stdout.txt 'as --up says' && cmp up.png up2.png || return 1
     [ ! -e first.png ] || cmp first.png up.png || { echo "up $up makes another picture"; return 1; }
     cp up.png first.png
   done
-  expect 0 "$flesh" snap up.yaml --out up3.png --width 160 --colour none --width 160 --up 0,0,1 && ! cmp -s up.png up3.png || return 1
-  expect 0 "$flesh" snap soft up.yaml --out up3.png --width 160 && has stdout.txt 'gravity; in up.yaml it would be (1, 0, 0)' || return 1
+  expect 0 "$flesh" snap up.yaml --out up3.png --colour none --width 80 --picture-height 50 --up 0,0,1 && ! cmp -s up.png up3.png || return 1
+  expect 0 "$flesh" snap soft up.yaml --out up3.png --width 80 --picture-height 50 && has stdout.txt 'gravity; in up.yaml it would be (1, 0, 0)' || return 1
   sed '/gravity/d' up.yaml >still.yaml
-  expect 0 "$flesh" snap still.yaml --out up4.png --width 160 && has stdout.txt 'up: (0, 0, 1), as there is no gravity' || return 1
+  expect 0 "$flesh" snap still.yaml --out up4.png --width 80 --picture-height 50 && has stdout.txt 'up: (0, 0, 1), as there is no gravity' || return 1
   echo 'output: {camera: {up: [0, 2, 0]}}' >>still.yaml
-  expect 0 "$flesh" snap still.yaml --out up4.png --width 160 && has stdout.txt 'up: (0, 1, 0), as the scene says'
+  expect 0 "$flesh" snap still.yaml --out up4.png --width 80 --picture-height 50 && has stdout.txt 'up: (0, 1, 0), as the scene says'
 }
 
 frames_are_numbered_as_their_files() {
@@ -135,13 +135,13 @@ effects:
   - contact: {plane: {point: [0, 0, -0.1], normal: [0, 0, 1]}}
 time: {step: 1/60, end: 1/10}
 END
-  expect 0 "$flesh" snap drop.yaml --out i.png --width 160 --colour none || return 1
-  expect 0 "$flesh" snap bar.yaml --out j.png --width 160 --colour none && ! cmp -s i.png j.png || return 1
-  expect 0 "$flesh" snap drop.yaml --out j.png --width 160 --colour none --no-shadow && ! cmp -s i.png j.png || return 1
+  expect 0 "$flesh" snap drop.yaml --out i.png --width 80 --picture-height 50 --colour none || return 1
+  expect 0 "$flesh" snap bar.yaml --out j.png --width 80 --picture-height 50 --colour none && ! cmp -s i.png j.png || return 1
+  expect 0 "$flesh" snap drop.yaml --out j.png --width 80 --picture-height 50 --colour none --no-shadow && ! cmp -s i.png j.png || return 1
   # From below the plane is but a veil, and the bar is seen through it.
   sed '/contact/d' drop.yaml >free.yaml
   for scene in drop free; do
-    expect 0 "$flesh" snap $scene.yaml --out $scene.png --colour none --camera 30,-40 --bare --target 1.5,0.5,0.5 \
+    expect 0 "$flesh" snap $scene.yaml --out $scene.png --width 160 --picture-height 100 --colour none --camera 30,-40 --bare --target 1.5,0.5,0.5 \
       --height 2 || return 1
   done
   ! cmp -s drop.png free.png

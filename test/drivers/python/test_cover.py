@@ -127,9 +127,10 @@ def test_layouts_are_those_of_the_compiled_library(tmp_path):
     assert len(rows) > 400
     source = tmp_path / "layout.c"
     source.write_text("#include <flesh/flesh.h>\n#include <flesh/kinsol.h>\n#include <flesh/ida.h>\n"
-                      "#include <flesh/ode.h>\n#include <stddef.h>\n#include <stdio.h>\nint main(void)\n{\n"
-                      + "".join(f'  printf("%lld\\n", (long long)({expression}));\n' for expression, _value in rows)
-                      + "  return 0;\n}\n")
+                      "#include <flesh/ode.h>\n#include <stddef.h>\n#include <stdio.h>\nstatic const long long rows[] = {\n"
+                      + "".join(f"  (long long)({expression}),\n" for expression, _value in rows)
+                      + "};\nint main(void)\n{\n  for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) "
+                      'printf("%lld\\n", rows[k]);\n  return 0;\n}\n')
     compiler = (os.environ.get("CC") or "cc").split()
     include = shlex.split(os.environ["INCLUDES"])
     subprocess.run([*compiler, *include, f"-I{TOP}/include", str(source), "-o", str(tmp_path / "layout")], check=True)
