@@ -207,7 +207,7 @@ static int prepare(flesh_accuracy_plan *plan, const char *steps, const char *tol
 {
   flesh_scene *scene = NULL;
   int status =
-      flesh_scene_read(plan->scene, plan->overrides->count, plan->overrides->values, &scene);
+      flesh_accuracy_read_as_it_stands(plan, plan->scene, &scene);
   if (status) return status;
   const flesh_scene_time *time = flesh_scene_times(scene);
   const flesh_mesh *mesh = flesh_scene_mesh(scene);
@@ -249,7 +249,7 @@ static int check_finer(const flesh_accuracy_plan *plan)
   flesh_scene *scene = NULL;
   if (!plan->finer) return FLESH_OK;
   int status =
-      flesh_scene_read(plan->finer, plan->overrides->count, plan->overrides->values, &scene);
+      flesh_accuracy_read_as_it_stands(plan, plan->finer, &scene);
   if (!status) status = spare_inputs(plan, plan->finer, scene);
   flesh_scene_destroy(&scene);
   return status;
@@ -291,7 +291,7 @@ static int check_coarser(const flesh_accuracy_plan *plan)
   for (int k = 0; k < plan->coarser->count && !status; k++) {
     flesh_scene *scene = NULL;
     const char *path = plan->coarser->values[k];
-    status = flesh_scene_read(path, plan->overrides->count, plan->overrides->values, &scene);
+    status = flesh_accuracy_read_as_it_stands(plan, path, &scene);
     if (!status) status = spare_inputs(plan, path, scene);
     flesh_scene_destroy(&scene);
   }

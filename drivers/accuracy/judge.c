@@ -26,7 +26,7 @@ int flesh_accuracy_judge_open(const flesh_accuracy_plan *plan, const flesh_accur
   *judge = (flesh_accuracy_judge){
       .plan = plan, .reference = reference, .tight = tight, .system = system, .finer_tip = -1};
   if (is_finer) judge->finer_tip = find_tip(plan, flesh_scene_mesh(scene));
-  int status = flesh_scene_read(plan->scene, plan->overrides->count, plan->overrides->values, &judge->scene);
+  int status = flesh_accuracy_read_as_it_stands(plan, plan->scene, &judge->scene);
   if (!status) status = flesh_accuracy_track_open(1, flesh_system_unknowns(system), &judge->now);
   return status ? status : flesh_accuracy_track_open(1, reference->unknowns, &judge->then);
 }

@@ -43,7 +43,7 @@ static int fingerprint(const flesh_accuracy_plan *plan, const char *path, char t
   flesh_scene *scene = NULL;
   *text = 0;
   if (!path) return FLESH_OK;
-  int status = flesh_scene_read(path, plan->overrides->count, plan->overrides->values, &scene);
+  int status = flesh_accuracy_read_as_it_stands(plan, path, &scene);
   if (!status) status = flesh_study_fingerprint(scene, path, text);
   flesh_scene_destroy(&scene);
   return status;

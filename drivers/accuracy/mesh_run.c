@@ -39,10 +39,8 @@ static int read_scene(const task *given, flesh_scene **scene)
   flesh_overrides overrides;
   char number[32];
   *scene = NULL;
-  int status = flesh_overrides_open(&overrides, plan->overrides->count);
+  int status = flesh_overrides_copy(&overrides, plan->overrides);
   if (status) return status;
-  for (int k = 0; k < plan->overrides->count; k++)
-    overrides.texts.values[overrides.texts.count++] = plan->overrides->values[k];
   snprintf(number, sizeof number, "%d", row->refine + (row->source ? 0 : meshes->own_refine));
   if (!row->source || row->refine) status = flesh_overrides_add(&overrides, "body.refine", number);
   if (!status) status = flesh_overrides_add(&overrides, "body.element", flesh_element_name((flesh_element)row->element));
@@ -163,14 +161,6 @@ static int run_all(const flesh_accuracy_plan *plan, flesh_accuracy_meshes *meshe
 
 static double size_of(const flesh_accuracy_mesh_row *row) { return 1 / cbrt(row->tets); }
 
-static double apart(const flesh_accuracy_plan *plan, const flesh_accuracy_track *a, const flesh_accuracy_track *b)
-{
-  const flesh_accuracy_scale unit = {.energy = 1};
-  flesh_accuracy_errors errors;
-  flesh_accuracy_compare(&plan->measure, &unit, a, b, &errors);
-  return errors.position_rms;
-}
-
 /* The element's complete rows by their tets, the last three of them in which cells shrink by a fifth at least. */
 static int pick_levels(const flesh_accuracy_meshes *meshes, int element, int rows[3])
 {
@@ -207,8 +197,8 @@ static int find_limit(const flesh_accuracy_plan *plan, flesh_accuracy_meshes *me
   if (!status) {
     double h[3] = {0};
     for (int k = 3 - levels; k < 3; k++) h[k] = size_of(&meshes->rows[about->rows[k]]);
-    const double last = apart(plan, &tracks[1], &tracks[2]);
-    about->order = levels > 2 ? flesh_accuracy_order(h, apart(plan, &tracks[0], &tracks[1]), last) : NAN;
+    const double last = flesh_accuracy_apart(&plan->measure, &tracks[1], &tracks[2]);
+    about->order = levels > 2 ? flesh_accuracy_order(h, flesh_accuracy_apart(&plan->measure, &tracks[0], &tracks[1]), last) : NAN;
     about->levels = isnan(about->order) ? 2 : 3;
     if (isnan(about->order)) about->order = 2;
     const double factor = 1 / (pow(h[1] / h[2], about->order) - 1);
@@ -239,8 +229,8 @@ static int find_reference(const flesh_accuracy_plan *plan, flesh_accuracy_meshes
   status = flesh_accuracy_track_open(reference->times, reference->unknowns, &start);
   for (int t = 0; t < start.times && !status; t++)
     memcpy(start.x + (size_t)t * (size_t)start.unknowns, plan->measure.start, sizeof(double) * (size_t)start.unknowns);
-  if (!status) meshes->motion = apart(plan, reference, &start);
-  if (!status && meshes->second) meshes->apart = apart(plan, reference, &limits[meshes->second]);
+  if (!status) meshes->motion = flesh_accuracy_apart(&plan->measure, reference, &start);
+  if (!status && meshes->second) meshes->apart = flesh_accuracy_apart(&plan->measure, reference, &limits[meshes->second]);
   meshes->uncertainty = fmax(meshes->apart, meshes->limits[meshes->first].change);
   flesh_accuracy_track_close(&start);
   return status;
@@ -288,7 +278,7 @@ static int check_starts(const flesh_accuracy_plan *plan, flesh_accuracy_meshes *
     status = flesh_accuracy_track_open(track.times, track.unknowns, &last);
     const size_t size = sizeof(double) * (size_t)track.unknowns;
     for (int t = 0; t < track.times && !status; t++) memcpy(last.x + (size_t)t * (size_t)track.unknowns, plan->measure.start, size);
-    if (!status && apart(plan, &first, &last) > same * apart(plan, &track, &last))
+    if (!status && flesh_accuracy_apart(&plan->measure, &first, &last) > same * flesh_accuracy_apart(&plan->measure, &track, &last))
       row->status = FLESH_ERR_ARGUMENT;
     flesh_accuracy_track_close(&last);
     flesh_accuracy_track_close(&track);
@@ -309,7 +299,7 @@ static int judge(const flesh_accuracy_plan *plan, flesh_accuracy_meshes *meshes)
     states_path(plan, k, path);
     status = flesh_accuracy_track_read(path, &track);
     if (status) break;
-    const double error = apart(plan, &track, &limits[meshes->first]);
+    const double error = flesh_accuracy_apart(&plan->measure, &track, &limits[meshes->first]);
     row->below = error <= meshes->uncertainty;
     row->error = error / meshes->motion;
     flesh_accuracy_track_close(&track);
@@ -330,7 +320,7 @@ static void remove_states(const flesh_accuracy_plan *plan, const flesh_accuracy_
 int flesh_accuracy_run_meshes(const flesh_accuracy_plan *plan, flesh_accuracy_meshes *meshes)
 {
   flesh_scene *scene = NULL;
-  int status = flesh_scene_read(plan->scene, plan->overrides->count, plan->overrides->values, &scene);
+  int status = flesh_accuracy_read_as_it_stands(plan, plan->scene, &scene);
   if (status) return status;
   meshes->own_refine = scene->keys.body.refine;
   meshes->own_element = (int)flesh_scene_body(scene)->element;

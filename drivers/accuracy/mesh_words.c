@@ -247,15 +247,24 @@ void flesh_accuracy_say_meshes(const flesh_accuracy_plan *plan, const flesh_accu
             meshes->point_load);
 }
 
+/* Data of the words. */
+typedef struct told {
+  const flesh_accuracy_plan *plan;
+  const flesh_accuracy_meshes *meshes;
+  const flesh_accuracy_choice *timed;
+} told;
+
+static void say(const void *data, FILE *stream)
+{
+  const told *t = data;
+  flesh_accuracy_say_meshes(t->plan, t->meshes, t->timed, stream);
+}
+
 int flesh_accuracy_write_mesh_verdict(const flesh_accuracy_plan *plan, const flesh_accuracy_meshes *meshes,
                                       const flesh_accuracy_choice timed[3])
 {
-  flesh_file file;
-  int status = flesh_table_open(plan->out, "mesh.txt", &file);
-  if (status) return status;
-  flesh_accuracy_say_meshes(plan, meshes, timed, file.stream);
-  flesh_accuracy_say_meshes(plan, meshes, timed, stdout);
-  return flesh_file_commit(&file);
+  const told all = {plan, meshes, timed};
+  return flesh_table_say(plan->out, "mesh.txt", say, &all);
 }
 
 int flesh_accuracy_draw_meshes(const flesh_accuracy_plan *plan, const flesh_accuracy_meshes *meshes)
@@ -267,13 +276,11 @@ int flesh_accuracy_draw_meshes(const flesh_accuracy_plan *plan, const flesh_accu
   if (status) return status;
   FILE *stream = file.stream;
   flesh_plot_begin(stream, "work_mesh", 900, 560);
-  fputs("set datafile separator ','\nset datafile missing NaN\nset border 3 lc rgb '#606060'\n"
-        "set tics nomirror out textcolor rgb '#303030'\nset grid lc rgb '#e4e4e4' lw 1\n"
-        "set key outside right top Left reverse noenhanced spacing 1.2\nset title noenhanced font ',13'\n"
-        "set title 'What the accuracy of the mesh costs'\nset xlabel 'CPU time [s]'\n"
-        "set ylabel 'error of the mesh: rms, worst over time [% of the motion]'\n"
-        "set logscale xy\nset format xy '%g'\nplot ",
-        stream);
+  flesh_plot_style(stream, 1);
+  flesh_plot_title(stream, "What the accuracy of the mesh costs");
+  flesh_plot_label(stream, "x", "CPU time [s]");
+  flesh_plot_label(stream, "y", "error of the mesh: rms, worst over time [% of the motion]");
+  fputs("set logscale xy\nset format xy '%g'\nplot ", stream);
   for (int e = FLESH_ELEMENT_TET4; e < FLESH_ELEMENT_COUNT; e++)
     fprintf(stream,
             "'mesh.csv' using (strcol('element') eq '%s' ? column('cpu_s') : NaN):(100*column('error_over_motion')) "

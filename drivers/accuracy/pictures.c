@@ -11,30 +11,30 @@
 #include "picture/plot.h"
 #include "picture/plot_text.h"
 
-static void begin(FILE *stream, const char *name, const char *title, int height)
+/* Opens the script of a picture with these labels; of an error where `y` is one. */
+static int begin(const flesh_accuracy_plan *plan, const char *name, const char *title, const char *x, const char *y,
+                 flesh_file *file)
 {
-  flesh_plot_begin(stream, name, 1040, height);
-  fputs("set datafile separator ','\nset datafile missing NaN\n"
-        "set border 3 lc rgb '#606060'\nset tics nomirror out textcolor rgb '#303030'\n"
-        "set grid lc rgb '#e4e4e4' lw 1\n"
-        "set key outside right top Left reverse noenhanced spacing 1.2\n"
-        "set title noenhanced font ',13'\nset title ",
-        stream);
-  flesh_plot_quote(stream, title);
-  putc('\n', stream);
+  const int status = flesh_plot_open(plan->out, name, ".gp", file);
+  if (status) return status;
+  flesh_plot_begin(file->stream, name, 1040, 640);
+  flesh_plot_style(file->stream, 1);
+  flesh_plot_title(file->stream, title);
+  flesh_plot_label(file->stream, "x", x);
+  flesh_plot_label(file->stream, "y", y);
+  fputs("set logscale xy\nset format xy '%g'\n", file->stream);
+  return FLESH_OK;
 }
 
-static int finish(const flesh_accuracy_plan *plan, const char *name, flesh_file *file)
+/* A picture of no method is none. */
+static int finish(const flesh_accuracy_plan *plan, const char *name, int count, flesh_file *file)
 {
-  int status = flesh_file_commit(file);
+  if (!count) {
+    flesh_file_abandon(file);
+    return FLESH_OK;
+  }
+  const int status = flesh_file_commit(file);
   return status ? status : flesh_plot_draw(plan->out, name);
-}
-
-static void label(FILE *stream, const char *axis, const char *text)
-{
-  fprintf(stream, "set %slabel noenhanced ", axis);
-  flesh_plot_quote(stream, text);
-  putc('\n', stream);
 }
 
 /* "bdf2: error ~ step^2.01 ± 0.02", as far as an order shows. */
@@ -97,14 +97,12 @@ static int draw_work(const flesh_accuracy_plan *plan, const char *name, const ch
                      const char *x_label, const char *front)
 {
   flesh_file file;
-  int status = flesh_plot_open(plan->out, name, ".gp", &file), count = 0;
+  int count = 0, status = begin(plan, name, "What accuracy costs", x_label,
+                                "error: mass-weighted rms, worst over time [% of the motion]", &file);
   if (status) return status;
   FILE *stream = file.stream;
   char x[64], text[96];
-  begin(stream, name, "What accuracy costs", 640);
-  label(stream, "x", x_label);
-  label(stream, "y", "error: mass-weighted rms, worst over time [% of the motion]");
-  fputs("set logscale xy\nset format xy '%g'\nset yrange [*:200]\n", stream);
+  fputs("set yrange [*:200]\n", stream);
   mark_shares(stream);
   snprintf(x, sizeof x, "column('%s')", column);
   fputs("plot ", stream);
@@ -129,11 +127,7 @@ static int draw_work(const flesh_accuracy_plan *plan, const char *name, const ch
   if (known > least_error(plan) / 100) fprintf(stream, "%.17g", known);
   else fputs("NaN", stream);
   fprintf(stream, " with lines dt 2 lc rgb '#909090' title 'reference known to %.1g %%'\n", known);
-  if (!count) {
-    flesh_file_abandon(&file);
-    return FLESH_OK;
-  }
-  return finish(plan, name, &file);
+  return finish(plan, name, count, &file);
 }
 
 /* Error against the step, with the fitted lines. */
@@ -141,15 +135,12 @@ static int draw_orders(const flesh_accuracy_plan *plan)
 {
   static const char name[] = "orders";
   flesh_file file;
-  int status = flesh_plot_open(plan->out, name, ".gp", &file), count = 0;
+  int count = 0, status = begin(plan, name, "Error against step and tolerance, with orders where they hold",
+                                "step [s], or tolerance (squares)", "error: mass-weighted rms, worst over time [m]", &file);
   if (status) return status;
   FILE *stream = file.stream;
   char text[96];
-  begin(stream, name, "Error against step and tolerance, with orders where they hold", 640);
-  label(stream, "x", "step [s], or tolerance (squares)");
-  label(stream, "y", "error: mass-weighted rms, worst over time [m]");
-  fprintf(stream, "set logscale xy\nset format xy '%%g'\nset yrange [*:%g]\nplot ",
-          2 * plan->reference.scale.motion);
+  fprintf(stream, "set yrange [*:%g]\nplot ", 2 * plan->reference.scale.motion);
   for (int m = 0; m < plan->method_count; m++) {
     const flesh_accuracy_method *method = &flesh_accuracy_methods[plan->methods[m]];
     flesh_accuracy_fit fit;
@@ -166,24 +157,19 @@ static int draw_orders(const flesh_accuracy_plan *plan)
             fit.low, fit.high, fit.constant, fit.slope, method->colour);
   }
   putc('\n', stream);
-  if (!count) {
-    flesh_file_abandon(&file);
-    return FLESH_OK;
-  }
-  return finish(plan, name, &file);
+  return finish(plan, name, count, &file);
 }
 
 static int draw_energy(const flesh_accuracy_plan *plan)
 {
   static const char name[] = "energy";
   flesh_file file;
-  int status = flesh_plot_open(plan->out, name, ".gp", &file), count = 0;
+  int count = 0, status = begin(plan, name, "Energy lost (open) and gained (filled) against the time it takes",
+                                "CPU time of the integration [s]",
+                                "largest difference of energy [% of the largest kinetic energy]", &file);
   if (status) return status;
   FILE *stream = file.stream;
-  begin(stream, name, "Energy lost (open) and gained (filled) against the time it takes", 640);
-  label(stream, "x", "CPU time of the integration [s]");
-  label(stream, "y", "largest difference of energy [% of the largest kinetic energy]");
-  fputs("set yrange [*:1000]\nset logscale xy\nset format xy '%g'\nplot ", stream);
+  fputs("set yrange [*:1000]\nplot ", stream);
   for (int m = 0; m < plan->method_count; m++) {
     const flesh_accuracy_method *method = &flesh_accuracy_methods[plan->methods[m]];
     if (!has_runs(plan, plan->methods[m], 1)) continue;
@@ -199,11 +185,7 @@ static int draw_energy(const flesh_accuracy_plan *plan)
     fprintf(stream, " with points pt 6 ps 1.4 lw 2 lc rgb '%s' notitle", method->colour);
   }
   putc('\n', stream);
-  if (!count) {
-    flesh_file_abandon(&file);
-    return FLESH_OK;
-  }
-  return finish(plan, name, &file);
+  return finish(plan, name, count, &file);
 }
 
 /* The runs whose own steps were written. */
@@ -254,9 +236,8 @@ static int draw_steps(const flesh_accuracy_plan *plan)
   const double period = plan->reference.scale.period;
   const int width = 350 * columns + 280;
   flesh_plot_begin(stream, name, width, 760);
+  flesh_plot_style(stream, 1);
   fprintf(stream,
-          "set datafile separator ','\nset border 3 lc rgb '#606060'\n"
-          "set tics nomirror out textcolor rgb '#303030'\nset grid lc rgb '#e4e4e4' lw 1\n"
           "set multiplot layout 2,%d title 'Steps and orders that the adaptive methods chose, by "
           "tolerance' font ',13' margins screen %.4f,%.4f,0.08,0.88 spacing screen %.4f,0.1\n"
           "set xrange [%.17g:%.17g]\nset xlabel 't [s]'\nunset key\n"
@@ -285,7 +266,7 @@ static int draw_steps(const flesh_accuracy_plan *plan)
   }
   fputs("unset multiplot\n", stream);
   free(rows);
-  return finish(plan, name, &file);
+  return finish(plan, name, columns, &file);
 }
 
 /* Removes the pictures of an older comparison that this one does not draw again. */

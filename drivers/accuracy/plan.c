@@ -64,17 +64,21 @@ static const char *scene_of(const flesh_accuracy_plan *plan, const flesh_accurac
   return row->group == FLESH_ACCURACY_MESH ? plan->finer : plan->scene;
 }
 
+int flesh_accuracy_read_as_it_stands(const flesh_accuracy_plan *plan, const char *path, flesh_scene **scene)
+{
+  return flesh_scene_read(path, plan->overrides->count, plan->overrides->values, scene);
+}
+
 int flesh_accuracy_read(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row,
                         flesh_scene **scene)
 {
   own_texts own;
-  int given = plan->overrides->count, count = own_values(row, own);
-  const char **texts = malloc(sizeof *texts * (size_t)(given + OWN_LIMIT));
-  if (!texts) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  for (int k = 0; k < given; k++) texts[k] = plan->overrides->values[k];
-  for (int k = 0; k < count; k++) texts[given + k] = own[k];
-  int status = flesh_scene_read(scene_of(plan, row), given + count, texts, scene);
-  free(texts);
+  flesh_overrides all;
+  int status = flesh_overrides_copy(&all, plan->overrides);
+  if (status) return status;
+  for (int k = 0, count = own_values(row, own); k < count; k++) all.texts.values[all.texts.count++] = own[k];
+  status = flesh_scene_read(scene_of(plan, row), all.texts.count, all.texts.values, scene);
+  flesh_overrides_close(&all);
   return status;
 }
 

@@ -44,16 +44,6 @@ typedef struct task {
   const char *path; /* of the states */
 } task;
 
-/* Largest over time of the mass-weighted RMS distance. */
-static double difference(const flesh_accuracy_plan *plan, const flesh_accuracy_track *a,
-                         const flesh_accuracy_track *b)
-{
-  const flesh_accuracy_scale unit = {.energy = 1};
-  flesh_accuracy_errors errors;
-  flesh_accuracy_compare(&plan->measure, &unit, a, b, &errors);
-  return errors.position_rms;
-}
-
 /* to = finer + (finer - coarser) / (2^power - 1), for positions and velocities; `to` may be either.
  */
 static void extrapolate(const flesh_accuracy_track *finer, const flesh_accuracy_track *coarser,
@@ -140,7 +130,7 @@ static int refine(const task *given, room *r, made *result)
         extrapolate(&r->row[c - 1], &r->before[c - 1], way->first + (c - 1) * way->stride,
                     &r->row[c]);
       if (c == level) continue; /* nothing to compare with yet */
-      double change = difference(plan, &r->row[c], &r->before[c]);
+      double change = flesh_accuracy_apart(&plan->measure, &r->row[c], &r->before[c]);
       if (change < result->estimate) result->estimate = change, best = c;
     }
     if (best >= 0) {
@@ -174,7 +164,7 @@ static int finish(const task *given, room *r, int status)
   const flesh_accuracy_plan *plan = given->plan;
   flesh_scene *scene = NULL;
   if (!status)
-    status = flesh_scene_read(plan->scene, plan->overrides->count, plan->overrides->values, &scene);
+    status = flesh_accuracy_read_as_it_stands(plan, plan->scene, &scene);
   if (!status) status = flesh_accuracy_track_evaluate(flesh_scene_system(scene), &r->best);
   if (!status) status = flesh_accuracy_track_write(given->path, &r->best);
   flesh_scene_destroy(&scene);
@@ -216,7 +206,7 @@ static int settle(flesh_accuracy_plan *plan, const char *paths[2], made results[
   if (!status) status = flesh_accuracy_track_read(paths[1], &tracks[1]);
   flesh_scene *scene = NULL;
   if (!status)
-    status = flesh_scene_read(plan->scene, plan->overrides->count, plan->overrides->values, &scene);
+    status = flesh_accuracy_read_as_it_stands(plan, plan->scene, &scene);
   if (!status) {
     flesh_accuracy_measure_scale(&plan->measure, flesh_scene_mesh(scene), &tracks[first], &about->scale);
     flesh_accuracy_compare(&plan->measure, &about->scale, &tracks[!first], &tracks[first],

@@ -9,6 +9,7 @@
 #include "accuracy/judge.h"
 #include "base/confine.h"
 #include "base/error.h"
+#include "base/sort.h"
 #include "cli/interrupt.h"
 #include "pool/process.h"
 
@@ -18,12 +19,6 @@ typedef struct task {
   const flesh_accuracy_row *row;
   const flesh_accuracy_grid *keep; /* the run solved tightly: the times that are kept of it, and its errors are not */
 } task;
-
-static int by_value(const void *a, const void *b)
-{
-  double x = *(const double *)a, y = *(const double *)b;
-  return (x > y) - (x < y);
-}
 
 /* Runs it again and again: without --repeat short runs more often than long ones. */
 static int enough(const flesh_accuracy_plan *plan, int count, double spent)
@@ -57,8 +52,8 @@ static int run_repeats(const task *given, const flesh_scene *scene, const flesh_
     cpus[count] = cost.cpu_s;
     spent += cost.wall_s;
   }
-  qsort(walls, (size_t)count, sizeof *walls, by_value);
-  qsort(cpus, (size_t)count, sizeof *cpus, by_value);
+  qsort(walls, (size_t)count, sizeof *walls, flesh_compare_double);
+  qsort(cpus, (size_t)count, sizeof *cpus, flesh_compare_double);
   f->cpu_s = cpus[0];
   f->wall_s_min = walls[0];
   f->wall_s_median = (walls[(count - 1) / 2] + walls[count / 2]) / 2;

@@ -83,14 +83,6 @@ static int write_orders(const flesh_accuracy_plan *plan)
   return flesh_file_commit(&file);
 }
 
-/* A number in a column; a dash where there is none. */
-static void cell(double value, int width, const char *format)
-{
-  char text[FLESH_TABLE_TEXT] = "-";
-  if (!isnan(value)) flesh_table_text(text, format, value);
-  printf(" %*s", width, text);
-}
-
 static void print_row(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row)
 {
   const flesh_accuracy_figures *f = &row->figures;
@@ -98,13 +90,13 @@ static void print_row(const flesh_accuracy_plan *plan, const flesh_accuracy_row 
          flesh_accuracy_status_word(row));
   int counted = row->done && !f->crashed_by;
   const long counts[] = {f->steps, f->rejected, f->residuals, f->assemblies, f->linear};
-  for (int c = 0; c < 5; c++) cell(counted ? (double)counts[c] : NAN, c == 1 ? 6 : 8, "%.0f");
-  cell(f->cpu_s, 8, "%.3g");
-  cell(f->errors.position_rms, 9, "%.2e");
-  cell(100 * f->errors.position_rms / plan->reference.scale.motion, 8, "%.3g");
-  cell(100 * f->errors.energy, 9, "%+.2g");
-  if (row->group == FLESH_ACCURACY_WORK) cell(over_tolerance(plan, row), 9, "%.3g");
-  else cell(f->difference, 9, "%.2e");
+  for (int c = 0; c < 5; c++) flesh_table_cell(counted ? (double)counts[c] : NAN, c == 1 ? 6 : 8, "%.0f");
+  flesh_table_cell(f->cpu_s, 8, "%.3g");
+  flesh_table_cell(f->errors.position_rms, 9, "%.2e");
+  flesh_table_cell(100 * f->errors.position_rms / plan->reference.scale.motion, 8, "%.3g");
+  flesh_table_cell(100 * f->errors.energy, 9, "%+.2g");
+  if (row->group == FLESH_ACCURACY_WORK) flesh_table_cell(over_tolerance(plan, row), 9, "%.3g");
+  else flesh_table_cell(f->difference, 9, "%.2e");
   printf("%s\n", row->on_front[0] ? "  *" : "");
 }
 

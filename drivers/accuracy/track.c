@@ -296,6 +296,15 @@ void flesh_accuracy_compare(const flesh_accuracy_measure *measure,
   }
 }
 
+double flesh_accuracy_apart(const flesh_accuracy_measure *measure, const flesh_accuracy_track *a,
+                            const flesh_accuracy_track *b)
+{
+  const flesh_accuracy_scale unit = {.energy = 1};
+  flesh_accuracy_errors errors;
+  flesh_accuracy_compare(measure, &unit, a, b, &errors);
+  return errors.position_rms;
+}
+
 void flesh_accuracy_widen(double estimate, const flesh_accuracy_errors *doubt, flesh_accuracy_errors *u)
 {
   double factor = u->position_rms > 0 ? fmax(1, estimate / u->position_rms) : 1;

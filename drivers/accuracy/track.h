@@ -89,6 +89,10 @@ void flesh_accuracy_compare(const flesh_accuracy_measure *measure,
                             const flesh_accuracy_scale *scale, const flesh_accuracy_track *track,
                             const flesh_accuracy_track *reference, flesh_accuracy_errors *errors);
 
+/* Largest over time of the mass-weighted RMS distance of two tracks of the same times [m]. */
+double flesh_accuracy_apart(const flesh_accuracy_measure *measure, const flesh_accuracy_track *a,
+                            const flesh_accuracy_track *b);
+
 /* The track's state at any time from its first to its last: x, v [unknowns]. */
 void flesh_accuracy_track_at(const flesh_accuracy_track *track, const flesh_accuracy_measure *measure, double t,
                              double *x, double *v);

@@ -7,8 +7,6 @@
 #include "base/file.h"
 #include "study/table.h"
 
-#define SAY(...) FLESH_SAY(stream, __VA_ARGS__)
-
 static int judged(const flesh_accuracy_row *row)
 {
   return row->group == FLESH_ACCURACY_WORK && row->done && !row->figures.status;
@@ -70,86 +68,85 @@ static double between(const flesh_accuracy_plan *plan, int method, double error)
 
 static void say_run(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row, FILE *stream)
 {
-  SAY("%s in %.3g s, %ld steps, error ", row->setting, row->figures.cpu_s, row->figures.steps);
-  if (row->figures.below) SAY("below the reference's uncertainty");
-  else SAY("%.3g %%", 100 * row->figures.errors.position_rms / plan->reference.scale.motion);
-  if (row->figures.errors.energy > 0.01) SAY(", gains energy");
+  fprintf(stream, "%s in %.3g s, %ld steps, error ", row->setting, row->figures.cpu_s, row->figures.steps);
+  if (row->figures.below) fprintf(stream, "below the reference's uncertainty");
+  else fprintf(stream, "%.3g %%", 100 * row->figures.errors.position_rms / plan->reference.scale.motion);
+  if (row->figures.errors.energy > 0.01) fprintf(stream, ", gains energy");
 }
 
 static void say_command(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row,
                         FILE *stream)
 {
-  flesh_accuracy_print_command(stdout, plan, row);
   flesh_accuracy_print_command(stream, plan, row);
-  SAY("\n");
+  fprintf(stream, "\n");
 }
 
 static void say_target(const flesh_accuracy_plan *plan, double share, FILE *stream)
 {
   double error = share * plan->reference.scale.motion;
-  SAY("\nFor %g %% of the motion (%.3g m rms):\n", 100 * share, error);
+  fprintf(stream, "\nFor %g %% of the motion (%.3g m rms):\n", 100 * share, error);
   if (error <= plan->reference.uncertainty.position_rms) {
-    SAY("  the reference is not known that well.\n");
+    fprintf(stream, "  the reference is not known that well.\n");
     return;
   }
   const flesh_accuracy_row *best = least_expensive(plan, -1, error);
   for (int m = 0; m < plan->method_count; m++) {
     const flesh_accuracy_row *row = least_expensive(plan, plan->methods[m], error);
-    SAY("  %-18s ", flesh_accuracy_methods[plan->methods[m]].name);
+    fprintf(stream, "  %-18s ", flesh_accuracy_methods[plan->methods[m]].name);
     if (row) {
       say_run(plan, row, stream);
-      if (row == best) SAY("  <- least CPU time");
-      else if (flesh_accuracy_same_run(row, best)) SAY("; a tie: the same steps and errors");
-      else if (!flesh_accuracy_compare_times(row, best)) SAY("; the same cost, within the noise of the clock");
-      else SAY("; %.3g times as much", row->figures.cpu_s / best->figures.cpu_s);
+      if (row == best) fprintf(stream, "  <- least CPU time");
+      else if (flesh_accuracy_same_run(row, best)) fprintf(stream, "; a tie: the same steps and errors");
+      else if (!flesh_accuracy_compare_times(row, best)) fprintf(stream, "; the same cost, within the noise of the clock");
+      else fprintf(stream, "; %.3g times as much", row->figures.cpu_s / best->figures.cpu_s);
     } else if ((row = most_accurate(plan, plan->methods[m]))) {
-      SAY("not reached; its best: ");
+      fprintf(stream, "not reached; its best: ");
       say_run(plan, row, stream);
-    } else SAY("no run to judge by");
-    SAY("\n");
+    } else fprintf(stream, "no run to judge by");
+    fprintf(stream, "\n");
   }
   if (!best) {
-    SAY("  no setting that was measured reaches it.\n");
+    fprintf(stream, "  no setting that was measured reaches it.\n");
     return;
   }
   int euler = flesh_accuracy_method_find("backward-euler");
   const flesh_accuracy_row *slow = least_expensive(plan, euler, error);
   double curve = between(plan, euler, error) / between(plan, best->method, error);
   if (slow && best->method != euler) {
-    SAY("  Backward Euler costs %.3g times as much in time and %.3g times the steps",
+    fprintf(stream, "  Backward Euler costs %.3g times as much in time and %.3g times the steps",
         slow->figures.cpu_s / best->figures.cpu_s,
         (double)slow->figures.steps / (double)best->figures.steps);
-    if (isfinite(curve)) SAY(" (%.3g times in time, interpolated between settings)", curve);
-    SAY(".\n");
+    if (isfinite(curve)) fprintf(stream, " (%.3g times in time, interpolated between settings)", curve);
+    fprintf(stream, ".\n");
   } else if (best->method != euler && (slow = most_accurate(plan, euler))) {
     if (slow->figures.cpu_s > best->figures.cpu_s)
-      SAY("  Backward Euler costs more than %.3g times as much: that is what its best run took, which does not reach "
+      fprintf(stream, "  Backward Euler costs more than %.3g times as much: that is what its best run took, which does not reach "
           "it.\n",
           slow->figures.cpu_s / best->figures.cpu_s);
-    else SAY("  Backward Euler does not reach it at any step that was measured.\n");
+    else fprintf(stream, "  Backward Euler does not reach it at any step that was measured.\n");
     slow = NULL;
   }
-  SAY("  to repeat: ");
+  fprintf(stream, "  to repeat: ");
   say_command(plan, best, stream);
   if (slow && best->method != euler) {
-    SAY("             ");
+    fprintf(stream, "             ");
     say_command(plan, slow, stream);
   }
 }
 
 static void say_orders(const flesh_accuracy_plan *plan, FILE *stream)
 {
-  SAY("\nOrders, fitted where they hold: over neighbouring runs whose slopes agree within 15 %%, with errors from ten "
+  fprintf(stream, "\nOrders, fitted where they hold: over neighbouring runs whose slopes agree within 15 %%, with errors from ten "
       "times the reference's uncertainty to a tenth of the motion:\n");
   for (int m = 0; m < plan->method_count; m++) {
     const flesh_accuracy_method *method = &flesh_accuracy_methods[plan->methods[m]];
     flesh_accuracy_fit fit;
     flesh_accuracy_fit_order(plan, plan->methods[m], &fit);
-    SAY("  %-18s ", method->name);
-    if (!fit.points && fit.candidates < 3) SAY("too few runs (%d) in that range\n", fit.candidates);
-    else if (!fit.points) SAY("no order yet: the slopes between its %d runs in that range differ\n", fit.candidates);
+    fprintf(stream, "  %-18s ", method->name);
+    if (!fit.points && fit.candidates < 3) fprintf(stream, "too few runs (%d) in that range\n", fit.candidates);
+    else if (!fit.points) fprintf(stream, "no order yet: the slopes between its %d runs in that range differ\n", fit.candidates);
     else
-      SAY("error ~ %s^%.3f ± %.3f (%d runs)\n", method->adaptive ? "tolerance" : "step", fit.slope, fit.slope_error,
+      fprintf(stream, "error ~ %s^%.3f ± %.3f (%d runs)\n", method->adaptive ? "tolerance" : "step", fit.slope, fit.slope_error,
           fit.points);
   }
 }
@@ -165,13 +162,13 @@ static void say_gains(const flesh_accuracy_plan *plan, FILE *stream)
       double gain = row->figures.errors.energy;
       if (row->method != plan->methods[m] || !judged(row) || !(gain > 0.01)) continue;
       if (!count++)
-        SAY("\nwarning: %s gains energy, in %% of the largest kinetic energy:", method->name);
-      SAY("%s %.2g at %s", count > 1 ? "," : "", 100 * gain, row->setting);
+        fprintf(stream, "\nwarning: %s gains energy, in %% of the largest kinetic energy:", method->name);
+      fprintf(stream, "%s %.2g at %s", count > 1 ? "," : "", 100 * gain, row->setting);
     }
     if (!count) continue;
-    SAY(".\n");
+    fprintf(stream, ".\n");
     if (method->max_order > 2)
-      SAY("  Orders above 2 are not stable for fast oscillations, which grow: take order 2 "
+      fprintf(stream, "  Orders above 2 are not stable for fast oscillations, which grow: take order 2 "
           "(adaptive) or a "
           "tighter tolerance.\n");
   }
@@ -180,20 +177,20 @@ static void say_gains(const flesh_accuracy_plan *plan, FILE *stream)
 static void say_price(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row, FILE *stream)
 {
   const flesh_accuracy_figures *f = &row->figures;
-  SAY("  %-32s ", row->setting);
+  fprintf(stream, "  %-32s ", row->setting);
   if (f->status || !row->done) {
-    SAY("%s\n", flesh_accuracy_status_word(row));
+    fprintf(stream, "%s\n", flesh_accuracy_status_word(row));
     return;
   }
-  SAY("%.3g s, %ld Hessians, %ld linear iterations", f->cpu_s, f->assemblies, f->linear);
+  fprintf(stream, "%.3g s, %ld Hessians, %ld linear iterations", f->cpu_s, f->assemblies, f->linear);
   if (row->group == FLESH_ACCURACY_MESH)
-    SAY("; the tip elsewhere by %.2e m, the volume by %.2g %%", f->errors.tip,
+    fprintf(stream, "; the tip elsewhere by %.2e m, the volume by %.2g %%", f->errors.tip,
         100 * f->errors.volume);
   else if (row->group == FLESH_ACCURACY_MASS && strcmp(row->extra, plan->mass))
-    SAY("; another body: %.2e m rms elsewhere (%.2g %% of the motion)", f->difference,
+    fprintf(stream, "; another body: %.2e m rms elsewhere (%.2g %% of the motion)", f->difference,
         100 * f->difference / plan->reference.scale.motion);
-  else SAY("; adds %.2e m rms", f->difference);
-  SAY("\n");
+  else fprintf(stream, "; adds %.2e m rms", f->difference);
+  fprintf(stream, "\n");
 }
 
 static void say_prices(const flesh_accuracy_plan *plan, FILE *stream)
@@ -203,13 +200,13 @@ static void say_prices(const flesh_accuracy_plan *plan, FILE *stream)
     const flesh_accuracy_row *row = &plan->rows[k];
     if (row->group == FLESH_ACCURACY_WORK) continue;
     if (!any++)
-      SAY("\nOther prices, each alone, with %s at a step of %s s:\n",
+      fprintf(stream, "\nOther prices, each alone, with %s at a step of %s s:\n",
           flesh_accuracy_methods[row->method].name, row->step.text);
     say_price(plan, row, stream);
   }
-  if (!any) SAY("\nOther prices are not measured: --methods names no method of fixed steps.\n");
+  if (!any) fprintf(stream, "\nOther prices are not measured: --methods names no method of fixed steps.\n");
   else if (!plan->finer)
-    SAY("  mesh refinement                  not measured: --finer names no scene with a finer "
+    fprintf(stream, "  mesh refinement                  not measured: --finer names no scene with a finer "
         "mesh\n");
 }
 
@@ -222,44 +219,44 @@ static void say_times(const flesh_accuracy_plan *plan, FILE *stream)
       wall += plan->rows[k].figures.wall_s_min;
       cpu += plan->rows[k].figures.cpu_s;
     }
-  SAY("times: CPU time of the integration alone; what differs by less than a tenth, or than repeats do, counts as "
+  fprintf(stream, "times: CPU time of the integration alone; what differs by less than a tenth, or than repeats do, counts as "
       "equal");
   if (cpu > 0 && wall > 1.2 * cpu)
-    SAY(". The machine was busy: on the wall the runs took %.1f times that", wall / cpu);
-  SAY("\n");
+    fprintf(stream, ". The machine was busy: on the wall the runs took %.1f times that", wall / cpu);
+  fprintf(stream, "\n");
 }
 
 static void say_reference(const flesh_accuracy_plan *plan, FILE *stream)
 {
   const flesh_accuracy_reference *about = &plan->reference;
-  SAY("\nreference: %s; against %s\n", about->first, about->second);
-  SAY("  they differ by %.2e m rms, the last refinement changed the first by %.2e m, interpolation between its %d "
+  fprintf(stream, "\nreference: %s; against %s\n", about->first, about->second);
+  fprintf(stream, "  they differ by %.2e m rms, the last refinement changed the first by %.2e m, interpolation between its %d "
       "times adds %.2e m: errors below %.2e m (%.2g %% of the motion) are not reported\n",
       about->apart, about->change, plan->grid.count, about->between, about->uncertainty.position_rms,
       100 * about->uncertainty.position_rms / about->scale.motion);
-  SAY("  motion: %.3g m rms, node %d moves most, %.3g m", about->scale.motion, about->scale.tip,
+  fprintf(stream, "  motion: %.3g m rms, node %d moves most, %.3g m", about->scale.motion, about->scale.tip,
       about->scale.tip_motion);
-  if (isfinite(about->scale.period)) SAY(", period %.3g s\n", about->scale.period);
-  else SAY("; too short to show a period\n");
+  if (isfinite(about->scale.period)) fprintf(stream, ", period %.3g s\n", about->scale.period);
+  else fprintf(stream, "; too short to show a period\n");
   if (about->uncertainty.position_rms > 0.01 * about->scale.motion)
-    SAY("  warning: this motion cannot be followed that far by any method: nearby states part too "
+    fprintf(stream, "  warning: this motion cannot be followed that far by any method: nearby states part too "
         "fast. A "
         "shorter --set time.end, or more --reference-seconds, may help.\n");
 }
 
-int flesh_accuracy_write_verdict(const void *data)
+static void say(const void *data, FILE *stream)
 {
-  const flesh_accuracy_plan *plan = data;
   static const double shares[] = {0.1, 0.01, 0.001, 0.0001};
-  flesh_file file;
-  int status = flesh_table_open(plan->out, "verdict.txt", &file);
-  if (status) return status;
-  FILE *stream = file.stream;
+  const flesh_accuracy_plan *plan = data;
   say_reference(plan, stream);
   say_times(plan, stream);
   for (size_t s = 0; s < sizeof shares / sizeof shares[0]; s++) say_target(plan, shares[s], stream);
   say_orders(plan, stream);
   say_gains(plan, stream);
   say_prices(plan, stream);
-  return flesh_file_commit(&file);
+}
+
+int flesh_accuracy_write_verdict(const void *plan)
+{
+  return flesh_table_say(((const flesh_accuracy_plan *)plan)->out, "verdict.txt", say, plan);
 }

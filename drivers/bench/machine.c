@@ -7,18 +7,13 @@
 
 #include "base/clock.h"
 #include "base/error.h"
+#include "base/sort.h"
 #include "bench/bench.h"
 #include "bench/peak.h"
 
 /* A repeat lasts at least this long. */
 #define SHORTEST 2e-3
 enum { MOST_REPEATS = 101 };
-
-static int ascending(const void *a, const void *b)
-{
-  double x = *(const double *)a, y = *(const double *)b;
-  return (x > y) - (x < y);
-}
 
 /* One call, or `calls` of them. */
 static int run_once(int (*prepare)(void *data), int (*work)(void *data), void *data, int calls,
@@ -42,8 +37,8 @@ int flesh_bench_measure(int (*prepare)(void *data), int (*work)(void *data), voi
   for (int r = calls == 1; r < repeats && !status; r++)
     status = run_once(prepare, work, data, calls, &wall[r], &cpu[r]);
   if (status) return status;
-  qsort(wall, (size_t)repeats, sizeof *wall, ascending);
-  qsort(cpu, (size_t)repeats, sizeof *cpu, ascending);
+  qsort(wall, (size_t)repeats, sizeof *wall, flesh_compare_double);
+  qsort(cpu, (size_t)repeats, sizeof *cpu, flesh_compare_double);
   double middle = cpu[repeats / 2];
   *time = (flesh_bench_time){.wall_s = wall[repeats / 2],
                              .cpu_s = middle,

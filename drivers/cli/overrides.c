@@ -18,6 +18,13 @@ int flesh_overrides_open(flesh_overrides *overrides, int argc)
   return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
 }
 
+int flesh_overrides_copy(flesh_overrides *overrides, const flesh_texts *given)
+{
+  const int status = flesh_overrides_open(overrides, given->count);
+  for (int k = 0; k < given->count && !status; k++) overrides->texts.values[overrides->texts.count++] = given->values[k];
+  return status;
+}
+
 void flesh_overrides_close(flesh_overrides *overrides)
 {
   for (int o = 0; o < overrides->owned_count; o++) free(overrides->owned[o]);

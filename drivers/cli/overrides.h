@@ -12,6 +12,8 @@ typedef struct flesh_overrides {
 
 /* Room for `argc` texts of the command line and 16 added ones. */
 int flesh_overrides_open(flesh_overrides *overrides, int argc);
+/* With the texts of another list, borrowed. */
+int flesh_overrides_copy(flesh_overrides *overrides, const flesh_texts *given);
 void flesh_overrides_close(flesh_overrides *overrides);
 
 /* Adds key=value with the value quoted as YAML text; key=value with a value taken as it stands. */

@@ -56,10 +56,8 @@ int flesh_drift_make_scenes(int count, char *const *paths, const char *elements,
 int flesh_drift_overrides(const flesh_drift_plan *plan, int scene, flesh_overrides *overrides)
 {
   const flesh_drift_scene *s = &plan->scenes[scene];
-  int status = flesh_overrides_open(overrides, plan->overrides->count);
+  int status = flesh_overrides_copy(overrides, plan->overrides);
   if (status) return status;
-  for (int k = 0; k < plan->overrides->count; k++)
-    overrides->texts.values[overrides->texts.count++] = plan->overrides->values[k];
   if (*s->element) status = flesh_overrides_add(overrides, "body.element", s->element);
   if (!status && *s->refine) status = flesh_overrides_add(overrides, "body.refine", s->refine);
   if (status) flesh_overrides_close(overrides);

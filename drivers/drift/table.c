@@ -52,12 +52,10 @@ static int write_csv(const flesh_drift_plan *plan)
   return flesh_file_commit(&file);
 }
 
-/* A number in a column; a dash for NaN, and no more digits than can be read. */
+/* With no more digits than can be read. */
 static void cell(double value, int width, const char *format)
 {
-  char text[FLESH_TABLE_TEXT] = "-";
-  if (!isnan(value)) flesh_table_text(text, fabs(value) >= 1e5 ? "%.0e" : format, value);
-  printf(" %*s", width, text);
+  flesh_table_cell(value, width, fabs(value) >= 1e5 ? "%.0e" : format);
 }
 
 int flesh_drift_write_table(const void *data)

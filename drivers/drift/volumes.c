@@ -2,14 +2,13 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "base/error.h"
-#include "base/scan.h"
 #include "base/text.h"
 #include "drift/drift.h"
 #include "picture/palette.h"
 #include "picture/plot.h"
+#include "study/csv.h"
 
 /* The volume of a case over its run, and the line that draws it. */
 typedef struct volumes {
@@ -19,51 +18,24 @@ typedef struct volumes {
   char file[300], title[400];
 } volumes;
 
-/* The column of that name in a line of names; -1: there is none. */
-static int find_column(const char *names, const char *name)
-{
-  size_t length = strlen(name);
-  for (int column = 0;; column++) {
-    size_t here = strcspn(names, ",\r\n");
-    if (here == length && !strncmp(names, name, length)) return column;
-    if (names[here] != ',') return -1;
-    names += here + 1;
-  }
-}
-
-static double read_field(const char *line, int column)
-{
-  for (; column > 0 && line; column--) line = strchr(line, ',') ? strchr(line, ',') + 1 : NULL;
-  return line ? strtod(line, NULL) : NAN;
-}
-
 /* A case without a history has no line. */
 static int read_history(const flesh_drift_plan *plan, volumes *v)
 {
-  char path[1700], folder[256], *line = NULL;
-  size_t size = 0;
-  int status = FLESH_OK, time = -1, ratio = -1, room = 0;
+  char path[1700], folder[256];
+  flesh_csv history;
   flesh_drift_case_folder(plan, v->c, folder);
   snprintf(v->file, sizeof v->file, "%s/history.csv", folder);
   snprintf(path, sizeof path, "%s/%s", plan->out, v->file);
-  FILE *stream;
-  if (!flesh_regular_open(path, &stream) && getline(&line, &size, stream) > 0)
-    time = find_column(line, "t"), ratio = find_column(line, "volume_ratio");
-  while (!status && time >= 0 && ratio >= 0 && getline(&line, &size, stream) > 0) {
-    if (v->count == room) {
-      room = room ? 2 * room : 256;
-      double *t = realloc(v->t, sizeof *t * (size_t)room);
-      if (t) v->t = t;
-      double *r = t ? realloc(v->ratio, sizeof *r * (size_t)room) : NULL;
-      if (r) v->ratio = r;
-      if (!r) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-      if (status) break;
-    }
-    v->t[v->count] = read_field(line, time);
-    v->ratio[v->count++] = read_field(line, ratio);
+  if (flesh_csv_read(path, FLESH_CSV_TORN, &history)) return FLESH_OK;
+  const int time = flesh_csv_find(&history, "t"), ratio = flesh_csv_find(&history, "volume_ratio");
+  v->t = malloc(sizeof *v->t * (size_t)(history.rows + 1));
+  v->ratio = malloc(sizeof *v->ratio * (size_t)(history.rows + 1));
+  const int status = v->t && v->ratio ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  for (int row = 0; row < history.rows && !status && time >= 0 && ratio >= 0; row++, v->count++) {
+    flesh_csv_number(&history, row, time, &v->t[row]);
+    flesh_csv_number(&history, row, ratio, &v->ratio[row]);
   }
-  free(line);
-  if (stream) fclose(stream);
+  flesh_csv_clear(&history);
   return status;
 }
 

@@ -1,7 +1,6 @@
 /* words.c: the verdict: what the finest scene says, as far as the next finest bears it out, and what part of the other
  * figures is the mesh's. */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
@@ -253,25 +252,9 @@ void flesh_drift_say(const flesh_drift_plan *plan, FILE *stream)
     }
 }
 
-int flesh_drift_write_verdict(const void *data)
+static void say(const void *plan, FILE *stream) { flesh_drift_say(plan, stream); }
+
+int flesh_drift_write_verdict(const void *plan)
 {
-  const flesh_drift_plan *plan = data;
-  char *text = NULL;
-  size_t size = 0;
-  FILE *words = open_memstream(&text, &size);
-  if (!words) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  flesh_drift_say(plan, words);
-  if (fclose(words)) {
-    free(text);
-    return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  }
-  flesh_file file;
-  int status = flesh_table_open(plan->out, "verdict.txt", &file);
-  if (!status) {
-    fputs(text, stdout);
-    fputs(text, file.stream);
-    status = flesh_file_commit(&file);
-  }
-  free(text);
-  return status;
+  return flesh_table_say(((const flesh_drift_plan *)plan)->out, "verdict.txt", say, plan);
 }

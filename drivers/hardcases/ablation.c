@@ -90,8 +90,6 @@ static void percent(double value, char text[16])
   else snprintf(text, 16, "%+.1f %%", 100 * value);
 }
 
-#define SAY(...) FLESH_SAY(stream, __VA_ARGS__)
-
 /* A row of the table, where the technique was left out at all: the changes over all runs, and the set in which it saves
  * most. */
 static void say_technique(const flesh_hardcases_plan *plan, const set *sets, int count, flesh_hardcases_solver solver,
@@ -110,15 +108,15 @@ static void say_technique(const flesh_hardcases_plan *plan, const set *sets, int
   percent(excess(all.newton), newton);
   percent(excess(all.linear), linear);
   percent(excess(all.cpu), cpu);
-  SAY("| %s | %d, %d | %s | %s | %s |", flesh_technique_name(flesh_hardcases_left_out(solver)), all.failed[0],
+  fprintf(stream, "| %s | %d, %d | %s | %s | %s |", flesh_technique_name(flesh_hardcases_left_out(solver)), all.failed[0],
       all.failed[1], newton, linear, cpu);
   if (best >= 0) {
     percent(most, cpu);
-    SAY(" %s (%s, %g, %s) |", cpu, flesh_element_name(sets[best].element), sets[best].poisson, sets[best].group);
+    fprintf(stream, " %s (%s, %g, %s) |", cpu, flesh_element_name(sets[best].element), sets[best].poisson, sets[best].group);
   } else {
-    SAY(" - |");
+    fprintf(stream, " - |");
   }
-  SAY(" %s |\n", all.failed[1] > all.failed[0] || most >= worth ? "yes" : "no");
+  fprintf(stream, " %s |\n", all.failed[1] > all.failed[0] || most >= worth ? "yes" : "no");
 }
 
 static int write_sets(const flesh_hardcases_plan *plan, const set *sets, int count)
@@ -142,24 +140,27 @@ static int write_sets(const flesh_hardcases_plan *plan, const set *sets, int cou
   return flesh_file_commit(&file);
 }
 
-static int write_words(const flesh_hardcases_plan *plan, const set *sets, int count)
+/* Data of the words. */
+typedef struct told {
+  const flesh_hardcases_plan *plan;
+  const set *sets;
+  int count;
+} told;
+
+static void say(const void *data, FILE *stream)
 {
-  flesh_file file;
-  int status = flesh_table_open(plan->out, "verdict.txt", &file);
-  if (status) return status;
-  FILE *stream = file.stream;
-  const sums all = sums_of(plan, NULL, FLESH_HARDCASES_DEFAULT);
-  SAY("\nThe default: %d runs, %d of them do not come back, %.0f Newton and %.0f linear iterations, %.1f s of CPU\n\n",
+  const told *t = data;
+  const sums all = sums_of(t->plan, NULL, FLESH_HARDCASES_DEFAULT);
+  fprintf(stream, "\nThe default: %d runs, %d of them do not come back, %.0f Newton and %.0f linear iterations, %.1f s of CPU\n\n",
       all.runs, all.failed[0], all.newton[0], all.linear[0], all.cpu[0]);
-  SAY("Changes without each technique, over the runs that come back with and without it. A technique earns its place\n"
+  fprintf(stream, "Changes without each technique, over the runs that come back with and without it. A technique earns its place\n"
       "where it saves a run, or %.0f %% of the Newton iterations of a set (an element, a Poisson's ratio, a group of\n"
       "cases), or of its CPU time where that is %g s or more.\n\n",
       100 * worth, least_seconds);
-  SAY("| without | failed with, without | Newton | linear | CPU | most, in a set | earns its place |\n");
-  SAY("|---|---|---|---|---|---|---|\n");
+  fprintf(stream, "| without | failed with, without | Newton | linear | CPU | most, in a set | earns its place |\n");
+  fprintf(stream, "|---|---|---|---|---|---|---|\n");
   for (int k = FLESH_HARDCASES_WITHOUT; flesh_hardcases_left_out((flesh_hardcases_solver)k); k++)
-    say_technique(plan, sets, count, (flesh_hardcases_solver)k, stream);
-  return flesh_file_commit(&file);
+    say_technique(t->plan, t->sets, t->count, (flesh_hardcases_solver)k, stream);
 }
 
 int flesh_hardcases_write_ablation(const void *data)
@@ -169,7 +170,8 @@ int flesh_hardcases_write_ablation(const void *data)
   set *sets = find_sets(plan, &count);
   if (!sets) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   int status = write_sets(plan, sets, count);
-  if (!status) status = write_words(plan, sets, count);
+  const told all = {plan, sets, count};
+  if (!status) status = flesh_table_say(plan->out, "verdict.txt", say, &all);
   free(sets);
   return status;
 }

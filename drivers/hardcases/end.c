@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/sort.h"
 #include "flesh/system.h"
 #include "mesh/mesh.h"
 
@@ -104,12 +105,6 @@ int flesh_hardcases_rank(const flesh_mesh *mesh, const double *x)
   return rank;
 }
 
-static int compare(const void *a, const void *b)
-{
-  double p = *(const double *)a, q = *(const double *)b;
-  return (p > q) - (p < q);
-}
-
 /* Ascending eigenvalues of the true Hessian of the free dofs; `free_count` of them in new *values.
  */
 static int spectrum(const flesh_system *system, const flesh_point *point, const uint8_t *fixed,
@@ -139,7 +134,7 @@ static int spectrum(const flesh_system *system, const flesh_point *point, const 
     gsl_eigen_symm(dense, found, work);
     gsl_eigen_symm_free(work);
     for (int k = 0; k < free_count; k++) (*values)[k] = gsl_vector_get(found, (size_t)k);
-    qsort(*values, (size_t)free_count, sizeof **values, compare);
+    qsort(*values, (size_t)free_count, sizeof **values, flesh_compare_double);
   }
   flesh_block_matrix_destroy(&K);
   free(number);

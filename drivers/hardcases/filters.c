@@ -124,14 +124,12 @@ static void write_shares(const flesh_hardcases_plan *plan, flesh_element element
   }
 }
 
-#define SAY(...) FLESH_SAY(stream, __VA_ARGS__)
-
 /* A row for each filter: how many problems it solved at each Poisson's ratio. */
 static void say_solved(const flesh_hardcases_plan *plan, table *t, FILE *stream)
 {
-  SAY("  solved of        ");
+  fprintf(stream, "  solved of        ");
   for (int pass = -1; pass < t->ways; pass++) {
-    if (pass >= 0) SAY("\n    %-22s", t->names[pass]);
+    if (pass >= 0) fprintf(stream, "\n    %-22s", t->names[pass]);
     int count = 0;
     for (int s = 0; s < plan->setting_count; s++) {
       const double nu = plan->settings[s].poisson;
@@ -139,12 +137,12 @@ static void say_solved(const flesh_hardcases_plan *plan, table *t, FILE *stream)
       for (int b = 0; b < s; b++) again |= plan->settings[b].poisson == nu;
       if (again) continue;
       const flesh_profile p = profile_of(t, NEWTON, nu);
-      if (pass < 0) SAY("%s nu %g: %d", count ? "," : "", nu, flesh_profile_problems(&p, NULL));
-      else SAY(" %7d", flesh_profile_solved(&p, pass));
+      if (pass < 0) fprintf(stream, "%s nu %g: %d", count ? "," : "", nu, flesh_profile_problems(&p, NULL));
+      else fprintf(stream, " %7d", flesh_profile_solved(&p, pass));
       count++;
     }
   }
-  SAY("\n");
+  fprintf(stream, "\n");
 }
 
 static void say_element(const flesh_hardcases_plan *plan, flesh_element element, table *t, FILE *stream)
@@ -153,23 +151,25 @@ static void say_element(const flesh_hardcases_plan *plan, flesh_element element,
   char text[4096];
   flesh_profile p = profile_of(t, NEWTON, NAN);
   const int problems = flesh_profile_problems(&p, &unsolved);
-  SAY("\n%s: %d of %d problems run with all filters; %d solved by none\n", flesh_element_name(element), problems,
+  fprintf(stream, "\n%s: %d of %d problems run with all filters; %d solved by none\n", flesh_element_name(element), problems,
       t->problems, unsolved);
   say_solved(plan, t, stream);
   for (int m = 0; m < MEASURES; m++) {
     p = profile_of(t, (measure)m, NAN);
-    SAY("  %-24s solved    least   within 2 times   cost over %s's\n", measure_titles[m], t->names[0]);
+    fprintf(stream, "  %-24s solved    least   within 2 times   cost over %s's\n", measure_titles[m], t->names[0]);
     for (int w = 0; w < t->ways; w++) {
-      SAY("    %-22s %6d   %5.1f %%          %5.1f %%", t->names[w], flesh_profile_solved(&p, w),
+      fprintf(stream, "    %-22s %6d   %5.1f %%          %5.1f %%", t->names[w], flesh_profile_solved(&p, w),
           100 * flesh_profile_share(&p, w, 1), 100 * flesh_profile_share(&p, w, 2));
       const double ratio = flesh_profile_ratio(&p, w, 0);
-      if (isfinite(ratio)) SAY("   %12.3f", ratio);
-      SAY("\n");
+      if (isfinite(ratio)) fprintf(stream, "   %12.3f", ratio);
+      fprintf(stream, "\n");
     }
     flesh_profile_verdict(&p, text, sizeof text);
-    SAY("    %s\n", text);
+    fprintf(stream, "    %s\n", text);
   }
 }
+
+static void say(const void *plan, FILE *stream) { each_element(plan, stream, say_element); }
 
 int flesh_hardcases_write_filters(const void *data)
 {
@@ -181,12 +181,7 @@ int flesh_hardcases_write_filters(const void *data)
   status = each_element(plan, file.stream, write_shares);
   if (status) flesh_file_abandon(&file);
   else status = flesh_file_commit(&file);
-  if (!status) status = flesh_table_open(plan->out, "verdict.txt", &file);
-  if (status) return status;
-  status = each_element(plan, file.stream, say_element);
-  if (status) flesh_file_abandon(&file);
-  else status = flesh_file_commit(&file);
-  return status;
+  return status ? status : flesh_table_say(plan->out, "verdict.txt", say, plan);
 }
 
 static void draw_panel(FILE *stream, flesh_element element, const table *t, measure m, int has_key)
@@ -222,10 +217,9 @@ int flesh_hardcases_draw_filters(const void *data)
   for (int s = 0; s < plan->setting_count; s++)
     elements += s == 0 || plan->settings[s].element != plan->settings[s - 1].element;
   flesh_plot_begin(file.stream, "profiles", 1200, 40 + 330 * elements);
+  flesh_plot_style(file.stream, 1);
   fprintf(file.stream,
-          "set datafile separator ','\nset datafile missing NaN\nset border 3 lc rgb '#606060'\n"
-          "set tics nomirror out textcolor rgb '#303030'\nset grid lc rgb '#e4e4e4' lw 1\n"
-          "set title noenhanced font ',11'\nset logscale x 2\nset xrange [1:%d]\nset yrange [0:102]\n"
+          "set key default\nset title noenhanced font ',11'\nset logscale x 2\nset xrange [1:%d]\nset yrange [0:102]\n"
           "set xlabel 'times the least cost' font ',9'\nset ylabel 'problems solved [%%]' font ',9'\n"
           "set multiplot layout %d,%d\n",
           1 << OCTAVES, elements, (int)MEASURES);

@@ -7,7 +7,7 @@
 
 #include "base/confine.h"
 #include "base/error.h"
-#include "cli/interrupt.h"
+#include "cli/overrides.h"
 #include "run/runner.h"
 #include "hardcases/hardcases.h"
 #include "hardcases/end.h"
@@ -63,16 +63,16 @@ static int find_rest(const flesh_hardcases_plan *plan, const char *folder, flesh
 {
   char file[1400];
   flesh_scene *last = NULL;
-  const char **values = malloc(sizeof *values * ((size_t)plan->overrides->count + 1));
-  if (!values) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  for (int k = 0; k < plan->overrides->count; k++) values[k] = plan->overrides->values[k];
-  values[plan->overrides->count] = "start=null"; /* it is not there yet */
+  flesh_overrides overrides;
+  int status = flesh_overrides_copy(&overrides, plan->overrides);
+  if (status) return status;
+  status = flesh_overrides_add(&overrides, "start", "null"); /* it is not there yet */
   snprintf(file, sizeof file, "%s/release.yaml", folder);
   if (flesh_path_access(file, F_OK)) snprintf(file, sizeof file, "%s/scene.yaml", folder);
-  int status = flesh_scene_read(file, plan->overrides->count + 1, values, &last);
+  if (!status) status = flesh_scene_read(file, overrides.texts.count, overrides.texts.values, &last);
   if (!status) flesh_hardcases_rest_shape(last, flesh_scene_times(last)->end, rest);
   flesh_scene_destroy(&last);
-  free(values);
+  flesh_overrides_close(&overrides);
   return status;
 }
 

@@ -79,8 +79,6 @@ int flesh_hardcases_write_csv(const void *data)
   return flesh_file_commit(&file);
 }
 
-#define SAY(...) FLESH_SAY(stream, __VA_ARGS__)
-
 /* Whether this run should come back with S and E (see `flesh hardcases --help`). */
 static int is_expected(const flesh_hardcases_run *r)
 {
@@ -114,16 +112,16 @@ static void say_setting(const flesh_hardcases_plan *plan, int setting, FILE *str
     seconds += isnan(r->figures.wall_s) ? 0 : r->figures.cpu_s;
   }
   flesh_hardcases_setting_title(&plan->settings[setting], title);
-  SAY("  %-28s %3d of %d", title,
+  fprintf(stream, "  %-28s %3d of %d", title,
       counts[FLESH_HARDCASES_RECOVERED] + counts[FLESH_HARDCASES_UNTANGLED] +
           counts[FLESH_HARDCASES_EQUILIBRIUM],
       total);
-  if (counts[FLESH_HARDCASES_UNTANGLED]) SAY(" (%d of them untangled)", counts[FLESH_HARDCASES_UNTANGLED]);
+  if (counts[FLESH_HARDCASES_UNTANGLED]) fprintf(stream, " (%d of them untangled)", counts[FLESH_HARDCASES_UNTANGLED]);
   for (int o = FLESH_HARDCASES_AT_REST; o < FLESH_HARDCASES_OUTCOMES; o++)
-    if (counts[o]) SAY(", %d %s", counts[o], flesh_hardcases_outcome_name((flesh_hardcases_outcome)o));
-  SAY("; %ld Newton iterations, %ld solves retried, %.1f s of CPU", newton, retried, seconds);
-  if (rises) SAY("; the incremental potential rose %ld times", rises);
-  SAY("\n");
+    if (counts[o]) fprintf(stream, ", %d %s", counts[o], flesh_hardcases_outcome_name((flesh_hardcases_outcome)o));
+  fprintf(stream, "; %ld Newton iterations, %ld solves retried, %.1f s of CPU", newton, retried, seconds);
+  if (rises) fprintf(stream, "; the incremental potential rose %ld times", rises);
+  fprintf(stream, "\n");
 }
 
 static void say_run(const flesh_hardcases_plan *plan, const flesh_hardcases_run *r, FILE *stream)
@@ -132,29 +130,29 @@ static void say_run(const flesh_hardcases_plan *plan, const flesh_hardcases_run 
   char folder[256], title[112];
   flesh_hardcases_run_folder(r, folder);
   flesh_hardcases_setting_title(r->setting, title);
-  SAY("  %s, %s", r->row->name, title);
-  if (r->row->flags & FLESH_HARDCASES_RANDOM) SAY(", seed %d", r->seed);
-  SAY(": %s", flesh_hardcases_outcome_name(r->outcome));
+  fprintf(stream, "  %s, %s", r->row->name, title);
+  if (r->row->flags & FLESH_HARDCASES_RANDOM) fprintf(stream, ", seed %d", r->seed);
+  fprintf(stream, ": %s", flesh_hardcases_outcome_name(r->outcome));
   if (r->outcome == FLESH_HARDCASES_UNCONVERGED)
-    SAY(" (%ld solves; the potential rose %ld times, by %.2g of its size)", f->unconverged,
+    fprintf(stream, " (%ld solves; the potential rose %ld times, by %.2g of its size)", f->unconverged,
         f->rises, f->worst_rise);
-  if (f->stressed_rest > 0) SAY(", %.4g J of strain energy that no load holds", f->stressed_rest);
+  if (f->stressed_rest > 0) fprintf(stream, ", %.4g J of strain energy that no load holds", f->stressed_rest);
   if (r->outcome == FLESH_HARDCASES_AT_REST || r->outcome == FLESH_HARDCASES_NOT_RECOVERED ||
       r->outcome == FLESH_HARDCASES_UNCONVERGED) {
-    if (isnan(f->distance)) SAY(", this form has no rest shape");
+    if (isnan(f->distance)) fprintf(stream, ", this form has no rest shape");
     else
-      SAY(", %.2g of the length from rest, volume off by %.2g, %d tets inverted", f->distance,
+      fprintf(stream, ", %.2g of the length from rest, volume off by %.2g, %d tets inverted", f->distance,
           f->volume_error, f->inverted_end);
     if (f->end == FLESH_HARDCASES_END_MINIMUM)
-      SAY("; a true local minimum (smallest eigenvalue %.2g N/m)", f->smallest_eigenvalue);
+      fprintf(stream, "; a true local minimum (smallest eigenvalue %.2g N/m)", f->smallest_eigenvalue);
     else if (f->end == FLESH_HARDCASES_END_SADDLE)
-      SAY("; a saddle (%d negative eigenvalues)", f->negative_eigenvalues);
+      fprintf(stream, "; a saddle (%d negative eigenvalues)", f->negative_eigenvalues);
     else if (f->end == FLESH_HARDCASES_END_UNTANGLES)
-      SAY("; a static solve from there leads back to rest");
-    else if (f->end) SAY("; %s", flesh_hardcases_end_name(f->end));
+      fprintf(stream, "; a static solve from there leads back to rest");
+    else if (f->end) fprintf(stream, "; %s", flesh_hardcases_end_name(f->end));
   }
-  if (*f->message) SAY(": %s", f->message);
-  SAY("\n      flesh run %s/%s/scene.yaml\n", plan->out, folder);
+  if (*f->message) fprintf(stream, ": %s", f->message);
+  fprintf(stream, "\n      flesh run %s/%s/scene.yaml\n", plan->out, folder);
 }
 
 static int compare_cost(const void *a, const void *b)
@@ -172,14 +170,14 @@ static void say_slowest(const flesh_hardcases_plan *plan, FILE *stream)
   if (!order) return;
   for (int k = 0; k < plan->run_count; k++) order[count++] = &plan->runs[k];
   qsort(order, (size_t)count, sizeof *order, compare_cost);
-  SAY("\nThe slowest runs (CPU)\n");
+  fprintf(stream, "\nThe slowest runs (CPU)\n");
   for (int k = 0; k < count && k < 10; k++) {
     const flesh_hardcases_figures *f = &order[k]->figures;
     char title[112];
     flesh_hardcases_setting_title(order[k]->setting, title);
-    SAY("  %6.2f s  %-18s %-24s %6ld Newton %8ld linear", f->cpu_s, order[k]->row->name, title, f->newton, f->linear);
-    if (isfinite(f->newton_ratio)) SAY(", worst step %.3g times the median", f->newton_ratio);
-    SAY("\n");
+    fprintf(stream, "  %6.2f s  %-18s %-24s %6ld Newton %8ld linear", f->cpu_s, order[k]->row->name, title, f->newton, f->linear);
+    if (isfinite(f->newton_ratio)) fprintf(stream, ", worst step %.3g times the median", f->newton_ratio);
+    fprintf(stream, "\n");
   }
   free(order);
 }
@@ -189,31 +187,27 @@ static void say_long_steps(const flesh_hardcases_plan *plan, FILE *stream)
 {
   int count = 0;
   for (int k = 0; k < plan->run_count; k++) count += plan->runs[k].figures.longest.ratio > FLESH_LONG_STEP;
-  SAY("\nRuns with a step that took more than %d times the iterations of their median step: %d\n", FLESH_LONG_STEP, count);
+  fprintf(stream, "\nRuns with a step that took more than %d times the iterations of their median step: %d\n", FLESH_LONG_STEP, count);
   for (int k = 0; k < plan->run_count; k++) {
     const flesh_hardcases_run *r = &plan->runs[k];
     char folder[256], words[240];
     if (!flesh_longest_step_tell(&r->figures.longest, sizeof words, words)) continue;
     flesh_hardcases_run_folder(r, folder);
-    SAY("  %s: %s\n", folder, words);
+    fprintf(stream, "  %s: %s\n", folder, words);
   }
 }
 
-int flesh_hardcases_write_verdict(const void *data)
+static void say(const void *data, FILE *stream)
 {
   const flesh_hardcases_plan *plan = data;
-  flesh_file file;
-  int status = flesh_table_open(plan->out, "verdict.txt", &file);
-  if (status) return status;
-  FILE *stream = file.stream;
-  SAY("\nBack at rest, or the equilibrium that was to be kept\n");
+  fprintf(stream, "\nBack at rest, or the equilibrium that was to be kept\n");
   for (int s = 0; s < plan->setting_count; s++) say_setting(plan, s, stream);
   int expected = 0, broken = 0;
   for (int k = 0; k < plan->run_count; k++) {
     expected += is_expected(&plan->runs[k]) && plan->runs[k].outcome != FLESH_HARDCASES_NOT_RUN;
     broken += is_expected(&plan->runs[k]) && is_failed(&plan->runs[k]);
   }
-  SAY("\nPromised to come back (S and E, tet4, default solver; above nu = 0.495 not from scramble or "
+  fprintf(stream, "\nPromised to come back (S and E, tet4, default solver; above nu = 0.495 not from scramble or "
       "point): %d of %d "
       "do%s\n",
       expected - broken, expected, broken ? "; these do not:" : ".");
@@ -223,11 +217,15 @@ int flesh_hardcases_write_verdict(const void *data)
   int others = 0;
   for (int k = 0; k < plan->run_count; k++)
     others += !is_expected(&plan->runs[k]) && is_failed(&plan->runs[k]);
-  if (others) SAY("\nThe others that do not: %d\n", others);
+  if (others) fprintf(stream, "\nThe others that do not: %d\n", others);
   for (int k = 0; k < plan->run_count; k++)
     if (!is_expected(&plan->runs[k]) && is_failed(&plan->runs[k]))
       say_run(plan, &plan->runs[k], stream);
   say_slowest(plan, stream);
   say_long_steps(plan, stream);
-  return flesh_file_commit(&file);
+}
+
+int flesh_hardcases_write_verdict(const void *plan)
+{
+  return flesh_table_say(((const flesh_hardcases_plan *)plan)->out, "verdict.txt", say, plan);
 }

@@ -8,6 +8,7 @@
 
 #include "base/clock.h"
 #include "base/error.h"
+#include "base/sort.h"
 #include "flesh/scene.h"
 
 int flesh_hardcases_watch_open(flesh_hardcases_watch *w, const flesh_mesh *mesh)
@@ -146,16 +147,10 @@ int flesh_hardcases_watch_observe(void *data, const flesh_step_record *record)
   return FLESH_OK;
 }
 
-static int compare(const void *a, const void *b)
-{
-  double p = *(const double *)a, q = *(const double *)b;
-  return (p > q) - (p < q);
-}
-
 static double worst_over_median(int count, double *values)
 {
   if (count < 3) return NAN;
-  qsort(values, (size_t)count, sizeof *values, compare);
+  qsort(values, (size_t)count, sizeof *values, flesh_compare_double);
   double median = values[count / 2];
   return median > 0 ? values[count - 1] / median : NAN;
 }

@@ -5,17 +5,12 @@
 #include <string.h>
 
 #include "base/text.h"
+#include "base/sort.h"
 #include "material/curves.h"
 #include "picture/palette.h"
 #include "picture/plot.h"
 #include "picture/plot_text.h"
 #include "material/form.h"
-
-static int ascending(const void *a, const void *b)
-{
-  double x = *(const double *)a, y = *(const double *)b;
-  return (x > y) - (x < y);
-}
 
 /* The range of one panel: what all curves cover, without the few values next to a singularity. */
 static void panel_range(const flesh_path *path, int quantity, const flesh_curves *all,
@@ -29,7 +24,7 @@ static void panel_range(const flesh_path *path, int quantity, const flesh_curves
       flesh_curve_sample(&all->curves[c], path, flesh_path_parameter(path, k), &energy, q);
       if (isfinite(q[quantity])) values[n++] = q[quantity] / all->mu;
     }
-  qsort(values, (size_t)n, sizeof *values, ascending);
+  qsort(values, (size_t)n, sizeof *values, flesh_compare_double);
   /* Energies have a least value, worth seeing. */
   range[0] = n ? values[quantity == 0 ? 0 : n / 20] : 0;
   range[1] = n ? values[n - 1 - n / 20] : 0;

@@ -12,6 +12,7 @@
 
 #include "base/error.h"
 #include "base/file.h"
+#include "base/sort.h"
 #include "picture/picture_body.h"
 #include "picture/picture_legend.h"
 
@@ -62,11 +63,6 @@ static void add_points(flesh_picture_fit *fit, int count, const double *points)
   for (int k = 0; k < fit->shapes; k++) flesh_view_fit_add(&fit->bodies[k], count, points);
 }
 
-static int compare_numbers(const void *a, const void *b)
-{
-  return (*(const double *)a > *(const double *)b) - (*(const double *)a < *(const double *)b);
-}
-
 /* All but a hundredth of the values at either end. */
 static int add_values(flesh_picture_fit *fit, const flesh_picture_panel *panel)
 {
@@ -80,7 +76,7 @@ static int add_values(flesh_picture_fit *fit, const flesh_picture_panel *panel)
   fit->most = fmax(fit->most, extremes[1]);
   for (int i = 0; i < nodes; i++)
     if (isfinite(values[i])) values[finite++] = values[i];
-  qsort(values, (size_t)finite, sizeof *values, compare_numbers);
+  qsort(values, (size_t)finite, sizeof *values, flesh_compare_double);
   if (finite) {
     fit->low = fmin(fit->low, values[finite / 100]);
     fit->high = fmax(fit->high, values[finite - 1 - finite / 100]);

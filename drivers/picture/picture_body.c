@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/sort.h"
 #include "mesh/pieces.h"
 #include "mesh/shape.h"
 #include "output/tet_stress.h"
@@ -225,11 +226,6 @@ static int has_regions(const flesh_mesh *mesh)
   return 0;
 }
 
-static int compare_integers(const void *a, const void *b)
-{
-  return (*(const int *)a > *(const int *)b) - (*(const int *)a < *(const int *)b);
-}
-
 /* A colour per boundary triangle by the rank of its tet's region tag. */
 static int colour_regions(flesh_picture_scene *scene, const flesh_mesh *mesh, const int *tets,
                           int triangles, float *colours)
@@ -239,12 +235,12 @@ static int colour_regions(flesh_picture_scene *scene, const flesh_mesh *mesh, co
   int *tags = take(scene, sizeof *tags * (size_t)count);
   if (!tags) return no_memory();
   memcpy(tags, flesh_mesh_regions(mesh), sizeof *tags * (size_t)count);
-  qsort(tags, (size_t)count, sizeof *tags, compare_integers);
+  qsort(tags, (size_t)count, sizeof *tags, flesh_compare_int);
   for (int t = 0; t < count; t++)
     if (!t || tags[t] != tags[t - 1]) tags[distinct++] = tags[t];
   for (int s = 0; s < triangles; s++) {
     const int *found = bsearch(&flesh_mesh_regions(mesh)[tets[s]], tags, (size_t)distinct,
-                               sizeof *tags, compare_integers);
+                               sizeof *tags, flesh_compare_int);
     linear(regions[(found - tags) % COLOURS], colours + 3 * (size_t)s);
   }
   return FLESH_OK;

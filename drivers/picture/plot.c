@@ -130,25 +130,16 @@ static void write_stop(FILE *stream, const flesh_plot_series *series, const char
 
 int flesh_plot_lines_draw(const char *folder, const char *name, const flesh_plot_lines *lines)
 {
-  static const char *const colours[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
-                                        "#56b4e9", "#e69f00", "#000000", "#999999"};
   flesh_file file;
   int status = flesh_plot_open(folder, name, ".gp", &file);
   if (status) return status;
   FILE *stream = file.stream;
   flesh_plot_begin(stream, name, 960, 600);
-  fputs("set datafile separator ','\nset border 3 lc rgb '#606060'\nset tics nomirror out "
-        "textcolor rgb '#303030'\n"
-        "set grid lc rgb '#e4e4e4' lw 1\nset key outside right top Left reverse noenhanced spacing "
-        "1.2\n"
-        "set title noenhanced font ',13'\nset title ",
-        stream);
-  flesh_plot_quote(stream, lines->title);
-  fputs("\nset xlabel noenhanced\nset ylabel noenhanced\nset xlabel ", stream);
-  flesh_plot_quote(stream, lines->x_label);
-  fputs("\nset ylabel ", stream);
-  flesh_plot_quote(stream, lines->y_label);
-  fprintf(stream, "\n%splot ", lines->extra ? lines->extra : "");
+  flesh_plot_style(stream, 1);
+  flesh_plot_title(stream, lines->title);
+  flesh_plot_label(stream, "x", lines->x_label);
+  flesh_plot_label(stream, "y", lines->y_label);
+  fprintf(stream, "%splot ", lines->extra ? lines->extra : "");
   for (int s = 0; s < lines->count; s++) {
     const flesh_plot_series *series = &lines->series[s];
     if (s) fputs(", \\\n     ", stream);
@@ -157,7 +148,7 @@ int flesh_plot_lines_draw(const char *folder, const char *name, const flesh_plot
     flesh_plot_quote(stream, series->x);
     putc(':', stream);
     flesh_plot_quote(stream, series->y);
-    const char *colour = series->colour ? series->colour : colours[s % 8];
+    const char *colour = series->colour ? series->colour : flesh_plot_colour(s);
     fprintf(stream, " with lines lw 2%s lc rgb '%s' title ", series->dashed ? " dt 2" : "", colour);
     flesh_plot_quote(stream, series->title);
     write_stop(stream, series, colour);

@@ -87,6 +87,35 @@ void flesh_plot_begin_as(FILE *stream, const char *name, const char *suffix, int
   fputs("set encoding utf8\nset output picture\n", stream);
 }
 
+void flesh_plot_style(FILE *stream, int of_csv)
+{
+  if (of_csv) fputs("set datafile separator ','\nset datafile missing NaN\n", stream);
+  fputs("set border 3 lc rgb '#606060'\nset tics nomirror out textcolor rgb '#303030'\nset grid lc rgb '#e4e4e4' lw 1\n"
+        "set key outside right top Left reverse noenhanced spacing 1.2\n",
+        stream);
+}
+
+void flesh_plot_title(FILE *stream, const char *text)
+{
+  fputs("set title noenhanced font ',13'\nset title ", stream);
+  flesh_plot_quote(stream, text);
+  putc('\n', stream);
+}
+
+void flesh_plot_label(FILE *stream, const char *axis, const char *text)
+{
+  fprintf(stream, "set %slabel noenhanced\nset %slabel ", axis, axis);
+  flesh_plot_quote(stream, text);
+  putc('\n', stream);
+}
+
+const char *flesh_plot_colour(int k)
+{
+  static const char *const colours[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
+                                        "#56b4e9", "#e69f00", "#000000", "#999999"};
+  return colours[k % (int)(sizeof colours / sizeof *colours)];
+}
+
 void flesh_plot_log_ticks(FILE *stream, const char *axis, double low, double high)
 {
   static const double of_decade[] = {1, 2, 5};

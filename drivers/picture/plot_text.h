@@ -16,6 +16,15 @@ void flesh_plot_begin(FILE *stream, const char *name, int width, int height);
 /* Like flesh_plot_begin, with the output NAME.svg, .pdf (of 96 pixels an inch) or .png. */
 void flesh_plot_begin_as(FILE *stream, const char *name, const char *suffix, int width, int height);
 
+/* The look of all plots: border, tics, grid; a legend outside at the right. With `of_csv` data are columns of CSV, in which
+ * empty cells are left out. */
+void flesh_plot_style(FILE *stream, int of_csv);
+/* Title; label of the axis "x" or "y". */
+void flesh_plot_title(FILE *stream, const char *text);
+void flesh_plot_label(FILE *stream, const char *axis, const char *text);
+/* The colour of the k-th of several curves. */
+const char *flesh_plot_colour(int k);
+
 /* Prints the text as a gnuplot string, for scripts and for data. Only letters, digits and harmless signs stand as they
  * are; the rest is written in octal. Control characters become spaces, what is not UTF-8 becomes '?'. */
 void flesh_plot_quote(FILE *stream, const char *text);

@@ -43,13 +43,10 @@ static void write_data(FILE *stream, const flesh_curves *curves)
 static void write_axes(FILE *stream, const picture *p, const flesh_curves *curves)
 {
   static const char *const axes[2] = {"x", "y"};
-  fputs("set border 3 lc rgb '#606060'\nset tics nomirror out textcolor rgb '#303030'\n"
-        "set grid lc rgb '#e4e4e4' lw 1\nset autoscale xfix\nset offsets 0, 0, graph 0.04, graph 0.04\n",
-        stream);
+  flesh_plot_style(stream, 0);
+  fputs("set autoscale xfix\nset offsets 0, 0, graph 0.04, graph 0.04\n", stream);
   for (int d = 0; d < 2; d++) {
-    fprintf(stream, "set %slabel noenhanced\nset %slabel ", axes[d], axes[d]);
-    flesh_plot_quote(stream, d ? curves->y_label : curves->x_label);
-    putc('\n', stream);
+    flesh_plot_label(stream, axes[d], d ? curves->y_label : curves->x_label);
     if (!p->log[d]) continue;
     fprintf(stream, "set logscale %s\n", axes[d]);
     const double wider = fmax(pow(curves->high[d] / curves->low[d], 0.04), 1.02);
@@ -58,10 +55,7 @@ static void write_axes(FILE *stream, const picture *p, const flesh_curves *curve
     else flesh_plot_log_ticks(stream, axes[d], curves->low[d], curves->high[d]);
   }
   if (p->log[1]) fputs("unset offsets\n", stream);
-  if (!p->title) return;
-  fputs("set title noenhanced font ',13'\nset title ", stream);
-  flesh_plot_quote(stream, p->title);
-  putc('\n', stream);
+  if (p->title) flesh_plot_title(stream, p->title);
 }
 
 /* Beside the curves where its words are short, else below. */
@@ -78,8 +72,6 @@ static void write_key(FILE *stream, const flesh_curves *curves)
 
 static void write_curves(FILE *stream, const picture *p, const flesh_curves *curves)
 {
-  static const char *const colours[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
-                                        "#56b4e9", "#e69f00", "#000000", "#999999"};
   fputs("plot ", stream);
   for (int k = 0, listed = 0; k < curves->count; k++) {
     const flesh_curve *curve = &curves->curves[k];
@@ -88,7 +80,7 @@ static void write_curves(FILE *stream, const picture *p, const flesh_curves *cur
     /* Lines beneath are wider, so that they show beside the lines that cover them. */
     fprintf(stream, "$curve_%d using 1:2 with %s lw %.3g%s lc rgb '%s'", k + 1,
             p->points || curve->count <= FEW_POINTS ? "linespoints pt 7 ps 0.6" : "lines",
-            curves->count > 1 ? 3.4 - 1.8 * k / (curves->count - 1) : 2, k / 8 % 2 ? " dt 2" : "", colours[k % 8]);
+            curves->count > 1 ? 3.4 - 1.8 * k / (curves->count - 1) : 2, k / 8 % 2 ? " dt 2" : "", flesh_plot_colour(k));
     fputs(" title ", stream);
     flesh_plot_quote(stream, curve->title);
   }

@@ -1,17 +1,12 @@
 /* longest_step.c: the step of a run that took most iterations, beside the median. */
 #include "run/longest_step.h"
+#include "base/sort.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 
 enum { LEAST_STEPS = 3 }; /* of a median */
-
-static int compare(const void *a, const void *b)
-{
-  const long p = *(const long *)a, q = *(const long *)b;
-  return (p > q) - (p < q);
-}
 
 /* Median over the steps of the Newton iterations, plus the linear ones if `all`. NaN: too few steps, or no memory. */
 static double median_of(const flesh_run_trace *trace, int all)
@@ -21,7 +16,7 @@ static double median_of(const flesh_run_trace *trace, int all)
   if (!sorted) return NAN;
   for (int k = 0; k < trace->count; k++)
     if (trace->rows[k].newton > 0) sorted[count++] = trace->rows[k].newton + (all ? trace->rows[k].linear : 0);
-  qsort(sorted, (size_t)count, sizeof *sorted, compare);
+  qsort(sorted, (size_t)count, sizeof *sorted, flesh_compare_long);
   const double median = count < LEAST_STEPS ? NAN : 0.5 * (double)(sorted[(count - 1) / 2] + sorted[count / 2]);
   free(sorted);
   return median;

@@ -109,6 +109,13 @@ void flesh_csv_clear(flesh_csv *csv)
   *csv = (flesh_csv){0};
 }
 
+int flesh_csv_find(const flesh_csv *csv, const char *name)
+{
+  for (int c = 0; c < csv->columns; c++)
+    if (!strcmp(csv->names[c], name)) return c;
+  return -1;
+}
+
 const char *flesh_csv_cell(const flesh_csv *csv, int row, int column)
 {
   return csv->cells[(size_t)row * (size_t)csv->columns + (size_t)column];

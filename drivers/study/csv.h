@@ -22,6 +22,8 @@ typedef enum flesh_csv_rows {
 int flesh_csv_read(const char *path, flesh_csv_rows rows, flesh_csv *csv);
 void flesh_csv_clear(flesh_csv *csv); /* a zeroed one too */
 
+/* The column of that name; -1: there is none. */
+int flesh_csv_find(const flesh_csv *csv, const char *name);
 /* A cell, in the range of rows and columns. */
 const char *flesh_csv_cell(const flesh_csv *csv, int row, int column);
 /* The number of a cell; NaN where it is empty. 0 where it is a word. */

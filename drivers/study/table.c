@@ -17,6 +17,24 @@ int flesh_table_open(const char *folder, const char *name, flesh_file *file)
   return status;
 }
 
+int flesh_table_say(const char *folder, const char *name, void (*say)(const void *plan, FILE *stream), const void *plan)
+{
+  char *text = NULL;
+  size_t size = 0;
+  flesh_file file;
+  FILE *words = open_memstream(&text, &size);
+  if (words) say(plan, words);
+  int status = words && !fclose(words) ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!status) status = flesh_table_open(folder, name, &file);
+  if (!status) {
+    fwrite(text, 1, size, file.stream);
+    status = flesh_file_commit(&file);
+    fwrite(text, 1, size, stdout);
+  }
+  free(text);
+  return status;
+}
+
 void flesh_table_field(FILE *stream, double value)
 {
   putc(',', stream);
@@ -29,4 +47,11 @@ const char *flesh_table_text(char text[FLESH_TABLE_TEXT], const char *format, do
   char *sign = text + strspn(text, " ");
   if ((*sign == '-' || *sign == '+') && !sign[1 + strspn(sign + 1, "0.")]) memmove(sign, sign + 1, strlen(sign));
   return text;
+}
+
+void flesh_table_cell(double value, int width, const char *format)
+{
+  char text[FLESH_TABLE_TEXT] = "-";
+  if (!isnan(value)) flesh_table_text(text, format, value);
+  printf(" %*s", width, text);
 }

@@ -2,17 +2,15 @@
 #ifndef FLESH_STUDY_TABLE_H
 #define FLESH_STUDY_TABLE_H
 
+#include <stdio.h>
+
 #include "base/file.h"
 
 /* Opens folder/name, whole or not at all. */
 int flesh_table_open(const char *folder, const char *name, flesh_file *file);
 
-/* Prints the same words to stdout and to `stream`, the file that keeps them. */
-#define FLESH_SAY(stream, ...)    \
-  do {                            \
-    printf(__VA_ARGS__);          \
-    fprintf(stream, __VA_ARGS__); \
-  } while (0)
+/* Writes what say(plan, stream) prints into folder/name and, once it stands there, to stdout. */
+int flesh_table_say(const char *folder, const char *name, void (*say)(const void *plan, FILE *stream), const void *plan);
 
 /* A comma and the number so that it reads back bit for bit; nothing behind the comma for NaN. */
 void flesh_table_field(FILE *stream, double value);
@@ -20,5 +18,7 @@ void flesh_table_field(FILE *stream, double value);
 /* Prints the value by a format of printf for one double; what shows as zero has no sign. Returns `text`. */
 enum { FLESH_TABLE_TEXT = 48 };
 const char *flesh_table_text(char text[FLESH_TABLE_TEXT], const char *format, double value);
+/* Prints a blank and the number so on stdout, at the right of `width` letters; a dash for NaN. */
+void flesh_table_cell(double value, int width, const char *format);
 
 #endif

@@ -13,15 +13,6 @@
 #include "picture/plot.h"
 #include "picture/plot_text.h"
 
-static void write_labels(FILE *stream, const flesh_sweep_picture *p)
-{
-  fputs("set xlabel noenhanced\nset ylabel noenhanced\nset xlabel ", stream);
-  flesh_plot_quote(stream, p->x);
-  fputs("\nset ylabel ", stream);
-  flesh_plot_quote(stream, p->y);
-  putc('\n', stream);
-}
-
 /* Counts of the cases by whether the picture shows them. */
 typedef struct shown {
   int points, spread; /* spread: several cases on one point */
@@ -73,28 +64,19 @@ static int write_series(flesh_sweep_picture *p, const flesh_sweep_ticks *series,
   return status;
 }
 
-static void write_line_style(FILE *stream)
-{
-  fputs("set border 3 lc rgb '#606060'\nset tics nomirror out textcolor rgb '#303030'\nset grid lc rgb '#e4e4e4' lw 1\n"
-        "set key outside right top Left reverse noenhanced spacing 1.2\nset title noenhanced font ',13'\nset title ",
-        stream);
-}
-
 static void write_lines(const flesh_sweep_picture *p, const flesh_sweep_ticks *series, const flesh_sweep_ticks *along,
                         const shown *what, FILE *stream)
 {
-  static const char *const colours[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
-                                        "#56b4e9", "#e69f00", "#000000", "#999999"};
   char title[400];
   flesh_plot_begin(stream, p->name, 960, 600);
-  write_line_style(stream);
+  flesh_plot_style(stream, 0);
   if (p->title) snprintf(title, sizeof title, "%.390s", p->title);
   else
     snprintf(title, sizeof title, "%.120s against %.120s%s%s%s", p->y, p->x, p->by ? ", by " : "", p->by ? p->by : "",
              what->spread ? " (mean; bars: least and largest)" : "");
-  flesh_plot_quote(stream, title);
-  putc('\n', stream);
-  write_labels(stream, p);
+  flesh_plot_title(stream, title);
+  flesh_plot_label(stream, "x", p->x);
+  flesh_plot_label(stream, "y", p->y);
   if (strchr(p->log, 'x') && !along->words) {
     fputs("set logscale x\nset format x '%g'\n", stream);
     int first = 0; /* they are in order */
@@ -108,7 +90,7 @@ static void write_lines(const flesh_sweep_picture *p, const flesh_sweep_ticks *s
   const char *style = along->count > 40 ? "points" : "linespoints";
   fputs("set autoscale xfix\nset offsets graph 0.03, graph 0.03, 0, 0\nplot ", stream);
   for (int s = 0; s < series->count; s++) {
-    const char *colour = colours[s % 8];
+    const char *colour = flesh_plot_colour(s);
     if (s) fputs(", \\\n     ", stream);
     flesh_plot_quote_file(stream, p->name, ".dat");
     fprintf(stream, " index %d using 1:2 with %s pt 7 ps 0.7 lw 2 dt %d lc rgb '%s' ", s, style, 1 + s / 8, colour);

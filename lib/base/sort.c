@@ -75,3 +75,15 @@ int flesh_compare_int(const void *a, const void *b)
   const int x = *(const int *)a, y = *(const int *)b;
   return (x > y) - (x < y);
 }
+
+int flesh_compare_long(const void *a, const void *b)
+{
+  const long x = *(const long *)a, y = *(const long *)b;
+  return (x > y) - (x < y);
+}
+
+int flesh_compare_double(const void *a, const void *b)
+{
+  const double x = *(const double *)a, y = *(const double *)b;
+  return (x > y) - (x < y);
+}

@@ -8,7 +8,9 @@
  * flesh_malloc; does without, slowly, where there is none. */
 void flesh_sort(void *things, size_t count, size_t size, int (*compare)(const void *a, const void *b));
 
-/* Ascending ints. */
+/* For flesh_sort and qsort: ascending numbers. */
 int flesh_compare_int(const void *a, const void *b);
+int flesh_compare_long(const void *a, const void *b);
+int flesh_compare_double(const void *a, const void *b);
 
 #endif

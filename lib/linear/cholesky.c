@@ -63,12 +63,6 @@ static int separator_blocks(const flesh_cholesky *self)
   return self->start[self->rows] - self->start[self->begin[2]];
 }
 
-static int compare_long(const void *a, const void *b)
-{
-  long long x = *(const long long *)a, y = *(const long long *)b;
-  return (x > y) - (x < y);
-}
-
 /* An order in which substitutions may take the rows: of those side by side none waits for another, and the longer ones
  * come first. `latest` [rows]: the last row before each that it waits for, -1: none. */
 static void order_rows(const flesh_cholesky *self, const int *latest, const int *blocks, int *order)
@@ -120,7 +114,7 @@ static int make_pattern(flesh_cholesky *self, const flesh_block_matrix *A, const
   memset(below, 0, (size_t)rows * sizeof *below);
   for (int p = 0; p < rows; p++) {
     const int first = self->start[p], count = self->start[p + 1] - first;
-    flesh_sort(sorted + first, (size_t)count, sizeof *sorted, compare_long);
+    flesh_sort(sorted + first, (size_t)count, sizeof *sorted, flesh_compare_long);
     for (int n = 0; n < count; n++) {
       const int column = self->column[first + n] = (int)(sorted[first + n] >> 32);
       self->source[first + n] = (int)(unsigned)sorted[first + n];

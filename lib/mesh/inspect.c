@@ -1,5 +1,6 @@
 /* inspect.c: counts, sizes and quality of a mesh. */
 #include "mesh/inspect.h"
+#include "base/sort.h"
 #include "math/mat3.h"
 #include "mesh/bernstein.h"
 
@@ -39,12 +40,6 @@ double flesh_mesh_scaled_jacobian(const flesh_mesh *mesh, int tet)
   return flesh_cubic_least(C, one, 1e-4).low / -flesh_cubic_least(minus, one, 1e-4).low;
 }
 
-static int compare_ints(const void *a, const void *b)
-{
-  int p = *(const int *)a, q = *(const int *)b;
-  return (p > q) - (p < q);
-}
-
 int flesh_mesh_region_list(const flesh_mesh *mesh, int **list)
 {
   int *tags = malloc((size_t)mesh->tets * sizeof *tags), count = 0;
@@ -53,7 +48,7 @@ int flesh_mesh_region_list(const flesh_mesh *mesh, int **list)
   /* Most meshes come in runs of one tag: dropping repeats first makes the sort short. */
   for (int t = 0; t < mesh->tets; t++)
     if (!count || mesh->regions[t] != tags[count - 1]) tags[count++] = mesh->regions[t];
-  qsort(tags, (size_t)count, sizeof *tags, compare_ints);
+  qsort(tags, (size_t)count, sizeof *tags, flesh_compare_int);
   int distinct = 0;
   for (int i = 0; i < count; i++)
     if (!distinct || tags[i] != tags[distinct - 1]) tags[distinct++] = tags[i];

@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "base/plain_locale.h"
 #include "base/file.h"
+#include "base/sort.h"
 #include "mesh/formats.h"
 #include "mesh/gmsh.h"
 #include "mesh/inspect.h"
@@ -74,12 +75,6 @@ static void put_int(FILE *file, int value)
 
 static void put_size(FILE *file, int64_t value) { fwrite(&value, sizeof value, 1, file); }
 
-static int compare_ints(const void *a, const void *b)
-{
-  int p = *(const int *)a, q = *(const int *)b;
-  return (p > q) - (p < q);
-}
-
 /* Tets of one region in a row are one block, so that their order stays. */
 static int run_length(const flesh_mesh *mesh, int first)
 {
@@ -96,7 +91,7 @@ static void write_gmsh_tets(FILE *file, const flesh_mesh *mesh, int regions, con
   put_size(file, blocks), put_size(file, mesh->tets), put_size(file, 1), put_size(file, mesh->tets);
   for (int t = 0; t < mesh->tets;) {
     int count = run_length(mesh, t);
-    const int *found = bsearch(&mesh->regions[t], tags, (size_t)regions, sizeof *tags, compare_ints);
+    const int *found = bsearch(&mesh->regions[t], tags, (size_t)regions, sizeof *tags, flesh_compare_int);
     put_int(file, 3), put_int(file, (int)(found - tags) + 1);
     put_int(file, mesh->edge_nodes ? FLESH_GMSH_TET10 : FLESH_GMSH_TET4);
     put_size(file, count);

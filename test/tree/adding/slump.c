@@ -103,17 +103,18 @@ static int write_table(const void *data)
   return flesh_file_commit(&file);
 }
 
-static int write_words(const void *data)
+static void say(const void *data, FILE *stream)
 {
   const plan *p = data;
-  flesh_file file;
   int most = 0;
-  const int status = flesh_table_open(p->options.out, "verdict.txt", &file);
-  if (status) return status;
   for (int k = 1; k < p->count; k++)
     if (p->figures[k].max_volume_drift > p->figures[most].max_volume_drift) most = k;
-  FLESH_SAY(file.stream, "The volume changes most at %g Pa.\n", p->young[most]);
-  return flesh_file_commit(&file);
+  fprintf(stream, "The volume changes most at %g Pa.\n", p->young[most]);
+}
+
+static int write_words(const void *data)
+{
+  return flesh_table_say(((const plan *)data)->options.out, "verdict.txt", say, data);
 }
 
 static int draw(const void *data)
