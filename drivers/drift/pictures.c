@@ -9,31 +9,14 @@
 #include "flesh/scene.h"
 #include "picture/picture.h"
 #include "picture/plot.h"
+#include "run/run_folder.h"
 #include "study/table.h"
 
-/* A panel's body as it was at a state file of the case. */
+/* A panel's body as it was at a state file of the case; x NULL: there is none. */
 typedef struct body_panel {
   double *x;
   char title[64], subtitle[96];
 } body_panel;
-
-/* Reads `file` of the case's folder into the panel; without one the panel stays empty. */
-static void read_panel(const flesh_drift_plan *plan, const flesh_drift_case *c, const char *file,
-                       const flesh_mesh *mesh, body_panel *panel)
-{
-  size_t nodes = (size_t)flesh_mesh_node_count(mesh);
-  char folder[256], path[1700];
-  flesh_drift_case_folder(plan, c, folder);
-  snprintf(path, sizeof path, "%s/%s/%s", plan->out, folder, file);
-  panel->x = malloc(nodes * 3 * sizeof(double));
-  double *v = malloc(nodes * 3 * sizeof(double));
-  flesh_state state = {.t = 0, .x = panel->x, .v = v};
-  if (!panel->x || !v || flesh_state_read(path, (int)nodes, &state)) {
-    free(panel->x);
-    panel->x = NULL;
-  }
-  free(v);
-}
 
 static void free_panels(int count, body_panel *bodies)
 {
@@ -106,7 +89,10 @@ static void add_panel(const flesh_drift_plan *plan, const flesh_drift_case *c, f
 {
   static const char *const files[] = {
       [FRAME_WORST] = "worst_state.txt", [FRAME_EVENT] = "event_state.txt", [FRAME_END] = "state.txt"};
-  read_panel(plan, c, files[kind], mesh, panel);
+  char folder[256], path[1700];
+  flesh_drift_case_folder(plan, c, folder);
+  snprintf(path, sizeof path, "%s/%s/%s", plan->out, folder, files[kind]);
+  panel->x = flesh_run_positions(path, flesh_mesh_node_count(mesh));
   describe(plan, c, kind, panel);
 }
 

@@ -11,16 +11,29 @@
 #include "flesh/scene.h"
 #include "picture/picture.h"
 #include "picture/picture_body.h"
+#include "run/run_folder.h"
 
 enum { FRAMES = 4 };
 static const double REACH = 1.05; /* of a picture, in body lengths */
+
+/* A body in a panel: x NULL: none. */
+typedef struct shape {
+  double *x, *J;
+  double shrunk; /* by how much it is shown smaller, 1 or less */
+  char title[64];
+} shape;
+
+static void free_shapes(int count, shape *shapes)
+{
+  for (int k = 0; k < count; k++) free(shapes[k].x), free(shapes[k].J);
+}
 
 /* The frames of a case: a panel each. */
 typedef struct strip {
   flesh_mesh *mesh;
   flesh_body body;
-  double *x[FRAMES], *J[FRAMES];
-  char titles[FRAMES][64], subtitle[64];
+  shape frames[FRAMES];
+  char subtitle[64];
 } strip;
 
 /* Into a box about the origin whose side is the body's length; a free body stays in its middle.
@@ -51,45 +64,51 @@ static double centre(const flesh_hardcases_case *row, const flesh_mesh *mesh, do
   return REACH / largest;
 }
 
+/* The run at the first of the files that is there; without a run the shape at rest. */
+static int read_shape(const flesh_hardcases_plan *plan, const flesh_hardcases_case *row, const flesh_hardcases_run *run,
+                      const flesh_mesh *mesh, const char *const files[2], shape *s)
+{
+  char folder[256], path[1700];
+  const int nodes = flesh_mesh_node_count(mesh);
+  const size_t size = sizeof(double) * 3 * (size_t)nodes;
+  if (run) flesh_hardcases_run_folder(run, folder);
+  else if (!(s->x = malloc(size))) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  else memcpy(s->x, flesh_mesh_positions(mesh), size);
+  for (int k = 0; k < 2 && !s->x && files[k]; k++) {
+    snprintf(path, sizeof path, "%s/%s/%s", plan->out, folder, files[k]);
+    s->x = flesh_run_positions(path, nodes);
+  }
+  if (!s->x) return FLESH_OK;
+  s->J = malloc(2 * sizeof(double) * (size_t)flesh_mesh_tet_count(mesh));
+  if (!s->J) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  flesh_picture_jacobians(mesh, s->x, s->J);
+  s->shrunk = centre(row, mesh, s->x);
+  return FLESH_OK;
+}
+
+static const char *const ends[2] = {"release/state.txt", "out/state.txt"};
+
 static int read_strip(const flesh_hardcases_plan *plan, const flesh_hardcases_run *run, strip *s)
 {
   static const char *const words[FRAMES] = {"start", "first step", "a tenth", "end"};
-  static const char *const files[FRAMES] = {"start.txt", "frame_first.txt", "frame_early.txt",
-                                            "out/state.txt"};
-  char folder[256], path[1700];
+  static const char *const files[FRAMES][2] = {{"start.txt"}, {"frame_first.txt"}, {"frame_early.txt"}};
   int status = flesh_hardcases_run_mesh(plan, run, &s->mesh);
-  if (status) return status;
-  int nodes = flesh_mesh_node_count(s->mesh);
-  double *v = malloc(sizeof *v * 3 * (size_t)nodes);
-  flesh_hardcases_run_folder(run, folder);
   snprintf(s->subtitle, sizeof s->subtitle, "%s", flesh_hardcases_outcome_name(run->outcome));
-  for (int k = 0; k < FRAMES && v; k++) {
-    s->x[k] = malloc(sizeof *v * 3 * (size_t)nodes);
-    s->J[k] = malloc(2 * sizeof *v * (size_t)flesh_mesh_tet_count(s->mesh));
-    flesh_state state = {.t = 0, .x = s->x[k], .v = v};
-    snprintf(s->titles[k], sizeof s->titles[k], "%s%s%s", k ? "" : run->row->name, k ? "" : ": ",
-             words[k]);
-    snprintf(path, sizeof path, "%s/%s/release/state.txt", plan->out, folder);
-    int found = s->x[k] && s->J[k] && k == FRAMES - 1 && !flesh_state_read(path, nodes, &state);
-    snprintf(path, sizeof path, "%s/%s/%s", plan->out, folder, files[k]);
-    if (!found && (!s->x[k] || !s->J[k] || flesh_state_read(path, nodes, &state))) {
-      free(s->x[k]);
-      s->x[k] = NULL;
-      continue;
-    }
-    flesh_picture_jacobians(s->mesh, s->x[k], s->J[k]);
-    double shrunk = centre(run->row, s->mesh, s->x[k]);
-    if (shrunk < 1) flesh_text_add(s->titles[k], sizeof s->titles[k], " (1:%.2g)", 1 / shrunk);
+  for (int k = 0; k < FRAMES && !status; k++) {
+    shape *frame = &s->frames[k];
+    snprintf(frame->title, sizeof frame->title, "%s%s%s", k ? "" : run->row->name, k ? "" : ": ", words[k]);
+    status = read_shape(plan, run->row, run, s->mesh, k < FRAMES - 1 ? files[k] : ends, frame);
+    if (frame->shrunk > 0 && frame->shrunk < 1)
+      flesh_text_add(frame->title, sizeof frame->title, " (1:%.2g)", 1 / frame->shrunk);
   }
-  free(v);
-  return FLESH_OK;
+  return status;
 }
 
 static void free_strips(int count, strip *strips)
 {
   for (int c = 0; c < count; c++) {
     flesh_mesh_destroy(&strips[c].mesh);
-    for (int k = 0; k < FRAMES; k++) free(strips[c].x[k]), free(strips[c].J[k]);
+    free_shapes(FRAMES, strips[c].frames);
   }
   free(strips);
 }
@@ -141,11 +160,11 @@ int flesh_hardcases_draw_frames(const flesh_hardcases_plan *plan, const char *gr
     strips[count].body = (flesh_body){.mesh = strips[count].mesh};
     for (int f = 0; f < FRAMES; f++)
       panels[FRAMES * count + f] =
-          (flesh_picture_panel){.title = strips[count].titles[f],
+          (flesh_picture_panel){.title = strips[count].frames[f].title,
                                 .subtitle = f == FRAMES - 1 ? strips[count].subtitle : "",
                                 .body = &strips[count].body,
-                                .x = strips[count].x[f],
-                                .J = strips[count].J[f]};
+                                .x = strips[count].frames[f].x,
+                                .J = strips[count].frames[f].J};
     count++;
   }
   if (!status && count) {
@@ -176,11 +195,6 @@ static int find_columns(const flesh_hardcases_plan *plan, int first, int *column
   return count;
 }
 
-typedef struct cell {
-  double *x, *J;
-  char title[64];
-} cell;
-
 static const flesh_hardcases_run *find_run(const flesh_hardcases_plan *plan, int c, int setting)
 {
   for (int k = 0; k < plan->run_count; k++)
@@ -188,43 +202,9 @@ static const flesh_hardcases_run *find_run(const flesh_hardcases_plan *plan, int
   return NULL;
 }
 
-/* The end of a run, as it was kept; of one that is back at rest, whose state is not kept, the shape at rest. NULL run:
- * the shape at rest. */
-static int read_cell(const flesh_hardcases_plan *plan, const flesh_hardcases_case *row, const flesh_hardcases_run *run,
-                     const flesh_mesh *mesh, cell *c)
-{
-  char folder[256], path[1700];
-  const int nodes = flesh_mesh_node_count(mesh);
-  const size_t size = sizeof(double) * 3 * (size_t)nodes;
-  double *v = malloc(size);
-  c->x = malloc(size);
-  c->J = malloc(2 * sizeof(double) * (size_t)flesh_mesh_tet_count(mesh));
-  if (!v || !c->x || !c->J) {
-    free(v);
-    return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  }
-  flesh_state state = {.t = 0, .x = c->x, .v = v};
-  int found = !run || run->outcome == FLESH_HARDCASES_RECOVERED;
-  if (found) memcpy(c->x, flesh_mesh_positions(mesh), size);
-  if (run) flesh_hardcases_run_folder(run, folder);
-  for (int k = 0; k < 2 && !found; k++) {
-    snprintf(path, sizeof path, "%s/%s/%s/state.txt", plan->out, folder, k ? "out" : "release");
-    found = !flesh_state_read(path, nodes, &state);
-  }
-  free(v);
-  if (found) {
-    flesh_picture_jacobians(mesh, c->x, c->J);
-    centre(row, mesh, c->x);
-  } else {
-    free(c->x);
-    c->x = NULL;
-  }
-  return FLESH_OK;
-}
-
 /* A column's panels, from the row of the shapes at rest on. */
 static int fill_column(const flesh_hardcases_plan *plan, int setting, int column, int columns, flesh_body *body,
-                       cell *cells, flesh_picture_panel *panels)
+                       shape *cells, flesh_picture_panel *panels)
 {
   int status = FLESH_OK;
   for (int c = -1; c < plan->case_count && !status; c++) {
@@ -232,17 +212,19 @@ static int fill_column(const flesh_hardcases_plan *plan, int setting, int column
     const flesh_hardcases_case *row = plan->cases[c < 0 ? 0 : c];
     const flesh_hardcases_run any = {.row = row, .setting = &plan->settings[setting]};
     const int place = (c + 1) * columns + column;
-    cell *cell = &cells[place];
+    shape *cell = &cells[place];
     flesh_mesh *mesh = NULL; /* of the case's size */
     const char *name = plan->settings[setting].body ? plan->settings[setting].body->name : "at rest";
     snprintf(cell->title, sizeof cell->title, "%.60s", c < 0 ? name : row->name);
     panels[place] = (flesh_picture_panel){.title = cell->title, .subtitle = "", .body = body};
     if (c >= 0 && (!run || run->outcome == FLESH_HARDCASES_NOT_RUN)) continue;
     status = flesh_hardcases_run_mesh(plan, &any, &mesh);
-    if (!status) status = read_cell(plan, row, run, mesh, cell);
+    /* Of a run that is back at rest the state is not kept, and is known. */
+    const flesh_hardcases_run *kept = run && run->outcome != FLESH_HARDCASES_RECOVERED ? run : NULL;
+    if (!status) status = read_shape(plan, row, kept, mesh, ends, cell);
     panels[place].x = cell->x;
     panels[place].J = cell->J;
-    if (run && run->outcome != FLESH_HARDCASES_RECOVERED) panels[place].subtitle = flesh_hardcases_outcome_name(run->outcome);
+    if (kept) panels[place].subtitle = flesh_hardcases_outcome_name(run->outcome);
     if (c < 0) body->mesh = mesh; /* all panels of the column have its triangles */
     else flesh_mesh_destroy(&mesh);
   }
@@ -258,7 +240,7 @@ int flesh_hardcases_draw_sheet(const flesh_hardcases_plan *plan, int first)
     return FLESH_OK;
   }
   flesh_body *bodies = calloc((size_t)columns + 1, sizeof *bodies);
-  cell *cells = calloc((size_t)count + 1, sizeof *cells);
+  shape *cells = calloc((size_t)count + 1, sizeof *cells);
   flesh_picture_panel *panels = calloc((size_t)count + 1, sizeof *panels);
   if (!settings || !bodies || !cells || !panels) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   for (int k = 0; k < columns && !status; k++)
@@ -275,7 +257,7 @@ int flesh_hardcases_draw_sheet(const flesh_hardcases_plan *plan, int first)
     snprintf(path, sizeof path, "%s/sheet_%s.png", plan->out, title);
     status = flesh_picture(path, count, panels, &options, NULL);
   }
-  for (int k = 0; cells && k < count; k++) free(cells[k].x), free(cells[k].J);
+  if (cells) free_shapes(count, cells);
   for (int k = 0; bodies && k < columns; k++) {
     flesh_mesh *mesh = (flesh_mesh *)bodies[k].mesh;
     flesh_mesh_destroy(&mesh);

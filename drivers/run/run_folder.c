@@ -147,3 +147,15 @@ void flesh_run_folder_numbers(const flesh_run_folder *run, char text[64])
   else if (run->count == 3) snprintf(text, 64, "%d, %d and %d", n[0], n[1], n[2]);
   else snprintf(text, 64, "%d, %d, %d to %d", n[0], n[1], n[2], last);
 }
+
+double *flesh_run_positions(const char *path, int nodes)
+{
+  const size_t size = sizeof(double) * 3 * (size_t)nodes;
+  flesh_state state = {.x = malloc(size), .v = malloc(size)};
+  if (!state.x || !state.v || flesh_state_read(path, nodes, &state)) {
+    free(state.x);
+    state.x = NULL;
+  }
+  free(state.v);
+  return state.x;
+}
