@@ -168,6 +168,8 @@ int flesh_accuracy_make_tight(const flesh_accuracy_plan *plan, const flesh_accur
                               flesh_accuracy_track *tight);
 /* Runs the row in this process. */
 void flesh_accuracy_do_row(const flesh_accuracy_work *given, int number, flesh_accuracy_figures *figures);
+/* The figures in records, in the order of the columns of accuracy.csv. */
+extern const flesh_study_field flesh_accuracy_fields[];
 /* The plan as a study, whose records it takes. Borrows both. */
 flesh_study flesh_accuracy_study(const flesh_accuracy_work *given, flesh_accuracy_plan *plan);
 

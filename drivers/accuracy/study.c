@@ -8,7 +8,7 @@
 #include "study/fields.h"
 
 #define AT(member) offsetof(flesh_accuracy_figures, member)
-static const flesh_study_field fields[] = {
+const flesh_study_field flesh_accuracy_fields[] = {
     {"status_code", FLESH_FIELD_INT, AT(status)},
     {"steps", FLESH_FIELD_LONG, AT(steps)},
     {"rejected", FLESH_FIELD_LONG, AT(rejected)},
@@ -56,7 +56,7 @@ static json_t *do_case(const void *data, int number, const char *folder)
   row.done = 1;
   const char *word = row.figures.status == FLESH_ERR_INTERRUPTED ? "interrupted" : flesh_accuracy_status_word(&row);
   return flesh_fields_record(word, flesh_exit_code(row.figures.status), row.figures.message,
-                             flesh_fields_json(fields, &row.figures));
+                             flesh_fields_json(flesh_accuracy_fields, &row.figures));
 }
 
 static int take(void *data, int number, const json_t *record)
@@ -64,7 +64,7 @@ static int take(void *data, int number, const json_t *record)
   const flesh_accuracy_plan *plan = data;
   flesh_accuracy_row *row = &plan->rows[number];
   flesh_accuracy_figures *f = &row->figures;
-  const int status = flesh_fields_take(fields, "accuracy.db", record, f, f->message, &f->crashed_by);
+  const int status = flesh_fields_take(flesh_accuracy_fields, "accuracy.db", record, f, f->message, &f->crashed_by);
   if (status) return status;
   if (f->crashed_by) f->status = FLESH_ERR_SOLVE;
   /* A run that could not write its file says nothing of its method. */
@@ -96,7 +96,7 @@ flesh_study flesh_accuracy_study(const flesh_accuracy_work *given, flesh_accurac
                        .again = "status IN ('crashed', 'out of budget') OR exit_code = 3",
                        .data = given,
                        .make = make_case,
-                       .fields = fields,
+                       .fields = flesh_accuracy_fields,
                        .work = do_case,
                        .take = take,
                        .title = title,

@@ -38,21 +38,13 @@ static double over_tolerance(const flesh_accuracy_plan *plan, const flesh_accura
 static void write_row(FILE *stream, const flesh_accuracy_plan *plan, const flesh_accuracy_row *row)
 {
   const flesh_accuracy_figures *f = &row->figures;
-  const flesh_accuracy_errors *e = &f->errors;
   fprintf(stream, "%s,%s", flesh_accuracy_methods[row->method].name, row->setting);
   const long counts[] = {f->steps, f->rejected, f->residuals, f->assemblies, f->newton, f->linear};
   for (int c = 0; c < 6; c++) flesh_table_field(stream, row->done && !f->crashed_by ? (double)counts[c] : NAN);
-  flesh_table_field(stream, f->cpu_s);
-  flesh_table_field(stream, f->wall_s_median);
-  flesh_table_field(stream, f->wall_s_min);
-  flesh_table_field(stream, e->position_rms);
-  flesh_table_field(stream, e->position_max);
-  flesh_table_field(stream, e->tip);
-  flesh_table_field(stream, e->volume);
-  flesh_table_field(stream, e->energy);
+  flesh_fields_print(stream, flesh_accuracy_fields, "cpu_s", "energy_drift", f);
   fprintf(stream, ",%s", flesh_accuracy_status_word(row));
   flesh_table_field(stream, over_tolerance(plan, row));
-  flesh_table_field(stream, e->position_rms / plan->reference.scale.motion);
+  flesh_table_field(stream, f->errors.position_rms / plan->reference.scale.motion);
   fprintf(stream, ",%s", flesh_accuracy_group_names[row->group]);
   flesh_table_field(stream, row->value);
   flesh_table_field(stream, f->difference);

@@ -1,6 +1,7 @@
 /* report.c: the measurements as a table, bench.csv and bench.json, and growth by fit. */
 #include <jansson.h>
 #include <math.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/resource.h>
@@ -11,6 +12,7 @@
 #include "cli/json_memory.h"
 #include "run/provenance.h"
 #include "run/result.h"
+#include "study/fields.h"
 #include "study/table.h"
 
 const char *const flesh_bench_level_names[FLESH_BENCH_LEVELS] = {"L2", "L3", "memory"};
@@ -144,6 +146,16 @@ void flesh_bench_print_end(const flesh_bench_plan *plan)
   printf("most memory resident at a time: %.0f MB\n", (double)peak_memory_kB() / 1e3 * 1.024);
 }
 
+#define ROW(kind, name) {#name, FLESH_FIELD_##kind, offsetof(flesh_bench_row, name)}
+#define TIME(kind, name) {#name, FLESH_FIELD_##kind, offsetof(flesh_bench_row, time.name)}
+/* What every row has; what kernels have, and steps. */
+static const flesh_study_field all_fields[] = {ROW(DOUBLE, poisson), ROW(INT, tets), ROW(INT, nodes), ROW(INT, threads),
+                                               TIME(DOUBLE, wall_s), TIME(DOUBLE, cpu_s), TIME(DOUBLE, scatter),
+                                               TIME(INT, repeats), {0}};
+static const flesh_study_field kernel_fields[] = {ROW(DOUBLE, bytes), ROW(DOUBLE, operations), ROW(DOUBLE, floor_s), {0}};
+static const flesh_study_field step_fields[] = {ROW(INT, steps), ROW(INT, newton), ROW(INT, linear),
+                                                ROW(INT, assemblies), ROW(INT, projections), ROW(INT, backtracks), {0}};
+
 static int write_csv(const flesh_bench_plan *plan)
 {
   flesh_file file;
@@ -157,20 +169,13 @@ static int write_csv(const flesh_bench_plan *plan)
   for (int k = 0; k < plan->row_count; k++) {
     const flesh_bench_row *row = &plan->rows[k];
     fprintf(file.stream, "%s,%s,%s", row->group, row->name, flesh_energy_name(row->energy));
-    flesh_table_field(file.stream, row->poisson);
-    fprintf(file.stream, ",%d,%d,%d,%s", row->tets, row->nodes, row->threads,
-            flesh_status_name(row->status));
-    flesh_table_field(file.stream, row->time.wall_s);
-    flesh_table_field(file.stream, row->time.cpu_s);
-    flesh_table_field(file.stream, row->time.scatter);
-    fprintf(file.stream, ",%d", row->time.repeats);
+    flesh_fields_print(file.stream, all_fields, "poisson", "threads", row);
+    fprintf(file.stream, ",%s", flesh_status_name(row->status));
+    flesh_fields_print(file.stream, all_fields, "wall_s", "repeats", row);
     flesh_table_field(file.stream, 1e9 * flesh_bench_seconds(row) / row->tets / (row->steps ? row->steps : 1));
-    flesh_table_field(file.stream, row->bytes);
-    flesh_table_field(file.stream, row->operations);
-    flesh_table_field(file.stream, row->floor_s);
-    fprintf(file.stream, ",%s,%d,%d,%d,%d,%d,%d", is_kernel(row) ? flesh_bench_level_names[row->level] : "",
-            row->steps, row->newton, row->linear, row->assemblies, row->projections,
-            row->backtracks);
+    flesh_fields_print(file.stream, kernel_fields, "bytes", "floor_s", row);
+    fprintf(file.stream, ",%s", is_kernel(row) ? flesh_bench_level_names[row->level] : "");
+    flesh_fields_print(file.stream, step_fields, "steps", "backtracks", row);
     flesh_table_field(file.stream, is_kernel(row) ? NAN : row->answer);
     fprintf(file.stream, ",%s", flesh_element_name(row->element));
     putc('\n', file.stream);
@@ -204,26 +209,15 @@ static json_t *ceilings_json(const flesh_bench_plan *plan)
 
 static json_t *row_json(const flesh_bench_plan *plan, const flesh_bench_row *row)
 {
-  json_t *o = json_pack(
-      "{ss ss ss sf si si si ss so so so si}", "group", row->group, "name", row->name, "energy",
-      flesh_energy_name(row->energy), "poisson", row->poisson, "tets", row->tets, "nodes",
-      row->nodes, "threads", row->threads, "status", flesh_status_name(row->status), "wall_s",
-      flesh_json_number(row->time.wall_s), "cpu_s", flesh_json_number(row->time.cpu_s), "scatter",
-      flesh_json_number(row->time.scatter), "repeats", row->time.repeats);
-  json_object_set_new(o, "element", json_string(flesh_element_name(row->element)));
+  json_t *o = json_pack("{ss ss ss ss ss}", "group", row->group, "name", row->name, "energy",
+                        flesh_energy_name(row->energy), "status", flesh_status_name(row->status), "element",
+                        flesh_element_name(row->element));
+  json_object_update_new(o, flesh_fields_json(all_fields, row));
+  json_object_update_new(o, flesh_fields_json(is_kernel(row) ? kernel_fields : step_fields, row));
   if (is_kernel(row)) {
-    json_object_set_new(o, "bytes", flesh_json_number(row->bytes));
-    json_object_set_new(o, "operations", flesh_json_number(row->operations));
-    json_object_set_new(o, "floor_s", flesh_json_number(row->floor_s));
     json_object_set_new(o, "level", json_string(flesh_bench_level_names[row->level]));
     return o;
   }
-  json_object_set_new(o, "steps", json_integer(row->steps));
-  json_object_set_new(o, "newton", json_integer(row->newton));
-  json_object_set_new(o, "linear", json_integer(row->linear));
-  json_object_set_new(o, "assemblies", json_integer(row->assemblies));
-  json_object_set_new(o, "projections", json_integer(row->projections));
-  json_object_set_new(o, "backtracks", json_integer(row->backtracks));
   json_object_set_new(o, "answer_m", flesh_json_number(row->answer));
   json_object_set_new(o, "growth_time", flesh_json_number(flesh_bench_growth(plan, row, 0, 0)));
   json_object_set_new(o, "growth_time_from_200000",

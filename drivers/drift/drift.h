@@ -82,6 +82,8 @@ const char *flesh_drift_status_word(const flesh_drift_case *c);
 
 /* Runs a case in this process. */
 void flesh_drift_run_case(const flesh_drift_plan *plan, const flesh_drift_case *c, struct flesh_drift_figures *figures);
+/* The figures in records. */
+extern const flesh_study_field flesh_drift_fields[];
 /* The plan as a study, whose records it takes. Borrows it. */
 flesh_study flesh_drift_study(flesh_drift_plan *plan);
 /* drift.csv and the table on stdout. */

@@ -11,16 +11,16 @@
 
 typedef struct flesh_drift_figures figures;
 #define FIGURE(kind, name) {#name, FLESH_FIELD_##kind, offsetof(figures, name)}
-static const flesh_study_field fields[] = {
+const flesh_study_field flesh_drift_fields[] = {
     {"status_code", FLESH_FIELD_INT, offsetof(figures, status)},
     {"element_kind", FLESH_FIELD_INT, offsetof(figures, element)},
     {"tet_count", FLESH_FIELD_INT, offsetof(figures, tets)},
     {"node_count", FLESH_FIELD_INT, offsetof(figures, nodes)},
-    FIGURE(INT, steps), FIGURE(INT, max_inverted), FIGURE(INT, final_inverted), FIGURE(INT, first_inverted_step),
-    FIGURE(INT, first_bound_step), FIGURE(DOUBLE, max_volume_drift), FIGURE(DOUBLE, final_volume_drift),
+    FIGURE(INT, steps), FIGURE(INT, final_inverted), FIGURE(INT, first_inverted_step), FIGURE(INT, first_bound_step),
+    FIGURE(DOUBLE, J_bound), FIGURE(DOUBLE, max_volume_drift), FIGURE(DOUBLE, final_volume_drift),
     FIGURE(DOUBLE, rest_volume_ratio), FIGURE(DOUBLE, rest_volume_ratio_theory), FIGURE(DOUBLE, J_min),
-    FIGURE(DOUBLE, J_bound), FIGURE(DOUBLE, newton_per_step), FIGURE(DOUBLE, linear_per_newton), FIGURE(DOUBLE, wall_s),
-    {"failure_t", FLESH_FIELD_DOUBLE, offsetof(figures, failed_at)},
+    FIGURE(INT, max_inverted), FIGURE(DOUBLE, newton_per_step), FIGURE(DOUBLE, linear_per_newton),
+    FIGURE(DOUBLE, wall_s), {"failure_t", FLESH_FIELD_DOUBLE, offsetof(figures, failed_at)},
     FIGURE(DOUBLE, distance_from_rest), FIGURE(DOUBLE, stressed_rest), FIGURE(DOUBLE, worst_t),
     FIGURE(DOUBLE, worst_drift), FIGURE(DOUBLE, event_t), FIGURE(DOUBLE, event_drift), {0}};
 
@@ -65,14 +65,14 @@ static json_t *do_case(const void *data, int number, const char *folder)
   flesh_drift_run_case(plan, &c, &c.figures);
   const char *word = c.figures.status == FLESH_ERR_INTERRUPTED ? "interrupted" : flesh_drift_status_word(&c);
   return flesh_fields_record(word, c.figures.exit_code, c.figures.message,
-                             flesh_fields_json(fields, &c.figures));
+                             flesh_fields_json(flesh_drift_fields, &c.figures));
 }
 
 static int take(void *data, int number, const json_t *record)
 {
   const flesh_drift_plan *plan = data;
   figures *f = &plan->cases[number].figures;
-  const int status = flesh_fields_take(fields, "drift.db", record, f, f->message, &f->crashed_by);
+  const int status = flesh_fields_take(flesh_drift_fields, "drift.db", record, f, f->message, &f->crashed_by);
   if (status) return status;
   f->exit_code = (int)json_integer_value(json_object_get(record, "exit_code"));
   if (f->crashed_by) f->status = FLESH_ERR_SOLVE;
@@ -106,7 +106,7 @@ flesh_study flesh_drift_study(flesh_drift_plan *plan)
                        .again = "exit_code = 3", /* it could not write its files */
                        .data = plan,
                        .make = make_case,
-                       .fields = fields,
+                       .fields = flesh_drift_fields,
                        .work = do_case,
                        .take = take,
                        .title = title,

@@ -25,23 +25,13 @@ static int write_csv(const flesh_drift_plan *plan)
     flesh_number_print(file.stream, plan->poissons[c->poisson]);
     fprintf(file.stream, ",%s,%d,%s", flesh_constants_name(v->constants), f->tets,
             flesh_drift_status_word(c));
-    flesh_table_field(file.stream, f->max_volume_drift);
-    flesh_table_field(file.stream, f->final_volume_drift);
-    flesh_table_field(file.stream, f->rest_volume_ratio);
-    flesh_table_field(file.stream, f->rest_volume_ratio_theory);
-    flesh_table_field(file.stream, f->J_min);
-    fprintf(file.stream, ",%d", f->max_inverted);
-    flesh_table_field(file.stream, f->newton_per_step);
-    flesh_table_field(file.stream, f->linear_per_newton);
-    flesh_table_field(file.stream, f->wall_s);
-    flesh_table_field(file.stream, f->failed_at);
+    flesh_fields_print(file.stream, flesh_drift_fields, "max_volume_drift", "failure_t", f);
     fprintf(file.stream, ",%s,", flesh_drift_solver_name(c->solver));
     if (f->first_inverted_step >= 0) fprintf(file.stream, "%d", f->first_inverted_step);
     flesh_table_field(file.stream, f->J_bound);
     putc(',', file.stream);
     if (f->first_bound_step >= 0) fprintf(file.stream, "%d", f->first_bound_step);
-    flesh_table_field(file.stream, f->distance_from_rest);
-    flesh_table_field(file.stream, f->stressed_rest);
+    flesh_fields_print(file.stream, flesh_drift_fields, "distance_from_rest", "stressed_rest", f);
     const flesh_drift_part part = flesh_drift_mesh_part(plan, c->poisson, c->variant, c->solver);
     fprintf(file.stream, ",%s,%d,%d", f->tets ? flesh_element_name((flesh_element)f->element) : "", f->nodes,
             c->scene == flesh_drift_finest(plan, 0));

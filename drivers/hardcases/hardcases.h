@@ -183,6 +183,8 @@ void flesh_hardcases_run_one(const flesh_hardcases_plan *plan, const flesh_hardc
 /* The outcome by the run's figures. */
 flesh_hardcases_outcome flesh_hardcases_judge(const flesh_hardcases_run *run);
 
+/* The figures in records, in the order of the columns of hardcases.csv. */
+extern const flesh_study_field flesh_hardcases_fields[];
 /* The plan as a study, whose records it takes. Borrows it. */
 flesh_study flesh_hardcases_study(flesh_hardcases_plan *plan);
 

@@ -15,19 +15,18 @@
 
 #define FIGURE(kind, name) {#name, FLESH_FIELD_##kind, offsetof(flesh_hardcases_figures, name)}
 #define LONGEST(kind, name) {"longest_" #name, FLESH_FIELD_##kind, offsetof(flesh_hardcases_figures, longest.name)}
-static const flesh_study_field fields[] = {
+const flesh_study_field flesh_hardcases_fields[] = {
     {"status_code", FLESH_FIELD_INT, offsetof(flesh_hardcases_figures, status)},
     {"end_kind", FLESH_FIELD_INT, offsetof(flesh_hardcases_figures, end)},
-    FIGURE(INT, tets), FIGURE(INT, steps), FIGURE(LONG, solves), FIGURE(LONG, retried), FIGURE(LONG, unconverged),
-    FIGURE(LONG, at_rounding), FIGURE(LONG, newton), FIGURE(LONG, linear), FIGURE(LONG, direct),
-    FIGURE(LONG, projections), FIGURE(LONG, backtracks), FIGURE(LONG, untanglings), FIGURE(LONG, untangled_nodes),
+    FIGURE(INT, tets), FIGURE(INT, rank), FIGURE(INT, steps), FIGURE(LONG, solves), FIGURE(LONG, retried),
+    FIGURE(LONG, unconverged), FIGURE(LONG, at_rounding), FIGURE(LONG, untanglings), FIGURE(LONG, untangled_nodes),
     FIGURE(LONG, rises), FIGURE(LONG, rises_checked), FIGURE(DOUBLE, worst_rise), FIGURE(INT, finite),
-    FIGURE(INT, max_inverted), FIGURE(INT, inverted_end), FIGURE(DOUBLE, stressed_rest), FIGURE(DOUBLE, distance),
-    FIGURE(DOUBLE, volume_error), FIGURE(DOUBLE, recovered_at), FIGURE(DOUBLE, newton_ratio),
-    FIGURE(DOUBLE, time_ratio), FIGURE(DOUBLE, wall_s), FIGURE(DOUBLE, cpu_s), FIGURE(DOUBLE, simulated_s),
-    FIGURE(INT, rank), FIGURE(DOUBLE, gradient), FIGURE(DOUBLE, smallest_eigenvalue),
-    FIGURE(INT, negative_eigenvalues), LONGEST(LONG, step), LONGEST(DOUBLE, t), LONGEST(LONG, newton),
-    LONGEST(LONG, linear), LONGEST(DOUBLE, ratio), {0}};
+    FIGURE(INT, max_inverted), FIGURE(INT, inverted_end), FIGURE(DOUBLE, distance), FIGURE(DOUBLE, volume_error),
+    FIGURE(DOUBLE, recovered_at), FIGURE(DOUBLE, gradient), FIGURE(DOUBLE, smallest_eigenvalue),
+    FIGURE(INT, negative_eigenvalues), FIGURE(LONG, newton), FIGURE(LONG, linear), FIGURE(LONG, direct),
+    FIGURE(LONG, projections), FIGURE(LONG, backtracks), FIGURE(DOUBLE, newton_ratio), FIGURE(DOUBLE, time_ratio),
+    FIGURE(DOUBLE, wall_s), FIGURE(DOUBLE, cpu_s), FIGURE(DOUBLE, simulated_s), FIGURE(DOUBLE, stressed_rest),
+    LONGEST(LONG, step), LONGEST(LONG, newton), LONGEST(LONG, linear), LONGEST(DOUBLE, ratio), LONGEST(DOUBLE, t), {0}};
 static_assert(sizeof(((flesh_hardcases_figures *)0)->end) == sizeof(int), "an end is read as a number");
 
 /* In the order of values_of. */
@@ -96,7 +95,7 @@ static json_t *do_case(const void *data, int number, const char *folder)
   run.outcome = flesh_hardcases_judge(&run);
   if (plan->lean && run.outcome == FLESH_HARDCASES_RECOVERED) shed(plan->out, &run);
   const char *word = run.outcome == FLESH_HARDCASES_NOT_RUN ? "interrupted" : flesh_hardcases_outcome_name(run.outcome);
-  return flesh_fields_record(word, run.figures.exit_code, run.figures.message, flesh_fields_json(fields, &run.figures));
+  return flesh_fields_record(word, run.figures.exit_code, run.figures.message, flesh_fields_json(flesh_hardcases_fields, &run.figures));
 }
 
 static int take(void *data, int number, const json_t *record)
@@ -104,7 +103,7 @@ static int take(void *data, int number, const json_t *record)
   const flesh_hardcases_plan *plan = data;
   flesh_hardcases_run *run = &plan->runs[number];
   flesh_hardcases_figures *f = &run->figures;
-  const int status = flesh_fields_take(fields, "hardcases.db", record, f, f->message, &f->crashed_by);
+  const int status = flesh_fields_take(flesh_hardcases_fields, "hardcases.db", record, f, f->message, &f->crashed_by);
   if (status) return status;
   f->exit_code = f->crashed_by ? 1 : (int)json_integer_value(json_object_get(record, "exit_code"));
   if (f->crashed_by) f->status = FLESH_ERR_SOLVE;
@@ -149,7 +148,7 @@ flesh_study flesh_hardcases_study(flesh_hardcases_plan *plan)
                        .again = "exit_code = 3", /* it could not write its files */
                        .data = plan,
                        .make = make_case,
-                       .fields = fields,
+                       .fields = flesh_hardcases_fields,
                        .work = do_case,
                        .take = take,
                        .title = title,

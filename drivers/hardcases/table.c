@@ -49,29 +49,11 @@ int flesh_hardcases_write_csv(const void *data)
     flesh_table_field(stream, r->row->flags & FLESH_HARDCASES_STATIC ? NAN
                   : r->row->step > 0                  ? r->row->step
                                                       : s->step);
-    fprintf(stream, ",%s,%d,%s,%s,%d,%d,%ld,%ld,%ld,%ld,%ld,%ld,%ld,%ld",
-            flesh_hardcases_solver_name(s->solver), f->tets, flesh_hardcases_outcome_name(r->outcome),
-            flesh_status_name(f->status), f->exit_code, f->steps, f->solves, f->retried,
-            f->unconverged, f->at_rounding, f->untanglings, f->untangled_nodes, f->rises,
-            f->rises_checked);
-    flesh_table_field(stream, f->worst_rise);
-    fprintf(stream, ",%d,%d,%d", f->finite, f->max_inverted, f->inverted_end);
-    flesh_table_field(stream, f->distance);
-    flesh_table_field(stream, f->volume_error);
-    flesh_table_field(stream, f->recovered_at);
+    fprintf(stream, ",%s,%d,%s,%s,%d", flesh_hardcases_solver_name(s->solver), f->tets,
+            flesh_hardcases_outcome_name(r->outcome), flesh_status_name(f->status), f->exit_code);
+    flesh_fields_print(stream, flesh_hardcases_fields, "steps", "recovered_at", f);
     fprintf(stream, ",%s,%s", f->rank >= 0 ? ranks[f->rank] : "", flesh_hardcases_end_name(f->end));
-    flesh_table_field(stream, f->gradient);
-    flesh_table_field(stream, f->smallest_eigenvalue);
-    fprintf(stream, ",%d,%ld,%ld,%ld,%ld,%ld", f->negative_eigenvalues, f->newton, f->linear,
-            f->direct, f->projections, f->backtracks);
-    flesh_table_field(stream, f->newton_ratio);
-    flesh_table_field(stream, f->time_ratio);
-    flesh_table_field(stream, f->wall_s);
-    flesh_table_field(stream, f->cpu_s);
-    flesh_table_field(stream, f->simulated_s);
-    flesh_table_field(stream, f->stressed_rest);
-    fprintf(stream, ",%ld,%ld,%ld", f->longest.step, f->longest.newton, f->longest.linear);
-    flesh_table_field(stream, f->longest.ratio);
+    flesh_fields_print(stream, flesh_hardcases_fields, "gradient", "longest_ratio", f);
     fprintf(stream, ",%s,%s,%s", flesh_element_name(s->element), s->body ? s->body->name : "", folder);
     quoted(stream, f->message);
     putc('\n', stream);
