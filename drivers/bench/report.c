@@ -148,7 +148,7 @@ void flesh_bench_print_end(const flesh_bench_plan *plan)
 
 #define ROW(kind, name) {#name, FLESH_FIELD_##kind, offsetof(flesh_bench_row, name)}
 #define TIME(kind, name) {#name, FLESH_FIELD_##kind, offsetof(flesh_bench_row, time.name)}
-/* What every row has; what kernels have, and steps. */
+/* Fields of every row, of kernels, of steps. */
 static const flesh_study_field all_fields[] = {ROW(DOUBLE, poisson), ROW(INT, tets), ROW(INT, nodes), ROW(INT, threads),
                                                TIME(DOUBLE, wall_s), TIME(DOUBLE, cpu_s), TIME(DOUBLE, scatter),
                                                TIME(INT, repeats), {0}};

@@ -219,7 +219,7 @@ static int fill_column(const flesh_hardcases_plan *plan, int setting, int column
     panels[place] = (flesh_picture_panel){.title = cell->title, .subtitle = "", .body = body};
     if (c >= 0 && (!run || run->outcome == FLESH_HARDCASES_NOT_RUN)) continue;
     status = flesh_hardcases_run_mesh(plan, &any, &mesh);
-    /* Of a run that is back at rest the state is not kept, and is known. */
+    /* A run that is back at rest keeps no state: it is the shape at rest. */
     const flesh_hardcases_run *kept = run && run->outcome != FLESH_HARDCASES_RECOVERED ? run : NULL;
     if (!status) status = read_shape(plan, row, kept, mesh, ends, cell);
     panels[place].x = cell->x;
