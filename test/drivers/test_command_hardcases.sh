@@ -178,7 +178,7 @@ bad_options_are_refused() {
     expect 2 "$flesh" hardcases --meshes 4x2x2,4x2x2 && has stderr.txt "two that are called '4x2x2'" &&
     expect 3 "$flesh" hardcases --meshes no_such.msh && has stderr.txt 'no_such.msh' &&
     expect 2 "$flesh" hardcases --filters --cases scramble && has stderr.txt "'scramble'" &&
-    expect 2 "$flesh" hardcases --elements hex8 && has stderr.txt "'hex8'.*tet4, tet10 and tet10-mean" &&
+    expect 2 "$flesh" hardcases --elements hex8 && has stderr.txt "'hex8'.*tet4, tet10, tet10-mean" &&
     expect 2 "$flesh" hardcases --cases nonsense && has stderr.txt "'nonsense'.*--list" &&
     expect 2 "$flesh" hardcases --poisson 0.45,0.450 && has stderr.txt '0.450 twice; once is enough' &&
     expect 2 "$flesh" hardcases --energies S,S.matched && has stderr.txt 'S.matched twice' &&
