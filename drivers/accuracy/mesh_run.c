@@ -12,9 +12,8 @@
 #include "base/clock.h"
 #include "base/error.h"
 #include "scene/scene.h"
-#include "cli/interrupt.h"
 #include "run/point_load.h"
-#include "pool/process.h"
+#include "pool/pool.h"
 
 typedef struct task {
   const flesh_accuracy_plan *plan;
@@ -98,11 +97,10 @@ static void show(const flesh_accuracy_mesh_row *row)
 
 static int run_row(const task *given, flesh_accuracy_mesh_row *row)
 {
-  flesh_process process;
-  int status = flesh_process_start(work, given, row, sizeof *row, &process);
+  const flesh_pool_task alone = {work, given, sizeof *row, given->plan->max_seconds, "the meshes were run"};
+  int crashed_by = 0, status = flesh_pool_do(given->plan->options.ranks, &alone, row, &crashed_by);
   if (status) return status;
-  row->crashed_by = flesh_pool_wait_for(given->plan->options.ranks, &process, given->plan->max_seconds, row, sizeof *row);
-  if (flesh_interrupt_signal()) return flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted while the meshes were run");
+  row->crashed_by = crashed_by;
   if (row->crashed_by) row->status = FLESH_ERR_SOLVE;
   if (row->status == FLESH_ERR_FILE) return flesh_fail(FLESH_ERR_FILE, "%s", row->message);
   row->done = 1;

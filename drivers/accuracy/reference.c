@@ -14,8 +14,7 @@
 #include "base/clock.h"
 #include "base/error.h"
 #include "base/text.h"
-#include "cli/interrupt.h"
-#include "pool/process.h"
+#include "pool/pool.h"
 
 /* A way to a reference: the powers of the step in its error are first, first + stride, ... */
 typedef struct source {
@@ -245,18 +244,16 @@ static int make(flesh_accuracy_plan *plan, flesh_accuracy_track *reference)
     char words[160];
     const task given = {plan, &sources[s], paths[have]};
     made *result = &results[have];
-    flesh_process process;
     *result = (made){.status = FLESH_ERR_SOLVE, .estimate = INFINITY};
     snprintf(words, sizeof words, "reference: %s, about %.0f s", sources[s].method,
              plan->reference_seconds);
     show(words);
-    int status = flesh_process_start(work, &given, result, sizeof *result, &process);
-    if (status) return status;
-    result->crashed_by = flesh_pool_wait_for(plan->options.ranks, &process, 2 * (plan->max_seconds + plan->reference_seconds),
-                                             result, sizeof *result);
+    const flesh_pool_task alone = {work, &given, sizeof *result, 2 * (plan->max_seconds + plan->reference_seconds),
+                                   "the reference was made"};
+    int crashed_by = 0, status = flesh_pool_do(plan->options.ranks, &alone, result, &crashed_by);
     show("");
-    if (flesh_interrupt_signal())
-      return flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted while the reference was made");
+    if (status) return status;
+    result->crashed_by = crashed_by;
     if (result->status == FLESH_ERR_FILE) return flesh_fail(FLESH_ERR_FILE, "no reference: %s", result->message);
     if (!result->status && !result->crashed_by) {
       have++;

@@ -10,8 +10,7 @@
 #include "base/confine.h"
 #include "base/error.h"
 #include "base/sort.h"
-#include "cli/interrupt.h"
-#include "pool/process.h"
+#include "pool/pool.h"
 
 typedef struct task {
   const flesh_accuracy_plan *plan;
@@ -172,14 +171,12 @@ int flesh_accuracy_make_tight(const flesh_accuracy_plan *plan, const flesh_accur
   keep.count = (int)ceil((keep.end - keep.start) / keep.interval - 1e-6) + 1;
   const task given = {plan, reference, NULL, &row, &keep};
   flesh_accuracy_figures *f = &row.figures;
-  flesh_process process;
   flesh_accuracy_tight_path(plan, path);
-  int status = flesh_process_start(work_tight, &given, f, sizeof *f, &process);
-  const double seconds = plan->max_seconds * (plan->repeat ? plan->repeat : 3);
+  const flesh_pool_task alone = {work_tight, &given, sizeof *f, plan->max_seconds * (plan->repeat ? plan->repeat : 3),
+                                 "the other prices were prepared"};
+  int crashed_by = 0, status = flesh_pool_do(plan->options.ranks, &alone, f, &crashed_by);
   if (status) return status;
-  const int crashed = flesh_pool_wait_for(plan->options.ranks, &process, seconds, f, sizeof *f);
-  if (flesh_interrupt_signal()) return FLESH_ERR_INTERRUPTED;
-  if (crashed) f->status = FLESH_ERR_SOLVE;
+  if (crashed_by) f->status = FLESH_ERR_SOLVE;
   if (f->status == FLESH_ERR_FILE) return flesh_fail(FLESH_ERR_FILE, "%s", f->message);
   if (row.figures.status)
     return flesh_fail(row.figures.status, "the other prices are not measured: %s",

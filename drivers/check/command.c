@@ -12,6 +12,7 @@
 #include "cli/inputs.h"
 #include "base/file.h"
 #include "cli/options.h"
+#include "study/table.h"
 #include "cli/overrides.h"
 #include "cli/output.h"
 #include "run/result.h"
@@ -161,29 +162,21 @@ static int differentiate(const flesh_scene *scene, const flesh_state *state, int
 static int write_numbers(const char *folder, const char *name, int rows, int columns,
                          const double *const *parts)
 {
-  char *path = malloc(strlen(folder) + strlen(name) + 2);
-  if (!path) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  sprintf(path, "%s/%s", folder, name);
   flesh_file file;
-  int status = flesh_file_open(path, &file);
-  for (int i = 0; i < rows && !status; i++) {
+  const int status = flesh_table_open(folder, name, &file);
+  if (status) return status;
+  for (int i = 0; i < rows; i++) {
     for (int c = 0; c < columns; c++)
       fprintf(file.stream, "%s%.17g", c ? " " : "", parts[c / 3][3 * i + c % 3]);
     putc('\n', file.stream);
   }
-  if (!status) status = flesh_file_commit(&file);
-  free(path);
-  return status;
+  return flesh_file_commit(&file);
 }
 
 static int write_matrix(const char *folder, const flesh_block_matrix *K)
 {
-  char *path = malloc(strlen(folder) + 16);
-  if (!path) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  sprintf(path, "%s/hessian.mtx", folder);
   flesh_file file;
-  int status = flesh_file_open(path, &file);
-  free(path);
+  const int status = flesh_table_open(folder, "hessian.mtx", &file);
   if (status) return status;
   long entries = 9L * K->row_start[K->rows] - 3L * K->rows;
   fprintf(file.stream, "%%%%MatrixMarket matrix coordinate real symmetric\n%d %d %ld\n",

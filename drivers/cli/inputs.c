@@ -102,23 +102,24 @@ static int spare_all(const flesh_inputs *inputs, const char *folder)
   return FLESH_OK;
 }
 
-int flesh_inputs_spare_in(const flesh_inputs *inputs, const char *folder, const char *const *names,
-                          const char *const *subfolders)
+/* Spares folder/name for every name. */
+static int spare_each(const flesh_inputs *inputs, const char *folder, const char *const *names,
+                      int (*spare)(const flesh_inputs *inputs, const char *path))
 {
   int status = FLESH_OK;
-  for (; *names && !status; names++) {
+  for (; names && *names && !status; names++) {
     char *path = malloc(strlen(folder) + strlen(*names) + 2);
     if (!path) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
     sprintf(path, "%s/%s", folder, *names);
-    status = flesh_inputs_spare(inputs, path);
-    free(path);
-  }
-  for (; subfolders && *subfolders && !status; subfolders++) {
-    char *path = malloc(strlen(folder) + strlen(*subfolders) + 2);
-    if (!path) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-    sprintf(path, "%s/%s", folder, *subfolders);
-    status = spare_all(inputs, path);
+    status = spare(inputs, path);
     free(path);
   }
   return status;
+}
+
+int flesh_inputs_spare_in(const flesh_inputs *inputs, const char *folder, const char *const *names,
+                          const char *const *subfolders)
+{
+  const int status = spare_each(inputs, folder, names, flesh_inputs_spare);
+  return status ? status : spare_each(inputs, folder, subfolders, spare_all);
 }

@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "cli/lists.h"
+#include "study/table.h"
 #include "base/file.h"
 #include "material/curves.h"
 #include "cli/options.h"
@@ -230,12 +231,8 @@ static void put_curve(FILE *stream, const flesh_path *path, const flesh_curve *c
 
 static int write_table(const char *folder, const flesh_curves *all)
 {
-  char *name = malloc(strlen(folder) + sizeof "/material.csv");
   flesh_file file;
-  if (!name) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  sprintf(name, "%s/material.csv", folder);
-  int status = flesh_file_open(name, &file);
-  free(name);
+  const int status = flesh_table_open(folder, "material.csv", &file);
   if (status) return status;
   fputs("path,parameter,energy,constants,mu,lambda,psi,psi_minus_rest,stress,"
         "smallest_eigenvalue\n",

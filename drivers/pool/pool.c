@@ -129,9 +129,13 @@ void flesh_pool_listen(const flesh_ranks *ranks)
   if (ranks && ranks->all > ranks->count && flesh_ranks_first(ranks)) hear_signal(ranks);
 }
 
-int flesh_pool_wait_for(const flesh_ranks *ranks, flesh_process *process, double max_seconds, void *result, size_t size)
+int flesh_pool_do(const flesh_ranks *ranks, const flesh_pool_task *task, void *result, int *crashed_by)
 {
-  return flesh_process_wait(process, max_seconds, hear_signal, ranks, result, size);
+  flesh_process process;
+  const int status = flesh_process_start(task->work, task->data, result, task->size, &process);
+  if (status) return status;
+  *crashed_by = flesh_process_wait(&process, task->max_seconds, hear_signal, ranks, result, task->size);
+  return flesh_interrupt_signal() ? flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted while %s", task->doing) : FLESH_OK;
 }
 
 void flesh_pool_dismiss(const flesh_ranks *ranks, int code)
@@ -141,8 +145,6 @@ void flesh_pool_dismiss(const flesh_ranks *ranks, int code)
   for (int r = ranks->count; r < ranks->all; r++) flesh_ranks_send(r, sizeof leave, &leave);
   hear_out(ranks->all - ranks->count);
 }
-
-int flesh_pool_running(const flesh_pool *pool) { return pool->places.running + pool->away; }
 
 /* Returns a rank behind the first with a free place and the fewest cases; 0: none has a place. */
 static int free_rank(const flesh_pool *pool)

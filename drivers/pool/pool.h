@@ -24,8 +24,7 @@ int flesh_pool_open(flesh_ranks *ranks, int jobs, int count, const flesh_pool_ca
 /* Ends what still runs. NULL-safe; sets *pool to NULL. */
 void flesh_pool_close(flesh_pool **pool);
 
-/* How many run, and whether there is a place for one more. */
-int flesh_pool_running(const flesh_pool *pool);
+/* Whether there is a place for one more. */
 int flesh_pool_has_room(const flesh_pool *pool);
 /* Starts the case where there is a place. Where no more processes can be had, there are fewer places from then on, and
  * *started is 0; an error where there is none left. Errors: FLESH_ERR_FILE, FLESH_ERR_MEMORY. */
@@ -33,9 +32,17 @@ int flesh_pool_start(flesh_pool *pool, int number, int *started);
 /* Waits until a case has ended, a signal has come or a moment has passed. A signal (interrupt.h; on any rank) is passed
  * on to all that run, once; what has not ended 2 s later is killed. Errors: FLESH_ERR_MEMORY. */
 int flesh_pool_wait(flesh_pool *pool, flesh_pool_end *end);
-/* Waits for a process of the first rank's own, while no case runs, as flesh_process_wait does; a signal to another rank
- * counts as one to this. */
-int flesh_pool_wait_for(const flesh_ranks *ranks, flesh_process *process, double max_seconds, void *result, size_t size);
+/* Does work(data, result) in a process of the first rank's own, as flesh_process_start and _wait do, while no case runs.
+ * *crashed_by is the signal that ended it, -1 for another end, 0 where it reported. A signal to any rank ends it:
+ * FLESH_ERR_INTERRUPTED, `doing` says what was being done. Further errors: FLESH_ERR_FILE, FLESH_ERR_MEMORY. */
+typedef struct flesh_pool_task {
+  void (*work)(const void *data, void *result);
+  const void *data;
+  size_t size; /* of the result */
+  double max_seconds;
+  const char *doing;
+} flesh_pool_task;
+int flesh_pool_do(const flesh_ranks *ranks, const flesh_pool_task *task, void *result, int *crashed_by);
 /* A command whose cases all ranks do. `name` is the command's, `status` what came of its plans, which every rank has made
  * for itself: the worst of all is told by one rank and ends all. Then the first rank calls lead(data), which hands out
  * cases by a pool and returns the exit code; the others do what they are given until they get that code. Returns it. */
