@@ -139,6 +139,16 @@ END
     ! grep -q 'single nodes' wide/verdict.txt
 }
 
+# Its figures would say nothing of the energy; there is no verdict of them, and they are made again.
+a_run_that_cannot_write_is_told() {
+  set -- drift "$scenes/finger_pull_coarse.yaml" --energies S --poisson 0.45 --solvers guarded --set time.end=1/30 --out blocked
+  mkdir blocked && echo file >blocked/runs || return 1
+  expect 3 "$flesh" "$@" && has stderr.txt '1 of 1 cases could not write or read their files; the first: ' &&
+    [ -s blocked/drift.csv ] && [ ! -e blocked/verdict.txt ] || return 1
+  rm blocked/runs
+  expect 0 "$flesh" "$@" --resume && [ -s blocked/verdict.txt ] && grep -q ',complete,' blocked/drift.csv
+}
+
 bad_lists_are_refused() {
   expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --elements tet4,tet5 && has stderr.txt "--elements has 'tet5'" &&
     expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --elements tet4,tet4 &&
@@ -157,4 +167,4 @@ bad_lists_are_refused() {
 
 run_tests the_comparison_ends_well the_table_has_the_promised_columns guarded_runs_survive a_failed_run_is_a_row \
   the_figures_are_physical pictures_are_drawn volumes_say_what_they_show nothing_is_minus_zero no_free_rest_is_an_empty_field materials_of_regions_are_told_apart \
-  meshes_and_elements_are_told_apart bad_lists_are_refused
+  meshes_and_elements_are_told_apart a_run_that_cannot_write_is_told bad_lists_are_refused
