@@ -8,11 +8,13 @@
 #include <kinsol/kinsol.h>
 #include <sundials/sundials_context.h>
 #include <sundials/sundials_linearsolver.h>
+#include <sundials/sundials_nonlinearsolver.h>
 #include <sundials/sundials_version.h>
 
 #if SUNDIALS_VERSION_MAJOR >= 7
 #define FLESH_SUN_SUCCESS SUN_SUCCESS
 #define FLESH_SUNLS_FATAL SUN_ERR_EXT_FAIL
+#define FLESH_SUNNLS_FATAL SUN_ERR_EXT_FAIL
 /* A context of the library's own. It has no logger: from 7.2 on KINSOL formats its messages with malloc in every
  * iteration, whether or not anybody reads them. (Logging level 5 prints vectors without asking for a logger.) */
 static inline int flesh_suncontext_create(SUNContext *context)
@@ -37,6 +39,7 @@ static inline void flesh_ida_silence(SUNContext context, void *ida)
 #else
 #define FLESH_SUN_SUCCESS 0
 #define FLESH_SUNLS_FATAL SUNLS_PACKAGE_FAIL_UNREC
+#define FLESH_SUNNLS_FATAL SUN_NLS_EXT_FAIL
 static inline int flesh_suncontext_create(SUNContext *context)
 {
   return SUNContext_Create(NULL, context);

@@ -66,12 +66,12 @@ static int allocate(const flesh_system *system, flesh_ida_problem *self)
   const size_t n = (size_t)flesh_system_unknowns(system), bytes = n * sizeof(double);
   const flesh_team *team = flesh_system_team(system);
   flesh_ida_constraints *constraints = &self->constraints;
-  double **arrays[] = {&constraints->x, &constraints->v, &constraints->a, &self->solver.right, &self->solver.change};
+  double **arrays[] = {&constraints->x,     &constraints->v, &constraints->a, &self->solver.right,
+                       &self->solver.change, &self->accepted.x, &self->accepted.v};
   int failed = !(constraints->fixed = calloc(n + 1, 1));
   failed |= !(self->solver.work = calloc(1, 4 * bytes + 1));
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++)
     failed |= !(*arrays[k] = calloc(1, bytes + 1));
-  if (flesh_system_limits_step(system)) failed |= !(self->accepted.x = calloc(1, bytes + 1));
   if (team) failed |= !(self->room[0] = calloc(1, 6 * bytes + 1));
   for (size_t k = 1; k < 3 && self->room[0]; k++) self->room[k] = self->room[0] + 2 * k * n;
   if (failed) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %zu unknowns", 2 * n);
@@ -141,7 +141,8 @@ void flesh_ida_problem_destroy(flesh_ida_problem **problem)
   flesh_ida_problem *self = *problem;
   const flesh_ida_constraints *constraints = &self->constraints;
   double *arrays[] = {constraints->x,    constraints->v,   constraints->a,       self->solver.right,    self->solver.change,
-                      self->solver.work, self->accepted.x, self->sparse.K_values, self->sparse.D_values, self->room[0]};
+                      self->solver.work, self->accepted.x, self->accepted.v,   self->sparse.K_values, self->sparse.D_values,
+                      self->room[0]};
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) free(arrays[k]);
   free(self->constraints.fixed);
   flesh_evaluation_clear(&self->evaluation);
@@ -195,13 +196,15 @@ static double time_before_event(const flesh_ida_problem *self, double t)
   return t >= held->event ? nextafter(held->event, held->begin) : t;
 }
 
-static void prescribe(flesh_ida_problem *self, double t)
+double flesh_ida_prescribe(flesh_ida_problem *self, double t)
 {
   flesh_ida_constraints *held = &self->constraints;
-  if (t == held->t) return;
+  t = time_before_event(self, t);
+  if (t == held->t) return t;
   flesh_system_prescribe(self->evaluation.system, t, held->x);
   flesh_system_prescribe_velocity(self->evaluation.system, t, held->v, held->a);
   held->t = t;
+  return t;
 }
 
 /* Between events motions are polynomials; behind the last one nothing moves. */
@@ -210,7 +213,7 @@ int flesh_ida_moves(flesh_ida_problem *self)
   flesh_ida_constraints *held = &self->constraints;
   int moves = 0;
   if (!(held->event < INFINITY)) return 0;
-  prescribe(self, held->begin + 0.4 * (held->event - held->begin));
+  flesh_ida_prescribe(self, held->begin + 0.4 * (held->event - held->begin));
   for (int d = 0; d < self->evaluation.n; d++)
     if (held->fixed[d] && held->v[d] != 0) moves = 1;
   return flesh_team_any(self->evaluation.team, moves);
@@ -221,8 +224,7 @@ flesh_point flesh_ida_point(flesh_ida_problem *self, double t, const double *y, 
   flesh_evaluation *e = &self->evaluation;
   flesh_ida_constraints *held = &self->constraints;
   const int n = e->n;
-  t = time_before_event(self, t);
-  prescribe(self, t);
+  t = flesh_ida_prescribe(self, t);
   memcpy(e->x, y, (size_t)n * sizeof *y);
   memcpy(e->v, y + n, (size_t)n * sizeof *y);
   if (yp) memcpy(e->a, yp + n, (size_t)n * sizeof *y);
@@ -239,12 +241,11 @@ flesh_point flesh_ida_point(flesh_ida_problem *self, double t, const double *y, 
   return point;
 }
 
-void flesh_ida_accept(flesh_ida_problem *self, double t, const double *x)
+void flesh_ida_accept(flesh_ida_problem *self, double t, const double *x, const double *v)
 {
-  if (!self->accepted.x) return;
   memcpy(self->accepted.x, x, (size_t)self->evaluation.n * sizeof *x);
+  memcpy(self->accepted.v, v, (size_t)self->evaluation.n * sizeof *v);
   self->accepted.t = t;
-  self->accepted.known = 1;
 }
 
 int flesh_ida_evaluate(flesh_ida_problem *self, double t, const double *y, const double *yp, double *F)
@@ -253,7 +254,7 @@ int flesh_ida_evaluate(flesh_ida_problem *self, double t, const double *y, const
   const int n = e->n;
   const flesh_point point = flesh_ida_point(self, t, y, yp);
   self->stats.residuals++;
-  int status = self->accepted.known && flesh_system_max_feasible_step(e->system, NULL, NULL, self->accepted.t,
+  int status = self->accepted.limits && flesh_system_max_feasible_step(e->system, NULL, NULL, self->accepted.t,
                                                                   self->accepted.x, point.t, point.x) < 1
                    ? FLESH_UNDEFINED
                    : flesh_system_residual(e->system, &point, F + n);
@@ -388,7 +389,7 @@ void flesh_ida_multiply(flesh_ida_problem *self, const double *x, double *z)
 
 size_t flesh_ida_memory(const flesh_ida_problem *self)
 {
-  const size_t vectors = (self->accepted.x ? 14 : 13) + (self->room[0] ? 6 : 0);
+  const size_t vectors = 15 + (self->room[0] ? 6 : 0);
   size_t bytes = sizeof *self + (size_t)self->evaluation.n * (vectors * sizeof(double) + 1);
   bytes += 2 * (size_t)self->jacobian.K->row_start[self->jacobian.K->rows] * 9 * sizeof(double);
   if (self->solver.preconditioner) bytes += self->solver.linear->preconditioner_memory(self->solver.preconditioner);

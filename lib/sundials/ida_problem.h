@@ -60,10 +60,12 @@ typedef struct flesh_ida_sparse {
   double *K_values, *D_values;
 } flesh_ida_sparse;
 
-/* The state accepted last, from where steps are tested for feasibility. */
+/* The state accepted last: the start, and then what flesh_ida_accept is told. A nonlinear solver of flesh
+ * (sunnonlinsol.h) lags forces at it, and keeps the way from there free. */
 typedef struct flesh_ida_accepted {
-  int known;
-  double t, *x; /* s, and [n]; NULL: nothing limits steps */
+  int limits;        /* residuals are refused where an effect limits the straight step from it */
+  long starts;       /* how often the motion has been started */
+  double t, *x, *v;  /* s, [n], [n] */
 } flesh_ida_accepted;
 
 struct flesh_ida_problem {
@@ -73,7 +75,7 @@ struct flesh_ida_problem {
   double *room[3];             /* [2*n] each, for vectors of N_VNew_Parallel; NULL without a team */
   flesh_solver_options options;
   struct {
-    double length, velocity; /* m, m/s */
+    double length, velocity, mass; /* m, m/s, kg; the mass is 0 where it has no value */
   } scale;
   flesh_ida_constraints constraints;
   flesh_ida_matrices jacobian;
@@ -100,9 +102,11 @@ int flesh_ida_assemble(flesh_ida_problem *problem, double t, double cj, const do
                        const double *yp, flesh_ida_content content);
 /* Whether constrained nodes move before the next event, on any rank. */
 int flesh_ida_moves(flesh_ida_problem *problem);
-/* From now on a residual is refused where an effect limits the straight step from x [n] at t: the state
- * accepted last. */
-void flesh_ida_accept(flesh_ida_problem *problem, double t, const double *x);
+/* A step has been accepted that ends at x, v [n] at t. */
+void flesh_ida_accept(flesh_ida_problem *problem, double t, const double *x, const double *v);
+/* Finds what constrained dofs are prescribed at t, in problem->constraints; at an event, what holds before it. Returns
+ * that time. */
+double flesh_ida_prescribe(flesh_ida_problem *problem, double t);
 /* Takes a condensed K apart again (nothing assembled: zeros), so that J can be added to others. */
 void flesh_ida_separate(flesh_ida_problem *problem);
 /* Condenses K where it is apart; FLESH_NOT_POSITIVE where there is nothing to condense. */

@@ -87,7 +87,7 @@ double flesh_ida_scale_of_velocity(flesh_ida_problem *self)
   for (int c = 0; c < 3; c++) {
     double *one = self->solver.change, *M_one = e->a;
     for (int d = 0; d < e->n; d++) one[d] = d % 3 == c;
-    total = mass_square(self, one, M_one);
+    self->scale.mass = total = mass_square(self, one, M_one);
     const double along = product(self, u, M_one);
     if (total > 0) mass -= along * along / total;
   }
@@ -157,7 +157,7 @@ int flesh_ida_start(flesh_ida_problem *self, const flesh_state *state, N_Vector 
   if (!xp) return FLESH_ERR_ARGUMENT;
   double *v = x + n, *a = xp + n;
   const double t = state->t;
-  self->accepted.known = held->started = 0;
+  self->accepted.limits = held->started = 0;
   held->begin = t;
   held->event = flesh_system_next_event(e->system, t);
   flesh_system_fixed(e->system, t, held->fixed);
@@ -186,6 +186,8 @@ int flesh_ida_start(flesh_ida_problem *self, const flesh_state *state, N_Vector 
   if (!status) status = apply_constraints(self, held->v, v);
   if (!status) status = accelerate(self, t, x, v, a);
   memcpy(xp, v, bytes);
+  flesh_ida_accept(self, t, x, v);
+  self->accepted.starts++;
   flesh_ida_close(self, y_vector, x);
   flesh_ida_close(self, yp_vector, xp);
   held->started = !status;

@@ -187,7 +187,7 @@ static int start(flesh_adaptive *self, flesh_state *state, double ahead)
   self->running = 1;
   self->t = self->t_internal = state->t;
   self->failure = (flesh_failure){0};
-  flesh_ida_accept(self->problem, state->t, N_VGetArrayPointer(self->y));
+  self->problem->accepted.limits = flesh_system_limits_step(self->system);
   flesh_adaptive_energy_start(&self->energy, state->t, N_VGetArrayPointer(self->y));
   return FLESH_OK;
 }
@@ -254,7 +254,7 @@ static int advance(flesh_adaptive *self, double toward, flesh_solve_stats *stats
   *event = flag == IDA_TSTOP_RETURN;
   if (!(reached > before) && !*event)
     return flesh_adaptive_fail(self, before, self->problem->evaluation.x, FLESH_NOT_CONVERGED, "the step is too short to change t");
-  flesh_ida_accept(self->problem, reached, N_VGetArrayPointer(self->y));
+  flesh_ida_accept(self->problem, reached, N_VGetArrayPointer(self->y), N_VGetArrayPointer(self->y) + self->n);
   IDAGetLastStep(self->ida, &step.h);
   IDAGetLastOrder(self->ida, &step.order);
   step.t = reached;
