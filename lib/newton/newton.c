@@ -244,7 +244,7 @@ int flesh_newton_init(const flesh_system *system, const flesh_solver_options *op
                       flesh_newton *self)
 {
   const flesh_team *team = flesh_system_team(system);
-  *self = (flesh_newton){.options = *options, .solver = solver};
+  *self = (flesh_newton){.options = *options, .solver = solver, .given_depth = 1};
   const int guarded = options->line_search == FLESH_LINE_SEARCH_POTENTIAL,
             eliminates = solver.solve && flesh_newton_eliminates(system, options);
   const flesh_accelerator_services services = {

@@ -146,7 +146,7 @@ int flesh_stage_begin(flesh_newton *newton, const flesh_stage *stage, const doub
   self->begun = !status;
   if (status) return 0;
   const double first = self->first, load = self->load, given = newton->given_target;
-  self->last_target = given > 0 ? given : tolerance_of(newton) * fmax(first, load);
+  self->last_target = given > 0 ? fmin(given, newton->given_depth * first) : tolerance_of(newton) * fmax(first, load);
   stats->solves += !flesh_equations_is_softened(equations);
   stats->residual_first = stats->residual_last = first;
   stats->residual_target = newton->policy.target = self->last_target;

@@ -183,6 +183,11 @@ void flesh_nonlinear_set_target(flesh_nonlinear *self, double target)
   self->problem->newton.given_target = target;
 }
 
+void flesh_nonlinear_set_depth(flesh_nonlinear *self, double depth)
+{
+  self->problem->newton.given_depth = depth;
+}
+
 void flesh_nonlinear_soften(flesh_nonlinear *self, const flesh_system *softened)
 {
   flesh_equations *equations = &self->problem->newton.equations;

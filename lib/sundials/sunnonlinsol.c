@@ -36,6 +36,10 @@ typedef struct content {
   long iterations, failures;     /* of the last solve */
 } content;
 
+/* A solve goes at least as deep as to this share of its first residual, so that an error test sees a correction and not
+ * what solves leave. In steps after a jump, which are tiny, that is all of it that is within the tolerance. */
+static const double depth = 0.1;
+
 /* The integrator's equation at t: x^, v^ in `known`, y as it predicts it; `weights`, of its norm. */
 typedef struct equation {
   double t, g;
@@ -234,7 +238,7 @@ static int solve(SUNNonlinearSolver solver, N_Vector y0, N_Vector correction, N_
 {
   (void)y0, (void)set_up;
   content *self = solver->content;
-  equation e;
+  equation e = {0};
   double target = 0;
   self->iterations = self->failures = 0;
   int status = self->motion->constraints.started
@@ -292,7 +296,7 @@ static int solver_free(SUNNonlinearSolver solver)
   return FLESH_SUN_SUCCESS;
 }
 
-/* What this rank needs, without the others. */
+/* Allocates what this rank needs, without the others. */
 static content *content_create(flesh_ida_problem *motion)
 {
   const size_t n = (size_t)motion->evaluation.n;
@@ -327,6 +331,7 @@ static int create(flesh_ida_problem *motion, SUNContext context, content **made,
     if (empty) SUNNonlinSolFreeEmpty(empty);
     return status;
   }
+  flesh_nonlinear_set_depth(self->newton, depth);
   empty->content = self;
   empty->ops->gettype = solver_type;
   empty->ops->solve = solve;

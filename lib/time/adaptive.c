@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "time/adaptive_parts.h"
+#include "system/feasible_step.h"
 #include "time/method.h"
 #include "sundials/compatibility.h"
 #include "sundials/vector.h"

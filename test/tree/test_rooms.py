@@ -21,7 +21,7 @@ PUBLIC = {
     "surface": "surface", "skin": "skin", "block_matrix": "linear", "linear_solver": "linear", "ranks": "parallel",
     "body": "element", "motion": "geometry", "obstacle": "geometry", "contact": "effect", "derivative_check": "effect", "effect": "effect", "effects": "effect",
     "system": "system", "state": "system", "solver": "newton", "kinsol": "sundials", "ida": "sundials",
-    "ode": "sundials", "integrator": "time", "observer": "time", "probe": "output", "scene": "scene", "flesh": "scene",
+    "ode": "sundials", "sunnonlinsol": "sundials", "integrator": "time", "observer": "time", "probe": "output", "scene": "scene", "flesh": "scene",
 }
 
 
