@@ -30,7 +30,7 @@ typedef struct owned_integrator {
   flesh_solver_options options;
   SUNContext context;
   N_Vector y; /* to be cloned */
-  /* What it took. */
+  /* Counts of all runs. */
   long steps, newton, failures, rejected;
   /* Called after every accepted step unless NULL; in y are places and velocities. */
   void (*look)(void *data, double t, N_Vector y);

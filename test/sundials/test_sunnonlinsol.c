@@ -119,7 +119,7 @@ static void make_faller(double height, int sheet, const double velocity[3], cons
   for (int d = 0; d < b->n; d++) b->state.v[d] = velocity[d % 3];
 }
 
-/* What is seen of a body that meets a floor. */
+/* Extremes of the steps of a body that meets a floor. */
 typedef struct fall {
   const test_body *b;
   double floor, deepest, most, first; /* m; J, most energy and that at the start */

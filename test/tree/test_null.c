@@ -9,6 +9,7 @@
 #include "flesh/ida.h"
 #include "flesh/kinsol.h"
 #include "flesh/ode.h"
+#include "flesh/sunnonlinsol.h"
 #include "sundials/compatibility.h"
 #include "test.h"
 
@@ -46,7 +47,7 @@
  * flesh_kinsol_residual problem, flesh_kinsol_jacobian u, flesh_kinsol_jacobian J, flesh_kinsol_jacobian problem,
  * flesh_kinsol_jacobian_times v, flesh_kinsol_jacobian_times Jv, flesh_kinsol_jacobian_times problem,
  * flesh_kinsol_preconditioner_setup u, flesh_kinsol_preconditioner_setup problem, flesh_kinsol_preconditioner_solve z,
- * flesh_kinsol_preconditioner_solve problem, flesh_ode_start y, flesh_ode_rhs y, flesh_ode_rhs ydot, flesh_ode_rhs
+ * flesh_kinsol_preconditioner_solve problem, flesh_ode_start y, flesh_ode_accept y, flesh_ode_accept problem, flesh_ode_rhs y, flesh_ode_rhs ydot, flesh_ode_rhs
  * problem, flesh_ode_jacobian y, flesh_ode_jacobian J, flesh_ode_jacobian problem, flesh_ode_jacobian_times_setup y,
  * flesh_ode_jacobian_times_setup problem, flesh_ode_jacobian_times v, flesh_ode_jacobian_times Jv,
  * flesh_ode_jacobian_times problem, flesh_ode_preconditioner_setup y, flesh_ode_preconditioner_setup jcur,
@@ -62,6 +63,21 @@
  * flesh_system_internal_count flesh_integrator_saves_all flesh_integrator_separation
  * flesh_communicator_rank flesh_communicator_size flesh_rank_part_own flesh_rank_part_neighbours
  * flesh_rank_part_find. */
+
+/* In place of ARKStepGetNonlinearSystemData and CVodeGetNonlinearSystemData. */
+static int no_arkode(void *arkode, sunrealtype *t, N_Vector *zpred, N_Vector *z, N_Vector *Fi, sunrealtype *gamma,
+                     N_Vector *sdata, void **user_data)
+{
+  (void)arkode, (void)t, (void)zpred, (void)z, (void)Fi, (void)gamma, (void)sdata, (void)user_data;
+  return -1;
+}
+
+static int no_cvode(void *cvode, sunrealtype *t, N_Vector *ypred, N_Vector *yn, N_Vector *fn, sunrealtype *gamma,
+                    sunrealtype *rl1, N_Vector *zn1, void **user_data)
+{
+  (void)cvode, (void)t, (void)ypred, (void)yn, (void)fn, (void)gamma, (void)rl1, (void)zn1, (void)user_data;
+  return -1;
+}
 
 /* Something that is not NULL: nothing looks at it before all pointers have been looked at. */
 static union {
@@ -176,6 +192,15 @@ static void null_is_refused_by_runs(void)
   REFUSES(flesh_ida_sunlinsol_create, problem, (NULL, any, any));
   REFUSES(flesh_ida_sunlinsol_create, context, (any, NULL, any));
   REFUSES(flesh_ida_sunlinsol_create, solver, (any, any, NULL));
+  REFUSES(flesh_ida_sunnonlinsol_create, problem, (NULL, any, any));
+  REFUSES(flesh_ida_sunnonlinsol_create, context, (any, NULL, any));
+  REFUSES(flesh_ida_sunnonlinsol_create, solver, (any, any, NULL));
+  REFUSES(flesh_arkode_sunnonlinsol_create, problem, (NULL, no_arkode, any, any));
+  REFUSES(flesh_arkode_sunnonlinsol_create, context, (any, no_arkode, NULL, any));
+  REFUSES(flesh_arkode_sunnonlinsol_create, solver, (any, no_arkode, any, NULL));
+  REFUSES(flesh_cvode_sunnonlinsol_create, problem, (NULL, no_cvode, any, any));
+  REFUSES(flesh_cvode_sunnonlinsol_create, context, (any, no_cvode, NULL, any));
+  REFUSES(flesh_cvode_sunnonlinsol_create, solver, (any, no_cvode, any, NULL));
   REFUSES(flesh_method_options_check, options, (NULL));
   REFUSES(flesh_integrator_create, system, (NULL, 1, any, any));
   REFUSES(flesh_integrator_create, options, (any, 1, NULL, any));
@@ -503,6 +528,7 @@ static int count_refusals(const char *word, N_Vector u, N_Vector r, N_Vector y, 
   TRY(flesh_ida_preconditioner_setup(0, y, yp, y, 1, ida));
   TRY(flesh_ida_preconditioner_solve(0, y, yp, y, y, yp, 1, 0, ida));
   TRY(flesh_ode_rhs(0, y, yp, rhs));
+  TRY(flesh_ode_accept(0, y, rhs));
   TRY(flesh_ode_jacobian(0, y, yp, C, rhs, NULL, NULL, NULL));
   TRY(flesh_ode_jacobian_times_setup(0, y, yp, rhs));
   TRY(flesh_ode_jacobian_times(y, yp, 0, y, yp, rhs, NULL));
@@ -512,7 +538,7 @@ static int count_refusals(const char *word, N_Vector u, N_Vector r, N_Vector y, 
   return refused;
 }
 
-enum { CALLBACKS = 16 };
+enum { CALLBACKS = 17 };
 
 /* A residual of 0 would look like a solution. */
 static void callbacks_wait_for_a_stage_or_a_start(void)
