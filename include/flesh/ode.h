@@ -79,6 +79,11 @@ FLESH_API int flesh_ode_problem_create(const flesh_system *system,
                                        flesh_ode_problem **problem);
 FLESH_API void flesh_ode_problem_destroy(flesh_ode_problem **problem);
 
+/* As flesh_ida_vector_create. Returns new, freed by N_VDestroy.
+ * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
+FLESH_API int flesh_ode_vector_create(const flesh_ode_problem *problem, SUNContext context,
+                                      N_Vector *y);
+
 /* Starts from the state: y = (x, v), where constrained dofs take their prescribed places and
  * velocities as in flesh_ida_start. FLESH_UNDEFINED or FLESH_NONFINITE where r has no value.
  * Further errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */

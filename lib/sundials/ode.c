@@ -96,6 +96,12 @@ void flesh_ode_get_state(flesh_ode_problem *self, double t, N_Vector y, flesh_st
   flesh_ida_get_state(self->motion, t, y, state);
 }
 
+int flesh_ode_vector_create(const flesh_ode_problem *self, SUNContext context, N_Vector *y)
+{
+  FLESH_NEED({self, "problem"}, {context, "context"}, {y, "y"});
+  return flesh_ida_vector_create(self->motion, context, y);
+}
+
 static int invert_mass(flesh_ode_problem *self)
 {
   const flesh_block_matrix *M = self->motion->jacobian.K;

@@ -124,6 +124,8 @@ int flesh_fail_user_data(const char *type)
 typedef struct content {
   struct _N_VectorContent_Serial serial;
   flesh_threads *threads;
+  double (*norm)(void *data, N_Vector x, N_Vector w); /* NULL: SUNDIALS' own */
+  void *data;                                         /* of the norm */
 } content;
 
 flesh_threads *flesh_vector_threads(N_Vector v) { return ((content *)v->content)->threads; }
@@ -294,7 +296,12 @@ static N_Vector clone(N_Vector v)
   if (ready_count && ready[0]->sunctx == v->sunctx && N_VGetLength(ready[0]) == N_VGetLength(v))
     return ready[--ready_count];
   N_Vector copy = N_VClone_Serial(v);
-  if (!copy || !flesh_vector_quicken(copy, flesh_vector_threads(v))) return copy;
+  if (copy && !flesh_vector_quicken(copy, flesh_vector_threads(v))) {
+    const content *from = v->content;
+    if (from->norm) flesh_vector_set_norm(copy, from->norm, from->data);
+    return copy;
+  }
+  if (!copy) return NULL;
   N_VDestroy_Serial(copy);
   return NULL;
 }
@@ -345,6 +352,23 @@ void flesh_vector_attach(N_Vector v, int n, double *values)
   serial->data = values;
 }
 
+static sunrealtype norm_of_its_own(N_Vector x, N_Vector w)
+{
+  const content *of = x->content;
+  return of->norm(of->data, x, w);
+}
+
+int flesh_vector_set_norm(N_Vector v, double (*norm)(void *data, N_Vector x, N_Vector w), void *data)
+{
+  if (!is_quickened(v))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the N_Vector is not one of flesh_ida_vector_create or flesh_ode_vector_create");
+  content *of = v->content;
+  of->norm = norm;
+  of->data = data;
+  v->ops->nvwrmsnorm = norm_of_its_own;
+  return FLESH_OK;
+}
+
 int flesh_vector_quicken(N_Vector v, flesh_threads *threads)
 {
   const size_t bytes = (size_t)N_VGetLength(v) * sizeof(double);
@@ -358,6 +382,7 @@ int flesh_vector_quicken(N_Vector v, flesh_threads *threads)
     grown->serial.data = data;
   }
   grown->threads = threads;
+  grown->norm = NULL;
   v->ops->nvclone = clone;
   v->ops->nvlinearsum = linear_sum;
   v->ops->nvconst = constant;

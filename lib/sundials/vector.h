@@ -46,6 +46,9 @@ void flesh_vector_drop(void);
 int flesh_vector_taken(N_Vector *taken, int most);
 /* A quickened vector's n numbers are from now on those at `values`, which is borrowed. */
 void flesh_vector_attach(N_Vector v, int n, double *values);
+/* The weighted norm of a quickened vector, and of those cloned from it, is from now on that of `norm`, which is given
+ * `data` (borrowed), the vector and its weights. FLESH_ERR_ARGUMENT for another vector. */
+int flesh_vector_set_norm(N_Vector v, double (*norm)(void *data, N_Vector x, N_Vector w), void *data);
 /* The threads of a quickened vector. */
 flesh_threads *flesh_vector_threads(N_Vector v);
 

@@ -25,6 +25,7 @@ static const char *const owned_names[OWNED_KINDS] = {"IDA", "ARKODE", "CVODE"};
 typedef struct owned_integrator {
   owned_kind kind;
   int plain;   /* SUNDIALS' Newton with flesh's matrix and linear solver */
+  int filtered; /* errors are judged by flesh_sunnonlinsol_filter_norm; o->y is not read then */
   int untold;  /* ARKODE does not call flesh_ode_accept */
   double tolerance, first_step; /* of a step, relative; s, 0: the integrator's choice */
   flesh_solver_options options;
@@ -73,7 +74,6 @@ static inline void owned_set_ida(owned_integrator *o, double t, N_Vector y, N_Ve
     CHECK_OK(flesh_ida_sunlinsol_create(o->ida, o->context, &o->linear));
     CHECK(!IDASetLinearSolver(o->memory, o->linear, o->matrix) && !IDASetJacFn(o->memory, flesh_ida_jacobian));
   } else {
-    CHECK_OK(flesh_ida_sunnonlinsol_create(o->ida, o->context, &o->newton_solver));
     CHECK(!IDASetNonlinearSolver(o->memory, o->newton_solver));
   }
 }
@@ -86,7 +86,6 @@ static inline void owned_set_cvode(owned_integrator *o, double t, N_Vector y)
   if (o->plain) {
     CHECK(!CVodeSetLinearSolver(o->memory, o->linear, o->matrix) && !CVodeSetJacFn(o->memory, flesh_ode_jacobian));
   } else {
-    CHECK_OK(flesh_cvode_sunnonlinsol_create(o->ode, CVodeGetNonlinearSystemData, o->context, &o->newton_solver));
     CHECK(!CVodeSetNonlinearSolver(o->memory, o->newton_solver));
   }
 }
@@ -100,7 +99,6 @@ static inline void owned_set_arkode(owned_integrator *o, double t, N_Vector y)
     CHECK(!OWNED_ARK(SetLinearSolver)(o->memory, o->linear, o->matrix));
     CHECK(!OWNED_ARK(SetJacFn)(o->memory, flesh_ode_jacobian) && !OWNED_ARK(SetNonlinCRDown)(o->memory, 1));
   } else {
-    CHECK_OK(flesh_arkode_sunnonlinsol_create(o->ode, OWNED_ARK(GetNonlinearSystemData), o->context, &o->newton_solver));
     CHECK(!OWNED_ARK(SetNonlinearSolver)(o->memory, o->newton_solver));
     CHECK(!OWNED_ARK(SetDeduceImplicitRhs)(o->memory, 1));
     if (!o->untold) CHECK(!OWNED_ARK(SetPostprocessStepFn)(o->memory, flesh_ode_accept));
@@ -171,14 +169,38 @@ static inline void owned_close(owned_integrator *o)
   flesh_ode_problem_destroy(&o->ode);
 }
 
+/* Makes the problem and, but for a plain integrator, flesh's Newton. */
+static inline void owned_open(owned_integrator *o, const flesh_system *system)
+{
+  if (o->kind == OWNED_IDA) CHECK_OK(flesh_ida_problem_create(system, &o->options, &o->ida));
+  else CHECK_OK(flesh_ode_problem_create(system, &o->options, &o->ode));
+  if (o->plain) return;
+  if (o->kind == OWNED_IDA)
+    CHECK_OK(flesh_ida_sunnonlinsol_create(o->ida, o->context, &o->newton_solver));
+  else if (o->kind == OWNED_CVODE)
+    CHECK_OK(flesh_cvode_sunnonlinsol_create(o->ode, CVodeGetNonlinearSystemData, o->context, &o->newton_solver));
+  else
+    CHECK_OK(flesh_arkode_sunnonlinsol_create(o->ode, OWNED_ARK(GetNonlinearSystemData), o->context, &o->newton_solver));
+}
+
+/* The vector y, new. */
+static inline N_Vector owned_vector(owned_integrator *o)
+{
+  N_Vector y = NULL;
+  if (!o->filtered) return N_VClone(o->y);
+  if (o->ida) CHECK_OK(flesh_ida_vector_create(o->ida, o->context, &y));
+  else CHECK_OK(flesh_ode_vector_create(o->ode, o->context, &y));
+  CHECK_OK(flesh_sunnonlinsol_filter_norm(o->newton_solver, y));
+  return y;
+}
+
 /* The integrator's flag, below 0 where it gave up. The state is then the last one reached. */
 static inline int owned_run(owned_integrator *o, const flesh_system *system, double end, flesh_state *state)
 {
-  N_Vector y = N_VClone(o->y), yp = N_VClone(o->y), atol = N_VClone(o->y);
+  owned_open(o, system);
+  N_Vector y = owned_vector(o), yp = N_VClone(y), atol = N_VClone(y);
   int flag = 0;
   N_VConst(0, y);
-  if (o->kind == OWNED_IDA) CHECK_OK(flesh_ida_problem_create(system, &o->options, &o->ida));
-  else CHECK_OK(flesh_ode_problem_create(system, &o->options, &o->ode));
   while (flag >= 0 && state->t < end) {
     if (o->ida) CHECK_OK(flesh_ida_start(o->ida, state, y, yp));
     else CHECK_OK(flesh_ode_start(o->ode, state, y));
@@ -196,10 +218,10 @@ static inline int owned_run(owned_integrator *o, const flesh_system *system, dou
     if (o->ida) flesh_ida_get_state(o->ida, t, y, state);
     else flesh_ode_get_state(o->ode, t, y, state);
   }
-  owned_close(o);
   N_VDestroy(y);
   N_VDestroy(yp);
   N_VDestroy(atol);
+  owned_close(o);
   return flag;
 }
 
