@@ -80,16 +80,16 @@ FLESH_API int flesh_cvode_sunnonlinsol_create(flesh_ode_problem *problem,
                                               SUNNonlinearSolver *solver);
 
 /* Makes the weighted norm of y and of its clones, in which the integrator judges its errors
- * e = (e_x, e_v), that of their part in the positions as the last implicit equation damps it,
+ * e = (e_x, e_v), one of positions alone: where the error leads within the last implicit step,
  *
- *   |(M + g C + g^2 K)^-1 M (e_x + g e_v)|_M / (tolerance sqrt(3 |M|))
+ *   |e_x + g e_v|_M / (tolerance sqrt(3 |M|)),
  *
- * (Hairer & Wanner 1996, IV.8), for vectors of flesh_ida_vector_create or flesh_ode_vector_create,
- * before they are cloned. Modes that steps do not resolve count for little in it. It is for motions
- * that are to be followed as far as steps resolve them: impacts, and bodies that come back from a
- * tangle. It is no bound on velocities: orders above 2 of IDA and CVODE may gain energy by it.
+ * for vectors of flesh_ida_vector_create or flesh_ode_vector_create, before they are cloned. Fast
+ * modes of small amplitude count for little in it. It is for motions that are to be followed as far
+ * as steps resolve them: impacts, and bodies that come back from a tangle. It bounds no velocities:
+ * orders above 2 of IDA and CVODE may gain energy by it. The solver must outlive the integrator.
  * Borrows y. Errors: FLESH_ERR_ARGUMENT. */
-FLESH_API int flesh_sunnonlinsol_filter_norm(SUNNonlinearSolver solver, N_Vector y);
+FLESH_API int flesh_sunnonlinsol_position_norm(SUNNonlinearSolver solver, N_Vector y);
 
 /* ARKPostProcessFn: tells the problem that a step has been accepted that ends at y. A solver that
  * is not told fails after some steps, with a sentence. Errors: FLESH_ERR_ARGUMENT. */

@@ -294,20 +294,6 @@ static int solve_few(void *data, const flesh_system *system, const flesh_solver_
   return status;
 }
 
-int flesh_nonlinear_solve_linear(flesh_nonlinear *self, double tolerance, const double *b, double *x,
-                                 flesh_solve_stats *stats)
-{
-  flesh_newton *newton = &self->problem->newton;
-  const flesh_direction_request request = {
-      .tolerance = tolerance * flesh_norm(newton->threads, newton->equations.n, b),
-      .max_iterations = newton->options.max_linear};
-  flesh_direction_kind kind;
-  memset(&newton->stats, 0, sizeof newton->stats);
-  const int status = flesh_direction_solve(&newton->direction, &request, b, x, &kind);
-  flesh_stage_count(newton, stats);
-  return status;
-}
-
 int flesh_nonlinear_acceleration(flesh_nonlinear *self, const flesh_state *state, double t, double *a,
                                  flesh_solve_stats *stats)
 {

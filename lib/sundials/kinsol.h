@@ -32,11 +32,6 @@ const double *flesh_nonlinear_unknowns(const flesh_nonlinear *nonlinear);
 /* Whether the last solve began at that of its guesses; NULL: at u = 0. */
 int flesh_nonlinear_began_at(const flesh_nonlinear *nonlinear, const double *guess);
 
-/* K x = b [n] with the matrix of the last solve, to `tolerance` of |b|; b is 0 at constrained dofs, and collected.
- * FLESH_NOT_CONVERGED with the last iterate; FLESH_NOT_POSITIVE where that K is indefinite. Adds to *stats. */
-int flesh_nonlinear_solve_linear(flesh_nonlinear *nonlinear, double tolerance, const double *b, double *x,
-                                 flesh_solve_stats *stats);
-
 /* `stop` is asked before every Newton iteration and within long linear solves: a negative status ends the solve with
  * it. NULL: not asked. */
 void flesh_nonlinear_set_stop(flesh_nonlinear *nonlinear, int (*stop)(void *data), void *data);

@@ -40,7 +40,6 @@ typedef struct content {
 /* A solve goes at least as deep as to this share of its first residual, so that an error test sees a correction and not
  * what solves leave. In steps after a jump, which are tiny, that is all of it that is within the tolerance. */
 static const double depth = 0.1;
-static const double negligible = 1e-3, filter_tolerance = 0.1; /* of a norm, over the tolerance; of a filter's solve */
 
 /* The integrator's equation at t: x^, v^ in `known`, y as it predicts it; `weights`, of its norm. */
 typedef struct equation {
@@ -219,35 +218,25 @@ static int correct(content *self, const equation *e, N_Vector correction)
   return FLESH_OK;
 }
 
-/* The norm of sunnonlinsol.h, in units of the tolerance. Integrators ask for several norms a step: the equations are solved
- * only for those that may matter, roughly. Before the first step, and where K is indefinite, nothing is filtered. */
-static double filtered_norm(void *data, N_Vector e, N_Vector weights)
+/* The norm of sunnonlinsol.h. */
+static double position_norm(void *data, N_Vector e, N_Vector weights)
 {
   content *self = data;
   flesh_ida_problem *motion = self->motion;
   const flesh_evaluation *of = &motion->evaluation;
   const int n = of->n;
-  const double *x = N_VGetArrayPointer(e), *w = N_VGetArrayPointer(weights), g = self->g;
-  double *p = self->guesses[0], *b = self->guesses[1], sums[3] = {0};
-  for (int d = 0; d < n; d++) p[d] = motion->constraints.fixed[d] ? 0 : x[d] + g * x[n + d];
-  flesh_block_multiply_of_team(of->team, motion->jacobian.D, p, b);
+  const double *x = N_VGetArrayPointer(e), *w = N_VGetArrayPointer(weights);
+  double *p = self->guesses[0], *mass_p = self->guesses[1], sums[3] = {0};
+  for (int d = 0; d < n; d++) p[d] = motion->constraints.fixed[d] ? 0 : x[d] + self->g * x[n + d];
+  flesh_block_multiply_of_team(of->team, motion->jacobian.D, p, mass_p);
   for (int d = 0; d < of->own; d++) {
     if (motion->constraints.fixed[d]) continue;
-    sums[0] += p[d] * b[d];
+    sums[0] += p[d] * mass_p[d];
     sums[1] += w[d] * w[d];
     sums[2]++;
   }
   flesh_team_sum(of->team, 3, sums);
-  const double unit = sqrt(sums[1] / (sums[2] * 3 * motion->scale.mass)), raw = unit * sqrt(fmax(0, sums[0]));
-  if (!(g > 0) || !(raw > negligible)) return raw;
-  for (int d = 0; d < n; d++) b[d] = motion->constraints.fixed[d] ? 0 : b[d] / (g * g);
-  const int status = flesh_nonlinear_solve_linear(self->newton, filter_tolerance, b, p, &motion->stats);
-  if (status && status != FLESH_NOT_CONVERGED) return raw;
-  flesh_block_multiply_of_team(of->team, motion->jacobian.D, p, b);
-  sums[0] = 0;
-  for (int d = 0; d < of->own; d++) sums[0] += p[d] * b[d];
-  flesh_team_sum(of->team, 1, sums);
-  return fmin(raw, unit * sqrt(fmax(0, sums[0])));
+  return sums[2] > 0 ? sqrt(fmax(0, sums[0]) * sums[1] / (sums[2] * 3 * motion->scale.mass)) : 0;
 }
 
 static int solve_stage(content *self, const equation *e, double target)
@@ -355,13 +344,13 @@ static content *content_create(flesh_ida_problem *motion)
   return self;
 }
 
-int flesh_sunnonlinsol_filter_norm(SUNNonlinearSolver solver, N_Vector y)
+int flesh_sunnonlinsol_position_norm(SUNNonlinearSolver solver, N_Vector y)
 {
   FLESH_NEED({solver, "solver"}, {y, "y"});
   if (solver->ops->solve != solve)
     return flesh_fail(FLESH_ERR_ARGUMENT, "the SUNNonlinearSolver is not one of flesh's; it must be of "
                                           "flesh_ida_sunnonlinsol_create or one of those for ARKODE and CVODE");
-  return flesh_vector_set_norm(y, filtered_norm, solver->content);
+  return flesh_vector_set_norm(y, position_norm, solver->content);
 }
 
 static int create(flesh_ida_problem *motion, SUNContext context, content **made, SUNNonlinearSolver *solver)

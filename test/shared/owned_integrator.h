@@ -25,9 +25,10 @@ static const char *const owned_names[OWNED_KINDS] = {"IDA", "ARKODE", "CVODE"};
 typedef struct owned_integrator {
   owned_kind kind;
   int plain;   /* SUNDIALS' Newton with flesh's matrix and linear solver */
-  int filtered; /* errors are judged by flesh_sunnonlinsol_filter_norm; o->y is not read then */
+  int positions; /* errors are judged by flesh_sunnonlinsol_position_norm; o->y is not read then */
   int untold;  /* ARKODE does not call flesh_ode_accept */
   double tolerance, first_step; /* of a step, relative; s, 0: the integrator's choice */
+  double coefficient; /* of the tolerance of solves, over that of steps; 0: the integrator's default */
   flesh_solver_options options;
   SUNContext context;
   N_Vector y; /* to be cloned */
@@ -133,6 +134,15 @@ static inline void owned_start(owned_integrator *o, double t, N_Vector y, N_Vect
   }
 }
 
+static inline void owned_set_coefficient(owned_integrator *o)
+{
+  const double c = o->coefficient;
+  if (!(c > 0)) return;
+  CHECK(!(o->kind == OWNED_IDA     ? IDASetNonlinConvCoef(o->memory, c)
+          : o->kind == OWNED_CVODE ? CVodeSetNonlinConvCoef(o->memory, c)
+                                   : OWNED_ARK(SetNonlinConvCoef)(o->memory, c)));
+}
+
 /* One step. Returns the integrator's flag. */
 static inline int owned_step(owned_integrator *o, double end, N_Vector y, N_Vector yp, double *t)
 {
@@ -187,10 +197,10 @@ static inline void owned_open(owned_integrator *o, const flesh_system *system)
 static inline N_Vector owned_vector(owned_integrator *o)
 {
   N_Vector y = NULL;
-  if (!o->filtered) return N_VClone(o->y);
+  if (!o->positions) return N_VClone(o->y);
   if (o->ida) CHECK_OK(flesh_ida_vector_create(o->ida, o->context, &y));
   else CHECK_OK(flesh_ode_vector_create(o->ode, o->context, &y));
-  CHECK_OK(flesh_sunnonlinsol_filter_norm(o->newton_solver, y));
+  CHECK_OK(flesh_sunnonlinsol_position_norm(o->newton_solver, y));
   return y;
 }
 
@@ -210,6 +220,7 @@ static inline int owned_run(owned_integrator *o, const flesh_system *system, dou
     double t = state->t;
     owned_start(o, t, y, yp, atol, stop);
     owned_silence(o);
+    owned_set_coefficient(o);
     while (flag >= 0 && t < stop) {
       flag = owned_step(o, stop, y, yp, &t);
       if (o->look && flag >= 0) o->look(o->data, t, y);

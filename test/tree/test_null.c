@@ -198,8 +198,8 @@ static void null_is_refused_by_runs(void)
   REFUSES(flesh_arkode_sunnonlinsol_create, problem, (NULL, no_arkode, any, any));
   REFUSES(flesh_arkode_sunnonlinsol_create, context, (any, no_arkode, NULL, any));
   REFUSES(flesh_arkode_sunnonlinsol_create, solver, (any, no_arkode, any, NULL));
-  REFUSES(flesh_sunnonlinsol_filter_norm, solver, (NULL, any));
-  REFUSES(flesh_sunnonlinsol_filter_norm, y, (any, NULL));
+  REFUSES(flesh_sunnonlinsol_position_norm, solver, (NULL, any));
+  REFUSES(flesh_sunnonlinsol_position_norm, y, (any, NULL));
   REFUSES(flesh_ode_vector_create, problem, (NULL, any, any));
   REFUSES(flesh_ode_vector_create, context, (any, NULL, any));
   REFUSES(flesh_ode_vector_create, y, (any, any, NULL));
