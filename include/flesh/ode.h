@@ -79,7 +79,7 @@ FLESH_API int flesh_ode_problem_create(const flesh_system *system,
                                        flesh_ode_problem **problem);
 FLESH_API void flesh_ode_problem_destroy(flesh_ode_problem **problem);
 
-/* As flesh_ida_vector_create. Returns new, freed by N_VDestroy.
+/* Makes a vector y as flesh_ida_vector_create does. Returns new, freed by N_VDestroy.
  * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_ode_vector_create(const flesh_ode_problem *problem, SUNContext context,
                                       N_Vector *y);

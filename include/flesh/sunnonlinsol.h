@@ -10,8 +10,7 @@
  *
  *   |x - x^ - g v^|^2_M / (2 g^2) + Psi(x)
  *
- * (Hairer & Wanner 1996, IV.8, for Newton's iteration in SUNDIALS; Ortiz & Stainier 1999 for the
- * potential of a step). SUNDIALS' own Newton (SUNNonlinSol_Newton) knows nothing of the potential.
+ * (Ortiz & Stainier 1999). SUNDIALS' own Newton (SUNNonlinSol_Newton) knows nothing of the potential.
  * This solver finds the minimum as flesh's own methods do: line search, filter of negative
  * eigenvalues, steps that stay clear of obstacles, accelerators, kept matrices, as the options of
  * the problem say. It takes the place of SUNMatrix, SUNLinearSolver and Jacobian, and needs no

@@ -64,20 +64,10 @@
  * flesh_communicator_rank flesh_communicator_size flesh_rank_part_own flesh_rank_part_neighbours
  * flesh_rank_part_find. */
 
-/* In place of ARKStepGetNonlinearSystemData and CVodeGetNonlinearSystemData. */
-static int no_arkode(void *arkode, sunrealtype *t, N_Vector *zpred, N_Vector *z, N_Vector *Fi, sunrealtype *gamma,
-                     N_Vector *sdata, void **user_data)
-{
-  (void)arkode, (void)t, (void)zpred, (void)z, (void)Fi, (void)gamma, (void)sdata, (void)user_data;
-  return -1;
-}
-
-static int no_cvode(void *cvode, sunrealtype *t, N_Vector *ypred, N_Vector *yn, N_Vector *fn, sunrealtype *gamma,
-                    sunrealtype *rl1, N_Vector *zn1, void **user_data)
-{
-  (void)cvode, (void)t, (void)ypred, (void)yn, (void)fn, (void)gamma, (void)rl1, (void)zn1, (void)user_data;
-  return -1;
-}
+/* In place of ARKStepGetNonlinearSystemData and CVodeGetNonlinearSystemData; nobody calls it. */
+static void nothing(void) {}
+static const flesh_arkode_system_data ARK = (flesh_arkode_system_data)nothing;
+static const flesh_cvode_system_data CV = (flesh_cvode_system_data)nothing;
 
 /* Something that is not NULL: nothing looks at it before all pointers have been looked at. */
 static union {
@@ -195,17 +185,15 @@ static void null_is_refused_by_runs(void)
   REFUSES(flesh_ida_sunnonlinsol_create, problem, (NULL, any, any));
   REFUSES(flesh_ida_sunnonlinsol_create, context, (any, NULL, any));
   REFUSES(flesh_ida_sunnonlinsol_create, solver, (any, any, NULL));
-  REFUSES(flesh_arkode_sunnonlinsol_create, problem, (NULL, no_arkode, any, any));
-  REFUSES(flesh_arkode_sunnonlinsol_create, context, (any, no_arkode, NULL, any));
-  REFUSES(flesh_arkode_sunnonlinsol_create, solver, (any, no_arkode, any, NULL));
+  REFUSES(flesh_arkode_sunnonlinsol_create, problem, (NULL, ARK, any, any));
+  REFUSES(flesh_arkode_sunnonlinsol_create, context, (any, ARK, NULL, any));
+  REFUSES(flesh_arkode_sunnonlinsol_create, solver, (any, ARK, any, NULL));
   REFUSES(flesh_sunnonlinsol_position_norm, solver, (NULL, any));
-  REFUSES(flesh_sunnonlinsol_position_norm, y, (any, NULL));
-  REFUSES(flesh_ode_vector_create, problem, (NULL, any, any));
-  REFUSES(flesh_ode_vector_create, context, (any, NULL, any));
-  REFUSES(flesh_ode_vector_create, y, (any, any, NULL));
-  REFUSES(flesh_cvode_sunnonlinsol_create, problem, (NULL, no_cvode, any, any));
-  REFUSES(flesh_cvode_sunnonlinsol_create, context, (any, no_cvode, NULL, any));
-  REFUSES(flesh_cvode_sunnonlinsol_create, solver, (any, no_cvode, any, NULL));
+  REFUSES(flesh_sunnonlinsol_position_norm, y, (any, NULL)), REFUSES(flesh_ode_vector_create, problem, (NULL, any, any));
+  REFUSES(flesh_ode_vector_create, context, (any, NULL, any)), REFUSES(flesh_ode_vector_create, y, (any, any, NULL));
+  REFUSES(flesh_cvode_sunnonlinsol_create, problem, (NULL, CV, any, any));
+  REFUSES(flesh_cvode_sunnonlinsol_create, context, (any, CV, NULL, any));
+  REFUSES(flesh_cvode_sunnonlinsol_create, solver, (any, CV, any, NULL));
   REFUSES(flesh_method_options_check, options, (NULL));
   REFUSES(flesh_integrator_create, system, (NULL, 1, any, any));
   REFUSES(flesh_integrator_create, options, (any, 1, NULL, any));
@@ -223,11 +211,9 @@ static void null_is_refused_by_runs(void)
   REFUSES(flesh_problem_create, system, (NULL, any, any)), REFUSES(flesh_problem_create, options, (any, NULL, any));
   REFUSES(flesh_problem_create, problem, (any, any, NULL));
   REFUSES(flesh_problem_set_stage, problem, (NULL, any)), REFUSES(flesh_problem_set_stage, stage, (any, NULL));
-  REFUSES(flesh_sunmatrix_create, problem, (NULL, any, any));
-  REFUSES(flesh_sunmatrix_create, context, (any, NULL, any));
+  REFUSES(flesh_sunmatrix_create, problem, (NULL, any, any)), REFUSES(flesh_sunmatrix_create, context, (any, NULL, any));
   REFUSES(flesh_sunmatrix_create, matrix, (any, any, NULL));
-  REFUSES(flesh_sunlinsol_create, problem, (NULL, any, any));
-  REFUSES(flesh_sunlinsol_create, context, (any, NULL, any));
+  REFUSES(flesh_sunlinsol_create, problem, (NULL, any, any)), REFUSES(flesh_sunlinsol_create, context, (any, NULL, any));
   REFUSES(flesh_sunlinsol_create, solver, (any, any, NULL));
   REFUSES(flesh_history_create, path, (NULL, any, any)), REFUSES(flesh_history_create, system, (any, NULL, any));
   REFUSES(flesh_history_create, history, (any, any, NULL));
@@ -246,10 +232,8 @@ static void null_is_refused_by_runs(void)
   REFUSES(flesh_frames_set_fields, body, (any, NULL, any, 0, 4, 1));
   REFUSES(flesh_frames_set_fields, system, (any, any, NULL, 0, 4, 1));
   REFUSES(flesh_frames_observe, frames, (NULL, any)), REFUSES(flesh_frames_observe, record, (any, NULL));
-  REFUSES(flesh_run, system, (NULL, any, any, any, any));
-  REFUSES(flesh_run, integrator, (any, NULL, any, any, any));
-  REFUSES(flesh_run, options, (any, any, NULL, any, any));
-  REFUSES(flesh_run, state, (any, any, any, NULL, any));
+  REFUSES(flesh_run, system, (NULL, any, any, any, any)), REFUSES(flesh_run, integrator, (any, NULL, any, any, any));
+  REFUSES(flesh_run, options, (any, any, NULL, any, any)), REFUSES(flesh_run, state, (any, any, any, NULL, any));
   REFUSES(flesh_run_resume, system, (NULL, any, any, 1, 1, any, any));
   REFUSES(flesh_run_resume, integrator, (any, NULL, any, 1, 1, any, any));
   REFUSES(flesh_run_resume, options, (any, any, NULL, 1, 1, any, any));
@@ -257,28 +241,22 @@ static void null_is_refused_by_runs(void)
   REFUSES(flesh_ode_problem_create, system, (NULL, any, any));
   REFUSES(flesh_ode_problem_create, options, (any, NULL, any));
   REFUSES(flesh_ode_problem_create, problem, (any, any, NULL));
-  REFUSES(flesh_ode_start, problem, (NULL, any, any));
-  REFUSES(flesh_ode_start, state, (any, NULL, any));
+  REFUSES(flesh_ode_start, problem, (NULL, any, any)), REFUSES(flesh_ode_start, state, (any, NULL, any));
   REFUSES(flesh_ode_sunmatrix_create, problem, (NULL, any, any));
   REFUSES(flesh_ode_sunmatrix_create, context, (any, NULL, any));
   REFUSES(flesh_ode_sunmatrix_create, matrix, (any, any, NULL));
   REFUSES(flesh_ode_sunlinsol_create, problem, (NULL, any, any));
   REFUSES(flesh_ode_sunlinsol_create, context, (any, NULL, any));
   REFUSES(flesh_ode_sunlinsol_create, solver, (any, any, NULL));
-  REFUSES(flesh_scene_read, path, (NULL, 1, any, any));
-  REFUSES(flesh_scene_read, scene, (any, 1, any, NULL));
+  REFUSES(flesh_scene_read, path, (NULL, 1, any, any)), REFUSES(flesh_scene_read, scene, (any, 1, any, NULL));
   REFUSES(flesh_scene_read_text, text, (NULL, any, 1, any, any));
   REFUSES(flesh_scene_read_text, path, (any, NULL, 1, any, any));
   REFUSES(flesh_scene_read_text, scene, (any, any, 1, any, NULL));
-  REFUSES(flesh_state_read, path, (NULL, 1, any));
-  REFUSES(flesh_state_read, state, (any, 1, NULL));
-  REFUSES(flesh_state_write, path, (NULL, 1, any));
-  REFUSES(flesh_state_write, state, (any, 1, NULL));
-  REFUSES(flesh_scene_write, scene, (NULL, any));
-  REFUSES(flesh_scene_write, path, (any, NULL));
+  REFUSES(flesh_state_read, path, (NULL, 1, any)), REFUSES(flesh_state_read, state, (any, 1, NULL));
+  REFUSES(flesh_state_write, path, (NULL, 1, any)), REFUSES(flesh_state_write, state, (any, 1, NULL));
+  REFUSES(flesh_scene_write, scene, (NULL, any)), REFUSES(flesh_scene_write, path, (any, NULL));
   REFUSES(flesh_scene_schema, text, (1, NULL));
-  REFUSES(flesh_solve_stats_print, stats, (NULL, 1, any));
-  REFUSES(flesh_solve_stats_print, file, (any, 1, NULL));
+  REFUSES(flesh_solve_stats_print, stats, (NULL, 1, any)), REFUSES(flesh_solve_stats_print, file, (any, 1, NULL));
 }
 
 static void null_is_refused_by_bodies(void)
@@ -291,27 +269,20 @@ static void null_is_refused_by_bodies(void)
   check(flesh_material_from_psi(NULL, any, any), "psi is NULL; it must be a function psi(I_C, J)");
   REFUSES(flesh_material_from_psi, material, (psi, any, NULL));
   REFUSES(flesh_fibre_default, fibre, (1, 1, NULL));
-  REFUSES(flesh_fibre_tension, fibre, (NULL, 1, 1, any));
-  REFUSES(flesh_fibre_tension, tension, (any, 1, 1, NULL));
-  REFUSES(flesh_energy_from_name, name, (NULL, any));
-  REFUSES(flesh_energy_from_name, energy, (any, NULL));
-  REFUSES(flesh_constants_from_name, name, (NULL, any));
-  REFUSES(flesh_constants_from_name, constants, (any, NULL));
+  REFUSES(flesh_fibre_tension, fibre, (NULL, 1, 1, any)), REFUSES(flesh_fibre_tension, tension, (any, 1, 1, NULL));
+  REFUSES(flesh_energy_from_name, name, (NULL, any)), REFUSES(flesh_energy_from_name, energy, (any, NULL));
+  REFUSES(flesh_constants_from_name, name, (NULL, any)), REFUSES(flesh_constants_from_name, constants, (any, NULL));
   REFUSES(flesh_material_small_strain, material, (NULL, any, any, any));
   REFUSES(flesh_material_rest_ratio, material, (NULL, any));
   REFUSES(flesh_material_rest_ratio, volume_ratio, (any, NULL));
-  REFUSES(flesh_material_energy, material, (NULL, any, any));
-  REFUSES(flesh_material_energy, F, (any, NULL, any));
+  REFUSES(flesh_material_energy, material, (NULL, any, any)), REFUSES(flesh_material_energy, F, (any, NULL, any));
   REFUSES(flesh_material_energy, psi, (any, any, NULL));
-  REFUSES(flesh_material_stress, material, (NULL, any, any));
-  REFUSES(flesh_material_stress, F, (any, NULL, any));
+  REFUSES(flesh_material_stress, material, (NULL, any, any)), REFUSES(flesh_material_stress, F, (any, NULL, any));
   REFUSES(flesh_material_stress, P, (any, any, NULL));
-  REFUSES(flesh_material_hessian, material, (NULL, any, any));
-  REFUSES(flesh_material_hessian, F, (any, NULL, any));
+  REFUSES(flesh_material_hessian, material, (NULL, any, any)), REFUSES(flesh_material_hessian, F, (any, NULL, any));
   REFUSES(flesh_material_hessian, H, (any, any, NULL));
   REFUSES(flesh_material_eigen, material, (NULL, any, any, any));
-  REFUSES(flesh_material_eigen, F, (any, NULL, any, any));
-  REFUSES(flesh_material_eigen, values, (any, any, NULL, any));
+  REFUSES(flesh_material_eigen, F, (any, NULL, any, any)), REFUSES(flesh_material_eigen, values, (any, any, NULL, any));
   REFUSES(flesh_material_eigen, vectors, (any, any, any, NULL));
   REFUSES(flesh_material_hessian_projected, material, (NULL, any, any));
   REFUSES(flesh_material_hessian_projected, F, (any, NULL, any));
@@ -322,47 +293,31 @@ static void null_is_refused_by_bodies(void)
   REFUSES(flesh_mesh_create_quadratic, positions, (1, NULL, 1, any, any, any));
   REFUSES(flesh_mesh_create_quadratic, tet_nodes, (1, any, 1, NULL, any, any));
   REFUSES(flesh_mesh_create_quadratic, mesh, (1, any, 1, any, any, NULL));
-  REFUSES(flesh_mesh_raise_order, mesh, (NULL, any));
-  REFUSES(flesh_mesh_raise_order, raised, (any, NULL));
-  REFUSES(flesh_mesh_refine, mesh, (NULL, any));
-  REFUSES(flesh_mesh_refine, refined, (any, NULL));
-  REFUSES(flesh_mesh_lower_order, mesh, (NULL, any));
-  REFUSES(flesh_mesh_lower_order, lowered, (any, NULL));
-  REFUSES(flesh_mesh_box, cells, (NULL, any, any, any));
-  REFUSES(flesh_mesh_box, size, (any, NULL, any, any));
-  REFUSES(flesh_mesh_box, origin, (any, any, NULL, any));
-  REFUSES(flesh_mesh_box, mesh, (any, any, any, NULL));
-  REFUSES(flesh_mesh_read, path, (NULL, any));
-  REFUSES(flesh_mesh_read, mesh, (any, NULL));
-  REFUSES(flesh_mesh_write, mesh, (NULL, any));
-  REFUSES(flesh_mesh_write, path, (any, NULL));
-  REFUSES(flesh_skin_bind, mesh, (NULL, any, any));
-  REFUSES(flesh_skin_bind, surface, (any, NULL, any));
+  REFUSES(flesh_mesh_raise_order, mesh, (NULL, any)), REFUSES(flesh_mesh_raise_order, raised, (any, NULL));
+  REFUSES(flesh_mesh_refine, mesh, (NULL, any)), REFUSES(flesh_mesh_refine, refined, (any, NULL));
+  REFUSES(flesh_mesh_lower_order, mesh, (NULL, any)), REFUSES(flesh_mesh_lower_order, lowered, (any, NULL));
+  REFUSES(flesh_mesh_box, cells, (NULL, any, any, any)), REFUSES(flesh_mesh_box, size, (any, NULL, any, any));
+  REFUSES(flesh_mesh_box, origin, (any, any, NULL, any)), REFUSES(flesh_mesh_box, mesh, (any, any, any, NULL));
+  REFUSES(flesh_mesh_read, path, (NULL, any)), REFUSES(flesh_mesh_read, mesh, (any, NULL));
+  REFUSES(flesh_mesh_write, mesh, (NULL, any)), REFUSES(flesh_mesh_write, path, (any, NULL));
+  REFUSES(flesh_skin_bind, mesh, (NULL, any, any)), REFUSES(flesh_skin_bind, surface, (any, NULL, any));
   REFUSES(flesh_skin_bind, skin, (any, any, NULL));
-  REFUSES(flesh_skin_write, skin, (NULL, any));
-  REFUSES(flesh_skin_write, path, (any, NULL));
-  REFUSES(flesh_skin_read, path, (NULL, any, any, any));
-  REFUSES(flesh_skin_read, mesh, (any, NULL, any, any));
-  REFUSES(flesh_skin_read, surface, (any, any, NULL, any));
-  REFUSES(flesh_skin_read, skin, (any, any, any, NULL));
+  REFUSES(flesh_skin_write, skin, (NULL, any)), REFUSES(flesh_skin_write, path, (any, NULL));
+  REFUSES(flesh_skin_read, path, (NULL, any, any, any)), REFUSES(flesh_skin_read, mesh, (any, NULL, any, any));
+  REFUSES(flesh_skin_read, surface, (any, any, NULL, any)), REFUSES(flesh_skin_read, skin, (any, any, any, NULL));
   REFUSES(flesh_skin_frames_create, directory, (NULL, any, any, 1, 1, any));
   REFUSES(flesh_skin_frames_create, skin, (any, NULL, any, 1, 1, any));
   REFUSES(flesh_skin_frames_create, surface, (any, any, NULL, 1, 1, any));
   REFUSES(flesh_skin_frames_create, frames, (any, any, any, 1, 1, NULL));
-  REFUSES(flesh_skin_frames_observe, frames, (NULL, any));
-  REFUSES(flesh_skin_frames_observe, record, (any, NULL));
-  REFUSES(flesh_skin_frames_add, frames, (NULL, 1, any));
-  REFUSES(flesh_skin_frames_add, state, (any, 1, NULL));
+  REFUSES(flesh_skin_frames_observe, frames, (NULL, any)), REFUSES(flesh_skin_frames_observe, record, (any, NULL));
+  REFUSES(flesh_skin_frames_add, frames, (NULL, 1, any)), REFUSES(flesh_skin_frames_add, state, (any, 1, NULL));
   REFUSES(flesh_surface_create, positions, (1, NULL, 1, any, any, any));
   REFUSES(flesh_surface_create, starts, (1, any, 1, NULL, any, any));
   REFUSES(flesh_surface_create, corners, (1, any, 1, any, NULL, any));
   REFUSES(flesh_surface_create, surface, (1, any, 1, any, any, NULL));
-  REFUSES(flesh_surface_read, path, (NULL, any));
-  REFUSES(flesh_surface_read, surface, (any, NULL));
-  REFUSES(flesh_surface_write, surface, (NULL, any, any));
-  REFUSES(flesh_surface_write, path, (any, any, NULL));
-  REFUSES(flesh_surface_of_mesh, mesh, (NULL, any));
-  REFUSES(flesh_surface_of_mesh, surface, (any, NULL));
+  REFUSES(flesh_surface_read, path, (NULL, any)), REFUSES(flesh_surface_read, surface, (any, NULL));
+  REFUSES(flesh_surface_write, surface, (NULL, any, any)), REFUSES(flesh_surface_write, path, (any, any, NULL));
+  REFUSES(flesh_surface_of_mesh, mesh, (NULL, any)), REFUSES(flesh_surface_of_mesh, surface, (any, NULL));
   REFUSES(flesh_threads_create, threads, (1, NULL));
 }
 
@@ -397,8 +352,7 @@ static void null_is_refused_by_systems(void)
   REFUSES(flesh_system_load, r, (any, any, NULL));
   REFUSES(flesh_system_jacobian, system, (NULL, any, any, any));
   REFUSES(flesh_system_jacobian, point, (any, NULL, any, any));
-  REFUSES(flesh_system_jacobian, shift, (any, any, NULL, any));
-  REFUSES(flesh_system_jacobian, K, (any, any, any, NULL));
+  REFUSES(flesh_system_jacobian, shift, (any, any, NULL, any)), REFUSES(flesh_system_jacobian, K, (any, any, any, NULL));
   REFUSES(flesh_system_potential, system, (NULL, any, any, any, any));
   REFUSES(flesh_system_potential, point, (any, NULL, any, any, any));
   REFUSES(flesh_system_potential, shift, (any, any, NULL, any, any));
@@ -410,13 +364,10 @@ static void null_is_refused_by_systems(void)
   REFUSES(flesh_system_evaluate, r, (any, any, any, NULL, any, any));
   REFUSES(flesh_system_evaluate, phi, (any, any, any, any, NULL, any));
   REFUSES(flesh_system_evaluate, magnitude, (any, any, any, any, any, NULL));
-  REFUSES(flesh_system_energies, system, (NULL, any, any));
-  REFUSES(flesh_system_energies, point, (any, NULL, any));
+  REFUSES(flesh_system_energies, system, (NULL, any, any)), REFUSES(flesh_system_energies, point, (any, NULL, any));
   REFUSES(flesh_system_energies, energies, (any, any, NULL));
-  REFUSES(flesh_system_check, system, (NULL, 1, any));
-  REFUSES(flesh_system_check, x, (any, 1, NULL));
-  REFUSES(flesh_system_matrix_create, system, (NULL, any));
-  REFUSES(flesh_system_matrix_create, matrix, (any, NULL));
+  REFUSES(flesh_system_check, system, (NULL, 1, any)), REFUSES(flesh_system_check, x, (any, 1, NULL));
+  REFUSES(flesh_system_matrix_create, system, (NULL, any)), REFUSES(flesh_system_matrix_create, matrix, (any, NULL));
 }
 
 /* A function that takes what it is given does so when it fails, too. */
