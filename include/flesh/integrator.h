@@ -26,6 +26,9 @@ extern "C" {
   ROW(NEWMARK, newmark, "newmark", 2,                                                              \
       "the trapezoidal rule unless beta and gamma say otherwise; damps nothing, like midpoint")    \
   ROW(HHT, hht, "hht", 2, "Newmark's with a damping of fast oscillations that alpha sets")         \
+  ROW(RUNGE_KUTTA, runge_kutta, "runge-kutta", 3,                                                  \
+      "diagonally implicit Runge-Kutta methods of several stages (table), each solved as a step "  \
+      "of backward Euler; with a tolerance their local error chooses the steps")                   \
   ROW(ADAPTIVE, adaptive, "adaptive", 0, "IDA's variable steps and orders up to max_order")        \
   ROW(EULER_THEN_ADAPTIVE, euler_then_adaptive, "euler-then-adaptive", 0,                          \
       "backward Euler until its local error is small, then adaptive: for violent starts")
@@ -51,10 +54,28 @@ FLESH_API int flesh_method_order(flesh_method method);
   ROW(gamma, 1/2, 0.5, 1, "[1/2, 1]",                                                              \
       "of newmark, in [1/2, 1]; above 1/2 it damps and is of first order")
 
+/* ROW(NAME, name, doc): the Butcher tables of runge-kutta, all L-stable and stiffly accurate, with an explicit first
+ * stage and an embedded method for their error. */
+#define FLESH_TABLE_LIST(ROW)                                                                      \
+  ROW(AUTO, "auto", "esdirk325 where steps are easy to solve, esdirk324 where they are hard")      \
+  ROW(ESDIRK325, "esdirk325", "ESDIRK3(2)5L[2]SA (Kennedy & Carpenter 2016): order 3, four "       \
+                              "solves a step; the most accurate")                                  \
+  ROW(ESDIRK324, "esdirk324", "ESDIRK3(2)4L[2]SA (Kennedy & Carpenter 2016): order 3, three "      \
+                              "solves a step; damps more where steps do not resolve the motion")   \
+  ROW(TRBDF2, "trbdf2", "TR-BDF2 (Bank et al. 1985; Hosea & Shampine 1996): order 2, two solves "  \
+                        "a step")
+
+typedef enum flesh_table {
+#define FLESH_TABLE_ENUM(NAME, name, doc) FLESH_TABLE_##NAME,
+  FLESH_TABLE_LIST(FLESH_TABLE_ENUM)
+#undef FLESH_TABLE_ENUM
+} flesh_table;
+
 typedef struct flesh_method_options {
 #define FLESH_METHOD_OPTION(name, ...) double name;
   FLESH_METHOD_OPTION_LIST(FLESH_METHOD_OPTION)
 #undef FLESH_METHOD_OPTION
+  flesh_table table; /* of runge-kutta */
 } flesh_method_options;
 /* Fills in the defaults. Cannot fail. */
 FLESH_API void flesh_method_options_default(flesh_method_options *options);
@@ -85,6 +106,9 @@ typedef struct flesh_internal_step {
 } flesh_internal_step;
 
 typedef struct flesh_adaptive_options {
+  /* 1: methods that estimate their error (runge-kutta) choose their own steps by it within those that are asked of
+   * them. IDA's always do. */
+  int control;
   /* The error of positions to aim at, as a share of the body's longest side L; (0, 1). With q =
    * max_order, IDA is given the absolute local tolerances e L for positions and e V for
    * velocities (flesh_ida_scales), e = tolerance^(1 + 1/q): local errors fall with h^(q+1), but
@@ -102,7 +126,7 @@ typedef struct flesh_adaptive_options {
   int (*observe)(void *data, const flesh_internal_step *step);
   void *observe_data;
 } flesh_adaptive_options;
-/* 1e-4, order 2, no limit of a step, 100 000 steps, switch at 0.01. */
+/* No control of methods of fixed steps, 1e-4, order 2, no limit of a step, 100 000 steps, switch at 0.01. */
 FLESH_API void flesh_adaptive_options_default(flesh_adaptive_options *options);
 
 typedef struct flesh_integrator flesh_integrator;
@@ -131,8 +155,9 @@ FLESH_API flesh_method flesh_integrator_method(const flesh_integrator *integrato
 FLESH_API int flesh_integrator_step(flesh_integrator *integrator, flesh_state *state, double h,
                                     flesh_solve_stats *stats);
 
-/* Replaces the defaults of the adaptive methods; others ignore them. FLESH_ERR_ARGUMENT when a
- * value is out of its range. The integrator starts anew. */
+/* Replaces the defaults of the adaptive methods, and of those that estimate their error. FLESH_ERR_ARGUMENT when a
+ * value is out of its range, or where `control` is wanted of a method of steps that does not estimate its error; further
+ * FLESH_ERR_MEMORY. The integrator starts anew. */
 FLESH_API int flesh_integrator_set_adaptive(flesh_integrator *integrator,
                                             const flesh_adaptive_options *options);
 

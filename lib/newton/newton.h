@@ -68,6 +68,10 @@ int flesh_newton_prepare(flesh_newton *newton, int usable);
  * residual in linear solves, or NULL. FLESH_NOT_CONVERGED, FLESH_NOT_POSITIVE: there is none. */
 int flesh_newton_step(flesh_newton *newton, const double *weights, const double *b, double tolerance, double *p);
 
+/* p [n] = K^-1 b to a tenth, K being that of the last stage, whose last iterate is u [n]. FLESH_NOT_CONVERGED, with the last
+ * iterate, or where b is 0; FLESH_NOT_POSITIVE. Counts in `stats`. */
+int flesh_newton_filter_error(flesh_newton *newton, const double *u, const double *b, double *p);
+
 /* The acceleration a [n] with r(t, x, v, a) = 0 over the free dofs, x, v and multipliers being the state's; dofs that
  * are constrained at t keep their given a. Overwrites K and the caches. Status > 0 where there is none. */
 int flesh_newton_acceleration(flesh_newton *newton, const flesh_state *state, double t, double *a);

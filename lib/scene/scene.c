@@ -134,9 +134,14 @@ static int settle_time(flesh_scene *scene)
                            "%s.%s is %s, which goes on from a history of smooth steps; with a weld that breaks it must "
                            "be a method of fixed steps", time->name, key->name, flesh_method_name(method));
   }
+  flesh_adaptive_options taken = scene->keys.time.adaptive, defaults;
+  flesh_adaptive_options_default(&defaults);
+  taken.control = method == FLESH_METHOD_RUNGE_KUTTA && !isnan(taken.tolerance);
+  if (isnan(taken.tolerance)) taken.tolerance = defaults.tolerance;
+  scene->keys.time.options.table = (flesh_table)scene->keys.time.table;
   scene->time = (flesh_scene_time){(flesh_method)scene->keys.time.method, scene->keys.time.step,
                                    scene->keys.time.end, scene->keys.time.max_energy_gain,
-                                   scene->keys.time.options, scene->keys.time.adaptive};
+                                   scene->keys.time.options, taken};
   int status = flesh_method_options_check(&scene->time.options);
   return status ? flesh_node_fail_within(status, place, "%s.", time->name) : FLESH_OK;
 }

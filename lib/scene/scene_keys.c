@@ -7,6 +7,7 @@
 #include <stddef.h>
 
 #include "material/form.h"
+#include "time/butcher_table.h"
 #include "time/method.h"
 
 /* In the order of the enums. */
@@ -183,6 +184,7 @@ static const flesh_key other_table[] = {
 
 #define AT(member) .offset = offsetof(flesh_scene_keys, member) - offsetof(flesh_scene_keys, time)
 #define METHOD_DOC(NAME, name, text, order, doc) text ": " doc "; "
+#define TABLE_DOC(NAME, name, doc) name ": " doc "; "
 static const flesh_key time_table[] = {
     {.name = "method",
      .type = FLESH_KEY_CHOICE,
@@ -196,7 +198,7 @@ static const flesh_key time_table[] = {
      .range = FLESH_RANGE_POSITIVE,
      .unit = "s",
      .default_value = "1/60",
-     .doc = "length of a time step; of the adaptive methods, between outputs"},
+     .doc = "length of a time step; where errors choose steps, the time between outputs"},
     {.name = "end",
      .type = FLESH_KEY_NUMBER,
      AT(time.end),
@@ -215,12 +217,19 @@ static const flesh_key time_table[] = {
   {.name = #name_, .type = FLESH_KEY_NUMBER, AT(time.options.name_), .default_value = #value, .doc = doc_},
     FLESH_METHOD_OPTION_LIST(METHOD_OPTION)
 #undef METHOD_OPTION
+    {.name = "table",
+     .type = FLESH_KEY_CHOICE,
+     AT(time.table),
+     .choices = flesh_table_names,
+     .default_value = "auto",
+     .doc = "of runge-kutta: " FLESH_TABLE_LIST(TABLE_DOC) "all are L-stable and damp what steps do not resolve"},
     {.name = "tolerance",
      .type = FLESH_KEY_NUMBER,
      AT(time.adaptive.tolerance),
      .range = FLESH_RANGE_FRACTION,
-     .default_value = "1e-4",
-     .doc = "adaptive: the error of positions to aim at, as a share of the body's longest side"},
+     .default_value = "",
+     .doc = "the error of positions to aim at, as a share of the body's longest side: of the adaptive methods, 1e-4 "
+            "where it is absent; with it, runge-kutta chooses its own steps, which end at multiples of step"},
     {.name = "max_order",
      .type = FLESH_KEY_INTEGER,
      AT(time.adaptive.max_order),
@@ -234,13 +243,13 @@ static const flesh_key time_table[] = {
      .range = FLESH_RANGE_POSITIVE,
      .unit = "s",
      .default_value = ".inf",
-     .doc = "adaptive: longest internal step"},
+     .doc = "longest internal step of steps that errors choose"},
     {.name = "max_steps",
      .type = FLESH_KEY_INTEGER,
      AT(time.adaptive.max_steps),
      .range = FLESH_RANGE_POSITIVE,
      .default_value = "100000",
-     .doc = "adaptive: internal steps between two outputs before the run gives up"},
+     .doc = "internal steps between two outputs, of steps that errors choose, before the run gives up"},
     {.name = "switch_threshold",
      .type = FLESH_KEY_NUMBER,
      AT(time.adaptive.switch_threshold),
@@ -252,6 +261,7 @@ static const flesh_key time_table[] = {
     {.name = NULL},
 };
 #undef METHOD_DOC
+#undef TABLE_DOC
 #undef AT
 
 #define AT(member) .offset = offsetof(flesh_scene_keys, member) - offsetof(flesh_scene_keys, start)

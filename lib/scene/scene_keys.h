@@ -66,7 +66,7 @@ typedef struct flesh_scene_keys {
   flesh_objects bodies; /* of flesh_scene_other */
   flesh_objects effects; /* of flesh_effect_entry */
   struct {
-    int method; /* flesh_method */
+    int method, table; /* flesh_method, flesh_table */
     double step, end, max_energy_gain;
     flesh_adaptive_options adaptive;
     flesh_method_options options;

@@ -14,6 +14,7 @@
 #include "math/xorshift.h"
 #include "sundials/problem.h"
 #include "sundials/vector.h"
+#include "system/velocity_scale.h"
 #include "sundials/version.h"
 #include "system/feasible_step.h"
 #include "system/ranks.h"
@@ -94,15 +95,6 @@ static int create_solver(flesh_ida_problem *self)
   return status ? status : solver->linear->pcg_space_create(J->K, 0, self->threads, &solver->pcg);
 }
 
-/* The body's longest side, of all ranks. */
-static double find_length(const flesh_ida_problem *self)
-{
-  double low[3], high[3], length = 0;
-  flesh_ida_box(self, low, high);
-  for (int c = 0; c < 3; c++) length = fmax(length, high[c] - low[c]);
-  return length;
-}
-
 int flesh_ida_problem_create(const flesh_system *system, const flesh_solver_options *options,
                              flesh_ida_problem **problem)
 {
@@ -128,7 +120,7 @@ int flesh_ida_problem_create(const flesh_system *system, const flesh_solver_opti
     flesh_ida_problem_destroy(&self);
     return status;
   }
-  self->scale.length = find_length(self);
+  self->scale.length = flesh_system_length_scale(system);
   self->scale.velocity = flesh_ida_scale_of_velocity(self);
   self->jacobian.couples = find_coupling(self);
   *problem = self;

@@ -124,8 +124,6 @@ int flesh_ida_solve_both(flesh_ida_problem *problem, const double *b, int approx
 /* y = D x, which is partial where the body is shared out. */
 void flesh_ida_damping_times(const flesh_ida_problem *problem, const double *x, double *y);
 double flesh_ida_scale_of_velocity(flesh_ida_problem *problem);
-/* The box of the body at rest, of all ranks. */
-void flesh_ida_box(const flesh_ida_problem *problem, double low[3], double high[3]);
 size_t flesh_ida_memory(const flesh_ida_problem *problem);
 
 #endif

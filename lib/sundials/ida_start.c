@@ -8,98 +8,20 @@
 #include "sundials/ida_problem.h"
 #include "sundials/problem.h"
 #include "sundials/vector.h"
+#include "system/velocity_scale.h"
 
 static const double mass_tolerance = 1e-14; /* of solves with the mass matrix, which is well conditioned */
-
-/* u.f of a consistent u and a partial f (base/team.h), over all ranks. */
-static double product(const flesh_ida_problem *self, const double *u, const double *f)
-{
-  double sum = 0;
-  for (int d = 0; d < self->evaluation.n; d++) sum += u[d] * f[d];
-  flesh_team_sum(self->evaluation.team, 1, &sum);
-  return sum;
-}
-
-/* M u, of a part of a body its share: the mass matrix without constraints is in D. */
-static double mass_square(const flesh_ida_problem *self, const double *u, double *Mu)
-{
-  flesh_block_multiply(self->jacobian.D, u, Mu);
-  return product(self, u, Mu);
-}
 
 static int assemble_mass(flesh_ida_problem *self, const flesh_point *point)
 {
   return flesh_system_jacobian(self->evaluation.system, point, &(flesh_shift){.a = 1}, self->jacobian.D);
 }
 
-void flesh_ida_box(const flesh_ida_problem *self, double low[3], double high[3])
-{
-  const flesh_evaluation *e = &self->evaluation;
-  flesh_mesh_info info;
-  flesh_mesh_inspect(flesh_system_mesh(e->system), &info);
-  memcpy(low, info.low, sizeof info.low);
-  memcpy(high, info.high, sizeof info.high);
-  flesh_team_unite_boxes(e->team, low, high);
-}
-
-/* Incompressible bending of a beam along s in the plane of s and z about the box's centre:
- * u = (-2 s z, y z, s^2 + (z^2 - y^2)/2). */
-static void bent_shape(const flesh_ida_problem *self, double *u)
-{
-  const flesh_mesh *mesh = flesh_system_mesh(self->evaluation.system);
-  const double *X = flesh_mesh_positions(mesh);
-  const uint8_t *used = flesh_mesh_node_used(mesh);
-  double low[3], high[3], side[3];
-  int s = 0, z = 2;
-  flesh_ida_box(self, low, high);
-  for (int c = 0; c < 3; c++) side[c] = high[c] - low[c];
-  for (int c = 0; c < 3; c++)
-    if (side[c] > side[s]) s = c;
-  for (int c = 0; c < 3; c++)
-    if (c != s && (z == s || side[c] < side[z])) z = c;
-  int y = 3 - s - z;
-  for (int i = 0; i < flesh_mesh_node_count(mesh); i++) {
-    double p[3];
-    for (int c = 0; c < 3; c++) p[c] = X[3 * i + c] - (low[c] + high[c]) / 2;
-    u[3 * i + s] = used[i] ? -2 * p[s] * p[z] : 0;
-    u[3 * i + y] = used[i] ? p[y] * p[z] : 0;
-    u[3 * i + z] = used[i] ? p[s] * p[s] + (p[z] * p[z] - p[y] * p[y]) / 2 : 0;
-  }
-}
-
 double flesh_ida_scale_of_velocity(flesh_ida_problem *self)
 {
   flesh_evaluation *e = &self->evaluation;
-  const flesh_mesh *mesh = flesh_system_mesh(e->system);
-  const double L = self->scale.length;
-  double *u = e->x, *Ku = self->solver.right, *zero = e->v, mass = 0, stiffness = 0, load = 0;
-  memset(zero, 0, (size_t)e->n * sizeof *zero);
-  const flesh_point rest = flesh_point_at(0, flesh_mesh_positions(mesh), zero, zero);
-  bent_shape(self, u);
-  if (!flesh_system_jacobian(e->system, &rest, &(flesh_shift){.x = 1, .filter = 1}, self->jacobian.K)) {
-    flesh_block_multiply(self->jacobian.K, u, Ku);
-    stiffness = product(self, u, Ku);
-  }
-  if (assemble_mass(self, &rest)) return L;
-  mass = mass_square(self, u, Ku);
-  /* Without its mean, which would be a rigid motion. */
-  double total = 0;
-  for (int c = 0; c < 3; c++) {
-    double *one = self->solver.change, *M_one = e->a;
-    for (int d = 0; d < e->n; d++) one[d] = d % 3 == c;
-    self->scale.mass = total = mass_square(self, one, M_one);
-    const double along = product(self, u, M_one);
-    if (total > 0) mass -= along * along / total;
-  }
-  if (stiffness > 0 && mass > 0 && stiffness / mass < INFINITY)
-    return L * sqrt(stiffness / mass) / 6.283185307179586;
-  if (!flesh_system_load(e->system, &rest, Ku)) {
-    double sums[3] = {0};
-    for (int d = 0; d < e->n; d++) sums[d % 3] += Ku[d]; /* it is collected */
-    flesh_team_sum(e->team, 3, sums);
-    load = sums[0] * sums[0] + sums[1] * sums[1] + sums[2] * sums[2];
-  }
-  return load > 0 && total > 0 ? sqrt(L * sqrt(load) / total) : L;
+  double *const room[FLESH_VELOCITY_SCALE_ROOM] = {e->x, self->solver.right, e->v, e->a, self->solver.change};
+  return flesh_system_velocity_scale(e->system, self->jacobian.K, room, &self->scale.mass);
 }
 
 /* Jumps of the constrained dofs from u to `prescribed`, and what they do to the free ones. */

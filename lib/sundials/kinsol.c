@@ -15,6 +15,7 @@
 #include "sundials/vector.h"
 #include "system/feasible_step.h"
 #include "system/ranks.h"
+#include "system/velocity_scale.h"
 
 enum { BATCH = 300 }; /* iterations after which a solve is asked whether it gets anywhere */
 enum { CLONES = 8 };  /* as many as KINInit takes, or more */
@@ -312,6 +313,32 @@ int flesh_nonlinear_apply_constraint_jump(flesh_nonlinear *self, double t, const
   int status = flesh_newton_apply_constraint_jump(newton, t, x_prescribed, v_prescribed, x, v);
   flesh_stage_count(newton, stats);
   return status;
+}
+
+int flesh_nonlinear_filter_error(flesh_nonlinear *self, const double *b, double *p, flesh_solve_stats *stats)
+{
+  flesh_newton *newton = &self->problem->newton;
+  const flesh_solve_stats before = newton->stats;
+  const int status = flesh_newton_filter_error(newton, N_VGetArrayPointer(self->u), b, p);
+  stats->linear += newton->stats.linear - before.linear;
+  stats->linear_single += newton->stats.linear_single - before.linear_single;
+  stats->assemblies += newton->stats.assemblies - before.assemblies;
+  newton->stats = before; /* they are the stage's, by which the next one is judged */
+  return status;
+}
+
+double flesh_nonlinear_velocity_scale(flesh_nonlinear *self)
+{
+  flesh_newton *newton = &self->problem->newton;
+  flesh_equations *equations = &newton->equations;
+  flesh_evaluation *e = &equations->evaluation;
+  double *const room[FLESH_VELOCITY_SCALE_ROOM] = {e->x, equations->scratch, e->v, e->a,
+                                                   equations->scratch + equations->n};
+  flesh_matrix_policy_overwritten(&newton->policy);
+  flesh_direction_overwritten(&newton->direction);
+  flesh_evaluation_forget(e);
+  double mass;
+  return flesh_system_velocity_scale(e->system, equations->K, room, &mass);
 }
 
 int flesh_nonlinear_is_clear(const flesh_nonlinear *self)

@@ -45,6 +45,11 @@ int flesh_nonlinear_acceleration(flesh_nonlinear *nonlinear, const flesh_state *
 int flesh_nonlinear_apply_constraint_jump(flesh_nonlinear *nonlinear, double t, const double *x_prescribed,
                             const double *v_prescribed, double *x, double *v, flesh_solve_stats *stats);
 
+/* p [3*n] = K^-1 b of the stage solved last, as flesh_newton_filter_error. */
+int flesh_nonlinear_filter_error(flesh_nonlinear *nonlinear, const double *b, double *p, flesh_solve_stats *stats);
+/* The scale of the body's velocities, as system/velocity_scale.h has it, m/s. Not within a step. */
+double flesh_nonlinear_velocity_scale(flesh_nonlinear *nonlinear);
+
 /* FLESH_OK when every energy has a value at x, v [3*n] and t: they are in energies [effects], J. */
 int flesh_nonlinear_defined(flesh_nonlinear *nonlinear, double t, const double *x, const double *v, double *energies,
                             flesh_solve_stats *stats);

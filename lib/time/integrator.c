@@ -51,7 +51,7 @@ static int create_memory(flesh_integrator *self)
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->evaluation->n);
   int status = flesh_evaluation_keep_state(self->evaluation);
   if (!status && second) status = flesh_prescribed_create(system, &self->prescribed);
-  if (!status && self->row->stage)
+  if (!status && self->row->stage && !self->row->guess)
     status = flesh_extrapolation_create(self->evaluation->n, self->evaluation->own, self->evaluation->threads,
                                         &first->extrapolation);
   if (!status) status = flesh_energy_watch_create(self->evaluation, &self->watch);
@@ -124,6 +124,7 @@ void flesh_integrator_destroy(flesh_integrator **integrator)
   flesh_energy_watch_clear(&(*integrator)->watch);
   flesh_multipliers_clear(&(*integrator)->multipliers);
   flesh_internals_clear(&(*integrator)->internals);
+  flesh_error_control_clear(&(*integrator)->control);
   free(*integrator);
   *integrator = NULL;
 }
@@ -169,6 +170,7 @@ size_t flesh_integrator_memory(const flesh_integrator *self)
          flesh_energy_watch_memory(&self->watch) + flesh_recovery_memory(&self->recovery) +
          flesh_continuation_memory(&self->continuation) +
          flesh_multipliers_memory(&self->multipliers) + flesh_internals_memory(&self->internals) +
+         flesh_error_control_memory(&self->control) +
          (self->adaptive ? flesh_adaptive_memory(self->adaptive) : 0);
 }
 
@@ -185,7 +187,18 @@ void *flesh_integrator_ida(const flesh_integrator *integrator)
 int flesh_integrator_set_adaptive(flesh_integrator *integrator, const flesh_adaptive_options *options)
 {
   FLESH_NEED({integrator, "integrator"}, {options, "options"});
-  return integrator->adaptive ? flesh_adaptive_set_options(integrator->adaptive, options) : FLESH_OK;
+  if (integrator->adaptive) return flesh_adaptive_set_options(integrator->adaptive, options);
+  int status = flesh_adaptive_options_check(options);
+  if (status) return status;
+  if (options->control && integrator->row->stage && !integrator->row->error && integrator->method != FLESH_METHOD_STATIC)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the error of %s is not estimated, so that a tolerance cannot choose its steps",
+                      flesh_method_name(integrator->method));
+  flesh_adaptive_options taken = *options;
+  taken.control = options->control && integrator->row->error;
+  status = flesh_error_control_set(&taken, integrator->evaluation->system, integrator->nonlinear, &integrator->control);
+  integrator->memory.known = 0;
+  integrator->watch.floor = status || !taken.control ? 0 : flesh_error_control_least_energy(&integrator->control);
+  return status;
 }
 
 void flesh_integrator_set_stop(flesh_integrator *integrator, int (*stop)(void *data), void *data)

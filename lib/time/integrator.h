@@ -8,6 +8,7 @@
 #include "sundials/kinsol.h"
 #include "time/adaptive.h"
 #include "time/energy_watch.h"
+#include "time/error_control.h"
 #include "time/extrapolation.h"
 #include "time/internals.h"
 #include "time/method.h"
@@ -52,6 +53,10 @@ struct flesh_integrator {
   double *energies; /* [effects] at the end of a step that is not its stage, J */
   double *start;    /* [n] where a static solve with increments began; the end that a stage leads to */
   flesh_span trying; /* the part of a step under way */
+  int softer;        /* the part's stages go through softer materials */
+  int internal_steps; /* tries of parts whose length errors choose, in the step under way */
+  int blocked;       /* an obstacle bars the end of the part tried last, though not its stage */
+  flesh_error_control control; /* of methods that estimate their error; off unless asked for */
   flesh_costs costs;
   flesh_adaptive *adaptive; /* of the adaptive methods */
   flesh_energy_watch watch; /* of methods that step in time */

@@ -1,7 +1,8 @@
-/* method.h: what a fixed-step implicit method is: how its unknown moves the point, and the state it leads to.
+/* method.h: what an implicit method is: how the unknown of each of its stages moves the point, and the state they lead to.
  *
  * A new method is one file with a flesh_method_row and one line in FLESH_METHOD_LIST. The unknown of every method
- * is the displacement over the whole step, x_{n+1} = x_n + u, so that differences of nearby positions never cancel.
+ * is the displacement over the whole step, x_{n+1} = x_n + u, so that differences of nearby positions never cancel; that
+ * of a stage before the last one is the displacement from the step's start to the stage.
  * Methods need not mind constraints: where order > 1 the integrator lets the constrained dofs of the stage and of
  * the new state follow the prescribed motion itself, with its velocity and acceleration, and no step crosses a time
  * at which an effect or constraint stops being smooth. */
@@ -11,7 +12,7 @@
 #include "flesh/integrator.h"
 #include "flesh/kinsol.h"
 
-enum { FLESH_METHOD_VECTORS = 2 };
+enum { FLESH_METHOD_VECTORS = 10, FLESH_EASY_STEPS = 3 };
 
 /* The memory of a method between steps. */
 typedef struct flesh_method_memory {
@@ -24,16 +25,33 @@ typedef struct flesh_method_memory {
   int known;
   long serial; /* of the state that they belong to (system/evaluation.h) */
   double h;    /* of the step that led there, where known */
+  int at;        /* the stage that is made or kept, from 0 on */
+  int easy;      /* steps in a row that were easy to solve, up to FLESH_EASY_STEPS */
+  double before; /* s, from the state back to an acceleration that is remembered beside its own: < 0, or 0 for none */
 } flesh_method_memory;
 
 typedef struct flesh_method_row {
   int vectors;
+  int remembered;   /* of them, the first ones, from step to step; 0: all */
   int acceleration; /* 1: vectors[0] is the state's acceleration; the integrator finds it where not known */
-  /* The stage of the step of h from `state` to t_end. */
+  /* How many stages a step has, each solved in turn; NULL: one, and so are the next three. */
+  int (*stages)(const flesh_method_memory *memory);
+  /* Takes in the stage memory->at, which was solved with the unknowns u. */
+  void (*keep)(flesh_method_memory *memory, const flesh_stage *stage, const double *u);
+  /* A first iterate u of the stage; `which` is 0 for the better one, 1 for the safer one. Whether there is one. */
+  int (*guess)(const flesh_method_memory *memory, const flesh_stage *stage, double h, int which, double *u);
+  /* The weight in the step of the derivatives of stage i, from 1 on; 0: of the start. */
+  double (*weight)(const flesh_method_memory *memory, int i);
+  /* The order of the step to come, where that depends on the options; NULL: the list's. */
+  int (*order)(const flesh_method_memory *memory);
+  /* The stage memory->at of the step of h from `state` to t_end. */
   void (*stage)(const flesh_method_memory *memory, const flesh_state *state, double t_end, double h,
                 flesh_stage *stage);
   /* Takes the state's x and v, and the memory, to the end of the step, reached with the unknowns u. */
   void (*finish)(flesh_method_memory *memory, const double *u, double h, flesh_state *state);
+  /* The estimate e [n] of the local error of a step from `state` whose stages have been kept, which falls with h^3: in
+   * positions, with g times that in velocities, g^2 being 1/shift.a. NULL: there is none. */
+  void (*error)(const flesh_method_memory *memory, const flesh_state *state, double h, double *e);
 } flesh_method_row;
 
 #define FLESH_METHOD_EXTERN(NAME, name, text, order, doc)                                          \

@@ -46,5 +46,7 @@ int flesh_method_options_check(const flesh_method_options *options)
                       (double)(least), (double)(most));
   FLESH_METHOD_OPTION_LIST(CHECK)
 #undef CHECK
+  if ((unsigned)options->table > FLESH_TABLE_TRBDF2)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "there is no table %d of runge-kutta", (int)options->table);
   return FLESH_OK;
 }

@@ -9,7 +9,7 @@
 #include "time/integrator.h"
 
 static const char mark[8] = "fleshint";
-enum { FORMAT = 5, ORDER = 0x01020304 };
+enum { FORMAT = 6, ORDER = 0x01020304 };
 
 typedef struct header {
   char mark[8];
@@ -67,7 +67,10 @@ static void archive_method(flesh_integrator *self, flesh_archive *archive)
   FLESH_ARCHIVE(archive, memory->known);
   FLESH_ARCHIVE(archive, memory->serial);
   FLESH_ARCHIVE(archive, memory->h);
-  for (int k = 0; k < self->row->vectors; k++) flesh_archive_nodes(archive, memory->vectors[k], nodes);
+  FLESH_ARCHIVE(archive, memory->easy);
+  FLESH_ARCHIVE(archive, memory->before);
+  const int remembered = self->row->remembered ? self->row->remembered : self->row->vectors;
+  for (int k = 0; k < remembered; k++) flesh_archive_nodes(archive, memory->vectors[k], nodes);
   if (!self->last_stage.at.x) return;
   FLESH_ARCHIVE(archive, self->last_stage.known);
   FLESH_ARCHIVE(archive, self->last_stage.at.t);
@@ -89,6 +92,7 @@ static void archive_motion(flesh_integrator *self, flesh_archive *archive)
   FLESH_ARCHIVE(archive, self->recovery.tangled);
   FLESH_ARCHIVE(archive, self->recovery.failure);
   flesh_archive_bytes(archive, self->costs.effects, effects * sizeof *self->costs.effects);
+  flesh_error_control_archive(&self->control, archive);
   if (self->adaptive) flesh_adaptive_archive(self->adaptive, archive);
 }
 

@@ -55,38 +55,86 @@ static double work_at_end(const flesh_step_energy *step, const flesh_state *stat
   return sums[0];
 }
 
-/* The forces of the stage along the displacements (of first order) or with its velocities, the reactions as
- * energy_watch.c says, and what changes with time at the step's start. Where that has no value the balance restarts. */
-int flesh_step_energy_count(const flesh_step_energy *step, const flesh_state *state)
+/* The power [W] of the stage's reactions and forces with its velocities. */
+static int find_power(const flesh_step_energy *step, double *power)
 {
-  flesh_energy_watch *watch = step->watch;
+  const flesh_energy_watch *watch = step->watch;
   const flesh_stage *stage = step->stage;
   const double *u = flesh_nonlinear_unknowns(step->nonlinear), h = step->to - step->from;
   const int *constrained;
-  const int own = watch->evaluation->own;
+  int count, status = FLESH_OK;
+  double part = 0;
+  const double *reactions = flesh_nonlinear_reactions(step->nonlinear, &constrained, &count);
+  *power = 0;
+  for (int k = 0; k < count && constrained[k] < watch->evaluation->own; k++) {
+    const int d = constrained[k];
+    *power += reactions[k] * (stage->v0[d] + stage->shift.v * u[d]);
+  }
+  *power = flesh_team_total(flesh_system_team(watch->system), *power);
+  if (!(watch->kinds & FLESH_WORK_OF_FORCES)) return FLESH_OK;
+  const flesh_point point = flesh_nonlinear_point(step->nonlinear);
+  status = flesh_system_work_of_forces(watch->system, &point, step->from, step->to, NULL, watch->scratch, &part);
+  *power += part / h;
+  return status;
+}
+
+int flesh_step_energy_add(flesh_step_energy *step, double weight, double start)
+{
+  const flesh_energy_watch *watch = step->watch;
+  const double h = step->to - step->from;
+  const int first = step->stages++ == 0;
+  int status = find_power(step, &step->power);
+  if (status) step->power = NAN;
+  if (first) step->work = h * start * (isnan(watch->rate) ? step->power : watch->rate);
+  step->work += h * weight * step->power;
+  return status < 0 ? status : FLESH_OK;
+}
+
+/* The work of a step of first order: its forces along the displacements, the reactions as energy_watch.c says. */
+static int find_work_of_first_order(const flesh_step_energy *step, const flesh_state *state, double *work)
+{
+  flesh_energy_watch *watch = step->watch;
+  const double *u = flesh_nonlinear_unknowns(step->nonlinear);
+  const int *constrained;
   double sums[2] = {0}, part = 0; /* of the work, and of dofs that move */
   int count, status = FLESH_OK;
   const double *reactions = flesh_nonlinear_reactions(step->nonlinear, &constrained, &count);
-  for (int k = 0; k < count && constrained[k] < own; k++) {
-    const int d = constrained[k];
-    sums[1] += u[d] != 0;
-    sums[0] += reactions[k] * (step->second ? h * (stage->v0[d] + stage->shift.v * u[d]) : u[d]);
+  for (int k = 0; k < count && constrained[k] < watch->evaluation->own; k++) {
+    sums[0] += reactions[k] * u[constrained[k]];
+    sums[1] += u[constrained[k]] != 0;
   }
   flesh_team_sum(flesh_system_team(watch->system), 2, sums);
-  double work = sums[0];
-  watch->turned = 0;
-  if (sums[1] > 0 && !step->second) {
+  *work = sums[0];
+  if (sums[1] > 0) {
     double cosine;
-    watch->unbalanced += fmax(work_at_end(step, state, constrained, count, reactions, u, &cosine) - work, 0);
+    watch->unbalanced += fmax(work_at_end(step, state, constrained, count, reactions, u, &cosine) - *work, 0);
     watch->turned = fabs(cosine) < M_SQRT1_2;
   }
-  if (watch->kinds & FLESH_WORK_OF_FORCES) {
-    const flesh_point point = flesh_nonlinear_point(step->nonlinear);
-    status = flesh_system_work_of_forces(watch->system, &point, step->from, step->to, step->second ? NULL : u,
-                                         watch->scratch, &part);
-    work += part;
+  if (!(watch->kinds & FLESH_WORK_OF_FORCES)) return FLESH_OK;
+  const flesh_point point = flesh_nonlinear_point(step->nonlinear);
+  status = flesh_system_work_of_forces(watch->system, &point, step->from, step->to, u, watch->scratch, &part);
+  *work += part;
+  return status;
+}
+
+/* Work as energy_watch.c says, and what changes with time at the step's start. Where that has no value the balance
+ * restarts. */
+int flesh_step_energy_count(const flesh_step_energy *step, const flesh_state *state)
+{
+  flesh_energy_watch *watch = step->watch;
+  const double h = step->to - step->from;
+  double work = step->work, part = 0;
+  int status = FLESH_OK;
+  watch->turned = 0;
+  if (!step->second) {
+    status = find_work_of_first_order(step, state, &work);
+  } else if (!step->stages) {
+    status = find_power(step, &work);
+    work *= h;
   }
-  flesh_energy_watch_supply(watch, step->from, step->to, stage->t, work, !step->second);
+  if (step->stages && isnan(work)) status = FLESH_NONFINITE;
+  flesh_energy_watch_supply(watch, step->from, step->to, step->stage->t, work, !step->second || step->stages);
+  if (step->stages) flesh_energy_watch_begin(watch, step->to, step->power);
   if (!status && watch->kinds & FLESH_WORK_IN_TIME && watch->known) {
     status = flesh_system_work_in_time(watch->system, step->from, step->to, state, watch->energies, 0,
                                        &part);
@@ -96,19 +144,24 @@ int flesh_step_energy_count(const flesh_step_energy *step, const flesh_state *st
   return status < 0 ? status : FLESH_OK;
 }
 
-int flesh_step_energy_judge(const flesh_step_energy *step, const flesh_state *state, const flesh_solve_stats *stats)
+int flesh_step_energy_meet(const flesh_step_energy *step, const flesh_state *end)
 {
   flesh_energy_watch *watch = step->watch;
   const int at_stage = step->stage->shift.x == 1;
   if (watch->turned) {
-    flesh_energy_watch_jump(watch, step->to, state);
+    flesh_energy_watch_jump(watch, step->to, end);
     return FLESH_OK;
   }
-  const double left = fmin(stats->residual_last, stats->residual_target);
-  const double unbalanced = left * flesh_norm(watch->evaluation->threads, watch->n, flesh_nonlinear_unknowns(step->nonlinear));
-  int status = flesh_energy_watch_meet(watch, step->to, state,
-                                       at_stage ? &watch->evaluation->reached.there : NULL,
+  int status = flesh_energy_watch_meet(watch, step->to, end, at_stage ? &watch->evaluation->reached.there : NULL,
                                        at_stage ? NULL : step->energies);
-  if (!status && step->second) status = flesh_energy_watch_supply_in_time(watch, step->from, state);
-  return status < 0 ? status : flesh_energy_watch_judge(watch, state, unbalanced);
+  if (!status && step->second) status = flesh_energy_watch_supply_in_time(watch, step->from, end);
+  return status < 0 ? status : FLESH_OK;
+}
+
+int flesh_step_energy_judge(const flesh_step_energy *step, const flesh_state *end, const flesh_solve_stats *stats)
+{
+  flesh_energy_watch *watch = step->watch;
+  const double left = fmin(stats->residual_last, stats->residual_target) * (step->stages ? step->stages : 1);
+  const double unbalanced = left * flesh_norm(watch->evaluation->threads, watch->n, flesh_nonlinear_unknowns(step->nonlinear));
+  return watch->turned ? FLESH_OK : flesh_energy_watch_judge(watch, end, unbalanced);
 }

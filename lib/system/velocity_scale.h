@@ -1,0 +1,18 @@
+/* velocity_scale.h: how long a body is and how fast it bends: what tolerances of lengths and velocities are measured in. */
+#ifndef FLESH_SYSTEM_VELOCITY_SCALE_H
+#define FLESH_SYSTEM_VELOCITY_SCALE_H
+
+#include "flesh/block_matrix.h"
+#include "flesh/system.h"
+
+/* The longest side L of the box around the body at rest, m. Collective, as is the next. */
+double flesh_system_length_scale(const flesh_system *system);
+
+/* L over the period of bending, m/s: L omega / (2 pi), omega^2 being the Rayleigh quotient of a bent shape; without
+ * stiffness the speed that the load gives along L; else L per second. *mass: the body's, kg; 0 where it has no value.
+ * Overwrites K, of the system's pattern, and `room` [n] each. */
+enum { FLESH_VELOCITY_SCALE_ROOM = 5 };
+double flesh_system_velocity_scale(const flesh_system *system, flesh_block_matrix *K,
+                                   double *const room[FLESH_VELOCITY_SCALE_ROOM], double *mass);
+
+#endif

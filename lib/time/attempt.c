@@ -1,0 +1,342 @@
+/* attempt.c: one try of a part of a step: its stages, each from a first iterate that goes on as before, and whether what
+ * they lead to is accepted. */
+#include "time/attempt.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "newton/mechanisms.h"
+#include "system/feasible_step.h"
+#include "time/step_energy.h"
+
+/* Data of find_end, a flesh_stage_end's, which finds the positions at the end of a part. */
+typedef struct part_end {
+  const flesh_integrator *self;
+  const flesh_state *state;
+} part_end;
+
+static void find_end(void *data, const double *u, double *x)
+{
+  const part_end *end = data;
+  const flesh_integrator *self = end->self;
+  const int second = flesh_method_order(self->method) > 1;
+  for (int d = 0; d < self->evaluation->n; d++)
+    x[d] = second && self->prescribed.fixed[d] ? self->prescribed.x[FLESH_PRESCRIBED_POINTS - 1][d]
+                                               : end->state->x[d] + u[d];
+}
+
+/* The state that the stage leads to at t_end, the moment before an event if there is one, must be one that can be
+ * reached and, where it is not the stage itself, have an energy. *blocked: it is not the stage, and an obstacle that the
+ * stage keeps out of bars the way to it. */
+static int check_end(flesh_integrator *self, const flesh_stage *stage, const flesh_state *state,
+                     double t_end, flesh_solve_stats *stats, int *blocked)
+{
+  const flesh_system *system = self->evaluation->system;
+  if (stage->shift.x == 1 && flesh_nonlinear_is_clear(self->nonlinear)) return FLESH_OK;
+  find_end(&(part_end){self, state}, flesh_nonlinear_unknowns(self->nonlinear), self->start);
+  if (stage->shift.x == 1)
+    return flesh_system_tunnelled(system, state->t, state->x, t_end, self->start) ? FLESH_UNDEFINED : FLESH_OK;
+  *blocked = flesh_system_max_feasible_step(system, self->evaluation->environment.proximity, stage->internal,
+                                            state->t, state->x, t_end, self->start) < 1;
+  if (*blocked) return FLESH_UNDEFINED;
+  return flesh_nonlinear_defined(self->nonlinear, t_end, self->start, state->v, self->energies, stats);
+}
+
+/* Whether a solve met nothing but a potential that is all but quadratic: then the next one will, and a first iterate
+ * that goes on as before helps. Where bodies are tangled or collide it may lead astray. */
+static int was_easy(const flesh_solve_stats *before, const flesh_solve_stats *after)
+{
+  return after->newton - before->newton <= 8 && after->projections == before->projections &&
+         after->backtracks == before->backtracks;
+}
+
+/* First iterates of a method that has its own. The stages of a step have the same matrix but for where they are. */
+static void make_own_guesses(flesh_integrator *self, const flesh_stage *stage, double h, const double *guesses[3])
+{
+  double *const room[2] = {self->first.extrapolated, self->first.rigid};
+  int count = 0;
+  flesh_nonlinear_go_on(self->nonlinear);
+  for (int which = 0; which < 2; which++)
+    if (self->row->guess(&self->memory, stage, h, which, room[which])) guesses[count++] = room[which];
+  guesses[count] = NULL;
+}
+
+/* First iterates for a step of h to stage->t: straight on, and as rigid bodies where some are free. */
+static void make_guesses(flesh_integrator *self, const flesh_method_row *row, const flesh_state *state,
+                         const flesh_stage *stage, double h, const double *guesses[3])
+{
+  const flesh_evaluation *evaluation = self->evaluation;
+  flesh_first_iterates *first = &self->first;
+  if (row->guess) {
+    make_own_guesses(self, stage, h, guesses);
+    return;
+  }
+  const int nearest = row == &flesh_method_backward_euler;
+  const int holds = flesh_team_any(evaluation->team, flesh_system_holds(evaluation->system, stage->t));
+  int count = 0;
+  if (flesh_uses(&self->options, FLESH_TECHNIQUE_EXTRAPOLATION) &&
+      flesh_extrapolation_guess(&first->extrapolation, evaluation->serial, state->t, h, first->extrapolated)) {
+    flesh_nonlinear_go_on(self->nonlinear);
+    guesses[count++] = first->extrapolated;
+  }
+  uint8_t *constrained = first->parts.constrained; /* of several parts */
+  if (holds && constrained) flesh_system_fixed(evaluation->system, stage->t, constrained);
+  if (flesh_uses(&self->options, FLESH_TECHNIQUE_RIGID_GUESS) && !(holds && !constrained) &&
+      flesh_rigid_guess(&first->parts, holds ? constrained : NULL, state, h, nearest, first->rigid))
+    guesses[count++] = first->rigid;
+  guesses[count] = NULL;
+}
+
+/* The stage of a part of a piece, by `row`: constrained dofs follow the prescribed motion with its own velocity where
+ * the method is of order 2, and as a step of backward Euler takes them where that stands in for it. */
+static void make_stage(flesh_integrator *self, const flesh_method_row *row, const flesh_state *state,
+                       const flesh_piece *piece, const flesh_span *part, flesh_stage *stage)
+{
+  flesh_method_memory *memory = &self->memory;
+  const flesh_state *lagged = flesh_integrator_stage(self, state);
+  const int second = flesh_method_order(self->method) > 1;
+  self->trying = *part;
+  row->stage(memory, state, part->end, part->h, stage);
+  stage->t = flesh_before(stage->t, piece->event);
+  stage->x_lag = lagged->x;
+  stage->v_lag = lagged->v;
+  stage->t_lag = lagged->t;
+  stage->x_from = state->x;
+  stage->t_from = state->t;
+  stage->internal = state->internal;
+  stage->frozen_at_solution = second && row == self->row;
+  if (!second) return;
+  if (memory->at == 0)
+    flesh_prescribed_set(&self->prescribed, fmax(state->t, piece->begin), flesh_before(part->end, piece->event), state->x);
+  if (row == self->row) flesh_prescribed_stage(&self->prescribed, stage, memory->v0, memory->a0);
+}
+
+/* Finds the end of the last solve of the stage. */
+static void find_stage(const flesh_integrator *self, const flesh_stage *stage, double *x, double *v)
+{
+  const double *u = flesh_nonlinear_unknowns(self->nonlinear);
+  for (int d = 0; d < self->evaluation->n; d++) {
+    x[d] = stage->x0[d] + stage->shift.x * u[d];
+    v[d] = (stage->v0 ? stage->v0[d] : 0) + stage->shift.v * u[d];
+  }
+}
+
+/* Takes the state, and what is remembered, to the end of the part that the stage has led to. */
+static void finish_part(flesh_integrator *self, const flesh_method_row *row, const flesh_stage *stage,
+                        const flesh_span *part, flesh_state *state, flesh_solve_stats *stats)
+{
+  flesh_method_memory *memory = &self->memory;
+  const double *u = flesh_nonlinear_unknowns(self->nonlinear);
+  const int second = flesh_method_order(self->method) > 1, own = row == self->row;
+  self->last_stage.known = stage->shift.x != 1;
+  self->last_stage.at.t = stage->t;
+  if (self->last_stage.known) find_stage(self, stage, self->last_stage.at.x, self->last_stage.at.v);
+  row->finish(memory, u, part->h, state);
+  flesh_evaluation_changed(self->evaluation);
+  for (int d = 0; d < self->evaluation->n && !own && self->row->acceleration; d++)
+    memory->vectors[0][d] = stage->a0[d] + stage->shift.a * u[d];
+  state->t = part->end;
+  stats->steps++;
+  stats->order = !own || !second ? 1 : row->order ? row->order(memory) : flesh_method_order(self->method);
+  stats->h_last = part->h;
+  if (!second) return;
+  flesh_prescribed_finish(&self->prescribed, state->x, state->v);
+  memory->known = own || self->row->acceleration || !self->row->vectors;
+  memory->h = part->h;
+}
+
+/* Whether a solve goes through softer materials first. What has no energy at the start fails as it is. */
+static int begins_softer(flesh_integrator *self, const flesh_state *state)
+{
+  return flesh_uses(&self->options, FLESH_TECHNIQUE_SOFTENED_STEPS) &&
+         flesh_recovery_is_tangled(&self->recovery, state->x) && self->watch.known &&
+         self->options.line_search == FLESH_LINE_SEARCH_POTENTIAL;
+}
+
+/* Solves a stage again that has been solved, with what is lagged as the last solve has left it, until that changes
+ * nothing or lag_iterations is reached. */
+static int follow_lag(flesh_integrator *self, flesh_stage *stage, const flesh_state *state, const flesh_stage_end *end,
+                      flesh_solve_stats *stats)
+{
+  const double *guesses[] = {self->lag.u, NULL}, target = stats->residual_target;
+  for (int k = 1; k < self->lag.iterations; k++) {
+    const int before_solve = stats->newton;
+    memcpy(self->lag.u, flesh_nonlinear_unknowns(self->nonlinear), (size_t)self->evaluation->n * sizeof *self->lag.u);
+    find_stage(self, stage, self->lag.x, self->lag.v);
+    stage->x_lag = stage->x_from = self->lag.x;
+    stage->v_lag = self->lag.v;
+    stage->t_lag = stage->t_from = stage->t;
+    flesh_nonlinear_set_target(self->nonlinear, target);
+    const int status = flesh_multipliers_solve(&self->multipliers, stage, state, end, guesses, 0, stats);
+    flesh_nonlinear_set_target(self->nonlinear, 0);
+    if (status || stats->newton == before_solve) return status;
+  }
+  return FLESH_OK;
+}
+
+/* Updates the internal variables of a part that has been accepted, and what touches. Where that changes forces, what was
+ * known of the motion is not that of the one to come. */
+static int update_internals(flesh_integrator *self, flesh_state *state)
+{
+  int changed, touches_others = 0;
+  int status = flesh_internals_update(&self->internals, &self->watch, state, &changed);
+  if (!status) status = flesh_integrator_arrive(self, state, &touches_others);
+  if (!changed && !touches_others) return status;
+  flesh_evaluation_forces_changed(self->evaluation);
+  flesh_extrapolation_forget(&self->first.extrapolation);
+  self->memory.known = 0;
+  self->internals.restart = 1;
+  return status;
+}
+
+/* A try of a part of a piece. */
+typedef struct trial {
+  const flesh_method_row *row; /* the method's own, or backward Euler in its stead */
+  const flesh_piece *piece;
+  const flesh_span *part;
+  double from, to; /* s; the part, as far as what holds within it does */
+} trial;
+
+/* Whether the step's length is that which its error chooses. */
+static int is_controlled(const flesh_integrator *self, const trial *trial)
+{
+  return self->control.on && trial->row->error != NULL;
+}
+
+/* Makes and solves the stage memory->at. The constraints of multipliers hold where the last one leads, and at others
+ * themselves, which go on from the pressures of the one before. */
+static int solve_stage(flesh_integrator *self, const trial *trial, const flesh_state *state, int last,
+                       flesh_stage *stage, flesh_solve_stats *stats)
+{
+  const double *guesses[3];
+  flesh_state from = *state;
+  make_stage(self, trial->row, state, trial->piece, trial->part, stage);
+  make_guesses(self, trial->row, state, stage, trial->part->h, guesses);
+  if (self->memory.at > 0 && self->multipliers.count) from.multipliers = self->multipliers.trial;
+  const flesh_stage_end ends = {&(part_end){self, state}, find_end}, *end = last ? &ends : NULL;
+  const int controlled = is_controlled(self, trial);
+  /* Steps that resolve the motion go on from where they are; softer materials would lead away first. */
+  if (self->memory.at == 0) self->softer = !(controlled && !self->control.failed) && begins_softer(self, state);
+  if (controlled && !self->softer)
+    flesh_nonlinear_set_target(self->nonlinear, flesh_error_control_target(&self->control, &stage->shift));
+  int status = self->softer
+                   ? flesh_continuation_step(&self->continuation, stage, &from, end, guesses, stats)
+                   : flesh_multipliers_solve(&self->multipliers, stage, &from, end, guesses, 0, stats);
+  flesh_nonlinear_set_target(self->nonlinear, 0);
+  if (!status && last) status = check_end(self, stage, state, trial->to, stats, &self->blocked);
+  if (!status && self->lag.u) {
+    status = follow_lag(self, stage, &from, end, stats);
+    if (!status && last) status = check_end(self, stage, state, trial->to, stats, &self->blocked);
+  }
+  return status;
+}
+
+/* Solves the stages of a step in turn; the last one is left in *stage. */
+static int solve_stages(flesh_integrator *self, const trial *trial, const flesh_state *state, flesh_stage *stage,
+                        flesh_step_energy *energy, flesh_solve_stats *stats)
+{
+  const flesh_method_row *row = trial->row;
+  flesh_method_memory *memory = &self->memory;
+  const int count = row->stages ? row->stages(memory) : 1;
+  int status = FLESH_OK;
+  for (int k = 0; k < count && !status; k++) {
+    memory->at = k;
+    status = solve_stage(self, trial, state, k == count - 1, stage, stats);
+    if (status || !row->stages) continue;
+    row->keep(memory, stage, flesh_nonlinear_unknowns(self->nonlinear));
+    status = flesh_step_energy_add(energy, row->weight(memory, k + 1), row->weight(memory, 0));
+  }
+  memory->at = 0;
+  return status;
+}
+
+/* Whether the error of the step that has been solved is small enough. */
+static int judge_error(flesh_integrator *self, const trial *trial, const flesh_state *state, const flesh_stage *stage,
+                       flesh_solve_stats *stats)
+{
+  flesh_error_control *control = &self->control;
+  control->error = NAN;
+  if (!is_controlled(self, trial)) return FLESH_OK;
+  trial->row->error(&self->memory, state, trial->part->h, control->e);
+  control->refusal = flesh_error_control_judge(control, self->prescribed.fixed, &stage->shift, stats);
+  return control->refusal ? FLESH_NOT_CONVERGED : FLESH_OK;
+}
+
+/* Whether the energy of the end that has been met rises beyond what the step puts in by more than may be, since the watch
+ * was as `before`. */
+static int gains_energy(flesh_integrator *self, const flesh_energy_watch *before)
+{
+  const flesh_energy_watch *now = &self->watch;
+  const flesh_energy_balance *b = &now->balance;
+  const double floor = fmax(now->rounding + now->unbalanced, now->floor);
+  const double rise = (now->energy - b->supplied) - (before->energy - before->balance.supplied);
+  const double scale = fmax(b->scale, now->energy - fmin(now->lowest, now->energy - now->kinetic));
+  return before->known && now->known && flesh_error_control_refuses_gain(&self->control, rise, b->excess, scale, floor);
+}
+
+/* Counts the work of the step that has been solved. Where its error chooses its length, takes in its end, too, and refuses
+ * what gains energy, as if nothing had been counted. */
+static int count_energy(flesh_integrator *self, const trial *trial, const flesh_state *state,
+                        const flesh_step_energy *energy)
+{
+  const flesh_energy_watch before = self->watch;
+  const size_t bytes = (size_t)before.effects * sizeof *before.energies;
+  const int controlled = is_controlled(self, trial) && energy->stage->shift.x == 1;
+  flesh_state end = *state;
+  if (controlled) memcpy(self->energies, before.energies, bytes);
+  int status = flesh_step_energy_count(energy, state);
+  if (status || !controlled) return status;
+  end.t = trial->part->end;
+  end.x = self->start;
+  end.v = self->first.rigid;
+  if (self->multipliers.count) end.multipliers = self->multipliers.trial;
+  find_stage(self, energy->stage, end.x, end.v);
+  status = flesh_step_energy_meet(energy, &end);
+  if (status || !gains_energy(self, &before)) return status;
+  self->watch = before;
+  memcpy(before.energies, self->energies, bytes);
+  self->control.refusal = FLESH_REFUSED_BY_ENERGY;
+  return FLESH_NOT_CONVERGED;
+}
+
+/* Counts towards the steps in a row that were easy to solve. */
+static void count_easy(flesh_method_memory *memory, int solves, const flesh_solve_stats *before,
+                       const flesh_solve_stats *after)
+{
+  const int easy = after->newton - before->newton <= 5 * solves && after->projections == before->projections &&
+                   after->backtracks == before->backtracks;
+  memory->easy = easy ? (memory->easy < FLESH_EASY_STEPS ? memory->easy + 1 : FLESH_EASY_STEPS) : 0;
+}
+
+int flesh_integrator_attempt(flesh_integrator *self, const flesh_method_row *row, flesh_state *state, const flesh_piece *piece,
+                   const flesh_cutbacks *cutbacks, flesh_solve_stats *stats)
+{
+  const flesh_span *part = &cutbacks->part;
+  const trial trial = {row, piece, part, fmax(state->t, piece->begin), flesh_before(part->end, piece->event)};
+  const int depth = cutbacks->depth, second = flesh_method_order(self->method) > 1 && row == self->row;
+  const flesh_solve_stats before_solve = *stats;
+  flesh_stage stage = {.t = state->t};
+  flesh_step_energy energy = {.watch = &self->watch, .nonlinear = self->nonlinear, .stage = &stage,
+                              .scratch = {self->start, self->first.extrapolated}, .second = second,
+                              .from = trial.from, .to = trial.to, .energies = self->energies};
+  self->blocked = 0;
+  int status = solve_stages(self, &trial, state, &stage, &energy, stats);
+  if (!status) status = judge_error(self, &trial, state, &stage, stats);
+  if (!status) status = count_energy(self, &trial, state, &energy);
+  if (status > 0) {
+    flesh_integrator_record_failure(self, &stage, part->h, depth, status, stats);
+    self->memory.easy = 0;
+  }
+  if (!status) status = flesh_multipliers_accept(&self->multipliers, &stage, state);
+  if (status) return status;
+  finish_part(self, row, &stage, part, state, stats);
+  count_easy(&self->memory, row->stages ? energy.stages : 1, &before_solve, stats);
+  if (self->first.extrapolation.n && !row->guess)
+    flesh_extrapolation_remember(&self->first.extrapolation, flesh_nonlinear_unknowns(self->nonlinear),
+                                 self->evaluation->serial, state->t, part->h, was_easy(&before_solve, stats));
+  if (is_controlled(self, &trial) && stage.shift.x == 1) self->watch.serial = self->evaluation->serial; /* it was met */
+  else status = flesh_step_energy_meet(&energy, state);
+  if (!status) status = flesh_step_energy_judge(&energy, state, stats);
+  if (status == FLESH_ERR_ENERGY) flesh_integrator_record_failure(self, &stage, part->h, depth, status, stats);
+  return status ? status : update_internals(self, state);
+}

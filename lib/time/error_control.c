@@ -1,0 +1,203 @@
+/* error_control.c: the one place where local errors choose steps.
+ *
+ * The error e of positions that a step estimates is filtered through the last stage,
+ *   || (M + g^2 K)^-1 M e ||_M / (local L),   || e ||_M^2 = e.M e / m,
+ * the position part of (I - g J)^-1 e (Hairer & Wanner 1996, IV.8): it saturates for motions that steps do not resolve,
+ * where e itself grows with the square of their frequency. L is the body's longest side and m its mass.
+ *
+ * local = share tolerance^(3/p): the estimate falls with h^3, and what the errors of a method of order p add up to with h^p,
+ * so that this is in proportion to the tolerance. `share` is measured (README.md).
+ *
+ * The next step is h 0.9 e^(-0.7/3) e_before^(0.4/3) (a PI controller: Gustafsson 1991, Hairer & Wanner 1996, IV.2), within
+ * [0.2, 2] times the last. */
+#include "time/error_control.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "system/one_effect.h"
+#include "system/ranks.h"
+#include "system/velocity_scale.h"
+
+static const double share = 0.1;             /* of the tolerance that a step's error may be at tolerance 1 */
+static const double falls = 3;               /* the estimate, with this power of h */
+static const double safety = 0.9, shortest = 0.2, longest = 2, longest_first = 10, after_failure = 0.25;
+static const double depth = 0.1;             /* of the error allowed that a stage's residual may make */
+static const double negligible = 1e-3;       /* an unfiltered error below this needs no filter */
+static const double least_error = 1e-6;      /* that lengthens a step */
+static const double longer_steps = 1.3, shorter_steps = 0.6; /* where the table changes */
+/* The shares of the motion's energy that a step may gain, less the more has come in before, and all steps. */
+static const double gain_of_step = 0.01, gain_in_all = 0.1;
+
+static void clear_vectors(flesh_error_control *self)
+{
+  free(self->e);
+  self->e = self->force = self->filtered = NULL;
+}
+
+/* Twice the kinetic energy that e [n] would have as velocities: e.M e. */
+static double mass_square(const flesh_error_control *self, const double *e)
+{
+  const double *X = flesh_mesh_positions(flesh_system_mesh(self->system));
+  const flesh_point point = flesh_point_at(0, X, e, e);
+  double energy = 0;
+  return flesh_system_role_energies(self->system, FLESH_ROLE_INERTIA, &point, NULL, &energy) ? NAN : 2 * energy;
+}
+
+static void measure(flesh_error_control *self)
+{
+  const flesh_team *team = flesh_system_team(self->system);
+  self->length = flesh_system_length_scale(self->system);
+  self->period = self->length / (6.283185307179586 * flesh_nonlinear_velocity_scale(self->nonlinear));
+  for (int d = 0; d < self->n; d++) self->e[d] = d % 3 == 0;
+  self->mass = mass_square(self, self->e);
+  self->nodes = team ? team->all : self->n / 3;
+}
+
+int flesh_error_control_set(const flesh_adaptive_options *options, const flesh_system *system, flesh_nonlinear *nonlinear,
+                            flesh_error_control *self)
+{
+  const size_t n = (size_t)flesh_system_unknowns(system);
+  clear_vectors(self);
+  *self = (flesh_error_control){.on = options->control, .options = *options, .system = system, .nonlinear = nonlinear,
+                                .n = (int)n, .before = 1, .first = 1, .error = NAN};
+  if (!self->on) return FLESH_OK;
+  self->e = calloc(3 * n + 1, sizeof *self->e);
+  int status = self->e ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for the errors of %zu unknowns", n);
+  status = flesh_team_agree(flesh_system_team(system), status);
+  if (status) return status;
+  self->force = self->e + n;
+  self->filtered = self->force + n;
+  measure(self);
+  return FLESH_OK;
+}
+
+void flesh_error_control_clear(flesh_error_control *self)
+{
+  clear_vectors(self);
+  *self = (flesh_error_control){0};
+}
+
+size_t flesh_error_control_memory(const flesh_error_control *self)
+{
+  return self->e ? 3 * (size_t)self->n * sizeof(double) : 0;
+}
+
+void flesh_error_control_archive(flesh_error_control *self, flesh_archive *archive)
+{
+  FLESH_ARCHIVE(archive, self->h);
+  FLESH_ARCHIVE(archive, self->before);
+  FLESH_ARCHIVE(archive, self->first);
+  FLESH_ARCHIVE(archive, self->rejected);
+  FLESH_ARCHIVE(archive, self->failed);
+  FLESH_ARCHIVE(archive, self->gains);
+}
+
+double flesh_error_control_least_energy(const flesh_error_control *self)
+{
+  const double slow = self->options.tolerance * self->length / (6.283185307179586 * self->period);
+  return 1.5 * self->mass * slow * slow;
+}
+
+/* The root mean square of e [n], by mass. */
+static double size_of(const flesh_error_control *self, const double *e) { return sqrt(mass_square(self, e) / self->mass); }
+
+void flesh_error_control_start(flesh_error_control *self, const flesh_state *state, const double *a, double ahead)
+{
+  const double allowed = share * self->options.tolerance, speed = size_of(self, state->v);
+  const double force = a ? size_of(self, a) : 0;
+  /* A step that moves the body by no more than the cube root of what its error may be, as that falls with h^3. */
+  double h = fmin(sqrt(2 * pow(allowed, 2 / falls) * self->length / force), cbrt(allowed) * self->length / speed);
+  if (!(h < INFINITY)) h = 0.1 * ahead;
+  self->h = self->h > 0 ? fmin(self->h, h) : h;
+  self->before = 1;
+  self->first = 1;
+}
+
+double flesh_error_control_propose(const flesh_error_control *self, double left)
+{
+  const double h = fmin(self->h > 0 ? self->h : left, self->options.max_step);
+  return h >= left * (1 - 1e-9) ? left : fmin(h, left / 2); /* not almost all, which would leave a sliver */
+}
+
+void flesh_error_control_aim(flesh_error_control *self, int order)
+{
+  self->local = share * pow(self->options.tolerance, falls / order);
+}
+
+double flesh_error_control_target(const flesh_error_control *self, const flesh_shift *shift)
+{
+  const double g = 1 / sqrt(shift->a);
+  return depth * self->local * self->length * self->mass / (sqrt(self->nodes) * g * fmax(g, self->period));
+}
+
+/* (M + g^2 K)^-1 M e into `filtered`; whether it is there. */
+static int filter(flesh_error_control *self, const uint8_t *fixed, const flesh_shift *shift, flesh_solve_stats *stats)
+{
+  const double *X = flesh_mesh_positions(flesh_system_mesh(self->system));
+  memset(self->filtered, 0, (size_t)self->n * sizeof *self->filtered);
+  const flesh_point point = flesh_point_at(0, X, self->filtered, self->e);
+  int status = flesh_system_roles_residual(self->system, FLESH_ROLE_BIT(FLESH_ROLE_INERTIA), &point, self->force);
+  for (int d = 0; d < self->n; d++) self->force[d] = fixed && fixed[d] ? 0 : shift->a * self->force[d];
+  if (!status) status = flesh_nonlinear_filter_error(self->nonlinear, self->force, self->filtered, stats);
+  return status == FLESH_OK || status == FLESH_NOT_CONVERGED; /* its last iterate serves as well */
+}
+
+flesh_refusal flesh_error_control_judge(flesh_error_control *self, const uint8_t *fixed, const flesh_shift *shift,
+                                        flesh_solve_stats *stats)
+{
+  for (int d = 0; d < self->n && fixed; d++)
+    if (fixed[d]) self->e[d] = 0;
+  const double allowed = self->local * self->length;
+  self->error = size_of(self, self->e) / allowed;
+  if (self->error > negligible && filter(self, fixed, shift, stats)) {
+    const double filtered = size_of(self, self->filtered) / allowed;
+    if (filtered < self->error) self->error = filtered;
+  }
+  return self->error <= 1 ? FLESH_REFUSED_BY_NOTHING : FLESH_REFUSED_BY_ERROR;
+}
+
+int flesh_error_control_refuses_gain(const flesh_error_control *self, double rise, double excess, double scale,
+                                     double floor)
+{
+  enum { MOST = 6 }; /* so often for one step: a gain that halves do not lessen is not the step's */
+  const double left = 1 - fmax(excess, 0) / (gain_in_all * scale);
+  return self->gains < MOST && rise > floor + gain_of_step * scale * fmax(left, 0.1);
+}
+
+void flesh_error_control_change(flesh_error_control *self, int longer)
+{
+  self->h *= longer ? longer_steps : shorter_steps;
+  self->before = 1;
+}
+
+/* The length of the step after one that was accepted, over that one's. */
+static double change(const flesh_error_control *self)
+{
+  if (isnan(self->error)) return 1;
+  const double error = fmax(self->error, least_error);
+  const double factor = safety * pow(error, -0.7 / falls) * pow(self->before, 0.4 / falls);
+  const double most = self->rejected + self->failed > 0 ? 1 : self->first ? longest_first : longest;
+  return fmax(shortest, fmin(most, factor));
+}
+
+void flesh_error_control_learn(flesh_error_control *self, double h)
+{
+  if (self->refusal != FLESH_REFUSED_BY_NOTHING) {
+    const int by_error = self->refusal == FLESH_REFUSED_BY_ERROR;
+    self->rejected += self->refusal != FLESH_REFUSED_BY_SOLVE;
+    self->gains += self->refusal == FLESH_REFUSED_BY_ENERGY;
+    self->failed += self->refusal == FLESH_REFUSED_BY_SOLVE;
+    self->h = h * (by_error && self->error < INFINITY ? fmax(shortest, safety * pow(self->error, -1 / falls))
+                                                      : self->refusal == FLESH_REFUSED_BY_ENERGY ? 0.5 : after_failure);
+    self->before = 1;
+    return;
+  }
+  const double next = h * change(self);
+  /* An output or an event has cut the step where it is shorter than was wanted: the error did not ask for it. */
+  self->h = h < 0.9 * self->h ? fmax(self->h, next) : next;
+  if (!isnan(self->error)) self->before = fmax(self->error, least_error);
+  self->first = self->rejected = self->failed = self->gains = 0;
+}

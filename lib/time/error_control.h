@@ -1,0 +1,70 @@
+/* error_control.h: steps whose length a local error chooses: how large it is, whether a step is accepted, how long the next
+ * one is, and how exactly its stages are solved. Decides; solves no stage. */
+#ifndef FLESH_TIME_ERROR_CONTROL_H
+#define FLESH_TIME_ERROR_CONTROL_H
+
+#include "base/archive.h"
+#include "flesh/integrator.h"
+#include "sundials/kinsol.h"
+
+/* Why a step was not accepted. */
+typedef enum flesh_refusal {
+  FLESH_REFUSED_BY_NOTHING,
+  FLESH_REFUSED_BY_ERROR,
+  FLESH_REFUSED_BY_ENERGY,
+  FLESH_REFUSED_BY_SOLVE
+} flesh_refusal;
+
+typedef struct flesh_error_control {
+  int on;                         /* else nothing below is allocated or used */
+  flesh_adaptive_options options;
+  const flesh_system *system;     /* borrowed, as is the solver */
+  flesh_nonlinear *nonlinear;
+  int n;
+  double *e, *force, *filtered;   /* [n] the error; room */
+  double length, period, mass;    /* m, s over 2 pi of bending, kg */
+  double nodes;                   /* of the body */
+  double local;                   /* the error of positions that a step may make, over the length */
+  flesh_refusal refusal;          /* of the last attempt */
+  double error;                   /* of that, over what it may be; NaN: not known */
+  /* The memory between steps. */
+  double h;                       /* s, of the step to come; 0: not known */
+  double before;                  /* the error of the last step accepted, or 1 */
+  int first;                      /* no step has been accepted since a start */
+  int rejected, failed;           /* attempts since the last step that was accepted */
+  int gains;                      /* of those rejected, for their energy */
+} flesh_error_control;
+
+/* Takes the options, and measures the body where they want control. Collective, on all ranks or none: FLESH_ERR_MEMORY. */
+int flesh_error_control_set(const flesh_adaptive_options *options, const flesh_system *system, flesh_nonlinear *nonlinear,
+                            flesh_error_control *control);
+void flesh_error_control_clear(flesh_error_control *control);
+size_t flesh_error_control_memory(const flesh_error_control *control);
+void flesh_error_control_archive(flesh_error_control *control, flesh_archive *archive);
+
+/* The energy of a motion as slow as the tolerance, J. */
+double flesh_error_control_least_energy(const flesh_error_control *control);
+
+/* A motion starts, or goes on otherwise than before, at the state with the acceleration a [n] (NULL: not known), and has
+ * `ahead` s to go at least. Collective, as all that follow. */
+void flesh_error_control_start(flesh_error_control *control, const flesh_state *state, const double *a, double ahead);
+/* How long the next step is, of `left` s that are to be gone: all of them, or less than half of them, or what is wanted. */
+double flesh_error_control_propose(const flesh_error_control *control, double left);
+/* A step comes whose error is to add up to the tolerance, by a method of that order. */
+void flesh_error_control_aim(flesh_error_control *control, int order);
+/* The residual that a stage with this shift may leave, N. */
+double flesh_error_control_target(const flesh_error_control *control, const flesh_shift *shift);
+/* Judges the error in control->e [n] of a step whose last stage, with this shift, was solved last: FLESH_REFUSED_BY_ERROR
+ * or _BY_NOTHING. `fixed` [n]: constrained dofs. Adds to *stats what the filter's solve took. */
+flesh_refusal flesh_error_control_judge(flesh_error_control *control, const uint8_t *fixed, const flesh_shift *shift,
+                                        flesh_solve_stats *stats);
+/* Whether a step is to be shorter whose energy rises by `rise` J beyond what it puts in, where `excess` J have come in
+ * before, motions have `scale` J, and less than `floor` J means nothing. */
+int flesh_error_control_refuses_gain(const flesh_error_control *control, double rise, double excess, double scale,
+                                     double floor);
+/* The steps to come are those of a method with longer steps for the same error, or with shorter ones. */
+void flesh_error_control_change(flesh_error_control *control, int longer);
+/* A step of h has ended as control->refusal says. Finds the next one's length. */
+void flesh_error_control_learn(flesh_error_control *control, double h);
+
+#endif

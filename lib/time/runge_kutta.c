@@ -1,0 +1,141 @@
+/* runge_kutta.c: diagonally implicit Runge-Kutta methods whose first stage is explicit (ESDIRK; Kennedy & Carpenter 2016,
+ * "Diagonally implicit Runge-Kutta methods for ordinary differential equations, a review", NASA/TM-2016-219173).
+ *
+ * With g = gamma h, x^ = x_n + h sum_j a_ij V_j and v^ = v_n + h sum_j a_ij A_j over the stages before, stage i is
+ *   x = x^ + g V,   V = v^ + g A,   r(t_i, x, V, A) = 0,
+ * a step of backward Euler by g from (x^, v^), with the potential |x - x^ - g v^|^2_M / (2 g^2) + Psi(x). The first stage is
+ * the state with its acceleration, which is that of the last stage of the step before, as that is the step's end. */
+#include <assert.h>
+#include <math.h>
+#include <string.h>
+
+#include "time/butcher_table.h"
+#include "time/method.h"
+
+/* vectors[0] is the acceleration a_n; [1] one from before it; then V_i and A_i of each implicit stage in turn. */
+enum { BEFORE = 1, FIRST = 2 };
+static_assert((int)FLESH_METHOD_VECTORS >= FIRST + 2 * (FLESH_TABLE_STAGES - 1), "room for every stage");
+
+static double *V_of(const flesh_method_memory *memory, int i) { return memory->vectors[FIRST + 2 * (i - 1)]; }
+static double *A_of(const flesh_method_memory *memory, int i) { return memory->vectors[FIRST + 2 * (i - 1) + 1]; }
+
+/* esdirk325 needs the fewest iterations where steps are easy; where bodies are tangled or collide its long stages with
+ * weights of both signs put in energy, and esdirk324 damps more. */
+static const flesh_butcher_table *table_of(const flesh_method_memory *memory)
+{
+  const flesh_table given = memory->options.table;
+  if (given != FLESH_TABLE_AUTO) return flesh_butcher_table_of(given);
+  return flesh_butcher_table_of(memory->easy >= FLESH_EASY_STEPS ? FLESH_TABLE_ESDIRK325 : FLESH_TABLE_ESDIRK324);
+}
+
+static int runge_kutta_stages(const flesh_method_memory *memory) { return table_of(memory)->stages - 1; }
+
+static void runge_kutta_stage(const flesh_method_memory *memory, const flesh_state *state, double t_end, double h,
+                              flesh_stage *stage)
+{
+  const flesh_butcher_table *table = table_of(memory);
+  const int i = memory->at + 1;
+  const double *weights = table->a[i], gamma = weights[i], g = gamma * h, *a = memory->vectors[0];
+  for (int d = 0; d < memory->n; d++) {
+    double dx = weights[0] * state->v[d], dv = weights[0] * a[d];
+    for (int j = 1; j < i; j++) {
+      dx += weights[j] * V_of(memory, j)[d];
+      dv += weights[j] * A_of(memory, j)[d];
+    }
+    memory->v0[d] = -dx / gamma;
+    memory->a0[d] = (memory->v0[d] - state->v[d] - h * dv) / g;
+  }
+  *stage = (flesh_stage){.t = i == table->stages - 1 ? t_end : state->t + table->c[i] * (t_end - state->t),
+                         .load = 1,
+                         .prescribed_fraction = 1,
+                         .shift = {.x = 1, .v = 1 / g, .a = 1 / (g * g)},
+                         .x0 = state->x,
+                         .v0 = memory->v0,
+                         .a0 = memory->a0};
+}
+
+static void runge_kutta_keep(flesh_method_memory *memory, const flesh_stage *stage, const double *u)
+{
+  double *V = V_of(memory, memory->at + 1), *A = A_of(memory, memory->at + 1);
+  for (int d = 0; d < memory->n; d++) {
+    V[d] = stage->v0[d] + stage->shift.v * u[d];
+    A[d] = stage->a0[d] + stage->shift.a * u[d];
+  }
+}
+
+/* A line through the two accelerations known that are nearest in time, or the nearest one, gives that of the stage. */
+static int runge_kutta_guess(const flesh_method_memory *memory, const flesh_stage *stage, double h, int which, double *u)
+{
+  const flesh_butcher_table *table = table_of(memory);
+  const int i = memory->at + 1, known = i + (memory->before < 0);
+  const double t = table->c[i] * h;
+  double at[2] = {0};
+  const double *a[2] = {NULL};
+  for (int j = 0; j < known; j++) {
+    const double time = j == 0 ? 0 : j < i ? table->c[j] * h : memory->before;
+    const double *value = j == 0 ? memory->vectors[0] : j < i ? A_of(memory, j) : memory->vectors[BEFORE];
+    if (!a[0] || fabs(time - t) < fabs(at[0] - t)) {
+      a[1] = a[0], at[1] = at[0];
+      a[0] = value, at[0] = time;
+    } else if (!a[1] || fabs(time - t) < fabs(at[1] - t)) {
+      a[1] = value, at[1] = time;
+    }
+  }
+  if (which == 0 && !a[1]) return 0;
+  const double share = which == 0 ? (t - at[0]) / (at[1] - at[0]) : 0, g2 = 1 / stage->shift.a;
+  for (int d = 0; d < memory->n; d++) { /* A = a0 + u/g^2 */
+    const double next = which == 0 ? a[0][d] + share * (a[1][d] - a[0][d]) : a[0][d];
+    u[d] = g2 * (next - stage->a0[d]);
+  }
+  return 1;
+}
+
+static void runge_kutta_finish(flesh_method_memory *memory, const double *u, double h, flesh_state *state)
+{
+  const flesh_butcher_table *table = table_of(memory);
+  const size_t bytes = (size_t)memory->n * sizeof *u;
+  const int last = table->stages - 1;
+  int nearest = 1; /* to the end */
+  for (int i = 2; i < last; i++)
+    if (table->c[i] > table->c[nearest]) nearest = i;
+  for (int d = 0; d < memory->n; d++) {
+    state->x[d] += u[d];
+    state->v[d] = V_of(memory, last)[d];
+  }
+  memcpy(memory->vectors[0], A_of(memory, last), bytes);
+  memcpy(memory->vectors[BEFORE], A_of(memory, nearest), bytes);
+  memory->before = (table->c[nearest] - 1) * h;
+}
+
+static void runge_kutta_error(const flesh_method_memory *memory, const flesh_state *state, double h, double *e)
+{
+  const flesh_butcher_table *table = table_of(memory);
+  const int last = table->stages - 1;
+  const double g = table->a[1][1] * h, *b = table->a[last];
+  double weights[FLESH_TABLE_STAGES];
+  for (int i = 0; i <= last; i++) weights[i] = h * (b[i] - table->embedded[i]);
+  for (int d = 0; d < memory->n; d++) {
+    e[d] = weights[0] * (state->v[d] + g * memory->vectors[0][d]);
+    for (int i = 1; i <= last; i++) e[d] += weights[i] * (V_of(memory, i)[d] + g * A_of(memory, i)[d]);
+  }
+}
+
+static double runge_kutta_weight(const flesh_method_memory *memory, int i)
+{
+  const flesh_butcher_table *table = table_of(memory);
+  return table->a[table->stages - 1][i];
+}
+
+static int runge_kutta_order(const flesh_method_memory *memory) { return table_of(memory)->order; }
+
+const flesh_method_row flesh_method_runge_kutta = {.vectors = FIRST + 2 * (FLESH_TABLE_STAGES - 1),
+                                                   .remembered = 2,
+                                                   .acceleration = 1,
+                                                   .stages = runge_kutta_stages,
+                                                   .stage = runge_kutta_stage,
+                                                   .keep = runge_kutta_keep,
+                                                   .guess = runge_kutta_guess,
+                                                   .finish = runge_kutta_finish,
+                                                   .weight = runge_kutta_weight,
+                                                   .order = runge_kutta_order,
+                                                   .error = runge_kutta_error};

@@ -1,0 +1,251 @@
+// TEST quick seconds=60
+/* test_runge_kutta.c: the method runge-kutta against conditions of order, ARKODE's coefficients, GSL's integration and its
+ * own stability function; how its steps follow a tolerance, are refused, and go on from a checkpoint. */
+#include <stdio.h>
+#ifdef HAVE_ARKODE
+#include <arkode/arkode_butcher_dirk.h>
+#endif
+
+#include "busy_bar.h"
+#include "motion_reference.h"
+#include "time/butcher_table.h"
+
+#include <complex.h> /* last: it takes the name I */
+
+static flesh_integrator *integrator_of(const test_body *b, flesh_table table, double tolerance)
+{
+  flesh_integrator *integrator = motion_integrator(b, FLESH_METHOD_RUNGE_KUTTA, 1e-11);
+  flesh_method_options options;
+  flesh_method_options_default(&options);
+  options.table = table;
+  CHECK_OK(flesh_integrator_set_method_options(integrator, &options));
+  if (!(tolerance > 0)) return integrator;
+  flesh_adaptive_options adaptive;
+  flesh_adaptive_options_default(&adaptive);
+  adaptive.control = 1;
+  adaptive.tolerance = tolerance;
+  CHECK_OK(flesh_integrator_set_adaptive(integrator, &adaptive));
+  return integrator;
+}
+
+/* The conditions of order up to 3 (Hairer, Norsett & Wanner 1993, II.2) and 2 for the error's method; what makes stages
+ * alike; and no damping of infinitely fast motions but all (L-stable): the last row is the step. */
+static void tables_have_their_orders(void)
+{
+  for (int k = 1; flesh_table_names[k]; k++) {
+    const flesh_butcher_table *t = flesh_butcher_table_of((flesh_table)k);
+    const int last = t->stages - 1;
+    double sums[2][4] = {{0}};
+    for (int i = 0; i <= last; i++) {
+      double row = 0, row_c = 0;
+      for (int j = 0; j <= i; j++) row += t->a[i][j], row_c += t->a[i][j] * t->c[j];
+      CHECK_NEAR(row, t->c[i], 4e-15);
+      if (i > 0) CHECK(t->a[i][i] == t->a[1][1]);
+      if (i > 0) CHECK_NEAR(row_c, t->c[i] * t->c[i] / 2, 4e-15); /* stages of order 2 */
+      for (int e = 0; e < 2; e++) {
+        const double b = e ? t->embedded[i] : t->a[last][i];
+        sums[e][0] += b, sums[e][1] += b * t->c[i], sums[e][2] += b * t->c[i] * t->c[i], sums[e][3] += b * row_c;
+      }
+    }
+    CHECK(t->c[last] == 1 && t->a[0][0] == 0);
+    for (int e = 0; e < 2; e++) {
+      CHECK_NEAR(sums[e][0], 1, 4e-15);
+      CHECK_NEAR(sums[e][1], 0.5, 4e-15);
+      const int third = e == 0 ? t->order == 3 : t->order == 2; /* one of both is of order 3, else there is no estimate */
+      CHECK((fabs(sums[e][2] - 1. / 3) < 4e-15) == third);
+      CHECK((fabs(sums[e][3] - 1. / 6) < 4e-15) == third);
+    }
+#ifdef HAVE_ARKODE
+    const ARKODE_DIRKTableID ids[] = {ARKODE_DIRK_NONE, ARKODE_ESDIRK325L2SA_5_2_3, ARKODE_ESDIRK324L2SA_4_2_3,
+                                      ARKODE_TRBDF2_3_3_2};
+    ARKodeButcherTable other = ARKodeButcherTable_LoadDIRK(ids[k]);
+    CHECK(other && other->stages == t->stages && other->q == t->order);
+    for (int i = 0; i <= last; i++) {
+      CHECK_NEAR(t->c[i], other->c[i], 1e-15);
+      CHECK_NEAR(t->embedded[i], other->d[i], 1e-15);
+      for (int j = 0; j <= i; j++) CHECK_NEAR(t->a[i][j], other->A[i][j], 1e-15);
+    }
+    ARKodeButcherTable_Free(other);
+#endif
+  }
+}
+
+/* A bar 3 x 1 x 1 m, clamped at x = 0, that swings up from its rest shape under gravity. */
+static void make_bar(flesh_energy energy, test_body *b)
+{
+  CHECK_OK(test_body_create(test_box(3, 1, 1, 3, 1, 1), test_material(energy, 0.4), 1000, FLESH_MASS_LUMPED, 1, b));
+  CHECK_OK(test_body_gravity(b, 0, 0, -2));
+  CHECK_OK(test_body_clamp(b, 1e-9));
+  CHECK_OK(flesh_system_finalize(b->system));
+  for (int i = 0; i < b->n / 3; i++) {
+    const double X = flesh_mesh_positions(b->mesh)[3 * i];
+    b->state.v[3 * i + 2] = 0.2 * X * X;
+  }
+}
+
+static double order_of(const test_body *b, flesh_table table, double end, const flesh_state *exact, int coarsest)
+{
+  enum { RUNS = 4 };
+  double h[RUNS], error[RUNS];
+  for (int k = 0; k < RUNS; k++) {
+    const int steps = coarsest << k;
+    flesh_state state = state_copy(b->n, &b->state);
+    flesh_integrator *integrator = integrator_of(b, table, 0);
+    h[k] = end / steps;
+    for (int step = 1; step <= steps; step++) {
+      CHECK_OK(flesh_integrator_step(integrator, &state, h[k], NULL));
+      state.t = step * h[k];
+    }
+    error[k] = motion_distance(b->n, state.x, exact->x);
+    flesh_integrator_destroy(&integrator);
+    state_free(&state);
+  }
+  const double order = fitted_order(RUNS, h, error);
+  printf("# %s: order %.3f, errors %.3g ... %.3g m\n", flesh_table_names[table], order, error[0], error[RUNS - 1]);
+  return order;
+}
+
+static void orders_are_as_promised(void)
+{
+  const flesh_energy energies[] = {FLESH_ENERGY_S, FLESH_ENERGY_NEO};
+  for (int e = 0; e < 2; e++) {
+    test_body b;
+    make_bar(energies[e], &b);
+    flesh_state exact = state_copy(b.n, &b.state);
+    motion_reference_run(&b, 0.5, 1e-13, &exact);
+    for (int k = 1; flesh_table_names[k]; k++)
+      CHECK_NEAR(order_of(&b, (flesh_table)k, 0.5, &exact, 40), k == FLESH_TABLE_TRBDF2 ? 2 : 3, 0.1);
+    /* The first three steps are of the table with the larger errors, and each of those falls with h^4. */
+    CHECK(order_of(&b, FLESH_TABLE_AUTO, 0.5, &exact, 40) > 2.9);
+    state_free(&exact);
+    test_body_destroy(&b);
+  }
+}
+
+/* Prescribed motions that turn, constraints and springs that come and go within steps. */
+static void orders_survive_events_and_moving_constraints(void)
+{
+  test_body b;
+  make_busy_bar(FLESH_MASS_LUMPED, &b);
+  flesh_state exact = motion_exact(&b, FLESH_MASS_LUMPED, 0, 0.5);
+  for (int k = 1; flesh_table_names[k]; k++)
+    CHECK_NEAR(order_of(&b, (flesh_table)k, 0.5, &exact, 100), k == FLESH_TABLE_TRBDF2 ? 2 : 3, 0.1);
+  state_free(&exact);
+  test_body_destroy(&b);
+}
+
+/* A tet without elasticity on a spring at its centroid is a linear oscillator: x'' = -w^2 x. */
+static void make_oscillator(double w, test_body *b)
+{
+  const double X[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+  const flesh_keyframe still = {0, {0.25, 0.25, 0.25}, {0}};
+  flesh_mesh *mesh = NULL;
+  flesh_effect *effect = NULL;
+  memset(b, 0, sizeof *b);
+  CHECK_OK(flesh_mesh_create(4, X, 1, (const int[]){0, 1, 2, 3}, NULL, &mesh));
+  *b = (test_body){.mesh = mesh, .n = 12};
+  b->density = malloc(sizeof *b->density);
+  b->density[0] = 6; /* 1 kg */
+  b->body = (flesh_body){.mesh = mesh, .density = b->density};
+  b->state.x = malloc(sizeof X);
+  b->state.v = calloc(1, sizeof X);
+  memcpy(b->state.x, X, sizeof X);
+  CHECK_OK(flesh_system_create(mesh, &b->system));
+  CHECK_OK(flesh_effect_inertia(&b->body, &effect));
+  CHECK_OK(flesh_system_add_effect(b->system, &effect));
+  CHECK_OK(flesh_effect_spring(&b->body, still.translation, w * w, &(flesh_motion){.count = 1, .keyframes = &still},
+                               -INFINITY, INFINITY, &effect));
+  CHECK_OK(flesh_system_add_effect(b->system, &effect));
+  CHECK_OK(flesh_system_finalize(b->system));
+}
+
+/* R(z) of a table (Hairer & Wanner 1996, IV.3): one step of y' = z y from 1. */
+static double complex stability_function(const flesh_butcher_table *t, double complex z)
+{
+  double complex k[FLESH_TABLE_STAGES], y = 1;
+  for (int i = 0; i < t->stages; i++) {
+    y = 1;
+    for (int j = 0; j < i; j++) y += t->a[i][j] * k[j];
+    k[i] = z * y / (1 - z * t->a[i][i]);
+    y += t->a[i][i] * k[i];
+  }
+  return y;
+}
+
+/* v + i w x of an oscillator is multiplied by R(i w h) in every step. */
+static void oscillators_follow_the_stability_function(void)
+{
+  const double h = 0.1, angles[] = {0.1, 1, 3, 30, 1e3};
+  for (int table = 1; flesh_table_names[table]; table++)
+    for (size_t k = 0; k < sizeof angles / sizeof angles[0]; k++) {
+      const double w = angles[k] / h;
+      test_body b;
+      make_oscillator(w, &b);
+      for (int d = 0; d < 12; d++) b.state.x[d] += 1, b.state.v[d] = 0.5 / h;
+      const double complex R = stability_function(flesh_butcher_table_of((flesh_table)table), I * angles[k]);
+      double complex y = 0.5 / h + I * w;
+      flesh_integrator *integrator = integrator_of(&b, (flesh_table)table, 0);
+      for (int step = 0; step < 20; step++) {
+        y *= R;
+        CHECK_OK(flesh_integrator_step(integrator, &b.state, h, NULL));
+        double x = 0, v = 0;
+        for (int i = 0; i < 4; i++) x += b.state.x[3 * i] / 4, v += b.state.v[3 * i] / 4;
+        CHECK_BELOW(cabs(v + I * w * (x - 0.25) - y), 1e-9 * (1 / h + w));
+      }
+      CHECK(angles[k] > 3 ? cabs(R) < 0.7 : cabs(R) < 1.0000001);
+      flesh_integrator_destroy(&integrator);
+      test_body_destroy(&b);
+    }
+}
+
+/* The largest error of a motion at ten times, m, and what it took. */
+static double error_at(flesh_table table, double tolerance, flesh_solve_stats *stats)
+{
+  enum { TIMES = 10 };
+  static flesh_state exact[TIMES];
+  test_body b;
+  double worst = 0;
+  make_bar(FLESH_ENERGY_S, &b);
+  for (int k = 0; k < TIMES; k++) {
+    if (exact[k].x) continue;
+    exact[k] = state_copy(b.n, k ? &exact[k - 1] : &b.state);
+    motion_reference_run(&b, 0.2 * (k + 1), 1e-12, &exact[k]);
+  }
+  flesh_integrator *integrator = integrator_of(&b, table, tolerance);
+  *stats = (flesh_solve_stats){0};
+  for (int k = 0; k < TIMES; k++) {
+    CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.2 * (k + 1) - b.state.t, stats));
+    worst = fmax(worst, motion_distance(b.n, b.state.x, exact[k].x));
+  }
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&b);
+  return worst;
+}
+
+/* Over four decades the error is in proportion to the tolerance; esdirk324 only comes to that where it resolves the motion. */
+static void errors_follow_the_tolerance(void)
+{
+  enum { RUNS = 5 };
+  for (int table = 0; flesh_table_names[table]; table++) {
+    double ratio[RUNS], mean = 0;
+    for (int k = 0; k < RUNS; k++) {
+      flesh_solve_stats stats;
+      const double tolerance = pow(10, -2 - k), error = error_at((flesh_table)table, tolerance, &stats);
+      ratio[k] = error / (tolerance * 3);
+      mean += log(ratio[k]) / RUNS;
+      printf("# %s, tolerance %g: %d steps, %d rejected, %d Newton, error %.3g m = %.3g tolerances\n",
+             flesh_table_names[table], tolerance, stats.steps, stats.rejected, stats.newton, error, ratio[k]);
+    }
+    for (int k = 0; k < RUNS; k++) {
+      CHECK(ratio[k] > 0.1 && ratio[k] < 3);
+      if (table != FLESH_TABLE_ESDIRK324) CHECK(fabs(log(ratio[k]) - mean) < log(3));
+    }
+  }
+}
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS(argc, argv, TEST(tables_have_their_orders), TEST(orders_are_as_promised),
+                   TEST(orders_survive_events_and_moving_constraints), TEST(oscillators_follow_the_stability_function),
+                   TEST(errors_follow_the_tolerance));
+}
