@@ -30,6 +30,7 @@ typedef struct flesh_accuracy_method {
   ROW("midpoint", "midpoint", 0, 0, "#009e73", 9, "")                                                                  \
   ROW("newmark", "newmark", 0, 0, "#56b4e9", 2, "")                                                                    \
   ROW("hht", "hht", 0, 0, "#8c8c8c", 11, "")                                                                           \
+  ROW("runge-kutta", "runge-kutta", 1, 0, "#117733", 6, " (order 3, steps by a tolerance)")                            \
   ROW("adaptive", "adaptive", 1, 2, "#0072b2", 5, " (IDA, orders 1 and 2)")                                            \
   ROW("adaptive5", "adaptive", 1, 5, "#aa3399", 4, " (orders 1 to 5)")                                                 \
   ROW("euler-then-adaptive", "euler-then-adaptive", 1, 2, "#000000", 3,                                                \

@@ -217,6 +217,7 @@ static int solve_stage(flesh_integrator *self, const trial *trial, const flesh_s
   const int controlled = is_controlled(self, trial);
   /* Steps that resolve the motion go on from where they are; softer materials would lead away first. */
   if (self->memory.at == 0) self->softer = !(controlled && !self->control.failed) && begins_softer(self, state);
+  self->multipliers.allowed = controlled ? flesh_error_control_gap(&self->control) : 0;
   if (controlled && !self->softer)
     flesh_nonlinear_set_target(self->nonlinear, flesh_error_control_target(&self->control, &stage->shift));
   int status = self->softer
@@ -268,7 +269,7 @@ static int gains_energy(flesh_integrator *self, const flesh_energy_watch *before
 {
   const flesh_energy_watch *now = &self->watch;
   const flesh_energy_balance *b = &now->balance;
-  const double floor = fmax(now->rounding + now->unbalanced, now->floor);
+  const double floor = fmax(now->rounding, now->floor);
   const double rise = (now->energy - b->supplied) - (before->energy - before->balance.supplied);
   const double scale = fmax(b->scale, now->energy - fmin(now->lowest, now->energy - now->kinetic));
   return before->known && now->known && flesh_error_control_refuses_gain(&self->control, rise, b->excess, scale, floor);

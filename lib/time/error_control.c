@@ -25,6 +25,7 @@ static const double share = 0.1;             /* of the tolerance that a step's e
 static const double falls = 3;               /* the estimate, with this power of h */
 static const double safety = 0.9, shortest = 0.2, longest = 2, longest_first = 10, after_failure = 0.25;
 static const double depth = 0.1;             /* of the error allowed that a stage's residual may make */
+static const double gap_depth = 1e-2;        /* of the error allowed that a change of volume may make */
 static const double negligible = 1e-3;       /* an unfiltered error below this needs no filter */
 static const double least_error = 1e-6;      /* that lengthens a step */
 static const double longer_steps = 1.3, shorter_steps = 0.6; /* where the table changes */
@@ -129,9 +130,12 @@ void flesh_error_control_aim(flesh_error_control *self, int order)
 
 double flesh_error_control_target(const flesh_error_control *self, const flesh_shift *shift)
 {
-  const double g = 1 / sqrt(shift->a);
-  return depth * self->local * self->length * self->mass / (sqrt(self->nodes) * g * fmax(g, self->period));
+  /* Steps that are shorter than their error asks for, by outputs or energies, are so many more: the cube root. */
+  const double g = 1 / sqrt(shift->a), fewer = cbrt(fmin(self->before, 1));
+  return fewer * depth * self->local * self->length * self->mass / (sqrt(self->nodes) * g * fmax(g, self->period));
 }
+
+double flesh_error_control_gap(const flesh_error_control *self) { return gap_depth * self->local; }
 
 /* (M + g^2 K)^-1 M e into `filtered`; whether it is there. */
 static int filter(flesh_error_control *self, const uint8_t *fixed, const flesh_shift *shift, flesh_solve_stats *stats)
@@ -192,7 +196,7 @@ void flesh_error_control_learn(flesh_error_control *self, double h)
     self->failed += self->refusal == FLESH_REFUSED_BY_SOLVE;
     self->h = h * (by_error && self->error < INFINITY ? fmax(shortest, safety * pow(self->error, -1 / falls))
                                                       : self->refusal == FLESH_REFUSED_BY_ENERGY ? 0.5 : after_failure);
-    self->before = 1;
+    if (self->refusal != FLESH_REFUSED_BY_ENERGY) self->before = 1;
     return;
   }
   const double next = h * change(self);

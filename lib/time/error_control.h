@@ -54,6 +54,8 @@ double flesh_error_control_propose(const flesh_error_control *control, double le
 void flesh_error_control_aim(flesh_error_control *control, int order);
 /* The residual that a stage with this shift may leave, N. */
 double flesh_error_control_target(const flesh_error_control *control, const flesh_shift *shift);
+/* The change of volume that incompressible tets may be left with. */
+double flesh_error_control_gap(const flesh_error_control *control);
 /* Judges the error in control->e [n] of a step whose last stage, with this shift, was solved last: FLESH_REFUSED_BY_ERROR
  * or _BY_NOTHING. `fixed` [n]: constrained dofs. Adds to *stats what the filter's solve took. */
 flesh_refusal flesh_error_control_judge(flesh_error_control *control, const uint8_t *fixed, const flesh_shift *shift,

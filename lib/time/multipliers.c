@@ -109,7 +109,8 @@ int flesh_multipliers_solve(flesh_multipliers *self, flesh_stage *stage, const f
   if (!self->count) return flesh_nonlinear_solve(nonlinear, stage, guesses, extensions, stats);
   const double *next[] = {self->u, NULL}, *u = flesh_nonlinear_unknowns(nonlinear);
   const double by_inertia = self->inertia * stage->shift.a / stage->shift.x;
-  double largest = 0;
+  const double tolerance = fmax(self->tolerance, self->allowed);
+  double largest = 0, deeper = 1;
   int status = FLESH_NOT_CONVERGED, settled = 0;
   stage->multipliers = self->trial;
   stage->penalty = fmax(least, raised * by_inertia / self->softest);
@@ -117,11 +118,13 @@ int flesh_multipliers_solve(flesh_multipliers *self, flesh_stage *stage, const f
   for (int k = 0; k < SOLVES && !settled; k++) {
     const int before = stats->newton;
     status = flesh_nonlinear_solve(nonlinear, stage, k ? next : guesses, extensions, stats);
-    flesh_nonlinear_set_target(nonlinear, status ? 0 : stats->residual_target);
+    flesh_nonlinear_set_target(nonlinear, status ? 0 : deeper * stats->residual_target);
     if (!status) status = find_gaps(self, stage, end, u, &largest);
     if (status) break;
-    settled = largest <= (k && stats->newton == before ? fmax(self->tolerance, self->depth) : self->tolerance);
+    const int idle = k && stats->newton == before;
+    settled = largest <= (idle ? fmax(tolerance, self->depth) : tolerance);
     if (settled) break;
+    deeper = idle ? 0.1 : 1; /* the residual that may be left is more than what the correction changes */
     const double change = stage->shift.x * stage->penalty;
     for (int e = 0; e < self->count; e++) self->trial[e] += change * self->stiffness[e] * self->gaps[e];
     memcpy(self->u, u, (size_t)self->n * sizeof *u);

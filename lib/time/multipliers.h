@@ -15,6 +15,7 @@ typedef struct flesh_multipliers {
   int count, n;     /* 0 multipliers: there are no constraints, and nothing below is allocated */
   double tolerance; /* of gaps */
   double depth;     /* of gaps that solving on would not change */
+  double allowed;   /* gaps that a step may leave whose error chooses its length; else 0 */
   double left;      /* the largest gap where the last solve ended without converging, though forces balanced; else 0 */
   double inertia;   /* kg/m: the body's density times the square of how far its inside is from its surface */
   double softest;   /* Pa; of the penalties */

@@ -21,12 +21,44 @@ static int start_piece(flesh_integrator *self, flesh_state *state, const flesh_p
   return flesh_nonlinear_acceleration(self->nonlinear, state, piece->begin, a, stats);
 }
 
+/* Moves the free dofs to where constraints of multipliers hold, by the least displacement in the norm of mass, as of a
+ * short step; finds the acceleration [n] and the pressures with which they go on to hold: those of a short stage of
+ * backward Euler. (What balances the forces with the pressures at hand may have nothing to do with them.) A status > 0
+ * leaves what there is. */
+static int start_with_multipliers(flesh_integrator *self, flesh_state *state, const flesh_piece *piece, double h,
+                                  flesh_solve_stats *stats)
+{
+  static const double part = 1e-2; /* of the step: an acceleration's error is of that order */
+  const double g = part * h, rate = 1 / g, *u = flesh_nonlinear_unknowns(self->nonlinear);
+  const uint8_t *fixed = self->prescribed.fixed;
+  flesh_method_memory *memory = &self->memory;
+  int status = FLESH_OK;
+  self->multipliers.allowed = 0;
+  for (int moves = 0; moves < 2 && !status; moves++) {
+    for (int d = 0; d < memory->n; d++) memory->a0[d] = moves ? -rate * state->v[d] : 0;
+    flesh_stage stage = {.t = piece->begin + (moves ? g : 0), .load = 1, .prescribed_fraction = 1,
+                         .shift = {.x = 1, .v = moves ? rate : 0, .a = rate * rate}, .x0 = state->x,
+                         .v0 = moves ? NULL : state->v, .a0 = memory->a0, .x_lag = state->x, .v_lag = state->v,
+                         .t_lag = state->t, .x_from = state->x, .t_from = state->t, .internal = state->internal};
+    status = flesh_multipliers_solve(&self->multipliers, &stage, state, NULL, NULL, 0, stats);
+    if (!status) status = flesh_multipliers_accept(&self->multipliers, &stage, state);
+    for (int d = 0; d < memory->n && !status; d++) {
+      if (fixed[d]) continue;
+      if (moves) memory->vectors[0][d] = rate * (rate * u[d] - state->v[d]);
+      else state->x[d] += u[d];
+    }
+  }
+  return status < 0 ? status : FLESH_OK;
+}
+
 /* The method begins at the state, where it knows nothing of it: at a start, after an event, a caller's change, or where
  * something broke. */
 static int begin_anew(flesh_integrator *self, flesh_state *state, const flesh_piece *piece, double h, flesh_solve_stats *stats)
 {
   flesh_extrapolation_forget(&self->first.extrapolation);
   int status = start_piece(self, state, piece, stats);
+  if (!status && self->multipliers.count && self->row->stages)
+    status = start_with_multipliers(self, state, piece, h, stats);
   if (status > 0)
     flesh_integrator_record_failure(self, &(flesh_stage){.t = piece->begin}, h, 0, status, stats);
   if (status) return status;

@@ -243,9 +243,216 @@ static void errors_follow_the_tolerance(void)
   }
 }
 
+/* An effect that lies: it pushes nodes along their velocities, v' = rate v, and says that its energy is 0. */
+static const double rate = 4; /* 1/s, for 1 kg */
+
+static int push(const flesh_effect *effect, const flesh_point *point, double *r)
+{
+  for (int d = 0; d < 3 * effect->nodes; d++) r[d] -= rate / 4 * point->v[d];
+  return FLESH_OK;
+}
+
+static int push_jacobian(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+                         flesh_block_matrix *K, const int *slots)
+{
+  (void)point, (void)slots;
+  for (int i = 0; i < effect->nodes; i++)
+    for (int c = 0; c < 3; c++) K->values[9 * (size_t)K->row_start[i] + 4 * (size_t)c] -= rate / 4 * shift->v;
+  return FLESH_OK;
+}
+
+static int push_potential(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, double *phi,
+                          double *magnitude)
+{
+  for (int d = 0; d < 3 * effect->nodes; d++) {
+    const double part = rate / 8 * point->v[d] * point->v[d] / shift->v;
+    *phi -= part;
+    *magnitude += part;
+  }
+  return FLESH_OK;
+}
+
+static int no_energy(const flesh_effect *effect, const flesh_point *point, double *energy)
+{
+  (void)effect, (void)point;
+  *energy = 0;
+  return FLESH_OK;
+}
+
+typedef struct account {
+  double last, most; /* J; of the speed, and by how much a step has raised it over what was there */
+  int steps, rejected;
+} account;
+
+static int see_energy(void *data, const flesh_internal_step *step)
+{
+  account *a = data;
+  double energy = 0;
+  for (int d = 0; d < 12; d++) energy += step->state->v[d] * step->state->v[d] / 8;
+  a->most = fmax(a->most, energy / a->last - 1);
+  a->last = energy;
+  a->steps++;
+  a->rejected += step->rejected;
+  return FLESH_OK;
+}
+
+/* The error of uniform acceleration is small, so that only the energy refuses steps; what halves do not help against is
+ * let pass. */
+static void gains_of_energy_shorten_steps(void)
+{
+  static const flesh_effect_operations operations = {.name = "push", .role = FLESH_ROLE_DAMPING, .residual = push,
+                                                     .jacobian = push_jacobian, .potential = push_potential,
+                                                     .energy = no_energy};
+  account seen[2] = {{0}};
+  for (int lies = 0; lies < 2; lies++) {
+    const double X[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}, density = 6;
+    flesh_mesh *mesh = NULL;
+    flesh_system *system = NULL;
+    flesh_effect *effect = NULL;
+    flesh_integrator *integrator = NULL;
+    CHECK_OK(flesh_mesh_create(4, X, 1, (const int[]){0, 1, 2, 3}, NULL, &mesh));
+    const flesh_body body = {.mesh = mesh, .density = &density};
+    CHECK_OK(flesh_system_create(mesh, &system));
+    CHECK_OK(flesh_effect_inertia(&body, &effect));
+    CHECK_OK(flesh_system_add_effect(system, &effect));
+    if (lies) {
+      CHECK_OK(flesh_effect_create(&operations, mesh, NULL, &effect));
+      CHECK_OK(flesh_system_add_effect(system, &effect));
+    }
+    CHECK_OK(flesh_system_finalize(system));
+    double x[12], v[12];
+    for (int d = 0; d < 12; d++) x[d] = X[d], v[d] = d % 3 == 0;
+    flesh_state state = {.x = x, .v = v};
+    flesh_solver_options options;
+    flesh_solver_options_default(&options);
+    CHECK_OK(flesh_integrator_create(system, FLESH_METHOD_RUNGE_KUTTA, &options, &integrator));
+    CHECK_OK(flesh_integrator_set_max_energy_gain(integrator, INFINITY));
+    flesh_adaptive_options adaptive;
+    flesh_adaptive_options_default(&adaptive);
+    adaptive.control = 1;
+    adaptive.tolerance = 0.02;
+    adaptive.observe = see_energy;
+    adaptive.observe_data = &seen[lies];
+    seen[lies].last = 0.5;
+    CHECK_OK(flesh_integrator_set_adaptive(integrator, &adaptive));
+    CHECK_OK(flesh_integrator_step(integrator, &state, 0.2, NULL));
+    printf("# %s: %d steps, %d rejected, at most %.2g of the energy more in a step\n", lies ? "lies" : "honest",
+           seen[lies].steps, seen[lies].rejected, seen[lies].most);
+    if (lies) CHECK_NEAR(v[0], exp(0.2 * rate), 0.05);
+    flesh_integrator_destroy(&integrator);
+    flesh_system_destroy(&system);
+    flesh_mesh_destroy(&mesh);
+  }
+  CHECK(seen[0].rejected == 0 && seen[0].steps < 10);
+  CHECK(seen[1].rejected > 5 && seen[1].steps > 10 * seen[0].steps);
+  CHECK_BELOW(seen[1].most, 0.012);
+}
+
+/* The sum of what internal steps say. */
+typedef struct steps_seen {
+  double t;
+  int steps, rejected, gaps, off_grid;
+} steps_seen;
+
+static int see_step(void *data, const flesh_internal_step *step)
+{
+  steps_seen *s = data;
+  s->gaps += fabs(s->t + step->h - step->t) > 1e-12;
+  s->t = step->t;
+  s->steps++;
+  s->rejected += step->rejected;
+  return FLESH_OK;
+}
+
+/* A blow that no event announces: a force along z for a sixth of a second. */
+static int blow(const flesh_effect *effect, const flesh_point *point, double *r)
+{
+  const int now = point->t > 0.53 && point->t < 0.7;
+  for (int i = 0; i < effect->nodes && now; i++) r[3 * i + 2] -= 1e4;
+  return FLESH_OK;
+}
+
+static int blow_jacobian(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+                         flesh_block_matrix *K, const int *slots)
+{
+  (void)effect, (void)point, (void)shift, (void)K, (void)slots;
+  return FLESH_OK;
+}
+
+static int blow_potential(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, double *phi,
+                          double *magnitude)
+{
+  const int now = point->t > 0.53 && point->t < 0.7;
+  for (int i = 0; i < effect->nodes && now; i++) {
+    const double part = -1e4 * point->x[3 * i + 2] / shift->x;
+    *phi += part;
+    *magnitude += fabs(part);
+  }
+  return FLESH_OK;
+}
+
+/* Steps are rejected where a bar is hit; internal steps join, and outputs are ends of steps. */
+static void errors_reject_steps(void)
+{
+  static const flesh_effect_operations operations = {.name = "blow", .role = FLESH_ROLE_LOAD, .residual = blow,
+                                                     .jacobian = blow_jacobian, .potential = blow_potential};
+  test_body b;
+  flesh_effect *effect = NULL;
+  CHECK_OK(test_body_create(test_box(3, 1, 1, 3, 1, 1), test_material(FLESH_ENERGY_S, 0.4), 1000, FLESH_MASS_LUMPED, 1, &b));
+  CHECK_OK(test_body_clamp(&b, 1e-9));
+  CHECK_OK(flesh_effect_create(&operations, b.mesh, NULL, &effect));
+  CHECK_OK(flesh_system_add_effect(b.system, &effect));
+  CHECK_OK(flesh_system_finalize(b.system));
+  for (int d = 2; d < b.n; d += 3) b.state.v[d] = 0.1 * b.state.x[d - 2] * b.state.x[d - 2];
+  flesh_integrator *integrator = integrator_of(&b, FLESH_TABLE_AUTO, 1e-3);
+  steps_seen seen = {0};
+  flesh_solve_stats stats = {0};
+  flesh_adaptive_options adaptive;
+  flesh_adaptive_options_default(&adaptive);
+  adaptive.control = 1;
+  adaptive.tolerance = 1e-3;
+  adaptive.observe = see_step;
+  adaptive.observe_data = &seen;
+  CHECK_OK(flesh_integrator_set_adaptive(integrator, &adaptive));
+  for (int k = 1; k <= 10; k++) {
+    CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.1 * k - b.state.t, &stats));
+    seen.off_grid += fabs(seen.t - 0.1 * k) > 1e-12;
+  }
+  printf("# %d steps, %d rejected\n", seen.steps, seen.rejected);
+  CHECK(seen.rejected > 0 && seen.rejected == stats.rejected + stats.convergence_failures);
+  CHECK(seen.steps == stats.steps && seen.gaps == 0 && seen.off_grid == 0);
+  adaptive.max_steps = 3;
+  CHECK_OK(flesh_integrator_set_adaptive(integrator, &adaptive));
+  CHECK(flesh_integrator_step(integrator, &b.state, 1, NULL) == FLESH_ERR_INTEGRATOR);
+  CHECK_TEXT(flesh_error_text(), "max_steps = 3");
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&b);
+}
+
+static void what_has_no_estimate_is_refused(void)
+{
+  test_body b;
+  make_bar(FLESH_ENERGY_S, &b);
+  flesh_integrator *integrator = motion_integrator(&b, FLESH_METHOD_MIDPOINT, 1e-8);
+  flesh_adaptive_options adaptive;
+  flesh_adaptive_options_default(&adaptive);
+  CHECK_OK(flesh_integrator_set_adaptive(integrator, &adaptive));
+  adaptive.control = 1;
+  CHECK(flesh_integrator_set_adaptive(integrator, &adaptive) == FLESH_ERR_ARGUMENT);
+  CHECK_TEXT(flesh_error_text(), "the error of midpoint is not estimated");
+  flesh_method_options options;
+  flesh_method_options_default(&options);
+  options.table = (flesh_table)9;
+  CHECK(flesh_integrator_set_method_options(integrator, &options) == FLESH_ERR_ARGUMENT);
+  CHECK_TEXT(flesh_error_text(), "there is no table 9");
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&b);
+}
+
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(tables_have_their_orders), TEST(orders_are_as_promised),
                    TEST(orders_survive_events_and_moving_constraints), TEST(oscillators_follow_the_stability_function),
-                   TEST(errors_follow_the_tolerance));
+                   TEST(errors_follow_the_tolerance), TEST(gains_of_energy_shorten_steps),
+                   TEST(errors_reject_steps), TEST(what_has_no_estimate_is_refused));
 }

@@ -139,7 +139,7 @@ static void every_method_goes_on(void)
 {
   flesh_solve_stats total;
   static const char *const methods[] = {"time.method=backward-euler", "time.method=bdf2", "time.method=midpoint",
-                                        "time.method=newmark", "time.method=hht"};
+                                        "time.method=newmark", "time.method=hht", "time.method=runge-kutta"};
   for (size_t k = 0; k < sizeof methods / sizeof methods[0]; k++) check_motion(SWING, 20, 1, SET(methods[k]), &total);
   /* This run stays with backward Euler. */
   check_motion(SWING, 20, 1, SET("time.method=euler-then-adaptive", "time.switch_threshold=1e-9"), &total);
@@ -148,6 +148,21 @@ static void every_method_goes_on(void)
     check_motion(SWING, 40, every, SET("time.step=1/480"), &total);
     CHECK(total.assemblies < total.newton);
   }
+}
+
+/* The length of the next step, and what it goes by, are remembered. */
+static void steps_that_errors_choose_go_on(void)
+{
+  flesh_solve_stats total;
+  for (int every = 1; every < 4; every++)
+    check_motion(SWING, 20, every, SET("time.method=runge-kutta", "time.tolerance=1e-4"), &total);
+  check_motion("../data/scenes/twist.yaml", 8, 1, SET("time.method=runge-kutta", "time.tolerance=1e-1"), &total);
+  check_motion("../data/scenes/jelly_drop.yaml", 8, 1,
+               SET("start.velocity=[0.4, 0, -3]", "time.method=runge-kutta", "time.tolerance=1e-2"), &total);
+  CHECK(total.projections > 0);
+  check_motion(SWING, 4, 1, SET("body.element=tet10-mean", "body.material.poisson=0.5", "time.method=runge-kutta",
+                                "time.tolerance=1e-3"), &total);
+  CHECK(total.multiplier_updates > 0);
 }
 
 static void every_solver_goes_on(void)
@@ -274,7 +289,8 @@ static void what_does_not_fit_is_refused(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(every_method_goes_on), TEST(every_solver_goes_on),
+  return RUN_TESTS(argc, argv, TEST(every_method_goes_on), TEST(steps_that_errors_choose_go_on),
+                   TEST(every_solver_goes_on),
                    TEST_OF_THREADS(several_threads_go_on), TEST(bodies_that_keep_volume_go_on),
                    TEST(contact_and_violence_go_on), TEST(equilibria_go_on),
                    TEST(adaptive_agrees_within_the_tolerance), TEST(what_does_not_fit_is_refused));
