@@ -50,12 +50,13 @@ static int was_easy(const flesh_solve_stats *before, const flesh_solve_stats *af
          after->backtracks == before->backtracks;
 }
 
-/* First iterates of a method that has its own. The stages of a step have the same matrix but for where they are. */
+/* First iterates of a method that has its own. The stages of a step have the same matrix but for where they are, as have
+ * those of the step before, unless the method begins. */
 static void make_own_guesses(flesh_integrator *self, const flesh_stage *stage, double h, const double *guesses[3])
 {
   double *const room[2] = {self->first.extrapolated, self->first.rigid};
   int count = 0;
-  flesh_nonlinear_go_on(self->nonlinear);
+  if (self->memory.at > 0 || self->memory.before < 0) flesh_nonlinear_go_on(self->nonlinear);
   for (int which = 0; which < 2; which++)
     if (self->row->guess(&self->memory, stage, h, which, room[which])) guesses[count++] = room[which];
   guesses[count] = NULL;

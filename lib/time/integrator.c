@@ -36,7 +36,8 @@ static int create_memory(flesh_integrator *self)
     vectors[count++] = &self->last_stage.at.v;
   }
   self->lag.iterations = self->options.lag_iterations;
-  if (second && follows && self->lag.iterations < 2) self->lag.iterations = 2;
+  const int order = flesh_method_order(self->method); /* of which each solve again takes one back */
+  if (second && follows && self->lag.iterations < order) self->lag.iterations = order;
   if (self->lag.iterations > 1) {
     vectors[count++] = &self->lag.x;
     vectors[count++] = &self->lag.v;

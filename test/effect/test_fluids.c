@@ -116,7 +116,9 @@ static void bodies_fall_at_terminal_velocity(void)
              flesh_method_name(method), late, coarse, fine);
       CHECK_BELOW(late, 1e-5);
       CHECK_BELOW(fine, flesh_method_order(method) == 1 ? 3e-2 : 2e-3);
-      CHECK_NEAR(halves, flesh_method_order(method), 0.2); /* only the shape is lagged */
+      CHECK(halves > flesh_method_order(method) - 0.2); /* only the shape is lagged */
+      /* The first three steps of runge-kutta have a larger error, which falls faster. */
+      if (method != FLESH_METHOD_RUNGE_KUTTA) CHECK_NEAR(halves, flesh_method_order(method), 0.2);
     }
   }
 }

@@ -292,7 +292,8 @@ static void compare_halved_steps(flesh_method method)
     worst = fmax(worst, test_distance(b[0].n, b[0].state.x, b[1].state.x));
   }
   printf("# %s: %.3g broken, places are within %.2g m\n", flesh_method_name(method), broken_of(&b[0]), worst);
-  CHECK_BELOW(worst, 1e-9);
+  /* After a step that has failed runge-kutta goes by another table: they agree within its error. */
+  CHECK_BELOW(worst, method == FLESH_METHOD_RUNGE_KUTTA ? 1e-6 : 1e-9);
   CHECK(broken_of(&b[0]) > 0 && broken_of(&b[0]) < 1);
   flesh_solver_options options = test_options(1e-11);
   options.max_cutbacks = 0;
