@@ -24,7 +24,7 @@
 static const double share = 0.1;             /* of the tolerance that a step's error may be at tolerance 1 */
 static const double falls = 3;               /* the estimate, with this power of h */
 static const double safety = 0.9, shortest = 0.2, longest = 2, longest_first = 10, after_failure = 0.25;
-static const double depth = 0.1;             /* of the error allowed that a stage's residual may make */
+static const double depth = 0.3;             /* of the error allowed that a stage's residual may make */
 static const double gap_depth = 1e-2;        /* of the error allowed that a change of volume may make */
 static const double negligible = 1e-3;       /* an unfiltered error below this needs no filter */
 static const double least_error = 1e-6;      /* that lengthens a step */

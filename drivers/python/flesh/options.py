@@ -13,6 +13,7 @@ _PRECONDITIONERS = Names("flesh_preconditioner", "FLESH_PRECONDITIONER_", lib.fl
 FILTERS = Names("flesh_eigenvalue_filter", "FLESH_FILTER_")
 _LINE_SEARCH = Names("flesh_line_search", "FLESH_LINE_SEARCH_")
 _TECHNIQUES = Flags("flesh_technique", "FLESH_TECHNIQUE_")
+_TABLES = Names("flesh_table", "FLESH_TABLE_")
 METHOD_NAMES = Names("flesh_method", "FLESH_METHOD_", lib.flesh_method_name)
 
 TECHNIQUES = {text(lib.flesh_technique_name(bit)): text(lib.flesh_technique_doc(bit))
@@ -57,6 +58,7 @@ class MethodOptions(Options):
     _ctype = "flesh_method_options"
     for _name, _type in ffi.typeof("flesh_method_options").fields:
         vars()[_name] = Field(f"see time.{_name} in flesh.schema()")
+    table: str = Field("see time.table in flesh.schema()", _TABLES)
 
     def __init__(self, **values):
         super().__init__(**values)
@@ -67,8 +69,9 @@ class MethodOptions(Options):
 
 
 class AdaptiveOptions(Options):
-    """Of the adaptive methods (IDA)."""
+    """Of the adaptive methods (IDA), and of others whose steps their error chooses."""
     _ctype = "flesh_adaptive_options"
+    control: int = Field("1: methods that estimate their error (runge-kutta) choose their own steps by it")
     tolerance: float = Field("error of positions to aim at, as a share of the body's longest side")
     max_order: int = Field("1 to 5; above 2 not A-stable")
     max_step: float = Field("s; inf: no limit")
