@@ -16,6 +16,7 @@
 #include "scene/effect_list.h"
 #include "scene/keys.h"
 #include "scene/override.h"
+#include "time/method.h"
 
 enum { MAX_FILE = 64 << 20 };
 
@@ -94,6 +95,24 @@ static int read_mesh(flesh_scene *scene)
                 : FLESH_OK;
 }
 
+/* Whether and how errors choose the steps of the method. */
+static int settle_adaptive(const flesh_scene *scene, flesh_method method, const flesh_node *place,
+                           flesh_adaptive_options *taken)
+{
+  const int said = scene->keys.time.controlled, known = flesh_method_find(method)->error != NULL;
+  flesh_adaptive_options defaults;
+  flesh_adaptive_options_default(&defaults);
+  *taken = scene->keys.time.adaptive;
+  taken->control = known && (said < 0 ? method == FLESH_METHOD_RUNGE_KUTTA && !isnan(taken->tolerance) : said);
+  if (isnan(taken->tolerance)) taken->tolerance = defaults.tolerance;
+  if (said != 1 || known || method == FLESH_METHOD_STATIC || flesh_method_order(method) == 0) return FLESH_OK;
+  const flesh_key *time = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, time));
+  const flesh_key *key = flesh_key_at(time->children, offsetof(flesh_scene_keys, time.controlled) - time->offset);
+  return flesh_node_fail(flesh_scene_place(place, time->children, key->offset),
+                         "%s.%s is true; with method %s, whose error is not estimated, it must be false, or the method "
+                         "another one", time->name, key->name, flesh_method_name(method));
+}
+
 /* The method and end in force: without inertia there is nothing to step. */
 static int settle_time(flesh_scene *scene)
 {
@@ -134,15 +153,14 @@ static int settle_time(flesh_scene *scene)
                            "%s.%s is %s, which goes on from a history of smooth steps; with a weld that breaks it must "
                            "be a method of fixed steps", time->name, key->name, flesh_method_name(method));
   }
-  flesh_adaptive_options taken = scene->keys.time.adaptive, defaults;
-  flesh_adaptive_options_default(&defaults);
-  taken.control = method == FLESH_METHOD_RUNGE_KUTTA && !isnan(taken.tolerance);
-  if (isnan(taken.tolerance)) taken.tolerance = defaults.tolerance;
+  flesh_adaptive_options taken;
+  int status = settle_adaptive(scene, method, place, &taken);
+  if (status) return status;
   scene->keys.time.options.table = (flesh_table)scene->keys.time.table;
   scene->time = (flesh_scene_time){(flesh_method)scene->keys.time.method, scene->keys.time.step,
                                    scene->keys.time.end, scene->keys.time.max_energy_gain,
                                    scene->keys.time.options, taken};
-  int status = flesh_method_options_check(&scene->time.options);
+  status = flesh_method_options_check(&scene->time.options);
   return status ? flesh_node_fail_within(status, place, "%s.", time->name) : FLESH_OK;
 }
 

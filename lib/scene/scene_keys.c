@@ -228,8 +228,14 @@ static const flesh_key time_table[] = {
      AT(time.adaptive.tolerance),
      .range = FLESH_RANGE_FRACTION,
      .default_value = "",
-     .doc = "the error of positions to aim at, as a share of the body's longest side: of the adaptive methods, 1e-4 "
-            "where it is absent; with it, runge-kutta chooses its own steps, which end at multiples of step"},
+     .doc = "the error of positions to aim at, as a share of the body's longest side, where errors choose steps; 1e-4 "
+            "where it is absent"},
+    {.name = "adaptive",
+     .type = FLESH_KEY_BOOLEAN,
+     AT(time.controlled),
+     .default_value = "",
+     .doc = "whether the local error chooses steps within step: of runge-kutta, newmark and hht; absent: of runge-kutta "
+            "with a tolerance"},
     {.name = "max_order",
      .type = FLESH_KEY_INTEGER,
      AT(time.adaptive.max_order),

@@ -67,6 +67,7 @@ typedef struct flesh_scene_keys {
   flesh_objects effects; /* of flesh_effect_entry */
   struct {
     int method, table; /* flesh_method, flesh_table */
+    int controlled;    /* -1: not said */
     double step, end, max_energy_gain;
     flesh_adaptive_options adaptive;
     flesh_method_options options;

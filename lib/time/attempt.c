@@ -68,7 +68,7 @@ static void make_guesses(flesh_integrator *self, const flesh_method_row *row, co
 {
   const flesh_evaluation *evaluation = self->evaluation;
   flesh_first_iterates *first = &self->first;
-  if (row->guess) {
+  if (row->guess && (row->stages || self->control.on)) {
     make_own_guesses(self, stage, h, guesses);
     return;
   }
@@ -136,6 +136,7 @@ static void finish_part(flesh_integrator *self, const flesh_method_row *row, con
   flesh_evaluation_changed(self->evaluation);
   for (int d = 0; d < self->evaluation->n && !own && self->row->acceleration; d++)
     memory->vectors[0][d] = stage->a0[d] + stage->shift.a * u[d];
+  if (!own) memory->before = 0;
   state->t = part->end;
   stats->steps++;
   stats->order = !own || !second ? 1 : row->order ? row->order(memory) : flesh_method_order(self->method);
@@ -259,7 +260,8 @@ static int judge_error(flesh_integrator *self, const trial *trial, const flesh_s
   flesh_error_control *control = &self->control;
   control->error = NAN;
   if (!is_controlled(self, trial)) return FLESH_OK;
-  trial->row->error(&self->memory, state, trial->part->h, control->e);
+  const double *u = flesh_nonlinear_unknowns(self->nonlinear);
+  if (!trial->row->error(&self->memory, state, u, trial->part->h, control->e)) return FLESH_OK;
   control->refusal = flesh_error_control_judge(control, self->prescribed.fixed, &stage->shift, stats);
   return control->refusal ? FLESH_NOT_CONVERGED : FLESH_OK;
 }
@@ -333,7 +335,7 @@ int flesh_integrator_attempt(flesh_integrator *self, const flesh_method_row *row
   if (status) return status;
   finish_part(self, row, &stage, part, state, stats);
   count_easy(&self->memory, row->stages ? energy.stages : 1, &before_solve, stats);
-  if (self->first.extrapolation.n && !row->guess)
+  if (self->first.extrapolation.n)
     flesh_extrapolation_remember(&self->first.extrapolation, flesh_nonlinear_unknowns(self->nonlinear),
                                  self->evaluation->serial, state->t, part->h, was_easy(&before_solve, stats));
   if (is_controlled(self, &trial) && stage.shift.x == 1) self->watch.serial = self->evaluation->serial; /* it was met */

@@ -52,7 +52,7 @@ static int create_memory(flesh_integrator *self)
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->evaluation->n);
   int status = flesh_evaluation_keep_state(self->evaluation);
   if (!status && second) status = flesh_prescribed_create(system, &self->prescribed);
-  if (!status && self->row->stage && !self->row->guess)
+  if (!status && self->row->stage && !self->row->stages)
     status = flesh_extrapolation_create(self->evaluation->n, self->evaluation->own, self->evaluation->threads,
                                         &first->extrapolation);
   if (!status) status = flesh_energy_watch_create(self->evaluation, &self->watch);

@@ -34,11 +34,12 @@ typedef struct flesh_method_row {
   int vectors;
   int remembered;   /* of them, the first ones, from step to step; 0: all */
   int acceleration; /* 1: vectors[0] is the state's acceleration; the integrator finds it where not known */
-  /* How many stages a step has, each solved in turn; NULL: one, and so are the next three. */
+  /* How many stages a step has, each solved in turn; NULL: one. */
   int (*stages)(const flesh_method_memory *memory);
-  /* Takes in the stage memory->at, which was solved with the unknowns u. */
+  /* Takes in the stage memory->at, which was solved with the unknowns u. NULL with one stage, as is `weight`. */
   void (*keep)(flesh_method_memory *memory, const flesh_stage *stage, const double *u);
-  /* A first iterate u of the stage; `which` is 0 for the better one, 1 for the safer one. Whether there is one. */
+  /* A first iterate u of the stage, where steps differ in length or have several stages; `which` is 0 for the better one,
+   * 1 for the safer one. Whether there is one. NULL: there is none. */
   int (*guess)(const flesh_method_memory *memory, const flesh_stage *stage, double h, int which, double *u);
   /* The weight in the step of the derivatives of stage i, from 1 on; 0: of the start. */
   double (*weight)(const flesh_method_memory *memory, int i);
@@ -49,9 +50,9 @@ typedef struct flesh_method_row {
                 flesh_stage *stage);
   /* Takes the state's x and v, and the memory, to the end of the step, reached with the unknowns u. */
   void (*finish)(flesh_method_memory *memory, const double *u, double h, flesh_state *state);
-  /* The estimate e [n] of the local error of a step from `state` whose stages have been kept, which falls with h^3: in
-   * positions, with g times that in velocities, g^2 being 1/shift.a. NULL: there is none. */
-  void (*error)(const flesh_method_memory *memory, const flesh_state *state, double h, double *e);
+  /* The estimate e [n] of the local error, in positions, of a step of h from `state` whose last stage was solved with the
+   * unknowns u: it falls with h^3. Whether it is known for this step. NULL: it never is. */
+  int (*error)(const flesh_method_memory *memory, const flesh_state *state, const double *u, double h, double *e);
 } flesh_method_row;
 
 #define FLESH_METHOD_EXTERN(NAME, name, text, order, doc)                                          \

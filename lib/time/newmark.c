@@ -7,7 +7,12 @@
  *
  * All forces, internal and external, are evaluated once, at the shifted point; for linear forces that is the same as
  * the paper's mean of the forces at both ends. Newmark's has alpha = 0. */
+#include <string.h>
+
 #include "time/method.h"
+
+/* vectors[0] is the acceleration a_n, [1] that before it. */
+enum { BEFORE = 1 };
 
 /* Everything the formulas need; with u = x_{n+1} - x_n,
  * a_{n+1} = (u - h v_n)/(beta h^2) - (1/(2 beta) - 1) a_n. */
@@ -35,12 +40,37 @@ static void formulas_finish(flesh_method_memory *memory, const flesh_method_opti
                             const double *u, double h, flesh_state *state)
 {
   double *a = memory->vectors[0];
+  memcpy(memory->vectors[BEFORE], a, (size_t)memory->n * sizeof *a);
+  memory->before = -h;
   for (int d = 0; d < memory->n; d++) {
     double next = (u[d] / h - state->v[d]) / (p->beta * h) - (0.5 / p->beta - 1) * a[d];
     state->x[d] += u[d];
     state->v[d] += h * ((1 - p->gamma) * a[d] + p->gamma * next);
     a[d] = next;
   }
+}
+
+/* Goes on as the last two accelerations did, or keeps the last. */
+static int formulas_guess(const flesh_method_memory *memory, const flesh_stage *stage, double h, int which, double *u)
+{
+  const double *a = memory->vectors[0], *before = memory->vectors[BEFORE];
+  const double share = which == 0 && memory->before < 0 ? h / -memory->before : 0;
+  if (which == 0 && !(memory->before < 0)) return 0;
+  for (int d = 0; d < memory->n; d++) u[d] = (a[d] + share * (a[d] - before[d]) - stage->a0[d]) / stage->shift.a;
+  return 1;
+}
+
+/* (beta - 1/6) h^2 (a_{n+1} - a_n): Zienkiewicz & Xie 1991, "A simple error estimator and adaptive time stepping procedure
+ * for dynamic analysis", Earthquake Engineering and Structural Dynamics 20. */
+static int formulas_error(const flesh_method_memory *memory, const flesh_method_options *p, const flesh_state *state,
+                          const double *u, double h, double *e)
+{
+  const double *a = memory->vectors[0];
+  for (int d = 0; d < memory->n; d++) {
+    const double next = (u[d] / h - state->v[d]) / (p->beta * h) - (0.5 / p->beta - 1) * a[d];
+    e[d] = h * h * (p->beta - 1. / 6) * (next - a[d]);
+  }
+  return 1;
 }
 
 static flesh_method_options newmark_parameters(const flesh_method_memory *memory)
@@ -60,6 +90,13 @@ static void newmark_finish(flesh_method_memory *memory, const double *u, double 
 {
   flesh_method_options p = newmark_parameters(memory);
   formulas_finish(memory, &p, u, h, state);
+}
+
+static int newmark_error(const flesh_method_memory *memory, const flesh_state *state, const double *u, double h,
+                         double *e)
+{
+  flesh_method_options p = newmark_parameters(memory);
+  return formulas_error(memory, &p, state, u, h, e);
 }
 
 static flesh_method_options hht_parameters(const flesh_method_memory *memory)
@@ -82,7 +119,21 @@ static void hht_finish(flesh_method_memory *memory, const double *u, double h, f
   formulas_finish(memory, &p, u, h, state);
 }
 
-const flesh_method_row flesh_method_newmark = {
-    .vectors = 1, .acceleration = 1, .stage = newmark_stage, .finish = newmark_finish};
-const flesh_method_row flesh_method_hht = {
-    .vectors = 1, .acceleration = 1, .stage = hht_stage, .finish = hht_finish};
+static int hht_error(const flesh_method_memory *memory, const flesh_state *state, const double *u, double h, double *e)
+{
+  flesh_method_options p = hht_parameters(memory);
+  return formulas_error(memory, &p, state, u, h, e);
+}
+
+const flesh_method_row flesh_method_newmark = {.vectors = 2,
+                                               .acceleration = 1,
+                                               .stage = newmark_stage,
+                                               .guess = formulas_guess,
+                                               .finish = newmark_finish,
+                                               .error = newmark_error};
+const flesh_method_row flesh_method_hht = {.vectors = 2,
+                                           .acceleration = 1,
+                                           .stage = hht_stage,
+                                           .guess = formulas_guess,
+                                           .finish = hht_finish,
+                                           .error = hht_error};

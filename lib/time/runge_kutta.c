@@ -107,8 +107,11 @@ static void runge_kutta_finish(flesh_method_memory *memory, const double *u, dou
   memory->before = (table->c[nearest] - 1) * h;
 }
 
-static void runge_kutta_error(const flesh_method_memory *memory, const flesh_state *state, double h, double *e)
+/* With g times that of the velocities, as a filter through (I - g J)^-1 has it (error_control.c). */
+static int runge_kutta_error(const flesh_method_memory *memory, const flesh_state *state, const double *u, double h,
+                             double *e)
 {
+  (void)u;
   const flesh_butcher_table *table = table_of(memory);
   const int last = table->stages - 1;
   const double g = table->a[1][1] * h, *b = table->a[last];
@@ -118,6 +121,7 @@ static void runge_kutta_error(const flesh_method_memory *memory, const flesh_sta
     e[d] = weights[0] * (state->v[d] + g * memory->vectors[0][d]);
     for (int i = 1; i <= last; i++) e[d] += weights[i] * (V_of(memory, i)[d] + g * A_of(memory, i)[d]);
   }
+  return 1;
 }
 
 static double runge_kutta_weight(const flesh_method_memory *memory, int i)

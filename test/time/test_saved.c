@@ -156,6 +156,7 @@ static void steps_that_errors_choose_go_on(void)
   flesh_solve_stats total;
   for (int every = 1; every < 4; every++)
     check_motion(SWING, 20, every, SET("time.method=runge-kutta", "time.tolerance=1e-4"), &total);
+  check_motion(SWING, 20, 1, SET("time.method=newmark", "time.adaptive=true", "time.tolerance=1e-3"), &total);
   check_motion("../data/scenes/twist.yaml", 8, 1, SET("time.method=runge-kutta", "time.tolerance=1e-1"), &total);
   check_motion("../data/scenes/jelly_drop.yaml", 8, 1,
                SET("start.velocity=[0.4, 0, -3]", "time.method=runge-kutta", "time.tolerance=1e-2"), &total);
