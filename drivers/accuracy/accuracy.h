@@ -17,7 +17,7 @@
 typedef struct flesh_accuracy_method {
   const char *name;   /* of --methods and the tables */
   const char *scene;  /* time.method */
-  int adaptive;       /* has a tolerance instead of a step */
+  int adaptive;       /* has a tolerance instead of a step; 2: time.adaptive, and its steps end where states are asked for */
   int max_order;      /* time.max_order; 0: the scene's */
   const char *colour; /* "#rrggbb" */
   int mark;           /* gnuplot's point; nearly equal methods lie on each other */
@@ -30,7 +30,8 @@ typedef struct flesh_accuracy_method {
   ROW("midpoint", "midpoint", 0, 0, "#009e73", 9, "")                                                                  \
   ROW("newmark", "newmark", 0, 0, "#56b4e9", 2, "")                                                                    \
   ROW("hht", "hht", 0, 0, "#8c8c8c", 11, "")                                                                           \
-  ROW("runge-kutta", "runge-kutta", 1, 0, "#117733", 6, " (order 3, steps by a tolerance)")                            \
+  ROW("adaptive-newmark", "newmark", 2, 0, "#882255", 12, " (newmark, steps by its error)")                            \
+  ROW("runge-kutta", "runge-kutta", 2, 0, "#117733", 6, " (order 3, steps by its error)")                              \
   ROW("adaptive", "adaptive", 1, 2, "#0072b2", 5, " (IDA, orders 1 and 2)")                                            \
   ROW("adaptive5", "adaptive", 1, 5, "#aa3399", 4, " (orders 1 to 5)")                                                 \
   ROW("euler-then-adaptive", "euler-then-adaptive", 1, 2, "#000000", 3,                                                \
@@ -119,7 +120,7 @@ typedef struct flesh_accuracy_plan {
   int step_count, tolerance_count; /* steps from the longest to the shortest */
   flesh_accuracy_value steps[FLESH_ACCURACY_LIMIT], tolerances[FLESH_ACCURACY_LIMIT];
   int representative; /* method of the other prices, at the step below; -1: they are not run */
-  flesh_accuracy_value representative_step;
+  flesh_accuracy_value representative_step, whole_run;
   int repeat, quick;
   double max_seconds, reference_seconds;
   const char *mass; /* the row's extra value that stands in the scene already */

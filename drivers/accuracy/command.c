@@ -172,6 +172,7 @@ static void choose_representative(const flesh_scene_time *time, double duration,
     if (own && !strcmp(flesh_accuracy_methods[plan->methods[m]].name, own))
       plan->representative = plan->methods[m];
   value_text(fmin(time->step, duration), &plan->representative_step);
+  value_text(duration, &plan->whole_run);
 }
 
 /* The command's own files must not take the place of what it reads. */

@@ -49,6 +49,7 @@ static int read_scene(const task *given, flesh_scene **scene)
     status = flesh_overrides_add(&overrides, "time.method", m->scene);
     if (!status) status = flesh_overrides_add(&overrides, "time.step", step ? step->step.text : meshes->step.text);
     if (!status && step && m->adaptive) status = flesh_overrides_add(&overrides, "time.tolerance", step->tolerance.text);
+    if (!status && step && m->adaptive == 2) status = flesh_overrides_add(&overrides, "time.adaptive", "true");
     snprintf(number, sizeof number, "%d", m->max_order);
     if (!status && m->max_order) status = flesh_overrides_add(&overrides, "time.max_order", number);
   }

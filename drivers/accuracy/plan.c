@@ -50,6 +50,7 @@ static int own_values(const flesh_accuracy_row *row, own_texts texts)
   snprintf(texts[count++], sizeof texts[0], "time.step=%s", row->step.text);
   if (method->adaptive) {
     snprintf(texts[count++], sizeof texts[0], "time.tolerance=%s", row->tolerance.text);
+    if (method->adaptive == 2) snprintf(texts[count++], sizeof texts[0], "time.adaptive=true");
     if (method->max_order)
       snprintf(texts[count++], sizeof texts[0], "time.max_order=%d", method->max_order);
   }
@@ -150,8 +151,9 @@ int flesh_accuracy_make_rows(flesh_accuracy_plan *plan)
   for (int m = 0; m < plan->method_count; m++) {
     int method = plan->methods[m], adaptive = flesh_accuracy_methods[method].adaptive;
     for (int k = 0; k < (adaptive ? plan->tolerance_count : plan->step_count); k++) {
-      /* Adaptive methods choose their steps; `step` says when they are asked for their state. */
-      flesh_accuracy_value step = adaptive ? plan->representative_step : plan->steps[k];
+      /* Adaptive methods choose their steps; `step` says when they are asked for their state. Where a step ends there, they
+       * are asked at the end alone, and judged at their own steps. */
+      flesh_accuracy_value step = adaptive == 2 ? plan->whole_run : adaptive ? plan->representative_step : plan->steps[k];
       flesh_accuracy_row *row = add_row(plan, FLESH_ACCURACY_WORK, method, step);
       if (adaptive) row->tolerance = plan->tolerances[k];
       row->value = adaptive ? row->tolerance.value : step.value;
