@@ -42,7 +42,7 @@ libjansson-dev pkg-config jansson writes results as JSON
 libmd-dev pkg-config libmd checksums of inputs
 libsqlite3-dev pkg-config sqlite3 the databases of sweeps
 libcairo2-dev pkg-config cairo pictures
-zlib1g-dev pkg-config zlib packs the data of reports
+zlib1g-dev pkg-config zlib unpacks meshes of VTK and packs the data of reports
 gnuplot-nox tool gnuplot plots
 libopenmpi-dev pkg-config mpi-c ranks of MPI
 libmetis-dev header metis.h parts of a body for them

@@ -11,6 +11,7 @@
 #include "flesh/mesh.h"
 #include "flesh/surface.h"
 #include "mesh/inspect.h"
+#include "mesh/mesh.h"
 #include "mesh/refine.h"
 #include "mesh/split_command.h"
 #include "cli/lists.h"
@@ -40,6 +41,14 @@ static void show_regions(const flesh_mesh *mesh)
   }
   if (count > SHOWN) printf("    ... and %d more\n", count - SHOWN);
   free(tags);
+}
+
+static void show_sets(const flesh_mesh *mesh)
+{
+  const flesh_mesh_sets *sets = &mesh->sets;
+  if (sets->count) printf("  %-14s %d\n", "sets", sets->count);
+  for (int k = 0; k < sets->count; k++)
+    printf("    '%s'  %d nodes, %d tets\n", sets->sets[k].name, sets->sets[k].nodes.count, sets->sets[k].tets.count);
 }
 
 static void show_histogram(const flesh_mesh *mesh)
@@ -84,6 +93,7 @@ static void show(const flesh_mesh *mesh, const char *path)
   printf("\n  %-14s %d triangles\n", "surface", info.triangles);
   printf("  %-14s %d\n", "regions", info.regions);
   show_regions(mesh);
+  show_sets(mesh);
   printf("  %-14s %.8g m^3\n", "volume", info.volume);
   for (int d = 0; d < 3; d++) {
     char name[] = {(char)('x' + d), ' ', '[', 'm', ']', 0};

@@ -72,7 +72,7 @@ int flesh_file_load(const char *path, char **data, size_t *size)
 int flesh_scan_open(flesh_scanner *s, const char *path)
 {
   size_t size;
-  *s = (flesh_scanner){.path = path, .line = 1};
+  *s = (flesh_scanner){.path = path, .line = 1, .comment = '#'};
   int status = flesh_plain_locale_begin(&s->locale);
   if (!status) status = flesh_file_load(path, &s->data, &size);
   if (status) return status;
@@ -90,18 +90,23 @@ void flesh_scan_close(flesh_scanner *s)
   s->data = NULL;
 }
 
-static int is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f'; }
+static int is_blank(const flesh_scanner *s, char c)
+{
+  return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f' || (c == ',' && s->commas);
+}
+
+static int begins_comment(const flesh_scanner *s, char c) { return c == s->comment && c; }
 
 /* End of a token: blank, line end, comment; and the 0 behind the text, never a 0 inside it. */
 static int is_break(const flesh_scanner *s, const char *at)
 {
-  return at >= s->end || is_blank(*at) || *at == '\n' || *at == '#';
+  return at >= s->end || is_blank(s, *at) || *at == '\n' || begins_comment(s, *at);
 }
 
 int flesh_scan_next_in_line(flesh_scanner *s)
 {
-  while (s->at < s->end && is_blank(*s->at)) s->at++;
-  if (s->at < s->end && *s->at == '#') {
+  while (s->at < s->end && is_blank(s, *s->at)) s->at++;
+  if (s->at < s->end && begins_comment(s, *s->at)) {
     const char *stop = memchr(s->at, '\n', (size_t)(s->end - s->at));
     s->at = stop ? stop : s->end;
   }
@@ -132,6 +137,13 @@ int flesh_scan_word(flesh_scanner *s, const char *word)
   if (!is_break(s, s->at + length)) return 0;
   s->at += length;
   return 1;
+}
+
+size_t flesh_scan_token(flesh_scanner *s, const char **token)
+{
+  *token = s->at;
+  while (!is_break(s, s->at)) s->at++;
+  return (size_t)(s->at - *token);
 }
 
 const char *flesh_scan_show(const flesh_scanner *s)

@@ -26,6 +26,8 @@ typedef struct flesh_scanner {
   const char *item, *form;
   int64_t index;
   int free_rows; /* numbers may stand on later lines than the row's first */
+  int commas;    /* a comma separates, as a blank does */
+  char comment;  /* begins a comment, which goes to the line's end: '#' by default; 0: nothing does */
   char *data;    /* the text, owned */
   flesh_plain_locale locale;
 } flesh_scanner;
@@ -36,7 +38,7 @@ int flesh_scan_open(flesh_scanner *s, const char *path);
 /* Also after it could not be opened. */
 void flesh_scan_close(flesh_scanner *s);
 
-/* Goes to the next token, over blanks, line ends and '#' comments; returns 0 at the end. */
+/* Goes to the next token, over blanks, line ends and comments; returns 0 at the end. */
 int flesh_scan_next(flesh_scanner *s);
 /* Like flesh_scan_next, without leaving the line. */
 int flesh_scan_next_in_line(flesh_scanner *s);
@@ -45,6 +47,8 @@ void flesh_scan_skip_line(flesh_scanner *s);
 
 /* Reads the word at the present place if it equals `word`; returns whether it did. */
 int flesh_scan_word(flesh_scanner *s, const char *word);
+/* Reads the token at the present place, whatever it is. Returns its length, and its begin in the text in *token. */
+size_t flesh_scan_token(flesh_scanner *s, const char **token);
 
 /* Next number of the present row. FLESH_ERR_FILE when the row ends, for anything but a number, for
  * an integer outside 64 bits, for a real that is not finite. */

@@ -21,6 +21,20 @@ int flesh_draft_set_nodes(flesh_draft *draft, int nodes)
   return FLESH_OK;
 }
 
+int flesh_draft_set_tagged_nodes(flesh_draft *draft, int nodes)
+{
+  int status = flesh_draft_set_nodes(draft, nodes);
+  if (status) return status;
+  draft->node_tag = calloc((size_t)nodes + 1, sizeof *draft->node_tag);
+  return draft->node_tag ? FLESH_OK : no_memory(draft, "nodes", nodes);
+}
+
+int flesh_draft_tag_node(flesh_draft *draft, int index, int64_t tag)
+{
+  draft->node_tag[index] = tag;
+  return flesh_tag_map_set(&draft->tags, tag, index);
+}
+
 static int grow(void **array, size_t bytes)
 {
   void *grown = realloc(*array, bytes);
@@ -72,7 +86,7 @@ int flesh_draft_node(const flesh_draft *draft, int64_t number)
   return (int)(number - draft->node_base);
 }
 
-int flesh_draft_finish(const flesh_draft *draft, flesh_mesh **mesh)
+int flesh_draft_finish(flesh_draft *draft, flesh_mesh **mesh)
 {
   flesh_mesh_origin origin = {.path = draft->path,
                               .binary = draft->binary,
@@ -80,9 +94,11 @@ int flesh_draft_finish(const flesh_draft *draft, flesh_mesh **mesh)
                               .tet_tag = draft->tet_tag,
                               .node_tag = draft->node_tag,
                               .node_base = draft->node_base};
+  flesh_mesh_sets_settle(&draft->sets);
   return flesh_mesh_build(&(flesh_mesh_lists){.nodes = draft->nodes, .tets = draft->tets,
                                               .positions = draft->positions, .tet_nodes = draft->tet_nodes,
-                                              .edge_nodes = draft->edge_nodes, .regions = draft->regions},
+                                              .edge_nodes = draft->edge_nodes, .regions = draft->regions,
+                                              .sets = &draft->sets},
                           &origin, mesh);
 }
 
@@ -91,9 +107,11 @@ void flesh_draft_clear(flesh_draft *draft)
   free(draft->owned_path);
   free(draft->positions);
   free(draft->node_tag);
+  flesh_tag_map_clear(&draft->tags);
   free(draft->tet_nodes);
   free(draft->edge_nodes);
   free(draft->regions);
   free(draft->tet_where);
   free(draft->tet_tag);
+  flesh_mesh_sets_clear(&draft->sets);
 }

@@ -14,6 +14,9 @@ static const int flesh_gmsh_order[10] = {0, 1, 2, 3, 4, 5, 6, 7, 9, 8};
 int flesh_plain_read(flesh_scanner *s, flesh_draft *draft);
 int flesh_medit_read(flesh_scanner *s, flesh_draft *draft);
 int flesh_gmsh_read(flesh_scanner *s, flesh_draft *draft);
+int flesh_abaqus_read(flesh_scanner *s, flesh_draft *draft);
+int flesh_vtk_read(flesh_scanner *s, flesh_draft *draft);
+int flesh_vega_read(flesh_scanner *s, flesh_draft *draft);
 
 /* `s` holds one of the two files, `s->path`; its partner beside it is opened. */
 int flesh_tetgen_read(flesh_scanner *s, flesh_draft *draft);

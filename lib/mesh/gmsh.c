@@ -90,23 +90,10 @@ void flesh_gmsh_row(flesh_gmsh *g, const char *item, int64_t index, const char *
 
 int flesh_gmsh_row_end(flesh_gmsh *g) { return g->binary ? FLESH_OK : flesh_scan_row_end(g->s); }
 
-int flesh_gmsh_set_nodes(flesh_gmsh *g, int nodes)
-{
-  int status = flesh_draft_set_nodes(g->draft, nodes);
-  if (status) return status;
-  g->draft->node_tag = calloc((size_t)nodes + 1, sizeof *g->draft->node_tag);
-  if (!g->draft->node_tag)
-    return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory for %d nodes", g->s->path, nodes);
-  return FLESH_OK;
-}
-
 int flesh_gmsh_add_node(flesh_gmsh *g, int index, int64_t tag)
 {
-  int there = flesh_tag_map_set(&g->nodes, tag, index);
-  if (there < 0) return there;
-  if (there) return flesh_gmsh_fail(g, "node %lld is given twice", (long long)tag);
-  g->draft->node_tag[index] = tag;
-  return FLESH_OK;
+  int there = flesh_draft_tag_node(g->draft, index, tag);
+  return there > 0 ? flesh_gmsh_fail(g, "node %lld is given twice", (long long)tag) : there;
 }
 
 int flesh_gmsh_add_tet(flesh_gmsh *g, int64_t type, int64_t tag, const int64_t *node_tags,
@@ -114,7 +101,7 @@ int flesh_gmsh_add_tet(flesh_gmsh *g, int64_t type, int64_t tag, const int64_t *
 {
   int nodes[10], size = flesh_gmsh_type_nodes(type);
   for (int i = 0; i < size; i++)
-    if (!flesh_tag_map_find(&g->nodes, node_tags[i], &nodes[flesh_gmsh_order[i]]))
+    if (!flesh_tag_map_find(&g->draft->tags, node_tags[i], &nodes[flesh_gmsh_order[i]]))
       return flesh_gmsh_fail(g, "tet %lld uses node %lld, which is not among the %d of $Nodes",
                              (long long)tag, (long long)node_tags[i], g->draft->nodes);
   if (region < INT_MIN || region > INT_MAX)
@@ -131,6 +118,12 @@ int flesh_gmsh_type_nodes(int64_t type)
   if (type == 92) return 64;
   if (type == 93) return 125;
   return type > 0 && type < (int64_t)sizeof nodes ? nodes[type] : 0;
+}
+
+int flesh_gmsh_type_dimension(int64_t type)
+{
+  static const char dimensions[] = "01223333122333302333222222111333";
+  return type > 0 && type < (int64_t)sizeof dimensions - 1 ? dimensions[type] - '0' : 3;
 }
 
 int flesh_gmsh_is_tet(int64_t type)
@@ -212,6 +205,7 @@ static int read_section(flesh_gmsh *g, const char *name, size_t length)
   if (named(name, length, "MeshFormat"))
     status = g->major ? flesh_gmsh_fail(g, "a second $MeshFormat") : read_format(g);
   else if (!g->major) status = flesh_gmsh_fail(g, "$MeshFormat must be the first section");
+  else if (named(name, length, "PhysicalNames")) status = flesh_gmsh_physical_names(g);
   else if (named(name, length, "Nodes")) {
     if (g->nodes_read++) return flesh_gmsh_fail(g, "a second section $Nodes; there must be one");
     status = g->major == 2 ? flesh_gmsh2_nodes(g) : flesh_gmsh4_nodes(g);
@@ -260,7 +254,7 @@ int flesh_gmsh_read(flesh_scanner *s, flesh_draft *draft)
                         "%s: there are no tets among its %lld elements; was the "
                         "volume meshed (gmsh -3) and saved (a physical volume, or none at all)?",
                         s->path, (long long)g->others);
-  flesh_tag_map_clear(&g->nodes);
   flesh_tag_map_clear(&g->volumes);
+  flesh_gmsh_clear_names(g);
   return status;
 }

@@ -19,7 +19,7 @@ int flesh_gmsh2_nodes(flesh_gmsh *g)
 {
   int64_t count, tag;
   int status = read_count(g, "nodes", 8, 28, &count);
-  if (!status) status = flesh_gmsh_set_nodes(g, (int)count);
+  if (!status) status = flesh_draft_set_tagged_nodes(g->draft, (int)count);
   for (int n = 0; n < count && !status; n++) {
     flesh_gmsh_row(g, "row", n + 1, "node x y z");
     status = flesh_gmsh_int(g, &tag);
@@ -40,18 +40,21 @@ static int read_element(flesh_gmsh *g, int64_t tag, int64_t type, int64_t tags, 
     status = flesh_gmsh_int(g, i < 2 ? &kind[i] : &ignored);
   if (!status) status = flesh_gmsh_check_type(g, type, tag);
   if (status) return status;
+  const int set = flesh_gmsh_named(g, flesh_gmsh_type_dimension(type), kind[0]);
   if (flesh_gmsh_is_tet(type)) {
     for (int i = 0; i < flesh_gmsh_type_nodes(type) && !status; i++) status = flesh_gmsh_int(g, &nodes[i]);
     if (!status) status = flesh_gmsh_row_end(g);
+    if (!status && set >= 0) status = flesh_members_add(&g->draft->sets.sets[set].tets, g->draft->tets);
     if (!status)
       status = flesh_gmsh_add_tet(g, type, tag, nodes, kind[0] ? kind[0] : kind[1], where);
     return status;
   }
   g->others++;
-  if (!g->binary) flesh_scan_skip_line(g->s);
-  else
-    for (int i = flesh_gmsh_type_nodes(type); i > 0 && !status; i--)
-      status = flesh_gmsh_int(g, &ignored);
+  for (int i = flesh_gmsh_type_nodes(type); (g->binary || set >= 0) && i > 0 && !status; i--) {
+    status = flesh_gmsh_int(g, &ignored);
+    if (!status && set >= 0) status = flesh_gmsh_add_to_set(g, set, tag, ignored);
+  }
+  if (!g->binary && !status) flesh_scan_skip_line(g->s);
   return status;
 }
 

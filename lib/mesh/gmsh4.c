@@ -18,13 +18,19 @@ static int read_list(flesh_gmsh *g, const char *item, int64_t *count, int64_t *f
  * the volume it is a part of. */
 static int read_entity(flesh_gmsh *g, int dimension, int partitioned)
 {
-  int64_t tag, parent[2] = {0, 0}, physicals = 0, region = 0, count, ignored;
+  int64_t tag, parent[2] = {0, 0}, physicals = 0, physical, region = 0, count, ignored;
   double corner;
   int status = flesh_gmsh_int(g, &tag);
   for (int i = 0; i < 2 && partitioned && !status; i++) status = flesh_gmsh_int(g, &parent[i]);
   if (partitioned && !status) status = read_list(g, "partitions of an entity", &count, &ignored);
   for (int i = 0; i < (dimension ? 6 : 3) && !status; i++) status = flesh_gmsh_real(g, &corner);
-  if (!status) status = read_list(g, "physical tags of an entity", &physicals, &region);
+  if (!status) status = flesh_gmsh_size(g, &physicals);
+  if (!status) status = flesh_gmsh_check_count(g, "physical tags of an entity", physicals, 0, 2, 4);
+  for (int64_t i = 0; i < physicals && !status; i++) {
+    status = flesh_gmsh_int(g, &physical);
+    if (!i) region = physical;
+    if (!status) status = flesh_gmsh_join_group(g, dimension, tag, physical);
+  }
   if (dimension && !status) status = read_list(g, "boundaries of an entity", &count, &ignored);
   if (status || dimension < 3) return status;
   if (!physicals && parent[0] != 3) return FLESH_OK;
@@ -97,7 +103,7 @@ int flesh_gmsh4_nodes(flesh_gmsh *g)
   double ignored;
   int status = read_head(g, "node", &blocks, &nodes);
   if (!status) status = flesh_gmsh_check_count(g, "nodes", nodes, 1, 8, 32);
-  if (!status) status = flesh_gmsh_set_nodes(g, (int)nodes);
+  if (!status) status = flesh_draft_set_tagged_nodes(g->draft, (int)nodes);
   for (int64_t b = 0; b < blocks && !status; b++, done += count) {
     status = read_block_head(g, "node", done, nodes - done, head, &count);
     if (!status && (head[0] < 0 || head[0] > 3))
@@ -123,9 +129,32 @@ int flesh_gmsh4_nodes(flesh_gmsh *g)
   return status;
 }
 
-static int skip_elements(flesh_gmsh *g, int64_t type, int64_t count)
+/* Adds the nodes of the elements of a block to the sets of its entity. */
+static int read_members(flesh_gmsh *g, int64_t type, int64_t count, int group)
+{
+  const int size = flesh_gmsh_type_nodes(type);
+  if (!size)
+    return flesh_gmsh_fail(g, "the element type %lld is unknown; its nodes cannot be put into the set '%s'",
+                           (long long)type, g->draft->sets.sets[g->groups[group].set].name);
+  int status = flesh_gmsh_check_count(g, "elements", count, 0, 2 + 2 * size, 8 * (1 + size));
+  for (int64_t e = 0; e < count && !status; e++) {
+    int64_t tag, node;
+    flesh_gmsh_row(g, "element", e + 1, "tag nodes...");
+    status = flesh_gmsh_size(g, &tag);
+    for (int i = 0; i < size && !status; i++) {
+      status = flesh_gmsh_size(g, &node);
+      for (int k = group; k >= 0 && !status; k = g->groups[k].next)
+        status = flesh_gmsh_add_to_set(g, g->groups[k].set, tag, node);
+    }
+    if (!status) status = flesh_gmsh_row_end(g);
+  }
+  return status;
+}
+
+static int skip_elements(flesh_gmsh *g, int64_t type, int64_t count, int group)
 {
   g->others += count;
+  if (group >= 0) return read_members(g, type, count, group);
   if (!g->binary) {
     for (int64_t e = 0; e < count && flesh_scan_next(g->s); e++) flesh_scan_skip_line(g->s);
     return FLESH_OK;
@@ -139,8 +168,17 @@ static int skip_elements(flesh_gmsh *g, int64_t type, int64_t count)
   return status;
 }
 
+/* Adds the next tet to the sets of its entity. */
+static int add_to_sets(flesh_gmsh *g, int group)
+{
+  int status = FLESH_OK;
+  for (int k = group; k >= 0 && !status; k = g->groups[k].next)
+    status = flesh_members_add(&g->draft->sets.sets[g->groups[k].set].tets, g->draft->tets);
+  return status;
+}
+
 /* A block of tets; `kind` is its region. */
-static int read_tets(flesh_gmsh *g, int64_t type, int64_t count, int64_t done, int64_t kind)
+static int read_tets(flesh_gmsh *g, int64_t type, int64_t count, int64_t done, int64_t kind, int group)
 {
   const int size = flesh_gmsh_type_nodes(type);
   int64_t tag, nodes[10];
@@ -152,6 +190,7 @@ static int read_tets(flesh_gmsh *g, int64_t type, int64_t count, int64_t done, i
     status = flesh_gmsh_size(g, &tag);
     for (int i = 0; i < size && !status; i++) status = flesh_gmsh_size(g, &nodes[i]);
     if (!status) status = flesh_gmsh_row_end(g);
+    if (!status) status = add_to_sets(g, group);
     if (!status) status = flesh_gmsh_add_tet(g, type, tag, nodes, kind, where);
   }
   return status;
@@ -166,13 +205,14 @@ int flesh_gmsh4_elements(flesh_gmsh *g)
     status = read_block_head(g, "element", done, elements - done, head, &count);
     if (!status && count) status = flesh_gmsh_check_type(g, head[2], done + 1);
     if (status) return status;
+    const int group = flesh_gmsh_group(g, head[0], head[1]);
     if (!flesh_gmsh_is_tet(head[2])) {
-      status = skip_elements(g, head[2], count);
+      status = skip_elements(g, head[2], count, group);
       continue;
     }
     int region;
     int64_t kind = flesh_tag_map_find(&g->volumes, head[1], &region) ? region : head[1];
-    status = read_tets(g, head[2], count, done, kind);
+    status = read_tets(g, head[2], count, done, kind, group);
   }
   if (!status && done != elements)
     status = flesh_gmsh_fail(g, "the blocks hold %lld elements, but $Elements says %lld",

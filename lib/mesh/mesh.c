@@ -184,6 +184,7 @@ int flesh_mesh_build(const flesh_mesh_lists *lists, const flesh_mesh_origin *ori
     if (edge_nodes) memcpy(mesh->edge_nodes, edge_nodes, 6 * (size_t)tets * sizeof *edge_nodes);
     if (lists->regions) memcpy(mesh->regions, lists->regions, (size_t)tets * sizeof *mesh->regions);
     status = settle(mesh, origin);
+    if (!status && lists->sets) status = flesh_mesh_sets_append(&mesh->sets, lists->sets, &(flesh_mesh_sets_map){0});
   }
   if (status) flesh_mesh_destroy(&mesh);
   *out = mesh;
@@ -214,6 +215,7 @@ void flesh_mesh_destroy(flesh_mesh **mesh)
   flesh_free((*mesh)->surface);
   flesh_free((*mesh)->surface_tets);
   flesh_free((*mesh)->node_used);
+  flesh_mesh_sets_clear(&(*mesh)->sets);
   flesh_split_part_destroy((*mesh)->split);
   flesh_free(*mesh);
   *mesh = NULL;

@@ -6,6 +6,7 @@
 #include <stddef.h>
 
 #include "flesh/mesh.h"
+#include "mesh/sets.h"
 
 struct flesh_mesh {
   int nodes, tets, triangles;
@@ -23,6 +24,7 @@ struct flesh_mesh {
   int piece_count;
   uint8_t *node_used; /* [nodes] */
   int flipped, unused_nodes;
+  flesh_mesh_sets sets; /* settled */
   struct flesh_split_part *split; /* of a part of a split mesh (split.h); NULL: this is the whole */
 };
 
@@ -61,6 +63,7 @@ typedef struct flesh_mesh_lists {
   int nodes, tets;
   const double *positions;
   const int *tet_nodes, *edge_nodes, *regions;
+  const flesh_mesh_sets *sets; /* settled, copied; NULL: none */
 } flesh_mesh_lists;
 
 /* flesh_mesh_create whose errors name the place in `origin`'s file (NULL: indices only). */

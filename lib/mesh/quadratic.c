@@ -208,8 +208,11 @@ int flesh_mesh_raise_order(const flesh_mesh *mesh, flesh_mesh **raised)
   put_nodes(mesh, &edges, x, on_edges);
   status = flesh_mesh_build(&(flesh_mesh_lists){.nodes = mesh->nodes + edges.count, .tets = mesh->tets, .positions = x,
                                                 .tet_nodes = mesh->tet_nodes, .edge_nodes = on_edges,
-                                                .regions = mesh->regions}, NULL, raised);
-  if (!status) (*raised)->flipped = mesh->flipped;
+                                                .regions = mesh->regions, .sets = &mesh->sets}, NULL, raised);
+  if (status) goto done;
+  (*raised)->flipped = mesh->flipped;
+  status = flesh_mesh_sets_add_middles(&(*raised)->sets, mesh->nodes, edges.count, edges.ends, mesh->nodes);
+  if (status) flesh_mesh_destroy(raised);
 done:
   flesh_free(x);
   flesh_free(on_edges);
@@ -241,7 +244,10 @@ int flesh_mesh_lower_order(const flesh_mesh *mesh, flesh_mesh **lowered)
   }
   for (size_t k = 0; k < 4 * tets; k++) corners[k] = number[mesh->tet_nodes[k]];
   status = flesh_mesh_create(kept, x, mesh->tets, corners, mesh->regions, lowered);
-  if (!status) (*lowered)->flipped = mesh->flipped;
+  if (status) goto done;
+  (*lowered)->flipped = mesh->flipped;
+  status = flesh_mesh_sets_append(&(*lowered)->sets, &mesh->sets, &(flesh_mesh_sets_map){.nodes = number});
+  if (status) flesh_mesh_destroy(lowered);
 done:
   flesh_free(number);
   flesh_free(corners);

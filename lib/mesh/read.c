@@ -1,9 +1,15 @@
-/* read.c: flesh_mesh_read: loads a file and finds its format by its content. */
+/* read.c: flesh_mesh_read: loads a file and finds its format by its name or by its content. */
 #include <string.h>
 
 #include "base/error.h"
 #include "mesh/formats.h"
 #include "mesh/split.h"
+
+/* The formats that go by the file's name. */
+static const struct {
+  const char *suffix;
+  int (*read)(flesh_scanner *s, flesh_draft *draft);
+} named[] = {{".inp", flesh_abaqus_read}, {".vtu", flesh_vtk_read}, {".veg", flesh_vega_read}};
 
 /* The first bytes of formats that are known but not read, and what to do about them. */
 static const struct {
@@ -14,8 +20,9 @@ static const struct {
     {"\1\0\0\0", 4, "a binary Medit .meshb; only the ASCII .mesh is read"},
     {"\0\0\0\1", 4, "a binary Medit .meshb; only the ASCII .mesh is read"},
     {"$NOD", 4, "Gmsh's format 1; save it as 2.2 or 4.1"},
-    {"<?xml", 5, "XML; meshes are read from TetGen, Gmsh, Medit or plain lists"},
-    {"<VTKFile", 8, "VTK's; meshes are read from TetGen, Gmsh, Medit or plain lists"},
+    {"<?xml", 5, "XML; VTK's unstructured grids are read from files named .vtu"},
+    {"<VTKFile", 8, "VTK's; its unstructured grids are read from files named .vtu"},
+    {"*", 1, "one of keywords after a *; Abaqus's and CalculiX's are read from files named .inp, VegaFEM's from .veg"},
 };
 
 static int refuse(const flesh_scanner *s)
@@ -26,13 +33,17 @@ static int refuse(const flesh_scanner *s)
       return flesh_fail(FLESH_ERR_FILE, "%s: the format is %s", s->path, foreign[i].advice);
   return flesh_scan_fail(s,
                          "%s begins no known mesh format; a mesh is TetGen .node and .ele, Gmsh "
-                         ".msh (`$MeshFormat`), Medit .mesh (`MeshVersionFormatted`) or a plain "
-                         "list (`nodes N`)",
+                         ".msh (`$MeshFormat`), Medit .mesh (`MeshVersionFormatted`), Abaqus .inp, "
+                         "VTK .vtu, VegaFEM .veg or a plain list (`nodes N`)",
                          flesh_scan_show(s));
 }
 
-static int read_by_content(flesh_scanner *s, flesh_draft *draft)
+static int read_format(flesh_scanner *s, flesh_draft *draft)
 {
+  const size_t length = strlen(s->path);
+  for (size_t k = 0; k < sizeof named / sizeof *named; k++)
+    if (length > strlen(named[k].suffix) && !strcmp(s->path + length - strlen(named[k].suffix), named[k].suffix))
+      return named[k].read(s, draft);
   if (!flesh_scan_next(s)) return flesh_fail(FLESH_ERR_FILE, "%s: the file is empty", s->path);
   if (flesh_scan_word(s, "nodes")) {
     s->at -= strlen("nodes");
@@ -65,7 +76,7 @@ int flesh_mesh_read(const char *path, flesh_mesh **mesh)
   int status = flesh_scan_open(&scanner, path);
   const int split = !status && flesh_split_begins(&scanner);
   if (split) status = read_split(&scanner, mesh);
-  else if (!status) status = read_by_content(&scanner, &draft);
+  else if (!status) status = read_format(&scanner, &draft);
   if (!status && !split) status = flesh_draft_finish(&draft, mesh);
   flesh_draft_clear(&draft);
   flesh_scan_close(&scanner);

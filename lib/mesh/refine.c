@@ -197,7 +197,13 @@ static int finish(const flesh_mesh *mesh, const draft *d, flesh_mesh **refined)
                                                   .tet_nodes = d->tets, .edge_nodes = on_edges, .regions = regions},
                               NULL, refined);
   }
-  if (!status) (*refined)->flipped = 0; /* the cuts' own winding */
+  if (!status) {
+    flesh_mesh_sets *sets = &(*refined)->sets;
+    (*refined)->flipped = 0; /* the cuts' own winding */
+    status = flesh_mesh_sets_append(sets, &mesh->sets, &(flesh_mesh_sets_map){.children = 8});
+    if (!status) status = flesh_mesh_sets_add_middles(sets, mesh->nodes, d->cut.count, d->cut.ends, mesh->nodes);
+    if (status) flesh_mesh_destroy(refined);
+  }
   flesh_free(x);
   flesh_free(regions);
   flesh_free(on_edges);

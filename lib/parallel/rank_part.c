@@ -88,6 +88,25 @@ static void take_tet(const flesh_rank_part *self, const flesh_mesh *whole, int t
   }
 }
 
+/* The whole's named sets, of the nodes and tets that the rank has. */
+static int take_sets(flesh_rank_part *self, const flesh_mesh *whole)
+{
+  if (!whole->sets.count) return FLESH_OK;
+  int *nodes = flesh_malloc((size_t)whole->nodes * sizeof *nodes);
+  int *tets = flesh_malloc((size_t)whole->tets * sizeof *tets), status = FLESH_ERR_MEMORY;
+  if (nodes && tets) {
+    for (int i = 0; i < whole->nodes; i++) nodes[i] = -1;
+    for (int t = 0; t < whole->tets; t++) tets[t] = -1;
+    for (int i = 0; i < self->team.nodes; i++) nodes[self->nodes[i]] = i;
+    for (int t = 0; t < self->tet_count; t++) tets[self->tets[t]] = t;
+    status = flesh_mesh_sets_append(&self->mesh->sets, &whole->sets, &(flesh_mesh_sets_map){.nodes = nodes, .tets = tets});
+    flesh_mesh_sets_settle(&self->mesh->sets);
+  }
+  flesh_free(nodes);
+  flesh_free(tets);
+  return status;
+}
+
 static int make_mesh(flesh_rank_part *self, const flesh_mesh *whole)
 {
   const size_t nodes = (size_t)self->team.nodes, tets = (size_t)self->tet_count;
@@ -107,6 +126,7 @@ static int make_mesh(flesh_rank_part *self, const flesh_mesh *whole)
   else status = (order == 2 ? flesh_mesh_create_quadratic : flesh_mesh_create)(
       (int)nodes, positions, (int)tets, tet_nodes, regions, &self->mesh);
   for (int i = 0; !status && i < (int)nodes; i++) flesh_mesh_use_node(self->mesh, i); /* ghosts by ties */
+  if (!status) status = take_sets(self, whole);
   flesh_free(positions);
   flesh_free(tet_nodes);
   flesh_free(regions);

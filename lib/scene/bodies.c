@@ -33,6 +33,7 @@ typedef struct join {
   double *X;
   int *tets, *edges, *regions; /* edges: [6*tet_count], -1 of tets of four nodes */
   int nodes, tet_count;
+  flesh_mesh_sets sets; /* of the same name in several bodies: one */
 } join;
 
 static int append(join *j, const flesh_mesh *mesh, const flesh_scene_other *other)
@@ -47,6 +48,9 @@ static int append(join *j, const flesh_mesh *mesh, const flesh_scene_other *othe
   int *edges = realloc(j->edges, 6 * ((size_t)j->tet_count + (size_t)tets) * sizeof *edges);
   if (edges) j->edges = edges;
   if (!X || !numbers || !regions || !edges) return 1;
+  if (flesh_mesh_sets_append(&j->sets, &mesh->sets,
+                             &(flesh_mesh_sets_map){.first_node = j->nodes, .first_tet = j->tet_count}))
+    return 1;
   for (size_t k = 0; k < 6 * (size_t)tets; k++) {
     const int own = flesh_mesh_order(mesh) == 2 ? flesh_mesh_tet_edges(mesh)[k] : -1;
     edges[6 * (size_t)j->tet_count + k] = own < 0 ? -1 : own + j->nodes;
@@ -128,12 +132,14 @@ int flesh_scene_join_bodies(flesh_scene *scene)
   for (int k = 0; !status && k < count; k++) status = append_other(scene, k, &j);
   if (!status)
     status = flesh_mesh_build(&(flesh_mesh_lists){.nodes = j.nodes, .tets = j.tet_count, .positions = j.X,
-                                                  .tet_nodes = j.tets, .edge_nodes = j.edges, .regions = j.regions},
+                                                  .tet_nodes = j.tets, .edge_nodes = j.edges, .regions = j.regions,
+                                                  .sets = &j.sets},
                               NULL, &joined);
   free(j.X);
   free(j.tets);
   free(j.edges);
   free(j.regions);
+  flesh_mesh_sets_clear(&j.sets);
   if (status) return status;
   flesh_mesh_destroy(&scene->mesh);
   scene->mesh = joined;

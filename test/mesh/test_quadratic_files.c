@@ -66,6 +66,7 @@ static const double bent[30] = {0,    0,    0,    1,    0,    0,    0,    1.5,  
   "0.04 0.01 0.52" after before(9) "0.53 0.02 0.5" after before(10) "0.01 0.76 0.54" after
 #define NOTHING(n) ""
 #define NUMBER(n)  #n " "
+#define NUMBERED(n) #n ", "
 
 static void check_bent(const char *path, int region)
 {
@@ -97,6 +98,23 @@ static void each_format_has_its_order(void)
                                    "1\n2\n3\n4\n5\n6\n7\n8\n9\n10\n" POINTS(NOTHING, "\n")
                                    "$EndNodes\n$Elements\n2 2 1 2\n2 1 9 1\n1 1 2 3 5 6 7\n"
                                    "3 4 11 1\n2 1 2 3 4 5 6 7 8 10 9\n$EndElements\n"), 4);
+}
+
+/* Abaqus's C3D10 and VTK's quadratic tetra have the edges 12, 23, 13, 14, 24, 34 (Abaqus Analysis User's Guide, "Three-
+ * dimensional solid element library"; vtkQuadraticTetra.h). */
+static void formats_that_go_by_their_name_have_their_order(void)
+{
+  check_bent(write_text("t.inp", "*NODE\n" POINTS(NUMBERED, "\n") "*ELEMENT, TYPE=C3D10, ELSET=one\n"
+                                 "7, 1, 2, 3, 4, 5, 6, 7,\n  8, 9, 10\n"), 1);
+  check_bent(write_text("t.vtu", "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid>\n"
+                                 "<Piece NumberOfPoints='10' NumberOfCells='2'><CellData>\n"
+                                 "<DataArray Name=\"region\" type=\"Int32\" format=\"ascii\"> 5 -3 </DataArray></CellData>\n"
+                                 "<Points><DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">\n"
+                                 POINTS(NOTHING, "\n") "</DataArray></Points><Cells>"
+                                 "<DataArray Name=\"connectivity\" type=\"Int32\" format=\"ascii\">0 1 2 0 1 2 3 4 5 6 7 8 9"
+                                 "</DataArray><DataArray Name=\"offsets\" type=\"Int32\" format=\"ascii\">3 13</DataArray>"
+                                 "<DataArray Name=\"types\" type=\"UInt8\" format=\"ascii\">5 24</DataArray></Cells></Piece>"
+                                 "</UnstructuredGrid></VTKFile>\n"), -3);
 }
 
 static void binary_gmsh_reads_in_either_byte_order(void)
@@ -140,12 +158,13 @@ static void binary_gmsh_reads_in_either_byte_order(void)
 static void files_of_other_programs_agree(void)
 {
   static const char *const files[] = {"ball_41_binary.msh", "ball_41_ascii.msh", "ball_22_binary.msh",
-                                      "ball_22_ascii.msh", "ball.mesh"};
+                                      "ball_22_ascii.msh",  "ball.mesh", "ball.inp", "ball_meshio.vtu",
+                                      "ball_zlib.vtu",      "ball_big_endian.vtu"};
   flesh_mesh *first, *mesh;
   flesh_mesh_info info;
   char path[128];
   CHECK_OK(flesh_mesh_read("reference/meshes/ball_41_binary.msh", &first));
-  for (int f = 0; f < 5; f++) {
+  for (int f = 0; f < 9; f++) {
     snprintf(path, sizeof path, "reference/meshes/%s", files[f]);
     CHECK_OK(flesh_mesh_read(path, &mesh));
     flesh_mesh_inspect(mesh, &info);
@@ -187,5 +206,6 @@ int main(int argc, char **argv)
 {
   if (!make_work_folder()) return 1;
   return RUN_TESTS(argc, argv, TEST(written_meshes_read_back_the_same), TEST(each_format_has_its_order),
+                   TEST(formats_that_go_by_their_name_have_their_order),
                    TEST(binary_gmsh_reads_in_either_byte_order), TEST(files_of_other_programs_agree));
 }
