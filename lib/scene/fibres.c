@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/rising.h"
 #include "base/scan.h"
 #include "math/mat3.h"
 #include "mesh/mesh.h"
@@ -44,12 +45,14 @@ static void centre_of(const flesh_mesh *mesh, int tet, double centre[3])
   }
 }
 
-static int is_chosen(const flesh_tet_selection *s, const flesh_body_part *part, const flesh_mesh *mesh, int tet)
+static int is_chosen(const flesh_tet_selection *s, const flesh_mesh_set *set, const flesh_body_part *part,
+                     const flesh_mesh *mesh, int tet)
 {
   double centre[3];
   int of_region = s->regions.count == 0;
   for (int k = 0; k < s->regions.count; k++) of_region |= flesh_mesh_regions(mesh)[tet] == s->regions.values[k];
   if (!of_region || (part && (tet < part->first_tet || tet - part->first_tet >= part->tets))) return 0;
+  if (set && flesh_rising_find(set->tets.values, 0, set->tets.count, tet) < 0) return 0;
   if (!has_box(s)) return 1;
   centre_of(mesh, tet, centre);
   for (int c = 0; c < 3; c++)
@@ -62,6 +65,9 @@ static int choose_tets(const flesh_tet_selection *s, const flesh_body_part *part
                        flesh_chosen_fibres *chosen)
 {
   const int tets = flesh_mesh_tet_count(mesh);
+  const flesh_mesh_set *set;
+  const int status = flesh_selection_set(s->set, mesh, &set);
+  if (status) return status;
   for (int c = 0; has_box(s) && c < 3; c++)
     if (s->box[c] > s->box[3 + c])
       return flesh_fail(FLESH_ERR_ARGUMENT, "box has low %c = %g above high %c = %g; it must be [[low], [high]]",
@@ -69,10 +75,10 @@ static int choose_tets(const flesh_tet_selection *s, const flesh_body_part *part
   chosen->tets = malloc(((size_t)tets + 1) * sizeof *chosen->tets);
   if (!chosen->tets) return flesh_fail(FLESH_ERR_MEMORY, "no memory to choose among %d tets", tets);
   for (int e = 0; e < tets; e++)
-    if (is_chosen(s, part, mesh, e)) chosen->tets[chosen->count++] = e;
+    if (is_chosen(s, set, part, mesh, e)) chosen->tets[chosen->count++] = e;
   if (mesh->split) mesh->split->found = chosen->count; /* here: share.c asks all ranks */
   if (!chosen->count && !mesh->split)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "no tet of the mesh meets all of the given regions, box and body");
+    return flesh_fail(FLESH_ERR_ARGUMENT, "no tet of the mesh meets all of the given regions, box, set and body");
   chosen->directions = calloc(3 * (size_t)chosen->count + 1, sizeof *chosen->directions);
   return chosen->directions ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d fibres", chosen->count);
 }

@@ -9,6 +9,7 @@
 typedef struct flesh_tet_selection {
   flesh_integers regions;
   double box[6]; /* NaN: none */
+  char *set;     /* of the mesh; NULL: any */
   char *body;    /* NULL: any */
 } flesh_tet_selection;
 
@@ -30,6 +31,8 @@ extern const flesh_key flesh_fibre_field_keys[];
    .default_value = "", .doc = "only tets with these region tags"},                                       \
   {.name = "box", .type = FLESH_KEY_BOX, .offset = offsetof(parameters, member.box), .unit = "m",         \
    .default_value = "", .doc = "only tets whose centre at rest lies in [[low], [high]], bounds included"}, \
+  {.name = "set", .type = FLESH_KEY_TEXT, .offset = offsetof(parameters, member.set),                     \
+   .default_value = "", .doc = "only tets of the set of this name in the mesh file"},                     \
   {.name = "body", .type = FLESH_KEY_TEXT, .offset = offsetof(parameters, member.body),                   \
    .default_value = "", .doc = "only tets of the body of this name"}
 /* clang-format on */

@@ -15,21 +15,21 @@
 static int choose(flesh_scene *scene, const flesh_scene_probe *keys, flesh_probe *probe)
 {
   const flesh_selection *s = &keys->selection;
-  const int selects = !isnan(s->box[0]) || !isnan(s->sphere.radius) || s->nodes.count || s->regions.count || s->body;
+  const int selects = flesh_selection_is_given(s);
   *probe = (flesh_probe){.name = keys->name, .quantities = keys->quantities, .tet = -1};
   memcpy(probe->point, keys->point, sizeof probe->point);
   memcpy(probe->about, keys->about, sizeof probe->about);
   if (keys->effect)
     return selects || !isnan(keys->point[0])
                ? flesh_fail(FLESH_ERR_ARGUMENT,
-                            "effect stands beside point, box, sphere, nodes, regions or body; give it or them")
+                            "effect stands beside point, " FLESH_SELECTION_NAMES "; give it or them")
                : flesh_scene_probe_effect(scene, keys->effect, probe);
   if (!isnan(keys->point[0]))
     return selects ? flesh_fail(FLESH_ERR_ARGUMENT,
-                                "point stands beside box, sphere, nodes, regions or body; give it or them")
+                                "point stands beside " FLESH_SELECTION_NAMES "; give it or them")
                    : FLESH_OK;
   if (!selects)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "nothing is chosen; give point, box, sphere, nodes, regions, body or effect");
+    return flesh_fail(FLESH_ERR_ARGUMENT, "nothing is chosen; give point, effect, " FLESH_SELECTION_NAMES);
   int count, *nodes, status = flesh_selection_nodes(s, &scene->body, &count, &nodes);
   if (status) return status;
   int *kept = flesh_arena_take(&scene->arena, (size_t)count * sizeof *kept);

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/rising.h"
 #include "mesh/pieces.h"
 #include "mesh/mesh.h"
 #include "mesh/split_part.h"
@@ -20,9 +21,21 @@ const flesh_key flesh_sphere_keys[] = {
 static int has_box(const flesh_selection *selection) { return !isnan(selection->box[0]); }
 static int has_sphere(const flesh_selection *selection) { return !isnan(selection->sphere.radius); }
 
-static int has_nodes(const flesh_selection *selection)
+/* Whether more is given than a body. */
+static int has_criteria(const flesh_selection *selection)
 {
-  return has_box(selection) || has_sphere(selection) || selection->nodes.count > 0;
+  return has_box(selection) || has_sphere(selection) || selection->nodes.count || selection->regions.count ||
+         selection->set;
+}
+
+int flesh_selection_is_given(const flesh_selection *selection) { return has_criteria(selection) || selection->body; }
+
+int flesh_selection_set(const char *name, const flesh_mesh *mesh, const flesh_mesh_set **set)
+{
+  const int found = name ? flesh_mesh_sets_find(&mesh->sets, name, strlen(name)) : -1;
+  *set = found < 0 ? NULL : &mesh->sets.sets[found];
+  if (!name || *set) return FLESH_OK;
+  return flesh_fail(FLESH_ERR_ARGUMENT, "set is '%s'; %s", name, flesh_mesh_sets_text(&mesh->sets));
 }
 
 int flesh_selection_body(const char *name, const flesh_body *body, const flesh_body_part **part)
@@ -33,18 +46,25 @@ int flesh_selection_body(const char *name, const flesh_body *body, const flesh_b
   if (!name || *part) return FLESH_OK;
   return flesh_fail(FLESH_ERR_ARGUMENT, "body is '%s'; the scene has no body of that name, but %s", name,
                     body->part_count ? body->parts[0].name
-                                     : "a single one, which box, sphere, nodes or regions choose from");
+                                     : "a single one, which box, sphere, nodes, regions or set choose from");
 }
 
-/* FLESH_ERR_ARGUMENT with the first thing that makes no sense; else the part that is named, or NULL, in *part. */
-static int check(const flesh_selection *selection, const flesh_body *body, const flesh_body_part **part)
+/* The body and the set that are named, or NULL. */
+typedef struct named {
+  const flesh_body_part *part;
+  const flesh_mesh_set *set;
+} named;
+
+/* FLESH_ERR_ARGUMENT with the first thing that makes no sense; else what is named, in *found. */
+static int check(const flesh_selection *selection, const flesh_body *body, named *found)
 {
   const flesh_mesh *mesh = body->mesh;
   const double *box = selection->box;
   int nodes = mesh->split ? mesh->split->whole_nodes : flesh_mesh_node_count(mesh), tets = flesh_mesh_tet_count(mesh);
-  if (!has_nodes(selection) && !selection->regions.count && !selection->body)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "nothing is chosen; give box, sphere, nodes, regions or body");
-  const int status = flesh_selection_body(selection->body, body, part);
+  if (!flesh_selection_is_given(selection))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "nothing is chosen; give " FLESH_SELECTION_NAMES);
+  int status = flesh_selection_body(selection->body, body, &found->part);
+  if (!status) status = flesh_selection_set(selection->set, mesh, &found->set);
   if (status) return status;
   for (int c = 0; has_box(selection) && c < 3; c++)
     if (box[c] > box[3 + c])
@@ -65,8 +85,8 @@ static int check(const flesh_selection *selection, const flesh_body *body, const
   return FLESH_OK;
 }
 
-/* Marks the nodes in the box, the sphere and the list. */
-static void mark(const flesh_selection *selection, const flesh_mesh *mesh, uint8_t *chosen)
+/* Marks the nodes in the box, the sphere, the list and the set. */
+static void mark(const flesh_selection *selection, const flesh_mesh_set *set, const flesh_mesh *mesh, uint8_t *chosen)
 {
   const double *box = selection->box, *centre = selection->sphere.centre,
                radius = selection->sphere.radius, *X = flesh_mesh_positions(mesh);
@@ -75,6 +95,7 @@ static void mark(const flesh_selection *selection, const flesh_mesh *mesh, uint8
     const int own = mesh->split ? flesh_split_part_find(mesh->split, mesh->nodes, node) : node;
     if (own >= 0) chosen[own] = 1;
   }
+  for (int k = 0; set && k < set->nodes.count; k++) chosen[set->nodes.values[k]] = 1;
   for (int i = 0; i < flesh_mesh_node_count(mesh); i++) {
     const double *p = X + 3 * i;
     if (has_box(selection) && p[0] >= box[0] && p[1] >= box[1] && p[2] >= box[2] && p[0] <= box[3] &&
@@ -88,11 +109,11 @@ static void mark(const flesh_selection *selection, const flesh_mesh *mesh, uint8
 }
 
 /* Whether a tet's nodes or faces are chosen by what it is of. */
-static int in_regions(const flesh_selection *selection, int tag)
+static int is_named(const flesh_selection *selection, const flesh_mesh_set *set, const flesh_mesh *mesh, int tet)
 {
   for (int k = 0; k < selection->regions.count; k++)
-    if (selection->regions.values[k] == tag) return 1;
-  return 0;
+    if (selection->regions.values[k] == mesh->regions[tet]) return 1;
+  return set && flesh_rising_find(set->tets.values, 0, set->tets.count, tet) >= 0;
 }
 
 static int nothing_found(const flesh_selection *selection, const char *what)
@@ -101,7 +122,7 @@ static int nothing_found(const flesh_selection *selection, const char *what)
                     has_box(selection) && has_sphere(selection) ? "box or sphere"
                     : has_box(selection)                        ? "box"
                     : has_sphere(selection)                     ? "sphere"
-                                                                : "nodes, regions or body");
+                                                                : "nodes, regions, set or body");
 }
 
 /* Whether the count that was found suffices: in a part of a split mesh it may be 0 (share.c asks all ranks). */
@@ -120,19 +141,20 @@ int flesh_selection_nodes(const flesh_selection *selection, const flesh_body *bo
                           int **nodes)
 {
   const flesh_mesh *mesh = body->mesh;
-  const flesh_body_part *part;
+  named by;
   int total = flesh_mesh_node_count(mesh), tets = flesh_mesh_tet_count(mesh), found = 0;
-  int status = check(selection, body, &part);
+  int status = check(selection, body, &by);
   if (status) return status;
+  const flesh_body_part *part = by.part;
   /* 1: by place or number, 2: of the part. */
   uint8_t *chosen = calloc((size_t)total, 1);
   if (!chosen) return flesh_fail(FLESH_ERR_MEMORY, "no memory to choose among %d nodes", total);
-  mark(selection, mesh, chosen);
-  const int whole = part && !has_nodes(selection) && !selection->regions.count;
-  for (int e = 0; (part || selection->regions.count) && e < tets; e++) {
-    const int own = is_of(part, e), named = whole || in_regions(selection, flesh_mesh_regions(mesh)[e]);
+  mark(selection, by.set, mesh, chosen);
+  const int whole = part && !has_criteria(selection);
+  for (int e = 0; (part || by.set || selection->regions.count) && e < tets; e++) {
+    const int own = is_of(part, e), is_chosen = whole || is_named(selection, by.set, mesh, e);
     int tet[10], size = flesh_mesh_tet_nodes(mesh, e, tet);
-    for (int a = 0; own && a < size; a++) chosen[tet[a]] |= named ? 3 : 2;
+    for (int a = 0; own && a < size; a++) chosen[tet[a]] |= is_chosen ? 3 : 2;
   }
   for (int i = 0; i < total; i++) found += chosen[i] = part ? chosen[i] == 3 : chosen[i] & 1;
   *nodes = malloc(((size_t)found + 1) * sizeof **nodes);
@@ -150,8 +172,8 @@ int flesh_selection_triangles(const flesh_selection *selection, const flesh_body
                               int **triangles)
 {
   const flesh_mesh *mesh = body->mesh;
-  const flesh_body_part *part;
-  int total, found = 0, of_whole = 0, status = check(selection, body, &part);
+  named by;
+  int total, found = 0, of_whole = 0, status = check(selection, body, &by);
   const int *surface = flesh_mesh_surface(mesh, &total), *tet = flesh_mesh_surface_tets(mesh);
   if (status) return status;
   uint8_t *chosen = calloc((size_t)flesh_mesh_node_count(mesh), 1);
@@ -161,14 +183,12 @@ int flesh_selection_triangles(const flesh_selection *selection, const flesh_body
     free(*triangles);
     return flesh_fail(FLESH_ERR_MEMORY, "no memory to choose among %d triangles", total);
   }
-  mark(selection, mesh, chosen);
-  const int whole = part && !has_nodes(selection) && !selection->regions.count;
+  mark(selection, by.set, mesh, chosen);
+  const int whole = by.part && !has_criteria(selection);
   for (int k = 0; k < total; k++) {
     const int *n = surface + 3 * (size_t)k;
-    if (!is_of(part, tet[k])) continue;
-    if (!whole && !(chosen[n[0]] && chosen[n[1]] && chosen[n[2]]) &&
-        !in_regions(selection, flesh_mesh_regions(mesh)[tet[k]]))
-      continue;
+    if (!is_of(by.part, tet[k])) continue;
+    if (!whole && !(chosen[n[0]] && chosen[n[1]] && chosen[n[2]]) && !is_named(selection, by.set, mesh, tet[k])) continue;
     for (int a = 0; a < 3; a++) (*triangles)[3 * found + a] = n[a];
     found++;
     /* Around a part of a split mesh there are faces that are none of the whole's. */

@@ -1,9 +1,10 @@
-/* selection.h: the nodes and surface triangles that an effect is about, chosen by box, sphere, list or mesh region. */
+/* selection.h: the nodes and surface triangles that an effect is about, chosen by box, sphere, list, region or named set of the mesh. */
 #ifndef FLESH_SCENE_SELECTION_H
 #define FLESH_SCENE_SELECTION_H
 
 #include "base/key.h"
 #include "flesh/effects.h"
+#include "mesh/sets.h"
 
 typedef struct flesh_selection {
   double box[6]; /* low, high; NaN: none */
@@ -11,6 +12,7 @@ typedef struct flesh_selection {
     double centre[3], radius; /* NaN: none */
   } sphere;
   flesh_integers nodes, regions;
+  char *set;  /* of the mesh; NULL: none */
   char *body; /* NULL: any */
 } flesh_selection;
 
@@ -28,10 +30,23 @@ extern const flesh_key flesh_sphere_keys[];
    .default_value = "", .doc = "nodes by number, from 0 in the mesh file's order"},                \
   {.name = "regions", .type = FLESH_KEY_INTEGERS, .offset = offsetof(parameters, member.regions),  \
    .default_value = "", .doc = "nodes of the tets with these region tags"},             \
+  {.name = "set", .type = FLESH_KEY_TEXT, .offset = offsetof(parameters, member.set),              \
+   .default_value = "",                                                                            \
+   .doc = "nodes of the set of this name in the mesh file, and of its tets (flesh mesh info lists the sets)"}, \
   {.name = "body", .type = FLESH_KEY_TEXT, .offset = offsetof(parameters, member.body),            \
    .default_value = "",                                                                            \
    .doc = "restricts the selection to this body; given alone, selects all of it"}
 /* clang-format on */
+
+/* The keys of a selection, for messages. */
+#define FLESH_SELECTION_NAMES "box, sphere, nodes, regions, set or body"
+
+/* Whether anything is given. */
+int flesh_selection_is_given(const flesh_selection *selection);
+
+/* The mesh's set of that name into *set; NULL where `name` is. FLESH_ERR_ARGUMENT where there is none, with the names of
+ * those that there are. */
+int flesh_selection_set(const char *name, const flesh_mesh *mesh, const flesh_mesh_set **set);
 
 /* The body of that name into *part; NULL where `name` is. FLESH_ERR_ARGUMENT where there is none. */
 int flesh_selection_body(const char *name, const flesh_body *body, const flesh_body_part **part);
@@ -42,8 +57,8 @@ int flesh_selection_body(const char *name, const flesh_body *body, const flesh_b
 int flesh_selection_nodes(const flesh_selection *selection, const flesh_body *body, int *count,
                           int **nodes);
 
-/* The boundary triangles whose nodes are all chosen by box, sphere or list, or whose tet is of a chosen region; outward
- * normals. Returns new *triangles [3 * *count], freed by the caller. Errors as above, also when no triangle is chosen.
+/* The boundary triangles whose nodes are all chosen by box, sphere, list or among a set's nodes, or whose tet is of a
+ * chosen region or a set's; outward normals. Returns new *triangles [3 * *count], freed by the caller. Errors as above, also when no triangle is chosen.
  */
 int flesh_selection_triangles(const flesh_selection *selection, const flesh_body *body, int *count,
                               int **triangles);

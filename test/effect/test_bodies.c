@@ -140,7 +140,7 @@ static void bad_bodies_are_refused(void)
   refused("body: {" BAR "}\nbodies: [{name: a, " BLOCK "}]\neffects: [inertia, pin: {body: b}]\n",
           "body is 'b'; the scene has no body of that name, but body");
   refused("body: {" BAR "}\neffects: [inertia, pin: {body: body}]\n",
-          "body is 'body'; the scene has no body of that name, but a single one, which box, sphere, nodes or");
+          "body is 'body'; the scene has no body of that name, but a single one, which box, sphere, nodes,");
   refused("body: {mesh: bar.node}\nbodies: [{name: a, " BLOCK "}]\neffects: [inertia]\n", "have no material");
   flesh_scene *scene = NULL;
   const char *path =

@@ -222,7 +222,7 @@ static void nonsense_is_refused(void)
   field = along_x();
   int tag = 7;
   s.regions = (flesh_integers){1, &tag};
-  refuse(&s, &field, &body, "no tet of the mesh meets all of the given regions, box and body");
+  refuse(&s, &field, &body, "no tet of the mesh meets all of the given regions, box, set and body");
   s = everything();
   s.body = (char *)"middle";
   refuse(&s, &field, &body, "body is 'middle'; the scene has no body of that name, but left");

@@ -1,5 +1,4 @@
 /* weld.c: tied surfaces as a scene names them. */
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -41,17 +40,12 @@ static const flesh_key keys[] = {
             "compression is ignored. Without it nothing breaks. The adaptive methods refuse it"},
     {0}};
 
-static int is_given(const flesh_selection *s)
-{
-  return !isnan(s->box[0]) || !isnan(s->sphere.radius) || s->nodes.count || s->regions.count || s->body;
-}
-
 /* The two surfaces as selections, which borrow from the parameters. */
 static int read_sides(const parameters *p, flesh_selection sides[2])
 {
   const flesh_node *bodies = p->bodies;
   char shown[FLESH_SHOW_SIZE];
-  const int given = is_given(&p->first.selection) + is_given(&p->second.selection);
+  const int given = flesh_selection_is_given(&p->first.selection) + flesh_selection_is_given(&p->second.selection);
   if (given != (bodies ? 0 : 2))
     return flesh_fail(FLESH_ERR_ARGUMENT, bodies ? "bodies is given, and first or second, too; it is one or the other"
                                                  : "give bodies: [a, b], the names of two bodies, or first and second");
