@@ -33,7 +33,10 @@ LEFT_OUT = {
 for _kind in ("", "ida_", "ode_"):
     for _thing in ("sunmatrix", "sunlinsol"):
         LEFT_OUT[f"flesh_{_kind}{_thing}_create"] = "an object for SUNDIALS in C"
-LEFT_OUT["flesh_ida_vector_create"] = "an object for SUNDIALS in C"
+for _name in ("ida_vector_create", "ode_vector_create", "ida_sunnonlinsol_create", "arkode_sunnonlinsol_create",
+              "cvode_sunnonlinsol_create", "sunnonlinsol_position_norm"):
+    LEFT_OUT[f"flesh_{_name}"] = "an object for SUNDIALS in C"
+LEFT_OUT["flesh_ode_accept"] = "what ARKODE tells an object for SUNDIALS in C"
 for _name in ("communicator_create", "communicator_destroy", "communicator_rank", "communicator_size",
               "communicator_exchanged", "communicator_agree", "rank_part_create", "rank_part_create_for", "rank_part_destroy",
               "rank_part_mesh", "rank_part_own", "rank_part_neighbours", "rank_part_nodes", "rank_part_tets", "rank_part_find",
