@@ -24,6 +24,7 @@ typedef struct SUNContext_ *SUNContext;
 typedef struct _generic_N_Vector *N_Vector;
 typedef struct _generic_SUNMatrix *SUNMatrix;
 typedef struct _generic_SUNLinearSolver *SUNLinearSolver;
+typedef struct _generic_SUNNonlinearSolver *SUNNonlinearSolver;
 """
 
 # Functions of the SUNDIALS that libflesh is linked with (a communicator is an integer or a pointer), and C's own that
@@ -41,7 +42,7 @@ double *SUNSparseMatrix_Data(SUNMatrix matrix);
 void SUNMatDestroy(SUNMatrix matrix);
 """
 
-HEADERS = ("flesh.h", "kinsol.h", "ida.h", "ode.h")
+HEADERS = ("flesh.h", "kinsol.h", "ida.h", "ode.h", "sunnonlinsol.h")
 
 # Stand-ins for SUNDIALS' headers, so that its types need not be taken apart and MPI need not be found.
 SUNDIALS_CONFIG = """
@@ -51,7 +52,7 @@ SUNDIALS_CONFIG = """
 #define SUNDIALS_INT{index}_T
 #define SUNDIALS_MPI_ENABLED {mpi}
 """
-SUNDIALS_HEADERS = ("linearsolver", "matrix", "nvector", "types", "version", "context")
+SUNDIALS_HEADERS = ("linearsolver", "nonlinearsolver", "matrix", "nvector", "types", "version", "context")
 
 
 def defined(header):
