@@ -15,7 +15,7 @@
 #include "base/memory.h"
 
 static const char title[] = "flesh-split-mesh";
-enum { VERSION = 2, SUM_SIZE = 32 };
+enum { VERSION = 3, SUM_SIZE = 32 };
 
 int flesh_split_begins(const flesh_scanner *s)
 {
@@ -79,20 +79,41 @@ static int read_regions(flesh_scanner *s, flesh_split *split)
   return status;
 }
 
+/* The names of sets, each the whole of a line. */
+static int read_sets(flesh_scanner *s, flesh_split *split)
+{
+  int count, status = flesh_scan_count(s, "set", 0, 2, &count);
+  if (!status) status = flesh_scan_row_end(s);
+  flesh_scan_skip_line(s);
+  for (int k = 0; k < count && !status; k++) {
+    const char *end = memchr(s->at, '\n', (size_t)(s->end - s->at)), *name = s->at;
+    int set;
+    if (!end || end == name) return flesh_scan_fail(s, "the name of set %d is missing; split the mesh again", k);
+    status = flesh_mesh_sets_take(&split->sets, name, (size_t)(end - name), &set);
+    if (status) return flesh_fail_within(status, "%s:%" PRId64 ": ", s->path, s->line);
+    if (set != k) return flesh_scan_fail(s, "the set %s is there twice; split the mesh again", flesh_scan_show(s));
+    flesh_scan_skip_line(s);
+  }
+  return status;
+}
+
 static int read_row(flesh_scanner *s, const flesh_split *split, int part, flesh_split_row *row)
 {
-  int64_t own = 0, tets = 0, nodes = 0;
-  s->item = "part", s->index = part, s->form = "own-tets tets nodes";
+  int64_t own = 0, tets = 0, nodes = 0, members = 0;
+  s->item = "part", s->index = part, s->form = "own-tets tets nodes members-of-sets";
   flesh_scan_next(s);
   int status = flesh_scan_integer(s, &own);
   if (!status) status = flesh_scan_integer(s, &tets);
   if (!status) status = flesh_scan_integer(s, &nodes);
+  if (!status) status = flesh_scan_integer(s, &members);
   if (!status) status = flesh_scan_row_end(s);
   if (!status && (own < 1 || own > tets || tets > split->tets || nodes < 4 || nodes > split->nodes))
     status = flesh_scan_fail(s, "part %d has %" PRId64 " own of %" PRId64 " tets and %" PRId64 " nodes, of a mesh of %d "
                              "tets and %d nodes; it must have one own tet at least and no more than the whole",
                              part, own, tets, nodes, split->tets, split->nodes);
-  *row = (flesh_split_row){(int)own, (int)tets, (int)nodes};
+  if (!status && (members < 0 || members > INT_MAX / 4))
+    status = flesh_scan_fail(s, "part %d has %" PRId64 " members of sets; it must be 0 to %d", part, members, INT_MAX / 4);
+  *row = (flesh_split_row){(int)own, (int)tets, (int)nodes, (int)members};
   return status;
 }
 
@@ -116,7 +137,7 @@ static int check_sum(flesh_scanner *s, int parts)
 static int read_rows(flesh_scanner *s, flesh_split *split)
 {
   int64_t sum = 0;
-  int status = flesh_scan_count(s, "part", 1, 6, &split->parts);
+  int status = flesh_scan_count(s, "part", 1, 8, &split->parts);
   if (!status) status = flesh_scan_row_end(s);
   if (!status && !(split->rows = flesh_calloc((size_t)split->parts, sizeof *split->rows)))
     status = flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", s->path);
@@ -151,6 +172,8 @@ int flesh_split_read(flesh_scanner *s, flesh_split *split)
   if (!status) status = read_int(s, "tets", 1, flesh_mesh_most_tets(split->order), &split->tets);
   if (!status) status = expect(s, "regions");
   if (!status) status = read_regions(s, split);
+  if (!status) status = expect(s, "sets");
+  if (!status) status = read_sets(s, split);
   if (!status) status = expect(s, "parts");
   return status ? status : read_rows(s, split);
 }
@@ -170,6 +193,7 @@ void flesh_split_close(flesh_split *split)
   flesh_free(split->path);
   flesh_free(split->regions);
   flesh_free(split->rows);
+  flesh_mesh_sets_clear(&split->sets);
   *split = (flesh_split){0};
 }
 
@@ -212,9 +236,11 @@ static void print_index(FILE *stream, const flesh_split *split)
   fprintf(stream, "%s %d\nmark %" PRId64 "\norder %d\nnodes %d\ntets %d\nregions %d\n", title, VERSION, split->mark,
           split->order, split->nodes, split->tets, split->region_count);
   for (int k = 0; k < split->region_count; k++) fprintf(stream, "%d\n", split->regions[k]);
+  fprintf(stream, "sets %d\n", split->sets.count);
+  for (int k = 0; k < split->sets.count; k++) fprintf(stream, "%s\n", split->sets.sets[k].name);
   fprintf(stream, "parts %d\n", split->parts);
   for (int k = 0; k < split->parts; k++)
-    fprintf(stream, "%d %d %d\n", split->rows[k].own, split->rows[k].tets, split->rows[k].nodes);
+    fprintf(stream, "%d %d %d %d\n", split->rows[k].own, split->rows[k].tets, split->rows[k].nodes, split->rows[k].members);
 }
 
 int flesh_split_write_index(const flesh_split *split, const char *folder)

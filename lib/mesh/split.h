@@ -15,6 +15,7 @@
 /* An index. Its parts are in the files part_00000.bin and so on beside it. */
 typedef struct flesh_split_row {
   int own, tets, nodes; /* own tets, all tets, nodes of a part */
+  int members;          /* numbers in its list of the members of sets */
 } flesh_split_row;
 
 typedef struct flesh_split {
@@ -22,6 +23,7 @@ typedef struct flesh_split {
   int64_t mark; /* the same in all files of a split mesh, and hardly in those of another */
   int order, nodes, tets, parts, region_count;
   int *regions;          /* [region_count] rising */
+  flesh_mesh_sets sets;  /* by name; the parts have the members */
   flesh_split_row *rows; /* [parts] */
 } flesh_split;
 
@@ -50,10 +52,18 @@ typedef struct flesh_split_arrays {
   double *positions; /* [3*nodes] */
   int *node_numbers, *tet_nodes, *edge_nodes; /* [nodes], [4*tets] in this part's numbers, [6*tets] at order 2 */
   int *regions, *tet_numbers, *owners;        /* [tets] */
+  int member_count, *members; /* [member_count] for each set: how many nodes and tets, these nodes, these tets (split_sets.c) */
 } flesh_split_arrays;
 
-/* Room for so many. FLESH_ERR_MEMORY; to be cleared also then. */
-int flesh_split_arrays_take(flesh_split_arrays *arrays, int nodes, int tets, int order);
+/* Room for so many as `counts` has. FLESH_ERR_MEMORY; to be cleared also then. */
+int flesh_split_arrays_take(flesh_split_arrays *arrays, const flesh_split_row *counts, int order);
+
+/* How many numbers the list of a part's members has, and the list itself; nodes [whole nodes], tets [whole tets]: the
+ * part's number of each, -1 where it has none. */
+int64_t flesh_split_count_members(const flesh_mesh_sets *sets, const int *nodes, const int *tets);
+void flesh_split_list_members(const flesh_mesh_sets *sets, const int *nodes, const int *tets, int *members);
+/* The sets of a part. Returns FLESH_ERR_FILE where the list is none, FLESH_ERR_MEMORY; to be cleared also then. */
+int flesh_split_take_sets(const flesh_split *split, int part, const flesh_split_arrays *arrays, flesh_mesh_sets *sets);
 void flesh_split_arrays_clear(flesh_split_arrays *arrays);
 /* Writes part `part` into the folder, and fills in split->rows[part]. */
 int flesh_split_write_part(flesh_split *split, const char *folder, int part, const flesh_split_arrays *arrays);

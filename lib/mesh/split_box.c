@@ -109,7 +109,7 @@ static int write_part(const grid *g, flesh_split *split, const char *folder, int
     nodes *= r.high[d] - r.low[d] + 1;
     tets *= r.high[d] - r.low[d];
   }
-  int status = flesh_split_arrays_take(&arrays, nodes, tets, 1);
+  int status = flesh_split_arrays_take(&arrays, &(flesh_split_row){.nodes = nodes, .tets = tets}, 1);
   if (!status) {
     fill_nodes(g, &r, &arrays);
     fill_tets(g, &r, &arrays);

@@ -13,11 +13,11 @@
 #include "mesh/split.h"
 
 /* 64 bits each: what tells another byte order, then what the index says. */
-enum { BYTE_ORDER_MARK, MARK, PARTS, PART, ORDER, WHOLE_NODES, WHOLE_TETS, NODES, TETS, HEAD_NUMBERS };
+enum { BYTE_ORDER_MARK, MARK, PARTS, PART, ORDER, WHOLE_NODES, WHOLE_TETS, NODES, TETS, MEMBERS, HEAD_NUMBERS };
 static const int64_t byte_order_mark = 0x0102030405060708;
-static const char title[16] = "flesh part 1\n";
+static const char title[16] = "flesh part 2\n";
 
-enum { ARRAYS = 7, HEAD_BYTES = 16 + 8 * HEAD_NUMBERS, SUM_BYTES = 8 };
+enum { ARRAYS = 8, HEAD_BYTES = 16 + 8 * HEAD_NUMBERS, SUM_BYTES = 8 };
 
 /* An array of a part as bytes. */
 typedef struct array {
@@ -36,17 +36,18 @@ static void list_arrays(flesh_split_arrays *a, int order, array arrays[ARRAYS])
   arrays[4] = (array){(void **)&a->regions, tets * sizeof *a->regions};
   arrays[5] = (array){(void **)&a->tet_numbers, tets * sizeof *a->tet_numbers};
   arrays[6] = (array){(void **)&a->owners, tets * sizeof *a->owners};
+  arrays[7] = (array){(void **)&a->members, (size_t)a->member_count * sizeof *a->members};
 }
 
-int flesh_split_arrays_take(flesh_split_arrays *a, int nodes, int tets, int order)
+int flesh_split_arrays_take(flesh_split_arrays *a, const flesh_split_row *counts, int order)
 {
   array arrays[ARRAYS];
   int failed = 0;
-  *a = (flesh_split_arrays){.nodes = nodes, .tets = tets};
+  *a = (flesh_split_arrays){.nodes = counts->nodes, .tets = counts->tets, .member_count = counts->members};
   list_arrays(a, order, arrays);
   for (int k = 0; k < ARRAYS; k++)
     if (arrays[k].bytes) failed |= !(*arrays[k].place = flesh_malloc(arrays[k].bytes));
-  return failed ? flesh_fail(FLESH_ERR_MEMORY, "out of memory for a part of %d tets", tets) : FLESH_OK;
+  return failed ? flesh_fail(FLESH_ERR_MEMORY, "out of memory for a part of %d tets", counts->tets) : FLESH_OK;
 }
 
 void flesh_split_arrays_clear(flesh_split_arrays *a)
@@ -67,10 +68,10 @@ static char *path_of(const flesh_split *split, const char *folder, int part)
   return path;
 }
 
-static void fill_head(const flesh_split *split, int part, int nodes, int tets, int64_t head[HEAD_NUMBERS])
+static void fill_head(const flesh_split *split, int part, const flesh_split_row *counts, int64_t head[HEAD_NUMBERS])
 {
   const int64_t numbers[HEAD_NUMBERS] = {byte_order_mark, split->mark,  split->parts, part, split->order,
-                                         split->nodes,    split->tets, nodes,        tets};
+                                         split->nodes,    split->tets, counts->nodes, counts->tets, counts->members};
   memcpy(head, numbers, sizeof numbers);
 }
 
@@ -85,7 +86,8 @@ int flesh_split_write_part(flesh_split *split, const char *folder, int part, con
   int status = flesh_file_open(path, &file);
   flesh_free(path);
   if (status) return status;
-  fill_head(split, part, a->nodes, a->tets, head);
+  split->rows[part] = (flesh_split_row){.tets = a->tets, .nodes = a->nodes, .members = a->member_count};
+  fill_head(split, part, &split->rows[part], head);
   uint64_t sum = flesh_archive_sum(0, head, sizeof head);
   fwrite(title, 1, sizeof title, file.stream);
   fwrite(head, 1, sizeof head, file.stream);
@@ -97,7 +99,6 @@ int flesh_split_write_part(flesh_split *split, const char *folder, int part, con
   }
   fwrite(&sum, 1, sizeof sum, file.stream);
   flesh_split_row *row = &split->rows[part];
-  *row = (flesh_split_row){.tets = a->tets, .nodes = a->nodes};
   for (int t = 0; t < a->tets; t++) row->own += a->owners[t] == part;
   return flesh_file_commit(&file);
 }
@@ -106,7 +107,7 @@ int flesh_split_write_part(flesh_split *split, const char *folder, int part, con
 static int check_head(const flesh_split *split, const char *path, int part, const int64_t head[HEAD_NUMBERS])
 {
   int64_t wanted[HEAD_NUMBERS];
-  fill_head(split, part, split->rows[part].nodes, split->rows[part].tets, wanted);
+  fill_head(split, part, &split->rows[part], wanted);
   if (head[BYTE_ORDER_MARK] != byte_order_mark)
     return flesh_fail(FLESH_ERR_FILE, "%s: its numbers are not in this machine's byte order; split the mesh here", path);
   if (head[MARK] != wanted[MARK] || memcmp(head, wanted, sizeof wanted))
@@ -141,7 +142,8 @@ static int check_arrays(const flesh_split *split, const char *path, int part, co
 /* Checks that the file is there and has exactly the bytes that the index's counts make. */
 static int check_size(const flesh_split *split, const char *path, int part, size_t *bytes)
 {
-  flesh_split_arrays counts = {.nodes = split->rows[part].nodes, .tets = split->rows[part].tets};
+  flesh_split_arrays counts = {.nodes = split->rows[part].nodes, .tets = split->rows[part].tets,
+                               .member_count = split->rows[part].members};
   array arrays[ARRAYS];
   size_t wanted = HEAD_BYTES + SUM_BYTES;
   struct stat info;
@@ -188,7 +190,7 @@ static int take(const flesh_split *split, const char *path, int part, const char
     return flesh_fail(FLESH_ERR_FILE, "%s: the file is no part of a split mesh", path);
   memcpy(head, data + sizeof title, sizeof head);
   int status = check_head(split, path, part, head);
-  if (!status) status = flesh_split_arrays_take(a, (int)head[NODES], (int)head[TETS], split->order);
+  if (!status) status = flesh_split_arrays_take(a, &split->rows[part], split->order);
   if (status) return status;
   const char *at = data + HEAD_BYTES;
   sum = flesh_archive_sum(0, head, sizeof head);

@@ -1,4 +1,5 @@
 /* split_mesh.c: cuts a mesh into the files of its parts. */
+#include <limits.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -14,6 +15,7 @@ typedef struct cut {
   const int *owners;
   uint8_t *has_tet; /* [tets] */
   int *number;      /* [nodes] in the part; -1: none */
+  int *tet_number;  /* [tets] the same */
 } cut;
 
 static void mark_nodes(const cut *c, int tet)
@@ -45,7 +47,7 @@ static void choose(const cut *c, int part, int *tet_count, int *node_count)
     for (int t = 0; t < tets && layer < FLESH_SPLIT_LAYERS; t++) c->has_tet[t] |= (uint8_t)touches(c, t);
   }
   *tet_count = *node_count = 0;
-  for (int t = 0; t < tets; t++) *tet_count += c->has_tet[t];
+  for (int t = 0; t < tets; t++) c->tet_number[t] = c->has_tet[t] ? (*tet_count)++ : -1;
   for (int i = 0; i < nodes; i++)
     if (c->number[i] >= 0) c->number[i] = (*node_count)++;
 }
@@ -74,11 +76,15 @@ static void fill(const cut *c, const flesh_split_arrays *a)
 static int write_part(const cut *c, flesh_split *split, const char *folder, int part)
 {
   flesh_split_arrays arrays;
-  int tets, nodes;
-  choose(c, part, &tets, &nodes);
-  int status = flesh_split_arrays_take(&arrays, nodes, tets, split->order);
+  flesh_split_row counts = {0};
+  choose(c, part, &counts.tets, &counts.nodes);
+  const int64_t members = flesh_split_count_members(&c->mesh->sets, c->number, c->tet_number);
+  if (members > INT_MAX / 4) return flesh_fail(FLESH_ERR_ARGUMENT, "the sets have more than %d members", INT_MAX / 4);
+  counts.members = (int)members;
+  int status = flesh_split_arrays_take(&arrays, &counts, split->order);
   if (!status) {
     fill(c, &arrays);
+    flesh_split_list_members(&c->mesh->sets, c->number, c->tet_number, arrays.members);
     status = flesh_split_write_part(split, folder, part, &arrays);
   }
   flesh_split_arrays_clear(&arrays);
@@ -108,6 +114,10 @@ static int describe(const flesh_mesh *mesh, int parts, const int *owners, flesh_
   const int failed = !regions || !split->regions || !split->rows;
   if (!failed) memcpy(split->regions, regions, (size_t)split->region_count * sizeof *regions);
   free(regions);
+  int set, status = FLESH_OK;
+  for (int k = 0; k < mesh->sets.count && !status; k++)
+    status = flesh_mesh_sets_take(&split->sets, mesh->sets.sets[k].name, strlen(mesh->sets.sets[k].name), &set);
+  if (status) return status;
   return failed ? flesh_fail(FLESH_ERR_MEMORY, "out of memory to split a mesh of %d tets", split->tets) : FLESH_OK;
 }
 
@@ -127,8 +137,9 @@ int flesh_split_mesh(const flesh_mesh *mesh, int parts, const int *owners, const
   int status = check(mesh);
   if (status) return status;
   cut c = {mesh, owners, flesh_malloc((size_t)flesh_mesh_tet_count(mesh)),
-           flesh_malloc((size_t)flesh_mesh_node_count(mesh) * sizeof(int))};
-  if (!c.has_tet || !c.number) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory to split a mesh");
+           flesh_malloc((size_t)flesh_mesh_node_count(mesh) * sizeof(int)),
+           flesh_malloc((size_t)flesh_mesh_tet_count(mesh) * sizeof(int))};
+  if (!c.has_tet || !c.number || !c.tet_number) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory to split a mesh");
   if (!status) status = describe(mesh, parts, owners, &split);
   if (!status) status = flesh_split_begin(folder);
   for (int part = 0; part < parts && !status; part++) status = write_part(&c, &split, folder, part);
@@ -136,5 +147,6 @@ int flesh_split_mesh(const flesh_mesh *mesh, int parts, const int *owners, const
   flesh_split_close(&split);
   flesh_free(c.has_tet);
   flesh_free(c.number);
+  flesh_free(c.tet_number);
   return status;
 }

@@ -27,18 +27,21 @@ static int attach(const flesh_split *split, int part, flesh_split_arrays *a, fle
 int flesh_split_read_part(const flesh_split *split, int part, flesh_mesh **mesh)
 {
   flesh_split_arrays a;
+  flesh_mesh_sets sets = {0};
   *mesh = NULL;
   int status = flesh_split_load_part(split, part, &a);
+  if (!status) status = flesh_split_take_sets(split, part, &a, &sets);
   if (!status) {
     status = flesh_mesh_build(&(flesh_mesh_lists){.nodes = a.nodes, .tets = a.tets, .positions = a.positions,
                                                   .tet_nodes = a.tet_nodes, .edge_nodes = a.edge_nodes,
-                                                  .regions = a.regions}, NULL, mesh);
+                                                  .regions = a.regions, .sets = &sets}, NULL, mesh);
     if (status) flesh_fail_within(status, "%s: part %d: ", split->path, part);
   }
   if (!status && ((*mesh)->flipped || (*mesh)->unused_nodes))
     status = flesh_fail(FLESH_ERR_FILE, "%s: part %d contradicts itself; split the mesh again", split->path, part);
   if (!status) status = attach(split, part, &a, *mesh);
   flesh_split_arrays_clear(&a);
+  flesh_mesh_sets_clear(&sets);
   if (status) flesh_mesh_destroy(mesh);
   return status;
 }
@@ -49,6 +52,7 @@ typedef struct whole {
   int *tet_nodes, *edge_nodes, *regions; /* tet_nodes[4 t]: -1 until a part has brought tet t */
   uint8_t *node_known;
   int tets, nodes; /* known */
+  flesh_mesh_sets sets;
 } whole;
 
 static int open_whole(const flesh_split *split, whole *w)
@@ -73,6 +77,7 @@ static void close_whole(whole *w)
   flesh_free(w->edge_nodes);
   flesh_free(w->regions);
   flesh_free(w->node_known);
+  flesh_mesh_sets_clear(&w->sets);
 }
 
 static int number_of(whole *w, const flesh_split_arrays *a, int local)
@@ -88,6 +93,7 @@ static int number_of(whole *w, const flesh_split_arrays *a, int local)
 static int add_part(const flesh_split *split, int part, whole *w)
 {
   flesh_split_arrays a;
+  flesh_mesh_sets sets = {0};
   int status = flesh_split_load_part(split, part, &a);
   for (size_t t = 0; !status && t < (size_t)a.tets; t++) {
     const size_t tet = (size_t)a.tet_numbers[t];
@@ -103,6 +109,10 @@ static int add_part(const flesh_split *split, int part, whole *w)
     w->regions[tet] = a.regions[t];
     w->tets++;
   }
+  if (!status) status = flesh_split_take_sets(split, part, &a, &sets);
+  if (!status)
+    status = flesh_mesh_sets_append(&w->sets, &sets, &(flesh_mesh_sets_map){.nodes = a.node_numbers, .tets = a.tet_numbers});
+  flesh_mesh_sets_clear(&sets);
   flesh_split_arrays_clear(&a);
   return status;
 }
@@ -117,10 +127,11 @@ int flesh_split_read_whole(const flesh_split *split, flesh_mesh **mesh)
   if (!status && (w.nodes != split->nodes || w.tets != split->tets))
     status = flesh_fail(FLESH_ERR_FILE, "%s: the parts have %d of %d nodes and %d of %d tets; split the mesh again",
                         split->path, w.nodes, split->nodes, w.tets, split->tets);
+  flesh_mesh_sets_settle(&w.sets);
   if (!status) {
     status = flesh_mesh_build(&(flesh_mesh_lists){.nodes = split->nodes, .tets = split->tets, .positions = w.positions,
                                                   .tet_nodes = w.tet_nodes, .edge_nodes = w.edge_nodes,
-                                                  .regions = w.regions}, NULL, mesh);
+                                                  .regions = w.regions, .sets = &w.sets}, NULL, mesh);
     if (status) flesh_fail_within(status, "%s: ", split->path);
   }
   close_whole(&w);

@@ -145,6 +145,32 @@ same_bits() {
   done
 }
 
+# Sets of the mesh select what boxes do: on ranks that have the whole, on parts, and what is not there is refused on all.
+sets_are_those_of_the_whole() {
+  "$flesh" mesh convert bar.msh b.node >/dev/null && {
+    echo '*NODE'
+    awk 'NR > 1 { print $1 ", " $2 ", " $3 ", " $4 }' b.node
+    echo '*ELEMENT, TYPE=C3D4, ELSET=all'
+    awk 'NR > 1 { print $1 ", " $2 ", " $3 ", " $4 ", " $5 }' b.ele
+    echo '*NSET, NSET=clamp'
+    awk 'NR > 1 && $2 <= 0.01 { print $1 }' b.node
+    echo '*NSET, NSET=tip'
+    awk 'NR > 1 && $2 >= 2.99 { print $1 }' b.node
+  } >bar.inp || return 1
+  sed 's/bar.msh/bar.inp/; s/pin: {box: [^u]*/pin: {set: clamp, /; s/traction: {box: [^t]*/traction: {set: tip, /' bar.yaml >sets.yaml
+  grep -q 'pin: {set: clamp, until: 0.1}' sets.yaml && grep -q 'traction: {set: tip, traction:' sets.yaml || return 1
+  "$flesh" mesh split bar.inp --parts 2 --out sets_2 >/dev/null &&
+    "$flesh" run bar.yaml --quiet --no-frames --out boxes_1 && "$flesh" run sets.yaml --quiet --no-frames --out sets_1 &&
+    expect 0 on_ranks 2 "$flesh" run bar.yaml --quiet --no-frames --out boxes_on_2 &&
+    expect 0 on_ranks 2 "$flesh" run sets.yaml --quiet --no-frames --out sets_on_2 &&
+    expect 0 on_ranks 2 "$flesh" run sets.yaml --quiet --no-frames --set body.mesh=sets_2/index.txt --out sets_in_2 || return 1
+  cmp boxes_1/state.txt sets_1/state.txt && cmp boxes_on_2/state.txt sets_on_2/state.txt &&
+    cmp boxes_on_2/state.txt sets_in_2/state.txt || return 1
+  sed -i 's/set: tip/set: top/' sets.yaml
+  expect 2 on_ranks 2 "$flesh" run sets.yaml --quiet --set body.mesh=sets_2/index.txt --out never &&
+    has stderr.txt "effects\[3\].traction: set is 'top'; the mesh has the sets 'all', 'clamp' and 'tip'"
+}
+
 # as_alone LIMIT SCENE ARGUMENT...: on three ranks with parts as in a process by itself with all of the mesh.
 as_alone() {
   limit=$1 scene=$2
@@ -398,10 +424,10 @@ a_signal_ends_all() {
 }
 
 if [ -n "$quick" ]; then
-  run_tests runs_are_those_of_the_whole frames_are_in_parts effects_are_those_of_the_whole contact_is_that_of_the_whole \
+  run_tests runs_are_those_of_the_whole sets_are_those_of_the_whole frames_are_in_parts effects_are_those_of_the_whole contact_is_that_of_the_whole \
     fields_are_those_of_the_whole checkpoints_go_on what_needs_the_whole_is_refused
 else
-  run_tests runs_are_those_of_the_whole tangles_are_untangled frames_are_in_parts effects_are_those_of_the_whole \
+  run_tests runs_are_those_of_the_whole sets_are_those_of_the_whole tangles_are_untangled frames_are_in_parts effects_are_those_of_the_whole \
     closed_surfaces_and_files_are_those_of_the_whole pressures_on_curved_faces_are_those_of_the_whole \
     contact_is_that_of_the_whole fields_are_those_of_the_whole \
     checkpoints_go_on bad_checkpoints_are_refused states_go_on_on_others others_read_an_index \

@@ -49,6 +49,54 @@ static void check_same(const flesh_mesh *a, const flesh_mesh *b)
   if (flesh_mesh_order(a) == 2) CHECK(!memcmp(flesh_mesh_tet_edges(a), flesh_mesh_tet_edges(b), 6 * tets * sizeof(int)));
 }
 
+/* Two sets: "a b" of nodes and tets, and one of no tets. */
+static void add_sets(flesh_mesh *mesh)
+{
+  int set;
+  CHECK_OK(flesh_mesh_sets_take(&mesh->sets, "a b", 3, &set));
+  for (int i = 0; i < mesh->nodes; i += 3) CHECK_OK(flesh_members_add(&mesh->sets.sets[set].nodes, i));
+  for (int t = 1; t < mesh->tets; t += 7) CHECK_OK(flesh_members_add(&mesh->sets.sets[set].tets, t));
+  CHECK_OK(flesh_mesh_sets_take(&mesh->sets, "#c", 2, &set));
+  CHECK_OK(flesh_members_add(&mesh->sets.sets[set].nodes, mesh->nodes - 1));
+}
+
+static void check_same_members(const flesh_members *a, const flesh_members *b)
+{
+  CHECK(a->count == b->count && !(a->count && memcmp(a->values, b->values, (size_t)a->count * sizeof *a->values)));
+}
+
+/* Each part has the members of the whole's sets that are among its nodes and tets, and they make the sets again. */
+static void parts_keep_the_sets(void)
+{
+  for (int order = 1; order <= 2; order++) {
+    flesh_mesh *mesh = make_box(order), *again = NULL;
+    int *owners = make_owners(mesh, order == 2);
+    flesh_split split;
+    add_sets(mesh);
+    CHECK_OK(flesh_split_mesh(mesh, PARTS, owners, in_work_folder("sets")));
+    CHECK_OK(flesh_mesh_read(in_work_folder("sets/index.txt"), &again));
+    CHECK(again && again->sets.count == 2 && !strcmp(again->sets.sets[0].name, "a b") && !strcmp(again->sets.sets[1].name, "#c"));
+    for (int k = 0; k < 2 && again && again->sets.count == 2; k++) {
+      check_same_members(&mesh->sets.sets[k].nodes, &again->sets.sets[k].nodes);
+      check_same_members(&mesh->sets.sets[k].tets, &again->sets.sets[k].tets);
+    }
+    flesh_mesh_destroy(&again);
+    CHECK_OK(flesh_split_open(in_work_folder("sets/index.txt"), &split));
+    for (int part = 0; part < PARTS; part++) {
+      CHECK_OK(flesh_split_read_part(&split, part, &again));
+      CHECK(again && again->sets.count == 2);
+      int nodes = 0, tets = 0;
+      for (int i = 0; again && i < again->nodes; i++) nodes += again->split->nodes[i] % 3 == 0;
+      for (int t = 0; again && t < again->tets; t++) tets += again->split->tets[t] % 7 == 1;
+      CHECK(again && again->sets.sets[0].nodes.count == nodes && again->sets.sets[0].tets.count == tets && nodes && tets);
+      flesh_mesh_destroy(&again);
+    }
+    flesh_split_close(&split);
+    free(owners);
+    flesh_mesh_destroy(&mesh);
+  }
+}
+
 static void parts_make_the_whole_again(void)
 {
   for (int order = 1; order <= 2; order++)
@@ -263,20 +311,23 @@ static void what_contradicts_itself_is_refused(void)
 static void bad_indices_are_refused(void)
 {
   static const char *const bad[][2] = {
-      {"flesh-split-mesh 3\n", "flesh-split-mesh is 3; it must be 2 to 2"},
-      {"flesh-split-mesh 2\nmark -1\n", "mark is -1"},
-      {"flesh-split-mesh 2\nmark 1\norder 3\n", "order is 3; it must be 1 to 2"},
-      {"flesh-split-mesh 2\nmark 1\norder 1\nnodes 800000000\n", "nodes is 800000000; it must be 4 to 715827882"},
-      {"flesh-split-mesh 2\nmark 1\norder 1\nnodes 4\ntets 0\n", "tets is 0"},
-      {"flesh-split-mesh 2\nmark 1\norder 1\nnodes 4\ntets 1\nparts 1\n", "'parts' stands where `regions N` is expected"},
-      {"flesh-split-mesh 2\nmark 1\norder 1\nnodes 4\ntets 1\nregions 2\n3\n3\nparts 1\n", "tags must rise"},
-      {"flesh-split-mesh 2\nmark 1\norder 1\nnodes 4\ntets 1\nregions 9000000\n", "region tag is 9000000, but only"},
-      {"flesh-split-mesh 2\nmark 1\norder 1\nnodes 4\ntets 2\nregions 1\n0\nparts 1\n1 1 4\n",
+      {"flesh-split-mesh 2\n", "flesh-split-mesh is 2; it must be 3 to 3"},
+      {"flesh-split-mesh 3\nmark -1\n", "mark is -1"},
+      {"flesh-split-mesh 3\nmark 1\norder 3\n", "order is 3; it must be 1 to 2"},
+      {"flesh-split-mesh 3\nmark 1\norder 1\nnodes 800000000\n", "nodes is 800000000; it must be 4 to 715827882"},
+      {"flesh-split-mesh 3\nmark 1\norder 1\nnodes 4\ntets 0\n", "tets is 0"},
+      {"flesh-split-mesh 3\nmark 1\norder 1\nnodes 4\ntets 1\nparts 1\n", "'parts' stands where `regions N` is expected"},
+      {"flesh-split-mesh 3\nmark 1\norder 1\nnodes 4\ntets 1\nregions 2\n3\n3\nparts 1\n", "tags must rise"},
+      {"flesh-split-mesh 3\nmark 1\norder 1\nnodes 4\ntets 1\nregions 1\n0\nsets 2\na\na\nparts 1\n", "the set 'a' is there twice"},
+      {"flesh-split-mesh 3\nmark 1\norder 1\nnodes 4\ntets 1\nregions 1\n0\nsets 1\n\n", "the name of set 0 is missing"},
+      {"flesh-split-mesh 3\nmark 1\norder 1\nnodes 4\ntets 1\nregions 1\n0\nsets 0\nparts 1\n1 1 4 -1\n", "-1 members of sets"},
+      {"flesh-split-mesh 3\nmark 1\norder 1\nnodes 4\ntets 1\nregions 9000000\n", "region tag is 9000000, but only"},
+      {"flesh-split-mesh 3\nmark 1\norder 1\nnodes 4\ntets 2\nregions 1\n0\nsets 0\nparts 1\n1 1 4 0\n",
        "the parts have 1 tets of their own, the whole has 2"},
-      {"flesh-split-mesh 2\nmark 1\norder 1\nnodes 4\ntets 1\nregions 1\n0\nparts 1\n0 1 4\n", "one own tet at least"},
-      {"flesh-split-mesh 2\nmark 1\norder 1\nnodes 4\ntets 1\nregions 1\n0\nparts 1\n1 1 4\n5\n", "behind the last of 1"},
-      {"flesh-split-mesh 2\nmark 1\norder 1\nnodes 4\ntets 1\nregions 1\n0\nparts 1\n1 1 4\n", "`sum N` is expected"},
-      {"flesh-split-mesh 2\nmark 1\norder 1\nnodes 4\ntets 1\nregions 1\n0\nparts 1\n1 1 4\nsum 0123456789abcdef\n",
+      {"flesh-split-mesh 3\nmark 1\norder 1\nnodes 4\ntets 1\nregions 1\n0\nsets 0\nparts 1\n0 1 4 0\n", "one own tet at least"},
+      {"flesh-split-mesh 3\nmark 1\norder 1\nnodes 4\ntets 1\nregions 1\n0\nsets 0\nparts 1\n1 1 4 0\n5\n", "behind the last of 1"},
+      {"flesh-split-mesh 3\nmark 1\norder 1\nnodes 4\ntets 1\nregions 1\n0\nsets 0\nparts 1\n1 1 4 0\n", "`sum N` is expected"},
+      {"flesh-split-mesh 3\nmark 1\norder 1\nnodes 4\ntets 1\nregions 1\n0\nsets 0\nparts 1\n1 1 4 0\nsum 0123456789abcdef\n",
        "the index is damaged"},
   };
   flesh_mesh *mesh = NULL;
@@ -285,8 +336,8 @@ static void bad_indices_are_refused(void)
     CHECK_TEXT(flesh_error_text(), bad[k][1]);
   }
   /* Whole, and of a part that is not there; no memory is asked for. */
-  static const char huge[] = "flesh-split-mesh 2\nmark 1\norder 1\nnodes 700000000\ntets 500000000\nregions 1\n0\nparts 1\n"
-                             "500000000 500000000 700000000\n";
+  static const char huge[] = "flesh-split-mesh 3\nmark 1\norder 1\nnodes 700000000\ntets 500000000\nregions 1\n0\nsets 0\nparts 1\n"
+                             "500000000 500000000 700000000 0\n";
   char whole[sizeof huge + 32];
   unlink(in_work_folder("part_00000.bin"));
   snprintf(whole, sizeof whole, "%ssum %016" PRIx64 "\n", huge, flesh_archive_sum(0, huge, strlen(huge)));
@@ -346,7 +397,7 @@ static void what_cannot_be_split_is_refused(void)
 int main(int argc, char **argv)
 {
   if (!make_work_folder()) return 1;
-  RUN_TESTS(argc, argv, TEST(parts_make_the_whole_again), TEST(boxes_in_parts_are_boxes),
+  RUN_TESTS(argc, argv, TEST(parts_make_the_whole_again), TEST(parts_keep_the_sets), TEST(boxes_in_parts_are_boxes),
             TEST(a_part_knows_two_layers_around), TEST(damage_is_told), TEST(what_contradicts_itself_is_refused),
             TEST(bad_indices_are_refused), TEST(every_byte_of_an_index_counts), TEST(what_cannot_be_split_is_refused));
 }

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 #include "body.h"
+#include "mesh/mesh.h"
 #include "scene/effect_registry.h"
 #include "scene/keys.h"
 #include "test.h"
@@ -123,6 +124,12 @@ static void make_cube(flesh_mass mass, test_body *b)
 {
   static const flesh_body_part whole = {"whole", 0, 6};
   CHECK_OK(test_body_create(test_box(1, 1, 1, 1, 1, 1), test_material(FLESH_ENERGY_S, 0.4), 1000, mass, 1, b));
+  /* The set of the name that texts have: a tet, and the nodes where the box chooses some. */
+  int set;
+  CHECK_OK(flesh_mesh_sets_take(&b->mesh->sets, "whole", 5, &set));
+  CHECK_OK(flesh_members_add(&b->mesh->sets.sets[set].tets, 0));
+  for (int i = 0; i < 8; i++)
+    if (b->mesh->positions[3 * i] == 1) CHECK_OK(flesh_members_add(&b->mesh->sets.sets[set].nodes, i));
   b->body.part_count = 1;
   b->body.parts = &whole;
   test_jitter(b->n, 0.05, 5, b->state.x);

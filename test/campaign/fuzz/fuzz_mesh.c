@@ -1,4 +1,4 @@
-/* fuzz_mesh.c: meshes of every format; an input with a "%%" line is TetGen's .node and .ele, or an index and a part of a
+/* fuzz_mesh.c: meshes of every format, those that go by their name if they begin as they should; an input with a "%%" line is TetGen's .node and .ele, or an index and a part of a
  * split mesh; one that begins with "%split" is the arrays of such a part. */
 #define _GNU_SOURCE
 #include "fuzz.h"
@@ -15,6 +15,14 @@ int LLVMFuzzerInitialize(int *argc, char ***argv)
   return 0;
 }
 
+static void check_members(const flesh_members *members, int end)
+{
+  for (int k = 0; k < members->count; k++) {
+    fuzz_expect(members->values[k] >= 0 && members->values[k] < end, "a set's member");
+    fuzz_expect(!k || members->values[k] > members->values[k - 1], "members that do not rise");
+  }
+}
+
 /* Checks the promises of flesh.h about a mesh. */
 static void check(const flesh_mesh *mesh)
 {
@@ -29,6 +37,10 @@ static void check(const flesh_mesh *mesh)
     fuzz_expect(surface[i] >= 0 && surface[i] < nodes, "a triangle's node");
   for (int t = 0; t < tets; t++)
     fuzz_expect(flesh_mesh_tet_volumes(mesh)[t] > 0, "a volume that is not positive");
+  for (int k = 0; k < mesh->sets.count; k++) {
+    check_members(&mesh->sets.sets[k].nodes, nodes);
+    check_members(&mesh->sets.sets[k].tets, tets);
+  }
   flesh_mesh_info info;
   flesh_mesh_inspect(mesh, &info);
   fuzz_expect(flesh_mesh_jacobians(mesh, flesh_mesh_positions(mesh), NULL, NULL, NULL) == 1, "J at rest");
@@ -99,6 +111,14 @@ static void try_arrays(const uint8_t *data, size_t size)
   flesh_split_close(&split);
 }
 
+/* The name of the file with these bytes. */
+static const char *name_of(const uint8_t *data, size_t size)
+{
+  if (!size || (*data != '<' && *data != '*')) return "m";
+  if (*data == '<') return "m.vtu";
+  return size > 9 && !memcmp(data, "*VERTICES", 9) ? "m.veg" : "m.inp";
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
   static const char *const written[] = {"w.node", "w.msh", "w.mesh"};
@@ -109,11 +129,12 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
   }
   size_t left = size, first = fuzz_part(&second, &left);
   int pair = second != data + first;
-  fuzz_write(pair ? "m.node" : "m", data, first);
+  const char *name = pair ? "m.node" : name_of(data, first);
+  fuzz_write(name, data, first);
   if (pair) fuzz_write("m.ele", second, left);
   if (pair) fuzz_write("part_00000.bin", second, left);
   flesh_mesh *mesh = NULL;
-  int status = flesh_mesh_read(pair ? first % 2 ? "m.node" : "m.ele" : "m", &mesh);
+  int status = flesh_mesh_read(pair && first % 2 == 0 ? "m.ele" : name, &mesh);
   fuzz_status(status);
   fuzz_expect(!status == (mesh != NULL), "a status that is not what was returned");
   if (status) return 0;
