@@ -29,6 +29,9 @@ static const char *energy_advice(const flesh_scene *scene, const flesh_figures *
   case FLESH_METHOD_HHT:
     return "the steps do not resolve the motion (contact, stiff parts): try a shorter time.step, time.alpha=-0.3, or "
            "time.method=bdf2 or backward-euler, which damp more";
+  case FLESH_METHOD_RUNGE_KUTTA:
+    return "the steps do not resolve the motion: let its error choose them by time.tolerance, or try a smaller one, or "
+           "time.table=esdirk324, which damps more";
   case FLESH_METHOD_ADAPTIVE:
   case FLESH_METHOD_EULER_THEN_ADAPTIVE:
     return "try a smaller time.tolerance or time.max_order=2, or time.method=backward-euler, which damps";

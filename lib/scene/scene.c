@@ -142,7 +142,7 @@ static int settle_time(flesh_scene *scene)
         flesh_key_at(time->children, offsetof(flesh_scene_keys, time.method) - time->offset);
     return flesh_node_fail(flesh_scene_place(place, time->children, key->offset),
                            "%s.%s is %s, which cannot judge the error of the pressures of incompressible tets (poisson "
-                           "0.5); it must be a method of fixed steps, or poisson below 0.5",
+                           "0.5); it must be a method of fixed steps or runge-kutta, or poisson below 0.5",
                            time->name, key->name, flesh_method_name(method));
   }
   if (flesh_system_internal_count(scene->system) &&
@@ -151,7 +151,7 @@ static int settle_time(flesh_scene *scene)
         flesh_key_at(time->children, offsetof(flesh_scene_keys, time.method) - time->offset);
     return flesh_node_fail(flesh_scene_place(place, time->children, key->offset),
                            "%s.%s is %s, which goes on from a history of smooth steps; with a weld that breaks it must "
-                           "be a method of fixed steps", time->name, key->name, flesh_method_name(method));
+                           "be a method of fixed steps or runge-kutta", time->name, key->name, flesh_method_name(method));
   }
   flesh_adaptive_options taken;
   int status = settle_adaptive(scene, method, place, &taken);

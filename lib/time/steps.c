@@ -87,6 +87,9 @@ static int take_part(flesh_integrator *self, flesh_state *state, const flesh_pie
     const int restarted = begin_anew(self, state, &rest, part->h, stats);
     if (restarted) return restarted;
   }
+  /* The acceleration of a tangled body is not the way out; where no error shortens the steps, backward Euler finds it. */
+  if (self->row->stages && !self->control.on && flesh_recovery_is_tangled(&self->recovery, state->x))
+    return flesh_integrator_attempt(self, &flesh_method_backward_euler, state, piece, cutbacks, stats);
   int status = flesh_integrator_attempt(self, self->row, state, piece, cutbacks, stats);
   if (!self->blocked) return status;
   status = flesh_integrator_attempt(self, &flesh_method_backward_euler, state, piece, cutbacks, stats);

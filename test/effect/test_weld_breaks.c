@@ -255,6 +255,44 @@ static void broken_welds_keep_momenta_and_books(void)
   }
 }
 
+/* Steps that errors choose keep momenta and books, too, and the first part breaks where and when short steps say. */
+static void errors_choose_steps_of_a_weld_that_breaks(void)
+{
+  double first[2][5];
+  for (int controlled = 0; controlled < 2; controlled++) {
+    test_body b;
+    double before[6], after[6], rounding;
+    begin_peel(600, NULL, &b);
+    test_momenta(&b, before);
+    const double start = energy_of(&b, &rounding);
+    flesh_integrator *integrator = integrator_of(&b, controlled ? FLESH_METHOD_RUNGE_KUTTA : FLESH_METHOD_NEWMARK, 1e-11);
+    flesh_adaptive_options options;
+    flesh_adaptive_options_default(&options);
+    options.control = controlled;
+    options.tolerance = 1e-8; /* of the length, as welds break at small openings */
+    CHECK_OK(flesh_integrator_set_adaptive(integrator, &options));
+    flesh_solve_stats stats = {0};
+    for (int s = 0; s < (controlled ? 60 : 300); s++)
+      CHECK_OK(flesh_integrator_step(integrator, &b.state, controlled ? 0.004 : 0.0008, &stats));
+    const double size = test_momenta(&b, after), *of_all = b.state.internal + b.state.internal_count - 5;
+    const double left = energy_of(&b, &rounding) + of_all[0] - start;
+    memcpy(first[controlled], of_all, 5 * sizeof *of_all);
+    printf("# %d steps, %d rejected: %.3g broken, first at %g s; %.6g J released, %.3g of the energy left over\n", stats.steps,
+           stats.rejected, broken_of(&b), of_all[1], of_all[0], left / start);
+    double off = 0;
+    for (int c = 0; c < 3; c++) off = fmax(off, fabs(after[c] - before[c]) / size);
+    CHECK_BELOW(off, 1e-6);
+    CHECK_NEAR(flesh_integrator_energy_balance(integrator)->released, of_all[0], rounding);
+    CHECK(left < 1e-3 * start && left > -0.05 * start);
+    CHECK(!controlled || stats.steps > 60);
+    flesh_integrator_destroy(&integrator);
+    end(&b);
+  }
+  CHECK_NEAR(first[1][1], first[0][1], 4e-3);
+  for (int c = 2; c < 5; c++) CHECK_NEAR(first[1][c], first[0][c], 1e-9);
+  CHECK_NEAR(first[1][0], first[0][0], 0.1 * first[0][0]);
+}
+
 /* An effect that has no value at the stage of a whole step, so that each step is halved. Where a stage is the end of its
  * step, the second half ends there too, and comes less than a step after the lagged state. */
 static double whole_stage, farthest;
@@ -427,7 +465,8 @@ static void adaptive_methods_refuse_it(void)
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(two_bars_break_at_the_force), TEST(tension_and_shear_count_together),
-                   TEST(broken_welds_keep_momenta_and_books), TEST(halved_steps_break_the_same),
+                   TEST(broken_welds_keep_momenta_and_books),
+                   TEST(errors_choose_steps_of_a_weld_that_breaks), TEST(halved_steps_break_the_same),
                    TEST(a_broken_weld_goes_on_with_the_same_bits), TEST(compression_breaks_nothing),
                    TEST(what_falls_off_has_no_equilibrium), TEST(adaptive_methods_refuse_it));
 }

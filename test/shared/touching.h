@@ -27,8 +27,9 @@ typedef struct touching {
 static inline int touching_integrator(touching *m)
 {
   const flesh_scene_time *time = flesh_scene_times(m->scene);
-  return flesh_integrator_create(flesh_scene_system(m->scene), time->method, flesh_scene_solver(m->scene),
-                                 &m->integrator);
+  const int status = flesh_integrator_create(flesh_scene_system(m->scene), time->method, flesh_scene_solver(m->scene),
+                                             &m->integrator);
+  return status ? status : flesh_integrator_set_adaptive(m->integrator, &time->adaptive);
 }
 
 /* Fills in the rest from m->scene. One density for all bodies, whatever the scene says. */
