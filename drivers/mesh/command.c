@@ -123,7 +123,7 @@ static int command_info(int argc, char **argv)
       .details =
           "Shows for each mesh: nodes (and those that no tet uses), tets (and those whose winding\n"
           "was inverted and has been flipped), surface triangles, regions, volume, bounding box,\n"
-          "edge lengths, and the tets' radius ratio, 3 * inradius / circumradius: 1 for a regular\n"
+          "named sets, edge lengths, and the tets' radius ratio, 3 * inradius / circumradius: 1 for a regular\n"
           "tet, 0 for a flat one; as a histogram and with the worst tet's place. Where tets have ten\n"
           "nodes, edges and radius ratios are those of the corners; the volume is that of the curved\n"
           "tets, and their scaled Jacobian (smallest over largest Jacobian in a tet) is 1 where\n"
@@ -206,9 +206,10 @@ static int command_convert(int argc, char **argv)
       .positionals = "IN OUT",
       .summary = "Writes a mesh in another format.",
       .details =
-          "Reads IN (format by content) and writes OUT in the format of its suffix: .node or .ele\n"
+          "Reads IN (any format that flesh mesh --help lists) and writes OUT in the format of its suffix: .node or .ele\n"
           "(TetGen, both files), .msh (Gmsh 4.1 binary), .mesh (Medit). Nodes, tets and region\n"
-          "tags keep their order; inverted tets are flipped; unused nodes are kept. An existing\n"
+          "tags keep their order; inverted tets are flipped; unused nodes are kept, named sets are not.\n"
+          "An existing\n"
           "OUT is replaced only when the new one is complete.\n"
           "--order 2 puts a node in the middle of each edge, behind the others; --order 1 leaves\n"
           "the nodes on edges out.\n"
@@ -321,7 +322,8 @@ int flesh_command_mesh(int argc, char **argv)
   static const char about[] =
       "Inspect, convert and make meshes.\n\n"
       "Read, recognised by content: TetGen .node/.ele, Gmsh .msh 2.2 and 4.1 (ASCII and binary),\n"
-      "Medit .mesh (ASCII), plain lists, and index.txt of a split mesh. Written, by suffix:\n"
+      "Medit .mesh (ASCII), plain lists, and index.txt of a split mesh; recognised by suffix: .inp\n"
+      "(Abaqus, CalculiX), .vtu (VTK) and .veg (VegaFEM). Written, by suffix:\n"
       ".node or .ele (TetGen, both files), .msh (Gmsh 4.1 binary), .mesh (Medit). Tets have four\n"
       "nodes, or ten, and then their edges may be curved.\n";
   return flesh_subcommand_run("mesh", about, NULL, commands, argc, argv);

@@ -89,14 +89,17 @@ FLESH_API int flesh_mesh_refine(const flesh_mesh *mesh, flesh_mesh **refined);
 FLESH_API int flesh_mesh_box(const int cells[3], const double size[3], const double origin[3],
                              flesh_mesh **mesh);
 
-/* Reads TetGen .node or .ele (its partner is found beside it), Gmsh .msh 2.2 and 4.1 (ASCII, or
- * binary in either byte order), Medit .mesh (ASCII), or a plain list (`nodes N`, rows `x y z`,
- * `tets T`, rows `a b c d` from 0, or `tets10 T`, rows of ten), recognised by content; only
- * TetGen's two files also by their names; and the index of a split mesh (`flesh mesh split`), whose
- * parts are put together. Tets have 4 nodes, or all 10: Gmsh's type 11, TetGen's
- * -o2, Medit's TetrahedraP2. Other elements are left out; tets of order 3 and above are refused.
- * Regions: TetGen's first attribute, Gmsh's physical tag or else the tag of the volume, Medit's
- * reference, else 0. FLESH_ERR_FILE with file and line (byte in binary parts) otherwise.
+/* Reads a mesh. By the file's name: Abaqus's and CalculiX's .inp, VTK's .vtu (one piece; ASCII, base 64 or raw, also
+ * deflated by zlib), VegaFEM's .veg (text). Others by their content: TetGen .node or .ele (its partner is found beside
+ * it), Gmsh .msh 2.2 and 4.1 (ASCII, or binary in either byte order), Medit .mesh (ASCII), a plain list (`nodes N`, rows
+ * `x y z`, `tets T`, rows `a b c d` from 0, or `tets10 T`, rows of ten), and the index of a split mesh (`flesh mesh
+ * split`), whose parts are put together. Tets have 4 nodes, or all 10: C3D10, VTK_QUADRATIC_TETRA, Gmsh's type 11,
+ * TetGen's -o2, Medit's TetrahedraP2. Other elements are left out; tets of order 3 and above are refused.
+ * Regions: the number of the *SOLID SECTION, from 1, or else of the ELSET that the *ELEMENT names; the array of cells
+ * `region`, `regions`, `MaterialIds`, `gmsh:physical` or `medit:ref`, or else the only one of integers of one component;
+ * the number of VegaFEM's *REGION; TetGen's first attribute, Gmsh's physical tag or else the tag of the volume, Medit's
+ * reference; else 0. Named sets stay with the mesh, for scenes to select by: *NSET and *ELSET, *SET, Gmsh's physical
+ * groups that have names. FLESH_ERR_FILE with file and line (byte in binary parts) otherwise.
  * Independent of the locale. Returns new. Further errors: FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_mesh_read(const char *path, flesh_mesh **mesh);
 

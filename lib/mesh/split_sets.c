@@ -3,7 +3,7 @@
 #include "base/error.h"
 #include "mesh/split.h"
 
-/* Those of the members that the part has, into *to where it is not NULL; how many they are. */
+/* Lists the members that the part has, in its numbers, into *to where it is not NULL. Returns how many they are. */
 static int list(const flesh_members *members, const int *numbers, int **to)
 {
   int found = 0;

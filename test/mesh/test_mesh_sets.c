@@ -58,6 +58,10 @@ static void decks_have_sets_and_regions(void)
   CHECK_OK(flesh_mesh_read(write_text("s.inp", sections), &mesh));
   CHECK(mesh && mesh->regions[0] == 2 && mesh->regions[1] == 1);
   flesh_mesh_destroy(&mesh);
+  snprintf(sections, sizeof sections, "%s*SOLID SECTION, ELSET=UPPER, MATERIAL=rubber\n", deck);
+  CHECK_OK(flesh_mesh_read(write_text("o.inp", sections), &mesh));
+  CHECK(mesh && mesh->regions[0] == 0 && mesh->regions[1] == 1); /* a tet without a section has none */
+  flesh_mesh_destroy(&mesh);
 }
 
 static void vega_files_have_sets_and_regions(void)

@@ -92,7 +92,8 @@ class Mesh(Const):
 
     @classmethod
     def read(cls, path) -> "Mesh":
-        """Reads TetGen (.node, .ele), Gmsh (.msh 2.2, 4.1), Medit (.mesh) or a plain list, recognised by content.
+        """Reads TetGen (.node, .ele), Gmsh (.msh 2.2, 4.1), Medit (.mesh) or a plain list, recognised by content, and
+        Abaqus .inp, VTK .vtu and VegaFEM .veg by their names.
 
         Raises:
             FileError: with file and line.
