@@ -204,8 +204,10 @@ static inline void flesh_psi_stiffening_form(flesh_energy energy, const flesh_ma
 {
   flesh_real zero = flesh_all(0);
   *psi = (flesh_psi_real){zero, zero, zero, zero, zero, zero};
-  if (energy == FLESH_ENERGY_FUNG) flesh_psi_fung(m, with_value, I_C, J, psi);
-  else if (energy == FLESH_ENERGY_AB) flesh_psi_ab(m, with_value, I_C, J, psi);
+#define FLESH_FORM_CASE(NAME, name, ...) \
+  if (energy == FLESH_ENERGY_##NAME) flesh_psi_##name(m, with_value, I_C, J, psi);
+  FLESH_STIFFENING_FORM_LIST(FLESH_FORM_CASE)
+#undef FLESH_FORM_CASE
 }
 
 #endif
