@@ -282,6 +282,43 @@ static void contact_force(const test_body *b, const flesh_effect *effect, double
   free(zero);
 }
 
+/* Energy and force on a plane by the formula of contact.h, written out: B = 1/s - 3 + 3s - s^2. */
+static void the_barrier_is_the_documented_one(void)
+{
+  const double stiffness = 3e4, thickness = 0.2;
+  for (double s = 0.1; s < 1.3; s += 0.2) {
+    test_body b;
+    flesh_obstacle *floor;
+    double force[3], share = 0;
+    int count;
+    make_cube(3, 1e5, 0.3, 0, &b);
+    CHECK_OK(flesh_obstacle_plane((const double[]){0, 0, -s * thickness}, (const double[]){0, 0, 1}, &floor));
+    add_contact(&b, &floor, stiffness, thickness, 0, 1e-3);
+    CHECK_OK(flesh_system_finalize(b.system));
+    const double *X = flesh_mesh_positions(b.mesh);
+    const int *corners = flesh_mesh_surface(b.mesh, &count);
+    for (int k = 0; k < count; k++) {
+      double u[3], v[3], n[3];
+      for (int c = 0; c < 3; c++) {
+        u[c] = X[3 * corners[3 * k + 1] + c] - X[3 * corners[3 * k] + c];
+        v[c] = X[3 * corners[3 * k + 2] + c] - X[3 * corners[3 * k] + c];
+      }
+      flesh_vec3_cross(u, v, n);
+      for (int a = 0; a < 3; a++)
+        if (X[3 * corners[3 * k + a] + 2] == 0) share += sqrt(flesh_vec3_dot(n, n)) / 6;
+    }
+    const flesh_effect *contact = flesh_system_effect(b.system, flesh_system_effect_count(b.system) - 1);
+    const flesh_point point = flesh_point_at(0, b.state.x, b.state.v, b.state.v);
+    double energy = 0;
+    CHECK_OK(contact->operations->energy(contact, &point, &energy));
+    contact_force(&b, contact, force);
+    const double V = s < 1 ? 1 / s - 3 + 3 * s - s * s : 0, slope = s < 1 ? -1 / (s * s) + 3 - 2 * s : 0;
+    CHECK_NEAR(energy, share * stiffness * thickness * V, 1e-10 * share * stiffness);
+    CHECK_NEAR(fabs(force[2]), -share * stiffness * slope, 1e-10 * share * stiffness / (s * s));
+    test_body_destroy(&b);
+  }
+}
+
 /* A body that rests on a plane, in the hollow of a valley or on a ball presses with its weight; no node is inside. */
 static void what_rests_presses_with_its_weight(void)
 {
@@ -524,7 +561,8 @@ int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(a_flat_mesh_is_a_plane), TEST(a_bent_mesh_is_smooth), TEST(ways_end_at_the_surface),
                    TEST(meshes_have_no_cracks), TEST(derivatives_of_every_shape),
-                   TEST_OF_THREADS(threads_give_the_same_bits), TEST(what_rests_presses_with_its_weight),
+                   TEST_OF_THREADS(threads_give_the_same_bits), TEST(the_barrier_is_the_documented_one),
+                   TEST(what_rests_presses_with_its_weight),
                    TEST(the_potential_of_friction_has_no_step),
                    TEST(friction_only_dissipates),
                    TEST(bad_obstacles_are_refused), TEST(a_start_inside_is_refused), TEST(surfaces_for_pictures));
