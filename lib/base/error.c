@@ -11,6 +11,7 @@
 
 enum { TEXT_SIZE = 1024 };
 static _Thread_local char error_text[TEXT_SIZE];
+static _Thread_local unsigned long fail_count;
 static _Thread_local int in_handler; /* within a handler */
 
 static pthread_mutex_t handler_lock = PTHREAD_MUTEX_INITIALIZER;
@@ -96,8 +97,11 @@ int flesh_fail(int status, const char *format, ...)
   vsnprintf(error_text, sizeof error_text, format, args);
   va_end(args);
   make_printable(error_text);
+  fail_count++;
   return call_handler(status);
 }
+
+unsigned long flesh_fail_count(void) { return fail_count; }
 
 int flesh_fail_within(int status, const char *format, ...)
 {

@@ -10,6 +10,9 @@
  * the whole error path. */
 int flesh_fail(int status, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
+/* How many sentences this thread has recorded: whoever calls what may fail without one compares it before and after. */
+unsigned long flesh_fail_count(void);
+
 /* Puts "prefix" before the current text: callers who know the file or key name it. */
 int flesh_fail_within(int status, const char *format, ...) __attribute__((format(printf, 2, 3)));
 

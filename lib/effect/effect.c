@@ -53,6 +53,13 @@ int flesh_effect_check_mesh(const flesh_effect *effect, const flesh_mesh *mesh)
   return flesh_mesh_check_counts(mesh, "the effect", effect->operations->name, effect->nodes, effect->tets);
 }
 
+int flesh_effect_returned(const flesh_effect *effect, unsigned long said, int status)
+{
+  if (status >= 0 || flesh_fail_count() != said) return status;
+  return flesh_fail(status, "effect %s returned %s: %s", effect->operations->name, flesh_status_name(status),
+                    flesh_status_text(status));
+}
+
 flesh_instructions flesh_effect_instructions(const flesh_effect *effect)
 {
   const flesh_effect_private *library = flesh_effect_private_of(effect);

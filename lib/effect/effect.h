@@ -14,6 +14,10 @@ enum { FLESH_LEAST_PENALTY = 5 };
 /* FLESH_ERR_ARGUMENT where the effect is made for a mesh of other counts of nodes or tets: its arrays have other lengths. */
 int flesh_effect_check_mesh(const flesh_effect *effect, const flesh_mesh *mesh);
 
+/* The status that an operation of the effect returned. Where it is negative and no sentence was recorded since the thread's
+ * flesh_fail_count() was `said`, one that names the effect is: effects from outside of the library cannot record any. */
+int flesh_effect_returned(const flesh_effect *effect, unsigned long said, int status);
+
 /* The optional tables of an effect's kind, which are never NULL here: what a kind has not is NULL or 0 in them. */
 static inline const flesh_effect_time *flesh_effect_in_time(const flesh_effect *effect)
 {

@@ -370,6 +370,7 @@ int flesh_effect_check_derivatives(const flesh_effect *effect, const flesh_mesh 
              .t = t,
              .x = x,
              .random = seed};
+  const unsigned long said = flesh_fail_count();
   status = check_open(&c, mesh);
   if (!status) {
     randomize(&c, c.v, c.edge);
@@ -383,7 +384,7 @@ int flesh_effect_check_derivatives(const flesh_effect *effect, const flesh_mesh 
   }
   for (int s = 0; s < FLESH_CHECK_SHIFTS && !status; s++) status = check_shift(&c, s, report);
   check_close(&c);
-  return status;
+  return flesh_effect_returned(effect, said, status);
 }
 
 int flesh_derivative_report_passes(const flesh_derivative_report *report, double tolerance)

@@ -50,11 +50,13 @@ void flesh_system_push_out(const flesh_system *system, double t_from, const doub
 
 int flesh_system_check_with(const flesh_system *system, const double *internal, double t, const double *x)
 {
+  const unsigned long said = flesh_fail_count();
   int status = FLESH_OK;
   for (int k = 0; k < system->entry_count && !status; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     const flesh_effect_barrier *barrier = flesh_effect_as_barrier(effect);
-    if (barrier->check) status = barrier->check(effect, flesh_internal_of(system, k, internal), t, x);
+    if (!barrier->check) continue;
+    status = flesh_effect_returned(effect, said, barrier->check(effect, flesh_internal_of(system, k, internal), t, x));
   }
   return flesh_team_agree(system->team, status);
 }

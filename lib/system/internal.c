@@ -64,6 +64,7 @@ int flesh_system_settle_internals(flesh_system *system)
 static int update_those(int taking, flesh_effect_view *view, double *internal, int *changed)
 {
   const flesh_system *system = view->system;
+  const unsigned long said = flesh_fail_count();
   int status = FLESH_OK;
   view->environment.all_internal = internal;
   for (int k = 0; k < system->entry_count && !status; k++) {
@@ -71,6 +72,7 @@ static int update_those(int taking, flesh_effect_view *view, double *internal, i
     const flesh_effect_internal *can = effect->operations->internal;
     if (!can || takes_bonds(effect) != taking) continue;
     status = can->update(effect, flesh_effect_view_turn(view, k), internal + system->entries[k].internal, changed);
+    status = flesh_effect_returned(effect, said, status);
     if (status > 0)
       status = flesh_fail(FLESH_ERR_NONFINITE, "the internal variables of effect %s have no value at t = %g s",
                           effect->operations->name, view->point.t);

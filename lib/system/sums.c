@@ -44,6 +44,7 @@ static int sum_residuals(const flesh_system *system, int from, int until, const 
   flesh_effect_view view = flesh_effect_view_with(system, point, of_ranks);
   flesh_costs *costs = view.environment.costs;
   const flesh_clearance *clearance = view.environment.clearance;
+  const unsigned long said = flesh_fail_count();
   int status = FLESH_OK;
   memset(r, 0, (size_t)system->nodes * 3 * sizeof *r);
   for (int k = from; k < until && !status; k++) {
@@ -52,7 +53,7 @@ static int sum_residuals(const flesh_system *system, int from, int until, const 
     if (!(roles & FLESH_ROLE_BIT(effect->operations->role))) continue;
     const double start = cpu_time(costs);
     if (!flesh_clearance_holds(clearance, k))
-      status = effect->operations->residual(effect, flesh_effect_view_turn(&view, k), r);
+      status = flesh_effect_returned(effect, said, effect->operations->residual(effect, flesh_effect_view_turn(&view, k), r));
     count(costs, k, CALL_RESIDUAL, start);
   }
   status = flesh_team_agree(system->team, status);
@@ -109,11 +110,12 @@ static int add_jacobian(flesh_effect_view *view, int k, int anew, const flesh_sh
   const int *slots = K->layout ? K->layout->slots[k] : e->slots;
   const double start = cpu_time(view->environment.costs);
   const flesh_point *point = flesh_effect_view_turn(view, k);
+  const unsigned long said = flesh_fail_count();
   int status = FLESH_OK;
   if (anew) status = flesh_effect_private_of(e->effect)->jacobian_assign(e->effect, point, shift, K, slots);
   else if (!flesh_clearance_holds(view->environment.clearance, k)) status = can->jacobian(e->effect, point, shift, K, slots);
   count(view->environment.costs, k, CALL_JACOBIAN, start);
-  return status;
+  return flesh_effect_returned(e->effect, said, status);
 }
 
 int flesh_system_jacobian(const flesh_system *system, const flesh_point *point,
@@ -161,6 +163,7 @@ int flesh_system_potential_by_position(const flesh_system *system, const flesh_p
   flesh_costs *costs = view.environment.costs;
   const flesh_clearance *clearance = view.environment.clearance;
   flesh_position_potential sums[2] = {{0}}; /* of the others, of the by_position */
+  const unsigned long said = flesh_fail_count();
   int status = FLESH_OK;
   for (int k = 0; k < system->entry_count && !status; k++) {
     const flesh_effect *effect = system->entries[k].effect;
@@ -170,6 +173,7 @@ int flesh_system_potential_by_position(const flesh_system *system, const flesh_p
     const double start = cpu_time(costs);
     if (!flesh_clearance_holds(clearance, k))
       status = effect->operations->potential(effect, flesh_effect_view_turn(&view, k), shift, &sum->phi, &sum->magnitude);
+    status = flesh_effect_returned(effect, said, status);
     count(costs, k, CALL_POTENTIAL, start);
   }
   status = add_up(system, status, sums);
@@ -189,10 +193,11 @@ static int evaluate_effect(const flesh_effect *effect, const flesh_point *point,
 {
   const flesh_effect_operations *can = effect->operations;
   const flesh_effect_private *library = flesh_effect_private_of(effect);
+  const unsigned long said = flesh_fail_count();
   if (library->evaluate) return library->evaluate(effect, point, shift, r, phi, magnitude);
   int status = can->residual ? can->residual(effect, point, r) : FLESH_OK;
   if (!status && can->potential) status = can->potential(effect, point, shift, phi, magnitude);
-  return status;
+  return flesh_effect_returned(effect, said, status);
 }
 
 int flesh_system_evaluate_by_position(const flesh_system *system, const flesh_point *point, const flesh_shift *shift,
@@ -251,6 +256,7 @@ int flesh_system_energies_by_position(const flesh_system *system, const flesh_po
   double of_ranks[flesh_effect_sums_room(system)];
   flesh_effect_view view = flesh_effect_view_with(system, point, of_ranks);
   flesh_costs *costs = view.environment.costs;
+  const unsigned long said = flesh_fail_count();
   int of_position = 0;
   for (int k = 0; by_position->known && k < system->entry_count; k++)
     of_position += flesh_effect_has_trait(system->entries[k].effect, FLESH_DEPENDS_ON_POSITION_ONLY);
@@ -265,7 +271,8 @@ int flesh_system_energies_by_position(const flesh_system *system, const flesh_po
       continue;
     }
     const double start = cpu_time(costs);
-    status = effect->operations->energy(effect, flesh_effect_view_turn(&view, k), &energies[k]);
+    status = flesh_effect_returned(effect, said,
+                                   effect->operations->energy(effect, flesh_effect_view_turn(&view, k), &energies[k]));
     count(costs, k, CALL_ENERGY, start);
   }
   return sum_energies(system, of_position == 1, status, energies);
@@ -276,6 +283,7 @@ int flesh_system_role_energies(const flesh_system *system, flesh_role role, cons
 {
   double of_ranks[flesh_effect_sums_room(system)];
   flesh_effect_view view = flesh_effect_view_with(system, point, of_ranks);
+  const unsigned long said = flesh_fail_count();
   *sum = 0;
   for (int k = 0; k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
@@ -283,7 +291,8 @@ int flesh_system_role_energies(const flesh_system *system, flesh_role role, cons
     if (effect->operations->role != role) continue;
     int status = FLESH_OK;
     if (effect->operations->energy)
-      status = effect->operations->energy(effect, flesh_effect_view_turn(&view, k), &energy);
+      status = flesh_effect_returned(effect, said,
+                                     effect->operations->energy(effect, flesh_effect_view_turn(&view, k), &energy));
     status = flesh_team_sum_agreed(system->team, status, 1, &energy);
     if (energies) energies[k] = energy;
     *sum += energy;

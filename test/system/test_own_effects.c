@@ -1,0 +1,134 @@
+// TEST quick
+/* test_own_effects.c: what a system says of an effect from outside of the library: its refusals are sentences that name
+ * it. */
+#include <string.h>
+
+#include "base/error.h"
+#include "body.h"
+#include "flesh/derivative_check.h"
+#include "test.h"
+
+typedef enum refuses { NOTHING, RESIDUAL, JACOBIAN, POTENTIAL, ENERGY, CHECK_OF_PLACES, UPDATE } refuses;
+
+/* Which operation refuses, and whether with a sentence of the library. */
+static refuses refusing;
+static int speaks;
+
+static int answer(refuses operation)
+{
+  if (refusing != operation) return FLESH_OK;
+  return speaks ? flesh_mesh_read("nowhere.mesh", &(flesh_mesh *){NULL}) : FLESH_ERR_BUDGET;
+}
+
+static int residual(const flesh_effect *effect, const flesh_point *point, double *r)
+{
+  (void)effect, (void)point, (void)r;
+  return answer(RESIDUAL);
+}
+
+static int jacobian(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, flesh_block_matrix *K,
+                    const int *slots)
+{
+  (void)effect, (void)point, (void)shift, (void)K, (void)slots;
+  return answer(JACOBIAN);
+}
+
+static int potential(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, double *phi,
+                     double *magnitude)
+{
+  (void)effect, (void)point, (void)shift, (void)phi, (void)magnitude;
+  return answer(POTENTIAL);
+}
+
+static int energy(const flesh_effect *effect, const flesh_point *point, double *value)
+{
+  (void)effect, (void)point, (void)value;
+  return answer(ENERGY);
+}
+
+static int check(const flesh_effect *effect, const double *internal, double t, const double *x)
+{
+  (void)effect, (void)internal, (void)t, (void)x;
+  return answer(CHECK_OF_PLACES);
+}
+
+static int count(const flesh_effect *effect) { return (void)effect, 1; }
+
+static int update(const flesh_effect *effect, const flesh_point *point, double *internal, int *changed)
+{
+  (void)effect, (void)point, (void)internal, (void)changed;
+  return answer(UPDATE);
+}
+
+static const flesh_effect_operations operations = {
+    .name = "gust", .residual = residual, .jacobian = jacobian, .potential = potential, .energy = energy,
+    .barrier = &(const flesh_effect_barrier){.check = check},
+    .internal = &(const flesh_effect_internal){.count = count, .update = update}};
+
+static void add(test_body *b, const flesh_effect_operations *kind)
+{
+  flesh_effect *effect = NULL;
+  CHECK_OK(test_body_create(test_box(1, 1, 1, 1, 1, 1), test_material(FLESH_ENERGY_S, 0.3), 1000, FLESH_MASS_LUMPED, 0, b));
+  CHECK_OK(flesh_effect_create(kind, b->mesh, NULL, &effect));
+  CHECK_OK(flesh_system_add_effect(b->system, &effect));
+  CHECK_OK(flesh_system_finalize(b->system));
+}
+
+static int ask(const test_body *b, refuses operation)
+{
+  double r[24], phi = 0, magnitude = 0, energies[8], internal[1] = {0};
+  int changed = 0;
+  const flesh_shift shift = {.x = 1};
+  const flesh_point point = flesh_point_at(0, b->state.x, b->state.v, b->state.v);
+  flesh_block_matrix *K = NULL;
+  refusing = operation;
+  switch (operation) {
+  case RESIDUAL: return flesh_system_residual(b->system, &point, r);
+  case POTENTIAL: return flesh_system_potential(b->system, &point, &shift, &phi, &magnitude);
+  case ENERGY: return flesh_system_energies(b->system, &point, energies);
+  case CHECK_OF_PLACES: return flesh_system_check(b->system, 0, b->state.x);
+  case UPDATE: return flesh_system_update_internal(b->system, &point, internal, &changed);
+  default: break;
+  }
+  int status = flesh_system_matrix_create(b->system, &K);
+  if (!status) status = flesh_system_jacobian(b->system, &point, &shift, K);
+  flesh_block_matrix_destroy(&K);
+  return status;
+}
+
+static void refusals_name_the_effect(void)
+{
+  test_body b;
+  add(&b, &operations);
+  for (refuses operation = RESIDUAL; operation <= UPDATE; operation++)
+    for (speaks = 0; speaks <= 1; speaks++) {
+      flesh_fail(FLESH_ERR_ARGUMENT, "of something else");
+      CHECK(ask(&b, operation) == (speaks ? FLESH_ERR_FILE : FLESH_ERR_BUDGET));
+      printf("# %s\n", flesh_error_text());
+      CHECK(strstr(flesh_error_text(), speaks ? "nowhere.mesh" : "effect gust returned FLESH_ERR_BUDGET"));
+    }
+  speaks = 0;
+  test_body_destroy(&b);
+}
+
+static void the_audit_names_it_too(void)
+{
+  test_body b;
+  flesh_derivative_report report;
+  flesh_effect *effect = NULL;
+  add(&b, &operations);
+  CHECK_OK(flesh_effect_create(&operations, b.mesh, NULL, &effect));
+  for (refusing = RESIDUAL; refusing <= POTENTIAL; refusing++) {
+    flesh_fail(FLESH_ERR_ARGUMENT, "of something else");
+    CHECK(flesh_effect_check_derivatives(effect, b.mesh, 0, b.state.x, 1, &report) == FLESH_ERR_BUDGET);
+    CHECK(strstr(flesh_error_text(), "effect gust returned FLESH_ERR_BUDGET"));
+  }
+  refusing = NOTHING;
+  flesh_effect_destroy(&effect);
+  test_body_destroy(&b);
+}
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS(argc, argv, TEST(refusals_name_the_effect), TEST(the_audit_names_it_too));
+}
