@@ -122,9 +122,10 @@ typedef enum flesh_trait {
   FLESH_IS_SUM_OVER_TETS = 16
 } flesh_trait;
 
-/* For effects that depend on time explicitly. */
+/* For effects that depend on time explicitly: without inertia a scene that has one is a sequence of equilibria. */
 typedef struct flesh_effect_time {
-  /* Next time after t at which the effect is not smooth (a keyframe, a release), or INFINITY. NULL: always smooth. */
+  /* Next time after t at which the effect is not smooth (a keyframe, a release), or INFINITY: after -INFINITY that says
+   * that it never changes. NULL: it changes smoothly at all times. */
   double (*next_event)(const flesh_effect *effect, double t);
   /* For effects of something that moves (an obstacle): its displacement between two times at the nodes' positions in
    * `point`, into dx [3*n], which comes with zeros. Returns 0, with dx untouched, where nothing moves. Its work is that

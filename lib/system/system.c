@@ -313,6 +313,10 @@ double flesh_system_next_event(const flesh_system *system, double t)
 
 int flesh_system_moves(const flesh_system *system)
 {
+  for (int k = 0; k < system->entry_count; k++) {
+    const flesh_effect_time *time = system->entries[k].effect->operations->time;
+    if (time && !time->next_event) return 1;
+  }
   return flesh_system_next_event(system, -INFINITY) < INFINITY;
 }
 

@@ -1,6 +1,6 @@
 // TEST quick
 /* test_own_effects.c: what a system says of an effect from outside of the library: its refusals are sentences that name
- * it. */
+ * it, and one that changes smoothly with time moves. */
 #include <string.h>
 
 #include "base/error.h"
@@ -128,7 +128,21 @@ static void the_audit_names_it_too(void)
   test_body_destroy(&b);
 }
 
+/* Statics repeats its equilibria where something moves. */
+static void smooth_effects_move(void)
+{
+  const flesh_effect_operations still = {.name = "still", .residual = residual},
+                                smooth = {.name = "smooth", .residual = residual, .time = &(const flesh_effect_time){0}};
+  test_body b;
+  add(&b, &still);
+  CHECK(!flesh_system_moves(b.system));
+  test_body_destroy(&b);
+  add(&b, &smooth);
+  CHECK(flesh_system_moves(b.system) && flesh_system_next_event(b.system, 0) == INFINITY);
+  test_body_destroy(&b);
+}
+
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(refusals_name_the_effect), TEST(the_audit_names_it_too));
+  return RUN_TESTS(argc, argv, TEST(refusals_name_the_effect), TEST(the_audit_names_it_too), TEST(smooth_effects_move));
 }

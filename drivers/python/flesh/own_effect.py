@@ -71,7 +71,8 @@ class OwnEffect(Effect):
             shift.a dr/da of its k nodes, symmetric; without `cells` the diagonal blocks [nodes, 3, 3]
         potential(self, point, shift): phi with d phi = r . du, J, or an array of terms that are summed
         energy(self, point): the physical energy, J
-        next_event(self, t): first time after t at which it stops being smooth, s
+        next_event(self, t): first time after t at which it stops being smooth, s. One that changes with time has such a
+            time, if only 0 where t < 0; without one it is constant to statics, which is then one equilibrium
         carry(self, point, t_from, t_to): [nodes, 3] m, how far what it stands for is carried; None: it stands still
         max_feasible_step(self, t_from, x_from, t_to, x_to): the share of a straight step that is feasible
         push_out(self, t_from, x_from, t_to, x_to): x_to [nodes, 3] with the nodes moved that cannot get there
