@@ -138,8 +138,8 @@ typedef struct flesh_effect_time {
  * at a time. Without one (NULL) each operation searches. `internal` are the effect's internal variables, NULL: all 0.
  * Results may depend on a memory by what `follow` tells it alone. */
 typedef struct flesh_effect_barrier {
-  /* The fraction of the straight step from x_from [3*n] at t_from to x_to at t_to that is feasible for all nodes; 1:
-   * all. NULL: it limits no step; then `push_out` and `tunnelled` are not called. */
+  /* The fraction of the straight step from x_from [3*n] at t_from to x_to at t_to after which a node touches (solves
+   * take 0.9 of it); 1: none does. NULL: it limits no step; then `push_out` and `tunnelled` are not called. */
   double (*max_feasible_step)(const flesh_effect *effect, void *near, const double *internal, double t_from,
                               const double *x_from, double t_to, const double *x_to);
   /* Moves the nodes of x_to [3*n] that cannot get there from x_from to where they can. NULL: none. */
@@ -162,8 +162,7 @@ typedef struct flesh_effect_barrier {
   void (*forget)(void *near); /* destroys it; NULL-safe */
   /* For effects that couple nodes which come near each other, as the body moves: cells of all pairs that the Jacobian at
    * `point` couples, beside those of `cells`, and of some that may come soon; borrowed until the next call with this
-   * memory. K's pattern grows by them. *near_cells is NULL where K (NULL: none) has all pairs of now. FLESH_ERR_MEMORY.
-   * */
+   * memory. K's pattern grows by them. *near_cells: NULL where K (NULL: none) has all pairs of now. FLESH_ERR_MEMORY. */
   int (*coupled)(const flesh_effect *effect, const flesh_point *point, const flesh_block_matrix *K,
                  const flesh_cells **near_cells);
   /* The run is at x [3*n] at time t: a step that was accepted has led there or, where `accepted` is 0, another begins,
