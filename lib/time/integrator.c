@@ -346,6 +346,8 @@ int flesh_integrator_step(flesh_integrator *self, flesh_state *state, double h, 
   if (status) return status;
   if (!flesh_evaluation_is_at(self->evaluation, &view, flesh_rounding_of_time(view.t, h))) {
     flesh_evaluation_changed(self->evaluation);
+    /* A failure is told by the place evaluated last, also where none has been yet. */
+    memcpy(self->evaluation->x, view.x, (size_t)self->evaluation->n * sizeof *view.x);
     flesh_multipliers_forget(&self->multipliers);
   }
   status = take_step(self, &view, h, stats ? stats : &ignored);

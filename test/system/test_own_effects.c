@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "body.h"
 #include "flesh/derivative_check.h"
+#include "flesh/integrator.h"
 #include "test.h"
 
 typedef enum refuses { NOTHING, RESIDUAL, JACOBIAN, POTENTIAL, ENERGY, CHECK_OF_PLACES, UPDATE } refuses;
@@ -142,7 +143,36 @@ static void smooth_effects_move(void)
   test_body_destroy(&b);
 }
 
+static double nothing_is_feasible(const flesh_effect *effect, void *near, const double *internal, double t_from,
+                                  const double *x_from, double t_to, const double *x_to)
+{
+  (void)effect, (void)near, (void)internal, (void)t_from, (void)x_from, (void)t_to, (void)x_to;
+  return 0;
+}
+
+/* A step that fails before anything is evaluated tells of the start, which is the body at rest, by every method. */
+static void a_start_that_bars_all_ways_is_told(void)
+{
+  const flesh_effect_operations wall = {
+      .name = "wall", .residual = residual, .potential = potential,
+      .barrier = &(const flesh_effect_barrier){.max_feasible_step = nothing_is_feasible}};
+  const flesh_solver_options options = test_options(1e-6);
+  for (int m = 0; m < FLESH_METHOD_ADAPTIVE; m++) {
+    test_body b;
+    flesh_integrator *integrator = NULL;
+    add(&b, &wall);
+    b.state.v[0] = 1;
+    CHECK_OK(flesh_integrator_create(b.system, (flesh_method)m, &options, &integrator));
+    CHECK(flesh_integrator_step(integrator, &b.state, 1. / 60, NULL) == FLESH_ERR_SOLVE);
+    const flesh_failure *failure = flesh_integrator_failure(integrator);
+    CHECK(failure->worst_tet >= 0 && fabs(failure->worst_J - 1) < 0.2);
+    flesh_integrator_destroy(&integrator);
+    test_body_destroy(&b);
+  }
+}
+
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(refusals_name_the_effect), TEST(the_audit_names_it_too), TEST(smooth_effects_move));
+  return RUN_TESTS(argc, argv, TEST(refusals_name_the_effect), TEST(the_audit_names_it_too), TEST(smooth_effects_move),
+                   TEST(a_start_that_bars_all_ways_is_told));
 }
