@@ -88,9 +88,9 @@ def add(total, data):
     return mix(total, int.from_bytes(data[whole:], "little"))
 path = f"{folder}/part_00001.bin"
 data = open(path, "rb").read()
-head = data[16:88]
-nodes, tets = struct.unpack("<9q", head)[7:]
-sizes, at, arrays = [24 * nodes, 4 * nodes, 16 * tets, 4 * tets, 4 * tets, 4 * tets], 88, []
+head = data[16:96]
+nodes, tets, members = struct.unpack("<10q", head)[7:]
+sizes, at, arrays = [24 * nodes, 4 * nodes, 16 * tets, 4 * tets, 4 * tets, 4 * tets, 4 * members], 96, []
 for size in sizes:
     arrays.append(bytearray(data[at:at + size]))
     at += size
@@ -106,9 +106,9 @@ if kind == "region":
 if kind == "place":
     struct.pack_into("<d", arrays[0], 0, struct.unpack_from("<d", arrays[0])[0] + 1e-3)
 total = add(0, head)
-for array in arrays:
+for array in filter(None, arrays):
     total = add(total, bytes(array))
-open(path, "wb").write(data[:88] + b"".join(bytes(array) for array in arrays) + struct.pack("<Q", total))
+open(path, "wb").write(data[:96] + b"".join(bytes(array) for array in arrays) + struct.pack("<Q", total))
 END
 }
 
