@@ -86,7 +86,7 @@ static void check_rest(test_body *b)
       moved = fmax(moved, fabs(b->state.x[d] - flesh_mesh_positions(b->mesh)[d]));
       fast = fmax(fast, fabs(b->state.v[d]));
     }
-    CHECK(moved < 1e-14 && fast < 1e-11);
+    CHECK(moved < 1e-13 && fast < 1e-11); /* rounding, of all stages of four steps */
     CHECK(contact_energy(b) == 0);
     flesh_integrator_destroy(&integrator);
   }
