@@ -6,7 +6,7 @@ set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 . "$source_folder/shared/ranks.sh"
 shim=$(preloadable "${FAIL_ALLOCATION:?FAIL_ALLOCATION must name the library that lets allocations fail}") || exit 1
-each=29
+each=43
 
 scene() { # NAME MESH TIME MATERIAL EFFECTS
   printf 'body: {mesh: %s, density: 1000, material: {energy: S, constants: matched, young: 1e5, poisson: %s}}\n' \
