@@ -76,6 +76,16 @@ static inline void bar_gravity(bar *b, double z)
   TRY(flesh_system_add_effect(b->system, &effect));
 }
 
+/* A spring of 2000 N/m from the free end to a point above it, from t = 0.2 s to 0.4 s. */
+static inline void bar_pull(bar *b)
+{
+  const flesh_keyframe above = {.translation = {2, 0.25, 2}};
+  const flesh_motion target = {.count = 1, .keyframes = &above};
+  flesh_effect *spring;
+  TRY(flesh_effect_spring(&b->body, (double[]){2, 0.25, 0.25}, 2000, &target, 0.2, 0.4, &spring));
+  TRY(flesh_system_add_effect(b->system, &spring));
+}
+
 /* Holds the end at x = 0 and finishes the system. */
 static inline void bar_finish(bar *b)
 {

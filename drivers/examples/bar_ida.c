@@ -37,11 +37,7 @@ int main(void)
   const flesh_material soft = bar_soft();
   bar_begin(&b, &soft, FLESH_MASS_LUMPED, 1);
   bar_gravity(&b, -9.81);
-  flesh_effect *spring;
-  const flesh_keyframe above = {.translation = {2, 0.25, 2}};
-  const flesh_motion target = {.count = 1, .keyframes = &above};
-  TRY(flesh_effect_spring(&b.body, (double[]){2, 0.25, 0.25}, 2000, &target, 0.2, 0.4, &spring));
-  TRY(flesh_system_add_effect(b.system, &spring));
+  bar_pull(&b);
   bar_finish(&b);
 
   /* 2. Flesh's side of the problem. */

@@ -106,8 +106,8 @@ typedef struct flesh_internal_step {
 } flesh_internal_step;
 
 typedef struct flesh_adaptive_options {
-  /* 1: methods that estimate their error (runge-kutta) choose their own steps by it within those that are asked of
-   * them. IDA's always do. */
+  /* 1: methods that estimate their error (runge-kutta, newmark, hht) choose their own steps by it within those that are
+   * asked of them. IDA's always do. */
   int control;
   /* The error of positions to aim at, as a share of the body's longest side L; (0, 1). With q =
    * max_order, IDA is given the absolute local tolerances e L for positions and e V for

@@ -199,13 +199,13 @@ static double displacement_to(const flesh_equations *self, const double *u)
               2 * fabs(self->stage.shift.x) * self->constrained.displacement);
 }
 
-/* Whether surfaces are far from each other at u. */
+/* Whether surfaces are far from each other at u, which has to say where the constrained dofs are. */
 static int is_far(flesh_equations *self, const double *u)
 {
-  const flesh_constrained *constrained = &self->constrained;
-  int exact = 1; /* u says where the constrained dofs are */
-  for (int k = 0, d; k < constrained->count && exact; k++) d = constrained->dofs[k], exact = u[d] == constrained->u[d];
-  return flesh_clearance_is_far(&self->evaluation.clearance, self->stage.x0, self->stage.shift.x, exact ? u : NULL);
+  flesh_clearance *clearance = &self->evaluation.clearance;
+  int exact = 1, count = clearance->begins_far && clearance->u ? self->constrained.count : 0;
+  for (int k = 0, d; k < count && exact; k++) d = self->constrained.dofs[k], exact = u[d] == self->constrained.u[d];
+  return flesh_clearance_is_far(clearance, self->stage.x0, self->stage.shift.x, exact ? u : NULL);
 }
 
 flesh_point flesh_equations_point(flesh_equations *self, const double *u)

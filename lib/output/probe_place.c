@@ -170,7 +170,7 @@ int flesh_probe_prepare(flesh_probe *probe, const flesh_body *body, const flesh_
   if (!asked) return flesh_fail(FLESH_ERR_ARGUMENT, "quantities is empty; it must name at least one");
   if (is_point && asked & (FLESH_PROBE_REACTION | FLESH_PROBE_CONTACT_FORCE))
     return flesh_fail(FLESH_ERR_ARGUMENT,
-                      "quantities has %s, which a point has not; choose nodes by box, sphere, nodes, regions, set or body",
+                      "quantities has %s, which a point does not have; choose nodes by box, sphere, nodes, regions, set or body",
                       asked & FLESH_PROBE_REACTION ? "reaction" : "contact_force");
   if (asked & (FLESH_PROBE_STRESS | FLESH_PROBE_ENERGY) && !body->materials)
     return flesh_fail(FLESH_ERR_ARGUMENT, "quantities has %s, but the body has no material",

@@ -385,28 +385,31 @@ int flesh_ida_sunnonlinsol_create(flesh_ida_problem *problem, SUNContext context
   return create(problem, context, &made, solver);
 }
 
-int flesh_arkode_sunnonlinsol_create(flesh_ode_problem *problem, flesh_arkode_system_data data, SUNContext context,
-                                     SUNNonlinearSolver *solver)
+/* One of the two functions is NULL. */
+static int create_of_ode(flesh_ode_problem *problem, flesh_arkode_system_data arkode_data,
+                         flesh_cvode_system_data cvode_data, SUNContext context, SUNNonlinearSolver *solver)
 {
-  FLESH_NEED({problem, "problem"}, {data ? problem : NULL, "data"}, {context, "context"}, {solver, "solver"});
+  const int some = arkode_data || cvode_data;
+  FLESH_NEED({problem, "problem"}, {some ? problem : NULL, "data"}, {context, "context"}, {solver, "solver"});
   content *made;
   const int status = create(problem->motion, context, &made, solver);
   if (status) return status;
   made->ode = problem;
-  made->arkode_data = data;
+  made->arkode_data = arkode_data;
+  made->cvode_data = cvode_data;
   return FLESH_OK;
+}
+
+int flesh_arkode_sunnonlinsol_create(flesh_ode_problem *problem, flesh_arkode_system_data data, SUNContext context,
+                                     SUNNonlinearSolver *solver)
+{
+  return create_of_ode(problem, data, NULL, context, solver);
 }
 
 int flesh_cvode_sunnonlinsol_create(flesh_ode_problem *problem, flesh_cvode_system_data data, SUNContext context,
                                     SUNNonlinearSolver *solver)
 {
-  FLESH_NEED({problem, "problem"}, {data ? problem : NULL, "data"}, {context, "context"}, {solver, "solver"});
-  content *made;
-  const int status = create(problem->motion, context, &made, solver);
-  if (status) return status;
-  made->ode = problem;
-  made->cvode_data = data;
-  return FLESH_OK;
+  return create_of_ode(problem, NULL, data, context, solver);
 }
 
 int flesh_ode_accept(sunrealtype t, N_Vector y_vector, void *data)

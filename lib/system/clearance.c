@@ -113,11 +113,12 @@ static int is_used_up(const flesh_clearance *self, double t, double moved)
 /* u NULL: at x0. */
 static int find_far(const flesh_clearance *self, const double *x0, double shift, const double *u)
 {
-  int far = !self->system->team; /* ranks would have to agree */
+  int far = 1;
   for (int k = 0; k < self->effects && far; k++) {
     void *near = flesh_proximity_of(self->proximity, k);
     const flesh_effect_private *can = flesh_effect_private_of(self->system->entries[k].effect);
-    if (near) far = can->is_far && can->is_far(near, x0, shift, u);
+    /* Ranks would have to agree. */
+    if (near) far = !self->system->team && can->is_far && can->is_far(near, x0, shift, u);
   }
   return far;
 }

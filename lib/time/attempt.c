@@ -42,11 +42,11 @@ static int check_end(flesh_integrator *self, const flesh_stage *stage, const fle
   return flesh_nonlinear_defined(self->nonlinear, t_end, self->start, state->v, self->energies, stats);
 }
 
-/* Whether a solve met nothing but a potential that is all but quadratic: then the next one will, and a first iterate
- * that goes on as before helps. Where bodies are tangled or collide it may lead astray. */
-static int was_easy(const flesh_solve_stats *before, const flesh_solve_stats *after)
+/* Whether solves of at most so many iterations met nothing but a potential that is all but quadratic: then the next one
+ * will, and a first iterate that goes on as before helps. Where bodies are tangled or collide it may lead astray. */
+static int were_easy(int most, const flesh_solve_stats *before, const flesh_solve_stats *after)
 {
-  return after->newton - before->newton <= 8 && after->projections == before->projections &&
+  return after->newton - before->newton <= most && after->projections == before->projections &&
          after->backtracks == before->backtracks;
 }
 
@@ -304,11 +304,8 @@ static int count_energy(flesh_integrator *self, const trial *trial, const flesh_
 }
 
 /* Counts towards the steps in a row that were easy to solve. */
-static void count_easy(flesh_method_memory *memory, int solves, const flesh_solve_stats *before,
-                       const flesh_solve_stats *after)
+static void count_easy(flesh_method_memory *memory, int easy)
 {
-  const int easy = after->newton - before->newton <= 5 * solves && after->projections == before->projections &&
-                   after->backtracks == before->backtracks;
   memory->easy = easy ? (memory->easy < FLESH_EASY_STEPS ? memory->easy + 1 : FLESH_EASY_STEPS) : 0;
 }
 
@@ -334,10 +331,10 @@ int flesh_integrator_attempt(flesh_integrator *self, const flesh_method_row *row
   if (!status) status = flesh_multipliers_accept(&self->multipliers, &stage, state);
   if (status) return status;
   finish_part(self, row, &stage, part, state, stats);
-  count_easy(&self->memory, row->stages ? energy.stages : 1, &before_solve, stats);
+  count_easy(&self->memory, were_easy(5 * (row->stages ? energy.stages : 1), &before_solve, stats));
   if (self->first.extrapolation.n)
     flesh_extrapolation_remember(&self->first.extrapolation, flesh_nonlinear_unknowns(self->nonlinear),
-                                 self->evaluation->serial, state->t, part->h, was_easy(&before_solve, stats));
+                                 self->evaluation->serial, state->t, part->h, were_easy(8, &before_solve, stats));
   if (is_controlled(self, &trial) && stage.shift.x == 1) self->watch.serial = self->evaluation->serial; /* it was met */
   else status = flesh_step_energy_meet(&energy, state);
   if (!status) status = flesh_step_energy_judge(&energy, state, stats);

@@ -9,6 +9,7 @@ import tempfile
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "shared"))
 import browser as chromium  # noqa: E402
+import tap  # noqa: E402
 from report_file import Report  # noqa: E402
 
 FLESH = os.environ.get("FLESH", "flesh")
@@ -324,26 +325,15 @@ def main():
     if chromium.MISSING:
         print("1..0 # SKIP missing:", ", ".join(chromium.MISSING))
         return 0
-    failed = 0
-    print(f"1..{len(TESTS)}")
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
         make_results()
         page = chromium.Browser()
         try:
-            for number, test in enumerate(TESTS, 1):
-                try:
-                    test(page)
-                    print(f"ok {number} - {test.__name__}", flush=True)
-                except (AssertionError, RuntimeError) as error:
-                    failed = 1
-                    for line in f"{type(error).__name__}: {error}".splitlines():
-                        print("#", line[:1000])
-                    print(f"not ok {number} - {test.__name__}", flush=True)
+            return tap.run(TESTS, page)
         finally:
             page.close()
             os.chdir("/")
-    return failed
 
 
 if __name__ == "__main__":

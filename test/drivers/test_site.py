@@ -12,6 +12,7 @@ import sys
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.join(HERE, "..", "shared"))
 import browser as chromium  # noqa: E402
+import tap  # noqa: E402
 
 ROOT = os.path.dirname(os.path.dirname(HERE))
 BUILD = os.environ["BUILD"]
@@ -84,14 +85,4 @@ TESTS = (it_is_made_without_a_warning, every_page_is_there, interfaces_are_shown
 if MISSING:
     print("1..0 # SKIP missing: " + ", ".join(MISSING))
     sys.exit(0)
-print(f"1..{len(TESTS)}")
-failed = False
-for number, test in enumerate(TESTS, 1):
-    try:
-        test()
-        print(f"ok {number} - {test.__name__}", flush=True)
-    except Exception as error:  # a test's failure, whatever it is
-        failed = True
-        print("# " + str(error).replace("\n", "\n# "))
-        print(f"not ok {number} - {test.__name__}", flush=True)
-sys.exit(failed)
+sys.exit(tap.run(TESTS))

@@ -6,6 +6,7 @@
 #include "body.h"
 #include "effect/effect.h"
 #include "geometry/obstacle.h"
+#include "time/integrator.h"
 
 /* The body as a whole, which every rank has, and this rank's part of it. */
 typedef struct bodies {
@@ -78,8 +79,8 @@ static void close_bodies(bodies *b)
   flesh_rank_part_destroy(&b->part);
 }
 
-/* A plane at z = -0.0197 with friction beneath both. */
-static void add_plane(bodies *b, double friction)
+/* A plane with friction beneath both. */
+static void add_plane(bodies *b, double z, double friction)
 {
   flesh_contact_options options;
   flesh_obstacle *plane = NULL;
@@ -88,7 +89,7 @@ static void add_plane(bodies *b, double friction)
   options.thickness = 0.02;
   options.friction = friction;
   options.slip_speed = 1e-3;
-  CHECK_OK(flesh_obstacle_plane((const double[]){0, 0, -0.0197}, (const double[]){0, 0, 1}, &plane));
+  CHECK_OK(flesh_obstacle_plane((const double[]){0, 0, z}, (const double[]){0, 0, 1}, &plane));
   CHECK_OK(flesh_effect_contact(&b->whole.body, &options, &plane, &effect));
   CHECK_OK(flesh_effect_private_of(effect)->ranks->restrict_to_part(effect, b->part, &b->own.body, &own));
   CHECK_OK(flesh_system_add_effect(b->own.system, &own));
@@ -122,7 +123,7 @@ static void slide(cut rank_of, double angle, double friction, flesh_method metho
   double x[2], v[2];
   CHECK_OK(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1e7, 0.45, &material));
   open_bodies((const int[]){8, 2, 4}, (const double[]){2, 0.5, 0.5}, material, rank_of, &b);
-  add_plane(&b, friction);
+  add_plane(&b, -0.0197, friction);
   gravity(&b, (const double[]){9.81 * sin(angle), 0, -9.81 * cos(angle)});
   finish_bodies(&b);
   CHECK_OK(flesh_integrator_create(b.own.system, FLESH_METHOD_BACKWARD_EULER, &options, &settling));
@@ -196,8 +197,26 @@ static void a_rank_has_a_pinned_part_only(void)
   }
 }
 
+/* Clearance that is left spares ranks, too, the question how far a step may go. */
+static void what_is_far_limits_no_step(void)
+{
+  bodies b;
+  flesh_integrator *integrator = NULL;
+  const flesh_solver_options options = test_options(1e-6);
+  open_bodies((const int[]){8, 2, 4}, (const double[]){2, 0.5, 0.5}, test_material(FLESH_ENERGY_S, 0.3), cut_along_x, &b);
+  add_plane(&b, -100, 0);
+  gravity(&b, (const double[]){0, 0, -10});
+  finish_bodies(&b);
+  CHECK_OK(flesh_integrator_create(b.own.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
+  step(integrator, &b, 3);
+  const flesh_clearance *clearance = &integrator->evaluation->clearance;
+  CHECK(clearance->stays_far && clearance->moved_most > 0 && clearance->moved_most < clearance->least_left);
+  flesh_integrator_destroy(&integrator);
+  close_bodies(&b);
+}
+
 int main(int argc, char **argv)
 {
   return RUN_TESTS_ON_RANKS(argc, argv, TEST(a_cut_goes_through_the_contact), TEST(one_rank_has_all_of_the_contact),
-                            TEST(a_rank_has_a_pinned_part_only));
+                            TEST(a_rank_has_a_pinned_part_only), TEST(what_is_far_limits_no_step));
 }

@@ -26,7 +26,7 @@ static const struct {
     {"name: a, nodes: [99]",
      {"output.probes[0]: nodes[0] is 99; the mesh has the nodes 0 to 19"}},
     {"name: a, point: [1, 0, 0], quantities: [reaction]",
-     {"output.probes[0]: quantities has reaction, which a point has not"}},
+     {"output.probes[0]: quantities has reaction, which a point does not have"}},
     {"name: a, point: [1, 0, 0], quantities: [weight]",
      {"output.probes[0].quantities", "it must be", "position, velocity, reaction, J"}},
     {"name: a, nodes: [1], quantities: [J]",

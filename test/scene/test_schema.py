@@ -10,6 +10,9 @@ import subprocess
 import sys
 import tempfile
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "shared"))
+import tap  # noqa: E402
+
 try:
     import jsonschema
     import yaml
@@ -79,14 +82,4 @@ def what_is_wrong_is_refused_by_both():
 
 
 TESTS = (the_schema_is_one, all_scenes_are_taken, what_is_wrong_is_refused_by_both)
-print(f"1..{len(TESTS)}")
-failed = False
-for number, test in enumerate(TESTS, 1):
-    try:
-        test()
-        print(f"ok {number} - {test.__name__}")
-    except Exception as error:  # a test's failure, whatever it is
-        failed = True
-        print("# " + str(error).replace("\n", "\n# "))
-        print(f"not ok {number} - {test.__name__}")
-sys.exit(failed)
+sys.exit(tap.run(TESTS))

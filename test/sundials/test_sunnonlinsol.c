@@ -253,16 +253,22 @@ static void friction_is_that_of_the_accepted_state(void)
   test_body_destroy(&b);
 }
 
+/* A bar of 1 m that is held at one end. */
+static void make_short_bar(test_body *b)
+{
+  flesh_material material;
+  CHECK_OK(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1e5, 0.45, &material));
+  CHECK_OK(test_body_create(test_box(4, 1, 1, 1, 0.25, 0.25), material, 1000, FLESH_MASS_LUMPED, 1, b));
+  CHECK_OK(test_body_clamp(b, 1e-9));
+  CHECK_OK(flesh_system_finalize(b->system));
+}
+
 /* Nodes of a bar in a heap of noise come back to a bar. First steps of a tenth of a second fail; the integrator makes them
  * shorter and goes on. */
 static void what_fails_is_tried_in_a_shorter_step(void)
 {
-  flesh_material material;
   test_body b;
-  CHECK_OK(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1e5, 0.45, &material));
-  CHECK_OK(test_body_create(test_box(4, 1, 1, 1, 0.25, 0.25), material, 1000, FLESH_MASS_LUMPED, 1, &b));
-  CHECK_OK(test_body_clamp(&b, 1e-9));
-  CHECK_OK(flesh_system_finalize(b.system));
+  make_short_bar(&b);
   for (int d = 0; d < b.n; d++) b.state.v[d] = 20 * sin(7 * d);
   for (int kind = 0; kind < OWNED_KINDS; kind++) {
     flesh_state state;
@@ -283,12 +289,8 @@ static void what_fails_is_tried_in_a_shorter_step(void)
  * mode: a tenth of the time takes more of them. */
 static void tangles_are_undone_by_the_norm_of_positions(void)
 {
-  flesh_material material;
   test_body b;
-  CHECK_OK(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1e5, 0.45, &material));
-  CHECK_OK(test_body_create(test_box(4, 1, 1, 1, 0.25, 0.25), material, 1000, FLESH_MASS_LUMPED, 1, &b));
-  CHECK_OK(test_body_clamp(&b, 1e-9));
-  CHECK_OK(flesh_system_finalize(b.system));
+  make_short_bar(&b);
   test_jitter(b.n, 0.3, 4, b.state.x);
   for (int kind = 0; kind < OWNED_KINDS; kind++) {
     long steps[2];

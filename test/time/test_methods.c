@@ -5,6 +5,7 @@
 
 #include "busy_bar.h"
 #include "motion_reference.h"
+#include "oscillator.h"
 
 /* The methods of order 2 that there are. */
 enum { METHODS_LIMIT = 32 };
@@ -297,32 +298,6 @@ static void ends_of_steps_have_an_energy(void)
     flesh_integrator_destroy(&integrator);
     test_body_destroy(&b);
   }
-}
-
-/* A tet without elasticity on a spring at its centroid is a linear oscillator: x'' = -w^2 x. */
-static void make_oscillator(double w, test_body *b)
-{
-  const double X[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
-  flesh_mesh *mesh = NULL;
-  CHECK_OK(flesh_mesh_create(4, X, 1, (const int[]){0, 1, 2, 3}, NULL, &mesh));
-  memset(b, 0, sizeof *b);
-  b->mesh = mesh;
-  b->n = 12;
-  b->density = malloc(sizeof *b->density);
-  b->density[0] = 6; /* 1 kg */
-  b->body = (flesh_body){.mesh = mesh, .density = b->density};
-  b->state.x = malloc(sizeof X);
-  b->state.v = calloc(1, sizeof X);
-  memcpy(b->state.x, X, sizeof X);
-  const flesh_keyframe still = {0, {0.25, 0.25, 0.25}, {0}};
-  flesh_effect *effect = NULL;
-  CHECK_OK(flesh_system_create(mesh, &b->system));
-  CHECK_OK(flesh_effect_inertia(&b->body, &effect));
-  CHECK_OK(flesh_system_add_effect(b->system, &effect));
-  CHECK_OK(flesh_effect_spring(&b->body, still.translation, w * w, &(flesh_motion){.count = 1, .keyframes = &still},
-                             -INFINITY, INFINITY, &effect));
-  CHECK_OK(flesh_system_add_effect(b->system, &effect));
-  CHECK_OK(flesh_system_finalize(b->system));
 }
 
 /* How much of the amplitude a step with w h = `angle` keeps in the long run; each step is compared with the recursion

@@ -8,6 +8,7 @@
 
 #include "busy_bar.h"
 #include "motion_reference.h"
+#include "oscillator.h"
 #include "time/butcher_table.h"
 
 #include <complex.h> /* last: it takes the name I */
@@ -137,31 +138,6 @@ static void orders_survive_events_and_moving_constraints(void)
     CHECK_NEAR(order_of(&b, (flesh_table)k, 0.5, &exact, 100), k == FLESH_TABLE_TRBDF2 ? 2 : 3, 0.1);
   state_free(&exact);
   test_body_destroy(&b);
-}
-
-/* A tet without elasticity on a spring at its centroid is a linear oscillator: x'' = -w^2 x. */
-static void make_oscillator(double w, test_body *b)
-{
-  const double X[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
-  const flesh_keyframe still = {0, {0.25, 0.25, 0.25}, {0}};
-  flesh_mesh *mesh = NULL;
-  flesh_effect *effect = NULL;
-  memset(b, 0, sizeof *b);
-  CHECK_OK(flesh_mesh_create(4, X, 1, (const int[]){0, 1, 2, 3}, NULL, &mesh));
-  *b = (test_body){.mesh = mesh, .n = 12};
-  b->density = malloc(sizeof *b->density);
-  b->density[0] = 6; /* 1 kg */
-  b->body = (flesh_body){.mesh = mesh, .density = b->density};
-  b->state.x = malloc(sizeof X);
-  b->state.v = calloc(1, sizeof X);
-  memcpy(b->state.x, X, sizeof X);
-  CHECK_OK(flesh_system_create(mesh, &b->system));
-  CHECK_OK(flesh_effect_inertia(&b->body, &effect));
-  CHECK_OK(flesh_system_add_effect(b->system, &effect));
-  CHECK_OK(flesh_effect_spring(&b->body, still.translation, w * w, &(flesh_motion){.count = 1, .keyframes = &still},
-                               -INFINITY, INFINITY, &effect));
-  CHECK_OK(flesh_system_add_effect(b->system, &effect));
-  CHECK_OK(flesh_system_finalize(b->system));
 }
 
 /* R(z) of a table (Hairer & Wanner 1996, IV.3): one step of y' = z y from 1. */
