@@ -389,8 +389,6 @@ int flesh_ida_sunnonlinsol_create(flesh_ida_problem *problem, SUNContext context
 static int create_of_ode(flesh_ode_problem *problem, flesh_arkode_system_data arkode_data,
                          flesh_cvode_system_data cvode_data, SUNContext context, SUNNonlinearSolver *solver)
 {
-  const int some = arkode_data || cvode_data;
-  FLESH_NEED({problem, "problem"}, {some ? problem : NULL, "data"}, {context, "context"}, {solver, "solver"});
   content *made;
   const int status = create(problem->motion, context, &made, solver);
   if (status) return status;
@@ -403,12 +401,14 @@ static int create_of_ode(flesh_ode_problem *problem, flesh_arkode_system_data ar
 int flesh_arkode_sunnonlinsol_create(flesh_ode_problem *problem, flesh_arkode_system_data data, SUNContext context,
                                      SUNNonlinearSolver *solver)
 {
+  FLESH_NEED({problem, "problem"}, {data ? problem : NULL, "data"}, {context, "context"}, {solver, "solver"});
   return create_of_ode(problem, data, NULL, context, solver);
 }
 
 int flesh_cvode_sunnonlinsol_create(flesh_ode_problem *problem, flesh_cvode_system_data data, SUNContext context,
                                     SUNNonlinearSolver *solver)
 {
+  FLESH_NEED({problem, "problem"}, {data ? problem : NULL, "data"}, {context, "context"}, {solver, "solver"});
   return create_of_ode(problem, NULL, data, context, solver);
 }
 
