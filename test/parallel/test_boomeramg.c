@@ -1,4 +1,4 @@
-// TEST quick needs=ranks,hypre ranks=1,2,3,5
+// TEST full memory needs=ranks,hypre ranks=1,2,3,5
 /* test_boomeramg.c: hypre's BoomerAMG as a preconditioner, on one rank and on several: symmetric and positive definite, as
  * good on ranks as on one, and equilibria and motions that are those of flesh's own preconditioner. */
 #include "ranks.h"

@@ -1,4 +1,4 @@
-// TEST quick needs=ranks,nvecparallel,cvode,arkode,sunlinsolspgmr ranks=1,2,3,5
+// TEST full memory needs=ranks,nvecparallel,cvode,arkode,sunlinsolspgmr ranks=1,2,3,5
 /* test_parallel_motion.c: programs of several ranks that own IDA, CVODE or ARKODE and hand vectors of N_VNew_Parallel to
  * callbacks: products, and motions against the same program on one rank. */
 #include "ranks.h"

@@ -1,4 +1,4 @@
-// TEST quick needs=ranks,nvecparallel ranks=1,2,3,5
+// TEST full memory needs=ranks,nvecparallel ranks=1,2,3,5
 /* test_parallel_vectors.c: programs of several ranks that own KINSOL and hand vectors of N_VNew_Parallel to callbacks. */
 #include "ranks.h"
 

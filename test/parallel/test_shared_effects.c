@@ -1,4 +1,4 @@
-// TEST quick needs=ranks ranks=3,8
+// TEST full memory needs=ranks ranks=3,8
 /* test_shared_effects.c: every effect that ranks share out against itself on the whole body: forces, potentials, energies,
  * products with the matrix, feasible steps. */
 #include "scene_files.h"

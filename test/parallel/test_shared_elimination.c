@@ -1,4 +1,4 @@
-// TEST quick needs=ranks ranks=1,2,3,5
+// TEST full memory needs=ranks ranks=1,2,3,5
 /* test_shared_elimination.c: nonlinear elimination of a body that is shared out among ranks: each rank solves for the nodes
  * that it alone has, what all find is one step, and solves take fewer iterations to the same end. */
 #include "ranks.h"

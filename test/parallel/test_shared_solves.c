@@ -1,4 +1,4 @@
-// TEST quick needs=ranks ranks=1,2,3,5
+// TEST full memory needs=ranks ranks=1,2,3,5
 /* test_shared_solves.c: conjugate gradients of several ranks against those of one: what they solve, in how many
  * iterations, how many sums of all ranks they take, how far they can go, and what they do without curvature. */
 #include "ranks.h"
