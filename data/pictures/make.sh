@@ -5,19 +5,24 @@
 #   sh data/pictures/make.sh gallery finger  some: `sh data/pictures/make.sh --list` shows the names
 #
 # FLESH is the program, build/drivers/flesh by default. All take about half an hour on two processors, half of it `speed`;
-# each tells its seconds. `accuracy`, `mesh_error` and `speed` measure CPU times, and want a machine that does nothing
-# else. gnuplot is needed, and Chromium for `report`.
+# each tells its seconds. `tutorials`, `accuracy`, `mesh_error` and `speed` measure CPU times, and want a machine that
+# does nothing else. gnuplot is needed, and Chromium for `report`.
 set -eu
 root=$(CDPATH='' cd -- "$(dirname -- "$0")/../.." && pwd)
 pictures=$root/data/pictures
 flesh=$(realpath "${FLESH:-$root/build/drivers/flesh}")
-names='gallery hand finger forms accuracy mesh_error hard starts shapes filters speed report'
+names='gallery tutorials hand finger forms accuracy mesh_error hard starts shapes filters speed report'
 
 # run SCENE [options]: into the folder SCENE, as the gallery shows it.
 run() {
   scene=$1
   shift
   "$flesh" run "data/scenes/$scene.yaml" --out "$scene" --quiet "$@"
+}
+
+# blocks PAGE: the files that a page shows.
+blocks() {
+  awk '/^```[a-z]+ [^ ]+$/ { file = $2; next } /^```/ { file = "" } file != "" { print > file }' "$root/$1"
 }
 
 # snap PICTURE SCENE [options]
@@ -49,6 +54,24 @@ gallery() {
   snap hinged hinged --time 0,0.6,1.2 --colour stress --edges --width 300
 }
 
+tutorials() {
+  for page in "$root"/drivers/tutorials/*.md; do blocks "${page#"$root/"}"; done
+  "$flesh" accuracy pluck.yaml --quick --methods backward-euler,newmark,runge-kutta,adaptive --out pluck
+  cp pluck/work_time.png tutorial_accuracy.png
+  "$flesh" plot pluck/steps/runge-kutta_1e-3.csv --x t --y h --log y --out tutorial_steps.png
+  "${flesh%/*}/examples/example_bar_kinsol" equilibrium.txt
+  "$flesh" mesh box --cells 8,2,2 --size 2,0.5,0.5 --out bar.mesh
+  "$flesh" snap hanging.yaml --colour stress --edges --bare --out tutorial_own_program.png
+  "$flesh" sweep locking.yaml --out locking
+  "$flesh" sweep plot locking/sweep.db --x nu --y sag_mm --by "printf('%s, %d tets', element, tets)" \
+    --title 'Sag of a bar, mm' --out tutorial_sweep.png
+  "$flesh" plot memory.csv --x ranks --y memory --by run --log xy --out tutorial_ranks.png
+  "$flesh" run character.yaml --out character
+  "$flesh" snap character --time 0,1/4,0.63,1 --colour stress --width 260 --bare \
+    --out tutorial_character.png
+  cp tutorial_*.png "$pictures"
+}
+
 hand() {
   "$flesh" drift data/scenes/hand_pull.yaml --poisson 0.45 --solvers guarded --out hand
   cp hand/shapes_hand_pull_0.45_guarded.png "$pictures/hand_pull.png"
@@ -71,7 +94,7 @@ accuracy() {
 
 # The README's bar, in equilibrium near incompressibility.
 mesh_error() {
-  awk '/^```yaml bar.yaml/ { on = 1; next } /^```/ { on = 0 } on' "$root/README.md" >bar.yaml
+  blocks README.md
   sed 's/bar_16x4x4/bar_8x2x2/' bar.yaml >bar_coarse.yaml
   "$flesh" accuracy bar.yaml --mesh --coarser bar_coarse.yaml --mesh-seconds 30 --set effects.inertia=null \
     --set body.material.poisson=0.49 --set 'effects.gravity.acceleration=[0, 0, -0.2]' --out mesh_error

@@ -4,6 +4,7 @@
  * x = X + u the positions, u KINSOL's unknown. Solved twice from u = 0:
  *   - with flesh's block matrix and linear solver (preconditioned conjugate gradients, steps guarded by V),
  *   - with SUNDIALS' sparse matrix and KLU and KINSOL's own line search.
+ * `bar_kinsol FILE` writes the equilibrium as a state file, from which a scene may start.
  *
  * Sample output:
  *   flesh's matrix and solver:     tip at (1.8786, 0.3957, -0.4389) m
@@ -17,7 +18,7 @@
 
 #include "bar.h"
 
-static void solve(const bar *b, SUNContext context, int by_klu)
+static void solve(bar *b, SUNContext context, int by_klu)
 {
   /* 1. Flesh's side of the problem: options, and from where (x0) and how (shift) the unknown moves the point. */
   const int n = flesh_system_unknowns(b->system);
@@ -59,10 +60,10 @@ static void solve(const bar *b, SUNContext context, int by_klu)
   TRY(KINSol(kinsol, u, by_klu ? KIN_LINESEARCH : KIN_NONE, ones, ones) < 0);
 
   /* 5. The result. */
-  const double *X = flesh_mesh_positions(b->mesh) + 3 * b->tip, *d = N_VGetArrayPointer(u) + 3 * b->tip;
+  for (int i = 0; i < n; i++) b->state.x[i] = stage.x0[i] + N_VGetArrayPointer(u)[i];
+  const double *tip = b->state.x + 3 * b->tip;
   printf("%s tip at (%.4f, %.4f, %.4f) m\n",
-         by_klu ? "SUNSparseMatrix and KLU:      " : "flesh's matrix and solver:    ", X[0] + d[0], X[1] + d[1],
-         X[2] + d[2]);
+         by_klu ? "SUNSparseMatrix and KLU:      " : "flesh's matrix and solver:    ", tip[0], tip[1], tip[2]);
 
   KINFree(&kinsol);
   SUNLinSolFree(solver);
@@ -72,7 +73,7 @@ static void solve(const bar *b, SUNContext context, int by_klu)
   flesh_problem_destroy(&problem);
 }
 
-int main(void)
+int main(int argc, char **argv)
 {
   bar b;
   const flesh_material soft = bar_soft();
@@ -83,6 +84,7 @@ int main(void)
   TRY(SUNContext_Create(SUN_COMM_NULL, &context));
   solve(&b, context, 0);
   solve(&b, context, 1);
+  if (argc > 1) TRY(flesh_state_write(argv[1], b.nodes, &b.state));
   SUNContext_Free(&context);
   bar_destroy(&b);
   return 0;

@@ -57,6 +57,7 @@ def plain_docstring(app, what, name, obj, options, lines):
 
 
 def setup(app):
-    app.add_lexer("csv", TextLexer)
+    for language in ("csv", "geo"):
+        app.add_lexer(language, TextLexer)
     app.connect("missing-reference", link_to_folder)
     app.connect("autodoc-process-docstring", plain_docstring)

@@ -1,12 +1,16 @@
 #!/bin/sh
-# TEST full source seconds=900 needs=cc,includes
+# TEST full source seconds=900 needs=cc,includes uses=mpirun
 # test_readme.sh: what the Markdown files tell one to type works, in a fresh copy of the tree.
-# Speaks TAP, one test per block.
+# Speaks TAP, one test per block. `sh test_readme.sh PAGE...` takes these pages alone, after the README.
+#
+# Pages are taken in the order of their names, but the README first and tutorials last. Each tutorial begins in a copy
+# that has the README's build and nothing else, and in another HOME.
 #
 # A block that begins with
 #   ```sh             is run by `sh -eu` at the top of the copy, after the blocks before it; HOME is
 #                     a fresh directory.
 #   ```yaml NAME      (or any other language) is written to the file NAME of the copy.
+#   ```sh with TOOL   is such a block, skipped where there is no TOOL.
 #   ```text           (one word, not sh) is only shown.
 #   ```sh elsewhere   is not run: it installs, or the whole test run covers it. Its commands must be
 #                     some that this file knows, and the packages it names those of setup.sh.
@@ -21,14 +25,25 @@ mkdir "$copy" "$work/home" "$work/blocks"
 CCACHE_DIR=$(ccache --get-config cache_dir 2>/dev/null) && export CCACHE_DIR
 
 cd "$top" || exit 1
-if [ -e .git ] && git ls-files >"$work/files" 2>/dev/null; then
-  tar -c -T "$work/files" | tar -x -C "$copy"
-else
-  tar -c --exclude='./build*' --exclude=./out --exclude=./.git . | tar -x -C "$copy"
-fi
+# fill: the copy gets the files of the tree.
+fill() {
+  if [ -e .git ] && git ls-files >"$work/files" 2>/dev/null; then
+    tar -c -T "$work/files" | tar -x -C "$copy"
+  else
+    tar -c --exclude='./build*' --exclude=./out --exclude=./.git . | tar -x -C "$copy"
+  fi
+}
+fill
+# Commands of SLURM run on this machine.
+PATH=$top/test/shared/slurm:$PATH
 
 # Blocks go to files NNN, their opening lines to NNN.head.
-(cd "$copy" && find . -name '*.md' | sed 's|^\./||' | LC_ALL=C sort) >"$work/documents"
+if [ $# -gt 0 ]; then
+  printf '%s\n' README.md "$@"
+else
+  (cd "$copy" && find . -name '*.md' | sed 's|^\./||; s|^README|0 &|; s|^drivers/tutorials|2 &|; t; s|^|1 |') |
+    LC_ALL=C sort | cut -d' ' -f2
+fi >"$work/documents"
 count=0
 while IFS= read -r document; do
   count=$(awk -v blocks="$work/blocks" -v count="$count" -v document="$document" '
@@ -74,6 +89,7 @@ known() {
 
 echo "1..$((count + 1))"
 number=0
+page=
 for block in "$work"/blocks/???; do
   [ -f "$block" ] || continue
   number=$((number + 1))
@@ -81,7 +97,24 @@ for block in "$work"/blocks/???; do
   name="$place $language${argument:+ $argument}"
   : >"$work/log"
   status=0
+  skipped=
+  if [ "${place%:*}" != "$page" ]; then
+    page=${place%:*}
+    case $page in
+      drivers/tutorials/*)
+        mv "$copy/build" "$work/build"
+        rm -rf "$copy" "${work:?}/home"
+        mkdir "$copy" "$work/home"
+        mv "$work/build" "$copy"
+        fill
+        ;;
+    esac
+  fi
   case "$language $argument" in
+    'sh with '*) if command -v "${argument#with }" >/dev/null 2>&1; then argument=; else skipped=" # SKIP no ${argument#with }"; fi ;;
+  esac
+  case "$language $argument" in
+    'sh with '*) ;;
     'sh ')
       (cd "$copy" && HOME="$work/home" sh -eu "$block") >"$work/log" 2>&1 </dev/null || status=$?
       [ "$status" -eq 0 ] || echo "ended with status $status" >>"$work/log"
@@ -93,7 +126,7 @@ for block in "$work"/blocks/???; do
     *) cp "$block" "$copy/$argument" 2>"$work/log" || status=1 ;;
   esac
   if [ "$status" -eq 0 ]; then
-    echo "ok $number - $name"
+    echo "ok $number - $name$skipped"
   else
     tail -n 100 "$work/log" | sed 's/^/# /'
     echo "not ok $number - $name"
