@@ -60,6 +60,20 @@ def interfaces_are_shown():
     assert headers - told == {"flesh"}, headers - told  # flesh.h includes the others
 
 
+def tutorials_lead_to_a_picture_and_a_conclusion():
+    first = read("drivers", "site", "index.html")
+    names = sorted(name for name in os.listdir(os.path.join(ROOT, "drivers", "tutorials")) if name.endswith(".md"))
+    assert len(names) == 5, names
+    for name in names:
+        page = name[:-3] + ".html"
+        assert f'href="../tutorials/{page}"' in first, page
+        words = read("drivers", "tutorials", page)
+        pictures = re.findall(r'<img[^>]*src="([^"]*)"', words)
+        assert pictures and "<h2>What to conclude" in words, page
+        for picture in pictures:
+            assert os.path.exists(os.path.join(SITE, "drivers", "tutorials", picture)), picture
+
+
 def nothing_is_loaded_from_elsewhere():
     for page in pages():
         for place in re.findall(r'<(?:script|img|link|iframe)[^>]*?(?:src|href)="([^"]*)"', read(page)):
@@ -71,7 +85,8 @@ def it_opens_in_a_browser():
         return
     window = chromium.Browser()
     try:
-        for page in (FIRST, os.path.join(SITE, "README.html"), os.path.join(SITE, "drivers", "site", "c_use.html")):
+        for page in (FIRST, os.path.join(SITE, "README.html"), os.path.join(SITE, "drivers", "site", "c_use.html"),
+                     os.path.join(SITE, "drivers", "tutorials", "01-accuracy.html")):
             window.open(page)
             complaints = window.ask("POST", "/se/log", {"type": "browser"})
             assert not complaints, complaints
@@ -79,8 +94,8 @@ def it_opens_in_a_browser():
         window.close()
 
 
-TESTS = (it_is_made_without_a_warning, every_page_is_there, interfaces_are_shown, nothing_is_loaded_from_elsewhere,
-         it_opens_in_a_browser)
+TESTS = (it_is_made_without_a_warning, every_page_is_there, interfaces_are_shown,
+         tutorials_lead_to_a_picture_and_a_conclusion, nothing_is_loaded_from_elsewhere, it_opens_in_a_browser)
 
 if MISSING:
     print("1..0 # SKIP missing: " + ", ".join(MISSING))

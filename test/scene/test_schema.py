@@ -21,7 +21,9 @@ except ImportError as error:
     sys.exit(0)
 
 FLESH = os.environ.get("FLESH", "flesh")
-DATA = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "data")
+TOP = os.path.realpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
+SCENES = sorted(glob.glob(os.path.join(TOP, "data", "scenes", "*.yaml")))
+EDITORS_LINE = "# yaml-language-server: $schema="
 RIGHT = {"body": {"mesh": "box.msh", "material": {"energy": "S", "young": 1e5, "poisson": 0.45}},
          "effects": [{"inertia": {}}, {"gravity": {}}], "time": {"step": "1/60", "end": 0.1}, "solver": {}}
 WRONG = {  # what is changed of a scene that is right
@@ -56,11 +58,21 @@ def the_schema_is_one():
 
 
 def all_scenes_are_taken():
-    paths = sorted(glob.glob(os.path.join(DATA, "scenes", "*.yaml")))
-    assert len(paths) > 20, paths
-    for path in paths:
+    assert len(SCENES) > 20, SCENES
+    for path in SCENES:
         errors = [error.message for error in VALIDATOR.iter_errors(scene(path))]
         assert not errors, (path, errors)
+
+
+def every_scene_names_the_schema_for_editors():
+    with open(os.path.join(TOP, "drivers", "manual", "meson.build"), encoding="utf-8") as file:
+        assert "'scene.schema.json'" in file.read()
+    for path in SCENES:
+        with open(path, encoding="utf-8") as file:
+            line = file.readline().rstrip("\n")
+        assert line.startswith(EDITORS_LINE), (path, line)
+        named = os.path.relpath(os.path.join(os.path.dirname(path), line[len(EDITORS_LINE):]), TOP)
+        assert named == os.path.join("build", "drivers", "manual", "scene.schema.json"), (path, named)
 
 
 def what_is_wrong_is_refused_by_both():
@@ -81,5 +93,6 @@ def what_is_wrong_is_refused_by_both():
             assert done.returncode == (0 if name == "nothing" else 2), (name, done.returncode, done.stderr)
 
 
-TESTS = (the_schema_is_one, all_scenes_are_taken, what_is_wrong_is_refused_by_both)
+TESTS = (the_schema_is_one, all_scenes_are_taken, every_scene_names_the_schema_for_editors,
+         what_is_wrong_is_refused_by_both)
 sys.exit(tap.run(TESTS))
