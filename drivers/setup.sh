@@ -65,6 +65,8 @@ python3-breathe python breathe brings the C interface into the site
 parallel tool parallel runs the shards of a sweep
 sqlite3 tool sqlite3 asks the databases of sweeps
 openmpi-bin tool mpirun runs tests on several ranks
+python3-mesonpy python mesonpy makes a wheel of the Python package
+python3-pip python pip installs the wheel
 python3-vtk9 python vtkmodules.vtkIOXML reads the frames with VTK itself
 python3-pytest python pytest runs the tests of the Python package
 python3-matplotlib python matplotlib draws in its examples

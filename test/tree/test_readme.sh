@@ -73,6 +73,7 @@ known() {
     case "$first $second $third" in
       '  ' | '#'*) ;;
       'git clone '* | 'cd '*) ;;
+      '/usr/bin/python3 -m venv' | 'env/bin/pip install --no-build-isolation') ;; # test_wheel.py
       'sh drivers/demo.sh ' | 'sh test/run.sh '* | 'sh test/campaign/fuzz.sh '* | 'sh test/campaign/debian.sh '*) ;;
       'sudo apt-get install')
         # shellcheck disable=SC2086

@@ -220,8 +220,11 @@ def program(*arguments, check: bool = True) -> "subprocess.CompletedProcess[str]
         ProgramError: it ended with an exit code other than 0, with its own sentence; not where check is False.
     """
     path = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), _location.PROGRAM))
-    if not _location.PROGRAM or not os.path.exists(path):
-        raise FileError(f"{path}: the program is not there; build it, or leave out -Dprogram=false")
+    if not _location.PROGRAM:
+        raise FileError("this copy of the package came without the program flesh (a wheel has no program, and neither has "
+                        "a build with -Dprogram=false); use the package from a build or an installation that has it")
+    if not os.path.exists(path):
+        raise FileError(f"{path}: the program is not there; build or install it")
     done = subprocess.run([path, *map(os.fspath, map(_word, arguments))], stdout=subprocess.PIPE,
                           stderr=subprocess.PIPE, stdin=subprocess.DEVNULL, universal_newlines=True, check=False)
     if check and done.returncode:

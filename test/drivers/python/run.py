@@ -2,6 +2,7 @@
 # TEST name=test_python quick program seconds=60 needs=python,cc,build,includes protocol=exitcode
 # TEST name=test_python_runs full memory program seconds=120 needs=python,cc,build,includes protocol=exitcode
 # TEST name=test_python_examples full program seconds=300 needs=python,cc,build,includes protocol=exitcode
+# TEST name=test_python_wheel full program seconds=120 needs=python,cc,plain protocol=exitcode
 """run.py: pytest on some of the files beside this one; 77 (skipped) where Python has not what they need."""
 import importlib.util
 import os
