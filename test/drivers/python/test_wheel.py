@@ -49,5 +49,6 @@ def test_a_wheel_in_an_environment(tmp_path):
     assert place.startswith(str(environment)) and place.endswith(f"/flesh/{library}")
     said = run(python, os.path.join(TOP, "drivers", "python", "examples", "bar_tip.py"), cwd=tmp_path)
     assert said.startswith("at 0.50 s the tip is at z = -0.28")
-    said = run(python, "-c", "import flesh\ntry: flesh.program('run')\nexcept flesh.FileError as e: print(e)", cwd=tmp_path)
+    said = run(python, "-c", "import flesh\ntry: flesh.program('run')\nexcept flesh.FileError as error: print(error)",
+               cwd=tmp_path)
     assert "a wheel has no program" in said
