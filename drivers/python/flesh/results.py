@@ -221,7 +221,7 @@ def program(*arguments, check: bool = True) -> "subprocess.CompletedProcess[str]
     """
     path = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), _location.PROGRAM))
     if not _location.PROGRAM:
-        raise FileError("this copy of the package came without the program flesh (a wheel has no program, neither has a "
+        raise FileError("this copy of the package came without the program flesh (a wheel has no program, nor has a "
                         "build with -Dprogram=false); use the package from a build or an installation with the program")
     if not os.path.exists(path):
         raise FileError(f"{path}: the program is not there; build or install it")
