@@ -94,8 +94,8 @@ typedef struct flesh_accuracy_reference {
   char first[120], second[120];      /* how the two were made; first is the one compared with */
   double seconds;                    /* it took */
   double apart;                      /* how far the two differ [m], as error_position_rms */
-  double change;                     /* of the first when it was refined last [m] */
-  double between;                    /* how well it is known between its times [m] */
+  double change;                     /* by which the last refinement changed the first [m] */
+  double between;                    /* what interpolation between its times adds [m] */
   flesh_accuracy_errors uncertainty; /* the larger of the two, and what goes with it */
   flesh_accuracy_scale scale;
 } flesh_accuracy_reference;

@@ -88,7 +88,7 @@ extern const flesh_study_field flesh_drift_fields[];
 flesh_study flesh_drift_study(flesh_drift_plan *plan);
 /* drift.csv and the table on stdout. */
 int flesh_drift_write_table(const void *plan);
-/* Which part of a figure is the mesh's. The finest scene is the one whose element is the most accurate (tet10-mean, then
+/* How much of a figure is an error of the mesh. The finest scene is the one whose element is the most accurate (tet10-mean, then
  * tet10, then tet4), of these the one with the most nodes; it is judged by the next one in that order. */
 typedef struct flesh_drift_part {
   const flesh_drift_case *best, *next; /* of the finest scene and of the next, both complete; else NULL */

@@ -1,4 +1,4 @@
-/* mesh_part.c: which part of a figure is the mesh's: the finest scene, and the next finest that it is judged by. */
+/* mesh_part.c: how much of a figure is an error of the mesh: the finest scene, and the next finest that it is judged by. */
 #include <math.h>
 
 #include "drift/drift.h"

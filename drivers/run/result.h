@@ -33,7 +33,7 @@ typedef struct flesh_figures {
   int effects;
   double stressed_rest; /* strain energy, J, at rest in a stressed state that no load holds; 0: not so */
   flesh_longest_step longest_step;
-  flesh_separation separation; /* of what went through each other at the start */
+  flesh_separation separation; /* of bodies that overlapped at the start */
   double start_contact; /* energy of contacts at the start, J */
   double *energies; /* [effects] at the end, J, elasticity relative to rest */
   double wall_s, cpu_s;

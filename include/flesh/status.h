@@ -52,8 +52,8 @@ FLESH_API const char *flesh_error_text(void);
 
 /* Told every such sentence as it is recorded, with its status; `text` lasts as long as the call,
  * in which flesh_error_text() is the same. A sentence to which a caller within the library adds
- * where it is (file, line, key) is given again, longer. A positive status is a try that may still
- * be mended (a shorter step), so that programs that log may leave these out. */
+ * where it is (file, line, key) is given again, longer. A positive status is
+ * recoverable (by a shorter step), so that programs that log may leave these out. */
 typedef void (*flesh_error_handler)(void *data, int status, const char *text);
 
 /* One handler for the whole process, NULL: none, as at the start. `data` is borrowed. May be

@@ -9,8 +9,8 @@ typedef struct flesh_balance {
   double edge_force;          /* that strains an edge by its own length, N; NaN: not known yet */
 } flesh_balance;
 
-/* At u the residual, of norm `norm`, is at its target by what the first iterate says: its own residual, of norm
- * `first`, and the load there, of norm `load`. Lowers *target where that is too much by what solver.h says of
+/* Called where the residual at u, of norm `norm`, meets the target that was set at the first iterate, whose residual has
+ * the norm `first` and whose load the norm `load`. Lowers *target where that is too much by what solver.h says of
  * newton_tolerance, in place of which stands `tolerance`, and leaves it else. Asks the effects only as far as needed.
  * Overwrites the equations' scratch. */
 int flesh_balance_sharpen(flesh_balance *balance, double tolerance, const double *u, double norm, double first,

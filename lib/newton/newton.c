@@ -115,7 +115,7 @@ static event solve(flesh_newton *self, iteration *it)
   return !it->status ? DONE : it->status == FLESH_NOT_POSITIVE ? INDEFINITE : ERROR;
 }
 
-/* Solves by a direct factorisation; if that costs too much, a truncated solve still descends. */
+/* Solves by a direct factorisation; if that costs too much, by the truncated solve, which still descends. */
 static event solve_directly(flesh_newton *self, iteration *it)
 {
   flesh_direction *direction = &self->direction;

@@ -151,8 +151,7 @@ int flesh_stage_begin(flesh_newton *newton, const flesh_stage *stage, const doub
   stats->residual_first = stats->residual_last = first;
   stats->residual_target = newton->policy.target = self->last_target;
   if (first <= self->last_target) return 0;
-  /* A stage that is balanced to round-off from the start has nothing to be solved for: a free body that just moves
-   * on. */
+  /* Skips the solve if the first residual is at round-off: a free body that just moves on. */
   return !(load == 0 && flesh_equations_at_round_off(equations, u, first)) && aim(self, first);
 }
 

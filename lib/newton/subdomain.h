@@ -35,8 +35,8 @@ typedef struct flesh_subdomain_parent {
 /* Room for the largest subdomain of the system, solved with PCG. Returns new; NULL: no memory. */
 flesh_reserve *flesh_subdomain_reserve(const flesh_system *system);
 
-/* w [n], 0 but at the subdomain's nodes, so that u + w has less potential than u, as far as a model of all that is no
- * sum over elements gives; the caller makes sure. r [n] is the residual at u, which is near u_matrix. FLESH_OK;
+/* w [n], 0 but at the subdomain's nodes, so that u + w decreases an approximate potential, with a model of what is no sum
+ * over elements; the caller checks the true one. r [n] is the residual at u, which is near u_matrix. FLESH_OK;
  * FLESH_NOT_CONVERGED where the subdomain would be no small part of the body; < 0: errors, also where the reserve is
  * full. Counts in the parent's stats. Collective: of a body that ranks share out each has a subdomain of its own, and
  * FLESH_NOT_CONVERGED is of all of them. */

@@ -9,9 +9,10 @@
 #include "newton/mechanisms.h"
 
 enum { RETURNS = 2, LONGEST_PAUSE = 8 };
-/* A step cut to less is worth it; the first goes so many times as far; the residual there at least so many times as
- * large says that something stiff is strained; what remains of the strain grows by this power of the length. */
-static const double worth = 0.3, first = 8, wall = 10, order = 6;
+static const double worth = 0.3; /* steps that the line search cuts to less are tried */
+static const double first = 8;   /* the first try is so many times as long as the cut step */
+static const double wall = 10;   /* a residual that grows by this factor says that something stiff is strained */
+static const double order = 6;   /* what remains of the strain grows by this power of the length */
 
 /* One or two Newton steps from `to` [n], until the potential is below `enough`; it is INFINITY where there is none. */
 static double go_back(flesh_accelerators *self, double enough, double *to)

@@ -3,7 +3,7 @@
  * A new method is one file with a flesh_method_row and one line in FLESH_METHOD_LIST. The unknown of every method
  * is the displacement over the whole step, x_{n+1} = x_n + u, so that differences of nearby positions never cancel; that
  * of a stage before the last one is the displacement from the step's start to the stage.
- * Methods need not mind constraints: where order > 1 the integrator lets the constrained dofs of the stage and of
+ * Methods ignore constraints: where order > 1 the integrator lets the constrained dofs of the stage and of
  * the new state follow the prescribed motion itself, with its velocity and acceleration, and no step crosses a time
  * at which an effect or constraint stops being smooth. */
 #ifndef FLESH_TIME_METHOD_H

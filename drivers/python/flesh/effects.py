@@ -261,8 +261,8 @@ class Weld(Effect):
     Args:
         distance: m, within which they do at rest, apart or overlapping.
         stiffness: Pa/m; None: 30 times 3 mu over an edge of the softer side.
-        breaks_at: Pa; common parts of two triangles break after a step at whose end the root of tension^2 + shear^2 is
-            above it; None: they hold.
+        breaks_at: Pa; common parts of two triangles break when the root of tension^2 + shear^2 exceeds it at the end of a
+            step; None: they hold.
     """
 
     def __init__(self, body: Body, first, second, distance: float = 1e-6, stiffness: Optional[float] = None,

@@ -25,8 +25,7 @@ static int add(const void *values, const flesh_body *body, flesh_system *system)
 
 const flesh_effect_row flesh_effect_row_settling_damping = {
     .name = "settling_damping",
-    .doc = "Winds the motion down: damping in proportion to mass, for a time or until the body is slow. It is not the "
-     "scene's physics, and says so by its name.",
+    .doc = "Artificial damping, to reach equilibrium sooner: in proportion to mass, for a time or until the body is slow.",
     .keys = keys,
     .parameters_size = sizeof(parameters),
     .sample = "{rate: 20, speed: 0.5, until: 2}",
