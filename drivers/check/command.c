@@ -12,6 +12,7 @@
 #include "cli/inputs.h"
 #include "base/file.h"
 #include "cli/options.h"
+#include "scene/scene.h"
 #include "study/table.h"
 #include "cli/overrides.h"
 #include "cli/output.h"

@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 
 #include "base/error.h"
+#include "scene/scene.h"
 
 struct flesh_input {
   dev_t device, folder_device;

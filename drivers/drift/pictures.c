@@ -10,6 +10,7 @@
 #include "picture/picture.h"
 #include "picture/plot.h"
 #include "run/run_folder.h"
+#include "scene/scene.h"
 #include "study/table.h"
 
 /* A panel's body as it was at a state file of the case; x NULL: there is none. */

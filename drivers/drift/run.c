@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "drift/drift.h"
 #include "cli/overrides.h"
+#include "mesh/mesh.h"
 #include "run/runner.h"
 
 /* A frame kept for a picture. */

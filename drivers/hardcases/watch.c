@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "base/sort.h"
 #include "flesh/scene.h"
+#include "mesh/mesh.h"
 
 int flesh_hardcases_watch_open(flesh_hardcases_watch *w, const flesh_mesh *mesh)
 {

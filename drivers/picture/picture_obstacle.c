@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "flesh/contact.h"
+#include "effect/contact.h"
 #include "picture/picture_body.h"
 
 static const flesh_obstacle *find(const flesh_picture_panel *panel, int wanted, int *count)

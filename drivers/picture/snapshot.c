@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "cli/lists.h"
 #include "picture/picture_legend.h"
+#include "scene/scene.h"
 
 void flesh_snapshot_default(flesh_snapshot *s)
 {

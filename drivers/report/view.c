@@ -15,6 +15,7 @@
 #include "picture/picture.h"
 #include "picture/picture_body.h"
 #include "picture/picture_legend.h"
+#include "scene/scene.h"
 
 enum { FIELDS = FLESH_REPORT_FIELDS };
 

@@ -12,6 +12,7 @@
 #include "base/clock.h"
 #include "base/error.h"
 #include "base/scan.h"
+#include "effect/effect.h"
 #include "run/locking.h"
 #include "run/touching.h"
 #include "cli/interrupt.h"
@@ -22,6 +23,7 @@
 #include "run/ranks_join.h"
 #include "run/runner.h"
 #include "run/running.h"
+#include "scene/scene.h"
 #include "study/table.h"
 
 static const char details[] = "Writes into DIR: history.csv (a row per step), probes.csv (the "

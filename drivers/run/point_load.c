@@ -1,4 +1,5 @@
 /* point_load.c: finds loads on single nodes by what their residual touches. */
+#include "effect/effect.h"
 #include "run/point_load.h"
 
 #include <math.h>

@@ -15,6 +15,7 @@
 #include "commit.h"
 #include "cli/inputs.h"
 #include "cli/json_memory.h"
+#include "scene/scene.h"
 
 static const char *instruction_set(void)
 {

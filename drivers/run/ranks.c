@@ -1,4 +1,5 @@
 /* ranks.c: what a run needs of the ranks that share out its scene. */
+#include "parallel/rank_part.h"
 #include "run/ranks.h"
 
 #include <limits.h>

@@ -8,6 +8,7 @@
 #include "flesh/scene.h"
 #include "flesh/skin.h"
 #include "run/longest_step.h"
+#include "system/system.h"
 
 /* Gathered by observing; zero-initialise, then open. NaN where nothing was observed. */
 typedef struct flesh_figures {

@@ -20,6 +20,7 @@
 #include "run/running.h"
 #include "run/stressed_rest.h"
 #include "system/internal.h"
+#include "time/integrator.h"
 
 enum { OBSERVER_LIMIT = 16 };
 

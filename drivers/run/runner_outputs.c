@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "base/sync.h"
 #include "output/resume.h"
+#include "output/skin_frames.h"
 #include "run/provenance.h"
 #include "run/running.h"
 

@@ -4,6 +4,7 @@
 #include <stdio.h>
 
 #include "cli/output.h"
+#include "time/integrator.h"
 
 const char *flesh_running_path(flesh_running *r, const char *name)
 {

@@ -11,6 +11,7 @@
 #include "cli/inputs.h"
 #include "cli/lists.h"
 #include "cli/options.h"
+#include "output/skin_frames.h"
 #include "run/result.h"
 #include "run/run_folder.h"
 #include "cli/output.h"

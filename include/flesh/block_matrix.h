@@ -2,7 +2,6 @@
 #ifndef FLESH_BLOCK_MATRIX_H
 #define FLESH_BLOCK_MATRIX_H
 
-
 #ifdef __cplusplus
 extern "C" {
 #endif

@@ -72,9 +72,6 @@ FLESH_API int flesh_effect_contact(const flesh_body *body, const flesh_contact_o
 FLESH_API int flesh_effect_surface_contact(const flesh_body *body, const flesh_contact_options *options,
                                            int pair_count, const int *pairs, flesh_effect **effect);
 
-/* The obstacle of a contact effect, borrowed; NULL for every other effect. */
-FLESH_API const flesh_obstacle *flesh_effect_obstacle(const flesh_effect *effect);
-
 /* How far surfaces that went through each other at the start are apart by now (flesh_contact_options.separates). A pair
  * is of two patches of surfaces that do not touch each other until they are. */
 typedef struct flesh_separation {

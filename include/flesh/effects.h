@@ -39,9 +39,6 @@ FLESH_API int flesh_effect_inertia(const flesh_body *body, flesh_effect **effect
  * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_effect_elasticity(const flesh_body *body, flesh_effect **effect);
 
-/* The vector instructions that an effect uses; AUTO for one that leaves them to the compiler. */
-FLESH_API flesh_instructions flesh_effect_instructions(const flesh_effect *effect);
-
 /* r = -load M g for the acceleration g [3], m/s^2, by body->mass. Each linear tet gives rho V/4 g
  * to its nodes. A quadratic one gives with the lumped mass what each node weighs, so that a free
  * fall is rigid, and with the consistent mass the exact load, -rho V/20 g to corners and rho V/5 g
@@ -49,8 +46,6 @@ FLESH_API flesh_instructions flesh_effect_instructions(const flesh_effect *effec
  * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_effect_gravity(const flesh_body *body, const double acceleration[3],
                                    flesh_effect **effect);
-/* The acceleration of a gravity effect, [3], borrowed; NULL for every other effect. */
-FLESH_API const double *flesh_effect_acceleration(const flesh_effect *effect);
 
 /* A spring from the body's point nearest to `point` (rest coordinates, m; found within a tet, or
  * the nearest surface point) to the moving target: V = load k/2 |p(x) - target(t)|^2, stiffness k
@@ -78,10 +73,6 @@ enum { FLESH_SPRING_NODES = 1200 };
 FLESH_API int flesh_effect_spring_within(const flesh_body *body, const double point[3], double radius,
                                          double stiffness, const flesh_motion *target, double from,
                                          double until, flesh_effect **effect);
-
-/* The radius of a spring, m, and in point [3] (may be NULL) where it is attached; NaN, with point
- * untouched, for every other effect. */
-FLESH_API double flesh_effect_spring_radius(const flesh_effect *effect, double point[3]);
 
 /* Which stiffness damps: that of the rest shape, or that of the lagged state. */
 typedef enum flesh_stiffness { FLESH_STIFFNESS_REST, FLESH_STIFFNESS_CURRENT } flesh_stiffness;
@@ -191,10 +182,6 @@ FLESH_API int flesh_effect_buoyancy(const flesh_body *body, double level, double
 FLESH_API int flesh_effect_weld(const flesh_body *body, flesh_triangles first, flesh_triangles second,
                                 double distance, double stiffness, double breaks_at,
                                 flesh_effect **effect);
-
-/* The stiffness of a weld, Pa/m, and in *area (may be NULL) how much of the surfaces it ties, m^2;
- * NaN, with *area untouched, for every other effect. */
-FLESH_API double flesh_effect_weld_stiffness(const flesh_effect *effect, double *area);
 
 /* The most nodes that the two groups of a joint may have together: each is coupled with every other. */
 enum { FLESH_JOINT_NODES = 2000 };

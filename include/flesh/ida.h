@@ -81,11 +81,6 @@ FLESH_API void flesh_ida_problem_destroy(flesh_ida_problem **problem);
 FLESH_API int flesh_ida_vector_create(const flesh_ida_problem *problem, SUNContext context,
                                       N_Vector *y);
 
-/* The scales of tolerances: length L [m], the body's longest side, and velocity V [m/s]. V
- * is L per period of the body's slowest bending, estimated by Rayleigh's quotient of a bent shape
- * at rest; without elasticity sqrt(L |applied load| / mass), without loads L per second. */
-FLESH_API void flesh_ida_scales(const flesh_ida_problem *problem, double *length, double *velocity);
-
 /* Starts from the state: constrained dofs take their prescribed places and velocities (a jump of
  * theirs moves the free dofs by M_ff du_f = -M_fc du_c, the limit of a short step; nothing with
  * lumped mass), y = (x, v) and y' = (v, a) with M a = -r(t, x, v, 0). FLESH_UNDEFINED or
@@ -97,15 +92,12 @@ FLESH_API int flesh_ida_start(flesh_ida_problem *problem, const flesh_state *sta
 FLESH_API double flesh_ida_event(const flesh_ida_problem *problem);
 
 /* atol = (tolerance L, tolerance V), and for constrained dofs so large that no error test depends on
- * them. To be called after each start. Here and in flesh_ida_get_state, a vector of an unsupported
- * kind or length leaves everything as it is. */
+ * them. L [m] is the body's longest side. V [m/s] is L per period of the body's slowest bending,
+ * estimated by Rayleigh's quotient of a bent shape at rest; without elasticity sqrt(L |applied load| /
+ * mass), without loads L per second. To be called after each start. Here and in flesh_ida_get_state, a
+ * vector of an unsupported kind or length leaves everything as it is. */
 FLESH_API void flesh_ida_tolerances(const flesh_ida_problem *problem, double tolerance,
                                     N_Vector atol);
-
-/* ||y''|| at a start (y, y'), root mean square over the free dofs in units of L and V [1/s^2], by
- * a difference along the motion: a step of h of order 1 errs by h^2/2 of it. INFINITY where it
- * has no value. */
-FLESH_API double flesh_ida_curvature(flesh_ida_problem *problem, N_Vector y, N_Vector yp);
 
 /* Fills the caller's state from y at t (before or at the event), constrained dofs exactly. */
 FLESH_API void flesh_ida_get_state(flesh_ida_problem *problem, double t, N_Vector y,

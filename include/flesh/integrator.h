@@ -111,7 +111,7 @@ typedef struct flesh_adaptive_options {
   int control;
   /* The error of positions to aim at, as a share of the body's longest side L; (0, 1). With q =
    * max_order, IDA is given the absolute local tolerances e L for positions and e V for
-   * velocities (flesh_ida_scales), e = tolerance^(1 + 1/q): local errors fall with h^(q+1), but
+   * velocities (flesh_ida_tolerances), e = tolerance^(1 + 1/q): local errors fall with h^(q+1), but
    * what they add up to only with h^q. */
   double tolerance;
   /* 1 to 5; above 2 not A-stable: energy may grow, and steps become short at loose tolerances. */
@@ -160,10 +160,6 @@ FLESH_API int flesh_integrator_step(flesh_integrator *integrator, flesh_state *s
  * FLESH_ERR_MEMORY. The integrator starts anew. */
 FLESH_API int flesh_integrator_set_adaptive(flesh_integrator *integrator,
                                             const flesh_adaptive_options *options);
-
-/* How often every effect was evaluated since creation; set `timed` to have CPU times as well.
- * Owned by the integrator. */
-FLESH_API flesh_costs *flesh_integrator_costs(flesh_integrator *integrator);
 
 /* `stop` is asked while a step is made: between the internal steps of the adaptive methods, else
  * before every Newton iteration and within long PCG solves. A negative status ends the step with

@@ -166,10 +166,6 @@ FLESH_API void flesh_mesh_mean_jacobians(const flesh_mesh *mesh, const double *x
 FLESH_API double flesh_mesh_jacobian_bounds(const flesh_mesh *mesh, const double *x, double *J, int *worst,
                                             int *unsure);
 
-/* Largest distance of a used node at `x` [3*nodes] from its place in the rest shape after the best
- * rigid fit (least squares over the nodes; Kabsch 1976), over the rest shape's longest side. */
-FLESH_API double flesh_mesh_distance_from_rest(const flesh_mesh *mesh, const double *x);
-
 /* Lumped mass [nodes], kg; density [tets], kg/m^3. Per node and tet rho V/4; of ten nodes in
  * proportion to the diagonal of the consistent mass, rho V/36 at corners and 4 rho V/27 on edges
  * where they are straight (Hinton, Rock & Zienkiewicz 1976). */

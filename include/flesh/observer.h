@@ -131,18 +131,10 @@ typedef struct flesh_skin_frames flesh_skin_frames;
 FLESH_API int flesh_skin_frames_create(const char *directory, const flesh_skin *skin,
                                        const flesh_surface *surface, unsigned formats, int every,
                                        flesh_skin_frames **frames);
-/* Removes what an earlier run left under these names in `directory`. */
-FLESH_API void flesh_skin_frames_remove(const char *directory);
 /* NULL-safe; FLESH_ERR_FILE when the point cache cannot be completed. */
 FLESH_API int flesh_skin_frames_close(flesh_skin_frames **frames);
-/* Closes without the point cache. NULL-safe. */
-FLESH_API void flesh_skin_frames_abandon(flesh_skin_frames **frames);
 /* A flesh_observer's function. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY, FLESH_ERR_FILE. */
 FLESH_API int flesh_skin_frames_observe(void *frames, const flesh_step_record *record);
-/* Adds a state from elsewhere as frame number `number`. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY,
- * FLESH_ERR_FILE. */
-FLESH_API int flesh_skin_frames_add(flesh_skin_frames *frames, int number,
-                                    const flesh_state *state);
 
 /* A run: steps of h from state->t to `end` (the last one is shortened to end there exactly; rounding
  * never adds a tiny step), calling the observers, first with the start. A static integrator on a

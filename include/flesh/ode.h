@@ -92,8 +92,7 @@ FLESH_API int flesh_ode_start(flesh_ode_problem *problem, const flesh_state *sta
 /* Time of the next event, up to which the start is valid; INFINITY if there is none. */
 FLESH_API double flesh_ode_event(const flesh_ode_problem *problem);
 
-/* The scales and tolerances of y, as flesh_ida_scales and flesh_ida_tolerances have them. */
-FLESH_API void flesh_ode_scales(const flesh_ode_problem *problem, double *length, double *velocity);
+/* The tolerances of y, as flesh_ida_tolerances has them. */
 FLESH_API void flesh_ode_tolerances(const flesh_ode_problem *problem, double tolerance,
                                     N_Vector atol);
 

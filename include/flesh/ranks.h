@@ -21,13 +21,6 @@ typedef struct flesh_communicator flesh_communicator;
 typedef struct flesh_rank_part flesh_rank_part;
 struct flesh_system;
 
-/* Counts of this rank's exchanges so far. */
-typedef struct flesh_communicator_figures {
-  long reductions; /* sums, largest numbers and statuses of all ranks */
-  long messages;   /* sent to another rank, by reductions too */
-  double bytes;    /* in these */
-} flesh_communicator_figures;
-
 /* `mpi_comm` points to an MPI_Comm, of which a duplicate is made: collective, after MPI_Init and before MPI_Finalize, as
  * is its end. NULL: one rank without MPI. MPI_THREAD_FUNNELED serves, as only the calling thread calls MPI. Returns new.
  * FLESH_ERR_ARGUMENT where it is not NULL and flesh is built without MPI. Further errors: FLESH_ERR_MEMORY. */
@@ -38,8 +31,6 @@ FLESH_API void flesh_communicator_destroy(flesh_communicator **communicator);
 /* Which of how many it is, from 0. Cannot fail. */
 FLESH_API int flesh_communicator_rank(const flesh_communicator *communicator);
 FLESH_API int flesh_communicator_size(const flesh_communicator *communicator);
-FLESH_API flesh_communicator_figures
-flesh_communicator_exchanged(const flesh_communicator *communicator);
 /* The worst status of all ranks (fatal, then recoverable, then FLESH_OK), of the first rank that has one as bad; a fatal
  * one comes with that rank's sentence in flesh_error_text(). Collective.
  * Errors: FLESH_ERR_ARGUMENT, and any that it is given. */
@@ -63,9 +54,8 @@ FLESH_API void flesh_rank_part_destroy(flesh_rank_part **rank_part);
 /* Borrowed. Own nodes come first, then ghosts, both as they are numbered in the whole; so do the tets. Its surface has
  * the faces between the ranks, too. */
 FLESH_API const flesh_mesh *flesh_rank_part_mesh(const flesh_rank_part *rank_part);
-/* How many of its nodes this rank owns, and with how many other ranks it exchanges nodes. Cannot fail. */
+/* How many of its nodes this rank owns. Cannot fail. */
 FLESH_API int flesh_rank_part_own(const flesh_rank_part *rank_part);
-FLESH_API int flesh_rank_part_neighbours(const flesh_rank_part *rank_part);
 /* [nodes], [tets] of its mesh: the numbers in the whole. */
 FLESH_API const int *flesh_rank_part_nodes(const flesh_rank_part *rank_part);
 FLESH_API const int *flesh_rank_part_tets(const flesh_rank_part *rank_part);

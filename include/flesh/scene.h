@@ -50,13 +50,6 @@ FLESH_API const char *flesh_scene_warning(const flesh_scene *scene);
 
 /* The parts of a scene belong to it and live as long. */
 FLESH_API const flesh_mesh *flesh_scene_mesh(const flesh_scene *scene);
-/* Absolute, links resolved. */
-FLESH_API const char *flesh_scene_mesh_path(const flesh_scene *scene);
-/* Calls visit(data, path) for every file that the scene names, as often as it does: meshes of the
- * body, of the bodies beside it and of obstacles, the start, the skin. A path that is not absolute
- * is relative to the working directory of flesh_scene_read; it is the scene's and lives as long. */
-FLESH_API void flesh_scene_visit_files(const flesh_scene *scene,
-                                       void (*visit)(void *data, const char *path), void *data);
 FLESH_API const flesh_body *flesh_scene_body(const flesh_scene *scene);
 FLESH_API const flesh_system *flesh_scene_system(const flesh_scene *scene);
 FLESH_API const flesh_solver_options *flesh_scene_solver(const flesh_scene *scene);
@@ -77,7 +70,7 @@ FLESH_API const flesh_scene_time *flesh_scene_times(const flesh_scene *scene);
  * to axes rotated by the smallest rotation of z onto `up`: with up = z the camera looks along y at
  * azimuth 0 and along -x at 90, with up = y along -z and -x. */
 typedef struct flesh_camera {
-  double up[3];         /* points upwards in the picture; NaN or 0: see flesh_scene_up */
+  double up[3];         /* points upwards in the picture; NaN or 0: against gravity, or z without any */
   double azimuth;       /* degrees, of the camera's position about `up` */
   double elevation;     /* degrees, of its position above the horizon */
   double target[3];     /* the middle of the picture, m */
@@ -101,15 +94,6 @@ FLESH_API const flesh_scene_output *flesh_scene_outputs(const flesh_scene *scene
 /* Its probes [*count], prepared, for flesh_probes_create; NULL and 0 where it has none. Owned by the
  * scene. Cannot fail. */
 FLESH_API const flesh_probe *flesh_scene_probes(const flesh_scene *scene, int *count);
-
-/* Which way is up in pictures of the scene, a unit vector, and why. */
-typedef enum flesh_up_origin {
-  FLESH_UP_GIVEN,   /* output.camera.up */
-  FLESH_UP_GRAVITY, /* against the sum of its gravity effects */
-  FLESH_UP_Z        /* neither says: z */
-} flesh_up_origin;
-/* Fills in up [3]. */
-FLESH_API flesh_up_origin flesh_scene_up(const flesh_scene *scene, double up[3]);
 
 /* Fills the caller's state->x, v [3*n] each, and t: from the scene's start file, else the rest
  * positions, the scene's start velocity and 0; its multipliers where it has some. */

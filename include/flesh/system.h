@@ -15,19 +15,6 @@
 extern "C" {
 #endif
 
-/* How often an effect was evaluated, and the CPU time that took. A call of `evaluate` counts as
- * one residual and one potential, so that figures do not depend on which effects have it. */
-typedef struct flesh_effect_cost {
-  long residuals, jacobians, potentials, energies; /* calls */
-  double cpu_s;                                    /* of the process, where timed */
-} flesh_effect_cost;
-
-/* Owned by whoever evaluates a system (an integrator), not by the effects, which are const. */
-typedef struct flesh_costs {
-  int timed;                  /* 1: clocks are read around every call */
-  flesh_effect_cost *effects; /* of the system's effects, in their order */
-} flesh_costs;
-
 typedef struct flesh_system flesh_system;
 
 enum { FLESH_AXIS_X = 1, FLESH_AXIS_Y = 2, FLESH_AXIS_Z = 4, FLESH_AXES_ALL = 7 };
@@ -80,23 +67,9 @@ FLESH_API int flesh_system_has_role(const flesh_system *system, flesh_role role)
 /* Whether prescribed positions or effects change with time: then a scene without inertia is a
  * sequence of equilibria instead of one. Cannot fail. */
 FLESH_API int flesh_system_moves(const flesh_system *system);
-/* Bytes that an effect holds (flesh_effect_figures.memory) with its places in the Jacobian;
- * 0 where it does not report it. */
-FLESH_API size_t flesh_system_effect_memory(const flesh_system *system, int index);
-/* Whether some effect's lagged state follows the shape (FLESH_IS_FOLLOWER_LOAD).
- * Cannot fail. */
-FLESH_API int flesh_system_has_follower_loads(const flesh_system *system);
-/* Whether some effect freezes a state (FLESH_FREEZES). Cannot fail. */
-FLESH_API int flesh_system_freezes(const flesh_system *system);
 /* How many multipliers enforce constraints of its effects (flesh_point.multipliers): one for each
  * tet of the mesh if the body has incompressible tets, else 0. Cannot fail. */
 FLESH_API int flesh_system_multiplier_count(const flesh_system *system);
-/* How far these constraints are from being met at point->x: gaps [multipliers], of incompressible
- * tets the mean of J less 1; and, unless NULL, the second derivative of the penalty by it,
- * stiffness [multipliers], Pa, at point->penalty = 1. The method of multipliers adds the product of
- * gap, stiffness and point->penalty to each. Errors: FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
-FLESH_API int flesh_system_constraint_gaps(const flesh_system *system, const flesh_point *point,
-                                           double *gaps, double *stiffness);
 /* How many internal variables its effects have together (flesh_effect_internal). Cannot fail. */
 FLESH_API int flesh_system_internal_count(const flesh_system *system);
 /* Updates the internal variables [internal_count] at the end of a step, `point`, with which point->internal has their
@@ -122,12 +95,6 @@ FLESH_API int flesh_system_jacobian(const flesh_system *system, const flesh_poin
  * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_system_potential(const flesh_system *system, const flesh_point *point,
                                      const flesh_shift *shift, double *phi, double *magnitude);
-/* Residual and potential together, in one pass where an effect can: the same bits as by
- * flesh_system_residual and flesh_system_potential.
- * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
-FLESH_API int flesh_system_evaluate(const flesh_system *system, const flesh_point *point,
-                                    const flesh_shift *shift, double *r, double *phi,
-                                    double *magnitude);
 /* Physical energy of every effect [effect_count], J.
  * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_system_energies(const flesh_system *system, const flesh_point *point,
@@ -145,8 +112,6 @@ FLESH_API void flesh_block_matrix_destroy(flesh_block_matrix **matrix);
 /* fixed[d] = 1 for the dofs constrained at time t (and those of nodes no tet uses), else 0; [3*n].
  * Returns the number fixed. Cannot fail. */
 FLESH_API int flesh_system_fixed(const flesh_system *system, double t, uint8_t *fixed);
-/* Whether any constraint acts at time t. Cannot fail. */
-FLESH_API int flesh_system_holds(const flesh_system *system, double t);
 /* Writes the prescribed positions at time t into the constrained components of x [3*n]. */
 FLESH_API void flesh_system_prescribe(const flesh_system *system, double t, double *x);
 /* Writes the prescribed velocities and accelerations likewise (analytic; at a keyframe those that follow it). */

@@ -67,4 +67,7 @@ void flesh_contact_take(flesh_effect *restricted, const flesh_rank_numbers *numb
 size_t flesh_contact_memory(const flesh_effect *effect);
 void flesh_contact_destroy(void *data);
 
+/* The obstacle of a contact effect, borrowed; NULL for every other effect. */
+const flesh_obstacle *flesh_effect_obstacle(const flesh_effect *effect);
+
 #endif

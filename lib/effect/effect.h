@@ -57,4 +57,18 @@ static inline int flesh_effect_reports_stage(const flesh_effect *effect)
 /* Parts of an interval [from, until) as the next event after t. */
 double flesh_interval_next_event(double from, double until, double t);
 
+/* The acceleration of a gravity effect, [3], borrowed; NULL for every other effect. */
+const double *flesh_effect_acceleration(const flesh_effect *effect);
+
+/* The vector instructions that an effect uses; AUTO for one that leaves them to the compiler. */
+flesh_instructions flesh_effect_instructions(const flesh_effect *effect);
+
+/* The radius of a spring, m, and in point [3] (may be NULL) where it is attached; NaN, with point
+ * untouched, for every other effect. */
+double flesh_effect_spring_radius(const flesh_effect *effect, double point[3]);
+
+/* The stiffness of a weld, Pa/m, and in *area (may be NULL) how much of the surfaces it ties, m^2;
+ * NaN, with *area untouched, for every other effect. */
+double flesh_effect_weld_stiffness(const flesh_effect *effect, double *area);
+
 #endif

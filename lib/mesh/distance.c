@@ -2,6 +2,7 @@
 #include <math.h>
 
 #include "flesh/mesh.h"
+#include "mesh/mesh.h"
 #include "mesh/rigid_fit.h"
 
 double flesh_mesh_distance_from_rest(const flesh_mesh *mesh, const double *x)

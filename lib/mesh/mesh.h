@@ -126,4 +126,8 @@ void flesh_mesh_measure(const flesh_mesh *mesh, const double *x, int with_bound,
  * so that a body at rest has J = 1 to the last bit. */
 double flesh_tet_volume(const double *x, const int nodes[4]);
 
+/* Largest distance of a used node at `x` [3*nodes] from its place in the rest shape after the best
+ * rigid fit (least squares over the nodes; Kabsch 1976), over the rest shape's longest side. */
+double flesh_mesh_distance_from_rest(const flesh_mesh *mesh, const double *x);
+
 #endif

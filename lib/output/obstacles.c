@@ -1,4 +1,5 @@
 /* obstacles.c: the obstacles of a run as surfaces, for pictures. */
+#include "effect/contact.h"
 #include "output/obstacles.h"
 
 #include <math.h>

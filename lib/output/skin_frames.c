@@ -11,6 +11,7 @@
 #include "mesh/mesh.h"
 #include "output/pc2.h"
 #include "output/resume.h"
+#include "output/skin_frames.h"
 #include "output/vtu_read.h"
 #include "skin/skin.h"
 

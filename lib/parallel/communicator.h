@@ -23,4 +23,14 @@ void flesh_communicator_begin(flesh_communicator *communicator, int count, const
                               const flesh_exchange *exchange);
 void flesh_communicator_end(flesh_communicator *communicator);
 
+/* Counts of this rank's exchanges so far. */
+typedef struct flesh_communicator_figures {
+  long reductions; /* sums, largest numbers and statuses of all ranks */
+  long messages;   /* sent to another rank, by reductions too */
+  double bytes;    /* in these */
+} flesh_communicator_figures;
+
+flesh_communicator_figures
+flesh_communicator_exchanged(const flesh_communicator *communicator);
+
 #endif

@@ -30,4 +30,7 @@ const flesh_team *flesh_rank_part_team(const flesh_rank_part *rank_part);
 /* Like flesh_rank_part_find, by the number in the whole even for a part of a split mesh. */
 int flesh_rank_part_find_number(const flesh_rank_part *rank_part, int number);
 
+/* With how many other ranks it exchanges nodes. Cannot fail. */
+int flesh_rank_part_neighbours(const flesh_rank_part *rank_part);
+
 #endif

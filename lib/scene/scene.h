@@ -80,4 +80,23 @@ int flesh_scene_has_inertia(const flesh_scene *scene);
 /* The effects, elasticity included, and the system of them; needs the body. */
 int flesh_scene_make_system(flesh_scene *scene);
 
+/* Which way is up in pictures of the scene, a unit vector, and why. */
+typedef enum flesh_up_origin {
+  FLESH_UP_GIVEN,   /* output.camera.up */
+  FLESH_UP_GRAVITY, /* against the sum of its gravity effects */
+  FLESH_UP_Z        /* neither says: z */
+} flesh_up_origin;
+
+/* Fills in up [3]. */
+flesh_up_origin flesh_scene_up(const flesh_scene *scene, double up[3]);
+
+/* Calls visit(data, path) for every file that the scene names, as often as it does: meshes of the
+ * body, of the bodies beside it and of obstacles, the start, the skin. A path that is not absolute
+ * is relative to the working directory of flesh_scene_read; it is the scene's and lives as long. */
+void flesh_scene_visit_files(const flesh_scene *scene,
+                                       void (*visit)(void *data, const char *path), void *data);
+
+/* Absolute, links resolved. */
+const char *flesh_scene_mesh_path(const flesh_scene *scene);
+
 #endif

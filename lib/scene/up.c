@@ -2,6 +2,7 @@
 #include <math.h>
 
 #include "flesh/effects.h"
+#include "effect/effect.h"
 #include "scene/scene.h"
 
 /* A unit vector along v; 0 where v is zero or not finite. */

@@ -81,11 +81,6 @@ flesh_solve_stats *flesh_ode_stats(flesh_ode_problem *self) { return &self->moti
 
 double flesh_ode_event(const flesh_ode_problem *self) { return flesh_ida_event(self->motion); }
 
-void flesh_ode_scales(const flesh_ode_problem *self, double *length, double *velocity)
-{
-  flesh_ida_scales(self->motion, length, velocity);
-}
-
 void flesh_ode_tolerances(const flesh_ode_problem *self, double tolerance, N_Vector atol)
 {
   flesh_ida_tolerances(self->motion, tolerance, atol);

@@ -1,6 +1,7 @@
 /* constraint.c: which dofs are constrained, and where they are. */
 #include "geometry/motion.h"
 #include "system/parts.h"
+#include "system/system.h"
 
 int flesh_system_fixed(const flesh_system *system, double t, uint8_t *fixed)
 {

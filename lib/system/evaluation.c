@@ -10,6 +10,7 @@
 #include "base/memory.h"
 #include "base/parallel_vector.h"
 #include "system/ranks.h"
+#include "system/system.h"
 
 int flesh_evaluation_create(const flesh_system *system, flesh_threads *threads, flesh_evaluation *self)
 {

@@ -11,6 +11,7 @@
 #include "system/parts.h"
 #include "system/position_potential.h"
 #include "system/proximity.h"
+#include "system/system.h"
 
 static double cpu_time(const flesh_costs *costs)
 {

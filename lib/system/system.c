@@ -14,6 +14,7 @@
 #include "system/parts.h"
 #include "system/effect_view.h"
 #include "system/ranks.h"
+#include "system/system.h"
 
 int flesh_system_create(const flesh_mesh *mesh, flesh_system **system)
 {

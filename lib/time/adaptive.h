@@ -6,6 +6,7 @@
 
 #include "base/archive.h"
 #include "flesh/integrator.h"
+#include "system/system.h"
 #include "time/energy_watch.h"
 
 typedef struct flesh_adaptive flesh_adaptive;

@@ -6,6 +6,7 @@
 #include <stdint.h>
 
 #include "sundials/kinsol.h"
+#include "system/system.h"
 #include "time/adaptive.h"
 #include "time/energy_watch.h"
 #include "time/error_control.h"
@@ -91,5 +92,9 @@ void flesh_integrator_record_failure(flesh_integrator *integrator, const flesh_s
                                      int status, const flesh_solve_stats *stats);
 /* The state at which the forces of the last step balance: before the step's end, or `state` itself. */
 const flesh_state *flesh_integrator_stage(const flesh_integrator *integrator, const flesh_state *state);
+
+/* How often every effect was evaluated since creation; set `timed` to have CPU times as well.
+ * Owned by the integrator. */
+flesh_costs *flesh_integrator_costs(flesh_integrator *integrator);
 
 #endif

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "body.h"
+#include "effect/contact.h"
 #include "effect/private.h"
 #include "geometry/obstacle.h"
 #include "math/mat3.h"

@@ -11,7 +11,9 @@
 #include "flesh/contact.h"
 #include "scene/effect_registry.h"
 #include "flesh/observer.h"
+#include "system/system.h"
 #include "test.h"
+#include "time/integrator.h"
 
 /* Counts what is asked of malloc and what is held; a sanitizer has its own, which is left alone. */
 #if defined(__has_feature)

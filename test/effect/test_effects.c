@@ -9,6 +9,7 @@
 #include "effect/environment.h"
 #include "effect_sample.h"
 #include "system/derivative_check.h"
+#include "system/system.h"
 #include "test.h"
 #include "material/form.h"
 
@@ -57,8 +58,7 @@ static place place_create(const test_body *b, const flesh_shift *shift, unsigned
 {
   place p = {.n = b->n, .shift = shift};
   double **vectors[] = {&p.x0, &p.v0, &p.a0, &p.u, &p.x, &p.v, &p.a, &p.x_lag, &p.v_lag, &p.x_frozen, &p.v_frozen};
-  for (size_t k = 0; k < sizeof vectors / sizeof vectors[0]; k++)
-    *vectors[k] = calloc((size_t)b->n, sizeof(double));
+  for (size_t k = 0; k < sizeof vectors / sizeof *vectors; k++) *vectors[k] = calloc((size_t)b->n, sizeof(double));
   memcpy(p.x0, b->state.x, (size_t)b->n * sizeof *p.x0);
   memcpy(p.x_lag, b->state.x, (size_t)b->n * sizeof *p.x_lag);
   test_jitter(b->n, 0.02, seed + 2, p.x_lag);

@@ -7,6 +7,7 @@
 #include "body.h"
 #include "flesh/ida.h"
 #include "flesh/ode.h"
+#include "mesh/mesh.h"
 #include "test.h"
 #include "time/rigid_guess.h"
 

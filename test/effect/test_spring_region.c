@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "body.h"
+#include "effect/effect.h"
 #include "effect/spring_weights.h"
 #include "test.h"
 

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "body.h"
+#include "effect/effect.h"
 #include "methods.h"
 #include "test.h"
 #include "welded.h"

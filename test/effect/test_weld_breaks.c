@@ -1,6 +1,7 @@
 // TEST quick seconds=60
 /* test_weld_breaks.c: welds that break: where, when, what is released and kept; refused steps, states, compression. */
 #include "temporary.h" /* first */
+#include "effect/effect.h"
 
 #include "flesh/ida.h"
 #include "methods.h"

@@ -4,6 +4,8 @@
 #include <stdlib.h>
 
 #include "body.h"
+#include "effect/effect.h"
+#include "system/system.h"
 #include "test.h"
 #include "test_matrix.h"
 #include "viscous_reference.h"
@@ -15,8 +17,7 @@ static int own_psi(double I_C, double J, const flesh_material *m, flesh_psi *psi
   const double *constants = m->user;
   *psi = (flesh_psi){.value = constants[0] * I_C + constants[1] * J * J,
                      .I = constants[0],
-                     .J = 2 * constants[1] * J,
-                     .JJ = 2 * constants[1]};
+                     .J = 2 * constants[1] * J, .JJ = 2 * constants[1]};
   return FLESH_OK;
 }
 

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "body.h"
+#include "effect/effect.h"
 #include "mesh/mesh.h"
 #include "quadratic.h"
 #include "test.h"

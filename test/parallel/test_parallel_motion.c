@@ -16,6 +16,7 @@
 #include "flesh/ida.h"
 #include "flesh/ode.h"
 #include "sundials/compatibility.h"
+#include "sundials/ida_problem.h"
 
 /* Before SUNDIALS 7.1, ARKODE's functions bear the name of the stepper. */
 #if SUNDIALS_VERSION_MAJOR * 100 + SUNDIALS_VERSION_MINOR < 701

@@ -8,6 +8,7 @@
 #include "linear/block_matrix.h"
 #include "linear/overlap_vectors.h"
 #include "sundials/kinsol.h"
+#include "system/system.h"
 #include "time/rigid_guess.h"
 
 /* The body as a whole, which every rank has, and this rank's part of it. */

@@ -13,6 +13,7 @@
 #include "system/feasible_step.h"
 #include "system/proximity.h"
 #include "system/ranks.h"
+#include "system/system.h"
 #include "system/work.h"
 
 /* Effects on the unit cube; contacts are near it, with friction, and bodies' faces near the core of a ball. */

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "body.h"
+#include "mesh/mesh.h"
 #include "methods.h"
 #include "test.h"
 

@@ -2,6 +2,7 @@
 /* test_effect_keys.c: every effect that a scene can name with every subset of its optional keys, made from the tables
  * of keys: it is refused in words, or everything that a run asks of an effect can be asked. */
 #include "temporary.h"
+#include "system/system.h"
 
 #include <stdlib.h>
 

@@ -8,8 +8,10 @@
 #include <stdint.h>
 #include <sys/stat.h>
 
+#include "effect/effect.h"
 #include "scene/effect_list.h"
 #include "scene/keys.h"
+#include "scene/scene.h"
 #include "scene/scene_keys.h"
 #include "scene/schema.h"
 #include "material/form.h"

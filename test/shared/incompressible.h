@@ -3,6 +3,7 @@
 #define FLESH_TEST_INCOMPRESSIBLE_H
 
 #include "body.h"
+#include "system/system.h"
 #include "test.h"
 
 /* Elasticity, and inertia where asked for, on a mesh that is taken: of order 1 it gets nodes on its edges. */

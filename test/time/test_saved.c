@@ -6,7 +6,9 @@
 #include "flesh/scene.h"
 #include "flesh/solver.h"
 #include "flesh/state.h"
+#include "system/system.h"
 #include "test.h"
+#include "time/integrator.h"
 
 typedef struct motion {
   flesh_scene *scene;

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "body.h"
+#include "mesh/mesh.h"
 #include "time/recovery/recovery.h"
 #include "time/recovery/winding.h"
 #include "test.h"

@@ -32,7 +32,7 @@
  * flesh_ode_jacobian w3, flesh_ode_jacobian_times_setup fy, flesh_ode_jacobian_times y, flesh_ode_jacobian_times fy,
  * flesh_ode_jacobian_times tmp, flesh_ode_preconditioner_setup fy, flesh_ode_preconditioner_solve y,
  * flesh_ode_preconditioner_solve fy, flesh_scene_read overrides, flesh_scene_read_text overrides,
- * flesh_skin_frames_close frames, flesh_system_constraint_gaps stiffness, flesh_surface_write x. */
+ * flesh_skin_frames_close frames, flesh_surface_write x. */
 
 /* Arguments that the tests below try by hand, because these functions own what they are given, or their callers have
  * no other word than user_data:
@@ -58,10 +58,10 @@
 /* No status, so that NULL is the caller's business:
  * flesh_derivative_report_passes flesh_method_order flesh_mesh_node_count flesh_mesh_tet_count flesh_mesh_order
  * flesh_scene_material_count flesh_surface_vertex_count flesh_surface_face_count flesh_system_unknowns
- * flesh_system_effect_count flesh_system_has_role flesh_system_moves flesh_system_has_follower_loads
- * flesh_system_freezes flesh_system_fixed flesh_system_holds flesh_system_multiplier_count
+ * flesh_system_effect_count flesh_system_has_role flesh_system_moves
+ * flesh_system_fixed flesh_system_multiplier_count
  * flesh_system_internal_count flesh_integrator_saves_all flesh_integrator_separation
- * flesh_communicator_rank flesh_communicator_size flesh_rank_part_own flesh_rank_part_neighbours
+ * flesh_communicator_rank flesh_communicator_size flesh_rank_part_own
  * flesh_rank_part_find. */
 
 /* In place of ARKStepGetNonlinearSystemData and CVodeGetNonlinearSystemData; nobody calls it. */
@@ -310,7 +310,6 @@ static void null_is_refused_by_bodies(void)
   REFUSES(flesh_skin_frames_create, surface, (any, any, NULL, 1, 1, any));
   REFUSES(flesh_skin_frames_create, frames, (any, any, any, 1, 1, NULL));
   REFUSES(flesh_skin_frames_observe, frames, (NULL, any)), REFUSES(flesh_skin_frames_observe, record, (any, NULL));
-  REFUSES(flesh_skin_frames_add, frames, (NULL, 1, any)), REFUSES(flesh_skin_frames_add, state, (any, 1, NULL));
   REFUSES(flesh_surface_create, positions, (1, NULL, 1, any, any, any));
   REFUSES(flesh_surface_create, starts, (1, any, 1, NULL, any, any));
   REFUSES(flesh_surface_create, corners, (1, any, 1, any, NULL, any));
@@ -339,9 +338,6 @@ static void null_is_refused_by_systems(void)
   REFUSES(flesh_system_add_prescribed_motion, system, (NULL, 1, any, 1, any, 1, 1));
   REFUSES(flesh_system_add_prescribed_motion, nodes, (any, 1, NULL, 1, any, 1, 1));
   REFUSES(flesh_system_add_prescribed_motion, motion, (any, 1, any, 1, NULL, 1, 1));
-  REFUSES(flesh_system_constraint_gaps, system, (NULL, any, any, any));
-  REFUSES(flesh_system_constraint_gaps, point, (any, NULL, any, any));
-  REFUSES(flesh_system_constraint_gaps, gaps, (any, any, NULL, any));
   REFUSES(flesh_system_update_internal, system, (NULL, any, any, any));
   REFUSES(flesh_system_update_internal, point, (any, NULL, any, any));
   REFUSES(flesh_system_update_internal, internal, (any, any, NULL, any));
@@ -358,12 +354,6 @@ static void null_is_refused_by_systems(void)
   REFUSES(flesh_system_potential, shift, (any, any, NULL, any, any));
   REFUSES(flesh_system_potential, phi, (any, any, any, NULL, any));
   REFUSES(flesh_system_potential, magnitude, (any, any, any, any, NULL));
-  REFUSES(flesh_system_evaluate, system, (NULL, any, any, any, any, any));
-  REFUSES(flesh_system_evaluate, point, (any, NULL, any, any, any, any));
-  REFUSES(flesh_system_evaluate, shift, (any, any, NULL, any, any, any));
-  REFUSES(flesh_system_evaluate, r, (any, any, any, NULL, any, any));
-  REFUSES(flesh_system_evaluate, phi, (any, any, any, any, NULL, any));
-  REFUSES(flesh_system_evaluate, magnitude, (any, any, any, any, any, NULL));
   REFUSES(flesh_system_energies, system, (NULL, any, any)), REFUSES(flesh_system_energies, point, (any, NULL, any));
   REFUSES(flesh_system_energies, energies, (any, any, NULL));
   REFUSES(flesh_system_check, system, (NULL, 1, any)), REFUSES(flesh_system_check, x, (any, 1, NULL));

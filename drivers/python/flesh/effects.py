@@ -1,9 +1,9 @@
 """effects.py: what may act on a body: the effects that come with the library."""
-from typing import NamedTuple, Optional
+from typing import Optional
 
 import numpy as np
 
-from ._arrays import Field, Names, Record, doubles, integers, pointer, view
+from ._arrays import Field, Names, Record, doubles, integers, pointer
 from ._callbacks import Handle, call, create, owned
 from ._library import ffi, lib, text
 from .body import Body
@@ -13,12 +13,11 @@ from .motion import Amplitude, Motion, Obstacle
 
 __all__ = ["Effect", "Inertia", "Elasticity", "Gravity", "Spring", "Damping", "SettlingDamping", "Viscosity", "Force",
            "Traction", "Pressure", "Drag", "Buoyancy", "Weld", "Joint", "JointSpring", "Contact", "SurfaceContact",
-           "DerivativeReport", "EffectCost", "ROLES"]
+           "DerivativeReport", "ROLES"]
 
 _ROLES = Names("flesh_role", "FLESH_ROLE_")
 ROLES = tuple(_ROLES.words)
 """What an effect may be to a body."""
-_INSTRUCTIONS = Names("flesh_instructions", "FLESH_INSTRUCTIONS_", lib.flesh_instructions_name)
 
 
 class DerivativeReport(Record):
@@ -36,16 +35,6 @@ class DerivativeReport(Record):
     def passes(self, tolerance: float = 1e-6) -> bool:
         """Whether every error that was measured is below `tolerance`."""
         return bool(lib.flesh_derivative_report_passes(self._struct, tolerance))
-
-
-class EffectCost(NamedTuple):
-    """What an effect was asked for."""
-    name: str
-    residuals: int
-    jacobians: int
-    potentials: int
-    energies: int
-    cpu_s: float  # 0 unless Integrator.time_effects was called
 
 
 class Effect(Handle):
@@ -95,11 +84,6 @@ class Effect(Handle):
         """What it is to the body: one of ROLES."""
         return _ROLES.word(self._operations.role)
 
-    @property
-    def instructions(self) -> str:
-        """Vector instructions that it uses; "auto" where it leaves them to the compiler."""
-        return _INSTRUCTIONS.word(lib.flesh_effect_instructions(self._pointer))
-
     def check_derivatives(self, mesh: Mesh, x, t: float = 0.0, seed: int = 1) -> DerivativeReport:
         """Whether residual, potential and Jacobian belong together, by differences at x [nodes, 3] m and t s.
 
@@ -144,10 +128,6 @@ class Gravity(Effect):
         self._take(create("flesh_effect", lib.flesh_effect_gravity, body._struct,
                           _vector(acceleration, "acceleration")), body)
 
-    @property
-    def acceleration(self) -> np.ndarray:
-        """[3] m/s^2."""
-        return view(lib.flesh_effect_acceleration(self._pointer), (3,), "double", self)
 
 
 class Spring(Effect):
@@ -171,17 +151,6 @@ class Spring(Effect):
                           np.nan if radius is None else float(radius), float(stiffness), *within)
         self._take(made, body)
 
-    @property
-    def radius(self) -> float:
-        """How far from its point it pulls, m."""
-        return lib.flesh_effect_spring_radius(self._pointer, ffi.NULL)
-
-    @property
-    def point(self) -> np.ndarray:
-        """[3] where it is fixed to the body at rest, m."""
-        place = np.empty(3)
-        lib.flesh_effect_spring_radius(self._pointer, pointer(place))
-        return place
 
 
 class Damping(Effect):
@@ -273,17 +242,6 @@ class Weld(Effect):
         self._take(create("flesh_effect", lib.flesh_effect_weld, body._struct, *triangles, float(distance), *given),
                    body)
 
-    @property
-    def stiffness(self) -> float:
-        """Pa/m."""
-        return lib.flesh_effect_weld_stiffness(self._pointer, ffi.NULL)
-
-    @property
-    def area(self) -> float:
-        """What is tied, m^2."""
-        area = ffi.new("double *")
-        lib.flesh_effect_weld_stiffness(self._pointer, area)
-        return area[0]
 
 
 class Joint(Effect):
@@ -348,14 +306,10 @@ class Contact(Effect):
                  thickness: Optional[float] = None, friction: Optional[float] = None,
                  slip_speed: Optional[float] = None):
         options = _contact_options(stiffness, thickness, friction, slip_speed)
-        taken = obstacle._give(self)
+        place, taken = obstacle._pointer, obstacle._give(self)
         self._take(create("flesh_effect", lib.flesh_effect_contact, body._struct, options, taken), body)
-        obstacle._pointer = lib.flesh_effect_obstacle(self._pointer)
+        obstacle._pointer = place  # where the effect has it
 
-    @property
-    def obstacle(self) -> Obstacle:
-        """What the body is kept out of."""
-        return Obstacle._of(lib.flesh_effect_obstacle(self._pointer), self)
 
 
 class SurfaceContact(Effect):

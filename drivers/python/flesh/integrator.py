@@ -1,5 +1,5 @@
 """integrator.py: time stepping and statics."""
-from typing import Callable, List, NamedTuple, Optional
+from typing import Callable, NamedTuple, Optional
 
 import numpy as np
 
@@ -7,7 +7,6 @@ from . import _callbacks
 from ._arrays import view
 from ._callbacks import Handle, call, call_value, create, owned
 from ._library import ffi, lib, text
-from .effects import EffectCost
 from .errors import ArgumentError
 from .options import (METHOD_NAMES, AdaptiveOptions, EnergyBalance, Failure, MethodOptions, Progress, Separation,
                       SolverOptions, SolveStats)
@@ -112,20 +111,6 @@ class Integrator(Handle):
         call(lib.flesh_integrator_step, self._pointer, state._checked(self.system.mesh.node_count), float(h),
              stats._struct)
         return stats
-
-    def _costs(self):
-        return lib.flesh_integrator_costs(self._pointer)
-
-    def time_effects(self, on: bool = True) -> None:
-        """Has the CPU time of every effect measured from now on."""
-        self._costs().timed = int(on)
-
-    @property
-    def costs(self) -> List[EffectCost]:
-        """What every effect was asked for since the integrator was made."""
-        costs = self._costs()
-        return [EffectCost(effect.name, c.residuals, c.jacobians, c.potentials, c.energies, c.cpu_s)
-                for k, effect in enumerate(self.system.effects) for c in [costs.effects[k]]]
 
     @property
     def warning(self) -> Optional[str]:

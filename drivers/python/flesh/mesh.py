@@ -226,10 +226,6 @@ class Mesh(Const):
         lib.flesh_mesh_mean_jacobians(self._pointer, pointer(self._at(x)), pointer(J))
         return J
 
-    def distance_from_rest(self, x) -> float:
-        """Largest distance of a node at `x` [nodes, 3] from rest after the best rigid fit, over the longest side."""
-        return lib.flesh_mesh_distance_from_rest(self._pointer, pointer(self._at(x)))
-
     def _densities(self, density):
         values = np.asarray(density, dtype=float)
         return doubles(np.full(self.tet_count, values) if values.ndim == 0 else values, (self.tet_count,), "density")

@@ -172,18 +172,6 @@ class SkinFrames(_File):
         self._open("flesh_skin_frames", lib.flesh_skin_frames_create, path_bytes(directory), skin._pointer,
                    surface._pointer, sum(bits[name] for name in set(formats)), every)
 
-    def add(self, number: int, state: State) -> None:
-        """Writes a state that comes from elsewhere as frame `number`."""
-        call(lib.flesh_skin_frames_add, self._pointer, number, state._checked(self._nodes))
-
-    def abandon(self) -> None:
-        """Closes without the point cache."""
-        lib.flesh_skin_frames_abandon(self._given_up())
-
-    @staticmethod
-    def remove(directory) -> None:
-        """Removes what an earlier run left under these names in `directory`."""
-        lib.flesh_skin_frames_remove(path_bytes(directory))
 
 
 class _Run:

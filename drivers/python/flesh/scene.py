@@ -8,7 +8,7 @@ import numpy as np
 
 from . import _callbacks
 from ._arrays import Field, Names, Record
-from ._callbacks import Const, call, call_value, create, owned
+from ._callbacks import Const, call, create, owned
 from ._library import ffi, free, lib, path_bytes, text
 from .body import Body
 from .integrator import Integrator
@@ -18,9 +18,8 @@ from .options import METHOD_NAMES, AdaptiveOptions, MethodOptions, SolverOptions
 from .output import FIELDS, PLACES, Probe, StepRecord, run, steps
 from .system import State, System
 
-__all__ = ["Scene", "SceneTime", "SceneOutput", "Camera", "Up", "schema"]
+__all__ = ["Scene", "SceneTime", "SceneOutput", "Camera", "schema"]
 
-_UP = Names("flesh_up_origin", "FLESH_UP_")
 _SCHEMAS = Names("flesh_schema_format", "FLESH_SCHEMA_")
 _SKIN_FORMATS = {"obj": lib.FLESH_SKIN_OBJ, "pc2": lib.FLESH_SKIN_PC2, "vtu": lib.FLESH_SKIN_VTU}
 
@@ -55,12 +54,6 @@ class SceneOutput(NamedTuple):
     camera: Camera
     fields: Tuple[str, ...]  # of frames, for Frames.set_fields
     fields_at: Tuple[str, ...]
-
-
-class Up(NamedTuple):
-    """Which way is up in pictures, and why."""
-    direction: np.ndarray  # [3], a unit vector
-    origin: str  # "given", "gravity" or "z"
 
 
 def _flow(value):
@@ -140,19 +133,6 @@ class Scene(Const):
         return Mesh._of(lib.flesh_scene_mesh(self._pointer), self)
 
     @property
-    def mesh_path(self) -> str:
-        """Absolute, links resolved."""
-        return text(lib.flesh_scene_mesh_path(self._pointer))
-
-    @property
-    def files(self) -> List[str]:
-        """Every file that the scene names, as often as it does."""
-        found: List[str] = []
-        visit = _callbacks.value_callback("void(void *, const char *)", lambda _data, path: found.append(text(path)))
-        call_value(lib.flesh_scene_visit_files, self._pointer, visit, ffi.NULL)
-        return found
-
-    @property
     def materials(self) -> List[Material]:
         """The body's first, then those of its regions; empty without elasticity."""
         rows = lib.flesh_scene_body(self._pointer).materials
@@ -197,13 +177,6 @@ class Scene(Const):
         rows = lib.flesh_scene_probes(self._pointer, count)
         return [Probe._of(rows[k]) for k in range(count[0])]
 
-    @property
-    def up(self) -> Up:
-        """Which way is up in pictures."""
-        direction = ffi.new("double[3]")
-        origin = lib.flesh_scene_up(self._pointer, direction)
-        return Up(np.array(list(direction)), _UP.word(origin))
-
     def start(self) -> State:
         """A new state where the scene starts."""
         system = lib.flesh_scene_system(self._pointer)
@@ -237,7 +210,7 @@ class Scene(Const):
         call(lib.flesh_scene_write, self._pointer, path_bytes(path))
 
     def __repr__(self):
-        return f"<flesh.Scene {self.time.method}, to {self.time.end:g} s: {self.mesh_path}>"
+        return f"<flesh.Scene {self.time.method}, to {self.time.end:g} s: {self.mesh.node_count} nodes>"
 
 
 def schema(format: str = "markdown") -> str:

@@ -3,12 +3,12 @@ and the y' = f(t, y) of CVODE, ARKODE or scipy.integrate.
 
 These are the library's own functions for SUNDIALS, with numpy arrays for its vectors and scipy.sparse for its matrices.
 A problem belongs to one thread at a time."""
-from typing import TYPE_CHECKING, NamedTuple, Optional, Tuple
+from typing import TYPE_CHECKING, Optional, Tuple
 
 import numpy as np
 
 from ._arrays import doubles, pointer
-from ._callbacks import Handle, call, call_value, create, owned
+from ._callbacks import Handle, call, create, owned
 from ._library import ffi, lib, null_communicator, sundials_function
 from .errors import ArgumentError, SundialsError
 from .options import SolverOptions, SolveStats
@@ -18,13 +18,7 @@ from .system import State, System
 if TYPE_CHECKING:
     import scipy.sparse
 
-__all__ = ["KinsolProblem", "IdaProblem", "OdeProblem", "Scales"]
-
-
-class Scales(NamedTuple):
-    """What a tolerance is a share of."""
-    length: float  # m, the body's longest side
-    velocity: float  # m/s, the length per period of the slowest bending
+__all__ = ["KinsolProblem", "IdaProblem", "OdeProblem"]
 
 
 class _Problem(Handle):
@@ -199,13 +193,6 @@ class _Motion(_Problem):
         """Time up to which the start is good, s; inf when for ever."""
         return self._function("event")(self._pointer)
 
-    @property
-    def scales(self) -> Scales:
-        """Length and velocity that a tolerance is a share of."""
-        out = ffi.new("double[2]")
-        self._function("scales")(self._pointer, out, out + 1)
-        return Scales(*out)
-
     def tolerances(self, tolerance: float) -> np.ndarray:
         """Absolute tolerances [6*nodes]; of constrained dofs so large that no test sees them. After a start."""
         atol, out = self._out()
@@ -234,11 +221,6 @@ class IdaProblem(_Motion):
         (y, out), (yp, derivative) = self._out(), self._out()
         call(lib.flesh_ida_start, self._pointer, state._checked(self.system.mesh.node_count), out, derivative)
         return y, yp
-
-    def curvature(self, y, yp) -> float:
-        """|y''| right after a start, root mean square in units of the scales, 1/s^2; inf where it has no value."""
-        at, derivative = self._in(y, "y"), self._in(yp, "yp")
-        return call_value(lib.flesh_ida_curvature, self._pointer, at, derivative)
 
     def residual(self, t: float, y, yp) -> np.ndarray:
         """F(t, y, y') [6*nodes]."""

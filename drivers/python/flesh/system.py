@@ -203,11 +203,6 @@ class System(Handle):
         return [Effect._of(lib.flesh_system_effect(self._pointer, k), self) for k in range(self.effect_count)]
 
     @property
-    def effect_memory(self) -> List[int]:
-        """Bytes that each effect holds; 0 where it does not say."""
-        return [lib.flesh_system_effect_memory(self._ready(), k) for k in range(self.effect_count)]
-
-    @property
     def instructions(self) -> str:
         """Vector instructions that its effects and its linear solvers use."""
         return Names("flesh_instructions", "FLESH_INSTRUCTIONS_", lib.flesh_instructions_name).word(
@@ -221,16 +216,6 @@ class System(Handle):
     def moves(self) -> bool:
         """Whether prescribed positions or effects change with time."""
         return bool(lib.flesh_system_moves(self._ready()))
-
-    @property
-    def has_follower_loads(self) -> bool:
-        """Whether some effect's lagged state follows the shape."""
-        return bool(lib.flesh_system_has_follower_loads(self._ready()))
-
-    @property
-    def freezes(self) -> bool:
-        """Whether some effect freezes a state."""
-        return bool(lib.flesh_system_freezes(self._ready()))
 
     def next_event(self, t: float) -> float:
         """First time after t s at which a constraint or effect stops being smooth; inf if none."""
@@ -254,12 +239,6 @@ class System(Handle):
         internal = np.zeros(self.internal_count) if at._internal is None else at._internal.copy()
         call(lib.flesh_system_update_internal, self._ready(), at._struct, pointer(internal), changed)
         return internal, bool(changed[0])
-
-    def constraint_gaps(self, x, v=None, a=None, **point) -> Tuple[np.ndarray, np.ndarray]:
-        """[multiplier_count] mean of J less 1 of incompressible tets, and the penalty's stiffness, Pa."""
-        at, gaps, stiffness = self._point(x, v, a, point), *(np.zeros(self.multiplier_count) for _ in range(2))
-        call(lib.flesh_system_constraint_gaps, self._ready(), at._struct, pointer(gaps), pointer(stiffness))
-        return gaps, stiffness
 
     def _point(self, x, v, a, options):
         point = x if isinstance(x, Point) else Point(x, v, a, **options)
@@ -303,12 +282,6 @@ class System(Handle):
         call(lib.flesh_system_potential, self._ready(), at._struct, Shift(*shift)._struct(), out, out + 1)
         return Potential(*out)
 
-    def evaluate(self, x, v=None, a=None, *, shift: Shift = Shift(), **point) -> Tuple[np.ndarray, Potential]:
-        """Residual [nodes, 3] and Potential together, the same bits as by `residual` and `potential`."""
-        at, out, r = self._point(x, v, a, point), ffi.new("double[2]"), np.zeros((self.mesh.node_count, 3))
-        call(lib.flesh_system_evaluate, self._ready(), at._struct, Shift(*shift)._struct(), pointer(r), out, out + 1)
-        return r, Potential(*out)
-
     def energies(self, x, v=None, a=None, **point) -> np.ndarray:
         """[effects] physical energy of every effect, J."""
         at, out = self._point(x, v, a, point), np.zeros(self.effect_count)
@@ -328,10 +301,6 @@ class System(Handle):
     def free(self, t: float = 0.0) -> np.ndarray:
         """Numbers of the dofs that are not constrained at t s: indices into r.ravel()."""
         return np.flatnonzero(~self.fixed(t))
-
-    def holds(self, t: float = 0.0) -> bool:
-        """Whether any constraint acts at t s."""
-        return bool(lib.flesh_system_holds(self._ready(), float(t)))
 
     def prescribe_positions(self, x, t: float = 0.0) -> np.ndarray:
         """A copy of x [nodes, 3] with the constrained components where they are prescribed to be at t s."""

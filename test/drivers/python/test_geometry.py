@@ -46,8 +46,6 @@ def test_measures_of_a_stretched_body(mesh):
     assert np.allclose(found.J, 1.5, rtol=1e-14) and found.not_positive == 0
     assert np.array_equal(mesh.jacobian_bounds(x).J, found.J) and np.array_equal(mesh.mean_jacobians(x), found.J)
     assert mesh.jacobians(-mesh.positions).not_positive == mesh.tet_count
-    turned = mesh.positions @ np.array([[0, 1, 0], [-1, 0, 0], [0, 0, 1.]]) + 3
-    assert mesh.distance_from_rest(turned) < 1e-12 < mesh.distance_from_rest(x)
     assert mesh.lumped_mass(1000).sum() == pytest.approx(2000)
     ones = np.ones_like(x)
     assert mesh.consistent_mass_times(1000, ones).sum() == pytest.approx(6000)
@@ -108,7 +106,7 @@ def test_obstacles_move_and_are_taken_once(body):
     assert np.allclose(moved.positions.mean(axis=0) - at_rest.positions.mean(axis=0), (0, 0, 2), atol=1e-12)
     assert at_rest.corners.max() < len(at_rest.positions)
     contact = flesh.Contact(body, ball, friction=0.3)
-    assert np.allclose(contact.obstacle.surface(1).positions, moved.positions) and contact.role == "contact"
+    assert np.allclose(ball.surface(1).positions, moved.positions) and contact.role == "contact"
     with pytest.raises(flesh.ArgumentError, match="taken this obstacle already"):
         flesh.Contact(body, ball)
     with pytest.raises(flesh.ArgumentError, match="before that"):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import flesh
-from conftest import GRAVITY, effects_of
+from conftest import effects_of
 
 STRETCH = np.array([[1.2, 0.1, 0], [0.05, 0.9, 0.2], [0, -0.1, 1.1]])
 
@@ -137,13 +137,10 @@ def test_every_effect_passes_the_check_of_derivatives(mesh, body, bent):
         report = effect.check_derivatives(mesh, bent, t=0.5)
         assert report.passes(1e-6), (effect, report)
         assert report.potential[0] < 1e-6 and effect.role in flesh.ROLES
-    assert np.array_equal(flesh.Gravity(body, GRAVITY).acceleration, GRAVITY)
     top = mesh.surface[(mesh.positions[mesh.surface][:, :, 2] == 1).all(axis=1)]
     weld = flesh.Weld(body, top, mesh.surface, distance=2, stiffness=3e5)
-    assert weld.stiffness == 3e5 and weld.area == pytest.approx(mesh.positions[:, 0].max())
+    assert weld.check_derivatives(mesh, bent, t=0.5).passes()
     spring, wide = (flesh.Spring(body, (2, 1, 1), 50, (3, 1, 1), radius=radius) for radius in (0, 0.75))
-    assert spring.radius == 0 and wide.radius == 0.75 and np.allclose(wide.point, (2, 1, 1), atol=1e-12)
-    assert flesh.Spring(body, (2, 1, 1), 50, (3, 1, 1), radius=None).radius == pytest.approx(0.1)
     assert wide.check_derivatives(mesh, bent, t=0.5).passes()
     pulls = [np.abs(flesh.System(mesh, [one]).residual(mesh.positions)).max() for one in (spring, wide)]
     assert pulls[0] == pytest.approx(50) and pulls[1] < 40  # of one node, of several
@@ -204,14 +201,11 @@ def test_a_systems_parts_belong_together(mesh, body, bent, rng):
     assert np.abs(dr - Kdu).max() < 1e-6 * np.abs(Kdu).max()
     dphi = (system.potential(at(h), shift=shift).value - system.potential(at(-h), shift=shift).value) / (2 * h)
     assert dphi == pytest.approx((r * du).sum(), rel=1e-6)
-    both, phi = system.evaluate(at(0), shift=shift)
-    assert np.array_equal(both, r) and phi == system.potential(at(0), shift=shift)
     assert len(system.energies(at(0))) == 5 and system.load(at(0)).sum() == pytest.approx(
         2000 * 9.81 + system.residual(at(0))[:0].sum() + _spring_pull(system, at(0)), rel=1e-9)
     assert np.flatnonzero(system.fixed()).tolist() == [0, 2, 3, 5] and len(system.free()) == 131
     assert system.unknowns == 135 and system.has_role("damping") and not system.has_role("contact")
-    assert system.holds() and not system.freezes and not system.has_follower_loads and system.instructions != "auto"
-    assert system.effect_memory[1] > 0 and system.next_event(0) == np.inf
+    assert system.instructions != "auto" and system.next_event(0) == np.inf
 
 
 def _spring_pull(system, point):
@@ -239,7 +233,7 @@ def test_an_effect_belongs_to_one_system(mesh, body):
     with pytest.raises(flesh.ArgumentError, match="taken this effect"):
         flesh.System(mesh, [gravity])
     del system
-    assert gravity.acceleration[2] == -9.81  # it keeps the system alive
+    assert gravity.role == "load"  # it keeps the system alive
 
 
 def test_free_fall_is_exact_and_steps_are_told(mesh, body):
@@ -250,7 +244,7 @@ def test_free_fall_is_exact_and_steps_are_told(mesh, body):
             stats = integrator.step(state, 1 / 60)
         assert np.allclose(mesh.positions[:, 2] - state.x[:, 2], fall, rtol=1e-6)
         assert state.t == pytest.approx(1 / 6) and stats.residuals >= 1 and stats.solves == 1
-        assert integrator.costs[0].residuals > 10 and integrator.method == method and integrator.memory > 1000
+        assert integrator.method == method and integrator.memory > 1000
         assert integrator.energy_balance.gain < 1e-6 and integrator.warning is None
         assert integrator.energies(state)[2] == pytest.approx(system.energies(state.x, state.v)[2])
 
@@ -277,8 +271,7 @@ def test_incompressible_tets_have_multipliers(mesh):
     assert rubber.incompressible and system.multiplier_count == ten.tet_count == 96
     state = flesh.State(ten.positions, multipliers=np.zeros(96))
     flesh.Integrator(system, "static").step(state, 0)
-    gaps, stiffness = system.constraint_gaps(state.x)
-    assert np.abs(gaps).max() < 1e-6 < np.abs(state.multipliers).max() and (stiffness > 0).all()
+    assert np.abs(ten.mean_jacobians(state.x) - 1).max() < 1e-6 < np.abs(state.multipliers).max()
     free = system.free()
     balanced, unbalanced = (np.abs(system.residual(state.x, multipliers=p).ravel()[free]).max()
                             for p in (state.multipliers, None))

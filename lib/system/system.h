@@ -1,0 +1,48 @@
+/* system.h: what the library asks of a system beside what programs do. */
+#ifndef FLESH_SYSTEM_SYSTEM_H
+#define FLESH_SYSTEM_SYSTEM_H
+
+#include "flesh/system.h"
+
+/* How often an effect was evaluated, and the CPU time that took. A call of `evaluate` counts as
+ * one residual and one potential, so that figures do not depend on which effects have it. */
+typedef struct flesh_effect_cost {
+  long residuals, jacobians, potentials, energies; /* calls */
+  double cpu_s;                                    /* of the process, where timed */
+} flesh_effect_cost;
+
+/* Owned by whoever evaluates a system (an integrator), not by the effects, which are const. */
+typedef struct flesh_costs {
+  int timed;                  /* 1: clocks are read around every call */
+  flesh_effect_cost *effects; /* of the system's effects, in their order */
+} flesh_costs;
+
+/* How far these constraints are from being met at point->x: gaps [multipliers], of incompressible
+ * tets the mean of J less 1; and, unless NULL, the second derivative of the penalty by it,
+ * stiffness [multipliers], Pa, at point->penalty = 1. The method of multipliers adds the product of
+ * gap, stiffness and point->penalty to each. Errors: FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
+int flesh_system_constraint_gaps(const flesh_system *system, const flesh_point *point,
+                                           double *gaps, double *stiffness);
+
+/* Whether some effect freezes a state (FLESH_FREEZES). Cannot fail. */
+int flesh_system_freezes(const flesh_system *system);
+
+/* Whether some effect's lagged state follows the shape (FLESH_IS_FOLLOWER_LOAD).
+ * Cannot fail. */
+int flesh_system_has_follower_loads(const flesh_system *system);
+
+/* Whether any constraint acts at time t. Cannot fail. */
+int flesh_system_holds(const flesh_system *system, double t);
+
+/* Bytes that an effect holds (flesh_effect_figures.memory) with its places in the Jacobian;
+ * 0 where it does not report it. */
+size_t flesh_system_effect_memory(const flesh_system *system, int index);
+
+/* Residual and potential together, in one pass where an effect can: the same bits as by
+ * flesh_system_residual and flesh_system_potential.
+ * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
+int flesh_system_evaluate(const flesh_system *system, const flesh_point *point,
+                                    const flesh_shift *shift, double *r, double *phi,
+                                    double *magnitude);
+
+#endif
