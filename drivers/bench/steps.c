@@ -116,7 +116,7 @@ static int make_ground(const flesh_body *body, flesh_effect **effect)
   flesh_contact_options options;
   flesh_contact_options_default(&options);
   int status = flesh_obstacle_plane((double[]){0, 0, -0.05}, (double[]){0, 0, 1}, &plane);
-  return status ? status : flesh_effect_contact(body, &options, &plane, effect);
+  return status ? status : flesh_effect_obstacle_contact(body, &options, &plane, effect);
 }
 
 static int make_system(run *r)

@@ -30,7 +30,7 @@ static inline void cube_begin(cube *c)
   options.thickness = 1e-3; /* m */
   TRY(flesh_effect_inertia(&c->body, &inertia));
   TRY(flesh_effect_elasticity(&c->body, &elasticity));
-  TRY(flesh_effect_contact(&c->body, &options, &sheet, &contact));
+  TRY(flesh_effect_obstacle_contact(&c->body, &options, &sheet, &contact));
   TRY(flesh_system_create(c->mesh, &c->system));
   TRY(flesh_system_add_effect(c->system, &inertia));
   TRY(flesh_system_add_effect(c->system, &elasticity));

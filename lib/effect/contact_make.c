@@ -176,7 +176,7 @@ int flesh_contact_options_check(const flesh_contact_options *o)
   return FLESH_OK;
 }
 
-int flesh_effect_contact(const flesh_body *body, const flesh_contact_options *options,
+int flesh_effect_obstacle_contact(const flesh_body *body, const flesh_contact_options *options,
                          flesh_obstacle **obstacle, flesh_effect **effect)
 {
   FLESH_NEED({obstacle, "obstacle"});

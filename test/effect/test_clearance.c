@@ -70,7 +70,7 @@ static void begin(flesh_method method, int shape, const flesh_motion *motion, co
   flesh_contact_options_default(&options);
   options.friction = 0.3;
   options.slip_speed = 0.01;
-  CHECK_OK(flesh_effect_contact(&r->b.body, &options, &obstacle, &effect));
+  CHECK_OK(flesh_effect_obstacle_contact(&r->b.body, &options, &obstacle, &effect));
   contact = effect->operations;
   r->operations = *contact;
   r->operations.residual = counted_residual;

@@ -177,7 +177,7 @@ static void add_contact(test_body *b, flesh_obstacle **obstacle, double stiffnes
   options.thickness = thickness;
   options.friction = friction;
   options.slip_speed = slip_speed;
-  CHECK_OK(flesh_effect_contact(&b->body, &options, obstacle, &effect));
+  CHECK_OK(flesh_effect_obstacle_contact(&b->body, &options, obstacle, &effect));
   CHECK(*obstacle == NULL);
   CHECK_OK(flesh_system_add_effect(b->system, &effect));
 }
@@ -476,7 +476,7 @@ static void bad_obstacles_are_refused(void)
      : k == 2 ? &options.friction
               : &options.slip_speed)[0] = k == 2 ? -1 : 0;
     CHECK_OK(flesh_obstacle_sphere(zero, 1, &o));
-    CHECK(flesh_effect_contact(&b.body, &options, &o, &effect) == FLESH_ERR_ARGUMENT && !o && !effect);
+    CHECK(flesh_effect_obstacle_contact(&b.body, &options, &o, &effect) == FLESH_ERR_ARGUMENT && !o && !effect);
     CHECK_TEXT(flesh_error_text(), ((const char *[]){"stiffness", "thickness", "friction", "slip_speed"})[k]);
   }
   test_body_destroy(&b);

@@ -103,7 +103,7 @@ static void long_capsules_stop_faces(void)
       const double ends[2][3] = {{0.6, along, 1.5}, {0.6, along + lengths[l], 1.5}};
       CHECK_OK(flesh_obstacle_capsule(ends[0], ends[1], radius, &o));
       const flesh_contact_options options = {.stiffness = 1e5, .thickness = 0.005, .slip_speed = 1e-3};
-      CHECK_OK(flesh_effect_contact(&b.body, &options, &o, &effect));
+      CHECK_OK(flesh_effect_obstacle_contact(&b.body, &options, &o, &effect));
       double *x = malloc((size_t)b.n * sizeof *x);
       for (int d = 0; d < b.n; d++) x[d] = b.state.x[d] + (d % 3 == 2);
       const double fraction = effect->operations->barrier->max_feasible_step(effect, NULL, NULL, 0, b.state.x, 0, x);

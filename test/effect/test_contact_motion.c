@@ -30,7 +30,7 @@ static void add_contact(scene *s, flesh_obstacle *obstacle, double thickness, do
   options.thickness = thickness;
   options.friction = friction;
   options.slip_speed = slip_speed;
-  CHECK_OK(flesh_effect_contact(&s->b.body, &options, &obstacle, &effect));
+  CHECK_OK(flesh_effect_obstacle_contact(&s->b.body, &options, &obstacle, &effect));
   CHECK_OK(flesh_system_add_effect(s->b.system, &effect));
 }
 

@@ -25,7 +25,7 @@ static void add_floor(test_body *b, double z, double friction)
   options.thickness = 0.03;
   options.friction = friction;
   CHECK_OK(flesh_obstacle_plane((const double[]){0, 0, z}, (const double[]){0, 0, 1}, &floor));
-  CHECK_OK(flesh_effect_contact(&b->body, &options, &floor, &effect));
+  CHECK_OK(flesh_effect_obstacle_contact(&b->body, &options, &floor, &effect));
   CHECK_OK(flesh_system_add_effect(b->system, &effect));
 }
 

@@ -224,7 +224,7 @@ static void memory_is_what_was_allocated(void)
   flesh_contact_options_default(&options);
   const size_t before_contact = requested;
   CHECK_OK(flesh_obstacle_sphere((double[]){0, 0, -3}, 1, &ball));
-  CHECK_OK(flesh_effect_contact(&b.body, &options, &ball, &effect));
+  CHECK_OK(flesh_effect_obstacle_contact(&b.body, &options, &ball, &effect));
   const size_t asked = requested - before_contact, contact_told = effect->operations->figures->memory(effect);
   printf("# contact tells %zu bytes and asked for %zu\n", contact_told, asked);
   if (COUNTS_MEMORY) CHECK(contact_told <= asked && contact_told > asked / 4);

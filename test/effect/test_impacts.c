@@ -27,7 +27,7 @@ static void make(flesh_method method, flesh_obstacle *obstacle, double friction,
   flesh_contact_options_default(&options);
   options.friction = friction;
   options.slip_speed = 0.01;
-  CHECK_OK(flesh_effect_contact(&s->b.body, &options, &obstacle, &effect));
+  CHECK_OK(flesh_effect_obstacle_contact(&s->b.body, &options, &obstacle, &effect));
   CHECK_OK(flesh_system_add_effect(s->b.system, &effect));
   CHECK_OK(flesh_system_finalize(s->b.system));
   for (int d = 0; d < s->b.n; d++) s->b.state.v[d] = v[d % 3];

@@ -28,7 +28,7 @@ static void add_effects(bodies *b)
   flesh_contact_options_default(&options);
   options.thickness = 2e-2;
   CHECK_OK(flesh_obstacle_plane((double[]){0, 0, -0.05}, (double[]){0, 0, 1}, &plane));
-  CHECK_OK(flesh_effect_contact(&b->whole.body, &options, &plane, &contact));
+  CHECK_OK(flesh_effect_obstacle_contact(&b->whole.body, &options, &plane, &contact));
   CHECK_OK(flesh_effect_private_of(contact)->ranks->restrict_to_part(contact, b->part, &b->own.body, &own));
   CHECK_OK(flesh_system_add_effect(b->own.system, &own));
   CHECK_OK(flesh_system_add_effect(b->whole.system, &contact));

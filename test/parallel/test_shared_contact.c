@@ -90,7 +90,7 @@ static void add_plane(bodies *b, double z, double friction)
   options.friction = friction;
   options.slip_speed = 1e-3;
   CHECK_OK(flesh_obstacle_plane((const double[]){0, 0, z}, (const double[]){0, 0, 1}, &plane));
-  CHECK_OK(flesh_effect_contact(&b->whole.body, &options, &plane, &effect));
+  CHECK_OK(flesh_effect_obstacle_contact(&b->whole.body, &options, &plane, &effect));
   CHECK_OK(flesh_effect_private_of(effect)->ranks->restrict_to_part(effect, b->part, &b->own.body, &own));
   CHECK_OK(flesh_system_add_effect(b->own.system, &own));
   CHECK_OK(flesh_system_add_effect(b->whole.system, &effect));

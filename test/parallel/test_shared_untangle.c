@@ -296,7 +296,7 @@ static void lay_outs_are_those_of_one_rank(void)
     CHECK_OK(test_body_create(mesh, test_material(FLESH_ENERGY_E, 0.3), 1000, FLESH_MASS_LUMPED, 1, body));
     flesh_contact_options_default(&contact);
     CHECK_OK(flesh_obstacle_plane((double[]){0, 0, 0}, (double[]){0.1, 0.02, 1}, &plane));
-    CHECK_OK(flesh_effect_contact(&body->body, &contact, &plane, &effect));
+    CHECK_OK(flesh_effect_obstacle_contact(&body->body, &contact, &plane, &effect));
     CHECK_OK(flesh_system_add_effect(body->system, &effect));
     CHECK_OK(flesh_system_finalize(body->system));
     if (k) CHECK_OK(flesh_system_set_part(body->system, b.part));

@@ -32,7 +32,7 @@ static inline void add_contact(test_body *b, flesh_obstacle *obstacle, double th
   flesh_effect *effect = NULL;
   flesh_contact_options_default(&options);
   options.thickness = thickness;
-  CHECK_OK(flesh_effect_contact(&b->body, &options, &obstacle, &effect));
+  CHECK_OK(flesh_effect_obstacle_contact(&b->body, &options, &obstacle, &effect));
   CHECK_OK(flesh_system_add_effect(b->system, &effect));
 }
 

@@ -136,7 +136,7 @@ static void make_faller(double height, int sheet, const double velocity[3], cons
   CHECK_OK(test_body_create(test_box(2, 2, 2, 0.2, 0.2, 0.2), material, 1000, FLESH_MASS_LUMPED, 1, b));
   if (sheet) CHECK_OK(flesh_obstacle_mesh(4, corners, 2, (int[]){0, 1, 2, 0, 2, 3}, &floor));
   else CHECK_OK(flesh_obstacle_plane((double[]){0, 0, -height}, (double[]){0, 0, 1}, &floor));
-  CHECK_OK(flesh_effect_contact(&b->body, contact, &floor, &effect));
+  CHECK_OK(flesh_effect_obstacle_contact(&b->body, contact, &floor, &effect));
   CHECK_OK(flesh_system_add_effect(b->system, &effect));
   for (int d = 0; d < b->n; d++) b->state.v[d] = velocity[d % 3];
 }

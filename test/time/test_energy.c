@@ -40,7 +40,7 @@ static void add_contact(test_body *b, flesh_obstacle *obstacle, double thickness
   flesh_contact_options_default(&options);
   options.thickness = thickness;
   options.friction = friction;
-  CHECK_OK(flesh_effect_contact(&b->body, &options, &obstacle, &effect));
+  CHECK_OK(flesh_effect_obstacle_contact(&b->body, &options, &obstacle, &effect));
   add(b, effect);
 }
 

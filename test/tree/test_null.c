@@ -36,7 +36,8 @@
 
 /* Arguments that the tests below try by hand, because these functions own what they are given, or their callers have
  * no other word than user_data:
- * flesh_effect_contact body, flesh_effect_contact options, flesh_effect_contact obstacle, flesh_effect_contact effect,
+ * flesh_effect_obstacle_contact body, flesh_effect_obstacle_contact options,
+ * flesh_effect_obstacle_contact obstacle, flesh_effect_obstacle_contact effect,
  * flesh_effect_surface_contact body, flesh_effect_surface_contact options, flesh_effect_surface_contact effect,
  * flesh_effect_create operations, flesh_effect_create mesh, flesh_effect_create effect, flesh_ida_start y,
  * flesh_ida_start yp, flesh_ida_residual y, flesh_ida_residual yp, flesh_ida_residual r, flesh_ida_residual problem, flesh_ida_jacobian y, flesh_ida_jacobian
@@ -378,12 +379,13 @@ static void what_is_taken_is_freed(void)
   check(flesh_system_add_effect(any, NULL), "flesh_system_add_effect: effect is NULL");
   check(flesh_system_add_effect(NULL, &effect), "flesh_system_add_effect: system is NULL");
   CHECK(destroyed == 3 && !effect);
-  check(flesh_effect_contact(any, any, NULL, &effect), "flesh_effect_contact: obstacle is NULL");
+  check(flesh_effect_obstacle_contact(any, any, NULL, &effect), "flesh_effect_obstacle_contact: obstacle is NULL");
   for (int k = 0; k < 3; k++) {
-    static const char *const sentences[] = {"flesh_effect_contact: body is NULL", "flesh_effect_contact: options is NULL",
-                                            "flesh_effect_contact: effect is NULL"};
+    static const char *const sentences[] = {"flesh_effect_obstacle_contact: body is NULL",
+                                            "flesh_effect_obstacle_contact: options is NULL",
+                                            "flesh_effect_obstacle_contact: effect is NULL"};
     CHECK_OK(flesh_obstacle_sphere((const double[]){0, 0, 0}, 1, &obstacle));
-    check(flesh_effect_contact(k == 0 ? NULL : any, k == 1 ? NULL : any, &obstacle, k == 2 ? NULL : &effect),
+    check(flesh_effect_obstacle_contact(k == 0 ? NULL : any, k == 1 ? NULL : any, &obstacle, k == 2 ? NULL : &effect),
           sentences[k]);
     CHECK(!obstacle && !effect);
   }

@@ -307,7 +307,7 @@ class Contact(Effect):
                  slip_speed: Optional[float] = None):
         options = _contact_options(stiffness, thickness, friction, slip_speed)
         place, taken = obstacle._pointer, obstacle._give(self)
-        self._take(create("flesh_effect", lib.flesh_effect_contact, body._struct, options, taken), body)
+        self._take(create("flesh_effect", lib.flesh_effect_obstacle_contact, body._struct, options, taken), body)
         obstacle._pointer = place  # where the effect has it
 
 

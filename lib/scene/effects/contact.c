@@ -224,7 +224,7 @@ static int add(const void *values, const flesh_body *body, flesh_system *system)
     flesh_obstacle_destroy(&obstacle);
     return status;
   }
-  status = flesh_effect_contact(body, &options, &obstacle, &effect);
+  status = flesh_effect_obstacle_contact(body, &options, &obstacle, &effect);
   return status ? status : flesh_system_add_effect(system, &effect);
 }
 
