@@ -230,8 +230,8 @@ class Weld(Effect):
     Args:
         distance: m, within which they do at rest, apart or overlapping.
         stiffness: Pa/m; None: 30 times 3 mu over an edge of the softer side.
-        breaks_at: Pa; common parts of two triangles break when the root of tension^2 + shear^2 exceeds it at the end of a
-            step; None: they hold.
+        breaks_at: Pa; common parts of two triangles break where the root of tension^2 + shear^2 exceeds it at the end
+            of a step; None: they hold.
     """
 
     def __init__(self, body: Body, first, second, distance: float = 1e-6, stiffness: Optional[float] = None,
@@ -316,7 +316,7 @@ class SurfaceContact(Effect):
     """Keeps the surfaces of a body's parts out of each other and out of themselves.
 
     Args:
-        pairs: [count, 2] numbers of parts that may touch, twice the same for one that touches itself; None: all of them,
+        pairs: [count, 2] numbers of parts that may touch, twice the same for one that touches itself; None: all parts,
             themselves included. A body without parts is part 0.
         stiffness, thickness, friction, slip_speed: as of `Contact`.
         separates: surfaces that go through each other at the start do not touch until they are apart
