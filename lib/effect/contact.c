@@ -7,9 +7,11 @@
 #include "base/error.h"
 #include "effect/contact.h"
 #include "effect/effect.h"
+#include "effect/environment.h"
 #include "flesh/contact.h"
 #include "geometry/obstacle.h"
 #include "geometry/obstacle_bounds.h"
+#include "geometry/slip.h"
 #include "math/eig3.h"
 #include "math/mat3.h"
 
@@ -52,14 +54,6 @@ static rub rub_of(const contact *self, const flesh_frame *lagged, const flesh_po
   result.force = self->friction * flesh_contact_weight(self, k) * push;
   return result;
 }
-
-/* The integral of f(y) = min(1, 2 y/e - (y/e)^2), and f(y)/y. */
-static double slip_potential(double y, double e)
-{
-  return y < e ? y * y / e * (1 - y / (3 * e)) : y - e / 3;
-}
-
-static double slip_ratio(double y, double e) { return y < e ? (2 - y / e) / e : 1 / y; }
 
 /* One evaluation: a part of the nodes by each task; parts are as large as is worth handing out, whatever the number of
  * threads. */
@@ -112,10 +106,10 @@ static double friction_potential(const job *j, const rub *rubs, int i)
 {
   const flesh_shift *shift = j->shift;
   const double e = j->self->slip_speed;
-  if (shift->v != 0) return rubs->force * slip_potential(rubs->speed, e) / shift->v;
+  if (shift->v != 0) return rubs->force * flesh_slip_potential(rubs->speed, e) / shift->v;
   double share = 0; /* an unknown that does not change velocities sees a constant force */
   for (int c = 0; c < 3 && shift->x != 0; c++)
-    share += rubs->force * slip_ratio(rubs->speed, e) * rubs->u[c] *
+    share += rubs->force * flesh_slip_ratio(rubs->speed, e) * rubs->u[c] *
              (j->point->x[i + c] - j->point->lagged.x[i + c]) / shift->x;
   return share;
 }
@@ -145,7 +139,7 @@ static void residual_of_part(void *data, int task)
     if (!j->rubbing) continue;
     const rub rubs = rub_of(self, &j->lagged, j->point, k);
     if (rubs.force == 0) continue;
-    const double ratio = rubs.force * slip_ratio(rubs.speed, self->slip_speed);
+    const double ratio = rubs.force * flesh_slip_ratio(rubs.speed, self->slip_speed);
     for (int c = 0; c < 3 && j->r; c++) j->r[i + c] += ratio * rubs.u[c];
     if (!j->summing) continue;
     const double share = friction_potential(j, &rubs, i);
@@ -232,12 +226,12 @@ static void place_hessian(const flesh_frame *frame, int project, const double H[
   }
 }
 
-/* d2 Psi / dv2, positive semi-definite as it is. */
-static void add_friction(const contact *self, const rub *rubs, double scale, double *block)
+/* d2 Psi / dv2, positive semi-definite as it is; or its secant to rest. */
+static void add_friction(const contact *self, const rub *rubs, double scale, int to_rest, double *block)
 {
-  const double e = self->slip_speed, y = rubs->speed, ratio = slip_ratio(y, e);
-  /* (f' - f/y) / y^2, whose limit at rest is taken by no direction. */
-  const double bend = y > 0 ? ((y < e ? 2 * (1 - y / e) / e : 0) - ratio) / (y * y) : 0;
+  const double e = self->slip_speed, y = rubs->speed, ratio = flesh_slip_ratio(y, e);
+  /* Its limit at rest is taken by no direction. */
+  const double bend = y > 0 && !to_rest ? flesh_slip_fall(y, e) / (y * y) : 0;
   for (int i = 0; i < 3; i++)
     for (int j = 0; j < 3; j++)
       block[3 * i + j] += scale * rubs->force *
@@ -250,6 +244,7 @@ static void jacobian_of_part(void *data, int task)
   const job *j = data;
   const contact *self = j->self;
   const flesh_shift *shift = j->shift;
+  const int to_rest = flesh_environment_of(j->point)->slips_to_rest;
   for (int k = first_of_part(j, task), end = first_of_part(j, task + 1), box = k; k < end; k++) {
     if (k == box && is_unfelt(j, k, box = flesh_contact_end_of_box(k, end))) {
       k = box - 1;
@@ -265,7 +260,7 @@ static void jacobian_of_part(void *data, int task)
     }
     if (!j->rubbing || shift->v == 0) continue;
     const rub rubs = rub_of(self, &j->lagged, j->point, k);
-    if (rubs.force > 0) add_friction(self, &rubs, shift->v, block);
+    if (rubs.force > 0) add_friction(self, &rubs, shift->v, to_rest, block);
   }
 }
 

@@ -15,6 +15,8 @@ typedef struct flesh_environment {
   const struct flesh_clearance *clearance;
   /* The run's memory of nodes near each other; NULL: each finds it out at every call. */
   const struct flesh_proximity *proximity;
+  /* 1: friction is as stiff as its secant to rest (geometry/slip.h), as a step of a solve has been cut. */
+  int slips_to_rest;
   /* The flesh_system_ functions set the rest for the effect at hand (system/effect_view.h). */
   void *near; /* its part of `proximity` */
   /* Its sums over the ranks that share out the body (flesh_effect_ranks); NULL: there is one rank, and it finds them

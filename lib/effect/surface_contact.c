@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "effect/effect.h"
+#include "effect/environment.h"
 #include "linear/block_matrix.h"
 
 typedef flesh_surface_contact contact;
@@ -116,7 +117,8 @@ static int surface_contact_jacobian(const flesh_effect *effect, const flesh_poin
     }
   const int rubs = self && self->contact->friction > 0 && shift->v != 0 ? self->rubs.count : 0;
   if (!status && rubs && !(status = flesh_surface_near_reserve(self, rubs))) {
-    flesh_contact_friction_hessians(&self->rubs, point->v, shift->v, self->hessians);
+    flesh_contact_friction_hessians(&self->rubs, point->v, shift->v, flesh_environment_of(point)->slips_to_rest,
+                                    self->hessians);
     for (int k = 0; k < rubs; k++)
       add_blocks(K, self->rubs.rubs[k].count, self->rubs.rubs[k].nodes, self->hessians + 144 * (size_t)k);
   }

@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "geometry/slip.h"
 #include "math/mat3.h"
 
 void flesh_contact_friction_clear(flesh_contact_friction *friction)
@@ -73,11 +74,6 @@ int flesh_contact_friction_update(flesh_contact_friction *friction, const flesh_
   return FLESH_OK;
 }
 
-/* The integral of f(y) = min(1, 2 y/e - (y/e)^2), and f(y)/y. */
-static double slip_potential(double y, double e) { return y < e ? y * y / e * (1 - y / (3 * e)) : y - e / 3; }
-
-static double slip_ratio(double y, double e) { return y < e ? (2 - y / e) / e : 1 / y; }
-
 /* How a field [3*n] slips. */
 static void slip_of(const flesh_contact_rub *rub, const double *field, double u[2])
 {
@@ -90,12 +86,12 @@ static void slip_of(const flesh_contact_rub *rub, const double *field, double u[
 static double potential_of(const flesh_contact_rub *rub, const flesh_contact_motion *at, const double u[2],
                            double speed, double e)
 {
-  if (at->shift_v != 0) return rub->force * slip_potential(speed, e) / at->shift_v;
+  if (at->shift_v != 0) return rub->force * flesh_slip_potential(speed, e) / at->shift_v;
   if (at->shift_x == 0) return 0;
   double from[2], to[2];
   slip_of(rub, at->x_lag, from);
   slip_of(rub, at->x, to);
-  return rub->force * slip_ratio(speed, e) * (u[0] * (to[0] - from[0]) + u[1] * (to[1] - from[1])) / at->shift_x;
+  return rub->force * flesh_slip_ratio(speed, e) * (u[0] * (to[0] - from[0]) + u[1] * (to[1] - from[1])) / at->shift_x;
 }
 
 void flesh_contact_friction_evaluate(const flesh_contact_friction *friction, const flesh_contact_motion *at, double *phi,
@@ -106,7 +102,7 @@ void flesh_contact_friction_evaluate(const flesh_contact_friction *friction, con
     const flesh_contact_rub *rub = friction->rubs + k;
     double u[2];
     slip_of(rub, at->v, u);
-    const double speed = hypot(u[0], u[1]), ratio = rub->force * slip_ratio(speed, e);
+    const double speed = hypot(u[0], u[1]), ratio = rub->force * flesh_slip_ratio(speed, e);
     if (phi || size) {
       const double share = potential_of(rub, at, u, speed, e);
       if (phi) *phi += share;
@@ -120,16 +116,15 @@ void flesh_contact_friction_evaluate(const flesh_contact_friction *friction, con
 }
 
 void flesh_contact_friction_hessians(const flesh_contact_friction *friction, const double *v, double scale,
-                                     double *hessians)
+                                     int to_rest, double *hessians)
 {
   const double e = friction->slip_speed;
   for (int k = 0; k < friction->count; k++) {
     const flesh_contact_rub *rub = friction->rubs + k;
     double u[2], B[2][2], *H = hessians + 144 * (size_t)k;
     slip_of(rub, v, u);
-    /* f/y across the direction of u and f' along it, both >= 0: f' - f/y is -y/e^2 below the slip speed. */
-    const double speed = hypot(u[0], u[1]), ratio = slip_ratio(speed, e),
-                 along = speed < e ? -speed / (e * e) : -ratio, one = speed > 0 ? 1 / speed : 0;
+    const double speed = hypot(u[0], u[1]), ratio = flesh_slip_ratio(speed, e),
+                 along = to_rest ? 0 : flesh_slip_fall(speed, e), one = speed > 0 ? 1 / speed : 0;
     for (int i = 0; i < 2; i++)
       for (int j = 0; j < 2; j++)
         B[i][j] = scale * rub->force * (ratio * (i == j) + along * (u[i] * one) * (u[j] * one));

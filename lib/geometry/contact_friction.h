@@ -44,8 +44,9 @@ typedef struct flesh_contact_motion {
 void flesh_contact_friction_evaluate(const flesh_contact_friction *friction, const flesh_contact_motion *at, double *phi,
                                      double *size, double *r);
 
-/* scale times d r / d v [144*count] of every rub, in the order of its nodes, 0 behind them; positive semi-definite. */
+/* scale times d r / d v [144*count] of every rub, in the order of its nodes, 0 behind them; positive semi-definite.
+ * `to_rest`: the secants to rest in their place (slip.h). */
 void flesh_contact_friction_hessians(const flesh_contact_friction *friction, const double *v, double scale,
-                                     double *hessians);
+                                     int to_rest, double *hessians);
 
 #endif

@@ -11,6 +11,10 @@
 #include "newton/mechanisms.h"
 #include "system/ranks.h"
 
+/* So many matrices after a step that the line search has cut take friction by its secant to rest: with one, jelly on
+ * stairs takes 5 % more iterations, with three as many. */
+enum { CAUTIOUS = 2 };
+
 /* The next action of an iteration. */
 typedef enum state { ASSEMBLE, SOLVE, DIRECT, FILTER, SEARCH, ACCELERATE, END, FAIL } state;
 /* How that ended. */
@@ -88,6 +92,7 @@ static flesh_eigenvalue_filter first_filter(const flesh_newton *self)
 
 static int assemble(flesh_newton *self, const double *u, flesh_eigenvalue_filter filter)
 {
+  self->equations.evaluation.environment.slips_to_rest = self->cautious > 0;
   int status = flesh_direction_assemble(&self->direction, u, filter);
   if (!status) flesh_matrix_policy_assembled(&self->policy);
   return status;
@@ -151,6 +156,7 @@ static event search(flesh_newton *self, iteration *it)
   }
   if (it->status) return it->status == FLESH_NOT_CONVERGED ? REFUSED : ERROR;
   self->follow_curvature = choose_follow(self, it);
+  self->cautious = it->found.cut < 1 ? CAUTIOUS : self->cautious > 0 ? self->cautious - 1 : 0;
   self->model_ratio = it->found.model_ratio;
   return DONE;
 }
@@ -300,7 +306,7 @@ void flesh_newton_set_stage(flesh_newton *self, const flesh_stage *stage)
   flesh_matrix_policy_begin_stage(&self->policy, changed, &self->stats);
   flesh_search_begin_stage(&self->search);
   flesh_accelerators_begin_stage(&self->accelerators);
-  self->follow_curvature = self->at_round_off = self->stopped = 0;
+  self->follow_curvature = self->cautious = self->at_round_off = self->stopped = 0;
   self->model_ratio = NAN;
 }
 

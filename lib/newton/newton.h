@@ -29,6 +29,7 @@ typedef struct flesh_newton {
   const double *weights;          /* [n] of the residual in the step's linear solves, borrowed; NULL: ones */
   int follow_curvature;           /* the next direction follows negative curvature, where there is one */
   int negative_curvature;         /* the last direction went along it */
+  int cautious;                   /* so many matrices to come have friction's secants, as a step had to be cut */
   int must_filter;                /* K turned out indefinite in its factorisation */
   double model_ratio;             /* actual over predicted decrease of the last filtered step; NaN: not known */
   int at_round_off;               /* the last step was 0, because the residual is at round-off */

@@ -121,7 +121,7 @@ static void forces_are_the_derivatives_of_the_potential(void)
     memset(r, 0, sizeof r);
     memset(image, 0, sizeof image);
     flesh_contact_friction_evaluate(&friction, &(flesh_contact_motion){f.x, f.x, v, 1, shift}, &phi[0], NULL, r[0]);
-    flesh_contact_friction_hessians(&friction, v, shift, hessians);
+    flesh_contact_friction_hessians(&friction, v, shift, 0, hessians);
     for (int k = 0; k < 3 * f.nodes; k++) {
       du[k] = uniform();
       slope += r[0][k] * du[k];
@@ -210,31 +210,39 @@ static void forces_balance(void)
   end(&set, &friction);
 }
 
+/* Tangents, and secants to rest, which are nowhere less stiff, and stiffer along a slip at full friction. */
 static void hessians_are_positive(void)
 {
   static double v[3 * FACING_NODES];
   flesh_contact_set set;
   flesh_contact_friction friction;
-  double least = 0;
+  double least = 0, least_more = 0, most_more = 0;
   crumple(6, &set, &friction);
-  double *hessians = malloc(144 * sizeof(double) * (size_t)friction.count);
+  const size_t entries = 144 * (size_t)friction.count;
+  double *hessians = malloc(2 * entries * sizeof(double)), *secants = hessians + entries;
   for (int trial = 0; trial < 5; trial++) {
     const double speed = trial ? e * pow(10, trial - 3) : 0;
     move(speed, speed, speed, v);
-    flesh_contact_friction_hessians(&friction, v, 1, hessians);
+    flesh_contact_friction_hessians(&friction, v, 1, 0, hessians);
+    flesh_contact_friction_hessians(&friction, v, 1, 1, secants);
     for (int k = 0; k < friction.count; k++)
       for (int sample = 0; sample < 20; sample++) {
-        double d[12], form = 0, size = 0;
+        double d[12], form = 0, more = 0, size = 0;
         for (int i = 0; i < 12; i++) d[i] = uniform();
         for (int i = 0; i < 144; i++) {
           form += d[i / 12] * hessians[144 * k + i] * d[i % 12];
+          more += d[i / 12] * (secants[144 * k + i] - hessians[144 * k + i]) * d[i % 12];
           size = fmax(size, fabs(hessians[144 * k + i]));
         }
         CHECK(size > 0);
         least = fmin(least, form / size);
+        least_more = fmin(least_more, more / size);
+        if (speed > e) most_more = fmax(most_more, more / size);
       }
   }
   CHECK_BELOW(-least, 1e-14);
+  CHECK_BELOW(-least_more, 1e-14);
+  CHECK(most_more > 0.1);
   free(hessians);
   end(&set, &friction);
 }
