@@ -83,7 +83,7 @@ what_hangs_pulls_with_its_weight() {
 refused() {
   sed "s|- weld: .*|- weld: $2|; s|\.\./meshes|$scenes/../meshes|" "$scenes/welded.yaml" |
     sed "${3:-}" >weld.yaml
-  expect 2 "$flesh" run weld.yaml --set time.end=0.1 --quiet && grep -qF "weld.yaml:18:11: effects[3].weld: $1" stderr.txt
+  expect 2 "$flesh" run weld.yaml --set time.end=0.1 --quiet && grep -qF "weld.yaml:19:11: effects[3].weld: $1" stderr.txt
 }
 
 welds_that_make_no_sense_are_refused() {
@@ -98,7 +98,7 @@ welds_that_make_no_sense_are_refused() {
 # A traction that is none, and a method that cannot have it.
 breaking_that_makes_no_sense_is_refused() {
   sed "s|- weld: .*|- weld: {bodies: [soft, stiff], breaks_at: 0}|; s|\.\./meshes|$scenes/../meshes|" "$scenes/welded.yaml" >weld.yaml
-  expect 2 "$flesh" run weld.yaml --quiet && has stderr.txt '18:46: effects\[3\].weld.breaks_at is 0; it must be a number > 0' ||
+  expect 2 "$flesh" run weld.yaml --quiet && has stderr.txt '19:46: effects\[3\].weld.breaks_at is 0; it must be a number > 0' ||
     return 1
   sed 's/breaks_at: 0/breaks_at: 6e4/; s/bdf2/adaptive/' weld.yaml >adaptive.yaml
   expect 2 "$flesh" run adaptive.yaml --quiet && has stderr.txt 'time.method is adaptive, which goes on from a history of smooth'
