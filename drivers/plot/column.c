@@ -5,15 +5,18 @@
 #include <stdio.h>
 #include <string.h>
 
-/* The units of history.csv's columns (observer.h), whose header has none. */
+/* The units of history.csv's columns (observer.h), whose header has none. Those of effects go by what is reported:
+ * weld_traction, and weld_2_traction of the second weld. */
 static const char *history_unit(const char *name)
 {
   static const char *const units[][2] = {
-      {"t", "s"},        {"h", "s"},           {"residual", "N"},     {"residual_target", "N"},
-      {"volume", "m^3"}, {"contact_gap", "m"}, {"contact_force", "N"}};
+      {"t", "s"},   {"h", "s"},     {"residual", "N"}, {"residual_target", "N"}, {"volume", "m^3"},
+      {"gap", "m"}, {"force", "N"}, {"released", "J"}, {"traction", "Pa"}};
+  if (!strncmp(name, "energy_", 7)) return "J";
+  if (!strncmp(name, "contact_", 8) || !strncmp(name, "weld_", 5)) name = strrchr(name, '_') + 1;
   for (size_t k = 0; k < sizeof units / sizeof *units; k++)
     if (!strcmp(name, units[k][0])) return units[k][1];
-  return strncmp(name, "energy_", 7) ? "" : "J";
+  return "";
 }
 
 void flesh_csv_label(const flesh_csv *csv, int column, char name[FLESH_CSV_NAME], char unit[FLESH_CSV_NAME])

@@ -49,7 +49,10 @@ columns_have_units_and_may_be_many() {
   expect 0 "$flesh" plot one --y clamp.reaction_z,clamp.reaction_x --x energy_inertia --out reaction.svg &&
     has reaction.gp 'set ylabel "clamp.reaction_z, clamp.reaction_x \[N\]"' &&
     has reaction.gp 'set xlabel "energy_inertia \[J\]"' || return 1
-  refused 2 'tip.J is in numbers without a unit and tip.position_z in m; one axis has one unit' one --y tip.J,tip.z
+  refused 2 'tip.J is in numbers without a unit and tip.position_z in m; one axis has one unit' one --y tip.J,tip.z || return 1
+  mkdir -p second && printf 't,weld_2_traction,weld_released,contact_2_force\n0,1,2,3\n1,2,3,4\n' >second/history.csv
+  refused 2 'weld_2_traction is in Pa and weld_released in J; one axis has one unit' second/history.csv --y 'weld_*' &&
+    refused 2 'weld_released is in J and contact_2_force in N' second/history.csv --y weld_released,contact_2_force
 }
 
 axes_may_be_logarithmic() {

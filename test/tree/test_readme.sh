@@ -41,7 +41,7 @@ PATH=$top/test/shared/slurm:$PATH
 if [ $# -gt 0 ]; then
   printf '%s\n' README.md "$@"
 else
-  (cd "$copy" && find . -name '*.md' | sed 's|^\./||; s|^README|0 &|; s|^drivers/tutorials|2 &|; t; s|^|1 |') |
+  (cd "$copy" && find . -name '*.md') | sed 's|^\./|1 |; s|^1 \(README\)|0 \1|; s|^1 \(drivers/tutorials\)|2 \1|' |
     LC_ALL=C sort | cut -d' ' -f2
 fi >"$work/documents"
 count=0
@@ -112,7 +112,10 @@ for block in "$work"/blocks/???; do
     esac
   fi
   case "$language $argument" in
-    'sh with '*) if command -v "${argument#with }" >/dev/null 2>&1; then argument=; else skipped=" # SKIP no ${argument#with }"; fi ;;
+    'sh with '*)
+      tool=${argument#with }
+      if command -v "$tool" >/dev/null 2>&1; then argument=; else skipped=" # SKIP there is no $tool"; fi
+      ;;
   esac
   case "$language $argument" in
     'sh with '*) ;;
