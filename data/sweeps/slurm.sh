@@ -2,7 +2,7 @@
 # slurm.sh: a sweep as an array of SLURM jobs. A job that is requeued goes on where it was.
 #
 #   sbatch data/sweeps/slurm.sh SPEC OUT
-#   flesh sweep merge OUT/sweep.db OUT/shard*/sweep.db     when all have ended
+# drivers/tutorials/03-sweep.md has the merge, a job that begins when all have ended.
 #
 #SBATCH --job-name=flesh-sweep
 #SBATCH --array=1-32
