@@ -45,10 +45,12 @@ static void show_regions(const flesh_mesh *mesh)
 
 static void show_sets(const flesh_mesh *mesh)
 {
-  const flesh_mesh_sets *sets = &mesh->sets;
-  if (sets->count) printf("  %-14s %d\n", "sets", sets->count);
-  for (int k = 0; k < sets->count; k++)
-    printf("    '%s'  %d nodes, %d tets\n", sets->sets[k].name, sets->sets[k].nodes.count, sets->sets[k].tets.count);
+  const int count = flesh_mesh_set_count(mesh);
+  if (count) printf("  %-14s %d\n", "sets", count);
+  for (int k = 0; k < count; k++) {
+    const flesh_named_set set = flesh_mesh_set_at(mesh, k);
+    printf("    '%s'  %d nodes, %d tets\n", set.name, set.node_count, set.tet_count);
+  }
 }
 
 static void show_histogram(const flesh_mesh *mesh)
@@ -157,6 +159,9 @@ static int write_and_say(const char *command, const flesh_mesh *mesh, const char
     printf("; %d inverted tet%s flipped", info.flipped, info.flipped == 1 ? "" : "s");
   if (info.unused_nodes)
     printf("; %d node%s used by no tet", info.unused_nodes, info.unused_nodes == 1 ? "" : "s");
+  const int sets = flesh_mesh_set_count(mesh);
+  if (sets && flesh_mesh_file_has_sets(path)) printf(", %d named set%s", sets, sets == 1 ? "" : "s");
+  else if (sets) printf("; without the %d named set%s, which only .msh holds", sets, sets == 1 ? "" : "s");
   putchar('\n');
   return 0;
 }
@@ -208,8 +213,8 @@ static int command_convert(int argc, char **argv)
       .details =
           "Reads IN (any format that flesh mesh --help lists) and writes OUT in the format of its suffix: .node or .ele\n"
           "(TetGen, both files), .msh (Gmsh 4.1 binary), .mesh (Medit). Nodes, tets and region\n"
-          "tags keep their order; inverted tets are flipped; unused nodes are kept, named sets are not.\n"
-          "An existing\n"
+          "tags keep their order; inverted tets are flipped; unused nodes are kept. A .msh keeps named\n"
+          "sets, as physical groups of points and volumes; the other formats have none. An existing\n"
           "OUT is replaced only when the new one is complete.\n"
           "--order 2 puts a node in the middle of each edge, behind the others; --order 1 leaves\n"
           "the nodes on edges out.\n"

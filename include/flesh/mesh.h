@@ -98,15 +98,15 @@ FLESH_API int flesh_mesh_box(const int cells[3], const double size[3], const dou
  * Regions: the number of the *SOLID SECTION, from 1, or else of the ELSET that the *ELEMENT names; the array of cells
  * `region`, `regions`, `MaterialIds`, `gmsh:physical` or `medit:ref`, or else the only one of integers of one component;
  * the number of VegaFEM's *REGION; TetGen's first attribute, Gmsh's physical tag or else the tag of the volume, Medit's
- * reference; else 0. Named sets stay with the mesh, for scenes to select by: *NSET and *ELSET, *SET, Gmsh's physical
- * groups that have names. FLESH_ERR_FILE with file and line (byte in binary parts) otherwise.
- * Independent of the locale. Returns new. Further errors: FLESH_ERR_ARGUMENT. */
+ * reference; else 0. Named sets stay with the mesh, for scenes to select by (flesh_mesh_set_at): *NSET, *ELSET and
+ * *SURFACE (the nodes of its faces), *SET, Gmsh's physical groups that have names. FLESH_ERR_FILE with file and line
+ * (byte in binary parts) otherwise. Independent of the locale. Returns new. Further errors: FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_mesh_read(const char *path, flesh_mesh **mesh);
 
 /* Writes in the format of the suffix: .node or .ele (TetGen, both files), .msh (Gmsh 4.1 binary) or
- * .mesh (Medit). Whole or not at all: a partial file is never left. 17 significant digits, so that
- * reading gives the same mesh. FLESH_ERR_ARGUMENT for another suffix, FLESH_ERR_FILE when writing
- * fails. */
+ * .mesh (Medit). A .msh has the named sets as physical groups of points and volumes; the others have no sets. Whole or
+ * not at all: a partial file is never left. 17 significant digits, so that reading gives the same mesh. FLESH_ERR_ARGUMENT for another suffix, and in a .msh for a set whose name has a
+ * quotation mark; FLESH_ERR_FILE when writing fails. */
 FLESH_API int flesh_mesh_write(const flesh_mesh *mesh, const char *path);
 
 /* NULL-safe; sets *mesh to NULL. */
@@ -139,6 +139,19 @@ FLESH_API const int *flesh_mesh_surface(const flesh_mesh *mesh, int *count);
 FLESH_API const int *flesh_mesh_surface_tets(const flesh_mesh *mesh);
 /* [nodes] 1 where some tet uses the node, else 0. */
 FLESH_API const uint8_t *flesh_mesh_node_used(const flesh_mesh *mesh);
+
+/* A named set of a mesh: nodes, tets, or both, rising. Scenes select by it (`set: NAME`): its nodes and
+ * those of its tets. The arrays belong to the mesh. */
+typedef struct flesh_named_set {
+  const char *name;
+  int node_count, tet_count;
+  const int *nodes; /* [node_count]; may be NULL where that is 0 */
+  const int *tets;  /* [tet_count]; likewise */
+} flesh_named_set;
+/* How many named sets there are, in the order of the file. Cannot fail. */
+FLESH_API int flesh_mesh_set_count(const flesh_mesh *mesh);
+/* The set of that index from 0 below the count. Cannot fail. */
+FLESH_API flesh_named_set flesh_mesh_set_at(const flesh_mesh *mesh, int index);
 
 /* Fills *info; every call measures the whole mesh. */
 FLESH_API void flesh_mesh_inspect(const flesh_mesh *mesh, flesh_mesh_info *info);

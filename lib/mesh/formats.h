@@ -2,8 +2,11 @@
 #ifndef FLESH_MESH_FORMATS_H
 #define FLESH_MESH_FORMATS_H
 
+#include <stdio.h>
+
 #include "mesh/draft.h"
 #include "base/scan.h"
+#include "mesh/pieces.h"
 
 /* The place in VTK's order of each of the ten nodes as TetGen 1.5 writes them (23, 03, 01, 12, 13, 02)
  * and as Gmsh does (01, 12, 02, 03, 23, 13). */
@@ -17,6 +20,18 @@ int flesh_gmsh_read(flesh_scanner *s, flesh_draft *draft);
 int flesh_abaqus_read(flesh_scanner *s, flesh_draft *draft);
 int flesh_vtk_read(flesh_scanner *s, flesh_draft *draft);
 int flesh_vega_read(flesh_scanner *s, flesh_draft *draft);
+
+/* The nodes of a tet as `order` has them (each its place in VTK's order), numbered from 0. Returns their number, 4 or 10. */
+static inline int flesh_mesh_nodes_in_order(const flesh_mesh *mesh, int tet, const int order[10], int nodes[10])
+{
+  int vtk[10], size = flesh_mesh_tet_nodes(mesh, tet, vtk);
+  for (int i = 0; i < size; i++) nodes[i] = vtk[order[i]];
+  return size;
+}
+
+/* Gmsh 4.1 in this machine's byte order, with named sets as physical groups. FLESH_ERR_MEMORY; FLESH_ERR_ARGUMENT for a
+ * set whose name the format cannot hold. */
+int flesh_gmsh_write(FILE *file, const flesh_mesh *mesh);
 
 /* `s` holds one of the two files, `s->path`; its partner beside it is opened. */
 int flesh_tetgen_read(flesh_scanner *s, flesh_draft *draft);

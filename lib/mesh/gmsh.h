@@ -78,6 +78,6 @@ int flesh_gmsh4_entities(flesh_gmsh *g, int partitioned);
 int flesh_gmsh4_nodes(flesh_gmsh *g);
 int flesh_gmsh4_elements(flesh_gmsh *g);
 
-enum { FLESH_GMSH_TET4 = 4, FLESH_GMSH_TET10 = 11 };
+enum { FLESH_GMSH_TET4 = 4, FLESH_GMSH_TET10 = 11, FLESH_GMSH_POINT = 15 };
 
 #endif

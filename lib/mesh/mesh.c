@@ -239,6 +239,15 @@ const int *flesh_mesh_tet_edges(const flesh_mesh *mesh) { return mesh->edge_node
 const uint8_t *flesh_mesh_tet_curved(const flesh_mesh *mesh) { return mesh->curved; }
 const int *flesh_mesh_regions(const flesh_mesh *mesh) { return mesh->regions; }
 const double *flesh_mesh_tet_volumes(const flesh_mesh *mesh) { return mesh->volumes; }
+int flesh_mesh_set_count(const flesh_mesh *mesh) { return mesh->sets.count; }
+
+flesh_named_set flesh_mesh_set_at(const flesh_mesh *mesh, int index)
+{
+  const flesh_mesh_set *set = &mesh->sets.sets[index];
+  return (flesh_named_set){.name = set->name, .node_count = set->nodes.count, .tet_count = set->tets.count,
+                           .nodes = set->nodes.values, .tets = set->tets.values};
+}
+
 const uint8_t *flesh_mesh_node_used(const flesh_mesh *mesh) { return mesh->node_used; }
 
 void flesh_mesh_use_node(flesh_mesh *mesh, int node)

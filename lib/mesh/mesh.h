@@ -69,6 +69,9 @@ typedef struct flesh_mesh_lists {
 /* flesh_mesh_create whose errors name the place in `origin`'s file (NULL: indices only). */
 int flesh_mesh_build(const flesh_mesh_lists *lists, const flesh_mesh_origin *origin, flesh_mesh **mesh);
 
+/* Whether flesh_mesh_write keeps named sets in a file of that name. */
+int flesh_mesh_file_has_sets(const char *path);
+
 /* Finds mesh->surface, of ten-node tets the faces' four triangles each. FLESH_ERR_FILE for a tet given twice or a face
  * of more than two tets. */
 int flesh_mesh_find_surface(flesh_mesh *mesh, const flesh_mesh_origin *origin);

@@ -54,6 +54,11 @@ check box_beyond_ints 2 'at most 715827882 and 536870911 are supported' \
   box --cells 1000,1000,1000 --size 4,1,1 --parts 8 --out no
 check box_in_parts_of_ten_nodes 2 'with --parts it must be 1' \
   box --cells 16,4,4 --size 4,1,1 --parts 6 --order 2 --out no
+check convert_keeps_sets 0 'sets.msh: 23 nodes, 48 tets, 2 regions, 2 named sets' \
+  convert "$reference/two_boxes_41_ascii.msh" sets.msh
+check kept_sets 0 "    'right'  0 nodes, 24 tets" info sets.msh
+check convert_without_sets 0 'sets.mesh: 23 nodes, 48 tets, 2 regions; without the 2 named sets, which only .msh holds' \
+  convert "$reference/two_boxes_41_ascii.msh" sets.mesh
 check box_info 0 'volume         4 m^3' info bar.msh
 check box_origin 0 'b.node: 24 nodes, 36 tets' \
   box --cells 1,2,3 --size 1,1/2,1e-1 --origin -1,-2,-3 --out b.node

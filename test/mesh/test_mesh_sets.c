@@ -64,6 +64,37 @@ static void decks_have_sets_and_regions(void)
   flesh_mesh_destroy(&mesh);
 }
 
+/* The faces of C3D4 and C3D10: S1 is 1 2 3, S2 is 1 4 2, S3 is 2 4 3, S4 is 3 4 1 (CalculiX CrunchiX User's Manual). */
+static void surfaces_are_sets_of_nodes(void)
+{
+  flesh_mesh *mesh;
+  char text[2048];
+  snprintf(text, sizeof text, "%s*SURFACE, NAME=bottom\n 100, S1\n 9, SPOS\n skin, SNEG\n*Surface, type=ELEMENT, name=\"side\"\n"
+                              "\"The lower one\", s4\n200, S3\n*SURFACE, NAME=top, TYPE=NODE\nends, 1.0\n2, 0.5\n"
+                              "*SURFACE, NAME=ground, TYPE=SEGMENTS\nSTART, 0, 0\nLINE, 1, 0\n*SURFACE, NAME=Bottom\nupper, S2\n", deck);
+  CHECK_OK(flesh_mesh_read(write_text("f.inp", text), &mesh));
+  if (!mesh) return;
+  check_set(mesh, "bottom", LIST(0, 1, 2, 4), NONE);
+  check_set(mesh, "side", LIST(0, 2, 3, 4), NONE);
+  check_set(mesh, "top", LIST(0, 1, 3, 4), NONE);
+  CHECK(mesh->sets.count == 12);
+  flesh_mesh_destroy(&mesh);
+  const char *points = "*NODE\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n5,.5,0,0\n6,.5,.5,0\n7,0,.5,0\n8,0,0,.5\n9,.5,0,.5\n10,0,.5,.5\n";
+  snprintf(text, sizeof text, "*SURFACE, NAME=S1\nall, S1\n*SURFACE, NAME=S2\nall, S2\n*SURFACE, NAME=S3\nall, S3\n*SURFACE, NAME=S4\n"
+                              "all, S4\n%s*ELEMENT, TYPE=C3D10, ELSET=all\n1,1,2,3,4,5,6,7,8,9,10\n", points);
+  CHECK_OK(flesh_mesh_read(write_text("q.inp", text), &mesh));
+  if (!mesh) return;
+  check_set(mesh, "S1", LIST(0, 1, 2, 4, 5, 6), NONE);
+  check_set(mesh, "S2", LIST(0, 1, 3, 4, 7, 8), NONE);
+  check_set(mesh, "S3", LIST(1, 2, 3, 5, 8, 9), NONE);
+  check_set(mesh, "S4", LIST(0, 2, 3, 6, 7, 9), NONE);
+  const flesh_named_set all = flesh_mesh_set_at(mesh, 0);
+  CHECK(flesh_mesh_set_count(mesh) == 5 && all.tet_count == 1 && all.tets[0] == 0 && all.node_count == 0);
+  CHECK_TEXT(all.name, "all");
+  CHECK(flesh_mesh_set_at(mesh, 4).node_count == 6 && flesh_mesh_set_at(mesh, 4).nodes[5] == 9);
+  flesh_mesh_destroy(&mesh);
+}
+
 static void vega_files_have_sets_and_regions(void)
 {
   flesh_mesh *mesh;
@@ -123,6 +154,59 @@ static void gmsh_groups_are_sets(void)
     }
     flesh_mesh_destroy(&mesh[0]);
   }
+}
+
+/* Checks that a mesh that is written as a .msh and read again has the sets, in their order, and the regions. */
+static void check_written(const flesh_mesh *mesh)
+{
+  flesh_mesh *again;
+  CHECK_OK(flesh_mesh_write(mesh, in_work_folder("again.msh")));
+  CHECK_OK(flesh_mesh_read(in_work_folder("again.msh"), &again));
+  if (!again) return;
+  CHECK(again->tets == mesh->tets && !memcmp(again->regions, mesh->regions, sizeof(int) * (size_t)mesh->tets));
+  CHECK(!memcmp(again->tet_nodes, mesh->tet_nodes, sizeof(int[4]) * (size_t)mesh->tets) && again->sets.count == mesh->sets.count);
+  for (int k = 0; k < mesh->sets.count && k < again->sets.count; k++) {
+    const flesh_mesh_set *set = &mesh->sets.sets[k];
+    CHECK_TEXT(again->sets.sets[k].name, set->name);
+    check_set(again, set->name, set->nodes.values, set->nodes.count, set->tets.values, set->tets.count);
+  }
+  flesh_mesh_destroy(&again);
+}
+
+static void written_files_have_sets(void)
+{
+  flesh_mesh *mesh, *box;
+  char text[2048];
+  CHECK_OK(flesh_mesh_read(write_text("d.inp", deck), &mesh));
+  if (mesh) check_written(mesh);
+  flesh_mesh_destroy(&mesh);
+  CHECK_OK(flesh_mesh_read("reference/meshes/two_boxes_order2.msh", &mesh));
+  if (mesh) check_written(mesh);
+  flesh_mesh_destroy(&mesh);
+  /* Sets that overlap each other and regions; two of the same tets; a region's tets; a set of nodes and tets, an empty one. */
+  CHECK_OK(flesh_mesh_box((int[]){2, 1, 1}, (double[]){2, 1, 1}, (double[]){0, 0, 0}, &box));
+  int length = snprintf(text, sizeof text, "*NODE\n");
+  for (int i = 0; i < box->nodes; i++)
+    length += snprintf(text + length, sizeof text - (size_t)length, "%d,%g,%g,%g\n", i + 1, box->positions[3 * i],
+                       box->positions[3 * i + 1], box->positions[3 * i + 2]);
+  for (int t = 0; t < box->tets; t++) {
+    const int *n = box->tet_nodes + 4 * t;
+    if (t % 6 == 0) length += snprintf(text + length, sizeof text - (size_t)length, "*ELEMENT,TYPE=C3D4,ELSET=r%d\n", t / 6);
+    length += snprintf(text + length, sizeof text - (size_t)length, "%d,%d,%d,%d,%d\n", t + 1, n[0] + 1, n[1] + 1, n[2] + 1, n[3] + 1);
+  }
+  snprintf(text + length, sizeof text - (size_t)length, "*ELSET,ELSET=odd,GENERATE\n1,11,2\n*ELSET,ELSET=like r1\nr1\n*ELSET,ELSET=middle\n"
+           "4,5,6,7,8\n*NSET,NSET=middle\n1,5\n*NSET,NSET=empty,GENERATE\n90,91\n*ELSET,ELSET=all\nr0,r1\n");
+  CHECK_OK(flesh_mesh_read(write_text("o.inp", text), &mesh));
+  CHECK(mesh && mesh->sets.count == 7 && mesh->sets.sets[4].tets.count == 5 && mesh->sets.sets[4].nodes.count == 2);
+  if (mesh) check_written(mesh);
+  flesh_mesh_destroy(&mesh);
+  flesh_mesh_destroy(&box);
+  snprintf(text, sizeof text, "*VERTICES\n4 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n*ELEMENTS\nTET\n1 4 0\n1 1 2 3 4\n*SET a\"b\n1\n");
+  CHECK_OK(flesh_mesh_read(write_text("n.veg", text), &mesh));
+  CHECK(mesh && flesh_mesh_write(mesh, in_work_folder("n.msh")) == FLESH_ERR_ARGUMENT);
+  CHECK_TEXT(flesh_error_text(), "the set 'a\"b' has a \" in its name, which a .msh file cannot hold");
+  CHECK(mesh && access(in_work_folder("n.msh"), F_OK) != 0 && flesh_mesh_write(mesh, in_work_folder("n.mesh")) == FLESH_OK);
+  flesh_mesh_destroy(&mesh);
 }
 
 /* Nodes of a set that stands for a plane are, in every mesh that is made of another, those in the plane. */
@@ -208,6 +292,7 @@ static void a_curved_tet_has_its_volume(void)
 int main(int argc, char **argv)
 {
   if (!make_work_folder()) return 1;
-  return RUN_TESTS(argc, argv, TEST(decks_have_sets_and_regions), TEST(vega_files_have_sets_and_regions),
-                   TEST(gmsh_groups_are_sets), TEST(sets_follow_their_mesh), TEST(a_curved_tet_has_its_volume));
+  return RUN_TESTS(argc, argv, TEST(decks_have_sets_and_regions), TEST(surfaces_are_sets_of_nodes),
+                   TEST(vega_files_have_sets_and_regions), TEST(gmsh_groups_are_sets),
+                   TEST(sets_follow_their_mesh), TEST(written_files_have_sets), TEST(a_curved_tet_has_its_volume));
 }

@@ -32,11 +32,21 @@ static const bad_file decks[] = {
     {"b.inp", NODES "*NGEN\n1,4\n", "b.inp:6: *NGEN is not supported"},
     {"b.inp", NODES TET "*INSTANCE, NAME=a, PART=b\n1,0,0\n", "b.inp:8: *INSTANCE moves its part"},
     {"b.inp", NODES TET "*NSET\n1\n", "b.inp:8: the set has no name; `*NSET, NSET=NAME`"},
-    {"b.inp", NODES TET "*NSET, NSET=a\n1, 7\n", "b.inp:9: the set has node 7, which is not in the deck"},
-    {"b.inp", NODES TET "*ELSET, ELSET=a\n2\n", "b.inp:9: the set has element 2, which is not in the deck"},
+    {"b.inp", NODES TET "*NSET, NSET=a\n1, 7\n", "b.inp:9: node 7 is not in the deck"},
+    {"b.inp", NODES TET "*ELSET, ELSET=a\n2\n", "b.inp:9: element 2 is not in the deck"},
     {"b.inp", NODES TET "*ELSET, ELSET=a\nb\n", "b.inp:9: 'b' names no set; so far the mesh has the sets 'all' and 'a'"},
     {"b.inp", NODES TET "*NSET, NSET=a, GENERATE\n4, 1\n", "b.inp:9: the range 4, 1, 1 is empty"},
     {"b.inp", NODES TET "*SOLID SECTION, ELSET=rubber\n", "*SOLID SECTION is of the set 'rubber', which is not in the deck"},
+    {"b.inp", NODES TET "*SURFACE\n1, S1\n", "b.inp:8: the surface has no name; `*SURFACE, NAME=NAME` is expected"},
+    {"b.inp", NODES TET "*SURFACE, NAME=\n1, S1\n", "b.inp:8: NAME names no set; `NAME=NAME`"},
+    {"b.inp", NODES TET "*SURFACE, NAME=All\n1, S1\n", "b.inp:8: the surface 'all' has the name of a set of nodes or elements"},
+    {"b.inp", NODES TET "*SURFACE, NAME=a, COMBINE=UNION\nb, c\n", "b.inp:8: *SURFACE has the parameter COMBINE"},
+    {"b.inp", NODES TET "*SURFACE, NAME=a\n1\n", "b.inp:9: the end of the row stands where the face of a tet"},
+    {"b.inp", NODES TET "*SURFACE, NAME=a\nall, S5\n", "b.inp:9: 'S5' stands where the face of a tet is expected, S1, S2, S3 or S4"},
+    {"b.inp", NODES TET "*SURFACE, NAME=a\n2, S1\n", "b.inp:9: element 2 is not in the deck"},
+    {"b.inp", NODES TET "*SURFACE, NAME=a\nb, S1\n", "b.inp:9: 'b' names no set of elements; the mesh has the sets 'all' and 'a'"},
+    {"b.inp", NODES TET "*SURFACE, NAME=a, TYPE=NODE\n5\n", "b.inp:9: node 5 is not in the deck"},
+    {"b.inp", NODES TET "*SURFACE, NAME=a, TYPE=NODE\nb\n", "b.inp:9: 'b' names no set"},
     {"b.inp", NODES TET "*NSET, NSET=a\033[31m\n1\n", "b.inp:8: the name of a set has a control character (27)"},
 };
 
@@ -122,7 +132,8 @@ static void bad_grids_are_refused(void) { check_bad(grids, sizeof grids / sizeof
 /* Cut and damaged files are read or refused with a sentence that names them; sanitizers and valgrind see the rest. */
 static void damaged_files_do_no_harm(void)
 {
-  static const char deck[] = NODES TET "*NSET, NSET=a, GENERATE\n1, 4, 2\n*ELSET, ELSET=\"b c\"\nall, 1\n*SOLID SECTION, ELSET=all\n";
+  static const char deck[] = NODES TET "*NSET, NSET=a, GENERATE\n1, 4, 2\n*ELSET, ELSET=\"b c\"\nall, 1\n*SOLID SECTION, ELSET=all\n"
+                             "*SURFACE, NAME=s\n\"b c\", S1\n1, S3\n*SURFACE, NAME=n, TYPE=NODE\na, 1.\n";
   static const char vega[] = VERTICES ELEMENTS "*SET a\n1\n*REGION\na, soft\n";
   static const char grid[] = HEAD PIECE POINTS GOOD_CELLS "</Piece></VTKFile>\n";
   static const char *const kept[] = {"ball.inp", "ball_meshio.vtu", "ball_zlib.vtu", "ball_big_endian.vtu"};

@@ -1,14 +1,14 @@
 """mesh.py: tetrahedral meshes: made from arrays, read, written, measured."""
-from typing import NamedTuple, Optional
+from typing import Dict, NamedTuple, Optional
 
 import numpy as np
 
 from ._arrays import Field, Record, doubles, integers, pointer, view
 from ._callbacks import Const, call, create, owned
-from ._library import ffi, lib, path_bytes
+from ._library import ffi, lib, path_bytes, text
 from .errors import ArgumentError
 
-__all__ = ["Mesh", "MeshInfo", "Jacobians"]
+__all__ = ["Mesh", "MeshInfo", "Jacobians", "NamedSet"]
 
 
 class MeshInfo(Record):
@@ -42,6 +42,12 @@ class Jacobians(NamedTuple):
     least: float  # the smallest; NaN where one is NaN
     worst: int  # its tet
     not_positive: int  # tets without J > 0: inverted ones, where J is that of points of quadrature
+
+
+class NamedSet(NamedTuple):
+    """A named set of a mesh; a scene's `set: NAME` selects its nodes and those of its tets."""
+    nodes: np.ndarray  # numbers, rising
+    tets: np.ndarray
 
 
 class Mesh(Const):
@@ -169,6 +175,17 @@ class Mesh(Const):
     def tet_volumes(self) -> np.ndarray:
         """[tets] rest volumes, m^3, all positive."""
         return self._view(lib.flesh_mesh_tet_volumes(self._pointer), (self.tet_count,), "double")
+
+    @property
+    def sets(self) -> Dict[str, NamedSet]:
+        """The named sets of the file that it was read from, by their names."""
+        found = {}
+        for k in range(lib.flesh_mesh_set_count(self._pointer)):
+            one = lib.flesh_mesh_set_at(self._pointer, k)
+            found[text(one.name)] = NamedSet(
+                *(self._view(values, (count,), "int") if count else np.empty(0, np.intc)
+                  for values, count in ((one.nodes, one.node_count), (one.tets, one.tet_count))))
+        return found
 
     @property
     def surface(self) -> np.ndarray:

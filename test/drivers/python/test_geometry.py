@@ -40,6 +40,17 @@ def test_files_give_the_mesh_back(mesh, tmp_path, suffix):
     assert np.array_equal(again.positions, mesh.positions) and np.array_equal(again.tets, mesh.tets)
 
 
+def test_named_sets_of_a_file(tmp_path):
+    deck = "".join(["*NODE\n", *(f"{k + 1},{x},{y},{z}\n" for k, (x, y, z) in enumerate(np.eye(4)[:, 1:])),
+                    "*ELEMENT, TYPE=C3D4, ELSET=all\n7,1,2,3,4\n*SURFACE, NAME=base\nall, S1\n"])
+    (tmp_path / "tet.inp").write_text(deck)
+    flesh.Mesh.read(tmp_path / "tet.inp").write(tmp_path / "tet.msh")
+    for mesh in (flesh.Mesh.read(tmp_path / name) for name in ("tet.inp", "tet.msh")):
+        assert list(mesh.sets) == ["all", "base"] and not mesh.sets["all"].nodes.size
+        assert mesh.sets["all"].tets.tolist() == [0] and mesh.sets["base"].nodes.tolist() == [0, 1, 2]
+        assert not flesh.Mesh.box((1, 1, 1), (1, 1, 1)).sets
+
+
 def test_measures_of_a_stretched_body(mesh):
     x = mesh.positions * (1.5, 1, 1)
     found = mesh.jacobians(x)

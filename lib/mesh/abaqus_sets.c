@@ -1,0 +1,222 @@
+/* abaqus_sets.c: the sets, sections and surfaces of a deck whose nodes and elements are known. */
+#include "mesh/abaqus.h"
+
+#include <string.h>
+
+#include "base/error.h"
+#include "base/memory.h"
+
+/* Adds the element or node of that number; elements that are no tets are left out. */
+static int add_number(flesh_deck *d, flesh_members *members, int tets, int64_t number)
+{
+  int index;
+  if (!flesh_tag_map_find(tets ? &d->elements : &d->draft->tags, number, &index))
+    return flesh_scan_fail(d->s, "%s %lld is not in the deck", tets ? "element" : "node", (long long)number);
+  return index < 0 ? FLESH_OK : flesh_members_add(members, index);
+}
+
+/* Adds the numbers first, first + step ... to `last`; those that are not there are left out. */
+static int generate(flesh_deck *d, flesh_members *members, int tets)
+{
+  flesh_scanner *s = d->s;
+  const int all = tets ? d->draft->tets : d->draft->nodes;
+  const int64_t *tags = tets ? d->draft->tet_tag : d->draft->node_tag;
+  int64_t range[3] = {0, 0, 1};
+  s->form = "first, last, step";
+  int status = flesh_scan_integer(s, &range[0]);
+  if (!status) status = flesh_scan_integer(s, &range[1]);
+  if (!status && flesh_scan_next_in_line(s)) status = flesh_scan_integer(s, &range[2]);
+  if (!status) status = flesh_scan_row_end(s);
+  if (!status && (range[0] < 0 || range[1] < range[0] || range[2] < 1))
+    status = flesh_scan_fail(s, "the range %lld, %lld, %lld is empty; 0 <= first <= last and step >= 1 are expected",
+                             (long long)range[0], (long long)range[1], (long long)range[2]);
+  for (int k = 0; k < all && !status; k++)
+    if (tags[k] >= range[0] && tags[k] <= range[1] && (tags[k] - range[0]) % range[2] == 0)
+      status = flesh_members_add(members, k);
+  return status;
+}
+
+/* Adds what the set of that name has. */
+static int add_set(flesh_deck *d, int to, int tets, const char *name, size_t length)
+{
+  int from;
+  flesh_deck_find_set(d, name, length, 0, &from);
+  if (from < 0) {
+    d->s->at = name;
+    return flesh_scan_fail(d->s, "%s names no set; so far %s", flesh_scan_show(d->s), flesh_mesh_sets_text(&d->draft->sets));
+  }
+  flesh_mesh_set *sets = d->draft->sets.sets;
+  const flesh_members *other = tets ? &sets[from].tets : &sets[from].nodes;
+  int status = FLESH_OK;
+  for (int k = 0, count = other->count; k < count && !status; k++)
+    status = flesh_members_add(tets ? &sets[to].tets : &sets[to].nodes, other->values[k]);
+  return status;
+}
+
+static int is_number(char c) { return (c >= '0' && c <= '9') || c == '-'; }
+
+/* The name that stands next in the row, without quotes; its length. */
+static size_t scan_name(flesh_scanner *s, const char **name)
+{
+  const char *quote = *s->at == '"' ? memchr(s->at + 1, '"', (size_t)(s->end - s->at - 1)) : NULL;
+  const size_t length = flesh_scan_token(s, name);
+  if (!quote) return length;
+  s->at = quote + 1;
+  return (size_t)(quote - ++*name);
+}
+
+/* One row of *NSET or *ELSET: numbers, and names of sets. */
+static int read_members(flesh_deck *d, int set, int tets)
+{
+  flesh_scanner *s = d->s;
+  int status = FLESH_OK;
+  while (!status && flesh_scan_next_in_line(s)) {
+    flesh_members *members = tets ? &d->draft->sets.sets[set].tets : &d->draft->sets.sets[set].nodes;
+    const char *name;
+    int64_t number;
+    if (is_number(*s->at)) {
+      status = flesh_scan_integer(s, &number);
+      if (!status) status = add_number(d, members, tets, number);
+      continue;
+    }
+    const size_t length = scan_name(s, &name);
+    status = add_set(d, set, tets, name, length);
+  }
+  return status;
+}
+
+/* Fourth walk. */
+int flesh_deck_read_sets(flesh_deck *d, const flesh_keyword *k)
+{
+  const int tets = flesh_deck_is(k, "ELSET");
+  const int ranges = flesh_deck_has(k, "GENERATE"), most = tets ? d->draft->tets : d->draft->nodes;
+  int set, status = FLESH_OK;
+  if (!tets && !flesh_deck_is(k, "NSET")) return FLESH_OK;
+  status = flesh_deck_take_set(d, k, tets ? "ELSET" : "NSET", &set);
+  if (!status && set < 0)
+    return FLESH_DECK_FAIL(d, k, "the set has no name; `*%s=NAME` is expected", tets ? "ELSET, ELSET" : "NSET, NSET");
+  for (; !status && flesh_deck_next_row(d->s); flesh_scan_skip_line(d->s)) {
+    d->s->item = "set", d->s->index = -1, d->s->form = "numbers or names of sets";
+    flesh_members *members = tets ? &d->draft->sets.sets[set].tets : &d->draft->sets.sets[set].nodes;
+    status = ranges ? generate(d, members, tets) : read_members(d, set, tets);
+    members = tets ? &d->draft->sets.sets[set].tets : &d->draft->sets.sets[set].nodes;
+    if (members->count / 2 > most) flesh_members_settle(members); /* rows that say the same take no memory */
+  }
+  return status;
+}
+
+/* Fifth walk: with *SOLID SECTION a tet's region is the number of its section, from 1. */
+int flesh_deck_read_sections(flesh_deck *d, const flesh_keyword *k)
+{
+  const char *name;
+  size_t length;
+  int set;
+  if (!flesh_deck_is(k, "SOLID SECTION") || !flesh_deck_parameter(k, "ELSET", &name, &length)) return FLESH_OK;
+  flesh_deck_find_set(d, name, length, 0, &set);
+  if (set < 0) {
+    d->s->at = name;
+    return FLESH_DECK_FAIL(d, k, "*SOLID SECTION is of the set %s, which is not in the deck; %s", flesh_scan_show(d->s),
+                   flesh_mesh_sets_text(&d->draft->sets));
+  }
+  const flesh_members *tets = &d->draft->sets.sets[set].tets;
+  if (!d->sections++) memset(d->draft->regions, 0, (size_t)d->draft->tets * sizeof *d->draft->regions);
+  for (int t = 0; t < tets->count; t++) d->draft->regions[tets->values[t]] = d->sections;
+  return FLESH_OK;
+}
+
+/* Adds the nodes of face `face` of a tet, 0 to 3: S1 to S4 of the manuals. */
+static int add_face(flesh_deck *d, flesh_members *members, int tet, int face)
+{
+  static const int corners[4][3] = {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}};
+  static const int edges[4][3] = {{0, 1, 2}, {3, 4, 0}, {4, 5, 1}, {5, 3, 2}}; /* places in VTK's order of edges */
+  int status = FLESH_OK;
+  for (int a = 0; a < 3 && !status; a++)
+    status = flesh_members_add(members, d->draft->tet_nodes[4 * (size_t)tet + (size_t)corners[face][a]]);
+  for (int a = 0; a < 3 && d->draft->edge_nodes && !status; a++)
+    status = flesh_members_add(members, d->draft->edge_nodes[6 * (size_t)tet + (size_t)edges[face][a]]);
+  return status;
+}
+
+/* The tets of a row, by the number of one or the name of an element set, into `found`. */
+static int find_tets(flesh_deck *d, flesh_members *found)
+{
+  flesh_scanner *s = d->s;
+  const char *name;
+  int64_t number;
+  int set;
+  if (is_number(*s->at)) {
+    const int status = flesh_scan_integer(s, &number);
+    return status ? status : add_number(d, found, 1, number);
+  }
+  const size_t length = scan_name(s, &name);
+  flesh_deck_find_set(d, name, length, 0, &set);
+  if (set < 0 || set >= d->first_surface) {
+    s->at = name;
+    return flesh_scan_fail(s, "%s names no set of elements; %s", flesh_scan_show(s), flesh_mesh_sets_text(&d->draft->sets));
+  }
+  int status = FLESH_OK;
+  for (int k = 0; k < d->draft->sets.sets[set].tets.count && !status; k++)
+    status = flesh_members_add(found, d->draft->sets.sets[set].tets.values[k]);
+  return status;
+}
+
+/* A row `element or set, face` of the surface; what is about elements that are no tets is left out. */
+static int read_faces(flesh_deck *d, int surface)
+{
+  flesh_scanner *s = d->s;
+  flesh_members tets = {0};
+  const char *label;
+  int status = find_tets(d, &tets);
+  if (!status && tets.count) {
+    const size_t length = flesh_scan_next_in_line(s) ? flesh_scan_token(s, &label) : 0;
+    const int face = length == 2 && (label[0] | 32) == 's' ? label[1] - '1' : -1;
+    if (length) s->at = label;
+    if (face < 0 || face > 3)
+      status = flesh_scan_fail(s, "%s stands where the face of a tet is expected, S1, S2, S3 or S4",
+                               length ? flesh_scan_show(s) : "the end of the row");
+    for (int k = 0; k < tets.count && !status; k++)
+      status = add_face(d, &d->draft->sets.sets[surface].nodes, tets.values[k], face);
+  }
+  flesh_free(tets.values);
+  return status;
+}
+
+/* A row `node or set` of the surface; an area that may follow is left out. */
+static int read_surface_nodes(flesh_deck *d, int surface)
+{
+  const char *name;
+  int64_t number;
+  if (is_number(*d->s->at)) {
+    const int status = flesh_scan_integer(d->s, &number);
+    return status ? status : add_number(d, &d->draft->sets.sets[surface].nodes, 0, number);
+  }
+  const size_t length = scan_name(d->s, &name);
+  return add_set(d, surface, 0, name, length);
+}
+
+/* Sixth walk: a surface is a set of the nodes of its faces. Surfaces without faces (analytical ones) are left out. */
+int flesh_deck_read_surfaces(flesh_deck *d, const flesh_keyword *k)
+{
+  const char *type = "ELEMENT";
+  size_t length = strlen(type);
+  int set, status;
+  if (!flesh_deck_is(k, "SURFACE")) return FLESH_OK;
+  flesh_deck_parameter(k, "TYPE", &type, &length);
+  const int nodes = flesh_deck_is_word(type, type + length, "NODE");
+  if (!nodes && !flesh_deck_is_word(type, type + length, "ELEMENT")) return FLESH_OK;
+  if (flesh_deck_has(k, "COMBINE"))
+    return FLESH_DECK_FAIL(d, k, "*SURFACE has the parameter COMBINE, which is not supported; rows of elements and faces are "
+                                 "expected");
+  status = flesh_deck_take_set(d, k, "NAME", &set);
+  if (!status && set < 0) return FLESH_DECK_FAIL(d, k, "the surface has no name; `*SURFACE, NAME=NAME` is expected");
+  if (!status && set < d->first_surface)
+    return FLESH_DECK_FAIL(d, k, "the surface '%s' has the name of a set of nodes or elements; another name is expected, as scenes "
+                                 "select by names", d->draft->sets.sets[set].name);
+  for (; !status && flesh_deck_next_row(d->s); flesh_scan_skip_line(d->s)) {
+    d->s->item = "surface", d->s->index = -1, d->s->form = nodes ? "node or set of nodes" : "element or set of elements, face";
+    status = nodes ? read_surface_nodes(d, set) : read_faces(d, set);
+    flesh_members *members = &d->draft->sets.sets[set].nodes;
+    if (members->count / 2 > d->draft->nodes) flesh_members_settle(members);
+  }
+  return status;
+}
