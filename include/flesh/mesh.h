@@ -105,8 +105,9 @@ FLESH_API int flesh_mesh_read(const char *path, flesh_mesh **mesh);
 
 /* Writes in the format of the suffix: .node or .ele (TetGen, both files), .msh (Gmsh 4.1 binary) or
  * .mesh (Medit). A .msh has the named sets as physical groups of points and volumes; the others have no sets. Whole or
- * not at all: a partial file is never left. 17 significant digits, so that reading gives the same mesh. FLESH_ERR_ARGUMENT for another suffix, and in a .msh for a set whose name has a
- * quotation mark; FLESH_ERR_FILE when writing fails. */
+ * not at all: a partial file is never left. 17 significant digits, so that reading gives the same mesh.
+ * FLESH_ERR_ARGUMENT for another suffix, and in a .msh for a set whose name has a quotation mark; FLESH_ERR_FILE when
+ * writing fails. */
 FLESH_API int flesh_mesh_write(const flesh_mesh *mesh, const char *path);
 
 /* NULL-safe; sets *mesh to NULL. */
