@@ -155,6 +155,15 @@ static int begins_softer(flesh_integrator *self, const flesh_state *state)
          self->options.line_search == FLESH_LINE_SEARCH_POTENTIAL;
 }
 
+/* A stage before the last one must be one that can be reached, too: else what follows from it is solved in vain. */
+static int check_stage(flesh_integrator *self, const flesh_stage *stage, const flesh_state *state)
+{
+  if (flesh_nonlinear_is_clear(self->nonlinear)) return FLESH_OK;
+  find_stage(self, stage, self->start, self->first.rigid);
+  return flesh_system_tunnelled(self->evaluation->system, state->t, state->x, stage->t, self->start) ? FLESH_UNDEFINED
+                                                                                                     : FLESH_OK;
+}
+
 /* Solves a stage again that has been solved, with what is lagged as the last solve has left it, until that changes
  * nothing or lag_iterations is reached. */
 static int follow_lag(flesh_integrator *self, flesh_stage *stage, const flesh_state *state, const flesh_stage_end *end,
@@ -226,7 +235,8 @@ static int solve_stage(flesh_integrator *self, const trial *trial, const flesh_s
                    ? flesh_continuation_step(&self->continuation, stage, &from, end, guesses, stats)
                    : flesh_multipliers_solve(&self->multipliers, stage, &from, end, guesses, 0, stats);
   flesh_nonlinear_set_target(self->nonlinear, 0);
-  if (!status && last) status = check_end(self, stage, state, trial->to, stats, &self->blocked);
+  if (!status)
+    status = last ? check_end(self, stage, state, trial->to, stats, &self->blocked) : check_stage(self, stage, state);
   if (!status && self->lag.u) {
     status = follow_lag(self, stage, &from, end, stats);
     if (!status && last) status = check_end(self, stage, state, trial->to, stats, &self->blocked);
