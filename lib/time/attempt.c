@@ -226,11 +226,12 @@ static int solve_stage(flesh_integrator *self, const trial *trial, const flesh_s
   if (self->memory.at > 0 && self->multipliers.count) from.multipliers = self->multipliers.trial;
   const flesh_stage_end ends = {&(part_end){self, state}, find_end}, *end = last ? &ends : NULL;
   const int controlled = is_controlled(self, trial);
+  const double depth = trial->row->depth ? trial->row->depth(&self->memory) : 0;
   /* Steps that resolve the motion go on from where they are; softer materials would lead away first. */
   if (self->memory.at == 0) self->softer = !(controlled && !self->control.failed) && begins_softer(self, state);
   self->multipliers.allowed = controlled ? flesh_error_control_gap(&self->control) : 0;
   if (controlled && !self->softer)
-    flesh_nonlinear_set_target(self->nonlinear, flesh_error_control_target(&self->control, &stage->shift));
+    flesh_nonlinear_set_target(self->nonlinear, flesh_error_control_target(&self->control, &stage->shift, depth));
   int status = self->softer
                    ? flesh_continuation_step(&self->continuation, stage, &from, end, guesses, stats)
                    : flesh_multipliers_solve(&self->multipliers, stage, &from, end, guesses, 0, stats);

@@ -24,7 +24,7 @@
 static const double share = 0.1;             /* of the tolerance that a step's error may be at tolerance 1 */
 static const double falls = 3;               /* the estimate, with this power of h */
 static const double safety = 0.9, shortest = 0.2, longest = 2, longest_first = 10, after_failure = 0.25;
-static const double depth = 0.3;             /* of the error allowed that a stage's residual may make */
+static const double depth = 0.3;             /* of the error allowed, that residuals may make where no method says */
 static const double gap_depth = 1e-2;        /* of the error allowed that a change of volume may make */
 static const double negligible = 1e-3;       /* an unfiltered error below this needs no filter */
 static const double least_error = 1e-6;      /* that lengthens a step */
@@ -128,11 +128,12 @@ void flesh_error_control_aim(flesh_error_control *self, int order)
   self->local = share * pow(self->options.tolerance, falls / order);
 }
 
-double flesh_error_control_target(const flesh_error_control *self, const flesh_shift *shift)
+double flesh_error_control_target(const flesh_error_control *self, const flesh_shift *shift, double own_depth)
 {
   /* Steps that are shorter than their error asks for, by outputs or energies, are so many more: the cube root. */
   const double g = 1 / sqrt(shift->a), fewer = cbrt(fmin(self->before, 1));
-  return fewer * depth * self->local * self->length * self->mass / (sqrt(self->nodes) * g * fmax(g, self->period));
+  const double part = fewer * (own_depth > 0 ? own_depth : depth);
+  return part * self->local * self->length * self->mass / (sqrt(self->nodes) * g * fmax(g, self->period));
 }
 
 double flesh_error_control_gap(const flesh_error_control *self) { return gap_depth * self->local; }

@@ -52,8 +52,9 @@ void flesh_error_control_start(flesh_error_control *control, const flesh_state *
 double flesh_error_control_propose(const flesh_error_control *control, double left);
 /* A step comes whose error is to add up to the tolerance, by a method of that order. */
 void flesh_error_control_aim(flesh_error_control *control, int order);
-/* The residual that a stage with this shift may leave, N. */
-double flesh_error_control_target(const flesh_error_control *control, const flesh_shift *shift);
+/* The residual that a stage with this shift may leave, N: so much that it makes this part of the error allowed; 0: what is
+ * usual. */
+double flesh_error_control_target(const flesh_error_control *control, const flesh_shift *shift, double own_depth);
 /* The change of volume that incompressible tets may be left with. */
 double flesh_error_control_gap(const flesh_error_control *control);
 /* Judges the error in control->e [n] of a step whose last stage, with this shift, was solved last: FLESH_REFUSED_BY_ERROR

@@ -132,6 +132,8 @@ static double runge_kutta_weight(const flesh_method_memory *memory, int i)
 
 static int runge_kutta_order(const flesh_method_memory *memory) { return table_of(memory)->order; }
 
+static double runge_kutta_depth(const flesh_method_memory *memory) { return table_of(memory)->depth; }
+
 const flesh_method_row flesh_method_runge_kutta = {.vectors = FIRST + 2 * (FLESH_TABLE_STAGES - 1),
                                                    .remembered = 2,
                                                    .acceleration = 1,
@@ -142,4 +144,5 @@ const flesh_method_row flesh_method_runge_kutta = {.vectors = FIRST + 2 * (FLESH
                                                    .finish = runge_kutta_finish,
                                                    .weight = runge_kutta_weight,
                                                    .order = runge_kutta_order,
+                                                   .depth = runge_kutta_depth,
                                                    .error = runge_kutta_error};
