@@ -30,7 +30,11 @@ typedef struct flesh_accuracy_method {
   ROW("midpoint", "midpoint", 0, 0, "#009e73", 9, "")                                                                  \
   ROW("newmark", "newmark", 0, 0, "#56b4e9", 2, "")                                                                    \
   ROW("hht", "hht", 0, 0, "#8c8c8c", 11, "")                                                                           \
+  ROW("generalized-alpha", "generalized-alpha", 0, 0, "#999933", 8, "")                                                \
+  ROW("adaptive-bdf2", "bdf2", 2, 0, "#666633", 1, " (bdf2, steps by its error)")                                      \
   ROW("adaptive-newmark", "newmark", 2, 0, "#882255", 12, " (newmark, steps by its error)")                            \
+  ROW("adaptive-generalized-alpha", "generalized-alpha", 2, 0, "#bb5566", 15,                                          \
+      " (generalized-alpha, steps by its error)")                                                                      \
   ROW("runge-kutta", "runge-kutta", 2, 0, "#117733", 6, " (order 3, steps by its error)")                              \
   ROW("adaptive", "adaptive", 1, 2, "#0072b2", 5, " (IDA, orders 1 and 2)")                                            \
   ROW("adaptive5", "adaptive", 1, 5, "#aa3399", 4, " (orders 1 to 5)")                                                 \

@@ -29,6 +29,9 @@ static const char *energy_advice(const flesh_scene *scene, const flesh_figures *
   case FLESH_METHOD_HHT:
     return "the steps do not resolve the motion (contact, stiff parts): try a shorter time.step, time.alpha=-0.3, or "
            "time.method=bdf2 or backward-euler, which damp more";
+  case FLESH_METHOD_GENERALIZED_ALPHA:
+    return "the steps do not resolve the motion (contact, stiff parts): try a shorter time.step, a smaller "
+           "time.spectral_radius, or time.method=bdf2 or backward-euler, which damp more";
   case FLESH_METHOD_RUNGE_KUTTA:
     return "the steps do not resolve the motion: let its error choose them by time.tolerance, or try a smaller one, or "
            "time.table=esdirk324, which damps more";

@@ -64,6 +64,7 @@ static void add_counts(flesh_figures *figures, const flesh_solve_stats *stats)
   figures->rejected += stats->rejected;
   figures->convergence_failures += stats->convergence_failures;
   figures->impact_steps += stats->impact_steps;
+  figures->damped_steps += stats->damped_steps;
   figures->residuals += stats->residuals;
   figures->untanglings += stats->untanglings;
   figures->untangled_nodes += stats->untangled_nodes;
@@ -291,6 +292,7 @@ json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *sys
   set_integer(object, "rejected_steps", figures->rejected);
   set_integer(object, "convergence_failures", figures->convergence_failures);
   set_integer(object, "impact_steps", figures->impact_steps);
+  set_integer(object, "damped_steps", figures->damped_steps);
   set_integer(object, "residuals", figures->residuals);
   const flesh_energy_balance *balance = &figures->balance;
   set(object, "work_put_in", balance->begun ? balance->supplied : NAN);

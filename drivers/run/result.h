@@ -27,7 +27,7 @@ typedef struct flesh_figures {
   long unfinished_newton, unfinished_linear; /* of these, those of a step that ended the run */
   long untanglings, untangled_nodes; /* how often a tangle in equilibrium was removed, and nodes moved */
   long internal_steps, rejected, convergence_failures, residuals; /* of the integrator */
-  long impact_steps; /* of the internal ones, those that backward Euler took in the method's stead */
+  long impact_steps, damped_steps; /* of the internal ones, those that backward Euler took in the method's stead */
   flesh_energy_balance balance; /* flesh_integrator_energy_balance */
   long at_rounding, unconverged;    /* solves that ended above the tolerance but were accepted */
   double residual, residual_target; /* of the last step */

@@ -26,6 +26,8 @@ extern "C" {
   ROW(NEWMARK, newmark, "newmark", 2,                                                              \
       "the trapezoidal rule unless beta and gamma say otherwise; damps nothing, like midpoint")    \
   ROW(HHT, hht, "hht", 2, "Newmark's with a damping of fast oscillations that alpha sets")         \
+  ROW(GENERALIZED_ALPHA, generalized_alpha, "generalized-alpha", 2,                                \
+      "hht's with a damping that spectral_radius sets, and less of it where steps resolve the motion") \
   ROW(RUNGE_KUTTA, runge_kutta, "runge-kutta", 3,                                                  \
       "diagonally implicit Runge-Kutta methods of several stages (table), each solved as a step "  \
       "of backward Euler; with a tolerance their local error chooses the steps")                   \
@@ -52,7 +54,10 @@ FLESH_API int flesh_method_order(flesh_method method);
       "oscillations are damped; gamma = 1/2 - alpha, beta = (1 - alpha)^2/4")                      \
   ROW(beta, 1/4, options->gamma / 2, 1, "[gamma/2, 1]", "of newmark, in [gamma/2, 1]")             \
   ROW(gamma, 1/2, 0.5, 1, "[1/2, 1]",                                                              \
-      "of newmark, in [1/2, 1]; above 1/2 it damps and is of first order")
+      "of newmark, in [1/2, 1]; above 1/2 it damps and is of first order")                         \
+  ROW(spectral_radius, 0.8, 0, 1, "[0, 1]",                                                        \
+      "of generalized-alpha (Chung & Hulbert 1993), in [0, 1]: the share that a step leaves of "   \
+      "infinitely fast oscillations; 1 damps nothing")
 
 /* ROW(NAME, name, doc): the Butcher tables of runge-kutta, all L-stable and stiffly accurate, with an explicit first
  * stage and an embedded method for their error. */
@@ -106,8 +111,8 @@ typedef struct flesh_internal_step {
 } flesh_internal_step;
 
 typedef struct flesh_adaptive_options {
-  /* 1: methods that estimate their error (runge-kutta, newmark, hht) choose their own steps by it within those that are
-   * asked of them. IDA's always do. */
+  /* 1: methods that estimate their error (all of fixed steps but midpoint) choose their own steps by it within those
+   * that are asked of them. IDA's always do. */
   int control;
   /* The error of positions to aim at, as a share of the body's longest side L; (0, 1). With q =
    * max_order, IDA is given the absolute local tolerances e L for positions and e V for
@@ -147,7 +152,7 @@ FLESH_API flesh_method flesh_integrator_method(const flesh_integrator *integrato
  * of order 2 split the step at events (flesh_system_next_event) within it and restart there; so
  * they do when the caller passes another state than the one returned last. Their constrained dofs
  * follow the prescribed motion with its own velocity. Where a method balances before the end of the
- * step (midpoint, HHT, the first step of BDF2) and an obstacle bars that end, backward Euler takes
+ * step (midpoint, HHT, generalized-alpha, the first step of BDF2) and an obstacle bars that end, backward Euler takes
  * the step instead (flesh_solve_stats: impact_steps). Backward Euler extrapolates its last steps for
  * the first iterates of a slow motion; another integrator that continues from a state therefore
  * agrees to the solver's tolerance, not in every bit. On failure (FLESH_ERR_SOLVE) the state is that of
@@ -198,7 +203,9 @@ FLESH_API const flesh_energy_balance *flesh_integrator_energy_balance(
     const flesh_integrator *integrator);
 
 /* The gain (as in flesh_energy_balance) from which on a step ends with FLESH_ERR_ENERGY and says
- * where and when; positive, INFINITY: never. 1/2 by default. Further errors: FLESH_ERR_ARGUMENT. */
+ * where and when; positive, INFINITY: never. 1/2 by default. A step of a method of order 2 or 3 whose error does
+ * not choose its length, and that gains a tenth of it, is taken in halves, and at last by backward Euler. Further
+ * errors: FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_integrator_set_max_energy_gain(flesh_integrator *integrator, double gain);
 
 /* Zeros and NaN where nothing is let apart. */

@@ -20,7 +20,7 @@ typedef struct flesh_step_record {
   const flesh_system *system;
   const flesh_state *state;
   /* t, x and v where the forces of the step balance, which contact is reported of: before the step's end for methods
-   * that balance there (midpoint, HHT, the first step of BDF2); else the state itself. */
+   * that balance there (midpoint, HHT, generalized-alpha, the first step of BDF2); else the state itself. */
   const flesh_state *stage;
   const flesh_solve_stats *stats; /* of this step; zeros at the start */
   const double *energies;         /* [effects], J, at the state */

@@ -177,12 +177,14 @@ typedef struct flesh_solve_stats {
   int direct; /* linear solves by a direct factorisation, as conjugate gradients did not converge */
   /* 2-norms over the free dofs [N], of the last solve. */
   double residual_first, residual_last, residual_target;
-  /* Figures of the integrator: internal steps; those rejected by the error test, and those because Newton's iteration
-   * did not converge; order and length [s] of the last one. */
+  /* Figures of the integrator: internal steps; those rejected by their error or their gain of energy, and those because
+   * Newton's iteration did not converge; order and length [s] of the last one. */
   int steps, rejected, convergence_failures, order;
   /* Steps among `steps` that backward Euler took because a method of order 2, which balances forces before the end of
    * its step, would have ended them inside an obstacle. */
   int impact_steps;
+  /* Steps among `steps` that it took because the method's own would have gained energy, however short. */
+  int damped_steps;
   double h_last;
 } flesh_solve_stats;
 

@@ -99,7 +99,7 @@ static int read_mesh(flesh_scene *scene)
 static int settle_adaptive(const flesh_scene *scene, flesh_method method, const flesh_node *place,
                            flesh_adaptive_options *taken)
 {
-  const int said = scene->keys.time.controlled, known = flesh_method_find(method)->error != NULL;
+  const int said = scene->keys.time.controlled, known = flesh_method_controlled(method) != NULL;
   flesh_adaptive_options defaults;
   flesh_adaptive_options_default(&defaults);
   *taken = scene->keys.time.adaptive;

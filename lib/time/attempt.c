@@ -19,7 +19,7 @@ static void find_end(void *data, const double *u, double *x)
 {
   const part_end *end = data;
   const flesh_integrator *self = end->self;
-  const int second = flesh_method_order(self->method) > 1;
+  const int second = self->second;
   for (int d = 0; d < self->evaluation->n; d++)
     x[d] = second && self->prescribed.fixed[d] ? self->prescribed.x[FLESH_PRESCRIBED_POINTS - 1][d]
                                                : end->state->x[d] + u[d];
@@ -95,7 +95,7 @@ static void make_stage(flesh_integrator *self, const flesh_method_row *row, cons
 {
   flesh_method_memory *memory = &self->memory;
   const flesh_state *lagged = flesh_integrator_stage(self, state);
-  const int second = flesh_method_order(self->method) > 1;
+  const int second = self->second;
   self->trying = *part;
   row->stage(memory, state, part->end, part->h, stage);
   stage->t = flesh_before(stage->t, piece->event);
@@ -128,11 +128,11 @@ static void finish_part(flesh_integrator *self, const flesh_method_row *row, con
 {
   flesh_method_memory *memory = &self->memory;
   const double *u = flesh_nonlinear_unknowns(self->nonlinear);
-  const int second = flesh_method_order(self->method) > 1, own = row == self->row;
+  const int second = self->second, own = row == self->row;
   self->last_stage.known = stage->shift.x != 1;
   self->last_stage.at.t = stage->t;
   if (self->last_stage.known) find_stage(self, stage, self->last_stage.at.x, self->last_stage.at.v);
-  row->finish(memory, u, part->h, state);
+  flesh_method_finish(row, memory, u, part->h, state);
   flesh_evaluation_changed(self->evaluation);
   for (int d = 0; d < self->evaluation->n && !own && self->row->acceleration; d++)
     memory->vectors[0][d] = stage->a0[d] + stage->shift.a * u[d];
@@ -277,39 +277,32 @@ static int judge_error(flesh_integrator *self, const trial *trial, const flesh_s
   return control->refusal ? FLESH_NOT_CONVERGED : FLESH_OK;
 }
 
-/* Whether the energy of the end that has been met rises beyond what the step puts in by more than may be, since the watch
- * was as `before`. */
-static int gains_energy(flesh_integrator *self, const flesh_energy_watch *before)
-{
-  const flesh_energy_watch *now = &self->watch;
-  const flesh_energy_balance *b = &now->balance;
-  const double floor = fmax(now->rounding, now->floor);
-  const double rise = (now->energy - b->supplied) - (before->energy - before->balance.supplied);
-  const double scale = fmax(b->scale, now->energy - fmin(now->lowest, now->energy - now->kinetic));
-  return before->known && now->known && flesh_error_control_refuses_gain(&self->control, rise, b->excess, scale, floor);
-}
-
-/* Counts the work of the step that has been solved. Where its error chooses its length, takes in its end, too, and refuses
- * what gains energy, as if nothing had been counted. */
+/* Counts the work of the step that has been solved, and takes in its end. What gains energy is refused, as if nothing had
+ * been counted; where its error chooses its length, not for ever, as there are gains that halves do not lessen. */
 static int count_energy(flesh_integrator *self, const trial *trial, const flesh_state *state,
                         const flesh_step_energy *energy)
 {
+  enum { MOST = 6 };
   const flesh_energy_watch before = self->watch;
   const size_t bytes = (size_t)before.effects * sizeof *before.energies;
-  const int controlled = is_controlled(self, trial) && energy->stage->shift.x == 1;
+  const int controlled = is_controlled(self, trial);
   flesh_state end = *state;
-  if (controlled) memcpy(self->energies, before.energies, bytes);
+  memcpy(self->energies_before, before.energies, bytes);
   int status = flesh_step_energy_count(energy, state);
-  if (status || !controlled) return status;
+  if (status) return status;
+  find_end(&(part_end){self, state}, flesh_nonlinear_unknowns(self->nonlinear), self->start);
+  trial->row->velocity(&self->memory, state, flesh_nonlinear_unknowns(self->nonlinear), trial->part->h, self->first.rigid);
   end.t = trial->part->end;
   end.x = self->start;
   end.v = self->first.rigid;
+  if (self->second) flesh_prescribed_finish(&self->prescribed, end.x, end.v);
   if (self->multipliers.count) end.multipliers = self->multipliers.trial;
-  find_stage(self, energy->stage, end.x, end.v);
   status = flesh_step_energy_meet(energy, &end);
-  if (status || !gains_energy(self, &before)) return status;
+  if (status || !energy->second || (controlled && self->control.gains >= MOST) ||
+      !flesh_energy_watch_refuses(&self->watch, &before, controlled))
+    return status;
   self->watch = before;
-  memcpy(before.energies, self->energies, bytes);
+  memcpy(before.energies, self->energies_before, bytes);
   self->control.refusal = FLESH_REFUSED_BY_ENERGY;
   return FLESH_NOT_CONVERGED;
 }
@@ -325,7 +318,7 @@ int flesh_integrator_attempt(flesh_integrator *self, const flesh_method_row *row
 {
   const flesh_span *part = &cutbacks->part;
   const trial trial = {row, piece, part, fmax(state->t, piece->begin), flesh_before(part->end, piece->event)};
-  const int depth = cutbacks->depth, second = flesh_method_order(self->method) > 1 && row == self->row;
+  const int depth = cutbacks->depth, second = self->second && row == self->row;
   const flesh_solve_stats before_solve = *stats;
   flesh_stage stage = {.t = state->t};
   flesh_step_energy energy = {.watch = &self->watch, .nonlinear = self->nonlinear, .stage = &stage,
@@ -346,9 +339,8 @@ int flesh_integrator_attempt(flesh_integrator *self, const flesh_method_row *row
   if (self->first.extrapolation.n)
     flesh_extrapolation_remember(&self->first.extrapolation, flesh_nonlinear_unknowns(self->nonlinear),
                                  self->evaluation->serial, state->t, part->h, were_easy(8, &before_solve, stats));
-  if (is_controlled(self, &trial) && stage.shift.x == 1) self->watch.serial = self->evaluation->serial; /* it was met */
-  else status = flesh_step_energy_meet(&energy, state);
-  if (!status) status = flesh_step_energy_judge(&energy, state, stats);
+  self->watch.serial = self->evaluation->serial; /* it was met */
+  status = flesh_step_energy_judge(&energy, state, stats);
   if (status == FLESH_ERR_ENERGY) flesh_integrator_record_failure(self, &stage, part->h, depth, status, stats);
   return status ? status : update_internals(self, state);
 }

@@ -1,4 +1,6 @@
-/* backward_euler.c: x_{n+1} = x_n + h v_{n+1}, v_{n+1} = v_n + h a_{n+1}. First order; L-stable. */
+/* backward_euler.c: x_{n+1} = x_n + h v_{n+1}, v_{n+1} = v_n + h a_{n+1}. First order; L-stable.
+ *
+ * Where errors choose its steps it is the Runge-Kutta method of one stage, with the trapezoidal rule for its error. */
 #include "time/method.h"
 
 static void backward_euler_stage(const flesh_method_memory *memory, const flesh_state *state,
@@ -13,14 +15,13 @@ static void backward_euler_stage(const flesh_method_memory *memory, const flesh_
                          .a0 = memory->a0};
 }
 
-static void backward_euler_finish(flesh_method_memory *memory, const double *u, double h,
-                                  flesh_state *state)
+static void backward_euler_velocity(const flesh_method_memory *memory, const flesh_state *state, const double *u,
+                                    double h, double *v)
 {
-  for (int d = 0; d < memory->n; d++) {
-    state->x[d] += u[d];
-    state->v[d] = u[d] / h;
-  }
+  (void)state;
+  for (int d = 0; d < memory->n; d++) v[d] = u[d] / h;
 }
 
 const flesh_method_row flesh_method_backward_euler = {.stage = backward_euler_stage,
-                                                      .finish = backward_euler_finish};
+                                                      .velocity = backward_euler_velocity,
+                                                      .controlled = &flesh_method_runge_kutta};

@@ -10,7 +10,9 @@
 
 static const double largest_growth = 2 * (1 + 1e-9);
 
-/* vectors[0] = x_n - x_{n-1}, vectors[1] = v_n - v_{n-1}. */
+/* vectors[0] = x_n - x_{n-1}, vectors[1] = v_n - v_{n-1}; the accelerations at the stages of the last two steps. */
+enum { LAST = 2, BEFORE = 3 };
+
 static int has_past(const flesh_method_memory *memory, double h)
 {
   return memory->known && h <= largest_growth * memory->h;
@@ -38,19 +40,60 @@ static void bdf2_stage(const flesh_method_memory *memory, const flesh_state *sta
                          .a0 = memory->a0};
 }
 
-static void bdf2_finish(flesh_method_memory *memory, const double *u, double h, flesh_state *state)
+static void bdf2_velocity(const flesh_method_memory *memory, const flesh_state *state, const double *u, double h,
+                          double *v)
 {
-  double *dx = memory->vectors[0], *dv = memory->vectors[1];
-  double w = h / memory->h, c = (1 + 2 * w) / (1 + w), past = w * w / (1 + w);
-  int start = !has_past(memory, h);
-  for (int d = 0; d < memory->n; d++) {
-    double v = start ? 2 * u[d] / h - state->v[d] : (c * u[d] - past * dx[d]) / h;
-    dx[d] = u[d];
-    dv[d] = v - state->v[d];
-    state->x[d] += u[d];
-    state->v[d] = v;
+  if (!has_past(memory, h)) {
+    flesh_midpoint_velocity(memory, state, u, h, v);
+    return;
   }
+  const double w = h / memory->h, c = (1 + 2 * w) / (1 + w), past = w * w / (1 + w), *dx = memory->vectors[0];
+  for (int d = 0; d < memory->n; d++) v[d] = (c * u[d] - past * dx[d]) / h;
 }
 
-const flesh_method_row flesh_method_bdf2 = {
-    .vectors = 2, .stage = bdf2_stage, .finish = bdf2_finish};
+static void bdf2_finish(flesh_method_memory *memory, const flesh_state *state, const double *u, double h)
+{
+  double *dx = memory->vectors[0], *dv = memory->vectors[1], *a = memory->vectors[LAST], *before = memory->vectors[BEFORE];
+  const int known = has_past(memory, h);
+  const double w = known ? h / memory->h : 0, c = (1 + 2 * w) / (1 + w), past = w * w / (1 + w);
+  double *v = memory->a0; /* the stage's, which has been */
+  bdf2_velocity(memory, state, u, h, v);
+  for (int d = 0; d < memory->n; d++) {
+    before[d] = a[d];
+    a[d] = (c * (v[d] - state->v[d]) - past * dv[d]) / h;
+    dx[d] = u[d];
+    dv[d] = v[d] - state->v[d];
+  }
+  memory->before = known ? -h : 0;
+}
+
+/* Goes on as the last two accelerations did, or keeps the last. */
+static int bdf2_guess(const flesh_method_memory *memory, const flesh_stage *stage, double h, int which, double *u)
+{
+  const double *a = memory->vectors[LAST], *before = memory->vectors[BEFORE];
+  if (!memory->known || (which == 0 && !(memory->before < 0))) return 0;
+  const double share = which == 0 ? h / -memory->before : 0;
+  for (int d = 0; d < memory->n; d++) u[d] = (a[d] + share * (a[d] - before[d]) - stage->a0[d]) / stage->shift.a;
+  return 1;
+}
+
+/* (1 + w)^2/(6 w (1 + 2w)) h^3 v'', the first term of what the formula for x leaves out, v'' being the second difference
+ * of three velocities. The midpoint rule's is h^3 v''/12 = h^2 (a - a_n)/6, a being the acceleration at its stage; a_n is
+ * not known, and the worst is thought of it: that there was none. */
+static int bdf2_error(const flesh_method_memory *memory, const flesh_state *state, const double *u, double h, double *e)
+{
+  const int past = has_past(memory, h);
+  const double before = memory->h, w = past ? h / before : 1, *dv = memory->vectors[1];
+  const double share = past ? (1 + w) * (1 + w) / (3 * w * (1 + 2 * w)) * h * h * h / (h + before) : h * h / 6;
+  bdf2_velocity(memory, state, u, h, e);
+  for (int d = 0; d < memory->n; d++) e[d] = share * ((e[d] - state->v[d]) / h - (past ? dv[d] / before : 0));
+  return 1;
+}
+
+const flesh_method_row flesh_method_bdf2 = {.vectors = 4,
+                                            .stage = bdf2_stage,
+                                            .guess = bdf2_guess,
+                                            .velocity = bdf2_velocity,
+                                            .finish = bdf2_finish,
+                                            .error = bdf2_error,
+                                            .growth = 2};

@@ -50,4 +50,7 @@ static const flesh_butcher_table tables[] = {
          .a = {{0}, {GAMMA_TR, GAMMA_TR}, {W_TR, W_TR, GAMMA_TR}},
          .embedded = {(1 - W_TR) / 3, (1 + 3 * W_TR) / 3, GAMMA_TR / 3}}};
 
+const flesh_butcher_table flesh_butcher_backward_euler = {
+    .stages = 2, .order = 1, .c = {0, 1}, .a = {{0}, {0, 1}}, .embedded = {0.5, 0.5}};
+
 const flesh_butcher_table *flesh_butcher_table_of(flesh_table table) { return &tables[table]; }

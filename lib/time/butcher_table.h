@@ -18,6 +18,9 @@ typedef struct flesh_butcher_table {
 /* The table of that name, which is not FLESH_TABLE_AUTO. */
 const flesh_butcher_table *flesh_butcher_table_of(flesh_table table);
 
+/* Backward Euler, whose error is its difference from the trapezoidal rule. */
+extern const flesh_butcher_table flesh_butcher_backward_euler;
+
 /* Names as in a scene, in the order of the enum, NULL at the end. */
 extern const char *const flesh_table_names[];
 

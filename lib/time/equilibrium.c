@@ -28,7 +28,7 @@ static int follow(flesh_integrator *self, flesh_state *state, double h, flesh_so
     int status = solve(self, state, &stage, h, 0, 0, stats);
     if (status) return status;
     if (stats->newton == before) return FLESH_OK;
-    self->row->finish(&self->memory, flesh_nonlinear_unknowns(self->nonlinear), h, state);
+    flesh_method_finish(self->row, &self->memory, flesh_nonlinear_unknowns(self->nonlinear), h, state);
   }
   return FLESH_NOT_CONVERGED;
 }
@@ -46,7 +46,7 @@ static int take_increment(flesh_integrator *self, flesh_state *state, const fles
   stage.prescribed_fraction = increment->fraction;
   int status = solve(self, state, &stage, h, increment->depth, 0, stats);
   if (status) return status;
-  self->row->finish(&self->memory, flesh_nonlinear_unknowns(self->nonlinear), h, state);
+  flesh_method_finish(self->row, &self->memory, flesh_nonlinear_unknowns(self->nonlinear), h, state);
   if (increment->to >= 1) state->t = stage.t;
   return FLESH_OK;
 }
@@ -72,7 +72,7 @@ static int solve_static(flesh_integrator *self, flesh_state *state, double h, fl
   /* From a far start the full load may need many iterations, each of which is nearer. */
   int status = solve(self, state, &stage, h, 0, self->options.max_cutbacks, stats);
   if (status == FLESH_OK) {
-    self->row->finish(&self->memory, flesh_nonlinear_unknowns(self->nonlinear), h, state);
+    flesh_method_finish(self->row, &self->memory, flesh_nonlinear_unknowns(self->nonlinear), h, state);
     state->t = stage.t;
   } else {
     memcpy(self->start, state->x, (size_t)self->evaluation->n * sizeof *self->start);

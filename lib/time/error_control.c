@@ -5,10 +5,10 @@
  * the position part of (I - g J)^-1 e (Hairer & Wanner 1996, IV.8): it saturates for motions that steps do not resolve,
  * where e itself grows with the square of their frequency. L is the body's longest side and m its mass.
  *
- * local = share tolerance^(3/p): the estimate falls with h^3, and what the errors of a method of order p add up to with h^p,
- * so that this is in proportion to the tolerance. `share` is measured (README.md).
+ * local = share tolerance^((q + 1)/p): the estimate falls with h^(q+1), q = min(p, 2), and what the errors of a method of
+ * order p add up to with h^p, so that this is in proportion to the tolerance. `share` is measured (README.md).
  *
- * The next step is h 0.9 e^(-0.7/3) e_before^(0.4/3) (a PI controller: Gustafsson 1991, Hairer & Wanner 1996, IV.2), within
+ * The next step is h 0.9 e^(-0.7/k) e_before^(0.4/k), k = q + 1 (a PI controller: Gustafsson 1991, Hairer & Wanner 1996, IV.2), within
  * [0.2, 2] times the last. */
 #include "time/error_control.h"
 
@@ -22,15 +22,15 @@
 #include "system/velocity_scale.h"
 
 static const double share = 0.1;             /* of the tolerance that a step's error may be at tolerance 1 */
-static const double falls = 3;               /* the estimate, with this power of h */
 static const double safety = 0.9, shortest = 0.2, longest = 2, longest_first = 10, after_failure = 0.25;
 static const double depth = 0.3;             /* of the error allowed, that residuals may make where no method says */
 static const double gap_depth = 1e-2;        /* of the error allowed that a change of volume may make */
 static const double negligible = 1e-3;       /* an unfiltered error below this needs no filter */
+/* Constrained dofs go where they are to, whatever the step. Their error tells whether it resolves what they do, and so the
+ * work of that; it counts so many times. */
+static const double of_prescribed = 10;
 static const double least_error = 1e-6;      /* that lengthens a step */
 static const double longer_steps = 1.3, shorter_steps = 0.6; /* where the table changes */
-/* The shares of the motion's energy that a step may gain, less the more has come in before, and all steps. */
-static const double gain_of_step = 0.01, gain_in_all = 0.1;
 
 static void clear_vectors(flesh_error_control *self)
 {
@@ -110,7 +110,7 @@ void flesh_error_control_start(flesh_error_control *self, const flesh_state *sta
   const double allowed = share * self->options.tolerance, speed = size_of(self, state->v);
   const double force = a ? size_of(self, a) : 0;
   /* A step that moves the body by no more than the cube root of what its error may be, as that falls with h^3. */
-  double h = fmin(sqrt(2 * pow(allowed, 2 / falls) * self->length / force), cbrt(allowed) * self->length / speed);
+  double h = fmin(sqrt(2 * pow(allowed, 2. / 3) * self->length / force), cbrt(allowed) * self->length / speed);
   if (!(h < INFINITY)) h = 0.1 * ahead;
   self->h = self->h > 0 ? fmin(self->h, h) : h;
   self->before = 1;
@@ -125,7 +125,8 @@ double flesh_error_control_propose(const flesh_error_control *self, double left)
 
 void flesh_error_control_aim(flesh_error_control *self, int order)
 {
-  self->local = share * pow(self->options.tolerance, falls / order);
+  self->falls = order < 2 ? order + 1 : 3;
+  self->local = share * pow(self->options.tolerance, self->falls / order);
 }
 
 double flesh_error_control_target(const flesh_error_control *self, const flesh_shift *shift, double own_depth)
@@ -153,23 +154,17 @@ static int filter(flesh_error_control *self, const uint8_t *fixed, const flesh_s
 flesh_refusal flesh_error_control_judge(flesh_error_control *self, const uint8_t *fixed, const flesh_shift *shift,
                                         flesh_solve_stats *stats)
 {
-  for (int d = 0; d < self->n && fixed; d++)
-    if (fixed[d]) self->e[d] = 0;
   const double allowed = self->local * self->length;
+  for (int d = 0; d < self->n && fixed; d++)
+    if (fixed[d]) self->e[d] *= of_prescribed;
   self->error = size_of(self, self->e) / allowed;
   if (self->error > negligible && filter(self, fixed, shift, stats)) {
+    for (int d = 0; d < self->n && fixed; d++)
+      if (fixed[d]) self->filtered[d] = self->e[d];
     const double filtered = size_of(self, self->filtered) / allowed;
     if (filtered < self->error) self->error = filtered;
   }
   return self->error <= 1 ? FLESH_REFUSED_BY_NOTHING : FLESH_REFUSED_BY_ERROR;
-}
-
-int flesh_error_control_refuses_gain(const flesh_error_control *self, double rise, double excess, double scale,
-                                     double floor)
-{
-  enum { MOST = 6 }; /* so often for one step: a gain that halves do not lessen is not the step's */
-  const double left = 1 - fmax(excess, 0) / (gain_in_all * scale);
-  return self->gains < MOST && rise > floor + gain_of_step * scale * fmax(left, 0.1);
 }
 
 void flesh_error_control_change(flesh_error_control *self, int longer)
@@ -183,7 +178,7 @@ static double change(const flesh_error_control *self)
 {
   if (isnan(self->error)) return 1;
   const double error = fmax(self->error, least_error);
-  const double factor = safety * pow(error, -0.7 / falls) * pow(self->before, 0.4 / falls);
+  const double factor = safety * pow(error, -0.7 / self->falls) * pow(self->before, 0.4 / self->falls);
   const double most = self->rejected + self->failed > 0 ? 1 : self->first ? longest_first : longest;
   return fmax(shortest, fmin(most, factor));
 }
@@ -195,7 +190,7 @@ void flesh_error_control_learn(flesh_error_control *self, double h)
     self->rejected += self->refusal != FLESH_REFUSED_BY_SOLVE;
     self->gains += self->refusal == FLESH_REFUSED_BY_ENERGY;
     self->failed += self->refusal == FLESH_REFUSED_BY_SOLVE;
-    self->h = h * (by_error && self->error < INFINITY ? fmax(shortest, safety * pow(self->error, -1 / falls))
+    self->h = h * (by_error && self->error < INFINITY ? fmax(shortest, safety * pow(self->error, -1 / self->falls))
                                                       : self->refusal == FLESH_REFUSED_BY_ENERGY ? 0.5 : after_failure);
     if (self->refusal != FLESH_REFUSED_BY_ENERGY) self->before = 1;
     return;

@@ -24,6 +24,7 @@ typedef struct flesh_error_control {
   double *e, *force, *filtered;   /* [n] the error; room */
   double length, period, mass;    /* m, s over 2 pi of bending, kg */
   double nodes;                   /* of the body */
+  double falls;                   /* the power of h with which the estimate falls */
   double local;                   /* the error of positions that a step may make, over the length */
   flesh_refusal refusal;          /* of the last attempt */
   double error;                   /* of that, over what it may be; NaN: not known */
@@ -58,13 +59,10 @@ double flesh_error_control_target(const flesh_error_control *control, const fles
 /* The change of volume that incompressible tets may be left with. */
 double flesh_error_control_gap(const flesh_error_control *control);
 /* Judges the error in control->e [n] of a step whose last stage, with this shift, was solved last: FLESH_REFUSED_BY_ERROR
- * or _BY_NOTHING. `fixed` [n]: constrained dofs. Adds to *stats what the filter's solve took. */
+ * or _BY_NOTHING. `fixed` [n]: constrained dofs, whose error shows whether steps resolve their motion. Adds to *stats what the
+ * filter's solve took. */
 flesh_refusal flesh_error_control_judge(flesh_error_control *control, const uint8_t *fixed, const flesh_shift *shift,
                                         flesh_solve_stats *stats);
-/* Whether a step is to be shorter whose energy rises by `rise` J beyond what it puts in, where `excess` J have come in
- * before, motions have `scale` J, and less than `floor` J means nothing. */
-int flesh_error_control_refuses_gain(const flesh_error_control *control, double rise, double excess, double scale,
-                                     double floor);
 /* The steps to come are those of a method with longer steps for the same error, or with shorter ones. */
 void flesh_error_control_change(flesh_error_control *control, int longer);
 /* A step of h has ended as control->refusal says. Finds the next one's length. */

@@ -18,40 +18,67 @@ static int is_adaptive(flesh_method method)
   return method == FLESH_METHOD_ADAPTIVE || method == FLESH_METHOD_EULER_THEN_ADAPTIVE;
 }
 
-static int create_memory(flesh_integrator *self)
+/* `count` vectors in one block, or NULL. */
+static double *make_vectors(const flesh_integrator *self, size_t count, double ***vectors)
+{
+  size_t apart;
+  double *all = flesh_huge_pages_vectors(count, (size_t)self->evaluation->n, &apart);
+  for (size_t k = 0; all && k < count; k++) *vectors[k] = all + k * apart;
+  return all;
+}
+
+static int fail_memory(const flesh_integrator *self)
+{
+  return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->evaluation->n);
+}
+
+/* Makes what a row needs, which may be another one than before. */
+static int take_row(flesh_integrator *self, const flesh_method_row *row)
 {
   const flesh_system *system = self->evaluation->system;
-  flesh_first_iterates *first = &self->first;
-  flesh_method_memory *memory = &self->memory;
-  const int second = flesh_method_order(self->method) > 1,
-            follows = flesh_system_has_follower_loads(system);
-  double **vectors[12 + FLESH_METHOD_VECTORS] = {&memory->v0, &memory->a0, &self->start, &first->extrapolated,
-                                                 &first->rigid};
-  size_t count = 5, apart;
-  memory->n = self->evaluation->n;
-  flesh_method_options_default(&memory->options);
-  for (int k = 0; k < self->row->vectors; k++) vectors[count++] = &memory->vectors[k];
+  const int order = flesh_method_order(self->method), second = order > 1 || row->acceleration;
+  double **vectors[5 + FLESH_METHOD_VECTORS];
+  size_t count = 0;
+  free(self->of_method);
+  self->of_method = NULL;
+  self->last_stage.at.x = self->last_stage.at.v = self->lag.x = self->lag.v = self->lag.u = NULL;
+  self->row = row;
+  self->second = second;
+  for (int k = 0; k < row->vectors; k++) vectors[count++] = &self->memory.vectors[k];
   if (second) {
     vectors[count++] = &self->last_stage.at.x;
     vectors[count++] = &self->last_stage.at.v;
   }
   self->lag.iterations = self->options.lag_iterations;
-  const int order = flesh_method_order(self->method); /* of which each solve again takes one back */
-  if (second && follows && self->lag.iterations < order) self->lag.iterations = order;
+  /* Each solve again takes an order back. */
+  const int follows = second && flesh_system_has_follower_loads(system), needed = order > 2 ? order : 2;
+  if (follows && self->lag.iterations < needed) self->lag.iterations = needed;
   if (self->lag.iterations > 1) {
     vectors[count++] = &self->lag.x;
     vectors[count++] = &self->lag.v;
     vectors[count++] = &self->lag.u;
   }
-  double *all = flesh_huge_pages_vectors(count, (size_t)self->evaluation->n, &apart);
-  for (size_t k = 0; all && k < count; k++) *vectors[k] = all + k * apart;
-  self->costs.effects =
-      calloc((size_t)flesh_system_effect_count(system) + 1, sizeof *self->costs.effects);
-  self->energies = calloc((size_t)flesh_system_effect_count(system) + 1, sizeof *self->energies);
-  if (!all || !self->costs.effects || !self->energies)
-    return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->evaluation->n);
+  if (count > 0 && !(self->of_method = make_vectors(self, count, vectors))) return fail_memory(self);
+  return second && !self->prescribed.n ? flesh_prescribed_create(system, &self->prescribed) : FLESH_OK;
+}
+
+static int create_memory(flesh_integrator *self)
+{
+  const flesh_system *system = self->evaluation->system;
+  const size_t effects = (size_t)flesh_system_effect_count(system) + 1;
+  flesh_first_iterates *first = &self->first;
+  flesh_method_memory *memory = &self->memory;
+  double **vectors[] = {&memory->v0, &memory->a0, &self->start, &first->extrapolated, &first->rigid};
+  memory->n = self->evaluation->n;
+  memory->method = self->method;
+  flesh_method_options_default(&memory->options);
+  self->costs.effects = calloc(effects, sizeof *self->costs.effects);
+  self->energies = calloc(2 * effects, sizeof *self->energies);
+  if (!make_vectors(self, sizeof vectors / sizeof vectors[0], vectors) || !self->costs.effects || !self->energies)
+    return fail_memory(self);
+  self->energies_before = self->energies + effects;
   int status = flesh_evaluation_keep_state(self->evaluation);
-  if (!status && second) status = flesh_prescribed_create(system, &self->prescribed);
+  if (!status) status = take_row(self, self->row);
   if (!status && self->row->stage && !self->row->stages)
     status = flesh_extrapolation_create(self->evaluation->n, self->evaluation->own, self->evaluation->threads,
                                         &first->extrapolation);
@@ -117,7 +144,8 @@ void flesh_integrator_destroy(flesh_integrator **integrator)
   flesh_recovery_clear(&(*integrator)->recovery);
   flesh_adaptive_destroy(&(*integrator)->adaptive);
   flesh_prescribed_clear(&(*integrator)->prescribed);
-  free((*integrator)->memory.v0); /* and all other vectors with it */
+  free((*integrator)->memory.v0); /* and all others of that block */
+  free((*integrator)->of_method);
   free((*integrator)->costs.effects);
   free((*integrator)->energies);
   flesh_rigid_parts_clear(&(*integrator)->first.parts);
@@ -191,11 +219,17 @@ int flesh_integrator_set_adaptive(flesh_integrator *integrator, const flesh_adap
   if (integrator->adaptive) return flesh_adaptive_set_options(integrator->adaptive, options);
   int status = flesh_adaptive_options_check(options);
   if (status) return status;
-  if (options->control && integrator->row->stage && !integrator->row->error && integrator->method != FLESH_METHOD_STATIC)
+  const flesh_method_row *own = flesh_method_find(integrator->method),
+                         *controlled = flesh_method_controlled(integrator->method);
+  if (options->control && !controlled && integrator->method != FLESH_METHOD_STATIC)
     return flesh_fail(FLESH_ERR_ARGUMENT, "the error of %s is not estimated, so that a tolerance cannot choose its steps",
                       flesh_method_name(integrator->method));
   flesh_adaptive_options taken = *options;
-  taken.control = options->control && integrator->row->error;
+  taken.control = options->control && controlled;
+  const flesh_method_row *row = taken.control ? controlled : own;
+  status = row == integrator->row ? FLESH_OK : take_row(integrator, row);
+  status = flesh_team_agree(flesh_system_team(integrator->evaluation->system), status);
+  if (status) return status;
   status = flesh_error_control_set(&taken, integrator->evaluation->system, integrator->nonlinear, &integrator->control);
   integrator->memory.known = 0;
   integrator->watch.floor = status || !taken.control ? 0 : flesh_error_control_least_energy(&integrator->control);

@@ -42,6 +42,7 @@ struct flesh_integrator {
   flesh_evaluation *evaluation; /* the run's: that of `nonlinear` */
   flesh_method method;
   const flesh_method_row *row;
+  int second; /* steps end at events, and constrained dofs follow the prescribed motion itself */
   flesh_method_memory memory;
   flesh_solver_options options;
   flesh_nonlinear *nonlinear;
@@ -51,7 +52,9 @@ struct flesh_integrator {
   flesh_first_iterates first;
   flesh_lag lag;
   flesh_last_stage last_stage;
+  double *of_method; /* the memory's vectors and those of `last_stage` and `lag`, in one block */
   double *energies; /* [effects] at the end of a step that is not its stage, J */
+  double *energies_before; /* [effects] where the step began, J */
   double *start;    /* [n] where a static solve with increments began; the end that a stage leads to */
   flesh_span trying; /* the part of a step under way */
   int softer;        /* the part's stages go through softer materials */

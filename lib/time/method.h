@@ -17,7 +17,8 @@ enum { FLESH_METHOD_VECTORS = 10, FLESH_EASY_STEPS = 3 };
 /* The memory of a method between steps. */
 typedef struct flesh_method_memory {
   int n;                                 /* unknowns */
-  flesh_method_options options;          /* alpha, beta, gamma */
+  flesh_method method;
+  flesh_method_options options;
   double *v0, *a0;                       /* [n] room for the stage's base */
   double *vectors[FLESH_METHOD_VECTORS]; /* [n] row->vectors of them are there */
   /* Whether the vectors belong to the state at hand; 0 at the start, after an event and when the caller hands
@@ -50,11 +51,16 @@ typedef struct flesh_method_row {
   /* The stage memory->at of the step of h from `state` to t_end. */
   void (*stage)(const flesh_method_memory *memory, const flesh_state *state, double t_end, double h,
                 flesh_stage *stage);
-  /* Takes the state's x and v, and the memory, to the end of the step, reached with the unknowns u. */
-  void (*finish)(flesh_method_memory *memory, const double *u, double h, flesh_state *state);
+  /* The velocity v [n] at the end of the step of h from `state`, reached with the unknowns u. NULL: statics has none. */
+  void (*velocity)(const flesh_method_memory *memory, const flesh_state *state, const double *u, double h, double *v);
+  /* Takes the memory to that end. NULL: nothing is remembered. */
+  void (*finish)(flesh_method_memory *memory, const flesh_state *state, const double *u, double h);
   /* The estimate e [n] of the local error, in positions, of a step of h from `state` whose last stage was solved with the
-   * unknowns u: it falls with h^3. Whether it is known for this step. NULL: it never is. */
+   * unknowns u: it falls with h^3, or h^2 if the method is of order 1. Whether it is known for this step. NULL: it never is. */
   int (*error)(const flesh_method_memory *memory, const flesh_state *state, const double *u, double h, double *e);
+  double growth; /* the longest step that the memory serves, over the last one; 0: any */
+  /* The row with the same formulas and an estimate, which takes its place where errors choose steps; NULL: its own. */
+  const struct flesh_method_row *controlled;
 } flesh_method_row;
 
 #define FLESH_METHOD_EXTERN(NAME, name, text, order, doc)                                          \
@@ -62,8 +68,15 @@ typedef struct flesh_method_row {
 FLESH_METHOD_LIST(FLESH_METHOD_EXTERN)
 #undef FLESH_METHOD_EXTERN
 
+/* Takes state and memory to the end of a step of h, reached with the unknowns u. Overwrites memory->v0. */
+void flesh_method_finish(const flesh_method_row *row, flesh_method_memory *memory, const double *u, double h,
+                         flesh_state *state);
+
 /* NULL when there is none. */
 const flesh_method_row *flesh_method_find(flesh_method method);
+
+/* The row that goes by its own errors; NULL where there is none. */
+const flesh_method_row *flesh_method_controlled(flesh_method method);
 
 /* Names as in a scene, in the order of the enum, NULL at the end. */
 extern const char *const flesh_method_names[];

@@ -1,5 +1,6 @@
 /* methods.c: the registry of methods, made from FLESH_METHOD_LIST, and their parameters. */
 #include <stddef.h>
+#include <string.h>
 
 #include "base/error.h"
 #include "time/method.h"
@@ -21,6 +22,22 @@ enum { METHODS = sizeof rows / sizeof rows[0] };
 const flesh_method_row *flesh_method_find(flesh_method method)
 {
   return (size_t)method < METHODS ? rows[method] : NULL;
+}
+
+const flesh_method_row *flesh_method_controlled(flesh_method method)
+{
+  const flesh_method_row *row = flesh_method_find(method);
+  if (row && row->controlled) row = row->controlled;
+  return row && row->error ? row : NULL;
+}
+
+void flesh_method_finish(const flesh_method_row *row, flesh_method_memory *memory, const double *u, double h,
+                         flesh_state *state)
+{
+  if (row->velocity) row->velocity(memory, state, u, h, memory->v0);
+  if (row->finish) row->finish(memory, state, u, h);
+  for (int d = 0; d < memory->n; d++) state->x[d] += u[d];
+  if (row->velocity) memcpy(state->v, memory->v0, (size_t)memory->n * sizeof *state->v);
 }
 
 const char *flesh_method_name(flesh_method method)

@@ -22,14 +22,11 @@ void flesh_midpoint_stage(const flesh_method_memory *memory, const flesh_state *
                          .a0 = memory->a0};
 }
 
-void flesh_midpoint_finish(flesh_method_memory *memory, const double *u, double h,
-                           flesh_state *state)
+void flesh_midpoint_velocity(const flesh_method_memory *memory, const flesh_state *state, const double *u, double h,
+                             double *v)
 {
-  for (int d = 0; d < memory->n; d++) {
-    state->x[d] += u[d];
-    state->v[d] = 2 * u[d] / h - state->v[d];
-  }
+  for (int d = 0; d < memory->n; d++) v[d] = 2 * u[d] / h - state->v[d];
 }
 
 const flesh_method_row flesh_method_midpoint = {
-    .stage = flesh_midpoint_stage, .finish = flesh_midpoint_finish};
+    .stage = flesh_midpoint_stage, .velocity = flesh_midpoint_velocity};

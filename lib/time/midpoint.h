@@ -6,7 +6,7 @@
 
 void flesh_midpoint_stage(const flesh_method_memory *memory, const flesh_state *state, double t_end,
                           double h, flesh_stage *stage);
-void flesh_midpoint_finish(flesh_method_memory *memory, const double *u, double h,
-                           flesh_state *state);
+void flesh_midpoint_velocity(const flesh_method_memory *memory, const flesh_state *state, const double *u, double h,
+                             double *v);
 
 #endif

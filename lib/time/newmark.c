@@ -1,12 +1,16 @@
-/* newmark.c: Newmark's method (1959) and HHT-alpha (Hilber, Hughes & Taylor 1977), which is Newmark's with
- * gamma = 1/2 - alpha, beta = (1 - alpha)^2/4 and balance at a point shifted back into the step.
+/* newmark.c: Newmark's method (1959) and the family that is Newmark's formulas with balance at a point within the step:
  *
  *   x_{n+1} = x_n + h v_n + h^2 ((1/2 - beta) a_n + beta a_{n+1})
  *   v_{n+1} = v_n + h ((1 - gamma) a_n + gamma a_{n+1})
- *   r(t, x, v, a_{n+1}) = 0 at  t = t_{n+1} + alpha h,  x = (1 + alpha) x_{n+1} - alpha x_n,  v likewise.
+ *   r(t, x, v, a) = 0 at  t, x, v = reach (.)_{n+1} + (1 - reach) (.)_n,  a = inertia a_{n+1} + (1 - inertia) a_n.
  *
- * All forces, internal and external, are evaluated once, at the shifted point; for linear forces that is the same as
- * the paper's mean of the forces at both ends. Newmark's has alpha = 0. */
+ * Newmark's balances at the end: reach = inertia = 1. With gamma = 1/2 + s, beta = (1 + s)^2/4, s = inertia - reach, the
+ * family is of order 2 and damps fast oscillations most: HHT-alpha (Hilber, Hughes & Taylor 1977) has reach = 1 + alpha,
+ * inertia = 1; the generalized-alpha method (Chung & Hulbert 1993) reach = 1/(rho + 1), inertia = (2 - rho)/(rho + 1),
+ * which leaves of infinitely fast oscillations the share rho in a step, their spectral radius, and damps slower ones least.
+ *
+ * All forces, internal and external, are evaluated once, at the point between; for linear forces that is the same as
+ * the papers' mean of the forces at both ends. */
 #include <string.h>
 
 #include "time/method.h"
@@ -14,47 +18,73 @@
 /* vectors[0] is the acceleration a_n, [1] that before it. */
 enum { BEFORE = 1 };
 
-/* Everything the formulas need; with u = x_{n+1} - x_n,
- * a_{n+1} = (u - h v_n)/(beta h^2) - (1/(2 beta) - 1) a_n. */
-static void formulas_stage(const flesh_method_memory *memory, const flesh_method_options *p,
-                           const flesh_state *state, double t_end, double h, flesh_stage *stage)
+typedef struct formulas {
+  double beta, gamma, reach, inertia;
+} formulas;
+
+static formulas formulas_of(const flesh_method_memory *memory)
 {
-  const double reach = 1 + p->alpha, ratio = p->gamma / p->beta, *a = memory->vectors[0];
+  const flesh_method_options *o = &memory->options;
+  const double rho = o->spectral_radius;
+  formulas p = {.beta = o->beta, .gamma = o->gamma, .reach = 1, .inertia = 1};
+  if (memory->method == FLESH_METHOD_NEWMARK) return p;
+  if (memory->method == FLESH_METHOD_HHT) p.reach = 1 + o->alpha;
+  else p.reach = 1 / (rho + 1), p.inertia = (2 - rho) / (rho + 1);
+  const double s = p.inertia - p.reach;
+  p.gamma = 0.5 + s;
+  p.beta = (1 + s) * (1 + s) / 4;
+  return p;
+}
+
+/* a_{n+1} for x_{n+1} - x_n = u. */
+static double next_of(const formulas *p, double u, double h, double v, double a)
+{
+  return (u / h - v) / (p->beta * h) - (0.5 / p->beta - 1) * a;
+}
+
+static void newmark_stage(const flesh_method_memory *memory, const flesh_state *state, double t_end, double h,
+                          flesh_stage *stage)
+{
+  const formulas p = formulas_of(memory);
+  const double ratio = p.gamma / p.beta, *a = memory->vectors[0];
   for (int d = 0; d < memory->n; d++) {
     memory->v0[d] =
-        state->v[d] + reach * (h * (1 - ratio / 2) * a[d] - ratio * state->v[d]);
-    memory->a0[d] = -state->v[d] / (p->beta * h) - (0.5 / p->beta - 1) * a[d];
+        state->v[d] + p.reach * (h * (1 - ratio / 2) * a[d] - ratio * state->v[d]);
+    memory->a0[d] = p.inertia * next_of(&p, 0, h, state->v[d], a[d]) + (1 - p.inertia) * a[d];
   }
   *stage = (flesh_stage){
-      .t = state->t + reach * (t_end - state->t),
+      .t = p.reach == 1 ? t_end : state->t + p.reach * (t_end - state->t),
       .load = 1,
       .prescribed_fraction = 1,
-      .shift = {.x = reach, .v = reach * ratio / h, .a = 1 / (p->beta * h * h)},
+      .shift = {.x = p.reach, .v = p.reach * ratio / h, .a = p.inertia / (p.beta * h * h)},
       .x0 = state->x,
       .v0 = memory->v0,
       .a0 = memory->a0};
-  if (p->alpha == 0) stage->t = t_end;
 }
 
-static void formulas_finish(flesh_method_memory *memory, const flesh_method_options *p,
-                            const double *u, double h, flesh_state *state)
+static void newmark_velocity(const flesh_method_memory *memory, const flesh_state *state, const double *u, double h,
+                             double *v)
 {
+  const formulas p = formulas_of(memory);
+  const double *a = memory->vectors[0];
+  for (int d = 0; d < memory->n; d++)
+    v[d] = state->v[d] + h * ((1 - p.gamma) * a[d] + p.gamma * next_of(&p, u[d], h, state->v[d], a[d]));
+}
+
+static void newmark_finish(flesh_method_memory *memory, const flesh_state *state, const double *u, double h)
+{
+  const formulas p = formulas_of(memory);
   double *a = memory->vectors[0];
   memcpy(memory->vectors[BEFORE], a, (size_t)memory->n * sizeof *a);
   memory->before = -h;
-  for (int d = 0; d < memory->n; d++) {
-    double next = (u[d] / h - state->v[d]) / (p->beta * h) - (0.5 / p->beta - 1) * a[d];
-    state->x[d] += u[d];
-    state->v[d] += h * ((1 - p->gamma) * a[d] + p->gamma * next);
-    a[d] = next;
-  }
+  for (int d = 0; d < memory->n; d++) a[d] = next_of(&p, u[d], h, state->v[d], a[d]);
 }
 
 /* Goes on as the last two accelerations did, or keeps the last. */
-static int formulas_guess(const flesh_method_memory *memory, const flesh_stage *stage, double h, int which, double *u)
+static int newmark_guess(const flesh_method_memory *memory, const flesh_stage *stage, double h, int which, double *u)
 {
   const double *a = memory->vectors[0], *before = memory->vectors[BEFORE];
-  const double share = which == 0 && memory->before < 0 ? h / -memory->before : 0;
+  const double share = which == 0 && memory->before < 0 ? formulas_of(memory).inertia * h / -memory->before : 0;
   if (which == 0 && !(memory->before < 0)) return 0;
   for (int d = 0; d < memory->n; d++) u[d] = (a[d] + share * (a[d] - before[d]) - stage->a0[d]) / stage->shift.a;
   return 1;
@@ -62,78 +92,19 @@ static int formulas_guess(const flesh_method_memory *memory, const flesh_stage *
 
 /* (beta - 1/6) h^2 (a_{n+1} - a_n): Zienkiewicz & Xie 1991, "A simple error estimator and adaptive time stepping procedure
  * for dynamic analysis", Earthquake Engineering and Structural Dynamics 20. */
-static int formulas_error(const flesh_method_memory *memory, const flesh_method_options *p, const flesh_state *state,
-                          const double *u, double h, double *e)
-{
-  const double *a = memory->vectors[0];
-  for (int d = 0; d < memory->n; d++) {
-    const double next = (u[d] / h - state->v[d]) / (p->beta * h) - (0.5 / p->beta - 1) * a[d];
-    e[d] = h * h * (p->beta - 1. / 6) * (next - a[d]);
-  }
-  return 1;
-}
-
-static flesh_method_options newmark_parameters(const flesh_method_memory *memory)
-{
-  return (flesh_method_options){.beta = memory->options.beta, .gamma = memory->options.gamma};
-}
-
-static void newmark_stage(const flesh_method_memory *memory, const flesh_state *state, double t_end,
-                          double h, flesh_stage *stage)
-{
-  flesh_method_options p = newmark_parameters(memory);
-  formulas_stage(memory, &p, state, t_end, h, stage);
-}
-
-static void newmark_finish(flesh_method_memory *memory, const double *u, double h,
-                           flesh_state *state)
-{
-  flesh_method_options p = newmark_parameters(memory);
-  formulas_finish(memory, &p, u, h, state);
-}
-
 static int newmark_error(const flesh_method_memory *memory, const flesh_state *state, const double *u, double h,
                          double *e)
 {
-  flesh_method_options p = newmark_parameters(memory);
-  return formulas_error(memory, &p, state, u, h, e);
+  const formulas p = formulas_of(memory);
+  const double *a = memory->vectors[0];
+  for (int d = 0; d < memory->n; d++)
+    e[d] = h * h * (p.beta - 1. / 6) * (next_of(&p, u[d], h, state->v[d], a[d]) - a[d]);
+  return 1;
 }
 
-static flesh_method_options hht_parameters(const flesh_method_memory *memory)
-{
-  double alpha = memory->options.alpha;
-  return (flesh_method_options){
-      .alpha = alpha, .beta = (1 - alpha) * (1 - alpha) / 4, .gamma = 0.5 - alpha};
-}
-
-static void hht_stage(const flesh_method_memory *memory, const flesh_state *state, double t_end,
-                      double h, flesh_stage *stage)
-{
-  flesh_method_options p = hht_parameters(memory);
-  formulas_stage(memory, &p, state, t_end, h, stage);
-}
-
-static void hht_finish(flesh_method_memory *memory, const double *u, double h, flesh_state *state)
-{
-  flesh_method_options p = hht_parameters(memory);
-  formulas_finish(memory, &p, u, h, state);
-}
-
-static int hht_error(const flesh_method_memory *memory, const flesh_state *state, const double *u, double h, double *e)
-{
-  flesh_method_options p = hht_parameters(memory);
-  return formulas_error(memory, &p, state, u, h, e);
-}
-
-const flesh_method_row flesh_method_newmark = {.vectors = 2,
-                                               .acceleration = 1,
-                                               .stage = newmark_stage,
-                                               .guess = formulas_guess,
-                                               .finish = newmark_finish,
-                                               .error = newmark_error};
-const flesh_method_row flesh_method_hht = {.vectors = 2,
-                                           .acceleration = 1,
-                                           .stage = hht_stage,
-                                           .guess = formulas_guess,
-                                           .finish = hht_finish,
-                                           .error = hht_error};
+#define FAMILY                                                                                                         \
+  {                                                                                                                    \
+    .vectors = 2, .acceleration = 1, .stage = newmark_stage, .guess = newmark_guess, .velocity = newmark_velocity,     \
+    .finish = newmark_finish, .error = newmark_error                                                                   \
+  }
+const flesh_method_row flesh_method_newmark = FAMILY, flesh_method_hht = FAMILY, flesh_method_generalized_alpha = FAMILY;

@@ -24,6 +24,7 @@ static double *A_of(const flesh_method_memory *memory, int i) { return memory->v
 static const flesh_butcher_table *table_of(const flesh_method_memory *memory)
 {
   const flesh_table given = memory->options.table;
+  if (memory->method == FLESH_METHOD_BACKWARD_EULER) return &flesh_butcher_backward_euler;
   if (given != FLESH_TABLE_AUTO) return flesh_butcher_table_of(given);
   return flesh_butcher_table_of(memory->easy >= FLESH_EASY_STEPS ? FLESH_TABLE_ESDIRK325 : FLESH_TABLE_ESDIRK324);
 }
@@ -90,18 +91,22 @@ static int runge_kutta_guess(const flesh_method_memory *memory, const flesh_stag
   return 1;
 }
 
-static void runge_kutta_finish(flesh_method_memory *memory, const double *u, double h, flesh_state *state)
+static void runge_kutta_velocity(const flesh_method_memory *memory, const flesh_state *state, const double *u, double h,
+                                 double *v)
 {
+  (void)state, (void)u, (void)h;
+  memcpy(v, V_of(memory, table_of(memory)->stages - 1), (size_t)memory->n * sizeof *v);
+}
+
+static void runge_kutta_finish(flesh_method_memory *memory, const flesh_state *state, const double *u, double h)
+{
+  (void)state, (void)u;
   const flesh_butcher_table *table = table_of(memory);
-  const size_t bytes = (size_t)memory->n * sizeof *u;
+  const size_t bytes = (size_t)memory->n * sizeof(double);
   const int last = table->stages - 1;
   int nearest = 1; /* to the end */
   for (int i = 2; i < last; i++)
     if (table->c[i] > table->c[nearest]) nearest = i;
-  for (int d = 0; d < memory->n; d++) {
-    state->x[d] += u[d];
-    state->v[d] = V_of(memory, last)[d];
-  }
   memcpy(memory->vectors[0], A_of(memory, last), bytes);
   memcpy(memory->vectors[BEFORE], A_of(memory, nearest), bytes);
   memory->before = (table->c[nearest] - 1) * h;
@@ -141,6 +146,7 @@ const flesh_method_row flesh_method_runge_kutta = {.vectors = FIRST + 2 * (FLESH
                                                    .stage = runge_kutta_stage,
                                                    .keep = runge_kutta_keep,
                                                    .guess = runge_kutta_guess,
+                                                   .velocity = runge_kutta_velocity,
                                                    .finish = runge_kutta_finish,
                                                    .weight = runge_kutta_weight,
                                                    .order = runge_kutta_order,

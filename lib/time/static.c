@@ -10,11 +10,4 @@ static void static_stage(const flesh_method_memory *memory, const flesh_state *s
 }
 
 /* The velocities are set to zero once the whole load is on: a part of it may yet be taken back. */
-static void static_finish(flesh_method_memory *memory, const double *u, double h,
-                          flesh_state *state)
-{
-  (void)h;
-  for (int d = 0; d < memory->n; d++) state->x[d] += u[d];
-}
-
-const flesh_method_row flesh_method_static = {.stage = static_stage, .finish = static_finish};
+const flesh_method_row flesh_method_static = {.stage = static_stage};

@@ -11,6 +11,7 @@
   X(rejected, "Error test fails")                        \
   X(convergence_failures, "NLS step fails")              \
   X(impact_steps, "Impact steps")                        \
+  X(damped_steps, "Damped steps")                        \
   X(solves, "NLS solves")                                \
   X(multiplier_updates, "Multiplier updates")            \
   X(newton, "NLS iters")                                 \

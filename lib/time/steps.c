@@ -12,7 +12,9 @@ static int start_piece(flesh_integrator *self, flesh_state *state, const flesh_p
 {
   flesh_method_memory *memory = &self->memory;
   double *a = self->row->acceleration ? memory->vectors[0] : memory->a0;
-  flesh_prescribed_set(&self->prescribed, piece->begin, flesh_before(piece->end, piece->event), state->x);
+  const double seen = self->control.on ? 1e-2 : 1; /* of the piece, whose steps errors make short */
+  const double end = flesh_before(piece->end, piece->event);
+  flesh_prescribed_set(&self->prescribed, piece->begin, piece->begin + seen * (end - piece->begin), state->x);
   flesh_prescribed_begin(&self->prescribed, memory->v0, a);
   memory->before = memory->easy = 0;
   int status = flesh_nonlinear_apply_constraint_jump(self->nonlinear, piece->begin, self->prescribed.x[0], memory->v0,
@@ -73,16 +75,27 @@ static int begin_anew(flesh_integrator *self, flesh_state *state, const flesh_pi
                                  self->first.extrapolated);
 }
 
-/* Takes a part of a piece. A stage within the step balances what is met on the way, but the line through it ends as far
- * behind an obstacle as the nodes were before it. Halves help only once one step resolves how the barrier turns a node
- * around; meanwhile nodes bounce between ends that lie ever deeper in the barrier, and gain energy. Backward Euler's
- * end is its stage, and it damps. Its local error is of the second order, and impacts are few: the order of the whole
- * is kept, as by one such step at a start. */
+/* Whether backward Euler takes the part of which the method's own try has failed. A stage within the step balances what is
+ * met on the way, but the line through it ends as far behind an obstacle as the nodes were before it. Halves help only
+ * once one step resolves how the barrier turns a node around; meanwhile nodes bounce between ends that lie ever deeper in
+ * the barrier, and gain energy. Backward Euler's end is its stage, and it damps. Its local error is of the second order,
+ * and impacts are few: the order of the whole is kept, as by one such step at a start. So it does where the energy grows
+ * and some halves have not helped, for motion that a method feeds which damps nothing. */
+static int needs_euler(const flesh_integrator *self, const flesh_cutbacks *cutbacks)
+{
+  enum { HALVINGS = 3 };
+  const int most = self->recovery.max_cutbacks < HALVINGS ? self->recovery.max_cutbacks : HALVINGS;
+  return self->blocked ||
+         (!self->control.on && self->control.refusal == FLESH_REFUSED_BY_ENERGY && cutbacks->depth >= most);
+}
+
+/* Takes a part of a piece. */
 static int take_part(flesh_integrator *self, flesh_state *state, const flesh_piece *piece, const flesh_cutbacks *cutbacks,
                      flesh_solve_stats *stats)
 {
   const flesh_span *part = &cutbacks->part;
-  if (self->internals.restart && flesh_method_order(self->method) > 1) {
+  self->control.refusal = FLESH_REFUSED_BY_NOTHING;
+  if (self->internals.restart && self->second) {
     const flesh_piece rest = {part->begin, piece->end, piece->event};
     const int restarted = begin_anew(self, state, &rest, part->h, stats);
     if (restarted) return restarted;
@@ -91,9 +104,11 @@ static int take_part(flesh_integrator *self, flesh_state *state, const flesh_pie
   if (self->row->stages && !self->control.on && flesh_recovery_is_tangled(&self->recovery, state->x))
     return flesh_integrator_attempt(self, &flesh_method_backward_euler, state, piece, cutbacks, stats);
   int status = flesh_integrator_attempt(self, self->row, state, piece, cutbacks, stats);
-  if (!self->blocked) return status;
+  if (!needs_euler(self, cutbacks)) return status;
+  const int blocked = self->blocked;
   status = flesh_integrator_attempt(self, &flesh_method_backward_euler, state, piece, cutbacks, stats);
-  stats->impact_steps += status == FLESH_OK;
+  if (blocked) stats->impact_steps += status == FLESH_OK;
+  else stats->damped_steps += status == FLESH_OK;
   return status;
 }
 
@@ -104,7 +119,9 @@ static int walk(flesh_integrator *self, flesh_state *state, const flesh_piece *p
   int status;
   do {
     status = take_part(self, state, piece, &cutbacks, stats);
-    stats->convergence_failures += status > 0;
+    const int gains = status > 0 && self->control.refusal == FLESH_REFUSED_BY_ENERGY;
+    stats->rejected += gains;
+    stats->convergence_failures += status > 0 && !gains;
   } while (flesh_cutbacks_next(&cutbacks, self->recovery.max_cutbacks, status));
   return status;
 }
@@ -126,11 +143,11 @@ static int take_controlled(flesh_integrator *self, flesh_state *state, const fle
 {
   flesh_error_control *control = &self->control;
   const flesh_method_row *row = self->row;
-  const double left = piece->end - state->t, h = flesh_error_control_propose(control, left);
+  const double left = piece->end - state->t, known = self->memory.known ? self->memory.h : INFINITY;
+  const double h = fmin(flesh_error_control_propose(control, left), row->growth > 0 ? row->growth * known : INFINITY);
   const flesh_cutbacks only = {.part = {state->t, h < left ? state->t + h : piece->end, h}};
   const int order = row->order ? row->order(&self->memory) : flesh_method_order(self->method);
   const int stages = row->stages ? row->stages(&self->memory) : 1;
-  control->refusal = FLESH_REFUSED_BY_NOTHING;
   flesh_error_control_aim(control, order);
   int status = take_part(self, state, piece, &only, stats);
   if (status < 0) return status;
@@ -166,7 +183,7 @@ int flesh_integrator_step_in_time(flesh_integrator *self, flesh_state *state, do
   const double begin = state->t, end = begin + h;
   self->internal_steps = 0;
   if (!flesh_energy_watch_knows(&self->watch)) flesh_energy_watch_jump(&self->watch, begin, state);
-  if (flesh_method_order(self->method) < 2)
+  if (!self->second)
     return walk(self, state, &(flesh_piece){begin, end, INFINITY}, h, stats);
   const double tolerance = flesh_rounding_of_time(begin, h);
   if (self->memory.serial != self->evaluation->serial) self->memory.known = self->last_stage.known = 0;

@@ -37,7 +37,7 @@ sed 's|^time.*|time: {method: backward-euler, step: 1/50, end: 1}\nstart: {state
 "$flesh" mesh box --cells 8,2,2 --size 4,1,1 --out finer.msh >/dev/null || exit 1
 sed 's|bar.msh|finer.msh|; /^start/d' bar.yaml >finer.yaml
 
-fixed=backward-euler,bdf2,midpoint,newmark,hht
+fixed=backward-euler,bdf2,midpoint,newmark,hht,generalized-alpha
 
 the_table_is_complete() {
   expect 0 "$flesh" accuracy bar.yaml --quick --repeat 1 --out all --finer finer.yaml \
@@ -55,7 +55,7 @@ the_table_is_complete() {
     { seen[$at["price"]]++ }
     END { exit !(seen["newton_tolerance"] > 2 && seen["linear_tolerance"] > 2 && seen["eigenvalue_filter"] == 3 &&
                  seen["mass"] == 2 && seen["mesh"] == 1) }' all/accuracy.csv || return 1
-  for method in backward-euler bdf2 midpoint newmark hht; do
+  for method in backward-euler bdf2 midpoint newmark hht generalized-alpha; do
     [ "$(column all/accuracy.csv setting $method | wc -l)" -eq 6 ] || { echo "$method"; return 1; }
   done
   for name in work_time work_residuals orders energy steps; do
@@ -65,7 +65,7 @@ the_table_is_complete() {
 }
 
 errors_fall_with_the_step() {
-  for method in backward-euler bdf2 midpoint newmark hht; do
+  for method in backward-euler bdf2 midpoint newmark hht generalized-alpha; do
     column all/accuracy.csv error_position_rms $method |
       awk 'NR > 1 && $1 != "" && !($1 < last) { exit 1 } $1 != "" { last = $1; n++ } END { exit n < 4 }' ||
       { echo "$method:"; column all/accuracy.csv error_position_rms $method; return 1; }
@@ -98,7 +98,7 @@ energy_from_nowhere_is_told() {
 
 orders_are_those_of_the_methods() {
   order backward-euler 0.85 1.1 && order bdf2 1.85 2.1 && order midpoint 1.9 2.1 && order newmark 1.9 2.1 &&
-    order hht 1.85 2.1
+    order hht 1.85 2.1 && order generalized-alpha 1.9 2.1
 }
 
 the_reference_is_known() {

@@ -109,7 +109,7 @@ END
 }
 
 methods_are_chosen_by_name() {
-  for method in bdf2 midpoint newmark hht; do
+  for method in bdf2 midpoint newmark hht generalized-alpha; do
     expect 0 "$flesh" run bar.yaml --method "$method" --out "by-$method" --no-frames --quiet || return 1
     has "by-$method/scene.yaml" "method: $method\$" || return 1
     ! cmp -s out/bar/state.txt "by-$method/state.txt" || return 1

@@ -63,12 +63,13 @@ static flesh_obstacle *make_stairs(void)
   return o;
 }
 
-/* Thrown down the stairs with steps in which a node goes far through the barrier: each method either ends with no more
- * energy than it had, in a few iterations per step and with hardly a step halved, or is ended by the watch. */
-static void stairs_are_taken_or_refused_at_once(void)
+/* Thrown down the stairs with steps in which a node goes far through the barrier: each method ends with hardly more energy
+ * than it had, in a few iterations per step. The trapezoidal rule, whose steps are cut where energy comes in, gains some. */
+static void stairs_are_taken(void)
 {
-  const flesh_method methods[] = {FLESH_METHOD_MIDPOINT, FLESH_METHOD_HHT, FLESH_METHOD_NEWMARK, FLESH_METHOD_BDF2};
-  for (int m = 0; m < 4; m++) {
+  const flesh_method methods[] = {FLESH_METHOD_MIDPOINT, FLESH_METHOD_HHT, FLESH_METHOD_GENERALIZED_ALPHA,
+                                  FLESH_METHOD_NEWMARK, FLESH_METHOD_BDF2};
+  for (int m = 0; m < 5; m++) {
     scene s;
     flesh_solve_stats stats = {0};
     make(methods[m], make_stairs(), 0.4, (double[]){0.4, 0, 0}, 1e-6, &s);
@@ -78,21 +79,15 @@ static void stairs_are_taken_or_refused_at_once(void)
       undefined += flesh_system_check(s.b.system, s.b.state.t, s.b.state.x) != FLESH_OK;
     }
     const flesh_energy_balance *balance = flesh_integrator_energy_balance(s.integrator);
-    printf("# %s: %s after %d steps, %d by backward Euler, %d halved, %d Newton, gain %.3g\n",
+    printf("# %s: %s after %d steps, %d by backward Euler, %d halved, %d for their energy, %d Newton, gain %.3g\n",
            flesh_method_name(methods[m]), flesh_status_name(status), steps, stats.impact_steps,
-           stats.convergence_failures, stats.newton, balance->gain);
-    CHECK(!undefined);
-    CHECK(stats.newton < 30 * steps && stats.convergence_failures <= 3);
-    if (status) {
-      const flesh_failure *failure = flesh_integrator_failure(s.integrator);
-      CHECK(status == FLESH_ERR_ENERGY && methods[m] == FLESH_METHOD_NEWMARK);
-      CHECK(failure->status == FLESH_ERR_ENERGY && failure->t > 0 && failure->worst_tet >= 0);
-      CHECK(balance->gain > 0.5 && balance->t_largest > balance->t_least && balance->fastest_node >= 0);
-      CHECK_TEXT(flesh_integrator_warning(s.integrator), "although nothing put it in");
-    } else {
-      CHECK_BELOW(balance->gain, 0.05);
-    }
-    const int within = methods[m] == FLESH_METHOD_MIDPOINT || methods[m] == FLESH_METHOD_HHT;
+           stats.convergence_failures, stats.rejected, stats.newton, balance->gain);
+    const int feeds = methods[m] == FLESH_METHOD_NEWMARK;
+    CHECK(!status && !undefined);
+    CHECK(stats.newton < (feeds ? 50 : 30) * steps && stats.convergence_failures <= 3);
+    CHECK(feeds ? stats.rejected > 0 : stats.rejected <= 3);
+    CHECK_BELOW(balance->gain, feeds ? 0.2 : 0.05);
+    const int within = methods[m] != FLESH_METHOD_NEWMARK && methods[m] != FLESH_METHOD_BDF2;
     CHECK(within ? stats.impact_steps > 0 : stats.impact_steps == 0);
     clear(&s);
   }
@@ -175,6 +170,6 @@ static void hht_goes_on_from_the_acceleration_of_an_impact(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(stairs_are_taken_or_refused_at_once), TEST(slopes_keep_momentum_along_them),
+  return RUN_TESTS(argc, argv, TEST(stairs_are_taken), TEST(slopes_keep_momentum_along_them),
                    TEST(hht_goes_on_from_the_acceleration_of_an_impact));
 }

@@ -82,6 +82,7 @@ static void make(test_body *b, witness *w)
 /* The first step balances at this part of it; that of BDF2 is one of the midpoint rule. */
 static double stage_of(flesh_method method)
 {
+  if (method == FLESH_METHOD_GENERALIZED_ALPHA) return 1 / 1.8;
   return method == FLESH_METHOD_HHT ? 0.9 : method == FLESH_METHOD_MIDPOINT || method == FLESH_METHOD_BDF2 ? 0.5 : 1;
 }
 
@@ -110,7 +111,7 @@ static void steps_lag_where_the_last_one_balances(void)
     CHECK(w.calls > 3 && w.unfrozen == 0);
     CHECK(w.energies > 0 || method == FLESH_METHOD_STATIC);
     /* The midpoint rule asks whether the end of its step has an energy: a point of its own. */
-    CHECK(w.wrong <= (method == FLESH_METHOD_MIDPOINT || method == FLESH_METHOD_HHT));
+    CHECK(w.wrong <= (part < 1 && method != FLESH_METHOD_BDF2));
     flesh_integrator_destroy(&integrator);
     free(x);
     free(v);

@@ -309,7 +309,8 @@ static void compare_motions(flesh_method method, int steps, bodies *b)
 static void motions_are_those_of_one_rank(void)
 {
   static const flesh_method methods[] = {FLESH_METHOD_STATIC, FLESH_METHOD_BACKWARD_EULER, FLESH_METHOD_MIDPOINT,
-                                         FLESH_METHOD_NEWMARK, FLESH_METHOD_BDF2, FLESH_METHOD_HHT};
+                                         FLESH_METHOD_NEWMARK, FLESH_METHOD_BDF2, FLESH_METHOD_HHT,
+                                         FLESH_METHOD_GENERALIZED_ALPHA};
   bodies b;
   make(1, (const int[]){6, 2, 2}, 0.45, &b);
   for (size_t k = 0; k < sizeof methods / sizeof methods[0]; k++)

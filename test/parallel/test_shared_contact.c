@@ -166,7 +166,8 @@ static void one_rank_has_all_of_the_contact(void) { check_coulomb(cut_off_below,
 static void a_rank_has_a_pinned_part_only(void)
 {
   static const flesh_method methods[] = {FLESH_METHOD_STATIC, FLESH_METHOD_BACKWARD_EULER, FLESH_METHOD_MIDPOINT,
-                                         FLESH_METHOD_NEWMARK, FLESH_METHOD_BDF2, FLESH_METHOD_HHT};
+                                         FLESH_METHOD_NEWMARK, FLESH_METHOD_BDF2, FLESH_METHOD_HHT,
+                                         FLESH_METHOD_GENERALIZED_ALPHA};
   for (size_t k = 0; k < sizeof methods / sizeof *methods; k++) {
     bodies b;
     test_body *both[2];

@@ -79,6 +79,17 @@ static flesh_integrator *adaptive(const test_body *b, flesh_method method, doubl
   return integrator;
 }
 
+static flesh_integrator *controlled(const test_body *b, flesh_method method, double tolerance)
+{
+  flesh_adaptive_options options;
+  flesh_integrator *integrator = motion_integrator(b, method, 1e-8);
+  flesh_adaptive_options_default(&options);
+  options.control = 1;
+  options.tolerance = tolerance;
+  CHECK_OK(flesh_integrator_set_adaptive(integrator, &options));
+  return integrator;
+}
+
 /* On ranks, too, the error is a few times the tolerance, and falls with it. */
 static void errors_follow_the_tolerance(void)
 {
@@ -113,6 +124,45 @@ static void errors_follow_the_tolerance(void)
     state_free(&reached);
     close_body(&b);
   }
+}
+
+/* Steps that errors choose are those of one rank: as many, and as many that are thrown away. The bar is let go bent,
+ * so that some are. */
+static void controlled_steps_are_those_of_one_rank(void)
+{
+  static const flesh_method methods[] = {FLESH_METHOD_BACKWARD_EULER,    FLESH_METHOD_BDF2,       FLESH_METHOD_NEWMARK,
+                                         FLESH_METHOD_HHT,               FLESH_METHOD_RUNGE_KUTTA,
+                                         FLESH_METHOD_GENERALIZED_ALPHA};
+  bodies b;
+  open_oracle_bar(FLESH_MASS_LUMPED, &b);
+  for (int d = 2; d < b.whole.n; d += 3) b.whole.state.v[d] = b.whole.state.x[d - 2] * b.whole.state.x[d - 2];
+  flesh_state exact = state_copy(b.whole.n, &b.whole.state), reached = state_copy(b.whole.n, &b.whole.state);
+  for (size_t k = 0; k < sizeof methods / sizeof *methods; k++) {
+    flesh_solve_stats stats[2] = {{0}};
+    flesh_state *const states[] = {&exact, &b.own.state};
+    take(&b, &b.whole.state, &b.own.state);
+    memcpy(exact.x, b.whole.state.x, (size_t)b.whole.n * sizeof *exact.x);
+    memcpy(exact.v, b.whole.state.v, (size_t)b.whole.n * sizeof *exact.v);
+    exact.t = b.whole.state.t;
+    for (int shared = 0; shared < 2; shared++) {
+      flesh_integrator *integrator = controlled(shared ? &b.own : &b.whole, methods[k], 3e-3);
+      for (int at = 1; at <= 3; at++)
+        CHECK_OK(flesh_integrator_step(integrator, states[shared], 0.1 * at - states[shared]->t, &stats[shared]));
+      flesh_integrator_destroy(&integrator);
+    }
+    gather(&b, &b.own.state, &reached);
+    const double off = motion_distance(b.whole.n, reached.x, exact.x);
+    if (says())
+      printf("# %s: %d steps, %d rejected, %d Newton; off by %.2g m\n", flesh_method_name(methods[k]), stats[0].steps,
+             stats[0].rejected, stats[0].newton, off);
+    CHECK(stats[0].steps == stats[1].steps && stats[0].rejected == stats[1].rejected &&
+          stats[0].convergence_failures == stats[1].convergence_failures);
+    CHECK(stats[0].rejected > 0 || methods[k] == FLESH_METHOD_RUNGE_KUTTA);
+    CHECK_BELOW(off, 0.1 * 3e-3 * 4);
+  }
+  state_free(&exact);
+  state_free(&reached);
+  close_body(&b);
 }
 
 /* Every method of fixed steps goes to the exact motion with its order, by the steps and within the bounds of one rank. */
@@ -293,8 +343,10 @@ int main(int argc, char **argv)
 {
   if (argc > 1)
     return RUN_TESTS_ON_RANKS(argc, argv, TEST(errors_follow_the_tolerance), TEST(orders_are_those_of_one_rank),
-                              TEST(midpoint_keeps_both_momenta), TEST(adaptive_steps_keep_momenta_and_energy),
-                              TEST(slow_starts_and_violent_ones), TEST(failures_and_stops_are_everyones));
-  return RUN_TESTS_ON_RANKS(argc, argv, TEST(midpoint_keeps_both_momenta), TEST(adaptive_steps_keep_momenta_and_energy),
-                            TEST(slow_starts_and_violent_ones), TEST(failures_and_stops_are_everyones));
+                              TEST(controlled_steps_are_those_of_one_rank), TEST(midpoint_keeps_both_momenta),
+                              TEST(adaptive_steps_keep_momenta_and_energy), TEST(slow_starts_and_violent_ones),
+                              TEST(failures_and_stops_are_everyones));
+  return RUN_TESTS_ON_RANKS(argc, argv, TEST(controlled_steps_are_those_of_one_rank), TEST(midpoint_keeps_both_momenta),
+                            TEST(adaptive_steps_keep_momenta_and_energy), TEST(slow_starts_and_violent_ones),
+                            TEST(failures_and_stops_are_everyones));
 }

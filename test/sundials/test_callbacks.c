@@ -301,8 +301,9 @@ static void statistics(void)
                              .convergence_failures = 15, .order = 16, .residual_first = 17.5, .residual_last = 18.5,
                              .residual_target = 19.5, .h_last = 20.5, .potential_rises = 21, .direct = 22,
                              .subdomains = 23, .subdomain_newton = 24, .subdomain_share = 25.5,
-                             .watchdog_steps = 26, .linear_single = 27, .impact_steps = 28, .multiplier_updates = 29};
-  enum { FIGURES = 29 };
+                             .watchdog_steps = 26, .linear_single = 27, .impact_steps = 28, .multiplier_updates = 29,
+                             .damped_steps = 30};
+  enum { FIGURES = 30 };
   FILE *file = tmpfile();
   char line[4096], names[FIGURES][64];
   double values[FIGURES], sum = 0;
@@ -318,7 +319,7 @@ static void statistics(void)
     sum += values[count];
   }
   CHECK(count == FIGURES && !fgets(line, sizeof line, file));
-  CHECK_NEAR(sum, 437.5, 0); /* 1 + 2 + ... + 29 and five halves */
+  CHECK_NEAR(sum, 467.5, 0); /* 1 + 2 + ... + 30 and five halves */
   fclose(file);
 
   file = tmpfile();

@@ -106,7 +106,7 @@ static double energy_of(const test_body *b)
 
 /* The largest difference of work and energy, in parts of the most energy, of a cube all of whose nodes are moved for 2 s
  * and shown in so many steps: thrown and turned as a whole or, `pressed`, one side of two against the other. */
-static double prescribe_all(flesh_method method, int pressed, int steps, double *gain)
+static double prescribe_all(flesh_method method, int control, int pressed, int steps, double *gain)
 {
   const flesh_keyframe thrown[] = {{0, {0}, {0}}, {0.7, {1, 0.5, 0}, {0.3, 2, 0.5}}, {2, {0.5, 2, 1}, {0, 1, -1}}};
   const flesh_keyframe turned[] = {{0, {0}, {0}}, {0.7, {-0.3, 0, 0}, {0.4, 0, 0}}, {2, {0.2, 0.1, 0}, {-0.8, 0, 0}}};
@@ -127,6 +127,7 @@ static double prescribe_all(flesh_method method, int pressed, int steps, double 
   flesh_integrator *integrator = integrator_of(&b, method);
   flesh_adaptive_options_default(&adaptive);
   adaptive.tolerance = 1e-2;
+  adaptive.control = control;
   CHECK_OK(flesh_integrator_set_adaptive(integrator, &adaptive));
   const double begin = energy_of(&b);
   for (int k = 1; k <= steps; k++) {
@@ -150,14 +151,31 @@ static void work_is_the_energy_of_what_is_prescribed(void)
     for (int pressed = 0; pressed < 2; pressed++) {
       const int is_adaptive = !flesh_method_order(methods[m]), first = flesh_method_order(methods[m]) == 1;
       double gain[2];
-      const double coarse = prescribe_all(methods[m], pressed, is_adaptive ? 3 : 200, &gain[0]),
-                   fine = prescribe_all(methods[m], pressed, is_adaptive ? 50 : 400, &gain[1]);
+      const double coarse = prescribe_all(methods[m], 0, pressed, is_adaptive ? 3 : 200, &gain[0]),
+                   fine = prescribe_all(methods[m], 0, pressed, is_adaptive ? 50 : 400, &gain[1]);
       printf("# %s, %s: work off by %.2g and %.2g of the energy, gain %.2g and %.2g\n", flesh_method_name(methods[m]),
              pressed ? "pressed" : "thrown", coarse, fine, gain[0], gain[1]);
       CHECK_BELOW(fmax(gain[0], gain[1]), 5e-3);
       CHECK_BELOW(fine, first ? 0.2 : 5e-3);
       if (is_adaptive) CHECK_BELOW(coarse, 5e-3);
       else CHECK_BELOW(fine, (first ? 0.7 : 0.4) * coarse);
+    }
+}
+
+/* So it is where errors choose the steps of other methods, to half a percent at a tolerance of 1e-2, however few states are
+ * asked for. */
+static void work_is_known_where_errors_choose_steps(void)
+{
+  for (int m = 0; m < method_count; m++)
+    for (int pressed = 0; pressed < 2; pressed++) {
+      const flesh_method method = methods[m];
+      double gain[2];
+      if (method == FLESH_METHOD_MIDPOINT || !flesh_method_order(method)) continue;
+      const double few = prescribe_all(method, 1, pressed, 3, &gain[0]), many = prescribe_all(method, 1, pressed, 50, &gain[1]);
+      printf("# %s, %s: work off by %.2g and %.2g of the energy, gain %.2g and %.2g\n", flesh_method_name(method),
+             pressed ? "pressed" : "thrown", few, many, gain[0], gain[1]);
+      CHECK_BELOW(fmax(few, many), 5e-3);
+      CHECK_BELOW(fmax(gain[0], gain[1]), 2e-3);
     }
 }
 
@@ -385,8 +403,9 @@ static void rest_is_not_told(void)
   }
 }
 
-/* A block within a barrier's reach, which HHT's first step blows up, and one that midpoint drops on the floor. */
-static void energy_from_nowhere_ends_a_step(void)
+/* A block within a barrier's reach, which HHT's first step blows up, and one that midpoint drops on the floor. Where gains
+ * are limited, steps are cut, or backward Euler takes them, and there are none. */
+static void energy_from_nowhere_cuts_steps(void)
 {
   for (int drop = 0; drop < 2; drop++)
     for (int limited = 0; limited < 2; limited++) {
@@ -407,18 +426,45 @@ static void energy_from_nowhere_ends_a_step(void)
       const char *warning = flesh_integrator_warning(integrator);
       printf("# %s: %s after %d steps: %s\n", drop ? "drop" : "block", flesh_status_name(status), steps,
              warning ? warning : "no warning");
-      CHECK(status == (limited ? FLESH_ERR_ENERGY : FLESH_OK));
-      CHECK(balance->gain > 0.5 && balance->largest > 0.5 * balance->scale && balance->supplied == 0);
-      CHECK_TEXT(warning ? warning : "", "although nothing put it in");
-      CHECK(balance->worst_tet >= 0 && balance->fastest_node >= 0 && balance->t_largest > balance->t_least);
+      CHECK(status == FLESH_OK && balance->supplied == 0);
       if (limited) {
-        const flesh_failure *failure = flesh_integrator_failure(integrator);
-        CHECK(failure->status == FLESH_ERR_ENERGY && failure->t > 0 && failure->worst_tet >= 0);
-        CHECK(test_all_finite(b.n, b.state.x) && steps < (drop ? 600 : 6));
+        CHECK(balance->gain < 0.2 && stats.rejected > 0 && stats.convergence_failures == 0);
+        CHECK(drop || stats.damped_steps > 0);
+      } else {
+        CHECK(balance->gain > 0.5 && balance->largest > 0.5 * balance->scale);
+        CHECK(stats.rejected == 0 && stats.damped_steps == 0);
+        CHECK_TEXT(warning ? warning : "", "although nothing put it in");
+        CHECK(balance->worst_tet >= 0 && balance->fastest_node >= 0 && balance->t_largest > balance->t_least);
       }
       flesh_integrator_destroy(&integrator);
       test_body_destroy(&b);
     }
+}
+
+/* IDA's steps are not cut for a gain: where order 5 feeds a bouncing block, the run ends. */
+static void energy_from_nowhere_ends_a_step(void)
+{
+  test_body b;
+  cube(4, 0.1, 1e5, &b);
+  CHECK_OK(test_body_gravity(&b, 0, 0, -9.81));
+  add_contact(&b, floor_at(-0.02, NULL), NAN, 0);
+  CHECK_OK(flesh_system_finalize(b.system));
+  flesh_integrator *integrator = integrator_of(&b, FLESH_METHOD_ADAPTIVE);
+  flesh_adaptive_options adaptive;
+  flesh_adaptive_options_default(&adaptive);
+  adaptive.max_order = 5;
+  adaptive.tolerance = 0.1;
+  CHECK_OK(flesh_integrator_set_adaptive(integrator, &adaptive));
+  int status = FLESH_OK, steps = 0;
+  for (; !status && steps < 1000; steps++) status = flesh_integrator_step(integrator, &b.state, 0.001, NULL);
+  const flesh_energy_balance *balance = flesh_integrator_energy_balance(integrator);
+  const flesh_failure *failure = flesh_integrator_failure(integrator);
+  printf("# %s after %d steps: %s\n", flesh_status_name(status), steps, flesh_error_text());
+  CHECK(status == FLESH_ERR_ENERGY && balance->gain > 0.5 && balance->t_largest > balance->t_least);
+  CHECK(failure->status == FLESH_ERR_ENERGY && failure->t > 0 && failure->worst_tet >= 0);
+  CHECK(test_all_finite(b.n, b.state.x));
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&b);
 }
 
 /* The energies that are known of a run's state are not those of one in which two numbers have changed places. */
@@ -447,9 +493,9 @@ int main(int argc, char **argv)
 {
   find_methods();
   return RUN_TESTS(argc, argv, TEST(reactions_work_as_much_as_the_body_moves),
-                   TEST(work_is_the_energy_of_what_is_prescribed), TEST(pressing_a_viscous_bar_gains_nothing),
+                   TEST(work_is_the_energy_of_what_is_prescribed), TEST(work_is_known_where_errors_choose_steps), TEST(pressing_a_viscous_bar_gains_nothing),
                    TEST(a_moving_spring_works_as_an_oscillator_says), TEST(a_belt_works_twice_what_the_block_gets),
                    TEST(a_follower_load_works_along_its_way), TEST(a_load_that_ends_has_worked_what_is_left),
                    TEST(a_start_with_a_jerk_is_work), TEST(what_is_pushed_is_not_told), TEST(rest_is_not_told),
-                   TEST(energy_from_nowhere_ends_a_step), TEST(energies_belong_to_one_state));
+                   TEST(energy_from_nowhere_cuts_steps), TEST(energy_from_nowhere_ends_a_step), TEST(energies_belong_to_one_state));
 }

@@ -141,8 +141,13 @@ static void every_method_goes_on(void)
 {
   flesh_solve_stats total;
   static const char *const methods[] = {"time.method=backward-euler", "time.method=bdf2", "time.method=midpoint",
-                                        "time.method=newmark", "time.method=hht", "time.method=runge-kutta"};
+                                        "time.method=newmark", "time.method=hht", "time.method=generalized-alpha",
+                                        "time.method=runge-kutta"};
   for (size_t k = 0; k < sizeof methods / sizeof methods[0]; k++) check_motion(SWING, 20, 1, SET(methods[k]), &total);
+  static const char *const controlled[] = {"time.method=backward-euler", "time.method=bdf2", "time.method=newmark",
+                                           "time.method=generalized-alpha"};
+  for (size_t k = 0; k < sizeof controlled / sizeof controlled[0]; k++)
+    check_motion(SWING, 20, 1, SET(controlled[k], "time.adaptive=true", "time.tolerance=1e-2"), &total);
   /* This run stays with backward Euler. */
   check_motion(SWING, 20, 1, SET("time.method=euler-then-adaptive", "time.switch_threshold=1e-9"), &total);
   /* Steps that are small enough for matrices and factors to serve again, singly and in turns. */

@@ -43,12 +43,12 @@ cd "$work/tree" || exit 1
 " &&
     append README.md '|---|---|---|---|' '| Yeoh (Yeoh 1993) | as E, and c2 (I_C-3)^2, `yeoh` | stress-free | fine |\n' &&
     # The method: a scheme, a row, an option, page.
-    cp "$given/generalised_alpha.c" lib/time/ &&
+    cp "$given/bossak.c" lib/time/ &&
     insert include/flesh/integrator.h 'ROW(ADAPTIVE, adaptive,' \
-      '  ROW(GENERALISED_ALPHA, generalised_alpha, "generalised-alpha", 2, "damps to rho_inf") \\\n' &&
+      '  ROW(BOSSAK, bossak, "bossak", 2, "damps to rho_inf") \\\n' &&
     append include/flesh/integrator.h '#define FLESH_METHOD_OPTION_LIST(ROW)' \
-      '  ROW(rho_inf, 0.8, 0, 1, "[0, 1]", "of generalised-alpha (Chung & Hulbert 1993): what is left of fast oscillations") \\\n' &&
-    append README.md '`time.method` is' '`generalised-alpha`,\n' &&
+      '  ROW(rho_inf, 0.8, 0, 1, "[0, 1]", "of bossak (Wood, Bossak & Zienkiewicz 1981): what is left of fast oscillations") \\\n' &&
+    append README.md '`time.method` is' '`bossak`,\n' &&
     # The command, and the study: a file, a row, a page each.
     mkdir drivers/volume drivers/slump && cp "$given/volume.c" drivers/volume/command.c &&
     cp "$given/slump.c" drivers/slump/command.c &&

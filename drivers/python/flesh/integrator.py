@@ -35,7 +35,7 @@ class Integrator(Handle):
         system: is finished if it was not.
         method: one of METHODS: "backward-euler", "bdf2", ..., "static".
         options: how solves go; SolverOptions() by default.
-        method_options: of newmark and hht.
+        method_options: of newmark, hht, generalized-alpha and runge-kutta.
         adaptive: of the adaptive methods.
         observe: called with every InternalStep of an adaptive method.
         stop: called often while a step is made, without arguments; to return something true ends the step with
@@ -76,7 +76,7 @@ class Integrator(Handle):
         lib.flesh_integrator_set_stop(self._pointer, self._stop, ffi.NULL)
 
     def set_method_options(self, options: MethodOptions) -> None:
-        """Replaces the defaults of newmark and hht and restarts the method."""
+        """Replaces the defaults of the methods' parameters and restarts the method."""
         call(lib.flesh_integrator_set_method_options, self._pointer, options._struct)
 
     def set_adaptive(self, options: AdaptiveOptions, observe: Optional[Callable[[InternalStep], None]] = None) -> None:

@@ -109,10 +109,11 @@ class SolveStats(Record):
     residual_last: float = Field("at its end, N")
     residual_target: float = Field("what it was to reach, N")
     steps: int = Field("internal steps of the integrator")
-    rejected: int = Field("steps thrown away because they erred too much")
+    rejected: int = Field("steps thrown away because they erred too much, or gained energy")
     convergence_failures: int = Field("steps thrown away because Newton did not converge")
     order: int = Field("of the last step")
     impact_steps: int = Field("steps taken by backward Euler because an obstacle barred the way")
+    damped_steps: int = Field("steps taken by backward Euler because the method's own gained energy")
     h_last: float = Field("length of the last step, s")
 
 

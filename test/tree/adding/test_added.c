@@ -1,6 +1,6 @@
 // TEST quick
-/* test_added.c: what was added does what it should: the force of a wind, the constants of a Yeoh form, what a
- * generalised-alpha method leaves of a fast oscillation. */
+/* test_added.c: what was added does what it should: the force of a wind, the constants of a Yeoh form, what the
+ * method of Wood, Bossak & Zienkiewicz is told to leave of fast oscillations. */
 #include <stdlib.h>
 
 #include "body.h"
