@@ -29,7 +29,7 @@ def main():
         if text.count(mark) != 1:
             sys.exit(f"{page}: {mark} must stand in it once")
         text = text.replace(mark, part)
-    for mark in ("@TITLE@", "@STILL@", "@PAYLOAD@"):
+    for mark in ("@TITLE@", "@LEAD@", "@STILL@", "@PAYLOAD@"):
         if text.count(mark) != 1:
             sys.exit(f"{page}: {mark} must stand in it once")
     with open(out, "w", encoding="ascii") as file:

@@ -8,7 +8,7 @@
 #include <stdint.h>
 
 /* The page itself, made at build time of page/ and three/: HTML with the marks @TITLE@ and
- * @PAYLOAD@. */
+ * @LEAD@, @STILL@, @PAYLOAD@. */
 extern const char flesh_report_page[];
 
 /* Bytes that grow; `failed` once memory ran out. Zero-initialise. */

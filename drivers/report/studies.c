@@ -8,6 +8,7 @@
 #include "report/csv.h"
 #include "report/part.h"
 #include "report/runs.h"
+#include "report/sentence.h"
 
 enum { MOST_SHOWN = 6 };
 
@@ -93,10 +94,9 @@ static int add_chosen_drift(flesh_report *report, json_t *part, const char *fold
     if (!is_chosen(rows, k, greatest)) continue;
     const char *energy = flesh_report_text(rows, "energy", k),
                *constants = flesh_report_text(rows, "constants", k);
+    flesh_report_name_energy(rows, k, label);
     char *path = drift_folder(folder, rows, k, name);
     if (!path) return no_memory();
-    snprintf(label, sizeof label, "%s%s%s", energy, strcmp(constants, "matched") ? " " : "",
-             strcmp(constants, "matched") ? constants : "");
     snprintf(file, sizeof file, "runs/%s/result.json", name);
     const char *colour = strcmp(constants, "as_e") ? flesh_report_energy_colour(energy) : "#8B4513";
     status = flesh_report_add_history(part, plot, path, "history.csv", label, colour);
@@ -115,8 +115,10 @@ int flesh_report_add_drift(flesh_report *report, const char *folder)
 {
   static const char *const setting[] = {"scene", "energy", "constants", "solver", NULL};
   json_t *part = flesh_report_part(report, "How the energies keep the volume", folder);
-  int table = -1, status = add_verdict(part, folder, "verdict.txt");
-  if (!status) status = add_table(part, folder, "drift.csv", 1, &table);
+  int table = -1, status = add_table(part, folder, "drift.csv", 1, &table);
+  if (!status && flesh_report_rows(columns_of(part, table)))
+    flesh_report_say_drift(part, columns_of(part, table), greatest_ratio(columns_of(part, table)), is_chosen);
+  if (!status) status = add_verdict(part, folder, "verdict.txt");
   if (status || table < 0) return status;
   char title[300];
   const json_t *rows = columns_of(part, table);
@@ -148,8 +150,9 @@ int flesh_report_add_drift(flesh_report *report, const char *folder)
 int flesh_report_add_accuracy(flesh_report *report, const char *folder)
 {
   json_t *part = flesh_report_part(report, "What accuracy costs", folder);
-  int table, orders, status = add_verdict(part, folder, "verdict.txt");
-  if (!status) status = add_table(part, folder, "accuracy.csv", 1, &table);
+  int table, orders, status = add_table(part, folder, "accuracy.csv", 1, &table);
+  if (!status && flesh_report_rows(columns_of(part, table))) flesh_report_say_accuracy(part, columns_of(part, table));
+  if (!status) status = add_verdict(part, folder, "verdict.txt");
   if (!status) status = add_table(part, folder, "orders.csv", 1, &orders);
   if (status) return status;
   static const struct {
@@ -209,14 +212,14 @@ static int show_cases(flesh_report *report, json_t *part, const char *folder, in
   int status = FLESH_OK, shown = 0, failed = 0;
   for (size_t k = 0; k < flesh_report_rows(rows) && !status; k++) {
     const char *name = flesh_report_text(rows, "folder", k);
-    char *path;
+    char *path, label[300];
     if (!strcmp(flesh_report_text(rows, "outcome", k), "recovered")) continue;
     failed++;
     if (shown == MOST_SHOWN || !has_mesh(folder, name)) continue;
     char *whole = flesh_report_path(folder, name);
     path = whole ? flesh_report_path(whole, "out") : NULL;
-    status = path ? flesh_report_show(report, path, name + (strncmp(name, "cases/", 6) ? 0 : 6), 1)
-                  : no_memory();
+    flesh_report_name_case(rows, k, label);
+    status = path ? flesh_report_show(report, path, label, 1) : no_memory();
     shown++;
     free(path);
     free(whole);
@@ -235,8 +238,9 @@ int flesh_report_add_hardcases(flesh_report *report, const char *folder)
   static const char *const setting[] = {"energy", "constants", "poisson", "step",
                                         "solver", "element",   NULL};
   json_t *part = flesh_report_part(report, "Hard cases", folder);
-  int table = -1, profiles, status = add_verdict(part, folder, "verdict.txt");
-  if (!status) status = add_table(part, folder, "hardcases.csv", 0, &table);
+  int table = -1, profiles, status = add_table(part, folder, "hardcases.csv", 0, &table);
+  if (!status && flesh_report_rows(columns_of(part, table))) flesh_report_say_hardcases(part, columns_of(part, table));
+  if (!status) status = add_verdict(part, folder, "verdict.txt");
   if (status || table < 0) return status;
   flesh_report_add_grid(part, "What became of the cases", table, "case", setting, "outcome");
   flesh_report_add_plot(part, &(flesh_report_plot){.title = "Work of the cases",

@@ -37,6 +37,25 @@ static size_t print_base64(FILE *stream, const unsigned char *data, size_t size)
   return (size + 2) / 3 * 4;
 }
 
+/* The first sentence of each part's verdict, which is read without scripts, too. */
+static size_t print_lead(FILE *stream, const json_t *parts)
+{
+  size_t printed = (size_t)fprintf(stream, "<div id=\"lead\">"), k;
+  const json_t *part;
+  json_array_foreach(parts, k, part) {
+    const char *said = json_string_value(json_array_get(json_object_get(part, "verdict"), 0));
+    if (!said || strchr(said, '\n')) continue;
+    printed += (size_t)fprintf(stream, "<p>");
+    if (json_array_size(parts) > 1) {
+      printed += print_escaped(stream, json_string_value(json_object_get(part, "title")));
+      printed += (size_t)fprintf(stream, ": ");
+    }
+    printed += print_escaped(stream, said);
+    printed += (size_t)fprintf(stream, "</p>");
+  }
+  return printed + (size_t)fprintf(stream, "</div>\n");
+}
+
 static size_t print_between(FILE *stream, const char *begin, const char *end)
 {
   return fwrite(begin, 1, (size_t)(end - begin), stream);
@@ -85,9 +104,9 @@ static int pack(const flesh_report *report, json_t *head, unsigned char **packed
 int flesh_report_write(const flesh_report *report, const char *title, json_t *head,
                        const char *path, size_t *size, size_t *packed)
 {
-  static const char TITLE[] = "@TITLE@", STILL[] = "@STILL@", PAYLOAD[] = "@PAYLOAD@";
-  const char *at_title = strstr(flesh_report_page, TITLE), *at_still = strstr(at_title, STILL),
-             *at_payload = strstr(at_still, PAYLOAD);
+  static const char TITLE[] = "@TITLE@", LEAD[] = "@LEAD@", STILL[] = "@STILL@", PAYLOAD[] = "@PAYLOAD@";
+  const char *at_title = strstr(flesh_report_page, TITLE), *at_lead = strstr(at_title, LEAD),
+             *at_still = strstr(at_lead, STILL), *at_payload = strstr(at_still, PAYLOAD);
   unsigned char *payload;
   flesh_file file;
   int status = pack(report, head, &payload, packed);
@@ -95,7 +114,9 @@ int flesh_report_write(const flesh_report *report, const char *title, json_t *he
   if (!status) {
     *size = print_between(file.stream, flesh_report_page, at_title);
     *size += print_escaped(file.stream, title);
-    *size += print_between(file.stream, at_title + strlen(TITLE), at_still);
+    *size += print_between(file.stream, at_title + strlen(TITLE), at_lead);
+    *size += print_lead(file.stream, report->parts);
+    *size += print_between(file.stream, at_lead + strlen(LEAD), at_still);
     *size += print_still(file.stream, &report->still);
     *size += print_between(file.stream, at_still + strlen(STILL), at_payload);
     *size += print_base64(file.stream, payload, *packed);

@@ -24,14 +24,15 @@ function makeFolded(table) {
   return folded;
 }
 
-function makePart(part, k) {
+/* The lead has the only part's first sentence. */
+function makePart(part, k, parts) {
   const plots = part.plots.map((spec) => new Plot(spec, part.tables));
   const section = element(
     'section',
     { id: `part-${k}`, 'aria-labelledby': `part-${k}-title` },
     element('h2', { id: `part-${k}-title` }, part.title),
     part.path ? element('p', { class: 'faint' }, part.path) : null,
-    ...part.verdict.map(makeVerdict),
+    ...part.verdict.slice(parts.length === 1 && !(part.verdict[0] || '\n').includes('\n') ? 1 : 0).map(makeVerdict),
     ...part.grids.flatMap((grid) => [element('h3', {}, grid.title), makeGrid(grid, part.tables[grid.table])]),
     ...part.tables
       .filter((table) => table.open)
@@ -81,6 +82,7 @@ async function main() {
             ...links.map(([id, text]) => element('a', { href: `#${id}` }, text)),
           )
         : '',
+      document.getElementById('lead'),
       view ? view.root : '',
       ...(!view && report.view ? report.view.notes.map((note) => element('p', { class: 'note' }, note)) : []),
       ...parts.map((part) => part.section),

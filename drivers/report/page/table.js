@@ -98,6 +98,15 @@ function makeTable(table, title) {
   );
 }
 
+/* What a setting is called at the head of a column. */
+const settings = {
+  poisson: (value) => `ν = ${show(value)}`,
+  step: (value) => `step ${show(value)} s`,
+  constants: (value) => ({ matched: '', as_e: 'constants of E' })[value] ?? `${value} constants`,
+  solver: (value) => `${value} solver`,
+};
+const setting = (column, k) => (settings[column.name] || show)(column.values[k]);
+
 /* Rows against settings; a cell says what came of it, several of them the worst. */
 function makeGrid(grid, table) {
   const column = (name) => table.columns.find((own) => own.name === name);
@@ -106,7 +115,7 @@ function makeGrid(grid, table) {
   if (!rows || !value) return element('p', { class: 'note' }, `There is no column ${grid.row} or ${grid.value}.`);
   const used = grid.columns.map(column).filter((own) => own && new Set(own.values).size > 1);
   const names = used.length ? used : [column(grid.columns[0]) || rows];
-  const label = (k) => names.map((own) => show(own.values[k])).join(' ');
+  const label = (k) => names.map((own) => setting(own, k)).filter(Boolean).join(', ');
   const cells = new Map(),
     heads = [...new Set(rows.values.map((_, k) => label(k)))];
   rows.values.forEach((row, k) => {
