@@ -95,6 +95,6 @@ void flesh_report_say_hardcases(json_t *part, const json_t *rows)
     snprintf(first, sizeof first, "; not so %s (%.60s)", name, outcome);
   }
   if (others > 1) snprintf(more, sizeof more, " and %zu more", others - 1);
-  flesh_report_say(part, "%zu of %zu cases are back at rest, or in the equilibrium that was to be kept%s%s.", count - others,
-                   count, first, more);
+  flesh_report_say(part, "%zu of %zu cases are back at rest, or in the equilibrium that was to be kept%s%s.",
+                   count - others, count, first, more);
 }

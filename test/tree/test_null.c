@@ -59,11 +59,9 @@
 /* No status, so that NULL is the caller's business:
  * flesh_derivative_report_passes flesh_method_order flesh_mesh_node_count flesh_mesh_tet_count flesh_mesh_order
  * flesh_scene_material_count flesh_surface_vertex_count flesh_surface_face_count flesh_system_unknowns
- * flesh_system_effect_count flesh_system_has_role flesh_system_moves
- * flesh_system_fixed flesh_system_multiplier_count
- * flesh_system_internal_count flesh_integrator_saves_all flesh_integrator_separation
- * flesh_communicator_rank flesh_communicator_size flesh_rank_part_own
- * flesh_rank_part_find. */
+ * flesh_system_effect_count flesh_system_has_role flesh_system_moves flesh_system_fixed
+ * flesh_system_multiplier_count flesh_system_internal_count flesh_integrator_saves_all flesh_integrator_separation
+ * flesh_communicator_rank flesh_communicator_size flesh_rank_part_own flesh_rank_part_find flesh_mesh_set_count. */
 
 /* In place of ARKStepGetNonlinearSystemData and CVodeGetNonlinearSystemData; nobody calls it. */
 static void nothing(void) {}
