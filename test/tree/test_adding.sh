@@ -1,6 +1,6 @@
 #!/bin/sh
 # TEST full source seconds=1800
-# test_adding.sh: what lib/adding.md says is enough. In a copy of the tree a wind, a Yeoh form, the generalised-alpha
+# test_adding.sh: what lib/adding.md says is enough. In a copy of the tree a wind, a Yeoh form, Bossak's
 # method, a command, a study and a format of tables (adding/) are added in the places that the page names and in no
 # others; then the tests that it names pass, and the program has what was added. Speaks TAP.
 set -u
