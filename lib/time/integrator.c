@@ -32,34 +32,38 @@ static int fail_memory(const flesh_integrator *self)
   return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->evaluation->n);
 }
 
-/* Makes what a row needs, which may be another one than before. */
+/* Makes what a row needs, which may be another one than before; what there was stays where there is no memory. */
 static int take_row(flesh_integrator *self, const flesh_method_row *row)
 {
   const flesh_system *system = self->evaluation->system;
   const int order = flesh_method_order(self->method), second = order > 1 || row->acceleration;
-  double **vectors[5 + FLESH_METHOD_VECTORS];
-  size_t count = 0;
-  free(self->of_method);
-  self->of_method = NULL;
-  self->last_stage.at.x = self->last_stage.at.v = self->lag.x = self->lag.v = self->lag.u = NULL;
-  self->row = row;
-  self->second = second;
-  for (int k = 0; k < row->vectors; k++) vectors[count++] = &self->memory.vectors[k];
-  if (second) {
-    vectors[count++] = &self->last_stage.at.x;
-    vectors[count++] = &self->last_stage.at.v;
-  }
-  self->lag.iterations = self->options.lag_iterations;
   /* Each solve again takes an order back. */
   const int follows = second && flesh_system_has_follower_loads(system), needed = order > 2 ? order : 2;
-  if (follows && self->lag.iterations < needed) self->lag.iterations = needed;
-  if (self->lag.iterations > 1) {
-    vectors[count++] = &self->lag.x;
-    vectors[count++] = &self->lag.v;
-    vectors[count++] = &self->lag.u;
+  const int solves = follows && self->options.lag_iterations < needed ? needed : self->options.lag_iterations;
+  double **vectors[5 + FLESH_METHOD_VECTORS], *all = NULL;
+  flesh_last_stage last = {0};
+  flesh_lag lag = {.iterations = solves};
+  size_t count = 0;
+  int status = second && !self->prescribed.n ? flesh_prescribed_create(system, &self->prescribed) : FLESH_OK;
+  if (status) return status;
+  for (int k = 0; k < row->vectors; k++) vectors[count++] = &self->memory.vectors[k];
+  if (second) {
+    vectors[count++] = &last.at.x;
+    vectors[count++] = &last.at.v;
   }
-  if (count > 0 && !(self->of_method = make_vectors(self, count, vectors))) return fail_memory(self);
-  return second && !self->prescribed.n ? flesh_prescribed_create(system, &self->prescribed) : FLESH_OK;
+  if (solves > 1) {
+    vectors[count++] = &lag.x;
+    vectors[count++] = &lag.v;
+    vectors[count++] = &lag.u;
+  }
+  if (count > 0 && !(all = make_vectors(self, count, vectors))) return fail_memory(self);
+  free(self->of_method);
+  self->of_method = all;
+  self->last_stage = last;
+  self->lag = lag;
+  self->row = row;
+  self->second = second;
+  return FLESH_OK;
 }
 
 static int create_memory(flesh_integrator *self)
