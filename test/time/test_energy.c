@@ -6,6 +6,7 @@
 #include "body.h"
 #include "methods.h"
 #include "test.h"
+#include "time/method.h"
 
 /* Every fixed-step method, and adaptive last: filled in by main. */
 enum { METHODS_LIMIT = 64 };
@@ -170,7 +171,7 @@ static void work_is_known_where_errors_choose_steps(void)
     for (int pressed = 0; pressed < 2; pressed++) {
       const flesh_method method = methods[m];
       double gain[2];
-      if (method == FLESH_METHOD_MIDPOINT || !flesh_method_order(method)) continue;
+      if (!flesh_method_controlled(method)) continue;
       const double few = prescribe_all(method, 1, pressed, 3, &gain[0]), many = prescribe_all(method, 1, pressed, 50, &gain[1]);
       printf("# %s, %s: work off by %.2g and %.2g of the energy, gain %.2g and %.2g\n", flesh_method_name(method),
              pressed ? "pressed" : "thrown", few, many, gain[0], gain[1]);

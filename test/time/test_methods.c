@@ -293,7 +293,9 @@ static void ends_of_steps_have_an_energy(void)
       CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.05, &stats));
       CHECK(flesh_mesh_jacobians(b.mesh, b.state.x, NULL, NULL, NULL) > 0);
     }
-    if (second_order[k] != FLESH_METHOD_NEWMARK) CHECK(stats.solves > 10); /* it was tried on something */
+    const int within = second_order[k] == FLESH_METHOD_MIDPOINT || second_order[k] == FLESH_METHOD_HHT ||
+                       second_order[k] == FLESH_METHOD_GENERALIZED_ALPHA || second_order[k] == FLESH_METHOD_BDF2;
+    if (within) CHECK(stats.solves > 10); /* it was tried on something */
     printf("# %s: %d solves for 10 steps\n", flesh_method_name(second_order[k]), stats.solves);
     flesh_integrator_destroy(&integrator);
     test_body_destroy(&b);
