@@ -1,5 +1,6 @@
 /* methods.c: the registry of methods, made from FLESH_METHOD_LIST, and their parameters. */
 #include <stddef.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "base/error.h"
@@ -54,13 +55,20 @@ void flesh_method_options_default(flesh_method_options *options)
 #undef DEFAULT
 }
 
+/* Refuses a value; `range` in numbers, too, where it names another option. */
+static int fail_range(const char *name, double value, const char *range, double least, double most)
+{
+  char numbers[64] = "";
+  if (strpbrk(range, "abcdefghijklmnopqrstuvwxyz")) snprintf(numbers, sizeof numbers, " = [%g, %g]", least, most);
+  return flesh_fail(FLESH_ERR_ARGUMENT, "%s is %g; it must be in %s%s", name, value, range, numbers);
+}
+
 int flesh_method_options_check(const flesh_method_options *options)
 {
   FLESH_NEED({options, "options"});
 #define CHECK(name, value, least, most, range, doc)                                                                    \
   if (!(options->name >= (least) && options->name <= (most)))                                                          \
-    return flesh_fail(FLESH_ERR_ARGUMENT, #name " is %g; it must be in " range " = [%g, %g]", options->name,           \
-                      (double)(least), (double)(most));
+    return fail_range(#name, options->name, range, least, most);
   FLESH_METHOD_OPTION_LIST(CHECK)
 #undef CHECK
   if ((unsigned)options->table > FLESH_TABLE_TRBDF2)
