@@ -89,7 +89,7 @@ static collision collide(const char *scene, const char *method, const char *step
                  left = m.h * sqrt(m.n / 3.) * m.last.residual_target * m.last.solves;
     touching_momenta(&m, p, L);
     for (int k = 0; k < 3; k++) c.linear = fmax(c.linear, fabs(p[k] - p0[k]) / (m.slack + 1e-13 * motion));
-    /* Of a step that was taken whole, by its own method. */
+    /* The formula is that of a step that was taken whole, by its own method. */
     if (number == FLESH_METHOD_BACKWARD_EULER ||
         (number == FLESH_METHOD_MIDPOINT && m.last.steps == 1 && !m.last.impact_steps && !m.last.damped_steps)) {
       wholes++;
