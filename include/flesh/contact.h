@@ -41,7 +41,7 @@ FLESH_API void flesh_contact_options_default(flesh_contact_options *options);
  * below the slip speed e, 1 above; normal force N and direction from the lagged state. In statics
  * there is friction with moving obstacles only. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_effect_obstacle_contact(const flesh_body *body, const flesh_contact_options *options,
-                                   flesh_obstacle **obstacle, flesh_effect **effect);
+                                            flesh_obstacle **obstacle, flesh_effect **effect);
 
 /* Keeps surfaces of the body out of each other: those of its parts (flesh_body.parts; a body without parts is one)
  * that `pairs` [2*pair_count] names by their numbers, twice the same for a part that touches itself; NULL: all of

@@ -177,7 +177,7 @@ int flesh_contact_options_check(const flesh_contact_options *o)
 }
 
 int flesh_effect_obstacle_contact(const flesh_body *body, const flesh_contact_options *options,
-                         flesh_obstacle **obstacle, flesh_effect **effect)
+                                  flesh_obstacle **obstacle, flesh_effect **effect)
 {
   FLESH_NEED({obstacle, "obstacle"});
   const flesh_needed needed[] = {{body, "body"}, {options, "options"}, {*obstacle, "*obstacle"}, {effect, "effect"},

@@ -74,7 +74,10 @@ static const char *part_end(const flesh_keyword *k, const char *at)
   return at;
 }
 
-int flesh_deck_is(const flesh_keyword *k, const char *name) { return flesh_deck_is_word(k->begin, part_end(k, k->begin), name); }
+int flesh_deck_is(const flesh_keyword *k, const char *name)
+{
+  return flesh_deck_is_word(k->begin, part_end(k, k->begin), name);
+}
 
 int flesh_deck_parameter(const flesh_keyword *k, const char *name, const char **value, size_t *length)
 {
@@ -124,7 +127,8 @@ static int refuse(flesh_deck *d, const flesh_keyword *k)
   static const char *const names[] = {"INCLUDE", "NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM"};
   for (size_t i = 0; i < sizeof names / sizeof *names; i++)
     if (flesh_deck_is(k, names[i]))
-      return FLESH_DECK_FAIL(d, k, "*%s is not supported; a deck that has all its nodes and elements itself is expected", names[i]);
+      return FLESH_DECK_FAIL(d, k, "*%s is not supported; a deck that has all its nodes and elements itself is expected",
+                             names[i]);
   if (flesh_deck_is(k, "NODE") && flesh_deck_has(k, "SYSTEM"))
     return FLESH_DECK_FAIL(d, k, "*NODE has the parameter SYSTEM; coordinates x, y, z in the global system are expected");
   if (flesh_deck_is(k, "INSTANCE") && flesh_deck_next_row(d->s))
@@ -136,7 +140,8 @@ static int refuse(flesh_deck *d, const flesh_keyword *k)
 static int count_nodes(flesh_deck *d, const flesh_keyword *k)
 {
   const int status = refuse(d, k);
-  for (int more = !status && flesh_deck_is(k, "NODE"); more && flesh_deck_next_row(d->s); flesh_scan_skip_line(d->s)) d->nodes++;
+  for (int more = !status && flesh_deck_is(k, "NODE"); more && flesh_deck_next_row(d->s); flesh_scan_skip_line(d->s))
+    d->nodes++;
   if (d->nodes > INT_MAX / 4) return FLESH_DECK_FAIL(d, k, "there are more than %d nodes", INT_MAX / 4);
   return status;
 }

@@ -116,7 +116,7 @@ int flesh_deck_read_sections(flesh_deck *d, const flesh_keyword *k)
   if (set < 0) {
     d->s->at = name;
     return FLESH_DECK_FAIL(d, k, "*SOLID SECTION is of the set %s, which is not in the deck; %s", flesh_scan_show(d->s),
-                   flesh_mesh_sets_text(&d->draft->sets));
+                           flesh_mesh_sets_text(&d->draft->sets));
   }
   const flesh_members *tets = &d->draft->sets.sets[set].tets;
   if (!d->sections++) memset(d->draft->regions, 0, (size_t)d->draft->tets * sizeof *d->draft->regions);
@@ -210,8 +210,8 @@ int flesh_deck_read_surfaces(flesh_deck *d, const flesh_keyword *k)
   status = flesh_deck_take_set(d, k, "NAME", &set);
   if (!status && set < 0) return FLESH_DECK_FAIL(d, k, "the surface has no name; `*SURFACE, NAME=NAME` is expected");
   if (!status && set < d->first_surface)
-    return FLESH_DECK_FAIL(d, k, "the surface '%s' has the name of a set of nodes or elements; another name is expected, as scenes "
-                                 "select by names", d->draft->sets.sets[set].name);
+    return FLESH_DECK_FAIL(d, k, "the surface '%s' has the name of a set of nodes or elements; another name is expected, as "
+                                 "scenes select by names", d->draft->sets.sets[set].name);
   for (; !status && flesh_deck_next_row(d->s); flesh_scan_skip_line(d->s)) {
     d->s->item = "surface", d->s->index = -1, d->s->form = nodes ? "node or set of nodes" : "element or set of elements, face";
     status = nodes ? read_surface_nodes(d, set) : read_faces(d, set);

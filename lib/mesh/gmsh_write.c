@@ -1,6 +1,6 @@
-/* gmsh_write.c: Gmsh 4.1, binary in this machine's byte order. A region is a physical tag of volumes. A set of tets is one,
- * too, with a name, and that of the region whose tets it has; a set of nodes is a named group of points. So there is one
- * volume for each region and choice of sets that tets are in. */
+/* gmsh_write.c: writes Gmsh 4.1, binary in this machine's byte order. Each region is a physical tag of volumes. Each set of
+ * tets is a named one: the tag of a region with just these tets, or else one of its own. Each set of nodes is a named
+ * group of points. Tets with the same tags are one volume. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -228,8 +228,8 @@ static int check_names(const flesh_mesh_sets *sets)
 {
   for (int k = 0; k < sets->count; k++)
     if (strchr(sets->sets[k].name, '"') || !*sets->sets[k].name)
-      return flesh_fail(FLESH_ERR_ARGUMENT, "the set '%s' has %s, which a .msh file cannot hold; rename the set, or write a .mesh, "
-                        "which has no sets", sets->sets[k].name, *sets->sets[k].name ? "a \" in its name" : "no name");
+      return flesh_fail(FLESH_ERR_ARGUMENT, "the set '%s' has %s, which a .msh file cannot hold; rename the set, or write a "
+                        ".mesh, which has no sets", sets->sets[k].name, *sets->sets[k].name ? "a \" in its name" : "no name");
   return FLESH_OK;
 }
 

@@ -1,5 +1,4 @@
 /* obstacles.c: the obstacles of a run as surfaces, for pictures. */
-#include "effect/contact.h"
 #include "output/obstacles.h"
 
 #include <math.h>
@@ -7,6 +6,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "effect/contact.h"
 #include "flesh/contact.h"
 #include "geometry/obstacle.h"
 #include "flesh/surface.h"

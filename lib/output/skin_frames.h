@@ -6,8 +6,7 @@
 
 /* Adds a state from elsewhere as frame number `number`. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY,
  * FLESH_ERR_FILE. */
-int flesh_skin_frames_add(flesh_skin_frames *frames, int number,
-                                    const flesh_state *state);
+int flesh_skin_frames_add(flesh_skin_frames *frames, int number, const flesh_state *state);
 
 /* Removes what an earlier run left under these names in `directory`. */
 void flesh_skin_frames_remove(const char *directory);

@@ -93,10 +93,9 @@ flesh_up_origin flesh_scene_up(const flesh_scene *scene, double up[3]);
 /* Calls visit(data, path) for every file that the scene names, as often as it does: meshes of the
  * body, of the bodies beside it and of obstacles, the start, the skin. A path that is not absolute
  * is relative to the working directory of flesh_scene_read; it is the scene's and lives as long. */
-void flesh_scene_visit_files(const flesh_scene *scene,
-                                       void (*visit)(void *data, const char *path), void *data);
+void flesh_scene_visit_files(const flesh_scene *scene, void (*visit)(void *data, const char *path), void *data);
 
-/* Absolute, links resolved. */
+/* The path of the body's mesh, absolute, links resolved. */
 const char *flesh_scene_mesh_path(const flesh_scene *scene);
 
 #endif

@@ -17,12 +17,11 @@ typedef struct flesh_costs {
   flesh_effect_cost *effects; /* of the system's effects, in their order */
 } flesh_costs;
 
-/* How far these constraints are from being met at point->x: gaps [multipliers], of incompressible
+/* How far the constraints that multipliers enforce are from being met at point->x: gaps [multipliers], of incompressible
  * tets the mean of J less 1; and, unless NULL, the second derivative of the penalty by it,
  * stiffness [multipliers], Pa, at point->penalty = 1. The method of multipliers adds the product of
  * gap, stiffness and point->penalty to each. Errors: FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
-int flesh_system_constraint_gaps(const flesh_system *system, const flesh_point *point,
-                                           double *gaps, double *stiffness);
+int flesh_system_constraint_gaps(const flesh_system *system, const flesh_point *point, double *gaps, double *stiffness);
 
 /* Whether some effect freezes a state (FLESH_FREEZES). Cannot fail. */
 int flesh_system_freezes(const flesh_system *system);
@@ -41,8 +40,7 @@ size_t flesh_system_effect_memory(const flesh_system *system, int index);
 /* Residual and potential together, in one pass where an effect can: the same bits as by
  * flesh_system_residual and flesh_system_potential.
  * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
-int flesh_system_evaluate(const flesh_system *system, const flesh_point *point,
-                                    const flesh_shift *shift, double *r, double *phi,
-                                    double *magnitude);
+int flesh_system_evaluate(const flesh_system *system, const flesh_point *point, const flesh_shift *shift, double *r,
+                          double *phi, double *magnitude);
 
 #endif

@@ -1,5 +1,4 @@
 /* adaptive.c: owns an IDA and lets it take its own steps; outputs are read from its interpolant. */
-#include "system/system.h"
 #include "time/adaptive.h"
 
 #include <math.h>

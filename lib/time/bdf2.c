@@ -67,14 +67,9 @@ static void bdf2_finish(flesh_method_memory *memory, const flesh_state *state, c
   memory->before = known ? -h : 0;
 }
 
-/* Goes on as the last two accelerations did, or keeps the last. */
 static int bdf2_guess(const flesh_method_memory *memory, const flesh_stage *stage, double h, int which, double *u)
 {
-  const double *a = memory->vectors[LAST], *before = memory->vectors[BEFORE];
-  if (!memory->known || (which == 0 && !(memory->before < 0))) return 0;
-  const double share = which == 0 ? h / -memory->before : 0;
-  for (int d = 0; d < memory->n; d++) u[d] = (a[d] + share * (a[d] - before[d]) - stage->a0[d]) / stage->shift.a;
-  return 1;
+  return memory->known && flesh_method_guess(memory, stage, memory->vectors[LAST], memory->vectors[BEFORE], h, which, u);
 }
 
 /* (1 + w)^2/(6 w (1 + 2w)) h^3 v'', the first term of what the formula for x leaves out, v'' being the second difference

@@ -35,7 +35,6 @@ static const flesh_butcher_table tables[] = {
     [FLESH_TABLE_ESDIRK324] =
         {.stages = 4,
          .order = 3,
-         .depth = 0.3,
          .c = {0, 2 * GAMMA_324, 0.6, 1},
          .a = {{0},
                {GAMMA_324, GAMMA_324},
@@ -45,7 +44,6 @@ static const flesh_butcher_table tables[] = {
     [FLESH_TABLE_TRBDF2] =
         {.stages = 3,
          .order = 2,
-         .depth = 0.3,
          .c = {0, 2 * GAMMA_TR, 1},
          .a = {{0}, {GAMMA_TR, GAMMA_TR}, {W_TR, W_TR, GAMMA_TR}},
          .embedded = {(1 - W_TR) / 3, (1 + 3 * W_TR) / 3, GAMMA_TR / 3}}};

@@ -8,8 +8,8 @@
  * local = share tolerance^((q + 1)/p): the estimate falls with h^(q+1), q = min(p, 2), and what the errors of a method of
  * order p add up to with h^p, so that this is in proportion to the tolerance. `share` is measured (README.md).
  *
- * The next step is h 0.9 e^(-0.7/k) e_before^(0.4/k), k = q + 1 (a PI controller: Gustafsson 1991, Hairer & Wanner 1996, IV.2), within
- * [0.2, 2] times the last. */
+ * The next step is h 0.9 e^(-0.7/k) e_before^(0.4/k), k = q + 1 (a PI controller: Gustafsson 1991, Hairer & Wanner 1996,
+ * IV.2), within [0.2, 2] times the last. */
 #include "time/error_control.h"
 
 #include <math.h>

@@ -56,7 +56,8 @@ typedef struct flesh_method_row {
   /* Takes the memory to that end. NULL: nothing is remembered. */
   void (*finish)(flesh_method_memory *memory, const flesh_state *state, const double *u, double h);
   /* The estimate e [n] of the local error, in positions, of a step of h from `state` whose last stage was solved with the
-   * unknowns u: it falls with h^3, or h^2 if the method is of order 1. Whether it is known for this step. NULL: it never is. */
+   * unknowns u: it falls with h^3, or h^2 if the method is of order 1. Whether it is known for this step. NULL: it never
+   * is. */
   int (*error)(const flesh_method_memory *memory, const flesh_state *state, const double *u, double h, double *e);
   double growth; /* the longest step that the memory serves, over the last one; 0: any */
   /* The row with the same formulas and an estimate, which takes its place where errors choose steps; NULL: its own. */
@@ -67,6 +68,11 @@ typedef struct flesh_method_row {
   extern const flesh_method_row flesh_method_##name;
 FLESH_METHOD_LIST(FLESH_METHOD_EXTERN)
 #undef FLESH_METHOD_EXTERN
+
+/* The first iterate u [n] of a stage with the last acceleration a [n] (`which` 1), or with that extrapolated by `ahead` s
+ * from the one `before` it (`which` 0), if memory->before says when that was. Whether it is known. */
+int flesh_method_guess(const flesh_method_memory *memory, const flesh_stage *stage, const double *a, const double *before,
+                       double ahead, int which, double *u);
 
 /* Takes state and memory to the end of a step of h, reached with the unknowns u. Overwrites memory->v0. */
 void flesh_method_finish(const flesh_method_row *row, flesh_method_memory *memory, const double *u, double h,

@@ -32,6 +32,15 @@ const flesh_method_row *flesh_method_controlled(flesh_method method)
   return row && row->error ? row : NULL;
 }
 
+int flesh_method_guess(const flesh_method_memory *memory, const flesh_stage *stage, const double *a, const double *before,
+                       double ahead, int which, double *u)
+{
+  if (which == 0 && !(memory->before < 0)) return 0;
+  const double share = which == 0 ? ahead / -memory->before : 0;
+  for (int d = 0; d < memory->n; d++) u[d] = (a[d] + share * (a[d] - before[d]) - stage->a0[d]) / stage->shift.a;
+  return 1;
+}
+
 void flesh_method_finish(const flesh_method_row *row, flesh_method_memory *memory, const double *u, double h,
                          flesh_state *state)
 {

@@ -8,7 +8,6 @@
  * The force of a multiplier acts at the point where the method balances forces; the constraint is on the end of the
  * step, x_1 = x_0 + u, where that is another point. Were it on the stage, the ends of the midpoint rule would oscillate
  * around the constraint with growing amplitude. As the stage moves by shift.x u, p changes by shift.x k c. */
-#include "system/system.h"
 #include "time/multipliers.h"
 
 #include <math.h>
@@ -19,6 +18,7 @@
 #include "effect/effect.h"
 #include "system/inertia_modulus.h"
 #include "system/ranks.h"
+#include "system/system.h"
 
 /* The most solves for multipliers, each of which should leave less than half of the gaps. */
 enum { SOLVES = 60 };

@@ -80,14 +80,10 @@ static void newmark_finish(flesh_method_memory *memory, const flesh_state *state
   for (int d = 0; d < memory->n; d++) a[d] = next_of(&p, u[d], h, state->v[d], a[d]);
 }
 
-/* Goes on as the last two accelerations did, or keeps the last. */
 static int newmark_guess(const flesh_method_memory *memory, const flesh_stage *stage, double h, int which, double *u)
 {
-  const double *a = memory->vectors[0], *before = memory->vectors[BEFORE];
-  const double share = which == 0 && memory->before < 0 ? formulas_of(memory).inertia * h / -memory->before : 0;
-  if (which == 0 && !(memory->before < 0)) return 0;
-  for (int d = 0; d < memory->n; d++) u[d] = (a[d] + share * (a[d] - before[d]) - stage->a0[d]) / stage->shift.a;
-  return 1;
+  return flesh_method_guess(memory, stage, memory->vectors[0], memory->vectors[BEFORE], formulas_of(memory).inertia * h,
+                            which, u);
 }
 
 /* (beta - 1/6) h^2 (a_{n+1} - a_n): Zienkiewicz & Xie 1991, "A simple error estimator and adaptive time stepping procedure
