@@ -46,7 +46,6 @@ zlib1g-dev pkg-config zlib unpacks meshes of VTK and packs the data of reports
 gnuplot-nox tool gnuplot plots
 libopenmpi-dev pkg-config mpi-c ranks of MPI
 libmetis-dev header metis.h parts of a body for them
-libhypre-dev header hypre/HYPRE.h algebraic multigrid as a preconditioner
 END
 }
 

@@ -19,7 +19,7 @@ SUITES = ("quick", "full", "memory", "program", "source", "excerpt")
 FLAGS = ("alone", "each_set")
 KEYS = ("name", "seconds", "needs", "uses", "ranks", "sources", "builds", "by", "protocol", "part_of")
 # What meson.build knows by these names, each with environment and targets; a build may lack some.
-NEEDS = ("arkode", "build", "cc", "cvode", "fail_allocation", "far_bodies_cost", "flesh", "hypre", "includes", "libraries",
+NEEDS = ("arkode", "build", "cc", "cvode", "fail_allocation", "far_bodies_cost", "flesh", "includes", "libraries",
          "library", "mpirun", "nvecparallel", "plain", "python", "ranks", "scaling", "slow_clock", "stop_at", "sundials",
          "sunlinsolspgmr")
 FIELDS = ("name", "suites", "seconds", "limit", "alone", "set", "ranks", "args", "needs", "uses", "sources", "by",

@@ -220,16 +220,6 @@ static int take_up(given *g, flesh_checkpoint *checkpoint, char **path, flesh_sc
   return FLESH_OPTIONS_GO_ON;
 }
 
-/* Prepares for the scene's preconditioner, which may need MPI and excludes checkpoints. Status. */
-static int prepare(const given *g, const flesh_scene *scene)
-{
-  if (flesh_scene_solver(scene)->preconditioner != FLESH_PRECONDITIONER_BOOMERAMG) return FLESH_OK;
-  if (g->checkpoint)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "--checkpoint cannot save what the preconditioner boomeramg has set up; "
-                                          "another solver.preconditioner can be saved");
-  return g->ranks ? FLESH_OK : flesh_ranks_begin_alone();
-}
-
 /* Runs the scene, and says what came of it. */
 static int run_scene(const flesh_scene *scene, const flesh_runner_options *options)
 {
@@ -329,7 +319,6 @@ static int read_and_run(given *g, int argc, char **argv)
     options->scene_path = argv[1];
     int status = read_scene(argv[1], g->start_state, g->method, g->ranks, &g->overrides, &scene);
     status = flesh_ranks_agree(g->ranks, status);
-    if (!status) status = prepare(g, scene);
     if (!status && g->ranks) status = flesh_ranks_share(g->ranks, scene);
     if (status) code = flesh_ranks_fail(g->ranks, "run", status);
     else if (!options->out) options->out = made = default_folder(argv[1]);

@@ -40,8 +40,8 @@ void flesh_provenance_print_version(void)
          *FLESH_COMMIT ? ")" : "");
   printf("%s, %s, %s; %s\n", FLESH_COMPILER, FLESH_BUILD_TYPE, instruction_set(),
          FLESH_BUILD_OPTIONS);
-  printf("SUNDIALS %s, SuiteSparse %s, MPI %s, hypre %s, libfyaml %s, GSL %s, jansson %s\n", FLESH_SUNDIALS_VERSION,
-         FLESH_SUITESPARSE_VERSION, FLESH_MPI_VERSION, FLESH_HYPRE_VERSION, FLESH_FYAML_VERSION, FLESH_GSL_VERSION,
+  printf("SUNDIALS %s, SuiteSparse %s, MPI %s, libfyaml %s, GSL %s, jansson %s\n", FLESH_SUNDIALS_VERSION,
+         FLESH_SUITESPARSE_VERSION, FLESH_MPI_VERSION, FLESH_FYAML_VERSION, FLESH_GSL_VERSION,
          FLESH_JANSSON_VERSION);
 }
 

@@ -28,6 +28,4 @@ int flesh_ranks_probe(int *from, size_t *size)
 
 void flesh_ranks_receive(int from, size_t size, void *bytes) { (void)from, (void)size, (void)bytes; }
 
-int flesh_ranks_begin_alone(void) { return FLESH_OK; }
-
 void flesh_ranks_leave(flesh_communicator **communicator) { flesh_communicator_destroy(communicator); }

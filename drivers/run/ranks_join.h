@@ -15,8 +15,6 @@ void flesh_ranks_send(int to, size_t size, const void *bytes);
 /* Whether a message is there, from whom, and its size; then receives it. */
 int flesh_ranks_probe(int *from, size_t *size);
 void flesh_ranks_receive(int from, size_t size, void *bytes);
-/* MPI for a rank by itself, whose linear solver wants it; nothing where flesh is built without. Status. */
-int flesh_ranks_begin_alone(void);
 /* Ends MPI where it has begun. NULL-safe member; sets it to NULL. */
 void flesh_ranks_leave(flesh_communicator **communicator);
 

@@ -82,15 +82,6 @@ void flesh_ranks_receive(int from, size_t size, void *bytes)
   MPI_Recv(bytes, (int)size, MPI_BYTE, from, TAG, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
 }
 
-int flesh_ranks_begin_alone(void)
-{
-  int begun, got;
-  MPI_Initialized(&begun);
-  return begun || !MPI_Init_thread(NULL, NULL, MPI_THREAD_FUNNELED, &got)
-             ? FLESH_OK
-             : flesh_fail(FLESH_ERR_ARGUMENT, "MPI cannot begin");
-}
-
 void flesh_ranks_leave(flesh_communicator **communicator)
 {
   int begun, ended;

@@ -24,10 +24,7 @@ typedef enum flesh_preconditioner {
   FLESH_PRECONDITIONER_NONE,
   /* The stiff volume terms of nearly incompressible ten-node tets are projected out, and the rest is preconditioned as
    * by AUTO. Without such terms, and with IDA, CVODE and ARKODE, it is AUTO. */
-  FLESH_PRECONDITIONER_VOLUME_PROJECTION,
-  /* hypre's algebraic multigrid, only where built in. It needs MPI_Init, on one rank too, and allocates whenever a
-   * matrix is set up; its state is not saved (flesh_integrator_save). */
-  FLESH_PRECONDITIONER_BOOMERAMG
+  FLESH_PRECONDITIONER_VOLUME_PROJECTION
 } flesh_preconditioner;
 
 /* The kind's name in a scene. NULL: no such kind. */

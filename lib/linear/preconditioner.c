@@ -1,5 +1,4 @@
-/* preconditioner.c: block Jacobi, incomplete block Cholesky with the shift that it needs, and a coarse level; or
- * BoomerAMG. */
+/* preconditioner.c: block Jacobi, incomplete block Cholesky with the shift that it needs, and a coarse level. */
 #include "linear/preconditioner.h"
 
 #include <limits.h>
@@ -107,10 +106,7 @@ int flesh_preconditioner_create_levels(flesh_preconditioner kind, const flesh_bl
   }
   const int coarse = kind == FLESH_PRECONDITIONER_TWO_LEVEL && positions && A->rows > 1;
   flesh_levels levels = {0};
-  if (!status && kind == FLESH_PRECONDITIONER_BOOMERAMG)
-    status = flesh_boomeramg_create(&flesh_boomeramg_defaults, A->rows, positions, team, &self->multigrid);
-  else if (!status)
-    status = flesh_overlap_create(A, self->team, &self->overlap);
+  status = flesh_overlap_create(A, self->team, &self->overlap);
   if (!status && coarse) levels = asked ? *asked : levels_for(A, team);
   if (!status && (kind == FLESH_PRECONDITIONER_IC || kind == FLESH_PRECONDITIONER_TWO_LEVEL))
     status = team ? create_wide(self, coarse ? positions : NULL, levels.own)
@@ -146,7 +142,6 @@ void flesh_preconditioner_destroy(flesh_preconditioner_data **preconditioner)
   if (!preconditioner || !*preconditioner) return;
   flesh_overlap_clear(&(*preconditioner)->overlap);
   flesh_team_narrow_end(&(*preconditioner)->team);
-  flesh_boomeramg_destroy(&(*preconditioner)->multigrid);
   flesh_free((*preconditioner)->reached);
   flesh_free((*preconditioner)->wide);
   flesh_free((*preconditioner)->room);
@@ -221,7 +216,6 @@ int flesh_preconditioner_setup(flesh_preconditioner_data *self, const flesh_bloc
   self->by_diagonal = 0;
   self->scale = flesh_power_to_one(largest);
   if (self->kind == FLESH_PRECONDITIONER_NONE) return FLESH_OK;
-  if (self->multigrid) return flesh_boomeramg_setup(self->multigrid, A, self->scale);
   A = project(self, A, fixed);
   const int coarse = self->coarse && !flesh_coarse_setup(self->coarse, A, self->scale, fixed);
   const flesh_block_matrix *all = flesh_overlap_update(&self->overlap, A);
@@ -243,7 +237,6 @@ size_t flesh_preconditioner_memory(const flesh_preconditioner_data *self)
   return bytes + flesh_overlap_memory(&self->overlap) + (self->cholesky ? flesh_cholesky_memory(self->cholesky) : 0) +
          (self->coarse ? flesh_coarse_memory(self->coarse) : 0) +
          flesh_local_level_memory(&self->local, &self->overlap) +
-         (self->multigrid ? flesh_boomeramg_memory(self->multigrid) : 0) +
          (self->projection ? flesh_volume_projection_memory(self->projection) : 0);
 }
 

@@ -57,7 +57,7 @@ FLESH_PER_ISA void flesh_preconditioner_destroy(flesh_preconditioner_data **prec
 /* Numeric set-up. Always ends with a positive definite operator: incomplete Cholesky shifts A's
  * diagonal as far as it must, and the coarse level is left out where A is indefinite on it. The
  * rows of fixed dofs [3*rows] (NULL: none) are diagonal. FLESH_NONFINITE when A has a non-finite
- * diagonal; FLESH_ERR_MEMORY or FLESH_ERR_SOLVE from BOOMERAMG. */
+ * diagonal. */
 FLESH_PER_ISA int flesh_preconditioner_setup(flesh_preconditioner_data *preconditioner, const flesh_block_matrix *A,
                                              const uint8_t *fixed);
 

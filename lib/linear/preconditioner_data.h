@@ -4,7 +4,6 @@
 #define FLESH_LINEAR_PRECONDITIONER_DATA_H
 
 #include "flesh/linear_solver.h"
-#include "linear/boomeramg.h"
 #include "linear/cholesky.h"
 #include "linear/coarse.h"
 #include "linear/local_level.h"
@@ -23,7 +22,6 @@ struct flesh_preconditioner_data {
   int by_diagonal; /* no shift helped: the diagonal blocks serve */
   flesh_coarse *coarse; /* NULL: one level */
   flesh_local_level local; /* beside it, of a team whose coarse level has too few vertices */
-  flesh_boomeramg *multigrid; /* NULL: of another kind */
   int two_levels;       /* it serves for the matrix at hand */
   flesh_volume_projection *projection; /* NULL: the matrix is preconditioned as it is */
   const flesh_stiff_rows *stiff;       /* that it takes out; borrowed */

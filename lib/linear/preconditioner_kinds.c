@@ -8,8 +8,7 @@
 /* From so many nodes on there is a coarse level. */
 enum { FEWEST_NODES = 600 };
 
-const char *const flesh_preconditioner_names[] = {"auto", "two-level", "ic",  "jacobi",
-                                                   "none", "volume-projection", "boomeramg", NULL};
+const char *const flesh_preconditioner_names[] = {"auto", "two-level", "ic", "jacobi", "none", "volume-projection", NULL};
 /* From these stiffness ratios of rows on they are taken out: those of nu = 0.489 and 0.493. An equilibrium takes as much
  * work with as without at 0.475 to 0.493, the larger mesh and load are, a step in motion at about 0.495 (README.md). */
 static const double STIFF = 6, STIFF_IN_MOTION = 10;
@@ -31,12 +30,12 @@ static const double SAME = 42, TENFOLD = 95, POWER = 0.36;
 enum { FEW = 1600 };
 
 static_assert(sizeof flesh_preconditioner_names / sizeof *flesh_preconditioner_names ==
-                  FLESH_PRECONDITIONER_BOOMERAMG + 2,
+                  FLESH_PRECONDITIONER_VOLUME_PROJECTION + 2,
               "a name of every preconditioner");
 
 const char *flesh_preconditioner_name(flesh_preconditioner kind)
 {
-  return (unsigned)kind <= FLESH_PRECONDITIONER_BOOMERAMG ? flesh_preconditioner_names[kind] : NULL;
+  return (unsigned)kind <= FLESH_PRECONDITIONER_VOLUME_PROJECTION ? flesh_preconditioner_names[kind] : NULL;
 }
 
 flesh_preconditioner flesh_preconditioner_choose(flesh_preconditioner kind, int nodes)

@@ -62,16 +62,9 @@ static void solve_in_team(flesh_preconditioner_data *self, const float *r, const
   if (coarse) flesh_coarse_add(coarse, 0, self->rows, share_of(team), self->z, self->z);
 }
 
-static double solve_by_multigrid(flesh_preconditioner_data *self, const float *r)
-{
-  flesh_boomeramg_solve(self->multigrid, self->order, r, self->z);
-  return product_of(self, r);
-}
-
 /* Solves with the matrix without its stiff terms, or with all of it. */
 static double solve_soft(flesh_preconditioner_data *self, const float *r)
 {
-  if (self->multigrid) return solve_by_multigrid(self, r);
   if (by_blocks(self)) return solve_blocks(self, r);
   if (!self->overlap.team) return flesh_cholesky_solve(self->cholesky, self->two_levels ? self->coarse : NULL, r);
   flesh_overlap_restrict(&self->overlap, self->order, r, self->reached, self->wide); /* r is zero at ghosts */
@@ -131,7 +124,7 @@ void flesh_preconditioner_solve_for(flesh_preconditioner_data *self, const float
 
 static void soft_result(const flesh_preconditioner_data *self, int begin, int end, float *z)
 {
-  if (!self->multigrid && !by_blocks(self) && !self->overlap.team)
+  if (!by_blocks(self) && !self->overlap.team)
     flesh_cholesky_result(self->cholesky, self->two_levels ? self->coarse : NULL, begin, end, z);
   else if (z != self->z + 4 * (size_t)begin)
     memcpy(z, self->z + 4 * (size_t)begin, 4 * (size_t)(end - begin) * sizeof *z);

@@ -52,8 +52,6 @@ static void archive_policy(flesh_matrix_policy *self, flesh_archive *archive)
 
 int flesh_newton_archive(flesh_newton *self, flesh_archive *archive)
 {
-  if (self->direction.options->preconditioner == FLESH_PRECONDITIONER_BOOMERAMG)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "what the preconditioner boomeramg has set up cannot be saved; others can");
   archive_policy(&self->policy, archive);
   flesh_archive_int(archive, &self->direction.assembled, 0, 1);
   if (archive->wrong) return FLESH_OK;

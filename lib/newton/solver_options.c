@@ -41,7 +41,7 @@ int flesh_solver_options_check(const flesh_solver_options *o)
                   {"max_cutbacks", o->max_cutbacks, 0, 30},
                   {"lag_iterations", o->lag_iterations, 1, 1000},
                   {"linear_solver", o->linear_solver, 0, FLESH_LINEAR_CHOLMOD},
-                  {"preconditioner", o->preconditioner, 0, FLESH_PRECONDITIONER_BOOMERAMG},
+                  {"preconditioner", o->preconditioner, 0, FLESH_PRECONDITIONER_VOLUME_PROJECTION},
                   {"eigenvalue_filter", o->eigenvalue_filter, 0, FLESH_FILTER_TRUST_REGION_ALWAYS},
                   {"line_search", o->line_search, 0, FLESH_LINE_SEARCH_RESIDUAL},
                   {"threads", o->threads, 0, FLESH_THREADS_MAX}};

@@ -269,8 +269,7 @@ static int solve(subdomain *self, double *w)
   options.techniques &= ~(unsigned)FLESH_TECHNIQUE_NONLINEAR_ELIMINATION;
   options.threads = 1;
   /* Constrained all around, a subdomain has no smooth displacements that would be worth a coarse level. */
-  if (options.preconditioner == FLESH_PRECONDITIONER_AUTO || options.preconditioner == FLESH_PRECONDITIONER_BOOMERAMG)
-    options.preconditioner = FLESH_PRECONDITIONER_IC;
+  if (options.preconditioner == FLESH_PRECONDITIONER_AUTO) options.preconditioner = FLESH_PRECONDITIONER_IC;
   /* All constrained nodes stay where they are. */
   const flesh_stage stage = {
       .t = self->whole->stage.t, .load = 1, .prescribed_fraction = 0, .shift = self->whole->stage.shift, .x0 = self->x};

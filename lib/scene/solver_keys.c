@@ -85,7 +85,7 @@ const flesh_key flesh_solver_table[] = {
             "are trilinear between the vertices of a grid over the body; jacobi: inverse diagonal blocks; none; "
             "volume-projection: projects the stiff volume terms of tet10-mean out and preconditions the rest as auto "
             "does; auto: two-level, or ic on meshes of a few hundred nodes, with volume-projection where Poisson's "
-            "ratio is 0.493 or more, in statics 0.489; boomeramg: hypre's algebraic multigrid, where built in"},
+            "ratio is 0.493 or more, in statics 0.489"},
     {.name = "eigenvalue_filter",
      .type = FLESH_KEY_CHOICE,
      .offset = offsetof(flesh_solver_options, eigenvalue_filter),

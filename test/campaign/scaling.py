@@ -28,15 +28,11 @@ RESIDENT, CACHE = 250, 16e6  # bytes a tet in an iteration; of a cache
 # The coarse level's factor by `build/test/coarse_work_avx512 3 4 6 8 10 12`: vertices, blocks, seconds of factor and solve
 COARSE = [(108, 188, 0.156 * MS, 0.00489 * MS), (256, 836, 0.954 * MS, 0.0172 * MS), (864, 6041, 15.2 * MS, 0.119 * MS), (2048, 24417, 170 * MS, 0.592 * MS), (4000, 73648, 1130 * MS, 4.6 * MS),
           (6912, 173788, 4110 * MS, 12.2 * MS)]
-# Iterations to 1e-4 at nu = 0.45 (test/campaign/multigrid.c) are (nodes / vertices)^(1/3) times this: 3.4 on cubes with
+# Iterations to 1e-4 at nu = 0.45 are (nodes / vertices)^(1/3) times this: 3.4 on cubes with
 # one vertex (41 to 166 iterations, 12 to 48 cells) and with 78 nodes to one (15). On several ranks as many more (a cube of
 # 48 000 tets, `build/test/ranks 20 20 20`, on one rank and eight: lib/parallel/README.md)
 PER_ROOT, CUT = 3.4, 61 / 54
 OWN_PER_ROOT = 10
-# BoomerAMG on a million tets: seconds a tet of set-up and of a cycle; iterations on one rank and on eight
-MULTIGRID, MULTIGRID_ITERATIONS = (3240 * NS, 267 * NS), (45, 56)
-# of which levels, exchanges on each, and ranks to exchange with are guessed; a set-up has so many cycles' messages
-LEVELS, MULTIGRID_EXCHANGES, MULTIGRID_NEIGHBOURS, SETUP_CYCLES = 10, 5, 40, 20
 
 # ---- the program: what an iteration of conjugate gradients exchanges
 SUMS = 16    # numbers of its one reduction (linear/pcg_team.c), before those of the coarse level
@@ -141,18 +137,8 @@ def times(cells, ranks, args, shared=None, iterations=None):
             "all": sum(parts.values())}
 
 
-def multigrid(cells, ranks, args):
-    """Seconds of a Newton iteration with BoomerAMG."""
-    mine, turns = 6 * cells ** 3 / ranks, hops(ranks)
-    messages = LEVELS * MULTIGRID_EXCHANGES * min(ranks - 1, MULTIGRID_NEIGHBOURS)
-    cycle = MULTIGRID[1] * mine + messages * args.alpha
-    each = cycle + work((PRODUCT, VECTORS), mine) + (2 * min(ranks - 1, NEIGHBOURS) + turns) * args.alpha
-    return (work((FORCE, ENERGY, HESSIAN), mine) + MULTIGRID[0] * mine + SETUP_CYCLES * messages * args.alpha +
-            MULTIGRID_ITERATIONS[ranks > 1] * each)
-
-
 HEAD = ["tets", "ranks", "vertices", "iterations", "messages", "kB", "tets, s", "own level, s", "shared level, s", "network, s",
-        "all, s", "efficiency", "as on one rank, s", "multigrid, s"]
+        "all, s", "efficiency", "as on one rank, s"]
 
 
 def row(cells, ranks, first, args):
@@ -161,7 +147,7 @@ def row(cells, ranks, first, args):
     texts = [f"{6 * cells ** 3:.2g}".replace("e+0", "e"), f"{ranks}", f"{t['vertices']:.0f}", f"{t['iterations']:.0f}",
              f"{t['messages']:.0f}", f"{t['bytes'] / 1e3:.0f}"]
     texts += [f"{t['parts'][name]:.2g}" for name in ("tets", "own", "coarse", "network")]
-    texts += [f"{t['all']:.3g}", f"{first / t['all']:.2g}", f"{same['all']:.3g}", f"{multigrid(cells, ranks, args):.3g}"]
+    texts += [f"{t['all']:.3g}", f"{first / t['all']:.2g}", f"{same['all']:.3g}"]
     return "| " + " | ".join(texts) + " |"
 
 

@@ -158,7 +158,7 @@ help_is_help() {
   for words in --help 'run --help'; do
     expect 0 "$flesh" $words && has stdout.txt '130/143' && has stdout.txt Usage || return 1
   done
-  expect 0 "$flesh" --version && has stdout.txt 'SUNDIALS [67].* MPI [0-9n].* hypre [0-9n]'
+  expect 0 "$flesh" --version && has stdout.txt 'SUNDIALS [67].* MPI [0-9n]'
 }
 
 bad_usage_is_refused() {

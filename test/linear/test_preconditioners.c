@@ -410,21 +410,6 @@ static void conjugate_gradients_in_single_precision(void)
   test_body_destroy(&b);
 }
 
-/* It wants MPI, which nobody has begun here, or hypre, where flesh is built without. */
-static void boomeramg_says_what_it_needs(void)
-{
-  test_body b;
-  flesh_preconditioner_data *preconditioner = NULL;
-  make(test_box(2, 1, 1, 1, 0.5, 0.5), FLESH_ENERGY_E, 0.4, &b);
-  flesh_block_matrix *A = bar_matrix(&b, 0, 0, 0);
-  CHECK(linear->preconditioner_create(FLESH_PRECONDITIONER_BOOMERAMG, A, flesh_mesh_positions(b.mesh), NULL,
-                                    &preconditioner) == FLESH_ERR_ARGUMENT);
-  CHECK(!preconditioner);
-  CHECK_TEXT(flesh_error_text(), "the preconditioner boomeramg needs");
-  flesh_block_matrix_destroy(&A);
-  test_body_destroy(&b);
-}
-
 /* How many vertices ranks share: those of one rank, as long as all can factor them in time; then ranks have levels of
  * their own. More ranks never share more. */
 static void ranks_share_what_they_can_factor(void)
@@ -460,6 +445,6 @@ int main(int argc, char **argv)
   return RUN_TESTS(argc, argv, TEST(preconditioners_are_definite),
                    TEST(incomplete_cholesky_leaves_fixed_components_alone),
                    TEST(incomplete_cholesky_is_exact_on_the_pattern), TEST(conjugate_gradients),
-                   TEST(conjugate_gradients_in_single_precision), TEST(boomeramg_says_what_it_needs),
+                   TEST(conjugate_gradients_in_single_precision),
                    TEST(ranks_share_what_they_can_factor));
 }

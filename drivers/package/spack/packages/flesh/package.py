@@ -19,10 +19,8 @@ class Flesh(MesonPackage):
     version("main", branch="main")
 
     variant("mpi", default=True, description="bodies that are shared out among ranks of MPI")
-    variant("hypre", default=False, description="the preconditioner boomeramg")
     variant("program", default=True, description="the program flesh, which is linked with GSL (GPL)")
     variant("python", default=False, description="the Python package")
-    conflicts("+hypre", when="~mpi")
 
     depends_on("c", type="build")
     depends_on("meson@1:", type="build")
@@ -35,7 +33,6 @@ class Flesh(MesonPackage):
     with when("+mpi"):
         depends_on("mpi")
         depends_on("metis")
-    depends_on("hypre+mpi", when="+hypre")
     with when("+program"):
         depends_on("gsl")
         depends_on("jansson")
@@ -57,4 +54,4 @@ class Flesh(MesonPackage):
             return f"-D{name}={'true' if f'+{name}' in self.spec else 'false'}"
 
         return [f"-Dsundials={self.spec['sundials'].prefix}", f"-Dsuitesparse={self.spec['suite-sparse'].prefix}",
-                feature("mpi"), feature("hypre"), choice("program"), choice("python"), "-Dtests=false"]
+                feature("mpi"), choice("program"), choice("python"), "-Dtests=false"]
