@@ -203,9 +203,9 @@ FLESH_API const flesh_energy_balance *flesh_integrator_energy_balance(
     const flesh_integrator *integrator);
 
 /* The gain (as in flesh_energy_balance) from which on a step ends with FLESH_ERR_ENERGY and says
- * where and when; positive, INFINITY: never. 1/2 by default. A step of a method of order 2 or 3 whose error does
- * not choose its length, and that gains a tenth of it, is taken in halves, and at last by backward Euler. Further
- * errors: FLESH_ERR_ARGUMENT. */
+ * where and when; positive, INFINITY: never. 1/2 by default. Steps of methods of order 2 and 3 whose errors do not
+ * choose their lengths may gain a fiftieth of it in all; a step that would gain more is taken in halves, and at last by
+ * backward Euler. Further errors: FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_integrator_set_max_energy_gain(flesh_integrator *integrator, double gain);
 
 /* Zeros and NaN where nothing is let apart. */

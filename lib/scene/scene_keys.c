@@ -212,8 +212,8 @@ static const flesh_key time_table[] = {
      .range = FLESH_RANGE_POSITIVE,
      .default_value = "0.5",
      .doc = "the run ends with exit code 8 where energy that nothing has put in exceeds this share of the energy that "
-            "the motion has had; from 0.05 on there is a warning; fixed steps of order 2 or 3 that gain a tenth of it are "
-            "cut; 1e300: never ended, and no step is cut"},
+            "the motion has had; from 0.05 on there is a warning; fixed steps of order 2 or 3 are cut where they would gain more "
+            "than a fiftieth of it in all; 1e300: never ended, and no step is cut"},
 #define METHOD_OPTION(name_, value, least, most, range, doc_)                                                          \
   {.name = #name_, .type = FLESH_KEY_NUMBER, AT(time.options.name_), .default_value = #value, .doc = doc_},
     FLESH_METHOD_OPTION_LIST(METHOD_OPTION)

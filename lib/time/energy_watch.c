@@ -53,9 +53,9 @@
 #include "system/work.h"
 
 static const double gain_to_report = 0.05, rounding_of_terms = 1e-10;
-/* A step may gain a hundredth of the motion's energy where its error chooses its length, else a tenth of what ends the
- * run; less, the more has come in before: down to a tenth of that where all steps have gained a tenth. */
-static const double gain_of_controlled_step = 0.01, gain_of_step = 0.1, gain_in_all = 0.1;
+/* All steps together may gain a hundredth of the motion's energy where errors choose their lengths, else a fiftieth of
+ * what ends the run; after that a step still a thousandth of it, as there are gains that no halving lessens. */
+static const double gain_of_controlled = 0.01, gain_of_fixed = 0.02, least_of_step = 0.001;
 
 int flesh_energy_watch_create(flesh_evaluation *evaluation, flesh_energy_watch *watch)
 {
@@ -241,9 +241,9 @@ int flesh_energy_watch_refuses(const flesh_energy_watch *watch, const flesh_ener
   const double floor = fmax(watch->rounding, watch->floor);
   const double rise = (watch->energy - b->supplied) - (before->energy - before->balance.supplied);
   const double scale = fmax(b->scale, watch->energy - fmin(watch->lowest, watch->energy - watch->kinetic));
-  const double left = fmax(1 - fmax(b->excess, 0) / (gain_in_all * scale), 0.1);
-  const double share = (controlled ? gain_of_controlled_step : gain_of_step * watch->limit) * left;
-  return before->known && watch->known && !watch->turned && rise > floor + share * scale;
+  const double most = (controlled ? gain_of_controlled : gain_of_fixed * watch->limit) * scale;
+  const double left = fmax(most - fmax(b->excess, 0), least_of_step * most);
+  return before->known && watch->known && !watch->turned && rise > floor + left;
 }
 
 int flesh_energy_watch_judge(flesh_energy_watch *watch, const flesh_state *state, double unbalanced)

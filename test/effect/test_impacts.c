@@ -85,8 +85,8 @@ static void stairs_are_taken(void)
     const int feeds = methods[m] == FLESH_METHOD_NEWMARK;
     CHECK(!status && !undefined);
     CHECK(stats.newton < (feeds ? 50 : 30) * steps && stats.convergence_failures <= 3);
-    CHECK(feeds ? stats.rejected > 0 : stats.rejected <= 3);
-    CHECK_BELOW(balance->gain, feeds ? 0.2 : 0.05);
+    CHECK(feeds ? stats.rejected > 0 : stats.rejected <= 8);
+    CHECK_BELOW(balance->gain, 0.011);
     const int within = methods[m] != FLESH_METHOD_NEWMARK && methods[m] != FLESH_METHOD_BDF2;
     CHECK(within ? stats.impact_steps > 0 : stats.impact_steps == 0);
     clear(&s);
@@ -140,6 +140,7 @@ static void hht_goes_on_from_the_acceleration_of_an_impact(void)
   flesh_obstacle *o = NULL;
   CHECK_OK(flesh_obstacle_plane((double[]){0, 0, 0.0}, (double[]){0, 0, 1}, &o));
   make(FLESH_METHOD_HHT, o, 0, (double[]){0, 0, -2}, 1e-9, &s);
+  CHECK_OK(flesh_integrator_set_max_energy_gain(s.integrator, INFINITY)); /* no steps shorter than h */
   const size_t bytes = (size_t)s.b.n * sizeof(double);
   double *x = malloc(bytes), *v = malloc(bytes), *a = malloc(bytes), worst = 0, largest = 0;
   int impacts = 0, followed = 0;
