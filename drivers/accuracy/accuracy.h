@@ -37,9 +37,7 @@ typedef struct flesh_accuracy_method {
       " (generalized-alpha, steps by its error)")                                                                      \
   ROW("runge-kutta", "runge-kutta", 2, 0, "#117733", 6, " (order 3, steps by its error)")                              \
   ROW("adaptive", "adaptive", 1, 2, "#0072b2", 5, " (IDA, orders 1 and 2)")                                            \
-  ROW("adaptive5", "adaptive", 1, 5, "#aa3399", 4, " (orders 1 to 5)")                                                 \
-  ROW("euler-then-adaptive", "euler-then-adaptive", 1, 2, "#000000", 3,                                                \
-      " (backward Euler at the scene's step until its local error is small)")
+  ROW("adaptive5", "adaptive", 1, 5, "#aa3399", 4, " (orders 1 to 5)")
 
 #define FLESH_ACCURACY_METHOD_ONE(...) +1
 enum { FLESH_ACCURACY_METHODS = FLESH_ACCURACY_METHOD_LIST(FLESH_ACCURACY_METHOD_ONE) };

@@ -111,8 +111,7 @@ static int draw_work(const flesh_accuracy_plan *plan, const char *name, const ch
     if (!has_runs(plan, plan->methods[m], 0)) continue;
     legend(plan, plan->methods[m], text);
     rows_of(stream, method->name, x, "100*column('error_over_motion')");
-    fprintf(stream, " with linespoints lw 2%s pt %d ps 0.9 lc rgb '%s' title ",
-            strstr(method->name, "euler-then") ? " dt 2" : "", method->mark, method->colour);
+    fprintf(stream, " with linespoints lw 2 pt %d ps 0.9 lc rgb '%s' title ", method->mark, method->colour);
     flesh_plot_quote(stream, text);
     fputs(", \\\n     ", stream);
     count++;

@@ -153,8 +153,7 @@ void flesh_skin_print(FILE *stream, const char *surface, const flesh_skin_info *
 int flesh_takes_volumes_out(const flesh_scene *scene, const flesh_system *system)
 {
   const flesh_scene_time *time = flesh_scene_times(scene);
-  const int by_euler_first = time->method == FLESH_METHOD_EULER_THEN_ADAPTIVE;
-  const flesh_method_row *method = flesh_method_find(by_euler_first ? FLESH_METHOD_BACKWARD_EULER : time->method);
+  const flesh_method_row *method = flesh_method_find(time->method);
   const size_t n = (size_t)flesh_system_unknowns(system);
   double *room = malloc((2 * n + 1) * sizeof *room);
   flesh_stiff_rows rows = {0};

@@ -31,9 +31,7 @@ extern "C" {
   ROW(RUNGE_KUTTA, runge_kutta, "runge-kutta", 3,                                                  \
       "diagonally implicit Runge-Kutta methods of several stages (table), each solved as a step "  \
       "of backward Euler; with a tolerance their local error chooses the steps")                   \
-  ROW(ADAPTIVE, adaptive, "adaptive", 0, "IDA's variable steps and orders up to max_order")        \
-  ROW(EULER_THEN_ADAPTIVE, euler_then_adaptive, "euler-then-adaptive", 0,                          \
-      "backward Euler until its local error is small, then adaptive: for violent starts")
+  ROW(ADAPTIVE, adaptive, "adaptive", 0, "IDA's variable steps and orders up to max_order")
 
 typedef enum flesh_method {
 #define FLESH_METHOD_ENUM(NAME, name, text, order, doc) FLESH_METHOD_##NAME,
@@ -123,15 +121,12 @@ typedef struct flesh_adaptive_options {
   int max_order;
   double max_step; /* s; INFINITY: no limit */
   int max_steps;   /* internal ones in one flesh_integrator_step */
-  /* FLESH_METHOD_EULER_THEN_ADAPTIVE: backward Euler's steps end where h^2/2 |y''|, the
-   * local error of such a step, is at most this in units of L and V. */
-  double switch_threshold;
   /* Told of every internal step; may be NULL. A negative status ends flesh_integrator_step with
    * it. */
   int (*observe)(void *data, const flesh_internal_step *step);
   void *observe_data;
 } flesh_adaptive_options;
-/* No control of methods of fixed steps, 1e-4, order 2, no limit of a step, 100 000 steps, switch at 0.01. */
+/* No control of methods of fixed steps, 1e-4, order 2, no limit of a step, 100 000 steps. */
 FLESH_API void flesh_adaptive_options_default(flesh_adaptive_options *options);
 
 typedef struct flesh_integrator flesh_integrator;

@@ -136,8 +136,7 @@ static int settle_time(flesh_scene *scene)
                            scene->keys.time.adaptive.max_order);
   }
   const flesh_method method = (flesh_method)scene->keys.time.method;
-  if (flesh_system_multiplier_count(scene->system) &&
-      (method == FLESH_METHOD_ADAPTIVE || method == FLESH_METHOD_EULER_THEN_ADAPTIVE)) {
+  if (flesh_system_multiplier_count(scene->system) && method == FLESH_METHOD_ADAPTIVE) {
     const flesh_key *key =
         flesh_key_at(time->children, offsetof(flesh_scene_keys, time.method) - time->offset);
     return flesh_node_fail(flesh_scene_place(place, time->children, key->offset),
@@ -145,8 +144,7 @@ static int settle_time(flesh_scene *scene)
                            "0.5); it must be a method of fixed steps or runge-kutta, or poisson below 0.5",
                            time->name, key->name, flesh_method_name(method));
   }
-  if (flesh_system_internal_count(scene->system) &&
-      (method == FLESH_METHOD_ADAPTIVE || method == FLESH_METHOD_EULER_THEN_ADAPTIVE)) {
+  if (flesh_system_internal_count(scene->system) && method == FLESH_METHOD_ADAPTIVE) {
     const flesh_key *key =
         flesh_key_at(time->children, offsetof(flesh_scene_keys, time.method) - time->offset);
     return flesh_node_fail(flesh_scene_place(place, time->children, key->offset),

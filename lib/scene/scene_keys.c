@@ -257,14 +257,6 @@ static const flesh_key time_table[] = {
      .range = FLESH_RANGE_POSITIVE,
      .default_value = "100000",
      .doc = "internal steps between two outputs, of steps that errors choose, before the run gives up"},
-    {.name = "switch_threshold",
-     .type = FLESH_KEY_NUMBER,
-     AT(time.adaptive.switch_threshold),
-     .range = FLESH_RANGE_POSITIVE,
-     .default_value = "0.01",
-     .doc = "euler-then-adaptive: backward Euler steps until the local error of such a step, h^2/2 of the "
-            "motion's second derivative, is at most this share of the body's longest side and of its scale of "
-            "velocity"},
     {.name = NULL},
 };
 #undef METHOD_DOC

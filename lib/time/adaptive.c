@@ -17,7 +17,7 @@
 enum { CLONES = 24 }; /* as many as IDAInit takes, or more */
 
 /* No stages of their own. */
-const flesh_method_row flesh_method_adaptive = {0}, flesh_method_euler_then_adaptive = {0};
+const flesh_method_row flesh_method_adaptive = {0};
 
 static int make_sundials(flesh_adaptive *self)
 {
@@ -120,7 +120,7 @@ int flesh_adaptive_set_options(flesh_adaptive *self, const flesh_adaptive_option
   int status = flesh_adaptive_options_check(options);
   if (status) return status;
   self->options = *options;
-  self->running = self->steps = 0;
+  self->running = 0;
   flesh_adaptive_energy_tolerate(&self->energy, options->tolerance);
   return apply_options(self);
 }
@@ -193,7 +193,7 @@ static int start(flesh_adaptive *self, flesh_state *state, double ahead)
   return FLESH_OK;
 }
 
-int flesh_adaptive_returned(const flesh_adaptive *self) { return self->serial == self->evaluation->serial; }
+static int returned(const flesh_adaptive *self) { return self->serial == self->evaluation->serial; }
 
 static void give_back(flesh_adaptive *self, double t, flesh_state *state)
 {
@@ -319,9 +319,8 @@ static int run_to(flesh_adaptive *self, flesh_state *state, double end, flesh_so
 int flesh_adaptive_step(flesh_adaptive *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
   const double begin = state->t, end = begin + h;
-  int status = FLESH_OK, fresh = !self->running || !flesh_adaptive_returned(self);
+  int status = FLESH_OK, fresh = !self->running || !returned(self);
   self->h = h;
-  self->steps = 1;
   if (fresh) {
     status = start(self, state, h);
     if (status > 0) status = flesh_adaptive_fail_start(self, state, status);
@@ -331,29 +330,13 @@ int flesh_adaptive_step(flesh_adaptive *self, flesh_state *state, double h, fles
   return status;
 }
 
-int flesh_adaptive_is_slow(flesh_adaptive *self, const flesh_state *state, double h, int *slow,
-                           flesh_solve_stats *stats)
-{
-  *slow = 0;
-  self->running = 0;
-  int status = flesh_ida_start(self->problem, state, self->y, self->yp);
-  if (!status)
-    *slow = h * h / 2 * flesh_ida_curvature(self->problem, self->y, self->yp) <= self->options.switch_threshold;
-  self->steps = *slow;
-  add_problem_stats(self, stats);
-  return status < 0 ? status : FLESH_OK;
-}
-
 int flesh_adaptive_runs(const flesh_adaptive *self) { return self->running; }
-
-int flesh_adaptive_steps(const flesh_adaptive *self) { return self->steps; }
 
 void flesh_adaptive_archive(flesh_adaptive *self, flesh_archive *archive)
 {
   FLESH_ARCHIVE(archive, self->t);
   FLESH_ARCHIVE(archive, self->h);
   FLESH_ARCHIVE(archive, self->serial);
-  FLESH_ARCHIVE(archive, self->steps);
   if (archive->mode == FLESH_ARCHIVE_LOAD) self->running = 0;
 }
 

@@ -24,13 +24,6 @@ void flesh_adaptive_set_stop(flesh_adaptive *adaptive, int (*stop)(void *data), 
  * back. FLESH_ERR_INTEGRATOR with what is known in flesh_adaptive_failure; the state is then the last one reached. */
 int flesh_adaptive_step(flesh_adaptive *adaptive, flesh_state *state, double h, flesh_solve_stats *stats);
 
-/* Whether the run's state is the one that the last step gave back. */
-int flesh_adaptive_returned(const flesh_adaptive *adaptive);
-
-/* Whether the motion from the state on is slow for steps of h; *slow 0 where it has no value there. Adds to *stats. */
-int flesh_adaptive_is_slow(flesh_adaptive *adaptive, const flesh_state *state, double h, int *slow,
-                           flesh_solve_stats *stats);
-
 const flesh_failure *flesh_adaptive_failure(const flesh_adaptive *adaptive);
 /* t and h of IDA's internal step. */
 void flesh_adaptive_progress(const flesh_adaptive *adaptive, flesh_progress *progress);
@@ -41,8 +34,6 @@ void *flesh_adaptive_ida(const flesh_adaptive *adaptive);
 size_t flesh_adaptive_memory(const flesh_adaptive *adaptive);
 /* But for IDA's history, which it does not take back: loaded, it starts anew from the state given back last. */
 void flesh_adaptive_archive(flesh_adaptive *adaptive, flesh_archive *archive);
-/* Whether IDA takes the steps now. */
-int flesh_adaptive_steps(const flesh_adaptive *adaptive);
 /* Whether there is such a history. */
 int flesh_adaptive_runs(const flesh_adaptive *adaptive);
 

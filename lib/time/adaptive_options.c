@@ -6,8 +6,7 @@
 
 void flesh_adaptive_options_default(flesh_adaptive_options *options)
 {
-  *options = (flesh_adaptive_options){
-      .tolerance = 1e-4, .max_order = 2, .max_step = INFINITY, .max_steps = 100000, .switch_threshold = 0.01};
+  *options = (flesh_adaptive_options){.tolerance = 1e-4, .max_order = 2, .max_step = INFINITY, .max_steps = 100000};
 }
 
 int flesh_adaptive_options_check(const flesh_adaptive_options *options)
@@ -20,7 +19,5 @@ int flesh_adaptive_options_check(const flesh_adaptive_options *options)
     return flesh_fail(FLESH_ERR_ARGUMENT, "max_step is %g s; it must be positive", options->max_step);
   if (options->max_steps < 1)
     return flesh_fail(FLESH_ERR_ARGUMENT, "max_steps is %d; it must be positive", options->max_steps);
-  if (!(options->switch_threshold > 0))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "switch_threshold is %g; it must be positive", options->switch_threshold);
   return FLESH_OK;
 }

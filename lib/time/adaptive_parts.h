@@ -22,7 +22,6 @@ struct flesh_adaptive {
   flesh_evaluation *evaluation; /* the run's, borrowed */
   /* The state given back last, at t with a step of h, to which IDA's memory belongs. */
   int running;
-  int steps;   /* the motion has been found slow: IDA takes its steps */
   long serial; /* of that state */
   double t, h;
   double t_internal;      /* IDA's own time, at or beyond t */

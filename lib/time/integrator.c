@@ -13,11 +13,6 @@
 
 static const double max_energy_gain = 0.5;
 
-static int is_adaptive(flesh_method method)
-{
-  return method == FLESH_METHOD_ADAPTIVE || method == FLESH_METHOD_EULER_THEN_ADAPTIVE;
-}
-
 /* `count` vectors in one block, or NULL. */
 static double *make_vectors(const flesh_integrator *self, size_t count, double ***vectors)
 {
@@ -99,7 +94,7 @@ static int create_together(flesh_integrator *self)
     status = flesh_continuation_create(self->nonlinear, &self->multipliers, self->start, &self->continuation);
   if (!status) status = flesh_recovery_create(system, &self->options, &self->recovery);
   if (!status) status = flesh_multipliers_create(system, self->nonlinear, &self->options, &self->multipliers);
-  if (!status && is_adaptive(self->method))
+  if (!status && self->method == FLESH_METHOD_ADAPTIVE)
     status = flesh_adaptive_create(self->evaluation, &self->options, &self->watch, &self->adaptive);
   self->watch.limit = max_energy_gain;
   self->evaluation->environment.costs = &self->costs;
@@ -121,8 +116,7 @@ int flesh_integrator_create(const flesh_system *system, flesh_method method,
   flesh_integrator *self = calloc(1, sizeof *self);
   if (self) {
     self->method = method;
-    /* Until the motion is slow. */
-    self->row = method == FLESH_METHOD_EULER_THEN_ADAPTIVE ? &flesh_method_backward_euler : row;
+    self->row = row;
     self->options = *options;
     self->nonlinear = nonlinear;
     self->evaluation = flesh_nonlinear_evaluation(nonlinear);
@@ -181,7 +175,7 @@ flesh_method flesh_integrator_method(const flesh_integrator *integrator)
 flesh_progress flesh_integrator_progress(const flesh_integrator *self)
 {
   flesh_progress progress = {.t = self->trying.begin, .h = self->trying.h};
-  if (self->adaptive && flesh_adaptive_steps(self->adaptive)) flesh_adaptive_progress(self->adaptive, &progress);
+  if (self->adaptive) flesh_adaptive_progress(self->adaptive, &progress);
   else flesh_nonlinear_progress(self->nonlinear, &progress);
   return progress;
 }
@@ -321,20 +315,11 @@ const flesh_state *flesh_integrator_stage(const flesh_integrator *self, const fl
   return self->last_stage.known ? &self->last_stage.at : state;
 }
 
-/* IDA's steps; before the motion is slow, backward Euler's where those are asked for. */
-static int step_adaptively(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats,
-                           int *euler)
+static int step_by_ida(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
-  flesh_adaptive *adaptive = self->adaptive;
-  int status = FLESH_OK, slow = self->method == FLESH_METHOD_ADAPTIVE ||
-                                (flesh_adaptive_steps(adaptive) && flesh_adaptive_returned(adaptive));
-  if (!slow) status = flesh_adaptive_is_slow(adaptive, state, h, &slow, stats);
-  *euler = !slow;
-  if (status) return status;
-  if (*euler) return flesh_integrator_step_in_time(self, state, h, stats);
-  status = flesh_adaptive_step(adaptive, state, h, stats);
+  int status = flesh_adaptive_step(self->adaptive, state, h, stats);
   if (status == FLESH_ERR_INTEGRATOR || status == FLESH_ERR_ENERGY)
-    self->recovery.failure = *flesh_adaptive_failure(adaptive);
+    self->recovery.failure = *flesh_adaptive_failure(self->adaptive);
   return status;
 }
 
@@ -353,16 +338,16 @@ static int untangle(flesh_integrator *self, flesh_state *state, double h, flesh_
 /* A step of a state that has what the system's constraints need. */
 static int take_step(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
-  int status, euler = 1;
+  int status;
   flesh_untangler *untangler = self->recovery.untangler;
   if (untangler) flesh_untangler_before_step(untangler, state);
   self->watch.step = h;
-  if (is_adaptive(self->method)) status = step_adaptively(self, state, h, stats, &euler);
+  if (self->adaptive) status = step_by_ida(self, state, h, stats);
   else if (self->method == FLESH_METHOD_STATIC) status = flesh_integrator_find_equilibrium(self, state, h, stats);
   else status = flesh_integrator_step_in_time(self, state, h, stats);
   if (!status && untangler && self->method != FLESH_METHOD_STATIC) return untangle(self, state, h, stats);
   if (status == FLESH_ERR_INTEGRATOR || status > 0) flesh_energy_watch_last(&self->watch, state);
-  if (status <= 0 || !euler) return status;
+  if (status <= 0 || self->adaptive) return status;
   return flesh_recovery_fail(&self->recovery);
 }
 

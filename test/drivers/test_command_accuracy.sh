@@ -74,7 +74,7 @@ errors_fall_with_the_step() {
 
 # As a share of the body's length (4 m); orders above 2 need not fall at loose tolerances.
 errors_follow_the_tolerance() {
-  for method in adaptive adaptive5 euler-then-adaptive; do
+  for method in adaptive adaptive5; do
     [ "$(column all/accuracy.csv setting $method | wc -l)" -eq 3 ] || { echo "$method"; return 1; }
   done
   column all/accuracy.csv error_position_rms adaptive | awk '

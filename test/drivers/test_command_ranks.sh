@@ -38,8 +38,7 @@ newmark() { agree 2 "$scenes/swing_coarse.yaml" --method newmark --set time.end=
 adaptive() {
   limit=1e-4
   agree 3 "$scenes/swing_coarse.yaml" --method adaptive --set time.tolerance=1e-6 --set time.end=0.2 --no-frames &&
-    agree 2 "$scenes/viscous_spin.yaml" --method euler-then-adaptive --set time.tolerance=1e-6 --set time.end=0.05 \
-      --no-frames
+    agree 2 "$scenes/viscous_spin.yaml" --method adaptive --set time.tolerance=1e-6 --set time.end=0.05 --no-frames
   code=$?
   limit=1e-6
   return "$code"
@@ -405,7 +404,7 @@ hht_goes_on() { killed_and_resumed bent.yaml --method hht; }
 a_weld_that_breaks_goes_on() { make_torn && killed_and_resumed torn.yaml --no-frames; }
 adaptive_contact_goes_on() { make_cubes 1.06 '[0.5, 0, -1]' 'adaptive: true' && killed_and_resumed cubes.yaml --no-frames; }
 separation_goes_on() { make_cubes 0.97 '[0.1, 0, 1]' 'intersecting: separate' && killed_and_resumed cubes.yaml --no-frames; }
-euler_then_adaptive_goes_on() { killed_and_resumed bent.yaml --method euler-then-adaptive --set time.switch_threshold=1e-9; }
+runge_kutta_goes_on() { killed_and_resumed bent.yaml --method runge-kutta --set time.tolerance=1e-3; }
 
 # What one process has written serves ranks, and its file is refused where the scene has become another, on all.
 ranks_go_on_with_what_one_has_begun() {
@@ -470,7 +469,7 @@ else
     a_state_goes_on_on_others more_ranks_than_there_is_work \
     what_is_not_there_is_refused a_bad_scene_on_one_rank_ends_all a_failed_step_is_that_of_one_rank \
     a_signal_to_one_rank_ends_all a_signal_to_an_idle_rank_ends_all a_killed_rank_ends_all a_budget_ends_all \
-    ${STOP_AT:+backward_euler_goes_on bdf2_goes_on hht_goes_on euler_then_adaptive_goes_on a_weld_that_breaks_goes_on} \
+    ${STOP_AT:+backward_euler_goes_on bdf2_goes_on hht_goes_on runge_kutta_goes_on a_weld_that_breaks_goes_on} \
     ${STOP_AT:+adaptive_contact_goes_on separation_goes_on volume_projection_goes_on incompressible_tets_go_on} \
     ranks_go_on_with_what_one_has_begun a_signal_leaves_a_checkpoint costs_go_on_from_those_of_the_first_rank
 fi

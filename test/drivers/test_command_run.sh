@@ -99,7 +99,6 @@ preconditioners_are_told() {
 auto tet10-mean 0.49 backward-euler ic
 auto tet10-mean 0.49 static volume-projection
 auto tet10-mean 0.499 backward-euler volume-projection
-auto tet10-mean 0.499 euler-then-adaptive volume-projection
 auto tet10-mean 0.45 static ic
 auto tet10 0.499 static ic
 volume-projection tet10-mean 0.49 newmark volume-projection

@@ -90,7 +90,7 @@ static double stage_of(flesh_method method)
  * too; the first step's end is checked by potentials of it alone, so the second step is watched. */
 static void steps_lag_where_the_last_one_balances(void)
 {
-  for (int method = 0; method < FLESH_METHOD_EULER_THEN_ADAPTIVE; method++) {
+  for (int method = 0; method <= FLESH_METHOD_ADAPTIVE; method++) {
     test_body b;
     witness w;
     make(&b, &w);

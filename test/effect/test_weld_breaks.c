@@ -455,7 +455,6 @@ static void adaptive_methods_refuse_it(void)
   begin_peel(600, NULL, &b);
   CHECK(flesh_integrator_create(b.system, FLESH_METHOD_ADAPTIVE, &options, &integrator) == FLESH_ERR_ARGUMENT);
   CHECK_TEXT(flesh_error_text(), "internal variables");
-  CHECK(flesh_integrator_create(b.system, FLESH_METHOD_EULER_THEN_ADAPTIVE, &options, &integrator) == FLESH_ERR_ARGUMENT);
   CHECK(flesh_ida_problem_create(b.system, &options, &problem) == FLESH_ERR_ARGUMENT);
   CHECK_TEXT(flesh_error_text(), "a method of fixed steps");
   b.state.internal_count--;

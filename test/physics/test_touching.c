@@ -237,7 +237,6 @@ static void what_cannot_be_is_refused(void)
   refused("effects.contact.motion=[{time: 0}]", "motion is of an obstacle; bodies that touch have none");
   refused("effects.contact.thickness=-1", "thickness");
   refused("time.method=adaptive", "contact");
-  refused("time.method=euler-then-adaptive", "contact");
 }
 
 /* Bodies that are not paired go through each other. */

@@ -1,6 +1,6 @@
 // TEST quick seconds=120
 /* test_adaptive.c: the adaptive methods against another code's exact motions and GSL's: errors and tolerances, events,
- * restarts, failures, energy, slow starts. */
+ * restarts, failures, energy. */
 #include <float.h>
 
 #include "busy_bar.h"
@@ -352,7 +352,6 @@ static void bad_options_are_refused(void)
   REFUSED(max_order, 0, "1 to 5");
   REFUSED(max_step, 0, "positive");
   REFUSED(max_steps, 0, "positive");
-  REFUSED(switch_threshold, -1, "positive");
 #undef REFUSED
   flesh_integrator_destroy(&integrator);
   test_body_destroy(&b);
@@ -409,51 +408,11 @@ static void driven_bodies_are_not_warned_about(void)
   test_body_destroy(&b);
 }
 
-/* Backward Euler first where the start is violent, IDA at once where it is not. */
-static void slow_starts_and_violent_ones(void)
-{
-  const double h = 1. / 60;
-  test_body b;
-  flesh_solve_stats stats = {0};
-  make_scrambled(&b);
-  flesh_integrator *integrator = adaptive(&b, FLESH_METHOD_EULER_THEN_ADAPTIVE, 1e-3, 2);
-  int euler = 0, ida = 0, mixed = 0, repositioned = 0;
-  for (int k = 0; k < 240; k++) {
-    stats = (flesh_solve_stats){0};
-    CHECK_OK(flesh_integrator_step(integrator, &b.state, h, &stats));
-    if (stats.solves > 0) euler++, mixed |= ida > 0 && !repositioned;
-    else ida++;
-    repositioned |= stats.untanglings > 0; /* a new state, which is asked anew */
-  }
-  printf("# scrambled: %d steps of backward Euler, then %d of IDA\n", euler, ida);
-  CHECK(euler >= 2 && ida >= 100 && !mixed);
-  /* Another violent state: asked anew. */
-  test_jitter(b.n, 0.3, 5, b.state.x);
-  stats = (flesh_solve_stats){0};
-  CHECK_OK(flesh_integrator_step(integrator, &b.state, h, &stats));
-  CHECK(stats.solves > 0);
-  flesh_integrator_destroy(&integrator);
-  test_body_destroy(&b);
-
-  flesh_state states[2];
-  make_oracle_bar(FLESH_MASS_LUMPED, &b);
-  for (int k = 0; k < 2; k++) {
-    states[k] = state_copy(b.n, &b.state);
-    integrator = adaptive(&b, k ? FLESH_METHOD_EULER_THEN_ADAPTIVE : FLESH_METHOD_ADAPTIVE, 1e-3, 2);
-    for (int j = 0; j < 10; j++) CHECK_OK(flesh_integrator_step(integrator, &states[k], h, NULL));
-    flesh_integrator_destroy(&integrator);
-  }
-  CHECK(!memcmp(states[0].x, states[1].x, (size_t)b.n * sizeof(double)));
-  state_free(&states[0]);
-  state_free(&states[1]);
-  test_body_destroy(&b);
-}
-
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(errors_follow_the_tolerance), TEST(tight_tolerances_reach_another_codes_motion),
                    TEST(small_bodies_agree_with_gsl), TEST(events_and_moving_constraints),
                    TEST(constrained_dofs_follow_their_motion), TEST(another_state_starts_anew),
                    TEST(failures_are_reported), TEST(bad_options_are_refused), TEST(growing_energy_is_warned_about),
-                   TEST(driven_bodies_are_not_warned_about), TEST(slow_starts_and_violent_ones));
+                   TEST(driven_bodies_are_not_warned_about));
 }

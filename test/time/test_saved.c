@@ -148,8 +148,6 @@ static void every_method_goes_on(void)
                                            "time.method=generalized-alpha"};
   for (size_t k = 0; k < sizeof controlled / sizeof controlled[0]; k++)
     check_motion(SWING, 20, 1, SET(controlled[k], "time.adaptive=true", "time.tolerance=1e-2"), &total);
-  /* This run stays with backward Euler. */
-  check_motion(SWING, 20, 1, SET("time.method=euler-then-adaptive", "time.switch_threshold=1e-9"), &total);
   /* Steps that are small enough for matrices and factors to serve again, singly and in turns. */
   for (int every = 1; every < 6; every += 2) {
     check_motion(SWING, 40, every, SET("time.step=1/480"), &total);

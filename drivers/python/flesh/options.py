@@ -76,7 +76,6 @@ class AdaptiveOptions(Options):
     max_order: int = Field("1 to 5; above 2 not A-stable")
     max_step: float = Field("s; inf: no limit")
     max_steps: int = Field("internal steps in one step")
-    switch_threshold: float = Field("euler-then-adaptive: local error of backward Euler at which it ends")
 
     def _default(self):
         lib.flesh_adaptive_options_default(self._struct)
