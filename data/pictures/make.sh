@@ -56,7 +56,7 @@ gallery() {
 
 tutorials() {
   for page in "$root"/drivers/tutorials/*.md; do blocks "${page#"$root/"}"; done
-  "$flesh" accuracy pluck.yaml --quick --methods backward-euler,newmark,runge-kutta,adaptive --out pluck
+  "$flesh" accuracy pluck.yaml --quick --methods backward-euler,newmark,runge-kutta,ida --out pluck
   cp pluck/work_time.png tutorial_accuracy.png
   "$flesh" plot pluck/steps/runge-kutta_1e-3.csv --x t --y h --log y --out tutorial_steps.png
   "${flesh%/*}/examples/example_bar_kinsol" equilibrium.txt

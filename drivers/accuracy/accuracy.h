@@ -35,9 +35,9 @@ typedef struct flesh_accuracy_method {
   ROW("adaptive-newmark", "newmark", 2, 0, "#882255", 12, " (newmark, steps by its error)")                            \
   ROW("adaptive-generalized-alpha", "generalized-alpha", 2, 0, "#bb5566", 15,                                          \
       " (generalized-alpha, steps by its error)")                                                                      \
-  ROW("runge-kutta", "runge-kutta", 2, 0, "#117733", 6, " (order 3, steps by its error)")                              \
-  ROW("adaptive", "adaptive", 1, 2, "#0072b2", 5, " (IDA, orders 1 and 2)")                                            \
-  ROW("adaptive5", "adaptive", 1, 5, "#aa3399", 4, " (orders 1 to 5)")
+  ROW("runge-kutta", "runge-kutta", 2, 0, "#117733", 6, " (order 3, steps by its error: adaptive)")                              \
+  ROW("ida", "ida", 1, 2, "#0072b2", 5, " (orders 1 and 2)")                                                           \
+  ROW("ida5", "ida", 1, 5, "#aa3399", 4, " (orders 1 to 5)")
 
 #define FLESH_ACCURACY_METHOD_ONE(...) +1
 enum { FLESH_ACCURACY_METHODS = FLESH_ACCURACY_METHOD_LIST(FLESH_ACCURACY_METHOD_ONE) };

@@ -23,7 +23,7 @@ typedef struct source {
 } source;
 
 /* The first two that reach the end make the reference. */
-static const source sources[] = {{"adaptive5", 0, 0},
+static const source sources[] = {{"ida5", 0, 0},
                                  {"midpoint", 2, 2},
                                  {"newmark", 2, 2},
                                  {"bdf2", 2, 1},

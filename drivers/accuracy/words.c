@@ -168,9 +168,8 @@ static void say_gains(const flesh_accuracy_plan *plan, FILE *stream)
     if (!count) continue;
     fprintf(stream, ".\n");
     if (method->max_order > 2)
-      fprintf(stream, "  Orders above 2 are not stable for fast oscillations, which grow: take order 2 "
-          "(adaptive) or a "
-          "tighter tolerance.\n");
+      fprintf(stream, "  Orders above 2 are not stable for fast oscillations, which grow: take order 2 (ida) or a "
+              "tighter tolerance.\n");
   }
 }
 

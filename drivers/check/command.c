@@ -71,7 +71,6 @@ static void report_mesh(const flesh_scene *scene)
 static int report_system(const flesh_scene *scene, double t)
 {
   const flesh_system *system = flesh_scene_system(scene);
-  const flesh_scene_time *time = flesh_scene_times(scene);
   int unknowns = flesh_system_unknowns(system);
   flesh_block_matrix *K = NULL;
   int status = flesh_system_matrix_create(system, &K);
@@ -85,10 +84,7 @@ static int report_system(const flesh_scene *scene, double t)
     printf("\nunknowns: %d, of which %d are held at the start; Jacobian of %d blocks 3x3 (upper "
            "triangle)\n",
            unknowns, held, blocks);
-    if (time->method == FLESH_METHOD_STATIC)
-      printf("time: statics, %s\n",
-             flesh_system_moves(system) ? "a sequence of equilibria" : "one equilibrium");
-    else printf("time: %s, steps of %g s to %g s\n", flesh_method_name(time->method), time->step, time->end);
+    flesh_time_print(stdout, scene);
   }
   free(fixed);
   flesh_block_matrix_destroy(&K);

@@ -46,7 +46,7 @@ static double reference(const bar *b)
   flesh_adaptive_options_default(&adaptive);
   options.linear_tolerance = 1e-6;
   adaptive.tolerance = 1e-6;
-  TRY(flesh_integrator_create(b->system, FLESH_METHOD_ADAPTIVE, &options, &integrator));
+  TRY(flesh_integrator_create(b->system, FLESH_METHOD_IDA, &options, &integrator));
   TRY(flesh_integrator_set_adaptive(integrator, &adaptive));
   const size_t n = 3 * (size_t)b->nodes;
   flesh_state state = {.t = 0, .x = malloc(n * sizeof(double)), .v = calloc(n, sizeof(double))};

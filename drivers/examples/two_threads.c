@@ -6,7 +6,7 @@
  *
  * Sample output:
  *   thread 0, backward-euler: tip at z = -1.1687 m, bit for bit as alone
- *   thread 1, adaptive: tip at z = -1.0952 m, bit for bit as alone
+ *   thread 1, ida: tip at z = -1.0952 m, bit for bit as alone
  */
 #include <pthread.h>
 
@@ -49,7 +49,7 @@ int main(void)
   bar_begin(&b, &soft, FLESH_MASS_LUMPED, 1);
   bar_gravity(&b, -9.81);
   bar_finish(&b);
-  const flesh_method methods[2] = {FLESH_METHOD_BACKWARD_EULER, FLESH_METHOD_ADAPTIVE};
+  const flesh_method methods[2] = {FLESH_METHOD_BACKWARD_EULER, FLESH_METHOD_IDA};
   job apart[2], after[2];
   pthread_t threads[2];
 

@@ -98,7 +98,7 @@ static void report(const flesh_figures *figures, const flesh_outcome *outcome, c
 
 /* Their names with bars between them. */
 #define METHOD_NAME(NAME, name, text, order, doc) "|" text
-static const char *const methods = &(FLESH_METHOD_LIST(METHOD_NAME))[1];
+static const char *const methods = &(FLESH_METHOD_LIST(METHOD_NAME) "|adaptive")[1];
 #undef METHOD_NAME
 
 static void describe_springs(const flesh_system *system)
@@ -111,7 +111,7 @@ static void describe_springs(const flesh_system *system)
   }
 }
 
-/* Prints the scene's mesh, contacts, materials and springs. */
+/* Prints the scene's mesh, contacts, materials, steps and springs. */
 static void describe(const flesh_scene *scene, const flesh_ranks *ranks)
 {
   flesh_mesh_info info;
@@ -126,6 +126,7 @@ static void describe(const flesh_scene *scene, const flesh_ranks *ranks)
            info.unused_nodes == 1 ? " is" : "s are");
   flesh_describe_touching(scene, stdout);
   flesh_materials_print(stdout, scene);
+  flesh_time_print(stdout, scene);
   describe_springs(flesh_scene_system(scene));
   flesh_warn_of_locking(scene, stdout);
   const char *preconditioner = flesh_preconditioner_used(scene, flesh_ranks_take_volumes_out(ranks, scene));

@@ -35,8 +35,8 @@ static const char *energy_advice(const flesh_scene *scene, const flesh_figures *
   case FLESH_METHOD_RUNGE_KUTTA:
     return "the steps do not resolve the motion: let its error choose them by time.tolerance, or try a smaller one, or "
            "time.table=esdirk324, which damps more";
-  case FLESH_METHOD_ADAPTIVE:
-    return "try a smaller time.tolerance or time.max_order=2, or time.method=backward-euler, which damps";
+  case FLESH_METHOD_IDA:
+    return "try a smaller time.tolerance or time.max_order=2, or time.method=adaptive, which damps";
   default:
     return "the steps do not resolve the motion: try a shorter time.step";
   }
@@ -57,8 +57,8 @@ const char *flesh_failure_advice(const flesh_failure *failure, const flesh_scene
            "shorter time.step, a gentler motion or load, a finer mesh at the worst tet, or an "
            "energy that is "
            "defined there (S or E)";
-  if (failure->order > 0 || flesh_scene_times(scene)->method == FLESH_METHOD_ADAPTIVE)
-    return "IDA's steps follow every fast oscillation: for a violent start or load try time.method=runge-kutta or "
+  if (failure->order > 0 || flesh_scene_times(scene)->method == FLESH_METHOD_IDA)
+    return "IDA's steps follow every fast oscillation: for a violent start or load try time.method=adaptive or "
            "backward-euler; else a larger time.tolerance or time.max_steps";
   if (solver->line_search != FLESH_LINE_SEARCH_POTENTIAL)
     return "plain Newton steps are not guarded: try solver.line_search=potential, or a shorter "

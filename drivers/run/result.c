@@ -183,6 +183,19 @@ const char *flesh_preconditioner_used(const flesh_scene *scene, int takes_volume
       solver->preconditioner, mesh->split ? mesh->split->whole_nodes : flesh_mesh_node_count(mesh)));
 }
 
+void flesh_time_print(FILE *stream, const flesh_scene *scene)
+{
+  const flesh_scene_time *time = flesh_scene_times(scene);
+  const char *name = flesh_method_name(time->method);
+  if (time->method == FLESH_METHOD_STATIC)
+    fprintf(stream, "time: statics, %s\n",
+            flesh_system_moves(flesh_scene_system(scene)) ? "a sequence of equilibria" : "one equilibrium");
+  else if (time->adaptive.control || time->method == FLESH_METHOD_IDA)
+    fprintf(stream, "time: %s, steps by its error (tolerance %g), states every %g s to %g s\n", name,
+            time->adaptive.tolerance, time->step, time->end);
+  else fprintf(stream, "time: %s, steps of %g s to %g s\n", name, time->step, time->end);
+}
+
 void flesh_materials_print(FILE *stream, const flesh_scene *scene)
 {
   const flesh_material *materials = flesh_scene_body(scene)->materials;

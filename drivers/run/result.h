@@ -77,6 +77,7 @@ int flesh_takes_volumes_out(const flesh_scene *scene, const flesh_system *system
 const char *flesh_preconditioner_used(const flesh_scene *scene, int takes_volumes_out);
 
 /* Constants of every material in force, as text or as a new array. */
+void flesh_time_print(FILE *stream, const flesh_scene *scene);
 void flesh_materials_print(FILE *stream, const flesh_scene *scene);
 json_t *flesh_materials_json(const flesh_scene *scene);
 

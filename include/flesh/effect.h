@@ -184,7 +184,7 @@ typedef struct flesh_effect_constraints {
 /* For effects with internal variables: what they remember of the path that led here, such as damage, a plastic strain or
  * the slip of friction. They are real numbers, all 0 at first, and belong to the state (flesh_state.internal): constant
  * within a step (flesh_point.internal), and updated at its end, where it is accepted. Statics repeats an equilibrium
- * until that changes nothing. The adaptive methods and ODE problems, which keep no steps, refuse such effects. */
+ * until that changes nothing. FLESH_METHOD_IDA and ODE problems, which keep no steps, refuse such effects. */
 typedef struct flesh_effect_internal {
   /* How many; does not change. */
   int (*count)(const flesh_effect *effect);

@@ -31,7 +31,7 @@ extern "C" {
   ROW(RUNGE_KUTTA, runge_kutta, "runge-kutta", 3,                                                  \
       "diagonally implicit Runge-Kutta methods of several stages (table), each solved as a step "  \
       "of backward Euler; with a tolerance their local error chooses the steps")                   \
-  ROW(ADAPTIVE, adaptive, "adaptive", 0, "IDA's variable steps and orders up to max_order")
+  ROW(IDA, ida, "ida", 0, "IDA's variable steps and orders up to max_order")
 
 typedef enum flesh_method {
 #define FLESH_METHOD_ENUM(NAME, name, text, order, doc) FLESH_METHOD_##NAME,
@@ -39,8 +39,8 @@ typedef enum flesh_method {
 #undef FLESH_METHOD_ENUM
 } flesh_method;
 
-/* The method's name in a scene ("backward-euler"), and its order of accuracy in time (0: statics, and the adaptive
- * methods, which choose it); NULL and 0 for an unknown method. Cannot fail. */
+/* The method's name in a scene ("backward-euler"), and its order of accuracy in time (0: statics, and ida, which
+ * chooses it); NULL and 0 for an unknown method. Cannot fail. */
 FLESH_API const char *flesh_method_name(flesh_method method);
 FLESH_API int flesh_method_order(flesh_method method);
 
@@ -93,14 +93,14 @@ typedef struct flesh_failure {
   double residual, target; /* 2-norms over the free dofs, N */
   int worst_tet; /* smallest J at the last iterate, or -1 */
   double worst_J, worst_position[3];
-  int worst_node; /* largest residual at the last iterate (adaptive: local error), or -1 */
-  int order;      /* adaptive: of the last attempt; else 0 */
+  int worst_node; /* largest residual at the last iterate (ida: local error), or -1 */
+  int order;      /* ida: of the last attempt; else 0 */
   /* The largest |mean of J - 1| of incompressible tets, if the forces balance but these do not keep their volumes; else
    * 0. */
   double volume_gap;
 } flesh_failure;
 
-/* One internal step of the adaptive method. */
+/* One internal step of a method whose steps its error chooses. */
 typedef struct flesh_internal_step {
   double t, h; /* s; its end and length */
   int order;
@@ -155,13 +155,13 @@ FLESH_API flesh_method flesh_integrator_method(const flesh_integrator *integrato
 FLESH_API int flesh_integrator_step(flesh_integrator *integrator, flesh_state *state, double h,
                                     flesh_solve_stats *stats);
 
-/* Replaces the defaults of the adaptive methods, and of those that estimate their error. FLESH_ERR_ARGUMENT when a
+/* Replaces the defaults of methods that estimate their error. FLESH_ERR_ARGUMENT when a
  * value is out of its range, or where `control` is wanted of a method of steps that does not estimate its error; further
  * FLESH_ERR_MEMORY. The integrator starts anew. */
 FLESH_API int flesh_integrator_set_adaptive(flesh_integrator *integrator,
                                             const flesh_adaptive_options *options);
 
-/* `stop` is asked while a step is made: between the internal steps of the adaptive methods, else
+/* `stop` is asked while a step is made: between the internal steps of ida, else
  * before every Newton iteration and within long PCG solves. A negative status ends the step with
  * it, the state being that of the last part that was finished. It may be asked often and must be
  * quick. NULL: not asked. */
@@ -233,10 +233,9 @@ FLESH_API int flesh_integrator_save(const flesh_integrator *integrator, size_t r
  * instructions. Where the sentence says that the integrator is lost, and after FLESH_ERR_MEMORY, it must be
  * destroyed. */
 FLESH_API int flesh_integrator_load(flesh_integrator *integrator, const void *data, size_t size);
-/* Whether what would be saved now is all that the next step depends on. 0 while IDA steps (adaptive
- * methods), which gives its history but does not take it back: a loaded integrator starts IDA anew
- * from the state, with order 1, and the motion agrees within flesh_adaptive_options.tolerance. Cannot
- * fail. */
+/* Whether what would be saved now is all that the next step depends on. 0 while IDA steps, which gives its
+ * history but does not take it back: a loaded integrator starts IDA anew from the state, with order 1, and the motion
+ * agrees within flesh_adaptive_options.tolerance. Cannot fail. */
 FLESH_API int flesh_integrator_saves_all(const flesh_integrator *integrator);
 
 /* Bytes held by the integrator by now. */
@@ -246,10 +245,10 @@ FLESH_API size_t flesh_integrator_memory(const flesh_integrator *integrator);
  * stays the integrator's. A setting holds for all later steps, except KINSetFuncNormTol, which
  * every solve sets from newton_tolerance, and KINSetNumMaxIters where a solve that must continue to
  * a smaller residual has fewer than 300 of max_newton left. Do not replace the system function, its
- * user data, the linear solver or the Jacobian. Steps of FLESH_METHOD_ADAPTIVE do not use it. */
+ * user data, the linear solver or the Jacobian. Steps of FLESH_METHOD_IDA do not use it. */
 FLESH_API void *flesh_integrator_kinsol(const flesh_integrator *integrator);
 
-/* The IDA memory (of IDACreate) inside an integrator of an adaptive method, for IDASet... and
+/* The IDA memory (of IDACreate) inside an integrator of FLESH_METHOD_IDA, for IDASet... and
  * IDAGet... functions, NULL for other methods; it stays the integrator's. A setting holds for all
  * later steps, except tolerances, the initial step and the stop time, which every start sets;
  * flesh_integrator_set_adaptive overwrites the maximal order and step and the bounds of a kept step.

@@ -117,8 +117,8 @@ typedef struct flesh_solver_options {
   /* How often at most a step in time is solved, each time with what is lagged (normal forces and
    * directions behind friction, follower loads) as the last solve's end has it, until that changes
    * no residual by more than the tolerance; 1: it is that of the step before, but where it follows the
-   * shape (FLESH_IS_FOLLOWER_LOAD) methods of order 2 take 2, and keep their order. The adaptive
-   * methods lag nothing, and statics repeats follower loads anyway. */
+   * shape (FLESH_IS_FOLLOWER_LOAD) methods of order 2 take 2, and keep their order. FLESH_METHOD_IDA
+   * lags nothing, and statics repeats follower loads anyway. */
   int lag_iterations;
 } flesh_solver_options;
 
@@ -189,7 +189,7 @@ typedef struct flesh_solve_stats {
 } flesh_solve_stats;
 
 /* Progress of the step that is being made; for `stop` to report. Newton's iteration is that of the solve under way,
- * with the residual at its last linear solve, N; the adaptive methods give t and h of IDA's internal step, and 0 for
+ * with the residual at its last linear solve, N; FLESH_METHOD_IDA gives t and h of its internal step, and 0 for
  * the rest. */
 typedef struct flesh_progress {
   double t, h; /* s; the part of the step that is tried: its start and length */

@@ -95,22 +95,23 @@ static int read_mesh(flesh_scene *scene)
                 : FLESH_OK;
 }
 
-/* Whether and how errors choose the steps of the method. */
-static int settle_adaptive(const flesh_scene *scene, flesh_method method, const flesh_node *place,
-                           flesh_adaptive_options *taken)
+/* Whether and how errors choose the steps of the method, which may have been `adaptive` by name. */
+static int settle_adaptive(const flesh_scene *scene, int by_name, const flesh_node *place, flesh_adaptive_options *taken)
 {
+  const flesh_method method = (flesh_method)scene->keys.time.method;
   const int said = scene->keys.time.controlled, known = flesh_method_controlled(method) != NULL;
   flesh_adaptive_options defaults;
   flesh_adaptive_options_default(&defaults);
   *taken = scene->keys.time.adaptive;
   taken->control = known && (said < 0 ? method == FLESH_METHOD_RUNGE_KUTTA && !isnan(taken->tolerance) : said);
   if (isnan(taken->tolerance)) taken->tolerance = defaults.tolerance;
-  if (said != 1 || known || method == FLESH_METHOD_STATIC || flesh_method_order(method) == 0) return FLESH_OK;
+  if (by_name ? said : said != 1 || known || flesh_method_order(method) == 0) return FLESH_OK;
   const flesh_key *time = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, time));
   const flesh_key *key = flesh_key_at(time->children, offsetof(flesh_scene_keys, time.controlled) - time->offset);
   return flesh_node_fail(flesh_scene_place(place, time->children, key->offset),
-                         "%s.%s is true; with method %s, whose error is not estimated, it must be false, or the method "
-                         "another one", time->name, key->name, flesh_method_name(method));
+                         "%s.%s is %s; with method %s, whose error %s, it must be %s, or the method another one",
+                         time->name, key->name, by_name ? "false" : "true", by_name ? "adaptive" : flesh_method_name(method),
+                         by_name ? "chooses steps" : "is not estimated", by_name ? "true" : "false");
 }
 
 /* The method and end in force: without inertia there is nothing to step. */
@@ -120,6 +121,9 @@ static int settle_time(flesh_scene *scene)
   const flesh_node *place = flesh_scene_place(scene->root, flesh_scene_table, time->offset);
   if (!flesh_scene_has_inertia(scene))
     scene->keys.time.method = FLESH_METHOD_STATIC;
+  const int by_name = !flesh_method_find((flesh_method)scene->keys.time.method);
+  if (by_name) scene->keys.time.method = FLESH_METHOD_RUNGE_KUTTA;
+  if (by_name && scene->keys.time.controlled) scene->keys.time.controlled = 1;
   if (isnan(scene->keys.time.end) && scene->keys.time.method != FLESH_METHOD_STATIC) {
     const flesh_key *end =
         flesh_key_at(time->children, offsetof(flesh_scene_keys, time.end) - time->offset);
@@ -136,23 +140,21 @@ static int settle_time(flesh_scene *scene)
                            scene->keys.time.adaptive.max_order);
   }
   const flesh_method method = (flesh_method)scene->keys.time.method;
-  if (flesh_system_multiplier_count(scene->system) && method == FLESH_METHOD_ADAPTIVE) {
+  const char *refused = flesh_system_multiplier_count(scene->system)
+                            ? "which cannot judge the error of the pressures of incompressible tets (poisson 0.5); it "
+                              "must be adaptive or a method of fixed steps, or poisson below 0.5"
+                        : flesh_system_internal_count(scene->system)
+                            ? "which goes on from a history of smooth steps; with a weld that breaks it must be adaptive "
+                              "or a method of fixed steps"
+                            : NULL;
+  if (refused && method == FLESH_METHOD_IDA) {
     const flesh_key *key =
         flesh_key_at(time->children, offsetof(flesh_scene_keys, time.method) - time->offset);
-    return flesh_node_fail(flesh_scene_place(place, time->children, key->offset),
-                           "%s.%s is %s, which cannot judge the error of the pressures of incompressible tets (poisson "
-                           "0.5); it must be a method of fixed steps or runge-kutta, or poisson below 0.5",
-                           time->name, key->name, flesh_method_name(method));
-  }
-  if (flesh_system_internal_count(scene->system) && method == FLESH_METHOD_ADAPTIVE) {
-    const flesh_key *key =
-        flesh_key_at(time->children, offsetof(flesh_scene_keys, time.method) - time->offset);
-    return flesh_node_fail(flesh_scene_place(place, time->children, key->offset),
-                           "%s.%s is %s, which goes on from a history of smooth steps; with a weld that breaks it must "
-                           "be a method of fixed steps or runge-kutta", time->name, key->name, flesh_method_name(method));
+    return flesh_node_fail(flesh_scene_place(place, time->children, key->offset), "%s.%s is %s, %s", time->name,
+                           key->name, flesh_method_name(method), refused);
   }
   flesh_adaptive_options taken;
-  int status = settle_adaptive(scene, method, place, &taken);
+  int status = settle_adaptive(scene, by_name, place, &taken);
   if (status) return status;
   scene->keys.time.options.table = (flesh_table)scene->keys.time.table;
   scene->time = (flesh_scene_time){(flesh_method)scene->keys.time.method, scene->keys.time.step,

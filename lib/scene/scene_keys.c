@@ -191,7 +191,8 @@ static const flesh_key time_table[] = {
      AT(time.method),
      .choices = flesh_method_names,
      .default_value = "backward-euler",
-     .doc = FLESH_METHOD_LIST(METHOD_DOC) "a scene without inertia is always static"},
+     .doc = FLESH_METHOD_LIST(METHOD_DOC) "adaptive: runge-kutta with adaptive: true, which needs the least work for "
+            "an error; a scene without inertia is always static"},
     {.name = "step",
      .type = FLESH_KEY_NUMBER,
      AT(time.step),
@@ -235,14 +236,14 @@ static const flesh_key time_table[] = {
      .type = FLESH_KEY_BOOLEAN,
      AT(time.controlled),
      .default_value = "",
-     .doc = "whether the local error chooses steps within step: of all methods but midpoint, static and IDA's, which always "
-            "choose theirs; absent: of runge-kutta with a tolerance"},
+     .doc = "whether the local error chooses steps within step: of all methods but midpoint, static and ida, which always "
+            "chooses its own; absent: of runge-kutta with a tolerance"},
     {.name = "max_order",
      .type = FLESH_KEY_INTEGER,
      AT(time.adaptive.max_order),
      .range = FLESH_RANGE_POSITIVE,
      .default_value = "2",
-     .doc = "adaptive: largest order of the formulas, 1 to 5; above 2 energy may grow and steps become "
+     .doc = "ida: largest order of the formulas, 1 to 5; above 2 energy may grow and steps become "
             "short at loose tolerances"},
     {.name = "max_step",
      .type = FLESH_KEY_NUMBER,

@@ -2,7 +2,7 @@
 #include <math.h>
 
 #include "base/error.h"
-#include "time/adaptive.h"
+#include "time/ida.h"
 
 void flesh_adaptive_options_default(flesh_adaptive_options *options)
 {

@@ -27,7 +27,7 @@
  *   by half the sum of its change at x_0 and at x_1, exact where V is quadratic.
  * - Runge-Kutta methods add up the power of their stages with the weights of the step, R_i.V_i at each.
  * - IDA has an interpolant, along which the power is integrated by Simpson's rule with as many parts as it needs: where
- *   all is prescribed no error limits the steps (adaptive_energy.c).
+ *   all is prescribed no error limits the steps (ida_energy.c).
  * At an event, where constraints jump and loads begin and end, the change of E counts as external work.
  *
  * Where internal variables change at the end of a step (something breaks), E falls by what that dissipates; so does D.

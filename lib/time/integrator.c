@@ -94,11 +94,11 @@ static int create_together(flesh_integrator *self)
     status = flesh_continuation_create(self->nonlinear, &self->multipliers, self->start, &self->continuation);
   if (!status) status = flesh_recovery_create(system, &self->options, &self->recovery);
   if (!status) status = flesh_multipliers_create(system, self->nonlinear, &self->options, &self->multipliers);
-  if (!status && self->method == FLESH_METHOD_ADAPTIVE)
-    status = flesh_adaptive_create(self->evaluation, &self->options, &self->watch, &self->adaptive);
+  if (!status && self->method == FLESH_METHOD_IDA)
+    status = flesh_ida_steps_create(self->evaluation, &self->options, &self->watch, &self->ida);
   self->watch.limit = max_energy_gain;
   self->evaluation->environment.costs = &self->costs;
-  if (self->adaptive) flesh_adaptive_set_costs(self->adaptive, &self->costs);
+  if (self->ida) flesh_ida_steps_set_costs(self->ida, &self->costs);
   return status;
 }
 
@@ -140,7 +140,7 @@ void flesh_integrator_destroy(flesh_integrator **integrator)
   flesh_continuation_clear(&(*integrator)->continuation);
   flesh_nonlinear_destroy(&(*integrator)->nonlinear);
   flesh_recovery_clear(&(*integrator)->recovery);
-  flesh_adaptive_destroy(&(*integrator)->adaptive);
+  flesh_ida_steps_destroy(&(*integrator)->ida);
   flesh_prescribed_clear(&(*integrator)->prescribed);
   free((*integrator)->memory.v0); /* and all others of that block */
   free((*integrator)->of_method);
@@ -175,7 +175,7 @@ flesh_method flesh_integrator_method(const flesh_integrator *integrator)
 flesh_progress flesh_integrator_progress(const flesh_integrator *self)
 {
   flesh_progress progress = {.t = self->trying.begin, .h = self->trying.h};
-  if (self->adaptive) flesh_adaptive_progress(self->adaptive, &progress);
+  if (self->ida) flesh_ida_steps_progress(self->ida, &progress);
   else flesh_nonlinear_progress(self->nonlinear, &progress);
   return progress;
 }
@@ -198,7 +198,7 @@ size_t flesh_integrator_memory(const flesh_integrator *self)
          flesh_continuation_memory(&self->continuation) +
          flesh_multipliers_memory(&self->multipliers) + flesh_internals_memory(&self->internals) +
          flesh_error_control_memory(&self->control) +
-         (self->adaptive ? flesh_adaptive_memory(self->adaptive) : 0);
+         (self->ida ? flesh_ida_steps_memory(self->ida) : 0);
 }
 
 void *flesh_integrator_kinsol(const flesh_integrator *integrator)
@@ -208,13 +208,13 @@ void *flesh_integrator_kinsol(const flesh_integrator *integrator)
 
 void *flesh_integrator_ida(const flesh_integrator *integrator)
 {
-  return integrator->adaptive ? flesh_adaptive_ida(integrator->adaptive) : NULL;
+  return integrator->ida ? flesh_ida_steps_ida(integrator->ida) : NULL;
 }
 
 int flesh_integrator_set_adaptive(flesh_integrator *integrator, const flesh_adaptive_options *options)
 {
   FLESH_NEED({integrator, "integrator"}, {options, "options"});
-  if (integrator->adaptive) return flesh_adaptive_set_options(integrator->adaptive, options);
+  if (integrator->ida) return flesh_ida_steps_set_options(integrator->ida, options);
   int status = flesh_adaptive_options_check(options);
   if (status) return status;
   const flesh_method_row *own = flesh_method_find(integrator->method),
@@ -237,7 +237,7 @@ int flesh_integrator_set_adaptive(flesh_integrator *integrator, const flesh_adap
 void flesh_integrator_set_stop(flesh_integrator *integrator, int (*stop)(void *data), void *data)
 {
   flesh_nonlinear_set_stop(integrator->nonlinear, stop, data);
-  if (integrator->adaptive) flesh_adaptive_set_stop(integrator->adaptive, stop, data);
+  if (integrator->ida) flesh_ida_steps_set_stop(integrator->ida, stop, data);
 }
 
 const char *flesh_integrator_warning(const flesh_integrator *integrator)
@@ -317,9 +317,9 @@ const flesh_state *flesh_integrator_stage(const flesh_integrator *self, const fl
 
 static int step_by_ida(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
-  int status = flesh_adaptive_step(self->adaptive, state, h, stats);
+  int status = flesh_ida_steps_step(self->ida, state, h, stats);
   if (status == FLESH_ERR_INTEGRATOR || status == FLESH_ERR_ENERGY)
-    self->recovery.failure = *flesh_adaptive_failure(self->adaptive);
+    self->recovery.failure = *flesh_ida_steps_failure(self->ida);
   return status;
 }
 
@@ -342,12 +342,12 @@ static int take_step(flesh_integrator *self, flesh_state *state, double h, flesh
   flesh_untangler *untangler = self->recovery.untangler;
   if (untangler) flesh_untangler_before_step(untangler, state);
   self->watch.step = h;
-  if (self->adaptive) status = step_by_ida(self, state, h, stats);
+  if (self->ida) status = step_by_ida(self, state, h, stats);
   else if (self->method == FLESH_METHOD_STATIC) status = flesh_integrator_find_equilibrium(self, state, h, stats);
   else status = flesh_integrator_step_in_time(self, state, h, stats);
   if (!status && untangler && self->method != FLESH_METHOD_STATIC) return untangle(self, state, h, stats);
   if (status == FLESH_ERR_INTEGRATOR || status > 0) flesh_energy_watch_last(&self->watch, state);
-  if (status <= 0 || self->adaptive) return status;
+  if (status <= 0 || self->ida) return status;
   return flesh_recovery_fail(&self->recovery);
 }
 

@@ -7,7 +7,7 @@
 
 #include "sundials/kinsol.h"
 #include "system/system.h"
-#include "time/adaptive.h"
+#include "time/ida.h"
 #include "time/energy_watch.h"
 #include "time/error_control.h"
 #include "time/extrapolation.h"
@@ -21,7 +21,7 @@
 
 /* Sources of a step's first iterates. */
 typedef struct flesh_first_iterates {
-  flesh_extrapolation extrapolation; /* of steps that are not adaptive */
+  flesh_extrapolation extrapolation; /* of stages, which IDA has none of */
   flesh_rigid_parts parts;
   double *extrapolated, *rigid; /* [n] displacements over a step */
 } flesh_first_iterates;
@@ -62,7 +62,7 @@ struct flesh_integrator {
   int blocked;       /* an obstacle bars the end of the part tried last, though not its stage */
   flesh_error_control control; /* of methods that estimate their error; off unless asked for */
   flesh_costs costs;
-  flesh_adaptive *adaptive; /* of the adaptive methods */
+  flesh_ida_steps *ida; /* NULL: another method */
   flesh_energy_watch watch; /* of methods that step in time */
   flesh_multipliers multipliers;
   flesh_internals internals;

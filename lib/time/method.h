@@ -84,7 +84,8 @@ const flesh_method_row *flesh_method_find(flesh_method method);
 /* The row that goes by its own errors; NULL where there is none. */
 const flesh_method_row *flesh_method_controlled(flesh_method method);
 
-/* Names as in a scene, in the order of the enum, NULL at the end. */
+/* Names as in a scene, in the order of the enum; then `adaptive`, which stands for runge-kutta whose error chooses its
+ * steps; NULL at the end. */
 extern const char *const flesh_method_names[];
 
 #endif

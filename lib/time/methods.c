@@ -7,7 +7,7 @@
 #include "time/method.h"
 
 #define TEXT(NAME, name, text, order, doc) text,
-const char *const flesh_method_names[] = {FLESH_METHOD_LIST(TEXT) NULL};
+const char *const flesh_method_names[] = {FLESH_METHOD_LIST(TEXT) "adaptive", NULL};
 #undef TEXT
 
 #define ADDRESS(NAME, name, text, order, doc) &flesh_method_##name,

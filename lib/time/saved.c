@@ -93,7 +93,7 @@ static void archive_motion(flesh_integrator *self, flesh_archive *archive)
   FLESH_ARCHIVE(archive, self->recovery.failure);
   flesh_archive_bytes(archive, self->costs.effects, effects * sizeof *self->costs.effects);
   flesh_error_control_archive(&self->control, archive);
-  if (self->adaptive) flesh_adaptive_archive(self->adaptive, archive);
+  if (self->ida) flesh_ida_steps_archive(self->ida, archive);
 }
 
 /* All but what every step sets anew; the motion first, as flesh_integrator_take goes no further. */
@@ -216,5 +216,5 @@ int flesh_integrator_take(flesh_integrator *self, const void *data, size_t size,
 
 int flesh_integrator_saves_all(const flesh_integrator *self)
 {
-  return self && !(self->adaptive && flesh_adaptive_runs(self->adaptive));
+  return self && !(self->ida && flesh_ida_steps_runs(self->ida));
 }

@@ -53,7 +53,7 @@ CASES = [
     ("prescribed motion", "viscous_spin.yaml", ("body.mesh=../meshes/bar_8x2x2.mesh", "time.end=0.5"), None),
     ("static", "loaded_bar.yaml", ("body.mesh=../meshes/bar_8x2x2.mesh", "time.step=1/40"), None),
     ("untangle", "knot.yaml", (), "untanglings"),
-    ("adaptive", SWING, ("time.end=2", "time.method=adaptive", "time.tolerance=1e-3"), None),
+    ("ida", SWING, ("time.end=2", "time.method=ida", "time.tolerance=1e-3"), None),
     ("runge-kutta", TWIST, ("time.end=1", "time.method=runge-kutta", "time.tolerance=1e-3"), None),
 ]
 # A clamped bar whose nodes begin anywhere in it; long steps damp its motion.
@@ -103,7 +103,7 @@ class Case:
         path = scene if scene == "knot.yaml" else os.path.join(SCENES, scene)
         values = [value.replace("=../meshes", "=" + os.path.join(SCENES, "../meshes")) for value in (*values, *OUTPUT)]
         self.words = ["run", path, "--quiet", *(word for value in values for word in ("--set", value))]
-        self.inexact = "adaptive" in name
+        self.inexact = name == "ida"
         started = time.time()
         done = flesh(folder, *self.words, "--out", self.whole)
         self.seconds = time.time() - started

@@ -94,7 +94,7 @@ every() {
 meshes() { every "$each" mesh convert bar.msh made.node; }
 checks() { every "$seldom" check bar.yaml; }
 runs() { every "$seldom" run bar.yaml --out out --quiet; }
-adaptive_runs() { every "$seldom" run bar.yaml --out out --quiet --method adaptive --no-frames; }
+adaptive_runs() { every "$seldom" run bar.yaml --out out --quiet --method ida --no-frames; }
 
 # lacks CODE WORDS SIZE COMMAND...: without memory of that size; it says so and ends with the code.
 lacks() {

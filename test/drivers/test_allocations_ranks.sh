@@ -18,7 +18,7 @@ scene() { # NAME MESH TIME MATERIAL EFFECTS
   "$flesh" mesh box --cells 3,3,3 --size 1,1,1 --out cube.msh >/dev/null || exit 1
 pin='  - pin: {box: [[-1, -1, -1], [1e-9, 2, 2]]}'
 scene bar bar.msh 'step: 1/60, end: 1/60' 0.45 "$pin"
-scene adaptive cube.msh 'method: adaptive, end: 1/100' 0.45 "$pin"
+scene adaptive cube.msh 'method: ida, end: 1/100' 0.45 "$pin"
 scene touching cube.msh 'step: 1/60, end: 1/30' 0.45 '  - contact: {between: all, friction: 0.5, thickness: 0.01}
 bodies: [{name: above, mesh: cube.msh, translation: [0.05, 0.03, 1.02]}]'
 

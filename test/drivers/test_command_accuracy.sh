@@ -74,26 +74,26 @@ errors_fall_with_the_step() {
 
 # As a share of the body's length (4 m); orders above 2 need not fall at loose tolerances.
 errors_follow_the_tolerance() {
-  for method in adaptive adaptive5; do
+  for method in ida ida5; do
     [ "$(column all/accuracy.csv setting $method | wc -l)" -eq 3 ] || { echo "$method"; return 1; }
   done
-  column all/accuracy.csv error_position_rms adaptive | awk '
+  column all/accuracy.csv error_position_rms ida | awk '
     { ratio = $1 / (4 * 10^(-1 - NR)); if (!(ratio < 100) || NR > 1 && !($1 < last)) exit 1; last = $1 }' || return 1
-  [ "$(column all/accuracy.csv error_over_tolerance adaptive | head -n 1)" != '' ] || return 1
+  [ "$(column all/accuracy.csv error_over_tolerance ida | head -n 1)" != '' ] || return 1
   # Its own steps, in order up to the end at least.
-  awk -F , 'NR == 1 { exit $0 != "t,h,order,rejected,convergence_failures" }' all/steps/adaptive_1e-4.csv || return 1
+  awk -F , 'NR == 1 { exit $0 != "t,h,order,rejected,convergence_failures" }' all/steps/ida_1e-4.csv || return 1
   awk -F , 'NR > 1 { if (!($1 > t && $2 > 0 && $3 >= 1 && $3 <= 2)) exit 1; t = $1 } END { exit !(NR > 20 && t >= 1) }' \
-    all/steps/adaptive_1e-4.csv
+    all/steps/ida_1e-4.csv
 }
 
 # A nearly incompressible bar swings for long: order 5 feeds its fast oscillations many times over, order 2 does not.
 energy_from_nowhere_is_told() {
-  expect 0 "$flesh" accuracy fall.yaml --set body.material.poisson=0.49 --set time.end=2 --methods adaptive,adaptive5 \
+  expect 0 "$flesh" accuracy fall.yaml --set body.material.poisson=0.49 --set time.end=2 --methods ida,ida5 \
     --tolerances 3e-3,1e-3 --quick --repeat 1 --reference-seconds 1 --out gains || return 1
-  has gains/verdict.txt 'warning: adaptive5 gains energy' && has gains/verdict.txt 'not stable for fast oscillations' ||
+  has gains/verdict.txt 'warning: ida5 gains energy' && has gains/verdict.txt 'not stable for fast oscillations' ||
     return 1
-  column gains/accuracy.csv energy_drift adaptive5 | awk '$1 > 0.2 { gained = 1 } END { exit !gained }' || return 1
-  column gains/accuracy.csv energy_drift adaptive | awk '$1 > 0.1 { gained = 1 } END { exit gained }'
+  column gains/accuracy.csv energy_drift ida5 | awk '$1 > 0.2 { gained = 1 } END { exit !gained }' || return 1
+  column gains/accuracy.csv energy_drift ida | awk '$1 > 0.1 { gained = 1 } END { exit gained }'
 }
 
 orders_are_those_of_the_methods() {
@@ -122,12 +122,12 @@ a_poor_reference_tells_less() {
 # A run is compared at every step that it takes: the errors are the same with whatever else it is compared, and whether
 # the steps meet or not.
 worst_is_the_worst_of_all_steps() {
-  expect 0 "$flesh" accuracy bar.yaml --quick --repeat 1 --out alone --methods bdf2,adaptive --steps 1/50 \
+  expect 0 "$flesh" accuracy bar.yaml --quick --repeat 1 --out alone --methods bdf2,ida --steps 1/50 \
     --tolerances 1e-3 --set time.end=2 --reference-seconds 0.5 || return 1
-  expect 0 "$flesh" accuracy bar.yaml --quick --repeat 1 --out beside --methods bdf2,adaptive --steps 1/4,1/7,1/50 \
+  expect 0 "$flesh" accuracy bar.yaml --quick --repeat 1 --out beside --methods bdf2,ida --steps 1/4,1/7,1/50 \
     --tolerances 1e-3 --set time.end=2 --reference-seconds 0.5 || return 1
   for figure in error_position_rms error_position_max error_tip error_volume energy_drift; do
-    for method in bdf2 adaptive; do
+    for method in bdf2 ida; do
       one=$(column alone/accuracy.csv $figure $method | tail -n 1)
       two=$(column beside/accuracy.csv $figure $method | tail -n 1)
       echo "$figure of $method: $one and $two"

@@ -19,7 +19,7 @@ energy_from_nowhere_ends_a_run() {
   expect 0 "$flesh" run near.yaml --out near --no-frames || return 1
   has near/result.json '"energy_gain": 0.0' && has near/result.json '"rejected_steps": [1-9]' &&
     has stdout.txt '[0-9]* of [0-9]* internal steps would have gained energy' || return 1
-  expect 8 "$flesh" run near.yaml --out near --no-frames --method adaptive --set time.tolerance=1e-2 \
+  expect 8 "$flesh" run near.yaml --out near --no-frames --method ida --set time.tolerance=1e-2 \
     --set time.max_order=3 || return 1
   has stderr.txt 'the energy grew by .* J although nothing put it in' && has stderr.txt 'node [0-9]* at (' &&
     has stderr.txt 'in tet [0-9]* at (' && has stderr.txt 'advice: the body starts so near an obstacle' &&
@@ -30,7 +30,7 @@ energy_from_nowhere_ends_a_run() {
   # A drop that IDA feeds at every bounce.
   scene drop '  - inertia: {}
   - gravity: {}
-  - contact: {plane: {point: [0, 0, -0.02]}}' 'method: adaptive, max_order: 5, tolerance: 0.1, step: 1/1000, end: 1'
+  - contact: {plane: {point: [0, 0, -0.02]}}' 'method: ida, max_order: 5, tolerance: 0.1, step: 1/1000, end: 1'
   expect 8 "$flesh" run drop.yaml --out drop --no-frames || return 1
   has stderr.txt 'advice: try a smaller time.tolerance or time.max_order=2' || return 1
   expect 0 "$flesh" run drop.yaml --out drop --no-frames --method backward-euler || return 1

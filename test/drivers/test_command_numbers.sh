@@ -94,7 +94,7 @@ END
 films() { each --every=@ "$flesh" film run --width 32 --out film && each --fps=@ "$flesh" film run --width 32 --out film; }
 accuracies() {
   each --steps=@ "$flesh" accuracy bar.yaml --out acc --quick --methods newmark --max-seconds 1 --reference-seconds 0.01 &&
-    each --tolerances=@ "$flesh" accuracy bar.yaml --out acc --quick --methods adaptive --steps 1/60 --max-seconds 1 \
+    each --tolerances=@ "$flesh" accuracy bar.yaml --out acc --quick --methods ida --steps 1/60 --max-seconds 1 \
       --reference-seconds 0.01
 }
 materials() {

@@ -37,8 +37,8 @@ newmark() { agree 2 "$scenes/swing_coarse.yaml" --method newmark --set time.end=
 # Steps of IDA that rounding makes others are as good: of 1e-6 each leaves a few, and velocities have tenfold.
 adaptive() {
   limit=1e-4
-  agree 3 "$scenes/swing_coarse.yaml" --method adaptive --set time.tolerance=1e-6 --set time.end=0.2 --no-frames &&
-    agree 2 "$scenes/viscous_spin.yaml" --method adaptive --set time.tolerance=1e-6 --set time.end=0.05 --no-frames
+  agree 3 "$scenes/swing_coarse.yaml" --method ida --set time.tolerance=1e-6 --set time.end=0.2 --no-frames &&
+    agree 2 "$scenes/viscous_spin.yaml" --method ida --set time.tolerance=1e-6 --set time.end=0.05 --no-frames
   code=$?
   limit=1e-6
   return "$code"
@@ -281,7 +281,7 @@ a_failed_step_is_that_of_one_rank() {
     --set time.step=0.5 --set 'effects.gravity.acceleration=[1, 2, -9]'
   expect 4 "$flesh" run "$@" --out failed_1 && expect 4 on_ranks 3 "$flesh" run "$@" --out failed_3 || return 1
   [ "$(grep -c '^flesh run: ' stderr.txt)" -eq 1 ] || return 1
-  expect 5 on_ranks 3 "$flesh" run "$@" --method adaptive --set time.max_steps=3 --out failed_ida || return 1
+  expect 5 on_ranks 3 "$flesh" run "$@" --method ida --set time.max_steps=3 --out failed_ida || return 1
   has stderr.txt 'max_steps = 3 internal steps' && [ "$(grep -c '^flesh run: ' stderr.txt)" -eq 1 ] || return 1
   python3 - <<'END'
 import json
@@ -421,7 +421,7 @@ ranks_go_on_with_what_one_has_begun() {
 
 # A signal to any rank has all write a checkpoint first. IDA starts anew behind it.
 a_signal_leaves_a_checkpoint() {
-  begin 3 "$scenes/swing_coarse.yaml" --checkpoint 1000s --method adaptive --set time.tolerance=1e-3 || return 1
+  begin 3 "$scenes/swing_coarse.yaml" --checkpoint 1000s --method ida --set time.tolerance=1e-3 || return 1
   kill -TERM "$(cat pid_2)" || return 1
   wait "$launched"
   [ $? -eq 143 ] || { echo 'not 143'; cat stderr.txt; return 1; }

@@ -97,7 +97,7 @@ apart() { paste -d ' ' "$1/state.txt" "$2/state.txt" | awk '!/#/ { for (k = 1; k
 
 adaptive_agrees_and_says_so() {
   rm -rf whole out
-  set -- --method adaptive --set effects.contact=null --set output.probes=null --set time.tolerance=1e-3
+  set -- --method ida --set effects.contact=null --set output.probes=null --set time.tolerance=1e-3
   expect 0 "$flesh" run bar.yaml --quiet --out whole "$@" || return 1
   stopped_at 150 "$flesh" run bar.yaml --quiet --checkpoint 3steps --out out "$@"
   [ $? -eq 137 ] || { echo 'not killed'; return 1; }

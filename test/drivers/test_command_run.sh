@@ -178,6 +178,15 @@ bad_scenes_are_refused() {
   [ ! -e out/bad ] && [ ! -e out/missing ]
 }
 
+# also by the scene that the run has written
+adaptive_is_runge_kutta_by_its_error() {
+  expect 0 "$flesh" run bar.yaml --method adaptive --set time.end=1/30 --out adaptive --no-frames &&
+    has stdout.txt '^time: runge-kutta, steps by its error (tolerance 0.0001), states every 0.0166667 s to 0.0333333 s' &&
+    expect 0 "$flesh" run adaptive/scene.yaml --out again --no-frames && cmp adaptive/state.txt again/state.txt &&
+    expect 0 "$flesh" run bar.yaml --method runge-kutta --set time.end=1/30 --out fixed --no-frames &&
+    has stdout.txt '^time: runge-kutta, steps of 0.0166667 s to 0.0333333 s' && ! cmp -s adaptive/state.txt fixed/state.txt
+}
+
 bad_meshes_are_refused() {
   printf 'nodes 4\n0 0 0\n1 0 0\n0 1 0\n1 1 0\ntets 1\n0 1 2 3\n' >flat.mesh
   for command in run check; do
@@ -357,6 +366,7 @@ statics_make_one_solve
 help_is_help
 bad_usage_is_refused
 bad_scenes_are_refused
+adaptive_is_runge_kutta_by_its_error
 bad_meshes_are_refused
 a_bad_place_is_refused_before_solving
 sigint_keeps_what_was_done

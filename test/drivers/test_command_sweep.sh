@@ -190,7 +190,7 @@ accuracy_gives_rows_of_tables() {
 command: accuracy
 scene: tiny.yaml
 set: {time.end: 1/10}
-arguments: [--quick, --methods, "midpoint,adaptive"]
+arguments: [--quick, --methods, "midpoint,ida"]
 axes: [{key: body.material.poisson, name: nu, values: [0.3, 0.4]}]
 columns: [{name: duration, is: steps * value}]
 END
@@ -201,7 +201,7 @@ END
   grep -qx '1,0.3,midpoint,step=1/60,6,0.1' table && grep -qx '2,0.4,midpoint,step=1/240,24,0.1' table &&
     [ "$(grep -c ^1 table)" -eq "$(grep -c ^2 table)" ] || { cat table; return 1; }
   # A table row is what the command itself writes.
-  expect 0 "$flesh" accuracy tiny.yaml --quick --methods midpoint,adaptive --set time.end=1/10 \
+  expect 0 "$flesh" accuracy tiny.yaml --quick --methods midpoint,ida --set time.end=1/10 \
     --set body.material.poisson=0.4 --out alone || return 1
   grep -v '^#' alone/accuracy.csv | sed 1d | cut -d, -f1-7 >expected
   "$flesh" sweep export accuracy/sweep.db --table rows --where 'case_id = 2' \

@@ -74,7 +74,7 @@ drift_fills() {
 accuracy_fills() {
   command -v gnuplot >/dev/null || return 0
   fills accuracy '0 4 12 20 28 36 44 60 76 92 108 140 180 240 300 4000' "$flesh" accuracy bar.yaml --out disk/out --quick \
-    --methods newmark,adaptive --steps 1/60,1/120 --tolerances 1e-2 --reference-seconds 0.01
+    --methods newmark,ida --steps 1/60,1/120 --tolerances 1e-2 --reference-seconds 0.01
 }
 hardcases_fills() {
   command -v gnuplot >/dev/null || return 0

@@ -100,8 +100,8 @@ breaking_that_makes_no_sense_is_refused() {
   sed "s|- weld: .*|- weld: {bodies: [soft, stiff], breaks_at: 0}|; s|\.\./meshes|$scenes/../meshes|" "$scenes/welded.yaml" >weld.yaml
   expect 2 "$flesh" run weld.yaml --quiet && has stderr.txt '19:46: effects\[3\].weld.breaks_at is 0; it must be a number > 0' ||
     return 1
-  sed 's/breaks_at: 0/breaks_at: 6e4/; s/bdf2/adaptive/' weld.yaml >adaptive.yaml
-  expect 2 "$flesh" run adaptive.yaml --quiet && has stderr.txt 'time.method is adaptive, which goes on from a history of smooth'
+  sed 's/breaks_at: 0/breaks_at: 6e4/; s/bdf2/ida/' weld.yaml >ida.yaml
+  expect 2 "$flesh" run ida.yaml --quiet && has stderr.txt 'time.method is ida, which goes on from a history of smooth'
 }
 
 # In statics what has fallen off has no equilibrium.

@@ -40,7 +40,7 @@ every_method() {
     same hand_pull 1/30 --method "$method" || { echo "by $method"; return 1; }
     solved || { echo "$method had nothing to solve"; return 1; }
   done
-  same finger_pull_coarse 1/60 --method adaptive && solved
+  same finger_pull_coarse 1/60 --method ida && solved
 }
 
 # A ball comes up to the hand, presses and rubs.

@@ -77,7 +77,7 @@ static flesh_integrator *integrator_of(const test_body *b, flesh_method method)
 /* Nothing moves, whatever the gap, the meshes, the elements and the method. */
 static void check_rest(test_body *b)
 {
-  for (int m = 0; m < FLESH_METHOD_ADAPTIVE; m++) {
+  for (int m = 0; m < FLESH_METHOD_IDA; m++) {
     flesh_integrator *integrator = integrator_of(b, (flesh_method)m);
     b->state.t = 0;
     for (int s = 0; s < 4; s++) CHECK_OK(flesh_integrator_step(integrator, &b->state, STEP, NULL));
@@ -168,7 +168,7 @@ static void hinged_cubes_close_without_crossing(void)
 {
   const flesh_keyframe keys[] = {{.t = 0}, {.t = 0.4, .rotation = {0, -1.62, 0}}};
   const flesh_motion motion = {.count = 2, .keyframes = keys, .centre = {SIDE, 0, SIDE}};
-  for (int m = 0; m < FLESH_METHOD_ADAPTIVE; m++) {
+  for (int m = 0; m < FLESH_METHOD_IDA; m++) {
     test_body b;
     int touched = 0;
     two_cubes(1, (const int[]){2, 2}, (double[]){SIDE, 0, SIDE}, &b);
@@ -208,7 +208,7 @@ static void what_breaks_collides_again(void)
   const flesh_keyframe keys[] = {{.t = 0}, {.t = 0.2, .translation = {0, 0, 0.03}}, {.t = 0.4, .translation = {0, 0, -0.03}}};
   const flesh_motion motion = {.count = 3, .keyframes = keys};
   static const double gaps[] = {0, 5e-4};
-  for (int k = 0; k < 2 * FLESH_METHOD_ADAPTIVE; k++) {
+  for (int k = 0; k < 2 * FLESH_METHOD_IDA; k++) {
     const flesh_method method = (flesh_method)(k / 2);
     test_body b;
     flesh_contact_surface surface;
@@ -273,7 +273,7 @@ static void what_breaks_pressed_slides(void)
                                  {.t = 0.5, .translation = {0.23, 0.02, -0.01}},
                                  {.t = 0.6, .translation = {0.23, 0.02, 0.03}}};
   const flesh_motion motion = {.count = 4, .keyframes = keys};
-  for (int m = 0; m < FLESH_METHOD_ADAPTIVE; m++) {
+  for (int m = 0; m < FLESH_METHOD_IDA; m++) {
     test_body b;
     double deep = 0, across = 0, down = 0;
     begin_motion((const int[]){2, 3}, 0, &motion, 200, &b);

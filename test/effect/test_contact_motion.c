@@ -180,7 +180,7 @@ static void nothing_passes_with_methods_of_second_order(void)
 
 static void nothing_passes_with_adaptive_steps(void)
 {
-  check_throw(FLESH_METHOD_ADAPTIVE, 1e6, 1. / 30, 1. / 30);
+  check_throw(FLESH_METHOD_IDA, 1e6, 1. / 30, 1. / 30);
 }
 
 /* Without the guard, too, KINSOL's own line search or bare Newton steps: they may fail, but never pass. */
@@ -211,7 +211,7 @@ static void nothing_passes_without_the_guard(void)
 static void what_moves_pushes(void)
 {
   static const flesh_keyframe keys[] = {{.t = 0}, {.t = 0.5, .translation = {0, 0, 3}}};
-  const flesh_method methods[] = {FLESH_METHOD_BACKWARD_EULER, FLESH_METHOD_BDF2, FLESH_METHOD_ADAPTIVE,
+  const flesh_method methods[] = {FLESH_METHOD_BACKWARD_EULER, FLESH_METHOD_BDF2, FLESH_METHOD_IDA,
                                   FLESH_METHOD_STATIC};
   for (int k = 0; k < 8; k++) {
     scene s;
@@ -228,7 +228,7 @@ static void what_moves_pushes(void)
     CHECK_OK(flesh_system_finalize(s.b.system));
     start(&s, method, 1e-6);
     int status = FLESH_OK, through = 0;
-    const double h = 1. / 30, end = method == FLESH_METHOD_STATIC ? 0.15 : method == FLESH_METHOD_ADAPTIVE ? 0.1 : 0.5;
+    const double h = 1. / 30, end = method == FLESH_METHOD_STATIC ? 0.15 : method == FLESH_METHOD_IDA ? 0.1 : 0.5;
     for (; s.b.state.t < end - 1e-9 && !status;) {
       status = flesh_integrator_step(s.integrator, &s.b.state, h, NULL);
       for (int i = 0; i < s.b.n / 3; i++)
@@ -252,7 +252,7 @@ static void a_handle_into_an_obstacle_says_so(void)
     add_contact(&s, make_obstacle(PLANE), NAN, 0, 1e-3);
     CHECK_OK(test_body_hold(&s.b, 2, 0, FLESH_AXES_ALL, &(flesh_motion){2, keys, {0, 0, 0}, 0}, -INFINITY, INFINITY));
     CHECK_OK(flesh_system_finalize(s.b.system));
-    start(&s, method ? FLESH_METHOD_ADAPTIVE : FLESH_METHOD_BACKWARD_EULER, 1e-4);
+    start(&s, method ? FLESH_METHOD_IDA : FLESH_METHOD_BACKWARD_EULER, 1e-4);
     const flesh_run_options run = {.h = 1. / 30, .end = 1};
     CHECK(flesh_run(s.b.system, s.integrator, &run, &s.b.state, NULL) < 0);
     printf("# %s\n", flesh_error_text());
@@ -296,7 +296,7 @@ static void slide(double angle, double friction, flesh_method method, double h, 
 static void blocks_slip_at_mu(void)
 {
   const double g = 9.81, mu = 0.5;
-  const flesh_method methods[] = {FLESH_METHOD_BACKWARD_EULER, FLESH_METHOD_BDF2, FLESH_METHOD_ADAPTIVE};
+  const flesh_method methods[] = {FLESH_METHOD_BACKWARD_EULER, FLESH_METHOD_BDF2, FLESH_METHOD_IDA};
   for (int k = 0; k < 3; k++) {
     const double h = 1. / 60, end = k == 2 ? 0.2 : 1;
     double way, acceleration;

@@ -78,7 +78,7 @@ static void calls_are_counted_by_the_caller(void)
   test_body b;
   make(&b);
   CHECK_OK(flesh_system_finalize(b.system));
-  const flesh_method methods[] = {FLESH_METHOD_BACKWARD_EULER, FLESH_METHOD_ADAPTIVE};
+  const flesh_method methods[] = {FLESH_METHOD_BACKWARD_EULER, FLESH_METHOD_IDA};
   for (int m = 0; m < 2; m++) {
     flesh_integrator *one = integrator_of(&b, methods[m]), *idle = integrator_of(&b, methods[m]);
     const flesh_costs *costs = flesh_integrator_costs(one);

@@ -41,7 +41,7 @@ static flesh_integrator *adaptive(const flesh_system *system, double tolerance)
   flesh_adaptive_options_default(&steps);
   options.linear_solver = FLESH_LINEAR_KLU;
   steps.tolerance = tolerance;
-  CHECK_OK(flesh_integrator_create(system, FLESH_METHOD_ADAPTIVE, &options, &integrator));
+  CHECK_OK(flesh_integrator_create(system, FLESH_METHOD_IDA, &options, &integrator));
   CHECK_OK(flesh_integrator_set_adaptive(integrator, &steps));
   return integrator;
 }

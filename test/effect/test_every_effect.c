@@ -39,12 +39,12 @@ static void run(const flesh_effect_row *row, flesh_method method, double x[3])
 static void every_effect_runs_under_every_kind_of_method(void)
 {
   enum { METHODS_LIMIT = 64 };
-  flesh_method methods[METHODS_LIMIT] = {FLESH_METHOD_ADAPTIVE};
+  flesh_method methods[METHODS_LIMIT] = {FLESH_METHOD_IDA};
   int rows, count = 1;
   const flesh_effect_row *const *row = flesh_effect_registry(&rows);
   double bare[3];
   for_every_method(method, TEST_FIXED_STEPS) methods[count++] = method;
-  run(row[0], FLESH_METHOD_ADAPTIVE, bare);
+  run(row[0], FLESH_METHOD_IDA, bare);
   for (int k = 0; k < rows; k++) {
     double x[METHODS_LIMIT][3], worst[METHODS_LIMIT] = {0}, matters = 0;
     for (int m = 0; m < count; m++) {
@@ -85,7 +85,7 @@ static void every_effect_runs_in_statics(void)
 /* Without elasticity the nodes are grains of mass: a parabola, exact for methods of order 2. */
 static void free_flight_is_a_parabola(void)
 {
-  const flesh_method methods[] = {FLESH_METHOD_MIDPOINT, FLESH_METHOD_NEWMARK, FLESH_METHOD_ADAPTIVE};
+  const flesh_method methods[] = {FLESH_METHOD_MIDPOINT, FLESH_METHOD_NEWMARK, FLESH_METHOD_IDA};
   for (int m = 0; m < 3; m++)
     for (int mass = 0; mass < 2; mass++) {
       test_body b;
@@ -111,7 +111,7 @@ static void free_flight_is_a_parabola(void)
       for (int d = 0; d < b.n; d++)
         worst = fmax(worst, fabs(b.state.x[d] - flesh_mesh_positions(b.mesh)[d] - v[d] + (d % 3 == 2) * 9.81 / 2));
       printf("# %s: off by %.2g m after 1 s\n", flesh_method_name(methods[m]), worst);
-      CHECK_BELOW(worst, methods[m] == FLESH_METHOD_ADAPTIVE ? 1e-3 : 1e-7);
+      CHECK_BELOW(worst, methods[m] == FLESH_METHOD_IDA ? 1e-3 : 1e-7);
       free(v);
       flesh_integrator_destroy(&integrator);
       test_body_destroy(&b);

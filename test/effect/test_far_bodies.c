@@ -31,7 +31,7 @@ static void begin(double apart, double speed, test_body *b)
 /* Motions of parts of surfaces are bounded, cube by cube, only where something is near. */
 static void what_is_far_is_not_looked_at(void)
 {
-  for (int m = 0; m < FLESH_METHOD_ADAPTIVE; m++) {
+  for (int m = 0; m < FLESH_METHOD_IDA; m++) {
     if (m == FLESH_METHOD_STATIC) continue; /* what is free has no equilibrium */
     const flesh_solver_options options = test_options(1e-6);
     test_body b;

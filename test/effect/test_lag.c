@@ -90,7 +90,7 @@ static double stage_of(flesh_method method)
  * too; the first step's end is checked by potentials of it alone, so the second step is watched. */
 static void steps_lag_where_the_last_one_balances(void)
 {
-  for (int method = 0; method <= FLESH_METHOD_ADAPTIVE; method++) {
+  for (int method = 0; method <= FLESH_METHOD_IDA; method++) {
     test_body b;
     witness w;
     make(&b, &w);
@@ -104,7 +104,7 @@ static void steps_lag_where_the_last_one_balances(void)
     if (method != FLESH_METHOD_STATIC) CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.01, NULL));
     for (int d = 0; d < b.n; d++) x[d] = part == 1 ? b.state.x[d] : x[d] + part * (b.state.x[d] - x[d]);
     for (int d = 0; d < b.n; d++) v[d] = part * b.state.v[d]; /* it began at rest */
-    w = (witness){.n = b.n, .own = method == FLESH_METHOD_ADAPTIVE, .t = part * b.state.t,
+    w = (witness){.n = b.n, .own = method == FLESH_METHOD_IDA, .t = part * b.state.t,
                   .tolerance = part == 1 ? 0 : 1e-13, .x = x, .v = v};
     CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.01, NULL));
     printf("# %s: %d calls, %d wrong\n", flesh_method_name((flesh_method)method), w.calls, w.wrong);

@@ -204,7 +204,7 @@ static void first_guesses_weigh_them(void)
  * lost nothing and gained nothing. By stepping and by IDA. */
 static void the_energy_balance_knows_their_motion(void)
 {
-  const flesh_method methods[] = {FLESH_METHOD_BACKWARD_EULER, FLESH_METHOD_MIDPOINT, FLESH_METHOD_ADAPTIVE};
+  const flesh_method methods[] = {FLESH_METHOD_BACKWARD_EULER, FLESH_METHOD_MIDPOINT, FLESH_METHOD_IDA};
   for (int kind = 0; kind < KINDS; kind++)
     for (int m = 0; m < 3; m++) {
       test_body b;
@@ -316,7 +316,7 @@ static const flesh_effect_operations weight_operations = {.name = "weight", .rol
  * is the kinetic energy; by IDA, too, there is no spurious energy. */
 static void five_members_are_a_load(void)
 {
-  const flesh_method methods[] = {FLESH_METHOD_MIDPOINT, FLESH_METHOD_ADAPTIVE};
+  const flesh_method methods[] = {FLESH_METHOD_MIDPOINT, FLESH_METHOD_IDA};
   for (int m = 0; m < 2; m++) {
     test_body b;
     flesh_integrator *integrator = NULL;

@@ -168,7 +168,7 @@ static lost spin(flesh_method method, double viscosity, double h, double time, d
   flesh_adaptive_options_default(&adaptive);
   adaptive.tolerance = tolerance;
   CHECK_OK(flesh_integrator_create(b.system, method, &options, &integrator));
-  if (method == FLESH_METHOD_ADAPTIVE) CHECK_OK(flesh_integrator_set_adaptive(integrator, &adaptive));
+  if (method == FLESH_METHOD_IDA) CHECK_OK(flesh_integrator_set_adaptive(integrator, &adaptive));
   lost lost = {0};
   double kinetic, ignored, start, kept_start, L, kept, energy = energy_of(&b, &kinetic), first = energy;
   momenta_of(&b, h, &start, &kept_start);
@@ -238,8 +238,8 @@ static void others_lose_what_they_lose_without(void)
 /* IDA's error falls with its tolerance. */
 static void adaptive_loses_with_its_tolerance(void)
 {
-  const lost loose = spin(FLESH_METHOD_ADAPTIVE, VISCOSITY, 0.02, 2, 1e-3);
-  const lost tight = spin(FLESH_METHOD_ADAPTIVE, VISCOSITY, 0.02, 2, 1e-5);
+  const lost loose = spin(FLESH_METHOD_IDA, VISCOSITY, 0.02, 2, 1e-3);
+  const lost tight = spin(FLESH_METHOD_IDA, VISCOSITY, 0.02, 2, 1e-5);
   CHECK_BELOW(loose.largest, 2e-2);
   CHECK_BELOW(tight.largest, loose.largest / 50);
   CHECK_BELOW(tight.rise, 1e-6);

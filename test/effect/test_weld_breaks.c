@@ -453,7 +453,7 @@ static void adaptive_methods_refuse_it(void)
   flesh_integrator *integrator = NULL;
   flesh_ida_problem *problem = NULL;
   begin_peel(600, NULL, &b);
-  CHECK(flesh_integrator_create(b.system, FLESH_METHOD_ADAPTIVE, &options, &integrator) == FLESH_ERR_ARGUMENT);
+  CHECK(flesh_integrator_create(b.system, FLESH_METHOD_IDA, &options, &integrator) == FLESH_ERR_ARGUMENT);
   CHECK_TEXT(flesh_error_text(), "internal variables");
   CHECK(flesh_ida_problem_create(b.system, &options, &problem) == FLESH_ERR_ARGUMENT);
   CHECK_TEXT(flesh_error_text(), "a method of fixed steps");

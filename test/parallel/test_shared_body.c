@@ -392,7 +392,7 @@ static void refusals_and_failures_are_everyones(void)
   options.linear_solver = FLESH_LINEAR_KLU;
   CHECK(flesh_integrator_create(b.own.system, FLESH_METHOD_STATIC, &options, &integrator) == FLESH_ERR_ARGUMENT);
   CHECK_TEXT(flesh_error_text(), "not shared out");
-  CHECK(flesh_integrator_create(b.own.system, FLESH_METHOD_ADAPTIVE, &options, &integrator) == FLESH_ERR_ARGUMENT);
+  CHECK(flesh_integrator_create(b.own.system, FLESH_METHOD_IDA, &options, &integrator) == FLESH_ERR_ARGUMENT);
   options = options_of_ranks();
   options.max_newton = 1;
   options.max_cutbacks = 1;

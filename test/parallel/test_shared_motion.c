@@ -103,7 +103,7 @@ static void errors_follow_the_tolerance(void)
       flesh_solve_stats stats = {0};
       tolerance[k] = pow(10, -2 - k);
       error[k] = 0;
-      flesh_integrator *integrator = adaptive(&b.own, FLESH_METHOD_ADAPTIVE, tolerance[k], 0);
+      flesh_integrator *integrator = adaptive(&b.own, FLESH_METHOD_IDA, tolerance[k], 0);
       take(&b, &b.whole.state, &b.own.state);
       for (int at = 1; at <= 3; at++) {
         CHECK_OK(flesh_integrator_step(integrator, &b.own.state, 0.1 * at - b.own.state.t, &stats));
@@ -260,7 +260,7 @@ static void adaptive_steps_keep_momenta_and_energy(void)
   const double tolerance = 1e-5, several = 5;
   double first[6], after[6];
   open_tumbling(FLESH_MASS_LUMPED, &b);
-  flesh_integrator *integrator = adaptive(&b.own, FLESH_METHOD_ADAPTIVE, tolerance, 0);
+  flesh_integrator *integrator = adaptive(&b.own, FLESH_METHOD_IDA, tolerance, 0);
   const double size = test_momenta(&b.whole, first), energy = energy_of(&b);
   for (int step = 0; step < 4; step++) CHECK_OK(flesh_integrator_step(integrator, &b.own.state, 1. / 60, NULL));
   gather(&b, &b.own.state, &b.whole.state);
@@ -288,7 +288,7 @@ static void failures_and_stops_are_everyones(void)
 {
   bodies b;
   open_oracle_bar(FLESH_MASS_LUMPED, &b);
-  flesh_integrator *integrator = adaptive(&b.own, FLESH_METHOD_ADAPTIVE, 1e-6, 5);
+  flesh_integrator *integrator = adaptive(&b.own, FLESH_METHOD_IDA, 1e-6, 5);
   CHECK(flesh_integrator_step(integrator, &b.own.state, 0.1, NULL) == FLESH_ERR_INTEGRATOR);
   CHECK_TEXT(flesh_error_text(), "max_steps = 5");
   const flesh_failure *f = flesh_integrator_failure(integrator);

@@ -299,7 +299,7 @@ static void others_are_refused(void)
   CHECK(flesh_ida_problem_create(b.system, &options, &ida) == FLESH_ERR_ARGUMENT);
   CHECK_TEXT(flesh_error_text(), "incompressible tets (poisson 0.5)");
   CHECK(flesh_ode_problem_create(b.system, &options, &ode) == FLESH_ERR_ARGUMENT);
-  CHECK(flesh_integrator_create(b.system, FLESH_METHOD_ADAPTIVE, &options, &integrator) == FLESH_ERR_ARGUMENT);
+  CHECK(flesh_integrator_create(b.system, FLESH_METHOD_IDA, &options, &integrator) == FLESH_ERR_ARGUMENT);
   CHECK_TEXT(flesh_error_text(), "a method of fixed steps");
   b.body.element = FLESH_ELEMENT_TET10;
   CHECK(flesh_effect_elasticity(&b.body, &effect) == FLESH_ERR_ARGUMENT);

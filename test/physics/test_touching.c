@@ -236,7 +236,7 @@ static void what_cannot_be_is_refused(void)
   refused("effects.contact.plane={point: [0, 0, -1]}", "one of plane, sphere, capsule or mesh is needed, or between");
   refused("effects.contact.motion=[{time: 0}]", "motion is of an obstacle; bodies that touch have none");
   refused("effects.contact.thickness=-1", "thickness");
-  refused("time.method=adaptive", "contact");
+  refused("time.method=ida", "contact");
 }
 
 /* Bodies that are not paired go through each other. */

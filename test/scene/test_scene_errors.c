@@ -92,6 +92,8 @@ static const bad_scene scenes[] = {
      {"bad.yaml:3:", "time.alpha is 0.2; it must be in [-1/3, 0]"}},
     {BODY "effects:\n  - inertia\n  - gravity\ntime: {end: 1, method: midpoint, adaptive: true}\n",
      {"bad.yaml:5:", "time.adaptive is true; with method midpoint, whose error is not estimated, it must be false"}},
+    {BODY "effects:\n  - inertia\n  - gravity\ntime: {end: 1, method: adaptive, adaptive: false}\n",
+     {"bad.yaml:5:", "time.adaptive is false; with method adaptive, whose error chooses steps, it must be true"}},
     {BODY GRAVITY "time: {end: 1, method: runge-kutta, table: rk4}\n",
      {"time.table is rk4; it must be one of auto, esdirk325, esdirk324, trbdf2"}},
     {BODY GRAVITY "time: {end: 1}\noutput: {camera: {up: [0, 0, 0]}}\n",

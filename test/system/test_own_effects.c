@@ -157,7 +157,7 @@ static void a_start_that_bars_all_ways_is_told(void)
       .name = "wall", .residual = residual, .potential = potential,
       .barrier = &(const flesh_effect_barrier){.max_feasible_step = nothing_is_feasible}};
   const flesh_solver_options options = test_options(1e-6);
-  for (int m = 0; m < FLESH_METHOD_ADAPTIVE; m++) {
+  for (int m = 0; m < FLESH_METHOD_IDA; m++) {
     test_body b;
     flesh_integrator *integrator = NULL;
     add(&b, &wall);

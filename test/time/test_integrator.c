@@ -105,7 +105,7 @@ static void inverted_starts_of_undefined_energies_fail_clearly(void)
       memcpy(x, b.state.x, (size_t)b.n * sizeof *x);
       memcpy(v, b.state.v, (size_t)b.n * sizeof *v);
       CHECK_OK(flesh_integrator_create(b.system, method, &options, &integrator));
-      const int adaptive = method == FLESH_METHOD_ADAPTIVE;
+      const int adaptive = method == FLESH_METHOD_IDA;
       CHECK(flesh_integrator_step(integrator, &b.state, 1. / 60, &stats) ==
             (adaptive ? FLESH_ERR_INTEGRATOR : FLESH_ERR_SOLVE));
       printf("# %s\n", flesh_error_text());

@@ -44,7 +44,7 @@ cd "$work/tree" || exit 1
     append README.md '|---|---|---|---|' '| Yeoh (Yeoh 1993) | as E, and c2 (I_C-3)^2, `yeoh` | stress-free | fine |\n' &&
     # The method: a scheme, a row, an option, page.
     cp "$given/bossak.c" lib/time/ &&
-    insert include/flesh/integrator.h 'ROW(ADAPTIVE, adaptive,' \
+    insert include/flesh/integrator.h 'ROW(IDA, ida,' \
       '  ROW(BOSSAK, bossak, "bossak", 2, "damps to rho_inf") \\\n' &&
     append include/flesh/integrator.h '#define FLESH_METHOD_OPTION_LIST(ROW)' \
       '  ROW(rho_inf, 0.8, 0, 1, "[0, 1]", "of bossak (Wood, Bossak & Zienkiewicz 1981): what is left of fast oscillations") \\\n' &&

@@ -16,7 +16,7 @@ __all__ = ["Integrator", "InternalStep", "equilibrium"]
 
 
 class InternalStep(NamedTuple):
-    """One internal step of an adaptive method. The arrays are the library's: copy what is to last."""
+    """One internal step of a method whose steps its error chooses. The arrays are the library's: copy what is to last."""
     t: float  # its end, s
     h: float  # its length, s
     order: int
@@ -36,8 +36,8 @@ class Integrator(Handle):
         method: one of METHODS: "backward-euler", "bdf2", ..., "static".
         options: how solves go; SolverOptions() by default.
         method_options: of newmark, hht, generalized-alpha and runge-kutta.
-        adaptive: of the adaptive methods.
-        observe: called with every InternalStep of an adaptive method.
+        adaptive: of methods whose steps their error chooses.
+        observe: called with every InternalStep of these.
         stop: called often while a step is made, without arguments; to return something true ends the step with
             StoppedError.
     """
@@ -80,7 +80,7 @@ class Integrator(Handle):
         call(lib.flesh_integrator_set_method_options, self._pointer, options._struct)
 
     def set_adaptive(self, options: AdaptiveOptions, observe: Optional[Callable[[InternalStep], None]] = None) -> None:
-        """Replaces the defaults of the adaptive methods; `observe` is called with every InternalStep."""
+        """Replaces the defaults of methods whose steps their error chooses; `observe` is called with every InternalStep."""
         copy = AdaptiveOptions._copy(options._struct)
         function = ffi.NULL
         if observe is not None:
@@ -185,7 +185,7 @@ class Integrator(Handle):
 
     @property
     def ida(self) -> int:
-        """Address of the IDA memory inside an adaptive method's integrator; 0 for other methods."""
+        """Address of the IDA memory inside an integrator of ida; 0 for other methods."""
         return int(ffi.cast("uintptr_t", lib.flesh_integrator_ida(self._pointer)))
 
 

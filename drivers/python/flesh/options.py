@@ -24,7 +24,7 @@ METHODS = tuple(METHOD_NAMES.words)
 
 
 def method_order(method: str) -> int:
-    """Order of accuracy in time; 0 for statics and for the adaptive methods, which choose it."""
+    """Order of accuracy in time; 0 for statics and for ida, which chooses it."""
     return lib.flesh_method_order(METHOD_NAMES.value(method, "method"))
 
 
@@ -69,7 +69,7 @@ class MethodOptions(Options):
 
 
 class AdaptiveOptions(Options):
-    """Of the adaptive methods (IDA), and of others whose steps their error chooses."""
+    """Of ida, and of the other methods whose steps their error chooses (control)."""
     _ctype = "flesh_adaptive_options"
     control: int = Field("1: methods that estimate their error (runge-kutta) choose their own steps by it")
     tolerance: float = Field("error of positions to aim at, as a share of the body's longest side")
@@ -139,8 +139,8 @@ class Failure(Record):
     worst_tet: int = Field("smallest J at the last iterate, or -1")
     worst_J: float = Field("its J")
     worst_position: np.ndarray = Field("[3] its middle, m")
-    worst_node: int = Field("largest residual at the last iterate (adaptive: local error), or -1")
-    order: int = Field("adaptive: of the last attempt; else 0")
+    worst_node: int = Field("largest residual at the last iterate (ida: local error), or -1")
+    order: int = Field("ida: of the last attempt; else 0")
     volume_gap: float = Field("largest |mean of J - 1| where forces balance and incompressible tets do not; else 0")
 
 

@@ -34,7 +34,7 @@ const flesh_effect_row flesh_effect_row_pressure = {
     .name = "pressure",
     .doc = "A pressure that follows the deformed surface. On a closed surface (also one that encloses a hollow) it "
      "is conservative. On an open surface the terms of its rim are lagged: backward Euler takes them from the previous "
-     "state, methods of order 2 solve every step twice for them and keep their order; statics and adaptive steps "
+     "state, methods of order 2 solve every step twice for them and keep their order; statics and ida "
      "take them as they are. Their work is in no energy.",
     .keys = keys,
     .parameters_size = sizeof(parameters),

@@ -37,7 +37,7 @@ static const flesh_key keys[] = {
     {.name = "breaks_at", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, breaks_at),
      .range = FLESH_RANGE_POSITIVE, .unit = "Pa", .default_value = "",
      .doc = "each common part of two triangles breaks when sqrt(tension^2 + shear^2) exceeds this at the end of a step; "
-            "compression is ignored. Without it nothing breaks. The adaptive methods refuse it"},
+            "compression is ignored. Without it nothing breaks. time.method: ida refuses it"},
     {0}};
 
 /* The two surfaces as selections, which borrow from the parameters. */

@@ -348,7 +348,7 @@ def test_internal_variables_change_after_accepted_steps(mesh, body, tmp_path):
     again = flesh.State.read(tmp_path / "torn.txt", mesh.node_count, internal=system.internal_count)
     assert (again.internal == state.internal).all() and (again.copy().internal == fast).all()
     with pytest.raises(flesh.ArgumentError, match="internal variables"):
-        flesh.Integrator(system, "adaptive")
+        flesh.Integrator(system, "ida")
     problem = flesh.KinsolProblem(system)
     problem.set_stage(far, internal=torn)
     assert not problem.residual(np.zeros(problem.size)).any()

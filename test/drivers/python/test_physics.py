@@ -302,7 +302,7 @@ def test_options_are_checked(system):
     with pytest.raises(flesh.ArgumentError, match="one of backward-euler"):
         flesh.Integrator(system, "euler")
     with pytest.raises(flesh.ArgumentError, match="tolerance"):
-        flesh.Integrator(system, "adaptive", adaptive=flesh.AdaptiveOptions(tolerance=2))
+        flesh.Integrator(system, "ida", adaptive=flesh.AdaptiveOptions(tolerance=2))
     assert flesh.method_order("bdf2") == 2 and flesh.usable_instructions() in flesh.INSTRUCTIONS
 
 
@@ -325,7 +325,7 @@ def test_a_failed_step_says_why_and_leaves_the_state(mesh, held):
 
 def test_adaptive_steps_are_told(system, mesh):
     seen = []
-    integrator = flesh.Integrator(system, "adaptive", adaptive=flesh.AdaptiveOptions(tolerance=1e-3),
+    integrator = flesh.Integrator(system, "ida", adaptive=flesh.AdaptiveOptions(tolerance=1e-3),
                                   observe=lambda step: seen.append((step.t, step.x[-1, 2])))
     state = flesh.State.at_rest(mesh)
     stats = integrator.step(state, 0.2)
@@ -375,6 +375,6 @@ def test_a_saved_integrator_goes_on_with_the_same_bits(system, mesh):
             flesh.Integrator(system, "bdf2").load(data)
     with pytest.raises(flesh.ArgumentError, match="saved by method bdf2"):
         flesh.Integrator(system, "newmark").load(saved)
-    adaptive, state = flesh.Integrator(system, "adaptive"), flesh.State.at_rest(mesh)
+    adaptive, state = flesh.Integrator(system, "ida"), flesh.State.at_rest(mesh)
     adaptive.step(state, 0.01)
     assert not adaptive.saves_all

@@ -22,7 +22,7 @@ body = flesh.Body(mesh, flesh.Material("S", young=1e5, poisson=0.49), 1000)
 system = flesh.System(mesh, [flesh.Inertia(body), flesh.Elasticity(body), flesh.Gravity(body)])
 system.pin(mesh.nodes_in_box((0, -1, -1), (0, 2, 2)))
 integrator, state, h = flesh.Integrator(system), flesh.State.at_rest(mesh), 1 / 60
-adaptive = flesh.Integrator(system, "adaptive", adaptive=flesh.AdaptiveOptions(max_steps=10**9))
+adaptive = flesh.Integrator(system, "ida", adaptive=flesh.AdaptiveOptions(max_steps=10**9))
 print("ready", flush=True)
 try:
     {loop}

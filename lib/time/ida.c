@@ -1,5 +1,5 @@
-/* adaptive.c: owns an IDA and lets it take its own steps; outputs are read from its interpolant. */
-#include "time/adaptive.h"
+/* ida.c: owns an IDA and lets it take its own steps; outputs are read from its interpolant. */
+#include "time/ida.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "time/adaptive_parts.h"
+#include "time/ida_parts.h"
 #include "system/feasible_step.h"
 #include "time/method.h"
 #include "sundials/compatibility.h"
@@ -17,9 +17,9 @@
 enum { CLONES = 24 }; /* as many as IDAInit takes, or more */
 
 /* No stages of their own. */
-const flesh_method_row flesh_method_adaptive = {0};
+const flesh_method_row flesh_method_ida = {0};
 
-static int make_sundials(flesh_adaptive *self)
+static int make_sundials(flesh_ida_steps *self)
 {
   self->yp = flesh_vector_clone(self->y);
   self->atol = flesh_vector_clone(self->y);
@@ -38,7 +38,7 @@ static int make_sundials(flesh_adaptive *self)
 }
 
 /* Applies the options of IDA that stay until others are given. */
-static int apply_options(flesh_adaptive *self)
+static int apply_options(flesh_ida_steps *self)
 {
   const flesh_adaptive_options *options = &self->options;
   int failed = IDASetMaxOrd(self->ida, options->max_order);
@@ -50,7 +50,7 @@ static int apply_options(flesh_adaptive *self)
 }
 
 /* Attaches everything, so that whoever is handed the memory can set what IDA has to set; every run is a new start. */
-static int initialise(flesh_adaptive *self)
+static int initialise(flesh_ida_steps *self)
 {
   N_VConst(0, self->y);
   N_VConst(0, self->yp);
@@ -66,13 +66,13 @@ static int initialise(flesh_adaptive *self)
   return failed ? flesh_fail(FLESH_ERR_SUNDIALS, "IDA refused an option") : apply_options(self);
 }
 
-int flesh_adaptive_create(flesh_evaluation *evaluation, const flesh_solver_options *solver, flesh_energy_watch *watch,
-                          flesh_adaptive **adaptive)
+int flesh_ida_steps_create(flesh_evaluation *evaluation, const flesh_solver_options *solver, flesh_energy_watch *watch,
+                          flesh_ida_steps **steps)
 {
   const flesh_system *system = evaluation->system;
-  *adaptive = NULL;
+  *steps = NULL;
   const flesh_team *team = flesh_system_team(system);
-  flesh_adaptive *self = calloc(1, sizeof *self);
+  flesh_ida_steps *self = calloc(1, sizeof *self);
   if (self) {
     self->system = system;
     self->team = team;
@@ -80,28 +80,28 @@ int flesh_adaptive_create(flesh_evaluation *evaluation, const flesh_solver_optio
     flesh_adaptive_options_default(&self->options);
     self->evaluation = evaluation;
   }
-  int status = self ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for an adaptive integrator");
+  int status = self ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for the steps of IDA");
   if (self && flesh_suncontext_create(&self->context)) status = flesh_fail(FLESH_ERR_SUNDIALS, "SUNDIALS gave no context");
   status = flesh_team_agree(team, status); /* from here on ranks call each other */
   if (!status) status = flesh_ida_problem_create(system, solver, &self->problem);
   if (!status) status = flesh_ida_vector_create(self->problem, self->context, &self->y);
-  if (!status) status = flesh_adaptive_energy_create(self->problem, watch, &self->energy);
+  if (!status) status = flesh_ida_energy_create(self->problem, watch, &self->energy);
   if (!status) status = make_sundials(self);
   status = flesh_team_agree(team, status);
-  if (!status) flesh_adaptive_energy_tolerate(&self->energy, self->options.tolerance);
+  if (!status) flesh_ida_energy_tolerate(&self->energy, self->options.tolerance);
   if (!status) status = flesh_team_agree(team, initialise(self));
   if (status) {
-    flesh_adaptive_destroy(&self);
+    flesh_ida_steps_destroy(&self);
     return status;
   }
-  *adaptive = self;
+  *steps = self;
   return FLESH_OK;
 }
 
-void flesh_adaptive_destroy(flesh_adaptive **adaptive)
+void flesh_ida_steps_destroy(flesh_ida_steps **steps)
 {
-  if (!adaptive || !*adaptive) return;
-  flesh_adaptive *self = *adaptive;
+  if (!steps || !*steps) return;
+  flesh_ida_steps *self = *steps;
   if (self->ida) IDAFree(&self->ida);
   if (self->solver) SUNLinSolFree(self->solver);
   if (self->matrix) SUNMatDestroy(self->matrix);
@@ -110,41 +110,41 @@ void flesh_adaptive_destroy(flesh_adaptive **adaptive)
     if (vectors[k]) N_VDestroy(vectors[k]);
   if (self->context) SUNContext_Free(&self->context);
   flesh_ida_problem_destroy(&self->problem);
-  flesh_adaptive_energy_clear(&self->energy);
+  flesh_ida_energy_clear(&self->energy);
   free(self);
-  *adaptive = NULL;
+  *steps = NULL;
 }
 
-int flesh_adaptive_set_options(flesh_adaptive *self, const flesh_adaptive_options *options)
+int flesh_ida_steps_set_options(flesh_ida_steps *self, const flesh_adaptive_options *options)
 {
   int status = flesh_adaptive_options_check(options);
   if (status) return status;
   self->options = *options;
   self->running = 0;
-  flesh_adaptive_energy_tolerate(&self->energy, options->tolerance);
+  flesh_ida_energy_tolerate(&self->energy, options->tolerance);
   return apply_options(self);
 }
 
-void flesh_adaptive_set_stop(flesh_adaptive *self, int (*stop)(void *data), void *data)
+void flesh_ida_steps_set_stop(flesh_ida_steps *self, int (*stop)(void *data), void *data)
 {
   self->stop = stop;
   self->stop_data = data;
 }
 
-void flesh_adaptive_progress(const flesh_adaptive *self, flesh_progress *progress)
+void flesh_ida_steps_progress(const flesh_ida_steps *self, flesh_progress *progress)
 {
   progress->t = self->t_internal;
   IDAGetCurrentStep(self->ida, &progress->h);
 }
 
-const flesh_failure *flesh_adaptive_failure(const flesh_adaptive *self) { return &self->failure; }
+const flesh_failure *flesh_ida_steps_failure(const flesh_ida_steps *self) { return &self->failure; }
 
-void flesh_adaptive_set_costs(flesh_adaptive *self, flesh_costs *costs)
+void flesh_ida_steps_set_costs(flesh_ida_steps *self, flesh_costs *costs)
 {
   self->problem->evaluation.environment.costs = costs;
 }
 
-size_t flesh_adaptive_memory(const flesh_adaptive *self)
+size_t flesh_ida_steps_memory(const flesh_ida_steps *self)
 {
   /* IDA clones nine vectors and max_order + 1 differences beside ours. */
   size_t vectors = 5 + 10 + (size_t)self->options.max_order + 1;
@@ -158,7 +158,7 @@ static double local_tolerance(const flesh_adaptive_options *options)
 }
 
 /* (Re)starts IDA from the state. `ahead`: the time to go [s], at least. */
-static int start(flesh_adaptive *self, flesh_state *state, double ahead)
+static int start(flesh_ida_steps *self, flesh_state *state, double ahead)
 {
   const flesh_adaptive_options *options = &self->options;
   const double local = local_tolerance(options);
@@ -189,13 +189,13 @@ static int start(flesh_adaptive *self, flesh_state *state, double ahead)
   self->t = self->t_internal = state->t;
   self->failure = (flesh_failure){0};
   self->problem->accepted.limits = flesh_system_limits_step(self->system);
-  flesh_adaptive_energy_start(&self->energy, state->t, N_VGetArrayPointer(self->y));
+  flesh_ida_energy_start(&self->energy, state->t, N_VGetArrayPointer(self->y));
   return FLESH_OK;
 }
 
-static int returned(const flesh_adaptive *self) { return self->serial == self->evaluation->serial; }
+static int returned(const flesh_ida_steps *self) { return self->serial == self->evaluation->serial; }
 
-static void give_back(flesh_adaptive *self, double t, flesh_state *state)
+static void give_back(flesh_ida_steps *self, double t, flesh_state *state)
 {
   flesh_ida_get_state(self->problem, t, self->y, state);
   flesh_evaluation_changed(self->evaluation);
@@ -204,7 +204,7 @@ static void give_back(flesh_adaptive *self, double t, flesh_state *state)
 }
 
 /* Brings IDA's counts into the statistics; what the step just taken or tried adds into *step. */
-static void count(flesh_adaptive *self, flesh_solve_stats *stats, flesh_internal_step *step)
+static void count(flesh_ida_steps *self, flesh_solve_stats *stats, flesh_internal_step *step)
 {
   long rejected = 0, unconverged = 0, newton = 0;
   IDAGetNumErrTestFails(self->ida, &rejected);
@@ -220,7 +220,7 @@ static void count(flesh_adaptive *self, flesh_solve_stats *stats, flesh_internal
   self->newton = newton;
 }
 
-static void add_problem_stats(flesh_adaptive *self, flesh_solve_stats *stats)
+static void add_problem_stats(flesh_ida_steps *self, flesh_solve_stats *stats)
 {
   flesh_solve_stats *own = flesh_ida_stats(self->problem);
   stats->linear += own->linear;
@@ -231,7 +231,7 @@ static void add_problem_stats(flesh_adaptive *self, flesh_solve_stats *stats)
 }
 
 /* Shows the step with its state. The room for local errors serves, which are asked for only after failures. */
-static int show(flesh_adaptive *self, flesh_internal_step *step)
+static int show(flesh_ida_steps *self, flesh_internal_step *step)
 {
   double *room = N_VGetArrayPointer(self->errors);
   flesh_state state = {.t = step->t, .x = room, .v = room + self->n};
@@ -241,20 +241,21 @@ static int show(flesh_adaptive *self, flesh_internal_step *step)
 }
 
 /* One internal step; *event is set when it ends at one. */
-static int advance(flesh_adaptive *self, double toward, flesh_solve_stats *stats, int *event)
+static int advance(flesh_ida_steps *self, double toward, flesh_solve_stats *stats, int *event)
 {
   const double before = self->t_internal;
   double reached = before;
   flesh_internal_step step = {0};
-  int status = flesh_adaptive_energy_count(&self->energy, before); /* what is left of the last step */
+  int status = flesh_ida_energy_count(&self->energy, before); /* what is left of the last step */
   if (status < 0) return status;
   int flag = IDASolve(self->ida, toward, &reached, self->y, self->yp, IDA_ONE_STEP);
   count(self, stats, &step);
   self->t_internal = reached;
-  if (flag < 0) return flesh_adaptive_fail_by_flag(self, flag);
+  if (flag < 0) return flesh_ida_steps_fail_by_flag(self, flag);
   *event = flag == IDA_TSTOP_RETURN;
   if (!(reached > before) && !*event)
-    return flesh_adaptive_fail(self, before, self->problem->evaluation.x, FLESH_NOT_CONVERGED, "the step is too short to change t");
+    return flesh_ida_steps_fail(self, before, self->problem->evaluation.x, FLESH_NOT_CONVERGED,
+                                "the step is too short to change t");
   flesh_ida_accept(self->problem, reached, N_VGetArrayPointer(self->y), N_VGetArrayPointer(self->y) + self->n);
   IDAGetLastStep(self->ida, &step.h);
   IDAGetLastOrder(self->ida, &step.order);
@@ -268,17 +269,17 @@ static int advance(flesh_adaptive *self, double toward, flesh_solve_stats *stats
 }
 
 /* Whether there is spurious energy at the state, which is the one returned. */
-static int watch_energy(flesh_adaptive *self, const flesh_state *state)
+static int watch_energy(flesh_ida_steps *self, const flesh_state *state)
 {
-  int status = flesh_adaptive_energy_judge(&self->energy, state);
+  int status = flesh_ida_energy_judge(&self->energy, state);
   if (status != FLESH_ERR_ENERGY) return status;
   self->running = 0;
-  flesh_adaptive_record_failure(self, state->t, state->x, status);
+  flesh_ida_steps_record_failure(self, state->t, state->x, status);
   return status;
 }
 
 /* Steps on to `end`. The state is that at the end, or at the last internal step when something fails. */
-static int run_to(flesh_adaptive *self, flesh_state *state, double end, flesh_solve_stats *stats)
+static int run_to(flesh_ida_steps *self, flesh_state *state, double end, flesh_solve_stats *stats)
 {
   const double rounding = 1e-10 * self->h;
   int status = FLESH_OK;
@@ -289,7 +290,7 @@ static int run_to(flesh_adaptive *self, flesh_state *state, double end, flesh_so
         char cause[96];
         snprintf(cause, sizeof cause, "max_steps = %d internal steps did not lead to %.9g s",
                  self->options.max_steps, end);
-        status = flesh_adaptive_fail(self, self->t_internal, self->problem->evaluation.x, FLESH_NOT_CONVERGED, cause);
+        status = flesh_ida_steps_fail(self, self->t_internal, self->problem->evaluation.x, FLESH_NOT_CONVERGED, cause);
         break;
       }
       status = advance(self, end, stats, &event);
@@ -304,7 +305,7 @@ static int run_to(flesh_adaptive *self, flesh_state *state, double end, flesh_so
       give_back(self, self->t_internal, state);
       if ((status = watch_energy(self, state))) break;
       status = start(self, state, end - state->t);
-      if (status > 0) status = flesh_adaptive_fail_start(self, state, status);
+      if (status > 0) status = flesh_ida_steps_fail_start(self, state, status);
       continue;
     }
     if (self->t_internal > end && IDAGetDky(self->ida, end, 0, self->y))
@@ -316,23 +317,23 @@ static int run_to(flesh_adaptive *self, flesh_state *state, double end, flesh_so
   return status;
 }
 
-int flesh_adaptive_step(flesh_adaptive *self, flesh_state *state, double h, flesh_solve_stats *stats)
+int flesh_ida_steps_step(flesh_ida_steps *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
   const double begin = state->t, end = begin + h;
   int status = FLESH_OK, fresh = !self->running || !returned(self);
   self->h = h;
   if (fresh) {
     status = start(self, state, h);
-    if (status > 0) status = flesh_adaptive_fail_start(self, state, status);
+    if (status > 0) status = flesh_ida_steps_fail_start(self, state, status);
   }
   if (!status) status = run_to(self, state, end, stats);
   add_problem_stats(self, stats);
   return status;
 }
 
-int flesh_adaptive_runs(const flesh_adaptive *self) { return self->running; }
+int flesh_ida_steps_runs(const flesh_ida_steps *self) { return self->running; }
 
-void flesh_adaptive_archive(flesh_adaptive *self, flesh_archive *archive)
+void flesh_ida_steps_archive(flesh_ida_steps *self, flesh_archive *archive)
 {
   FLESH_ARCHIVE(archive, self->t);
   FLESH_ARCHIVE(archive, self->h);
@@ -340,4 +341,4 @@ void flesh_adaptive_archive(flesh_adaptive *self, flesh_archive *archive)
   if (archive->mode == FLESH_ARCHIVE_LOAD) self->running = 0;
 }
 
-void *flesh_adaptive_ida(const flesh_adaptive *self) { return self->ida; }
+void *flesh_ida_steps_ida(const flesh_ida_steps *self) { return self->ida; }

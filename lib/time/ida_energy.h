@@ -1,11 +1,11 @@
-/* adaptive_energy.h: the work put in along IDA's interpolant, for the balance of energy_watch.h. */
-#ifndef FLESH_TIME_ADAPTIVE_ENERGY_H
-#define FLESH_TIME_ADAPTIVE_ENERGY_H
+/* ida_energy.h: the work put in along IDA's interpolant, for the balance of energy_watch.h. */
+#ifndef FLESH_TIME_IDA_ENERGY_H
+#define FLESH_TIME_IDA_ENERGY_H
 
 #include "time/energy_watch.h"
 #include "sundials/ida_problem.h"
 
-typedef struct flesh_adaptive_energy {
+typedef struct flesh_ida_energy {
   flesh_ida_problem *problem; /* borrowed, as are the next four */
   flesh_energy_watch *watch;
   void *ida;
@@ -14,19 +14,19 @@ typedef struct flesh_adaptive_energy {
   double t;       /* to which work is counted, s */
   double power;   /* of reactions and forces there, W; NaN: not known */
   int moves;      /* constrained nodes do, until the next event */
-} flesh_adaptive_energy;
+} flesh_ida_energy;
 
-int flesh_adaptive_energy_create(flesh_ida_problem *problem, flesh_energy_watch *watch, flesh_adaptive_energy *energy);
-void flesh_adaptive_energy_clear(flesh_adaptive_energy *energy);
+int flesh_ida_energy_create(flesh_ida_problem *problem, flesh_energy_watch *watch, flesh_ida_energy *energy);
+void flesh_ida_energy_clear(flesh_ida_energy *energy);
 /* Reports only an excess above the energy of a motion as slow as this share of the scale of velocity. */
-void flesh_adaptive_energy_tolerate(flesh_adaptive_energy *energy, double tolerance);
+void flesh_ida_energy_tolerate(flesh_ida_energy *energy, double tolerance);
 
 /* IDA starts from y [2*n] at t. */
-void flesh_adaptive_energy_start(flesh_adaptive_energy *energy, double t, double *y);
+void flesh_ida_energy_start(flesh_ida_energy *energy, double t, double *y);
 /* Counts the work from the time to which it is counted to t, within the last internal step. Returns a negative status of
  * the system or IDA; where the work has no value, the balance restarts. */
-int flesh_adaptive_energy_count(flesh_adaptive_energy *energy, double t);
+int flesh_ida_energy_count(flesh_ida_energy *energy, double t);
 /* Judges a state within the last internal step; counts the work to it. FLESH_ERR_ENERGY as flesh_energy_watch_judge. */
-int flesh_adaptive_energy_judge(flesh_adaptive_energy *energy, const flesh_state *state);
+int flesh_ida_energy_judge(flesh_ida_energy *energy, const flesh_state *state);
 
 #endif

@@ -1,14 +1,14 @@
-/* adaptive_parts.h: what the adaptive integrator is made of: shared by its steps (adaptive.c) and what is told of its
- * failures (adaptive_failure.c), and by nothing else. */
-#ifndef FLESH_TIME_ADAPTIVE_PARTS_H
-#define FLESH_TIME_ADAPTIVE_PARTS_H
+/* ida_parts.h: what takes steps by IDA is made of: shared by its steps (ida.c) and what is told of its
+ * failures (ida_failure.c), and by nothing else. */
+#ifndef FLESH_TIME_IDA_PARTS_H
+#define FLESH_TIME_IDA_PARTS_H
 
 #include "base/team.h"
 #include "sundials/ida_problem.h"
-#include "time/adaptive_energy.h"
+#include "time/ida_energy.h"
 #include "time/recovery/recovery.h"
 
-struct flesh_adaptive {
+struct flesh_ida_steps {
   const flesh_system *system;
   const flesh_team *team; /* the system's; NULL: none */
   flesh_adaptive_options options;
@@ -28,17 +28,17 @@ struct flesh_adaptive {
   long rejected, unconverged, newton; /* IDA's counts that are in the statistics already */
   int (*stop)(void *data);
   void *stop_data;
-  flesh_adaptive_energy energy;
+  flesh_ida_energy energy;
   flesh_failure failure;
 };
 
 /* Records what is known of a failure at t with the body at x, of all ranks. */
-void flesh_adaptive_record_failure(struct flesh_adaptive *adaptive, double t, const double *x, int status);
+void flesh_ida_steps_record_failure(struct flesh_ida_steps *steps, double t, const double *x, int status);
 /* Records a failure with words; returns FLESH_ERR_INTEGRATOR. */
-int flesh_adaptive_fail(struct flesh_adaptive *adaptive, double t, const double *x, int status, const char *cause);
+int flesh_ida_steps_fail(struct flesh_ida_steps *steps, double t, const double *x, int status, const char *cause);
 /* No start from the state. */
-int flesh_adaptive_fail_start(struct flesh_adaptive *adaptive, const flesh_state *state, int status);
+int flesh_ida_steps_fail_start(struct flesh_ida_steps *steps, const flesh_state *state, int status);
 /* IDA's words for why it stopped, in ours. Returns a status. */
-int flesh_adaptive_fail_by_flag(struct flesh_adaptive *adaptive, int flag);
+int flesh_ida_steps_fail_by_flag(struct flesh_ida_steps *steps, int flag);
 
 #endif

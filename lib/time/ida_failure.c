@@ -1,14 +1,14 @@
-/* adaptive_failure.c: what is told of steps of IDA that fail. */
+/* ida_failure.c: what is told of steps of IDA that fail. */
 #include <math.h>
 #include <stdio.h>
 
 #include "base/error.h"
 #include "sundials/compatibility.h"
-#include "time/adaptive_parts.h"
+#include "time/ida_parts.h"
 
 /* Node with the largest weighted local error (or Newton correction) of the last attempt; on ranks its number in the
  * whole, of several the last. */
-static int worst_node(struct flesh_adaptive *self)
+static int worst_node(struct flesh_ida_steps *self)
 {
   if (IDAGetEstLocalErrors(self->ida, self->errors)) return -1;
   const double *errors = N_VGetArrayPointer(self->errors), *atol = N_VGetArrayPointer(self->atol);
@@ -21,7 +21,7 @@ static int worst_node(struct flesh_adaptive *self)
   return (int)flesh_team_argmax(self->team, &largest, self->team ? self->team->numbers[worst / 3] : worst / 3);
 }
 
-void flesh_adaptive_record_failure(struct flesh_adaptive *self, double t, const double *x, int status)
+void flesh_ida_steps_record_failure(struct flesh_ida_steps *self, double t, const double *x, int status)
 {
   flesh_failure *f = &self->failure;
   *f = (flesh_failure){.status = status, .t = t, .worst_node = -1};
@@ -34,11 +34,11 @@ void flesh_adaptive_record_failure(struct flesh_adaptive *self, double t, const 
   flesh_failure_meet(self->team, f);
 }
 
-int flesh_adaptive_fail(struct flesh_adaptive *self, double t, const double *x, int status, const char *cause)
+int flesh_ida_steps_fail(struct flesh_ida_steps *self, double t, const double *x, int status, const char *cause)
 {
   const flesh_failure *f = &self->failure;
   char attempt[64] = "", node[48] = "";
-  flesh_adaptive_record_failure(self, t, x, status);
+  flesh_ida_steps_record_failure(self, t, x, status);
   if (self->running) {
     snprintf(attempt, sizeof attempt, " with h = %.3g s and order %d", f->h, f->order);
     snprintf(node, sizeof node, "largest error at node %d; ", f->worst_node);
@@ -49,34 +49,36 @@ int flesh_adaptive_fail(struct flesh_adaptive *self, double t, const double *x, 
                     f->worst_position[1], f->worst_position[2]);
 }
 
-int flesh_adaptive_fail_start(struct flesh_adaptive *self, const flesh_state *state, int status)
+int flesh_ida_steps_fail_start(struct flesh_ida_steps *self, const flesh_state *state, int status)
 {
   char cause[160];
   self->running = 0;
   snprintf(cause, sizeof cause, "the motion cannot start: %s", flesh_status_text(status));
-  return flesh_adaptive_fail(self, state->t, state->x, status, cause);
+  return flesh_ida_steps_fail(self, state->t, state->x, status, cause);
 }
 
-int flesh_adaptive_fail_by_flag(struct flesh_adaptive *self, int flag)
+int flesh_ida_steps_fail_by_flag(struct flesh_ida_steps *self, int flag)
 {
   const double t = self->t_internal, *x = self->problem->evaluation.x; /* of the last attempt */
   switch (flag) {
   case IDA_ERR_FAIL:
-    return flesh_adaptive_fail(self, t, x, FLESH_NOT_CONVERGED, "the error test failed again and again down to this step");
+    return flesh_ida_steps_fail(self, t, x, FLESH_NOT_CONVERGED,
+                                "the error test failed again and again down to this step");
   case IDA_CONV_FAIL:
   case IDA_LSOLVE_FAIL:
   case IDA_LSETUP_FAIL:
-    return flesh_adaptive_fail(self, t, x, FLESH_NOT_CONVERGED, "Newton's iterations failed again and again down to this step");
+    return flesh_ida_steps_fail(self, t, x, FLESH_NOT_CONVERGED,
+                                "Newton's iterations failed again and again down to this step");
   case IDA_REP_RES_ERR:
   case IDA_FIRST_RES_FAIL:
   case IDA_RES_FAIL:
-    return flesh_adaptive_fail(self, t, x, self->problem->refused ? self->problem->refused : FLESH_NONFINITE,
+    return flesh_ida_steps_fail(self, t, x, self->problem->refused ? self->problem->refused : FLESH_NONFINITE,
                 "the residual had no value down to this step");
   case IDA_MEM_FAIL:
     return flesh_fail(FLESH_ERR_MEMORY, "IDA ran out of memory");
   case IDA_ILL_INPUT:
   case IDA_TOO_MUCH_ACC:
-    return flesh_adaptive_fail(self, t, x, FLESH_NOT_CONVERGED, "the tolerance is below what rounding allows");
+    return flesh_ida_steps_fail(self, t, x, FLESH_NOT_CONVERGED, "the tolerance is below what rounding allows");
   }
   self->running = 0;
   return flesh_fail(FLESH_ERR_SUNDIALS, "IDA stopped at t = %.9g s with its status %d", t, flag);

@@ -1,5 +1,5 @@
-/* adaptive_energy.c: work along IDA's interpolant; energies where states are given back. */
-#include "time/adaptive_energy.h"
+/* ida_energy.c: work along IDA's interpolant; energies where states are given back. */
+#include "time/ida_energy.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -16,25 +16,25 @@
 static const double refine_share = 1e-2, refine_scale = 1e-3;
 enum { MOST_PARTS = 64 }; /* of an interval */
 
-int flesh_adaptive_energy_create(flesh_ida_problem *problem, flesh_energy_watch *watch, flesh_adaptive_energy *energy)
+int flesh_ida_energy_create(flesh_ida_problem *problem, flesh_energy_watch *watch, flesh_ida_energy *energy)
 {
   const size_t n = (size_t)problem->evaluation.n;
-  *energy = (flesh_adaptive_energy){.problem = problem, .watch = watch};
+  *energy = (flesh_ida_energy){.problem = problem, .watch = watch};
   energy->x = calloc(n + 1, sizeof *energy->x);
   energy->r = calloc(n + 1, sizeof *energy->r);
   if (energy->x && energy->r) return FLESH_OK;
-  flesh_adaptive_energy_clear(energy);
+  flesh_ida_energy_clear(energy);
   return flesh_fail(FLESH_ERR_MEMORY, "no memory to watch the energy of %zu unknowns", n);
 }
 
-void flesh_adaptive_energy_clear(flesh_adaptive_energy *energy)
+void flesh_ida_energy_clear(flesh_ida_energy *energy)
 {
   free(energy->x);
   free(energy->r);
-  *energy = (flesh_adaptive_energy){0};
+  *energy = (flesh_ida_energy){0};
 }
 
-void flesh_adaptive_energy_tolerate(flesh_adaptive_energy *self, double tolerance)
+void flesh_ida_energy_tolerate(flesh_ida_energy *self, double tolerance)
 {
   flesh_energy_watch *watch = self->watch;
   const double *X = flesh_mesh_positions(flesh_system_mesh(watch->system));
@@ -44,12 +44,12 @@ void flesh_adaptive_energy_tolerate(flesh_adaptive_energy *self, double toleranc
 }
 
 /* The moment before an event at t, else t. */
-static double before_event(const flesh_adaptive_energy *self, double t)
+static double before_event(const flesh_ida_energy *self, double t)
 {
   return t >= self->problem->constraints.event ? nextafter(self->problem->constraints.event, -INFINITY) : t;
 }
 
-void flesh_adaptive_energy_start(flesh_adaptive_energy *self, double t, double *y)
+void flesh_ida_energy_start(flesh_ida_energy *self, double t, double *y)
 {
   const int n = self->problem->evaluation.n;
   const flesh_state state = {.t = t, .x = y, .v = y + n};
@@ -61,7 +61,7 @@ void flesh_adaptive_energy_start(flesh_adaptive_energy *self, double t, double *
 }
 
 /* Finds the power [W] of reactions and forces at t, a time within the interval from `from` to `to`. */
-static int find_power(const flesh_adaptive_energy *self, double from, double to, double t, double *power)
+static int find_power(const flesh_ida_energy *self, double from, double to, double t, double *power)
 {
   flesh_ida_problem *problem = self->problem;
   const flesh_evaluation *e = &problem->evaluation;
@@ -82,7 +82,7 @@ static int find_power(const flesh_adaptive_energy *self, double from, double to,
 }
 
 /* Their work from `from`, where they put in self->power, to `to`: Simpson's rule with ever more parts. */
-static int find_work(flesh_adaptive_energy *self, double from, double to, double *work)
+static int find_work(flesh_ida_energy *self, double from, double to, double *work)
 {
   const flesh_energy_watch *watch = self->watch;
   const double h = to - from, least = refine_scale * fmax(watch->balance.scale, watch->floor);
@@ -105,7 +105,7 @@ static int find_work(flesh_adaptive_energy *self, double from, double to, double
 
 /* Finds the change of the energies of effects from `from` to `to` at a place: half at the place before, half at that
  * now. */
-static int find_work_in_time(flesh_adaptive_energy *self, double from, double to, double *work)
+static int find_work_in_time(flesh_ida_energy *self, double from, double to, double *work)
 {
   flesh_ida_problem *problem = self->problem;
   int status = FLESH_OK;
@@ -122,7 +122,7 @@ static int find_work_in_time(flesh_adaptive_energy *self, double from, double to
   return status;
 }
 
-int flesh_adaptive_energy_count(flesh_adaptive_energy *self, double t)
+int flesh_ida_energy_count(flesh_ida_energy *self, double t)
 {
   flesh_energy_watch *watch = self->watch;
   const double from = self->t, to = before_event(self, t);
@@ -137,9 +137,9 @@ int flesh_adaptive_energy_count(flesh_adaptive_energy *self, double t)
   return status < 0 ? status : FLESH_OK;
 }
 
-int flesh_adaptive_energy_judge(flesh_adaptive_energy *self, const flesh_state *state)
+int flesh_ida_energy_judge(flesh_ida_energy *self, const flesh_state *state)
 {
-  int status = flesh_adaptive_energy_count(self, state->t);
+  int status = flesh_ida_energy_count(self, state->t);
   if (!status) status = flesh_energy_watch_meet(self->watch, before_event(self, state->t), state, NULL, NULL);
   if (status) return status < 0 ? status : FLESH_OK;
   return flesh_energy_watch_judge(self->watch, state, 0);

@@ -1,5 +1,5 @@
 // TEST quick seconds=120
-/* test_adaptive.c: the adaptive methods against another code's exact motions and GSL's: errors and tolerances, events,
+/* test_ida_steps.c: the adaptive methods against another code's exact motions and GSL's: errors and tolerances, events,
  * restarts, failures, energy. */
 #include <float.h>
 
@@ -39,7 +39,7 @@ static void oracle_errors(flesh_mass mass, double tolerance, int max_order, doub
   test_body b;
   char line[256];
   make_oracle_bar(mass, &b);
-  flesh_integrator *integrator = adaptive(&b, FLESH_METHOD_ADAPTIVE, tolerance, max_order);
+  flesh_integrator *integrator = adaptive(&b, FLESH_METHOD_IDA, tolerance, max_order);
   FILE *file = fopen(
       mass ? "reference/oracle/grav_consistent_ref_states.txt" : "reference/oracle/grav_lumped_ref_states.txt", "r");
   CHECK(file != NULL);
@@ -124,7 +124,7 @@ static void small_bodies_agree_with_gsl(void)
     motion_reference_run(&b, 1, 1e-14, &exact);
     flesh_solver_options solver;
     flesh_solver_options_default(&solver);
-    flesh_integrator *integrator = adaptive(&b, FLESH_METHOD_ADAPTIVE, 1e-11, 5);
+    flesh_integrator *integrator = adaptive(&b, FLESH_METHOD_IDA, 1e-11, 5);
     flesh_solve_stats stats = {0};
     CHECK_OK(flesh_integrator_step(integrator, &state, 1, &stats));
     double off = motion_distance(b.n, state.x, exact.x), moved = motion_distance(b.n, state.x, b.state.x);
@@ -150,7 +150,7 @@ static void events_and_moving_constraints(void)
     for (int order = 2; order <= 5; order += 3)
       for (int pieces = 1; pieces <= 37; pieces += 36) {
         flesh_state state = state_copy(b.n, &b.state);
-        flesh_integrator *integrator = adaptive(&b, FLESH_METHOD_ADAPTIVE, 1e-6, order);
+        flesh_integrator *integrator = adaptive(&b, FLESH_METHOD_IDA, 1e-6, order);
         flesh_solve_stats stats = {0};
         for (int k = 1; k <= pieces; k++) {
           CHECK_OK(flesh_integrator_step(integrator, &state, 0.5 / pieces, &stats));
@@ -177,7 +177,7 @@ static void constrained_dofs_follow_their_motion(void)
                             1, &b));
   CHECK_OK(test_body_hold(&b, 0, 0, FLESH_AXES_ALL, &(flesh_motion){3, keys, {0, 0.5, 0.5}, 0}, -INFINITY, 0.4));
   CHECK_OK(flesh_system_finalize(b.system));
-  flesh_integrator *integrator = adaptive(&b, FLESH_METHOD_ADAPTIVE, 1e-4, 2);
+  flesh_integrator *integrator = adaptive(&b, FLESH_METHOD_IDA, 1e-4, 2);
   double *x = malloc((size_t)b.n * sizeof *x), *earlier = malloc((size_t)b.n * sizeof *x);
   uint8_t *fixed = malloc((size_t)b.n);
   for (int k = 1; k <= 8; k++) {
@@ -222,7 +222,7 @@ static void another_state_starts_anew(void)
   test_body b;
   make_busy_bar(FLESH_MASS_CONSISTENT, &b);
   flesh_state used = state_copy(b.n, &b.state), fresh = state_copy(b.n, &b.state);
-  flesh_integrator *integrator = adaptive(&b, FLESH_METHOD_ADAPTIVE, 1e-3, 2);
+  flesh_integrator *integrator = adaptive(&b, FLESH_METHOD_IDA, 1e-3, 2);
   for (int k = 0; k < 5; k++) CHECK_OK(flesh_integrator_step(integrator, &used, 0.01, NULL));
   for (int field = 0; field < 3; field++) {
     for (int d = 0; d < b.n; d++) {
@@ -233,7 +233,7 @@ static void another_state_starts_anew(void)
     memcpy(fresh.x, used.x, (size_t)b.n * sizeof *fresh.x);
     memcpy(fresh.v, used.v, (size_t)b.n * sizeof *fresh.v);
     fresh.t = used.t;
-    flesh_integrator *other = adaptive(&b, FLESH_METHOD_ADAPTIVE, 1e-3, 2);
+    flesh_integrator *other = adaptive(&b, FLESH_METHOD_IDA, 1e-3, 2);
     for (int k = 0; k < 3; k++) {
       CHECK_OK(flesh_integrator_step(integrator, &used, 0.01, NULL));
       CHECK_OK(flesh_integrator_step(other, &fresh, 0.01, NULL));
@@ -253,7 +253,7 @@ static void another_state_starts_anew(void)
   for (int k = 0; k < 2; k++) {
     flesh_adaptive_options options;
     ends[k] = state_copy(b.n, &b.state);
-    integrator = adaptive(&b, FLESH_METHOD_ADAPTIVE, 1e-3, 2);
+    integrator = adaptive(&b, FLESH_METHOD_IDA, 1e-3, 2);
     flesh_adaptive_options_default(&options);
     options.tolerance = 1e-3;
     options.observe = count_internal;
@@ -293,7 +293,7 @@ static void failures_are_reported(void)
   test_body b;
   flesh_adaptive_options options;
   make_scrambled(&b);
-  flesh_integrator *integrator = adaptive(&b, FLESH_METHOD_ADAPTIVE, 1e-4, 2);
+  flesh_integrator *integrator = adaptive(&b, FLESH_METHOD_IDA, 1e-4, 2);
   flesh_adaptive_options_default(&options);
   options.max_steps = 50;
   CHECK_OK(flesh_integrator_set_adaptive(integrator, &options));
@@ -322,7 +322,7 @@ static void failures_are_reported(void)
   /* An energy that has no value where the body is going: down to no step at all. */
   make_oracle_bar(FLESH_MASS_LUMPED, &b);
   for (int i = 0; i < b.n / 3; i++) b.state.v[3 * i] = -1e9 * b.state.x[3 * i];
-  integrator = adaptive(&b, FLESH_METHOD_ADAPTIVE, 1e-2, 2);
+  integrator = adaptive(&b, FLESH_METHOD_IDA, 1e-2, 2);
   int status = flesh_integrator_step(integrator, &b.state, 1, NULL);
   printf("# %s\n", flesh_error_text());
   CHECK(status == FLESH_ERR_INTEGRATOR);
@@ -338,7 +338,7 @@ static void bad_options_are_refused(void)
   flesh_solver_options solver;
   flesh_adaptive_options good, bad;
   make_oracle_bar(FLESH_MASS_LUMPED, &b);
-  integrator = adaptive(&b, FLESH_METHOD_ADAPTIVE, 1e-3, 2);
+  integrator = adaptive(&b, FLESH_METHOD_IDA, 1e-3, 2);
   flesh_adaptive_options_default(&good);
 #define REFUSED(member, value, part)                                              \
   bad = good;                                                                     \
@@ -359,7 +359,7 @@ static void bad_options_are_refused(void)
       test_body_create(test_box(1, 1, 1, 1, 1, 1), test_material(FLESH_ENERGY_S, 0.4), 1000, FLESH_MASS_LUMPED, 0, &b));
   CHECK_OK(flesh_system_finalize(b.system));
   flesh_solver_options_default(&solver);
-  CHECK(flesh_integrator_create(b.system, FLESH_METHOD_ADAPTIVE, &solver, &integrator) == FLESH_ERR_ARGUMENT);
+  CHECK(flesh_integrator_create(b.system, FLESH_METHOD_IDA, &solver, &integrator) == FLESH_ERR_ARGUMENT);
   CHECK_TEXT(flesh_error_text(), "inertia");
   test_body_destroy(&b);
 }
@@ -381,7 +381,7 @@ static void growing_energy_is_warned_about(void)
       x[1] = 0.125 + cos(x[0]) * y - sin(x[0]) * z;
       x[2] = 0.125 + sin(x[0]) * y + cos(x[0]) * z;
     }
-    flesh_integrator *integrator = adaptive(&b, FLESH_METHOD_ADAPTIVE, 4e-3, order);
+    flesh_integrator *integrator = adaptive(&b, FLESH_METHOD_IDA, 4e-3, order);
     CHECK_OK(flesh_integrator_set_max_energy_gain(integrator, INFINITY)); /* seen to its end */
     for (int k = 0; k < 120; k++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 60, NULL));
     const char *warning = flesh_integrator_warning(integrator);
@@ -400,7 +400,7 @@ static void driven_bodies_are_not_warned_about(void)
 {
   test_body b;
   make_busy_bar(FLESH_MASS_LUMPED, &b);
-  flesh_integrator *integrator = adaptive(&b, FLESH_METHOD_ADAPTIVE, 1e-4, 2);
+  flesh_integrator *integrator = adaptive(&b, FLESH_METHOD_IDA, 1e-4, 2);
   for (int k = 0; k < 50; k++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.01, NULL));
   CHECK(flesh_integrator_warning(integrator) == NULL);
   CHECK_BELOW(flesh_integrator_energy_balance(integrator)->gain, 1e-2);
