@@ -80,7 +80,7 @@ class Integrator(Handle):
         call(lib.flesh_integrator_set_method_options, self._pointer, options._struct)
 
     def set_adaptive(self, options: AdaptiveOptions, observe: Optional[Callable[[InternalStep], None]] = None) -> None:
-        """Replaces the defaults of methods whose steps their error chooses; `observe` is called with every InternalStep."""
+        """Replaces the defaults of steps that errors choose; `observe` is called with every InternalStep."""
         copy = AdaptiveOptions._copy(options._struct)
         function = ffi.NULL
         if observe is not None:
