@@ -122,7 +122,7 @@ typedef struct flesh_solver_options {
   int lag_iterations;
 } flesh_solver_options;
 
-/* Sets newton_tolerance 1e-6, linear_tolerance 1e-2, max_newton 1200, max_linear 2000, max_cutbacks 8,
+/* Sets newton_tolerance 1e-4, linear_tolerance 1e-2, max_newton 1200, max_linear 2000, max_cutbacks 8,
  * PCG, the preconditioner and eigenvalue filter AUTO, the line search on the potential, all techniques,
  * threads 1, lag_iterations 1, and accept_unconverged 0. */
 FLESH_API void flesh_solver_options_default(flesh_solver_options *options);

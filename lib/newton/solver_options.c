@@ -7,7 +7,7 @@
 void flesh_solver_options_default(flesh_solver_options *options)
 {
   *options = (flesh_solver_options){
-      .newton_tolerance = 1e-6,
+      .newton_tolerance = 1e-4,
       .linear_tolerance = 1e-2,
       .max_newton = 1200,
       .max_linear = 2000,

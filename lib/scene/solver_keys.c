@@ -30,7 +30,7 @@ const flesh_key flesh_solver_table[] = {
      .type = FLESH_KEY_NUMBER,
      .offset = offsetof(flesh_solver_options, newton_tolerance),
      .range = FLESH_RANGE_FRACTION,
-     .default_value = "1e-6",
+     .default_value = "1e-4",
      .doc = "a solve has converged when the residual's 2-norm over the free dofs is at most this times the larger of "
             "the applied load's and the first iterate's; where obstacles, prescribed positions or springs may have "
             "jumped, and in statics, the first iterate's counts at most as the largest force at the current one: "

@@ -217,7 +217,7 @@ axes: [{key: solver.max_newton, values: [1, 50]}]
 END
   expect 0 "$flesh" sweep hardcases.yaml --out hardcases && has stdout.txt '^2 cases: 2 complete' || return 1
   "$flesh" sweep export hardcases/sweep.db --table rows --columns 'max_newton,"case",outcome,newton > 0' | sed 1d >table
-  printf '%s\n' 1,jitter20,stopped,0 1,mirrored,stopped,0 50,jitter20,recovered,1 50,mirrored,recovered,1 | diff - table ||
+  printf '%s\n' 1,jitter20,stopped,1 1,mirrored,stopped,0 50,jitter20,recovered,1 50,mirrored,recovered,1 | diff - table ||
     return 1
   # What the command refuses is a row that says so.
   sed -i 's/jitter20,mirrored/no_such_case/' hardcases.yaml

@@ -56,7 +56,7 @@ short_steps_say_nothing() {
   ticking 0.5 --set time.method=backward-euler --set time.step=1/240 --set time.end=1/4 || return 1
   [ -z "$(told)" ] || { told; return 1; }
   has out/result.json '"steps": 60' &&
-    awk -F'[:,]' '/"wall_s"/ && $2 > 100 { long = 1 } END { exit !long }' out/result.json
+    awk -F'[:,]' '/"wall_s"/ && $2 > 60 { long = 1 } END { exit !long }' out/result.json
 }
 
 # A step after those that were short is long by itself: the words name it, and count from its beginning.

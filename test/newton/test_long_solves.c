@@ -98,6 +98,7 @@ static flesh_solver_options options_with(int halvings)
 {
   flesh_solver_options options;
   flesh_solver_options_default(&options);
+  options.newton_tolerance = 1e-6;
   options.max_cutbacks = halvings;
   return options;
 }

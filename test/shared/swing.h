@@ -44,6 +44,7 @@ static inline swing_cost swing_run(const swing *s)
   CHECK_OK(test_body_clamp(&b, 1e-9));
   CHECK_OK(flesh_system_finalize(b.system));
   flesh_solver_options_default(&options);
+  options.newton_tolerance = 1e-6; /* whose costs the limits are of */
   if (!s->follow)
     options.techniques &= ~(unsigned)(FLESH_TECHNIQUE_NEGATIVE_CURVATURE | FLESH_TECHNIQUE_LONGER_STEPS);
   if (!s->eliminate) options.techniques &= ~(unsigned)FLESH_TECHNIQUE_NONLINEAR_ELIMINATION;

@@ -90,6 +90,7 @@ static int iterations(int forgetful, double *end)
   CHECK_OK(test_body_clamp(&b, 1e-9));
   CHECK_OK(flesh_system_finalize(b.system));
   flesh_solver_options_default(&options);
+  options.newton_tolerance = 1e-6;
   for (int k = 0; k < 30; k++) {
     if (!integrator)
       CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));

@@ -16,7 +16,7 @@ __all__ = ["Integrator", "InternalStep", "equilibrium"]
 
 
 class InternalStep(NamedTuple):
-    """One internal step of a method whose steps its error chooses. The arrays are the library's: copy what is to last."""
+    """One internal step of steps that errors choose. The arrays are the library's: copy what is to last."""
     t: float  # its end, s
     h: float  # its length, s
     order: int
