@@ -20,7 +20,7 @@ typedef enum state { ASSEMBLE, SOLVE, DIRECT, FILTER, SEARCH, ACCELERATE, END, F
 /* How that ended. */
 typedef enum event { DONE, UNSOLVED, INDEFINITE, REFUSED, ERROR, EVENTS } event;
 
-/* README.md has the same table in words. What is not in it fails. */
+/* Pairs that the table leaves out fail. */
 static const state transitions[][EVENTS] = {
     /*               DONE        UNSOLVED  INDEFINITE  REFUSED  ERROR */
     [ASSEMBLE]   = {SOLVE,      FAIL,     FILTER,     FAIL,    FAIL}, /* K of the iterate's own */

@@ -8,7 +8,7 @@
   ... | python3 test/campaign/scaling.py --check     what `mpirun -n N build/test/scaling CELLS` prints, against the model
 
 A cube of c cells an edge, six tets each, in statics; every rank has a processor, 16 MB of cache and a channel to memory
-of its own. The page has the assumptions. --check: messages, bytes and reductions of an iteration are
+of its own. The constants below have the assumptions. --check: messages, bytes and reductions of an iteration are
 to be exactly those that the model makes of a rank's nodes; and the nodes that ranks exchange, on average, within a fifth
 of the model's (0.8 to 1.25). Exit status 1 where they are not.
 """
@@ -32,7 +32,7 @@ COARSE = [(108, 188, 0.156 * MS, 0.00489 * MS), (256, 836, 0.954 * MS, 0.0172 * 
 # one vertex (41 to 166 iterations, 12 to 48 cells) and with 78 nodes to one (15). On several ranks as many more (a cube of
 # 48 000 tets, `build/test/ranks 20 20 20`, on one rank and eight: lib/parallel/README.md)
 PER_ROOT, CUT = 3.4, 61 / 54
-OWN_PER_ROOT = 10
+OWN_PER_ROOT = 10  # with own levels, times the root: 8.9 to 11.1 on 8 ranks with edges of 5 to 25
 
 # ---- the program: what an iteration of conjugate gradients exchanges
 SUMS = 16    # numbers of its one reduction (linear/pcg_team.c), before those of the coarse level
