@@ -157,9 +157,9 @@ def tables(args):
     lines = list(head)
     for cells in (119, 550):
         alone = times(cells, 1, args)["all"]
-        lines += [row(cells, ranks, alone / ranks, args) for ranks in (1, 8, 64, 512, 4096)]
+        lines += [row(cells, ranks, alone / ranks, args) for ranks in (1, 8, 64, 4096)]
     alone = times(34, 1, args)["all"]
-    lines += [""] + head + [row(round(34 * ranks ** (1 / 3)), ranks, alone, args) for ranks in (1, 8, 64, 512, 4096)]
+    lines += [""] + head + [row(round(34 * ranks ** (1 / 3)), ranks, alone, args) for ranks in (1, 8, 64, 4096)]
     return lines
 
 
