@@ -133,19 +133,17 @@ def times(cells, ranks, args, shared=None, iterations=None):
              "coarse": factor + iterations * solve + work((ASSEMBLY,), mine),
              "network": turns * (chunks(math.ceil(matrix)) * args.alpha + 8 * matrix * args.beta) +
                         iterations * (messages * args.alpha + size * args.beta)}
-    return {"iterations": iterations, "messages": messages, "bytes": size, "vertices": v, "parts": parts,
-            "all": sum(parts.values())}
+    return {"iterations": iterations, "vertices": v, "parts": parts, "all": sum(parts.values())}
 
 
-HEAD = ["tets", "ranks", "vertices", "iterations", "messages", "kB", "tets, s", "own level, s", "shared level, s", "network, s",
+HEAD = ["tets", "ranks", "vertices", "iterations", "tets, s", "own level, s", "shared level, s", "network, s",
         "all, s", "efficiency", "as on one rank, s"]
 
 
 def row(cells, ranks, first, args):
     nodes = (cells + 1) ** 3
     t, same = times(cells, ranks, args), times(cells, ranks, args, min(vertices(nodes), MOST))
-    texts = [f"{6 * cells ** 3:.2g}".replace("e+0", "e"), f"{ranks}", f"{t['vertices']:.0f}", f"{t['iterations']:.0f}",
-             f"{t['messages']:.0f}", f"{t['bytes'] / 1e3:.0f}"]
+    texts = [f"{6 * cells ** 3:.2g}".replace("e+0", "e"), f"{ranks}", f"{t['vertices']:.0f}", f"{t['iterations']:.0f}"]
     texts += [f"{t['parts'][name]:.2g}" for name in ("tets", "own", "coarse", "network")]
     texts += [f"{t['all']:.3g}", f"{first / t['all']:.2g}", f"{same['all']:.3g}"]
     return "| " + " | ".join(texts) + " |"
