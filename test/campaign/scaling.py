@@ -30,7 +30,7 @@ COARSE = [(108, 188, 0.156 * MS, 0.00489 * MS), (256, 836, 0.954 * MS, 0.0172 * 
           (6912, 173788, 4110 * MS, 12.2 * MS)]
 # Iterations to 1e-4 at nu = 0.45 are (nodes / vertices)^(1/3) times this: 3.4 on cubes with
 # one vertex (41 to 166 iterations, 12 to 48 cells) and with 78 nodes to one (15). On several ranks as many more (a cube of
-# 48 000 tets, `build/test/ranks 20 20 20`, on one rank and eight: lib/parallel/README.md)
+# 48 000 tets, `build/test/ranks 20 20 20`, on one rank and eight)
 PER_ROOT, CUT = 3.4, 61 / 54
 OWN_PER_ROOT = 10  # with own levels, times the root: 8.9 to 11.1 on 8 ranks with edges of 5 to 25
 
