@@ -1,4 +1,5 @@
 /* main.c: the `flesh` program: finds the command and runs it. */
+#include <errno.h>
 #include <signal.h>
 #include <stdio.h>
 #include <string.h>
@@ -75,7 +76,7 @@ int main(int argc, char **argv)
     code = found->run(argc - 1, argv + 1);
   }
   if ((fflush(stdout) || ferror(stdout)) && !code) {
-    fprintf(stderr, "flesh: standard output could not be written completely\n");
+    if (errno != EPIPE) fprintf(stderr, "flesh: standard output could not be written completely\n");
     code = 3;
   }
   return code;

@@ -9,10 +9,6 @@
 #include <string.h>
 #include <sundials/sundials_context.h>
 
-#ifndef SUN_COMM_NULL /* SUNDIALS before 7 */
-#define SUN_COMM_NULL NULL
-#endif
-
 /* Ends the program with the library's words (and the call, for functions of SUNDIALS) where a call fails. */
 #define TRY(call)                                                                              \
   do {                                                                                         \

@@ -21,10 +21,6 @@
 
 #include "bar_ranks.h"
 
-#ifndef SUN_COMM_NULL /* SUNDIALS before 7 */
-#define SUN_COMM_NULL NULL
-#endif
-
 static void swing(const bar_ranks *b, SUNContext context, const char *way, int without_matrix)
 {
   /* 1. Flesh's side of F, as on one rank. */

@@ -17,10 +17,6 @@
 
 #include "bar_ranks.h"
 
-#ifndef SUN_COMM_NULL /* SUNDIALS before 7 */
-#define SUN_COMM_NULL NULL
-#endif
-
 static void solve(const bar_ranks *b, SUNContext context, int without_matrix)
 {
   /* 1. Flesh's side of the problem, as on one rank. */

@@ -22,6 +22,8 @@ static const struct {
     {"$NOD", 4, "Gmsh's format 1; save it as 2.2 or 4.1"},
     {"<?xml", 5, "XML; VTK's unstructured grids are read from files named .vtu"},
     {"<VTKFile", 8, "VTK's; its unstructured grids are read from files named .vtu"},
+    {"solid", 5, "STL, a surface without tets; Gmsh and fTetWild fill it with tets"},
+    {"ply", 3, "PLY, a surface without tets; Gmsh and fTetWild fill it with tets"},
     {"*", 1, "one of keywords after a *; Abaqus's and CalculiX's are read from files named .inp, VegaFEM's from .veg"},
 };
 

@@ -103,8 +103,8 @@ static const flesh_key body_table[] = {
     {.name = "mesh",
      .type = FLESH_KEY_PATH,
      AT(body.mesh),
-     .doc = "file of the tetrahedral mesh (TetGen .node or .ele, Gmsh .msh, Medit .mesh, index.txt of a split one), "
-            "relative to the scene"},
+     .doc = "file of the tetrahedral mesh (TetGen .node or .ele, Gmsh .msh, Medit .mesh, Abaqus .inp, VTK .vtu, "
+            "VegaFEM .veg, index.txt of a split one), relative to the scene"},
     {.name = "density",
      .type = FLESH_KEY_NUMBER,
      AT(body.density),

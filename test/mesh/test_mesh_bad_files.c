@@ -21,6 +21,7 @@ typedef struct bad_file {
 static const bad_file any_format[] = {
     {"a.txt", "", NULL, {"a.txt: the file is empty"}},
     {"a.txt", " \n\n# nothing\n", NULL, {"the file is empty"}},
+    {"a.stl", "solid a\n", NULL, {"a.stl: the format is STL", "without tets"}},
     {"a.obj", "v 0 0 0\n", NULL, {"a.obj:1: 'v' begins no known mesh format", "$MeshFormat"}},
     {"a.xml", "<?xml version=\"1.0\"?>\n", NULL, {"the format is XML", "files named .vtu"}},
     {"a.txt", "*NODE\n", NULL, {"the format is one of keywords after a *", ".inp, VegaFEM's from .veg"}},

@@ -212,6 +212,9 @@ class SweepResult:
         """What an SQL query returns."""
         return Table._of_query(self.path, sql, parameters)
 
+    def __repr__(self):
+        return f"<flesh.SweepResult of {self.table.rows} cases in {self.path}>"
+
 
 def program(*arguments, check: bool = True) -> "subprocess.CompletedProcess[str]":
     """Runs the program `flesh` with these arguments; returns what it printed.

@@ -74,6 +74,7 @@ def test_a_sweep_becomes_a_figure(tmp_path, monkeypatch):
         assert file.read(8) == b"\x89PNG\r\n\x1a\n"
     assert matplotlib.image.imread("out/python_sweep/drift.png").std() > 0.05  # something is drawn
     result = flesh.SweepResult("out/python_sweep")
+    assert repr(result) == f"<flesh.SweepResult of {result.table.rows} cases in {result.path}>"
     assert result.table.rows == 15 and result.table.where(energy="S", nu=0.49).rows == 1
     assert set(result.table["status"]) == {"complete"} and result.query("SELECT sum(newton) n FROM results")["n"][0] > 15
     with pytest.raises(flesh.FileError, match="readonly|read-only|query_only"):
