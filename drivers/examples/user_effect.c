@@ -59,6 +59,8 @@ static int floor_energy(const flesh_effect *effect, const flesh_point *point, do
 
 static const flesh_effect_operations floor_operations = {
     .name = "floor",
+    .role = FLESH_ROLE_CONTACT,
+    .traits = FLESH_IS_PASSIVE,
     .residual = floor_residual,
     .jacobian = floor_jacobian,
     .potential = floor_potential,

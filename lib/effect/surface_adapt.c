@@ -1,19 +1,20 @@
 /* surface_adapt.c: a stiffness of contact that follows the pressures that are there.
  *
- * The barrier holds a pressure p at the gap s thicknesses where p = k |B'(s)|; |B'(1/2)| = 2. A stiffness of half the
- * pressure leaves half of the thickness: where it is much larger, gaps lie at the edge of the barrier, where forces begin
+ * The barrier holds a pressure p at the gap s thicknesses where p = k |B'(s)|. A stiffness of p / |B'(1/2)| leaves half of
+ * the thickness: where it is much larger, gaps lie at the edge of the barrier, where forces begin
  * with a kink; where it is much smaller, they are small and the barrier is all but singular. Its logarithm over that of the
  * start is the effect's internal variable, so that it changes between steps alone. */
 #include <math.h>
 #include <stdio.h>
 
 #include "effect/surface_contact.h"
+#include "geometry/barrier.h"
 
 typedef flesh_surface_near near;
 
-/* The pressure over the stiffness that is aimed at, and the factor up to which it may be off; what a step changes the
+/* The gap in thicknesses that is aimed at, and the factor up to which its pressure may be off; what a step changes the
  * stiffness by at most; the least and the largest stiffness, over that of the start. */
-static const double AIM = 2, BAND = 4, MOST = 4, SOFTEST = 1e-6, STIFFEST = 1e3;
+static const double AIM = 0.5, BAND = 4, MOST = 4, SOFTEST = 1e-6, STIFFEST = 1e3;
 
 void flesh_surface_near_harden(near *self, const double *internal)
 {
@@ -40,7 +41,9 @@ static double mean_pressure(const flesh_contact_set *set, const double *x)
 
 int flesh_surface_near_adapt(const near *self, const double *x, double *internal)
 {
-  const double pressure = mean_pressure(&self->set, x), off = pressure / AIM;
+  double value, slope, curvature;
+  flesh_barrier_law(AIM, &value, &slope, &curvature);
+  const double pressure = mean_pressure(&self->set, x), off = pressure / -slope;
   if (!(pressure > 0) || (off > 1 / BAND && off < BAND)) return 0;
   const double before = internal[0], wanted = before + fmin(fmax(log(off), -log(MOST)), log(MOST));
   internal[0] = fmin(fmax(wanted, log(SOFTEST)), log(STIFFEST));

@@ -6,8 +6,8 @@
 
 /* Kinds of methods; or'ed. */
 typedef enum test_methods {
-  TEST_FIXED_STEPS = 1,
-  TEST_ADAPTIVE = 2, /* both that step by IDA */
+  TEST_FIXED_STEPS = 1, /* runge-kutta, too, whose error is often that of its solves, too small to show an order */
+  TEST_ADAPTIVE = 2, /* IDA, which chooses its order */
   TEST_STATIC = 4,
   TEST_MOVING = TEST_FIXED_STEPS | TEST_ADAPTIVE
 } test_methods;
