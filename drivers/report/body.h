@@ -1,5 +1,5 @@
 /* body.h: a run's body and obstacles in numbers: their shape once, then a frame after the other.
- * report.md has the format. */
+ * report.h has the format. */
 #ifndef FLESH_REPORT_BODY_H
 #define FLESH_REPORT_BODY_H
 

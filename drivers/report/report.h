@@ -1,5 +1,18 @@
-/* report.h: what a report is made of: words, tables and plots as JSON, and bodies in motion as
- * packed numbers. */
+/* report.h: what a report is made of: words, tables and plots as JSON, and bodies in motion as packed numbers.
+ *
+ * The element `payload` of the page has the data, deflated (zlib) and in base 64. Unpacked they are twelve decimal digits
+ * (the length of the JSON that follows), the JSON, and bytes of numbers. `parts` of the JSON has words, tables and plots,
+ * `view` the runs, with places in the bytes, and `start`, the time that is shown first. The element `still` is the still
+ * picture. A list [at, count] stores numbers by flesh_report_bytes_add_list.
+ *
+ * A run's frames follow each other from `at`. Each has x of all nodes, then y, then z, in multiples of `quantum`, the same
+ * of the obstacles' vertices, and J_mean, stress and speed of all nodes, each [low, step] times its number plus low. Each
+ * number n is stored as its difference from the line through the two frames before, n - (2 a - b); in the second frame as
+ * n - a, in the first as n less the number before it in the frame. A bit per tet follows, the lowest first, that changes
+ * when the tet begins or ceases to be inverted.
+ *
+ * `quantum` is 1/65536 of the body's diagonal at rest, so a position is off by half of that at most; a field by 1/2048 of
+ * the range of its colours. Larger values than 2^30 of these are clipped. */
 #ifndef FLESH_REPORT_H
 #define FLESH_REPORT_H
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""report_file.py: reads what `flesh report` has written, by drivers/report.md alone: its payload, and the positions,
+"""report_file.py: reads what `flesh report` has written, by drivers/report/report.h alone: its payload, and the positions,
 values and flags of the frames in it."""
 import base64
 import json

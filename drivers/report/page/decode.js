@@ -1,4 +1,4 @@
-/* decode.js: unpacks the payload: base 64, deflate, then JSON and numbers. drivers/report.md has the format. */
+/* decode.js: unpacks the payload: base 64, deflate, then JSON and numbers. report.h has the format. */
 const LENGTH_DIGITS = 12;
 
 async function unpack() {
