@@ -1,5 +1,4 @@
-/* ida_parts.h: what takes steps by IDA is made of: shared by its steps (ida.c) and what is told of its
- * failures (ida_failure.c), and by nothing else. */
+/* ida_parts.h: the members of flesh_ida_steps, and how failures are told: of ida.c and ida_failure.c alone. */
 #ifndef FLESH_TIME_IDA_PARTS_H
 #define FLESH_TIME_IDA_PARTS_H
 
