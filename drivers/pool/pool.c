@@ -9,7 +9,6 @@
 
 #include "base/error.h"
 #include "cli/interrupt.h"
-#include "pool/pool_orders.h"
 #include "pool/pool_places.h"
 #include "run/ranks.h"
 #include "run/ranks_join.h"
@@ -31,7 +30,7 @@ int flesh_pool_jobs(const flesh_ranks *ranks, int given)
 
 int flesh_pool_places(const flesh_ranks *ranks, int jobs, int count)
 {
-  const int here = flesh_process_fit(jobs, count);
+  const int here = flesh_places_fit(jobs, count);
   const double all = ranks ? (double)here * ranks->count : here;
   return all > count && count > 0 ? count : (int)all;
 }
@@ -43,7 +42,7 @@ int flesh_pool_open(flesh_ranks *ranks, int jobs, int count, const flesh_pool_ca
   self->ranks = ranks;
   self->jobs = jobs;
   if (ranks) self->busy = calloc((size_t)ranks->count, sizeof *self->busy);
-  int status = flesh_places_open(flesh_process_fit(jobs, count), cases, &self->places);
+  int status = flesh_places_open(flesh_places_fit(jobs, count), cases, &self->places);
   if (!status && ranks && !self->busy) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   if (status) flesh_pool_close(pool);
   return status;
@@ -114,7 +113,7 @@ int flesh_pool_stand_by(void)
 }
 
 /* Adopts a signal that came to an idle rank. */
-static void hear_signal(const void *ranks)
+static void hear_signal(const flesh_ranks *ranks)
 {
   flesh_pool_head head;
   flesh_text behind = {0};
@@ -129,13 +128,41 @@ void flesh_pool_listen(const flesh_ranks *ranks)
   if (ranks && ranks->all > ranks->count && flesh_ranks_first(ranks)) hear_signal(ranks);
 }
 
-int flesh_pool_do(const flesh_ranks *ranks, const flesh_pool_task *task, void *result, int *crashed_by)
+/* A task and its result, as the only case of places of their own. */
+typedef struct task {
+  const flesh_pool_task *task;
+  void *result;
+} task;
+
+static void do_task(const void *data, int number, flesh_text *answer)
 {
-  flesh_process process;
-  const int status = flesh_process_start(task->work, task->data, result, task->size, &process);
+  const task *given = data;
+  (void)number;
+  given->task->work(given->task->data, given->result);
+  flesh_text_append(answer, given->result, given->task->size);
+}
+
+int flesh_pool_do(const flesh_ranks *ranks, const flesh_pool_task *given, void *result, int *crashed_by)
+{
+  const double grace = 2; /* s, for what stops by itself between steps */
+  const task alone = {given, result};
+  const flesh_pool_cases cases = {do_task, &alone, given->max_seconds > 0 ? given->max_seconds + grace : 0};
+  flesh_places places;
+  flesh_pool_end end = {.number = -1};
+  int started, status = flesh_places_open(1, &cases, &places);
+  if (!status) status = flesh_places_start(&places, 0, &started);
+  while (!status && end.number < 0) {
+    hear_signal(ranks);
+    if (flesh_interrupt_signal()) flesh_places_stop(&places);
+    status = flesh_places_wait(&places, 50, &end);
+  }
+  const int whole = end.answer.size == given->size && !end.answer.failed;
+  if (whole) memcpy(result, end.answer.data, given->size);
+  *crashed_by = whole ? 0 : WIFSIGNALED(end.ended) ? WTERMSIG(end.ended) : -1;
+  free(end.answer.data);
+  flesh_places_close(&places);
   if (status) return status;
-  *crashed_by = flesh_process_wait(&process, task->max_seconds, hear_signal, ranks, result, task->size);
-  return flesh_interrupt_signal() ? flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted while %s", task->doing) : FLESH_OK;
+  return flesh_interrupt_signal() ? flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted while %s", given->doing) : FLESH_OK;
 }
 
 void flesh_pool_dismiss(const flesh_ranks *ranks, int code)

@@ -6,10 +6,25 @@
 
 #include <stddef.h>
 
-#include "pool/pool_cases.h"
-#include "pool/process.h"
+#include "scene/arena.h"
 
 typedef struct flesh_ranks flesh_ranks; /* run/ranks.h */
+
+/* The data that all cases share, on all ranks. */
+typedef struct flesh_pool_cases {
+  /* Does one, in a process of its own, and writes what is to be known of it. Borrows `data`. */
+  void (*work)(const void *data, int number, flesh_text *answer);
+  const void *data;
+  double max_seconds; /* after which its process is ended; 0: never */
+} flesh_pool_cases;
+
+/* A case that has ended. */
+typedef struct flesh_pool_end {
+  int number;        /* -1: none has */
+  int ended, killed; /* what waitpid says of its process; 1: its time was spent */
+  double seconds;    /* it took */
+  flesh_text answer; /* borrowed until the next wait */
+} flesh_pool_end;
 
 typedef struct flesh_pool flesh_pool;
 
@@ -32,14 +47,15 @@ int flesh_pool_start(flesh_pool *pool, int number, int *started);
 /* Waits until a case has ended, a signal has come or a moment has passed. A signal (interrupt.h; on any rank) is passed
  * on to all that run, once; what has not ended 2 s later is killed. Errors: FLESH_ERR_MEMORY. */
 int flesh_pool_wait(flesh_pool *pool, flesh_pool_end *end);
-/* Does work(data, result) in a process of the first rank's own, as flesh_process_start and _wait do, while no case runs.
- * *crashed_by is the signal that ended it, -1 for another end, 0 where it reported. A signal to any rank ends it:
- * FLESH_ERR_INTERRUPTED, `doing` says what was being done. Further errors: FLESH_ERR_FILE, FLESH_ERR_MEMORY. */
+/* Does work(data, result) in a process of the first rank's own, on a copy of `result` that comes back, while no case runs.
+ * *crashed_by is the signal that ended it, -1 for another end, 0 where it reported; the result is then as it was. A signal
+ * to any rank ends it: FLESH_ERR_INTERRUPTED, `doing` says what was being done. Further errors: FLESH_ERR_FILE,
+ * FLESH_ERR_MEMORY. */
 typedef struct flesh_pool_task {
   void (*work)(const void *data, void *result);
   const void *data;
-  size_t size; /* of the result */
-  double max_seconds;
+  size_t size;        /* of the result, which is plain data */
+  double max_seconds; /* 0: any; 2 s later its process is ended */
   const char *doing;
 } flesh_pool_task;
 int flesh_pool_do(const flesh_ranks *ranks, const flesh_pool_task *task, void *result, int *crashed_by);

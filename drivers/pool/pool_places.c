@@ -1,4 +1,4 @@
-/* pool_places.c: processes for cases, and what they say. */
+/* pool_places.c: processes for cases, so that a crash or a hang in one is an answer too, and what they say. */
 #include "pool/pool_places.h"
 
 #include <errno.h>
@@ -9,12 +9,13 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include "base/clock.h"
 #include "base/error.h"
-#include "pool/process.h"
 #include "run/ranks.h"
 
 /* Time within which a process that was asked to stop must end, s; it stops by itself between two steps, and is killed
@@ -22,11 +23,28 @@
 static const double GRACE = 2;
 
 struct flesh_pool_process {
-  flesh_process process; /* id 0: none */
+  pid_t id; /* 0: none */
+  int pipe; /* what it writes its answer into; closed when it has ended */
   int number, killed;
   double started, deadline; /* monotonic seconds; INFINITY: none */
   flesh_text answer;        /* as it comes */
 };
+
+int flesh_places_fit(int jobs, int count)
+{
+  const rlim_t others = 64; /* files that are open besides, here and in the processes, which inherit the pipes */
+  struct rlimit limit;
+  if (jobs > count) jobs = count;
+  if (jobs < 1) jobs = 1;
+  if (getrlimit(RLIMIT_NOFILE, &limit) || limit.rlim_cur == RLIM_INFINITY) return jobs;
+  rlim_t wanted = (rlim_t)jobs + others;
+  if (limit.rlim_cur < wanted) {
+    struct rlimit raised = {limit.rlim_max < wanted ? limit.rlim_max : wanted, limit.rlim_max};
+    if (!setrlimit(RLIMIT_NOFILE, &raised)) limit = raised;
+  }
+  if (limit.rlim_cur >= wanted) return jobs;
+  return limit.rlim_cur > others ? (int)(limit.rlim_cur - others) : 1;
+}
 
 int flesh_places_open(int room, const flesh_pool_cases *cases, flesh_places *places)
 {
@@ -39,7 +57,7 @@ int flesh_places_open(int room, const flesh_pool_cases *cases, flesh_places *pla
 static void tell_all(const flesh_places *places, int signal_number)
 {
   for (int k = 0; k < places->room; k++)
-    if (places->processes[k].process.id) kill(places->processes[k].process.id, signal_number);
+    if (places->processes[k].id) kill(places->processes[k].id, signal_number);
 }
 
 void flesh_places_close(flesh_places *places)
@@ -47,9 +65,9 @@ void flesh_places_close(flesh_places *places)
   if (places->running) tell_all(places, SIGKILL);
   for (int k = 0; k < places->room && places->running; k++) {
     flesh_pool_process *p = &places->processes[k];
-    if (!p->process.id) continue;
-    while (waitpid(p->process.id, NULL, 0) < 0 && errno == EINTR) continue;
-    close(p->process.pipe);
+    if (!p->id) continue;
+    while (waitpid(p->id, NULL, 0) < 0 && errno == EINTR) continue;
+    close(p->pipe);
     free(p->answer.data);
   }
   free(places->processes);
@@ -73,23 +91,45 @@ static void work(const flesh_pool_cases *cases, int number, int pipe)
   _exit(0);
 }
 
+/* A new process that ends with its parent. Its id is 0 in itself, where `pipe` is the end that it writes into. Errors:
+ * FLESH_ERR_FILE, FLESH_ERR_MEMORY. */
+static int fork_off(flesh_pool_process *p)
+{
+  int ends[2];
+  if (pipe(ends)) return flesh_fail(FLESH_ERR_FILE, "no pipe to a new process: %s", strerror(errno));
+  fflush(NULL);
+  const pid_t parent = getpid();
+  p->id = fork();
+  if (p->id < 0) {
+    close(ends[0]);
+    close(ends[1]);
+    return flesh_fail(FLESH_ERR_MEMORY, "no new process: %s", strerror(errno));
+  }
+  if (p->id == 0) {
+    prctl(PR_SET_PDEATHSIG, SIGKILL); /* it does not outlive who would collect it */
+    if (getppid() != parent) _exit(1);
+  }
+  p->pipe = ends[p->id ? 0 : 1];
+  close(ends[p->id ? 1 : 0]);
+  return FLESH_OK;
+}
+
 int flesh_places_start(flesh_places *places, int number, int *started)
 {
-  int place = 0, end = -1;
-  flesh_process process;
+  int place = 0;
+  flesh_pool_process new = {.number = number, .started = flesh_wall_seconds(), .deadline = INFINITY};
   *started = 0;
-  while (places->processes[place].process.id) place++;
-  const int status = flesh_process_fork(&process, &end);
+  while (places->processes[place].id) place++;
+  const int status = fork_off(&new);
   if (status && places->running) {
     places->limit = places->running;
     return FLESH_OK;
   }
   if (status) return status;
-  if (!process.id) work(places->cases, number, end);
-  fcntl(process.pipe, F_SETFL, O_NONBLOCK);
-  flesh_pool_process *p = &places->processes[place];
-  *p = (flesh_pool_process){.process = process, .number = number, .started = flesh_wall_seconds(), .deadline = INFINITY};
-  if (places->cases->max_seconds > 0) p->deadline = p->started + places->cases->max_seconds;
+  if (!new.id) work(places->cases, number, new.pipe);
+  fcntl(new.pipe, F_SETFL, O_NONBLOCK);
+  if (places->cases->max_seconds > 0) new.deadline = new.started + places->cases->max_seconds;
+  places->processes[place] = new;
   places->running++;
   *started = 1;
   return FLESH_OK;
@@ -108,7 +148,7 @@ static int drain(flesh_pool_process *p)
 {
   char part[16384];
   for (;;) {
-    const ssize_t got = read(p->process.pipe, part, sizeof part);
+    const ssize_t got = read(p->pipe, part, sizeof part);
     if (got > 0) flesh_text_append(&p->answer, part, (size_t)got);
     else if (got == 0) return 1;
     else if (errno != EINTR) return errno != EAGAIN;
@@ -118,8 +158,8 @@ static int drain(flesh_pool_process *p)
 static void collect(flesh_places *places, flesh_pool_process *p, flesh_pool_end *end)
 {
   int ended = 0;
-  while (waitpid(p->process.id, &ended, 0) < 0 && errno == EINTR) continue;
-  close(p->process.pipe);
+  while (waitpid(p->id, &ended, 0) < 0 && errno == EINTR) continue;
+  close(p->pipe);
   *end = (flesh_pool_end){p->number, ended, p->killed, flesh_wall_seconds() - p->started, p->answer};
   *p = (flesh_pool_process){0};
   places->running--;
@@ -132,8 +172,8 @@ int flesh_places_wait(flesh_places *places, int milliseconds, flesh_pool_end *en
   *end = (flesh_pool_end){.number = -1};
   for (int k = 0; k < places->room; k++) {
     const flesh_pool_process *p = &places->processes[k];
-    places->polls[k] = (struct pollfd){.fd = p->process.id ? p->process.pipe : -1, .events = POLLIN};
-    if (p->process.id && !p->killed) nearest = fmin(nearest, p->deadline);
+    places->polls[k] = (struct pollfd){.fd = p->id ? p->pipe : -1, .events = POLLIN};
+    if (p->id && !p->killed) nearest = fmin(nearest, p->deadline);
   }
   if (poll(places->polls, (nfds_t)places->room, (int)fmax(0, ceil(1000 * (nearest - flesh_wall_seconds())))) < 0) {
     if (errno != EINTR) status = flesh_fail(FLESH_ERR_MEMORY, "the cases cannot be waited for: %s", strerror(errno));
@@ -141,14 +181,14 @@ int flesh_places_wait(flesh_places *places, int milliseconds, flesh_pool_end *en
   }
   for (int k = 0; k < places->room && !status; k++) {
     flesh_pool_process *p = &places->processes[k];
-    if (!p->process.id) continue;
+    if (!p->id) continue;
     if (places->polls[k].revents && drain(p)) {
       collect(places, p, end);
       return FLESH_OK;
     }
     if (flesh_wall_seconds() > p->deadline && !p->killed) {
       p->killed = 1;
-      kill(p->process.id, SIGKILL);
+      kill(p->id, SIGKILL);
     }
   }
   return status;

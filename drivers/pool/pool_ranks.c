@@ -5,9 +5,7 @@
 
 #include "base/error.h"
 #include "cli/interrupt.h"
-#include "pool/pool_orders.h"
 #include "pool/pool_places.h"
-#include "pool/process.h"
 #include "run/ranks.h"
 #include "run/ranks_join.h"
 
@@ -79,7 +77,7 @@ static void attend(helper *h)
 int flesh_pool_serve(int jobs, const flesh_pool_cases *cases)
 {
   helper h = {0};
-  const int room = flesh_process_fit(jobs, jobs);
+  const int room = flesh_places_fit(jobs, jobs);
   if (flesh_places_open(room, cases, &h.places)) h.places.room = h.places.limit = 0; /* every case is then refused */
   while (!h.left) {
     flesh_pool_order order;
