@@ -1,12 +1,14 @@
-/* database.c: opens databases, and bounds what their queries may cost. */
+/* database.c: opens databases, bounds what their queries may cost, and says in SQLite's words what fails. */
 #include "study/database.h"
 
+#include <stdarg.h>
 #include <sys/stat.h>
 
 #include "base/confine.h"
 #include "base/error.h"
 #include "base/scan.h"
 #include "cli/interrupt.h"
+#include "study/tables.h"
 
 enum { OPERATIONS_A_LOOK = 100000 };
 static const double OPERATIONS = 1e7, OPERATIONS_PER_BYTE = 1000;
@@ -52,4 +54,49 @@ int flesh_database_fail(sqlite3 *database, const char *path, const char *doing)
                       path, doing);
   return flesh_fail(code == SQLITE_NOMEM ? FLESH_ERR_MEMORY : FLESH_ERR_FILE, "%s: %s: %s", path, doing,
                     sqlite3_errmsg(database));
+}
+
+int flesh_study_store_fail(const flesh_study_store *store, const char *doing)
+{
+  return flesh_database_fail(store->database, store->path, doing);
+}
+
+int flesh_study_store_execute(flesh_study_store *store, const char *format, ...)
+{
+  va_list arguments;
+  va_start(arguments, format);
+  char *sql = sqlite3_vmprintf(format, arguments);
+  va_end(arguments);
+  if (!sql) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  const int code = sqlite3_exec(store->database, sql, NULL, NULL, NULL);
+  sqlite3_free(sql);
+  return code ? flesh_study_store_fail(store, "cannot be written") : FLESH_OK;
+}
+
+int flesh_study_store_number(flesh_study_store *store, const char *format, ...)
+{
+  sqlite3_stmt *query = NULL;
+  va_list arguments;
+  va_start(arguments, format);
+  char *sql = sqlite3_vmprintf(format, arguments);
+  va_end(arguments);
+  const int found = sql && !sqlite3_prepare_v2(store->database, sql, -1, &query, NULL) && sqlite3_step(query) == SQLITE_ROW;
+  const int number = found ? sqlite3_column_int(query, 0) : 0;
+  sqlite3_finalize(query);
+  sqlite3_free(sql);
+  return number;
+}
+
+int flesh_study_store_end(flesh_study_store *store, int status)
+{
+  if (!status) status = flesh_study_store_execute(store, "COMMIT");
+  if (status && !sqlite3_get_autocommit(store->database))
+    sqlite3_exec(store->database, "ROLLBACK", NULL, NULL, NULL);
+  return status;
+}
+
+int flesh_study_store_prepare(flesh_study_store *store, const char *sql, sqlite3_stmt **statement)
+{
+  return sqlite3_prepare_v2(store->database, sql, -1, statement, NULL) ? flesh_study_store_fail(store, "is no study")
+                                                                        : FLESH_OK;
 }

@@ -64,14 +64,7 @@ static int text_of(flesh_study_store *store, const char *key, char **value)
 
 static int set_meta(flesh_study_store *store, const char *key, const char *value)
 {
-  sqlite3_stmt *insert;
-  int status = flesh_study_store_prepare(store, "INSERT OR REPLACE INTO meta VALUES (?, ?)", &insert);
-  if (status) return status;
-  sqlite3_bind_text(insert, 1, key, -1, SQLITE_STATIC);
-  sqlite3_bind_text(insert, 2, value, -1, SQLITE_STATIC);
-  if (sqlite3_step(insert) != SQLITE_DONE) status = flesh_study_store_fail(store, "cannot be written");
-  sqlite3_finalize(insert);
-  return status;
+  return flesh_study_store_execute(store, "INSERT OR REPLACE INTO meta VALUES (%Q, %Q)", key, value);
 }
 
 /* WAL lets readers look on while cases are written; a commit is on the disk before it returns. */
@@ -178,30 +171,21 @@ static int enrol(flesh_study_store *store, int argc, char **argv)
 {
   char host[80] = "", lock[80];
   struct timespec now;
-  sqlite3_stmt *insert;
   gethostname(host, sizeof host - 1);
   clock_gettime(CLOCK_REALTIME, &now);
   snprintf(store->worker, sizeof store->worker, "%s:%ld:%lld%09ld", host, (long)getpid(), (long long)now.tv_sec,
            now.tv_nsec);
   snprintf(lock, sizeof lock, ".study-%ld-%lld%09ld.lock", (long)getpid(), (long long)now.tv_sec, now.tv_nsec);
   int status = open_lock(store, lock);
-  if (!status)
-    status =
-        flesh_study_store_prepare(store,
-                                  "INSERT INTO workers (name, host, pid, lock, started, program) VALUES (?, ?, ?, ?, "
-                                  "strftime('%Y-%m-%dT%H:%M:%fZ', 'now'), ?)",
-                                  &insert);
   if (status) return status;
   json_t *program = flesh_provenance_program(argc, argv);
   char *text = json_dumps(program, JSON_COMPACT);
   if (flesh_json_lacks()) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  sqlite3_bind_text(insert, 1, store->worker, -1, SQLITE_STATIC);
-  sqlite3_bind_text(insert, 2, host, -1, SQLITE_STATIC);
-  sqlite3_bind_int64(insert, 3, getpid());
-  sqlite3_bind_text(insert, 4, lock, -1, SQLITE_STATIC);
-  sqlite3_bind_text(insert, 5, text, -1, SQLITE_STATIC);
-  if (!status && sqlite3_step(insert) != SQLITE_DONE) status = flesh_study_store_fail(store, "cannot be written");
-  sqlite3_finalize(insert);
+  if (!status)
+    status = flesh_study_store_execute(store,
+                                       "INSERT INTO workers (name, host, pid, lock, started, program) VALUES (%Q, %Q, %d, "
+                                       "%Q, strftime('%%Y-%%m-%%dT%%H:%%M:%%fZ', 'now'), %Q)",
+                                       store->worker, host, (int)getpid(), lock, text);
   json_decref(program);
   free(text);
   return status;
@@ -229,15 +213,6 @@ static int prepare_statements(flesh_study_store *store)
   return status;
 }
 
-static int plan_again(flesh_study_store *store, const char *condition)
-{
-  char *sql = sqlite3_mprintf("UPDATE cases SET status = 'planned', worker = NULL, started = NULL WHERE (%s) AND "
-                              "status <> 'running' AND id IN (SELECT id FROM temp.wanted)", condition);
-  const int status = sql ? flesh_study_store_execute(store, sql) : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  sqlite3_free(sql);
-  return status;
-}
-
 /* Begins or goes on with the tables, within a transaction. */
 static int fill(flesh_study_store *store, const flesh_study *study, const flesh_study_options *options)
 {
@@ -250,7 +225,9 @@ static int fill(flesh_study_store *store, const flesh_study *study, const flesh_
   if (!status) status = set_extent(store, study);
   if (!status) status = flesh_study_store_plan(store, study);
   if (!status) status = enrol(store, options->argc, options->argv);
-  if (!status && found && study->again) status = plan_again(store, study->again);
+  if (!status && found && study->again)
+    status = flesh_study_store_execute(store, "UPDATE cases SET status = 'planned', worker = NULL, started = NULL WHERE (%s) "
+                                       "AND status <> 'running' AND id IN (SELECT id FROM temp.wanted)", study->again);
   if (!status && !found && (status = flesh_study_views_write(store, &bad)) && bad >= 0) status = FLESH_OK;
   return status;
 }

@@ -82,12 +82,10 @@ int flesh_study_store_finish(flesh_study_store *store, int number, const json_t 
 
 int flesh_study_store_release(flesh_study_store *store, int number)
 {
-  char *sql = sqlite3_mprintf("UPDATE cases SET status = 'planned', worker = NULL, started = NULL WHERE id = "
-                              "(SELECT id FROM temp.wanted WHERE number = %d) AND worker = %Q AND status = 'running'",
-                              number, store->worker);
-  int status = sql ? flesh_study_store_execute(store, sql) : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  sqlite3_free(sql);
-  return status;
+  return flesh_study_store_execute(store,
+                                   "UPDATE cases SET status = 'planned', worker = NULL, started = NULL WHERE id = "
+                                   "(SELECT id FROM temp.wanted WHERE number = %d) AND worker = %Q AND status = 'running'",
+                                   number, store->worker);
 }
 
 /* .study-<process>-<time>.lock, in no other folder: the names in a database are its writer's. */
@@ -144,10 +142,8 @@ static int recover(flesh_study_store *store, int *count, int *running)
       continue;
     }
     *count += cases;
-    char *sql = sqlite3_mprintf("UPDATE cases SET status = 'planned', worker = NULL, started = NULL "
-                                "WHERE status = 'running' AND worker IS %Q", worker);
-    status = sql ? flesh_study_store_execute(store, sql) : FLESH_ERR_MEMORY;
-    sqlite3_free(sql);
+    status = flesh_study_store_execute(store, "UPDATE cases SET status = 'planned', worker = NULL, started = NULL "
+                                       "WHERE status = 'running' AND worker IS %Q", worker);
   }
   if (!status && code != SQLITE_DONE) status = flesh_study_store_fail(store, "cannot be read");
   sqlite3_finalize(query);
@@ -183,16 +179,8 @@ int flesh_study_store_judge(flesh_study_store *store, const char *condition, int
 
 int flesh_study_store_count(flesh_study_store *store, const char *state)
 {
-  sqlite3_stmt *query;
-  int count = 0;
-  if (sqlite3_prepare_v2(store->database,
-                         "SELECT count(*) FROM temp.wanted JOIN cases USING (id) WHERE ?1 IS NULL OR status = ?1", -1,
-                         &query, NULL))
-    return 0;
-  sqlite3_bind_text(query, 1, state, -1, SQLITE_STATIC);
-  if (sqlite3_step(query) == SQLITE_ROW) count = sqlite3_column_int(query, 0);
-  sqlite3_finalize(query);
-  return count;
+  return flesh_study_store_number(
+      store, "SELECT count(*) FROM temp.wanted JOIN cases USING (id) WHERE %Q IS NULL OR status = %Q", state, state);
 }
 
 /* A row of cases as the record that it was written from. */

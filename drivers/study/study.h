@@ -132,7 +132,9 @@ int flesh_study_store_judge(flesh_study_store *store, const char *condition, int
 int flesh_study_store_make_views(flesh_study_store *store);
 /* FLESH_ERR_FILE with SQLite's words. */
 int flesh_study_store_fail(const flesh_study_store *store, const char *doing);
-int flesh_study_store_execute(flesh_study_store *store, const char *sql);
+/* Executes statements, which sqlite3_mprintf makes of the format, and returns the number that a query gives, 0 for none. */
+int flesh_study_store_execute(flesh_study_store *store, const char *format, ...);
+int flesh_study_store_number(flesh_study_store *store, const char *format, ...);
 
 /* Runs what is planned of the store's cases. FLESH_ERR_INTERRUPTED when a signal ended it: what is done stands. */
 int flesh_study_run(const flesh_study *study, flesh_study_store *store, const flesh_study_options *options);

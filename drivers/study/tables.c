@@ -1,4 +1,4 @@
-/* tables.c: makes the tables of a study's database, and the views that spread its JSON into columns. */
+/* tables.c: makes the tables of a study's database, and the views `results` and `rows` that spread its JSON into columns. */
 #include "study/tables.h"
 
 #include <stdlib.h>
@@ -7,13 +7,14 @@
 
 #include "base/error.h"
 
-const char *const flesh_study_case_columns[][2] = {{"status", "c.status"},
+/* Name and expression of the columns of `results` that are there whatever varies: before and behind the figures. */
+static const char *const case_columns[][2] = {{"status", "c.status"},
                                               {"exit_code", "c.exit_code"},
                                               {"message", "c.message"},
                                               {"reason", "json_extract(c.result, '$.failure.reason')"},
                                               {"failed_at", "json_extract(c.result, '$.failure.t')"},
                                               {NULL}};
-const char *const flesh_study_last_columns[][2] = {{"nodes", "json_extract(c.result, '$.inputs.mesh.nodes')"},
+static const char *const last_columns[][2] = {{"nodes", "json_extract(c.result, '$.inputs.mesh.nodes')"},
                                               {"tets", "json_extract(c.result, '$.inputs.mesh.tets')"},
                                               {"seconds", "c.seconds"},
                                               {"started", "c.started"},
@@ -22,6 +23,8 @@ const char *const flesh_study_last_columns[][2] = {{"nodes", "json_extract(c.res
                                               {"flesh_commit", "json_extract(w.program, '$.commit')"},
                                               {NULL}};
 
+static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory"); }
+
 static int is_taken(const json_t *names, const char *name)
 {
   static const char *const own[] = {"id", "repeat", "scene", "overrides", "result", "case_id", "number", "case_key"};
@@ -29,10 +32,10 @@ static int is_taken(const json_t *names, const char *name)
   const json_t *value;
   for (size_t k = 0; k < sizeof own / sizeof *own; k++)
     if (!strcasecmp(own[k], name)) return 1;
-  for (int k = 0; flesh_study_case_columns[k][0]; k++)
-    if (!strcasecmp(flesh_study_case_columns[k][0], name)) return 1;
-  for (int k = 0; flesh_study_last_columns[k][0]; k++)
-    if (!strcasecmp(flesh_study_last_columns[k][0], name)) return 1;
+  for (int k = 0; case_columns[k][0]; k++)
+    if (!strcasecmp(case_columns[k][0], name)) return 1;
+  for (int k = 0; last_columns[k][0]; k++)
+    if (!strcasecmp(last_columns[k][0], name)) return 1;
   json_array_foreach((json_t *)names, index, value)
     if (!strcasecmp(json_string_value(value), name)) return 1;
   return !strncasecmp(name, "energy_", 7);
@@ -55,14 +58,6 @@ static int check_names(const flesh_study *study, const json_t *names)
                              study->derived[d].name);
   }
   return FLESH_OK;
-}
-
-static int insert_named(flesh_study_store *store, const char *table, int number, const char *name, const char *text)
-{
-  char *sql = sqlite3_mprintf("INSERT INTO %s VALUES (%d, %Q, %Q)", table, number, name, text);
-  int status = sql ? flesh_study_store_execute(store, sql) : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  sqlite3_free(sql);
-  return status;
 }
 
 int flesh_study_tables_create(flesh_study_store *store, const flesh_study *study)
@@ -89,19 +84,153 @@ int flesh_study_tables_create(flesh_study_store *store, const flesh_study *study
       "CREATE INDEX cases_by_status ON cases (status, id);\n",
       study->repeats > 1 ? ", repeat INTEGER" : "");
   if (!status)
-    status = sql.failed ? flesh_fail(FLESH_ERR_MEMORY, "out of memory") : flesh_study_store_execute(store, sql.data);
+    status = sql.failed ? no_memory() : flesh_study_store_execute(store, "%s", sql.data);
   free(sql.data);
   for (int c = 0; !status && c < study->column_count; c++)
-    status = insert_named(store, "parameters", c, study->columns[c].name, study->columns[c].key);
+    status = flesh_study_store_execute(store, "INSERT INTO parameters VALUES (%d, %Q, %Q)", c, study->columns[c].name,
+                                       study->columns[c].key);
   for (int d = 0; !status && d < study->derived_count; d++)
-    status = insert_named(store, "derived", d, study->derived[d].name, study->derived[d].expression);
+    status = flesh_study_store_execute(store, "INSERT INTO derived VALUES (%d, %Q, %Q)", d, study->derived[d].name,
+                                       study->derived[d].expression);
   size_t index;
   json_t *value;
-  json_array_foreach(names, index, value) {
-    char *insert = sqlite3_mprintf("INSERT INTO figures VALUES (%d, %Q)", (int)index, json_string_value(value));
-    if (!status && insert) status = flesh_study_store_execute(store, insert);
-    sqlite3_free(insert);
-  }
+  json_array_foreach(names, index, value)
+    if (!status)
+      status = flesh_study_store_execute(store, "INSERT INTO figures VALUES (%d, %Q)", (int)index, json_string_value(value));
   json_decref(names);
   return status;
+}
+
+static void print_column(flesh_text *text, const char *alias, const char *expression)
+{
+  flesh_text_print(text, ", %s AS \"%s\"", expression, alias);
+}
+
+/* Prints a column for every row of a query of an alias and an expression. */
+static int print_columns(flesh_study_store *store, const char *sql, flesh_text *text)
+{
+  sqlite3_stmt *query;
+  int status = flesh_study_store_prepare(store, sql, &query), code = SQLITE_DONE;
+  while (!status && (code = sqlite3_step(query)) == SQLITE_ROW)
+    print_column(text, (const char *)sqlite3_column_text(query, 0), (const char *)sqlite3_column_text(query, 1));
+  if (!status && code != SQLITE_DONE) status = flesh_study_store_fail(store, "cannot be read");
+  sqlite3_finalize(query);
+  return status;
+}
+
+static const char axes_sql[] =
+    "SELECT name, 'c.\"' || name || '\"' FROM (SELECT number, name FROM parameters UNION ALL "
+    "SELECT 1000, name FROM pragma_table_info('cases') WHERE name = 'repeat' ORDER BY number)";
+
+static int print_results(flesh_study_store *store, flesh_text *text)
+{
+  flesh_text_print(text, "SELECT c.id AS id");
+  int status = print_columns(store, axes_sql, text);
+  for (int k = 0; case_columns[k][0]; k++)
+    print_column(text, case_columns[k][0], case_columns[k][1]);
+  if (!status)
+    status = flesh_study_store_execute(store, "INSERT OR IGNORE INTO figures (path) SELECT DISTINCT 'energies.' || key "
+                                              "FROM cases, json_each(cases.result, '$.figures.energies')");
+  if (!status)
+    status = print_columns(store,
+                      "SELECT replace(path, 'energies.', 'energy_'), "
+                      "'json_extract(c.result, ''$.figures.' || path || ''')' FROM figures ORDER BY number",
+                      text);
+  for (int k = 0; last_columns[k][0]; k++)
+    print_column(text, last_columns[k][0], last_columns[k][1]);
+  flesh_text_print(text, " FROM cases c LEFT JOIN workers w ON w.name = c.worker");
+  return status;
+}
+
+static int print_rows(flesh_study_store *store, flesh_text *text)
+{
+  flesh_text_print(text, "SELECT r.case_id AS case_id, r.number AS number");
+  int status = print_columns(store, axes_sql, text);
+  if (!status)
+    status = print_columns(store,
+                      "SELECT CASE WHEN lower(key) IN (SELECT lower(name) FROM parameters) OR "
+                      "lower(key) IN ('case_id', 'number', 'repeat') THEN 'row_' ELSE '' END || key, "
+                      "'json_extract(r.data, ''$.\"' || key || '\"'')' FROM (SELECT key, min(json_each.id) AS place "
+                      "FROM table_rows, json_each(table_rows.data) GROUP BY key ORDER BY place)",
+                      text);
+  flesh_text_print(text, " FROM table_rows r JOIN cases c ON c.id = r.case_id");
+  return status;
+}
+
+/* Whether the statement, which must be a single one, is valid. */
+static int is_valid(flesh_study_store *store, const char *sql)
+{
+  sqlite3_stmt *query = NULL;
+  const char *rest = "";
+  int code = sqlite3_prepare_v2(store->database, sql, -1, &query, &rest);
+  sqlite3_finalize(query);
+  return !code && !rest[strspn(rest, " \t\r\n;")];
+}
+
+/* Puts the derived columns around the select in *sql. */
+static int derive(flesh_study_store *store, char **sql, int *bad)
+{
+  sqlite3_stmt *query;
+  int status = flesh_study_store_prepare(store, "SELECT name, expression FROM derived ORDER BY number", &query);
+  for (int number = 0; !status && sqlite3_step(query) == SQLITE_ROW; number++) {
+    const char *name = (const char *)sqlite3_column_text(query, 0), *is = (const char *)sqlite3_column_text(query, 1);
+    char *inner = sqlite3_mprintf("SELECT (%s\n) FROM (%s)", is, *sql);
+    char *outer = sqlite3_mprintf("SELECT *, (%s\n) AS \"%w\" FROM (%s)", is, name, *sql);
+    if (!inner || !outer) status = no_memory();
+    else if (!is_valid(store, inner)) {
+      *bad = number;
+      status = flesh_fail(FLESH_ERR_ARGUMENT, "the column %s is '%s'; it must be an expression of SQLite: %s", name, is,
+                          sqlite3_errmsg(store->database));
+    }
+    sqlite3_free(inner);
+    if (status) sqlite3_free(outer);
+    else {
+      sqlite3_free(*sql);
+      *sql = outer;
+    }
+  }
+  sqlite3_finalize(query);
+  return status;
+}
+
+/* Makes the view where it is not as it should be. */
+static int replace_view(flesh_study_store *store, const char *name, const char *select)
+{
+  if (flesh_study_store_number(store, "SELECT 1 FROM sqlite_master WHERE name = %Q AND sql = 'CREATE VIEW %q AS %q'", name,
+                               name, select))
+    return FLESH_OK;
+  const int status = flesh_study_store_execute(store, "DROP VIEW IF EXISTS %s", name);
+  return status ? status : flesh_study_store_execute(store, "CREATE VIEW %s AS %s", name, select);
+}
+
+int flesh_study_views_write(flesh_study_store *store, int *bad)
+{
+  int run = !flesh_study_store_number(store, "SELECT value <> 'run' FROM meta WHERE key = 'command'");
+  int status = FLESH_OK, derived = FLESH_OK;
+  char words[1024] = "";
+  *bad = -1;
+  for (int view = 0; !status && view < 2; view++) {
+    flesh_text text = {0};
+    status = view ? print_rows(store, &text) : print_results(store, &text);
+    char *sql = status || text.failed ? NULL : sqlite3_mprintf("%s", text.data);
+    free(text.data);
+    if (!status && !sql) status = no_memory();
+    /* A column that cannot be derived leaves the others as they are. */
+    if (!status && view != run && (derived = derive(store, &sql, bad)))
+      snprintf(words, sizeof words, "%s", flesh_error_text());
+    if (!status) status = replace_view(store, view ? "rows" : "results", sql);
+    sqlite3_free(sql);
+  }
+  return status || !derived ? status : flesh_fail(derived, "%s", words);
+}
+
+int flesh_study_store_make_views(flesh_study_store *store)
+{
+  int bad, status = flesh_study_store_execute(store, "BEGIN IMMEDIATE");
+  if (status) return status;
+  status = flesh_study_views_write(store, &bad);
+  char words[1024];
+  snprintf(words, sizeof words, "%s", flesh_error_text());
+  int ended = flesh_study_store_execute(store, status && bad < 0 ? "ROLLBACK" : "COMMIT");
+  return status ? flesh_fail(status, "%s", words) : ended;
 }

@@ -7,10 +7,6 @@
 /* Makes the tables, within a transaction. Refuses columns named as others are. */
 int flesh_study_tables_create(flesh_study_store *store, const flesh_study *study);
 
-/* Name and expression of the columns of `results` that are there whatever varies: before and behind the figures. */
-extern const char *const flesh_study_case_columns[][2];
-extern const char *const flesh_study_last_columns[][2];
-
 /* Makes the views, within a transaction. *bad is the derived column that is not valid, -1 if none; the views are then
  * made without it and those after it. */
 int flesh_study_views_write(flesh_study_store *store, int *bad);

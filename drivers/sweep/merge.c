@@ -26,16 +26,6 @@ static int execute_with(flesh_study_store *store, const char *sql, const char *t
   return status;
 }
 
-static int number_of(flesh_study_store *store, const char *sql)
-{
-  sqlite3_stmt *query;
-  int number = 0;
-  if (sqlite3_prepare_v2(store->database, sql, -1, &query, NULL)) return 0;
-  if (sqlite3_step(query) == SQLITE_ROW) number = sqlite3_column_int(query, 0);
-  sqlite3_finalize(query);
-  return number;
-}
-
 /* Figures that no two runs share. */
 #define TIMED                                                                                                          \
   "'$.figures.wall_s', '$.figures.cpu_s', '$.figures.wall_s_median', '$.figures.wall_s_min', '$.figures.time_ratio', "  \
@@ -66,14 +56,14 @@ static int join(flesh_study_store *store, const char *path)
   int status = flesh_database_allow(path);
   if (!status) status = execute_with(store, "ATTACH ? AS part", path);
   if (status) return status;
-  if (!number_of(store, "SELECT count(*) FROM part.sqlite_master WHERE name = 'cases'"))
+  if (!flesh_study_store_number(store, "SELECT count(*) FROM part.sqlite_master WHERE name = 'cases'"))
     status = flesh_fail(FLESH_ERR_FILE, "%s: this is no database of a study", path);
-  else if (!number_of(store, "SELECT count(*) FROM main.meta a JOIN part.meta b USING (key, value) WHERE key = "
+  else if (!flesh_study_store_number(store, "SELECT count(*) FROM main.meta a JOIN part.meta b USING (key, value) WHERE key = "
                              "'fingerprint'"))
     status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: is of another sweep than the first one given", path);
-  else if (number_of(store, "SELECT count(*) FROM main.cases a JOIN part.cases b USING (id) WHERE a.case_key <> b.case_key"))
+  else if (flesh_study_store_number(store, "SELECT count(*) FROM main.cases a JOIN part.cases b USING (id) WHERE a.case_key <> b.case_key"))
     status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: its cases have other numbers than those of the first one given", path);
-  int different = status ? 0 : number_of(store, different_sql);
+  int different = status ? 0 : flesh_study_store_number(store, different_sql);
   if (different)
     fprintf(
         stderr,
@@ -104,8 +94,8 @@ static int merge(const char *out, const char *temporary, int count, char **paths
     status = FLESH_OK;
   }
   if (!status) {
-    int whole = number_of(&store, "SELECT value FROM meta WHERE key = 'cases'");
-    int done = number_of(&store, "SELECT count(*) FROM cases WHERE status <> 'planned'");
+    int whole = flesh_study_store_number(&store, "SELECT value FROM meta WHERE key = 'cases'");
+    int done = flesh_study_store_number(&store, "SELECT count(*) FROM cases WHERE status <> 'planned'");
     printf("%s: %d of %d cases are done", out, done, whole);
     printf(done < whole ? "; as sweep.db in a folder, `flesh sweep SPEC --out FOLDER --resume` does the others\n"
                         : "\n");
