@@ -7,7 +7,6 @@
 #include <unistd.h>
 
 #include "accuracy/mesh.h"
-#include "accuracy/mesh_sample.h"
 #include "base/confine.h"
 #include "base/clock.h"
 #include "base/error.h"

@@ -24,4 +24,19 @@ void flesh_help_print_exits(unsigned exits);
 extern const char *flesh_help_about;
 extern const flesh_subcommand *flesh_help_commands;
 
+/* Manual pages in roff, to stdout: a page's head, paragraphs (lines that begin with a space stand as they are), and exit codes. */
+void flesh_help_man_head(const char *page, const char *summary);
+void flesh_help_man_text(const char *text);
+void flesh_help_man_exits(unsigned exits); /* flesh_exits, or'ed */
+
+/* The page of "run", but for its end; a section of its command's page for "mesh info". */
+void flesh_help_man(const flesh_usage *usage);
+void flesh_help_man_end(void);
+
+/* A command's options and commands as branches of the scripts of completion/command.c, to stdout. */
+void flesh_help_bash(const flesh_usage *usage);
+void flesh_help_zsh(const flesh_usage *usage);
+/* Single-quoted for a shell. */
+void flesh_help_quote(const char *word);
+
 #endif

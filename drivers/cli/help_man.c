@@ -1,5 +1,5 @@
 /* help_man.c: a command's help as a manual page in roff. */
-#include "cli/help_man.h"
+#include "cli/help.h"
 
 #include <stdio.h>
 #include <stdlib.h>

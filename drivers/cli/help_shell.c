@@ -1,5 +1,5 @@
 /* help_shell.c: a command's options and commands as branches of the completion scripts of bash and zsh. */
-#include "cli/help_shell.h"
+#include "cli/help.h"
 
 #include <stdio.h>
 #include <string.h>

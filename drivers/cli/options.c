@@ -1,4 +1,4 @@
-/* options.c: command lines by getopt_long, and exit codes. */
+/* options.c: command lines by getopt_long, commands of several words, and exit codes. */
 #include "cli/options.h"
 
 #include <getopt.h>
@@ -172,4 +172,22 @@ int flesh_options_read(const flesh_usage *usage, int argc, char **argv, int *pos
                     strchr(first, '=') && takes_values(usage) ? "'; a value of the scene is given by --set KEY=VALUE" : "'");
   }
   return FLESH_OPTIONS_GO_ON;
+}
+
+int flesh_subcommand_run(const char *command, const char *about, const char *more, const flesh_subcommand *list,
+                         int argc, char **argv)
+{
+  const char *name = argc > 1 ? argv[1] : NULL;
+  if (name && (!strcmp(name, "--help") || !strcmp(name, "-h"))) {
+    flesh_help_print_list(command, about, more, list);
+    return 0;
+  }
+  char known[128] = "";
+  for (int k = 0; list[k].name; k++) {
+    if (name && !strcmp(name, list[k].name)) return list[k].run(argc - 1, argv + 1);
+    const size_t length = strlen(known);
+    snprintf(known + length, sizeof known - length, "%s%s", !k ? "" : list[k + 1].name ? ", " : " and ", list[k].name);
+  }
+  if (!name) return flesh_command_refuse(command, "no command given; the commands are %s", known);
+  return flesh_command_refuse(command, "unknown command '%.100s'; the commands are %s", name, known);
 }

@@ -6,7 +6,6 @@
 #include "commands.h"
 #include "scene/schema.h"
 #include "cli/help.h"
-#include "cli/help_shell.h"
 #include "cli/options.h"
 
 static const char details[] = "Completes commands, options, the keys of a scene after --set, and values where there is a list of them; else\n"

@@ -114,7 +114,6 @@ int flesh_drift_overrides(const flesh_drift_plan *plan, int scene, flesh_overrid
 
 /* volume_*.png, worst_*.png, shapes_*.png. FLESH_ERR_FILE without gnuplot. */
 int flesh_drift_draw(const void *plan);
-int flesh_drift_draw_volumes(const flesh_drift_plan *plan, int scene, int poisson);
 /* The answer in words: verdict.txt and stdout. */
 int flesh_drift_write_verdict(const void *plan);
 

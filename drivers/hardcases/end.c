@@ -1,5 +1,4 @@
 /* end.c: rest shapes, ranks, and whether an end is a true local minimum. */
-#include "hardcases/end.h"
 
 #include <gsl/gsl_eigen.h>
 #include <math.h>
@@ -10,6 +9,7 @@
 #include "base/sort.h"
 #include "flesh/system.h"
 #include "mesh/mesh.h"
+#include "hardcases/hardcases.h"
 
 /* Dense eigenvalues take seconds beyond. */
 enum { DENSE_LIMIT = 1200 };

@@ -1,5 +1,4 @@
 /* frames.c: starts and ends of the battery's runs, drawn. */
-#include "hardcases/frames.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -12,6 +11,7 @@
 #include "picture/picture.h"
 #include "picture/picture_body.h"
 #include "run/run_folder.h"
+#include "hardcases/hardcases.h"
 
 enum { FRAMES = 4 };
 static const double REACH = 1.05; /* of a picture, in body lengths */

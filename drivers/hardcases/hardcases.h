@@ -7,6 +7,7 @@
 
 #include "flesh/body.h"
 #include "flesh/material.h"
+#include "flesh/scene.h"
 #include "flesh/solver.h"
 #include "run/longest_step.h"
 #include "cli/options.h"
@@ -180,6 +181,19 @@ int flesh_hardcases_write_scene(const flesh_hardcases_plan *plan, const flesh_ha
 void flesh_hardcases_run_one(const flesh_hardcases_plan *plan, const flesh_hardcases_run *run,
                              flesh_hardcases_figures *figures);
 
+/* The shape that the scene's body rests in with the pins that are left at time t, as a mesh; new,
+ * or NULL where there is none or none is found (a form that collapses). */
+void flesh_hardcases_rest_shape(const flesh_scene *scene, double t, flesh_mesh **rest);
+
+/* Dimensions that the body fills: 0 a point ... 3; an extent below 1e-6 of the rest shape's length
+ * is none. */
+int flesh_hardcases_rank(const flesh_mesh *mesh, const double *x);
+
+/* Looks for the equilibrium at the end `x` [3*nodes] by a static solve from there and says what it
+ * is in figures->end, gradient, smallest_eigenvalue, negative_eigenvalues. `rest` may be NULL. */
+void flesh_hardcases_judge_end(const flesh_scene *scene, double t, const double *x,
+                               const flesh_mesh *rest, flesh_hardcases_figures *figures);
+
 /* The outcome by the run's figures. */
 flesh_hardcases_outcome flesh_hardcases_judge(const flesh_hardcases_run *run);
 
@@ -202,7 +216,13 @@ int flesh_hardcases_write_ablation(const void *plan);
 int flesh_hardcases_write_csv(const void *plan);
 /* The answer in words: verdict.txt and stdout. */
 int flesh_hardcases_write_verdict(const void *plan);
-/* matrix.png and frames_*.png. FLESH_ERR_FILE without gnuplot. */
+/* frames_GROUP.png: start, first step, a tenth of the time and end of the group's cases. */
+int flesh_hardcases_draw_frames(const flesh_hardcases_plan *plan, const char *group);
+
+/* sheet_SETTING.png of settings[first] and of those that differ from it in their body only, where there are several and
+ * it is the first of them: the end of every case on every mesh. */
+int flesh_hardcases_draw_sheet(const flesh_hardcases_plan *plan, int first);
+/* matrix.png and the frames. FLESH_ERR_FILE without gnuplot. */
 int flesh_hardcases_draw(const void *plan);
 
 #endif

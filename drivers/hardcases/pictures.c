@@ -8,7 +8,6 @@
 #include "base/error.h"
 #include "picture/plot.h"
 #include "picture/plot_text.h"
-#include "hardcases/frames.h"
 #include "hardcases/hardcases.h"
 
 /* Distinguishable with any colour vision; from good to bad also from light to dark. */

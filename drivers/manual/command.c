@@ -7,7 +7,6 @@
 
 #include "scene/schema.h"
 #include "cli/help.h"
-#include "cli/help_man.h"
 #include "cli/options.h"
 
 static const char details[] = "Prints the manual page of COMMAND in roff, of the whole program without one, and flesh-scene(5), the keys of a\n"

@@ -17,7 +17,6 @@
 #include "cli/lists.h"
 #include "cli/options.h"
 #include "cli/output.h"
-#include "cli/subcommands.h"
 
 static const flesh_option no_options[] = {{.name = NULL}};
 

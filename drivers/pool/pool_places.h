@@ -2,7 +2,7 @@
 #ifndef FLESH_POOL_POOL_PLACES_H
 #define FLESH_POOL_POOL_PLACES_H
 
-#include "pool/pool.h"
+#include "pool/pool_cases.h"
 
 typedef struct flesh_pool_process flesh_pool_process;
 

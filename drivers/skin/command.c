@@ -15,7 +15,6 @@
 #include "run/result.h"
 #include "run/run_folder.h"
 #include "cli/output.h"
-#include "cli/subcommands.h"
 
 static int command_bind(int argc, char **argv)
 {

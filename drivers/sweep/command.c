@@ -15,7 +15,6 @@
 #include "cli/options.h"
 #include "run/ranks.h"
 #include "study/lead.h"
-#include "cli/subcommands.h"
 #include "sweep/sweep.h"
 
 static const char details[] =

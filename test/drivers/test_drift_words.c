@@ -1,4 +1,4 @@
-// TEST quick sources=drift/mesh_part.c,drift/words.c,study/table.c
+// TEST quick sources=drift/words.c,study/table.c
 /* test_drift_words.c: what the drift verdict claims: no more than the two finest meshes bear out. */
 #include <math.h>
 #include <stdlib.h>
