@@ -138,6 +138,8 @@ typedef struct flesh_accuracy_plan {
 
 /* Reads a scene with the overrides of the command line alone. */
 int flesh_accuracy_read_as_it_stands(const flesh_accuracy_plan *plan, const char *path, flesh_scene **scene);
+/* The plan's overrides and those of the row's method, step, tolerance and extra value; to be closed. */
+int flesh_accuracy_overrides(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row, flesh_overrides *all);
 /* Reads the row's scene: the plan's with the row's method, step, tolerance and extra value. */
 int flesh_accuracy_read(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row,
                         flesh_scene **scene);

@@ -33,25 +33,16 @@ static int read_scene(const task *given, flesh_scene **scene)
   const flesh_accuracy_plan *plan = given->plan;
   const flesh_accuracy_meshes *meshes = given->meshes;
   const flesh_accuracy_mesh_row *row = &meshes->rows[given->row];
-  const int method = given->step ? given->step->method : meshes->method;
+  const flesh_accuracy_row all_alike = {.method = meshes->method, .step = meshes->step};
   flesh_overrides overrides;
   char number[32];
   *scene = NULL;
-  int status = flesh_overrides_copy(&overrides, plan->overrides);
+  int status = meshes->method < 0 ? flesh_overrides_copy(&overrides, plan->overrides)
+                                  : flesh_accuracy_overrides(plan, given->step ? given->step : &all_alike, &overrides);
   if (status) return status;
   snprintf(number, sizeof number, "%d", row->refine + (row->source ? 0 : meshes->own_refine));
   if (!row->source || row->refine) status = flesh_overrides_add(&overrides, "body.refine", number);
   if (!status) status = flesh_overrides_add(&overrides, "body.element", flesh_element_name((flesh_element)row->element));
-  if (!status && method >= 0) {
-    const flesh_accuracy_method *m = &flesh_accuracy_methods[method];
-    const flesh_accuracy_row *step = given->step;
-    status = flesh_overrides_add(&overrides, "time.method", m->scene);
-    if (!status) status = flesh_overrides_add(&overrides, "time.step", step ? step->step.text : meshes->step.text);
-    if (!status && step && m->adaptive) status = flesh_overrides_add(&overrides, "time.tolerance", step->tolerance.text);
-    if (!status && step && m->adaptive == 2) status = flesh_overrides_add(&overrides, "time.adaptive", "true");
-    snprintf(number, sizeof number, "%d", m->max_order);
-    if (!status && m->max_order) status = flesh_overrides_add(&overrides, "time.max_order", number);
-  }
   if (!status)
     status = flesh_scene_read(meshes->sources[row->source], overrides.texts.count, overrides.texts.values, scene);
   flesh_overrides_close(&overrides);

@@ -29,35 +29,33 @@ const char *const flesh_accuracy_group_names[] = {[FLESH_ACCURACY_WORK] = "work"
 static_assert(sizeof flesh_accuracy_group_names / sizeof *flesh_accuracy_group_names == FLESH_ACCURACY_GROUPS,
               "a name of every group");
 
-/* The most overrides that a row adds to the plan's. */
-enum { OWN_LIMIT = 12 };
-typedef char own_texts[OWN_LIMIT][128];
-
 /* Every solve to rounding, whatever the scene makes do with. */
-static const char *const tight[] = {"solver.newton_tolerance=1e-12",
-                                    "solver.linear_tolerance=1e-3",
-                                    "solver.max_newton=100",
-                                    "solver.max_cutbacks=8",
-                                    "solver.line_search=potential",
-                                    "solver.accept_unconverged=false",
-                                    NULL};
+static const char *const tight[][2] = {{"solver.newton_tolerance", "1e-12"}, {"solver.linear_tolerance", "1e-3"},
+                                       {"solver.max_newton", "100"},         {"solver.max_cutbacks", "8"},
+                                       {"solver.line_search", "potential"},  {"solver.accept_unconverged", "false"}};
 
-static int own_values(const flesh_accuracy_row *row, own_texts texts)
+int flesh_accuracy_overrides(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row, flesh_overrides *all)
 {
   const flesh_accuracy_method *method = &flesh_accuracy_methods[row->method];
-  int count = 0;
-  snprintf(texts[count++], sizeof texts[0], "time.method=%s", method->scene);
-  snprintf(texts[count++], sizeof texts[0], "time.step=%s", row->step.text);
-  if (method->adaptive) {
-    snprintf(texts[count++], sizeof texts[0], "time.tolerance=%s", row->tolerance.text);
-    if (method->adaptive == 2) snprintf(texts[count++], sizeof texts[0], "time.adaptive=true");
-    if (method->max_order)
-      snprintf(texts[count++], sizeof texts[0], "time.max_order=%d", method->max_order);
+  char order[16];
+  int status = flesh_overrides_copy(all, plan->overrides);
+  if (status) return status;
+  status = flesh_overrides_add(all, "time.method", method->scene);
+  if (!status) status = flesh_overrides_add(all, "time.step", row->step.text);
+  if (!status && method->adaptive && *row->tolerance.text) {
+    status = flesh_overrides_add(all, "time.tolerance", row->tolerance.text);
+    if (!status && method->adaptive == 2) status = flesh_overrides_add(all, "time.adaptive", "true");
   }
-  for (int k = 0; row->tight && tight[k]; k++)
-    snprintf(texts[count++], sizeof texts[0], "%s", tight[k]);
-  if (*row->extra) snprintf(texts[count++], sizeof texts[0], "%s", row->extra);
-  return count;
+  snprintf(order, sizeof order, "%d", method->max_order);
+  if (!status && method->max_order) status = flesh_overrides_add(all, "time.max_order", order);
+  for (size_t k = 0; row->tight && k < sizeof tight / sizeof *tight && !status; k++)
+    status = flesh_overrides_add(all, tight[k][0], tight[k][1]);
+  const char *is = strchr(row->extra, '=');
+  char key[sizeof row->extra];
+  snprintf(key, sizeof key, "%.*s", is ? (int)(is - row->extra) : 0, row->extra);
+  if (!status && is) status = flesh_overrides_add(all, key, is + 1);
+  if (status) flesh_overrides_close(all);
+  return status;
 }
 
 static const char *scene_of(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row)
@@ -73,11 +71,9 @@ int flesh_accuracy_read_as_it_stands(const flesh_accuracy_plan *plan, const char
 int flesh_accuracy_read(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row,
                         flesh_scene **scene)
 {
-  own_texts own;
   flesh_overrides all;
-  int status = flesh_overrides_copy(&all, plan->overrides);
+  int status = flesh_accuracy_overrides(plan, row, &all);
   if (status) return status;
-  for (int k = 0, count = own_values(row, own); k < count; k++) all.texts.values[all.texts.count++] = own[k];
   status = flesh_scene_read(scene_of(plan, row), all.texts.count, all.texts.values, scene);
   flesh_overrides_close(&all);
   return status;
@@ -86,15 +82,15 @@ int flesh_accuracy_read(const flesh_accuracy_plan *plan, const flesh_accuracy_ro
 void flesh_accuracy_print_command(FILE *stream, const flesh_accuracy_plan *plan,
                                   const flesh_accuracy_row *row)
 {
-  own_texts own;
-  int count = own_values(row, own);
+  flesh_overrides all;
+  if (flesh_accuracy_overrides(plan, row, &all)) return;
   fputs("flesh run ", stream);
   flesh_shell_word_print(stream, scene_of(plan, row));
-  for (int k = 0; k < plan->overrides->count + count; k++) {
-    int given = k < plan->overrides->count;
+  for (int k = 0; k < all.texts.count; k++) {
     fputs(" --set ", stream);
-    flesh_shell_word_print(stream, given ? plan->overrides->values[k] : own[k - plan->overrides->count]);
+    flesh_shell_word_print(stream, all.texts.values[k]);
   }
+  flesh_overrides_close(&all);
 }
 
 void flesh_accuracy_steps_path(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row,

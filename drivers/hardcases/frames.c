@@ -17,24 +17,43 @@ enum { FRAMES = 4 };
 static const double REACH = 1.05; /* of a picture, in body lengths */
 
 /* A body in a panel: x NULL: none. */
-typedef struct shape {
+typedef struct cell {
   double *x, *J;
   double shrunk; /* by how much it is shown smaller, 1 or less */
   char title[64];
-} shape;
+  flesh_mesh *mesh; /* owned; NULL: the panel shows another one's body */
+  flesh_body body;
+} cell;
 
-static void free_shapes(int count, shape *shapes)
+/* Panels, and what they show. */
+typedef struct gallery {
+  int room;
+  cell *cells;
+  flesh_picture_panel *panels;
+} gallery;
+
+static int gallery_open(gallery *g, int room)
 {
-  for (int k = 0; k < count; k++) free(shapes[k].x), free(shapes[k].J);
+  *g = (gallery){room, calloc((size_t)room + 1, sizeof *g->cells), calloc((size_t)room + 1, sizeof *g->panels)};
+  return g->cells && g->panels ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
 }
 
-/* The frames of a case: a panel each. */
-typedef struct strip {
-  flesh_mesh *mesh;
-  flesh_body body;
-  shape frames[FRAMES];
-  char subtitle[64];
-} strip;
+static void gallery_close(gallery *g)
+{
+  for (int k = 0; g->cells && k < g->room; k++) {
+    free(g->cells[k].x), free(g->cells[k].J);
+    flesh_mesh_destroy(&g->cells[k].mesh);
+  }
+  free(g->cells), free(g->panels);
+}
+
+/* Shows the cell's body by the triangles of another's, or its own. */
+static void show(gallery *g, int place, const flesh_body *body, const char *subtitle)
+{
+  cell *c = &g->cells[place];
+  if (c->mesh) c->body = (flesh_body){.mesh = c->mesh};
+  g->panels[place] = (flesh_picture_panel){.title = c->title, .subtitle = subtitle, .body = body, .x = c->x, .J = c->J};
+}
 
 /* Into a box about the origin whose side is the body's length; a free body stays in its middle.
  * What is far larger than the picture is shown smaller: returns by how much, 1 or less. */
@@ -66,7 +85,7 @@ static double centre(const flesh_hardcases_case *row, const flesh_mesh *mesh, do
 
 /* The run at the first of the files that is there; without a run the shape at rest. */
 static int read_shape(const flesh_hardcases_plan *plan, const flesh_hardcases_case *row, const flesh_hardcases_run *run,
-                      const flesh_mesh *mesh, const char *const files[2], shape *s)
+                      const flesh_mesh *mesh, const char *const files[2], cell *s)
 {
   char folder[256], path[1700];
   const int nodes = flesh_mesh_node_count(mesh);
@@ -88,29 +107,21 @@ static int read_shape(const flesh_hardcases_plan *plan, const flesh_hardcases_ca
 
 static const char *const ends[2] = {"release/state.txt", "out/state.txt"};
 
-static int read_strip(const flesh_hardcases_plan *plan, const flesh_hardcases_run *run, strip *s)
+/* Four panels of a case, from `place` on. */
+static int add_strip(const flesh_hardcases_plan *plan, const flesh_hardcases_run *run, gallery *g, int place)
 {
   static const char *const words[FRAMES] = {"start", "first step", "a tenth", "end"};
   static const char *const files[FRAMES][2] = {{"start.txt"}, {"frame_first.txt"}, {"frame_early.txt"}};
-  int status = flesh_hardcases_run_mesh(plan, run, &s->mesh);
-  snprintf(s->subtitle, sizeof s->subtitle, "%s", flesh_hardcases_outcome_name(run->outcome));
+  cell *first = &g->cells[place];
+  int status = flesh_hardcases_run_mesh(plan, run, &first->mesh);
   for (int k = 0; k < FRAMES && !status; k++) {
-    shape *frame = &s->frames[k];
-    snprintf(frame->title, sizeof frame->title, "%s%s%s", k ? "" : run->row->name, k ? "" : ": ", words[k]);
-    status = read_shape(plan, run->row, run, s->mesh, k < FRAMES - 1 ? files[k] : ends, frame);
-    if (frame->shrunk > 0 && frame->shrunk < 1)
-      flesh_text_add(frame->title, sizeof frame->title, " (1:%.2g)", 1 / frame->shrunk);
+    cell *c = &first[k];
+    snprintf(c->title, sizeof c->title, "%s%s%s", k ? "" : run->row->name, k ? "" : ": ", words[k]);
+    status = read_shape(plan, run->row, run, first->mesh, k < FRAMES - 1 ? files[k] : ends, c);
+    if (c->shrunk > 0 && c->shrunk < 1) flesh_text_add(c->title, sizeof c->title, " (1:%.2g)", 1 / c->shrunk);
+    show(g, place + k, &first->body, k < FRAMES - 1 ? "" : flesh_hardcases_outcome_name(run->outcome));
   }
   return status;
-}
-
-static void free_strips(int count, strip *strips)
-{
-  for (int c = 0; c < count; c++) {
-    flesh_mesh_destroy(&strips[c].mesh);
-    free_shapes(FRAMES, strips[c].frames);
-  }
-  free(strips);
 }
 
 /* The setting that the frames show: the first energy and solver at the largest Poisson's ratio up
@@ -145,36 +156,23 @@ static flesh_picture_options options_of(int columns, int width, int height)
 int flesh_hardcases_draw_frames(const flesh_hardcases_plan *plan, const char *group)
 {
   const flesh_hardcases_setting *setting = shown(plan);
-  strip *strips = calloc((size_t)plan->case_count, sizeof *strips);
-  flesh_picture_panel *panels = calloc((size_t)plan->case_count, FRAMES * sizeof *panels);
-  int count = 0,
-      status = strips && panels ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  for (int k = 0; k < plan->run_count && !status; k++) {
+  gallery g;
+  int count = 0, status = gallery_open(&g, FRAMES * plan->case_count);
+  for (int k = 0; k < plan->run_count && !status && count < plan->case_count; k++) {
     const flesh_hardcases_run *r = &plan->runs[k];
     int first = r->setting->first_poisson && !isnan(r->row->poisson) &&
                 r->setting->energy == setting->energy && r->setting->solver == setting->solver &&
                 r->setting->element == setting->element;
     if (strcmp(r->row->group, group) || r->seed > 1 || !(r->setting == setting || first)) continue;
-    if (count == plan->case_count) break;
-    status = read_strip(plan, r, &strips[count]);
-    strips[count].body = (flesh_body){.mesh = strips[count].mesh};
-    for (int f = 0; f < FRAMES; f++)
-      panels[FRAMES * count + f] =
-          (flesh_picture_panel){.title = strips[count].frames[f].title,
-                                .subtitle = f == FRAMES - 1 ? strips[count].subtitle : "",
-                                .body = &strips[count].body,
-                                .x = strips[count].frames[f].x,
-                                .J = strips[count].frames[f].J};
-    count++;
+    status = add_strip(plan, r, &g, FRAMES * count++);
   }
   if (!status && count) {
     char path[1700];
     const flesh_picture_options options = options_of(count > 1 ? 2 * FRAMES : FRAMES, 190, 130);
     snprintf(path, sizeof path, "%s/frames_%s.png", plan->out, group);
-    status = flesh_picture(path, FRAMES * count, panels, &options, NULL);
+    status = flesh_picture(path, FRAMES * count, g.panels, &options, NULL);
   }
-  if (strips) free_strips(plan->case_count, strips);
-  free(panels);
+  gallery_close(&g);
   return status;
 }
 
@@ -202,49 +200,43 @@ static const flesh_hardcases_run *find_run(const flesh_hardcases_plan *plan, int
   return NULL;
 }
 
-/* A column's panels, from the row of the shapes at rest on. */
-static int fill_column(const flesh_hardcases_plan *plan, int setting, int column, int columns, flesh_body *body,
-                       shape *cells, flesh_picture_panel *panels)
+/* A column's panels, from the row of the shapes at rest on, whose triangles all of them have. */
+static int add_column(const flesh_hardcases_plan *plan, int setting, int column, int columns, gallery *g)
 {
+  const flesh_hardcases_body *own = plan->settings[setting].body;
+  const flesh_body *body = &g->cells[column].body;
   int status = FLESH_OK;
   for (int c = -1; c < plan->case_count && !status; c++) {
     const flesh_hardcases_run *run = c < 0 ? NULL : find_run(plan, c, setting);
     const flesh_hardcases_case *row = plan->cases[c < 0 ? 0 : c];
     const flesh_hardcases_run any = {.row = row, .setting = &plan->settings[setting]};
-    const int place = (c + 1) * columns + column;
-    shape *cell = &cells[place];
-    flesh_mesh *mesh = NULL; /* of the case's size */
-    const char *name = plan->settings[setting].body ? plan->settings[setting].body->name : "at rest";
-    snprintf(cell->title, sizeof cell->title, "%.60s", c < 0 ? name : row->name);
-    panels[place] = (flesh_picture_panel){.title = cell->title, .subtitle = "", .body = body};
-    if (c >= 0 && (!run || run->outcome == FLESH_HARDCASES_NOT_RUN)) continue;
-    status = flesh_hardcases_run_mesh(plan, &any, &mesh);
+    const int place = (c + 1) * columns + column, is_run = run && run->outcome != FLESH_HARDCASES_NOT_RUN;
     /* A run that is back at rest keeps no state: it is the shape at rest. */
-    const flesh_hardcases_run *kept = run && run->outcome != FLESH_HARDCASES_RECOVERED ? run : NULL;
-    if (!status) status = read_shape(plan, row, kept, mesh, ends, cell);
-    panels[place].x = cell->x;
-    panels[place].J = cell->J;
-    if (kept) panels[place].subtitle = flesh_hardcases_outcome_name(run->outcome);
-    if (c < 0) body->mesh = mesh; /* all panels of the column have its triangles */
+    const flesh_hardcases_run *kept = is_run && run->outcome != FLESH_HARDCASES_RECOVERED ? run : NULL;
+    cell *to = &g->cells[place];
+    flesh_mesh *mesh = NULL; /* of the case's size */
+    snprintf(to->title, sizeof to->title, "%.60s", c >= 0 ? row->name : own ? own->name : "at rest");
+    if (c < 0 || is_run) status = flesh_hardcases_run_mesh(plan, &any, &mesh);
+    if (!status && mesh) status = read_shape(plan, row, kept, mesh, ends, to);
+    if (c < 0) to->mesh = mesh;
     else flesh_mesh_destroy(&mesh);
+    show(g, place, body, kept ? flesh_hardcases_outcome_name(run->outcome) : "");
   }
   return status;
 }
 
 int flesh_hardcases_draw_sheet(const flesh_hardcases_plan *plan, int first)
 {
-  int *settings = calloc((size_t)plan->setting_count, sizeof *settings), status = FLESH_OK;
-  const int columns = settings ? find_columns(plan, first, settings) : 0, count = columns * (plan->case_count + 1);
-  if (settings && (columns < 2 || settings[0] != first)) {
+  int *settings = calloc((size_t)plan->setting_count, sizeof *settings);
+  if (!settings) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  const int columns = find_columns(plan, first, settings), count = columns * (plan->case_count + 1);
+  if (columns < 2 || settings[0] != first) {
     free(settings);
     return FLESH_OK;
   }
-  flesh_body *bodies = calloc((size_t)columns + 1, sizeof *bodies);
-  shape *cells = calloc((size_t)count + 1, sizeof *cells);
-  flesh_picture_panel *panels = calloc((size_t)count + 1, sizeof *panels);
-  if (!settings || !bodies || !cells || !panels) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  for (int k = 0; k < columns && !status; k++)
-    status = fill_column(plan, settings[k], k, columns, &bodies[k], cells, panels);
+  gallery g;
+  int status = gallery_open(&g, count);
+  for (int k = 0; k < columns && !status; k++) status = add_column(plan, settings[k], k, columns, &g);
   if (!status) {
     char path[1700], title[112];
     flesh_picture_options options = options_of(columns, SHEET_WIDTH, SHEET_HEIGHT);
@@ -255,13 +247,9 @@ int flesh_hardcases_draw_sheet(const flesh_hardcases_plan *plan, int first)
     flesh_hardcases_setting_title(&any, title);
     for (char *p = title; *p; p++) *p = *p == ' ' ? '_' : *p;
     snprintf(path, sizeof path, "%s/sheet_%s.png", plan->out, title);
-    status = flesh_picture(path, count, panels, &options, NULL);
+    status = flesh_picture(path, count, g.panels, &options, NULL);
   }
-  if (cells) free_shapes(count, cells);
-  for (int k = 0; bodies && k < columns; k++) {
-    flesh_mesh *mesh = (flesh_mesh *)bodies[k].mesh;
-    flesh_mesh_destroy(&mesh);
-  }
-  free(settings), free(bodies), free(cells), free(panels);
+  gallery_close(&g);
+  free(settings);
   return status;
 }

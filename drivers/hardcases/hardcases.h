@@ -14,22 +14,27 @@
 #include "study/study.h"
 #include "hardcases/cases.h"
 
+/* ROW(id, name, solver's keys in a scene; "": the library's defaults). Projected eigenvalues become zero, absolute values, or
+ * one or the other; where every Hessian is projected so, it is "always". */
+#define FLESH_HARDCASES_SOLVER_LIST(ROW)                                                                               \
+  ROW(DEFAULT, "default", "")                                                                                          \
+  ROW(KINSOL, "kinsol-line-search", "line_search: residual")                                                           \
+  /* Full projected Newton steps, ten at most, taken as they come. */                                                  \
+  ROW(PLAIN, "plain", "line_search: none, eigenvalue_filter: trust-region-always, max_newton: 10, max_cutbacks: 0, "   \
+                      "accept_unconverged: true")                                                                      \
+  ROW(ALWAYS_PROJECTED, "always-projected", "eigenvalue_filter: trust-region-always")                                  \
+  ROW(NEVER_PROJECTED, "never-projected", "eigenvalue_filter: none")                                                   \
+  ROW(CLAMPED, "clamped", "eigenvalue_filter: clamp")                                                                  \
+  ROW(ABSOLUTE, "absolute", "eigenvalue_filter: absolute")                                                             \
+  ROW(TRUST_REGION, "trust-region", "eigenvalue_filter: trust-region")                                                 \
+  ROW(CLAMPED_ALWAYS, "clamped-always", "eigenvalue_filter: clamp-always") /* from here on not of "all" */             \
+  ROW(ABSOLUTE_ALWAYS, "absolute-always", "eigenvalue_filter: absolute-always")                                        \
+  ROW(TRUST_REGION_ALWAYS, "trust-region-always", "eigenvalue_filter: trust-region-always")
+
+#define FLESH_HARDCASES_ID(id, ...) FLESH_HARDCASES_##id,
 typedef enum flesh_hardcases_solver {
-  FLESH_HARDCASES_DEFAULT,          /* the library's defaults */
-  FLESH_HARDCASES_KINSOL,           /* KINSOL's own line search on the residual */
-  FLESH_HARDCASES_PLAIN,            /* full projected Newton steps, ten at most, taken as they come */
-  FLESH_HARDCASES_ALWAYS_PROJECTED, /* the defaults, but every Hessian projected */
-  FLESH_HARDCASES_NEVER_PROJECTED,  /* the defaults, but none */
-  FLESH_HARDCASES_CLAMPED,          /* the defaults, but projected eigenvalues become zero */
-  FLESH_HARDCASES_ABSOLUTE,         /* the defaults, but they become absolute values */
-  FLESH_HARDCASES_TRUST_REGION,     /* the defaults, but they become one or the other, in statics too */
-  FLESH_HARDCASES_SOLVERS,          /* those above: "all" */
-  FLESH_HARDCASES_CLAMPED_ALWAYS = FLESH_HARDCASES_SOLVERS, /* every Hessian projected, in one of the three ways */
-  FLESH_HARDCASES_ABSOLUTE_ALWAYS,
-  FLESH_HARDCASES_TRUST_REGION_ALWAYS,
-  FLESH_HARDCASES_NAMED_SOLVERS,
-  /* The defaults without a technique: this plus the number of the technique's bit. */
-  FLESH_HARDCASES_WITHOUT = FLESH_HARDCASES_NAMED_SOLVERS,
+  FLESH_HARDCASES_SOLVER_LIST(FLESH_HARDCASES_ID)
+  FLESH_HARDCASES_WITHOUT, /* the defaults without a technique: this plus the number of the technique's bit */
   FLESH_HARDCASES_SOLVER_LIMIT = FLESH_HARDCASES_WITHOUT + 32
 } flesh_hardcases_solver;
 
@@ -52,32 +57,33 @@ typedef struct flesh_hardcases_setting {
   const flesh_hardcases_body *body; /* NULL: the cases' own meshes */
 } flesh_hardcases_setting;
 
-/* From best to worst. */
+/* From best to worst: ROW(id, name, colour of the matrix). The colours are distinguishable with any colour vision, and from
+ * good to bad also from light to dark. */
+#define FLESH_HARDCASES_OUTCOME_LIST(ROW)                                                                              \
+  ROW(RECOVERED, "recovered", "#8fd0a8") /* back at rest, every solve converged, the potential never rose */           \
+  ROW(UNTANGLED, "untangled", "#c5dc7a") /* the same, after untangling, which no motion does */                        \
+  ROW(EQUILIBRIUM, "equilibrium", "#d3ecdb") /* an exact line or point that stayed the equilibrium it is */            \
+  ROW(AT_REST, "stressed at rest", "#f7e3a1") /* finished at rest in a stressed state that no load holds */            \
+  ROW(NOT_RECOVERED, "not recovered", "#f2cf63") /* finished away from its rest shape in another way */                \
+  ROW(UNCONVERGED, "unconverged", "#e08a2e") /* finished with solves that did not converge, or a potential that rose */ \
+  ROW(STOPPED, "stopped", "#8fb3d9") /* ended in order with a statement why */                                         \
+  ROW(BUDGET, "out of budget", "#8c6bb1") /* its time was spent */                                                     \
+  ROW(NONFINITE, "non-finite", "#c2185b") /* a number became non-finite */                                             \
+  ROW(CRASHED, "crashed or hung", "#7a0c0c") /* and was ended from outside */                                          \
+  ROW(NOT_RUN, "not run", "#f4f4f4")
 typedef enum flesh_hardcases_outcome {
-  FLESH_HARDCASES_RECOVERED,     /* back at rest, every solve converged, the potential never rose */
-  FLESH_HARDCASES_UNTANGLED,      /* the same, after untangling, which no motion does */
-  FLESH_HARDCASES_EQUILIBRIUM,   /* an exact line or point that stayed the equilibrium it is */
-  FLESH_HARDCASES_AT_REST,       /* finished at rest in a stressed state that no load holds */
-  FLESH_HARDCASES_NOT_RECOVERED, /* finished away from its rest shape in another way */
-  FLESH_HARDCASES_UNCONVERGED,   /* finished with solves that did not converge, or a potential that rose */
-  FLESH_HARDCASES_STOPPED,       /* ended in order with a statement why */
-  FLESH_HARDCASES_BUDGET,        /* its time was spent */
-  FLESH_HARDCASES_NONFINITE,     /* a number became non-finite */
-  FLESH_HARDCASES_CRASHED,       /* or hung, and was ended from outside */
-  FLESH_HARDCASES_NOT_RUN,
-  FLESH_HARDCASES_OUTCOMES
+  FLESH_HARDCASES_OUTCOME_LIST(FLESH_HARDCASES_ID) FLESH_HARDCASES_OUTCOMES
 } flesh_hardcases_outcome;
 
-/* The kind of end that a run without recovery has, after a static solve from there. */
-typedef enum flesh_hardcases_end {
-  FLESH_HARDCASES_END_UNKNOWN,    /* not asked, or the mesh is too large */
-  FLESH_HARDCASES_END_MINIMUM,    /* gradient zero, all eigenvalues of the Hessian positive */
-  FLESH_HARDCASES_END_DEGENERATE, /* gradient zero, none negative, some zero */
-  FLESH_HARDCASES_END_SADDLE,     /* gradient zero, some negative */
-  FLESH_HARDCASES_END_UNTANGLES,  /* the static solve leads back to rest */
-  FLESH_HARDCASES_END_MOVING,     /* the static solve found no equilibrium */
-  FLESH_HARDCASES_ENDS
-} flesh_hardcases_end;
+/* The kind of end that a run without recovery has, after a static solve from there: ROW(id, name). */
+#define FLESH_HARDCASES_END_LIST(ROW)                                                                                  \
+  ROW(END_UNKNOWN, "") /* not asked, or the mesh is too large */                                                       \
+  ROW(END_MINIMUM, "minimum") /* gradient zero, all eigenvalues of the Hessian positive */                             \
+  ROW(END_DEGENERATE, "degenerate") /* gradient zero, none negative, some zero */                                      \
+  ROW(END_SADDLE, "saddle") /* gradient zero, some negative */                                                         \
+  ROW(END_UNTANGLES, "untangles") /* the static solve leads back to rest */                                            \
+  ROW(END_MOVING, "no equilibrium found")
+typedef enum flesh_hardcases_end { FLESH_HARDCASES_END_LIST(FLESH_HARDCASES_ID) } flesh_hardcases_end;
 
 /* Figures of a run; NaN where there is none. Plain data: they come through a pipe from the process
  * that ran it. Phases (the hard one and the release) are summed. */

@@ -40,7 +40,7 @@ static int take_solver(void *data, const char *item)
   const int all = !strcmp(item, "all"), ablation = !strcmp(item, "ablation");
   for (int s = 0; s < FLESH_HARDCASES_SOLVER_LIMIT; s++) {
     const char *name = flesh_hardcases_solver_name((flesh_hardcases_solver)s);
-    const int taken = all        ? s < FLESH_HARDCASES_SOLVERS
+    const int taken = all        ? s < FLESH_HARDCASES_CLAMPED_ALWAYS
                       : ablation ? s == FLESH_HARDCASES_DEFAULT || flesh_hardcases_left_out((flesh_hardcases_solver)s)
                                  : name && !strcmp(item, name);
     for (int k = 0; k < l->solvers && taken; k++)

@@ -1,29 +1,18 @@
 /* names.c: what solvers, outcomes, settings and runs of the battery are called. */
-#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 
 #include "hardcases/hardcases.h"
 #include "newton/mechanisms.h"
 
+#define NAME(id, name, ...) name,
+
 const char *flesh_hardcases_solver_name(flesh_hardcases_solver solver)
 {
-  static const char *const names[] = {
-      [FLESH_HARDCASES_DEFAULT] = "default",
-      [FLESH_HARDCASES_KINSOL] = "kinsol-line-search",
-      [FLESH_HARDCASES_PLAIN] = "plain",
-      [FLESH_HARDCASES_ALWAYS_PROJECTED] = "always-projected",
-      [FLESH_HARDCASES_NEVER_PROJECTED] = "never-projected",
-      [FLESH_HARDCASES_CLAMPED] = "clamped",
-      [FLESH_HARDCASES_ABSOLUTE] = "absolute",
-      [FLESH_HARDCASES_TRUST_REGION] = "trust-region",
-      [FLESH_HARDCASES_CLAMPED_ALWAYS] = "clamped-always",
-      [FLESH_HARDCASES_ABSOLUTE_ALWAYS] = "absolute-always",
-      [FLESH_HARDCASES_TRUST_REGION_ALWAYS] = "trust-region-always"};
+  static const char *const names[] = {FLESH_HARDCASES_SOLVER_LIST(NAME)};
 #define WITHOUT(id, name, doc) "without-" name,
   static const char *const without[] = {FLESH_MECHANISM_ROWS(WITHOUT) NULL};
-  static_assert(sizeof names / sizeof *names == FLESH_HARDCASES_NAMED_SOLVERS, "a name of every solver");
-  if (solver < FLESH_HARDCASES_NAMED_SOLVERS) return names[solver];
+  if (solver < FLESH_HARDCASES_WITHOUT) return names[solver];
   return flesh_hardcases_left_out(solver) ? without[solver - FLESH_HARDCASES_WITHOUT] : NULL;
 }
 
@@ -35,27 +24,13 @@ flesh_technique flesh_hardcases_left_out(flesh_hardcases_solver solver)
 
 const char *flesh_hardcases_outcome_name(flesh_hardcases_outcome outcome)
 {
-  static const char *const names[] = {
-      [FLESH_HARDCASES_RECOVERED] = "recovered",     [FLESH_HARDCASES_UNTANGLED] = "untangled",
-      [FLESH_HARDCASES_EQUILIBRIUM] = "equilibrium", [FLESH_HARDCASES_AT_REST] = "stressed at rest",
-      [FLESH_HARDCASES_NOT_RECOVERED] = "not recovered",
-      [FLESH_HARDCASES_UNCONVERGED] = "unconverged", [FLESH_HARDCASES_STOPPED] = "stopped",
-      [FLESH_HARDCASES_BUDGET] = "out of budget",    [FLESH_HARDCASES_NONFINITE] = "non-finite",
-      [FLESH_HARDCASES_CRASHED] = "crashed or hung", [FLESH_HARDCASES_NOT_RUN] = "not run"};
-  static_assert(sizeof names / sizeof *names == FLESH_HARDCASES_OUTCOMES, "a name of every outcome");
+  static const char *const names[] = {FLESH_HARDCASES_OUTCOME_LIST(NAME)};
   return names[outcome];
 }
 
 const char *flesh_hardcases_end_name(flesh_hardcases_end end)
 {
-  static const char *const names[] = {[FLESH_HARDCASES_END_UNKNOWN] = "",
-                                                       [FLESH_HARDCASES_END_MINIMUM] = "minimum",
-                                                       [FLESH_HARDCASES_END_DEGENERATE] = "degenerate",
-                                                       [FLESH_HARDCASES_END_SADDLE] = "saddle",
-                                                       [FLESH_HARDCASES_END_UNTANGLES] = "untangles",
-                                                       [FLESH_HARDCASES_END_MOVING] =
-                                                           "no equilibrium found"};
-  static_assert(sizeof names / sizeof *names == FLESH_HARDCASES_ENDS, "a name of every end");
+  static const char *const names[] = {FLESH_HARDCASES_END_LIST(NAME)};
   return names[end];
 }
 

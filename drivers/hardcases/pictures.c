@@ -1,5 +1,4 @@
 /* pictures.c: the matrix (cases x settings, coloured by outcome), and what else is drawn of the battery. */
-#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -10,15 +9,8 @@
 #include "picture/plot_text.h"
 #include "hardcases/hardcases.h"
 
-/* Distinguishable with any colour vision; from good to bad also from light to dark. */
-static const char *const colours[] = {
-    [FLESH_HARDCASES_RECOVERED] = "#8fd0a8",   [FLESH_HARDCASES_UNTANGLED] = "#c5dc7a",
-    [FLESH_HARDCASES_EQUILIBRIUM] = "#d3ecdb", [FLESH_HARDCASES_AT_REST] = "#f7e3a1",
-    [FLESH_HARDCASES_NOT_RECOVERED] = "#f2cf63",
-    [FLESH_HARDCASES_UNCONVERGED] = "#e08a2e", [FLESH_HARDCASES_STOPPED] = "#8fb3d9",
-    [FLESH_HARDCASES_BUDGET] = "#8c6bb1",      [FLESH_HARDCASES_NONFINITE] = "#c2185b",
-    [FLESH_HARDCASES_CRASHED] = "#7a0c0c",     [FLESH_HARDCASES_NOT_RUN] = "#f4f4f4"};
-static_assert(sizeof colours / sizeof *colours == FLESH_HARDCASES_OUTCOMES, "a colour of every outcome");
+#define COLOUR(id, name, colour) colour,
+static const char *const colours[] = {FLESH_HARDCASES_OUTCOME_LIST(COLOUR)};
 
 /* Pixels. */
 enum { CELL_WIDTH = 62, CELL_HEIGHT = 18, LEFT = 190, TOP = 230, BOTTOM = 70, RIGHT = 110 };

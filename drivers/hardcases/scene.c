@@ -58,27 +58,15 @@ static void write_material(FILE *stream, const flesh_hardcases_run *run, double 
 
 static void write_solver(FILE *stream, const flesh_hardcases_run *run)
 {
-  static const char *const keys[FLESH_HARDCASES_NAMED_SOLVERS] = {
-      [FLESH_HARDCASES_KINSOL] = "line_search: residual",
-      [FLESH_HARDCASES_PLAIN] = "line_search: none, eigenvalue_filter: trust-region-always, max_newton: 10, "
-                             "max_cutbacks: 0, accept_unconverged: true",
-      [FLESH_HARDCASES_ALWAYS_PROJECTED] = "eigenvalue_filter: trust-region-always",
-      [FLESH_HARDCASES_NEVER_PROJECTED] = "eigenvalue_filter: none",
-      [FLESH_HARDCASES_CLAMPED] = "eigenvalue_filter: clamp",
-      [FLESH_HARDCASES_ABSOLUTE] = "eigenvalue_filter: absolute",
-      [FLESH_HARDCASES_TRUST_REGION] = "eigenvalue_filter: trust-region",
-      [FLESH_HARDCASES_CLAMPED_ALWAYS] = "eigenvalue_filter: clamp-always",
-      [FLESH_HARDCASES_ABSOLUTE_ALWAYS] = "eigenvalue_filter: absolute-always",
-      [FLESH_HARDCASES_TRUST_REGION_ALWAYS] = "eigenvalue_filter: trust-region-always"};
+#define KEYS(id, name, keys) keys,
+  static const char *const keys[] = {FLESH_HARDCASES_SOLVER_LIST(KEYS)};
   /* Statics end at a share of the residual that they begin with, which is huge far from rest. */
-  const char *tolerance = run->row->flags & FLESH_HARDCASES_STATIC ? "newton_tolerance: 1e-8" : NULL;
+  const char *tolerance = run->row->flags & FLESH_HARDCASES_STATIC ? "newton_tolerance: 1e-8" : "";
   const flesh_technique left_out = flesh_hardcases_left_out(run->setting->solver);
   char without[64];
   snprintf(without, sizeof without, "techniques: [-%s]", left_out ? flesh_technique_name(left_out) : "");
   const char *key = left_out ? without : keys[run->setting->solver];
-  if (key || tolerance)
-    fprintf(stream, "solver: {%s%s%s}\n", key ? key : "", key && tolerance ? ", " : "",
-            tolerance ? tolerance : "");
+  if (*key || *tolerance) fprintf(stream, "solver: {%s%s%s}\n", key, *key && *tolerance ? ", " : "", tolerance);
 }
 
 static void write_body(FILE *stream, const flesh_hardcases_run *run)
