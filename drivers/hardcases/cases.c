@@ -10,6 +10,7 @@
 #include "base/letter.h"
 #include "base/scan.h"
 #include "scene/effect_list.h"
+#include "study/embedded.h"
 #include "study/keyed_text.h"
 
 /* Cases of a file; letters of a name; columns of a line of a scene. */
@@ -252,13 +253,12 @@ static int take_cases(flesh_hardcases_battery *battery, const file *f, const fle
 
 int flesh_hardcases_open_battery(const char *path, const char *name, flesh_hardcases_battery *battery)
 {
-  const flesh_hardcases_own *own = flesh_hardcases_own_files;
+  const char *own = flesh_embedded_text(flesh_hardcases_own_files, name);
   flesh_node *root = NULL;
   char *loaded = NULL;
   file f;
   *battery = (flesh_hardcases_battery){0};
-  while (strcmp(own->name, name)) own++;
-  flesh_keyed_text text = {.text = own->text, .size = strlen(own->text), .what = "the battery"};
+  flesh_keyed_text text = {.text = own, .size = strlen(own), .what = "the battery"};
   int status = path ? flesh_file_load(path, &loaded, &text.size) : FLESH_OK;
   if (loaded) text.text = loaded;
   text.path = path ? path : flesh_arena_print(&battery->arena, "data/hardcases/%s.yaml", name);

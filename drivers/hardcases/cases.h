@@ -84,13 +84,7 @@ typedef struct flesh_hardcases_battery {
   flesh_hardcases_case *cases;
 } flesh_hardcases_battery;
 
-/* Files that the program has itself; a NULL name ends them. */
-typedef struct flesh_hardcases_own {
-  const char *name, *text; /* "battery" */
-} flesh_hardcases_own;
-extern const flesh_hardcases_own flesh_hardcases_own_files[];
-
-/* Reads the cases of a file; of the program's own `name` when `path` is NULL. FLESH_ERR_FILE; FLESH_ERR_ARGUMENT with
+/* Reads the cases of a file; of the program's own `name` ("battery", study/embedded.h) when `path` is NULL. FLESH_ERR_FILE; FLESH_ERR_ARGUMENT with
  * file, line, key, value and what is valid. The caller closes the battery in any case. */
 int flesh_hardcases_open_battery(const char *path, const char *name, flesh_hardcases_battery *battery);
 void flesh_hardcases_close_battery(flesh_hardcases_battery *battery);

@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "hardcases/cases.h"
+#include "study/embedded.h"
 #include "test.h"
 
 static flesh_hardcases_battery battery;
@@ -200,7 +201,7 @@ static void the_program_has_its_own_files(void)
 {
   static const int counts[] = {72, 43, 4};
   int k = 0;
-  for (const flesh_hardcases_own *own = flesh_hardcases_own_files; own->name; own++, k++) {
+  for (const flesh_embedded *own = flesh_hardcases_own_files; own->name; own++, k++) {
     flesh_hardcases_battery b;
     CHECK_OK(flesh_hardcases_open_battery(NULL, own->name, &b));
     CHECK(k < 3 && b.count == counts[k]);

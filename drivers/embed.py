@@ -1,0 +1,15 @@
+#!/usr/bin/env python3
+"""embed.py: files that the program has itself, as C texts: a table of flesh_embedded (study/embedded.h).
+
+    embed.py OUT.c TABLE FILE..."""
+import json
+import os
+import sys
+
+out, table, *files = sys.argv[1:]
+with open(out, "w", encoding="ascii") as file:
+    file.write(f'#include "study/embedded.h"\n\nconst flesh_embedded {table}[] = {{\n')
+    for path in files:
+        lines = "\n".join(json.dumps(line) for line in open(path, encoding="ascii"))
+        file.write(f'{{"{os.path.splitext(os.path.basename(path))[0]}",\n{lines}}},\n')
+    file.write("{0}};\n")
