@@ -11,7 +11,8 @@
 #include "picture/plot_text.h"
 #include "study/table.h"
 
-static const char style[] = "set border 3 lc rgb '#606060'\nset tics nomirror out\n"
+static const char style[] = "set datafile separator ','\nset datafile missing NaN\n"
+                            "set border 3 lc rgb '#606060'\nset tics nomirror out\n"
                             "set grid lc rgb '#e4e4e4' lw 1\nset logscale xy\n"
                             "set key noenhanced Left reverse spacing 1.15\n"
                             "set title noenhanced font ',13'\n";
@@ -31,26 +32,15 @@ static int under_roof(const flesh_bench_plan *plan, const flesh_bench_row *row)
          row->energy == plan->energies[0] && row->operations > 0;
 }
 
-/* The points of a kernel, the largest mesh in a block of its own; returns its row, or NULL where
- * the row at `index` is not the kernel's first. */
-static const flesh_bench_row *write_kernel(const flesh_bench_plan *plan, int index, FILE *stream)
+/* The row of the kernel's largest mesh; NULL where the row at `index` is not the kernel's first under the roof. */
+static const flesh_bench_row *largest_of(const flesh_bench_plan *plan, int index)
 {
-  const flesh_bench_row *first = &plan->rows[index], *largest = first;
-  for (int k = 0; k < plan->row_count; k++) {
+  const flesh_bench_row *largest = NULL;
+  for (int k = 0; k < plan->row_count && under_roof(plan, &plan->rows[index]); k++) {
     const flesh_bench_row *row = &plan->rows[k];
-    if (!under_roof(plan, row) || strcmp(row->name, first->name)) continue;
+    if (!under_roof(plan, row) || strcmp(row->name, plan->rows[index].name)) continue;
     if (k < index) return NULL;
-    if (row->tets > largest->tets) largest = row;
-  }
-  for (int part = 0; part < 2; part++) {
-    fprintf(stream, "$%s%d << E\n", part ? "largest" : "kernel", index);
-    for (int k = index; k < plan->row_count; k++) {
-      const flesh_bench_row *row = &plan->rows[k];
-      if (under_roof(plan, row) && !strcmp(row->name, first->name) && (!part || row == largest))
-        fprintf(stream, "%g %g %d\n", row->operations / row->bytes,
-                1e-9 * row->operations / flesh_bench_seconds(row), row->tets);
-    }
-    fputs("E\n", stream);
+    if (!largest || row->tets > largest->tets) largest = row;
   }
   return largest;
 }
@@ -80,9 +70,8 @@ static int draw_roofline(const flesh_bench_plan *plan)
   if (status) return status;
   const flesh_bench_ceilings *c = &plan->ceilings[0];
   FILE *stream = file.stream;
-  const flesh_bench_row *kernels[32];
   double peak = 0;
-  int firsts[32], count = 0;
+  int count = 0;
   for (int k = 0; k < FLESH_INSTRUCTIONS_COUNT; k++) peak = fmax(peak, c->multiply_add[k]);
   flesh_plot_begin(stream, "roofline", 1200, 640);
   fputs(style, stream);
@@ -93,44 +82,30 @@ static int draw_roofline(const flesh_bench_plan *plan)
           "set key outside right top\nset samples 1000\n"
           "set xrange [0.05:10]\nset yrange [1:%g]\nset dummy i\n",
           c->threads, plural(c->threads), 2e-9 * peak);
-  for (int k = 0; k < plan->row_count && count < 32; k++)
-    if (under_roof(plan, &plan->rows[k]) && (kernels[count] = write_kernel(plan, k, stream)))
-      firsts[count++] = k;
-  fputs("plot ", stream);
+  fprintf(stream,
+          "under_roof(name) = strcol('group') eq 'kernel' && strcol('name') eq name && strcol('energy') eq '%s' && "
+          "column('threads') == %d\n"
+          "intensity = 'column(\"operations\")/column(\"bytes\")'\n"
+          "speed = '1e-9*column(\"operations\")/column(\"%s\")'\nplot ",
+          flesh_energy_name(plan->energies[0]), c->threads, c->threads == 1 ? "cpu_s" : "wall_s");
   write_roofs(c, peak, stream);
-  for (int k = 0; k < count; k++) {
-    const char *colour = colours[k % COLOURS];
-    double share = kernels[k]->floor_s / flesh_bench_seconds(kernels[k]);
+  for (int k = 0; k < plan->row_count; k++) {
+    const flesh_bench_row *largest = largest_of(plan, k);
+    if (!largest) continue;
+    const char *colour = colours[count % COLOURS];
+    const int shape = count++ % SHAPES, at_peak = largest->operations / largest->floor_s > 0.999 * peak;
     fprintf(stream,
-            "$kernel%d using 1:2 with linespoints lw 1 pt %d ps 1.6 lc rgb '%s' notitle, \\\n  "
-            "$largest%d using 1:2 with points pt %d ps 1.6 lc rgb '%s' title '%s, %.0f %% of %s', \\\n  ",
-            firsts[k], hollow[k % SHAPES], colour, firsts[k], filled[k % SHAPES], colour,
-            kernels[k]->name, 100 * share,
-            kernels[k]->operations / kernels[k]->floor_s > 0.999 * peak
-                ? "multiply-add"
-                : flesh_bench_level_names[kernels[k]->level]);
+            "'bench.csv' using (under_roof('%s') ? @intensity : NaN):(@speed) with linespoints lw 1 pt %d ps 1.6 lc rgb '%s' "
+            "notitle, \\\n  "
+            "'bench.csv' using (under_roof('%s') && column('tets') == %d ? @intensity : NaN):(@speed) with points pt %d ps 1.6 "
+            "lc rgb '%s' title '%s, %.0f %% of %s', \\\n  ",
+            largest->name, hollow[shape], colour, largest->name, largest->tets, filled[shape], colour, largest->name,
+            100 * largest->floor_s / flesh_bench_seconds(largest),
+            at_peak ? "multiply-add" : flesh_bench_level_names[largest->level]);
   }
   fputs("1/0 notitle\n", stream);
   status = flesh_file_commit(&file);
   return status ? status : flesh_plot_draw(plan->out, "roofline");
-}
-
-/* The rows of a case as a data block (tets, ms per step, linear per Newton iteration); returns
- * whether `index` is the first of them. */
-static int write_case(const flesh_bench_plan *plan, int index, FILE *stream)
-{
-  const flesh_bench_row *like = &plan->rows[index];
-  for (int k = 0; k < plan->row_count; k++) {
-    const flesh_bench_row *row = &plan->rows[k];
-    if (!flesh_bench_same_case(row, like)) continue;
-    if (k < index) return 0;
-    if (k == index) fprintf(stream, "$case%d << E\n", index);
-    if (!row->status)
-      fprintf(stream, "%d %g %g\n", row->tets, 1e3 * flesh_bench_seconds(row) / row->steps,
-              row->newton ? (double)row->linear / row->newton : NAN);
-  }
-  fputs("E\n", stream);
-  return 1;
 }
 
 /* Colour by case and energy, shape by ratio, dashes by threads. */
@@ -146,12 +121,15 @@ static void write_style(const flesh_bench_plan *plan, const flesh_bench_row *row
 }
 
 /* Iterations are the same for any number of threads: drawn for the first. */
-static void write_curves(const flesh_bench_plan *plan, const int *cases, int count, int column, FILE *stream)
+static void write_curves(const flesh_bench_plan *plan, const int *cases, int count, int linear, FILE *stream)
 {
   for (int k = 0; k < count; k++) {
     const flesh_bench_row *row = &plan->rows[cases[k]];
-    if (column == 3 && row->threads != plan->threads[0]) continue;
-    fprintf(stream, "$case%d using 1:%d ", cases[k], column);
+    if (linear && row->threads != plan->threads[0]) continue;
+    fprintf(stream, "'bench.csv' using (is_case('%s', '%s', %.17g, %d) ? column('tets') : NaN):(", row->name,
+            flesh_energy_name(row->energy), row->poisson, row->threads);
+    if (linear) fputs("column('linear')/column('newton')) ", stream);
+    else fprintf(stream, "1e3*column('%s')/column('steps')) ", row->threads == 1 ? "cpu_s" : "wall_s");
     write_style(plan, row, stream);
     fputs(" notitle, \\\n  ", stream);
   }
@@ -235,7 +213,9 @@ static int draw_growth(const flesh_bench_plan *plan)
   double low = 0.8 * smallest, high = 1.25 * largest;
   flesh_plot_begin(stream, "growth", 1200, height);
   fputs(style, stream);
-  for (int k = 0; k < count; k++) write_case(plan, cases[k], stream);
+  fputs("is_case(name, energy, poisson, threads) = strcol('name') eq name && strcol('energy') eq energy && column('poisson') == "
+        "poisson && column('threads') == threads && strcol('status') eq 'FLESH_OK'\n",
+        stream);
   write_size_ticks(plan, low, high, stream);
   fprintf(stream,
           "set xlabel 'number of tets'\nset xrange [%g:%g]\nset key off\n"
@@ -244,13 +224,13 @@ static int draw_growth(const flesh_bench_plan *plan)
           "set lmargin at screen 0.07\nset rmargin at screen 0.48\nset ylabel 'time of a step [ms]'\n"
           "set format y '%%g'\nplot ",
           low, high, (100.0 + 17 * rows) / height, 1 - 40.0 / height, FLESH_BENCH_TIME_FROM / 1000);
-  write_curves(plan, cases, count, 2, stream);
+  write_curves(plan, cases, count, 0, stream);
   fprintf(stream,
           "set title 'Exponents from %d 000 tets (*: over all sizes)'\n"
           "set lmargin at screen 0.57\nset rmargin at screen 0.98\n"
           "set ylabel 'linear iterations per Newton iteration'\nunset logscale y\nset yrange [0:*]\nplot ",
           FLESH_BENCH_LINEAR_FROM / 1000);
-  write_curves(plan, cases, count, 3, stream);
+  write_curves(plan, cases, count, 1, stream);
   write_legend(plan, cases, count, rows, stream);
   fputs("unset multiplot\n", stream);
   status = flesh_file_commit(&file);
