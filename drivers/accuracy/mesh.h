@@ -64,6 +64,10 @@ typedef struct flesh_accuracy_choice {
  * NaN where they do not fall. */
 double flesh_accuracy_order(const double h[3], double first, double second);
 
+/* The error of a step, over the motion of the time reference, where what is below it counts as its uncertainty; NaN of other
+ * prices and of runs that failed. */
+double flesh_accuracy_step_error(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row);
+
 /* Chooses method and step, runs the meshes as far as the seconds go, finds reference and errors. plan->rows have been
  * run, or there are none and the scene is for equilibrium. FLESH_ERR_INTERRUPTED, FLESH_ERR_FILE; FLESH_ERR_SOLVE where
  * no reference can be made. */

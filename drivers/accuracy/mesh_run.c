@@ -235,9 +235,7 @@ static void choose_step(const flesh_accuracy_plan *plan, flesh_accuracy_meshes *
   meshes->step_error = 0;
   for (int k = 0; k < plan->row_count; k++) {
     const flesh_accuracy_row *row = &plan->rows[k];
-    if (row->group != FLESH_ACCURACY_WORK || *row->tolerance.text || !row->done || row->figures.status) continue;
-    const double error = (row->figures.below ? plan->reference.uncertainty.position_rms : row->figures.errors.position_rms) /
-                         plan->reference.scale.motion;
+    const double error = *row->tolerance.text ? NAN : flesh_accuracy_step_error(plan, row);
     /* Accurate ones by their time, which is below 1e6 s; the others by their error. */
     const double rank = error <= 0.01 ? row->figures.cpu_s : 1e6 * (1 + error);
     if (!(rank < least)) continue;

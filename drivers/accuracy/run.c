@@ -1,4 +1,6 @@
-/* run.c: runs the rows one at a time on each rank, each in a process of its own, and makes tables, words and pictures. */
+/* run.c: a comparison as a study: its rows are the cases, one at a time on each rank, each in a process of its own; then its
+ * tables, words and pictures. */
+#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -6,10 +8,107 @@
 #include "accuracy/accuracy.h"
 #include "base/confine.h"
 #include "base/error.h"
-#include "base/folder.h"
 #include "base/file.h"
+#include "base/folder.h"
 #include "cli/interrupt.h"
+#include "study/fields.h"
 #include "study/lead.h"
+
+#define AT(member) offsetof(flesh_accuracy_figures, member)
+const flesh_study_field flesh_accuracy_fields[] = {
+    {"status_code", FLESH_FIELD_INT, AT(status)},
+    {"steps", FLESH_FIELD_LONG, AT(steps)},
+    {"rejected", FLESH_FIELD_LONG, AT(rejected)},
+    {"residual_evaluations", FLESH_FIELD_LONG, AT(residuals)},
+    {"hessian_assemblies", FLESH_FIELD_LONG, AT(assemblies)},
+    {"newton", FLESH_FIELD_LONG, AT(newton)},
+    {"linear_iterations", FLESH_FIELD_LONG, AT(linear)},
+    {"cpu_s", FLESH_FIELD_DOUBLE, AT(cpu_s)},
+    {"wall_s_median", FLESH_FIELD_DOUBLE, AT(wall_s_median)},
+    {"wall_s_min", FLESH_FIELD_DOUBLE, AT(wall_s_min)},
+    {"error_position_rms", FLESH_FIELD_DOUBLE, AT(errors.position_rms)},
+    {"error_position_max", FLESH_FIELD_DOUBLE, AT(errors.position_max)},
+    {"error_tip", FLESH_FIELD_DOUBLE, AT(errors.tip)},
+    {"error_volume", FLESH_FIELD_DOUBLE, AT(errors.volume)},
+    {"energy_drift", FLESH_FIELD_DOUBLE, AT(errors.energy)},
+    {"below_reference", FLESH_FIELD_INT, AT(below)},
+    {"difference", FLESH_FIELD_DOUBLE, AT(difference)},
+    {0}};
+/* In the order of the values of make_case. */
+static const flesh_study_column columns[] = {{.name = "price", .key = "group"},
+                                             {.name = "method", .key = "--methods"},
+                                             {.name = "setting", .key = "--steps, --tolerances"},
+                                             {.name = "finer_sha256", .key = "--finer"}};
+enum { COLUMNS = sizeof columns / sizeof *columns };
+
+static const flesh_accuracy_plan *plan_of(const void *data) { return ((const flesh_accuracy_work *)data)->plan; }
+
+static int make_case(const void *data, int number, flesh_study_case *made)
+{
+  const flesh_accuracy_plan *plan = plan_of(data);
+  const flesh_accuracy_row *row = &plan->rows[number];
+  const int finer = row->group == FLESH_ACCURACY_MESH;
+  const char *const values[COLUMNS] = {flesh_accuracy_group_names[row->group], flesh_accuracy_methods[row->method].name,
+                                       row->setting, finer ? plan->finer_fingerprint : ""};
+  *made = (flesh_study_case){.scene = finer ? plan->finer : plan->scene};
+  memcpy(made->values, values, sizeof values);
+  return FLESH_OK;
+}
+
+static json_t *do_case(const void *data, int number, const char *folder)
+{
+  (void)folder;
+  flesh_accuracy_row row = plan_of(data)->rows[number];
+  flesh_accuracy_do_row(data, number, &row.figures);
+  row.done = 1;
+  const char *word = row.figures.status == FLESH_ERR_INTERRUPTED ? "interrupted" : flesh_accuracy_status_word(&row);
+  return flesh_fields_record(word, flesh_exit_code(row.figures.status), row.figures.message,
+                             flesh_fields_json(flesh_accuracy_fields, &row.figures));
+}
+
+static int take(void *data, int number, const json_t *record)
+{
+  const flesh_accuracy_plan *plan = data;
+  flesh_accuracy_row *row = &plan->rows[number];
+  flesh_accuracy_figures *f = &row->figures;
+  const int status = flesh_fields_take(flesh_accuracy_fields, "accuracy.db", record, f, f->message, &f->crashed_by);
+  if (status) return status;
+  if (f->crashed_by) f->status = FLESH_ERR_SOLVE;
+  /* A run that could not write its file says nothing of its method. */
+  if (f->status == FLESH_ERR_FILE) return flesh_fail(FLESH_ERR_FILE, "%s", f->message);
+  row->done = 1;
+  return FLESH_OK;
+}
+
+static void title(const void *data, int number, char *text, size_t size)
+{
+  const flesh_accuracy_row *row = &((const flesh_accuracy_plan *)data)->rows[number];
+  snprintf(text, size, "%s, %s", flesh_accuracy_methods[row->method].name, row->setting);
+}
+
+flesh_study flesh_accuracy_study(const flesh_accuracy_work *given, flesh_accuracy_plan *plan)
+{
+  const int repeats = plan->repeat ? plan->repeat : 3; /* those of a long run */
+  const double grace = 2;
+  flesh_accuracy_make_fingerprint(plan);
+  return (flesh_study){.name = "accuracy",
+                       .command = "run",
+                       .fingerprint = plan->study_fingerprint,
+                       .different = "its scene, times of comparison or build were others; leave out --resume to begin anew",
+                       .column_count = COLUMNS,
+                       .columns = columns,
+                       .case_count = plan->row_count,
+                       .max_seconds = plan->max_seconds > 0 ? plan->max_seconds * repeats + grace : 0,
+                       .budget = plan->max_seconds * repeats,
+                       .again = "status IN ('crashed', 'out of budget') OR exit_code = 3",
+                       .data = given,
+                       .make = make_case,
+                       .fields = flesh_accuracy_fields,
+                       .work = do_case,
+                       .take = take,
+                       .title = title,
+                       .taker = plan};
+}
 
 /* Whether a row from `first` to before `end` is not done. */
 static int is_open(const flesh_accuracy_plan *plan, int first, int end)

@@ -1,4 +1,4 @@
-// TEST quick sources=accuracy/mesh_judge.c,accuracy/mesh_words.c,picture/plot_text.c,cli/safe_text.c,study/table.c
+// TEST quick sources=accuracy/mesh_words.c,picture/plot_text.c,cli/safe_text.c,study/table.c
 /* test_accuracy_mesh.c: what is said of the errors of mesh and step: orders, choices and words, on made-up figures. */
 #include <math.h>
 #include <stdlib.h>
