@@ -208,23 +208,14 @@ static int prepare(flesh_accuracy_plan *plan, const char *steps, const char *tol
     status = read_values("tolerances", tolerances, plan->tolerances, &plan->tolerance_count);
   if (!status && steps) status = read_values("steps", steps, plan->steps, &plan->step_count);
   if (!status) status = flesh_accuracy_measure_open(scene, &plan->measure);
-  if (!status) {
-    flesh_state start = {.t = 0,
-                         .x = malloc(sizeof(double) * 3 * (size_t)plan->measure.nodes),
-                         .v = malloc(sizeof(double) * 3 * (size_t)plan->measure.nodes)};
-    if (start.x && start.v) flesh_scene_start(scene, &start);
-    else status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-    free(start.x);
-    free(start.v);
-    if (!status && in_time) status = plan_times(plan, time, start.t);
-    if (!status && !in_time) plan->method_count = 0, plan->representative = -1, plan->grid = (flesh_accuracy_grid){.count = 1};
-    plan->mass = flesh_scene_body(scene)->mass == FLESH_MASS_LUMPED ? "body.mass=lumped"
-                                                                    : "body.mass=consistent";
-    flesh_mesh_info info;
-    flesh_mesh_inspect(mesh, &info);
-    for (int c = 0; c < 3; c++)
-      plan->reference.scale.length = fmax(plan->reference.scale.length, info.high[c] - info.low[c]);
-  }
+  if (!status && in_time) status = plan_times(plan, time, plan->measure.start_t);
+  if (!status && !in_time) plan->method_count = 0, plan->representative = -1, plan->grid = (flesh_accuracy_grid){.count = 1};
+  plan->mass = flesh_scene_body(scene)->mass == FLESH_MASS_LUMPED ? "body.mass=lumped"
+                                                                  : "body.mass=consistent";
+  flesh_mesh_info info;
+  flesh_mesh_inspect(mesh, &info);
+  for (int c = 0; c < 3; c++)
+    plan->reference.scale.length = fmax(plan->reference.scale.length, info.high[c] - info.low[c]);
   flesh_scene_destroy(&scene);
   return status;
 }

@@ -166,6 +166,7 @@ int flesh_accuracy_measure_open(const flesh_scene *scene, flesh_accuracy_measure
   }
   flesh_state state = {.t = 0, .x = measure->start, .v = v};
   flesh_scene_start(scene, &state);
+  measure->start_t = state.t;
   free(v);
   memcpy(measure->rest, flesh_mesh_positions(mesh), 3 * nodes * sizeof(double));
   int status = find_breaks(flesh_scene_system(scene), state.t, flesh_scene_times(scene)->end, measure);

@@ -51,6 +51,7 @@ typedef struct flesh_accuracy_scale {
 typedef struct flesh_accuracy_measure {
   int nodes;
   double *mass;  /* [nodes] lumped */
+  double start_t; /* s */
   double *start; /* [3*nodes] positions at the start */
   double *rest;  /* [3*nodes] of the mesh */
   double rest_volume;

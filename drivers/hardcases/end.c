@@ -48,11 +48,6 @@ static int settle(const flesh_scene *scene, double t, double *x, double toleranc
   return status;
 }
 
-static int count_fixed(const flesh_system *system, double t, uint8_t *fixed)
-{
-  return flesh_system_fixed(system, t, fixed);
-}
-
 void flesh_hardcases_rest_shape(const flesh_scene *scene, double t, flesh_mesh **rest)
 {
   const flesh_mesh *mesh = flesh_scene_mesh(scene);
@@ -67,7 +62,7 @@ void flesh_hardcases_rest_shape(const flesh_scene *scene, double t, flesh_mesh *
   if (!status && stressed) {
     double ratio;
     status = flesh_material_rest_ratio(&body->materials[0], &ratio);
-    if (!status && count_fixed(flesh_scene_system(scene), t, fixed)) {
+    if (!status && flesh_system_fixed(flesh_scene_system(scene), t, fixed)) {
       status = settle(scene, t, x, 1e-8);
     } else {
       for (int d = 0; d < 3 * nodes && !status; d++) x[d] *= cbrt(ratio);
@@ -164,7 +159,7 @@ static void judge_equilibrium(const flesh_scene *scene, double t, const double *
   uint8_t *fixed = calloc((size_t)unknowns, 1);
   if (zero && r && fixed) {
     const flesh_point point = flesh_point_at(t, x, zero, zero);
-    int free_count = unknowns - count_fixed(system, t, fixed);
+    int free_count = unknowns - flesh_system_fixed(system, t, fixed);
     double sum = 0;
     int status = flesh_system_residual(system, &point, r);
     for (int d = 0; d < unknowns; d++) sum += fixed[d] ? 0 : r[d] * r[d];
