@@ -1,4 +1,6 @@
 /* report.c: the measurements as a table, bench.csv and bench.json, and growth by fit. */
+#include <gsl/gsl_fit.h>
+#include <gsl/gsl_statistics_double.h>
 #include <jansson.h>
 #include <math.h>
 #include <stddef.h>
@@ -89,19 +91,18 @@ int flesh_bench_same_case(const flesh_bench_row *a, const flesh_bench_row *b)
 double flesh_bench_growth(const flesh_bench_plan *plan, const flesh_bench_row *like, int smallest,
                           int iterations)
 {
-  double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0, first = 0;
+  double x[FLESH_BENCH_ROWS], y[FLESH_BENCH_ROWS], constant, slope, c00, c01, c11, squares;
+  size_t n = 0;
   for (int k = 0; k < plan->row_count; k++) {
     const flesh_bench_row *row = &plan->rows[k];
     if (!flesh_bench_same_case(row, like) || row->tets < smallest || row->status) continue;
-    double x = log(row->tets),
-           y = log(iterations ? per_newton(row) : flesh_bench_seconds(row) / row->steps);
-    if (!isfinite(y)) continue;
-    if (n == 0) first = x;
-    n++, sx += x, sy += y, sxx += (x - first) * (x - first), sxy += (x - first) * y;
+    x[n] = log(row->tets);
+    y[n] = log(iterations ? per_newton(row) : flesh_bench_seconds(row) / row->steps);
+    n += isfinite(y[n]) != 0;
   }
-  sx -= n * first;
-  double spread = n * sxx - sx * sx;
-  return n >= 2 && spread > 1e-9 ? (n * sxy - sx * sy) / spread : NAN;
+  if (n < 2 || !(gsl_stats_variance(x, 1, n) > 1e-9)) return NAN;
+  gsl_fit_linear(x, 1, y, 1, n, &constant, &slope, &c00, &c01, &c11, &squares);
+  return slope;
 }
 
 /* Whether the row is the first of its case. */

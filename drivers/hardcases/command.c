@@ -96,34 +96,28 @@ static int check_bodies(const choice *c)
   return FLESH_OK;
 }
 
-static int add_setting(flesh_hardcases_setting *settings, int *count, const flesh_hardcases_lists *l, int e, int p,
-                       int h, int s, int element, int body)
-{
-  if (*count == SETTING_LIMIT)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "the lists make more than %d settings", SETTING_LIMIT);
-  settings[(*count)++] = (flesh_hardcases_setting){.energy = l->energy[e],
-                                                   .constants = l->constants[e],
-                                                   .poisson = l->poisson[p],
-                                                   .step = l->step[h],
-                                                   .first_poisson = p == 0,
-                                                   .first_step = h == 0,
-                                                   .solver = l->solver[s],
-                                                   .element = l->element[element],
-                                                   .body = l->bodies ? &l->body[body] : NULL};
-  return FLESH_OK;
-}
-
+/* Every value of each list with every one of the others; the last of `digits` runs fastest. */
 static int make_settings(const flesh_hardcases_lists *l, flesh_hardcases_setting *settings, int *count)
 {
-  int status = FLESH_OK;
-  for (int element = 0; element < l->elements; element++)
-    for (int s = 0; s < l->solvers; s++)
-      for (int e = 0; e < l->energies; e++)
-        for (int h = 0; h < l->steps; h++)
-          for (int p = 0; p < l->poissons; p++)
-            for (int b = 0; b < (l->bodies ? l->bodies : 1) && !status; b++)
-              status = add_setting(settings, count, l, e, p, h, s, element, b);
-  return status;
+  enum { ELEMENT, SOLVER, ENERGY, STEP, POISSON, BODY, LISTS };
+  const int lengths[LISTS] = {l->elements, l->solvers, l->energies, l->steps, l->poissons, l->bodies ? l->bodies : 1};
+  double all = 1;
+  for (int k = 0; k < LISTS; k++) all *= lengths[k];
+  if (all > SETTING_LIMIT) return flesh_fail(FLESH_ERR_ARGUMENT, "the lists make more than %d settings", SETTING_LIMIT);
+  for (*count = 0; *count < (int)all; ++*count) {
+    int digits[LISTS], left = *count;
+    for (int k = LISTS - 1; k >= 0; left /= lengths[k--]) digits[k] = left % lengths[k];
+    settings[*count] = (flesh_hardcases_setting){.energy = l->energy[digits[ENERGY]],
+                                                 .constants = l->constants[digits[ENERGY]],
+                                                 .poisson = l->poisson[digits[POISSON]],
+                                                 .step = l->step[digits[STEP]],
+                                                 .first_poisson = digits[POISSON] == 0,
+                                                 .first_step = digits[STEP] == 0,
+                                                 .solver = l->solver[digits[SOLVER]],
+                                                 .element = l->element[digits[ELEMENT]],
+                                                 .body = l->bodies ? &l->body[digits[BODY]] : NULL};
+  }
+  return FLESH_OK;
 }
 
 static int is_run(const flesh_hardcases_case *row, const flesh_hardcases_setting *setting)

@@ -1,6 +1,7 @@
 /* profile.c: performance profiles and the verdict from them. */
 #include "hardcases/profile.h"
 
+#include <gsl/gsl_cdf.h>
 #include <math.h>
 #include <stdio.h>
 
@@ -68,10 +69,7 @@ double flesh_profile_ratio(const flesh_profile *p, int way, int other)
 double flesh_profile_chance(int wins, int losses)
 {
   const int n = wins + losses, most = wins > losses ? wins : losses;
-  double tail = 0;
-  for (int k = most; k <= n; k++)
-    tail += exp(lgamma(n + 1.) - lgamma(k + 1.) - lgamma(n - k + 1.) - n * log(2.));
-  return n ? fmin(1, 2 * tail) : 1;
+  return n ? fmin(1, 2 * gsl_cdf_binomial_Q((unsigned)most - 1, 0.5, (unsigned)n)) : 1;
 }
 
 int flesh_profile_beats(const flesh_profile *p, int way, int other, int *wins, int *losses)

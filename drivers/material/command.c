@@ -207,11 +207,7 @@ static void describe(const flesh_curve *curve)
 
 /* ---- the table ---- */
 
-static void put_number(FILE *stream, double value)
-{
-  fputc(',', stream);
-  if (isfinite(value)) flesh_number_print(stream, value);
-}
+static void put_number(FILE *stream, double value) { flesh_table_field(stream, isfinite(value) ? value : NAN); }
 
 static void put_curve(FILE *stream, const flesh_path *path, const flesh_curve *curve)
 {

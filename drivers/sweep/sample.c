@@ -9,24 +9,13 @@
 
 const char *const flesh_sweep_sequences[] = {"sobol", "niederreiter", "halton", "reverse-halton", "random", NULL};
 
-static const gsl_qrng_type *type_of(int sequence)
-{
-  switch (sequence) {
-  case 0:
-    return gsl_qrng_sobol;
-  case 1:
-    return gsl_qrng_niederreiter_2;
-  case 2:
-    return gsl_qrng_halton;
-  case 3:
-    return gsl_qrng_reversehalton;
-  }
-  return NULL;
-}
+/* In the order of their names; NULL: random numbers. */
+static const gsl_qrng_type **const types[] = {&gsl_qrng_sobol, &gsl_qrng_niederreiter_2, &gsl_qrng_halton,
+                                              &gsl_qrng_reversehalton, NULL};
 
 int flesh_sweep_sample(int sequence, int dimensions, int count, int skip, int seed, double *points)
 {
-  const gsl_qrng_type *type = type_of(sequence);
+  const gsl_qrng_type *type = types[sequence] ? *types[sequence] : NULL;
   if (type && (unsigned)dimensions > type->max_dimension)
     return flesh_fail(FLESH_ERR_ARGUMENT, "sample.axes are %d; %s takes at most %u", dimensions,
                       flesh_sweep_sequences[sequence], type->max_dimension);
