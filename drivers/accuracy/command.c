@@ -306,21 +306,10 @@ static int run(flesh_accuracy_plan *plan, const char *methods, const char *steps
 int flesh_command_accuracy(int argc, char **argv)
 {
   const char *methods = &(FLESH_ACCURACY_METHOD_LIST(METHOD_NAME))[1], *tolerances = NULL, *steps = NULL;
-  flesh_overrides overrides;
   flesh_accuracy_plan plan = {.options = {.out = "out/accuracy"}};
-  const char **coarser_room = calloc((size_t)argc + 1, sizeof *coarser_room);
-  flesh_texts coarser = {.values = coarser_room};
-  int status = flesh_ranks_open(&plan.options.ranks);
-  if (!status) status = flesh_overrides_open(&overrides, argc);
-  if (status) return flesh_command_fail("accuracy", status);
-  char **words = calloc((size_t)argc + 1, sizeof *words); /* argv is permuted below */
-  if (words) memcpy(words, argv, sizeof *words * (size_t)argc);
-  if (!words || !coarser_room) {
-    free(words), free(coarser_room), flesh_overrides_close(&overrides);
-    return flesh_command_fail("accuracy", flesh_fail(FLESH_ERR_MEMORY, "out of memory"));
-  }
-  plan.options.argc = argc;
-  plan.options.argv = words;
+  flesh_texts coarser = {.values = calloc((size_t)argc + 1, sizeof *coarser.values)};
+  int status = flesh_study_open(&plan.options, argc, argv);
+  if (!status && !coarser.values) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   const flesh_option rows[] = {
       {"methods", "LIST", FLESH_OPTION_TEXT, &methods, "methods to compare (default: all)"},
       {"tolerances", "LIST", FLESH_OPTION_TEXT, &tolerances,
@@ -337,7 +326,7 @@ int flesh_command_accuracy(int argc, char **argv)
       FLESH_STUDY_OPTION_ROWS(&plan.options, "accuracy",
                               "also with further methods and settings; runs that crashed or were\n"
                               "                         out of budget are done again"),
-      {"set", "KEY=VALUE", FLESH_OPTION_LIST, &overrides.texts, "a value of the scene"},
+      FLESH_STUDY_OPTION_SET(&plan.options, "a value of the scene"),
       {"max-seconds", "S", FLESH_OPTION_POSITIVE, &plan.max_seconds,
        "budget of each run (default 600; 60 with --quick)"},
       {"reference-seconds", "S", FLESH_OPTION_POSITIVE, &plan.reference_seconds,
@@ -345,19 +334,18 @@ int flesh_command_accuracy(int argc, char **argv)
        "10 with --quick)"},
       {0}};
   const flesh_usage usage = {"accuracy", "SCENE", "Shows what accuracy costs.", details, 1, 1, rows, NULL, FLESH_EXITS_ALL};
-  int count, code = flesh_ranks_read_options(plan.options.ranks, &usage, argc, argv, &count);
+  int count, code = status ? flesh_command_fail("accuracy", status)
+                           : flesh_ranks_read_options(plan.options.ranks, &usage, argc, argv, &count);
   if (code == FLESH_OPTIONS_GO_ON) {
     plan.scene = argv[1];
     plan.out = plan.options.out;
-    plan.overrides = &overrides.texts;
+    plan.overrides = &plan.options.overrides.texts;
     plan.coarser = &coarser;
     code = run(&plan, methods, steps, tolerances);
   }
-  flesh_ranks_close(&plan.options.ranks);
+  flesh_study_close(&plan.options);
   flesh_accuracy_measure_close(&plan.measure);
   free(plan.rows);
-  free(coarser_room);
-  free(words);
-  flesh_overrides_close(&overrides);
+  free(coarser.values);
   return code;
 }

@@ -133,11 +133,8 @@ int flesh_command_drift(int argc, char **argv)
 {
   const char *energies = "B,D,E,S", *poissons = "0.3,0.4,0.45,0.49", *solvers = "guarded,plain";
   const char *elements = "", *refine = "";
-  flesh_overrides overrides;
   flesh_drift_plan plan = {.options = {.out = "out/drift"}};
-  int status = flesh_ranks_open(&plan.options.ranks);
-  if (!status) status = flesh_overrides_open(&overrides, argc);
-  if (status) return flesh_command_fail("drift", status);
+  int status = flesh_study_open(&plan.options, argc, argv);
   const flesh_option rows[] = {
       {"energies", "LIST", FLESH_OPTION_TEXT, &energies, "forms to compare (default B,D,E,S)"},
       {"poisson", "LIST", FLESH_OPTION_TEXT, &poissons, "Poisson's ratios (default 0.3,0.4,0.45,0.49)"},
@@ -149,17 +146,17 @@ int flesh_command_drift(int argc, char **argv)
       FLESH_STUDY_OPTION_ROWS(&plan.options, "drift", "also with further scenes, energies and ratios"),
       FLESH_STUDY_OPTION_JOBS(&plan.options),
       {"max-seconds", "S", FLESH_OPTION_POSITIVE, &plan.max_seconds, "budget of each run"},
-      {"set", "KEY=VALUE", FLESH_OPTION_LIST, &overrides.texts, "a value of all scenes"},
+      FLESH_STUDY_OPTION_SET(&plan.options, "a value of all scenes"),
       {0}};
   const flesh_usage usage = {"drift", "SCENE...", "Compares how well the energies keep the volume.",
                              details, 1, 64, rows, NULL, FLESH_EXITS_OF_INTERRUPTS};
-  int count, code = flesh_ranks_read_options(plan.options.ranks, &usage, argc, argv, &count);
+  int count, code = status ? flesh_command_fail("drift", status)
+                           : flesh_ranks_read_options(plan.options.ranks, &usage, argc, argv, &count);
   if (code != FLESH_OPTIONS_GO_ON) {
-    flesh_ranks_close(&plan.options.ranks);
-    flesh_overrides_close(&overrides);
+    flesh_study_close(&plan.options);
     return code;
   }
-  plan.overrides = &overrides.texts;
+  plan.overrides = &plan.options.overrides.texts;
   plan.out = plan.options.out;
   status = flesh_drift_make_scenes(count, argv + 1, elements, refine, &plan);
   if (!status) status = flesh_list_each("energies", energies, take_energy, &plan);
@@ -171,9 +168,8 @@ int flesh_command_drift(int argc, char **argv)
   if (!status) status = prepare(&plan);
   const flesh_study study = flesh_drift_study(&plan);
   code = flesh_study_lead(&study, &plan.options, status, compare, &plan);
-  flesh_ranks_close(&plan.options.ranks);
+  flesh_study_close(&plan.options);
   free(plan.scenes);
   free(plan.cases);
-  flesh_overrides_close(&overrides);
   return code;
 }

@@ -275,12 +275,9 @@ int flesh_command_hardcases(int argc, char **argv)
 {
   flesh_hardcases_request asked = {.steps = "1/60", .cases = "*"};
   room *room = calloc(1, sizeof *room);
-  flesh_overrides overrides;
   flesh_hardcases_plan plan = {.options = {.out = "out/hardcases"}};
-  int list = 0, count, code, status = flesh_ranks_open(&plan.options.ranks);
-  if (!status) status = flesh_overrides_open(&overrides, argc);
+  int list = 0, count, status = flesh_study_open(&plan.options, argc, argv);
   if (!status && !room) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  if (status) return flesh_command_fail("hardcases", status);
   const flesh_option rows[] = {
       {"energies", "LIST", FLESH_OPTION_TEXT, &asked.energies,
        "forms, NAME or NAME.CONSTANTS (default all that have a lambda; S,E with --quick)"},
@@ -308,20 +305,19 @@ int flesh_command_hardcases(int argc, char **argv)
       {"quick", NULL, FLESH_OPTION_SWITCH, &plan.quick, "smaller meshes and fewer settings: minutes"},
       {"max-seconds", "S", FLESH_OPTION_POSITIVE, &plan.max_seconds,
        "budget of each phase of a run (default 30; 15 with --quick)"},
-      {"set", "KEY=VALUE", FLESH_OPTION_LIST, &overrides.texts,
-       "a value of all scenes, as in --set solver.max_newton=50"},
+      FLESH_STUDY_OPTION_SET(&plan.options, "a value of all scenes, as in --set solver.max_newton=50"),
       FLESH_STUDY_OPTION_ROWS(&plan.options, "hardcases", "also with further cases and settings"),
       FLESH_STUDY_OPTION_JOBS(&plan.options),
       {"list", NULL, FLESH_OPTION_SWITCH, &list, "print the cases and end"},
       {0}};
   const flesh_usage usage = {"hardcases", "[FILE]", "Runs the battery of hard cases.", details, 0, 1, rows, NULL,
                              FLESH_EXITS_OF_INTERRUPTS};
-  code = flesh_ranks_read_options(plan.options.ranks, &usage, argc, argv, &count);
-  plan.overrides = &overrides.texts;
+  int code = status ? flesh_command_fail("hardcases", status)
+                    : flesh_ranks_read_options(plan.options.ranks, &usage, argc, argv, &count);
+  plan.overrides = &plan.options.overrides.texts;
   if (code == FLESH_OPTIONS_GO_ON) code = list_or_batter(count ? argv[1] : NULL, list, &asked, room, &plan);
-  flesh_ranks_close(&plan.options.ranks);
-  flesh_hardcases_close_battery(&room->chosen.battery);
+  flesh_study_close(&plan.options);
+  if (room) flesh_hardcases_close_battery(&room->chosen.battery);
   free(plan.runs), free(room);
-  flesh_overrides_close(&overrides);
   return code;
 }

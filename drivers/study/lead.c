@@ -2,6 +2,8 @@
 #include "study/lead.h"
 
 #include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 
 #include "base/error.h"
 #include "base/folder.h"
@@ -9,6 +11,23 @@
 #include "cli/output.h"
 #include "picture/plot.h"
 #include "run/ranks.h"
+
+int flesh_study_open(flesh_study_options *options, int argc, char **argv)
+{
+  int status = flesh_ranks_open(&options->ranks);
+  if (!status) status = flesh_overrides_open(&options->overrides, argc);
+  options->argc = argc;
+  options->argv = calloc((size_t)argc + 1, sizeof *argv);
+  if (options->argv) memcpy(options->argv, argv, sizeof *argv * (size_t)argc);
+  return status || options->argv ? status : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+}
+
+void flesh_study_close(flesh_study_options *options)
+{
+  flesh_ranks_close(&options->ranks);
+  flesh_overrides_close(&options->overrides);
+  free(options->argv);
+}
 
 typedef struct leader {
   const char *name, *out;

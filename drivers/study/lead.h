@@ -14,6 +14,14 @@
   {"jobs", "N", FLESH_OPTION_COUNT, &(options)->jobs,                                                                  \
    "cases at a time, on each rank (default: the processors; on several ranks 1)"}
 
+#define FLESH_STUDY_OPTION_SET(options, doc)                                                                          \
+  {"set", "KEY=VALUE", FLESH_OPTION_LIST, &(options)->overrides.texts, doc}
+
+/* Before the command line is read: joins the ranks, and keeps the words, as reading permutes them. FLESH_ERR_MEMORY and
+ * those of ranks. To be closed in any case. */
+int flesh_study_open(flesh_study_options *options, int argc, char **argv);
+void flesh_study_close(flesh_study_options *options);
+
 /* Does the study on all ranks: the first one calls compare(plan), which does the cases and makes what follows from them,
  * with the folder of the results claimed; the others do what cases they are given. `status` is what came of the plan,
  * which every rank has made. Returns the exit code. */

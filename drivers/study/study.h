@@ -7,6 +7,7 @@
 #include <jansson.h>
 #include <sqlite3.h>
 
+#include "cli/overrides.h"
 #include "pool/pool.h"
 #include "scene/node.h"
 #include "study/fields.h"
@@ -97,6 +98,7 @@ typedef struct flesh_study_options {
   int resume, quiet;
   int argc;
   char **argv; /* the command line, for the provenance */
+  flesh_overrides overrides; /* --set */
 } flesh_study_options;
 
 extern const char flesh_study_schema_text[]; /* the tables, for the help */

@@ -156,13 +156,7 @@ int flesh_command_sweep(int argc, char **argv)
   for (const flesh_subcommand *verb = verbs; argc > 1 && verb->name; verb++)
     if (!strcmp(argv[1], verb->name)) return verb->run(argc - 1, argv + 1);
   settings set = {.options = {.out = "out/sweep"}};
-  const int joined = flesh_ranks_open(&set.options.ranks);
-  if (joined) return flesh_command_fail("sweep", joined);
-  char **words = malloc(sizeof *words * (size_t)(argc + 1)); /* argv is permuted below */
-  if (!words) return flesh_command_fail("sweep", flesh_fail(FLESH_ERR_MEMORY, "out of memory"));
-  for (int a = 0; a < argc; a++) words[a] = argv[a];
-  set.options.argc = argc;
-  set.options.argv = words;
+  const int status = flesh_study_open(&set.options, argc, argv);
   const flesh_option rows[] = {
       FLESH_STUDY_OPTION_ROWS(&set.options, "sweep", "also with values that an axis has got"),
       FLESH_STUDY_OPTION_JOBS(&set.options),
@@ -172,10 +166,10 @@ int flesh_command_sweep(int argc, char **argv)
   char *text = make_details();
   const flesh_usage usage = {"sweep", "SPEC", "Runs the cases of a spec into one database.", text, 1, 1, rows, verbs,
                              FLESH_EXITS_OF_INTERRUPTS};
-  int count, code = flesh_ranks_read_options(set.options.ranks, &usage, argc, argv, &count);
+  int count, code = status ? flesh_command_fail("sweep", status)
+                           : flesh_ranks_read_options(set.options.ranks, &usage, argc, argv, &count);
   if (code == FLESH_OPTIONS_GO_ON) code = read_and_sweep(argv[1], &set);
-  flesh_ranks_close(&set.options.ranks);
+  flesh_study_close(&set.options);
   free(text);
-  free(words);
   return code;
 }

@@ -143,9 +143,9 @@ int flesh_command_slump(int argc, char **argv)
   const flesh_usage usage = {"slump", "SCENE", "Shows what volume a body loses by its stiffness.", NULL, 1, 1, rows, NULL,
                              FLESH_EXITS_OF_INTERRUPTS};
   flesh_scene *scene = NULL;
-  int count, status = flesh_ranks_open(&p.options.ranks);
-  if (status) return flesh_command_fail("slump", status);
-  int code = flesh_ranks_read_options(p.options.ranks, &usage, argc, argv, &count);
+  int count, status = flesh_study_open(&p.options, argc, argv);
+  int code = status ? flesh_command_fail("slump", status)
+                    : flesh_ranks_read_options(p.options.ranks, &usage, argc, argv, &count);
   if (code == FLESH_OPTIONS_GO_ON) {
     p.scene = argv[1];
     flesh_interrupt_watch();
@@ -157,6 +157,6 @@ int flesh_command_slump(int argc, char **argv)
     const flesh_study study = study_of(&p);
     code = flesh_study_lead(&study, &p.options, status, compare, &p);
   }
-  flesh_ranks_close(&p.options.ranks);
+  flesh_study_close(&p.options);
   return code;
 }
