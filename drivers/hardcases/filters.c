@@ -45,7 +45,7 @@ static int way_of(const table *t, flesh_hardcases_solver solver)
   return way;
 }
 
-/* Of an element, FLESH_ELEMENT_AUTO: of all. */
+/* Fills the table from the runs of an element; FLESH_ELEMENT_AUTO: of all. */
 static int table_open(table *t, const flesh_hardcases_plan *plan, flesh_element element)
 {
   *t = (table){0};
