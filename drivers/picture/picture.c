@@ -103,14 +103,11 @@ int flesh_picture_fit_add(flesh_picture_fit *fit, const flesh_picture_panel *pan
   double size = size_of(nodes, panel->x);
   add_points(fit, nodes, panel->x);
   for (int k = 0; k < flesh_picture_obstacle_count(panel) && !status; k++) {
-    int count, triangles, *corners;
-    double *x;
-    status = flesh_picture_obstacle(panel, k, NULL, &count, &x, &triangles, &corners);
-    if (status) break;
+    flesh_picture_obstacle o;
+    status = flesh_picture_obstacle_make(panel, k, NULL, &o);
     /* A surface that is far larger than the body may reach out of the picture. */
-    if (size_of(count, x) < 4 * size) add_points(fit, count, x);
-    free(x);
-    free(corners);
+    if (!status && size_of(o.vertices, o.x) < 4 * size) add_points(fit, o.vertices, o.x);
+    flesh_picture_obstacle_free(&o);
   }
   return status ? status : add_values(fit, panel);
 }

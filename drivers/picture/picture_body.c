@@ -23,7 +23,7 @@ static const unsigned char rising[][3] = {
 /* Flesh, and what else is in it. */
 static const unsigned char regions[][3] = {
     {224, 164, 140}, {236, 222, 196}, {150, 172, 190}, {190, 130, 160}, {150, 186, 140}};
-static const unsigned char obstacle[3] = {168, 176, 188};
+static const unsigned char obstacle_colour[3] = {168, 176, 188};
 
 void flesh_picture_colour(flesh_picture_field field, double part, double rgb[3])
 {
@@ -264,24 +264,26 @@ static int add_curved(const flesh_mesh *mesh, const flesh_picture_panel *panel, 
   flesh_curved_surface curved;
   int status = flesh_curved_surface_make(mesh, &curved);
   if (status) return status;
-  status = keep(scene, curved.corners);
-  if (!status) status = keep(scene, curved.tets);
-  else free(curved.tets);
-  if (!status) status = keep(scene, curved.hidden);
-  else free(curved.hidden);
-  if (status) return status;
   const size_t vertices = (size_t)curved.vertices;
   double *x = take(scene, sizeof *x * 3 * vertices), *rest = take(scene, sizeof *rest * 3 * vertices);
   double *own = take(scene, sizeof *own * vertices);
-  if (!x || !rest || !own) return no_memory();
-  flesh_curved_surface_apply(mesh, 3, panel->x, x);
-  flesh_curved_surface_apply(mesh, 3, flesh_mesh_positions(mesh), rest);
-  if (*values) flesh_curved_surface_apply(mesh, 1, *values, own);
+  if (x && rest && own) {
+    flesh_curved_surface_apply(&curved, 3, panel->x, x);
+    flesh_curved_surface_apply(&curved, 3, flesh_mesh_positions(mesh), rest);
+    if (*values) flesh_curved_surface_apply(&curved, 1, *values, own);
+  } else {
+    status = no_memory();
+  }
   s->vertices = curved.vertices, s->triangles = curved.triangles;
   s->x = x, s->rest = rest, s->corners = curved.corners, s->hidden = curved.hidden;
   *values = *values ? own : NULL;
   *behind = curved.tets;
-  return FLESH_OK;
+  void *const parts[] = {curved.rows, curved.corners, curved.tets, curved.hidden};
+  for (int k = 0; k < 4; k++) {
+    const int kept = keep(scene, parts[k]);
+    if (!status) status = kept;
+  }
+  return status;
 }
 
 /* The body's skin, or its boundary. */
@@ -351,19 +353,16 @@ int flesh_picture_scene_make(const flesh_picture_panel *panel, const flesh_pictu
   free(values);
   for (int k = 0; k < obstacles && !status; k++) {
     flesh_render_surface *s = &scene->surfaces[scene->count];
-    double *x;
-    int *corners;
-    *s = (flesh_render_surface){.glass = 1};
-    linear(obstacle, s->plain);
-    status = flesh_picture_obstacle(panel, k, &frame->view, &s->vertices, &x, &s->triangles, &corners);
+    flesh_picture_obstacle o;
+    status = flesh_picture_obstacle_make(panel, k, &frame->view, &o);
     if (status) break;
-    s->x = x;
-    s->corners = corners;
-    s->ground = flesh_picture_is_plane(panel, k);
-    s->fade = s->ground ? flesh_picture_plane_extent(&frame->view) : 0;
-    status = keep(scene, x);
-    if (!status) status = keep(scene, corners);
-    else free(corners);
+    *s = (flesh_render_surface){.vertices = o.vertices, .triangles = o.triangles, .x = o.x, .corners = o.corners,
+                                .glass = 1, .ground = o.is_plane,
+                                .fade = o.is_plane ? flesh_picture_plane_extent(&frame->view) : 0};
+    linear(obstacle_colour, s->plain);
+    status = keep(scene, o.x);
+    const int kept = keep(scene, o.corners);
+    if (!status) status = kept;
     if (!status) scene->count++;
   }
   if (status) flesh_picture_scene_free(scene);

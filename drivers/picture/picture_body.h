@@ -29,21 +29,27 @@ int flesh_picture_scene_make(const flesh_picture_panel *panel, const flesh_pictu
                              const flesh_picture_frame *frame, flesh_picture_scene *scene);
 void flesh_picture_scene_free(flesh_picture_scene *scene);
 
+/* An obstacle in triangles at a panel's time. */
+typedef struct flesh_picture_obstacle {
+  int vertices, triangles;
+  double *x;    /* [3*vertices], m */
+  int *corners; /* [3*triangles] */
+  int is_plane; /* a square that reaches beyond the view, in small triangles */
+} flesh_picture_obstacle;
+
 /* The obstacles of the panel's system. */
 int flesh_picture_obstacle_count(const flesh_picture_panel *panel);
-/* Triangles of obstacle k at the panel's time, new arrays that the caller frees. A plane is a
- * square that reaches beyond the view, in small triangles; `view` NULL: it has no nodes. */
-int flesh_picture_obstacle(const flesh_picture_panel *panel, int k, const flesh_view *view,
-                           int *nodes, double **positions, int *triangles, int **corners);
+/* Makes obstacle k; a plane has no vertices where `view` is NULL. FLESH_ERR_MEMORY: it has none then. */
+int flesh_picture_obstacle_make(const flesh_picture_panel *panel, int k, const flesh_view *view,
+                                flesh_picture_obstacle *obstacle);
+void flesh_picture_obstacle_free(flesh_picture_obstacle *obstacle);
+/* Half the side of a plane's square. */
+double flesh_picture_plane_extent(const flesh_view *view);
 
 /* Turns the corners of an obstacle's triangles [3*triangles] so that neighbours agree, and those that hang together
  * face the panel's body: the sides of a mesh are alike to contact, and only what is seen from behind is transparent.
  * Nodes at one place must be one node. */
 int flesh_picture_face_body(const flesh_picture_panel *panel, const double *positions, int triangles, int *corners);
-
-/* Half the side of that square. */
-double flesh_picture_plane_extent(const flesh_view *view);
-int flesh_picture_is_plane(const flesh_picture_panel *panel, int k);
 
 /* The colour of a value, sRGB in [0, 1]; part in [0, 1] of the way from low to high. */
 void flesh_picture_colour(flesh_picture_field field, double part, double rgb[3]);

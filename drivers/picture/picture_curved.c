@@ -62,6 +62,19 @@ static void add_triangle(const flesh_mesh *mesh, int tet, int f, const int n[6],
   }
 }
 
+/* The vertices of a face that are no nodes; in quarters L (2 L - 1) and 4 L L' are eighths. */
+static void add_vertices(const flesh_mesh *mesh, int f, const int n[6], flesh_curved_surface *s)
+{
+  for (int j = 0; j <= PARTS; j++)
+    for (int k = 0; j + k <= PARTS; k++) {
+      const int at[3] = {PARTS - j - k, j, k}, number = vertex_at(mesh, f, n, at);
+      flesh_curved_vertex *v = &s->rows[number];
+      if (number < flesh_mesh_node_count(mesh)) continue;
+      memcpy(v->nodes, n, sizeof v->nodes);
+      for (int d = 0; d < 3; d++) v->eighths[d] = at[d] * (at[d] - 2), v->eighths[3 + d] = 2 * at[d] * at[(d + 1) % 3];
+    }
+}
+
 /* Face f, whose first triangle in the mesh is `first`, in small ones. */
 static void add_face(const flesh_mesh *mesh, int first, int f, flesh_curved_surface *s)
 {
@@ -75,6 +88,7 @@ static void add_face(const flesh_mesh *mesh, int first, int f, flesh_curved_surf
     return;
   }
   face_nodes(mesh, first, n);
+  add_vertices(mesh, f, n, s);
   for (int j = 0; j < PARTS; j++)
     for (int k = 0; j + k < PARTS; k++) {
       const int i = PARTS - j - k;
@@ -87,16 +101,18 @@ static void add_face(const flesh_mesh *mesh, int first, int f, flesh_curved_surf
 
 int flesh_curved_surface_make(const flesh_mesh *mesh, flesh_curved_surface *s)
 {
-  const int faces = count_faces(mesh);
+  const int faces = count_faces(mesh), nodes = flesh_mesh_node_count(mesh), vertices = 3 * nodes + 3 * faces;
   const size_t triangles = TRIANGLES * (size_t)faces;
-  *s = (flesh_curved_surface){.vertices = 3 * flesh_mesh_node_count(mesh) + 3 * faces,
+  *s = (flesh_curved_surface){.vertices = vertices,
+                              .rows = calloc((size_t)vertices + 1, sizeof *s->rows),
                               .corners = malloc(3 * triangles * sizeof *s->corners),
                               .tets = malloc(triangles * sizeof *s->tets),
                               .hidden = malloc(triangles)};
-  if (!s->corners || !s->tets || !s->hidden) {
+  if (!s->rows || !s->corners || !s->tets || !s->hidden) {
     flesh_curved_surface_free(s);
     return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a picture");
   }
+  for (int v = 0; v < nodes; v++) s->rows[v] = (flesh_curved_vertex){{v}, {8}};
   for (int f = 0, first = 0; f < faces; f++) {
     add_face(mesh, first, f, s);
     first += flesh_mesh_face_parts(mesh, mesh->surface_tets[first]);
@@ -106,57 +122,22 @@ int flesh_curved_surface_make(const flesh_mesh *mesh, flesh_curved_surface *s)
 
 void flesh_curved_surface_free(flesh_curved_surface *s)
 {
+  free(s->rows);
   free(s->corners);
   free(s->tets);
   free(s->hidden);
   *s = (flesh_curved_surface){0};
 }
 
-void flesh_curved_surface_vertices(const flesh_mesh *mesh, flesh_curved_vertex *vertices)
+void flesh_curved_surface_apply(const flesh_curved_surface *s, int components, const double *nodal, double *values)
 {
-  const int nodes = flesh_mesh_node_count(mesh);
-  const int faces = count_faces(mesh);
-  memset(vertices, 0, (3 * (size_t)nodes + 3 * (size_t)faces) * sizeof *vertices);
-  for (int v = 0; v < nodes; v++) vertices[v] = (flesh_curved_vertex){{v}, {8}};
-  for (int f = 0, first = 0, parts; f < faces; f++, first += parts) {
-    int n[6];
-    parts = flesh_mesh_face_parts(mesh, mesh->surface_tets[first]);
-    if (parts == 1) continue;
-    face_nodes(mesh, first, n);
-    for (int j = 0; j <= PARTS; j++)
-      for (int k = 0; j + k <= PARTS; k++) {
-        const int at[3] = {PARTS - j - k, j, k}; /* quarters: L (2 L - 1) and 4 L L' are eighths */
-        flesh_curved_vertex *v = &vertices[vertex_at(mesh, f, n, at)];
-        if (v - vertices < nodes) continue;
-        memcpy(v->nodes, n, sizeof n);
-        for (int d = 0; d < 3; d++) v->eighths[d] = at[d] * (at[d] - 2), v->eighths[3 + d] = 2 * at[d] * at[(d + 1) % 3];
-      }
-  }
-}
-
-void flesh_curved_surface_apply(const flesh_mesh *mesh, int components, const double *nodal, double *values)
-{
-  const size_t m = (size_t)components, nodes = (size_t)flesh_mesh_node_count(mesh);
-  const int faces = count_faces(mesh);
-  memcpy(values, nodal, m * nodes * sizeof *values);
-  memset(values + m * nodes, 0, m * (2 * nodes + 3 * (size_t)faces) * sizeof *values);
-  for (int f = 0, first = 0, parts; f < faces; f++, first += parts) {
-    int n[6];
-    parts = flesh_mesh_face_parts(mesh, mesh->surface_tets[first]);
-    if (parts == 1) continue;
-    face_nodes(mesh, first, n);
-    for (int j = 0; j <= PARTS; j++)
-      for (int k = 0; j + k <= PARTS; k++) {
-        const int at[3] = {PARTS - j - k, j, k}, v = vertex_at(mesh, f, n, at);
-        if ((size_t)v < nodes) continue;
-        double L[3], N[6];
-        for (int d = 0; d < 3; d++) L[d] = (double)at[d] / PARTS;
-        for (int d = 0; d < 3; d++) N[d] = L[d] * (2 * L[d] - 1), N[3 + d] = 4 * L[d] * L[(d + 1) % 3];
-        for (size_t c = 0; c < m; c++) {
-          double sum = 0;
-          for (int a = 0; a < 6; a++) sum += N[a] * nodal[m * (size_t)n[a] + c];
-          values[m * (size_t)v + c] = sum;
-        }
-      }
-  }
+  const size_t m = (size_t)components;
+  for (size_t v = 0; v < (size_t)s->vertices; v++)
+    for (size_t c = 0; c < m; c++) {
+      const flesh_curved_vertex *row = &s->rows[v];
+      double sum = 0;
+      for (int a = 0; a < 6; a++)
+        if (row->eighths[a]) sum += row->eighths[a] / 8. * nodal[m * (size_t)row->nodes[a] + c];
+      values[m * v + c] = sum;
+    }
 }

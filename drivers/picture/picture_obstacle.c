@@ -27,27 +27,34 @@ int flesh_picture_obstacle_count(const flesh_picture_panel *panel)
   return count;
 }
 
-/* A parallelogram of four corners as a grid: what is behind the eye is left out triangle by
- * triangle. */
-static int cut_plane(const double *corner[3], int *nodes, double **positions, int *triangles,
-                     int **corners)
+static int allocate(flesh_picture_obstacle *o, int vertices, int triangles)
+{
+  *o = (flesh_picture_obstacle){vertices, triangles, malloc((3 * (size_t)vertices + 1) * sizeof *o->x),
+                                malloc((3 * (size_t)triangles + 1) * sizeof *o->corners), 0};
+  if (o->x && o->corners) return FLESH_OK;
+  flesh_picture_obstacle_free(o);
+  return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a picture");
+}
+
+void flesh_picture_obstacle_free(flesh_picture_obstacle *o)
+{
+  free(o->x);
+  free(o->corners);
+  *o = (flesh_picture_obstacle){0};
+}
+
+/* A square, corner by corner around it, as a grid: what is behind the eye is left out triangle by triangle. */
+static int cut_plane(const double *ring, flesh_picture_obstacle *o)
 {
   enum { CELLS = 40 };
-  double *x = malloc(sizeof *x * 3 * (CELLS + 1) * (CELLS + 1));
-  int *c = malloc(sizeof *c * 6 * CELLS * CELLS);
-  *nodes = (CELLS + 1) * (CELLS + 1);
-  *triangles = 2 * CELLS * CELLS;
-  *positions = x;
-  *corners = c;
-  if (!x || !c) {
-    free(x), free(c);
-    return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a picture");
-  }
+  const int status = allocate(o, (CELLS + 1) * (CELLS + 1), 2 * CELLS * CELLS);
+  if (status) return status;
+  double *x = o->x;
+  int *c = o->corners;
   for (int j = 0; j <= CELLS; j++)
     for (int i = 0; i <= CELLS; i++)
       for (int d = 0; d < 3; d++)
-        *x++ = corner[0][d] + i * (corner[1][d] - corner[0][d]) / CELLS +
-               j * (corner[2][d] - corner[1][d]) / CELLS;
+        *x++ = ring[d] + i * (ring[3 + d] - ring[d]) / CELLS + j * (ring[6 + d] - ring[3 + d]) / CELLS;
   for (int j = 0; j < CELLS; j++)
     for (int i = 0; i < CELLS; i++) {
       int at = j * (CELLS + 1) + i, cell[6] = {at, at + 1, at + CELLS + 2, at, at + CELLS + 2, at + CELLS + 1};
@@ -96,64 +103,36 @@ double flesh_picture_plane_extent(const flesh_view *view)
   return 2.4 * view->height * fmax(1, (double)view->width_px / view->height_px);
 }
 
-static int copy_surface(const flesh_surface *surface, int *nodes, double **positions, int *triangles, int **corners)
+static int copy_surface(const flesh_surface *surface, flesh_picture_obstacle *o)
 {
-  *nodes = flesh_surface_vertex_count(surface);
-  *triangles = flesh_surface_face_count(surface);
-  const size_t places = 3 * (size_t)*nodes * sizeof **positions, ends = 3 * (size_t)*triangles * sizeof **corners;
-  *positions = malloc(places);
-  *corners = malloc(ends);
-  if (!*positions || !*corners) {
-    free(*positions);
-    free(*corners);
-    return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  }
-  memcpy(*positions, flesh_surface_positions(surface), places);
-  memcpy(*corners, flesh_surface_corners(surface), ends);
+  const int status = allocate(o, flesh_surface_vertex_count(surface), flesh_surface_face_count(surface));
+  if (status) return status;
+  memcpy(o->x, flesh_surface_positions(surface), 3 * (size_t)o->vertices * sizeof *o->x);
+  memcpy(o->corners, flesh_surface_corners(surface), 3 * (size_t)o->triangles * sizeof *o->corners);
   return FLESH_OK;
 }
 
-int flesh_picture_obstacle(const flesh_picture_panel *panel, int k, const flesh_view *view,
-                           int *nodes, double **positions, int *triangles, int **corners)
+int flesh_picture_obstacle_make(const flesh_picture_panel *panel, int k, const flesh_view *view,
+                                flesh_picture_obstacle *o)
 {
   int count;
   const flesh_obstacle *obstacle = find(panel, k, &count);
-  double centre[3] = {0, 0, 0}, extent = 1;
+  double centre[3] = {0, 0, 0}, extent = view ? flesh_picture_plane_extent(view) : 1;
   for (int d = 0; view && d < 3; d++) centre[d] = view->target[d];
-  if (view) extent = flesh_picture_plane_extent(view);
   flesh_surface *surface;
+  *o = (flesh_picture_obstacle){0};
   int status = flesh_obstacle_surface(obstacle, panel->t, centre, extent, &surface);
   if (status) return status;
-  status = copy_surface(surface, nodes, positions, triangles, corners);
+  const int is_plane = flesh_surface_vertex_count(surface) == 4 && flesh_surface_face_count(surface) == 2;
+  if (!is_plane) {
+    status = copy_surface(surface, o);
+    if (!status) status = weld(o->vertices, o->x, o->triangles, o->corners);
+    if (!status && view) status = flesh_picture_face_body(panel, o->x, o->triangles, o->corners);
+  } else if (view) {
+    status = cut_plane(flesh_surface_positions(surface), o);
+  }
   flesh_surface_destroy(&surface);
-  if (status) return status;
-  if (*nodes != 4 || *triangles != 2) {
-    status = weld(*nodes, *positions, *triangles, *corners);
-    if (!status && view) status = flesh_picture_face_body(panel, *positions, *triangles, *corners);
-    if (status) free(*positions), free(*corners);
-    return status;
-  }
-  double *x = *positions; /* a plane's square, corner by corner around it */
-  int *c = *corners;
-  const double *ring[3] = {x, x + 3, x + 6};
-  if (view) {
-    status = cut_plane(ring, nodes, positions, triangles, corners);
-  } else {
-    *nodes = *triangles = 0;
-    *positions = NULL;
-    *corners = NULL;
-  }
-  free(x);
-  free(c);
+  if (status) flesh_picture_obstacle_free(o);
+  o->is_plane = is_plane;
   return status;
-}
-
-int flesh_picture_is_plane(const flesh_picture_panel *panel, int k)
-{
-  int nodes = 1, triangles, *corners;
-  double *x;
-  if (flesh_picture_obstacle(panel, k, NULL, &nodes, &x, &triangles, &corners)) return 0;
-  free(x);
-  free(corners);
-  return !nodes;
 }

@@ -138,22 +138,29 @@ static void write_time(const flesh_run_folder *run, char *text, size_t size)
   else snprintf(text, size, "t = %.*f s", (int)decimals, run->state.t);
 }
 
+int flesh_run_panel(flesh_run_folder *run, int k, flesh_picture_panel *panel)
+{
+  const int status = flesh_run_folder_load(run, k);
+  if (status) return status;
+  *panel = (flesh_picture_panel){.body = flesh_scene_body(run->scene),
+                                 .x = run->state.x,
+                                 .v = run->state.v,
+                                 .system = flesh_scene_system(run->scene),
+                                 .t = run->state.t};
+  return FLESH_OK;
+}
+
 int flesh_snapshot_panel(flesh_snapshot *s, int r, int k, char *subtitle, size_t size,
                          flesh_picture_panel *panel)
 {
   flesh_snapshot_run *run = &s->runs[r];
-  int status = flesh_run_folder_load(&run->folder, k);
+  int status = flesh_run_panel(&run->folder, k, panel);
   if (status) return status;
   write_time(&run->folder, subtitle, size);
-  *panel = (flesh_picture_panel){.title = s->bare || s->count < 2 ? NULL : run->title,
-                                 .subtitle = s->bare ? NULL : subtitle,
-                                 .body = flesh_scene_body(run->folder.scene),
-                                 .x = run->folder.state.x,
-                                 .v = run->folder.state.v,
-                                 .surface = run->surface,
-                                 .skin = run->skin,
-                                 .system = flesh_scene_system(run->folder.scene),
-                                 .t = run->folder.state.t};
+  panel->title = s->bare || s->count < 2 ? NULL : run->title;
+  panel->subtitle = s->bare ? NULL : subtitle;
+  panel->surface = run->surface;
+  panel->skin = run->skin;
   return FLESH_OK;
 }
 

@@ -74,6 +74,9 @@ void flesh_snapshot_default(flesh_snapshot *s);
 int flesh_snapshot_open(flesh_snapshot *s, int count, char **paths);
 void flesh_snapshot_close(flesh_snapshot *s); /* harmless after a failed open */
 
+/* Frame k of a run as a panel that borrows the run's state, until the next load. */
+int flesh_run_panel(flesh_run_folder *run, int k, flesh_picture_panel *panel);
+
 /* Frame k of run r as a panel that borrows the run's state: the next load changes it. `subtitle`
  * [size] is filled with its time. */
 int flesh_snapshot_panel(flesh_snapshot *s, int r, int k, char *subtitle, size_t size,

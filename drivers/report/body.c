@@ -37,17 +37,12 @@ int flesh_report_body_open(const flesh_picture_panel *panel, const flesh_picture
     b->steps[f] = frames[f].high > frames[f].low ? (frames[f].high - frames[f].low) / LEVELS : 1;
   }
   b->total = (3 + FLESH_REPORT_FIELDS) * (size_t)b->nodes;
-  b->obstacle_vertices = calloc((size_t)b->obstacle_count + 1, sizeof *b->obstacle_vertices);
-  if (!b->obstacle_vertices) return no_memory();
   for (int k = 0; k < b->obstacle_count; k++) {
-    int triangles, *corners;
-    double *x;
-    const int status = flesh_picture_obstacle(panel, k, &b->view, &b->obstacle_vertices[k], &x,
-                                              &triangles, &corners);
+    flesh_picture_obstacle o;
+    const int status = flesh_picture_obstacle_make(panel, k, &b->view, &o);
     if (status) return status;
-    free(x);
-    free(corners);
-    b->total += 3 * (size_t)b->obstacle_vertices[k];
+    b->total += 3 * (size_t)o.vertices;
+    flesh_picture_obstacle_free(&o);
   }
   b->flag_bytes = ((size_t)b->tets + 7) / 8;
   b->now = calloc(b->total + 1, sizeof *b->now);
@@ -60,7 +55,6 @@ int flesh_report_body_open(const flesh_picture_panel *panel, const flesh_picture
 
 void flesh_report_body_close(flesh_report_body *b)
 {
-  free(b->obstacle_vertices);
   free(b->now);
   free(b->last);
   free(b->before);
@@ -84,50 +78,55 @@ static int *round_positions(int count, const double *x, double quantum, int *to)
   return to;
 }
 
-/* "at" and "count" of a list that is added. */
-static json_t *add_list(flesh_report_bytes *bytes, size_t count, const int *values)
+/* One number in as few bytes as it needs: 0, -1, 1, -2, ... become 0, 1, 2, 3, ..., seven bits a byte, the lowest first,
+ * all but the last with the eighth bit set. */
+static void add_number(FILE *numbers, int64_t value)
 {
-  json_t *place = json_pack("[II]", (json_int_t)bytes->size, (json_int_t)count);
-  flesh_report_bytes_add_list(bytes, count, values);
+  uint64_t rest = value < 0 ? 2 * (uint64_t)(-(value + 1)) + 1 : 2 * (uint64_t)value;
+  for (; rest > 127; rest >>= 7) putc((int)(rest & 127) | 128, numbers);
+  putc((int)rest, numbers);
+}
+
+/* Adds numbers as differences, each to the one before it, the first to 0. Returns "at" and "count" of them. */
+static json_t *add_list(FILE *numbers, size_t count, const int *values)
+{
+  json_t *place = json_pack("[II]", (json_int_t)ftell(numbers), (json_int_t)count);
+  for (size_t k = 0; k < count; k++) add_number(numbers, (int64_t)values[k] - (k ? values[k - 1] : 0));
   return place;
 }
 
 /* Vertices beyond the nodes that triangles of curved faces have: six nodes each, and eighths of
  * these. Renumbers the corners. */
-static int add_curved(const flesh_mesh *mesh, flesh_report_bytes *bytes, json_t *made)
+static int add_curved(const flesh_mesh *mesh, FILE *numbers, json_t *made)
 {
   flesh_curved_surface curved;
   int status = flesh_curved_surface_make(mesh, &curved), further = 0;
   if (status) return status;
   const int nodes = flesh_mesh_node_count(mesh);
-  const size_t triangles = (size_t)curved.triangles;
-  flesh_curved_vertex *rows = calloc((size_t)curved.vertices + 1, sizeof *rows);
-  int *numbers = calloc((size_t)curved.vertices + 1, sizeof *numbers),
-      *hidden = malloc((triangles + 1) * sizeof *hidden);
-  int *six = malloc((6 * (size_t)curved.vertices + 1) * sizeof *six),
-      *eighths = malloc((6 * (size_t)curved.vertices + 1) * sizeof *eighths);
-  if (rows && numbers && hidden && six && eighths) {
-    flesh_curved_surface_vertices(mesh, rows);
+  const size_t triangles = (size_t)curved.triangles, vertices = (size_t)curved.vertices;
+  int *places = calloc(vertices + 1, sizeof *places), *hidden = malloc((triangles + 1) * sizeof *hidden);
+  int *six = malloc((6 * vertices + 1) * sizeof *six), *eighths = malloc((6 * vertices + 1) * sizeof *eighths);
+  if (places && hidden && six && eighths) {
     for (size_t c = 0; c < 3 * triangles; c++) {
       int *v = &curved.corners[c];
-      if (*v >= nodes && !numbers[*v]) {
+      if (*v < nodes) continue;
+      if (!places[*v]) {
         for (int a = 0; a < 6; a++)
-          six[6 * further + a] = rows[*v].nodes[a], eighths[6 * further + a] = rows[*v].eighths[a];
-        numbers[*v] = nodes + further++;
+          six[6 * further + a] = curved.rows[*v].nodes[a], eighths[6 * further + a] = curved.rows[*v].eighths[a];
+        places[*v] = nodes + further++;
       }
-      if (*v >= nodes) *v = numbers[*v];
+      *v = places[*v];
     }
     for (size_t t = 0; t < triangles; t++) hidden[t] = curved.hidden[t];
-    json_object_set_new(made, "corners", add_list(bytes, 3 * triangles, curved.corners));
-    json_object_set_new(made, "behind", add_list(bytes, triangles, curved.tets));
-    json_object_set_new(made, "hidden", add_list(bytes, triangles, hidden));
-    json_object_set_new(made, "six", add_list(bytes, 6 * (size_t)further, six));
-    json_object_set_new(made, "eighths", add_list(bytes, 6 * (size_t)further, eighths));
+    json_object_set_new(made, "corners", add_list(numbers, 3 * triangles, curved.corners));
+    json_object_set_new(made, "behind", add_list(numbers, triangles, curved.tets));
+    json_object_set_new(made, "hidden", add_list(numbers, triangles, hidden));
+    json_object_set_new(made, "six", add_list(numbers, 6 * (size_t)further, six));
+    json_object_set_new(made, "eighths", add_list(numbers, 6 * (size_t)further, eighths));
   } else {
     status = no_memory();
   }
-  free(rows);
-  free(numbers);
+  free(places);
   free(hidden);
   free(six);
   free(eighths);
@@ -136,7 +135,7 @@ static int add_curved(const flesh_mesh *mesh, flesh_report_bytes *bytes, json_t 
 }
 
 int flesh_report_body_mesh(const flesh_report_body *b, const flesh_picture_panel *panel,
-                           flesh_report_bytes *bytes, json_t **made)
+                           FILE *numbers, json_t **made)
 {
   const flesh_mesh *mesh = panel->body->mesh;
   int triangles, status = FLESH_OK, *rest = malloc((3 * (size_t)b->nodes + 1) * sizeof *rest);
@@ -147,39 +146,35 @@ int flesh_report_body_mesh(const flesh_report_body *b, const flesh_picture_panel
     return no_memory();
   }
   round_positions(b->nodes, flesh_mesh_positions(mesh), b->quantum, rest);
-  json_object_set_new(*made, "rest", add_list(bytes, 3 * (size_t)b->nodes, rest));
-  json_object_set_new(*made, "tets", add_list(bytes, 4 * (size_t)b->tets, flesh_mesh_tets(mesh)));
+  json_object_set_new(*made, "rest", add_list(numbers, 3 * (size_t)b->nodes, rest));
+  json_object_set_new(*made, "tets", add_list(numbers, 4 * (size_t)b->tets, flesh_mesh_tets(mesh)));
   if (flesh_mesh_order(mesh) == 2) {
     json_object_set_new(*made, "edges",
-                        add_list(bytes, 6 * (size_t)b->tets, flesh_mesh_tet_edges(mesh)));
-    status = add_curved(mesh, bytes, *made);
+                        add_list(numbers, 6 * (size_t)b->tets, flesh_mesh_tet_edges(mesh)));
+    status = add_curved(mesh, numbers, *made);
   } else {
-    json_object_set_new(*made, "corners", add_list(bytes, 3 * (size_t)triangles, corners));
+    json_object_set_new(*made, "corners", add_list(numbers, 3 * (size_t)triangles, corners));
     json_object_set_new(*made, "behind",
-                        add_list(bytes, (size_t)triangles, flesh_mesh_surface_tets(mesh)));
+                        add_list(numbers, (size_t)triangles, flesh_mesh_surface_tets(mesh)));
   }
   free(rest);
-  return bytes->failed ? no_memory() : status;
+  return ferror(numbers) ? no_memory() : status;
 }
 
 int flesh_report_body_obstacles(const flesh_report_body *b, const flesh_picture_panel *panel,
-                                flesh_report_bytes *bytes, json_t **made)
+                                FILE *numbers, json_t **made)
 {
   *made = json_array();
   for (int k = 0; k < b->obstacle_count; k++) {
-    int vertices, triangles, *corners;
-    double *x;
-    const int status =
-        flesh_picture_obstacle(panel, k, &b->view, &vertices, &x, &triangles, &corners);
+    flesh_picture_obstacle o;
+    const int status = flesh_picture_obstacle_make(panel, k, &b->view, &o);
     if (status) return status;
-    const double fade = flesh_picture_is_plane(panel, k) ? flesh_picture_plane_extent(&b->view) : 0;
-    json_array_append_new(*made,
-                          json_pack("{sisfso}", "vertices", vertices, "fade", fade, "corners",
-                                    add_list(bytes, 3 * (size_t)triangles, corners)));
-    free(x);
-    free(corners);
+    const double fade = o.is_plane ? flesh_picture_plane_extent(&b->view) : 0;
+    json_array_append_new(*made, json_pack("{sisfso}", "vertices", o.vertices, "fade", fade, "corners",
+                                           add_list(numbers, 3 * (size_t)o.triangles, o.corners)));
+    flesh_picture_obstacle_free(&o);
   }
-  return bytes->failed ? no_memory() : FLESH_OK;
+  return ferror(numbers) ? no_memory() : FLESH_OK;
 }
 
 /* The numbers of a frame: positions of the body, of the obstacles, and the fields' values. */
@@ -187,14 +182,11 @@ static int gather(flesh_report_body *b, const flesh_picture_panel *panel)
 {
   int *to = round_positions(b->nodes, panel->x, b->quantum, b->now);
   for (int k = 0; k < b->obstacle_count; k++) {
-    int vertices, triangles, *corners;
-    double *x;
-    int status = flesh_picture_obstacle(panel, k, &b->view, &vertices, &x, &triangles, &corners);
+    flesh_picture_obstacle o;
+    const int status = flesh_picture_obstacle_make(panel, k, &b->view, &o);
     if (status) return status;
-    to = round_positions(b->obstacle_vertices[k], x, b->quantum,
-                         to); /* their number does not change */
-    free(x);
-    free(corners);
+    to = round_positions(o.vertices, o.x, b->quantum, to); /* their number does not change */
+    flesh_picture_obstacle_free(&o);
   }
   for (int f = 0; f < FLESH_REPORT_FIELDS; f++) {
     double *values;
@@ -220,7 +212,7 @@ static int flag_inverted(flesh_report_body *b, const flesh_picture_panel *panel)
 }
 
 int flesh_report_body_frame(flesh_report_body *b, const flesh_picture_panel *panel,
-                            flesh_report_bytes *bytes)
+                            FILE *numbers)
 {
   int status = gather(b, panel);
   if (!status) status = flag_inverted(b, panel);
@@ -228,12 +220,9 @@ int flesh_report_body_frame(flesh_report_body *b, const flesh_picture_panel *pan
   for (size_t k = 0; k < b->total; k++) {
     const int64_t one = b->last[k], two = b->before[k];
     const int64_t told = b->frames > 1 ? 2 * one - two : b->frames ? one : k ? b->now[k - 1] : 0;
-    flesh_report_bytes_add_number(bytes, b->now[k] - told);
+    add_number(numbers, b->now[k] - told);
   }
-  for (size_t k = 0; k < b->flag_bytes; k++) {
-    const uint8_t changed = b->flags[k] ^ b->last_flags[k];
-    flesh_report_bytes_add(bytes, &changed, 1);
-  }
+  for (size_t k = 0; k < b->flag_bytes; k++) putc(b->flags[k] ^ b->last_flags[k], numbers);
   int *free_one = b->before;
   uint8_t *free_flags = b->last_flags;
   b->before = b->last;
@@ -242,5 +231,5 @@ int flesh_report_body_frame(flesh_report_body *b, const flesh_picture_panel *pan
   b->last_flags = b->flags;
   b->flags = free_flags;
   b->frames++;
-  return bytes->failed ? no_memory() : FLESH_OK;
+  return ferror(numbers) ? no_memory() : FLESH_OK;
 }

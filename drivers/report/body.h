@@ -12,7 +12,7 @@ enum { FLESH_REPORT_FIELDS = 3 }; /* J, stress and speed */
 
 typedef struct flesh_report_body {
   int nodes, tets, frames;
-  int obstacle_count, *obstacle_vertices;
+  int obstacle_count;
   double quantum;                                              /* m, of positions */
   double low[FLESH_REPORT_FIELDS], steps[FLESH_REPORT_FIELDS]; /* of the fields */
   flesh_view view;
@@ -29,11 +29,11 @@ void flesh_report_body_close(flesh_report_body *body);
 
 /* Adds the mesh at rest, or the obstacles, as the first panel has them; *made tells where (new). */
 int flesh_report_body_mesh(const flesh_report_body *body, const flesh_picture_panel *panel,
-                           flesh_report_bytes *bytes, json_t **made);
+                           FILE *numbers, json_t **made);
 int flesh_report_body_obstacles(const flesh_report_body *body, const flesh_picture_panel *panel,
-                                flesh_report_bytes *bytes, json_t **made);
+                                FILE *numbers, json_t **made);
 /* Adds the next frame. */
 int flesh_report_body_frame(flesh_report_body *body, const flesh_picture_panel *panel,
-                            flesh_report_bytes *bytes);
+                            FILE *numbers);
 
 #endif

@@ -6,7 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/confine.h"
 #include "base/error.h"
+#include "report/csv.h"
 #include "report/report.h"
 #include "cli/json_memory.h"
 #include "cli/options.h"
@@ -16,45 +18,58 @@
 /* Size up to which a report can be sent by mail, bytes. */
 static const double LARGE = 20e6;
 
-static int add_other(flesh_report *report, flesh_report_kind kind, const char *path)
+/* What a folder is, by what it holds; runs are added together. */
+typedef struct kind {
+  const char *file;
+  int (*add)(flesh_report *report, const char *path);
+} kind;
+static const kind kinds[] = {{"drift.csv", flesh_report_add_drift},
+                             {"accuracy.json", flesh_report_add_accuracy},
+                             {"hardcases.csv", flesh_report_add_hardcases},
+                             {"sweep.db", flesh_report_add_sweep},
+                             {"scene.yaml", NULL}};
+
+static int find_kind(const char *path, const kind **found)
 {
-  switch (kind) {
-  case FLESH_REPORT_DRIFT:
-    return flesh_report_add_drift(report, path);
-  case FLESH_REPORT_ACCURACY:
-    return flesh_report_add_accuracy(report, path);
-  case FLESH_REPORT_HARDCASES:
-    return flesh_report_add_hardcases(report, path);
-  default:
-    break;
+  enum { COUNT = sizeof kinds / sizeof *kinds };
+  static const kind database = {"", flesh_report_add_sweep};
+  struct stat info;
+  if (flesh_path_stat(path, &info))
+    return flesh_fail(FLESH_ERR_FILE, "%s: there is no such folder", *path ? path : "''");
+  if (!S_ISDIR(info.st_mode)) {
+    *found = &database;
+    if (flesh_report_is_database(path)) return FLESH_OK;
+    return flesh_fail(FLESH_ERR_FILE,
+                      "%s: this is a file; a report takes the folder of a result, or the database "
+                      "(.db) of a sweep",
+                      path);
   }
-  const size_t length = strlen(path);
-  char *database = malloc(length + sizeof "/sweep.db");
-  if (!database) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report");
-  sprintf(database, "%s%s", path,
-          length > 3 && !strcmp(path + length - 3, ".db") ? "" : "/sweep.db");
-  const int status = flesh_report_add_sweep(report, database);
-  free(database);
-  return status;
+  const int status = flesh_confine(path);
+  if (status) return status;
+  for (*found = kinds; *found < kinds + COUNT; ++*found)
+    if (flesh_report_has(path, (*found)->file)) return FLESH_OK;
+  return flesh_fail(
+      FLESH_ERR_FILE,
+      "%s: this is no folder of a result: it has none of scene.yaml, drift.csv, accuracy.json, "
+      "hardcases.csv and sweep.db",
+      path);
 }
 
 /* Runs are one part, compared; every other result is a part of its own, in the order given. */
 static int gather(flesh_report *report, int count, char **paths)
 {
   char **runs = calloc((size_t)count + 1, sizeof *runs);
-  flesh_report_kind *kinds = calloc((size_t)count + 1, sizeof *kinds);
-  int run_count = 0, status = runs && kinds
-                                  ? FLESH_OK
-                                  : flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report");
+  const kind **found = calloc((size_t)count + 1, sizeof *found);
+  int run_count = 0, status = runs && found ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report");
   for (int k = 0; k < count && !status; k++) {
-    status = flesh_report_find_kind(paths[k], &kinds[k]);
-    if (!status && kinds[k] == FLESH_REPORT_RUN) runs[run_count++] = paths[k];
+    status = find_kind(paths[k], &found[k]);
+    if (!status && !found[k]->add) runs[run_count++] = paths[k];
   }
   if (!status && run_count) status = flesh_report_add_runs(report, run_count, runs);
   for (int k = 0; k < count && !status; k++)
-    if (kinds[k] != FLESH_REPORT_RUN) status = add_other(report, kinds[k], paths[k]);
+    if (found[k]->add) status = found[k]->add(report, paths[k]);
   free(runs);
-  free(kinds);
+  free(found);
   return status;
 }
 
@@ -128,7 +143,9 @@ int flesh_command_report(int argc, char **argv)
   char words[300];
   snprintf(words, sizeof words, "flesh report: %.250s%s", argv[1], count > 1 ? " and more" : "");
   report.parts = json_array();
-  int status = flesh_output_prepare_from(out, count, argv + 1, NULL);
+  int status = flesh_report_bytes_open(&report.numbers);
+  if (!status) status = flesh_report_bytes_open(&report.still);
+  if (!status) status = flesh_output_prepare_from(out, count, argv + 1, NULL);
   if (!status) status = make(&report, count, argv + 1, title ? title : words, out, program);
   if (!status && flesh_json_lacks())
     status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report");
@@ -137,8 +154,8 @@ int flesh_command_report(int argc, char **argv)
     free(report.shown[k].name);
   }
   free(report.shown);
-  flesh_report_bytes_free(&report.bytes);
-  flesh_report_bytes_free(&report.still);
+  flesh_report_bytes_close(&report.numbers);
+  flesh_report_bytes_close(&report.still);
   json_decref(report.parts);
   json_decref(report.view);
   json_decref(program);

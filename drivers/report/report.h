@@ -17,36 +17,24 @@
 #define FLESH_REPORT_H
 
 #include <jansson.h>
-#include <stddef.h>
-#include <stdint.h>
+#include <stdio.h>
 
 /* The page itself, made at build time of page/ and three/: HTML with the marks @TITLE@ and
  * @LEAD@, @STILL@, @PAYLOAD@. */
 extern const char flesh_report_page[];
 
-/* Bytes that grow; `failed` once memory ran out. Zero-initialise. */
+/* Text or numbers in memory, printed to `stream`; the data are those up to the last flush. */
 typedef struct flesh_report_bytes {
-  unsigned char *data;
-  size_t size, room;
-  int failed;
+  FILE *stream;
+  char *data;
+  size_t size;
 } flesh_report_bytes;
 
-void flesh_report_bytes_add(flesh_report_bytes *bytes, const void *data, size_t size);
-/* One number in as few bytes as it needs: 0, -1, 1, -2, ... become 0, 1, 2, 3, ..., seven bits a
- * byte, the lowest first, all but the last with the eighth bit set. */
-void flesh_report_bytes_add_number(flesh_report_bytes *bytes, int64_t value);
-/* Numbers as differences, each to the one before it, the first to 0. */
-void flesh_report_bytes_add_list(flesh_report_bytes *bytes, size_t count, const int *values);
-void flesh_report_bytes_free(flesh_report_bytes *bytes);
-
-/* The command that a result's folder or file comes from. */
-typedef enum flesh_report_kind {
-  FLESH_REPORT_RUN,
-  FLESH_REPORT_DRIFT,
-  FLESH_REPORT_ACCURACY,
-  FLESH_REPORT_HARDCASES,
-  FLESH_REPORT_SWEEP
-} flesh_report_kind;
+/* FLESH_ERR_MEMORY. */
+int flesh_report_bytes_open(flesh_report_bytes *bytes);
+/* Brings data and size up to date. FLESH_ERR_MEMORY where what was printed is not all there. */
+int flesh_report_bytes_flush(flesh_report_bytes *bytes);
+void flesh_report_bytes_close(flesh_report_bytes *bytes); /* a zeroed one too */
 
 /* A run whose bodies are to be seen; `states`: names of further states in its folder, NULL-ended.
  */
@@ -58,26 +46,25 @@ typedef struct flesh_report_shown {
 typedef struct flesh_report {
   json_t *parts;            /* what is read from top to bottom */
   json_t *view;             /* the bodies; null: none */
-  flesh_report_bytes still; /* a PNG of them as they are first seen; empty: none */
-  flesh_report_bytes bytes; /* the numbers that `view` speaks of */
+  flesh_report_bytes still;   /* a PNG of them as they are first seen; empty: none */
+  flesh_report_bytes numbers; /* that `view` speaks of */
   flesh_report_shown *shown;
   int shown_count;
   int most_frames; /* of a run */
 } flesh_report;
 
-/* FLESH_ERR_FILE, FLESH_ERR_ARGUMENT with one sentence. */
-int flesh_report_find_kind(const char *path, flesh_report_kind *kind);
-
-/* Appends a part about all runs, or about one folder. */
+/* Appends a part about all runs, or about one folder; a sweep is named by its folder or its database. */
 int flesh_report_add_runs(flesh_report *report, int count, char *const *folders);
 int flesh_report_add_drift(flesh_report *report, const char *folder);
 int flesh_report_add_accuracy(flesh_report *report, const char *folder);
 int flesh_report_add_hardcases(flesh_report *report, const char *folder);
 int flesh_report_add_sweep(flesh_report *report, const char *path);
+/* Whether it is named as a database is. */
+int flesh_report_is_database(const char *path);
 
 /* Notes a run for the view (copies). */
 int flesh_report_show(flesh_report *report, const char *folder, const char *name, int optional);
-/* Fills report->view and report->bytes from the runs noted. */
+/* Fills report->view, report->still and report->numbers from the runs noted. */
 int flesh_report_make_view(flesh_report *report);
 
 /* Writes the page, whole or not at all; *size: of the file, *packed: of the payload in it, bytes.

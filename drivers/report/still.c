@@ -71,17 +71,13 @@ double flesh_report_find_start(int runs, const flesh_report_motion *motions)
   return best;
 }
 
-int flesh_report_draw_still(const flesh_report *report, const flesh_picture_panel *panels,
-                            const flesh_picture_options *options, const flesh_picture_frame *frame,
-                            flesh_report_bytes *still)
+int flesh_report_draw_still(flesh_report *report, const flesh_picture_panel *panels,
+                            const flesh_picture_options *options, const flesh_picture_frame *frame)
 {
-  char *data = NULL;
-  size_t size = 0;
   const int count = report->shown_count;
   flesh_picture_panel *titled = calloc((size_t)count + 1, sizeof *titled);
   char(*times)[32] = calloc((size_t)count + 1, sizeof *times);
-  FILE *stream = open_memstream(&data, &size);
-  int status = titled && times && stream ? FLESH_OK : no_memory();
+  int status = titled && times ? FLESH_OK : no_memory();
   for (int r = 0; r < count && !status; r++) {
     titled[r] = panels[r];
     snprintf(times[r], sizeof times[r], "t = %.4g s", panels[r].t);
@@ -90,11 +86,8 @@ int flesh_report_draw_still(const flesh_report *report, const flesh_picture_pane
   }
   flesh_picture_options own = *options;
   own.columns = (int)ceil(sqrt(count));
-  if (!status) status = flesh_picture_print(stream, count, titled, &own, frame);
-  if (stream && fclose(stream) && !status) status = no_memory();
-  if (!status) flesh_report_bytes_add(still, data, size);
-  if (still->failed) status = no_memory();
-  free(data);
+  if (!status) status = flesh_picture_print(report->still.stream, count, titled, &own, frame);
+  if (!status) status = flesh_report_bytes_flush(&report->still);
   free(titled);
   free(times);
   return status;

@@ -3,7 +3,7 @@
 #define FLESH_REPORT_STILL_H
 
 #include "report/report.h"
-#include "report/states.h"
+#include "picture/picture_panel.h"
 
 /* How far a run's frames are from its first; zero-initialise, free with flesh_report_motion_close. */
 typedef struct flesh_report_motion {
@@ -23,10 +23,8 @@ double flesh_report_find_start(int runs, const flesh_report_motion *motions);
 /* The run's frame at t, or the last one before; its first where there is none. */
 int flesh_report_frame_at(const flesh_report_motion *motion, double t);
 
-/* Draws the runs side by side as a PNG into *still (its `size` is 0 before): run r at the frame that its states have
- * loaded. FLESH_ERR_MEMORY. */
-int flesh_report_draw_still(const flesh_report *report, const flesh_picture_panel *panels,
-                            const flesh_picture_options *options, const flesh_picture_frame *frame,
-                            flesh_report_bytes *still);
+/* Draws the runs [shown_count] side by side as a PNG into report->still. FLESH_ERR_MEMORY. */
+int flesh_report_draw_still(flesh_report *report, const flesh_picture_panel *panels,
+                            const flesh_picture_options *options, const flesh_picture_frame *frame);
 
 #endif

@@ -190,14 +190,23 @@ static int add_tables(const source *s, json_t *part)
   return status;
 }
 
+int flesh_report_is_database(const char *path)
+{
+  const size_t length = strlen(path);
+  return length > 3 && !strcmp(path + length - 3, ".db");
+}
+
 int flesh_report_add_sweep(flesh_report *report, const char *path)
 {
-  source s = {.path = path};
-  json_t *part = flesh_report_part(report, "Sweep", path);
-  int status = flesh_path_check(path);
-  if (!status) status = flesh_database_read(path, SQLITE_OPEN_READONLY, &s.database);
+  char *whole = flesh_report_is_database(path) ? strdup(path) : flesh_report_path(path, "sweep.db");
+  if (!whole) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report");
+  source s = {.path = whole};
+  json_t *part = flesh_report_part(report, "Sweep", whole);
+  int status = flesh_path_check(whole);
+  if (!status) status = flesh_database_read(whole, SQLITE_OPEN_READONLY, &s.database);
   if (!status) status = add_tables(&s, part);
   sqlite3_close(s.database);
+  free(whole);
   if (!status)
     flesh_report_note(
         part, "A sweep's database holds no motion; `keep: true` in its spec leaves the cases' "

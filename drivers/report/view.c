@@ -9,12 +9,12 @@
 #include "report/body.h"
 #include "report/csv.h"
 #include "report/part.h"
-#include "report/states.h"
 #include "report/still.h"
 #include "cli/json_memory.h"
 #include "picture/picture.h"
 #include "picture/picture_body.h"
 #include "picture/picture_legend.h"
+#include "picture/snapshot.h"
 #include "scene/scene.h"
 
 enum { FIELDS = FLESH_REPORT_FIELDS };
@@ -44,7 +44,7 @@ static int frame_at(int count, int taken, int k)
 }
 
 /* Limits of the colours and what is to be in the picture, of every frame that is taken, and how far these move. */
-static int fit_runs(const flesh_report *report, flesh_report_states *states, flesh_report_motion *motions,
+static int fit_runs(const flesh_report *report, flesh_run_folder *runs, flesh_report_motion *motions,
                     flesh_picture_options options[FIELDS], flesh_picture_frame frames[FIELDS])
 {
   flesh_picture_fit fits[FIELDS];
@@ -55,10 +55,10 @@ static int fit_runs(const flesh_report *report, flesh_report_states *states, fle
     flesh_picture_fit_begin(&options[f], &fits[f]);
   }
   for (int r = 0; r < report->shown_count && !status; r++) {
-    const int taken = taken_of(report, states[r].count);
+    const int taken = taken_of(report, runs[r].count);
     for (int k = 0; k < taken && !status; k++) {
       flesh_picture_panel panel;
-      status = flesh_report_states_load(&states[r], frame_at(states[r].count, taken, k), &panel);
+      status = flesh_run_panel(&runs[r], frame_at(runs[r].count, taken, k), &panel);
       if (!status) status = flesh_report_motion_add(&motions[r], taken, &panel);
       for (int f = 0; f < FIELDS && !status; f++) status = flesh_picture_fit_add(&fits[f], &panel);
     }
@@ -98,19 +98,19 @@ static json_t *describe_field(flesh_picture_field field, const flesh_picture_fra
 }
 
 /* The mesh of an earlier run that has the same; NULL: none. */
-static json_t *find_same(const flesh_report_states *states, int r, const json_t *runs)
+static json_t *find_same(const flesh_run_folder *runs, int r, const json_t *made)
 {
-  const flesh_mesh *mesh = flesh_scene_mesh(states[r].run.scene);
+  const flesh_mesh *mesh = flesh_scene_mesh(runs[r].scene);
   const size_t nodes = (size_t)flesh_mesh_node_count(mesh),
                tets = (size_t)flesh_mesh_tet_count(mesh);
   for (int k = 0; k < r; k++) {
-    const flesh_mesh *other = flesh_scene_mesh(states[k].run.scene);
+    const flesh_mesh *other = flesh_scene_mesh(runs[k].scene);
     if (flesh_mesh_node_count(other) == (int)nodes && flesh_mesh_tet_count(other) == (int)tets &&
         flesh_mesh_order(other) == flesh_mesh_order(mesh) &&
         !memcmp(flesh_mesh_positions(mesh), flesh_mesh_positions(other),
                 3 * nodes * sizeof(double)) &&
         !memcmp(flesh_mesh_tets(mesh), flesh_mesh_tets(other), 4 * tets * sizeof(int)))
-      return json_incref(json_object_get(json_array_get(runs, (size_t)k), "mesh"));
+      return json_incref(json_object_get(json_array_get(made, (size_t)k), "mesh"));
   }
   return NULL;
 }
@@ -123,30 +123,30 @@ static json_t *describe_steps(const flesh_report_body *body)
   return list;
 }
 
-static int add_run(flesh_report *report, flesh_report_states *states, int r,
+static int add_run(flesh_report *report, flesh_run_folder *runs, int r,
                    const flesh_picture_frame frames[FIELDS])
 {
   flesh_report_body body = {0};
-  flesh_report_states *own = &states[r];
+  flesh_run_folder *own = &runs[r];
   flesh_picture_panel panel;
   json_t *times = json_array(), *numbers = json_array(),
-         *runs = json_object_get(report->view, "runs");
-  json_t *obstacles = NULL, *mesh = find_same(states, r, runs);
+         *made = json_object_get(report->view, "runs");
+  json_t *obstacles = NULL, *mesh = find_same(runs, r, made);
   const int taken = taken_of(report, own->count);
-  int status = flesh_report_states_load(own, 0, &panel);
+  int status = flesh_run_panel(own, 0, &panel);
   if (!status) status = flesh_report_body_open(&panel, frames, &body);
-  if (!status && !mesh) status = flesh_report_body_mesh(&body, &panel, &report->bytes, &mesh);
-  if (!status) status = flesh_report_body_obstacles(&body, &panel, &report->bytes, &obstacles);
-  const size_t at = report->bytes.size;
+  if (!status && !mesh) status = flesh_report_body_mesh(&body, &panel, report->numbers.stream, &mesh);
+  if (!status) status = flesh_report_body_obstacles(&body, &panel, report->numbers.stream, &obstacles);
+  const long at = ftell(report->numbers.stream);
   for (int k = 0; k < taken && !status; k++) {
     const int frame = frame_at(own->count, taken, k);
-    status = flesh_report_states_load(own, frame, &panel);
-    if (!status) status = flesh_report_body_frame(&body, &panel, &report->bytes);
+    status = flesh_run_panel(own, frame, &panel);
+    if (!status) status = flesh_report_body_frame(&body, &panel, report->numbers.stream);
     json_array_append_new(times, json_real(panel.t));
-    json_array_append_new(numbers, json_integer(flesh_report_states_number(own, frame)));
+    json_array_append_new(numbers, json_integer(own->numbers[frame]));
   }
   json_array_append_new(
-      runs,
+      made,
       json_pack("{sosososososIsisfso}", "name",
                 flesh_json_text(report->shown[r].name), "mesh",
                 mesh ? mesh : json_null(), "obstacles", obstacles ? obstacles : json_null(),
@@ -168,25 +168,26 @@ static void note(json_t *notes, const char *format, ...)
 }
 
 /* Opens what is to be seen; what may be missing, and is, is taken off the list with a note. */
-static int open_shown(flesh_report *report, flesh_report_states *states)
+static int open_shown(flesh_report *report, flesh_run_folder *runs)
 {
   int kept = 0, few = 0, status = FLESH_OK, r;
   json_t *notes = json_object_get(report->view, "notes");
   for (r = 0; r < report->shown_count && !status; r++) {
     const flesh_report_shown shown = report->shown[r];
-    status = flesh_report_states_open(shown.folder, &states[kept]);
+    status = flesh_run_folder_open(shown.folder, &runs[kept]);
+    if (!status) status = flesh_run_folder_take_states(&runs[kept], shown.folder);
     if (status && status != FLESH_ERR_MEMORY && shown.optional) {
       note(notes, "%s", flesh_error_text());
-      flesh_report_states_close(&states[kept]);
+      flesh_run_folder_close(&runs[kept]);
       free(shown.folder);
       free(shown.name);
       status = FLESH_OK;
       continue;
     }
     report->shown[kept++] = shown;
-    few += states[kept - 1].few;
-    if (taken_of(report, states[kept - 1].count) < states[kept - 1].count)
-      note(notes, "Of the %d frames of %.200s %d are shown.", states[kept - 1].count, shown.name, report->most_frames);
+    few += runs[kept - 1].few;
+    if (taken_of(report, runs[kept - 1].count) < runs[kept - 1].count)
+      note(notes, "Of the %d frames of %.200s %d are shown.", runs[kept - 1].count, shown.name, report->most_frames);
   }
   while (r < report->shown_count) report->shown[kept++] = report->shown[r++]; /* for the caller to free */
   report->shown_count = kept;
@@ -197,16 +198,16 @@ static int open_shown(flesh_report *report, flesh_report_states *states)
 }
 
 /* The bodies as the page shows them first, in J. */
-static int add_still(flesh_report *report, flesh_report_states *states, const flesh_report_motion *motions, double start,
+static int add_still(flesh_report *report, flesh_run_folder *runs, const flesh_report_motion *motions, double start,
                      const flesh_picture_options *options, const flesh_picture_frame *frame)
 {
   flesh_picture_panel *panels = calloc((size_t)report->shown_count + 1, sizeof *panels);
   int status = panels ? FLESH_OK : no_memory();
   for (int r = 0; r < report->shown_count && !status; r++) {
-    const int taken = taken_of(report, states[r].count), frame_there = flesh_report_frame_at(&motions[r], start);
-    status = flesh_report_states_load(&states[r], frame_at(states[r].count, taken, frame_there), &panels[r]);
+    const int taken = taken_of(report, runs[r].count), frame_there = flesh_report_frame_at(&motions[r], start);
+    status = flesh_run_panel(&runs[r], frame_at(runs[r].count, taken, frame_there), &panels[r]);
   }
-  if (!status) status = flesh_report_draw_still(report, panels, options, frame, &report->still);
+  if (!status) status = flesh_report_draw_still(report, panels, options, frame);
   free(panels);
   return status;
 }
@@ -215,20 +216,20 @@ int flesh_report_make_view(flesh_report *report)
 {
   flesh_picture_options options[FIELDS];
   flesh_picture_frame frames[FIELDS];
-  flesh_report_states *states = calloc((size_t)report->shown_count + 1, sizeof *states);
+  flesh_run_folder *runs = calloc((size_t)report->shown_count + 1, sizeof *runs);
   flesh_report_motion *motions = calloc((size_t)report->shown_count + 1, sizeof *motions);
   json_decref(report->view);
   report->view = json_pack("{s[]s[]}", "runs", "notes");
   const int wanted = report->shown_count;
-  int status = states && motions && report->view ? open_shown(report, states) : no_memory();
+  int status = runs && motions && report->view ? open_shown(report, runs) : no_memory();
   if (!status && report->shown_count) {
     flesh_picture_options_default(&options[0]);
-    options[0].camera = flesh_scene_outputs(states[0].run.scene)->camera;
-    flesh_scene_up(states[0].run.scene, options[0].camera.up);
-    status = fit_runs(report, states, motions, options, frames);
+    options[0].camera = flesh_scene_outputs(runs[0].scene)->camera;
+    flesh_scene_up(runs[0].scene, options[0].camera.up);
+    status = fit_runs(report, runs, motions, options, frames);
     const double start = status ? 0 : flesh_report_find_start(report->shown_count, motions);
     json_object_set_new(report->view, "start", json_real(start));
-    if (!status) status = add_still(report, states, motions, start, &options[0], &frames[0]);
+    if (!status) status = add_still(report, runs, motions, start, &options[0], &frames[0]);
     json_t *fields = json_array();
     for (int f = 0; f < FIELDS && !status; f++)
       json_array_append_new(fields, describe_field(options[f].field, &frames[f]));
@@ -236,10 +237,11 @@ int flesh_report_make_view(flesh_report *report)
     if (!status) json_object_set_new(report->view, "camera", describe_camera(&frames[0].view));
   }
   for (int r = 0; r < report->shown_count && !status; r++)
-    status = add_run(report, states, r, frames);
-  for (int r = 0; states && r < wanted; r++) flesh_report_states_close(&states[r]);
+    status = add_run(report, runs, r, frames);
+  if (!status) status = flesh_report_bytes_flush(&report->numbers);
+  for (int r = 0; runs && r < wanted; r++) flesh_run_folder_close(&runs[r]);
   for (int r = 0; motions && r < wanted; r++) flesh_report_motion_close(&motions[r]);
-  free(states);
+  free(runs);
   free(motions);
   return status;
 }

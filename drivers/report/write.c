@@ -9,22 +9,39 @@
 #include "report/report.h"
 #include "cli/json_memory.h"
 
-/* Text in HTML. */
-static size_t print_escaped(FILE *stream, const char *text)
+int flesh_report_bytes_open(flesh_report_bytes *bytes)
 {
-  size_t printed = 0;
-  for (; *text; text++) {
-    const char *as = *text == '&' ? "&amp;" : *text == '<' ? "&lt;" : *text == '>' ? "&gt;" : NULL;
-    if (as) fputs(as, stream);
-    else putc(*text, stream);
-    printed += as ? strlen(as) : 1;
-  }
-  return printed;
+  bytes->stream = open_memstream(&bytes->data, &bytes->size);
+  return bytes->stream ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report");
 }
 
-static size_t print_base64(FILE *stream, const unsigned char *data, size_t size)
+int flesh_report_bytes_flush(flesh_report_bytes *bytes)
+{
+  const int lost = fflush(bytes->stream) || ferror(bytes->stream);
+  return lost ? flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report") : FLESH_OK;
+}
+
+void flesh_report_bytes_close(flesh_report_bytes *bytes)
+{
+  if (bytes->stream) fclose(bytes->stream);
+  free(bytes->data);
+  *bytes = (flesh_report_bytes){0};
+}
+
+/* Text in HTML. */
+static void print_escaped(FILE *stream, const char *text)
+{
+  for (; *text; text++)
+    if (*text == '&') fputs("&amp;", stream);
+    else if (*text == '<') fputs("&lt;", stream);
+    else if (*text == '>') fputs("&gt;", stream);
+    else putc(*text, stream);
+}
+
+static void print_base64(FILE *stream, const char *bytes, size_t size)
 {
   static const char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  const unsigned char *data = (const unsigned char *)bytes;
   for (size_t k = 0; k < size; k += 3) {
     const size_t left = size - k;
     const unsigned bits = (unsigned)data[k] << 16 | (left > 1 ? (unsigned)data[k + 1] << 8 : 0) |
@@ -34,95 +51,96 @@ static size_t print_base64(FILE *stream, const unsigned char *data, size_t size)
     putc(left > 1 ? letters[bits >> 6 & 63] : '=', stream);
     putc(left > 2 ? letters[bits & 63] : '=', stream);
   }
-  return (size + 2) / 3 * 4;
 }
 
 /* The first sentence of each part's verdict, which is read without scripts, too. */
-static size_t print_lead(FILE *stream, const json_t *parts)
+static void print_lead(FILE *stream, const json_t *parts)
 {
-  size_t printed = (size_t)fprintf(stream, "<div id=\"lead\">"), k;
   const json_t *part;
+  size_t k;
+  fputs("<div id=\"lead\">", stream);
   json_array_foreach(parts, k, part) {
     const char *said = json_string_value(json_array_get(json_object_get(part, "verdict"), 0));
     if (!said || strchr(said, '\n')) continue;
-    printed += (size_t)fprintf(stream, "<p>");
+    fputs("<p>", stream);
     if (json_array_size(parts) > 1) {
-      printed += print_escaped(stream, json_string_value(json_object_get(part, "title")));
-      printed += (size_t)fprintf(stream, ": ");
+      print_escaped(stream, json_string_value(json_object_get(part, "title")));
+      fputs(": ", stream);
     }
-    printed += print_escaped(stream, said);
-    printed += (size_t)fprintf(stream, "</p>");
+    print_escaped(stream, said);
+    fputs("</p>", stream);
   }
-  return printed + (size_t)fprintf(stream, "</div>\n");
-}
-
-static size_t print_between(FILE *stream, const char *begin, const char *end)
-{
-  return fwrite(begin, 1, (size_t)(end - begin), stream);
+  fputs("</div>\n", stream);
 }
 
 /* An element, or nothing where there is no picture. */
-static size_t print_still(FILE *stream, const flesh_report_bytes *still)
+static void print_still(FILE *stream, const flesh_report_bytes *still)
 {
-  static const char begin[] = "<img id=\"still\" alt=\"The bodies as they are first seen\" src=\"data:image/png;base64,",
-                    end[] = "\">\n";
-  if (!still->size) return 0;
-  size_t printed = print_between(stream, begin, begin + strlen(begin));
-  printed += print_base64(stream, still->data, still->size);
-  return printed + print_between(stream, end, end + strlen(end));
+  if (!still->size) return;
+  fputs("<img id=\"still\" alt=\"The bodies as they are first seen\" src=\"data:image/png;base64,", stream);
+  print_base64(stream, still->data, still->size);
+  fputs("\">\n", stream);
 }
 
-/* The length of the JSON as text of twelve digits, the JSON, the numbers; deflated into *packed
- * (new). */
-static int pack(const flesh_report *report, json_t *head, unsigned char **packed, size_t *size)
+/* The length of the JSON as text of twelve digits, the JSON, the numbers; deflated into *packed (new). */
+static int pack(const flesh_report *report, json_t *head, char **packed, size_t *size)
 {
-  enum { DIGITS = 12, ROOM = 32 };
   json_t *all = json_pack("{sOsOsO}", "head", head, "parts", report->parts, "view", report->view);
-  char *text = all ? json_dumps(all, JSON_COMPACT | JSON_REAL_PRECISION(9)) : NULL, length[ROOM];
-  flesh_report_bytes bytes = {0};
-  json_decref(all);
+  char *text = all ? json_dumps(all, JSON_COMPACT | JSON_REAL_PRECISION(9)) : NULL;
+  flesh_report_bytes plain = {0};
+  int status = text && !flesh_json_lacks() ? flesh_report_bytes_open(&plain) : FLESH_ERR_MEMORY;
   *packed = NULL;
-  if (text && !flesh_json_lacks()) {
-    snprintf(length, sizeof length, "%0*zu", DIGITS, strlen(text));
-    flesh_report_bytes_add(&bytes, length, DIGITS);
-    flesh_report_bytes_add(&bytes, text, strlen(text));
-    flesh_report_bytes_add(&bytes, report->bytes.data, report->bytes.size);
-    uLongf room = compressBound((uLong)bytes.size);
-    *packed = bytes.failed ? NULL : malloc(room);
-    if (*packed &&
-        compress2(*packed, &room, bytes.data, (uLong)bytes.size, Z_BEST_COMPRESSION) != Z_OK) {
-      free(*packed);
-      *packed = NULL;
-    }
-    *size = room;
+  if (!status) {
+    fprintf(plain.stream, "%012zu%s", strlen(text), text);
+    fwrite(report->numbers.data, 1, report->numbers.size, plain.stream);
+    status = flesh_report_bytes_flush(&plain);
   }
+  uLongf room = compressBound((uLong)plain.size);
+  if (!status) *packed = malloc(room);
+  if (!*packed || compress2((Bytef *)*packed, &room, (Bytef *)plain.data, (uLong)plain.size, Z_BEST_COMPRESSION) != Z_OK)
+    status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report");
+  *size = room;
+  flesh_report_bytes_close(&plain);
   free(text);
-  flesh_report_bytes_free(&bytes);
-  return *packed ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report");
+  json_decref(all);
+  return status;
+}
+
+/* Prints the page up to the mark; returns what is behind it. */
+static const char *print_up_to(FILE *stream, const char *mark, const char *page)
+{
+  const char *at = strstr(page, mark);
+  fwrite(page, 1, (size_t)(at - page), stream);
+  return at + strlen(mark);
 }
 
 int flesh_report_write(const flesh_report *report, const char *title, json_t *head,
                        const char *path, size_t *size, size_t *packed)
 {
-  static const char TITLE[] = "@TITLE@", LEAD[] = "@LEAD@", STILL[] = "@STILL@", PAYLOAD[] = "@PAYLOAD@";
-  const char *at_title = strstr(flesh_report_page, TITLE), *at_lead = strstr(at_title, LEAD),
-             *at_still = strstr(at_lead, STILL), *at_payload = strstr(at_still, PAYLOAD);
-  unsigned char *payload;
+  char *payload = NULL;
+  flesh_report_bytes page = {0};
   flesh_file file;
   int status = pack(report, head, &payload, packed);
+  if (!status) status = flesh_report_bytes_open(&page);
+  if (!status) {
+    const char *rest = print_up_to(page.stream, "@TITLE@", flesh_report_page);
+    print_escaped(page.stream, title);
+    rest = print_up_to(page.stream, "@LEAD@", rest);
+    print_lead(page.stream, report->parts);
+    rest = print_up_to(page.stream, "@STILL@", rest);
+    print_still(page.stream, &report->still);
+    rest = print_up_to(page.stream, "@PAYLOAD@", rest);
+    print_base64(page.stream, payload, *packed);
+    fputs(rest, page.stream);
+    status = flesh_report_bytes_flush(&page);
+  }
+  *size = page.size;
   if (!status) status = flesh_file_open(path, &file);
   if (!status) {
-    *size = print_between(file.stream, flesh_report_page, at_title);
-    *size += print_escaped(file.stream, title);
-    *size += print_between(file.stream, at_title + strlen(TITLE), at_lead);
-    *size += print_lead(file.stream, report->parts);
-    *size += print_between(file.stream, at_lead + strlen(LEAD), at_still);
-    *size += print_still(file.stream, &report->still);
-    *size += print_between(file.stream, at_still + strlen(STILL), at_payload);
-    *size += print_base64(file.stream, payload, *packed);
-    *size += print_between(file.stream, at_payload + strlen(PAYLOAD), strchr(at_payload, 0));
+    fwrite(page.data, 1, page.size, file.stream);
     status = flesh_file_commit(&file);
   }
+  flesh_report_bytes_close(&page);
   free(payload);
   return status;
 }

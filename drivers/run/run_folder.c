@@ -52,8 +52,20 @@ static int open_frames(flesh_run_folder *run, const char *path)
   return status;
 }
 
+/* Loads a state of the folder; of no name: the scene's start. */
+static int load_state(flesh_run_folder *run, const char *folder, const char *name)
+{
+  flesh_scene_start(run->scene, &run->state);
+  if (!name) return FLESH_OK;
+  char *path = join(folder, name);
+  const int nodes = flesh_mesh_node_count(flesh_scene_mesh(run->scene));
+  const int status = path ? flesh_state_read(path, nodes, &run->state) : no_memory();
+  free(path);
+  return status;
+}
+
 /* A single frame: the last state of a run without frames, or a scene's start. */
-static int open_single(flesh_run_folder *run, const char *state_path)
+static int open_single(flesh_run_folder *run, const char *folder)
 {
   run->count = 1;
   free(run->times);
@@ -61,11 +73,53 @@ static int open_single(flesh_run_folder *run, const char *state_path)
   free(run->numbers);
   run->numbers = calloc(1, sizeof *run->numbers);
   if (!run->times || !run->numbers) return no_memory();
-  flesh_scene_start(run->scene, &run->state);
-  int nodes = flesh_mesh_node_count(flesh_scene_mesh(run->scene));
-  int status = state_path ? flesh_state_read(state_path, nodes, &run->state) : FLESH_OK;
+  const int status = load_state(run, folder, folder ? "state.txt" : NULL);
   run->times[0] = run->state.t;
   return status;
+}
+
+/* Adds a state by its time; of one time the later named stays. */
+static int add_state(flesh_run_folder *run, const char *name)
+{
+  const double t = run->state.t;
+  char *own = name ? strdup(name) : NULL;
+  int at = 0;
+  if (name && !own) return no_memory();
+  while (at < run->count && run->times[at] < t) at++;
+  if (at < run->count && !(run->times[at] > t)) {
+    free(run->files[at]);
+  } else {
+    for (int i = run->count++; i > at; i--) run->times[i] = run->times[i - 1], run->files[i] = run->files[i - 1];
+  }
+  run->times[at] = t;
+  run->files[at] = own;
+  return FLESH_OK;
+}
+
+int flesh_run_folder_take_states(flesh_run_folder *run, const char *path)
+{
+  static const char *const names[] = {NULL, "worst_state.txt", "event_state.txt", "state.txt"};
+  enum { MOST = sizeof names / sizeof *names };
+  if (run->files && run->files[0]) return FLESH_OK;
+  free(run->folder), free(run->times), free(run->numbers), free(run->files);
+  run->few = 1;
+  run->count = 0;
+  run->folder = strdup(path);
+  run->times = calloc(MOST, sizeof *run->times);
+  run->numbers = calloc(MOST, sizeof *run->numbers);
+  run->files = calloc(MOST, sizeof *run->files);
+  if (!run->folder || !run->times || !run->numbers || !run->files) return no_memory();
+  for (int k = 0; k < MOST; k++) {
+    char *file = names[k] ? join(path, names[k]) : NULL;
+    if (names[k] && !file) return no_memory();
+    const int there = !file || flesh_path_is_there(file);
+    free(file);
+    int status = there ? load_state(run, path, names[k]) : FLESH_OK;
+    if (!status && there) status = add_state(run, names[k]);
+    if (status) return status;
+    run->numbers[k] = k;
+  }
+  return FLESH_OK;
 }
 
 int flesh_run_folder_open(const char *path, flesh_run_folder *run)
@@ -77,8 +131,7 @@ int flesh_run_folder_open(const char *path, flesh_run_folder *run)
                       *path ? path : "''");
   int is_folder = S_ISDIR(info.st_mode);
   char *scene = is_folder ? join(path, "scene.yaml") : strdup(path);
-  char *state = is_folder ? join(path, "state.txt") : NULL;
-  int status = scene && (state || !is_folder) ? FLESH_OK : no_memory();
+  int status = scene ? FLESH_OK : no_memory();
   if (!status && is_folder) status = flesh_confine(path);
   if (!status && is_folder) status = flesh_path_check(scene);
   if (!status && is_folder && !flesh_path_is_file(scene))
@@ -91,9 +144,8 @@ int flesh_run_folder_open(const char *path, flesh_run_folder *run)
     if (!run->state.x || !run->state.v) status = no_memory();
   }
   if (!status && is_folder) status = open_frames(run, path);
-  if (!status && !run->count) status = open_single(run, state);
+  if (!status && !run->count) status = open_single(run, is_folder ? path : NULL);
   free(scene);
-  free(state);
   return status;
 }
 
@@ -112,6 +164,7 @@ void flesh_run_folder_close(flesh_run_folder *run)
 
 int flesh_run_folder_load(flesh_run_folder *run, int k)
 {
+  if (run->few) return load_state(run, run->folder, run->files[k]);
   run->state.t = run->times[k];
   if (!run->files || !run->files[0]) return FLESH_OK; /* the only frame is loaded */
   char *path = join(run->folder, run->files[k]);

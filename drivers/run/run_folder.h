@@ -12,7 +12,8 @@ typedef struct flesh_run_folder {
   double *times;  /* [count], s */
   int *numbers;   /* [count], ascending: as in the names of the files, the steps that they were written after; 0 for
                    * a single frame */
-  char **files;   /* [count], in the folder; NULL for a scene: its start is the only frame */
+  char **files;   /* [count], in the folder; NULL for a scene, or an element: the scene's start */
+  int few;        /* it left no frames: they are its states */
   flesh_state state; /* of the frame that was loaded last */
 } flesh_run_folder;
 
@@ -20,6 +21,10 @@ typedef struct flesh_run_folder {
  * file. Zero-initialise before. FLESH_ERR_FILE or FLESH_ERR_ARGUMENT with one sentence. */
 int flesh_run_folder_open(const char *path, flesh_run_folder *run);
 void flesh_run_folder_close(flesh_run_folder *run); /* harmless after a failed open */
+
+/* Makes the states of a run at `path` that left no frames its frames, numbered from 0, by time: the start, what `flesh
+ * drift` keeps, and the end. */
+int flesh_run_folder_take_states(flesh_run_folder *run, const char *path);
 
 /* Loads frame k into run->state. */
 int flesh_run_folder_load(flesh_run_folder *run, int k);
