@@ -18,7 +18,7 @@
 /* Size up to which a report can be sent by mail, bytes. */
 static const double LARGE = 20e6;
 
-/* What a folder is, by what it holds; runs are added together. */
+/* A kind of results, known by a file in their folder; runs are added together. */
 typedef struct kind {
   const char *file;
   int (*add)(flesh_report *report, const char *path);
