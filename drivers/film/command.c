@@ -3,14 +3,12 @@
 #include "commands.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <limits.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include "base/confine.h"
@@ -18,9 +16,10 @@
 #include "cli/interrupt.h"
 #include "base/file.h"
 #include "cli/output.h"
+#include "picture/program.h"
 #include "picture/snapshot.h"
 
-enum { NOT_FOUND = 127, PATH_SIZE = 4096 };
+enum { PATH_SIZE = 4096 };
 
 typedef struct film {
   flesh_snapshot snapshot;
@@ -107,27 +106,15 @@ static double rate(const film *f)
   return length > 0 ? fmin(fmax(last / f->every / length, 1), 60) : 25;
 }
 
-/* Runs ffmpeg in the folder of the pictures; its words go into the file `log`. ffmpeg takes names for addresses, patterns
- * and options: none come from outside. Its exit code, or -1. */
+/* ffmpeg takes names for addresses, patterns and options: none come from outside. Its exit code, or -1. */
 static int run_ffmpeg(const film *f, const char *video, const char *log)
 {
   char fps[32];
   snprintf(fps, sizeof fps, "%.6g", rate(f));
-  fflush(NULL);
-  pid_t child = fork();
-  if (child < 0) return -1;
-  if (!child) {
-    int nowhere = open("/dev/null", O_RDWR), words = flesh_path_open(log, O_WRONLY | O_CREAT | O_TRUNC | O_NONBLOCK, 0666);
-    if (chdir(f->folder)) _exit(1);
-    if (nowhere >= 0) dup2(nowhere, STDIN_FILENO), dup2(nowhere, STDOUT_FILENO);
-    if (words >= 0) dup2(words, STDERR_FILENO);
-    execlp("ffmpeg", "ffmpeg", "-y", "-loglevel", "error", "-framerate", fps, "-f", "image2", "-i", "./frame_%06d.png",
-           "-pix_fmt", strstr(video, ".gif") ? "rgb8" : "yuv420p", video, (char *)NULL);
-    _exit(NOT_FOUND);
-  }
-  int ended;
-  while (waitpid(child, &ended, 0) < 0 && errno == EINTR) continue;
-  return WIFEXITED(ended) ? WEXITSTATUS(ended) : -1;
+  const char *const words[] = {"ffmpeg", "-y", "-loglevel", "error", "-framerate", fps, "-f", "image2",
+                               "-i", "./frame_%06d.png", "-pix_fmt", strstr(video, ".gif") ? "rgb8" : "yuv420p",
+                               video, NULL};
+  return flesh_program_run(f->folder, log, words);
 }
 
 /* The video under its name when it is whole. */
@@ -145,11 +132,11 @@ static int encode(film *f)
     return FLESH_OK;
   }
   flesh_path_unlink(target);
-  if (!code || code == NOT_FOUND) flesh_path_unlink(log);
+  if (!code || code == FLESH_PROGRAM_MISSING) flesh_path_unlink(log);
   if (!code)
     return flesh_fail(FLESH_ERR_FILE, "%s: cannot be written: %s; the %d pictures are in %s", f->out, strerror(reason),
                       picture_count(f), f->folder);
-  if (code == NOT_FOUND)
+  if (code == FLESH_PROGRAM_MISSING)
     return flesh_fail(FLESH_ERR_FILE,
                       "%s is not made: ffmpeg is not installed (Debian package ffmpeg); the %d "
                       "pictures are in %s",

@@ -8,23 +8,16 @@
 
 #include "base/confine.h"
 #include "base/error.h"
+#include "base/text.h"
 #include "mesh/split.h"
 #include "parallel/partition.h"
 #include "cli/options.h"
 #include "cli/output.h"
 
-/* FOLDER/index.txt, new; NULL without memory. */
-static char *index_of(const char *folder)
-{
-  char *path = malloc(strlen(folder) + 16);
-  if (path) sprintf(path, "%s/index.txt", folder);
-  return path;
-}
-
 /* Claims the folder for the index, which must be none of the inputs. */
 static int claim(const char *command, const char *folder, int inputs, char *const *input, flesh_folder_claim *claim)
 {
-  char *index = index_of(folder);
+  char *index = flesh_text_new("%s/index.txt", folder);
   if (!index) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   int status = flesh_output_prepare_from(index, inputs, input, NULL);
   free(index);
@@ -112,7 +105,7 @@ int flesh_split_command(int argc, char **argv)
   if (!status) status = claim(usage.command, out, 1, argv + 1, &claimed);
   if (!status) status = split_mesh(mesh, parts, out);
   flesh_mesh_destroy(&mesh);
-  if (!status && !(index = index_of(out))) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!status && !(index = flesh_text_new("%s/index.txt", out))) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   if (!status) status = flesh_split_open(index, &split);
   if (!status) say(out, &split);
   free(index);

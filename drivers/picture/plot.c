@@ -2,47 +2,18 @@
 #include "picture/plot.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include "base/confine.h"
 #include "base/error.h"
 #include "base/file.h"
+#include "base/text.h"
 #include "picture/plot_text.h"
-#include "picture/png_file.h"
-
-/* 127 is what a shell says as well when a program is not found. */
-enum { NOT_FOUND = 127 };
+#include "picture/program.h"
 
 static int gnuplot_missing; /* what the last plot failed for */
-
-/* Runs gnuplot on the script in the child process; does not return. Its own settings only, not those of ~/.gnuplot. */
-static void become_gnuplot(const char *folder, const char *script, const char *picture, const char *log_name)
-{
-  char words[160];
-  int nowhere = open("/dev/null", O_RDWR), log = flesh_path_open(log_name, O_WRONLY | O_CREAT | O_TRUNC | O_NONBLOCK, 0666);
-  if (nowhere >= 0) dup2(nowhere, STDIN_FILENO), dup2(nowhere, STDOUT_FILENO);
-  dup2(log >= 0 ? log : nowhere, STDERR_FILENO);
-  if (chdir(folder)) _exit(1);
-  snprintf(words, sizeof words, "picture='%s'", picture);
-  execlp("gnuplot", "gnuplot", "-d", "-e", words, script, (char *)NULL);
-  _exit(NOT_FOUND);
-}
-
-/* How gnuplot ended; -1: it could not be started, or by a signal. */
-static int run_gnuplot(const char *folder, const char *script, const char *picture, const char *log_name)
-{
-  fflush(NULL);
-  pid_t child = fork();
-  if (child < 0) return -1;
-  if (!child) become_gnuplot(folder, script, picture, log_name);
-  int ended;
-  while (waitpid(child, &ended, 0) < 0 && errno == EINTR) continue;
-  return WIFEXITED(ended) ? WEXITSTATUS(ended) : -1;
-}
 
 /* The paths of one drawing. gnuplot draws into `drawn`, whose name is this program's own: no name from outside is an
  * output of gnuplot's, and a picture is whole or the old one. */
@@ -52,34 +23,30 @@ typedef struct drawing {
   char picture[48]; /* `drawn` in the folder */
 } drawing;
 
-static char *joined(const char *a, const char *b, const char *c)
-{
-  char *text = malloc(strlen(a) + strlen(b) + strlen(c) + 2);
-  if (text) sprintf(text, "%s/%s%s", a, b, c);
-  return text;
-}
-
 static int make_drawing(const char *folder, const char *name, const char *suffix, drawing *d)
 {
   snprintf(d->picture, sizeof d->picture, ".picture.part-%ld%.8s", (long)getpid(), suffix);
-  d->script = joined(".", name, ".gp"); /* with ./ it is neither an option nor a command */
-  d->log = joined(folder, name, ".log");
-  d->drawn = joined(folder, d->picture, "");
-  d->target = joined(folder, name, suffix);
+  d->script = flesh_text_new("./%s.gp", name); /* with ./ it is neither an option nor a command */
+  d->log = flesh_text_new("%s/%s.log", folder, name);
+  d->drawn = flesh_text_new("%s/%s", folder, d->picture);
+  d->target = flesh_text_new("%s/%s%s", folder, name, suffix);
   return d->script && d->log && d->drawn && d->target ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
 }
 
 static int draw(const char *folder, const char *name, const drawing *d)
 {
   flesh_path_unlink(d->drawn); /* gnuplot would write through a link of that name */
-  int code = run_gnuplot(folder, d->script, d->picture, d->log);
+  char picture[64];
+  snprintf(picture, sizeof picture, "picture='%s'", d->picture);
+  /* With its own settings only, not those of ~/.gnuplot. */
+  const int code = flesh_program_run(folder, d->log, (const char *[]){"gnuplot", "-d", "-e", picture, d->script, NULL});
   if (!code && flesh_picture_is_whole(d->drawn)) {
     flesh_path_unlink(d->log);
     if (!flesh_path_rename(d->drawn, d->target)) return FLESH_OK;
     return flesh_fail(FLESH_ERR_FILE, "%s: cannot be written: %s", d->target, strerror(errno));
   }
   flesh_path_unlink(d->drawn);
-  if (code == NOT_FOUND) {
+  if (code == FLESH_PROGRAM_MISSING) {
     flesh_path_unlink(d->log);
     gnuplot_missing = 1;
     return flesh_fail(FLESH_ERR_FILE,

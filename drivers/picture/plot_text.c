@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/text.h"
 #include "cli/safe_text.h"
 
 /* Stands for itself between double quotes, wherever gnuplot looks. */
@@ -61,9 +62,8 @@ int flesh_plot_open(const char *folder, const char *name, const char *suffix, fl
 {
   int status = check_name(name);
   if (status) return status;
-  char *path = malloc(strlen(folder) + strlen(name) + strlen(suffix) + 2);
+  char *path = flesh_text_new("%s/%s%s", folder, name, suffix);
   if (!path) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  sprintf(path, "%s/%s%s", folder, name, suffix);
   status = flesh_file_open(path, file);
   free(path);
   return status;

@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "base/file.h"
+#include "base/text.h"
 #include "plot/curves.h"
 #include "cli/options.h"
 #include "cli/output.h"
@@ -117,10 +118,8 @@ static int cut_path(const char *out, picture *p)
 /* Neither the picture nor its script may replace what is read. */
 static int prepare(const char *out, const picture *p, int count, char *const *paths)
 {
-  if (!p->folder || !p->name) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  char *script = malloc(strlen(p->folder) + strlen(p->name) + 8);
+  char *script = p->folder && p->name ? flesh_text_new("%s/%s.gp", p->folder, p->name) : NULL;
   if (!script) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  sprintf(script, "%s/%s.gp", p->folder, p->name);
   int status = flesh_output_prepare_from(out, count, paths, NULL);
   if (!status) status = flesh_output_prepare_from(script, count, paths, NULL);
   free(script);

@@ -10,6 +10,7 @@
 
 #include "base/confine.h"
 #include "base/error.h"
+#include "base/text.h"
 
 enum { TABLES = 6, LABEL = 200 };
 
@@ -38,9 +39,8 @@ static int read_folder(source *s)
                                             "accuracy.csv", "orders.csv", "hardcases.csv"};
   int status = flesh_confine(s->path);
   for (int k = 0; k < TABLES && !status; k++) {
-    char *path = malloc(strlen(s->path) + 20);
+    char *path = flesh_text_new("%s/%s", s->path, names[k]);
     if (!path) return no_memory();
-    sprintf(path, "%s/%s", s->path, names[k]);
     status = flesh_path_check(path);
     if (!status && flesh_path_is_file(path)) status = flesh_csv_read(path, FLESH_CSV_WHOLE, &s->tables[s->count++]);
     free(path);

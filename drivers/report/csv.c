@@ -9,6 +9,7 @@
 #include "base/confine.h"
 #include "base/error.h"
 #include "base/scan.h"
+#include "base/text.h"
 #include "cli/json_memory.h"
 #include "study/csv.h"
 
@@ -82,9 +83,8 @@ double flesh_report_number(const json_t *columns, const char *name, size_t row)
 
 char *flesh_report_path(const char *folder, const char *name)
 {
-  char *path = malloc(strlen(folder) + strlen(name) + 2);
-  if (path) sprintf(path, "%s/%s", folder, name);
-  else flesh_json_note_lack(); /* what is there must not seem to be missing */
+  char *path = flesh_text_new("%s/%s", folder, name);
+  if (!path) flesh_json_note_lack(); /* what is there must not seem to be missing */
   return path;
 }
 

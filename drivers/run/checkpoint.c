@@ -12,6 +12,7 @@
 #include "base/error.h"
 #include "base/scan.h"
 #include "base/sync.h"
+#include "base/text.h"
 #include "cli/options.h"
 #include "run/provenance.h"
 
@@ -19,9 +20,8 @@ static const char mark[] = "flesh checkpoint 3\n";
 
 static char *in_folder(const char *folder, const char *name)
 {
-  char *path = malloc(strlen(folder) + strlen(name) + 2);
-  if (path) sprintf(path, "%s/%s", folder, name);
-  else flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", folder);
+  char *path = flesh_text_new("%s/%s", folder, name);
+  if (!path) flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", folder);
   return path;
 }
 

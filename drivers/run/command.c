@@ -12,6 +12,7 @@
 #include "base/clock.h"
 #include "base/error.h"
 #include "base/scan.h"
+#include "base/text.h"
 #include "effect/effect.h"
 #include "run/locking.h"
 #include "run/touching.h"
@@ -40,10 +41,7 @@ static char *default_folder(const char *scene)
 {
   const char *slash = strrchr(scene, '/'), *base = slash ? slash + 1 : scene;
   const char *dot = strrchr(base, '.');
-  int length = dot && dot != base ? (int)(dot - base) : (int)strlen(base);
-  char *folder = malloc((size_t)length + 5);
-  if (folder) sprintf(folder, "out/%.*s", length, base);
-  return folder;
+  return flesh_text_new("out/%.*s", dot && dot != base ? (int)(dot - base) : (int)strlen(base), base);
 }
 
 static void report(const flesh_figures *figures, const flesh_outcome *outcome, const char *out)
@@ -335,7 +333,6 @@ static int read_and_run(given *g, int argc, char **argv)
 int flesh_command_run(int argc, char **argv)
 {
   given g = {0};
-  flesh_communicator *alone = NULL;
   int status = flesh_ranks_open(&g.ranks), code;
   if (status) return flesh_command_fail("run", status);
   status = flesh_overrides_open(&g.overrides, argc);
@@ -347,7 +344,6 @@ int flesh_command_run(int argc, char **argv)
   status = flesh_ranks_agree(g.ranks, status);
   code = status ? flesh_ranks_fail(g.ranks, "run", status) : read_and_run(&g, argc, argv);
   flesh_ranks_close(&g.ranks);
-  flesh_ranks_leave(&alone);
   flesh_overrides_close(&g.overrides);
   free(words);
   return code;

@@ -9,14 +9,8 @@
 
 #include "base/confine.h"
 #include "base/error.h"
+#include "base/text.h"
 #include "output/vtu_read.h"
-
-static char *join(const char *folder, const char *name)
-{
-  char *path = malloc(strlen(folder) + strlen(name) + 2);
-  if (path) sprintf(path, "%s/%s", folder, name);
-  return path;
-}
 
 static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a run"); }
 
@@ -31,7 +25,7 @@ static int number_of(const char *name, int *number)
 static int open_frames(flesh_run_folder *run, const char *path)
 {
   flesh_pvd index = {0};
-  char *folder = join(path, "frames"), *file = folder ? join(folder, "frames.pvd") : NULL;
+  char *folder = flesh_text_new("%s/frames", path), *file = folder ? flesh_text_new("%s/frames.pvd", folder) : NULL;
   int status = file ? flesh_path_check(file) : no_memory();
   if (!status && flesh_path_is_file(file)) status = flesh_pvd_read(file, &index);
   free(file);
@@ -57,7 +51,7 @@ static int load_state(flesh_run_folder *run, const char *folder, const char *nam
 {
   flesh_scene_start(run->scene, &run->state);
   if (!name) return FLESH_OK;
-  char *path = join(folder, name);
+  char *path = flesh_text_new("%s/%s", folder, name);
   const int nodes = flesh_mesh_node_count(flesh_scene_mesh(run->scene));
   const int status = path ? flesh_state_read(path, nodes, &run->state) : no_memory();
   free(path);
@@ -110,7 +104,7 @@ int flesh_run_folder_take_states(flesh_run_folder *run, const char *path)
   run->files = calloc(MOST, sizeof *run->files);
   if (!run->folder || !run->times || !run->numbers || !run->files) return no_memory();
   for (int k = 0; k < MOST; k++) {
-    char *file = names[k] ? join(path, names[k]) : NULL;
+    char *file = names[k] ? flesh_text_new("%s/%s", path, names[k]) : NULL;
     if (names[k] && !file) return no_memory();
     const int there = !file || flesh_path_is_there(file);
     free(file);
@@ -130,7 +124,7 @@ int flesh_run_folder_open(const char *path, flesh_run_folder *run)
     return flesh_fail(FLESH_ERR_FILE, "%s: there is no such folder of a run, nor a scene",
                       *path ? path : "''");
   int is_folder = S_ISDIR(info.st_mode);
-  char *scene = is_folder ? join(path, "scene.yaml") : strdup(path);
+  char *scene = is_folder ? flesh_text_new("%s/scene.yaml", path) : strdup(path);
   int status = scene ? FLESH_OK : no_memory();
   if (!status && is_folder) status = flesh_confine(path);
   if (!status && is_folder) status = flesh_path_check(scene);
@@ -167,7 +161,7 @@ int flesh_run_folder_load(flesh_run_folder *run, int k)
   if (run->few) return load_state(run, run->folder, run->files[k]);
   run->state.t = run->times[k];
   if (!run->files || !run->files[0]) return FLESH_OK; /* the only frame is loaded */
-  char *path = join(run->folder, run->files[k]);
+  char *path = flesh_text_new("%s/%s", run->folder, run->files[k]);
   if (!path) return no_memory();
   static const char *const names[] = {"Points", "velocity"};
   double *const targets[] = {run->state.x, run->state.v};

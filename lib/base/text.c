@@ -1,8 +1,9 @@
-/* text.c: appending to a text in a buffer of fixed size. */
+/* text.c: appending to a text in a buffer of fixed size, and printing a new one. */
 #include "base/text.h"
 
 #include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "base/letter.h"
@@ -30,4 +31,17 @@ int flesh_text_add(char *text, size_t size, const char *format, ...)
   if (wanted >= 0 && (size_t)wanted < size - length) return 1;
   drop_half_letter(text, strlen(text));
   return 0;
+}
+
+char *flesh_text_new(const char *format, ...)
+{
+  va_list values, again;
+  va_start(values, format);
+  va_copy(again, values);
+  const int length = vsnprintf(NULL, 0, format, values);
+  char *text = length < 0 ? NULL : malloc((size_t)length + 1);
+  if (text) vsnprintf(text, (size_t)length + 1, format, again);
+  va_end(again);
+  va_end(values);
+  return text;
 }

@@ -1,4 +1,4 @@
-/* text.h: texts that grow in a buffer of fixed size. */
+/* text.h: texts that grow in a buffer of fixed size, and new ones. */
 #ifndef FLESH_BASE_TEXT_H
 #define FLESH_BASE_TEXT_H
 
@@ -8,5 +8,8 @@
  * letter that does. Returns whether everything fits. snprintf's result is the length that it wanted to write, which is no
  * place in the buffer; nothing else adds such results up. */
 int flesh_text_add(char *text, size_t size, const char *format, ...) __attribute__((format(printf, 3, 4)));
+
+/* New text as printf prints it; NULL without memory. */
+char *flesh_text_new(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
 #endif

@@ -1,13 +1,35 @@
-/* png_file.c: looks at the two ends of a picture: of a PNG (ISO/IEC 15948) a signature first and the chunk IEND last, of
- * an SVG its root element's, of a PDF (ISO 32000) %PDF- and %%EOF. */
-#include "picture/png_file.h"
+/* program.c: runs programs that draw, and looks at the two ends of a picture: of a PNG (ISO/IEC 15948) a signature first
+ * and the chunk IEND last, of an SVG its root element's, of a PDF (ISO 32000) %PDF- and %%EOF. */
+#include "picture/program.h"
 
+#include <errno.h>
 #include <fcntl.h>
+#include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include "base/confine.h"
+
+int flesh_program_run(const char *folder, const char *log, const char *const *words)
+{
+  fflush(NULL);
+  const pid_t child = fork();
+  if (child < 0) return -1;
+  if (!child) {
+    const int nowhere = open("/dev/null", O_RDWR);
+    const int said = flesh_path_open(log, O_WRONLY | O_CREAT | O_TRUNC | O_NONBLOCK, 0666);
+    if (nowhere >= 0) dup2(nowhere, STDIN_FILENO), dup2(nowhere, STDOUT_FILENO);
+    dup2(said >= 0 ? said : nowhere, STDERR_FILENO);
+    if (chdir(folder)) _exit(1);
+    execvp(words[0], (char *const *)words);
+    _exit(FLESH_PROGRAM_MISSING);
+  }
+  int ended;
+  while (waitpid(child, &ended, 0) < 0 && errno == EINTR) continue;
+  return WIFEXITED(ended) ? WEXITSTATUS(ended) : -1;
+}
 
 /* Whether the file begins and ends so; `end` may be followed by line breaks. */
 static int is_between(const char *path, const void *begin, size_t begin_size, const void *end, size_t end_size)
@@ -27,17 +49,12 @@ static int is_between(const char *path, const void *begin, size_t begin_size, co
   return whole;
 }
 
-int flesh_png_is_whole(const char *path)
+int flesh_picture_is_whole(const char *path)
 {
   static const unsigned char first[8] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
   static const unsigned char last[12] = {0, 0, 0, 0, 'I', 'E', 'N', 'D', 0xae, 0x42, 0x60, 0x82};
-  return is_between(path, first, sizeof first, last, sizeof last);
-}
-
-int flesh_picture_is_whole(const char *path)
-{
   const char *suffix = strrchr(path, '.');
   if (suffix && !strcmp(suffix, ".svg")) return is_between(path, "<?xml", 5, "</svg>", 6);
   if (suffix && !strcmp(suffix, ".pdf")) return is_between(path, "%PDF-", 5, "%%EOF", 5);
-  return flesh_png_is_whole(path);
+  return is_between(path, first, sizeof first, last, sizeof last);
 }
