@@ -11,7 +11,7 @@
 #include "base/clock.h"
 #include "base/error.h"
 #include "scene/scene.h"
-#include "run/point_load.h"
+#include "run/describe.h"
 #include "pool/pool.h"
 
 typedef struct task {

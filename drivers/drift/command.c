@@ -15,7 +15,7 @@
 #include "cli/inputs.h"
 #include "cli/lists.h"
 #include "cli/overrides.h"
-#include "run/point_load.h"
+#include "run/describe.h"
 #include "run/ranks.h"
 #include "material/form.h"
 

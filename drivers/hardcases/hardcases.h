@@ -9,7 +9,7 @@
 #include "flesh/material.h"
 #include "flesh/scene.h"
 #include "flesh/solver.h"
-#include "run/longest_step.h"
+#include "run/run_trace.h"
 #include "cli/options.h"
 #include "study/study.h"
 #include "hardcases/cases.h"

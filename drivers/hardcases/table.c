@@ -7,7 +7,7 @@
 #include "flesh/status.h"
 #include "base/file.h"
 #include "hardcases/hardcases.h"
-#include "run/longest_step.h"
+#include "run/run_trace.h"
 #include "study/table.h"
 
 static void quoted(FILE *stream, const char *text)

@@ -1,6 +1,7 @@
 /* curves.c: the curves that `flesh plot` draws: columns of the tables of runs. */
 #include "plot/curves.h"
 
+#include <fnmatch.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -32,6 +33,53 @@ typedef struct reading {
 } reading;
 
 static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory"); }
+
+/* The units of history.csv's columns (observer.h), whose header has none. Those of effects go by what is reported:
+ * weld_traction, and weld_2_traction of the second weld. */
+static const char *history_unit(const char *name)
+{
+  static const char *const units[][2] = {
+      {"t", "s"},   {"h", "s"},     {"residual", "N"}, {"residual_target", "N"}, {"volume", "m^3"},
+      {"gap", "m"}, {"force", "N"}, {"released", "J"}, {"traction", "Pa"}};
+  if (!strncmp(name, "energy_", 7)) return "J";
+  if (!strncmp(name, "contact_", 8) || !strncmp(name, "weld_", 5)) name = strrchr(name, '_') + 1;
+  for (size_t k = 0; k < sizeof units / sizeof *units; k++)
+    if (!strcmp(name, units[k][0])) return units[k][1];
+  return "";
+}
+
+/* A column's name without its unit, and its unit: of a header like "t [s]", else what history.csv has for that name; ""
+ * where there is none or it is 1. */
+static void label_column(const flesh_csv *csv, int column, char name[FLESH_CSV_NAME], char unit[FLESH_CSV_NAME])
+{
+  const char *header = csv->names[column], *bracket = strrchr(header, '['), *slash = strrchr(csv->path, '/');
+  size_t length = strlen(header);
+  *unit = 0;
+  if (bracket && bracket > header && header[length - 1] == ']') {
+    snprintf(unit, FLESH_CSV_NAME, "%.*s", (int)(header + length - 1 - bracket - 1), bracket + 1);
+    length = (size_t)(bracket - header);
+    while (length && header[length - 1] == ' ') length--;
+  }
+  snprintf(name, FLESH_CSV_NAME, "%.*s", (int)length, header);
+  if (!*unit && !strcmp(slash ? slash + 1 : csv->path, "history.csv"))
+    snprintf(unit, FLESH_CSV_NAME, "%s", history_unit(name));
+  if (!strcmp(unit, "1")) *unit = 0;
+}
+
+/* Whether `word` means the column: its header, its header without the unit, either with "probe." before it,
+ * NAME.x of NAME.position_x; * stands for any letters. */
+static int matches(const flesh_csv *csv, int column, const char *word)
+{
+  char name[FLESH_CSV_NAME], unit[FLESH_CSV_NAME], longer[FLESH_CSV_NAME + 16];
+  label_column(csv, column, name, unit);
+  if (!strcmp(word, csv->names[column])) return 1;
+  if (!strncmp(word, "probe.", 6) && strcmp(word, "probe.")) word += 6;
+  if (!strcmp(word, csv->names[column]) || !fnmatch(word, name, 0)) return 1;
+  const char *dot = strrchr(word, '.');
+  if (!dot || !dot[1] || dot[2] || !strchr("xyz", dot[1])) return 0;
+  snprintf(longer, sizeof longer, "%.*s.position_%c", (int)(dot - word < FLESH_CSV_NAME ? dot - word : 0), word, dot[1]);
+  return !strcmp(longer, name);
+}
 
 static int read_folder(source *s)
 {
@@ -91,7 +139,7 @@ static int read_sources(reading *r)
 static int find_column(const flesh_csv *csv, const char *word)
 {
   for (int c = 0; c < csv->columns; c++)
-    if (flesh_csv_matches(csv, c, word)) return c;
+    if (matches(csv, c, word)) return c;
   return -1;
 }
 
@@ -105,7 +153,7 @@ static int refuse_column(const source *s, const char *word)
   if (!list) return no_memory();
   for (int t = 0; t < s->count; t++)
     for (int c = 0; c < s->tables[t].columns; c++) {
-      flesh_csv_label(&s->tables[t], c, name, unit);
+      label_column(&s->tables[t], c, name, unit);
       if (t && !strcmp(name, "t")) continue; /* every table's */
       sprintf(list + strlen(list), "%s%s", *list ? ", " : "", name);
     }
@@ -142,10 +190,10 @@ static void label_of(const char *name, const char *unit, char *label)
 static int check_units(reading *r, const flesh_csv *y_table, int y, const flesh_csv *x_table, int x)
 {
   char name[FLESH_CSV_NAME], unit[FLESH_CSV_NAME], label[sizeof r->curves->x_label];
-  flesh_csv_label(x_table, x, name, unit);
+  label_column(x_table, x, name, unit);
   label_of(name, unit, label);
   if (!r->curves->count) strcpy(r->curves->x_label, label);
-  flesh_csv_label(y_table, y, name, unit);
+  label_column(y_table, y, name, unit);
   if (!r->curves->count) {
     strcpy(r->name, name);
     strcpy(r->unit, unit);
@@ -207,7 +255,7 @@ static int add_column(reading *r, const source *s, int t, int y)
   if (!status && r->wanted->by && (by = find_column(csv, r->wanted->by)) < 0) status = refuse_column(s, r->wanted->by);
   if (!status) status = check_units(r, csv, y, x_table, x);
   char name[FLESH_CSV_NAME], unit[FLESH_CSV_NAME];
-  flesh_csv_label(csv, y, name, unit);
+  label_column(csv, y, name, unit);
   for (int first = 0; first < csv->rows && !status; first++) {
     const char *group = word_of(csv, first, by);
     int seen = by < 0 && first > 0;
@@ -233,7 +281,7 @@ static int add_word(reading *r, const source *s, const char *word)
   const int is_pattern = strpbrk(word, "*?") != NULL;
   for (int t = 0; t < s->count; t++)
     for (int c = 0; c < s->tables[t].columns && !status; c++) {
-      if ((found && !is_pattern) || !flesh_csv_matches(&s->tables[t], c, word)) continue;
+      if ((found && !is_pattern) || !matches(&s->tables[t], c, word)) continue;
       found = 1;
       status = add_column(r, s, t, c);
     }

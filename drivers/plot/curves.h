@@ -2,7 +2,9 @@
 #ifndef FLESH_PLOT_CURVES_H
 #define FLESH_PLOT_CURVES_H
 
-#include "plot/column.h"
+#include "study/csv.h"
+
+enum { FLESH_CSV_NAME = 96 }; /* room of a column's name, and of its unit */
 
 typedef struct flesh_curve {
   char *title;

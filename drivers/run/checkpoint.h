@@ -9,7 +9,6 @@
 #include "base/file.h"
 #include "flesh/ranks.h"
 #include "run/result.h"
-#include "run/run_trace.h"
 
 #define FLESH_CHECKPOINT_NAME "checkpoint.bin"
 

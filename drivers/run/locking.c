@@ -1,6 +1,6 @@
 /* locking.c: how far four-node tets lock, from a linear solve on the mesh at hand where that is cheap beside the run, else
  * from a table. */
-#include "run/locking.h"
+#include "run/describe.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -174,7 +174,10 @@ static int find_work(const flesh_scene *scene, flesh_element element, int max_li
   return status > 0 ? flesh_fail(FLESH_ERR_SOLVE, "the linear solve did not converge") : status;
 }
 
-int flesh_locking_find(const flesh_scene *scene, int max_linear, double *missing)
+/* How much less the body gives under a small load across it with four-node tets than with tet10-mean on the same mesh:
+ * 1 - the ratio of the works of the load. With the scene's pins and small-strain constants. FLESH_ERR_SOLVE where it
+ * is held so that it could move as a rigid body, or the solve takes more than `max_linear` iterations. */
+static int find_locking(const flesh_scene *scene, int max_linear, double *missing)
 {
   double stiff, soft;
   int status = find_work(scene, FLESH_ELEMENT_TET10_MEAN, max_linear, &soft);
@@ -220,7 +223,7 @@ void flesh_warn_of_locking(const flesh_scene *scene, FILE *stream)
   fprintf(stream, "warning: four-node tets are too stiff in bending at a Poisson's ratio of %g (", ratio);
   const int split = flesh_scene_mesh(scene)->split != NULL; /* no rank has the whole for a solve */
   const int most = mixed || split ? 0 : affordable(scene);
-  if (most && !flesh_locking_find(scene, most, &missing))
+  if (most && !find_locking(scene, most, &missing))
     fprintf(stream, "by a linear solve on this mesh, the body gives %.0f %% less under a small load across it than with "
                     "tet10-mean",
             100 * missing);

@@ -1,6 +1,6 @@
 /* point_load.c: finds loads on single nodes by what their residual touches. */
 #include "effect/effect.h"
-#include "run/point_load.h"
+#include "run/describe.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -46,28 +46,9 @@ void flesh_figures_close(flesh_figures *figures)
 
 static void add_counts(flesh_figures *figures, const flesh_solve_stats *stats)
 {
-  figures->multiplier_updates += stats->multiplier_updates;
-  figures->newton += stats->newton;
-  figures->linear += stats->linear;
-  figures->linear_single += stats->linear_single;
-  figures->direct += stats->direct;
-  figures->assemblies += stats->assemblies;
-  figures->projections += stats->projections;
-  figures->backtracks += stats->backtracks;
-  figures->subdomains += stats->subdomains;
-  figures->subdomain_newton += stats->subdomain_newton;
-  figures->watchdog_steps += stats->watchdog_steps;
-  figures->solves += stats->solves;
-  figures->at_rounding += stats->at_rounding;
-  figures->unconverged += stats->unconverged;
-  figures->internal_steps += stats->steps;
-  figures->rejected += stats->rejected;
-  figures->convergence_failures += stats->convergence_failures;
-  figures->impact_steps += stats->impact_steps;
-  figures->damped_steps += stats->damped_steps;
-  figures->residuals += stats->residuals;
-  figures->untanglings += stats->untanglings;
-  figures->untangled_nodes += stats->untangled_nodes;
+#define ADD(member, of_step, key) figures->member += stats->of_step;
+  FLESH_FIGURES_COUNT_LIST(ADD)
+#undef ADD
 }
 
 void flesh_figures_add_unfinished(flesh_figures *figures, const flesh_solve_stats *stats)
@@ -280,12 +261,6 @@ static void set_longest(json_t *object, const flesh_longest_step *longest)
   set(object, "longest_step_over_median", longest->ratio);
 }
 
-/* Figures that are called as their members. */
-#define SET_COUNT(name) set_integer(object, #name, figures->name);
-#define FLESH_FIGURES_COUNTS(X)                                                                              \
-  X(multiplier_updates) X(untanglings) X(untangled_nodes) X(newton) X(linear) X(linear_single) X(direct) X(assemblies) X(projections)        \
-  X(backtracks) X(subdomains) X(subdomain_newton) X(watchdog_steps) X(unfinished_newton) X(unfinished_linear)
-
 json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *system)
 {
   json_t *object = json_object();
@@ -300,12 +275,6 @@ json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *sys
   set_integer(object, "max_inverted", figures->max_inverted);
   set_integer(object, "final_inverted", figures->final_inverted);
   set(object, "first_inverted_t", figures->first_inverted_t);
-  set_integer(object, "internal_steps", figures->internal_steps);
-  set_integer(object, "rejected_steps", figures->rejected);
-  set_integer(object, "convergence_failures", figures->convergence_failures);
-  set_integer(object, "impact_steps", figures->impact_steps);
-  set_integer(object, "damped_steps", figures->damped_steps);
-  set_integer(object, "residuals", figures->residuals);
   const flesh_energy_balance *balance = &figures->balance;
   set(object, "work_put_in", balance->begun ? balance->supplied : NAN);
   set(object, "energy_released", balance->released);
@@ -319,10 +288,11 @@ json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *sys
     set(object, "apart_t", figures->separation.t_apart);
   }
   set_longest(object, &figures->longest_step);
-  set_integer(object, "solves", figures->solves);
-  set_integer(object, "solves_at_rounding", figures->at_rounding);
-  set_integer(object, "solves_unconverged", figures->unconverged);
-  FLESH_FIGURES_COUNTS(SET_COUNT)
+#define SET(member, of_step, key) set_integer(object, key, figures->member);
+  FLESH_FIGURES_COUNT_LIST(SET)
+#undef SET
+  set_integer(object, "unfinished_newton", figures->unfinished_newton);
+  set_integer(object, "unfinished_linear", figures->unfinished_linear);
   set(object, "newton_per_step", (newton - (double)figures->unfinished_newton) / steps);
   set(object, "linear_per_newton", (double)figures->linear / newton);
   set(object, "residual", figures->residual);

@@ -7,8 +7,36 @@
 #include "flesh/observer.h"
 #include "flesh/scene.h"
 #include "flesh/skin.h"
-#include "run/longest_step.h"
+#include "run/run_trace.h"
 #include "system/system.h"
+
+/* COUNT(member, what one step counts it as, key in result.json): sums over all steps, one that ended the run included.
+ * `solves_at_rounding` and `solves_unconverged` ended above the tolerance but were accepted; `impact_steps` and
+ * `damped_steps` are those of the internal ones that backward Euler took in the method's stead. */
+#define FLESH_FIGURES_COUNT_LIST(COUNT) \
+  COUNT(internal_steps, steps, "internal_steps") \
+  COUNT(rejected, rejected, "rejected_steps") \
+  COUNT(convergence_failures, convergence_failures, "convergence_failures") \
+  COUNT(impact_steps, impact_steps, "impact_steps") \
+  COUNT(damped_steps, damped_steps, "damped_steps") \
+  COUNT(residuals, residuals, "residuals") \
+  COUNT(solves, solves, "solves") \
+  COUNT(at_rounding, at_rounding, "solves_at_rounding") \
+  COUNT(unconverged, unconverged, "solves_unconverged") \
+  COUNT(multiplier_updates, multiplier_updates, "multiplier_updates") \
+  COUNT(untanglings, untanglings, "untanglings") \
+  COUNT(untangled_nodes, untangled_nodes, "untangled_nodes") \
+  COUNT(newton, newton, "newton") \
+  COUNT(linear, linear, "linear") \
+  COUNT(linear_single, linear_single, "linear_single") \
+  COUNT(direct, direct, "direct") \
+  COUNT(assemblies, assemblies, "assemblies") \
+  COUNT(projections, projections, "projections") \
+  COUNT(backtracks, backtracks, "backtracks") \
+  COUNT(subdomains, subdomains, "subdomains") \
+  COUNT(subdomain_newton, subdomain_newton, "subdomain_newton") \
+  COUNT(watchdog_steps, watchdog_steps, "watchdog_steps")
+#define FLESH_FIGURES_MEMBER(member, of_step, key) long member;
 
 /* Gathered by observing; zero-initialise, then open. NaN where nothing was observed. */
 typedef struct flesh_figures {
@@ -21,15 +49,9 @@ typedef struct flesh_figures {
   double J_bound;            /* over the run, of J anywhere in a tet */
   int max_inverted, final_inverted; /* tets with J <= 0 at a point of quadrature: at a time at most, at the end */
   double first_inverted_t; /* first time with such a tet; NaN: never */
-  long newton, linear, linear_single, direct, assemblies, projections, backtracks, watchdog_steps, solves;
-  long subdomains, subdomain_newton;
-  long multiplier_updates; /* of the pressures of incompressible tets */
+  FLESH_FIGURES_COUNT_LIST(FLESH_FIGURES_MEMBER)
   long unfinished_newton, unfinished_linear; /* of these, those of a step that ended the run */
-  long untanglings, untangled_nodes; /* how often a tangle in equilibrium was removed, and nodes moved */
-  long internal_steps, rejected, convergence_failures, residuals; /* of the integrator */
-  long impact_steps, damped_steps; /* of the internal ones, those that backward Euler took in the method's stead */
   flesh_energy_balance balance; /* flesh_integrator_energy_balance */
-  long at_rounding, unconverged;    /* solves that ended above the tolerance but were accepted */
   double residual, residual_target; /* of the last step */
   int effects;
   double stressed_rest; /* strain energy, J, at rest in a stressed state that no load holds; 0: not so */

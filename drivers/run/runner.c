@@ -18,7 +18,6 @@
 #include "cli/options.h"
 #include "cli/output.h"
 #include "run/running.h"
-#include "run/stressed_rest.h"
 #include "system/internal.h"
 #include "time/integrator.h"
 

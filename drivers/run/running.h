@@ -9,7 +9,6 @@
 #include "output/part_frames.h"
 #include "run/checkpoint.h"
 #include "run/runner_options.h"
-#include "run/run_trace.h"
 #include "system/proximity.h"
 
 typedef struct flesh_running {

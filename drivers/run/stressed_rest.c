@@ -1,5 +1,5 @@
 /* stressed_rest.c: a tangle, or another stable shape than that at rest, that a body at rest keeps without any load. */
-#include "run/stressed_rest.h"
+#include "run/run_trace.h"
 
 #include <math.h>
 #include <stdlib.h>

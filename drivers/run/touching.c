@@ -1,5 +1,5 @@
 /* touching.c: which bodies touch, which are let apart, and what never touches. */
-#include "run/touching.h"
+#include "run/describe.h"
 
 #include <stdlib.h>
 

@@ -1,10 +1,10 @@
-// TEST quick sources=run/longest_step.c,run/run_trace.c
+// TEST quick sources=run/run_trace.c
 /* test_longest_step.c: which step of a run is told to be long. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "run/longest_step.h"
+#include "run/run_trace.h"
 #include "test.h"
 
 /* A run whose steps took these Newton iterations and so many linear ones for each, the start before them. */
