@@ -39,7 +39,7 @@ static int picture_count(const film *f) { return (f->clock->count + f->every - 1
 /* The panels of picture k: every run at its time. */
 static int load(film *f, int k)
 {
-  double t = f->clock->times[k * f->every];
+  double t = f->clock->frames[k * f->every].time;
   int status = FLESH_OK;
   for (int r = 0; r < f->snapshot.count && !status; r++)
     status = flesh_snapshot_panel(&f->snapshot, r,
@@ -101,7 +101,7 @@ static int draw(film *f)
 static double rate(const film *f)
 {
   int count = f->clock->count, last = (count - 1) / f->every * f->every;
-  double length = last > 0 ? f->clock->times[last] - f->clock->times[0] : 0;
+  double length = last > 0 ? f->clock->frames[last].time - f->clock->frames[0].time : 0;
   if (!isnan(f->fps)) return f->fps;
   return length > 0 ? fmin(fmax(last / f->every / length, 1), 60) : 25;
 }

@@ -192,19 +192,6 @@ int flesh_picture_values(const flesh_picture_panel *panel, flesh_picture_field f
   return status;
 }
 
-/* New memory that the scene frees. */
-static void *take(flesh_picture_scene *scene, size_t size)
-{
-  void *made = malloc(size + 1);
-  void **longer = realloc(scene->owned, sizeof *longer * (size_t)(scene->owned_count + 1));
-  if (longer) scene->owned = longer;
-  if (!made || !longer) {
-    free(made);
-    return NULL;
-  }
-  return scene->owned[scene->owned_count++] = made;
-}
-
 /* Adopts memory of malloc's. */
 static int keep(flesh_picture_scene *scene, void *memory)
 {
@@ -216,6 +203,13 @@ static int keep(flesh_picture_scene *scene, void *memory)
   scene->owned = longer;
   scene->owned[scene->owned_count++] = memory;
   return FLESH_OK;
+}
+
+/* New memory that the scene frees. */
+static void *take(flesh_picture_scene *scene, size_t size)
+{
+  void *made = malloc(size + 1);
+  return made && !keep(scene, made) ? made : NULL;
 }
 
 static int has_regions(const flesh_mesh *mesh)

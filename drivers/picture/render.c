@@ -24,12 +24,6 @@ typedef struct scene {
   flesh_shadow shadow;
 } scene;
 
-static void normalise(double a[3])
-{
-  double length = sqrt(flesh_vec3_dot(a, a));
-  for (int d = 0; d < 3; d++) a[d] = length > 0 ? a[d] / length : 0;
-}
-
 double flesh_srgb_decode(double encoded)
 {
   return encoded <= 0.04045 ? encoded / 12.92 : pow((encoded + 0.055) / 1.055, 2.4);
@@ -67,14 +61,14 @@ static int make_normals(const flesh_render_surface *s, float (*normals)[3])
   for (size_t c = 0; c < corners && !failed; c++) {
     double sum[3] = {0, 0, 0}, mine[3];
     memcpy(mine, faces[REST][c / 3], sizeof mine);
-    normalise(mine);
+    flesh_view_normalise(mine);
     for (int k = start[s->corners[c]]; k < start[s->corners[c] + 1]; k++) {
       const double *other = faces[REST][around[k]];
       if (around[k] != (int)(c / 3) && !(flesh_vec3_dot(mine, other) > SHARP * sqrt(flesh_vec3_dot(other, other))))
         continue;
       for (int d = 0; d < 3; d++) sum[d] += faces[X][around[k]][d];
     }
-    normalise(sum);
+    flesh_view_normalise(sum);
     for (int d = 0; d < 3; d++) normals[c][d] = (float)sum[d];
   }
   if (s->rest) free(faces[REST]);
@@ -150,7 +144,7 @@ static void find_spot(const scene *s, int number, double x, double y, spot *at)
   }
   for (int d = 0; d < 3; d++) side[0][d] = corner[1][d] - corner[0][d], side[1][d] = corner[2][d] - corner[0][d];
   flesh_vec3_cross(side[0], side[1], at->flat);
-  normalise(at->flat);
+  flesh_view_normalise(at->flat);
 }
 
 /* The part of the lamp's light that arrives. Asked for above the flat triangle, where the smooth surface is that its
@@ -172,7 +166,7 @@ static double lit_part(const scene *s, const spot *at, double side)
 static void to_eye(const flesh_view *v, const double p[3], double eye[3])
 {
   for (int d = 0; d < 3; d++) eye[d] = v->distance > 0 ? v->target[d] + v->distance * v->back[d] - p[d] : v->back[d];
-  normalise(eye);
+  flesh_view_normalise(eye);
 }
 
 static void light_up(const scene *s, const spot *at, int inside, double rgb[3])
@@ -181,12 +175,12 @@ static void light_up(const scene *s, const spot *at, int inside, double rgb[3])
   double face[3] = {0, 0, 0}, eye[3], half[3];
   for (int d = 0; d < 3; d++)
     for (int i = 0; i < 3; i++) face[d] += side * at->b[i] * at->normals[i][d];
-  normalise(face);
+  flesh_view_normalise(face);
   to_eye(&s->view, at->p, eye);
   double light = flesh_vec3_dot(face, sun), facing = fmax(flesh_vec3_dot(face, eye), 0);
   double shadow = light > 0 ? lit_part(s, at, side) : 0;
   for (int d = 0; d < 3; d++) half[d] = eye[d] + sun[d];
-  normalise(half);
+  flesh_view_normalise(half);
   double sky = 0.5 + 0.5 * flesh_vec3_dot(face, s->view.zenith), rim = pow(1 - facing, 4);
   double gloss = shadow * 0.10 * pow(fmax(flesh_vec3_dot(face, half), 0), 36);
   double diffuse = 0.20 + 0.18 * sky + 0.13 * facing + 0.70 * fmax(light, 0) * shadow;

@@ -5,20 +5,14 @@
 
 #include "math/mat3.h"
 
-static void normalise(double a[3])
-{
-  double length = sqrt(flesh_vec3_dot(a, a));
-  for (int d = 0; d < 3; d++) a[d] = length > 0 ? a[d] / length : 0;
-}
-
 void flesh_shadow_begin(const flesh_view *camera, flesh_shadow *shadow)
 {
   flesh_view *lamp = &shadow->view;
   *shadow = (flesh_shadow){0};
   for (int d = 0; d < 3; d++) lamp->back[d] = camera->back[d] + 0.9 * camera->up[d] - 0.65 * camera->right[d];
-  normalise(lamp->back);
+  flesh_view_normalise(lamp->back);
   flesh_vec3_cross(camera->up, lamp->back, lamp->right); /* never parallel */
-  normalise(lamp->right);
+  flesh_view_normalise(lamp->right);
   flesh_vec3_cross(lamp->back, lamp->right, lamp->up);
 }
 

@@ -131,7 +131,8 @@ static void write_time(const flesh_run_folder *run, char *text, size_t size)
 {
   double least = INFINITY;
   for (int k = 1; k < run->count; k++)
-    if (run->times[k] > run->times[k - 1]) least = fmin(least, run->times[k] - run->times[k - 1]);
+    if (run->frames[k].time > run->frames[k - 1].time)
+      least = fmin(least, run->frames[k].time - run->frames[k - 1].time);
   if (run->count == 1 && run->state.t > 0) least = run->state.t;
   const double decimals = isfinite(least) ? fmax(3, -floor(log10(least))) : 3;
   if (decimals > 7) snprintf(text, size, "t = %.4g s", run->state.t);

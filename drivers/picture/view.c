@@ -6,6 +6,12 @@
 
 static const double MARGIN = 1.06;
 
+void flesh_view_normalise(double a[3])
+{
+  double length = sqrt(flesh_vec3_dot(a, a));
+  for (int d = 0; d < 3; d++) a[d] = length > 0 ? a[d] / length : 0;
+}
+
 /* The smallest rotation that takes z to the unit vector u, of a. */
 static void rotate_z_to(const double u[3], double a[3])
 {

@@ -4,6 +4,9 @@
 
 #include "flesh/scene.h"
 
+/* Gives a vector the length 1; of no length it stays 0. */
+void flesh_view_normalise(double a[3]);
+
 /* A camera without anything left open, and the picture it fills. */
 typedef struct flesh_view {
   double right[3], up[3], back[3]; /* orthonormal; back looks from the target to the eye */

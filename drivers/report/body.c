@@ -6,11 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/error.h"
 #include "picture/picture_body.h"
 #include "picture/picture_curved.h"
-
-static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report"); }
 
 static double diagonal(int nodes, const double *x)
 {
@@ -50,7 +47,7 @@ int flesh_report_body_open(const flesh_picture_panel *panel, const flesh_picture
   b->before = calloc(b->total + 1, sizeof *b->before);
   b->flags = calloc(b->flag_bytes + 1, 1);
   b->last_flags = calloc(b->flag_bytes + 1, 1);
-  return b->now && b->last && b->before && b->flags && b->last_flags ? FLESH_OK : no_memory();
+  return b->now && b->last && b->before && b->flags && b->last_flags ? FLESH_OK : flesh_report_no_memory();
 }
 
 void flesh_report_body_close(flesh_report_body *b)
@@ -124,7 +121,7 @@ static int add_curved(const flesh_mesh *mesh, FILE *numbers, json_t *made)
     json_object_set_new(made, "six", add_list(numbers, 6 * (size_t)further, six));
     json_object_set_new(made, "eighths", add_list(numbers, 6 * (size_t)further, eighths));
   } else {
-    status = no_memory();
+    status = flesh_report_no_memory();
   }
   free(places);
   free(hidden);
@@ -143,7 +140,7 @@ int flesh_report_body_mesh(const flesh_report_body *b, const flesh_picture_panel
   *made = rest ? json_pack("{sisi}", "nodes", b->nodes, "tet_count", b->tets) : NULL;
   if (!*made) {
     free(rest);
-    return no_memory();
+    return flesh_report_no_memory();
   }
   round_positions(b->nodes, flesh_mesh_positions(mesh), b->quantum, rest);
   json_object_set_new(*made, "rest", add_list(numbers, 3 * (size_t)b->nodes, rest));
@@ -158,7 +155,7 @@ int flesh_report_body_mesh(const flesh_report_body *b, const flesh_picture_panel
                         add_list(numbers, (size_t)triangles, flesh_mesh_surface_tets(mesh)));
   }
   free(rest);
-  return ferror(numbers) ? no_memory() : status;
+  return ferror(numbers) ? flesh_report_no_memory() : status;
 }
 
 int flesh_report_body_obstacles(const flesh_report_body *b, const flesh_picture_panel *panel,
@@ -174,7 +171,7 @@ int flesh_report_body_obstacles(const flesh_report_body *b, const flesh_picture_
                                            add_list(numbers, 3 * (size_t)o.triangles, o.corners)));
     flesh_picture_obstacle_free(&o);
   }
-  return ferror(numbers) ? no_memory() : FLESH_OK;
+  return ferror(numbers) ? flesh_report_no_memory() : FLESH_OK;
 }
 
 /* The numbers of a frame: positions of the body, of the obstacles, and the fields' values. */
@@ -202,7 +199,7 @@ static int gather(flesh_report_body *b, const flesh_picture_panel *panel)
 static int flag_inverted(flesh_report_body *b, const flesh_picture_panel *panel)
 {
   double *J = malloc(sizeof *J * ((size_t)b->tets + 1));
-  if (!J) return no_memory();
+  if (!J) return flesh_report_no_memory();
   flesh_mesh_jacobians(panel->body->mesh, panel->x, J, NULL, NULL);
   memset(b->flags, 0, b->flag_bytes);
   for (int t = 0; t < b->tets; t++)
@@ -231,5 +228,5 @@ int flesh_report_body_frame(flesh_report_body *b, const flesh_picture_panel *pan
   b->last_flags = b->flags;
   b->flags = free_flags;
   b->frames++;
-  return ferror(numbers) ? no_memory() : FLESH_OK;
+  return ferror(numbers) ? flesh_report_no_memory() : FLESH_OK;
 }

@@ -60,7 +60,7 @@ static int gather(flesh_report *report, int count, char **paths)
 {
   char **runs = calloc((size_t)count + 1, sizeof *runs);
   const kind **found = calloc((size_t)count + 1, sizeof *found);
-  int run_count = 0, status = runs && found ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report");
+  int run_count = 0, status = runs && found ? FLESH_OK : flesh_report_no_memory();
   for (int k = 0; k < count && !status; k++) {
     status = find_kind(paths[k], &found[k]);
     if (!status && !found[k]->add) runs[run_count++] = paths[k];
@@ -82,7 +82,7 @@ static int make(flesh_report *report, int count, char **paths, const char *title
   if (status) return status;
   json_t *shown = flesh_json_text(title), *head = json_pack("{sOsO}", "title", shown, "program", program);
   status = head ? flesh_report_write(report, json_string_value(shown), head, out, &size, &packed)
-                : flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report");
+                : flesh_report_no_memory();
   json_decref(shown);
   json_decref(head);
   if (status) return status;
@@ -148,7 +148,7 @@ int flesh_command_report(int argc, char **argv)
   if (!status) status = flesh_output_prepare_from(out, count, argv + 1, NULL);
   if (!status) status = make(&report, count, argv + 1, title ? title : words, out, program);
   if (!status && flesh_json_lacks())
-    status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report");
+    status = flesh_report_no_memory();
   for (int k = 0; k < report.shown_count; k++) {
     free(report.shown[k].folder);
     free(report.shown[k].name);

@@ -11,6 +11,7 @@
 #include "base/scan.h"
 #include "base/text.h"
 #include "cli/json_memory.h"
+#include "report/report.h"
 #include "study/csv.h"
 
 /* The column's values in every k-th row and the last one: numbers where all are some, else texts. */
@@ -93,7 +94,7 @@ static int load(const char *folder, const char *name, char **data, size_t *size)
 {
   char *path = flesh_report_path(folder, name);
   *data = NULL;
-  int status = path ? flesh_path_check(path) : flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report");
+  int status = path ? flesh_path_check(path) : flesh_report_no_memory();
   if (!status && flesh_path_is_file(path)) status = flesh_file_load(path, data, size);
   free(path);
   return status;

@@ -30,6 +30,9 @@ typedef struct flesh_report_bytes {
   size_t size;
 } flesh_report_bytes;
 
+/* Reports a lack of memory: FLESH_ERR_MEMORY. */
+int flesh_report_no_memory(void);
+
 /* FLESH_ERR_MEMORY. */
 int flesh_report_bytes_open(flesh_report_bytes *bytes);
 /* Brings data and size up to date. FLESH_ERR_MEMORY where what was printed is not all there. */

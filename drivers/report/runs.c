@@ -4,8 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/error.h"
 #include "base/text.h"
+#include "flesh/status.h"
 #include "report/csv.h"
 #include "report/part.h"
 #include "report/runs.h"
@@ -134,7 +134,7 @@ int flesh_report_add_history(json_t *part, json_t *plot, const char *folder, con
   json_t *columns;
   int step;
   char *path = flesh_report_path(folder, file);
-  if (!path) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report");
+  if (!path) return flesh_report_no_memory();
   int status = flesh_report_csv(path, MOST_ROWS, &columns, &step);
   free(path);
   if (status) return status;
@@ -206,11 +206,11 @@ int flesh_report_add_runs(flesh_report *report, int count, char *const *folders)
   json_t **results = calloc((size_t)count + 1, sizeof *results);
   json_t *part = flesh_report_part(report, count > 1 ? "Runs" : "Run", count > 1 ? "" : folders[0]);
   int status =
-      names && results ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report");
+      names && results ? FLESH_OK : flesh_report_no_memory();
   for (int r = 0; r < count && !status; r++) {
     status = flesh_report_json(folders[r], "result.json", &results[r]);
     if (!status && !(names[r] = name_of(folders[r])))
-      status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report");
+      status = flesh_report_no_memory();
   }
   if (!status && count > 1) compare_runs(part, count, names, results);
   for (int r = 0; r < count && !status; r++) flesh_report_judge_run(part, names[r], results[r]);

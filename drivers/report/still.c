@@ -6,10 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/error.h"
 #include "picture/picture.h"
-
-static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report"); }
 
 int flesh_report_motion_add(flesh_report_motion *m, int taken, const flesh_picture_panel *panel)
 {
@@ -18,7 +15,7 @@ int flesh_report_motion_add(flesh_report_motion *m, int taken, const flesh_pictu
     m->times = malloc(((size_t)taken + 1) * sizeof *m->times);
     m->away = malloc(((size_t)taken + 1) * sizeof *m->away);
     m->first = malloc((size + 1) * sizeof *m->first);
-    if (!m->times || !m->away || !m->first) return no_memory();
+    if (!m->times || !m->away || !m->first) return flesh_report_no_memory();
     memcpy(m->first, panel->x, size * sizeof *m->first);
   }
   double sum = 0;
@@ -77,7 +74,7 @@ int flesh_report_draw_still(flesh_report *report, const flesh_picture_panel *pan
   const int count = report->shown_count;
   flesh_picture_panel *titled = calloc((size_t)count + 1, sizeof *titled);
   char(*times)[32] = calloc((size_t)count + 1, sizeof *times);
-  int status = titled && times ? FLESH_OK : no_memory();
+  int status = titled && times ? FLESH_OK : flesh_report_no_memory();
   for (int r = 0; r < count && !status; r++) {
     titled[r] = panels[r];
     snprintf(times[r], sizeof times[r], "t = %.4g s", panels[r].t);

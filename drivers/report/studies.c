@@ -12,14 +12,12 @@
 
 enum { MOST_SHOWN = 6 };
 
-static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report"); }
-
 /* folder/name as a table; *number -1 with a note where there is none. */
 static int add_table(json_t *part, const char *folder, const char *name, int open, int *number)
 {
   char *path = flesh_report_path(folder, name);
   json_t *columns = NULL;
-  int status = path ? flesh_report_csv(path, 0, &columns, NULL) : no_memory();
+  int status = path ? flesh_report_csv(path, 0, &columns, NULL) : flesh_report_no_memory();
   free(path);
   *number = -1;
   if (columns) *number = flesh_report_table(part, name, columns, open);
@@ -96,7 +94,7 @@ static int add_chosen_drift(flesh_report *report, json_t *part, const char *fold
                *constants = flesh_report_text(rows, "constants", k);
     flesh_report_name_energy(rows, k, label);
     char *path = drift_folder(folder, rows, k, name);
-    if (!path) return no_memory();
+    if (!path) return flesh_report_no_memory();
     snprintf(file, sizeof file, "runs/%s/result.json", name);
     const char *colour = strcmp(constants, "as_e") ? flesh_report_energy_colour(energy) : "#8B4513";
     status = flesh_report_add_history(part, plot, path, "history.csv", label, colour);
@@ -219,7 +217,7 @@ static int show_cases(flesh_report *report, json_t *part, const char *folder, in
     char *whole = flesh_report_path(folder, name);
     path = whole ? flesh_report_path(whole, "out") : NULL;
     flesh_report_name_case(rows, k, label);
-    status = path ? flesh_report_show(report, path, label, 1) : no_memory();
+    status = path ? flesh_report_show(report, path, label, 1) : flesh_report_no_memory();
     shown++;
     free(path);
     free(whole);

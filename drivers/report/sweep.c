@@ -199,7 +199,7 @@ int flesh_report_is_database(const char *path)
 int flesh_report_add_sweep(flesh_report *report, const char *path)
 {
   char *whole = flesh_report_is_database(path) ? strdup(path) : flesh_report_path(path, "sweep.db");
-  if (!whole) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report");
+  if (!whole) return flesh_report_no_memory();
   source s = {.path = whole};
   json_t *part = flesh_report_part(report, "Sweep", whole);
   int status = flesh_path_check(whole);

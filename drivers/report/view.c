@@ -1,6 +1,5 @@
 /* view.c: bodies in motion in a report: what moves in numbers, and what they mean as JSON. */
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -19,17 +18,15 @@
 
 enum { FIELDS = FLESH_REPORT_FIELDS };
 
-static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report"); }
-
 int flesh_report_show(flesh_report *report, const char *folder, const char *name, int optional)
 {
   flesh_report_shown *longer =
       realloc(report->shown, sizeof *longer * (size_t)(report->shown_count + 1));
-  if (!longer) return no_memory();
+  if (!longer) return flesh_report_no_memory();
   report->shown = longer;
   flesh_report_shown *s = &longer[report->shown_count++];
   *s = (flesh_report_shown){.folder = strdup(folder), .name = strdup(name), .optional = optional};
-  return s->folder && s->name ? FLESH_OK : no_memory();
+  return s->folder && s->name ? FLESH_OK : flesh_report_no_memory();
 }
 
 static int taken_of(const flesh_report *report, int count)
@@ -143,7 +140,7 @@ static int add_run(flesh_report *report, flesh_run_folder *runs, int r,
     status = flesh_run_panel(own, frame, &panel);
     if (!status) status = flesh_report_body_frame(&body, &panel, report->numbers.stream);
     json_array_append_new(times, json_real(panel.t));
-    json_array_append_new(numbers, json_integer(own->numbers[frame]));
+    json_array_append_new(numbers, json_integer(own->frames[frame].number));
   }
   json_array_append_new(
       made,
@@ -156,28 +153,16 @@ static int add_run(flesh_report *report, flesh_run_folder *runs, int r,
   return status;
 }
 
-static void note(json_t *notes, const char *format, ...) __attribute__((format(printf, 2, 3)));
-static void note(json_t *notes, const char *format, ...)
-{
-  char text[1200];
-  va_list values;
-  va_start(values, format);
-  vsnprintf(text, sizeof text, format, values);
-  va_end(values);
-  json_array_append_new(notes, flesh_json_text(text));
-}
-
 /* Opens what is to be seen; what may be missing, and is, is taken off the list with a note. */
 static int open_shown(flesh_report *report, flesh_run_folder *runs)
 {
   int kept = 0, few = 0, status = FLESH_OK, r;
-  json_t *notes = json_object_get(report->view, "notes");
   for (r = 0; r < report->shown_count && !status; r++) {
     const flesh_report_shown shown = report->shown[r];
     status = flesh_run_folder_open(shown.folder, &runs[kept]);
     if (!status) status = flesh_run_folder_take_states(&runs[kept], shown.folder);
     if (status && status != FLESH_ERR_MEMORY && shown.optional) {
-      note(notes, "%s", flesh_error_text());
+      flesh_report_note(report->view, "%s", flesh_error_text());
       flesh_run_folder_close(&runs[kept]);
       free(shown.folder);
       free(shown.name);
@@ -187,12 +172,12 @@ static int open_shown(flesh_report *report, flesh_run_folder *runs)
     report->shown[kept++] = shown;
     few += runs[kept - 1].few;
     if (taken_of(report, runs[kept - 1].count) < runs[kept - 1].count)
-      note(notes, "Of the %d frames of %.200s %d are shown.", runs[kept - 1].count, shown.name, report->most_frames);
+      flesh_report_note(report->view, "Of the %d frames of %.200s %d are shown.", runs[kept - 1].count, shown.name, report->most_frames);
   }
   while (r < report->shown_count) report->shown[kept++] = report->shown[r++]; /* for the caller to free */
   report->shown_count = kept;
   if (few)
-    note(notes, "%d of %d runs left no frames: of these the start, the end and what `flesh drift` keeps between are shown.",
+    flesh_report_note(report->view, "%d of %d runs left no frames: of these the start, the end and what `flesh drift` keeps between are shown.",
          few, kept);
   return status;
 }
@@ -202,7 +187,7 @@ static int add_still(flesh_report *report, flesh_run_folder *runs, const flesh_r
                      const flesh_picture_options *options, const flesh_picture_frame *frame)
 {
   flesh_picture_panel *panels = calloc((size_t)report->shown_count + 1, sizeof *panels);
-  int status = panels ? FLESH_OK : no_memory();
+  int status = panels ? FLESH_OK : flesh_report_no_memory();
   for (int r = 0; r < report->shown_count && !status; r++) {
     const int taken = taken_of(report, runs[r].count), frame_there = flesh_report_frame_at(&motions[r], start);
     status = flesh_run_panel(&runs[r], frame_at(runs[r].count, taken, frame_there), &panels[r]);
@@ -221,7 +206,7 @@ int flesh_report_make_view(flesh_report *report)
   json_decref(report->view);
   report->view = json_pack("{s[]s[]}", "runs", "notes");
   const int wanted = report->shown_count;
-  int status = runs && motions && report->view ? open_shown(report, runs) : no_memory();
+  int status = runs && motions && report->view ? open_shown(report, runs) : flesh_report_no_memory();
   if (!status && report->shown_count) {
     flesh_picture_options_default(&options[0]);
     options[0].camera = flesh_scene_outputs(runs[0].scene)->camera;

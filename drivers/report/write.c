@@ -9,16 +9,18 @@
 #include "report/report.h"
 #include "cli/json_memory.h"
 
+int flesh_report_no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report"); }
+
 int flesh_report_bytes_open(flesh_report_bytes *bytes)
 {
   bytes->stream = open_memstream(&bytes->data, &bytes->size);
-  return bytes->stream ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report");
+  return bytes->stream ? FLESH_OK : flesh_report_no_memory();
 }
 
 int flesh_report_bytes_flush(flesh_report_bytes *bytes)
 {
   const int lost = fflush(bytes->stream) || ferror(bytes->stream);
-  return lost ? flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report") : FLESH_OK;
+  return lost ? flesh_report_no_memory() : FLESH_OK;
 }
 
 void flesh_report_bytes_close(flesh_report_bytes *bytes)
@@ -98,7 +100,7 @@ static int pack(const flesh_report *report, json_t *head, char **packed, size_t 
   uLongf room = compressBound((uLong)plain.size);
   if (!status) *packed = malloc(room);
   if (!*packed || compress2((Bytef *)*packed, &room, (Bytef *)plain.data, (uLong)plain.size, Z_BEST_COMPRESSION) != Z_OK)
-    status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report");
+    status = flesh_report_no_memory();
   *size = room;
   flesh_report_bytes_close(&plain);
   free(text);

@@ -66,35 +66,25 @@ static void cpu_model(char *text, size_t size)
 
 json_t *flesh_provenance_program(int argc, char **argv)
 {
-  json_t *program = json_object(), *words = json_array();
-  for (int a = 0; a < argc; a++) json_array_append_new(words, flesh_json_text(argv[a]));
-  json_object_set_new(program, "flesh", json_string(FLESH_VERSION));
-  json_object_set_new(program, "commit", *FLESH_COMMIT ? json_string(FLESH_COMMIT) : json_null());
-  json_object_set_new(program, "compiler", json_string(FLESH_COMPILER));
-  json_object_set_new(program, "compiler_flags", json_string(FLESH_COMPILER_FLAGS));
-  json_object_set_new(program, "build_type", json_string(FLESH_BUILD_TYPE));
-  json_object_set_new(program, "build_options", json_string(FLESH_BUILD_OPTIONS));
-  json_object_set_new(program, "instruction_set", json_string(instruction_set()));
-  json_object_set_new(program, "libraries",
-                      json_pack("{ssssssssss}", "SUNDIALS", FLESH_SUNDIALS_VERSION, "SuiteSparse",
-                                FLESH_SUITESPARSE_VERSION, "libfyaml", FLESH_FYAML_VERSION, "GSL",
-                                FLESH_GSL_VERSION, "jansson", FLESH_JANSSON_VERSION));
-  json_object_set_new(program, "arguments", words);
-  json_object_set_new(program, "threads", json_integer(1));
-  char text[256];
-  cpu_model(text, sizeof text);
-  json_object_set_new(program, "cpu", flesh_json_text(text));
+  char cpu[256], date[32], machine[256];
   struct utsname system;
-  if (!uname(&system)) {
-    snprintf(text, sizeof text, "%.60s %.60s %.60s", system.sysname, system.release,
-             system.machine);
-    json_object_set_new(program, "system", flesh_json_text(text));
-  }
-  time_t now = time(NULL);
   struct tm utc;
-  strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", gmtime_r(&now, &utc));
-  json_object_set_new(program, "date", json_string(text));
-  return program;
+  const time_t now = time(NULL);
+  const int known = !uname(&system);
+  cpu_model(cpu, sizeof cpu);
+  strftime(date, sizeof date, "%Y-%m-%dT%H:%M:%SZ", gmtime_r(&now, &utc));
+  if (known) snprintf(machine, sizeof machine, "%.60s %.60s %.60s", system.sysname, system.release, system.machine);
+  json_t *words = json_array();
+  for (int a = 0; a < argc; a++) json_array_append_new(words, flesh_json_text(argv[a]));
+  json_t *libraries = json_pack("{s:s, s:s, s:s, s:s, s:s}", "SUNDIALS", FLESH_SUNDIALS_VERSION, "SuiteSparse",
+                                FLESH_SUITESPARSE_VERSION, "libfyaml", FLESH_FYAML_VERSION, "GSL", FLESH_GSL_VERSION,
+                                "jansson", FLESH_JANSSON_VERSION);
+  return json_pack("{s:s, s:s?, s:s, s:s, s:s, s:s, s:s, s:o, s:o, s:i, s:o, s:o*, s:s}", "flesh", FLESH_VERSION,
+                   "commit", *FLESH_COMMIT ? FLESH_COMMIT : NULL, "compiler", FLESH_COMPILER,
+                   "compiler_flags", FLESH_COMPILER_FLAGS, "build_type", FLESH_BUILD_TYPE,
+                   "build_options", FLESH_BUILD_OPTIONS, "instruction_set", instruction_set(), "libraries", libraries,
+                   "arguments", words, "threads", 1, "cpu", flesh_json_text(cpu),
+                   "system", known ? flesh_json_text(machine) : NULL, "date", date);
 }
 
 /* Once each, by the name that no working directory changes. */
@@ -133,15 +123,12 @@ json_t *flesh_provenance_mesh(const flesh_mesh_info *info)
 
 json_t *flesh_provenance_scene(const flesh_scene *scene, const char *path)
 {
-  json_t *inputs = json_object(), *files = json_array();
+  json_t *files = json_array();
+  flesh_mesh_info info;
   add_file(files, path);
   flesh_scene_visit_files(scene, add_input, files);
-  json_object_set_new(inputs, "files", files);
-  flesh_mesh_info info;
   flesh_mesh_inspect(flesh_scene_mesh(scene), &info);
-  json_object_set_new(inputs, "mesh", flesh_provenance_mesh(&info));
-  const flesh_instructions used = flesh_system_instructions(flesh_scene_system(scene));
-  json_object_set_new(inputs, "instructions", json_string(flesh_instructions_name(used)));
-  json_object_set_new(inputs, "seed", json_integer(flesh_scene_outputs(scene)->seed));
-  return inputs;
+  const char *used = flesh_instructions_name(flesh_system_instructions(flesh_scene_system(scene)));
+  return json_pack("{s:o, s:o, s:s, s:I}", "files", files, "mesh", flesh_provenance_mesh(&info), "instructions", used,
+                   "seed", (json_int_t)flesh_scene_outputs(scene)->seed);
 }

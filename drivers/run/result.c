@@ -309,15 +309,13 @@ json_t *flesh_costs_json(const flesh_costs *costs, const flesh_system *system)
   json_t *array = json_array();
   for (int e = 0; e < flesh_system_effect_count(system); e++) {
     const flesh_effect_cost *cost = &costs->effects[e];
-    json_t *row = json_object();
-    json_object_set_new(row, "name", json_string(flesh_system_effect(system, e)->operations->name));
-    set_integer(row, "residuals", cost->residuals);
-    set_integer(row, "jacobians", cost->jacobians);
-    set_integer(row, "potentials", cost->potentials);
-    set_integer(row, "energies", cost->energies);
-    size_t bytes = flesh_system_effect_memory(system, e);
-    set(row, "memory_bytes", bytes ? (double)bytes : NAN);
-    set(row, "cpu_s", costs->timed ? cost->cpu_s : NAN);
+    const size_t bytes = flesh_system_effect_memory(system, e);
+    json_t *row = json_pack("{s:s, s:I, s:I, s:I, s:I, s:o, s:o}", "name",
+                            flesh_system_effect(system, e)->operations->name, "residuals", (json_int_t)cost->residuals,
+                            "jacobians", (json_int_t)cost->jacobians, "potentials", (json_int_t)cost->potentials,
+                            "energies", (json_int_t)cost->energies, "memory_bytes",
+                            flesh_json_number(bytes ? (double)bytes : NAN), "cpu_s",
+                            flesh_json_number(costs->timed ? cost->cpu_s : NAN));
     json_array_append_new(array, row);
   }
   return array;
@@ -337,41 +335,31 @@ void flesh_costs_print(FILE *stream, const flesh_costs *costs, const flesh_syste
   }
 }
 
+static json_t *failure_json(const flesh_outcome *outcome)
+{
+  const flesh_failure *f = &outcome->failure;
+  const int solved = f->worst_node >= 0 && !f->order; /* null: there is none */
+  const double *x = f->worst_position;
+  json_t *failure =
+      json_pack("{s:s, s:s, s:o, s:o, s:i, s:i, s:o, s:o, s:i, s:i, s:s}", "reason", flesh_status_name(f->status),
+                "meaning", flesh_status_text(f->status), "t", flesh_json_number(f->t), "h", flesh_json_number(f->h),
+                "halvings", f->halvings, "order", f->order, "residual", flesh_json_number(solved ? f->residual : NAN),
+                "residual_target", flesh_json_number(solved ? f->target : NAN), "worst_tet", f->worst_tet,
+                "worst_node", f->worst_node, "advice", outcome->advice);
+  if (f->worst_tet < 0) return failure;
+  set(failure, "worst_J", f->worst_J);
+  json_object_set_new(failure, "worst_position", json_pack("[o, o, o]", flesh_json_number(x[0]), flesh_json_number(x[1]),
+                                                           flesh_json_number(x[2])));
+  return failure;
+}
+
 json_t *flesh_outcome_json(const flesh_outcome *outcome)
 {
-  json_t *object = json_object();
-  json_object_set_new(object, "status", json_string(flesh_outcome_word(outcome)));
-  set_integer(object, "exit_code", outcome->exit_code);
-  json_object_set_new(object, "message", flesh_json_text(outcome->message));
-  json_object_set_new(object, "warning", outcome->warning[0] ? flesh_json_text(outcome->warning) : json_null());
-  json_object_set_new(object, "notes", outcome->notes[0] ? flesh_json_text(outcome->notes) : json_null());
-  if (!outcome->has_failure) {
-    json_object_set_new(object, "failure", json_null());
-    return object;
-  }
-  const flesh_failure *f = &outcome->failure;
-  json_t *failure = json_object();
-  json_object_set_new(failure, "reason", json_string(flesh_status_name(f->status)));
-  json_object_set_new(failure, "meaning", json_string(flesh_status_text(f->status)));
-  set(failure, "t", f->t);
-  set(failure, "h", f->h);
-  set_integer(failure, "halvings", f->halvings);
-  set_integer(failure, "order", f->order);
-  int solved = f->worst_node >= 0 && !f->order; /* null: there is none */
-  set(failure, "residual", solved ? f->residual : NAN);
-  set(failure, "residual_target", solved ? f->target : NAN);
-  set_integer(failure, "worst_tet", f->worst_tet);
-  if (f->worst_tet >= 0) {
-    set(failure, "worst_J", f->worst_J);
-    json_t *position = json_array();
-    for (int k = 0; k < 3; k++)
-      json_array_append_new(position, flesh_json_number(f->worst_position[k]));
-    json_object_set_new(failure, "worst_position", position);
-  }
-  set_integer(failure, "worst_node", f->worst_node);
-  json_object_set_new(failure, "advice", json_string(outcome->advice));
-  json_object_set_new(object, "failure", failure);
-  return object;
+  json_t *warning = *outcome->warning ? flesh_json_text(outcome->warning) : json_null();
+  json_t *notes = *outcome->notes ? flesh_json_text(outcome->notes) : json_null();
+  return json_pack("{s:s, s:i, s:o, s:o, s:o, s:o}", "status", flesh_outcome_word(outcome), "exit_code",
+                   outcome->exit_code, "message", flesh_json_text(outcome->message), "warning", warning, "notes", notes,
+                   "failure", outcome->has_failure ? failure_json(outcome) : json_null());
 }
 
 int flesh_json_write(const char *path, json_t *value)

@@ -22,26 +22,32 @@ static int number_of(const char *name, int *number)
          (!strcmp(name + end, ".vtu") || !strcmp(name + end, ".pvtu"));
 }
 
+/* Room for frames, instead of those there are. */
+static int make_room(flesh_run_folder *run, int count)
+{
+  for (int k = 0; k < run->count; k++) free(run->frames[k].file);
+  free(run->frames);
+  run->count = 0;
+  run->frames = calloc((size_t)count + 1, sizeof *run->frames);
+  return run->frames ? FLESH_OK : no_memory();
+}
+
 static int open_frames(flesh_run_folder *run, const char *path)
 {
   flesh_pvd index = {0};
-  char *folder = flesh_text_new("%s/frames", path), *file = folder ? flesh_text_new("%s/frames.pvd", folder) : NULL;
+  run->folder = flesh_text_new("%s/frames", path);
+  char *file = run->folder ? flesh_text_new("%s/frames.pvd", run->folder) : NULL;
   int status = file ? flesh_path_check(file) : no_memory();
   if (!status && flesh_path_is_file(file)) status = flesh_pvd_read(file, &index);
   free(file);
-  run->folder = folder;
-  run->times = index.times;
-  run->files = calloc((size_t)index.count + 1, sizeof *run->files);
-  if (run->files) run->count = index.count;
-  else if (!status) status = no_memory();
-  run->numbers = calloc((size_t)index.count + 1, sizeof *run->numbers);
-  if (!run->numbers && !status) status = no_memory();
+  if (!status) status = make_room(run, index.count);
   for (int k = 0; k < index.count && !status; k++) {
-    if (!(run->files[k] = strdup(index.names[k]))) status = no_memory();
+    flesh_run_frame *frame = &run->frames[run->count++];
+    frame->time = index.times[k];
+    if (!(frame->file = strdup(index.names[k]))) status = no_memory();
     /* A foreign name has no number: then its place in the index. */
-    if (!number_of(index.names[k], &run->numbers[k])) run->numbers[k] = k ? run->numbers[k - 1] + 1 : 0;
+    if (!number_of(index.names[k], &frame->number)) frame->number = k ? frame[-1].number + 1 : 0;
   }
-  index.times = NULL; /* taken */
   flesh_pvd_clear(&index);
   return status;
 }
@@ -61,32 +67,25 @@ static int load_state(flesh_run_folder *run, const char *folder, const char *nam
 /* A single frame: the last state of a run without frames, or a scene's start. */
 static int open_single(flesh_run_folder *run, const char *folder)
 {
+  int status = make_room(run, 1);
+  if (!status) status = load_state(run, folder, folder ? "state.txt" : NULL);
+  if (status) return status;
   run->count = 1;
-  free(run->times);
-  run->times = malloc(sizeof *run->times);
-  free(run->numbers);
-  run->numbers = calloc(1, sizeof *run->numbers);
-  if (!run->times || !run->numbers) return no_memory();
-  const int status = load_state(run, folder, folder ? "state.txt" : NULL);
-  run->times[0] = run->state.t;
-  return status;
+  run->frames[0].time = run->state.t;
+  return FLESH_OK;
 }
 
 /* Adds a state by its time; of one time the later named stays. */
 static int add_state(flesh_run_folder *run, const char *name)
 {
-  const double t = run->state.t;
-  char *own = name ? strdup(name) : NULL;
+  flesh_run_frame frame = {.time = run->state.t, .file = name ? strdup(name) : NULL};
   int at = 0;
-  if (name && !own) return no_memory();
-  while (at < run->count && run->times[at] < t) at++;
-  if (at < run->count && !(run->times[at] > t)) {
-    free(run->files[at]);
-  } else {
-    for (int i = run->count++; i > at; i--) run->times[i] = run->times[i - 1], run->files[i] = run->files[i - 1];
-  }
-  run->times[at] = t;
-  run->files[at] = own;
+  if (name && !frame.file) return no_memory();
+  while (at < run->count && run->frames[at].time < frame.time) at++;
+  if (at < run->count && !(run->frames[at].time > frame.time)) free(run->frames[at].file);
+  else
+    for (int i = run->count++; i > at; i--) run->frames[i] = run->frames[i - 1];
+  run->frames[at] = frame;
   return FLESH_OK;
 }
 
@@ -94,26 +93,22 @@ int flesh_run_folder_take_states(flesh_run_folder *run, const char *path)
 {
   static const char *const names[] = {NULL, "worst_state.txt", "event_state.txt", "state.txt"};
   enum { MOST = sizeof names / sizeof *names };
-  if (run->files && run->files[0]) return FLESH_OK;
-  free(run->folder), free(run->times), free(run->numbers), free(run->files);
+  if (run->frames[0].file) return FLESH_OK;
+  free(run->folder);
   run->few = 1;
-  run->count = 0;
   run->folder = strdup(path);
-  run->times = calloc(MOST, sizeof *run->times);
-  run->numbers = calloc(MOST, sizeof *run->numbers);
-  run->files = calloc(MOST, sizeof *run->files);
-  if (!run->folder || !run->times || !run->numbers || !run->files) return no_memory();
-  for (int k = 0; k < MOST; k++) {
+  int status = run->folder ? make_room(run, MOST) : no_memory();
+  for (int k = 0; k < MOST && !status; k++) {
     char *file = names[k] ? flesh_text_new("%s/%s", path, names[k]) : NULL;
     if (names[k] && !file) return no_memory();
     const int there = !file || flesh_path_is_there(file);
     free(file);
-    int status = there ? load_state(run, path, names[k]) : FLESH_OK;
-    if (!status && there) status = add_state(run, names[k]);
-    if (status) return status;
-    run->numbers[k] = k;
+    if (!there) continue;
+    status = load_state(run, path, names[k]);
+    if (!status) status = add_state(run, names[k]);
   }
-  return FLESH_OK;
+  for (int k = 0; k < run->count; k++) run->frames[k].number = k;
+  return status;
 }
 
 int flesh_run_folder_open(const char *path, flesh_run_folder *run)
@@ -145,10 +140,8 @@ int flesh_run_folder_open(const char *path, flesh_run_folder *run)
 
 void flesh_run_folder_close(flesh_run_folder *run)
 {
-  for (int k = 0; run->files && k < run->count; k++) free(run->files[k]);
-  free(run->files);
-  free(run->times);
-  free(run->numbers);
+  for (int k = 0; k < run->count; k++) free(run->frames[k].file);
+  free(run->frames);
   free(run->folder);
   free(run->state.x);
   free(run->state.v);
@@ -158,10 +151,11 @@ void flesh_run_folder_close(flesh_run_folder *run)
 
 int flesh_run_folder_load(flesh_run_folder *run, int k)
 {
-  if (run->few) return load_state(run, run->folder, run->files[k]);
-  run->state.t = run->times[k];
-  if (!run->files || !run->files[0]) return FLESH_OK; /* the only frame is loaded */
-  char *path = flesh_text_new("%s/%s", run->folder, run->files[k]);
+  const flesh_run_frame *frame = &run->frames[k];
+  if (run->few) return load_state(run, run->folder, frame->file);
+  run->state.t = frame->time;
+  if (!frame->file) return FLESH_OK; /* the only frame is loaded */
+  char *path = flesh_text_new("%s/%s", run->folder, frame->file);
   if (!path) return no_memory();
   static const char *const names[] = {"Points", "velocity"};
   double *const targets[] = {run->state.x, run->state.v};
@@ -175,24 +169,25 @@ int flesh_run_folder_at(const flesh_run_folder *run, double time)
 {
   int best = 0;
   for (int k = 1; k < run->count; k++)
-    if (fabs(run->times[k] - time) < fabs(run->times[best] - time)) best = k;
+    if (fabs(run->frames[k].time - time) < fabs(run->frames[best].time - time)) best = k;
   return best;
 }
 
 int flesh_run_folder_find(const flesh_run_folder *run, int number)
 {
   for (int k = 0; k < run->count; k++)
-    if (run->numbers[k] == number) return k;
+    if (run->frames[k].number == number) return k;
   return -1;
 }
 
 void flesh_run_folder_numbers(const flesh_run_folder *run, char text[64])
 {
-  const int *n = run->numbers, last = n[run->count - 1];
-  if (run->count == 1) snprintf(text, 64, "only %d", n[0]);
-  else if (run->count == 2) snprintf(text, 64, "%d and %d", n[0], n[1]);
-  else if (run->count == 3) snprintf(text, 64, "%d, %d and %d", n[0], n[1], n[2]);
-  else snprintf(text, 64, "%d, %d, %d to %d", n[0], n[1], n[2], last);
+  const flesh_run_frame *n = run->frames;
+  if (run->count == 1) snprintf(text, 64, "only %d", n[0].number);
+  else if (run->count == 2) snprintf(text, 64, "%d and %d", n[0].number, n[1].number);
+  else if (run->count == 3) snprintf(text, 64, "%d, %d and %d", n[0].number, n[1].number, n[2].number);
+  else
+    snprintf(text, 64, "%d, %d, %d to %d", n[0].number, n[1].number, n[2].number, n[run->count - 1].number);
 }
 
 double *flesh_run_positions(const char *path, int nodes)

@@ -5,16 +5,19 @@
 
 #include "flesh/scene.h"
 
+typedef struct flesh_run_frame {
+  double time; /* s */
+  int number;  /* as in the name of the file, the step that it was written after; 0 for a single frame */
+  char *file;  /* in the folder; NULL: the scene's start, or the only state */
+} flesh_run_frame;
+
 typedef struct flesh_run_folder {
   flesh_scene *scene;
-  char *folder;   /* of the frames; NULL for a scene */
-  int count;      /* of frames, at least 1 */
-  double *times;  /* [count], s */
-  int *numbers;   /* [count], ascending: as in the names of the files, the steps that they were written after; 0 for
-                   * a single frame */
-  char **files;   /* [count], in the folder; NULL for a scene, or an element: the scene's start */
-  int few;        /* it left no frames: they are its states */
-  flesh_state state; /* of the frame that was loaded last */
+  char *folder; /* of the frames; NULL for a scene */
+  int count;    /* of frames, at least 1 */
+  flesh_run_frame *frames; /* [count], ascending */
+  int few;                 /* it left no frames: they are its states */
+  flesh_state state;       /* of the frame that was loaded last */
 } flesh_run_folder;
 
 /* `path`: a run's folder (scene.yaml, frames/frames.pvd; without frames its last state) or a scene

@@ -73,7 +73,7 @@ static int apply_to_run(flesh_run_folder *run, flesh_skin_frames *frames)
   int status = FLESH_OK;
   for (int k = 0; k < run->count && !status; k++) {
     status = flesh_run_folder_load(run, k);
-    if (!status) status = flesh_skin_frames_add(frames, run->numbers[k], &run->state);
+    if (!status) status = flesh_skin_frames_add(frames, run->frames[k].number, &run->state);
   }
   return status;
 }

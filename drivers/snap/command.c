@@ -44,11 +44,11 @@ static int frame_of(const flesh_run_folder *run, const wanted *w, int k, const c
   else *frame = w->at[k] < 0 ? run->count - 1 : flesh_run_folder_find(run, (int)w->at[k]);
   if (*frame >= 0) return FLESH_OK;
   flesh_run_folder_numbers(run, numbers);
-  if (!run->files || !run->files[0])
+  if (!run->frames[0].file)
     return flesh_fail(FLESH_ERR_ARGUMENT, "--frame is %g; %s has no frames but its %s, which is number 0", w->at[k],
                       title, run->folder ? "last state" : "start");
   return flesh_fail(FLESH_ERR_ARGUMENT, "--frame is %g; the frames of %s are %s, numbered as its files (%s/%s)",
-                    w->at[k], title, numbers, run->folder, run->files[run->count - 1]);
+                    w->at[k], title, numbers, run->folder, run->frames[run->count - 1].file);
 }
 
 /* Every run at every time; panels keep copies of their states. */
@@ -67,7 +67,7 @@ static int draw(flesh_snapshot *s, const wanted *w, const char *out)
     status = frame_of(&s->runs[r].folder, w, p % w->count, s->runs[r].title, &frame);
     if (!status) status = flesh_snapshot_panel(s, r, frame, subtitles[p], sizeof *subtitles, &panels[p]);
     if (status) break;
-    numbers[p] = s->runs[r].folder.numbers[frame];
+    numbers[p] = s->runs[r].folder.frames[frame].number;
     states[p] = malloc(2 * n * sizeof(double));
     if (!states[p]) {
       status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
