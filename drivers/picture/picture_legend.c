@@ -87,14 +87,26 @@ static double unit_of(flesh_picture_field field, const flesh_picture_frame *fram
   return pow(1000, thousands);
 }
 
+/* The quantity in two lines, the second with the unit and its prefix. */
+static const struct {
+  const char *first, *second, *unit;
+} words[] = {{"", "", NULL}, {"volume ratio", "J_mean", NULL}, {"von Mises", "stress ", "Pa"}, {"speed", "", "m/s"}};
+static_assert(sizeof words / sizeof *words == FLESH_PICTURE_SPEED + 1, "words for every field");
+
+static void print_second(flesh_picture_field field, const char *prefix, char text[48])
+{
+  const char *unit = words[field].unit;
+  if (unit) snprintf(text, 48, "%s[%s%s]", words[field].second, prefix, unit);
+  else snprintf(text, 48, "%s", words[field].second);
+}
+
 void flesh_picture_quantity(flesh_picture_field field, const flesh_picture_frame *frame, char text[64], double *unit)
 {
   const char *prefix;
+  char second[48];
   *unit = unit_of(field, frame, &prefix);
-  if (field == FLESH_PICTURE_PLAIN) *text = 0;
-  else if (field == FLESH_PICTURE_J) snprintf(text, 64, "volume ratio J_mean");
-  else if (field == FLESH_PICTURE_STRESS) snprintf(text, 64, "von Mises stress [%sPa]", prefix);
-  else snprintf(text, 64, "speed [%sm/s]", prefix);
+  print_second(field, prefix, second);
+  snprintf(text, 64, "%s%s%.40s", words[field].first, *second ? " " : "", second);
 }
 
 enum { LONGEST_TEXT = 512 };
@@ -176,20 +188,15 @@ void flesh_picture_legend(cairo_t *c, double x, double y, double height, flesh_p
                           const flesh_picture_frame *frame)
 {
   enum { LONGEST = 240 };
-  char name[64], text[48];
-  double unit;
+  char text[48];
   const char *prefix;
-  unit = unit_of(field, frame, &prefix);
+  const double unit = unit_of(field, frame, &prefix);
   const double around = 4 * LINE + 2 * CAP + 8 + (frame->inverted ? LINE + 3 : 0);
   const double length = floor(fmin(height - around, LONGEST));
   double at = floor(y - 0.5 * (length + around)) + LINE;
-  static const char *const names[] = {"", "volume ratio", "von Mises", "speed"};
-  static_assert(sizeof names / sizeof *names == FLESH_PICTURE_SPEED + 1, "a name of every field");
-  if (field == FLESH_PICTURE_J) snprintf(name, sizeof name, "J_mean");
-  else if (field == FLESH_PICTURE_STRESS) snprintf(name, sizeof name, "stress [%sPa]", prefix);
-  else snprintf(name, sizeof name, "[%sm/s]", prefix);
-  flesh_picture_text(c, x, at, 0, 12, 0.15, names[field]);
-  flesh_picture_text(c, x, at += LINE, 0, 12, 0.15, name);
+  print_second(field, prefix, text);
+  flesh_picture_text(c, x, at, 0, 12, 0.15, words[field].first);
+  flesh_picture_text(c, x, at += LINE, 0, 12, 0.15, text);
   at += LINE + 4;
   snprintf(text, sizeof text, "max %.4g", frame->most / unit + 0.0);
   if (isfinite(frame->most)) flesh_picture_text(c, x, at, 0, 11, 0.35, text);

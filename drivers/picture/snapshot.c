@@ -89,11 +89,7 @@ static int open_run(flesh_snapshot *s, const char *path, flesh_snapshot_run *run
 {
   int status = flesh_run_folder_open(path, &run->folder);
   if (status) return status;
-  int length = (int)strlen(path);
-  while (length > 1 && path[length - 1] == '/') length--;
-  int first = length;
-  while (first > 0 && path[first - 1] != '/') first--;
-  snprintf(run->title, sizeof run->title, "%.*s", length - first, path + first);
+  if (!(run->title = flesh_run_folder_name(path))) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   const char *surface = s->surface ? s->surface : flesh_scene_outputs(run->folder.scene)->skin.surface;
   if (!surface || s->no_skin) return FLESH_OK;
   status = flesh_surface_read(surface, &run->surface);
@@ -120,6 +116,7 @@ void flesh_snapshot_close(flesh_snapshot *s)
     flesh_skin_destroy(&s->runs[r].skin);
     flesh_surface_destroy(&s->runs[r].surface);
     flesh_run_folder_close(&s->runs[r].folder);
+    free(s->runs[r].title);
   }
   free(s->runs);
   s->runs = NULL;

@@ -12,7 +12,7 @@ typedef struct flesh_snapshot_run {
   flesh_run_folder folder;
   flesh_surface *surface;
   flesh_skin *skin;
-  char title[64];
+  char *title;
 } flesh_snapshot_run;
 
 typedef struct flesh_snapshot {

@@ -33,23 +33,30 @@ static json_t *values_of(const flesh_csv *csv, int column, int every)
   return good ? numbers : texts;
 }
 
-int flesh_report_csv(const char *path, int most, json_t **columns, int *step)
+void flesh_report_add_column(json_t *columns, const char *name, json_t *values)
 {
-  flesh_csv csv;
-  *columns = NULL;
-  int status = flesh_path_check(path);
-  if (status || !flesh_path_is_file(path)) return status;
-  status = flesh_csv_read(path, FLESH_CSV_TORN, &csv);
-  if (status) return status;
+  json_array_append_new(columns, json_pack("{soso}", "name", flesh_json_text(name), "values", values));
+}
+
+/* Leaves the table empty where there is none. */
+static int read_table(const char *path, flesh_csv *csv)
+{
+  const int status = flesh_path_check(path);
+  return status || !flesh_path_is_file(path) ? status : flesh_csv_read(path, FLESH_CSV_TORN, csv);
+}
+
+int flesh_report_csv(const char *folder, const char *name, int most, json_t **columns, int *step)
+{
+  flesh_csv csv = {0};
+  char *path = flesh_report_path(folder, name);
+  int status = path ? read_table(path, &csv) : flesh_report_no_memory();
   const int every = most && csv.rows > most ? (csv.rows + most - 1) / most : 1;
   if (step) *step = every;
-  json_t *made = csv.columns ? json_array() : NULL;
-  for (int c = 0; c < csv.columns; c++)
-    json_array_append_new(made, json_pack("{soso}", "name", flesh_json_bytes(csv.names[c], strlen(csv.names[c])),
-                                          "values", values_of(&csv, c, every)));
-  if (csv.columns && !made) status = flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
+  *columns = csv.columns ? json_array() : NULL;
+  for (int c = 0; c < csv.columns; c++) flesh_report_add_column(*columns, csv.names[c], values_of(&csv, c, every));
+  if (csv.columns && !*columns) status = flesh_report_no_memory();
   flesh_csv_clear(&csv);
-  *columns = made;
+  free(path);
   return status;
 }
 

@@ -4,12 +4,14 @@
 
 #include <jansson.h>
 
-/* Reads a CSV file (study/csv.h) whose first row names its columns into a new list of {"name",
- * "values"}; values are numbers or null where every cell is a number or empty, else texts. Of more
- * than `most` rows (0: all of them) it takes every k-th and the last one; *step (may be NULL) is
- * that k. Torn rows are left out. *columns is NULL where there is no such
- * file, or no table in it. FLESH_ERR_FILE for what is no file of the result's folder (confine.h), FLESH_ERR_MEMORY. */
-int flesh_report_csv(const char *path, int most, json_t **columns, int *step);
+/* Reads the CSV file folder/name (study/csv.h), whose first row names its columns, into a new list of {"name", "values"};
+ * values are numbers or null where every cell is a number or empty, else texts. Of more than `most` rows (0: all of them)
+ * it takes every k-th and the last one; *step (may be NULL) is that k. Torn rows are left out. *columns is NULL where
+ * there is no such file, or no table in it. FLESH_ERR_FILE for what is no file of the result's folder (confine.h),
+ * FLESH_ERR_MEMORY. */
+int flesh_report_csv(const char *folder, const char *name, int most, json_t **columns, int *step);
+/* Appends a column; takes the values. */
+void flesh_report_add_column(json_t *columns, const char *name, json_t *values);
 
 /* The values of a column, borrowed; NULL without one. */
 const json_t *flesh_report_column(const json_t *columns, const char *name);

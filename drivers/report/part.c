@@ -78,6 +78,25 @@ void flesh_report_add_series(json_t *plot, int table, const char *name, const ch
                                   flesh_json_text(name), "colour", colour));
 }
 
+int flesh_report_add_history(json_t *part, json_t *plot, const char *folder, const char *file,
+                             const char *name, const char *colour)
+{
+  enum { MOST_ROWS = 2000 };
+  char title[300];
+  json_t *columns;
+  int step;
+  const int status = flesh_report_csv(folder, file, MOST_ROWS, &columns, &step);
+  if (status) return status;
+  if (!columns) {
+    flesh_report_note(part, "%s has no %s that can be read.", name, file);
+    return FLESH_OK;
+  }
+  snprintf(title, sizeof title, "%s: %s", name, file);
+  if (step > 1) flesh_report_note(part, "Of %s of %s one row in %d is here.", file, name, step);
+  flesh_report_add_series(plot, flesh_report_table(part, title, columns, 0), name, colour);
+  return FLESH_OK;
+}
+
 void flesh_report_add_grid(json_t *part, const char *title, int table, const char *row,
                            const char *const *columns, const char *value)
 {

@@ -35,6 +35,10 @@ typedef struct flesh_report_plot {
 json_t *flesh_report_add_plot(json_t *part, const flesh_report_plot *plot);
 void flesh_report_add_series(json_t *plot, int table, const char *name, const char *colour);
 
+/* folder/file as a folded table and a series of the plot; a note where it cannot be read. */
+int flesh_report_add_history(json_t *part, json_t *plot, const char *folder, const char *file,
+                             const char *name, const char *colour);
+
 /* Rows against columns, one cell each, coloured by what it says. `columns`: names, NULL-ended. */
 void flesh_report_add_grid(json_t *part, const char *title, int table, const char *row,
                            const char *const *columns, const char *value);

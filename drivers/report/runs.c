@@ -8,10 +8,8 @@
 #include "flesh/status.h"
 #include "report/csv.h"
 #include "report/part.h"
-#include "report/runs.h"
+#include "run/run_folder.h"
 #include "cli/json_memory.h"
-
-enum { MOST_ROWS = 2000 };
 
 /* A figure of result.json; NAN without. */
 static double figure(const json_t *result, const char *name)
@@ -26,13 +24,16 @@ static const char *text_of(const json_t *object, const char *name)
   return text ? text : "";
 }
 
-const char *flesh_report_energy(const json_t *result)
+/* The letter of its first material's energy; "" without. */
+static const char *energy_of(const json_t *result)
 {
   return text_of(json_array_get(json_object_get(result, "materials"), 0), "energy");
 }
 
-/* How it ended, and what became of its volume and its tets. */
-void flesh_report_judge_run(json_t *part, const char *name, const json_t *result)
+static const char *colour_of(const json_t *result) { return flesh_report_energy_colour(energy_of(result)); }
+
+/* How a run ended, and what became of its volume and its tets; no result: it left none. */
+static void judge_run(json_t *part, const char *name, const json_t *result)
 {
   if (!result) {
     flesh_report_say(part, "%s left no result.json: it is still going on, or it was killed.", name);
@@ -109,43 +110,22 @@ static void add_figures(json_t *part, int count, char *const *names, json_t *con
          *statuses = json_array();
   for (int r = 0; r < count; r++) {
     json_array_append_new(of_names, flesh_json_text(names[r]));
-    json_array_append_new(energies, json_string(flesh_report_energy(results[r])));
+    json_array_append_new(energies, json_string(energy_of(results[r])));
     json_array_append_new(statuses,
                           json_string(results[r] ? text_of(results[r], "status") : "no result"));
   }
-  json_array_append_new(table, json_pack("{ssso}", "name", "run", "values", of_names));
-  json_array_append_new(table, json_pack("{ssso}", "name", "energy", "values", energies));
-  json_array_append_new(table, json_pack("{ssso}", "name", "status", "values", statuses));
+  flesh_report_add_column(table, "run", of_names);
+  flesh_report_add_column(table, "energy", energies);
+  flesh_report_add_column(table, "status", statuses);
   for (size_t c = 0; c < sizeof columns / sizeof *columns; c++) {
     json_t *values = json_array();
     for (int r = 0; r < count; r++) {
       const double value = figure(results[r], columns[c].figure);
       json_array_append_new(values, isfinite(value) ? json_real(value) : json_null());
     }
-    json_array_append_new(table, json_pack("{ssso}", "name", columns[c].title, "values", values));
+    flesh_report_add_column(table, columns[c].title, values);
   }
   flesh_report_table(part, count > 1 ? "Figures of the runs" : "Figures of the run", table, 1);
-}
-
-int flesh_report_add_history(json_t *part, json_t *plot, const char *folder, const char *file,
-                             const char *name, const char *colour)
-{
-  char title[300];
-  json_t *columns;
-  int step;
-  char *path = flesh_report_path(folder, file);
-  if (!path) return flesh_report_no_memory();
-  int status = flesh_report_csv(path, MOST_ROWS, &columns, &step);
-  free(path);
-  if (status) return status;
-  if (!columns) {
-    flesh_report_note(part, "%s has no %s that can be read.", name, file);
-    return FLESH_OK;
-  }
-  snprintf(title, sizeof title, "%s: %s", name, file);
-  if (step > 1) flesh_report_note(part, "Of %s of %s one row in %d is here.", file, name, step);
-  flesh_report_add_series(plot, flesh_report_table(part, title, columns, 0), name, colour);
-  return FLESH_OK;
 }
 
 /* The column to plot against time at first: the first of those wanted that a table has, else the last. */
@@ -164,40 +144,26 @@ static int add_histories(json_t *part, int count, char *const *folders, char *co
                          json_t *const *results)
 {
   static const char *const motions[] = {"volume_ratio", "energy_total", "newton", NULL};
+  flesh_report_plot of = {.title = "History", .x = "t", .y = "", .lines = 1, .choose = 1, .table = -1};
+  json_t *plot = flesh_report_add_plot(part, &of);
   int status = FLESH_OK, probes = 0;
-  json_t *plot = flesh_report_add_plot(
-      part,
-      &(flesh_report_plot){
-          .title = "History", .x = "t", .y = "volume_ratio", .lines = 1, .choose = 1, .table = -1});
-  for (int r = 0; r < count && !status; r++)
-    status = flesh_report_add_history(part, plot, folders[r], "history.csv", names[r],
-                                      flesh_report_energy_colour(flesh_report_energy(results[r])));
+  for (int r = 0; r < count && !status; r++) {
+    probes |= flesh_report_has(folders[r], "probes.csv");
+    status = flesh_report_add_history(part, plot, folders[r], "history.csv", names[r], colour_of(results[r]));
+  }
   json_object_set_new(plot, "y", json_string(first_column(part, motions)));
-  for (int r = 0; r < count; r++) probes |= flesh_report_has(folders[r], "probes.csv");
   if (!probes || status) return status;
-  plot = flesh_report_add_plot(
-      part, &(flesh_report_plot){
-                .title = "Probes", .x = "t [s]", .y = "", .lines = 1, .choose = 1, .table = -1});
+  of.title = "Probes", of.x = "t [s]";
+  plot = flesh_report_add_plot(part, &of);
   for (int r = 0; r < count && !status; r++)
     if (flesh_report_has(folders[r], "probes.csv"))
-      status =
-          flesh_report_add_history(part, plot, folders[r], "probes.csv", names[r],
-                                   flesh_report_energy_colour(flesh_report_energy(results[r])));
+      status = flesh_report_add_history(part, plot, folders[r], "probes.csv", names[r], colour_of(results[r]));
   const json_t *tables = json_object_get(part, "tables");
   const json_t *columns =
       json_object_get(json_array_get(tables, json_array_size(tables) - 1), "columns");
   const char *second = json_string_value(json_object_get(json_array_get(columns, 1), "name"));
   json_object_set_new(plot, "y", json_string(second ? second : ""));
   return status;
-}
-
-/* The last word of a path. */
-static char *name_of(const char *path)
-{
-  size_t end = strlen(path), begin;
-  while (end > 1 && path[end - 1] == '/') end--;
-  for (begin = end; begin > 0 && path[begin - 1] != '/';) begin--;
-  return strndup(path + begin, end - begin);
 }
 
 int flesh_report_add_runs(flesh_report *report, int count, char *const *folders)
@@ -209,11 +175,11 @@ int flesh_report_add_runs(flesh_report *report, int count, char *const *folders)
       names && results ? FLESH_OK : flesh_report_no_memory();
   for (int r = 0; r < count && !status; r++) {
     status = flesh_report_json(folders[r], "result.json", &results[r]);
-    if (!status && !(names[r] = name_of(folders[r])))
+    if (!status && !(names[r] = flesh_run_folder_name(folders[r])))
       status = flesh_report_no_memory();
   }
   if (!status && count > 1) compare_runs(part, count, names, results);
-  for (int r = 0; r < count && !status; r++) flesh_report_judge_run(part, names[r], results[r]);
+  for (int r = 0; r < count && !status; r++) judge_run(part, names[r], results[r]);
   if (!status) add_figures(part, count, names, results);
   if (!status) status = add_histories(part, count, folders, names, results);
   for (int r = 0; r < count && !status; r++) {

@@ -7,7 +7,6 @@
 #include "base/error.h"
 #include "report/csv.h"
 #include "report/part.h"
-#include "report/runs.h"
 #include "report/sentence.h"
 
 enum { MOST_SHOWN = 6 };
@@ -15,10 +14,8 @@ enum { MOST_SHOWN = 6 };
 /* folder/name as a table; *number -1 with a note where there is none. */
 static int add_table(json_t *part, const char *folder, const char *name, int open, int *number)
 {
-  char *path = flesh_report_path(folder, name);
-  json_t *columns = NULL;
-  int status = path ? flesh_report_csv(path, 0, &columns, NULL) : flesh_report_no_memory();
-  free(path);
+  json_t *columns;
+  const int status = flesh_report_csv(folder, name, 0, &columns, NULL);
   *number = -1;
   if (columns) *number = flesh_report_table(part, name, columns, open);
   else if (!status) flesh_report_note(part, "There is no %s that can be read.", name);

@@ -50,10 +50,7 @@ static int ask(const source *s, const char *sql, json_t **columns)
   json_t *made = json_array();
   for (int c = 0; c < sqlite3_column_count(query); c++) {
     const char *name = sqlite3_column_name(query, c);
-    json_array_append_new(made,
-                          json_pack("{soso}", "name",
-                                    flesh_json_text(name ? name : ""),
-                                    "values", json_array()));
+    flesh_report_add_column(made, name ? name : "", json_array());
   }
   while ((code = sqlite3_step(query)) == SQLITE_ROW)
     for (int c = 0; c < sqlite3_column_count(query); c++)

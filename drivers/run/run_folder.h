@@ -38,6 +38,9 @@ void flesh_run_folder_numbers(const flesh_run_folder *run, char text[64]);
 /* The frame nearest in time. */
 int flesh_run_folder_at(const flesh_run_folder *run, double time);
 
+/* The last word of a path, new; NULL without memory. */
+char *flesh_run_folder_name(const char *path);
+
 /* New positions [3*nodes] of a state file; NULL where it cannot be read. */
 double *flesh_run_positions(const char *path, int nodes);
 
