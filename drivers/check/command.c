@@ -22,17 +22,13 @@
 static const double tolerance = 1e-7;
 
 static const char details[] =
-    "Reads the scene with its mesh, reports what it is made of, and differentiates each of its "
-    "effects at a\n"
-    "disturbed start state: residual against potential, Jacobian against residual, for statics and "
-    "for a backward\n"
-    "Euler step of 1/60 s; the projected Jacobian must have no negative curvature. Errors are "
-    "relative and must\n"
-    "stay below 1e-7. Exit code 2 when the scene is bad or an effect fails.\n\n"
-    "--dump writes the elasticity at the start state for comparison with other programs: "
-    "energy.txt [J],\n"
-    "gradient.txt (rows x y z fx fy fz, f = dV/dx [N]) and hessian.mtx (Matrix Market, dof = "
-    "3*node + axis).\n";
+    "Reads the scene with its mesh, reports what it is made of, and differentiates each of its effects at a\n"
+    "disturbed start state: residual against potential, Jacobian against residual, for statics and for a backward\n"
+    "Euler step of 1/60 s; the projected Jacobian must have no negative curvature. Errors are relative and must\n"
+    "stay below 1e-7. Exit code 2 when the scene is bad or an effect fails.\n"
+    "\n"
+    "--dump writes the elasticity at the start state for comparison with other programs: energy.txt [J],\n"
+    "gradient.txt (rows x y z fx fy fz, f = dV/dx [N]) and hessian.mtx (Matrix Market, dof = 3*node + axis).\n";
 
 /* The scene's skin, if it has one, is bound to see that it can be. */
 static int report_skin(const flesh_scene *scene)

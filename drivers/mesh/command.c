@@ -281,8 +281,7 @@ static int command_box(int argc, char **argv)
       .command = "mesh box",
       .positionals = "--cells NX,NY,NZ --size X,Y,Z --out FILE",
       .summary = "Makes a regular grid of boxes, six tets each.",
-      .details = "The six tets of a box stand around its diagonal from the low to the high corner "
-                 "(Kuhn).\n"
+      .details = "The six tets of a box stand around its diagonal from the low to the high corner (Kuhn).\n"
                  "Node (i,j,k) has the index (k*(NY+1)+j)*(NX+1)+i. Sizes may be written a/b.\n"
                  "Example: flesh mesh box --cells 16,4,4 --size 4,1,1 --out bar.msh\n",
       .options = options};

@@ -102,32 +102,28 @@ static int make(flesh_report *report, int count, char **paths, const char *title
   return FLESH_OK;
 }
 
+static const char details[] =
+    "RESULT is the folder of a `flesh run`, `drift`, `accuracy`, `hardcases` or `sweep`, or the database of\n"
+    "a sweep. The file has the verdict in words, tables that sort, plots that show their numbers, the\n"
+    "scenes and where all of it came from. Bodies are seen in three dimensions and move: of runs with\n"
+    "frames all of these, of others what states they left. Runs stand side by side, seen by one camera\n"
+    "and coloured on one scale by J_mean, stress or speed, as `flesh snap` draws them without a skin.";
+
 int flesh_command_report(int argc, char **argv)
 {
   const char *out = NULL, *title = NULL;
   flesh_report report = {0};
   const flesh_option options[] = {
       {"out", "FILE", FLESH_OPTION_TEXT, &out, "report to write, its name ends in .html"},
-      {"title", "TEXT", FLESH_OPTION_TEXT, &title,
-       "its title (default: flesh report, and what it is of)"},
+      {"title", "TEXT", FLESH_OPTION_TEXT, &title, "its title (default: flesh report, and what it is of)"},
       {"frames", "N", FLESH_OPTION_COUNT, &report.most_frames,
        "frames of each run at most, evenly taken, the first and the last among them (default: "
        "all)"},
       {.name = NULL}};
   const flesh_usage usage = {.command = "report",
                              .positionals = "RESULT... --out FILE",
-                             .summary =
-                                 "Writes results as one HTML file that opens offline in a browser.",
-                             .details = "RESULT is the folder of a `flesh run`, `drift`, "
-                                        "`accuracy`, `hardcases` or `sweep`, or the database of\n"
-                                        "a sweep. The file has the verdict in words, tables that "
-                                        "sort, plots that show their numbers, the\n"
-                                        "scenes and where all of it came from. Bodies are seen in "
-                                        "three dimensions and move: of runs with\n"
-                                        "frames all of these, of others what states they left. "
-                                        "Runs stand side by side, seen by one camera\n"
-                                        "and coloured on one scale by J_mean, stress or speed, as "
-                                        "`flesh snap` draws them without a skin.",
+                             .summary = "Writes results as one HTML file that opens offline in a browser.",
+                             .details = details,
                              .positional_min = 1,
                              .positional_max = INT_MAX,
                              .options = options};

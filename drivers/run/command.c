@@ -26,14 +26,13 @@
 #include "scene/scene.h"
 #include "study/table.h"
 
-static const char details[] = "Writes into DIR: history.csv (a row per step), probes.csv (the "
-                              "same of output.probes),\nframes/frames.pvd (for ParaView), state.txt (the last\n"
-                              "state, to go on from with --start-state), result.json (status, "
-                              "figures, provenance) and scene.yaml (every\n"
-                              "value in force; running it gives the same result);\nwith --checkpoint also checkpoint.bin, until the run is complete. Results of an "
-                              "older run in DIR are replaced, but no\n"
-                              "file that the run reads or that no run has written. One process at "
-                              "a time writes into DIR.\n";
+static const char details[] =
+    "Writes into DIR: history.csv (a row per step), probes.csv (the same of output.probes),\n"
+    "frames/frames.pvd (for ParaView), state.txt (the last state, to go on from with --start-state),\n"
+    "result.json (status, figures, provenance) and scene.yaml (every value in force; running it gives the\n"
+    "same result); with --checkpoint also checkpoint.bin, until the run is complete. Results of an older\n"
+    "run in DIR are replaced, but no file that the run reads or that no run has written. One process at a\n"
+    "time writes into DIR.\n";
 
 /* out/<scene's name without folder and suffix>. Returns new text. */
 static char *default_folder(const char *scene)
