@@ -67,11 +67,10 @@ static void add_points(flesh_picture_fit *fit, int count, const double *points)
 static int add_values(flesh_picture_fit *fit, const flesh_picture_panel *panel)
 {
   double *values, extremes[2];
-  int nodes = flesh_mesh_node_count(panel->body->mesh), finite = 0, inverted;
+  int nodes = flesh_mesh_node_count(panel->body->mesh), finite = 0;
   int status = flesh_picture_values(panel, fit->options->field, &values, extremes);
   if (status || !values) return status;
-  status = flesh_picture_is_inverted(panel, &inverted);
-  fit->inverted |= inverted;
+  fit->inverted |= flesh_picture_is_inverted(panel);
   fit->least = fmin(fit->least, extremes[0]);
   fit->most = fmax(fit->most, extremes[1]);
   for (int i = 0; i < nodes; i++)
@@ -82,7 +81,7 @@ static int add_values(flesh_picture_fit *fit, const flesh_picture_panel *panel)
     fit->high = fmax(fit->high, values[finite - 1 - finite / 100]);
   }
   free(values);
-  return status;
+  return FLESH_OK;
 }
 
 static double size_of(int count, const double *x)

@@ -7,8 +7,8 @@
 
 #include "base/error.h"
 #include "base/sort.h"
+#include "mesh/inspect.h"
 #include "mesh/pieces.h"
-#include "mesh/shape.h"
 #include "output/tet_stress.h"
 #include "picture/picture_curved.h"
 
@@ -39,61 +39,24 @@ static void linear(const unsigned char colour[3], float rgb[3])
   for (int d = 0; d < 3; d++) rgb[d] = (float)flesh_srgb_decode(colour[d] / 255.);
 }
 
-/* The change of x along the three edges from a tet's first corner; of ten nodes that of the map at its centre. */
-static void edges_of(const flesh_mesh *mesh, const double *x, int t, double d[3][3])
+/* Von Mises' stress in the middle of every tet, of Cauchy's stress with that of the system's effects; NaN where there is
+ * none. */
+static int measure_stress(const flesh_picture_panel *panel, double *values)
 {
   static const double centre[4] = {0.25, 0.25, 0.25, 0.25};
-  int n[10];
-  const int size = flesh_mesh_tet_nodes(mesh, t, n);
-  for (int k = 0; k < 3; k++) {
-    double along[4] = {-1, 0, 0, 0}, N[10];
-    along[k + 1] = 1;
-    flesh_tet10_shape_along(centre, along, N);
-    for (int i = 0; i < 3; i++) {
-      d[k][i] = x[3 * (size_t)n[k + 1] + (size_t)i] - x[3 * (size_t)n[0] + (size_t)i];
-      if (size == 4) continue;
-      d[k][i] = 0;
-      for (int a = 0; a < size; a++) d[k][i] += N[a] * x[3 * (size_t)n[a] + (size_t)i];
-    }
+  const flesh_state state = {.t = panel->t, .x = (double *)panel->x}; /* only read */
+  flesh_tet_stress stress;
+  const int status = flesh_tet_stress_open(panel->body, panel->system, &stress);
+  for (int t = 0; t < flesh_mesh_tet_count(panel->body->mesh) && !status; t++) {
+    flesh_strain_point at;
+    flesh_tet_stress_at(&stress, &state, t, centre, &at);
+    const double mean = (at.tau[0] + at.tau[4] + at.tau[8]) / 3;
+    double sum = 0;
+    for (int k = 0; k < 9; k++) sum += pow(at.tau[k] - (k % 4 ? 0 : mean), 2);
+    values[t] = at.J > 0 ? sqrt(1.5 * sum) / at.J : NAN;
   }
-}
-
-/* Von Mises' stress of the Cauchy stress of a tet, P F^T / J and that of the system's effects; NaN where there is
- * none. */
-static double tet_stress(const flesh_picture_panel *panel, int t)
-{
-  const flesh_body *body = panel->body;
-  double D[3][3], d[3][3], B[3][3], F[9], P[9], S[9], tau[9] = {0}, J = 0;
-  edges_of(body->mesh, flesh_mesh_positions(body->mesh), t, D);
-  edges_of(body->mesh, panel->x, t, d);
-  for (int k = 0; k < 3; k++) /* rows of the edges' inverse: cross products over the volume */
-    for (int i = 0; i < 3; i++)
-      B[k][i] = D[(k + 1) % 3][(i + 1) % 3] * D[(k + 2) % 3][(i + 2) % 3] -
-                D[(k + 1) % 3][(i + 2) % 3] * D[(k + 2) % 3][(i + 1) % 3];
-  double volume = D[0][0] * B[0][0] + D[0][1] * B[0][1] + D[0][2] * B[0][2];
-  for (int i = 0; i < 3; i++)
-    for (int j = 0; j < 3; j++) {
-      F[3 * i + j] = 0;
-      for (int k = 0; k < 3; k++) F[3 * i + j] += d[k][i] * B[k][j] / volume;
-    }
-  for (int i = 0; i < 3; i++)
-    J += F[i] * (F[3 + (i + 1) % 3] * F[6 + (i + 2) % 3] - F[3 + (i + 2) % 3] * F[6 + (i + 1) % 3]);
-  const flesh_material *material =
-      &body->materials[body->tet_material ? body->tet_material[t] : 0];
-  if (!(J > 0) || flesh_material_stress(material, F, P)) return NAN;
-  for (int i = 0; i < 3; i++)
-    for (int j = 0; j < 3; j++) {
-      S[3 * i + j] = 0;
-      for (int k = 0; k < 3; k++) S[3 * i + j] += P[3 * i + k] * F[3 * j + k] / J;
-    }
-  if (panel->system) flesh_tet_stress_add(panel->system, panel->t, t, F, tau);
-  for (int k = 0; k < 9; k++) S[k] += tau[k] / J;
-  double pressure = (S[0] + S[4] + S[8]) / 3, sum = 0;
-  for (int k = 0; k < 9; k++) {
-    double deviator = S[k] - (k % 4 ? 0 : pressure);
-    sum += deviator * deviator;
-  }
-  return sqrt(1.5 * sum);
+  flesh_tet_stress_clear(&stress);
+  return status;
 }
 
 /* Node values from those of tets. */
@@ -138,16 +101,13 @@ static void measure_least(const flesh_picture_panel *panel, double *J_min)
   else flesh_mesh_jacobians(mesh, panel->x, J_min, NULL, NULL);
 }
 
-int flesh_picture_is_inverted(const flesh_picture_panel *panel, int *inverted)
+int flesh_picture_is_inverted(const flesh_picture_panel *panel)
 {
   const int tets = flesh_mesh_tet_count(panel->body->mesh);
-  double *J = malloc(sizeof *J * (size_t)tets);
-  *inverted = 0;
-  if (!J) return no_memory();
-  measure_least(panel, J);
-  for (int t = 0; t < tets; t++) *inverted |= !(J[t] > 0);
-  free(J);
-  return FLESH_OK;
+  int inverted = 0;
+  if (!panel->J) flesh_mesh_jacobians(panel->body->mesh, panel->x, NULL, NULL, &inverted);
+  for (int t = 0; t < tets && panel->J; t++) inverted += !(panel->J[tets + t] > 0);
+  return inverted > 0;
 }
 
 static void find_extremes(int count, const double *values, double extremes[2])
@@ -181,10 +141,9 @@ int flesh_picture_values(const flesh_picture_panel *panel, flesh_picture_field f
     find_extremes(nodes, made, extremes);
   } else {
     if (field == FLESH_PICTURE_J) measure_mean(panel, of_tets);
-    else
-      for (int t = 0; t < tets; t++) of_tets[t] = tet_stress(panel, t);
-    find_extremes(tets, of_tets, extremes);
-    status = average(mesh, of_tets, made);
+    else status = measure_stress(panel, of_tets);
+    if (!status) find_extremes(tets, of_tets, extremes);
+    if (!status) status = average(mesh, of_tets, made);
   }
   free(of_tets);
   if (status) free(made);
@@ -212,31 +171,19 @@ static void *take(flesh_picture_scene *scene, size_t size)
   return made && !keep(scene, made) ? made : NULL;
 }
 
-static int has_regions(const flesh_mesh *mesh)
-{
-  const int *tags = flesh_mesh_regions(mesh);
-  for (int t = 1; t < flesh_mesh_tet_count(mesh); t++)
-    if (tags[t] != tags[0]) return 1;
-  return 0;
-}
-
-/* A colour per boundary triangle by the rank of its tet's region tag. */
-static int colour_regions(flesh_picture_scene *scene, const flesh_mesh *mesh, const int *tets,
-                          int triangles, float *colours)
+/* Where there are several regions, gives every boundary triangle the colour of its tet's, by the rank of its tag. */
+static int colour_regions(flesh_picture_scene *scene, const flesh_mesh *mesh, const int *behind, flesh_render_surface *s)
 {
   enum { COLOURS = sizeof regions / sizeof *regions };
-  int count = flesh_mesh_tet_count(mesh), distinct = 0;
-  int *tags = take(scene, sizeof *tags * (size_t)count);
-  if (!tags) return no_memory();
-  memcpy(tags, flesh_mesh_regions(mesh), sizeof *tags * (size_t)count);
-  qsort(tags, (size_t)count, sizeof *tags, flesh_compare_int);
-  for (int t = 0; t < count; t++)
-    if (!t || tags[t] != tags[t - 1]) tags[distinct++] = tags[t];
-  for (int s = 0; s < triangles; s++) {
-    const int *found = bsearch(&flesh_mesh_regions(mesh)[tets[s]], tags, (size_t)distinct,
-                               sizeof *tags, flesh_compare_int);
-    linear(regions[(found - tags) % COLOURS], colours + 3 * (size_t)s);
+  int *tags, count = flesh_mesh_region_list(mesh, &tags), status = tags ? keep(scene, tags) : no_memory();
+  if (status || count < 2) return status;
+  float *rgb = take(scene, sizeof *rgb * 3 * (size_t)s->triangles);
+  if (!rgb) return no_memory();
+  for (int t = 0; t < s->triangles; t++) {
+    const int *found = bsearch(&flesh_mesh_regions(mesh)[behind[t]], tags, (size_t)count, sizeof *tags, flesh_compare_int);
+    linear(regions[(found - tags) % COLOURS], rgb + 3 * (size_t)t);
   }
+  s->triangle_colours = rgb;
   return FLESH_OK;
 }
 
@@ -322,12 +269,9 @@ static int add_body(const flesh_picture_panel *panel, const flesh_picture_option
     if (!rgb) return no_memory();
     colour_values(options->field, frame, s->vertices, values, rgb);
     s->colours = rgb;
-  } else if (!skinned && has_regions(mesh)) {
-    float *rgb = take(scene, sizeof *rgb * 3 * (size_t)s->triangles);
-    int status = rgb ? colour_regions(scene, mesh, behind, s->triangles, rgb)
-                     : no_memory();
+  } else if (!skinned) {
+    const int status = colour_regions(scene, mesh, behind, s);
     if (status) return status;
-    s->triangle_colours = rgb;
   }
   scene->count++;
   return FLESH_OK;

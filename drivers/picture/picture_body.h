@@ -22,7 +22,7 @@ int flesh_picture_values(const flesh_picture_panel *panel, flesh_picture_field f
 void flesh_picture_jacobians(const flesh_mesh *mesh, const double *x, double *J);
 
 /* Whether a tet has J <= 0 at a point of quadrature. */
-int flesh_picture_is_inverted(const flesh_picture_panel *panel, int *inverted);
+int flesh_picture_is_inverted(const flesh_picture_panel *panel);
 
 /* Makes the surfaces; low, high: of the colours. */
 int flesh_picture_scene_make(const flesh_picture_panel *panel, const flesh_picture_options *options,

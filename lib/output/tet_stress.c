@@ -61,7 +61,8 @@ static void volume_term(flesh_volume_term term, double J, double *U, double *slo
   *slope = logarithmic ? log(J) / J : J - 1;
 }
 
-void flesh_tet_stress_add(const flesh_system *system, double t, int tet, const double F[9], double tau[9])
+/* Adds to tau [9], at a place of the tet, what the system's effects say of their stress (flesh_effect_figures). */
+static void add_of_effects(const flesh_system *system, double t, int tet, const double F[9], double tau[9])
 {
   for (int e = 0; e < flesh_system_effect_count(system); e++) {
     const flesh_effect *effect = flesh_system_effect(system, e);
@@ -81,7 +82,7 @@ static void find_stress(const flesh_tet_stress *stress, const flesh_state *state
   for (int k = 0; k < 9; k++) p->tau[k] = NAN;
   if (flesh_material_energy(material, p->F, &p->energy)) p->energy = NAN;
   if (!flesh_material_stress(material, p->F, P)) flesh_mat3_multiply_transposed(P, p->F, p->tau);
-  if (stress->system) flesh_tet_stress_add(stress->system, state->t, tet, p->F, p->tau);
+  if (stress->system) add_of_effects(stress->system, state->t, tet, p->F, p->tau);
   p->energy -= stress->rest_energies[m];
   if (!(share->share > 0)) return;
   volume_term(share->term, p->J, &U, &slope);

@@ -34,7 +34,4 @@ int flesh_tet_stress_points(const flesh_tet_stress *stress, const flesh_state *s
 void flesh_tet_stress_at(const flesh_tet_stress *stress, const flesh_state *state, int tet, const double L[4],
                          flesh_strain_point *point);
 
-/* Adds to tau [9], at a place of the tet, what the system's effects say of their stress (flesh_effect_figures). */
-void flesh_tet_stress_add(const flesh_system *system, double t, int tet, const double F[9], double tau[9]);
-
 #endif
