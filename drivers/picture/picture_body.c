@@ -171,7 +171,7 @@ static void *take(flesh_picture_scene *scene, size_t size)
   return made && !keep(scene, made) ? made : NULL;
 }
 
-/* Where there are several regions, gives every boundary triangle the colour of its tet's, by the rank of its tag. */
+/* Gives every boundary triangle of a mesh of several regions the colour of its tet, by the rank of its tag. */
 static int colour_regions(flesh_picture_scene *scene, const flesh_mesh *mesh, const int *behind, flesh_render_surface *s)
 {
   enum { COLOURS = sizeof regions / sizeof *regions };
