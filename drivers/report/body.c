@@ -9,13 +9,12 @@
 #include "picture/picture_body.h"
 #include "picture/picture_curved.h"
 
-static double diagonal(int nodes, const double *x)
+static double diagonal(const flesh_mesh *mesh)
 {
-  double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY},
-         sum = 0;
-  for (int k = 0; k < 3 * nodes; k++)
-    low[k % 3] = fmin(low[k % 3], x[k]), high[k % 3] = fmax(high[k % 3], x[k]);
-  for (int d = 0; d < 3; d++) sum += (high[d] - low[d]) * (high[d] - low[d]);
+  flesh_mesh_info info;
+  double sum = 0;
+  flesh_mesh_inspect(mesh, &info);
+  for (int d = 0; d < 3; d++) sum += (info.high[d] - info.low[d]) * (info.high[d] - info.low[d]);
   return sqrt(sum);
 }
 
@@ -28,7 +27,7 @@ int flesh_report_body_open(const flesh_picture_panel *panel, const flesh_picture
                            .tets = flesh_mesh_tet_count(mesh),
                            .obstacle_count = flesh_picture_obstacle_count(panel),
                            .view = frames[0].view};
-  b->quantum = diagonal(b->nodes, flesh_mesh_positions(mesh)) / PARTS;
+  b->quantum = diagonal(mesh) / PARTS;
   for (int f = 0; f < FLESH_REPORT_FIELDS; f++) {
     b->low[f] = frames[f].low;
     b->steps[f] = frames[f].high > frames[f].low ? (frames[f].high - frames[f].low) / LEVELS : 1;

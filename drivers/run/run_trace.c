@@ -19,17 +19,13 @@ int flesh_run_trace_observe(void *data, const flesh_step_record *record)
     trace->rows = grown;
     trace->room = room;
   }
-  const double kinetic = flesh_system_role_energy(record->system, FLESH_ROLE_INERTIA, record->energies);
-  double strain = 0;
-  for (int e = 0; e < flesh_system_effect_count(record->system); e++)
-    if (flesh_system_effect(record->system, e)->operations->role == FLESH_ROLE_ELASTICITY)
-      strain += record->energies[e] - record->rest_energies[e];
-  trace->rows[trace->count].t = record->state->t;
-  trace->rows[trace->count].step = record->step;
-  trace->rows[trace->count].newton = record->step ? record->stats->newton : 0;
-  trace->rows[trace->count].linear = record->step ? record->stats->linear : 0;
-  trace->rows[trace->count].kinetic = kinetic;
-  trace->rows[trace->count++].strain = strain;
+  const flesh_system *system = record->system;
+  const double strain = flesh_system_role_energy(system, FLESH_ROLE_ELASTICITY, record->energies) -
+                        flesh_system_role_energy(system, FLESH_ROLE_ELASTICITY, record->rest_energies);
+  trace->rows[trace->count++] = (flesh_run_trace_row){
+      .t = record->state->t, .step = record->step, .strain = strain,
+      .kinetic = flesh_system_role_energy(system, FLESH_ROLE_INERTIA, record->energies),
+      .newton = record->step ? record->stats->newton : 0, .linear = record->step ? record->stats->linear : 0};
   return FLESH_OK;
 }
 

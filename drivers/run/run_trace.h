@@ -7,14 +7,16 @@
 #include "flesh/observer.h"
 #include "flesh/scene.h"
 
+typedef struct flesh_run_trace_row {
+  double t, kinetic, strain; /* s, J, J relative to the mesh's rest shape */
+  long newton, linear;       /* iterations */
+  long step;                 /* 0: the start */
+} flesh_run_trace_row;
+
 /* Zero-initialise. */
 typedef struct flesh_run_trace {
   int count, room;
-  struct {
-    double t, kinetic, strain; /* s, J, J relative to the mesh's rest shape */
-    long newton, linear;       /* iterations */
-    long step;                 /* 0: the start */
-  } *rows;
+  flesh_run_trace_row *rows;
 } flesh_run_trace;
 
 int flesh_run_trace_observe(void *trace, const flesh_step_record *record);
