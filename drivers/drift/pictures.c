@@ -8,7 +8,7 @@
 #include "base/text.h"
 #include "drift/drift.h"
 #include "flesh/scene.h"
-#include "picture/palette.h"
+#include "material/form.h"
 #include "picture/picture.h"
 #include "picture/plot.h"
 #include "run/run_folder.h"
@@ -103,7 +103,7 @@ static int make_series(const flesh_drift_plan *plan, int count, volumes *all, co
     if (v->same_as != k || !v->count) continue;
     if (v->c->figures.status) flesh_text_add(v->title, sizeof v->title, " (stops at %.3g s)", v->c->figures.failed_at);
     /* The two D's share a colour: the deflation sets them apart. */
-    const char *colour = variant->constants == FLESH_CONSTANTS_AS_E ? "#d08ac8" : flesh_palette_colour(variant->energy);
+    const char *colour = variant->constants == FLESH_CONSTANTS_AS_E ? "#d08ac8" : flesh_forms[variant->energy].colour;
     series[lines] = (flesh_plot_series){v->title, v->file, "t", "volume_ratio", colour,
                                         .dashed = v->c->solver == FLESH_DRIFT_PLAIN};
     if (v->c->figures.status) mark_stop(v, range, &series[lines]);

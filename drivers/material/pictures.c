@@ -7,7 +7,6 @@
 #include "base/text.h"
 #include "base/sort.h"
 #include "material/curves.h"
-#include "picture/palette.h"
 #include "picture/plot.h"
 #include "picture/plot_text.h"
 #include "material/form.h"
@@ -93,7 +92,7 @@ static void list_same(const flesh_curves *all, const panel *p, char *text, size_
 static void put_style(FILE *stream, const flesh_curve *curve)
 {
   static const char *const dash[] = {"(11,8)", "solid", "(2,6)"};
-  fprintf(stream, "lc rgb '%s' dt %s lw 2.4", flesh_palette_colour(curve->material.energy),
+  fprintf(stream, "lc rgb '%s' dt %s lw 2.4", flesh_forms[curve->material.energy].colour,
           dash[curve->material.constants]);
 }
 

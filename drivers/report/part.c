@@ -7,7 +7,7 @@
 
 #include "report/csv.h"
 #include "cli/json_memory.h"
-#include "picture/palette.h"
+#include "material/form.h"
 
 json_t *flesh_report_part(flesh_report *report, const char *title, const char *path)
 {

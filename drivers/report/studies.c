@@ -142,6 +142,14 @@ int flesh_report_add_drift(flesh_report *report, const char *folder)
   return add_chosen_drift(report, part, folder, table, plot);
 }
 
+/* Columns of a table against each other, on logarithmic axes. */
+static void add_costs(json_t *part, int table, flesh_report_plot plot)
+{
+  plot.log_x = plot.log_y = plot.choose = 1;
+  plot.table = table;
+  flesh_report_add_plot(part, &plot);
+}
+
 int flesh_report_add_accuracy(flesh_report *report, const char *folder)
 {
   json_t *part = flesh_report_part(report, "What accuracy costs", folder);
@@ -150,37 +158,18 @@ int flesh_report_add_accuracy(flesh_report *report, const char *folder)
   if (!status) status = add_verdict(part, folder, "verdict.txt");
   if (!status) status = add_table(part, folder, "orders.csv", 1, &orders);
   if (status) return status;
-  static const struct {
-    const char *title, *x, *y;
-  } plots[] = {{"Error against CPU time", "cpu_s", "error_position_rms"},
-               {"Error against residual evaluations", "residual_evaluations", "error_position_rms"},
-               {"Error against step or tolerance", "value", "error_position_rms"}};
+  static const char *const plots[][2] = {{"Error against CPU time", "cpu_s"},
+                                         {"Error against residual evaluations", "residual_evaluations"},
+                                         {"Error against step or tolerance", "value"}};
   for (size_t k = 0; k < sizeof plots / sizeof *plots && table >= 0; k++)
-    flesh_report_add_plot(part, &(flesh_report_plot){.title = plots[k].title,
-                                                     .x = plots[k].x,
-                                                     .y = plots[k].y,
-                                                     .log_x = 1,
-                                                     .log_y = 1,
-                                                     .lines = 1,
-                                                     .choose = 1,
-                                                     .table = table,
-                                                     .group = "method",
-                                                     .where = "price",
-                                                     .is = "work"});
+    add_costs(part, table, (flesh_report_plot){.title = plots[k][0], .x = plots[k][1], .y = "error_position_rms",
+                                               .lines = 1, .group = "method", .where = "price", .is = "work"});
   if (flesh_report_has(folder, "mesh.csv")) {
     status = add_verdict(part, folder, "mesh.txt");
     if (!status) status = add_table(part, folder, "mesh.csv", 1, &table);
     if (!status && table >= 0)
-      flesh_report_add_plot(part,
-                            &(flesh_report_plot){.title = "Error of the mesh against CPU time",
-                                                 .x = "cpu_s",
-                                                 .y = "error_over_motion",
-                                                 .log_x = 1,
-                                                 .log_y = 1,
-                                                 .lines = 1,
-                                                 .choose = 1,
-                                                 .table = table,
-                                                 .group = "element"});
+      add_costs(part, table, (flesh_report_plot){.title = "Error of the mesh against CPU time", .x = "cpu_s",
+                                                 .y = "error_over_motion", .lines = 1, .group = "element"});
   }
   json_t *all = NULL;
   if (!status) status = flesh_report_json(folder, "accuracy.json", &all);
@@ -238,14 +227,7 @@ int flesh_report_add_hardcases(flesh_report *report, const char *folder)
   if (!status) status = add_verdict(part, folder, "verdict.txt");
   if (status || table < 0) return status;
   flesh_report_add_grid(part, "What became of the cases", table, "case", setting, "outcome");
-  flesh_report_add_plot(part, &(flesh_report_plot){.title = "Work of the cases",
-                                                   .x = "newton",
-                                                   .y = "cpu_s",
-                                                   .log_x = 1,
-                                                   .log_y = 1,
-                                                   .choose = 1,
-                                                   .table = table,
-                                                   .group = "outcome"});
+  add_costs(part, table, (flesh_report_plot){.title = "Work of the cases", .x = "newton", .y = "cpu_s", .group = "outcome"});
   if (flesh_report_has(folder, "profiles.csv")) status = add_table(part, folder, "profiles.csv", 0, &profiles);
   if (!status) status = show_cases(report, part, folder, table);
   if (!status && flesh_report_rows(columns_of(part, table))) {
