@@ -5,11 +5,104 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/text.h"
 #include "report/csv.h"
 #include "report/part.h"
-#include "report/sentence.h"
 
 enum { MOST_SHOWN = 6 };
+
+/* An energy with its constants, as in "D with raw constants"; matched ones go without saying. */
+static void name_energy(const json_t *rows, size_t k, char name[64])
+{
+  const char *constants = flesh_report_text(rows, "constants", k);
+  const int matched = !strcmp(constants, "matched");
+  snprintf(name, 64, "%.20s%s%.20s%s", flesh_report_text(rows, "energy", k), matched ? "" : " with ",
+           matched ? "" : !strcmp(constants, "as_e") ? "the" : constants,
+           matched ? "" : !strcmp(constants, "as_e") ? " constants of E" : " constants");
+}
+
+/* How many rows have another text than `word` in the column. */
+static size_t count_others(const json_t *rows, const char *column, const char *word)
+{
+  size_t others = 0;
+  for (size_t k = 0; k < flesh_report_rows(rows); k++) others += strcmp(flesh_report_text(rows, column, k), word) != 0;
+  return others;
+}
+
+/* Which energy keeps the volume best and worst, in the rows of this Poisson's ratio for which `is_of` holds. */
+static void say_drift(json_t *part, const json_t *rows, double poisson,
+                            int (*is_of)(const json_t *, size_t, double))
+{
+  const size_t count = flesh_report_rows(rows), others = count_others(rows, "status", "complete");
+  double least = INFINITY, most = -INFINITY;
+  char best[64] = "", worst[64] = "", words[400];
+  for (size_t k = 0; k < count; k++) {
+    const double drift = fabs(flesh_report_number(rows, "max_volume_drift", k));
+    if (!is_of(rows, k, poisson) || isnan(drift)) continue;
+    if (drift < least) least = drift, name_energy(rows, k, best);
+    if (drift > most) most = drift, name_energy(rows, k, worst);
+  }
+  snprintf(words, sizeof words, "%.100s at Poisson's ratio %g: ", flesh_report_text(rows, "scene", count - 1), poisson);
+  if (!*best) flesh_text_add(words, sizeof words, "no run has a volume to be compared.");
+  else if (!strcmp(best, worst))
+    flesh_text_add(words, sizeof words, "%s changes its volume by at most %.2g %%.", best, 100 * most);
+  else
+    flesh_text_add(words, sizeof words, "%s keeps its volume best, within %.2g %%, and %s worst, within %.2g %%.", best,
+                   100 * least, worst, 100 * most);
+  if (others) flesh_text_add(words, sizeof words, " %zu of %zu runs did not complete.", others, count);
+  flesh_report_say(part, "%s", words);
+}
+
+static void say_accuracy(json_t *part, const json_t *rows)
+{
+  static const double errors[] = {0.01, 0.1};
+  for (size_t e = 0; e < sizeof errors / sizeof *errors; e++) {
+    size_t best = 0, found = 0;
+    for (size_t k = 0; k < flesh_report_rows(rows); k++) {
+      if (strcmp(flesh_report_text(rows, "price", k), "work") ||
+          !(flesh_report_number(rows, "error_over_motion", k) <= errors[e]))
+        continue;
+      if (!found++ || flesh_report_number(rows, "cpu_s", k) < flesh_report_number(rows, "cpu_s", best)) best = k;
+    }
+    if (!found) continue;
+    flesh_report_say(part, "With an error of at most %g %% of the motion, %s (%s) takes the least CPU time, %.2g s.",
+                     100 * errors[e], flesh_report_text(rows, "method", best), flesh_report_text(rows, "setting", best),
+                     flesh_report_number(rows, "cpu_s", best));
+    return;
+  }
+  flesh_report_say(part, "No run has an error of at most 10 %% of the motion.");
+}
+
+/* A case of hardcases.csv with what is not by default. */
+static void name_case(const json_t *rows, size_t k, char name[300])
+{
+  char energy[64];
+  const double seed = flesh_report_number(rows, "seed", k);
+  const char *solver = flesh_report_text(rows, "solver", k), *element = flesh_report_text(rows, "element", k);
+  name_energy(rows, k, energy);
+  snprintf(name, 300, "%.80s: %s, Poisson's ratio %g", flesh_report_text(rows, "case", k), energy,
+           flesh_report_number(rows, "poisson", k));
+  if (strcmp(solver, "default")) flesh_text_add(name, 300, ", solver %.40s", solver);
+  if (strcmp(element, "tet4")) flesh_text_add(name, 300, ", %.20s", element);
+  if (seed > 1) flesh_text_add(name, 300, ", seed %.0f", seed);
+}
+
+static void say_hardcases(json_t *part, const json_t *rows)
+{
+  const size_t count = flesh_report_rows(rows);
+  char name[300], first[400] = "", more[40] = "";
+  size_t others = 0;
+  for (size_t k = 0; k < count; k++) {
+    const char *outcome = flesh_report_text(rows, "outcome", k);
+    if (!strcmp(outcome, "recovered") || !strcmp(outcome, "untangled") || !strcmp(outcome, "equilibrium")) continue;
+    if (others++) continue;
+    name_case(rows, k, name);
+    snprintf(first, sizeof first, "; not so %s (%.60s)", name, outcome);
+  }
+  if (others > 1) snprintf(more, sizeof more, " and %zu more", others - 1);
+  flesh_report_say(part, "%zu of %zu cases are back at rest, or in the equilibrium that was to be kept%s%s.",
+                   count - others, count, first, more);
+}
 
 /* folder/name as a table; *number -1 with a note where there is none. */
 static int add_table(json_t *part, const char *folder, const char *name, int open, int *number)
@@ -89,7 +182,7 @@ static int add_chosen_drift(flesh_report *report, json_t *part, const char *fold
     if (!is_chosen(rows, k, greatest)) continue;
     const char *energy = flesh_report_text(rows, "energy", k),
                *constants = flesh_report_text(rows, "constants", k);
-    flesh_report_name_energy(rows, k, label);
+    name_energy(rows, k, label);
     char *path = drift_folder(folder, rows, k, name);
     if (!path) return flesh_report_no_memory();
     snprintf(file, sizeof file, "runs/%s/result.json", name);
@@ -112,7 +205,7 @@ int flesh_report_add_drift(flesh_report *report, const char *folder)
   json_t *part = flesh_report_part(report, "How the energies keep the volume", folder);
   int table = -1, status = add_table(part, folder, "drift.csv", 1, &table);
   if (!status && flesh_report_rows(columns_of(part, table)))
-    flesh_report_say_drift(part, columns_of(part, table), greatest_ratio(columns_of(part, table)), is_chosen);
+    say_drift(part, columns_of(part, table), greatest_ratio(columns_of(part, table)), is_chosen);
   if (!status) status = add_verdict(part, folder, "verdict.txt");
   if (status || table < 0) return status;
   char title[300];
@@ -154,7 +247,7 @@ int flesh_report_add_accuracy(flesh_report *report, const char *folder)
 {
   json_t *part = flesh_report_part(report, "What accuracy costs", folder);
   int table, orders, status = add_table(part, folder, "accuracy.csv", 1, &table);
-  if (!status && flesh_report_rows(columns_of(part, table))) flesh_report_say_accuracy(part, columns_of(part, table));
+  if (!status && flesh_report_rows(columns_of(part, table))) say_accuracy(part, columns_of(part, table));
   if (!status) status = add_verdict(part, folder, "verdict.txt");
   if (!status) status = add_table(part, folder, "orders.csv", 1, &orders);
   if (status) return status;
@@ -202,7 +295,7 @@ static int show_cases(flesh_report *report, json_t *part, const char *folder, in
     if (shown == MOST_SHOWN || !has_mesh(folder, name)) continue;
     char *whole = flesh_report_path(folder, name);
     path = whole ? flesh_report_path(whole, "out") : NULL;
-    flesh_report_name_case(rows, k, label);
+    name_case(rows, k, label);
     status = path ? flesh_report_show(report, path, label, 1) : flesh_report_no_memory();
     shown++;
     free(path);
@@ -223,7 +316,7 @@ int flesh_report_add_hardcases(flesh_report *report, const char *folder)
                                         "solver", "element",   NULL};
   json_t *part = flesh_report_part(report, "Hard cases", folder);
   int table = -1, profiles, status = add_table(part, folder, "hardcases.csv", 0, &table);
-  if (!status && flesh_report_rows(columns_of(part, table))) flesh_report_say_hardcases(part, columns_of(part, table));
+  if (!status && flesh_report_rows(columns_of(part, table))) say_hardcases(part, columns_of(part, table));
   if (!status) status = add_verdict(part, folder, "verdict.txt");
   if (status || table < 0) return status;
   flesh_report_add_grid(part, "What became of the cases", table, "case", setting, "outcome");

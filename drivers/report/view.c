@@ -8,7 +8,6 @@
 #include "report/body.h"
 #include "report/csv.h"
 #include "report/part.h"
-#include "report/still.h"
 #include "cli/json_memory.h"
 #include "picture/picture.h"
 #include "picture/picture_body.h"
@@ -29,6 +28,76 @@ int flesh_report_show(flesh_report *report, const char *folder, const char *name
   return s->folder && s->name ? FLESH_OK : flesh_report_no_memory();
 }
 
+/* How far a run's frames are from its first; zero-initialise, free with close_motion. */
+typedef struct motion {
+  int count;            /* of frames */
+  double *times, *away; /* [count] s; m^2, sum over nodes */
+  double *first;        /* [3*nodes] m, positions of the first frame */
+} motion;
+
+/* Adds the next of `taken` frames. FLESH_ERR_MEMORY. */
+static int add_motion(motion *m, int taken, const flesh_picture_panel *panel)
+{
+  const size_t size = 3 * (size_t)flesh_mesh_node_count(panel->body->mesh);
+  if (!m->first) {
+    m->times = malloc(((size_t)taken + 1) * sizeof *m->times);
+    m->away = malloc(((size_t)taken + 1) * sizeof *m->away);
+    m->first = malloc((size + 1) * sizeof *m->first);
+    if (!m->times || !m->away || !m->first) return flesh_report_no_memory();
+    memcpy(m->first, panel->x, size * sizeof *m->first);
+  }
+  double sum = 0;
+  for (size_t d = 0; d < size; d++) sum += (panel->x[d] - m->first[d]) * (panel->x[d] - m->first[d]);
+  m->times[m->count] = panel->t;
+  m->away[m->count++] = isfinite(sum) ? sum : 0;
+  return FLESH_OK;
+}
+
+static void close_motion(motion *m)
+{
+  free(m->times);
+  free(m->away);
+  free(m->first);
+}
+
+/* The run's frame at t, or the last one before; its first where there is none. */
+static int frame_of_time(const motion *of, double t)
+{
+  int frame = 0;
+  while (frame + 1 < of->count && of->times[frame + 1] <= t) frame++;
+  return frame;
+}
+
+static double farthest(const motion *of)
+{
+  double most = 0;
+  for (int k = 0; k < of->count; k++) most = fmax(most, of->away[k]);
+  return most > 0 ? most : 1;
+}
+
+/* The time that is shown first: among those that most runs have, the one when the runs are farthest from where they
+ * began, each measured by its own farthest frame. */
+static double find_start(int runs, const motion *motions)
+{
+  double best = 0, best_away = -1;
+  int best_runs = 0;
+  for (int r = 0; r < runs; r++)
+    for (int k = 0; k < motions[r].count; k++) {
+      const double t = motions[r].times[k];
+      double away = 0;
+      int there = 0;
+      for (int s = 0; s < runs; s++) {
+        const int frame = frame_of_time(&motions[s], t);
+        if (motions[s].times[frame] != t) continue;
+        away += motions[s].away[frame] / farthest(&motions[s]);
+        there++;
+      }
+      if (there < best_runs || (there == best_runs && away <= best_away)) continue;
+      best = t, best_away = away, best_runs = there;
+    }
+  return best;
+}
+
 static int taken_of(const flesh_report *report, int count)
 {
   return report->most_frames && count > report->most_frames ? report->most_frames : count;
@@ -41,7 +110,7 @@ static int frame_at(int count, int taken, int k)
 }
 
 /* Limits of the colours and what is to be in the picture, of every frame that is taken, and how far these move. */
-static int fit_runs(const flesh_report *report, flesh_run_folder *runs, flesh_report_motion *motions,
+static int fit_runs(const flesh_report *report, flesh_run_folder *runs, motion *motions,
                     flesh_picture_options options[FIELDS], flesh_picture_frame frames[FIELDS])
 {
   flesh_picture_fit fits[FIELDS];
@@ -56,7 +125,7 @@ static int fit_runs(const flesh_report *report, flesh_run_folder *runs, flesh_re
     for (int k = 0; k < taken && !status; k++) {
       flesh_picture_panel panel;
       status = flesh_run_panel(&runs[r], frame_at(runs[r].count, taken, k), &panel);
-      if (!status) status = flesh_report_motion_add(&motions[r], taken, &panel);
+      if (!status) status = add_motion(&motions[r], taken, &panel);
       for (int f = 0; f < FIELDS && !status; f++) status = flesh_picture_fit_add(&fits[f], &panel);
     }
   }
@@ -182,18 +251,27 @@ static int open_shown(flesh_report *report, flesh_run_folder *runs)
   return status;
 }
 
-/* The bodies as the page shows them first, in J. */
-static int add_still(flesh_report *report, flesh_run_folder *runs, const flesh_report_motion *motions, double start,
+/* Draws the bodies side by side, as the page shows them first, in J. */
+static int add_still(flesh_report *report, flesh_run_folder *runs, const motion *motions, double start,
                      const flesh_picture_options *options, const flesh_picture_frame *frame)
 {
-  flesh_picture_panel *panels = calloc((size_t)report->shown_count + 1, sizeof *panels);
-  int status = panels ? FLESH_OK : flesh_report_no_memory();
-  for (int r = 0; r < report->shown_count && !status; r++) {
-    const int taken = taken_of(report, runs[r].count), frame_there = flesh_report_frame_at(&motions[r], start);
+  const int count = report->shown_count;
+  flesh_picture_panel *panels = calloc((size_t)count + 1, sizeof *panels);
+  char(*times)[32] = calloc((size_t)count + 1, sizeof *times);
+  flesh_picture_options own = *options;
+  int status = panels && times ? FLESH_OK : flesh_report_no_memory();
+  own.columns = (int)ceil(sqrt(count));
+  for (int r = 0; r < count && !status; r++) {
+    const int taken = taken_of(report, runs[r].count), frame_there = frame_of_time(&motions[r], start);
     status = flesh_run_panel(&runs[r], frame_at(runs[r].count, taken, frame_there), &panels[r]);
+    snprintf(times[r], sizeof times[r], "t = %.4g s", panels[r].t);
+    panels[r].title = report->shown[r].name;
+    panels[r].subtitle = times[r];
   }
-  if (!status) status = flesh_report_draw_still(report, panels, options, frame);
+  if (!status) status = flesh_picture_print(report->still.stream, count, panels, &own, frame);
+  if (!status) status = flesh_report_bytes_flush(&report->still);
   free(panels);
+  free(times);
   return status;
 }
 
@@ -202,7 +280,7 @@ int flesh_report_make_view(flesh_report *report)
   flesh_picture_options options[FIELDS];
   flesh_picture_frame frames[FIELDS];
   flesh_run_folder *runs = calloc((size_t)report->shown_count + 1, sizeof *runs);
-  flesh_report_motion *motions = calloc((size_t)report->shown_count + 1, sizeof *motions);
+  motion *motions = calloc((size_t)report->shown_count + 1, sizeof *motions);
   json_decref(report->view);
   report->view = json_pack("{s[]s[]}", "runs", "notes");
   const int wanted = report->shown_count;
@@ -212,7 +290,7 @@ int flesh_report_make_view(flesh_report *report)
     options[0].camera = flesh_scene_outputs(runs[0].scene)->camera;
     flesh_scene_up(runs[0].scene, options[0].camera.up);
     status = fit_runs(report, runs, motions, options, frames);
-    const double start = status ? 0 : flesh_report_find_start(report->shown_count, motions);
+    const double start = status ? 0 : find_start(report->shown_count, motions);
     json_object_set_new(report->view, "start", json_real(start));
     if (!status) status = add_still(report, runs, motions, start, &options[0], &frames[0]);
     json_t *fields = json_array();
@@ -225,7 +303,7 @@ int flesh_report_make_view(flesh_report *report)
     status = add_run(report, runs, r, frames);
   if (!status) status = flesh_report_bytes_flush(&report->numbers);
   for (int r = 0; runs && r < wanted; r++) flesh_run_folder_close(&runs[r]);
-  for (int r = 0; motions && r < wanted; r++) flesh_report_motion_close(&motions[r]);
+  for (int r = 0; motions && r < wanted; r++) close_motion(&motions[r]);
   free(runs);
   free(motions);
   return status;
