@@ -6,6 +6,7 @@
 
 #include "base/confine.h"
 #include "base/error.h"
+#include "base/text.h"
 #include "report/csv.h"
 #include "report/part.h"
 #include "study/database.h"
@@ -86,10 +87,8 @@ static int say_counts(const source *s, json_t *part)
               &counts);
   for (size_t k = 0; k < flesh_report_rows(counts) && !status; k++) {
     const int number = (int)flesh_report_number(counts, "number", k);
-    const size_t length = strlen(words);
     all += number;
-    snprintf(words + length, sizeof words - length, "%s%d %.40s", k ? ", " : "", number,
-             flesh_report_text(counts, "status", k));
+    flesh_text_add(words, sizeof words, "%s%d %.40s", k ? ", " : "", number, flesh_report_text(counts, "status", k));
   }
   if (!status) flesh_report_say(part, "%d %s: %s.", all, all == 1 ? "case" : "cases", words);
   json_decref(counts);

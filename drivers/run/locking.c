@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "mesh/edges.h"
 #include "mesh/mesh.h"
 
 static const double warns_from = 0.47 - 1e-9;
@@ -83,10 +84,9 @@ static int add_pins(const flesh_scene *scene, trial *t)
   int status = fixed && held ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   if (!status) flesh_system_fixed(flesh_scene_system(scene), 0, fixed);
   for (int k = 0; t->raised && !status && k < 6 * flesh_mesh_tet_count(mesh); k++) {
-    static const int ends[6][2] = {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}};
     const int *n = flesh_mesh_tets(mesh) + 4 * (k / 6), middle = flesh_mesh_tet_edges(mesh)[k];
     for (int c = 0; middle >= corners && c < 3; c++)
-      fixed[3 * middle + c] = fixed[3 * n[ends[k % 6][0]] + c] && fixed[3 * n[ends[k % 6][1]] + c];
+      fixed[3 * middle + c] = fixed[3 * n[flesh_edge_corners[k % 6][0]] + c] && fixed[3 * n[flesh_edge_corners[k % 6][1]] + c];
   }
   for (int c = 0; c < 3 && !status; c++) {
     int count = 0;

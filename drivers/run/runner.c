@@ -14,6 +14,7 @@
 #include "base/clock.h"
 #include "base/error.h"
 #include "base/file.h"
+#include "base/text.h"
 #include "cli/interrupt.h"
 #include "cli/options.h"
 #include "cli/output.h"
@@ -152,8 +153,7 @@ static int list_observers(flesh_running *r, flesh_figures *figures, flesh_observ
 /* Adds a warning to result.json and, if `spoken`, prints it to stderr. */
 static void warn(const flesh_running *r, flesh_outcome *outcome, int spoken, const char *words)
 {
-  const size_t length = strlen(outcome->warning);
-  snprintf(outcome->warning + length, sizeof outcome->warning - length, "%s%s", length ? "; " : "", words);
+  flesh_text_add(outcome->warning, sizeof outcome->warning, "%s%s", *outcome->warning ? "; " : "", words);
   if (spoken && !r->options->quiet) fprintf(stderr, "flesh: warning: %s\n", words);
 }
 
@@ -165,11 +165,10 @@ static void tell_effects(const flesh_running *r, flesh_outcome *outcome)
     char words[300] = "";
     const flesh_effect *effect = flesh_system_effect(system, e);
     const flesh_effect_internal *can = effect->operations->internal;
-    const size_t length = strlen(outcome->notes);
     if (can && can->tell) can->tell(effect, flesh_internal_of(system, e, r->state.internal), sizeof words, words);
     if (!*words) continue;
-    snprintf(outcome->notes + length, sizeof outcome->notes - length, "%s%s: %s", length ? "; " : "",
-             effect->operations->name, words);
+    flesh_text_add(outcome->notes, sizeof outcome->notes, "%s%s: %s", *outcome->notes ? "; " : "",
+                   effect->operations->name, words);
     if (!r->options->quiet) printf("%s: %s\n", effect->operations->name, words);
   }
 }
