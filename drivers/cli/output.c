@@ -99,7 +99,7 @@ static int same_place(const char *a, const char *b)
 
 static int check_files(const char *out, const char *save_state, const flesh_inputs *inputs)
 {
-  static const char *const subfolders[] = {"frames", "skin", NULL};
+  static const char *const subfolders[] = {"frames", "skin", "error", NULL};
   const char *names[WRITTEN + 1] = {NULL};
   for (int k = 0; k < WRITTEN; k++) names[k] = written[k].name;
   int status = flesh_inputs_spare_in(inputs, out, names, subfolders);

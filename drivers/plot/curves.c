@@ -48,9 +48,7 @@ static const char *history_unit(const char *name)
   return "";
 }
 
-/* A column's name without its unit, and its unit: of a header like "t [s]", else what history.csv has for that name; ""
- * where there is none or it is 1. */
-static void label_column(const flesh_csv *csv, int column, char name[FLESH_CSV_NAME], char unit[FLESH_CSV_NAME])
+void flesh_csv_label(const flesh_csv *csv, int column, char name[FLESH_CSV_NAME], char unit[FLESH_CSV_NAME])
 {
   const char *header = csv->names[column], *bracket = strrchr(header, '['), *slash = strrchr(csv->path, '/');
   size_t length = strlen(header);
@@ -71,7 +69,7 @@ static void label_column(const flesh_csv *csv, int column, char name[FLESH_CSV_N
 static int matches(const flesh_csv *csv, int column, const char *word)
 {
   char name[FLESH_CSV_NAME], unit[FLESH_CSV_NAME], longer[FLESH_CSV_NAME + 16];
-  label_column(csv, column, name, unit);
+  flesh_csv_label(csv, column, name, unit);
   if (!strcmp(word, csv->names[column])) return 1;
   if (!strncmp(word, "probe.", 6) && strcmp(word, "probe.")) word += 6;
   if (!strcmp(word, csv->names[column]) || !fnmatch(word, name, 0)) return 1;
@@ -153,7 +151,7 @@ static int refuse_column(const source *s, const char *word)
   if (!list) return no_memory();
   for (int t = 0; t < s->count; t++)
     for (int c = 0; c < s->tables[t].columns; c++) {
-      label_column(&s->tables[t], c, name, unit);
+      flesh_csv_label(&s->tables[t], c, name, unit);
       if (t && !strcmp(name, "t")) continue; /* every table's */
       sprintf(list + strlen(list), "%s%s", *list ? ", " : "", name);
     }
@@ -190,10 +188,10 @@ static void label_of(const char *name, const char *unit, char *label)
 static int check_units(reading *r, const flesh_csv *y_table, int y, const flesh_csv *x_table, int x)
 {
   char name[FLESH_CSV_NAME], unit[FLESH_CSV_NAME], label[sizeof r->curves->x_label];
-  label_column(x_table, x, name, unit);
+  flesh_csv_label(x_table, x, name, unit);
   label_of(name, unit, label);
   if (!r->curves->count) strcpy(r->curves->x_label, label);
-  label_column(y_table, y, name, unit);
+  flesh_csv_label(y_table, y, name, unit);
   if (!r->curves->count) {
     strcpy(r->name, name);
     strcpy(r->unit, unit);
@@ -255,7 +253,7 @@ static int add_column(reading *r, const source *s, int t, int y)
   if (!status && r->wanted->by && (by = find_column(csv, r->wanted->by)) < 0) status = refuse_column(s, r->wanted->by);
   if (!status) status = check_units(r, csv, y, x_table, x);
   char name[FLESH_CSV_NAME], unit[FLESH_CSV_NAME];
-  label_column(csv, y, name, unit);
+  flesh_csv_label(csv, y, name, unit);
   for (int first = 0; first < csv->rows && !status; first++) {
     const char *group = word_of(csv, first, by);
     int seen = by < 0 && first > 0;

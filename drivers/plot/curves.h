@@ -5,6 +5,9 @@
 #include "study/csv.h"
 
 enum { FLESH_CSV_NAME = 96 }; /* room of a column's name, and of its unit */
+/* A column's name without its unit, and its unit: of a header like "t [s]", else what history.csv has for that name; ""
+ * where there is none or it is 1. */
+void flesh_csv_label(const flesh_csv *csv, int column, char name[FLESH_CSV_NAME], char unit[FLESH_CSV_NAME]);
 
 typedef struct flesh_curve {
   char *title;

@@ -14,6 +14,7 @@
 #include "base/scan.h"
 #include "base/text.h"
 #include "effect/effect.h"
+#include "error/error.h"
 #include "run/describe.h"
 #include "cli/interrupt.h"
 #include "cli/options.h"
@@ -131,24 +132,36 @@ static void describe(const flesh_scene *scene, const flesh_ranks *ranks)
   fflush(stdout);
 }
 
-/* The scene, with what the command line says of it. */
-static int read_scene(const char *path, const char *start_state, const char *method, const flesh_ranks *ranks,
-                      flesh_overrides *overrides, flesh_scene **scene)
-{
-  int status = start_state ? flesh_overrides_add_text(overrides, "start.state", start_state) : FLESH_OK;
-  if (!status && method) status = flesh_overrides_add_text(overrides, "time.method", method);
-  return status ? status
-                : flesh_scene_read_on_rank(path, overrides->texts.count, overrides->texts.values, ranks ? ranks->rank : 0,
-                                           ranks ? ranks->count : 0, scene);
-}
-
 /* The options of the command line. */
 typedef struct given {
   flesh_ranks *ranks; /* NULL: one */
   flesh_runner_options options;
   flesh_overrides overrides;
   const char *start_state, *method, *checkpoint, *resume;
+  int error; /* bars are wanted whatever the scene says */
 } given;
+
+static int refuse_bars(const given *g, const flesh_scene *scene)
+{
+  return g->ranks && (g->error || flesh_error_wanted(scene))
+             ? flesh_fail(FLESH_ERR_ARGUMENT, "error bars are not made on ranks; leave --error and output.error_bars out, or "
+                                              "run one process")
+             : FLESH_OK;
+}
+
+/* The scene, with what the command line says of it. */
+static int read_given(given *g, const char *path, flesh_scene **scene)
+{
+  flesh_overrides *overrides = &g->overrides;
+  const flesh_ranks *ranks = g->ranks;
+  int status = g->start_state ? flesh_overrides_add_text(overrides, "start.state", g->start_state) : FLESH_OK;
+  if (!status && g->method) status = flesh_overrides_add_text(overrides, "time.method", g->method);
+  if (!status && g->error) status = flesh_overrides_add(overrides, "output.error_bars", "true");
+  if (!status)
+    status = flesh_scene_read_on_rank(path, overrides->texts.count, overrides->texts.values, ranks ? ranks->rank : 0,
+                                      ranks ? ranks->count : 0, scene);
+  return status ? status : refuse_bars(g, *scene);
+}
 
 /* Whether all that was given can be; the exit code else. */
 static int check(given *g, int positionals)
@@ -198,11 +211,16 @@ static int take_up(given *g, flesh_checkpoint *checkpoint, char **path, flesh_sc
   int status = *path ? flesh_confine(g->resume) : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   status = flesh_ranks_agree(g->ranks, status);
   if (status) return flesh_ranks_fail(g->ranks, "run", status);
-  if (flesh_ranks_largest(g->ranks, flesh_ranks_first(g->ranks) && is_complete(g->resume, *path))) return 0;
+  if (flesh_ranks_largest(g->ranks, flesh_ranks_first(g->ranks) && is_complete(g->resume, *path))) {
+    options->out = g->resume;
+    status = g->ranks ? FLESH_OK : flesh_error_catch_up(options, g->error);
+    return status ? flesh_ranks_fail(g->ranks, "run", status) : 0;
+  }
   status = flesh_checkpoint_open(g->resume, checkpoint);
   sprintf(*path, "%s/scene.yaml", g->resume);
   const int rank = g->ranks ? g->ranks->rank : 0, count = g->ranks ? g->ranks->count : 0;
   if (!status) status = flesh_scene_read_on_rank(*path, 0, NULL, rank, count, scene);
+  if (!status) status = refuse_bars(g, *scene);
   status = flesh_ranks_agree(g->ranks, status);
   if (!status)
     status = flesh_ranks_same(g->ranks, flesh_archive_sum(0, checkpoint->main, checkpoint->size), "another checkpoint");
@@ -217,8 +235,8 @@ static int take_up(given *g, flesh_checkpoint *checkpoint, char **path, flesh_sc
   return FLESH_OPTIONS_GO_ON;
 }
 
-/* Runs the scene, and says what came of it. */
-static int run_scene(const flesh_scene *scene, const flesh_runner_options *options)
+/* Runs the scene, and says what came of it; with error bars where they are wanted. */
+static int run_scene(const flesh_scene *scene, const flesh_runner_options *options, int bars)
 {
   flesh_figures figures = {0};
   flesh_outcome outcome = {0};
@@ -232,7 +250,8 @@ static int run_scene(const flesh_scene *scene, const flesh_runner_options *optio
   flesh_figures_close(&figures);
   const int code = flesh_ranks_follow(options->ranks, outcome.exit_code);
   flesh_pool_dismiss(options->ranks, code);
-  return code;
+  const int status = code || !bars ? FLESH_OK : flesh_error_bars(options);
+  return status ? flesh_command_fail("run", status) : code;
 }
 
 /* Reads the command line; the first rank reads it before the others, so that only one reports its errors. */
@@ -292,6 +311,9 @@ static int read_and_run(given *g, int argc, char **argv)
       {"max-seconds", "S", FLESH_OPTION_POSITIVE, &options->max_seconds,
        "stop in order once S seconds are spent, with those that reading the scene takes and those before --resume; a step in flight is given up"},
       {"no-frames", NULL, FLESH_OPTION_SWITCH, &options->no_frames, "write no VTU frames"},
+      {"error", NULL, FLESH_OPTION_SWITCH, &g->error,
+       "add error bars of mesh and step, by further runs (--set output.error_bars=true); with --resume also to a run that "
+       "is complete"},
       {"profile", NULL, FLESH_OPTION_SWITCH, &options->profile,
        "print each effect's CPU time, beside its calls and memory"},
       {"quiet", NULL, FLESH_OPTION_SWITCH, &options->quiet, "print errors only"},
@@ -314,14 +336,14 @@ static int read_and_run(given *g, int argc, char **argv)
     code = take_up(g, &checkpoint, &made, &scene);
   } else {
     options->scene_path = argv[1];
-    int status = read_scene(argv[1], g->start_state, g->method, g->ranks, &g->overrides, &scene);
+    int status = read_given(g, argv[1], &scene);
     status = flesh_ranks_agree(g->ranks, status);
     if (!status && g->ranks) status = flesh_ranks_share(g->ranks, scene);
     if (status) code = flesh_ranks_fail(g->ranks, "run", status);
     else if (!options->out) options->out = made = default_folder(argv[1]);
   }
   flesh_scene_set_stop(flesh_interrupt_asked, NULL); /* the deadline is this function's */
-  if (code == FLESH_OPTIONS_GO_ON) code = run_scene(scene, options);
+  if (code == FLESH_OPTIONS_GO_ON) code = run_scene(scene, options, g->error || flesh_error_wanted(scene));
   flesh_checkpoint_close(&checkpoint);
   flesh_scene_destroy(&scene);
   free(made);

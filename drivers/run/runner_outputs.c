@@ -27,6 +27,21 @@ static void drop_frames(flesh_running *r)
   free(folder);
 }
 
+/* Companions of an older run would not belong to this one. */
+static void drop_companions(flesh_running *r)
+{
+  static const char *const folders[] = {"error/mesh", "error/step", "error/step_2", "error"};
+  static const char *const files[] = {"history.csv", "probes.csv", "result.json", "scene.yaml", "state.txt"};
+  char name[40];
+  for (size_t k = 0; k < sizeof folders / sizeof *folders; k++) {
+    for (size_t f = 0; f < sizeof files / sizeof *files && k < 3; f++) {
+      snprintf(name, sizeof name, "%s/%s", folders[k], files[f]);
+      flesh_path_unlink(flesh_running_path(r, name));
+    }
+    flesh_path_remove_folder(flesh_running_path(r, folders[k])); /* stays where something else is in it */
+  }
+}
+
 /* Binds the scene's skin, if frames of it are wanted: what is wrong with it is reported before anything is written. */
 int flesh_running_bind_skin(flesh_running *r)
 {
@@ -105,6 +120,7 @@ int flesh_running_open(flesh_running *r, flesh_figures *figures)
   if (status) return status;
   if (!flesh_path_unlink(flesh_running_path(r, FLESH_CHECKPOINT_NAME))) status = flesh_sync(options->out);
   if (status) return status;
+  drop_companions(r);
   flesh_skin_frames_remove(flesh_running_path(r, "skin"));
   flesh_path_unlink(flesh_running_path(r, "skin/binding.txt"));
   flesh_path_remove_folder(flesh_running_path(r, "skin")); /* stays where something else is in it */

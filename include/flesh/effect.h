@@ -139,8 +139,7 @@ typedef struct flesh_effect_time {
  * Results may depend on a memory by what `follow` tells it alone. */
 typedef struct flesh_effect_barrier {
   /* The fraction of the straight step from x_from [3*n] at t_from to x_to at t_to after which a node touches (solves
-   * take 0.9 of it); 1: none does. NULL: it limits no step, as for forces that are finite at the surface; then
-   * `push_out` and `tunnelled` are not called. */
+   * take 0.9 of it). NULL: none, as of forces finite at the surface; then `push_out` and `tunnelled` are not called. */
   double (*max_feasible_step)(const flesh_effect *effect, void *near, const double *internal, double t_from,
                               const double *x_from, double t_to, const double *x_to);
   /* Moves the nodes of x_to [3*n] that cannot get there from x_from to where they can. NULL: none. */

@@ -152,5 +152,11 @@ const flesh_key flesh_output_table[] = {
      .default_value = "false",
      .doc = "adds a probe of every pin, prescribed_motion, contact, weld and joint, named pin, pin_2 ..., with the force "
             "that it bears and its moment about the origin"},
+    {.name = "error_bars",
+     .type = FLESH_KEY_BOOLEAN,
+     .offset = offsetof(flesh_output_keys, error_bars),
+     .default_value = "false",
+     .doc = "how far probes and energies are off because of the mesh and of the steps, by further runs with others, which "
+            "`flesh run` makes after this one"},
     {.name = NULL},
 };

@@ -49,6 +49,7 @@ typedef struct flesh_output_keys {
   flesh_scene_output given;
   flesh_objects probes; /* of flesh_scene_probe */
   int reactions;        /* whether there is a probe of each pin, prescribed motion and contact besides */
+  int error_bars;       /* whether `flesh run` adds error bars */
 } flesh_output_keys;
 
 typedef struct flesh_scene_keys {

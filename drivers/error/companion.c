@@ -1,0 +1,198 @@
+/* companion.c: chooses and runs companions. */
+#include "error/companion.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "base/file.h"
+#include "run/runner.h"
+#include "scene/scene.h"
+#include "system/system.h"
+
+/* Factors, by data/results/error_bars.md. */
+static const double of_element = 1.75, of_coarser_mesh = 2;
+static const double of_shorter_steps = 2.5, of_shorter_steps_of_bdf2 = 3, of_newmark = 1.5, of_tolerance = 2.75;
+/* A smaller tolerance, as a share. */
+static const double tolerance_share = 0.25;
+/* Fewer steps say nothing of an order. */
+enum { LEAST_STEPS = 12 };
+
+static void refuse(flesh_error_judge *judge, const char *words)
+{
+  judge->count = 0;
+  snprintf(judge->words, sizeof judge->words, "%s", words);
+}
+
+/* Adds a companion with key=value. */
+static void add(flesh_error_judge *judge, const char *folder, const char *key, double value)
+{
+  char number[FLESH_NUMBER_SIZE];
+  snprintf(judge->companions[judge->count].folder, FLESH_ERROR_FOLDER, "error/%s", folder);
+  snprintf(judge->companions[judge->count++].set, sizeof judge->companions->set, "%s=%s", key,
+           flesh_number_text(value, number));
+}
+
+static void choose_mesh(const flesh_scene *scene, flesh_error_judge *judge)
+{
+  const int others = scene->keys.bodies.count;
+  int linear = 0;
+  for (int k = 0; k <= others; k++) linear += flesh_scene_element(scene, k) == FLESH_ELEMENT_TET4;
+  if (!scene->body.materials) refuse(judge, "no body has a material");
+  else if (linear && others) refuse(judge, "four-node tets are judged in scenes of one body only");
+  else if (linear) {
+    judge->count = judge->better = 1;
+    judge->factor = of_element;
+    snprintf(judge->companions[0].folder, FLESH_ERROR_FOLDER, "error/mesh");
+    snprintf(judge->companions[0].set, sizeof judge->companions->set, "body.element=tet10-mean");
+    snprintf(judge->words, sizeof judge->words, "tet10-mean on the same mesh, which is the better answer");
+  } else if (!others && scene->keys.body.refine > 0) {
+    judge->factor = of_coarser_mesh;
+    add(judge, "mesh", "body.refine", scene->keys.body.refine - 1);
+    snprintf(judge->words, sizeof judge->words, "the next coarser mesh (body.refine %d)", scene->keys.body.refine - 1);
+  } else refuse(judge, "no coarser mesh is known; body.refine of 1 or more makes one");
+}
+
+/* Whether the results of a static scene depend on its steps: something breaks, slips or touches on the way. */
+static int depends_on_path(const flesh_scene *scene)
+{
+  int contact = 0;
+  for (int e = 0; e < flesh_system_effect_count(scene->system); e++)
+    contact |= flesh_system_effect(scene->system, e)->operations->role == FLESH_ROLE_CONTACT;
+  return contact || flesh_system_internal_count(scene->system) > 0;
+}
+
+static void choose_steps(const flesh_scene *scene, flesh_error_judge *judge)
+{
+  const flesh_scene_time *time = &scene->time;
+  if ((time->end - scene->start.t) / time->step < LEAST_STEPS - 0.5) {
+    refuse(judge, "less than twelve steps tell nothing of their order");
+    return;
+  }
+  judge->factor = time->method == FLESH_METHOD_BDF2 ? of_shorter_steps_of_bdf2 : of_shorter_steps;
+  add(judge, "step", "time.step", time->step / 2);
+  add(judge, "step_2", "time.step", 2 * time->step);
+  snprintf(judge->words, sizeof judge->words, "steps of %g s and of %g s", time->step / 2, 2 * time->step);
+}
+
+static void choose_step(const flesh_scene *scene, flesh_error_judge *judge)
+{
+  const flesh_scene_time *time = &scene->time;
+  if (time->adaptive.control || time->method == FLESH_METHOD_IDA) {
+    judge->factor = of_tolerance;
+    add(judge, "step", "time.tolerance", tolerance_share * time->adaptive.tolerance);
+    snprintf(judge->words, sizeof judge->words, "a tolerance of %g", tolerance_share * time->adaptive.tolerance);
+    return;
+  }
+  switch (time->method) {
+  case FLESH_METHOD_STATIC:
+    if (depends_on_path(scene)) choose_steps(scene, judge);
+    else refuse(judge, "these equilibria do not depend on the steps between them");
+    return;
+  case FLESH_METHOD_BACKWARD_EULER:
+    judge->count = 1;
+    judge->factor = of_newmark;
+    snprintf(judge->companions[0].folder, FLESH_ERROR_FOLDER, "error/step");
+    snprintf(judge->companions[0].set, sizeof judge->companions->set, "time.method=newmark");
+    snprintf(judge->words, sizeof judge->words, "newmark with the same steps");
+    return;
+  default:
+    choose_steps(scene, judge);
+  }
+}
+
+/* Least and largest coordinates of the nodes that are held in a direction. */
+static int find_held(const flesh_scene *scene, double box[3][2][3])
+{
+  const int nodes = flesh_mesh_node_count(scene->mesh);
+  const double *X = flesh_mesh_positions(scene->mesh);
+  uint8_t *fixed = calloc(3 * (size_t)nodes + 1, 1);
+  if (!fixed) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  flesh_system_fixed(scene->system, scene->start.t, fixed);
+  for (int c = 0; c < 3; c++)
+    for (int d = 0; d < 3; d++) box[c][0][d] = INFINITY, box[c][1][d] = -INFINITY;
+  for (int i = 0; i < 3 * nodes; i++)
+    for (int d = 0; d < 3 && fixed[i]; d++) {
+      box[i % 3][0][d] = fmin(box[i % 3][0][d], X[i - i % 3 + d]);
+      box[i % 3][1][d] = fmax(box[i % 3][1][d], X[i - i % 3 + d]);
+    }
+  free(fixed);
+  return FLESH_OK;
+}
+
+/* A pin by a box that cuts tets holds another region on another mesh, which no difference of results can tell apart from
+ * the mesh's error. */
+static int check_held(const flesh_scene *scene, flesh_error_judge *judge)
+{
+  double own[3][2][3], other[3][2][3], far = 0;
+  flesh_mesh_info info;
+  flesh_mesh_inspect(scene->mesh, &info);
+  int status = find_held(scene, own);
+  if (!status) status = find_held(judge->companions[0].scene, other);
+  for (int k = 0; k < 18 && !status; k++) {
+    const double a = (&own[0][0][0])[k], b = (&other[0][0][0])[k];
+    if (a != b) far = fmax(far, fabs(a - b));
+  }
+  if (far > 1e-6 * info.edge_mean)
+    refuse(judge, "what is pinned has another extent on the coarser mesh, as its selection cuts through tets");
+  return status;
+}
+
+static int read_scenes(const flesh_scene *scene, const char *path, flesh_error_judge *judge)
+{
+  int status = FLESH_OK;
+  for (int k = 0; k < judge->count && !status; k++) {
+    const char *const sets[] = {"output.error_bars=false", judge->companions[k].set};
+    status = flesh_scene_read(path, 2, sets, &judge->companions[k].scene);
+  }
+  if (status && status != FLESH_ERR_MEMORY && status != FLESH_ERR_INTERRUPTED) {
+    refuse(judge, flesh_error_text());
+    status = FLESH_OK;
+  }
+  return status || !judge->count || scene->keys.body.refine == judge->companions[0].scene->keys.body.refine
+             ? status
+             : check_held(scene, judge);
+}
+
+int flesh_error_choose(const flesh_scene *scene, const char *path, flesh_error_judge judges[FLESH_ERROR_KINDS])
+{
+  choose_mesh(scene, &judges[FLESH_ERROR_MESH]);
+  choose_step(scene, &judges[FLESH_ERROR_STEP]);
+  int status = FLESH_OK;
+  for (int k = 0; k < FLESH_ERROR_KINDS && !status; k++) status = read_scenes(scene, path, &judges[k]);
+  return status;
+}
+
+int flesh_error_run(const flesh_runner_options *given, flesh_error_judge *judge)
+{
+  const int count = judge->count;
+  int status = FLESH_OK;
+  for (int k = 0; k < count && judge->count && !status; k++) {
+    char *folder = malloc(strlen(given->out) + FLESH_ERROR_FOLDER + 2);
+    if (!folder) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+    sprintf(folder, "%s/%s", given->out, judge->companions[k].folder);
+    const flesh_runner_options options = {.out = folder, .scene_path = given->scene_path, .quiet = 1, .no_frames = 1,
+                                          .max_seconds = given->max_seconds, .begun = given->begun,
+                                          .argc = given->argc, .argv = given->argv};
+    flesh_figures figures = {0};
+    flesh_outcome outcome = {0};
+    flesh_runner_run(judge->companions[k].scene, &options, &figures, &outcome);
+    judge->companions[k].cpu_s = figures.cpu_s;
+    if (outcome.status == FLESH_ERR_INTERRUPTED) status = outcome.status;
+    if (outcome.status) {
+      char words[FLESH_ERROR_WORDS];
+      snprintf(words, sizeof words, "the companion (%.120s) ended: %.*s", judge->words,
+               (int)strcspn(outcome.message, ";"), outcome.message);
+      refuse(judge, words);
+    }
+    flesh_figures_close(&figures);
+    free(folder);
+  }
+  return status;
+}
+
+void flesh_error_judge_close(flesh_error_judge *judge)
+{
+  for (int k = 0; k < 2; k++) flesh_scene_destroy(&judge->companions[k].scene);
+}

@@ -1,0 +1,33 @@
+/* companion.h: the runs that a run is compared with. */
+#ifndef FLESH_ERROR_COMPANION_H
+#define FLESH_ERROR_COMPANION_H
+
+#include "run/runner_options.h"
+
+/* The sources of error. */
+typedef enum flesh_error_kind { FLESH_ERROR_MESH, FLESH_ERROR_STEP, FLESH_ERROR_KINDS } flesh_error_kind;
+
+enum { FLESH_ERROR_FOLDER = 32, FLESH_ERROR_WORDS = 320 };
+
+/* How a run is judged in one respect. */
+typedef struct flesh_error_judge {
+  int count;           /* of its companions; the second shows an order. 0: there is no bar */
+  char words[FLESH_ERROR_WORDS]; /* what the companions are, or why there is no bar */
+  double factor;       /* of the bar over the largest difference from the first so far */
+  int better;          /* the first companion's numbers are better than the run's */
+  struct {
+    char folder[FLESH_ERROR_FOLDER]; /* within the run's */
+    char set[64];                       /* key=value beside the scene's keys */
+    flesh_scene *scene;
+    double cpu_s;
+  } companions[2];
+} flesh_error_judge;
+
+/* Chooses the judges of a run of this scene, whose file is `path`, and reads their scenes. FLESH_ERR_MEMORY,
+ * FLESH_ERR_INTERRUPTED; what else is wrong leaves a judge without companions. */
+int flesh_error_choose(const flesh_scene *scene, const char *path, flesh_error_judge judges[FLESH_ERROR_KINDS]);
+/* Runs the companions; one that ends before its time leaves the judge without any. FLESH_ERR_INTERRUPTED. */
+int flesh_error_run(const flesh_runner_options *options, flesh_error_judge *judge);
+void flesh_error_judge_close(flesh_error_judge *judge);
+
+#endif

@@ -1,0 +1,248 @@
+#!/usr/bin/env python3
+"""error_bars.py: coverage and sharpness of `flesh run --error` on random bodies, loads and motions.
+
+    python3 test/campaign/error_bars.py [--full] [--set chosen|tried] [--flesh PROGRAM] [--table FILE] [--only KIND]
+
+Every case is a random bar, block or plate of flesh (Poisson's ratio .25 to .4999), clamped at one end, under its weight or
+with its other end moved; a twist or a taper warps most of them. Its bars are compared with a finer answer: for the mesh
+tet10-mean on meshes refined twice more, extrapolated; for the step Newmark's rule with steps of a sixteenth, of
+`adaptive` a hundredth of the tolerance. A bar covers
+where it is not less than the error at all times. Sharpness is the largest bar over the largest error. The factors were
+chosen on the set `chosen` and are tried on `tried`, which has other seeds. The exit status is 0 where the bars of every
+kind cover 95 % of the rows and their median sharpness is 6 at most.
+"""
+import argparse
+import csv
+import json
+import math
+import os
+import random
+import statistics
+import subprocess
+import sys
+import tempfile
+
+RATIOS = [0.25, 0.3, 0.4, 0.45, 0.49, 0.499, 0.4999]
+METHODS = ["bdf2", "newmark", "midpoint", "generalized-alpha", "hht", "backward-euler", "adaptive"]
+SEEDS = {"chosen": 1, "tried": 4}
+# Cases of each kind: short, full.
+COUNTS = {"statics": (3, 16), "motion": (1, 6), "step": (7, 84)}
+
+SCENE = """body:
+  mesh: {mesh}
+  density: 1000
+  material: {{energy: S, constants: matched, young: {young}, poisson: {poisson}}}
+effects:
+{inertia}  - gravity: {{acceleration: {gravity}}}
+  - pin: {{box: [[-9, -9, -9], [1e-9, 9, 9]]}}
+{motion}start: {{velocity: {velocity}}}
+time: {{method: {method}, step: {step}, end: {end}}}
+solver: {{newton_tolerance: 1e-7}}
+output:
+  frame_interval: 0
+  probes:
+    - {{name: tip, point: {tip}, quantities: [position]}}
+    - {{name: middle, point: {middle}, quantities: [stress]}}
+    - {{name: wall, box: [[-9, -9, -9], [1e-9, 9, 9]], quantities: [reaction]}}
+"""
+
+
+def warp(path, length, kind, amount):
+    """Twists or tapers the mesh along x, which leaves the plane x = 0."""
+    with open(path, encoding="utf-8") as file:
+        lines = file.read().split("\n")
+    at = lines.index("Vertices") + 2
+    for k in range(at, at + int(lines[at - 1])):
+        x, y, z, *rest = lines[k].split()
+        x, y, z = float(x), float(y), float(z)
+        if kind == "twist":
+            c, s = math.cos(amount * x / length), math.sin(amount * x / length)
+            y, z = c * y - s * z, s * y + c * z
+        else:
+            y, z = y * (1 - amount * x / length), z * (1 - amount * x / length)
+        lines[k] = " ".join([repr(x), repr(y), repr(z), *rest])
+    with open(path, "w", encoding="utf-8") as file:
+        file.write("\n".join(lines))
+
+
+def make_case(flesh, folder, kind, rng):
+    """A scene; its keys of interest by name."""
+    shape = rng.choice(["bar", "block", "plate"])
+    cells, size = {"bar": ((4, 1, 1), (rng.uniform(3, 5), 1, rng.uniform(.7, 1.3))),
+                   "block": ((2, 2, 2), (rng.uniform(.8, 1.5), 1, rng.uniform(.8, 1.2))),
+                   "plate": ((3, 3, 1), (rng.uniform(2, 3), rng.uniform(2, 3), .5))}[shape]
+    mesh = os.path.join(folder, "body.mesh")
+    subprocess.run([flesh, "mesh", "box", "--cells", ",".join(map(str, cells)), "--size", ",".join(map(str, size)),
+                    "--origin", f"0,{-size[1] / 2},{-size[2] / 2}", "--out", mesh], check=True, capture_output=True)
+    how, amount = rng.choice([("none", 0), ("twist", rng.uniform(.2, .8)), ("taper", rng.uniform(.2, .5))])
+    if how != "none":
+        warp(mesh, size[0], how, amount)
+    length, thick = size[0], min(size[1:])
+    young = 10 ** rng.uniform(4.5, 6.5)
+    strain = 10 ** rng.uniform(-2, -.6)
+    bends = (length / thick) ** 2
+    weight = strain * young * thick / bends / 1000 / thick * thick / length
+    direction = [rng.gauss(0, 1) for _ in range(3)]
+    norm = math.sqrt(sum(d * d for d in direction))
+    load = [weight * d / norm for d in direction]
+    period = 2 * math.pi / 3.52 * length ** 2 / thick * math.sqrt(12 * 1000 / young)
+    moved = kind == "statics" and rng.random() < .4
+    case = {"shape": shape, "poisson": rng.choice(RATIOS), "warp": how, "load": "moved" if moved else "weight",
+            "method": "static"}
+    keys = {"mesh": mesh, "young": young, "poisson": case["poisson"], "inertia": "", "gravity": load, "motion": "",
+            "velocity": [0, 0, 0], "method": "static", "step": 1, "end": 1, "middle": [.37 * length, .013, .017],
+            "tip": [length * .999, .05, .05]}
+    if moved:
+        keys["gravity"] = [0, 0, 0]
+        keys["motion"] = (f"  - prescribed_motion:\n      box: [[{length - 1e-6}, -9, -9], [9, 9, 9]]\n"
+                          f"      motion: [{{time: 0}}, {{time: 1, translation: "
+                          f"{[strain * length * d / norm for d in direction]}}}]\n")
+        keys["tip"][0] = length * .6
+    if kind != "statics":
+        case["method"] = "newmark" if kind == "motion" else rng.choice(METHODS)
+        steps = 40 if kind == "motion" else rng.randint(12, 90)
+        keys.update(method=case["method"], inertia="  - inertia: {}\n", step=period / steps,
+                    end=period * (.75 if kind == "motion" else 1.5))
+        if kind == "step" and rng.random() < .5:
+            keys["gravity"] = [0, 0, 0]
+            keys["velocity"] = [5 * strain * length / period * d / norm for d in direction]
+            case["load"] = "thrown"
+    path = os.path.join(folder, "case.yaml")
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(SCENE.format(**keys))
+    return case, path, keys
+
+
+def run(flesh, path, out, *words):
+    """The numbers of a run by column, with its seconds and result."""
+    done = subprocess.run([flesh, "run", path, "--out", out, "--quiet", *words], capture_output=True, text=True)
+    if done.returncode:
+        return None
+    columns = {}
+    for name in ("history.csv", "probes.csv"):
+        with open(os.path.join(out, name), encoding="utf-8") as file:
+            rows = list(csv.reader(file))
+        for k, column in enumerate(rows[0]):
+            columns[column.split(" ")[0]] = [float(row[k]) for row in rows[1:]]
+    with open(os.path.join(out, "result.json"), encoding="utf-8") as file:
+        columns["result"] = json.load(file)
+    return columns
+
+
+def extrapolate(a, b, c):
+    """The limit of a sequence, where it is one of a falling ratio; else the last."""
+    d, e = b - a, c - b
+    return c + e * e / (d - e) if d and 0 < e / d < .7 else c
+
+
+def reference(flesh, kind, path, folder, keys, level):
+    """The finer answer, with the rows of the run."""
+    if keys["method"] == "adaptive":
+        finer = run(flesh, path, os.path.join(folder, "fine"), "--set", "time.tolerance=1e-6")
+        return finer and {name: values for name, values in finer.items() if name != "result"}
+    if kind == "step":
+        finer = run(flesh, path, os.path.join(folder, "fine"), "--method", "newmark", "--set",
+                    f"time.step={keys['step'] / 16!r}")
+        return finer and {name: values[::16] + ([] if (len(values) - 1) % 16 == 0 else values[-1:])
+                          for name, values in finer.items() if name != "result"}
+    runs = [run(flesh, path, os.path.join(folder, f"fine{k}"), "--set", "body.element=tet10-mean", "--set",
+                f"body.refine={level + k}") for k in ((-1, 0, 1) if kind == "motion" else (0, 1, 2))]
+    if not all(runs):
+        return None
+    return {name: [extrapolate(*three) for three in zip(values, runs[1][name], runs[2][name])]
+            for name, values in runs[0].items() if name != "result"}
+
+
+def judge(case, kind, of, given, exact):
+    """A row per quantity: whether it has a bar, covers, and how wide it is."""
+    for name in exact:
+        what = ("position" if ".position" in name else "reaction" if ".reaction_" in name and "moment" not in name else
+                "stress" if ".stress" in name else "energy" if name == "energy_elasticity" else None)
+        if not what or "_error_" in name:
+            continue
+        begin = what == "reaction"  # at the start these need not be in balance
+        errors = [abs(a - b) for a, b in zip(given[name], exact[name])][begin:]
+        group = [other for other in exact if other.split("_")[0] == name.split("_")[0] and "_error_" not in other
+                 and "moment" not in other and other.split("_")[0] != "energy"] or [name]
+        spans = [exact[other][begin:] + [0] * begin for other in group]
+        scale = max(max(span) - min(span) for span in spans)
+        if max(errors) < 1e-4 * scale:
+            continue
+        bars = given.get(f"{name}_error_{of}")
+        row = dict(case, kind=kind, of=of, quantity=what, error=f"{max(errors) / scale:.3g}")
+        if bars:
+            bars = bars[begin:]
+            factor = given["result"]["error_bars"][of]["factor"]
+            small = 1e-4 * scale
+            need = max((e - small) / b if b else 0 if e <= small else math.inf for e, b in zip(errors, bars))
+            row.update(needs=f"{need * factor:.3g}", factor=factor, ratio=f"{max(bars) / max(errors):.3g}",
+                       covers=sum(b >= e - 1e-4 * scale for e, b in zip(errors, bars)) / len(errors))
+        yield row
+
+
+def try_case(flesh, folder, kind, rng):
+    """Rows of a case."""
+    case, path, keys = make_case(flesh, folder, kind, rng)
+    level = 0 if kind == "step" else 1
+    runs = [("step", "tet4", ())] if kind == "step" else [
+        ("mesh", "tet4", ("--set", "body.refine=1")),
+        ("mesh", "tet10-mean", ("--set", "body.refine=1", "--set", "body.element=tet10-mean"))]
+    exact = reference(flesh, kind, path, folder, keys, level)
+    for of, element, words in runs if exact else []:
+        given = run(flesh, path, os.path.join(folder, element), "--error", *words)
+        if given:
+            own = given["result"]["figures"]["cpu_s"]
+            spent = sum(c["cpu_s"] for c in given["result"]["error_bars"][of].get("companions", []))
+            case.update(element=element, cost=f"{spent / own:.3g}")
+            yield from judge(case, kind, of, given, exact)
+
+
+def tell(rows):
+    """Prints a table by kind; whether all of it is as it should be."""
+    good = True
+    print("| bars | of | cases | with a bar | covered at all times | rows covered | median width |")
+    print("|---|---|---|---|---|---|---|")
+    for group in sorted({(r["kind"], r["element"], r["method"] if r["kind"] == "step" else "") for r in rows}):
+        for what in ("position", "energy", "reaction", "stress", "all"):
+            own = [r for r in rows if (r["kind"], r["element"], r["method"] if r["kind"] == "step" else "") == group
+                   and what in (r["quantity"], "all")]
+            bars = [r for r in own if "needs" in r]
+            if not bars:
+                continue
+            covered = sum(r["covers"] >= 1 for r in bars) / len(bars)
+            parts = statistics.mean(r["covers"] for r in bars)
+            width = statistics.median(float(r["ratio"]) for r in bars)
+            print(f"| {' '.join(group)} | {what} | {len(own)} | {len(bars)} | {covered:.0%} | {parts:.1%} | {width:.2g} |")
+            good &= what != "all" or (parts >= .95 and width <= 6)
+    return good
+
+
+def main():
+    """Reads the command line."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
+    parser.add_argument("--full", action="store_true")
+    parser.add_argument("--set", choices=SEEDS, default="tried", dest="seeds")
+    parser.add_argument("--flesh", default="build/drivers/flesh")
+    parser.add_argument("--table")
+    parser.add_argument("--only", choices=COUNTS)
+    words = parser.parse_args()
+    rows = []
+    for kind, counts in COUNTS.items():
+        for k in range(counts[words.full] if words.only in (None, kind) else 0):
+            rng = random.Random(f"{SEEDS[words.seeds]} {kind} {k}")
+            with tempfile.TemporaryDirectory() as folder:
+                found = [dict(row, case=k) for row in try_case(os.path.abspath(words.flesh), folder, kind, rng)]
+                print(kind, k, len(found), file=sys.stderr)
+                rows += found
+    if words.table:
+        with open(words.table, "w", encoding="utf-8", newline="") as file:
+            names = ["kind", "case", "shape", "warp", "poisson", "load", "method", "element", "of", "quantity", "error",
+                     "factor", "needs", "ratio", "covers", "cost"]
+            writer = csv.DictWriter(file, names)
+            writer.writeheader()
+            writer.writerows(rows)
+    return 0 if tell(rows) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,155 @@
+# TEST full program seconds=60 needs=flesh
+# test_command_error.sh: `flesh run --error`: its bars against finer answers, and where there is none. FLESH names the
+# program.
+set -u
+. "$(dirname -- "$0")/../shared/command.sh"
+
+"$flesh" mesh box --cells 4,1,1 --size 4,1,1 --out bar.mesh >/dev/null || exit 1
+cat >bar.yaml <<'END'
+body:
+  mesh: bar.mesh
+  density: 1000
+  material: {energy: S, constants: matched, young: 4e6, poisson: 0.45}
+effects:
+  - inertia: {}
+  - gravity: {acceleration: [0, 0, -9.81]}
+  - pin: {box: [[-1, -1, -1], [1e-9, 2, 2]]}
+time: {method: bdf2, step: 1/60, end: 1}
+output:
+  frame_interval: 0
+  probes:
+    - {name: tip, point: [4, 0.4, 0.4], quantities: [position]}
+    - {name: clamp, point: [0.01, 0.4, 0.4], quantities: [stress]}
+END
+sed '/inertia/d; s/^time.*/time: {method: static}/' bar.yaml >still.yaml
+
+# covers RUN KIND FINER WIDEST: the tip's bars of that kind are not less than its distance from the finer run at any time
+# that both have, nor wider in all than WIDEST times the largest of them.
+covers() {
+  python3 - "$@" <<'END'
+import csv, sys
+run, kind, finer, widest = sys.argv[1], sys.argv[2], sys.argv[3], float(sys.argv[4])
+def read(folder):
+    with open(folder + "/probes.csv") as file:
+        return list(csv.DictReader(file))
+given, exact = read(run), {round(float(row["t [s]"]), 9): row for row in read(finer)}
+name, bar = "tip.position_z [m]", f"tip.position_z_error_{kind} [m]"
+errors = [abs(float(row[name]) - float(exact[round(float(row["t [s]"]), 9)][name])) for row in given[1:]]
+bars = [float(row[bar]) for row in given[1:]]
+print(max(errors), bars[-1])
+# A bar looks ahead, and is at least 0.3 times that of another direction.
+assert float(given[0][bar]) > 0 and all(float(row[bar.replace("_z_", "_y_")]) > 0.29 * float(row[bar]) for row in given)
+assert max(errors) > 1e-4 and all(b >= e - 1e-6 for b, e in zip(bars, errors)) and bars[-1] <= widest * max(errors)
+END
+}
+
+other_steps_cover() {
+  for method in bdf2 newmark; do
+    expect 0 "$flesh" run bar.yaml --method $method --error --out steps || return 1
+    has stdout.txt '^error bars of the step: by steps of 0.00833333 s and of 0.0333333 s$' || return 1
+    has stdout.txt '^tip.position_z = .* m +/- .* (mesh) +/- .* (step); tet10-mean gives .* m$' || return 1
+    expect 0 "$flesh" run bar.yaml --method newmark --set time.step=1/960 --out fine --quiet || return 1
+    covers steps step fine 4 || return 1
+  done
+}
+
+newmark_covers_backward_euler() {
+  expect 0 "$flesh" run bar.yaml --method backward-euler --error --out euler || return 1
+  has stdout.txt '^error bars of the step: by newmark with the same steps$' && covers euler step fine 3
+}
+
+a_smaller_tolerance_covers() {
+  expect 0 "$flesh" run bar.yaml --method adaptive --set time.tolerance=1e-3 --error --out adaptive || return 1
+  covers adaptive step fine 4
+}
+
+# Also the bars of tet4 itself, which locks.
+meshes_cover() {
+  expect 0 "$flesh" run still.yaml --set body.element=tet10-mean --set body.refine=2 --out fine_mesh --quiet || return 1
+  expect 0 "$flesh" run still.yaml --set body.element=tet10-mean --set body.refine=1 --error --out coarse || return 1
+  has stdout.txt '^error bars of the mesh: by the next coarser mesh (body.refine 0)$' || return 1
+  has stdout.txt '^error bars of the step: none, as these equilibria do not depend on the steps' || return 1
+  covers coarse mesh fine_mesh 20 || return 1
+  expect 0 "$flesh" run still.yaml --error --out linear && covers linear mesh fine_mesh 2 || return 1
+  expect 0 "$flesh" run bar.yaml --set body.element=tet10-mean --set body.refine=1 --out fine_motion --quiet || return 1
+  expect 0 "$flesh" run bar.yaml --error --out linear_motion && covers linear_motion mesh fine_motion 2
+}
+
+# What result.json says of a quantity.
+said() {
+  python3 - "$@" <<'END'
+import json, sys
+bars = json.load(open(sys.argv[1] + "/result.json"))["error_bars"]
+found = [q for q in bars["quantities"] if q["name"] == sys.argv[2]] or [bars[sys.argv[2]]]
+print(found[0])
+assert eval(sys.argv[3], found[0]), sys.argv[3]
+END
+}
+
+no_bar_is_said() {
+  said linear_motion J_min 'error_mesh is None and "extreme" in no_mesh_bar and "extreme" in no_step_bar' || return 1
+  said linear_motion clamp.stress_xx 'error_mesh is None and "beside a pin" in no_mesh_bar and error_step > 0' || return 1
+  ! grep -q 'J_min_error\|J_min_tet_error' linear_motion/history.csv || return 1
+  ! grep -q 'clamp.stress_xx_error_mesh' linear_motion/probes.csv || return 1
+  expect 0 "$flesh" run bar.yaml --set body.element=tet10-mean --set time.end=1/10 --error --out short || return 1
+  said short mesh '"no coarser mesh" in no_bar and companions == []' && said short step '"twelve steps" in no_bar' || return 1
+  # A pin that ends within the coarser mesh's tets.
+  expect 0 "$flesh" run still.yaml --set body.element=tet10-mean --set body.refine=1 --error --out cut \
+    --set 'effects.pin.box=[[-1, -1, -1], [0.3, 2, 2]]' || return 1
+  said cut mesh '"cuts through tets" in no_bar' || return 1
+  # A violent motion, of which steps of these lengths show no order.
+  expect 0 "$flesh" run "$source_folder/../data/scenes/whip.yaml" --method newmark --error --out whip || return 1
+  said whip energy_total 'error_step is None and "not asymptotic" in no_step_bar'
+}
+
+failed_companions_leave_no_bar() {
+  expect 0 "$flesh" run "$source_folder/../data/scenes/whip.yaml" --method bdf2 --set time.end=0.5 --error --out failed \
+    --set solver.max_newton=5 --set solver.max_cutbacks=0 || return 1
+  has stdout.txt 'error bars of the step: none, as the companion (steps of .*) ended: at t = .*iteration limit' || return 1
+  said failed step '"iteration limit" in no_bar' && said failed energy_total 'error_step is None' || return 1
+  # A node that the coarser mesh has not.
+  expect 0 "$flesh" run still.yaml --set body.element=tet10-mean --set body.refine=1 --error --out node \
+    --set 'output.probes[0]={name: tip, nodes: [100]}' || return 1
+  said node mesh '"100" in no_bar'
+}
+
+# The run itself is as it is without bars.
+columns_come_last() {
+  expect 0 "$flesh" run bar.yaml --out plain --quiet || return 1
+  expect 0 "$flesh" run bar.yaml --set output.error_bars=true --out keyed --quiet || return 1
+  for table in probes history; do
+    width=$(head -n 1 plain/$table.csv | tr ',' '\n' | grep -c '')
+    cut -d, -f1-"$width" keyed/$table.csv | cmp - plain/$table.csv || return 1
+  done
+  cmp keyed/state.txt plain/state.txt && [ -f keyed/error/step_2/probes.csv ] || return 1
+  expect 0 "$flesh" run bar.yaml --out keyed --quiet && [ ! -e keyed/error ]
+}
+
+complete_runs_get_bars() {
+  expect 0 "$flesh" run --resume plain --error || return 1
+  has stdout.txt 'is complete' && has stdout.txt '+/- .* (step)' || return 1
+  cp -r plain again && expect 0 "$flesh" run --resume again --error || return 1
+  ! grep -q '+/-' stdout.txt && cmp again/probes.csv plain/probes.csv || return 1
+  covers plain step fine 4
+}
+
+an_interrupted_companion_is_taken_up() {
+  "$flesh" run bar.yaml --set body.refine=2 --set time.end=1/5 --error --out stopped >stdout.txt 2>stderr.txt &
+  process=$!
+  wait_until "$process" [ -e stopped/error/mesh/history.csv ] || return 1
+  kill -INT "$process"
+  wait "$process"
+  [ $? -eq 130 ] || return 1
+  grep -q '"status": "complete"' stopped/result.json && ! grep -q error_bars stopped/result.json || return 1
+  expect 0 "$flesh" run --resume stopped && said stopped energy_total 'error_mesh > 0'
+}
+
+wrong_words_are_refused() {
+  expect 2 "$flesh" run bar.yaml --set output.error_bars=3 --out wrong || return 1
+  has stderr.txt 'output.error_bars' && [ ! -e wrong ] || return 1
+  expect 2 "$flesh" run bar.yaml --error=1 --out wrong && [ ! -e wrong ]
+}
+
+run_tests other_steps_cover newmark_covers_backward_euler a_smaller_tolerance_covers meshes_cover no_bar_is_said \
+  failed_companions_leave_no_bar columns_come_last complete_runs_get_bars an_interrupted_companion_is_taken_up \
+  wrong_words_are_refused
