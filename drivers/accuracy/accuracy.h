@@ -33,6 +33,7 @@ typedef struct flesh_accuracy_method {
   ROW("generalized-alpha", "generalized-alpha", 0, 0, "#999933", 8, "")                                                \
   ROW("adaptive-bdf2", "bdf2", 2, 0, "#666633", 1, " (bdf2, steps by its error)")                                      \
   ROW("adaptive-newmark", "newmark", 2, 0, "#882255", 12, " (newmark, steps by its error)")                            \
+  ROW("adaptive-hht", "hht", 2, 0, "#332288", 14, " (hht, steps by its error)")                                           \
   ROW("adaptive-generalized-alpha", "generalized-alpha", 2, 0, "#bb5566", 15,                                          \
       " (generalized-alpha, steps by its error)")                                                                      \
   ROW("runge-kutta", "runge-kutta", 2, 0, "#117733", 6, " (order 3, steps by its error: adaptive)")                              \
@@ -73,6 +74,7 @@ typedef struct flesh_accuracy_figures {
   long steps, rejected, residuals, assemblies, newton, linear;
   double cpu_s, wall_s_median, wall_s_min; /* of the integration alone, without output */
   flesh_accuracy_errors errors;            /* against the reference; below its uncertainty NaN */
+  double gain; /* energy that nothing put in, over that of the motion (flesh_energy_balance) */
   int below;                               /* 1: error_position_rms is below it */
   double difference; /* other prices: position rms against the same run solved tightly [m] */
   char message[400];
@@ -196,6 +198,10 @@ int flesh_accuracy_same_run(const flesh_accuracy_row *a, const flesh_accuracy_ro
 int flesh_accuracy_compare_times(const flesh_accuracy_row *a, const flesh_accuracy_row *b);
 /* Compares by residual evaluations, then linear iterations, Hessians and steps, which no machine changes. */
 int flesh_accuracy_compare_counts(const flesh_accuracy_row *a, const flesh_accuracy_row *b);
+
+/* Whether a run of the work is as accurate as `error` [m], or below the reference's uncertainty; and not by luck: all runs
+ * of its method with smaller steps or tolerances are, too. */
+int flesh_accuracy_reaches(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row, double error);
 
 /* Marks the rows that nothing beats, in time (where times do not distinguish, by counts) and in residuals. */
 void flesh_accuracy_find_fronts(flesh_accuracy_plan *plan);

@@ -4,10 +4,14 @@
 
 #include "accuracy/accuracy.h"
 
+static int is_complete(const flesh_accuracy_row *row)
+{
+  return row->group == FLESH_ACCURACY_WORK && row->done && !row->figures.status;
+}
+
 static int judged(const flesh_accuracy_row *row)
 {
-  return row->group == FLESH_ACCURACY_WORK && row->done && !row->figures.status &&
-         isfinite(row->figures.errors.position_rms);
+  return is_complete(row) && isfinite(row->figures.errors.position_rms);
 }
 
 int flesh_accuracy_same_run(const flesh_accuracy_row *a, const flesh_accuracy_row *b)
@@ -63,6 +67,21 @@ static int beats(const flesh_accuracy_row *other, const flesh_accuracy_row *row,
   int no_more = costs <= 0 || (!in_residuals && !flesh_accuracy_compare_times(other, row));
   int less = in_residuals ? costs < 0 : flesh_accuracy_compare_times(other, row) < 0;
   return (its < mine && no_more) || (its <= as_good * mine && less);
+}
+
+static int is_within(const flesh_accuracy_row *row, double error)
+{
+  return is_complete(row) && (row->figures.below || row->figures.errors.position_rms <= error);
+}
+
+int flesh_accuracy_reaches(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row, double error)
+{
+  int reaches = is_within(row, error);
+  for (int k = 0; k < plan->row_count && reaches; k++) {
+    const flesh_accuracy_row *other = &plan->rows[k];
+    if (other->method == row->method && other->value < row->value && is_complete(other)) reaches = is_within(other, error);
+  }
+  return reaches;
 }
 
 void flesh_accuracy_find_fronts(flesh_accuracy_plan *plan)

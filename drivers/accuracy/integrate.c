@@ -170,8 +170,9 @@ int flesh_accuracy_integrate(const flesh_scene *scene, const flesh_accuracy_grid
     status = flesh_integrator_create(system, time->method, flesh_scene_solver(scene), &integrator);
   if (!status) status = flesh_integrator_set_method_options(integrator, &time->options);
   if (!status) status = flesh_integrator_set_adaptive(integrator, &adaptive);
-  if (!status) status = flesh_integrator_set_max_energy_gain(integrator, INFINITY); /* its errors show it */
+  if (!status) status = flesh_integrator_set_max_energy_gain(integrator, time->max_energy_gain);
   if (!status) status = integrate(integrator, time->step, grid, max_seconds, &state, &a, cost);
+  if (integrator) cost->gain = flesh_integrator_energy_balance(integrator)->gain;
   if (!status && s.count) status = write_steps(steps_file, &s);
   free(s.all);
   flesh_integrator_destroy(&integrator);

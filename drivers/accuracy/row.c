@@ -140,7 +140,7 @@ static int run_repeats(const task *given, const flesh_scene *scene, const flesh_
     if (!count) {
       f->steps = cost.steps, f->rejected = cost.rejected, f->residuals = cost.residuals;
       f->assemblies = cost.assemblies, f->newton = cost.newton, f->linear = cost.linear;
-      f->cpu_s = cost.cpu_s, f->wall_s_median = f->wall_s_min = cost.wall_s;
+      f->gain = cost.gain, f->cpu_s = cost.cpu_s, f->wall_s_median = f->wall_s_min = cost.wall_s;
     }
     if (status) return status;
     walls[count] = cost.wall_s;

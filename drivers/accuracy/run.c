@@ -31,6 +31,7 @@ const flesh_study_field flesh_accuracy_fields[] = {
     {"error_tip", FLESH_FIELD_DOUBLE, AT(errors.tip)},
     {"error_volume", FLESH_FIELD_DOUBLE, AT(errors.volume)},
     {"energy_drift", FLESH_FIELD_DOUBLE, AT(errors.energy)},
+    {"energy_gain", FLESH_FIELD_DOUBLE, AT(gain)},
     {"below_reference", FLESH_FIELD_INT, AT(below)},
     {"difference", FLESH_FIELD_DOUBLE, AT(difference)},
     {0}};

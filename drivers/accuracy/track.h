@@ -111,6 +111,7 @@ void flesh_accuracy_widen(double estimate, const flesh_accuracy_errors *doubt, f
 typedef struct flesh_accuracy_cost {
   long steps, rejected, residuals, assemblies, newton, linear;
   double cpu_s, wall_s;
+  double gain; /* of flesh_energy_balance */
 } flesh_accuracy_cost;
 
 /* The watcher of a run; the time it takes is not counted. A negative status ends the run with it. */

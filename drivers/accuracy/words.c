@@ -12,12 +12,6 @@ static int judged(const flesh_accuracy_row *row)
   return row->group == FLESH_ACCURACY_WORK && row->done && !row->figures.status;
 }
 
-/* A run below the reference's uncertainty is good enough for what lies above it. */
-static int reaches(const flesh_accuracy_row *row, double error)
-{
-  return judged(row) && (row->figures.below || row->figures.errors.position_rms <= error);
-}
-
 /* The measured run of least CPU time of the method (-1: of any) that is good enough: of those that took the least time,
  * or no more than times scatter, the one with the least counts. NULL: none. */
 static const flesh_accuracy_row *least_expensive(const flesh_accuracy_plan *plan, int method, double error)
@@ -26,7 +20,7 @@ static const flesh_accuracy_row *least_expensive(const flesh_accuracy_plan *plan
   for (int pass = 0; pass < 2; pass++)
     for (int k = 0; k < plan->row_count; k++) {
       const flesh_accuracy_row *row = &plan->rows[k];
-      if ((method >= 0 && row->method != method) || !reaches(row, error)) continue;
+      if ((method >= 0 && row->method != method) || !flesh_accuracy_reaches(plan, row, error)) continue;
       if (!pass && (!quickest || row->figures.cpu_s < quickest->figures.cpu_s)) quickest = row;
       if (!pass || flesh_accuracy_compare_times(row, quickest)) continue;
       if (!best || flesh_accuracy_compare_counts(row, best) < 0) best = row;
@@ -71,7 +65,7 @@ static void say_run(const flesh_accuracy_plan *plan, const flesh_accuracy_row *r
   fprintf(stream, "%s in %.3g s, %ld steps, error ", row->setting, row->figures.cpu_s, row->figures.steps);
   if (row->figures.below) fprintf(stream, "below the reference's uncertainty");
   else fprintf(stream, "%.3g %%", 100 * row->figures.errors.position_rms / plan->reference.scale.motion);
-  if (row->figures.errors.energy > 0.01) fprintf(stream, ", gains energy");
+  if (row->figures.gain > 0.01) fprintf(stream, ", gains energy");
 }
 
 static void say_command(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row,
@@ -151,7 +145,7 @@ static void say_orders(const flesh_accuracy_plan *plan, FILE *stream)
   }
 }
 
-/* Spurious energy is worse than energy that is lost: it can grow. */
+/* Spurious energy is worse than energy that is lost: it can grow. Runs that it has ended count, too. */
 static void say_gains(const flesh_accuracy_plan *plan, FILE *stream)
 {
   for (int m = 0; m < plan->method_count; m++) {
@@ -159,10 +153,10 @@ static void say_gains(const flesh_accuracy_plan *plan, FILE *stream)
     int count = 0;
     for (int k = 0; k < plan->row_count; k++) {
       const flesh_accuracy_row *row = &plan->rows[k];
-      double gain = row->figures.errors.energy;
-      if (row->method != plan->methods[m] || !judged(row) || !(gain > 0.01)) continue;
+      const double gain = row->figures.gain;
+      if (row->method != plan->methods[m] || row->group != FLESH_ACCURACY_WORK || !row->done || !(gain > 0.01)) continue;
       if (!count++)
-        fprintf(stream, "\nwarning: %s gains energy, in %% of the largest kinetic energy:", method->name);
+        fprintf(stream, "\nwarning: %s gains energy, in %% of the motion's:", method->name);
       fprintf(stream, "%s %.2g at %s", count > 1 ? "," : "", 100 * gain, row->setting);
     }
     if (!count) continue;

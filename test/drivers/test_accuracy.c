@@ -328,6 +328,19 @@ static void fronts_hold_what_nothing_beats(void)
   free(plan.rows);
 }
 
+/* The third of six steps is accurate by luck: the next smaller one is not. */
+static void luck_does_not_count(void)
+{
+  const double steps[] = {6, 5, 4, 3, 2, 1}, errors[] = {1, 0.5, 0.04, 0.2, 0.05, 0.02}, seconds[] = {1, 2, 3, 4, 5, 6};
+  const int reached[] = {0, 0, 0, 0, 1, 1};
+  flesh_accuracy_plan plan = {0};
+  fill(&plan, 6, steps, errors, seconds);
+  for (int k = 0; k < 6; k++) CHECK(flesh_accuracy_reaches(&plan, &plan.rows[k], 0.1) == reached[k]);
+  plan.rows[3].method++; /* others' errors do not matter */
+  CHECK(flesh_accuracy_reaches(&plan, &plan.rows[2], 0.1));
+  free(plan.rows);
+}
+
 /* Times that scatter rank nothing: the same run ties, and what times do not tell, counts do. */
 static void noise_is_not_ranked(void)
 {
@@ -367,6 +380,6 @@ int main(int argc, char **argv)
                    TEST(tracks_come_back), TEST(periods_are_found),
                    TEST(a_reference_is_known_no_better_than_its_change),
                    TEST(a_reference_is_known_between_its_times),
-                   TEST(orders_are_fitted_where_they_hold), TEST(fronts_hold_what_nothing_beats),
+                   TEST(orders_are_fitted_where_they_hold), TEST(fronts_hold_what_nothing_beats), TEST(luck_does_not_count),
                    TEST(noise_is_not_ranked));
 }
