@@ -50,11 +50,11 @@ static int check_system(const flesh_system *system, const flesh_solver_options *
   if (flesh_system_has_proximity(system))
     return flesh_fail(FLESH_ERR_ARGUMENT,
                       "bodies touch each other (contact: between): the pattern of the Jacobian grows where they meet, "
-                      "which IDA, CVODE and ARKODE do not know; take a method of fixed steps");
+                      "which IDA, CVODE and ARKODE do not know; take adaptive or a method of fixed steps");
   if (flesh_system_internal_count(system))
     return flesh_fail(FLESH_ERR_ARGUMENT,
                       "an effect has internal variables (a weld that breaks), which change at the ends of steps: IDA, CVODE "
-                      "and ARKODE go on from a history of smooth steps; take a method of fixed steps");
+                      "and ARKODE go on from a history of smooth steps; take adaptive or a method of fixed steps");
   if (flesh_sunindex(2 * (int64_t)flesh_system_unknowns(system)) < 0)
     return flesh_fail(FLESH_ERR_ARGUMENT, "%lld unknowns are too many for the %d-bit indices of this SUNDIALS",
                       2 * (long long)flesh_system_unknowns(system), FLESH_SUNDIALS_INDEX_SIZE);
