@@ -102,6 +102,21 @@ static void print_title(const flesh_drift_plan *plan, int variant, FILE *stream)
   fputs(title, stream);
 }
 
+/* A chain compares neighbours alone: says which others beyond a < of it are not apart. */
+static void say_close(const flesh_drift_plan *plan, int count, const int *order, const flesh_drift_part *parts,
+                      FILE *stream)
+{
+  for (int k = 0; k < count; k++)
+    for (int l = k + 1, apart = 0; l < count; l++) {
+      apart |= told_apart(&parts[l - 1], &parts[l]);
+      if (l == k + 1 || !apart || told_apart(&parts[k], &parts[l])) continue;
+      fputs("; ", stream);
+      print_title(plan, order[k], stream);
+      fputs(" ~ ", stream);
+      print_title(plan, order[l], stream);
+    }
+}
+
 /* How well the runs that ended keep the volume, best first, and how much of that order stands. */
 static void say_drift(const flesh_drift_plan *plan, int poisson, flesh_drift_solver solver, FILE *stream)
 {
@@ -123,6 +138,7 @@ static void say_drift(const flesh_drift_plan *plan, int poisson, flesh_drift_sol
     fputc(' ', stream);
     print_title(plan, order[k], stream);
   }
+  say_close(plan, count, order, parts, stream);
   fputs(" (~: closer than the meshes can tell).\n", stream);
 }
 

@@ -93,6 +93,19 @@ static void what_the_meshes_cannot_tell_is_not_told(void)
   free(text);
 }
 
+/* S, B and D rise; where S is that unsure, B < D says nothing of S and D. */
+static void an_order_of_neighbours_is_none_of_others(void)
+{
+  char *text = verdict(2, (const double[][VARIANTS]){{1.25, 1.4, .5}, {1.2, 1.4, 1}}, (int[]){P1, MEAN},
+                       (int[]){500, 2500}, NULL);
+  CHECK_TEXT(text, "of this order stands: S ~ B < D; S ~ D (~:");
+  free(text);
+  text = verdict(2, (const double[][VARIANTS]){{1.25, 1.4, .9}, {1.2, 1.4, 1}}, (int[]){P1, MEAN},
+                       (int[]){500, 2500}, NULL);
+  CHECK_TEXT(text, "of this order stands: S < B < D (~:");
+  free(text);
+}
+
 /* A run that failed beside the finest leaves its figure without a judge. */
 static void a_figure_without_a_second_claims_nothing(void)
 {
@@ -129,5 +142,6 @@ static void inverted_tets_and_bounds_are_told_apart(void)
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(an_order_that_the_mesh_makes_is_told), TEST(what_the_meshes_cannot_tell_is_not_told),
+                   TEST(an_order_of_neighbours_is_none_of_others),
                    TEST(a_figure_without_a_second_claims_nothing), TEST(inverted_tets_and_bounds_are_told_apart));
 }
