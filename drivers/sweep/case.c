@@ -249,8 +249,11 @@ flesh_study flesh_sweep_study(const flesh_sweep_work *given)
                        .text = sweep->text,
                        .path = sweep->path,
                        .fingerprint = sweep->fingerprint,
-                       .different = "the spec or the scene it names has changed since, in more than the values of axes; "
-                                    "undo that",
+                       .different = flesh_sweep_has_folders(sweep)
+                                        ? "the spec or the scene it names has changed since, and cases that keep "
+                                          "folders cannot get further values; undo that"
+                                        : "the spec or the scene it names has changed since, in more than the values "
+                                          "of axes; undo that",
                        .column_count = sweep->column_count,
                        .columns = sweep->described,
                        .repeats = sweep->repeats,

@@ -62,12 +62,13 @@ static int print_table(flesh_study_store *store, const char *columns, const char
 {
   sqlite3_stmt *query = NULL;
   const char *rest = "";
-  char *sql = sqlite3_mprintf("SELECT %s FROM %s WHERE (%s\n) ORDER BY %s", columns, view, where,
+  char *sql = sqlite3_mprintf("SELECT %s FROM %s WHERE (%s\n) ORDER BY %s", columns, view, where ? where : "1",
                               strcmp(view, "rows") ? "id" : "case_id, number");
   if (!sql) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   int code = sqlite3_prepare_v2(store->database, sql, -1, &query, &rest), status = FLESH_OK;
   if (code || *rest || !sqlite3_stmt_readonly(query))
-    status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: --columns %s, --where %s: %s", store->path, columns, where,
+    status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: --columns %s%s%s: %s", store->path, columns, where ? ", --where " : "",
+                        where ? where : "",
                         code ? sqlite3_errmsg(store->database) : "not a list of columns and a condition");
   if (!status) status = print_rows(store, query, format, stream);
   sqlite3_finalize(query);
@@ -77,7 +78,7 @@ static int print_table(flesh_study_store *store, const char *columns, const char
 
 int flesh_sweep_export(int argc, char **argv)
 {
-  const char *format = "csv", *out = NULL, *columns = "*", *where = "1", *table = "results";
+  const char *format = "csv", *out = NULL, *columns = "*", *where = NULL, *table = "results";
   const flesh_option rows[] = {
       {"format", &(FLESH_FORMAT_LIST(NAME_OF))[1], FLESH_OPTION_TEXT, &format, &(FLESH_FORMAT_LIST(DOC_OF))[2]},
       {"table", "results|rows", FLESH_OPTION_TEXT, &table,

@@ -17,9 +17,10 @@ int flesh_sweep_plot_prepare(flesh_sweep_picture *p, sqlite3_stmt **query, char 
   if (!sql) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   int status = FLESH_OK;
   if (sqlite3_prepare_v2(p->store.database, sql, -1, query, NULL))
-    status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: --x %s --y %s%s%s%s%s --where %s: %s", p->store.path, p->x, p->y,
-                        p->z ? " --z " : "", p->z ? p->z : "", p->by ? " --by " : "", p->by ? p->by : "", p->where,
-                        sqlite3_errmsg(p->store.database));
+    status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: --x %s --y %s%s%s%s%s%s%s: %s%s", p->store.path, p->x, p->y,
+                        p->z ? " --z " : "", p->z ? p->z : "", p->by ? " --by " : "", p->by ? p->by : "",
+                        p->where ? " --where " : "", p->where ? p->where : "", sqlite3_errmsg(p->store.database),
+                        p->by && strchr(p->by, ',') ? "; --by is one expression, as printf('%s, %s', nu, eta)" : "");
   sqlite3_free(sql);
   return status;
 }
@@ -72,7 +73,8 @@ int flesh_sweep_ticks_read(flesh_sweep_picture *p, const char *column, flesh_swe
     return FLESH_OK;
   }
   int status = flesh_sweep_plot_prepare(
-      p, &query, sqlite3_mprintf("SELECT DISTINCT (%s) FROM %s WHERE (%s) ORDER BY 1", column, p->table, p->where));
+      p, &query, sqlite3_mprintf("SELECT DISTINCT (%s) FROM %s WHERE (%s) ORDER BY 1", column, p->table,
+                                 flesh_sweep_condition(p)));
   while (!status && flesh_sweep_plot_next(p, query, &status)) {
     int k = t->count, type = sqlite3_column_type(query, 0);
     if (k == FLESH_SWEEP_TICKS) {
@@ -89,7 +91,8 @@ int flesh_sweep_ticks_read(flesh_sweep_picture *p, const char *column, flesh_swe
   sqlite3_finalize(query);
   label_numbers(t);
   if (!status && !t->count)
-    status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: no case fits --where %s", p->store.path, p->where);
+    status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: %s%s", p->store.path,
+                        p->where ? "no case fits --where " : "there are no cases", p->where ? p->where : "");
   return status;
 }
 
@@ -125,7 +128,7 @@ static int write_panel(flesh_sweep_picture *p, int s, double range[2], int *lett
                           "dense_rank() OVER (ORDER BY y) - 1, mean, valued, why FROM (SELECT (%s) AS s, (%s) AS x, "
                           "(%s) AS y, avg(drawn_value) AS mean, count(drawn_value) AS valued, max(%s) AS why FROM "
                           "(SELECT *, %s AS drawn_value FROM %s WHERE (%s)) GROUP BY 1, 2, 3)",
-                          p->by ? p->by : "0", p->x, p->y, why, value, p->table, p->where));
+                          p->by ? p->by : "0", p->x, p->y, why, value, p->table, flesh_sweep_condition(p)));
   sqlite3_free(value);
   fprintf(stream, "$panel%d << end_of_data\n", s);
   while (!status && flesh_sweep_plot_next(p, query, &status)) {

@@ -39,7 +39,7 @@ static int write_series(flesh_sweep_picture *p, const flesh_sweep_ticks *series,
                       "min(drawn_value) AS least, max(drawn_value) AS most, count(drawn_value) AS valued, "
                       "count(*) - count(drawn_value) AS bare FROM (SELECT *, %s AS drawn_value FROM %s WHERE (%s)) "
                       "GROUP BY 1, 2) ORDER BY 1, 2",
-                      p->by ? p->by : "0", p->x, value, p->table, p->where));
+                      p->by ? p->by : "0", p->x, value, p->table, flesh_sweep_condition(p)));
   sqlite3_free(value);
   int log_x = strchr(p->log, 'x') && !along->words, log_y = strchr(p->log, 'y') != NULL, current = -1;
   while (!status && flesh_sweep_plot_next(p, query, &status)) {
@@ -167,13 +167,14 @@ static int spare_database(const flesh_sweep_picture *p, const char *database)
 
 int flesh_sweep_plot(int argc, char **argv)
 {
-  flesh_sweep_picture p = {.store = {.lock = -1}, .where = "1", .table = "results", .log = ""};
+  flesh_sweep_picture p = {.store = {.lock = -1}, .table = "results", .log = ""};
   const char *out = NULL;
   const flesh_option rows[] = {
       {"x", "COLUMN", FLESH_OPTION_TEXT, &p.x, "what goes to the right: a column or SQLite's expression of some"},
       {"y", "COLUMN", FLESH_OPTION_TEXT, &p.y, "what goes upwards"},
       {"z", "COLUMN", FLESH_OPTION_TEXT, &p.z, "a heat map: what the colours over x and y show"},
-      {"by", "COLUMN", FLESH_OPTION_TEXT, &p.by, "a line, or with --z a map, for each of its values"},
+      {"by", "COLUMN", FLESH_OPTION_TEXT, &p.by,
+       "a line, or with --z a map, for each of its values; of two columns, --by \"printf('%s, %s', nu, eta)\""},
       {"log", "xyz", FLESH_OPTION_TEXT, &p.log, "which of x, y and z are logarithmic, as in --log xy"},
       {"where", "CONDITION", FLESH_OPTION_TEXT, &p.where, "which cases, as in --where \"energy <> 'B'\""},
       {"table", "results|rows", FLESH_OPTION_TEXT, &p.table, "as for export"},

@@ -14,6 +14,9 @@ typedef struct flesh_sweep_picture {
   char folder[1024], name[FLESH_SWEEP_NAME];
 } flesh_sweep_picture;
 
+/* The condition of queries; `where` is NULL where none was given. */
+static inline const char *flesh_sweep_condition(const flesh_sweep_picture *p) { return p->where ? p->where : "1"; }
+
 /* Distinct values of a column in SQLite's order: what stands along an axis, or distinguishes series. */
 typedef struct flesh_sweep_ticks {
   int count, words; /* words: some are no numbers */

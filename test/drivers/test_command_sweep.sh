@@ -105,7 +105,7 @@ an_axis_may_grow() {
   spec 'keep: true' 'axes: [{key: time.step, values: [1/60]}]'
   expect 0 "$flesh" sweep spec.yaml --out kept || return 1
   spec 'keep: true' 'axes: [{key: time.step, values: [1/60, 1/70]}]'
-  expect 2 "$flesh" sweep spec.yaml --out kept --resume && has stderr.txt 'of another sweep'
+  expect 2 "$flesh" sweep spec.yaml --out kept --resume && has stderr.txt 'cases that keep folders cannot get further'
 }
 
 shards_join_to_the_same_bits() {
@@ -143,7 +143,8 @@ for line, row in zip(lines, rows):
 END
   expect 0 "$flesh" sweep export exported/sweep.db --format markdown --columns "title, '|' || char(10) AS bar, id" &&
     [ "$(sed -n 3p stdout.txt)" = '| say "a, b" | \|  | 1 |' ] && [ "$(lines stdout.txt)" -eq 6 ] || return 1
-  expect 2 "$flesh" sweep export exported/sweep.db --columns nonsense && has stderr.txt 'no such column: nonsense' &&
+  expect 2 "$flesh" sweep export exported/sweep.db --columns nonsense && has stderr.txt '--columns nonsense: no such column' &&
+    expect 2 "$flesh" sweep export exported/sweep.db --where nonsense && has stderr.txt ', --where nonsense: no such' &&
     expect 2 "$flesh" sweep export exported/sweep.db --format xml && expect 3 "$flesh" sweep export tiny.yaml
 }
 
@@ -167,8 +168,10 @@ pictures_are_drawn() {
     expect 0 "$flesh" sweep plot whole/sweep.db --x density --y poisson --z max_volume_drift --log z &&
     [ "$(wc -c <lines.png)" -gt 5000 ] && [ "$(wc -c <whole/max_volume_drift_density_poisson.png)" -gt 5000 ] &&
     expect 2 "$flesh" sweep plot whole/sweep.db --x density &&
-      expect 2 "$flesh" sweep plot whole/sweep.db --x density --y nonsense &&
-    has stderr.txt 'no such column'
+      expect 2 "$flesh" sweep plot whole/sweep.db --x density --y nonsense && has stderr.txt 'no such column' &&
+      ! grep -q -e --where stderr.txt &&
+      expect 2 "$flesh" sweep plot whole/sweep.db --x density --y newton --by density,poisson &&
+      has stderr.txt "; --by is one expression, as printf('%s, %s', nu, eta)"
 }
 
 drift_gives_rows_of_tables() {
