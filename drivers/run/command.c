@@ -163,14 +163,29 @@ static int read_given(given *g, const char *path, flesh_scene **scene)
   return status ? status : refuse_bars(g, *scene);
 }
 
+/* An option that stands for a key of the scene, and the key in --set as well: neither wins. */
+static int refuse_twice(const given *g, const char *option, const char *value, const char *key)
+{
+  const size_t length = strlen(key);
+  for (int k = 0; value && k < g->overrides.texts.count; k++) {
+    const char *text = g->overrides.texts.values[k];
+    if (!strncmp(text, key, length) && text[length] == '=')
+      return flesh_command_refuse("run", "--%s %s and --set %s both give %s; leave one out", option, value, text, key);
+  }
+  return FLESH_OPTIONS_GO_ON;
+}
+
 /* Whether all that was given can be; the exit code else. */
 static int check(given *g, int positionals)
 {
   const char *folder = g->resume;
   if (g->checkpoint && flesh_checkpoint_times_read(g->checkpoint, &g->options.checkpoint))
     return flesh_option_refuse("run", "checkpoint", g->checkpoint, "a number of seconds or steps, as 60s or 100steps");
-  if (!folder)
-    return positionals ? FLESH_OPTIONS_GO_ON : flesh_command_refuse("run", "SCENE is missing; give one, or --resume DIR");
+  if (!folder && !positionals) return flesh_command_refuse("run", "SCENE is missing; give one, or --resume DIR");
+  if (!folder) {
+    const int code = refuse_twice(g, "method", g->method, "time.method");
+    return code == FLESH_OPTIONS_GO_ON ? refuse_twice(g, "start-state", g->start_state, "start.state") : code;
+  }
   if (positionals || g->start_state || g->method || g->overrides.texts.count)
     return flesh_command_refuse("run", "--resume takes the scene from %s: give no SCENE, --set, --method or --start-state",
                                 folder);

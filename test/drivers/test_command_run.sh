@@ -169,6 +169,13 @@ bad_usage_is_refused() {
   has stderr.txt 'time.step'
 }
 
+a_key_given_twice_is_refused() {
+  expect 2 "$flesh" run bar.yaml --method adaptive --set time.method=hht --out twice &&
+    has stderr.txt '^flesh run: --method adaptive and --set time.method=hht both give time.method; leave one out$' &&
+    expect 2 "$flesh" run bar.yaml --start-state none.txt --set start.state=other.txt --out twice &&
+    has stderr.txt 'both give start.state' && [ ! -e twice ]
+}
+
 bad_scenes_are_refused() {
   sed 's/density/dencity/' bar.yaml >bad.yaml
   for command in run check; do
@@ -365,6 +372,7 @@ older_results_are_replaced
 statics_make_one_solve
 help_is_help
 bad_usage_is_refused
+a_key_given_twice_is_refused
 bad_scenes_are_refused
 adaptive_is_runge_kutta_by_its_error
 bad_meshes_are_refused
