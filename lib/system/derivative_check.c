@@ -35,6 +35,7 @@ typedef struct check {
   double *xs, *vs, *as;      /* the point moved */
   double *du, *r, *dr, *Kdu; /* a direction and what follows from it */
   unsigned long long random;
+  int zero;                  /* no residual yet was other than 0 */
   flesh_environment environment; /* with the effect's memory as in a run, where it needs one */
   flesh_pattern pattern;
   int *slots;
@@ -92,8 +93,9 @@ static int residual_at(check *c, const flesh_shift *shift, double s, double *r)
 {
   flesh_point point = moved(c, shift, s);
   memset(r, 0, c->unknowns * sizeof *r);
-  return c->effect->operations->residual ? c->effect->operations->residual(c->effect, &point, r)
-                                         : FLESH_OK;
+  const int status = c->effect->operations->residual ? c->effect->operations->residual(c->effect, &point, r) : FLESH_OK;
+  for (size_t d = 0; d < c->unknowns && c->zero; d++) c->zero = r[d] == 0;
+  return status;
 }
 
 static double ratio(double error, double scale) { return error > 0 ? error / scale : error; }
@@ -353,9 +355,9 @@ static void check_close(check *c)
   for (size_t k = 0; k < sizeof vectors / sizeof vectors[0]; k++) flesh_free(vectors[k]);
 }
 
-int flesh_effect_check_derivatives(const flesh_effect *effect, const flesh_mesh *mesh, double t,
-                                   const double *x, unsigned long long seed,
-                                   flesh_derivative_report *report)
+int flesh_effect_check_derivatives_or_zero(const flesh_effect *effect, const flesh_mesh *mesh, double t,
+                                           const double *x, unsigned long long seed,
+                                           flesh_derivative_report *report, int *zero)
 {
   FLESH_NEED({effect, "effect"}, {mesh, "mesh"}, {x, "x"}, {report, "report"});
   *report = (flesh_derivative_report){.potential = {NAN, NAN}, .jacobian = {NAN, NAN},
@@ -369,7 +371,8 @@ int flesh_effect_check_derivatives(const flesh_effect *effect, const flesh_mesh 
              .edge = info.edge_mean,
              .t = t,
              .x = x,
-             .random = seed};
+             .random = seed,
+             .zero = effect->operations->residual != NULL};
   const unsigned long said = flesh_fail_count();
   status = check_open(&c, mesh);
   if (!status) {
@@ -384,7 +387,15 @@ int flesh_effect_check_derivatives(const flesh_effect *effect, const flesh_mesh 
   }
   for (int s = 0; s < FLESH_CHECK_SHIFTS && !status; s++) status = check_shift(&c, s, report);
   check_close(&c);
+  *zero = c.zero;
   return flesh_effect_returned(effect, said, status);
+}
+
+int flesh_effect_check_derivatives(const flesh_effect *effect, const flesh_mesh *mesh, double t, const double *x,
+                                   unsigned long long seed, flesh_derivative_report *report)
+{
+  int zero = 0;
+  return flesh_effect_check_derivatives_or_zero(effect, mesh, t, x, seed, report, &zero);
 }
 
 int flesh_derivative_report_passes(const flesh_derivative_report *report, double tolerance)
