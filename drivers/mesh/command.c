@@ -42,13 +42,25 @@ static void show_regions(const flesh_mesh *mesh)
   free(tags);
 }
 
+/* Shows the tag of the region whose tets a set consists of, if there is one. */
+static void show_region_of(const flesh_mesh *mesh, const flesh_named_set *set)
+{
+  const int *regions = flesh_mesh_regions(mesh);
+  int all = 0, own = 0;
+  for (int t = 0; set->tet_count && t < flesh_mesh_tet_count(mesh); t++) all += regions[t] == regions[set->tets[0]];
+  for (int k = 0; k < set->tet_count; k++) own += regions[set->tets[k]] == regions[set->tets[0]];
+  if (all && own == all && own == set->tet_count) printf(", region %d", regions[set->tets[0]]);
+}
+
 static void show_sets(const flesh_mesh *mesh)
 {
   const int count = flesh_mesh_set_count(mesh);
   if (count) printf("  %-14s %d\n", "sets", count);
   for (int k = 0; k < count; k++) {
     const flesh_named_set set = flesh_mesh_set_at(mesh, k);
-    printf("    '%s'  %d nodes, %d tets\n", set.name, set.node_count, set.tet_count);
+    printf("    '%s'  %d nodes, %d tets", set.name, set.node_count, set.tet_count);
+    show_region_of(mesh, &set);
+    putchar('\n');
   }
 }
 

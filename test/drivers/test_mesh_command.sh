@@ -57,6 +57,7 @@ check box_in_parts_of_ten_nodes 2 'with --parts it must be 1' \
 check convert_keeps_sets 0 'sets.msh: 23 nodes, 48 tets, 2 regions, 2 named sets' \
   convert "$reference/two_boxes_41_ascii.msh" sets.msh
 check kept_sets 0 "    'right'  0 nodes, 24 tets" info sets.msh
+check sets_of_one_region 0 "    'right'  0 nodes, 24 tets, region 9" info sets.msh
 check convert_without_sets 0 'sets.mesh: 23 nodes, 48 tets, 2 regions; without the 2 named sets, which only .msh holds' \
   convert "$reference/two_boxes_41_ascii.msh" sets.mesh
 check box_info 0 'volume         4 m^3' info bar.msh
