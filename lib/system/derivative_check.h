@@ -7,7 +7,7 @@
 
 extern const flesh_shift flesh_check_shifts[FLESH_CHECK_SHIFTS];
 
-/* As flesh_effect_check_derivatives; *zero: whether the effect has a residual that was 0 wherever it was evaluated, so
+/* Does flesh_effect_check_derivatives; *zero: whether the effect has a residual that was 0 wherever it was evaluated, so
  * that its errors of 0 say nothing. */
 int flesh_effect_check_derivatives_or_zero(const flesh_effect *effect, const flesh_mesh *mesh, double t,
                                            const double *x, unsigned long long seed,
