@@ -359,7 +359,6 @@ int flesh_effect_check_derivatives_or_zero(const flesh_effect *effect, const fle
                                            const double *x, unsigned long long seed,
                                            flesh_derivative_report *report, int *zero)
 {
-  FLESH_NEED({effect, "effect"}, {mesh, "mesh"}, {x, "x"}, {report, "report"});
   *report = (flesh_derivative_report){.potential = {NAN, NAN}, .jacobian = {NAN, NAN},
                                       .evaluate = {NAN, NAN}};
   int status = flesh_effect_check_mesh(effect, mesh);
@@ -395,6 +394,7 @@ int flesh_effect_check_derivatives(const flesh_effect *effect, const flesh_mesh 
                                    unsigned long long seed, flesh_derivative_report *report)
 {
   int zero = 0;
+  FLESH_NEED({effect, "effect"}, {mesh, "mesh"}, {x, "x"}, {report, "report"});
   return flesh_effect_check_derivatives_or_zero(effect, mesh, t, x, seed, report, &zero);
 }
 
