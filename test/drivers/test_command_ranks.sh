@@ -374,6 +374,7 @@ END
 # of ranks and a process by itself to the same place.
 killed_and_resumed() {
   make_bent || return 1
+  set -- "$@" --set solver.newton_tolerance=1e-6
   rm -rf undisturbed broken by_*
   first_stopped_at 0 "$flesh" run "$@" --quiet --checkpoint 3steps --out undisturbed || return 1
   [ ! -e undisturbed/checkpoint.bin ] || { echo 'the checkpoint of a complete run is still there'; return 1; }
@@ -383,7 +384,7 @@ killed_and_resumed() {
     cp -r broken "by_$ranks"
     expect 0 on_ranks "$ranks" "$flesh" run --resume "by_$ranks" && has stdout.txt 'goes on after step [1-9]' || return 1
     has "by_$ranks/result.json" "\"same_bits\": $([ "$ranks" = 3 ] && echo true || echo false)" || return 1
-    python3 "$source_folder/shared/compare_runs.py" undisturbed "by_$ranks" 1e-4 || return 1
+    python3 "$source_folder/shared/compare_runs.py" undisturbed "by_$ranks" "${apart:-1e-4}" || return 1
   done
   # The energy that is put in goes on, whoever counts it.
   python3 - undisturbed by_* <<'END' && diff -rq -x result.json undisturbed by_3
@@ -404,12 +405,19 @@ hht_goes_on() { killed_and_resumed bent.yaml --method hht; }
 a_weld_that_breaks_goes_on() { make_torn && killed_and_resumed torn.yaml --no-frames; }
 adaptive_contact_goes_on() { make_cubes 1.06 '[0.5, 0, -1]' 'adaptive: true' && killed_and_resumed cubes.yaml --no-frames; }
 separation_goes_on() { make_cubes 0.97 '[0.1, 0, 1]' 'intersecting: separate' && killed_and_resumed cubes.yaml --no-frames; }
-runge_kutta_goes_on() { killed_and_resumed bent.yaml --method runge-kutta --set time.tolerance=1e-3; }
+# Errors of positions choose the steps: velocities of what touches agree less.
+runge_kutta_goes_on() {
+  apart=2e-3
+  killed_and_resumed bent.yaml --method runge-kutta --set time.tolerance=1e-5
+  set -- $?
+  apart=
+  return "$1"
+}
 
 # What one process has written serves ranks, and its file is refused where the scene has become another, on all.
 ranks_go_on_with_what_one_has_begun() {
   make_bent && rm -rf alone begun || return 1
-  set -- bent.yaml --quiet --method newmark
+  set -- bent.yaml --quiet --method newmark --set solver.newton_tolerance=1e-6
   expect 0 "$flesh" run "$@" --out alone && expect 6 "$flesh" run "$@" --checkpoint 1steps --max-seconds 1e-9 --out begun || return 1
   cp -r begun other
   expect 0 on_ranks 3 "$flesh" run --resume begun --max-seconds 100 && has stdout.txt 'others have come there' || return 1
