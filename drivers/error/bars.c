@@ -49,8 +49,10 @@ static json_t *judge_json(const flesh_error_judge *judge)
   json_t *object = json_object(), *companions = json_array();
   json_object_set_new(object, judge->count ? "compared_with" : "no_bar", flesh_json_text(judge->words));
   for (int k = 0; k < judge->count; k++)
-    json_array_append_new(companions, json_pack("{sssssf}", "folder", judge->companions[k].folder, "set",
-                                                judge->companions[k].set, "cpu_s", judge->companions[k].cpu_s));
+    json_array_append_new(companions, json_pack("{sss[ss*]sf}", "folder", judge->companions[k].folder, "set",
+                                                judge->companions[k].set[0],
+                                                *judge->companions[k].set[1] ? judge->companions[k].set[1] : NULL,
+                                                "cpu_s", judge->companions[k].cpu_s));
   if (judge->count) json_object_set_new(object, "factor", json_real(judge->factor));
   json_object_set_new(object, "companions", companions);
   return object;

@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/file.h"
+#include "base/text.h"
 #include "run/runner.h"
 #include "scene/scene.h"
 #include "system/system.h"
@@ -30,8 +31,20 @@ static void add(flesh_error_judge *judge, const char *folder, const char *key, d
 {
   char number[FLESH_NUMBER_SIZE];
   snprintf(judge->companions[judge->count].folder, FLESH_ERROR_FOLDER, "error/%s", folder);
-  snprintf(judge->companions[judge->count++].set, sizeof judge->companions->set, "%s=%s", key,
+  snprintf(judge->companions[judge->count++].set[0], sizeof judge->companions->set[0], "%s=%s", key,
            flesh_number_text(value, number));
+}
+
+/* A smaller tolerance; and shorter steps, as where outputs end them the tolerance changes nothing. */
+static void add_tolerance(const flesh_scene_time *time, flesh_error_judge *judge)
+{
+  char number[FLESH_NUMBER_SIZE];
+  const double tolerance = tolerance_share * time->adaptive.tolerance;
+  judge->factor = of_tolerance;
+  add(judge, "step", "time.tolerance", tolerance);
+  snprintf(judge->companions[0].set[1], sizeof judge->companions->set[1], "time.step=%s",
+           flesh_number_text(time->step / 2, number));
+  snprintf(judge->words, sizeof judge->words, "a tolerance of %g and steps of at most %g s", tolerance, time->step / 2);
 }
 
 static void choose_mesh(const flesh_scene *scene, flesh_error_judge *judge)
@@ -45,7 +58,7 @@ static void choose_mesh(const flesh_scene *scene, flesh_error_judge *judge)
     judge->count = judge->better = 1;
     judge->factor = of_element;
     snprintf(judge->companions[0].folder, FLESH_ERROR_FOLDER, "error/mesh");
-    snprintf(judge->companions[0].set, sizeof judge->companions->set, "body.element=tet10-mean");
+    strcpy(judge->companions[0].set[0], "body.element=tet10-mean");
     snprintf(judge->words, sizeof judge->words, "tet10-mean on the same mesh, which is the better answer");
   } else if (!others && scene->keys.body.refine > 0) {
     judge->factor = of_coarser_mesh;
@@ -80,9 +93,7 @@ static void choose_step(const flesh_scene *scene, flesh_error_judge *judge)
 {
   const flesh_scene_time *time = &scene->time;
   if (time->adaptive.control || time->method == FLESH_METHOD_IDA) {
-    judge->factor = of_tolerance;
-    add(judge, "step", "time.tolerance", tolerance_share * time->adaptive.tolerance);
-    snprintf(judge->words, sizeof judge->words, "a tolerance of %g", tolerance_share * time->adaptive.tolerance);
+    add_tolerance(time, judge);
     return;
   }
   switch (time->method) {
@@ -94,7 +105,7 @@ static void choose_step(const flesh_scene *scene, flesh_error_judge *judge)
     judge->count = 1;
     judge->factor = of_newmark;
     snprintf(judge->companions[0].folder, FLESH_ERROR_FOLDER, "error/step");
-    snprintf(judge->companions[0].set, sizeof judge->companions->set, "time.method=newmark");
+    strcpy(judge->companions[0].set[0], "time.method=newmark");
     snprintf(judge->words, sizeof judge->words, "newmark with the same steps");
     return;
   default:
@@ -143,8 +154,8 @@ static int read_scenes(const flesh_scene *scene, const char *path, flesh_error_j
 {
   int status = FLESH_OK;
   for (int k = 0; k < judge->count && !status; k++) {
-    const char *const sets[] = {"output.error_bars=false", judge->companions[k].set};
-    status = flesh_scene_read(path, 2, sets, &judge->companions[k].scene);
+    const char *const sets[] = {"output.error_bars=false", judge->companions[k].set[0], judge->companions[k].set[1]};
+    status = flesh_scene_read(path, *sets[2] ? 3 : 2, sets, &judge->companions[k].scene);
   }
   if (status && status != FLESH_ERR_MEMORY && status != FLESH_ERR_INTERRUPTED) {
     refuse(judge, flesh_error_text());
@@ -169,9 +180,8 @@ int flesh_error_run(const flesh_runner_options *given, flesh_error_judge *judge)
   const int count = judge->count;
   int status = FLESH_OK;
   for (int k = 0; k < count && judge->count && !status; k++) {
-    char *folder = malloc(strlen(given->out) + FLESH_ERROR_FOLDER + 2);
+    char *folder = flesh_text_new("%s/%s", given->out, judge->companions[k].folder);
     if (!folder) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-    sprintf(folder, "%s/%s", given->out, judge->companions[k].folder);
     const flesh_runner_options options = {.out = folder, .scene_path = given->scene_path, .quiet = 1, .no_frames = 1,
                                           .max_seconds = given->max_seconds, .begun = given->begun,
                                           .argc = given->argc, .argv = given->argv};

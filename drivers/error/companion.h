@@ -17,7 +17,7 @@ typedef struct flesh_error_judge {
   int better;          /* the first companion's numbers are better than the run's */
   struct {
     char folder[FLESH_ERROR_FOLDER]; /* within the run's */
-    char set[64];                       /* key=value beside the scene's keys */
+    char set[2][64];                 /* key=value beside the scene's keys; the second may be empty */
     flesh_scene *scene;
     double cpu_s;
   } companions[2];

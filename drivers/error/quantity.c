@@ -9,6 +9,7 @@
 #include "base/confine.h"
 #include "base/error.h"
 #include "base/file.h"
+#include "base/text.h"
 #include "system/system.h"
 
 const char *const flesh_error_kind_names[FLESH_ERROR_KINDS] = {"mesh", "step"};
@@ -25,10 +26,9 @@ static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory 
 
 int flesh_error_table_read(const char *folder, const char *name, flesh_error_table *table)
 {
-  char *path = malloc(strlen(folder) + strlen(name) + 2);
+  char *path = flesh_text_new("%s/%s", folder, name);
   *table = (flesh_error_table){0};
   if (!path) return no_memory();
-  sprintf(path, "%s/%s", folder, name);
   int status = flesh_path_is_there(path) ? flesh_csv_read(path, FLESH_CSV_WHOLE, &table->csv) : FLESH_OK;
   table->t = malloc(((size_t)table->csv.rows + 1) * sizeof *table->t);
   if (!status && !table->t) status = no_memory();
@@ -89,7 +89,7 @@ static void refuse(flesh_error_quantity *q, const flesh_scene *scene, int of_pro
   const char *part = strrchr(q->name, '.');
   if (!of_probes && is_extreme(q->name))
     for (int k = 0; k < FLESH_ERROR_KINDS; k++)
-      strcpy(q->why[k], "an extreme over the body, which need not settle as the mesh gets finer");
+      strcpy(q->why[k], "an extreme over the body, which need not settle as mesh and steps get finer");
   else if (part && (!strncmp(part, ".stress", 7) || !strncmp(part, ".stretch", 8) || !strncmp(part, ".energy", 7) ||
                     !strncmp(part, ".J", 2)) && is_at_pin(scene, q->name))
     strcpy(q->why[FLESH_ERROR_MESH], "a strain beside a pin, which grows without end as the mesh gets finer");
@@ -268,10 +268,9 @@ static void print_name(FILE *stream, const char *name, const char *kind)
 int flesh_error_quantities_write(const flesh_error_quantities *all, const char *folder, const char *name)
 {
   const flesh_csv *csv = &all->table.csv;
-  char *path = malloc(strlen(folder) + strlen(name) + 2);
+  char *path = flesh_text_new("%s/%s", folder, name);
   flesh_file file;
   if (!path) return no_memory();
-  sprintf(path, "%s/%s", folder, name);
   int status = flesh_file_open(path, &file);
   for (int row = -1; row < csv->rows && !status; row++) {
     for (int c = 0; c < csv->columns; c++) {

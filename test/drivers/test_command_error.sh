@@ -60,7 +60,11 @@ newmark_covers_backward_euler() {
 
 a_smaller_tolerance_covers() {
   expect 0 "$flesh" run bar.yaml --method adaptive --set time.tolerance=1e-3 --error --out adaptive || return 1
-  covers adaptive step fine 4
+  covers adaptive step fine 4 || return 1
+  # Where outputs end the steps, a smaller tolerance alone would change nothing.
+  expect 0 "$flesh" run bar.yaml --method adaptive --set time.tolerance=0.5 --error --out capped || return 1
+  has stdout.txt '^error bars of the step: by a tolerance of 0.125 and steps of at most 0.00833333 s$' || return 1
+  covers capped step fine 10
 }
 
 # Also the bars of tet4 itself, which locks.
