@@ -199,6 +199,8 @@ int flesh_accuracy_compare_times(const flesh_accuracy_row *a, const flesh_accura
 /* Compares by residual evaluations, then linear iterations, Hessians and steps, which no machine changes. */
 int flesh_accuracy_compare_counts(const flesh_accuracy_row *a, const flesh_accuracy_row *b);
 
+/* Whether it is a run of the work that has come to its end. */
+int flesh_accuracy_is_complete(const flesh_accuracy_row *row);
 /* Whether a run of the work is as accurate as `error` [m], or below the reference's uncertainty; and not by luck: all runs
  * of its method with smaller steps or tolerances are, too. */
 int flesh_accuracy_reaches(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row, double error);

@@ -4,14 +4,14 @@
 
 #include "accuracy/accuracy.h"
 
-static int is_complete(const flesh_accuracy_row *row)
+int flesh_accuracy_is_complete(const flesh_accuracy_row *row)
 {
   return row->group == FLESH_ACCURACY_WORK && row->done && !row->figures.status;
 }
 
 static int judged(const flesh_accuracy_row *row)
 {
-  return is_complete(row) && isfinite(row->figures.errors.position_rms);
+  return flesh_accuracy_is_complete(row) && isfinite(row->figures.errors.position_rms);
 }
 
 int flesh_accuracy_same_run(const flesh_accuracy_row *a, const flesh_accuracy_row *b)
@@ -71,7 +71,7 @@ static int beats(const flesh_accuracy_row *other, const flesh_accuracy_row *row,
 
 static int is_within(const flesh_accuracy_row *row, double error)
 {
-  return is_complete(row) && (row->figures.below || row->figures.errors.position_rms <= error);
+  return flesh_accuracy_is_complete(row) && (row->figures.below || row->figures.errors.position_rms <= error);
 }
 
 int flesh_accuracy_reaches(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row, double error)
@@ -79,7 +79,8 @@ int flesh_accuracy_reaches(const flesh_accuracy_plan *plan, const flesh_accuracy
   int reaches = is_within(row, error);
   for (int k = 0; k < plan->row_count && reaches; k++) {
     const flesh_accuracy_row *other = &plan->rows[k];
-    if (other->method == row->method && other->value < row->value && is_complete(other)) reaches = is_within(other, error);
+    const int finer = other->method == row->method && other->value < row->value;
+    if (finer && flesh_accuracy_is_complete(other)) reaches = is_within(other, error);
   }
   return reaches;
 }

@@ -7,11 +7,6 @@
 #include "base/file.h"
 #include "study/table.h"
 
-static int judged(const flesh_accuracy_row *row)
-{
-  return row->group == FLESH_ACCURACY_WORK && row->done && !row->figures.status;
-}
-
 /* The measured run of least CPU time of the method (-1: of any) that is good enough: of those that took the least time,
  * or no more than times scatter, the one with the least counts. NULL: none. */
 static const flesh_accuracy_row *least_expensive(const flesh_accuracy_plan *plan, int method, double error)
@@ -34,7 +29,7 @@ static const flesh_accuracy_row *most_accurate(const flesh_accuracy_plan *plan, 
   const flesh_accuracy_row *best = NULL;
   for (int k = 0; k < plan->row_count; k++) {
     const flesh_accuracy_row *row = &plan->rows[k];
-    if (row->method != method || !judged(row) || isnan(row->figures.errors.position_rms)) continue;
+    if (row->method != method || !flesh_accuracy_is_complete(row) || isnan(row->figures.errors.position_rms)) continue;
     if (!best || row->figures.errors.position_rms < best->figures.errors.position_rms) best = row;
   }
   return best;
@@ -47,7 +42,7 @@ static double between(const flesh_accuracy_plan *plan, int method, double error)
   const flesh_accuracy_row *before = NULL;
   for (int k = 0; k < plan->row_count; k++) {
     const flesh_accuracy_row *row = &plan->rows[k];
-    if (row->method != method || !judged(row) || isnan(row->figures.errors.position_rms)) continue;
+    if (row->method != method || !flesh_accuracy_is_complete(row) || isnan(row->figures.errors.position_rms)) continue;
     double e = row->figures.errors.position_rms;
     if (before && e <= error) {
       double eb = before->figures.errors.position_rms;
