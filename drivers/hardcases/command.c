@@ -37,7 +37,9 @@ static const char details[] =
     "profiles.csv, .png then have performance profiles (Dolan & More 2002).\n\n"
     "With --ablation every run is made by the default solver and without each of its techniques\n"
     "(solver.techniques). verdict.txt and ablation.csv then have what each is worth: runs that fail, iterations and\n"
-    "CPU time, by group of cases, element and Poisson's ratio.\n";
+    "CPU time, by group of cases, element and Poisson's ratio.\n\n"
+    "With --export nothing is run: the cases that are static, have no effects and are stress-free at rest are\n"
+    "written as DIR/cases/NAME/case.json, body.mesh and start.txt, which other solvers read.\n";
 
 enum { SETTING_LIMIT = 4096 };
 
@@ -166,6 +168,7 @@ static int make_runs(flesh_hardcases_plan *plan)
 static int batter(void *data)
 {
   flesh_hardcases_plan *plan = data;
+  if (plan->export) return flesh_hardcases_export(plan);
   printf("%d runs: %d cases, %d settings; %d at a time\n", plan->run_count, plan->case_count,
          plan->setting_count, flesh_pool_places(plan->options.ranks, plan->options.jobs, plan->run_count));
   fflush(stdout);
@@ -309,6 +312,7 @@ int flesh_command_hardcases(int argc, char **argv)
       FLESH_STUDY_OPTION_ROWS(&plan.options, "hardcases", "also with further cases and settings"),
       FLESH_STUDY_OPTION_JOBS(&plan.options),
       {"list", NULL, FLESH_OPTION_SWITCH, &list, "print the cases and end"},
+      {"export", NULL, FLESH_OPTION_SWITCH, &plan.export, "write the static cases as data for other solvers and end"},
       {0}};
   const flesh_usage usage = {"hardcases", "[FILE]", "Runs the battery of hard cases.", details, 0, 1, rows, NULL,
                              FLESH_EXITS_OF_INTERRUPTS};

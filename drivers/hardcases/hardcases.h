@@ -127,6 +127,7 @@ typedef struct flesh_hardcases_plan {
   int filters;  /* compares eigenvalue filters */
   int shapes;   /* puts the bodies of --meshes through the cases that any shape can go through */
   int ablation; /* compares the default with itself without each technique */
+  int export;   /* writes the static cases as data instead of running them */
   int lean;     /* runs that recover leave no mesh and no state: with any of the three, of thousands of runs */
   double max_seconds; /* per run and phase */
   const flesh_texts *overrides;
@@ -202,6 +203,10 @@ void flesh_hardcases_judge_end(const flesh_scene *scene, double t, const double 
 
 /* The outcome by the run's figures. */
 flesh_hardcases_outcome flesh_hardcases_judge(const flesh_hardcases_run *run);
+
+/* Writes the static cases without effects as data that other solvers read, below plan->out. FLESH_ERR_ARGUMENT where
+ * there is none or a run has a solver. */
+int flesh_hardcases_export(const flesh_hardcases_plan *plan);
 
 /* The figures in records, in the order of the columns of hardcases.csv. */
 extern const flesh_study_field flesh_hardcases_fields[];
