@@ -110,6 +110,14 @@ FLESH_API int flesh_kinsol_preconditioner_setup(N_Vector u, N_Vector uscale, N_V
 FLESH_API int flesh_kinsol_preconditioner_solve(N_Vector u, N_Vector uscale, N_Vector fval,
                                                 N_Vector fscale, N_Vector z, void *problem);
 
+/* Solves K p = b for `count` right-hand sides b [count][3*n], which become p, K = dr/du being the derivative itself at
+ * u [3*n], without an eigenvalue filter or secants of contact; lagged and frozen states are constant in it. K is
+ * symmetric: p is an adjoint as well as a tangent. Of constrained dofs b is not read, and p is 0. Until ||b - K p||_2 <=
+ * tolerance ||b||_2 for each, tolerance in [1e-13, 1), by the options' linear solver; where K is indefinite, or
+ * conjugate gradients do not get there, by KLU. u NULL: with the K, and what was factored of it, of the call before.
+ * FLESH_ERR_ARGUMENT; FLESH_ERR_SOLVE where K is singular; FLESH_UNDEFINED, FLESH_NONFINITE. */
+FLESH_API int flesh_problem_solve(flesh_problem *problem, const double *u, int count, double *b, double tolerance);
+
 /* The library's block matrix as a SUNMatrix with all operations except SUNMatMatvecSetup (products
  * need none), a view: the values live in the problem; clones have memory of their own. Freed by
  * SUNMatDestroy; the problem must outlive it.

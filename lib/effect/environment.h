@@ -17,6 +17,7 @@ typedef struct flesh_environment {
   const struct flesh_proximity *proximity;
   /* 1: friction is as stiff as its secant to rest (geometry/slip.h), as a step of a solve has been cut. */
   int slips_to_rest;
+  int tangents; /* 1: of contact, too, derivatives are those at the point, not secants to where a solve may end */
   /* The flesh_system_ functions set the rest for the effect at hand (system/effect_view.h). */
   void *near; /* its part of `proximity` */
   /* Its sums over the ranks that share out the body (flesh_effect_ranks); NULL: there is one rank, and it finds them

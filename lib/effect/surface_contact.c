@@ -100,7 +100,7 @@ static int surface_contact_jacobian(const flesh_effect *effect, const flesh_poin
   (void)slots;
   int status = open_near(effect, point, 1, &self, &own);
   if (!status && shift->x != 0 && !(status = flesh_surface_near_reserve(self, self->set.count))) {
-    flesh_surface_near_expect(self, point->x);
+    flesh_surface_near_expect(self, point->x, flesh_environment_of(point)->tangents);
     flesh_contact_set_hessians(&self->set, point->x, shift->x, shift->filter, point->threads, self->hessians);
     for (int k = 0; k < self->set.count; k++) {
       const int *nodes = self->set.pairs[k].nodes;

@@ -169,8 +169,8 @@ double flesh_surface_near_on_way(flesh_surface_near *near, const double *x_from,
 /* near->rubs becomes that of x_lag, and near->set that at x, where there is friction. */
 int flesh_surface_near_rub(flesh_surface_near *near, const flesh_point *point);
 /* Hessians of near->set, that at x, become those of secants to the predicted forces where x is the place that they are
- * predicted for, and tangents elsewhere. */
-void flesh_surface_near_expect(flesh_surface_near *near, const double *x);
+ * predicted for, and tangents elsewhere, or everywhere. */
+void flesh_surface_near_expect(flesh_surface_near *near, const double *x, int tangents);
 /* The run is at x [3*n] at time t, of an effect that separates. Where a step has led there, what is apart touches from now
  * on; else (`accepted` 0), if it was not there before, it begins there. *changed: whether the energy at x is another than
  * before. FLESH_UNDEFINED where a place is not finite; FLESH_ERR_MEMORY. */

@@ -150,9 +150,9 @@ int flesh_surface_near_rub(near *self, const flesh_point *point)
   return FLESH_OK;
 }
 
-void flesh_surface_near_expect(near *self, const double *x)
+void flesh_surface_near_expect(near *self, const double *x, int tangents)
 {
-  const int predicted = self->secant_known && flesh_surface_near_is_at(self, x, self->x_predicted);
+  const int predicted = !tangents && self->secant_known && flesh_surface_near_is_at(self, x, self->x_predicted);
   flesh_contact_secant_apply(predicted ? &self->secant : NULL, &self->set, x);
 }
 

@@ -22,6 +22,7 @@ int flesh_newton_filter_error(flesh_newton *self, const double *u, const double 
   if (status == FLESH_NOT_POSITIVE) {
     status = flesh_direction_assemble(direction, u, FLESH_FILTER_ABSOLUTE);
     flesh_matrix_policy_overwritten(&self->policy);
+    self->tangent.known = 0;
     if (!status) status = flesh_direction_factor(direction, 0);
     if (!status) status = flesh_direction_solve(direction, &request, b, p, &kind);
   }

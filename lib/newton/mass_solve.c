@@ -9,6 +9,7 @@
 static int assemble_mass(flesh_newton *self, double t, const double *x, const double *v)
 {
   flesh_matrix_policy_overwritten(&self->policy);
+  self->tangent.known = 0;
   flesh_direction_overwritten(&self->direction);
   return flesh_equations_assemble_mass(&self->equations, t, x, v);
 }

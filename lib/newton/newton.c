@@ -93,6 +93,7 @@ static flesh_eigenvalue_filter first_filter(const flesh_newton *self)
 static int assemble(flesh_newton *self, const double *u, flesh_eigenvalue_filter filter)
 {
   self->equations.evaluation.environment.slips_to_rest = self->cautious > 0;
+  self->tangent.known = 0;
   int status = flesh_direction_assemble(&self->direction, u, filter);
   if (!status) flesh_matrix_policy_assembled(&self->policy);
   return status;
@@ -285,6 +286,7 @@ void flesh_newton_clear(flesh_newton *self)
   flesh_volume_arc_clear(&self->arc);
   flesh_matrix_policy_clear(&self->policy);
   flesh_direction_clear(&self->direction);
+  flesh_direct_destroy(&self->tangent.pivots);
   flesh_equations_clear(&self->equations);
   flesh_threads_destroy(&self->threads);
   flesh_reserve_destroy(&self->reserve);
@@ -296,7 +298,8 @@ size_t flesh_newton_memory(const flesh_newton *self)
   const size_t n = (size_t)self->equations.n, inertia = self->policy.inertia ? n * sizeof(float) : 0;
   return flesh_equations_memory(&self->equations) + flesh_direction_memory(&self->direction) + inertia +
          flesh_search_memory(&self->search) + flesh_volume_arc_memory(&self->arc) + flesh_accelerators_memory(&self->accelerators) +
-         2 * n * sizeof(double) + (self->reserve ? flesh_reserve_most(self->reserve) : 0);
+         2 * n * sizeof(double) + (self->tangent.pivots ? flesh_direct_memory(self->tangent.pivots) : 0) +
+         (self->reserve ? flesh_reserve_most(self->reserve) : 0);
 }
 
 void flesh_newton_set_stage(flesh_newton *self, const flesh_stage *stage)
@@ -306,7 +309,7 @@ void flesh_newton_set_stage(flesh_newton *self, const flesh_stage *stage)
   flesh_matrix_policy_begin_stage(&self->policy, changed, &self->stats);
   flesh_search_begin_stage(&self->search);
   flesh_accelerators_begin_stage(&self->accelerators);
-  self->follow_curvature = self->cautious = self->at_round_off = self->stopped = 0;
+  self->follow_curvature = self->cautious = self->at_round_off = self->stopped = self->tangent.known = 0;
   self->model_ratio = NAN;
 }
 

@@ -12,6 +12,14 @@
 #include "newton/subdomain.h"
 #include "newton/volume_arc.h"
 
+/* The exact derivative at a solution (tangent.c). */
+typedef struct flesh_tangent {
+  int known;            /* K is that of the last flesh_newton_factor_tangent */
+  int has_pivots;       /* and is factored in `pivots` */
+  int patterns;         /* of the equations, when `pivots` was made */
+  flesh_direct *pivots; /* NULL: conjugate gradients, or the options' direct solver, were enough */
+} flesh_tangent;
+
 typedef struct flesh_newton {
   flesh_solver_options options;
   flesh_solve_stats stats; /* where all parts count */
@@ -23,6 +31,7 @@ typedef struct flesh_newton {
   flesh_accelerators accelerators;
   flesh_matrix_policy policy;
   flesh_balance balance;
+  flesh_tangent tangent;
   flesh_stage_solver solver;      /* of the systems of few nodes; none: no nonlinear elimination */
   flesh_reserve *reserve;         /* memory of these systems; NULL: there are none */
   double *u, *r;                  /* [n] the iterate of K, and the residual there in a step */
@@ -72,6 +81,14 @@ int flesh_newton_step(flesh_newton *newton, const double *weights, const double 
 /* p [n] = K^-1 b to a tenth, K being that of the last stage, whose last iterate is u [n]. FLESH_NOT_CONVERGED, with the last
  * iterate, or where b is 0; FLESH_NOT_POSITIVE. Counts in `stats`. */
 int flesh_newton_filter_error(flesh_newton *newton, const double *u, const double *b, double *p);
+
+/* K at u [n] becomes the derivative of the residual itself, without filter or secants, and is factored. Overwrites what
+ * the iteration knows of its matrix. A status > 0 where K has no value; FLESH_ERR_SOLVE with a sentence where it is singular. */
+int flesh_newton_factor_tangent(flesh_newton *newton, const double *u);
+/* p [n] = K^-1 b with that, until ||b - K p||_2 <= tolerance ||b||_2; 0 on constrained dofs, and b becomes so. By a
+ * factorisation with pivots where K is indefinite or conjugate gradients do not converge. Overwrites the equations'
+ * scratch. FLESH_NONFINITE; FLESH_ERR_SOLVE likewise. */
+int flesh_newton_solve_tangent(flesh_newton *newton, double *b, double tolerance, double *p);
 
 /* The acceleration a [n] with r(t, x, v, a) = 0 over the free dofs, x, v and multipliers being the state's; dofs that
  * are constrained at t keep their given a. Overwrites K and the caches. Status > 0 where there is none. */

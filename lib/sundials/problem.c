@@ -2,6 +2,7 @@
 #include "sundials/problem.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/error.h"
 #include "base/team.h"
@@ -69,6 +70,26 @@ int flesh_problem_set_stage(flesh_problem *self, const flesh_stage *stage)
 void flesh_problem_freeze(flesh_problem *self, const double *u) { flesh_newton_freeze(&self->newton, u); }
 
 void flesh_problem_start(const flesh_problem *self, double *u) { flesh_equations_start(&self->newton.equations, u); }
+
+int flesh_problem_solve(flesh_problem *self, const double *u, int count, double *b, double tolerance)
+{
+  FLESH_NEED({self, "problem"}, {b, "b"});
+  flesh_newton *newton = &self->newton;
+  if (count < 0) return flesh_fail(FLESH_ERR_ARGUMENT, "count is %d right-hand sides; it must not be negative", count);
+  if (!(tolerance >= 1e-13 && tolerance < 1))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the tolerance of a solve is %g; it must be in [1e-13, 1)", tolerance);
+  if (!self->staged)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the flesh_problem has no stage; flesh_problem_set_stage comes first");
+  if (!u && !newton->tangent.known)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "u is NULL, but no solve at this stage has made a matrix before");
+  int status = u ? flesh_newton_factor_tangent(newton, u) : FLESH_OK;
+  const size_t n = (size_t)newton->equations.n;
+  for (int k = 0; k < count && !status; k++) {
+    status = flesh_newton_solve_tangent(newton, b + (size_t)k * n, tolerance, newton->r);
+    if (!status) memcpy(b + (size_t)k * n, newton->r, n * sizeof *b);
+  }
+  return status;
+}
 
 flesh_solve_stats *flesh_problem_stats(flesh_problem *self) { return &self->newton.stats; }
 

@@ -143,6 +143,19 @@ class KinsolProblem(_Problem):
         """Counts since creation."""
         return self._stats(lib.flesh_problem_stats)
 
+    def solve(self, u, b, tolerance: float = 1e-10) -> np.ndarray:
+        """p with K p = b, K = dr/du at u itself, without filter or secants: tangents and, as K is symmetric, adjoints.
+
+        b [3*nodes] or [k, 3*nodes]; what it says of constrained dofs is not read, and p is 0 there. u None: with the
+        K, and what was factored of it, of the call before.
+        """
+        p = np.array(b, dtype=float)
+        if p.ndim not in (1, 2) or p.shape[-1] != self.size:
+            raise ArgumentError(f"b has the shape {p.shape}; it must be [{self.size}] or [k, {self.size}]")
+        at = ffi.NULL if u is None else pointer(doubles(np.ravel(u), (self.size,), "u"))
+        call(lib.flesh_problem_solve, self._pointer, at, p.size // self.size, pointer(p), tolerance)
+        return p
+
     def residual(self, u) -> np.ndarray:
         """r(u) [3*nodes], N."""
         at, (r, out) = self._in(u, "u"), self._out()

@@ -41,6 +41,18 @@ def test_newton_on_kinsols_equations(mild, mesh, body, held, rng):
         problem.residual(np.zeros(3))
 
 
+def test_tangents_and_adjoints_of_a_stage(mild, rng):
+    problem = flesh.KinsolProblem(mild)
+    u = problem.start()
+    K, free = problem.jacobian(u), mild.free()
+    b = np.zeros((2, problem.size))
+    b[:, free] = rng.normal(size=(2, len(free)))
+    p = problem.solve(u, b, 1e-12)
+    assert np.abs(p @ K - b)[:, free].max() < 1e-9 and np.abs(problem.solve(None, b[1]) - p[1]).max() < 1e-9
+    with pytest.raises(flesh.ArgumentError, match=r"b has the shape \(3,\)"):
+        problem.solve(u, np.zeros(3))
+
+
 def test_a_stage_is_the_step_of_backward_euler(mild, mesh):
     h, state = 1 / 60, flesh.State.at_rest(mesh)
     stepped = state.copy()
