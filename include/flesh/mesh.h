@@ -81,6 +81,34 @@ FLESH_API int flesh_mesh_lower_order(const flesh_mesh *mesh, flesh_mesh **lowere
  * many nodes or tets. Further errors: FLESH_ERR_MEMORY. */
 FLESH_API int flesh_mesh_refine(const flesh_mesh *mesh, flesh_mesh **refined);
 
+/* The places that the tets and nodes of a refined mesh have in the mesh that it was made of. */
+typedef struct flesh_mesh_parents {
+  int nodes, tets; /* of the refined mesh */
+  int *tet;        /* [tets] the coarser mesh's tet that each is a part of, rising */
+  int *node_tet;   /* [nodes] a tet of the coarser mesh that has the node in it; -1: none has */
+  double *place;   /* [4*nodes] the node's barycentric coordinates there */
+} flesh_mesh_parents;
+
+/* The mesh whose tets are those of `mesh`, tet t halved at least halvings[t] times in a row, and others where
+ * faces would not fit: nested and conforming. Which edges are cut is the rule of Arnold, Mukherjee & Pouly
+ * (SIAM J. Sci. Comput. 22, 2000), the longest first: however often a mesh is refined so, the parts of a tet
+ * have a fixed number of shapes. The mesh remembers the edges that come next; one that is read from a file
+ * begins anew. The nodes stay and come first. Regions and sets of tets go to the parts; a new node is in a
+ * set of nodes where all nodes are of the edge, face or tet of `mesh` in which it lies. At order 2 the
+ * curved shape stays what it is. `parents` may be NULL; it is to be cleared by flesh_mesh_parents_clear.
+ * Returns new. FLESH_ERR_ARGUMENT where there would be too many tets or nodes; FLESH_ERR_FILE where an edge
+ * bends so much that a half is inverted. Further errors: FLESH_ERR_MEMORY. */
+FLESH_API int flesh_mesh_refine_marked(const flesh_mesh *mesh, const uint8_t *halvings, flesh_mesh **refined,
+                                       flesh_mesh_parents *parents);
+
+/* Takes a field with `components` numbers a node, `field` [components*nodes of mesh], to the refined mesh: `finer`
+ * [components*parents->nodes], by the shape functions of `mesh`, so that it stays the same function. FLESH_ERR_ARGUMENT
+ * for parents in another mesh, and components below 1. */
+FLESH_API int flesh_mesh_transfer(const flesh_mesh *mesh, const flesh_mesh_parents *parents, int components,
+                                  const double *field, double *finer);
+/* NULL-safe; leaves zeros. */
+FLESH_API void flesh_mesh_parents_clear(flesh_mesh_parents *parents);
+
 /* A regular grid of cells[0] x cells[1] x cells[2] boxes, 6 Kuhn tets each, filling `size` from
  * `origin`; node (i,j,k) is number (k*(ny+1)+j)*(nx+1)+i, and cell (i,j,k) has the six tets from
  * 6*((k*ny+j)*nx+i), around its diagonal from the low to the high corner. FLESH_ERR_ARGUMENT for

@@ -215,6 +215,7 @@ void flesh_mesh_destroy(flesh_mesh **mesh)
   flesh_free((*mesh)->surface);
   flesh_free((*mesh)->surface_tets);
   flesh_free((*mesh)->node_used);
+  flesh_free((*mesh)->marks);
   flesh_mesh_sets_clear(&(*mesh)->sets);
   flesh_split_part_destroy((*mesh)->split);
   flesh_free(*mesh);

@@ -6,6 +6,7 @@
 #include <stddef.h>
 
 #include "flesh/mesh.h"
+#include "mesh/bisect_marks.h"
 #include "mesh/sets.h"
 
 struct flesh_mesh {
@@ -25,6 +26,7 @@ struct flesh_mesh {
   uint8_t *node_used; /* [nodes] */
   int flipped, unused_nodes;
   flesh_mesh_sets sets; /* settled */
+  flesh_tet_marks *marks; /* [tets] of a mesh that bisection made; NULL: the next begins with the longest edges */
   struct flesh_split_part *split; /* of a part of a split mesh (split.h); NULL: this is the whole */
 };
 

@@ -89,6 +89,16 @@ void flesh_mesh_sets_clear(flesh_mesh_sets *sets)
   *sets = (flesh_mesh_sets){0};
 }
 
+/* The tets that those of a set became. */
+static int append_children(flesh_members *to, const flesh_members *from, const int *first)
+{
+  int status = FLESH_OK;
+  for (int k = 0; k < from->count; k++)
+    for (int child = first[from->values[k]]; child < first[from->values[k] + 1] && !status; child++)
+      status = flesh_members_add(to, child);
+  return status;
+}
+
 /* `first` + children * the new number of each, and those that follow it. */
 static int append(flesh_members *to, const flesh_members *from, const int *numbers, int first, int children)
 {
@@ -109,7 +119,8 @@ int flesh_mesh_sets_append(flesh_mesh_sets *to, const flesh_mesh_sets *from, con
     int set;
     status = flesh_mesh_sets_take(to, old->name, strlen(old->name), &set);
     if (!status) status = append(&to->sets[set].nodes, &old->nodes, map->nodes, map->first_node, 1);
-    if (!status)
+    if (!status && map->first_children) status = append_children(&to->sets[set].tets, &old->tets, map->first_children);
+    else if (!status)
       status = append(&to->sets[set].tets, &old->tets, map->tets, map->first_tet, map->children ? map->children : 1);
   }
   return status;

@@ -41,6 +41,7 @@ typedef struct flesh_mesh_sets_map {
   const int *nodes, *tets;   /* the new number of each, -1 where it is gone; NULL: the old number */
   int first_node, first_tet; /* added to the new number */
   int children;              /* tets that one became, in a row; 0: one */
+  const int *first_children; /* [tets+1] the first of the tets that each became, in a row, in place of the three above; or NULL */
 } flesh_mesh_sets_map;
 
 /* Adds the members of `from`, as numbered in the other mesh, to the sets of the same names in `to`. FLESH_ERR_FILE, FLESH_ERR_MEMORY. */

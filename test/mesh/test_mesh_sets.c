@@ -255,6 +255,14 @@ static void sets_follow_their_mesh(void)
   check_plane(finer);
   CHECK_OK(flesh_mesh_lower_order(finer, &lowered));
   check_plane(lowered);
+  for (int order = 1; order <= 2; order++) {
+    flesh_mesh *halved, *of = order == 1 ? mesh : raised;
+    uint8_t halvings[48] = {4, 0, 3, [20] = 1};
+    CHECK_OK(flesh_mesh_refine_marked(of, halvings, &halved, NULL));
+    CHECK(halved && halved->sets.sets[0].nodes.count > of->sets.sets[0].nodes.count + 2);
+    check_plane(halved);
+    flesh_mesh_destroy(&halved);
+  }
   flesh_mesh_destroy(&box);
   flesh_mesh_destroy(&mesh);
   flesh_mesh_destroy(&raised);

@@ -26,7 +26,7 @@
  * u, flesh_kinsol_preconditioner_solve uscale, flesh_kinsol_preconditioner_solve fval,
  * flesh_kinsol_preconditioner_solve fscale, flesh_material_from_psi user, flesh_material_small_strain mu,
  * flesh_material_small_strain lambda, flesh_material_small_strain rest_stress, flesh_mesh_create regions,
- * flesh_mesh_create_quadratic regions, flesh_communicator_create mpi_comm, flesh_rank_part_create ranks,
+ * flesh_mesh_create_quadratic regions, flesh_mesh_refine_marked parents, flesh_communicator_create mpi_comm, flesh_rank_part_create ranks,
  * flesh_rank_part_create_for ranks, flesh_history_close history, flesh_probes_close probes, flesh_frames_close frames,
  * flesh_run steps, flesh_run_resume steps, flesh_integrator_save data, flesh_ode_jacobian fy, flesh_ode_jacobian w1, flesh_ode_jacobian w2,
  * flesh_ode_jacobian w3, flesh_ode_jacobian_times_setup fy, flesh_ode_jacobian_times y, flesh_ode_jacobian_times fy,
@@ -295,6 +295,13 @@ static void null_is_refused_by_bodies(void)
   REFUSES(flesh_mesh_create_quadratic, mesh, (1, any, 1, any, any, NULL));
   REFUSES(flesh_mesh_raise_order, mesh, (NULL, any)), REFUSES(flesh_mesh_raise_order, raised, (any, NULL));
   REFUSES(flesh_mesh_refine, mesh, (NULL, any)), REFUSES(flesh_mesh_refine, refined, (any, NULL));
+  REFUSES(flesh_mesh_refine_marked, mesh, (NULL, any, any, NULL));
+  REFUSES(flesh_mesh_refine_marked, halvings, (any, NULL, any, NULL));
+  REFUSES(flesh_mesh_refine_marked, refined, (any, any, NULL, NULL));
+  REFUSES(flesh_mesh_transfer, mesh, (NULL, any, 3, any, any));
+  REFUSES(flesh_mesh_transfer, parents, (any, NULL, 3, any, any));
+  REFUSES(flesh_mesh_transfer, field, (any, any, 3, NULL, any));
+  REFUSES(flesh_mesh_transfer, finer, (any, any, 3, any, NULL));
   REFUSES(flesh_mesh_lower_order, mesh, (NULL, any)), REFUSES(flesh_mesh_lower_order, lowered, (any, NULL));
   REFUSES(flesh_mesh_box, cells, (NULL, any, any, any)), REFUSES(flesh_mesh_box, size, (any, NULL, any, any));
   REFUSES(flesh_mesh_box, origin, (any, any, NULL, any)), REFUSES(flesh_mesh_box, mesh, (any, any, any, NULL));

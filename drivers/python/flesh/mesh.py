@@ -1,5 +1,5 @@
 """mesh.py: tetrahedral meshes: made from arrays, read, written, measured."""
-from typing import Dict, NamedTuple, Optional
+from typing import Dict, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from ._callbacks import Const, call, create, owned
 from ._library import ffi, lib, path_bytes, text
 from .errors import ArgumentError
 
-__all__ = ["Mesh", "MeshInfo", "Jacobians", "NamedSet"]
+__all__ = ["Mesh", "MeshInfo", "MeshParents", "Jacobians", "NamedSet"]
 
 
 class MeshInfo(Record):
@@ -42,6 +42,13 @@ class Jacobians(NamedTuple):
     least: float  # the smallest; NaN where one is NaN
     worst: int  # its tet
     not_positive: int  # tets without J > 0: inverted ones, where J is that of points of quadrature
+
+
+class MeshParents(NamedTuple):
+    """Where the tets and nodes of a refined mesh lie in the one that it was made of."""
+    tet: np.ndarray  # [tets] the coarser mesh's tet that each is a part of, rising
+    node_tet: np.ndarray  # [nodes] a tet of the coarser mesh that has the node in it; -1: none has
+    place: np.ndarray  # [nodes, 4] the node's barycentric coordinates there
 
 
 class NamedSet(NamedTuple):
@@ -121,6 +128,38 @@ class Mesh(Const):
     def refine(self) -> "Mesh":
         """The mesh whose tets are those of this one cut into eight each; its nodes stay and come first."""
         return self._of(create("flesh_mesh", lib.flesh_mesh_refine, self._pointer))
+
+    def refine_marked(self, halvings) -> Tuple["Mesh", MeshParents]:
+        """The mesh with tet t halved halvings[t] times at least and others where faces would not fit, and where its tets
+        and nodes lie in this one. However often a mesh is refined so, its tets have a fixed number of shapes.
+
+        Args:
+            halvings: [tets], 0 to 255.
+        """
+        wanted = integers(halvings, (self.tet_count,), "halvings")
+        if wanted.size and not 0 <= wanted.min() <= wanted.max() <= 255:
+            raise ArgumentError("halvings must be from 0 to 255")
+        raw, times = ffi.new("flesh_mesh_parents *"), wanted.astype(np.uint8)
+        try:
+            made, out = ffi.new("flesh_mesh **"), pointer(times, "uint8_t")
+            call(lib.flesh_mesh_refine_marked, self._pointer, out, made, raw)
+            parents = MeshParents(view(raw.tet, (raw.tets,), "int", None).copy(),
+                                  view(raw.node_tet, (raw.nodes,), "int", None).copy(),
+                                  view(raw.place, (raw.nodes, 4), "double", None).copy())
+        finally:
+            lib.flesh_mesh_parents_clear(raw)
+        return self._of(made[0]), parents
+
+    def transfer(self, parents: MeshParents, field) -> np.ndarray:
+        """Takes `field` [nodes, ...] to the refined mesh with these parents, by the shape functions of this one."""
+        width = max(int(np.size(field)) // self.node_count, 1)
+        values = doubles(np.reshape(field, (-1, width)), (self.node_count, width), "field")
+        tet, node_tet = integers(parents.tet, (None,), "tet"), integers(parents.node_tet, (None,), "node_tet")
+        place, finer = doubles(parents.place, (len(node_tet), 4), "place"), np.empty((len(node_tet), width))
+        raw = ffi.new("flesh_mesh_parents *", {"nodes": len(node_tet), "tets": len(tet), "tet": pointer(tet, "int"),
+                                               "node_tet": pointer(node_tet, "int"), "place": pointer(place)})
+        call(lib.flesh_mesh_transfer, self._pointer, raw, width, pointer(values), pointer(finer))
+        return finer.reshape((len(node_tet),) + np.shape(field)[1:])
 
     @property
     def node_count(self) -> int:

@@ -33,6 +33,24 @@ def test_order_two_from_arrays_and_back(mesh):
         raised.raise_order()
 
 
+def test_marked_tets_are_halved_and_fields_go_along(mesh):
+    raised = mesh.raise_order()
+    halvings = np.zeros(raised.tet_count, int)
+    halvings[5] = 3
+    finer, parents = raised.refine_marked(halvings)
+    assert (parents.tet == 5).sum() >= 4 and finer.info.volume == pytest.approx(2, rel=1e-14)
+    assert len(parents.node_tet) == finer.node_count == len(parents.place) > raised.node_count
+
+    def field(x):
+        return np.c_[x[:, 0] * x[:, 1] - x[:, 2] ** 2, x[:, 2]]
+    assert np.allclose(raised.transfer(parents, field(raised.positions)), field(finer.positions), atol=1e-14)
+    assert raised.transfer(parents, raised.positions[:, 0]).shape == (finer.node_count,)
+    with pytest.raises(flesh.ArgumentError, match="halvings must be from 0 to 255"):
+        raised.refine_marked(-halvings)
+    with pytest.raises(flesh.ArgumentError, match="are not in this mesh"):
+        finer.transfer(parents._replace(node_tet=parents.node_tet[:-1], place=parents.place[:-1]), finer.positions)
+
+
 @pytest.mark.parametrize("suffix", ["msh", "mesh", "node"])
 def test_files_give_the_mesh_back(mesh, tmp_path, suffix):
     mesh.write(tmp_path / f"bar.{suffix}")
