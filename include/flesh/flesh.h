@@ -19,6 +19,7 @@
 #include "flesh/probe.h"
 #include "flesh/ranks.h"
 #include "flesh/scene.h"
+#include "flesh/sensitivity.h"
 #include "flesh/skin.h"
 #include "flesh/solver.h"
 #include "flesh/state.h"

@@ -29,10 +29,11 @@ int flesh_newton_factor_tangent(flesh_newton *self, const double *u)
 {
   flesh_environment *environment = &self->equations.evaluation.environment;
   self->tangent.known = self->tangent.has_pivots = 0;
+  const int before = environment->tangents;
   environment->tangents = 1;
   environment->slips_to_rest = 0;
   int status = flesh_direction_assemble(&self->direction, u, FLESH_FILTER_NONE);
-  environment->tangents = 0;
+  environment->tangents = before;
   flesh_matrix_policy_overwritten(&self->policy);
   if (status) return status;
   status = flesh_direction_factor(&self->direction, 0);

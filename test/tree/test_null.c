@@ -32,7 +32,7 @@
  * flesh_ode_jacobian w3, flesh_ode_jacobian_times_setup fy, flesh_ode_jacobian_times y, flesh_ode_jacobian_times fy,
  * flesh_ode_jacobian_times tmp, flesh_ode_preconditioner_setup fy, flesh_ode_preconditioner_solve y,
  * flesh_ode_preconditioner_solve fy, flesh_scene_read overrides, flesh_scene_read_text overrides,
- * flesh_problem_solve u, flesh_skin_frames_close frames, flesh_surface_write x. */
+ * flesh_problem_solve u, flesh_sensitivity_set lagged, flesh_skin_frames_close frames, flesh_surface_write x. */
 
 /* Arguments that the tests below try by hand, because these functions own what they are given, or their callers have
  * no other word than user_data:
@@ -209,6 +209,19 @@ static void null_is_refused_by_runs(void)
   REFUSES(flesh_integrator_load, integrator, (NULL, any, 1)), REFUSES(flesh_integrator_load, data, (any, NULL, 1));
   REFUSES(flesh_problem_create, system, (NULL, any, any)), REFUSES(flesh_problem_create, options, (any, NULL, any));
   REFUSES(flesh_problem_create, problem, (any, any, NULL));
+  REFUSES(flesh_sensitivity_create, system, (NULL, any, .1, any)), REFUSES(flesh_sensitivity_create, options, (any, NULL, .1, any));
+  REFUSES(flesh_sensitivity_create, sensitivity, (any, any, .1, NULL));
+  REFUSES(flesh_sensitivity_set, sensitivity, (NULL, any, NULL)), REFUSES(flesh_sensitivity_set, state, (any, NULL, NULL));
+  REFUSES(flesh_sensitivity_force, sensitivity, (NULL, any, any)), REFUSES(flesh_sensitivity_force, parameter, (any, NULL, any));
+  REFUSES(flesh_sensitivity_force, force, (any, any, NULL));
+  REFUSES(flesh_sensitivity_tangent, sensitivity, (NULL, any, any)), REFUSES(flesh_sensitivity_tangent, parameter, (any, NULL, any));
+  REFUSES(flesh_sensitivity_tangent, dx, (any, any, NULL));
+  REFUSES(flesh_sensitivity_adjoint, sensitivity, (NULL, any, any)), REFUSES(flesh_sensitivity_adjoint, quantity, (any, NULL, any));
+  REFUSES(flesh_sensitivity_adjoint, lambda, (any, any, NULL));
+  REFUSES(flesh_sensitivity_gradient, sensitivity, (NULL, any, 1, any, any));
+  REFUSES(flesh_sensitivity_gradient, quantity, (any, NULL, 1, any, any));
+  REFUSES(flesh_sensitivity_gradient, parameters, (any, any, 1, NULL, any));
+  REFUSES(flesh_sensitivity_gradient, gradient, (any, any, 1, any, NULL));
   REFUSES(flesh_problem_solve, problem, (NULL, any, 1, any, .1)), REFUSES(flesh_problem_solve, b, (any, any, 1, NULL, .1));
   REFUSES(flesh_problem_set_stage, problem, (NULL, any)), REFUSES(flesh_problem_set_stage, stage, (any, NULL));
   REFUSES(flesh_sunmatrix_create, problem, (NULL, any, any)), REFUSES(flesh_sunmatrix_create, context, (any, NULL, any));

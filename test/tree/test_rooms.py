@@ -12,7 +12,7 @@ TOP = os.path.abspath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "
 
 # From the ground up; lib/README.md tells what each is for.
 ROOMS = ["base", "math", "material", "mesh", "surface", "skin", "parallel", "linear", "element", "geometry", "effect",
-         "system", "newton", "sundials", "time", "output", "scene", "drivers"]
+         "system", "newton", "sundials", "time", "output", "sensitivity", "scene", "drivers"]
 
 # Whose interface a public header is.
 PUBLIC = {
@@ -21,7 +21,7 @@ PUBLIC = {
     "surface": "surface", "skin": "skin", "block_matrix": "linear", "linear_solver": "linear", "ranks": "parallel",
     "body": "element", "motion": "geometry", "obstacle": "geometry", "contact": "effect", "derivative_check": "effect", "effect": "effect", "effects": "effect",
     "system": "system", "state": "system", "solver": "newton", "kinsol": "sundials", "ida": "sundials",
-    "ode": "sundials", "sunnonlinsol": "sundials", "integrator": "time", "observer": "time", "probe": "output", "scene": "scene", "flesh": "scene",
+    "ode": "sundials", "sunnonlinsol": "sundials", "integrator": "time", "observer": "time", "probe": "output", "sensitivity": "sensitivity", "scene": "scene", "flesh": "scene",
 }
 
 

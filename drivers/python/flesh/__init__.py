@@ -16,11 +16,12 @@ and its kinds). Calls release the interpreter's lock, and Ctrl-C ends a step in 
     Scene                               all of it from YAML, a file or a dict
     Integrator, equilibrium             steps and statics
     run, steps, History, Probes, Frames a run as a loop or as an iterator, and what it writes
+    Parameter, Sensitivity              derivatives of equilibria by what was put in: tangents, adjoints, gradients
     KinsolProblem, IdaProblem, OdeProblem   the equations for a solver of your own
     run_scene, drift, accuracy, sweep   the program's comparisons as tables
 """
 from . import body, effects, errors, fibre, frame, integrator, material, mesh, motion, options, output, own_effect
-from . import results, scene, sundials, surface, system
+from . import results, scene, sensitivity, sundials, surface, system
 from ._library import ffi, lib, text
 from .body import *
 from .effects import *
@@ -36,6 +37,7 @@ from .output import *
 from .own_effect import *
 from .results import *
 from .scene import *
+from .sensitivity import *
 from .sundials import *
 from .surface import *
 from .point import *
@@ -44,7 +46,7 @@ from .system import *
 __version__ = text(lib.flesh_version())
 __all__ = ["__version__", "set_error_handler"]
 for _module in (body, effects, errors, fibre, frame, integrator, material, mesh, motion, options, output, own_effect,
-                results, scene, sundials, surface, system):
+                results, scene, sensitivity, sundials, surface, system):
     __all__ += _module.__all__
 
 _handler = None

@@ -53,6 +53,33 @@ def test_tangents_and_adjoints_of_a_stage(mild, rng):
         problem.solve(u, np.zeros(3))
 
 
+def test_gradients_of_an_equilibrium(mesh, body, held):
+    def system(young=1e5, gravity=-1.0):
+        body = flesh.Body(mesh, flesh.Material("S", young=young, poisson=0.45), 1000)
+        return flesh.System(mesh, [flesh.Elasticity(body), flesh.Gravity(body, (0, 0, gravity))]).pin(held)
+
+    exact = flesh.SolverOptions(newton_tolerance=1e-12)
+    state = flesh.equilibrium(system(), options=exact)
+    parameters = [flesh.Parameter(system, 1e5), flesh.Parameter(lambda g: system(gravity=g), -1.0)]
+    sensitivity = flesh.Sensitivity(system(), state)
+    weights = np.zeros_like(state.x)
+    weights[-1, 2] = 1
+    young, gravity = sensitivity.gradient(parameters, by_x=weights)
+    assert young * 1e5 == pytest.approx(-gravity * -1.0, rel=1e-9)  # the shape depends on their ratio alone
+    ends = [flesh.equilibrium(system(young=1e5 + k), options=exact).x[-1, 2] for k in (-20, 20)]
+    assert young == pytest.approx((ends[1] - ends[0]) / 40, rel=1e-6)
+    operator = sensitivity.operator(parameters)
+    assert np.allclose(operator.rmatvec(weights.ravel()), (young, gravity), rtol=1e-9)
+    assert np.allclose(weights.ravel() @ operator.matvec([0, 1]), gravity, rtol=1e-8)
+    held_z = np.zeros_like(state.x)
+    held_z[held, 2] = 1
+    assert sensitivity.gradient(parameters[1:], of_residual=held_z)[0] == pytest.approx(-2000, rel=1e-9)  # the weight
+    load = sensitivity.force(parameters[1])
+    assert np.allclose(-(sensitivity.adjoint(by_x=weights) * load).sum(), gravity, rtol=1e-9)
+    with pytest.raises(flesh.ArgumentError, match="is no equilibrium"):
+        flesh.Sensitivity(system(), flesh.State.at_rest(mesh))
+
+
 def test_a_stage_is_the_step_of_backward_euler(mild, mesh):
     h, state = 1 / 60, flesh.State.at_rest(mesh)
     stepped = state.copy()

@@ -1,0 +1,111 @@
+"""sensitivity.py: how equilibria depend on what was put in: tangents, adjoints, gradients."""
+from typing import TYPE_CHECKING, Callable, Optional, Sequence
+
+import numpy as np
+
+from ._arrays import doubles, pointer
+from ._callbacks import Handle, call, create, owned
+from ._library import ffi, lib
+from .errors import ArgumentError
+from .options import SolverOptions
+from .system import State, System
+
+if TYPE_CHECKING:
+    import scipy.sparse.linalg
+
+__all__ = ["Parameter", "Sensitivity"]
+
+
+class Parameter(Handle):
+    """What a result may be differentiated by: a number p that a system is made with.
+
+    Args:
+        system: makes the System with p at a value; everything else stays the same, and so do nodes and tets.
+        value: p.
+        difference: how far the systems are from it; by default a thousandth of the value, or 1e-3 where that is 0. Any
+            serves where the residual is at most quadratic in p: moduli, densities, loads, damping.
+    """
+
+    def __init__(self, system: Callable[[float], System], value: float, difference: Optional[float] = None):
+        self.value = float(value)
+        self.difference = float(difference if difference is not None else abs(self.value) * 1e-3 or 1e-3)
+        self._systems = [system(self.value + k * self.difference) for k in (-2, -1, 1, 2)]
+        self._struct = ffi.new("flesh_parameter *", {"difference": self.difference})
+        for k, made in enumerate(self._systems):
+            self._struct.systems[k] = made._ready()
+
+
+class Sensitivity(Handle):
+    """Derivatives of an equilibrium of a system, which is linearised and factored once.
+
+    Args:
+        system: of the equilibrium.
+        state: the equilibrium, with the multipliers and internal variables that the system has; solve it to a small
+            newton_tolerance, as derivatives are as exact as it.
+        options: how its solves go.
+        tolerance: of solves, over their right-hand sides.
+        lagged: the State before the step, as friction reads it; None: the equilibrium itself.
+    """
+
+    def __init__(self, system: System, state: State, options: Optional[SolverOptions] = None, *,
+                 tolerance: float = 1e-10, lagged: Optional[State] = None):
+        options = SolverOptions() if options is None else options
+        made = create("flesh_sensitivity", lib.flesh_sensitivity_create, system._ready(), options._struct, tolerance)
+        self._pointer = owned("flesh_sensitivity", made, lib.flesh_sensitivity_destroy, system)
+        self._nodes = system.mesh.node_count
+        before = ffi.NULL
+        if lagged is not None:
+            struct = lagged._checked(self._nodes)
+            before = ffi.new("flesh_lagged *", {"t": struct.t, "x": struct.x, "v": struct.v})
+        call(lib.flesh_sensitivity_set, self._pointer, state._checked(self._nodes), before)
+
+    def _quantity(self, by_x, of_residual):
+        shape, kept = (self._nodes, 3), []
+        struct = ffi.new("flesh_quantity *")
+        for name, values in (("by_x", by_x), ("of_residual", of_residual)):
+            if values is not None:
+                kept.append(pointer(doubles(values, shape, name)))
+                setattr(struct, name, kept[-1])
+        return struct, kept
+
+    def _vector(self, function, *arguments):
+        out = np.empty((self._nodes, 3))
+        call(function, self._pointer, *arguments, pointer(out))
+        return out
+
+    def force(self, parameter: Parameter) -> np.ndarray:
+        """[nodes, 3] dr/dp, N per unit of p."""
+        return self._vector(lib.flesh_sensitivity_force, parameter._struct)
+
+    def tangent(self, parameter: Parameter) -> np.ndarray:
+        """[nodes, 3] dx/dp."""
+        return self._vector(lib.flesh_sensitivity_tangent, parameter._struct)
+
+    def adjoint(self, by_x=None, of_residual=None) -> np.ndarray:
+        """[nodes, 3] lambda, with dQ = -lambda . dr for a change dr of the free forces.
+
+        Q is given by its derivative by_x [nodes, 3], or as a sum of reactions by weights of_residual [nodes, 3].
+        """
+        struct, _kept = self._quantity(by_x, of_residual)
+        return self._vector(lib.flesh_sensitivity_adjoint, struct)
+
+    def gradient(self, parameters: Sequence[Parameter], by_x=None, of_residual=None) -> np.ndarray:
+        """[parameters] dQ/dp of Q as in `adjoint`, by one solve for all of them."""
+        struct, _kept = self._quantity(by_x, of_residual)
+        all_of_them, gradient = list(parameters), np.empty(len(list(parameters)))
+        structs = ffi.new("flesh_parameter[]", [p._struct[0] for p in all_of_them])
+        call(lib.flesh_sensitivity_gradient, self._pointer, struct, len(all_of_them), structs, pointer(gradient))
+        return gradient
+
+    def operator(self, parameters: Sequence[Parameter]) -> "scipy.sparse.linalg.LinearOperator":
+        """dx/dp [3*nodes, parameters] as a scipy LinearOperator: by tangents; its transpose by one adjoint."""
+        from scipy.sparse.linalg import LinearOperator
+        all_of_them = list(parameters)
+        if not all_of_them:
+            raise ArgumentError("parameters is empty; an operator needs at least one")
+        return LinearOperator((3 * self._nodes, len(all_of_them)), dtype=float,
+                              matvec=lambda p: self._along(all_of_them, np.ravel(p)),
+                              rmatvec=lambda x: self.gradient(all_of_them, by_x=np.reshape(x, (self._nodes, 3))))
+
+    def _along(self, parameters, amounts):
+        return sum(amount * self.tangent(p).ravel() for amount, p in zip(amounts, parameters))

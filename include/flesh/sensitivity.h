@@ -1,0 +1,73 @@
+/* sensitivity.h: how results depend on what was put in: exact derivatives of an equilibrium by parameters, and
+ * adjoints.
+ *
+ * A parameter p is given by systems that differ in it, so that anything that makes a system may be one: constants of
+ * materials, density, loads and their amplitudes, damping, contact, prescribed motions, rest positions of nodes, an
+ * effect of your own. With the residual r(x; p) = 0 and K = dr/dx, a tangent is dx/dp = -K^-1 dr/dp; a quantity Q(x)
+ * has the gradient dQ/dp = -lambda . dr/dp with one adjoint K lambda = dQ/dx for all parameters. K is the derivative
+ * itself, and what effects lag (follower loads, damping by the current stiffness) belongs to it: lambda <- K^-1 (dQ/dx
+ * - K_lag^T lambda) until it stands still. Derivatives by p and by a lagged state are differences of the residual at a
+ * fixed state, in which nothing is solved; they are as exact as p is smooth.
+ *
+ * Functions that return no status cannot fail. */
+#ifndef FLESH_SENSITIVITY_H
+#define FLESH_SENSITIVITY_H
+
+#include "flesh/solver.h"
+#include "flesh/state.h"
+#include "flesh/system.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* A parameter: finished systems with the same nodes, tets and constrained dofs at p - 2 difference, p - difference, p
+ * + difference and p + 2 difference; borrowed. The outer two may be NULL: central differences of the second order are
+ * exact where the residual is at most quadratic in p, as it is in Young's modulus, a density, a load, damping, a
+ * muscle's peak stress; for others, as Poisson's ratio, the thickness of contact or a rest position, all four are of
+ * the fourth order. A difference of 1e-3 of p leaves round-off alone. */
+typedef struct flesh_parameter {
+  const flesh_system *systems[4];
+  double difference;
+} flesh_parameter;
+
+/* A quantity Q of a state, by its derivatives: dQ/dx [3*n], and weights [3*n] of the residual, of which a reaction is
+ * the sum over constrained dofs (weight 1 on those, 0 elsewhere). Either may be NULL; borrowed. */
+typedef struct flesh_quantity {
+  const double *by_x, *of_residual;
+} flesh_quantity;
+
+typedef struct flesh_sensitivity flesh_sensitivity;
+
+/* Sensitivities of equilibria of a finished system, which is borrowed; solves go by `options` until a residual is
+ * `tolerance` of its right-hand side, in [1e-13, 1). Returns new.
+ * FLESH_ERR_ARGUMENT also for a system that ranks share out. Further errors: FLESH_ERR_MEMORY, FLESH_ERR_SUNDIALS. */
+FLESH_API int flesh_sensitivity_create(const flesh_system *system, const flesh_solver_options *options, double tolerance,
+                                       flesh_sensitivity **sensitivity);
+FLESH_API void flesh_sensitivity_destroy(flesh_sensitivity **sensitivity);
+
+/* Linearises and factors at an equilibrium, which is copied: state->t, x, multipliers and internal variables.
+ * `lagged`: what the equilibrium's solve lagged (friction: the state before the step; NULL: the equilibrium itself, as
+ * statics have it that repeat a solve for follower loads); a lagged state that is given is constant.
+ * FLESH_ERR_ARGUMENT where the free forces are more than a hundredth of the largest effect's: it is no equilibrium.
+ * FLESH_ERR_SOLVE where K is singular. */
+FLESH_API int flesh_sensitivity_set(flesh_sensitivity *sensitivity, const flesh_state *state,
+                                    const flesh_lagged *lagged);
+
+/* force [3*n] = dr/dp, N per unit of p, with what p moves of constrained dofs. No solve.
+ * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_SOLVE. */
+FLESH_API int flesh_sensitivity_force(flesh_sensitivity *sensitivity, const flesh_parameter *parameter, double *force);
+/* dx [3*n] = dx/dp, constrained dofs included. One solve. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_SOLVE. */
+FLESH_API int flesh_sensitivity_tangent(flesh_sensitivity *sensitivity, const flesh_parameter *parameter, double *dx);
+/* lambda [3*n], 0 on constrained dofs, with dQ = -lambda . dr for any change dr [3*n] of the free residual: a change of
+ * a force, or the residual of another discretisation. One solve. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_SOLVE. */
+FLESH_API int flesh_sensitivity_adjoint(flesh_sensitivity *sensitivity, const flesh_quantity *quantity, double *lambda);
+/* gradient [count] = dQ/dp of all parameters [count] by one adjoint; what Q says of p itself is the caller's to add.
+ * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_SOLVE. */
+FLESH_API int flesh_sensitivity_gradient(flesh_sensitivity *sensitivity, const flesh_quantity *quantity, int count,
+                                         const flesh_parameter *parameters, double *gradient);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,338 @@
+/* coupling.c: coloured differences of an effect's residual, and the test that they have all of its derivative. */
+#include "sensitivity/coupling.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "base/memory.h"
+#include "linear/block_matrix.h"
+#include "math/xorshift.h"
+#include "system/one_effect.h"
+
+/* From effects on nodes to effects that couple all of them. */
+enum { ALONE, ON_SURFACE, AS_K, ALL };
+/* So many nodes may be all coupled: each takes twelve residuals. */
+enum { MOST_COUPLED = 3000, POINTS = 4 };
+
+static const double at[POINTS] = {-2, -1, 1, 2}, weight[POINTS] = {1. / 12, -2. / 3, 2. / 3, -1. / 12};
+
+/* Distance of differences, over that of nodes: contact feels a thousandth of that, and round-off is a billionth. */
+static const double step_of_length = 3e-6;
+
+int flesh_couplings_create(const flesh_system *system, flesh_couplings *self)
+{
+  const flesh_mesh *mesh = flesh_system_mesh(system);
+  const double *volumes = flesh_mesh_tet_volumes(mesh);
+  const int n = flesh_system_unknowns(system), tets = flesh_mesh_tet_count(mesh);
+  double volume = 0;
+  for (int e = 0; e < tets; e++) volume += volumes[e];
+  *self = (flesh_couplings){.system = system, .n = n, .nodes = n / 3, .length = cbrt(6 * volume / (tets > 0 ? tets : 1))};
+  self->room = flesh_calloc(7 * (size_t)n + 1, sizeof *self->room);
+  self->kinds = flesh_calloc((size_t)flesh_system_effect_count(system) * FLESH_READINGS + 1, 1);
+  return self->room && self->kinds ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for the sensitivities of %d unknowns", n);
+}
+
+static void clear_colouring(flesh_colouring *colouring)
+{
+  flesh_free(colouring->starts);
+  flesh_free(colouring->neighbours);
+  flesh_free(colouring->colour);
+  *colouring = (flesh_colouring){0};
+}
+
+void flesh_couplings_clear(flesh_couplings *self)
+{
+  for (int k = 0; k < FLESH_COLOURINGS; k++) clear_colouring(&self->colourings[k]);
+  for (int k = 0; k < FLESH_READINGS; k++) {
+    flesh_free(self->by[k].nodes);
+    flesh_free(self->by[k].blocks);
+  }
+  flesh_free(self->room);
+  flesh_free(self->kinds);
+  *self = (flesh_couplings){0};
+}
+
+/* Neighbours of the chosen nodes: their own, or those that K couples, or all. */
+static void neighbours_of(const flesh_couplings *self, int kind, const flesh_block_matrix *K, const int *chosen,
+                          flesh_colouring *to)
+{
+  int *place = to->colour; /* room, for now */
+  for (int pass = 0; pass < 2; pass++) {
+    memset(place, 0, (size_t)self->nodes * sizeof *place);
+    for (int i = 0; i < self->nodes; i++) {
+      if (!chosen[i]) continue;
+      const int from = pass ? to->starts[i] : 0;
+      if (kind == ALONE && pass) to->neighbours[from] = i;
+      if (kind == ALONE) place[i] = 1;
+      for (int j = 0; kind == ALL && j < self->nodes; j++) {
+        if (!chosen[j]) continue;
+        if (pass) to->neighbours[from + place[i]] = j;
+        place[i]++;
+      }
+      for (int k = K->row_start[i]; (kind == ON_SURFACE || kind == AS_K) && k < K->row_end[i]; k++) {
+        const int j = K->column[k];
+        if (!chosen[j]) continue;
+        if (pass) to->neighbours[from + place[i]] = j;
+        place[i]++;
+        if (j == i) continue;
+        if (pass) to->neighbours[to->starts[j] + place[j]] = i;
+        place[j]++;
+      }
+    }
+    for (int i = 0; i < self->nodes && !pass; i++) to->starts[i + 1] = to->starts[i] + place[i];
+  }
+}
+
+/* The first colour that no node with a common neighbour has, node by node. `taken` [nodes+1] is room. */
+static void colour_nodes(const flesh_couplings *self, const int *chosen, int *taken, flesh_colouring *to)
+{
+  for (int i = 0; i < self->nodes; i++) to->colour[i] = -1, taken[i] = -1;
+  for (int i = 0; i < self->nodes; i++) {
+    if (!chosen[i]) continue;
+    for (int k = to->starts[i]; k < to->starts[i + 1]; k++) {
+      const int row = to->neighbours[k];
+      for (int m = to->starts[row]; m < to->starts[row + 1]; m++) {
+        const int other = to->colour[to->neighbours[m]];
+        if (other >= 0) taken[other] = i;
+      }
+    }
+    int colour = 0;
+    while (taken[colour] == i) colour++;
+    to->colour[i] = colour;
+    if (colour >= to->colours) to->colours = colour + 1;
+  }
+}
+
+/* Which nodes a kind of coupling is between; returns how many. */
+static int choose(const flesh_couplings *self, int kind, int *chosen)
+{
+  int triangles, count = 0;
+  const int *surface = flesh_mesh_surface(flesh_system_mesh(self->system), &triangles);
+  for (int i = 0; i < self->nodes; i++) chosen[i] = kind == ALONE || kind == AS_K;
+  for (int k = 0; k < 3 * triangles && (kind == ON_SURFACE || kind == ALL); k++) chosen[surface[k]] = 1;
+  for (int i = 0; i < self->nodes; i++) count += chosen[i];
+  return count;
+}
+
+static int make_colouring(flesh_couplings *self, int kind, const flesh_block_matrix *K)
+{
+  flesh_colouring *to = &self->colourings[kind];
+  const size_t nodes = (size_t)self->nodes;
+  int *chosen = flesh_calloc(2 * nodes + 2, sizeof *chosen);
+  const int count = chosen ? choose(self, kind, chosen) : 0;
+  const size_t all = kind == ALL ? (size_t)count * (size_t)count : kind == ALONE ? nodes : 2 * (size_t)K->row_start[K->rows];
+  if (kind != ALL || count <= MOST_COUPLED) {
+    to->starts = flesh_calloc(nodes + 1, sizeof *to->starts);
+    to->neighbours = flesh_calloc(all + 1, sizeof *to->neighbours);
+    to->colour = flesh_calloc(nodes + 1, sizeof *to->colour);
+    if (!chosen || !to->starts || !to->neighbours || !to->colour) {
+      flesh_free(chosen);
+      clear_colouring(to);
+      return flesh_fail(FLESH_ERR_MEMORY, "no memory for the couplings of %d nodes", self->nodes);
+    }
+    neighbours_of(self, kind, K, chosen, to);
+    colour_nodes(self, chosen, chosen + nodes + 1, to);
+  }
+  flesh_free(chosen);
+  return FLESH_OK;
+}
+
+/* One effect, and what is varied of its point. */
+typedef struct variation {
+  flesh_couplings *self;
+  const flesh_point *point;
+  int effect;
+  flesh_reading reading;
+  double *varied; /* [n] */
+} variation;
+
+static const double *read_at(const flesh_point *point, flesh_reading reading)
+{
+  const double *const states[] = {point->lagged.x, point->lagged.v, point->frozen.x, point->frozen.v};
+  return states[reading];
+}
+
+static void vary(const variation *v, const double *to, flesh_point *point)
+{
+  *point = *v->point;
+  const double **const states[] = {&point->lagged.x, &point->lagged.v, &point->frozen.x, &point->frozen.v};
+  *states[v->reading] = to;
+}
+
+/* The derivative of the effect's residual along a direction [n] into `sum` [n], by differences of the fourth order. */
+static int differentiate(const variation *v, double step, const double *direction, double *sum)
+{
+  flesh_couplings *self = v->self;
+  const double *base = read_at(v->point, v->reading);
+  double *r = self->room;
+  flesh_point point;
+  vary(v, v->varied, &point);
+  memset(sum, 0, (size_t)self->n * sizeof *sum);
+  for (int k = 0; k < POINTS; k++) {
+    for (int d = 0; d < self->n; d++) v->varied[d] = (base ? base[d] : 0) + at[k] * step * direction[d];
+    const int status = flesh_system_effect_residual(self->system, v->effect, &point, r);
+    if (status) return status;
+    for (int d = 0; d < self->n; d++) sum[d] += weight[k] / step * r[d];
+  }
+  return FLESH_OK;
+}
+
+static int make_room(flesh_coupling *to)
+{
+  const int room = 2 * to->room + 64;
+  if (to->count < to->room) return FLESH_OK;
+  int *nodes = flesh_realloc(to->nodes, 2 * (size_t)room * sizeof *nodes);
+  if (nodes) to->nodes = nodes;
+  double *blocks = nodes ? flesh_realloc(to->blocks, 9 * (size_t)room * sizeof *blocks) : NULL;
+  if (!blocks) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d couplings", room);
+  to->blocks = blocks;
+  to->room = room;
+  return FLESH_OK;
+}
+
+/* A block that is not 0; `sums` [3][n] are the derivatives by the column's components. */
+static int add_block(const variation *v, int row, int column, const double *sums)
+{
+  flesh_coupling *to = &v->self->by[v->reading];
+  double block[9], size = 0;
+  for (int i = 0; i < 3; i++)
+    for (int c = 0; c < 3; c++) size += fabs(block[3 * i + c] = sums[(size_t)c * (size_t)v->self->n + 3 * (size_t)row + (size_t)i]);
+  if (size == 0) return FLESH_OK;
+  const int status = make_room(to);
+  if (status) return status;
+  memcpy(to->blocks + 9 * (size_t)to->count, block, sizeof block);
+  to->nodes[2 * to->count] = row;
+  to->nodes[2 * to->count + 1] = column;
+  to->count++;
+  return FLESH_OK;
+}
+
+/* The blocks of all nodes of a colour. */
+static int take_colour(const variation *v, const flesh_colouring *colouring, int colour, double step)
+{
+  flesh_couplings *self = v->self;
+  const size_t n = (size_t)self->n;
+  double *direction = self->room + n, *sums = self->room + 2 * n;
+  int status = FLESH_OK;
+  for (int component = 0; component < 3 && !status; component++) {
+    for (int d = 0; d < self->n; d++) direction[d] = d % 3 == component && colouring->colour[d / 3] == colour;
+    status = differentiate(v, step, direction, sums + (size_t)component * n);
+  }
+  for (int j = 0; j < self->nodes && !status; j++) {
+    if (colouring->colour[j] != colour) continue;
+    for (int k = colouring->starts[j]; k < colouring->starts[j + 1] && !status; k++)
+      status = add_block(v, colouring->neighbours[k], j, sums);
+  }
+  return status;
+}
+
+/* Whether the blocks from `first` on have the derivative along a direction that is as good as random. */
+static int is_whole(const variation *v, int first, double step, int *whole)
+{
+  flesh_couplings *self = v->self;
+  flesh_coupling *by = &self->by[v->reading];
+  double *direction = self->room + self->n, *sum = self->room + 2 * (size_t)self->n, off = 0, size = 0;
+  uint32_t random = flesh_xorshift_first;
+  for (int d = 0; d < self->n; d++) direction[d] = flesh_xorshift(&random) * 0x1p-31 - 1;
+  const int status = differentiate(v, step, direction, sum);
+  for (int d = 0; d < self->n; d++) size += sum[d] * sum[d];
+  const flesh_coupling part = {.count = by->count - first, .nodes = by->nodes + 2 * (size_t)first,
+                               .blocks = by->blocks + 9 * (size_t)first};
+  for (int k = 0; k < part.count; k++)
+    for (int i = 0; i < 3; i++)
+      for (int c = 0; c < 3; c++)
+        sum[3 * part.nodes[2 * k] + i] -= part.blocks[9 * (size_t)k + 3 * (size_t)i + (size_t)c] *
+                                          direction[3 * part.nodes[2 * k + 1] + c];
+  for (int d = 0; d < self->n; d++) off += sum[d] * sum[d];
+  *whole = !(off > 1e-12 * size);
+  return status;
+}
+
+/* The derivative of the effect by what is read, by the narrowest coupling that has all of it, from the last one on. */
+static int find_reading(const variation *v, double step, const flesh_block_matrix *K)
+{
+  flesh_couplings *self = v->self;
+  flesh_coupling *by = &self->by[v->reading];
+  unsigned char *kind = &self->kinds[v->effect * FLESH_READINGS + (int)v->reading];
+  const int first = by->count;
+  for (; *kind < FLESH_COLOURINGS; ++*kind) {
+    flesh_colouring *colouring = &self->colourings[*kind];
+    int whole = 0, status = colouring->colours ? FLESH_OK : make_colouring(self, *kind, K);
+    by->count = first;
+    if (!status && !colouring->colours) break;
+    for (int colour = 0; colour < colouring->colours && !status; colour++) status = take_colour(v, colouring, colour, step);
+    if (!status) status = is_whole(v, first, step, &whole);
+    if (status || whole) return status;
+  }
+  return flesh_fail(FLESH_ERR_ARGUMENT, "effect %s reads the %s state of too many nodes at once for its sensitivities",
+                    flesh_system_effect(self->system, v->effect)->operations->name,
+                    v->reading < FLESH_FROZEN_X ? "lagged" : "frozen");
+}
+
+/* Whether the effect's residual, `before` at the point, is another in its bits where all nodes of what is read are moved. */
+static int reads(const variation *v, const double *before, double step, int *yes)
+{
+  flesh_couplings *self = v->self;
+  const double *base = read_at(v->point, v->reading);
+  double *after = self->room + 2 * (size_t)self->n;
+  uint32_t random = flesh_xorshift_first;
+  flesh_point point;
+  vary(v, v->varied, &point);
+  for (int d = 0; d < self->n; d++)
+    v->varied[d] = (base ? base[d] : 0) + step * (flesh_xorshift(&random) * 0x1p-31 - 1);
+  const int status = flesh_system_effect_residual(self->system, v->effect, &point, after);
+  *yes = !status && memcmp(before, after, (size_t)self->n * sizeof *after) != 0;
+  return status;
+}
+
+/* The derivatives of an effect by what it reads. */
+static int find_effect(flesh_couplings *self, int effect, const flesh_point *point, unsigned readings, const double steps[2],
+                       const flesh_block_matrix *K)
+{
+  double *before = self->room + 6 * (size_t)self->n;
+  int status = flesh_system_effect_residual(self->system, effect, point, before);
+  for (int k = 0; k < FLESH_READINGS && !status; k++) {
+    const variation v = {self, point, effect, (flesh_reading)k, self->room + 5 * (size_t)self->n};
+    const double step = steps[k == FLESH_LAGGED_V || k == FLESH_FROZEN_V];
+    int yes = 0;
+    if (!(readings >> k & 1)) continue;
+    status = reads(&v, before, step, &yes);
+    if (yes) status = find_reading(&v, step, K);
+  }
+  return status;
+}
+
+int flesh_couplings_find(flesh_couplings *self, const flesh_point *point, unsigned readings, const flesh_block_matrix *K)
+{
+  double fastest = 0;
+  const double *const speeds[] = {point->v, point->lagged.v, point->frozen.v};
+  for (int k = 0; k < 3; k++)
+    for (int d = 0; d < self->n && speeds[k]; d++) fastest = fmax(fastest, fabs(speeds[k][d]));
+  const double length = step_of_length * self->length,
+               steps[] = {length, fastest > 0 ? step_of_length * fastest : length};
+  const int blocks = K->row_start[K->rows];
+  for (int k = 0; k < FLESH_COLOURINGS && blocks != self->blocks; k++) clear_colouring(&self->colourings[k]);
+  self->blocks = blocks;
+  for (int k = 0; k < FLESH_READINGS; k++) self->by[k].count = 0;
+  int status = FLESH_OK;
+  for (int e = 0; e < flesh_system_effect_count(self->system) && !status && readings; e++)
+    if (flesh_system_effect(self->system, e)->operations->residual)
+      status = find_effect(self, e, point, readings, steps, K);
+  return status;
+}
+
+void flesh_couplings_add(const flesh_couplings *self, flesh_reading reading, int transposed, double scale,
+                         const double *x, double *y)
+{
+  const flesh_coupling *by = &self->by[reading];
+  for (int k = 0; k < by->count; k++) {
+    const int row = 3 * by->nodes[2 * k], column = 3 * by->nodes[2 * k + 1];
+    const double *block = by->blocks + 9 * (size_t)k;
+    for (int i = 0; i < 3; i++)
+      for (int c = 0; c < 3; c++) {
+        if (transposed) y[column + c] += scale * block[3 * i + c] * x[row + i];
+        else y[row + i] += scale * block[3 * i + c] * x[column + c];
+      }
+  }
+}

@@ -1,0 +1,232 @@
+/* stage_tangent.c: solves with the derivative of a stage's residual, and what a parameter changes in it. */
+#include "sensitivity/stage_tangent.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "base/memory.h"
+#include "base/parallel_vector.h"
+#include "linear/block_matrix.h"
+#include "system/ranks.h"
+#include "system/system.h"
+
+/* Solves with what effects read of the solution itself are repeated, as the step's own were; and those for the pressures
+ * of incompressible tets. */
+enum { MOST_REPETITIONS = 400 };
+#define ROUND_OFF 1e-6 /* of a right-hand side, at most */
+
+int flesh_stage_tangent_create(const flesh_system *system, const flesh_solver_options *options, double tolerance,
+                               flesh_stage_tangent *self)
+{
+  *self = (flesh_stage_tangent){.system = system, .n = flesh_system_unknowns(system), .tolerance = tolerance,
+                                .multipliers = flesh_system_multiplier_count(system)};
+  const size_t n = (size_t)self->n;
+  if (flesh_system_team(system))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "there are no sensitivities of a body that ranks share out; a single process has them");
+  int status = flesh_problem_create(system, options, &self->problem);
+  if (!status) status = flesh_couplings_create(system, &self->couplings);
+  if (status) return status;
+  self->newton = &self->problem->newton;
+  self->newton->equations.evaluation.environment.tangents = 1;
+  self->x = flesh_calloc(9 * n + 1, sizeof *self->x);
+  self->gaps = flesh_calloc(4 * (size_t)self->multipliers + 1, sizeof *self->gaps);
+  if (!self->x || !self->gaps)
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for the sensitivities of %d unknowns", self->n);
+  self->v = self->x + n;
+  self->a = self->v + n;
+  self->room = self->a + n;
+  return FLESH_OK;
+}
+
+void flesh_stage_tangent_clear(flesh_stage_tangent *self)
+{
+  flesh_problem_destroy(&self->problem);
+  flesh_couplings_clear(&self->couplings);
+  flesh_free(self->products.values);
+  flesh_free(self->x);
+  flesh_free(self->gaps);
+  *self = (flesh_stage_tangent){0};
+}
+
+/* The sentence of a status without one. */
+static int fail(const flesh_stage_tangent *self, int status, const char *what)
+{
+  return status <= 0 ? status : flesh_fail(FLESH_ERR_SOLVE, "at t = %g s the %s has no value", self->stage.t, what);
+}
+
+int flesh_stage_tangent_set(flesh_stage_tangent *self, const flesh_stage *stage, const double *u, unsigned follows)
+{
+  flesh_equations *equations = &self->newton->equations;
+  const size_t bytes = (size_t)self->n * sizeof(double);
+  self->stage = *stage;
+  self->follows = follows;
+  int status = flesh_problem_set_stage(self->problem, stage);
+  if (status) return status;
+  if (stage->frozen_at_solution) flesh_newton_freeze(self->newton, u);
+  status = fail(self, flesh_newton_factor_tangent(self->newton, u), "tangent");
+  if (status) return status;
+  self->point = flesh_equations_point(equations, u);
+  memcpy(self->x, self->point.x, bytes);
+  memcpy(self->v, self->point.v, bytes);
+  memcpy(self->a, self->point.a, bytes);
+  self->point.x = self->x;
+  self->point.v = self->v;
+  self->point.a = self->a;
+  unsigned readings = 1u << FLESH_LAGGED_X | 1u << FLESH_LAGGED_V;
+  if (flesh_system_freezes(self->system)) readings |= 1u << FLESH_FROZEN_X;
+  if (flesh_system_freezes(self->system) && self->point.frozen.v) readings |= 1u << FLESH_FROZEN_V;
+  return fail(self, flesh_couplings_find(&self->couplings, &self->point, readings, equations->K), "residual");
+}
+
+/* Adds to y what the followed readings make of x. */
+static void add_followed(const flesh_stage_tangent *self, int transposed, double scale, const double *x, double *y)
+{
+  const flesh_shift *shift = &self->stage.shift;
+  for (int k = 0; k < FLESH_READINGS; k++)
+    if (self->follows >> k & 1)
+      flesh_couplings_add(&self->couplings, (flesh_reading)k, transposed,
+                          scale * (k == FLESH_LAGGED_X || k == FLESH_FROZEN_X ? shift->x : shift->v), x, y);
+}
+
+/* How far the gaps of the constraints change along p [n], into gaps [multipliers]: cubic in x, so that differences of the
+ * fourth order are exact. */
+static int move_gaps(flesh_stage_tangent *self, const double *p, double *gaps)
+{
+  static const double at[] = {-2, -1, 1, 2}, weight[] = {1. / 12, -2. / 3, 2. / 3, -1. / 12};
+  double *x = self->room + 5 * (size_t)self->n, *now = self->gaps + 3 * (size_t)self->multipliers, largest = 0;
+  for (int d = 0; d < self->n; d++) largest = fmax(largest, fabs(p[d]));
+  const double step = largest > 0 ? 0.1 * self->couplings.length / largest : 1;
+  flesh_point point = self->point;
+  point.x = x;
+  memset(gaps, 0, (size_t)self->multipliers * sizeof *gaps);
+  for (int k = 0; k < 4; k++) {
+    for (int d = 0; d < self->n; d++) x[d] = self->x[d] + at[k] * step * p[d];
+    const int status = flesh_system_constraint_gaps(self->system, &point, now, NULL);
+    if (status) return fail(self, status, "gap of a constraint");
+    for (int e = 0; e < self->multipliers; e++) gaps[e] += weight[k] / step * now[e];
+  }
+  return FLESH_OK;
+}
+
+/* y = the force of pressures q, in which the residual is linear. */
+static int press(flesh_stage_tangent *self, const double *q, double *y)
+{
+  double *sum = self->gaps + 3 * (size_t)self->multipliers, *without = self->room + 5 * (size_t)self->n;
+  double largest = 0, own = 1;
+  for (int e = 0; e < self->multipliers; e++) {
+    largest = fmax(largest, fabs(q[e]));
+    own = fmax(own, self->point.multipliers ? fabs(self->point.multipliers[e]) : 0);
+  }
+  const double scale = largest > 0 ? own / largest : 1;
+  flesh_point point = self->point;
+  for (int e = 0; e < self->multipliers; e++)
+    sum[e] = (self->point.multipliers ? self->point.multipliers[e] : 0) + scale * q[e];
+  point.multipliers = sum;
+  int status = flesh_system_residual(self->system, &self->point, without);
+  if (!status) status = flesh_system_residual(self->system, &point, y);
+  for (int d = 0; d < self->n; d++) y[d] = (y[d] - without[d]) / scale;
+  return fail(self, status, "residual");
+}
+
+/* Solves with K alone; b [n] is overwritten. Where constraints have multipliers, q <- q + k c(p) until the gaps c no longer
+ * move, k being the penalty that K has: the method of multipliers, for a linear problem. */
+static int solve_alone(flesh_stage_tangent *self, double *b, double *p)
+{
+  const size_t n = (size_t)self->n;
+  double *q = self->gaps, *gaps = q + self->multipliers, *stiffness = gaps + self->multipliers;
+  double *load = self->room + 3 * n, *right = self->room + 4 * n, first = 0;
+  if (!self->multipliers) return fail(self, flesh_newton_solve_tangent(self->newton, b, self->tolerance, p), "solution");
+  int status = flesh_system_constraint_gaps(self->system, &self->point, gaps, stiffness);
+  if (status) return fail(self, status, "gap of a constraint");
+  memset(q, 0, (size_t)self->multipliers * sizeof *q);
+  for (int k = 0; k < MOST_REPETITIONS; k++) {
+    double norm = 0;
+    status = press(self, q, load);
+    for (int d = 0; d < self->n; d++) right[d] = b[d] - load[d];
+    if (!status) status = fail(self, flesh_newton_solve_tangent(self->newton, right, self->tolerance, p), "solution");
+    if (!status) status = move_gaps(self, p, gaps);
+    if (status) return status;
+    for (int e = 0; e < self->multipliers; e++) {
+      q[e] += self->point.penalty * stiffness[e] * gaps[e];
+      norm += gaps[e] * gaps[e];
+    }
+    if (k == 0) first = norm;
+    if (norm <= self->tolerance * self->tolerance * first) return FLESH_OK;
+  }
+  return flesh_fail(FLESH_ERR_SOLVE, "at t = %g s the pressures of incompressible tets have no sensitivities: their solves do "
+                                     "not converge", self->stage.t);
+}
+
+/* left = b - (K + D) p on the free dofs, D being the derivative by what is followed. Returns its 2-norm. */
+static double find_left(flesh_stage_tangent *self, int transposed, const double *b, const double *p, double *left)
+{
+  const flesh_equations *equations = &self->newton->equations;
+  flesh_block_multiply(equations->K, p, left);
+  for (int d = 0; d < self->n; d++) left[d] = b[d] - left[d];
+  add_followed(self, transposed, -1, p, left);
+  for (int k = 0; k < equations->constrained.count; k++) left[equations->constrained.dofs[k]] = 0;
+  return flesh_norm(NULL, self->n, left);
+}
+
+int flesh_stage_tangent_solve(flesh_stage_tangent *self, int transposed, const double *b, double *p)
+{
+  const size_t n = (size_t)self->n;
+  double *right = self->room, *correction = self->room + n;
+  int follows = 0;
+  for (int k = 0; k < FLESH_READINGS; k++)
+    follows |= (self->follows >> k & 1) && flesh_couplings_any(&self->couplings, (flesh_reading)k);
+  memcpy(right, b, n * sizeof *right);
+  int status = solve_alone(self, right, p);
+  if (status || !follows) return status;
+  if (self->multipliers)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "there are no sensitivities of incompressible tets (poisson 0.5) under loads that follow "
+                                          "the shape; take poisson: 0.4999");
+  const double norm = flesh_norm(NULL, self->n, right); /* of the free dofs by now */
+  double lasts[3] = {INFINITY, INFINITY, INFINITY};
+  for (int k = 0; k < MOST_REPETITIONS; k++) {
+    const double left = find_left(self, transposed, b, p, right);
+    /* Round-off of K p may be more than the tolerance, as where materials are nearly incompressible. */
+    if (left <= self->tolerance * norm || (left <= ROUND_OFF * norm && left > 0.9 * lasts[k % 3])) return FLESH_OK;
+    lasts[k % 3] = left;
+    status = solve_alone(self, right, correction);
+    for (int d = 0; d < self->n && !status; d++) p[d] += correction[d];
+    if (status) return status;
+  }
+  return flesh_fail(FLESH_ERR_SOLVE, "at t = %g s the sensitivities of loads that follow the shape do not converge",
+                    self->stage.t);
+}
+
+/* y = (x dr/dx + v dr/dv + a dr/da) w. */
+static int product(flesh_stage_tangent *self, flesh_shift shift, const double *w, double *y)
+{
+  const flesh_block_matrix *K = self->newton->equations.K;
+  const size_t numbers = 9 * (size_t)K->row_start[K->rows];
+  if (numbers > self->product_room) {
+    flesh_free(self->products.values);
+    self->products.values = flesh_calloc(numbers, sizeof(double));
+    self->product_room = self->products.values ? numbers : 0;
+    if (!self->products.values) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a matrix of %zu numbers", numbers);
+  }
+  double *values = self->products.values;
+  self->products = *K;
+  self->products.values = values;
+  const int status = flesh_system_jacobian(self->system, &self->point, &shift, &self->products);
+  if (!status) flesh_block_multiply(&self->products, w, y);
+  return fail(self, status, "tangent");
+}
+
+int flesh_stage_tangent_mass_times(flesh_stage_tangent *self, const double *w, double *y)
+{
+  return product(self, (flesh_shift){.a = 1}, w, y);
+}
+
+int flesh_stage_tangent_damping_times(flesh_stage_tangent *self, const double *w, double *y)
+{
+  return product(self, (flesh_shift){.v = 1}, w, y);
+}
+
+int flesh_stage_tangent_stiffness_times(flesh_stage_tangent *self, const double *w, double *y)
+{
+  return product(self, (flesh_shift){.x = 1}, w, y);
+}

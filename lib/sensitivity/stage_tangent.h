@@ -1,0 +1,54 @@
+/* stage_tangent.h: the equations of a stage, linearised at their solution: with the Jacobian, and with what effects read
+ * of a lagged or frozen state. */
+#ifndef FLESH_SENSITIVITY_STAGE_TANGENT_H
+#define FLESH_SENSITIVITY_STAGE_TANGENT_H
+
+#include "flesh/sensitivity.h"
+#include "sensitivity/coupling.h"
+#include "sundials/problem.h"
+
+typedef struct flesh_stage_tangent {
+  const flesh_system *system; /* borrowed */
+  int n, multipliers;
+  double tolerance;           /* of solves, relative */
+  flesh_problem *problem;
+  flesh_newton *newton;       /* the problem's */
+  flesh_stage stage;          /* borrows what was given */
+  flesh_point point;          /* of the solution, where all is evaluated */
+  double *x, *v, *a;          /* [n] its arrays */
+  flesh_couplings couplings;
+  unsigned follows;           /* bits of flesh_reading: what is read is the solution itself */
+  double *room;               /* [6*n] */
+  double *gaps;               /* [4*multipliers] */
+  flesh_block_matrix products; /* of K's pattern, with values of its own [product_room] */
+  size_t product_room;
+} flesh_stage_tangent;
+
+/* FLESH_ERR_ARGUMENT for a parameter whose systems do not fit together, or to the state's. */
+int flesh_parameter_check(const flesh_parameter *parameter, const flesh_system *system);
+
+/* Borrows the finished system. FLESH_ERR_ARGUMENT for one that ranks share out; FLESH_ERR_MEMORY, FLESH_ERR_SUNDIALS. To be
+ * cleared also when it fails. */
+int flesh_stage_tangent_create(const flesh_system *system, const flesh_solver_options *options, double tolerance,
+                               flesh_stage_tangent *tangent);
+void flesh_stage_tangent_clear(flesh_stage_tangent *tangent);
+
+/* Linearises the stage (its arrays are borrowed) at u [n]. FLESH_ERR_SOLVE with a sentence where its Jacobian is singular or
+ * has no value; what flesh_couplings_find returns. */
+int flesh_stage_tangent_set(flesh_stage_tangent *tangent, const flesh_stage *stage, const double *u, unsigned follows);
+
+/* Solves dr/du p = b [n], or the transposed system; 0 on constrained dofs, of which b is not read. FLESH_ERR_SOLVE. */
+int flesh_stage_tangent_solve(flesh_stage_tangent *tangent, int transposed, const double *b, double *p);
+
+/* y [n] = dr/da w, or dr/dv w, with constrained rows. */
+int flesh_stage_tangent_mass_times(flesh_stage_tangent *tangent, const double *w, double *y);
+int flesh_stage_tangent_damping_times(flesh_stage_tangent *tangent, const double *w, double *y);
+/* y [n] = dr/dx w likewise. */
+int flesh_stage_tangent_stiffness_times(flesh_stage_tangent *tangent, const double *w, double *y);
+
+/* force [n] = dr/dp at the solution, constrained rows included. `moves` (unless NULL) [n] becomes the derivative of the
+ * constrained dofs' u by p; with it their x, v and a change as the stage moves them. FLESH_ERR_ARGUMENT where the systems
+ * do not fit; FLESH_ERR_SOLVE where one has no residual at the solution. */
+int flesh_stage_tangent_force(flesh_stage_tangent *tangent, const flesh_parameter *parameter, double *force, double *moves);
+
+#endif
