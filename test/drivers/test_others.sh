@@ -1,5 +1,6 @@
-# TEST quick program needs=flesh
-# test_others.sh: hard cases as data for other solvers.
+# TEST quick program seconds=5 needs=flesh
+# test_others.sh: hard cases as data for other solvers, and the runner and judge of drivers/others. No other solver is
+# needed.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 
@@ -32,4 +33,107 @@ E
     expect 2 "$flesh" hardcases --quick --export --out none --solvers clamped && has stderr.txt 'leave --solvers out'
 }
 
-run_tests static_cases_are_data
+others=$source_folder/../drivers/others
+
+# Cases that were frozen are those of today.
+frozen_cases_are_unchanged() {
+  sh "$others/export.sh" frozen "$flesh" >log.txt || { cat log.txt; return 1; }
+  python3 "$others/battery.py" frozen --freeze >sums.txt
+  grep -v '^#' "$source_folder/../data/hardcases/frozen.txt" | diff - sums.txt
+}
+
+# Forces are differences of the energy; small strains obey Lame's constants; rest has neither.
+the_judge_knows_its_forms() {
+  python3 - "$others" frozen/filters/cases/4x2x2_twist_seed1_S_0.49 <<'E'
+import sys
+sys.path.insert(0, sys.argv[1])
+import numpy as np
+import case as cases
+import judge
+random = np.random.default_rng(1)
+for form in judge.FORMS:
+    for ending in "", "_tet10":
+        case = cases.read(sys.argv[2] + ending)
+        mu, bulk = 3e4, 2e5
+        alpha = {"E": 1 + mu / bulk, "S": 1 + mu / bulk - mu / 4 / bulk}.get(form, 1)
+        case.materials = [{"energy": form, "mu": mu, "lambda": bulk, "alpha": alpha}]
+        energy, forces, J = judge.evaluate(case, case.rest)
+        assert abs(energy) < 1e-9 and np.abs(forces).max() < 1e-9 and np.abs(J - 1).max() < 1e-12
+        x = case.rest + 0.003 * random.normal(size=case.rest.shape)
+        p = random.normal(size=x.shape)
+        _, forces, J = judge.evaluate(case, x)
+        assert J.min() > 0
+        slope = [(judge.evaluate(case, x + h * p)[0] - judge.evaluate(case, x - h * p)[0]) / 2 / h for h in (1e-6, 2e-6)]
+        exact = (forces * p).sum()
+        assert abs((4 * slope[0] - slope[1]) / 3 - exact) < 1e-6 * abs(exact), form
+        # A strain of 1e-4: shear and dilatation.
+        volume = judge.gradients(case)[1].sum()
+        small = {"Neo": (mu, bulk), "A": (mu, bulk), "B": (mu, bulk - 2 / 3 * mu), "E": (mu, bulk - mu),
+                 "S": (0.75 * mu, bulk - 0.625 * mu)}[form]
+        for strain, wanted in (np.outer([1, 0, 0], [0, 1, 0]), small[0] / 2), (np.eye(3), 3 * small[0] + 4.5 * small[1]):
+            energies = [judge.evaluate(case, case.rest @ (np.eye(3) + e * strain))[0] for e in (1e-4, -1e-4)]
+            assert abs(sum(energies) / 2 / volume / 1e-8 / wanted - 1) < 1e-3, (form, ending, energies, wanted)
+E
+}
+
+# What an adapter hands back is judged: the right end counts; others do not, each for its reason. Runs are ended, kept and
+# not repeated. A case that is not as it was frozen is refused.
+wrong_ends_are_judged_wrong() {
+  cat >fake.py <<'E'
+import os, sys, time
+import numpy as np
+def version(): return "fake 1"
+def can_run(case): return "is not asked" if "shake" in case.name else None
+def cleanup(folder): pass
+def solve(case, seconds, folder):
+    open("calls.txt", "a").write(case.name + "\n")
+    x, free = case.rest.copy(), np.setdiff1d(np.arange(len(case.rest)), case.fixed)
+    kind = KIND
+    if kind == "turned": x[:, 1:] *= -1  # an equilibrium, and at rest, but not where it is held
+    if kind == "mirrored": x[:, 1] *= -1
+    if kind == "off": x[free[5]] += 1e-6
+    if kind == "nan": x[free[0], 0] = np.nan
+    if kind == "short": x = x[:-1]
+    if kind == "start": x = case.start
+    if kind == "raises": raise RuntimeError("it broke")
+    if kind == "exits": os._exit(7)
+    if kind == "stops": return {"x": None, "newton": 3, "said": "no convergence"}
+    while kind == "spins": pass
+    return {"x": x, "newton": 3, "said": None}
+E
+  one=frozen/filters/cases/4x2x2_squash_seed1_S_0.49
+  for kind in right turned mirrored off nan short start raises exits stops spins; do
+    sed "s/KIND/'$kind'/" fake.py >$kind.py
+    expect 0 python3 "$others/battery.py" $one --adapters $kind.py --seconds 2 --out judged || return 1
+    printf '%s %s\n' $kind "$(sed -n 's/^# 4x2x2[^:]*: //p' stdout.txt | cut -c 1-40)" >>verdicts.txt
+  done
+  cat verdicts.txt
+  [ "$(wc -l <calls.txt)" -eq 11 ] && [ "$(wc -l <judged/results.jsonl)" -eq 11 ] && has verdicts.txt '^right solved$' &&
+    has verdicts.txt '^turned wrong end, a fixed node is' && has verdicts.txt '^mirrored wrong end, a fixed node is' &&
+    has verdicts.txt '^off wrong end, the residual is' && has verdicts.txt '^nan wrong end, a position is' &&
+    has verdicts.txt '^short wrong end, a position is' && has verdicts.txt '^start wrong end, the residual is' &&
+    has verdicts.txt '^raises died' && has verdicts.txt '^exits died' && has verdicts.txt '^stops stopped, no conv' &&
+    has verdicts.txt '^spins out of time' || return 1
+  expect 0 python3 "$others/battery.py" $one --adapters start.py --seconds 2 --out judged &&
+    has stdout.txt '| fake 1 | 0 | 1 | 0 |' && [ "$(wc -l <calls.txt)" -eq 11 ] || return 1
+  cp -r $one changed && sed 's/^0\.05 /0.0501 /' $one/start.txt >changed/start.txt
+  sed 's/"residual": /"residual": 2/' $one/case.json >changed/case.json
+  expect 2 python3 "$others/battery.py" changed --adapters right.py --out judged && has stderr.txt 'not as they were frozen' &&
+    expect 2 python3 "$others/battery.py" "$others" --out judged && has stderr.txt 'no case.json' || return 1
+  sed 's/"version": 1/"version": 2/' $one/case.json >changed/case.json
+  expect 2 python3 "$others/battery.py" changed --out judged && has stderr.txt 'must be flesh-case 1'
+}
+
+# flesh itself is given the same data as all.
+flesh_is_an_adapter() {
+  FLESH=$flesh expect 0 python3 "$others/battery.py" frozen/filters/cases/4x2x2_noise_seed1_B_0.49 \
+    frozen/filters/cases/4x2x2_stretch_seed1_S_0.49_tet10 --adapters flesh --out flesh &&
+    has stdout.txt '4x2x2_noise_seed1_B_0.49 flesh: ' && has stdout.txt 'stretch_seed1_S_0.49_tet10 flesh: solved'
+}
+
+if python3 -c 'import numpy' 2>/dev/null; then
+  run_tests static_cases_are_data frozen_cases_are_unchanged the_judge_knows_its_forms wrong_ends_are_judged_wrong \
+    flesh_is_an_adapter
+else
+  run_tests static_cases_are_data
+fi
