@@ -14,6 +14,7 @@
 #include "base/sync.h"
 #include "base/text.h"
 #include "cli/options.h"
+#include "output/resume.h"
 #include "run/provenance.h"
 
 static const char mark[] = "flesh checkpoint 3\n";
@@ -100,13 +101,15 @@ static int archive_trace(flesh_run_trace *trace, flesh_archive *archive)
 static int archive_parts(const flesh_checkpoint_parts *parts, flesh_archive *archive)
 {
   flesh_figures *figures = parts->figures, copy = *figures;
-  copy.energies = NULL;
+  copy.energies = copy.probes = NULL;
   FLESH_ARCHIVE(archive, copy);
   copy.energies = figures->energies;
-  archive->wrong |= copy.effects != figures->effects;
+  copy.probes = figures->probes;
+  archive->wrong |= copy.effects != figures->effects || copy.probe_columns != figures->probe_columns;
   if (archive->wrong) return FLESH_OK;
   *figures = copy;
   flesh_archive_bytes(archive, figures->energies, (size_t)figures->effects * sizeof *figures->energies);
+  flesh_archive_bytes(archive, figures->probes, FLESH_PROBE_FIGURES * (size_t)figures->probe_columns * sizeof(double));
   return archive_trace(parts->trace, archive);
 }
 

@@ -7,18 +7,23 @@
 
 #include "base/error.h"
 #include "base/file.h"
+#include "base/text.h"
 #include "linear/preconditioner.h"
 #include "material/form.h"
 #include "mesh/mesh.h"
 #include "mesh/split_part.h"
 #include "cli/json_memory.h"
+#include "output/resume.h"
 #include "system/inertia_modulus.h"
 #include "system/ranks.h"
 #include "system/stiff_rows.h"
 #include "time/method.h"
 
-int flesh_figures_open(flesh_figures *figures, const flesh_system *system)
+int flesh_figures_open(flesh_figures *figures, const flesh_system *system, const flesh_scene *scene)
 {
+  int probes;
+  const flesh_probe *probe = flesh_scene_probes(scene, &probes);
+  flesh_probe_column columns[FLESH_PROBE_COLUMNS];
   *figures = (flesh_figures){.t = NAN,
                              .max_volume_drift = NAN,
                              .final_volume_drift = NAN,
@@ -33,15 +38,20 @@ int flesh_figures_open(flesh_figures *figures, const flesh_system *system)
                              .longest_step = {.t = NAN, .ratio = NAN},
                              .effects = flesh_system_effect_count(system)};
   figures->energies = malloc(sizeof(double) * (size_t)(figures->effects + 1));
-  if (!figures->energies) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  for (int k = 0; k < probes; k++) figures->probe_columns += flesh_probe_columns(&probe[k], columns);
+  const int count = FLESH_PROBE_FIGURES * figures->probe_columns;
+  figures->probes = malloc(sizeof(double) * ((size_t)count + 1));
+  if (!figures->energies || !figures->probes) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   for (int e = 0; e < figures->effects; e++) figures->energies[e] = NAN;
+  for (int k = 0; k < count; k++) figures->probes[k] = NAN;
   return FLESH_OK;
 }
 
 void flesh_figures_close(flesh_figures *figures)
 {
   free(figures->energies);
-  figures->energies = NULL;
+  free(figures->probes);
+  figures->energies = figures->probes = NULL;
 }
 
 static void add_counts(flesh_figures *figures, const flesh_solve_stats *stats)
@@ -253,6 +263,27 @@ static json_t *energies_json(const flesh_figures *figures, const flesh_system *s
   return energies;
 }
 
+/* "tip.position_z": {"unit", "final", "min", "max"} of every column of probes.csv. */
+static json_t *probes_json(const flesh_figures *figures, const flesh_scene *scene)
+{
+  json_t *object = json_object();
+  int probes;
+  const flesh_probe *probe = flesh_scene_probes(scene, &probes);
+  const double *of = figures->probes;
+  for (int k = 0; k < probes; k++) {
+    flesh_probe_column columns[FLESH_PROBE_COLUMNS];
+    const int count = flesh_probe_columns(&probe[k], columns);
+    for (int c = 0; c < count; c++, of += FLESH_PROBE_FIGURES) {
+      char *name = flesh_text_new("%s.%s", probe[k].name, columns[c].name);
+      json_t *row = json_pack("{s:s, s:o, s:o, s:o}", "unit", columns[c].unit, "final", flesh_json_number(of[0]), "min",
+                              flesh_json_number(of[1]), "max", flesh_json_number(of[2]));
+      json_object_set_new(object, name ? name : "", row);
+      free(name);
+    }
+  }
+  return object;
+}
+
 static void set_longest(json_t *object, const flesh_longest_step *longest)
 {
   set_integer(object, "longest_step", longest->step);
@@ -261,7 +292,7 @@ static void set_longest(json_t *object, const flesh_longest_step *longest)
   set(object, "longest_step_over_median", longest->ratio);
 }
 
-json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *system)
+json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *system, const flesh_scene *scene)
 {
   json_t *object = json_object();
   double steps = figures->steps, newton = (double)figures->newton;
@@ -298,6 +329,7 @@ json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *sys
   set(object, "residual", figures->residual);
   set(object, "residual_target", figures->residual_target);
   json_object_set_new(object, "energies", energies_json(figures, system));
+  if (figures->probe_columns) json_object_set_new(object, "probes", probes_json(figures, scene));
   set(object, "wall_s", figures->wall_s);
   set(object, "cpu_s", figures->cpu_s);
   set_integer(object, "peak_memory_kB", figures->peak_memory_kB);

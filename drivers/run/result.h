@@ -59,11 +59,13 @@ typedef struct flesh_figures {
   flesh_separation separation; /* of bodies that overlapped at the start */
   double start_contact; /* energy of contacts at the start, J */
   double *energies; /* [effects] at the end, J, elasticity relative to rest */
+  int probe_columns;
+  double *probes; /* [FLESH_PROBE_FIGURES*probe_columns], as of flesh_probes_note */
   double wall_s, cpu_s;
   long peak_memory_kB;
 } flesh_figures;
 
-int flesh_figures_open(flesh_figures *figures, const flesh_system *system);
+int flesh_figures_open(flesh_figures *figures, const flesh_system *system, const flesh_scene *scene);
 void flesh_figures_close(flesh_figures *figures); /* NULL-safe members */
 int flesh_figures_observe(void *figures, const flesh_step_record *record);
 /* Adds what a step that was not finished has taken. */
@@ -106,8 +108,8 @@ json_t *flesh_materials_json(const flesh_scene *scene);
 /* A number; null when it is not finite. */
 json_t *flesh_json_number(double value);
 
-/* The figures as a new object; `system` names the energies. */
-json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *system);
+/* The figures as a new object; `system` names the energies, and `scene` the probes. */
+json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *system, const flesh_scene *scene);
 
 /* Calls, memory and, if timed, time of every effect, as a new list and as a table. */
 json_t *flesh_costs_json(const flesh_costs *costs, const flesh_system *system);

@@ -288,7 +288,8 @@ static int begin(flesh_running *r, flesh_figures *figures, flesh_folder_claim *c
 {
   const flesh_runner_options *options = r->options;
   int status = flesh_run_output_claim(r->scene, options->scene_path, options->save_state, options->out, claim);
-  return status || !options->out ? status : flesh_running_open(r, figures);
+  if (status) return status;
+  return options->out ? flesh_running_open(r, figures) : options->ranks ? FLESH_OK : flesh_running_open_probes(r);
 }
 
 /* Claims the folder of a run that goes on from a checkpoint, before its files are touched. */
@@ -389,7 +390,7 @@ int flesh_runner_run(const flesh_scene *scene, const flesh_runner_options *optio
   *outcome = (flesh_outcome){.advice = ""};
   r.checkpoint.on = options->out && (options->checkpoint.seconds > 0 || options->checkpoint.steps > 0);
   if (first && flesh_scene_warning(scene)) warn(&r, outcome, 1, flesh_scene_warning(scene));
-  int status = flesh_figures_open(figures, flesh_running_system(&r));
+  int status = flesh_figures_open(figures, flesh_running_system(&r), scene);
   if (options->ranks) {
     if (!status) status = flesh_running_share(&r);
     status = flesh_ranks_agree(options->ranks, status);

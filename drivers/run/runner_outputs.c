@@ -76,12 +76,14 @@ int flesh_running_open_probes(flesh_running *r)
   const flesh_body *body = ranks ? flesh_scene_share_body(ranks->share) : flesh_scene_body(r->scene);
   const flesh_system *system = flesh_ranks_system(ranks, r->scene);
   const flesh_method method = flesh_scene_times(r->scene)->method;
-  const char *path = flesh_running_path(r, "probes.csv");
-  if (!from && flesh_ranks_first(ranks)) flesh_path_unlink(path); /* an older run's would not belong to this one */
+  const char *path = r->options->out ? flesh_running_path(r, "probes.csv") : NULL;
+  if (!from && path && flesh_ranks_first(ranks)) flesh_path_unlink(path); /* an older run's would not belong to this one */
   if (!count) return FLESH_OK;
-  if (!from) return flesh_probes_create(path, body, system, method, count, probes, &r->probes);
-  const int status = flesh_probes_open(body, system, method, count, probes, &r->probes);
-  return status ? status : flesh_probes_resume(&r->probes, path, (long)from->head.probes);
+  int status = from || !r->options->out ? flesh_probes_open(body, system, method, count, probes, &r->probes)
+                                        : flesh_probes_create(path, body, system, method, count, probes, &r->probes);
+  if (!status && from) status = flesh_probes_resume(&r->probes, path, (long)from->head.probes);
+  if (!status) flesh_probes_note(r->probes, r->figures->probes);
+  return status;
 }
 
 /* Adds the fields that the scene asks for to frames. */

@@ -15,7 +15,7 @@ const char *flesh_running_path(flesh_running *r, const char *name)
 json_t *flesh_running_result(flesh_running *r, json_t *outcome, const flesh_figures *figures)
 {
   json_object_set_new(outcome, "figures",
-                      flesh_figures_json(figures, flesh_running_system(r)));
+                      flesh_figures_json(figures, flesh_running_system(r), r->scene));
   if (r->integrator)
     json_object_set_new(outcome, "effects", flesh_costs_json(flesh_integrator_costs(r->integrator),
                                                              flesh_running_system(r)));

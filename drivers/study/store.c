@@ -28,8 +28,9 @@ const char flesh_study_schema_text[] =
     "  table_rows  of drift, accuracy and hardcases: case_id, number, data (a row of the command's CSV as JSON)\n"
     "  parameters  number, name, key: the axes;  derived: number, name, expression;  meta: key, value (spec, ...)\n"
     "  workers     name, host, pid, lock, started, program (JSON: version, commit, compiler, libraries, machine)\n"
-    "  results     view: the cases with every figure as a column (energies as energy_NAME), reason and failed_at of\n"
-    "              failures, nodes and tets of the mesh, host and flesh_commit, and the derived columns\n"
+    "  results     view: the cases with every figure as a column (energies as energy_NAME; of each column of\n"
+    "              probes.csv, such as tip.position_z, the last, smallest and largest value as tip_position_z_final,\n"
+    "              tip_position_z_min and tip_position_z_max), reason and failed_at of failures, nodes and tets of the mesh, host and flesh_commit, and the derived columns\n"
     "  rows        view: table_rows with the axes and a column per field\n"
     "Costs that do not depend on the machine: steps, newton, linear, assemblies, projections, residuals, ...\n";
 

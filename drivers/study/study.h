@@ -60,7 +60,7 @@ typedef struct flesh_study {
   /* Values of the case, to be freed; FLESH_ERR_MEMORY, and nothing made. */
   int (*make)(const void *data, int number, flesh_study_case *made);
   /* The names of the figures in the order of their columns: of these fields or, where they are NULL, a new array of such
-   * as "J_min" or "energies.gravity". */
+   * as "J_min", "energies.gravity" or probes."tip.position_z".max. */
   const flesh_study_field *fields;
   json_t *(*figures)(const void *data);
   /* Does the case in this process, and returns its record: {"status", "exit_code", "message", "result": {"figures": ...}},

@@ -1,6 +1,7 @@
 /* tables.c: makes the tables of a study's database, and the views `results` and `rows` that spread its JSON into columns. */
 #include "study/tables.h"
 
+#include <ctype.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
@@ -25,6 +26,21 @@ static const char *const last_columns[][2] = {{"nodes", "json_extract(c.result, 
 
 static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory"); }
 
+/* Whether a figure's path, as that of a probe, gives a column of this name; COLUMN_NAME says the same in SQL. */
+static int is_column_of(const char *path, const char *name)
+{
+  const int of_probe = !strncmp(path, "probes.", 7);
+  for (path += of_probe ? 7 : 0; *path; path++) {
+    if (*path == '"') continue;
+    const char letter = of_probe && strchr(".-", *path) ? '_' : *path;
+    if (tolower(letter) != tolower(*name++)) return 0;
+  }
+  return !*name;
+}
+#define COLUMN_NAME                                                                                       \
+  "CASE WHEN path GLOB 'energies.*' THEN 'energy_' || substr(path, 10) "                                  \
+  "WHEN path GLOB 'probes.*' THEN replace(replace(replace(substr(path, 8), '\"', ''), '.', '_'), '-', '_') ELSE path END"
+
 static int is_taken(const json_t *names, const char *name)
 {
   static const char *const own[] = {"id", "repeat", "scene", "overrides", "result", "case_id", "number", "case_key"};
@@ -37,7 +53,7 @@ static int is_taken(const json_t *names, const char *name)
   for (int k = 0; last_columns[k][0]; k++)
     if (!strcasecmp(last_columns[k][0], name)) return 1;
   json_array_foreach((json_t *)names, index, value)
-    if (!strcasecmp(json_string_value(value), name)) return 1;
+    if (is_column_of(json_string_value(value), name)) return 1;
   return !strncasecmp(name, "energy_", 7);
 }
 
@@ -132,8 +148,12 @@ static int print_results(flesh_study_store *store, flesh_text *text)
     status = flesh_study_store_execute(store, "INSERT OR IGNORE INTO figures (path) SELECT DISTINCT 'energies.' || key "
                                               "FROM cases, json_each(cases.result, '$.figures.energies')");
   if (!status)
+    status = flesh_study_store_execute(
+        store, "INSERT OR IGNORE INTO figures (path) SELECT DISTINCT 'probes.\"' || p.key || '\".' || f.key FROM cases, "
+               "json_each(cases.result, '$.figures.probes') p, json_each(p.value) f WHERE f.key <> 'unit'");
+  if (!status)
     status = print_columns(store,
-                      "SELECT replace(path, 'energies.', 'energy_'), "
+                      "SELECT " COLUMN_NAME ", "
                       "'json_extract(c.result, ''$.figures.' || path || ''')' FROM figures ORDER BY number",
                       text);
   for (int k = 0; last_columns[k][0]; k++)

@@ -116,7 +116,7 @@ static json_t *run_scene(const flesh_sweep *sweep, const flesh_study_case *c, co
                                         .no_frames = !folder, .quiet = 1};
   flesh_runner_run(scene, &options, &figures, &outcome);
   json_t *result = flesh_outcome_json(&outcome);
-  json_object_set_new(result, "figures", flesh_figures_json(&figures, flesh_scene_system(scene)));
+  json_object_set_new(result, "figures", flesh_figures_json(&figures, flesh_scene_system(scene), scene));
   json_object_set_new(result, "materials", flesh_materials_json(scene));
   json_object_set_new(result, "inputs", flesh_provenance_scene(scene, c->scene));
   json_t *record = json_pack("{sssisO}", "status", flesh_outcome_word(&outcome), "exit_code", outcome.exit_code,
@@ -213,7 +213,8 @@ static json_t *run_case(const void *data, int number, const char *folder)
   return record;
 }
 
-/* Figures of result.json and the energies of the first case's scene, as "name" and "energies.name". */
+/* Figures of result.json, and the energies and probes of the first scene that can be read, as "name", "energies.name" and
+ * probes."name".max. */
 static json_t *figure_names(const void *data)
 {
   const flesh_sweep *sweep = ((const flesh_sweep_work *)data)->sweep;
@@ -221,20 +222,27 @@ static json_t *figure_names(const void *data)
   flesh_scene *scene = NULL;
   flesh_figures empty = {0};
   const char *key, *inner;
-  flesh_study_case c;
-  if (sweep->command != FLESH_SWEEP_RUN || make_case(data, 0, &c)) return names;
-  if (!flesh_scene_read(c.scene, c.count, c.overrides, &scene) &&
-      !flesh_figures_open(&empty, flesh_scene_system(scene)))
-    figures = flesh_figures_json(&empty, flesh_scene_system(scene));
+  for (int number = 0; sweep->command == FLESH_SWEEP_RUN && number < sweep->case_count && !scene; number++) {
+    flesh_study_case c;
+    if (make_case(data, number, &c) || flesh_interrupt_signal()) return names;
+    flesh_scene_read(c.scene, c.count, c.overrides, &scene);
+    flesh_study_case_free(&c);
+  }
+  if (scene && !flesh_figures_open(&empty, flesh_scene_system(scene), scene))
+    figures = flesh_figures_json(&empty, flesh_scene_system(scene), scene);
   json_object_foreach(figures, key, value) {
     json_t *below;
+    const char *const of_probe[] = {"final", "min", "max"};
     if (!json_is_object(value)) json_array_append_new(names, json_string(key));
-    else json_object_foreach(value, inner, below) json_array_append_new(names, json_sprintf("energies.%s", inner));
+    else if (!strcmp(key, "energies"))
+      json_object_foreach(value, inner, below) json_array_append_new(names, json_sprintf("energies.%s", inner));
+    else
+      json_object_foreach(value, inner, below)
+        for (int k = 0; k < 3; k++) json_array_append_new(names, json_sprintf("probes.\"%s\".%s", inner, of_probe[k]));
   }
   json_decref(figures);
   flesh_figures_close(&empty);
   flesh_scene_destroy(&scene);
-  flesh_study_case_free(&c);
   return names;
 }
 

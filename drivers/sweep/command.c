@@ -126,6 +126,16 @@ static int sweep_all(void *data)
   return status == FLESH_ERR_INTERRUPTED ? flesh_interrupt_exit_code() : code;
 }
 
+/* Checks the columns. The reason why no case can be built comes before what its absence makes of them. */
+static int check(const settings *set)
+{
+  const int status = flesh_study_store_check(&set->study);
+  char words[1024];
+  snprintf(words, sizeof words, "%s", flesh_error_text());
+  const int refused = status ? flesh_sweep_case_try(&set->sweep, 1, 1) : FLESH_OK;
+  return !status || refused ? refused : flesh_fail(status, "%s", words);
+}
+
 /* The spec, on every rank, and its cases; the exit code. */
 static int read_and_sweep(const char *path, settings *set)
 {
@@ -134,7 +144,7 @@ static int read_and_sweep(const char *path, settings *set)
   int status = flesh_study_read_shard(set->options.shard, &set->shard, &set->shards);
   if (!status) status = flesh_sweep_read(path, &set->sweep);
   set->study = flesh_sweep_study(&given);
-  if (!status) status = flesh_study_store_check(&set->study);
+  if (!status) status = check(set);
   if (!status) status = flesh_confine(set->options.out);
   const char *print = status ? "" : set->sweep.fingerprint;
   const int same = flesh_ranks_same(set->options.ranks, flesh_archive_sum(0, print, strlen(print)), "another sweep");

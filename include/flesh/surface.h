@@ -21,12 +21,12 @@ typedef struct flesh_surface flesh_surface;
 FLESH_API int flesh_surface_create(int vertices, const double *positions, int faces,
                                    const int *starts, const int *corners, flesh_surface **surface);
 
-/* Reads Wavefront .obj or Stanford .ply (1.0: ASCII, or binary in either byte order), recognised by
- * content. OBJ: v, f with polygons, v/vt/vn forms and indices that count back (negative); texture
- * coordinates are kept for flesh_surface_write; normals, groups, materials, lines and free-form
- * curves are left out. PLY: x, y, z of `vertex` and the list `vertex_indices` or `vertex_index` of
- * `face`; everything else is left out. FLESH_ERR_FILE with file and line (byte in binary parts)
- * otherwise. Independent of the locale. Returns new. Further errors: FLESH_ERR_ARGUMENT. */
+/* Reads Wavefront .obj, Stanford .ply (1.0: ASCII, or binary in either byte order) or .stl (text or binary), recognised
+ * by content. OBJ: v, f with polygons, v/vt/vn forms and indices that count back (negative); texture coordinates are
+ * kept for flesh_surface_write; normals, groups, materials, lines and free-form curves are left out. PLY: x, y, z of
+ * `vertex` and the list `vertex_indices` or `vertex_index` of `face`; everything else is left out. STL: triangles, whose
+ * corners at exactly the same place become one vertex; normals and attributes are left out. FLESH_ERR_FILE with file and
+ * line (byte in binary parts) otherwise. Independent of the locale. Returns new. Further errors: FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_surface_read(const char *path, flesh_surface **surface);
 
 /* Writes .obj or .ply (binary, little endian) by the suffix, with its vertices at `x` [3*vertices]

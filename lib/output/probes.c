@@ -72,6 +72,7 @@ struct flesh_probes {
   int count;
   place *places;   /* [count] */
   double *numbers; /* [count*NUMBERS] of a row */
+  double *figures; /* borrowed; NULL: nobody asks */
 };
 
 static int is_point(const flesh_probe *probe) { return !isnan(probe->point[0]); }
@@ -90,19 +91,28 @@ static int copy_place(const flesh_mesh *mesh, const flesh_probe *probe, place *t
   return flesh_probe_find_tets(mesh, probe, &to->tet_count, &to->tets);
 }
 
+int flesh_probe_columns(const flesh_probe *probe, flesh_probe_column found[FLESH_PROBE_COLUMNS])
+{
+  _Static_assert((int)FLESH_PROBE_COLUMNS == (int)COLUMNS, "the columns of a probe");
+  const int at_point = is_point(probe);
+  int count = 0;
+  for (int c = 0; c < COLUMNS; c++)
+    if (probe->quantities & columns[c].quantity)
+      found[count++] =
+          (flesh_probe_column){at_point && columns[c].point_name ? columns[c].point_name : columns[c].name,
+                               at_point && columns[c].point_unit ? columns[c].point_unit : columns[c].unit};
+  return count;
+}
+
 static void print_header(const flesh_probes *probes)
 {
   FILE *stream = probes->rows.stream;
+  flesh_probe_column found[FLESH_PROBE_COLUMNS];
   fputs("t [s]", stream);
   for (int k = 0; k < probes->count; k++) {
-    const flesh_probe *probe = &probes->places[k].probe;
-    for (int c = 0; c < COLUMNS; c++) {
-      if (!(probe->quantities & columns[c].quantity)) continue;
-      const int at_point = is_point(probe);
-      const char *name = at_point && columns[c].point_name ? columns[c].point_name : columns[c].name;
-      const char *unit = at_point && columns[c].point_unit ? columns[c].point_unit : columns[c].unit;
-      fprintf(stream, ",%s.%s [%s]", probe->name, name, unit);
-    }
+    const int count = flesh_probe_columns(&probes->places[k].probe, found);
+    for (int c = 0; c < count; c++)
+      fprintf(stream, ",%s.%s [%s]", probes->places[k].probe.name, found[c].name, found[c].unit);
   }
   putc('\n', stream);
 }
@@ -197,6 +207,8 @@ int flesh_probes_resume(flesh_probes **probes, const char *path, long length)
   if (status) flesh_probes_close(probes);
   return status;
 }
+
+void flesh_probes_note(flesh_probes *probes, double *figures) { probes->figures = figures; }
 
 long flesh_probes_length(const flesh_probes *probes) { return probes->rows.whole; }
 
@@ -312,8 +324,16 @@ static void find_numbers(flesh_probes *probes, const place *at, const flesh_step
                NULL, numbers + CONTACT_AT);
 }
 
-/* Sums over all ranks become means. */
-static void put_row(flesh_probes *probes, const place *at, double *values)
+/* Notes a column's last, smallest and largest value. */
+static void note(double figures[FLESH_PROBE_FIGURES], double value)
+{
+  figures[0] = value;
+  figures[1] = fmin(figures[1], value);
+  figures[2] = fmax(figures[2], value);
+}
+
+/* Sums over all ranks become means. `figures` moves behind those of the probe. */
+static void put_row(flesh_probes *probes, const place *at, double *values, double **figures)
 {
   const flesh_probe *probe = &at->probe;
   double *of_tets = values + TETS_AT;
@@ -324,6 +344,8 @@ static void put_row(flesh_probes *probes, const place *at, double *values)
   }
   for (int c = 0; c < COLUMNS; c++) {
     if (!(probe->quantities & columns[c].quantity)) continue;
+    if (*figures) note(*figures, values[c]), *figures += FLESH_PROBE_FIGURES;
+    if (!probes->rows.stream) continue;
     putc(',', probes->rows.stream);
     flesh_number_print(probes->rows.stream, values[c]);
   }
@@ -341,9 +363,11 @@ int flesh_probes_observe(void *data, const flesh_step_record *record)
     find_numbers(probes, &probes->places[k], record, probes->numbers + (size_t)NUMBERS * (size_t)k);
   flesh_team_sum(probes->team, probes->count * NUMBERS, probes->numbers);
   if (!writes(probes)) return FLESH_OK;
-  flesh_number_print(probes->rows.stream, record->state->t);
+  double *figures = probes->figures;
+  if (probes->rows.stream) flesh_number_print(probes->rows.stream, record->state->t);
   for (int k = 0; k < probes->count; k++)
-    put_row(probes, &probes->places[k], probes->numbers + (size_t)NUMBERS * (size_t)k);
+    put_row(probes, &probes->places[k], probes->numbers + (size_t)NUMBERS * (size_t)k, &figures);
+  if (!probes->rows.stream) return FLESH_OK;
   putc('\n', probes->rows.stream);
   return flesh_rows_flush(&probes->rows);
 }

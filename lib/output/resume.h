@@ -1,5 +1,6 @@
 /* resume.h: files that a run has begun, opened again where it goes on: what stands behind that place goes, what is
- * missing before it is refused. The counterparts of flesh/observer.h's and flesh/probe.h's functions. */
+ * missing before it is refused. The counterparts of flesh/observer.h's and flesh/probe.h's functions; and the figures of
+ * a run's probes. */
 #ifndef FLESH_OUTPUT_RESUME_H
 #define FLESH_OUTPUT_RESUME_H
 
@@ -14,8 +15,20 @@ long flesh_probes_length(const flesh_probes *probes);
 int flesh_history_resume(const char *path, const flesh_system *system, long length, flesh_history **history);
 /* Probes that flesh_probes_open has made without a file; they are closed when it fails. */
 int flesh_probes_resume(flesh_probes **probes, const char *path, long length);
+/* Without a file, for what is noted of them. Every rank calls it. */
 int flesh_probes_open(const flesh_body *body, const flesh_system *system, flesh_method method, int count,
                       const flesh_probe *probes, flesh_probes **result);
+
+/* A column of probes.csv behind the probe's name, as "position_x", and its unit. */
+typedef struct flesh_probe_column {
+  const char *name, *unit;
+} flesh_probe_column;
+enum { FLESH_PROBE_COLUMNS = 29, FLESH_PROBE_FIGURES = 3 };
+/* Those of a probe, which need not be prepared, in their order. Returns how many there are. */
+int flesh_probe_columns(const flesh_probe *probe, flesh_probe_column columns[FLESH_PROBE_COLUMNS]);
+/* Has each row's values noted on the rank that writes, in [FLESH_PROBE_FIGURES] of every column: the last, the smallest and
+ * the largest one; NaN, which they are at first, counts as none. Borrows the figures. */
+void flesh_probes_note(flesh_probes *probes, double *figures);
 
 /* With the frames up to step `last`. FLESH_ERR_FILE where one of these is missing. */
 int flesh_frames_resume(const char *directory, const flesh_mesh *mesh, int every, int last, flesh_frames **frames);

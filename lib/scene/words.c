@@ -31,9 +31,22 @@ static int word_distance(const char *a, const char *b)
   return rows[n % 3][m];
 }
 
+/* Other names of keys: in formulas, and in other programs. */
+static const char *const synonyms[][2] = {
+    {"E", "young"},  {"youngs_modulus", "young"},    {"nu", "poisson"},      {"poisson_ratio", "poisson"}, {"G", "mu"},
+    {"rho", "density"}, {"dt", "step"},              {"time_step", "step"},  {"t_end", "end"},             {"duration", "end"},
+    {"g", "acceleration"}, {"tol", "tolerance"}};
+
+static int is_synonym(const char *word, const char *known)
+{
+  for (size_t k = 0; k < sizeof synonyms / sizeof *synonyms; k++)
+    if (!strcmp(word, synonyms[k][0]) && !strcmp(known, synonyms[k][1])) return 1;
+  return 0;
+}
+
 void flesh_suggestion_offer(flesh_suggestion *s, const char *known)
 {
-  int distance = word_distance(s->word, known);
+  int distance = is_synonym(s->word, known) ? 0 : word_distance(s->word, known);
   if (!s->best || distance < s->distance) s->best = known, s->distance = distance;
   size_t used = strlen(s->list);
   if (used + strlen(known) + 3 < sizeof s->list) {

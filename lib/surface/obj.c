@@ -144,7 +144,7 @@ static int read_statement(flesh_scanner *s, flesh_surface_draft *draft, highest 
       return FLESH_OK;
     }
   return flesh_scan_fail(s, "%s is no statement of an OBJ; a surface is a Wavefront .obj (`v x y "
-                            "z`, `f a b c`) or a Stanford .ply (`ply`)",
+                            "z`, `f a b c`), a Stanford .ply (`ply`) or an .stl (`solid`, or binary)",
                          flesh_scan_show(s));
 }
 

@@ -6,6 +6,7 @@
 
 static int read_by_content(flesh_scanner *s, char *text, flesh_surface_draft *draft)
 {
+  if (s->at < s->end && flesh_surface_is_stl(s)) return flesh_surface_read_stl(s, draft);
   if (!flesh_scan_next(s)) return flesh_fail(FLESH_ERR_FILE, "%s: the file is empty", s->path);
   if (flesh_scan_word(s, "ply")) return flesh_surface_read_ply(s, draft);
   return flesh_surface_read_obj(s, text, draft);

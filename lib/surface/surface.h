@@ -46,6 +46,9 @@ void flesh_surface_draft_clear(flesh_surface_draft *draft);
 /* Readers of one format each; s stands at the beginning. OBJ's reader changes the text. */
 int flesh_surface_read_obj(flesh_scanner *s, char *text, flesh_surface_draft *draft);
 int flesh_surface_read_ply(flesh_scanner *s, flesh_surface_draft *draft);
+int flesh_surface_read_stl(flesh_scanner *s, flesh_surface_draft *draft);
+/* Whether the file is named or begins as an STL, or has a binary one's length. */
+int flesh_surface_is_stl(const flesh_scanner *s);
 
 /* Cuts a face of `count` corners into count-2 triangles of places in it [3*(count-2)]; `room`
  * [4*count] ints. */

@@ -47,7 +47,7 @@ same_results() {
   done <files_1
   # Counts go on: these do not depend on the machine's speed.
   for folder in "$1" "$2"; do
-    sed -n '/"figures"/,/"energies"/p; /"effects"/,/\]/p' "$folder/result.json" | grep -v 'wall_s\|cpu_s\|peak_memory'
+    sed -n '/"figures"/,/"wall_s"/p; /"effects"/,/\]/p' "$folder/result.json" | grep -v 'wall_s\|cpu_s\|peak_memory'
   done >figures.txt
   half=$(($(wc -l <figures.txt) / 2))
   head -n "$half" figures.txt >figures_1

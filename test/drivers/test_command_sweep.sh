@@ -20,22 +20,31 @@ a_plan_is_told_and_nothing_is_done() {
 
 # What a row says is what `flesh run` with its values says.
 a_row_is_what_a_run_gives() {
-  spec 'set: {time.end: 1/30}' 'axes:' '  - {key: body.material.young, values: [2e4, 1e5]}' \
+  probes='[{name: tip-end, point: [0.2, 0.2, 0.2], quantities: [position, J]}]'
+  spec "set: {time.end: 1/30, output.probes: $probes}" 'axes:' '  - {key: body.material.young, values: [2e4, 1e5]}' \
     '  - {key: time.step, values: [1/60, 1/120]}' 'columns:' '  - {name: work, is: newton * tets}' \
-    '  - {name: twice, is: 2 * work}'
+    '  - {name: twice, is: 2 * work}' '  - {name: sag, is: 0.2 - tip_end_position_z_min}'
   expect 0 "$flesh" sweep spec.yaml --out rows --jobs 2 && has stdout.txt '^4 cases: 4 complete' || return 1
   [ "$(ask rows/sweep.db young,step,steps 'id = 2')" = 20000,0.008333333333333333,4 ] ||
     { ask rows/sweep.db '*'; return 1; }
   [ "$(ask rows/sweep.db 'twice - 2 * newton * tets' 'id = 2')" = 0 ] || return 1
-  expect 0 "$flesh" run tiny.yaml --set time.end=1/30 --set body.material.young=2e4 --set time.step=1/120 --out run ||
-    return 1
-  python3 - "$(ask rows/sweep.db energy_total,energy_spring,residual,newton 'id = 2')" <<'END'
-import json, sys
+  expect 0 "$flesh" run tiny.yaml --set time.end=1/30 --set body.material.young=2e4 --set time.step=1/120 --out run \
+    --set "output.probes=$probes" || return 1
+  python3 - "$(ask rows/sweep.db energy_total,energy_spring,residual,newton 'id = 2')" \
+    "$(ask rows/sweep.db tip_end_position_z_final,tip_end_position_z_min,tip_end_J_max,sag 'id = 2')" <<'END'
+import csv, json, sys
 figures = json.load(open("run/result.json"))["figures"]
 row = [float(word) for word in sys.argv[1].split(",")]
 run = [figures["energies"]["total"], figures["energies"]["spring"], figures["residual"], figures["newton"]]
 assert row == run, (row, run)
 assert run[0] != 0
+rows = list(csv.DictReader(open("run/probes.csv")))
+z = [float(r["tip-end.position_z [m]"]) for r in rows]
+of = figures["probes"]["tip-end.position_z"]
+assert of == {"unit": "m", "final": z[-1], "min": min(z), "max": max(z)} and min(z) < max(z), (of, z)
+J = max(float(r["tip-end.J [1]"]) for r in rows)
+row = [float(word) for word in sys.argv[2].split(",")]
+assert row == [z[-1], min(z), J, 0.2 - min(z)], (row, z, J)
 END
 }
 
@@ -69,6 +78,9 @@ bad_specs_are_refused() {
     bad 'zip\[0\] has 2' 'axes: [{zip: [{key: time.step, values: [1, 2]}, {key: time.end, values: [1]}]}]' &&
     bad 'varies on two axes' 'axes: [{key: time.step, values: [1]}, {key: time.step, values: [1]}]' &&
     bad 'named like one of the results' 'axes: [{key: time.step, name: newton, values: [1]}]' &&
+    bad 'the column tip_J_min would be named like one of the results' \
+      'set: {output.probes: [{name: tip, point: [0.2, 0.2, 0.2], quantities: [J]}]}' \
+      'axes: [{key: time.step, name: tip_J_min, values: [1/60]}]' &&
     bad 'no such column: foo' 'columns: [{name: a, is: foo + 1}]' &&
       bad 'must be an expression' 'columns: [{name: a, is: "1); DROP TABLE cases; --"}]' &&
     bad 'either values or from and to' 'axes: [{sample: {count: 2, axes: [{key: body.density}]}}]' &&

@@ -1,5 +1,5 @@
 // TEST quick
-/* test_surface.c: surfaces from OBJ and PLY files, good ones and bad ones; their triangles; writing. */
+/* test_surface.c: surfaces from OBJ, PLY and STL files, good ones and bad ones; their triangles; writing. */
 #include "mesh_files.h"
 
 #include "flesh/surface.h"
@@ -121,6 +121,58 @@ static void ply_forms(void)
   check_pyramid(write_text("p.ply", pyramid_ascii));
 }
 
+/* A pyramid over a square as binary STL, in triangles; the header begins with what a text begins with. */
+static size_t pyramid_stl(unsigned char data[4096])
+{
+  static const float x[5][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0.5f, 0.5f, -2}};
+  static const int faces[6][3] = {{3, 2, 1}, {3, 1, 0}, {0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}};
+  unsigned char *at = data + 80;
+  memset(data, ' ', 80);
+  memcpy(data, "solid", 5);
+  put(&at, 0, 6, 4);
+  for (int f = 0; f < 6; f++) {
+    put(&at, 0, 0xffffffff, 4); /* a normal that is no number */
+    put(&at, 0, 0, 8);
+    for (int k = 0; k < 9; k++) {
+      const float value = x[faces[f][k / 3]][k % 3];
+      const float signed_zero = value == 0 && f % 2 ? -0.f : value;
+      uint32_t word;
+      memcpy(&word, &signed_zero, 4);
+      put(&at, 0, word, 4);
+    }
+    put(&at, 0, 0xffff, 2);
+  }
+  return (size_t)(at - data);
+}
+
+static const char pyramid_text[] =
+    "SOLID a # name\r\n facet normal nan 0 0\n  outer loop\n vertex 0 0 0\n vertex 1 0 0\n vertex .5 .5 -2\n endloop\n"
+    " endfacet\nendsolid a\nsolid\nfacet normal 0 0 0 outer loop vertex 1 0 0 vertex 1 1 0 vertex 5e-1 0.5 -2.0 endloop "
+    "endfacet\nfacet normal 0 0 0\nOUTER LOOP\nvertex 1 1 0\nvertex 1 1 0\nvertex 0.5 0.5 -2\nENDLOOP\nendfacet\nendsolid\n";
+
+/* Facets share the vertices at their corners, numbered as they first stand. */
+static void stl_forms(void)
+{
+  unsigned char data[4096];
+  flesh_surface *s = NULL;
+  CHECK_OK(flesh_surface_read(write_bytes("no_suffix", data, pyramid_stl(data)), &s));
+  if (!s) return;
+  CHECK(flesh_surface_vertex_count(s) == 5 && flesh_surface_face_count(s) == 6);
+  static const int expected[6][3] = {{0, 1, 2}, {0, 2, 3}, {3, 2, 4}, {2, 1, 4}, {1, 0, 4}, {0, 3, 4}};
+  for (int f = 0; f < 6; f++)
+    for (int k = 0; k < 3; k++) CHECK(corner(s, f, k) == expected[f][k]);
+  const double *x = flesh_surface_positions(s);
+  CHECK(x[0] == 0 && x[1] == 1 && x[2] == 0 && x[14] == -2);
+  flesh_surface_destroy(&s);
+  CHECK_OK(flesh_surface_read(write_text("no_suffix", pyramid_text), &s));
+  if (!s) return;
+  int count;
+  flesh_surface_triangles(s, &count);
+  CHECK(flesh_surface_vertex_count(s) == 4 && flesh_surface_face_count(s) == 3 && count == 2);
+  CHECK(corner(s, 0, 2) == 2 && corner(s, 1, 0) == 1 && corner(s, 1, 2) == 2 && corner(s, 1, 1) == 3);
+  flesh_surface_destroy(&s);
+}
+
 /* Concave polygons in any plane: the triangles' areas add up, none is turned over. */
 static void concave_faces_are_cut_without_overlap(void)
 {
@@ -223,6 +275,8 @@ typedef struct bad_file {
 #define LIST "property list uchar int vertex_indices\n"
 #define HEAD PLY "element vertex 3\n" XYZ "element face 1\n" LIST "end_header\n0 0 0\n1 0 0\n0 1 0\n"
 
+#define FACET "facet normal 0 0 1\nouter loop\nvertex 0 0 0 vertex 1 0 0 vertex 0 1 0\nendloop\nendfacet\n"
+
 static const bad_file bad_files[] = {
     {"a.obj", "", "a.obj: the file is empty"},
     {"a.obj", V3, "a.obj: there is no face"},
@@ -241,7 +295,19 @@ static const bad_file bad_files[] = {
     {"a.obj", "v 0 0 1,5\n", "a.obj:1: vertex 1: '1,5' is not a number"},
     {"a.obj", "v 0 0 nan\n", "'nan' is not finite"},
     {"a.obj", "v 0 0 0 1 1 1 1 1\n", "'1' stands behind the row's end"},
-    {"a.stl", "solid x\n", "a.stl:1: 'solid' is no statement of an OBJ; a surface is a Wavefront .obj"},
+    {"a.obj", "sold x\n", "a.obj:1: 'sold' is no statement of an OBJ; a surface is a Wavefront .obj"},
+    {"a.stl", "", "a.stl: the file is empty"},
+    {"a.stl", "solid x\n", "a.stl:2: the file ends too early; `endsolid` is expected"},
+    {"a.stl", "solid x\nendsolid x\n", "a.stl: there is no face"},
+    {"a", "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0\nendloop\n",
+     "a:5: facet 1: the row ends too early; `vertex x y z` is expected"},
+    {"a", "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nendloop\n",
+     "a:6: facet 1: 'endloop' stands where `vertex` is expected"},
+    {"a", "solid\n" FACET "facet normal 0 0 1\nouter loop\nvertex 0 0 inf\n", "a:9: facet 2: 'inf' is not finite"},
+    {"a", "solid\n" FACET "facet normal 0 0 1\nouter\n", "a:9: facet 2: the file ends too early; `loop` is expected"},
+    {"a", "solid\n" FACET "color 1 0 0\n", "a:7: 'color' stands where `facet` or `endsolid` is expected"},
+    {"a", "solid\n" FACET "endsolid\nfacet\n", "a:8: 'facet' stands where `solid` is expected"},
+    {"a.stl", "v 0 0 0\n", "a.stl: an STL begins with `solid` or, if it is binary, has 84 bytes or more; this has 8"},
     {"a.ply", "ply\n", "a.ply:2: the header does not end"},
     {"a.ply", "ply\nformat ascii 2.0\n", "a.ply:2: the format is 'ascii 2.0'; it must be ascii"},
     {"a.ply", "ply\nend_header\n", "the header names no format"},
@@ -286,6 +352,12 @@ static void bad_files_get_their_sentence(void)
   CHECK(flesh_surface_read(write_bytes("b.ply", data, size), &s) == FLESH_ERR_FILE);
   CHECK_TEXT(flesh_error_text(), "byte");
   CHECK_TEXT(flesh_error_text(), "face 4 uses vertex 16777220; the vertices are 0 to 4");
+  size = pyramid_stl(data);
+  CHECK(flesh_surface_read(write_bytes("b.stl", data, size - 1), &s) == FLESH_ERR_FILE);
+  CHECK_TEXT(flesh_error_text(), "b.stl: a binary STL of 6 facets has 384 bytes; this file has 383");
+  memset(data + size - 6, 0xff, 4); /* the last coordinate */
+  CHECK(flesh_surface_read(write_bytes("b.stl", data, size), &s) == FLESH_ERR_FILE);
+  CHECK_TEXT(flesh_error_text(), "b.stl: byte 378: facet 6 has a coordinate that is not finite");
 }
 
 /* Whatever is done to a file, it is read or refused. */
@@ -293,16 +365,19 @@ static void damaged_files_do_no_harm(void)
 {
   unsigned char data[4096], harmed[4096];
   unsigned long long seed = 3;
-  for (int kind = 0; kind < 3; kind++) {
-    size_t size = kind == 2 ? sizeof box_obj - 1 : pyramid_ply(data, kind);
-    if (kind == 2) memcpy(data, box_obj, size);
+  for (int kind = 0; kind < 5; kind++) {
+    size_t size = kind == 2   ? sizeof box_obj - 1
+                  : kind == 3 ? sizeof pyramid_text - 1
+                  : kind == 4 ? pyramid_stl(data)
+                              : pyramid_ply(data, kind);
+    if (kind == 2 || kind == 3) memcpy(data, kind == 2 ? box_obj : pyramid_text, size);
     for (int trial = 0; trial < 300; trial++) {
       memcpy(harmed, data, size);
       for (int hits = 0; hits < 3; hits++)
         harmed[(size_t)(test_uniform(&seed) * (double)size)] = (unsigned char)(256 * test_uniform(&seed));
       size_t kept = trial & 1 ? size : (size_t)(test_uniform(&seed) * (double)size);
       flesh_surface *s = NULL;
-      int status = flesh_surface_read(write_bytes("h", harmed, kept), &s);
+      int status = flesh_surface_read(write_bytes(kind == 4 && trial & 2 ? "h.stl" : "h", harmed, kept), &s);
       CHECK(status == FLESH_OK || status == FLESH_ERR_FILE);
       CHECK(!s == (status != FLESH_OK));
       flesh_surface_destroy(&s);
@@ -313,7 +388,7 @@ static void damaged_files_do_no_harm(void)
 int main(int argc, char **argv)
 {
   if (!make_work_folder()) return 1;
-  return RUN_TESTS(argc, argv, TEST(obj_forms), TEST(ply_forms),
+  return RUN_TESTS(argc, argv, TEST(obj_forms), TEST(ply_forms), TEST(stl_forms),
                          TEST(concave_faces_are_cut_without_overlap),
                          TEST(degenerate_triangles_are_left_out), TEST(writing_reads_back),
                          TEST(bad_files_get_their_sentence), TEST(damaged_files_do_no_harm));

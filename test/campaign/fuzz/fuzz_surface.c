@@ -1,4 +1,4 @@
-/* fuzz_surface.c: surfaces, OBJ and PLY. */
+/* fuzz_surface.c: surfaces: OBJ, PLY and STL. */
 #define _GNU_SOURCE
 #include "fuzz.h"
 

@@ -1,0 +1,177 @@
+/* stl.c: reads 3D Systems' STL (1989), text or binary: triangles, each with corners of its own, of which those at one place
+ * become one vertex. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+#include "base/error.h"
+#include "base/sort.h"
+#include "surface/surface.h"
+
+/* Bytes of a binary file: a header that says nothing, a count, and facets: a normal, three corners and two more bytes. */
+enum { HEADER = 80, BEGIN = HEADER + 4, NORMAL = 12, FACET = NORMAL + 36 + 2 };
+
+static uint32_t read_word(const char *bytes)
+{
+  const unsigned char *b = (const unsigned char *)bytes;
+  return (uint32_t)b[0] | (uint32_t)b[1] << 8 | (uint32_t)b[2] << 16 | (uint32_t)b[3] << 24;
+}
+
+/* Bytes that a binary file with this one's count of facets has; 0 where there is no count. */
+static int64_t binary_size(const flesh_scanner *s)
+{
+  return s->end - s->begin < BEGIN ? 0 : BEGIN + FACET * (int64_t)read_word(s->begin + HEADER);
+}
+
+/* Reads the word at the present place in letters of either case; returns whether it was there. */
+static int read_keyword(flesh_scanner *s, const char *word)
+{
+  const char *token, *before = s->at;
+  if (flesh_scan_token(s, &token) == strlen(word) && !strncasecmp(token, word, strlen(word))) return 1;
+  s->at = before;
+  return 0;
+}
+
+int flesh_surface_is_stl(const flesh_scanner *s)
+{
+  const size_t length = strlen(s->path);
+  const int named = length > 4 && !strcasecmp(s->path + length - 4, ".stl");
+  flesh_scanner copy = *s;
+  const int64_t size = binary_size(s);
+  return named || (size > BEGIN && size == s->end - s->begin) || (flesh_scan_next(&copy) && read_keyword(&copy, "solid"));
+}
+
+static int add_corner(flesh_surface_draft *draft, const double x[3])
+{
+  const int status = flesh_surface_draft_vertex(draft, x);
+  return status ? status : flesh_surface_draft_corner(draft, draft->vertices - 1, -1);
+}
+
+static int read_binary(flesh_scanner *s, flesh_surface_draft *draft)
+{
+  int status = FLESH_OK;
+  for (const char *facet = s->begin + BEGIN; facet < s->end && !status; facet += FACET) {
+    for (int corner = 0; corner < 3 && !status; corner++) {
+      double x[3];
+      for (int d = 0; d < 3; d++) {
+        const char *at = facet + NORMAL + 12 * corner + 4 * d;
+        const uint32_t word = read_word(at);
+        float single;
+        memcpy(&single, &word, 4);
+        x[d] = single;
+        if (!isfinite(single))
+          return flesh_fail(FLESH_ERR_FILE, "%s: byte %lld: facet %d has a coordinate that is not finite", s->path,
+                            (long long)(at - s->begin), draft->faces + 1);
+      }
+      status = add_corner(draft, x);
+    }
+    if (!status) status = flesh_surface_draft_face(draft);
+  }
+  return status;
+}
+
+/* Reads the word that must be the next. */
+static int expect(flesh_scanner *s, const char *word)
+{
+  if (!flesh_scan_next(s))
+    return flesh_scan_fail(s, "facet %lld: the file ends too early; `%s` is expected", (long long)s->index, word);
+  if (read_keyword(s, word)) return FLESH_OK;
+  return flesh_scan_fail(s, "facet %lld: %s stands where `%s` is expected", (long long)s->index, flesh_scan_show(s), word);
+}
+
+/* The rest of a facet behind its first word. Its normal, which follows from the corners, is left out: it may be nan. */
+static int read_facet(flesh_scanner *s, flesh_surface_draft *draft)
+{
+  const char *token;
+  int status = expect(s, "normal");
+  for (int d = 0; d < 3 && !status; d++)
+    if (flesh_scan_next_in_line(s)) flesh_scan_token(s, &token);
+  if (!status) status = expect(s, "outer");
+  if (!status) status = expect(s, "loop");
+  for (int corner = 0; corner < 3 && !status; corner++) {
+    double x[3];
+    status = expect(s, "vertex");
+    for (int d = 0; d < 3 && !status; d++) status = flesh_scan_real(s, &x[d]);
+    if (!status) status = add_corner(draft, x);
+  }
+  if (!status) status = expect(s, "endloop");
+  if (!status) status = expect(s, "endfacet");
+  return status ? status : flesh_surface_draft_face(draft);
+}
+
+/* A file may have several solids, one after the other. */
+static int read_text(flesh_scanner *s, flesh_surface_draft *draft)
+{
+  int status = FLESH_OK, inside = 0;
+  s->comment = 0; /* a name may have a # */
+  s->item = "facet", s->form = "vertex x y z";
+  while (!status && flesh_scan_next(s)) {
+    s->index = draft->faces + 1;
+    if (inside && read_keyword(s, "facet")) status = read_facet(s, draft);
+    else if (read_keyword(s, inside ? "endsolid" : "solid")) flesh_scan_skip_line(s), inside = !inside;
+    else
+      return flesh_scan_fail(s, "%s stands where `%s` is expected", flesh_scan_show(s), inside ? "facet` or `endsolid" : "solid");
+  }
+  if (!status && inside) status = flesh_scan_fail(s, "the file ends too early; `endsolid` is expected");
+  return status;
+}
+
+typedef struct corner {
+  double x[3];
+  int at; /* the vertex */
+} corner;
+
+static int compare(const void *a, const void *b)
+{
+  const corner *p = a, *q = b;
+  for (int d = 0; d < 3; d++)
+    if (p->x[d] != q->x[d]) return p->x[d] < q->x[d] ? -1 : 1;
+  return 0;
+}
+
+/* Makes vertices at the same place one: the first of them. */
+static int merge(flesh_surface_draft *draft)
+{
+  const int count = draft->vertices;
+  corner *corners = malloc(sizeof *corners * ((size_t)count + 1));
+  if (!corners) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a surface of %d facets", draft->faces);
+  for (int v = 0; v < count; v++) {
+    for (int d = 0; d < 3; d++) corners[v].x[d] = draft->positions[3 * (size_t)v + (size_t)d];
+    corners[v].at = v;
+  }
+  flesh_sort(corners, (size_t)count, sizeof *corners, compare);
+  /* Corner v has vertex v so far; what is equal stays in its order, so that the first of a place is behind none. */
+  for (int k = 0, first = 0; k < count; k++) {
+    if (compare(&corners[k], &corners[first])) first = k;
+    draft->vertex_of[corners[k].at] = corners[first].at;
+  }
+  free(corners);
+  draft->vertices = 0;
+  for (int v = 0; v < count; v++) {
+    const int first = draft->vertex_of[v];
+    if (first < v) {
+      draft->vertex_of[v] = draft->vertex_of[first];
+      continue;
+    }
+    draft->vertex_of[v] = draft->vertices;
+    memmove(draft->positions + 3 * (size_t)draft->vertices++, draft->positions + 3 * (size_t)v, 3 * sizeof(double));
+  }
+  return FLESH_OK;
+}
+
+int flesh_surface_read_stl(flesh_scanner *s, flesh_surface_draft *draft)
+{
+  const int64_t size = s->end - s->begin, expected = binary_size(s);
+  flesh_scanner copy = *s;
+  const int is_binary = size == expected || memchr(s->begin, 0, (size_t)size) ||
+                        !(flesh_scan_next(&copy) && read_keyword(&copy, "solid"));
+  if (is_binary && !expected)
+    return flesh_fail(FLESH_ERR_FILE, "%s: an STL begins with `solid` or, if it is binary, has %d bytes or more; this has %lld",
+                      s->path, BEGIN, (long long)size);
+  if (is_binary && size != expected)
+    return flesh_fail(FLESH_ERR_FILE, "%s: a binary STL of %lu facets has %lld bytes; this file has %lld", s->path,
+                      (unsigned long)read_word(s->begin + HEADER), (long long)expected, (long long)size);
+  const int status = is_binary ? read_binary(s, draft) : read_text(s, draft);
+  return status ? status : merge(draft);
+}
