@@ -28,7 +28,7 @@ static int command_bind(int argc, char **argv)
       .summary = "Binds the vertices of a surface to the tets of a mesh.",
       .details = "Every vertex gets the tet that holds it, or the nearest one, whose weights then\n"
                  "extrapolate; how many these are, and how far outside, is printed. SURFACE is a\n"
-                 "Wavefront .obj or a Stanford .ply in the place of the body at rest.\n",
+                 "Wavefront .obj, a Stanford .ply or an .stl in the place of the body at rest.\n",
       .positional_min = 2,
       .positional_max = 2,
       .options = options};

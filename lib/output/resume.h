@@ -24,7 +24,7 @@ typedef struct flesh_probe_column {
   const char *name, *unit;
 } flesh_probe_column;
 enum { FLESH_PROBE_COLUMNS = 29, FLESH_PROBE_FIGURES = 3 };
-/* Those of a probe, which need not be prepared, in their order. Returns how many there are. */
+/* The columns of a probe, which need not be prepared, in their order. Returns how many there are. */
 int flesh_probe_columns(const flesh_probe *probe, flesh_probe_column columns[FLESH_PROBE_COLUMNS]);
 /* Has each row's values noted on the rank that writes, in [FLESH_PROBE_FIGURES] of every column: the last, the smallest and
  * the largest one; NaN, which they are at first, counts as none. Borrows the figures. */

@@ -33,7 +33,7 @@ const flesh_key flesh_curved_table[] = {
     {.name = "cylinder", .type = FLESH_KEY_OBJECT, AT(cylinder), .default_value = "", .children = cylinder_keys,
      .doc = "a cylinder, without its ends"},
     {.name = "surface", .type = FLESH_KEY_PATH, AT(surface), .default_value = "",
-     .doc = "file of a surface (.obj or .ply) much finer than the mesh"},
+     .doc = "file of a surface (.obj, .ply or .stl) much finer than the mesh"},
     {0}};
 #undef INSIDE
 #undef AT

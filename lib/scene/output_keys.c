@@ -10,7 +10,7 @@ static const flesh_key skin_table[] = {
     {.name = "surface",
      .type = FLESH_KEY_PATH,
      AT(skin.surface),
-     .doc = "file of the surface (Wavefront .obj, Stanford .ply) in the place of the body at rest, "
+     .doc = "file of the surface (.obj, .ply or .stl) in the place of the body at rest, "
             "relative to the scene"},
     {.name = "formats",
      .type = FLESH_KEY_SET,

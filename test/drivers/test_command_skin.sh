@@ -36,6 +36,23 @@ check_tells_of_the_skin() {
   expect 0 "$flesh" check bar.yaml && has stdout.txt 'skin: .*skin.obj, 128 vertices, 128 outside'
 }
 
+# stl OBJ: its triangles as text.
+stl() {
+  awk '$1 == "v" { v[++n] = $2 " " $3 " " $4 } BEGIN { print "solid" } END { print "endsolid" }
+    $1 == "f" { print "facet normal 0 0 0\nouter loop\nvertex", v[$2] "\nvertex", v[$3] "\nvertex", v[$4] "\nendloop\nendfacet" }' "$1"
+}
+
+# As a skin, and as an obstacle that the bar sags onto.
+an_stl_gives_the_same() {
+  printf 'v -1 -1 -0.3\nv 9 -1 -0.3\nv -1 9 -0.3\nv 9 9 -0.3\nf 1 2 4\nf 1 4 3\n' >floor.obj
+  stl floor.obj >floor.stl
+  stl skin.obj >skin.stl
+  expect 0 "$flesh" run bar.yaml --out stl --set output.skin.surface=skin.stl --set 'effects.contact={mesh: floor.stl}' || return 1
+  has stdout.txt 'skin: .*skin.stl, 128 vertices, 128 outside the body, at most by 0.0332 m' || return 1
+  expect 0 "$flesh" run bar.yaml --out obj --set 'effects.contact={mesh: floor.obj}' || return 1
+  ! cmp -s obj/state.txt out/state.txt && cmp obj/state.txt stl/state.txt
+}
+
 bind_and_apply_give_the_same() {
   expect 0 "$flesh" skin bind bar.msh skin.obj --out binding.txt || return 1
   has stdout.txt '128 outside the body' && cmp binding.txt out/skin/binding.txt || return 1
@@ -108,6 +125,6 @@ what_is_wrong_is_said() {
   [ ! -e bad/frames/frame_000000.vtu ]
 }
 
-run_tests a_run_writes_its_skin check_tells_of_the_skin bind_and_apply_give_the_same frames_keep_their_numbers a_state_is_enough a_ply_is_a_skin_too \
+run_tests a_run_writes_its_skin an_stl_gives_the_same check_tells_of_the_skin bind_and_apply_give_the_same frames_keep_their_numbers a_state_is_enough a_ply_is_a_skin_too \
   an_older_skin_is_removed without_a_skin_nothing_is_said_of_it an_interrupted_run_leaves_a_whole_cache \
   what_is_wrong_is_said

@@ -31,7 +31,7 @@ class Surface(Const):
 
     @classmethod
     def read(cls, path) -> "Surface":
-        """Reads Wavefront .obj or Stanford .ply, recognised by content."""
+        """Reads Wavefront .obj, Stanford .ply or .stl, recognised by content."""
         return cls.__new__(cls)._take(create("flesh_surface", lib.flesh_surface_read, path_bytes(path)))
 
     @classmethod

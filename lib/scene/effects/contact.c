@@ -70,7 +70,7 @@ static const flesh_key keys[] = {
     {.name = "capsule", .type = FLESH_KEY_OBJECT, AT(capsule), .default_value = "",
      .children = capsule_keys, .doc = "a rod with round ends"},
     {.name = "mesh", .type = FLESH_KEY_PATH, AT(mesh), .default_value = "",
-     .doc = "file of a surface (.obj or .ply), or of a tetrahedral mesh whose surface is the obstacle; closed or "
+     .doc = "file of a surface (.obj, .ply or .stl), or of a tetrahedral mesh whose surface is the obstacle; closed or "
             "open, it is met from both sides"},
     {.name = "between", .type = FLESH_KEY_TREE, AT(between), .default_value = "",
      .doc = "bodies that touch each other, in place of an obstacle: all (each other and themselves), self (each "
@@ -108,7 +108,7 @@ static const flesh_key keys[] = {
 static int is_surface(const char *path)
 {
   const char *suffix = strrchr(path, '.');
-  return suffix && (!strcasecmp(suffix, ".obj") || !strcasecmp(suffix, ".ply"));
+  return suffix && (!strcasecmp(suffix, ".obj") || !strcasecmp(suffix, ".ply") || !strcasecmp(suffix, ".stl"));
 }
 
 static int make_mesh(const char *path, flesh_obstacle **obstacle)
