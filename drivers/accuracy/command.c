@@ -53,7 +53,7 @@ static const char details[] =
     "  error_over_motion        error_position_rms / largest rms distance of the body from its start\n"
     "  price                    work, newton_tolerance, linear_tolerance, eigenvalue_filter, mass, mesh\n"
     "  value                    the setting as a number\n"
-    "  difference               [m] other prices: rms distance from the same run with every solve to rounding\n"
+    "  difference               [m] of other settings: rms distance from the same run with every solve to rounding\n"
     "  front_time, front_residuals   1: no other run is as good for less cpu_s, fewer residuals\n"
     "With --mesh the scene runs on its mesh and with all tets cut into eight, again and again, with tet4, tet10 and\n"
     "tet10-mean, by the method and step of least CPU time for 1 % of the motion. What tet10-mean converges to\n"

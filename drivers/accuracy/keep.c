@@ -143,7 +143,7 @@ int flesh_accuracy_load(flesh_accuracy_plan *plan)
   status = refuse(plan, root, path);
   const json_t *reference = json_object_get(root, "reference");
   if (!status && flesh_fields_read(reference_fields, reference, &plan->reference))
-    status = flesh_fail(FLESH_ERR_FILE, "%s: its reference is not whole", path);
+    status = flesh_fail(FLESH_ERR_FILE, "%s: its reference is incomplete", path);
   if (!status) {
     snprintf(plan->reference.first, sizeof plan->reference.first, "%s",
              text_of(reference, "first"));

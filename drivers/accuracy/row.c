@@ -275,7 +275,7 @@ int flesh_accuracy_make_tight(const flesh_accuracy_plan *plan, const flesh_accur
   if (crashed_by) f->status = FLESH_ERR_SOLVE;
   if (f->status == FLESH_ERR_FILE) return flesh_fail(FLESH_ERR_FILE, "%s", f->message);
   if (row.figures.status)
-    return flesh_fail(row.figures.status, "the other prices are not measured: %s",
+    return flesh_fail(row.figures.status, "the costs of other settings are not measured: %s",
                       row.figures.message);
   return flesh_accuracy_track_read(path, tight);
 }

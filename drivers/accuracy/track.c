@@ -108,7 +108,7 @@ int flesh_accuracy_track_read(const char *path, flesh_accuracy_track *track)
   fclose(stream);
   if (!whole) {
     flesh_accuracy_track_close(track);
-    return flesh_fail(FLESH_ERR_FILE, "%s: holds no whole states of a run", path);
+    return flesh_fail(FLESH_ERR_FILE, "%s: holds no complete state of a run", path);
   }
   return status;
 }

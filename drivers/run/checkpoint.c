@@ -258,8 +258,8 @@ int flesh_checkpoint_open(const char *folder, flesh_checkpoint *checkpoint)
   flesh_checkpoint_digest(folder, now);
   if (!*now) return FLESH_ERR_FILE;
   if (strcmp(digest, now))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "%s/scene.yaml: is another scene than that of the checkpoint, which cannot go on "
-                                          "with it", folder);
+    return flesh_fail(FLESH_ERR_ARGUMENT, "%s/scene.yaml: differs from the checkpoint's scene; resuming needs the file "
+                                          "as it was", folder);
   return FLESH_OK;
 }
 

@@ -228,7 +228,7 @@ int flesh_ranks_hand_over(const flesh_ranks *ranks, size_t size, const uint8_t *
   double *room = ranks->rank ? NULL : malloc(((size_t)largest + 1) * sizeof *room);
   int status = sizes && (room || ranks->rank) ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   if (!status && largest > INT_MAX)
-    status = flesh_fail(FLESH_ERR_ARGUMENT, "a rank has %.3g GB to hand over, which is too much", 8e-9 * largest);
+    status = flesh_fail(FLESH_ERR_ARGUMENT, "a rank has %.3g GB to send; at most 17 GB are possible", 8e-9 * largest);
   status = flesh_ranks_agree(ranks, status);
   if (!status) {
     sizes[ranks->rank] = (double)(size / sizeof(double));

@@ -183,8 +183,7 @@ static void tell_outcome(flesh_running *r, int status, flesh_figures *figures, f
   figures->separation = flesh_integrator_separation(r->integrator);
   if (figures->separation.ignored) {
     snprintf(words, sizeof words,
-             "surfaces that went through each other at the start (%d place%s) are not apart (%d place%s): what is there does "
-             "not touch", figures->separation.begun, figures->separation.begun == 1 ? "" : "s",
+             "surfaces that intersect at the start (%d place%s) are not apart at the end (%d place%s): there is no contact there", figures->separation.begun, figures->separation.begun == 1 ? "" : "s",
              figures->separation.ignored, figures->separation.ignored == 1 ? "" : "s");
     warn(r, outcome, 1, words);
   }
@@ -317,7 +316,7 @@ static int go_on(flesh_running *r, flesh_figures *figures)
     printf("goes on after step %d, t = %g s%s\n", head.step, r->state.t,
            !head.exact          ? "; IDA starts anew there: the motion agrees with an unbroken one within time.tolerance"
            : r->checkpoint.fits ? ""
-                                : "; others have come there: the motion agrees with theirs within the solves' tolerance");
+                                : "; another number of ranks has come there: the motion agrees with theirs within the solves' tolerance");
   return flesh_ranks_agree(options->ranks, status);
 }
 

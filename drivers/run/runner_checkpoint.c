@@ -136,7 +136,7 @@ static int check_inputs(const flesh_running *r)
     json_array_foreach(before, j, other)
       found |= json_equal(json_object_get(file, "sha256"), json_object_get(other, "sha256"));
     if (!found && !status)
-      status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: has changed since the run began, which cannot go on with it",
+      status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: has changed since the run began; resuming needs the file as it was",
                           json_string_value(json_object_get(file, "path")));
   }
   json_decref(now);
@@ -179,7 +179,7 @@ int flesh_running_restore(flesh_running *r, flesh_figures *figures, flesh_checkp
   json_decref(notes);
   *head = from->head;
   int status = r->inputs ? check_inputs(r)
-                         : flesh_fail(FLESH_ERR_FILE, "%s: the checkpoint does not say what the run has read", r->options->out);
+                         : flesh_fail(FLESH_ERR_FILE, "%s: the checkpoint lacks the list of the run's files", r->options->out);
   if (!status && flesh_ranks_first(r->options->ranks)) /* the others count nothing */
     status = flesh_checkpoint_restore(r->options->out, from, &parts);
   status = flesh_ranks_agree(r->options->ranks, status); /* before ranks wait for each other */

@@ -89,7 +89,7 @@ int flesh_fields_take(const flesh_study_field *fields, const char *study, const 
   const char *words = json_string_value(json_object_get(record, "message"));
   const int code = (int)json_integer_value(json_object_get(record, "exit_code"));
   if (json_is_object(found) && flesh_fields_read(fields, found, figures))
-    return flesh_fail(FLESH_ERR_FILE, "the record of a case in %s is not whole", study);
+    return flesh_fail(FLESH_ERR_FILE, "the record of a case in %s is incomplete", study);
   snprintf(message, FLESH_STUDY_MESSAGE, "%.*s", FLESH_STUDY_MESSAGE - 1, words ? words : "");
   *crashed_by = json_is_object(found)            ? 0
                 : code > 128                     ? code - 128

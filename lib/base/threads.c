@@ -149,7 +149,7 @@ static int start_workers(flesh_threads *self)
   }
   pthread_attr_destroy(&attributes);
   pthread_sigmask(SIG_SETMASK, &before, NULL);
-  return failed ? flesh_fail(FLESH_ERR_MEMORY, "the system gives no %d threads", self->count)
+  return failed ? flesh_fail(FLESH_ERR_MEMORY, "the system cannot make %d threads", self->count)
                 : FLESH_OK;
 }
 

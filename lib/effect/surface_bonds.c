@@ -28,7 +28,7 @@ typedef struct building {
   int pair, rows;             /* numbers, from 1 */
 } building;
 
-static int no_memory(int bonds) { return flesh_fail(FLESH_ERR_MEMORY, "no memory for what %d bonds hold", bonds); }
+static int no_memory(int bonds) { return flesh_fail(FLESH_ERR_MEMORY, "no memory for the surfaces that %d welds and joints hold", bonds); }
 
 static int push(numbers *to, int number)
 {

@@ -84,9 +84,9 @@ static int complain(const contact *self, const flesh_surface_intersections *foun
   const flesh_surface_intersection *first = &found->items[0];
   const int *edge = self->surface.edges + 2 * (size_t)first->edge, *face = self->surface.faces + 3 * (size_t)first->face;
   return flesh_fail(FLESH_ERR_ARGUMENT,
-                    "surfaces that are to touch go through each other: the edge of the nodes %d and %d of %s meets the "
+                    "surfaces in contact intersect: the edge of the nodes %d and %d of %s meets the "
                     "triangle of the nodes %d, %d and %d of %s at (%g, %g, %g) m, and there are %d such places in all; "
-                    "bodies with contact between them must start apart, or be let apart (intersecting: separate)",
+                    "bodies with contact between them must start apart, unless intersecting: separate stands",
                     number_of(self, edge[0]), number_of(self, edge[1]), name_of(self, first->edge_body),
                     number_of(self, face[0]), number_of(self, face[1]), number_of(self, face[2]),
                     name_of(self, first->face_body), first->place[0], first->place[1], first->place[2], found->count);

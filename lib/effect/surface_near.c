@@ -23,13 +23,13 @@ int flesh_surface_near_create(const flesh_surface_contact *contact, flesh_thread
   const size_t places = 3 * (size_t)contact->surface.mesh_nodes;
   const double *X = flesh_mesh_positions(contact->mesh);
   near *self = *result = calloc(1, sizeof *self);
-  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for what is near %d nodes", contact->surface.node_count);
+  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the neighbours of %d nodes", contact->surface.node_count);
   self->contact = contact;
   self->threads = threads;
   self->t_apart = NAN;
   self->x_set = calloc(10 * places + 1, sizeof *self->x_set);
   int status = self->x_set ? flesh_surface_near_runs_create(self)
-                           : flesh_fail(FLESH_ERR_MEMORY, "no memory for what is near %d nodes",
+                           : flesh_fail(FLESH_ERR_MEMORY, "no memory for the neighbours of %d nodes",
                                         contact->surface.node_count);
   if (!status) {
     double **next[] = {&self->x_rubs,     &self->x_secant,   &self->x_predicted, &self->x_around, &self->since[0].x,

@@ -49,7 +49,7 @@ int flesh_surface_near_runs_create(near *self)
   const flesh_contact_surface *s = &self->contact->surface;
   int names[FLESH_SURFACE_GROUPS];
   self->runs = calloc((size_t)s->node_count + 1, sizeof *self->runs);
-  if (!self->runs) return flesh_fail(FLESH_ERR_MEMORY, "no memory for what is near %d nodes", s->node_count);
+  if (!self->runs) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the neighbours of %d nodes", s->node_count);
   for (int k = 0; k < s->node_count; k++) {
     flesh_surface_run *last = self->runs + self->run_count - 1;
     if (!k || s->node_piece[k] != names[last->piece] || s->nodes[k] < last->end) { /* ranks order nodes otherwise */

@@ -121,7 +121,7 @@ int flesh_shared_rows_create(const flesh_row_lists *lists, const int *place_of, 
   }
   void *const arrays[] = {c.given, c.first, c.here, c.there, marks};
   for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) flesh_free(arrays[k]);
-  return status ? flesh_fail(status, "no memory for what %d rows share with other ranks", lists->rows) : FLESH_OK;
+  return status ? flesh_fail(status, "no memory for %d rows shared with other ranks", lists->rows) : FLESH_OK;
 }
 
 void flesh_shared_rows_clear(flesh_shared_rows *self)

@@ -1,5 +1,6 @@
 /* read.c: flesh_mesh_read: loads a file and finds its format by its name or by its content. */
 #include <string.h>
+#include <strings.h>
 
 #include "base/error.h"
 #include "mesh/formats.h"
@@ -11,6 +12,7 @@ static const struct {
   int (*read)(flesh_scanner *s, flesh_draft *draft);
 } named[] = {{".inp", flesh_abaqus_read}, {".vtu", flesh_vtk_read}, {".veg", flesh_vega_read}};
 
+#define FILL "; Gmsh, TetGen and fTetWild fill it with tets"
 /* The first bytes of formats that are known but not read, and what to do about them. */
 static const struct {
   const char *begin;
@@ -22,8 +24,8 @@ static const struct {
     {"$NOD", 4, "Gmsh's format 1; save it as 2.2 or 4.1"},
     {"<?xml", 5, "XML; VTK's unstructured grids are read from files named .vtu"},
     {"<VTKFile", 8, "VTK's; its unstructured grids are read from files named .vtu"},
-    {"solid", 5, "STL, a surface without tets; Gmsh and fTetWild fill it with tets"},
-    {"ply", 3, "PLY, a surface without tets; Gmsh and fTetWild fill it with tets"},
+    {"solid", 5, "STL, a surface without tets" FILL},
+    {"ply", 3, "PLY, a surface without tets" FILL},
     {"*", 1, "one of keywords after a *; Abaqus's and CalculiX's are read from files named .inp, VegaFEM's from .veg"},
 };
 
@@ -33,6 +35,9 @@ static int refuse(const flesh_scanner *s)
     if (s->end - s->at >= foreign[i].bytes &&
         !memcmp(s->at, foreign[i].begin, (size_t)foreign[i].bytes))
       return flesh_fail(FLESH_ERR_FILE, "%s: the format is %s", s->path, foreign[i].advice);
+  const size_t length = strlen(s->path);
+  if (length > 4 && (!strcasecmp(s->path + length - 4, ".stl") || !strcasecmp(s->path + length - 4, ".obj")))
+    return flesh_fail(FLESH_ERR_FILE, "%s: this is a surface without tets" FILL, s->path);
   return flesh_scan_fail(s,
                          "%s begins no known mesh format; a mesh is TetGen .node and .ele, Gmsh "
                          ".msh (`$MeshFormat`), Medit .mesh (`MeshVersionFormatted`), Abaqus .inp, "

@@ -51,7 +51,7 @@ static int go_on(flesh_rows *rows)
                       rows->whole);
   if (!failed && !ftruncate(fileno(rows->stream), rows->whole) && !fseek(rows->stream, rows->whole, SEEK_SET))
     return FLESH_OK;
-  return flesh_fail(FLESH_ERR_FILE, "%s: cannot be gone on with: %s", rows->path, flesh_path_reason(rows->path, errno));
+  return flesh_fail(FLESH_ERR_FILE, "%s: cannot be continued: %s", rows->path, flesh_path_reason(rows->path, errno));
 }
 
 int flesh_rows_resume(const char *path, long whole, flesh_rows *rows)

@@ -36,7 +36,7 @@ static int run_metis(const flesh_mesh *mesh, int ranks, idx_t *first, idx_t *cor
   const int done = METIS_PartMeshDual(&tets, &nodes, first, corners, NULL, NULL, &shared, &parts, NULL, options, &cut,
                                       of_tets, of_nodes);
   return done == METIS_OK ? FLESH_OK
-                          : flesh_fail(FLESH_ERR_MEMORY, "METIS could not part %d tets for %d ranks", (int)tets, ranks);
+                          : flesh_fail(FLESH_ERR_MEMORY, "METIS could not divide %d tets among %d ranks", (int)tets, ranks);
 }
 
 int flesh_partition_metis(const flesh_mesh *mesh, int ranks, int *part, int *made)

@@ -114,7 +114,7 @@ static int read_rows(flesh_scanner *s, int first, int count, const int *numbers,
     if (tet >= 0 && (numbers ? numbers[tet] : tet) == first + e)
       memcpy(chosen->directions + 3 * (size_t)kept++, row, sizeof row);
   }
-  if (flesh_scan_next(s)) return flesh_scan_fail(s, "the file has more rows than the %d tets that it is about", count);
+  if (flesh_scan_next(s)) return flesh_scan_fail(s, "the file has more rows than the mesh has tets (%d)", count);
   return FLESH_OK;
 }
 

@@ -81,7 +81,7 @@ static int read_equation(content *self, void *integrator, equation *e)
     g = 1 / g;
     factor = -g;
   }
-  if (failed) return flesh_fail(FLESH_ERR_SUNDIALS, "the integrator does not tell its nonlinear system");
+  if (failed) return flesh_fail(FLESH_ERR_SUNDIALS, "the integrator does not provide its nonlinear system");
   *e = (equation){t, g};
   if (!(g > 0)) return flesh_fail(FLESH_ERR_ARGUMENT, "the integrator steps back in time, which is no minimisation");
   int status = read_into(self->motion, predicted, self->predicted);

@@ -80,7 +80,7 @@ static int is_quickened(N_Vector v);
 static double *local_data(N_Vector v, const flesh_team *team, sunindextype n)
 {
   if (!team || !v || team->all == team->nodes || is_quickened(v)) return flesh_vector_data(v, n);
-  flesh_fail(FLESH_ERR_ARGUMENT, "the body is shared out among ranks, and the N_Vector is that of one; it must be one of "
+  flesh_fail(FLESH_ERR_ARGUMENT, "the body is shared out among ranks, and this N_Vector serves one alone; it must be one of "
                                  "N_VNew_Parallel");
   return NULL;
 }

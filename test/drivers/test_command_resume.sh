@@ -167,7 +167,7 @@ what_cannot_go_on_is_refused() {
   done
   cp -r out copy
   sed -i 's/gravity/gravity /' copy/scene.yaml
-  refused 2 'is another scene than that of the checkpoint' --resume copy || return 1
+  refused 2 'differs from the checkpoint.s scene' --resume copy || return 1
   rm -r copy
   cp -r out copy
   printf 'flesh checkpoint 3\nflesh 0.0.1, another\n' >copy/checkpoint.bin

@@ -62,7 +62,7 @@ bodies_are_told_to_pass_through_each_other() {
 
 bodies_that_begin_crossed_are_refused() {
   expect 2 "$flesh" run "$scenes/two_bodies.yaml" --set 'bodies[0].translation=[3, -1.5, 0.5]' --out out/crossed &&
-    has stderr.txt 'go through each other: the edge of the nodes' && has stderr.txt 'of flyer' && has stderr.txt 'of bar'
+    has stderr.txt 'intersect: the edge of the nodes' && has stderr.txt 'of flyer' && has stderr.txt 'of bar'
 }
 
 # With the option they go on; where they are apart, and where not, is told.
@@ -70,7 +70,7 @@ bodies_that_begin_crossed_are_let_apart() {
   crossed='--set bodies[0].translation=[3,-0.9,0.5] --set effects.contact.intersecting=separate --out out/separate'
   expect 0 "$flesh" run "$scenes/two_bodies.yaml" $crossed --set time.end=1/60 &&
     has stdout.txt 'contact: bar goes through flyer at (' && has stdout.txt 'do not touch each other until they are apart' &&
-    has stderr.txt 'surfaces that went through each other at the start (1 place) are not apart (1 place)' &&
+    has stderr.txt 'surfaces that intersect at the start (1 place) are not apart at the end (1 place)' &&
     has out/separate/result.json '"intersecting_at_end": 1' && has out/separate/result.json 'are not apart' || return 1
   expect 0 "$flesh" run "$scenes/two_bodies.yaml" $crossed --set 'bodies[0].velocity=[0,-12,0]' --set time.end=0.3 &&
     has stdout.txt 'the initial overlaps (1 place) were resolved at t = ' &&

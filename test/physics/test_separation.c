@@ -231,7 +231,7 @@ static void without_the_option_they_are_refused(void)
   CHECK_OK(touching_begin(scene_of("static", inside, 0.06, 0.028, 0), (const char *[]){"effects.contact.intersecting=refuse",
                           NULL}, 1000, &m));
   CHECK(flesh_system_check(flesh_scene_system(m.scene), 0, m.state.x) == FLESH_ERR_ARGUMENT);
-  CHECK_TEXT(flesh_error_text(), "go through each other: the edge of the nodes ");
+  CHECK_TEXT(flesh_error_text(), "intersect: the edge of the nodes ");
   CHECK_TEXT(flesh_error_text(), "intersecting: separate");
   touching_end(&m);
   CHECK(touching_begin("body: {" CUBE "}\neffects: [inertia, contact: {plane: {point: [0, 0, -1]}, intersecting: separate}]\n"
@@ -256,7 +256,7 @@ static void tangled_starts_are_refused(void)
   CHECK_TEXT(flesh_error_text(), "the body is inside out at the start, as at the triangle of the nodes ");
   for (int d = 0; d < m.n; d++) x[d] = 0.1 * test_uniform(&state);
   CHECK(flesh_system_check(system, 0, x) == FLESH_ERR_ARGUMENT);
-  CHECK_TEXT(flesh_error_text(), "go through each other");
+  CHECK_TEXT(flesh_error_text(), "intersect");
   int inner = -1, inverted = 0;
   for (int i = 0; i < m.n / 3 && inner < 0; i++)
     if (m.surface.node_place[i] < 0) inner = i;

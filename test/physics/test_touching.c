@@ -211,7 +211,7 @@ static void what_begins_crossed_is_refused(void)
   CHECK_OK(touching_begin(head_on, set, 1000, &m));
   CHECK(flesh_system_check(flesh_scene_system(m.scene), 0, m.state.x) == FLESH_ERR_ARGUMENT);
   CHECK(crossings_count(&m.surface, m.state.x) > 0);
-  CHECK_TEXT(flesh_error_text(), "go through each other: the edge of the nodes ");
+  CHECK_TEXT(flesh_error_text(), "intersect: the edge of the nodes ");
   CHECK_TEXT(flesh_error_text(), " of left");
   CHECK_TEXT(flesh_error_text(), " of right");
   CHECK_TEXT(flesh_error_text(), "must start apart");

@@ -179,7 +179,7 @@ static void files_have_a_row_for_each_tet(void)
                {3, "1 2 three\n", "three"},
                {3, "1 2 nan\n", "nan"},
                {3, "1 2 3 4\n", "fibres.txt:5:"},
-               {96, "1 2 3\n", "fibres.txt:98: the file has more rows than the 96 tets that it is about"}};
+               {96, "1 2 3\n", "fibres.txt:98: the file has more rows than the mesh has tets (96)"}};
   for (int k = 0; k < 6; k++) {
     write_rows(cases[k].rows, cases[k].end);
     CHECK(flesh_fibres_choose(&s, &field, &body, &chosen) == FLESH_ERR_FILE);

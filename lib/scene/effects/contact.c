@@ -77,8 +77,8 @@ static const flesh_key keys[] = {
             "itself), or a list of pairs of names [[a, b], [a, a]]"},
     {.name = "intersecting", .type = FLESH_KEY_CHOICE, AT(intersecting), .choices = intersecting_names,
      .default_value = "refuse",
-     .doc = "surfaces between which there is contact and that go through each other at the start: refuse the scene, or "
-            "separate: they do not touch until they are apart"},
+     .doc = "surfaces in contact that intersect at the start: refuse the scene, or separate: "
+            "ignore contact between them until they are apart"},
     {.name = "motion", .type = FLESH_KEY_OBJECTS, AT(motion), .default_value = "",
      .children = flesh_keyframe_keys, .child_size = sizeof(flesh_keyframe),
      .doc = "keyframes of the obstacle; before the first and after the last it holds still"},
