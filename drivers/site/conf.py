@@ -2,6 +2,7 @@
 
 Called by site.sh, which sets FLESH_SITE_XML (Doxygen's output), FLESH_SITE_VERSION and PYTHONPATH."""
 import os
+import re
 
 from pygments.lexers import TextLexer
 
@@ -35,10 +36,26 @@ html_show_sphinx = False
 html_copy_source = False
 
 
+HEADER = r"""
+## \1
+
+```{eval-rst}
+.. doxygenfile:: \1
+   :sections: briefdescription detaileddescription innerclass enum typedef func var define
+```
+"""
+
+
 def link_to_folder(app, env, node, content):
     """Links to folders of the tree, which are no pages, are their words alone."""
     target = os.path.join(app.srcdir, os.path.dirname(node.get("refdoc", "")), node["reftarget"])
     return content if os.path.exists(target) else None
+
+
+def show_headers(app, docname, source):
+    """A header that a page lists (- [state.h](...)) is shown whole."""
+    if os.path.basename(docname).startswith("c_"):
+        source[0] = re.sub(r"^- \[(\w+\.h)\].*\n", HEADER, source[0], flags=re.M)
 
 
 def plain_docstring(app, what, name, obj, options, lines):
@@ -59,5 +76,6 @@ def plain_docstring(app, what, name, obj, options, lines):
 def setup(app):
     for language in ("csv", "geo"):
         app.add_lexer(language, TextLexer)
+    app.connect("source-read", show_headers)
     app.connect("missing-reference", link_to_folder)
     app.connect("autodoc-process-docstring", plain_docstring)
