@@ -51,10 +51,10 @@ static int make_case(const void *data, int number, flesh_study_case *made)
 {
   const flesh_sweep *sweep = ((const flesh_sweep_work *)data)->sweep;
   *made = (flesh_study_case){.scene = sweep->scene};
-  made->overrides = calloc((size_t)(sweep->set_count + sweep->column_count + 1), sizeof *made->overrides);
+  made->overrides = calloc((size_t)(sweep->set.count + sweep->column_count + 1), sizeof *made->overrides);
   int status = made->overrides ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   if (!status) choose_values(sweep, number, made);
-  for (int s = 0; s < sweep->set_count && !status; s++) status = add_override(made, strdup(sweep->set[s]));
+  for (int s = 0; s < sweep->set.count && !status; s++) status = add_override(made, strdup(sweep->set.texts[s]));
   for (int c = 0; c < sweep->column_count && !status; c++) {
     const char *key = sweep->columns[c].key;
     if (!strcmp(key, "scene")) made->scene = made->values[c];

@@ -54,7 +54,7 @@ static void print_plan(const flesh_sweep *sweep, int shard, int shards)
   printf("%d cases of flesh %s", cases, flesh_sweep_commands[sweep->command]);
   if (shards > 1) printf(" in shard %d/%d of %d", shard, shards, sweep->case_count);
   printf("\nscene: %s\n", sweep->scene ? sweep->scene : "those of the battery");
-  for (int s = 0; s < sweep->set_count; s++) printf("  %s\n", sweep->set[s]);
+  for (int s = 0; s < sweep->set.count; s++) printf("  %s\n", sweep->set.texts[s]);
   for (int g = 0; g < sweep->group_count; g++)
     for (int c = 0; c < sweep->groups[g].columns; c++) {
       const flesh_sweep_column *column = &sweep->columns[sweep->groups[g].first + c];

@@ -11,6 +11,7 @@
 #include "scene/scene.h"
 #include "scene/words.h"
 #include "study/keyed_text.h"
+#include "study/settings.h"
 #include "sweep/spec.h"
 
 /* The most cases of a sweep. */
@@ -19,40 +20,6 @@ enum { CASE_LIMIT = 10000000 };
 typedef flesh_sweep_axis axis;
 typedef flesh_sweep_derived_row derived;
 typedef flesh_sweep_spec spec;
-
-static int is_path(const char *key)
-{
-  const flesh_key *keys = flesh_scene_table, *found = NULL;
-  char word[64];
-  if (!strcmp(key, "scene")) return 1;
-  for (const char *at = key; *at && keys;) {
-    size_t size = strcspn(at, ".[");
-    if (!size || size >= sizeof word) return 0;
-    snprintf(word, sizeof word, "%.*s", (int)size, at);
-    found = flesh_key_named(keys, word);
-    if (!found) return 0;
-    keys = found->children;
-    at += size + (at[size] == '.');
-  }
-  return found && found->type == FLESH_KEY_PATH;
-}
-
-/* The value as --set takes it; paths, which there are relative to the working directory, from the spec's folder. */
-static const char *value_text(flesh_sweep *sweep, const char *key, const flesh_node *node)
-{
-  flesh_text text = {0};
-  const char *slash = strrchr(sweep->path, '/');
-  if (node->kind == FLESH_NODE_SCALAR && is_path(key)) {
-    char *whole = *node->text == '/' || !slash ? flesh_arena_print(&sweep->arena, "%s", node->text)
-                                               : flesh_arena_print(&sweep->arena, "%.*s/%s", (int)(slash - sweep->path),
-                                                                   sweep->path, node->text);
-    if (!whole || !strcmp(key, "scene")) return whole;
-    flesh_text_quote(&text, whole);
-  } else flesh_node_write_flow(node, 1, &text);
-  const char *value = text.failed ? NULL : flesh_arena_print(&sweep->arena, "%s", text.data ? text.data : "");
-  free(text.data);
-  return value;
-}
 
 static int add_column(flesh_sweep *sweep, const axis *a, const flesh_node *node, int count)
 {
@@ -116,7 +83,7 @@ static int fill_column(flesh_sweep *sweep, const axis *a, int count)
   const flesh_node *node = a->values ? a->values->first : NULL;
   for (int k = 0; k < count; k++) {
     column->nodes[k] = node;
-    column->values[k] = node ? value_text(sweep, a->key, node)
+    column->values[k] = node ? flesh_setting_value(&sweep->arena, sweep->path, a->key, node)
                              : range_text(sweep, a, count > 1 ? (double)k / (count - 1) : 0);
     if (!column->values[k]) return flesh_sweep_no_memory();
     if (node) node = node->next;
@@ -170,7 +137,7 @@ static int read_sample(flesh_sweep *sweep, const axis *a, const flesh_node *node
       if (part->values) {
         int item = (int)(u * count);
         column->nodes[k] = flesh_node_item(part->values, item < count ? item : count - 1);
-        column->values[k] = value_text(sweep, part->key, column->nodes[k]);
+        column->values[k] = flesh_setting_value(&sweep->arena, sweep->path, part->key, column->nodes[k]);
       } else column->values[k] = range_text(sweep, part, u);
       if (!column->values[k]) status = flesh_sweep_no_memory();
     }
@@ -205,25 +172,6 @@ static int read_axis(flesh_sweep *sweep, const axis *a, const flesh_node *node)
   return FLESH_OK;
 }
 
-static int read_set(flesh_sweep *sweep, const flesh_node *set)
-{
-  char shown[FLESH_SHOW_SIZE];
-  if (!set || flesh_node_is_null(set)) return FLESH_OK;
-  if (set->kind != FLESH_NODE_MAPPING)
-    return flesh_node_fail(set, "set is %s; it must be a mapping such as {time.end: 1}", flesh_node_show(set, shown));
-  sweep->set = flesh_arena_take(&sweep->arena, sizeof(char *) * (size_t)set->count);
-  sweep->set_nodes = flesh_arena_take(&sweep->arena, sizeof(flesh_node *) * (size_t)set->count);
-  if (!sweep->set || !sweep->set_nodes) return flesh_sweep_no_memory();
-  for (const flesh_node *child = set->first; child; child = child->next) {
-    const char *value = value_text(sweep, child->key, child);
-    const char *text = value ? flesh_arena_print(&sweep->arena, "%s=%s", child->key, value) : NULL;
-    if (!text) return flesh_sweep_no_memory();
-    sweep->set_nodes[sweep->set_count] = child;
-    sweep->set[sweep->set_count++] = text;
-  }
-  return FLESH_OK;
-}
-
 static int read_arguments(flesh_sweep *sweep, const flesh_node *list)
 {
   char shown[FLESH_SHOW_SIZE];
@@ -244,15 +192,6 @@ static int read_arguments(flesh_sweep *sweep, const flesh_node *list)
   return FLESH_OK;
 }
 
-/* A column's name is a word of SQL, so that nobody has to quote it. */
-static int check_name(const flesh_node *node, const char *name)
-{
-  static const char letters[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_0123456789";
-  if (strspn(name, letters) == strlen(name) && !(*name >= '0' && *name <= '9')) return FLESH_OK;
-  char shown[FLESH_SHOW_SIZE];
-  return flesh_node_fail(node, "name is %s; it must be of letters, digits and _", flesh_word_show(name, shown));
-}
-
 static int taken(const flesh_sweep *sweep, int except, const char *name)
 {
   for (int c = 0; c < sweep->column_count; c++)
@@ -265,7 +204,7 @@ static int name_columns(flesh_sweep *sweep)
   for (int c = 0; c < sweep->column_count; c++) {
     flesh_sweep_column *column = &sweep->columns[c];
     if (column->name) {
-      int status = check_name(flesh_node_find(column->place, "name"), column->name);
+      int status = flesh_setting_check_name(flesh_node_find(column->place, "name"), column->name);
       if (status) return status;
       if (taken(sweep, c, column->name))
         return flesh_node_fail(column->place, "two columns are named %s", column->name);
@@ -283,7 +222,7 @@ static int name_columns(flesh_sweep *sweep)
       if (other != c && !strcmp(sweep->columns[other].key, column->key))
         return flesh_node_fail(column->place, "%s varies on two axes", column->key);
     if (taken(sweep, c, column->name)) column->name = whole;
-    int status = check_name(column->place, column->name);
+    int status = flesh_setting_check_name(column->place, column->name);
     if (status) return status;
   }
   return FLESH_OK;
@@ -297,7 +236,7 @@ static int read_derived(flesh_sweep *sweep, const spec *s, const flesh_node *roo
   sweep->derived = flesh_arena_take(&sweep->arena, sizeof *sweep->derived * (size_t)s->columns.count);
   if (!sweep->derived) return flesh_sweep_no_memory();
   for (int k = 0; k < s->columns.count; k++, node = node->next) {
-    int status = check_name(node, rows[k].name);
+    int status = flesh_setting_check_name(node, rows[k].name);
     if (status) return status;
     sweep->derived[sweep->derived_count++] = (flesh_study_derived){rows[k].name, rows[k].is, node};
   }
@@ -323,7 +262,7 @@ static int make(flesh_sweep *sweep, const spec *s, const flesh_node *root)
   const flesh_node *place = flesh_node_find(root, "axes");
   place = place ? place->first : NULL;
   int status = read_arguments(sweep, s->arguments);
-  if (!status) status = read_set(sweep, s->set);
+  if (!status) status = flesh_settings_read(&sweep->arena, sweep->path, s->set, &sweep->set);
   for (int a = 0; !status && a < s->axes.count; a++, place = place->next) status = read_axis(sweep, &axes[a], place);
   for (int c = 0; !status && c < sweep->column_count && s->command == FLESH_SWEEP_HARDCASES; c++)
     if (!strcmp(sweep->columns[c].key, "scene")) status = flesh_node_fail(sweep->columns[c].place, "%s", no_scene);

@@ -6,9 +6,9 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "base/scan.h"
 #include "scene/keys.h"
 #include "scene/scene.h"
+#include "study/settings.h"
 #include "sweep/spec.h"
 
 typedef flesh_sweep_axis axis;
@@ -92,52 +92,24 @@ const flesh_key flesh_sweep_spec_table[] = {
     {.name = NULL},
 };
 
-static void describe(FILE *stream, const flesh_key *keys, int indent)
-{
-  char expected[FLESH_EXPECTATION_SIZE];
-  for (; keys->name; keys++) {
-    int nested = keys->children && keys->children != axis_table;
-    fprintf(stream, "%*s%-*s %s", indent, "", 14 - indent, keys->name, keys->doc);
-    if (keys->type == FLESH_KEY_CHOICE || keys->type == FLESH_KEY_NUMBER || keys->type == FLESH_KEY_INTEGER)
-      fprintf(stream, " (%s)", flesh_key_expectation(keys, expected));
-    if (keys->default_value && *keys->default_value && !keys->children && !strstr(keys->default_value, "inf"))
-      fprintf(stream, "; default %s", keys->default_value);
-    putc('\n', stream);
-    if (nested) describe(stream, keys->children, indent + 2);
-  }
-}
-
 void flesh_sweep_describe_keys(FILE *stream)
 {
   fputs("Keys of a spec:\n", stream);
-  describe(stream, flesh_sweep_spec_table, 2);
+  flesh_settings_describe(stream, flesh_sweep_spec_table, axis_table);
   fputs("Keys of an axis:\n", stream);
-  describe(stream, axis_table, 2);
+  flesh_settings_describe(stream, axis_table, axis_table);
 }
 
 int flesh_sweep_no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory while reading a sweep"); }
 
-static int check(const flesh_node *node, const char *scene, int count, const char **overrides)
-{
-  int status = flesh_scene_check_keys(scene, count, overrides);
-  if (!status) return FLESH_OK;
-  /* The spec's place instead of the words that a command line would have had. */
-  char words[1600], prefix[1600];
-  snprintf(words, sizeof words, "%s", flesh_error_text());
-  snprintf(prefix, sizeof prefix, "--set %s: ", count ? overrides[count - 1] : "");
-  const char *rest = strncmp(words, prefix, strlen(prefix)) ? words : words + strlen(prefix);
-  flesh_fail(status, "%s", rest);
-  return flesh_node_fail_within(status, node, "%s", "");
-}
-
 int flesh_sweep_check_values(flesh_sweep *sweep)
 {
   if (sweep->command == FLESH_SWEEP_HARDCASES) return FLESH_OK; /* its cases' scenes are made when they are run */
-  const char **overrides = calloc((size_t)sweep->set_count + 1, sizeof *overrides);
+  const char **overrides = calloc((size_t)sweep->set.count + 1, sizeof *overrides);
   int status = overrides ? FLESH_OK : flesh_sweep_no_memory();
-  for (int s = 0; !status && s <= sweep->set_count; s++) {
-    if (s) overrides[s - 1] = sweep->set[s - 1];
-    status = check(s ? sweep->set_nodes[s - 1] : sweep->scene_node, sweep->scene, s, overrides);
+  for (int s = 0; !status && s <= sweep->set.count; s++) {
+    if (s) overrides[s - 1] = sweep->set.texts[s - 1];
+    status = flesh_settings_check(s ? sweep->set.nodes[s - 1] : sweep->scene_node, sweep->scene, s, overrides);
   }
   for (int g = 0; !status && g < sweep->group_count; g++)
     for (int c = 0; !status && c < sweep->groups[g].columns; c++) {
@@ -153,26 +125,15 @@ int flesh_sweep_check_values(flesh_sweep *sweep)
         if (!text) status = flesh_sweep_no_memory();
         else {
           sprintf(text, "%s=%s", column->key, column->values[k]);
-          overrides[sweep->set_count] = text;
-          status = check(last ? last : column->place, is_scene ? column->values[k] : sweep->scene,
-                         sweep->set_count + !is_scene, overrides);
+          overrides[sweep->set.count] = text;
+          status = flesh_settings_check(last ? last : column->place, is_scene ? column->values[k] : sweep->scene,
+                         sweep->set.count + !is_scene, overrides);
         }
         free(text);
       }
     }
   free(overrides);
   return status;
-}
-
-static int hash_file(SHA2_CTX *context, const char *path)
-{
-  char *text;
-  size_t size;
-  int status = flesh_file_load(path, &text, &size);
-  if (status) return status;
-  SHA256Update(context, (const uint8_t *)text, size);
-  free(text);
-  return FLESH_OK;
 }
 
 static void hash_text(SHA2_CTX *context, const char *text)
@@ -186,7 +147,7 @@ static void hash_common(SHA2_CTX *context, const flesh_sweep *sweep)
   char numbers[120];
   snprintf(numbers, sizeof numbers, "%d %d %d %.17g", sweep->command, sweep->repeats > 1, sweep->seed, sweep->max_seconds);
   hash_text(context, numbers);
-  for (int k = 0; k < sweep->set_count; k++) hash_text(context, sweep->set[k]);
+  for (int k = 0; k < sweep->set.count; k++) hash_text(context, sweep->set.texts[k]);
   for (int k = 0; k < sweep->argument_count; k++) hash_text(context, sweep->arguments[k]);
   for (int k = 0; k < sweep->column_count; k++)
     hash_text(context, sweep->columns[k].name), hash_text(context, sweep->columns[k].key);
@@ -201,12 +162,12 @@ int flesh_sweep_make_fingerprint(flesh_sweep *sweep)
   /* Folders of cases have the numbers of the spec's cases, which must stay. */
   if (flesh_sweep_has_folders(sweep)) hash_text(&context, sweep->text);
   else hash_common(&context, sweep);
-  int status = sweep->scene ? hash_file(&context, sweep->scene) : FLESH_OK;
+  int status = sweep->scene ? flesh_settings_hash_file(&context, sweep->scene) : FLESH_OK;
   for (int g = 0; !status && g < sweep->group_count; g++)
     for (int c = 0; !status && c < sweep->groups[g].columns; c++) {
       const flesh_sweep_column *column = &sweep->columns[sweep->groups[g].first + c];
       for (int k = 0; !strcmp(column->key, "scene") && !status && k < sweep->groups[g].count; k++)
-        status = hash_file(&context, column->values[k]);
+        status = flesh_settings_hash_file(&context, column->values[k]);
     }
   SHA256End(&context, sweep->fingerprint);
   return status;

@@ -7,6 +7,7 @@
 
 #include "base/key.h"
 #include "scene/node.h"
+#include "study/settings.h"
 #include "study/study.h"
 
 typedef enum flesh_sweep_command {
@@ -44,9 +45,7 @@ typedef struct flesh_sweep {
   int command;              /* flesh_sweep_command */
   const char *scene;        /* path */
   const flesh_node *scene_node;
-  int set_count;            /* constants of all cases, "key=value" */
-  const char **set;
-  const flesh_node **set_nodes;
+  flesh_settings set;       /* constants of all cases */
   int argument_count; /* further words of the command line of drift, accuracy and hardcases */
   const char **arguments;
   int column_count, group_count;

@@ -1,0 +1,115 @@
+/* settings.c: keys of scenes that specs set. */
+#include "study/settings.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "base/scan.h"
+#include "scene/keys.h"
+#include "scene/scene.h"
+
+static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory while reading a spec"); }
+
+static int is_path(const char *key)
+{
+  const flesh_key *keys = flesh_scene_table, *found = NULL;
+  char word[64];
+  if (!strcmp(key, "scene")) return 1;
+  for (const char *at = key; *at && keys;) {
+    size_t size = strcspn(at, ".[");
+    if (!size || size >= sizeof word) return 0;
+    snprintf(word, sizeof word, "%.*s", (int)size, at);
+    found = flesh_key_named(keys, word);
+    if (!found) return 0;
+    keys = found->children;
+    at += size + (at[size] == '.');
+  }
+  return found && found->type == FLESH_KEY_PATH;
+}
+
+const char *flesh_setting_value(flesh_arena *arena, const char *spec, const char *key, const flesh_node *node)
+{
+  flesh_text text = {0};
+  const char *slash = strrchr(spec, '/');
+  if (node->kind == FLESH_NODE_SCALAR && is_path(key)) {
+    char *whole = *node->text == '/' || !slash
+                      ? flesh_arena_print(arena, "%s", node->text)
+                      : flesh_arena_print(arena, "%.*s/%s", (int)(slash - spec), spec, node->text);
+    if (!whole || !strcmp(key, "scene")) return whole;
+    flesh_text_quote(&text, whole);
+  } else flesh_node_write_flow(node, 1, &text);
+  const char *value = text.failed ? NULL : flesh_arena_print(arena, "%s", text.data ? text.data : "");
+  free(text.data);
+  return value;
+}
+
+int flesh_settings_read(flesh_arena *arena, const char *spec, const flesh_node *set, flesh_settings *settings)
+{
+  char shown[FLESH_SHOW_SIZE];
+  if (!set || flesh_node_is_null(set)) return FLESH_OK;
+  if (set->kind != FLESH_NODE_MAPPING)
+    return flesh_node_fail(set, "set is %s; it must be a mapping such as {time.end: 1}", flesh_node_show(set, shown));
+  settings->texts = flesh_arena_take(arena, sizeof(char *) * (size_t)set->count);
+  settings->nodes = flesh_arena_take(arena, sizeof(flesh_node *) * (size_t)set->count);
+  if (!settings->texts || !settings->nodes) return no_memory();
+  for (const flesh_node *child = set->first; child; child = child->next) {
+    const char *value = flesh_setting_value(arena, spec, child->key, child);
+    const char *text = value ? flesh_arena_print(arena, "%s=%s", child->key, value) : NULL;
+    if (!text) return no_memory();
+    settings->nodes[settings->count] = child;
+    settings->texts[settings->count++] = text;
+  }
+  return FLESH_OK;
+}
+
+int flesh_settings_check(const flesh_node *place, const char *scene, int count, const char **overrides)
+{
+  int status = flesh_scene_check_keys(scene, count, overrides);
+  if (!status) return FLESH_OK;
+  /* The spec's place instead of the words that a command line would have had. */
+  char words[1600], prefix[1600];
+  snprintf(words, sizeof words, "%s", flesh_error_text());
+  snprintf(prefix, sizeof prefix, "--set %s: ", count ? overrides[count - 1] : "");
+  const char *rest = strncmp(words, prefix, strlen(prefix)) ? words : words + strlen(prefix);
+  flesh_fail(status, "%s", rest);
+  return flesh_node_fail_within(status, place, "%s", "");
+}
+
+int flesh_setting_check_name(const flesh_node *place, const char *name)
+{
+  static const char letters[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_0123456789";
+  if (strspn(name, letters) == strlen(name) && !(*name >= '0' && *name <= '9')) return FLESH_OK;
+  char shown[FLESH_SHOW_SIZE];
+  return flesh_node_fail(place, "name is %s; it must be of letters, digits and _", flesh_word_show(name, shown));
+}
+
+static void describe(FILE *stream, const flesh_key *keys, const flesh_key *apart, int indent)
+{
+  char expected[FLESH_EXPECTATION_SIZE];
+  for (; keys->name; keys++) {
+    fprintf(stream, "%*s%-*s %s", indent, "", 14 - indent, keys->name, keys->doc);
+    if (keys->type == FLESH_KEY_CHOICE || keys->type == FLESH_KEY_NUMBER || keys->type == FLESH_KEY_INTEGER)
+      fprintf(stream, " (%s)", flesh_key_expectation(keys, expected));
+    if (keys->default_value && *keys->default_value && !keys->children && !strstr(keys->default_value, "inf"))
+      fprintf(stream, "; default %s", keys->default_value);
+    putc('\n', stream);
+    if (keys->children && keys->children != apart) describe(stream, keys->children, apart, indent + 2);
+  }
+}
+
+void flesh_settings_describe(FILE *stream, const flesh_key *keys, const flesh_key *apart)
+{
+  describe(stream, keys, apart, 2);
+}
+
+int flesh_settings_hash_file(SHA2_CTX *context, const char *path)
+{
+  char *text;
+  size_t size;
+  int status = flesh_file_load(path, &text, &size);
+  if (status) return status;
+  SHA256Update(context, (const uint8_t *)text, size);
+  free(text);
+  return FLESH_OK;
+}

@@ -1,0 +1,35 @@
+/* settings.h: what specs share that set keys of scenes: values as --set takes them, and whether scenes take them. */
+#ifndef FLESH_STUDY_SETTINGS_H
+#define FLESH_STUDY_SETTINGS_H
+
+#include <sha256.h>
+#include <stdio.h>
+
+#include "base/key.h"
+#include "scene/node.h"
+
+/* Keys and their values, "key=value", with the places of the values in the spec. */
+typedef struct flesh_settings {
+  int count;
+  const char **texts;
+  const flesh_node **nodes;
+} flesh_settings;
+
+/* The value of a key as --set takes it; paths, which there are relative to the working directory, from the folder of the
+ * spec. `key` may be "scene". NULL without memory. */
+const char *flesh_setting_value(flesh_arena *arena, const char *spec, const char *key, const flesh_node *value);
+/* Reads a mapping of keys to values, which may be NULL or empty. FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
+int flesh_settings_read(flesh_arena *arena, const char *spec, const flesh_node *set, flesh_settings *settings);
+
+/* Whether the scene's keys take the overrides, the last of which stands at `place`, where an error is reported. */
+int flesh_settings_check(const flesh_node *place, const char *scene, int count, const char **overrides);
+/* FLESH_ERR_ARGUMENT for a name that is no word of letters, digits and _, or begins with a digit. */
+int flesh_setting_check_name(const flesh_node *place, const char *name);
+
+/* Prints a table of keys for the help, with those below them; `apart`: a table that is printed by itself. */
+void flesh_settings_describe(FILE *stream, const flesh_key *keys, const flesh_key *apart);
+
+/* Adds a file to a digest. */
+int flesh_settings_hash_file(SHA2_CTX *context, const char *path);
+
+#endif
