@@ -12,6 +12,7 @@
   ROW(hardcases, "put solver settings through a battery of hard cases") \
   ROW(bench, "measure flesh against the limits of this machine") \
   ROW(sweep, "run many cases from one spec into one database") \
+  ROW(fit, "fit parameters of scenes to measurements") \
   ROW(material, "compare the energies along simple deformations") \
   ROW(snap, "draw frames of runs side by side") \
   ROW(film, "film runs side by side") \

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""allocations.py: every k-th allocation of `mesh`, `check`, `run`, `snap`, `report` and `sweep` fails, alone and with all after it.
+"""allocations.py: every k-th allocation of `mesh`, `check`, `run`, `snap`, `report`, `sweep` and `fit` fails, alone and with all after it.
 
   FLESH=build/drivers/flesh FAIL_ALLOCATION=build/test/libfail_allocation.so python3 test/campaign/allocations.py
   ... --full          every k in place of every 29th
@@ -26,12 +26,24 @@ SCENE = """body: {mesh: bar.msh, material: {energy: S, young: 1e5, poisson: 0.45
 effects: [{inertia: {}}, {gravity: {}}, {pin: {box: [[-1, -1, -1], [1e-9, 2, 2]]}}]
 time: {step: 1/60, end: 1/30}
 """
+SPEC = """scene: bar.yaml
+keep: true
+axes: [{key: time.end, name: end, values: [1/60, 1/30]}]
+"""
+FIT = """experiments:
+  - name: bar
+    scene: bar.yaml
+    set: {effects.inertia: null, time: {method: static, step: 1, end: 1}}
+    measured: [{positions: fit.csv, deviation: 1e-2}]
+parameters: [{key: body.material.young, start: 4e5, spacing: logarithmic}]
+"""
 COMMANDS = {
     "mesh": ["mesh", "convert", "bar.msh", "new/made.node"],
     "check": ["check", "bar.yaml"],
     "run": ["run", "bar.yaml", "--out", "new/out", "--quiet"],
     "snap": ["snap", "run", "--out", "new/picture.png", "--width", "64"],
     "report": ["report", "run", "--out", "new/report.html"],
+    "fit": ["fit", "fit.yaml", "--out", "new/out", "--quiet"],
     "sweep": ["sweep", "spec.yaml", "--out", "new/out", "--jobs", "1", "--quiet"],
 }
 # What differs from run to run.
@@ -63,7 +75,8 @@ def attempt(folder, words, at, on, count=None):
     new = os.path.join(folder, "new")
     shutil.rmtree(new, ignore_errors=True)
     os.mkdir(new)
-    env = {**os.environ, "LD_PRELOAD": SHIM, "FLESH_FAIL_AT": str(at), "FLESH_FAIL_ON": str(on)}
+    env = {**os.environ, "LD_PRELOAD": SHIM, "FLESH_FAIL_AT": str(at), "FLESH_FAIL_ON": str(on),
+           "PATH": "/nowhere"}  # as gnuplot, which draws the fit, would lack memory, too
     if count:
         env["FLESH_FAIL_COUNT"] = count
     process = subprocess.Popen([FLESH, *words], cwd=folder, env=env, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
@@ -122,8 +135,7 @@ def main():
     folder = tempfile.mkdtemp(prefix="flesh-allocations-", dir=os.environ.get("TMPDIR", "/dev/shm"))
     all_faults = all_tried = 0
     try:
-        for name, text in ("bar.yaml", SCENE), ("spec.yaml", "scene: bar.yaml\nkeep: true\naxes: [{key: time.end, name: end, "
-                                                             "values: [1/60, 1/30]}]\n"):
+        for name, text in {"bar.yaml": SCENE, "fit.yaml": FIT, "fit.csv": "X,Y,Z,x,z\n2,0.5,0.5,2,0\n", "spec.yaml": SPEC}.items():
             with open(os.path.join(folder, name), "w", encoding="utf-8") as file:
                 file.write(text)
         for words in ["mesh", "box", "--cells", "2,1,1", "--size", "2,1,1", "--out", "bar.msh"], ["run", "bar.yaml", "--out", "run"]:

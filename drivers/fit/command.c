@@ -1,0 +1,112 @@
+/* command.c: `flesh fit SPEC`: fits parameters of scenes to measurements. */
+#include "commands.h"
+
+#include <stdlib.h>
+
+#include "base/confine.h"
+#include "base/error.h"
+#include "cli/inputs.h"
+#include "cli/interrupt.h"
+#include "cli/options.h"
+#include "cli/output.h"
+#include "fit/fit.h"
+#include "picture/plot.h"
+
+static const char details[] =
+    "Finds the parameters with which scenes come closest to measurements, as SPEC, in YAML, says: experiments (each a\n"
+    "scene with what was measured of it), and parameters (keys of the scenes). Writes into DIR: result.json (parameters\n"
+    "with standard errors, 95 % intervals, covariance and correlation; what is not determined, in words), fit.csv (each\n"
+    "measured number with the fitted one), fit.png, scenes/ (fitted), runs/ (the last run of each experiment) and points/\n"
+    "(every run: what --resume goes on with).\n\n"
+    "  experiments:\n"
+    "    - name: pull\n"
+    "      scene: pull.yaml\n"
+    "      measured: [{probes: pull.csv, deviation: 1e-4}]\n"
+    "  parameters:\n"
+    "    - {key: body.material.young, start: 5e4, from: 1e3, to: 1e6, spacing: logarithmic}\n"
+    "    - {key: body.material.poisson, start: 0.3, from: 0, to: 0.49}\n\n";
+
+/* The keys as text for the help; new. */
+static char *make_details(void)
+{
+  char *text = NULL;
+  size_t size;
+  FILE *stream = open_memstream(&text, &size);
+  if (!stream) return NULL;
+  fputs(details, stream);
+  flesh_fit_describe_keys(stream);
+  fclose(stream);
+  return text;
+}
+
+/* Nothing that is written may replace what is read. */
+static int spare_inputs(const flesh_fit *fit)
+{
+  static const char *const names[] = {"result.json", "fit.csv", "fit.dat", "fit.gp", "fit.png", NULL};
+  static const char *const folders[] = {"points", "runs", "scenes", NULL};
+  flesh_inputs inputs = {0};
+  flesh_inputs_add(&inputs, fit->path);
+  for (int e = 0; e < fit->experiment_count; e++) {
+    flesh_inputs_add(&inputs, fit->experiments[e].scene);
+    for (int k = 0; k < fit->experiments[e].measured_count; k++) flesh_inputs_add(&inputs, fit->experiments[e].measured[k].path);
+  }
+  const int status = flesh_inputs_spare_in(&inputs, fit->out, names, folders);
+  flesh_inputs_close(&inputs);
+  return status;
+}
+
+/* The search, and what is written of it. */
+static int find(flesh_fit *fit, int resume)
+{
+  flesh_fit_found found = {0};
+  flesh_fit_statistics statistics = {0};
+  int status = FLESH_OK;
+  for (int e = 0; e < fit->experiment_count && !status; e++) status = flesh_fit_try(fit, e);
+  if (!status) status = flesh_fit_runs_open(fit, resume);
+  if (status) return status;
+  status = flesh_fit_search(fit, &found);
+  if (status) flesh_fit_write_ended(fit, status);
+  else status = flesh_fit_judge(fit, &found, &statistics);
+  if (!status) status = flesh_fit_write(fit, &found, &statistics);
+  if (!status) status = flesh_plot_accept("fit", flesh_fit_draw(fit, &found));
+  if (!status && !found.converged) status = flesh_fail(FLESH_ERR_SOLVE, "%s; %s/result.json has it so far", found.words, fit->out);
+  flesh_fit_statistics_close(&statistics);
+  flesh_fit_found_close(&found);
+  return status;
+}
+
+static int read_and_find(const char *path, flesh_fit *fit, int resume)
+{
+  flesh_folder_claim claim = {.descriptor = -1};
+  flesh_interrupt_watch();
+  int status = flesh_fit_read(path, fit);
+  if (!status) status = flesh_confine(fit->out);
+  if (!status) status = flesh_output_claim(fit->out, "fit", &claim);
+  if (!status) status = spare_inputs(fit);
+  if (!status) status = find(fit, resume);
+  const int code = status ? flesh_command_fail("fit", status) : 0;
+  flesh_folder_claim_release(&claim);
+  flesh_fit_close(fit);
+  return status == FLESH_ERR_INTERRUPTED ? flesh_interrupt_exit_code() : code;
+}
+
+int flesh_command_fit(int argc, char **argv)
+{
+  flesh_fit fit = {.out = "out/fit", .argc = argc};
+  int resume = 0, count;
+  const flesh_option rows[] = {{"out", "DIR", FLESH_OPTION_TEXT, &fit.out, "folder of the results (default out/fit)"},
+                               {"resume", NULL, FLESH_OPTION_SWITCH, &resume, "go on with the runs in DIR/points, or begin"},
+                               {"quiet", NULL, FLESH_OPTION_SWITCH, &fit.quiet, "print errors only"},
+                               {0}};
+  char *text = make_details(), **words = malloc(((size_t)argc + 1) * sizeof *words);
+  for (int k = 0; k <= argc && words; k++) words[k] = argv[k]; /* reading permutes them */
+  const flesh_usage usage = {"fit", "SPEC", "Fits parameters of scenes to measurements.", text, 1, 1, rows, NULL,
+                             FLESH_EXITS_OF_SOLVES | FLESH_EXITS_OF_INTERRUPTS};
+  fit.argv = words;
+  if (!words) fit.argc = 0;
+  int code = flesh_options_read(&usage, argc, argv, &count);
+  if (code == FLESH_OPTIONS_GO_ON) code = read_and_find(argv[1], &fit, resume);
+  free(words);
+  free(text);
+  return code;
+}

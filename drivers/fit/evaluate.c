@@ -1,0 +1,96 @@
+/* evaluate.c: what is measured, and its derivatives by the parameters, at given parameters. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "fit/fit.h"
+
+/* The step of central differences in q: their error is of its square, and the solves' is over it. */
+static const double difference = 1e-3;
+
+void flesh_fit_difference(const flesh_fit_parameter *parameter, double p, double *low, double *high)
+{
+  const double q = flesh_fit_q_of(parameter, p);
+  *low = fmax(flesh_fit_p_of(parameter, q - difference), parameter->from);
+  *high = fmin(flesh_fit_p_of(parameter, q + difference), parameter->to);
+}
+
+static int run_changed(flesh_fit *fit, int experiment, double *p, int k, double value, double *values, int *good)
+{
+  const flesh_fit_run *run;
+  const double kept = p[k];
+  p[k] = value;
+  const int status = flesh_fit_run_at(fit, experiment, p, &run);
+  p[k] = kept;
+  *good = !status && run->values;
+  if (*good) memcpy(values, run->values, (size_t)fit->experiments[experiment].count * sizeof *values);
+  return status;
+}
+
+/* A column of the Jacobian by a central difference, a one-sided one at a bound and where a run fails. `room` is for two
+ * runs. */
+static int differentiate(flesh_fit *fit, int experiment, double *p, int k, double *room, double *jacobian, int *good)
+{
+  const flesh_fit_experiment *e = &fit->experiments[experiment];
+  const flesh_fit_parameter *parameter = &fit->parameters[k];
+  double ends[2];
+  flesh_fit_difference(parameter, p[k], &ends[0], &ends[1]);
+  int whole = 1;
+  for (int s = 0; s < 2; s++) {
+    int fine, status = run_changed(fit, experiment, p, k, ends[s], room + s * e->count, &fine);
+    if (!status && !fine && ends[s] != p[k]) {
+      whole = 0;
+      ends[s] = p[k];
+      status = run_changed(fit, experiment, p, k, p[k], room + s * e->count, &fine);
+    }
+    if (status) return status;
+    *good &= fine;
+  }
+  *good &= whole || ends[0] != ends[1];
+  const double h = (flesh_fit_q_of(parameter, ends[1]) - flesh_fit_q_of(parameter, ends[0])) * flesh_fit_slope(parameter, p[k]);
+  for (int i = 0; i < e->count && *good; i++)
+    jacobian[(size_t)(e->first + i) * (size_t)fit->parameter_count + (size_t)k] = (room[e->count + i] - room[i]) / h;
+  return FLESH_OK;
+}
+
+static int differentiate_all(flesh_fit *fit, int experiment, const double *given, double *jacobian, int *good)
+{
+  const flesh_fit_experiment *e = &fit->experiments[experiment];
+  double *room = malloc(2 * (size_t)e->count * sizeof *room), *p = malloc((size_t)fit->parameter_count * sizeof *p);
+  int status = room && p ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory for derivatives");
+  if (!status) memcpy(p, given, (size_t)fit->parameter_count * sizeof *p);
+  for (int k = 0; k < fit->parameter_count && !status && *good; k++)
+    if (e->acts[k]) status = differentiate(fit, experiment, p, k, room, jacobian, good);
+  free(room);
+  free(p);
+  return status;
+}
+
+int flesh_fit_evaluate(flesh_fit *fit, const double *p, double *values, double *jacobian, int *good,
+                       char why[FLESH_FIT_WORDS])
+{
+  int status = FLESH_OK;
+  *good = 1;
+  if (jacobian) memset(jacobian, 0, (size_t)fit->count * (size_t)fit->parameter_count * sizeof *jacobian);
+  for (int k = 0; k < fit->experiment_count && !status && *good; k++) {
+    const flesh_fit_experiment *e = &fit->experiments[k];
+    const flesh_fit_run *run;
+    status = flesh_fit_run_at(fit, k, p, &run);
+    if (status) return status;
+    *good = run->values != NULL;
+    if (!*good) snprintf(why, FLESH_FIT_WORDS, "the experiment %.60s: %.300s", e->name, run->message);
+    else memcpy(values + e->first, run->values, (size_t)e->count * sizeof *values);
+    if (*good && jacobian) {
+      status = flesh_fit_tangents_at(fit, k, p, &run);
+      if (status) return status;
+      if (run->tangents)
+        memcpy(jacobian + (size_t)e->first * (size_t)fit->parameter_count, run->tangents,
+               (size_t)e->count * (size_t)fit->parameter_count * sizeof *jacobian);
+      else status = differentiate_all(fit, k, p, jacobian, good);
+      if (!status && !*good)
+        snprintf(why, FLESH_FIT_WORDS, "the experiment %.60s cannot be run with parameters a little larger or smaller", e->name);
+    }
+  }
+  return status;
+}

@@ -1,0 +1,211 @@
+/* fit.h: parameters of scenes fitted to measurements: what a spec says, runs and their derivatives at parameters, the search,
+ * and what follows from its end. */
+#ifndef FLESH_FIT_FIT_H
+#define FLESH_FIT_FIT_H
+
+#include <jansson.h>
+
+#include "fit/statistics.h"
+#include "plot/curves.h"
+#include "study/fingerprint.h"
+#include "study/settings.h"
+
+enum { FLESH_FIT_PARAMETERS = 256, FLESH_FIT_WORDS = 400 };
+
+/* Tables of a run whose numbers are compared with measured ones, in the order of the spec's keys. */
+typedef enum flesh_fit_table { FLESH_FIT_OF_PROBES, FLESH_FIT_OF_HISTORY, FLESH_FIT_OF_POSITIONS } flesh_fit_table;
+
+/* In the order of the names of spacings. */
+enum { FLESH_FIT_LINEAR, FLESH_FIT_LOGARITHMIC };
+
+/* A key that is fitted. The search goes on in q: log(value) where `spacing` is logarithmic, else value / scale. */
+typedef struct flesh_fit_parameter {
+  char *key, *name;
+  double start, from, to, scale; /* from, to: bounds, may be infinite */
+  int spacing;
+  const flesh_node *experiment_list; /* NULL: all */
+  const flesh_node *place;
+} flesh_fit_parameter;
+
+/* A measured number. */
+typedef struct flesh_fit_datum {
+  int quantity, row; /* of its file; the row among those of data */
+  double t;          /* s; NaN: at the run's end */
+  double value, deviation;
+} flesh_fit_datum;
+
+/* A point of a body, by nodes and their weights. */
+typedef struct flesh_fit_point {
+  int count, nodes[10];
+  double weights[10];
+} flesh_fit_point;
+
+typedef struct flesh_fit_quantity {
+  char name[FLESH_CSV_NAME], unit[FLESH_CSV_NAME];
+} flesh_fit_quantity;
+
+/* A file of measurements. */
+typedef struct flesh_fit_measured {
+  int table; /* flesh_fit_table */
+  const char *path;
+  const flesh_node *place;
+  int quantity_count;
+  flesh_fit_quantity *quantities;
+  int count;
+  flesh_fit_datum *data;
+  int row_count;
+  flesh_fit_point *points; /* [row_count] of positions; else NULL */
+} flesh_fit_measured;
+
+/* The equilibria of the last run of an experiment from which what was measured is taken, for tangents there. */
+typedef struct flesh_fit_kept {
+  double *p; /* [parameters] of the run; NULL: none is kept */
+  int count, room;
+  flesh_state *states; /* [count] ascending in time, with arrays of their own */
+  int has_start;       /* the first is the run's start, which is no equilibrium and depends on no parameter */
+  double before;       /* s; the time of the row before the last one, kept or not */
+} flesh_fit_kept;
+
+typedef struct flesh_fit_experiment {
+  const char *name, *scene;
+  const flesh_node *place, *scene_place;
+  flesh_settings set; /* the fit's own before the spec's */
+  int nodes;
+  double start, end; /* s */
+  int measured_count;
+  flesh_fit_measured *measured;
+  int first, count; /* of its measured numbers among all */
+  char fingerprint[FLESH_STUDY_FINGERPRINT];
+  json_t *inputs; /* for the provenance */
+  unsigned char acts[FLESH_FIT_PARAMETERS]; /* the parameter is one of this scene */
+  char differences[FLESH_FIT_WORDS]; /* why derivatives are by differences of runs; empty: they are by tangents */
+  flesh_fit_kept kept;
+} flesh_fit_experiment;
+
+/* A run that was made, or read back: an experiment at parameters. */
+typedef struct flesh_fit_run {
+  int experiment;
+  double *p;        /* [parameters] */
+  double *values;   /* [count of the experiment]; NULL where the run failed */
+  double *tangents; /* [count * parameters] derivatives of the values by parameters, by rows; NULL: none were made */
+  char message[FLESH_FIT_WORDS]; /* why it failed */
+} flesh_fit_run;
+
+typedef struct flesh_fit_counts {
+  int runs, failed, read_back; /* made now; of all those that were used; read back */
+  int with_tangents;           /* of those used, entries that add tangents to a run */
+  int linear;                  /* solves for tangents, made now */
+  double cpu_s;                /* of all runs, those read back too */
+} flesh_fit_counts;
+
+typedef struct flesh_fit {
+  flesh_arena arena;
+  const char *path, *out;
+  char *text;
+  const char *title;
+  int experiment_count, parameter_count, count; /* count: of all measured numbers */
+  flesh_fit_experiment *experiments;
+  flesh_fit_parameter *parameters;
+  int max_iterations;
+  double tolerance;
+  int quiet;
+  int argc;
+  char **argv;
+  /* Runs so far. */
+  int run_count, run_room, written; /* written: files */
+  flesh_fit_run *runs;
+  flesh_fit_counts counts;
+} flesh_fit;
+
+/* Reads and checks a spec, its scenes and its measurements. FLESH_ERR_ARGUMENT with file, line, key, value and what is
+ * valid, FLESH_ERR_FILE, FLESH_ERR_MEMORY. Zero-initialise; close in any case. */
+int flesh_fit_read(const char *path, flesh_fit *fit);
+void flesh_fit_close(flesh_fit *fit);
+void flesh_fit_describe_keys(FILE *stream);
+
+/* Reads the measured file of an experiment whose scene is given. `columns` is a list of names or NULL; the deviation is NaN
+ * where columns of the file say it. */
+typedef struct flesh_fit_measured_keys {
+  const char *paths[3]; /* by flesh_fit_table; one is not NULL */
+  const flesh_node *columns, *place;
+  double deviation, weight;
+} flesh_fit_measured_keys;
+int flesh_fit_measured_read(flesh_arena *arena, const flesh_scene *scene, const flesh_fit_measured_keys *keys,
+                            flesh_fit_measured *measured);
+
+/* The overrides of an experiment at parameters p, new texts [*count]; NULL without memory. */
+char **flesh_fit_overrides(const flesh_fit *fit, int experiment, const double *p, int *count);
+void flesh_fit_overrides_free(int count, char **overrides);
+
+/* Looks whether the runs of an experiment will have what was measured. */
+int flesh_fit_try(flesh_fit *fit, int experiment);
+/* Runs an experiment at p in DIR/runs/NAME: values [count] of what was measured. FLESH_OK also where the run failed: then
+ * run->values is NULL, and its message says why. */
+int flesh_fit_make_run(flesh_fit *fit, flesh_fit_run *run, double *cpu_s);
+
+/* Why an experiment of this scene has no tangents, or "". */
+const char *flesh_fit_tangents_refused(const flesh_scene *scene);
+/* Keeps the states of a run that are needed. An observer's function; of a flesh_fit_experiment. */
+int flesh_fit_keep(void *experiment, const flesh_step_record *record);
+void flesh_fit_kept_clear(flesh_fit_kept *kept);
+/* New copy of t, x and multipliers, with v = 0, of a body with `nodes` nodes. FLESH_ERR_MEMORY. */
+int flesh_fit_state_copy(const flesh_state *from, int nodes, flesh_state *to);
+void flesh_fit_state_free(flesh_state *state);
+/* Derivatives [count * parameters] of what was measured by all parameters at the kept equilibria. FLESH_OK also where
+ * there are none: then e->differences says why. */
+int flesh_fit_tangents(flesh_fit *fit, int experiment, double *tangents);
+/* A scene of an experiment at parameters. Returns new. */
+int flesh_fit_scene_at(const flesh_fit *fit, int experiment, const double *p, flesh_scene **scene);
+/* Takes what was measured from the tables in a folder, whose last state has the positions x [3*nodes]. */
+int flesh_fit_take(const flesh_fit_experiment *e, const char *folder, const double *x, double *values);
+/* New path of a folder for tables that are made for a moment; removes them with the folder, and frees the path, NULL-safe. */
+char *flesh_fit_scratch(const flesh_fit *fit, const flesh_fit_experiment *e);
+void flesh_fit_scratch_remove(char *folder);
+
+/* Begins with the runs that DIR/points keeps, or with none. FLESH_ERR_ARGUMENT where they are of another fit. */
+int flesh_fit_runs_open(flesh_fit *fit, int resume);
+/* The run of an experiment at p, made where it is not there; written before this returns. *run belongs to the fit and
+ * lasts until the next call. */
+int flesh_fit_run_at(flesh_fit *fit, int experiment, const double *p, const flesh_fit_run **run);
+
+/* Finds a run as flesh_fit_run_at does, with tangents: run->tangents is NULL only where the experiment has none. */
+int flesh_fit_tangents_at(flesh_fit *fit, int experiment, const double *p, const flesh_fit_run **run);
+
+/* Values [count] of all experiments at p and, where `jacobian` is not NULL, their derivatives by p [count * parameters], by
+ * rows. *good is 0 where a run failed; its words are then `why`. */
+int flesh_fit_evaluate(flesh_fit *fit, const double *p, double *values, double *jacobian, int *good,
+                       char why[FLESH_FIT_WORDS]);
+
+/* The step of a central difference by parameter k at p, and its two places within the bounds. */
+void flesh_fit_difference(const flesh_fit_parameter *parameter, double p, double *low, double *high);
+/* The i-th of all measured numbers. */
+const flesh_fit_datum *flesh_fit_datum_at(const flesh_fit *fit, int i);
+
+/* A parameter's value in q, and back; dp/dq. */
+double flesh_fit_q_of(const flesh_fit_parameter *parameter, double p);
+double flesh_fit_p_of(const flesh_fit_parameter *parameter, double q);
+double flesh_fit_slope(const flesh_fit_parameter *parameter, double p);
+
+/* The end of a search. */
+typedef struct flesh_fit_found {
+  double *p;                 /* [parameters] */
+  double *values, *jacobian; /* [count], [count * parameters] dvalue/dp */
+  signed char *at_bound;     /* [parameters] -1, 0 or 1 */
+  int iterations, converged;
+  char words[FLESH_FIT_WORDS]; /* how it ended */
+} flesh_fit_found;
+
+/* Searches the least squares from the start. FLESH_ERR_SOLVE where the first runs fail. */
+int flesh_fit_search(flesh_fit *fit, flesh_fit_found *found);
+void flesh_fit_found_close(flesh_fit_found *found);
+
+/* Finds the errors of the parameters, and what the measurements do not determine. FLESH_ERR_MEMORY. */
+int flesh_fit_judge(const flesh_fit *fit, const flesh_fit_found *found, flesh_fit_statistics *statistics);
+
+/* Writes result.json, fit.csv and the fitted scenes, prints the table, and draws fit.png. */
+int flesh_fit_write(const flesh_fit *fit, const flesh_fit_found *found, const flesh_fit_statistics *statistics);
+/* result.json of a fit that has ended early. */
+int flesh_fit_write_ended(const flesh_fit *fit, int status);
+int flesh_fit_draw(const flesh_fit *fit, const flesh_fit_found *found);
+
+#endif

@@ -1,0 +1,253 @@
+/* judge.c: standard errors, intervals and correlation by the linearised model (Seber & Wild 2003, sections 2.1 and
+ * 5.1), and in words what the measurements do not determine. */
+#include "fit/statistics.h"
+
+#include <gsl/gsl_blas.h>
+#include <gsl/gsl_cdf.h>
+#include <gsl/gsl_errno.h>
+#include <gsl/gsl_linalg.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "base/text.h"
+#include "fit/fit.h"
+
+/* Correlations above this are spoken of; changes of a combination that are a smaller share than the next of its largest
+ * are left out; equal shares may differ by the third. */
+static const double close_correlation = 0.98, small_share = 1e-2, equal_share = 0.03;
+/* Residuals of so many times their deviations are spoken of, and so are errors of this share of a parameter. */
+static const double odd_scale = 1.5, large_share = 0.3;
+
+typedef struct judging {
+  const flesh_fit *fit;
+  const flesh_fit_found *found;
+  flesh_fit_statistics *to;
+  int n, null_count;
+  int list[FLESH_FIT_PARAMETERS]; /* of the free parameters */
+  gsl_matrix *U, *V;
+  gsl_vector *S, *norms, *work;
+  double *null; /* [null_count * n] relative changes of the parameters that change nothing */
+  unsigned char loose[FLESH_FIT_PARAMETERS]; /* the parameter is not determined */
+} judging;
+
+static void say(judging *j, const char *text)
+{
+  if (j->to->sentence_count < FLESH_FIT_PARAMETERS)
+    snprintf(j->to->sentences[j->to->sentence_count++], FLESH_FIT_SENTENCE, "%s", text);
+}
+
+static const char *name_of(const judging *j, int free) { return j->fit->parameters[j->list[free]].name; }
+
+/* Decomposes the Jacobian by q, each residual over its deviation, with columns of length 1. */
+static void decompose(judging *j)
+{
+  const int n = j->fit->parameter_count;
+  for (int c = 0; c < j->n; c++) {
+    const int k = j->list[c];
+    const double slope = flesh_fit_slope(&j->fit->parameters[k], j->found->p[k]);
+    double sum = 0;
+    for (int i = 0; i < j->fit->count; i++) {
+      const double entry = j->found->jacobian[(size_t)i * (size_t)n + (size_t)k] * slope / flesh_fit_datum_at(j->fit, i)->deviation;
+      gsl_matrix_set(j->U, (size_t)i, (size_t)c, entry);
+      sum += entry * entry;
+    }
+    gsl_vector_set(j->norms, (size_t)c, sqrt(sum));
+    gsl_vector_view column = gsl_matrix_column(j->U, (size_t)c);
+    if (sum > 0) gsl_blas_dscal(1 / sqrt(sum), &column.vector);
+  }
+  gsl_linalg_SV_decomp(j->U, j->V, j->S, j->work);
+  while (j->null_count < j->n &&
+         !(gsl_vector_get(j->S, (size_t)(j->n - 1 - j->null_count)) > flesh_fit_least_share * gsl_vector_get(j->S, 0)))
+    j->null_count++;
+}
+
+/* Changes of the parameters, as shares of them, that change nothing: rows with as many zeros as elimination gives. */
+static void reduce_null(judging *j)
+{
+  const int n = j->n, rows = j->null_count;
+  for (int r = 0; r < rows; r++)
+    for (int c = 0; c < n; c++) {
+      const int k = j->list[c];
+      const double norm = gsl_vector_get(j->norms, (size_t)c), p = j->found->p[k];
+      const double share = flesh_fit_slope(&j->fit->parameters[k], p) / (p != 0 ? p : 1);
+      j->null[r * n + c] = gsl_matrix_get(j->V, (size_t)c, (size_t)(n - 1 - r)) * share / (norm > 0 ? norm : 1);
+    }
+  for (int r = 0; r < rows; r++) {
+    double *row = j->null + r * n;
+    int pivot = 0;
+    for (int c = 1; c < n; c++)
+      if (fabs(row[c]) > fabs(row[pivot])) pivot = c;
+    const double largest = row[pivot];
+    for (int c = 0; c < n && largest != 0; c++) row[c] /= largest;
+    for (int other = 0; other < rows; other++) {
+      const double factor = j->null[other * n + pivot];
+      for (int c = 0; c < n && other != r; c++) j->null[other * n + c] -= factor * row[c];
+    }
+  }
+  for (int r = 0; r < rows; r++)
+    for (int c = 0; c < n; c++)
+      if (fabs(j->null[r * n + c]) > small_share) j->loose[c] = 1;
+}
+
+/* Says which parameters a row of the null space has: one alone, a product, a ratio, or more. */
+static void tell_null(judging *j, const double *row)
+{
+  char text[FLESH_FIT_SENTENCE] = "";
+  int list[FLESH_FIT_PARAMETERS], count = 0;
+  for (int c = 0; c < j->n; c++)
+    if (fabs(row[c]) > small_share) list[count++] = c;
+  if (count == 1)
+    flesh_text_add(text, sizeof text, "%s is not determined: it changes none of the measured numbers.", name_of(j, list[0]));
+  else if (count == 2 && fabs(fabs(row[list[0]] / row[list[1]]) - 1) < equal_share)
+    flesh_text_add(text, sizeof text, "%s and %s are not determined apart: the measured numbers depend on their %s alone.",
+                   name_of(j, list[0]), name_of(j, list[1]), row[list[0]] * row[list[1]] < 0 ? "product" : "ratio");
+  else {
+    flesh_text_add(text, sizeof text, "These parameters are determined only together, as their change by these shares at once "
+                   "changes none of the measured numbers:");
+    for (int k = 0; k < count; k++)
+      flesh_text_add(text, sizeof text, "%s %s %+.3g %%", k ? "," : "", name_of(j, list[k]), row[list[k]]);
+    flesh_text_add(text, sizeof text, ".");
+  }
+  say(j, text);
+}
+
+/* Covariances of q, then of the parameters. */
+static void find_covariance(judging *j)
+{
+  flesh_fit_statistics *to = j->to;
+  const int n = j->n, all = to->count;
+  const double scale = to->freedom > 0 ? to->scale : 1;
+  for (int a = 0; a < all * all; a++) to->covariance[a] = to->correlation[a] = NAN;
+  for (int a = 0; a < n; a++)
+    for (int b = 0; b < n; b++) {
+      const int ka = j->list[a], kb = j->list[b];
+      double sum = 0;
+      if (j->loose[a] || j->loose[b]) continue;
+      for (int s = 0; s < n - j->null_count; s++)
+        sum += gsl_matrix_get(j->V, (size_t)a, (size_t)s) * gsl_matrix_get(j->V, (size_t)b, (size_t)s) /
+               pow(gsl_vector_get(j->S, (size_t)s), 2);
+      sum *= scale * scale / gsl_vector_get(j->norms, (size_t)a) / gsl_vector_get(j->norms, (size_t)b);
+      to->covariance[ka * all + kb] = sum * flesh_fit_slope(&j->fit->parameters[ka], j->found->p[ka]) *
+                                      flesh_fit_slope(&j->fit->parameters[kb], j->found->p[kb]);
+    }
+  for (int a = 0; a < all; a++)
+    for (int b = 0; b < all; b++)
+      to->correlation[a * all + b] = a == b && !isnan(to->covariance[a * all + a])
+                                         ? 1
+                                         : to->covariance[a * all + b] /
+                                               sqrt(to->covariance[a * all + a] * to->covariance[b * all + b]);
+}
+
+static void find_errors(judging *j)
+{
+  flesh_fit_statistics *to = j->to;
+  for (int k = 0; k < to->count; k++) {
+    const flesh_fit_parameter *parameter = &j->fit->parameters[k];
+    const double p = j->found->p[k], q = flesh_fit_q_of(parameter, p);
+    flesh_fit_error *error = &to->errors[k];
+    error->standard = sqrt(to->covariance[k * to->count + k]);
+    const double half = to->quantile * error->standard / flesh_fit_slope(parameter, p);
+    error->low = flesh_fit_p_of(parameter, q - half);
+    error->high = flesh_fit_p_of(parameter, q + half);
+  }
+}
+
+static void tell_parameters(judging *j)
+{
+  const flesh_fit_statistics *to = j->to;
+  char text[FLESH_FIT_SENTENCE];
+  for (int k = 0; k < to->count; k++) {
+    const char *name = j->fit->parameters[k].name;
+    const double share = to->errors[k].standard / fabs(j->found->p[k]);
+    if (j->found->at_bound[k]) {
+      snprintf(text, sizeof text, "%s stays at its %s bound: it has no error, and those of the others hold with it there.", name,
+               j->found->at_bound[k] > 0 ? "upper" : "lower");
+      say(j, text);
+    } else if (share > large_share) {
+      snprintf(text, sizeof text, "%s is hardly determined: its standard error is %.3g %% of it.", name, 100 * share);
+      say(j, text);
+    }
+    for (int b = 0; b < k; b++) {
+      const double correlation = to->correlation[k * to->count + b];
+      if (!(fabs(correlation) > close_correlation)) continue;
+      snprintf(text, sizeof text, "%s and %s are hardly told apart: their errors have a correlation of %.4f.",
+               j->fit->parameters[b].name, name, correlation);
+      say(j, text);
+    }
+  }
+}
+
+static void tell_residuals(judging *j)
+{
+  const flesh_fit_statistics *to = j->to;
+  char text[FLESH_FIT_SENTENCE];
+  if (to->freedom <= 0)
+    say(j, "There are no more measured numbers than parameters: the errors rest on the stated deviations.");
+  else if (to->scale > odd_scale || to->scale < 1 / odd_scale) {
+    snprintf(text, sizeof text, "The residuals are %.3g times the stated deviations, which the errors allow for: %s.", to->scale,
+             to->scale > 1 ? "the deviations are too small, or the scene leaves something out" : "the deviations are too large");
+    say(j, text);
+  }
+}
+
+static void judge(judging *j)
+{
+  flesh_fit_statistics *to = j->to;
+  char text[FLESH_FIT_SENTENCE];
+  if (j->n) decompose(j);
+  to->freedom = j->fit->count - (j->n - j->null_count);
+  for (int i = 0; i < j->fit->count; i++) {
+    const flesh_fit_datum *d = flesh_fit_datum_at(j->fit, i);
+    to->squares += pow((j->found->values[i] - d->value) / d->deviation, 2);
+  }
+  to->scale = to->freedom > 0 ? sqrt(to->squares / to->freedom) : NAN;
+  to->quantile = to->freedom > 0 ? gsl_cdf_tdist_Pinv(0.975, to->freedom) : gsl_cdf_ugaussian_Pinv(0.975);
+  reduce_null(j);
+  find_covariance(j);
+  find_errors(j);
+  for (int r = 0; r < j->null_count; r++) tell_null(j, j->null + r * j->n);
+  tell_parameters(j);
+  if (!to->sentence_count) {
+    snprintf(text, sizeof text, "%s determined.", to->count == 1 ? "The parameter is" : "All parameters are");
+    say(j, text);
+  }
+  tell_residuals(j);
+}
+
+int flesh_fit_judge(const flesh_fit *fit, const flesh_fit_found *found, flesh_fit_statistics *to)
+{
+  judging j = {.fit = fit, .found = found, .to = to};
+  const size_t all = (size_t)fit->parameter_count;
+  for (int k = 0; k < fit->parameter_count; k++)
+    if (!found->at_bound[k]) j.list[j.n++] = k;
+  const size_t n = (size_t)(j.n ? j.n : 1), m = (size_t)fit->count;
+  *to = (flesh_fit_statistics){.count = fit->parameter_count, .errors = calloc(all, sizeof *to->errors),
+                               .covariance = calloc(all * all, sizeof(double)), .correlation = calloc(all * all, sizeof(double)),
+                               .sentences = calloc(FLESH_FIT_PARAMETERS, sizeof *to->sentences)};
+  gsl_error_handler_t *handler = gsl_set_error_handler_off();
+  j.U = gsl_matrix_alloc(m, n), j.V = gsl_matrix_alloc(n, n);
+  j.S = gsl_vector_alloc(n), j.norms = gsl_vector_alloc(n), j.work = gsl_vector_alloc(n);
+  j.null = calloc(n * n, sizeof *j.null);
+  const int lacks = !to->errors || !to->covariance || !to->correlation || !to->sentences || !j.U || !j.V || !j.S || !j.norms ||
+                    !j.work || !j.null;
+  if (!lacks) judge(&j);
+  gsl_matrix_free(j.U);
+  gsl_matrix_free(j.V);
+  gsl_vector_free(j.S);
+  gsl_vector_free(j.norms);
+  gsl_vector_free(j.work);
+  free(j.null);
+  gsl_set_error_handler(handler);
+  return lacks ? flesh_fail(FLESH_ERR_MEMORY, "out of memory for the errors of a fit") : FLESH_OK;
+}
+
+void flesh_fit_statistics_close(flesh_fit_statistics *statistics)
+{
+  free(statistics->errors);
+  free(statistics->covariance);
+  free(statistics->correlation);
+  free(statistics->sentences);
+  *statistics = (flesh_fit_statistics){0};
+}

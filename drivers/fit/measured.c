@@ -1,0 +1,210 @@
+/* measured.c: reads files of measurements. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "fit/fit.h"
+#include "output/tet_shape.h"
+#include "scene/words.h"
+
+static const char *const tables[] = {"probes", "history", "positions"};
+
+/* A file while it is read. */
+typedef struct reading {
+  flesh_arena *arena;
+  const flesh_fit_measured_keys *keys;
+  flesh_fit_measured *to;
+  flesh_csv csv;
+  int time;         /* column; -1: none */
+  int *value;       /* [quantities] columns */
+  int *deviation;   /* [quantities] columns; -1: none */
+} reading;
+
+static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory while reading measurements"); }
+
+/* The column of that name without its unit; -1: none. */
+static int find(const flesh_csv *csv, const char *wanted)
+{
+  char name[FLESH_CSV_NAME], unit[FLESH_CSV_NAME];
+  for (int c = 0; c < csv->columns; c++) {
+    flesh_csv_label(csv, c, name, unit);
+    if (!strcmp(name, wanted)) return c;
+  }
+  return -1;
+}
+
+static const char suffix[] = "_deviation";
+
+static int is_deviation(const char *name)
+{
+  const size_t length = strlen(name), end = strlen(suffix);
+  return length > end && !strcmp(name + length - end, suffix);
+}
+
+/* Columns that say where or when and are no measured numbers. */
+static int is_place(const reading *r, const char *name)
+{
+  static const char *const of_positions[] = {"node", "X", "Y", "Z"};
+  if (!strcmp(name, "t")) return 1;
+  for (int k = 0; k < 4 && r->to->table == FLESH_FIT_OF_POSITIONS; k++)
+    if (!strcmp(name, of_positions[k])) return 1;
+  return 0;
+}
+
+static int add_quantity(reading *r, int column)
+{
+  flesh_fit_quantity *q = &r->to->quantities[r->to->quantity_count];
+  char wanted[FLESH_CSV_NAME + 16];
+  flesh_csv_label(&r->csv, column, q->name, q->unit);
+  if (r->to->table == FLESH_FIT_OF_POSITIONS && (strlen(q->name) != 1 || !strchr("xyz", *q->name)))
+    return flesh_node_fail(r->keys->place, "%s has the column %s; positions have x, y, z, node or X, Y, Z, and x_deviation",
+                           r->to->path, q->name);
+  snprintf(wanted, sizeof wanted, "%s%s", q->name, suffix);
+  r->value[r->to->quantity_count] = column;
+  r->deviation[r->to->quantity_count] = find(&r->csv, wanted);
+  if (isnan(r->keys->deviation) && isnan(r->keys->weight) && r->deviation[r->to->quantity_count] < 0)
+    return flesh_node_fail(r->keys->place, "deviation is missing; it must be a number > 0, or %s must have the column %s",
+                           r->to->path, wanted);
+  r->to->quantity_count++;
+  return FLESH_OK;
+}
+
+static int choose_columns(reading *r)
+{
+  const flesh_node *list = r->keys->columns;
+  char name[FLESH_CSV_NAME], unit[FLESH_CSV_NAME], shown[FLESH_SHOW_SIZE], words[512];
+  int status = FLESH_OK;
+  if (list && (list->kind != FLESH_NODE_LIST || !list->count))
+    return flesh_node_fail(list, "columns is %s; it must be a list of names", flesh_node_show(list, shown));
+  for (int c = 0; c < r->csv.columns && !list && !status; c++) {
+    flesh_csv_label(&r->csv, c, name, unit);
+    if (!is_place(r, name) && !is_deviation(name)) status = add_quantity(r, c);
+  }
+  for (const flesh_node *child = list ? list->first : NULL; child && !status; child = child->next) {
+    const int column = child->kind == FLESH_NODE_SCALAR && !is_place(r, child->text) ? find(&r->csv, child->text) : -1;
+    flesh_suggestion suggestion = {.word = child->kind == FLESH_NODE_SCALAR ? child->text : ""};
+    for (int c = 0; c < r->csv.columns && column < 0; c++) {
+      flesh_csv_label(&r->csv, c, name, unit);
+      if (!is_place(r, name) && !is_deviation(name)) flesh_suggestion_offer(&suggestion, name);
+    }
+    if (r->to->quantity_count == r->csv.columns) return flesh_node_fail(child, "columns has a name twice; names must differ");
+    status = column >= 0 ? add_quantity(r, column)
+                         : flesh_node_fail(child, "%s has no column %s; %s", r->to->path, flesh_node_show(child, shown),
+                                           flesh_suggestion_text(&suggestion, words));
+  }
+  if (!status && !r->to->quantity_count)
+    return flesh_node_fail(r->keys->place, "%s has no measured column; it must have one beside %s", r->to->path,
+                           r->to->table == FLESH_FIT_OF_POSITIONS ? "node or X, Y, Z" : "t");
+  return status;
+}
+
+/* A number of the table, NaN for an empty cell. */
+static int number(const reading *r, int row, int column, double *value)
+{
+  char shown[FLESH_SHOW_SIZE];
+  if (flesh_csv_number(&r->csv, row, column, value) && !isinf(*value)) return FLESH_OK;
+  return flesh_node_fail(r->keys->place, "%s: row %d, column %s is %s; it must be a number, or empty", r->to->path, row + 1,
+                         r->csv.names[column], flesh_word_show(flesh_csv_cell(&r->csv, row, column), shown));
+}
+
+static int read_datum(reading *r, int row, int quantity, double t)
+{
+  flesh_fit_datum datum = {.quantity = quantity, .row = row, .t = t, .deviation = r->keys->deviation};
+  int status = number(r, row, r->value[quantity], &datum.value);
+  if (status || isnan(datum.value)) return status;
+  if (!isnan(r->keys->weight)) datum.deviation = 1 / sqrt(r->keys->weight);
+  else if (isnan(datum.deviation)) status = number(r, row, r->deviation[quantity], &datum.deviation);
+  if (!status && !(datum.deviation > 0))
+    return flesh_node_fail(r->keys->place, "%s: row %d, column %s is %g; a deviation must be > 0", r->to->path, row + 1,
+                           r->csv.names[r->deviation[quantity]], datum.deviation);
+  if (!status) r->to->data[r->to->count++] = datum;
+  return status;
+}
+
+/* The point of a row of positions. */
+static int read_point(reading *r, const flesh_scene *scene, int row, flesh_fit_point *point)
+{
+  static const char *const names[] = {"X", "Y", "Z"};
+  const int node = find(&r->csv, "node"), nodes = flesh_mesh_node_count(flesh_scene_mesh(scene));
+  flesh_probe probe = {.name = "point", .quantities = FLESH_PROBE_POSITION, .tet = -1};
+  double value;
+  for (int d = 0; d < 3; d++) probe.about[d] = NAN;
+  if (node >= 0) {
+    const int status = number(r, row, node, &value);
+    if (status) return status;
+    if (!(value >= 0 && value < nodes && value == floor(value)))
+      return flesh_node_fail(r->keys->place, "%s: row %d: node is %g; it must be a whole number from 0 to %d", r->to->path,
+                             row + 1, value, nodes - 1);
+    *point = (flesh_fit_point){.count = 1, .nodes = {(int)value}, .weights = {1}};
+    return FLESH_OK;
+  }
+  for (int d = 0; d < 3; d++) {
+    const int column = find(&r->csv, names[d]);
+    if (column < 0)
+      return flesh_node_fail(r->keys->place, "%s has no column node, nor X, Y and Z; positions need either", r->to->path);
+    const int status = number(r, row, column, &probe.point[d]);
+    if (status) return status;
+    if (isnan(probe.point[d]))
+      return flesh_node_fail(r->keys->place, "%s: row %d: %s is empty; it must be a number", r->to->path, row + 1, names[d]);
+  }
+  const int status = flesh_probe_prepare(&probe, flesh_scene_body(scene), flesh_scene_system(scene));
+  if (status) return flesh_node_fail_within(status, r->keys->place, "%s: row %d: ", r->to->path, row + 1);
+  point->count = flesh_tet_weights(flesh_scene_mesh(scene), probe.tet, probe.weights, point->nodes, point->weights);
+  return FLESH_OK;
+}
+
+static int read_rows(reading *r, const flesh_scene *scene)
+{
+  flesh_fit_measured *to = r->to;
+  int status = FLESH_OK;
+  if (r->time < 0 && to->table != FLESH_FIT_OF_POSITIONS && r->csv.rows != 1)
+    return flesh_node_fail(r->keys->place, "%s has %d rows and no column t; without t it must have one row, of the run's end",
+                           to->path, r->csv.rows);
+  for (int row = 0; row < r->csv.rows && !status; row++) {
+    double t = NAN;
+    if (r->time >= 0) status = number(r, row, r->time, &t);
+    if (!status && r->time >= 0 && isnan(t))
+      status = flesh_node_fail(r->keys->place, "%s: row %d: t is empty; it must be a number", to->path, row + 1);
+    if (!status && to->points) status = read_point(r, scene, row, &to->points[row]);
+    for (int q = 0; q < to->quantity_count && !status; q++) status = read_datum(r, row, q, t);
+  }
+  to->row_count = r->csv.rows;
+  if (!status && !to->count)
+    return flesh_node_fail(r->keys->place, "%s has no measured number; it must have one or more", to->path);
+  return status;
+}
+
+static int read_table(reading *r, const flesh_scene *scene)
+{
+  flesh_fit_measured *to = r->to;
+  const size_t columns = (size_t)r->csv.columns, rows = (size_t)r->csv.rows + 1;
+  r->time = to->table == FLESH_FIT_OF_POSITIONS ? -1 : find(&r->csv, "t");
+  r->value = flesh_arena_take(r->arena, columns * sizeof *r->value);
+  r->deviation = flesh_arena_take(r->arena, columns * sizeof *r->deviation);
+  to->quantities = flesh_arena_take(r->arena, columns * sizeof *to->quantities);
+  to->data = flesh_arena_take(r->arena, columns * rows * sizeof *to->data);
+  if (to->table == FLESH_FIT_OF_POSITIONS) to->points = flesh_arena_take(r->arena, rows * sizeof *to->points);
+  if (!r->value || !r->deviation || !to->quantities || !to->data || (to->table == FLESH_FIT_OF_POSITIONS && !to->points))
+    return no_memory();
+  const int status = choose_columns(r);
+  return status ? status : read_rows(r, scene);
+}
+
+int flesh_fit_measured_read(flesh_arena *arena, const flesh_scene *scene, const flesh_fit_measured_keys *keys,
+                            flesh_fit_measured *to)
+{
+  reading r = {.arena = arena, .keys = keys, .to = to};
+  int given = 0;
+  for (int k = 0; k < 3; k++)
+    if (keys->paths[k]) given++, to->table = k, to->path = keys->paths[k];
+  if (given != 1) return flesh_node_fail(keys->place, "a measurement has either probes, history or positions");
+  if (!isnan(keys->deviation) && !isnan(keys->weight))
+    return flesh_node_fail(flesh_node_find(keys->place, "weight"), "weight stands beside deviation; give either");
+  to->place = keys->place;
+  int status = flesh_csv_read(to->path, FLESH_CSV_WHOLE, &r.csv);
+  if (status) return flesh_node_fail_within(status, flesh_node_find(keys->place, tables[to->table]), "%s", "");
+  status = read_table(&r, scene);
+  flesh_csv_clear(&r.csv);
+  return status;
+}

@@ -1,0 +1,254 @@
+/* run.c: runs an experiment at parameters, and takes what was measured from its tables and its last state. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/confine.h"
+#include "base/error.h"
+#include "base/file.h"
+#include "base/text.h"
+#include "fit/fit.h"
+#include "run/runner.h"
+
+static const char *const table_names[] = {"probes.csv", "history.csv"};
+
+static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a run of a fit"); }
+
+static char *folder_of(const flesh_fit *fit, const flesh_fit_experiment *e)
+{
+  return flesh_text_new("%s/runs/%s", fit->out, e->name);
+}
+
+char *flesh_fit_scratch(const flesh_fit *fit, const flesh_fit_experiment *e)
+{
+  return flesh_text_new("%s/runs/%s/scratch", fit->out, e->name);
+}
+
+void flesh_fit_scratch_remove(char *folder)
+{
+  for (int k = 0; k < 2 && folder; k++) {
+    char *path = flesh_text_new("%s/%s", folder, table_names[k]);
+    if (path) flesh_path_unlink(path);
+    free(path);
+  }
+  if (folder) flesh_path_remove_folder(folder);
+  free(folder);
+}
+
+void flesh_fit_overrides_free(int count, char **overrides)
+{
+  for (int k = 0; k < count && overrides; k++) free(overrides[k]);
+  free(overrides);
+}
+
+char **flesh_fit_overrides(const flesh_fit *fit, int experiment, const double *p, int *count)
+{
+  const flesh_fit_experiment *e = &fit->experiments[experiment];
+  char **texts = calloc((size_t)(e->set.count + fit->parameter_count) + 1, sizeof *texts), number[FLESH_NUMBER_SIZE];
+  int lacks = !texts;
+  *count = 0;
+  for (int k = 0; k < e->set.count && !lacks; k++) lacks = !(texts[(*count)++] = strdup(e->set.texts[k]));
+  for (int k = 0; k < fit->parameter_count && !lacks; k++)
+    if (e->acts[k])
+      lacks = !(texts[(*count)++] = flesh_text_new("%s=%s", fit->parameters[k].key, flesh_number_text(p[k], number)));
+  if (!lacks) return texts;
+  flesh_fit_overrides_free(*count, texts);
+  return NULL;
+}
+
+int flesh_fit_scene_at(const flesh_fit *fit, int experiment, const double *p, flesh_scene **scene)
+{
+  int count;
+  char **overrides = flesh_fit_overrides(fit, experiment, p, &count);
+  if (!overrides) return no_memory();
+  const int status = flesh_scene_read(fit->experiments[experiment].scene, count, (const char *const *)overrides, scene);
+  flesh_fit_overrides_free(count, overrides);
+  return status;
+}
+
+/* The column of a run's table for a quantity; FLESH_ERR_ARGUMENT at the measurement's place where there is none. */
+static int find_column(const flesh_csv *csv, const flesh_fit_measured *m, const flesh_fit_quantity *q, int *column)
+{
+  char name[FLESH_CSV_NAME], unit[FLESH_CSV_NAME], list[600] = "";
+  for (*column = 0; *column < csv->columns; ++*column) {
+    flesh_csv_label(csv, *column, name, unit);
+    if (strcmp(name, q->name)) {
+      if (*column) flesh_text_add(list, sizeof list, "%s%s", *list ? ", " : "", name);
+      continue;
+    }
+    if (*q->unit && strcmp(unit, q->unit))
+      return flesh_node_fail(m->place, "%s: column %s is in %s; it must be in %s", m->path, q->name, q->unit,
+                             *unit ? unit : "numbers without a unit");
+    return FLESH_OK;
+  }
+  return flesh_node_fail(m->place, "%s: column %s is none of %s, which has %s", m->path, q->name, table_names[m->table],
+                         *list ? list : "no columns, as the scene has no probes");
+}
+
+static int check_columns(const flesh_fit_experiment *e, const char *folder)
+{
+  int status = FLESH_OK, column;
+  for (int k = 0; k < e->measured_count && !status; k++) {
+    const flesh_fit_measured *m = &e->measured[k];
+    if (m->table == FLESH_FIT_OF_POSITIONS) continue;
+    char *path = flesh_text_new("%s/%s", folder, table_names[m->table]);
+    flesh_csv csv = {0};
+    if (!path) return no_memory();
+    if (!flesh_csv_read(path, FLESH_CSV_TORN, &csv) || m->table == FLESH_FIT_OF_PROBES) {
+      for (int q = 0; q < m->quantity_count && !status; q++) status = find_column(&csv, m, &m->quantities[q], &column);
+    } else status = FLESH_ERR_FILE;
+    flesh_csv_clear(&csv);
+    free(path);
+  }
+  return status;
+}
+
+/* Writes the tables' headers. */
+static int write_headers(const flesh_scene *scene, const char *folder)
+{
+  int count, status = flesh_folder_make(folder);
+  const flesh_probe *probes = flesh_scene_probes(scene, &count);
+  const flesh_system *system = flesh_scene_system(scene);
+  flesh_history *history = NULL;
+  flesh_probes *made = NULL;
+  char *paths[] = {flesh_text_new("%s/probes.csv", folder), flesh_text_new("%s/history.csv", folder)};
+  if (!paths[0] || !paths[1]) status = no_memory();
+  if (!status) status = flesh_history_create(paths[1], system, &history);
+  flesh_history_close(&history);
+  if (!status && count)
+    status = flesh_probes_create(paths[0], flesh_scene_body(scene), system, flesh_scene_times(scene)->method, count, probes, &made);
+  flesh_probes_close(&made);
+  free(paths[0]);
+  free(paths[1]);
+  return status;
+}
+
+int flesh_fit_try(flesh_fit *fit, int experiment)
+{
+  const flesh_fit_experiment *e = &fit->experiments[experiment];
+  flesh_scene *scene = NULL;
+  double *p = calloc((size_t)fit->parameter_count, sizeof *p);
+  char *folder = flesh_fit_scratch(fit, e);
+  int status = p && folder ? FLESH_OK : no_memory();
+  for (int k = 0; k < fit->parameter_count && !status; k++) p[k] = fit->parameters[k].start;
+  if (!status) {
+    status = flesh_fit_scene_at(fit, experiment, p, &scene);
+    if (status) flesh_node_fail_within(status, e->scene_place, "%s", "");
+  }
+  if (!status) status = write_headers(scene, folder);
+  if (!status) status = check_columns(e, folder);
+  flesh_scene_destroy(&scene);
+  flesh_fit_scratch_remove(folder);
+  free(p);
+  return status;
+}
+
+/* The number of a column at time t, between rows by a straight line; of NaN: in the last row. */
+static double number_at(const flesh_csv *csv, int time, int column, double t)
+{
+  double before = NAN, at = NAN, value = NAN, last = NAN;
+  for (int row = 0; row < csv->rows; row++) {
+    if (!flesh_csv_number(csv, row, time, &at) || !flesh_csv_number(csv, row, column, &value)) return NAN;
+    if (at == t) return value;
+    if (at > t && row) return last + (value - last) * (t - before) / (at - before);
+    before = at;
+    last = value;
+  }
+  return isnan(t) || fabs(t - at) <= 1e-9 * (1 + fabs(t)) ? value : NAN;
+}
+
+static int take_table(const flesh_fit_measured *m, const char *folder, double *values)
+{
+  char *path = flesh_text_new("%s/%s", folder, table_names[m->table]);
+  int *columns = calloc((size_t)m->quantity_count + 1, sizeof *columns);
+  flesh_csv csv = {0};
+  int status = path && columns ? flesh_csv_read(path, FLESH_CSV_WHOLE, &csv) : no_memory();
+  for (int q = 0; q < m->quantity_count && !status; q++) status = find_column(&csv, m, &m->quantities[q], &columns[q]);
+  for (int d = 0; d < m->count && !status; d++)
+    values[d] = number_at(&csv, 0, columns[m->data[d].quantity], m->data[d].t);
+  flesh_csv_clear(&csv);
+  free(columns);
+  free(path);
+  return status;
+}
+
+static void take_positions(const flesh_fit_measured *m, const double *x, double *values)
+{
+  for (int d = 0; d < m->count; d++) {
+    const flesh_fit_point *point = &m->points[m->data[d].row];
+    const int axis = *m->quantities[m->data[d].quantity].name - 'x';
+    values[d] = 0;
+    for (int a = 0; a < point->count; a++) values[d] += point->weights[a] * x[3 * (size_t)point->nodes[a] + (size_t)axis];
+  }
+}
+
+int flesh_fit_take(const flesh_fit_experiment *e, const char *folder, const double *x, double *values)
+{
+  int status = FLESH_OK;
+  for (int k = 0; k < e->measured_count && !status; values += e->measured[k++].count)
+    if (e->measured[k].table == FLESH_FIT_OF_POSITIONS) take_positions(&e->measured[k], x, values);
+    else status = take_table(&e->measured[k], folder, values);
+  return status;
+}
+
+/* The values of a run that has ended well, by its tables and its last state. */
+static int take(const flesh_fit_experiment *e, const char *folder, flesh_fit_run *run)
+{
+  char *path = flesh_text_new("%s/state.txt", folder);
+  const size_t size = 3 * (size_t)e->nodes * sizeof(double);
+  flesh_state state = {.x = malloc(size), .v = malloc(size)};
+  run->values = calloc((size_t)e->count, sizeof *run->values);
+  int status = path && state.x && state.v && run->values ? flesh_state_read(path, e->nodes, &state) : no_memory();
+  if (!status) status = flesh_fit_take(e, folder, state.x, run->values);
+  for (int d = 0; d < e->count && !status && run->values; d++) {
+    if (isfinite(run->values[d])) continue;
+    snprintf(run->message, sizeof run->message, "measured number %d of the experiment %s is not finite in its run", d + 1, e->name);
+    free(run->values);
+    run->values = NULL;
+  }
+  free(state.x);
+  free(state.v);
+  free(path);
+  return status;
+}
+
+/* Whether the search can go on without the run that has ended so. */
+static int is_of_parameters(int status)
+{
+  return status == FLESH_ERR_SOLVE || status == FLESH_ERR_INTEGRATOR || status == FLESH_ERR_NONFINITE ||
+         status == FLESH_ERR_ENERGY;
+}
+
+int flesh_fit_make_run(flesh_fit *fit, flesh_fit_run *run, double *cpu_s)
+{
+  flesh_fit_experiment *e = &fit->experiments[run->experiment];
+  const flesh_observer keeper = {flesh_fit_keep, e};
+  flesh_scene *scene = NULL;
+  flesh_figures figures = {0};
+  flesh_outcome outcome = {0};
+  char *folder = folder_of(fit, e);
+  *cpu_s = 0;
+  if (!folder) return no_memory();
+  int status = flesh_fit_scene_at(fit, run->experiment, run->p, &scene);
+  const int refused = status == FLESH_ERR_ARGUMENT;
+  if (!status) {
+    const flesh_runner_options options = {.out = folder, .scene_path = e->scene, .quiet = 1, .no_frames = 1,
+                                          .observer_count = !*e->differences, .observers = &keeper,
+                                          .argc = fit->argc, .argv = fit->argv};
+    flesh_fit_kept_clear(&e->kept);
+    status = flesh_runner_run(scene, &options, &figures, &outcome);
+    *cpu_s = figures.cpu_s;
+    flesh_figures_close(&figures);
+  }
+  if (!status) status = take(e, folder, run);
+  if (!status && run->values && !*e->differences) {
+    e->kept.p = malloc((size_t)fit->parameter_count * sizeof *e->kept.p);
+    if (e->kept.p) memcpy(e->kept.p, run->p, (size_t)fit->parameter_count * sizeof *e->kept.p);
+  } else if (refused || is_of_parameters(status)) {
+    snprintf(run->message, sizeof run->message, "%.300s", *outcome.message ? outcome.message : flesh_error_text());
+    status = FLESH_OK;
+  }
+  flesh_scene_destroy(&scene);
+  free(folder);
+  return status;
+}

@@ -1,0 +1,302 @@
+/* search.c: the least squares by Levenberg's and Marquardt's method (GSL's trust-region solver; More 1978, Nielsen 1999). A
+ * parameter that would leave its bounds is put on the bound, and stays there while the sum of squares falls beyond it. */
+#include <gsl/gsl_blas.h>
+#include <gsl/gsl_errno.h>
+#include <gsl/gsl_linalg.h>
+#include <gsl/gsl_multifit_nlinear.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "fit/fit.h"
+
+/* The search has ended, too, where a further step changes q by less than this: measurements without noise leave no
+ * standard errors. */
+static const double least_step = 1e-7;
+/* A search within this share of the standard errors has ended where runs are too rough to go on, as those of impacts. */
+static const double rough = 0.1;
+enum { RELEASES = 3 };
+
+typedef struct searching {
+  flesh_fit *fit;
+  flesh_fit_found *found;
+  int count, free_count; /* count: of measured numbers */
+  int list[FLESH_FIT_PARAMETERS]; /* of free parameters */
+  double q[FLESH_FIT_PARAMETERS]; /* within the bounds */
+  int releases[FLESH_FIT_PARAMETERS];
+  double *values, *jacobian;
+  double largest; /* of the residuals at the last accepted parameters */
+  int status;     /* of what ends the fit */
+  char why[FLESH_FIT_WORDS];
+  int failed;     /* the last evaluation */
+} searching;
+
+static double clamp(const flesh_fit_parameter *p, double q)
+{
+  return fmin(fmax(q, flesh_fit_q_of(p, p->from)), flesh_fit_q_of(p, p->to));
+}
+
+/* The value for q, within its bounds in spite of rounding. */
+static double value_at(const flesh_fit_parameter *p, double q)
+{
+  return fmin(fmax(flesh_fit_p_of(p, clamp(p, q)), p->from), p->to);
+}
+
+/* The parameters of a point of GSL's, within their bounds. */
+static void place(const searching *s, const gsl_vector *x, double *p)
+{
+  const flesh_fit_parameter *parameters = s->fit->parameters;
+  for (int k = 0; k < s->fit->parameter_count; k++) p[k] = value_at(&parameters[k], s->q[k]);
+  for (int j = 0; j < s->free_count; j++)
+    p[s->list[j]] = value_at(&parameters[s->list[j]], gsl_vector_get(x, (size_t)j));
+}
+
+static int evaluate(const gsl_vector *x, searching *s, double *jacobian)
+{
+  double p[FLESH_FIT_PARAMETERS];
+  int good;
+  if (s->status) return GSL_EFAILED;
+  place(s, x, p);
+  s->status = flesh_fit_evaluate(s->fit, p, s->values, jacobian, &good, s->why);
+  s->failed = !good;
+  return s->status ? GSL_EFAILED : GSL_SUCCESS;
+}
+
+/* Residuals over their deviations; of a run that fails larger ones than any so far, so that the step is cut. */
+static int find_residuals(const gsl_vector *x, void *data, gsl_vector *f)
+{
+  searching *s = data;
+  const int code = evaluate(x, s, NULL);
+  for (int i = 0; i < s->count && !code; i++) {
+    const flesh_fit_datum *d = flesh_fit_datum_at(s->fit, i);
+    gsl_vector_set(f, (size_t)i, s->failed ? 10 * s->largest + 1 : (s->values[i] - d->value) / d->deviation);
+  }
+  return code;
+}
+
+static int find_jacobian(const gsl_vector *x, void *data, gsl_matrix *J)
+{
+  searching *s = data;
+  double p[FLESH_FIT_PARAMETERS];
+  const int code = evaluate(x, s, s->jacobian), n = s->fit->parameter_count;
+  place(s, x, p);
+  if (!code && s->failed) s->status = flesh_fail(FLESH_ERR_SOLVE, "%s", s->why);
+  for (int i = 0; i < s->count && !s->status; i++)
+    for (int j = 0; j < s->free_count; j++) {
+      const int k = s->list[j];
+      gsl_matrix_set(J, (size_t)i, (size_t)j, s->jacobian[(size_t)i * (size_t)n + (size_t)k] *
+                     flesh_fit_slope(&s->fit->parameters[k], p[k]) / flesh_fit_datum_at(s->fit, i)->deviation);
+    }
+  return s->status ? GSL_EFAILED : GSL_SUCCESS;
+}
+
+/* A Gauss-Newton step from here: its length in standard errors (at most) and its largest change of q. FLESH_ERR_MEMORY. */
+static int measure_step(const gsl_matrix *J, const gsl_vector *f, double *errors, double *change)
+{
+  const size_t m = J->size1, n = J->size2;
+  gsl_matrix *U = gsl_matrix_alloc(m, n), *V = gsl_matrix_alloc(n, n);
+  gsl_vector *S = gsl_vector_alloc(n), *work = gsl_vector_alloc(n), *norms = gsl_vector_alloc(n), *part = gsl_vector_alloc(n);
+  const int lacks = !U || !V || !S || !work || !norms || !part;
+  double inside = 0, all = 0;
+  for (size_t j = 0; j < n && !lacks; j++) {
+    gsl_vector_const_view column = gsl_matrix_const_column(J, j);
+    const double norm = gsl_blas_dnrm2(&column.vector);
+    gsl_vector_set(norms, j, norm);
+    for (size_t i = 0; i < m; i++) gsl_matrix_set(U, i, j, norm > 0 ? gsl_matrix_get(J, i, j) / norm : 0);
+  }
+  if (!lacks) {
+    gsl_linalg_SV_decomp(U, V, S, work);
+    gsl_blas_dgemv(CblasTrans, 1, U, f, 0, part);
+    for (size_t j = 0; j < n; j++) {
+      const double s = gsl_vector_get(S, j), share = gsl_vector_get(part, j);
+      const int known = s > flesh_fit_least_share * gsl_vector_get(S, 0);
+      inside += known ? share * share : 0;
+      gsl_vector_set(part, j, known ? share / s : 0);
+    }
+    gsl_blas_dgemv(CblasNoTrans, 1, V, part, 0, work);
+    gsl_blas_ddot(f, f, &all);
+    *change = 0;
+    for (size_t j = 0; j < n; j++)
+      if (gsl_vector_get(norms, j) > 0) *change = fmax(*change, fabs(gsl_vector_get(work, j)) / gsl_vector_get(norms, j));
+    *errors = m > n && all > inside ? sqrt(inside / ((all - inside) / (double)(m - n))) : INFINITY;
+  }
+  gsl_matrix_free(U);
+  gsl_matrix_free(V);
+  gsl_vector_free(S);
+  gsl_vector_free(work);
+  gsl_vector_free(norms);
+  gsl_vector_free(part);
+  return lacks ? flesh_fail(FLESH_ERR_MEMORY, "out of memory for a fit") : FLESH_OK;
+}
+
+/* Half the derivative of the sum of squares by q_k at the last accepted parameters. */
+static double gradient(const searching *s, int k)
+{
+  const int n = s->fit->parameter_count;
+  double sum = 0;
+  for (int i = 0; i < s->count; i++) {
+    const flesh_fit_datum *d = flesh_fit_datum_at(s->fit, i);
+    sum += s->found->jacobian[(size_t)i * (size_t)n + (size_t)k] * (s->found->values[i] - d->value) / (d->deviation * d->deviation);
+  }
+  return sum;
+}
+
+/* Takes over the parameters of an accepted step; their values and derivatives are known. Returns whether the free
+ * parameters have changed: some have met a bound. */
+static int accept(searching *s, const gsl_vector *x)
+{
+  const flesh_fit *fit = s->fit;
+  flesh_fit_found *found = s->found;
+  int good, met = 0;
+  place(s, x, found->p);
+  s->status = flesh_fit_evaluate(s->fit, found->p, found->values, found->jacobian, &good, s->why);
+  if (!s->status && !good) s->status = flesh_fail(FLESH_ERR_SOLVE, "%s", s->why);
+  s->largest = 0;
+  for (int i = 0; i < s->count && !s->status; i++) {
+    const flesh_fit_datum *d = flesh_fit_datum_at(fit, i);
+    s->largest = fmax(s->largest, fabs(found->values[i] - d->value) / d->deviation);
+  }
+  for (int j = 0; j < s->free_count && !s->status; j++) {
+    const int k = s->list[j];
+    const double wanted = gsl_vector_get(x, (size_t)j);
+    s->q[k] = clamp(&fit->parameters[k], wanted);
+    if (wanted == s->q[k]) continue;
+    met = 1;
+    const int side = wanted > s->q[k] ? 1 : -1;
+    if (side * gradient(s, k) < 0) found->at_bound[k] = (signed char)side;
+  }
+  return met;
+}
+
+static double sum_of(const searching *s)
+{
+  double sum = 0;
+  for (int i = 0; i < s->count; i++) {
+    const flesh_fit_datum *d = flesh_fit_datum_at(s->fit, i);
+    sum += pow((s->found->values[i] - d->value) / d->deviation, 2);
+  }
+  return sum;
+}
+
+static void tell(const searching *s)
+{
+  if (s->fit->quiet) return;
+  printf("iteration %d: sum of squares %.6g", s->found->iterations, sum_of(s));
+  for (int k = 0; k < s->fit->parameter_count && k < 6; k++) printf(", %s %.6g", s->fit->parameters[k].name, s->found->p[k]);
+  printf("%s\n", s->fit->parameter_count > 6 ? ", ..." : "");
+  fflush(stdout);
+}
+
+typedef enum outcome { ENDED, MET_BOUND } outcome;
+
+/* Iterates with the free parameters until the end or until one meets a bound. */
+static outcome iterate(searching *s, gsl_multifit_nlinear_workspace *w)
+{
+  flesh_fit_found *found = s->found;
+  for (;;) {
+    double errors = INFINITY, change = INFINITY;
+    const int moved = accept(s, gsl_multifit_nlinear_position(w));
+    if (!s->status) tell(s);
+    if (s->status) return ENDED;
+    if (moved) return MET_BOUND;
+    s->status = measure_step(gsl_multifit_nlinear_jac(w), gsl_multifit_nlinear_residual(w), &errors, &change);
+    found->converged = errors <= s->fit->tolerance || change <= least_step;
+    if (s->status || found->converged) return ENDED;
+    if (found->iterations == s->fit->max_iterations) {
+      snprintf(found->words, sizeof found->words, "the search has not ended after %d iterations (max_iterations)",
+               found->iterations);
+      return ENDED;
+    }
+    const int code = gsl_multifit_nlinear_iterate(w);
+    found->iterations++;
+    if (s->status) return ENDED;
+    if (!code) continue;
+    found->converged = errors <= rough;
+    snprintf(found->words, sizeof found->words, "no step lowers the sum of squares any more, although one of %.2g standard "
+             "errors should: the runs do not tell so near parameters apart", errors);
+    return ENDED;
+  }
+}
+
+/* The fixed parameters that would come back from their bounds are free again; returns whether there are any. */
+static int release(searching *s)
+{
+  int released = 0;
+  for (int k = 0; k < s->fit->parameter_count; k++) {
+    if (!s->found->at_bound[k] || s->found->at_bound[k] * gradient(s, k) <= 0 || s->releases[k] == RELEASES) continue;
+    s->found->at_bound[k] = 0;
+    s->releases[k]++;
+    released = 1;
+  }
+  return released;
+}
+
+/* One search with the parameters that are free. */
+static outcome search_free(searching *s)
+{
+  gsl_multifit_nlinear_parameters options = gsl_multifit_nlinear_default_parameters();
+  options.solver = gsl_multifit_nlinear_solver_svd;
+  const size_t n = (size_t)s->free_count, m = (size_t)s->count;
+  gsl_multifit_nlinear_workspace *w = gsl_multifit_nlinear_alloc(gsl_multifit_nlinear_trust, &options, m, n);
+  gsl_vector *x = gsl_vector_alloc(n);
+  gsl_multifit_nlinear_fdf fdf = {.f = find_residuals, .df = find_jacobian, .n = m, .p = n, .params = s};
+  outcome ended = ENDED;
+  for (size_t j = 0; j < n && x; j++) gsl_vector_set(x, j, s->q[s->list[j]]);
+  if (!w || !x) s->status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for a fit");
+  else if (gsl_multifit_nlinear_init(x, &fdf, w) == GSL_SUCCESS && !s->status) ended = iterate(s, w);
+  if (w) gsl_multifit_nlinear_free(w);
+  if (x) gsl_vector_free(x);
+  return ended;
+}
+
+static void list_free(searching *s)
+{
+  s->free_count = 0;
+  for (int k = 0; k < s->fit->parameter_count; k++)
+    if (!s->found->at_bound[k]) s->list[s->free_count++] = k;
+}
+
+/* The start must be one that can be run. */
+static int begin(searching *s)
+{
+  int good;
+  for (int k = 0; k < s->fit->parameter_count; k++) {
+    s->q[k] = flesh_fit_q_of(&s->fit->parameters[k], s->fit->parameters[k].start);
+    s->found->p[k] = value_at(&s->fit->parameters[k], s->q[k]);
+  }
+  const int status = flesh_fit_evaluate(s->fit, s->found->p, s->values, NULL, &good, s->why);
+  return status || good ? status : flesh_fail(FLESH_ERR_SOLVE, "the start cannot be run: %s", s->why);
+}
+
+int flesh_fit_search(flesh_fit *fit, flesh_fit_found *found)
+{
+  const size_t m = (size_t)fit->count, n = (size_t)fit->parameter_count;
+  searching s = {.fit = fit, .found = found, .count = fit->count, .values = calloc(m, sizeof(double)),
+                 .jacobian = calloc(m * n, sizeof(double))};
+  *found = (flesh_fit_found){.p = calloc(n, sizeof(double)), .values = calloc(m, sizeof(double)),
+                             .jacobian = calloc(m * n, sizeof(double)), .at_bound = calloc(n, 1)};
+  gsl_error_handler_t *handler = gsl_set_error_handler_off();
+  if (!s.values || !s.jacobian || !found->p || !found->values || !found->jacobian || !found->at_bound)
+    s.status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for a fit");
+  else s.status = begin(&s);
+  for (int more = 1; more && !s.status;) {
+    list_free(&s);
+    found->converged = !s.free_count;
+    more = s.free_count && search_free(&s) == MET_BOUND;
+    if (!s.status && !more && found->converged) more = release(&s);
+  }
+  gsl_set_error_handler(handler);
+  free(s.values);
+  free(s.jacobian);
+  return s.status;
+}
+
+void flesh_fit_found_close(flesh_fit_found *found)
+{
+  free(found->p);
+  free(found->values);
+  free(found->jacobian);
+  free(found->at_bound);
+  *found = (flesh_fit_found){0};
+}

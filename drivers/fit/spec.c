@@ -1,0 +1,361 @@
+/* spec.c: reads the spec of a fit by a table of keys, as those of sweeps are. */
+#include <limits.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "base/file.h"
+#include "base/scan.h"
+#include "fit/fit.h"
+#include "flesh/scene.h"
+#include "run/provenance.h"
+#include "scene/keys.h"
+#include "study/keyed_text.h"
+
+/* Equilibria are compared with those of slightly other parameters, so that their solves must leave less. */
+static const double newton_tolerance = 1e-8;
+
+static const char *const spacings[] = {"linear", "logarithmic", NULL};
+
+typedef struct measured_keys {
+  char *probes, *history, *positions;
+  const flesh_node *columns;
+  double deviation, weight;
+} measured_keys;
+
+typedef struct experiment_keys {
+  char *name, *scene;
+  const flesh_node *set;
+  flesh_objects measured;
+} experiment_keys;
+
+typedef struct fit_keys {
+  char *title;
+  flesh_objects experiments, parameters;
+  int max_iterations;
+  double tolerance;
+} fit_keys;
+
+#define AT(member) .offset = offsetof(measured_keys, member)
+static const flesh_key measured_table[] = {
+    {.name = "probes", .type = FLESH_KEY_PATH, AT(probes), .default_value = "",
+     .doc = "CSV with columns of probes.csv: t [s], tip.position_z [m]; without t, one row of the end"},
+    {.name = "history", .type = FLESH_KEY_PATH, AT(history), .default_value = "",
+     .doc = "instead of probes: CSV with columns of history.csv"},
+    {.name = "positions", .type = FLESH_KEY_PATH, AT(positions), .default_value = "",
+     .doc = "instead of probes: CSV of positions at the end, x,y,z, of nodes (column node, from 0) or of points of the body "
+            "at rest (columns X,Y,Z)"},
+    {.name = "columns", .type = FLESH_KEY_TREE, AT(columns), .default_value = "",
+     .doc = "a list of the columns that count, without units; default: all"},
+    {.name = "deviation", .type = FLESH_KEY_NUMBER, AT(deviation), .range = FLESH_RANGE_POSITIVE, .default_value = "",
+     .doc = "standard deviation of each number, in its unit; or the file has columns NAME_deviation"},
+    {.name = "weight", .type = FLESH_KEY_NUMBER, AT(weight), .range = FLESH_RANGE_POSITIVE, .default_value = "",
+     .doc = "instead of a deviation: of each squared residual, which is 1/deviation^2"},
+    {.name = NULL},
+};
+#undef AT
+
+#define AT(member) .offset = offsetof(experiment_keys, member)
+static const flesh_key experiment_table[] = {
+    {.name = "name", .type = FLESH_KEY_TEXT, AT(name), .doc = "of letters, digits and _; of its folder DIR/runs/NAME"},
+    {.name = "scene", .type = FLESH_KEY_PATH, AT(scene), .doc = "of a file, relative to the spec"},
+    {.name = "set", .type = FLESH_KEY_TREE, AT(set), .default_value = "",
+     .doc = "a mapping of values by the scene's keys: {time.end: 1}"},
+    {.name = "measured", .type = FLESH_KEY_OBJECTS, AT(measured), .children = measured_table,
+     .child_size = sizeof(measured_keys), .doc = "files of measurements"},
+    {.name = NULL},
+};
+#undef AT
+
+#define AT(member) .offset = offsetof(flesh_fit_parameter, member)
+static const flesh_key parameter_table[] = {
+    {.name = "key", .type = FLESH_KEY_TEXT, AT(key), .doc = "of the scene, as in --set: body.material.young"},
+    {.name = "name", .type = FLESH_KEY_TEXT, AT(name), .default_value = "",
+     .doc = "in tables, of letters, digits and _; default: the key's last word, or the whole key"},
+    {.name = "start", .type = FLESH_KEY_NUMBER, AT(start), .doc = "value that the search begins with"},
+    {.name = "from", .type = FLESH_KEY_NUMBER, AT(from), .default_value = "-.inf", .doc = "least value"},
+    {.name = "to", .type = FLESH_KEY_NUMBER, AT(to), .default_value = ".inf", .doc = "largest value"},
+    {.name = "spacing", .type = FLESH_KEY_CHOICE, AT(spacing), .choices = spacings, .default_value = "linear",
+     .doc = "logarithmic: the logarithm is searched and gets the error, for positive values of unknown size"},
+    {.name = "scale", .type = FLESH_KEY_NUMBER, AT(scale), .range = FLESH_RANGE_POSITIVE, .default_value = "",
+     .doc = "typical size of linear changes, a thousandth of which differences take; default: the size of start"},
+    {.name = "experiments", .type = FLESH_KEY_TREE, AT(experiment_list), .default_value = "",
+     .doc = "a list of the experiments whose scenes have the key; default: all"},
+    {.name = NULL},
+};
+#undef AT
+
+#define AT(member) .offset = offsetof(fit_keys, member)
+static const flesh_key fit_table[] = {
+    {.name = "title", .type = FLESH_KEY_TEXT, AT(title), .default_value = "", .doc = "what the fit is for"},
+    {.name = "experiments", .type = FLESH_KEY_OBJECTS, AT(experiments), .children = experiment_table,
+     .child_size = sizeof(experiment_keys), .doc = "scenes of which something was measured"},
+    {.name = "parameters", .type = FLESH_KEY_OBJECTS, AT(parameters), .children = parameter_table,
+     .child_size = sizeof(flesh_fit_parameter), .doc = "what is fitted"},
+    {.name = "max_iterations", .type = FLESH_KEY_INTEGER, AT(max_iterations), .range = FLESH_RANGE_POSITIVE,
+     .default_value = "50", .doc = "steps of the search at most"},
+    {.name = "tolerance", .type = FLESH_KEY_NUMBER, AT(tolerance), .range = FLESH_RANGE_FRACTION,
+     .default_value = "0.01", .doc = "the search ends where a further step would be this share of the standard errors"},
+    {.name = NULL},
+};
+#undef AT
+
+void flesh_fit_describe_keys(FILE *stream)
+{
+  fputs("Keys of a spec:\n", stream);
+  flesh_settings_describe(stream, fit_table, NULL);
+}
+
+static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory while reading a fit"); }
+
+static const flesh_node *item_of(const flesh_node *mapping, const char *key, int k)
+{
+  const flesh_node *list = flesh_node_find(mapping, key);
+  return list ? flesh_node_item(list, k) : NULL;
+}
+
+/* The keys that the fit sets itself, before the spec's: no frames, and solves that leave little. */
+static int set_own(flesh_fit *fit, const experiment_keys *keys, flesh_fit_experiment *e)
+{
+  flesh_settings given = {0};
+  int status = flesh_settings_read(&fit->arena, fit->path, keys->set, &given);
+  if (status) return status;
+  e->set.texts = flesh_arena_take(&fit->arena, sizeof(char *) * (size_t)(given.count + 3));
+  e->set.nodes = flesh_arena_take(&fit->arena, sizeof(flesh_node *) * (size_t)(given.count + 3));
+  if (!e->set.texts || !e->set.nodes) return no_memory();
+  flesh_scene *scene = NULL;
+  for (int k = 0; k <= given.count && !status; k++)
+    status = flesh_settings_check(k ? given.nodes[k - 1] : e->scene_place, e->scene, k, given.texts);
+  if (!status) status = flesh_scene_read(e->scene, given.count, given.texts, &scene);
+  if (status) return flesh_node_fail_within(status, e->scene_place, "%s", "");
+  const double own = flesh_scene_solver(scene)->newton_tolerance;
+  char number[FLESH_NUMBER_SIZE];
+  flesh_number_text(fmin(own, newton_tolerance), number);
+  flesh_scene_destroy(&scene);
+  e->set.texts[e->set.count++] = flesh_arena_print(&fit->arena, "solver.newton_tolerance=%s", number);
+  e->set.texts[e->set.count++] = "output.frame_interval=0";
+  e->set.texts[e->set.count++] = "output.error_bars=false";
+  if (!e->set.texts[0]) return no_memory();
+  for (int k = 0; k < given.count; k++) {
+    e->set.nodes[e->set.count] = given.nodes[k];
+    e->set.texts[e->set.count++] = given.texts[k];
+  }
+  return FLESH_OK;
+}
+
+static int read_measured(flesh_fit *fit, const experiment_keys *keys, const flesh_scene *scene, flesh_fit_experiment *e)
+{
+  const measured_keys *rows = keys->measured.values;
+  e->measured = flesh_arena_take(&fit->arena, sizeof *e->measured * (size_t)keys->measured.count);
+  if (!e->measured) return no_memory();
+  if (!keys->measured.count)
+    return flesh_node_fail(flesh_node_find(e->place, "measured"), "measured is []; it must name a file or more");
+  int status = FLESH_OK;
+  e->first = fit->count;
+  for (int k = 0; k < keys->measured.count && !status; k++) {
+    const flesh_fit_measured_keys one = {.paths = {rows[k].probes, rows[k].history, rows[k].positions},
+                                         .columns = rows[k].columns, .place = item_of(e->place, "measured", k),
+                                         .deviation = rows[k].deviation, .weight = rows[k].weight};
+    status = flesh_fit_measured_read(&fit->arena, scene, &one, &e->measured[k]);
+    if (!status) e->measured_count++, e->count += e->measured[k].count;
+  }
+  fit->count += e->count;
+  return status;
+}
+
+/* The time of every datum is one of the run. */
+static int check_times(const flesh_fit_experiment *e)
+{
+  for (int k = 0; k < e->measured_count; k++)
+    for (int d = 0; d < e->measured[k].count; d++) {
+      const double t = e->measured[k].data[d].t;
+      if (!isnan(t) && !(t >= e->start && t <= e->end))
+        return flesh_node_fail(e->measured[k].place, "%s: t is %g s; it must be a time of the run, which goes from %g to %g s",
+                               e->measured[k].path, t, e->start, e->end);
+    }
+  return FLESH_OK;
+}
+
+static int read_experiment(flesh_fit *fit, const experiment_keys *keys, flesh_fit_experiment *e)
+{
+  flesh_scene *scene = NULL;
+  e->name = keys->name;
+  e->scene = keys->scene;
+  e->scene_place = flesh_node_find(e->place, "scene");
+  int status = flesh_setting_check_name(flesh_node_find(e->place, "name"), e->name);
+  for (int k = 0; k < fit->experiment_count && !status; k++)
+    if (!strcmp(fit->experiments[k].name, e->name))
+      status = flesh_node_fail(flesh_node_find(e->place, "name"), "two experiments are named %s; names must differ", e->name);
+  if (!status) status = set_own(fit, keys, e);
+  if (!status) {
+    status = flesh_scene_read(e->scene, e->set.count, e->set.texts, &scene);
+    if (status) flesh_node_fail_within(status, e->scene_place, "%s", "");
+  }
+  if (status) return status;
+  e->end = flesh_scene_times(scene)->end;
+  e->nodes = flesh_mesh_node_count(flesh_scene_mesh(scene));
+  const size_t unknowns = (size_t)flesh_system_unknowns(flesh_scene_system(scene));
+  flesh_state state = {.x = malloc(unknowns * sizeof(double)), .v = malloc(unknowns * sizeof(double))};
+  if (state.x && state.v) flesh_scene_start(scene, &state);
+  else status = no_memory();
+  free(state.x);
+  free(state.v);
+  e->start = state.t;
+  snprintf(e->differences, sizeof e->differences, "%s", flesh_fit_tangents_refused(scene));
+  e->inputs = flesh_provenance_scene(scene, e->scene);
+  if (!status) status = flesh_study_fingerprint(scene, e->scene, e->fingerprint);
+  if (!status) status = read_measured(fit, keys, scene, e);
+  if (!status) status = check_times(e);
+  flesh_scene_destroy(&scene);
+  return status;
+}
+
+static int name_parameter(flesh_fit *fit, int k)
+{
+  flesh_fit_parameter *p = &fit->parameters[k];
+  char *whole = flesh_arena_print(&fit->arena, "%s", p->key);
+  if (!whole) return no_memory();
+  for (char *letter = whole; *letter; letter++)
+    if (strchr(".[]", *letter)) *letter = '_';
+  const size_t length = strlen(whole);
+  if (length && whole[length - 1] == '_') whole[length - 1] = 0;
+  const char *dot = strrchr(p->key, '.');
+  const flesh_node *given = flesh_node_find(p->place, "name");
+  if (!p->name) p->name = whole + (dot ? dot + 1 - p->key : 0);
+  int taken = 0;
+  for (int j = 0; j < k; j++) taken |= !strcmp(fit->parameters[j].name, p->name);
+  if (taken && !given) p->name = whole, taken = 0;
+  for (int j = 0; j < k; j++) taken |= !strcmp(fit->parameters[j].name, p->name);
+  if (taken) return flesh_node_fail(given ? given : p->place, "two parameters are named %s; names must differ", p->name);
+  return flesh_setting_check_name(given ? given : p->place, p->name);
+}
+
+/* The experiments that have the parameter. */
+static int choose_experiments(flesh_fit *fit, int k)
+{
+  const flesh_fit_parameter *p = &fit->parameters[k];
+  const flesh_node *list = p->experiment_list;
+  char shown[FLESH_SHOW_SIZE];
+  for (int e = 0; e < fit->experiment_count && !list; e++) fit->experiments[e].acts[k] = 1;
+  if (list && (list->kind != FLESH_NODE_LIST || !list->count))
+    return flesh_node_fail(list, "experiments is %s; it must be a list of names", flesh_node_show(list, shown));
+  for (const flesh_node *child = list ? list->first : NULL; child; child = child->next) {
+    int found = -1;
+    for (int e = 0; e < fit->experiment_count; e++)
+      if (child->kind == FLESH_NODE_SCALAR && !strcmp(child->text, fit->experiments[e].name)) found = e;
+    if (found < 0)
+      return flesh_node_fail(child, "experiments has %s; it must be the name of an experiment, as %s",
+                             flesh_node_show(child, shown), fit->experiments[0].name);
+    fit->experiments[found].acts[k] = 1;
+  }
+  return FLESH_OK;
+}
+
+static int check_numbers(flesh_fit_parameter *p)
+{
+  const flesh_node *start = flesh_node_find(p->place, "start");
+  if (!(p->from < p->to))
+    return flesh_node_fail(flesh_node_find(p->place, "to"), "to is %g; it must be above from, which is %g", p->to, p->from);
+  if (!(p->start >= p->from && p->start <= p->to))
+    return flesh_node_fail(start, "start is %g; it must lie from %g to %g, as from and to say", p->start, p->from, p->to);
+  if (p->spacing == FLESH_FIT_LOGARITHMIC) {
+    const flesh_node *scale = flesh_node_find(p->place, "scale");
+    if (!(p->start > 0))
+      return flesh_node_fail(start, "start is %g; it must be > 0 when spacing is logarithmic", p->start);
+    if (isfinite(p->from) && !(p->from > 0))
+      return flesh_node_fail(flesh_node_find(p->place, "from"), "from is %g; it must be > 0 when spacing is logarithmic", p->from);
+    if (scale) return flesh_node_fail(scale, "scale is of linear parameters; logarithmic ones change by shares of themselves");
+    p->from = fmax(p->from, 0);
+    p->scale = 1;
+  } else if (isnan(p->scale)) {
+    p->scale = fabs(p->start);
+    if (!(p->scale > 0)) p->scale = (p->to - p->from) / 2;
+    if (!isfinite(p->scale))
+      return flesh_node_fail(p->place, "scale is missing; where start is 0 it must be a number > 0");
+  }
+  return FLESH_OK;
+}
+
+/* The scenes take the key with the start and the bounds. */
+static int check_key(flesh_fit *fit, int k)
+{
+  const flesh_fit_parameter *p = &fit->parameters[k];
+  const char *const keys[] = {"start", "from", "to"};
+  const double values[] = {p->start, p->from, p->to};
+  int status = FLESH_OK;
+  for (int e = 0; e < fit->experiment_count && !status; e++) {
+    flesh_fit_experiment *one = &fit->experiments[e];
+    const char **overrides = calloc((size_t)one->set.count + 1, sizeof *overrides);
+    if (!overrides) return no_memory();
+    memcpy(overrides, one->set.texts, (size_t)one->set.count * sizeof *overrides);
+    for (int v = 0; v < 3 && one->acts[k] && !status; v++) {
+      char number[FLESH_NUMBER_SIZE];
+      const flesh_node *place = flesh_node_find(p->place, keys[v]);
+      if (!place || !isfinite(values[v])) continue;
+      char *text = flesh_arena_print(&fit->arena, "%s=%s", p->key, flesh_number_text(values[v], number));
+      if (!text) status = no_memory();
+      overrides[one->set.count] = text;
+      if (!status) status = flesh_settings_check(place, one->scene, one->set.count + 1, overrides);
+    }
+    free(overrides);
+  }
+  return status;
+}
+
+static int read_parameter(flesh_fit *fit, int k)
+{
+  const flesh_fit_parameter *p = &fit->parameters[k];
+  for (int j = 0; j < k; j++)
+    if (!strcmp(fit->parameters[j].key, p->key) && !p->experiment_list)
+      return flesh_node_fail(flesh_node_find(p->place, "key"), "%s is fitted twice; it must be one parameter", p->key);
+  int status = name_parameter(fit, k);
+  if (!status) status = choose_experiments(fit, k);
+  if (!status) status = check_numbers(&fit->parameters[k]);
+  return status ? status : check_key(fit, k);
+}
+
+static int make(flesh_fit *fit, const fit_keys *keys, const flesh_node *root)
+{
+  const experiment_keys *experiments = keys->experiments.values;
+  int status = FLESH_OK;
+  fit->title = keys->title;
+  fit->max_iterations = keys->max_iterations;
+  fit->tolerance = keys->tolerance;
+  fit->experiments = flesh_arena_take(&fit->arena, sizeof *fit->experiments * (size_t)keys->experiments.count);
+  if (!fit->experiments) return no_memory();
+  if (!keys->experiments.count)
+    return flesh_node_fail(flesh_node_find(root, "experiments"), "experiments is []; it must have one or more");
+  if (!keys->parameters.count || keys->parameters.count > FLESH_FIT_PARAMETERS)
+    return flesh_node_fail(flesh_node_find(root, "parameters"), "parameters are %d; they must be 1 to %d",
+                           keys->parameters.count, FLESH_FIT_PARAMETERS);
+  for (int e = 0; e < keys->experiments.count && !status; e++, fit->experiment_count++) {
+    fit->experiments[e].place = item_of(root, "experiments", e);
+    status = read_experiment(fit, &experiments[e], &fit->experiments[e]);
+  }
+  fit->parameters = keys->parameters.values;
+  for (int k = 0; k < keys->parameters.count && !status; k++) {
+    fit->parameters[k].place = item_of(root, "parameters", k);
+    fit->parameter_count = k + 1;
+    status = read_parameter(fit, k);
+  }
+  if (!status && fit->count < fit->parameter_count)
+    status = flesh_node_fail(flesh_node_find(root, "parameters"),
+                             "parameters are %d; they must be at most as many as the measured numbers, which are %d",
+                             fit->parameter_count, fit->count);
+  return status;
+}
+
+int flesh_fit_read(const char *path, flesh_fit *fit)
+{
+  size_t size;
+  flesh_node *root = NULL;
+  fit_keys keys;
+  fit->path = flesh_arena_print(&fit->arena, "%s", path);
+  if (!fit->path) return no_memory();
+  int status = flesh_file_load(path, &fit->text, &size);
+  if (status) return status;
+  const flesh_keyed_text text = {fit->path, fit->text, size, "the spec"};
+  status = flesh_keyed_text_read(&fit->arena, &text, fit_table, &root, &keys);
+  return status ? status : make(fit, &keys, root);
+}

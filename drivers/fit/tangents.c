@@ -1,0 +1,166 @@
+/* tangents.c: derivatives of what was measured by tangents of equilibria: a linear solve for each parameter in place of two
+ * runs. A tangent dx/dp takes the equilibrium to x +- h dx/dp, p +- h, where the quantities are differenced without a solve,
+ * by the tables that a run writes. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "base/file.h"
+#include "base/text.h"
+#include "fit/fit.h"
+#include "flesh/observer.h"
+#include "flesh/sensitivity.h"
+#include "scene/effect_list.h"
+#include "scene/scene.h"
+
+/* The step of the differences in q, and the residual that the linear solves leave. */
+static const double difference = 1e-3, tolerance = 1e-8;
+
+static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for tangents"); }
+
+static int rubs(const flesh_scene *scene)
+{
+  const flesh_effect_entry *entries = scene->keys.effects.values;
+  for (int k = 0; k < scene->keys.effects.count; k++) {
+    const flesh_key *key = flesh_key_named(entries[k].row->keys, "friction");
+    if (key && *(const double *)((const char *)entries[k].parameters + key->offset) > 0) return 1;
+  }
+  return 0;
+}
+
+const char *flesh_fit_tangents_refused(const flesh_scene *scene)
+{
+  if (flesh_scene_times(scene)->method != FLESH_METHOD_STATIC) return "it is a motion";
+  if (rubs(scene)) return "friction makes its equilibria depend on the way to them";
+  return flesh_system_internal_count(flesh_scene_system(scene)) ? "its effects remember the way to its equilibria" : "";
+}
+
+typedef struct tangenting {
+  flesh_fit *fit;
+  flesh_fit_experiment *e;
+  int experiment;
+  flesh_scene *scene;
+  flesh_sensitivity **at; /* [kept]; NULL at the start */
+  double *dx;             /* [kept * 3 * nodes] */
+  double *values[2];      /* [count] */
+  char *folder;
+  int solves;
+} tangenting;
+
+static int factor(tangenting *t)
+{
+  const flesh_fit_kept *kept = &t->e->kept;
+  int status = FLESH_OK;
+  for (int r = kept->has_start; r < kept->count && !status; r++) {
+    status = flesh_sensitivity_create(flesh_scene_system(t->scene), flesh_scene_solver(t->scene), tolerance, &t->at[r]);
+    if (!status) status = flesh_sensitivity_set(t->at[r], &kept->states[r], NULL);
+  }
+  return status;
+}
+
+/* Opens the tables that a run of the scene writes, as far as they are asked for. */
+static int open_tables(const tangenting *t, const flesh_scene *scene, flesh_history **history, flesh_probes **probes)
+{
+  int wanted[3] = {0}, count;
+  const flesh_probe *list = flesh_scene_probes(scene, &count);
+  for (int k = 0; k < t->e->measured_count; k++) wanted[t->e->measured[k].table] = 1;
+  char *paths[] = {flesh_text_new("%s/probes.csv", t->folder), flesh_text_new("%s/history.csv", t->folder)};
+  int status = paths[0] && paths[1] ? FLESH_OK : no_memory();
+  if (!status && wanted[FLESH_FIT_OF_HISTORY]) status = flesh_history_create(paths[1], flesh_scene_system(scene), history);
+  if (!status && wanted[FLESH_FIT_OF_PROBES])
+    status = flesh_probes_create(paths[0], flesh_scene_body(scene), flesh_scene_system(scene), flesh_scene_times(scene)->method,
+                                 count, list, probes);
+  free(paths[0]);
+  free(paths[1]);
+  return status;
+}
+
+/* Has the tables observe a state: as a run that ends where it begins. */
+static int observe(const flesh_scene *scene, flesh_state *state, flesh_history *history, flesh_probes *probes)
+{
+  const flesh_observer observers[] = {{flesh_history_observe, history}, {flesh_probes_observe, probes}};
+  const int from = !history, count = (history != NULL) + (probes != NULL);
+  const flesh_run_options run = {.h = 1, .end = state->t, .observer_count = count, .observers = observers + from};
+  flesh_integrator *integrator = NULL;
+  int status = flesh_integrator_create(flesh_scene_system(scene), FLESH_METHOD_STATIC, flesh_scene_solver(scene), &integrator);
+  if (!status) status = flesh_run(flesh_scene_system(scene), integrator, &run, state, NULL);
+  flesh_integrator_destroy(&integrator);
+  return status;
+}
+
+/* Takes what was measured at the states that lie `h` along the tangents, of the scene there. */
+static int take_along(const tangenting *t, const flesh_scene *scene, double h, double *values)
+{
+  const flesh_fit_kept *kept = &t->e->kept;
+  const int unknowns = 3 * t->e->nodes;
+  flesh_history *history = NULL;
+  flesh_probes *probes = NULL;
+  flesh_state state = {0};
+  int status = open_tables(t, scene, &history, &probes);
+  for (int r = 0; r < kept->count && !status; r++) {
+    flesh_fit_state_free(&state);
+    status = flesh_fit_state_copy(&kept->states[r], t->e->nodes, &state);
+    for (int i = 0; i < unknowns && !status; i++) state.x[i] += h * t->dx[(size_t)r * (size_t)unknowns + (size_t)i];
+    if (!status && (history || probes)) status = observe(scene, &state, history, probes);
+  }
+  const int closed[] = {flesh_history_close(&history), flesh_probes_close(&probes)};
+  if (!status) status = closed[0] ? closed[0] : closed[1];
+  if (!status) status = flesh_fit_take(t->e, t->folder, state.x, values);
+  flesh_fit_state_free(&state);
+  return status;
+}
+
+/* The column of a parameter. */
+static int differentiate(tangenting *t, int k, double *tangents)
+{
+  const flesh_fit *fit = t->fit;
+  const flesh_fit_kept *kept = &t->e->kept;
+  const size_t unknowns = 3 * (size_t)t->e->nodes;
+  double p[FLESH_FIT_PARAMETERS];
+  flesh_scene *scenes[2] = {NULL};
+  const double h = difference * fabs(flesh_fit_slope(&fit->parameters[k], kept->p[k]));
+  int status = FLESH_OK;
+  memcpy(p, kept->p, (size_t)fit->parameter_count * sizeof *p);
+  for (int s = 0; s < 2 && !status; s++) {
+    p[k] = kept->p[k] + (s ? h : -h);
+    status = flesh_fit_scene_at(fit, t->experiment, p, &scenes[s]);
+  }
+  if (!status) {
+    const flesh_parameter parameter = {{NULL, flesh_scene_system(scenes[0]), flesh_scene_system(scenes[1]), NULL}, h};
+    memset(t->dx, 0, (size_t)kept->count * unknowns * sizeof *t->dx);
+    for (int r = kept->has_start; r < kept->count && !status; r++, t->solves++)
+      status = flesh_sensitivity_tangent(t->at[r], &parameter, t->dx + (size_t)r * unknowns);
+  }
+  for (int s = 0; s < 2 && !status; s++) status = take_along(t, scenes[s], s ? h : -h, t->values[s]);
+  for (int d = 0; d < t->e->count && !status; d++)
+    tangents[(size_t)d * (size_t)fit->parameter_count + (size_t)k] = (t->values[1][d] - t->values[0][d]) / (2 * h);
+  flesh_scene_destroy(&scenes[0]);
+  flesh_scene_destroy(&scenes[1]);
+  return status;
+}
+
+int flesh_fit_tangents(flesh_fit *fit, int experiment, double *tangents)
+{
+  flesh_fit_experiment *e = &fit->experiments[experiment];
+  const size_t unknowns = 3 * (size_t)e->nodes, rows = (size_t)e->kept.count + 1, count = (size_t)e->count * sizeof(double);
+  tangenting t = {.fit = fit, .e = e, .experiment = experiment, .at = calloc(rows, sizeof(flesh_sensitivity *)),
+                  .dx = malloc(rows * unknowns * sizeof(double)), .values = {malloc(count), malloc(count)},
+                  .folder = flesh_fit_scratch(fit, e)};
+  int status = t.at && t.dx && t.values[0] && t.values[1] && t.folder ? flesh_folder_make(t.folder) : no_memory();
+  if (!status) status = flesh_fit_scene_at(fit, experiment, e->kept.p, &t.scene);
+  if (!status) status = factor(&t);
+  for (int k = 0; k < fit->parameter_count && !status; k++)
+    if (e->acts[k]) status = differentiate(&t, k, tangents);
+  for (int r = 0; r < e->kept.count && t.at; r++) flesh_sensitivity_destroy(&t.at[r]);
+  flesh_scene_destroy(&t.scene);
+  fit->counts.linear += t.solves;
+  flesh_fit_scratch_remove(t.folder);
+  free(t.at);
+  free(t.dx);
+  free(t.values[0]);
+  free(t.values[1]);
+  if (status != FLESH_ERR_ARGUMENT && status != FLESH_ERR_SOLVE) return status;
+  snprintf(e->differences, sizeof e->differences, "%.300s", flesh_error_text());
+  return FLESH_OK;
+}

@@ -1,0 +1,195 @@
+/* write.c: writes what a fit has found: result.json, fit.csv, the fitted scenes, and words. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "base/text.h"
+#include "cli/json_memory.h"
+#include "cli/options.h"
+#include "fit/fit.h"
+#include "run/provenance.h"
+#include "run/result.h"
+#include "study/table.h"
+
+static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for the results of a fit"); }
+
+static json_t *matrix_json(int n, const double *matrix)
+{
+  json_t *rows = json_array();
+  for (int a = 0; a < n; a++) {
+    json_t *row = json_array();
+    for (int b = 0; b < n; b++) json_array_append_new(row, flesh_json_number(matrix[a * n + b]));
+    json_array_append_new(rows, row);
+  }
+  return rows;
+}
+
+static json_t *parameters_json(const flesh_fit *fit, const flesh_fit_found *found, const flesh_fit_statistics *s)
+{
+  json_t *list = json_array();
+  for (int k = 0; k < fit->parameter_count; k++) {
+    const flesh_fit_parameter *p = &fit->parameters[k];
+    const flesh_fit_error *error = &s->errors[k];
+    json_array_append_new(list, json_pack("{sssssosososososo}", "name", p->name, "key", p->key, "value", flesh_json_number(found->p[k]),
+                                          "standard_error", flesh_json_number(error->standard), "low_95",
+                                          flesh_json_number(error->low), "high_95", flesh_json_number(error->high), "start",
+                                          flesh_json_number(p->start), "at_bound",
+                                          found->at_bound[k] ? json_string(found->at_bound[k] > 0 ? "upper" : "lower") : json_null()));
+  }
+  return list;
+}
+
+static json_t *derivatives_json(const flesh_fit_experiment *e)
+{
+  char words[FLESH_FIT_WORDS + 40];
+  snprintf(words, sizeof words, *e->differences ? "by differences: %s" : "by tangents", e->differences);
+  return flesh_json_text(words);
+}
+
+static json_t *experiments_json(const flesh_fit *fit, const flesh_fit_found *found)
+{
+  json_t *list = json_array();
+  for (int e = 0; e < fit->experiment_count; e++) {
+    const flesh_fit_experiment *one = &fit->experiments[e];
+    double sum = 0;
+    int count;
+    for (int i = one->first; i < one->first + one->count; i++) {
+      const flesh_fit_datum *d = flesh_fit_datum_at(fit, i);
+      sum += pow((found->values[i] - d->value) / d->deviation, 2);
+    }
+    char **texts = flesh_fit_overrides(fit, e, found->p, &count);
+    if (!texts) flesh_json_note_lack();
+    json_t *overrides = json_array(), *files = json_array();
+    for (int k = 0; k < count && texts; k++) json_array_append_new(overrides, flesh_json_text(texts[k]));
+    for (int k = 0; k < one->measured_count; k++) json_array_append_new(files, flesh_json_text(one->measured[k].path));
+    flesh_fit_overrides_free(count, texts);
+    json_array_append_new(list, json_pack("{sssisososososO}", "name", one->name, "measured_numbers", one->count, "residual_rms",
+                                          flesh_json_number(sqrt(sum / one->count)), "derivatives", derivatives_json(one), "measured", files, "overrides", overrides,
+                                          "inputs", one->inputs));
+  }
+  return list;
+}
+
+static int runs_used(const flesh_fit *fit) { return fit->run_count - fit->counts.with_tangents; }
+
+static json_t *runs_json(const flesh_fit *fit)
+{
+  return json_pack("{sisisisisf}", "used", runs_used(fit), "made_now", fit->counts.runs, "failed", fit->counts.failed,
+                   "linear_solves", fit->counts.linear, "cpu_s", fit->counts.cpu_s);
+}
+
+static char *path_in(const flesh_fit *fit, const char *name) { return flesh_text_new("%s/%s", fit->out, name); }
+
+static int write_result(const flesh_fit *fit, json_t *value)
+{
+  char *path = path_in(fit, "result.json");
+  json_object_set_new(value, "runs", runs_json(fit));
+  json_object_set_new(value, "program", flesh_provenance_program(fit->argc, fit->argv));
+  if (!path) json_decref(value);
+  const int status = path ? flesh_json_write(path, value) : no_memory();
+  free(path);
+  return status;
+}
+
+static int write_found(const flesh_fit *fit, const flesh_fit_found *found, const flesh_fit_statistics *s)
+{
+  json_t *sentences = json_array();
+  for (int k = 0; k < s->sentence_count; k++) json_array_append_new(sentences, json_string(s->sentences[k]));
+  json_t *value = json_pack("{sssisssososososo}", "status", found->converged ? "complete" : "failed", "exit_code",
+                            found->converged ? 0 : flesh_exit_code(FLESH_ERR_SOLVE), "message", found->words, "parameters",
+                            parameters_json(fit, found, s), "identifiability", sentences, "covariance",
+                            matrix_json(s->count, s->covariance), "correlation", matrix_json(s->count, s->correlation), "residuals",
+                            json_pack("{sisisoso}", "measured_numbers", fit->count, "degrees_of_freedom", s->freedom,
+                                      "sum_of_squares", flesh_json_number(s->squares), "scale", flesh_json_number(s->scale)));
+  if (!value) return no_memory();
+  json_object_set_new(value, "iterations", json_integer(found->iterations));
+  json_object_set_new(value, "experiments", experiments_json(fit, found));
+  return write_result(fit, value);
+}
+
+int flesh_fit_write_ended(const flesh_fit *fit, int status)
+{
+  char words[1024];
+  snprintf(words, sizeof words, "%s", flesh_error_text());
+  const int written =
+      write_result(fit, json_pack("{sssisO}", "status", status == FLESH_ERR_INTERRUPTED ? "interrupted" : "failed", "exit_code",
+                                  flesh_exit_code(status), "message", flesh_json_text(words)));
+  flesh_fail(status, "%s", words);
+  return written;
+}
+
+static int write_table(const flesh_fit *fit, const flesh_fit_found *found)
+{
+  flesh_file file;
+  int status = flesh_table_open(fit->out, "fit.csv", &file), i = 0;
+  if (status) return status;
+  fputs("experiment,measured,row,quantity,unit,t [s],value,deviation,fitted,residual\n", file.stream);
+  for (int e = 0; e < fit->experiment_count; e++)
+    for (int k = 0; k < fit->experiments[e].measured_count; k++) {
+      const flesh_fit_measured *m = &fit->experiments[e].measured[k];
+      const char *slash = strrchr(m->path, '/');
+      for (int d = 0; d < m->count; d++, i++) {
+        const flesh_fit_datum *datum = &m->data[d];
+        fprintf(file.stream, "%s,", fit->experiments[e].name);
+        flesh_csv_print(file.stream, slash ? slash + 1 : m->path);
+        fprintf(file.stream, ",%d,", datum->row + 1);
+        flesh_csv_print(file.stream, m->quantities[datum->quantity].name);
+        putc(',', file.stream);
+        flesh_csv_print(file.stream, m->quantities[datum->quantity].unit);
+        flesh_table_field(file.stream, datum->t);
+        flesh_table_field(file.stream, datum->value);
+        flesh_table_field(file.stream, datum->deviation);
+        flesh_table_field(file.stream, found->values[i]);
+        flesh_table_field(file.stream, (found->values[i] - datum->value) / datum->deviation);
+        putc('\n', file.stream);
+      }
+    }
+  return flesh_file_commit(&file);
+}
+
+/* The scene of each experiment with the parameters that were found. */
+static int write_scenes(const flesh_fit *fit, const flesh_fit_found *found)
+{
+  char *folder = path_in(fit, "scenes");
+  int status = folder ? flesh_folder_make(folder) : no_memory();
+  for (int e = 0; e < fit->experiment_count && !status; e++) {
+    int count;
+    flesh_scene *scene = NULL;
+    char **overrides = flesh_fit_overrides(fit, e, found->p, &count);
+    char *path = flesh_text_new("%s/%s.yaml", folder, fit->experiments[e].name);
+    status = overrides && path ? flesh_scene_read(fit->experiments[e].scene, count, (const char *const *)overrides, &scene) : no_memory();
+    if (!status) status = flesh_scene_write(scene, path);
+    flesh_scene_destroy(&scene);
+    flesh_fit_overrides_free(count, overrides);
+    free(path);
+  }
+  free(folder);
+  return status;
+}
+
+static void print(const flesh_fit *fit, const flesh_fit_found *found, const flesh_fit_statistics *s)
+{
+  for (int k = 0; k < fit->parameter_count; k++) {
+    printf("%s = %.6g", fit->parameters[k].name, found->p[k]);
+    if (!isnan(s->errors[k].standard))
+      printf(" +/- %.2g (95 %%: %.6g to %.6g)", s->errors[k].standard, s->errors[k].low, s->errors[k].high);
+    putchar('\n');
+  }
+  for (int k = 0; k < s->sentence_count; k++) printf("%s\n", s->sentences[k]);
+  if (*found->words) printf("%s\n", found->words);
+  for (int e = 0; e < fit->experiment_count; e++)
+    if (*fit->experiments[e].differences)
+      printf("derivatives of %s are by differences: %s\n", fit->experiments[e].name, fit->experiments[e].differences);
+  printf("%d measured numbers, sum of squares %.6g, %d iterations, %d runs\nresults: %s\n", fit->count, s->squares,
+         found->iterations, runs_used(fit), fit->out);
+}
+
+int flesh_fit_write(const flesh_fit *fit, const flesh_fit_found *found, const flesh_fit_statistics *statistics)
+{
+  int status = write_table(fit, found);
+  if (!status) status = write_scenes(fit, found);
+  if (!status) status = write_found(fit, found, statistics);
+  if (!status && !fit->quiet) print(fit, found, statistics);
+  return status;
+}
