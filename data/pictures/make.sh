@@ -4,14 +4,15 @@
 #   sh data/pictures/make.sh                 all of them
 #   sh data/pictures/make.sh gallery finger  some: `sh data/pictures/make.sh --list` shows the names
 #
-# FLESH is the program, build/drivers/flesh by default. All take about half an hour on two processors, half of it `speed`;
-# each tells its seconds. `tutorials`, `accuracy`, `mesh_error` and `speed` measure CPU times, and want a machine that
-# does nothing else. gnuplot is needed, and Chromium for `report`.
+# FLESH is the program, build/drivers/flesh by default. All take about half an hour on two processors, half of it `speed`,
+# beside `limb`, which takes an hour; each tells its seconds. `tutorials`, `accuracy`, `mesh_error`, `limb` and `speed`
+# measure CPU times, and want a machine that does nothing else. gnuplot is needed, Chromium for `report`, and CalculiX,
+# FEniCSx, gmsh and Matplotlib for `limb`.
 set -eu
 root=$(CDPATH='' cd -- "$(dirname -- "$0")/../.." && pwd)
 pictures=$root/data/pictures
 flesh=$(realpath "${FLESH:-$root/build/drivers/flesh}")
-names='gallery tutorials hand finger forms accuracy mesh_error hard starts shapes filters speed report'
+names='gallery tutorials hand finger forms accuracy mesh_error hard starts shapes filters limb speed report'
 
 # run SCENE [options]: into the folder SCENE, as the gallery shows it.
 run() {
@@ -125,6 +126,13 @@ feet_scramble,feet_line,feet_point,feet_mirrored,feet_half_turn,feet_stop,crash1
 filters() {
   FLESH=$flesh sh "$root/test/campaign/filters.sh" filters --box
   cp filters/box/profiles.png "$pictures/hardcases_profiles.png"
+}
+
+limb() {
+  FLESH=$flesh /usr/bin/python3 "$root/drivers/others/limb.py" --out limb
+  FLESH=$flesh /usr/bin/python3 "$root/drivers/others/limb.py" --out limb --sizes 7,5.5,4.3 --solvers flesh
+  FLESH=$flesh /usr/bin/python3 "$root/drivers/others/limb.py" --out limb --table
+  cp limb/limb.png "$pictures/others_limb.png"
 }
 
 speed() {

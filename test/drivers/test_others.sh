@@ -1,4 +1,4 @@
-# TEST quick program seconds=5 needs=flesh
+# TEST quick program seconds=10 needs=flesh
 # test_others.sh: hard cases as data for other solvers, and the runner and judge of drivers/others. No other solver is
 # needed.
 set -u
@@ -131,9 +131,33 @@ flesh_is_an_adapter() {
     has stdout.txt '4x2x2_noise_seed1_B_0.49 flesh: ' && has stdout.txt 'stretch_seed1_S_0.49_tet10 flesh: solved'
 }
 
+# The force that is compared is that of the tets on the probe's nodes, here by the judge's code. tet10 is the stiffer element.
+a_limb_is_indented() {
+  command -v gmsh >/dev/null || { echo 'no gmsh'; return 0; }
+  export FLESH="$flesh"
+  expect 0 python3 "$others/limb.py" --out limb --sizes 40,32 --poisson 0.49 --solvers flesh,flesh_tet10 --seconds 200 &&
+    [ "$(wc -l <limb/results.jsonl)" -eq 4 ] && expect 0 python3 "$others/limb.py" --out limb --table &&
+    has stdout.txt '^| 0.49 | flesh, tet10 | 40 | ' || return 1
+  python3 - "$others" <<'E'
+import json, sys
+sys.path.insert(0, sys.argv[1])
+import numpy as np
+import case as cases
+import judge
+force = {(r["solver"], r["size"]): r["force"] for r in map(json.loads, open("limb/results.jsonl"))}
+case = cases.read("limb/limb_40_0.49")
+_, forces, J = judge.evaluate(case, np.load("limb/limb_40_0.49/flesh_tet10/end.npy"))
+assert J.min() > 0 and set(case.region) == {0, 1, 2, 3}
+own = forces[case.moved].sum(0)[2]
+print(force, own)
+assert abs(own / force["flesh_tet10", 40] - 1) < 1e-5
+assert force["flesh_tet10", 40] < 1.02 * force["flesh", 40] < 0
+E
+}
+
 if python3 -c 'import numpy' 2>/dev/null; then
   run_tests static_cases_are_data frozen_cases_are_unchanged the_judge_knows_its_forms wrong_ends_are_judged_wrong \
-    flesh_is_an_adapter
+    flesh_is_an_adapter a_limb_is_indented
 else
   run_tests static_cases_are_data
 fi
