@@ -15,7 +15,6 @@
 #include "cli/inputs.h"
 #include "cli/lists.h"
 #include "cli/overrides.h"
-#include "run/describe.h"
 #include "run/ranks.h"
 #include "material/form.h"
 
@@ -97,7 +96,6 @@ static int check_scenes(flesh_drift_plan *plan, flesh_inputs *inputs)
       printf("%s: body.material alone is varied; the materials of its regions stay\n", path);
     if (!status) status = flesh_study_fingerprint(scene, path, plan->scenes[s].fingerprint);
     if (!status && !again) flesh_inputs_add_scene(inputs, path, scene);
-    if (!status) plan->scenes[s].point_load = flesh_point_load(scene) != NULL;
     flesh_scene_destroy(&scene);
     if (status) return status;
   }
@@ -113,7 +111,7 @@ static int compare(void *data)
          plan->solver_count, flesh_pool_places(plan->options.ranks, plan->options.jobs, plan->case_count));
   fflush(stdout);
   const flesh_study study = flesh_drift_study(plan);
-  const flesh_study_results results = {flesh_drift_write_table, flesh_drift_write_verdict, flesh_drift_draw};
+  const flesh_study_results results = {.draw = flesh_drift_draw};
   return flesh_study_conclude(&study, plan->out, &results, plan, flesh_study_do(&study, &plan->options));
 }
 

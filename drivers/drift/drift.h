@@ -33,6 +33,7 @@ typedef struct flesh_drift_case {
     double newton_per_step, linear_per_newton, wall_s, failed_at, distance_from_rest;
     double stressed_rest; /* flesh_figures.stressed_rest, J */
     double worst_t, worst_drift, event_t, event_drift; /* of the frames kept for pictures */
+    int point_load; /* something pulls at single nodes: figures do not converge under refinement */
     int crashed_by; /* signal that ended its process; 0: none */
     char message[400];
   } figures;
@@ -45,7 +46,6 @@ typedef struct flesh_drift_scene {
   const char *element; /* body.element; empty: as the scene says */
   const char *refine;  /* body.refine; likewise */
   char fingerprint[FLESH_STUDY_FINGERPRINT];
-  int point_load;   /* something pulls at single nodes: its figures do not converge under refinement */
 } flesh_drift_scene;
 
 /* Forms, each by as many as two ways to its constants; Poisson's ratios. */
@@ -86,23 +86,6 @@ void flesh_drift_run_case(const flesh_drift_plan *plan, const flesh_drift_case *
 extern const flesh_study_field flesh_drift_fields[];
 /* The plan as a study, whose records it takes. Borrows it. */
 flesh_study flesh_drift_study(flesh_drift_plan *plan);
-/* drift.csv and the table on stdout. */
-int flesh_drift_write_table(const void *plan);
-/* How much of a figure is an error of the mesh. The finest scene is the one whose element is the most accurate (tet10-mean, then
- * tet10, then tet4), of these the one with the most nodes; it is judged by the next one in that order. */
-typedef struct flesh_drift_part {
-  const flesh_drift_case *best, *next; /* of the finest scene and of the next, both complete; else NULL */
-  double value;                        /* largest change of volume of `best` */
-  double unsure;                       /* as far as the mesh may be off, from how far `next` is; NaN: not known */
-} flesh_drift_part;
-/* The scene at `place` (0: the finest) of that order; -1: there are fewer. Figures must be there. */
-int flesh_drift_finest(const flesh_drift_plan *plan, int place);
-/* The mesh's share in the figures of a variant, at a Poisson's ratio and with a solver. */
-flesh_drift_part flesh_drift_mesh_part(const flesh_drift_plan *plan, int poisson, int variant, flesh_drift_solver solver);
-const flesh_drift_case *flesh_drift_find(const flesh_drift_plan *plan, int scene, int poisson, int variant,
-                                         flesh_drift_solver solver);
-/* The verdict's words. */
-void flesh_drift_say(const flesh_drift_plan *plan, FILE *stream);
 
 /* Fills plan->scenes from the files and the lists of --elements and --refine (may be empty). FLESH_ERR_ARGUMENT. */
 int flesh_drift_make_scenes(int count, char *const *paths, const char *elements, const char *refine,
@@ -114,7 +97,5 @@ int flesh_drift_overrides(const flesh_drift_plan *plan, int scene, flesh_overrid
 
 /* volume_*.png, worst_*.png, shapes_*.png. FLESH_ERR_FILE without gnuplot. */
 int flesh_drift_draw(const void *plan);
-/* The answer in words: verdict.txt and stdout. */
-int flesh_drift_write_verdict(const void *plan);
 
 #endif

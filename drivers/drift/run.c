@@ -9,6 +9,7 @@
 #include "drift/drift.h"
 #include "cli/overrides.h"
 #include "mesh/mesh.h"
+#include "run/describe.h"
 #include "run/runner.h"
 
 /* A frame kept for a picture. */
@@ -234,6 +235,7 @@ void flesh_drift_run_case(const flesh_drift_plan *plan, const flesh_drift_case *
   f->element = flesh_scene_body(scene)->element;
   if (f->element == FLESH_ELEMENT_AUTO)
     f->element = flesh_mesh_order(mesh) == 2 ? FLESH_ELEMENT_TET10_MEAN : FLESH_ELEMENT_TET4;
+  f->point_load = flesh_point_load(scene) != NULL;
   note_run(&figures, &outcome, &w, f);
   if (flesh_material_rest_ratio(flesh_scene_body(scene)->materials, &f->rest_volume_ratio_theory))
     f->rest_volume_ratio_theory = NAN;

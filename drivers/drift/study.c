@@ -7,6 +7,7 @@
 #include "base/file.h"
 #include "drift/drift.h"
 #include "flesh/version.h"
+#include "study/embedded.h"
 #include "study/fields.h"
 
 typedef struct flesh_drift_figures figures;
@@ -22,7 +23,7 @@ const flesh_study_field flesh_drift_fields[] = {
     FIGURE(INT, max_inverted), FIGURE(DOUBLE, newton_per_step), FIGURE(DOUBLE, linear_per_newton),
     FIGURE(DOUBLE, wall_s), {"failure_t", FLESH_FIELD_DOUBLE, offsetof(figures, failed_at)},
     FIGURE(DOUBLE, distance_from_rest), FIGURE(DOUBLE, stressed_rest), FIGURE(DOUBLE, worst_t),
-    FIGURE(DOUBLE, worst_drift), FIGURE(DOUBLE, event_t), FIGURE(DOUBLE, event_drift), {0}};
+    FIGURE(DOUBLE, worst_drift), FIGURE(DOUBLE, event_t), FIGURE(DOUBLE, event_drift), FIGURE(INT, point_load), {0}};
 
 /* In the order of the values of make_case. */
 static const flesh_study_column columns[] = {{.name = "scene_name", .key = "SCENE"},
@@ -107,6 +108,7 @@ flesh_study flesh_drift_study(flesh_drift_plan *plan)
                        .data = plan,
                        .make = make_case,
                        .fields = flesh_drift_fields,
+                       .results = flesh_embedded_text(flesh_own_files, "drift"),
                        .work = do_case,
                        .take = take,
                        .title = title,

@@ -64,8 +64,8 @@ int flesh_study_conclude(const flesh_study *study, const char *out, const flesh_
 {
   char words[1024];
   snprintf(words, sizeof words, "%s", flesh_error_text());
-  int status = results->table(plan);
-  if (!status && (!ran || ran == FLESH_ERR_INTERRUPTED)) status = results->words(plan);
+  int status = results->table ? results->table(plan) : FLESH_OK;
+  if (!status && results->words && (!ran || ran == FLESH_ERR_INTERRUPTED)) status = results->words(plan);
   if (ran) return flesh_fail(ran, "%s", words);
   const int undrawn = status ? status : results->draw(plan);
   if (!status) status = flesh_plot_accept(study->name, undrawn);

@@ -30,7 +30,8 @@ int flesh_study_lead(const flesh_study *study, flesh_study_options *options, int
 
 /* Makers of the results of all cases: STUDY.csv, verdict.txt, pictures. */
 typedef struct flesh_study_results {
-  int (*table)(const void *plan), (*words)(const void *plan), (*draw)(const void *plan);
+  int (*table)(const void *plan), (*words)(const void *plan); /* NULL: by the study's SQL */
+  int (*draw)(const void *plan);
 } flesh_study_results;
 
 /* Makes them and says where they are. `ran` is the status of the cases; after an interruption there are no pictures,

@@ -14,6 +14,7 @@
 #include "base/folder.h"
 #include "cli/interrupt.h"
 #include "cli/json_memory.h"
+#include "study/results.h"
 #include "study/study.h"
 
 /* How long a case waits for the end of another process in its folder, s. */
@@ -220,9 +221,12 @@ int flesh_study_do(const flesh_study *study, const flesh_study_options *options)
   char words[1024];
   snprintf(words, sizeof words, "%s", flesh_error_text());
   if (store.claim) { /* open: what was done is to be read in any case */
-    const int viewed = flesh_study_store_make_views(&store);
+    int made = flesh_study_store_make_views(&store);
+    if (!made && study->results)
+      made = flesh_results_make(store.database, store.path, study->results, options->out,
+                                !status || status == FLESH_ERR_INTERRUPTED);
     if (status) flesh_fail(status, "%s", words);
-    else status = viewed;
+    else status = made;
   }
   flesh_study_store_close(&store);
   return status;

@@ -54,6 +54,7 @@ typedef struct flesh_study {
   double max_seconds; /* after which a case's process is ended; 0: never */
   double budget;      /* that cases stop at by themselves, for the words; 0: none */
   const char *again;  /* condition in SQL on the table `cases`: which of those done --resume does again; NULL: none */
+  const char *results; /* SQL that makes tables and words of the cases (results.h); NULL: the caller makes them */
   int asks;           /* an existing database is gone on with only by --resume, and else refused instead of begun anew */
   const void *data;   /* of the calls below */
 
@@ -146,7 +147,7 @@ typedef struct flesh_study_work {
   flesh_study_store *store;
 } flesh_study_work;
 flesh_pool_cases flesh_study_pool_cases(const flesh_study_work *given);
-/* Opens, takes what is done, runs the rest and makes the views. FLESH_ERR_FILE also when a case could not write or read its
+/* Opens, takes what is done, runs the rest, makes the views and the results. FLESH_ERR_FILE also when a case could not write or read its
  * files: it says nothing of what it was for. */
 int flesh_study_do(const flesh_study *study, const flesh_study_options *options);
 

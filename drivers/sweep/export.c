@@ -6,7 +6,7 @@
 #include "base/file.h"
 #include "cli/options.h"
 #include "cli/output.h"
-#include "sweep/formats.h"
+#include "study/formats.h"
 #include "sweep/sweep.h"
 
 #define NAME_OF(name, doc) "|" #name
@@ -19,42 +19,6 @@ static const flesh_format *find_format(const char *name)
   if (!strcmp(name, #own)) return &flesh_format_##own;
   FLESH_FORMAT_LIST(IF_IT_IS)
   return NULL;
-}
-
-void flesh_format_number(FILE *stream, const flesh_format_cell *cell)
-{
-  if (cell->kind == FLESH_CELL_WHOLE) fprintf(stream, "%lld", cell->whole);
-  if (cell->kind == FLESH_CELL_NUMBER) flesh_number_print(stream, cell->number);
-}
-
-static flesh_format_cell cell_of(sqlite3_stmt *query, int column)
-{
-  switch (sqlite3_column_type(query, column)) {
-  case SQLITE_INTEGER: return (flesh_format_cell){.kind = FLESH_CELL_WHOLE, .whole = sqlite3_column_int64(query, column)};
-  case SQLITE_FLOAT: return (flesh_format_cell){.kind = FLESH_CELL_NUMBER, .number = sqlite3_column_double(query, column)};
-  case SQLITE_NULL: return (flesh_format_cell){.kind = FLESH_CELL_NONE};
-  default: {
-    const char *text = (const char *)sqlite3_column_text(query, column);
-    return (flesh_format_cell){.kind = FLESH_CELL_TEXT, .text = text ? text : ""};
-  }
-  }
-}
-
-static int print_rows(flesh_study_store *store, sqlite3_stmt *query, const flesh_format *format, FILE *stream)
-{
-  const int count = sqlite3_column_count(query);
-  const char **names = calloc((size_t)count + 1, sizeof *names);
-  flesh_format_cell *cells = calloc((size_t)count + 1, sizeof *cells);
-  int code = SQLITE_DONE, status = names && cells ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  for (int c = 0; c < count && !status; c++) names[c] = sqlite3_column_name(query, c);
-  if (!status && format->head) format->head(stream, count, names);
-  while (!status && (code = sqlite3_step(query)) == SQLITE_ROW) {
-    for (int c = 0; c < count; c++) cells[c] = cell_of(query, c);
-    format->row(stream, count, names, cells);
-  }
-  if (!status && code != SQLITE_DONE) status = flesh_study_store_fail(store, "cannot be read");
-  free(names), free(cells);
-  return status;
 }
 
 static int print_table(flesh_study_store *store, const char *columns, const char *view, const char *where,
@@ -70,7 +34,7 @@ static int print_table(flesh_study_store *store, const char *columns, const char
     status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: --columns %s%s%s: %s", store->path, columns, where ? ", --where " : "",
                         where ? where : "",
                         code ? sqlite3_errmsg(store->database) : "not a list of columns and a condition");
-  if (!status) status = print_rows(store, query, format, stream);
+  if (!status) status = flesh_format_print(store->path, query, format, stream);
   sqlite3_finalize(query);
   sqlite3_free(sql);
   return status;

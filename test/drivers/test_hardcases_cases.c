@@ -7,7 +7,6 @@
 
 #include "base/error.h"
 #include "hardcases/cases.h"
-#include "study/embedded.h"
 #include "test.h"
 
 static flesh_hardcases_battery battery;
@@ -199,16 +198,15 @@ static void moving_starts_move(void)
 /* The numbers of cases are those that drivers/hardcases.md tells. */
 static void the_program_has_its_own_files(void)
 {
+  static const char *const names[] = {"battery", "shapes", "filters"};
   static const int counts[] = {72, 43, 4};
-  int k = 0;
-  for (const flesh_embedded *own = flesh_hardcases_own_files; own->name; own++, k++) {
+  for (int k = 0; k < 3; k++) {
     flesh_hardcases_battery b;
-    CHECK_OK(flesh_hardcases_open_battery(NULL, own->name, &b));
-    CHECK(k < 3 && b.count == counts[k]);
+    CHECK_OK(flesh_hardcases_open_battery(NULL, names[k], &b));
+    CHECK(b.count == counts[k]);
     for (int c = 0; c < b.count; c++) CHECK(b.cases[c].fingerprint == 0);
     flesh_hardcases_close_battery(&b);
   }
-  CHECK(k == 3);
 }
 
 /* Reads the text as a user's own file. */

@@ -56,8 +56,8 @@ cd "$work/tree" || exit 1
     insert drivers/commands.h 'ROW(bench,' '  ROW(slump, "show what volume a body loses by its stiffness") \\\n' &&
     insert drivers/README.md '| [sweeps.md]' '| [adding](../lib/adding.md) | `volume`, `slump` | volumes of meshes and of soft bodies |\n' &&
     # The format: a file, a row, a page.
-    cp "$given/format_tsv.c" drivers/sweep/ &&
-    append drivers/sweep/formats.h 'ROW(jsonl,' '  ROW(tsv, "columns with tabs between them") \\\n' &&
+    cp "$given/format_tsv.c" drivers/study/ &&
+    append drivers/study/formats.h 'ROW(jsonl,' '  ROW(tsv, "columns with tabs between them") \\\n' &&
     append drivers/sweeps.md '| `jsonl` |' '| `tsv` | columns with tabs between them |\n' &&
     # Their own test.
     cp "$given/test_added.c" test/tree/

@@ -1,7 +1,7 @@
 /* format_tsv.c: tables with tabs between their columns, in which tabs and line breaks become spaces. */
 #include <string.h>
 
-#include "sweep/formats.h"
+#include "study/formats.h"
 
 static void print_text(FILE *stream, const char *text)
 {

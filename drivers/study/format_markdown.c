@@ -1,5 +1,5 @@
 /* format_markdown.c: tables of Markdown, whose cells have no line breaks and no bare bars. */
-#include "sweep/formats.h"
+#include "study/formats.h"
 
 static void print_text(FILE *stream, const char *text)
 {

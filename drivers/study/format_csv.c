@@ -1,6 +1,6 @@
 /* format_csv.c: tables as CSV. */
 #include "study/csv.h"
-#include "sweep/formats.h"
+#include "study/formats.h"
 
 static void print_head(FILE *stream, int count, const char *const *names)
 {

@@ -1,8 +1,9 @@
 /* formats.h: the formats in which tables of databases are written. Each is a file format_NAME.c that defines
  * flesh_format_NAME, and a row here, which brings the file into the build and the name into --format. */
-#ifndef FLESH_SWEEP_FORMATS_H
-#define FLESH_SWEEP_FORMATS_H
+#ifndef FLESH_STUDY_FORMATS_H
+#define FLESH_STUDY_FORMATS_H
 
+#include <sqlite3.h>
 #include <stdio.h>
 
 /* ROW(name, what it is). */
@@ -22,6 +23,9 @@ typedef struct flesh_format {
   void (*head)(FILE *stream, int count, const char *const *names); /* NULL: there is none */
   void (*row)(FILE *stream, int count, const char *const *names, const flesh_format_cell *cells);
 } flesh_format;
+
+/* Prints the rows of a query of the database, which `path` names in sentences. FLESH_ERR_FILE, FLESH_ERR_MEMORY. */
+int flesh_format_print(const char *path, sqlite3_stmt *query, const flesh_format *format, FILE *stream);
 
 /* Prints a number so that it reads back bit for bit, and nothing for a cell of another kind. */
 void flesh_format_number(FILE *stream, const flesh_format_cell *cell);

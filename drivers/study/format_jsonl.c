@@ -3,7 +3,7 @@
 #include <stdlib.h>
 
 #include "scene/arena.h"
-#include "sweep/formats.h"
+#include "study/formats.h"
 
 static void print_text(FILE *stream, const char *text)
 {
