@@ -108,7 +108,7 @@ flesh_study flesh_drift_study(flesh_drift_plan *plan)
                        .data = plan,
                        .make = make_case,
                        .fields = flesh_drift_fields,
-                       .results = flesh_embedded_text(flesh_own_files, "drift"),
+                       .results = {flesh_embedded_text(flesh_own_files, "drift")},
                        .work = do_case,
                        .take = take,
                        .title = title,

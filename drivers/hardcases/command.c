@@ -173,9 +173,7 @@ static int batter(void *data)
          plan->setting_count, flesh_pool_places(plan->options.ranks, plan->options.jobs, plan->run_count));
   fflush(stdout);
   const flesh_study study = flesh_hardcases_study(plan);
-  flesh_study_results results = {flesh_hardcases_write_csv, flesh_hardcases_write_verdict, flesh_hardcases_draw};
-  if (plan->ablation) results.words = flesh_hardcases_write_ablation;
-  if (plan->filters) results.words = flesh_hardcases_write_filters, results.draw = flesh_hardcases_draw_filters;
+  const flesh_study_results results = {.draw = plan->filters ? flesh_hardcases_draw_filters : flesh_hardcases_draw};
   return flesh_study_conclude(&study, plan->out, &results, plan, flesh_study_do(&study, &plan->options));
 }
 

@@ -75,15 +75,16 @@ typedef enum flesh_hardcases_outcome {
   FLESH_HARDCASES_OUTCOME_LIST(FLESH_HARDCASES_ID) FLESH_HARDCASES_OUTCOMES
 } flesh_hardcases_outcome;
 
-/* The kind of end that a run without recovery has, after a static solve from there: ROW(id, name). */
-#define FLESH_HARDCASES_END_LIST(ROW)                                                                                  \
-  ROW(END_UNKNOWN, "") /* not asked, or the mesh is too large */                                                       \
-  ROW(END_MINIMUM, "minimum") /* gradient zero, all eigenvalues of the Hessian positive */                             \
-  ROW(END_DEGENERATE, "degenerate") /* gradient zero, none negative, some zero */                                      \
-  ROW(END_SADDLE, "saddle") /* gradient zero, some negative */                                                         \
-  ROW(END_UNTANGLES, "untangles") /* the static solve leads back to rest */                                            \
-  ROW(END_MOVING, "no equilibrium found")
-typedef enum flesh_hardcases_end { FLESH_HARDCASES_END_LIST(FLESH_HARDCASES_ID) } flesh_hardcases_end;
+/* The kind of end that a run without recovery has, after a static solve from there; data/studies/hardcases.sql names them
+ * by these numbers. */
+typedef enum flesh_hardcases_end {
+  FLESH_HARDCASES_END_UNKNOWN,    /* not asked, or the mesh is too large */
+  FLESH_HARDCASES_END_MINIMUM,    /* gradient zero, all eigenvalues of the Hessian positive */
+  FLESH_HARDCASES_END_DEGENERATE, /* gradient zero, none negative, some zero */
+  FLESH_HARDCASES_END_SADDLE,     /* gradient zero, some negative */
+  FLESH_HARDCASES_END_UNTANGLES,  /* the static solve leads back to rest */
+  FLESH_HARDCASES_END_MOVING      /* no equilibrium found */
+} flesh_hardcases_end;
 
 /* Figures of a run; NaN where there is none. Plain data: they come through a pipe from the process
  * that ran it. Phases (the hard one and the release) are summed. */
@@ -152,20 +153,11 @@ static inline int flesh_hardcases_passes(const flesh_hardcases_run *run)
   return run->outcome <= FLESH_HARDCASES_EQUILIBRIUM;
 }
 
-/* Whether two runs differ by their solvers alone. */
-static inline int flesh_hardcases_same_problem(const flesh_hardcases_run *a, const flesh_hardcases_run *b)
-{
-  const flesh_hardcases_setting *s = a->setting, *t = b->setting;
-  return a->row == b->row && a->seed == b->seed && s->poisson == t->poisson && s->step == t->step &&
-         s->energy == t->energy && s->constants == t->constants && s->element == t->element && s->body == t->body;
-}
-
 /* "default", "clamped", "without-watchdog", ...; NULL: there is no such solver. */
 const char *flesh_hardcases_solver_name(flesh_hardcases_solver solver);
 /* The technique that the solver goes without; 0: none. */
 flesh_technique flesh_hardcases_left_out(flesh_hardcases_solver solver);
 const char *flesh_hardcases_outcome_name(flesh_hardcases_outcome outcome);
-const char *flesh_hardcases_end_name(flesh_hardcases_end end);
 
 /* "S 0.49 default": with mesh, constants, step and element where they are not the usual ones. */
 void flesh_hardcases_setting_title(const flesh_hardcases_setting *setting, char title[112]);
@@ -215,18 +207,9 @@ flesh_study flesh_hardcases_study(flesh_hardcases_plan *plan);
 
 /* `plan` is a flesh_hardcases_plan from here on. */
 
-/* Writes the results of --filters: performance profiles as profiles.csv and profiles.png, the verdicts as verdict.txt
- * and on stdout. */
-int flesh_hardcases_write_filters(const void *plan);
+/* profiles.png of the table that --filters has made. */
 int flesh_hardcases_draw_filters(const void *plan);
 
-/* Writes what each technique is worth (--ablation) into ablation.csv and verdict.txt, and prints it. */
-int flesh_hardcases_write_ablation(const void *plan);
-
-/* hardcases.csv. */
-int flesh_hardcases_write_csv(const void *plan);
-/* The answer in words: verdict.txt and stdout. */
-int flesh_hardcases_write_verdict(const void *plan);
 /* frames_GROUP.png: start, first step, a tenth of the time and end of the group's cases. */
 int flesh_hardcases_draw_frames(const flesh_hardcases_plan *plan, const char *group);
 

@@ -28,12 +28,6 @@ const char *flesh_hardcases_outcome_name(flesh_hardcases_outcome outcome)
   return names[outcome];
 }
 
-const char *flesh_hardcases_end_name(flesh_hardcases_end end)
-{
-  static const char *const names[] = {FLESH_HARDCASES_END_LIST(NAME)};
-  return names[end];
-}
-
 void flesh_hardcases_setting_title(const flesh_hardcases_setting *s, char title[112])
 {
   char constants[16] = "", step[32] = "", element[24] = "", body[40] = "";

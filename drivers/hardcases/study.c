@@ -11,6 +11,8 @@
 #include "base/text.h"
 #include "flesh/version.h"
 #include "hardcases/hardcases.h"
+#include "cli/json_memory.h"
+#include "study/embedded.h"
 #include "study/fields.h"
 
 #define FIGURE(kind, name) {#name, FLESH_FIELD_##kind, offsetof(flesh_hardcases_figures, name)}
@@ -98,6 +100,26 @@ static json_t *do_case(const void *data, int number, const char *folder)
   return flesh_fields_record(word, run.figures.exit_code, run.figures.message, flesh_fields_json(flesh_hardcases_fields, &run.figures));
 }
 
+/* SQL knows this of every run of the plan, done or not. */
+static json_t *facts_of(const void *data, int number)
+{
+  const flesh_hardcases_plan *plan = data;
+  const flesh_hardcases_run *run = &plan->runs[number];
+  const flesh_hardcases_setting *s = run->setting;
+  const unsigned flags = run->row->flags;
+  char folder[256], title[112];
+  flesh_hardcases_run_folder(run, folder);
+  flesh_hardcases_setting_title(s, title);
+  return json_pack("{ss ss si ss ss sf sf ss ss ss sb sb sb ss so so}", "case", run->row->name, "group", run->row->group,
+                   "seed", run->seed, "energy", flesh_energy_name(s->energy), "constants",
+                   flesh_constants_name(s->constants), "poisson", flesh_hardcases_poisson(run), "step",
+                   run->row->step > 0 ? run->row->step : s->step, "solver", flesh_hardcases_solver_name(s->solver),
+                   "element", flesh_element_name(s->element), "mesh", s->body ? s->body->name : "", "static",
+                   (flags & FLESH_HARDCASES_STATIC) != 0, "random", (flags & FLESH_HARDCASES_RANDOM) != 0, "hardest",
+                   (flags & FLESH_HARDCASES_HARDEST) != 0, "title", title, "folder", flesh_json_text(folder), "out",
+                   flesh_json_text(plan->out));
+}
+
 static int take(void *data, int number, const json_t *record)
 {
   const flesh_hardcases_plan *plan = data;
@@ -145,6 +167,11 @@ flesh_study flesh_hardcases_study(flesh_hardcases_plan *plan)
                        /* Two phases, and time to judge the end. */
                        .max_seconds = plan->max_seconds > 0 ? 3 * plan->max_seconds + 20 : 0,
                        .budget = plan->max_seconds,
+                       .facts = facts_of,
+                       .results = {flesh_embedded_text(flesh_own_files, "hardcases"),
+                                   flesh_embedded_text(flesh_own_files, plan->filters    ? "profiles"
+                                                                        : plan->ablation ? "ablation"
+                                                                                         : "recovery")},
                        .again = "exit_code = 3", /* it could not write its files */
                        .data = plan,
                        .make = make_case,

@@ -1,11 +1,13 @@
 /* results.c: what a study's SQL makes of its cases. */
 #include "study/results.h"
 
+#include <gsl/gsl_cdf.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
+#include "flesh/status.h"
 #include "study/database.h"
 #include "study/formats.h"
 #include "study/table.h"
@@ -23,6 +25,34 @@ static void print_number(sqlite3_context *context, int count, sqlite3_value **va
   if (known) flesh_table_text(text, count > 2 && fabs(value) >= 1e5 ? "%.0e" : format, value);
   snprintf(cell, sizeof cell, " %*s", count > 2 ? sqlite3_value_int(values[1]) % FLESH_TABLE_TEXT : 0, text);
   sqlite3_result_text(context, count > 2 ? cell : text, -1, SQLITE_TRANSIENT);
+}
+
+static void print_status(sqlite3_context *context, int count, sqlite3_value **values)
+{
+  (void)count;
+  sqlite3_result_text(context, flesh_status_name((flesh_status)sqlite3_value_int(values[0])), -1, SQLITE_STATIC);
+}
+
+static void test_signs(sqlite3_context *context, int count, sqlite3_value **values)
+{
+  const int wins = sqlite3_value_int(values[0]), losses = sqlite3_value_int(values[1]), most = wins > losses ? wins : losses;
+  (void)count;
+  sqlite3_result_double(context, wins + losses > 0 ? fmin(1, 2 * gsl_cdf_binomial_Q((unsigned)most - 1, 0.5, (unsigned)(wins + losses))) : 1);
+}
+
+/* The functions of results.h. */
+static int add_functions(sqlite3 *database)
+{
+  static const struct {
+    const char *name;
+    int count;
+    void (*call)(sqlite3_context *, int, sqlite3_value **);
+  } rows[] = {{"number", 2, print_number}, {"cell", 3, print_number}, {"status_name", 1, print_status}, {"sign_test", 2, test_signs}};
+  for (size_t k = 0; k < sizeof rows / sizeof *rows; k++)
+    if (sqlite3_create_function(database, rows[k].name, rows[k].count, SQLITE_UTF8 | SQLITE_DETERMINISTIC, NULL, rows[k].call,
+                                NULL, NULL))
+      return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  return FLESH_OK;
 }
 
 /* The name in the line `-- to NAME` among the comments that the statement begins with; empty: there is none. */
@@ -70,7 +100,7 @@ static int execute_all(maker *m, sqlite3 *database, const char *sql)
   while (*sql && !status) {
     sqlite3_stmt *query = NULL;
     const char *rest = sql;
-    if (sqlite3_prepare_v2(database, sql, -1, &query, &rest)) status = flesh_database_fail(database, m->path, rest);
+    if (sqlite3_prepare_v2(database, sql, -1, &query, &rest)) status = flesh_database_fail(database, m->path, "cannot be asked for results");
     find_target(sql, target);
     if (!status && query) status = execute(m, query, target);
     sqlite3_finalize(query);
@@ -81,15 +111,13 @@ static int execute_all(maker *m, sqlite3 *database, const char *sql)
 
 static void say(const void *text, FILE *stream) { fputs(text, stream); }
 
-int flesh_results_make(sqlite3 *database, const char *path, const char *sql, const char *out, int words)
+int flesh_results_make(sqlite3 *database, const char *path, const char *const *sql, const char *out, int words)
 {
   maker m = {.path = path, .out = out};
-  const int flags = SQLITE_UTF8 | SQLITE_DETERMINISTIC;
-  if (sqlite3_create_function(database, "number", 2, flags, NULL, print_number, NULL, NULL) ||
-      sqlite3_create_function(database, "cell", 3, flags, NULL, print_number, NULL, NULL))
-    return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  int status = add_functions(database);
+  if (status) return status;
   if (words && !(m.words = open_memstream(&m.text, &m.size))) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  int status = execute_all(&m, database, sql);
+  for (; *sql && !status; sql++) status = execute_all(&m, database, *sql);
   if (m.words && fclose(m.words) && !status) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   if (!status && words && *m.name) status = flesh_table_say(out, m.name, say, m.text);
   free(m.text);

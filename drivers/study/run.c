@@ -211,6 +211,21 @@ int flesh_study_run(const flesh_study *study, flesh_study_store *store, const fl
              : FLESH_OK;
 }
 
+static int make_results(const flesh_study *study, flesh_study_store *store, const char *out, int words)
+{
+  int status = FLESH_OK;
+  if (study->facts) status = flesh_study_store_execute(store, "CREATE TEMP TABLE facts (number INTEGER PRIMARY KEY, data TEXT)");
+  for (int number = 0; number < study->case_count && study->facts && !status; number++) {
+    json_t *facts = study->facts(study->data, number);
+    char *text = json_dumps(facts, JSON_COMPACT);
+    json_decref(facts);
+    status = text ? flesh_study_store_execute(store, "INSERT INTO facts VALUES (%d, %Q)", number, text)
+                  : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+    free(text);
+  }
+  return status ? status : flesh_results_make(store->database, store->path, study->results, out, words);
+}
+
 int flesh_study_do(const flesh_study *study, const flesh_study_options *options)
 {
   flesh_study_store store;
@@ -222,9 +237,7 @@ int flesh_study_do(const flesh_study *study, const flesh_study_options *options)
   snprintf(words, sizeof words, "%s", flesh_error_text());
   if (store.claim) { /* open: what was done is to be read in any case */
     int made = flesh_study_store_make_views(&store);
-    if (!made && study->results)
-      made = flesh_results_make(store.database, store.path, study->results, options->out,
-                                !status || status == FLESH_ERR_INTERRUPTED);
+    if (!made) made = make_results(study, &store, options->out, !status || status == FLESH_ERR_INTERRUPTED);
     if (status) flesh_fail(status, "%s", words);
     else status = made;
   }

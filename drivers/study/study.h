@@ -54,7 +54,9 @@ typedef struct flesh_study {
   double max_seconds; /* after which a case's process is ended; 0: never */
   double budget;      /* that cases stop at by themselves, for the words; 0: none */
   const char *again;  /* condition in SQL on the table `cases`: which of those done --resume does again; NULL: none */
-  const char *results; /* SQL that makes tables and words of the cases (results.h); NULL: the caller makes them */
+  const char *results[3]; /* SQL that makes tables and words of the cases (results.h); NULL ends it */
+  /* New object of what that SQL knows of a case beside its row, in the table facts (number, data) of all cases; NULL: none. */
+  json_t *(*facts)(const void *data, int number);
   int asks;           /* an existing database is gone on with only by --resume, and else refused instead of begun anew */
   const void *data;   /* of the calls below */
 

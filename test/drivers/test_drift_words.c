@@ -1,15 +1,10 @@
 // TEST quick sources=study/results.c,study/format_csv.c,study/formats.c,study/csv.c,study/database.c,study/table.c,cli/interrupt.c
 /* test_drift_words.c: what the drift verdict claims (data/studies/drift.sql): no more than the two finest meshes bear out. */
 #include <math.h>
-#include <sqlite3.h>
-#include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "flesh/body.h"
-#include "study/embedded.h"
-#include "study/results.h"
-#include "test.h"
+#include "results.h"
 
 enum { SCENES = 4, VARIANTS = 3 };
 
@@ -37,42 +32,15 @@ static void insert(sqlite3 *database, int scene, int variant, double drift, int 
   sqlite3_free(sql);
 }
 
-/* Reads the whole file, whose text is new, and removes it. */
-static char *take_file(const char *path)
-{
-  char *text = calloc(1, 20000);
-  FILE *file = fopen(path, "r");
-  CHECK(text && file);
-  if (file) fread(text, 1, 19999, file), fclose(file);
-  unlink(path);
-  return text;
-}
-
 /* The verdict over made-up figures: drift[scene][variant] of B, D and S in %, NaN for a run that failed; `more` is SQL that
  * changes them. */
 static char *verdict(int scenes, const double drift[][VARIANTS], const int *kinds, const int *nodes, const char *more)
 {
-  char folder[] = "drift_words_XXXXXX", path[64];
-  sqlite3 *database = NULL;
-  CHECK(mkdtemp(folder) != NULL);
-  CHECK(!sqlite3_open(":memory:", &database) && !sqlite3_exec(database, tables, NULL, NULL, NULL));
+  sqlite3 *database = results_open(tables);
   for (int s = 0; s < scenes; s++)
     for (int v = 0; v < VARIANTS; v++) insert(database, s, v, drift[s][v], kinds[s], nodes[s]);
   if (more) CHECK(!sqlite3_exec(database, more, NULL, NULL, NULL));
-  fflush(stdout);
-  const int out = dup(1); /* the words go there too, where they would be no TAP */
-  CHECK(freopen("/dev/null", "w", stdout) != NULL);
-  const int status = flesh_results_make(database, "made up", flesh_embedded_text(flesh_own_files, "drift"), folder, 1);
-  fflush(stdout);
-  dup2(out, 1), close(out);
-  CHECK(status == FLESH_OK);
-  sqlite3_close(database);
-  snprintf(path, sizeof path, "%s/drift.csv", folder);
-  unlink(path);
-  snprintf(path, sizeof path, "%s/verdict.txt", folder);
-  char *text = take_file(path);
-  rmdir(folder);
-  return text;
+  return results_make(database, "drift", NULL, "drift.csv", NULL);
 }
 
 static void lacks(const char *text, const char *words)

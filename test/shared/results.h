@@ -1,0 +1,55 @@
+/* results.h: what a study's SQL makes of tables that a test has made up. */
+#ifndef FLESH_TEST_RESULTS_H
+#define FLESH_TEST_RESULTS_H
+
+#include <sqlite3.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+#include "study/embedded.h"
+#include "study/results.h"
+#include "test.h"
+
+static inline sqlite3 *results_open(const char *tables)
+{
+  sqlite3 *database = NULL;
+  CHECK(!sqlite3_open(":memory:", &database) && !sqlite3_exec(database, tables, NULL, NULL, NULL));
+  return database;
+}
+
+/* The text of the file in the folder, new, which is removed. */
+static inline char *results_take(const char *folder, const char *name)
+{
+  char path[200], *text = calloc(1, 200000);
+  snprintf(path, sizeof path, "%s/%s", folder, name);
+  FILE *file = fopen(path, "r");
+  CHECK(text && file);
+  if (text && file) text[fread(text, 1, 199999, file)] = 0;
+  if (file) fclose(file);
+  unlink(path);
+  return text;
+}
+
+/* Closes the database after the SQL of that name in data/studies, or `sql` itself, has made verdict.txt and the table, whose
+ * texts are new. */
+static inline char *results_make(sqlite3 *database, const char *name, const char *sql, const char *table, char **csv)
+{
+  const char *const all[] = {name ? flesh_embedded_text(flesh_own_files, name) : sql, NULL};
+  char folder[] = "results_XXXXXX";
+  CHECK(mkdtemp(folder) != NULL);
+  fflush(stdout);
+  const int out = dup(1); /* the words go there too, where they would be no TAP */
+  CHECK(freopen("/dev/null", "w", stdout) != NULL);
+  const int status = flesh_results_make(database, "made up", all, folder, 1);
+  fflush(stdout);
+  dup2(out, 1), close(out);
+  CHECK_OK(status);
+  sqlite3_close(database);
+  char *rows = table ? results_take(folder, table) : NULL, *text = results_take(folder, "verdict.txt");
+  rmdir(folder);
+  if (csv) *csv = rows;
+  else free(rows);
+  return text;
+}
+
+#endif
