@@ -230,7 +230,7 @@ int flesh_study_do(const flesh_study *study, const flesh_study_options *options)
 {
   flesh_study_store store;
   int status = flesh_study_store_open(study, options, &store);
-  if (!status) status = flesh_study_store_load(&store, study);
+  if (!status && study->take) status = flesh_study_store_load(&store, study);
   if (!status) status = flesh_study_run(study, &store, options);
   if (!status) status = flesh_study_store_judge(&store, "exit_code = 3", 0, "could not write or read their files");
   char words[1024];

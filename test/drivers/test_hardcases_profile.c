@@ -89,6 +89,8 @@ static void cycle(int k, double *cost)
 }
 static void rare(int k, double *cost) { cost[0] = k < 6 ? 10 : 20, cost[1] = 20, cost[2] = 20; }
 
+static void stronger(int k, double *cost) { cost[0] = 100, cost[1] = k < 30 ? 50 : 100, cost[2] = 50; }
+
 static void verdicts_follow_from_the_costs(void)
 {
   char *text = judge_many(best_second);
@@ -120,6 +122,9 @@ static void verdicts_follow_from_the_costs(void)
   free(text);
   text = judge_many(cycle); /* 2 of 3 wins of 40 are no chance below 0.01, and no order either */
   CHECK_TEXT(text, "No decision between clamp, absolute and auto.");
+  free(text);
+  text = judge_many(stronger); /* the one with most wins is named */
+  CHECK_TEXT(text, "auto is not beaten by any. clamp is beaten by auto in 40 of 40");
   free(text);
   text = judge_many(rare); /* six of six: chance 1/32 */
   CHECK_TEXT(text, "No decision between clamp and absolute (the same in every run: auto).");

@@ -16,7 +16,6 @@
 #include "run/runner.h"
 #include "study/fingerprint.h"
 #include "study/lead.h"
-#include "study/table.h"
 
 enum { MOST = 16 };
 
@@ -36,7 +35,6 @@ typedef struct plan {
   char fingerprint[FLESH_STUDY_FINGERPRINT];
   int count;
   double young[MOST]; /* Pa */
-  figures figures[MOST];
 } plan;
 
 static int make_case(const void *data, int number, flesh_study_case *made)
@@ -72,49 +70,20 @@ static json_t *do_case(const void *data, int number, const char *folder)
   return record;
 }
 
-static int take(void *data, int number, const json_t *record)
-{
-  char message[FLESH_STUDY_MESSAGE];
-  int crashed;
-  return flesh_fields_take(fields, "slump.db", record, &((plan *)data)->figures[number], message, &crashed);
-}
+/* A row for each case, and the answer in words, on the database of the cases (drivers/study/results.h). */
+static const char results[] =
+    "-- to slump.csv\n"
+    "SELECT number + 1 AS \"case\", young, max_volume_drift FROM results JOIN wanted USING (id) ORDER BY number;\n"
+    "-- to verdict.txt\n"
+    "SELECT printf('The volume changes most at %s Pa.', number('%g', young)) FROM results JOIN wanted USING (id) "
+    "ORDER BY max_volume_drift DESC LIMIT 1;";
 
 static flesh_study study_of(plan *p)
 {
   return (flesh_study){.name = "slump", .command = "run", .fingerprint = p->fingerprint,
                        .different = "its scene was another", .column_count = 1, .columns = columns,
                        .case_count = p->count, .data = p, .make = make_case, .fields = fields, .work = do_case,
-                       .take = take, .taker = p};
-}
-
-static int write_table(const void *data)
-{
-  const plan *p = data;
-  flesh_file file;
-  const int status = flesh_table_open(p->options.out, "slump.csv", &file);
-  if (status) return status;
-  fputs("case,young,max_volume_drift\n", file.stream);
-  for (int k = 0; k < p->count; k++) {
-    fprintf(file.stream, "%d", k + 1);
-    flesh_table_field(file.stream, p->young[k]);
-    flesh_table_field(file.stream, p->figures[k].max_volume_drift);
-    putc('\n', file.stream);
-  }
-  return flesh_file_commit(&file);
-}
-
-static void say(const void *data, FILE *stream)
-{
-  const plan *p = data;
-  int most = 0;
-  for (int k = 1; k < p->count; k++)
-    if (p->figures[k].max_volume_drift > p->figures[most].max_volume_drift) most = k;
-  fprintf(stream, "The volume changes most at %g Pa.\n", p->young[most]);
-}
-
-static int write_words(const void *data)
-{
-  return flesh_table_say(((const plan *)data)->options.out, "verdict.txt", say, data);
+                       .results = {results}};
 }
 
 static int draw(const void *data)
@@ -128,7 +97,7 @@ static int compare(void *data)
 {
   plan *p = data;
   const flesh_study study = study_of(p);
-  const flesh_study_results results = {write_table, write_words, draw};
+  const flesh_study_results results = {.draw = draw};
   return flesh_study_conclude(&study, p->options.out, &results, p, flesh_study_do(&study, &p->options));
 }
 
@@ -153,7 +122,6 @@ int flesh_command_slump(int argc, char **argv)
     if (!status) status = flesh_scene_read(p.scene, 0, NULL, &scene);
     if (!status) status = flesh_study_fingerprint(scene, p.scene, p.fingerprint);
     flesh_scene_destroy(&scene);
-    for (int k = 0; k < MOST; k++) p.figures[k].max_volume_drift = NAN;
     const flesh_study study = study_of(&p);
     code = flesh_study_lead(&study, &p.options, status, compare, &p);
   }
