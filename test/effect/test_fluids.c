@@ -1,4 +1,8 @@
-// TEST quick seconds=60
+// TEST name=test_fluids_quick quick excerpt args: balls_have_half_the_drag_of_plates
+// TEST+ wind_works_as_much_as_the_body_gains submerged_bodies_obey_archimedes deep_water_presses_evenly
+// TEST+ derivatives_are_exact_at_the_water_line blocks_float_at_their_draught
+// TEST+ floating_blocks_are_stable_by_their_metacentre blocks_heave_and_capsize nonsense_is_refused
+// TEST full seconds=60
 /* test_fluids.c: drag and buoyancy against closed forms: terminal velocity, Archimedes, draught, heave and metacentric
  * height of floating blocks, work of the wind. */
 #include <stdlib.h>

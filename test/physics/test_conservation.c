@@ -1,4 +1,6 @@
-// TEST quick seconds=120
+// TEST name=test_conservation_quick quick excerpt args: no_method_makes_energy midpoint_keeps_both_momenta
+// TEST+ every_method_keeps_momenta_by_its_order methods_converge_to_another_codes_motion small_systems_agree_with_gsl
+// TEST full seconds=120
 /* test_conservation.c: what each method keeps of energy and momenta, and agreement with exact motions: another
  * code's trajectories and GSL's of small systems. */
 #include <gsl/gsl_eigen.h>
