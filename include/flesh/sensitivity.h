@@ -13,9 +13,7 @@
 #ifndef FLESH_SENSITIVITY_H
 #define FLESH_SENSITIVITY_H
 
-#include "flesh/solver.h"
-#include "flesh/state.h"
-#include "flesh/system.h"
+#include "flesh/integrator.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -66,6 +64,27 @@ FLESH_API int flesh_sensitivity_adjoint(flesh_sensitivity *sensitivity, const fl
  * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_SOLVE. */
 FLESH_API int flesh_sensitivity_gradient(flesh_sensitivity *sensitivity, const flesh_quantity *quantity, int count,
                                          const flesh_parameter *parameters, double *gradient);
+
+/* A recorded motion. */
+typedef struct flesh_trajectory flesh_trajectory;
+
+/* Records the steps that the integrator takes from now on: where each part of a step began, and the solutions of its
+ * stages, some 3 to 6 [3*n] of numbers a part. It borrows the integrator, which must not be destroyed before; its solves
+ * are those of the integrator's options, until a residual is `tolerance` of its right-hand side, in [1e-13, 1). Steps
+ * that errors choose are taken as they were chosen. A step then ends with FLESH_ERR_ARGUMENT where it has no
+ * sensitivities: a tangle was removed; internal variables change other than by something that breaks; incompressible
+ * tets (poisson 0.5) by a method that balances within the step. Returns new.
+ * FLESH_ERR_ARGUMENT also for ida and static. Further errors: FLESH_ERR_MEMORY, FLESH_ERR_SUNDIALS. */
+FLESH_API int flesh_trajectory_create(flesh_integrator *integrator, double tolerance, flesh_trajectory **trajectory);
+FLESH_API void flesh_trajectory_destroy(flesh_trajectory **trajectory);
+
+/* The discrete adjoint of all recorded steps: gradient [count] = dQ/dp, where Q depends on the last state by by_x and
+ * by_v [3*n] (NULL: not), and by_start [6*n] (NULL: not wanted) its derivatives by x and v of the first state, 0 for
+ * dofs that a method of order 2 constrains there. One linear solve for each solve of a stage; exact for steps solved to a
+ * small newton_tolerance. A parameter may move prescribed dofs in steps of backward Euler only.
+ * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_SOLVE. */
+FLESH_API int flesh_trajectory_gradient(flesh_trajectory *trajectory, const double *by_x, const double *by_v, int count,
+                                        const flesh_parameter *parameters, double *gradient, double *by_start);
 
 #ifdef __cplusplus
 }

@@ -149,14 +149,15 @@ typedef struct variation {
 
 static const double *read_at(const flesh_point *point, flesh_reading reading)
 {
-  const double *const states[] = {point->lagged.x, point->lagged.v, point->frozen.x, point->frozen.v};
+  const double *const states[] = {point->lagged.x, point->lagged.v, point->frozen.x, point->frozen.v, point->v};
   return states[reading];
 }
 
 static void vary(const variation *v, const double *to, flesh_point *point)
 {
   *point = *v->point;
-  const double **const states[] = {&point->lagged.x, &point->lagged.v, &point->frozen.x, &point->frozen.v};
+  const double **const states[] = {&point->lagged.x, &point->lagged.v, &point->frozen.x, &point->frozen.v,
+                                   &point->v};
   *states[v->reading] = to;
 }
 
@@ -267,7 +268,7 @@ static int find_reading(const variation *v, double step, const flesh_block_matri
   }
   return flesh_fail(FLESH_ERR_ARGUMENT, "effect %s reads the %s state of too many nodes at once for its sensitivities",
                     flesh_system_effect(self->system, v->effect)->operations->name,
-                    v->reading < FLESH_FROZEN_X ? "lagged" : "frozen");
+                    v->reading < FLESH_FROZEN_X ? "lagged" : v->reading < FLESH_OWN_V ? "frozen" : "moving");
 }
 
 /* Whether the effect's residual, `before` at the point, is another in its bits where all nodes of what is read are moved. */
@@ -294,9 +295,10 @@ static int find_effect(flesh_couplings *self, int effect, const flesh_point *poi
   int status = flesh_system_effect_residual(self->system, effect, point, before);
   for (int k = 0; k < FLESH_READINGS && !status; k++) {
     const variation v = {self, point, effect, (flesh_reading)k, self->room + 5 * (size_t)self->n};
-    const double step = steps[k == FLESH_LAGGED_V || k == FLESH_FROZEN_V];
+    const double step = steps[k != FLESH_LAGGED_X && k != FLESH_FROZEN_X];
     int yes = 0;
-    if (!(readings >> k & 1)) continue;
+    const int freezes = flesh_system_effect(self->system, effect)->operations->traits & FLESH_FREEZES;
+    if (!(readings >> k & 1) || (k == FLESH_OWN_V && !freezes)) continue;
     status = reads(&v, before, step, &yes);
     if (yes) status = find_reading(&v, step, K);
   }

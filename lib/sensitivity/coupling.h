@@ -6,8 +6,11 @@
 
 #include "flesh/system.h"
 
-/* The states that are read: lagged.x, lagged.v, frozen.x, frozen.v. */
-typedef enum flesh_reading { FLESH_LAGGED_X, FLESH_LAGGED_V, FLESH_FROZEN_X, FLESH_FROZEN_V, FLESH_READINGS } flesh_reading;
+/* The states that are read: lagged.x, lagged.v, frozen.x, frozen.v; and the point's own v by effects that freeze, whose
+ * Jacobian is that of x and v together. */
+typedef enum flesh_reading {
+  FLESH_LAGGED_X, FLESH_LAGGED_V, FLESH_FROZEN_X, FLESH_FROZEN_V, FLESH_OWN_V, FLESH_READINGS
+} flesh_reading;
 
 /* A matrix of 3x3 blocks. */
 typedef struct flesh_coupling {

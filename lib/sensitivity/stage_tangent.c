@@ -8,6 +8,7 @@
 #include "base/memory.h"
 #include "base/parallel_vector.h"
 #include "linear/block_matrix.h"
+#include "system/effect_view.h"
 #include "system/ranks.h"
 #include "system/system.h"
 
@@ -76,6 +77,8 @@ int flesh_stage_tangent_set(flesh_stage_tangent *self, const flesh_stage *stage,
   unsigned readings = 1u << FLESH_LAGGED_X | 1u << FLESH_LAGGED_V;
   if (flesh_system_freezes(self->system)) readings |= 1u << FLESH_FROZEN_X;
   if (flesh_system_freezes(self->system) && self->point.frozen.v) readings |= 1u << FLESH_FROZEN_V;
+  self->parts_freezing = flesh_system_freezes(self->system) && !(follows >> FLESH_FROZEN_X & 1);
+  if (self->parts_freezing) readings |= 1u << FLESH_OWN_V;
   return fail(self, flesh_couplings_find(&self->couplings, &self->point, readings, equations->K), "residual");
 }
 
@@ -197,6 +200,22 @@ int flesh_stage_tangent_solve(flesh_stage_tangent *self, int transposed, const d
                     self->stage.t);
 }
 
+/* The Jacobian of the effects that freeze nothing. */
+static int sum_unfrozen(flesh_stage_tangent *self, const flesh_shift *shift)
+{
+  flesh_block_matrix *K = &self->products;
+  flesh_effect_view view = flesh_effect_view_of(self->system, &self->point);
+  int status = FLESH_OK;
+  memset(K->values, 0, 9 * (size_t)K->row_start[K->rows] * sizeof *K->values);
+  for (int e = 0; e < self->system->entry_count && !status; e++) {
+    const flesh_system_entry *entry = &self->system->entries[e];
+    const flesh_effect_operations *can = entry->effect->operations;
+    if (!can->jacobian || (can->traits & FLESH_FREEZES)) continue;
+    status = can->jacobian(entry->effect, flesh_effect_view_turn(&view, e), shift, K, K->layout ? K->layout->slots[e] : entry->slots);
+  }
+  return status;
+}
+
 /* y = (x dr/dx + v dr/dv + a dr/da) w. */
 static int product(flesh_stage_tangent *self, flesh_shift shift, const double *w, double *y)
 {
@@ -211,7 +230,8 @@ static int product(flesh_stage_tangent *self, flesh_shift shift, const double *w
   double *values = self->products.values;
   self->products = *K;
   self->products.values = values;
-  const int status = flesh_system_jacobian(self->system, &self->point, &shift, &self->products);
+  const int status = self->parts_freezing ? sum_unfrozen(self, &shift)
+                                          : flesh_system_jacobian(self->system, &self->point, &shift, &self->products);
   if (!status) flesh_block_multiply(&self->products, w, y);
   return fail(self, status, "tangent");
 }
@@ -223,7 +243,9 @@ int flesh_stage_tangent_mass_times(flesh_stage_tangent *self, const double *w, d
 
 int flesh_stage_tangent_damping_times(flesh_stage_tangent *self, const double *w, double *y)
 {
-  return product(self, (flesh_shift){.v = 1}, w, y);
+  const int status = product(self, (flesh_shift){.v = 1}, w, y);
+  if (!status && self->parts_freezing) flesh_couplings_add(&self->couplings, FLESH_OWN_V, 1, 1, w, y);
+  return status;
 }
 
 int flesh_stage_tangent_stiffness_times(flesh_stage_tangent *self, const double *w, double *y)

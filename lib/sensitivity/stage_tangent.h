@@ -17,6 +17,7 @@ typedef struct flesh_stage_tangent {
   flesh_point point;          /* of the solution, where all is evaluated */
   double *x, *v, *a;          /* [n] its arrays */
   flesh_couplings couplings;
+  int parts_freezing;         /* of effects that freeze, what x and v do is told apart by differences */
   unsigned follows;           /* bits of flesh_reading: what is read is the solution itself */
   double *room;               /* [6*n] */
   double *gaps;               /* [4*multipliers] */
@@ -40,10 +41,10 @@ int flesh_stage_tangent_set(flesh_stage_tangent *tangent, const flesh_stage *sta
 /* Solves dr/du p = b [n], or the transposed system; 0 on constrained dofs, of which b is not read. FLESH_ERR_SOLVE. */
 int flesh_stage_tangent_solve(flesh_stage_tangent *tangent, int transposed, const double *b, double *p);
 
-/* y [n] = dr/da w, or dr/dv w, with constrained rows. */
+/* y [n] = dr/da w, which is symmetric, or (dr/dv)^T w, with constrained rows. */
 int flesh_stage_tangent_mass_times(flesh_stage_tangent *tangent, const double *w, double *y);
 int flesh_stage_tangent_damping_times(flesh_stage_tangent *tangent, const double *w, double *y);
-/* y [n] = dr/dx w likewise. */
+/* y [n] = dr/dx w, of effects that freeze nothing or where what is frozen is followed. */
 int flesh_stage_tangent_stiffness_times(flesh_stage_tangent *tangent, const double *w, double *y);
 
 /* force [n] = dr/dp at the solution, constrained rows included. `moves` (unless NULL) [n] becomes the derivative of the

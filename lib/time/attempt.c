@@ -164,6 +164,27 @@ static int check_stage(flesh_integrator *self, const flesh_stage *stage, const f
                                                                                                      : FLESH_OK;
 }
 
+/* The stage has been solved. */
+static int tell_solved(const flesh_integrator *self, const flesh_stage *stage)
+{
+  const flesh_tape *tape = self->tape;
+  return tape ? tape->solved(tape->data, stage, self->memory.at, flesh_nonlinear_unknowns(self->nonlinear)) : FLESH_OK;
+}
+
+/* The part is about to be finished. */
+static int tell_taken(const flesh_integrator *self, const flesh_method_row *row, const flesh_span *part, double begin,
+                      double end, const flesh_state *state)
+{
+  flesh_tape *tape = self->tape;
+  if (!tape) return FLESH_OK;
+  const flesh_taken_part taken = {.row = row, .own = row == self->row, .second = self->second,
+                                  .acceleration = self->row->acceleration, .anew = tape->anew, .memory = &self->memory,
+                                  .from = state, .lagged = flesh_integrator_stage(self, state), .begin = begin, .end = end,
+                                  .h = part->h};
+  tape->anew = 0;
+  return tape->taken(tape->data, &taken);
+}
+
 /* Solves a stage again that has been solved, with what is lagged as the last solve has left it, until that changes
  * nothing or lag_iterations is reached. */
 static int follow_lag(flesh_integrator *self, flesh_stage *stage, const flesh_state *state, const flesh_stage_end *end,
@@ -178,8 +199,9 @@ static int follow_lag(flesh_integrator *self, flesh_stage *stage, const flesh_st
     stage->v_lag = self->lag.v;
     stage->t_lag = stage->t_from = stage->t;
     flesh_nonlinear_set_target(self->nonlinear, target);
-    const int status = flesh_multipliers_solve(&self->multipliers, stage, state, end, guesses, 0, stats);
+    int status = flesh_multipliers_solve(&self->multipliers, stage, state, end, guesses, 0, stats);
     flesh_nonlinear_set_target(self->nonlinear, 0);
+    if (!status) status = tell_solved(self, stage);
     if (status || stats->newton == before_solve) return status;
   }
   return FLESH_OK;
@@ -236,6 +258,7 @@ static int solve_stage(flesh_integrator *self, const trial *trial, const flesh_s
                    ? flesh_continuation_step(&self->continuation, stage, &from, end, guesses, stats)
                    : flesh_multipliers_solve(&self->multipliers, stage, &from, end, guesses, 0, stats);
   flesh_nonlinear_set_target(self->nonlinear, 0);
+  if (!status) status = tell_solved(self, stage);
   if (!status)
     status = last ? check_end(self, stage, state, trial->to, stats, &self->blocked) : check_stage(self, stage, state);
   if (!status && self->lag.u) {
@@ -325,6 +348,7 @@ int flesh_integrator_attempt(flesh_integrator *self, const flesh_method_row *row
                               .scratch = {self->start, self->first.extrapolated}, .second = second,
                               .from = trial.from, .to = trial.to, .energies = self->energies};
   self->blocked = 0;
+  if (self->tape) self->tape->try_part(self->tape->data);
   int status = solve_stages(self, &trial, state, &stage, &energy, stats);
   if (!status) status = judge_error(self, &trial, state, &stage, stats);
   if (!status) status = count_energy(self, &trial, state, &energy);
@@ -333,6 +357,7 @@ int flesh_integrator_attempt(flesh_integrator *self, const flesh_method_row *row
     self->memory.easy = 0;
   }
   if (!status) status = flesh_multipliers_accept(&self->multipliers, &stage, state);
+  if (!status) status = tell_taken(self, row, part, trial.from, trial.to, state);
   if (status) return status;
   finish_part(self, row, &stage, part, state, stats);
   count_easy(&self->memory, were_easy(5 * (row->stages ? energy.stages : 1), &before_solve, stats));

@@ -329,6 +329,7 @@ static int untangle(flesh_integrator *self, flesh_state *state, double h, flesh_
   int status = flesh_untangler_after_step(self->recovery.untangler, state, h);
   if (status == 1) status = flesh_continuation_rest(&self->continuation, self->recovery.untangler, 0, state, stats);
   if (status == 1) {
+    if (self->tape) self->tape->untangled = 1;
     self->last_stage.known = 0;
     flesh_energy_watch_jump(&self->watch, state->t, state);
   }

@@ -18,6 +18,7 @@
 #include "time/recovery/continuation.h"
 #include "time/recovery/recovery.h"
 #include "time/rigid_guess.h"
+#include "time/tape.h"
 
 /* Sources of a step's first iterates. */
 typedef struct flesh_first_iterates {
@@ -66,6 +67,7 @@ struct flesh_integrator {
   flesh_energy_watch watch; /* of methods that step in time */
   flesh_multipliers multipliers;
   flesh_internals internals;
+  flesh_tape *tape; /* borrowed; NULL: nobody listens */
 };
 
 /* The run is at this state, from which a step will start. FLESH_ERR_NONFINITE, FLESH_ERR_MEMORY. */

@@ -58,6 +58,7 @@ static int start_with_multipliers(flesh_integrator *self, flesh_state *state, co
 static int begin_anew(flesh_integrator *self, flesh_state *state, const flesh_piece *piece, double h, flesh_solve_stats *stats)
 {
   flesh_extrapolation_forget(&self->first.extrapolation);
+  if (self->tape) self->tape->anew = 1;
   int status = start_piece(self, state, piece, stats);
   if (!status && self->multipliers.count && self->row->stages)
     status = start_with_multipliers(self, state, piece, h, stats);

@@ -16,7 +16,7 @@ and its kinds). Calls release the interpreter's lock, and Ctrl-C ends a step in 
     Scene                               all of it from YAML, a file or a dict
     Integrator, equilibrium             steps and statics
     run, steps, History, Probes, Frames a run as a loop or as an iterator, and what it writes
-    Parameter, Sensitivity              derivatives of equilibria by what was put in: tangents, adjoints, gradients
+    Parameter, Sensitivity, Trajectory  derivatives of equilibria and motions by what was put in
     KinsolProblem, IdaProblem, OdeProblem   the equations for a solver of your own
     run_scene, drift, accuracy, sweep   the program's comparisons as tables
 """

@@ -1,5 +1,5 @@
-"""sensitivity.py: how equilibria depend on what was put in: tangents, adjoints, gradients."""
-from typing import TYPE_CHECKING, Callable, Optional, Sequence
+"""sensitivity.py: how results depend on what was put in: tangents, adjoints, gradients."""
+from typing import TYPE_CHECKING, Callable, NamedTuple, Optional, Sequence
 
 import numpy as np
 
@@ -7,13 +7,14 @@ from ._arrays import doubles, pointer
 from ._callbacks import Handle, call, create, owned
 from ._library import ffi, lib
 from .errors import ArgumentError
+from .integrator import Integrator
 from .options import SolverOptions
 from .system import State, System
 
 if TYPE_CHECKING:
     import scipy.sparse.linalg
 
-__all__ = ["Parameter", "Sensitivity"]
+__all__ = ["MotionGradient", "Parameter", "Sensitivity", "Trajectory"]
 
 
 class Parameter(Handle):
@@ -109,3 +110,36 @@ class Sensitivity(Handle):
 
     def _along(self, parameters, amounts):
         return sum(amount * self.tangent(p).ravel() for amount, p in zip(amounts, parameters))
+
+
+class MotionGradient(NamedTuple):
+    """Derivatives of a quantity of the end of a motion."""
+    by_parameters: np.ndarray  # [parameters]
+    by_x: np.ndarray  # [nodes, 3] by the first positions
+    by_v: np.ndarray  # [nodes, 3] by the first velocities
+
+
+class Trajectory(Handle):
+    """Records the steps that an integrator takes from now on, for derivatives of their end by one discrete adjoint.
+
+    Steps end with ArgumentError where they have no sensitivities (a removed tangle, internal variables that change).
+
+    Args:
+        integrator: of any method but ida and static; solve to a small newton_tolerance.
+        tolerance: of the adjoint's solves, over their right-hand sides.
+    """
+
+    def __init__(self, integrator: Integrator, tolerance: float = 1e-10):
+        made = create("flesh_trajectory", lib.flesh_trajectory_create, integrator._pointer, tolerance)
+        self._pointer = owned("flesh_trajectory", made, lib.flesh_trajectory_destroy, integrator)
+        self._nodes = integrator.system.mesh.node_count
+
+    def gradient(self, parameters: Sequence[Parameter] = (), by_x=None, by_v=None) -> MotionGradient:
+        """Derivatives of a quantity Q of the last state, given by dQ/dx and dQ/dv [nodes, 3] (None: 0)."""
+        shape, all_of_them = (self._nodes, 3), list(parameters)
+        gradient, start = np.empty(len(all_of_them)), np.empty((2, *shape))
+        structs = ffi.new("flesh_parameter[]", [p._struct[0] for p in all_of_them] or 1)
+        at_end = [None if one is None else doubles(one, shape, name) for one, name in ((by_x, "by_x"), (by_v, "by_v"))]
+        call(lib.flesh_trajectory_gradient, self._pointer, pointer(at_end[0]), pointer(at_end[1]), len(all_of_them),
+             structs, pointer(gradient), pointer(start))
+        return MotionGradient(gradient, start[0], start[1])

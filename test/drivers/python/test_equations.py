@@ -80,6 +80,30 @@ def test_gradients_of_an_equilibrium(mesh, body, held):
         flesh.Sensitivity(system(), flesh.State.at_rest(mesh))
 
 
+def test_gradients_of_a_motion(mesh, body, held):
+    def system(young=1e5):
+        body = flesh.Body(mesh, flesh.Material("S", young=young, poisson=0.45), 1000)
+        return flesh.System(mesh, [flesh.Inertia(body), flesh.Elasticity(body), flesh.Gravity(body)]).pin(held)
+
+    def fall(young=1e5, push=0.0, record=False):
+        integrator = flesh.Integrator(system(young), "bdf2", flesh.SolverOptions(newton_tolerance=1e-12))
+        trajectory = flesh.Trajectory(integrator, 1e-11) if record else None
+        state = flesh.State.at_rest(mesh)
+        state.v[-1, 1] = push
+        for _ in range(5):
+            integrator.step(state, 0.01)
+        return state.x[-1, 2], trajectory
+
+    _, trajectory = fall(record=True)
+    weights = np.zeros((mesh.node_count, 3))
+    weights[-1, 2] = 1
+    found = trajectory.gradient([flesh.Parameter(system, 1e5)], by_x=weights)
+    assert found.by_parameters[0] == pytest.approx((fall(1e5 + 20)[0] - fall(1e5 - 20)[0]) / 40, rel=1e-5)
+    assert found.by_v[-1, 1] == pytest.approx((fall(push=1e-3)[0] - fall(push=-1e-3)[0]) / 2e-3, rel=1e-5)
+    with pytest.raises(flesh.ArgumentError, match="ida has no sensitivities"):
+        flesh.Trajectory(flesh.Integrator(system(), "ida"))
+
+
 def test_a_stage_is_the_step_of_backward_euler(mild, mesh):
     h, state = 1 / 60, flesh.State.at_rest(mesh)
     stepped = state.copy()

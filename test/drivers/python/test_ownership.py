@@ -75,7 +75,7 @@ def handles(mesh, body, system, folder):
             mesh, body, system, surface, flesh.Skin(mesh, surface), flesh.Material(young=1e5, poisson=0.4),
             flesh.Motion.fixed((0, 0, 0)), flesh.Amplitude([(0, 1)]), flesh.Obstacle.sphere((0, 0, 0), 1),
             flesh.Threads(1), flesh.Point(mesh.positions), flesh.Integrator(system), flesh.KinsolProblem(system),
-            flesh.Parameter(lambda p: system, 1.0), flesh.Sensitivity(system, flesh.equilibrium(system, options=flesh.SolverOptions(newton_tolerance=1e-8))),
+            flesh.Parameter(lambda p: system, 1.0), flesh.Trajectory(flesh.Integrator(system)), flesh.Sensitivity(system, flesh.equilibrium(system, options=flesh.SolverOptions(newton_tolerance=1e-8))),
             flesh.IdaProblem(system), flesh.OdeProblem(system), flesh.History(folder / "h.csv", system),
             flesh.Probes(folder / "p.csv", body, system, "bdf2", [flesh.Probe("a", ["position"], nodes=[1])]),
             flesh.Frames(folder / "f", mesh), flesh.SkinFrames(folder / "s", flesh.Skin(mesh, surface), surface),

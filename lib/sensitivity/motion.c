@@ -1,0 +1,220 @@
+/* motion.c: the discrete adjoint and tangents of a recorded motion. A stage moves the point by x = x0 + s_x u, v = v0 + s_v
+ * u, a = a0 + s_a u, its base and the end of the step being linear in what is known and in u (method_map.h). With a bar
+ * over the derivative of Q by a quantity, backward over a step: ubar = F_u^T Ybar'; K^T lambda = ubar; Ybar = F_y^T Ybar' -
+ * A^T (K_x^T lambda, C^T lambda, M lambda), where K_x^T lambda = (ubar - s_v C^T lambda - s_a M lambda)/s_x takes no product
+ * with K_x. What is lagged or frozen adds its own derivative to the state that was read. */
+#include <string.h>
+
+#include "base/error.h"
+#include "sensitivity/trajectory.h"
+
+/* A stage of no time, whose unknown is the acceleration: K is M, as K_x has no share in it. */
+static const double no_time = 1e-30;
+
+/* The arrays of a pass over the trajectory, [n] each. */
+typedef struct pass {
+  flesh_trajectory *self;
+  flesh_method_map map;
+  double *known[FLESH_KNOWN], *next[FLESH_KNOWN], *stages[FLESH_MAP_STAGES]; /* derivatives, or of Q by them */
+  double *lambda, *c, *m, *lag, *force, *moves; /* room */
+  double *base;                                 /* [5*n] of a stage */
+  flesh_stage stage;
+  unsigned follows;
+} pass;
+
+static pass pass_of(flesh_trajectory *self)
+{
+  pass p = {.self = self};
+  double *room = self->vectors;
+  const size_t n = (size_t)self->n;
+  memset(room, 0, (5 + 3 * (size_t)FLESH_MAP_COLUMNS) * n * sizeof *room);
+  for (int k = 0; k < FLESH_KNOWN; k++, room += 2 * n) p.known[k] = room, p.next[k] = room + n;
+  for (int k = 0; k < FLESH_MAP_STAGES; k++, room += n) p.stages[k] = room;
+  double **const own[] = {&p.lambda, &p.c, &p.m, &p.lag, &p.force, &p.moves};
+  for (int k = 0; k < 6; k++, room += n) *own[k] = room;
+  p.base = room;
+  return p;
+}
+
+static int is_of_v(int reading) { return reading != FLESH_LAGGED_X && reading != FLESH_FROZEN_X; }
+
+/* Linearises a solve of a part. */
+static int linearise(pass *p, const flesh_recorded_part *part, int solve)
+{
+  flesh_trajectory_stage(p->self, part, &p->map, solve, p->base, &p->stage);
+  p->follows = p->stage.frozen_at_solution ? 1u << FLESH_FROZEN_X | 1u << FLESH_FROZEN_V : 0;
+  return flesh_stage_tangent_set(&p->self->tangent, &p->stage, part->solves[solve].u, p->follows);
+}
+
+/* Linearises the acceleration with which a method begins at the known state. */
+static int linearise_start(pass *p, const flesh_recorded_part *part)
+{
+  flesh_trajectory *self = p->self;
+  const double *x = part->known[FLESH_KNOWN_X], *v = part->known[FLESH_KNOWN_V];
+  memset(p->moves, 0, (size_t)self->n * sizeof *p->moves);
+  p->stage = (flesh_stage){.t = part->taken.begin, .load = 1, .prescribed_fraction = 1, .shift = {.x = no_time, .a = 1},
+                           .x0 = x, .v0 = v, .a0 = part->known[FLESH_KNOWN_VECTORS], .x_lag = x, .v_lag = v,
+                           .t_lag = part->taken.begin, .internal = part->internal,
+                           .multipliers = part->solves[0].multipliers};
+  p->follows = 1u << FLESH_FROZEN_X | 1u << FLESH_FROZEN_V; /* nothing is lagged or frozen there */
+  return flesh_stage_tangent_set(&self->tangent, &p->stage, p->moves, p->follows);
+}
+
+/* Dofs that a method of order 2 constrains in the part are where the motion has them, whatever was known. */
+static void forget_constrained(pass *p, const flesh_recorded_part *part, double *const *of)
+{
+  flesh_trajectory *self = p->self;
+  if (!part->taken.second) return;
+  flesh_prescribed_set(&self->prescribed, part->taken.begin, part->taken.end, part->known[FLESH_KNOWN_X]);
+  for (int k = 0; k < FLESH_KNOWN; k++)
+    for (int d = 0; d < self->n; d++)
+      if (self->prescribed.fixed[d]) of[k][d] = 0;
+}
+
+static void add(int n, double scale, const double *x, double *y)
+{
+  for (int d = 0; d < n && scale != 0; d++) y[d] += scale * x[d];
+}
+
+/* The bars of the bases, at which x0, v0 and a0 have those of x, v and a, go to what they are made of. */
+static void give_bases(pass *p, const flesh_recorded_part *part, int at, const double *x, const double *v, const double *a)
+{
+  const int n = p->self->n;
+  for (int k = 0; k < FLESH_KNOWN + at; k++) {
+    double *bar = k < FLESH_KNOWN ? p->known[k] : p->stages[k - FLESH_KNOWN];
+    if (k < FLESH_KNOWN && !part->known[k]) continue;
+    add(n, p->map.x0[at][k], x, bar);
+    add(n, p->map.v0[at][k], v, bar);
+    if (a) add(n, p->map.a0[at][k], a, bar);
+  }
+}
+
+/* The derivative of the residual along lambda by what is read goes to the state that was read. `before`: this solve lags
+ * where the one before it has ended, whose unknowns are the same stage's. */
+static void give_readings(pass *p, const flesh_recorded_part *part, int at, int before)
+{
+  flesh_trajectory *self = p->self;
+  const flesh_shift *shift = &p->stage.shift;
+  const int n = self->n, lags_stage = part->known[FLESH_KNOWN_LAGGED_X] != NULL;
+  double *zero = p->moves;
+  memset(zero, 0, (size_t)n * sizeof *zero);
+  for (int k = 0; k < FLESH_READINGS; k++) {
+    if ((p->follows >> k & 1) || k == FLESH_OWN_V || !flesh_couplings_any(&self->tangent.couplings, (flesh_reading)k)) continue;
+    memset(p->lag, 0, (size_t)n * sizeof *p->lag);
+    flesh_couplings_add(&self->tangent.couplings, (flesh_reading)k, 1, -1, p->lambda, p->lag);
+    const int of_v = is_of_v(k), lagged = k == FLESH_LAGGED_X || k == FLESH_LAGGED_V;
+    if (lagged && !before) add(n, 1, p->lag, p->known[lags_stage ? FLESH_KNOWN_LAGGED_X + of_v : FLESH_KNOWN_X + of_v]);
+    else give_bases(p, part, at, of_v ? zero : p->lag, of_v ? p->lag : zero, NULL);
+    if (lagged && before) add(n, of_v ? shift->v : shift->x, p->lag, p->stages[at]);
+  }
+}
+
+/* c = C^T lambda with what of v is followed, m = M lambda. */
+static int multiply(pass *p)
+{
+  flesh_stage_tangent *tangent = &p->self->tangent;
+  int status = flesh_stage_tangent_damping_times(tangent, p->lambda, p->c);
+  if (!status) status = flesh_stage_tangent_mass_times(tangent, p->lambda, p->m);
+  if (!status && (p->follows >> FLESH_FROZEN_V & 1))
+    flesh_couplings_add(&tangent->couplings, FLESH_FROZEN_V, 1, 1, p->lambda, p->c);
+  return status;
+}
+
+/* Adds what each parameter changes in the residual, and in constrained dofs by the bars of u. */
+static int add_parameters(pass *p, const double *bar, int count, const flesh_parameter *parameters, double *gradient)
+{
+  flesh_trajectory *self = p->self;
+  int status = FLESH_OK;
+  for (int k = 0; k < count && !status; k++) {
+    status = flesh_stage_tangent_force(&self->tangent, &parameters[k], p->force, p->moves);
+    for (int d = 0; d < self->n && !status && !bar; d++)
+      if (p->moves[d] != 0)
+        status = flesh_fail(FLESH_ERR_ARGUMENT, "a parameter that moves prescribed dofs has sensitivities by backward-euler "
+                                                "only");
+    for (int d = 0; d < self->n && !status; d++)
+      gradient[k] += (bar ? bar[d] * p->moves[d] : 0) - p->lambda[d] * p->force[d];
+  }
+  return status;
+}
+
+/* One solve, backward. */
+static int solve_back(pass *p, const flesh_recorded_part *part, int solve, int count, const flesh_parameter *parameters,
+                      double *gradient)
+{
+  flesh_trajectory *self = p->self;
+  const int at = part->solves[solve].at, before = solve > 0 && part->solves[solve - 1].at == at;
+  const flesh_shift *shift = &p->stage.shift;
+  double *bar = p->stages[at], *kx = p->lag;
+  int status = linearise(p, part, solve);
+  if (!status) status = flesh_stage_tangent_solve(&self->tangent, 1, bar, p->lambda);
+  if (!status) status = multiply(p);
+  if (!status) status = add_parameters(p, part->taken.second ? NULL : bar, count, parameters, gradient);
+  if (status) return status;
+  for (int d = 0; d < self->n; d++) {
+    kx[d] = (shift->v * p->c[d] + shift->a * p->m[d] - bar[d]) / shift->x;
+    p->c[d] = -p->c[d];
+    p->m[d] = -p->m[d];
+  }
+  give_bases(p, part, at, kx, p->c, p->m);
+  memset(bar, 0, (size_t)self->n * sizeof *bar);
+  give_readings(p, part, at, before);
+  return FLESH_OK;
+}
+
+/* The acceleration with which the method has begun, backward. */
+static int start_back(pass *p, const flesh_recorded_part *part, int count, const flesh_parameter *parameters, double *gradient)
+{
+  flesh_trajectory *self = p->self;
+  double *bar = p->known[FLESH_KNOWN_VECTORS];
+  int status = linearise_start(p, part);
+  if (!status) status = flesh_stage_tangent_solve(&self->tangent, 1, bar, p->lambda);
+  if (!status) status = flesh_stage_tangent_stiffness_times(&self->tangent, p->lambda, p->lag);
+  if (!status) status = flesh_stage_tangent_damping_times(&self->tangent, p->lambda, p->c);
+  if (status) return status;
+  add(self->n, -1, p->lag, p->known[FLESH_KNOWN_X]);
+  add(self->n, -1, p->c, p->known[FLESH_KNOWN_V]);
+  for (int k = 0; k < FLESH_READINGS; k++)
+    flesh_couplings_add(&self->tangent.couplings, (flesh_reading)k, 1, -1, p->lambda, p->known[FLESH_KNOWN_X + is_of_v(k)]);
+  memset(bar, 0, (size_t)self->n * sizeof *bar);
+  return add_parameters(p, NULL, count, parameters, gradient);
+}
+
+static int part_back(pass *p, const flesh_recorded_part *part, int count, const flesh_parameter *parameters, double *gradient)
+{
+  const int n = p->self->n;
+  flesh_trajectory_map(part, &p->map);
+  forget_constrained(p, part, p->known);
+  for (int k = 0; k < FLESH_KNOWN; k++) {
+    double *known = p->known[k];
+    p->known[k] = p->next[k];
+    p->next[k] = known;
+    memset(p->known[k], 0, (size_t)n * sizeof *known);
+  }
+  for (int s = 0; s < p->map.stages; s++) memset(p->stages[s], 0, (size_t)n * sizeof(double));
+  for (int j = 0; j < FLESH_KNOWN; j++)
+    for (int k = 0; k < FLESH_KNOWN + p->map.stages; k++)
+      add(n, p->map.end[j][k], p->next[j], k < FLESH_KNOWN ? p->known[k] : p->stages[k - FLESH_KNOWN]);
+  int status = FLESH_OK;
+  for (int s = part->count - 1; s >= 0 && !status; s--) status = solve_back(p, part, s, count, parameters, gradient);
+  forget_constrained(p, part, p->known);
+  if (!status && part->taken.anew && part->taken.acceleration) status = start_back(p, part, count, parameters, gradient);
+  if (part->taken.anew) forget_constrained(p, part, p->known);
+  return status;
+}
+
+int flesh_trajectory_gradient(flesh_trajectory *self, const double *by_x, const double *by_v, int count,
+                              const flesh_parameter *parameters, double *gradient, double *by_start)
+{
+  FLESH_NEED({self, "trajectory"}, {parameters, "parameters"}, {gradient, "gradient"});
+  const size_t n = (size_t)self->n;
+  pass p = pass_of(self);
+  if (by_x) memcpy(p.known[FLESH_KNOWN_X], by_x, n * sizeof *by_x);
+  if (by_v) memcpy(p.known[FLESH_KNOWN_V], by_v, n * sizeof *by_v);
+  memset(gradient, 0, (size_t)count * sizeof *gradient);
+  int status = FLESH_OK;
+  for (int k = self->count - 1; k >= 0 && !status; k--) status = part_back(&p, &self->parts[k], count, parameters, gradient);
+  if (status || !by_start) return status;
+  memcpy(by_start, p.known[FLESH_KNOWN_X], n * sizeof *by_start);
+  memcpy(by_start + n, p.known[FLESH_KNOWN_V], n * sizeof *by_start);
+  return FLESH_OK;
+}

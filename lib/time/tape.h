@@ -1,0 +1,29 @@
+/* tape.h: what a run tells of the parts of steps that it takes, for whoever differentiates it. */
+#ifndef FLESH_TIME_TAPE_H
+#define FLESH_TIME_TAPE_H
+
+#include "time/method.h"
+
+/* A part that is accepted, before the state goes to its end. */
+typedef struct flesh_taken_part {
+  const flesh_method_row *row; /* the method's own, or backward Euler in its stead */
+  int own, second;             /* the row is the method's own; constrained dofs follow the prescribed motion itself */
+  int acceleration;            /* the method's own row remembers the acceleration */
+  int anew;                    /* the method has begun anew at the state */
+  const flesh_method_memory *memory;
+  const flesh_state *from, *lagged; /* equal where the lagged state is the one at which the part begins */
+  double begin, end, h;             /* s; as far as what holds within the part does, and its length */
+} flesh_taken_part;
+
+typedef struct flesh_tape {
+  void *data;
+  int anew;      /* the method has begun anew since the last part */
+  int untangled; /* nodes have been moved by what is no step */
+  /* A try of a part begins: what was solved since the last part that was taken does not count. */
+  void (*try_part)(void *data);
+  /* The stage memory->at has been solved with the unknowns u [n]; again, where what is lagged is followed. */
+  int (*solved)(void *data, const flesh_stage *stage, int at, const double *u);
+  int (*taken)(void *data, const flesh_taken_part *part);
+} flesh_tape;
+
+#endif

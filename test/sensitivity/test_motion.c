@@ -1,0 +1,195 @@
+// TEST quick seconds=60
+/* test_motion.c: gradients of motions, by one adjoint, are those of whole runs, by differences of the fourth order: by all
+ * methods of fixed steps, through an impact with friction, by loads that follow the shape, of muscles and welds. */
+#include "body.h"
+#include "gradients.h"
+
+#define BODY "body: {name: bar, mesh: ../meshes/cube_3x3x3.mesh, density: 1000, material: {energy: S, constants: matched, "
+#define CLAMP "  - pin: {box: [[-1, -1, -1], [1e-9, 2, 2]]}\n"
+#define TIME(step, end) "time: {step: " step ", end: " end "}\nsolver: {newton_tolerance: 1e-13, linear_tolerance: 1e-4}\n"
+
+/* A motion, its keys, ended by one of 0, and how many steps it has. */
+typedef struct motion_case {
+  const char *name, *text;
+  gradient_key keys[7];
+} motion_case;
+
+static const motion_case swing = {
+    "swing",
+    BODY "young: 1e4, poisson: 0.4}}\nstart: {velocity: [0, 0.3, 0.1]}\n"
+    "effects:\n  - inertia: {}\n" CLAMP "  - gravity: {acceleration: [0, 0, -9.81]}\n  - damping: {mass: 0.5, stiffness: 0.002}\n" TIME("0.01", "0.12"),
+    {{"body.material.young", 1e4, 20, 10}, {"body.material.poisson", 0.4, 1e-4, 1e-4}, {"body.density", 1000, 2, 1},
+     {"effects.damping.mass", 0.5, 1e-3, 1e-3}, {"effects.damping.stiffness", 0.002, 4e-6, 2e-6},
+     {"effects.gravity.acceleration[2]", -9.81, 0.02, 0.01}}};
+
+static const motion_case others[] = {
+    {"impact with friction",
+     BODY "young: 2e4, poisson: 0.4}}\nstart: {velocity: [0.5, 0, -1]}\n"
+     "effects:\n  - inertia: {}\n  - gravity: {}\n"
+     "  - contact: {plane: {point: [0, 0, -0.012]}, friction: 0.3, thickness: 0.01, stiffness: 1e5}\n" TIME("1/240", "0.1"),
+     {{"body.material.young", 2e4, 4, 10}, {"effects.contact.friction", 0.3, 1e-4, 1e-3},
+      {"effects.contact.thickness", 0.01, 1e-6, 1e-6}, {"body.density", 1000, 0.2, 1}}},
+    {"follower pressure",
+     BODY "young: 1e4, poisson: 0.4}}\neffects:\n  - inertia: {}\n" CLAMP
+     "  - pressure: {box: [[-1, -1, 0.099], [5, 2, 2]], pressure: 400}\n" TIME("0.01", "0.06"),
+     {{"body.material.young", 1e4, 20, 10}, {"effects.pressure.pressure", 400, 1, 1}}},
+    {"muscle and viscosity",
+     BODY "young: 1e4, poisson: 0.4}}\neffects:\n  - inertia: {}\n" CLAMP "  - viscosity: {shear: 20, bulk: 30}\n"
+     "  - muscle: {fibres: {direction: [1, 0.3, 0]}, peak_stress: 3e3, activation: [{time: 0, value: 0.5}]}\n"
+     TIME("0.01", "0.04"),
+     {{"effects.muscle.peak_stress", 3e3, 6, 10}, {"effects.viscosity.shear", 20, 0.04, 0.1},
+      {"body.material.young", 1e4, 20, 10}}},
+    {"weld",
+     BODY "young: 1e4, poisson: 0.4}}\nbodies:\n  - {name: upper, mesh: ../meshes/cube_3x3x3.mesh, density: 500, "
+     "translation: [0, 0, 0.1],\n     material: {energy: S, constants: matched, young: 2e4, poisson: 0.4}}\n"
+     "effects:\n  - inertia: {}\n" CLAMP "  - gravity: {acceleration: [0, 2, -9.81]}\n"
+     "  - weld: {bodies: [bar, upper], stiffness: 1e6}\n" TIME("0.01", "0.06"),
+     {{"effects.weld.stiffness", 1e6, 2e3, 1e3}, {"body.material.young", 1e4, 20, 10}, {"bodies[0].density", 500, 1, 1}}},
+};
+
+/* A run of a scene to its end; `shift` moves the free dofs of the start along `direction` [2*n], x and v. */
+typedef struct moved {
+  flesh_scene *scene;
+  flesh_integrator *integrator;
+  flesh_trajectory *trajectory;
+  int n, steps;
+  flesh_state state;
+} moved;
+
+static moved begin(const char *text, const char *key, double value, flesh_method method)
+{
+  moved m = {.scene = gradient_scene(text, key, value)};
+  const flesh_system *system = flesh_scene_system(m.scene);
+  m.n = flesh_system_unknowns(system);
+  m.state.x = calloc(2 * (size_t)m.n, sizeof(double));
+  m.state.v = m.state.x + m.n;
+  flesh_scene_start(m.scene, &m.state);
+  for (int d = 0; d < m.n; d++) /* not the same everywhere */
+    m.state.v[d] *= 1 + 3 * flesh_mesh_positions(flesh_scene_mesh(m.scene))[d / 3 * 3];
+  CHECK_OK(flesh_integrator_create(system, method, flesh_scene_solver(m.scene), &m.integrator));
+  CHECK_OK(flesh_integrator_set_max_energy_gain(m.integrator, INFINITY)); /* steps of the same length in all runs */
+  return m;
+}
+
+static void run(moved *m)
+{
+  const flesh_scene_time *time = flesh_scene_times(m->scene);
+  const int steps = (int)(time->end / time->step + 0.5);
+  for (int k = 0; k < steps; k++) {
+    flesh_solve_stats stats = {0};
+    CHECK_OK(flesh_integrator_step(m->integrator, &m->state, time->step, &stats));
+    m->steps += stats.steps;
+  }
+}
+
+static void end(moved *m)
+{
+  flesh_trajectory_destroy(&m->trajectory);
+  flesh_integrator_destroy(&m->integrator);
+  flesh_scene_destroy(&m->scene);
+  free(m->state.x);
+}
+
+/* The quantity: a nonlinear function of all positions and velocities; its derivatives are added where `by` is not NULL. */
+static double quantity(const moved *m, double *by)
+{
+  double sum = 0;
+  for (int d = 0; d < 2 * m->n; d++) {
+    const double w = sin(0.7 + d) / m->n * (d < m->n ? 1 : 0.03), y = m->state.x[d];
+    sum += w * y + 0.1 * w * y * y;
+    if (by) by[d] = w + 0.2 * w * y;
+  }
+  return sum;
+}
+
+static void compare(const char *name, const char *key, double found, const double values[4], double step, double Q)
+{
+  double expected = 0;
+  for (int k = 0; k < 4; k++) expected += gradient_weights[k] * values[k] / step;
+  const double noise = 1e-13 * fabs(Q) / step; /* round-off of runs */
+  printf("# %s, %s: %.10g, off by %.1e of it, of which %.1e may be round-off\n", name, key, found,
+         fabs(found / expected - 1), noise / fabs(expected));
+  CHECK_BELOW(fabs(found - expected), 1e-6 * fabs(expected) + noise);
+}
+
+static void try_case(const motion_case *c, flesh_method method)
+{
+  char name[128];
+  moved m = begin(c->text, NULL, 0, method);
+  const int n = m.n;
+  double *by = calloc(5 * (size_t)n, sizeof *by), *start = by + 2 * n, gradient[7], values[4];
+  gradient_parameter parameters[7];
+  flesh_parameter all[7];
+  int count = 0;
+  snprintf(name, sizeof name, "%s, %s", c->name, flesh_method_name(method));
+  for (; c->keys[count].key; count++) {
+    parameters[count] = gradient_parameter_of(c->text, c->keys[count]);
+    all[count] = parameters[count].parameter;
+  }
+  CHECK_OK(flesh_trajectory_create(m.integrator, 1e-12, &m.trajectory));
+  run(&m);
+  const double Q = quantity(&m, by);
+  CHECK_OK(flesh_trajectory_gradient(m.trajectory, by, by + n, count, all, gradient, start));
+  for (int i = 0; i < count; i++) {
+    for (int k = 0; k < 4; k++) {
+      moved other = begin(c->text, c->keys[i].key, c->keys[i].value + gradient_at[k] * c->keys[i].step, method);
+      run(&other);
+      CHECK(other.steps == m.steps);
+      values[k] = quantity(&other, NULL);
+      end(&other);
+    }
+    compare(name, c->keys[i].key, gradient[i], values, c->keys[i].step, Q);
+    gradient_parameter_clear(&parameters[i]);
+  }
+  double along = 0; /* the start's velocities */
+  const double step = 1e-4;
+  for (int k = 0; k < 4; k++) {
+    moved other = begin(c->text, NULL, 0, method);
+    for (int d = 0; d < n; d++) {
+      const double move = flesh_mesh_positions(flesh_scene_mesh(m.scene))[d / 3 * 3] > 1e-9 ? cos(d) : 0;
+      other.state.v[d] += gradient_at[k] * step * move;
+      if (k == 0) along += move * start[n + d];
+    }
+    run(&other);
+    values[k] = quantity(&other, NULL);
+    end(&other);
+  }
+  compare(name, "velocity of the start", along, values, step, Q);
+  free(by);
+  end(&m);
+}
+
+static int is_fixed_step(flesh_method method) { return method != FLESH_METHOD_STATIC && method != FLESH_METHOD_IDA; }
+
+static void gradients_by_every_method(void)
+{
+  for (int k = 0; flesh_method_name((flesh_method)k); k++)
+    if (is_fixed_step((flesh_method)k)) try_case(&swing, (flesh_method)k);
+}
+
+static void gradients_of_every_kind(void)
+{
+  for (size_t k = 0; k < sizeof others / sizeof *others; k++) {
+    try_case(&others[k], FLESH_METHOD_BACKWARD_EULER);
+    try_case(&others[k], FLESH_METHOD_MIDPOINT);
+    try_case(&others[k], FLESH_METHOD_NEWMARK);
+  }
+}
+
+static void what_has_no_gradient_is_refused(void)
+{
+  const flesh_method methods[] = {FLESH_METHOD_IDA, FLESH_METHOD_STATIC};
+  const char *const sentences[] = {"ida has no sensitivities", "a sequence of equilibria is no motion"};
+  for (int k = 0; k < 2; k++) {
+    moved m = begin(swing.text, NULL, 0, methods[k]);
+    CHECK(flesh_trajectory_create(m.integrator, 1e-10, &m.trajectory) == FLESH_ERR_ARGUMENT && !m.trajectory);
+    CHECK_TEXT(flesh_error_text(), sentences[k]);
+    end(&m);
+  }
+}
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS(argc, argv, TEST(gradients_by_every_method), TEST(gradients_of_every_kind),
+                   TEST(what_has_no_gradient_is_refused));
+}
