@@ -80,8 +80,8 @@ FLESH_API void flesh_trajectory_destroy(flesh_trajectory **trajectory);
 
 /* The discrete adjoint of all recorded steps: gradient [count] = dQ/dp, where Q depends on the last state by by_x and
  * by_v [3*n] (NULL: not), and by_start [6*n] (NULL: not wanted) its derivatives by x and v of the first state, 0 for
- * dofs that a method of order 2 constrains there. One linear solve for each solve of a stage; exact for steps solved to a
- * small newton_tolerance. A parameter may move prescribed dofs in steps of backward Euler only.
+ * dofs that a method of order 2 constrains there. One linear solve for each solve of a stage; as exact as the steps
+ * were solved. A parameter may move prescribed dofs in steps of backward Euler only.
  * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_SOLVE. */
 FLESH_API int flesh_trajectory_gradient(flesh_trajectory *trajectory, const double *by_x, const double *by_v, int count,
                                         const flesh_parameter *parameters, double *gradient, double *by_start);
