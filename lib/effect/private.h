@@ -93,7 +93,8 @@ typedef struct flesh_effect_private {
    * derivatives. */
   void (*predict)(const flesh_effect *effect, const flesh_point *point);
   /* Whether the effect neither is felt at x0 + shift u (x0 and u [3*nodes]; u NULL: at x0) nor limits a straight way
-   * between any two places of this x0 for which it says so, until it has searched again. NULL: it always may. */
+   * between any two places of this x0 for which it says so, until it has searched again. With u, x0 is that of the last
+   * call without. NULL: it always may. */
   int (*is_far)(void *near, const double *x0, double shift, const double *u);
   size_t (*memory)(const void *near); /* bytes */
   /* Saves or loads what `follow` has told (flesh_integrator_save). */

@@ -68,6 +68,8 @@ typedef struct flesh_surface_near {
   double *x_around; /* [3*nodes of the mesh], as all places here: where `around` was found */
   flesh_surface_since since[2]; /* the last places that were compared with it */
   int latest;                   /* of these */
+  flesh_surface_drift room;     /* how far nodes may move from where it was asked last whether all is far, m; <= 0: it */
+  int room_known;               /* is not; forgotten by a search */
   double *x_shown; /* what is at most `shown` apart there is among those around */
   double shown;    /* m; 0: not known */
   flesh_near_pairs on_way; /* of a step that leads farther */

@@ -102,7 +102,7 @@ int flesh_surface_near_is_at(const near *self, const double *x, const double *pl
 static int search_around(near *self, const double *x)
 {
   const flesh_surface_contact *contact = self->contact;
-  self->around_known = 0;
+  self->around_known = self->room_known = 0;
   self->shown = 0;
   /* Two nodes that both come nearer by the slack. */
   int status = flesh_near_pairs_find(self->finder, x, NULL, contact->law.thickness + 2 * contact->slack, self->threads,

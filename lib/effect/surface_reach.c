@@ -76,7 +76,6 @@ void flesh_surface_near_group(near *self)
   self->apart = INFINITY;
   for (int a = 0; a < self->pieces; a++) group[a] = a, boxes[a] = EMPTY;
   for (int k = 0; k < self->run_count; k++) add_run(&boxes[self->runs[k].piece], &self->runs[k], NULL, self->x_around);
-  for (int a = 0; a < self->pieces; a++) flesh_displacement_box_close(&boxes[a]);
   for (int a = 0; a < self->pieces; a++)
     for (int b = a + 1; b < self->pieces; b++) {
       const double gap = flesh_displacement_box_gap(&boxes[a], &boxes[b]);
@@ -92,20 +91,16 @@ void flesh_surface_near_group(near *self)
 static flesh_surface_drift largest_drift(const near *self, const double *from, const double *x)
 {
   box boxes[FLESH_SURFACE_GROUPS], all = EMPTY;
-  flesh_surface_drift drift = {0};
-  double sound = 0;
+  double within = 0;
   for (int g = 0; g < self->pieces; g++) boxes[g] = EMPTY;
   for (int k = 0; k < self->run_count; k++)
     add_run(&boxes[self->group[self->runs[k].piece]], &self->runs[k], from, x);
   for (int g = 0; g < self->pieces; g++) {
-    sound += flesh_displacement_box_close(&boxes[g]);
-    drift.within = fmax(drift.within, flesh_displacement_box_diagonal(&boxes[g]));
-    for (int c = 0; c < 3; c++) {
-      all.low[c] = fmin(all.low[c], boxes[g].low[c]);
-      all.high[c] = fmax(all.high[c], boxes[g].high[c]);
-    }
+    const double diagonal = flesh_displacement_box_diagonal(&boxes[g]);
+    within = diagonal > within ? diagonal : within;
+    flesh_displacement_box_unite(&all, &boxes[g]);
   }
-  return (flesh_surface_drift){drift.within + sound, flesh_displacement_box_diagonal(&all) + sound};
+  return (flesh_surface_drift){within + all.sound, flesh_displacement_box_diagonal(&all) + all.sound};
 }
 
 /* The drift since the pairs around were found, which is kept for the last two places asked for: both ends of a way. */
@@ -152,17 +147,27 @@ int flesh_surface_near_is_free(near *self, const double *x_from, const double *x
          self->apart - from.all > (from.all + to.all) / LOST;
 }
 
-/* Any two places that are this near to where pairs were found, of which none was, are free of each other. */
+/* How far two nodes of one group, and any two, may move from x0 so that any two such places are free of each other: near
+ * to where pairs were found, of which none was. */
+static flesh_surface_drift room_at(near *self, const double *x0)
+{
+  if (!self->around_known || self->around.point_count || self->around.edge_count || self->contact->bonds ||
+      self->contact->separates)
+    return (flesh_surface_drift){-1, -1};
+  const double reach = self->contact->law.thickness, part = 1 / (1 + 2 / LOST);
+  const flesh_surface_drift begin = drift_since_search(self, x0);
+  return (flesh_surface_drift){fmin(part * self->around.distance, self->around.distance - reach) - begin.within,
+                               fmin(part * self->apart, self->apart - reach) - begin.all};
+}
+
 int flesh_surface_near_is_far(void *memory, const double *x0, double shift, const double *u)
 {
   near *self = memory;
-  if (!self->around_known || self->around.point_count || self->around.edge_count || self->contact->bonds ||
-      self->contact->separates)
-    return 0;
-  const flesh_surface_drift begin = drift_since_search(self, x0), way = u ? largest_drift(self, NULL, u) : (flesh_surface_drift){0};
-  const double within = begin.within + fabs(shift) * way.within, all = begin.all + fabs(shift) * way.all,
-               reach = self->contact->law.thickness;
-  return within + fmax(2 * within / LOST, reach) < self->around.distance && all + fmax(2 * all / LOST, reach) < self->apart;
+  if (!u || !self->room_known) self->room = room_at(self, x0);
+  self->room_known = 1;
+  if (!u || !(self->room.within > 0 && self->room.all > 0)) return self->room.within > 0 && self->room.all > 0;
+  const flesh_surface_drift way = largest_drift(self, NULL, u);
+  return fabs(shift) * way.within < self->room.within && fabs(shift) * way.all < self->room.all;
 }
 
 double flesh_surface_near_on_way(near *self, const double *x_from, const double *x_to)

@@ -6,55 +6,40 @@
 
 typedef double two_at __attribute__((vector_size(16), aligned(8), may_alias));
 
-static inline void add(flesh_displacement_box *box, int count, int moved, const double *from, const double *x)
+/* Numbers of both lanes' nodes: of components 0 1, 2 0 and 1 2. */
+static inline double at(const flesh_real of[3], int k) { return of[k / 2][k % 2]; }
+
+/* For `end` numbers of no nodes, or of two at least; where nodes are odd in number, the last two overlap those before them. */
+static inline void add(flesh_displacement_box *box, size_t end, int moved, const double *from, const double *x)
 {
-  two_at *low = (two_at *)box->low, *high = (two_at *)box->high, *sum = (two_at *)box->sum;
-  flesh_real l[3] = {low[0], low[1], low[2]}, h[3] = {high[0], high[1], high[2]}, s[3] = {sum[0], sum[1], sum[2]};
-  const size_t end = 3 * (size_t)count;
-  size_t d = 0;
-  for (; d + 6 <= end; d += 6)
+  const flesh_real far = {INFINITY, INFINITY};
+  flesh_real low[3] = {far, far, far}, high[3] = {-far, -far, -far}, sum = {0, 0};
+  for (size_t d = 0; d < end; d += 6) {
+    if (d > end - 6) d = end - 6;
     FLESH_UNROLL(3)
     for (int k = 0; k < 3; k++) {
-      flesh_real at = *(const two_at *)(x + d + 2 * k);
-      if (moved) at -= *(const two_at *)(from + d + 2 * k);
-      l[k] = flesh_min(l[k], at);
-      h[k] = flesh_max(h[k], at);
-      s[k] += at;
+      flesh_real value = *(const two_at *)(x + d + 2 * k);
+      if (moved) value -= *(const two_at *)(from + d + 2 * k);
+      low[k] = flesh_min(low[k], value);
+      high[k] = flesh_max(high[k], value);
+      sum += value;
     }
-  for (int k = 0; k < 3; k++) low[k] = l[k], high[k] = h[k], sum[k] = s[k];
-  for (; d < end; d++) {
-    const double at = moved ? x[d] - from[d] : x[d];
-    box->low[d % 6] = at < box->low[d % 6] ? at : box->low[d % 6];
-    box->high[d % 6] = at > box->high[d % 6] ? at : box->high[d % 6];
-    box->sum[d % 6] += at;
   }
+  flesh_displacement_box found = {.sound = 0 * (sum[0] + sum[1])};
+  for (int c = 0; c < 3; c++) {
+    found.low[c] = at(low, c) < at(low, c + 3) ? at(low, c) : at(low, c + 3);
+    found.high[c] = at(high, c) > at(high, c + 3) ? at(high, c) : at(high, c + 3);
+  }
+  flesh_displacement_box_unite(box, &found);
 }
 
 void flesh_displacement_box_add(flesh_displacement_box *box, int count, const double *from, const double *x)
 {
-  if (from) add(box, count, 1, from, x);
-  else add(box, count, 0, x, x);
-}
-
-double flesh_displacement_box_close(flesh_displacement_box *box)
-{
-  double sound = 0;
-  for (int k = 0; k < 6; k++) sound += 0 * box->sum[k];
-  for (int c = 0; c < 3; c++) {
-    box->low[c] = fmin(box->low[c], box->low[c + 3]);
-    box->high[c] = fmax(box->high[c], box->high[c + 3]);
-  }
-  return sound;
-}
-
-double flesh_displacement_box_diagonal(const flesh_displacement_box *box)
-{
-  double square = 0;
-  for (int c = 0; c < 3; c++) {
-    const double side = fmax(box->high[c] - box->low[c], 0);
-    square += side * side;
-  }
-  return (1 + 1e-12) * sqrt(square);
+  double twice[6]; /* a single node */
+  for (int k = 0; k < 6 && count == 1; k++) twice[k] = from ? x[k % 3] - from[k % 3] : x[k % 3];
+  if (count == 1) add(box, 6, 0, twice, twice);
+  else if (from) add(box, 3 * (size_t)count, 1, from, x);
+  else add(box, 3 * (size_t)count, 0, x, x);
 }
 
 double flesh_displacement_box_gap(const flesh_displacement_box *a, const flesh_displacement_box *b)

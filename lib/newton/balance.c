@@ -49,6 +49,7 @@ static int largest_force(flesh_equations *self, const double *u, double load, do
     for (int k = 0; k < flesh_system_effect_count(self->system) && !(*size >= enough); k++) {
       const flesh_effect_operations *can = flesh_system_effect(self->system, k)->operations;
       if (!can->residual || can->role == FLESH_ROLE_LOAD || coupled != (can->cells != NULL)) continue;
+      if (flesh_clearance_holds(self->evaluation.at_stage.clearance, k)) continue; /* it does nothing */
       int status = effect_norm(self, k, &point, &norm);
       if (status) return status;
       if (norm < INFINITY) *size = fmax(*size, norm);

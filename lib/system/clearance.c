@@ -128,6 +128,7 @@ int flesh_clearance_is_far(flesh_clearance *self, const double *x0, double shift
   const size_t size = (size_t)self->n * sizeof *u;
   if (!self->u) return 1;
   if (!u || !self->begins_far) return self->stays_far = 0;
+  if (u[0] == 0 && !memcmp(u, u + 1, size - sizeof *u)) return 1; /* where the stage begins */
   if (self->u_known && !memcmp(u, self->u, size)) return self->u_far;
   memcpy(self->u, u, size);
   self->u_known = 1;
@@ -161,10 +162,10 @@ void flesh_clearance_begin(flesh_clearance *self, double t, const double *x0, do
     if (flesh_effect_as_barrier(flesh_system_effect(self->system, k))->max_feasible_step &&
         !flesh_proximity_of(self->proximity, k))
       self->least_left = fmin(self->least_left, self->left[k]);
-  const double *places[] = {x0, x_lag, x_from};
+  const double *places[] = {x_lag, x_from, x0};
   self->begins_far = 1;
   for (int k = 0; k < 3 && self->begins_far; k++)
-    if (!k || places[k] != x0) self->begins_far = find_far(self, places[k], 0, NULL);
+    if (k == 2 || places[k] != x0) self->begins_far = find_far(self, places[k], 0, NULL);
   self->stays_far = self->begins_far;
   self->u_known = 0;
 }
