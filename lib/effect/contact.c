@@ -245,6 +245,7 @@ static void jacobian_of_part(void *data, int task)
   const contact *self = j->self;
   const flesh_shift *shift = j->shift;
   const int to_rest = flesh_environment_of(j->point)->slips_to_rest;
+  const void *predicted = flesh_environment_of(j->point)->tangents ? NULL : flesh_environment_of(j->point)->predicted;
   for (int k = first_of_part(j, task), end = first_of_part(j, task + 1), box = k; k < end; k++) {
     if (k == box && is_unfelt(j, k, box = flesh_contact_end_of_box(k, end))) {
       k = box - 1;
@@ -256,7 +257,8 @@ static void jacobian_of_part(void *data, int task)
     int status = flesh_contact_barrier_at(self, &j->frame, j->point->x + 3 * self->nodes[k], &barrier);
     if (!status && barrier.distance < INFINITY && shift->x != 0) {
       place_hessian(&j->frame, shift->filter, barrier.hessian, placed);
-      for (int e = 0; e < 9; e++) block[e] += shift->x * flesh_contact_weight(self, k) * placed[e];
+      const double scale = shift->x * flesh_contact_weight(self, k) * flesh_contact_softness(self, predicted, k, &barrier);
+      for (int e = 0; e < 9; e++) block[e] += scale * placed[e];
     }
     if (!j->rubbing || shift->v == 0) continue;
     const rub rubs = rub_of(self, &j->lagged, j->point, k);
@@ -356,7 +358,7 @@ const flesh_effect_operations flesh_contact_operations = {
     .figures = &(const flesh_effect_figures){.report_names = contact_report_names, .report = contact_report,
                                              .memory = flesh_contact_memory},
     .library = &(const flesh_effect_private){
-        .evaluate = contact_evaluate,
+        .evaluate = contact_evaluate, .predict = flesh_contact_predict, .predictions = flesh_contact_predictions,
         .ranks = &(const flesh_effect_ranks){.restrict_to_part = flesh_contact_restrict, .count = flesh_contact_count,
                                              .take = flesh_contact_take, .report_part = contact_report_part,
                                              .report_whole = contact_report_whole}},

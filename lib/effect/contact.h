@@ -56,6 +56,13 @@ static inline int flesh_contact_end_of_box(int k, int end)
 int flesh_contact_barrier_at(const flesh_contact *contact, const flesh_frame *frame, const double *x,
                              flesh_barrier *barrier);
 
+/* flesh_effect_private.predict and .predictions. */
+void flesh_contact_predict(const flesh_effect *effect, const flesh_point *point);
+size_t flesh_contact_predictions(const flesh_effect *effect);
+/* The factor of the Hessian of the barrier `at` a place of the k-th node: the secant to the force that was predicted there,
+ * over the tangent; 1 where nothing was. */
+double flesh_contact_softness(const flesh_contact *contact, const void *predicted, int k, const flesh_barrier *at);
+
 double flesh_contact_clearance(const flesh_effect *effect, double t, const double *x);
 double flesh_contact_approach(const flesh_effect *effect, double t_from, double t_to, const double low[3],
                               const double high[3]);

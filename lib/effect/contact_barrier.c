@@ -6,6 +6,7 @@
 #include "effect/effect.h"
 #include "geometry/obstacle.h"
 #include "geometry/obstacle_bounds.h"
+#include "math/mat3.h"
 
 typedef flesh_contact contact;
 
@@ -79,23 +80,43 @@ static int contact_tunnelled(const flesh_effect *effect, double t_from, const do
   return flesh_contact_core_max_feasible_step(&self->core, &from, x_from, &to, x_to) < 1;
 }
 
+/* A node that would lose more than this part of its gap keeps all of it. */
+static const double LOST = 0.9;
+
+/* Takes a node from y, in the obstacle's frame and outside of it, to the gap that it had at y0, where the barrier's force is
+ * that of before, if its gap is far smaller. Whether it has. */
+static int lift(const contact *self, const double y0[3], double y[3])
+{
+  flesh_barrier before, now;
+  flesh_obstacle_barrier(self->obstacle, y, self->thickness, &now);
+  const double push = sqrt(flesh_vec3_dot(now.gradient, now.gradient));
+  if (!(now.distance < self->thickness && push > 0 && push < INFINITY)) return 0;
+  flesh_obstacle_barrier(self->obstacle, y0, self->thickness, &before);
+  const double gap = fmin(before.distance, self->thickness);
+  if (!(now.distance < (1 - LOST) * gap)) return 0;
+  for (int c = 0; c < 3; c++) y[c] -= (gap - now.distance) / push * now.gradient[c];
+  return 1;
+}
+
 /* Nodes go as far as they can, in the obstacle's frame: a moving one takes them along. */
 static void contact_push_out(const flesh_effect *effect, double t_from, const double *x_from,
                           double t_to, double *x_to)
 {
   const contact *self = effect->data;
   flesh_frame from, to;
-  double y0[3], y1[3];
+  double y0[3], y1[3], y[3];
+  flesh_barrier barrier;
   flesh_obstacle_frame(self->obstacle, t_from, &from);
   flesh_obstacle_frame(self->obstacle, t_to, &to);
   for (int k = 0; k < self->count; k++) {
     const int i = 3 * self->nodes[k];
     flesh_frame_enter(&from, x_from + i, y0);
     flesh_frame_enter(&to, x_to + i, y1);
-    double fraction = flesh_obstacle_max_feasible_step(self->obstacle, y0, y1);
-    if (fraction == 1) continue;
-    for (int c = 0; c < 3; c++) y0[c] += flesh_feasible_step_kept * fraction * (y1[c] - y0[c]);
-    flesh_frame_leave(&to, y0, x_to + i);
+    const double fraction = flesh_obstacle_max_feasible_step(self->obstacle, y0, y1);
+    const int barred = fraction < 1 || flesh_contact_barrier_at(self, &to, x_to + i, &barrier); /* it may just touch */
+    for (int c = 0; c < 3; c++)
+      y[c] = barred ? y0[c] + flesh_feasible_step_kept * fraction * (y1[c] - y0[c]) : y1[c];
+    if (lift(self, y0, y) || barred) flesh_frame_leave(&to, y, x_to + i);
   }
 }
 

@@ -18,8 +18,10 @@ typedef struct flesh_environment {
   /* 1: friction is as stiff as its secant to rest (geometry/slip.h), as a step of a solve has been cut. */
   int slips_to_rest;
   int tangents; /* 1: of contact, too, derivatives are those at the point, not secants to where a solve may end */
+  int update; /* number of the matrix that is predicted for; one is left out where a solve begins */
   /* The flesh_system_ functions set the rest for the effect at hand (system/effect_view.h). */
-  void *near; /* its part of `proximity` */
+  void *near;      /* its part of `proximity` */
+  void *predicted; /* its memory of predictions (flesh_effect_private.predictions); NULL: there is none */
   /* Its sums over the ranks that share out the body (flesh_effect_ranks); NULL: there is one rank, and it finds them
    * itself. */
   const double *sums;

@@ -85,13 +85,15 @@ typedef struct flesh_effect_private {
   int (*soften)(const flesh_effect *effect, double ratio, flesh_effect **softened);
   const flesh_effect_ranks *ranks;
   const flesh_effect_bonds *bonds;
-  /* The rest is for barriers with a memory. */
   /* A solve is about to make its matrix at `point`, with memory: the effect predicts its forces there, by those at
    * lagged.x or by what it predicted last in the solve that begins there. Until the next prediction `jacobian` at this
    * place may have secants to these forces for derivatives; it has derivatives where they are the forces at x, at all
    * other places, and without memory. Where it fails it predicts nothing, and `jacobian` says why. NULL: it always has
    * derivatives. */
   void (*predict)(const flesh_effect *effect, const flesh_point *point);
+  /* Bytes, zero at first, that a run keeps for `predict` (flesh_environment.predicted). NULL: the effect has its own. */
+  size_t (*predictions)(const flesh_effect *effect);
+  /* The rest is for barriers with a memory. */
   /* Whether the effect neither is felt at x0 + shift u (x0 and u [3*nodes]; u NULL: at x0) nor limits a straight way
    * between any two places of this x0 for which it says so, until it has searched again. With u, x0 is that of the last
    * call without. NULL: it always may. */

@@ -71,6 +71,18 @@ static double least_gap(int count, const flesh_contact_pair *pairs, const double
   return least;
 }
 
+int flesh_contact_secant_expects(const flesh_contact_secant_node *node, int update) { return node->known == update - 1; }
+
+void flesh_contact_secant_expect(flesh_contact_secant_node *node, int update, double gap, double gap_lag)
+{
+  node->expected = gap_at(flesh_contact_secant_expects(node, update) ? node->pressure - node->slope * (gap - node->gap)
+                                                                     : pressure_at(gap_lag));
+  node->gap = gap;
+  node->pressure = pressure_at(gap);
+  node->known = update;
+  node->slope = flesh_barrier_secant(gap, node->expected);
+}
+
 /* For the pairs [count] of one node. */
 static void predict(flesh_contact_secant *secant, int count, const flesh_contact_pair *pairs, const double *x,
                     const double *x_lag)
@@ -78,13 +90,8 @@ static void predict(flesh_contact_secant *secant, int count, const flesh_contact
   flesh_contact_secant_node *node = &secant->nodes[pairs->owner];
   int nearest;
   const double least = least_gap(count, pairs, x, &nearest);
-  const double pressure = node->known == secant->updates - 1 ? node->pressure - node->slope * (least - node->gap)
-                                                             : pressure_at(gap_of(&pairs[nearest], x_lag));
-  node->expected = gap_at(pressure);
-  node->gap = least;
-  node->pressure = pressure_at(least);
-  node->known = secant->updates;
-  node->slope = flesh_barrier_secant(least, node->expected);
+  const int known = flesh_contact_secant_expects(node, secant->updates);
+  flesh_contact_secant_expect(node, secant->updates, least, known ? 1 : gap_of(&pairs[nearest], x_lag));
 }
 
 void flesh_contact_secant_predict(flesh_contact_secant *secant, const flesh_contact_set *set, const double *x,

@@ -23,6 +23,12 @@ typedef struct flesh_contact_secant_node {
   int known; /* to which update; 0: none */
 } flesh_contact_secant_node;
 
+/* Whether a node's force was predicted at the update before this one. */
+int flesh_contact_secant_expects(const flesh_contact_secant_node *node, int update);
+/* Predicts a node's force at a gap over the thickness: by the last update or, if there was none, by the gap of the lagged
+ * state. */
+void flesh_contact_secant_expect(flesh_contact_secant_node *node, int update, double gap, double gap_lag);
+
 typedef struct flesh_contact_secant {
   flesh_contact_secant_node *nodes; /* [node_count of the surface] */
   int updates;

@@ -125,6 +125,7 @@ int flesh_equations_set_stage(flesh_equations *self, const flesh_stage *stage)
   if (!stage->v_lag) self->stage.v_lag = stage->v0 ? stage->v0 : e->zeros;
   if (!stage->x_from) self->stage.x_from = self->stage.x_lag, self->stage.t_from = self->stage.t_lag;
   flesh_evaluation_forget(e);
+  flesh_proximity_begin(&e->proximity);
   self->refused = e->is_frozen = 0;
   /* They may have changed where x has not. */
   if (stage->multipliers || flesh_equations_is_softened(self)) e->reached.there.known = 0;
@@ -266,26 +267,6 @@ int flesh_equations_can_reach(flesh_equations *self, const double *u)
   if (flesh_equations_is_clear(self, u)) return 1;
   move_all((displacement){.equations = self, .u = u, .x = self->scratch});
   return is_free_to(self, self->scratch);
-}
-
-/* The free dofs of u become those of x. */
-static void take_free(const flesh_equations *self, const double *x, double *u)
-{
-  for (int d = 0; d < self->n; d++)
-    if (!self->constrained.is[d]) u[d] = (x[d] - self->stage.x0[d]) / self->stage.shift.x;
-}
-
-int flesh_equations_push_out(flesh_equations *self, double *u)
-{
-  flesh_evaluation *e = &self->evaluation;
-  const flesh_stage *s = &self->stage;
-  if (flesh_equations_can_reach(self, u)) return FLESH_OK;
-  flesh_system_push_out(self->system, s->t_from, s->x_from, s->t, self->scratch);
-  take_free(self, self->scratch, u);
-  if (flesh_equations_can_reach(self, u)) return FLESH_OK;
-  /* Nothing is pushed out of other bodies: it stays where it was. */
-  if (e->proximity.near) take_free(self, s->x_from, u);
-  return e->proximity.near && flesh_equations_can_reach(self, u) ? FLESH_OK : FLESH_UNDEFINED;
 }
 
 double flesh_equations_max_feasible_step(flesh_equations *self, const double *from, const double *to)

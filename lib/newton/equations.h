@@ -93,8 +93,6 @@ void flesh_equations_reach(flesh_equations *equations, const double *u);
 int flesh_equations_is_clear(flesh_equations *equations, const double *u);
 /* Whether no effect limits the straight step from the lagged state to u. Overwrites `scratch`. */
 int flesh_equations_can_reach(flesh_equations *equations, const double *u);
-/* Changes the free dofs of u so that nothing does; FLESH_UNDEFINED where the others are in the way. Overwrites `scratch`. */
-int flesh_equations_push_out(flesh_equations *equations, double *u);
 /* The feasible fraction of the step from one u, which has been evaluated in this stage, to another. Overwrites
  * `scratch`. */
 double flesh_equations_max_feasible_step(flesh_equations *equations, const double *from, const double *to);

@@ -5,6 +5,37 @@
 #include <string.h>
 
 #include "newton/mechanisms.h"
+#include "system/feasible_step.h"
+#include "system/ranks.h"
+
+/* The free dofs of u become those of x. */
+static void take_free(const flesh_equations *equations, const double *x, double *u)
+{
+  for (int d = 0; d < equations->n; d++)
+    if (!equations->constrained.is[d]) u[d] = (x[d] - equations->stage.x0[d]) / equations->stage.shift.x;
+}
+
+/* Changes the free dofs of u, the start, so that no effect limits the way there and none is much nearer to an obstacle than
+ * before; FLESH_UNDEFINED where the others are in the way. */
+static int push_out(flesh_equations *equations, double *u)
+{
+  const flesh_stage *s = &equations->stage;
+  const size_t size = (size_t)equations->n * sizeof *u;
+  const int touches = equations->evaluation.proximity.near != NULL;
+  double *pushed = equations->scratch + equations->n;
+  if (flesh_equations_is_clear(equations, u)) return FLESH_OK;
+  const int reaches = flesh_equations_can_reach(equations, u);
+  memcpy(pushed, equations->scratch, size);
+  flesh_system_push_out(equations->system, s->t_from, s->x_from, s->t, pushed);
+  if (reaches && !flesh_team_any(equations->team, memcmp(pushed, equations->scratch, size) != 0)) return FLESH_OK;
+  take_free(equations, pushed, u);
+  if (flesh_equations_can_reach(equations, u)) return FLESH_OK;
+  if (reaches) flesh_equations_start(equations, u);
+  if (reaches || !touches) return reaches ? FLESH_OK : FLESH_UNDEFINED;
+  /* Nothing is pushed out of other bodies: it stays where it was. */
+  take_free(equations, s->x_from, u);
+  return flesh_equations_can_reach(equations, u) ? FLESH_OK : FLESH_UNDEFINED;
+}
 
 /* Takes the guess for the free dofs where that has the lower potential. */
 static void try_guess(flesh_newton *newton, const double *guess, double *u)
@@ -133,7 +164,7 @@ int flesh_stage_begin(flesh_newton *newton, const flesh_stage *stage, const doub
   memset(&newton->stats, 0, sizeof newton->stats);
   stats->residual_first = stats->residual_last = stats->residual_target = 0;
   flesh_equations_start(equations, u);
-  int status = flesh_equations_push_out(equations, u);
+  int status = push_out(equations, u);
   const int guessed = guesses && *guesses;
   newton->began = NULL;
   for (; guesses && *guesses && !status; guesses++) try_guess(newton, *guesses, u);

@@ -57,7 +57,9 @@ flesh_effect_view flesh_effect_view_with(const flesh_system *system, const flesh
 const flesh_point *flesh_effect_view_turn(flesh_effect_view *view, int k)
 {
   const int first = view->sums ? view->system->entries[k].sums : -1;
-  view->environment.near = flesh_proximity_of(view->environment.proximity, k);
+  const flesh_proximity *proximity = view->environment.proximity;
+  view->environment.near = flesh_proximity_of(proximity, k);
+  view->environment.predicted = proximity && proximity->predicted ? proximity->predicted[k] : NULL;
   view->environment.sums = first >= 0 ? view->sums + first : NULL;
   view->point.internal = flesh_internal_of(view->system, k, view->internal);
   view->point.environment = &view->environment;

@@ -11,6 +11,8 @@ struct flesh_proximity {
   const flesh_system *system; /* borrowed */
   int effects;
   void **near; /* [effects] the memory of each; NULL where it has none. NULL: no effect has */
+  void **predicted; /* [effects] likewise, of predictions of forces */
+  int updates;      /* of the predictions */
   flesh_layout layout; /* of the matrix; its pattern is empty while it has the system's */
 };
 typedef struct flesh_proximity flesh_proximity;

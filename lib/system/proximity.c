@@ -10,12 +10,36 @@
 #include "linear/block_matrix.h"
 #include "system/clearance.h"
 
+static size_t predictions_of(const flesh_proximity *self, int k)
+{
+  const flesh_effect *effect = self->system->entries[k].effect;
+  const flesh_effect_private *can = flesh_effect_private_of(effect);
+  return can->predictions ? can->predictions(effect) : 0;
+}
+
+static int remember_predictions(flesh_proximity *self)
+{
+  size_t all = 0;
+  for (int k = 0; k < self->effects; k++) all += predictions_of(self, k);
+  if (!all) return FLESH_OK;
+  self->predicted = flesh_calloc((size_t)self->effects, sizeof *self->predicted);
+  int failed = !self->predicted;
+  for (int k = 0; k < self->effects && !failed; k++) {
+    const size_t bytes = predictions_of(self, k);
+    if (bytes) failed = !(self->predicted[k] = flesh_calloc(1, bytes));
+  }
+  if (!failed) return FLESH_OK;
+  flesh_proximity_clear(self);
+  return flesh_fail(FLESH_ERR_MEMORY, "no memory for the forces of %zu bytes of contact", all);
+}
+
 int flesh_proximity_create(const flesh_system *system, flesh_threads *threads, flesh_proximity *self)
 {
   *self = (flesh_proximity){.system = system, .effects = system->entry_count};
-  if (!flesh_system_has_proximity(system)) return FLESH_OK;
-  self->near = flesh_calloc((size_t)self->effects + 1, sizeof *self->near);
-  int status = self->near ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d effects", self->effects);
+  int status = remember_predictions(self);
+  if (!flesh_system_has_proximity(system)) return status;
+  if (!status) self->near = flesh_calloc((size_t)self->effects + 1, sizeof *self->near);
+  if (!status && !self->near) status = flesh_fail(FLESH_ERR_MEMORY, "no memory for %d effects", self->effects);
   for (int k = 0; k < self->effects && !status; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     const flesh_effect_barrier *can = flesh_effect_as_barrier(effect);
@@ -29,7 +53,9 @@ void flesh_proximity_clear(flesh_proximity *self)
 {
   for (int k = 0; self->near && k < self->effects; k++)
     if (self->near[k]) flesh_effect_as_barrier(self->system->entries[k].effect)->forget(self->near[k]);
+  for (int k = 0; self->predicted && k < self->effects; k++) flesh_free(self->predicted[k]);
   flesh_free(self->near);
+  flesh_free(self->predicted);
   flesh_layout_clear(&self->layout);
   *self = (flesh_proximity){0};
 }
@@ -41,6 +67,7 @@ size_t flesh_proximity_memory(const flesh_proximity *self)
     const flesh_effect_private *can = flesh_effect_private_of(self->system->entries[k].effect);
     if (self->near[k] && can->memory) bytes += can->memory(self->near[k]);
   }
+  for (int k = 0; self->predicted && k < self->effects; k++) bytes += predictions_of(self, k);
   return bytes;
 }
 
@@ -79,13 +106,18 @@ static flesh_effect_view view_of(const flesh_proximity *self, const flesh_point 
   return view;
 }
 
-void flesh_proximity_predict(const flesh_proximity *self, const flesh_point *point)
+void flesh_proximity_begin(flesh_proximity *self) { self->updates++; }
+
+void flesh_proximity_predict(flesh_proximity *self, const flesh_point *point)
 {
+  if (!self->near && !self->predicted) return;
   flesh_effect_view view = view_of(self, point);
-  for (int k = 0; self->near && k < self->effects; k++) {
+  view.environment.update = ++self->updates;
+  for (int k = 0; k < self->effects; k++) {
     const flesh_effect *effect = self->system->entries[k].effect;
     const flesh_effect_private *can = flesh_effect_private_of(effect);
-    if (self->near[k] && can->predict && !flesh_clearance_holds(view.environment.clearance, k))
+    const int remembers = flesh_proximity_of(self, k) || (self->predicted && self->predicted[k]);
+    if (remembers && can->predict && !flesh_clearance_holds(view.environment.clearance, k))
       can->predict(effect, flesh_effect_view_turn(&view, k));
   }
 }

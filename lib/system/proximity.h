@@ -18,8 +18,10 @@ size_t flesh_proximity_memory(const flesh_proximity *proximity);
  * and its values are lost, where it has not: *grown is 1 then. FLESH_ERR_MEMORY, FLESH_ERR_ARGUMENT: K is as before. */
 int flesh_proximity_cover(flesh_proximity *proximity, const flesh_point *point, flesh_block_matrix *K, int *grown);
 
+/* A solve begins. */
+void flesh_proximity_begin(flesh_proximity *proximity);
 /* Tells the effects that a solve's matrix is made at the point next: see flesh_effect_private.predict. */
-void flesh_proximity_predict(const flesh_proximity *proximity, const flesh_point *point);
+void flesh_proximity_predict(flesh_proximity *proximity, const flesh_point *point);
 
 /* Tells the effects that the run is at x [3*n] at time t: see flesh_effect_barrier.follow, also for the errors. */
 int flesh_proximity_follow(const flesh_proximity *proximity, int accepted, double t, const double *x, int *changed);
