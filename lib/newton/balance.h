@@ -6,7 +6,7 @@
 
 typedef struct flesh_balance {
   flesh_equations *equations; /* borrowed */
-  double edge_force;          /* that strains an edge by its own length, N; NaN: not known yet */
+  double edge_force;          /* of the softest (system/edge_force.h), N; NaN: not known yet */
 } flesh_balance;
 
 /* Called where the residual at u, of norm `norm`, meets the target that was set at the first iterate, whose residual has

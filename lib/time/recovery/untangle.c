@@ -8,8 +8,8 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "base/parallel_vector.h"
-#include "mesh/inspect.h"
 #include "mesh/pieces.h"
+#include "system/edge_force.h"
 #include "system/inertia_modulus.h"
 #include "system/one_effect.h"
 #include "system/ranks.h"
@@ -44,11 +44,9 @@ struct flesh_untangler {
   flesh_winding *winding;      /* made at the first suspicion */
   int n, own; /* unknowns, and those of nodes that the rank owns */
   int quasi_static, attempts, know_velocity;
-  int stressed;     /* at rest */
   int may_collapse; /* stressed, or it began in a point or line */
   double expected;  /* time of the state that the next step starts from; NaN: none yet */
-  double edge;      /* mean, m */
-  double force;     /* that strains the average edge by its own length, N */
+  flesh_edge_force scale;
   double *v, *a, *r, *saved, *zero; /* [n] */
   struct {
     double *x, *v; /* [n] */
@@ -93,54 +91,6 @@ static double sum_of(const flesh_untangler *self, double number)
 
 static double unknowns_of_body(const flesh_untangler *self) { return 3 * flesh_team_all(self->team, self->n / 3); }
 
-/* Knuth's random numbers, for their sign, so many of them later: each is m times the one before, and c. Twice as many at a
- * time take m^2 and (m + 1) c (Brown 1994, "Random number generation with arbitrary strides"). */
-static unsigned long long skip(unsigned long long random, unsigned long long numbers)
-{
-  unsigned long long m = 6364136223846793005ULL, c = 1442695040888963407ULL;
-  for (; numbers; numbers /= 2) {
-    if (numbers % 2) random = random * m + c;
-    c *= m + 1;
-    m *= m;
-  }
-  return random;
-}
-
-/* Every node a part of the average edge away from X, into `a`: in one of eight directions, that go by its number in the
- * body. */
-static void displace(flesh_untangler *self, const double *X, double part)
-{
-  unsigned long long random = 1;
-  for (int i = 0, next = 0; i < self->own / 3; i++) {
-    const int number = self->team ? self->team->numbers[i] : i;
-    random = skip(random, 3 * (unsigned long long)(number - next));
-    next = number + 1;
-    for (int d = 3 * i; d < 3 * i + 3; d++) {
-      random = skip(random, 1);
-      self->a[d] = X[d] + part * self->edge * (random >> 63 ? 1 : -1);
-    }
-  }
-  flesh_team_share(self->team, self->a);
-}
-
-/* The force that strains the average edge by its own length: the mean size of what elasticity does
- * to nodes that a millionth of that has displaced at random. 0 without elasticity; *stressed says
- * whether there is force without displacement. */
-static double force_scale(flesh_untangler *self, int *stressed)
-{
-  const double part = 1e-6, *X = flesh_mesh_positions(self->mesh);
-  double sum = 0;
-  *stressed = 1;
-  if (forces(self, 0, X, NULL, NULL, elastic)) return 0;
-  memcpy(self->saved, self->r, sizeof(double) * (size_t)self->n);
-  displace(self, X, part);
-  if (forces(self, 0, self->a, NULL, NULL, elastic)) return 0;
-  for (int d = 0; d < self->n; d++) sum += fabs(self->r[d] - self->saved[d]);
-  double force = sum_of(self, sum) / unknowns_of_body(self) / part;
-  *stressed = largest(self, self->saved) > 1e-6 * force;
-  return force;
-}
-
 static int allocate(flesh_untangler *self)
 {
   double **arrays[VECTORS] = {NULL, &self->a, &self->r, &self->saved, &self->zero, &self->end.x, &self->end.v};
@@ -166,13 +116,12 @@ int flesh_untangler_create(const flesh_system *system, flesh_untangler **untangl
     self->own = 3 * flesh_team_own(team, self->n / 3);
     self->expected = NAN;
     self->has_inertia = flesh_system_has_role(system, FLESH_ROLE_INERTIA);
-    self->edge = flesh_mesh_mean_edge(self->mesh, team);
     self->multiplier_count = flesh_system_multiplier_count(system);
     status = flesh_shared_edges_create(self->mesh, team, &self->shared);
   }
   if (!status) status = flesh_team_agree(team, allocate(self));
   if (!status) status = flesh_rigid_parts_create(system, &self->parts);
-  if (!status) self->force = force_scale(self, &self->stressed);
+  if (!status) self->scale = flesh_system_edge_force(system, self->a); /* and the three vectors after it */
   else flesh_untangler_destroy(untangler);
   return status;
 }
@@ -203,7 +152,7 @@ void flesh_untangler_before_step(flesh_untangler *self, const flesh_state *state
   if (state->t == self->expected) return;
   self->expected = state->t;
   self->may_collapse =
-      self->stressed || !flesh_team_any(self->team, !flesh_mesh_is_flat(self->mesh, state->x));
+      self->scale.stressed || !flesh_team_any(self->team, !flesh_mesh_is_flat(self->mesh, state->x));
 }
 
 /* Whether what this rank has moves as a rigid body within h. */
@@ -222,7 +171,7 @@ static int keeps_its_shape(const flesh_untangler *self, const flesh_state *state
           now += d * d;
           before += d_before * d_before;
         }
-        if (!(fabs(sqrt(now) - sqrt(before)) <= quasi_static_displacement * self->edge)) return 0;
+        if (!(fabs(sqrt(now) - sqrt(before)) <= quasi_static_displacement * self->scale.edge)) return 0;
       }
   }
   return 1;
@@ -241,7 +190,7 @@ static int is_quasi_static(flesh_untangler *self, const flesh_state *state, doub
   if (!known || !self->has_inertia ||
       flesh_system_roles_residual(self->system, FLESH_ROLE_BIT(FLESH_ROLE_INERTIA), &point, self->r))
     return 0;
-  return largest(self, self->r) <= quasi_static_force * self->force &&
+  return largest(self, self->r) <= quasi_static_force * self->scale.mean &&
          !flesh_team_any(self->team, !keeps_its_shape(self, state, h));
 }
 
@@ -253,7 +202,7 @@ static int is_balanced(flesh_untangler *self, const flesh_state *state)
   flesh_system_fixed(self->system, state->t, self->fixed);
   if (forces(self, state->t, state->x, state->multipliers, state->internal, elastic | others)) return 0;
   for (int d = 0; d < self->n && !pulled; d++)
-    pulled = !self->fixed[d] && fabs(self->r[d]) > 2 * quasi_static_force * self->force;
+    pulled = !self->fixed[d] && fabs(self->r[d]) > 2 * quasi_static_force * self->scale.mean;
   return !flesh_team_any(self->team, pulled);
 }
 
@@ -268,7 +217,7 @@ static int is_held(flesh_untangler *self, const flesh_state *state, const uint8_
     int node[4];
     flesh_mesh_piece(self->mesh, t, node);
     for (int a = 0; tangled[t] && a < 4; a++)
-      for (int c = 0; c < 3; c++) held |= fabs(self->r[3 * node[a] + c]) > holding_force * self->force;
+      for (int c = 0; c < 3; c++) held |= fabs(self->r[3 * node[a] + c]) > holding_force * self->scale.mean;
   }
   return flesh_team_any(self->team, held);
 }
@@ -377,12 +326,12 @@ const uint8_t *flesh_untangler_held(const flesh_untangler *self) { return self->
 double flesh_untangler_long_step(const flesh_untangler *self)
 {
   const double inertia = flesh_system_inertia_modulus(self->system, self->a, self->r);
-  return self->force > 0 ? sqrt(inertia * self->edge * self->edge / (inertial_fraction * self->force)) : 0;
+  return self->scale.mean > 0 ? sqrt(inertia * self->scale.edge * self->scale.edge / (inertial_fraction * self->scale.mean)) : 0;
 }
 
 int flesh_untangler_is_still(const flesh_untangler *self, const double *u)
 {
-  return largest(self, u) <= quasi_static_displacement * self->edge;
+  return largest(self, u) <= quasi_static_displacement * self->scale.edge;
 }
 
 int flesh_untangler_judge(flesh_untangler *self, flesh_state *state, int solved, flesh_solve_stats *stats)
@@ -393,7 +342,7 @@ int flesh_untangler_judge(flesh_untangler *self, flesh_state *state, int solved,
   for (int i = 0; i < self->own / 3; i++) {
     double farthest = 0;
     for (int c = 0; c < 3; c++) farthest = fmax(farthest, fabs(state->x[3 * i + c] - self->end.x[3 * i + c]));
-    moved += farthest > quasi_static_displacement * self->edge;
+    moved += farthest > quasi_static_displacement * self->scale.edge;
   }
   moved = (int)sum_of(self, moved);
   const int better = phi < self->phi - rounding_of_terms * magnitude ||
