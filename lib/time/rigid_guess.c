@@ -14,7 +14,8 @@
 static const double far_larger = 10;
 static const double shrunk = 0.1; /* of the size at which the root mean square of J is 1 */
 
-int flesh_rigid_parts_own(const flesh_rigid_parts *parts, int part, const int **nodes)
+/* The nodes of a part that count in sums: this rank's own, which come first. Returns how many. */
+static int own_nodes(const flesh_rigid_parts *parts, int part, const int **nodes)
 {
   int count = parts->first[part + 1] - parts->first[part];
   *nodes = parts->nodes + parts->first[part];
@@ -24,7 +25,7 @@ int flesh_rigid_parts_own(const flesh_rigid_parts *parts, int part, const int **
 
 static void find_centre(const flesh_rigid_parts *parts, int part, const double *x, double centre[3])
 {
-  const int *nodes, count = flesh_rigid_parts_own(parts, part, &nodes);
+  const int *nodes, count = own_nodes(parts, part, &nodes);
   double sums[4] = {0}; /* of places by mass, of masses */
   for (int k = 0; k < count; k++) {
     sums[3] += parts->mass[nodes[k]];
@@ -34,29 +35,18 @@ static void find_centre(const flesh_rigid_parts *parts, int part, const double *
   for (int c = 0; c < 3; c++) centre[c] = sums[c] / sums[3];
 }
 
-/* Mean distance from the centre, m, which few nodes far away hardly change. */
-static double find_extent(const flesh_rigid_parts *parts, int part, const double *x, const double centre[3])
+double flesh_rigid_parts_extent(const flesh_rigid_parts *parts, int part, const double *x, double centre[3])
 {
-  const int *nodes, count = flesh_rigid_parts_own(parts, part, &nodes);
-  double sum = 0;
+  const int *nodes, count = own_nodes(parts, part, &nodes);
+  double sums[2] = {0, count};
+  find_centre(parts, part, x, centre);
   for (int k = 0; k < count; k++) {
     double d[3];
     for (int c = 0; c < 3; c++) d[c] = x[3 * nodes[k] + c] - centre[c];
-    sum += sqrt(flesh_vec3_dot(d, d));
+    sums[0] += sqrt(flesh_vec3_dot(d, d));
   }
-  double sums[2] = {sum, count};
   flesh_team_sum(parts->team, 2, sums);
   return sums[0] / sums[1];
-}
-
-void flesh_rigid_parts_measure(flesh_rigid_parts *parts)
-{
-  const double *X = flesh_mesh_positions(parts->mesh);
-  for (int p = 0; p < parts->count; p++) {
-    double centre[3];
-    find_centre(parts, p, X, centre);
-    parts->extent[p] = find_extent(parts, p, X, centre);
-  }
 }
 
 /* The rotation by h times the mean angular velocity about the centre, as the velocities' best fit. */
@@ -64,7 +54,7 @@ static void turn_on(const flesh_rigid_parts *parts, int part, const flesh_state 
                     const double mean[3], double h, double turn[9])
 {
   const double *mass = parts->mass;
-  const int *nodes, count = flesh_rigid_parts_own(parts, part, &nodes);
+  const int *nodes, count = own_nodes(parts, part, &nodes);
   double sums[12] = {0}, *spin = sums, *inertia = sums + 3, inverse[9], rate[3];
   for (int k = 0; k < count; k++) {
     const int i = nodes[k];
@@ -95,7 +85,7 @@ static void turn_nearest(const flesh_rigid_parts *parts, int part, const flesh_s
                          const double mean[3], double h, double turn[9])
 {
   const double *mass = parts->mass;
-  const int *nodes, count = flesh_rigid_parts_own(parts, part, &nodes);
+  const int *nodes, count = own_nodes(parts, part, &nodes);
   double fit[9] = {0}, U[9], sigma[3], V[9];
   for (int k = 0; k < count; k++) {
     const int i = nodes[k];
@@ -112,12 +102,12 @@ static void turn_nearest(const flesh_rigid_parts *parts, int part, const flesh_s
   else flesh_mat3_identity(turn); /* points on a line are to stay on it */
 }
 
-/* The factor by which a part shrinks about its centre; 1 where it is not far larger than at rest. */
-static double find_shrinkage(const flesh_rigid_parts *parts, int part, const double *x, const double centre[3])
+/* The factor by which a part of this extent shrinks about its centre; 1 where it is not far larger than at rest. */
+static double find_shrinkage(const flesh_rigid_parts *parts, int part, const double *x, double extent)
 {
   const double *X = flesh_mesh_positions(parts->mesh);
   double sums[2] = {0}; /* of squares of J, and volumes at rest */
-  if (!(find_extent(parts, part, x, centre) > far_larger * parts->extent[part])) return 1;
+  if (!(extent > far_larger * parts->extent[part])) return 1;
   for (int t = 0; t < flesh_mesh_piece_count(parts->mesh); t++) {
     int node[4];
     flesh_mesh_piece(parts->mesh, t, node);
@@ -135,9 +125,9 @@ static void guess_part(const flesh_rigid_parts *parts, int part, const flesh_sta
 {
   const int *nodes = parts->nodes + parts->first[part], count = parts->first[part + 1] - parts->first[part];
   double centre[3], mean[3], turn[9];
-  find_centre(parts, part, state->x, centre);
+  const double extent = flesh_rigid_parts_extent(parts, part, state->x, centre);
   find_centre(parts, part, state->v, mean);
-  const double shrinkage = find_shrinkage(parts, part, state->x, centre);
+  const double shrinkage = find_shrinkage(parts, part, state->x, extent);
   (nearest ? turn_nearest : turn_on)(parts, part, state, centre, mean, h, turn);
   for (int e = 0; e < 9; e++) turn[e] *= shrinkage;
   for (int k = 0; k < count; k++) {

@@ -17,16 +17,15 @@ typedef struct flesh_rigid_parts {
   int own;                /* nodes that count in them, the first ones */
   int *part; /* [nodes] whose each is, where it is used */
   uint8_t *constrained; /* [3*nodes] room for the constrained dofs; NULL: there is one part */
-  double *extent; /* [count] m, mean distance of a part's nodes from its centre of mass at rest */
+  double *extent; /* [count] m, at rest */
 } flesh_rigid_parts;
 
 /* Collective, as is flesh_rigid_guess. FLESH_ERR_MEMORY. */
 int flesh_rigid_parts_create(const flesh_system *system, flesh_rigid_parts *parts);
 void flesh_rigid_parts_clear(flesh_rigid_parts *parts);
-/* Finds the parts' extents, which _create leaves out. */
-void flesh_rigid_parts_measure(flesh_rigid_parts *parts);
-/* The nodes of a part that count in sums: this rank's own, which come first. Returns how many. */
-int flesh_rigid_parts_own(const flesh_rigid_parts *parts, int part, const int **nodes);
+/* The mean distance of a part's nodes from its centre of mass at x, m, which few nodes far away hardly change; and that
+ * centre. Collective. */
+double flesh_rigid_parts_extent(const flesh_rigid_parts *parts, int part, const double *x, double centre[3]);
 
 /* Displacements u [3*n] over h; 0 for parts with a dof in `fixed` [3*n] (NULL: none is). Returns how many parts are
  * free. All ranks have `fixed`, or none. The best fit by mass of the velocities or, `nearest`, of where they lead along

@@ -128,7 +128,9 @@ int flesh_rigid_parts_create(const flesh_system *system, flesh_rigid_parts *part
   if (!status) {
     list_nodes((int)nodes, parts);
     weigh(system, room, parts->mass);
-    flesh_rigid_parts_measure(parts);
+    double centre[3];
+    for (int p = 0; p < parts->count; p++)
+      parts->extent[p] = flesh_rigid_parts_extent(parts, p, flesh_mesh_positions(mesh), centre);
   } else {
     flesh_rigid_parts_clear(parts);
   }

@@ -83,11 +83,11 @@ typedef struct search {
   double *work;
 } search;
 
-static void open_search(search *s, const flesh_mesh *mesh, const flesh_shared_edges *shared)
+static void open_search(search *s, const flesh_mesh *mesh, const flesh_team *team)
 {
   const size_t nodes = (size_t)flesh_mesh_node_count(mesh);
   *s = (search){.mesh = mesh, .far = malloc(3 * nodes), .work = malloc(nodes * sizeof(double))};
-  CHECK_OK(flesh_winding_create(mesh, shared, &s->winding));
+  CHECK_OK(flesh_winding_create(mesh, team, &s->winding));
 }
 
 static void close_search(search *s)
@@ -126,13 +126,11 @@ static void compare_places(flesh_mesh *mesh, int scattered, int places, void (*p
   int *of = malloc((size_t)tets * sizeof *of), some = 0, none = 0;
   double *x = malloc(3 * (size_t)flesh_mesh_node_count(mesh) * sizeof *x), most_far = 0;
   flesh_rank_part *part = NULL;
-  flesh_shared_edges shared;
   search whole, own;
   for (int t = 0; t < tets; t++) of[t] = (scattered == 1 || tets < 7 * size ? t : t / 7) % size;
   CHECK_OK(flesh_rank_part_create(ranks, mesh, scattered ? of : NULL, &part));
-  CHECK_OK(flesh_shared_edges_create(flesh_rank_part_mesh(part), flesh_rank_part_team(part), &shared));
   open_search(&whole, mesh, NULL);
-  open_search(&own, flesh_rank_part_mesh(part), &shared);
+  open_search(&own, flesh_rank_part_mesh(part), flesh_rank_part_team(part));
   for (int k = 0; k < places; k++) {
     const uint8_t *tangled;
     double figures[3];
@@ -150,7 +148,6 @@ static void compare_places(flesh_mesh *mesh, int scattered, int places, void (*p
   CHECK(some > 0 && none > 0);
   CHECK(most_far > 0 || tets < 10);
   close_search(&whole), close_search(&own);
-  flesh_shared_edges_clear(&shared);
   flesh_rank_part_destroy(&part);
   free(of), free(x);
 }

@@ -8,41 +8,22 @@
 
 static const double vanished_size = 0.05; /* of that at rest */
 
-/* The middle of the nodes of a part of the mesh, and the mean square of their distance from it. */
-static double spread(const flesh_rigid_parts *parts, int part, const double *x, double middle[3])
-{
-  const int *nodes, own = flesh_rigid_parts_own(parts, part, &nodes);
-  double square = 0, count = own;
-  flesh_team_sum(parts->team, 1, &count);
-  for (int c = 0; c < 3; c++) {
-    middle[c] = 0;
-    for (int k = 0; k < own; k++) middle[c] += x[3 * nodes[k] + c] / count;
-    flesh_team_sum(parts->team, 1, &middle[c]);
-    for (int k = 0; k < own; k++) square += pow(x[3 * nodes[k] + c] - middle[c], 2) / count;
-  }
-  flesh_team_sum(parts->team, 1, &square);
-  return square;
-}
-
+/* Whether a part has become a point; then `move` leads from where it is at rest to there. */
 static int has_vanished(const flesh_rigid_parts *parts, int part, const double *x, double move[3])
 {
-  const double *X = flesh_mesh_positions(parts->mesh);
   double now[3], rest[3];
-  const int vanished =
-      spread(parts, part, x, now) < vanished_size * vanished_size * spread(parts, part, X, rest);
+  if (!(flesh_rigid_parts_extent(parts, part, x, now) < vanished_size * parts->extent[part])) return 0;
+  flesh_rigid_parts_extent(parts, part, flesh_mesh_positions(parts->mesh), rest);
   for (int c = 0; c < 3; c++) move[c] = now[c] - rest[c];
-  return vanished;
+  return 1;
 }
 
 /* `more` of the rank on which `farthest` is largest, the first of them. */
 static void take_farthest(const flesh_team *team, double farthest, double more[3])
 {
   if (!team) return;
-  double most = farthest, first;
-  flesh_team_largest(team, 1, &most);
-  first = farthest < most ? -INFINITY : -team->rank;
-  flesh_team_largest(team, 1, &first);
-  for (int c = 0; c < 3 && first != -team->rank; c++) more[c] = 0;
+  const int here = flesh_team_argmax(team, &farthest, -team->rank) == -team->rank;
+  for (int c = 0; c < 3 && !here; c++) more[c] = 0;
   flesh_team_sum(team, 3, more);
 }
 

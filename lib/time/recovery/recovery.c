@@ -97,16 +97,12 @@ void flesh_failure_look(const flesh_mesh *mesh, const double *x, flesh_failure *
 void flesh_failure_meet(const flesh_team *team, flesh_failure *failure)
 {
   if (!team) return;
-  double worst = -failure->worst_J, tet, place[3] = {0};
-  flesh_team_largest(team, 1, &worst);
-  const int here = -failure->worst_J == worst || isnan(failure->worst_J);
-  tet = here ? team->tets[failure->worst_tet] : -1;
-  flesh_team_largest(team, 1, &tet); /* of several the last */
-  for (int c = 0; c < 3 && here && team->tets[failure->worst_tet] == tet; c++) place[c] = failure->worst_position[c];
-  flesh_team_sum(team, 3, place);
+  double worst = -failure->worst_J;
+  const int own = team->tets[failure->worst_tet];
+  failure->worst_tet = (int)flesh_team_argmax(team, &worst, own); /* of several the last */
   failure->worst_J = -worst;
-  failure->worst_tet = (int)tet;
-  for (int c = 0; c < 3; c++) failure->worst_position[c] = place[c];
+  for (int c = 0; c < 3 && own != failure->worst_tet; c++) failure->worst_position[c] = 0;
+  flesh_team_sum(team, 3, failure->worst_position);
 }
 
 int flesh_recovery_fail(const flesh_recovery *self)

@@ -39,7 +39,6 @@ struct flesh_untangler {
   const flesh_mesh *mesh;
   int has_inertia;
   flesh_rigid_parts parts;
-  flesh_shared_edges shared;
   flesh_reserve *reserve;      /* of the winding */
   flesh_winding *winding;      /* made at the first suspicion */
   int n, own; /* unknowns, and those of nodes that the rank owns */
@@ -82,32 +81,30 @@ static double largest(const flesh_untangler *self, const double *vector)
   return most;
 }
 
-/* A sum over the ranks. */
-static double sum_of(const flesh_untangler *self, double number)
-{
-  flesh_team_sum(self->team, 1, &number);
-  return number;
-}
-
-static double unknowns_of_body(const flesh_untangler *self) { return 3 * flesh_team_all(self->team, self->n / 3); }
-
 static int allocate(flesh_untangler *self)
 {
   double **arrays[VECTORS] = {NULL, &self->a, &self->r, &self->saved, &self->zero, &self->end.x, &self->end.v};
   int failed = !(self->fixed = calloc((size_t)self->n + 1, 1));
   failed |= !(self->far = calloc((size_t)self->n + 1, 1));
-  failed |= !(self->reserve = flesh_reserve_create(flesh_winding_room(self->mesh, &self->shared)));
   failed |= !(self->multipliers = calloc((size_t)self->multiplier_count + 1, sizeof(double)));
   failed |= !(self->v = calloc(VECTORS * (size_t)self->n + 1, sizeof(double)));
   for (int k = 1; k < VECTORS && self->v; k++) *arrays[k] = self->v + (size_t)k * (size_t)self->n;
   return failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for an untangler") : FLESH_OK;
 }
 
+/* Reserves what windings need, once all ranks have room. */
+static int reserve(flesh_untangler *self)
+{
+  self->reserve = flesh_reserve_create(flesh_winding_room(self->mesh, self->team, self->a));
+  return flesh_team_agree(self->team,
+                          self->reserve ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for an untangler"));
+}
+
 int flesh_untangler_create(const flesh_system *system, flesh_untangler **untangler)
 {
   const flesh_team *team = flesh_system_team(system);
   flesh_untangler *self = *untangler = calloc(1, sizeof *self);
-  int status = flesh_team_agree(team, self ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for an untangler"));
+  int status = self ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for an untangler");
   if (!status) {
     self->system = system;
     self->team = team;
@@ -117,9 +114,10 @@ int flesh_untangler_create(const flesh_system *system, flesh_untangler **untangl
     self->expected = NAN;
     self->has_inertia = flesh_system_has_role(system, FLESH_ROLE_INERTIA);
     self->multiplier_count = flesh_system_multiplier_count(system);
-    status = flesh_shared_edges_create(self->mesh, team, &self->shared);
+    status = allocate(self);
   }
-  if (!status) status = flesh_team_agree(team, allocate(self));
+  status = flesh_team_agree(team, status);
+  if (!status) status = reserve(self);
   if (!status) status = flesh_rigid_parts_create(system, &self->parts);
   if (!status) self->scale = flesh_system_edge_force(system, self->a); /* and the three vectors after it */
   else flesh_untangler_destroy(untangler);
@@ -131,7 +129,6 @@ void flesh_untangler_destroy(flesh_untangler **untangler)
   if (!untangler || !*untangler) return;
   flesh_reserve_destroy(&(*untangler)->reserve); /* and the winding with it */
   flesh_rigid_parts_clear(&(*untangler)->parts);
-  flesh_shared_edges_clear(&(*untangler)->shared);
   free((*untangler)->v); /* and all other vectors with it */
   free((*untangler)->multipliers);
   free((*untangler)->fixed);
@@ -143,8 +140,7 @@ void flesh_untangler_destroy(flesh_untangler **untangler)
 size_t flesh_untangler_memory(const flesh_untangler *self)
 {
   return sizeof *self + (size_t)self->n * (VECTORS * sizeof(double) + 2) +
-         (size_t)self->multiplier_count * sizeof(double) + flesh_reserve_most(self->reserve) +
-         flesh_shared_edges_memory(&self->shared);
+         (size_t)self->multiplier_count * sizeof(double) + flesh_reserve_most(self->reserve);
 }
 
 void flesh_untangler_before_step(flesh_untangler *self, const flesh_state *state)
@@ -269,11 +265,11 @@ static int find(flesh_untangler *self, const flesh_state *state)
     return 0;
   }
   if (!self->winding) {
-    int status = flesh_winding_create(self->mesh, &self->shared, &self->winding);
+    int status = flesh_winding_create(self->mesh, self->team, &self->winding);
     if (status) return status;
   }
   const uint8_t *tangled;
-  const double count = sum_of(self, flesh_winding_find(self->winding, state->x, &tangled));
+  const double count = flesh_team_total(self->team, flesh_winding_find(self->winding, state->x, &tangled));
   if (count == 0) {
     self->attempts = 0;
     return 0;
@@ -282,7 +278,7 @@ static int find(flesh_untangler *self, const flesh_state *state)
       is_held(self, state, tangled))
     return 0;
   const int far = flesh_winding_find_far(self->mesh, self->team, tangled, self->saved, self->far);
-  self->is_local = sum_of(self, far) > unknowns_of_body(self) / 2;
+  self->is_local = flesh_team_total(self->team, 2 * far - self->own) > 0;
   return 1;
 }
 
@@ -344,7 +340,7 @@ int flesh_untangler_judge(flesh_untangler *self, flesh_state *state, int solved,
     for (int c = 0; c < 3; c++) farthest = fmax(farthest, fabs(state->x[3 * i + c] - self->end.x[3 * i + c]));
     moved += farthest > quasi_static_displacement * self->scale.edge;
   }
-  moved = (int)sum_of(self, moved);
+  moved = (int)flesh_team_total(self->team, moved);
   const int better = phi < self->phi - rounding_of_terms * magnitude ||
                      (phi < INFINITY && self->vanished && !may_be_tangled(self, state->x));
   if (!moved || !better) {

@@ -14,11 +14,13 @@
 
 struct flesh_winding {
   const flesh_mesh *mesh;
-  const flesh_shared_edges *shared;
+  const flesh_team *team; /* NULL: none */
   int edges;
   int *tet_edges;      /* [6*pieces] */
-  int *shared_edges;   /* [shared->count] which of the edges they are */
-  double *between;     /* [shared->count] sums of theirs */
+  int shared, of_all;  /* edges of this rank between nodes that others have, and those of all ranks, each once */
+  int *shared_edges;   /* [shared] which of the edges they are */
+  int *place;          /* [shared] and which of those of all ranks */
+  double *between;     /* [of_all] sums of theirs */
   double *rest, *now;  /* [edges] sums of dihedral angles, of all ranks */
   uint8_t *tangled;    /* [pieces] */
 };
@@ -54,9 +56,10 @@ static int compare_edges(const void *a, const void *b)
 /* Adds up the sums of all ranks. */
 static void sum_ranks(const flesh_winding *self, double *sums)
 {
-  for (int k = 0; k < self->shared->count; k++) self->between[k] = sums[self->shared_edges[k]];
-  flesh_shared_edges_sum(self->shared, self->between);
-  for (int k = 0; k < self->shared->count; k++) sums[self->shared_edges[k]] = self->between[k];
+  memset(self->between, 0, (size_t)self->of_all * sizeof *self->between);
+  for (int k = 0; k < self->shared; k++) self->between[self->place[k]] = sums[self->shared_edges[k]];
+  flesh_team_sum(self->team, self->of_all, self->between);
+  for (int k = 0; k < self->shared; k++) sums[self->shared_edges[k]] = self->between[self->place[k]];
 }
 
 static void sum_angles(const flesh_winding *self, const double *x, double *sums)
@@ -76,13 +79,31 @@ static void sum_angles(const flesh_winding *self, const double *x, double *sums)
           sign * dihedral(x, node[corner[0]], node[corner[1]], node[corner[2]], node[corner[3]]);
     }
   }
-  if (self->shared) sum_ranks(self, sums);
+  if (self->team) sum_ranks(self, sums);
 }
 
-/* The edges of every tet with as much again for sorting them, and four numbers by edge, of which a tet has six. */
-size_t flesh_winding_room(const flesh_mesh *mesh, const flesh_shared_edges *shared)
+/* How many ranks have each node, into w [nodes]. */
+static void count_ranks(const flesh_team *team, double *w)
 {
-  return 4096 + 384 * (size_t)flesh_mesh_piece_count(mesh) + (shared ? 16 * (size_t)shared->count : 0);
+  for (int i = 0; i < team->nodes; i++) w[i] = 1;
+  flesh_team_sum_nodes(team, 1, w);
+}
+
+/* The edges of every tet with as much again for sorting them, and four numbers by edge, of which a tet has six; and, with
+ * as much again, the edges that ranks share, each as often as it is of a tet. */
+size_t flesh_winding_room(const flesh_mesh *mesh, const flesh_team *team, double *work)
+{
+  const size_t pieces = (size_t)flesh_mesh_piece_count(mesh);
+  double shared = 0;
+  if (team) count_ranks(team, work);
+  for (int t = 0; team && t < flesh_mesh_piece_count(mesh); t++) {
+    int node[4], corners = 0;
+    flesh_mesh_piece(mesh, t, node);
+    for (int a = 0; a < 4; a++) corners += work[node[a]] > 1;
+    shared += corners * (corners - 1) / 2;
+  }
+  const size_t of_all = (size_t)flesh_team_total(team, shared);
+  return 4096 + 408 * pieces + (team ? 8 * (size_t)(team->nodes + team->ranks) : 0) + 64 * of_all;
 }
 
 /* Every edge of every piece, by its nodes, sorted, with its place in tet_edges. */
@@ -103,47 +124,102 @@ static void list_edges(const flesh_mesh *mesh, int (*all)[3])
   flesh_sort(all, 6 * pieces, sizeof *all, compare_edges);
 }
 
-/* Numbers the edges, and finds those that other ranks have, too. */
-static int number_edges(flesh_winding *self)
+/* Lists this rank's edges between nodes that others have, by the nodes' numbers in the body; `pair` NULL: counts them. */
+static int list_shared(flesh_winding *self, const int (*all)[3], const double *ranks_of, double *pair)
 {
-  const size_t pieces = (size_t)flesh_mesh_piece_count(self->mesh), shared = self->shared ? (size_t)self->shared->count : 0;
-  int(*all)[3] = flesh_malloc(sizeof *all * 6 * pieces);
-  self->tet_edges = flesh_malloc(sizeof(int) * 6 * pieces);
-  self->tangled = flesh_calloc(pieces, 1);
-  self->shared_edges = flesh_malloc((shared + 1) * sizeof *self->shared_edges);
-  self->between = flesh_malloc((shared + 1) * sizeof *self->between);
-  const int failed = !all || !self->tet_edges || !self->tangled || !self->shared_edges || !self->between;
-  if (!failed) {
-    list_edges(self->mesh, all);
-    for (size_t k = 0; k < 6 * pieces; k++) {
-      self->edges += !k || compare_edges(all[k], all[k - 1]);
-      self->tet_edges[all[k][2]] = self->edges - 1;
-    }
-    for (size_t k = 0; k < shared; k++) {
-      const int *found = bsearch(self->shared->nodes + 2 * k, all, 6 * pieces, sizeof *all, compare_edges);
-      self->shared_edges[k] = self->tet_edges[found[2]];
-    }
+  const int *numbers = self->team->numbers;
+  int count = 0;
+  for (size_t k = 0; k < 6 * (size_t)flesh_mesh_piece_count(self->mesh); k++) {
+    const int a = all[k][0], b = all[k][1];
+    if ((k && !compare_edges(all[k], all[k - 1])) || !(ranks_of[a] > 1 && ranks_of[b] > 1)) continue;
+    self->shared_edges[count] = self->tet_edges[all[k][2]];
+    const int before = numbers[a] < numbers[b];
+    if (pair) pair[2 * (size_t)count] = numbers[before ? a : b];
+    if (pair) pair[2 * (size_t)count + 1] = numbers[before ? b : a];
+    count++;
   }
-  flesh_free(all);
-  if (failed) return FLESH_ERR_MEMORY;
-  self->rest = flesh_malloc(sizeof(double) * (size_t)self->edges);
-  self->now = flesh_malloc(sizeof(double) * (size_t)self->edges);
-  return self->rest && self->now ? FLESH_OK : FLESH_ERR_MEMORY;
+  return count;
 }
 
-int flesh_winding_create(const flesh_mesh *mesh, const flesh_shared_edges *shared, flesh_winding **winding)
+/* The place of each shared edge among those of all ranks, which every rank sorts alike. `ranks_of` [nodes+ranks] is
+ * room. */
+static int meet(flesh_winding *self, const int (*all)[3], double *ranks_of)
 {
-  flesh_winding *self = *winding = flesh_calloc(1, sizeof *self);
-  int status = self ? FLESH_OK : FLESH_ERR_MEMORY;
-  if (self) {
-    *self = (flesh_winding){.mesh = mesh, .shared = shared};
-    status = number_edges(self);
+  const flesh_team *team = self->team;
+  double *counts = ranks_of + team->nodes;
+  int first = 0, total = 0;
+  count_ranks(team, ranks_of);
+  self->shared = list_shared(self, all, ranks_of, NULL);
+  for (int r = 0; r < team->ranks; r++) counts[r] = r == team->rank ? self->shared : 0;
+  flesh_team_sum(team, team->ranks, counts);
+  for (int r = 0; r < team->ranks; r++) {
+    if (r < team->rank) first += (int)counts[r];
+    total += (int)counts[r];
   }
-  if (status) flesh_fail(status, "no memory for the edges of %d tets", flesh_mesh_piece_count(mesh));
-  if (shared) status = flesh_team_agree(shared->team, status);
-  if (status) flesh_winding_destroy(winding);
-  else sum_angles(self, flesh_mesh_positions(mesh), self->rest);
+  double *pairs = flesh_calloc(2 * (size_t)total + 1, sizeof *pairs); /* a double has every int exactly */
+  int(*edges)[2] = flesh_malloc(((size_t)total + 1) * sizeof *edges);
+  self->place = flesh_malloc(((size_t)self->shared + 1) * sizeof *self->place);
+  self->between = flesh_malloc(((size_t)total + 1) * sizeof *self->between);
+  const int enough = pairs && edges && self->place && self->between;
+  const int status = flesh_team_agree(team, enough ? FLESH_OK : FLESH_ERR_MEMORY);
+  if (!status) {
+    list_shared(self, all, ranks_of, pairs + 2 * (size_t)first);
+    flesh_team_sum(team, 2 * total, pairs);
+    for (int d = 0; d < 2 * total; d++) edges[d / 2][d % 2] = (int)pairs[d];
+    int mine[2];
+    for (int k = 0; k < self->shared; k++) self->place[k] = first + k;
+    flesh_sort(edges, (size_t)total, sizeof *edges, compare_edges);
+    for (int k = 0; k < total; k++)
+      if (!k || compare_edges(edges[k], edges[self->of_all - 1])) memmove(edges[self->of_all++], edges[k], sizeof *edges);
+    for (int k = 0; k < self->shared; k++) {
+      for (int c = 0; c < 2; c++) mine[c] = (int)pairs[2 * (size_t)self->place[k] + (size_t)c];
+      const int(*found)[2] = bsearch(mine, edges, (size_t)self->of_all, sizeof *edges, compare_edges);
+      self->place[k] = (int)(found - (const int(*)[2])edges);
+    }
+  }
+  flesh_free(pairs);
+  flesh_free(edges);
   return status;
+}
+
+/* Numbers the edges, which `all` [6*pieces] lists. */
+static int number_edges(flesh_winding *self, int (*all)[3])
+{
+  const size_t pieces = (size_t)flesh_mesh_piece_count(self->mesh);
+  list_edges(self->mesh, all);
+  for (size_t k = 0; k < 6 * pieces; k++) {
+    self->edges += !k || compare_edges(all[k], all[k - 1]);
+    self->tet_edges[all[k][2]] = self->edges - 1;
+  }
+  self->rest = flesh_malloc(sizeof(double) * (size_t)self->edges);
+  self->now = flesh_malloc(sizeof(double) * (size_t)self->edges);
+  if (self->team) self->shared_edges = flesh_malloc(sizeof(int) * (size_t)self->edges);
+  return self->rest && self->now && (self->shared_edges || !self->team) ? FLESH_OK : FLESH_ERR_MEMORY;
+}
+
+int flesh_winding_create(const flesh_mesh *mesh, const flesh_team *team, flesh_winding **winding)
+{
+  const size_t pieces = (size_t)flesh_mesh_piece_count(mesh);
+  flesh_winding *self = *winding = flesh_calloc(1, sizeof *self);
+  int(*all)[3] = flesh_malloc(sizeof *all * 6 * pieces);
+  double *ranks_of = team ? flesh_malloc((size_t)(team->nodes + team->ranks) * sizeof *ranks_of) : NULL;
+  int status = self && all && (ranks_of || !team) ? FLESH_OK : FLESH_ERR_MEMORY;
+  if (self) {
+    *self = (flesh_winding){.mesh = mesh, .team = team, .tet_edges = flesh_malloc(sizeof(int) * 6 * pieces),
+                            .tangled = flesh_calloc(pieces, 1)};
+    if (!self->tet_edges || !self->tangled) status = FLESH_ERR_MEMORY;
+  }
+  if (!status) status = number_edges(self, all);
+  status = flesh_team_agree(team, status);
+  if (!status && team) status = meet(self, (const int(*)[3])all, ranks_of);
+  flesh_free(all);
+  flesh_free(ranks_of);
+  if (!status) {
+    sum_angles(self, flesh_mesh_positions(mesh), self->rest);
+    return FLESH_OK;
+  }
+  flesh_winding_destroy(winding);
+  return flesh_fail(status, "no memory for the edges of %d tets", flesh_mesh_piece_count(mesh));
 }
 
 void flesh_winding_destroy(flesh_winding **winding)
@@ -152,6 +228,7 @@ void flesh_winding_destroy(flesh_winding **winding)
   flesh_winding *self = *winding;
   flesh_free(self->tet_edges);
   flesh_free(self->shared_edges);
+  flesh_free(self->place);
   flesh_free(self->between);
   flesh_free(self->rest);
   flesh_free(self->now);

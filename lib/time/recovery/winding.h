@@ -11,17 +11,18 @@
 
 #include <stddef.h>
 
+#include "base/team.h"
 #include "flesh/mesh.h"
-#include "time/recovery/shared_edges.h"
 
 typedef struct flesh_winding flesh_winding;
 
-/* Borrows the mesh and `shared`, the edges that it has in common with other ranks: windings are then those of the body, and
- * creating and finding collective. NULL: there are none. Returns new. FLESH_ERR_MEMORY, on all ranks or none. */
-int flesh_winding_create(const flesh_mesh *mesh, const flesh_shared_edges *shared, flesh_winding **winding);
+/* Borrows the mesh and the team that shares out its body: windings are then those of the body, and creating and finding
+ * collective. NULL: there is none. Returns new. FLESH_ERR_MEMORY, on all ranks or none. */
+int flesh_winding_create(const flesh_mesh *mesh, const flesh_team *team, flesh_winding **winding);
 void flesh_winding_destroy(flesh_winding **winding);
-/* Bytes that one of the mesh, with all that it asks for in its life, takes in a reserve at most. */
-size_t flesh_winding_room(const flesh_mesh *mesh, const flesh_shared_edges *shared);
+/* Bytes that one of the mesh, with all that it asks for in its life, takes in a reserve at most. `work` [nodes] is room,
+ * where there is a team. Collective. */
+size_t flesh_winding_room(const flesh_mesh *mesh, const flesh_team *team, double *work);
 
 /* Whether x [3*nodes] can hold a tangle at all: 0 when no tet is inverted, collapsed, or stretched
  * twice as much one way as another, without which no edge can wind once more. Needs no
