@@ -1,4 +1,5 @@
-/* accelerators.c: asks every accelerator in turn, and takes what lowers the potential. */
+/* accelerators.c: asks every accelerator in turn, and takes what lowers the potential; and the first of them, which solves
+ * for few nodes that carry the residual alone (Lanzkron, Rose & Wilkes 1996). */
 #include "newton/accelerators.h"
 
 #include <string.h>
@@ -6,8 +7,6 @@
 #include "base/error.h"
 #include "base/huge_pages.h"
 #include "base/memory.h"
-
-static const flesh_accelerator *const table[] = {&flesh_nonlinear_elimination, &flesh_watchdog};
 
 int flesh_accelerators_init(flesh_equations *equations, const flesh_solver_options *options, flesh_solve_stats *stats,
                             const flesh_accelerator_services *services, flesh_accelerators *self)
@@ -38,26 +37,34 @@ void flesh_accelerators_begin_stage(flesh_accelerators *self)
   self->watchdog.next_pause = 1;
 }
 
-/* Whether u + the proposal can be reached and lies lower than `value`, which is then its potential. */
-static int is_lower(flesh_accelerators *self, const double *u, double *value)
+/* Nonlinear elimination's proposal: the few nodes that carry the residual after the step are solved for alone. */
+static int propose_elimination(flesh_accelerators *self, const flesh_accepted_step *step)
+{
+  flesh_equations *equations = self->equations;
+  double *r = equations->evaluation.residual.r;
+  if (!self->services.solve_subdomain || !step->unpredicted) return 0;
+  flesh_step_to(equations, step->u, 1, step->p, self->trial);
+  if (flesh_equations_residual(equations, self->trial, r) || !flesh_is_local(equations, r)) return 0;
+  if (self->services.solve_subdomain(self->services.data, self->trial, r, self->proposal)) return 0;
+  for (int d = 0; d < equations->n; d++) self->proposal[d] += step->p[d];
+  return 1;
+}
+
+/* Takes the proposal for the step p where it can be reached and lies lower. Whether it does. */
+static int take(flesh_accelerators *self, flesh_accepted_step *step, double *p)
 {
   double lower, ignored;
-  flesh_step_to(self->equations, u, 1, self->proposal, self->trial);
-  if (flesh_equations_max_feasible_step(self->equations, u, self->trial) < 1) return 0;
-  if (flesh_equations_evaluate(self->equations, self->trial, &lower, &ignored) || !(lower < *value)) return 0;
-  *value = lower;
+  flesh_step_to(self->equations, step->u, 1, self->proposal, self->trial);
+  if (flesh_equations_max_feasible_step(self->equations, step->u, self->trial) < 1) return 0;
+  if (flesh_equations_evaluate(self->equations, self->trial, &lower, &ignored) || !(lower < step->value)) return 0;
+  step->value = lower;
+  step->cut = 1;
+  flesh_copy(self->equations->threads, self->equations->n, self->proposal, p);
   return 1;
 }
 
 void flesh_accelerators_run(flesh_accelerators *self, flesh_accepted_step step, double *p)
 {
-  for (size_t k = 0; k < sizeof table / sizeof table[0]; k++) {
-    if (!table[k]->propose(self, &step)) continue;
-    const int taken = is_lower(self, step.u, &step.value);
-    if (taken) {
-      flesh_copy(self->equations->threads, self->equations->n, self->proposal, p);
-      step.cut = 1;
-    }
-    if (table[k]->notify) table[k]->notify(self, taken);
-  }
+  if (propose_elimination(self, &step)) take(self, &step, p);
+  if (flesh_watchdog_propose(self, &step)) flesh_watchdog_learn(self, take(self, &step, p));
 }

@@ -1,6 +1,5 @@
 /* accelerators.h: techniques that take an accepted Newton step further. Each proposes another step, which is taken only
- * where its potential is lower than that of the accepted one. A new one is a file with a row, and a line in the table.
- * */
+ * where its potential is lower than that of the accepted one. */
 #ifndef FLESH_NEWTON_ACCELERATORS_H
 #define FLESH_NEWTON_ACCELERATORS_H
 
@@ -42,15 +41,10 @@ typedef struct flesh_accelerators {
   } watchdog;
 } flesh_accelerators;
 
-typedef struct flesh_accelerator {
-  const char *name;
-  /* Writes a step from step->u to accelerators->proposal. Whether there is one. */
-  int (*propose)(flesh_accelerators *accelerators, const flesh_accepted_step *step);
-  /* Whether it was taken. NULL: it does not learn from that. */
-  void (*notify)(flesh_accelerators *accelerators, int taken);
-} flesh_accelerator;
-
-extern const flesh_accelerator flesh_nonlinear_elimination, flesh_watchdog;
+/* The watchdog (watchdog.c): writes a step from step->u to accelerators->proposal. Whether there is one. */
+int flesh_watchdog_propose(flesh_accelerators *accelerators, const flesh_accepted_step *step);
+/* Tells it whether the proposal was taken. */
+void flesh_watchdog_learn(flesh_accelerators *accelerators, int taken);
 
 /* Services may lack functions, and then what needs them is not there. FLESH_ERR_MEMORY. */
 int flesh_accelerators_init(flesh_equations *equations, const flesh_solver_options *options, flesh_solve_stats *stats,

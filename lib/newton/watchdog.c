@@ -34,7 +34,7 @@ static double go_back(flesh_accelerators *self, double enough, double *to)
   return value;
 }
 
-static void notify(flesh_accelerators *self, int taken)
+void flesh_watchdog_learn(flesh_accelerators *self, int taken)
 {
   self->stats->watchdog_steps += taken;
   if (taken) {
@@ -45,7 +45,7 @@ static void notify(flesh_accelerators *self, int taken)
   if (self->watchdog.next_pause < LONGEST_PAUSE) self->watchdog.next_pause *= 2;
 }
 
-static int propose(flesh_accelerators *self, const flesh_accepted_step *step)
+int flesh_watchdog_propose(flesh_accelerators *self, const flesh_accepted_step *step)
 {
   flesh_equations *equations = self->equations;
   const int n = equations->n;
@@ -71,8 +71,6 @@ static int propose(flesh_accelerators *self, const flesh_accepted_step *step)
   self->watchdog.length = s * length * fmin(fmax(pow(falls / (order * excess), 1 / (order - 1)), 0.1), 4);
   for (int d = 0; d < n; d++) self->proposal[d] = to[d] - u[d];
   const int lower = value < step->value;
-  if (!lower) notify(self, 0);
+  if (!lower) flesh_watchdog_learn(self, 0);
   return lower;
 }
-
-const flesh_accelerator flesh_watchdog = {"watchdog", propose, notify};

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "math/xorshift.h"
 #include "mesh/inspect.h"
 #include "system/one_effect.h"
 #include "system/ranks.h"
@@ -11,32 +12,11 @@
 /* Nodes are displaced by this part of an edge. */
 static const double part = 1e-6;
 
-/* Knuth's random numbers, for their sign, so many of them later: each is m times the one before, and c. Twice as many at a
- * time take m^2 and (m + 1) c (Brown 1994, "Random number generation with arbitrary strides"). */
-static unsigned long long skip(unsigned long long random, unsigned long long numbers)
+/* Every node `distance` away from X, in one of eight directions. */
+static void displace(const flesh_team *team, int n, const double *X, double distance, double *x)
 {
-  unsigned long long m = 6364136223846793005ULL, c = 1442695040888963407ULL;
-  for (; numbers; numbers /= 2) {
-    if (numbers % 2) random = random * m + c;
-    c *= m + 1;
-    m *= m;
-  }
-  return random;
-}
-
-/* Every node `distance` away from X, in one of eight directions, that go by its number in the body. */
-static void displace(const flesh_team *team, int own, const double *X, double distance, double *x)
-{
-  unsigned long long random = 1;
-  for (int i = 0, next = 0; i < own; i++) {
-    const int number = team ? team->numbers[i] : i;
-    random = skip(random, 3 * (unsigned long long)(number - next));
-    next = number + 1;
-    for (int d = 3 * i; d < 3 * i + 3; d++) {
-      random = skip(random, 1);
-      x[d] = X[d] + distance * (random >> 63 ? 1 : -1);
-    }
-  }
+  uint32_t random = flesh_xorshift_first;
+  for (int d = 0; d < n; d++) x[d] = X[d] + distance * (flesh_xorshift(&random) >> 31 ? 1 : -1);
   flesh_team_share(team, x);
 }
 
@@ -52,7 +32,7 @@ flesh_edge_force flesh_system_edge_force(const flesh_system *system, double *wor
   const unsigned elastic = FLESH_ROLE_BIT(FLESH_ROLE_ELASTICITY);
   flesh_point point = flesh_point_at(0, X, zeros, zeros);
   if (flesh_system_roles_residual(system, elastic, &point, before)) return force;
-  displace(team, own, X, part * force.edge, x);
+  displace(team, n, X, part * force.edge, x);
   point.x = x;
   if (flesh_system_roles_residual(system, elastic, &point, after)) return force;
   for (int i = 0; i < 3 * own; i += 3) {

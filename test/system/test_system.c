@@ -4,6 +4,7 @@
 
 #include "body.h"
 #include "sundials/problem.h"
+#include "system/edge_force.h"
 #include "test.h"
 
 static void make(flesh_mesh *mesh, flesh_mass mass, int inertia, test_body *b)
@@ -361,9 +362,60 @@ static void linear_solvers_use_the_instructions_of_effects(void)
   }
 }
 
+/* The mean 2-norm of a row of K, N/m. Displacements of one length and random signs move a row by 1/sqrt 2 to 1 times that
+ * in the mean (Khintchine's inequality; Szarek 1976). */
+static double mean_row_norm(const test_body *b)
+{
+  flesh_block_matrix *K = NULL;
+  double *squares = calloc((size_t)b->n, sizeof *squares), sum = 0;
+  const flesh_point point = point_of(b);
+  CHECK_OK(flesh_system_matrix_create(b->system, &K));
+  CHECK_OK(flesh_system_jacobian(b->system, &point, &(flesh_shift){.x = 1}, K));
+  for (int i = 0; i < K->rows; i++)
+    for (int k = K->row_start[i]; k < K->row_end[i]; k++)
+      for (int c = 0; c < 9; c++) {
+        const int row = 3 * i + c / 3, column = 3 * K->column[k] + c % 3;
+        const double square = K->values[9 * (size_t)k + (size_t)c] * K->values[9 * (size_t)k + (size_t)c];
+        squares[row] += square;
+        if (K->column[k] != i) squares[column] += square;
+      }
+  for (int d = 0; d < b->n; d++) sum += sqrt(squares[d]) / b->n;
+  flesh_block_matrix_destroy(&K);
+  free(squares);
+  return sum;
+}
+
+static flesh_edge_force edge_force_of(flesh_energy energy, double scale, double *row_norm)
+{
+  test_body b;
+  CHECK_OK(test_body_create(test_box(3, 3, 3, scale, scale, scale), test_material(energy, 0.4), 1000, FLESH_MASS_LUMPED, 1, &b));
+  CHECK_OK(flesh_system_finalize(b.system));
+  double *work = malloc(4 * (size_t)b.n * sizeof *work);
+  const flesh_edge_force force = flesh_system_edge_force(b.system, work);
+  *row_norm = mean_row_norm(&b);
+  free(work);
+  test_body_destroy(&b);
+  return force;
+}
+
+static void edge_forces_are_those_of_the_matrix(void)
+{
+  double norm, larger_norm, of_D;
+  const flesh_edge_force force = edge_force_of(FLESH_ENERGY_S, 1, &norm), larger = edge_force_of(FLESH_ENERGY_S, 3, &larger_norm),
+                         D = edge_force_of(FLESH_ENERGY_D, 1, &of_D);
+  printf("# %g N, by the matrix %g N; of the softest %g N; at three times the size %g N\n", force.mean,
+         norm * force.edge, force.softest, larger.mean);
+  CHECK(force.mean > 0.65 * norm * force.edge && force.mean < 1.02 * norm * force.edge);
+  CHECK(force.softest > force.mean && force.softest < 3 * force.mean);
+  CHECK_NEAR(larger.edge, 3 * force.edge, 1e-12 * larger.edge);
+  CHECK_NEAR(larger.mean, 9 * force.mean, 1e-5 * larger.mean);
+  CHECK_NEAR(larger.softest, 9 * force.softest, 1e-5 * larger.softest);
+  CHECK(!force.stressed && D.stressed);
+}
+
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(pattern_is_that_of_the_cells), TEST(sums_and_loads),
+  return RUN_TESTS(argc, argv, TEST(pattern_is_that_of_the_cells), TEST(sums_and_loads), TEST(edge_forces_are_those_of_the_matrix),
                    TEST(constraints_hold_and_release), TEST(unused_nodes_are_fixed),
                    TEST(bad_arguments_are_sentences), TEST(linear_solvers_use_the_instructions_of_effects));
 }
