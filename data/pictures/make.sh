@@ -12,7 +12,7 @@ set -eu
 root=$(CDPATH='' cd -- "$(dirname -- "$0")/../.." && pwd)
 pictures=$root/data/pictures
 flesh=$(realpath "${FLESH:-$root/build/drivers/flesh}")
-names='gallery tutorials hand finger forms accuracy mesh_error hard starts shapes filters limb speed report'
+names='gallery tutorials hand finger forms accuracy mesh_error adapted hard starts shapes filters limb speed report'
 
 # run SCENE [options]: into the folder SCENE, as the gallery shows it.
 run() {
@@ -100,6 +100,14 @@ mesh_error() {
   "$flesh" accuracy bar.yaml --mesh --coarser bar_coarse.yaml --mesh-seconds 30 --set effects.inertia=null \
     --set body.material.poisson=0.49 --set 'effects.gravity.acceleration=[0, 0, -0.2]' --out mesh_error
   cp mesh_error/work_mesh.png "$pictures/accuracy_mesh.png"
+}
+
+# The meshes on the way to 0.1 % of a bar's tip.
+adapted() {
+  blocks drivers/error_bars.md
+  "$flesh" run adapted.yaml --to 0.1%:tip.position_z --out adapted --quiet
+  for k in 0 2 4; do "$flesh" run "adapted/to/$k/scene.yaml" --out "adapted_$k" --quiet; done
+  "$flesh" snap adapted_0 adapted_2 adapted_4 --bare --edges --colour none --width 300 --out "$pictures/adapted.png"
 }
 
 hard() {

@@ -14,6 +14,7 @@
 #include "base/scan.h"
 #include "base/text.h"
 #include "effect/effect.h"
+#include "error/adapt.h"
 #include "error/error.h"
 #include "run/describe.h"
 #include "cli/interrupt.h"
@@ -137,7 +138,7 @@ typedef struct given {
   flesh_ranks *ranks; /* NULL: one */
   flesh_runner_options options;
   flesh_overrides overrides;
-  const char *start_state, *method, *checkpoint, *resume;
+  const char *start_state, *method, *checkpoint, *resume, *to;
   int error; /* bars are wanted whatever the scene says */
 } given;
 
@@ -179,6 +180,10 @@ static int refuse_twice(const given *g, const char *option, const char *value, c
 static int check(given *g, int positionals)
 {
   const char *folder = g->resume;
+  if (g->to && !flesh_adapt_is_spec(g->to))
+    return flesh_option_refuse("run", "to", g->to, "TOLERANCE:COLUMN, as 1%:tip.position_z or 0.01:tip.position_z");
+  if (g->to && (folder || g->error || g->checkpoint || g->ranks))
+    return flesh_command_refuse("run", "--to makes several runs: give no --resume, --error or --checkpoint, and one process");
   if (g->checkpoint && flesh_checkpoint_times_read(g->checkpoint, &g->options.checkpoint))
     return flesh_option_refuse("run", "checkpoint", g->checkpoint, "a number of seconds or steps, as 60s or 100steps");
   if (!folder && !positionals) return flesh_command_refuse("run", "SCENE is missing; give one, or --resume DIR");
@@ -269,6 +274,13 @@ static int run_scene(const flesh_scene *scene, const flesh_runner_options *optio
   return status ? flesh_command_fail("run", status) : code;
 }
 
+/* Runs the scene on meshes that are refined to a tolerance. */
+static int run_to(const given *g)
+{
+  const int status = flesh_adapt_run(&g->options, &g->overrides.texts, g->to);
+  return status ? flesh_command_fail("run", status) : 0;
+}
+
 /* Reads the command line; the first rank reads it before the others, so that only one reports its errors. */
 static int read_options(given *g, const flesh_usage *usage, int argc, char **argv)
 {
@@ -329,6 +341,9 @@ static int read_and_run(given *g, int argc, char **argv)
       {"error", NULL, FLESH_OPTION_SWITCH, &g->error,
        "add error bars of mesh and step, by further runs (--set output.error_bars=true); with --resume also to a run that "
        "is complete"},
+      {"to", "TOLERANCE:COLUMN", FLESH_OPTION_TEXT, &g->to,
+       "refine the mesh of an equilibrium until a column of the probes has an error bar within TOLERANCE, as in "
+       "1%:tip.position_z; of ten-node tets"},
       {"profile", NULL, FLESH_OPTION_SWITCH, &options->profile,
        "print each effect's CPU time, beside its calls and memory"},
       {"quiet", NULL, FLESH_OPTION_SWITCH, &options->quiet, "print errors only"},
@@ -358,7 +373,7 @@ static int read_and_run(given *g, int argc, char **argv)
     else if (!options->out) options->out = made = default_folder(argv[1]);
   }
   flesh_scene_set_stop(flesh_interrupt_asked, NULL); /* the deadline is this function's */
-  if (code == FLESH_OPTIONS_GO_ON) code = run_scene(scene, options, g->error || flesh_error_wanted(scene));
+  if (code == FLESH_OPTIONS_GO_ON) code = g->to ? run_to(g) : run_scene(scene, options, g->error || flesh_error_wanted(scene));
   flesh_checkpoint_close(&checkpoint);
   flesh_scene_destroy(&scene);
   free(made);

@@ -1,0 +1,365 @@
+/* adapt.c: solve, judge, mark, refine. */
+#include "error/adapt.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "base/file.h"
+#include "base/folder.h"
+#include "base/scan.h"
+#include "base/sort.h"
+#include "base/text.h"
+#include "cli/json_memory.h"
+#include "error/carry.h"
+#include "error/indicator.h"
+#include "error/quantity.h"
+#include "mesh/mesh.h"
+#include "run/runner.h"
+#include "scene/scene.h"
+
+/* The share of the indicators' sum that marked tets have (Doerfler 1996), and how often these are halved. */
+static const double marked_share = 0.5;
+enum { HALVINGS = 2, LEVELS = 40, LEAST_LEVELS = 3, MOST_DOFS = 400000 };
+
+/* A mesh and what came of it. */
+typedef struct level {
+  int nodes, tets, dofs;
+  double value, moved, estimate, bar, cpu_s, quality; /* moved: what the tolerance is a share of */
+} level;
+
+typedef struct adapt {
+  const flesh_runner_options *options;
+  flesh_overrides overrides;
+  char column[FLESH_CSV_NAME], unit[FLESH_CSV_NAME];
+  double tolerance;
+  int relative;
+  char *path;       /* room for a file in the folder */
+  flesh_mesh *mesh; /* with its marks */
+  double *x, *v;    /* [3*nodes] the equilibrium, taken over from the mesh before; NULL: none */
+  int levels;
+  level list[LEVELS];
+} adapt;
+
+static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for adapted meshes"); }
+
+/* TOLERANCE[%]:COLUMN. */
+static int read_spec(const char *spec, double *tolerance, int *relative, const char **column)
+{
+  char *end;
+  *tolerance = strtod(spec, &end);
+  *relative = *end == '%';
+  if (*relative) *tolerance /= 100, end++;
+  *column = end + 1;
+  return end > spec && *end == ':' && end[1] && isfinite(*tolerance) && *tolerance > 0 && (!*relative || *tolerance < 1);
+}
+
+int flesh_adapt_is_spec(const char *spec)
+{
+  double tolerance;
+  int relative;
+  const char *column;
+  return read_spec(spec, &tolerance, &relative, &column);
+}
+
+/* Says why a scene's quantity has no bar of its mesh, or nothing. */
+static int check(adapt *a, const flesh_scene *scene)
+{
+  const char *dot = strrchr(a->column, '.');
+  int count;
+  const flesh_probe *probes = flesh_scene_probes(scene, &count), *own = NULL;
+  for (int k = 0; k < count && dot; k++)
+    if (strlen(probes[k].name) == (size_t)(dot - a->column) && !strncmp(probes[k].name, a->column, strlen(probes[k].name)))
+      own = &probes[k];
+  if (scene->time.method != FLESH_METHOD_STATIC)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "--to refines the meshes of equilibria (time.method static); for a motion, --error "
+                                          "gives the bars of a mesh");
+  if (scene->keys.bodies.count || !scene->body.materials)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "--to refines the mesh of a scene of one body that has a material");
+  if (!own)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "--to names %s; it must be a column of output.probes, as tip.position_z", a->column);
+  if (isnan(own->point[0]) && (!strncmp(dot, ".position_", 10) || !strncmp(dot, ".velocity_", 10)))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "%s is a mean over nodes, of which finer meshes have others; give the probe a point",
+                      a->column);
+  if (strncmp(dot, ".position_", 10) && strncmp(dot, ".reaction_", 10) && !isnan(own->point[0])) {
+    for (int c = 0; c < 4; c++) {
+      uint8_t *fixed = calloc(3 * (size_t)scene->mesh->nodes, 1);
+      if (!fixed) return no_memory();
+      flesh_system_fixed(scene->system, scene->start.t, fixed);
+      const uint8_t *node = fixed + 3 * (size_t)scene->mesh->tet_nodes[4 * (size_t)own->tet + (size_t)c];
+      const int held = node[0] || node[1] || node[2];
+      free(fixed);
+      if (held)
+        return flesh_fail(FLESH_ERR_ARGUMENT, "%s is a strain beside a pin, which grows without end as the mesh gets finer: "
+                                              "it has no bar", a->column);
+    }
+  }
+  return FLESH_OK;
+}
+
+/* Reads the scene as it is given but of ten-node tets, and takes its mesh with the selections as sets. */
+static int begin(adapt *a, const flesh_texts *given)
+{
+  flesh_scene *scene = NULL;
+  const char *column;
+  read_spec(a->column, &a->tolerance, &a->relative, &column);
+  memmove(a->column, column, strlen(column) + 1);
+  const int room = given->count + 256;
+  int status = flesh_overrides_open(&a->overrides, room);
+  for (int k = 0; k < given->count; k++) a->overrides.texts.values[a->overrides.texts.count++] = given->values[k];
+  if (!status) status = flesh_overrides_add(&a->overrides, "body.element", "tet10-mean");
+  if (!status) status = flesh_overrides_add(&a->overrides, "output.error_bars", "false");
+  if (!status) status = flesh_scene_read(a->options->scene_path, a->overrides.texts.count, a->overrides.texts.values, &scene);
+  if (!status) status = check(a, scene);
+  if (!status) status = flesh_error_carry(scene, &a->overrides, &a->mesh);
+  if (!status) status = flesh_overrides_add(&a->overrides, "body.refine", "0");
+  if (!status && scene->keys.body.curved.count) status = flesh_overrides_add(&a->overrides, "body.curved", "null");
+  flesh_scene_destroy(&scene);
+  return status;
+}
+
+/* Keeps the state of the run's last record. */
+static int keep_state(void *data, const flesh_step_record *record)
+{
+  adapt *a = data;
+  const size_t bytes = 3 * (size_t)a->mesh->nodes * sizeof(double);
+  if (!record->last) return FLESH_OK;
+  memcpy(a->x, record->state->x, bytes);
+  memcpy(a->v, record->state->v, bytes);
+  return FLESH_OK;
+}
+
+/* The column's last value and unit, and how far a position has moved from rest. */
+static int read_value(adapt *a, const char *folder, const flesh_scene *scene, level *l)
+{
+  flesh_error_table table;
+  int status = flesh_error_table_read(folder, "probes.csv", &table), found = -1;
+  char name[FLESH_CSV_NAME];
+  for (int c = 0; c < table.csv.columns && !status; c++) {
+    char unit[FLESH_CSV_NAME];
+    flesh_csv_label(&table.csv, c, name, unit);
+    if (!strcmp(name, a->column)) found = c, strcpy(a->unit, unit);
+  }
+  if (!status && found < 0)
+    status = flesh_fail(FLESH_ERR_ARGUMENT, "--to names %s, which is no column of probes.csv", a->column);
+  if (!status) flesh_csv_number(&table.csv, table.csv.rows - 1, found, &l->value);
+  l->moved = l->value;
+  int count;
+  const flesh_probe *probes = flesh_scene_probes(scene, &count);
+  const char *dot = strrchr(a->column, '.');
+  for (int k = 0; k < count && !strncmp(dot, ".position_", 10); k++)
+    if (!strncmp(probes[k].name, a->column, (size_t)(dot - a->column))) l->moved = l->value - probes[k].point[dot[10] - 'x'];
+  flesh_error_table_clear(&table);
+  return status;
+}
+
+/* Runs the scene on the mesh in `folder`, quietly or for good. */
+static int run(adapt *a, const char *folder, int last, flesh_scene **scene, level *l)
+{
+  flesh_overrides own;
+  flesh_figures figures = {0};
+  flesh_outcome outcome = {0};
+  int status = flesh_folder_make(folder);
+  if (status) return status;
+  char *mesh = flesh_text_new("%s/mesh.msh", folder), *absolute = NULL;
+  status = mesh ? flesh_mesh_write(a->mesh, mesh) : no_memory();
+  if (!status && !(absolute = realpath(mesh, NULL))) status = flesh_fail(FLESH_ERR_FILE, "%s: cannot be found", mesh);
+  if (!status) status = flesh_overrides_open(&own, a->overrides.texts.count + 8);
+  if (status) goto done;
+  for (int k = 0; k < a->overrides.texts.count; k++) own.texts.values[own.texts.count++] = a->overrides.texts.values[k];
+  status = flesh_overrides_add_text(&own, "body.mesh", absolute);
+  if (!status) status = flesh_scene_read(a->options->scene_path, own.texts.count, own.texts.values, scene);
+  flesh_overrides_close(&own);
+  if (status) goto done;
+  const flesh_observer observer = {keep_state, a};
+  flesh_runner_options options = *a->options;
+  options.out = folder;
+  options.quiet = 1;
+  options.no_frames |= !last;
+  options.save_state = last ? options.save_state : NULL;
+  options.observer_count = 1;
+  options.observers = &observer;
+  const size_t size = 3 * (size_t)a->mesh->nodes;
+  if (!a->x) {
+    a->x = malloc(size * sizeof *a->x);
+    a->v = malloc(size * sizeof *a->v);
+  }
+  status = a->x && a->v ? flesh_runner_run(*scene, &options, &figures, &outcome) : no_memory();
+  if (outcome.status) status = flesh_fail(outcome.status, "%s", outcome.message);
+  l->cpu_s = figures.cpu_s;
+  flesh_figures_close(&figures);
+  if (!status) status = read_value(a, folder, *scene, l);
+done:
+  free(mesh);
+  free(absolute);
+  return status;
+}
+
+static int count_free(const flesh_scene *scene)
+{
+  const int size = 3 * scene->mesh->nodes;
+  uint8_t *fixed = calloc((size_t)size, 1);
+  int count = 0;
+  if (!fixed) return size;
+  flesh_system_fixed(scene->system, scene->time.end, fixed);
+  for (int d = 0; d < size; d++) count += !fixed[d];
+  free(fixed);
+  return count;
+}
+
+/* The bar of the last level: the largest of its change from the mesh before, the change before that in proportion to the
+ * dofs, and a half of recovery's estimate, which is too wide on adapted meshes, while changes may be small by chance. Where
+ * there is no estimate, twice the changes. By data/results/error_bars.md. */
+static void judge(adapt *a)
+{
+  level *l = &a->list[a->levels - 1];
+  l->bar = NAN;
+  if (a->levels < LEAST_LEVELS) return;
+  const double last = fabs(l->value - l[-1].value), before = fabs(l[-1].value - l[-2].value);
+  const double changes = fmax(last, before * l[-1].dofs / l->dofs);
+  l->bar = isfinite(l->estimate) ? fmax(changes, l->estimate / 2) : 2 * changes;
+}
+
+static const double *ordered; /* indicators, while they are sorted */
+static int by_indicator(const void *a, const void *b)
+{
+  const double p = ordered[*(const int *)a], q = ordered[*(const int *)b];
+  return p < q ? 1 : p > q ? -1 : flesh_compare_int(a, b);
+}
+
+/* Marks the tets of the largest indicators that make up the share, and refines them. */
+static int refine(adapt *a, const double *indicators)
+{
+  const int tets = a->mesh->tets;
+  uint8_t *halvings = calloc((size_t)tets, 1);
+  int *order = malloc((size_t)tets * sizeof *order), status = halvings && order ? FLESH_OK : no_memory();
+  double total = 0, sum = 0;
+  flesh_mesh *finer = NULL;
+  flesh_mesh_parents parents = {0};
+  for (int t = 0; t < tets && !status; t++) order[t] = t, total += indicators[t];
+  ordered = indicators;
+  if (!status) qsort(order, (size_t)tets, sizeof *order, by_indicator);
+  for (int k = 0; k < tets && !status && (!k || sum < marked_share * total); k++) {
+    halvings[order[k]] = HALVINGS;
+    sum += indicators[order[k]];
+  }
+  if (!status) status = flesh_mesh_refine_marked(a->mesh, halvings, &finer, &parents);
+  free(a->x);
+  free(a->v);
+  a->x = a->v = NULL;
+  if (!status) {
+    flesh_mesh_destroy(&a->mesh);
+    a->mesh = finer;
+  }
+  flesh_mesh_parents_clear(&parents);
+  free(halvings);
+  free(order);
+  return status;
+}
+
+/* A level: its run, its indicators, its bar. */
+static int step(adapt *a, double **indicators)
+{
+  flesh_scene *scene = NULL;
+  level *l = &a->list[a->levels++];
+  flesh_mesh_info info;
+  flesh_mesh_inspect(a->mesh, &info);
+  *l = (level){.nodes = info.nodes, .tets = info.tets, .quality = info.radius_ratio_min};
+  sprintf(a->path, "%s/to/%d", a->options->out, a->levels - 1);
+  int status = run(a, a->path, 0, &scene, l);
+  if (!status) l->dofs = count_free(scene);
+  *indicators = malloc((size_t)a->mesh->tets * sizeof **indicators);
+  if (!status && !*indicators) status = no_memory();
+  flesh_state state = {.t = status ? 0 : scene->time.end, .x = a->x, .v = a->v};
+  if (!status) status = flesh_error_indicate(scene, &state, a->column, *indicators, &l->estimate);
+  flesh_scene_destroy(&scene);
+  if (!status) judge(a);
+  if (!status && !a->options->quiet) {
+    printf("mesh %d: %d tets, %d dofs: %s = %.6g %s", a->levels - 1, l->tets, l->dofs, a->column, l->value, a->unit);
+    if (isfinite(l->bar)) printf(" +/- %.2g", l->bar);
+    putchar('\n');
+    fflush(stdout);
+  }
+  return status;
+}
+
+/* Whether the bar is within the tolerance. */
+static int is_reached(const adapt *a)
+{
+  const level *l = &a->list[a->levels - 1];
+  return l->bar <= a->tolerance * (a->relative ? fabs(l->moved) : 1);
+}
+
+/* Adds the meshes and their values to result.json. */
+static int write_result(adapt *a)
+{
+  char *text = NULL;
+  size_t size = 0;
+  sprintf(a->path, "%s/result.json", a->options->out);
+  const int status = flesh_file_load(a->path, &text, &size);
+  json_t *result = status ? NULL : json_loadb(text, size, 0, NULL), *levels = json_array();
+  free(text);
+  if (!result) return status ? status : flesh_fail(FLESH_ERR_FILE, "%s: is no result of a run", a->path);
+  for (int k = 0; k < a->levels; k++) {
+    const level *l = &a->list[k];
+    json_t *one = json_pack("{sisisisfsfsf}", "tets", l->tets, "nodes", l->nodes, "dofs", l->dofs, "value", l->value,
+                            "radius_ratio_min", l->quality, "cpu_s", l->cpu_s);
+    json_object_set_new(one, "error_mesh", flesh_json_number(l->bar));
+    json_object_set_new(one, "estimate", flesh_json_number(l->estimate));
+    json_array_append_new(levels, one);
+  }
+  json_object_set_new(result, "adapted_mesh",
+                      json_pack("{sssssfsbso}", "column", a->column, "unit", a->unit, "tolerance", a->tolerance, "relative",
+                                a->relative, "meshes", levels));
+  return flesh_json_write(a->path, result);
+}
+
+/* Runs the scene on the last mesh into the folder itself, and says what was found and spent. */
+static int finish(adapt *a)
+{
+  flesh_scene *scene = NULL;
+  level again = {0};
+  const level *last = &a->list[a->levels - 1];
+  double cpu_s = 0, quality = 1;
+  for (int k = 0; k < a->levels; k++) {
+    cpu_s += a->list[k].cpu_s;
+    quality = fmin(quality, a->list[k].quality);
+  }
+  int status = run(a, a->options->out, 1, &scene, &again);
+  flesh_scene_destroy(&scene);
+  if (!status) status = write_result(a);
+  if (status || a->options->quiet) return status;
+  printf("%s = %.6g %s +/- %.2g (mesh)\n", a->column, last->value, a->unit, last->bar);
+  printf("%d meshes and solves, %d dofs in the last, least radius ratio %.2g, %.3g s of CPU time\n", a->levels + 1,
+         last->dofs, quality, cpu_s + again.cpu_s);
+  printf("mesh: %s/mesh.msh\nagain: flesh run %s/scene.yaml\n", a->options->out, a->options->out);
+  return FLESH_OK;
+}
+
+int flesh_adapt_run(const flesh_runner_options *options, const flesh_texts *overrides, const char *spec)
+{
+  adapt a = {.options = options, .path = malloc(strlen(options->out) + 64)};
+  int status = a.path ? FLESH_OK : no_memory(), reached = 0;
+  if (!status && strlen(spec) >= sizeof a.column) status = flesh_fail(FLESH_ERR_ARGUMENT, "--to is too long");
+  if (!status) strcpy(a.column, spec);
+  if (!status) status = begin(&a, overrides);
+  while (!status && !reached) {
+    double *indicators = NULL;
+    status = step(&a, &indicators);
+    if (!status) reached = is_reached(&a);
+    if (!status && !reached && (a.levels == LEVELS || a.list[a.levels - 1].dofs > MOST_DOFS))
+      status = flesh_fail(FLESH_ERR_BUDGET, "the bar of %s is %.2g %s after %d meshes, of which the last has %d dofs; a larger "
+                                            "tolerance is reached", a.column, a.list[a.levels - 1].bar, a.unit, a.levels,
+                          a.list[a.levels - 1].dofs);
+    if (!status && !reached) status = refine(&a, indicators);
+    free(indicators);
+  }
+  if (!status) status = finish(&a);
+  flesh_overrides_close(&a.overrides);
+  flesh_mesh_destroy(&a.mesh);
+  free(a.path);
+  free(a.x);
+  free(a.v);
+  return status;
+}

@@ -1,0 +1,108 @@
+/* carry.c: selections by place become named sets of the mesh. */
+#include "error/carry.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "base/text.h"
+#include "mesh/mesh.h"
+#include "scene/effect_list.h"
+#include "scene/scene.h"
+
+typedef struct carry {
+  const flesh_scene *scene;
+  flesh_overrides *overrides;
+  flesh_mesh_sets sets;
+} carry;
+
+static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for the sets of a mesh"); }
+
+/* PATH.key=value. */
+static int override(carry *c, const char *path, const char *key, const char *value)
+{
+  char *name = flesh_text_new("%s.%s", path, key);
+  const int status = name ? flesh_overrides_add(c->overrides, name, value) : no_memory();
+  free(name);
+  return status;
+}
+
+/* Makes a set of the nodes that a selection takes by place or number; of its regions the tets stay what they are. */
+static int carry_selection(carry *c, const flesh_selection *selection, const char *path)
+{
+  flesh_selection by_place = *selection;
+  char name[48];
+  int set, count, *nodes;
+  if (isnan(selection->box[0]) && isnan(selection->sphere.radius) && !selection->nodes.count) return FLESH_OK;
+  if (selection->set)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "%s has a set beside box, sphere or nodes; --to carries one or the other", path);
+  by_place.regions.count = 0;
+  int status = flesh_selection_nodes(&by_place, &c->scene->body, &count, &nodes);
+  if (status) return flesh_fail_within(status, "%s: ", path);
+  snprintf(name, sizeof name, "selection_%d", c->sets.count);
+  status = flesh_mesh_sets_take(&c->sets, name, strlen(name), &set);
+  for (int k = 0; k < count && !status; k++) status = flesh_members_add(&c->sets.sets[set].nodes, nodes[k]);
+  free(nodes);
+  if (!status && !isnan(selection->box[0])) status = override(c, path, "box", "null");
+  if (!status && !isnan(selection->sphere.radius)) status = override(c, path, "sphere", "null");
+  if (!status && selection->nodes.count) status = override(c, path, "nodes", "null");
+  return status ? status : override(c, path, "set", name);
+}
+
+/* Carries the selections of a mapping with these keys, whose values are in `target`. A selection's keys begin with its box. */
+static int carry_keys(carry *c, const flesh_key *keys, const void *target, const char *path)
+{
+  int status = FLESH_OK;
+  for (; keys && keys->name && !status; keys++) {
+    const char *value = (const char *)target + keys->offset;
+    if (keys->type == FLESH_KEY_BOX && !strcmp(keys->name, "box") && keys[1].name && !strcmp(keys[1].name, "sphere"))
+      status = carry_selection(c, (const flesh_selection *)(const void *)value, path);
+    else if (keys->type == FLESH_KEY_OBJECT && strcmp(keys->name, "sphere")) {
+      char *below = flesh_text_new("%s.%s", path, keys->name);
+      status = below ? carry_keys(c, keys->children, value, below) : no_memory();
+      free(below);
+    }
+  }
+  return status;
+}
+
+static int carry_effects(carry *c)
+{
+  const flesh_effect_entry *entries = c->scene->keys.effects.values;
+  int status = FLESH_OK;
+  for (int k = 0; k < c->scene->keys.effects.count && !status; k++) {
+    if (!entries[k].path || !entries[k].node) continue;
+    status = carry_keys(c, entries[k].row->keys, entries[k].parameters, entries[k].path);
+  }
+  return status;
+}
+
+static int carry_probes(carry *c)
+{
+  const flesh_scene_probe *probes = c->scene->keys.output.probes.values;
+  int status = FLESH_OK;
+  for (int k = 0; k < c->scene->keys.output.probes.count && !status; k++) {
+    char path[48];
+    snprintf(path, sizeof path, "output.probes[%d]", k);
+    status = carry_selection(c, &probes[k].selection, path);
+  }
+  return status;
+}
+
+int flesh_error_carry(const flesh_scene *scene, flesh_overrides *overrides, flesh_mesh **mesh)
+{
+  const flesh_mesh *given = scene->mesh;
+  carry c = {.scene = scene, .overrides = overrides};
+  *mesh = NULL;
+  int status = flesh_mesh_sets_append(&c.sets, &given->sets, &(flesh_mesh_sets_map){0});
+  if (!status) status = carry_effects(&c);
+  if (!status) status = carry_probes(&c);
+  flesh_mesh_sets_settle(&c.sets);
+  if (!status)
+    status = flesh_mesh_build(&(flesh_mesh_lists){.nodes = given->nodes, .tets = given->tets, .positions = given->positions,
+                                                  .tet_nodes = given->tet_nodes, .edge_nodes = given->edge_nodes,
+                                                  .regions = given->regions, .sets = &c.sets}, NULL, mesh);
+  flesh_mesh_sets_clear(&c.sets);
+  return status;
+}

@@ -1,0 +1,195 @@
+/* indicator.c: recovered stress and gradient of the adjoint against those of the elements. */
+#include "error/indicator.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "flesh/kinsol.h"
+#include "math/mat3.h"
+#include "mesh/mesh.h"
+#include "mesh/tet10.h"
+#include "output/tet_shape.h"
+#include "output/tet_stress.h"
+#include "scene/scene.h"
+
+enum { POINTS = FLESH_TET10_POINTS, FIELDS = 19 }; /* P, the adjoint's gradient, its pressure */
+
+/* The adjoint's solve need not be exact. */
+static const double tolerance = 1e-6;
+
+typedef struct work {
+  const flesh_scene *scene;
+  const flesh_state *state;
+  flesh_tet_stress stress;
+  double *lambda;   /* [3*nodes] */
+  double *values;   /* [FIELDS*POINTS*tets] at the points of quadrature */
+  double *volumes;  /* [POINTS*tets] */
+  double *dilation; /* [POINTS*tets] J less its mean */
+  double *means;    /* [FIELDS*nodes] of one material */
+  double *weights;  /* [nodes] */
+} work;
+
+static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for the mesh's error"); }
+
+/* The gradient of a position at a point into w->lambda; returns whether the column is one. */
+static int find_gradient(work *w, const char *column)
+{
+  int count;
+  const flesh_probe *probes = flesh_scene_probes(w->scene, &count);
+  const char *dot = strrchr(column, '.');
+  const int component = dot && !strncmp(dot, ".position_", 10) ? dot[10] - 'x' : -1;
+  for (int k = 0; k < count && component >= 0 && component < 3; k++) {
+    const size_t length = strlen(probes[k].name);
+    if (strncmp(probes[k].name, column, length) || column + length != dot || isnan(probes[k].point[0])) continue;
+    int nodes[10];
+    double weights[10];
+    const int size = flesh_tet_weights(w->scene->mesh, probes[k].tet, probes[k].weights, nodes, weights);
+    for (int a = 0; a < size; a++) w->lambda[3 * (size_t)nodes[a] + (size_t)component] = weights[a];
+    return 1;
+  }
+  return 0;
+}
+
+/* K lambda = dQ/du at the state. */
+static int solve_adjoint(work *w)
+{
+  flesh_problem *problem;
+  const flesh_system *system = flesh_scene_system(w->scene);
+  const size_t size = 3 * (size_t)w->scene->mesh->nodes;
+  double *u = calloc(size, sizeof *u);
+  int status = u ? flesh_problem_create(system, flesh_scene_solver(w->scene), &problem) : no_memory();
+  if (status) {
+    free(u);
+    return status;
+  }
+  const flesh_stage stage = {.t = w->state->t, .load = 1, .prescribed_fraction = 1, .shift = {.x = 1}, .x0 = w->state->x,
+                             .t_lag = w->state->t, .t_from = w->state->t, .multipliers = w->state->multipliers,
+                             .penalty = 1, .internal = w->state->internal};
+  status = flesh_problem_set_stage(problem, &stage);
+  if (!status) status = flesh_problem_solve(problem, u, 1, w->lambda, tolerance);
+  if (status > 0) status = flesh_fail(FLESH_ERR_SOLVE, "the equilibrium has no derivative to solve with");
+  flesh_problem_destroy(&problem);
+  free(u);
+  return status;
+}
+
+/* The fields at a tet's points of quadrature. */
+static void find_values(work *w, int t)
+{
+  flesh_strain_point points[POINTS];
+  double *values = w->values + (size_t)FIELDS * POINTS * (size_t)t, mean_J = 0, volume = 0, pressure = 0;
+  const int m = w->scene->body.tet_material ? w->scene->body.tet_material[t] : 0;
+  flesh_tet_stress_points(&w->stress, w->state, t, points);
+  for (int q = 0; q < POINTS; q++) {
+    double L[4], inverse[9], cofactor[9], *own = values + FIELDS * q;
+    for (int c = 0; c < 4; c++) L[c] = c == q ? FLESH_TET10_NEAR : FLESH_TET10_FAR;
+    flesh_mat3_inverse(points[q].F, inverse);
+    flesh_mat3_multiply_transposed(points[q].tau, inverse, own);
+    flesh_tet_gradient(w->scene->mesh, t, L, w->lambda, own + 9);
+    flesh_mat3_cofactor(points[q].F, cofactor);
+    w->volumes[POINTS * (size_t)t + (size_t)q] = points[q].volume;
+    volume += points[q].volume;
+    mean_J += points[q].volume * points[q].J;
+    pressure += points[q].volume * flesh_mat3_inner(cofactor, own + 9);
+  }
+  for (int q = 0; q < POINTS; q++) {
+    values[FIELDS * q + 18] = w->stress.shares[m].share * pressure / volume;
+    w->dilation[POINTS * (size_t)t + (size_t)q] = points[q].J - mean_J / volume;
+  }
+}
+
+/* The value of a field at a corner, of the linear function through those at the points of quadrature. */
+static double at_corner(const double *values, int field, int corner)
+{
+  double sum = 0;
+  for (int q = 0; q < POINTS; q++) sum += values[FIELDS * q + field];
+  return (values[FIELDS * corner + field] - FLESH_TET10_FAR * sum) / (FLESH_TET10_NEAR - FLESH_TET10_FAR);
+}
+
+/* Means of the tets' values at their corners, of the tets of one material: stress jumps where materials meet. */
+static void average(work *w, int material)
+{
+  const flesh_mesh *mesh = w->scene->mesh;
+  const int *of = w->scene->body.tet_material;
+  memset(w->means, 0, (size_t)FIELDS * (size_t)mesh->nodes * sizeof *w->means);
+  memset(w->weights, 0, (size_t)mesh->nodes * sizeof *w->weights);
+  for (int t = 0; t < mesh->tets; t++)
+    for (int c = 0; c < 4 && (!of || of[t] == material); c++) {
+      const size_t node = (size_t)mesh->tet_nodes[4 * (size_t)t + (size_t)c];
+      w->weights[node] += mesh->volumes[t];
+      for (int f = 0; f < FIELDS; f++)
+        w->means[FIELDS * node + (size_t)f] +=
+            mesh->volumes[t] * at_corner(w->values + (size_t)FIELDS * POINTS * (size_t)t, f, c);
+    }
+  for (size_t n = 0; n < (size_t)mesh->nodes; n++)
+    for (size_t f = 0; f < FIELDS && w->weights[n] > 0; f++) w->means[FIELDS * n + f] /= w->weights[n];
+}
+
+/* A tet's parts of main = sum (P* - P):(G* - G) and vol = -sum (J - mean J)(mu* - mu). */
+static void compare(const work *w, int t, double parts[2])
+{
+  const int *corners = w->scene->mesh->tet_nodes + 4 * (size_t)t;
+  parts[0] = parts[1] = 0;
+  for (int q = 0; q < POINTS; q++) {
+    const double *own = w->values + (size_t)FIELDS * (POINTS * (size_t)t + (size_t)q);
+    const double volume = w->volumes[POINTS * (size_t)t + (size_t)q];
+    double off[FIELDS];
+    for (int f = 0; f < FIELDS; f++) {
+      off[f] = -own[f];
+      for (int c = 0; c < 4; c++)
+        off[f] += (c == q ? FLESH_TET10_NEAR : FLESH_TET10_FAR) * w->means[FIELDS * (size_t)corners[c] + (size_t)f];
+    }
+    parts[0] += volume * flesh_mat3_inner(off, off + 9);
+    parts[1] -= volume * w->dilation[POINTS * (size_t)t + (size_t)q] * off[18];
+  }
+}
+
+static int indicate(work *w, int is_goal, double *indicators, double *sum)
+{
+  const flesh_mesh *mesh = w->scene->mesh;
+  const int *of = w->scene->body.tet_material;
+  double sums[2] = {0, 0};
+  int materials = 1;
+  for (int t = 0; t < mesh->tets; t++) {
+    find_values(w, t);
+    if (of && of[t] >= materials) materials = of[t] + 1;
+  }
+  for (int m = 0; m < materials; m++) {
+    average(w, m);
+    for (int t = 0; t < mesh->tets; t++) {
+      double parts[2];
+      if (of && of[t] != m) continue;
+      compare(w, t, parts);
+      indicators[t] = fabs(parts[0]) + fabs(parts[1]);
+      sums[0] += parts[0], sums[1] += parts[1];
+    }
+  }
+  *sum = is_goal ? fabs(sums[0]) + fabs(sums[1]) : NAN;
+  return FLESH_OK;
+}
+
+int flesh_error_indicate(const flesh_scene *scene, const flesh_state *state, const char *column, double *indicators,
+                         double *sum)
+{
+  const size_t nodes = (size_t)scene->mesh->nodes, tets = (size_t)scene->mesh->tets;
+  work w = {.scene = scene, .state = state, .lambda = calloc(3 * nodes, sizeof(double)),
+            .values = malloc(FIELDS * POINTS * tets * sizeof(double)), .volumes = malloc(POINTS * tets * sizeof(double)),
+            .dilation = malloc(POINTS * tets * sizeof(double)), .means = malloc(FIELDS * nodes * sizeof(double)),
+            .weights = malloc(nodes * sizeof(double))};
+  int status = flesh_tet_stress_open(&scene->body, flesh_scene_system(scene), &w.stress), is_goal = 0;
+  if (!status && (!w.lambda || !w.values || !w.volumes || !w.dilation || !w.means || !w.weights)) status = no_memory();
+  if (!status) is_goal = find_gradient(&w, column);
+  for (size_t i = 0; i < 3 * nodes && !status && !is_goal; i++) w.lambda[i] = state->x[i] - scene->mesh->positions[i];
+  if (is_goal) status = solve_adjoint(&w);
+  if (!status) status = indicate(&w, is_goal, indicators, sum);
+  flesh_tet_stress_clear(&w.stress);
+  free(w.lambda);
+  free(w.values);
+  free(w.volumes);
+  free(w.dilation);
+  free(w.means);
+  free(w.weights);
+  return status;
+}

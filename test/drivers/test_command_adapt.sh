@@ -1,0 +1,96 @@
+# TEST full program seconds=30 needs=flesh
+# test_command_adapt.sh: `flesh run --to`: its bar against a finer answer, its meshes, and what it refuses. FLESH names the
+# program.
+set -u
+. "$(dirname -- "$0")/../shared/command.sh"
+
+"$flesh" mesh box --cells 8,2,2 --size 4,1,1 --out bar.mesh >/dev/null || exit 1
+cat >bar.yaml <<'END'
+body: {mesh: bar.mesh, density: 1000, material: {energy: S, young: 1e7, poisson: 0.3}}
+effects:
+  - gravity: {acceleration: [0, 0, -9.81]}
+  - pin: {box: [[-1, -1, -1], [0.2, 2, 2]]}
+time: {method: static}
+solver: {newton_tolerance: 1e-7}
+output:
+  frame_interval: 0
+  probes:
+    - {name: tip, point: [4, 0.5, 0.5], quantities: [position]}
+    - {name: end, box: [[4, -1, -1], [5, 2, 2]], quantities: [position]}
+    - {name: wall, box: [[-1, -1, -1], [0.2, 2, 2]], quantities: [reaction]}
+    - {name: clamp, point: [0.01, 0.4, 0.4], quantities: [stress]}
+END
+
+the_bar_covers_and_the_mesh_is_as_it_should_be() {
+  expect 0 "$flesh" run bar.yaml --to 1%:tip.position_z --out to || return 1
+  has stdout.txt '^mesh 0: .* tets, .* dofs: tip.position_z = .* m$' || return 1
+  has stdout.txt '^tip.position_z = .* m +/- .* (mesh)$' && has stdout.txt '^again: flesh run to/scene.yaml$' || return 1
+  for refine in 0 1 2; do
+    expect 0 "$flesh" run bar.yaml --set body.element=tet10-mean --set body.refine=$refine \
+      --set "effects.pin.box=[[-1, -1, -1], [1e-9, 2, 2]]" --out fine_$refine --quiet || return 1
+  done
+  expect 0 "$flesh" run to/scene.yaml --out again --quiet || return 1
+  python3 - <<'END'
+import csv, json
+def last(folder):
+    with open(folder + "/probes.csv") as file:
+        return {name: float(value) for name, value in list(csv.DictReader(file))[-1].items()}
+name = "tip.position_z [m]"
+a, b, c = (last(f"fine_{k}")[name] for k in range(3))
+exact, given = c + (c - b) ** 2 / ((b - a) - (c - b)), last("to")
+meshes = json.load(open("to/result.json"))["adapted_mesh"]["meshes"]
+print(exact, [(m["dofs"], m["value"], m["error_mesh"], m["estimate"]) for m in meshes])
+end = meshes[-1]
+assert given[name] == end["value"] and last("again") == given
+assert abs(given[name] - exact) <= end["error_mesh"] <= .01 * abs(exact - .5) and end["dofs"] < 6000
+# The estimate by recovery is of the error's size where the mesh is not adapted yet.
+assert 0.8 < meshes[0]["estimate"] / abs(meshes[0]["value"] - exact) < 3
+assert abs(meshes[0]["value"] - exact) > 3 * abs(end["value"] - exact)
+assert min(m["radius_ratio_min"] for m in meshes) > .6
+# The box of pin and wall ends within tets: refined meshes hold the face that the first one holds.
+assert abs(given["wall.reaction_z [N]"] - 4 * 9810) < 1
+END
+}
+
+bodies_keep_their_shape() {
+  cat >finger.yaml <<END
+body: {mesh: $source_folder/../data/meshes/finger_coarse.msh, density: 1000, material: {energy: S, young: 5e5, poisson: 0.45}}
+effects:
+  - gravity: {acceleration: [0, 0, -9.81]}
+  - pin: {box: [[-1, -1, -1], [1e-6, 1, 1]]}
+time: {method: static}
+output: {frame_interval: 0, probes: [{name: tip, point: [0.075, 0, 0], quantities: [position]}]}
+END
+  expect 0 "$flesh" run finger.yaml --to 2%:tip.position_z --out finger || return 1
+  expect 0 "$flesh" run finger.yaml --set body.element=tet10-mean --out finger_0 --quiet || return 1
+  python3 - <<'END'
+import csv, json
+def volume(folder):
+    with open(folder + "/history.csv") as file:
+        row = next(csv.DictReader(file))
+    return float(row["volume"]) / float(row["volume_ratio"])
+meshes = json.load(open("finger/result.json"))["adapted_mesh"]["meshes"]
+print(volume("finger"), volume("finger_0"), [(m["tets"], m["radius_ratio_min"]) for m in meshes])
+assert meshes[-1]["tets"] > meshes[0]["tets"] and abs(volume("finger") / volume("finger_0") - 1) < 1e-12
+assert min(m["radius_ratio_min"] for m in meshes) > .15
+END
+}
+
+what_has_no_bar_is_refused() {
+  expect 2 "$flesh" run bar.yaml --to 1%:end.position_z --out no || return 1
+  has stderr.txt 'end.position_z is a mean over nodes, of which finer meshes have others; give the probe a point' || return 1
+  expect 2 "$flesh" run bar.yaml --to 1%:clamp.stress_xx --out no || return 1
+  has stderr.txt 'clamp.stress_xx is a strain beside a pin, which grows without end' || return 1
+  expect 2 "$flesh" run bar.yaml --to 1%:energy_total --out no || return 1
+  has stderr.txt 'it must be a column of output.probes' || return 1
+  expect 2 "$flesh" run bar.yaml --to 1%:tip.velocity_q --out no || return 1
+  expect 2 "$flesh" run bar.yaml --set effects.inertia={} --method newmark --set time.step=0.1 --set time.end=1 \
+    --to 1%:tip.position_z --out no || return 1
+  has stderr.txt 'refines the meshes of equilibria' || return 1
+  for wrong in 1% 0:tip.position_z -1%:a.b 100%:a.b x:a.b; do
+    expect 2 "$flesh" run bar.yaml --to "$wrong" --out no || return 1
+  done
+  expect 2 "$flesh" run bar.yaml --to 1%:tip.position_z --error --out no
+}
+
+run_tests the_bar_covers_and_the_mesh_is_as_it_should_be bodies_keep_their_shape what_has_no_bar_is_refused
