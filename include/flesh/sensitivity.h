@@ -69,7 +69,7 @@ FLESH_API int flesh_sensitivity_gradient(flesh_sensitivity *sensitivity, const f
 typedef struct flesh_trajectory flesh_trajectory;
 
 /* Records the steps that the integrator takes from now on: where each part of a step began, and the solutions of its
- * stages, some 3 to 6 [3*n] of numbers a part. It borrows the integrator, which must not be destroyed before; its solves
+ * stages, some 3 to 6 [3*n] of numbers a part. It borrows the integrator, which may be destroyed before it; its solves
  * are those of the integrator's options, until a residual is `tolerance` of its right-hand side, in [1e-13, 1). Steps
  * that errors choose are taken as they were chosen. A step then ends with FLESH_ERR_ARGUMENT where it has no
  * sensitivities: a tangle was removed; internal variables change other than by something that breaks; incompressible

@@ -122,6 +122,8 @@ static int taken(void *data, const flesh_taken_part *taken)
   return FLESH_OK;
 }
 
+static void gone(void *data) { ((flesh_trajectory *)data)->integrator = NULL; }
+
 int flesh_trajectory_create(flesh_integrator *integrator, double tolerance, flesh_trajectory **trajectory)
 {
   FLESH_NEED({trajectory, "trajectory"});
@@ -138,7 +140,7 @@ int flesh_trajectory_create(flesh_integrator *integrator, double tolerance, fles
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a trajectory");
   self->system = integrator->evaluation->system;
   self->n = flesh_system_unknowns(self->system);
-  self->tape = (flesh_tape){.data = self, .try_part = try_part, .solved = solved, .taken = taken};
+  self->tape = (flesh_tape){.data = self, .try_part = try_part, .solved = solved, .taken = taken, .gone = gone};
   int status = flesh_stage_tangent_create(self->system, &integrator->options, tolerance, &self->tangent);
   if (!status) status = flesh_prescribed_create(self->system, &self->prescribed);
   if (!status) {

@@ -26,7 +26,7 @@ typedef struct flesh_recorded_part {
 } flesh_recorded_part;
 
 struct flesh_trajectory {
-  flesh_integrator *integrator; /* borrowed */
+  flesh_integrator *integrator; /* borrowed; NULL: it is gone */
   const flesh_system *system;
   int n;
   flesh_tape tape;

@@ -137,6 +137,7 @@ flesh_costs *flesh_integrator_costs(flesh_integrator *integrator) { return &inte
 void flesh_integrator_destroy(flesh_integrator **integrator)
 {
   if (!integrator || !*integrator) return;
+  if ((*integrator)->tape) (*integrator)->tape->gone((*integrator)->tape->data);
   flesh_continuation_clear(&(*integrator)->continuation);
   flesh_nonlinear_destroy(&(*integrator)->nonlinear);
   flesh_recovery_clear(&(*integrator)->recovery);

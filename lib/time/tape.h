@@ -24,6 +24,7 @@ typedef struct flesh_tape {
   /* The stage memory->at has been solved with the unknowns u [n]; again, where what is lagged is followed. */
   int (*solved)(void *data, const flesh_stage *stage, int at, const double *u);
   int (*taken)(void *data, const flesh_taken_part *part);
+  void (*gone)(void *data); /* the integrator is destroyed */
 } flesh_tape;
 
 #endif

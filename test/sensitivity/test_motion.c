@@ -129,6 +129,7 @@ static void try_case(const motion_case *c, flesh_method method)
   CHECK_OK(flesh_trajectory_create(m.integrator, 1e-12, &m.trajectory));
   run(&m);
   const double Q = quantity(&m, by);
+  flesh_integrator_destroy(&m.integrator); /* the steps are known */
   CHECK_OK(flesh_trajectory_gradient(m.trajectory, by, by + n, count, all, gradient, start));
   for (int i = 0; i < count; i++) {
     for (int k = 0; k < 4; k++) {
