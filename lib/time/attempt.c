@@ -7,6 +7,7 @@
 
 #include "newton/mechanisms.h"
 #include "system/feasible_step.h"
+#include "system/one_effect.h"
 #include "time/step_energy.h"
 
 /* Data of find_end, a flesh_stage_end's, which finds the positions at the end of a part. */
@@ -94,7 +95,7 @@ static void make_stage(flesh_integrator *self, const flesh_method_row *row, cons
                        const flesh_piece *piece, const flesh_span *part, flesh_stage *stage)
 {
   flesh_method_memory *memory = &self->memory;
-  const flesh_state *lagged = flesh_integrator_stage(self, state);
+  const flesh_state *lagged = memory->at > 0 ? &self->last_stage.at : flesh_integrator_stage(self, state);
   const int second = self->second;
   self->trying = *part;
   row->stage(memory, state, part->end, part->h, stage);
@@ -268,6 +269,24 @@ static int solve_stage(flesh_integrator *self, const trial *trial, const flesh_s
   return status;
 }
 
+/* Adds what the forces of contact at the stage that has been solved are off by, as friction goes by the normal forces of
+ * a state before it: an error that no embedded method sees. */
+static int add_lag(flesh_integrator *self, const trial *trial, double weight)
+{
+  const unsigned contact = FLESH_ROLE_BIT(FLESH_ROLE_CONTACT);
+  const flesh_system *system = self->evaluation->system;
+  double *with_own = self->first.rigid, *with_lagged = self->start;
+  if (!is_controlled(self, trial) || self->lag.u || !flesh_system_has_role(system, FLESH_ROLE_CONTACT) ||
+      !flesh_team_any(self->evaluation->team, !flesh_nonlinear_is_clear(self->nonlinear)))
+    return FLESH_OK;
+  flesh_point point = flesh_nonlinear_point(self->nonlinear);
+  int status = flesh_system_roles_residual(system, contact, &point, with_lagged);
+  point.lagged = (flesh_lagged){point.t, point.x, point.v};
+  if (!status) status = flesh_system_roles_residual(system, contact, &point, with_own);
+  if (!status) flesh_error_control_lag(&self->control, trial->part->h * weight, with_own, with_lagged);
+  return status;
+}
+
 /* Solves the stages of a step in turn; the last one is left in *stage. */
 static int solve_stages(flesh_integrator *self, const trial *trial, const flesh_state *state, flesh_stage *stage,
                         flesh_step_energy *energy, flesh_solve_stats *stats)
@@ -276,12 +295,17 @@ static int solve_stages(flesh_integrator *self, const trial *trial, const flesh_
   flesh_method_memory *memory = &self->memory;
   const int count = row->stages ? row->stages(memory) : 1;
   int status = FLESH_OK;
+  flesh_error_control_lag_nothing(&self->control);
   for (int k = 0; k < count && !status; k++) {
     memory->at = k;
     status = solve_stage(self, trial, state, k == count - 1, stage, stats);
+    if (!status) status = add_lag(self, trial, row->stages ? row->weight(memory, k + 1) : 1);
     if (status || !row->stages) continue;
     row->keep(memory, stage, flesh_nonlinear_unknowns(self->nonlinear));
     status = flesh_step_energy_add(energy, row->weight(memory, k + 1), row->weight(memory, 0));
+    if (k == count - 1) continue; /* the next stage's forces lag behind this one */
+    find_stage(self, stage, self->last_stage.at.x, self->last_stage.at.v);
+    self->last_stage.at.t = stage->t;
   }
   memory->at = 0;
   return status;

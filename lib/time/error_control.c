@@ -3,7 +3,9 @@
  * The error e of positions that a step estimates is filtered through the last stage,
  *   || (M + g^2 K)^-1 M e ||_M / (local L),   || e ||_M^2 = e.M e / m,
  * the position part of (I - g J)^-1 e (Hairer & Wanner 1996, IV.8): it saturates for motions that steps do not resolve,
- * where e itself grows with the square of their frequency. L is the body's longest side and m its mass.
+ * where e itself grows with the square of their frequency. L is the body's longest side and m its mass. Friction goes by
+ * normal forces of a state before the stage; what it is off by over the step, an impulse p, counts as the velocity error
+ * that it makes: g p beside M e.
  *
  * local = share tolerance^((q + 1)/p): the estimate falls with h^(q+1), q = min(p, 2), and what the errors of a method of
  * order p add up to with h^p, so that this is in proportion to the tolerance. `share` is measured (README.md).
@@ -35,7 +37,7 @@ static const double longer_steps = 1.3, shorter_steps = 0.6; /* where the table 
 static void clear_vectors(flesh_error_control *self)
 {
   free(self->e);
-  self->e = self->force = self->filtered = NULL;
+  self->e = self->force = self->filtered = self->lagged = NULL;
 }
 
 /* Twice the kinetic energy that e [n] would have as velocities: e.M e. */
@@ -65,12 +67,13 @@ int flesh_error_control_set(const flesh_adaptive_options *options, const flesh_s
   *self = (flesh_error_control){.on = options->control, .options = *options, .system = system, .nonlinear = nonlinear,
                                 .n = (int)n, .before = 1, .first = 1, .error = NAN};
   if (!self->on) return FLESH_OK;
-  self->e = calloc(3 * n + 1, sizeof *self->e);
+  self->e = calloc(4 * n + 1, sizeof *self->e);
   int status = self->e ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for the errors of %zu unknowns", n);
   status = flesh_team_agree(flesh_system_team(system), status);
   if (status) return status;
   self->force = self->e + n;
   self->filtered = self->force + n;
+  self->lagged = self->filtered + n;
   measure(self);
   return FLESH_OK;
 }
@@ -83,7 +86,7 @@ void flesh_error_control_clear(flesh_error_control *self)
 
 size_t flesh_error_control_memory(const flesh_error_control *self)
 {
-  return self->e ? 3 * (size_t)self->n * sizeof(double) : 0;
+  return self->e ? 4 * (size_t)self->n * sizeof(double) : 0;
 }
 
 void flesh_error_control_archive(flesh_error_control *self, flesh_archive *archive)
@@ -146,9 +149,23 @@ static int filter(flesh_error_control *self, const uint8_t *fixed, const flesh_s
   memset(self->filtered, 0, (size_t)self->n * sizeof *self->filtered);
   const flesh_point point = flesh_point_at(0, X, self->filtered, self->e);
   int status = flesh_system_roles_residual(self->system, FLESH_ROLE_BIT(FLESH_ROLE_INERTIA), &point, self->force);
-  for (int d = 0; d < self->n; d++) self->force[d] = fixed && fixed[d] ? 0 : shift->a * self->force[d];
+  const double g = self->lags ? 1 / sqrt(shift->a) : 0;
+  for (int d = 0; d < self->n; d++)
+    self->force[d] = fixed && fixed[d] ? 0 : shift->a * (self->force[d] + g * self->lagged[d]);
   if (!status) status = flesh_nonlinear_filter_error(self->nonlinear, self->force, self->filtered, stats);
   return status == FLESH_OK || status == FLESH_NOT_CONVERGED; /* its last iterate serves as well */
+}
+
+void flesh_error_control_lag_nothing(flesh_error_control *self)
+{
+  if (self->lags) memset(self->lagged, 0, (size_t)self->n * sizeof *self->lagged);
+  self->lags = 0;
+}
+
+void flesh_error_control_lag(flesh_error_control *self, double seconds, const double *own, const double *lagged)
+{
+  for (int d = 0; d < self->n; d++) self->lagged[d] += seconds * (own[d] - lagged[d]);
+  self->lags = 1;
 }
 
 flesh_refusal flesh_error_control_judge(flesh_error_control *self, const uint8_t *fixed, const flesh_shift *shift,
@@ -158,11 +175,11 @@ flesh_refusal flesh_error_control_judge(flesh_error_control *self, const uint8_t
   for (int d = 0; d < self->n && fixed; d++)
     if (fixed[d]) self->e[d] *= of_prescribed;
   self->error = size_of(self, self->e) / allowed;
-  if (self->error > negligible && filter(self, fixed, shift, stats)) {
+  if ((self->lags || self->error > negligible) && filter(self, fixed, shift, stats)) {
     for (int d = 0; d < self->n && fixed; d++)
       if (fixed[d]) self->filtered[d] = self->e[d];
     const double filtered = size_of(self, self->filtered) / allowed;
-    if (filtered < self->error) self->error = filtered;
+    if (self->lags || filtered < self->error) self->error = filtered;
   }
   return self->error <= 1 ? FLESH_REFUSED_BY_NOTHING : FLESH_REFUSED_BY_ERROR;
 }

@@ -22,6 +22,8 @@ typedef struct flesh_error_control {
   flesh_nonlinear *nonlinear;
   int n;
   double *e, *force, *filtered;   /* [n] the error; room */
+  double *lagged;                 /* [n] N s, what the lag of forces adds up to over the step */
+  int lags;                       /* `lagged` is not 0 */
   double length, period, mass;    /* m, s over 2 pi of bending, kg */
   double nodes;                   /* of the body */
   double falls;                   /* the power of h with which the estimate falls */
@@ -58,6 +60,10 @@ void flesh_error_control_aim(flesh_error_control *control, int order);
 double flesh_error_control_target(const flesh_error_control *control, const flesh_shift *shift, double own_depth);
 /* The change of volume that incompressible tets may be left with. */
 double flesh_error_control_gap(const flesh_error_control *control);
+/* A step begins: no force lags in it so far. */
+void flesh_error_control_lag_nothing(flesh_error_control *control);
+/* Forces [n], N, of a stage that counts `seconds` of the step: by the stage itself, and by the lagged state in their stead. */
+void flesh_error_control_lag(flesh_error_control *control, double seconds, const double *own, const double *lagged);
 /* Judges the error in control->e [n] of a step whose last stage, with this shift, was solved last: FLESH_REFUSED_BY_ERROR
  * or _BY_NOTHING. `fixed` [n]: constrained dofs, whose error shows whether steps resolve their motion. Adds to *stats what the
  * filter's solve took. */

@@ -20,7 +20,7 @@ class PointView:
     Attributes:
         t, load: s; the factor of external loads.
         x, v, a: [nodes, 3] m, m/s, m/s^2.
-        lagged: a Lagged, where the forces of the last step balanced.
+        lagged: a Lagged, where the forces last balanced.
         frozen: a Frozen, where what has no potential is frozen.
         internal: [internal_count] the effect's internal variables.
     """
