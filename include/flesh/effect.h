@@ -54,8 +54,8 @@ struct flesh_environment;
 
 /* A point at which effects are evaluated, made by flesh_point_at; its arrays are borrowed. `lagged` is where the forces
  * last balanced: at the step's start, for methods that balance before a step's end (midpoint, HHT) before it, in later
- * stages of Runge-Kutta at the one before; in statics the last load increment, at rest. `frozen`: x - frozen.x = shift.x w,
- * v - frozen.v = shift.v w for one w [3*n]. Both are the point's own t, x and v where nothing is lagged or frozen. */
+ * stages of Runge-Kutta at the one before; in statics the last load increment, at rest. `frozen` is where x - frozen.x =
+ * shift.x w, v - frozen.v = shift.v w for a w [3*n]. Where nothing is lagged or frozen both are the point itself. */
 typedef struct flesh_point {
   double t, load;          /* s; in [0,1], scales external loads, below 1 while a static solve raises its load */
   const double *x, *v, *a; /* [3*n] each; m, m/s, m/s^2 */

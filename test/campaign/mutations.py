@@ -37,9 +37,9 @@ def rules(path):
 
 
 def find(tree, name, text):
-    """The file of that name under lib/ or drivers/ that holds the text once; a word when there is none."""
+    """The file of that name under lib/, drivers/ or data/studies/ that holds the text once; a word when there is none."""
     found = []
-    for folder in "lib", "drivers":
+    for folder in "lib", "drivers", "data/studies":
         for top, _, files in os.walk(os.path.join(tree, folder)):
             if name in files:
                 path = os.path.join(top, name)
