@@ -54,6 +54,19 @@ static int largest_force(flesh_equations *self, const double *u, double load, do
   return FLESH_OK;
 }
 
+/* The force that strains an edge by its own length, of the softest (system/edge_force.h). */
+static int find_edge_force(flesh_equations *self, double *softest)
+{
+  const flesh_evaluation *e = &self->evaluation;
+  const double *X = flesh_mesh_positions(flesh_system_mesh(self->system));
+  flesh_point rest = flesh_evaluation_point(e, self->stage.t, X, e->zeros, e->zeros);
+  flesh_edge_force force;
+  rest.internal = self->stage.internal;
+  const int status = flesh_system_edge_force(e->system, FLESH_ROLES_ALL, &rest, self->scratch, &force);
+  if (!status) *softest = force.softest;
+  return status;
+}
+
 int flesh_balance_sharpen(flesh_balance *balance, double tolerance, const double *u, double norm, double first,
                           double load, double *target)
 {
@@ -70,8 +83,8 @@ int flesh_balance_sharpen(flesh_balance *balance, double tolerance, const double
   status = largest_force(self, u, load, enough, &size);
   if (status || size >= enough) return status;
   if (load == 0 && norm > balanced * size) {
-    if (!(balance->edge_force >= 0))
-      balance->edge_force = flesh_system_edge_force(self->evaluation.system, self->scratch).softest;
+    if (!(balance->edge_force >= 0)) status = find_edge_force(self, &balance->edge_force);
+    if (status) return status;
     size = fmax(size, balance->edge_force);
   }
   if (size < enough) *target = tolerance * size;

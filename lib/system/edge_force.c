@@ -1,4 +1,4 @@
-/* edge_force.c: elastic forces on nodes that are displaced at random. */
+/* edge_force.c: forces on nodes that are displaced at random. */
 #include "system/edge_force.h"
 
 #include <math.h>
@@ -20,21 +20,37 @@ static void displace(const flesh_team *team, int n, const double *X, double dist
   flesh_team_share(team, x);
 }
 
-flesh_edge_force flesh_system_edge_force(const flesh_system *system, double *work)
+/* Adds up in r [n] what effects of those roles that have a value do at the point. *undefined: one has none. */
+static int forces_at(const flesh_system *system, unsigned roles, const flesh_point *point, double *one, double *r,
+                     int *undefined)
+{
+  const int n = flesh_system_unknowns(system);
+  memset(r, 0, (size_t)n * sizeof *r);
+  for (int k = 0; k < flesh_system_effect_count(system); k++) {
+    if (!(roles & FLESH_ROLE_BIT(flesh_system_effect(system, k)->operations->role))) continue;
+    const int status = flesh_system_effect_residual(system, k, point, one);
+    if (status < 0) return status;
+    if (status) *undefined = 1;
+    for (int d = 0; d < n && !status; d++) r[d] += one[d];
+  }
+  return FLESH_OK;
+}
+
+int flesh_system_edge_force(const flesh_system *system, unsigned roles, const flesh_point *rest, double *work,
+                            flesh_edge_force *force)
 {
   const flesh_team *team = flesh_system_team(system);
   const flesh_mesh *mesh = flesh_system_mesh(system);
   const int n = flesh_system_unknowns(system), own = flesh_team_own(team, n / 3);
-  const double *X = flesh_mesh_positions(mesh);
-  double *x = work, *after = x + n, *before = after + n, *zeros = before + n, sums[3] = {0}, most = 0;
-  flesh_edge_force force = {.edge = flesh_mesh_mean_edge(mesh, team), .stressed = 1};
-  memset(zeros, 0, (size_t)n * sizeof *zeros);
-  const unsigned elastic = FLESH_ROLE_BIT(FLESH_ROLE_ELASTICITY);
-  flesh_point point = flesh_point_at(0, X, zeros, zeros);
-  if (flesh_system_roles_residual(system, elastic, &point, before)) return force;
-  displace(team, n, X, part * force.edge, x);
+  double *x = work, *after = x + n, *before = after + n, *one = before + n, sums[3] = {0}, most = 0;
+  int undefined = 0;
+  *force = (flesh_edge_force){.edge = flesh_mesh_mean_edge(mesh, team), .stressed = 1};
+  flesh_point point = *rest;
+  int status = forces_at(system, roles, &point, one, before, &undefined);
+  displace(team, n, rest->x, part * force->edge, x);
   point.x = x;
-  if (flesh_system_roles_residual(system, elastic, &point, after)) return force;
+  if (!status) status = forces_at(system, roles, &point, one, after, &undefined);
+  if (status) return status;
   for (int i = 0; i < 3 * own; i += 3) {
     double square = 0;
     for (int d = i; d < i + 3; d++) {
@@ -46,8 +62,8 @@ flesh_edge_force flesh_system_edge_force(const flesh_system *system, double *wor
   }
   flesh_team_sum(team, 3, sums);
   flesh_team_largest(team, 1, &most);
-  force.mean = sums[0] / (3 * flesh_team_all(team, n / 3)) / part;
-  force.softest = sums[2] > 0 ? sums[2] / sums[1] / part : 0;
-  force.stressed = most > 1e-6 * force.mean;
-  return force;
+  force->mean = sums[0] / (3 * flesh_team_all(team, n / 3)) / part;
+  force->softest = sums[2] > 0 ? sums[2] / sums[1] / part : 0;
+  force->stressed = flesh_team_any(team, undefined) || most > 1e-6 * force->mean;
+  return FLESH_OK;
 }

@@ -11,9 +11,10 @@ typedef struct flesh_edge_force {
   int stressed;   /* there is force without displacement, or it has no value */
 } flesh_edge_force;
 
-/* The force that strains an edge by its own length: by how far a millionth of that, by which nodes are displaced from rest
- * at random, changes what elasticity does to them. 0 without elasticity or where it has no value. Overwrites `work`
- * [4*n]. Collective. */
-flesh_edge_force flesh_system_edge_force(const flesh_system *system, double *work);
+/* The force that strains an edge by its own length: by how far a millionth of that, by which nodes are displaced at random
+ * from `rest`, a point at the mesh's own positions, changes what effects of those roles do to them. 0 where none has a
+ * value. Overwrites `work` [4*n]. Collective. A negative status of an effect. */
+int flesh_system_edge_force(const flesh_system *system, unsigned roles, const flesh_point *rest, double *work,
+                            flesh_edge_force *force);
 
 #endif

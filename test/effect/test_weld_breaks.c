@@ -317,7 +317,8 @@ static void compare_halved_steps(flesh_method method)
                        : method == FLESH_METHOD_HHT               ? 0.9
                        : method == FLESH_METHOD_GENERALIZED_ALPHA ? 1 / 1.8
                                                                   : 1; /* of a step */
-  farthest = stage < 0.7 ? 0.0015 : 0.003;
+  /* The last stage of Runge-Kutta lags behind the stage before it, by .4 of the step. */
+  farthest = method == FLESH_METHOD_RUNGE_KUTTA ? 0.001 : stage < 0.7 ? 0.0015 : 0.003;
   for (int k = 0; k < 2; k++) {
     begin_peel(600, k ? NULL : &refusing, &b[k]);
     integrators[k] = integrator_of(&b[k], method, 1e-11);

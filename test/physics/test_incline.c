@@ -133,7 +133,7 @@ static void blocks_slide(int on_body)
   }
 }
 
-/* What friction is off by, as it lags, counts as an error of the step: outputs are at most 1/400 s apart, at which a
+/* Friction's lag counts as an error of the step: outputs are at most 1/400 s apart, at which a
  * fixed step is off by 1e-2 m/s, and departures fall with the tolerance. */
 static void blocks_slide_by_steps_that_errors_choose(void)
 {

@@ -119,8 +119,12 @@ int flesh_untangler_create(const flesh_system *system, flesh_untangler **untangl
   status = flesh_team_agree(team, status);
   if (!status) status = reserve(self);
   if (!status) status = flesh_rigid_parts_create(system, &self->parts);
-  if (!status) self->scale = flesh_system_edge_force(system, self->a); /* and the three vectors after it */
-  else flesh_untangler_destroy(untangler);
+  if (!status) {
+    const flesh_point rest = flesh_point_at(0, flesh_mesh_positions(self->mesh), self->zero, self->zero);
+    status = flesh_system_edge_force(system, elastic, &rest, self->v, &self->scale);
+    memset(self->v, 0, (size_t)self->n * sizeof *self->v);
+  }
+  if (status) flesh_untangler_destroy(untangler);
   return status;
 }
 
