@@ -71,5 +71,5 @@ double flesh_contact_softness(const contact *self, const void *predicted, int k,
   if (!node || !node->known || node->known != all->update || node->gap != gap) return 1;
   double value, first, second;
   flesh_barrier_law(gap, &value, &first, &second);
-  return node->slope / second;
+  return fmin(1, node->slope / second); /* nodes to be pressed deeper have the tangent (lib/newton/history.md) */
 }
