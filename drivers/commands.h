@@ -13,6 +13,7 @@
   ROW(bench, "measure flesh against the limits of this machine") \
   ROW(sweep, "run many cases from one spec into one database") \
   ROW(fit, "fit parameters of scenes to measurements") \
+  ROW(sensitivity, "differentiate a run's probes by keys of its scene") \
   ROW(material, "compare the energies along simple deformations") \
   ROW(snap, "draw frames of runs side by side") \
   ROW(film, "film runs side by side") \

@@ -1,0 +1,259 @@
+/* command.c: `flesh sensitivity`: runs a scene, and differentiates what its probes tell at the end by its keys. */
+#include "commands.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "base/file.h"
+#include "cli/interrupt.h"
+#include "cli/lists.h"
+#include "cli/output.h"
+#include "fit/fit.h"
+#include "sensitivity/sensitivity.h"
+#include "study/table.h"
+
+enum { MOST = 64 }; /* columns, and keys */
+
+/* A derivative is as exact as the run is solved: at least so deep, and its own solves. */
+static const double newton_tolerance = 1e-10, tolerance = 1e-10;
+
+static const char details[] =
+    "Runs the scene and prints, for each column of its probes at the end and each key, the derivative and what\n"
+    "1 % more of the key changes. Derivatives are those of what is computed, by one adjoint for a column: of equilibria by one\n"
+    "linear solve, of motions by one for each stage. Columns are positions, velocities at the end of motions and\n"
+    "reactions in equilibria. Keys are numbers as --set names them.\n"
+    "\n"
+    "Solves are those of the scene with newton_tolerance 1e-10 at most. Refused are `ida`, equilibria with friction or\n"
+    "with effects that remember a path, tangles that were removed, and contact whose stiffness adapts.\n";
+
+typedef struct study {
+  const char *path, *of, *to, *out;
+  flesh_overrides overrides;
+  flesh_scene *scene;
+  flesh_state state;
+  double *residual; /* [3*nodes] at the end, in equilibria */
+  int asked_count, varied_count;
+  flesh_asked asked[MOST];
+  flesh_varied varied[MOST];
+  double *gradients; /* [asked*varied] */
+} study;
+
+static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for derivatives"); }
+
+static int is_static(const study *s) { return flesh_scene_times(s->scene)->method == FLESH_METHOD_STATIC; }
+
+/* ---- what is asked for ---- */
+
+static int take_column(void *data, const char *name)
+{
+  study *s = data;
+  if (s->asked_count == MOST) return flesh_fail(FLESH_ERR_ARGUMENT, "--of has more than %d columns", MOST);
+  return flesh_asked_find(s->scene, name, flesh_scene_times(s->scene)->end, &s->asked[s->asked_count++]);
+}
+
+static int take_key(void *data, const char *key)
+{
+  study *s = data;
+  if (s->varied_count == MOST) return flesh_fail(FLESH_ERR_ARGUMENT, "--to has more than %d keys", MOST);
+  return flesh_varied_make(s->scene, s->path, &s->overrides, key, &s->varied[s->varied_count++]);
+}
+
+static int open_study(study *s)
+{
+  int status = flesh_scene_read(s->path, s->overrides.texts.count, s->overrides.texts.values, &s->scene);
+  const char *refused = status || !is_static(s) ? "" : flesh_fit_tangents_refused(s->scene);
+  if (*refused) status = flesh_fail(FLESH_ERR_ARGUMENT, "%s has no derivatives: %s", s->path, refused);
+  if (!status) status = flesh_list_each("of", s->of, take_column, s);
+  if (!status) status = flesh_list_each("to", s->to, take_key, s);
+  return status;
+}
+
+/* ---- the run ---- */
+
+static int make_start(study *s)
+{
+  const flesh_system *system = flesh_scene_system(s->scene);
+  const size_t n = (size_t)flesh_system_unknowns(system), multipliers = (size_t)flesh_system_multiplier_count(system),
+               internal = (size_t)flesh_system_internal_count(system);
+  double *all = calloc(3 * n + multipliers + internal + 1, sizeof *all);
+  if (!all || !(s->gradients = calloc((size_t)s->asked_count * (size_t)s->varied_count, sizeof *s->gradients))) {
+    free(all);
+    return no_memory();
+  }
+  s->state = (flesh_state){.x = all, .v = all + n, .multipliers = multipliers ? all + 3 * n : NULL,
+                           .multiplier_count = (int)multipliers, .internal = internal ? all + 3 * n + multipliers : NULL,
+                           .internal_count = (int)internal};
+  s->residual = all + 2 * n;
+  flesh_scene_start(s->scene, &s->state);
+  return FLESH_OK;
+}
+
+static int make_integrator(const study *s, flesh_solver_options *options, flesh_integrator **integrator)
+{
+  const flesh_scene_time *time = flesh_scene_times(s->scene);
+  *options = *flesh_scene_solver(s->scene);
+  options->newton_tolerance = fmin(options->newton_tolerance, newton_tolerance);
+  int status = flesh_integrator_create(flesh_scene_system(s->scene), time->method, options, integrator);
+  if (!status) status = flesh_integrator_set_method_options(*integrator, &time->options);
+  if (!status) status = flesh_integrator_set_adaptive(*integrator, &time->adaptive);
+  if (!status) status = flesh_integrator_set_max_energy_gain(*integrator, time->max_energy_gain);
+  return status;
+}
+
+static int run(study *s, flesh_integrator *integrator)
+{
+  const flesh_scene_time *time = flesh_scene_times(s->scene);
+  const flesh_run_options options = {.h = time->step, .end = time->end, .stop = flesh_interrupt_asked};
+  return flesh_run(flesh_scene_system(s->scene), integrator, &options, &s->state, NULL);
+}
+
+/* ---- derivatives ---- */
+
+static void list_parameters(const study *s, flesh_parameter parameters[MOST])
+{
+  for (int k = 0; k < s->varied_count; k++) parameters[k] = s->varied[k].parameter;
+}
+
+static int differentiate_equilibrium(study *s, const flesh_solver_options *options)
+{
+  const flesh_system *system = flesh_scene_system(s->scene);
+  flesh_parameter parameters[MOST];
+  flesh_sensitivity *sensitivity = NULL;
+  flesh_point point = flesh_point_at(s->state.t, s->state.x, s->state.v, s->state.v); /* v is 0 */
+  point.multipliers = s->state.multipliers;
+  point.internal = s->state.internal;
+  list_parameters(s, parameters);
+  int status = flesh_system_residual(system, &point, s->residual);
+  if (!status) status = flesh_sensitivity_create(system, options, tolerance, &sensitivity);
+  if (!status) status = flesh_sensitivity_set(sensitivity, &s->state, NULL);
+  for (int k = 0; k < s->asked_count && !status; k++) {
+    const flesh_quantity quantity = {s->asked[k].by_x, s->asked[k].of_residual};
+    flesh_asked_measure(s->scene, &s->state, s->residual, &s->asked[k]);
+    status = flesh_sensitivity_gradient(sensitivity, &quantity, s->varied_count, parameters,
+                                        s->gradients + (size_t)k * (size_t)s->varied_count);
+  }
+  flesh_sensitivity_destroy(&sensitivity);
+  return status;
+}
+
+static int differentiate_motion(study *s, flesh_trajectory *trajectory)
+{
+  flesh_parameter parameters[MOST];
+  int status = FLESH_OK;
+  list_parameters(s, parameters);
+  for (int k = 0; k < s->asked_count && !status; k++) {
+    flesh_asked_measure(s->scene, &s->state, NULL, &s->asked[k]);
+    status = flesh_trajectory_gradient(trajectory, s->asked[k].by_x, s->asked[k].by_v, s->varied_count, parameters,
+                                       s->gradients + (size_t)k * (size_t)s->varied_count, NULL);
+  }
+  return status;
+}
+
+static int differentiate(study *s)
+{
+  flesh_solver_options options;
+  flesh_integrator *integrator = NULL;
+  flesh_trajectory *trajectory = NULL;
+  int status = make_start(s);
+  if (!status) status = make_integrator(s, &options, &integrator);
+  if (!status && !is_static(s)) status = flesh_trajectory_create(integrator, tolerance, &trajectory);
+  if (!status) status = run(s, integrator);
+  if (!status) status = trajectory ? differentiate_motion(s, trajectory) : differentiate_equilibrium(s, &options);
+  flesh_trajectory_destroy(&trajectory);
+  flesh_integrator_destroy(&integrator);
+  return status;
+}
+
+/* ---- what is told ---- */
+
+static void print_table(const study *s)
+{
+  for (int k = 0; k < s->asked_count; k++) {
+    const flesh_asked *asked = &s->asked[k];
+    printf("%s = %.9g %s at t = %.6g s\n", asked->name, asked->value, asked->unit, s->state.t);
+    for (int j = 0; j < s->varied_count; j++) {
+      const flesh_varied *varied = &s->varied[j];
+      const double slope = s->gradients[k * s->varied_count + j];
+      printf("  by %-40s %.6g: %.9g", varied->key, varied->value, slope);
+      if (varied->value != 0) printf("; %+.4g %s for 1 %% more", 0.01 * varied->value * slope, asked->unit);
+      printf("\n");
+    }
+  }
+}
+
+static int write_table(const study *s)
+{
+  flesh_file file;
+  int status = flesh_file_open(s->out, &file);
+  if (status) return status;
+  fprintf(file.stream, "of,value,unit,to,at,derivative\n");
+  for (int k = 0; k < s->asked_count; k++)
+    for (int j = 0; j < s->varied_count; j++) {
+      fprintf(file.stream, "%s", s->asked[k].name);
+      flesh_table_field(file.stream, s->asked[k].value);
+      fprintf(file.stream, ",%s,%s", s->asked[k].unit, s->varied[j].key);
+      flesh_table_field(file.stream, s->varied[j].value);
+      flesh_table_field(file.stream, s->gradients[k * s->varied_count + j]);
+      fprintf(file.stream, "\n");
+    }
+  return flesh_file_commit(&file);
+}
+
+static void close_study(study *s)
+{
+  for (int k = 0; k < s->asked_count; k++) flesh_asked_clear(&s->asked[k]);
+  for (int j = 0; j < s->varied_count; j++) flesh_varied_clear(&s->varied[j]);
+  flesh_scene_destroy(&s->scene);
+  free(s->state.x); /* and the other vectors with it */
+  free(s->gradients);
+}
+
+static int answer(study *s)
+{
+  flesh_inputs inputs = {0};
+  flesh_interrupt_watch();
+  int status = open_study(s);
+  if (!status && s->out) {
+    flesh_inputs_add_scene(&inputs, s->path, s->scene);
+    status = flesh_output_prepare(s->out, &inputs);
+  }
+  if (!status) status = differentiate(s);
+  if (!status && s->out) status = write_table(s);
+  if (!status) print_table(s);
+  flesh_inputs_close(&inputs);
+  close_study(s);
+  return status;
+}
+
+int flesh_command_sensitivity(int argc, char **argv)
+{
+  study s = {0};
+  int count;
+  if (flesh_overrides_open(&s.overrides, argc)) return flesh_command_fail("sensitivity", FLESH_ERR_MEMORY);
+  const flesh_option rows[] = {
+      {"of", "PROBE.COLUMN[,...]", FLESH_OPTION_TEXT, &s.of, "what is differentiated: columns of output.probes"},
+      {"to", "KEY[,...]", FLESH_OPTION_TEXT, &s.to, "by what: keys of the scene, such as body.material.young"},
+      {"out", "FILE", FLESH_OPTION_TEXT, &s.out, "write the table there as CSV, too"},
+      {"set", "KEY=VALUE", FLESH_OPTION_LIST, &s.overrides.texts, "a value of the scene"},
+      {0}};
+  const flesh_usage usage = {"sensitivity", "SCENE --of PROBE.COLUMN --to KEY",
+                             "Differentiates what probes tell at the end by keys of the scene.", details, 1, 1, rows,
+                             NULL, FLESH_EXITS_OF_SOLVES | FLESH_EXITS_OF_INTERRUPTS};
+  int code = flesh_options_read(&usage, argc, argv, &count);
+  if (code == FLESH_OPTIONS_GO_ON) {
+    s.path = argv[1];
+    if (!s.of) code = flesh_option_refuse(usage.command, "of", NULL, "columns of probes, such as tip.position_z");
+    else if (!s.to)
+      code = flesh_option_refuse(usage.command, "to", NULL, "keys of the scene, such as body.material.young");
+    else {
+      const int status = answer(&s);
+      code = status ? flesh_command_fail(usage.command, status) : 0;
+      if (status == FLESH_ERR_INTERRUPTED) code = flesh_interrupt_exit_code();
+    }
+  }
+  flesh_overrides_close(&s.overrides);
+  return code;
+}

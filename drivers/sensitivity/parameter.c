@@ -1,0 +1,128 @@
+/* parameter.c: keys of a scene as parameters: their values in force, and scenes with others. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "scene/scene.h"
+#include "sensitivity/sensitivity.h"
+
+enum { STEPS = 4, SEGMENT = 128 };
+static const double steps[STEPS] = {-2, -1, 1, 2};  /* differences */
+static const double differences[] = {1e-3, 1e-6};   /* of the value */
+
+static int not_there(const char *key, const char *why)
+{
+  return flesh_fail(FLESH_ERR_ARGUMENT, "--to is '%s'; %s; it must be a number of the scene as --set names it, such as "
+                    "body.material.young or effects.gravity.acceleration[2]", key, why);
+}
+
+/* The child of that name: of a list of effects the first item that is named so. */
+static const flesh_node *child_of(const flesh_node *node, const char *name)
+{
+  if (node->kind == FLESH_NODE_MAPPING) return flesh_node_find(node, name);
+  for (int k = 0; node->kind == FLESH_NODE_LIST && k < node->count; k++) {
+    const flesh_node *item = flesh_node_item(node, k);
+    const flesh_node *found = item->kind == FLESH_NODE_MAPPING ? flesh_node_find(item, name) : NULL;
+    if (found) return found;
+  }
+  return NULL;
+}
+
+/* The item of that index: behind a name of effects, the one so many of that name later. */
+static const flesh_node *item_of(const flesh_node *above, const char *name, const flesh_node *node, long index)
+{
+  if (node->kind == FLESH_NODE_LIST) return flesh_node_item(node, (int)index);
+  for (int k = 0; above && above->kind == FLESH_NODE_LIST && k < above->count; k++) {
+    const flesh_node *item = flesh_node_item(above, k);
+    const flesh_node *found = item->kind == FLESH_NODE_MAPPING ? flesh_node_find(item, name) : NULL;
+    if (found && index-- == 0) return found;
+  }
+  return NULL;
+}
+
+/* The node that a path such as effects.pin[1].until leads to; NULL: none. */
+static const flesh_node *node_at(const flesh_node *root, const char *path)
+{
+  const flesh_node *above = NULL, *node = root;
+  char name[SEGMENT] = "";
+  while (*path && node) {
+    if (*path == '[') {
+      char *end;
+      const long index = strtol(path + 1, &end, 10);
+      if (end == path + 1 || *end != ']' || index < 0 || index > 1000000) return NULL;
+      node = item_of(above, name, node, index);
+      path = end + 1;
+    } else {
+      const size_t length = strcspn(path, ".[");
+      if (length == 0 || length >= SEGMENT) return NULL;
+      memcpy(name, path, length);
+      name[length] = 0;
+      above = node;
+      node = child_of(node, name);
+      path += length;
+    }
+    if (*path == '.') path++;
+  }
+  return node;
+}
+
+/* The value of a key in force. */
+static int find_value(const flesh_scene *scene, const char *key, double *value)
+{
+  flesh_text text = {0};
+  flesh_arena arena = {0};
+  flesh_node *root = NULL;
+  if (strncmp(key, "body.", 5) && strncmp(key, "bodies[", 7) && strncmp(key, "effects", 7))
+    return not_there(key, "derivatives are by keys of bodies and effects");
+  flesh_scene_print(scene, &text);
+  int status = text.failed ? flesh_fail(FLESH_ERR_MEMORY, "out of memory for a scene") : FLESH_OK;
+  if (!status) status = flesh_yaml_parse(&arena, text.data, text.size, &(flesh_source){"the scene", 0}, &root);
+  const flesh_node *node = !status && root ? node_at(root, key) : NULL;
+  if (!status && !node) status = not_there(key, "the scene has no such key");
+  if (!status && (node->kind != FLESH_NODE_SCALAR || flesh_option_number(node->text, value)))
+    status = not_there(key, "this key is no number");
+  flesh_arena_free(&arena);
+  free(text.data);
+  return status;
+}
+
+/* Reads the scenes with the key so far from its value. */
+static int make_scenes(const char *path, const flesh_overrides *overrides, double difference, flesh_varied *varied)
+{
+  int status = FLESH_OK;
+  for (int k = 0; k < STEPS && !status; k++) {
+    flesh_overrides set;
+    char number[64];
+    snprintf(number, sizeof number, "%.17g", varied->value + steps[k] * difference);
+    status = flesh_overrides_copy(&set, &overrides->texts);
+    if (!status) status = flesh_overrides_add(&set, varied->key, number);
+    if (!status) status = flesh_scene_read(path, set.texts.count, set.texts.values, &varied->scenes[k]);
+    flesh_overrides_close(&set);
+    if (!status) varied->parameter.systems[k] = flesh_scene_system(varied->scenes[k]);
+  }
+  varied->parameter.difference = difference;
+  return status;
+}
+
+int flesh_varied_make(const flesh_scene *scene, const char *path, const flesh_overrides *overrides, const char *key,
+                      flesh_varied *varied)
+{
+  *varied = (flesh_varied){0};
+  snprintf(varied->key, sizeof varied->key, "%s", key);
+  int status = find_value(scene, key, &varied->value);
+  if (status) return status;
+  const double scale = varied->value != 0 ? fabs(varied->value) : 1;
+  for (size_t k = 0; k < sizeof differences / sizeof *differences; k++) {
+    status = make_scenes(path, overrides, differences[k] * scale, varied);
+    if (status != FLESH_ERR_ARGUMENT) break;
+    flesh_varied_clear(varied);
+  }
+  return status;
+}
+
+void flesh_varied_clear(flesh_varied *varied)
+{
+  for (int k = 0; k < STEPS; k++) flesh_scene_destroy(&varied->scenes[k]);
+}

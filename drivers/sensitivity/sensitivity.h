@@ -1,0 +1,40 @@
+/* sensitivity.h: derivatives of what probes tell of a run's end by keys of its scene. */
+#ifndef FLESH_SENSITIVITY_SENSITIVITY_H
+#define FLESH_SENSITIVITY_SENSITIVITY_H
+
+#include "cli/lists.h"
+#include "cli/overrides.h"
+#include "flesh/scene.h"
+#include "flesh/sensitivity.h"
+
+/* A column of probes.csv. */
+typedef struct flesh_asked {
+  char name[FLESH_LIST_ITEM];
+  const char *unit;
+  double value;     /* at the end */
+  double *by_x, *by_v, *of_residual; /* [3*nodes]; NULL: it does not depend on that. Owned */
+} flesh_asked;
+
+/* Finds the column of the scene's probes, with its derivatives by the state at time t. FLESH_ERR_ARGUMENT for one that
+ * there is not or that has no derivative here; FLESH_ERR_MEMORY. */
+int flesh_asked_find(const flesh_scene *scene, const char *name, double t, flesh_asked *asked);
+/* Its value at a state; `residual` [3*nodes] in statics, else NULL. */
+void flesh_asked_measure(const flesh_scene *scene, const flesh_state *state, const double *residual, flesh_asked *asked);
+void flesh_asked_clear(flesh_asked *asked);
+
+/* A key of the scene that is a number, with the scenes at four values beside its own. */
+typedef struct flesh_varied {
+  char key[FLESH_LIST_ITEM];
+  double value;
+  flesh_scene *scenes[4];
+  flesh_parameter parameter; /* its systems */
+} flesh_varied;
+
+/* Reads the scene again with the key at p -+ 1 and 2 thousandths of p (or of 1, where p is 0); millionths where the
+ * scene does not take these. FLESH_ERR_ARGUMENT with a sentence for a key that is not there, or no number; what reading
+ * scenes returns. */
+int flesh_varied_make(const flesh_scene *scene, const char *path, const flesh_overrides *overrides, const char *key,
+                      flesh_varied *varied);
+void flesh_varied_clear(flesh_varied *varied);
+
+#endif

@@ -1,0 +1,112 @@
+# TEST quick memory program seconds=40 needs=flesh
+# test_command_sensitivity.sh: `flesh sensitivity`: derivatives against the body's weight and differences of runs, what is refused.
+# FLESH names the program.
+set -u
+. "$(dirname -- "$0")/../shared/command.sh"
+
+"$flesh" mesh box --cells 4,1,1 --size 4,1,1 --out bar.mesh >/dev/null || exit 1
+cat >bar.yaml <<'END'
+body:
+  mesh: bar.mesh
+  density: 1000
+  material: {energy: S, young: 1e6, poisson: 0.4}
+effects:
+  - inertia: {}
+  - gravity: {acceleration: [0, 0, -10]}
+  - pin: {box: [[-1, -1, -1], [1e-9, 2, 2]]}
+time: {method: static, step: 1, end: 1}
+output:
+  frame_interval: 0
+  probes:
+    - {name: tip, point: [4, 0.5, 0.5], quantities: [position, velocity]}
+    - {name: end, box: [[3.9, -1, -1], [5, 2, 2]], quantities: [position]}
+    - {name: wall, box: [[-1, -1, -1], [1e-9, 2, 2]], quantities: [reaction]}
+END
+
+# derivatives EXPRESSION: of d, those of found.csv by column and key.
+derivatives() {
+  python3 - "$1" <<'END'
+import csv, sys
+d = {(row["of"], row["to"]): float(row["derivative"]) for row in csv.DictReader(open("found.csv"))}
+if not eval(sys.argv[1]):
+    print(d)
+    sys.exit(1)
+END
+}
+
+the_wall_carries_the_weight() {
+  expect 0 "$flesh" sensitivity bar.yaml --of wall.reaction_z --to 'body.density,effects.gravity.acceleration[2]' --out found.csv &&
+    has stdout.txt '^wall.reaction_z = 40000 N at t = 1 s$' &&
+    has stdout.txt '^  by body.density  *1000: 40; +400 N for 1 % more$' &&
+    derivatives 'abs(d["wall.reaction_z", "body.density"] - 40) < 1e-6' &&
+    derivatives 'abs(d["wall.reaction_z", "effects.gravity.acceleration[2]"] + 4000) < 1e-4'
+}
+
+# agree METHOD COLUMNS: with fourth-order differences of whole runs, to 1e-6 of the largest of the column.
+agree() {
+  expect 0 "$flesh" sensitivity bar.yaml --set "time.method=$1" --set "time.step=$3" --of "$2" \
+    --to body.material.young,body.material.poisson,body.density --out found.csv || return 1
+  python3 - "$flesh" "$@" <<'END'
+import csv, subprocess, sys
+flesh, method, columns, step = sys.argv[1:]
+def run(key, value):
+    subprocess.run([flesh, "run", "bar.yaml", "--out", "own", "--quiet", "--set", f"time.method={method}", "--set",
+                    f"time.step={step}", "--set", "solver.newton_tolerance=1e-12", "--set", f"{key}={value!r}"], check=True)
+    last = list(csv.DictReader(open("own/probes.csv")))[-1]
+    return {name.split()[0]: float(text) for name, text in last.items()}
+found = list(csv.DictReader(open("found.csv")))
+assert len(found) == 3 * len(columns.split(","))
+for key, value in (("body.material.young", 1e6), ("body.material.poisson", 0.4), ("body.density", 1000.0)):
+    a, b, c, d = (run(key, value * (1 + s * 1e-3)) for s in (-2, -1, 1, 2))
+    for row in (row for row in found if row["to"] == key):
+        by_runs = (a[row["of"]] - 8 * b[row["of"]] + 8 * c[row["of"]] - d[row["of"]]) / (12e-3 * value)
+        off = abs(float(row["derivative"]) / by_runs - 1)
+        print(row["of"], key, row["derivative"], by_runs, off)
+        assert off < 1e-6
+END
+}
+equilibria_agree_with_differences() { agree static tip.position_z,end.position_z,tip.position_x 1; }
+motions_agree_with_differences() { agree newmark tip.position_z,end.position_z,tip.velocity_z 1/50; }
+
+# refused SENTENCE OPTION...
+refused() {
+  sentence=$1
+  shift
+  expect 2 "$flesh" sensitivity bar.yaml "$@" --out left.csv && has stderr.txt "$sentence" && [ ! -e left.csv ]
+}
+
+bad_requests_are_refused() {
+  by='--to body.density'
+  # shellcheck disable=SC2086
+  refused '^flesh sensitivity: --of is missing; it must be' $by && refused '--to is missing; it must be' --of tip.position_z &&
+    refused "'top.position_z'; it must be PROBE.COLUMN" --of top.position_z $by &&
+    refused 'tip.velocity_z; derivatives are of' --of tip.velocity_z $by &&
+    refused 'wall.reaction_moment_x; derivatives are of' --of wall.reaction_moment_x $by &&
+    refused "'body.yung'; the scene has no such key" --of tip.position_z --to body.yung &&
+    refused "'effects.gravity.acceleration\[3\]'; the scene has" --of tip.position_z --to 'effects.gravity.acceleration[3]' &&
+    refused "'body.mesh'; this key is no number" --of tip.position_z --to body.mesh &&
+    refused "'time.end'; derivatives are by keys of bodies and effects" --of tip.position_z --to time.end &&
+    refused 'ida has no sensitivities' --of tip.position_z $by --set time.method=ida &&
+    refused 'friction makes its equilibria depend on the way' --of tip.position_z $by \
+      --set 'effects[3]={contact: {plane: {point: [0, 0, -5]}, friction: 0.3}}' &&
+    refused '--of has more than 64 columns' --of "$(yes tip.position_z | head -65 | tr '\n' ,)" $by || return 1
+  cp bar.yaml kept.yaml
+  # shellcheck disable=SC2086
+  expect 2 "$flesh" sensitivity bar.yaml --of tip.position_z $by --out bar.yaml && has stderr.txt 'results would replace it' &&
+    cmp bar.yaml kept.yaml && expect 3 "$flesh" sensitivity none.yaml --of tip.position_z $by
+}
+
+# Keys whose differences of a thousandth the scene refuses.
+narrow_keys_have_small_differences() {
+  expect 0 "$flesh" sensitivity bar.yaml --set body.element=tet10-mean --set body.material.poisson=0.4999 --of tip.position_z \
+    --to body.material.poisson --out found.csv || return 1
+  for ratio in 0.49988 0.49992; do
+    "$flesh" run bar.yaml --out $ratio --quiet --set body.element=tet10-mean --set body.material.poisson=$ratio \
+      --set solver.newton_tolerance=1e-11 || return 1
+  done
+  by_runs=$(tail -qn 1 0.49988/probes.csv 0.49992/probes.csv | awk -F, 'NR == 1 { z = $4 } NR == 2 { printf "%.9g", ($4 - z) / 4e-5 }')
+  derivatives "abs(d['tip.position_z', 'body.material.poisson'] / $by_runs - 1) < 1e-3"
+}
+
+run_tests the_wall_carries_the_weight equilibria_agree_with_differences motions_agree_with_differences bad_requests_are_refused \
+  narrow_keys_have_small_differences
