@@ -89,12 +89,11 @@ static void give_bases(pass *p, const flesh_recorded_part *part, int at, const d
   }
 }
 
-/* The derivative of the residual along lambda by what is read goes to the state that was read. `before`: this solve lags
- * where the one before it has ended, whose unknowns are the same stage's. */
+/* The derivative of the residual along lambda by what is read goes to the state that was read. `before`: the stage of the
+ * solve that has ended where this one lags; -1: it lags a state that was known before the part. */
 static void give_readings(pass *p, const flesh_recorded_part *part, int at, int before)
 {
   flesh_trajectory *self = p->self;
-  const flesh_shift *shift = &p->stage.shift;
   const int n = self->n, lags_stage = part->known[FLESH_KNOWN_LAGGED_X] != NULL;
   double *zero = p->moves;
   memset(zero, 0, (size_t)n * sizeof *zero);
@@ -103,9 +102,11 @@ static void give_readings(pass *p, const flesh_recorded_part *part, int at, int 
     memset(p->lag, 0, (size_t)n * sizeof *p->lag);
     flesh_couplings_add(&self->tangent.couplings, (flesh_reading)k, 1, -1, p->lambda, p->lag);
     const int of_v = is_of_v(k), lagged = k == FLESH_LAGGED_X || k == FLESH_LAGGED_V;
-    if (lagged && !before) add(n, 1, p->lag, p->known[lags_stage ? FLESH_KNOWN_LAGGED_X + of_v : FLESH_KNOWN_X + of_v]);
-    else give_bases(p, part, at, of_v ? zero : p->lag, of_v ? p->lag : zero, NULL);
-    if (lagged && before) add(n, of_v ? shift->v : shift->x, p->lag, p->stages[at]);
+    if (lagged && before < 0) add(n, 1, p->lag, p->known[lags_stage ? FLESH_KNOWN_LAGGED_X + of_v : FLESH_KNOWN_X + of_v]);
+    else give_bases(p, part, lagged ? before : at, of_v ? zero : p->lag, of_v ? p->lag : zero, NULL);
+    if (!lagged || before < 0) continue;
+    const flesh_shift *shift = &p->map.shift[before];
+    add(n, of_v ? shift->v : shift->x, p->lag, p->stages[before]);
   }
 }
 
@@ -142,7 +143,7 @@ static int solve_back(pass *p, const flesh_recorded_part *part, int solve, int c
                       double *gradient)
 {
   flesh_trajectory *self = p->self;
-  const int at = part->solves[solve].at, before = solve > 0 && part->solves[solve - 1].at == at;
+  const int at = part->solves[solve].at, before = solve > 0 ? part->solves[solve - 1].at : -1;
   const flesh_shift *shift = &p->stage.shift;
   double *bar = p->stages[at], *kx = p->lag;
   int status = linearise(p, part, solve);

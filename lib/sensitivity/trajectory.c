@@ -192,13 +192,11 @@ static void combine(const flesh_recorded_part *part, const double columns[FLESH_
   }
 }
 
-void flesh_trajectory_stage(flesh_trajectory *self, const flesh_recorded_part *part, const flesh_method_map *map, int solve,
-                            double *room, flesh_stage *stage)
+/* The bases x0, v0 and a0 [n] of a solve's stage. */
+static void find_bases(flesh_trajectory *self, const flesh_recorded_part *part, const flesh_method_map *map, int solve,
+                       double *x0, double *v0, double *a0, flesh_stage *stage)
 {
   const flesh_recorded_solve *recorded = &part->solves[solve];
-  const size_t n = (size_t)self->n;
-  double *x0 = room, *v0 = room + n, *a0 = room + 2 * n, *x_lag = room + 3 * n, *v_lag = room + 4 * n;
-  const double *const *known = (const double *const *)part->known;
   *stage = recorded->stage;
   combine(part, map->x0[recorded->at], solve, self->n, x0);
   combine(part, map->v0[recorded->at], solve, self->n, v0);
@@ -206,20 +204,43 @@ void flesh_trajectory_stage(flesh_trajectory *self, const flesh_recorded_part *p
   stage->x0 = x0;
   stage->v0 = recorded->has_v0 ? v0 : NULL;
   stage->a0 = a0;
-  if (part->taken.second && part->taken.own) {
-    flesh_prescribed_set(&self->prescribed, part->taken.begin, part->taken.end, part->known[FLESH_KNOWN_X]);
-    flesh_prescribed_stage(&self->prescribed, stage, v0, a0);
+  if (!part->taken.second || !part->taken.own) return;
+  flesh_prescribed_set(&self->prescribed, part->taken.begin, part->taken.end, part->known[FLESH_KNOWN_X]);
+  flesh_prescribed_stage(&self->prescribed, stage, v0, a0);
+}
+
+/* The lagged state of a solve: where the solve before it has ended, of its own stage or of the one before, or that of the
+ * part. Overwrites a0 [n]. */
+static void find_lagged(flesh_trajectory *self, const flesh_recorded_part *part, const flesh_method_map *map, int solve,
+                        double *x_lag, double *v_lag, double *a0)
+{
+  const int lags_stage = part->known[FLESH_KNOWN_LAGGED_X] != NULL;
+  const size_t bytes = (size_t)self->n * sizeof *x_lag;
+  flesh_stage before;
+  if (solve == 0) {
+    memcpy(x_lag, part->known[lags_stage ? FLESH_KNOWN_LAGGED_X : FLESH_KNOWN_X], bytes);
+    memcpy(v_lag, part->known[lags_stage ? FLESH_KNOWN_LAGGED_V : FLESH_KNOWN_V], bytes);
+    return;
   }
-  const flesh_recorded_solve *before = solve > 0 && part->solves[solve - 1].at == recorded->at ? recorded - 1 : NULL;
-  for (size_t d = 0; d < n; d++) { /* where the solve before has ended, or the lagged state of the part */
-    x_lag[d] = before ? x0[d] + stage->shift.x * before->u[d]
-                      : known[FLESH_KNOWN_LAGGED_X] ? known[FLESH_KNOWN_LAGGED_X][d] : known[FLESH_KNOWN_X][d];
-    v_lag[d] = before ? (stage->v0 ? v0[d] : 0) + stage->shift.v * before->u[d]
-                      : known[FLESH_KNOWN_LAGGED_V] ? known[FLESH_KNOWN_LAGGED_V][d] : known[FLESH_KNOWN_V][d];
+  const double *u = part->solves[solve - 1].u;
+  find_bases(self, part, map, solve - 1, x_lag, v_lag, a0, &before);
+  if (!before.v0) memset(v_lag, 0, bytes);
+  for (int d = 0; d < self->n; d++) {
+    x_lag[d] += before.shift.x * u[d];
+    v_lag[d] += before.shift.v * u[d];
   }
+}
+
+void flesh_trajectory_stage(flesh_trajectory *self, const flesh_recorded_part *part, const flesh_method_map *map, int solve,
+                            double *room, flesh_stage *stage)
+{
+  const size_t n = (size_t)self->n;
+  double *x0 = room, *v0 = room + n, *a0 = room + 2 * n, *x_lag = room + 3 * n, *v_lag = room + 4 * n;
+  find_lagged(self, part, map, solve, x_lag, v_lag, a0);
+  find_bases(self, part, map, solve, x0, v0, a0, stage);
   stage->x_lag = x_lag;
   stage->v_lag = v_lag;
   stage->x_from = NULL;
-  stage->multipliers = recorded->multipliers;
+  stage->multipliers = part->solves[solve].multipliers;
   stage->internal = part->internal;
 }
