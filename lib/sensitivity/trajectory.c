@@ -192,10 +192,11 @@ static void combine(const flesh_recorded_part *part, const double columns[FLESH_
   }
 }
 
-/* The bases x0, v0 and a0 [n] of a solve's stage. */
+/* The stage of a solve with its bases x0, v0 and a0, which go to `bases` [n] each. */
 static void find_bases(flesh_trajectory *self, const flesh_recorded_part *part, const flesh_method_map *map, int solve,
-                       double *x0, double *v0, double *a0, flesh_stage *stage)
+                       double *const bases[3], flesh_stage *stage)
 {
+  double *x0 = bases[0], *v0 = bases[1], *a0 = bases[2];
   const flesh_recorded_solve *recorded = &part->solves[solve];
   *stage = recorded->stage;
   combine(part, map->x0[recorded->at], solve, self->n, x0);
@@ -223,7 +224,7 @@ static void find_lagged(flesh_trajectory *self, const flesh_recorded_part *part,
     return;
   }
   const double *u = part->solves[solve - 1].u;
-  find_bases(self, part, map, solve - 1, x_lag, v_lag, a0, &before);
+  find_bases(self, part, map, solve - 1, (double *const[]){x_lag, v_lag, a0}, &before);
   if (!before.v0) memset(v_lag, 0, bytes);
   for (int d = 0; d < self->n; d++) {
     x_lag[d] += before.shift.x * u[d];
@@ -235,9 +236,9 @@ void flesh_trajectory_stage(flesh_trajectory *self, const flesh_recorded_part *p
                             double *room, flesh_stage *stage)
 {
   const size_t n = (size_t)self->n;
-  double *x0 = room, *v0 = room + n, *a0 = room + 2 * n, *x_lag = room + 3 * n, *v_lag = room + 4 * n;
-  find_lagged(self, part, map, solve, x_lag, v_lag, a0);
-  find_bases(self, part, map, solve, x0, v0, a0, stage);
+  double *const bases[] = {room, room + n, room + 2 * n}, *x_lag = room + 3 * n, *v_lag = room + 4 * n;
+  find_lagged(self, part, map, solve, x_lag, v_lag, bases[2]);
+  find_bases(self, part, map, solve, bases, stage);
   stage->x_lag = x_lag;
   stage->v_lag = v_lag;
   stage->x_from = NULL;
