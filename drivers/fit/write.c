@@ -113,7 +113,7 @@ int flesh_fit_write_ended(const flesh_fit *fit, int status)
   char words[1024];
   snprintf(words, sizeof words, "%s", flesh_error_text());
   const int written =
-      write_result(fit, json_pack("{sssisO}", "status", status == FLESH_ERR_INTERRUPTED ? "interrupted" : "failed", "exit_code",
+      write_result(fit, json_pack("{sssiso}", "status", status == FLESH_ERR_INTERRUPTED ? "interrupted" : "failed", "exit_code",
                                   flesh_exit_code(status), "message", flesh_json_text(words)));
   flesh_fail(status, "%s", words);
   return written;
