@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "flesh/kinsol.h"
+#include "flesh/sensitivity.h"
 #include "math/mat3.h"
 #include "mesh/mesh.h"
 #include "mesh/tet10.h"
@@ -52,26 +52,19 @@ static int find_gradient(work *w, const char *column)
   return 0;
 }
 
-/* K lambda = dQ/du at the state. */
+/* Solves K lambda = dQ/dx, which w->lambda comes with, at the state. */
 static int solve_adjoint(work *w)
 {
-  flesh_problem *problem;
-  const flesh_system *system = flesh_scene_system(w->scene);
-  const size_t size = 3 * (size_t)w->scene->mesh->nodes;
-  double *u = calloc(size, sizeof *u);
-  int status = u ? flesh_problem_create(system, flesh_scene_solver(w->scene), &problem) : no_memory();
-  if (status) {
-    free(u);
-    return status;
-  }
-  const flesh_stage stage = {.t = w->state->t, .load = 1, .prescribed_fraction = 1, .shift = {.x = 1}, .x0 = w->state->x,
-                             .t_lag = w->state->t, .t_from = w->state->t, .multipliers = w->state->multipliers,
-                             .penalty = 1, .internal = w->state->internal};
-  status = flesh_problem_set_stage(problem, &stage);
-  if (!status) status = flesh_problem_solve(problem, u, 1, w->lambda, tolerance);
-  if (status > 0) status = flesh_fail(FLESH_ERR_SOLVE, "the equilibrium has no derivative to solve with");
-  flesh_problem_destroy(&problem);
-  free(u);
+  const size_t size = 3 * (size_t)w->scene->mesh->nodes * sizeof(double);
+  flesh_sensitivity *sensitivity = NULL;
+  double *gradient = malloc(size);
+  int status = gradient ? flesh_sensitivity_create(flesh_scene_system(w->scene), flesh_scene_solver(w->scene), tolerance,
+                                                   &sensitivity) : no_memory();
+  if (!status) memcpy(gradient, w->lambda, size);
+  if (!status) status = flesh_sensitivity_set(sensitivity, w->state, NULL);
+  if (!status) status = flesh_sensitivity_adjoint(sensitivity, &(flesh_quantity){gradient, NULL}, w->lambda);
+  flesh_sensitivity_destroy(&sensitivity);
+  free(gradient);
   return status;
 }
 
