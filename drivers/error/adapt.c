@@ -331,8 +331,8 @@ static int finish(adapt *a)
   if (!status) status = write_result(a);
   if (status || a->options->quiet) return status;
   printf("%s = %.6g %s +/- %.2g (mesh)\n", a->column, last->value, a->unit, last->bar);
-  printf("%d meshes and solves, %d dofs in the last, least radius ratio %.2g, %.3g s of CPU time\n", a->levels + 1,
-         last->dofs, quality, cpu_s + again.cpu_s);
+  printf("%d meshes and %d solves, %d dofs in the last, least radius ratio %.2g, %.3g s of CPU time\n", a->levels,
+         a->levels + 1, last->dofs, quality, cpu_s + again.cpu_s);
   printf("mesh: %s/mesh.msh\nagain: flesh run %s/scene.yaml\n", a->options->out, a->options->out);
   return FLESH_OK;
 }
