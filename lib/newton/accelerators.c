@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "base/huge_pages.h"
 #include "base/memory.h"
+#include "system/one_effect.h"
 
 int flesh_accelerators_init(flesh_equations *equations, const flesh_solver_options *options, flesh_solve_stats *stats,
                             const flesh_accelerator_services *services, flesh_accelerators *self)
@@ -37,6 +38,21 @@ void flesh_accelerators_begin_stage(flesh_accelerators *self)
   self->watchdog.next_pause = 1;
 }
 
+/* Whether dofs on which contact acts carry most of the residual r at u. Its barrier is what the step has not predicted
+ * there, and elimination would not either, for which contact is a quadratic model. */
+static int contact_carries(flesh_equations *equations, const double *u, const double *r)
+{
+  const flesh_point point = flesh_equations_point(equations, u);
+  double *contact = equations->scratch, squares[2] = {0}; /* of all of r, of what contact touches */
+  if (flesh_system_roles_residual(equations->system, FLESH_ROLE_BIT(FLESH_ROLE_CONTACT), &point, contact)) return 1;
+  for (int d = 0; d < equations->evaluation.own; d++) {
+    squares[0] += r[d] * r[d];
+    squares[1] += contact[d] != 0 ? r[d] * r[d] : 0;
+  }
+  flesh_team_sum(equations->team, 2, squares);
+  return squares[1] > squares[0] / 2;
+}
+
 /* Nonlinear elimination's proposal: the few nodes that carry the residual after the step are solved for alone. */
 static int propose_elimination(flesh_accelerators *self, const flesh_accepted_step *step)
 {
@@ -45,6 +61,7 @@ static int propose_elimination(flesh_accelerators *self, const flesh_accepted_st
   if (!self->services.solve_subdomain || !step->unpredicted) return 0;
   flesh_step_to(equations, step->u, 1, step->p, self->trial);
   if (flesh_equations_residual(equations, self->trial, r) || !flesh_is_local(equations, r)) return 0;
+  if (contact_carries(equations, self->trial, r)) return 0;
   if (self->services.solve_subdomain(self->services.data, self->trial, r, self->proposal)) return 0;
   for (int d = 0; d < equations->n; d++) self->proposal[d] += step->p[d];
   return 1;
