@@ -1,42 +1,8 @@
 /* accelerators.c: asks every accelerator in turn, and takes what lowers the potential; and the first of them, which solves
  * for few nodes that carry the residual alone (Lanzkron, Rose & Wilkes 1996). */
-#include "newton/accelerators.h"
+#include "newton/newton.h"
 
-#include <string.h>
-
-#include "base/error.h"
-#include "base/huge_pages.h"
-#include "base/memory.h"
 #include "system/one_effect.h"
-
-int flesh_accelerators_init(flesh_equations *equations, const flesh_solver_options *options, flesh_solve_stats *stats,
-                            const flesh_accelerator_services *services, flesh_accelerators *self)
-{
-  size_t apart;
-  *self = (flesh_accelerators){.equations = equations, .options = options, .stats = stats, .services = *services};
-  self->proposal = flesh_huge_pages_vectors(4, (size_t)equations->n, &apart);
-  if (!self->proposal) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", equations->n);
-  self->trial = self->proposal + apart;
-  self->work = self->proposal + 2 * apart;
-  return FLESH_OK;
-}
-
-void flesh_accelerators_clear(flesh_accelerators *self)
-{
-  flesh_free(self->proposal);
-  memset(self, 0, sizeof *self);
-}
-
-size_t flesh_accelerators_memory(const flesh_accelerators *self)
-{
-  return 4 * (size_t)self->equations->n * sizeof(double);
-}
-
-void flesh_accelerators_begin_stage(flesh_accelerators *self)
-{
-  memset(&self->watchdog, 0, sizeof self->watchdog);
-  self->watchdog.next_pause = 1;
-}
 
 /* Whether dofs on which contact acts carry most of the residual r at u. Its barrier is what the step has not predicted
  * there, and elimination would not either, for which contact is a quadratic model. */
@@ -54,34 +20,34 @@ static int contact_carries(flesh_equations *equations, const double *u, const do
 }
 
 /* Nonlinear elimination's proposal: the few nodes that carry the residual after the step are solved for alone. */
-static int propose_elimination(flesh_accelerators *self, const flesh_accepted_step *step)
+static int propose_elimination(flesh_newton *self, const flesh_step *step)
 {
-  flesh_equations *equations = self->equations;
+  flesh_equations *equations = &self->equations;
   double *r = equations->evaluation.residual.r;
-  if (!self->services.solve_subdomain || !step->unpredicted) return 0;
-  flesh_step_to(equations, step->u, 1, step->p, self->trial);
-  if (flesh_equations_residual(equations, self->trial, r) || !flesh_is_local(equations, r)) return 0;
-  if (contact_carries(equations, self->trial, r)) return 0;
-  if (self->services.solve_subdomain(self->services.data, self->trial, r, self->proposal)) return 0;
-  for (int d = 0; d < equations->n; d++) self->proposal[d] += step->p[d];
+  if (!self->reserve || !step->unpredicted) return 0;
+  flesh_step_to(equations, step->u, 1, step->p, equations->trial);
+  if (flesh_equations_residual(equations, equations->trial, r) || !flesh_is_local(equations, r)) return 0;
+  if (contact_carries(equations, equations->trial, r)) return 0;
+  if (flesh_subdomain_solve(self, equations->trial, r, equations->proposal)) return 0;
+  for (int d = 0; d < equations->n; d++) equations->proposal[d] += step->p[d];
   return 1;
 }
 
-/* Takes the proposal for the step p where it can be reached and lies lower. Whether it does. */
-static int take(flesh_accelerators *self, flesh_accepted_step *step, double *p)
+/* Takes the proposal for the step where it can be reached and lies lower. Whether it does. */
+static int take(flesh_equations *equations, flesh_step *step)
 {
   double lower, ignored;
-  flesh_step_to(self->equations, step->u, 1, self->proposal, self->trial);
-  if (flesh_equations_max_feasible_step(self->equations, step->u, self->trial) < 1) return 0;
-  if (flesh_equations_evaluate(self->equations, self->trial, &lower, &ignored) || !(lower < step->value)) return 0;
+  flesh_step_to(equations, step->u, 1, equations->proposal, equations->trial);
+  if (flesh_equations_max_feasible_step(equations, step->u, equations->trial) < 1) return 0;
+  if (flesh_equations_evaluate(equations, equations->trial, &lower, &ignored) || !(lower < step->value)) return 0;
   step->value = lower;
   step->cut = 1;
-  flesh_copy(self->equations->threads, self->equations->n, self->proposal, p);
+  flesh_copy(equations->threads, equations->n, equations->proposal, step->p);
   return 1;
 }
 
-void flesh_accelerators_run(flesh_accelerators *self, flesh_accepted_step step, double *p)
+void flesh_newton_accelerate(flesh_newton *self, flesh_step *step)
 {
-  if (propose_elimination(self, &step)) take(self, &step, p);
-  if (flesh_watchdog_propose(self, &step)) flesh_watchdog_learn(self, take(self, &step, p));
+  if (propose_elimination(self, step)) take(&self->equations, step);
+  if (flesh_watchdog_propose(self, step)) flesh_watchdog_learn(self, take(&self->equations, step));
 }

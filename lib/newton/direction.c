@@ -17,7 +17,7 @@ static int take_rows(flesh_direction *self)
   const flesh_system *system = self->equations->system;
   int status = flesh_system_stiff_rows_create(system, &self->rows);
   if (status) return status;
-  if (!flesh_preconditioner_projects(self->options->preconditioner, &self->rows, 0)) {
+  if (!flesh_preconditioner_projects(self->equations->options->preconditioner, &self->rows, 0)) {
     flesh_system_stiff_rows_clear(&self->rows);
     return FLESH_OK;
   }
@@ -31,9 +31,9 @@ static int make_solvers_of_pattern(flesh_direction *self)
 {
   const flesh_block_matrix *K = self->equations->K;
   const double *X = flesh_mesh_positions(flesh_system_mesh(self->equations->system));
-  if (self->options->linear_solver != FLESH_LINEAR_PCG)
-    return flesh_direct_create(self->options->linear_solver, K, &self->direct);
-  int status = self->linear->preconditioner_create(self->options->preconditioner, K, X, self->equations->threads,
+  if (self->equations->options->linear_solver != FLESH_LINEAR_PCG)
+    return flesh_direct_create(self->equations->options->linear_solver, K, &self->direct);
+  int status = self->linear->preconditioner_create(self->equations->options->preconditioner, K, X, self->equations->threads,
                                                    &self->preconditioner);
   const flesh_team *team = self->equations->team;
   const int polynomial = (team && team->ranks > 1) || flesh_preconditioner_takes_polynomials(&self->rows);
@@ -71,11 +71,9 @@ int flesh_direction_follow_pattern(flesh_direction *self)
   return make_solvers(self);
 }
 
-int flesh_direction_init(flesh_equations *equations, const flesh_solver_options *options, flesh_solve_stats *stats,
-                         flesh_direction *self)
+int flesh_direction_init(flesh_equations *equations, flesh_direction *self)
 {
-  *self = (flesh_direction){.equations = equations, .options = options, .stats = stats,
-                            .linear = flesh_linear_for(flesh_system_instructions(equations->system))};
+  *self = (flesh_direction){.equations = equations, .linear = flesh_linear_for(flesh_system_instructions(equations->system))};
   if (!equations->evaluation.proximity.near) return FLESH_OK;
   self->factored = flesh_calloc((size_t)equations->K->rows + 1, sizeof *self->factored);
   return self->factored ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", equations->n);
@@ -83,7 +81,7 @@ int flesh_direction_init(flesh_equations *equations, const flesh_solver_options 
 
 int flesh_direction_open(flesh_direction *self)
 {
-  const int status = self->options->linear_solver == FLESH_LINEAR_PCG ? take_rows(self) : FLESH_OK;
+  const int status = self->equations->options->linear_solver == FLESH_LINEAR_PCG ? take_rows(self) : FLESH_OK;
   return status ? status : make_solvers(self);
 }
 
@@ -112,7 +110,7 @@ void flesh_direction_begin_stage(flesh_direction *self)
   const flesh_shift *shift = &self->equations->stage.shift;
   if (self->fallback_state == FLESH_FALLBACK_IN_USE) self->fallback_state = FLESH_FALLBACK_UNUSED;
   if (self->rows.nodes_per_row)
-    self->rows.left_in = !flesh_preconditioner_projects(self->options->preconditioner, &self->rows,
+    self->rows.left_in = !flesh_preconditioner_projects(self->equations->options->preconditioner, &self->rows,
                                                         self->inertia * shift->a / shift->x);
 }
 
@@ -193,8 +191,8 @@ int flesh_direction_solve(flesh_direction *self, const flesh_direction_request *
   self->same_matrix = 1;
   self->iterations += result.iterations;
   self->residual = result.residual;
-  self->stats->linear += result.iterations;
-  if (result.single) self->stats->linear_single += result.iterations;
+  self->equations->stats->linear += result.iterations;
+  if (result.single) self->equations->stats->linear_single += result.iterations;
   if (status == FLESH_NOT_POSITIVE && solve.after_indefinite) {
     *kind = FLESH_DIRECTION_NEGATIVE_CURVATURE;
     return FLESH_OK;
@@ -212,7 +210,7 @@ int flesh_direction_solve_directly(flesh_direction *self, const double *b, doubl
   }
   if (!self->fallback) {
     /* A product and two triangular solves an iteration, with 18 operations a block. */
-    const double spent = 36. * K->row_start[K->rows] * 2 * self->options->max_linear;
+    const double spent = 36. * K->row_start[K->rows] * 2 * self->equations->options->max_linear;
     int status = flesh_direct_create_symmetric(K, spent, &self->fallback);
     if (status) return status;
   }
@@ -220,7 +218,7 @@ int flesh_direction_solve_directly(flesh_direction *self, const double *b, doubl
   if (!self->fallback) return FLESH_NOT_CONVERGED;
   int status = flesh_direct_factor(self->fallback, K);
   if (status) return status;
-  self->stats->direct++;
+  self->equations->stats->direct++;
   return flesh_direct_solve(self->fallback, b, p);
 }
 

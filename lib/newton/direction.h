@@ -26,9 +26,7 @@ typedef struct flesh_direction_request {
 } flesh_direction_request;
 
 typedef struct flesh_direction {
-  flesh_equations *equations;          /* borrowed */
-  const flesh_solver_options *options; /* borrowed */
-  flesh_solve_stats *stats;            /* borrowed */
+  flesh_equations *equations; /* borrowed */
   const flesh_linear *linear;
   flesh_preconditioner_data *preconditioner;
   flesh_stiff_rows rows;    /* of K as last assembled, where the preconditioner may take them out; else all zero */
@@ -52,8 +50,7 @@ typedef struct flesh_direction {
 } flesh_direction;
 
 /* FLESH_ERR_MEMORY. To be cleared also when it fails. */
-int flesh_direction_init(flesh_equations *equations, const flesh_solver_options *options, flesh_solve_stats *stats,
-                         flesh_direction *direction);
+int flesh_direction_init(flesh_equations *equations, flesh_direction *direction);
 /* Makes the solvers, once all ranks have room. Collective, and fails on all ranks or none: FLESH_ERR_ARGUMENT where the
  * options ask for a solver that is not built in, FLESH_ERR_MEMORY. */
 int flesh_direction_open(flesh_direction *direction);

@@ -11,7 +11,7 @@
 #include "system/feasible_step.h"
 #include "system/ranks.h"
 
-enum { SCRATCH = 4 }; /* vectors */
+enum { SCRATCH = 4, VECTORS = SCRATCH + 5 };
 
 /* Mean positive diagonal entry of the rest stiffness: the scale of the constrained rows. */
 static double typical_stiffness(flesh_equations *self)
@@ -34,19 +34,20 @@ static double typical_stiffness(flesh_equations *self)
   return sum[1] > 0 ? sum[0] / sum[1] : 1;
 }
 
-int flesh_equations_init(const flesh_system *system, flesh_threads *threads, flesh_solve_stats *stats, int check_reach,
-                         flesh_equations *self)
+int flesh_equations_init(const flesh_system *system, const flesh_solver_options *options, flesh_threads *threads,
+                         flesh_solve_stats *stats, flesh_equations *self)
 {
   flesh_constrained *constrained = &self->constrained;
-  *self = (flesh_equations){.system = system, .threads = threads, .stats = stats, .check_reach = check_reach,
+  *self = (flesh_equations){.system = system, .options = options, .threads = threads, .stats = stats,
                             .team = flesh_system_team(system), .n = flesh_system_unknowns(system)};
   const size_t n = (size_t)self->n;
   size_t apart;
   constrained->is = flesh_calloc(n + 1, 1);
   constrained->dofs = flesh_calloc(n + 1, sizeof *constrained->dofs);
   constrained->rows = flesh_calloc(n / 3 + 1, sizeof *constrained->rows);
-  self->scratch = flesh_huge_pages_vectors(SCRATCH + 1, n, &apart);
-  if (self->scratch) constrained->u = self->scratch + SCRATCH * apart;
+  self->scratch = flesh_huge_pages_vectors(VECTORS, n, &apart);
+  double **vectors[] = {&constrained->u, &self->trial, &self->work[0], &self->work[1], &self->proposal};
+  for (size_t k = SCRATCH; self->scratch && k < VECTORS; k++) *vectors[k - SCRATCH] = self->scratch + k * apart;
   const int failed = !constrained->is || !constrained->dofs || !constrained->rows || !self->scratch;
   int status = failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n)
                       : flesh_system_matrix_create(system, &self->K);
@@ -64,7 +65,7 @@ void flesh_equations_clear(flesh_equations *self)
   flesh_free(constrained->is);
   flesh_free(constrained->dofs);
   flesh_free(constrained->rows);
-  flesh_free(self->scratch); /* and constrained.u with it */
+  flesh_free(self->scratch); /* and all other vectors with it */
   flesh_evaluation_clear(&self->evaluation);
   flesh_block_matrix_destroy(&self->K);
   memset(self, 0, sizeof *self);
@@ -72,7 +73,7 @@ void flesh_equations_clear(flesh_equations *self)
 
 size_t flesh_equations_memory(const flesh_equations *self)
 {
-  return (size_t)self->n * ((SCRATCH + 1) * sizeof(double) + sizeof(int) + 1) + flesh_evaluation_memory(&self->evaluation) +
+  return (size_t)self->n * (VECTORS * sizeof(double) + sizeof(int) + 1) + flesh_evaluation_memory(&self->evaluation) +
          (size_t)self->n / 3 * sizeof(int) + (size_t)self->K->row_start[self->K->rows] * 9 * sizeof(double);
 }
 
@@ -318,7 +319,7 @@ int flesh_equations_residual(flesh_equations *self, const double *u, double *r)
     flesh_point point = flesh_equations_point(self, u);
     flesh_evaluation_drop_residual(e);
     self->stats->residuals++;
-    if (self->check_reach && !flesh_equations_is_clear(self, u) && !is_free_to(self, e->x))
+    if (!flesh_equations_are_guarded(self) && !flesh_equations_is_clear(self, u) && !is_free_to(self, e->x))
       return self->refused = FLESH_UNDEFINED;
     int status = flesh_system_residual(self->system, &point, e->residual.r);
     if (!status) status = finish_residual(self, u);

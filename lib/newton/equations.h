@@ -26,16 +26,16 @@ typedef struct flesh_equations {
   flesh_threads *threads; /* the evaluation's, as are the next two */
   const flesh_team *team;
   int n;
-  flesh_solve_stats *stats; /* borrowed: where evaluations are counted */
+  const flesh_solver_options *options; /* borrowed, as is the next */
+  flesh_solve_stats *stats;            /* where all parts of an iteration count */
   flesh_stage stage;
   flesh_constrained constrained;
   flesh_block_matrix *K;
   int patterns; /* how often K has got another pattern */
-  /* With the line search, which keeps steps between iterates feasible, 0; else a u that cannot be reached from the
-   * lagged state has no residual. */
-  int check_reach;
   int refused;     /* status of the stage's last residual that had no value; 0: none */
-  double *scratch; /* [4*n] */
+  double *scratch; /* [4*n] of the functions that say so */
+  /* [n] of what tries a step, one after the other: where it leads, and what else is needed there. */
+  double *trial, *work[2], *proposal;
 } flesh_equations;
 
 /* Whether the stage's materials are softened, so that its end is only on the way to that of another stage. */
@@ -47,9 +47,16 @@ static inline int flesh_equations_is_softened(const flesh_equations *equations)
 /* FLESH_ERR_ARGUMENT with the first option that makes no sense. */
 int flesh_solver_options_check(const flesh_solver_options *options);
 
-/* Makes room for the equations of a finished system; `threads` and `stats` are borrowed. FLESH_ERR_MEMORY. */
-int flesh_equations_init(const flesh_system *system, flesh_threads *threads, flesh_solve_stats *stats, int check_reach,
-                         flesh_equations *equations);
+/* Whether the line search keeps steps between iterates feasible; else a u that cannot be reached from the lagged state has
+ * no residual. */
+static inline int flesh_equations_are_guarded(const flesh_equations *equations)
+{
+  return equations->options->line_search == FLESH_LINE_SEARCH_POTENTIAL;
+}
+
+/* Makes room for the equations of a finished system; `options`, `threads` and `stats` are borrowed. FLESH_ERR_MEMORY. */
+int flesh_equations_init(const flesh_system *system, const flesh_solver_options *options, flesh_threads *threads,
+                         flesh_solve_stats *stats, flesh_equations *equations);
 /* Finds the stiffness of the constraints' rows, once all ranks have room. */
 void flesh_equations_measure(flesh_equations *equations);
 void flesh_equations_clear(flesh_equations *equations);

@@ -3,11 +3,8 @@
 #include "newton/line_search.h"
 
 #include <math.h>
-#include <string.h>
 
-#include "base/error.h"
-#include "base/huge_pages.h"
-#include "base/memory.h"
+#include "base/team.h"
 #include "effect/effect.h"
 #include "newton/mechanisms.h"
 #include "system/feasible_step.h"
@@ -25,8 +22,8 @@ static const double least_gain = 0.1;
 
 /* One search: the direction, and what is known of the potential along it. */
 typedef struct line {
-  const double *u, *r, *p;
-  double slope;               /* r.p < 0 */
+  const double *u, *b, *p;
+  double slope;               /* -b.p < 0 */
   double start, magnitude;    /* the potential at u and the sizes of its terms */
   double first;               /* the first try: the longest feasible step up to 1 */
   double round_off, measured; /* of the potential: estimated, and measured (NaN: not yet) */
@@ -34,35 +31,6 @@ typedef struct line {
   double length, value;       /* of the trial */
   double made;                /* the length that the trial has; NAN: none */
 } line;
-
-int flesh_search_init(flesh_equations *equations, const flesh_solver_options *options, flesh_solve_stats *stats,
-                           flesh_search *self)
-{
-  size_t apart;
-  *self = (flesh_search){.equations = equations, .options = options, .stats = stats};
-  self->trial = flesh_huge_pages_vectors(2, (size_t)equations->n, &apart);
-  if (!self->trial) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", equations->n);
-  self->work = self->trial + apart;
-  return FLESH_OK;
-}
-
-void flesh_search_clear(flesh_search *self)
-{
-  flesh_free(self->trial);
-  memset(self, 0, sizeof *self);
-}
-
-size_t flesh_search_memory(const flesh_search *self)
-{
-  return 2 * (size_t)self->equations->n * sizeof(double);
-}
-
-void flesh_search_begin_stage(flesh_search *self)
-{
-  self->shortened = self->short_filtered = self->steps = self->stalls = 0;
-  self->first_potential = NAN;
-  self->gain = 0;
-}
 
 int flesh_search_gains(flesh_search *self, const double *u)
 {
@@ -107,13 +75,21 @@ int flesh_is_local(const flesh_equations *equations, const double *r)
   return sums[0] * sums[0] < 0.01 * equations->evaluation.all * sums[1];
 }
 
+/* Whether the filters go by the model ratio of steps. */
+static int needs_model_ratio(const flesh_solver_options *options)
+{
+  return options->eigenvalue_filter == FLESH_FILTER_AUTO || options->eigenvalue_filter == FLESH_FILTER_TRUST_REGION ||
+         options->eigenvalue_filter == FLESH_FILTER_TRUST_REGION_ALWAYS;
+}
+
 /* p.H p with the unfiltered Hessian at u, by a difference of residuals; NaN where there is none. */
-static double curvature(flesh_search *self, const double *u, const double *r, const double *p)
+static double curvature(flesh_search *self, const double *u, const double *b, const double *p)
 {
   const double epsilon = 1e-5;
-  for (int d = 0; d < self->equations->n; d++) self->trial[d] = u[d] + epsilon * p[d];
-  if (flesh_equations_residual(self->equations, self->trial, self->work)) return NAN;
-  return (dot(self, self->work, p) - dot(self, r, p)) / epsilon;
+  double *trial = self->equations->trial, *r = self->equations->work[0];
+  for (int d = 0; d < self->equations->n; d++) trial[d] = u[d] + epsilon * p[d];
+  if (flesh_equations_residual(self->equations, trial, r)) return NAN;
+  return (dot(self, r, p) + dot(self, b, p)) / epsilon;
 }
 
 /* The longest first try: the feasible fraction of the direction; 1: all. */
@@ -121,8 +97,8 @@ static double longest_feasible(flesh_search *self, line *line)
 {
   if (!flesh_system_limits_step(self->equations->system)) return 1;
   line->made = 1;
-  flesh_step_to(self->equations, line->u, line->made, line->p, self->trial);
-  const double fraction = flesh_equations_max_feasible_step(self->equations, line->u, self->trial);
+  flesh_step_to(self->equations, line->u, line->made, line->p, self->equations->trial);
+  const double fraction = flesh_equations_max_feasible_step(self->equations, line->u, self->equations->trial);
   return fraction < 1 ? flesh_feasible_step_kept * fraction : 1;
 }
 
@@ -140,9 +116,9 @@ static void lengthen(flesh_search *self, line *line, double too_long)
     if (tries == 0 && !bounded) longer = fmax(longer, 2 * length);
     if (longer >= too_long) longer = sqrt(length * too_long);
     if (longer < 1.4 * length) return;
-    flesh_step_to(self->equations, line->u, longer, line->p, self->trial);
-    if (flesh_equations_max_feasible_step(self->equations, line->u, self->trial) < 1 ||
-        flesh_equations_potential(self->equations, self->trial, &further, &ignored) || !(further < line->value)) {
+    flesh_step_to(self->equations, line->u, longer, line->p, self->equations->trial);
+    if (flesh_equations_max_feasible_step(self->equations, line->u, self->equations->trial) < 1 ||
+        flesh_equations_potential(self->equations, self->equations->trial, &further, &ignored) || !(further < line->value)) {
       too_long = longer;
     } else {
       line->value = further;
@@ -163,10 +139,10 @@ static verdict judge(flesh_search *self, line *line)
    * Wolfe condition of Hager & Zhang 2005). Below their last digit they say nothing. */
   const double unseen =
       -slope < 1e-16 * line->magnitude ? fmax(line->round_off, 1e-8 * line->magnitude) : line->round_off;
-  if (flesh_uses(self->options, FLESH_TECHNIQUE_APPROXIMATE_WOLFE) && -slope <= line->round_off &&
+  if (flesh_uses(self->equations->options, FLESH_TECHNIQUE_APPROXIMATE_WOLFE) && -slope <= line->round_off &&
       line->value <= line->start + unseen &&
-      !flesh_equations_residual(self->equations, self->trial, self->work) &&
-      dot(self, self->work, line->p) <= -(1 - 2 * decrease) * line->slope)
+      !flesh_equations_residual(self->equations, self->equations->trial, self->equations->work[0]) &&
+      dot(self, self->equations->work[0], line->p) <= -(1 - 2 * decrease) * line->slope)
     return ACCEPTED;
   /* If little decrease is expected, a rise may be round-off. The terms' sizes understate it where they cancel within
    * (I_C - 3 near rest, or a load that hangs on a place far from the origin): the round-off is measured once. */
@@ -190,62 +166,64 @@ static void watch_progress(flesh_search *self, double value)
 }
 
 /* Takes p to the accepted length, or a longer one, and compares it with the quadratic model. */
-static void accept(flesh_search *self, line *line, flesh_direction_kind kind, int measure_model, double *p,
-                   flesh_search_result *result)
+static void accept(flesh_search *self, line *line, flesh_step *step)
 {
-  const int filtered = kind == FLESH_DIRECTION_FILTERED, n = self->equations->n;
+  const flesh_solver_options *options = self->equations->options;
+  const int filtered = step->kind == FLESH_DIRECTION_FILTERED, n = self->equations->n;
   /* The decrease that the quadratic model predicts at its minimum. */
   const double predicted = -line->length * line->slope / 2;
   const int significant = predicted > 10 * line->round_off;
   const int too_short = significant && line->start - line->value > 1.2 * predicted;
-  const int locally = too_short && flesh_is_local(self->equations, line->r);
+  const int locally = too_short && flesh_is_local(self->equations, line->b);
   self->short_filtered = too_short && filtered && line->length == line->first ? self->short_filtered + 1 : 0;
-  if (!flesh_uses(self->options, FLESH_TECHNIQUE_LONGER_STEPS)) self->short_filtered = 0;
+  if (!flesh_uses(options, FLESH_TECHNIQUE_LONGER_STEPS)) self->short_filtered = 0;
   else if (locally || self->short_filtered > MANY_SHORT) lengthen(self, line, INFINITY);
   else if (too_short && line->length < line->first) lengthen(self, line, line->refused);
   const double length = line->length, actual = line->start - line->value;
   self->shortened = length < line->first;
   self->gain = actual > 10 * line->round_off ? actual : 0;
-  for (int d = 0; d < n && length != 1; d++) p[d] *= length;
+  for (int d = 0; d < n && length != 1; d++) step->p[d] *= length;
   watch_progress(self, line->value);
-  self->stats->potential_rises += line->value > self->first_potential + 1e-12 * line->magnitude;
-  *result = (flesh_search_result){
-      .start = line->start, .value = line->value, .length = length, .predicted = predicted, .actual = actual,
-      .cut = length > line->first ? 1 : length / line->first, .too_short_locally = locally, .model_ratio = NAN,
-      .unpredicted = length != line->first || kind != FLESH_DIRECTION_NEWTON ||
+  self->equations->stats->potential_rises += line->value > self->first_potential + 1e-12 * line->magnitude;
+  *step = (flesh_step){
+      .u = step->u, .b = step->b, .p = step->p, .kind = step->kind, .start = line->start, .value = line->value,
+      .length = length, .cut = length > line->first ? 1 : length / line->first, .predicted = predicted, .actual = actual,
+      .model_ratio = NAN, .too_short_locally = locally,
+      .unpredicted = length != line->first || step->kind != FLESH_DIRECTION_NEWTON ||
                      (significant && fabs(actual - predicted) > 0.25 * predicted)};
-  if (measure_model && filtered)
-    result->model_ratio = actual / -(length * line->slope + curvature(self, line->u, line->r, p) / 2);
+  if (filtered && needs_model_ratio(options))
+    step->model_ratio = actual / -(length * line->slope + curvature(self, step->u, step->b, step->p) / 2);
 }
 
-int flesh_search_run(flesh_search *self, const double *u, const double *r, flesh_direction_kind kind,
-                          int measure_model, double *p, flesh_search_result *result)
+int flesh_search_run(flesh_search *self, flesh_step *step)
 {
   flesh_equations *equations = self->equations;
-  line line = {.u = u, .r = r, .p = p, .slope = dot(self, r, p), .measured = NAN, .refused = INFINITY, .made = NAN};
+  double *trial = equations->trial;
+  line line = {.u = step->u, .b = step->b, .p = step->p, .slope = -dot(self, step->b, step->p), .measured = NAN,
+               .refused = INFINITY, .made = NAN};
   self->gain = 0;
   if (!(line.slope < 0)) return FLESH_NOT_POSITIVE;
-  int status = flesh_equations_potential(equations, u, &line.start, &line.magnitude);
+  int status = flesh_equations_potential(equations, step->u, &line.start, &line.magnitude);
   if (status) return status;
   line.round_off = 1e-13 * line.magnitude;
   if (isnan(self->first_potential)) self->first_potential = line.start;
   line.length = line.first = longest_feasible(self, &line);
   while (line.length > 1e-14) {
     double ignored;
-    if (line.length != line.made) flesh_step_to(equations, u, line.length, p, self->trial);
+    if (line.length != line.made) flesh_step_to(equations, step->u, line.length, step->p, trial);
     line.made = line.length;
     /* A first try is mostly taken: the residual, which KINSOL wants next, comes with it. */
     status = line.length == line.first && !self->shortened
-                 ? flesh_equations_evaluate(equations, self->trial, &line.value, &ignored)
-                 : flesh_equations_potential(equations, self->trial, &line.value, &ignored);
+                 ? flesh_equations_evaluate(equations, trial, &line.value, &ignored)
+                 : flesh_equations_potential(equations, trial, &line.value, &ignored);
     if (status < 0) return status;
     const verdict verdict = status ? REFUSED : judge(self, &line);
     if (verdict == AGAIN) continue;
     if (verdict == ACCEPTED) {
-      accept(self, &line, kind, measure_model, p, result);
+      accept(self, &line, step);
       return FLESH_OK;
     }
-    self->stats->backtracks++;
+    self->equations->stats->backtracks++;
     line.refused = line.length;
     /* The minimum of the parabola through what is known, kept within a tenth and a half. */
     const double parabola = status ? 0.5 : -line.slope * line.length /

@@ -5,12 +5,23 @@
 
 #include "newton/direction.h"
 
+/* A step in the making. The search fills in what stands below the direction's kind. */
+typedef struct flesh_step {
+  const double *u, *b; /* [n] the iterate; the residual there is -b */
+  double *p;           /* [n] the direction, then the step */
+  flesh_direction_kind kind;
+  double start, value;      /* J, potentials at u and at u + p */
+  double length;            /* as a multiple of the direction */
+  double cut;               /* that over the first try; 1 where it was not cut, or lengthened */
+  double predicted, actual; /* J, decrease at the quadratic model's minimum along p, and at u + p */
+  double model_ratio;       /* actual over predicted decrease by the true Hessian; NaN: not measured */
+  int too_short_locally;    /* it lowered the potential more than predicted, and few nodes carry the residual */
+  int unpredicted;          /* the quadratic model did not predict what happened */
+} flesh_step;
+
+/* All but `equations` belongs to the stage. */
 typedef struct flesh_search {
-  flesh_equations *equations;          /* borrowed */
-  const flesh_solver_options *options; /* borrowed */
-  flesh_solve_stats *stats;            /* borrowed */
-  double *trial, *work;                /* [n] */
-  /* The members below belong to the stage. */
+  flesh_equations *equations; /* borrowed */
   double first_potential; /* of its first iterate; NaN before */
   double gain;            /* J, by which the last step has lowered the potential; 0: there was none */
   int shortened;          /* the last accepted step was not its first try */
@@ -19,31 +30,10 @@ typedef struct flesh_search {
   int short_filtered;     /* how many of the last accepted steps in a row were filtered, whole and too short */
 } flesh_search;
 
-/* Figures of the step that the search accepted. */
-typedef struct flesh_search_result {
-  double start, value;      /* J, potentials at u and at u + p */
-  double length;            /* of the accepted step, as a multiple of the direction */
-  double cut;               /* that over the first try; 1 where it was not cut, or lengthened */
-  double predicted, actual; /* J, decrease at the quadratic model's minimum along p, and at u + p */
-  double model_ratio;       /* actual over predicted decrease by the true Hessian; NaN: not measured */
-  int too_short_locally;    /* it lowered the potential more than predicted, and few nodes carry the residual */
-  int unpredicted;          /* the quadratic model did not predict what happened */
-} flesh_search_result;
-
-/* FLESH_ERR_MEMORY. */
-int flesh_search_init(flesh_equations *equations, const flesh_solver_options *options, flesh_solve_stats *stats,
-                           flesh_search *search);
-void flesh_search_clear(flesh_search *search);
-size_t flesh_search_memory(const flesh_search *search);
-/* A new stage: nothing is known of its steps yet. */
-void flesh_search_begin_stage(flesh_search *search);
-
-/* Scales the direction p [n] at u, where the residual is r, so that the potential falls (Armijo, with the approximate
- * Wolfe condition of Hager & Zhang 2005 where round-off dominates). `measure_model`: the ratio of a filtered step is
- * asked for. FLESH_OK; FLESH_NOT_POSITIVE where p is no descent direction; FLESH_NOT_CONVERGED where no length is
- * accepted. */
-int flesh_search_run(flesh_search *search, const double *u, const double *r, flesh_direction_kind kind,
-                          int measure_model, double *p, flesh_search_result *result);
+/* Scales the direction so that the potential falls (Armijo, with the approximate Wolfe condition of Hager & Zhang 2005
+ * where round-off dominates). FLESH_OK; FLESH_NOT_POSITIVE where it is no descent direction; FLESH_NOT_CONVERGED where no
+ * length is accepted. */
+int flesh_search_run(flesh_search *search, flesh_step *step);
 
 /* Whether the last step of the stage, which led to u [n], has lowered the potential by more than round-off moves it. */
 int flesh_search_gains(flesh_search *search, const double *u);

@@ -43,7 +43,7 @@ int flesh_newton_acceleration(flesh_newton *self, const flesh_state *state, doub
   flesh_evaluation *e = &equations->evaluation;
   flesh_constrained *constrained = &equations->constrained;
   const int n = equations->n;
-  double *r = self->r, *correction = self->search.trial;
+  double *r = equations->work[0], *correction = equations->trial;
   flesh_equations_find_constrained(equations, t, NULL);
   for (int d = 0; d < n; d++) e->a[d] = a[d] = constrained->is[d] ? a[d] : 0;
   int status = assemble_mass(self, t, state->x, state->v);
@@ -67,7 +67,7 @@ static int apply_jump(flesh_newton *self, double t, const double *prescribed, do
   flesh_equations *equations = &self->equations;
   flesh_constrained *constrained = &equations->constrained;
   const int n = equations->n;
-  double *jump = self->search.trial, *right = self->r;
+  double *jump = equations->trial, *right = equations->work[0];
   int any = 0;
   for (int d = 0; d < n; d++) {
     jump[d] = constrained->is[d] ? prescribed[d] - y[d] : 0;

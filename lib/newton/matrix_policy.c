@@ -15,7 +15,7 @@ enum { NEW_ONE = 6 };
 
 static int uses(const flesh_matrix_policy *self, flesh_technique technique)
 {
-  return flesh_uses(self->direction->options, technique);
+  return flesh_uses(self->equations->options, technique);
 }
 
 /* How far stiff rows may turn before the preconditioner is made anew. */
@@ -24,7 +24,7 @@ static const double TURNED = 0.1;
 int flesh_matrix_policy_init(flesh_equations *equations, flesh_direction *direction, flesh_matrix_policy *self)
 {
   *self = (flesh_matrix_policy){.equations = equations, .direction = direction};
-  if (direction->options->linear_solver != FLESH_LINEAR_PCG) return FLESH_OK;
+  if (equations->options->linear_solver != FLESH_LINEAR_PCG) return FLESH_OK;
   self->inertia = flesh_malloc(((size_t)equations->n + 1) * sizeof *self->inertia);
   return self->inertia ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", equations->n);
 }

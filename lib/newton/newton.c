@@ -6,7 +6,6 @@
 
 #include "base/error.h"
 #include "base/huge_pages.h"
-#include "base/memory.h"
 #include "effect/effect.h"
 #include "newton/mechanisms.h"
 #include "system/ranks.h"
@@ -33,14 +32,11 @@ static const state transitions[][EVENTS] = {
 
 /* One iteration: from where, and the step as it comes about. */
 typedef struct iteration {
-  const double *u, *b, *r; /* [n] r = -b */
-  double tolerance;        /* N, of the linear solve */
-  int guarded;             /* the step is scaled by the line search, and may follow negative curvature */
-  int may_filter;          /* an indefinite matrix is filtered, not given up */
-  flesh_direction_kind kind;
-  flesh_search_result found;
-  double *p;  /* [n] */
-  int status; /* of the last state */
+  flesh_step step;
+  double tolerance; /* N, of the linear solve */
+  int guarded;      /* the step is scaled by the line search, and may follow negative curvature */
+  int may_filter;   /* an indefinite matrix is filtered, not given up */
+  int status;       /* of the last state */
 } iteration;
 
 /* Whether what may end a solve from outside does so. */
@@ -71,14 +67,6 @@ static flesh_eigenvalue_filter choose_filter(const flesh_newton *self)
   return eigenvalue_filter;
 }
 
-/* Whether that will ask for the model ratio of the step at hand. */
-static int needs_model_ratio(const flesh_newton *self)
-{
-  return self->options.eigenvalue_filter == FLESH_FILTER_AUTO ||
-         self->options.eigenvalue_filter == FLESH_FILTER_TRUST_REGION ||
-         self->options.eigenvalue_filter == FLESH_FILTER_TRUST_REGION_ALWAYS;
-}
-
 /* Whether an indefinite matrix is assembled again without its negative eigenvalues. */
 static int filters_where_indefinite(const flesh_newton *self)
 {
@@ -102,7 +90,7 @@ static int assemble(flesh_newton *self, const double *u, flesh_eigenvalue_filter
 /* A matrix of the iterate's own, and what solves with it need. */
 static event assemble_and_factor(flesh_newton *self, iteration *it, flesh_eigenvalue_filter filter)
 {
-  it->status = assemble(self, it->u, filter);
+  it->status = assemble(self, it->step.u, filter);
   if (!it->status) it->status = flesh_matrix_policy_refresh(&self->policy);
   return !it->status ? DONE : it->status == FLESH_NOT_POSITIVE ? INDEFINITE : ERROR;
 }
@@ -115,8 +103,8 @@ static event solve(flesh_newton *self, iteration *it)
                                            .follow_curvature = it->guarded && self->follow_curvature,
                                            .weights = self->weights};
   if (direction->fallback_state == FLESH_FALLBACK_IN_USE && !request.follow_curvature) return UNSOLVED;
-  it->status = flesh_direction_solve(direction, &request, it->b, it->p, &it->kind);
-  self->negative_curvature = it->kind == FLESH_DIRECTION_NEGATIVE_CURVATURE;
+  it->status = flesh_direction_solve(direction, &request, it->step.b, it->step.p, &it->step.kind);
+  self->negative_curvature = it->step.kind == FLESH_DIRECTION_NEGATIVE_CURVATURE;
   if (it->status == FLESH_NOT_CONVERGED) return UNSOLVED;
   return !it->status ? DONE : it->status == FLESH_NOT_POSITIVE ? INDEFINITE : ERROR;
 }
@@ -125,50 +113,39 @@ static event solve(flesh_newton *self, iteration *it)
 static event solve_directly(flesh_newton *self, iteration *it)
 {
   flesh_direction *direction = &self->direction;
-  it->kind = direction->filter == FLESH_FILTER_NONE ? FLESH_DIRECTION_NEWTON : FLESH_DIRECTION_FILTERED;
+  it->step.kind = direction->filter == FLESH_FILTER_NONE ? FLESH_DIRECTION_NEWTON : FLESH_DIRECTION_FILTERED;
   self->negative_curvature = 0;
   it->status = FLESH_NOT_CONVERGED;
   if (direction->fallback_state != FLESH_FALLBACK_TOO_EXPENSIVE &&
       flesh_uses(&self->options, FLESH_TECHNIQUE_DIRECT_FALLBACK))
-    it->status = flesh_direction_solve_directly(direction, it->b, it->p);
+    it->status = flesh_direction_solve_directly(direction, it->step.b, it->step.p);
   if (it->status == FLESH_NOT_CONVERGED) return direction->iterations > 0 ? UNSOLVED : ERROR;
   return !it->status ? DONE : it->status == FLESH_NOT_POSITIVE ? INDEFINITE : ERROR;
 }
 
 /* Whether the next direction should follow negative curvature: after a filtered step that was too short, until one that
  * followed had to be cut. From there on they crawl, where tets are stiff against changes of volume. */
-static int choose_follow(const flesh_newton *self, const iteration *it)
+static int choose_follow(const flesh_newton *self, const flesh_step *step)
 {
   if (filters_always(self) || !flesh_uses(&self->options, FLESH_TECHNIQUE_NEGATIVE_CURVATURE)) return 0;
-  if (it->kind == FLESH_DIRECTION_FILTERED) return it->found.too_short_locally;
-  return self->follow_curvature && !(it->kind == FLESH_DIRECTION_NEGATIVE_CURVATURE && it->found.length < 1);
+  if (step->kind == FLESH_DIRECTION_FILTERED) return step->too_short_locally;
+  return self->follow_curvature && !(step->kind == FLESH_DIRECTION_NEGATIVE_CURVATURE && step->length < 1);
 }
 
 static event search(flesh_newton *self, iteration *it)
 {
+  flesh_step *step = &it->step;
+  const int follows = step->kind == FLESH_DIRECTION_NEGATIVE_CURVATURE;
   it->status = FLESH_OK;
   if (!it->guarded) return DONE;
-  if (it->kind != FLESH_DIRECTION_NEGATIVE_CURVATURE) flesh_volume_arc_bend(&self->arc, it->u, it->r, it->p);
-  it->status = flesh_search_run(&self->search, it->u, it->r, it->kind, needs_model_ratio(self), it->p, &it->found);
+  if (!follows) flesh_volume_arc_bend(&self->arc, step->u, step->b, step->p);
+  it->status = flesh_search_run(&self->search, step);
+  if (it->status == FLESH_NOT_CONVERGED && follows) it->status = FLESH_NOT_POSITIVE;
   if (it->status == FLESH_NOT_POSITIVE) return INDEFINITE;
-  if (it->status == FLESH_NOT_CONVERGED && it->kind == FLESH_DIRECTION_NEGATIVE_CURVATURE) {
-    it->status = FLESH_NOT_POSITIVE;
-    return INDEFINITE;
-  }
   if (it->status) return it->status == FLESH_NOT_CONVERGED ? REFUSED : ERROR;
-  self->follow_curvature = choose_follow(self, it);
-  self->cautious = it->found.cut < 1 ? CAUTIOUS : self->cautious > 0 ? self->cautious - 1 : 0;
-  self->model_ratio = it->found.model_ratio;
-  return DONE;
-}
-
-static event accelerate(flesh_newton *self, iteration *it)
-{
-  if (!it->guarded) return DONE;
-  const flesh_accepted_step step = {.u = it->u, .r = it->r, .p = it->p, .start = it->found.start,
-                                    .value = it->found.value, .cut = it->found.cut, .kind = it->kind,
-                                    .unpredicted = it->found.unpredicted};
-  flesh_accelerators_run(&self->accelerators, step, it->p);
+  self->follow_curvature = choose_follow(self, step);
+  self->cautious = step->cut < 1 ? CAUTIOUS : self->cautious > 0 ? self->cautious - 1 : 0;
+  self->model_ratio = step->model_ratio;
   return DONE;
 }
 
@@ -180,7 +157,9 @@ static event enter(flesh_newton *self, state state, iteration *it)
   case DIRECT: return solve_directly(self, it);
   case FILTER: return assemble_and_factor(self, it, choose_filter(self));
   case SEARCH: return search(self, it);
-  case ACCELERATE: return accelerate(self, it);
+  case ACCELERATE:
+    if (it->guarded) flesh_newton_accelerate(self, &it->step);
+    return DONE;
   default: return ERROR;
   }
 }
@@ -198,23 +177,11 @@ static int run(flesh_newton *self, state first, iteration *it)
   return FLESH_OK;
 }
 
-/* flesh_accelerator_services.newton_step. */
-static int newton_step(void *data, const double *u, const double *b, double norm, double *q)
+int flesh_newton_step_from(flesh_newton *self, const double *u, const double *b, double norm, double *q)
 {
-  flesh_newton *self = data;
-  iteration it = {.u = u, .b = b, .p = q, .tolerance = self->options.linear_tolerance * norm,
+  iteration it = {.step = {.u = u, .b = b, .p = q}, .tolerance = self->options.linear_tolerance * norm,
                   .may_filter = filters_where_indefinite(self)};
   return run(self, ASSEMBLE, &it);
-}
-
-static int solve_subdomain(void *data, const double *u, const double *r, double *w)
-{
-  flesh_newton *self = data;
-  const flesh_subdomain_parent parent = {.equations = &self->equations, .options = &self->options,
-                                         .u_matrix = self->u, .filter = self->direction.filter,
-                                         .solver = self->solver, .reserve = self->reserve, .stop = self->stop,
-                                         .stats = &self->stats};
-  return flesh_subdomain_solve(&parent, u, r, w);
 }
 
 int flesh_newton_eliminates(const flesh_system *system, const flesh_solver_options *options)
@@ -250,39 +217,30 @@ static int measure(flesh_newton *self)
 int flesh_newton_init(const flesh_system *system, const flesh_solver_options *options, flesh_stage_solver solver,
                       flesh_newton *self)
 {
-  const flesh_team *team = flesh_system_team(system);
   *self = (flesh_newton){.options = *options, .solver = solver, .given_depth = 1};
-  const int guarded = options->line_search == FLESH_LINE_SEARCH_POTENTIAL,
-            eliminates = solver.solve && flesh_newton_eliminates(system, options);
-  const flesh_accelerator_services services = {
-      .data = self, .newton_step = newton_step, .solve_subdomain = eliminates ? solve_subdomain : NULL};
-  size_t apart;
-  self->balance = (flesh_balance){&self->equations, NAN};
+  flesh_equations *equations = &self->equations;
+  const int eliminates = solver.solve && flesh_newton_eliminates(system, options);
+  self->search.equations = equations;
+  self->balance = (flesh_balance){equations, NAN};
   int status = flesh_solver_options_check(options);
   if (!status) status = flesh_newton_check_team(system, options);
   if (!status) status = flesh_threads_create(options->threads, &self->threads);
-  if (!status) status = flesh_equations_init(system, self->threads, &self->stats, !guarded, &self->equations);
-  if (!status) status = flesh_direction_init(&self->equations, &self->options, &self->stats, &self->direction);
-  if (!status) status = flesh_matrix_policy_init(&self->equations, &self->direction, &self->policy);
-  if (!status) status = flesh_search_init(&self->equations, &self->options, &self->stats, &self->search);
-  if (!status)
-    status = flesh_accelerators_init(&self->equations, &self->options, &self->stats, &services, &self->accelerators);
-  if (!status) self->u = flesh_huge_pages_vectors(2, (size_t)self->equations.n, &apart);
+  if (!status) status = flesh_equations_init(system, &self->options, self->threads, &self->stats, equations);
+  if (!status) status = flesh_direction_init(equations, &self->direction);
+  if (!status) status = flesh_matrix_policy_init(equations, &self->direction, &self->policy);
+  if (!status) self->u = flesh_huge_pages_calloc(((size_t)equations->n + 1) * sizeof *self->u);
   if (!status && eliminates) self->reserve = flesh_subdomain_reserve(system);
   if (!status && (!self->u || (eliminates && !self->reserve)))
-    status = flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->equations.n);
-  status = flesh_team_agree(team, status); /* from here on ranks call each other */
+    status = flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", equations->n);
+  status = flesh_team_agree(flesh_system_team(system), status); /* from here on ranks call each other */
   if (!status) status = measure(self);
   if (status) flesh_newton_clear(self);
-  else self->r = self->u + apart;
   return status;
 }
 
 void flesh_newton_clear(flesh_newton *self)
 {
-  flesh_free(self->u); /* and r */
-  flesh_accelerators_clear(&self->accelerators);
-  flesh_search_clear(&self->search);
+  flesh_free(self->u);
   flesh_volume_arc_clear(&self->arc);
   flesh_matrix_policy_clear(&self->policy);
   flesh_direction_clear(&self->direction);
@@ -297,8 +255,8 @@ size_t flesh_newton_memory(const flesh_newton *self)
 {
   const size_t n = (size_t)self->equations.n, inertia = self->policy.inertia ? n * sizeof(float) : 0;
   return flesh_equations_memory(&self->equations) + flesh_direction_memory(&self->direction) + inertia +
-         flesh_search_memory(&self->search) + flesh_volume_arc_memory(&self->arc) + flesh_accelerators_memory(&self->accelerators) +
-         2 * n * sizeof(double) + (self->tangent.pivots ? flesh_direct_memory(self->tangent.pivots) : 0) +
+         flesh_volume_arc_memory(&self->arc) + n * sizeof(double) +
+         (self->tangent.pivots ? flesh_direct_memory(self->tangent.pivots) : 0) +
          (self->reserve ? flesh_reserve_most(self->reserve) : 0);
 }
 
@@ -307,8 +265,8 @@ void flesh_newton_set_stage(flesh_newton *self, const flesh_stage *stage)
   const int changed = flesh_equations_set_stage(&self->equations, stage);
   flesh_direction_begin_stage(&self->direction);
   flesh_matrix_policy_begin_stage(&self->policy, changed, &self->stats);
-  flesh_search_begin_stage(&self->search);
-  flesh_accelerators_begin_stage(&self->accelerators);
+  self->search = (flesh_search){.equations = &self->equations, .first_potential = NAN};
+  self->watchdog = (flesh_watchdog){.next_pause = 1};
   self->follow_curvature = self->cautious = self->at_round_off = self->stopped = self->tangent.known = 0;
   self->model_ratio = NAN;
 }
@@ -346,23 +304,22 @@ static const double beneath_round_off = 1e-6;
 
 int flesh_newton_step(flesh_newton *self, const double *weights, const double *b, double tolerance, double *p)
 {
-  const int n = self->equations.n, guarded = self->options.line_search == FLESH_LINE_SEARCH_POTENTIAL;
   self->direction.iterations = 0;
   if (asked_to_stop(self)) return self->stopped;
   if (self->search.stalls) return FLESH_NOT_CONVERGED;
-  const double norm = flesh_norm(self->threads, n, b);
+  const double norm = flesh_norm(self->threads, self->equations.n, b);
   tolerance = flesh_matrix_policy_tolerance(&self->policy, norm, tolerance);
   if (flesh_matrix_policy_at_round_off(&self->policy, norm, self->u)) {
     if (!flesh_search_gains(&self->search, self->u)) {
       self->at_round_off = 1;
-      memset(p, 0, (size_t)n * sizeof *p);
+      memset(p, 0, (size_t)self->equations.n * sizeof *p);
       return FLESH_OK;
     }
     tolerance = fmin(tolerance, beneath_round_off * norm);
   }
-  for (int d = 0; d < n; d++) self->r[d] = -b[d];
   self->weights = weights;
-  iteration it = {.u = self->u, .b = b, .r = self->r, .p = p, .tolerance = tolerance, .guarded = guarded,
+  iteration it = {.step = {.u = self->u, .b = b, .p = p}, .tolerance = tolerance,
+                  .guarded = flesh_equations_are_guarded(&self->equations),
                   .may_filter = filters_where_indefinite(self) && !self->must_filter};
   return run(self, self->must_filter ? FILTER : SOLVE, &it);
 }

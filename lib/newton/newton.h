@@ -6,11 +6,33 @@
 #define FLESH_NEWTON_NEWTON_H
 
 #include "flesh/state.h"
-#include "newton/accelerators.h"
+#include "base/memory.h"
 #include "newton/balance.h"
+#include "newton/line_search.h"
 #include "newton/matrix_policy.h"
-#include "newton/subdomain.h"
 #include "newton/volume_arc.h"
+
+/* May end a solve from outside: stop(data); NULL where nobody is asked. */
+typedef struct flesh_stop {
+  int (*stop)(void *data);
+  void *data;
+} flesh_stop;
+
+/* A solver for the stages of systems of few nodes. */
+typedef struct flesh_stage_solver {
+  void *data;
+  /* Solves the stage from u = 0: u [3*nodes], also the last iterate after FLESH_NOT_CONVERGED. Adds to *stats. The
+   * calling thread is in the reserve that the system is in; nothing of it may stay in use. NULL: there is none. */
+  int (*solve)(void *data, const flesh_system *system, const flesh_solver_options *options, const flesh_stage *stage,
+               flesh_stop stop, flesh_solve_stats *stats, double *u);
+} flesh_stage_solver;
+
+/* The watchdog's memory in a stage. */
+typedef struct flesh_watchdog {
+  int cuts;              /* steps cut so far */
+  int pause, next_pause; /* cuts to let pass before the next try, and after the next that fails */
+  double length;         /* of the next try at most, 2-norm; 0: not known */
+} flesh_watchdog;
 
 /* The exact derivative at a solution (tangent.c). */
 typedef struct flesh_tangent {
@@ -28,13 +50,13 @@ typedef struct flesh_newton {
   flesh_direction direction;
   flesh_volume_arc arc;
   flesh_search search;
-  flesh_accelerators accelerators;
+  flesh_watchdog watchdog;
   flesh_matrix_policy policy;
   flesh_balance balance;
   flesh_tangent tangent;
   flesh_stage_solver solver;      /* of the systems of few nodes; none: no nonlinear elimination */
   flesh_reserve *reserve;         /* memory of these systems; NULL: there are none */
-  double *u, *r;                  /* [n] the iterate of K, and the residual there in a step */
+  double *u;                      /* [n] the iterate of K */
   const double *weights;          /* [n] of the residual in the step's linear solves, borrowed; NULL: ones */
   int follow_curvature;           /* the next direction follows negative curvature, where there is one */
   int negative_curvature;         /* the last direction went along it */
@@ -77,6 +99,26 @@ int flesh_newton_prepare(flesh_newton *newton, int usable);
 /* The step p [n] from the iterate, where the residual is -b: 0 where that is at round-off. `weights` [n] of the
  * residual in linear solves, or NULL. FLESH_NOT_CONVERGED, FLESH_NOT_POSITIVE: there is none. */
 int flesh_newton_step(flesh_newton *newton, const double *weights, const double *b, double tolerance, double *p);
+
+/* The Newton step q [n] from u, where the residual is -b [n] of the given norm: with a matrix assembled there, filtered
+ * where it must be, and unscaled. It counts as a Newton iteration. Another matrix is then K. */
+int flesh_newton_step_from(flesh_newton *newton, const double *u, const double *b, double norm, double *q);
+
+/* Parts of an iteration, in files of their own. */
+/* The accepted step becomes one of less potential, where accelerators propose one (accelerators.c). */
+void flesh_newton_accelerate(flesh_newton *newton, flesh_step *step);
+/* The watchdog writes a step from step->u to equations.proposal, if it has one: whether. */
+int flesh_watchdog_propose(flesh_newton *newton, const flesh_step *step);
+/* Tells it whether the proposal was taken. */
+void flesh_watchdog_learn(flesh_newton *newton, int taken);
+/* Minimises the stage's potential over the few nodes that carry the residual r [n] at u, all others constrained. w [n] is 0
+ * but there, and u + w decreases an approximate potential, with a model of what is no sum over elements. u is near the
+ * iterate of K. FLESH_OK; FLESH_NOT_CONVERGED where the nodes would be no small part of the body; < 0: errors, also where
+ * the reserve is full. Collective: of a body that ranks share out each has a subdomain of its own, and FLESH_NOT_CONVERGED
+ * is of all of them. */
+int flesh_subdomain_solve(flesh_newton *newton, const double *u, const double *r, double *w);
+/* Room for the largest subdomain of the system, solved with PCG. Returns new; NULL: no memory. */
+flesh_reserve *flesh_subdomain_reserve(const flesh_system *system);
 
 /* p [n] = K^-1 b to a tenth, K being that of the last stage, whose last iterate is u [n]. FLESH_NOT_CONVERGED, with the last
  * iterate, or where b is 0; FLESH_NOT_POSITIVE. Counts in `stats`. */

@@ -42,7 +42,7 @@ static void try_guess(flesh_newton *newton, const double *guess, double *u)
 {
   flesh_equations *equations = &newton->equations;
   flesh_constrained *constrained = &equations->constrained;
-  double value, guessed, size, *trial = newton->search.trial;
+  double value, guessed, size, *trial = equations->trial;
   if (flesh_equations_potential(equations, u, &value, &size)) value = INFINITY;
   flesh_copy(newton->threads, equations->n, guess, trial);
   for (int k = 0; k < constrained->count; k++)

@@ -4,8 +4,6 @@
  *
  * Of a body that ranks share out, each rank frees such nodes alone as no other rank has: their residual and their rows of
  * K are all here, and no element has free nodes of two ranks, so that what the ranks find is a step of the body. */
-#include "newton/subdomain.h"
-
 #include <math.h>
 #include <string.h>
 
@@ -14,6 +12,7 @@
 #include "effect/effect.h"
 #include "linear/block_matrix.h"
 #include "newton/background.h"
+#include "newton/newton.h"
 
 enum {
   RINGS = 2,       /* of neighbours around the nodes that carry the residual; of tets of ten nodes half as many */
@@ -25,8 +24,8 @@ static const double largest_fraction = 0.25; /* of the nodes */
 static const double tolerance = 1e-2; /* of the subdomain's residual */
 
 typedef struct subdomain {
-  const flesh_subdomain_parent *parent;
-  const flesh_equations *whole;
+  flesh_newton *parent;
+  const flesh_equations *whole; /* its equations */
   const flesh_effect *sum;  /* over the whole's elements, ... */
   const flesh_cells *cells; /* ... which are these */
   uint8_t *state;     /* [nodes of the whole] OUTSIDE, CONSTRAINED or FREE */
@@ -83,7 +82,7 @@ static void leave_shared_nodes(subdomain *self, const double *ranks, uint8_t sta
  * free. */
 static int choose_nodes(subdomain *self, const double *r, const double *ranks)
 {
-  const int nodes = flesh_system_unknowns(self->whole->system) / 3;
+  const int nodes = self->whole->n / 3;
   const int rings = self->per_cell == 10 ? RINGS / 2 : RINGS;
   int count = 0;
   for (int i = 0; i < nodes; i++)
@@ -230,8 +229,8 @@ static int fill_background(subdomain *self, const double *u, const double *r, fl
   double *of_elements = work, *zeros = work + 3 * self->nodes;
   flesh_point point = flesh_point_at(whole->stage.t, self->x, zeros, zeros);
   flesh_shift shift = whole->stage.shift;
-  shift.filter = self->parent->filter;
-  place(self, self->parent->u_matrix);
+  shift.filter = self->parent->direction.filter;
+  place(self, self->parent->u);
   int status = flesh_system_jacobian(self->system, &point, &shift, K);
   place(self, u);
   if (!status) status = flesh_system_residual(self->system, &point, of_elements);
@@ -260,9 +259,9 @@ static int set_background(subdomain *self, const double *u, const double *r)
 
 static int solve(subdomain *self, double *w)
 {
-  const flesh_subdomain_parent *parent = self->parent;
+  const flesh_newton *parent = self->parent;
   const double fraction = (double)self->tets / self->cells->count;
-  flesh_solver_options options = *parent->options;
+  flesh_solver_options options = parent->options;
   options.newton_tolerance = tolerance;
   options.max_newton = (int)fmax(1, fmin(ITERATIONS, WORTH / fraction));
   options.accept_unconverged = 1;
@@ -315,7 +314,7 @@ static int make_and_solve(subdomain *self, const double *u, const double *r, dou
 static int meet(const subdomain *self, int status)
 {
   const flesh_team *team = self->whole->team;
-  flesh_solve_stats *stats = self->parent->stats;
+  flesh_solve_stats *stats = &self->parent->stats;
   const double cells = self->cells ? self->cells->count : 0;
   double all[] = {status == FLESH_OK, self->solved, self->newton, cells};
   flesh_team_sum(team, 4, all);
@@ -326,9 +325,10 @@ static int meet(const subdomain *self, int status)
   return all[0] > 0 ? FLESH_OK : team ? FLESH_NOT_CONVERGED : status;
 }
 
-int flesh_subdomain_solve(const flesh_subdomain_parent *parent, const double *u, const double *r, double *w)
+int flesh_subdomain_solve(flesh_newton *parent, const double *u, const double *r, double *w)
 {
-  subdomain self = {.parent = parent, .whole = parent->equations, .largest = largest_square(parent->equations->n / 3, r)};
+  subdomain self = {.parent = parent, .whole = &parent->equations,
+                    .largest = largest_square(parent->equations.n / 3, r)};
   int status = FLESH_NOT_CONVERGED;
   flesh_team_largest(self.whole->team, 1, &self.largest);
   self.per_cell = flesh_mesh_order(flesh_system_mesh(self.whole->system)) == 2 ? 10 : 4;

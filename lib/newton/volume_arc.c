@@ -30,18 +30,16 @@ static const double DECREASE = 1e-4;
 int flesh_volume_arc_init(flesh_equations *equations, flesh_direction *direction, flesh_volume_arc *self)
 {
   *self = (flesh_volume_arc){.equations = equations, .direction = direction};
-  if (!direction->rows.nodes_per_row || !flesh_uses(direction->options, FLESH_TECHNIQUE_VOLUME_ARCS)) return FLESH_OK;
-  const size_t count = (size_t)direction->rows.count, n = (size_t)equations->n;
+  if (!direction->rows.nodes_per_row || !flesh_uses(equations->options, FLESH_TECHNIQUE_VOLUME_ARCS)) return FLESH_OK;
+  const size_t count = (size_t)direction->rows.count;
   self->trial = direction->rows;
   self->trial.values = flesh_huge_pages_calloc((3 * count * (size_t)self->trial.nodes_per_row + 1) * sizeof(float));
   self->wanted = flesh_huge_pages_calloc((2 * count + 1) * sizeof(float));
-  self->step = flesh_huge_pages_calloc((2 * n + 1) * sizeof(double));
-  if (!self->trial.values || !self->wanted || !self->step) {
+  if (!self->trial.values || !self->wanted) {
     flesh_volume_arc_clear(self);
-    return flesh_fail(FLESH_ERR_MEMORY, "no memory for the steps of %zu unknowns", n);
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for the volumes of %zu tets", count);
   }
   self->error = self->wanted + count;
-  self->at = self->step + n;
   return FLESH_OK;
 }
 
@@ -49,16 +47,13 @@ void flesh_volume_arc_clear(flesh_volume_arc *self)
 {
   flesh_free(self->trial.values);
   flesh_free(self->wanted);
-  flesh_free(self->step);
   *self = (flesh_volume_arc){0};
 }
 
 size_t flesh_volume_arc_memory(const flesh_volume_arc *self)
 {
   const size_t count = (size_t)self->trial.count;
-  if (!self->step) return 0;
-  return count * (2 + 3 * (size_t)self->trial.nodes_per_row) * sizeof(float) +
-         2 * (size_t)self->equations->n * sizeof(double);
+  return self->wanted ? count * (2 + 3 * (size_t)self->trial.nodes_per_row) * sizeof(float) : 0;
 }
 
 /* y += weight b.q of every row, over the dofs that are not constrained. */
@@ -80,8 +75,9 @@ static void add_products(const flesh_volume_arc *self, const float *values, doub
 /* The rows at u + scale q. */
 static void find_rows(flesh_volume_arc *self, const double *u, double scale, const double *q)
 {
-  flesh_step_to(self->equations, u, scale, q, self->at);
-  const flesh_point point = flesh_equations_point(self->equations, self->at);
+  double *at = self->equations->trial;
+  flesh_step_to(self->equations, u, scale, q, at);
+  const flesh_point point = flesh_equations_point(self->equations, at);
   flesh_system_stiff_values(self->equations->system, &point, &self->equations->stage.shift, &self->trial);
 }
 
@@ -103,10 +99,10 @@ static double find_error(flesh_volume_arc *self, const double *u, int known, con
   return square / 2;
 }
 
-/* Corrects self->step from u. Whether it had more than `enough` of an error. */
-static int correct(flesh_volume_arc *self, const double *u, int known, double enough)
+/* Corrects the step q from u. Whether it had more than `enough` of an error. */
+static int correct(flesh_volume_arc *self, const double *u, int known, double enough, double *q)
 {
-  double *q = self->step, first = 0;
+  double first = 0;
   for (int k = 0; k < CORRECTIONS; k++) {
     const double energy = find_error(self, u, known, q);
     if (!(energy < INFINITY)) return 0;
@@ -118,23 +114,23 @@ static int correct(flesh_volume_arc *self, const double *u, int known, double en
   return 1;
 }
 
-void flesh_volume_arc_bend(flesh_volume_arc *self, const double *u, const double *r, double *p)
+void flesh_volume_arc_bend(flesh_volume_arc *self, const double *u, const double *b, double *p)
 {
   flesh_equations *equations = self->equations;
-  if (!self->step || self->direction->rows.left_in) return;
-  const double slope = flesh_dot(equations->threads, equations->n, r, p);
-  double start, value, magnitude, s = 1;
+  if (!self->wanted || self->direction->rows.left_in) return;
+  const double slope = -flesh_dot(equations->threads, equations->n, b, p);
+  double start, value, magnitude, s = 1, *q = equations->work[0];
   if (!(slope < 0) || flesh_equations_potential(equations, u, &start, &magnitude)) return;
   for (int k = 0; k < LENGTHS; k++, s /= 2) {
-    for (int d = 0; d < equations->n; d++) self->step[d] = s * p[d];
+    for (int d = 0; d < equations->n; d++) q[d] = s * p[d];
     memset(self->wanted, 0, (size_t)self->trial.count * sizeof *self->wanted);
-    add_products(self, self->direction->rows.values, 1, self->step, self->wanted);
-    if (!correct(self, u, 1, SMALL * -s * slope / 2) && k == 0) return;
-    flesh_step_to(equations, u, 1, self->step, self->at);
-    const int status = flesh_equations_potential(equations, self->at, &value, &magnitude);
-    const double own = flesh_dot(equations->threads, equations->n, r, self->step);
+    add_products(self, self->direction->rows.values, 1, q, self->wanted);
+    if (!correct(self, u, 1, SMALL * -s * slope / 2, q) && k == 0) return;
+    flesh_step_to(equations, u, 1, q, equations->trial);
+    const int status = flesh_equations_potential(equations, equations->trial, &value, &magnitude);
+    const double own = -flesh_dot(equations->threads, equations->n, b, q);
     if (status || !(own < 0) || !(value <= start + DECREASE * s * slope) || !(value <= start + DECREASE * own)) continue;
-    flesh_copy(equations->threads, equations->n, self->step, p);
+    flesh_copy(equations->threads, equations->n, q, p);
     return;
   }
 }
@@ -142,14 +138,14 @@ void flesh_volume_arc_bend(flesh_volume_arc *self, const double *u, const double
 void flesh_volume_arc_start(flesh_volume_arc *self, double *u)
 {
   flesh_equations *equations = self->equations;
-  double before, after, magnitude;
-  if (!self->step || self->direction->rows.left_in) return;
+  double before, after, magnitude, *q = equations->work[0];
+  if (!self->wanted || self->direction->rows.left_in) return;
   if (flesh_team_any(equations->team, equations->constrained.displacement > 0)) return;
   if (flesh_equations_potential(equations, u, &before, &magnitude)) return;
-  memcpy(self->step, u, (size_t)equations->n * sizeof *u);
+  flesh_copy(equations->threads, equations->n, u, q);
   memset(self->wanted, 0, (size_t)self->trial.count * sizeof *self->wanted);
-  if (!correct(self, equations->evaluation.zeros, 0, NOTHING * magnitude)) return;
-  if (!flesh_equations_can_reach(equations, self->step)) return;
-  if (!flesh_equations_evaluate(equations, self->step, &after, &magnitude) && after < before)
-    flesh_copy(equations->threads, equations->n, self->step, u);
+  if (!correct(self, equations->evaluation.zeros, 0, NOTHING * magnitude, q)) return;
+  if (!flesh_equations_can_reach(equations, q)) return;
+  if (!flesh_equations_evaluate(equations, q, &after, &magnitude) && after < before)
+    flesh_copy(equations->threads, equations->n, q, u);
 }

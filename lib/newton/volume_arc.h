@@ -10,7 +10,6 @@ typedef struct flesh_volume_arc {
   flesh_direction *direction; /* borrowed: its preconditioner has the projection */
   flesh_stiff_rows trial;     /* the rows where the step leads; all zero: there are none, on no rank */
   float *wanted, *error;      /* [rows] */
-  double *step, *at;          /* [n] */
 } flesh_volume_arc;
 
 /* FLESH_ERR_MEMORY. */
@@ -18,10 +17,10 @@ int flesh_volume_arc_init(flesh_equations *equations, flesh_direction *direction
 void flesh_volume_arc_clear(flesh_volume_arc *arc);
 size_t flesh_volume_arc_memory(const flesh_volume_arc *arc);
 
-/* The Newton step p [n] at u, where the residual is r, becomes s p plus what its volumes lack to second order, s = 1,
+/* The Newton step p [n] at u, where the residual is -b, becomes s p plus what its volumes lack to second order, s = 1,
  * 1/2 ..., where that lowers the potential as far as s p should; else p stays as it is. It stays also where straight
  * steps keep volumes well enough, or the preconditioner projects nothing. */
-void flesh_volume_arc_bend(flesh_volume_arc *arc, const double *u, const double *r, double *p);
+void flesh_volume_arc_bend(flesh_volume_arc *arc, const double *u, const double *b, double *p);
 
 /* Moves a solve's first iterate u [n], which was extrapolated in straight lines, so that volumes are those of the
  * stage's x0, if that lowers the potential. Does nothing if constrained dofs move. */

@@ -5,8 +5,8 @@
  * strained parts, and one or two Newton steps remove it. */
 #include <math.h>
 
-#include "newton/accelerators.h"
 #include "newton/mechanisms.h"
+#include "newton/newton.h"
 
 enum { RETURNS = 2, LONGEST_PAUSE = 8 };
 static const double worth = 0.3; /* steps that the line search cuts to less are tried */
@@ -15,18 +15,18 @@ static const double wall = 10;   /* a residual that grows by this factor says th
 static const double order = 6;   /* what remains of the strain grows by this power of the length */
 
 /* One or two Newton steps from `to` [n], until the potential is below `enough`; it is INFINITY where there is none. */
-static double go_back(flesh_accelerators *self, double enough, double *to)
+static double go_back(flesh_newton *self, double enough, double *to)
 {
-  flesh_equations *equations = self->equations;
+  flesh_equations *equations = &self->equations;
   const int n = equations->n;
-  double *b = self->work, *q = self->trial, value = INFINITY, before = INFINITY, magnitude;
+  double *b = equations->work[0], *q = equations->trial, value = INFINITY, before = INFINITY, magnitude;
   for (int k = 0; k < RETURNS && !(value < enough); k++) {
     value = INFINITY;
     if (flesh_equations_residual(equations, to, b)) break;
     const double norm = flesh_norm(equations->threads, n, b);
     if (!(norm < before)) break;
     for (int d = 0; d < n; d++) b[d] = -b[d];
-    if (self->services.newton_step(self->services.data, to, b, norm, q)) break;
+    if (flesh_newton_step_from(self, to, b, norm, q)) break;
     before = norm;
     for (int d = 0; d < n; d++) to[d] += q[d];
     if (flesh_equations_potential(equations, to, &value, &magnitude)) value = INFINITY;
@@ -34,9 +34,9 @@ static double go_back(flesh_accelerators *self, double enough, double *to)
   return value;
 }
 
-void flesh_watchdog_learn(flesh_accelerators *self, int taken)
+void flesh_watchdog_learn(flesh_newton *self, int taken)
 {
-  self->stats->watchdog_steps += taken;
+  self->stats.watchdog_steps += taken;
   if (taken) {
     self->watchdog.next_pause = 1;
     return;
@@ -45,13 +45,13 @@ void flesh_watchdog_learn(flesh_accelerators *self, int taken)
   if (self->watchdog.next_pause < LONGEST_PAUSE) self->watchdog.next_pause *= 2;
 }
 
-int flesh_watchdog_propose(flesh_accelerators *self, const flesh_accepted_step *step)
+int flesh_watchdog_propose(flesh_newton *self, const flesh_step *step)
 {
-  flesh_equations *equations = self->equations;
+  flesh_equations *equations = &self->equations;
   const int n = equations->n;
   const double cut = step->cut, *u = step->u, *p = step->p;
-  double *b = self->work, *to = self->work + n;
-  if (!flesh_uses(self->options, FLESH_TECHNIQUE_WATCHDOG) || !self->services.newton_step) return 0;
+  double *r = equations->work[0], *to = equations->work[1];
+  if (!flesh_uses(&self->options, FLESH_TECHNIQUE_WATCHDOG)) return 0;
   if (!(cut < worth) || step->kind == FLESH_DIRECTION_NEGATIVE_CURVATURE || ++self->watchdog.cuts < 2) return 0;
   if (self->watchdog.pause > 0) {
     self->watchdog.pause--;
@@ -61,15 +61,15 @@ int flesh_watchdog_propose(flesh_accelerators *self, const flesh_accepted_step *
   const double s = fmin(1, known > 0 ? fmax(known / length, 2 * cut) : first * cut);
   for (int d = 0; d < n; d++) to[d] = u[d] + s / cut * p[d];
   /* Otherwise it is nothing stiff that has cut the step. */
-  if (flesh_equations_residual(equations, to, b)) return 0;
-  if (flesh_norm(equations->threads, n, b) < wall * flesh_norm(equations->threads, n, step->r)) return 0;
-  const double falls = -s / cut * flesh_dot(equations->threads, n, step->r, p);
+  if (flesh_equations_residual(equations, to, r)) return 0;
+  if (flesh_norm(equations->threads, n, r) < wall * flesh_norm(equations->threads, n, step->b)) return 0;
+  const double falls = s / cut * flesh_dot(equations->threads, n, step->b, p);
   const double value = go_back(self, step->value, to);
   /* The excess over the quadratic model grows with a power of the length, the gain with the first: this is the best
    * length for the next try. */
   const double excess = fmax(value - (step->start - falls * (1 - s / 2)), 1e-6 * falls);
   self->watchdog.length = s * length * fmin(fmax(pow(falls / (order * excess), 1 / (order - 1)), 0.1), 4);
-  for (int d = 0; d < n; d++) self->proposal[d] = to[d] - u[d];
+  for (int d = 0; d < n; d++) equations->proposal[d] = to[d] - u[d];
   const int lower = value < step->value;
   if (!lower) flesh_watchdog_learn(self, 0);
   return lower;

@@ -85,8 +85,8 @@ int flesh_problem_solve(flesh_problem *self, const double *u, int count, double 
   int status = u ? flesh_newton_factor_tangent(newton, u) : FLESH_OK;
   const size_t n = (size_t)newton->equations.n;
   for (int k = 0; k < count && !status; k++) {
-    status = flesh_newton_solve_tangent(newton, b + (size_t)k * n, tolerance, newton->r);
-    if (!status) memcpy(b + (size_t)k * n, newton->r, n * sizeof *b);
+    status = flesh_newton_solve_tangent(newton, b + (size_t)k * n, tolerance, newton->equations.trial);
+    if (!status) memcpy(b + (size_t)k * n, newton->equations.trial, n * sizeof *b);
   }
   return status;
 }

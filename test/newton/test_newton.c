@@ -114,6 +114,17 @@ static double potential_at(bench *b, double length)
   return phi;
 }
 
+/* Searches along p; r is the residual at u. */
+static int search(bench *b, flesh_step *found)
+{
+  double *minus = malloc((size_t)b->n * sizeof *minus);
+  for (int d = 0; d < b->n; d++) minus[d] = -b->r[d];
+  *found = (flesh_step){.u = b->u, .b = minus, .p = b->p, .kind = FLESH_DIRECTION_NEWTON};
+  const int status = flesh_search_run(&b->newton.search, found);
+  free(minus);
+  return status;
+}
+
 static flesh_solver_options defaults(void)
 {
   flesh_solver_options options;
@@ -133,11 +144,11 @@ static void steps_without_sufficient_decrease_are_cut(void)
   } cases[] = {{1, 0}, {1.99, 0}, {2 - 3e-4, 0}, {2 - 1e-4, 1}, {2 - 1e-7, 1}, {2, 1}, {2 + 1e-9, 1}, {5, 1}};
   for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
     bench b;
-    flesh_search_result found = {0};
+    flesh_step found;
     make(&b, quadratic, &options, 1);
     for (int d = 0; d < b.n; d++) b.p[d] = -cases[k].s * b.u[d];
     const double before = potential_at(&b, 0), slope = -cases[k].s * 2 * before;
-    CHECK_OK(flesh_search_run(&b.newton.search, b.u, b.r, FLESH_DIRECTION_NEWTON, 0, b.p, &found));
+    CHECK_OK(search(&b, &found));
     if ((found.cut < 1) != cases[k].cut) printf("# s = %.9g is cut to %g\n", cases[k].s, found.cut);
     CHECK((found.cut < 1) == cases[k].cut);
     CHECK(before - potential_at(&b, 1) >= 0.999999e-4 * -slope * found.length);
@@ -154,19 +165,19 @@ static void cuts_go_to_the_minimum_of_the_parabola(void)
   static const double cases[][2] = {{2.5, 0.4}, {4, 0.25}, {8, 0.125}, {2.0001, 0.49997500124993756}};
   for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
     bench b;
-    flesh_search_result found = {0};
+    flesh_step found;
     make(&b, quadratic, &options, 1);
     for (int d = 0; d < b.n; d++) b.p[d] = -cases[k][0] * b.u[d];
-    CHECK_OK(flesh_search_run(&b.newton.search, b.u, b.r, FLESH_DIRECTION_NEWTON, 0, b.p, &found));
+    CHECK_OK(search(&b, &found));
     CHECK_NEAR(found.length, cases[k][1], 1e-12);
     CHECK(b.newton.stats.backtracks == 1);
     discard(&b);
   }
   bench b; /* the parabola's minimum at 1/40 is nearer than a tenth, from where the next is exact */
-  flesh_search_result found = {0};
+  flesh_step found;
   make(&b, quadratic, &options, 1);
   for (int d = 0; d < b.n; d++) b.p[d] = -40 * b.u[d];
-  CHECK_OK(flesh_search_run(&b.newton.search, b.u, b.r, FLESH_DIRECTION_NEWTON, 0, b.p, &found));
+  CHECK_OK(search(&b, &found));
   CHECK_NEAR(found.length, 0.025, 1e-12);
   CHECK(b.newton.stats.backtracks == 2);
   discard(&b);
@@ -176,11 +187,11 @@ static void predictions_are_those_of_the_quadratic_model(void)
 {
   const flesh_solver_options options = defaults();
   bench b;
-  flesh_search_result found = {0};
+  flesh_step found;
   make(&b, quadratic, &options, 2);
   for (int d = 0; d < b.n; d++) b.p[d] = -b.u[d];
   const double before = potential_at(&b, 0);
-  CHECK_OK(flesh_search_run(&b.newton.search, b.u, b.r, FLESH_DIRECTION_NEWTON, 0, b.p, &found));
+  CHECK_OK(search(&b, &found));
   CHECK_NEAR(found.predicted, before, 1e-12 * before);
   CHECK_NEAR(found.actual, before, 1e-12 * before);
   CHECK(!found.unpredicted && found.length == 1 && isnan(found.model_ratio));
@@ -191,14 +202,13 @@ static void ascent_and_hopeless_directions_are_told(void)
 {
   const flesh_solver_options options = defaults();
   bench b;
-  flesh_search_result found;
+  flesh_step found;
   make(&b, quadratic, &options, 1);
   for (int d = 0; d < b.n; d++) b.p[d] = b.u[d];
-  CHECK(flesh_search_run(&b.newton.search, b.u, b.r, FLESH_DIRECTION_NEWTON, 0, b.p, &found) == FLESH_NOT_POSITIVE);
+  CHECK(search(&b, &found) == FLESH_NOT_POSITIVE);
   /* A residual that is not the potential's gradient: it points uphill. */
   for (int d = 0; d < b.n; d++) b.r[d] = -b.r[d];
-  CHECK(flesh_search_run(&b.newton.search, b.u, b.r, FLESH_DIRECTION_NEWTON, 0, b.p, &found) ==
-        FLESH_NOT_CONVERGED);
+  CHECK(search(&b, &found) == FLESH_NOT_CONVERGED);
   discard(&b);
 }
 
@@ -394,45 +404,25 @@ static void filtered_matrices_are_not_kept(void)
   discard(&b);
 }
 
-static double offered; /* of the distance to the minimum */
-static int steps_asked;
-
-/* A Newton step of the watchdog's that ends at `offered` of the way to the minimum. */
-static int offer(void *data, const double *u, const double *b, double norm, double *q)
-{
-  const bench *of = data;
-  (void)b, (void)norm;
-  steps_asked++;
-  for (int d = 0; d < of->n; d++) q[d] = (1 - offered) * of->u[d] - u[d];
-  return FLESH_OK;
-}
-
 /* The watchdog's step is taken where it ends lower than the cut one, else the cut one stays; and it comes with the
  * second cut of a stage, not before. */
 static void watchdog_steps_are_taken_where_they_end_lower(void)
 {
-  static const double offers[] = {0.9, 0.001};
-  for (int k = 0; k < 2; k++) {
+  for (int lower = 0; lower < 2; lower++) {
     const flesh_solver_options options = defaults();
     bench b;
     make(&b, quadratic, &options, 1);
-    const flesh_accelerator_services services = {.data = &b, .newton_step = offer};
-    flesh_accelerators accelerators;
-    CHECK_OK(flesh_accelerators_init(&b.newton.equations, &options, &b.newton.stats, &services, &accelerators));
-    flesh_accelerators_begin_stage(&accelerators);
-    offered = offers[k];
-    steps_asked = 0;
     for (int cut = 1; cut <= 2; cut++) {
       for (int d = 0; d < b.n; d++) b.p[d] = -0.01 * b.u[d];
       /* 100 times as stiff a residual as the spring's own far along the step would be: a wall. */
-      for (int d = 0; d < b.n; d++) b.r[d] = 1e-3 * b.u[d];
-      const flesh_accepted_step step = {.u = b.u, .r = b.r, .p = b.p, .start = potential_at(&b, 0),
-                                        .value = potential_at(&b, 1), .cut = 0.01};
-      flesh_accelerators_run(&accelerators, step, b.p);
-      CHECK_NEAR(b.p[0], cut == 2 && k == 0 ? -0.9 : -0.01, 1e-12);
+      for (int d = 0; d < b.n; d++) b.r[d] = -1e-3 * b.u[d];
+      flesh_step step = {.u = b.u, .b = b.r, .p = b.p, .start = potential_at(&b, 0), .cut = 0.01};
+      step.value = lower ? potential_at(&b, 1) : -1; /* than which the potential has no lower value */
+      flesh_newton_accelerate(&b.newton, &step);
+      CHECK_NEAR(b.p[0], cut == 2 && lower ? -1 : -0.01, 1e-6);
+      CHECK((b.newton.stats.newton > 0) == (cut == 2));
     }
-    CHECK(steps_asked >= 1 && b.newton.stats.watchdog_steps == (k == 0));
-    flesh_accelerators_clear(&accelerators);
+    CHECK(b.newton.stats.watchdog_steps == lower);
     discard(&b);
   }
 }

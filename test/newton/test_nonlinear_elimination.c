@@ -4,7 +4,6 @@
 #include "body.h"
 #include "effect/private.h"
 #include "newton/stage.h"
-#include "newton/subdomain.h"
 #include "sundials/kinsol.h"
 #include "test.h"
 
@@ -171,11 +170,7 @@ static void the_rest_of_the_body_is_there(void)
   double before, lower, size;
   CHECK_OK(flesh_equations_residual(equations, u, r));
   CHECK_OK(flesh_equations_potential(equations, u, &before, &size));
-  const flesh_subdomain_parent parent = {.equations = equations, .options = &newton.options, .u_matrix = newton.u,
-                                         .filter = newton.direction.filter, .solver = newton.solver,
-                                         .reserve = newton.reserve,
-                                         .stats = &newton.stats};
-  CHECK_OK(flesh_subdomain_solve(&parent, u, r, w));
+  CHECK_OK(flesh_subdomain_solve(&newton, u, r, w));
   /* A body that is as large as may be solved for alone has room, many times over. */
   CHECK(flesh_reserve_most(newton.reserve) > 0 && 4 * flesh_reserve_most(newton.reserve) < flesh_reserve_size(newton.reserve));
   int moved = 0;
@@ -215,20 +210,17 @@ static void a_used_up_reserve_is_no_harm(void)
   throw_about(&b, 0.002, u);
   CHECK_OK(flesh_equations_residual(&newton.equations, u, r));
   CHECK_OK(flesh_newton_matrix(&newton, u, r));
-  flesh_subdomain_parent parent = {.equations = &newton.equations, .options = &options, .u_matrix = newton.u,
-                                   .filter = newton.direction.filter, .solver = newton.solver,
-                                   .reserve = newton.reserve, .stats = &newton.stats};
-  CHECK_OK(flesh_subdomain_solve(&parent, u, r, w));
+  CHECK_OK(flesh_subdomain_solve(&newton, u, r, w));
   const size_t needed = flesh_reserve_most(newton.reserve);
+  flesh_reserve_destroy(&newton.reserve);
   /* A reserve has a whole number of 64 bytes. */
   for (size_t size = 0; size + 64 <= needed; size += needed / 40) {
-    parent.reserve = flesh_reserve_create(size);
-    CHECK(flesh_subdomain_solve(&parent, u, r, w) == FLESH_ERR_MEMORY && !flesh_reserve_entered());
-    flesh_reserve_destroy(&parent.reserve);
+    newton.reserve = flesh_reserve_create(size);
+    CHECK(flesh_subdomain_solve(&newton, u, r, w) == FLESH_ERR_MEMORY && !flesh_reserve_entered());
+    flesh_reserve_destroy(&newton.reserve);
   }
-  parent.reserve = flesh_reserve_create(needed);
-  CHECK_OK(flesh_subdomain_solve(&parent, u, r, w));
-  flesh_reserve_destroy(&parent.reserve);
+  newton.reserve = flesh_reserve_create(needed);
+  CHECK_OK(flesh_subdomain_solve(&newton, u, r, w));
   free(u);
   free(r);
   flesh_newton_clear(&newton);

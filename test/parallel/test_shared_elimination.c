@@ -99,10 +99,7 @@ static void find_together(int places)
   double before, lower, size, found[2] = {0};
   CHECK_OK(flesh_equations_residual(equations, u, r));
   CHECK_OK(flesh_equations_potential(equations, u, &before, &size));
-  const flesh_subdomain_parent parent = {.equations = equations, .options = &newton.options, .u_matrix = newton.u,
-                                         .filter = newton.direction.filter, .solver = newton.solver,
-                                         .reserve = newton.reserve, .stats = &newton.stats};
-  CHECK_OK(flesh_subdomain_solve(&parent, u, r, w));
+  CHECK_OK(flesh_subdomain_solve(&newton, u, r, w));
   for (int k = 0; k < team->reach.first_taken[team->reach.count]; k++) /* what others have */
     for (int c = 0; c < 3 && team->reach.taken[k] < team->nodes; c++) CHECK(w[3 * team->reach.taken[k] + c] == 0);
   for (int d = 0; d < n; d++) {
