@@ -47,10 +47,7 @@ struct flesh_untangler {
   double expected;  /* time of the state that the next step starts from; NaN: none yet */
   flesh_edge_force scale;
   double *v, *a, *r, *saved, *zero; /* [n] */
-  struct {
-    double *x, *v; /* [n] */
-  } end; /* of the last step, with the tangle, and so are the numbers below */
-  double *multipliers; /* [multiplier_count] */
+  flesh_state end; /* of the last step, with the tangle, and so are the numbers below */
   int multiplier_count;
   int vanished; /* A part is a point, in which form E has no more energy than at rest for a ratio of 0. */
   double phi;   /* J */
@@ -86,7 +83,7 @@ static int allocate(flesh_untangler *self)
   double **arrays[VECTORS] = {NULL, &self->a, &self->r, &self->saved, &self->zero, &self->end.x, &self->end.v};
   int failed = !(self->fixed = calloc((size_t)self->n + 1, 1));
   failed |= !(self->far = calloc((size_t)self->n + 1, 1));
-  failed |= !(self->multipliers = calloc((size_t)self->multiplier_count + 1, sizeof(double)));
+  failed |= !(self->end.multipliers = calloc((size_t)self->multiplier_count + 1, sizeof(double)));
   failed |= !(self->v = calloc(VECTORS * (size_t)self->n + 1, sizeof(double)));
   for (int k = 1; k < VECTORS && self->v; k++) *arrays[k] = self->v + (size_t)k * (size_t)self->n;
   return failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for an untangler") : FLESH_OK;
@@ -134,7 +131,7 @@ void flesh_untangler_destroy(flesh_untangler **untangler)
   flesh_reserve_destroy(&(*untangler)->reserve); /* and the winding with it */
   flesh_rigid_parts_clear(&(*untangler)->parts);
   free((*untangler)->v); /* and all other vectors with it */
-  free((*untangler)->multipliers);
+  free((*untangler)->end.multipliers);
   free((*untangler)->fixed);
   free((*untangler)->far);
   free(*untangler);
@@ -241,18 +238,12 @@ static int potential(flesh_untangler *self, const flesh_state *state, double *ph
   return flesh_system_potential(self->system, &point, &(flesh_shift){.x = 1}, phi, magnitude);
 }
 
-static void remember_end(flesh_untangler *self, const flesh_state *state)
+static void copy(const flesh_untangler *self, const flesh_state *from, flesh_state *to)
 {
-  memcpy(self->end.x, state->x, sizeof(double) * (size_t)self->n);
-  memcpy(self->end.v, state->v, sizeof(double) * (size_t)self->n);
-  if (state->multipliers) memcpy(self->multipliers, state->multipliers, sizeof(double) * (size_t)self->multiplier_count);
-}
-
-static void take_back(flesh_untangler *self, flesh_state *state)
-{
-  memcpy(state->x, self->end.x, sizeof(double) * (size_t)self->n);
-  memcpy(state->v, self->end.v, sizeof(double) * (size_t)self->n);
-  if (state->multipliers) memcpy(state->multipliers, self->multipliers, sizeof(double) * (size_t)self->multiplier_count);
+  memcpy(to->x, from->x, sizeof *to->x * (size_t)self->n);
+  memcpy(to->v, from->v, sizeof *to->v * (size_t)self->n);
+  if (from->multipliers && to->multipliers)
+    memcpy(to->multipliers, from->multipliers, sizeof *to->multipliers * (size_t)self->multiplier_count);
 }
 
 /* Whether any rank has what may be. */
@@ -264,21 +255,15 @@ static int may_be_tangled(const flesh_untangler *self, const double *x)
 /* Whether there is a tangle that only softening leads out of. */
 static int find(flesh_untangler *self, const flesh_state *state)
 {
-  if (!may_be_tangled(self, state->x)) {
-    self->attempts = 0;
-    return 0;
-  }
-  if (!self->winding) {
-    int status = flesh_winding_create(self->mesh, self->team, &self->winding);
+  const uint8_t *tangled = NULL;
+  double count = 0;
+  if (may_be_tangled(self, state->x)) {
+    const int status = self->winding ? FLESH_OK : flesh_winding_create(self->mesh, self->team, &self->winding);
     if (status) return status;
+    count = flesh_team_total(self->team, flesh_winding_find(self->winding, state->x, &tangled));
   }
-  const uint8_t *tangled;
-  const double count = flesh_team_total(self->team, flesh_winding_find(self->winding, state->x, &tangled));
-  if (count == 0) {
-    self->attempts = 0;
-    return 0;
-  }
-  if (self->attempts == ATTEMPT_LIMIT || has_collapsed(self, state, count) || !is_balanced(self, state) ||
+  if (count == 0) self->attempts = 0;
+  if (count == 0 || self->attempts == ATTEMPT_LIMIT || has_collapsed(self, state, count) || !is_balanced(self, state) ||
       is_held(self, state, tangled))
     return 0;
   const int far = flesh_winding_find_far(self->mesh, self->team, tangled, self->saved, self->far);
@@ -296,7 +281,7 @@ static int find_from_reserve(flesh_untangler *self, flesh_state *state)
   if (status != 1) return status;
   if (potential(self, state, &self->phi, &magnitude)) return 0;
   self->attempts++;
-  remember_end(self, state);
+  copy(self, state, &self->end);
   return 1;
 }
 
@@ -317,7 +302,7 @@ int flesh_untangler_after_equilibrium(flesh_untangler *self, flesh_state *state)
 
 void flesh_untangler_begin(flesh_untangler *self, flesh_state *state)
 {
-  take_back(self, state);
+  copy(self, &self->end, state);
   self->vanished = flesh_lay_out(self->system, &self->parts, self->fixed, state->t, self->end.x, self->saved, state->x);
 }
 
@@ -348,7 +333,7 @@ int flesh_untangler_judge(flesh_untangler *self, flesh_state *state, int solved,
   const int better = phi < self->phi - rounding_of_terms * magnitude ||
                      (phi < INFINITY && self->vanished && !may_be_tangled(self, state->x));
   if (!moved || !better) {
-    take_back(self, state);
+    copy(self, &self->end, state);
     return 0;
   }
   memcpy(self->v, state->v, sizeof(double) * (size_t)self->n);

@@ -9,14 +9,14 @@
 #include "base/memory.h"
 #include "base/sort.h"
 #include "math/mat3.h"
+#include "mesh/edges.h"
 #include "mesh/mesh.h"
 #include "mesh/pieces.h"
 
 struct flesh_winding {
   const flesh_mesh *mesh;
   const flesh_team *team; /* NULL: none */
-  int edges;
-  int *tet_edges;      /* [6*pieces] */
+  flesh_mesh_edges edges; /* of the pieces */
   int shared, of_all;  /* edges of this rank between nodes that others have, and those of all ranks, each once */
   int *shared_edges;   /* [shared] which of the edges they are */
   int *place;          /* [shared] and which of those of all ranks */
@@ -28,9 +28,8 @@ struct flesh_winding {
 /* A tet whose extents have shrunk below a tenth in the mean: tr(F^T F) of what has collapsed. */
 static const double collapsed = 0.03;
 
-/* The edge (0,1) and the other two corners of a tet, for each of its six edges. */
-static const int edge_corners[6][4] = {{0, 1, 2, 3}, {0, 2, 1, 3}, {0, 3, 1, 2},
-                                       {1, 2, 0, 3}, {1, 3, 0, 2}, {2, 3, 0, 1}};
+/* A tet's edge between the corners that each of its edges has not. */
+static const int opposite[6] = {5, 3, 4, 1, 2, 0};
 
 /* The angle at edge ab between the faces abc and abd, in [0, pi]. */
 static double dihedral(const double *x, int a, int b, int c, int d)
@@ -62,21 +61,27 @@ static void sum_ranks(const flesh_winding *self, double *sums)
   for (int k = 0; k < self->shared; k++) sums[self->shared_edges[k]] = self->between[self->place[k]];
 }
 
+/* The columns of D are a tet's edges from its first corner. */
+static void edges_from_first(const double *x, const int node[4], double D[9])
+{
+  for (int c = 0; c < 3; c++)
+    for (int a = 0; a < 3; a++) D[3 * c + a] = x[3 * node[a + 1] + c] - x[3 * node[0] + c];
+}
+
 static void sum_angles(const flesh_winding *self, const double *x, double *sums)
 {
-  memset(sums, 0, sizeof(double) * (size_t)self->edges);
+  memset(sums, 0, sizeof(double) * (size_t)self->edges.count);
   for (int t = 0; t < flesh_mesh_piece_count(self->mesh); t++) {
     int node[4];
     double D[9];
     flesh_mesh_piece(self->mesh, t, node);
-    for (int c = 0; c < 3; c++)
-      for (int a = 0; a < 3; a++) D[3 * c + a] = x[3 * node[a + 1] + c] - x[3 * node[0] + c];
+    edges_from_first(x, node, D);
     /* An inverted tet winds backwards. */
     double sign = flesh_mat3_determinant(D) < 0 ? -1 : 1;
     for (int k = 0; k < 6; k++) {
-      const int *corner = edge_corners[k];
-      sums[self->tet_edges[6 * (size_t)t + k]] +=
-          sign * dihedral(x, node[corner[0]], node[corner[1]], node[corner[2]], node[corner[3]]);
+      const int *at = flesh_edge_corners[k], *other = flesh_edge_corners[opposite[k]];
+      sums[self->edges.tet_edges[6 * (size_t)t + k]] +=
+          sign * dihedral(x, node[at[0]], node[at[1]], node[other[0]], node[other[1]]);
     }
   }
   if (self->team) sum_ranks(self, sums);
@@ -89,8 +94,8 @@ static void count_ranks(const flesh_team *team, double *w)
   flesh_team_sum_nodes(team, 1, w);
 }
 
-/* The edges of every tet with as much again for sorting them, and four numbers by edge, of which a tet has six; and, with
- * as much again, the edges that ranks share, each as often as it is of a tet. */
+/* The edges of every tet and what finding them takes, and three numbers by edge, of which a tet has six; and, with as much
+ * again for sorting them, the edges that ranks share, each as often as it is of a tet. */
 size_t flesh_winding_room(const flesh_mesh *mesh, const flesh_team *team, double *work)
 {
   const size_t pieces = (size_t)flesh_mesh_piece_count(mesh);
@@ -103,36 +108,18 @@ size_t flesh_winding_room(const flesh_mesh *mesh, const flesh_team *team, double
     shared += corners * (corners - 1) / 2;
   }
   const size_t of_all = (size_t)flesh_team_total(team, shared);
-  return 4096 + 408 * pieces + (team ? 8 * (size_t)(team->nodes + team->ranks) : 0) + 64 * of_all;
-}
-
-/* Every edge of every piece, by its nodes, sorted, with its place in tet_edges. */
-static void list_edges(const flesh_mesh *mesh, int (*all)[3])
-{
-  const size_t pieces = (size_t)flesh_mesh_piece_count(mesh);
-  for (size_t t = 0; t < pieces; t++)
-    for (int k = 0; k < 6; k++) {
-      int node[4];
-      flesh_mesh_piece(mesh, (int)t, node);
-      int a = node[edge_corners[k][0]];
-      int b = node[edge_corners[k][1]];
-      int *row = all[6 * t + k];
-      row[0] = a < b ? a : b;
-      row[1] = a < b ? b : a;
-      row[2] = (int)(6 * t) + k;
-    }
-  flesh_sort(all, 6 * pieces, sizeof *all, compare_edges);
+  return 4096 + 304 * pieces + 8 * (size_t)flesh_mesh_node_count(mesh) + (team ? 8 * (size_t)(team->nodes + team->ranks) : 0) + 64 * of_all;
 }
 
 /* Lists this rank's edges between nodes that others have, by the nodes' numbers in the body; `pair` NULL: counts them. */
-static int list_shared(flesh_winding *self, const int (*all)[3], const double *ranks_of, double *pair)
+static int list_shared(flesh_winding *self, const double *ranks_of, double *pair)
 {
   const int *numbers = self->team->numbers;
   int count = 0;
-  for (size_t k = 0; k < 6 * (size_t)flesh_mesh_piece_count(self->mesh); k++) {
-    const int a = all[k][0], b = all[k][1];
-    if ((k && !compare_edges(all[k], all[k - 1])) || !(ranks_of[a] > 1 && ranks_of[b] > 1)) continue;
-    self->shared_edges[count] = self->tet_edges[all[k][2]];
+  for (int e = 0; e < self->edges.count; e++) {
+    const int a = self->edges.ends[2 * (size_t)e], b = self->edges.ends[2 * (size_t)e + 1];
+    if (!(ranks_of[a] > 1 && ranks_of[b] > 1)) continue;
+    self->shared_edges[count] = e;
     const int before = numbers[a] < numbers[b];
     if (pair) pair[2 * (size_t)count] = numbers[before ? a : b];
     if (pair) pair[2 * (size_t)count + 1] = numbers[before ? b : a];
@@ -143,13 +130,13 @@ static int list_shared(flesh_winding *self, const int (*all)[3], const double *r
 
 /* The place of each shared edge among those of all ranks, which every rank sorts alike. `ranks_of` [nodes+ranks] is
  * room. */
-static int meet(flesh_winding *self, const int (*all)[3], double *ranks_of)
+static int meet(flesh_winding *self, double *ranks_of)
 {
   const flesh_team *team = self->team;
   double *counts = ranks_of + team->nodes;
   int first = 0, total = 0;
   count_ranks(team, ranks_of);
-  self->shared = list_shared(self, all, ranks_of, NULL);
+  self->shared = list_shared(self, ranks_of, NULL);
   for (int r = 0; r < team->ranks; r++) counts[r] = r == team->rank ? self->shared : 0;
   flesh_team_sum(team, team->ranks, counts);
   for (int r = 0; r < team->ranks; r++) {
@@ -163,7 +150,7 @@ static int meet(flesh_winding *self, const int (*all)[3], double *ranks_of)
   const int enough = pairs && edges && self->place && self->between;
   const int status = flesh_team_agree(team, enough ? FLESH_OK : FLESH_ERR_MEMORY);
   if (!status) {
-    list_shared(self, all, ranks_of, pairs + 2 * (size_t)first);
+    list_shared(self, ranks_of, pairs + 2 * (size_t)first);
     flesh_team_sum(team, 2 * total, pairs);
     for (int d = 0; d < 2 * total; d++) edges[d / 2][d % 2] = (int)pairs[d];
     int mine[2];
@@ -182,37 +169,34 @@ static int meet(flesh_winding *self, const int (*all)[3], double *ranks_of)
   return status;
 }
 
-/* Numbers the edges, which `all` [6*pieces] lists. */
-static int number_edges(flesh_winding *self, int (*all)[3])
+/* Finds the edges of the pieces, and makes room for their sums. */
+static int find_edges(flesh_winding *self)
 {
-  const size_t pieces = (size_t)flesh_mesh_piece_count(self->mesh);
-  list_edges(self->mesh, all);
-  for (size_t k = 0; k < 6 * pieces; k++) {
-    self->edges += !k || compare_edges(all[k], all[k - 1]);
-    self->tet_edges[all[k][2]] = self->edges - 1;
-  }
-  self->rest = flesh_malloc(sizeof(double) * (size_t)self->edges);
-  self->now = flesh_malloc(sizeof(double) * (size_t)self->edges);
-  if (self->team) self->shared_edges = flesh_malloc(sizeof(int) * (size_t)self->edges);
-  return self->rest && self->now && (self->shared_edges || !self->team) ? FLESH_OK : FLESH_ERR_MEMORY;
+  const int pieces = flesh_mesh_piece_count(self->mesh);
+  int *nodes = flesh_malloc(4 * (size_t)pieces * sizeof *nodes);
+  for (int t = 0; t < pieces && nodes; t++) flesh_mesh_piece(self->mesh, t, nodes + 4 * (size_t)t);
+  int enough = nodes && flesh_mesh_edges_find(flesh_mesh_node_count(self->mesh), pieces, nodes, &self->edges);
+  flesh_free(nodes);
+  const size_t edges = (size_t)self->edges.count;
+  self->tangled = flesh_calloc((size_t)pieces, 1);
+  self->rest = flesh_malloc(2 * edges * sizeof *self->rest + 1);
+  self->now = self->rest ? self->rest + edges : NULL;
+  if (self->team) self->shared_edges = flesh_malloc(edges * sizeof *self->shared_edges + 1);
+  enough &= self->tangled && self->rest && (self->shared_edges || !self->team);
+  return enough ? FLESH_OK : FLESH_ERR_MEMORY;
 }
 
 int flesh_winding_create(const flesh_mesh *mesh, const flesh_team *team, flesh_winding **winding)
 {
-  const size_t pieces = (size_t)flesh_mesh_piece_count(mesh);
   flesh_winding *self = *winding = flesh_calloc(1, sizeof *self);
-  int(*all)[3] = flesh_malloc(sizeof *all * 6 * pieces);
   double *ranks_of = team ? flesh_malloc((size_t)(team->nodes + team->ranks) * sizeof *ranks_of) : NULL;
-  int status = self && all && (ranks_of || !team) ? FLESH_OK : FLESH_ERR_MEMORY;
-  if (self) {
-    *self = (flesh_winding){.mesh = mesh, .team = team, .tet_edges = flesh_malloc(sizeof(int) * 6 * pieces),
-                            .tangled = flesh_calloc(pieces, 1)};
-    if (!self->tet_edges || !self->tangled) status = FLESH_ERR_MEMORY;
+  int status = self && (ranks_of || !team) ? FLESH_OK : FLESH_ERR_MEMORY;
+  if (!status) {
+    *self = (flesh_winding){.mesh = mesh, .team = team};
+    status = find_edges(self);
   }
-  if (!status) status = number_edges(self, all);
   status = flesh_team_agree(team, status);
-  if (!status && team) status = meet(self, (const int(*)[3])all, ranks_of);
-  flesh_free(all);
+  if (!status && team) status = meet(self, ranks_of);
   flesh_free(ranks_of);
   if (!status) {
     sum_angles(self, flesh_mesh_positions(mesh), self->rest);
@@ -226,12 +210,11 @@ void flesh_winding_destroy(flesh_winding **winding)
 {
   if (!winding || !*winding) return;
   flesh_winding *self = *winding;
-  flesh_free(self->tet_edges);
+  flesh_mesh_edges_clear(&self->edges);
   flesh_free(self->shared_edges);
   flesh_free(self->place);
   flesh_free(self->between);
-  flesh_free(self->rest);
-  flesh_free(self->now);
+  flesh_free(self->rest); /* and now */
   flesh_free(self->tangled);
   flesh_free(self);
   *winding = NULL;
@@ -239,15 +222,11 @@ void flesh_winding_destroy(flesh_winding **winding)
 
 static void deformation(const flesh_mesh *mesh, const double *x, int t, double F[9])
 {
-  const double *X = flesh_mesh_positions(mesh);
   int node[4];
   double D[9], d[9], inverse[9];
   flesh_mesh_piece(mesh, t, node);
-  for (int c = 0; c < 3; c++)
-    for (int a = 0; a < 3; a++) {
-      D[3 * c + a] = X[3 * node[a + 1] + c] - X[3 * node[0] + c];
-      d[3 * c + a] = x[3 * node[a + 1] + c] - x[3 * node[0] + c];
-    }
+  edges_from_first(flesh_mesh_positions(mesh), node, D);
+  edges_from_first(x, node, d);
   flesh_mat3_inverse(D, inverse);
   flesh_mat3_multiply(d, inverse, F);
 }
@@ -308,7 +287,7 @@ int flesh_winding_find(flesh_winding *self, const double *x, const uint8_t **tan
     self->tangled[t] = !tells_nothing(self->mesh, t) &&
                        (flesh_tet_volume(x, node) <= 0 || flesh_mat3_norm2(F) < collapsed);
     for (int k = 0; k < 6; k++) {
-      int e = self->tet_edges[6 * (size_t)t + k];
+      const int e = self->edges.tet_edges[6 * (size_t)t + k];
       if (fabs(self->now[e] - self->rest[e]) > pi) self->tangled[t] = 1;
     }
   }
