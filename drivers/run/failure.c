@@ -89,7 +89,7 @@ const char *flesh_failure_advice(const flesh_failure *failure, const flesh_scene
 static const char *body_of(const flesh_scene *scene, int tet)
 {
   const flesh_body *body = flesh_scene_body(scene);
-  for (int k = 0; k < body->part_count; k++)
+  for (int k = 0; body->part_count > 1 && k < body->part_count; k++)
     if (tet >= body->parts[k].first_tet && tet < body->parts[k].first_tet + body->parts[k].tets)
       return body->parts[k].name;
   return NULL;

@@ -30,7 +30,7 @@ static void describe_bodies(const flesh_scene *scene, FILE *stream)
 
 static const char *name_of(const flesh_body *body, int part)
 {
-  return part < body->part_count && body->parts[part].name ? body->parts[part].name : "the body";
+  return body->part_count > 1 && body->parts[part].name ? body->parts[part].name : "the body";
 }
 
 static void describe_ignored(const flesh_scene *scene, const flesh_effect *effect, const double *x, FILE *stream)

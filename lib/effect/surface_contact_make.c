@@ -72,7 +72,7 @@ static int make(const flesh_body *body, const flesh_contact_options *options, in
 /* Name of a part, for messages. */
 static const char *name_of(const contact *self, int part)
 {
-  return part < self->part_count && self->parts[part].name ? self->parts[part].name : "the body";
+  return self->part_count > 1 && self->parts[part].name ? self->parts[part].name : "the body";
 }
 
 /* Number of a node, for messages. */

@@ -80,11 +80,10 @@ static flesh_element element_of(const flesh_scene *scene, const flesh_scene_othe
 flesh_element flesh_scene_element(const flesh_scene *scene, int body)
 {
   const flesh_scene_other *others = scene->keys.bodies.values;
-  const flesh_body_part all = {NULL, 0, flesh_mesh_tet_count(scene->mesh)}, *part = body ? &scene->parts[body] : &all;
+  const flesh_body_part *part = &scene->parts[body];
   const flesh_element given = body ? element_of(scene, others + body - 1) : (flesh_element)scene->keys.body.element;
   int ten = 0;
   if (given != FLESH_ELEMENT_AUTO) return given;
-  if (scene->part_count) part = &scene->parts[body];
   for (int t = part->first_tet; t < part->first_tet + part->tets; t++) ten += flesh_mesh_is_quadratic(scene->mesh, t);
   return !ten ? FLESH_ELEMENT_TET4 : ten == part->tets ? FLESH_ELEMENT_TET10_MEAN : FLESH_ELEMENT_AUTO;
 }
@@ -118,7 +117,6 @@ static int append_other(flesh_scene *scene, int k, join *j)
 int flesh_scene_join_bodies(flesh_scene *scene)
 {
   const int count = scene->keys.bodies.count;
-  if (!count) return FLESH_OK;
   join j = {0};
   flesh_mesh *joined = NULL;
   scene->parts = flesh_arena_take(&scene->arena, ((size_t)count + 1) * sizeof *scene->parts);
@@ -126,6 +124,7 @@ int flesh_scene_join_bodies(flesh_scene *scene)
   if (!scene->parts || !scene->part_nodes) return no_memory(scene);
   scene->part_count = count + 1;
   scene->parts[0] = (flesh_body_part){scene->keys.body.name, 0, flesh_mesh_tet_count(scene->mesh)};
+  if (!count) return FLESH_OK;
   int status = append(&j, scene->mesh, NULL) ? no_memory(scene) : FLESH_OK;
   scene->part_nodes[0] = 0;
   scene->part_nodes[1] = j.nodes;

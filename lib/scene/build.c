@@ -158,8 +158,7 @@ static int assign_tets(flesh_scene *scene, const flesh_node *body_node, const fl
   double *density = flesh_arena_take(&scene->arena, (size_t)tets * sizeof *density);
   int *tet_material = flesh_arena_take(&scene->arena, (size_t)tets * sizeof *tet_material);
   if (!density || !tet_material) return no_memory(scene);
-  /* The regions are those of the body's own mesh. */
-  const int own = scene->part_count ? scene->parts[0].tets : tets;
+  const int own = scene->parts[0].tets; /* the regions are those of the body's own mesh */
   for (int t = 0; t < own; t++) {
     tagged wanted = {.tag = mesh_tags[t]};
     tagged *found =
@@ -192,7 +191,7 @@ static int assign_tets(flesh_scene *scene, const flesh_node *body_node, const fl
                              .tet_material = scene->material_count > 1 ? tet_material : NULL,
                              .mass = (flesh_mass)scene->keys.body.mass,
                              .element = (flesh_element)scene->keys.body.element,
-                             .material_elements = scene->part_count ? scene->material_elements : NULL,
+                             .material_elements = scene->part_count > 1 ? scene->material_elements : NULL,
                              .part_count = scene->part_count,
                              .parts = scene->parts};
   return FLESH_OK;

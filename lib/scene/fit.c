@@ -71,7 +71,7 @@ int flesh_scene_read_state(const flesh_scene *scene, flesh_state *state)
   const flesh_split_part *split = scene->mesh->split;
   if (split) return flesh_state_read_some(path, split->whole_nodes, nodes, split->nodes, state);
   int status = flesh_state_read(path, nodes, state);
-  if (status != FLESH_ERR_FILE || scene->part_count || scene->keys.body.curved.count) return status;
+  if (status != FLESH_ERR_FILE || scene->part_count > 1 || scene->keys.body.curved.count) return status;
   flesh_mesh *mesh = NULL;
   char words[1024];
   snprintf(words, sizeof words, "%s", flesh_error_text());

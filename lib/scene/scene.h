@@ -12,7 +12,7 @@ struct flesh_scene {
   const flesh_node *root; /* its text with the overrides applied */
   flesh_scene_keys keys;  /* every value in force */
   flesh_mesh *mesh;
-  int part_count; /* bodies; 0: one */
+  int part_count; /* bodies */
   flesh_body_part *parts;
   int *part_nodes; /* [part_count+1] first node of each */
   flesh_material *materials;

@@ -154,7 +154,7 @@ static const flesh_key body_table[] = {
      .type = FLESH_KEY_TEXT,
      AT(body.name),
      .default_value = "body",
-     .doc = "for selections, where there are several bodies"},
+     .doc = "for selections"},
     {.name = NULL},
 };
 #undef AT

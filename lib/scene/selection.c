@@ -45,8 +45,7 @@ int flesh_selection_body(const char *name, const flesh_body *body, const flesh_b
     if (!strcmp(body->parts[k].name, name)) *part = &body->parts[k];
   if (!name || *part) return FLESH_OK;
   return flesh_fail(FLESH_ERR_ARGUMENT, "body is '%s'; the scene has no body of that name, but %s", name,
-                    body->part_count ? body->parts[0].name
-                                     : "a single one, which box, sphere, nodes, regions or set choose from");
+                    body->part_count ? body->parts[0].name : "one without a name");
 }
 
 /* The body and the set that are named, or NULL. */

@@ -121,6 +121,12 @@ static void densities_and_selections_are_by_body(void)
   CHECK(flesh_system_fixed(flesh_scene_system(held), 0, fixed) == 3 * 27);
   free(fixed);
   flesh_scene_destroy(&held);
+  const char *alone[] = {"effects.pin.box=null", "effects.pin.body=bar", "bodies=null"};
+  CHECK_OK(flesh_scene_read(file_path("scene.yaml"), 3, alone, &held));
+  fixed = malloc((size_t)flesh_system_unknowns(flesh_scene_system(held)));
+  CHECK(flesh_system_fixed(flesh_scene_system(held), 0, fixed) == flesh_system_unknowns(flesh_scene_system(held)));
+  free(fixed);
+  flesh_scene_destroy(&held);
 }
 
 static void refused(const char *text, const char *part)
@@ -139,8 +145,8 @@ static void bad_bodies_are_refused(void)
           "bad.yaml:2:17: bodies[0].name is 'body'; another body has that name already");
   refused("body: {" BAR "}\nbodies: [{name: a, " BLOCK "}]\neffects: [inertia, pin: {body: b}]\n",
           "body is 'b'; the scene has no body of that name, but body");
-  refused("body: {" BAR "}\neffects: [inertia, pin: {body: body}]\n",
-          "body is 'body'; the scene has no body of that name, but a single one, which box, sphere, nodes,");
+  refused("body: {" BAR "}\neffects: [inertia, pin: {body: left}]\n",
+          "body is 'left'; the scene has no body of that name, but body");
   refused("body: {mesh: bar.node}\nbodies: [{name: a, " BLOCK "}]\neffects: [inertia]\n", "have no material");
   flesh_scene *scene = NULL;
   const char *path =
