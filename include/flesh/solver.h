@@ -30,8 +30,8 @@ typedef enum flesh_technique {
   FLESH_TECHNIQUE_NEGATIVE_CURVATURE = 1 << 0,
   /* After a step that lowered the potential otherwise than predicted and left few nodes that carry the residual (a
    * crease, for instance), these and two rings of neighbours, at most a quarter of the body, are solved for alone, all
-   * others constrained; the solve continues from there if the potential has fallen. With FLESH_LINE_SEARCH_POTENTIAL
-   * only. */
+   * others constrained; the solve continues from there if the potential has fallen. Not where contact acts on the dofs
+   * that carry most of the residual. With FLESH_LINE_SEARCH_POTENTIAL only. */
   FLESH_TECHNIQUE_NONLINEAR_ELIMINATION = 1 << 1,
   /* A longer step is taken, and one or two Newton steps (counted as such) from there, where the line search keeps
    * cutting steps because a straight step strains stiff parts that rotate; the result is accepted if its potential is

@@ -33,9 +33,9 @@ static int propose_elimination(flesh_newton *self, const flesh_step *step)
   return 1;
 }
 
-/* Takes the proposal for the step where it can be reached and lies lower. Whether it does. */
-static int take(flesh_equations *equations, flesh_step *step)
+int flesh_newton_take_proposal(flesh_newton *self, flesh_step *step)
 {
+  flesh_equations *equations = &self->equations;
   double lower, ignored;
   flesh_step_to(equations, step->u, 1, equations->proposal, equations->trial);
   if (flesh_equations_max_feasible_step(equations, step->u, equations->trial) < 1) return 0;
@@ -48,6 +48,6 @@ static int take(flesh_equations *equations, flesh_step *step)
 
 void flesh_newton_accelerate(flesh_newton *self, flesh_step *step)
 {
-  if (propose_elimination(self, step)) take(&self->equations, step);
-  if (flesh_watchdog_propose(self, step)) flesh_watchdog_learn(self, take(&self->equations, step));
+  if (propose_elimination(self, step)) flesh_newton_take_proposal(self, step);
+  flesh_watchdog_run(self, step);
 }

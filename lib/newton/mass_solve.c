@@ -8,9 +8,7 @@
 /* M, without constraints, into K; the caches are lost. */
 static int assemble_mass(flesh_newton *self, double t, const double *x, const double *v)
 {
-  flesh_matrix_policy_overwritten(&self->policy);
-  self->tangent.known = 0;
-  flesh_direction_overwritten(&self->direction);
+  flesh_newton_overwritten(self);
   return flesh_equations_assemble_mass(&self->equations, t, x, v);
 }
 

@@ -271,6 +271,13 @@ void flesh_newton_set_stage(flesh_newton *self, const flesh_stage *stage)
   self->model_ratio = NAN;
 }
 
+void flesh_newton_overwritten(flesh_newton *self)
+{
+  flesh_matrix_policy_overwritten(&self->policy);
+  flesh_direction_overwritten(&self->direction);
+  self->tangent.known = 0;
+}
+
 void flesh_newton_freeze(flesh_newton *self, const double *u)
 {
   if (flesh_equations_freeze(&self->equations, u)) self->search.first_potential = NAN;

@@ -107,10 +107,10 @@ int flesh_newton_step_from(flesh_newton *newton, const double *u, const double *
 /* Parts of an iteration, in files of their own. */
 /* The accepted step becomes one of less potential, where accelerators propose one (accelerators.c). */
 void flesh_newton_accelerate(flesh_newton *newton, flesh_step *step);
-/* The watchdog writes a step from step->u to equations.proposal, if it has one: whether. */
-int flesh_watchdog_propose(flesh_newton *newton, const flesh_step *step);
-/* Tells it whether the proposal was taken. */
-void flesh_watchdog_learn(flesh_newton *newton, int taken);
+/* Takes equations.proposal [n] for the step where that can be reached and lies lower: whether. */
+int flesh_newton_take_proposal(flesh_newton *newton, flesh_step *step);
+/* One of them (watchdog.c). */
+void flesh_watchdog_run(flesh_newton *newton, flesh_step *step);
 /* Minimises the stage's potential over the few nodes that carry the residual r [n] at u, all others constrained. w [n] is 0
  * but there, and u + w decreases an approximate potential, with a model of what is no sum over elements. u is near the
  * iterate of K. FLESH_OK; FLESH_NOT_CONVERGED where the nodes would be no small part of the body; < 0: errors, also where
@@ -124,6 +124,8 @@ flesh_reserve *flesh_subdomain_reserve(const flesh_system *system);
  * iterate, or where b is 0; FLESH_NOT_POSITIVE. Counts in `stats`. */
 int flesh_newton_filter_error(flesh_newton *newton, const double *u, const double *b, double *p);
 
+/* K has become another matrix than one of the iteration: nothing that is known of it holds. */
+void flesh_newton_overwritten(flesh_newton *newton);
 /* K at u [n] becomes the derivative of the residual itself, without filter or secants, and is factored. Overwrites what
  * the iteration knows of its matrix. A status > 0 where K has no value; FLESH_ERR_SOLVE with a sentence where it is singular. */
 int flesh_newton_factor_tangent(flesh_newton *newton, const double *u);

@@ -34,35 +34,33 @@ static double go_back(flesh_newton *self, double enough, double *to)
   return value;
 }
 
-void flesh_watchdog_learn(flesh_newton *self, int taken)
+static void learn(flesh_newton *self, int taken)
 {
+  flesh_watchdog *watchdog = &self->watchdog;
   self->stats.watchdog_steps += taken;
-  if (taken) {
-    self->watchdog.next_pause = 1;
-    return;
-  }
-  self->watchdog.pause = self->watchdog.next_pause;
-  if (self->watchdog.next_pause < LONGEST_PAUSE) self->watchdog.next_pause *= 2;
+  if (!taken) watchdog->pause = watchdog->next_pause;
+  if (taken) watchdog->next_pause = 1;
+  else if (watchdog->next_pause < LONGEST_PAUSE) watchdog->next_pause *= 2;
 }
 
-int flesh_watchdog_propose(flesh_newton *self, const flesh_step *step)
+void flesh_watchdog_run(flesh_newton *self, flesh_step *step)
 {
   flesh_equations *equations = &self->equations;
   const int n = equations->n;
   const double cut = step->cut, *u = step->u, *p = step->p;
   double *r = equations->work[0], *to = equations->work[1];
-  if (!flesh_uses(&self->options, FLESH_TECHNIQUE_WATCHDOG)) return 0;
-  if (!(cut < worth) || step->kind == FLESH_DIRECTION_NEGATIVE_CURVATURE || ++self->watchdog.cuts < 2) return 0;
+  if (!flesh_uses(&self->options, FLESH_TECHNIQUE_WATCHDOG)) return;
+  if (!(cut < worth) || step->kind == FLESH_DIRECTION_NEGATIVE_CURVATURE || ++self->watchdog.cuts < 2) return;
   if (self->watchdog.pause > 0) {
     self->watchdog.pause--;
-    return 0;
+    return;
   }
   const double length = flesh_norm(equations->threads, n, p) / cut, known = self->watchdog.length;
   const double s = fmin(1, known > 0 ? fmax(known / length, 2 * cut) : first * cut);
   for (int d = 0; d < n; d++) to[d] = u[d] + s / cut * p[d];
   /* Otherwise it is nothing stiff that has cut the step. */
-  if (flesh_equations_residual(equations, to, r)) return 0;
-  if (flesh_norm(equations->threads, n, r) < wall * flesh_norm(equations->threads, n, step->b)) return 0;
+  if (flesh_equations_residual(equations, to, r)) return;
+  if (flesh_norm(equations->threads, n, r) < wall * flesh_norm(equations->threads, n, step->b)) return;
   const double falls = s / cut * flesh_dot(equations->threads, n, step->b, p);
   const double value = go_back(self, step->value, to);
   /* The excess over the quadratic model grows with a power of the length, the gain with the first: this is the best
@@ -70,7 +68,5 @@ int flesh_watchdog_propose(flesh_newton *self, const flesh_step *step)
   const double excess = fmax(value - (step->start - falls * (1 - s / 2)), 1e-6 * falls);
   self->watchdog.length = s * length * fmin(fmax(pow(falls / (order * excess), 1 / (order - 1)), 0.1), 4);
   for (int d = 0; d < n; d++) equations->proposal[d] = to[d] - u[d];
-  const int lower = value < step->value;
-  if (!lower) flesh_watchdog_learn(self, 0);
-  return lower;
+  learn(self, value < step->value && flesh_newton_take_proposal(self, step));
 }

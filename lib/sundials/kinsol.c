@@ -334,8 +334,7 @@ double flesh_nonlinear_velocity_scale(flesh_nonlinear *self)
   flesh_evaluation *e = &equations->evaluation;
   double *const room[FLESH_VELOCITY_SCALE_ROOM] = {e->x, equations->scratch, e->v, e->a,
                                                    equations->scratch + equations->n};
-  flesh_matrix_policy_overwritten(&newton->policy);
-  flesh_direction_overwritten(&newton->direction);
+  flesh_newton_overwritten(newton);
   flesh_evaluation_forget(e);
   double mass;
   return flesh_system_velocity_scale(e->system, equations->K, room, &mass);
