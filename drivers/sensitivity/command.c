@@ -159,7 +159,7 @@ static int differentiate(study *s)
   flesh_trajectory *trajectory = NULL;
   int status = make_start(s);
   if (!status) status = make_integrator(s, &options, &integrator);
-  if (!status && !is_static(s)) status = flesh_trajectory_create(integrator, tolerance, &trajectory);
+  if (!status && !is_static(s)) status = flesh_trajectory_create(integrator, tolerance, FLESH_TRAJECTORY_STATES, &trajectory);
   if (!status) status = run(s, integrator);
   if (!status) status = trajectory ? differentiate_motion(s, trajectory) : differentiate_equilibrium(s, &options);
   flesh_trajectory_destroy(&trajectory);

@@ -68,21 +68,37 @@ FLESH_API int flesh_sensitivity_gradient(flesh_sensitivity *sensitivity, const f
 /* A recorded motion. */
 typedef struct flesh_trajectory flesh_trajectory;
 
-/* Records the steps that the integrator takes from now on: where each part of a step began, and the solutions of its
- * stages, some 3 to 6 [3*n] of numbers a part. It borrows the integrator, which may be destroyed before it; its solves
- * are those of the integrator's options, until a residual is `tolerance` of its right-hand side, in [1e-13, 1). Steps
- * that errors choose are taken as they were chosen. A step then ends with FLESH_ERR_ARGUMENT where it has no
- * sensitivities: a tangle was removed; internal variables change other than by something that breaks; incompressible
- * tets (poisson 0.5) by a method that balances within the step. Returns new.
+/* States that are enough for a thousand steps, each of which a gradient then takes three to six times more. */
+enum { FLESH_TRAJECTORY_STATES = 40 };
+
+/* Records the steps that the integrator takes from now on, whose states follow each other, in memory of so many `states`
+ * (x and v of the body: 6 n numbers; at least 10) and 16 bytes for each step: the last parts of steps, and checkpoints
+ * from which a gradient takes the others again, with the same bits. For that the integrator's solvers forget what they
+ * have learned every 2 to 8 parts. Its solves are those of the integrator's options, until a residual is `tolerance` of
+ * its right-hand side, in [1e-13, 1). Borrows the integrator, whose options stay as they are; it may be destroyed before
+ * the trajectory where all parts are kept. Steps that errors choose are taken as they were chosen. A step ends with
+ * FLESH_ERR_ARGUMENT where it has no sensitivities: a tangle was removed; internal variables change other than by
+ * something that breaks; incompressible tets (poisson 0.5) by a method that balances within the step; another state than
+ * the last step's end. Returns new.
  * FLESH_ERR_ARGUMENT also for ida and static. Further errors: FLESH_ERR_MEMORY, FLESH_ERR_SUNDIALS. */
-FLESH_API int flesh_trajectory_create(flesh_integrator *integrator, double tolerance, flesh_trajectory **trajectory);
+FLESH_API int flesh_trajectory_create(flesh_integrator *integrator, double tolerance, int states,
+                                      flesh_trajectory **trajectory);
 FLESH_API void flesh_trajectory_destroy(flesh_trajectory **trajectory);
+
+typedef struct flesh_trajectory_costs {
+  int parts;    /* of steps that are recorded */
+  int repeated; /* parts that gradients have taken again */
+  size_t bytes; /* of recorded parts and checkpoints at the same time, at most */
+} flesh_trajectory_costs;
+/* Cannot fail. */
+FLESH_API flesh_trajectory_costs flesh_trajectory_get_costs(const flesh_trajectory *trajectory);
 
 /* The discrete adjoint of all recorded steps: gradient [count] = dQ/dp, where Q depends on the last state by by_x and
  * by_v [3*n] (NULL: not), and by_start [6*n] (NULL: not wanted) its derivatives by x and v of the first state, 0 for
  * dofs that a method of order 2 constrains there. One linear solve for each solve of a stage; as exact as the steps
- * were solved. A parameter may move prescribed dofs in steps of backward Euler only.
- * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_SOLVE. */
+ * were solved. A parameter may move prescribed dofs in steps of backward Euler only. While steps are taken again, the
+ * integrator's memory of the run's end is saved (flesh_integrator_save); afterwards it is there again.
+ * FLESH_ERR_ARGUMENT also where the integrator is gone but parts are not kept; FLESH_ERR_MEMORY, FLESH_ERR_SOLVE. */
 FLESH_API int flesh_trajectory_gradient(flesh_trajectory *trajectory, const double *by_x, const double *by_v, int count,
                                         const flesh_parameter *parameters, double *gradient, double *by_start);
 

@@ -231,6 +231,12 @@ static int factor_loaded(flesh_direct *self, double *last)
              : flesh_fail(FLESH_ERR_MEMORY, "KLU ran out of memory on %lld unknowns", (long long)self->view.n);
 }
 
+void flesh_direct_forget(flesh_direct *self)
+{
+  self->factored = self->refactored = 0;
+  if (self->numeric) klu_l_free_numeric(&self->numeric, &self->klu);
+}
+
 int flesh_direct_archive(flesh_direct *self, flesh_archive *archive)
 {
   const size_t bytes = (size_t)self->view.entries * sizeof *self->values;

@@ -27,6 +27,8 @@ int flesh_direct_factor(flesh_direct *direct, const flesh_block_matrix *A);
 /* x = A^-1 b [3*rows]; x and b must not overlap. */
 int flesh_direct_solve(flesh_direct *direct, const double *b, double *x);
 
+/* Drops the factors. */
+void flesh_direct_forget(flesh_direct *direct);
 /* Archives the factors. Their pivots are those that the first matrix called for, so that both that matrix and the last
  * are kept; loading factors both anew. FLESH_ERR_MEMORY. */
 int flesh_direct_archive(flesh_direct *direct, flesh_archive *archive);

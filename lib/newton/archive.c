@@ -1,4 +1,7 @@
 /* archive.c: what of an iteration lasts from one stage to the next: which matrices serve again, and how well they have. */
+#include <math.h>
+#include <string.h>
+
 #include "base/error.h"
 #include "newton/newton.h"
 
@@ -17,23 +20,50 @@ static int archive_fallback(flesh_direction *self, flesh_archive *archive)
   return status ? status : flesh_direct_archive(self->fallback, archive);
 }
 
+static void forget_direction(flesh_direction *self)
+{
+  flesh_direction_overwritten(self);
+  self->filter = FLESH_FILTER_NONE;
+  self->assembled = self->prepared = self->single = 0;
+  self->iterations_per_decade[0] = self->iterations_per_decade[1] = self->excess_iterations = 0;
+  self->fallback_state = FLESH_FALLBACK_UNUSED;
+  flesh_direct_destroy(&self->fallback);
+  if (self->direct) flesh_direct_forget(self->direct);
+  if (self->factored) memset(self->factored, 0, (size_t)self->equations->K->rows * sizeof *self->factored);
+}
+
+void flesh_newton_forget(flesh_newton *self)
+{
+  flesh_matrix_policy *policy = &self->policy;
+  flesh_evaluation *evaluation = &self->equations.evaluation;
+  *policy = (flesh_matrix_policy){.equations = policy->equations, .direction = policy->direction, .inertia = policy->inertia};
+  forget_direction(&self->direction);
+  flesh_clearance_forget(&evaluation->clearance);
+  flesh_evaluation_forces_changed(evaluation);
+  memset(&self->stats, 0, sizeof self->stats);
+  self->negative_curvature = 0;
+  self->balance.edge_force = NAN;
+}
+
+/* Archives the matrices only where one has been made. */
 static int archive_direction(flesh_direction *self, flesh_archive *archive)
 {
   const size_t stiff = 3 * (size_t)self->rows.count * (size_t)self->rows.nodes_per_row;
   int status = FLESH_OK;
   FLESH_ARCHIVE(archive, self->filter);
   FLESH_ARCHIVE(archive, self->prepared);
+  const int made = self->prepared || self->assembled;
   FLESH_ARCHIVE(archive, self->single);
   FLESH_ARCHIVE(archive, self->iterations_per_decade);
   FLESH_ARCHIVE(archive, self->excess_iterations);
-  if (self->factored)
+  if (self->factored && made)
     flesh_archive_bytes(archive, self->factored, (size_t)self->equations->K->rows * sizeof *self->factored);
-  if (stiff) {
+  if (stiff && made) {
     FLESH_ARCHIVE(archive, self->rows.left_in);
     flesh_archive_bytes(archive, self->rows.values, stiff * sizeof *self->rows.values);
   }
   if (archive->mode == FLESH_ARCHIVE_LOAD) self->same_matrix = 0; /* it is rounded anew */
-  if (self->preconditioner && (self->prepared || self->assembled))
+  if (self->preconditioner && made)
     self->linear->preconditioner_archive(self->preconditioner, archive);
   if (self->direct) status = flesh_direct_archive(self->direct, archive);
   return status ? status : archive_fallback(self, archive);
@@ -52,6 +82,7 @@ static void archive_policy(flesh_matrix_policy *self, flesh_archive *archive)
 
 int flesh_newton_archive(flesh_newton *self, flesh_archive *archive)
 {
+  if (archive->mode == FLESH_ARCHIVE_LOAD) flesh_newton_forget(self);
   archive_policy(&self->policy, archive);
   flesh_archive_int(archive, &self->direction.assembled, 0, 1);
   if (archive->wrong) return FLESH_OK;

@@ -107,8 +107,8 @@ int flesh_equations_archive(flesh_equations *self, int matrix, flesh_archive *ar
   int grown, status = flesh_proximity_archive(&e->proximity, self->K, &grown, archive);
   self->patterns += grown;
   flesh_archive_bytes(archive, self->constrained.is, (size_t)self->n);
-  flesh_archive_bytes(archive, e->reached.x, vector);
   FLESH_ARCHIVE(archive, e->reached.there.known);
+  if (e->reached.there.known) flesh_archive_bytes(archive, e->reached.x, vector);
   FLESH_ARCHIVE(archive, e->reached.there.phi);
   FLESH_ARCHIVE(archive, e->reached.there.magnitude);
   if (matrix) flesh_archive_bytes(archive, self->K->values, 9 * (size_t)self->K->row_start[self->K->rows] * sizeof(double));

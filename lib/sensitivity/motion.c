@@ -212,8 +212,14 @@ int flesh_trajectory_gradient(flesh_trajectory *self, const double *by_x, const 
   if (by_x) memcpy(p.known[FLESH_KNOWN_X], by_x, n * sizeof *by_x);
   if (by_v) memcpy(p.known[FLESH_KNOWN_V], by_v, n * sizeof *by_v);
   memset(gradient, 0, (size_t)count * sizeof *gradient);
+  const flesh_recorded_part *part;
   int status = FLESH_OK;
-  for (int k = self->count - 1; k >= 0 && !status; k--) status = part_back(&p, &self->parts[k], count, parameters, gradient);
+  for (int k = self->total - 1; k >= 0 && !status; k--) {
+    status = flesh_trajectory_part(self, k, &part);
+    if (!status) status = part_back(&p, part, count, parameters, gradient);
+  }
+  const int returned = flesh_trajectory_return(self);
+  if (!status) status = returned;
   if (status || !by_start) return status;
   memcpy(by_start, p.known[FLESH_KNOWN_X], n * sizeof *by_start);
   memcpy(by_start + n, p.known[FLESH_KNOWN_V], n * sizeof *by_start);

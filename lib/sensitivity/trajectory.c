@@ -35,6 +35,25 @@ static int fail_memory(const flesh_trajectory *self)
   return flesh_fail(FLESH_ERR_MEMORY, "no memory to record %d parts of steps of %d unknowns", self->count + 1, self->n);
 }
 
+void flesh_trajectory_forget(flesh_trajectory *self, int first)
+{
+  const int gone = first - self->first;
+  if (gone <= 0) return;
+  for (int k = 0; k < gone; k++) {
+    self->kept -= self->parts[k].bytes;
+    clear_part(&self->parts[k]);
+  }
+  self->count -= gone;
+  self->first = first;
+  memmove(self->parts, self->parts + gone, (size_t)self->count * sizeof *self->parts);
+}
+
+void flesh_trajectory_count(flesh_trajectory *self)
+{
+  const size_t bytes = self->kept + self->checkpoints.bytes + (size_t)self->call_count * sizeof *self->calls;
+  if (bytes > self->most) self->most = bytes;
+}
+
 static void try_part(void *data)
 {
   flesh_trajectory *self = data;
@@ -57,14 +76,14 @@ static int solved(void *data, const flesh_stage *stage, int at, const double *u)
 }
 
 /* Refuses internal variables that change, but for what breaks, and that stays broken. */
-static int check_internal(const flesh_trajectory *self, const flesh_recorded_part *before, const double *internal)
+static int check_internal(const flesh_trajectory *self, const double *internal)
 {
-  for (int e = 0; e < flesh_system_effect_count(self->system) && before->internal; e++) {
+  for (int e = 0; e < flesh_system_effect_count(self->system); e++) {
     const flesh_effect *effect = flesh_system_effect(self->system, e);
     const int first = self->system->entries[e].internal,
               last = e + 1 < self->system->entry_count ? self->system->entries[e + 1].internal : self->system->internal_count;
     if (flesh_effect_private_of(effect)->bonds || last <= first) continue;
-    if (memcmp(before->internal + first, internal + first, (size_t)(last - first) * sizeof *internal) != 0)
+    if (memcmp(self->internal + first, internal + first, (size_t)(last - first) * sizeof *internal) != 0)
       return flesh_fail(FLESH_ERR_ARGUMENT, "the internal variables of effect %s change, of which sensitivities know no "
                                             "derivative", effect->operations->name);
   }
@@ -82,8 +101,57 @@ static int check_part(const flesh_trajectory *self, const flesh_taken_part *take
     if (next->solves[k].stage.shift.x != 1)
       return flesh_fail(FLESH_ERR_ARGUMENT, "incompressible tets (poisson 0.5) have sensitivities by methods that balance at the "
                                             "end of a step: backward-euler, newmark, runge-kutta");
-  return self->count && taken->from->internal ? check_internal(self, &self->parts[self->count - 1], taken->from->internal)
-                                              : FLESH_OK;
+  return self->total && self->internal ? check_internal(self, taken->from->internal) : FLESH_OK;
+}
+
+/* Whether a stage of the part reads the method's vector. */
+static int is_read(const flesh_taken_part *taken, const flesh_method_map *map, int vector)
+{
+  const int column = FLESH_KNOWN_VECTORS + vector;
+  int read = vector == 0 && taken->acceleration;
+  for (int s = 0; s < map->stages; s++) read |= map->x0[s][column] != 0 || map->v0[s][column] != 0 || map->a0[s][column] != 0;
+  return read;
+}
+
+/* A copy of what is known to a part; counts its bytes. */
+static int copy_known(const flesh_trajectory *self, flesh_recorded_part *part, int k, const double *from)
+{
+  part->known[k] = copy_of(from, self->n);
+  part->bytes += (size_t)self->n * sizeof *from;
+  return part->known[k] ? FLESH_OK : fail_memory(self);
+}
+
+/* Remembers where the part begins. */
+static int take_known(flesh_trajectory *self, const flesh_taken_part *taken, flesh_recorded_part *part)
+{
+  flesh_method_map map;
+  flesh_trajectory_map(part, &map);
+  int status = copy_known(self, part, FLESH_KNOWN_X, taken->from->x);
+  if (!status) status = copy_known(self, part, FLESH_KNOWN_V, taken->from->v);
+  for (int k = 0; k < part->vectors && !status; k++)
+    if (is_read(taken, &map, k)) status = copy_known(self, part, FLESH_KNOWN_VECTORS + k, taken->memory->vectors[k]);
+  if (status || taken->lagged == taken->from) return status;
+  status = copy_known(self, part, FLESH_KNOWN_LAGGED_X, taken->lagged->x);
+  return status ? status : copy_known(self, part, FLESH_KNOWN_LAGGED_V, taken->lagged->v);
+}
+
+/* Room for one more part. */
+static int make_room(flesh_trajectory *self)
+{
+  const int room = 2 * self->room + 64;
+  if (self->count < self->room) return FLESH_OK;
+  flesh_recorded_part *parts = flesh_realloc(self->parts, (size_t)room * sizeof *parts);
+  if (!parts) return fail_memory(self);
+  self->parts = parts;
+  self->room = room;
+  return FLESH_OK;
+}
+
+/* Parts in a block: as many as take some 16 states, from 2 to 8. Fewer take more checkpoints, more forget less often. */
+static int choose_block(const flesh_trajectory *self, size_t part)
+{
+  const size_t parts = 16 * flesh_trajectory_state(self) / part;
+  return parts < 2 ? 2 : parts > 8 ? 8 : (int)parts;
 }
 
 static int taken(void *data, const flesh_taken_part *taken)
@@ -91,46 +159,53 @@ static int taken(void *data, const flesh_taken_part *taken)
   flesh_trajectory *self = data;
   flesh_recorded_part *part = &self->next;
   const flesh_method_row *row = self->integrator->row;
-  int status = check_part(self, taken);
+  const size_t internals = (size_t)taken->from->internal_count * sizeof(double);
+  int status = self->now.limit < 0 ? check_part(self, taken) : FLESH_OK;
+  if (!status) status = make_room(self);
   if (status) return status;
-  if (self->count == self->room) {
-    const int room = 2 * self->room + 64;
-    flesh_recorded_part *parts = flesh_realloc(self->parts, (size_t)room * sizeof *parts);
-    if (!parts) return fail_memory(self);
-    self->parts = parts;
-    self->room = room;
-  }
   part->taken = *taken;
   part->memory = *taken->memory;
   part->vectors = row->remembered ? row->remembered : row->vectors;
   part->t = taken->from->t;
   part->t_lag = taken->lagged->t;
-  part->known[FLESH_KNOWN_X] = copy_of(taken->from->x, self->n);
-  part->known[FLESH_KNOWN_V] = copy_of(taken->from->v, self->n);
-  int lacks = !part->known[FLESH_KNOWN_X] || !part->known[FLESH_KNOWN_V];
-  for (int k = 0; k < part->vectors; k++)
-    lacks |= !(part->known[FLESH_KNOWN_VECTORS + k] = copy_of(taken->memory->vectors[k], self->n));
-  if (taken->lagged != taken->from) {
-    part->known[FLESH_KNOWN_LAGGED_X] = copy_of(taken->lagged->x, self->n);
-    part->known[FLESH_KNOWN_LAGGED_V] = copy_of(taken->lagged->v, self->n);
-    lacks |= !part->known[FLESH_KNOWN_LAGGED_X] || !part->known[FLESH_KNOWN_LAGGED_V];
-  }
-  if (taken->from->internal_count) lacks |= !(part->internal = copy_of(taken->from->internal, taken->from->internal_count));
-  if (lacks) return fail_memory(self);
+  part->bytes = sizeof *part + internals;
+  part->bytes += (size_t)part->count * (sizeof *part->solves + ((size_t)self->n + (size_t)self->tangent.multipliers) * sizeof(double));
+  status = take_known(self, taken, part);
+  if (!status && internals && !(part->internal = copy_of(taken->from->internal, taken->from->internal_count)))
+    status = fail_memory(self);
+  if (status) return status;
+  if (internals) memcpy(self->internal, taken->from->internal, internals);
+  if (!self->block_parts) self->block_parts = choose_block(self, part->bytes);
+  self->now.at++;
+  self->now.bytes += part->bytes;
+  self->kept += part->bytes;
+  if (self->now.limit < 0) self->total++;
+  else self->repeated++;
   self->parts[self->count++] = *part;
   memset(part, 0, sizeof *part);
+  flesh_trajectory_count(self);
   return FLESH_OK;
+}
+
+static int moved(void *data)
+{
+  const flesh_trajectory *self = data;
+  return self->total ? flesh_fail(FLESH_ERR_ARGUMENT, "the state is not that which the last step has led to, so that the steps that "
+                                                      "are recorded do not follow each other")
+                     : FLESH_OK;
 }
 
 static void gone(void *data) { ((flesh_trajectory *)data)->integrator = NULL; }
 
-int flesh_trajectory_create(flesh_integrator *integrator, double tolerance, flesh_trajectory **trajectory)
+int flesh_trajectory_create(flesh_integrator *integrator, double tolerance, int states, flesh_trajectory **trajectory)
 {
   FLESH_NEED({trajectory, "trajectory"});
   *trajectory = NULL;
   FLESH_NEED({integrator, "integrator"});
   if (!(tolerance >= 1e-13 && tolerance < 1))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the tolerance of sensitivities is %g; it must be in [1e-13, 1)", tolerance);
+  if (states < 10)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the states to be kept for sensitivities are %d; they must be at least 10", states);
   if (integrator->ida)
     return flesh_fail(FLESH_ERR_ARGUMENT, "ida has no sensitivities: take a method of fixed steps, or runge-kutta");
   if (integrator->method == FLESH_METHOD_STATIC)
@@ -140,12 +215,17 @@ int flesh_trajectory_create(flesh_integrator *integrator, double tolerance, fles
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a trajectory");
   self->system = integrator->evaluation->system;
   self->n = flesh_system_unknowns(self->system);
-  self->tape = (flesh_tape){.data = self, .try_part = try_part, .solved = solved, .taken = taken, .gone = gone};
+  self->budget = (size_t)states * flesh_trajectory_state(self);
+  self->now = (flesh_pass){.call = -1, .block = -1, .limit = -1};
+  self->tape = (flesh_tape){.data = self, .try_part = try_part, .solved = solved, .taken = taken,
+                            .pass = flesh_trajectory_pass, .moved = moved, .gone = gone};
   int status = flesh_stage_tangent_create(self->system, &integrator->options, tolerance, &self->tangent);
   if (!status) status = flesh_prescribed_create(self->system, &self->prescribed);
   if (!status) {
+    const int internals = flesh_system_internal_count(self->system);
+    self->internal = flesh_calloc((size_t)internals + 1, sizeof *self->internal);
     self->vectors = flesh_calloc((5 + 3 * (size_t)FLESH_MAP_COLUMNS) * (size_t)self->n + 1, sizeof *self->vectors);
-    if (!self->vectors) status = fail_memory(self);
+    if (!self->vectors || !self->internal) status = fail_memory(self);
   }
   self->integrator = integrator;
   if (status) {
@@ -163,14 +243,23 @@ void flesh_trajectory_destroy(flesh_trajectory **trajectory)
   if (!trajectory || !*trajectory) return;
   flesh_trajectory *self = *trajectory;
   if (self->integrator) self->integrator->tape = NULL;
-  for (int k = 0; k < self->count; k++) clear_part(&self->parts[k]);
+  flesh_trajectory_forget(self, self->first + self->count);
   clear_part(&self->next);
+  flesh_checkpoints_clear(&self->checkpoints);
   flesh_free(self->parts);
+  flesh_free(self->calls);
+  flesh_free(self->internal);
+  flesh_free(self->aside);
   flesh_stage_tangent_clear(&self->tangent);
   flesh_prescribed_clear(&self->prescribed);
   flesh_free(self->vectors);
   free(self);
   *trajectory = NULL;
+}
+
+flesh_trajectory_costs flesh_trajectory_get_costs(const flesh_trajectory *self)
+{
+  return (flesh_trajectory_costs){self->total, self->repeated, self->most};
 }
 
 void flesh_trajectory_map(const flesh_recorded_part *part, flesh_method_map *map)

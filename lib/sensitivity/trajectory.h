@@ -1,7 +1,10 @@
-/* trajectory.h: a recorded motion: of each part of a step where it began, and the unknowns that solved its stages. */
+/* trajectory.h: a recorded motion: of each part of a step where it began, and the unknowns that solved its stages. Of the
+ * parts that there is no room for, checkpoints are kept, from which the integrator takes them again with the same bits: at
+ * the beginning of each block of parts its solvers forget what they have learned, so that little needs to be saved. */
 #ifndef FLESH_SENSITIVITY_TRAJECTORY_H
 #define FLESH_SENSITIVITY_TRAJECTORY_H
 
+#include "sensitivity/checkpoints.h"
 #include "sensitivity/method_map.h"
 #include "sensitivity/stage_tangent.h"
 #include "time/integrator.h"
@@ -19,21 +22,48 @@ typedef struct flesh_recorded_part {
   flesh_method_memory memory; /* without its arrays */
   int vectors;                /* that last from step to step */
   double t, t_lag;
-  double *known[FLESH_KNOWN]; /* [n] each; NULL: 0, and lagged ones: the state's own */
+  double *known[FLESH_KNOWN]; /* [n] each; NULL: 0 or not read by a stage, and lagged ones: the state's own */
   double *internal;           /* NULL: none */
   int count;
   flesh_recorded_solve *solves; /* [count] */
+  size_t bytes;
 } flesh_recorded_part;
+
+/* A call of flesh_integrator_step. */
+typedef struct flesh_recorded_call {
+  double t, h; /* s */
+} flesh_recorded_call;
+
+/* How far the integrator has come, in the run or in taking it again. */
+typedef struct flesh_pass {
+  int at, call;   /* parts taken; the call under way */
+  int block;      /* the part at which the last block has begun; -1: none has */
+  int limit;      /* the integrator stops there; -1: it takes new steps */
+  size_t bytes;   /* of the parts of the block so far */
+} flesh_pass;
 
 struct flesh_trajectory {
   flesh_integrator *integrator; /* borrowed; NULL: it is gone */
   const flesh_system *system;
   int n;
   flesh_tape tape;
-  int count, room;
+  size_t budget;            /* bytes */
+  int total;                /* parts */
+  int first, count, room;   /* of those that are kept */
   flesh_recorded_part *parts;
   flesh_recorded_part next; /* its solves, of the try under way */
-  flesh_state end;          /* x and v after the last part */
+  double *internal;         /* after the last part; NULL: none */
+  int block_parts;          /* in a block; 0: no part has been taken */
+  size_t kept, block_bytes; /* of the parts that are kept; of those of a block, at most */
+  size_t most;              /* bytes held at the same time, at most */
+  int repeated;             /* parts that were taken again */
+  int call_count, call_room;
+  flesh_recorded_call *calls;
+  flesh_checkpoints checkpoints;
+  flesh_pass now;
+  void *aside;              /* [aside_bytes] the integrator at the run's end while it takes parts again; NULL: it is there */
+  size_t aside_bytes;
+  flesh_pass run;           /* the run's, meanwhile */
   flesh_stage_tangent tangent;
   flesh_prescribed prescribed;
   double *vectors;          /* room */
@@ -42,6 +72,24 @@ struct flesh_trajectory {
 /* The stage of a solve, with x0, v0 and a0 [n] and the lagged state in `room` [5*n]. */
 void flesh_trajectory_stage(flesh_trajectory *trajectory, const flesh_recorded_part *part, const flesh_method_map *map,
                             int solve, double *room, flesh_stage *stage);
+/* Bytes of x and v. */
+static inline size_t flesh_trajectory_state(const flesh_trajectory *trajectory)
+{
+  return 2 * (size_t)trajectory->n * sizeof(double);
+}
+/* Frees the kept parts before `first`. */
+void flesh_trajectory_forget(flesh_trajectory *trajectory, int first);
+/* Counts the bytes that are held. */
+void flesh_trajectory_count(flesh_trajectory *trajectory);
+
+/* flesh_tape.pass. */
+int flesh_trajectory_pass(void *data, const flesh_step_place *place);
+/* The part k, from 0 on, which is taken again where it is not kept, with those before it; until the next call. FLESH_ERR_ARGUMENT
+ * where the integrator is gone; FLESH_ERR_MEMORY, and the errors of its steps. */
+int flesh_trajectory_part(flesh_trajectory *trajectory, int k, const flesh_recorded_part **part);
+/* Brings the integrator back to the run's end. */
+int flesh_trajectory_return(flesh_trajectory *trajectory);
+
 /* How a part goes on from what is known. */
 void flesh_trajectory_map(const flesh_recorded_part *part, flesh_method_map *map);
 

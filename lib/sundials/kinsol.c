@@ -172,6 +172,12 @@ size_t flesh_nonlinear_memory(const flesh_nonlinear *self)
          9 * (size_t)self->problem->newton.equations.n * sizeof(double);
 }
 
+void flesh_nonlinear_forget(flesh_nonlinear *self)
+{
+  self->problem->staged = self->problem->zeroed = 0;
+  flesh_newton_forget(&self->problem->newton);
+}
+
 int flesh_nonlinear_archive(flesh_nonlinear *self, flesh_archive *archive)
 {
   FLESH_ARCHIVE(archive, self->problem->staged);

@@ -72,6 +72,8 @@ flesh_evaluation *flesh_nonlinear_evaluation(flesh_nonlinear *nonlinear);
 /* KINSOL's memory. */
 void *flesh_nonlinear_kinsol(const flesh_nonlinear *nonlinear);
 size_t flesh_nonlinear_memory(const flesh_nonlinear *nonlinear);
+/* Drops what earlier solves have left; the memories of effects stay. */
+void flesh_nonlinear_forget(flesh_nonlinear *nonlinear);
 /* Archives the memory that lasts from solve to solve. FLESH_ERR_MEMORY. */
 int flesh_nonlinear_archive(flesh_nonlinear *nonlinear, flesh_archive *archive);
 

@@ -170,6 +170,8 @@ void flesh_clearance_begin(flesh_clearance *self, double t, const double *x0, do
   self->u_known = 0;
 }
 
+void flesh_clearance_forget(flesh_clearance *self) { self->known = 0; }
+
 void flesh_clearance_archive(flesh_clearance *self, flesh_archive *archive)
 {
   if (!self->x) return;

@@ -38,6 +38,8 @@ int flesh_clearance_create(const flesh_system *system, flesh_threads *threads, c
                            flesh_clearance *clearance);
 void flesh_clearance_clear(flesh_clearance *clearance);
 size_t flesh_clearance_memory(const flesh_clearance *clearance);
+/* Nothing is known of how far the body is. */
+void flesh_clearance_forget(flesh_clearance *clearance);
 void flesh_clearance_archive(flesh_clearance *clearance, flesh_archive *archive);
 
 /* A stage at t begins at x0 [n], its lagged state is x_lag [n] at t_lag; ways to it lead from x_from [n]. Looks again,

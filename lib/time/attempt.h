@@ -6,14 +6,6 @@
 
 #include "time/integrator.h"
 
-/* A piece of time without events inside; those at its ends (within rounding of the state's time) are distinguished so
- * that the piece sees what holds between them. */
-typedef struct flesh_piece {
-  double begin; /* the first time that belongs to it */
-  double end;   /* of the piece */
-  double event; /* the next event after `begin`; at `end`, later, or INFINITY */
-} flesh_piece;
-
 /* The last moment before the event. */
 static inline double flesh_before(double t, double event) { return t < event ? t : nextafter(event, -INFINITY); }
 

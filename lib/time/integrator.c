@@ -337,16 +337,17 @@ static int untangle(flesh_integrator *self, flesh_state *state, double h, flesh_
   return status < 0 ? status : FLESH_OK;
 }
 
-/* A step of a state that has what the system's constraints need. */
-static int take_step(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
+/* The rest of a step from a place on, of a state that has what the system's constraints need. */
+static int take_step(flesh_integrator *self, flesh_state *state, flesh_step_place *place, flesh_solve_stats *stats)
 {
+  const double h = place->h;
   int status;
   flesh_untangler *untangler = self->recovery.untangler;
-  if (untangler) flesh_untangler_before_step(untangler, state);
+  if (untangler && place->at_begin) flesh_untangler_before_step(untangler, state);
   self->watch.step = h;
   if (self->ida) status = step_by_ida(self, state, h, stats);
   else if (self->method == FLESH_METHOD_STATIC) status = flesh_integrator_find_equilibrium(self, state, h, stats);
-  else status = flesh_integrator_step_in_time(self, state, h, stats);
+  else status = flesh_integrator_step_in_time(self, state, place, stats);
   if (!status && untangler && self->method != FLESH_METHOD_STATIC) return untangle(self, state, h, stats);
   if (status == FLESH_ERR_INTEGRATOR || status > 0) flesh_energy_watch_last(&self->watch, state);
   if (status <= 0 || self->ida) return status;
@@ -370,13 +371,30 @@ int flesh_integrator_step(flesh_integrator *self, flesh_state *state, double h, 
   if (!status) status = flesh_integrator_begin(self, state);
   if (status) return status;
   if (!flesh_evaluation_is_at(self->evaluation, &view, flesh_rounding_of_time(view.t, h))) {
+    if (self->tape && (status = self->tape->moved(self->tape->data))) return status;
     flesh_evaluation_changed(self->evaluation);
     /* A failure is told by the place evaluated last, also where none has been yet. */
     memcpy(self->evaluation->x, view.x, (size_t)self->evaluation->n * sizeof *view.x);
     flesh_multipliers_forget(&self->multipliers);
   }
-  status = take_step(self, &view, h, stats ? stats : &ignored);
+  flesh_step_place place = {.begin = view.t, .h = h, .at_begin = 1};
+  status = take_step(self, &view, &place, stats ? stats : &ignored);
   flesh_evaluation_remember(self->evaluation, &view);
   state->t = view.t;
   return flesh_team_agree(self->evaluation->team, status); /* all have the same, and get one sentence */
+}
+
+int flesh_integrator_resume(flesh_integrator *self, const flesh_step_place *place, flesh_state *state)
+{
+  flesh_solve_stats ignored = {0};
+  flesh_step_place rest = *place;
+  const int status = take_step(self, state, &rest, &ignored);
+  flesh_evaluation_remember(self->evaluation, state);
+  return status;
+}
+
+void flesh_integrator_forget(flesh_integrator *self)
+{
+  flesh_nonlinear_forget(self->nonlinear);
+  flesh_extrapolation_forget(&self->first.extrapolation);
 }

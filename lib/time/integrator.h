@@ -18,6 +18,7 @@
 #include "time/recovery/continuation.h"
 #include "time/recovery/recovery.h"
 #include "time/rigid_guess.h"
+#include "time/step_place.h"
 #include "time/tape.h"
 
 /* Sources of a step's first iterates. */
@@ -59,7 +60,6 @@ struct flesh_integrator {
   double *start;    /* [n] where a static solve with increments began; the end that a stage leads to */
   flesh_span trying; /* the part of a step under way */
   int softer;        /* the part's stages go through softer materials */
-  int internal_steps; /* tries of parts whose length errors choose, in the step under way */
   int blocked;       /* an obstacle bars the end of the part tried last, though not its stage */
   flesh_error_control control; /* of methods that estimate their error; off unless asked for */
   flesh_costs costs;
@@ -85,9 +85,16 @@ int flesh_integrator_take(flesh_integrator *integrator, const void *data, size_t
 /* Times closer than this [s] are the same in a step of h from t: grids of steps and times of events carry rounding. */
 double flesh_rounding_of_time(double t, double h);
 
-/* From state->t to state->t + h, in one piece or, for methods of order 2, in pieces between events. A status > 0 with
- * the recovery's failure. */
-int flesh_integrator_step_in_time(flesh_integrator *integrator, flesh_state *state, double h, flesh_solve_stats *stats);
+/* From the place, where the state is, to the step's end: in one piece or, for methods of order 2, in pieces between
+ * events. A status > 0 with the recovery's failure. */
+int flesh_integrator_step_in_time(flesh_integrator *integrator, flesh_state *state, flesh_step_place *place,
+                                  flesh_solve_stats *stats);
+/* Takes the state, which was saved at the place together with the integrator, to the step's end. It has the multipliers
+ * and internal variables of the system. The errors of flesh_integrator_step. */
+int flesh_integrator_resume(flesh_integrator *integrator, const flesh_step_place *place, flesh_state *state);
+/* Drops matrices, factors, and displacements to extrapolate: the next step begins as the first one does, and so little is
+ * left to be saved. */
+void flesh_integrator_forget(flesh_integrator *integrator);
 /* Equilibrium at state->t + h; one that is a tangle is untangled and solved again. Status as above. */
 int flesh_integrator_find_equilibrium(flesh_integrator *integrator, flesh_state *state, double h,
                                       flesh_solve_stats *stats);

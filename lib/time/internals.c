@@ -34,6 +34,7 @@ size_t flesh_internals_memory(const flesh_internals *self)
 
 void flesh_internals_archive(flesh_internals *self, flesh_archive *archive)
 {
+  FLESH_ARCHIVE(archive, self->restart);
   if (self->count) flesh_archive_bytes(archive, self->own, (size_t)self->count * sizeof *self->own);
 }
 

@@ -9,7 +9,7 @@
 #include "time/integrator.h"
 
 static const char mark[8] = "fleshint";
-enum { FORMAT = 7, ORDER = 0x01020304 };
+enum { FORMAT = 8, ORDER = 0x01020304 };
 
 typedef struct header {
   char mark[8];
@@ -73,6 +73,7 @@ static void archive_method(flesh_integrator *self, flesh_archive *archive)
   for (int k = 0; k < remembered; k++) flesh_archive_nodes(archive, memory->vectors[k], nodes);
   if (!self->last_stage.at.x) return;
   FLESH_ARCHIVE(archive, self->last_stage.known);
+  if (!self->last_stage.known) return;
   FLESH_ARCHIVE(archive, self->last_stage.at.t);
   flesh_archive_nodes(archive, self->last_stage.at.x, nodes);
   flesh_archive_nodes(archive, self->last_stage.at.v, nodes);

@@ -113,17 +113,33 @@ static int take_part(flesh_integrator *self, flesh_state *state, const flesh_pie
   return status;
 }
 
-/* Steps through a piece of length h, halving what fails. */
-static int walk(flesh_integrator *self, flesh_state *state, const flesh_piece *piece, double h, flesh_solve_stats *stats)
+/* Tells that the run is between two parts. */
+static int pass(flesh_integrator *self, const flesh_state *state, flesh_step_place *place)
 {
-  flesh_cutbacks cutbacks = flesh_cutbacks_of((flesh_span){state->t, piece->end, h});
-  int status;
+  int status = FLESH_OK;
+  if (self->tape) {
+    flesh_evaluation_remember(self->evaluation, state);
+    status = self->tape->pass(self->tape->data, place);
+  }
+  place->at_begin = 0;
+  return status;
+}
+
+/* Steps through a piece of length h, or the rest of it, halving what fails. */
+static int walk(flesh_integrator *self, flesh_state *state, flesh_step_place *place, double h, flesh_solve_stats *stats)
+{
+  flesh_cutbacks *cutbacks = &place->cutbacks;
+  int status, more;
+  if (!place->in_piece) *cutbacks = flesh_cutbacks_of((flesh_span){state->t, place->piece.end, h});
+  place->in_piece = 1;
   do {
-    status = take_part(self, state, piece, &cutbacks, stats);
+    status = take_part(self, state, &place->piece, cutbacks, stats);
     const int gains = status > 0 && self->control.refusal == FLESH_REFUSED_BY_ENERGY;
     stats->rejected += gains;
     stats->convergence_failures += status > 0 && !gains;
-  } while (flesh_cutbacks_next(&cutbacks, self->recovery.max_cutbacks, status));
+    more = flesh_cutbacks_next(cutbacks, self->recovery.max_cutbacks, status);
+    if (more && !status && (status = pass(self, state, place))) return status;
+  } while (more);
   return status;
 }
 
@@ -163,47 +179,75 @@ static int take_controlled(flesh_integrator *self, flesh_state *state, const fle
   return status;
 }
 
-/* Steps through a piece by steps that its error chooses. */
-static int walk_by_error(flesh_integrator *self, flesh_state *state, const flesh_piece *piece, flesh_solve_stats *stats)
+/* Steps through a piece, or the rest of it, by steps that its error chooses. */
+static int walk_by_error(flesh_integrator *self, flesh_state *state, flesh_step_place *place, flesh_solve_stats *stats)
 {
   const flesh_error_control *control = &self->control;
+  const flesh_piece *piece = &place->piece;
   const double shortest = flesh_rounding_of_time(piece->begin, 1e-2 * (piece->end - piece->begin));
   int status = FLESH_OK;
+  place->in_piece = 1;
   while (state->t < piece->end && status >= 0) {
-    if (self->internal_steps++ >= control->options.max_steps)
+    if (place->tries++ >= control->options.max_steps)
       return flesh_fail(FLESH_ERR_INTEGRATOR, "at t = %.9g s: max_steps = %d internal steps did not lead to %.9g s",
                         state->t, control->options.max_steps, piece->end);
     status = take_controlled(self, state, piece, stats);
     if (status > 0 && control->h < shortest) return status;
+    if (!status && state->t < piece->end) status = pass(self, state, place);
   }
   return status < 0 ? status : FLESH_OK;
 }
 
-int flesh_integrator_step_in_time(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
+/* The piece that begins at the state, in a step to `end`; returns its length. */
+static double find_piece(const flesh_integrator *self, const flesh_state *state, flesh_step_place *place, double end,
+                         double tolerance)
 {
-  const double begin = state->t, end = begin + h;
-  self->internal_steps = 0;
-  if (!flesh_energy_watch_knows(&self->watch)) flesh_energy_watch_jump(&self->watch, begin, state);
-  if (!self->second)
-    return walk(self, state, &(flesh_piece){begin, end, INFINITY}, h, stats);
-  const double tolerance = flesh_rounding_of_time(begin, h);
-  if (self->memory.serial != self->evaluation->serial) self->memory.known = self->last_stage.known = 0;
-  int status = FLESH_OK;
-  while (!status && state->t < end) {
-    flesh_piece next = {.begin = state->t, .end = end};
-    next.event = flesh_system_next_event(self->evaluation->system, state->t);
-    while (next.event <= state->t + tolerance) {
-      next.begin = next.event;
-      next.event = flesh_system_next_event(self->evaluation->system, next.event);
-    }
-    if (next.event < end - tolerance) next.end = next.event;
-    double length = state->t == begin && next.end == end ? h : next.end - state->t, t = state->t;
-    flesh_evaluation_remember(self->evaluation, state);
-    if (!self->memory.known) status = begin_anew(self, state, &next, length, stats);
-    if (!status) status = self->control.on ? walk_by_error(self, state, &next, stats) : walk(self, state, &next, length, stats);
-    if (status && state->t == t) flesh_evaluation_restore(self->evaluation, state); /* the start has moved nothing */
-    if (status || next.event <= state->t + tolerance) self->memory.known = 0;
+  flesh_piece *next = &place->piece;
+  *next = (flesh_piece){.begin = state->t, .end = end};
+  next->event = flesh_system_next_event(self->evaluation->system, state->t);
+  while (next->event <= state->t + tolerance) {
+    next->begin = next->event;
+    next->event = flesh_system_next_event(self->evaluation->system, next->event);
   }
+  if (next->event < end - tolerance) next->end = next->event;
+  return state->t == place->begin && next->end == end ? place->h : next->end - state->t;
+}
+
+/* Takes the state through a piece, or the rest of it. */
+static int take_piece(flesh_integrator *self, flesh_state *state, flesh_step_place *place, double end, double tolerance,
+                      flesh_solve_stats *stats)
+{
+  const double t = state->t;
+  double length = 0;
+  int status = FLESH_OK;
+  if (!place->in_piece) {
+    length = find_piece(self, state, place, end, tolerance);
+    flesh_evaluation_remember(self->evaluation, state);
+    status = pass(self, state, place);
+    if (!status && !self->memory.known) status = begin_anew(self, state, &place->piece, length, stats);
+  }
+  if (!status) status = self->control.on ? walk_by_error(self, state, place, stats) : walk(self, state, place, length, stats);
+  if (status && state->t == t) flesh_evaluation_restore(self->evaluation, state); /* the start has moved nothing */
+  if (status || place->piece.event <= state->t + tolerance) self->memory.known = 0;
+  place->in_piece = 0;
+  return status;
+}
+
+int flesh_integrator_step_in_time(flesh_integrator *self, flesh_state *state, flesh_step_place *place,
+                                  flesh_solve_stats *stats)
+{
+  const double begin = place->begin, end = begin + place->h;
+  int status = FLESH_OK;
+  if (!flesh_energy_watch_knows(&self->watch)) flesh_energy_watch_jump(&self->watch, begin, state);
+  if (!self->second) {
+    place->piece = (flesh_piece){begin, end, INFINITY};
+    if (place->at_begin) status = pass(self, state, place);
+    return status ? status : walk(self, state, place, place->h, stats);
+  }
+  const double tolerance = flesh_rounding_of_time(begin, place->h);
+  if (place->at_begin && self->memory.serial != self->evaluation->serial)
+    self->memory.known = self->last_stage.known = 0;
+  while (!status && state->t < end) status = take_piece(self, state, place, end, tolerance, stats);
   self->memory.serial = self->evaluation->serial;
   return status;
 }

@@ -3,6 +3,7 @@
 #define FLESH_TIME_TAPE_H
 
 #include "time/method.h"
+#include "time/step_place.h"
 
 /* A part that is accepted, before the state goes to its end. */
 typedef struct flesh_taken_part {
@@ -24,6 +25,11 @@ typedef struct flesh_tape {
   /* The stage memory->at has been solved with the unknowns u [n]; again, where what is lagged is followed. */
   int (*solved)(void *data, const flesh_stage *stage, int at, const double *u);
   int (*taken)(void *data, const flesh_taken_part *part);
+  /* The run is between two parts, and the integrator remembers the state; a status other than FLESH_OK ends the step with
+   * that status. */
+  int (*pass)(void *data, const flesh_step_place *place);
+  /* The caller hands the integrator another state than the last step's end. */
+  int (*moved)(void *data);
   void (*gone)(void *data); /* the integrator is destroyed */
 } flesh_tape;
 

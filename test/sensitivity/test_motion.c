@@ -126,7 +126,7 @@ static void try_case(const motion_case *c, flesh_method method)
     parameters[count] = gradient_parameter_of(c->text, c->keys[count]);
     all[count] = parameters[count].parameter;
   }
-  CHECK_OK(flesh_trajectory_create(m.integrator, 1e-12, &m.trajectory));
+  CHECK_OK(flesh_trajectory_create(m.integrator, 1e-12, 1000, &m.trajectory));
   run(&m);
   const double Q = quantity(&m, by);
   flesh_integrator_destroy(&m.integrator); /* the steps are known */
@@ -184,7 +184,7 @@ static void what_has_no_gradient_is_refused(void)
   const char *const sentences[] = {"ida has no sensitivities", "a sequence of equilibria is no motion"};
   for (int k = 0; k < 2; k++) {
     moved m = begin(swing.text, NULL, 0, methods[k]);
-    CHECK(flesh_trajectory_create(m.integrator, 1e-10, &m.trajectory) == FLESH_ERR_ARGUMENT && !m.trajectory);
+    CHECK(flesh_trajectory_create(m.integrator, 1e-10, 1000, &m.trajectory) == FLESH_ERR_ARGUMENT && !m.trajectory);
     CHECK_TEXT(flesh_error_text(), sentences[k]);
     end(&m);
   }

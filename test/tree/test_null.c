@@ -223,7 +223,7 @@ static void null_is_refused_by_runs(void)
   REFUSES(flesh_sensitivity_gradient, quantity, (any, NULL, 1, any, any));
   REFUSES(flesh_sensitivity_gradient, parameters, (any, any, 1, NULL, any));
   REFUSES(flesh_sensitivity_gradient, gradient, (any, any, 1, any, NULL));
-  REFUSES(flesh_trajectory_create, integrator, (NULL, .1, any)), REFUSES(flesh_trajectory_create, trajectory, (any, .1, NULL));
+  REFUSES(flesh_trajectory_create, integrator, (NULL, .1, 40, any)), REFUSES(flesh_trajectory_create, trajectory, (any, .1, 40, NULL));
   REFUSES(flesh_trajectory_gradient, trajectory, (NULL, any, any, 1, any, any, any));
   REFUSES(flesh_trajectory_gradient, parameters, (any, any, any, 1, NULL, any, any));
   REFUSES(flesh_trajectory_gradient, gradient, (any, any, any, 1, any, NULL, any));

@@ -14,7 +14,7 @@ from .system import State, System
 if TYPE_CHECKING:
     import scipy.sparse.linalg
 
-__all__ = ["MotionGradient", "Parameter", "Sensitivity", "Trajectory"]
+__all__ = ["MotionGradient", "Parameter", "Sensitivity", "Trajectory", "TrajectoryCosts"]
 
 
 class Parameter(Handle):
@@ -119,6 +119,13 @@ class MotionGradient(NamedTuple):
     by_v: np.ndarray  # [nodes, 3] by the first velocities
 
 
+class TrajectoryCosts(NamedTuple):
+    """What a trajectory has taken."""
+    parts: int  # of steps that are recorded
+    repeated: int  # parts that gradients have taken again
+    bytes: int  # of recorded parts and checkpoints at the same time, at most
+
+
 class Trajectory(Handle):
     """Records the steps that an integrator takes from now on, for derivatives of their end by one discrete adjoint.
 
@@ -127,12 +134,20 @@ class Trajectory(Handle):
     Args:
         integrator: of any method but ida and static; solve to a small newton_tolerance.
         tolerance: of the adjoint's solves, over their right-hand sides.
+        states: how much memory it may take, in states of the body (x and v), at least 10; steps that do not fit in are
+            taken again from checkpoints, with the same bits.
     """
 
-    def __init__(self, integrator: Integrator, tolerance: float = 1e-10):
-        made = create("flesh_trajectory", lib.flesh_trajectory_create, integrator._pointer, tolerance)
+    def __init__(self, integrator: Integrator, tolerance: float = 1e-10, states: int = lib.FLESH_TRAJECTORY_STATES):
+        made = create("flesh_trajectory", lib.flesh_trajectory_create, integrator._pointer, tolerance, states)
         self._pointer = owned("flesh_trajectory", made, lib.flesh_trajectory_destroy, integrator)
         self._nodes = integrator.system.mesh.node_count
+
+    @property
+    def costs(self) -> TrajectoryCosts:
+        """What recording and gradients have taken so far."""
+        costs = lib.flesh_trajectory_get_costs(self._pointer)
+        return TrajectoryCosts(costs.parts, costs.repeated, costs.bytes)
 
     def gradient(self, parameters: Sequence[Parameter] = (), by_x=None, by_v=None) -> MotionGradient:
         """Derivatives of a quantity Q of the last state, given by dQ/dx and dQ/dv [nodes, 3] (None: 0)."""

@@ -1,0 +1,75 @@
+/* checkpoints.c: which checkpoints are kept. */
+#include "sensitivity/checkpoints.h"
+
+#include <string.h>
+
+#include "base/error.h"
+#include "base/memory.h"
+
+static void remove_one(flesh_checkpoints *self, int k)
+{
+  self->bytes -= self->all[k].bytes;
+  flesh_free(self->all[k].data);
+  memmove(self->all + k, self->all + k + 1, (size_t)(self->count - k - 1) * sizeof *self->all);
+  self->count--;
+}
+
+/* Removes a checkpoint that one of a higher level follows, or else the last; returns the level of what takes its place. */
+static int thin_out(flesh_checkpoints *self)
+{
+  int highest = 0;
+  for (int k = self->count - 1; k > 0; k--) {
+    if (self->all[k].level < highest) {
+      remove_one(self, k);
+      return 0;
+    }
+    if (self->all[k].level > highest) highest = self->all[k].level;
+  }
+  const int level = self->all[self->count - 1].level + 1;
+  remove_one(self, self->count - 1);
+  return level;
+}
+
+static int make_room(flesh_checkpoints *self)
+{
+  const int room = 2 * self->room + 16;
+  if (self->count < self->room) return FLESH_OK;
+  flesh_checkpoint *all = flesh_realloc(self->all, (size_t)room * sizeof *all);
+  if (!all) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d checkpoints", room);
+  self->all = all;
+  self->room = room;
+  return FLESH_OK;
+}
+
+int flesh_checkpoints_add(flesh_checkpoints *self, const flesh_integrator *integrator, int at, int call,
+                          const flesh_step_place *place, size_t budget)
+{
+  flesh_checkpoint added = {.at = at, .call = call, .place = *place};
+  int status = flesh_integrator_save(integrator, 0, NULL, &added.bytes);
+  if (!status) status = make_room(self);
+  if (status) return status;
+  while (self->count > 1 && self->bytes + added.bytes > budget) added.level = thin_out(self);
+  if (self->count > 0 && self->bytes + added.bytes > budget) return FLESH_OK;
+  added.data = flesh_malloc(added.bytes);
+  if (!added.data) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a checkpoint of %zu bytes", added.bytes);
+  status = flesh_integrator_save(integrator, added.bytes, added.data, &added.bytes);
+  if (status) {
+    flesh_free(added.data);
+    return status;
+  }
+  self->all[self->count++] = added;
+  self->bytes += added.bytes;
+  return FLESH_OK;
+}
+
+void flesh_checkpoints_drop(flesh_checkpoints *self, int at)
+{
+  while (self->count > 0 && self->all[self->count - 1].at >= at) remove_one(self, self->count - 1);
+}
+
+void flesh_checkpoints_clear(flesh_checkpoints *self)
+{
+  flesh_checkpoints_drop(self, 0);
+  flesh_free(self->all);
+  *self = (flesh_checkpoints){0};
+}

@@ -1,0 +1,142 @@
+/* replay.c: blocks of parts, their checkpoints, and parts that the integrator takes again. */
+#include <string.h>
+
+#include "base/error.h"
+#include "base/memory.h"
+#include "sensitivity/trajectory.h"
+
+/* A new call of flesh_integrator_step. */
+static int take_call(flesh_trajectory *self, const flesh_step_place *place)
+{
+  if (self->call_count == self->call_room) {
+    const int room = 2 * self->call_room + 64;
+    flesh_recorded_call *calls = flesh_realloc(self->calls, (size_t)room * sizeof *calls);
+    if (!calls) return flesh_fail(FLESH_ERR_MEMORY, "no memory to record %d steps", room);
+    self->calls = calls;
+    self->call_room = room;
+  }
+  self->now.call = self->call_count;
+  self->calls[self->call_count++] = (flesh_recorded_call){place->begin, place->h};
+  return FLESH_OK;
+}
+
+/* Begins a block: solvers forget, and the integrator is saved. Parts before it go as far as there is no room for them beside
+ * the checkpoints and the block. */
+static int begin_block(flesh_trajectory *self, const flesh_step_place *place)
+{
+  flesh_pass *now = &self->now;
+  now->block = now->at;
+  if (now->bytes > self->block_bytes) self->block_bytes = now->bytes;
+  now->bytes = 0;
+  flesh_integrator_forget(self->integrator);
+  const size_t left = self->budget > self->block_bytes ? self->budget - self->block_bytes : 0;
+  const int status = flesh_checkpoints_add(&self->checkpoints, self->integrator, now->at, now->call, place, left);
+  while (self->count > 0 && self->checkpoints.bytes + self->kept > left) flesh_trajectory_forget(self, self->first + 1);
+  flesh_trajectory_count(self);
+  return status;
+}
+
+int flesh_trajectory_pass(void *data, const flesh_step_place *place)
+{
+  flesh_trajectory *self = data;
+  const flesh_pass *now = &self->now;
+  if (now->limit >= 0 && now->at == now->limit) return FLESH_ERR_INTERRUPTED;
+  const int status = now->limit < 0 && place->at_begin ? take_call(self, place) : FLESH_OK;
+  const int begins = now->block != now->at && (now->at == 0 || now->at % self->block_parts == 0);
+  return status || !begins ? status : begin_block(self, place);
+}
+
+/* Saves the integrator at the run's end. */
+static int set_aside(flesh_trajectory *self)
+{
+  if (self->aside) return FLESH_OK;
+  int status = flesh_integrator_save(self->integrator, 0, NULL, &self->aside_bytes);
+  if (status) return status;
+  self->aside = flesh_malloc(self->aside_bytes);
+  if (!self->aside) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %zu bytes of an integrator", self->aside_bytes);
+  self->run = self->now;
+  status = flesh_integrator_save(self->integrator, self->aside_bytes, self->aside, &self->aside_bytes);
+  if (!status) return FLESH_OK;
+  flesh_free(self->aside);
+  self->aside = NULL;
+  return status;
+}
+
+/* Whether a step that failed in the run was followed by another from the same state. */
+static int may_fail(int status)
+{
+  return status == FLESH_ERR_SOLVE || status == FLESH_ERR_ENERGY || status == FLESH_ERR_NONFINITE;
+}
+
+/* Takes parts up to the limit from a place on. */
+static int take_again(flesh_trajectory *self, const flesh_step_place *place)
+{
+  flesh_integrator *integrator = self->integrator;
+  const flesh_state *kept = &integrator->evaluation->returned;
+  const size_t n = (size_t)self->n, multipliers = (size_t)kept->multiplier_count, internals = (size_t)kept->internal_count;
+  double *all = flesh_malloc((2 * n + multipliers + internals + 1) * sizeof *all);
+  if (!all) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a state of %d unknowns", self->n);
+  flesh_state state = *kept;
+  state.x = all;
+  state.v = all + n;
+  state.multipliers = multipliers ? all + 2 * n : NULL;
+  state.internal = internals ? all + 2 * n + multipliers : NULL;
+  memcpy(state.x, kept->x, n * sizeof *all);
+  memcpy(state.v, kept->v, n * sizeof *all);
+  if (multipliers) memcpy(state.multipliers, kept->multipliers, multipliers * sizeof *all);
+  if (internals) memcpy(state.internal, kept->internal, internals * sizeof *all);
+  int status = flesh_integrator_resume(integrator, place, &state);
+  while (self->now.at < self->now.limit && (!status || may_fail(status)) && self->now.call + 1 < self->call_count) {
+    const flesh_recorded_call *call = &self->calls[++self->now.call];
+    state.t = call->t;
+    status = flesh_integrator_step(integrator, &state, call->h, NULL);
+  }
+  flesh_free(all);
+  if (self->now.at == self->now.limit) return FLESH_OK;
+  return status ? status : flesh_fail(FLESH_ERR_INTEGRATOR, "a step that is taken again does not come as far as in the run");
+}
+
+/* Goes back to the last checkpoint before part k, and on through the part. */
+static int replay(flesh_trajectory *self, int k)
+{
+  flesh_integrator *integrator = self->integrator;
+  if (!integrator)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the integrator is gone, which has to take steps again that are not kept: let it live "
+                                          "longer than the trajectory, or keep more states");
+  int status = set_aside(self);
+  if (status) return status;
+  flesh_checkpoints_drop(&self->checkpoints, k + 1);
+  const flesh_checkpoint from = self->checkpoints.all[self->checkpoints.count - 1];
+  flesh_trajectory_forget(self, self->first + self->count);
+  self->first = from.at;
+  self->now = (flesh_pass){.at = from.at, .call = from.call, .block = from.at, .limit = k + 1};
+  status = flesh_integrator_load(integrator, from.data, from.bytes);
+  if (status) return status;
+  int (*observe)(void *data, const flesh_internal_step *step) = integrator->control.options.observe;
+  integrator->control.options.observe = NULL;
+  self->tape.anew = 0;
+  status = take_again(self, &from.place);
+  integrator->control.options.observe = observe;
+  return status;
+}
+
+int flesh_trajectory_part(flesh_trajectory *self, int k, const flesh_recorded_part **part)
+{
+  const int kept = k >= self->first && k < self->first + self->count;
+  const int status = kept ? FLESH_OK : replay(self, k);
+  if (!status) *part = &self->parts[k - self->first];
+  return status;
+}
+
+int flesh_trajectory_return(flesh_trajectory *self)
+{
+  if (!self->aside) return FLESH_OK;
+  const int status = flesh_integrator_load(self->integrator, self->aside, self->aside_bytes);
+  flesh_free(self->aside);
+  self->aside = NULL;
+  self->now = self->run;
+  self->tape.anew = 0;
+  flesh_trajectory_forget(self, self->first + self->count);
+  self->first = self->total;
+  return status;
+}
