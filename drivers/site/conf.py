@@ -1,8 +1,9 @@
 """conf.py: the site of flesh for Sphinx: the tree's own pages, the C interface by Doxygen and Breathe, Python's by autodoc.
 
-Called by site.sh, which sets FLESH_SITE_XML (Doxygen's output), FLESH_SITE_VERSION and PYTHONPATH."""
+Called by site.sh, which sets FLESH_SITE_XML (Doxygen's output), FLESH_SITE_PROGRAM, FLESH_SITE_VERSION and PYTHONPATH."""
 import os
 import re
+import subprocess
 
 from pygments.lexers import TextLexer
 
@@ -58,6 +59,21 @@ def show_headers(app, docname, source):
         source[0] = re.sub(r"^- \[(\w+\.h)\].*\n", HEADER, source[0], flags=re.M)
 
 
+def program(*words):
+    """What the program prints."""
+    return subprocess.run([os.environ["FLESH_SITE_PROGRAM"], *words], capture_output=True, text=True, check=True).stdout
+
+
+def show_program(app, docname, source):
+    """The keys of a scene and the help of every command, as the program prints them."""
+    if docname == "drivers/site/keys":
+        source[0] = program("schema")
+    elif docname == "drivers/site/commands":
+        listed = program("--help").partition("Commands:\n")[2].partition("\n\n")[0]
+        for name in (line.split()[0] for line in listed.splitlines()):
+            source[0] += f"\n## {name}\n\n```text\n{program(name, '--help')}```\n"
+
+
 def plain_docstring(app, what, name, obj, options, lines):
     """Docstrings are plain text: bars are those of absolute values, and what is indented is shown as it is."""
     result, literal = [], False
@@ -77,5 +93,6 @@ def setup(app):
     for language in ("csv", "geo"):
         app.add_lexer(language, TextLexer)
     app.connect("source-read", show_headers)
+    app.connect("source-read", show_program)
     app.connect("missing-reference", link_to_folder)
     app.connect("autodoc-process-docstring", plain_docstring)

@@ -10,8 +10,9 @@ done
 FLESH_SITE_VERSION=$3
 FLESH_SITE_DOXYGEN=$build/site-headers
 FLESH_SITE_XML=$FLESH_SITE_DOXYGEN/xml
+FLESH_SITE_PROGRAM=$build/drivers/flesh
 PYTHONPATH=$build/drivers/python
-export FLESH_SITE_VERSION FLESH_SITE_DOXYGEN FLESH_SITE_XML PYTHONPATH
+export FLESH_SITE_VERSION FLESH_SITE_DOXYGEN FLESH_SITE_XML FLESH_SITE_PROGRAM PYTHONPATH
 mkdir -p "$FLESH_SITE_DOXYGEN"
 (cd "$source/include" && doxygen "$source/drivers/site/Doxyfile")
 sphinx-build -q -W --keep-going -j auto -d "$build/site-pages" -c "$source/drivers/site" -b html "$source" "$build/site"

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# TEST full seconds=300 needs=plain,build,python
+# TEST full seconds=300 needs=plain,build,python,flesh
 """test_site.py: the site is made of all pages without a warning, shows the interfaces of C and Python, needs nothing from
 elsewhere, and opens in Chromium without a complaint. BUILD is the build. Speaks TAP; skipped without Sphinx."""
 import importlib.util
@@ -62,6 +62,14 @@ def interfaces_are_shown():
     assert headers - told == {"flesh"}, headers - told  # flesh.h includes the others
 
 
+def keys_and_commands_are_shown():
+    keys, commands = read("drivers", "site", "keys.html"), read("drivers", "site", "commands.html")
+    for word in ("effects.contact.sphere", "breaks_at", "newton_tolerance"):
+        assert word in keys, word
+    for word in ("<h2>sensitivity", "flesh sweep merge OUT.db", "--checkpoint EVERY"):
+        assert word in commands, word
+
+
 def tutorials_lead_to_a_picture_and_a_conclusion():
     first = read("drivers", "site", "index.html")
     names = sorted(name for name in os.listdir(os.path.join(ROOT, "drivers", "tutorials")) if name.endswith(".md"))
@@ -97,7 +105,7 @@ def it_opens_in_a_browser():
 
 
 TESTS = (it_is_made_without_a_warning, every_page_is_there, interfaces_are_shown,
-         tutorials_lead_to_a_picture_and_a_conclusion, nothing_is_loaded_from_elsewhere, it_opens_in_a_browser)
+         keys_and_commands_are_shown, tutorials_lead_to_a_picture_and_a_conclusion, nothing_is_loaded_from_elsewhere, it_opens_in_a_browser)
 
 if MISSING:
     print("1..0 # SKIP missing: " + ", ".join(MISSING))
