@@ -26,19 +26,6 @@ static const char details[] =
     "    - {key: body.material.young, start: 5e4, from: 1e3, to: 1e6, spacing: logarithmic}\n"
     "    - {key: body.material.poisson, start: 0.3, from: 0, to: 0.49}\n\n";
 
-/* The keys as text for the help; new. */
-static char *make_details(void)
-{
-  char *text = NULL;
-  size_t size;
-  FILE *stream = open_memstream(&text, &size);
-  if (!stream) return NULL;
-  fputs(details, stream);
-  flesh_fit_describe_keys(stream);
-  fclose(stream);
-  return text;
-}
-
 /* Nothing that is written may replace what is read. */
 static int spare_inputs(const flesh_fit *fit)
 {
@@ -98,7 +85,7 @@ int flesh_command_fit(int argc, char **argv)
                                {"resume", NULL, FLESH_OPTION_SWITCH, &resume, "go on with the runs in DIR/points, or begin"},
                                {"quiet", NULL, FLESH_OPTION_SWITCH, &fit.quiet, "print errors only"},
                                {0}};
-  char *text = make_details(), **words = malloc(((size_t)argc + 1) * sizeof *words);
+  char *text = flesh_settings_help(details, flesh_fit_describe_keys, ""), **words = malloc(((size_t)argc + 1) * sizeof *words);
   for (int k = 0; k <= argc && words; k++) words[k] = argv[k]; /* reading permutes them */
   const flesh_usage usage = {"fit", "SPEC", "Fits parameters of scenes to measurements.", text, 1, 1, rows, NULL,
                              FLESH_EXITS_OF_SOLVES | FLESH_EXITS_OF_INTERRUPTS};

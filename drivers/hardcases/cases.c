@@ -12,6 +12,7 @@
 #include "scene/effect_list.h"
 #include "study/embedded.h"
 #include "study/keyed_text.h"
+#include "study/settings.h"
 
 /* Cases of a file; letters of a name; columns of a line of a scene. */
 enum { CASE_LIMIT = 1024, WORD_LIMIT = 40, LINE_LIMIT = 120 };
@@ -38,7 +39,8 @@ typedef struct item {
 static const flesh_key start_table[] = {
     {.name = "kind", .type = FLESH_KEY_CHOICE, AT(row.start), .choices = starts, .default_value = "rest",
      .doc = "where the nodes start"},
-    {.name = "amount", .type = FLESH_KEY_NUMBER, AT(row.amount), .default_value = "", .doc = "of most kinds"},
+    {.name = "amount", .type = FLESH_KEY_NUMBER, AT(row.amount), .default_value = "", .doc = "a factor (scale-x, scale), edges (jitter), turns (twist), turns per step (spin), lengths (throw, gauss), m (fly) "
+            "or m/s (speed)"},
     {.name = "noise", .type = FLESH_KEY_NUMBER, AT(row.noise), .range = FLESH_RANGE_NOT_NEGATIVE, .default_value = "0",
      .doc = "every coordinate is moved besides by up to this part of the node's mean edge"},
     {.name = NULL},
@@ -53,17 +55,17 @@ static const flesh_key release_table[] = {
 };
 
 static const flesh_key case_table[] = {
-    {.name = "name", .type = FLESH_KEY_TEXT, AT(row.name), .doc = "of the case and of its runs' folders"},
-    {.name = "group", .type = FLESH_KEY_TEXT, AT(row.group), .doc = "of cases that stand together in pictures"},
+    {.name = "name", .type = FLESH_KEY_TEXT, AT(row.name), .doc = "of the case and of its runs' folders, at most 40 letters, digits and _.-+"},
+    {.name = "group", .type = FLESH_KEY_TEXT, AT(row.group), .doc = "cases that stand together in pictures; --cases takes it, too"},
     {.name = "doc", .type = FLESH_KEY_TEXT, AT(row.doc), .doc = "what happens, on a line"},
     {.name = "mesh", .type = FLESH_KEY_CHOICE, AT(row.mesh), .choices = meshes, .default_value = "block",
-     .doc = "without --meshes"},
+     .doc = "body; --meshes replaces it"},
     /* The keys of start and release are those of the case itself, so that they stand at their offsets in it. */
     {.name = "start", .type = FLESH_KEY_OBJECT, .children = start_table, .default_value = "{}", .doc = "default: at rest"},
     {.name = "held", .type = FLESH_KEY_CHOICE, AT(held), .choices = holds, .default_value = "nothing",
-     .doc = "the face x = 0, or the first twentieth along x, at rest for all time"},
-    {.name = "random", .type = FLESH_KEY_BOOLEAN, AT(random), .default_value = "false", .doc = "run once for each seed"},
-    {.name = "static", .type = FLESH_KEY_BOOLEAN, AT(is_static), .default_value = "false", .doc = "an equilibrium"},
+     .doc = "at rest for all time; face: x = 0, feet: the first twentieth along x"},
+    {.name = "random", .type = FLESH_KEY_BOOLEAN, AT(random), .default_value = "false", .doc = "true: run once for each seed"},
+    {.name = "static", .type = FLESH_KEY_BOOLEAN, AT(is_static), .default_value = "false", .doc = "true: an equilibrium, to 1e-8, without step, seconds and release"},
     {.name = "poisson", .type = FLESH_KEY_NUMBER, AT(row.poisson), .range = FLESH_RANGE_POISSON, .default_value = "",
      .doc = "default: --poisson"},
     {.name = "density", .type = FLESH_KEY_NUMBER, AT(row.density), .range = FLESH_RANGE_POSITIVE, .unit = "kg/m^3",
@@ -73,17 +75,17 @@ static const flesh_key case_table[] = {
     {.name = "young_ratio", .type = FLESH_KEY_NUMBER, AT(row.young_ratio), .range = FLESH_RANGE_POSITIVE,
      .default_value = "", .doc = "of the second region of checker and halves to the first"},
     {.name = "scale", .type = FLESH_KEY_NUMBER, AT(row.scale), .range = FLESH_RANGE_POSITIVE, .default_value = "",
-     .doc = "of a body of --meshes, to 0.2 m; default 1"},
+     .doc = "length of a body of --meshes over 0.2 m; default 1"},
     {.name = "offset", .type = FLESH_KEY_NUMBER, AT(row.offset), .unit = "m", .default_value = "0",
      .doc = "of a body of --meshes, along each axis"},
     {.name = "step", .type = FLESH_KEY_NUMBER, AT(row.step), .range = FLESH_RANGE_POSITIVE, .unit = "s",
      .default_value = "", .doc = "default: --steps"},
     {.name = "seconds", .type = FLESH_KEY_NUMBER, AT(row.seconds), .range = FLESH_RANGE_POSITIVE, .unit = "s",
-     .default_value = "", .doc = "length of a motion; statics have none"},
+     .default_value = "", .doc = "length of the motion, at least 20 steps"},
     {.name = "release", .type = FLESH_KEY_OBJECT, .children = release_table, .default_value = "", .doc = "default: none"},
     {.name = "expects", .type = FLESH_KEY_CHOICE, AT(expects), .choices = ends, .default_value = "recovery",
      .doc = "equilibrium: staying where it is counts as well; recovery-to-0.495: up to this Poisson's ratio"},
-    {.name = "effects", .type = FLESH_KEY_TREE, AT(effects), .default_value = "", .doc = "as in a scene"},
+    {.name = "effects", .type = FLESH_KEY_TREE, AT(effects), .default_value = "", .doc = "as in a scene, beside elasticity and inertia; paths are absolute"},
     {.name = NULL},
 };
 
@@ -99,6 +101,12 @@ static const flesh_key file_table[] = {
      .child_size = sizeof(item), .doc = "in the order in which they are run"},
     {.name = NULL},
 };
+
+void flesh_hardcases_describe_keys(FILE *stream)
+{
+  fputs("Keys of FILE:\n", stream);
+  flesh_settings_describe(stream, file_table, NULL);
+}
 
 static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory while reading hard cases"); }
 

@@ -2,6 +2,8 @@
 #ifndef FLESH_HARDCASES_CASES_H
 #define FLESH_HARDCASES_CASES_H
 
+#include <stdio.h>
+
 #include "flesh/integrator.h"
 #include "flesh/mesh.h"
 #include "scene/arena.h"
@@ -88,6 +90,8 @@ typedef struct flesh_hardcases_battery {
  * file, line, key, value and what is valid. The caller closes the battery in any case. */
 int flesh_hardcases_open_battery(const char *path, const char *name, flesh_hardcases_battery *battery);
 void flesh_hardcases_close_battery(flesh_hardcases_battery *battery);
+/* Prints the keys of a file of cases, for the help. */
+void flesh_hardcases_describe_keys(FILE *stream);
 
 /* Makes the case's mesh. Returns new. */
 int flesh_hardcases_make_mesh(const flesh_hardcases_case *row, int quick, flesh_mesh **mesh);

@@ -13,6 +13,7 @@
 #include "base/text.h"
 #include "cli/overrides.h"
 #include "study/lead.h"
+#include "study/settings.h"
 #include "run/ranks.h"
 #include "hardcases/hardcases.h"
 #include "hardcases/lists.h"
@@ -39,7 +40,7 @@ static const char details[] =
     "(solver.techniques). verdict.txt and ablation.csv then have what each is worth: runs that fail, iterations and\n"
     "CPU time, by group of cases, element and Poisson's ratio.\n\n"
     "With --export nothing is run: the cases that are static, have no effects and are stress-free at rest are\n"
-    "written as DIR/cases/NAME/case.json, body.mesh and start.txt, which other solvers read.\n";
+    "written as DIR/cases/NAME/case.json, body.mesh and start.txt, which other solvers read.\n\n";
 
 enum { SETTING_LIMIT = 4096 };
 
@@ -312,7 +313,8 @@ int flesh_command_hardcases(int argc, char **argv)
       {"list", NULL, FLESH_OPTION_SWITCH, &list, "print the cases and end"},
       {"export", NULL, FLESH_OPTION_SWITCH, &plan.export, "write the static cases as data for other solvers and end"},
       {0}};
-  const flesh_usage usage = {"hardcases", "[FILE]", "Runs the battery of hard cases.", details, 0, 1, rows, NULL,
+  char *text = flesh_settings_help(details, flesh_hardcases_describe_keys, "");
+  const flesh_usage usage = {"hardcases", "[FILE]", "Runs the battery of hard cases.", text, 0, 1, rows, NULL,
                              FLESH_EXITS_OF_INTERRUPTS};
   int code = status ? flesh_command_fail("hardcases", status)
                     : flesh_ranks_read_options(plan.options.ranks, &usage, argc, argv, &count);
@@ -320,6 +322,6 @@ int flesh_command_hardcases(int argc, char **argv)
   if (code == FLESH_OPTIONS_GO_ON) code = list_or_batter(count ? argv[1] : NULL, list, &asked, room, &plan);
   flesh_study_close(&plan.options);
   if (room) flesh_hardcases_close_battery(&room->chosen.battery);
-  free(plan.runs), free(room);
+  free(plan.runs), free(room), free(text);
   return code;
 }

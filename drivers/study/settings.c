@@ -103,6 +103,19 @@ void flesh_settings_describe(FILE *stream, const flesh_key *keys, const flesh_ke
   describe(stream, keys, apart, 2);
 }
 
+char *flesh_settings_help(const char *before, void (*describe_keys)(FILE *), const char *after)
+{
+  char *text = NULL;
+  size_t size;
+  FILE *stream = open_memstream(&text, &size);
+  if (!stream) return NULL;
+  fputs(before, stream);
+  describe_keys(stream);
+  fputs(after, stream);
+  fclose(stream);
+  return text;
+}
+
 int flesh_settings_hash_file(SHA2_CTX *context, const char *path)
 {
   char *text;

@@ -28,6 +28,8 @@ int flesh_setting_check_name(const flesh_node *place, const char *name);
 
 /* Prints a table of keys for the help, with those below them; `apart`: a table that is printed by itself. */
 void flesh_settings_describe(FILE *stream, const flesh_key *keys, const flesh_key *apart);
+/* The details of a command's help, with its keys amid them. Returns new; NULL without memory. */
+char *flesh_settings_help(const char *before, void (*describe_keys)(FILE *), const char *after);
 
 /* Adds a file to a digest. */
 int flesh_settings_hash_file(SHA2_CTX *context, const char *path);

@@ -15,6 +15,7 @@
 #include "cli/options.h"
 #include "run/ranks.h"
 #include "study/lead.h"
+#include "study/settings.h"
 #include "sweep/sweep.h"
 
 static const char details[] =
@@ -33,20 +34,6 @@ static const char details[] =
     "    - {key: body.material.young, from: 1e4, to: 1e6, count: 5, spacing: logarithmic}\n"
     "    - sample: {count: 64, axes: [{key: body.material.poisson, from: 0.3, to: 0.49}]}\n"
     "  columns: [{name: work, is: newton * tets}]\n\n";
-
-/* The keys and tables as text for the help; new. */
-static char *make_details(void)
-{
-  char *text = NULL;
-  size_t size;
-  FILE *stream = open_memstream(&text, &size);
-  if (!stream) return NULL;
-  fputs(details, stream);
-  flesh_sweep_describe_keys(stream);
-  fprintf(stream, "\n%s", flesh_study_schema_text);
-  fclose(stream);
-  return text;
-}
 
 static void print_plan(const flesh_sweep *sweep, int shard, int shards)
 {
@@ -173,7 +160,7 @@ int flesh_command_sweep(int argc, char **argv)
       {"dry-run", NULL, FLESH_OPTION_SWITCH, &set.dry, "check the spec and print the plan"},
       {"quiet", NULL, FLESH_OPTION_SWITCH, &set.options.quiet, "print errors only"},
       {0}};
-  char *text = make_details();
+  char *text = flesh_settings_help(details, flesh_sweep_describe_keys, flesh_study_schema_text);
   const flesh_usage usage = {"sweep", "SPEC", "Runs the cases of a spec into one database.", text, 1, 1, rows, verbs,
                              FLESH_EXITS_OF_INTERRUPTS};
   int count, code = status ? flesh_command_fail("sweep", status)
