@@ -12,7 +12,6 @@
 #include "scene/effect_list.h"
 #include "study/embedded.h"
 #include "study/keyed_text.h"
-#include "study/settings.h"
 
 /* Cases of a file; letters of a name; columns of a line of a scene. */
 enum { CASE_LIMIT = 1024, WORD_LIMIT = 40, LINE_LIMIT = 120 };
@@ -94,19 +93,13 @@ typedef struct file {
   flesh_objects cases;
 } file;
 
-static const flesh_key file_table[] = {
+const flesh_key flesh_hardcases_keys[] = {
     {.name = "title", .type = FLESH_KEY_TEXT, .offset = offsetof(file, title), .default_value = "",
      .doc = "what the cases are for"},
     {.name = "cases", .type = FLESH_KEY_OBJECTS, .offset = offsetof(file, cases), .children = case_table,
      .child_size = sizeof(item), .doc = "in the order in which they are run"},
     {.name = NULL},
 };
-
-void flesh_hardcases_describe_keys(FILE *stream)
-{
-  fputs("Keys of FILE:\n", stream);
-  flesh_settings_describe(stream, file_table, NULL);
-}
 
 static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory while reading hard cases"); }
 
@@ -271,7 +264,7 @@ int flesh_hardcases_open_battery(const char *path, const char *name, flesh_hardc
   if (loaded) text.text = loaded;
   text.path = path ? path : flesh_arena_print(&battery->arena, "data/hardcases/%s.yaml", name);
   if (!status && !text.path) status = no_memory();
-  if (!status) status = flesh_keyed_text_read(&battery->arena, &text, file_table, &root, &f);
+  if (!status) status = flesh_keyed_text_read(&battery->arena, &text, flesh_hardcases_keys, &root, &f);
   if (!status) status = take_cases(battery, &f, root);
   for (int k = 0; k < battery->count && !path; k++) battery->cases[k].fingerprint = 0;
   free(loaded);

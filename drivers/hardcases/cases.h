@@ -2,10 +2,9 @@
 #ifndef FLESH_HARDCASES_CASES_H
 #define FLESH_HARDCASES_CASES_H
 
-#include <stdio.h>
-
 #include "flesh/integrator.h"
 #include "flesh/mesh.h"
+#include "base/key.h"
 #include "scene/arena.h"
 
 /* All bodies but single tets fill [0, 0.2] x [0, 0.1] x [0, 0.1] m, or a cube of 0.1 m, or near. */
@@ -90,8 +89,7 @@ typedef struct flesh_hardcases_battery {
  * file, line, key, value and what is valid. The caller closes the battery in any case. */
 int flesh_hardcases_open_battery(const char *path, const char *name, flesh_hardcases_battery *battery);
 void flesh_hardcases_close_battery(flesh_hardcases_battery *battery);
-/* Prints the keys of a file of cases, for the help. */
-void flesh_hardcases_describe_keys(FILE *stream);
+extern const flesh_key flesh_hardcases_keys[]; /* of a file of cases */
 
 /* Makes the case's mesh. Returns new. */
 int flesh_hardcases_make_mesh(const flesh_hardcases_case *row, int quick, flesh_mesh **mesh);

@@ -42,6 +42,12 @@ static const char details[] =
     "With --export nothing is run: the cases that are static, have no effects and are stress-free at rest are\n"
     "written as DIR/cases/NAME/case.json, body.mesh and start.txt, which other solvers read.\n\n";
 
+static void describe_keys(FILE *stream)
+{
+  fputs("Keys of FILE:\n", stream);
+  flesh_settings_describe(stream, flesh_hardcases_keys, NULL);
+}
+
 enum { SETTING_LIMIT = 4096 };
 
 typedef struct choice {
@@ -313,7 +319,7 @@ int flesh_command_hardcases(int argc, char **argv)
       {"list", NULL, FLESH_OPTION_SWITCH, &list, "print the cases and end"},
       {"export", NULL, FLESH_OPTION_SWITCH, &plan.export, "write the static cases as data for other solvers and end"},
       {0}};
-  char *text = flesh_settings_help(details, flesh_hardcases_describe_keys, "");
+  char *text = flesh_settings_help(details, describe_keys, "");
   const flesh_usage usage = {"hardcases", "[FILE]", "Runs the battery of hard cases.", text, 0, 1, rows, NULL,
                              FLESH_EXITS_OF_INTERRUPTS};
   int code = status ? flesh_command_fail("hardcases", status)
