@@ -120,7 +120,7 @@ for block in "$work"/blocks/???; do
   case "$language $argument" in
     'sh with '*) ;;
     'sh ')
-      (cd "$copy" && HOME="$work/home" sh -eu "$block") >"$work/log" 2>&1 </dev/null || status=$?
+      (cd "$copy" && HOME="$work/home" CMAKE_GENERATOR=Ninja sh -eu "$block") >"$work/log" 2>&1 </dev/null || status=$?
       [ "$status" -eq 0 ] || echo "ended with status $status" >>"$work/log"
       ;;
     'sh elsewhere')
