@@ -31,7 +31,7 @@ int flesh_stage_tangent_create(const flesh_system *system, const flesh_solver_op
   self->newton = &self->problem->newton;
   self->newton->equations.evaluation.environment.tangents = 1;
   self->x = flesh_calloc(9 * n + 1, sizeof *self->x);
-  self->gaps = flesh_calloc(4 * (size_t)self->multipliers + 1, sizeof *self->gaps);
+  self->gaps = flesh_calloc(5 * (size_t)self->multipliers + 1, sizeof *self->gaps);
   if (!self->x || !self->gaps)
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for the sensitivities of %d unknowns", self->n);
   self->v = self->x + n;
@@ -132,33 +132,38 @@ static int press(flesh_stage_tangent *self, const double *q, double *y)
   return fail(self, status, "residual");
 }
 
-/* Solves with K alone; b [n] is overwritten. Where constraints have multipliers, q <- q + k c(p) until the gaps c no longer
- * move, k being the penalty that K has: the method of multipliers, for a linear problem. */
+/* Solves with K alone; b [n] is overwritten. Where constraints have multipliers, their change q has G p = 0 for the gaps, and
+ * K p + G^T q = b: conjugate gradients for q with G K^-1 G^T, whose inverse is near the penalty that K has. */
 static int solve_alone(flesh_stage_tangent *self, double *b, double *p)
 {
+  const int count = self->multipliers;
   const size_t n = (size_t)self->n;
-  double *q = self->gaps, *gaps = q + self->multipliers, *stiffness = gaps + self->multipliers;
-  double *load = self->room + 3 * n, *right = self->room + 4 * n, first = 0;
-  if (!self->multipliers) return fail(self, flesh_newton_solve_tangent(self->newton, b, self->tolerance, p), "solution");
-  int status = flesh_system_constraint_gaps(self->system, &self->point, gaps, stiffness);
-  if (status) return fail(self, status, "gap of a constraint");
-  memset(q, 0, (size_t)self->multipliers * sizeof *q);
-  for (int k = 0; k < MOST_REPETITIONS; k++) {
-    double norm = 0;
+  double *gaps = self->gaps, *stiffness = gaps + count, *q = gaps + 2 * count, *moved = gaps + 4 * count;
+  double *load = self->room + 3 * n, *answer = self->room + 4 * n, first = 0, last = 0;
+  int status = fail(self, flesh_newton_solve_tangent(self->newton, b, self->tolerance, p), "solution");
+  if (status || !count) return status;
+  status = fail(self, flesh_system_constraint_gaps(self->system, &self->point, gaps, stiffness), "gap of a constraint");
+  if (!status) status = move_gaps(self, p, gaps);
+  memset(q, 0, (size_t)count * sizeof *q);
+  for (int k = 0; k < MOST_REPETITIONS && !status; k++) {
+    double now = 0, curvature = 0;
+    for (int e = 0; e < count; e++) now += self->point.penalty * stiffness[e] * gaps[e] * gaps[e];
+    if (k == 0) first = now;
+    if (now <= self->tolerance * self->tolerance * first) return FLESH_OK;
+    for (int e = 0; e < count; e++)
+      q[e] = self->point.penalty * stiffness[e] * gaps[e] + (k ? now / last * q[e] : 0);
+    last = now;
     status = press(self, q, load);
-    for (int d = 0; d < self->n; d++) right[d] = b[d] - load[d];
-    if (!status) status = fail(self, flesh_newton_solve_tangent(self->newton, right, self->tolerance, p), "solution");
-    if (!status) status = move_gaps(self, p, gaps);
+    if (!status) status = fail(self, flesh_newton_solve_tangent(self->newton, load, self->tolerance, answer), "solution");
+    if (!status) status = move_gaps(self, answer, moved);
     if (status) return status;
-    for (int e = 0; e < self->multipliers; e++) {
-      q[e] += self->point.penalty * stiffness[e] * gaps[e];
-      norm += gaps[e] * gaps[e];
-    }
-    if (k == 0) first = norm;
-    if (norm <= self->tolerance * self->tolerance * first) return FLESH_OK;
+    for (int e = 0; e < count; e++) curvature += q[e] * moved[e];
+    for (int e = 0; e < count; e++) gaps[e] -= now / curvature * moved[e];
+    for (int d = 0; d < self->n; d++) p[d] -= now / curvature * answer[d];
   }
-  return flesh_fail(FLESH_ERR_SOLVE, "at t = %g s the pressures of incompressible tets have no sensitivities: their solves do "
-                                     "not converge", self->stage.t);
+  return status ? status
+                : flesh_fail(FLESH_ERR_SOLVE, "at t = %g s the pressures of incompressible tets have no sensitivities: their "
+                                              "solves do not converge", self->stage.t);
 }
 
 /* left = b - (K + D) p on the free dofs, D being the derivative by what is followed. Returns its 2-norm. */

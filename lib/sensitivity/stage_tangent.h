@@ -20,7 +20,7 @@ typedef struct flesh_stage_tangent {
   int parts_freezing;         /* of effects that freeze, what x and v do is told apart by differences */
   unsigned follows;           /* bits of flesh_reading: what is read is the solution itself */
   double *room;               /* [6*n] */
-  double *gaps;               /* [4*multipliers] */
+  double *gaps;               /* [5*multipliers] */
   flesh_block_matrix products; /* of K's pattern, with values of its own [product_room] */
   size_t product_room;
 } flesh_stage_tangent;

@@ -22,6 +22,13 @@ static const motion_case swing = {
      {"effects.damping.mass", 0.5, 1e-3, 1e-3}, {"effects.damping.stiffness", 0.002, 4e-6, 2e-6},
      {"effects.gravity.acceleration[2]", -9.81, 0.02, 0.01}}};
 
+static const motion_case incompressible = {
+    "incompressible",
+    "body: {mesh: ../meshes/cube_of_six_tets.mesh, element: tet10-mean, density: 1000, material: {energy: S, "
+    "constants: matched, young: 1e4, poisson: 0.5}}\nstart: {velocity: [0, 0.3, 0.1]}\n"
+    "effects:\n  - inertia: {}\n" CLAMP "  - gravity: {acceleration: [0, 0, -9.81]}\n" TIME("0.01", "0.06"),
+    {{"body.material.young", 1e4, 20, 10}, {"body.density", 1000, 2, 1}, {"effects.gravity.acceleration[2]", -9.81, 0.02, 0.01}}};
+
 static const motion_case others[] = {
     {"impact with friction",
      BODY "young: 2e4, poisson: 0.4}}\nstart: {velocity: [0.5, 0, -1]}\n"
@@ -178,8 +185,17 @@ static void gradients_of_every_kind(void)
   }
 }
 
+static void incompressible_bodies_have_gradients(void) { try_case(&incompressible, FLESH_METHOD_BACKWARD_EULER); }
+
 static void what_has_no_gradient_is_refused(void)
 {
+  for (int k = 0; flesh_method_name((flesh_method)k); k++) {
+    if (!is_fixed_step((flesh_method)k) || k == FLESH_METHOD_BACKWARD_EULER) continue;
+    moved m = begin(incompressible.text, NULL, 0, (flesh_method)k);
+    CHECK(flesh_trajectory_create(m.integrator, 1e-10, 1000, &m.trajectory) == FLESH_ERR_ARGUMENT && !m.trajectory);
+    CHECK_TEXT(flesh_error_text(), "motions of incompressible tets (poisson 0.5) have sensitivities by backward-euler only");
+    end(&m);
+  }
   const flesh_method methods[] = {FLESH_METHOD_IDA, FLESH_METHOD_STATIC};
   const char *const sentences[] = {"ida has no sensitivities", "a sequence of equilibria is no motion"};
   for (int k = 0; k < 2; k++) {
@@ -193,5 +209,5 @@ static void what_has_no_gradient_is_refused(void)
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(gradients_by_every_method), TEST(gradients_of_every_kind),
-                   TEST(what_has_no_gradient_is_refused));
+                   TEST(incompressible_bodies_have_gradients), TEST(what_has_no_gradient_is_refused));
 }
