@@ -250,20 +250,32 @@ static int is_whole(const variation *v, int first, double step, int *whole)
   return status;
 }
 
-/* The derivative of the effect by what is read, by the narrowest coupling that has all of it, from the last one on. */
-static int find_reading(const variation *v, double step, const flesh_block_matrix *K)
+/* The derivative of the effect by what is read, by a coupling of a kind. */
+static int find_by_kind(const variation *v, int kind, double step, int *whole)
 {
   flesh_couplings *self = v->self;
-  flesh_coupling *by = &self->by[v->reading];
+  const flesh_colouring *colouring = &self->colourings[kind];
+  const int first = self->by[v->reading].count;
+  int status = FLESH_OK;
+  for (int colour = 0; colour < colouring->colours && !status; colour++) status = take_colour(v, colouring, colour, step);
+  if (!status) status = is_whole(v, first, step, whole);
+  if (!status && !*whole) self->by[v->reading].count = first;
+  return status;
+}
+
+/* The derivative of the effect by what is read, by the narrowest coupling that has all of it, from the last one on. Contact
+ * that has just begun is smooth only within shorter steps. */
+static int find_reading(const variation *v, double step, const flesh_block_matrix *K)
+{
+  enum { FINER = 3 };
+  flesh_couplings *self = v->self;
   unsigned char *kind = &self->kinds[v->effect * FLESH_READINGS + (int)v->reading];
-  const int first = by->count;
   for (; *kind < FLESH_COLOURINGS; ++*kind) {
-    flesh_colouring *colouring = &self->colourings[*kind];
+    const flesh_colouring *colouring = &self->colourings[*kind];
     int whole = 0, status = colouring->colours ? FLESH_OK : make_colouring(self, *kind, K);
-    by->count = first;
     if (!status && !colouring->colours) break;
-    for (int colour = 0; colour < colouring->colours && !status; colour++) status = take_colour(v, colouring, colour, step);
-    if (!status) status = is_whole(v, first, step, &whole);
+    for (int finer = 0; finer < FINER && !whole && !status; finer++)
+      status = find_by_kind(v, *kind, step * pow(0.1, finer), &whole);
     if (status || whole) return status;
   }
   return flesh_fail(FLESH_ERR_ARGUMENT, "effect %s reads the %s state of too many nodes at once for its sensitivities",

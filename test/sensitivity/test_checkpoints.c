@@ -132,8 +132,9 @@ static void by_every_method(void)
 
 static void by_steps_that_errors_choose(void)
 {
-  const flesh_method methods[] = {FLESH_METHOD_RUNGE_KUTTA, FLESH_METHOD_BDF2, FLESH_METHOD_NEWMARK};
-  for (int k = 0; k < 3; k++) compare(&by_errors, methods[k], 30);
+  const flesh_method methods[] = {FLESH_METHOD_RUNGE_KUTTA, FLESH_METHOD_BDF2, FLESH_METHOD_NEWMARK,
+                                  FLESH_METHOD_BACKWARD_EULER};
+  for (int k = 0; k < 4; k++) compare(&by_errors, methods[k], 30);
 }
 
 static void of_every_kind(void)
