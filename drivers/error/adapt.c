@@ -112,7 +112,7 @@ static int begin(adapt *a, const flesh_texts *given)
   if (!status) status = flesh_overrides_add(&a->overrides, "output.error_bars", "false");
   if (!status) status = flesh_scene_read(a->options->scene_path, a->overrides.texts.count, a->overrides.texts.values, &scene);
   if (!status) status = check(a, scene);
-  if (!status) status = flesh_error_carry(scene, &a->overrides, &a->mesh);
+  if (!status) status = flesh_error_carry(scene, a->options->quiet, &a->overrides, &a->mesh);
   if (!status) status = flesh_overrides_add(&a->overrides, "body.refine", "0");
   if (!status && scene->keys.body.curved.count) status = flesh_overrides_add(&a->overrides, "body.curved", "null");
   flesh_scene_destroy(&scene);

@@ -2,11 +2,13 @@
 #include "error/carry.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
 #include "base/text.h"
+#include "mesh/edges.h"
 #include "mesh/mesh.h"
 #include "scene/effect_list.h"
 #include "scene/scene.h"
@@ -15,6 +17,7 @@ typedef struct carry {
   const flesh_scene *scene;
   flesh_overrides *overrides;
   flesh_mesh_sets sets;
+  int quiet;
 } carry;
 
 static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for the sets of a mesh"); }
@@ -26,6 +29,26 @@ static int override(carry *c, const char *path, const char *key, const char *val
   const int status = name ? flesh_overrides_add(c->overrides, name, value) : no_memory();
   free(name);
   return status;
+}
+
+/* Leaves the chosen corners, and the nodes of edges between two of them, which refined meshes carry on. A box that ends
+ * within tets has others, at which parts of faces would be loaded and held on the first mesh alone. */
+static int keep_whole_edges(const flesh_mesh *mesh, int *count, int *nodes)
+{
+  uint8_t *chosen = calloc((size_t)mesh->nodes + 1, 1);
+  if (!chosen) return no_memory();
+  for (int k = 0; k < *count; k++) chosen[nodes[k]] = 1;
+  for (int t = 0; t < mesh->tets; t++)
+    for (int e = 0; e < 6 && flesh_mesh_is_quadratic(mesh, t); e++) {
+      const int *corners = mesh->tet_nodes + 4 * (size_t)t, *ends = flesh_edge_corners[e];
+      if (!chosen[corners[ends[0]]] || !chosen[corners[ends[1]]]) chosen[mesh->edge_nodes[6 * (size_t)t + (size_t)e]] = 0;
+    }
+  const int all = *count;
+  *count = 0;
+  for (int k = 0; k < all; k++)
+    if (chosen[nodes[k]]) nodes[(*count)++] = nodes[k];
+  free(chosen);
+  return FLESH_OK;
 }
 
 /* Makes a set of the nodes that a selection takes by place or number; of its regions the tets stay what they are. */
@@ -40,6 +63,18 @@ static int carry_selection(carry *c, const flesh_selection *selection, const cha
   by_place.regions.count = 0;
   int status = flesh_selection_nodes(&by_place, &c->scene->body, &count, &nodes);
   if (status) return flesh_fail_within(status, "%s: ", path);
+  const int given = count;
+  status = keep_whole_edges(c->scene->mesh, &count, nodes);
+  if (!status && !count)
+    status = flesh_fail(FLESH_ERR_ARGUMENT, "%s has nodes within edges of the mesh and no corner of a tet; --to carries whole "
+                                            "edges and faces", path);
+  if (status) {
+    free(nodes);
+    return status;
+  }
+  if (count < given && !c->quiet)
+    fprintf(stderr, "flesh: warning: %s ends within tets: --to takes whole edges and faces, and leaves out %d of its %d nodes\n",
+            path, given - count, given);
   snprintf(name, sizeof name, "selection_%d", c->sets.count);
   status = flesh_mesh_sets_take(&c->sets, name, strlen(name), &set);
   for (int k = 0; k < count && !status; k++) status = flesh_members_add(&c->sets.sets[set].nodes, nodes[k]);
@@ -90,10 +125,10 @@ static int carry_probes(carry *c)
   return status;
 }
 
-int flesh_error_carry(const flesh_scene *scene, flesh_overrides *overrides, flesh_mesh **mesh)
+int flesh_error_carry(const flesh_scene *scene, int quiet, flesh_overrides *overrides, flesh_mesh **mesh)
 {
   const flesh_mesh *given = scene->mesh;
-  carry c = {.scene = scene, .overrides = overrides};
+  carry c = {.scene = scene, .overrides = overrides, .quiet = quiet};
   *mesh = NULL;
   int status = flesh_mesh_sets_append(&c.sets, &given->sets, &(flesh_mesh_sets_map){0});
   if (!status) status = carry_effects(&c);

@@ -7,7 +7,8 @@
 
 /* Copies the scene's mesh, with a named set for each selection by box, sphere or numbers of nodes that its effects and
  * probes make, and adds to `overrides` what makes them select that set instead. So a refined mesh (flesh_mesh_refine_marked)
- * holds and loads the faces that this one does. Returns new *mesh. FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
-int flesh_error_carry(const flesh_scene *scene, flesh_overrides *overrides, flesh_mesh **mesh);
+ * holds and loads the faces that this one does; nodes within others are left out, with a warning unless `quiet`. Returns
+ * new *mesh. FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
+int flesh_error_carry(const flesh_scene *scene, int quiet, flesh_overrides *overrides, flesh_mesh **mesh);
 
 #endif

@@ -52,6 +52,26 @@ assert abs(given["wall.reaction_z [N]"] - 4 * 9810) < 1
 END
 }
 
+# A sphere has nodes on edges whose ends it has not: all meshes are loaded alike.
+loads_within_tets_are_carried() {
+  sed -e 's/pin: {box.*/pin: {box: [[-1, -1, -1], [1e-9, 2, 2]]}/' \
+    -e 's/- gravity.*/- traction: {sphere: {centre: [2, 0.5, 1], radius: 0.6}, traction: [0, 0, 1e4]}/' \
+    -e 's/  *solver/solver/' bar.yaml >patch.yaml
+  expect 0 "$flesh" run patch.yaml --to .5%:tip.position_z --out patch || return 1
+  has stderr.txt '^flesh: warning: effects\[0\].traction ends within tets: .* leaves out [0-9]* of its [0-9]* nodes$' || return 1
+  python3 - <<'END'
+import csv, json
+with open("patch/probes.csv") as file:
+    row = list(csv.DictReader(file))[-1]
+meshes = json.load(open("patch/result.json"))["adapted_mesh"]["meshes"]
+values = [m["value"] for m in meshes]
+print(values, row["wall.reaction_z [N]"])
+assert len(values) > 2 and max(values) - min(values) < .1 * abs(values[-1] - .5)
+assert abs(float(row["wall.reaction_z [N]"]) + 2500) < 1 # of two triangles of half a square of .5 m
+assert all(abs(m["value"] - values[-1]) <= m["error_mesh"] for m in meshes[:-1] if m["error_mesh"] is not None)
+END
+}
+
 bodies_keep_their_shape() {
   cat >finger.yaml <<END
 body: {mesh: $source_folder/../data/meshes/finger_coarse.msh, density: 1000, material: {energy: S, young: 5e5, poisson: 0.45}}
@@ -93,4 +113,4 @@ what_has_no_bar_is_refused() {
   expect 2 "$flesh" run bar.yaml --to 1%:tip.position_z --error --out no
 }
 
-run_tests the_bar_covers_and_the_mesh_is_as_it_should_be bodies_keep_their_shape what_has_no_bar_is_refused
+run_tests the_bar_covers_and_the_mesh_is_as_it_should_be loads_within_tets_are_carried bodies_keep_their_shape what_has_no_bar_is_refused
