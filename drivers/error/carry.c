@@ -64,19 +64,15 @@ static int carry_selection(carry *c, const flesh_selection *selection, const cha
   int status = flesh_selection_nodes(&by_place, &c->scene->body, &count, &nodes);
   if (status) return flesh_fail_within(status, "%s: ", path);
   const int given = count;
-  status = keep_whole_edges(c->scene->mesh, &count, nodes);
+  if (!selection->nodes.count) status = keep_whole_edges(c->scene->mesh, &count, nodes); /* a list means its nodes */
   if (!status && !count)
     status = flesh_fail(FLESH_ERR_ARGUMENT, "%s has nodes within edges of the mesh and no corner of a tet; --to carries whole "
                                             "edges and faces", path);
-  if (status) {
-    free(nodes);
-    return status;
-  }
-  if (count < given && !c->quiet)
+  if (!status && count < given && !c->quiet)
     fprintf(stderr, "flesh: warning: %s ends within tets: --to takes whole edges and faces, and leaves out %d of its %d nodes\n",
             path, given - count, given);
   snprintf(name, sizeof name, "selection_%d", c->sets.count);
-  status = flesh_mesh_sets_take(&c->sets, name, strlen(name), &set);
+  if (!status) status = flesh_mesh_sets_take(&c->sets, name, strlen(name), &set);
   for (int k = 0; k < count && !status; k++) status = flesh_members_add(&c->sets.sets[set].nodes, nodes[k]);
   free(nodes);
   if (!status && !isnan(selection->box[0])) status = override(c, path, "box", "null");

@@ -4,16 +4,17 @@
 
 #include "system/one_effect.h"
 
-/* Whether dofs on which contact acts carry most of the residual r at u. Its barrier is what the step has not predicted
- * there, and elimination would not either, for which contact is a quadratic model. */
+/* Whether dofs on which contact acts carry most of the residual r at u. There the step has not predicted the barrier.
+ * Elimination has a quadratic model of contact, which does not predict the barrier either. */
 static int contact_carries(flesh_equations *equations, const double *u, const double *r)
 {
+  if (!flesh_system_has_role(equations->system, FLESH_ROLE_CONTACT)) return 0;
   const flesh_point point = flesh_equations_point(equations, u);
   double *contact = equations->scratch, squares[2] = {0}; /* of all of r, of what contact touches */
-  if (flesh_system_roles_residual(equations->system, FLESH_ROLE_BIT(FLESH_ROLE_CONTACT), &point, contact)) return 1;
+  const int failed = flesh_system_roles_residual(equations->system, FLESH_ROLE_BIT(FLESH_ROLE_CONTACT), &point, contact);
   for (int d = 0; d < equations->evaluation.own; d++) {
     squares[0] += r[d] * r[d];
-    squares[1] += contact[d] != 0 ? r[d] * r[d] : 0;
+    squares[1] += failed || contact[d] != 0 ? r[d] * r[d] : 0;
   }
   flesh_team_sum(equations->team, 2, squares);
   return squares[1] > squares[0] / 2;

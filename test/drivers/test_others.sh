@@ -1,4 +1,4 @@
-# TEST quick program seconds=10 needs=flesh
+# TEST full program seconds=10 needs=flesh
 # test_others.sh: hard cases as data for other solvers, and the runner and judge of drivers/others. No other solver is
 # needed.
 set -u
