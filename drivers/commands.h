@@ -21,7 +21,7 @@
   ROW(report, "write results as one HTML file that opens in a browser") \
   ROW(skin, "let a fine surface follow a body's tets") \
   ROW(mesh, "inspect, convert and make meshes") \
-  ROW(schema, "document the keys of a scene") \
+  ROW(schema, "document the keys of a scene and the results of a run") \
   ROW(check, "validate a scene and differentiate its effects") \
   ROW(manual, "print a manual page") \
   ROW(completion, "print what bash or zsh completes command lines with")

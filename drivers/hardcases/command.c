@@ -40,7 +40,19 @@ static const char details[] =
     "(solver.techniques). verdict.txt and ablation.csv then have what each is worth: runs that fail, iterations and\n"
     "CPU time, by group of cases, element and Poisson's ratio.\n\n"
     "With --export nothing is run: the cases that are static, have no effects and are stress-free at rest are\n"
-    "written as DIR/cases/NAME/case.json, body.mesh and start.txt, which other solvers read.\n\n";
+    "written as DIR/cases/NAME/case.json, body.mesh and start.txt, which other solvers read. Keys of case.json:\n\n"
+    "  format, version  flesh-case, 1\n"
+    "  name, doc        name, a sentence\n"
+    "  mesh, start      files: rest positions and tets; rows x y z and a velocity of 0\n"
+    "  element          tet4 or tet10 (four points of quadrature)\n"
+    "  materials        a list: energy, the form; mu and lambda [Pa] and alpha, its constants\n"
+    "  tet_material     place of each tet's material in the list; null: the first\n"
+    "  fixed            rows [node, x, y, z]: nodes, from 0, and where they are held [m]; those that are held at\n"
+    "                   rest also start there\n"
+    "  loads            rows [node, x, y, z]: forces [N]\n"
+    "  judge            an end counts with at most so many inverted tets, a 2-norm of the free residual [N], an\n"
+    "                   elastic energy [J] above that of rest and a largest distance of a node from rest [m]\n"
+    "                   (null: any)\n\n";
 
 static void describe_keys(FILE *stream)
 {

@@ -333,8 +333,8 @@ static int read_and_run(given *g, int argc, char **argv)
       {"checkpoint", "EVERY", FLESH_OPTION_TEXT, &g->checkpoint,
        "60s or 100steps: write so often, and where the run is asked to stop, what --resume goes on from"},
       {"resume", "DIR", FLESH_OPTION_TEXT, &g->resume,
-       "go on with the run in DIR from its last checkpoint (instead of SCENE); on the same number of ranks, bitwise "
-       "identical"},
+       "go on with the run in DIR from its last checkpoint, with the scene and options that it began with (instead of "
+       "SCENE); on the same number of ranks, bitwise identical"},
       {"max-seconds", "S", FLESH_OPTION_POSITIVE, &options->max_seconds,
        "stop in order once S seconds are spent, with those that reading the scene takes and those before --resume; a step in flight is given up"},
       {"no-frames", NULL, FLESH_OPTION_SWITCH, &options->no_frames, "write no VTU frames"},

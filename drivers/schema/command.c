@@ -7,12 +7,14 @@
 
 #include "base/error.h"
 #include "cli/options.h"
+#include "schema/results.h"
 #include "scene/schema.h"
 
 static const char details[] =
     "Prints every key with what it may be, its default and its meaning, or only those of SECTION:\n"
     "body, body.material, solver, time.step, effects.pin, pin ... `flesh schema --format json >\n"
-    "scene.schema.json` makes a JSON Schema (draft 2020-12) for editors and programs.\n";
+    "scene.schema.json` makes a JSON Schema (draft 2020-12) for editors and programs. `flesh schema results` prints\n"
+    "what the files of a run have, result.json, history.csv, probes.csv or frames only one of them.\n";
 
 static int read_format(const char *name, flesh_schema_format *format)
 {
@@ -32,13 +34,14 @@ int flesh_command_schema(int argc, char **argv)
   const flesh_option rows[] = {{"format", "markdown|json|man|paths", FLESH_OPTION_TEXT, &format_name,
                                 "tables to read (default), JSON Schema, flesh-scene(5), or the paths of the keys"},
                                {0}};
-  const flesh_usage usage = {"schema", "[SECTION]", "Documents the keys of a scene.", details, 0,
+  const flesh_usage usage = {"schema", "[SECTION]", "Documents the keys of a scene and the results of a run.", details, 0,
                              1,        rows, NULL, 0};
   int positionals, code = flesh_options_read(&usage, argc, argv, &positionals);
   if (code != FLESH_OPTIONS_GO_ON) return code;
   flesh_schema_format format = FLESH_SCHEMA_MARKDOWN;
   char *text = NULL;
   int status = read_format(format_name, &format);
+  if (!status && positionals && format == FLESH_SCHEMA_MARKDOWN && flesh_results_print(argv[1])) return 0;
   if (!status) status = flesh_scene_schema_section(format, positionals ? argv[1] : NULL, &text);
   if (status) return flesh_command_fail("schema", status);
   fputs(text, stdout); /* whether it could be written is asked at the program's end */

@@ -65,9 +65,11 @@ def program(*words):
 
 
 def show_program(app, docname, source):
-    """The keys of a scene and the help of every command, as the program prints them."""
+    """The keys of a scene, the results of a run and the help of every command, as the program prints them."""
     if docname == "drivers/site/keys":
         source[0] = program("schema")
+    elif docname == "drivers/site/results":
+        source[0] = program("schema", "results")
     elif docname == "drivers/site/commands":
         listed = program("--help").partition("Commands:\n")[2].partition("\n\n")[0]
         for name in (line.split()[0] for line in listed.splitlines()):

@@ -58,6 +58,37 @@ probes_stand_beside_the_history() {
   expect 0 "$flesh" run bar.yaml --out repeated --no-frames --quiet && [ ! -e repeated/probes.csv ]
 }
 
+# Names of a table of `flesh schema results`, one a line.
+documented() {
+  "$flesh" schema "$1" | sed -n 's/^| \([^|]*\) | .*/\1/p' | tr -d ' ' | tr , '\n'
+}
+
+every_number_is_documented() {
+  expect 0 "$flesh" schema results && has stdout.txt '^## history.csv$' && has stdout.txt '^## frames$' || return 1
+  expect 0 "$flesh" run bar.yaml --out all --set time.end=1/60 --set output.reactions=true --quiet --error \
+    --set 'effects.contact.plane={point: [0, 0, -5], normal: [0, 0, 1]}' \
+    --set 'output.probes[0]={name: a, point: [2, 0.5, 0.5],
+      quantities: [position, velocity, J, stretch, stress, energy]}' \
+    --set 'output.probes[1]={name: b, box: [[-1, -1, -1], [2, 2, 2]], quantities: [J, reaction, contact_force]}' || return 1
+  documented result.json >names
+  sed -n '/^  "figures"/,/^  }/s/^    "\([A-Za-z_]*\)": .*/\1/p; s/^  "\([a-z_]*\)": .*/\1/p' all/result.json >named
+  [ "$(lines named)" -gt 50 ] || return 1
+  head -n 1 all/history.csv | tr , '\n' | grep -v '^energy_\|_error_' >columns
+  # What effects report, as weld_broken of "broken" in weld.c.
+  for effect in contact weld muscle surface_contact; do
+    grep '_names\[\] = {"' "$source_folder/../lib/effect/$effect.c" |
+      grep -o '"[a-z]*"' | tr -d '"' | sed "s/^/${effect#surface_}_/"
+  done >>columns
+  grep -qx weld_traction columns && grep -qx contact_ignored columns || return 1
+  documented history.csv >history_names
+  head -n 1 all/probes.csv | tr , '\n' | grep -v _error_ | sed -n 's/^[a-z]*\.\(.*\) \[.*/\1/p' | sed 's/_[xyz]*$//; s/_[123]$//' | sort -u >probes
+  documented probes.csv >probe_names
+  grep -vxFf names named && return 1
+  grep -vxFf history_names columns && return 1
+  grep -vxFf probe_names probes && return 1
+  true
+}
+
 vtk_reads_the_frames() {
   /usr/bin/python3 -c 'import vtkmodules.vtkIOXML' || { echo skipped; return 0; }
   /usr/bin/python3 "$source_folder/shared/check_vtu.py" out/bar/frames/frames.pvd || return 1
@@ -362,6 +393,7 @@ full_output_is_noticed() {
 
 tests='a_good_run_writes_everything
 probes_stand_beside_the_history
+every_number_is_documented
 vtk_reads_the_frames
 the_resolved_scene_repeats_the_run
 threads_change_no_bit

@@ -66,6 +66,7 @@ def keys_and_commands_are_shown():
     keys, commands = read("drivers", "site", "keys.html"), read("drivers", "site", "commands.html")
     for word in ("effects.contact.sphere", "breaks_at", "newton_tolerance"):
         assert word in keys, word
+    assert "max_volume_drift" in read("drivers", "site", "results.html")
     for word in ("<h2>sensitivity", "flesh sweep merge OUT.db", "--checkpoint EVERY"):
         assert word in commands, word
 

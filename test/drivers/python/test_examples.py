@@ -47,6 +47,17 @@ def test_the_bars_tip_in_twelve_lines(capsys):
     assert capsys.readouterr().out == f"at 0.50 s the tip is at z = {tip:.4f} m\n" and -0.3 < tip < -0.27
 
 
+@pytest.mark.parametrize("name, words", [("scenes", "0.500 s: last node at"), ("newton", "e-08 N"),
+                                         ("wind", "the wind has moved the tip by 0.4"),
+                                         ("gradient", "body.density: 2.7")])
+def test_examples_take_a_scene(name, words, bar, capsys, monkeypatch):
+    flesh.Scene(SCENE).write(bar)
+    os.symlink(os.path.join(TOP, "data"), "data")
+    monkeypatch.setattr("sys.argv", [name, bar])
+    runpy.run_path(os.path.join(EXAMPLES, name + ".py"))
+    assert words in capsys.readouterr().out
+
+
 def test_scipys_solution_is_ours():
     distances = load("solve_ivp").main()
     ida = [distances[f"ida, tolerance {tolerance}"] for tolerance in ("1e-03", "1e-04", "1e-05")]
