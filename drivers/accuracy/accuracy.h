@@ -90,7 +90,6 @@ typedef struct flesh_accuracy_row {
   int tight;                            /* every solve to rounding */
   int done;
   flesh_accuracy_figures figures;
-  int on_front[2]; /* work: no other run is as good for less time, for fewer residuals */
 } flesh_accuracy_row;
 
 /* The reference, and how accurate it is; plain data. */
@@ -103,13 +102,6 @@ typedef struct flesh_accuracy_reference {
   flesh_accuracy_errors uncertainty; /* the larger of the two, and what goes with it */
   flesh_accuracy_scale scale;
 } flesh_accuracy_reference;
-
-/* A line through log(error) over log(step or tolerance), where the error is that of its leading term. */
-typedef struct flesh_accuracy_fit {
-  int points, candidates;     /* points: 3 or more, or 0: the candidates do not show an order yet */
-  double slope, slope_error;  /* NaN without points, as are the others */
-  double low, high, constant; /* over these values; log(error) = constant + slope log(value) */
-} flesh_accuracy_fit;
 
 enum { FLESH_ACCURACY_LIMIT = 32 };
 
@@ -145,9 +137,8 @@ int flesh_accuracy_overrides(const flesh_accuracy_plan *plan, const flesh_accura
 /* Reads the row's scene: the plan's with the row's method, step, tolerance and extra value. */
 int flesh_accuracy_read(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row,
                         flesh_scene **scene);
-/* Prints the `flesh run` command that repeats the row. */
-void flesh_accuracy_print_command(FILE *stream, const flesh_accuracy_plan *plan,
-                                  const flesh_accuracy_row *row);
+/* The `flesh run` command that repeats the row. Returns new; NULL without memory. */
+char *flesh_accuracy_command(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row);
 
 /* Path of the file for the internal steps of an adaptive row; empty for other rows. */
 void flesh_accuracy_steps_path(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row,
@@ -184,38 +175,10 @@ flesh_study flesh_accuracy_study(const flesh_accuracy_work *given, flesh_accurac
 /* accuracy.json: the reference, and what the comparison was made of. `load` makes the fingerprints of the scenes and, with
  * --resume, fills plan->reference; FLESH_ERR_ARGUMENT when the folder holds the results of another scene, override or
  * build. Fine when there is nothing to load. */
+json_t *flesh_accuracy_reference_json(const flesh_accuracy_plan *plan);
 int flesh_accuracy_keep(const flesh_accuracy_plan *plan);
 int flesh_accuracy_load(flesh_accuracy_plan *plan);
 /* Makes plan->study_fingerprint of the scene's, the times of comparison and the build. */
 void flesh_accuracy_make_fingerprint(flesh_accuracy_plan *plan);
-
-/* "complete", "below reference", "failed", "crashed", "out of budget", "refused", "not run". */
-const char *flesh_accuracy_status_word(const flesh_accuracy_row *row);
-
-/* Whether two rows made the same run: as many steps, the same error. */
-int flesh_accuracy_same_run(const flesh_accuracy_row *a, const flesh_accuracy_row *b);
-/* -1: a took less, 1: b did; 0: their times do not distinguish them, or they made the same run. */
-int flesh_accuracy_compare_times(const flesh_accuracy_row *a, const flesh_accuracy_row *b);
-/* Compares by residual evaluations, then linear iterations, Hessians and steps, which no machine changes. */
-int flesh_accuracy_compare_counts(const flesh_accuracy_row *a, const flesh_accuracy_row *b);
-
-/* Whether it is a run of the work that has come to its end. */
-int flesh_accuracy_is_complete(const flesh_accuracy_row *row);
-/* Whether a run of the work is as accurate as `error` [m], or below the reference's uncertainty; and not by luck: all runs
- * of its method with smaller steps or tolerances are, too. */
-int flesh_accuracy_reaches(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row, double error);
-
-/* Marks the rows that nothing beats, in time (where times do not distinguish, by counts) and in residuals. */
-void flesh_accuracy_find_fronts(flesh_accuracy_plan *plan);
-/* Fits a line to the runs of a method that are neither too coarse to be of use (error above a tenth of the motion) nor
- * near the reference's uncertainty (ten times), over the longest row of neighbours whose slopes agree within 15 %. */
-void flesh_accuracy_fit_order(const flesh_accuracy_plan *plan, int method, flesh_accuracy_fit *fit);
-
-/* Tables of a flesh_accuracy_plan: accuracy.csv, orders.csv, and the runs on stdout. */
-int flesh_accuracy_write_csv(const void *plan);
-/* Its verdict.txt, also on stdout. */
-int flesh_accuracy_write_verdict(const void *plan);
-/* work_time.png, work_residuals.png, orders.png, energy.png, steps.png. */
-int flesh_accuracy_draw(const void *plan);
 
 #endif

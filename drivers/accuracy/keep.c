@@ -73,6 +73,17 @@ static void keep_path(const flesh_accuracy_plan *plan, char path[1400])
   snprintf(path, 1400, "%s/accuracy.json", plan->out);
 }
 
+json_t *flesh_accuracy_reference_json(const flesh_accuracy_plan *plan)
+{
+  json_t *reference = flesh_fields_json(reference_fields, &plan->reference);
+  json_object_set_new(reference, "first", json_string(plan->reference.first));
+  json_object_set_new(reference, "second", json_string(plan->reference.second));
+  json_object_set_new(reference, "times", json_integer(plan->grid.count));
+  json_object_set_new(reference, "start", json_real(plan->grid.start));
+  json_object_set_new(reference, "end", json_real(plan->grid.end));
+  return reference;
+}
+
 int flesh_accuracy_keep(const flesh_accuracy_plan *plan)
 {
   char path[1400];
@@ -82,10 +93,7 @@ int flesh_accuracy_keep(const flesh_accuracy_plan *plan)
   json_object_set_new(root, "build", build_json());
   json_object_set_new(root, "grid", grid_json(&plan->grid));
   json_object_set_new(root, "program", flesh_provenance_program(plan->options.argc, plan->options.argv));
-  json_t *reference = flesh_fields_json(reference_fields, &plan->reference);
-  json_object_set_new(reference, "first", json_string(plan->reference.first));
-  json_object_set_new(reference, "second", json_string(plan->reference.second));
-  json_object_set_new(root, "reference", reference);
+  json_object_set_new(root, "reference", flesh_accuracy_reference_json(plan));
   keep_path(plan, path);
   return flesh_json_write(path, root);
 }

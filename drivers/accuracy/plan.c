@@ -79,18 +79,24 @@ int flesh_accuracy_read(const flesh_accuracy_plan *plan, const flesh_accuracy_ro
   return status;
 }
 
-void flesh_accuracy_print_command(FILE *stream, const flesh_accuracy_plan *plan,
-                                  const flesh_accuracy_row *row)
+char *flesh_accuracy_command(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row)
 {
+  char *text = NULL;
+  size_t size = 0;
   flesh_overrides all;
-  if (flesh_accuracy_overrides(plan, row, &all)) return;
-  fputs("flesh run ", stream);
-  flesh_shell_word_print(stream, scene_of(plan, row));
-  for (int k = 0; k < all.texts.count; k++) {
-    fputs(" --set ", stream);
-    flesh_shell_word_print(stream, all.texts.values[k]);
+  if (flesh_accuracy_overrides(plan, row, &all)) return NULL;
+  FILE *stream = open_memstream(&text, &size);
+  if (stream) {
+    fputs("flesh run ", stream);
+    flesh_shell_word_print(stream, scene_of(plan, row));
+    for (int k = 0; k < all.texts.count; k++) {
+      fputs(" --set ", stream);
+      flesh_shell_word_print(stream, all.texts.values[k]);
+    }
+    fclose(stream);
   }
   flesh_overrides_close(&all);
+  return text;
 }
 
 void flesh_accuracy_steps_path(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row,

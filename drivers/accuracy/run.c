@@ -1,9 +1,12 @@
 /* run.c: a comparison as a study: its rows are the cases, one at a time on each rank, each in a process of its own; then its
  * tables, words and pictures. */
+#include <math.h>
+#include <signal.h>
 #include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "accuracy/accuracy.h"
 #include "base/confine.h"
@@ -11,8 +14,9 @@
 #include "base/file.h"
 #include "base/folder.h"
 #include "cli/interrupt.h"
+#include "cli/json_memory.h"
+#include "study/embedded.h"
 #include "study/fields.h"
-#include "study/lead.h"
 
 #define AT(member) offsetof(flesh_accuracy_figures, member)
 const flesh_study_field flesh_accuracy_fields[] = {
@@ -56,14 +60,55 @@ static int make_case(const void *data, int number, flesh_study_case *made)
   return FLESH_OK;
 }
 
+/* SQL knows this of a run beside its row. */
+static json_t *facts_of(const void *data, int number)
+{
+  const flesh_accuracy_plan *plan = plan_of(data);
+  const flesh_accuracy_row *row = &plan->rows[number];
+  const flesh_accuracy_method *method = &flesh_accuracy_methods[row->method];
+  char steps[1500];
+  flesh_accuracy_steps_path(plan, row, steps, sizeof steps);
+  const int has_steps = *steps && !flesh_path_access(steps, R_OK);
+  flesh_accuracy_steps_path(NULL, row, steps, sizeof steps);
+  char *command = flesh_accuracy_command(plan, row);
+  json_t *facts = json_pack("{ss ss ss sb si ss si ss ss sb so}", "method", method->name, "setting", row->setting, "price",
+                            flesh_accuracy_group_names[row->group], "adaptive", method->adaptive, "max_order",
+                            method->max_order, "colour", method->colour, "mark", method->mark, "step", row->step.text,
+                            "steps_file", has_steps ? steps : "", "other_body",
+                            row->group == FLESH_ACCURACY_MASS && strcmp(row->extra, plan->mass), "command",
+                            flesh_json_text(command ? command : ""));
+  if (!isnan(row->value)) json_object_set_new(facts, "value", json_real(row->value));
+  if (*row->tolerance.text) json_object_set_new(facts, "tolerance", json_real(row->tolerance.value));
+  if (!number) json_object_set_new(facts, "reference", flesh_accuracy_reference_json(plan));
+  free(command);
+  return facts;
+}
+
+static const char *status_word(const flesh_accuracy_figures *f)
+{
+  switch (f->status) {
+  case FLESH_OK:
+    return f->below ? "below reference" : "complete";
+  case FLESH_ERR_INTERRUPTED:
+    return "interrupted";
+  case FLESH_ERR_BUDGET:
+    return "out of budget";
+  case FLESH_NONFINITE:
+  case FLESH_ERR_NONFINITE:
+    return "non-finite";
+  case FLESH_ERR_ARGUMENT:
+    return "refused";
+  default:
+    return "failed";
+  }
+}
+
 static json_t *do_case(const void *data, int number, const char *folder)
 {
   (void)folder;
   flesh_accuracy_row row = plan_of(data)->rows[number];
   flesh_accuracy_do_row(data, number, &row.figures);
-  row.done = 1;
-  const char *word = row.figures.status == FLESH_ERR_INTERRUPTED ? "interrupted" : flesh_accuracy_status_word(&row);
-  return flesh_fields_record(word, flesh_exit_code(row.figures.status), row.figures.message,
+  return flesh_fields_record(status_word(&row.figures), flesh_exit_code(row.figures.status), row.figures.message,
                              flesh_fields_json(flesh_accuracy_fields, &row.figures));
 }
 
@@ -105,6 +150,8 @@ flesh_study flesh_accuracy_study(const flesh_accuracy_work *given, flesh_accurac
                        .data = given,
                        .make = make_case,
                        .fields = flesh_accuracy_fields,
+                       .facts = facts_of,
+                       .results = {flesh_embedded_text(flesh_own_files, "accuracy")},
                        .work = do_case,
                        .take = take,
                        .title = title,
@@ -145,7 +192,6 @@ static int run_all(flesh_accuracy_plan *plan, flesh_study_store *store, const fl
   store->first = work_rows, store->end = plan->row_count;
   if (!status) status = run_prices(plan, &study, store, &given, &tight);
   snprintf(words, sizeof words, "%s", flesh_error_text());
-  const int viewed = flesh_study_store_make_views(store);
   flesh_accuracy_tight_path(plan, path);
   flesh_path_unlink(path);
   flesh_accuracy_track_close(&tight);
@@ -153,7 +199,7 @@ static int run_all(flesh_accuracy_plan *plan, flesh_study_store *store, const fl
   if (status == FLESH_ERR_INTERRUPTED || (!status && flesh_interrupt_signal()))
     return flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted after %d of %d runs; --resume goes on with the others", done,
                       plan->row_count);
-  return status ? flesh_fail(status, "%s", words) : viewed;
+  return status ? flesh_fail(status, "%s", words) : FLESH_OK;
 }
 
 /* The rows, in the database that is open. */
@@ -187,9 +233,8 @@ int flesh_accuracy_run(flesh_accuracy_plan *plan)
   if (!status) status = flesh_study_store_load(&store, &study);
   const int opened = !status;
   if (!status) status = run_rows(plan, &store);
+  /* Without a reference there is nothing to tell. */
+  if (opened && (!status || *plan->reference.first)) status = flesh_study_conclude(&study, &store, plan->out, status);
   flesh_study_store_close(&store);
-  if (status && (!opened || !*plan->reference.first)) return status;
-  flesh_accuracy_find_fronts(plan);
-  const flesh_study_results results = {flesh_accuracy_write_csv, flesh_accuracy_write_verdict, flesh_accuracy_draw};
-  return flesh_study_conclude(&study, plan->out, &results, plan, status);
+  return status;
 }

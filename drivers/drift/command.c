@@ -111,8 +111,7 @@ static int compare(void *data)
          plan->solver_count, flesh_pool_places(plan->options.ranks, plan->options.jobs, plan->case_count));
   fflush(stdout);
   const flesh_study study = flesh_drift_study(plan);
-  const flesh_study_results results = {.draw = flesh_drift_draw};
-  return flesh_study_conclude(&study, plan->out, &results, plan, flesh_study_do(&study, &plan->options));
+  return flesh_study_do(&study, &plan->options);
 }
 
 /* Scenes that stand, and cases; on every rank. */

@@ -109,6 +109,7 @@ flesh_study flesh_drift_study(flesh_drift_plan *plan)
                        .make = make_case,
                        .fields = flesh_drift_fields,
                        .results = {flesh_embedded_text(flesh_own_files, "drift")},
+                       .draw = flesh_drift_draw,
                        .work = do_case,
                        .take = take,
                        .title = title,

@@ -192,8 +192,7 @@ static int batter(void *data)
          plan->setting_count, flesh_pool_places(plan->options.ranks, plan->options.jobs, plan->run_count));
   fflush(stdout);
   const flesh_study study = flesh_hardcases_study(plan);
-  const flesh_study_results results = {.draw = plan->filters ? flesh_hardcases_draw_filters : flesh_hardcases_draw};
-  return flesh_study_conclude(&study, plan->out, &results, plan, flesh_study_do(&study, &plan->options));
+  return flesh_study_do(&study, &plan->options);
 }
 
 /* "Neo,A,...": the forms that keep their volume at all. */

@@ -176,6 +176,7 @@ flesh_study flesh_hardcases_study(flesh_hardcases_plan *plan)
                        .data = plan,
                        .make = make_case,
                        .fields = flesh_hardcases_fields,
+                       .draw = plan->filters ? flesh_hardcases_draw_filters : flesh_hardcases_draw,
                        .work = do_case,
                        .take = take,
                        .title = title,

@@ -9,7 +9,6 @@
 #include "base/folder.h"
 #include "cli/interrupt.h"
 #include "cli/output.h"
-#include "picture/plot.h"
 #include "run/ranks.h"
 
 int flesh_study_open(flesh_study_options *options, int argc, char **argv)
@@ -57,20 +56,4 @@ int flesh_study_lead(const flesh_study *study, flesh_study_options *options, int
   const flesh_pool_cases cases = flesh_study_pool_cases(&given);
   leader l = {study->name, options->out, compare, plan};
   return flesh_pool_lead(options->ranks, study->name, status, options->jobs, &cases, lead, &l);
-}
-
-int flesh_study_conclude(const flesh_study *study, const char *out, const flesh_study_results *results,
-                         const void *plan, int ran)
-{
-  char words[1024];
-  snprintf(words, sizeof words, "%s", flesh_error_text());
-  int status = results->table ? results->table(plan) : FLESH_OK;
-  if (!status && results->words && (!ran || ran == FLESH_ERR_INTERRUPTED)) status = results->words(plan);
-  if (ran) return flesh_fail(ran, "%s", words);
-  const int undrawn = status ? status : results->draw(plan);
-  if (!status) status = flesh_plot_accept(study->name, undrawn);
-  if (status) return status;
-  printf("\nresults: %s/%s.csv, %s/verdict.txt, %s %s/*.png\n", out, study->name, out,
-         undrawn ? "what could be drawn of the pictures" : "pictures", out);
-  return FLESH_OK;
 }

@@ -28,15 +28,4 @@ void flesh_study_close(flesh_study_options *options);
 int flesh_study_lead(const flesh_study *study, flesh_study_options *options, int status, int (*compare)(void *plan),
                      void *plan);
 
-/* Makers of the results of all cases: STUDY.csv, verdict.txt, pictures. */
-typedef struct flesh_study_results {
-  int (*table)(const void *plan), (*words)(const void *plan); /* NULL: by the study's SQL */
-  int (*draw)(const void *plan);
-} flesh_study_results;
-
-/* Makes them and says where they are. `ran` is the status of the cases; after an interruption there are no pictures,
- * after another failure there is the table alone. */
-int flesh_study_conclude(const flesh_study *study, const char *out, const flesh_study_results *results,
-                         const void *plan, int ran);
-
 #endif

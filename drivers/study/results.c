@@ -5,9 +5,13 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
+#include "base/confine.h"
 #include "base/error.h"
+#include "base/text.h"
 #include "flesh/status.h"
+#include "picture/plot_text.h"
 #include "study/database.h"
 #include "study/formats.h"
 #include "study/table.h"
@@ -40,6 +44,27 @@ static void test_signs(sqlite3_context *context, int count, sqlite3_value **valu
   sqlite3_result_double(context, wins + losses > 0 ? fmin(1, 2 * gsl_cdf_binomial_Q((unsigned)most - 1, 0.5, (unsigned)(wins + losses))) : 1);
 }
 
+/* plot(name, width, height, title, x, y); quoted(text). */
+static void print_script(sqlite3_context *context, int count, sqlite3_value **values)
+{
+  const char *texts[6], *const axes[] = {"x", "y"};
+  char *text = NULL;
+  size_t size = 0;
+  FILE *stream = open_memstream(&text, &size);
+  for (int k = 0; k < count; k++) texts[k] = (const char *)sqlite3_value_text(values[k]);
+  if (stream && count == 1) flesh_plot_quote(stream, texts[0] ? texts[0] : "");
+  if (stream && count > 1) {
+    flesh_plot_begin(stream, texts[0], sqlite3_value_int(values[1]), sqlite3_value_int(values[2]));
+    flesh_plot_style(stream, 1);
+    if (texts[3]) flesh_plot_title(stream, texts[3]);
+    for (int k = 0; k < 2; k++)
+      if (texts[4 + k]) flesh_plot_label(stream, axes[k], texts[4 + k]);
+  }
+  if (stream && !fclose(stream)) sqlite3_result_text(context, text, -1, SQLITE_TRANSIENT);
+  else sqlite3_result_error_nomem(context);
+  free(text);
+}
+
 /* The functions of results.h. */
 static int add_functions(sqlite3 *database)
 {
@@ -47,7 +72,8 @@ static int add_functions(sqlite3 *database)
     const char *name;
     int count;
     void (*call)(sqlite3_context *, int, sqlite3_value **);
-  } rows[] = {{"number", 2, print_number}, {"cell", 3, print_number}, {"status_name", 1, print_status}, {"sign_test", 2, test_signs}};
+  } rows[] = {{"number", 2, print_number}, {"cell", 3, print_number}, {"status_name", 1, print_status}, {"sign_test", 2, test_signs},
+              {"plot", 6, print_script}, {"quoted", 1, print_script}};
   for (size_t k = 0; k < sizeof rows / sizeof *rows; k++)
     if (sqlite3_create_function(database, rows[k].name, rows[k].count, SQLITE_UTF8 | SQLITE_DETERMINISTIC, NULL, rows[k].call,
                                 NULL, NULL))
@@ -64,7 +90,8 @@ static void find_target(const char *sql, char name[64])
 }
 
 typedef struct maker {
-  const char *path, *out;
+  const char *path;
+  const flesh_results *to;
   char *text, name[64]; /* of the words */
   size_t size;
   FILE *words; /* NULL: there is to be no text */
@@ -73,7 +100,7 @@ typedef struct maker {
 static int write_table(const maker *m, sqlite3_stmt *query, const char *name)
 {
   flesh_file file;
-  int status = flesh_table_open(m->out, name, &file);
+  int status = flesh_table_open(m->to->out, name, &file);
   if (status) return status;
   status = flesh_format_print(m->path, query, &flesh_format_csv, file.stream);
   if (!status) return flesh_file_commit(&file);
@@ -81,16 +108,59 @@ static int write_table(const maker *m, sqlite3_stmt *query, const char *name)
   return status;
 }
 
+static int fail_to_read(const maker *m, sqlite3_stmt *query)
+{
+  return flesh_database_fail(sqlite3_db_handle(query), m->path, "cannot be read");
+}
+
+static void print_row(FILE *stream, sqlite3_stmt *query) { fprintf(stream, "%s\n", (const char *)sqlite3_column_text(query, 0)); }
+
+/* Removes out/name+suffix. */
+static int drop(const maker *m, const char *name, const char *suffix)
+{
+  char *path = flesh_text_new("%s/%s%s", m->to->out, name, suffix);
+  if (!path) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  flesh_path_unlink(path);
+  free(path);
+  return FLESH_OK;
+}
+
+static int draw(const maker *m, sqlite3_stmt *query, const char *name)
+{
+  flesh_file file;
+  if (!m->to->draw) return FLESH_OK;
+  int code = sqlite3_step(query), status = FLESH_OK;
+  if (code == SQLITE_DONE) {
+    status = drop(m, name, ".gp");
+    return status ? status : drop(m, name, ".png");
+  }
+  if (code == SQLITE_ROW) status = flesh_plot_open(m->to->out, name, ".gp", &file);
+  if (status) return status;
+  for (; code == SQLITE_ROW; code = sqlite3_step(query)) print_row(file.stream, query);
+  if (code != SQLITE_DONE) {
+    flesh_file_abandon(&file);
+    return fail_to_read(m, query);
+  }
+  status = flesh_file_commit(&file);
+  if (!status) m->to->draw(m->to->data, m->to->out, name);
+  return status;
+}
+
 static int execute(maker *m, sqlite3_stmt *query, const char *target)
 {
-  const size_t length = strlen(target);
-  if (length > 4 && !strcmp(target + length - 4, ".csv")) return write_table(m, query, target);
+  const char *dot = strrchr(target, '.');
+  if (dot && !strcmp(dot, ".csv")) return write_table(m, query, target);
+  if (dot && !strcmp(dot, ".gp")) {
+    char name[64];
+    snprintf(name, sizeof name, "%.*s", (int)(dot - target), target);
+    return draw(m, query, name);
+  }
   FILE *stream = strcmp(target, "stdout") ? m->words : stdout;
   if (*target && stream != stdout) snprintf(m->name, sizeof m->name, "%s", target);
   int code;
   while ((code = sqlite3_step(query)) == SQLITE_ROW)
-    if (stream && *target) fprintf(stream, "%s\n", (const char *)sqlite3_column_text(query, 0));
-  return code == SQLITE_DONE ? FLESH_OK : flesh_database_fail(sqlite3_db_handle(query), m->path, "cannot be read");
+    if (stream && *target) print_row(stream, query);
+  return code == SQLITE_DONE ? FLESH_OK : fail_to_read(m, query);
 }
 
 static int execute_all(maker *m, sqlite3 *database, const char *sql)
@@ -111,15 +181,15 @@ static int execute_all(maker *m, sqlite3 *database, const char *sql)
 
 static void say(const void *text, FILE *stream) { fputs(text, stream); }
 
-int flesh_results_make(sqlite3 *database, const char *path, const char *const *sql, const char *out, int words)
+int flesh_results_make(sqlite3 *database, const char *path, const char *const *sql, const flesh_results *to)
 {
-  maker m = {.path = path, .out = out};
+  maker m = {.path = path, .to = to};
   int status = add_functions(database);
   if (status) return status;
-  if (words && !(m.words = open_memstream(&m.text, &m.size))) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (to->words && !(m.words = open_memstream(&m.text, &m.size))) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   for (; *sql && !status; sql++) status = execute_all(&m, database, *sql);
   if (m.words && fclose(m.words) && !status) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  if (!status && words && *m.name) status = flesh_table_say(out, m.name, say, m.text);
+  if (!status && to->words && *m.name) status = flesh_table_say(to->out, m.name, say, m.text);
   free(m.text);
   return status;
 }

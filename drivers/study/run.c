@@ -14,6 +14,7 @@
 #include "base/folder.h"
 #include "cli/interrupt.h"
 #include "cli/json_memory.h"
+#include "picture/plot.h"
 #include "study/results.h"
 #include "study/study.h"
 
@@ -211,10 +212,26 @@ int flesh_study_run(const flesh_study *study, flesh_study_store *store, const fl
              : FLESH_OK;
 }
 
-static int make_results(const flesh_study *study, flesh_study_store *store, const char *out, int words)
+/* The pictures of a study. */
+typedef struct pictures {
+  int count;
+  flesh_plot_outcome outcome;
+} pictures;
+
+static void draw(void *data, const char *folder, const char *name)
 {
-  int status = FLESH_OK;
-  if (study->facts) status = flesh_study_store_execute(store, "CREATE TEMP TABLE facts (number INTEGER PRIMARY KEY, data TEXT)");
+  pictures *p = data;
+  p->count++;
+  flesh_plot_note(&p->outcome, flesh_plot_draw(folder, name));
+}
+
+/* The study's SQL makes them, and its own drawing. */
+static int make_results(const flesh_study *study, flesh_study_store *store, const char *out, int ran, pictures *made)
+{
+  const flesh_results to = {out, !ran || ran == FLESH_ERR_INTERRUPTED, ran ? NULL : draw, made};
+  int status = flesh_study_store_make_views(store);
+  if (study->facts && !status)
+    status = flesh_study_store_execute(store, "CREATE TEMP TABLE facts (number INTEGER PRIMARY KEY, data TEXT)");
   for (int number = 0; number < study->case_count && study->facts && !status; number++) {
     json_t *facts = study->facts(study->data, number);
     char *text = json_dumps(facts, JSON_COMPACT);
@@ -223,7 +240,23 @@ static int make_results(const flesh_study *study, flesh_study_store *store, cons
                   : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
     free(text);
   }
-  return status ? status : flesh_results_make(store->database, store->path, study->results, out, words);
+  if (!status) status = flesh_results_make(store->database, store->path, study->results, &to);
+  if (!status && !ran && study->draw) flesh_plot_note(&made->outcome, study->draw(study->data));
+  return status;
+}
+
+int flesh_study_conclude(const flesh_study *study, flesh_study_store *store, const char *out, int ran)
+{
+  char words[1024];
+  pictures made = {0};
+  snprintf(words, sizeof words, "%s", flesh_error_text());
+  int status = make_results(study, store, out, ran, &made);
+  if (ran) return flesh_fail(ran, "%s", words);
+  if (!status) status = flesh_plot_accept(study->name, flesh_plot_ended(&made.outcome));
+  if (!status && (study->draw || made.count))
+    printf("\nresults: %s/%s.csv, %s/verdict.txt, %s %s/*.png\n", out, study->name, out,
+           made.outcome.status ? "what could be drawn of the pictures" : "pictures", out);
+  return status;
 }
 
 int flesh_study_do(const flesh_study *study, const flesh_study_options *options)
@@ -233,14 +266,8 @@ int flesh_study_do(const flesh_study *study, const flesh_study_options *options)
   if (!status && study->take) status = flesh_study_store_load(&store, study);
   if (!status) status = flesh_study_run(study, &store, options);
   if (!status) status = flesh_study_store_judge(&store, "exit_code = 3", 0, "could not write or read their files");
-  char words[1024];
-  snprintf(words, sizeof words, "%s", flesh_error_text());
-  if (store.claim) { /* open: what was done is to be read in any case */
-    int made = flesh_study_store_make_views(&store);
-    if (!made) made = make_results(study, &store, options->out, !status || status == FLESH_ERR_INTERRUPTED);
-    if (status) flesh_fail(status, "%s", words);
-    else status = made;
-  }
+  /* Cases that are done are told of in any case. */
+  if (store.claim) status = flesh_study_conclude(study, &store, options->out, status);
   flesh_study_store_close(&store);
   return status;
 }

@@ -57,6 +57,7 @@ typedef struct flesh_study {
   const char *results[3]; /* SQL that makes tables and words of the cases (results.h); NULL ends it */
   /* New object of what that SQL knows of a case beside its row, in the table facts (number, data) of all cases; NULL: none. */
   json_t *(*facts)(const void *data, int number);
+  int (*draw)(const void *data); /* pictures that this SQL does not draw, once all cases are done; NULL: none */
   int asks;           /* an existing database is gone on with only by --resume, and else refused instead of begun anew */
   const void *data;   /* of the calls below */
 
@@ -149,7 +150,10 @@ typedef struct flesh_study_work {
   flesh_study_store *store;
 } flesh_study_work;
 flesh_pool_cases flesh_study_pool_cases(const flesh_study_work *given);
-/* Opens, takes what is done, runs the rest, makes the views and the results. FLESH_ERR_FILE also when a case could not write or read its
+/* Makes the views and the results of an open database and says where they are. `ran` is the status of the cases, which is
+ * returned where it is none: after an interruption there are no pictures, after another failure there are tables alone. */
+int flesh_study_conclude(const flesh_study *study, flesh_study_store *store, const char *out, int ran);
+/* Opens, takes what is done, runs the rest, and concludes. FLESH_ERR_FILE also when a case could not write or read its
  * files: it says nothing of what it was for. */
 int flesh_study_do(const flesh_study *study, const flesh_study_options *options);
 

@@ -1,12 +1,13 @@
-// TEST quick sources=accuracy/analysis.c,accuracy/dense.c,accuracy/track.c
-/* test_accuracy.c: how `flesh accuracy` measures: times, distances, periods, fits and fronts,
- * against closed forms. */
+// TEST quick sources=accuracy/dense.c,accuracy/track.c,study/results.c,study/format_csv.c,study/formats.c,study/csv.c,study/database.c,study/table.c,cli/interrupt.c,picture/plot_text.c,cli/safe_text.c
+/* test_accuracy.c: how `flesh accuracy` measures: times, distances, periods, and what its SQL makes of runs: fits and fronts
+ * (data/studies/accuracy.sql), against closed forms. */
 #include "temporary.h"
 
 #include <stdlib.h>
 
 #include "accuracy/accuracy.h"
 #include "flesh/integrator.h"
+#include "results.h"
 #include "test.h"
 
 /* Every method of motion is compared; marks and colours tell them apart. */
@@ -243,135 +244,173 @@ static void a_reference_is_known_between_its_times(void)
   CHECK(error[2] > 1e3 * error[1] && doubt >= error[2] / 2);
 }
 
-/* Runs of one method with given errors and costs. */
-static void fill(flesh_accuracy_plan *plan, int count, const double *steps, const double *errors,
-                 const double *seconds)
+/* The tables of cases, with figures that each has unless they are made up. */
+static const char tables[] =
+    "CREATE TABLE results (id INTEGER PRIMARY KEY, status DEFAULT 'complete', status_code DEFAULT 0, steps DEFAULT 0, rejected "
+    "DEFAULT 0, residual_evaluations, hessian_assemblies DEFAULT 0, newton DEFAULT 0, linear_iterations DEFAULT 0, cpu_s, "
+    "wall_s_median, wall_s_min, error_position_rms, error_position_max, error_tip, error_volume, energy_drift, energy_gain "
+    "DEFAULT 0, below_reference DEFAULT 0, difference);"
+    "CREATE TEMP TABLE wanted (id INTEGER PRIMARY KEY, number INTEGER);"
+    "CREATE TEMP TABLE facts (number INTEGER PRIMARY KEY, data TEXT)";
+
+/* Runs of one method with given errors and costs, against a reference of a motion of 1 m that is known to 1e-9 m. */
+static sqlite3 *fill(int count, const double *steps, const double *errors, const double *seconds)
 {
-  plan->rows = calloc((size_t)count, sizeof *plan->rows);
-  plan->row_count = count;
-  plan->reference.scale.motion = 1;
-  plan->reference.uncertainty.position_rms = 1e-9;
+  sqlite3 *database = results_open(tables);
   for (int k = 0; k < count; k++) {
-    plan->rows[k].value = steps[k];
-    plan->rows[k].done = 1;
-    plan->rows[k].figures.errors.position_rms = errors[k];
-    plan->rows[k].figures.cpu_s = seconds[k];
-    plan->rows[k].figures.residuals = (long)(100 / seconds[k]);
+    char *sql = sqlite3_mprintf(
+        "INSERT INTO results (id, error_position_rms, cpu_s, residual_evaluations) VALUES (%d, %!.17g, %!.17g, %d); INSERT INTO wanted "
+        "VALUES (%d, %d); INSERT INTO facts VALUES (%d, json_object('method', 'bdf2', 'price', 'work', 'setting', 'step=%d', 'value', "
+        "%!.17g, 'adaptive', 0, 'command', 'flesh run', 'reference', json_object('first', 'one', 'second', 'two', 'times', 9, "
+        "'uncertainty_position_rms', 1e-9, 'motion', 1.0, 'length', 1.0)))",
+        k + 1, errors[k], seconds[k], (int)(100 / seconds[k]), k + 1, k, k, k, steps[k]);
+    CHECK(!sqlite3_exec(database, sql, NULL, NULL, NULL));
+    sqlite3_free(sql);
   }
+  return database;
+}
+
+static void change(sqlite3 *database, const char *sql) { CHECK(!sqlite3_exec(database, sql, NULL, NULL, NULL)); }
+
+/* The row of orders.csv, and its verdict where `text` is given. */
+typedef struct fit {
+  int points;
+  double slope, slope_error, low, high;
+} fit;
+static void fit_order(sqlite3 *database, fit *f, char **text)
+{
+  char *csv = NULL, *words = results_make(database, "accuracy", NULL, "orders.csv", &csv);
+  *f = (fit){.slope = NAN};
+  const char *row = csv ? strstr(csv, "bdf2,step,") : NULL;
+  CHECK(row && sscanf(row, "bdf2,step,%d,%lf,%lf,%lf,%lf", &f->points, &f->slope, &f->slope_error, &f->low, &f->high) >= 1);
+  free(csv);
+  if (text) *text = words;
+  else free(words);
 }
 
 static void orders_are_fitted_where_they_hold(void)
 {
   /* error = 3 h^2, but for one of half the motion and one that the reference cannot tell. */
-  const double steps[] = {0.5, 0.1, 0.05, 0.02, 0.01, 0.001};
-  const double errors[] = {0.5, 3e-2, 7.5e-3, 1.2e-3, 3e-4, 9e-9, 0}, seconds[] = {1, 2, 3, 4, 5, 6, 7};
-  flesh_accuracy_plan plan = {0};
-  flesh_accuracy_fit fit;
-  fill(&plan, 6, steps, errors, seconds);
-  flesh_accuracy_fit_order(&plan, 0, &fit);
-  CHECK(fit.points == 4);
-  CHECK_NEAR(fit.slope, 2, 1e-12);
-  CHECK_NEAR(exp(fit.constant), 3, 1e-11);
-  CHECK_BELOW(fit.slope_error, 1e-12);
-  CHECK_NEAR(fit.low, 0.01, 0);
-  CHECK_NEAR(fit.high, 0.1, 0);
-  /* The standard error of a slope: sqrt(sum r^2 / (n-2) / sum (x - mean)^2), here by hand. */
-  plan.rows[2].figures.errors.position_rms *= 1.05;
-  flesh_accuracy_fit_order(&plan, 0, &fit);
-  double mean = 0, spread = 0, squares = 0;
-  for (int k = 1; k < 5; k++) mean += log(steps[k]) / 4;
+  const double steps[] = {0.5, 0.1, 0.05, 0.02, 0.01, 0.001}, seconds[] = {1, 2, 3, 4, 5, 6, 7};
+  double errors[] = {0.5, 3e-2, 7.5e-3, 1.2e-3, 3e-4, 9e-9, 0};
+  char *text;
+  fit f;
+  fit_order(fill(6, steps, errors, seconds), &f, NULL);
+  CHECK(f.points == 4);
+  CHECK_NEAR(f.slope, 2, 1e-12);
+  CHECK_BELOW(f.slope_error, 1e-12);
+  CHECK_NEAR(f.low, 0.01, 0);
+  CHECK_NEAR(f.high, 0.1, 0);
+  /* The standard error of a slope: sqrt(sum r^2 / (n-2) / sum (x - mean)^2), here by hand; the line goes through the means. */
+  errors[2] *= 1.05;
+  fit_order(fill(6, steps, errors, seconds), &f, NULL);
+  double mean = 0, height = 0, spread = 0, squares = 0;
+  for (int k = 1; k < 5; k++) mean += log(steps[k]) / 4, height += log(errors[k]) / 4;
   for (int k = 1; k < 5; k++) {
-    double r =
-        log(plan.rows[k].figures.errors.position_rms) - fit.constant - fit.slope * log(steps[k]);
+    const double r = log(errors[k]) - height - f.slope * (log(steps[k]) - mean);
     spread += (log(steps[k]) - mean) * (log(steps[k]) - mean);
     squares += r * r;
   }
-  CHECK_NEAR(fit.slope_error, sqrt(squares / 2 / spread), 1e-12);
-  flesh_accuracy_fit_order(&plan, 1, &fit);
-  CHECK(fit.points == 0 && isnan(fit.slope));
+  CHECK_NEAR(f.slope_error, sqrt(squares / 2 / spread), 1e-12);
   /* Slopes 0.6, 0.9, 1.9, 2, 2, 0: the order holds over the four points from 0.008 to 0.001. */
   const double halves[] = {0.032, 0.016, 0.008, 0.004, 0.002, 0.001, 0.0005}, local[] = {0.6, 0.9, 1.9, 2, 2, 0};
-  free(plan.rows);
-  fill(&plan, 7, halves, errors, seconds);
-  plan.rows[0].figures.errors.position_rms = 0.05;
-  for (int k = 1; k < 7; k++)
-    plan.rows[k].figures.errors.position_rms = plan.rows[k - 1].figures.errors.position_rms * pow(2, -local[k - 1]);
-  flesh_accuracy_fit_order(&plan, 0, &fit);
-  CHECK(fit.points == 4 && fit.candidates == 7);
-  CHECK_NEAR(fit.high, 0.008, 1e-15);
-  CHECK_NEAR(fit.low, 0.001, 1e-15);
-  CHECK_NEAR(fit.slope, 1.97, 0.02);
+  errors[0] = 0.05;
+  for (int k = 1; k < 7; k++) errors[k] = errors[k - 1] * pow(2, -local[k - 1]);
+  fit_order(fill(7, halves, errors, seconds), &f, &text);
+  CHECK(f.points == 4);
+  CHECK_TEXT(text, "  bdf2               error ~ step^1.970 ± 0.017 (4 runs)");
+  CHECK_NEAR(f.high, 0.008, 1e-15);
+  CHECK_NEAR(f.low, 0.001, 1e-15);
+  CHECK_NEAR(f.slope, 1.97, 0.02);
+  free(text);
   /* Two runs show no order, nor do three whose slopes differ. */
-  plan.row_count = 2;
-  flesh_accuracy_fit_order(&plan, 0, &fit);
-  CHECK(fit.points == 0 && fit.candidates == 2 && isnan(fit.slope) && isnan(fit.low));
-  plan.row_count = 3;
-  flesh_accuracy_fit_order(&plan, 0, &fit);
-  CHECK(fit.points == 0 && fit.candidates == 3);
-  free(plan.rows);
+  fit_order(fill(2, halves, errors, seconds), &f, &text);
+  CHECK(f.points == 0 && isnan(f.slope));
+  CHECK_TEXT(text, "too few runs (2) in that range");
+  free(text);
+  fit_order(fill(3, halves, errors, seconds), &f, &text);
+  CHECK(f.points == 0);
+  CHECK_TEXT(text, "no order yet: the slopes between its 3 runs in that range differ");
+  free(text);
+}
+
+/* Whether the fronts in time and residuals are these. */
+static void check_fronts(sqlite3 *database, int count, const int *on_time, const int *on_residuals)
+{
+  char *csv = NULL;
+  free(results_make(database, "accuracy", NULL, "accuracy.csv", &csv));
+  const char *line = csv ? strchr(csv, '\n') : NULL;
+  for (int k = 0; k < count; k++) {
+    int front[2] = {-1, -1};
+    line = line ? strchr(line + 1, '\n') : NULL; /* the two last of its fields */
+    CHECK(line && sscanf(line - 4, ",%d,%d", &front[0], &front[1]) == 2);
+    CHECK(front[0] == on_time[k] && front[1] == on_residuals[k]);
+    if (front[0] != on_time[k] || front[1] != on_residuals[k]) printf("# run %d: %d and %d\n", k, front[0], front[1]);
+  }
+  free(csv);
 }
 
 static void fronts_hold_what_nothing_beats(void)
 {
   const double steps[] = {1, 2, 3, 4, 5, 6};
   const double errors[] = {1e-1, 1e-2, 2e-2, 1e-3, 1e-3, 5}, seconds[] = {1, 2, 3, 4, 4, 0.1};
-  flesh_accuracy_plan plan = {0};
-  fill(&plan, 6, steps, errors, seconds);
-  flesh_accuracy_find_fronts(&plan);
   const int on_time[] = {1, 1, 0,
                          1, 0, 0}; /* the fifth is the fourth again, the sixth is useless */
   const int on_residuals[] = {0, 0, 0, 1, 0, 0}; /* the fourth has the fewest and the least error */
-  for (int k = 0; k < 6; k++) {
-    CHECK(plan.rows[k].on_front[0] == on_time[k]);
-    CHECK(plan.rows[k].on_front[1] == on_residuals[k]);
-  }
-  free(plan.rows);
+  check_fronts(fill(6, steps, errors, seconds), 6, on_time, on_residuals);
 }
 
 /* The third of six steps is accurate by luck: the next smaller one is not. */
 static void luck_does_not_count(void)
 {
   const double steps[] = {6, 5, 4, 3, 2, 1}, errors[] = {1, 0.5, 0.04, 0.2, 0.05, 0.02}, seconds[] = {1, 2, 3, 4, 5, 6};
-  const int reached[] = {0, 0, 0, 0, 1, 1};
-  flesh_accuracy_plan plan = {0};
-  fill(&plan, 6, steps, errors, seconds);
-  for (int k = 0; k < 6; k++) CHECK(flesh_accuracy_reaches(&plan, &plan.rows[k], 0.1) == reached[k]);
-  plan.rows[3].method++; /* others' errors do not matter */
-  CHECK(flesh_accuracy_reaches(&plan, &plan.rows[2], 0.1));
-  free(plan.rows);
+  char *text = results_make(fill(6, steps, errors, seconds), "accuracy", NULL, NULL, NULL);
+  CHECK_TEXT(text, "  bdf2               step=4 in 5 s, 0 steps, error 5 %  <- least CPU time");
+  free(text);
+  sqlite3 *database = fill(6, steps, errors, seconds); /* others' errors do not matter */
+  change(database, "UPDATE facts SET data = json_replace(data, '$.method', 'newmark') WHERE number = 3");
+  text = results_make(database, "accuracy", NULL, NULL, NULL);
+  CHECK_TEXT(text, "  bdf2               step=2 in 3 s, 0 steps, error 4 %  <- least CPU time");
+  CHECK_TEXT(text, "  newmark            not reached; its best: step=3 in 4 s, 0 steps, error 20 %");
+  free(text);
 }
 
 /* Times that scatter rank nothing: the same run ties, and what times do not tell, counts do. */
 static void noise_is_not_ranked(void)
 {
   const double steps[] = {1, 2, 3, 4}, errors[] = {1e-2, 1e-2, 1.5e-2, 1e-2}, seconds[] = {1.2, 1, 1.05, 2};
-  flesh_accuracy_plan plan = {0};
-  fill(&plan, 4, steps, errors, seconds);
-  flesh_accuracy_row *r = plan.rows;
-  r[0].figures.residuals = 108, r[1].figures.residuals = 110; /* the same run, measured as slower */
-  r[2].figures.residuals = 90, r[3].figures.residuals = 80;
-  r[2].figures.steps = r[3].figures.steps = 50;
-  r[3].figures.steps = 51;
-  CHECK(flesh_accuracy_same_run(&r[0], &r[1]) && !flesh_accuracy_same_run(&r[0], &r[2]) &&
-        !flesh_accuracy_same_run(&r[2], &r[3]));
-  CHECK(flesh_accuracy_compare_times(&r[0], &r[1]) == 0 && flesh_accuracy_compare_times(&r[1], &r[2]) == 0);
-  CHECK(flesh_accuracy_compare_times(&r[3], &r[2]) == 1 && flesh_accuracy_compare_times(&r[2], &r[3]) == -1);
-  CHECK(flesh_accuracy_compare_counts(&r[0], &r[1]) == -1 && flesh_accuracy_compare_counts(&r[1], &r[0]) == 1 &&
-        flesh_accuracy_compare_counts(&r[0], &r[0]) == 0);
-  r[2].figures.wall_s_min = 1, r[2].figures.wall_s_median = 1.25; /* its repeats scatter as much */
-  r[3].figures.cpu_s = 1.3;
-  CHECK(flesh_accuracy_compare_times(&r[3], &r[2]) == 0);
-  r[3].figures.cpu_s = 2;
-  flesh_accuracy_find_fronts(&plan);
-  CHECK(r[0].on_front[0] && !r[1].on_front[0]); /* by counts */
-  CHECK(!r[3].on_front[0] && r[3].on_front[1]);
-  r[3].figures.errors.position_rms = 0.99e-2; /* twice the time for a hundredth */
-  flesh_accuracy_find_fronts(&plan);
-  CHECK(r[0].on_front[0] && !r[3].on_front[0]);
-  r[3].figures.errors.position_rms = 0.9e-2;
-  flesh_accuracy_find_fronts(&plan);
-  CHECK(r[0].on_front[0] && r[3].on_front[0]);
-  free(plan.rows);
+  /* The second is the first again, measured as quicker. */
+  static const char figures[] = "UPDATE results SET residual_evaluations = CASE id WHEN 1 THEN 108 WHEN 2 THEN 110 WHEN 3 THEN 90 ELSE "
+                                "80 END, steps = iif(id < 3, 0, 47 + id)";
+  static const struct {
+    const char *more, *words;
+    int on_time[4], on_residuals[4];
+  } rows[] = {
+      {"SELECT 1", "; 1.9 times as much", {1, 0, 0, 0}, {0, 0, 0, 1}}, /* the first two by counts */
+      /* The repeats of the third scatter as much as it and the fourth differ; the fourth has fewer counts than the first. */
+      {"UPDATE results SET wall_s_min = 1, wall_s_median = 1.25 WHERE id = 3; UPDATE results SET cpu_s = 1.3 WHERE id = 4",
+       "step=3 in 1.3 s, 51 steps, error 1 %; the same cost, within the noise of the clock", {0, 0, 0, 0}, {0, 0, 0, 1}},
+      /* Twice the time for a hundredth, and for a tenth. */
+      {"UPDATE results SET error_position_rms = 0.99e-2 WHERE id = 4", "; 1.9 times as much", {1, 0, 0, 0}, {0, 0, 0, 1}},
+      {"UPDATE results SET error_position_rms = 0.9e-2 WHERE id = 4", "; 1.9 times as much", {1, 0, 0, 1}, {0, 0, 0, 1}}};
+  for (size_t r = 0; r < sizeof rows / sizeof *rows; r++)
+    for (int pass = 0; pass < 2; pass++) {
+      sqlite3 *database = fill(4, steps, errors, seconds);
+      change(database, figures);
+      change(database, rows[r].more);
+      if (!pass) {
+        check_fronts(database, 4, rows[r].on_time, rows[r].on_residuals);
+        continue;
+      }
+      /* In words: methods of their own. */
+      change(database, "UPDATE facts SET data = json_replace(data, '$.method', 'm' || number)");
+      char *text = results_make(database, "accuracy", NULL, NULL, NULL);
+      CHECK_TEXT(text, rows[r].words);
+      if (!r) CHECK_TEXT(text, "step=2 in 1.05 s, 50 steps, error 1.5 %  <- least CPU time");
+      if (!r) CHECK_TEXT(text, "step=0 in 1.2 s, 0 steps, error 1 %; 1.14 times as much");
+      if (!r) CHECK_TEXT(text, "step=1 in 1 s, 0 steps, error 1 %; the same cost, within the noise of the clock");
+      free(text);
+    }
 }
 
 int main(int argc, char **argv)

@@ -40,7 +40,7 @@ static inline char *results_make(sqlite3 *database, const char *name, const char
   fflush(stdout);
   const int out = dup(1); /* the words go there too, where they would be no TAP */
   CHECK(freopen("/dev/null", "w", stdout) != NULL);
-  const int status = flesh_results_make(database, "made up", all, folder, 1);
+  const int status = flesh_results_make(database, "made up", all, &(flesh_results){.out = folder, .words = 1});
   fflush(stdout);
   dup2(out, 1), close(out);
   CHECK_OK(status);

@@ -78,14 +78,6 @@ static const char results[] =
     "SELECT printf('The volume changes most at %s Pa.', number('%g', young)) FROM results JOIN wanted USING (id) "
     "ORDER BY max_volume_drift DESC LIMIT 1;";
 
-static flesh_study study_of(plan *p)
-{
-  return (flesh_study){.name = "slump", .command = "run", .fingerprint = p->fingerprint,
-                       .different = "its scene was another", .column_count = 1, .columns = columns,
-                       .case_count = p->count, .data = p, .make = make_case, .fields = fields, .work = do_case,
-                       .results = {results}};
-}
-
 static int draw(const void *data)
 {
   const flesh_plot_series series = {"max. change", "slump.csv", "young", "max_volume_drift", NULL, .dashed = 0};
@@ -93,12 +85,19 @@ static int draw(const void *data)
   return flesh_plot_lines_draw(((const plan *)data)->options.out, "slump", &lines);
 }
 
+static flesh_study study_of(plan *p)
+{
+  return (flesh_study){.name = "slump", .command = "run", .fingerprint = p->fingerprint,
+                       .different = "its scene was another", .column_count = 1, .columns = columns,
+                       .case_count = p->count, .data = p, .make = make_case, .fields = fields, .work = do_case,
+                       .results = {results}, .draw = draw};
+}
+
 static int compare(void *data)
 {
   plan *p = data;
   const flesh_study study = study_of(p);
-  const flesh_study_results results = {.draw = draw};
-  return flesh_study_conclude(&study, p->options.out, &results, p, flesh_study_do(&study, &p->options));
+  return flesh_study_do(&study, &p->options);
 }
 
 int flesh_command_slump(int argc, char **argv)
