@@ -1,13 +1,12 @@
 // TEST quick sources=accuracy/dense.c,accuracy/track.c,study/results.c,study/format_csv.c,study/formats.c,study/csv.c,study/database.c,study/table.c,cli/interrupt.c,picture/plot_text.c,cli/safe_text.c
 /* test_accuracy.c: how `flesh accuracy` measures: times, distances, periods, and what its SQL makes of runs: fits and fronts
  * (data/studies/accuracy.sql), against closed forms. */
-#include "temporary.h"
+#include "results.h"
 
 #include <stdlib.h>
 
 #include "accuracy/accuracy.h"
 #include "flesh/integrator.h"
-#include "results.h"
 #include "test.h"
 
 /* Every method of motion is compared; marks and colours tell them apart. */

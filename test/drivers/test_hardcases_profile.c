@@ -1,9 +1,10 @@
 // TEST quick sources=study/results.c,study/format_csv.c,study/formats.c,study/csv.c,study/database.c,study/table.c,cli/interrupt.c,picture/plot_text.c,cli/safe_text.c
 /* test_hardcases_profile.c: performance profiles and verdicts (data/studies/profiles.sql) on costs whose answers are known. */
+#include "results.h"
+
 #include <math.h>
 #include <string.h>
 
-#include "results.h"
 
 enum { WAYS = 3, MANY = 40 };
 

@@ -2,6 +2,8 @@
 #ifndef FLESH_TEST_RESULTS_H
 #define FLESH_TEST_RESULTS_H
 
+#include "temporary.h"
+
 #include <sqlite3.h>
 #include <stdlib.h>
 #include <unistd.h>
@@ -17,7 +19,7 @@ static inline sqlite3 *results_open(const char *tables)
   return database;
 }
 
-/* The text of the file in the folder, new, which is removed. */
+/* The text of the file in the folder, new. */
 static inline char *results_take(const char *folder, const char *name)
 {
   char path[200], *text = calloc(1, 200000);
@@ -26,7 +28,6 @@ static inline char *results_take(const char *folder, const char *name)
   CHECK(text && file);
   if (text && file) text[fread(text, 1, 199999, file)] = 0;
   if (file) fclose(file);
-  unlink(path);
   return text;
 }
 
@@ -46,7 +47,7 @@ static inline char *results_make(sqlite3 *database, const char *name, const char
   CHECK_OK(status);
   sqlite3_close(database);
   char *rows = table ? results_take(folder, table) : NULL, *text = results_take(folder, "verdict.txt");
-  rmdir(folder);
+  test_folder_remove(folder); /* with tables that nobody asked for */
   if (csv) *csv = rows;
   else free(rows);
   return text;
