@@ -150,6 +150,11 @@ static flesh_instructions elasticity_instructions(const flesh_effect *effect)
   return ((const flesh_tets *)effect->data)->instructions;
 }
 
+static int elasticity_is_same(const flesh_effect *effect, const flesh_effect *other)
+{
+  return flesh_tets_are_same(effect->data, other->data);
+}
+
 static size_t elasticity_memory(const flesh_effect *effect)
 {
   const elasticity *self = effect->data;
@@ -267,7 +272,7 @@ static const flesh_effect_figures figures = {.memory = elasticity_memory};
 #define SHORTCUTS                                                                                                      \
   .jacobian_assign = elasticity_jacobian_assign, .evaluate = elasticity_evaluate, .stiff_rows = elasticity_stiff_rows, \
   .stiff_values = elasticity_stiff_values, .stiffness_ratio = elasticity_stiffness_ratio,                              \
-  .soften = elasticity_soften, .instructions = elasticity_instructions
+  .soften = elasticity_soften, .instructions = elasticity_instructions, .is_same = elasticity_is_same
 
 static const flesh_effect_operations elasticity_operations = {
     OPERATIONS, .library = &(const flesh_effect_private){SHORTCUTS, .restrict_to_cells = elasticity_part,

@@ -83,6 +83,8 @@ typedef struct flesh_effect_private {
    * more than this ratio (system/softened.h), which lives no longer than this one. NULL, both: none. */
   double (*stiffness_ratio)(const flesh_effect *effect);
   int (*soften)(const flesh_effect *effect, double ratio, flesh_effect **softened);
+  /* Whether another effect of this kind has the same residual at every point, bit by bit. NULL: nobody knows. */
+  int (*is_same)(const flesh_effect *effect, const flesh_effect *other);
   const flesh_effect_ranks *ranks;
   const flesh_effect_bonds *bonds;
   /* A solve is about to make its matrix at `point`, with memory: the effect predicts its forces there, by those at

@@ -10,6 +10,7 @@
  * potential D/shift.v. Repeated until frozen at the point it is sym(F^T F') there, under the midpoint rule exactly
  * (E_{n+1} - E_n)/h; so it is at once under backward Euler, frozen at the step's start. */
 #include <math.h>
+#include <string.h>
 
 #include "base/error.h"
 #include "base/memory.h"
@@ -76,6 +77,13 @@ static flesh_instructions viscosity_instructions(const flesh_effect *effect)
   return ((const viscosity *)effect->data)->tets.instructions;
 }
 
+static int viscosity_is_same(const flesh_effect *effect, const flesh_effect *other)
+{
+  const viscosity *self = effect->data, *its = other->data;
+  return flesh_tets_are_same(&self->tets, &its->tets) &&
+         !memcmp(self->viscous, its->viscous, (size_t)self->tets.materials * sizeof *self->viscous);
+}
+
 static size_t viscosity_memory(const flesh_effect *effect)
 {
   const viscosity *self = effect->data;
@@ -100,7 +108,8 @@ static const flesh_effect_operations viscosity_operations = {
     .jacobian = viscosity_jacobian,
     .potential = viscosity_potential,
     .destroy = viscosity_destroy,
-    .library = &(const flesh_effect_private){.evaluate = viscosity_evaluate, .instructions = viscosity_instructions},
+    .library = &(const flesh_effect_private){
+        .evaluate = viscosity_evaluate, .instructions = viscosity_instructions, .is_same = viscosity_is_same},
     .figures = &(const flesh_effect_figures){.memory = viscosity_memory},
 };
 

@@ -367,3 +367,29 @@ size_t flesh_tets_memory(const flesh_tets *self)
   for (int g = 0; g < self->group_count; g++) bytes += memory_of_group(self, &self->groups[g]);
   return bytes;
 }
+
+static int differ(const void *a, const void *b, size_t bytes) { return !a != !b || (a && memcmp(a, b, bytes) != 0); }
+
+static int groups_are_same(const flesh_tet_group *group, const flesh_tet_group *other, int materials)
+{
+  const flesh_batches *a = &group->batches, *b = &other->batches;
+  if (group->tets != other->tets || group->kernels != other->kernels || a->count != b->count ||
+      a->nodes_per_tet != b->nodes_per_tet || a->shapes_per_tet != b->shapes_per_tet)
+    return 0;
+  const size_t count = (size_t)a->count, tets = (size_t)group->tets, named = (size_t)materials;
+  const size_t shapes = count * (size_t)(a->shapes_per_tet * a->lanes) * sizeof(double);
+  return !differ(a->first, b->first, (count + 1) * sizeof *a->first) && !differ(a->fibres, b->fibres, 4 * shapes) &&
+         !differ(a->material, b->material, count * sizeof *a->material) && !differ(a->shapes, b->shapes, 10 * shapes) &&
+         !differ(a->nodes, b->nodes, tets * (size_t)a->nodes_per_tet * sizeof *a->nodes) &&
+         !differ(a->masses, b->masses, tets * (size_t)a->masses_per_tet * sizeof *a->masses) &&
+         !differ(a->materials, b->materials, named * sizeof *a->materials) &&
+         !differ(a->volume_shares, b->volume_shares, named * sizeof *a->volume_shares);
+}
+
+int flesh_tets_are_same(const flesh_tets *self, const flesh_tets *others)
+{
+  int same = self->group_count == others->group_count && self->materials == others->materials;
+  for (int g = 0; g < self->group_count && same; g++)
+    same = groups_are_same(&self->groups[g], &others->groups[g], self->materials);
+  return same;
+}

@@ -37,6 +37,7 @@ typedef struct flesh_watchdog {
 /* The exact derivative at a solution (tangent.c). */
 typedef struct flesh_tangent {
   int known;            /* K is that of the last flesh_newton_factor_tangent */
+  int kept, wary;       /* the preconditioner is that of an earlier one; so many to come are not to be kept */
   int has_pivots;       /* and is factored in `pivots` */
   int patterns;         /* of the equations, when `pivots` was made */
   flesh_direct *pivots; /* NULL: conjugate gradients, or the options' direct solver, were enough */
@@ -129,7 +130,8 @@ int flesh_newton_filter_error(flesh_newton *newton, const double *u, const doubl
 /* K has become another matrix than one of the iteration: nothing that is known of it holds. */
 void flesh_newton_overwritten(flesh_newton *newton);
 /* K at u [n] becomes the derivative of the residual itself, without filter or secants, and is factored. Overwrites what
- * the iteration knows of its matrix. A status > 0 where K has no value; FLESH_ERR_SOLVE with a sentence where it is singular. */
+ * the iteration knows of its matrix. Of a stage that goes on from the one before (policy.stage_continues) the preconditioner
+ * is kept as long as it serves. A status > 0 where K has no value; FLESH_ERR_SOLVE with a sentence where it is singular. */
 int flesh_newton_factor_tangent(flesh_newton *newton, const double *u);
 /* p [n] = K^-1 b with that, until ||b - K p||_2 <= tolerance ||b||_2; 0 on constrained dofs, and b becomes so. By a
  * factorisation with pivots where K is indefinite or conjugate gradients do not converge. Overwrites the equations'

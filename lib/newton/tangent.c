@@ -7,6 +7,10 @@
 #include "linear/block_matrix.h"
 #include "newton/newton.h"
 
+/* So many matrices are factored anew after one that the preconditioner of an earlier one did not serve: what touches is
+ * another from step to step then. */
+enum { WARY = 8 };
+
 /* Factors K by KLU with pivots, which an indefinite K needs. */
 static int factor_with_pivots(flesh_newton *self)
 {
@@ -34,9 +38,13 @@ int flesh_newton_factor_tangent(flesh_newton *self, const double *u)
   environment->slips_to_rest = 0;
   int status = flesh_direction_assemble(&self->direction, u, FLESH_FILTER_NONE);
   environment->tangents = before;
+  flesh_matrix_policy_assembled(&self->policy);
+  const double *usual = self->direction.iterations_per_decade; /* 0 of a new preconditioner */
+  const int wary = self->tangent.wary > 0;
+  if (!status) status = wary ? flesh_matrix_policy_refresh(&self->policy) : flesh_matrix_policy_prepare(&self->policy);
+  self->tangent.wary -= wary;
+  self->tangent.kept = usual[0] + usual[1] > 0;
   flesh_matrix_policy_overwritten(&self->policy);
-  if (status) return status;
-  status = flesh_direction_factor(&self->direction, 0);
   if (status == FLESH_NOT_POSITIVE) status = factor_with_pivots(self);
   self->tangent.known = !status;
   return status;
@@ -71,6 +79,15 @@ static int solve_with_pivots(flesh_newton *self, const double *b, double toleran
                                      "%.2g is left", left, flesh_norm(self->threads, n, b));
 }
 
+/* Beyond so many iterations a kept preconditioner costs more than a new one. */
+static int most_iterations(const flesh_newton *self, double tolerance)
+{
+  enum { NEW_ONE = 12 };
+  const double *usual = self->direction.iterations_per_decade;
+  const double expected = NEW_ONE + fmax(usual[0], usual[1]) * -log10(tolerance);
+  return self->tangent.kept && expected < self->options.max_linear ? (int)expected : self->options.max_linear;
+}
+
 int flesh_newton_solve_tangent(flesh_newton *self, double *b, double tolerance, double *p)
 {
   const flesh_equations *equations = &self->equations;
@@ -83,9 +100,15 @@ int flesh_newton_solve_tangent(flesh_newton *self, double *b, double tolerance, 
     memset(p, 0, (size_t)equations->n * sizeof *p);
     return FLESH_OK;
   }
-  const flesh_direction_request request = {.tolerance = tolerance * norm, .max_iterations = self->options.max_linear};
+  flesh_direction_request request = {.tolerance = tolerance * norm, .max_iterations = most_iterations(self, tolerance)};
   int status = FLESH_NOT_POSITIVE;
   if (!self->tangent.has_pivots) status = flesh_direction_solve(&self->direction, &request, b, p, &kind);
+  if (status == FLESH_NOT_CONVERGED && self->tangent.kept && !(status = flesh_matrix_policy_refresh(&self->policy))) {
+    self->tangent.kept = 0;
+    self->tangent.wary = WARY;
+    request.max_iterations = self->options.max_linear;
+    status = flesh_direction_solve(&self->direction, &request, b, p, &kind);
+  }
   if (!status && self->direction.direct && !(residual_of(self, b, p) <= tolerance * norm)) status = FLESH_NOT_CONVERGED;
   if (status != FLESH_NOT_POSITIVE && status != FLESH_NOT_CONVERGED) return status;
   if (!self->tangent.has_pivots) status = factor_with_pivots(self);

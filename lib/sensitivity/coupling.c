@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "effect/effect.h"
 #include "linear/block_matrix.h"
 #include "math/xorshift.h"
 #include "system/one_effect.h"
@@ -198,7 +199,10 @@ static int add_block(const variation *v, int row, int column, const double *sums
   flesh_coupling *to = &v->self->by[v->reading];
   double block[9], size = 0;
   for (int i = 0; i < 3; i++)
-    for (int c = 0; c < 3; c++) size += fabs(block[3 * i + c] = sums[(size_t)c * (size_t)v->self->n + 3 * (size_t)row + (size_t)i]);
+    for (int c = 0; c < 3; c++) {
+      block[3 * i + c] = sums[(size_t)c * (size_t)v->self->n + 3 * (size_t)row + (size_t)i];
+      size += fabs(block[3 * i + c]);
+    }
   if (size == 0) return FLESH_OK;
   const int status = make_room(to);
   if (status) return status;
@@ -317,13 +321,27 @@ static int find_effect(flesh_couplings *self, int effect, const flesh_point *poi
   return status;
 }
 
+/* Whether the effect may read more than the point's own state: a function of x does not, nor does M a. */
+static int may_read(const flesh_effect *effect)
+{
+  return effect->operations->residual && effect->operations->role != FLESH_ROLE_INERTIA &&
+         !flesh_effect_has_trait(effect, FLESH_DEPENDS_ON_POSITION_ONLY);
+}
+
+/* The largest of the speeds that are read. */
+static double find_fastest(const flesh_couplings *self, const flesh_point *point)
+{
+  const double *const speeds[] = {point->v, point->lagged.v, point->frozen.v};
+  double fastest = 0;
+  for (int k = 0; k < 3; k++)
+    for (int d = 0; d < self->n && speeds[k]; d++)
+      if (fabs(speeds[k][d]) > fastest) fastest = fabs(speeds[k][d]);
+  return fastest;
+}
+
 int flesh_couplings_find(flesh_couplings *self, const flesh_point *point, unsigned readings, const flesh_block_matrix *K)
 {
-  double fastest = 0;
-  const double *const speeds[] = {point->v, point->lagged.v, point->frozen.v};
-  for (int k = 0; k < 3; k++)
-    for (int d = 0; d < self->n && speeds[k]; d++) fastest = fmax(fastest, fabs(speeds[k][d]));
-  const double length = step_of_length * self->length,
+  const double length = step_of_length * self->length, fastest = find_fastest(self, point),
                steps[] = {length, fastest > 0 ? step_of_length * fastest : length};
   const int blocks = K->row_start[K->rows];
   for (int k = 0; k < FLESH_COLOURINGS && blocks != self->blocks; k++) clear_colouring(&self->colourings[k]);
@@ -331,8 +349,7 @@ int flesh_couplings_find(flesh_couplings *self, const flesh_point *point, unsign
   for (int k = 0; k < FLESH_READINGS; k++) self->by[k].count = 0;
   int status = FLESH_OK;
   for (int e = 0; e < flesh_system_effect_count(self->system) && !status && readings; e++)
-    if (flesh_system_effect(self->system, e)->operations->residual)
-      status = find_effect(self, e, point, readings, steps, K);
+    if (may_read(flesh_system_effect(self->system, e))) status = find_effect(self, e, point, readings, steps, K);
   return status;
 }
 

@@ -122,15 +122,15 @@ int flesh_sensitivity_set(flesh_sensitivity *self, const flesh_state *state, con
 
 static int check_set(const flesh_sensitivity *self)
 {
-  return self->is_set ? FLESH_OK
-                      : flesh_fail(FLESH_ERR_ARGUMENT, "the sensitivities have no equilibrium; flesh_sensitivity_set comes first");
+  if (self->is_set) return FLESH_OK;
+  return flesh_fail(FLESH_ERR_ARGUMENT, "the sensitivities have no equilibrium; flesh_sensitivity_set comes first");
 }
 
 int flesh_sensitivity_force(flesh_sensitivity *self, const flesh_parameter *parameter, double *force)
 {
   FLESH_NEED({self, "sensitivity"}, {parameter, "parameter"}, {force, "force"});
   const int status = check_set(self);
-  return status ? status : flesh_stage_tangent_force(&self->tangent, parameter, force, NULL);
+  return status ? status : flesh_stage_tangent_force(&self->tangent, parameter, NULL, force, NULL);
 }
 
 int flesh_sensitivity_tangent(flesh_sensitivity *self, const flesh_parameter *parameter, double *dx)
@@ -138,7 +138,7 @@ int flesh_sensitivity_tangent(flesh_sensitivity *self, const flesh_parameter *pa
   FLESH_NEED({self, "sensitivity"}, {parameter, "parameter"}, {dx, "dx"});
   double *force = self->room, *moves = self->room + self->n;
   int status = check_set(self);
-  if (!status) status = flesh_stage_tangent_force(&self->tangent, parameter, force, moves);
+  if (!status) status = flesh_stage_tangent_force(&self->tangent, parameter, NULL, force, moves);
   for (int d = 0; d < self->n && !status; d++) force[d] = -force[d];
   if (!status) status = flesh_stage_tangent_solve(&self->tangent, 0, force, dx);
   for (int d = 0; d < self->n && !status; d++) dx[d] += moves[d]; /* 0 on free dofs */
@@ -175,7 +175,7 @@ int flesh_sensitivity_gradient(flesh_sensitivity *self, const flesh_quantity *qu
   double *force = self->room + n, *moves = self->room + 2 * n, *lambda = self->room + 3 * n;
   int status = flesh_sensitivity_adjoint(self, quantity, lambda);
   for (int k = 0; k < count && !status; k++) {
-    status = flesh_stage_tangent_force(&self->tangent, &parameters[k], force, moves);
+    status = flesh_stage_tangent_force(&self->tangent, &parameters[k], NULL, force, moves);
     gradient[k] = 0;
     for (size_t d = 0; d < n && !status; d++) {
       gradient[k] -= lambda[d] * force[d];

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "sensitivity/trajectory.h"
 
 /* A stage of no time, whose unknown is the acceleration: K is M, as K_x has no share in it. */
@@ -20,6 +21,10 @@ typedef struct pass {
   double *base;                                 /* [5*n] of a stage */
   flesh_stage stage;
   unsigned follows;
+  int count;                         /* of parameters, as are the next */
+  const flesh_parameter *parameters;
+  double *gradient;
+  unsigned char *same; /* [count][1 + effects] of each parameter, flesh_parameter_compare's */
 } pass;
 
 static pass pass_of(flesh_trajectory *self)
@@ -34,6 +39,24 @@ static pass pass_of(flesh_trajectory *self)
   for (int k = 0; k < 6; k++, room += n) *own[k] = room;
   p.base = room;
   return p;
+}
+
+/* Takes the parameters, and finds what they leave as it is. */
+static int take_parameters(pass *p, int count, const flesh_parameter *parameters, double *gradient)
+{
+  const flesh_system *system = p->self->system;
+  const size_t each = 1 + (size_t)flesh_system_effect_count(system);
+  p->count = count;
+  p->parameters = parameters;
+  p->gradient = gradient;
+  memset(gradient, 0, (size_t)count * sizeof *gradient);
+  p->same = flesh_calloc((size_t)count * each + 1, 1);
+  if (!p->same) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d parameters", count);
+  for (int k = 0; k < count; k++) {
+    unsigned char *same = p->same + (size_t)k * each;
+    *same = (unsigned char)flesh_parameter_compare(&parameters[k], system, same + 1);
+  }
+  return FLESH_OK;
 }
 
 static int is_of_v(int reading) { return reading != FLESH_LAGGED_X && reading != FLESH_FROZEN_X; }
@@ -66,9 +89,8 @@ static void forget_constrained(pass *p, const flesh_recorded_part *part, double 
   flesh_trajectory *self = p->self;
   if (!part->taken.second) return;
   flesh_prescribed_set(&self->prescribed, part->taken.begin, part->taken.end, part->known[FLESH_KNOWN_X]);
-  for (int k = 0; k < FLESH_KNOWN; k++)
-    for (int d = 0; d < self->n; d++)
-      if (self->prescribed.fixed[d]) of[k][d] = 0;
+  for (int d = 0; d < self->n; d++)
+    for (int k = 0; k < FLESH_KNOWN && self->prescribed.fixed[d]; k++) of[k][d] = 0;
 }
 
 static void add(int n, double scale, const double *x, double *y)
@@ -122,25 +144,26 @@ static int multiply(pass *p)
 }
 
 /* Adds what each parameter changes in the residual, and in constrained dofs by the bars of u. */
-static int add_parameters(pass *p, const double *bar, int count, const flesh_parameter *parameters, double *gradient)
+static int add_parameters(pass *p, const double *bar)
 {
   flesh_trajectory *self = p->self;
+  const size_t each = 1 + (size_t)flesh_system_effect_count(self->system);
   int status = FLESH_OK;
-  for (int k = 0; k < count && !status; k++) {
-    status = flesh_stage_tangent_force(&self->tangent, &parameters[k], p->force, p->moves);
+  for (int k = 0; k < p->count && !status; k++) {
+    const unsigned char *same = p->same + (size_t)k * each;
+    status = flesh_stage_tangent_force(&self->tangent, &p->parameters[k], *same ? same + 1 : NULL, p->force, p->moves);
     for (int d = 0; d < self->n && !status && !bar; d++)
       if (p->moves[d] != 0)
         status = flesh_fail(FLESH_ERR_ARGUMENT, "a parameter that moves prescribed dofs has sensitivities by backward-euler "
                                                 "only");
     for (int d = 0; d < self->n && !status; d++)
-      gradient[k] += (bar ? bar[d] * p->moves[d] : 0) - p->lambda[d] * p->force[d];
+      p->gradient[k] += (bar ? bar[d] * p->moves[d] : 0) - p->lambda[d] * p->force[d];
   }
   return status;
 }
 
 /* One solve, backward. */
-static int solve_back(pass *p, const flesh_recorded_part *part, int solve, int count, const flesh_parameter *parameters,
-                      double *gradient)
+static int solve_back(pass *p, const flesh_recorded_part *part, int solve)
 {
   flesh_trajectory *self = p->self;
   const int at = part->solves[solve].at, before = solve > 0 ? part->solves[solve - 1].at : -1;
@@ -149,7 +172,7 @@ static int solve_back(pass *p, const flesh_recorded_part *part, int solve, int c
   int status = linearise(p, part, solve);
   if (!status) status = flesh_stage_tangent_solve(&self->tangent, 1, bar, p->lambda);
   if (!status) status = multiply(p);
-  if (!status) status = add_parameters(p, part->taken.second ? NULL : bar, count, parameters, gradient);
+  if (!status) status = add_parameters(p, part->taken.second ? NULL : bar);
   if (status) return status;
   for (int d = 0; d < self->n; d++) {
     kx[d] = (shift->v * p->c[d] + shift->a * p->m[d] - bar[d]) / shift->x;
@@ -163,7 +186,7 @@ static int solve_back(pass *p, const flesh_recorded_part *part, int solve, int c
 }
 
 /* The acceleration with which the method has begun, backward. */
-static int start_back(pass *p, const flesh_recorded_part *part, int count, const flesh_parameter *parameters, double *gradient)
+static int start_back(pass *p, const flesh_recorded_part *part)
 {
   flesh_trajectory *self = p->self;
   double *bar = p->known[FLESH_KNOWN_VECTORS];
@@ -177,10 +200,10 @@ static int start_back(pass *p, const flesh_recorded_part *part, int count, const
   for (int k = 0; k < FLESH_READINGS; k++)
     flesh_couplings_add(&self->tangent.couplings, (flesh_reading)k, 1, -1, p->lambda, p->known[FLESH_KNOWN_X + is_of_v(k)]);
   memset(bar, 0, (size_t)self->n * sizeof *bar);
-  return add_parameters(p, NULL, count, parameters, gradient);
+  return add_parameters(p, NULL);
 }
 
-static int part_back(pass *p, const flesh_recorded_part *part, int count, const flesh_parameter *parameters, double *gradient)
+static int part_back(pass *p, const flesh_recorded_part *part)
 {
   const int n = p->self->n;
   flesh_trajectory_map(part, &p->map);
@@ -196,9 +219,9 @@ static int part_back(pass *p, const flesh_recorded_part *part, int count, const 
     for (int k = 0; k < FLESH_KNOWN + p->map.stages; k++)
       add(n, p->map.end[j][k], p->next[j], k < FLESH_KNOWN ? p->known[k] : p->stages[k - FLESH_KNOWN]);
   int status = FLESH_OK;
-  for (int s = part->count - 1; s >= 0 && !status; s--) status = solve_back(p, part, s, count, parameters, gradient);
+  for (int s = part->count - 1; s >= 0 && !status; s--) status = solve_back(p, part, s);
   forget_constrained(p, part, p->known);
-  if (!status && part->taken.anew && part->taken.acceleration) status = start_back(p, part, count, parameters, gradient);
+  if (!status && part->taken.anew && part->taken.acceleration) status = start_back(p, part);
   if (part->taken.anew) forget_constrained(p, part, p->known);
   return status;
 }
@@ -209,16 +232,17 @@ int flesh_trajectory_gradient(flesh_trajectory *self, const double *by_x, const 
   FLESH_NEED({self, "trajectory"}, {parameters, "parameters"}, {gradient, "gradient"});
   const size_t n = (size_t)self->n;
   pass p = pass_of(self);
+  flesh_newton_forget(self->tangent.newton); /* so that all gradients have the same bits */
   if (by_x) memcpy(p.known[FLESH_KNOWN_X], by_x, n * sizeof *by_x);
   if (by_v) memcpy(p.known[FLESH_KNOWN_V], by_v, n * sizeof *by_v);
-  memset(gradient, 0, (size_t)count * sizeof *gradient);
   const flesh_recorded_part *part;
-  int status = FLESH_OK;
+  int status = take_parameters(&p, count, parameters, gradient);
   for (int k = self->total - 1; k >= 0 && !status; k--) {
     status = flesh_trajectory_part(self, k, &part);
-    if (!status) status = part_back(&p, part, count, parameters, gradient);
+    if (!status) status = part_back(&p, part);
   }
   const int returned = flesh_trajectory_return(self);
+  flesh_free(p.same);
   if (!status) status = returned;
   if (status || !by_start) return status;
   memcpy(by_start, p.known[FLESH_KNOWN_X], n * sizeof *by_start);

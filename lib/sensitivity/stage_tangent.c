@@ -7,8 +7,11 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "base/parallel_vector.h"
+#include "effect/effect.h"
 #include "linear/block_matrix.h"
+#include "system/clearance.h"
 #include "system/effect_view.h"
+#include "system/one_effect.h"
 #include "system/ranks.h"
 #include "system/system.h"
 
@@ -62,6 +65,7 @@ int flesh_stage_tangent_set(flesh_stage_tangent *self, const flesh_stage *stage,
   const size_t bytes = (size_t)self->n * sizeof(double);
   self->stage = *stage;
   self->follows = follows;
+  self->newton->policy.stage_continues = 1; /* a preconditioner may serve again */
   int status = flesh_problem_set_stage(self->problem, stage);
   if (status) return status;
   if (stage->frozen_at_solution) flesh_newton_freeze(self->newton, u);
@@ -132,15 +136,16 @@ static int press(flesh_stage_tangent *self, const double *q, double *y)
   return fail(self, status, "residual");
 }
 
-/* Solves with K alone; b [n] is overwritten. Where constraints have multipliers, their change q has G p = 0 for the gaps, and
- * K p + G^T q = b: conjugate gradients for q with G K^-1 G^T, whose inverse is near the penalty that K has. */
-static int solve_alone(flesh_stage_tangent *self, double *b, double *p)
+/* Solves with K alone to a relative tolerance; b [n] is overwritten. Where constraints have multipliers, their change q has
+ * G p = 0 for the gaps, and K p + G^T q = b: conjugate gradients for q with G K^-1 G^T, whose inverse is near the penalty
+ * that K has. */
+static int solve_alone(flesh_stage_tangent *self, double *b, double tolerance, double *p)
 {
   const int count = self->multipliers;
   const size_t n = (size_t)self->n;
   double *gaps = self->gaps, *stiffness = gaps + count, *q = gaps + 2 * count, *moved = gaps + 4 * count;
   double *load = self->room + 3 * n, *answer = self->room + 4 * n, first = 0, last = 0;
-  int status = fail(self, flesh_newton_solve_tangent(self->newton, b, self->tolerance, p), "solution");
+  int status = fail(self, flesh_newton_solve_tangent(self->newton, b, tolerance, p), "solution");
   if (status || !count) return status;
   status = fail(self, flesh_system_constraint_gaps(self->system, &self->point, gaps, stiffness), "gap of a constraint");
   if (!status) status = move_gaps(self, p, gaps);
@@ -149,12 +154,12 @@ static int solve_alone(flesh_stage_tangent *self, double *b, double *p)
     double now = 0, curvature = 0;
     for (int e = 0; e < count; e++) now += self->point.penalty * stiffness[e] * gaps[e] * gaps[e];
     if (k == 0) first = now;
-    if (now <= self->tolerance * self->tolerance * first) return FLESH_OK;
+    if (now <= tolerance * tolerance * first) return FLESH_OK;
     for (int e = 0; e < count; e++)
       q[e] = self->point.penalty * stiffness[e] * gaps[e] + (k ? now / last * q[e] : 0);
     last = now;
     status = press(self, q, load);
-    if (!status) status = fail(self, flesh_newton_solve_tangent(self->newton, load, self->tolerance, answer), "solution");
+    if (!status) status = fail(self, flesh_newton_solve_tangent(self->newton, load, tolerance, answer), "solution");
     if (!status) status = move_gaps(self, answer, moved);
     if (status) return status;
     for (int e = 0; e < count; e++) curvature += q[e] * moved[e];
@@ -177,27 +182,32 @@ static double find_left(flesh_stage_tangent *self, int transposed, const double 
   return flesh_norm(NULL, self->n, left);
 }
 
+/* Whether the solution itself is read. */
+static int reads_solution(const flesh_stage_tangent *self)
+{
+  int reads = 0;
+  for (int k = 0; k < FLESH_READINGS; k++)
+    reads |= (self->follows >> k & 1) && flesh_couplings_any(&self->couplings, (flesh_reading)k);
+  return reads;
+}
+
 int flesh_stage_tangent_solve(flesh_stage_tangent *self, int transposed, const double *b, double *p)
 {
-  const size_t n = (size_t)self->n;
-  double *right = self->room, *correction = self->room + n;
-  int follows = 0;
-  for (int k = 0; k < FLESH_READINGS; k++)
-    follows |= (self->follows >> k & 1) && flesh_couplings_any(&self->couplings, (flesh_reading)k);
-  memcpy(right, b, n * sizeof *right);
-  int status = solve_alone(self, right, p);
-  if (status || !follows) return status;
-  if (self->multipliers)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "there are no sensitivities of incompressible tets (poisson 0.5) under loads that follow "
-                                          "the shape; take poisson: 0.4999");
-  const double norm = flesh_norm(NULL, self->n, right); /* of the free dofs by now */
-  double lasts[3] = {INFINITY, INFINITY, INFINITY};
+  double *left = self->room, *correction = self->room + self->n, lasts[3] = {INFINITY, INFINITY, INFINITY};
+  const int reads = reads_solution(self);
+  if (reads && self->multipliers)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "there are no sensitivities of incompressible tets (poisson 0.5) under loads that "
+                                          "follow the shape; take poisson: 0.4999");
+  memcpy(left, b, (size_t)self->n * sizeof *left);
+  int status = solve_alone(self, left, self->tolerance, p);
+  if (status || !reads) return status;
+  const double norm = flesh_norm(NULL, self->n, left); /* of the free dofs by now */
   for (int k = 0; k < MOST_REPETITIONS; k++) {
-    const double left = find_left(self, transposed, b, p, right);
+    const double size = find_left(self, transposed, b, p, left);
     /* Round-off of K p may be more than the tolerance, as where materials are nearly incompressible. */
-    if (left <= self->tolerance * norm || (left <= ROUND_OFF * norm && left > 0.9 * lasts[k % 3])) return FLESH_OK;
-    lasts[k % 3] = left;
-    status = solve_alone(self, right, correction);
+    if (size <= self->tolerance * norm || (size <= ROUND_OFF * norm && size > 0.9 * lasts[k % 3])) return FLESH_OK;
+    lasts[k % 3] = size;
+    status = solve_alone(self, left, fmin(self->tolerance * norm / size, 0.1), correction);
     for (int d = 0; d < self->n && !status; d++) p[d] += correction[d];
     if (status) return status;
   }
@@ -205,24 +215,18 @@ int flesh_stage_tangent_solve(flesh_stage_tangent *self, int transposed, const d
                     self->stage.t);
 }
 
-/* The Jacobian of the effects that freeze nothing. */
-static int sum_unfrozen(flesh_stage_tangent *self, const flesh_shift *shift)
+/* Whether a product with the Jacobian takes the effect's matrix: not of positions alone where these stay, nor of M a, which
+ * is linear; and what freezes is told apart by differences. */
+static int takes_matrix(const flesh_stage_tangent *self, int e, const flesh_shift *shift)
 {
-  flesh_block_matrix *K = &self->products;
-  flesh_effect_view view = flesh_effect_view_of(self->system, &self->point);
-  int status = FLESH_OK;
-  memset(K->values, 0, 9 * (size_t)K->row_start[K->rows] * sizeof *K->values);
-  for (int e = 0; e < self->system->entry_count && !status; e++) {
-    const flesh_system_entry *entry = &self->system->entries[e];
-    const flesh_effect_operations *can = entry->effect->operations;
-    if (!can->jacobian || (can->traits & FLESH_FREEZES)) continue;
-    status = can->jacobian(entry->effect, flesh_effect_view_turn(&view, e), shift, K, K->layout ? K->layout->slots[e] : entry->slots);
-  }
-  return status;
+  const flesh_effect *effect = flesh_system_effect(self->system, e);
+  if (!effect->operations->jacobian || (self->parts_freezing && flesh_effect_has_trait(effect, FLESH_FREEZES))) return 0;
+  if (effect->operations->role == FLESH_ROLE_INERTIA) return 0;
+  return shift->x != 0 || !flesh_effect_has_trait(effect, FLESH_DEPENDS_ON_POSITION_ONLY);
 }
 
-/* y = (x dr/dx + v dr/dv + a dr/da) w. */
-static int product(flesh_stage_tangent *self, flesh_shift shift, const double *w, double *y)
+/* Room for a matrix of K's pattern, with zeros. */
+static int clear_products(flesh_stage_tangent *self)
 {
   const flesh_block_matrix *K = self->newton->equations.K;
   const size_t numbers = 9 * (size_t)K->row_start[K->rows];
@@ -235,10 +239,34 @@ static int product(flesh_stage_tangent *self, flesh_shift shift, const double *w
   double *values = self->products.values;
   self->products = *K;
   self->products.values = values;
-  const int status = self->parts_freezing ? sum_unfrozen(self, &shift)
-                                          : flesh_system_jacobian(self->system, &self->point, &shift, &self->products);
-  if (!status) flesh_block_multiply(&self->products, w, y);
-  return fail(self, status, "tangent");
+  memset(values, 0, numbers * sizeof *values);
+  return FLESH_OK;
+}
+
+/* y = (x dr/dx + v dr/dv + a dr/da) w. */
+static int product(flesh_stage_tangent *self, flesh_shift shift, const double *w, double *y)
+{
+  flesh_block_matrix *K = &self->products;
+  flesh_effect_view view = flesh_effect_view_of(self->system, &self->point);
+  int status = FLESH_OK, count = 0;
+  for (int e = 0; e < self->system->entry_count && !status; e++) {
+    const flesh_system_entry *entry = &self->system->entries[e];
+    if (!takes_matrix(self, e, &shift) || flesh_clearance_holds(view.environment.clearance, e)) continue;
+    if (count++ == 0) status = clear_products(self);
+    if (!status)
+      status = entry->effect->operations->jacobian(entry->effect, flesh_effect_view_turn(&view, e), &shift, K,
+                                                   K->layout ? K->layout->slots[e] : entry->slots);
+  }
+  if (status) return fail(self, status, "tangent");
+  if (count) flesh_block_multiply(K, w, y);
+  else memset(y, 0, (size_t)self->n * sizeof *y);
+  if (shift.a == 0) return FLESH_OK;
+  flesh_point point = self->point;
+  double *force = self->room + 5 * (size_t)self->n;
+  point.a = w;
+  status = flesh_system_roles_residual(self->system, FLESH_ROLE_BIT(FLESH_ROLE_INERTIA), &point, force);
+  for (int d = 0; d < self->n; d++) y[d] += shift.a * force[d];
+  return fail(self, status, "residual");
 }
 
 int flesh_stage_tangent_mass_times(flesh_stage_tangent *self, const double *w, double *y)

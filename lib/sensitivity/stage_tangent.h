@@ -47,9 +47,15 @@ int flesh_stage_tangent_damping_times(flesh_stage_tangent *tangent, const double
 /* y [n] = dr/dx w, of effects that freeze nothing or where what is frozen is followed. */
 int flesh_stage_tangent_stiffness_times(flesh_stage_tangent *tangent, const double *w, double *y);
 
-/* force [n] = dr/dp at the solution, constrained rows included. `moves` (unless NULL) [n] becomes the derivative of the
- * constrained dofs' u by p; with it their x, v and a change as the stage moves them. FLESH_ERR_ARGUMENT where the systems
+/* Marks into same [effects] those of the system that are known to be the same in all systems of the parameter; whether
+ * there are any. */
+int flesh_parameter_compare(const flesh_parameter *parameter, const flesh_system *system, unsigned char *same);
+
+/* force [n] = dr/dp at the solution, constrained rows included. Effects that are the `same` [effects] (NULL: nobody knows)
+ * are not evaluated. `moves` (unless NULL) [n] becomes the derivative of the constrained dofs' u by p; with it their x, v
+ * and a change as the stage moves them. FLESH_ERR_ARGUMENT where the systems
  * do not fit; FLESH_ERR_SOLVE where one has no residual at the solution. */
-int flesh_stage_tangent_force(flesh_stage_tangent *tangent, const flesh_parameter *parameter, double *force, double *moves);
+int flesh_stage_tangent_force(flesh_stage_tangent *tangent, const flesh_parameter *parameter, const unsigned char *same,
+                              double *force, double *moves);
 
 #endif

@@ -163,8 +163,8 @@ static int taken(void *data, const flesh_taken_part *taken)
   part->vectors = row->remembered ? row->remembered : row->vectors;
   part->t = taken->from->t;
   part->t_lag = taken->lagged->t;
-  part->bytes = sizeof *part + internals;
-  part->bytes += (size_t)part->count * (sizeof *part->solves + ((size_t)self->n + (size_t)self->tangent.multipliers) * sizeof(double));
+  const size_t numbers = (size_t)self->n + (size_t)self->tangent.multipliers;
+  part->bytes = sizeof *part + internals + (size_t)part->count * (sizeof *part->solves + numbers * sizeof(double));
   status = take_known(self, taken, part);
   if (!status && internals && !(part->internal = copy_of(taken->from->internal, taken->from->internal_count)))
     status = fail_memory(self);
@@ -185,9 +185,9 @@ static int taken(void *data, const flesh_taken_part *taken)
 static int moved(void *data)
 {
   const flesh_trajectory *self = data;
-  return self->total ? flesh_fail(FLESH_ERR_ARGUMENT, "the state is not that which the last step has led to, so that the steps that "
-                                                      "are recorded do not follow each other")
-                     : FLESH_OK;
+  if (!self->total) return FLESH_OK;
+  return flesh_fail(FLESH_ERR_ARGUMENT, "the state is not that which the last step has led to, so that the steps that are "
+                                        "recorded do not follow each other");
 }
 
 static void gone(void *data) { ((flesh_trajectory *)data)->integrator = NULL; }
