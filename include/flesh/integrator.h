@@ -200,7 +200,8 @@ FLESH_API const flesh_energy_balance *flesh_integrator_energy_balance(
 /* The gain (as in flesh_energy_balance) from which on a step ends with FLESH_ERR_ENERGY and says
  * where and when; positive, INFINITY: never. 1/2 by default. Steps of methods of order 2 and 3 whose errors do not
  * choose their lengths may gain a fiftieth of it in all; a step that would gain more is taken in halves, and at last by
- * backward Euler. Further errors: FLESH_ERR_ARGUMENT. */
+ * backward Euler, as is a first step in which the force at its start would carry a node farther than an edge.
+ * Further errors: FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_integrator_set_max_energy_gain(flesh_integrator *integrator, double gain);
 
 /* Zeros and NaN where nothing is let apart. */

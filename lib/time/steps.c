@@ -2,6 +2,7 @@
 #include <math.h>
 
 #include "base/error.h"
+#include "mesh/inspect.h"
 #include "time/attempt.h"
 #include "time/step_energy.h"
 
@@ -90,6 +91,23 @@ static int needs_euler(const flesh_integrator *self, const flesh_cutbacks *cutba
          (!self->control.on && self->control.refusal == FLESH_REFUSED_BY_ENERGY && cutbacks->depth >= most);
 }
 
+/* Whether the acceleration at the start would by itself take a node farther than an edge within the first step: bodies
+ * begin within reach of a stiff barrier, or a load at a point is not balanced. What follows is not resolved, and methods
+ * that go on from the acceleration are led far astray by it, while one step of backward Euler damps what it makes and keeps
+ * the order of the whole (Rannacher 1984, "Finite element solution of diffusion problems with irregular data"). Not where
+ * energy may grow at will: who lets it wants the method by itself. */
+static int begins_violently(const flesh_integrator *self, double h)
+{
+  const flesh_evaluation *evaluation = self->evaluation;
+  if (!self->row->acceleration || self->memory.known || self->control.on) return 0;
+  const double *a = self->memory.vectors[0];
+  double most = 0;
+  for (int i = 0; i < evaluation->n; i += 3)
+    most = fmax(most, a[i] * a[i] + a[i + 1] * a[i + 1] + a[i + 2] * a[i + 2]);
+  const double edge = flesh_mesh_mean_edge(flesh_system_mesh(evaluation->system), evaluation->team);
+  return flesh_team_any(evaluation->team, h * h / 2 * sqrt(most) > edge * fmax(1, self->watch.limit));
+}
+
 /* Takes a part of a piece. */
 static int take_part(flesh_integrator *self, flesh_state *state, const flesh_piece *piece, const flesh_cutbacks *cutbacks,
                      flesh_solve_stats *stats)
@@ -102,7 +120,8 @@ static int take_part(flesh_integrator *self, flesh_state *state, const flesh_pie
     if (restarted) return restarted;
   }
   /* The acceleration of a tangled body is not the way out; where no error shortens the steps, backward Euler finds it. */
-  if (self->row->stages && !self->control.on && flesh_recovery_is_tangled(&self->recovery, state->x))
+  if ((self->row->stages && !self->control.on && flesh_recovery_is_tangled(&self->recovery, state->x)) ||
+      begins_violently(self, cutbacks->part.h))
     return flesh_integrator_attempt(self, &flesh_method_backward_euler, state, piece, cutbacks, stats);
   int status = flesh_integrator_attempt(self, self->row, state, piece, cutbacks, stats);
   if (!needs_euler(self, cutbacks)) return status;

@@ -313,6 +313,7 @@ static double amplification(flesh_method method, const flesh_method_options *opt
   for (int d = 0; d < 12; d++) b.state.x[d] += 1, b.state.v[d] = 0.5 / h;
   flesh_integrator *integrator = motion_integrator(&b, method, 1e-13);
   CHECK_OK(flesh_integrator_set_method_options(integrator, options));
+  CHECK_OK(flesh_integrator_set_max_energy_gain(integrator, INFINITY)); /* no step is another method's */
   const double rho = options->spectral_radius, own = method == FLESH_METHOD_GENERALIZED_ALPHA;
   const double f = own ? rho / (rho + 1) : method == FLESH_METHOD_HHT ? -options->alpha : 0;
   const double m = own ? (2 * rho - 1) / (rho + 1) : 0;
@@ -415,6 +416,41 @@ static void generalized_alpha_has_its_spectral_radius(void)
   }
 }
 
+/* Takes the oscillator, 1 m away from its rest, two steps of h; x of its first node after each. */
+static void take_two(flesh_method method, double h, double limit, double x[2])
+{
+  test_body b;
+  make_oscillator(100, &b);
+  for (int d = 0; d < 12; d++) b.state.x[d] += 1;
+  flesh_integrator *integrator = motion_integrator(&b, method, 1e-13);
+  CHECK_OK(flesh_integrator_set_max_energy_gain(integrator, limit));
+  for (int k = 0; k < 2; k++) {
+    CHECK_OK(flesh_integrator_step(integrator, &b.state, h, NULL));
+    x[k] = b.state.x[0];
+  }
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&b);
+}
+
+/* Methods that go on from an acceleration begin with backward Euler if the force at the start would carry the body farther
+ * than its size within a step; not with a shorter step, nor where energy may grow at will. */
+static void violent_starts_are_damped(void)
+{
+  const flesh_method begun[] = {FLESH_METHOD_NEWMARK, FLESH_METHOD_HHT, FLESH_METHOD_GENERALIZED_ALPHA,
+                                FLESH_METHOD_RUNGE_KUTTA};
+  double euler[2], own[2];
+  for (int k = 0; k < 4; k++) {
+    take_two(FLESH_METHOD_BACKWARD_EULER, 0.1, 0.5, euler);
+    take_two(begun[k], 0.1, 0.5, own);
+    CHECK(own[0] == euler[0] && own[1] != euler[1]);
+    take_two(begun[k], 0.1, INFINITY, own);
+    CHECK(fabs(own[0] - euler[0]) > 0.01);
+    take_two(FLESH_METHOD_BACKWARD_EULER, 0.01, 0.5, euler);
+    take_two(begun[k], 0.01, 0.5, own);
+    CHECK(fabs(own[0] - euler[0]) > 0.01);
+  }
+}
+
 static void parameters_out_of_range_are_refused(void)
 {
   test_body b;
@@ -456,5 +492,5 @@ int main(int argc, char **argv)
                    TEST(ends_of_steps_have_an_energy), TEST(motion_that_has_almost_died_out_is_solved_as_easily),
                    TEST(hht_damps_fast_oscillations_most),
                    TEST(generalized_alpha_has_its_spectral_radius),
-                   TEST(parameters_out_of_range_are_refused));
+                   TEST(violent_starts_are_damped), TEST(parameters_out_of_range_are_refused));
 }
