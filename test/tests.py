@@ -3,8 +3,27 @@
 
 BUILD is plain, memory (any sanitizer but the thread sanitizer) or threads; SETS are the kernels' instruction sets, with
 commas. The first line of the output has all files with such lines, every other line one test: the fields of FIELDS,
-with tabs, and lists within a field with spaces. ../README.md tells what a line may have. A wrong line is refused with its
-file, number and what would be valid; the exit status is then 1.
+with tabs, and lists within a field with spaces. A wrong line is refused with its file, number and what would be valid; the
+exit status is then 1. The words of a line:
+
+    quick, full         the suite: a second or two, run at every edit; the rest
+    memory              with full: the address sanitizer is to see it nevertheless
+    program, source     tests the program; tests the tree and not a build
+    excerpt             is a part of a full test
+    alone               runs after the others
+    each_set            once for each instruction set of the kernels, in the quick suite for the first
+    seconds=N           on an idle machine: the longest begin first
+    ranks=2,3           on so many ranks, each a test
+    args: WORD...       with these arguments; @flesh@ and @mpirun@ are programs, @folder@ is a folder for results
+    needs=flesh,cc      left out of builds that lack one; their paths are in its environment
+    uses=stop_at        the same, but not left out
+    sources=cli/interrupt.c   compiled with these sources of the program
+    builds=plain,memory,threads   for builds without sanitizer, with one, with the thread sanitizer (default: the first two,
+                        and the third with TEST_OF_THREADS)
+    name=NAME           not called as its file
+    by=shared/check_vtu.py    run by this script
+    protocol=exitcode   does not speak TAP
+    part_of=NAME        a file of the test NAME
 """
 import glob
 import os

@@ -102,8 +102,8 @@ SELECT price = 'work', -2, printf('%s%-18s %-30s %-15s %8s %6s %8s %8s %8s %8s %
 UNION ALL SELECT price = 'work', -1, printf('%-18s %-30s %-15s %8s %6s %8s %8s %8s %8s %9s %8s %9s %9s', '', '', '', '', '', 'evals',
     'assembl.', 'iter.', 's', 'rms m', 'motion %', 'drift %', iif(price = 'work', 'tolerance', 'tight, m')) FROM runs GROUP BY 1
 UNION ALL VALUES (1, 1e9, '* nothing is as good in less time. error per tolerance: of the body''s length.')
-UNION ALL SELECT 0, 1e9, 'off the tight: from the same run with every solve to rounding. Another mass matrix or mesh is
-another body: that is a difference, no error.' WHERE EXISTS (SELECT 1 FROM runs WHERE price <> 'work');
+UNION ALL SELECT 0, 1e9, 'off the tight: difference from the same run with every solve to rounding. Another mass matrix or mesh
+makes another body: its difference is no error.' WHERE EXISTS (SELECT 1 FROM runs WHERE price <> 'work');
 -- to stdout
 SELECT text FROM (
   SELECT * FROM heads UNION ALL
@@ -126,7 +126,7 @@ reference: %s; against %s
   warning: this motion cannot be followed that far by any method: nearby states part too fast. A shorter --set time.end, or more --reference-seconds, may help.', '')
 FROM reference;
 -- to verdict.txt
-SELECT 'times: CPU time of the integration alone; what differs by less than a tenth, or than repeats do, counts as equal' ||
+SELECT 'times: CPU time of the integration alone; times that differ by less than a tenth, or by less than repeats do, count as equal' ||
   iif(total(wall_s_min) > 1.2 * total(cpu_s) AND total(cpu_s) > 0,
     printf('. The machine was busy: on the wall the runs took %s times that', number('%.1f', total(wall_s_min) / total(cpu_s))), '')
 FROM runs WHERE wall_s_min IS NOT NULL;
@@ -177,7 +177,7 @@ LEFT JOIN most_accurate a ON a.method = 'backward-euler' WHERE b.scope = '*' AND
 -- to verdict.txt
 SELECT text FROM (
   SELECT share, 0 AS at, printf('%sFor %s %% of the motion (%s m rms):%s', char(10), number('%g', 100 * share), number('%.3g', target),
-    iif(is_known, '', char(10) || '  the reference is not known that well.')) AS text FROM shares
+    iif(is_known, '', char(10) || '  the reference is less accurate than that.')) AS text FROM shares
   UNION ALL
   SELECT s.share, 1 + first, printf('  %-18s ', m.method) || CASE
     WHEN t.number = best.number THEN t.words || '  <- least CPU time'
@@ -197,7 +197,7 @@ SELECT text FROM (
     WHEN reached IS NOT NULL THEN printf('  Backward Euler costs %s times as much in time and %s times the steps', number('%.3g', s.cpu_s / b.cpu_s),
       number('%.3g', 1.0 * s.steps / b.steps)) || iif(curve IS NULL, '',
       printf(' (%s times in time, interpolated between settings)', number('%.3g', curve))) || '.'
-    WHEN o.cpu_s > b.cpu_s THEN printf('  Backward Euler costs more than %s times as much: that is what its best run took, which does not reach it.',
+    WHEN o.cpu_s > b.cpu_s THEN printf('  Backward Euler would cost more than %s times as much: its best run takes that and does not reach it.',
       number('%.3g', o.cpu_s / b.cpu_s))
     ELSE '  Backward Euler does not reach it at any step that was measured.' END
   FROM euler JOIN runs b ON b.number = best LEFT JOIN runs s ON s.number = reached LEFT JOIN runs o ON o.number = otherwise
@@ -225,14 +225,14 @@ FROM (SELECT * FROM runs WHERE price = 'work' AND status <> 'not run' AND energy
 GROUP BY method ORDER BY min(number);
 
 -- to verdict.txt
-SELECT coalesce((SELECT printf('%sOther prices, each alone, with %s at a step of %s s:', char(10), method, step_text) FROM runs
+SELECT coalesce((SELECT printf('%sOther settings, one at a time, with %s at a step of %s s:', char(10), method, step_text) FROM runs
   WHERE price <> 'work' ORDER BY number LIMIT 1), '
-Other prices are not measured: --methods names no method of fixed steps.');
+Other settings are not measured: --methods names no method of fixed steps.');
 -- to verdict.txt
 SELECT printf('  %-32s ', setting) || iif(NOT ended, status, printf('%s s, %d Hessians, %d linear iterations; ', number('%.3g', cpu_s),
   hessian_assemblies, linear_iterations) || CASE
-  WHEN price = 'mesh' THEN printf('the tip elsewhere by %s m, the volume by %s %%', number('%.2e', error_tip), number('%.2g', 100 * error_volume))
-  WHEN other_body THEN printf('another body: %s m rms elsewhere (%s %% of the motion)', number('%.2e', difference),
+  WHEN price = 'mesh' THEN printf('the tip differs by %s m, the volume by %s %%', number('%.2e', error_tip), number('%.2g', 100 * error_volume))
+  WHEN other_body THEN printf('another body: differs by %s m rms (%s %% of the motion)', number('%.2e', difference),
     number('%.2g', 100 * difference / motion))
   ELSE printf('adds %s m rms', number('%.2e', difference)) END)
 FROM runs JOIN reference WHERE price <> 'work' ORDER BY number;

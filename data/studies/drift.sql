@@ -139,12 +139,12 @@ ORDER BY at, kind, number;
 
 -- to verdict.txt
 SELECT '
-One mesh and one element: what part of these figures is the mesh''s is not known. A second mesh, --refine 0,1 or --elements tet4,tet10-mean would tell.'
+One mesh and one element: the error of the mesh in these figures is not known. A second mesh, --refine 0,1 or --elements tet4,tet10-mean shows it.'
 WHERE (SELECT count(*) FROM finest) < 2;
 
 -- The figures of all scenes, each with what it is off the finest one.
 -- to verdict.txt
-SELECT printf('%sWhat part is the mesh''s (largest change of volume, in %%, %s solver; in brackets what is off the finest):',
+SELECT printf('%sError of the mesh (largest change of volume, in %%, %s solver; in brackets the difference from the finest):',
   char(10), (SELECT solver FROM runs ORDER BY number LIMIT 1)) WHERE (SELECT count(*) FROM finest) > 1;
 -- to verdict.txt
 SELECT printf('  poisson %-5s %-8s %s', ratio, r.title, coalesce(number('%.3f', 100 * value), '-')) || (
@@ -160,7 +160,7 @@ WHERE r.scene = (SELECT scene FROM best) AND r.solver = (SELECT solver FROM runs
 -- Orders that stand on the finest scenes and are the other way round on another.
 CREATE TEMP TABLE turned AS
 SELECT s.first, p.first AS at, q.low_place, q.high_place,
-  printf('On %s at poisson %s %s changes more than %s (%s and %s %%), on the finest less (%s and %s %%): that is the mesh''s doing.',
+  printf('On %s at poisson %s %s changes more than %s (%s and %s %%), on the finest less (%s and %s %%): an error of the mesh.',
     s.title, p.ratio, low, high, number('%.2f', 100 * a.max_volume_drift), number('%.2f', 100 * b.max_volume_drift),
     number('%.2f', 100 * low_value), number('%.2f', 100 * high_value)) AS text
 FROM pairs q JOIN poissons p USING (poisson) JOIN scenes s ON s.scene <> (SELECT scene FROM best)
@@ -172,7 +172,7 @@ SELECT '' WHERE (SELECT count(*) FROM finest) > 1;
 -- to verdict.txt
 SELECT text FROM turned ORDER BY first, at, low_place, high_place;
 -- to verdict.txt
-SELECT 'No other mesh or element turns an order that stands.'
+SELECT 'No other mesh or element reverses an order that the verdict claims.'
 WHERE (SELECT count(*) FROM finest) > 1 AND NOT EXISTS (SELECT 1 FROM turned);
 -- to verdict.txt
 SELECT iif(row_number() OVER (PARTITION BY c.scene, c.poisson ORDER BY c.number) = 1,
@@ -184,7 +184,7 @@ ORDER BY s.first, c.number;
 
 -- Two locked meshes differ by less than either is off.
 -- to verdict.txt
-SELECT printf('Four-node tets lock at poisson %s: how far they are off is more than two meshes of them differ by. --elements tet4,tet10-mean would tell.',
+SELECT printf('Four-node tets lock at poisson %s: their error exceeds the difference of two meshes. --elements tet4,tet10-mean shows it.',
   (SELECT number('%g', max(poisson)) FROM runs)) FROM best WHERE tets AND kind = 1 AND (SELECT max(poisson) FROM runs) >= 0.47;
 -- to verdict.txt
 SELECT scene || ' has a load at single nodes: under refinement it digs a dent, so that no mesh is fine enough; let it act on an area or a radius.'

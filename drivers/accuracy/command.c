@@ -22,17 +22,17 @@
 
 static const char details[] =
     "Runs the scene with every method at every step (fixed steps) or tolerance (adaptive) and measures each\n"
-    "against a reference, which it makes itself with two different methods, refined until they change no more.\n"
-    "How far the two differ, or how much the better one changed last if that is more, is its uncertainty, with\n"
-    "what interpolation between its times may add; errors below it are not reported. A run is compared at every step\n"
-    "it takes, of the adaptive methods also at their own. Methods:\n"
+    "against a reference, made by two different methods, refined until they change no more. The uncertainty of the\n"
+    "reference is the difference of the two, or the last change of the better one if that is larger, plus the error\n"
+    "of interpolation between its times; errors below it are not reported. Runs are compared at all of their steps.\n"
+    "Methods:\n"
     FLESH_ACCURACY_METHOD_LIST(METHOD_LINE)
-    "Then it varies, each alone, the other settings that affect the cost of fixed steps: Newton's tolerance, the\n"
+    "Then it varies, one at a time, other settings that affect the cost of fixed steps: Newton's tolerance, the\n"
     "linear tolerance, the eigenvalue filter, the mass matrix and, with --finer, the mesh.\n"
     "\n"
-    "Every run goes through a process of its own, one at a time; the times are those of the integration, without\n"
-    "output. By default runs are done three times (once with --quick), up to twenty times while they take less\n"
-    "than 0.2 s in all, and no more after 10 s.\n"
+    "Every run is a process of its own, one at a time; times are those of the integration, without output. By\n"
+    "default each run is repeated three times (once with --quick), short ones up to twenty times, and no more\n"
+    "after 10 s.\n"
     "\n"
     "Writes into DIR: accuracy.csv, a row per run:\n"
     "  method, setting\n"
@@ -139,8 +139,8 @@ static int check_steps(const flesh_accuracy_plan *plan, double duration)
       return flesh_fail(FLESH_ERR_ARGUMENT, "--steps has %s; a step must not be longer than the run, which takes %g s",
                         step->text, duration);
     if (!(duration / step->value <= most))
-      return flesh_fail(FLESH_ERR_ARGUMENT, "--steps has %s; a step must not be shorter than %g s, of which the run "
-                        "takes %g", step->text, duration / most, most);
+      return flesh_fail(FLESH_ERR_ARGUMENT, "--steps has %s; a step must not be shorter than %g s, as a run "
+                                            "has at most %g steps", step->text, duration / most, most);
   }
   return FLESH_OK;
 }
@@ -201,8 +201,7 @@ static int prepare(flesh_accuracy_plan *plan, const char *steps, const char *tol
   const int in_time = flesh_system_has_role(flesh_scene_system(scene), FLESH_ROLE_INERTIA);
   if (!status && !in_time && !plan->mesh)
     status = flesh_fail(FLESH_ERR_ARGUMENT,
-                        "%s: the scene has no inertia, so nothing is integrated in time; the error of its mesh alone can "
-                        "be measured (--mesh)",
+                        "%s: the scene has no inertia, so nothing is integrated in time; --mesh measures the error of its mesh",
                         plan->scene);
   if (!status)
     status = read_values("tolerances", tolerances, plan->tolerances, &plan->tolerance_count);
@@ -262,7 +261,7 @@ static int check_coarser(const flesh_accuracy_plan *plan)
 {
   int status = FLESH_OK;
   if (plan->coarser->count && !plan->mesh)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "--coarser is given without --mesh, which it is for");
+    return flesh_fail(FLESH_ERR_ARGUMENT, "--coarser is given without --mesh; give both, or neither");
   if (plan->coarser->count >= FLESH_ACCURACY_MESH_LEVELS)
     return flesh_fail(FLESH_ERR_ARGUMENT, "--coarser is given more than %d times", FLESH_ACCURACY_MESH_LEVELS - 1);
   for (int k = 0; k < plan->coarser->count && !status; k++) {

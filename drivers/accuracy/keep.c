@@ -121,8 +121,7 @@ static int refuse(const flesh_accuracy_plan *plan, const json_t *root, const cha
   if (!same_grid)
     return flesh_fail(
         FLESH_ERR_ARGUMENT,
-        "--resume: %s has other times of comparison; the longest of --steps must be "
-        "%.15g s as it was",
+        "--resume: %s compares at other times; the longest of --steps must be %.15g s, as before",
         path, json_number_value(json_object_get(json_object_get(root, "grid"), "longest")));
   if (!same_build)
     return flesh_fail(FLESH_ERR_ARGUMENT,

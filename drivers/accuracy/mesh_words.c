@@ -184,14 +184,14 @@ static void say_reference(const flesh_accuracy_meshes *meshes, FILE *stream)
     const int element = k ? meshes->second : meshes->first;
     const flesh_accuracy_limit *limit = &meshes->limits[element];
     if (!element) {
-      fputs("  warning: no other element checks it; it may be off by more than is said\n", stream);
+      fputs("  warning: no other element checks the reference; its error may be larger than stated\n", stream);
       continue;
     }
     fprintf(stream, "%s%s of %d and %d tets, extrapolated at order %.2g (%s)\n", k ? "    against " : "  reference: ",
             element_name(element), meshes->rows[limit->rows[1]].tets, meshes->rows[limit->rows[2]].tets, limit->order,
             limit->levels > 2 ? "measured over three meshes" : "assumed: two meshes");
   }
-  fprintf(stream, "  they differ by %.2g %% of the motion (%.3g m rms); errors below %.2g %% are not told\n",
+  fprintf(stream, "  they differ by %.2g %% of the motion (%.3g m rms); errors below %.2g %% are not reported\n",
           100 * meshes->apart / meshes->motion, meshes->motion, 100 * meshes->uncertainty / meshes->motion);
 }
 
@@ -265,11 +265,11 @@ static void say_choice(const flesh_accuracy_meshes *meshes, double share, const 
 {
   fprintf(stream, "For %g %% in all: ", 100 * share);
   if (share < meshes->uncertainty / meshes->motion) {
-    fputs("the reference is not known that well; more --mesh-seconds may help.\n", stream);
+    fputs("the reference is less accurate than that; more --mesh-seconds may help.\n", stream);
     return;
   }
   if (!choice->mesh) {
-    fputs("nothing that was run reaches it.\n", stream);
+    fputs("no run reaches it.\n", stream);
     return;
   }
   fprintf(stream, "%s, %d tets, ", element_name(choice->mesh->element), choice->mesh->tets);
@@ -329,7 +329,7 @@ void flesh_accuracy_say_meshes(const flesh_accuracy_plan *plan, const flesh_accu
   if (meshes->first) say_reference(meshes, stream);
   say_table(meshes, stream);
   if (!meshes->first) {
-    fputs("No reference: of no element did two meshes run to the end.\n", stream);
+    fputs("No reference: no element has two meshes that ran to the end.\n", stream);
     return;
   }
   say_own(plan, meshes, stream);
@@ -337,8 +337,8 @@ void flesh_accuracy_say_meshes(const flesh_accuracy_plan *plan, const flesh_accu
   say_times(meshes, 0.01, stream);
   say_orders(meshes, stream);
   if (meshes->point_load)
-    fprintf(stream, "warning: %s acts at single nodes: under refinement it digs a dent, so that no mesh is fine enough and "
-                    "these errors mean little; let it act on an area or a radius.\n",
+    fprintf(stream, "warning: %s acts at single nodes: its dent deepens with every refinement, and these errors do not "
+                    "converge; let it act on an area or a radius.\n",
             meshes->point_load);
 }
 

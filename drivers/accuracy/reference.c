@@ -178,7 +178,7 @@ static void work(const void *data, void *result)
   int status = open_room(given->plan, given->way->stride ? COLUMNS : 1, &r);
   if (!status) status = refine(given, &r, m);
   if (!status && !isfinite(m->estimate))
-    status = flesh_fail(FLESH_ERR_BUDGET, "%g s are not enough for two levels",
+    status = flesh_fail(FLESH_ERR_BUDGET, "%g s do not suffice for two levels of refinement; --reference-seconds gives more",
                         given->plan->max_seconds);
   status = finish(given, &r, status);
   m->status = status;

@@ -17,7 +17,7 @@
 
 static const char details[] =
     "Measures what this machine can do (bandwidth where data live, multiply-adds per instruction set), then every\n"
-    "kernel of a step against the bytes and operations it cannot do without, then whole backward-Euler steps of\n"
+    "kernel of a step against the bytes and operations that it needs at least, then whole backward-Euler steps of\n"
     "1/60 s of a bar with the proportions 48 x 13 x 13 (swing: held at one end under gravity; twist: half a turn in\n"
     "0.5 s; crush: to 0.6 of its length; drop: onto a plane 5 cm below) and its equilibrium at g = 0.5 (static,\n"
     "tolerance 1e-8). Times are medians of the repeats, CPU time for one thread and wall time for more; +- is half\n"

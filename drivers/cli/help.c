@@ -13,7 +13,7 @@ const flesh_exit_row flesh_exit_rows[] = {
     {"5", "the time integrator failed", FLESH_EXITS_OF_SOLVES},
     {"6", "the budget (--max-seconds) is spent", FLESH_EXITS_OF_BUDGETS},
     {"7", "a number became non-finite", FLESH_EXITS_OF_SOLVES},
-    {"8", "the energy grew although nothing put it in (time.max_energy_gain)", FLESH_EXITS_OF_SOLVES},
+    {"8", "the energy grew beyond the work put in (time.max_energy_gain)", FLESH_EXITS_OF_SOLVES},
     {"130/143", "interrupted by SIGINT/SIGTERM (129: SIGHUP); what was done is kept and valid", FLESH_EXITS_OF_INTERRUPTS},
     {NULL, NULL, 0}};
 

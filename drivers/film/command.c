@@ -142,7 +142,7 @@ static int encode(film *f)
                       "pictures are in %s",
                       f->out, picture_count(f), f->folder);
   return flesh_fail(FLESH_ERR_FILE,
-                    "%s is not made: ffmpeg failed, its words are in %s; the %d pictures are there",
+                    "%s is not made: ffmpeg failed, its messages are in %s; the %d pictures are there",
                     f->out, log, picture_count(f));
 }
 

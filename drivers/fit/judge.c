@@ -162,7 +162,8 @@ static void tell_parameters(judging *j)
     const char *name = j->fit->parameters[k].name;
     const double share = to->errors[k].standard / fabs(j->found->p[k]);
     if (j->found->at_bound[k]) {
-      snprintf(text, sizeof text, "%s stays at its %s bound: it has no error, and those of the others hold with it there.", name,
+      snprintf(text, sizeof text, "%s stays at its %s bound: it has no error, and the errors of the others assume that it "
+                                  "stays there.", name,
                j->found->at_bound[k] > 0 ? "upper" : "lower");
       say(j, text);
     } else if (share > large_share) {

@@ -246,7 +246,7 @@ static int have_kept(flesh_fit *fit, int experiment, const double *p)
   double cpu_s;
   if (kept->p && is_same(fit, &there, experiment, p)) return FLESH_OK;
   int status = flesh_fit_make_run(fit, &again, &cpu_s);
-  if (!status && !kept->p) status = flesh_fail(FLESH_ERR_SOLVE, "a run that went well before fails: %.300s", again.message);
+  if (!status && !kept->p) status = flesh_fail(FLESH_ERR_SOLVE, "a run that succeeded before now fails: %.300s", again.message);
   free(again.values);
   fit->counts.runs++;
   fit->counts.cpu_s += cpu_s;

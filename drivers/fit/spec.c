@@ -150,7 +150,7 @@ static int read_measured(flesh_fit *fit, const experiment_keys *keys, const fles
   e->measured = flesh_arena_take(&fit->arena, sizeof *e->measured * (size_t)keys->measured.count);
   if (!e->measured) return no_memory();
   if (!keys->measured.count)
-    return flesh_node_fail(flesh_node_find(e->place, "measured"), "measured is []; it must name a file or more");
+    return flesh_node_fail(flesh_node_find(e->place, "measured"), "measured is []; it must name at least one file");
   int status = FLESH_OK;
   e->first = fit->count;
   for (int k = 0; k < keys->measured.count && !status; k++) {
@@ -264,8 +264,9 @@ static int check_numbers(flesh_fit_parameter *p)
     if (!(p->start > 0))
       return flesh_node_fail(start, "start is %g; it must be > 0 when spacing is logarithmic", p->start);
     if (isfinite(p->from) && !(p->from > 0))
-      return flesh_node_fail(flesh_node_find(p->place, "from"), "from is %g; it must be > 0 when spacing is logarithmic", p->from);
-    if (scale) return flesh_node_fail(scale, "scale is of linear parameters; logarithmic ones change by shares of themselves");
+      return flesh_node_fail(flesh_node_find(p->place, "from"), "from is %g; it must be > 0 when spacing is "
+                                                                "logarithmic", p->from);
+    if (scale) return flesh_node_fail(scale, "scale applies to linear parameters; leave it out with spacing: logarithmic");
     p->from = fmax(p->from, 0);
     p->scale = 1;
   } else if (isnan(p->scale)) {

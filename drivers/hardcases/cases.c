@@ -38,7 +38,11 @@ typedef struct item {
 static const flesh_key start_table[] = {
     {.name = "kind", .type = FLESH_KEY_CHOICE, AT(row.start), .choices = starts, .default_value = "rest",
      .doc = "where the nodes start"},
-    {.name = "amount", .type = FLESH_KEY_NUMBER, AT(row.amount), .default_value = "", .doc = "a factor (scale-x, scale), edges (jitter), turns (twist), turns per step (spin), lengths (throw, gauss), m (fly) "
+    {.name = "amount", .type = FLESH_KEY_NUMBER, AT(row.amount), .default_value = "", .doc = "a factor (scale-x, scale), "
+                                                                                             "edges (jitter), turns "
+                                                                                             "(twist), turns per step "
+                                                                                             "(spin), lengths (throw, "
+                                                                                             "gauss), m (fly) "
             "or m/s (speed)"},
     {.name = "noise", .type = FLESH_KEY_NUMBER, AT(row.noise), .range = FLESH_RANGE_NOT_NEGATIVE, .default_value = "0",
      .doc = "every coordinate is moved besides by up to this part of the node's mean edge"},
@@ -54,8 +58,10 @@ static const flesh_key release_table[] = {
 };
 
 static const flesh_key case_table[] = {
-    {.name = "name", .type = FLESH_KEY_TEXT, AT(row.name), .doc = "of the case and of its runs' folders, at most 40 letters, digits and _.-+"},
-    {.name = "group", .type = FLESH_KEY_TEXT, AT(row.group), .doc = "cases that stand together in pictures; --cases takes it, too"},
+    {.name = "name", .type = FLESH_KEY_TEXT, AT(row.name), .doc = "of the case and of its runs' folders, at most 40 "
+                                                                  "letters, digits and _.-+"},
+    {.name = "group", .type = FLESH_KEY_TEXT, AT(row.group), .doc = "cases that stand together in pictures; --cases takes "
+                                                                    "it, too"},
     {.name = "doc", .type = FLESH_KEY_TEXT, AT(row.doc), .doc = "what happens, on a line"},
     {.name = "mesh", .type = FLESH_KEY_CHOICE, AT(row.mesh), .choices = meshes, .default_value = "block",
      .doc = "body; --meshes replaces it"},
@@ -64,7 +70,9 @@ static const flesh_key case_table[] = {
     {.name = "held", .type = FLESH_KEY_CHOICE, AT(held), .choices = holds, .default_value = "nothing",
      .doc = "at rest for all time; face: x = 0, feet: the first twentieth along x"},
     {.name = "random", .type = FLESH_KEY_BOOLEAN, AT(random), .default_value = "false", .doc = "true: run once for each seed"},
-    {.name = "static", .type = FLESH_KEY_BOOLEAN, AT(is_static), .default_value = "false", .doc = "true: an equilibrium, to 1e-8, without step, seconds and release"},
+    {.name = "static", .type = FLESH_KEY_BOOLEAN, AT(is_static), .default_value = "false", .doc = "true: an equilibrium, to "
+                                                                                                  "1e-8, without step, "
+                                                                                                  "seconds and release"},
     {.name = "poisson", .type = FLESH_KEY_NUMBER, AT(row.poisson), .range = FLESH_RANGE_POISSON, .default_value = "",
      .doc = "default: --poisson"},
     {.name = "density", .type = FLESH_KEY_NUMBER, AT(row.density), .range = FLESH_RANGE_POSITIVE, .unit = "kg/m^3",
@@ -84,7 +92,8 @@ static const flesh_key case_table[] = {
     {.name = "release", .type = FLESH_KEY_OBJECT, .children = release_table, .default_value = "", .doc = "default: none"},
     {.name = "expects", .type = FLESH_KEY_CHOICE, AT(expects), .choices = ends, .default_value = "recovery",
      .doc = "equilibrium: staying where it is counts as well; recovery-to-0.495: up to this Poisson's ratio"},
-    {.name = "effects", .type = FLESH_KEY_TREE, AT(effects), .default_value = "", .doc = "as in a scene, beside elasticity and inertia; paths are absolute"},
+    {.name = "effects", .type = FLESH_KEY_TREE, AT(effects), .default_value = "", .doc = "as in a scene, beside elasticity "
+                                                                                         "and inertia; paths are absolute"},
     {.name = NULL},
 };
 
@@ -160,8 +169,8 @@ static int check_case(const item *i, const flesh_node *node, const char *path)
   if (!i->is_static && isnan(row->seconds))
     return flesh_node_fail(node, "%s.seconds is missing; it must be a number > 0 [s], or the case static", path);
   if (!isnan(row->young_ratio) && row->mesh != FLESH_HARDCASES_CHECKER && row->mesh != FLESH_HARDCASES_HALVES)
-    return flesh_node_fail(flesh_node_find(node, "young_ratio"), "%s.young_ratio is of two regions; mesh must be checker "
-                           "or halves", path);
+    return flesh_node_fail(flesh_node_find(node, "young_ratio"), "%s.young_ratio needs two regions; mesh must be checker or "
+                                                                 "halves", path);
   return FLESH_OK;
 }
 

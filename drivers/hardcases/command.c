@@ -20,17 +20,17 @@
 #include "material/form.h"
 
 static const char details[] =
-    "Puts bodies through what breaks elastic solvers: scrambled, collapsed, mirrored, torn, spun and stopped\n"
-    "bodies, extreme materials, meshes and steps (--list shows them); or through the cases of FILE, which is of the\n"
-    "kind of data/hardcases/battery.yaml. Every run is a process of its own with a budget, and a scene of its own:\n"
+    "Runs cases that break elastic solvers: scrambled, collapsed, mirrored, torn, spun and stopped bodies, extreme\n"
+    "materials, meshes and steps (--list shows them); or the cases of FILE, in the format of\n"
+    "data/hardcases/battery.yaml. Every run is a process of its own with a budget and a scene of its own,\n"
     "DIR/cases/NAME/scene.yaml (some with release.yaml, a second phase that goes on from it), which `flesh run`\n"
     "repeats with the same result. A run has recovered when every solve converged, the incremental potential never\n"
     "rose from a step's start to its end, no number was non-finite, and at the end the body is within 1e-3 of its\n"
-    "length and of its volume from its rest shape with no element inverted; untangled when tangles in equilibrium\n"
-    "were left through softer materials (solver.techniques: untangle), which no motion does. Where it ends\n"
-    "otherwise a static solve and the eigenvalues of the Hessian show whether that is a true local minimum; it\n"
-    "counts as not recovered all the same. Free bodies on an exact line or point are accepted as the equilibria\n"
-    "they are.\n\n"
+    "length and of its volume from its rest shape with no element inverted. It is called untangled when a tangle in\n"
+    "equilibrium was removed through softer materials (solver.techniques: untangle), which no motion does. For any\n"
+    "other end a static solve and the eigenvalues of the Hessian show whether that is a true local minimum; the run\n"
+    "counts as not recovered all the same. Free bodies that stay on an exact line or point are accepted, as these\n"
+    "are equilibria.\n\n"
     "Writes into DIR: hardcases.csv (a row per run), verdict.txt, matrix.png (cases x settings), frames_*.png,\n"
     "cases/.\n\n"
     "With --filters, blocks that were stretched, twisted, squashed or shaken are solved for equilibrium, by each\n"
@@ -112,8 +112,8 @@ static int check_bodies(const choice *c)
 {
   for (int k = 0; k < c->count; k++)
     if (c->cases[k]->scale > 0 || c->cases[k]->offset < 0 || c->cases[k]->offset > 0)
-      return flesh_fail(FLESH_ERR_ARGUMENT, "%s has a scale or an offset, which are of the bodies of --meshes; give some, "
-                        "or leave the case out", c->cases[k]->name);
+      return flesh_fail(FLESH_ERR_ARGUMENT, "%s has a scale or an offset, which apply to bodies of --meshes; give --meshes, "
+                                            "or leave the case out", c->cases[k]->name);
   return FLESH_OK;
 }
 
@@ -314,11 +314,11 @@ int flesh_command_hardcases(int argc, char **argv)
       {"seeds", "N", FLESH_OPTION_COUNT, &plan.seeds,
        "how often the random cases run, each with other numbers (default 1; 5 with --filters)"},
       {"filters", NULL, FLESH_OPTION_SWITCH, &plan.filters,
-       "compare eigenvalue filters in statics by performance profiles, which see"},
+       "compare eigenvalue filters in statics, by performance profiles"},
       {"shapes", NULL, FLESH_OPTION_SWITCH, &plan.shapes,
-       "put the bodies of --meshes (default 8x4x4) through what any shape can go through"},
+       "run the cases that suit bodies of any shape on those of --meshes (default 8x4x4)"},
       {"ablation", NULL, FLESH_OPTION_SWITCH, &plan.ablation,
-       "compare the default with itself without each technique; also with --shapes"},
+       "compare the default solver with and without each technique; also with --shapes"},
       {"meshes", "LIST", FLESH_OPTION_TEXT, &asked.meshes,
        "cells of blocks, as in 8x4x2, or mesh files whose flat face of least x is held, not the cases' own"},
       {"quick", NULL, FLESH_OPTION_SWITCH, &plan.quick, "smaller meshes and fewer settings: minutes"},

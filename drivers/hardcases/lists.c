@@ -85,7 +85,7 @@ static int take_body(void *data, const char *item)
   }
   for (int k = 0; k < l->bodies; k++)
     if (!strcmp(l->body[k].name, b->name))
-      return flesh_fail(FLESH_ERR_ARGUMENT, "--meshes has two that are called '%s'; their runs would share folders",
+      return flesh_fail(FLESH_ERR_ARGUMENT, "--meshes has two meshes called '%s'; names must differ",
                         b->name);
   l->bodies++;
   return FLESH_OK;

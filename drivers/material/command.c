@@ -121,8 +121,7 @@ static int make_curves(const request *r, flesh_curves *all)
       add_curve(r, energy, FLESH_CONSTANTS_AS_E, all);
   }
   return all->count ? FLESH_OK
-                    : flesh_fail(FLESH_ERR_ARGUMENT, "no energy is left to show; other constants "
-                                                     "or --energies would leave some");
+                    : flesh_fail(FLESH_ERR_ARGUMENT, "no energy takes these constants; choose other constants or --energies");
 }
 
 /* ---- words ---- */
@@ -187,7 +186,7 @@ static void describe(const flesh_curve *curve)
   double soft = softening(curve);
   printf(inverts ? "never undefined" : "undefined for J <= 0");
   if (!flesh_material_stress(m, flat, P)) printf("; pressed flat by %.6g Pa", 0 - P[8]);
-  else printf("; pressing it flat takes ever more");
+  else printf("; no finite pressure presses it flat");
   if (flat_eigenvalue(curve, 1) < -1e-12 * m->mu)
     printf("; its Hessian is indefinite already at rest");
   else if (isnan(soft)) printf("; flattening keeps its Hessian definite");

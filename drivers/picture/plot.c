@@ -57,7 +57,7 @@ static int draw(const char *folder, const char *name, const drawing *d)
   if (!code)
     return flesh_fail(FLESH_ERR_FILE, "%s is not drawn: gnuplot drew nothing, or not all of it; the disk may be full",
                       d->target);
-  return flesh_fail(FLESH_ERR_FILE, "%s is not drawn: gnuplot failed; its words are in %s", d->target, d->log);
+  return flesh_fail(FLESH_ERR_FILE, "%s is not drawn: gnuplot failed; its messages are in %s", d->target, d->log);
 }
 
 int flesh_plot_draw(const char *folder, const char *name) { return flesh_plot_draw_as(folder, name, ".png"); }

@@ -171,7 +171,7 @@ int flesh_command_plot(int argc, char **argv)
       {"y", "COLUMN[,COLUMN]...", FLESH_OPTION_TEXT, &y, "what is drawn"},
       {"x", "COLUMN", FLESH_OPTION_TEXT, &wanted.x, "over what (default t, else the first column)"},
       {"by", "COLUMN", FLESH_OPTION_TEXT, &wanted.by, "a curve for each value of this column"},
-      {"log", "x|y|xy", FLESH_OPTION_TEXT, &log, "logarithmic axes; what is not positive is left out"},
+      {"log", "x|y|xy", FLESH_OPTION_TEXT, &log, "logarithmic axes; values that are not positive are left out"},
       {"out", "FILE", FLESH_OPTION_TEXT, &out, "picture to write, .svg, .png or .pdf (default plot.svg)"},
       {"title", "TEXT", FLESH_OPTION_TEXT, &p.title, "above the picture"},
       {"points", NULL, FLESH_OPTION_SWITCH, &p.points, "mark every row (default: up to 40 of them)"},

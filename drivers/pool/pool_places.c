@@ -96,14 +96,14 @@ static void work(const flesh_pool_cases *cases, int number, int pipe)
 static int fork_off(flesh_pool_process *p)
 {
   int ends[2];
-  if (pipe(ends)) return flesh_fail(FLESH_ERR_FILE, "no pipe to a new process: %s", strerror(errno));
+  if (pipe(ends)) return flesh_fail(FLESH_ERR_FILE, "cannot open a pipe to a new process: %s", strerror(errno));
   fflush(NULL);
   const pid_t parent = getpid();
   p->id = fork();
   if (p->id < 0) {
     close(ends[0]);
     close(ends[1]);
-    return flesh_fail(FLESH_ERR_MEMORY, "no new process: %s", strerror(errno));
+    return flesh_fail(FLESH_ERR_MEMORY, "cannot start a new process: %s", strerror(errno));
   }
   if (p->id == 0) {
     prctl(PR_SET_PDEATHSIG, SIGKILL); /* it does not outlive who would collect it */

@@ -165,7 +165,8 @@ static int read_lines(const char *folder, FILE *file)
 {
   char identity[FLESH_IDENTITY_SIZE], line[2 * FLESH_IDENTITY_SIZE];
   if (!fgets(line, sizeof line, file) || strcmp(line, mark))
-    return flesh_fail(FLESH_ERR_FILE, "%s/" FLESH_CHECKPOINT_NAME ": this is no checkpoint that this flesh knows", folder);
+    return flesh_fail(FLESH_ERR_FILE, "%s/" FLESH_CHECKPOINT_NAME ": this is no checkpoint of flesh, or one of another "
+                                                                  "format", folder);
   if (!fgets(line, sizeof line, file) || !strchr(line, '\n')) return flesh_checkpoint_refuse(folder);
   line[strcspn(line, "\n")] = 0;
   flesh_provenance_identity(identity);

@@ -331,12 +331,12 @@ static int read_and_run(given *g, int argc, char **argv)
        "start from rows `x y z vx vy vz` (--set start.state=FILE)"},
       {"save-state", "FILE", FLESH_OPTION_TEXT, &options->save_state, "write the last state here as well"},
       {"checkpoint", "EVERY", FLESH_OPTION_TEXT, &g->checkpoint,
-       "60s or 100steps: write so often, and where the run is asked to stop, what --resume goes on from"},
+       "write checkpoint.bin, for --resume, every 60s or 100steps, and when the run is asked to stop"},
       {"resume", "DIR", FLESH_OPTION_TEXT, &g->resume,
        "go on with the run in DIR from its last checkpoint, with the scene and options that it began with (instead of "
        "SCENE); on the same number of ranks, bitwise identical"},
       {"max-seconds", "S", FLESH_OPTION_POSITIVE, &options->max_seconds,
-       "stop in order once S seconds are spent, with those that reading the scene takes and those before --resume; a step in flight is given up"},
+       "stop in order after S seconds, reading the scene and the time before --resume included; the step under way is given up"},
       {"no-frames", NULL, FLESH_OPTION_SWITCH, &options->no_frames, "write no VTU frames"},
       {"error", NULL, FLESH_OPTION_SWITCH, &g->error,
        "add error bars of mesh and step, by further runs (--set output.error_bars=true); with --resume also to a run that "

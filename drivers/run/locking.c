@@ -182,7 +182,7 @@ static int find_locking(const flesh_scene *scene, int max_linear, double *missin
   double stiff, soft;
   int status = find_work(scene, FLESH_ELEMENT_TET10_MEAN, max_linear, &soft);
   if (!status) status = find_work(scene, FLESH_ELEMENT_TET4, max_linear, &stiff);
-  if (!status && !(soft > 0 && stiff > 0)) status = flesh_fail(FLESH_ERR_SOLVE, "the body does not give");
+  if (!status && !(soft > 0 && stiff > 0)) status = flesh_fail(FLESH_ERR_SOLVE, "the body does not yield");
   if (!status) *missing = 1 - stiff / soft;
   return status;
 }
@@ -197,7 +197,8 @@ static void say_table(double ratio, const char *why, FILE *stream)
   } locking[] = {{0.4995, 0.4999, 91, 88}, {0.495, 0.499, 84, 64}, {0, 0.49, 51, 22}};
   int k = 0;
   while (ratio < locking[k].from) k++;
-  fprintf(stream, "by a table, at %g a bar of 5 000 tets bends %d %% too little, of 53 000 %d %%; a linear solve on this mesh %s",
+  fprintf(stream, "from a table: at %g a bar of 5 000 tets bends %d %% too little, one of 53 000 %d %%; a linear solve on "
+                  "this mesh %s",
           locking[k].poisson, locking[k].coarse, locking[k].fine, why);
 }
 
@@ -224,11 +225,11 @@ void flesh_warn_of_locking(const flesh_scene *scene, FILE *stream)
   const int split = flesh_scene_mesh(scene)->split != NULL; /* no rank has the whole for a solve */
   const int most = mixed || split ? 0 : affordable(scene);
   if (most && !find_locking(scene, most, &missing))
-    fprintf(stream, "by a linear solve on this mesh, the body gives %.0f %% less under a small load across it than with "
+    fprintf(stream, "by a linear solve on this mesh, the body yields %.0f %% less to a small transverse load than with "
                     "tet10-mean",
             100 * missing);
-  else if (split) say_table(ratio, "is not made where it is split", stream);
-  else if (mixed) say_table(ratio, "is made of scenes of one element", stream);
-  else say_table(ratio, most ? "did not tell" : "would cost more than a fifth of the run", stream);
+  else if (split) say_table(ratio, "is not made of split meshes", stream);
+  else if (mixed) say_table(ratio, "is made only of scenes with one element", stream);
+  else say_table(ratio, most ? "gave no estimate" : "would cost more than a fifth of the run", stream);
   fprintf(stream, "); set %s: tet10-mean\n", mixed ? "their body's element" : "body.element");
 }

@@ -24,7 +24,7 @@ static int choose(const char *times, const char *frames, wanted *w)
 {
   *w = (wanted){.count = 1, .at = {-1}};
   if (times && frames)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "--time and --frame are both given; one of them chooses");
+    return flesh_fail(FLESH_ERR_ARGUMENT, "--time and --frame are both given; give one");
   if (!times && !frames) return FLESH_OK;
   w->by_time = times != NULL;
   w->count = flesh_list_parse(times ? times : frames, MOST_TIMES, w->at);
@@ -102,7 +102,7 @@ int flesh_command_snap(int argc, char **argv)
   flesh_snapshot_default(&snapshot);
   const flesh_option options[] = {
       {"out", "FILE", FLESH_OPTION_TEXT, &out, "picture to write, its name ends in .png"},
-      {"time", "T[,T]...", FLESH_OPTION_TEXT, &times, "the frames nearest in time, s; which these are is printed"},
+      {"time", "T[,T]...", FLESH_OPTION_TEXT, &times, "the frames nearest to these times, s; their own times are printed"},
       {"frame", "K[,K]...", FLESH_OPTION_TEXT, &frames,
        "frames by their numbers, as in the names of the run's files: the steps"},
       FLESH_SNAPSHOT_OPTIONS(snapshot),

@@ -66,7 +66,7 @@ static int cut(flesh_csv *csv, flesh_csv_rows rows)
     if (rows == FLESH_CSV_WHOLE && c.open)
       return flesh_fail(FLESH_ERR_FILE, "%s:%d: a quote has no end; it must be closed", csv->path, line);
     if (rows == FLESH_CSV_WHOLE && !header && fields != csv->columns)
-      return flesh_fail(FLESH_ERR_FILE, "%s:%d: there are %d fields, but the header names %d; all rows have as many",
+      return flesh_fail(FLESH_ERR_FILE, "%s:%d: there are %d fields, but the header names %d; every row must have as many",
                         csv->path, line, fields, csv->columns);
     const int whole = !c.open && (end || rows == FLESH_CSV_WHOLE);
     if (header && whole) csv->columns = fields;

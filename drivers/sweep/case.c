@@ -175,7 +175,7 @@ static json_t *run_command(const flesh_sweep *sweep, const flesh_study_case *c, 
   char message[1024] = "";
   if (code)
     snprintf(message, sizeof message, "flesh %s ended with exit code %d%s%.900s", name, code,
-             *flesh_error_text() ? ": " : "; its words are in log.txt of the case's folder", flesh_error_text());
+             *flesh_error_text() ? ": " : "; its messages are in log.txt of the case's folder", flesh_error_text());
   sprintf(path, "%s/%s.csv", folder, name);
   json_t *rows = read_table(path), *record;
   const char *word = !code         ? "complete"
@@ -258,10 +258,10 @@ flesh_study flesh_sweep_study(const flesh_sweep_work *given)
                        .path = sweep->path,
                        .fingerprint = sweep->fingerprint,
                        .different = flesh_sweep_has_folders(sweep)
-                                        ? "the spec or the scene it names has changed since, and cases that keep "
-                                          "folders cannot get further values; undo that"
-                                        : "the spec or the scene it names has changed since, in more than the values "
-                                          "of axes; undo that",
+                                        ? "the spec or the scene it names has changed since, and cases that keep folders "
+                                          "cannot get further values; undo the change"
+                                        : "the spec or the scene it names has changed since, in more than the values of "
+                                          "axes; undo the change",
                        .column_count = sweep->column_count,
                        .columns = sweep->described,
                        .repeats = sweep->repeats,

@@ -61,14 +61,15 @@ static int join(flesh_study_store *store, const char *path)
   else if (!flesh_study_store_number(store, "SELECT count(*) FROM main.meta a JOIN part.meta b USING (key, value) WHERE key = "
                              "'fingerprint'"))
     status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: is of another sweep than the first one given", path);
-  else if (flesh_study_store_number(store, "SELECT count(*) FROM main.cases a JOIN part.cases b USING (id) WHERE a.case_key <> b.case_key"))
+  else if (flesh_study_store_number(store, "SELECT count(*) FROM main.cases a JOIN part.cases b USING (id) WHERE a.case_key "
+                                           "<> b.case_key"))
     status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: its cases have other numbers than those of the first one given", path);
   int different = status ? 0 : flesh_study_store_number(store, different_sql);
   if (different)
     fprintf(
         stderr,
-        "flesh sweep merge: %s: %d of its cases were done before with other figures (by another build or on another "
-        "machine?); those given first stay\n",
+        "flesh sweep merge: %s: %d of its cases have other figures than before (another build or machine?); the first ones "
+        "are kept\n",
         path, different);
   if (!status) status = flesh_study_store_execute(store, join_sql);
   int detached = flesh_study_store_execute(store, "DETACH part");

@@ -126,7 +126,7 @@ static int draw_lines(flesh_sweep_picture *p)
   free(series);
   if (!status && what.bare) printf("%d cases without a value are not in the picture\n", what.bare);
   if (!status && what.beyond_log)
-    printf("%d cases are not in the picture: a logarithmic axis has no zero and nothing below\n", what.beyond_log);
+    printf("%d cases are not in the picture: a logarithmic axis shows positive values only\n", what.beyond_log);
   return status ? status : flesh_plot_draw(p->folder, p->name);
 }
 
@@ -170,9 +170,9 @@ int flesh_sweep_plot(int argc, char **argv)
   flesh_sweep_picture p = {.store = {.lock = -1}, .table = "results", .log = ""};
   const char *out = NULL;
   const flesh_option rows[] = {
-      {"x", "COLUMN", FLESH_OPTION_TEXT, &p.x, "what goes to the right: a column or SQLite's expression of some"},
-      {"y", "COLUMN", FLESH_OPTION_TEXT, &p.y, "what goes upwards"},
-      {"z", "COLUMN", FLESH_OPTION_TEXT, &p.z, "a heat map: what the colours over x and y show"},
+      {"x", "COLUMN", FLESH_OPTION_TEXT, &p.x, "horizontal axis: a column, or SQLite's expression of columns"},
+      {"y", "COLUMN", FLESH_OPTION_TEXT, &p.y, "vertical axis: the same"},
+      {"z", "COLUMN", FLESH_OPTION_TEXT, &p.z, "a heat map: what is shown by colour over x and y"},
       {"by", "COLUMN", FLESH_OPTION_TEXT, &p.by,
        "a line, or with --z a map, for each of its values; of two columns, --by \"printf('%s, %s', nu, eta)\""},
       {"log", "xyz", FLESH_OPTION_TEXT, &p.log, "which of x, y and z are logarithmic, as in --log xy"},

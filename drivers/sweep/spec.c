@@ -49,7 +49,7 @@ static int axis_length(const axis *a, const flesh_node *node, int sampled, int *
       return flesh_node_fail(a->values, "values is %s; it must be a list", flesh_node_show(a->values, shown));
     }
     if (a->count != INT_MIN)
-      return flesh_node_fail(flesh_node_find(node, "count"), "count is of a range; values are counted by themselves");
+      return flesh_node_fail(flesh_node_find(node, "count"), "count applies to a range; leave it out beside values");
     *count = a->values->count;
     return FLESH_OK;
   }
@@ -59,7 +59,7 @@ static int axis_length(const axis *a, const flesh_node *node, int sampled, int *
                            "%s is %g; it must be > 0 when spacing is logarithmic", a->from > 0 ? "to" : "from",
                            a->from > 0 ? a->to : a->from);
   if (sampled && a->count != INT_MIN)
-    return flesh_node_fail(flesh_node_find(node, "count"), "count stands in sample, not in its axes");
+    return flesh_node_fail(flesh_node_find(node, "count"), "count belongs in sample, not in its axes");
   if (!sampled && a->count == INT_MIN)
     return flesh_node_fail(node, "count is missing; it must be how many values the range has");
   *count = sampled ? 1 : a->count;
@@ -179,14 +179,14 @@ static int read_arguments(flesh_sweep *sweep, const flesh_node *list)
   if (list->kind != FLESH_NODE_LIST)
     return flesh_node_fail(list, "arguments is %s; it must be a list of words", flesh_node_show(list, shown));
   if (sweep->command == FLESH_SWEEP_RUN && list->count)
-    return flesh_node_fail(list, "arguments are of drift, accuracy and hardcases; run takes what stands in set");
+    return flesh_node_fail(list, "arguments apply to drift, accuracy and hardcases; with run, give values in set");
   sweep->arguments = flesh_arena_take(&sweep->arena, sizeof(char *) * (size_t)list->count);
   if (!sweep->arguments) return flesh_sweep_no_memory();
   for (const flesh_node *child = list->first; child; child = child->next) {
     if (child->kind != FLESH_NODE_SCALAR)
       return flesh_node_fail(child, "an argument is %s; it must be a word", flesh_node_show(child, shown));
     if (!strncmp(child->text, "--out", 5) || !strncmp(child->text, "--set", 5))
-      return flesh_node_fail(child, "%s is the sweep's own; values stand in set", child->text);
+      return flesh_node_fail(child, "%s is an option that the sweep sets itself; give values in set", child->text);
     sweep->arguments[sweep->argument_count++] = child->text;
   }
   return FLESH_OK;

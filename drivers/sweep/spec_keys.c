@@ -82,7 +82,7 @@ const flesh_key flesh_sweep_spec_table[] = {
      .default_value = "", .doc = "output.seed of the first repeat; one more in each further one"},
     {.name = "max_seconds", .type = FLESH_KEY_NUMBER, .offset = offsetof(spec, max_seconds),
      .range = FLESH_RANGE_POSITIVE, .unit = "s", .default_value = ".inf",
-     .doc = "of each case; what has not stopped 2 s later is ended"},
+     .doc = "of each case; a case that has not stopped 2 s later is killed"},
     {.name = "keep", .type = FLESH_KEY_BOOLEAN, .offset = offsetof(spec, keep), .default_value = "false",
      .doc = "true: each case leaves its history, state and log in DIR/cases/ID"},
     {.name = "arguments", .type = FLESH_KEY_TREE, .offset = offsetof(spec, arguments), .default_value = "",

@@ -44,7 +44,8 @@ int flesh_carried_weights(const flesh_mesh *mesh, int count, const int *nodes, c
   const double worst = fmax(fabs(off[0]), fmax(fabs(off[1]), fabs(off[2])));
   if (worst <= carried * size || worst == 0) return FLESH_OK;
   return flesh_fail(FLESH_ERR_ARGUMENT,
-                    "%d nodes do not carry (%g, %g, %g): they lie in a plane or a line that is %.3g m off",
+                    "%d nodes cannot carry the point (%g, %g, %g): they lie in a plane or on a line %.3g m away from it; "
+                    "choose nodes around it",
                     count, p[0], p[1], p[2], worst);
 }
 

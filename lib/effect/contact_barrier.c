@@ -137,7 +137,7 @@ static int contact_check(const flesh_effect *effect, const double *internal, dou
     inside++;
   }
   if (!inside && flesh_contact_core_add(&self->core, &frame, x, NULL, NULL))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "the middle of a %s that the body must stay out of lies in one of its faces",
+    return flesh_fail(FLESH_ERR_ARGUMENT, "a face of the body goes through the middle of a %s; the body must start outside",
                       flesh_obstacle_name(self->obstacle));
   if (!inside) return FLESH_OK;
   const double *place = x + 3 * (size_t)self->nodes[worst];

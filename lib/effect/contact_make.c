@@ -210,10 +210,9 @@ int flesh_effect_obstacle_contact(const flesh_body *body, const flesh_contact_op
     own.thickness = self->thickness;
     status = flesh_contact_options_check(&own);
     if (!status && own.separates)
-      status = flesh_fail(FLESH_ERR_ARGUMENT, "separates is of bodies that touch each other; an obstacle pushes out");
+      status = flesh_fail(FLESH_ERR_ARGUMENT, "separates applies to contact between bodies; it must be 0 for an obstacle");
     if (!status && own.adaptive)
-      status = flesh_fail(FLESH_ERR_ARGUMENT, "adaptive is of bodies that touch each other; the stiffness of an obstacle "
-                                              "does not change");
+      status = flesh_fail(FLESH_ERR_ARGUMENT, "adaptive applies to contact between bodies; it must be 0 for an obstacle");
   }
   if (!status)
     status = flesh_contact_core_create(body->mesh, self->obstacle, self->core.weight, self->thickness, &self->core);

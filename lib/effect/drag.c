@@ -136,7 +136,8 @@ int flesh_effect_drag(const flesh_body *body, int count, const int *triangles, d
   if (!(fabs(velocity[0]) + fabs(velocity[1]) + fabs(velocity[2]) < INFINITY))
     return flesh_fail(FLESH_ERR_ARGUMENT, "velocity is (%g, %g, %g) m/s; it must be finite", velocity[0], velocity[1],
                       velocity[2]);
-  if (count < 1 && !body->mesh->split) return flesh_fail(FLESH_ERR_ARGUMENT, "a drag needs a triangle that it acts on");
+  if (count < 1 && !body->mesh->split) return flesh_fail(FLESH_ERR_ARGUMENT, "a drag acts on nothing; it must be given at "
+                                                                             "least one triangle");
   drag *self = flesh_calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a drag");
   self->factor = density * coefficient / 2;

@@ -233,8 +233,8 @@ static int check_length(const double first_point[3], const double second_point[3
     return flesh_fail(FLESH_ERR_ARGUMENT, "length is %g m; it must be finite and not negative", *length);
   if (*length > 0 && distance == 0)
     return flesh_fail(FLESH_ERR_ARGUMENT,
-                      "a spring of length %g m has no direction: both of its points are (%g, %g, %g) at rest; part them "
-                      "or give the length 0", *length, first_point[0], first_point[1], first_point[2]);
+                      "a spring of length %g m has no direction: both of its points are (%g, %g, %g) at rest; move one of "
+                      "them, or give the length 0", *length, first_point[0], first_point[1], first_point[2]);
   return FLESH_OK;
 }
 

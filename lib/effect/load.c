@@ -25,7 +25,7 @@ static int create(const flesh_body *body, int count, const double vector[3], con
                   const flesh_amplitude *amplitude, flesh_dead_load **load)
 {
   if (count < 1 && !body->mesh->split) /* a part of a split mesh may have none */
-    return flesh_fail(FLESH_ERR_ARGUMENT, "a %s needs something that it acts on", name);
+    return flesh_fail(FLESH_ERR_ARGUMENT, "a %s acts on nothing; it must be given at least one node or triangle", name);
   const int status = flesh_dead_load_create(name, unit, vector, count, amplitude, load);
   if (status) return status;
   (*load)->X = flesh_mesh_positions(body->mesh);

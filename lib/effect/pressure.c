@@ -323,7 +323,7 @@ int flesh_effect_pressure(const flesh_body *body, int count, const int *triangle
   if (!(fabs(value) < INFINITY))
     return flesh_fail(FLESH_ERR_ARGUMENT, "pressure is %g Pa; it must be finite", value);
   if (count < 1 && !body->mesh->split)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "a pressure needs a triangle that it acts on");
+    return flesh_fail(FLESH_ERR_ARGUMENT, "a pressure acts on nothing; it must be given at least one triangle");
   pressure *self;
   int status = create(body->mesh, count, triangles, value, NULL, NULL, &self);
   if (!status) status = flesh_amplitude_take(amplitude, &self->amplitude);

@@ -35,7 +35,7 @@ static int take_pairs(contact *self, int parts, int count, const int *pairs)
   for (int k = 0; k < 2 * count; k += 2) {
     for (int end = 0; end < 2; end++)
       if (pairs[k + end] < 0 || pairs[k + end] >= parts)
-        return flesh_fail(FLESH_ERR_ARGUMENT, "body %d is to touch another; there are the bodies 0 to %d", pairs[k + end],
+        return flesh_fail(FLESH_ERR_ARGUMENT, "contact is asked for body %d; the bodies are 0 to %d", pairs[k + end],
                           parts - 1);
     self->may_meet[pairs[k] * parts + pairs[k + 1]] = self->may_meet[pairs[k + 1] * parts + pairs[k]] = 1;
   }
@@ -86,7 +86,7 @@ static int complain(const contact *self, const flesh_surface_intersections *foun
   return flesh_fail(FLESH_ERR_ARGUMENT,
                     "surfaces in contact intersect: the edge of the nodes %d and %d of %s meets the "
                     "triangle of the nodes %d, %d and %d of %s at (%g, %g, %g) m, and there are %d such places in all; "
-                    "bodies with contact between them must start apart, unless intersecting: separate stands",
+                    "bodies with contact between them must start apart, or have intersecting: separate",
                     number_of(self, edge[0]), number_of(self, edge[1]), name_of(self, first->edge_body),
                     number_of(self, face[0]), number_of(self, face[1]), number_of(self, face[2]),
                     name_of(self, first->face_body), first->place[0], first->place[1], first->place[2], found->count);
@@ -118,8 +118,8 @@ static int check_sides(const contact *self, const double *x)
     seen[piece[f]] = 1;
     if (!flesh_surface_winding(s, piece, piece[f], f, x)) continue;
     status = flesh_fail(FLESH_ERR_ARGUMENT,
-                        "%s is inside out at the start, as at the triangle of the nodes %d, %d and %d, (%g, %g, %g) m: kept "
-                        "out of itself it cannot turn back; start it from another state, or without contact with itself",
+                        "%s is inside out at the start, as at the triangle of the nodes %d, %d and %d, (%g, %g, %g) m: "
+                        "contact with itself would keep it so; start it from another state, or leave out that contact",
                         name_of(self, body), number_of(self, corner[0]), number_of(self, corner[1]),
                         number_of(self, corner[2]), at[0], at[1], at[2]);
   }

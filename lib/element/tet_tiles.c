@@ -201,7 +201,7 @@ int flesh_tiles_create(flesh_batches *batches, int nodes_of_mesh, int pieces, in
   const size_t tets = (size_t)batches->first[batches->count], mesh = (size_t)nodes_of_mesh;
   const size_t m = (size_t)batches->nodes_per_tet, most_pairs = m * (m - 1) / 2;
   if (tets > INT_MAX / (most_pairs + m))
-    return flesh_fail(FLESH_ERR_MEMORY, "%zu elements have too many pairs of nodes; at most %zu have not", tets,
+    return flesh_fail(FLESH_ERR_MEMORY, "%zu elements have too many pairs of nodes; at most %zu are supported", tets,
                       INT_MAX / (most_pairs + m));
   tile_lists to = {.batch = room_for(most, sizeof(int)),
                    .node_first = room_for(most, sizeof(int)),

@@ -175,7 +175,8 @@ static int read_nodes(flesh_deck *d, const flesh_keyword *k)
     for (int c = 0; c < 3 && !status; c++) status = flesh_scan_real(s, &draft->positions[3 * (size_t)n + (size_t)c]);
     const int there = status ? status : flesh_draft_tag_node(draft, n, tag);
     if (there > 0)
-      return flesh_scan_fail(s, "node %lld is given twice; each needs a number of its own (parts have to be one part)",
+      return flesh_scan_fail(s, "node %lld is given twice; each must have its own number (merge the parts of an assembly "
+                                "into one)",
                              (long long)tag);
     status = there;
     if (!status && set >= 0) status = flesh_members_add(&draft->sets.sets[set].nodes, n);
@@ -238,12 +239,14 @@ static int read_elements(flesh_deck *d, const flesh_keyword *k)
   while (!status && flesh_deck_next_row(s)) {
     const int64_t line = s->line;
     int64_t tag = 0;
-    s->item = "element", s->index = -1, s->form = size == 10 ? "number, a, b, c, d, ab, bc, ac, ad, bd, cd" : "number, a, b, c, d";
+    s->item = "element", s->index = -1, s->form = size == 10 ? "number, a, b, c, d, ab, bc, ac, ad, bd, cd" : "number, a, "
+                                                                                                              "b, c, d";
     status = flesh_scan_integer(s, &tag);
     s->index = tag;
     const int there = status ? status : flesh_tag_map_set(&d->elements, tag, size ? d->draft->tets : -1);
     if (there > 0)
-      return flesh_scan_fail(s, "element %lld is given twice; each needs a number of its own (parts have to be one part)",
+      return flesh_scan_fail(s, "element %lld is given twice; each must have its own number (merge the parts of an assembly "
+                                "into one)",
                              (long long)tag);
     status = there;
     if (!status && size && set >= 0) status = flesh_members_add(&d->draft->sets.sets[set].tets, d->draft->tets);

@@ -212,7 +212,7 @@ int flesh_split_begin(const char *folder)
   char *path = path_in(folder, "index.txt");
   if (!path) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", folder);
   if (!flesh_path_access(path, F_OK) && !flesh_split_is_index(path))
-    status = flesh_fail(FLESH_ERR_FILE, "%s: is there and no index of a split mesh; choose another folder", path);
+    status = flesh_fail(FLESH_ERR_FILE, "%s: exists and is no index of a split mesh; choose another folder", path);
   else flesh_path_unlink(path);
   flesh_free(path);
   flesh_folder_clear(folder);

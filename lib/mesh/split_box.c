@@ -43,8 +43,8 @@ static int choose_blocks(const int cells[3], int parts, int blocks[3])
     }
   return isfinite(least) ? FLESH_OK
                          : flesh_fail(FLESH_ERR_ARGUMENT,
-                                      "%d parts cannot be blocks of %d x %d x %d cells; choose a number that is a product "
-                                      "of at most so many along each axis", parts, cells[0], cells[1], cells[2]);
+                                      "%d parts cannot be blocks of %d x %d x %d cells; choose a product of three numbers, "
+                                      "each at most the number of cells along its axis", parts, cells[0], cells[1], cells[2]);
 }
 
 /* A part's cells, from low to before high along each axis: its own and two layers around them. */

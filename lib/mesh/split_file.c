@@ -136,7 +136,7 @@ static int check_arrays(const flesh_split *split, const char *path, int part, co
   if (inside && own == split->rows[part].own && is_rising(a->node_numbers, a->nodes, split->nodes) &&
       is_rising(a->tet_numbers, a->tets, split->tets))
     return FLESH_OK;
-  return flesh_fail(FLESH_ERR_FILE, "%s: the part contradicts itself; split the mesh again", path);
+  return flesh_fail(FLESH_ERR_FILE, "%s: the part is inconsistent; split the mesh again", path);
 }
 
 /* Checks that the file is there and has exactly the bytes that the index's counts make. */

@@ -38,7 +38,7 @@ int flesh_split_read_part(const flesh_split *split, int part, flesh_mesh **mesh)
     if (status) flesh_fail_within(status, "%s: part %d: ", split->path, part);
   }
   if (!status && ((*mesh)->flipped || (*mesh)->unused_nodes))
-    status = flesh_fail(FLESH_ERR_FILE, "%s: part %d contradicts itself; split the mesh again", split->path, part);
+    status = flesh_fail(FLESH_ERR_FILE, "%s: part %d is inconsistent; split the mesh again", split->path, part);
   if (!status) status = attach(split, part, &a, *mesh);
   flesh_split_arrays_clear(&a);
   flesh_mesh_sets_clear(&sets);

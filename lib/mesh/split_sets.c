@@ -59,7 +59,7 @@ int flesh_split_take_sets(const flesh_split *split, int part, const flesh_split_
     if (!status) status = take(a, &at, tets, a->tets, &sets->sets[set].tets);
   }
   if (!status && at != a->member_count) status = FLESH_ERR_FILE;
-  return status == FLESH_ERR_FILE ? flesh_fail(status, "%s: the sets of part %d contradict it; split the mesh again",
+  return status == FLESH_ERR_FILE ? flesh_fail(status, "%s: the sets of part %d are inconsistent; split the mesh again",
                                                split->path, part)
                                   : status;
 }

@@ -133,7 +133,7 @@ static int read_region(vega *v)
   const flesh_members *tets = set >= 0 ? &v->draft->sets.sets[set].tets : NULL;
   if (!tets && !(length == sizeof all - 1 && !memcmp(name, all, length))) {
     s->at = at;
-    return flesh_scan_fail(s, "the region is of the set %s, which is not in the file; %s", flesh_scan_show(s),
+    return flesh_scan_fail(s, "the region names the set %s, which is not in the file; %s", flesh_scan_show(s),
                            flesh_mesh_sets_text(&v->draft->sets));
   }
   for (int k = 0, count = tets ? tets->count : v->draft->tets; k < count; k++)

@@ -38,8 +38,8 @@ static int read_head(grid *g, const flesh_xml_tag *tag)
   if (!flesh_xml_attribute_is(tag, "type", "UnstructuredGrid"))
     return flesh_vtk_fail(&g->file, tag->line, "the file's type is not UnstructuredGrid, which has the tets");
   if (g->file.compressed && !flesh_xml_attribute_is(tag, "compressor", "vtkZLibDataCompressor"))
-    return flesh_vtk_fail(&g->file, tag->line, "the data are not deflated by vtkZLibDataCompressor; save them by it, or not "
-                                               "compressed");
+    return flesh_vtk_fail(&g->file, tag->line, "the data are compressed by something else than vtkZLibDataCompressor; save "
+                                               "them with that, or uncompressed");
   return FLESH_OK;
 }
 
@@ -50,7 +50,8 @@ static int read_piece(grid *g, const flesh_xml_tag *tag)
   g->points = flesh_xml_number(tag, "NumberOfPoints", -1);
   g->cells = flesh_xml_number(tag, "NumberOfCells", -1);
   if (g->points >= 1 && g->points <= INT_MAX / 4 && g->cells >= 1 && g->cells <= INT_MAX / 4) return FLESH_OK;
-  return flesh_vtk_fail(&g->file, tag->line, "NumberOfPoints or NumberOfCells of the piece is no number from 1 to %d",
+  return flesh_vtk_fail(&g->file, tag->line, "NumberOfPoints or NumberOfCells of the piece is missing or wrong; it must be "
+                                             "a number from 1 to %d",
                         INT_MAX / 4);
 }
 

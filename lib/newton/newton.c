@@ -198,7 +198,7 @@ int flesh_newton_check_team(const flesh_system *system, const flesh_solver_optio
 {
   if (!flesh_system_team(system)) return FLESH_OK;
   if (options->linear_solver != FLESH_LINEAR_PCG)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "a direct solver is not shared out among ranks; take linear_solver: pcg");
+    return flesh_fail(FLESH_ERR_ARGUMENT, "direct solvers do not run on several ranks; set linear_solver: pcg");
   return flesh_system_check_team(system);
 }
 

@@ -129,7 +129,7 @@ static int check_nodes(flesh_probe *probe, const flesh_body *body, const flesh_t
   for (int k = 0; k < probe->node_count && probe->nodes && !status; k++) count += flesh_probe_counts(probe, team, k);
   status = flesh_team_sum_agreed(team, status, 1, &count);
   if (status) return status;
-  if (count < 1) return flesh_fail(FLESH_ERR_ARGUMENT, "there is neither a point nor a node");
+  if (count < 1) return flesh_fail(FLESH_ERR_ARGUMENT, "a probe must have a point or at least one node");
   find_middle(probe, body->mesh, team, (int)count);
   if (!(probe->quantities & FLESH_PROBE_OF_TETS)) return FLESH_OK;
   status = flesh_probe_find_tets(body->mesh, probe, &here, &tets);

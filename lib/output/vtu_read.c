@@ -139,7 +139,7 @@ static int scatter(const vtu_file *f, int points, int count, const char *const *
     for (int64_t i = 0; i < f->points; i++) {
       int node;
       memcpy(&node, numbers + sizeof node * (size_t)i, sizeof node);
-      if (node < 0 || node >= points) return refuse(f->path, "it has a node that the mesh has not");
+      if (node < 0 || node >= points) return refuse(f->path, "it has a node that is not in the mesh");
       memcpy(targets[k] + 3 * (size_t)node, values + 3 * sizeof(double) * (size_t)i, 3 * sizeof(double));
       *found += !known[node];
       known[node] = 1;
@@ -238,7 +238,7 @@ int flesh_pvd_resume(const char *path, int every, int last, flesh_pvd *index)
   for (int k = 0; !status && k <= last / every; k++) {
     const char *digits = k < index->count ? strrchr(index->names[k], '_') : NULL;
     if (!digits || atoi(digits + 1) != k * every)
-      status = flesh_fail(FLESH_ERR_FILE, "%s: the frame of step %d is missing, which the run had written", path, k * every);
+      status = flesh_fail(FLESH_ERR_FILE, "%s: the frame of step %d, which the run had written, is missing", path, k * every);
   }
   if (!status) index->count = last / every + 1;
   return status ? status : flesh_pvd_write(path, index->count, index->times, index->files);

@@ -49,7 +49,8 @@ int flesh_partition_tets(const flesh_mesh *mesh, int ranks, int *part)
   memset(part, 0, (size_t)tets * sizeof *part);
   if (ranks == 1) return FLESH_OK;
   if (ranks < 1 || ranks > tets)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "a mesh of %d tets has no parts for %d ranks; 1 to %d serve", tets, ranks, tets);
+    return flesh_fail(FLESH_ERR_ARGUMENT, "a mesh of %d tets cannot be divided among %d ranks; it must be 1 to %d "
+                                          "ranks", tets, ranks, tets);
   const int status = flesh_partition_planes(mesh, ranks, part);
   return status ? status : compare(mesh, ranks, part);
 }

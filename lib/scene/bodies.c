@@ -167,8 +167,7 @@ int flesh_scene_assign_bodies(flesh_scene *scene, int base, double *density, int
     if (material >= 0 && material != base) scene->material_elements[material] = flesh_scene_element(scene, k + 1);
     if (material < 0 && scene->material_count)
       return flesh_node_fail(place_of(scene, k, offsetof(flesh_scene_other, material)),
-                             "%s[%d].material is missing; it must be given where body.material is not, or for no "
-                             "body at all", list_key()->name, k);
+                             "%s[%d].material is missing; every body must have a material, or none of them", list_key()->name, k);
     const flesh_body_part *part = &scene->parts[k + 1];
     for (int t = part->first_tet; t < part->first_tet + part->tets; t++) {
       density[t] = isnan(others[k].density) ? scene->keys.body.density : others[k].density;

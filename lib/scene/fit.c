@@ -36,7 +36,7 @@ int flesh_scene_fit_mesh(flesh_scene *scene, const char *body, flesh_element ele
   if (element == FLESH_ELEMENT_TET4 && flesh_mesh_order(*mesh) == 2)
     return flesh_fail(FLESH_ERR_ARGUMENT,
                       "tet4 needs a mesh of four-node tets, and these have ten nodes; the element must be tet10 or "
-                      "tet10-mean, or the mesh be made by `flesh mesh convert --order 1`");
+                      "tet10-mean, or convert the mesh by `flesh mesh convert --order 1`");
   int status = check_refine(scene, element, *mesh);
   /* Which faces lie on surfaces is seen on the mesh as it was read: such a mesh is refined while it is put on them. */
   for (int refined = curved->count ? scene->keys.body.refine : 0; !status; refined++) {

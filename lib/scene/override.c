@@ -198,7 +198,7 @@ int flesh_override_apply(flesh_arena *arena, const flesh_key *keys, const char *
   if (status) return status;
   /* An empty text is a null; one that is only a comment or directive of YAML was meant as a value. */
   if (!c.value && equals[1 + strspn(equals + 1, " \t\r\n")])
-    return flesh_fail(FLESH_ERR_ARGUMENT, "%s: there is no value behind the =; a text that begins with # or %% is quoted",
+    return flesh_fail(FLESH_ERR_ARGUMENT, "%s: no value follows the =; put a text that begins with # or %% into quotes",
                       c.source.name);
   if (!c.value && !(c.value = flesh_node_create(arena, FLESH_NODE_SCALAR, &c.source)))
     return no_memory();

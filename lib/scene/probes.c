@@ -22,11 +22,11 @@ static int choose(flesh_scene *scene, const flesh_scene_probe *keys, flesh_probe
   if (keys->effect)
     return selects || !isnan(keys->point[0])
                ? flesh_fail(FLESH_ERR_ARGUMENT,
-                            "effect stands beside point, " FLESH_SELECTION_NAMES "; give it or them")
+                            "effect is given beside point, " FLESH_SELECTION_NAMES "; give one of them")
                : flesh_scene_probe_effect(scene, keys->effect, probe);
   if (!isnan(keys->point[0]))
     return selects ? flesh_fail(FLESH_ERR_ARGUMENT,
-                                "point stands beside " FLESH_SELECTION_NAMES "; give it or them")
+                                "point is given beside " FLESH_SELECTION_NAMES "; give one of them")
                    : FLESH_OK;
   if (!selects)
     return flesh_fail(FLESH_ERR_ARGUMENT, "nothing is chosen; give point, effect, " FLESH_SELECTION_NAMES);

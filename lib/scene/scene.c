@@ -109,7 +109,7 @@ static int settle_adaptive(const flesh_scene *scene, int by_name, const flesh_no
   const flesh_key *time = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, time));
   const flesh_key *key = flesh_key_at(time->children, offsetof(flesh_scene_keys, time.controlled) - time->offset);
   return flesh_node_fail(flesh_scene_place(place, time->children, key->offset),
-                         "%s.%s is %s; with method %s, whose error %s, it must be %s, or the method another one",
+                         "%s.%s is %s; with method %s, whose error %s, it must be %s, or choose another method",
                          time->name, key->name, by_name ? "false" : "true", by_name ? "adaptive" : flesh_method_name(method),
                          by_name ? "chooses steps" : "is not estimated", by_name ? "true" : "false");
 }

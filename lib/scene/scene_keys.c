@@ -64,7 +64,7 @@ const flesh_key flesh_material_table[] = {
      .offset = offsetof(flesh_scene_material, given.poisson),
      .range = FLESH_RANGE_POISSON,
      .default_value = "",
-     .doc = "Poisson's ratio; 0.5 (of which volumes are kept exactly) with body.element tet10-mean only"},
+     .doc = "Poisson's ratio; 0.5, which keeps volumes exactly, with body.element tet10-mean only"},
 #define FORM_CONSTANT(FORM, name_, unit_, least, usual, doc_)                                                          \
   {.name = #name_,                                                                                                     \
    .type = FLESH_KEY_NUMBER,                                                                                           \
@@ -128,8 +128,8 @@ static const flesh_key body_table[] = {
             "four-node tets gets a node in the middle of each edge, after its own nodes"},
     {.name = "refine", .type = FLESH_KEY_INTEGER, AT(body.refine), .range = FLESH_RANGE_NOT_NEGATIVE,
      .default_value = "0",
-     .doc = "times that each tet of the mesh is cut into eight, of all bodies, to see what part of a result is the "
-            "mesh's; regions, boxes and spheres mean the same, node numbers the same single points; new nodes of "
+     .doc = "times that each tet of the mesh is cut into eight, of all bodies, to see the error of the mesh; regions, boxes "
+            "and spheres mean the same, node numbers the same single points; new nodes of "
             "curved faces lie on the surfaces; a start state of the mesh as it was is interpolated"},
     {.name = "curved", .type = FLESH_KEY_OBJECTS, AT(body.curved), .default_value = "",
      .children = flesh_curved_table, .child_size = sizeof(flesh_scene_curved),
@@ -161,7 +161,7 @@ static const flesh_key body_table[] = {
 
 #define AT(member) .offset = offsetof(flesh_scene_other, member)
 static const flesh_key other_table[] = {
-    {.name = "name", .type = FLESH_KEY_TEXT, AT(name), .doc = "for selections; every body has another"},
+    {.name = "name", .type = FLESH_KEY_TEXT, AT(name), .doc = "for selections; names of bodies must differ"},
     {.name = "mesh", .type = FLESH_KEY_PATH, AT(mesh), .doc = "file, as of body.mesh"},
     {.name = "translation", .type = FLESH_KEY_VECTOR, AT(translation), .unit = "m",
      .default_value = "[0, 0, 0]", .doc = "of the mesh, after the rotation"},
@@ -212,9 +212,9 @@ static const flesh_key time_table[] = {
      AT(time.max_energy_gain),
      .range = FLESH_RANGE_POSITIVE,
      .default_value = "0.5",
-     .doc = "the run ends with exit code 8 where energy that nothing has put in exceeds this share of the energy that "
-            "the motion has had; from 0.05 on there is a warning; fixed steps of order 2 or 3 are cut where they would gain more "
-            "than a fiftieth of it in all; 1e300: never ended, and no step is cut"},
+     .doc = "largest spurious energy, beyond the work put in, as a share of the motion's energy: above it the run ends with "
+            "exit code 8; from 0.05 on there is a warning; fixed steps of order 2 or 3 are cut where they would gain more "
+            "than a fiftieth of it in all; 1e300 switches this off"},
 #define METHOD_OPTION(name_, value, least, most, range, doc_)                                                          \
   {.name = #name_, .type = FLESH_KEY_NUMBER, AT(time.options.name_), .default_value = #value, .doc = doc_},
     FLESH_METHOD_OPTION_LIST(METHOD_OPTION)
@@ -236,8 +236,8 @@ static const flesh_key time_table[] = {
      .type = FLESH_KEY_BOOLEAN,
      AT(time.controlled),
      .default_value = "",
-     .doc = "whether the local error chooses steps within step: of all methods but midpoint, static and ida, which always "
-            "chooses its own; absent: of runge-kutta with a tolerance"},
+     .doc = "true: the local error chooses the steps within step, of all methods but midpoint, static, and ida, which "
+            "always chooses its own. Default: true for runge-kutta with a tolerance"},
     {.name = "max_order",
      .type = FLESH_KEY_INTEGER,
      AT(time.adaptive.max_order),

@@ -15,10 +15,10 @@ static int check_mesh(const flesh_scene *scene, const flesh_mesh *mesh)
 {
   const flesh_element element = (flesh_element)scene->keys.body.element;
   if (scene->keys.body.refine)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "a split mesh is not refined (body.refine: %d); refine it, then split it",
+    return flesh_fail(FLESH_ERR_ARGUMENT, "body.refine is %d; it must be 0 for a split mesh: refine the mesh, then split it",
                       scene->keys.body.refine);
   if (scene->keys.body.curved.count)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "a split mesh is not curved (body.curved); split one that is");
+    return flesh_fail(FLESH_ERR_ARGUMENT, "body.curved is given; a split mesh does not take it");
   if (flesh_mesh_order(mesh) == 1 && element != FLESH_ELEMENT_AUTO && element != FLESH_ELEMENT_TET4)
     return flesh_fail(FLESH_ERR_ARGUMENT, "its tets have four nodes, and body.element has ten; split a mesh of ten-node "
                                           "tets (flesh mesh convert --order 2)");
@@ -45,8 +45,8 @@ int flesh_scene_read_body_mesh(const flesh_scene *scene, flesh_mesh **mesh)
 static int refuse(const flesh_scene *scene, size_t offset, const char *what)
 {
   return flesh_node_fail(flesh_scene_place(scene->root, flesh_scene_table, offset),
-                         "%s needs the whole body, of which each rank has a part alone, as the mesh is split; leave it "
-                         "out, or give a mesh that is not split", what);
+                         "%s needs the whole body, but each rank of a split mesh has only a part; leave it out, or give a "
+                         "mesh that is not split", what);
 }
 
 static int check_output(const flesh_scene *scene)
@@ -65,7 +65,7 @@ int flesh_scene_check_split(const flesh_scene *scene)
   for (int k = 0; k < scene->keys.effects.count; k++)
     if (entries[k].row->on_parts == FLESH_PARTS_REFUSED)
       return flesh_node_fail_at_key(entries[k].node,
-                                    "%s needs the whole body, of which each rank has a part alone, as the mesh is split; "
-                                    "leave it out, or give a mesh that is not split", entries[k].path);
+                                    "%s needs the whole body, but each rank of a split mesh has only a part; leave it out, "
+                                    "or give a mesh that is not split", entries[k].path);
   return check_output(scene);
 }

@@ -163,7 +163,8 @@ static int check_holders(const flesh_system *system)
   int count = 0;
   for (int k = 0; k < system->entry_count; k++) count += system->entries[k].effect->operations->constraints != NULL;
   return count < 2 ? FLESH_OK
-                   : flesh_fail(FLESH_ERR_ARGUMENT, "%d effects hold constraints by multipliers; one at most may", count);
+                   : flesh_fail(FLESH_ERR_ARGUMENT, "%d effects hold constraints by multipliers; there must be at most "
+                                                    "one", count);
 }
 
 /* The effect that holds constraints by multipliers; NULL where there is none. */
@@ -339,7 +340,7 @@ int flesh_system_check_shared(const flesh_effect *effect)
   const int shared = flesh_effect_has_trait(effect, FLESH_IS_SUM_OVER_TETS) || flesh_effect_private_of(effect)->ranks;
   const int keeps_tets = effect->operations->internal && !flesh_effect_private_of(effect)->ranks;
   if (shared && !keeps_tets) return FLESH_OK;
-  return flesh_fail(FLESH_ERR_ARGUMENT, "effect %s is not shared out among ranks yet; run it on one rank",
+  return flesh_fail(FLESH_ERR_ARGUMENT, "effect %s does not run on several ranks; run it on one",
                     effect->operations->name);
 }
 

@@ -111,8 +111,8 @@ static int check_held(const flesh_internals *internals, const flesh_state *state
   for (int d = 0; d < internals->n; d++) {
     const double far = fabs(state->x[d] - internals->x[d]);
     if (far <= 10 * size) continue;
-    return flesh_fail(FLESH_ERR_SOLVE, "no equilibrium at t = %g s after something broke: node %d would be %.3g m away; what "
-                                       "it belongs to is held by nothing", state->t, d / 3, far);
+    return flesh_fail(FLESH_ERR_SOLVE, "no equilibrium at t = %g s after something broke: node %d would be %.3g m away, as "
+                                       "nothing holds its part of the body", state->t, d / 3, far);
   }
   return FLESH_OK;
 }
@@ -129,8 +129,8 @@ static int settle(flesh_integrator *self, flesh_state *state, double h, flesh_so
     status = flesh_internals_update(internals, &self->watch, state, &changed);
     if (status || !changed) break;
     if (k == REPETITIONS)
-      status = flesh_fail(FLESH_ERR_SOLVE, "%d equilibria at t = %g s one after the other have changed internal variables "
-                                           "(something broke); smaller steps may help", REPETITIONS, state->t);
+      status = flesh_fail(FLESH_ERR_SOLVE, "something still broke in the last of %d equilibria at t = %g s; smaller steps "
+                                           "may help", REPETITIONS, state->t);
     flesh_evaluation_forces_changed(self->evaluation);
     if (!status && (status = balance(self, state, 0, stats)) > 0)
       status = flesh_fail_within(flesh_recovery_fail(&self->recovery), "no equilibrium after something broke: ");

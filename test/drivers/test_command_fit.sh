@@ -240,7 +240,7 @@ bad_specs_are_refused() {
     bad 'to is 500; it must be above from, which is 1000' 's/to: 1e7/to: 500/' &&
     bad 'from is -1; it must be > 0 when spacing is logarithmic' 's/from: 1e3/from: -1/' &&
     bad 'poisson is 0.7; it must be a number in (-1, 0.5]' 's/to: 0.49/to: 0.7/' &&
-    bad 'scale is of linear parameters' 's/start: 3e4/start: 3e4, scale: 2/' &&
+    bad 'scale applies to linear parameters' 's/start: 3e4/start: 3e4, scale: 2/' &&
     bad 'start is 0; it must be > 0 when spacing' 's/start: 3e4, from: 1e3/start: 0/' &&
     bad 'two parameters are named young' 's/poisson, start/poisson, name: young, start/' &&
     bad 'body.material.young is fitted twice' 's/material.poisson, start: 0.2, from: 0, to: 0.49/material.young, start: 1e4/' &&

@@ -166,7 +166,7 @@ E
     battery changed.yaml --shapes --meshes 2x1x1 --energies S --out shapes --resume &&
     ! cmp -s shapes/hardcases.csv first.csv || return 1
   sed 's|poisson: 0.3|scale: 2|' own.yaml >scaled.yaml && expect 2 "$flesh" hardcases scaled.yaml &&
-    has stderr.txt 'dent has a scale or an offset, which are of the bodies of --meshes'
+    has stderr.txt 'dent has a scale or an offset, which apply to bodies of --meshes'
 }
 
 bad_options_are_refused() {
@@ -175,7 +175,7 @@ bad_options_are_refused() {
     expect 2 "$flesh" hardcases --energies S.as_f && has stderr.txt 'as_f' &&
     expect 2 "$flesh" hardcases --solvers fast && has stderr.txt 'kinsol-line-search' &&
     expect 2 "$flesh" hardcases --meshes 4x0x2 && has stderr.txt "'4x0x2'.*1 to 200 cells" &&
-    expect 2 "$flesh" hardcases --meshes 4x2x2,4x2x2 && has stderr.txt "two that are called '4x2x2'" &&
+    expect 2 "$flesh" hardcases --meshes 4x2x2,4x2x2 && has stderr.txt "two meshes called '4x2x2'" &&
     expect 3 "$flesh" hardcases --meshes no_such.msh && has stderr.txt 'no_such.msh' &&
     expect 2 "$flesh" hardcases --filters --cases scramble && has stderr.txt "'scramble'" &&
     expect 2 "$flesh" hardcases --elements hex8 && has stderr.txt "'hex8'.*tet4, tet10, tet10-mean" &&

@@ -170,7 +170,7 @@ ffmpeg_s_refusal_is_told() {
   expect 3 with_ffmpeg "$flesh" film soft --out bad.mp4 --width 100
   code=$?
   rm refuse
-  [ "$code" -eq 0 ] && has stderr.txt 'ffmpeg failed, its words are in bad_frames/ffmpeg.log' &&
+  [ "$code" -eq 0 ] && has stderr.txt 'ffmpeg failed, its messages are in bad_frames/ffmpeg.log' &&
     has bad_frames/ffmpeg.log 'no such codec' && [ ! -e bad.mp4 ] && ! find . -name '*.part-*' | grep .
 }
 

@@ -260,7 +260,7 @@ refused() {
 }
 
 what_is_not_there_is_refused() {
-  refused 2 'not shared out among ranks' "$scenes/swing_coarse.yaml" --set solver.linear_solver=klu || return 1
+  refused 2 'direct solvers do not run on several ranks' "$scenes/swing_coarse.yaml" --set solver.linear_solver=klu || return 1
   [ -z "$quick" ] || return 0
   refused 3 'nowhere.yaml' nowhere.yaml &&
     refused 2 'unknown' "$scenes/swing_coarse.yaml" --never

@@ -175,7 +175,7 @@ what_cannot_go_on_is_refused() {
   head -c 5000 out/checkpoint.bin >copy/checkpoint.bin
   refused 3 'is damaged' --resume copy || return 1
   echo nothing >copy/checkpoint.bin
-  refused 3 'no checkpoint that this flesh knows' --resume copy || return 1
+  refused 3 'no checkpoint of flesh, or one of another format' --resume copy || return 1
   rm -r copy
   cp -r out copy
   head -n 1 out/history.csv | head -c 20 >copy/history.csv

@@ -37,7 +37,7 @@ no_method_is_the_default_by_mistake() {
     refused run box.yaml --method "$word" --out new || return 1
   done
   refused run box.yaml --set 'time.end=%s' --out new && refused run box.yaml --set 'time.end= # 3' --out new &&
-    refused run box.yaml --set 'solver.threads=# 2' --out new && has stderr.txt 'there is no value behind the =' &&
+    refused run box.yaml --set 'solver.threads=# 2' --out new && has stderr.txt 'no value follows the =' &&
     expect 0 "$flesh" run box.yaml --set solver.threads= --out new --quiet
 }
 a_bad_skin_is_refused_before_anything_is_written() {

@@ -62,7 +62,7 @@ static void an_order_that_the_mesh_makes_is_told(void)
   CHECK_TEXT(text, "S 0.68 ± 0.01 %, B 1.42 ± 0.02 %, D 1.94 ± 0 %");
   CHECK_TEXT(text, "of this order stands: S < B < D ");
   CHECK_TEXT(text, "On one (tet4, 5000 tets) at poisson 0.49 B changes more than D (2.07 and 1.90 %), on the finest less "
-                   "(1.42 and 1.94 %): that is the mesh's doing.");
+                   "(1.42 and 1.94 %): an error of the mesh.");
   lacks(text, "On two");
   CHECK_TEXT(text, "one (tet4, 5000 tets) 2.070 (+0.650)");
   lacks(text, "lock");
@@ -75,7 +75,7 @@ static void what_the_meshes_cannot_tell_is_not_told(void)
   const double drift[][VARIANTS] = {{2.07, 1.90, .94}, {1.82, 1.92, .78}};
   char *text = verdict(2, drift, (int[]){P1, P1}, (int[]){500, 4000}, NULL);
   CHECK_TEXT(text, "of this order stands: S < B ~ D ");
-  lacks(text, "mesh's doing");
+  lacks(text, "an error of the mesh");
   CHECK_TEXT(text, "Four-node tets lock at poisson 0.49");
   free(text);
   /* Meshes that hardly differ say little: cells smaller by 1.26 leave four times the difference. */

@@ -91,7 +91,7 @@ welds_that_make_no_sense_are_refused() {
     refused 'bodies is [soft, soft]; a weld ties two different bodies' '{bodies: [soft, soft]}' &&
     refused "body is 'hard'; the scene has no body of that name" '{bodies: [soft, hard]}' &&
     refused 'give bodies: [a, b]' '{first: {body: soft}}' &&
-    refused 'bodies is given, and first or second, too' '{bodies: [soft, stiff], first: {body: soft}}' &&
+    refused 'bodies is given beside first or second' '{bodies: [soft, stiff], first: {body: soft}}' &&
     refused 'soft and stiff: the two surfaces do not face each other' '{bodies: [soft, stiff]}' 's/translation: .*/translation: [4.1, 0, 0]/'
 }
 

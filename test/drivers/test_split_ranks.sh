@@ -381,11 +381,11 @@ what_needs_the_whole_is_refused() {
     refused 2 'output.skin needs the whole body' --set 'output.skin.surface=bar.msh' &&
     refused 2 'output.probes\[0\]: point is \[3.1, 1, 1\], which no tet holds at rest; the nearest is 0.1 m away, and the body' \
       --set 'output.probes=[{name: tip, point: [3.1, 1, 1]}]' &&
-    refused 2 'output.probes\[0\]: there is neither a point nor a node' \
+    refused 2 'output.probes\[0\]: a probe must have a point or at least one node' \
       --set 'output.probes=[{name: tip, box: [[4, 4, 4], [5, 5, 5]]}]' &&
     refused 2 'but no tet has all its nodes among the 20 chosen' \
       --set 'output.probes=[{name: tip, box: [[2.99, 0, 0], [5, 5, 5]], quantities: [stress]}]' &&
-    refused 2 'a split mesh is not refined' --set body.refine=1 &&
+    refused 2 'body.refine is 1; it must be 0 for a split mesh' --set body.refine=1 &&
     refused 2 'body.element has ten' --set body.element=tet10 &&
     refused 2 'nodes\[0\] is 260; the mesh has the nodes 0 to 259' --set 'effects.prescribed_motion.nodes=[260]' &&
     refused 2 'no tet of the mesh has that tag' --set 'effects.pin.regions=[4]' &&

@@ -356,7 +356,7 @@ static void nonsense_is_refused(void)
   REFUSED(flesh_effect_drag(&b.body, count, triangles, 0, still, 1, &effect), "density is 0");
   REFUSED(flesh_effect_drag(&b.body, count, triangles, 1, mad, 1, &effect), "velocity");
   REFUSED(flesh_effect_drag(&b.body, count, triangles, 1, still, -1, &effect), "coefficient is -1");
-  REFUSED(flesh_effect_drag(&b.body, 0, triangles, 1, still, 1, &effect), "needs a triangle");
+  REFUSED(flesh_effect_drag(&b.body, 0, triangles, 1, still, 1, &effect), "acts on nothing");
   REFUSED(flesh_effect_drag(&b.body, 1, (int[]){0, 1, 8}, 1, still, 1, &effect), "triangle 0 has node 8");
   REFUSED(flesh_effect_drag(&b.body, 1, (int[]){0, 1, 1}, 1, still, 1, &effect), "node 1 twice");
   REFUSED(flesh_effect_buoyancy(&b.body, INFINITY, 1, down, &effect), "level is inf");

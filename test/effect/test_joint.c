@@ -160,7 +160,7 @@ static void nonsense_is_refused(void)
   CHECK(flesh_effect_joint(&b.body, (flesh_nodes){n, some}, (flesh_nodes){m, others}, __VA_ARGS__, &effect) ==         \
             FLESH_ERR_ARGUMENT && !effect);                                                                            \
   CHECK_TEXT(flesh_error_text(), text)
-  REFUSED("do not carry", 9, low, 3, high, middle, NULL, 1);
+  REFUSED("cannot carry", 9, low, 3, high, middle, NULL, 1);
   REFUSED("given 0 and 3 nodes", 0, low, 3, high, middle, NULL, 1);
   REFUSED("given node 54", 9, low, 1, far, middle, NULL, 1);
   REFUSED("stiffness is 0", 9, low, 3, high, middle, NULL, 0);

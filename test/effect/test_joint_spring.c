@@ -283,7 +283,7 @@ static void nonsense_is_refused(void)
   CHECK(make_spring(&b.body, (flesh_nodes){n, some}, (flesh_nodes){m, others}, __VA_ARGS__, &effect) ==                 \
             FLESH_ERR_ARGUMENT && !effect);                                                                            \
   CHECK_TEXT(flesh_error_text(), text)
-  REFUSED("do not carry", 1, low, EACH, high, under, over, 1, 1);
+  REFUSED("cannot carry", 1, low, EACH, high, under, over, 1, 1);
   REFUSED("given 8 and 0 nodes", EACH, low, 0, high, under, over, 1, 1);
   REFUSED("given node 16", EACH, low, 1, far, under, over, 1, 1);
   REFUSED("stiffness is -2", EACH, low, EACH, high, under, over, -2, 1);

@@ -290,7 +290,7 @@ static void what_contradicts_itself_is_refused(void)
     CHECK_OK(flesh_split_write_part(&split, in_work_folder("parts"), 1, &a));
     split.rows[1] = row;
     CHECK(flesh_split_read_part(&split, 1, &mesh) == FLESH_ERR_FILE && !mesh);
-    CHECK_TEXT(flesh_error_text(), "the part contradicts itself");
+    CHECK_TEXT(flesh_error_text(), "the part is inconsistent");
     *places[k] = right;
   }
   /* A tet that two parts call their own, in place of another that none does. */

@@ -391,7 +391,7 @@ static void refusals_and_failures_are_everyones(void)
   make(1, (const int[]){3, 1, 1}, 0.4, &b);
   options.linear_solver = FLESH_LINEAR_KLU;
   CHECK(flesh_integrator_create(b.own.system, FLESH_METHOD_STATIC, &options, &integrator) == FLESH_ERR_ARGUMENT);
-  CHECK_TEXT(flesh_error_text(), "not shared out");
+  CHECK_TEXT(flesh_error_text(), "not run on several ranks");
   CHECK(flesh_integrator_create(b.own.system, FLESH_METHOD_IDA, &options, &integrator) == FLESH_ERR_ARGUMENT);
   options = options_of_ranks();
   options.max_newton = 1;

@@ -159,7 +159,7 @@ static void what_cannot_be_is_refused(void)
   CHECK(touching_begin("body: {mesh: ../meshes/cube_3x3x3.mesh, density: 1000, " TOUCHING_MATERIAL "}\n"
                        "effects:\n  - inertia: {}\n  - contact: {plane: {point: [0, 0, -1]}}\n"
                        "time: {method: backward-euler, step: 1, end: 1}\n", set, 1000, &m) == FLESH_ERR_ARGUMENT);
-  CHECK_TEXT(flesh_error_text(), "adaptive is of bodies that touch each other");
+  CHECK_TEXT(flesh_error_text(), "adaptive applies to contact between bodies");
   touching_end(&m);
 }
 

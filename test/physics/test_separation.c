@@ -236,7 +236,7 @@ static void without_the_option_they_are_refused(void)
   touching_end(&m);
   CHECK(touching_begin("body: {" CUBE "}\neffects: [inertia, contact: {plane: {point: [0, 0, -1]}, intersecting: separate}]\n"
                        "time: {method: static, step: 1, end: 1}\n", NULL, 1000, &m) == FLESH_ERR_ARGUMENT);
-  CHECK_TEXT(flesh_error_text(), "intersecting is of bodies that touch each other");
+  CHECK_TEXT(flesh_error_text(), "intersecting applies to contact between bodies");
   if (m.scene) touching_end(&m);
 }
 

@@ -234,7 +234,7 @@ static void what_cannot_be_is_refused(void)
   refused("effects.contact.between=[[left, right, left]]", "it must be a list of pairs of bodies, [[a, b], [a, a]]");
   refused("effects.contact.between=[]", "it must be all, self, or a list of pairs of bodies");
   refused("effects.contact.plane={point: [0, 0, -1]}", "one of plane, sphere, capsule or mesh is needed, or between");
-  refused("effects.contact.motion=[{time: 0}]", "motion is of an obstacle; bodies that touch have none");
+  refused("effects.contact.motion=[{time: 0}]", "motion applies to an obstacle; leave it out beside between");
   refused("effects.contact.thickness=-1", "thickness");
   refused("time.method=ida", "contact");
 }

@@ -6,8 +6,12 @@
         print(step.t, step.x[-1, 2])
 
 Arrays are numpy's: positions and velocities are [nodes, 3], units are SI. What the library hands out are views that
-cannot be written to and keep their owner alive. Every failure is an exception with the library's sentence (flesh.Error
-and its kinds). Calls release the interpreter's lock, and Ctrl-C ends a step in order.
+cannot be written to and keep their owner alive. Contiguous arrays of doubles are passed to it without a copy; a Body and
+a State have copies of their own. Every failure is an exception with the library's sentence (flesh.Error and its kinds).
+Calls release the interpreter's lock, and Ctrl-C ends a step in order: the state is then that of the last step.
+
+copy and pickle copy states, options and statistics. A mesh, body, material or scene is its own copy. An effect, system,
+integrator or history cannot be copied (ArgumentError).
 
     Mesh, Surface, Skin                 geometry from arrays or files
     Material, Body                      energy densities, built-in or your own, and what a body is made of

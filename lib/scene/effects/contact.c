@@ -184,10 +184,10 @@ static int add_between(const parameters *p, const flesh_contact_options *options
 {
   flesh_effect *effect = NULL;
   int count, *pairs;
-  if (p->motion.count) return flesh_fail(FLESH_ERR_ARGUMENT, "motion is of an obstacle; bodies that touch have none");
+  if (p->motion.count) return flesh_fail(FLESH_ERR_ARGUMENT, "motion applies to an obstacle; leave it out beside between");
   if (body->mesh->split)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "between needs the whole body, of which each rank has a part alone, as the mesh "
-                                          "is split; leave it out, or give a mesh that is not split");
+    return flesh_fail(FLESH_ERR_ARGUMENT, "between needs the whole body, but each rank of a split mesh has only a part; "
+                                          "leave it out, or give a mesh that is not split");
   int status = read_between(body, p->between, &count, &pairs);
   if (status) return status;
   status = flesh_effect_surface_contact(body, options, count, pairs, &effect);
@@ -211,7 +211,7 @@ static int add(const void *values, const flesh_body *body, flesh_system *system)
                       plane + sphere + capsule + mesh + (p->between != NULL));
   if (p->between) return add_between(p, &options, body, system);
   if (p->intersecting)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "intersecting is of bodies that touch each other; an obstacle pushes nodes out");
+    return flesh_fail(FLESH_ERR_ARGUMENT, "intersecting applies to contact between bodies; leave it out for an obstacle");
   int status = plane     ? flesh_obstacle_plane(p->plane.point, p->plane.normal, &obstacle)
                : sphere  ? flesh_obstacle_sphere(p->sphere.centre, p->sphere.radius, &obstacle)
                : capsule ? flesh_obstacle_capsule(p->capsule.from, p->capsule.to,

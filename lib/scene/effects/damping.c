@@ -14,13 +14,14 @@ static_assert(sizeof stiffnesses / sizeof *stiffnesses == FLESH_STIFFNESS_CURREN
 static const flesh_key keys[] = {
     {.name = "mass", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, mass),
      .range = FLESH_RANGE_NOT_NEGATIVE, .unit = "1/s", .default_value = "0",
-     .doc = "a of r = a M v: of a mode of angular frequency w the damping ratio a/(2 w); brakes rigid motion too"},
+     .doc = "a of r = a M v: damping ratio a/(2 w) of a mode of angular frequency w; brakes rigid motion too"},
     {.name = "stiffness", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, stiffness),
      .range = FLESH_RANGE_NOT_NEGATIVE, .unit = "s", .default_value = "0",
-     .doc = "b of r = b K v: the damping ratio b w/2, most of fast modes"},
+     .doc = "b of r = b K v: damping ratio b w/2 of a mode of angular frequency w, the largest for fast modes"},
     {.name = "stiffness_at", .type = FLESH_KEY_CHOICE, .offset = offsetof(parameters, stiffness_at),
      .choices = stiffnesses, .default_value = "initial",
-     .doc = "which stiffness K: initial, of the rest shape, cheap, but it brakes a body that has turned; or current, of the step before (of "
+     .doc = "which stiffness K: initial, of the rest shape, cheap, but it brakes a body that has turned; or current, of the "
+            "step before (of "
             "the same step in the second solve that methods of order 2 make of it), with negative curvature taken out, so "
             "that it always dissipates"},
     {0}};

@@ -34,7 +34,7 @@ static const flesh_key keys[] = {
      .doc = "of a spring, without force; without it the distance from point to to"},
     {.name = "stiffness", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, stiffness),
      .range = FLESH_RANGE_POSITIVE, .unit = "N/m",
-     .doc = "against parting; of a hinge half of it at either end of the axis; of a spring against stretching"},
+     .doc = "force per separation, for a hinge half of it at either end of the axis; for a spring, force per stretch"},
     {0}};
 
 static int check(const parameters *p)

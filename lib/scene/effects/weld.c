@@ -33,7 +33,7 @@ static const flesh_key keys[] = {
      .doc = "within which surfaces that face each other are tied at rest, apart or overlapping"},
     {.name = "stiffness", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, stiffness),
      .range = FLESH_RANGE_POSITIVE, .unit = "Pa/m", .default_value = "",
-     .doc = "the surfaces part by traction over stiffness; without it 30 times 3 mu over an edge of the softer side"},
+     .doc = "traction over the gap that it opens. Default: 90 mu over the length of an edge, of the softer side"},
     {.name = "breaks_at", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, breaks_at),
      .range = FLESH_RANGE_POSITIVE, .unit = "Pa", .default_value = "",
      .doc = "each common part of two triangles breaks when sqrt(tension^2 + shear^2) exceeds this at the end of a step; "
@@ -47,7 +47,8 @@ static int read_sides(const parameters *p, flesh_selection sides[2])
   char shown[FLESH_SHOW_SIZE];
   const int given = flesh_selection_is_given(&p->first.selection) + flesh_selection_is_given(&p->second.selection);
   if (given != (bodies ? 0 : 2))
-    return flesh_fail(FLESH_ERR_ARGUMENT, bodies ? "bodies is given, and first or second, too; it is one or the other"
+    return flesh_fail(FLESH_ERR_ARGUMENT, bodies ? "bodies is given beside first or second; give either bodies, or first "
+                                                   "and second"
                                                  : "give bodies: [a, b], the names of two bodies, or first and second");
   sides[0] = p->first.selection;
   sides[1] = p->second.selection;

@@ -125,7 +125,7 @@ int flesh_effect_wind(const flesh_body *body, int count, const int *triangles, c
     return flesh_fail(FLESH_ERR_ARGUMENT, "density is %g kg/m^3; it must be positive", density);
   if (!(coefficient > 0 && coefficient < INFINITY))
     return flesh_fail(FLESH_ERR_ARGUMENT, "coefficient is %g; it must be positive", coefficient);
-  if (count < 1) return flesh_fail(FLESH_ERR_ARGUMENT, "a wind needs a triangle that it acts on");
+  if (count < 1) return flesh_fail(FLESH_ERR_ARGUMENT, "a wind acts on nothing; it must be given at least one triangle");
   wind *self = flesh_calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a wind");
   for (int c = 0; c < 3; c++) self->velocity[c] = velocity[c];
