@@ -14,20 +14,12 @@ static void remove_one(flesh_checkpoints *self, int k)
   self->count--;
 }
 
-/* Removes a checkpoint that one of a higher level follows, or else the last; returns the level of what takes its place. */
-static int thin_out(flesh_checkpoints *self)
+/* Every second one goes: of those of the run, the first stays. */
+static void thin_out(flesh_checkpoints *self)
 {
-  int highest = 0;
-  for (int k = self->count - 1; k > 0; k--) {
-    if (self->all[k].level < highest) {
-      remove_one(self, k);
-      return 0;
-    }
-    if (self->all[k].level > highest) highest = self->all[k].level;
-  }
-  const int level = self->all[self->count - 1].level + 1;
-  remove_one(self, self->count - 1);
-  return level;
+  self->spacing *= 2;
+  for (int k = self->count - 1; k > 0; k--)
+    if (self->all[k].block % self->spacing != 0) remove_one(self, k);
 }
 
 static int make_room(flesh_checkpoints *self)
@@ -41,15 +33,17 @@ static int make_room(flesh_checkpoints *self)
   return FLESH_OK;
 }
 
-int flesh_checkpoints_add(flesh_checkpoints *self, const flesh_integrator *integrator, int at, int call,
-                          const flesh_step_place *place, size_t budget)
+int flesh_checkpoints_add(flesh_checkpoints *self, const flesh_integrator *integrator, const flesh_checkpoint *at,
+                          int may_thin, size_t budget)
 {
-  flesh_checkpoint added = {.at = at, .call = call, .place = *place};
+  flesh_checkpoint added = *at;
+  if (self->spacing == 0) self->spacing = 1;
+  if (may_thin && added.block % self->spacing != 0) return FLESH_OK;
   int status = flesh_integrator_save(integrator, 0, NULL, &added.bytes);
   if (!status) status = make_room(self);
   if (status) return status;
-  while (self->count > 1 && self->bytes + added.bytes > budget) added.level = thin_out(self);
-  if (self->count > 0 && self->bytes + added.bytes > budget) return FLESH_OK;
+  while (may_thin && self->count > 1 && self->bytes + added.bytes > budget) thin_out(self);
+  if (self->count > 0 && (self->bytes + added.bytes > budget || (may_thin && added.block % self->spacing != 0))) return FLESH_OK;
   added.data = flesh_malloc(added.bytes);
   if (!added.data) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a checkpoint of %zu bytes", added.bytes);
   status = flesh_integrator_save(integrator, added.bytes, added.data, &added.bytes);

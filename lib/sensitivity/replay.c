@@ -1,9 +1,13 @@
 /* replay.c: blocks of parts, their checkpoints, and parts that the integrator takes again. */
+#include <math.h>
 #include <string.h>
 
 #include "base/error.h"
 #include "base/memory.h"
 #include "sensitivity/trajectory.h"
+
+/* So many states fill a block: fewer take more checkpoints, more forget less often. */
+enum { BLOCK = 16 };
 
 /* A new call of flesh_integrator_step. */
 static int take_call(flesh_trajectory *self, const flesh_step_place *place)
@@ -20,20 +24,85 @@ static int take_call(flesh_trajectory *self, const flesh_step_place *place)
   return FLESH_OK;
 }
 
-/* Begins a block: solvers forget, and the integrator is saved. Parts before it go as far as there is no room for them beside
- * the checkpoints and the block. */
+/* Bytes beside a block of parts. */
+static size_t left_of(const flesh_trajectory *self)
+{
+  return self->budget > self->block_bytes ? self->budget - self->block_bytes : 0;
+}
+
+/* How many blocks can be taken, the last one first, from so many checkpoints, each of them at most `passes` + 1 times: the
+ * binomial coefficient. */
+static double reach_of(int checkpoints, int passes)
+{
+  double reach = 1;
+  for (int k = 1; k <= passes; k++) reach *= (double)(checkpoints + k) / k;
+  return round(reach);
+}
+
+/* After how many of the blocks (two at least) the next checkpoint is to follow one, which is among so many (two at least):
+ * Griewank & Walther 2000. */
+static int split(int blocks, int checkpoints)
+{
+  int passes = 0;
+  while (reach_of(checkpoints, passes) < blocks) passes++;
+  const double most = reach_of(checkpoints, passes - 1), after = blocks - reach_of(checkpoints - 1, passes - 1);
+  return (int)fmax(1, fmin(most, after));
+}
+
+/* Chooses the next block that is to be saved while parts are taken again, at a checkpoint of `bytes`. */
+static void plan(flesh_trajectory *self, size_t bytes)
+{
+  flesh_pass *now = &self->now;
+  const int blocks = now->last - now->blocks + 2;
+  const size_t left = left_of(self), held = self->checkpoints.bytes;
+  const int more = left > held ? (int)((left - held) / bytes) : 0;
+  now->next = blocks > 1 && more > 0 ? now->blocks - 1 + split(blocks, more + 1) : -1;
+}
+
+/* A new block of the run. */
+static int take_block(flesh_trajectory *self)
+{
+  if (self->block_count == self->block_room) {
+    const int room = 2 * self->block_room + 64;
+    int *blocks = flesh_realloc(self->blocks, (size_t)room * sizeof *blocks);
+    if (!blocks) return flesh_fail(FLESH_ERR_MEMORY, "no memory to record %d blocks of steps", room);
+    self->blocks = blocks;
+    self->block_room = room;
+  }
+  self->blocks[self->block_count++] = self->now.at;
+  return FLESH_OK;
+}
+
+/* Begins a block: solvers forget, and the integrator may be saved. Parts before it go as far as there is no room for them
+ * beside the checkpoints and the block. */
 static int begin_block(flesh_trajectory *self, const flesh_step_place *place)
 {
   flesh_pass *now = &self->now;
+  const int again = now->limit >= 0;
+  int status = again ? FLESH_OK : take_block(self);
+  if (status) return status;
   now->block = now->at;
+  now->blocks++;
   if (now->bytes > self->block_bytes) self->block_bytes = now->bytes;
   now->bytes = 0;
   flesh_integrator_forget(self->integrator);
-  const size_t left = self->budget > self->block_bytes ? self->budget - self->block_bytes : 0;
-  const int status = flesh_checkpoints_add(&self->checkpoints, self->integrator, now->at, now->call, place, left);
+  const size_t left = left_of(self);
+  const flesh_checkpoint at = {.at = now->at, .call = now->call, .block = now->blocks - 1, .place = *place};
+  if (!again || now->next == at.block)
+    status = flesh_checkpoints_add(&self->checkpoints, self->integrator, &at, !again, left);
+  if (again && now->next == at.block) plan(self, self->checkpoints.all[self->checkpoints.count - 1].bytes);
   while (self->count > 0 && self->checkpoints.bytes + self->kept > left) flesh_trajectory_forget(self, self->first + 1);
   flesh_trajectory_count(self);
   return status;
+}
+
+/* Whether a block begins: when the last one is full. */
+static int begins(const flesh_trajectory *self)
+{
+  const flesh_pass *now = &self->now;
+  if (now->block == now->at) return 0;
+  if (now->limit >= 0) return now->blocks < self->block_count && self->blocks[now->blocks] == now->at;
+  return now->at == 0 || now->bytes >= BLOCK * flesh_trajectory_state(self);
 }
 
 int flesh_trajectory_pass(void *data, const flesh_step_place *place)
@@ -42,8 +111,7 @@ int flesh_trajectory_pass(void *data, const flesh_step_place *place)
   const flesh_pass *now = &self->now;
   if (now->limit >= 0 && now->at == now->limit) return FLESH_ERR_INTERRUPTED;
   const int status = now->limit < 0 && place->at_begin ? take_call(self, place) : FLESH_OK;
-  const int begins = now->block != now->at && (now->at == 0 || now->at % self->block_parts == 0);
-  return status || !begins ? status : begin_block(self, place);
+  return status || !begins(self) ? status : begin_block(self, place);
 }
 
 /* Saves the integrator at the run's end. */
@@ -54,9 +122,13 @@ static int set_aside(flesh_trajectory *self)
   if (status) return status;
   self->aside = flesh_malloc(self->aside_bytes);
   if (!self->aside) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %zu bytes of an integrator", self->aside_bytes);
-  self->run = self->now;
   status = flesh_integrator_save(self->integrator, self->aside_bytes, self->aside, &self->aside_bytes);
-  if (!status) return FLESH_OK;
+  if (!status) {
+    self->run = self->now;
+    memcpy(self->run_reached, self->reached, sizeof self->reached);
+    memset(self->reached, 0, sizeof self->reached);
+    return FLESH_OK;
+  }
   flesh_free(self->aside);
   self->aside = NULL;
   return status;
@@ -110,6 +182,10 @@ static int replay(flesh_trajectory *self, int k)
   flesh_trajectory_forget(self, self->first + self->count);
   self->first = from.at;
   self->now = (flesh_pass){.at = from.at, .call = from.call, .block = from.at, .limit = k + 1};
+  self->now.blocks = from.block + 1;
+  self->now.last = self->block_count - 1;
+  while (self->blocks[self->now.last] > k) self->now.last--;
+  plan(self, from.bytes);
   status = flesh_integrator_load(integrator, from.data, from.bytes);
   if (status) return status;
   int (*observe)(void *data, const flesh_internal_step *step) = integrator->control.options.observe;
@@ -124,8 +200,7 @@ int flesh_trajectory_part(flesh_trajectory *self, int k, const flesh_recorded_pa
 {
   const int kept = k >= self->first && k < self->first + self->count;
   const int status = kept ? FLESH_OK : replay(self, k);
-  if (!status) *part = &self->parts[k - self->first];
-  return status;
+  return status ? status : flesh_trajectory_find_known(self, &self->parts[k - self->first], part);
 }
 
 int flesh_trajectory_return(flesh_trajectory *self)
@@ -135,6 +210,8 @@ int flesh_trajectory_return(flesh_trajectory *self)
   flesh_free(self->aside);
   self->aside = NULL;
   self->now = self->run;
+  flesh_known_clear(self->reached);
+  memcpy(self->reached, self->run_reached, sizeof self->reached);
   self->tape.anew = 0;
   flesh_trajectory_forget(self, self->first + self->count);
   self->first = self->total;

@@ -9,6 +9,9 @@
 #include "sensitivity/stage_tangent.h"
 #include "time/integrator.h"
 
+/* Parts of a group, whose first one keeps what is known to it. */
+enum { FLESH_GROUP = 8 };
+
 /* A solve of a stage. */
 typedef struct flesh_recorded_solve {
   flesh_stage stage; /* without its arrays */
@@ -23,6 +26,8 @@ typedef struct flesh_recorded_part {
   int vectors;                /* that last from step to step */
   double t, t_lag;
   double *known[FLESH_KNOWN]; /* [n] each; NULL: 0 or not read by a stage, and lagged ones: the state's own */
+  int follows;                /* they are found from the part before, and are not kept */
+  unsigned reads;             /* bits of those that a stage reads */
   double *internal;           /* NULL: none */
   int count;
   flesh_recorded_solve *solves; /* [count] */
@@ -38,6 +43,8 @@ typedef struct flesh_recorded_call {
 typedef struct flesh_pass {
   int at, call;   /* parts taken; the call under way */
   int block;      /* the part at which the last block has begun; -1: none has */
+  int blocks;     /* that have begun */
+  int last, next; /* where steps are taken again: the block that is wanted; that which is saved next, -1: none is */
   int limit;      /* the integrator stops there; -1: it takes new steps */
   size_t bytes;   /* of the parts of the block so far */
 } flesh_pass;
@@ -53,7 +60,11 @@ struct flesh_trajectory {
   flesh_recorded_part *parts;
   flesh_recorded_part next; /* its solves, of the try under way */
   double *internal;         /* after the last part; NULL: none */
-  int block_parts;          /* in a block; 0: no part has been taken */
+  double *reached[FLESH_KNOWN]; /* [n] each, after the last part, as found from the parts before; NULL: not known */
+  double *found[FLESH_KNOWN]; /* likewise, of the part that was asked for last */
+  flesh_recorded_part view;   /* of that, borrowed */
+  int block_count, block_room;
+  int *blocks;              /* [block_count] the parts at which the run's have begun */
   size_t kept, block_bytes; /* of the parts that are kept; of those of a block, at most */
   size_t most;              /* bytes held at the same time, at most */
   int repeated;             /* parts that were taken again */
@@ -63,10 +74,11 @@ struct flesh_trajectory {
   flesh_pass now;
   void *aside;              /* [aside_bytes] the integrator at the run's end while it takes parts again; NULL: it is there */
   size_t aside_bytes;
-  flesh_pass run;           /* the run's, meanwhile */
+  flesh_pass run;           /* the run's, meanwhile, as is the next */
+  double *run_reached[FLESH_KNOWN];
   flesh_stage_tangent tangent;
   flesh_prescribed prescribed;
-  double *vectors;          /* room */
+  double *vectors, *bases;  /* room; [3*n] */
 };
 
 /* The stage of a solve, with x0, v0 and a0 [n] and the lagged state in `room` [5*n]. */
@@ -79,6 +91,12 @@ static inline size_t flesh_trajectory_state(const flesh_trajectory *trajectory)
 }
 /* Frees the kept parts before `first`. */
 void flesh_trajectory_forget(flesh_trajectory *trajectory, int first);
+/* Whether the part under way is only passed, on the way to a block that is wanted. */
+static inline int flesh_trajectory_passes(const flesh_trajectory *trajectory)
+{
+  const flesh_pass *now = &trajectory->now;
+  return now->limit >= 0 && now->at < trajectory->blocks[now->last];
+}
 /* Counts the bytes that are held. */
 void flesh_trajectory_count(flesh_trajectory *trajectory);
 
@@ -89,6 +107,17 @@ int flesh_trajectory_pass(void *data, const flesh_step_place *place);
 int flesh_trajectory_part(flesh_trajectory *trajectory, int k, const flesh_recorded_part **part);
 /* Brings the integrator back to the run's end. */
 int flesh_trajectory_return(flesh_trajectory *trajectory);
+
+/* A copy of numbers; NULL where there is no memory, or nothing to copy. */
+double *flesh_trajectory_copy(const double *from, int count);
+void flesh_known_clear(double **known);
+/* Remembers where the part that is taken begins, unless it follows from the part before. FLESH_ERR_MEMORY. */
+int flesh_trajectory_take_known(flesh_trajectory *trajectory, const flesh_taken_part *taken, flesh_recorded_part *part);
+/* Takes what is known to a part to the part's end. Columns of `known` that do not follow from what there is are dropped. */
+void flesh_known_go_on(flesh_trajectory *trajectory, const flesh_recorded_part *part, double **known);
+/* The part, which is kept, with what is known to it; until the next call. FLESH_ERR_MEMORY. */
+int flesh_trajectory_find_known(flesh_trajectory *trajectory, const flesh_recorded_part *part,
+                                const flesh_recorded_part **found);
 
 /* How a part goes on from what is known. */
 void flesh_trajectory_map(const flesh_recorded_part *part, flesh_method_map *map);

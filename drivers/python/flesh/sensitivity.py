@@ -134,7 +134,7 @@ class Trajectory(Handle):
     Args:
         integrator: of any method but ida and static; solve to a small newton_tolerance.
         tolerance: of the adjoint's solves, over their right-hand sides.
-        states: how much memory it may take, in states of the body (x and v), at least 10; steps that do not fit in are
+        states: how much memory it may take, in states of the body (x and v), at least 20; steps that do not fit in are
             taken again from checkpoints, with the same bits.
     """
 
