@@ -48,7 +48,7 @@ extern const flesh_accuracy_method flesh_accuracy_methods[FLESH_ACCURACY_METHODS
 /* Its index; -1: there is none of that name. */
 int flesh_accuracy_method_find(const char *name);
 
-/* The group of a row: the methods' work, or another price with everything else fixed. */
+/* The group of a row: the methods' work, or another price with everything else fixed; and the cases that these need. */
 typedef enum flesh_accuracy_group {
   FLESH_ACCURACY_WORK,
   FLESH_ACCURACY_NEWTON,
@@ -56,6 +56,12 @@ typedef enum flesh_accuracy_group {
   FLESH_ACCURACY_PROJECTION,
   FLESH_ACCURACY_MASS,
   FLESH_ACCURACY_MESH,
+  FLESH_ACCURACY_REFERENCE,  /* made of two of the next */
+  FLESH_ACCURACY_SOURCE,     /* a method, refined until it changes no more */
+  FLESH_ACCURACY_TIGHT,      /* solved to rounding: other prices are compared with it */
+  FLESH_ACCURACY_RESOLUTION, /* --mesh: on a mesh with an element */
+  FLESH_ACCURACY_LIMITS,     /* what these converge to */
+  FLESH_ACCURACY_TIMING,     /* one of them by another method, for its time alone */
   FLESH_ACCURACY_GROUPS
 } flesh_accuracy_group;
 extern const char *const flesh_accuracy_group_names[];
@@ -70,15 +76,20 @@ typedef struct flesh_accuracy_value {
 
 /* NaN where there is none. */
 typedef struct flesh_accuracy_figures {
-  int status, crashed_by; /* crashed_by: the signal that ended its process, -1 for another end */
+  int status;
   long steps, rejected, residuals, assemblies, newton, linear;
   double cpu_s, wall_s_median, wall_s_min; /* of the integration alone, without output */
   flesh_accuracy_errors errors;            /* against the reference; below its uncertainty NaN */
   double gain; /* energy that nothing put in, over that of the motion (flesh_energy_balance) */
   int below;                               /* 1: error_position_rms is below it */
   double difference; /* other prices: position rms against the same run solved tightly [m] */
-  char message[400];
+  double estimate;   /* sources: position rms [m] by its own last change */
+  double took_s;     /* sources, meshes */
+  int tets, nodes;   /* meshes */
+  double poisson;    /* largest of its materials */
+  char message[400]; /* of an error; of a source, how it was made */
 } flesh_accuracy_figures;
+extern const flesh_accuracy_figures flesh_accuracy_unknown;
 
 typedef struct flesh_accuracy_row {
   flesh_accuracy_group group;
@@ -88,22 +99,46 @@ typedef struct flesh_accuracy_row {
   flesh_accuracy_value step, tolerance; /* in force; tolerance empty for fixed steps */
   char extra[80];                       /* one more override; may be empty */
   int tight;                            /* every solve to rounding */
+  int source, element, refine; /* meshes: 0 the scene, k the k-th of --coarser; flesh_element; times that each tet of the
+                                  source's mesh is cut into eight, beyond what its scene says */
+  int mesh, timed_by;  /* timing: the rows of its mesh, and of its method and step */
+  const char *inputs;  /* digest of files of its own; NULL: none */
+  int needs_states;    /* done it is only where the states that it leaves are there */
   int done;
   flesh_accuracy_figures figures;
 } flesh_accuracy_row;
 
 /* The reference, and how accurate it is; plain data. */
 typedef struct flesh_accuracy_reference {
-  char first[120], second[120];      /* how the two were made; first is the one compared with */
-  double seconds;                    /* it took */
   double apart;                      /* how far the two differ [m], as error_position_rms */
   double change;                     /* by which the last refinement changed the first [m] */
   double between;                    /* what interpolation between its times adds [m] */
   flesh_accuracy_errors uncertainty; /* the larger of the two, and what goes with it */
   flesh_accuracy_scale scale;
+  int times;         /* it is kept at */
+  double start, end; /* s */
 } flesh_accuracy_reference;
 
-enum { FLESH_ACCURACY_LIMIT = 32 };
+/* A way to a reference: the powers of the step in its error are first, first + stride, ... The first two that reach the end
+ * make the reference. */
+typedef struct flesh_accuracy_source {
+  const char *method;
+  int first, stride;
+} flesh_accuracy_source;
+
+enum { FLESH_ACCURACY_LIMIT = 32, FLESH_ACCURACY_SOURCES = 5, FLESH_ACCURACY_MESHES = 48, FLESH_ACCURACY_LEVELS = 8 };
+
+extern const flesh_accuracy_source flesh_accuracy_sources[FLESH_ACCURACY_SOURCES];
+
+/* The meshes of --mesh. */
+typedef struct flesh_accuracy_meshes {
+  int source_count, row_count;
+  const char *sources[FLESH_ACCURACY_LEVELS]; /* files: the scene, then --coarser */
+  char inputs[FLESH_ACCURACY_LEVELS][FLESH_STUDY_FINGERPRINT], all_inputs[FLESH_STUDY_FINGERPRINT];
+  int shared; /* the row whose method and step all have; -1: equilibrium */
+  int own_element, own_refine;
+  char point_load[80]; /* an effect that acts at single nodes; empty: none does */
+} flesh_accuracy_meshes;
 
 typedef struct flesh_accuracy_plan {
   flesh_study_options options; /* folder, ranks, shard, command line */
@@ -122,11 +157,12 @@ typedef struct flesh_accuracy_plan {
   const char *mass; /* the row's extra value that stands in the scene already */
   /* Hashes of the scenes as they stand; of the scene, the grid and the build together. */
   char fingerprint[FLESH_STUDY_FINGERPRINT], finer_fingerprint[FLESH_STUDY_FINGERPRINT];
-  char study_fingerprint[FLESH_STUDY_FINGERPRINT];
+  char study_fingerprint[160];
   flesh_accuracy_grid grid;
   flesh_accuracy_measure measure;
   flesh_accuracy_reference reference;
-  int row_count;
+  flesh_accuracy_meshes meshes;
+  int run_count; /* rows that are told of; behind them there are those of flesh_accuracy_slot */
   flesh_accuracy_row *rows;
 } flesh_accuracy_plan;
 
@@ -144,41 +180,55 @@ char *flesh_accuracy_command(const flesh_accuracy_plan *plan, const flesh_accura
 void flesh_accuracy_steps_path(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row,
                                char *path, size_t size);
 
-/* Makes plan->rows: methods x steps or tolerances, then the other prices. */
+/* File of the states that a row leaves; empty where it leaves none. */
+void flesh_accuracy_states_path(const flesh_accuracy_plan *plan, int number, char path[1500]);
+/* "static" for equilibrium, empty for rows that are of no method. */
+const char *flesh_accuracy_method_name(const flesh_accuracy_row *row);
+const char *flesh_accuracy_scene_of(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row);
+/* Digests: of a scene as it stands, of texts. */
+int flesh_accuracy_fingerprint(const flesh_accuracy_plan *plan, const char *path, char text[FLESH_STUDY_FINGERPRINT]);
+void flesh_accuracy_hash(int count, const char *const *texts, char text[FLESH_STUDY_FINGERPRINT]);
+
+/* Makes plan->rows: methods x steps or tolerances, then the other prices, then room for the others. */
 int flesh_accuracy_make_rows(flesh_accuracy_plan *plan);
+/* The first row of a group behind plan->run_count. */
+int flesh_accuracy_slot(const flesh_accuracy_plan *plan, flesh_accuracy_group group);
 
-/* Makes the reference with two methods and writes it to <out>/reference.states, or reads it back
- * when plan->reference already names it. Fills plan->reference; its scale.length must be set.
- * FLESH_ERR_SOLVE when fewer than two methods reach the end. */
-int flesh_accuracy_make_reference(flesh_accuracy_plan *plan, flesh_accuracy_track *reference);
-
-/* Runs the rows that are not done, one at a time on each rank, each in its own process, and writes tables, words and
- * pictures. FLESH_ERR_INTERRUPTED after a signal: the rows that were done stand. */
-int flesh_accuracy_run(flesh_accuracy_plan *plan);
 /* The data that the rows' processes need. On ranks behind the first `reference` is NULL: they read it, and the run that
  * was solved tightly, from the folder. */
 typedef struct flesh_accuracy_work {
   const flesh_accuracy_plan *plan;
   const flesh_accuracy_track *reference, *tight;
 } flesh_accuracy_work;
-/* Runs the representative row solved tightly, which the other prices are measured against, into a file, and reads that. */
-void flesh_accuracy_tight_path(const flesh_accuracy_plan *plan, char path[1400]);
-int flesh_accuracy_make_tight(const flesh_accuracy_plan *plan, const flesh_accuracy_track *reference,
-                              flesh_accuracy_track *tight);
-/* Runs the row in this process. */
-void flesh_accuracy_do_row(const flesh_accuracy_work *given, int number, flesh_accuracy_figures *figures);
-/* The figures in records, in the order of the columns of accuracy.csv. */
-extern const flesh_study_field flesh_accuracy_fields[];
 /* The plan as a study, whose records it takes. Borrows both. */
 flesh_study flesh_accuracy_study(const flesh_accuracy_work *given, flesh_accuracy_plan *plan);
 
-/* accuracy.json: the reference, and what the comparison was made of. `load` makes the fingerprints of the scenes and, with
- * --resume, fills plan->reference; FLESH_ERR_ARGUMENT when the folder holds the results of another scene, override or
- * build. Fine when there is nothing to load. */
-json_t *flesh_accuracy_reference_json(const flesh_accuracy_plan *plan);
-int flesh_accuracy_keep(const flesh_accuracy_plan *plan);
+/* A comparison at work, on the first rank. */
+typedef struct flesh_accuracy_session {
+  flesh_accuracy_plan *plan;
+  flesh_study study;
+  flesh_study_store store;
+  flesh_accuracy_track reference, tight;
+} flesh_accuracy_session;
+
+/* Runs the rows that are not done, one at a time on each rank, each in its own process, and writes tables, words and
+ * pictures; then the meshes. FLESH_ERR_INTERRUPTED after a signal: the rows that were done stand. */
+int flesh_accuracy_run(flesh_accuracy_plan *plan);
+/* Takes what is known of a row behind plan->run_count, which becomes one of the study; does it, where it is not known. */
+int flesh_accuracy_known(flesh_accuracy_session *session, int number);
+int flesh_accuracy_do(flesh_accuracy_session *session, int number);
+/* Reads the reference, or makes it of two methods. Fills plan->reference; its scale.length must be set. FLESH_ERR_SOLVE
+ * when fewer than two methods reach the end. */
+int flesh_accuracy_make_reference(flesh_accuracy_session *session);
+/* The cases, each in this process, with figures in its row: a source, the reference, the run solved tightly, a row. */
+int flesh_accuracy_make_source(const flesh_accuracy_plan *plan, int number);
+int flesh_accuracy_settle(flesh_accuracy_plan *plan, flesh_accuracy_figures *figures);
+int flesh_accuracy_run_tight(const flesh_accuracy_plan *plan, int number);
+int flesh_accuracy_do_row(const flesh_accuracy_work *given, int number, flesh_accuracy_figures *figures);
+
+extern const flesh_study_field flesh_accuracy_reference_fields[];
+/* accuracy.json: the reference, for people, reports and ranks behind the first; `words`: how it was made. */
+int flesh_accuracy_keep(const flesh_accuracy_plan *plan, const char *words);
 int flesh_accuracy_load(flesh_accuracy_plan *plan);
-/* Makes plan->study_fingerprint of the scene's, the times of comparison and the build. */
-void flesh_accuracy_make_fingerprint(flesh_accuracy_plan *plan);
 
 #endif

@@ -7,13 +7,11 @@
 #include <string.h>
 
 #include "accuracy/accuracy.h"
-#include "accuracy/mesh.h"
 #include "base/error.h"
 #include "cli/inputs.h"
 #include "cli/interrupt.h"
 #include "cli/lists.h"
 #include "base/file.h"
-#include "picture/plot.h"
 #include "study/lead.h"
 #include "run/ranks.h"
 
@@ -59,10 +57,10 @@ static const char details[] =
     "tet10-mean, by the method and step of least CPU time for 1 % of the motion. What tet10-mean converges to\n"
     "(Richardson's extrapolation of the last two or three meshes) is the reference, what tet10 converges to checks\n"
     "it. A scene without inertia is taken for its equilibrium. mesh.csv has a row per mesh and element, mesh.txt the\n"
-    "answer in words, work_mesh.png what accuracy of the mesh costs. It is measured again with --resume.\n"
+    "answer in words, work_mesh.png what accuracy of the mesh costs.\n"
     "orders.csv (fitted orders with standard errors), verdict.txt, accuracy.json (the reference), accuracy.db (all\n"
-    "runs, for --resume), reference.states, steps/ (the adaptive methods' own steps), and pictures: work_time,\n"
-    "work_residuals, orders, energy, steps (.png, each with its .gp).\n";
+    "runs, for --resume and `flesh sweep export`), reference.states, steps/ (the adaptive methods' own steps), and\n"
+    "pictures: work_time, work_residuals, orders, energy, steps (.png, each with its .gp).\n";
 
 /* The shortest text of a step: 1/N where it is one. */
 static void value_text(double value, flesh_accuracy_value *to)
@@ -231,39 +229,14 @@ static int check_finer(const flesh_accuracy_plan *plan)
   return status;
 }
 
-/* Meshes and elements, in words, a table and a picture. */
-static int compare_meshes(const flesh_accuracy_plan *plan)
-{
-  flesh_accuracy_meshes *meshes = calloc(1, sizeof *meshes);
-  if (!meshes) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  meshes->sources[meshes->source_count++] = plan->scene;
-  for (int k = 0; k < plan->coarser->count; k++) meshes->sources[meshes->source_count++] = plan->coarser->values[k];
-  meshes->seconds = plan->mesh_seconds;
-  int status = flesh_accuracy_run_meshes(plan, meshes);
-  flesh_accuracy_choice timed[3];
-  for (int s = 0; s < 3 && !status; s++) {
-    timed[s] = flesh_accuracy_choose(plan, meshes, flesh_accuracy_shares[s]);
-    if (!timed[s].mesh || timed[s].measured) continue;
-    const double took = flesh_accuracy_time_mesh(plan, meshes, timed[s].mesh, timed[s].step);
-    if (flesh_interrupt_signal()) status = flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted while the meshes were run");
-    if (!isnan(took)) timed[s].cpu_s = took, timed[s].measured = 1;
-  }
-  if (!status) status = flesh_accuracy_write_meshes(plan, meshes);
-  if (!status) status = flesh_accuracy_write_mesh_verdict(plan, meshes, timed);
-  if (!status && meshes->first) status = flesh_plot_accept("accuracy", flesh_accuracy_draw_meshes(plan, meshes));
-  if (!status) printf("results: %s/mesh.csv, %s/mesh.txt%s\n", plan->out, plan->out, meshes->first ? ", work_mesh.png" : "");
-  free(meshes);
-  return status;
-}
-
 /* The coarser scenes must stand too. */
 static int check_coarser(const flesh_accuracy_plan *plan)
 {
   int status = FLESH_OK;
   if (plan->coarser->count && !plan->mesh)
     return flesh_fail(FLESH_ERR_ARGUMENT, "--coarser is given without --mesh; give both, or neither");
-  if (plan->coarser->count >= FLESH_ACCURACY_MESH_LEVELS)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "--coarser is given more than %d times", FLESH_ACCURACY_MESH_LEVELS - 1);
+  if (plan->coarser->count >= FLESH_ACCURACY_LEVELS)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "--coarser is given more than %d times", FLESH_ACCURACY_LEVELS - 1);
   for (int k = 0; k < plan->coarser->count && !status; k++) {
     flesh_scene *scene = NULL;
     const char *path = plan->coarser->values[k];
@@ -277,9 +250,7 @@ static int check_coarser(const flesh_accuracy_plan *plan)
 /* On the first rank. */
 static int compare(void *data)
 {
-  flesh_accuracy_plan *plan = data;
-  int status = plan->method_count > 0 ? flesh_accuracy_run(plan) : FLESH_OK;
-  return !status && plan->mesh ? compare_meshes(plan) : status;
+  return flesh_accuracy_run(data);
 }
 
 /* All of it, with the lists of methods, steps and tolerances (NULL: the default); the exit code. Plans are made on every

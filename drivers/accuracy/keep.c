@@ -1,177 +1,77 @@
-/* keep.c: accuracy.json: the reference that --resume goes on with, and whether it may. */
-#include <jansson.h>
-#include <math.h>
-#include <sha256.h>
+/* keep.c: what is kept of a comparison beside its runs: cases that come up as it goes, and the reference. */
 #include <stddef.h>
 #include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <unistd.h>
 
 #include "accuracy/accuracy.h"
 #include "base/confine.h"
 #include "base/error.h"
-#include "base/scan.h"
+#include "cli/json_memory.h"
 #include "run/provenance.h"
 #include "run/result.h"
-#include "scene/scene.h"
-#include "cli/json_memory.h"
 #include "study/fields.h"
 
-#define AT(member) offsetof(flesh_accuracy_reference, member)
-static const flesh_study_field reference_fields[] = {
-    {"seconds", FLESH_FIELD_DOUBLE, AT(seconds)},
-    {"apart", FLESH_FIELD_DOUBLE, AT(apart)},
-    {"change", FLESH_FIELD_DOUBLE, AT(change)},
-    {"between", FLESH_FIELD_DOUBLE, AT(between)},
-    {"uncertainty_position_rms", FLESH_FIELD_DOUBLE, AT(uncertainty.position_rms)},
-    {"uncertainty_position_max", FLESH_FIELD_DOUBLE, AT(uncertainty.position_max)},
-    {"uncertainty_tip", FLESH_FIELD_DOUBLE, AT(uncertainty.tip)},
-    {"uncertainty_volume", FLESH_FIELD_DOUBLE, AT(uncertainty.volume)},
-    {"uncertainty_energy", FLESH_FIELD_DOUBLE, AT(uncertainty.energy)},
-    {"length", FLESH_FIELD_DOUBLE, AT(scale.length)},
-    {"motion", FLESH_FIELD_DOUBLE, AT(scale.motion)},
-    {"tip_node", FLESH_FIELD_INT, AT(scale.tip)},
-    {"tip_axis", FLESH_FIELD_INT, AT(scale.tip_axis)},
-    {"tip_motion", FLESH_FIELD_DOUBLE, AT(scale.tip_motion)},
-    {"kinetic_energy", FLESH_FIELD_DOUBLE, AT(scale.energy)},
-    {"period", FLESH_FIELD_DOUBLE, AT(scale.period)},
-    {0}};
+#define OF_REFERENCE(kind, name, member) {name, FLESH_FIELD_##kind, offsetof(flesh_accuracy_reference, member)}
+const flesh_study_field flesh_accuracy_reference_fields[] = {
+    OF_REFERENCE(DOUBLE, "apart", apart), OF_REFERENCE(DOUBLE, "change", change), OF_REFERENCE(DOUBLE, "between", between),
+    OF_REFERENCE(DOUBLE, "uncertainty_position_rms", uncertainty.position_rms),
+    OF_REFERENCE(DOUBLE, "uncertainty_position_max", uncertainty.position_max),
+    OF_REFERENCE(DOUBLE, "uncertainty_tip", uncertainty.tip), OF_REFERENCE(DOUBLE, "uncertainty_volume", uncertainty.volume),
+    OF_REFERENCE(DOUBLE, "uncertainty_energy", uncertainty.energy), OF_REFERENCE(DOUBLE, "length", scale.length),
+    OF_REFERENCE(DOUBLE, "motion", scale.motion), OF_REFERENCE(INT, "tip_node", scale.tip),
+    OF_REFERENCE(INT, "tip_axis", scale.tip_axis), OF_REFERENCE(DOUBLE, "tip_motion", scale.tip_motion),
+    OF_REFERENCE(DOUBLE, "kinetic_energy", scale.energy), OF_REFERENCE(DOUBLE, "period", scale.period),
+    OF_REFERENCE(INT, "times", times), OF_REFERENCE(DOUBLE, "start_t", start), OF_REFERENCE(DOUBLE, "end_t", end), {0}};
 
-static int fingerprint(const flesh_accuracy_plan *plan, const char *path, char text[FLESH_STUDY_FINGERPRINT])
-{
-  flesh_scene *scene = NULL;
-  *text = 0;
-  if (!path) return FLESH_OK;
-  int status = flesh_accuracy_read_as_it_stands(plan, path, &scene);
-  if (!status) status = flesh_study_fingerprint(scene, path, text);
-  flesh_scene_destroy(&scene);
-  return status;
-}
-
-/* One text that names the build. */
-static json_t *build_json(void)
-{
-  static const char *const parts[] = {"flesh",          "commit",          "compiler",
-                                      "compiler_flags", "instruction_set", "libraries"};
-  char *words[1] = {NULL};
-  json_t *program = flesh_provenance_program(0, words), *build = json_object();
-  for (size_t p = 0; p < sizeof parts / sizeof parts[0]; p++)
-    json_object_set(build, parts[p], json_object_get(program, parts[p]));
-  json_decref(program);
-  return build;
-}
-
-static json_t *grid_json(const flesh_accuracy_grid *grid)
-{
-  return json_pack("{sfsfsfsfsi}", "start", grid->start, "end", grid->end, "longest", grid->longest, "interval",
-                   grid->interval, "count", grid->count);
-}
-
+/* accuracy.json: the reference for people, reports and the ranks behind the first. */
 static void keep_path(const flesh_accuracy_plan *plan, char path[1400])
 {
   snprintf(path, 1400, "%s/accuracy.json", plan->out);
 }
 
-json_t *flesh_accuracy_reference_json(const flesh_accuracy_plan *plan)
-{
-  json_t *reference = flesh_fields_json(reference_fields, &plan->reference);
-  json_object_set_new(reference, "first", json_string(plan->reference.first));
-  json_object_set_new(reference, "second", json_string(plan->reference.second));
-  json_object_set_new(reference, "times", json_integer(plan->grid.count));
-  json_object_set_new(reference, "start", json_real(plan->grid.start));
-  json_object_set_new(reference, "end", json_real(plan->grid.end));
-  return reference;
-}
-
-int flesh_accuracy_keep(const flesh_accuracy_plan *plan)
+int flesh_accuracy_keep(const flesh_accuracy_plan *plan, const char *words)
 {
   char path[1400];
-  json_t *root = json_object();
+  json_t *root = json_object(), *reference = flesh_fields_json(flesh_accuracy_reference_fields, &plan->reference);
+  json_object_set_new(reference, "made_by", flesh_json_text(words));
   json_object_set_new(root, "scene_path", flesh_json_text(plan->scene));
-  json_object_set_new(root, "scene", json_string(plan->fingerprint));
-  json_object_set_new(root, "build", build_json());
-  json_object_set_new(root, "grid", grid_json(&plan->grid));
   json_object_set_new(root, "program", flesh_provenance_program(plan->options.argc, plan->options.argv));
-  json_object_set_new(root, "reference", flesh_accuracy_reference_json(plan));
+  json_object_set_new(root, "reference", reference);
   keep_path(plan, path);
   return flesh_json_write(path, root);
-}
-
-static const char *text_of(const json_t *object, const char *key)
-{
-  const char *text = json_string_value(json_object_get(object, key));
-  return text ? text : "";
-}
-
-/* In the order in which a person would want to know. */
-static int refuse(const flesh_accuracy_plan *plan, const json_t *root, const char *path)
-{
-  if (strcmp(text_of(root, "scene"), plan->fingerprint))
-    return flesh_fail(
-        FLESH_ERR_ARGUMENT,
-        "--resume: %s is of another scene or other --set values, or its mesh or start "
-        "state has changed; give another --out, or leave --resume out to start over",
-        path);
-  json_t *grid = grid_json(&plan->grid), *build = build_json();
-  int same_grid = json_equal(grid, json_object_get(root, "grid"));
-  int same_build = json_equal(build, json_object_get(root, "build"));
-  json_decref(grid);
-  json_decref(build);
-  if (!same_grid)
-    return flesh_fail(
-        FLESH_ERR_ARGUMENT,
-        "--resume: %s compares at other times; the longest of --steps must be %.15g s, as before",
-        path, json_number_value(json_object_get(json_object_get(root, "grid"), "longest")));
-  if (!same_build)
-    return flesh_fail(FLESH_ERR_ARGUMENT,
-                      "--resume: %s was made by another build of flesh, whose times would not "
-                      "compare; leave --resume out to start over",
-                      path);
-  return FLESH_OK;
 }
 
 int flesh_accuracy_load(flesh_accuracy_plan *plan)
 {
   char path[1400];
-  json_error_t error;
-  char *text = NULL;
-  size_t size = 0;
-  int status = fingerprint(plan, plan->scene, plan->fingerprint);
-  if (!status) status = fingerprint(plan, plan->finer, plan->finer_fingerprint);
   keep_path(plan, path);
-  if (status || !plan->options.resume || flesh_path_access(path, F_OK)) return status;
-  status = flesh_file_load(path, &text, &size);
-  if (status) return status;
-  json_t *root = json_loadb(text, size, 0, &error);
-  free(text);
-  if (!root)
-    return flesh_fail(FLESH_ERR_FILE, "%s:%d:%d: %s", path, error.line, error.column, error.text);
-  status = refuse(plan, root, path);
-  const json_t *reference = json_object_get(root, "reference");
-  if (!status && flesh_fields_read(reference_fields, reference, &plan->reference))
-    status = flesh_fail(FLESH_ERR_FILE, "%s: its reference is incomplete", path);
-  if (!status) {
-    snprintf(plan->reference.first, sizeof plan->reference.first, "%s",
-             text_of(reference, "first"));
-    snprintf(plan->reference.second, sizeof plan->reference.second, "%s",
-             text_of(reference, "second"));
-  }
+  json_t *root = json_load_file(path, 0, NULL);
+  const int lacks = flesh_fields_read(flesh_accuracy_reference_fields, json_object_get(root, "reference"), &plan->reference);
   json_decref(root);
-  return status;
+  return lacks ? flesh_fail(FLESH_ERR_FILE, "%s: its reference is incomplete", path) : FLESH_OK;
 }
 
-void flesh_accuracy_make_fingerprint(flesh_accuracy_plan *plan)
+int flesh_accuracy_known(flesh_accuracy_session *s, int number)
 {
-  json_t *parts[] = {grid_json(&plan->grid), build_json()};
-  SHA2_CTX hash;
-  SHA256Init(&hash);
-  SHA256Update(&hash, (const uint8_t *)plan->fingerprint, strlen(plan->fingerprint));
-  for (int k = 0; k < 2; k++) {
-    char *text = json_dumps(parts[k], JSON_COMPACT | JSON_SORT_KEYS);
-    if (text) SHA256Update(&hash, (const uint8_t *)text, strlen(text));
-    free(text);
-    json_decref(parts[k]);
-  }
-  SHA256End(&hash, plan->study_fingerprint);
+  char path[1500];
+  flesh_accuracy_row *row = &s->plan->rows[number];
+  row->done = 0;
+  int status = flesh_study_store_want(&s->store, &s->study, number);
+  if (!status) status = flesh_study_store_load(&s->store, &s->study);
+  flesh_accuracy_states_path(s->plan, number, path);
+  const int lacks = row->done && !row->figures.status && *path && row->needs_states && flesh_path_access(path, R_OK);
+  if (status || !lacks) return status;
+  row->done = 0;
+  return flesh_study_store_redo(&s->store, "1", number);
+}
+
+int flesh_accuracy_do(flesh_accuracy_session *s, int number)
+{
+  flesh_accuracy_row *row = &s->plan->rows[number];
+  flesh_study study = s->study;
+  const int status = flesh_accuracy_known(s, number);
+  if (status || row->done) return status;
+  if (row->group == FLESH_ACCURACY_SOURCE) study.max_seconds = 2 * (s->plan->max_seconds + s->plan->reference_seconds) + 2;
+  s->store.first = number, s->store.end = number + 1;
+  return flesh_study_run(&study, &s->store, &s->plan->options);
 }

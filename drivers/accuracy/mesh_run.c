@@ -4,308 +4,329 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "accuracy/mesh.h"
-#include "base/confine.h"
 #include "base/clock.h"
+#include "base/confine.h"
 #include "base/error.h"
-#include "scene/scene.h"
+#include "cli/json_memory.h"
 #include "run/describe.h"
-#include "pool/pool.h"
+#include "scene/scene.h"
+#include "study/embedded.h"
 
-typedef struct task {
-  const flesh_accuracy_plan *plan;
-  const flesh_accuracy_meshes *meshes;
-  int row;
-  const flesh_accuracy_row *step; /* NULL: as all; its method and step otherwise */
-  int keep;                       /* 1: the states are written */
-} task;
-
-static void states_path(const flesh_accuracy_plan *plan, int row, char path[1500])
-{
-  snprintf(path, 1500, "%s/mesh_%d.states", plan->out, row);
-}
+static int first_of(const flesh_accuracy_plan *plan) { return flesh_accuracy_slot(plan, FLESH_ACCURACY_RESOLUTION); }
+static const flesh_accuracy_row *row_of(const flesh_accuracy_plan *plan, int k) { return &plan->rows[first_of(plan) + k]; }
+static int is_complete(const flesh_accuracy_row *row) { return row->done && !row->figures.status; }
 
 /* The row's scene: its file with the plan's values, and the row's. */
-static int read_scene(const task *given, flesh_scene **scene)
+static int read_scene(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row, flesh_scene **scene)
 {
-  const flesh_accuracy_plan *plan = given->plan;
-  const flesh_accuracy_meshes *meshes = given->meshes;
-  const flesh_accuracy_mesh_row *row = &meshes->rows[given->row];
-  const flesh_accuracy_row all_alike = {.method = meshes->method, .step = meshes->step};
   flesh_overrides overrides;
   char number[32];
   *scene = NULL;
-  int status = meshes->method < 0 ? flesh_overrides_copy(&overrides, plan->overrides)
-                                  : flesh_accuracy_overrides(plan, given->step ? given->step : &all_alike, &overrides);
+  int status = row->method < 0 ? flesh_overrides_copy(&overrides, plan->overrides)
+                               : flesh_accuracy_overrides(plan, row, &overrides);
   if (status) return status;
-  snprintf(number, sizeof number, "%d", row->refine + (row->source ? 0 : meshes->own_refine));
+  snprintf(number, sizeof number, "%d", row->refine + (row->source ? 0 : plan->meshes.own_refine));
   if (!row->source || row->refine) status = flesh_overrides_add(&overrides, "body.refine", number);
   if (!status) status = flesh_overrides_add(&overrides, "body.element", flesh_element_name((flesh_element)row->element));
   if (!status)
-    status = flesh_scene_read(meshes->sources[row->source], overrides.texts.count, overrides.texts.values, scene);
+    status = flesh_scene_read(flesh_accuracy_scene_of(plan, row), overrides.texts.count, overrides.texts.values, scene);
   flesh_overrides_close(&overrides);
   return status;
 }
 
-static void describe(const flesh_scene *scene, flesh_accuracy_mesh_row *row)
+static void describe(const flesh_scene *scene, flesh_accuracy_figures *f)
 {
-  row->tets = flesh_mesh_tet_count(flesh_scene_mesh(scene));
-  row->nodes = flesh_mesh_node_count(flesh_scene_mesh(scene));
-  row->poisson = NAN;
+  f->tets = flesh_mesh_tet_count(flesh_scene_mesh(scene));
+  f->nodes = flesh_mesh_node_count(flesh_scene_mesh(scene));
+  f->poisson = NAN;
   const flesh_material *materials = flesh_scene_body(scene)->materials;
   for (int k = 0; materials && k < flesh_scene_material_count(scene); k++)
-    row->poisson = fmax(row->poisson, materials[k].poisson); /* fmax takes NaN for nothing */
+    f->poisson = fmax(f->poisson, materials[k].poisson); /* fmax takes NaN for nothing */
 }
 
-static void work(const void *data, void *result)
-{
-  const task *given = data;
-  flesh_accuracy_mesh_row *row = result;
-  flesh_scene *scene = NULL;
-  flesh_accuracy_sampler sampler = {0};
-  int status = read_scene(given, &scene);
-  if (!status) describe(scene, row);
-  if (!status && given->keep) status = flesh_accuracy_sampler_open(given->plan, scene, &sampler);
-  if (!status) status = flesh_accuracy_sample(given->plan, scene, given->keep ? &sampler : NULL, &row->cpu_s);
-  char path[1500];
-  states_path(given->plan, given->row, path);
-  if (!status && given->keep) status = flesh_accuracy_track_write(path, &sampler.track);
-  row->status = status;
-  if (status) snprintf(row->message, sizeof row->message, "%.199s", flesh_error_text());
-  flesh_accuracy_sampler_close(&sampler);
-  flesh_scene_destroy(&scene);
-}
-
-static void show(const flesh_accuracy_mesh_row *row)
-{
-  if (!isatty(STDERR_FILENO)) return;
-  if (row) fprintf(stderr, "\r\033[Kmesh: %s, refined %d times", flesh_element_name((flesh_element)row->element), row->refine);
-  else fputs("\r\033[K", stderr);
-  fflush(stderr);
-}
-
-static int run_row(const task *given, flesh_accuracy_mesh_row *row)
-{
-  const flesh_pool_task alone = {work, given, sizeof *row, given->plan->max_seconds, "the meshes were run"};
-  int crashed_by = 0, status = flesh_pool_do(given->plan->options.ranks, &alone, row, &crashed_by);
-  if (status) return status;
-  row->crashed_by = crashed_by;
-  if (row->crashed_by) row->status = FLESH_ERR_SOLVE;
-  if (row->status == FLESH_ERR_FILE) return flesh_fail(FLESH_ERR_FILE, "%s", row->message);
-  row->done = 1;
-  return FLESH_OK;
-}
-
-double flesh_accuracy_time_mesh(const flesh_accuracy_plan *plan, const flesh_accuracy_meshes *meshes,
-                                const flesh_accuracy_mesh_row *row, const flesh_accuracy_row *step)
-{
-  flesh_accuracy_mesh_row timed = *row;
-  const task given = {plan, meshes, (int)(row - meshes->rows), step, 0};
-  return run_row(&given, &timed) || timed.status ? NAN : timed.cpu_s;
-}
-
-/* Adds a row and runs it; *took in seconds of the wall. */
-static int add(const flesh_accuracy_plan *plan, flesh_accuracy_meshes *meshes, int source, int element, int refine,
-               double *took)
+int flesh_accuracy_run_mesh(const flesh_accuracy_plan *plan, int number)
 {
   const double started = flesh_wall_seconds();
-  const task given = {plan, meshes, meshes->row_count, NULL, 1};
-  flesh_accuracy_mesh_row *row = &meshes->rows[meshes->row_count++];
-  *row = (flesh_accuracy_mesh_row){.source = source, .element = element, .refine = refine,
-                                   .poisson = NAN, .cpu_s = NAN, .error = NAN};
-  show(row);
-  const int status = run_row(&given, row);
-  show(NULL);
-  *took = flesh_wall_seconds() - started;
+  flesh_accuracy_row *row = &plan->rows[number];
+  const int keep = row->group == FLESH_ACCURACY_RESOLUTION;
+  flesh_scene *scene = NULL;
+  flesh_accuracy_sampler sampler = {0};
+  char path[1500];
+  int status = read_scene(plan, row, &scene);
+  if (!status) describe(scene, &row->figures);
+  if (!status && keep) status = flesh_accuracy_sampler_open(plan, scene, &sampler);
+  if (!status) status = flesh_accuracy_sample(plan, scene, keep ? &sampler : NULL, &row->figures.cpu_s);
+  flesh_accuracy_states_path(plan, number, path);
+  if (!status && keep) status = flesh_accuracy_track_write(path, &sampler.track);
+  flesh_accuracy_sampler_close(&sampler);
+  flesh_scene_destroy(&scene);
+  row->figures.took_s = flesh_wall_seconds() - started;
+  return status;
+}
+
+/* A row on a mesh by the method and step of another row, NULL in equilibrium. */
+static flesh_accuracy_row make_row(const flesh_accuracy_plan *plan, flesh_accuracy_group group, int source, int element,
+                                   int refine, const flesh_accuracy_row *by)
+{
+  flesh_accuracy_row row = {.group = group, .method = -1, .source = source, .element = element, .refine = refine,
+                            .inputs = plan->meshes.inputs[source], .figures = flesh_accuracy_unknown};
+  if (by) row.method = by->method, row.step = by->step, row.tolerance = by->tolerance;
+  snprintf(row.setting, sizeof row.setting, "%s, refined %d times%s%.40s", flesh_element_name((flesh_element)element), refine,
+           by ? ", " : "", by ? by->setting : "");
+  return row;
+}
+
+static const flesh_accuracy_row *shared_row(const flesh_accuracy_plan *plan)
+{
+  return plan->meshes.shared < 0 ? NULL : &plan->rows[plan->meshes.shared];
+}
+
+/* Adds a row and runs it, or takes what is known of it; *took in seconds of the wall. */
+static int add(flesh_accuracy_session *s, int source, int element, int refine, double *took)
+{
+  flesh_accuracy_plan *plan = s->plan;
+  const int number = first_of(plan) + plan->meshes.row_count++;
+  flesh_accuracy_row *row = &plan->rows[number];
+  *row = make_row(plan, FLESH_ACCURACY_RESOLUTION, source, element, refine, shared_row(plan));
+  const int status = flesh_accuracy_do(s, number);
+  *took = row->figures.took_s;
   return status;
 }
 
 /* The coarser meshes, then the scene's refined again and again, of each element as far as the seconds go: two meshes of
  * the two that make the reference at least. */
-static int run_all(const flesh_accuracy_plan *plan, flesh_accuracy_meshes *meshes)
+static int run_all(flesh_accuracy_session *s)
 {
   enum { MOST = 5 };
-  const double started = flesh_wall_seconds(), growth = 12; /* eight times the tets, and more iterations */
-  double took, last[FLESH_ELEMENT_COUNT] = {0};
+  const double growth = 12; /* eight times the tets, and more iterations */
+  flesh_accuracy_plan *plan = s->plan;
+  double took, spent = 0, last[FLESH_ELEMENT_COUNT] = {0};
   int status = FLESH_OK, ended[FLESH_ELEMENT_COUNT] = {0};
-  for (int s = 1; s < meshes->source_count && !status; s++)
+  for (int k = 1; k < plan->meshes.source_count && !status; k++)
     for (int e = FLESH_ELEMENT_TET4; e < FLESH_ELEMENT_COUNT && !status; e++)
-      if (meshes->row_count < FLESH_ACCURACY_MESH_ROWS - MOST * FLESH_ELEMENT_COUNT)
-        status = add(plan, meshes, s, e, 0, &took);
+      if (plan->meshes.row_count < FLESH_ACCURACY_MESHES - MOST * FLESH_ELEMENT_COUNT) {
+        status = add(s, k, e, 0, &took);
+        spent += took;
+      }
   for (int refine = 0; refine < MOST && !status; refine++)
     for (int e = FLESH_ELEMENT_COUNT - 1; e >= FLESH_ELEMENT_TET4 && !status; e--) {
       const int needed = refine < 2 && e != FLESH_ELEMENT_TET4;
-      if (ended[e] || (!needed && refine && flesh_wall_seconds() - started + growth * last[e] > meshes->seconds)) {
+      if (ended[e] || (!needed && refine && spent + growth * last[e] > plan->mesh_seconds)) {
         ended[e] = 1;
         continue;
       }
-      status = add(plan, meshes, 0, e, refine, &took);
-      ended[e] = meshes->rows[meshes->row_count - 1].status != FLESH_OK;
+      status = add(s, 0, e, refine, &took);
+      ended[e] = !is_complete(row_of(plan, plan->meshes.row_count - 1));
       last[e] = took;
+      spent += took;
     }
   return status;
 }
 
-static double size_of(const flesh_accuracy_mesh_row *row) { return 1 / cbrt(row->tets); }
+static double size_of(const flesh_accuracy_row *row) { return 1 / cbrt(row->figures.tets); }
+
+/* The meshes' tracks, which of them start elsewhere, the limits of the elements. */
+typedef struct finding {
+  const flesh_accuracy_plan *plan;
+  flesh_accuracy_track tracks[FLESH_ACCURACY_MESHES], limits[FLESH_ELEMENT_COUNT];
+  int elsewhere[FLESH_ACCURACY_MESHES];
+  double change[FLESH_ELEMENT_COUNT]; /* how far the limit is from the finest run [m] */
+} finding;
 
 /* The element's complete rows by their tets, the last three of them in which cells shrink by a fifth at least. */
-static int pick_levels(const flesh_accuracy_meshes *meshes, int element, int rows[3])
+static int pick_levels(const finding *f, int element, int rows[3])
 {
-  int count = 0, all[FLESH_ACCURACY_MESH_ROWS];
-  for (int k = 0; k < meshes->row_count; k++) {
-    const flesh_accuracy_mesh_row *row = &meshes->rows[k];
-    if (row->element != element || !row->done || row->status) continue;
+  int count = 0, all[FLESH_ACCURACY_MESHES];
+  for (int k = 0; k < f->plan->meshes.row_count; k++) {
+    if (row_of(f->plan, k)->element != element || !f->tracks[k].times || f->elsewhere[k]) continue;
     int place = count++;
-    for (; place > 0 && meshes->rows[all[place - 1]].tets > row->tets; place--) all[place] = all[place - 1];
+    for (; place > 0 && row_of(f->plan, all[place - 1])->figures.tets > row_of(f->plan, k)->figures.tets; place--)
+      all[place] = all[place - 1];
     all[place] = k;
   }
   int taken = 0;
   for (int k = count - 1; k >= 0 && taken < 3; k--)
-    if (!taken || size_of(&meshes->rows[all[k]]) > 1.2 * size_of(&meshes->rows[rows[3 - taken]]))
-      rows[3 - ++taken] = all[k];
+    if (!taken || size_of(row_of(f->plan, all[k])) > 1.2 * size_of(row_of(f->plan, rows[3 - taken]))) rows[3 - ++taken] = all[k];
   return taken;
 }
 
 /* The limit of an element: extrapolated from its last two meshes, at the order of its last three where there are so
  * many, else at 2 (at most what corners and held edges leave of it, so that the limit is rather too near). */
-static int find_limit(const flesh_accuracy_plan *plan, flesh_accuracy_meshes *meshes, int element,
-                      flesh_accuracy_track *limit)
+static int find_limit(finding *f, int element, json_t *to)
 {
-  flesh_accuracy_limit *about = &meshes->limits[element];
-  flesh_accuracy_track tracks[3] = {{0}};
-  char path[1500];
-  const int levels = pick_levels(meshes, element, about->rows);
-  int status = FLESH_OK;
+  const flesh_accuracy_measure *measure = &f->plan->measure;
+  flesh_accuracy_track *limit = &f->limits[element];
+  int rows[3], levels = pick_levels(f, element, rows);
   if (levels < 2) return FLESH_OK;
-  for (int k = 3 - levels; k < 3 && !status; k++) {
-    states_path(plan, about->rows[k], path);
-    status = flesh_accuracy_track_read(path, &tracks[k]);
+  const flesh_accuracy_track *coarse = &f->tracks[rows[1]], *fine = &f->tracks[rows[2]];
+  double h[3] = {0};
+  for (int k = 3 - levels; k < 3; k++) h[k] = size_of(row_of(f->plan, rows[k]));
+  const double last = flesh_accuracy_apart(measure, coarse, fine);
+  double order = levels > 2 ? flesh_accuracy_order(h, flesh_accuracy_apart(measure, &f->tracks[rows[0]], coarse), last) : NAN;
+  if (isnan(order)) levels = 2, order = 2;
+  const double factor = 1 / (pow(h[1] / h[2], order) - 1);
+  f->change[element] = factor * last;
+  const int status = flesh_accuracy_track_open(fine->times, fine->unknowns, limit);
+  for (size_t d = 0; d < (size_t)limit->times * (size_t)limit->unknowns; d++)
+    limit->x[d] = fine->x[d] + factor * (fine->x[d] - coarse->x[d]);
+  json_array_append_new(to, json_pack("{ss si sf si si}", "element", flesh_element_name((flesh_element)element), "levels", levels,
+                                      "order", order, "coarse", row_of(f->plan, rows[1])->figures.tets, "fine",
+                                      row_of(f->plan, rows[2])->figures.tets));
+  return status;
+}
+
+/* How far the track is at most from the position it is at for ever: `x` [unknowns]. */
+static int apart_from(const finding *f, const flesh_accuracy_track *track, int times, const double *x, double *apart)
+{
+  flesh_accuracy_track still = {0}, part = *track;
+  const int status = flesh_accuracy_track_open(part.times = times, part.unknowns, &still);
+  for (int t = 0; t < still.times; t++)
+    memcpy(still.x + (size_t)t * (size_t)still.unknowns, x, sizeof(double) * (size_t)still.unknowns);
+  if (!status) *apart = flesh_accuracy_apart(&f->plan->measure, &part, &still);
+  flesh_accuracy_track_close(&still);
+  return status;
+}
+
+/* Reads the states. A coarser scene that starts elsewhere, as one does that has a start state of its own, is another
+ * motion. */
+static int read_tracks(finding *f)
+{
+  const double same = 0.01; /* of the motion */
+  char path[1500];
+  int status = FLESH_OK;
+  for (int k = 0; k < f->plan->meshes.row_count && !status; k++) {
+    double first, whole;
+    if (!is_complete(row_of(f->plan, k))) continue;
+    flesh_accuracy_states_path(f->plan, first_of(f->plan) + k, path);
+    status = flesh_accuracy_track_read(path, &f->tracks[k]);
+    if (status || !row_of(f->plan, k)->source || f->plan->meshes.shared < 0) continue;
+    status = apart_from(f, &f->tracks[k], 1, f->plan->measure.start, &first);
+    if (!status) status = apart_from(f, &f->tracks[k], f->tracks[k].times, f->plan->measure.start, &whole);
+    f->elsewhere[k] = !status && first > same * whole;
   }
-  if (!status) {
-    double h[3] = {0};
-    for (int k = 3 - levels; k < 3; k++) h[k] = size_of(&meshes->rows[about->rows[k]]);
-    const double last = flesh_accuracy_apart(&plan->measure, &tracks[1], &tracks[2]);
-    about->order = levels > 2 ? flesh_accuracy_order(h, flesh_accuracy_apart(&plan->measure, &tracks[0], &tracks[1]), last) : NAN;
-    about->levels = isnan(about->order) ? 2 : 3;
-    if (isnan(about->order)) about->order = 2;
-    const double factor = 1 / (pow(h[1] / h[2], about->order) - 1);
-    about->change = factor * last;
-    for (size_t d = 0; d < (size_t)tracks[2].times * (size_t)tracks[2].unknowns; d++)
-      tracks[2].x[d] += factor * (tracks[2].x[d] - tracks[1].x[d]);
-    *limit = tracks[2];
-    tracks[2] = (flesh_accuracy_track){0};
-  }
-  for (int k = 0; k < 3; k++) flesh_accuracy_track_close(&tracks[k]);
   return status;
 }
 
 /* The reference: the limit of tet10-mean, else of tet10, else of tet4; the next of them checks it. */
-static int find_reference(const flesh_accuracy_plan *plan, flesh_accuracy_meshes *meshes,
-                          flesh_accuracy_track limits[FLESH_ELEMENT_COUNT])
+static int judge(finding *f, json_t *to)
 {
-  int status = FLESH_OK;
+  int status = FLESH_OK, first = 0, second = 0;
   for (int e = FLESH_ELEMENT_COUNT - 1; e >= FLESH_ELEMENT_TET4 && !status; e--) {
-    status = find_limit(plan, meshes, e, &limits[e]);
-    if (!meshes->limits[e].levels) continue;
-    if (!meshes->first) meshes->first = e;
-    else if (!meshes->second) meshes->second = e;
+    status = find_limit(f, e, to);
+    if (!f->limits[e].times) continue;
+    if (!first) first = e;
+    else if (!second) second = e;
   }
-  if (status || !meshes->first) return status;
-  const flesh_accuracy_track *reference = &limits[meshes->first];
-  flesh_accuracy_track start = {0};
-  status = flesh_accuracy_track_open(reference->times, reference->unknowns, &start);
-  for (int t = 0; t < start.times && !status; t++)
-    memcpy(start.x + (size_t)t * (size_t)start.unknowns, plan->measure.start, sizeof(double) * (size_t)start.unknowns);
-  if (!status) meshes->motion = flesh_accuracy_apart(&plan->measure, reference, &start);
-  if (!status && meshes->second) meshes->apart = flesh_accuracy_apart(&plan->measure, reference, &limits[meshes->second]);
-  meshes->uncertainty = fmax(meshes->apart, meshes->limits[meshes->first].change);
-  flesh_accuracy_track_close(&start);
-  return status;
-}
-
-/* Method and step of all runs: of those with fixed steps the one of least CPU time whose error is a hundredth of the
- * motion at most, else the most accurate. */
-static void choose_step(const flesh_accuracy_plan *plan, flesh_accuracy_meshes *meshes)
-{
-  const flesh_accuracy_row *best = NULL;
-  double least = INFINITY;
-  meshes->method = -1;
-  meshes->step_error = 0;
-  for (int k = 0; k < plan->row_count; k++) {
-    const flesh_accuracy_row *row = &plan->rows[k];
-    const double error = *row->tolerance.text ? NAN : flesh_accuracy_step_error(plan, row);
-    /* Accurate ones by their time, which is below 1e6 s; the others by their error. */
-    const double rank = error <= 0.01 ? row->figures.cpu_s : 1e6 * (1 + error);
-    if (!(rank < least)) continue;
-    least = rank, best = row;
-    meshes->step_error = error;
-  }
-  if (!best) return;
-  meshes->method = best->method;
-  meshes->step = best->step;
-}
-
-/* A coarser scene that starts elsewhere, as one does that has a start state of its own, is another motion. */
-static int check_starts(const flesh_accuracy_plan *plan, flesh_accuracy_meshes *meshes)
-{
-  const double same = 0.01; /* of the motion */
-  int status = FLESH_OK;
-  for (int k = 0; k < meshes->row_count && !status; k++) {
-    flesh_accuracy_mesh_row *row = &meshes->rows[k];
-    flesh_accuracy_track track = {0};
-    char path[1500];
-    if (!row->source || !row->done || row->status || meshes->method < 0) continue;
-    states_path(plan, k, path);
-    status = flesh_accuracy_track_read(path, &track);
-    if (status) break;
-    flesh_accuracy_track first = track, last = {0};
-    first.times = 1;
-    status = flesh_accuracy_track_open(track.times, track.unknowns, &last);
-    const size_t size = sizeof(double) * (size_t)track.unknowns;
-    for (int t = 0; t < track.times && !status; t++) memcpy(last.x + (size_t)t * (size_t)track.unknowns, plan->measure.start, size);
-    if (!status && flesh_accuracy_apart(&plan->measure, &first, &last) > same * flesh_accuracy_apart(&plan->measure, &track, &last))
-      row->status = FLESH_ERR_ARGUMENT;
-    flesh_accuracy_track_close(&last);
-    flesh_accuracy_track_close(&track);
+  if (status || !first) return status;
+  const flesh_accuracy_track *reference = &f->limits[first];
+  double motion = 0, apart = second ? flesh_accuracy_apart(&f->plan->measure, reference, &f->limits[second]) : 0;
+  const double uncertainty = fmax(apart, f->change[first]);
+  status = apart_from(f, reference, reference->times, f->plan->measure.start, &motion);
+  json_array_append_new(to, json_pack("{ss ss sf sf sf}", "first", flesh_element_name((flesh_element)first), "second",
+                                      second ? flesh_element_name((flesh_element)second) : "", "apart", apart, "uncertainty",
+                                      uncertainty, "motion", motion));
+  for (int k = 0; k < f->plan->meshes.row_count && !status; k++) {
+    if (!f->tracks[k].times || f->elsewhere[k]) continue;
+    const double error = flesh_accuracy_apart(&f->plan->measure, &f->tracks[k], reference);
+    json_array_append_new(to, json_pack("{si sf sb}", "mesh", k, "error", error / motion, "below", error <= uncertainty));
   }
   return status;
 }
 
-static int judge(const flesh_accuracy_plan *plan, flesh_accuracy_meshes *meshes)
+int flesh_accuracy_find_limits(const flesh_accuracy_plan *plan, json_t *rows)
 {
-  flesh_accuracy_track limits[FLESH_ELEMENT_COUNT] = {{0}};
-  int status = check_starts(plan, meshes);
-  if (!status) status = find_reference(plan, meshes, limits);
-  for (int k = 0; k < meshes->row_count && !status && meshes->first; k++) {
-    flesh_accuracy_mesh_row *row = &meshes->rows[k];
-    flesh_accuracy_track track = {0};
-    char path[1500];
-    if (!row->done || row->status) continue;
-    states_path(plan, k, path);
-    status = flesh_accuracy_track_read(path, &track);
-    if (status) break;
-    const double error = flesh_accuracy_apart(&plan->measure, &track, &limits[meshes->first]);
-    row->below = error <= meshes->uncertainty;
-    row->error = error / meshes->motion;
-    flesh_accuracy_track_close(&track);
-  }
-  for (int e = 0; e < FLESH_ELEMENT_COUNT; e++) flesh_accuracy_track_close(&limits[e]);
+  finding *f = calloc(1, sizeof *f);
+  if (!f) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  f->plan = plan;
+  int status = read_tracks(f);
+  for (int k = 0; k < plan->meshes.row_count; k++)
+    if (f->elsewhere[k]) json_array_append_new(rows, json_pack("{si sb}", "mesh", k, "elsewhere", 1));
+  if (!status) status = judge(f, rows);
+  for (int k = 0; k < plan->meshes.row_count; k++) flesh_accuracy_track_close(&f->tracks[k]);
+  for (int e = 0; e < FLESH_ELEMENT_COUNT; e++) flesh_accuracy_track_close(&f->limits[e]);
+  free(f);
   return status;
 }
 
-static void remove_states(const flesh_accuracy_plan *plan, const flesh_accuracy_meshes *meshes)
+json_t *flesh_accuracy_mesh_facts(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row)
 {
+  const flesh_accuracy_meshes *meshes = &plan->meshes;
+  const char *path = meshes->sources[row->source], *slash = strrchr(path, '/');
+  const flesh_accuracy_row *shared = shared_row(plan);
+  if (row->group == FLESH_ACCURACY_TIMING) return json_pack("{si si}", "timed_mesh", row->mesh, "timed_by", row->timed_by);
+  if (row->group == FLESH_ACCURACY_LIMITS)
+    return json_pack("{ss* ss* si so}", "shared_method", shared ? flesh_accuracy_method_name(shared) : NULL, "shared_step",
+                     shared ? shared->step.text : NULL, "shared", meshes->shared, "point_load",
+                     flesh_json_text(meshes->point_load));
+  return json_pack("{si ss si si so sb}", "mesh", (int)(row - plan->rows) - first_of(plan), "element",
+                   flesh_element_name((flesh_element)row->element), "kind", row->element, "refine", row->refine, "source",
+                   flesh_json_text(slash ? slash + 1 : path), "own",
+                   !row->source && !row->refine && row->element == meshes->own_element);
+}
+
+/* Finds what the meshes converge to: again where other meshes are there, which then all need their states. */
+static int find_limits(flesh_accuracy_session *s)
+{
+  flesh_accuracy_plan *plan = s->plan;
+  flesh_accuracy_meshes *meshes = &plan->meshes;
+  const int number = flesh_accuracy_slot(plan, FLESH_ACCURACY_LIMITS);
+  const char *texts[2 * FLESH_ACCURACY_MESHES];
   char path[1500];
-  for (int k = 0; k < meshes->row_count; k++) {
-    states_path(plan, k, path);
+  for (int k = 0; k < meshes->row_count; k++) texts[2 * k] = row_of(plan, k)->setting, texts[2 * k + 1] = row_of(plan, k)->inputs;
+  flesh_accuracy_hash(2 * meshes->row_count, texts, meshes->all_inputs);
+  plan->rows[number] = (flesh_accuracy_row){.group = FLESH_ACCURACY_LIMITS, .method = -1, .setting = "of all meshes",
+                                            .inputs = meshes->all_inputs, .figures = flesh_accuracy_unknown};
+  int status = flesh_accuracy_known(s, number);
+  for (int k = 0; k < meshes->row_count && !status && !plan->rows[number].done; k++) {
+    plan->rows[first_of(plan) + k].needs_states = 1;
+    status = flesh_accuracy_do(s, first_of(plan) + k);
+  }
+  if (!status) status = flesh_accuracy_do(s, number);
+  if (!status && plan->rows[number].figures.status)
+    status = flesh_fail(plan->rows[number].figures.status, "the meshes: %s", plan->rows[number].figures.message);
+  for (int k = 0; k < meshes->row_count && !status; k++) {
+    flesh_accuracy_states_path(plan, first_of(plan) + k, path);
     flesh_path_unlink(path);
   }
+  return status;
 }
 
-int flesh_accuracy_run_meshes(const flesh_accuracy_plan *plan, flesh_accuracy_meshes *meshes)
+static int tell(flesh_accuracy_session *s, const char *first, const char *second)
 {
+  flesh_study study = s->study;
+  study.case_count = flesh_accuracy_slot(s->plan, FLESH_ACCURACY_RESOLUTION) + s->plan->meshes.row_count;
+  study.table = "mesh", study.words = "mesh.txt";
+  study.results[0] = first ? flesh_embedded_text(flesh_own_files, first) : flesh_embedded_text(flesh_own_files, second);
+  study.results[1] = first ? flesh_embedded_text(flesh_own_files, second) : NULL;
+  return flesh_study_conclude(&study, &s->store, s->plan->out, FLESH_OK);
+}
+
+/* Times the choices of mesh and step that were not run as they are. */
+static int time_choices(flesh_accuracy_session *s)
+{
+  flesh_accuracy_plan *plan = s->plan;
+  const int first = flesh_accuracy_slot(plan, FLESH_ACCURACY_TIMING);
+  const int count = flesh_study_store_number(&s->store, "SELECT count(*) FROM choices WHERE NOT measured");
+  int status = FLESH_OK;
+  for (int k = 0; k < count && !status; k++) {
+    static const char query[] = "SELECT %s FROM choices WHERE NOT measured ORDER BY share LIMIT 1 OFFSET %d";
+    const int mesh = flesh_study_store_number(&s->store, query, "mesh", k);
+    const int by = flesh_study_store_number(&s->store, query, "step", k);
+    const flesh_accuracy_row *row = row_of(plan, mesh);
+    plan->rows[first + k] = make_row(plan, FLESH_ACCURACY_TIMING, row->source, row->element, row->refine, &plan->rows[by]);
+    plan->rows[first + k].mesh = mesh, plan->rows[first + k].timed_by = by;
+    status = flesh_accuracy_do(s, first + k);
+  }
+  return status;
+}
+
+/* The scene, and the files that other meshes are of. */
+static int look_at_scenes(flesh_accuracy_session *s)
+{
+  flesh_accuracy_plan *plan = s->plan;
+  flesh_accuracy_meshes *meshes = &plan->meshes;
   flesh_scene *scene = NULL;
   int status = flesh_accuracy_read_as_it_stands(plan, plan->scene, &scene);
   if (status) return status;
@@ -313,14 +334,28 @@ int flesh_accuracy_run_meshes(const flesh_accuracy_plan *plan, flesh_accuracy_me
   meshes->own_element = (int)flesh_scene_body(scene)->element;
   if (meshes->own_element == FLESH_ELEMENT_AUTO)
     meshes->own_element = flesh_mesh_order(flesh_scene_mesh(scene)) == 2 ? FLESH_ELEMENT_TET10_MEAN : FLESH_ELEMENT_TET4;
-  meshes->point_load = flesh_point_load(scene);
-  choose_step(plan, meshes);
+  const char *load = flesh_point_load(scene);
+  snprintf(meshes->point_load, sizeof meshes->point_load, "%.79s", load ? load : "");
   const int in_time = flesh_system_has_role(flesh_scene_system(scene), FLESH_ROLE_INERTIA);
   flesh_scene_destroy(&scene);
-  if (in_time && meshes->method < 0)
+  meshes->shared = in_time ? flesh_study_store_number(&s->store, "SELECT coalesce((SELECT number FROM shared), -1)") : -1;
+  if (in_time && meshes->shared < 0)
     return flesh_fail(FLESH_ERR_SOLVE, "the meshes are not compared: no method of fixed steps reached the end");
-  status = run_all(plan, meshes);
-  if (!status) status = judge(plan, meshes);
-  remove_states(plan, meshes);
+  meshes->sources[meshes->source_count++] = plan->scene;
+  for (int k = 0; k < plan->coarser->count && !status; k++) {
+    status = flesh_accuracy_fingerprint(plan, plan->coarser->values[k], meshes->inputs[meshes->source_count]);
+    meshes->sources[meshes->source_count++] = plan->coarser->values[k];
+  }
   return status;
+}
+
+int flesh_accuracy_run_meshes(flesh_accuracy_session *s)
+{
+  int status = look_at_scenes(s);
+  if (!status) status = run_all(s);
+  if (!status) status = find_limits(s);
+  if (!status) status = s->plan->run_count ? tell(s, NULL, "mesh") : tell(s, "runs", "mesh");
+  if (!status) status = time_choices(s);
+  if (!status) status = tell(s, NULL, "mesh_words");
+  return status == FLESH_ERR_INTERRUPTED ? flesh_fail(status, "interrupted while the meshes were run; --resume goes on") : status;
 }

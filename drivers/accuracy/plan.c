@@ -1,6 +1,7 @@
 /* plan.c: the methods, the runs that are made of them, and how each is said in a scene. */
 #include <assert.h>
 #include <math.h>
+#include <sha256.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -8,6 +9,9 @@
 #include "accuracy/accuracy.h"
 #include "base/error.h"
 #include "cli/safe_text.h"
+
+/* Rows behind those that are told of: the reference, its sources, tight, limits, timings of three choices, meshes. */
+enum { CHOICES = 3, SLOTS = 3 + FLESH_ACCURACY_SOURCES + CHOICES + FLESH_ACCURACY_MESHES };
 
 #define METHOD(name, scene, adaptive, order, colour, mark, doc) {name, scene, adaptive, order, colour, mark},
 const flesh_accuracy_method flesh_accuracy_methods[] = {FLESH_ACCURACY_METHOD_LIST(METHOD){0}};
@@ -20,12 +24,21 @@ int flesh_accuracy_method_find(const char *name)
   return -1;
 }
 
+const flesh_accuracy_source flesh_accuracy_sources[] = {
+    {"ida5", 0, 0}, {"midpoint", 2, 2}, {"newmark", 2, 2}, {"bdf2", 2, 1}, {"backward-euler", 1, 1}};
+
 const char *const flesh_accuracy_group_names[] = {[FLESH_ACCURACY_WORK] = "work",
                                                   [FLESH_ACCURACY_NEWTON] = "newton_tolerance",
                                                   [FLESH_ACCURACY_LINEAR] = "linear_tolerance",
                                                   [FLESH_ACCURACY_PROJECTION] = "eigenvalue_filter",
                                                   [FLESH_ACCURACY_MASS] = "mass",
-                                                  [FLESH_ACCURACY_MESH] = "mesh"};
+                                                  [FLESH_ACCURACY_MESH] = "mesh",
+                                                  [FLESH_ACCURACY_REFERENCE] = "reference",
+                                                  [FLESH_ACCURACY_SOURCE] = "source",
+                                                  [FLESH_ACCURACY_TIGHT] = "tight",
+                                                  [FLESH_ACCURACY_RESOLUTION] = "resolution",
+                                                  [FLESH_ACCURACY_LIMITS] = "limits",
+                                                  [FLESH_ACCURACY_TIMING] = "timing"};
 static_assert(sizeof flesh_accuracy_group_names / sizeof *flesh_accuracy_group_names == FLESH_ACCURACY_GROUPS,
               "a name of every group");
 
@@ -58,9 +71,53 @@ int flesh_accuracy_overrides(const flesh_accuracy_plan *plan, const flesh_accura
   return status;
 }
 
-static const char *scene_of(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row)
+const char *flesh_accuracy_scene_of(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row)
 {
-  return row->group == FLESH_ACCURACY_MESH ? plan->finer : plan->scene;
+  return row->group == FLESH_ACCURACY_MESH ? plan->finer : row->source ? plan->meshes.sources[row->source] : plan->scene;
+}
+
+const char *flesh_accuracy_method_name(const flesh_accuracy_row *row)
+{
+  return row->method >= 0 ? flesh_accuracy_methods[row->method].name : row->group >= FLESH_ACCURACY_RESOLUTION ? "static" : "";
+}
+
+int flesh_accuracy_slot(const flesh_accuracy_plan *plan, flesh_accuracy_group group)
+{
+  static const int behind[FLESH_ACCURACY_GROUPS] = {[FLESH_ACCURACY_SOURCE] = 1,
+                                                    [FLESH_ACCURACY_TIGHT] = 1 + FLESH_ACCURACY_SOURCES,
+                                                    [FLESH_ACCURACY_LIMITS] = 2 + FLESH_ACCURACY_SOURCES,
+                                                    [FLESH_ACCURACY_TIMING] = 3 + FLESH_ACCURACY_SOURCES,
+                                                    [FLESH_ACCURACY_RESOLUTION] = SLOTS - FLESH_ACCURACY_MESHES};
+  return plan->run_count + behind[group];
+}
+
+void flesh_accuracy_states_path(const flesh_accuracy_plan *plan, int number, char path[1500])
+{
+  const flesh_accuracy_row *row = &plan->rows[number];
+  *path = 0;
+  if (row->group == FLESH_ACCURACY_SOURCE)
+    snprintf(path, 1500, "%s/reference_%s.states", plan->out, flesh_accuracy_methods[row->method].name);
+  else if (row->group == FLESH_ACCURACY_RESOLUTION)
+    snprintf(path, 1500, "%s/mesh_%d.states", plan->out, number - flesh_accuracy_slot(plan, FLESH_ACCURACY_RESOLUTION));
+  else if (row->group == FLESH_ACCURACY_REFERENCE || row->group == FLESH_ACCURACY_TIGHT)
+    snprintf(path, 1500, "%s/%s.states", plan->out, flesh_accuracy_group_names[row->group]);
+}
+
+int flesh_accuracy_fingerprint(const flesh_accuracy_plan *plan, const char *path, char text[FLESH_STUDY_FINGERPRINT])
+{
+  flesh_scene *scene = NULL;
+  int status = flesh_accuracy_read_as_it_stands(plan, path, &scene);
+  if (!status) status = flesh_study_fingerprint(scene, path, text);
+  flesh_scene_destroy(&scene);
+  return status;
+}
+
+void flesh_accuracy_hash(int count, const char *const *texts, char text[FLESH_STUDY_FINGERPRINT])
+{
+  SHA2_CTX hash;
+  SHA256Init(&hash);
+  for (int k = 0; k < count; k++) SHA256Update(&hash, (const uint8_t *)texts[k], strlen(texts[k]) + 1);
+  SHA256End(&hash, text);
 }
 
 int flesh_accuracy_read_as_it_stands(const flesh_accuracy_plan *plan, const char *path, flesh_scene **scene)
@@ -74,7 +131,7 @@ int flesh_accuracy_read(const flesh_accuracy_plan *plan, const flesh_accuracy_ro
   flesh_overrides all;
   int status = flesh_accuracy_overrides(plan, row, &all);
   if (status) return status;
-  status = flesh_scene_read(scene_of(plan, row), all.texts.count, all.texts.values, scene);
+  status = flesh_scene_read(flesh_accuracy_scene_of(plan, row), all.texts.count, all.texts.values, scene);
   flesh_overrides_close(&all);
   return status;
 }
@@ -88,7 +145,7 @@ char *flesh_accuracy_command(const flesh_accuracy_plan *plan, const flesh_accura
   FILE *stream = open_memstream(&text, &size);
   if (stream) {
     fputs("flesh run ", stream);
-    flesh_shell_word_print(stream, scene_of(plan, row));
+    flesh_shell_word_print(stream, flesh_accuracy_scene_of(plan, row));
     for (int k = 0; k < all.texts.count; k++) {
       fputs(" --set ", stream);
       flesh_shell_word_print(stream, all.texts.values[k]);
@@ -111,18 +168,22 @@ void flesh_accuracy_steps_path(const flesh_accuracy_plan *plan, const flesh_accu
   snprintf(path, size, "%s%ssteps/%s_%s.csv", plan ? plan->out : "", plan ? "/" : "", method->name, tolerance);
 }
 
+const flesh_accuracy_figures flesh_accuracy_unknown = {.status = FLESH_ERR_INTERRUPTED,
+                                                       .cpu_s = NAN,
+                                                       .wall_s_median = NAN,
+                                                       .wall_s_min = NAN,
+                                                       .errors = {NAN, NAN, NAN, NAN, NAN},
+                                                       .gain = NAN,
+                                                       .difference = NAN,
+                                                       .estimate = NAN,
+                                                       .took_s = NAN,
+                                                       .poisson = NAN};
+
 static flesh_accuracy_row *add_row(flesh_accuracy_plan *plan, flesh_accuracy_group group,
                                    int method, flesh_accuracy_value step)
 {
-  flesh_accuracy_row *row = &plan->rows[plan->row_count++];
-  *row = (flesh_accuracy_row){.group = group, .method = method, .value = NAN, .step = step};
-  const flesh_accuracy_errors none = {NAN, NAN, NAN, NAN, NAN};
-  row->figures = (flesh_accuracy_figures){.status = FLESH_ERR_INTERRUPTED,
-                                          .cpu_s = NAN,
-                                          .wall_s_median = NAN,
-                                          .wall_s_min = NAN,
-                                          .errors = none,
-                                          .difference = NAN};
+  flesh_accuracy_row *row = &plan->rows[plan->run_count++];
+  *row = (flesh_accuracy_row){.group = group, .method = method, .value = NAN, .step = step, .figures = flesh_accuracy_unknown};
   return row;
 }
 
@@ -138,7 +199,7 @@ static void add_prices(flesh_accuracy_plan *plan, flesh_accuracy_group group, co
   }
 }
 
-int flesh_accuracy_make_rows(flesh_accuracy_plan *plan)
+static void make_runs(flesh_accuracy_plan *plan)
 {
   static const char *const newton[] = {"1e-1", "1e-2", "1e-3", "1e-4", "1e-6", "1e-8", NULL};
   static const char *const newton_quick[] = {"1e-2", "1e-4", "1e-6", NULL};
@@ -146,10 +207,6 @@ int flesh_accuracy_make_rows(flesh_accuracy_plan *plan)
   static const char *const linear_quick[] = {"1e-1", "1e-2", "1e-4", NULL};
   static const char *const projection[] = {"auto", "trust-region-always", "none", NULL};
   static const char *const mass[] = {"lumped", "consistent", NULL};
-  enum { PRICES = 24 };
-  int most = plan->step_count > plan->tolerance_count ? plan->step_count : plan->tolerance_count;
-  plan->rows = calloc((size_t)(plan->method_count * most + PRICES), sizeof *plan->rows);
-  if (!plan->rows) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   for (int m = 0; m < plan->method_count; m++) {
     int method = plan->methods[m], adaptive = flesh_accuracy_methods[method].adaptive;
     for (int k = 0; k < (adaptive ? plan->tolerance_count : plan->step_count); k++) {
@@ -163,7 +220,7 @@ int flesh_accuracy_make_rows(flesh_accuracy_plan *plan)
                adaptive ? row->tolerance.text : step.text);
     }
   }
-  if (plan->representative < 0) return FLESH_OK;
+  if (plan->representative < 0) return;
   add_prices(plan, FLESH_ACCURACY_NEWTON, "solver.newton_tolerance",
              plan->quick ? newton_quick : newton);
   add_prices(plan, FLESH_ACCURACY_LINEAR, "solver.linear_tolerance",
@@ -175,5 +232,22 @@ int flesh_accuracy_make_rows(flesh_accuracy_plan *plan)
         add_row(plan, FLESH_ACCURACY_MESH, plan->representative, plan->representative_step);
     snprintf(row->setting, sizeof row->setting, "finer mesh");
   }
+}
+
+int flesh_accuracy_make_rows(flesh_accuracy_plan *plan)
+{
+  enum { PRICES = 24 };
+  int most = plan->step_count > plan->tolerance_count ? plan->step_count : plan->tolerance_count;
+  plan->rows = calloc((size_t)(plan->method_count * most + PRICES + SLOTS), sizeof *plan->rows);
+  if (!plan->rows) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  make_runs(plan);
+  flesh_accuracy_row *row = &plan->rows[plan->run_count];
+  *row++ = (flesh_accuracy_row){.group = FLESH_ACCURACY_REFERENCE, .method = -1, .setting = "of two methods", .needs_states = 1,
+                                .figures = flesh_accuracy_unknown};
+  for (int k = 0; k < FLESH_ACCURACY_SOURCES; k++)
+    *row++ = (flesh_accuracy_row){.group = FLESH_ACCURACY_SOURCE, .method = flesh_accuracy_method_find(flesh_accuracy_sources[k].method),
+                                  .setting = "refined", .needs_states = 1, .figures = flesh_accuracy_unknown};
+  *row = (flesh_accuracy_row){.group = FLESH_ACCURACY_TIGHT, .method = plan->representative, .step = plan->representative_step,
+                              .setting = "solved tightly", .tight = 1, .needs_states = 1, .figures = flesh_accuracy_unknown};
   return FLESH_OK;
 }

@@ -14,33 +14,12 @@
 #include "base/clock.h"
 #include "base/error.h"
 #include "base/text.h"
-#include "pool/pool.h"
 
-/* A way to a reference: the powers of the step in its error are first, first + stride, ... */
-typedef struct source {
-  const char *method;
-  int first, stride;
-} source;
-
-/* The first two that reach the end make the reference. */
-static const source sources[] = {{"ida5", 0, 0},
-                                 {"midpoint", 2, 2},
-                                 {"newmark", 2, 2},
-                                 {"bdf2", 2, 1},
-                                 {"backward-euler", 1, 1}};
-enum { SOURCES = sizeof sources / sizeof sources[0], COLUMNS = 3, LEVELS = 14 };
-
-/* The result of a source's process, beside its states. */
-typedef struct made {
-  int status, crashed_by;
-  double estimate, seconds; /* position rms [m] by its own last change */
-  char words[120], message[400];
-} made;
+enum { COLUMNS = 3, LEVELS = 14 };
 
 typedef struct task {
   const flesh_accuracy_plan *plan;
-  const source *way;
-  const char *path; /* of the states */
+  const flesh_accuracy_source *way;
 } task;
 
 /* to = finer + (finer - coarser) / (2^power - 1), for positions and velocities; `to` may be either.
@@ -103,10 +82,10 @@ static void close_room(room *r)
 }
 
 /* Refines until the change is below the target, grows again (rounding) or the time is spent. */
-static int refine(const task *given, room *r, made *result)
+static int refine(const task *given, room *r, flesh_accuracy_figures *result)
 {
   const flesh_accuracy_plan *plan = given->plan;
-  const source *way = given->way;
+  const flesh_accuracy_source *way = given->way;
   double started = flesh_wall_seconds(), last = 0;
   /* A thousandth of the smallest error that is asked for. */
   double finest = fmin(plan->tolerances[plan->tolerance_count - 1].value, 1e-3);
@@ -135,13 +114,13 @@ static int refine(const task *given, room *r, made *result)
     if (best >= 0) {
       flesh_accuracy_track_copy(&r->row[best], &r->best);
       if (way->stride && !best)
-        snprintf(result->words, sizeof result->words, "%s, step %.3g s", way->method,
+        snprintf(result->message, sizeof result->message, "%s, step %.3g s", way->method,
                  row.step.value);
       else if (way->stride)
-        snprintf(result->words, sizeof result->words, "%s, step %.3g s extrapolated %d times",
+        snprintf(result->message, sizeof result->message, "%s, step %.3g s extrapolated %d times",
                  way->method, row.step.value, best);
       else
-        snprintf(result->words, sizeof result->words, "%s, tolerance %s, %ld steps", way->method,
+        snprintf(result->message, sizeof result->message, "%s, tolerance %s, %ld steps", way->method,
                  row.tolerance.text, cost.steps);
     }
     worse = level && best < 0 ? worse + 1 : 0;
@@ -154,36 +133,83 @@ static int refine(const task *given, room *r, made *result)
   }
   /* A level that failed does not undo the ones before it. */
   if (status && status != FLESH_ERR_INTERRUPTED && isfinite(result->estimate)) status = FLESH_OK;
-  result->seconds = flesh_wall_seconds() - started;
+  result->took_s = flesh_wall_seconds() - started;
   return status;
 }
 
-static int finish(const task *given, room *r, int status)
+static int finish(const flesh_accuracy_plan *plan, int number, room *r)
 {
-  const flesh_accuracy_plan *plan = given->plan;
+  char path[1500];
   flesh_scene *scene = NULL;
-  if (!status)
-    status = flesh_accuracy_read_as_it_stands(plan, plan->scene, &scene);
+  int status = flesh_accuracy_read_as_it_stands(plan, plan->scene, &scene);
   if (!status) status = flesh_accuracy_track_evaluate(flesh_scene_system(scene), &r->best);
-  if (!status) status = flesh_accuracy_track_write(given->path, &r->best);
+  flesh_accuracy_states_path(plan, number, path);
+  if (!status) status = flesh_accuracy_track_write(path, &r->best);
   flesh_scene_destroy(&scene);
   return status;
 }
 
-static void work(const void *data, void *result)
+int flesh_accuracy_make_source(const flesh_accuracy_plan *plan, int number)
 {
-  const task *given = data;
-  made *m = result;
+  const task given = {plan, &flesh_accuracy_sources[number - flesh_accuracy_slot(plan, FLESH_ACCURACY_SOURCE)]};
+  flesh_accuracy_figures *f = &plan->rows[number].figures;
   room r = {0};
-  int status = open_room(given->plan, given->way->stride ? COLUMNS : 1, &r);
-  if (!status) status = refine(given, &r, m);
-  if (!status && !isfinite(m->estimate))
+  int status = open_room(plan, given.way->stride ? COLUMNS : 1, &r);
+  if (!status) status = refine(&given, &r, f);
+  if (!status && !isfinite(f->estimate))
     status = flesh_fail(FLESH_ERR_BUDGET, "%g s do not suffice for two levels of refinement; --reference-seconds gives more",
-                        given->plan->max_seconds);
-  status = finish(given, &r, status);
-  m->status = status;
-  if (status) snprintf(m->message, sizeof m->message, "%.399s", flesh_error_text());
+                        plan->max_seconds);
+  if (!status) status = finish(plan, number, &r);
   close_room(&r);
+  return status;
+}
+
+/* The first two sources that reached the end; how many there are. */
+static int find_sources(const flesh_accuracy_plan *plan, int numbers[2])
+{
+  const int first = flesh_accuracy_slot(plan, FLESH_ACCURACY_SOURCE);
+  int have = 0;
+  for (int k = first; k < first + FLESH_ACCURACY_SOURCES && have < 2; k++)
+    if (plan->rows[k].done && !plan->rows[k].figures.status) numbers[have++] = k;
+  return have;
+}
+
+int flesh_accuracy_settle(flesh_accuracy_plan *plan, flesh_accuracy_figures *f)
+{
+  flesh_accuracy_track tracks[2] = {0};
+  flesh_accuracy_reference *about = &plan->reference;
+  char paths[2][1500], kept[1500];
+  int numbers[2], status = FLESH_OK;
+  flesh_scene *scene = NULL;
+  find_sources(plan, numbers);
+  for (int k = 0; k < 2 && !status; k++) {
+    flesh_accuracy_states_path(plan, numbers[k], paths[k]);
+    status = flesh_accuracy_track_read(paths[k], &tracks[k]);
+  }
+  const flesh_accuracy_figures *made[2] = {&plan->rows[numbers[0]].figures, &plan->rows[numbers[1]].figures};
+  const int first = made[1]->estimate < made[0]->estimate;
+  if (!status) status = flesh_accuracy_read_as_it_stands(plan, plan->scene, &scene);
+  if (!status) {
+    flesh_accuracy_errors doubt = {0};
+    flesh_accuracy_measure_scale(&plan->measure, flesh_scene_mesh(scene), &tracks[first], &about->scale);
+    flesh_accuracy_compare(&plan->measure, &about->scale, &tracks[!first], &tracks[first], &about->uncertainty);
+    about->apart = about->uncertainty.position_rms;
+    about->change = made[first]->estimate;
+    status = flesh_accuracy_track_doubt(flesh_scene_system(scene), &plan->measure, &about->scale, &tracks[first], &doubt);
+    about->between = doubt.position_rms;
+    flesh_accuracy_widen(about->change, &doubt, &about->uncertainty);
+    about->times = plan->grid.count, about->start = plan->grid.start, about->end = plan->grid.end;
+    f->took_s = made[0]->took_s + made[1]->took_s;
+    snprintf(f->message, sizeof f->message, "%.150s; against %.150s", made[first]->message, made[!first]->message);
+    flesh_accuracy_states_path(plan, flesh_accuracy_slot(plan, FLESH_ACCURACY_REFERENCE), kept);
+    if (!status && flesh_path_rename(paths[first], kept))
+      status = flesh_fail(FLESH_ERR_FILE, "%s cannot be written", kept);
+    if (!status) flesh_path_unlink(paths[!first]);
+  }
+  flesh_scene_destroy(&scene);
+  flesh_accuracy_track_close(&tracks[0]);
+  flesh_accuracy_track_close(&tracks[1]);
+  return status;
 }
 
 static void show(const char *words)
@@ -193,98 +219,39 @@ static void show(const char *words)
   fflush(stderr);
 }
 
-/* Compares with the first and measures the second against it. */
-static int settle(flesh_accuracy_plan *plan, const char *paths[2], made results[2],
-                  flesh_accuracy_track *reference)
+/* Makes sources one after the other until two have reached the end. */
+static int make_sources(flesh_accuracy_session *s)
 {
-  flesh_accuracy_track tracks[2] = {0};
-  flesh_accuracy_reference *about = &plan->reference;
-  char kept[1400];
-  int first = results[1].estimate < results[0].estimate;
-  int status = flesh_accuracy_track_read(paths[0], &tracks[0]);
-  if (!status) status = flesh_accuracy_track_read(paths[1], &tracks[1]);
-  flesh_scene *scene = NULL;
-  if (!status)
-    status = flesh_accuracy_read_as_it_stands(plan, plan->scene, &scene);
-  if (!status) {
-    flesh_accuracy_measure_scale(&plan->measure, flesh_scene_mesh(scene), &tracks[first], &about->scale);
-    flesh_accuracy_compare(&plan->measure, &about->scale, &tracks[!first], &tracks[first],
-                           &about->uncertainty);
-    about->apart = about->uncertainty.position_rms;
-    about->change = results[first].estimate;
-    flesh_accuracy_errors doubt = {0};
-    status = flesh_accuracy_track_doubt(flesh_scene_system(scene), &plan->measure, &about->scale, &tracks[first],
-                                        &doubt);
-    about->between = doubt.position_rms;
-    flesh_accuracy_widen(results[first].estimate, &doubt, &about->uncertainty);
-    snprintf(about->first, sizeof about->first, "%s", results[first].words);
-    snprintf(about->second, sizeof about->second, "%s", results[!first].words);
-    about->seconds = results[0].seconds + results[1].seconds;
-    snprintf(kept, sizeof kept, "%s/reference.states", plan->out);
-    if (!status && flesh_path_rename(paths[first], kept))
-      status = flesh_fail(FLESH_ERR_FILE, "%s cannot be written", kept);
-    flesh_path_unlink(paths[!first]);
-    *reference = tracks[first];
-    tracks[first] = (flesh_accuracy_track){0};
-  }
-  flesh_scene_destroy(&scene);
-  flesh_accuracy_track_close(&tracks[0]);
-  flesh_accuracy_track_close(&tracks[1]);
-  return status;
-}
-
-static int make(flesh_accuracy_plan *plan, flesh_accuracy_track *reference)
-{
-  char paths[2][1400], why[600] = "";
-  made results[2];
-  int have = 0;
-  snprintf(paths[0], sizeof paths[0], "%s/reference_first.states", plan->out);
-  snprintf(paths[1], sizeof paths[1], "%s/reference_second.states", plan->out);
-  for (int s = 0; s < SOURCES && have < 2; s++) {
-    char words[160];
-    const task given = {plan, &sources[s], paths[have]};
-    made *result = &results[have];
-    *result = (made){.status = FLESH_ERR_SOLVE, .estimate = INFINITY};
-    snprintf(words, sizeof words, "reference: %s, about %.0f s", sources[s].method,
-             plan->reference_seconds);
+  const flesh_accuracy_plan *plan = s->plan;
+  const int first = flesh_accuracy_slot(plan, FLESH_ACCURACY_SOURCE);
+  char why[600] = "", words[160];
+  int have = 0, numbers[2];
+  for (int k = first; k < first + FLESH_ACCURACY_SOURCES && have < 2; k++) {
+    const flesh_accuracy_row *row = &plan->rows[k];
+    snprintf(words, sizeof words, "reference: %s, about %.0f s", flesh_accuracy_sources[k - first].method, plan->reference_seconds);
     show(words);
-    const flesh_pool_task alone = {work, &given, sizeof *result, 2 * (plan->max_seconds + plan->reference_seconds),
-                                   "the reference was made"};
-    int crashed_by = 0, status = flesh_pool_do(plan->options.ranks, &alone, result, &crashed_by);
+    const int status = flesh_accuracy_do(s, k);
     show("");
     if (status) return status;
-    result->crashed_by = crashed_by;
-    if (result->status == FLESH_ERR_FILE) return flesh_fail(FLESH_ERR_FILE, "no reference: %s", result->message);
-    if (!result->status && !result->crashed_by) {
-      have++;
-      continue;
-    }
-    flesh_text_add(why, sizeof why, "%s%s: %.120s", *why ? "; " : "", sources[s].method,
-                   result->crashed_by ? "its process died" : result->message);
+    have = find_sources(plan, numbers);
+    if (row->figures.status)
+      flesh_text_add(why, sizeof why, "%s%s: %.120s", *why ? "; " : "", flesh_accuracy_sources[k - first].method, row->figures.message);
   }
-  if (have < 2)
-    return flesh_fail(FLESH_ERR_SOLVE,
-                      "no reference: two methods must reach the end of %s, and %s did (%s)",
-                      plan->scene, have ? "only one" : "none", why);
-  const char *both[2] = {paths[0], paths[1]};
-  return settle(plan, both, results, reference);
+  return have == 2 ? FLESH_OK
+                   : flesh_fail(FLESH_ERR_SOLVE, "no reference: two methods must reach the end of %s, and %s did (%s)",
+                                plan->scene, have ? "only one" : "none", why);
 }
 
-static void remove_halves(const flesh_accuracy_plan *plan)
+int flesh_accuracy_make_reference(flesh_accuracy_session *s)
 {
-  char path[1400];
-  snprintf(path, sizeof path, "%s/reference_first.states", plan->out);
-  flesh_path_unlink(path);
-  snprintf(path, sizeof path, "%s/reference_second.states", plan->out);
-  flesh_path_unlink(path);
-}
-
-int flesh_accuracy_make_reference(flesh_accuracy_plan *plan, flesh_accuracy_track *reference)
-{
-  char path[1400];
-  snprintf(path, sizeof path, "%s/reference.states", plan->out);
-  if (*plan->reference.first) return flesh_accuracy_track_read(path, reference);
-  int status = make(plan, reference);
-  if (status) remove_halves(plan);
-  return status;
+  const flesh_accuracy_plan *plan = s->plan;
+  const int number = flesh_accuracy_slot(plan, FLESH_ACCURACY_REFERENCE);
+  const flesh_accuracy_row *row = &plan->rows[number];
+  char path[1500];
+  int status = flesh_accuracy_known(s, number);
+  if (!status && !row->done) status = make_sources(s);
+  if (!status) status = flesh_accuracy_do(s, number);
+  if (!status && row->figures.status) status = flesh_fail(row->figures.status, "no reference: %s", row->figures.message);
+  flesh_accuracy_states_path(plan, number, path);
+  return status ? status : flesh_accuracy_track_read(path, &s->reference);
 }

@@ -11,7 +11,6 @@
 #include "base/confine.h"
 #include "base/error.h"
 #include "base/sort.h"
-#include "pool/pool.h"
 
 /* Compares every state that it sees. */
 typedef struct judge_of_run {
@@ -112,7 +111,6 @@ typedef struct task {
   const flesh_accuracy_plan *plan;
   const flesh_accuracy_track *reference, *tight; /* tight: NULL for the methods' work */
   const flesh_accuracy_row *row;
-  const flesh_accuracy_grid *keep; /* the run solved tightly: the times that are kept of it, and its errors are not */
 } task;
 
 /* Runs it again and again: without --repeat short runs more often than long ones. */
@@ -175,43 +173,45 @@ static void judge(const flesh_accuracy_plan *plan, const judge_of_run *judged, f
   if (judged->tight) f->difference = judged->difference.position_rms;
 }
 
-void flesh_accuracy_tight_path(const flesh_accuracy_plan *plan, char path[1400])
+/* At every step where there is room for all. */
+static flesh_accuracy_grid tight_times(const flesh_accuracy_plan *plan)
 {
-  snprintf(path, 1400, "%s/tight.states", plan->out);
+  flesh_accuracy_grid keep = plan->grid;
+  const double step = plan->representative_step.value, steps = ceil((keep.end - keep.start) / step - 1e-6);
+  keep.longest = step;
+  keep.interval = step * ceil(steps / (flesh_accuracy_room(3 * plan->measure.nodes) - 1));
+  keep.count = (int)ceil((keep.end - keep.start) / keep.interval - 1e-6) + 1;
+  return keep;
 }
 
-/* The run that is kept instead of judged. */
-static void work_tight(const void *data, void *result)
+int flesh_accuracy_run_tight(const flesh_accuracy_plan *plan, int number)
 {
-  const task *given = data;
-  const flesh_accuracy_plan *plan = given->plan;
-  flesh_accuracy_figures *f = result;
-  char path[1400];
+  char path[1500];
   flesh_scene *scene = NULL;
   flesh_accuracy_cost cost;
   flesh_accuracy_track track = {0};
-  flesh_accuracy_keeper keeper = {given->keep, &track, 0};
+  const flesh_accuracy_grid keep = tight_times(plan);
+  flesh_accuracy_keeper keeper = {&keep, &track, 0};
   const flesh_accuracy_watch watch = {flesh_accuracy_keep_state, &keeper, 0};
-  int status = flesh_accuracy_read(plan, given->row, &scene);
-  if (!status) status = flesh_accuracy_track_open(given->keep->count, 3 * plan->measure.nodes, &track);
+  int status = flesh_accuracy_read(plan, &plan->rows[number], &scene);
+  if (!status) status = flesh_accuracy_track_open(keep.count, 3 * plan->measure.nodes, &track);
   if (!status) status = flesh_accuracy_integrate(scene, &plan->grid, plan->max_seconds, NULL, &watch, &cost);
-  flesh_accuracy_tight_path(plan, path);
+  flesh_accuracy_states_path(plan, number, path);
   if (!status) status = flesh_accuracy_track_write(path, &track);
-  f->status = status;
-  if (status) snprintf(f->message, sizeof f->message, "%.399s", flesh_error_text());
   flesh_accuracy_track_close(&track);
   flesh_scene_destroy(&scene);
+  return status;
 }
 
 /* Reads, on a rank behind the first, the reference and the tight run that the first rank has made. */
 static int read_made(flesh_accuracy_plan *plan, const flesh_accuracy_row *row, flesh_accuracy_track *reference,
                      flesh_accuracy_track *tight)
 {
-  char path[1400];
-  plan->options.resume = 1;
+  char path[1500];
   int status = flesh_accuracy_load(plan);
-  if (!status) status = flesh_accuracy_make_reference(plan, reference);
-  flesh_accuracy_tight_path(plan, path);
+  flesh_accuracy_states_path(plan, flesh_accuracy_slot(plan, FLESH_ACCURACY_REFERENCE), path);
+  if (!status) status = flesh_accuracy_track_read(path, reference);
+  flesh_accuracy_states_path(plan, flesh_accuracy_slot(plan, FLESH_ACCURACY_TIGHT), path);
   if (!status && row->group != FLESH_ACCURACY_WORK) status = flesh_accuracy_track_read(path, tight);
   return status;
 }
@@ -232,12 +232,12 @@ static int run_and_judge(const task *given, flesh_accuracy_figures *f)
   return status;
 }
 
-void flesh_accuracy_do_row(const flesh_accuracy_work *given, int number, flesh_accuracy_figures *f)
+int flesh_accuracy_do_row(const flesh_accuracy_work *given, int number, flesh_accuracy_figures *f)
 {
   flesh_accuracy_plan plan = *given->plan; /* this process's */
   const flesh_accuracy_row *row = &given->plan->rows[number];
   flesh_accuracy_track reference = {0}, tight = {0};
-  task t = {&plan, given->reference, row->group == FLESH_ACCURACY_WORK ? NULL : given->tight, row, NULL};
+  task t = {&plan, given->reference, row->group == FLESH_ACCURACY_WORK ? NULL : given->tight, row};
   int status = FLESH_OK;
   if (!given->reference) {
     status = read_made(&plan, row, &reference, &tight);
@@ -245,37 +245,7 @@ void flesh_accuracy_do_row(const flesh_accuracy_work *given, int number, flesh_a
     t.tight = row->group == FLESH_ACCURACY_WORK ? NULL : &tight;
   }
   if (!status) status = run_and_judge(&t, f);
-  f->status = status;
-  if (status) snprintf(f->message, sizeof f->message, "%.399s", flesh_error_text());
   flesh_accuracy_track_close(&reference);
   flesh_accuracy_track_close(&tight);
-}
-
-int flesh_accuracy_make_tight(const flesh_accuracy_plan *plan, const flesh_accuracy_track *reference,
-                              flesh_accuracy_track *tight)
-{
-  char path[1400];
-  flesh_accuracy_row row = {.method = plan->representative,
-                            .step = plan->representative_step,
-                            .setting = "solved tightly",
-                            .tight = 1};
-  /* At every step where there is room for all. */
-  flesh_accuracy_grid keep = plan->grid;
-  double steps = ceil((keep.end - keep.start) / row.step.value - 1e-6);
-  keep.longest = row.step.value;
-  keep.interval = row.step.value * ceil(steps / (flesh_accuracy_room(3 * plan->measure.nodes) - 1));
-  keep.count = (int)ceil((keep.end - keep.start) / keep.interval - 1e-6) + 1;
-  const task given = {plan, reference, NULL, &row, &keep};
-  flesh_accuracy_figures *f = &row.figures;
-  flesh_accuracy_tight_path(plan, path);
-  const flesh_pool_task alone = {work_tight, &given, sizeof *f, plan->max_seconds * (plan->repeat ? plan->repeat : 3),
-                                 "the other prices were prepared"};
-  int crashed_by = 0, status = flesh_pool_do(plan->options.ranks, &alone, f, &crashed_by);
-  if (status) return status;
-  if (crashed_by) f->status = FLESH_ERR_SOLVE;
-  if (f->status == FLESH_ERR_FILE) return flesh_fail(FLESH_ERR_FILE, "%s", f->message);
-  if (row.figures.status)
-    return flesh_fail(row.figures.status, "the costs of other settings are not measured: %s",
-                      row.figures.message);
-  return flesh_accuracy_track_read(path, tight);
+  return status;
 }

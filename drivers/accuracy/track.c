@@ -315,3 +315,23 @@ void flesh_accuracy_widen(double estimate, const flesh_accuracy_errors *doubt, f
   u->volume = factor * u->volume + doubt->volume;
   u->energy = factor * fabs(u->energy) + fabs(doubt->energy);
 }
+
+/* |f0-f1|/|f1-f2| where errors fall as h^p. */
+static double ratio(const double h[3], double p)
+{
+  return (pow(h[0], p) - pow(h[1], p)) / (pow(h[1], p) - pow(h[2], p));
+}
+
+double flesh_accuracy_order(const double h[3], double first, double second)
+{
+  double low = 0.5, high = 4;
+  const double wanted = first / second;
+  if (!(second > 0) || !(first > 0) || !isfinite(wanted) || wanted < ratio(h, low)) return NAN;
+  if (wanted > ratio(h, high)) return high;
+  for (int k = 0; k < 60; k++) {
+    const double middle = (low + high) / 2;
+    if (ratio(h, middle) < wanted) low = middle;
+    else high = middle;
+  }
+  return (low + high) / 2;
+}

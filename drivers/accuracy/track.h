@@ -107,6 +107,10 @@ int flesh_accuracy_track_doubt(const flesh_system *system, const flesh_accuracy_
  * than to its own last change. */
 void flesh_accuracy_widen(double estimate, const flesh_accuracy_errors *doubt, flesh_accuracy_errors *u);
 
+/* The order p at which differences |f0-f1| and |f1-f2| of sizes h0 > h1 > h2 fall, f = limit + c h^p; within 0.5 to 4,
+ * NaN where they do not fall. */
+double flesh_accuracy_order(const double h[3], double first, double second);
+
 /* The cost of an integration. */
 typedef struct flesh_accuracy_cost {
   long steps, rejected, residuals, assemblies, newton, linear;

@@ -1,10 +1,8 @@
 /* pool.c: hands cases out to this machine's processes and to other ranks. */
 #include "pool/pool.h"
 
-#include <signal.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include "base/error.h"
@@ -126,43 +124,6 @@ static void hear_signal(const flesh_ranks *ranks)
 void flesh_pool_listen(const flesh_ranks *ranks)
 {
   if (ranks && ranks->all > ranks->count && flesh_ranks_first(ranks)) hear_signal(ranks);
-}
-
-/* A task and its result, as the only case of places of their own. */
-typedef struct task {
-  const flesh_pool_task *task;
-  void *result;
-} task;
-
-static void do_task(const void *data, int number, flesh_text *answer)
-{
-  const task *given = data;
-  (void)number;
-  given->task->work(given->task->data, given->result);
-  flesh_text_append(answer, given->result, given->task->size);
-}
-
-int flesh_pool_do(const flesh_ranks *ranks, const flesh_pool_task *given, void *result, int *crashed_by)
-{
-  const double grace = 2; /* s, for what stops by itself between steps */
-  const task alone = {given, result};
-  const flesh_pool_cases cases = {do_task, &alone, given->max_seconds > 0 ? given->max_seconds + grace : 0};
-  flesh_places places;
-  flesh_pool_end end = {.number = -1};
-  int started, status = flesh_places_open(1, &cases, &places);
-  if (!status) status = flesh_places_start(&places, 0, &started);
-  while (!status && end.number < 0) {
-    hear_signal(ranks);
-    if (flesh_interrupt_signal()) flesh_places_stop(&places);
-    status = flesh_places_wait(&places, 50, &end);
-  }
-  const int whole = end.answer.size == given->size && !end.answer.failed;
-  if (whole) memcpy(result, end.answer.data, given->size);
-  *crashed_by = whole ? 0 : WIFSIGNALED(end.ended) ? WTERMSIG(end.ended) : -1;
-  free(end.answer.data);
-  flesh_places_close(&places);
-  if (status) return status;
-  return flesh_interrupt_signal() ? flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted while %s", given->doing) : FLESH_OK;
 }
 
 void flesh_pool_dismiss(const flesh_ranks *ranks, int code)

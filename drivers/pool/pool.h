@@ -31,18 +31,6 @@ int flesh_pool_start(flesh_pool *pool, int number, int *started);
 /* Waits until a case has ended, a signal has come or a moment has passed. A signal (interrupt.h; on any rank) is passed
  * on to all that run, once; what has not ended 2 s later is killed. Errors: FLESH_ERR_MEMORY. */
 int flesh_pool_wait(flesh_pool *pool, flesh_pool_end *end);
-/* Does work(data, result) in a process of the first rank's own, on a copy of `result` that comes back, while no case runs.
- * *crashed_by is the signal that ended it, -1 for another end, 0 where it reported; the result is then as it was. A signal
- * to any rank ends it: FLESH_ERR_INTERRUPTED, `doing` says what was being done. Further errors: FLESH_ERR_FILE,
- * FLESH_ERR_MEMORY. */
-typedef struct flesh_pool_task {
-  void (*work)(const void *data, void *result);
-  const void *data;
-  size_t size;        /* of the result, which is plain data */
-  double max_seconds; /* 0: any; 2 s later its process is ended */
-  const char *doing;
-} flesh_pool_task;
-int flesh_pool_do(const flesh_ranks *ranks, const flesh_pool_task *task, void *result, int *crashed_by);
 /* A command whose cases all ranks do. `name` is the command's, `status` what came of its plans, which every rank has made
  * for itself: the worst of all is told by one rank and ends all. Then the first rank calls lead(data), which hands out
  * cases by a pool and returns the exit code; the others do what they are given until they get that code. Returns it. */

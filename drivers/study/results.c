@@ -72,8 +72,8 @@ static int add_functions(sqlite3 *database)
     const char *name;
     int count;
     void (*call)(sqlite3_context *, int, sqlite3_value **);
-  } rows[] = {{"number", 2, print_number}, {"cell", 3, print_number}, {"status_name", 1, print_status}, {"sign_test", 2, test_signs},
-              {"plot", 6, print_script}, {"quoted", 1, print_script}};
+  } rows[] = {{"number", 2, print_number}, {"cell", 3, print_number}, {"status_name", 1, print_status},
+              {"sign_test", 2, test_signs}, {"plot", 6, print_script}, {"quoted", 1, print_script}};
   for (size_t k = 0; k < sizeof rows / sizeof *rows; k++)
     if (sqlite3_create_function(database, rows[k].name, rows[k].count, SQLITE_UTF8 | SQLITE_DETERMINISTIC, NULL, rows[k].call,
                                 NULL, NULL))

@@ -231,12 +231,13 @@ static int make_results(const flesh_study *study, flesh_study_store *store, cons
   const flesh_results to = {out, !ran || ran == FLESH_ERR_INTERRUPTED, ran ? NULL : draw, made};
   int status = flesh_study_store_make_views(store);
   if (study->facts && !status)
-    status = flesh_study_store_execute(store, "CREATE TEMP TABLE facts (number INTEGER PRIMARY KEY, data TEXT)");
+    status = flesh_study_store_execute(store, "CREATE TEMP TABLE IF NOT EXISTS facts (number INTEGER PRIMARY KEY, data TEXT)");
   for (int number = 0; number < study->case_count && study->facts && !status; number++) {
     json_t *facts = study->facts(study->data, number);
+    if (!facts) continue;
     char *text = json_dumps(facts, JSON_COMPACT);
     json_decref(facts);
-    status = text ? flesh_study_store_execute(store, "INSERT INTO facts VALUES (%d, %Q)", number, text)
+    status = text ? flesh_study_store_execute(store, "INSERT OR REPLACE INTO facts VALUES (%d, %Q)", number, text)
                   : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
     free(text);
   }
@@ -254,7 +255,8 @@ int flesh_study_conclude(const flesh_study *study, flesh_study_store *store, con
   if (ran) return flesh_fail(ran, "%s", words);
   if (!status) status = flesh_plot_accept(study->name, flesh_plot_ended(&made.outcome));
   if (!status && (study->draw || made.count))
-    printf("\nresults: %s/%s.csv, %s/verdict.txt, %s %s/*.png\n", out, study->name, out,
+    printf("\nresults: %s/%s.csv, %s/%s, %s %s/*.png\n", out, study->table ? study->table : study->name, out,
+           study->words ? study->words : "verdict.txt",
            made.outcome.status ? "what could be drawn of the pictures" : "pictures", out);
   return status;
 }

@@ -128,6 +128,27 @@ static int check_format(const flesh_study_store *store, const char *format)
   return FLESH_OK;
 }
 
+/* The first part of a list, "flesh 0.3, 600 s", in which it is another than the other list. New; NULL without memory. */
+static char *differing_part(const char *list, const char *other)
+{
+  size_t from = 0;
+  for (size_t k = 0; list[k] && list[k] == other[k]; k++)
+    if (list[k] == ',') from = k + 1;
+  return strndup(list + from + strspn(list + from, " "), strcspn(list + from, ",") - strspn(list + from, " "));
+}
+
+static int fail_of_another(const flesh_study_store *store, const flesh_study *study, const char *fingerprint)
+{
+  char *there = differing_part(fingerprint, study->fingerprint), *here = differing_part(study->fingerprint, fingerprint);
+  const int told = there && here && strchr(study->fingerprint, ',') && strchr(fingerprint, ',');
+  const int status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: is of another %s%s%s%s%s%s: %s, or give another --out", store->path,
+                                study->name, told ? " (there " : "", told ? there : "", told ? ", here " : "", told ? here : "",
+                                told ? ")" : "", study->different);
+  free(there);
+  free(here);
+  return status;
+}
+
 /* Whether the database is of this study and shard. */
 static int compare(flesh_study_store *store, const flesh_study *study)
 {
@@ -139,8 +160,7 @@ static int compare(flesh_study_store *store, const flesh_study *study)
   if (status) { /* out of memory */
   } else if (!fingerprint || !shard) status = check_format(store, NULL);
   else if (strcmp(fingerprint, study->fingerprint))
-    status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: is of another %s: %s, or give another --out", store->path, study->name,
-                        study->different);
+    status = fail_of_another(store, study, fingerprint);
   else if (strcmp(shard, wanted))
     status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: holds shard %s, not %s; give each shard an --out of its own",
                         store->path, shard, wanted);
@@ -227,8 +247,7 @@ static int fill(flesh_study_store *store, const flesh_study *study, const flesh_
   if (!status) status = flesh_study_store_plan(store, study);
   if (!status) status = enrol(store, options->argc, options->argv);
   if (!status && found && study->again)
-    status = flesh_study_store_execute(store, "UPDATE cases SET status = 'planned', worker = NULL, started = NULL WHERE (%s) "
-                                       "AND status <> 'running' AND id IN (SELECT id FROM temp.wanted)", study->again);
+    status = flesh_study_store_redo(store, study->again, -1);
   if (!status && !found && (status = flesh_study_views_write(store, &bad)) && bad >= 0) status = FLESH_OK;
   return status;
 }

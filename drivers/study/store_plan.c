@@ -120,21 +120,42 @@ static int prepare(planner *p)
   int status = sql.failed ? flesh_fail(FLESH_ERR_MEMORY, "out of memory")
                           : flesh_study_store_prepare(p->store, sql.data, &p->insert);
   free(sql.data);
-  if (!status)
-    status = flesh_study_store_execute(p->store, "CREATE TEMP TABLE wanted (id INTEGER PRIMARY KEY, number INTEGER UNIQUE)");
   if (!status) status = flesh_study_store_prepare(p->store, "SELECT id FROM cases WHERE case_key = ?", &p->find);
   if (!status) status = flesh_study_store_prepare(p->store, "INSERT OR IGNORE INTO temp.wanted VALUES (?, ?)", &p->want);
   return status;
 }
 
-int flesh_study_store_plan(flesh_study_store *store, const flesh_study *study)
+/* Plans every `stride`-th case from the first to before the end. */
+static int plan_cases(flesh_study_store *store, const flesh_study *study, int first, int end, int stride)
 {
   planner p = {.study = study, .store = store};
   int status = prepare(&p);
-  for (int number = store->shard - 1; !status && number < study->case_count; number += store->shards)
-    status = plan_case(&p, number);
+  for (int number = first; !status && number < end; number += stride) status = plan_case(&p, number);
   sqlite3_finalize(p.find);
   sqlite3_finalize(p.insert);
   sqlite3_finalize(p.want);
   return status;
+}
+
+int flesh_study_store_plan(flesh_study_store *store, const flesh_study *study)
+{
+  const int status =
+      flesh_study_store_execute(store, "CREATE TEMP TABLE wanted (id INTEGER PRIMARY KEY, number INTEGER UNIQUE)");
+  return status ? status : plan_cases(store, study, store->shard - 1, study->case_count, store->shards);
+}
+
+int flesh_study_store_want(flesh_study_store *store, const flesh_study *study, int number)
+{
+  int status = flesh_study_store_execute(store, "BEGIN IMMEDIATE");
+  if (status) return status;
+  status = plan_cases(store, study, number, number + 1, 1);
+  if (!status && study->again) status = flesh_study_store_redo(store, study->again, number);
+  return flesh_study_store_end(store, status);
+}
+
+int flesh_study_store_redo(flesh_study_store *store, const char *condition, int number)
+{
+  return flesh_study_store_execute(store, "UPDATE cases SET status = 'planned', worker = NULL, started = NULL WHERE (%s) AND "
+                                   "status <> 'running' AND id IN (SELECT id FROM temp.wanted WHERE %d IN (number, -1))",
+                                   condition, number);
 }

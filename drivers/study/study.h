@@ -54,8 +54,10 @@ typedef struct flesh_study {
   double max_seconds; /* after which a case's process is ended; 0: never */
   double budget;      /* that cases stop at by themselves, for the words; 0: none */
   const char *again;  /* condition in SQL on the table `cases`: which of those done --resume does again; NULL: none */
+  const char *table, *words; /* names of the results that are told of; NULL: <name>.csv, verdict.txt */
   const char *results[3]; /* SQL that makes tables and words of the cases (results.h); NULL ends it */
-  /* New object of what that SQL knows of a case beside its row, in the table facts (number, data) of all cases; NULL: none. */
+  /* New object of what that SQL knows of a case beside its row, in the table facts (number, data) of all cases; NULL: none.
+   * What it returns NULL for has none. */
   json_t *(*facts)(const void *data, int number);
   int (*draw)(const void *data); /* pictures that this SQL does not draw, once all cases are done; NULL: none */
   int asks;           /* an existing database is gone on with only by --resume, and else refused instead of begun anew */
@@ -119,6 +121,10 @@ int flesh_study_store_open(const flesh_study *study, const flesh_study_options *
 /* Opens one that is there, to read from. */
 int flesh_study_store_read(const char *path, flesh_study_store *store);
 void flesh_study_store_close(flesh_study_store *store);
+/* Adds a case of a number beyond study->case_count, in every shard, to this study's. */
+int flesh_study_store_want(flesh_study_store *store, const flesh_study *study, int number);
+/* Plans the case, with -1 every one, again where the condition in SQL on `cases` holds, unless it runs. */
+int flesh_study_store_redo(flesh_study_store *store, const char *condition, int number);
 /* The next case for this process, -1 when none is left to be begun. */
 int flesh_study_store_claim(flesh_study_store *store, int *number);
 /* Writes the case's row, and in the same transaction claims the next (*next, may be NULL). `record` is borrowed. */

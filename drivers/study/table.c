@@ -48,10 +48,3 @@ const char *flesh_table_text(char text[FLESH_TABLE_TEXT], const char *format, do
   if ((*sign == '-' || *sign == '+') && !sign[1 + strspn(sign + 1, "0.")]) memmove(sign, sign + 1, strlen(sign));
   return text;
 }
-
-void flesh_table_cell(double value, int width, const char *format)
-{
-  char text[FLESH_TABLE_TEXT] = "-";
-  if (!isnan(value)) flesh_table_text(text, format, value);
-  printf(" %*s", width, text);
-}

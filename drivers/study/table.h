@@ -18,7 +18,5 @@ void flesh_table_field(FILE *stream, double value);
 /* Prints the value by a format of printf for one double; what shows as zero has no sign. Returns `text`. */
 enum { FLESH_TABLE_TEXT = 48 };
 const char *flesh_table_text(char text[FLESH_TABLE_TEXT], const char *format, double value);
-/* Prints a blank and the number so on stdout, at the right of `width` letters; a dash for NaN. */
-void flesh_table_cell(double value, int width, const char *format);
 
 #endif

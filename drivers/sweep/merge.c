@@ -29,7 +29,7 @@ static int execute_with(flesh_study_store *store, const char *sql, const char *t
 /* Figures that no two runs share. */
 #define TIMED                                                                                                          \
   "'$.figures.wall_s', '$.figures.cpu_s', '$.figures.wall_s_median', '$.figures.wall_s_min', '$.figures.time_ratio', "  \
-  "'$.figures.peak_memory_kB', '$.inputs'"
+  "'$.figures.took_s', '$.figures.peak_memory_kB', '$.inputs'"
 
 /* Cases that were finished in both with other figures, times aside. */
 static const char different_sql[] =
@@ -95,7 +95,8 @@ static int merge(const char *out, const char *temporary, int count, char **paths
     status = FLESH_OK;
   }
   if (!status) {
-    int whole = flesh_study_store_number(&store, "SELECT value FROM meta WHERE key = 'cases'");
+    int whole = flesh_study_store_number(&store, "SELECT value + (SELECT count(*) FROM cases WHERE id > value) "
+                                                "FROM meta WHERE key = 'cases'");
     int done = flesh_study_store_number(&store, "SELECT count(*) FROM cases WHERE status <> 'planned'");
     printf("%s: %d of %d cases are done", out, done, whole);
     printf(done < whole ? "; as sweep.db in a folder, `flesh sweep SPEC --out FOLDER --resume` does the others\n"

@@ -243,14 +243,32 @@ static void a_reference_is_known_between_its_times(void)
   CHECK(error[2] > 1e3 * error[1] && doubt >= error[2] / 2);
 }
 
+/* f = 3 + c h^p on any three sizes. */
+static void orders_of_meshes_are_found(void)
+{
+  const double sizes[][3] = {{1, 0.5, 0.25}, {1, 0.7, 0.4}, {0.3, 0.15, 0.1}};
+  for (int s = 0; s < 3; s++)
+    for (double p = 0.75; p < 4; p += 0.5) {
+      const double *h = sizes[s];
+      const double first = fabs(pow(h[0], p) - pow(h[1], p)), second = fabs(pow(h[1], p) - pow(h[2], p));
+      CHECK_NEAR(flesh_accuracy_order(h, 7 * first, 7 * second), p, 1e-9);
+    }
+  const double h[3] = {1, 0.5, 0.25};
+  CHECK(flesh_accuracy_order(h, 32, 1) == 4);
+  CHECK(isnan(flesh_accuracy_order(h, 1, 1)) && isnan(flesh_accuracy_order(h, 1, 2)) && isnan(flesh_accuracy_order(h, 1, 0)));
+}
+
 /* The tables of cases, with figures that each has unless they are made up. */
 static const char tables[] =
-    "CREATE TABLE results (id INTEGER PRIMARY KEY, status DEFAULT 'complete', status_code DEFAULT 0, steps DEFAULT 0, rejected "
+    "CREATE TABLE results (id INTEGER PRIMARY KEY, price, message, times, apart, \"change\", \"between\", "
+    "uncertainty_position_rms, length, motion, tip_node, tip_motion, period, start_t, end_t, status DEFAULT 'complete', status_code DEFAULT 0, steps DEFAULT 0, rejected "
     "DEFAULT 0, residual_evaluations, hessian_assemblies DEFAULT 0, newton DEFAULT 0, linear_iterations DEFAULT 0, cpu_s, "
     "wall_s_median, wall_s_min, error_position_rms, error_position_max, error_tip, error_volume, energy_drift, energy_gain "
     "DEFAULT 0, below_reference DEFAULT 0, difference);"
     "CREATE TEMP TABLE wanted (id INTEGER PRIMARY KEY, number INTEGER);"
-    "CREATE TEMP TABLE facts (number INTEGER PRIMARY KEY, data TEXT)";
+    "CREATE TEMP TABLE facts (number INTEGER PRIMARY KEY, data TEXT);"
+    "INSERT INTO results (id, price, message, times, uncertainty_position_rms, motion, length) VALUES (100, 'reference', 'one; "
+    "against two', 9, 1e-9, 1.0, 1.0); INSERT INTO wanted VALUES (100, 100)";
 
 /* Runs of one method with given errors and costs, against a reference of a motion of 1 m that is known to 1e-9 m. */
 static sqlite3 *fill(int count, const double *steps, const double *errors, const double *seconds)
@@ -260,13 +278,19 @@ static sqlite3 *fill(int count, const double *steps, const double *errors, const
     char *sql = sqlite3_mprintf(
         "INSERT INTO results (id, error_position_rms, cpu_s, residual_evaluations) VALUES (%d, %!.17g, %!.17g, %d); INSERT INTO wanted "
         "VALUES (%d, %d); INSERT INTO facts VALUES (%d, json_object('method', 'bdf2', 'price', 'work', 'setting', 'step=%d', 'value', "
-        "%!.17g, 'adaptive', 0, 'command', 'flesh run', 'reference', json_object('first', 'one', 'second', 'two', 'times', 9, "
-        "'uncertainty_position_rms', 1e-9, 'motion', 1.0, 'length', 1.0)))",
+        "%!.17g, 'adaptive', 0, 'command', 'flesh run'))",
         k + 1, errors[k], seconds[k], (int)(100 / seconds[k]), k + 1, k, k, k, steps[k]);
     CHECK(!sqlite3_exec(database, sql, NULL, NULL, NULL));
     sqlite3_free(sql);
   }
   return database;
+}
+
+/* The verdict, and the table where one is asked for. */
+static char *make(sqlite3 *database, const char *table, char **csv)
+{
+  return results_make_of(database, (const char *const[]){flesh_embedded_text(flesh_own_files, "runs"),
+                                                         flesh_embedded_text(flesh_own_files, "accuracy"), NULL}, table, csv, "verdict.txt");
 }
 
 static void change(sqlite3 *database, const char *sql) { CHECK(!sqlite3_exec(database, sql, NULL, NULL, NULL)); }
@@ -278,7 +302,7 @@ typedef struct fit {
 } fit;
 static void fit_order(sqlite3 *database, fit *f, char **text)
 {
-  char *csv = NULL, *words = results_make(database, "accuracy", NULL, "orders.csv", &csv);
+  char *csv = NULL, *words = make(database, "orders.csv", &csv);
   *f = (fit){.slope = NAN};
   const char *row = csv ? strstr(csv, "bdf2,step,") : NULL;
   CHECK(row && sscanf(row, "bdf2,step,%d,%lf,%lf,%lf,%lf", &f->points, &f->slope, &f->slope_error, &f->low, &f->high) >= 1);
@@ -337,7 +361,7 @@ static void orders_are_fitted_where_they_hold(void)
 static void check_fronts(sqlite3 *database, int count, const int *on_time, const int *on_residuals)
 {
   char *csv = NULL;
-  free(results_make(database, "accuracy", NULL, "accuracy.csv", &csv));
+  free(make(database, "accuracy.csv", &csv));
   const char *line = csv ? strchr(csv, '\n') : NULL;
   for (int k = 0; k < count; k++) {
     int front[2] = {-1, -1};
@@ -363,12 +387,12 @@ static void fronts_hold_what_nothing_beats(void)
 static void luck_does_not_count(void)
 {
   const double steps[] = {6, 5, 4, 3, 2, 1}, errors[] = {1, 0.5, 0.04, 0.2, 0.05, 0.02}, seconds[] = {1, 2, 3, 4, 5, 6};
-  char *text = results_make(fill(6, steps, errors, seconds), "accuracy", NULL, NULL, NULL);
+  char *text = make(fill(6, steps, errors, seconds), NULL, NULL);
   CHECK_TEXT(text, "  bdf2               step=4 in 5 s, 0 steps, error 5 %  <- least CPU time");
   free(text);
   sqlite3 *database = fill(6, steps, errors, seconds); /* others' errors do not matter */
   change(database, "UPDATE facts SET data = json_replace(data, '$.method', 'newmark') WHERE number = 3");
-  text = results_make(database, "accuracy", NULL, NULL, NULL);
+  text = make(database, NULL, NULL);
   CHECK_TEXT(text, "  bdf2               step=2 in 3 s, 0 steps, error 4 %  <- least CPU time");
   CHECK_TEXT(text, "  newmark            not reached; its best: step=3 in 4 s, 0 steps, error 20 %");
   free(text);
@@ -403,7 +427,7 @@ static void noise_is_not_ranked(void)
       }
       /* In words: methods of their own. */
       change(database, "UPDATE facts SET data = json_replace(data, '$.method', 'm' || number)");
-      char *text = results_make(database, "accuracy", NULL, NULL, NULL);
+      char *text = make(database, NULL, NULL);
       CHECK_TEXT(text, rows[r].words);
       if (!r) CHECK_TEXT(text, "step=2 in 1.05 s, 50 steps, error 1.5 %  <- least CPU time");
       if (!r) CHECK_TEXT(text, "step=0 in 1.2 s, 0 steps, error 1 %; 1.14 times as much");
@@ -417,7 +441,7 @@ int main(int argc, char **argv)
   return RUN_TESTS(argc, argv, TEST(every_method_is_compared), TEST(times_meet_the_end), TEST(distances_are_weighted),
                    TEST(tracks_come_back), TEST(periods_are_found),
                    TEST(a_reference_is_known_no_better_than_its_change),
-                   TEST(a_reference_is_known_between_its_times),
+                   TEST(a_reference_is_known_between_its_times), TEST(orders_of_meshes_are_found),
                    TEST(orders_are_fitted_where_they_hold), TEST(fronts_hold_what_nothing_beats), TEST(luck_does_not_count),
                    TEST(noise_is_not_ranked));
 }

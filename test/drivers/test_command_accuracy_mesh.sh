@@ -78,6 +78,31 @@ END
   [ -s swing/verdict.txt ] && between 0.15 "$(value error_over_motion tet4 24 swing/mesh.csv)" 1
 }
 
+# Killed while the reference is made, while runs go, while meshes are run: the same table of meshes comes of it, and what was
+# done is not done again.
+killed_it_goes_on() {
+  set -- accuracy swing.yaml --mesh --mesh-seconds 0.1 --quick --reference-seconds 0.5 --methods newmark,backward-euler \
+    --steps 1/50,1/100,1/200,1/400 --out killed
+  cut -d , -f 1-7,10,11,13 swing/mesh.csv >expected
+  for file in reference_ida5.states reference.states mesh_1.states; do
+    rm -rf killed
+    "$flesh" "$@" >/dev/null 2>&1 &
+    run=$!
+    wait_until "$run" [ -e "killed/$file" ] || return 1
+    kill -KILL "$run"
+    wait "$run" 2>/dev/null
+    "$flesh" sweep export killed/accuracy.db --columns 'id,started' --where "status = 'complete'" >before
+    expect 0 "$flesh" "$@" --resume || return 1
+    "$flesh" sweep export killed/accuracy.db --columns 'id,started' --where "status = 'complete'" >after
+    while read -r row; do grep -q -x -F "$row" after || { echo "$file: $row is gone"; cat after; return 1; }; done <before
+    cut -d , -f 1-7,10,11,13 killed/mesh.csv | diff expected - && ! grep -q ',not run,' killed/accuracy.csv &&
+      ! find killed -name 'mesh_*.states' -o -name 'reference_*.states' -o -name tight.states | grep . || return 1
+  done
+  # With all done, nothing runs.
+  cp killed/mesh.txt killed/verdict.txt . && expect 0 "$flesh" "$@" --resume && cmp mesh.txt killed/mesh.txt &&
+    cmp verdict.txt killed/verdict.txt
+}
+
 # A coarser scene from another start would be another motion, not a coarser mesh.
 another_start_is_another_motion() {
   expect 0 "$flesh" accuracy swing.yaml --mesh --coarser swing.yaml --mesh-seconds 0.1 --quick --reference-seconds 0.1 \
@@ -96,5 +121,6 @@ bad_usage_is_refused() {
     expect 3 "$flesh" accuracy sag.yaml --mesh --coarser none.yaml --out none && has stderr.txt none.yaml && [ ! -e none ]
 }
 
-run_tests an_equilibrium_is_judged the_errors_are_those_of_runs a_motion_is_judged_beside_its_steps another_start_is_another_motion \
+run_tests an_equilibrium_is_judged the_errors_are_those_of_runs a_motion_is_judged_beside_its_steps killed_it_goes_on \
+  another_start_is_another_motion \
   bad_usage_is_refused

@@ -209,9 +209,9 @@ pipes_are_refused() {
   # Where results go, somebody must read.
   refused 3 'pipe: cannot be written: .*nobody reads this pipe' "$flesh" run bar.yaml --out new --save-state pipe &&
     refused 3 'nobody reads this pipe' "$flesh" snap run --out pipe.png || return 1
-  mkdir -p piped && mkfifo piped/sweep.db piped/accuracy.json || return 1
+  mkdir -p piped && mkfifo piped/sweep.db piped/accuracy.db || return 1
   refused 3 'piped/sweep.db: not a regular file' "$flesh" sweep spec.yaml --out piped --resume &&
-    refused 3 'accuracy.json: not a regular file' "$flesh" accuracy bar.yaml --out piped --resume || return 1
+    refused 3 'accuracy.db: not a regular file' "$flesh" accuracy bar.yaml --out piped --resume || return 1
   ! find . -name 'made*' | grep .
 }
 

@@ -31,26 +31,31 @@ static inline char *results_take(const char *folder, const char *name)
   return text;
 }
 
-/* Closes the database after the SQL of that name in data/studies, or `sql` itself, has made verdict.txt and the table, whose
- * texts are new. */
-static inline char *results_make(sqlite3 *database, const char *name, const char *sql, const char *table, char **csv)
+/* Closes the database after the SQL has made the text and the table, whose texts are new. */
+static inline char *results_make_of(sqlite3 *database, const char *const *sql, const char *table, char **csv, const char *name)
 {
-  const char *const all[] = {name ? flesh_embedded_text(flesh_own_files, name) : sql, NULL};
   char folder[] = "results_XXXXXX";
   CHECK(mkdtemp(folder) != NULL);
   fflush(stdout);
   const int out = dup(1); /* the words go there too, where they would be no TAP */
   CHECK(freopen("/dev/null", "w", stdout) != NULL);
-  const int status = flesh_results_make(database, "made up", all, &(flesh_results){.out = folder, .words = 1});
+  const int status = flesh_results_make(database, "made up", sql, &(flesh_results){.out = folder, .words = 1});
   fflush(stdout);
   dup2(out, 1), close(out);
   CHECK_OK(status);
   sqlite3_close(database);
-  char *rows = table ? results_take(folder, table) : NULL, *text = results_take(folder, "verdict.txt");
+  char *rows = table ? results_take(folder, table) : NULL, *text = results_take(folder, name);
   test_folder_remove(folder); /* with tables that nobody asked for */
   if (csv) *csv = rows;
   else free(rows);
   return text;
+}
+
+/* So for the SQL of that name in data/studies, or `sql` itself, and verdict.txt. */
+static inline char *results_make(sqlite3 *database, const char *name, const char *sql, const char *table, char **csv)
+{
+  const char *const all[] = {name ? flesh_embedded_text(flesh_own_files, name) : sql, NULL};
+  return results_make_of(database, all, table, csv, "verdict.txt");
 }
 
 #endif

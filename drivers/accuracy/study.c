@@ -1,0 +1,317 @@
+/* study.c: a comparison as a study: its cases are the reference's parts, the runs one at a time on each rank, and the runs
+ * on other meshes, each in a process of its own; SQL makes of them what is told. */
+#include <math.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "accuracy/accuracy.h"
+#include "accuracy/mesh.h"
+#include "base/confine.h"
+#include "base/error.h"
+#include "base/folder.h"
+#include "cli/interrupt.h"
+#include "cli/json_memory.h"
+#include "run/provenance.h"
+#include "study/embedded.h"
+#include "study/fields.h"
+
+#define FIGURE(kind, name, member) {name, FLESH_FIELD_##kind, offsetof(flesh_accuracy_figures, member)}
+static const flesh_study_field fields[] = {
+    FIGURE(INT, "status_code", status), FIGURE(LONG, "steps", steps), FIGURE(LONG, "rejected", rejected),
+    FIGURE(LONG, "residual_evaluations", residuals), FIGURE(LONG, "hessian_assemblies", assemblies),
+    FIGURE(LONG, "newton", newton), FIGURE(LONG, "linear_iterations", linear), FIGURE(DOUBLE, "cpu_s", cpu_s),
+    FIGURE(DOUBLE, "wall_s_median", wall_s_median), FIGURE(DOUBLE, "wall_s_min", wall_s_min),
+    FIGURE(DOUBLE, "error_position_rms", errors.position_rms), FIGURE(DOUBLE, "error_position_max", errors.position_max),
+    FIGURE(DOUBLE, "error_tip", errors.tip), FIGURE(DOUBLE, "error_volume", errors.volume),
+    FIGURE(DOUBLE, "energy_drift", errors.energy), FIGURE(DOUBLE, "energy_gain", gain), FIGURE(INT, "below_reference", below),
+    FIGURE(DOUBLE, "difference", difference), FIGURE(DOUBLE, "estimate", estimate), FIGURE(DOUBLE, "took_s", took_s),
+    FIGURE(INT, "tet_count", tets), FIGURE(INT, "node_count", nodes), FIGURE(DOUBLE, "largest_poisson", poisson), {0}};
+/* In the order of the values of make_case. */
+static const flesh_study_column columns[] = {{.name = "price", .key = "group"},
+                                             {.name = "method", .key = "--methods"},
+                                             {.name = "setting", .key = "--steps, --tolerances"},
+                                             {.name = "scene_sha256", .key = "--finer, --coarser"}};
+enum { COLUMNS = sizeof columns / sizeof *columns };
+
+static const flesh_accuracy_plan *plan_of(const void *data) { return ((const flesh_accuracy_work *)data)->plan; }
+
+static json_t *names(const void *data)
+{
+  (void)data;
+  json_t *all = flesh_fields_names(fields), *others = flesh_fields_names(flesh_accuracy_reference_fields);
+  json_array_extend(all, others);
+  json_decref(others);
+  return all;
+}
+
+static int make_case(const void *data, int number, flesh_study_case *made)
+{
+  const flesh_accuracy_plan *plan = plan_of(data);
+  const flesh_accuracy_row *row = &plan->rows[number];
+  const char *const values[COLUMNS] = {flesh_accuracy_group_names[row->group],
+                                       flesh_accuracy_method_name(row), row->setting,
+                                       row->group == FLESH_ACCURACY_MESH ? plan->finer_fingerprint
+                                       : row->inputs                     ? row->inputs
+                                                                         : ""};
+  *made = (flesh_study_case){.scene = flesh_accuracy_scene_of(plan, row)};
+  memcpy(made->values, values, sizeof values);
+  return FLESH_OK;
+}
+
+/* SQL knows this of a run beside its row. */
+static json_t *facts_of_run(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row)
+{
+  const flesh_accuracy_method *method = &flesh_accuracy_methods[row->method];
+  char steps[1500];
+  flesh_accuracy_steps_path(plan, row, steps, sizeof steps);
+  const int has_steps = *steps && !flesh_path_access(steps, R_OK);
+  flesh_accuracy_steps_path(NULL, row, steps, sizeof steps);
+  char *command = flesh_accuracy_command(plan, row);
+  json_t *facts = json_pack("{ss ss ss sb si ss si ss ss sb sb so}", "method", method->name, "setting", row->setting, "price",
+                            flesh_accuracy_group_names[row->group], "adaptive", method->adaptive, "max_order",
+                            method->max_order, "colour", method->colour, "mark", method->mark, "step", row->step.text,
+                            "steps_file", has_steps ? steps : "", "other_body",
+                            row->group == FLESH_ACCURACY_MASS && strcmp(row->extra, plan->mass), "own",
+                            row->group == FLESH_ACCURACY_WORK && row->method == plan->representative &&
+                                row->step.value == plan->representative_step.value,
+                            "command", flesh_json_text(command ? command : ""));
+  if (!isnan(row->value)) json_object_set_new(facts, "value", json_real(row->value));
+  if (*row->tolerance.text) json_object_set_new(facts, "tolerance", json_real(row->tolerance.value));
+  free(command);
+  return facts;
+}
+
+static json_t *facts_of(const void *data, int number)
+{
+  const flesh_accuracy_plan *plan = plan_of(data);
+  const flesh_accuracy_row *row = &plan->rows[number];
+  if (number < plan->run_count) return facts_of_run(plan, row);
+  return row->group >= FLESH_ACCURACY_RESOLUTION && *row->setting ? flesh_accuracy_mesh_facts(plan, row) : NULL;
+}
+
+static const char *status_word(const flesh_accuracy_figures *f)
+{
+  switch (f->status) {
+  case FLESH_OK:
+    return f->below ? "below reference" : "complete";
+  case FLESH_ERR_INTERRUPTED:
+    return "interrupted";
+  case FLESH_ERR_BUDGET:
+    return "out of budget";
+  case FLESH_NONFINITE:
+  case FLESH_ERR_NONFINITE:
+    return "non-finite";
+  case FLESH_ERR_ARGUMENT:
+    return "refused";
+  default:
+    return "failed";
+  }
+}
+
+/* Does the case in this process; its message is that of an error, or what was made. */
+static json_t *do_case(const void *data, int number, const char *folder)
+{
+  (void)folder;
+  flesh_accuracy_plan plan = *plan_of(data);
+  flesh_accuracy_row *row = &plan.rows[number];
+  flesh_accuracy_figures *f = &row->figures;
+  json_t *rows = json_array();
+  int status;
+  *f->message = 0;
+  switch (row->group) {
+  case FLESH_ACCURACY_REFERENCE:
+    status = flesh_accuracy_settle(&plan, f);
+    if (!status) status = flesh_accuracy_keep(&plan, f->message);
+    break;
+  case FLESH_ACCURACY_SOURCE:
+    status = flesh_accuracy_make_source(&plan, number);
+    break;
+  case FLESH_ACCURACY_TIGHT:
+    status = flesh_accuracy_run_tight(&plan, number);
+    break;
+  case FLESH_ACCURACY_RESOLUTION:
+  case FLESH_ACCURACY_TIMING:
+    status = flesh_accuracy_run_mesh(&plan, number);
+    break;
+  case FLESH_ACCURACY_LIMITS:
+    status = flesh_accuracy_find_limits(&plan, rows);
+    break;
+  default:
+    status = flesh_accuracy_do_row(data, number, f);
+  }
+  f->status = status;
+  if (status) snprintf(f->message, sizeof f->message, "%.399s", flesh_error_text());
+  json_t *figures = flesh_fields_json(fields, f);
+  if (row->group == FLESH_ACCURACY_REFERENCE) {
+    json_t *more = flesh_fields_json(flesh_accuracy_reference_fields, &plan.reference);
+    json_object_update(figures, more);
+    json_decref(more);
+  }
+  json_t *record = flesh_fields_record(status_word(f), flesh_exit_code(status), f->message, figures);
+  json_object_set_new(record, "rows", rows);
+  return record;
+}
+
+static int take(void *data, int number, const json_t *record)
+{
+  flesh_accuracy_plan *plan = data;
+  flesh_accuracy_row *row = &plan->rows[number];
+  flesh_accuracy_figures *f = &row->figures;
+  int crashed_by = 0, status = flesh_fields_take(fields, "accuracy.db", record, f, f->message, &crashed_by);
+  if (!status && row->group == FLESH_ACCURACY_REFERENCE && !crashed_by)
+    flesh_fields_read(flesh_accuracy_reference_fields, json_object_get(json_object_get(record, "result"), "figures"), &plan->reference);
+  if (status) return status;
+  if (crashed_by) f->status = FLESH_ERR_SOLVE;
+  /* A run that could not write its file says nothing of its method. */
+  if (f->status == FLESH_ERR_FILE) return flesh_fail(FLESH_ERR_FILE, "%s", f->message);
+  row->done = 1;
+  return FLESH_OK;
+}
+
+static void title(const void *data, int number, char *text, size_t size)
+{
+  const flesh_accuracy_row *row = &((const flesh_accuracy_plan *)data)->rows[number];
+  snprintf(text, size, "%s: %s, %s", flesh_accuracy_group_names[row->group], flesh_accuracy_method_name(row), row->setting);
+}
+
+flesh_study flesh_accuracy_study(const flesh_accuracy_work *given, flesh_accuracy_plan *plan)
+{
+  const int repeats = plan->repeat ? plan->repeat : 3; /* those of a long run */
+  const double grace = 2;
+  return (flesh_study){.name = "accuracy",
+                       .command = "run",
+                       .fingerprint = plan->study_fingerprint,
+                       .different = "its scene or --set values, the longest of --steps or the build of flesh, whose times would "
+                                    "not compare, were others; leave out --resume to begin anew",
+                       .column_count = COLUMNS,
+                       .columns = columns,
+                       .case_count = plan->run_count,
+                       .max_seconds = plan->max_seconds > 0 ? plan->max_seconds * repeats + grace : 0,
+                       .budget = plan->max_seconds * repeats,
+                       .facts = facts_of,
+                       .results = {flesh_embedded_text(flesh_own_files, "runs"),
+                                   flesh_embedded_text(flesh_own_files, "accuracy")},
+                       .again = "status IN ('crashed', 'out of budget') OR exit_code = 3",
+                       .data = given,
+                       .make = make_case,
+                       .figures = names,
+                       .work = do_case,
+                       .take = take,
+                       .title = title,
+                       .taker = plan};
+}
+
+/* One text that names the build. */
+static json_t *build_json(void)
+{
+  static const char *const parts[] = {"flesh",          "commit",          "compiler",
+                                      "compiler_flags", "instruction_set", "libraries"};
+  char *words[1] = {NULL};
+  json_t *program = flesh_provenance_program(0, words), *build = json_object();
+  for (size_t p = 0; p < sizeof parts / sizeof parts[0]; p++)
+    json_object_set(build, parts[p], json_object_get(program, parts[p]));
+  json_decref(program);
+  return build;
+}
+
+/* Everything that all figures depend on. */
+static int make_fingerprints(flesh_accuracy_plan *plan)
+{
+  char build[FLESH_STUDY_FINGERPRINT];
+  int status = flesh_accuracy_fingerprint(plan, plan->scene, plan->fingerprint);
+  if (!status && plan->finer) status = flesh_accuracy_fingerprint(plan, plan->finer, plan->finer_fingerprint);
+  json_t *object = build_json();
+  char *text = json_dumps(object, JSON_COMPACT | JSON_SORT_KEYS);
+  json_decref(object);
+  if (!status && !text) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!status) flesh_accuracy_hash(1, (const char *const[]){text}, build);
+  free(text);
+  if (!status)
+    snprintf(plan->study_fingerprint, sizeof plan->study_fingerprint, "scene %s, longest step %.15g s, build %.16s",
+             plan->fingerprint, plan->grid.longest, build);
+  return status;
+}
+
+static int count_done(const flesh_accuracy_plan *plan)
+{
+  int done = 0;
+  for (int k = 0; k < plan->run_count; k++) done += plan->rows[k].done;
+  return done;
+}
+
+/* The other prices, from row `first` on; that they cannot be measured is told, and is no failure. */
+static int run_prices(flesh_accuracy_session *s, int first)
+{
+  const flesh_accuracy_plan *plan = s->plan;
+  const int tight = flesh_accuracy_slot(plan, FLESH_ACCURACY_TIGHT);
+  char path[1500];
+  int open = 0;
+  for (int k = first; k < plan->run_count; k++) open |= !plan->rows[k].done;
+  if (!open) return FLESH_OK;
+  int status = flesh_accuracy_do(s, tight);
+  const flesh_accuracy_figures *f = &plan->rows[tight].figures;
+  flesh_accuracy_states_path(plan, tight, path);
+  if (!status && !f->status) status = flesh_accuracy_track_read(path, &s->tight);
+  if (status) return status;
+  if (f->status) {
+    fprintf(stderr, "flesh accuracy: the costs of other settings are not measured: %s\n", f->message);
+    return FLESH_OK;
+  }
+  s->store.first = first, s->store.end = plan->run_count;
+  return flesh_study_run(&s->study, &s->store, &plan->options);
+}
+
+static int run_all(flesh_accuracy_session *s)
+{
+  char path[1500], words[1024];
+  const flesh_accuracy_plan *plan = s->plan;
+  int work_rows = 0, status = FLESH_OK;
+  while (work_rows < plan->run_count && plan->rows[work_rows].group == FLESH_ACCURACY_WORK) work_rows++;
+  s->store.first = 0, s->store.end = work_rows;
+  status = flesh_study_run(&s->study, &s->store, &plan->options);
+  if (!status) status = run_prices(s, work_rows);
+  snprintf(words, sizeof words, "%s", flesh_error_text());
+  flesh_accuracy_states_path(plan, flesh_accuracy_slot(plan, FLESH_ACCURACY_TIGHT), path);
+  flesh_path_unlink(path);
+  if (status == FLESH_ERR_INTERRUPTED || (!status && flesh_interrupt_signal()))
+    return flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted after %d of %d runs; --resume goes on with the others",
+                      count_done(plan), plan->run_count);
+  return status ? flesh_fail(status, "%s", words) : FLESH_OK;
+}
+
+/* The runs, and what is told of them; without a reference there is nothing to tell. */
+static int run_methods(flesh_accuracy_session *s)
+{
+  const flesh_accuracy_plan *plan = s->plan;
+  const int had = count_done(plan);
+  printf("%d runs", plan->run_count);
+  if (had) printf(", %d of them done before", had);
+  printf(", compared at every step of theirs\n");
+  fflush(stdout);
+  int status = flesh_accuracy_make_reference(s);
+  if (status) return status;
+  status = run_all(s);
+  return flesh_study_conclude(&s->study, &s->store, plan->out, status);
+}
+
+int flesh_accuracy_run(flesh_accuracy_plan *plan)
+{
+  char path[1400];
+  flesh_accuracy_session s = {.plan = plan, .store = {.lock = -1}};
+  const flesh_accuracy_work given = {plan, &s.reference, &s.tight};
+  snprintf(path, sizeof path, "%.1300s/steps", plan->out);
+  int status = plan->run_count ? flesh_folder_make(path) : FLESH_OK;
+  if (!status) status = make_fingerprints(plan);
+  s.study = flesh_accuracy_study(&given, plan);
+  if (!status) status = flesh_study_store_open(&s.study, &plan->options, &s.store);
+  if (!status) status = flesh_study_store_load(&s.store, &s.study);
+  if (!status && plan->run_count) status = run_methods(&s);
+  if (!status && plan->mesh) status = flesh_accuracy_run_meshes(&s);
+  flesh_study_store_close(&s.store);
+  flesh_accuracy_track_close(&s.reference);
+  flesh_accuracy_track_close(&s.tight);
+  return status;
+}
