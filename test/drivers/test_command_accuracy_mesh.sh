@@ -116,7 +116,7 @@ another_start_is_another_motion() {
 }
 
 bad_usage_is_refused() {
-  expect 2 "$flesh" accuracy sag.yaml --out none && has stderr.txt 'no inertia.*(--mesh)' &&
+  expect 2 "$flesh" accuracy sag.yaml --out none && has stderr.txt 'no inertia.*--mesh' &&
     expect 2 "$flesh" accuracy swing.yaml --coarser small.yaml --out none && has stderr.txt '--coarser is given without --mesh' &&
     expect 3 "$flesh" accuracy sag.yaml --mesh --coarser none.yaml --out none && has stderr.txt none.yaml && [ ! -e none ]
 }
