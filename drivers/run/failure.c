@@ -1,8 +1,11 @@
 /* failure.c: what is reported of a run that failed: where it did, and what may help. */
 #include <math.h>
+#include <stdint.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 #include "material/form.h"
+#include "system/ranks.h"
 #include "run/result.h"
 
 /* Whether some material of the scene has no value at J <= 0. */
@@ -12,6 +15,27 @@ static int needs_positive_J(const flesh_scene *scene)
   for (int m = 0; materials && m < flesh_scene_material_count(scene); m++)
     if (flesh_psi_needs_volume(materials[m].energy)) return 1;
   return 0;
+}
+
+/* Whether no node of some body is held; not known of parts on several ranks. */
+static int holds_nothing_of_a_body(const flesh_scene *scene)
+{
+  const flesh_body *body = flesh_scene_body(scene);
+  const int *tets = flesh_mesh_tets(body->mesh), parts = body->part_count > 1 ? body->part_count : 1;
+  const int known = !flesh_system_team(flesh_scene_system(scene));
+  uint8_t *fixed = known ? calloc((size_t)flesh_system_unknowns(flesh_scene_system(scene)) + 1, 1) : NULL;
+  int free_bodies = 0;
+  if (fixed) flesh_system_fixed(flesh_scene_system(scene), flesh_scene_times(scene)->end, fixed);
+  for (int k = 0; fixed && k < parts; k++) {
+    const int first = parts > 1 ? body->parts[k].first_tet : 0;
+    const int end = parts > 1 ? first + body->parts[k].tets : flesh_mesh_tet_count(body->mesh);
+    int held = 0;
+    for (int i = 4 * first; i < 4 * end; i++)
+      held |= fixed[3 * tets[i]] | fixed[3 * tets[i] + 1] | fixed[3 * tets[i] + 2];
+    free_bodies |= !held;
+  }
+  free(fixed);
+  return free_bodies;
 }
 
 /* Says how the method treats energy, and how to avoid spurious energy. */
@@ -76,6 +100,9 @@ const char *flesh_failure_advice(const flesh_failure *failure, const flesh_scene
   if (failure->status == FLESH_NOT_CONVERGED && failure->worst_node >= 0 && failure->residual <= 100 * failure->target)
     return "the residual came close to its target: try a larger solver.newton_tolerance, a smaller "
            "solver.linear_tolerance or linear_solver=klu";
+  if (is_static && holds_nothing_of_a_body(scene))
+    return "a body that no pin holds has no equilibrium before something meets it, and statics does not find one that it "
+           "would have to fall to: pin it, or let it come to rest by inertia and time.method=backward-euler";
   if (is_static)
     return "the body may have no equilibrium nearby (not pinned enough, or it buckles): try more "
            "pins, a larger "

@@ -35,7 +35,7 @@ def methods(flesh):
 
 
 def settings(method, arguments, scene):
-    values = [f"time.method={method.rstrip('*')}"]
+    values = ["solver.threads=1", f"time.method={method.rstrip('*')}"]
     if method.endswith("*"):
         values += ["time.adaptive=true", f"time.tolerance={arguments.tolerance}"]
     if method == "ida":

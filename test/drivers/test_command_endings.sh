@@ -145,5 +145,14 @@ start: {velocity: [1, 0.5, 0.25]"
   done
 }
 
+statics_say_what_holds_no_body() {
+  scene loose '  - gravity: {}' 'method: static'
+  expect 4 "$flesh" run loose.yaml --out loose --no-frames && has stderr.txt 'advice: a body that no pin holds' || return 1
+  scene bent '  - pin: {box: [[-1, -1, -1], [1e-9, 1, 1]]}
+  - gravity: {acceleration: [0, 0, -1e9]}' 'method: static'
+  expect 4 "$flesh" run bent.yaml --out bent --no-frames --set solver.max_newton=3 --set solver.max_cutbacks=0 &&
+    has stderr.txt 'advice: ' && ! grep 'no pin holds' stderr.txt
+}
+
 run_tests energy_from_nowhere_ends_a_run a_budget_within_a_step_is_told_as_such a_stressed_rest_is_told a_long_step_is_told \
-  motion_without_force_is_nothing_to_tell
+  motion_without_force_is_nothing_to_tell statics_say_what_holds_no_body
