@@ -325,11 +325,10 @@ static int judge_error(flesh_integrator *self, const trial *trial, const flesh_s
 }
 
 /* Counts the work of the step that has been solved, and takes in its end. What gains energy is refused, as if nothing had
- * been counted; where its error chooses its length, not for ever, as there are gains that halves do not lessen. */
+ * been counted. */
 static int count_energy(flesh_integrator *self, const trial *trial, const flesh_state *state,
                         const flesh_step_energy *energy)
 {
-  enum { MOST = 6 };
   const flesh_energy_watch before = self->watch;
   const size_t bytes = (size_t)before.effects * sizeof *before.energies;
   const int controlled = is_controlled(self, trial);
@@ -345,9 +344,7 @@ static int count_energy(flesh_integrator *self, const trial *trial, const flesh_
   if (self->second) flesh_prescribed_finish(&self->prescribed, end.x, end.v);
   if (self->multipliers.count) end.multipliers = self->multipliers.trial;
   status = flesh_step_energy_meet(energy, &end);
-  if (status || !energy->second || (controlled && self->control.gains >= MOST) ||
-      !flesh_energy_watch_refuses(&self->watch, &before, controlled))
-    return status;
+  if (status || !energy->second || !flesh_energy_watch_refuses(&self->watch, &before, controlled)) return status;
   self->watch = before;
   memcpy(before.energies, self->energies_before, bytes);
   self->control.refusal = FLESH_REFUSED_BY_ENERGY;

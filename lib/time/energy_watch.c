@@ -238,12 +238,11 @@ static int report(flesh_energy_watch *watch, const flesh_state *state, double ex
 int flesh_energy_watch_refuses(const flesh_energy_watch *watch, const flesh_energy_watch *before, int controlled)
 {
   const flesh_energy_balance *b = &watch->balance;
-  const double floor = fmax(watch->rounding, watch->floor);
   const double rise = (watch->energy - b->supplied) - (before->energy - before->balance.supplied);
   const double scale = fmax(b->scale, watch->energy - fmin(watch->lowest, watch->energy - watch->kinetic));
   const double most = (controlled ? gain_of_controlled : gain_of_fixed * watch->limit) * scale;
-  const double left = fmax(most - fmax(b->excess, 0), least_of_step * most);
-  return before->known && watch->known && !watch->turned && rise > floor + left;
+  const double left = fmax(watch->floor + most - fmax(b->excess, 0), least_of_step * most);
+  return before->known && watch->known && !watch->turned && rise > watch->rounding + left;
 }
 
 int flesh_energy_watch_judge(flesh_energy_watch *watch, const flesh_state *state, double unbalanced)

@@ -26,12 +26,14 @@
 static const double share = 0.1;             /* of the tolerance that a step's error may be at tolerance 1 */
 static const double safety = 0.9, shortest = 0.2, longest = 2, longest_first = 10, after_failure = 0.25;
 static const double depth = 0.3;             /* of the error allowed, that residuals may make where no method says */
+static const double deeper = 0.1;            /* after each refusal by energy, that residuals may have put in */
 static const double gap_depth = 1e-2;        /* of the error allowed that a change of volume may make */
 static const double negligible = 1e-3;       /* an unfiltered error below this needs no filter */
 /* Constrained dofs go where they are to, whatever the step. Their error tells whether it resolves what they do, and so the
  * work of that; it counts so many times. */
 static const double of_prescribed = 10;
 static const double least_error = 1e-6;      /* that lengthens a step */
+enum { MOST_GAINS = 12, DEEPEST = 3 }; /* of `gains`, and of the powers of `deeper` */
 static const double longer_steps = 1.3, shorter_steps = 0.6; /* where the table changes */
 
 static void clear_vectors(flesh_error_control *self)
@@ -136,9 +138,11 @@ double flesh_error_control_target(const flesh_error_control *self, const flesh_s
 {
   /* Steps that are shorter than their error asks for, by outputs or energies, are so many more: the cube root. */
   const double g = 1 / sqrt(shift->a), fewer = cbrt(fmin(self->before, 1));
-  const double part = fewer * (own_depth > 0 ? own_depth : depth);
+  const double part = fewer * pow(deeper, fmin(self->gains / 2, DEEPEST)) * (own_depth > 0 ? own_depth : depth);
   return part * self->local * self->length * self->mass / (sqrt(self->nodes) * g * fmax(g, self->period));
 }
+
+int flesh_error_control_keeps_gaining(const flesh_error_control *self) { return self->gains >= MOST_GAINS; }
 
 double flesh_error_control_gap(const flesh_error_control *self) { return gap_depth * self->local; }
 
@@ -205,7 +209,7 @@ void flesh_error_control_learn(flesh_error_control *self, double h)
   if (self->refusal != FLESH_REFUSED_BY_NOTHING) {
     const int by_error = self->refusal == FLESH_REFUSED_BY_ERROR;
     self->rejected += self->refusal != FLESH_REFUSED_BY_SOLVE;
-    self->gains += self->refusal == FLESH_REFUSED_BY_ENERGY;
+    if (self->refusal == FLESH_REFUSED_BY_ENERGY && self->gains < MOST_GAINS) self->gains += 2;
     self->failed += self->refusal == FLESH_REFUSED_BY_SOLVE;
     self->h = h * (by_error && self->error < INFINITY ? fmax(shortest, safety * pow(self->error, -1 / self->falls))
                                                       : self->refusal == FLESH_REFUSED_BY_ENERGY ? 0.5 : after_failure);
@@ -216,5 +220,6 @@ void flesh_error_control_learn(flesh_error_control *self, double h)
   /* An output or an event has cut the step where it is shorter than was wanted: the error did not ask for it. */
   self->h = h < 0.9 * self->h ? fmax(self->h, next) : next;
   if (!isnan(self->error)) self->before = fmax(self->error, least_error);
-  self->first = self->rejected = self->failed = self->gains = 0;
+  if (!self->rejected && !isnan(self->error) && self->gains > 0) self->gains--;
+  self->first = self->rejected = self->failed = 0;
 }

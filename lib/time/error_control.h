@@ -35,7 +35,7 @@ typedef struct flesh_error_control {
   double before;                  /* the error of the last step accepted, or 1 */
   int first;                      /* no step has been accepted since a start */
   int rejected, failed;           /* attempts since the last step that was accepted */
-  int gains;                      /* of those rejected, for their energy */
+  int gains;                      /* 2 for each step that was refused for its energy, less 1 for each that was not */
 } flesh_error_control;
 
 /* Takes the options, and measures the body where they want control. Collective, on all ranks or none: FLESH_ERR_MEMORY. */
@@ -58,6 +58,8 @@ void flesh_error_control_aim(flesh_error_control *control, int order);
 /* The residual that a stage with this shift may leave, N: so much that it makes this part of the error allowed; 0: what is
  * usual. */
 double flesh_error_control_target(const flesh_error_control *control, const flesh_shift *shift, double own_depth);
+/* Whether steps are refused for their energy time and again: shorter ones do not help. */
+int flesh_error_control_keeps_gaining(const flesh_error_control *control);
 /* The change of volume that incompressible tets may be left with. */
 double flesh_error_control_gap(const flesh_error_control *control);
 /* A step begins: no force lags in it so far. */

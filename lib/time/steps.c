@@ -87,8 +87,8 @@ static int needs_euler(const flesh_integrator *self, const flesh_cutbacks *cutba
 {
   enum { HALVINGS = 3 };
   const int most = self->recovery.max_cutbacks < HALVINGS ? self->recovery.max_cutbacks : HALVINGS;
-  return self->blocked ||
-         (!self->control.on && self->control.refusal == FLESH_REFUSED_BY_ENERGY && cutbacks->depth >= most);
+  const int lasts = self->control.on ? flesh_error_control_keeps_gaining(&self->control) : cutbacks->depth >= most;
+  return self->blocked || (self->control.refusal == FLESH_REFUSED_BY_ENERGY && lasts);
 }
 
 /* Whether the acceleration at the start would by itself take a node farther than an edge within the first step: bodies
@@ -126,6 +126,7 @@ static int take_part(flesh_integrator *self, flesh_state *state, const flesh_pie
   int status = flesh_integrator_attempt(self, self->row, state, piece, cutbacks, stats);
   if (!needs_euler(self, cutbacks)) return status;
   const int blocked = self->blocked;
+  self->control.refusal = FLESH_REFUSED_BY_NOTHING;
   status = flesh_integrator_attempt(self, &flesh_method_backward_euler, state, piece, cutbacks, stats);
   if (blocked) stats->impact_steps += status == FLESH_OK;
   else stats->damped_steps += status == FLESH_OK;

@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
+# TEST full program needs=flesh name=test_every_scene seconds=200 protocol=exitcode args: --steps 2 --max-seconds 600
 """scenes.py: every scene of data/scenes by every method, at the scene's own step or at a tolerance.
 
-    python3 test/campaign/scenes.py [--full] [--scenes LIST] [--methods LIST] [--tolerance T] [--max-seconds S]
-                                    [--flesh PROGRAM] [--out FOLDER]
+    python3 test/campaign/scenes.py [--full | --steps N] [--scenes LIST] [--methods LIST] [--tolerance T]
+                                    [--max-seconds S] [--flesh PROGRAM] [--out FOLDER]
 
 Methods are those of the schema with steps as the scene has them, and again, marked `*`, those that take `time.adaptive`
-with the tolerance; scenes without inertia are static. Long scenes end sooner (ENDS) without --full. A run is fine where it comes to its end, or where it is
+with the tolerance; scenes without inertia are static. Long scenes end sooner (ENDS) without --full, with --steps all
+after N of their steps. A run is fine where it comes to its end, or where it is
 refused before its first step; a gain of energy above 5 % must be warned of; and at the end no surface goes through
 another or through an obstacle that rests. Rows are kept in FOLDER/rows.jsonl, and those that are there are not run again.
 The table has a line for each run that is not fine, and sums. The exit status is 0 where all are fine.
@@ -13,9 +15,12 @@ The table has a line for each run that is not fine, and sums. The exit status is
 import argparse
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
+import tempfile
+from fractions import Fraction
 
 SCENES = os.path.join(os.path.dirname(os.path.realpath(__file__)), "..", "..", "data", "scenes")
 ENDS = {"finger_pull_coarse": 1, "finger_pull_fine": 0.9, "fist": 0.6, "floating": 3, "fold": 1, "funnel": 0.2,
@@ -34,13 +39,20 @@ def methods(flesh):
     return names + [name + "*" for name in names if name not in ("midpoint", "static", "ida")]
 
 
+def read(scene):
+    with open(os.path.join(SCENES, scene + ".yaml"), encoding="utf-8") as file:
+        return file.read()
+
+
 def settings(method, arguments, scene):
     values = ["solver.threads=1", f"time.method={method.rstrip('*')}"]
     if method.endswith("*"):
         values += ["time.adaptive=true", f"time.tolerance={arguments.tolerance}"]
     if method == "ida":
         values += [f"time.tolerance={arguments.tolerance}"]
-    if scene in ENDS and not arguments.full:
+    if arguments.steps:
+        values += [f"time.end={arguments.steps * Fraction(re.search('step: ([0-9./e-]+)', read(scene))[1])}"]
+    elif scene in ENDS and not arguments.full:
         values += [f"time.end={ENDS[scene]}"]
     return [word for value in values for word in ("--set", value)]
 
@@ -106,7 +118,7 @@ def table(rows):
                   f"{row.get('J_min') or 0:.2g} | {row.get('crossed') or row['says']} |")
     counts = {}
     for row in rows:
-        name = fault(row) or ("refused" if row["exit"] == 2 else "fine")
+        name = fault(row) or ("refused" if row["exit"] else "fine")
         counts.setdefault(row["method"], {}).setdefault(name, []).append(row["scene"])
     print()
     for method, names in counts.items():
@@ -116,13 +128,15 @@ def table(rows):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
     parser.add_argument("--full", action="store_true")
+    parser.add_argument("--steps", type=int, default=0)
     parser.add_argument("--scenes", default="")
     parser.add_argument("--methods", default="")
     parser.add_argument("--tolerance", type=float, default=1e-2)
     parser.add_argument("--max-seconds", type=float, default=60)
-    parser.add_argument("--flesh", default="build/drivers/flesh")
-    parser.add_argument("--out", default="out/scenes")
+    parser.add_argument("--flesh", default=os.environ.get("FLESH", "build/drivers/flesh"))
+    parser.add_argument("--out", default=None)
     arguments = parser.parse_args()
+    arguments.out = arguments.out or tempfile.mkdtemp(prefix="flesh-scenes-")
     arguments.flesh = os.path.abspath(arguments.flesh)
     os.makedirs(arguments.out, exist_ok=True)
     scenes = arguments.scenes.split(",") if arguments.scenes else sorted(
@@ -134,8 +148,7 @@ def main():
             rows = {(row["scene"], row["method"]): row for row in map(json.loads, file)}
     wanted = []
     for scene in scenes:
-        with open(os.path.join(SCENES, scene + ".yaml"), encoding="utf-8") as file:
-            moves = "inertia" in file.read()
+        moves = "inertia" in read(scene)
         wanted += [(scene, method) for method in chosen if (method != "static") == moves]
     for scene, method in wanted:
         if (scene, method) not in rows:

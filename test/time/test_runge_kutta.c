@@ -289,7 +289,7 @@ static int see_energy(void *data, const flesh_internal_step *step)
 }
 
 /* The error of uniform acceleration is small, so that only the energy refuses steps; what halves do not help against is
- * let pass. */
+ * left to backward Euler. */
 static void gains_of_energy_shorten_steps(void)
 {
   static const flesh_effect_operations operations = {.name = "push", .role = FLESH_ROLE_DAMPING, .residual = push,
