@@ -151,7 +151,8 @@ int flesh_takes_volumes_out(const flesh_scene *scene, const flesh_system *system
   flesh_stage stage = {.shift = {.x = 1}};
   int projects = 0;
   int status = flesh_system_stiff_rows_create(system, &rows);
-  if (!status) status = flesh_team_agree(flesh_system_team(system), room ? FLESH_OK : FLESH_ERR_MEMORY);
+  status = flesh_team_agree(flesh_system_team(system), room ? status : FLESH_ERR_MEMORY);
+  if (!status) flesh_system_stiff_rows_unite(system, &rows);
   if (!status && method && method->stage) {
     const flesh_method_memory of_no_nodes = {.options = time->options};
     method->stage(&of_no_nodes, &(flesh_state){0}, time->step, time->step, &stage);

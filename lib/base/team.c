@@ -23,7 +23,7 @@ int flesh_team_agree(const flesh_team *team, int status)
 int flesh_team_sum_agreed(const flesh_team *team, int status, int count, double *numbers)
 {
   if (!team) return status;
-  double all[FLESH_TEAM_AGREED + 1];
+  double all[count + 1];
   memcpy(all, numbers, (size_t)count * sizeof *all);
   all[count] = status != FLESH_OK;
   team->operations->sum(team->data, count + 1, all);
@@ -37,6 +37,11 @@ int flesh_team_any(const flesh_team *team, int here)
   double any = here != 0;
   flesh_team_largest(team, 1, &any);
   return any > 0;
+}
+
+int flesh_ask_together(const flesh_team *team, int (*ask)(void *data), void *data)
+{
+  return ask ? flesh_team_agree(team, ask(data)) : FLESH_OK;
 }
 
 double flesh_team_total(const flesh_team *team, double number)
@@ -60,6 +65,33 @@ double flesh_team_argmax(const flesh_team *team, double *value, double label)
   flesh_team_largest(team, 1, &label);
   *value = most;
   return label;
+}
+
+void flesh_team_take_farthest(const flesh_team *team, double value, int count, double *numbers)
+{
+  if (!team) return;
+  const int here = flesh_team_argmax(team, &value, -team->rank) == -team->rank;
+  for (int k = 0; k < count && !here; k++) numbers[k] = 0;
+  flesh_team_sum(team, count, numbers);
+}
+
+int flesh_team_count_before(const flesh_team *team, int here, double *room, int *all)
+{
+  int before = 0;
+  for (int r = 0; r < team->ranks; r++) room[r] = r == team->rank ? here : 0;
+  flesh_team_sum(team, team->ranks, room);
+  *all = 0;
+  for (int r = 0; r < team->ranks; r++) {
+    if (r == team->rank) before = *all;
+    *all += (int)room[r];
+  }
+  return before;
+}
+
+void flesh_team_count_ranks(const flesh_team *team, int nodes, int width, double *w)
+{
+  for (int k = 0; k < width * nodes; k++) w[k] = 1;
+  flesh_team_sum_nodes(team, width, w);
 }
 
 void flesh_team_unite_boxes(const flesh_team *team, double low[3], double high[3])
@@ -121,10 +153,11 @@ void flesh_exchange_counts(const flesh_team *team, const int *first_sent, double
   for (int r = 0; r < ranks; r++) first_received[r + 1] = first_received[r] + (int)counts[ranks + r];
 }
 
-int flesh_team_narrow(const flesh_team *team, const uint8_t *needed, const flesh_team **narrow)
+int flesh_team_narrow(const flesh_team *team, int status, const uint8_t *needed, const flesh_team **narrow)
 {
   *narrow = team;
-  return team && team->narrows ? team->operations->narrow(team, needed, narrow) : FLESH_OK;
+  status = flesh_team_agree(team, status);
+  return !status && team && team->narrows ? team->operations->narrow(team, needed, narrow) : status;
 }
 
 void flesh_team_narrow_end(const flesh_team **narrow)

@@ -86,16 +86,23 @@ void flesh_team_sum(const flesh_team *team, int count, double *numbers);
 void flesh_team_largest(const flesh_team *team, int count, double *numbers);
 int flesh_team_agree(const flesh_team *team, int status);
 /* The sums, if `status` is FLESH_OK on all ranks; else what agree returns, and the numbers are left. Takes one sum where
- * all is well. FLESH_TEAM_AGREED numbers at most. */
-enum { FLESH_TEAM_AGREED = 8 };
+ * all is well. */
 int flesh_team_sum_agreed(const flesh_team *team, int status, int count, double *numbers);
 /* Whether any rank says so; the sum and the least of all ranks' numbers. */
 int flesh_team_any(const flesh_team *team, int here);
+/* The worst status that `ask` returns on any rank, by which a caller ends what takes long; FLESH_OK where it is NULL. */
+int flesh_ask_together(const flesh_team *team, int (*ask)(void *data), void *data);
 double flesh_team_total(const flesh_team *team, double number);
 double flesh_team_least(const flesh_team *team, double number);
 /* *value becomes the largest of all ranks' values, or no number if one is none; returns the largest of the labels of
  * those ranks that have it. */
 double flesh_team_argmax(const flesh_team *team, double *value, double label);
+/* The numbers become those of the first rank whose value is the largest. */
+void flesh_team_take_farthest(const flesh_team *team, double value, int count, double *numbers);
+/* How many of something the ranks before this one have, which has `here`; *all: how many all ranks have. `room` [ranks]. */
+int flesh_team_count_before(const flesh_team *team, int here, double *room, int *all);
+/* How many ranks have each of `nodes`, into w [width*nodes]. */
+void flesh_team_count_ranks(const flesh_team *team, int nodes, int width, double *w);
 /* The box from low to high becomes that around all ranks' boxes. */
 void flesh_team_unite_boxes(const flesh_team *team, double low[3], double high[3]);
 void flesh_team_share(const flesh_team *team, double *vector);
@@ -118,8 +125,9 @@ void flesh_exchange_counts(const flesh_team *team, const int *first_sent, double
 /* Makes a team of the same ranks and nodes for solves with matrices that couple to few of the ghosts that effects see:
  * it exchanges only ghosts that the rank's tets have, and those `needed` [nodes] here. Other ghosts are left as they
  * are; they are zero in vectors that begin so. Where the team does not narrow, *narrow is the team itself. Borrows
- * `team`. Collective, and fails on all ranks or none: FLESH_ERR_MEMORY. */
-int flesh_team_narrow(const flesh_team *team, const uint8_t *needed, const flesh_team **narrow);
+ * `team`. Collective, and fails on all ranks if one comes with a `status` other than FLESH_OK, of what it has made before,
+ * or FLESH_ERR_MEMORY. */
+int flesh_team_narrow(const flesh_team *team, int status, const uint8_t *needed, const flesh_team **narrow);
 /* NULL-safe; sets *narrow to NULL. Not collective. */
 void flesh_team_narrow_end(const flesh_team **narrow);
 /* How many of `nodes` are this rank's own, and how many there are in the body. */

@@ -31,10 +31,20 @@ void flesh_block_multiply(const flesh_block_matrix *A, const double *x, double *
   }
 }
 
+void flesh_block_sum_of_team(const flesh_team *team, int count, const flesh_block_term *terms, double *room, double *y)
+{
+  const int n = 3 * terms->A->rows;
+  for (int k = 0; k < count; k++) {
+    flesh_block_multiply(terms[k].A, terms[k].x, k ? room : y);
+    for (int d = 0; d < n && !k; d++) y[d] *= terms[k].scale;
+    for (int d = 0; d < n && k; d++) y[d] += terms[k].scale * room[d];
+  }
+  flesh_team_collect(team, y);
+}
+
 void flesh_block_multiply_of_team(const flesh_team *team, const flesh_block_matrix *A, const double *x, double *y)
 {
-  flesh_block_multiply(A, x, y);
-  flesh_team_collect(team, y);
+  flesh_block_sum_of_team(team, 1, &(flesh_block_term){1, A, x}, NULL, y);
 }
 
 /* Row i of a matrix with fixed dofs. */
@@ -119,6 +129,11 @@ int flesh_block_is_diagonal(const flesh_block_matrix *A)
     for (size_t k = 9 * ((size_t)A->row_start[i] + 1); k < 9 * (size_t)A->row_end[i]; k++)
       if (A->values[k] != 0) return 0;
   return 1;
+}
+
+int flesh_block_is_diagonal_of_team(const flesh_team *team, const flesh_block_matrix *A)
+{
+  return !flesh_team_any(team, !flesh_block_is_diagonal(A));
 }
 
 double flesh_block_mean_diagonal(const flesh_block_matrix *A)

@@ -13,6 +13,18 @@ void flesh_block_multiply(const flesh_block_matrix *A, const double *x, double *
 /* y = A x of a body whose matrix is the sum of the ranks' A; x is consistent, y collected (base/team.h). */
 void flesh_block_multiply_of_team(const flesh_team *team, const flesh_block_matrix *A, const double *x, double *y);
 
+/* A term of a sum of products: scale A x. */
+typedef struct flesh_block_term {
+  double scale;
+  const flesh_block_matrix *A;
+  const double *x;
+} flesh_block_term;
+
+/* Likewise y = the sum of the terms, in their order. `room` [3*rows]. */
+void flesh_block_sum_of_team(const flesh_team *team, int count, const flesh_block_term *terms, double *room, double *y);
+/* Whether no node's row knows of another node, on any rank. */
+int flesh_block_is_diagonal_of_team(const flesh_team *team, const flesh_block_matrix *A);
+
 /* Turns the rows and columns of the fixed dofs [3*rows] into `diagonal` times those of the
  * identity. */
 void flesh_block_fix(flesh_block_matrix *A, const uint8_t *fixed, double diagonal, flesh_threads *threads);

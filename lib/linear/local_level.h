@@ -16,7 +16,7 @@ typedef struct flesh_local_level {
 } flesh_local_level;
 
 /* With at most so many vertices, or eight; overlap->vector has the places at rest of all nodes that the rank reaches
- * (flesh_overlap_share), and `bisection` is that of the overlap's matrix. FLESH_ERR_MEMORY on this rank alone. To be
+ * (flesh_overlap_create), and `bisection` is that of the overlap's matrix. FLESH_ERR_MEMORY on this rank alone. To be
  * cleared also when it fails. */
 FLESH_PER_ISA int flesh_local_level_create(const flesh_overlap *overlap, int vertices,
                                            const flesh_bisection *bisection, flesh_threads *threads,

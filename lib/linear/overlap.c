@@ -9,18 +9,15 @@
 #include "base/sort.h"
 #include "linear/block_matrix.h"
 
-int flesh_overlap_narrow(const flesh_block_matrix *A, const flesh_team *team, uint8_t *needed, const flesh_team **narrow)
+int flesh_overlap_narrow(const flesh_block_matrix *A, const flesh_team *team, int status, uint8_t *needed,
+                         const flesh_team **narrow)
 {
-  for (int i = 0; i < A->rows; i++)
+  for (int i = 0; i < A->rows && !status; i++)
     for (int k = A->row_start[i] + 1; k < A->row_end[i]; k++) needed[i] = needed[A->column[k]] = 1;
-  return flesh_team_narrow(team, needed, narrow);
+  return flesh_team_narrow(team, status, needed, narrow);
 }
 
-void flesh_overlap_share(const flesh_overlap *self, int rows, const double *x)
-{
-  memcpy(self->vector, x, 3 * (size_t)rows * sizeof *x);
-  flesh_team_share_reached(self->team, 3, self->vector);
-}
+void flesh_overlap_share(const flesh_overlap *self) { flesh_team_share_reached(self->team, 3, self->vector); }
 
 /* Blocks of A that other ranks get. */
 typedef struct listing {
@@ -219,7 +216,7 @@ static void set_weights(flesh_overlap *self)
   for (int i = 0; i < team->reached; i++) self->weight[i] = (float)pow(self->vector[i], -0.25);
 }
 
-int flesh_overlap_create(const flesh_block_matrix *A, const flesh_team *team, flesh_overlap *self)
+int flesh_overlap_create(const flesh_block_matrix *A, const flesh_team *team, const double *x, flesh_overlap *self)
 {
   *self = (flesh_overlap){.team = team, .matrix = *A};
   if (!team) return FLESH_OK;
@@ -229,14 +226,16 @@ int flesh_overlap_create(const flesh_block_matrix *A, const flesh_team *team, fl
   int status = counts ? list_shared(self) : FLESH_ERR_MEMORY;
   status = flesh_team_agree(team, status ? status : allocate_given(self, A, place));
   if (!status) {
+    set_weights(self);
     flesh_exchange_counts(team, self->first_given, counts, self->first_taken);
     status = flesh_team_agree(team, allocate_taken(self));
   }
   if (!status) {
     exchange(self, 2);
-    status = flesh_team_agree(team, make_matrix(self, A));
+    if (x) memcpy(self->vector, x, 3 * (size_t)A->rows * sizeof *x);
+    if (x) flesh_overlap_share(self);
+    status = make_matrix(self, A);
   }
-  if (!status) set_weights(self);
   flesh_free(place);
   flesh_free(counts);
   return status ? flesh_fail(status, "no memory for the overlap of %d nodes", A->rows) : FLESH_OK;

@@ -26,19 +26,22 @@ typedef struct flesh_overlap {
 } flesh_overlap;
 
 /* The team as solves with matrices of A's pattern need it (flesh_team_narrow): with the ghosts that A has blocks of.
- * `needed` [nodes] is room, of zeros. Collective, and fails on all ranks or none: FLESH_ERR_MEMORY. */
-int flesh_overlap_narrow(const flesh_block_matrix *A, const flesh_team *team, uint8_t *needed, const flesh_team **narrow);
-/* For A's pattern; `team` may be NULL. Collective, and fails on all ranks or none: FLESH_ERR_MEMORY. To be cleared also
+ * `needed` [nodes] is room, of zeros. Collective, and fails on all ranks if one comes with a `status` other than FLESH_OK, of
+ * what it has made before, or FLESH_ERR_MEMORY. */
+int flesh_overlap_narrow(const flesh_block_matrix *A, const flesh_team *team, int status, uint8_t *needed,
+                         const flesh_team **narrow);
+/* For A's pattern; `team` may be NULL. overlap->vector begins with the places x [3*A->rows] of all nodes that the rank
+ * reaches (NULL: with none). Collective; FLESH_ERR_MEMORY, which ranks that go on have to agree on. To be cleared also
  * when it fails. */
-int flesh_overlap_create(const flesh_block_matrix *A, const flesh_team *team, flesh_overlap *overlap);
+int flesh_overlap_create(const flesh_block_matrix *A, const flesh_team *team, const double *x, flesh_overlap *overlap);
 /* How vectors order the rank's nodes, nodes [team->nodes], and how the factor does that is made of the matrix, reached
  * [team->reached]: before any function of overlap_vectors.h. FLESH_ERR_MEMORY. */
 int flesh_overlap_set_orders(flesh_overlap *overlap, const int *nodes, const int *reached);
 void flesh_overlap_clear(flesh_overlap *overlap);
 size_t flesh_overlap_memory(const flesh_overlap *overlap);
 
-/* overlap->vector becomes the numbers x [3*rows] of the owners of all nodes that the rank reaches. Collective. */
-void flesh_overlap_share(const flesh_overlap *overlap, int rows, const double *x);
+/* In overlap->vector all nodes that the rank reaches get the numbers of their owners. Collective. */
+void flesh_overlap_share(const flesh_overlap *overlap);
 /* The matrix, of A's values. Collective. */
 const flesh_block_matrix *flesh_overlap_update(flesh_overlap *overlap, const flesh_block_matrix *A);
 

@@ -12,11 +12,11 @@
 #include "linear/diagonal_blocks.h"
 #include "linear/preconditioner_data.h"
 
-/* Numbers of coarse vertices that pay for this matrix; the blocks of a team's matrices are added up. */
-static flesh_levels levels_for(const flesh_block_matrix *A, const flesh_team *team)
+/* Numbers of coarse vertices that pay for this matrix of a body of so many nodes; the blocks of a team's matrices are
+ * added up. */
+static flesh_levels levels_for(const flesh_block_matrix *A, const flesh_team *team, double nodes)
 {
-  const double blocks = flesh_team_total(team, A->row_start[A->rows]);
-  return flesh_levels_for(flesh_team_all(team, A->rows), blocks, team ? team->ranks : 1);
+  return flesh_levels_for(nodes, flesh_team_total(team, A->row_start[A->rows]), team ? team->ranks : 1);
 }
 
 /* The factor of what a rank reaches, which has an order of its own; `own` nodes to a vertex of the rank's own level, 0:
@@ -26,7 +26,6 @@ static int create_wide(flesh_preconditioner_data *self, const double *positions,
   const flesh_block_matrix *A = &self->overlap.matrix;
   const size_t rows = (size_t)A->rows;
   flesh_bisection bisection = {0};
-  if (positions && own > 0) flesh_overlap_share(&self->overlap, self->rows, positions);
   int status = flesh_bisection_create(A, self->overlap.team->numbers, &bisection);
   self->reached = flesh_malloc((rows + 1) * sizeof *self->reached);
   self->wide = flesh_calloc(4 * rows + 1, sizeof *self->wide);
@@ -83,9 +82,9 @@ static int create_here(flesh_preconditioner kind, const flesh_block_matrix *A, f
   }
   if (failed) status = flesh_fail(FLESH_ERR_MEMORY, "no memory for the preconditioner of %d nodes", A->rows);
   if (!status) memcpy(self->order, bisection->order, rows * sizeof *self->order);
-  status = flesh_team_agree(team, status);
-  if (!status) status = flesh_overlap_narrow(A, team, needed, &self->team);
-  if (!status) self->overlap.team = self->team;
+  const flesh_team *narrow;
+  status = flesh_overlap_narrow(A, team, status, needed, &narrow);
+  if (self) self->team = self->overlap.team = status ? NULL : narrow;
   flesh_free(needed);
   return status;
 }
@@ -95,8 +94,9 @@ int flesh_preconditioner_create_levels(flesh_preconditioner kind, const flesh_bl
                                        flesh_preconditioner_data **preconditioner)
 {
   const flesh_team *team = flesh_threads_team(threads);
+  const double nodes = flesh_team_all(team, A->rows);
   flesh_bisection bisection = {0};
-  kind = flesh_preconditioner_choose(kind, (int)fmin(flesh_team_all(team, A->rows), INT_MAX));
+  kind = flesh_preconditioner_choose(kind, (int)fmin(nodes, INT_MAX));
   int status = create_here(kind, A, threads, &bisection, preconditioner);
   flesh_preconditioner_data *self = *preconditioner;
   if (status) {
@@ -106,8 +106,8 @@ int flesh_preconditioner_create_levels(flesh_preconditioner kind, const flesh_bl
   }
   const int coarse = kind == FLESH_PRECONDITIONER_TWO_LEVEL && positions && A->rows > 1;
   flesh_levels levels = {0};
-  status = flesh_overlap_create(A, self->team, &self->overlap);
-  if (!status && coarse) levels = asked ? *asked : levels_for(A, team);
+  if (coarse) levels = asked ? *asked : levels_for(A, team, nodes);
+  status = flesh_overlap_create(A, self->team, coarse && levels.own > 0 ? positions : NULL, &self->overlap);
   if (!status && (kind == FLESH_PRECONDITIONER_IC || kind == FLESH_PRECONDITIONER_TWO_LEVEL))
     status = team ? create_wide(self, coarse ? positions : NULL, levels.own)
                   : flesh_cholesky_create(A, &bisection, !coarse, threads, &self->cholesky);
@@ -123,18 +123,13 @@ int flesh_preconditioner_create_levels(flesh_preconditioner kind, const flesh_bl
 int flesh_preconditioner_project(flesh_preconditioner_data *self, const flesh_block_matrix *A,
                                  const flesh_stiff_rows *rows, const double *positions, int polynomial)
 {
-  const flesh_team *team = self->overlap.team;
-  int status = FLESH_OK;
   self->stiff = rows;
-  if (team) {
-    self->blocks = flesh_malloc((9 * (size_t)self->rows + 1) * sizeof *self->blocks);
-    if (!self->blocks)
-      status = flesh_fail(FLESH_ERR_MEMORY, "no memory for the volume projection of %d elements", rows->count);
-  }
-  status = flesh_team_agree(team, status);
-  return status ? status
-                : flesh_volume_projection_create(A, rows, positions, polynomial, &self->overlap, self->threads,
-                                                 &self->projection);
+  const int status = flesh_volume_projection_create(A, rows, positions, polynomial, &self->overlap, self->threads,
+                                                    &self->projection);
+  if (status || !self->overlap.team) return status;
+  self->blocks = flesh_malloc((9 * (size_t)self->rows + 1) * sizeof *self->blocks);
+  return self->blocks ? FLESH_OK
+                      : flesh_fail(FLESH_ERR_MEMORY, "no memory for the volume projection of %d elements", rows->count);
 }
 
 void flesh_preconditioner_destroy(flesh_preconditioner_data **preconditioner)

@@ -49,7 +49,8 @@ FLESH_PER_ISA int flesh_preconditioner_create_levels(flesh_preconditioner kind, 
 /* From now on the stiff terms of A's rows (borrowed; to be those of the matrix at every set-up) are taken out by a
  * volume projection, but for set-ups where they are left in; all memory included. Not for NONE. `positions`
  * [3*A->rows] at rest; `polynomial`: by Chebyshev polynomials, else exactly. With a team each rank has rows of its own, or
- * none; where there are other ranks it has to be by polynomials. Collective. */
+ * none; where there are other ranks it has to be by polynomials. Collective; FLESH_ERR_MEMORY, which ranks that go on have
+ * to agree on. */
 FLESH_PER_ISA int flesh_preconditioner_project(flesh_preconditioner_data *preconditioner, const flesh_block_matrix *A,
                                                const flesh_stiff_rows *rows, const double *positions, int polynomial);
 FLESH_PER_ISA void flesh_preconditioner_destroy(flesh_preconditioner_data **preconditioner);

@@ -100,28 +100,38 @@ static int make(flesh_shared_rows *self, const flesh_row_lists *lists, const int
   return FLESH_OK;
 }
 
-int flesh_shared_rows_create(const flesh_row_lists *lists, const int *place_of, const flesh_team *team,
+/* main [nodes] is room. */
+static void unite_main(const flesh_row_lists *lists, const int *place_of, const flesh_team *team, double *main)
+{
+  for (int i = 0; i < team->nodes; i++) main[i] = lists->main[place_of[i]];
+  flesh_team_sum_nodes(team, 1, main);
+  for (int i = 0; i < team->nodes; i++) lists->main[place_of[i]] = main[i] > 0;
+}
+
+int flesh_shared_rows_create(const flesh_row_lists *lists, const int *place_of, const flesh_team *team, int status,
                              flesh_shared_rows *self)
 {
   *self = (flesh_shared_rows){.team = team};
-  if (!team) return FLESH_OK;
+  if (!team) return status;
   const size_t ranks = (size_t)(self->ranks = team->reach.count), taken = (size_t)team->reach.first_taken[ranks];
   common c = {.reach = &team->reach, .nodes = team->nodes};
   c.given = flesh_calloc((size_t)team->nodes + 1, sizeof *c.given);
   c.first = flesh_calloc(ranks + 1, sizeof *c.first);
   c.here = flesh_malloc((taken + 1) * sizeof *c.here);
   c.there = flesh_malloc((taken + 1) * sizeof *c.there);
-  int *marks = flesh_calloc((size_t)lists->nodes + 1, sizeof *marks);
+  int *marks = flesh_calloc((size_t)team->nodes + 1, sizeof *marks);
+  double *main = flesh_malloc((size_t)team->nodes * sizeof *main + 1);
   self->first = flesh_calloc(ranks + 1, sizeof *self->first);
-  const int enough = c.given && c.first && c.here && c.there && marks && self->first;
-  int status = flesh_team_agree(team, enough ? FLESH_OK : FLESH_ERR_MEMORY);
+  const int enough = c.given && c.first && c.here && c.there && marks && main && self->first;
+  status = flesh_team_agree(team, enough ? status : FLESH_ERR_MEMORY);
   if (!status) {
+    unite_main(lists, place_of, team, main);
     exchange_flags(lists, place_of, team, &c);
     status = flesh_team_agree(team, make(self, lists, place_of, &c, marks));
   }
-  void *const arrays[] = {c.given, c.first, c.here, c.there, marks};
+  void *const arrays[] = {c.given, c.first, c.here, c.there, marks, main};
   for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) flesh_free(arrays[k]);
-  return status ? flesh_fail(status, "no memory for %d rows shared with other ranks", lists->rows) : FLESH_OK;
+  return status ? flesh_fail(status, "no memory for rows shared with other ranks") : FLESH_OK;
 }
 
 void flesh_shared_rows_clear(flesh_shared_rows *self)

@@ -20,9 +20,10 @@ typedef struct flesh_shared_rows {
 
 enum { FLESH_SHARED_ROWS_WIDTH = 9 };
 
-/* place_of [nodes of the team]: where vectors have each node. Collective, and fails on all ranks or none:
- * FLESH_ERR_MEMORY. To be cleared also when it fails. */
-int flesh_shared_rows_create(const flesh_row_lists *lists, const int *place_of, const flesh_team *team,
+/* A node that is main to one rank becomes so in the lists of all. place_of [nodes of the team]: where vectors have each node.
+ * Collective, and fails on all ranks if one comes with a `status` other than FLESH_OK, of what it has made before (its
+ * `lists` may be NULL then), or FLESH_ERR_MEMORY. To be cleared also when it fails. */
+int flesh_shared_rows_create(const flesh_row_lists *lists, const int *place_of, const flesh_team *team, int status,
                              flesh_shared_rows *shared);
 void flesh_shared_rows_clear(flesh_shared_rows *shared);
 size_t flesh_shared_rows_memory(const flesh_shared_rows *shared);

@@ -97,22 +97,6 @@ static void list_nodes(flesh_volume_projection *self, const flesh_block_matrix *
       for (int b = a; b < m; b++) *slot++ = find_slot(A, nodes[m * e + a], nodes[m * e + b]);
 }
 
-/* A node that is main to one rank is so to all. */
-static void unite_main(flesh_volume_projection *self)
-{
-  double *main = self->reached;
-  for (int p = 0; p < self->nodes; p++) main[self->order[p]] = self->lists.main[p];
-  flesh_team_sum_nodes(self->team, 1, main);
-  for (int p = 0; p < self->nodes; p++) self->lists.main[p] = main[self->order[p]] > 0;
-}
-
-/* Finds the rows that share nodes with those of other ranks. */
-static int share_rows(flesh_volume_projection *self, const int *place_of)
-{
-  unite_main(self);
-  return flesh_shared_rows_create(&self->lists, place_of, self->team, &self->shared);
-}
-
 int flesh_volume_projection_create(const flesh_block_matrix *A, const flesh_stiff_rows *rows, const double *positions,
                                    int polynomial, const flesh_overlap *overlap, flesh_threads *threads,
                                    flesh_volume_projection **projection)
@@ -137,13 +121,14 @@ int flesh_volume_projection_create(const flesh_block_matrix *A, const flesh_stif
     list_nodes(self, A, place_of);
   }
   flesh_bisection_clear(&halves);
-  status = flesh_team_agree(team, status);
-  if (!status && team) status = share_rows(self, place_of);
+  flesh_shared_rows shared = {0};
+  status = flesh_shared_rows_create(self ? &self->lists : NULL, place_of, team, status, &shared);
+  if (self) self->shared = shared;
+  else flesh_shared_rows_clear(&shared);
   if (!status) {
     status = flesh_row_coupling_create(&self->lists, rows, positions, polynomial, threads, &self->S);
     if (team && polynomial)
       flesh_row_coupling_share(&self->S, &self->shared, &self->lists, self->inverse, self->by_node);
-    status = flesh_team_agree(team, status);
   }
   flesh_free(place_of);
   if (!status) return FLESH_OK;

@@ -79,7 +79,7 @@ static double edge_length(const flesh_mesh *mesh, int node, int other)
   return sqrt(flesh_vec3_dot(along, along));
 }
 
-double flesh_mesh_mean_edge(const flesh_mesh *mesh, const flesh_team *team)
+double flesh_mesh_mean_edge(const flesh_mesh *mesh)
 {
   double edges = 0;
   for (int t = 0; t < mesh->tets; t++) {
@@ -87,11 +87,7 @@ double flesh_mesh_mean_edge(const flesh_mesh *mesh, const flesh_team *team)
     for (int i = 0; i < 4; i++)
       for (int j = i + 1; j < 4; j++) edges += edge_length(mesh, n[i], n[j]);
   }
-  const double mean = edges / (6.0 * mesh->tets);
-  if (!team) return mean;
-  double sums[2] = {mesh->tets * mean, mesh->tets};
-  flesh_team_sum(team, 2, sums);
-  return sums[0] / sums[1];
+  return edges / (6.0 * mesh->tets);
 }
 
 void flesh_mesh_inspect(const flesh_mesh *mesh, flesh_mesh_info *info)
@@ -130,6 +126,6 @@ void flesh_mesh_inspect(const flesh_mesh *mesh, flesh_mesh_info *info)
     if (scaled < info->scaled_jacobian_min) info->scaled_jacobian_min = scaled, info->most_bent_tet = t;
     info->curved += mesh->curved[t];
   }
-  info->edge_mean = flesh_mesh_mean_edge(mesh, NULL);
+  info->edge_mean = flesh_mesh_mean_edge(mesh);
   info->radius_ratio_mean = ratios / mesh->tets;
 }

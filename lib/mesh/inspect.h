@@ -2,7 +2,6 @@
 #ifndef FLESH_MESH_INSPECT_H
 #define FLESH_MESH_INSPECT_H
 
-#include "base/team.h"
 #include "mesh/mesh.h"
 
 /* 3 * inradius / circumradius of a tet with straight edges: 1 for a regular one, towards 0 for a flat
@@ -12,9 +11,8 @@ double flesh_mesh_radius_ratio(const flesh_mesh *mesh, int tet);
 /* Smallest over largest Jacobian of a tet's map, to 1e-4: 1 where the edges are straight. */
 double flesh_mesh_scaled_jacobian(const flesh_mesh *mesh, int tet);
 
-/* The mean over the six edges of every tet, at rest, between corners, of all ranks of a team (NULL: none), where it is
- * collective. */
-double flesh_mesh_mean_edge(const flesh_mesh *mesh, const flesh_team *team);
+/* The mean over the six edges of every tet, at rest, between corners. */
+double flesh_mesh_mean_edge(const flesh_mesh *mesh);
 
 /* The distinct region tags in rising order into *list (new, NULL when out of memory); returns their
  * number. */

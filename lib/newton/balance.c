@@ -62,7 +62,7 @@ static int find_edge_force(flesh_equations *self, double *softest)
   flesh_point rest = flesh_evaluation_point(e, self->stage.t, X, e->zeros, e->zeros);
   flesh_edge_force force;
   rest.internal = self->stage.internal;
-  const int status = flesh_system_edge_force(e->system, FLESH_ROLES_ALL, &rest, self->scratch, &force);
+  const int status = flesh_system_edge_force(e, FLESH_ROLES_ALL, &rest, self->scratch, &force);
   if (!status) *softest = force.softest;
   return status;
 }

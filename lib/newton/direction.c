@@ -11,23 +11,18 @@
  * with their like. */
 static const double DEEP = 3;
 
-/* The system's stiff rows, where the preconditioner is to take them out in some stage. */
-static int take_rows(flesh_direction *self)
+void flesh_direction_unite_rows(flesh_direction *self)
 {
   const flesh_system *system = self->equations->system;
-  int status = flesh_system_stiff_rows_create(system, &self->rows);
-  if (status) return status;
-  if (!flesh_preconditioner_projects(self->equations->options->preconditioner, &self->rows, 0)) {
-    flesh_system_stiff_rows_clear(&self->rows);
-    return FLESH_OK;
-  }
   double *room = self->equations->scratch;
-  self->inertia = flesh_system_inertia_modulus(system, room, room + self->equations->n);
-  return FLESH_OK;
+  flesh_system_stiff_rows_unite(system, &self->rows);
+  if (flesh_preconditioner_projects(self->equations->options->preconditioner, &self->rows, 0))
+    self->inertia = flesh_system_inertia_modulus(system, room, room + self->equations->n);
+  else flesh_system_stiff_rows_clear(&self->rows);
 }
 
 /* Makes the solvers for matrices of K's pattern. */
-static int make_solvers_of_pattern(flesh_direction *self)
+static int make_solvers_of_pattern(flesh_direction *self, int before)
 {
   const flesh_block_matrix *K = self->equations->K;
   const double *X = flesh_mesh_positions(flesh_system_mesh(self->equations->system));
@@ -40,13 +35,12 @@ static int make_solvers_of_pattern(flesh_direction *self)
   if (!status && self->rows.nodes_per_row)
     status = self->linear->preconditioner_project(self->preconditioner, K, &self->rows, X, polynomial);
   if (!status) status = self->linear->pcg_space_create(K, 1, self->equations->threads, &self->pcg);
-  return flesh_team_agree(team, status);
+  return flesh_team_agree(team, status ? status : before);
 }
 
-/* For the pattern that K has; where there is no memory for them, the next call tries again. */
-static int make_solvers(flesh_direction *self)
+int flesh_direction_make_solvers(flesh_direction *self, int before)
 {
-  const int status = make_solvers_of_pattern(self);
+  const int status = make_solvers_of_pattern(self, before);
   self->patterns = status ? -1 : self->equations->patterns;
   return status;
 }
@@ -68,21 +62,19 @@ int flesh_direction_follow_pattern(flesh_direction *self)
   self->prepared = 0;
   self->fallback_state = FLESH_FALLBACK_UNUSED;
   self->iterations_per_decade[0] = self->iterations_per_decade[1] = self->excess_iterations = 0;
-  return make_solvers(self);
+  return flesh_direction_make_solvers(self, FLESH_OK);
 }
 
 int flesh_direction_init(flesh_equations *equations, flesh_direction *self)
 {
   *self = (flesh_direction){.equations = equations, .linear = flesh_linear_for(flesh_system_instructions(equations->system))};
+  if (equations->options->linear_solver == FLESH_LINEAR_PCG) {
+    const int status = flesh_system_stiff_rows_create(equations->system, &self->rows);
+    if (status) return status;
+  }
   if (!equations->evaluation.proximity.near) return FLESH_OK;
   self->factored = flesh_calloc((size_t)equations->K->rows + 1, sizeof *self->factored);
   return self->factored ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", equations->n);
-}
-
-int flesh_direction_open(flesh_direction *self)
-{
-  const int status = self->equations->options->linear_solver == FLESH_LINEAR_PCG ? take_rows(self) : FLESH_OK;
-  return status ? status : make_solvers(self);
 }
 
 void flesh_direction_clear(flesh_direction *self)

@@ -49,11 +49,15 @@ typedef struct flesh_direction {
   double residual;          /* N, at the last solve's end */
 } flesh_direction;
 
-/* FLESH_ERR_MEMORY. To be cleared also when it fails. */
+/* Lists the system's stiff rows. FLESH_ERR_MEMORY. To be cleared also when it fails. */
 int flesh_direction_init(flesh_equations *equations, flesh_direction *direction);
-/* Makes the solvers, once all ranks have room. Collective, and fails on all ranks or none: FLESH_ERR_ARGUMENT where the
- * options ask for a solver that is not built in, FLESH_ERR_MEMORY. */
-int flesh_direction_open(flesh_direction *direction);
+/* Keeps the stiff rows where the preconditioner is to take them out in some stage, with figures of all ranks' rows.
+ * Collective. */
+void flesh_direction_unite_rows(flesh_direction *direction);
+/* Makes the solvers for the pattern that K has, which the next solve tries again if there is no memory for them; `before`:
+ * the status of what the rank has made since ranks agreed. Collective, and fails on all ranks or none: FLESH_ERR_ARGUMENT
+ * where the options ask for a solver that is not built in, FLESH_ERR_MEMORY. */
+int flesh_direction_make_solvers(flesh_direction *direction, int before);
 void flesh_direction_clear(flesh_direction *direction);
 size_t flesh_direction_memory(const flesh_direction *direction);
 

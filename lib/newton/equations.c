@@ -97,7 +97,7 @@ int flesh_equations_find_constrained(flesh_equations *self, double t, const uint
   for (int d = 0; d < self->n && held; d++) constrained->is[d] |= held[d];
   const int changed = memcmp(before, constrained->is, (size_t)self->n) != 0;
   if (changed) list_constrained(self);
-  return flesh_team_any(self->team, changed); /* all ranks go on alike */
+  return changed;
 }
 
 int flesh_equations_archive(flesh_equations *self, int matrix, flesh_archive *archive)
@@ -130,19 +130,19 @@ int flesh_equations_set_stage(flesh_equations *self, const flesh_stage *stage)
   self->refused = e->is_frozen = 0;
   /* They may have changed where x has not. */
   if (stage->multipliers || flesh_equations_is_softened(self)) e->reached.there.known = 0;
-  const int changed = flesh_equations_find_constrained(self, stage->t, stage->held);
+  double numbers[2] = {flesh_equations_find_constrained(self, stage->t, stage->held), 0};
   const int *dofs = constrained->dofs, count = constrained->count;
   for (int k = 0; k < count; k++) constrained->u[dofs[k]] = stage->x0[dofs[k]];
   flesh_system_prescribe(self->system, stage->t, constrained->u);
-  constrained->displacement = 0;
   for (int k = 0; k < count; k++) {
     double *u = &constrained->u[dofs[k]];
     *u = stage->prescribed_fraction * (*u - stage->x0[dofs[k]]) / stage->shift.x;
-    constrained->displacement = fmax(constrained->displacement, fabs(*u));
+    numbers[1] = fmax(numbers[1], fabs(*u));
   }
-  if (e->clearance.free) flesh_team_largest(self->team, 1, &constrained->displacement);
+  flesh_team_largest(self->team, 2, numbers); /* all ranks go on alike */
+  constrained->displacement = numbers[1];
   flesh_clearance_begin(&e->clearance, stage->t, stage->x0, self->stage.t_lag, self->stage.x_lag, self->stage.x_from);
-  return changed;
+  return numbers[0] > 0;
 }
 
 void flesh_equations_start(const flesh_equations *self, double *u)

@@ -68,7 +68,7 @@ int flesh_equations_archive(flesh_equations *equations, int matrix, flesh_archiv
 /* Takes the stage, whose arrays are borrowed, and forgets what was cached. Whether other dofs are constrained than
  * before. */
 int flesh_equations_set_stage(flesh_equations *equations, const flesh_stage *stage);
-/* Works out the constrained dofs at t, with those `held` [n] (NULL: none); whether they are others than before. */
+/* Works out the constrained dofs at t, with those `held` [n] (NULL: none); whether this rank's are others than before. */
 int flesh_equations_find_constrained(flesh_equations *equations, double t, const uint8_t *held);
 /* u = 0 but for the constrained dofs, which take their prescribed values. */
 void flesh_equations_start(const flesh_equations *equations, double *u);

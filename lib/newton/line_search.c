@@ -9,8 +9,6 @@
 #include "newton/mechanisms.h"
 #include "system/feasible_step.h"
 
-/* Sufficient decrease of Armijo; Nocedal & Wright 2006, section 3.1. */
-static const double decrease = 1e-4;
 
 /* So many filtered steps in a row are too short before one is lengthened wherever the residual is. */
 enum { MANY_SHORT = 16 };
@@ -134,7 +132,7 @@ typedef enum verdict { REFUSED, ACCEPTED, AGAIN } verdict;
 static verdict judge(flesh_search *self, line *line)
 {
   const double slope = line->length * line->slope, rise = line->value - line->start;
-  if (line->value <= line->start + decrease * line->length * line->slope) return ACCEPTED;
+  if (line->value <= line->start + flesh_armijo * line->length * line->slope) return ACCEPTED;
   /* If round-off dominates the expected decrease, the slope at the end shows what the values cannot (the approximate
    * Wolfe condition of Hager & Zhang 2005). Below their last digit they say nothing. */
   const double unseen =
@@ -142,7 +140,7 @@ static verdict judge(flesh_search *self, line *line)
   if (flesh_uses(self->equations->options, FLESH_TECHNIQUE_APPROXIMATE_WOLFE) && -slope <= line->round_off &&
       line->value <= line->start + unseen &&
       !flesh_equations_residual(self->equations, self->equations->trial, self->equations->work[0]) &&
-      dot(self, self->equations->work[0], line->p) <= -(1 - 2 * decrease) * line->slope)
+      dot(self, self->equations->work[0], line->p) <= -(1 - 2 * flesh_armijo) * line->slope)
     return ACCEPTED;
   /* If little decrease is expected, a rise may be round-off. The terms' sizes understate it where they cancel within
    * (I_C - 3 near rest, or a load that hangs on a place far from the origin): the round-off is measured once. */

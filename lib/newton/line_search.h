@@ -5,6 +5,9 @@
 
 #include "newton/direction.h"
 
+/* Sufficient decrease of Armijo; Nocedal & Wright 2006, section 3.1. */
+static const double flesh_armijo = 1e-4;
+
 /* A step in the making. The search fills in what stands below the direction's kind. */
 typedef struct flesh_step {
   const double *u, *b; /* [n] the iterate; the residual there is -b */

@@ -66,12 +66,8 @@ static int apply_jump(flesh_newton *self, double t, const double *prescribed, do
   flesh_constrained *constrained = &equations->constrained;
   const int n = equations->n;
   double *jump = equations->trial, *right = equations->work[0];
-  int any = 0;
-  for (int d = 0; d < n; d++) {
-    jump[d] = constrained->is[d] ? prescribed[d] - y[d] : 0;
-    any |= jump[d] != 0;
-  }
-  if (!flesh_team_any(equations->team, any)) return FLESH_OK;
+  for (int d = 0; d < n; d++) jump[d] = constrained->is[d] ? prescribed[d] - y[d] : 0;
+  if (flesh_largest(equations->threads, n, jump) == 0) return FLESH_OK;
   int status = assemble_mass(self, t, equations->evaluation.x, equations->evaluation.v);
   if (status) return status;
   flesh_block_multiply_of_team(equations->team, equations->K, jump, right);

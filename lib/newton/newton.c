@@ -43,8 +43,7 @@ typedef struct iteration {
 static int asked_to_stop(void *data)
 {
   flesh_newton *self = data;
-  if (self->stop.stop && !self->stopped)
-    self->stopped = flesh_team_agree(self->equations.team, self->stop.stop(self->stop.data));
+  if (!self->stopped) self->stopped = flesh_ask_together(self->equations.team, self->stop.stop, self->stop.data);
   return self->stopped;
 }
 
@@ -207,14 +206,14 @@ static int measure(flesh_newton *self)
 {
   flesh_threads_set_team(self->threads, self->equations.team);
   flesh_equations_measure(&self->equations);
-  int status = flesh_direction_open(&self->direction);
-  if (status) return status;
-  flesh_matrix_policy_measure(&self->policy);
-  status = flesh_volume_arc_init(&self->equations, &self->direction, &self->arc);
-  return flesh_team_agree(self->equations.team, status);
+  flesh_direction_unite_rows(&self->direction);
+  int status = flesh_volume_arc_init(&self->equations, &self->direction, &self->arc);
+  status = flesh_direction_make_solvers(&self->direction, status);
+  if (!status) flesh_matrix_policy_measure(&self->policy);
+  return status;
 }
 
-int flesh_newton_init(const flesh_system *system, const flesh_solver_options *options, flesh_stage_solver solver,
+int flesh_newton_open(const flesh_system *system, const flesh_solver_options *options, flesh_stage_solver solver,
                       flesh_newton *self)
 {
   *self = (flesh_newton){.options = *options, .solver = solver, .given_depth = 1};
@@ -232,10 +231,21 @@ int flesh_newton_init(const flesh_system *system, const flesh_solver_options *op
   if (!status && eliminates) self->reserve = flesh_subdomain_reserve(system);
   if (!status && (!self->u || (eliminates && !self->reserve)))
     status = flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", equations->n);
-  status = flesh_team_agree(flesh_system_team(system), status); /* from here on ranks call each other */
-  if (!status) status = measure(self);
-  if (status) flesh_newton_clear(self);
   return status;
+}
+
+int flesh_newton_meet(const flesh_system *system, int status, flesh_newton *self)
+{
+  status = flesh_team_agree(flesh_system_team(system), status);
+  if (!status) status = measure(self);
+  if (status && self) flesh_newton_clear(self);
+  return status;
+}
+
+int flesh_newton_init(const flesh_system *system, const flesh_solver_options *options, flesh_stage_solver solver,
+                      flesh_newton *self)
+{
+  return flesh_newton_meet(system, flesh_newton_open(system, options, solver, self), self);
 }
 
 void flesh_newton_clear(flesh_newton *self)

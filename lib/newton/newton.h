@@ -74,8 +74,16 @@ typedef struct flesh_newton {
 
 /* FLESH_ERR_ARGUMENT where the system is shared out among ranks, and they cannot solve it so yet. */
 int flesh_newton_check_team(const flesh_system *system, const flesh_solver_options *options);
-/* Borrows `system` (finished), copies `options`. FLESH_ERR_ARGUMENT for options that make no sense or are not built in,
- * FLESH_ERR_MEMORY. The struct must not move afterwards: its parts point to each other. */
+/* Makes what this rank needs, without the others; flesh_newton_meet comes next. Borrows `system` (finished), copies
+ * `options`. FLESH_ERR_ARGUMENT for options that make no sense or are not built in, FLESH_ERR_MEMORY. The struct must not
+ * move afterwards: its parts point to each other. */
+int flesh_newton_open(const flesh_system *system, const flesh_solver_options *options, flesh_stage_solver solver,
+                      flesh_newton *newton);
+/* Finishes it together with the other ranks, unless one of them comes with a `status` other than FLESH_OK: of
+ * flesh_newton_open, or of more that its caller has made. Fails on all ranks or none, and clears `newton` then, which may
+ * be NULL on a rank whose status is not FLESH_OK. */
+int flesh_newton_meet(const flesh_system *system, int status, flesh_newton *newton);
+/* Both. */
 int flesh_newton_init(const flesh_system *system, const flesh_solver_options *options, flesh_stage_solver solver,
                       flesh_newton *newton);
 /* Whether such options and such a system need a solver of systems of few nodes. */

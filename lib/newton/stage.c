@@ -27,7 +27,7 @@ static int push_out(flesh_equations *equations, double *u)
   const int reaches = flesh_equations_can_reach(equations, u);
   memcpy(pushed, equations->scratch, size);
   flesh_system_push_out(equations->system, s->t_from, s->x_from, s->t, pushed);
-  if (reaches && !flesh_team_any(equations->team, memcmp(pushed, equations->scratch, size) != 0)) return FLESH_OK;
+  if (reaches && flesh_same(equations->threads, equations->n, pushed, equations->scratch)) return FLESH_OK;
   take_free(equations, pushed, u);
   if (flesh_equations_can_reach(equations, u)) return FLESH_OK;
   if (reaches) flesh_equations_start(equations, u);

@@ -64,13 +64,6 @@ static double largest_square(int nodes, const double *r)
   return largest;
 }
 
-/* How many ranks have each node, into w [3*nodes]. Collective. */
-static void count_ranks(const flesh_equations *whole, double *w)
-{
-  for (int d = 0; d < whole->n; d++) w[d] = 1;
-  flesh_team_sum_nodes(whole->team, 3, w);
-}
-
 /* Nodes that several ranks have are not free but `state`. */
 static void leave_shared_nodes(subdomain *self, const double *ranks, uint8_t state)
 {
@@ -315,13 +308,12 @@ static int meet(const subdomain *self, int status)
 {
   const flesh_team *team = self->whole->team;
   flesh_solve_stats *stats = &self->parent->stats;
-  const double cells = self->cells ? self->cells->count : 0;
-  double all[] = {status == FLESH_OK, self->solved, self->newton, cells};
-  flesh_team_sum(team, 4, all);
-  const double share = self->solved ? self->newton * ((double)self->tets / cells) * (cells / all[3]) : 0;
+  const double cells = self->cells ? self->cells->count : 0, elements = (double)self->newton * self->tets;
+  double all[] = {status == FLESH_OK, self->solved, self->newton, cells, elements};
+  flesh_team_sum(team, 5, all);
   stats->subdomains += (int)all[1];
   stats->subdomain_newton += (int)all[2];
-  stats->subdomain_share += flesh_team_total(team, share);
+  stats->subdomain_share += all[1] > 0 ? all[4] / all[3] : 0;
   return all[0] > 0 ? FLESH_OK : team ? FLESH_NOT_CONVERGED : status;
 }
 
@@ -332,7 +324,7 @@ int flesh_subdomain_solve(flesh_newton *parent, const double *u, const double *r
   int status = FLESH_NOT_CONVERGED;
   flesh_team_largest(self.whole->team, 1, &self.largest);
   self.per_cell = flesh_mesh_order(flesh_system_mesh(self.whole->system)) == 2 ? 10 : 4;
-  count_ranks(self.whole, w);
+  flesh_team_count_ranks(self.whole->team, self.whole->n / 3, 3, w);
   for (int k = 0; k < flesh_system_effect_count(self.whole->system) && !self.cells; k++) {
     const flesh_effect *effect = flesh_system_effect(self.whole->system, k);
     if (is_sum(&self, effect)) self.sum = effect, self.cells = effect->operations->cells(effect);

@@ -24,8 +24,6 @@ static const double SMALL = 0.01;
 static const double CORRECTED = 1e-6;
 /* The energy of a start's error that is not corrected, over the potential's terms. */
 static const double NOTHING = 1e-10;
-/* Armijo's constant. */
-static const double DECREASE = 1e-4;
 
 int flesh_volume_arc_init(flesh_equations *equations, flesh_direction *direction, flesh_volume_arc *self)
 {
@@ -129,7 +127,7 @@ void flesh_volume_arc_bend(flesh_volume_arc *self, const double *u, const double
     flesh_step_to(equations, u, 1, q, equations->trial);
     const int status = flesh_equations_potential(equations, equations->trial, &value, &magnitude);
     const double own = -flesh_dot(equations->threads, equations->n, b, q);
-    if (status || !(own < 0) || !(value <= start + DECREASE * s * slope) || !(value <= start + DECREASE * own)) continue;
+    if (status || !(own < 0) || !(value <= start + flesh_armijo * s * slope) || !(value <= start + flesh_armijo * own)) continue;
     flesh_copy(equations->threads, equations->n, q, p);
     return;
   }
@@ -140,7 +138,7 @@ void flesh_volume_arc_start(flesh_volume_arc *self, double *u)
   flesh_equations *equations = self->equations;
   double before, after, magnitude, *q = equations->work[0];
   if (!self->wanted || self->direction->rows.left_in) return;
-  if (flesh_team_any(equations->team, equations->constrained.displacement > 0)) return;
+  if (equations->constrained.displacement > 0) return;
   if (flesh_equations_potential(equations, u, &before, &magnitude)) return;
   flesh_copy(equations->threads, equations->n, u, q);
   memset(self->wanted, 0, (size_t)self->trial.count * sizeof *self->wanted);

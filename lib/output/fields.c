@@ -123,10 +123,9 @@ int flesh_fields_open(const flesh_body *body, const flesh_system *system, flesh_
   if (!status) status = add_arrays(f);
   if (!status && !(f->weight = calloc((size_t)flesh_mesh_node_count(body->mesh) + 1, sizeof(double))))
     status = flesh_fail(FLESH_ERR_MEMORY, "no memory for fields");
-  status = flesh_team_agree(f->team, status);
-  if (!status)
-    status = flesh_node_forces_open(body, system, method == FLESH_METHOD_STATIC, (fields & FLESH_FIELD_REACTION) != 0,
-                                    (fields & FLESH_FIELD_CONTACT_FORCE) != 0, &f->forces);
+  status = flesh_node_forces_open(status, body, system, method == FLESH_METHOD_STATIC,
+                                  (fields & FLESH_FIELD_REACTION) != 0, (fields & FLESH_FIELD_CONTACT_FORCE) != 0,
+                                  &f->forces);
   if (!status) add_forces(f);
   if (status) flesh_fields_clear(f);
   return status;

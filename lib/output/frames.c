@@ -12,7 +12,7 @@
 #include "mesh/mesh.h"
 #include "output/fields.h"
 #include "output/obstacles.h"
-#include "output/rest_box.h"
+#include "parallel/body_figures.h"
 #include "output/resume.h"
 #include "output/vtu_read.h"
 
@@ -169,7 +169,7 @@ int flesh_frames_observe(void *data, const flesh_step_record *record)
   int status = flesh_mesh_check_counts(flesh_system_mesh(record->system), "frames", "", frames->mesh->nodes,
                                        frames->mesh->tets);
   if (!status) status = flesh_pvd_next(&frames->index, &name);
-  flesh_rest_box(frames->mesh, NULL, box);
+  flesh_body_rest_box(frames->mesh, NULL, box);
   if (!status) status = flesh_obstacles_write(frames->directory, record, box);
   if (status) return status;
   flesh_field_list of_nodes, of_tets;

@@ -35,15 +35,17 @@ static void find_diagonal(const flesh_body *body, const flesh_team *team, double
   flesh_team_sum_nodes(team, 1, diagonal);
 }
 
-int flesh_node_forces_open(const flesh_body *body, const flesh_system *system, int is_static, int wants_reaction,
-                           int wants_contact, flesh_node_forces *forces)
+int flesh_node_forces_open(int status, const flesh_body *body, const flesh_system *system, int is_static,
+                           int wants_reaction, int wants_contact, flesh_node_forces *forces)
 {
   const size_t n = (size_t)flesh_system_unknowns(system);
   const int solves = wants_reaction && !is_static && body->mass == FLESH_MASS_CONSISTENT;
-  *forces = (flesh_node_forces){.body = body, .system = system, .team = flesh_system_team(system),
+  const int wants = wants_reaction || wants_contact;
+  int failed = 0;
+  *forces = (flesh_node_forces){.body = body, .system = wants ? system : NULL, .team = flesh_system_team(system),
                                 .is_static = is_static};
-  if (!wants_reaction && !wants_contact) return FLESH_OK;
-  int failed = !(forces->constrained = calloc(n, 1)) || !(forces->v = calloc(n, sizeof(double))) ||
+  if (wants)
+    failed = !(forces->constrained = calloc(n, 1)) || !(forces->v = calloc(n, sizeof(double))) ||
                !(forces->a = calloc(n, sizeof(double))) || !(forces->zeros = calloc(n, sizeof(double)));
   if (wants_reaction)
     failed |= !(forces->reaction = calloc(n, sizeof(double))) || !(forces->holder = calloc(n, sizeof(int)));
@@ -53,7 +55,7 @@ int flesh_node_forces_open(const flesh_body *body, const flesh_system *system, i
     failed |= !(forces->diagonal = calloc(n / 3, sizeof(double))) ||
               !(forces->direction = calloc(n, sizeof(double))) || !(forces->product = calloc(n, sizeof(double))) ||
               !(forces->residual = calloc(n, sizeof(double)));
-  int status = failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for the forces on %zu nodes", n / 3) : FLESH_OK;
+  if (failed) status = flesh_fail(FLESH_ERR_MEMORY, "no memory for the forces on %zu nodes", n / 3);
   status = flesh_team_agree(forces->team, status);
   if (status) flesh_node_forces_clear(forces);
   else if (solves) find_diagonal(body, forces->team, forces->diagonal);
@@ -89,26 +91,18 @@ static flesh_point point_of(flesh_node_forces *f, const flesh_step_record *recor
   return point;
 }
 
-static double dot(const flesh_node_forces *f, int n, const double *x, const double *y)
+/* f->residual over the diagonal, z, takes the place of f->product. Returns the product of both. */
+static double precondition(flesh_node_forces *f, int n)
 {
-  double sum = 0;
-  for (int d = 0; d < 3 * flesh_team_own(f->team, n / 3); d++) sum += x[d] * y[d];
-  flesh_team_sum(f->team, 1, &sum);
-  return sum;
+  for (int d = 0; d < n; d++) f->product[d] = f->constrained[d] ? 0 : f->residual[d] / f->diagonal[d / 3];
+  return flesh_system_product(f->system, f->product, f->residual);
 }
 
-/* f->residual over the diagonal: its product with f->residual, which is 0 at ghosts; added to f->direction. */
-static double precondition(flesh_node_forces *f, int n, double keep)
+/* The next direction, z + keep * f->direction. */
+static void turn(flesh_node_forces *f, int n, double keep)
 {
-  double sum = 0;
-  for (int d = 0; d < n; d++) {
-    const double z = f->constrained[d] ? 0 : f->residual[d] / f->diagonal[d / 3];
-    sum += z * f->residual[d];
-    f->direction[d] = z + keep * f->direction[d];
-  }
+  for (int d = 0; d < n; d++) f->direction[d] = f->product[d] + keep * f->direction[d];
   flesh_team_share(f->team, f->direction);
-  flesh_team_sum(f->team, 1, &sum);
-  return sum;
 }
 
 /* Free components of f->a: r = 0. */
@@ -119,7 +113,8 @@ static int balance(flesh_node_forces *f, const flesh_step_record *record, int n)
   if (status) return status;
   for (int d = 0; d < n; d++) f->residual[d] = f->constrained[d] ? 0 : -f->residual[d];
   memset(f->direction, 0, (size_t)n * sizeof *f->direction);
-  double square = precondition(f, n, 0);
+  double square = precondition(f, n);
+  turn(f, n, 0);
   const double enough = 1e-28 * square;
   point.a = f->direction;
   for (int k = 0; k < 500 && square > enough; k++) {
@@ -127,13 +122,10 @@ static int balance(flesh_node_forces *f, const flesh_step_record *record, int n)
     if (status) return status;
     for (int d = 0; d < n; d++)
       if (f->constrained[d]) f->product[d] = 0;
-    const double step = square / dot(f, n, f->direction, f->product), before = square;
+    const double step = square / flesh_system_product(f->system, f->direction, f->product), before = square;
     for (int d = 0; d < n; d++) f->a[d] += step * f->direction[d], f->residual[d] -= step * f->product[d];
-    square = 0;
-    for (int d = 0; d < n; d++)
-      if (!f->constrained[d]) square += f->residual[d] * f->residual[d] / f->diagonal[d / 3];
-    flesh_team_sum(f->team, 1, &square);
-    precondition(f, n, square / before);
+    square = precondition(f, n);
+    turn(f, n, square / before);
   }
   return square > enough || isnan(square) ? FLESH_NONFINITE : FLESH_OK;
 }
@@ -147,10 +139,9 @@ static int find_reaction(flesh_node_forces *f, const flesh_step_record *record, 
   if (!f->is_static) flesh_system_prescribe_velocity(f->system, t, f->v, f->a);
   int status = f->diagonal ? balance(f, record, n) : FLESH_OK;
   const flesh_point point = point_of(f, record, record->state, f->a);
-  if (!status) status = flesh_system_residual(f->system, &point, f->reaction);
+  if (!status) status = flesh_system_forces(f->system, FLESH_ROLES_ALL, &point, f->reaction);
   for (int d = 0; d < n; d++)
     if (!f->constrained[d]) f->reaction[d] = 0;
-  if (!status) flesh_team_share(f->team, f->reaction);
   return status;
 }
 
@@ -161,8 +152,7 @@ void flesh_node_forces_find(flesh_node_forces *f, const flesh_step_record *recor
     for (int d = 0; d < n; d++) f->reaction[d] = NAN;
   if (!f->contact) return;
   const flesh_point point = point_of(f, record, record->stage, f->zeros);
-  const int status = flesh_system_roles_residual(f->system, FLESH_ROLE_BIT(FLESH_ROLE_CONTACT), &point, f->contact);
-  if (!status) flesh_team_share(f->team, f->contact);
+  const int status = flesh_system_forces(f->system, FLESH_ROLE_BIT(FLESH_ROLE_CONTACT), &point, f->contact);
   for (int d = 0; d < n; d++) f->contact[d] = status ? NAN : 0 - f->contact[d];
 }
 

@@ -25,9 +25,10 @@ typedef struct flesh_node_forces {
 } flesh_node_forces;
 
 /* Borrows body and system; of a part of a body (flesh/ranks.h) every rank calls these functions, and finds the body's
- * forces on the part's nodes. FLESH_ERR_MEMORY; cleared then. */
-int flesh_node_forces_open(const flesh_body *body, const flesh_system *system, int is_static, int wants_reaction,
-                           int wants_contact, flesh_node_forces *forces);
+ * forces on the part's nodes. If nothing is wanted, `system` is NULL. Fails if a rank comes with a `status` other than
+ * FLESH_OK, of what it has made before; FLESH_ERR_MEMORY; cleared then. */
+int flesh_node_forces_open(int status, const flesh_body *body, const flesh_system *system, int is_static,
+                           int wants_reaction, int wants_contact, flesh_node_forces *forces);
 void flesh_node_forces_clear(flesh_node_forces *forces);
 
 /* Finds what is wanted: reactions at the record's state, contact at its stage; NaN where forces have no value there. */

@@ -8,7 +8,7 @@
 #include "base/sync.h"
 #include "output/fields.h"
 #include "output/obstacles.h"
-#include "output/rest_box.h"
+#include "parallel/body_figures.h"
 #include "output/vtu_read.h"
 
 struct flesh_part_frames {
@@ -77,7 +77,7 @@ void flesh_part_frames_close(flesh_part_frames **frames)
 int flesh_part_frames_set_fields(flesh_part_frames *frames, const flesh_body *body, const flesh_system *system,
                                  flesh_method method, unsigned fields, unsigned places)
 {
-  flesh_rest_box(frames->mesh, frames->team, frames->box);
+  flesh_body_rest_box(frames->mesh, frames->team, frames->box);
   return flesh_fields_open(body, system, method, fields, places, &frames->fields);
 }
 

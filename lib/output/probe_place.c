@@ -9,7 +9,7 @@
 #include "base/error.h"
 #include "mesh/mesh.h"
 #include "mesh/pieces.h"
-#include "output/rest_box.h"
+#include "parallel/body_figures.h"
 #include "skin/locator.h"
 #include "system/parts.h"
 #include "system/ranks.h"
@@ -55,7 +55,7 @@ static int find_place(const flesh_mesh *mesh, const flesh_team *team, const doub
   if (!status) flesh_locator_find(locator, p, -1, place);
   flesh_locator_destroy(&locator);
   if (status) return status;
-  flesh_rest_box(mesh, team, box);
+  flesh_body_rest_box(mesh, team, box);
   return FLESH_OK;
 }
 
@@ -108,29 +108,23 @@ int flesh_probe_counts(const flesh_probe *probe, const flesh_team *team, int k)
   return !team || probe->nodes[k] < team->own;
 }
 
-/* The mean of the nodes' rest positions, where moments are to be about that. */
-static void find_middle(flesh_probe *probe, const flesh_mesh *mesh, const flesh_team *team, int count)
-{
-  const double *X = flesh_mesh_positions(mesh);
-  double mean[3] = {0, 0, 0};
-  for (int k = 0; k < probe->node_count; k++)
-    for (int d = 0; d < 3 && flesh_probe_counts(probe, team, k); d++)
-      mean[d] += X[3 * (size_t)probe->nodes[k] + (size_t)d] / count;
-  flesh_team_sum(team, 3, mean);
-  if (isnan(probe->about[0])) memcpy(probe->about, mean, sizeof mean);
-}
-
 static int check_nodes(flesh_probe *probe, const flesh_body *body, const flesh_team *team)
 {
-  double count = 0, tet_count;
+  const double *X = flesh_mesh_positions(body->mesh);
+  double sums[4] = {0}, tet_count; /* of the nodes, each once, and of their places at rest */
   int *tets, here;
   probe->tet = -1;
   int status = flesh_probe_check_nodes(probe, flesh_mesh_node_count(body->mesh));
-  for (int k = 0; k < probe->node_count && probe->nodes && !status; k++) count += flesh_probe_counts(probe, team, k);
-  status = flesh_team_sum_agreed(team, status, 1, &count);
+  for (int k = 0; k < probe->node_count && probe->nodes && !status; k++) {
+    if (!flesh_probe_counts(probe, team, k)) continue;
+    sums[0]++;
+    for (int d = 0; d < 3; d++) sums[1 + d] += X[3 * (size_t)probe->nodes[k] + (size_t)d];
+  }
+  status = flesh_team_sum_agreed(team, status, 4, sums);
   if (status) return status;
-  if (count < 1) return flesh_fail(FLESH_ERR_ARGUMENT, "a probe must have a point or at least one node");
-  find_middle(probe, body->mesh, team, (int)count);
+  if (sums[0] < 1) return flesh_fail(FLESH_ERR_ARGUMENT, "a probe must have a point or at least one node");
+  const int about_middle = isnan(probe->about[0]);
+  for (int d = 0; d < 3 && about_middle; d++) probe->about[d] = sums[1 + d] / sums[0];
   if (!(probe->quantities & FLESH_PROBE_OF_TETS)) return FLESH_OK;
   status = flesh_probe_find_tets(body->mesh, probe, &here, &tets);
   free(tets);
@@ -140,7 +134,7 @@ static int check_nodes(flesh_probe *probe, const flesh_body *body, const flesh_t
   return flesh_fail(FLESH_ERR_ARGUMENT,
                     "quantities has some of J, stretch, stress and energy, but no tet has all its nodes among the %.0f "
                     "chosen; choose more, or a point",
-                    count);
+                    sums[0]);
 }
 
 static int check_holder(const flesh_probe *probe, const flesh_system *system)

@@ -53,7 +53,6 @@ static const struct {
     {FLESH_PROBE_CONTACT_FORCE, "contact_moment_z", "N m", NULL, NULL},
 };
 enum { COLUMNS = sizeof columns / sizeof *columns, VOLUME_AT = COLUMNS, NUMBERS };
-static const unsigned forces_of = FLESH_PROBE_REACTION | FLESH_PROBE_CONTACT_FORCE;
 
 typedef struct place {
   flesh_probe probe; /* with its own name and nodes */
@@ -168,19 +167,28 @@ int flesh_probes_open(const flesh_body *body, const flesh_system *system, flesh_
                       const flesh_probe *probes, flesh_probes **result)
 {
   *result = NULL;
-  const flesh_team *team = flesh_system_team(system);
-  int status = flesh_team_agree(team, create_here(body, system, count, probes, result));
   unsigned wanted = 0;
   for (int k = 0; k < count; k++) wanted |= probes[k].quantities;
-  for (int k = 0; k < count && !status; k++) flesh_team_sum(team, 1, &(*result)->places[k].node_count);
-  if (!status && wanted & forces_of)
-    status = flesh_node_forces_open(body, system, method == FLESH_METHOD_STATIC, (wanted & FLESH_PROBE_REACTION) != 0,
-                                    (wanted & FLESH_PROBE_CONTACT_FORCE) != 0, &(*result)->forces);
+  flesh_node_forces forces = {0};
+  int status = create_here(body, system, count, probes, result);
+  status = flesh_node_forces_open(status, body, system, method == FLESH_METHOD_STATIC,
+                                  (wanted & FLESH_PROBE_REACTION) != 0, (wanted & FLESH_PROBE_CONTACT_FORCE) != 0, &forces);
+  if (*result) (*result)->forces = forces;
+  for (int k = 0; k < count && !status; k++)
+    flesh_team_sum(flesh_system_team(system), 1, &(*result)->places[k].node_count);
   if (status) flesh_probes_close(result);
   return status;
 }
 
 static int writes(const flesh_probes *probes) { return !probes->team || probes->team->rank == 0; }
+
+/* All ranks go on, or none. */
+static int settle(int status, flesh_probes **probes)
+{
+  status = flesh_team_agree((*probes)->team, status);
+  if (status) flesh_probes_close(probes);
+  return status;
+}
 
 int flesh_probes_create(const char *path, const flesh_body *body, const flesh_system *system, flesh_method method,
                         int count, const flesh_probe *probes, flesh_probes **result)
@@ -195,17 +203,12 @@ int flesh_probes_create(const char *path, const flesh_body *body, const flesh_sy
     print_header(*result);
     status = flesh_rows_flush(&(*result)->rows);
   }
-  status = flesh_team_agree((*result)->team, status);
-  if (status) flesh_probes_close(result);
-  return status;
+  return settle(status, result);
 }
 
 int flesh_probes_resume(flesh_probes **probes, const char *path, long length)
 {
-  int status = writes(*probes) ? flesh_rows_resume(path, length, &(*probes)->rows) : FLESH_OK;
-  status = flesh_team_agree((*probes)->team, status);
-  if (status) flesh_probes_close(probes);
-  return status;
+  return settle(writes(*probes) ? flesh_rows_resume(path, length, &(*probes)->rows) : FLESH_OK, probes);
 }
 
 void flesh_probes_note(flesh_probes *probes, double *figures) { probes->figures = figures; }

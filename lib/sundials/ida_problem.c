@@ -34,7 +34,7 @@ static int find_coupling(flesh_ida_problem *self)
   }
   const flesh_point point = flesh_point_at(0, e->x, e->v, e->a);
   if (flesh_system_jacobian(e->system, &point, &(flesh_shift){.v = 1, .a = 1}, self->jacobian.D)) return 1;
-  return flesh_team_any(e->team, !flesh_block_is_diagonal(self->jacobian.D));
+  return !flesh_block_is_diagonal_of_team(e->team, self->jacobian.D);
 }
 
 /* FLESH_ERR_ARGUMENT with what such a system cannot have. */
@@ -95,14 +95,12 @@ static int create_solver(flesh_ida_problem *self)
   return status ? status : solver->linear->pcg_space_create(J->K, 0, self->threads, &solver->pcg);
 }
 
-int flesh_ida_problem_create(const flesh_system *system, const flesh_solver_options *options,
-                             flesh_ida_problem **problem)
+int flesh_ida_problem_create_after(int status, const flesh_system *system, const flesh_solver_options *options,
+                                   flesh_ida_problem **problem)
 {
-  FLESH_NEED({problem, "problem"});
-  *problem = NULL;
-  FLESH_NEED({system, "system"}, {options, "options"});
   const flesh_team *team = flesh_system_team(system);
-  int status = check_system(system, options);
+  *problem = NULL;
+  if (!status) status = check_system(system, options);
   if (!status) status = flesh_sundials_check();
   flesh_ida_problem *self = status ? NULL : calloc(1, sizeof *self);
   if (!status && !self) status = flesh_fail(FLESH_ERR_MEMORY, "no memory for an IDA problem");
@@ -125,6 +123,15 @@ int flesh_ida_problem_create(const flesh_system *system, const flesh_solver_opti
   self->jacobian.couples = find_coupling(self);
   *problem = self;
   return FLESH_OK;
+}
+
+int flesh_ida_problem_create(const flesh_system *system, const flesh_solver_options *options,
+                             flesh_ida_problem **problem)
+{
+  FLESH_NEED({problem, "problem"});
+  *problem = NULL;
+  FLESH_NEED({system, "system"}, {options, "options"});
+  return flesh_ida_problem_create_after(FLESH_OK, system, options, problem);
 }
 
 void flesh_ida_problem_destroy(flesh_ida_problem **problem)

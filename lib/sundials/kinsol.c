@@ -99,21 +99,30 @@ static int create_few(const flesh_solver_options *options, flesh_nonlinear **few
 static int solve_few(void *data, const flesh_system *system, const flesh_solver_options *options,
                      const flesh_stage *stage, flesh_stop stop, flesh_solve_stats *stats, double *u);
 
-int flesh_nonlinear_create(const flesh_system *system, const flesh_solver_options *options,
-                           flesh_nonlinear **nonlinear)
+/* Makes what this rank needs, without the others. */
+static int create_here(const flesh_system *system, const flesh_solver_options *options, flesh_nonlinear *self)
 {
-  const flesh_team *team = flesh_system_team(system);
-  flesh_nonlinear *self = *nonlinear = calloc(1, sizeof *self);
-  int status = self ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for a nonlinear solver");
-  if (!status && flesh_newton_eliminates(system, options)) status = create_few(options, &self->few);
-  status = flesh_team_agree(team, status);
-  if (!status) {
-    const flesh_stage_solver solver = {self->few, self->few ? solve_few : NULL};
-    status = flesh_problem_create_with(system, options, solver, &self->problem);
-  }
-  if (!status) status = flesh_team_agree(team, make_kinsol(self, self->problem->newton.equations.n, options));
+  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a nonlinear solver");
+  int status = flesh_newton_eliminates(system, options) ? create_few(options, &self->few) : FLESH_OK;
+  if (status) return status;
+  const flesh_stage_solver solver = {self->few, self->few ? solve_few : NULL};
+  status = flesh_problem_create_here(system, options, solver, &self->problem);
+  return status ? status : make_kinsol(self, self->problem->newton.equations.n, options);
+}
+
+int flesh_nonlinear_create_after(int status, const flesh_system *system, const flesh_solver_options *options,
+                                 flesh_nonlinear **nonlinear)
+{
+  flesh_nonlinear *self = *nonlinear = status ? NULL : calloc(1, sizeof *self);
+  if (!status) status = create_here(system, options, self);
+  status = flesh_problem_meet(system, status, self ? self->problem : NULL);
   if (status) flesh_nonlinear_destroy(nonlinear);
   return status;
+}
+
+int flesh_nonlinear_create(const flesh_system *system, const flesh_solver_options *options, flesh_nonlinear **nonlinear)
+{
+  return flesh_nonlinear_create_after(FLESH_OK, system, options, nonlinear);
 }
 
 void flesh_nonlinear_destroy(flesh_nonlinear **nonlinear)
@@ -149,13 +158,7 @@ int flesh_nonlinear_worst_node(const flesh_nonlinear *self)
   const flesh_equations *equations = &self->problem->newton.equations;
   const flesh_known_residual *residual = &equations->evaluation.residual;
   if (!residual->known) return -1;
-  const double *r = residual->r;
-  int worst = 0;
-  for (int d = 0; d < equations->n; d++)
-    if (fabs(r[d]) > fabs(r[worst])) worst = d;
-  const flesh_team *team = equations->team;
-  double most = fabs(r[worst]);
-  return (int)flesh_team_argmax(team, &most, team ? team->numbers[worst / 3] : worst / 3); /* of several the last */
+  return flesh_evaluation_worst_node(&equations->evaluation, 1, residual->r, NULL);
 }
 
 flesh_evaluation *flesh_nonlinear_evaluation(flesh_nonlinear *self)

@@ -9,8 +9,12 @@
 
 typedef struct flesh_nonlinear flesh_nonlinear;
 
+/* Fails on all ranks or none. */
 int flesh_nonlinear_create(const flesh_system *system, const flesh_solver_options *options,
                            flesh_nonlinear **nonlinear);
+/* Does the same unless a rank comes with a `status` other than FLESH_OK, of what it has made before. */
+int flesh_nonlinear_create_after(int status, const flesh_system *system, const flesh_solver_options *options,
+                                 flesh_nonlinear **nonlinear);
 void flesh_nonlinear_destroy(flesh_nonlinear **nonlinear);
 
 /* Solves the stage from u = 0, or from the one of `guesses` (each [3*n]; NULL ends them; may be NULL) that has the

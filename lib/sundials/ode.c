@@ -29,6 +29,24 @@ flesh_ode_problem *flesh_ode_problem_of(const void *user_data)
   return NULL;
 }
 
+/* Makes what this rank needs, without the others; NULL without memory. */
+static flesh_ode_problem *create_here(const flesh_system *system)
+{
+  const size_t n = (size_t)flesh_system_unknowns(system) + 1;
+  flesh_ode_problem *self = calloc(1, sizeof *self);
+  double *numbers = self ? calloc(7 * n, sizeof *numbers) : NULL;
+  if (!numbers) {
+    free(self);
+    return NULL;
+  }
+  self->self = self;
+  self->n = flesh_system_unknowns(system);
+  self->inverse = numbers;
+  self->rate = numbers + 3 * n;
+  self->room = numbers + 5 * n;
+  return self;
+}
+
 int flesh_ode_problem_create(const flesh_system *system, const flesh_solver_options *options,
                              flesh_ode_problem **problem)
 {
@@ -37,17 +55,11 @@ int flesh_ode_problem_create(const flesh_system *system, const flesh_solver_opti
   FLESH_NEED({system, "system"}, {options, "options"});
   if (!flesh_system_has_role(system, FLESH_ROLE_INERTIA))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the system has no inertia; a right-hand side y' = f(t, y) needs it");
-  flesh_ode_problem *self = calloc(1, sizeof *self);
-  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a right-hand side");
-  self->self = self;
-  self->n = flesh_system_unknowns(system);
-  const size_t n = (size_t)self->n + 1;
-  int failed = !(self->inverse = calloc(3 * n, sizeof(double)));
-  failed |= !(self->rate = calloc(2 * n, sizeof(double)));
-  failed |= !(self->room = calloc(2 * n, sizeof(double)));
-  int status = failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", 2 * self->n) : FLESH_OK;
-  status = flesh_team_agree(flesh_system_team(system), status);
-  if (!status) status = flesh_ida_problem_create(system, options, &self->motion);
+  flesh_ida_problem *motion;
+  flesh_ode_problem *self = create_here(system);
+  int status = self ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", 2 * flesh_system_unknowns(system));
+  status = flesh_ida_problem_create_after(status, system, options, &motion);
+  if (self) self->motion = motion;
   if (status) {
     flesh_ode_problem_destroy(&self);
     return status;
@@ -70,9 +82,7 @@ void flesh_ode_problem_destroy(flesh_ode_problem **problem)
   flesh_scalar_view_clear(&self->view);
   free(self->K_values);
   free(self->C_values);
-  free(self->inverse);
-  free(self->rate);
-  free(self->room);
+  free(self->inverse); /* and the other vectors with it */
   free(self);
   *problem = NULL;
 }
@@ -102,7 +112,7 @@ static int invert_mass(flesh_ode_problem *self)
   const flesh_block_matrix *M = self->motion->jacobian.K;
   const flesh_team *team = self->motion->evaluation.team;
   int status = FLESH_OK;
-  self->mass_is_diagonal = !flesh_team_any(team, !flesh_block_is_diagonal(M));
+  self->mass_is_diagonal = flesh_block_is_diagonal_of_team(team, M);
   if (!self->mass_is_diagonal) return FLESH_OK;
   for (int i = 0; i < M->rows; i++)
     memcpy(self->inverse + 9 * (size_t)i, M->values + 9 * (size_t)M->row_start[i], 9 * sizeof *self->inverse);
@@ -222,14 +232,10 @@ int flesh_ode_jacobian_times(N_Vector v_vector, N_Vector Jv, sunrealtype t, N_Ve
   if (!xdot) return FLESH_ERR_ARGUMENT;
   if (!self->K)
     return flesh_fail(FLESH_ERR_ARGUMENT, "flesh_ode_jacobian_times needs flesh_ode_jacobian_times_setup beside it");
-  double *force = self->rate, *Cw = self->room, *vdot = xdot + n;
+  double *force = self->rate, *vdot = xdot + n;
   const uint8_t *fixed = motion->constraints.fixed;
-  flesh_block_multiply(self->K, u, force);
-  if (self->damped) {
-    flesh_block_multiply(self->C, u + n, Cw);
-    for (int d = 0; d < n; d++) force[d] += Cw[d];
-  }
-  flesh_team_collect(motion->evaluation.team, force);
+  const flesh_block_term terms[] = {{1, self->K, u}, {1, self->C, u + n}};
+  flesh_block_sum_of_team(motion->evaluation.team, self->damped ? 2 : 1, terms, self->room, force);
   for (int d = 0; d < n; d++) force[d] = fixed[d] ? 0 : -force[d];
   int status = flesh_ode_divide_by_mass(self, force, vdot);
   for (int d = 0; d < n; d++) {
@@ -312,14 +318,8 @@ int flesh_ode_preconditioner_solve(sunrealtype t, N_Vector y, N_Vector fy, N_Vec
     free1[d] = motion->constraints.fixed[d] ? 0 : r1[d];
     mixed[d] = motion->constraints.fixed[d] ? 0 : c->gamma * r2[d] + r1[d];
   }
-  flesh_block_multiply(motion->jacobian.D, mixed, right);
-  flesh_block_multiply(c->A, free1, product);
-  for (int d = 0; d < n; d++) right[d] -= product[d];
-  if (c->damped) {
-    flesh_block_multiply(c->C, free1, product);
-    for (int d = 0; d < n; d++) right[d] += c->gamma * product[d];
-  }
-  flesh_team_collect(motion->evaluation.team, right);
+  const flesh_block_term terms[] = {{1, motion->jacobian.D, mixed}, {-1, c->A, free1}, {c->gamma, c->C, free1}};
+  flesh_block_sum_of_team(motion->evaluation.team, c->damped ? 3 : 2, terms, product, right);
   for (int d = 0; d < n; d++)
     if (motion->constraints.fixed[d]) right[d] = 0;
   double *w = product;

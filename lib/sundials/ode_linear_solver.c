@@ -11,6 +11,7 @@
 #include <stdlib.h>
 
 #include "base/error.h"
+#include "base/parallel_vector.h"
 #include "linear/block_matrix.h"
 #include "linear/pcg.h"
 #include "sundials/pair_matrix.h"
@@ -84,10 +85,8 @@ static int solve_condensed(solver *self, double from_v, double tolerance, double
   if (c->direct) return flesh_direct_solve(c->direct, self->right, w);
   weigh(self, from_v);
   if (!(tolerance > 0)) {
-    double square = 0; /* collected, they are nothing at ghosts */
-    for (int d = 0; d < problem->n; d++) square += pow(self->weights[d] * self->right[d], 2);
-    flesh_team_sum(motion->evaluation.team, 1, &square);
-    tolerance = motion->options.linear_tolerance * sqrt(square);
+    for (int d = 0; d < problem->n; d++) self->other[d] = self->weights[d] * self->right[d];
+    tolerance = motion->options.linear_tolerance * flesh_norm(motion->threads, problem->n, self->other);
   }
   flesh_pcg_result result;
   const flesh_pcg_request request = {.A = c->A, .preconditioner = c->preconditioner, .b = self->right,
@@ -106,13 +105,15 @@ static int solve(solver *self, const flesh_pair_matrix *A, const double *b, doub
   const flesh_ida_problem *motion = self->problem->motion;
   const uint8_t *fixed = motion->constraints.fixed;
   const double p = A->rows.from_x, q = A->rows.from_v, *b1 = b, *b2 = b + n;
-  double *right = self->right, *other = self->other, *w = self->problem->rate;
-  for (int d = 0; d < n; d++) w[d] = fixed[d] ? 0 : -q * b2[d];
-  flesh_block_multiply(motion->jacobian.D, w, right);
-  for (int d = 0; d < n; d++) w[d] = fixed[d] ? 0 : q / p * b1[d];
-  flesh_block_multiply(A->K, w, other);
-  for (int d = 0; d < n; d++) right[d] = fixed[d] ? 0 : right[d] + other[d];
-  flesh_team_collect(motion->evaluation.team, right);
+  double *right = self->right, *w = self->problem->rate;
+  for (int d = 0; d < n; d++) {
+    w[d] = fixed[d] ? 0 : -q * b2[d];
+    w[n + d] = fixed[d] ? 0 : q / p * b1[d];
+  }
+  const flesh_block_term terms[] = {{1, motion->jacobian.D, w}, {1, A->K, w + n}};
+  flesh_block_sum_of_team(motion->evaluation.team, 2, terms, self->other, right);
+  for (int d = 0; d < n; d++)
+    if (fixed[d]) right[d] = 0;
   int status = solve_condensed(self, q, tolerance, w);
   if (status) return status;
   for (int d = 0; d < n; d++) {

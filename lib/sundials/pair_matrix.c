@@ -93,17 +93,15 @@ static int matrix_scale_add_identity(sunrealtype c, SUNMatrix matrix)
 static int multiply(const flesh_pair_matrix *A, const double *x, double *z)
 {
   const int n = dofs(A);
-  const flesh_team *team = motion_of(A)->evaluation.team;
   const uint8_t *fixed = fixed_of(A);
   const double *v = x + n;
-  double *part = A->ida ? A->ida->solver.work : A->rhs->room, *movable = part + n;
+  double *movable = A->ida ? A->ida->solver.work : A->rhs->room, *part = A->ida ? movable + 2 * n : A->rhs->rate + n;
   double *sum = A->ida ? A->ida->solver.right : A->rhs->rate;
-  for (int d = 0; d < n; d++) movable[d] = fixed[d] ? 0 : x[d];
-  flesh_block_multiply(A->K, movable, sum);
-  for (int d = 0; d < n; d++) movable[d] = fixed[d] ? 0 : v[d];
-  flesh_block_multiply(A->D, movable, part);
-  for (int d = 0; d < n; d++) sum[d] = fixed[d] ? 0 : sum[d] + part[d];
-  flesh_team_collect(team, sum);
+  for (int d = 0; d < 2 * n; d++) movable[d] = fixed[d % n] ? 0 : x[d];
+  const flesh_block_term terms[] = {{1, A->K, movable}, {1, A->D, movable + n}};
+  flesh_block_sum_of_team(motion_of(A)->evaluation.team, 2, terms, part, sum);
+  for (int d = 0; d < n; d++)
+    if (fixed[d]) sum[d] = 0;
   int status = FLESH_OK;
   if (A->rhs) {
     status = flesh_ode_divide_by_mass(A->rhs, sum, part);

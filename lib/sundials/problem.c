@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "base/team.h"
 #include "sundials/vector.h"
 #include "sundials/version.h"
 #include "system/ranks.h"
@@ -18,25 +17,27 @@ int flesh_problem_create_empty(flesh_problem **problem)
   return status || *problem ? status : flesh_fail(FLESH_ERR_MEMORY, "no memory for a solver");
 }
 
-/* Makes room for vectors of a system that is shared out: all ranks have room, or none. */
+/* Makes room for vectors of a system that is shared out. */
 static int make_rooms(flesh_problem *self)
 {
-  const flesh_team *team = self->newton.equations.team;
   const size_t n = (size_t)self->newton.equations.n;
-  if (!team) return FLESH_OK;
+  if (!self->newton.equations.team) return FLESH_OK;
   self->room[0] = malloc((3 * n + 1) * sizeof *self->room[0]);
   for (size_t k = 1; k < 3 && self->room[0]; k++) self->room[k] = self->room[0] + k * n;
-  return flesh_team_agree(team, self->room[0] ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for vectors of ranks"));
+  return self->room[0] ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for vectors of ranks");
 }
 
-int flesh_problem_create_with(const flesh_system *system, const flesh_solver_options *options,
+int flesh_problem_create_here(const flesh_system *system, const flesh_solver_options *options,
                               flesh_stage_solver solver, flesh_problem **problem)
 {
-  int status = flesh_team_agree(flesh_system_team(system), flesh_problem_create_empty(problem));
-  if (!status) status = flesh_newton_init(system, options, solver, &(*problem)->newton);
-  if (!status) status = make_rooms(*problem);
-  if (status) flesh_problem_destroy(problem);
-  return status;
+  int status = flesh_problem_create_empty(problem);
+  if (!status) status = flesh_newton_open(system, options, solver, &(*problem)->newton);
+  return status ? status : make_rooms(*problem);
+}
+
+int flesh_problem_meet(const flesh_system *system, int status, flesh_problem *problem)
+{
+  return flesh_newton_meet(system, status, problem ? &problem->newton : NULL);
 }
 
 int flesh_problem_create(const flesh_system *system, const flesh_solver_options *options, flesh_problem **problem)
@@ -44,7 +45,10 @@ int flesh_problem_create(const flesh_system *system, const flesh_solver_options 
   FLESH_NEED({problem, "problem"});
   *problem = NULL;
   FLESH_NEED({system, "system"}, {options, "options"});
-  return flesh_problem_create_with(system, options, (flesh_stage_solver){0}, problem);
+  int status = flesh_problem_create_here(system, options, (flesh_stage_solver){0}, problem);
+  status = flesh_problem_meet(system, status, *problem);
+  if (status) flesh_problem_destroy(problem);
+  return status;
 }
 
 void flesh_problem_destroy(flesh_problem **problem)

@@ -355,12 +355,12 @@ int flesh_sunnonlinsol_position_norm(SUNNonlinearSolver solver, N_Vector y)
 
 static int create(flesh_ida_problem *motion, SUNContext context, content **made, SUNNonlinearSolver *solver)
 {
-  const flesh_team *team = motion->evaluation.team;
   SUNNonlinearSolver empty = SUNNonlinSolNewEmpty(context);
   content *self = *made = content_create(motion);
   int status = self && empty ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for a SUNNonlinearSolver");
-  status = flesh_team_agree(team, status); /* from here on ranks call each other */
-  if (!status) status = flesh_nonlinear_create(motion->evaluation.system, &motion->options, &self->newton);
+  flesh_nonlinear *newton;
+  status = flesh_nonlinear_create_after(status, motion->evaluation.system, &motion->options, &newton);
+  if (self) self->newton = newton;
   if (status) {
     content_destroy(self);
     if (empty) SUNNonlinSolFreeEmpty(empty);

@@ -4,8 +4,9 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/parallel_vector.h"
 #include "math/xorshift.h"
-#include "mesh/inspect.h"
+#include "parallel/body_figures.h"
 #include "system/one_effect.h"
 #include "system/ranks.h"
 
@@ -36,34 +37,33 @@ static int forces_at(const flesh_system *system, unsigned roles, const flesh_poi
   return FLESH_OK;
 }
 
-int flesh_system_edge_force(const flesh_system *system, unsigned roles, const flesh_point *rest, double *work,
+int flesh_system_edge_force(const flesh_evaluation *evaluation, unsigned roles, const flesh_point *rest, double *work,
                             flesh_edge_force *force)
 {
-  const flesh_team *team = flesh_system_team(system);
+  const flesh_system *system = evaluation->system;
+  const flesh_team *team = evaluation->team;
   const flesh_mesh *mesh = flesh_system_mesh(system);
-  const int n = flesh_system_unknowns(system), own = flesh_team_own(team, n / 3);
-  double *x = work, *after = x + n, *before = after + n, *one = before + n, sums[3] = {0}, most = 0;
+  const int n = flesh_system_unknowns(system);
+  double *x = work, *after = x + n, *before = after + n, *one = before + n, sums[3] = {0};
   int undefined = 0;
-  *force = (flesh_edge_force){.edge = flesh_mesh_mean_edge(mesh, team), .stressed = 1};
+  *force = (flesh_edge_force){.edge = flesh_body_mean_edge(mesh, team), .stressed = 1};
   flesh_point point = *rest;
   int status = forces_at(system, roles, &point, one, before, &undefined);
   displace(team, n, rest->x, part * force->edge, x);
   point.x = x;
   if (!status) status = forces_at(system, roles, &point, one, after, &undefined);
   if (status) return status;
-  for (int i = 0; i < 3 * own; i += 3) {
+  for (int i = 0; i < n; i += 3) { /* ghosts have no forces */
     double square = 0;
     for (int d = i; d < i + 3; d++) {
       sums[0] += fabs(after[d] - before[d]);
       square += (after[d] - before[d]) * (after[d] - before[d]);
-      most = fmax(most, fabs(before[d]));
     }
     if (square > 0) sums[1] += 1 / sqrt(square), sums[2]++;
   }
   flesh_team_sum(team, 3, sums);
-  flesh_team_largest(team, 1, &most);
-  force->mean = sums[0] / (3 * flesh_team_all(team, n / 3)) / part;
+  force->mean = sums[0] / evaluation->all / part;
   force->softest = sums[2] > 0 ? sums[2] / sums[1] / part : 0;
-  force->stressed = flesh_team_any(team, undefined) || most > 1e-6 * force->mean;
+  force->stressed = undefined || flesh_largest(evaluation->threads, n, before) > 1e-6 * force->mean;
   return FLESH_OK;
 }

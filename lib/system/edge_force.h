@@ -2,7 +2,7 @@
 #ifndef FLESH_SYSTEM_EDGE_FORCE_H
 #define FLESH_SYSTEM_EDGE_FORCE_H
 
-#include "flesh/system.h"
+#include "system/evaluation.h"
 
 typedef struct flesh_edge_force {
   double edge;    /* the mesh's mean edge, m */
@@ -14,7 +14,7 @@ typedef struct flesh_edge_force {
 /* The force that strains an edge by its own length: by how far a millionth of that, by which nodes are displaced at random
  * from `rest`, a point at the mesh's own positions, changes what effects of those roles do to them. 0 where none has a
  * value. Overwrites `work` [4*n]. Collective. A negative status of an effect. */
-int flesh_system_edge_force(const flesh_system *system, unsigned roles, const flesh_point *rest, double *work,
+int flesh_system_edge_force(const flesh_evaluation *evaluation, unsigned roles, const flesh_point *rest, double *work,
                             flesh_edge_force *force);
 
 #endif

@@ -26,6 +26,17 @@ int flesh_evaluation_create(const flesh_system *system, flesh_threads *threads, 
   return FLESH_OK;
 }
 
+int flesh_evaluation_worst_node(const flesh_evaluation *self, int parts, const double *y, const double *scale)
+{
+  int worst = 0;
+  double most = -1;
+  for (int d = 0; d < parts * self->n; d++) {
+    const double size = fabs(y[d]) / (scale ? scale[d] : 1);
+    if (size > most) most = size, worst = d % self->n / 3;
+  }
+  return (int)flesh_team_argmax(self->team, &most, self->team ? self->team->numbers[worst] : worst);
+}
+
 /* Doubles of a state. */
 static size_t room_of(const flesh_evaluation *self)
 {

@@ -61,6 +61,9 @@ typedef struct flesh_evaluation {
 
 /* Borrows the finished system and the threads (NULL: the caller's). FLESH_ERR_MEMORY. */
 int flesh_evaluation_create(const flesh_system *system, flesh_threads *threads, flesh_evaluation *evaluation);
+/* The body's number of the node with the largest |y| over `scale` (NULL: 1) in y [parts*n], of several ranks' the last.
+ * Collective. */
+int flesh_evaluation_worst_node(const flesh_evaluation *evaluation, int parts, const double *y, const double *scale);
 /* Makes room for the state that a run gives back. FLESH_ERR_MEMORY. */
 int flesh_evaluation_keep_state(flesh_evaluation *evaluation);
 /* Makes room for what is known at the places of a stage. The evaluation must not move afterwards. FLESH_ERR_MEMORY. */

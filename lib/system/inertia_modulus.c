@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "math/mat3.h"
+#include "parallel/body_figures.h"
 #include "system/one_effect.h"
 #include "system/ranks.h"
 
@@ -13,13 +14,9 @@ static double density_of(const flesh_system *system, double *a, double *r)
 {
   const double *X = flesh_mesh_positions(flesh_system_mesh(system));
   const flesh_point point = flesh_point_at(0, X, a, a);
-  double mass = 0;
   for (int d = 0; d < flesh_system_unknowns(system); d++) a[d] = d % 3 == 0;
   if (flesh_system_roles_residual(system, FLESH_ROLE_BIT(FLESH_ROLE_INERTIA), &point, r)) return 0;
-  for (int d = 0; d < flesh_system_unknowns(system); d += 3) mass += r[d]; /* ghosts have none */
-  double sums[2] = {mass, flesh_mesh_volume(flesh_system_mesh(system), X)};
-  flesh_team_sum(flesh_system_team(system), 2, sums);
-  return sums[0] / sums[1];
+  return flesh_system_product(system, a, r) / flesh_body_volume(flesh_system_mesh(system), flesh_system_team(system), X);
 }
 
 /* The radius of a ball with the body's ratio of volume and surface, m. */
@@ -48,7 +45,7 @@ static double radius_of_team(const flesh_team *team, const flesh_mesh *mesh, dou
   int count;
   const int *triangle = flesh_mesh_surface(mesh, &count);
   const double *X = flesh_mesh_positions(mesh);
-  double sums[2] = {flesh_mesh_volume(mesh, X), 0};
+  double area = 0;
   memset(a, 0, 3 * (size_t)flesh_mesh_node_count(mesh) * sizeof *a);
   for (int k = 0; k < count; k++) {
     const double *corner[3];
@@ -60,9 +57,8 @@ static double radius_of_team(const flesh_team *team, const flesh_mesh *mesh, dou
     for (int d = 0; d < 9; d++) a[3 * (size_t)triangle[3 * k + d / 3] + (size_t)(d % 3)] += n[d % 3] / 6;
   }
   flesh_team_collect(team, a);
-  for (size_t d = 0; d < 3 * (size_t)team->own; d += 3) sums[1] += sqrt(flesh_vec3_dot(a + d, a + d));
-  flesh_team_sum(team, 2, sums);
-  return 3 * sums[0] / sums[1];
+  for (size_t d = 0; d < 3 * (size_t)team->own; d += 3) area += sqrt(flesh_vec3_dot(a + d, a + d));
+  return 3 * flesh_body_volume(mesh, team, X) / flesh_team_total(team, area);
 }
 
 double flesh_system_inertia_modulus(const flesh_system *system, double *a, double *r)

@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "effect/effect.h"
 #include "system/effect_view.h"
+#include "system/one_effect.h"
 
 static int takes_bonds(const flesh_effect *effect)
 {
@@ -95,21 +96,15 @@ int flesh_system_update_internal(const flesh_system *system, const flesh_point *
   return status;
 }
 
+static int has_internal(const flesh_effect *effect, int ignored)
+{
+  (void)ignored;
+  return effect->operations->internal != NULL;
+}
+
 int flesh_system_internal_energies(const flesh_system *system, const flesh_point *point, double *energies, double *sum)
 {
-  double of_ranks[flesh_effect_sums_room(system)];
-  flesh_effect_view view = flesh_effect_view_with(system, point, of_ranks);
-  int status = FLESH_OK;
-  *sum = 0;
-  for (int k = 0; k < system->entry_count && !status; k++) {
-    const flesh_effect *effect = system->entries[k].effect;
-    if (!effect->operations->internal || !effect->operations->energy) continue;
-    energies[k] = 0;
-    status = effect->operations->energy(effect, flesh_effect_view_turn(&view, k), &energies[k]);
-    status = flesh_team_sum_agreed(system->team, status, 1, &energies[k]);
-    *sum += energies[k];
-  }
-  return status;
+  return flesh_system_some_energies(system, has_internal, 0, point, energies, sum);
 }
 
 int flesh_system_internal_count(const flesh_system *system) { return system->internal_count; }

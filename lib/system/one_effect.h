@@ -13,6 +13,15 @@ int flesh_system_effect_residual(const flesh_system *system, int index, const fl
 
 /* r [3*n] = the sum of the residuals of the effects whose roles are in the set; 0 where there are none. */
 int flesh_system_roles_residual(const flesh_system *system, unsigned roles, const flesh_point *point, double *r);
+/* Does the same at all nodes that the rank has: ghosts have the values of their owners. */
+int flesh_system_forces(const flesh_system *system, unsigned roles, const flesh_point *point, double *r);
+
+/* The energies of the effects for which is_one(effect, of) says 1, J, into their places of energies [effect_count] (may be
+ * NULL) and their sum into *sum. Those without an energy have 0. */
+int flesh_system_some_energies(const flesh_system *system, int (*is_one)(const flesh_effect *effect, int of), int of,
+                               const flesh_point *point, double *energies, double *sum);
+/* u.f over the body, of a consistent u [3*n] and an f [3*n] that is collected or partial (base/team.h). */
+double flesh_system_product(const flesh_system *system, const double *u, const double *f);
 
 /* The energies of the effects of a role, J, into their places of energies [effect_count] (may be NULL) and their sum
  * into *sum. Those without an energy have 0. */

@@ -137,8 +137,21 @@ static int covers(const flesh_proximity *self, const flesh_point *point, const f
   return all;
 }
 
-/* The system's pattern with the cells of all effects. */
-static int lay_out(const flesh_proximity *self, const flesh_point *point, flesh_layout *layout)
+/* The system's pattern with these cells, and room for a matrix of that pattern; both are to be freed also when it fails. */
+static int make_layout(const flesh_proximity *self, int count, const flesh_cells *const *cells, flesh_layout *layout,
+                       double **values)
+{
+  *layout = (flesh_layout){0};
+  *values = NULL;
+  const int status = flesh_layout_create(self->system, count, cells, layout);
+  if (status) return status;
+  const size_t blocks = (size_t)layout->pattern.row_start[layout->pattern.rows];
+  *values = flesh_huge_pages_calloc((blocks * 9 + 1) * sizeof **values);
+  return *values ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for a matrix of %zu blocks", blocks);
+}
+
+/* Does so with the cells of all effects. */
+static int lay_out(const flesh_proximity *self, const flesh_point *point, flesh_layout *layout, double **values)
 {
   flesh_effect_view view = view_of(self, point);
   const flesh_cells **cells = flesh_malloc(((size_t)self->effects + 1) * sizeof *cells);
@@ -150,19 +163,18 @@ static int lay_out(const flesh_proximity *self, const flesh_point *point, flesh_
     status = can->coupled(effect, flesh_effect_view_turn(&view, k), NULL, &cells[count]);
     count++;
   }
-  if (!status) status = flesh_layout_create(self->system, count, cells, layout);
+  if (!status) status = make_layout(self, count, cells, layout, values);
   flesh_free(cells);
   return status;
 }
 
-/* K gets the layout's pattern, with values of 0; the layout is taken. FLESH_ERR_MEMORY: K is as before. */
-static int take_layout(flesh_proximity *self, flesh_layout *layout, flesh_block_matrix *K)
+/* K gets the layout's pattern, with values of 0; both are taken, or freed where `status` is not FLESH_OK: K is as before. */
+static int take_layout(flesh_proximity *self, int status, flesh_layout *layout, double *values, flesh_block_matrix *K)
 {
-  const size_t blocks = (size_t)layout->pattern.row_start[layout->pattern.rows];
-  double *values = flesh_huge_pages_calloc((blocks * 9 + 1) * sizeof *values);
-  if (!values) {
+  if (status) {
     flesh_layout_clear(layout);
-    return flesh_fail(FLESH_ERR_MEMORY, "no memory for a matrix of %zu blocks", blocks);
+    flesh_free(values);
+    return status;
   }
   flesh_free(K->values);
   flesh_layout_clear(&self->layout);
@@ -175,16 +187,16 @@ static int take_layout(flesh_proximity *self, flesh_layout *layout, flesh_block_
 
 int flesh_proximity_cover(flesh_proximity *self, const flesh_point *point, flesh_block_matrix *K, int *grown)
 {
-  flesh_layout layout;
+  flesh_layout layout = {0};
   *grown = 0;
   if (!self->near) return FLESH_OK;
   const flesh_team *team = self->system->team;
   /* If one rank needs another pattern, all get one: what goes by it is everyone's. */
   if (!flesh_team_any(team, !covers(self, point, K))) return FLESH_OK;
-  int status = flesh_team_agree(team, lay_out(self, point, &layout));
-  if (!status) status = flesh_team_agree(team, take_layout(self, &layout, K));
+  double *values = NULL;
+  const int status = flesh_team_agree(team, lay_out(self, point, &layout, &values));
   *grown = !status;
-  return status;
+  return take_layout(self, status, &layout, values, K);
 }
 
 /* The blocks [2*count] that K has beside the system's, rows and columns. */
@@ -210,8 +222,9 @@ static int grow_by(flesh_proximity *self, int count, const int *blocks, flesh_bl
     archive->wrong = 1;
     return FLESH_OK;
   }
-  int status = flesh_layout_create(self->system, 1, &all, &layout);
-  return status ? status : take_layout(self, &layout, K);
+  double *values;
+  const int status = make_layout(self, 1, &all, &layout, &values);
+  return take_layout(self, status, &layout, values, K);
 }
 
 int flesh_proximity_archive(flesh_proximity *self, flesh_block_matrix *K, int *grown, flesh_archive *archive)

@@ -19,18 +19,18 @@ static int has_rows(const flesh_effect *effect, int nodes_per_row, flesh_stiff_r
   return own->count > 0 && (!nodes_per_row || own->nodes_per_row == nodes_per_row);
 }
 
-/* Unites the figures of all ranks' rows: the stiffest, and the softest of what remains. */
-static void unite(const flesh_team *team, flesh_stiff_rows *rows)
+/* The stiffest of all, and the softest of what remains. */
+void flesh_system_stiff_rows_unite(const flesh_system *system, flesh_stiff_rows *rows)
 {
   double most[] = {rows->nodes_per_row, rows->first_main, rows->ratio, rows->modulus > 0 ? -rows->modulus : -INFINITY};
-  flesh_team_largest(team, 4, most);
+  flesh_team_largest(flesh_system_team(system), 4, most);
   rows->nodes_per_row = (int)most[0];
   rows->first_main = (int)most[1];
   rows->ratio = most[2];
   rows->modulus = most[3] > -INFINITY ? -most[3] : 0;
 }
 
-static int create(const flesh_system *system, flesh_stiff_rows *rows)
+int flesh_system_stiff_rows_create(const flesh_system *system, flesh_stiff_rows *rows)
 {
   flesh_stiff_rows own;
   *rows = (flesh_stiff_rows){0};
@@ -54,15 +54,6 @@ static int create(const flesh_system *system, flesh_stiff_rows *rows)
     nodes += (size_t)own.count * m;
   }
   return FLESH_OK;
-}
-
-int flesh_system_stiff_rows_create(const flesh_system *system, flesh_stiff_rows *rows)
-{
-  const flesh_team *team = flesh_system_team(system);
-  const int status = flesh_team_agree(team, create(system, rows));
-  if (status) flesh_system_stiff_rows_clear(rows);
-  else unite(team, rows);
-  return status;
 }
 
 void flesh_system_stiff_rows_clear(flesh_stiff_rows *rows)

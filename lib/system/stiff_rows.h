@@ -4,10 +4,11 @@
 
 #include "flesh/system.h"
 
-/* Collects the stiff rows of the effects whose rows have as many nodes as those of the first that has any. If the
- * system has a team, the rows are the rank's, but all figures hold for the rows of all ranks; collective then.
- * nodes_per_row 0: there are none, on no rank. To be cleared also when it fails. FLESH_ERR_MEMORY. */
+/* Collects the stiff rows, of this rank, of the effects whose rows have as many nodes as those of the first that has any.
+ * nodes_per_row 0: there are none. To be cleared also when it fails. FLESH_ERR_MEMORY. */
 int flesh_system_stiff_rows_create(const flesh_system *system, flesh_stiff_rows *rows);
+/* The figures of the rows become those of all ranks' rows. Collective. */
+void flesh_system_stiff_rows_unite(const flesh_system *system, flesh_stiff_rows *rows);
 void flesh_system_stiff_rows_clear(flesh_stiff_rows *rows);
 
 /* Their values in the system's Jacobian at this point; constrained dofs are not looked at. */

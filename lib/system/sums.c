@@ -84,6 +84,20 @@ int flesh_system_roles_residual(const flesh_system *system, unsigned roles, cons
   return sum_residuals(system, 0, system->entry_count, point, 0, roles, r);
 }
 
+int flesh_system_forces(const flesh_system *system, unsigned roles, const flesh_point *point, double *r)
+{
+  const int status = flesh_system_roles_residual(system, roles, point, r);
+  if (!status) flesh_team_share(system->team, r);
+  return status;
+}
+
+double flesh_system_product(const flesh_system *system, const double *u, const double *f)
+{
+  double sum = 0;
+  for (int d = 0; d < 3 * system->nodes; d++) sum += u[d] * f[d];
+  return flesh_team_total(system->team, sum);
+}
+
 /* Data of the threads that clear K, in parts: the blocks that no effect assigns, or all. */
 typedef struct clearing {
   flesh_block_matrix *K;
@@ -236,19 +250,24 @@ int flesh_system_evaluate(const flesh_system *system, const flesh_point *point,
   return flesh_system_evaluate_by_position(system, point, shift, &(flesh_position_potential){0}, r, phi, magnitude);
 }
 
+/* Whether effect k's energy is known from positions. */
+static int is_known(const flesh_system *system, int k, int knows_positions)
+{
+  return knows_positions && flesh_effect_has_trait(system->entries[k].effect, FLESH_DEPENDS_ON_POSITION_ONLY);
+}
+
 /* Sums energies over all ranks; those that are known from positions have been summed before. */
 static int sum_energies(const flesh_system *system, int knows_positions, int status, double *energies)
 {
-  int first = 0, agreed = 0; /* that is not summed up yet, and whether ranks have agreed */
-  for (int k = 0; system->team && k < system->entry_count && !(agreed && status); k++) {
-    const int known = knows_positions && flesh_effect_has_trait(system->entries[k].effect, FLESH_DEPENDS_ON_POSITION_ONLY),
-              end = known ? k : k + 1;
-    if (!known && end - first < FLESH_TEAM_AGREED && end < system->entry_count) continue;
-    status = flesh_team_sum_agreed(system->team, status, end - first, energies + first);
-    agreed = 1;
-    first = k + 1;
-  }
-  return agreed ? status : flesh_team_agree(system->team, status);
+  double sums[system->entry_count + 1];
+  int count = 0;
+  for (int k = 0; k < system->entry_count; k++)
+    if (!is_known(system, k, knows_positions)) sums[count++] = energies[k];
+  status = flesh_team_sum_agreed(system->team, status, count, sums);
+  count = 0;
+  for (int k = 0; k < system->entry_count; k++)
+    if (!is_known(system, k, knows_positions)) energies[k] = sums[count++];
+  return status;
 }
 
 int flesh_system_energies_by_position(const flesh_system *system, const flesh_point *point,
@@ -279,27 +298,36 @@ int flesh_system_energies_by_position(const flesh_system *system, const flesh_po
   return sum_energies(system, of_position == 1, status, energies);
 }
 
+int flesh_system_some_energies(const flesh_system *system, int (*is_one)(const flesh_effect *effect, int of), int of,
+                               const flesh_point *point, double *energies, double *sum)
+{
+  double of_ranks[flesh_effect_sums_room(system)], found[system->entry_count + 1];
+  flesh_effect_view view = flesh_effect_view_with(system, point, of_ranks);
+  const unsigned long said = flesh_fail_count();
+  int status = FLESH_OK;
+  for (int k = 0; k < system->entry_count; k++) {
+    const flesh_effect *effect = system->entries[k].effect;
+    found[k] = 0;
+    if (status || !is_one(effect, of) || !effect->operations->energy) continue;
+    status = flesh_effect_returned(effect, said,
+                                   effect->operations->energy(effect, flesh_effect_view_turn(&view, k), &found[k]));
+  }
+  status = flesh_team_sum_agreed(system->team, status, system->entry_count, found);
+  *sum = 0;
+  for (int k = 0; k < system->entry_count; k++) {
+    if (!is_one(system->entries[k].effect, of)) continue;
+    if (energies) energies[k] = found[k];
+    *sum += found[k];
+  }
+  return status;
+}
+
+static int has_role(const flesh_effect *effect, int role) { return (int)effect->operations->role == role; }
+
 int flesh_system_role_energies(const flesh_system *system, flesh_role role, const flesh_point *point, double *energies,
                                double *sum)
 {
-  double of_ranks[flesh_effect_sums_room(system)];
-  flesh_effect_view view = flesh_effect_view_with(system, point, of_ranks);
-  const unsigned long said = flesh_fail_count();
-  *sum = 0;
-  for (int k = 0; k < system->entry_count; k++) {
-    const flesh_effect *effect = system->entries[k].effect;
-    double energy = 0;
-    if (effect->operations->role != role) continue;
-    int status = FLESH_OK;
-    if (effect->operations->energy)
-      status = flesh_effect_returned(effect, said,
-                                     effect->operations->energy(effect, flesh_effect_view_turn(&view, k), &energy));
-    status = flesh_team_sum_agreed(system->team, status, 1, &energy);
-    if (energies) energies[k] = energy;
-    *sum += energy;
-    if (status) return status;
-  }
-  return FLESH_OK;
+  return flesh_system_some_energies(system, has_role, (int)role, point, energies, sum);
 }
 
 double flesh_system_role_energy(const flesh_system *system, flesh_role role, const double *energies)

@@ -175,10 +175,13 @@ static const flesh_effect *holder(const flesh_system *system)
   return NULL;
 }
 
-/* A rank may have none of the body's incompressible tets. */
-static void find_others_hold(flesh_system *system)
+/* A rank may have none of the body's incompressible tets. `status`: of what the rank has made before. */
+static int find_others_hold(flesh_system *system, int status)
 {
-  system->others_hold = flesh_team_any(system->team, holder(system) != NULL);
+  double holds = holder(system) != NULL;
+  status = flesh_team_sum_agreed(system->team, status, 1, &holds);
+  if (!status) system->others_hold = holds > 0;
+  return status;
 }
 
 static int make_pattern(flesh_system *system)
@@ -220,9 +223,7 @@ static int make_pattern(flesh_system *system)
 int flesh_system_finalize(flesh_system *system)
 {
   FLESH_NEED({system, "system"});
-  const int status = flesh_team_agree(system->team, make_pattern(system));
-  if (!status) find_others_hold(system);
-  return status;
+  return find_others_hold(system, make_pattern(system));
 }
 
 const flesh_mesh *flesh_system_mesh(const flesh_system *system) { return system->mesh; }
@@ -329,8 +330,7 @@ int flesh_system_set_part(flesh_system *system, const flesh_rank_part *rank_part
     return flesh_fail(FLESH_ERR_ARGUMENT, "the system is on another mesh; it must be on flesh_rank_part_mesh's");
   system->team = flesh_rank_part_team(rank_part);
   flesh_effect_sums_count(system);
-  find_others_hold(system);
-  return FLESH_OK;
+  return find_others_hold(system, FLESH_OK);
 }
 
 const flesh_team *flesh_system_team(const flesh_system *system) { return system->team; }

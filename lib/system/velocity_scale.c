@@ -5,38 +5,23 @@
 #include <string.h>
 
 #include "linear/block_matrix.h"
+#include "parallel/body_figures.h"
+#include "system/one_effect.h"
 #include "system/ranks.h"
-
-static void find_box(const flesh_system *system, double low[3], double high[3])
-{
-  flesh_mesh_info info;
-  flesh_mesh_inspect(flesh_system_mesh(system), &info);
-  memcpy(low, info.low, sizeof info.low);
-  memcpy(high, info.high, sizeof info.high);
-  flesh_team_unite_boxes(flesh_system_team(system), low, high);
-}
 
 double flesh_system_length_scale(const flesh_system *system)
 {
-  double low[3], high[3], length = 0;
-  find_box(system, low, high);
-  for (int c = 0; c < 3; c++) length = fmax(length, high[c] - low[c]);
+  double box[6], length = 0;
+  flesh_body_rest_box(flesh_system_mesh(system), flesh_system_team(system), box);
+  for (int c = 0; c < 3; c++) length = fmax(length, box[3 + c] - box[c]);
   return length;
-}
-
-/* u.f of a consistent u and a partial f (base/team.h), over all ranks. */
-static double product(const flesh_system *system, const double *u, const double *f)
-{
-  double sum = 0;
-  for (int d = 0; d < flesh_system_unknowns(system); d++) sum += u[d] * f[d];
-  return flesh_team_total(flesh_system_team(system), sum);
 }
 
 /* u.A u, and A u, of a part of a body its share. */
 static double square(const flesh_system *system, const flesh_block_matrix *A, const double *u, double *Au)
 {
   flesh_block_multiply(A, u, Au);
-  return product(system, u, Au);
+  return flesh_system_product(system, u, Au);
 }
 
 /* Incompressible bending of a beam along s in the plane of s and z about the box's centre:
@@ -46,10 +31,10 @@ static void bent_shape(const flesh_system *system, double *u)
   const flesh_mesh *mesh = flesh_system_mesh(system);
   const double *X = flesh_mesh_positions(mesh);
   const uint8_t *used = flesh_mesh_node_used(mesh);
-  double low[3], high[3], side[3];
+  double box[6], side[3];
   int s = 0, z = 2;
-  find_box(system, low, high);
-  for (int c = 0; c < 3; c++) side[c] = high[c] - low[c];
+  flesh_body_rest_box(mesh, flesh_system_team(system), box);
+  for (int c = 0; c < 3; c++) side[c] = box[3 + c] - box[c];
   for (int c = 0; c < 3; c++)
     if (side[c] > side[s]) s = c;
   for (int c = 0; c < 3; c++)
@@ -57,7 +42,7 @@ static void bent_shape(const flesh_system *system, double *u)
   int y = 3 - s - z;
   for (int i = 0; i < flesh_mesh_node_count(mesh); i++) {
     double p[3];
-    for (int c = 0; c < 3; c++) p[c] = X[3 * i + c] - (low[c] + high[c]) / 2;
+    for (int c = 0; c < 3; c++) p[c] = X[3 * i + c] - (box[c] + box[3 + c]) / 2;
     u[3 * i + s] = used[i] ? -2 * p[s] * p[z] : 0;
     u[3 * i + y] = used[i] ? p[y] * p[z] : 0;
     u[3 * i + z] = used[i] ? p[s] * p[s] + (p[z] * p[z] - p[y] * p[y]) / 2 : 0;
@@ -80,7 +65,7 @@ double flesh_system_velocity_scale(const flesh_system *system, flesh_block_matri
   for (int c = 0; c < 3; c++) { /* without its mean, which would be a rigid motion */
     for (int d = 0; d < n; d++) one[d] = d % 3 == c;
     *mass = total = square(system, K, one, M_one);
-    const double along = product(system, u, M_one);
+    const double along = flesh_system_product(system, u, M_one);
     if (total > 0) bent -= along * along / total;
   }
   if (stiffness > 0 && bent > 0 && stiffness / bent < INFINITY) return L * sqrt(stiffness / bent) / 6.283185307179586;

@@ -8,6 +8,7 @@
 #include "effect/effect.h"
 #include "system/clearance.h"
 #include "system/effect_view.h"
+#include "system/parts.h"
 #include "system/position_potential.h"
 #include "system/ranks.h"
 
@@ -37,14 +38,16 @@ int flesh_system_work_of_forces(const flesh_system *system, const flesh_point *p
   double *r = scratch, *carried = scratch + n;
   double of_ranks[flesh_effect_sums_room(system)];
   flesh_effect_view view = flesh_effect_view_with(system, point, of_ranks);
-  *work = 0;
-  for (int k = 0; k < flesh_system_effect_count(system); k++) {
+  double works[system->entry_count + 1], shares[system->entry_count + 1];
+  int status = FLESH_OK;
+  for (int k = 0; k < system->entry_count; k++) {
     const flesh_effect *effect = flesh_system_effect(system, k);
     const flesh_effect_time *in_time = flesh_effect_in_time(effect);
     const double *along = u ? u : point->v;
     double share = u ? 1 : h, sum = 0;
-    int moves = 1, status = FLESH_OK;
-    if (kind_of(effect) != FLESH_WORK_OF_FORCES || flesh_clearance_holds(view.environment.clearance, k)) continue;
+    int moves = !status;
+    works[k] = shares[k] = 0;
+    if (status || kind_of(effect) != FLESH_WORK_OF_FORCES || flesh_clearance_holds(view.environment.clearance, k)) continue;
     if (in_time->carry) {
       memset(carried, 0, n * sizeof *carried);
       moves = in_time->carry(effect, point, begin, end, carried);
@@ -56,12 +59,14 @@ int flesh_system_work_of_forces(const flesh_system *system, const flesh_point *p
       status = effect->operations->residual(effect, flesh_effect_view_turn(&view, k), r);
     }
     for (size_t d = 0; d < n && moves; d++) sum += r[d] * along[d];
-    /* Partial forces, displacements of ghosts, too. What moves on one rank may stand still on another, which adds 0. */
-    status = flesh_team_sum_agreed(flesh_system_team(system), status, 1, &sum);
-    if (status) return status;
-    *work -= share * sum;
+    works[k] = sum;
+    shares[k] = share;
   }
-  return FLESH_OK;
+  /* Partial forces, displacements of ghosts, too. What moves on one rank may stand still on another, which adds 0. */
+  status = flesh_team_sum_agreed(system->team, status, system->entry_count, works);
+  *work = 0;
+  for (int k = 0; k < system->entry_count && !status; k++) *work -= shares[k] * works[k];
+  return status;
 }
 
 int flesh_system_work_in_time(const flesh_system *system, double t_from, double t_to, const flesh_state *state,
@@ -74,21 +79,23 @@ int flesh_system_work_in_time(const flesh_system *system, double t_from, double 
     point.internal = state->internal;
     view[end] = flesh_effect_view_with(system, &point, of_ranks[end]);
   }
-  *work = 0;
-  for (int k = 0; k < flesh_system_effect_count(system); k++) {
-    const flesh_effect *effect = flesh_system_effect(system, k);
-    if (kind_of(effect) != FLESH_WORK_IN_TIME) continue;
-    double known[2] = {energies ? energies[k] : 0, energies ? energies[k] : 0};
-    for (int end = 0; end < 2; end++) {
-      if (energies && end == at_end) continue;
-      known[end] = 0;
-      int status = effect->operations->energy(effect, flesh_effect_view_turn(&view[end], k), &known[end]);
-      status = flesh_team_sum_agreed(system->team, status, 1, &known[end]);
-      if (status) return status;
+  double found[2][system->entry_count + 1];
+  int status = FLESH_OK;
+  memset(found, 0, sizeof found);
+  for (int k = 0; k < system->entry_count; k++)
+    for (int end = 0; end < 2 && kind_of(system->entries[k].effect) == FLESH_WORK_IN_TIME; end++) {
+      const flesh_effect *effect = system->entries[k].effect;
+      if (status || (energies && end == at_end)) continue;
+      status = effect->operations->energy(effect, flesh_effect_view_turn(&view[end], k), &found[end][k]);
     }
-    *work += known[1] - known[0];
+  status = flesh_team_sum_agreed(system->team, status, 2 * (system->entry_count + 1), found[0]);
+  *work = 0;
+  for (int k = 0; k < system->entry_count && !status; k++) {
+    if (kind_of(system->entries[k].effect) != FLESH_WORK_IN_TIME) continue;
+    if (energies) found[at_end][k] = energies[k]; /* of all ranks */
+    *work += found[1][k] - found[0][k];
   }
-  return FLESH_OK;
+  return status;
 }
 
 int flesh_system_energies(const flesh_system *system, const flesh_point *point, double *energies)

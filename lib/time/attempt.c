@@ -277,7 +277,7 @@ static int add_lag(flesh_integrator *self, const trial *trial, double weight)
   const flesh_system *system = self->evaluation->system;
   double *with_own = self->first.rigid, *with_lagged = self->start;
   if (!is_controlled(self, trial) || self->lag.u || !flesh_system_has_role(system, FLESH_ROLE_CONTACT) ||
-      !flesh_team_any(self->evaluation->team, !flesh_nonlinear_is_clear(self->nonlinear)))
+      flesh_nonlinear_is_clear(self->nonlinear))
     return FLESH_OK;
   flesh_point point = flesh_nonlinear_point(self->nonlinear);
   int status = flesh_system_roles_residual(system, contact, &point, with_lagged);

@@ -51,9 +51,10 @@ static double mass_square(const flesh_error_control *self, const double *e)
   return flesh_system_role_energies(self->system, FLESH_ROLE_INERTIA, &point, NULL, &energy) ? NAN : 2 * energy;
 }
 
-static void measure(flesh_error_control *self)
+void flesh_error_control_measure(flesh_error_control *self)
 {
   const flesh_team *team = flesh_system_team(self->system);
+  if (!self->on) return;
   self->length = flesh_system_length_scale(self->system);
   self->period = self->length / (6.283185307179586 * flesh_nonlinear_velocity_scale(self->nonlinear));
   for (int d = 0; d < self->n; d++) self->e[d] = d % 3 == 0;
@@ -70,13 +71,10 @@ int flesh_error_control_set(const flesh_adaptive_options *options, const flesh_s
                                 .n = (int)n, .before = 1, .first = 1, .error = NAN};
   if (!self->on) return FLESH_OK;
   self->e = calloc(4 * n + 1, sizeof *self->e);
-  int status = self->e ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for the errors of %zu unknowns", n);
-  status = flesh_team_agree(flesh_system_team(system), status);
-  if (status) return status;
+  if (!self->e) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the errors of %zu unknowns", n);
   self->force = self->e + n;
   self->filtered = self->force + n;
   self->lagged = self->filtered + n;
-  measure(self);
   return FLESH_OK;
 }
 

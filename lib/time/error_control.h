@@ -38,9 +38,11 @@ typedef struct flesh_error_control {
   int gains;                      /* 2 for each step that was refused for its energy, less 1 for each that was not */
 } flesh_error_control;
 
-/* Takes the options, and measures the body where they want control. Collective, on all ranks or none: FLESH_ERR_MEMORY. */
+/* Takes the options, without the other ranks. FLESH_ERR_MEMORY. */
 int flesh_error_control_set(const flesh_adaptive_options *options, const flesh_system *system, flesh_nonlinear *nonlinear,
                             flesh_error_control *control);
+/* Measures the body where the options want control, once all ranks have taken them. Collective. */
+void flesh_error_control_measure(flesh_error_control *control);
 void flesh_error_control_clear(flesh_error_control *control);
 size_t flesh_error_control_memory(const flesh_error_control *control);
 void flesh_error_control_archive(flesh_error_control *control, flesh_archive *archive);

@@ -71,25 +71,25 @@ int flesh_ida_steps_create(flesh_evaluation *evaluation, const flesh_solver_opti
 {
   const flesh_system *system = evaluation->system;
   *steps = NULL;
-  const flesh_team *team = flesh_system_team(system);
   flesh_ida_steps *self = calloc(1, sizeof *self);
   if (self) {
     self->system = system;
-    self->team = team;
+    self->team = evaluation->team;
     self->n = flesh_system_unknowns(system);
     flesh_adaptive_options_default(&self->options);
     self->evaluation = evaluation;
   }
   int status = self ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for the steps of IDA");
   if (self && flesh_suncontext_create(&self->context)) status = flesh_fail(FLESH_ERR_SUNDIALS, "SUNDIALS gave no context");
-  status = flesh_team_agree(team, status); /* from here on ranks call each other */
-  if (!status) status = flesh_ida_problem_create(system, solver, &self->problem);
+  flesh_ida_problem *problem;
+  status = flesh_ida_problem_create_after(status, system, solver, &problem);
+  if (self) self->problem = problem;
   if (!status) status = flesh_ida_vector_create(self->problem, self->context, &self->y);
   if (!status) status = flesh_ida_energy_create(self->problem, watch, &self->energy);
   if (!status) status = make_sundials(self);
-  status = flesh_team_agree(team, status);
+  status = flesh_team_agree(evaluation->team, status);
   if (!status) flesh_ida_energy_tolerate(&self->energy, self->options.tolerance);
-  if (!status) status = flesh_team_agree(team, initialise(self));
+  if (!status) status = flesh_team_agree(evaluation->team, initialise(self)); /* IDA asks for the least tolerance */
   if (status) {
     flesh_ida_steps_destroy(&self);
     return status;
@@ -265,7 +265,7 @@ static int advance(flesh_ida_steps *self, double toward, flesh_solve_stats *stat
   stats->h_last = step.h;
   status = self->options.observe ? flesh_team_agree(self->team, show(self, &step)) : FLESH_OK;
   if (status < 0) return status;
-  return self->stop && reached < toward ? flesh_team_agree(self->team, self->stop(self->stop_data)) : FLESH_OK;
+  return reached < toward ? flesh_ask_together(self->team, self->stop, self->stop_data) : FLESH_OK;
 }
 
 /* Whether there is spurious energy at the state, which is the one returned. */

@@ -65,16 +65,16 @@ static int find_power(const flesh_ida_energy *self, double from, double to, doub
 {
   flesh_ida_problem *problem = self->problem;
   const flesh_evaluation *e = &problem->evaluation;
-  const int own = e->own, forces = self->watch->kinds & FLESH_WORK_OF_FORCES;
+  const int forces = self->watch->kinds & FLESH_WORK_OF_FORCES;
   double work = 0;
   *power = 0;
   if (IDAGetDky(self->ida, t, 0, self->y) || IDAGetDky(self->ida, t, 1, self->yp))
     return flesh_fail(FLESH_ERR_SUNDIALS, "IDA could not interpolate at t = %.9g s", t);
   const flesh_point point = flesh_ida_point(problem, t, N_VGetArrayPointer(self->y), N_VGetArrayPointer(self->yp));
   int status = self->moves ? flesh_system_residual(e->system, &point, self->r) : FLESH_OK;
-  for (int d = 0; d < own && self->moves && !status; d++)
-    if (problem->constraints.fixed[d]) *power += self->r[d] * problem->constraints.v[d];
-  flesh_team_sum(e->team, 1, power);
+  for (int d = 0; d < e->n; d++)
+    if (!problem->constraints.fixed[d]) self->r[d] = 0;
+  if (self->moves && !status) *power = flesh_system_product(e->system, problem->constraints.v, self->r);
   if (!status && forces)
     status = flesh_system_work_of_forces(e->system, &point, from, to, NULL, self->watch->scratch, &work);
   *power += work / (to - from);

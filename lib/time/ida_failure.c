@@ -3,6 +3,7 @@
 #include <stdio.h>
 
 #include "base/error.h"
+#include "parallel/body_figures.h"
 #include "sundials/compatibility.h"
 #include "time/ida_parts.h"
 
@@ -11,14 +12,8 @@
 static int worst_node(struct flesh_ida_steps *self)
 {
   if (IDAGetEstLocalErrors(self->ida, self->errors)) return -1;
-  const double *errors = N_VGetArrayPointer(self->errors), *atol = N_VGetArrayPointer(self->atol);
-  int worst = 0;
-  double largest = -1;
-  for (int d = 0; d < 2 * self->n; d++) {
-    double share = fabs(errors[d]) / atol[d];
-    if (share > largest) largest = share, worst = d % self->n;
-  }
-  return (int)flesh_team_argmax(self->team, &largest, self->team ? self->team->numbers[worst / 3] : worst / 3);
+  return flesh_evaluation_worst_node(self->evaluation, 2, N_VGetArrayPointer(self->errors),
+                                     N_VGetArrayPointer(self->atol));
 }
 
 void flesh_ida_steps_record_failure(struct flesh_ida_steps *self, double t, const double *x, int status)
@@ -30,8 +25,7 @@ void flesh_ida_steps_record_failure(struct flesh_ida_steps *self, double t, cons
     IDAGetCurrentOrder(self->ida, &f->order);
     f->worst_node = worst_node(self);
   }
-  flesh_failure_look(flesh_system_mesh(self->system), x, f);
-  flesh_failure_meet(self->team, f);
+  f->worst_tet = flesh_body_worst_tet(flesh_system_mesh(self->system), self->team, x, &f->worst_J, f->worst_position);
 }
 
 int flesh_ida_steps_fail(struct flesh_ida_steps *self, double t, const double *x, int status, const char *cause)

@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "base/huge_pages.h"
 #include "effect/effect.h"
+#include "parallel/body_figures.h"
 #include "system/ranks.h"
 
 static const double max_energy_gain = 0.5;
@@ -82,18 +83,20 @@ static int create_memory(flesh_integrator *self)
     status = flesh_extrapolation_create(self->evaluation->n, self->evaluation->own, self->evaluation->threads,
                                         &first->extrapolation);
   if (!status) status = flesh_energy_watch_create(self->evaluation, &self->watch);
-  return status ? status : flesh_internals_create(system, &self->internals);
+  if (!status) status = flesh_internals_create(system, &self->internals);
+  if (!status) status = flesh_recovery_create(self->evaluation, &self->first.parts, &self->options, &self->recovery);
+  return status ? status : flesh_multipliers_create(system, self->nonlinear, &self->options, &self->multipliers);
 }
 
-/* Makes what ranks make together: each of these fails on all of them or none. */
+/* Makes what ranks make together, once all have what each makes by itself. */
 static int create_together(flesh_integrator *self)
 {
-  const flesh_system *system = self->evaluation->system;
-  int status = flesh_rigid_parts_create(system, &self->first.parts);
-  if (!status)
-    status = flesh_continuation_create(self->nonlinear, &self->multipliers, self->start, &self->continuation);
-  if (!status) status = flesh_recovery_create(system, &self->options, &self->recovery);
-  if (!status) status = flesh_multipliers_create(system, self->nonlinear, &self->options, &self->multipliers);
+  int status = flesh_multipliers_meet(&self->multipliers);
+  if (status) return status;
+  status = flesh_recovery_meet(&self->recovery);
+  const int softens =
+      flesh_continuation_create(self->nonlinear, &self->multipliers, self->start, &self->continuation);
+  status = flesh_team_agree(self->evaluation->team, status ? status : softens);
   if (!status && self->method == FLESH_METHOD_IDA)
     status = flesh_ida_steps_create(self->evaluation, &self->options, &self->watch, &self->ida);
   self->watch.limit = max_energy_gain;
@@ -125,7 +128,9 @@ int flesh_integrator_create(const flesh_system *system, flesh_method method,
     flesh_nonlinear_destroy(&nonlinear);
     status = flesh_fail(FLESH_ERR_MEMORY, "no memory for an integrator");
   }
-  status = flesh_team_agree(flesh_system_team(system), status);
+  flesh_rigid_parts parts;
+  status = flesh_rigid_parts_create(system, status, &parts);
+  if (self) self->first.parts = parts;
   if (!status) status = create_together(self);
   if (status) flesh_integrator_destroy(&self);
   *integrator = self;
@@ -227,9 +232,10 @@ int flesh_integrator_set_adaptive(flesh_integrator *integrator, const flesh_adap
   taken.control = options->control && controlled;
   const flesh_method_row *row = taken.control ? controlled : own;
   status = row == integrator->row ? FLESH_OK : take_row(integrator, row);
-  status = flesh_team_agree(flesh_system_team(integrator->evaluation->system), status);
-  if (status) return status;
-  status = flesh_error_control_set(&taken, integrator->evaluation->system, integrator->nonlinear, &integrator->control);
+  if (!status)
+    status = flesh_error_control_set(&taken, integrator->evaluation->system, integrator->nonlinear, &integrator->control);
+  status = flesh_team_agree(integrator->evaluation->team, status);
+  if (!status) flesh_error_control_measure(&integrator->control);
   integrator->memory.known = 0;
   integrator->watch.floor = status || !taken.control ? 0 : flesh_error_control_least_energy(&integrator->control);
   return status;
@@ -306,9 +312,9 @@ void flesh_integrator_record_failure(flesh_integrator *self, const flesh_stage *
   *f = (flesh_failure){.status = status, .t = stage->t, .h = h, .halvings = halvings,
                        .residual = stats->residual_last, .target = stats->residual_target,
                        .volume_gap = self->multipliers.left};
-  flesh_failure_look(self->recovery.mesh, self->evaluation->x, f);
+  f->worst_tet = flesh_body_worst_tet(self->recovery.mesh, self->evaluation->team, self->evaluation->x, &f->worst_J,
+                                      f->worst_position);
   f->worst_node = flesh_nonlinear_worst_node(self->nonlinear);
-  flesh_failure_meet(self->evaluation->team, f);
 }
 
 const flesh_state *flesh_integrator_stage(const flesh_integrator *self, const flesh_state *state)

@@ -35,18 +35,23 @@ int flesh_multipliers_create(const flesh_system *system, flesh_nonlinear *nonlin
   const size_t count = (size_t)self->count, n = (size_t)flesh_system_unknowns(system);
   self->n = (int)n;
   self->own = calloc(5 * count + 2 * n, sizeof *self->own);
-  int status = self->own ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d multipliers", self->count);
-  status = flesh_team_agree(self->team, status);
-  if (status) return status;
+  if (!self->own) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d multipliers", self->count);
   self->trial = self->own + count;
   self->lag = self->trial + count;
   self->gaps = self->lag + count;
   self->stiffness = self->gaps + count;
   self->x = self->stiffness + count;
   self->u = self->x + n;
+  return FLESH_OK;
+}
+
+int flesh_multipliers_meet(flesh_multipliers *self)
+{
+  const flesh_system *system = self->system;
+  if (!self->count) return FLESH_OK;
   const flesh_mesh *mesh = flesh_system_mesh(system);
   const flesh_point rest = flesh_point_at(0, flesh_mesh_positions(mesh), self->u, self->u);
-  status = flesh_system_constraint_gaps(system, &rest, self->gaps, self->stiffness);
+  const int status = flesh_system_constraint_gaps(system, &rest, self->gaps, self->stiffness);
   if (status) return status;
   self->softest = INFINITY;
   for (int k = 0; k < self->count; k++)

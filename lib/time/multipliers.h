@@ -27,10 +27,12 @@ typedef struct flesh_multipliers {
   double *x, *u;            /* [n] the end of the step, and the unknowns of the last solve */
 } flesh_multipliers;
 
-/* Borrows the solver of the system. Collective, and fails on all ranks or none: FLESH_ERR_MEMORY. To be cleared also when
- * it fails. */
+/* Makes what this rank needs, without the others. Borrows the solver of the system. FLESH_ERR_MEMORY. To be cleared also
+ * when it fails. */
 int flesh_multipliers_create(const flesh_system *system, flesh_nonlinear *nonlinear, const flesh_solver_options *options,
                              flesh_multipliers *multipliers);
+/* Measures the body, once all ranks have made theirs. Collective, and fails on all ranks or none. */
+int flesh_multipliers_meet(flesh_multipliers *multipliers);
 void flesh_multipliers_clear(flesh_multipliers *multipliers);
 size_t flesh_multipliers_memory(const flesh_multipliers *multipliers);
 /* The state's are others than the last solve gave it. */

@@ -23,81 +23,119 @@ static int own_nodes(const flesh_rigid_parts *parts, int part, const int **nodes
   return count;
 }
 
-static void find_centre(const flesh_rigid_parts *parts, int part, const double *x, double centre[3])
+/* The centre of mass at x, and the mean velocity for velocities v (NULL: not asked for). *constrained: whether it is on any
+ * rank. */
+static void find_means(const flesh_rigid_parts *parts, int part, const double *x, const double *v, int *constrained,
+                       double centre[3], double mean[3])
 {
   const int *nodes, count = own_nodes(parts, part, &nodes);
-  double sums[4] = {0}; /* of places by mass, of masses */
+  double sums[8] = {[7] = *constrained}; /* of places and of velocities by mass, of masses */
   for (int k = 0; k < count; k++) {
-    sums[3] += parts->mass[nodes[k]];
-    for (int c = 0; c < 3; c++) sums[c] += parts->mass[nodes[k]] * x[3 * nodes[k] + c];
+    const double mass = parts->mass[nodes[k]];
+    sums[6] += mass;
+    for (int c = 0; c < 3; c++) sums[c] += mass * x[3 * nodes[k] + c];
+    for (int c = 0; v && c < 3; c++) sums[3 + c] += mass * v[3 * nodes[k] + c];
   }
-  flesh_team_sum(parts->team, 4, sums);
-  for (int c = 0; c < 3; c++) centre[c] = sums[c] / sums[3];
+  flesh_team_sum(parts->team, 8, sums);
+  for (int c = 0; c < 3; c++) centre[c] = sums[c] / sums[6];
+  for (int c = 0; v && c < 3; c++) mean[c] = sums[3 + c] / sums[6];
+  *constrained = sums[7] > 0;
 }
 
-double flesh_rigid_parts_extent(const flesh_rigid_parts *parts, int part, const double *x, double centre[3])
+/* Adds up the distances from the centre, and counts them. */
+static void add_distances(const flesh_rigid_parts *parts, int part, const double *x, const double centre[3],
+                          double sums[2])
 {
   const int *nodes, count = own_nodes(parts, part, &nodes);
-  double sums[2] = {0, count};
-  find_centre(parts, part, x, centre);
+  sums[0] = 0;
+  sums[1] = count;
   for (int k = 0; k < count; k++) {
     double d[3];
     for (int c = 0; c < 3; c++) d[c] = x[3 * nodes[k] + c] - centre[c];
     sums[0] += sqrt(flesh_vec3_dot(d, d));
   }
+}
+
+double flesh_rigid_parts_extent(const flesh_rigid_parts *parts, int part, const double *x, double centre[3])
+{
+  int constrained = 0;
+  double sums[2];
+  find_means(parts, part, x, NULL, &constrained, centre, NULL);
+  add_distances(parts, part, x, centre, sums);
   flesh_team_sum(parts->team, 2, sums);
   return sums[0] / sums[1];
 }
 
-/* The rotation by h times the mean angular velocity about the centre, as the velocities' best fit. */
-static void turn_on(const flesh_rigid_parts *parts, int part, const flesh_state *state, const double centre[3],
-                    const double mean[3], double h, double turn[9])
+enum { MOMENTS = 12 };
+
+/* Sums over a part that give its rotation over h. */
+typedef struct motion {
+  const flesh_state *state;
+  double h, centre[3], mean[3]; /* of the part's nodes, and of their velocities */
+  double sums[MOMENTS + 2];     /* moments; distances from the centre */
+} motion;
+
+/* The place and the velocity of a node, less those of the part's mean. */
+static void find_relative(const motion *m, int node, double d[3], double w[3])
 {
-  const double *mass = parts->mass;
+  for (int c = 0; c < 3; c++) {
+    d[c] = m->state->x[3 * node + c] - m->centre[c];
+    w[c] = m->state->v[3 * node + c] - m->mean[c];
+  }
+}
+
+/* Angular momentum, then inertia. */
+static void add_spin(const flesh_rigid_parts *parts, int part, motion *m)
+{
   const int *nodes, count = own_nodes(parts, part, &nodes);
-  double sums[12] = {0}, *spin = sums, *inertia = sums + 3, inverse[9], rate[3];
+  double *spin = m->sums, *inertia = m->sums + 3;
   for (int k = 0; k < count; k++) {
-    const int i = nodes[k];
+    const double mass = parts->mass[nodes[k]];
     double d[3], w[3], cross[3];
-    for (int c = 0; c < 3; c++) d[c] = state->x[3 * i + c] - centre[c], w[c] = state->v[3 * i + c] - mean[c];
+    find_relative(m, nodes[k], d, w);
     flesh_vec3_cross(d, w, cross);
     double square = flesh_vec3_dot(d, d);
     for (int r = 0; r < 3; r++) {
-      spin[r] += mass[i] * cross[r];
-      for (int c = 0; c < 3; c++) inertia[3 * r + c] += mass[i] * ((r == c ? square : 0) - d[r] * d[c]);
+      spin[r] += mass * cross[r];
+      for (int c = 0; c < 3; c++) inertia[3 * r + c] += mass * ((r == c ? square : 0) - d[r] * d[c]);
     }
   }
-  flesh_team_sum(parts->team, 12, sums);
+}
+
+/* The rotation by h times the mean angular velocity about the centre, as the velocities' best fit. */
+static void turn_on(const motion *m, double turn[9])
+{
+  const double *spin = m->sums, *inertia = m->sums + 3;
+  double inverse[9], rate[3];
   double volume = flesh_mat3_inverse(inertia, inverse), size = flesh_mat3_trace(inertia);
   flesh_mat3_times(inverse, spin, rate);
   if (!(volume > 1e-9 * size * size * size)) rate[0] = rate[1] = rate[2] = 0;
-  flesh_keyframe key = {.rotation = {h * rate[0], h * rate[1], h * rate[2]}};
-  flesh_motion motion = {1, &key, {0}, 0};
+  flesh_keyframe key = {.rotation = {m->h * rate[0], m->h * rate[1], m->h * rate[2]}};
+  flesh_motion rotation = {1, &key, {0}, 0};
   for (int c = 0; c < 3; c++) {
     double axis[3] = {c == 0, c == 1, c == 2}, turned[3];
-    flesh_motion_apply(&motion, 0, axis, turned);
+    flesh_motion_apply(&rotation, 0, axis, turned);
     for (int r = 0; r < 3; r++) turn[3 * r + c] = turned[r];
   }
 }
 
-/* The rotation that leads nearest to x + h v (Kabsch 1976): where the inertia of backward Euler draws a rigid body. */
-static void turn_nearest(const flesh_rigid_parts *parts, int part, const flesh_state *state, const double centre[3],
-                         const double mean[3], double h, double turn[9])
+/* The moments of x + h v with x. */
+static void add_fit(const flesh_rigid_parts *parts, int part, motion *m)
 {
-  const double *mass = parts->mass;
   const int *nodes, count = own_nodes(parts, part, &nodes);
-  double fit[9] = {0}, U[9], sigma[3], V[9];
   for (int k = 0; k < count; k++) {
-    const int i = nodes[k];
-    double d[3], to[3];
-    for (int c = 0; c < 3; c++) {
-      d[c] = state->x[3 * i + c] - centre[c];
-      to[c] = d[c] + h * (state->v[3 * i + c] - mean[c]);
-    }
-    for (int e = 0; e < 9; e++) fit[e] += mass[i] * to[e / 3] * d[e % 3];
+    double d[3], w[3], to[3];
+    find_relative(m, nodes[k], d, w);
+    for (int c = 0; c < 3; c++) to[c] = d[c] + m->h * w[c];
+    for (int e = 0; e < 9; e++) m->sums[e] += parts->mass[nodes[k]] * to[e / 3] * d[e % 3];
   }
-  flesh_team_sum(parts->team, 9, fit);
-  flesh_svd3(fit, U, sigma, V);
+}
+
+/* The rotation that leads nearest to x + h v (Kabsch 1976): where the inertia of backward Euler draws a rigid body. */
+static void turn_nearest(const motion *m, double turn[9])
+{
+  double U[9], sigma[3], V[9];
+  flesh_svd3(m->sums, U, sigma, V);
   if (sigma[1] > 1e-9 * sigma[0]) flesh_mat3_multiply_transposed(U, V, turn);
   else flesh_mat3_identity(turn); /* points on a line are to stay on it */
 }
@@ -120,21 +158,23 @@ static double find_shrinkage(const flesh_rigid_parts *parts, int part, const dou
   return sums[0] > pow(far_larger, 6) * sums[1] ? shrunk * pow(sums[0] / sums[1], -1. / 6) : 1;
 }
 
-static void guess_part(const flesh_rigid_parts *parts, int part, const flesh_state *state, double h, int nearest,
-                       double *u)
+/* Guesses a part whose means are known. */
+static void guess_part(const flesh_rigid_parts *parts, int part, motion *m, int nearest, double *u)
 {
+  const double *x = m->state->x;
   const int *nodes = parts->nodes + parts->first[part], count = parts->first[part + 1] - parts->first[part];
-  double centre[3], mean[3], turn[9];
-  const double extent = flesh_rigid_parts_extent(parts, part, state->x, centre);
-  find_centre(parts, part, state->v, mean);
-  const double shrinkage = find_shrinkage(parts, part, state->x, extent);
-  (nearest ? turn_nearest : turn_on)(parts, part, state, centre, mean, h, turn);
+  double turn[9];
+  (nearest ? add_fit : add_spin)(parts, part, m);
+  add_distances(parts, part, x, m->centre, m->sums + MOMENTS);
+  flesh_team_sum(parts->team, MOMENTS + 2, m->sums);
+  const double shrinkage = find_shrinkage(parts, part, x, m->sums[MOMENTS] / m->sums[MOMENTS + 1]);
+  (nearest ? turn_nearest : turn_on)(m, turn);
   for (int e = 0; e < 9; e++) turn[e] *= shrinkage;
   for (int k = 0; k < count; k++) {
     double d[3], to[3];
-    for (int c = 0; c < 3; c++) d[c] = state->x[3 * nodes[k] + c] - centre[c];
+    for (int c = 0; c < 3; c++) d[c] = x[3 * nodes[k] + c] - m->centre[c];
     flesh_mat3_times(turn, d, to);
-    for (int c = 0; c < 3; c++) u[3 * nodes[k] + c] = to[c] - d[c] + h * mean[c];
+    for (int c = 0; c < 3; c++) u[3 * nodes[k] + c] = to[c] - d[c] + m->h * m->mean[c];
   }
 }
 
@@ -147,11 +187,12 @@ int flesh_rigid_guess(const flesh_rigid_parts *parts, const uint8_t *fixed, cons
     int constrained = 0;
     for (int k = 0; fixed && k < count && !constrained; k++)
       constrained = fixed[3 * nodes[k]] || fixed[3 * nodes[k] + 1] || fixed[3 * nodes[k] + 2];
-    constrained = flesh_team_any(parts->team, constrained);
+    motion m = {.state = state, .h = h};
+    find_means(parts, p, state->x, state->v, &constrained, m.centre, m.mean);
     for (int k = 0; constrained && k < count; k++)
       for (int c = 0; c < 3; c++) u[3 * nodes[k] + c] = 0;
     if (constrained) continue;
-    guess_part(parts, p, state, h, nearest, u);
+    guess_part(parts, p, &m, nearest, u);
     guessed++;
   }
   return guessed;

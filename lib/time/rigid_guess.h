@@ -20,8 +20,9 @@ typedef struct flesh_rigid_parts {
   double *extent; /* [count] m, at rest */
 } flesh_rigid_parts;
 
-/* Collective, as is flesh_rigid_guess. FLESH_ERR_MEMORY. */
-int flesh_rigid_parts_create(const flesh_system *system, flesh_rigid_parts *parts);
+/* Fails if a rank comes with a `status` other than FLESH_OK, of what it has made before; FLESH_ERR_MEMORY. Collective, as
+ * is flesh_rigid_guess. */
+int flesh_rigid_parts_create(const flesh_system *system, int status, flesh_rigid_parts *parts);
 void flesh_rigid_parts_clear(flesh_rigid_parts *parts);
 /* The mean distance of a part's nodes from its centre of mass at x, m, which few nodes far away hardly change; and that
  * centre. Collective. */

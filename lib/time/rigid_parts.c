@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "effect/effect.h"
 #include "mesh/pieces.h"
+#include "parallel/connected.h"
 #include "system/one_effect.h"
 #include "system/ranks.h"
 #include "time/rigid_guess.h"
@@ -41,55 +42,6 @@ static int number_parts(const flesh_mesh *mesh, int *parent, int *part)
   return count;
 }
 
-/* label [all]: the least label of all pieces that are connected with each, on whichever rank. This rank knows that
- * pieces own[i] and owners[i] are, for ghosts i. `label` is followed by room for as many. */
-static void spread_labels(const flesh_team *team, int all, const int *own, const double *owners, double *label)
-{
-  double *before = label + all;
-  int changed = 1;
-  for (int p = 0; p < all; p++) label[p] = -p; /* the largest is that of the least piece */
-  while (changed) {
-    memcpy(before, label, (size_t)all * sizeof *label);
-    for (int i = team->own; i < team->nodes; i++) {
-      double *a = own[i] < 0 ? NULL : &label[own[i]], *b = &label[(int)owners[i]];
-      if (a) *a = *b = *a > *b ? *a : *b;
-    }
-    flesh_team_largest(team, all, label);
-    changed = memcmp(before, label, (size_t)all * sizeof *label) != 0; /* the same bits on all ranks */
-  }
-}
-
-/* The parts of the body in place of those `count` of this rank, in part [nodes]. Returns how many; FLESH_ERR_MEMORY.
- * `room` [nodes+ranks] is zeros. */
-static int number_in_team(const flesh_team *team, int count, double *room, int *part)
-{
-  double *owners = room, *counts = room + team->nodes;
-  int all = 0, first = 0, parts = 0;
-  counts[team->rank] = count;
-  flesh_team_sum(team, team->ranks, counts);
-  for (int r = 0; r < team->ranks; r++) {
-    first += r < team->rank ? (int)counts[r] : 0;
-    all += (int)counts[r];
-  }
-  double *label = malloc(2 * ((size_t)all + 1) * sizeof *label);
-  int *number = calloc((size_t)all + 1, sizeof *number);
-  const int status = flesh_team_agree(team, label && number ? FLESH_OK : FLESH_ERR_MEMORY);
-  if (!status) {
-    for (int i = 0; i < team->nodes; i++) {
-      if (part[i] >= 0) part[i] += first;
-      owners[i] = part[i];
-    }
-    flesh_team_share_nodes(team, 1, owners);
-    spread_labels(team, all, part, owners, label);
-    for (int p = 0; p < all; p++) /* the least piece of a part comes first */
-      number[p] = label[p] == -p ? parts++ : number[(int)-label[p]];
-    for (int i = 0; i < team->nodes; i++) part[i] = number[part[i] >= 0 ? part[i] : (int)owners[i]];
-  }
-  free(label);
-  free(number);
-  return status ? status : parts;
-}
-
 /* The nodes of each part, ascending. */
 static void list_nodes(int nodes, flesh_rigid_parts *parts)
 {
@@ -100,7 +52,12 @@ static void list_nodes(int nodes, flesh_rigid_parts *parts)
     if (parts->part[i] >= 0) parts->nodes[parts->first[parts->part[i] + 1]++] = i;
 }
 
-int flesh_rigid_parts_create(const flesh_system *system, flesh_rigid_parts *parts)
+static int no_memory(size_t nodes)
+{
+  return flesh_fail(FLESH_ERR_MEMORY, "no memory for the parts of %zu nodes", nodes);
+}
+
+int flesh_rigid_parts_create(const flesh_system *system, int status, flesh_rigid_parts *parts)
 {
   const flesh_mesh *mesh = flesh_system_mesh(system);
   const flesh_team *team = flesh_system_team(system);
@@ -113,17 +70,19 @@ int flesh_rigid_parts_create(const flesh_system *system, flesh_rigid_parts *part
                                .team = team,
                                .own = team ? team->own : (int)nodes,
                                .part = malloc((nodes + 1) * sizeof(int))};
-  int status = parent && room && parts->nodes && parts->mass && parts->part ? FLESH_OK : FLESH_ERR_MEMORY;
+  const int enough = parent && room && parts->nodes && parts->mass && parts->part;
+  if (!status && !enough) status = no_memory(nodes);
   status = flesh_team_agree(team, status);
   if (!status) parts->count = number_parts(mesh, parent, parts->part);
-  if (!status && team) parts->count = number_in_team(team, parts->count, room + 6 * nodes, parts->part);
-  if (parts->count < 0) status = parts->count;
+  if (!status && team) parts->count = flesh_connected_unite(team, parts->count, room + 6 * nodes, parts->part);
+  if (parts->count < 0) status = no_memory(nodes);
   if (!status) {
     parts->first = calloc((size_t)parts->count + 2, sizeof *parts->first);
     parts->extent = malloc(((size_t)parts->count + 1) * sizeof *parts->extent);
     if (parts->count > 1) parts->constrained = calloc(3 * nodes + 1, 1);
-    const int enough = parts->first && parts->extent && (parts->constrained || parts->count < 2);
-    status = flesh_team_agree(team, enough ? FLESH_OK : FLESH_ERR_MEMORY);
+    if (!parts->first || !parts->extent || (!parts->constrained && parts->count > 1))
+      status = no_memory(nodes);
+    status = flesh_team_agree(team, status);
   }
   if (!status) {
     list_nodes((int)nodes, parts);
@@ -136,7 +95,7 @@ int flesh_rigid_parts_create(const flesh_system *system, flesh_rigid_parts *part
   }
   free(parent);
   free(room);
-  return status ? flesh_fail(status, "no memory for the parts of %d nodes", (int)nodes) : FLESH_OK;
+  return status;
 }
 
 void flesh_rigid_parts_clear(flesh_rigid_parts *parts)

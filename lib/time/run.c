@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "mesh/mesh.h"
+#include "parallel/body_figures.h"
 #include "system/feasible_step.h"
 #include "system/rank_numbers.h"
 #include "system/ranks.h"
@@ -65,33 +66,22 @@ static int watch_open(watch *w)
   int status = w->zeros && w->J_mean && w->J_min && w->energies && w->rest_energies && (w->reports || !w->team)
                    ? find_rest(w)
                    : flesh_fail(FLESH_ERR_MEMORY, "run: out of memory");
-  status = flesh_team_agree(w->team, status);
-  if (status) return status;
-  w->rest_energies[effects] = w->rest_volume; /* summed up with them */
-  flesh_team_sum(w->team, (int)effects + 1, w->rest_energies);
-  w->rest_volume = w->rest_energies[effects];
-  return FLESH_OK;
+  if (!status) w->rest_energies[effects] = w->rest_volume; /* summed up with them */
+  status = flesh_team_sum_agreed(w->team, status, (int)effects + 1, w->rest_energies);
+  if (!status) w->rest_volume = w->rest_energies[effects];
+  return status;
 }
 
 /* The body's shape, of all ranks: volume, inverted tets, the smallest J and its bound. */
 static void look_at_shape(watch *w, const flesh_state *state, flesh_step_record *record)
 {
   flesh_mesh_measures m;
-  flesh_mesh_measure(w->mesh, state->x, 1, w->J_mean, w->J_min, &m);
+  flesh_body_measure(w->mesh, w->team, state->x, 1, w->J_mean, w->J_min, &m);
   record->volume = m.volume;
   record->inverted = m.inverted;
   record->J_min = m.J_min;
   record->J_min_tet = m.J_min_tet;
   record->J_bound = m.J_bound;
-  if (!w->team) return;
-  double sums[2] = {m.volume, m.inverted}, most = -m.J_min;
-  flesh_team_sum(w->team, 2, sums);
-  record->volume = sums[0];
-  record->inverted = (int)sums[1];
-  /* The first of several tets with that J counts, as on one rank. */
-  record->J_min_tet = (int)-flesh_team_argmax(w->team, &most, -w->team->tets[m.J_min_tet]);
-  record->J_min = -most;
-  record->J_bound = flesh_team_least(w->team, m.J_bound);
 }
 
 /* At `at`, with the multipliers and internal variables of the step's end. */
@@ -155,7 +145,7 @@ static int call_observers(watch *w, const flesh_integrator *integrator, int step
 static int ask(const watch *w)
 {
   const flesh_run_options *options = w->options;
-  return flesh_team_agree(w->team, options->stop ? options->stop(options->stop_data) : FLESH_OK);
+  return flesh_ask_together(w->team, options->stop, options->stop_data);
 }
 
 static int is_finite(const watch *w, const flesh_state *state)
@@ -167,21 +157,15 @@ static int is_finite(const watch *w, const flesh_state *state)
 
 /* A step that failed because a prescribed node would have to enter an obstacle says so; the others are put where they
  * can be. */
-static int explain(watch *w, const flesh_state *state, double target, int status)
+static int explain(watch *w, const flesh_integrator *integrator, const flesh_state *state, double target, int status)
 {
-  const size_t bytes = sizeof(double) * (size_t)flesh_system_unknowns(w->system);
+  double *x = integrator->start; /* of the step that failed, not needed any more */
   if (!flesh_system_limits_step(w->system)) return status;
-  double *x = malloc(bytes);
-  if (flesh_team_agree(w->team, x ? FLESH_OK : FLESH_NOT_CONVERGED)) { /* all ranks explain, or none */
-    free(x);
-    return status;
-  }
-  memcpy(x, state->x, bytes);
+  memcpy(x, state->x, sizeof *x * (size_t)flesh_system_unknowns(w->system));
   flesh_system_push_out(w->system, state->t, state->x, target, x);
   flesh_system_prescribe(w->system, target, x);
   if (flesh_system_check_with(w->system, state->internal, target, x))
     status = flesh_fail_within(FLESH_ERR_SOLVE, "the step from t = %g s to %g s failed: ", state->t, target);
-  free(x);
   return status;
 }
 
@@ -206,7 +190,7 @@ static int run_steps(watch *w, flesh_integrator *integrator, int fresh, double s
     stats = (flesh_solve_stats){0};
     status = flesh_integrator_step(integrator, state, h, &stats);
     if (status > 0 || status == FLESH_ERR_SOLVE || status == FLESH_ERR_INTEGRATOR)
-      status = explain(w, state, target, status);
+      status = explain(w, integrator, state, target, status);
     if (status && options->unfinished) *options->unfinished = stats;
     if (status > 0)
       status = flesh_fail(FLESH_ERR_SOLVE, "the step from t = %g s failed: %s", state->t,

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/parallel_vector.h"
+#include "system/one_effect.h"
 #include "system/ranks.h"
 #include "system/work.h"
 
@@ -19,9 +20,9 @@ int flesh_step_energy_begin(flesh_energy_watch *watch, const flesh_prescribed *p
   for (int d = 0; d < watch->n; d++) moves |= prescribed->fixed[d] && state->v[d] != 0;
   moves = flesh_team_any(team, moves);
   if (moves) status = flesh_system_residual(watch->system, &point, r);
-  for (int d = 0; d < watch->evaluation->own && moves && !status; d++)
-    if (prescribed->fixed[d]) power += r[d] * state->v[d];
-  power = flesh_team_total(team, power);
+  for (int d = 0; d < watch->n && moves; d++)
+    if (!prescribed->fixed[d]) r[d] = 0;
+  if (moves && !status) power = flesh_system_product(watch->system, state->v, r);
   if (!status && watch->kinds & FLESH_WORK_OF_FORCES) {
     status = flesh_system_work_of_forces(watch->system, &point, t, t + h, NULL, watch->scratch, &work);
     power += work / h;

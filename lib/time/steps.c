@@ -2,7 +2,7 @@
 #include <math.h>
 
 #include "base/error.h"
-#include "mesh/inspect.h"
+#include "parallel/body_figures.h"
 #include "time/attempt.h"
 #include "time/step_energy.h"
 
@@ -104,7 +104,7 @@ static int begins_violently(const flesh_integrator *self, double h)
   double most = 0;
   for (int i = 0; i < evaluation->n; i += 3)
     most = fmax(most, a[i] * a[i] + a[i + 1] * a[i + 1] + a[i + 2] * a[i + 2]);
-  const double edge = flesh_mesh_mean_edge(flesh_system_mesh(evaluation->system), evaluation->team);
+  const double edge = flesh_body_mean_edge(flesh_system_mesh(evaluation->system), evaluation->team);
   return flesh_team_any(evaluation->team, h * h / 2 * sqrt(most) > edge * fmax(1, self->watch.limit));
 }
 

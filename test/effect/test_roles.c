@@ -186,7 +186,7 @@ static void first_guesses_weigh_them(void)
     flesh_rigid_parts parts;
     open_body(kind, FLESH_ENERGY_S, &b);
     CHECK_OK(flesh_system_finalize(b.system));
-    CHECK_OK(flesh_rigid_parts_create(b.system, &parts));
+    CHECK_OK(flesh_rigid_parts_create(b.system, FLESH_OK, &parts));
     double sum = 0, *mass = malloc(sizeof(double) * (size_t)b.n);
     flesh_mesh_lumped_mass(b.mesh, b.density, mass);
     for (int i = 0; i < b.n / 3; i++) {

@@ -138,7 +138,7 @@ static void check_overlap(const bodies *b, const flesh_block_matrix *whole, cons
   int *place = malloc((size_t)b->nodes * sizeof *place), blocks = 0;
   double worst = 0, size = largest(9 * whole->row_start[whole->rows], whole->values);
   flesh_overlap overlap;
-  CHECK_OK(flesh_overlap_create(own, team, &overlap));
+  CHECK_OK(flesh_overlap_create(own, team, NULL, &overlap));
   const flesh_block_matrix *A = flesh_overlap_update(&overlap, own);
   CHECK(A->rows == team->reached);
   memset(place, -1, (size_t)b->nodes * sizeof *place);
@@ -170,7 +170,7 @@ static void check_sum_of_overlaps(const bodies *b, const flesh_block_matrix *own
   int *order = malloc(reached * sizeof *order);
   float *r = calloc(4 * reached, sizeof *r), *wide = calloc(4 * reached, sizeof *wide);
   flesh_overlap overlap;
-  CHECK_OK(flesh_overlap_create(own, team, &overlap));
+  CHECK_OK(flesh_overlap_create(own, team, NULL, &overlap));
   for (int i = 0; i < team->reached; i++) times[nodes[i]] = 1, order[i] = i;
   flesh_communicator_sum(ranks, b->nodes, times);
   for (int i = 0; i < 4 * team->own; i++) r[i] = (float)(i % 4 < 3 ? 100 * nodes[i / 4] + i % 4 : 0);
@@ -359,7 +359,7 @@ static void free_bodies_go_on_as_on_one_rank(void)
   const int n[2] = {3 * b.nodes, b.own.n};
   for (int k = 0; k < 2; k++) {
     u[k] = vector(n[k]);
-    CHECK_OK(flesh_rigid_parts_create(systems[k], &parts[k]));
+    CHECK_OK(flesh_rigid_parts_create(systems[k], FLESH_OK, &parts[k]));
     CHECK(parts[k].count == 2);
     for (int p = 0; p < 2; p++) CHECK_NEAR(parts[k].extent[p], parts[0].extent[0], 1e-12); /* of equal boxes */
   }

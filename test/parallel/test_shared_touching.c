@@ -209,7 +209,7 @@ static void open_matrices(double moved, matrices *m)
   m->team = flesh_system_team(m->shared.system);
   uint8_t *needed = calloc((size_t)m->K[1]->rows + 1, 1);
   CHECK(needed != NULL);
-  CHECK_OK(flesh_overlap_narrow(m->K[1], m->team, needed, &m->narrow));
+  CHECK_OK(flesh_overlap_narrow(m->K[1], m->team, FLESH_OK, needed, &m->narrow));
   free(needed);
   CHECK(m->team->ranks == 1 || m->narrow != m->team);
 }
@@ -245,7 +245,7 @@ static void check_overlap(const matrices *m)
   int *place = malloc((size_t)whole->rows * sizeof *place), left_out = 0;
   double worst = 0, size = 0;
   flesh_overlap overlap;
-  CHECK_OK(flesh_overlap_create(m->K[1], m->narrow, &overlap));
+  CHECK_OK(flesh_overlap_create(m->K[1], m->narrow, NULL, &overlap));
   const flesh_block_matrix *A = flesh_overlap_update(&overlap, m->K[1]);
   memset(place, -1, (size_t)whole->rows * sizeof *place);
   for (int i = 0; i < A->rows; i++) {

@@ -305,7 +305,7 @@ static void lay_outs_are_those_of_one_rank(void)
     }
     double *from = malloc((size_t)body->n * sizeof *from);
     memcpy(from, x, (size_t)body->n * sizeof *x);
-    CHECK_OK(flesh_rigid_parts_create(body->system, &parts));
+    CHECK_OK(flesh_rigid_parts_create(body->system, FLESH_OK, &parts));
     CHECK(flesh_lay_out(body->system, &parts, fixed, 0, from, work, x) == 1);
     CHECK(flesh_lay_out(body->system, &parts, fixed, 0, from, work, x) == 0);
     flesh_rigid_parts_clear(&parts);

@@ -147,6 +147,7 @@ static void set_up(const bodies *b, int which, solver *s)
   CHECK_OK(flesh_threads_create(1, &s->threads));
   if (which == PART) flesh_threads_set_team(s->threads, flesh_rank_part_team(b->part));
   CHECK_OK(flesh_system_stiff_rows_create(own->system, &s->rows));
+  flesh_system_stiff_rows_unite(own->system, &s->rows);
   CHECK_OK(flesh_system_matrix_create(own->system, &s->K));
   CHECK_OK(flesh_system_jacobian(own->system, &point, &shift, s->K));
   flesh_system_stiff_values(own->system, &point, &shift, &s->rows);

@@ -394,7 +394,10 @@ static flesh_edge_force edge_force_of(flesh_energy energy, double scale, double 
   double *work = malloc(4 * (size_t)b.n * sizeof *work);
   flesh_edge_force force;
   const flesh_point rest = flesh_point_at(0, flesh_mesh_positions(b.mesh), b.state.v, b.state.v);
-  CHECK_OK(flesh_system_edge_force(b.system, FLESH_ROLE_BIT(FLESH_ROLE_ELASTICITY), &rest, work, &force));
+  flesh_evaluation evaluation;
+  CHECK_OK(flesh_evaluation_create(b.system, NULL, &evaluation));
+  CHECK_OK(flesh_system_edge_force(&evaluation, FLESH_ROLE_BIT(FLESH_ROLE_ELASTICITY), &rest, work, &force));
+  flesh_evaluation_clear(&evaluation);
   *row_norm = mean_row_norm(&b);
   free(work);
   test_body_destroy(&b);

@@ -250,7 +250,7 @@ static void bodies_far_too_large_shrink(void)
   CHECK_OK(test_body_create(test_box(4, 2, 2, 0.2, 0.1, 0.1), test_material(FLESH_ENERGY_S, 0.495), 1000,
                             FLESH_MASS_LUMPED, 1, &b));
   CHECK_OK(flesh_system_finalize(b.system));
-  CHECK_OK(flesh_rigid_parts_create(b.system, &parts));
+  CHECK_OK(flesh_rigid_parts_create(b.system, FLESH_OK, &parts));
   const double *X = flesh_mesh_positions(b.mesh), middle[] = {7, 0.05, 0.05};
   double *u = malloc(sizeof *u * (size_t)b.n);
   uint8_t *fixed = calloc((size_t)b.n, 1);

@@ -4,6 +4,7 @@
 #include <math.h>
 
 #include "body.h"
+#include "parallel/body_figures.h"
 #include "test.h"
 #include "time/recovery/recovery.h"
 
@@ -147,12 +148,15 @@ static void failures_say_where(void)
 {
   test_body b;
   flesh_solver_options options;
+  flesh_evaluation evaluation;
   flesh_recovery recovery;
   flesh_solver_options_default(&options);
   CHECK_OK(test_body_create(test_box(2, 1, 1, 2, 1, 1), test_material(FLESH_ENERGY_S, 0.3), 1000, FLESH_MASS_LUMPED, 1,
                             &b));
   CHECK_OK(flesh_system_finalize(b.system));
-  CHECK_OK(flesh_recovery_create(b.system, &options, &recovery));
+  CHECK_OK(flesh_evaluation_create(b.system, NULL, &evaluation));
+  CHECK_OK(flesh_recovery_create(&evaluation, NULL, &options, &recovery));
+  CHECK_OK(flesh_recovery_meet(&recovery));
   CHECK(recovery.untangler && recovery.tangled && flesh_recovery_memory(&recovery) > 0);
   const int worst = 7, *tet = flesh_mesh_tets(b.mesh) + 4 * worst;
   double centre[3] = {0};
@@ -164,8 +168,9 @@ static void failures_say_where(void)
     for (int a = 0; a < 4; a++) centre[c] += b.state.x[3 * tet[a] + c] / 4;
   }
   recovery.failure = (flesh_failure){.status = FLESH_NOT_CONVERGED, .t = 0.5, .h = 0.25, .residual = 3, .target = 2};
-  flesh_failure_look(b.mesh, b.state.x, &recovery.failure);
-  flesh_failure_look(b.mesh, b.state.x, &recovery.failure); /* nothing adds up */
+  for (int k = 0; k < 2; k++) /* nothing adds up */
+    recovery.failure.worst_tet = flesh_body_worst_tet(b.mesh, NULL, b.state.x, &recovery.failure.worst_J,
+                                                      recovery.failure.worst_position);
   CHECK_NEAR(recovery.failure.worst_J, -3, 1e-12);
   const int *found = flesh_mesh_tets(b.mesh) + 4 * recovery.failure.worst_tet;
   for (int c = 0; c < 3; c++) {
@@ -183,9 +188,10 @@ static void failures_say_where(void)
   CHECK_TEXT(flesh_error_text(), "there is no residual");
   flesh_recovery_clear(&recovery);
   options.techniques &= ~(unsigned)FLESH_TECHNIQUE_UNTANGLE;
-  CHECK_OK(flesh_recovery_create(b.system, &options, &recovery));
+  CHECK_OK(flesh_recovery_create(&evaluation, NULL, &options, &recovery));
   CHECK(!recovery.untangler && flesh_recovery_memory(&recovery) == 0);
   flesh_recovery_clear(&recovery);
+  flesh_evaluation_clear(&evaluation);
   test_body_destroy(&b);
 }
 

@@ -25,7 +25,7 @@ int flesh_continuation_create(flesh_nonlinear *nonlinear, flesh_multipliers *mul
   while (self->count < FLESH_SOFTENINGS && stiffest > worth * stiffness_ratio(ratios[self->count])) self->count++;
   for (int k = 0; k < self->count && !status; k++)
     status = flesh_system_soften(system, stiffness_ratio(ratios[k]), &self->softened[k]);
-  return flesh_team_agree(flesh_system_team(system), status);
+  return status;
 }
 
 void flesh_continuation_clear(flesh_continuation *self)

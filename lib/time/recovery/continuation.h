@@ -19,8 +19,8 @@ typedef struct flesh_continuation {
   flesh_system *softened[FLESH_SOFTENINGS]; /* the first of them, each ten times as stiff as the one before */
 } flesh_continuation;
 
-/* Makes the softened systems of the solver's; `start` [n] is room. FLESH_ERR_MEMORY, on all ranks or none. To be cleared
- * also then. Collective. */
+/* Makes the softened systems of the solver's; `start` [n] is room. FLESH_ERR_MEMORY on this rank alone. To be cleared also
+ * then. Collective. */
 int flesh_continuation_create(flesh_nonlinear *nonlinear, flesh_multipliers *multipliers, double *start,
                               flesh_continuation *continuation);
 void flesh_continuation_clear(flesh_continuation *continuation);

@@ -18,15 +18,6 @@ static int has_vanished(const flesh_rigid_parts *parts, int part, const double *
   return 1;
 }
 
-/* `more` of the rank on which `farthest` is largest, the first of them. */
-static void take_farthest(const flesh_team *team, double farthest, double more[3])
-{
-  if (!team) return;
-  const int here = flesh_team_argmax(team, &farthest, -team->rank) == -team->rank;
-  for (int c = 0; c < 3 && !here; c++) more[c] = 0;
-  flesh_team_sum(team, 3, more);
-}
-
 typedef struct layout {
   const flesh_system *system;
   const flesh_rigid_parts *parts;
@@ -61,7 +52,7 @@ static void lay_out(const layout *all, int part, double move[3])
       farthest = square;
       for (int c = 0; c < 3; c++) more[c] = out[c] - in[c];
     }
-    take_farthest(parts->team, farthest, more);
+    flesh_team_take_farthest(parts->team, farthest, 3, more);
     for (int c = 0; c < 3; c++) move[c] += more[c];
   }
   memcpy(x, pushed, bytes);

@@ -12,14 +12,21 @@
 /* The share of inverted tets above which a body counts as tangled: a crease of few is no reason to solve twice. */
 static const double worth = 1. / 400;
 
-int flesh_recovery_create(const flesh_system *system, const flesh_solver_options *options, flesh_recovery *self)
+int flesh_recovery_create(const flesh_evaluation *evaluation, const flesh_rigid_parts *parts,
+                          const flesh_solver_options *options, flesh_recovery *self)
 {
+  const flesh_system *system = evaluation->system;
   /* Nothing is known of how the first state came about. */
   *self = (flesh_recovery){.mesh = flesh_system_mesh(system), .team = flesh_system_team(system),
                            .max_cutbacks = options->max_cutbacks, .tangled = 1};
   /* A tangle would be led out through other bodies, so that bodies with surface contact are not untangled. */
   const int untangles = options->techniques & FLESH_TECHNIQUE_UNTANGLE && !flesh_system_has_proximity(system);
-  return untangles ? flesh_untangler_create(system, &self->untangler) : FLESH_OK;
+  return untangles ? flesh_untangler_create(evaluation, parts, &self->untangler) : FLESH_OK;
+}
+
+int flesh_recovery_meet(flesh_recovery *self)
+{
+  return self->untangler ? flesh_untangler_meet(self->untangler) : FLESH_OK;
 }
 
 void flesh_recovery_clear(flesh_recovery *self) { flesh_untangler_destroy(&self->untangler); }
@@ -82,27 +89,6 @@ int flesh_load_increment_next(flesh_load_increment *self, int max_cutbacks, int 
   if (status < 0 || depth > max_cutbacks || reached >= 1) return 0;
   *self = increment_from(reached, depth);
   return 1;
-}
-
-void flesh_failure_look(const flesh_mesh *mesh, const double *x, flesh_failure *failure)
-{
-  failure->worst_J = flesh_mesh_jacobians(mesh, x, NULL, &failure->worst_tet, NULL);
-  const int *tet = flesh_mesh_tets(mesh) + 4 * (size_t)failure->worst_tet;
-  for (int c = 0; c < 3; c++) {
-    failure->worst_position[c] = 0;
-    for (int a = 0; a < 4; a++) failure->worst_position[c] += x[3 * tet[a] + c] / 4;
-  }
-}
-
-void flesh_failure_meet(const flesh_team *team, flesh_failure *failure)
-{
-  if (!team) return;
-  double worst = -failure->worst_J;
-  const int own = team->tets[failure->worst_tet];
-  failure->worst_tet = (int)flesh_team_argmax(team, &worst, own); /* of several the last */
-  failure->worst_J = -worst;
-  for (int c = 0; c < 3 && own != failure->worst_tet; c++) failure->worst_position[c] = 0;
-  flesh_team_sum(team, 3, failure->worst_position);
 }
 
 int flesh_recovery_fail(const flesh_recovery *self)

@@ -16,8 +16,12 @@ typedef struct flesh_recovery {
   flesh_failure failure;      /* of the last solve that failed */
 } flesh_recovery;
 
-/* Borrows the finished system. FLESH_ERR_MEMORY. */
-int flesh_recovery_create(const flesh_system *system, const flesh_solver_options *options, flesh_recovery *recovery);
+/* Makes what this rank needs, without the others. Borrows the evaluation of the finished system, and the parts of its body,
+ * which may be found later. FLESH_ERR_MEMORY. */
+int flesh_recovery_create(const flesh_evaluation *evaluation, const flesh_rigid_parts *parts,
+                          const flesh_solver_options *options, flesh_recovery *recovery);
+/* Measures the body, once all ranks have made theirs. Collective; FLESH_ERR_MEMORY on this rank alone. */
+int flesh_recovery_meet(flesh_recovery *recovery);
 void flesh_recovery_clear(flesh_recovery *recovery);
 size_t flesh_recovery_memory(const flesh_recovery *recovery);
 
@@ -58,11 +62,6 @@ flesh_load_increment flesh_load_increment_first(void);
  * that failed, twice as long after others. */
 int flesh_load_increment_next(flesh_load_increment *increment, int max_cutbacks, int status);
 
-/* Records in *failure the tet with the smallest J of a body at x [3*n] where a solve fails. Its other members stay. */
-void flesh_failure_look(const flesh_mesh *mesh, const double *x, flesh_failure *failure);
-/* Takes the worst failure of all ranks, with the tet's number in the body. The worst node stays that of each rank.
- * Collective. */
-void flesh_failure_meet(const flesh_team *team, flesh_failure *failure);
 /* FLESH_ERR_SOLVE, or FLESH_ERR_NONFINITE, with the recovery's failure in words. */
 int flesh_recovery_fail(const flesh_recovery *recovery);
 

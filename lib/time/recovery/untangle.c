@@ -35,10 +35,11 @@ enum {
 
 struct flesh_untangler {
   const flesh_system *system;
+  const flesh_evaluation *evaluation;
   const flesh_team *team; /* the system's; NULL: none */
   const flesh_mesh *mesh;
   int has_inertia;
-  flesh_rigid_parts parts;
+  const flesh_rigid_parts *parts;
   flesh_reserve *reserve;      /* of the winding */
   flesh_winding *winding;      /* made at the first suspicion */
   int n, own; /* unknowns, and those of nodes that the rank owns */
@@ -60,22 +61,19 @@ static const unsigned elastic = FLESH_ROLE_BIT(FLESH_ROLE_ELASTICITY);
 static const unsigned others =
     FLESH_ROLES_ALL & ~(FLESH_ROLE_BIT(FLESH_ROLE_ELASTICITY) | FLESH_ROLE_BIT(FLESH_ROLE_INERTIA));
 
-/* Adds up, in `r`, what effects of these roles do to nodes that stand still at x; 0 at ghosts. */
+/* Adds up, in `r`, what effects of these roles do to nodes that stand still at x. */
 static int forces(flesh_untangler *self, double t, const double *x, const double *multipliers, const double *internal,
                   unsigned roles)
 {
   flesh_point point = flesh_point_at(t, x, self->zero, self->zero);
   point.multipliers = multipliers;
   point.internal = internal;
-  return flesh_system_roles_residual(self->system, roles, &point, self->r);
+  return flesh_system_forces(self->system, roles, &point, self->r);
 }
 
-/* The largest of all ranks' numbers. */
 static double largest(const flesh_untangler *self, const double *vector)
 {
-  double most = flesh_largest(NULL, self->n, vector);
-  flesh_team_largest(self->team, 1, &most);
-  return most;
+  return flesh_largest(self->evaluation->threads, self->n, vector);
 }
 
 static int allocate(flesh_untangler *self)
@@ -89,47 +87,33 @@ static int allocate(flesh_untangler *self)
   return failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for an untangler") : FLESH_OK;
 }
 
-/* Reserves what windings need, once all ranks have room. */
-static int reserve(flesh_untangler *self)
+int flesh_untangler_create(const flesh_evaluation *evaluation, const flesh_rigid_parts *parts,
+                           flesh_untangler **untangler)
 {
-  self->reserve = flesh_reserve_create(flesh_winding_room(self->mesh, self->team, self->a));
-  return flesh_team_agree(self->team,
-                          self->reserve ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for an untangler"));
+  const flesh_system *system = evaluation->system;
+  flesh_untangler *self = *untangler = calloc(1, sizeof *self);
+  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for an untangler");
+  *self = (flesh_untangler){.system = system, .evaluation = evaluation, .team = evaluation->team, .parts = parts,
+                            .mesh = flesh_system_mesh(system), .n = evaluation->n, .own = evaluation->own,
+                            .expected = NAN, .has_inertia = flesh_system_has_role(system, FLESH_ROLE_INERTIA),
+                            .multiplier_count = flesh_system_multiplier_count(system)};
+  return allocate(self);
 }
 
-int flesh_untangler_create(const flesh_system *system, flesh_untangler **untangler)
+int flesh_untangler_meet(flesh_untangler *self)
 {
-  const flesh_team *team = flesh_system_team(system);
-  flesh_untangler *self = *untangler = calloc(1, sizeof *self);
-  int status = self ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for an untangler");
-  if (!status) {
-    self->system = system;
-    self->team = team;
-    self->mesh = flesh_system_mesh(system);
-    self->n = flesh_system_unknowns(system);
-    self->own = 3 * flesh_team_own(team, self->n / 3);
-    self->expected = NAN;
-    self->has_inertia = flesh_system_has_role(system, FLESH_ROLE_INERTIA);
-    self->multiplier_count = flesh_system_multiplier_count(system);
-    status = allocate(self);
-  }
-  status = flesh_team_agree(team, status);
-  if (!status) status = reserve(self);
-  if (!status) status = flesh_rigid_parts_create(system, &self->parts);
-  if (!status) {
-    const flesh_point rest = flesh_point_at(0, flesh_mesh_positions(self->mesh), self->zero, self->zero);
-    status = flesh_system_edge_force(system, elastic, &rest, self->v, &self->scale);
-    memset(self->v, 0, (size_t)self->n * sizeof *self->v);
-  }
-  if (status) flesh_untangler_destroy(untangler);
-  return status;
+  const flesh_point rest = flesh_point_at(0, flesh_mesh_positions(self->mesh), self->zero, self->zero);
+  const int status = flesh_system_edge_force(self->evaluation, elastic, &rest, self->v, &self->scale);
+  memset(self->v, 0, (size_t)self->n * sizeof *self->v);
+  self->reserve = flesh_reserve_create(flesh_winding_room(self->mesh, self->team, self->a));
+  if (status || self->reserve) return status;
+  return flesh_fail(FLESH_ERR_MEMORY, "no memory for an untangler");
 }
 
 void flesh_untangler_destroy(flesh_untangler **untangler)
 {
   if (!untangler || !*untangler) return;
   flesh_reserve_destroy(&(*untangler)->reserve); /* and the winding with it */
-  flesh_rigid_parts_clear(&(*untangler)->parts);
   free((*untangler)->v); /* and all other vectors with it */
   free((*untangler)->end.multipliers);
   free((*untangler)->fixed);
@@ -174,7 +158,7 @@ static int keeps_its_shape(const flesh_untangler *self, const flesh_state *state
   return 1;
 }
 
-/* Whether the body hardly accelerates and hardly changes. */
+/* Whether the body hardly accelerates and hardly changes its shape. */
 static int is_quasi_static(flesh_untangler *self, const flesh_state *state, double h)
 {
   int known = self->know_velocity;
@@ -195,12 +179,11 @@ static int is_quasi_static(flesh_untangler *self, const flesh_state *state, doub
  * quasi-static, but not in equilibrium. Leaves the constrained dofs in `fixed`. */
 static int is_balanced(flesh_untangler *self, const flesh_state *state)
 {
-  int pulled = 0;
   flesh_system_fixed(self->system, state->t, self->fixed);
   if (forces(self, state->t, state->x, state->multipliers, state->internal, elastic | others)) return 0;
-  for (int d = 0; d < self->n && !pulled; d++)
-    pulled = !self->fixed[d] && fabs(self->r[d]) > 2 * quasi_static_force * self->scale.mean;
-  return !flesh_team_any(self->team, pulled);
+  for (int d = 0; d < self->n; d++)
+    if (self->fixed[d]) self->r[d] = 0;
+  return largest(self, self->r) <= 2 * quasi_static_force * self->scale.mean;
 }
 
 /* Whether anything beside the material acts on a node of a tangled tet strongly enough to be what
@@ -209,7 +192,6 @@ static int is_held(flesh_untangler *self, const flesh_state *state, const uint8_
 {
   int held = 0;
   if (forces(self, state->t, state->x, NULL, state->internal, others)) return 1;
-  flesh_team_share(self->team, self->r);
   for (int t = 0; t < flesh_mesh_piece_count(self->mesh) && !held; t++) {
     int node[4];
     flesh_mesh_piece(self->mesh, t, node);
@@ -219,15 +201,16 @@ static int is_held(flesh_untangler *self, const flesh_state *state, const uint8_
   return flesh_team_any(self->team, held);
 }
 
-/* A body of which most is tangled, or most of the volume gone, although its material rests there or
- * nothing shows how it lay. */
-static int has_collapsed(const flesh_untangler *self, const flesh_state *state, double tangled)
+/* Counts the tangled tets of the body, and those of this rank into *here. *collapsed: most of the body is tangled, or most
+ * of the volume gone, although its material rests there or nothing shows how it lay. */
+static double count_tangled(const flesh_untangler *self, const flesh_state *state, const uint8_t **here, int *collapsed)
 {
-  if (!self->may_collapse) return 0;
-  double sums[] = {flesh_mesh_piece_count(self->mesh), flesh_mesh_volume(self->mesh, state->x),
+  double sums[] = {flesh_winding_find(self->winding, state->x, here), flesh_mesh_piece_count(self->mesh),
+                   flesh_mesh_volume(self->mesh, state->x),
                    flesh_mesh_volume(self->mesh, flesh_mesh_positions(self->mesh))};
-  flesh_team_sum(self->team, 3, sums);
-  return tangled > sums[0] / 2 || sums[1] < 0.4 * sums[2];
+  flesh_team_sum(self->team, 4, sums);
+  *collapsed = self->may_collapse && (sums[0] > sums[1] / 2 || sums[2] < 0.4 * sums[3]);
+  return sums[0];
 }
 
 /* The potential of the body that stands still there, and the size of its terms, J. */
@@ -257,13 +240,14 @@ static int find(flesh_untangler *self, const flesh_state *state)
 {
   const uint8_t *tangled = NULL;
   double count = 0;
+  int collapsed = 0;
   if (may_be_tangled(self, state->x)) {
     const int status = self->winding ? FLESH_OK : flesh_winding_create(self->mesh, self->team, &self->winding);
     if (status) return status;
-    count = flesh_team_total(self->team, flesh_winding_find(self->winding, state->x, &tangled));
+    count = count_tangled(self, state, &tangled, &collapsed);
   }
   if (count == 0) self->attempts = 0;
-  if (count == 0 || self->attempts == ATTEMPT_LIMIT || has_collapsed(self, state, count) || !is_balanced(self, state) ||
+  if (count == 0 || self->attempts == ATTEMPT_LIMIT || collapsed || !is_balanced(self, state) ||
       is_held(self, state, tangled))
     return 0;
   const int far = flesh_winding_find_far(self->mesh, self->team, tangled, self->saved, self->far);
@@ -303,7 +287,7 @@ int flesh_untangler_after_equilibrium(flesh_untangler *self, flesh_state *state)
 void flesh_untangler_begin(flesh_untangler *self, flesh_state *state)
 {
   copy(self, &self->end, state);
-  self->vanished = flesh_lay_out(self->system, &self->parts, self->fixed, state->t, self->end.x, self->saved, state->x);
+  self->vanished = flesh_lay_out(self->system, self->parts, self->fixed, state->t, self->end.x, self->saved, state->x);
 }
 
 const uint8_t *flesh_untangler_held(const flesh_untangler *self) { return self->is_local ? self->far : NULL; }

@@ -15,11 +15,17 @@
 
 #include "base/archive.h"
 #include "flesh/integrator.h"
+#include "system/evaluation.h"
+#include "time/rigid_guess.h"
 
 typedef struct flesh_untangler flesh_untangler;
 
-/* Borrows the system. Returns new. */
-int flesh_untangler_create(const flesh_system *system, flesh_untangler **untangler);
+/* Makes what this rank needs, without the others. Borrows the evaluation of the system, and the parts of its body, which may
+ * be found later. Returns new, also when it fails: FLESH_ERR_MEMORY. */
+int flesh_untangler_create(const flesh_evaluation *evaluation, const flesh_rigid_parts *parts,
+                           flesh_untangler **untangler);
+/* Measures the body, once all ranks have made theirs. Collective; FLESH_ERR_MEMORY on this rank alone. */
+int flesh_untangler_meet(flesh_untangler *untangler);
 void flesh_untangler_destroy(flesh_untangler **untangler);
 
 /* To be called with the state before every step; a new one is looked at. */

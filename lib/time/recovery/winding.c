@@ -7,20 +7,16 @@
 
 #include "base/error.h"
 #include "base/memory.h"
-#include "base/sort.h"
 #include "math/mat3.h"
 #include "mesh/edges.h"
 #include "mesh/mesh.h"
 #include "mesh/pieces.h"
+#include "parallel/shared_edges.h"
 
 struct flesh_winding {
   const flesh_mesh *mesh;
-  const flesh_team *team; /* NULL: none */
   flesh_mesh_edges edges; /* of the pieces */
-  int shared, of_all;  /* edges of this rank between nodes that others have, and those of all ranks, each once */
-  int *shared_edges;   /* [shared] which of the edges they are */
-  int *place;          /* [shared] and which of those of all ranks */
-  double *between;     /* [of_all] sums of theirs */
+  flesh_shared_edges shared; /* those that other ranks have, too */
   double *rest, *now;  /* [edges] sums of dihedral angles, of all ranks */
   uint8_t *tangled;    /* [pieces] */
 };
@@ -46,21 +42,6 @@ static double dihedral(const double *x, int a, int b, int c, int d)
   return atan2(sqrt(flesh_vec3_dot(cross, cross)), flesh_vec3_dot(n, m));
 }
 
-static int compare_edges(const void *a, const void *b)
-{
-  const int *p = a, *q = b;
-  return p[0] != q[0] ? (p[0] > q[0]) - (p[0] < q[0]) : (p[1] > q[1]) - (p[1] < q[1]);
-}
-
-/* Adds up the sums of all ranks. */
-static void sum_ranks(const flesh_winding *self, double *sums)
-{
-  memset(self->between, 0, (size_t)self->of_all * sizeof *self->between);
-  for (int k = 0; k < self->shared; k++) self->between[self->place[k]] = sums[self->shared_edges[k]];
-  flesh_team_sum(self->team, self->of_all, self->between);
-  for (int k = 0; k < self->shared; k++) sums[self->shared_edges[k]] = self->between[self->place[k]];
-}
-
 /* The columns of D are a tet's edges from its first corner. */
 static void edges_from_first(const double *x, const int node[4], double D[9])
 {
@@ -84,89 +65,14 @@ static void sum_angles(const flesh_winding *self, const double *x, double *sums)
           sign * dihedral(x, node[at[0]], node[at[1]], node[other[0]], node[other[1]]);
     }
   }
-  if (self->team) sum_ranks(self, sums);
+  flesh_shared_edges_sum(&self->shared, sums);
 }
 
-/* How many ranks have each node, into w [nodes]. */
-static void count_ranks(const flesh_team *team, double *w)
-{
-  for (int i = 0; i < team->nodes; i++) w[i] = 1;
-  flesh_team_sum_nodes(team, 1, w);
-}
-
-/* The edges of every tet and what finding them takes, and three numbers by edge, of which a tet has six; and, with as much
- * again for sorting them, the edges that ranks share, each as often as it is of a tet. */
+/* The edges of every tet and what finding them takes, and three numbers by edge, of which a tet has six. */
 size_t flesh_winding_room(const flesh_mesh *mesh, const flesh_team *team, double *work)
 {
-  const size_t pieces = (size_t)flesh_mesh_piece_count(mesh);
-  double shared = 0;
-  if (team) count_ranks(team, work);
-  for (int t = 0; team && t < flesh_mesh_piece_count(mesh); t++) {
-    int node[4], corners = 0;
-    flesh_mesh_piece(mesh, t, node);
-    for (int a = 0; a < 4; a++) corners += work[node[a]] > 1;
-    shared += corners * (corners - 1) / 2;
-  }
-  const size_t of_all = (size_t)flesh_team_total(team, shared);
-  return 4096 + 304 * pieces + 8 * (size_t)flesh_mesh_node_count(mesh) + (team ? 8 * (size_t)(team->nodes + team->ranks) : 0) + 64 * of_all;
-}
-
-/* Lists this rank's edges between nodes that others have, by the nodes' numbers in the body; `pair` NULL: counts them. */
-static int list_shared(flesh_winding *self, const double *ranks_of, double *pair)
-{
-  const int *numbers = self->team->numbers;
-  int count = 0;
-  for (int e = 0; e < self->edges.count; e++) {
-    const int a = self->edges.ends[2 * (size_t)e], b = self->edges.ends[2 * (size_t)e + 1];
-    if (!(ranks_of[a] > 1 && ranks_of[b] > 1)) continue;
-    self->shared_edges[count] = e;
-    const int before = numbers[a] < numbers[b];
-    if (pair) pair[2 * (size_t)count] = numbers[before ? a : b];
-    if (pair) pair[2 * (size_t)count + 1] = numbers[before ? b : a];
-    count++;
-  }
-  return count;
-}
-
-/* The place of each shared edge among those of all ranks, which every rank sorts alike. `ranks_of` [nodes+ranks] is
- * room. */
-static int meet(flesh_winding *self, double *ranks_of)
-{
-  const flesh_team *team = self->team;
-  double *counts = ranks_of + team->nodes;
-  int first = 0, total = 0;
-  count_ranks(team, ranks_of);
-  self->shared = list_shared(self, ranks_of, NULL);
-  for (int r = 0; r < team->ranks; r++) counts[r] = r == team->rank ? self->shared : 0;
-  flesh_team_sum(team, team->ranks, counts);
-  for (int r = 0; r < team->ranks; r++) {
-    if (r < team->rank) first += (int)counts[r];
-    total += (int)counts[r];
-  }
-  double *pairs = flesh_calloc(2 * (size_t)total + 1, sizeof *pairs); /* a double has every int exactly */
-  int(*edges)[2] = flesh_malloc(((size_t)total + 1) * sizeof *edges);
-  self->place = flesh_malloc(((size_t)self->shared + 1) * sizeof *self->place);
-  self->between = flesh_malloc(((size_t)total + 1) * sizeof *self->between);
-  const int enough = pairs && edges && self->place && self->between;
-  const int status = flesh_team_agree(team, enough ? FLESH_OK : FLESH_ERR_MEMORY);
-  if (!status) {
-    list_shared(self, ranks_of, pairs + 2 * (size_t)first);
-    flesh_team_sum(team, 2 * total, pairs);
-    for (int d = 0; d < 2 * total; d++) edges[d / 2][d % 2] = (int)pairs[d];
-    int mine[2];
-    for (int k = 0; k < self->shared; k++) self->place[k] = first + k;
-    flesh_sort(edges, (size_t)total, sizeof *edges, compare_edges);
-    for (int k = 0; k < total; k++)
-      if (!k || compare_edges(edges[k], edges[self->of_all - 1])) memmove(edges[self->of_all++], edges[k], sizeof *edges);
-    for (int k = 0; k < self->shared; k++) {
-      for (int c = 0; c < 2; c++) mine[c] = (int)pairs[2 * (size_t)self->place[k] + (size_t)c];
-      const int(*found)[2] = bsearch(mine, edges, (size_t)self->of_all, sizeof *edges, compare_edges);
-      self->place[k] = (int)(found - (const int(*)[2])edges);
-    }
-  }
-  flesh_free(pairs);
-  flesh_free(edges);
-  return status;
+  const size_t pieces = (size_t)flesh_mesh_piece_count(mesh), nodes = (size_t)flesh_mesh_node_count(mesh);
+  return 4096 + 304 * pieces + 8 * nodes + flesh_shared_edges_room(team, mesh, work);
 }
 
 /* Finds the edges of the pieces, and makes room for their sums. */
@@ -175,29 +81,26 @@ static int find_edges(flesh_winding *self)
   const int pieces = flesh_mesh_piece_count(self->mesh);
   int *nodes = flesh_malloc(4 * (size_t)pieces * sizeof *nodes);
   for (int t = 0; t < pieces && nodes; t++) flesh_mesh_piece(self->mesh, t, nodes + 4 * (size_t)t);
-  int enough = nodes && flesh_mesh_edges_find(flesh_mesh_node_count(self->mesh), pieces, nodes, &self->edges);
+  const int enough = nodes && flesh_mesh_edges_find(flesh_mesh_node_count(self->mesh), pieces, nodes, &self->edges);
   flesh_free(nodes);
   const size_t edges = (size_t)self->edges.count;
   self->tangled = flesh_calloc((size_t)pieces, 1);
   self->rest = flesh_malloc(2 * edges * sizeof *self->rest + 1);
   self->now = self->rest ? self->rest + edges : NULL;
-  if (self->team) self->shared_edges = flesh_malloc(edges * sizeof *self->shared_edges + 1);
-  enough &= self->tangled && self->rest && (self->shared_edges || !self->team);
-  return enough ? FLESH_OK : FLESH_ERR_MEMORY;
+  return enough && self->tangled && self->rest ? FLESH_OK : FLESH_ERR_MEMORY;
 }
 
 int flesh_winding_create(const flesh_mesh *mesh, const flesh_team *team, flesh_winding **winding)
 {
   flesh_winding *self = *winding = flesh_calloc(1, sizeof *self);
-  double *ranks_of = team ? flesh_malloc((size_t)(team->nodes + team->ranks) * sizeof *ranks_of) : NULL;
-  int status = self && (ranks_of || !team) ? FLESH_OK : FLESH_ERR_MEMORY;
-  if (!status) {
-    *self = (flesh_winding){.mesh = mesh, .team = team};
+  flesh_shared_edges shared = {0};
+  int status = FLESH_ERR_MEMORY;
+  if (self) {
+    self->mesh = mesh;
     status = find_edges(self);
   }
-  status = flesh_team_agree(team, status);
-  if (!status && team) status = meet(self, ranks_of);
-  flesh_free(ranks_of);
+  status = flesh_shared_edges_create(team, self ? &self->edges : NULL, status, &shared);
+  if (self) self->shared = shared;
   if (!status) {
     sum_angles(self, flesh_mesh_positions(mesh), self->rest);
     return FLESH_OK;
@@ -211,9 +114,7 @@ void flesh_winding_destroy(flesh_winding **winding)
   if (!winding || !*winding) return;
   flesh_winding *self = *winding;
   flesh_mesh_edges_clear(&self->edges);
-  flesh_free(self->shared_edges);
-  flesh_free(self->place);
-  flesh_free(self->between);
+  flesh_shared_edges_clear(&self->shared);
   flesh_free(self->rest); /* and now */
   flesh_free(self->tangled);
   flesh_free(self);
@@ -302,17 +203,6 @@ int flesh_winding_find(flesh_winding *self, const double *x, const uint8_t **tan
   return count;
 }
 
-/* Nodes that other ranks have reached are so here, too. */
-static void reach_as_others(const flesh_team *team, int reached, int far_away, double *reached_by, uint8_t *far)
-{
-  for (int i = 0; i < team->nodes; i++) reached_by[i] = far[3 * i] == reached;
-  const flesh_team_vector vector = {1, 1, NULL, reached_by, 0};
-  team->operations->collect(team->data, &vector);
-  team->operations->share(team->data, &vector);
-  for (int i = 0; i < team->nodes; i++)
-    if (reached_by[i] > 0 && far[3 * i] == far_away) far[3 * i] = (uint8_t)reached;
-}
-
 int flesh_winding_find_far(const flesh_mesh *mesh, const flesh_team *team, const uint8_t *tangled, double *work,
                            uint8_t *far)
 {
@@ -328,9 +218,10 @@ int flesh_winding_find_far(const flesh_mesh *mesh, const flesh_team *team, const
       for (int a = 0; a < 4 && reached; a++)
         if (far[3 * node[a]] == FAR) far[3 * node[a]] = REACHED;
     }
-    if (team) reach_as_others(team, REACHED, FAR, work, far);
+    for (int i = 0; work && i < n / 3; i++) work[i] = far[3 * i] == REACHED;
+    flesh_team_sum_nodes(team, 1, work); /* nodes that other ranks have reached are so here, too */
     for (int d = 0; d < n; d += 3)
-      if (far[d] == REACHED) far[d] = NEAR;
+      if (far[d] == REACHED || (work && far[d] == FAR && work[d / 3] > 0)) far[d] = NEAR;
   }
   for (int d = 0; d < n; d++) {
     far[d] = far[d - d % 3];
