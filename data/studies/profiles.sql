@@ -33,6 +33,29 @@ GROUP BY e.element, s.m, w.way, tau;
 -- to profiles.csv
 SELECT element, measure, solver AS filter, tau, share FROM shares ORDER BY first, m, way, tau;
 
+-- to profiles.gp
+SELECT plot('profiles', 1200, 40 + 330 * (SELECT count(*) FROM elements), NULL, NULL, NULL) || printf('set key default
+set title noenhanced font '',11''
+set logscale x 2
+set xrange [1:32]
+set yrange [0:102]
+set xlabel ''times the least cost'' font '',9''
+set ylabel ''problems solved [%%]'' font '',9''
+set multiplot layout %d,3
+%s
+unset multiplot', (SELECT count(*) FROM elements), (SELECT group_concat(panel, char(10)) FROM (
+  SELECT printf('set title %s
+%s
+plot %s', quoted(element || ': ' || title), iif(first = (SELECT min(first) FROM elements) AND m = 1,
+    'set key right bottom noenhanced font '',8'' spacing 0.9', 'unset key'), (SELECT group_concat(printf(
+      '''profiles.csv'' using (strcol(''element'') eq ''%s'' && strcol(''measure'') eq ''%s'' && strcol(''filter'') eq ''%s'' ? column(''tau'') : NaN):(100*column(''share'')) with steps lw 2%s lc rgb ''%s'' title %s',
+      element, measure, solver, iif(solver LIKE '%always%', ' dt 2', ''), column2, quoted(solver)), ', \
+  ')
+    FROM (SELECT * FROM ways JOIN (VALUES (0, '#1b6ca8'), (1, '#d1602f'), (2, '#3a8f4d'), (3, '#8c6bb1'), (4, '#111111'), (5, '#c2185b'),
+      (6, '#8a7a2b'), (7, '#5f9ea0'), (8, '#777777'), (9, '#e0a030'), (10, '#2e3f8f'), (11, '#9acd32')) ON column1 = (way - 1) % 12
+      ORDER BY way))) AS panel
+  FROM elements JOIN measures ORDER BY first, m)));
+
 -- Two ways with each other: a problem is won by who alone solved it, or by a cost lower by 5 % or more; a way beats the
 -- other where chance would do so with a probability below 0.01 (sign test).
 CREATE TEMP TABLE pairs AS

@@ -57,20 +57,19 @@ typedef struct flesh_hardcases_setting {
   const flesh_hardcases_body *body; /* NULL: the cases' own meshes */
 } flesh_hardcases_setting;
 
-/* From best to worst: ROW(id, name, colour of the matrix). The colours are distinguishable with any colour vision, and from
- * good to bad also from light to dark. */
+/* From best to worst: ROW(id, name). data/studies has them by these names. */
 #define FLESH_HARDCASES_OUTCOME_LIST(ROW)                                                                              \
-  ROW(RECOVERED, "recovered", "#8fd0a8") /* back at rest, every solve converged, the potential never rose */           \
-  ROW(UNTANGLED, "untangled", "#c5dc7a") /* the same, after untangling, which no motion does */                        \
-  ROW(EQUILIBRIUM, "equilibrium", "#d3ecdb") /* an exact line or point that stayed the equilibrium it is */            \
-  ROW(AT_REST, "stressed at rest", "#f7e3a1") /* finished at rest in a stressed state that no load holds */            \
-  ROW(NOT_RECOVERED, "not recovered", "#f2cf63") /* finished away from its rest shape in another way */                \
-  ROW(UNCONVERGED, "unconverged", "#e08a2e") /* finished with solves that did not converge, or a potential that rose */ \
-  ROW(STOPPED, "stopped", "#8fb3d9") /* ended in order with a statement why */                                         \
-  ROW(BUDGET, "out of budget", "#8c6bb1") /* its time was spent */                                                     \
-  ROW(NONFINITE, "non-finite", "#c2185b") /* a number became non-finite */                                             \
-  ROW(CRASHED, "crashed or hung", "#7a0c0c") /* and was ended from outside */                                          \
-  ROW(NOT_RUN, "not run", "#f4f4f4")
+  ROW(RECOVERED, "recovered") /* back at rest, every solve converged, the potential never rose */           \
+  ROW(UNTANGLED, "untangled") /* the same, after untangling, which no motion does */                        \
+  ROW(EQUILIBRIUM, "equilibrium") /* an exact line or point that stayed the equilibrium it is */            \
+  ROW(AT_REST, "stressed at rest") /* finished at rest in a stressed state that no load holds */            \
+  ROW(NOT_RECOVERED, "not recovered") /* finished away from its rest shape in another way */                \
+  ROW(UNCONVERGED, "unconverged") /* finished with solves that did not converge, or a potential that rose */ \
+  ROW(STOPPED, "stopped") /* ended in order with a statement why */                                         \
+  ROW(BUDGET, "out of budget") /* its time was spent */                                                     \
+  ROW(NONFINITE, "non-finite") /* a number became non-finite */                                             \
+  ROW(CRASHED, "crashed or hung") /* and was ended from outside */                                          \
+  ROW(NOT_RUN, "not run")
 typedef enum flesh_hardcases_outcome {
   FLESH_HARDCASES_OUTCOME_LIST(FLESH_HARDCASES_ID) FLESH_HARDCASES_OUTCOMES
 } flesh_hardcases_outcome;
@@ -207,16 +206,13 @@ flesh_study flesh_hardcases_study(flesh_hardcases_plan *plan);
 
 /* `plan` is a flesh_hardcases_plan from here on. */
 
-/* profiles.png of the table that --filters has made. */
-int flesh_hardcases_draw_filters(const void *plan);
-
 /* frames_GROUP.png: start, first step, a tenth of the time and end of the group's cases. */
 int flesh_hardcases_draw_frames(const flesh_hardcases_plan *plan, const char *group);
 
 /* sheet_SETTING.png of settings[first] and of those that differ from it in their body only, where there are several and
  * it is the first of them: the end of every case on every mesh. */
 int flesh_hardcases_draw_sheet(const flesh_hardcases_plan *plan, int first);
-/* matrix.png and the frames. FLESH_ERR_FILE without gnuplot. */
+/* The frames. FLESH_ERR_FILE without gnuplot. */
 int flesh_hardcases_draw(const void *plan);
 
 #endif

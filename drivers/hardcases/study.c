@@ -110,13 +110,13 @@ static json_t *facts_of(const void *data, int number)
   char folder[256], title[112];
   flesh_hardcases_run_folder(run, folder);
   flesh_hardcases_setting_title(s, title);
-  return json_pack("{ss ss si ss ss sf sf ss ss ss sb sb sb ss so so}", "case", run->row->name, "group", run->row->group,
+  return json_pack("{ss ss si ss ss sf sf ss ss ss sb sb sb ss sf so so}", "case", run->row->name, "group", run->row->group,
                    "seed", run->seed, "energy", flesh_energy_name(s->energy), "constants",
                    flesh_constants_name(s->constants), "poisson", flesh_hardcases_poisson(run), "step",
                    run->row->step > 0 ? run->row->step : s->step, "solver", flesh_hardcases_solver_name(s->solver),
                    "element", flesh_element_name(s->element), "mesh", s->body ? s->body->name : "", "static",
                    (flags & FLESH_HARDCASES_STATIC) != 0, "random", (flags & FLESH_HARDCASES_RANDOM) != 0, "hardest",
-                   (flags & FLESH_HARDCASES_HARDEST) != 0, "title", title, "folder", flesh_json_text(folder), "out",
+                   (flags & FLESH_HARDCASES_HARDEST) != 0, "title", title, "own_poisson", run->row->poisson > 0 ? run->row->poisson : 0.0, "folder", flesh_json_text(folder), "out",
                    flesh_json_text(plan->out));
 }
 
@@ -171,12 +171,13 @@ flesh_study flesh_hardcases_study(flesh_hardcases_plan *plan)
                        .results = {flesh_embedded_text(flesh_own_files, "hardcases"),
                                    flesh_embedded_text(flesh_own_files, plan->filters    ? "profiles"
                                                                         : plan->ablation ? "ablation"
-                                                                                         : "recovery")},
+                                                                                         : "recovery"),
+                                   plan->filters ? NULL : flesh_embedded_text(flesh_own_files, "matrix")},
                        .again = "exit_code = 3", /* it could not write its files */
                        .data = plan,
                        .make = make_case,
                        .fields = flesh_hardcases_fields,
-                       .draw = plan->filters ? flesh_hardcases_draw_filters : flesh_hardcases_draw,
+                       .draw = plan->filters ? NULL : flesh_hardcases_draw,
                        .work = do_case,
                        .take = take,
                        .title = title,

@@ -128,22 +128,25 @@ static int check_format(const flesh_study_store *store, const char *format)
   return FLESH_OK;
 }
 
-/* The first part of a list, "flesh 0.3, 600 s", in which it is another than the other list. New; NULL without memory. */
+/* The first part of a list, "flesh 0.3, 600 s", in which it is another than the other list; "nothing" where that has more.
+ * New; NULL without memory. */
 static char *differing_part(const char *list, const char *other)
 {
-  size_t from = 0;
-  for (size_t k = 0; list[k] && list[k] == other[k]; k++)
-    if (list[k] == ',') from = k + 1;
-  return strndup(list + from + strspn(list + from, " "), strcspn(list + from, ",") - strspn(list + from, " "));
+  size_t size;
+  while (*list && (size = strcspn(list, ",")) == strcspn(other, ",") && !strncmp(list, other, size)) {
+    list += size, other += size;
+    list += strspn(list, ", "), other += strspn(other, ", ");
+  }
+  return *list ? strndup(list, strcspn(list, ",")) : strdup("nothing");
 }
 
 static int fail_of_another(const flesh_study_store *store, const flesh_study *study, const char *fingerprint)
 {
   char *there = differing_part(fingerprint, study->fingerprint), *here = differing_part(study->fingerprint, fingerprint);
   const int told = there && here && strchr(study->fingerprint, ',') && strchr(fingerprint, ',');
-  const int status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: is of another %s%s%s%s%s%s: %s, or give another --out", store->path,
-                                study->name, told ? " (there " : "", told ? there : "", told ? ", here " : "", told ? here : "",
-                                told ? ")" : "", study->different);
+  const int status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: is of another %s: %s, or give another --out%s%s%s%s%s", store->path,
+                                study->name, study->different, told ? " (there " : "", told ? there : "",
+                                told ? ", here " : "", told ? here : "", told ? ")" : "");
   free(there);
   free(here);
   return status;

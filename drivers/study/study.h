@@ -55,7 +55,7 @@ typedef struct flesh_study {
   double budget;      /* that cases stop at by themselves, for the words; 0: none */
   const char *again;  /* condition in SQL on the table `cases`: which of those done --resume does again; NULL: none */
   const char *table, *words; /* names of the results that are told of; NULL: <name>.csv, verdict.txt */
-  const char *results[3]; /* SQL that makes tables and words of the cases (results.h); NULL ends it */
+  const char *results[4]; /* SQL that makes tables and words of the cases (results.h); NULL ends it */
   /* New object of what that SQL knows of a case beside its row, in the table facts (number, data) of all cases; NULL: none.
    * What it returns NULL for has none. */
   json_t *(*facts)(const void *data, int number);
