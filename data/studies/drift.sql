@@ -73,7 +73,7 @@ SELECT printf('stressed rest: %d run%s ended at rest in a stressed state that no
 
 -- to verdict.txt
 SELECT '' UNION ALL
-SELECT title || coalesce((SELECT printf(', the finest of %d; ±: how far it may be off, from what %s says',
+SELECT title || coalesce((SELECT printf(', the finest of %d; ±: estimated error, by comparison with %s',
   (SELECT count(*) FROM scenes), title) FROM finest WHERE place = 2), '') FROM best;
 
 -- The variants that ended there, by their figures, least first, each apart from the one before or not; `leaps`
@@ -106,7 +106,7 @@ SELECT *, printf('    %-8s %-8s ', title, solver) || CASE
   ELSE iif(back,
     printf('comes back to its rest shape (off by %s %% of its length, volume by %s %%)',
       number('%.2g', 100 * distance_from_rest), number('%.1g', 100 * abs(final_volume_drift))),
-    printf('ends at %s of its volume, %s %% of its length off the rest shape', number('%.4g', 1 + final_volume_drift),
+    printf('ends at %s of its volume, %s %% of its length from the rest shape', number('%.4g', 1 + final_volume_drift),
       number('%.3g', 100 * distance_from_rest))) ||
     iif(abs(rest_volume_ratio - 1) > 1e-3,
       '; its own rest volume is ' || iif(abs(rest_volume_ratio) < 1e-6, '0', number('%.4g', rest_volume_ratio)) ||
@@ -126,7 +126,7 @@ SELECT text FROM (
       FROM (SELECT * FROM ranks r WHERE r.poisson = p.poisson ORDER BY place)), ': none of the runs ended')) AS text
   FROM poissons p
   UNION ALL
-  SELECT p.first, 1, 0, '    of this order stands: ' ||
+  SELECT p.first, 1, 0, '    confirmed order: ' ||
     (SELECT group_concat(iif(place = 1, '', iif(apart, '< ', '~ ')) || title, ' ')
       FROM (SELECT * FROM ranks r WHERE r.poisson = p.poisson ORDER BY place)) ||
     coalesce((SELECT group_concat('; ' || low || ' ~ ' || high, '')

@@ -12,7 +12,7 @@ FROM runs JOIN outcomes USING (outcome) LEFT JOIN end_names ON kind = end_kind;
 
 -- to verdict.txt
 SELECT '
-Back at rest, or the equilibrium that was to be kept';
+Back at rest, or in the equilibrium that was to be kept';
 -- to verdict.txt
 SELECT printf('  %-28s %3d of %d', title, sum(passes), count(*)) ||
   iif(sum(place = 2), printf(' (%d of them untangled)', sum(place = 2)), '') ||

@@ -58,9 +58,9 @@ static void an_order_that_the_mesh_makes_is_told(void)
   const double drift[][VARIANTS] = {{2.07, 1.90, .94}, {1.60, 1.93, .59}, {1.44, 1.94, .69}, {1.42, 1.94, .68}};
   char *text = verdict(4, drift, (int[]){P1, P1, MEAN, MEAN}, (int[]){500, 20000, 2500, 20000}, NULL);
   CHECK_TEXT(text, "four (tet10-mean, 200000 tets), the finest of 4");
-  CHECK_TEXT(text, "three (tet10-mean, 25000 tets) says");
+  CHECK_TEXT(text, "by comparison with three (tet10-mean, 25000 tets)");
   CHECK_TEXT(text, "S 0.68 ± 0.01 %, B 1.42 ± 0.02 %, D 1.94 ± 0 %");
-  CHECK_TEXT(text, "of this order stands: S < B < D ");
+  CHECK_TEXT(text, "confirmed order: S < B < D ");
   CHECK_TEXT(text, "On one (tet4, 5000 tets) at poisson 0.49 B changes more than D (2.07 and 1.90 %), on the finest less "
                    "(1.42 and 1.94 %): an error of the mesh.");
   lacks(text, "On two");
@@ -74,7 +74,7 @@ static void what_the_meshes_cannot_tell_is_not_told(void)
 {
   const double drift[][VARIANTS] = {{2.07, 1.90, .94}, {1.82, 1.92, .78}};
   char *text = verdict(2, drift, (int[]){P1, P1}, (int[]){500, 4000}, NULL);
-  CHECK_TEXT(text, "of this order stands: S < B ~ D ");
+  CHECK_TEXT(text, "confirmed order: S < B ~ D ");
   lacks(text, "an error of the mesh");
   CHECK_TEXT(text, "Four-node tets lock at poisson 0.49");
   free(text);
@@ -93,14 +93,14 @@ static void an_order_of_neighbours_is_none_of_others(void)
 {
   char *text = verdict(2, (const double[][VARIANTS]){{1.25, 1.4, .5}, {1.2, 1.4, 1}}, (int[]){P1, MEAN},
                        (int[]){500, 2500}, NULL);
-  CHECK_TEXT(text, "of this order stands: S ~ B < D; S ~ D (~:");
+  CHECK_TEXT(text, "confirmed order: S ~ B < D; S ~ D (~:");
   free(text);
   text = verdict(2, (const double[][VARIANTS]){{1.25, 1.4, .9}, {1.2, 1.4, 1}}, (int[]){P1, MEAN},
                        (int[]){500, 2500}, NULL);
-  CHECK_TEXT(text, "of this order stands: S < B < D (~:");
+  CHECK_TEXT(text, "confirmed order: S < B < D (~:");
   free(text);
   text = verdict(2, (const double[][VARIANTS]){{1.0, 1.1, .5}, {1.2, 1.4, 1}}, (int[]){P1, MEAN}, (int[]){500, 2500}, NULL);
-  CHECK_TEXT(text, "of this order stands: S ~ B ~ D (~:");
+  CHECK_TEXT(text, "confirmed order: S ~ B ~ D (~:");
   free(text);
 }
 
