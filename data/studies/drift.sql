@@ -187,5 +187,5 @@ ORDER BY s.first, c.number;
 SELECT printf('Four-node tets lock at poisson %s: their error exceeds the difference of two meshes. --elements tet4,tet10-mean shows it.',
   (SELECT number('%g', max(poisson)) FROM runs)) FROM best WHERE tets AND kind = 1 AND (SELECT max(poisson) FROM runs) >= 0.47;
 -- to verdict.txt
-SELECT scene || ' has a load at single nodes: under refinement it digs a dent, so that no mesh is fine enough; let it act on an area or a radius.'
+SELECT scene || ' has a load at single nodes: its dent deepens with every refinement, and figures do not converge; let it act on an area or a radius.'
 FROM scenes WHERE point_load ORDER BY first LIMIT 1;

@@ -93,7 +93,7 @@ WHERE place = runs AND NOT EXISTS (SELECT 1 FROM curves o WHERE o.kind = c.kind 
 -- to mesh.txt
 SELECT 'To a mesh error of 1 %:' || coalesce(group_concat(printf(' %s %s%s s', element, least,
     number(iif(time < 100, '%.2g', '%.0f'), time)) || iif(element <> first AND best IS NOT NULL, printf(', %s%s times as much', least,
-    number(iif(time / best < 100, '%.2g', '%.0f'), time / best)), ''), ',') || '.', ' no run tells.')
+    number(iif(time / best < 100, '%.2g', '%.0f'), time / best)), ''), ',') || '.', ' no run shows it.')
 FROM (SELECT *, iif(beyond, 'at least ', '') AS least FROM known LEFT JOIN (SELECT element AS e, time AS best FROM times_to) ON e = first
   LEFT JOIN (SELECT * FROM times_to WHERE time IS NOT NULL) WHERE 0.01 >= open ORDER BY kind DESC)
 HAVING count(*);
