@@ -19,9 +19,16 @@
 #include "run/runner.h"
 #include "scene/scene.h"
 
-/* The share of the indicators' sum that marked tets have (Doerfler 1996), and how often these are halved. */
-static const double marked_share = 0.5;
-enum { HALVINGS = 2, LEVELS = 40, LEAST_LEVELS = 3, MOST_DOFS = 400000 };
+/* The share of the indicators' sum that marked tets have (Doerfler 1996), which are halved once; a smaller one where the bar
+ * is less than twice the tolerance. */
+static const double marked_share = 0.5, marked_share_at_last = 0.25;
+/* A bar by data/results/error_bars.md: dofs of the last mesh over those of the meshes that it is compared with, and over the
+ * first's; factors of its changes where there is an estimate and where there is none; the share of the estimate. */
+static const double least_ratio = 1.4, most_ratio = 4, least_growth = 1.5;
+static const double of_changes = 1.4, of_changes_alone = 2, of_estimate = 0.5;
+/* A bar that is no smaller with so many times the dofs will not become so. */
+static const double stuck_growth = 4;
+enum { LEVELS = 60, LEAST_LEVELS = 4, MOST_DOFS = 400000 };
 
 /* A mesh and what came of it. */
 typedef struct level {
@@ -187,6 +194,9 @@ static int run(adapt *a, const char *folder, int last, flesh_scene **scene, leve
   }
   status = a->x && a->v ? flesh_runner_run(*scene, &options, &figures, &outcome) : no_memory();
   if (outcome.status) status = flesh_fail(outcome.status, "%s", outcome.message);
+  else if (!status && figures.final_inverted)
+    status = flesh_fail(FLESH_ERR_ARGUMENT, "the equilibrium on a mesh of %d tets has %d inverted ones, as where a body folds; "
+                                            "meshes fold otherwise, and there is no bar", a->mesh->tets, figures.final_inverted);
   l->cpu_s = figures.cpu_s;
   flesh_figures_close(&figures);
   if (!status) status = read_value(a, folder, *scene, l);
@@ -208,17 +218,26 @@ static int count_free(const flesh_scene *scene)
   return count;
 }
 
-/* The bar of the last level: the largest of its change from the mesh before, the change before that in proportion to the
- * dofs, and a half of recovery's estimate, which is too wide on adapted meshes, while changes may be small by chance. Where
- * there is no estimate, twice the changes. By data/results/error_bars.md. */
+/* Whether the last bar is within so many times the tolerance. */
+static int is_within(const adapt *a, double times)
+{
+  const level *l = &a->list[a->levels - 1];
+  return l->bar <= times * a->tolerance * (a->relative ? fabs(l->moved) : 1);
+}
+
+/* The bar of the last level: what its changes from meshes before leave to come where errors fall as 1/dofs, and a share of
+ * recovery's estimate, as changes may be small by chance. Several meshes count, for the same reason. */
 static void judge(adapt *a)
 {
   level *l = &a->list[a->levels - 1];
+  double most = 0;
   l->bar = NAN;
-  if (a->levels < LEAST_LEVELS) return;
-  const double last = fabs(l->value - l[-1].value), before = fabs(l[-1].value - l[-2].value);
-  const double changes = fmax(last, before * l[-1].dofs / l->dofs);
-  l->bar = isfinite(l->estimate) ? fmax(changes, l->estimate / 2) : 2 * changes;
+  if (a->levels < LEAST_LEVELS || l->dofs < least_growth * a->list[0].dofs) return;
+  for (const level *k = a->list; k < l; k++) {
+    const double ratio = (double)l->dofs / k->dofs;
+    if (ratio >= least_ratio && ratio <= most_ratio) most = fmax(most, fabs(l->value - k->value) / (ratio - 1));
+  }
+  l->bar = isfinite(l->estimate) ? fmax(of_changes * most, of_estimate * l->estimate) : of_changes_alone * most;
 }
 
 static const double *ordered; /* indicators, while they are sorted */
@@ -234,14 +253,15 @@ static int refine(adapt *a, const double *indicators)
   const int tets = a->mesh->tets;
   uint8_t *halvings = calloc((size_t)tets, 1);
   int *order = malloc((size_t)tets * sizeof *order), status = halvings && order ? FLESH_OK : no_memory();
+  const double share = is_within(a, 2) ? marked_share_at_last : marked_share;
   double total = 0, sum = 0;
   flesh_mesh *finer = NULL;
   flesh_mesh_parents parents = {0};
   for (int t = 0; t < tets && !status; t++) order[t] = t, total += indicators[t];
   ordered = indicators;
   if (!status) qsort(order, (size_t)tets, sizeof *order, by_indicator);
-  for (int k = 0; k < tets && !status && (!k || sum < marked_share * total); k++) {
-    halvings[order[k]] = HALVINGS;
+  for (int k = 0; k < tets && !status && (!k || sum < share * total); k++) {
+    halvings[order[k]] = 1;
     sum += indicators[order[k]];
   }
   if (!status) status = flesh_mesh_refine_marked(a->mesh, halvings, &finer, &parents);
@@ -272,7 +292,10 @@ static int step(adapt *a, double **indicators)
   *indicators = malloc((size_t)a->mesh->tets * sizeof **indicators);
   if (!status && !*indicators) status = no_memory();
   flesh_state state = {.t = status ? 0 : scene->time.end, .x = a->x, .v = a->v};
-  if (!status) status = flesh_error_indicate(scene, &state, a->column, *indicators, &l->estimate);
+  int is_goal = 0;
+  if (!status) status = flesh_error_indicate(scene, &state, a->column, *indicators, &is_goal);
+  l->estimate = is_goal ? 0 : NAN;
+  for (int t = 0; t < a->mesh->tets && !status && is_goal; t++) l->estimate += (*indicators)[t];
   flesh_scene_destroy(&scene);
   if (!status) judge(a);
   if (!status && !a->options->quiet) {
@@ -284,11 +307,19 @@ static int step(adapt *a, double **indicators)
   return status;
 }
 
-/* Whether the bar is within the tolerance. */
-static int is_reached(const adapt *a)
+/* Fails where finer meshes do not make the bar smaller, and where there are too many. */
+static int check_progress(const adapt *a)
 {
   const level *l = &a->list[a->levels - 1];
-  return l->bar <= a->tolerance * (a->relative ? fabs(l->moved) : 1);
+  for (const level *k = a->list; k < l; k++)
+    if (stuck_growth * k->dofs <= l->dofs && l->bar >= k->bar)
+      return flesh_fail(FLESH_ERR_BUDGET, "the bar of %s is %.2g %s on a mesh of %d dofs, and was %.2g %s with %d dofs; meshes "
+                                          "have different equilibria, as where a body buckles or folds, or the solves' "
+                                          "tolerance (solver.newton_tolerance) is too large", a->column, l->bar, a->unit,
+                        l->dofs, k->bar, a->unit, k->dofs);
+  if (a->levels < LEVELS && l->dofs <= MOST_DOFS) return FLESH_OK;
+  return flesh_fail(FLESH_ERR_BUDGET, "the bar of %s is %.2g %s after %d meshes, of which the last has %d dofs; a larger "
+                                      "tolerance is reached", a->column, l->bar, a->unit, a->levels, l->dofs);
 }
 
 /* Adds the meshes and their values to result.json. */
@@ -347,11 +378,8 @@ int flesh_adapt_run(const flesh_runner_options *options, const flesh_texts *over
   while (!status && !reached) {
     double *indicators = NULL;
     status = step(&a, &indicators);
-    if (!status) reached = is_reached(&a);
-    if (!status && !reached && (a.levels == LEVELS || a.list[a.levels - 1].dofs > MOST_DOFS))
-      status = flesh_fail(FLESH_ERR_BUDGET, "the bar of %s is %.2g %s after %d meshes, of which the last has %d dofs; a larger "
-                                            "tolerance is reached", a.column, a.list[a.levels - 1].bar, a.unit, a.levels,
-                          a.list[a.levels - 1].dofs);
+    if (!status) reached = is_within(&a, 1);
+    if (!status && !reached) status = check_progress(&a);
     if (!status && !reached) status = refine(&a, indicators);
     free(indicators);
   }

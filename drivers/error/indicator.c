@@ -120,11 +120,11 @@ static void average(work *w, int material)
     for (size_t f = 0; f < FIELDS && w->weights[n] > 0; f++) w->means[FIELDS * n + f] /= w->weights[n];
 }
 
-/* A tet's parts of main = sum (P* - P):(G* - G) and vol = -sum (J - mean J)(mu* - mu). */
-static void compare(const work *w, int t, double parts[2])
+/* A tet's share of the error: sum (P* - P):(G* - G) - (J - mean J)(mu* - mu), whose parts mostly have opposite signs. */
+static double compare(const work *w, int t)
 {
   const int *corners = w->scene->mesh->tet_nodes + 4 * (size_t)t;
-  parts[0] = parts[1] = 0;
+  double sum = 0;
   for (int q = 0; q < POINTS; q++) {
     const double *own = w->values + (size_t)FIELDS * (POINTS * (size_t)t + (size_t)q);
     const double volume = w->volumes[POINTS * (size_t)t + (size_t)q];
@@ -134,16 +134,15 @@ static void compare(const work *w, int t, double parts[2])
       for (int c = 0; c < 4; c++)
         off[f] += (c == q ? FLESH_TET10_NEAR : FLESH_TET10_FAR) * w->means[FIELDS * (size_t)corners[c] + (size_t)f];
     }
-    parts[0] += volume * flesh_mat3_inner(off, off + 9);
-    parts[1] -= volume * w->dilation[POINTS * (size_t)t + (size_t)q] * off[18];
+    sum += volume * (flesh_mat3_inner(off, off + 9) - w->dilation[POINTS * (size_t)t + (size_t)q] * off[18]);
   }
+  return fabs(sum);
 }
 
-static int indicate(work *w, int is_goal, double *indicators, double *sum)
+static void indicate(work *w, double *indicators)
 {
   const flesh_mesh *mesh = w->scene->mesh;
   const int *of = w->scene->body.tet_material;
-  double sums[2] = {0, 0};
   int materials = 1;
   for (int t = 0; t < mesh->tets; t++) {
     find_values(w, t);
@@ -151,32 +150,25 @@ static int indicate(work *w, int is_goal, double *indicators, double *sum)
   }
   for (int m = 0; m < materials; m++) {
     average(w, m);
-    for (int t = 0; t < mesh->tets; t++) {
-      double parts[2];
-      if (of && of[t] != m) continue;
-      compare(w, t, parts);
-      indicators[t] = fabs(parts[0]) + fabs(parts[1]);
-      sums[0] += parts[0], sums[1] += parts[1];
-    }
+    for (int t = 0; t < mesh->tets; t++)
+      if (!of || of[t] == m) indicators[t] = compare(w, t);
   }
-  *sum = is_goal ? fabs(sums[0]) + fabs(sums[1]) : NAN;
-  return FLESH_OK;
 }
 
 int flesh_error_indicate(const flesh_scene *scene, const flesh_state *state, const char *column, double *indicators,
-                         double *sum)
+                         int *is_goal)
 {
   const size_t nodes = (size_t)scene->mesh->nodes, tets = (size_t)scene->mesh->tets;
   work w = {.scene = scene, .state = state, .lambda = calloc(3 * nodes, sizeof(double)),
             .values = malloc(FIELDS * POINTS * tets * sizeof(double)), .volumes = malloc(POINTS * tets * sizeof(double)),
             .dilation = malloc(POINTS * tets * sizeof(double)), .means = malloc(FIELDS * nodes * sizeof(double)),
             .weights = malloc(nodes * sizeof(double))};
-  int status = flesh_tet_stress_open(&scene->body, flesh_scene_system(scene), &w.stress), is_goal = 0;
+  int status = flesh_tet_stress_open(&scene->body, flesh_scene_system(scene), &w.stress);
   if (!status && (!w.lambda || !w.values || !w.volumes || !w.dilation || !w.means || !w.weights)) status = no_memory();
-  if (!status) is_goal = find_gradient(&w, column);
-  for (size_t i = 0; i < 3 * nodes && !status && !is_goal; i++) w.lambda[i] = state->x[i] - scene->mesh->positions[i];
-  if (is_goal) status = solve_adjoint(&w);
-  if (!status) status = indicate(&w, is_goal, indicators, sum);
+  *is_goal = !status && find_gradient(&w, column);
+  for (size_t i = 0; i < 3 * nodes && !status && !*is_goal; i++) w.lambda[i] = state->x[i] - scene->mesh->positions[i];
+  if (!status && *is_goal) status = solve_adjoint(&w);
+  if (!status) indicate(&w, indicators);
   flesh_tet_stress_clear(&w.stress);
   free(w.lambda);
   free(w.values);

@@ -6,10 +6,10 @@
 #include "flesh/scene.h"
 
 /* Fills indicators [tets], not negative, of the equilibrium `state` of the scene, whose tets all have ten nodes. `column`
- * is a column of probes: of a position at a point the adjoint solves K lambda = dQ/du; for all others the displacement
- * stands for lambda, which is the adjoint of the loads' work. *sum gets the estimate |main| + |vol|, in the quantity's
- * unit, of a position at a point; NaN of others. FLESH_ERR_MEMORY, FLESH_ERR_SOLVE. */
+ * is a column of probes. Of a position at a point, which *is_goal tells, the adjoint solves K lambda = dQ/du, and the
+ * indicators' sum is an estimate of its error in m; for all others the displacement stands for lambda, which is the adjoint
+ * of the loads' work. FLESH_ERR_MEMORY, FLESH_ERR_SOLVE. */
 int flesh_error_indicate(const flesh_scene *scene, const flesh_state *state, const char *column, double *indicators,
-                         double *sum);
+                         int *is_goal);
 
 #endif
