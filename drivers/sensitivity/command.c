@@ -23,8 +23,9 @@ static const double newton_tolerance = 1e-10, tolerance = 1e-10;
 static const char details[] =
     "Runs the scene and prints, for each column of its probes at the end and each key, the derivative and what\n"
     "1 % more of the key changes. Derivatives are those of what is computed, by one adjoint for a column: of equilibria by one\n"
-    "linear solve, of motions by one for each stage. Columns are positions, velocities at the end of motions and\n"
-    "reactions in equilibria. Keys are numbers as --set names them.\n"
+    "linear solve, of motions by one for each stage. Columns are positions, velocities of motions and reactions in\n"
+    "equilibria; of motions also their means and integrals over time, as tip.position_z.mean or .integral (by the\n"
+    "trapezoidal rule over the steps). Keys are numbers as --set names them.\n"
     "\n"
     "Solves are those of the scene with newton_tolerance 1e-10 at most. Refused are `ida`, equilibria with friction or\n"
     "with effects that remember a path, tangles that were removed, and contact whose stiffness adapts.\n";
@@ -103,10 +104,20 @@ static int make_integrator(const study *s, flesh_solver_options *options, flesh_
   return status;
 }
 
+/* Implements flesh_observer.observe: measures what is asked of a motion. */
+static int observe(void *data, const flesh_step_record *record)
+{
+  study *s = data;
+  for (int k = 0; k < s->asked_count && !is_static(s); k++) flesh_asked_go_on(s->scene, record, &s->asked[k]);
+  return FLESH_OK;
+}
+
 static int run(study *s, flesh_integrator *integrator)
 {
   const flesh_scene_time *time = flesh_scene_times(s->scene);
-  const flesh_run_options options = {.h = time->step, .end = time->end, .stop = flesh_interrupt_asked};
+  const flesh_observer observer = {observe, s};
+  const flesh_run_options options = {.h = time->step, .end = time->end, .stop = flesh_interrupt_asked, .observer_count = 1,
+                                     .observers = &observer};
   return flesh_run(flesh_scene_system(s->scene), integrator, &options, &s->state, NULL);
 }
 
@@ -145,8 +156,9 @@ static int differentiate_motion(study *s, flesh_trajectory *trajectory)
   int status = FLESH_OK;
   list_parameters(s, parameters);
   for (int k = 0; k < s->asked_count && !status; k++) {
-    flesh_asked_measure(s->scene, &s->state, NULL, &s->asked[k]);
-    status = flesh_trajectory_gradient(trajectory, s->asked[k].by_x, s->asked[k].by_v, s->varied_count, parameters,
+    const flesh_asked *asked = &s->asked[k];
+    const flesh_motion_quantity quantity = {asked->by_x, asked->by_v, asked->over};
+    status = flesh_trajectory_gradient(trajectory, &quantity, s->varied_count, parameters,
                                        s->gradients + (size_t)k * (size_t)s->varied_count, NULL);
   }
   return status;

@@ -85,16 +85,33 @@ static int differentiate(const flesh_scene *scene, const flesh_probe *probe, con
   return make_reaction(scene, probe, component, t, &asked->of_residual);
 }
 
+/* The length of the name of a column without .mean or .integral, which are found in *over. */
+static size_t find_over(const char *name, flesh_over *over)
+{
+  static const char *const endings[] = {[FLESH_INTEGRAL] = ".integral", [FLESH_MEAN] = ".mean"};
+  const char *dot = strrchr(name, '.');
+  *over = FLESH_AT_END;
+  for (int k = FLESH_INTEGRAL; k <= FLESH_MEAN && dot; k++)
+    if (!strcmp(dot, endings[k])) *over = (flesh_over)k;
+  return *over ? (size_t)(dot - name) : strlen(name);
+}
+
 int flesh_asked_find(const flesh_scene *scene, const char *name, double t, flesh_asked *asked)
 {
-  const char *dot = strrchr(name, '.');
-  const flesh_probe *probe = dot ? probe_named(scene, name, (size_t)(dot - name)) : NULL;
+  char column[FLESH_LIST_ITEM];
   *asked = (flesh_asked){0};
   snprintf(asked->name, sizeof asked->name, "%s", name);
+  snprintf(column, sizeof column, "%.*s", (int)find_over(name, &asked->over), name);
+  const char *dot = strrchr(column, '.');
+  const flesh_probe *probe = dot ? probe_named(scene, column, (size_t)(dot - column)) : NULL;
   if (!probe)
     return flesh_fail(FLESH_ERR_ARGUMENT, "--of is '%s'; it must be PROBE.COLUMN for a probe of output.probes, such as "
                       "tip.position_z", name);
-  return differentiate(scene, probe, dot + 1, t, asked);
+  if (asked->over && flesh_scene_times(scene)->method == FLESH_METHOD_STATIC)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "--of is %s; means and integrals over time are of motions only", name);
+  const int status = differentiate(scene, probe, dot + 1, t, asked);
+  if (asked->over == FLESH_INTEGRAL) asked->unit = asked->by_x ? "m s" : "m";
+  return status;
 }
 
 static double product(size_t n, const double *weights, const double *values)
@@ -107,8 +124,20 @@ static double product(size_t n, const double *weights, const double *values)
 void flesh_asked_measure(const flesh_scene *scene, const flesh_state *state, const double *residual, flesh_asked *asked)
 {
   const size_t n = 3 * (size_t)flesh_mesh_node_count(flesh_scene_mesh(scene));
-  asked->value = product(n, asked->by_x, state->x) + product(n, asked->by_v, state->v) +
-                 product(n, residual ? asked->of_residual : NULL, residual);
+  asked->value = product(n, asked->by_x, state->x) + product(n, asked->of_residual, residual);
+}
+
+void flesh_asked_go_on(const flesh_scene *scene, const flesh_step_record *record, flesh_asked *asked)
+{
+  const flesh_state *state = record->state;
+  const size_t n = 3 * (size_t)flesh_mesh_node_count(flesh_scene_mesh(scene));
+  const double now = product(n, asked->by_x, state->x) + product(n, asked->by_v, state->v), mean = (asked->last + now) / 2;
+  if (record->step == 0) asked->begin = state->t;
+  const double before = state->t - record->h - asked->begin, all = state->t - asked->begin;
+  if (asked->over == FLESH_AT_END || record->step == 0) asked->value = asked->over == FLESH_INTEGRAL ? 0 : now;
+  else if (asked->over == FLESH_INTEGRAL) asked->value += record->h * mean;
+  else asked->value = (asked->value * before + record->h * mean) / all;
+  asked->last = now;
 }
 
 void flesh_asked_clear(flesh_asked *asked)

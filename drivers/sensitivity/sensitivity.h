@@ -11,15 +11,19 @@
 typedef struct flesh_asked {
   char name[FLESH_LIST_ITEM];
   const char *unit;
-  double value;     /* at the end */
+  double value;     /* at the end, or over time */
+  flesh_over over;
+  double last, begin; /* at the last step; s, the first one's time */
   double *by_x, *by_v, *of_residual; /* [3*nodes]; NULL: it does not depend on that. Owned */
 } flesh_asked;
 
 /* Finds the column of the scene's probes, with its derivatives by the state at time t. FLESH_ERR_ARGUMENT for one that
  * there is not or that has no derivative here; FLESH_ERR_MEMORY. */
 int flesh_asked_find(const flesh_scene *scene, const char *name, double t, flesh_asked *asked);
-/* Its value at a state; `residual` [3*nodes] in statics, else NULL. */
+/* Its value at an equilibrium, whose residual [3*nodes] is given. */
 void flesh_asked_measure(const flesh_scene *scene, const flesh_state *state, const double *residual, flesh_asked *asked);
+/* Its value up to a step of a motion. */
+void flesh_asked_go_on(const flesh_scene *scene, const flesh_step_record *record, flesh_asked *asked);
 void flesh_asked_clear(flesh_asked *asked);
 
 /* A key of the scene that is a number, with the scenes at four values beside its own. */

@@ -94,13 +94,24 @@ typedef struct flesh_trajectory_costs {
 /* Cannot fail. */
 FLESH_API flesh_trajectory_costs flesh_trajectory_get_costs(const flesh_trajectory *trajectory);
 
-/* The discrete adjoint of all recorded steps: gradient [count] = dQ/dp, where Q depends on the last state by by_x and
- * by_v [3*n] (NULL: not), and by_start [6*n] (NULL: not wanted) its derivatives by x and v of the first state, 0 for
- * dofs that a method of order 2 constrains there. One linear solve for each solve of a stage; as exact as the steps
- * were solved. A parameter may move prescribed dofs in steps of backward Euler only. While steps are taken again, the
- * integrator's memory of the run's end is saved (flesh_integrator_save); afterwards it is there again.
+/* Values of a function q of the state over a motion: the last one; the integral over time by the trapezoidal rule, at
+ * the first state and those to which calls of flesh_integrator_step have led; the mean, that integral over the time. */
+typedef enum flesh_over { FLESH_AT_END, FLESH_INTEGRAL, FLESH_MEAN } flesh_over;
+
+/* A quantity of a motion by the derivatives of q, by_x and by_v [3*n] (NULL: 0; borrowed): at the last state or, over
+ * time, those of a linear q. */
+typedef struct flesh_motion_quantity {
+  const double *by_x, *by_v;
+  flesh_over over;
+} flesh_motion_quantity;
+
+/* The discrete adjoint of all recorded steps: gradient [count] = dQ/dp, and by_start [6*n] (NULL: not wanted) the
+ * derivatives by x and v of the first state, 0 for dofs that a method of order 2 constrains there. One linear solve for
+ * each solve of a stage; as exact as the steps were solved. A parameter may move prescribed dofs in steps of backward
+ * Euler only. While steps are taken again, the integrator's memory of the run's end is saved (flesh_integrator_save);
+ * afterwards it is there again.
  * FLESH_ERR_ARGUMENT also where the integrator is gone but parts are not kept; FLESH_ERR_MEMORY, FLESH_ERR_SOLVE. */
-FLESH_API int flesh_trajectory_gradient(flesh_trajectory *trajectory, const double *by_x, const double *by_v, int count,
+FLESH_API int flesh_trajectory_gradient(flesh_trajectory *trajectory, const flesh_motion_quantity *quantity, int count,
                                         const flesh_parameter *parameters, double *gradient, double *by_start);
 
 #ifdef __cplusplus

@@ -226,20 +226,45 @@ static int part_back(pass *p, const flesh_recorded_part *part)
   return status;
 }
 
-int flesh_trajectory_gradient(flesh_trajectory *self, const double *by_x, const double *by_v, int count,
+/* When call k of the steps has begun, or the last one ended. */
+static double time_of(const flesh_trajectory *self, int call, double end)
+{
+  return call < 0 ? self->calls[0].t : call < self->call_count ? self->calls[call].t : end;
+}
+
+/* Adds the bars of the state at which call k has begun, or the last one ended. */
+static void add_quantity(pass *p, const flesh_motion_quantity *quantity, int call, double end)
+{
+  const flesh_trajectory *self = p->self;
+  const double *const by[] = {quantity->by_x, quantity->by_v}, begin = time_of(self, 0, end);
+  double weight = (time_of(self, call + 1, end) - time_of(self, call - 1, end)) / 2;
+  if (quantity->over == FLESH_MEAN) weight /= end - begin;
+  if (quantity->over == FLESH_AT_END) weight = call == self->call_count;
+  for (int k = 0; k < 2; k++)
+    if (by[k]) add(self->n, weight, by[k], p->known[k ? FLESH_KNOWN_V : FLESH_KNOWN_X]);
+}
+
+int flesh_trajectory_gradient(flesh_trajectory *self, const flesh_motion_quantity *quantity, int count,
                               const flesh_parameter *parameters, double *gradient, double *by_start)
 {
-  FLESH_NEED({self, "trajectory"}, {parameters, "parameters"}, {gradient, "gradient"});
+  FLESH_NEED({self, "trajectory"}, {quantity, "quantity"}, {parameters, "parameters"}, {gradient, "gradient"});
   const size_t n = (size_t)self->n;
+  double end = 0;
   pass p = pass_of(self);
   flesh_newton_forget(self->tangent.newton); /* so that all gradients have the same bits */
-  if (by_x) memcpy(p.known[FLESH_KNOWN_X], by_x, n * sizeof *by_x);
-  if (by_v) memcpy(p.known[FLESH_KNOWN_V], by_v, n * sizeof *by_v);
   const flesh_recorded_part *part;
   int status = take_parameters(&p, count, parameters, gradient);
+  int call = self->call_count;
   for (int k = self->total - 1; k >= 0 && !status; k--) {
     status = flesh_trajectory_part(self, k, &part);
-    if (!status) status = part_back(&p, part);
+    if (status) break;
+    if (k == self->total - 1) {
+      end = part->taken.end;
+      add_quantity(&p, quantity, call--, end);
+      while (call >= 0 && self->calls[call].t >= end) add_quantity(&p, quantity, call--, end); /* it has failed */
+    }
+    status = part_back(&p, part);
+    while (call >= 0 && self->calls[call].t == part->t) add_quantity(&p, quantity, call--, end);
   }
   const int returned = flesh_trajectory_return(self);
   flesh_free(p.same);

@@ -52,8 +52,15 @@ flesh, method, columns, step = sys.argv[1:]
 def run(key, value):
     subprocess.run([flesh, "run", "bar.yaml", "--out", "own", "--quiet", "--set", f"time.method={method}", "--set",
                     f"time.step={step}", "--set", "solver.newton_tolerance=1e-12", "--set", f"{key}={value!r}"], check=True)
-    last = list(csv.DictReader(open("own/probes.csv")))[-1]
-    return {name.split()[0]: float(text) for name, text in last.items()}
+    rows = [{name.split()[0]: text for name, text in row.items()} for row in csv.DictReader(open("own/probes.csv"))]
+    last = rows[-1]
+    values = {name.split()[0]: float(text) for name, text in last.items()}
+    t = [float(row["t"]) for row in rows]
+    for name in list(values):
+        q = [float(row[name]) for row in rows]
+        values[name + ".integral"] = sum((b - a) * (x + y) / 2 for a, b, x, y in zip(t, t[1:], q, q[1:]))
+        values[name + ".mean"] = values[name + ".integral"] / (t[-1] - t[0] or 1)
+    return values
 found = list(csv.DictReader(open("found.csv")))
 assert len(found) == 3 * len(columns.split(","))
 for key, value in (("body.material.young", 1e6), ("body.material.poisson", 0.4), ("body.density", 1000.0)):
@@ -66,7 +73,18 @@ for key, value in (("body.material.young", 1e6), ("body.material.poisson", 0.4),
 END
 }
 equilibria_agree_with_differences() { agree static tip.position_z,end.position_z,tip.position_x 1; }
-motions_agree_with_differences() { agree newmark tip.position_z,end.position_z,tip.velocity_z 1/50; }
+motions_agree_with_differences() {
+  agree newmark tip.position_z,end.position_z,tip.velocity_z,tip.position_z.integral,end.position_z.mean 1/50 &&
+    python3 - <<'END'
+import csv
+rows = [{name.split()[0]: text for name, text in row.items()} for row in csv.DictReader(open("own/probes.csv"))]
+mean = sum((float(a["end.position_z"]) + float(b["end.position_z"])) / 2 for a, b in zip(rows, rows[1:])) / (len(rows) - 1)
+told = {row["of"]: row for row in csv.DictReader(open("found.csv"))}
+found = float(told["end.position_z.mean"]["value"]) + 2 * float(told["end.position_z.mean"]["derivative"]) # the density is 1002
+print(told, mean)
+assert abs(found / mean - 1) < 1e-5 and told["tip.position_z.integral"]["unit"] == "m s"
+END
+}
 
 # refused SENTENCE OPTION...
 refused() {
@@ -86,6 +104,7 @@ bad_requests_are_refused() {
     refused "'effects.gravity.acceleration\[3\]'; the scene has" --of tip.position_z --to 'effects.gravity.acceleration[3]' &&
     refused "'body.mesh'; this key is no number" --of tip.position_z --to body.mesh &&
     refused "'time.end'; derivatives are by keys of bodies and effects" --of tip.position_z --to time.end &&
+    refused 'tip.position_z.mean; means and integrals over time are of motions' --of tip.position_z.mean $by &&
     refused 'ida has no sensitivities' --of tip.position_z $by --set time.method=ida &&
     refused 'friction makes its equilibria depend on the way' --of tip.position_z $by \
       --set 'effects[3]={contact: {plane: {point: [0, 0, -5]}, friction: 0.3}}' &&

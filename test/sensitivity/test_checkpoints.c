@@ -81,6 +81,7 @@ static kept run(const kept_case *c, flesh_method method, int states, int twice)
   double *by = state.v + n;
   state.internal = internals ? by + 2 * n : NULL;
   for (int d = 0; d < 2 * n; d++) by[d] = sin(0.7 + d);
+  const flesh_motion_quantity quantity = {by, by + n, twice ? FLESH_MEAN : FLESH_AT_END};
   result.n = n;
   result.start = calloc(2 * (size_t)n, sizeof(double));
   flesh_scene_start(scene, &state);
@@ -92,9 +93,9 @@ static kept run(const kept_case *c, flesh_method method, int states, int twice)
     CHECK_OK(flesh_integrator_step(integrator, &state, time->step, &stats));
     result.steps += stats.steps;
     if (twice && k == steps / 2)
-      CHECK_OK(flesh_trajectory_gradient(trajectory, by, by + n, 2, parameters, result.values, result.start));
+      CHECK_OK(flesh_trajectory_gradient(trajectory, &quantity, 2, parameters, result.values, result.start));
   }
-  CHECK_OK(flesh_trajectory_gradient(trajectory, by, by + n, 2, parameters, result.values, result.start));
+  CHECK_OK(flesh_trajectory_gradient(trajectory, &quantity, 2, parameters, result.values, result.start));
   for (int k = 0; k < internals; k++) result.broken += state.internal[k] != 0;
   result.costs = flesh_trajectory_get_costs(trajectory);
   flesh_trajectory_destroy(&trajectory);
@@ -179,7 +180,7 @@ static void what_cannot_be_taken_again_is_refused(void)
   CHECK(flesh_integrator_step(integrator, &state, 0.01, NULL) == FLESH_ERR_ARGUMENT);
   CHECK_TEXT(flesh_error_text(), "the state is not that which the last step has led to");
   flesh_integrator_destroy(&integrator);
-  CHECK(flesh_trajectory_gradient(trajectory, all + 2 * n, NULL, 0, &(flesh_parameter){0}, &gradient, NULL) == FLESH_ERR_ARGUMENT);
+  CHECK(flesh_trajectory_gradient(trajectory, &(flesh_motion_quantity){0}, 0, &(flesh_parameter){0}, &gradient, NULL) == FLESH_ERR_ARGUMENT);
   CHECK_TEXT(flesh_error_text(), "the integrator is gone");
   flesh_trajectory_destroy(&trajectory);
   flesh_scene_destroy(&scene);

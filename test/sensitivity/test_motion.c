@@ -60,8 +60,21 @@ typedef struct moved {
   flesh_integrator *integrator;
   flesh_trajectory *trajectory;
   int n, steps;
+  double integral; /* of `linear` over time, by the trapezoidal rule */
   flesh_state state;
 } moved;
+
+/* A linear function of the state, the derivatives of which are `by` [2*n]. */
+static double linear(const moved *m, double *by)
+{
+  double sum = 0;
+  for (int d = 0; d < 2 * m->n; d++) {
+    const double w = cos(0.3 + d) / m->n;
+    sum += w * m->state.x[d]; /* and v, behind x */
+    if (by) by[d] = w;
+  }
+  return sum;
+}
 
 static moved begin(const char *text, const char *key, double value, flesh_method method)
 {
@@ -84,7 +97,9 @@ static void run(moved *m)
   const int steps = (int)(time->end / time->step + 0.5);
   for (int k = 0; k < steps; k++) {
     flesh_solve_stats stats = {0};
+    m->integral += time->step / 2 * linear(m, NULL);
     CHECK_OK(flesh_integrator_step(m->integrator, &m->state, time->step, &stats));
+    m->integral += time->step / 2 * linear(m, NULL);
     m->steps += stats.steps;
   }
 }
@@ -124,7 +139,7 @@ static void try_case(const motion_case *c, flesh_method method)
   char name[128];
   moved m = begin(c->text, NULL, 0, method);
   const int n = m.n;
-  double *by = calloc(5 * (size_t)n, sizeof *by), *start = by + 2 * n, gradient[7], values[4];
+  double *by = calloc(5 * (size_t)n, sizeof *by), *start = by + 2 * n, gradient[7], integral[7], values[4], integrals[4];
   gradient_parameter parameters[7];
   flesh_parameter all[7];
   int count = 0;
@@ -137,16 +152,21 @@ static void try_case(const motion_case *c, flesh_method method)
   run(&m);
   const double Q = quantity(&m, by);
   flesh_integrator_destroy(&m.integrator); /* the steps are known */
-  CHECK_OK(flesh_trajectory_gradient(m.trajectory, by, by + n, count, all, gradient, start));
+  const flesh_motion_quantity at_end = {by, by + n, FLESH_AT_END}, over_time = {by, by + n, FLESH_INTEGRAL};
+  CHECK_OK(flesh_trajectory_gradient(m.trajectory, &at_end, count, all, gradient, start));
+  linear(&m, by);
+  CHECK_OK(flesh_trajectory_gradient(m.trajectory, &over_time, count, all, integral, NULL));
   for (int i = 0; i < count; i++) {
     for (int k = 0; k < 4; k++) {
       moved other = begin(c->text, c->keys[i].key, c->keys[i].value + gradient_at[k] * c->keys[i].step, method);
       run(&other);
       CHECK(other.steps == m.steps);
       values[k] = quantity(&other, NULL);
+      integrals[k] = other.integral;
       end(&other);
     }
     compare(name, c->keys[i].key, gradient[i], values, c->keys[i].step, Q);
+    compare("its integral", c->keys[i].key, integral[i], integrals, c->keys[i].step, 0.5 * m.state.t); /* of terms of 0.5 */
     gradient_parameter_clear(&parameters[i]);
   }
   double along = 0; /* the start's velocities */

@@ -32,8 +32,8 @@
  * flesh_ode_jacobian w3, flesh_ode_jacobian_times_setup fy, flesh_ode_jacobian_times y, flesh_ode_jacobian_times fy,
  * flesh_ode_jacobian_times tmp, flesh_ode_preconditioner_setup fy, flesh_ode_preconditioner_solve y,
  * flesh_ode_preconditioner_solve fy, flesh_scene_read overrides, flesh_scene_read_text overrides,
- * flesh_problem_solve u, flesh_sensitivity_set lagged, flesh_trajectory_gradient by_x, flesh_trajectory_gradient by_v,
- * flesh_trajectory_gradient by_start, flesh_skin_frames_close frames, flesh_surface_write x. */
+ * flesh_problem_solve u, flesh_sensitivity_set lagged, flesh_trajectory_gradient by_start,
+ * flesh_skin_frames_close frames, flesh_surface_write x. */
 
 /* Arguments that the tests below try by hand, because these functions own what they are given, or their callers have
  * no other word than user_data:
@@ -224,9 +224,10 @@ static void null_is_refused_by_runs(void)
   REFUSES(flesh_sensitivity_gradient, parameters, (any, any, 1, NULL, any));
   REFUSES(flesh_sensitivity_gradient, gradient, (any, any, 1, any, NULL));
   REFUSES(flesh_trajectory_create, integrator, (NULL, .1, 40, any)), REFUSES(flesh_trajectory_create, trajectory, (any, .1, 40, NULL));
-  REFUSES(flesh_trajectory_gradient, trajectory, (NULL, any, any, 1, any, any, any));
-  REFUSES(flesh_trajectory_gradient, parameters, (any, any, any, 1, NULL, any, any));
-  REFUSES(flesh_trajectory_gradient, gradient, (any, any, any, 1, any, NULL, any));
+  REFUSES(flesh_trajectory_gradient, trajectory, (NULL, any, 1, any, any, any));
+  REFUSES(flesh_trajectory_gradient, quantity, (any, NULL, 1, any, any, any));
+  REFUSES(flesh_trajectory_gradient, parameters, (any, any, 1, NULL, any, any));
+  REFUSES(flesh_trajectory_gradient, gradient, (any, any, 1, any, NULL, any));
   REFUSES(flesh_problem_solve, problem, (NULL, any, 1, any, .1)), REFUSES(flesh_problem_solve, b, (any, any, 1, NULL, .1));
   REFUSES(flesh_problem_set_stage, problem, (NULL, any)), REFUSES(flesh_problem_set_stage, stage, (any, NULL));
   REFUSES(flesh_sunmatrix_create, problem, (NULL, any, any)), REFUSES(flesh_sunmatrix_create, context, (any, NULL, any));

@@ -149,12 +149,20 @@ class Trajectory(Handle):
         costs = lib.flesh_trajectory_get_costs(self._pointer)
         return TrajectoryCosts(costs.parts, costs.repeated, costs.bytes)
 
-    def gradient(self, parameters: Sequence[Parameter] = (), by_x=None, by_v=None) -> MotionGradient:
-        """Derivatives of a quantity Q of the last state, given by dQ/dx and dQ/dv [nodes, 3] (None: 0)."""
+    def gradient(self, parameters: Sequence[Parameter] = (), by_x=None, by_v=None, over: str = "end") -> MotionGradient:
+        """Derivatives of a quantity Q of the last state, given by dQ/dx and dQ/dv [nodes, 3] (None: 0).
+
+        Over time, `over` "mean" or "integral", they are those of a linear function of the state, of whose values at the
+        steps' ends Q is the mean or the integral by the trapezoidal rule.
+        """
         shape, all_of_them = (self._nodes, 3), list(parameters)
         gradient, start = np.empty(len(all_of_them)), np.empty((2, *shape))
         structs = ffi.new("flesh_parameter[]", [p._struct[0] for p in all_of_them] or 1)
-        at_end = [None if one is None else doubles(one, shape, name) for one, name in ((by_x, "by_x"), (by_v, "by_v"))]
-        call(lib.flesh_trajectory_gradient, self._pointer, pointer(at_end[0]), pointer(at_end[1]), len(all_of_them),
-             structs, pointer(gradient), pointer(start))
+        overs = {"end": lib.FLESH_AT_END, "integral": lib.FLESH_INTEGRAL, "mean": lib.FLESH_MEAN}
+        if over not in overs:
+            raise ArgumentError(f"over is {over!r}; it must be 'end', 'mean' or 'integral'")
+        by = [None if one is None else doubles(one, shape, name) for one, name in ((by_x, "by_x"), (by_v, "by_v"))]
+        quantity = ffi.new("flesh_motion_quantity *", (pointer(by[0]), pointer(by[1]), overs[over]))
+        call(lib.flesh_trajectory_gradient, self._pointer, quantity, len(all_of_them), structs, pointer(gradient),
+             pointer(start))
         return MotionGradient(gradient, start[0], start[1])
