@@ -381,7 +381,8 @@ int flesh_integrator_attempt(flesh_integrator *self, const flesh_method_row *row
   if (!status) status = tell_taken(self, row, part, trial.from, trial.to, state);
   if (status) return status;
   finish_part(self, row, &stage, part, state, stats);
-  count_easy(&self->memory, were_easy(5 * (row->stages ? energy.stages : 1), &before_solve, stats));
+  const int easy = were_easy(5 * (row->stages ? energy.stages : 1), &before_solve, stats);
+  count_easy(&self->memory, easy && !(row->stages && flesh_recovery_is_inverted(&self->recovery, state->x)));
   if (self->first.extrapolation.n)
     flesh_extrapolation_remember(&self->first.extrapolation, flesh_nonlinear_unknowns(self->nonlinear),
                                  self->evaluation->serial, state->t, part->h, were_easy(8, &before_solve, stats));

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# TEST full program needs=flesh name=test_every_scene seconds=200 protocol=exitcode args: --steps 2 --max-seconds 600
+# TEST full program needs=flesh name=test_every_scene seconds=200 builds=plain protocol=exitcode args: --steps 2 --max-seconds 600
 """scenes.py: every scene of data/scenes by every method, at the scene's own step or at a tolerance.
 
     python3 test/campaign/scenes.py [--full | --steps N] [--scenes LIST] [--methods LIST] [--tolerance T]

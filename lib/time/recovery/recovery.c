@@ -36,14 +36,19 @@ size_t flesh_recovery_memory(const flesh_recovery *self)
   return self->untangler ? flesh_untangler_memory(self->untangler) : 0;
 }
 
-int flesh_recovery_is_tangled(flesh_recovery *self, const double *x)
+int flesh_recovery_is_inverted(flesh_recovery *self, const double *x)
 {
   int inverted; /* anywhere in a tet */
   flesh_mesh_jacobian_bounds(self->mesh, x, NULL, NULL, &inverted);
+  double counts[] = {inverted, flesh_mesh_tet_count(self->mesh)};
+  flesh_team_sum(self->team, 2, counts);
+  return counts[0] > worth * counts[1];
+}
+
+int flesh_recovery_is_tangled(flesh_recovery *self, const double *x)
+{
   const int left = self->tangled && flesh_mesh_may_be_tangled(self->mesh, x);
-  double counts[] = {inverted, flesh_mesh_tet_count(self->mesh), left};
-  flesh_team_sum(self->team, 3, counts);
-  self->tangled = counts[0] > worth * counts[1] || counts[2] > 0;
+  self->tangled = flesh_recovery_is_inverted(self, x) || flesh_team_any(self->team, left);
   return self->tangled;
 }
 
