@@ -4,7 +4,8 @@
 SELECT method, setting, steps, rejected, residual_evaluations, hessian_assemblies, newton, linear_iterations, cpu_s,
   wall_s_median, wall_s_min, error AS error_position_rms, error_position_max, error_tip, error_volume, energy_drift, status,
   error / (tolerance * length) AS error_over_tolerance, error / motion AS error_over_motion, price, value, difference,
-  iif(price = 'work', coalesce(in_time, 0), NULL) AS front_time, iif(price = 'work', coalesce(in_residuals, 0), NULL) AS front_residuals
+  iif(price = 'work', coalesce(in_time, 0), NULL) AS front_time, iif(price = 'work', coalesce(in_residuals, 0),
+    NULL) AS front_residuals
 FROM runs JOIN reference LEFT JOIN fronts USING (number) ORDER BY number;
 -- to orders.csv
 SELECT method, against, points, slope AS "order", slope_error AS order_standard_error, low AS "from", high AS "to"
@@ -12,10 +13,13 @@ FROM orders ORDER BY first;
 
 -- The runs as a table, the methods' work first.
 CREATE TEMP VIEW heads (work, at, text) AS
-SELECT price = 'work', -2, printf('%s%-18s %-30s %-15s %8s %6s %8s %8s %8s %8s %9s %8s %9s %9s', char(10), 'method', 'setting', 'status',
-    'steps', 'reject', 'residual', 'Hessian', 'linear', 'cpu', 'error', 'of the', 'energy', iif(price = 'work', 'error per', 'off the'))
+SELECT price = 'work', -2, printf('%s%-18s %-30s %-15s %8s %6s %8s %8s %8s %8s %9s %8s %9s %9s', char(10), 'method',
+  'setting', 'status',
+    'steps', 'reject', 'residual', 'Hessian', 'linear', 'cpu', 'error', 'of the', 'energy', iif(price = 'work', 'error per',
+      'off the'))
   FROM runs GROUP BY 1
-UNION ALL SELECT price = 'work', -1, printf('%-18s %-30s %-15s %8s %6s %8s %8s %8s %8s %9s %8s %9s %9s', '', '', '', '', '', 'evals',
+UNION ALL SELECT price = 'work', -1, printf('%-18s %-30s %-15s %8s %6s %8s %8s %8s %8s %9s %8s %9s %9s', '', '', '', '', '',
+  'evals',
     'assembl.', 'iter.', 's', 'rms m', 'motion %', 'drift %', iif(price = 'work', 'tolerance', 'tight, m')) FROM runs GROUP BY 1
 UNION ALL VALUES (1, 1e9, '* nothing is as good in less time. error per tolerance: of the body''s length.')
 UNION ALL SELECT 0, 1e9, 'off the tight: difference from the same run with every solve to rounding. Another mass matrix or mesh
@@ -37,14 +41,16 @@ reference: %s
   they differ by %s m rms, the last refinement changed the first by %s m, interpolation between its %d times adds %s m: errors below %s m (%s %% of the motion) are not reported
   motion: %s m rms, node %d moves most, %s m', words, number('%.2e', apart), number('%.2e', "change"), times,
     number('%.2e', between_times), number('%.2e', known), number('%.2g', 100 * known / motion), number('%.3g', motion), tip,
-    number('%.3g', tip_motion)) || iif(period IS NULL, '; too short to show a period', printf(', period %s s', number('%.3g', period))) ||
+    number('%.3g', tip_motion)) || iif(period IS NULL, '; too short to show a period', printf(', period %s s', number('%.3g',
+      period))) ||
   iif(known > 0.01 * motion, '
   warning: this motion cannot be followed that far by any method: nearby states part too fast. A shorter --set time.end, or more --reference-seconds, may help.', '')
 FROM reference;
 -- to verdict.txt
 SELECT 'times: CPU time of the integration alone; times that differ by less than a tenth, or by less than repeats do, count as equal' ||
   iif(total(wall_s_min) > 1.2 * total(cpu_s) AND total(cpu_s) > 0,
-    printf('. The machine was busy: on the wall the runs took %s times that', number('%.1f', total(wall_s_min) / total(cpu_s))), '')
+    printf('. The machine was busy: on the wall the runs took %s times that', number('%.1f',
+      total(wall_s_min) / total(cpu_s))), '')
 FROM runs WHERE wall_s_min IS NOT NULL;
 
 -- Runs that reach a share of the motion: as accurate, or below the reference's uncertainty; and not by luck: all runs of
@@ -60,7 +66,8 @@ SELECT share, number, method FROM within w WHERE good AND NOT EXISTS (
 CREATE TEMP TABLE best AS
 WITH scopes AS (SELECT share, number, method AS scope FROM reached UNION ALL SELECT share, number, '*' FROM reached),
   quickest AS (SELECT share, scope, number FROM (
-    SELECT *, row_number() OVER (PARTITION BY share, scope ORDER BY cpu_s, number) AS place FROM scopes JOIN done USING (number))
+    SELECT *, row_number() OVER (PARTITION BY share, scope ORDER BY cpu_s, number) AS place FROM scopes
+      JOIN done USING (number))
     WHERE place = 1)
 SELECT share, scope, number FROM (
   SELECT s.share AS share, s.scope AS scope, s.number AS number, row_number() OVER (PARTITION BY s.share, s.scope
@@ -76,7 +83,8 @@ CREATE TEMP TABLE passes AS
 WITH curve AS (SELECT method, number, error, cpu_s, lag(error) OVER w AS error_before, lag(cpu_s) OVER w AS cpu_before FROM done
   WHERE error IS NOT NULL WINDOW w AS (PARTITION BY method ORDER BY number))
 SELECT share, method, cpu_before * pow(cpu_s / cpu_before, ln(error_before / target) / ln(error_before / error)) AS cpu_s
-FROM (SELECT *, row_number() OVER (PARTITION BY share, method ORDER BY number) AS place FROM curve JOIN shares WHERE error <= target)
+FROM (SELECT *, row_number() OVER (PARTITION BY share, method ORDER BY number) AS place FROM curve JOIN shares
+  WHERE error <= target)
 WHERE place = 1;
 CREATE TEMP VIEW told AS
 SELECT number, cpu_s, method, printf('%s in %s s, %d steps, error ', setting, number('%.3g', cpu_s), steps) ||
@@ -92,7 +100,8 @@ LEFT JOIN most_accurate a ON a.method = 'backward-euler' WHERE b.scope = '*' AND
 
 -- to verdict.txt
 SELECT text FROM (
-  SELECT share, 0 AS at, printf('%sFor %s %% of the motion (%s m rms):%s', char(10), number('%g', 100 * share), number('%.3g', target),
+  SELECT share, 0 AS at, printf('%sFor %s %% of the motion (%s m rms):%s', char(10), number('%g', 100 * share), number('%.3g',
+    target),
     iif(is_known, '', char(10) || '  the reference is less accurate than that.')) AS text FROM shares
   UNION ALL
   SELECT s.share, 1 + first, printf('  %-18s ', m.method) || CASE
@@ -101,7 +110,8 @@ SELECT text FROM (
     WHEN times = 0 THEN t.words || '; the same cost, within the noise of the clock'
     WHEN t.number IS NOT NULL THEN printf('%s; %s times as much', t.words, number('%.3g', t.cpu_s / best.cpu_s))
     ELSE coalesce('not reached; its best: ' || other.words, 'no run to judge by') END
-  FROM shares s JOIN methods m LEFT JOIN best b ON b.share = s.share AND b.scope = m.method LEFT JOIN told t ON t.number = b.number
+  FROM shares s JOIN methods m LEFT JOIN best b ON b.share = s.share AND b.scope = m.method LEFT
+    JOIN told t ON t.number = b.number
   LEFT JOIN best c ON c.share = s.share AND c.scope = '*' LEFT JOIN told best ON best.number = c.number
   LEFT JOIN pairs p ON p.a = t.number AND p.b = best.number
   LEFT JOIN most_accurate o ON o.method = m.method LEFT JOIN told other ON other.number = o.number WHERE is_known
@@ -110,7 +120,8 @@ SELECT text FROM (
   WHERE is_known AND share NOT IN (SELECT share FROM best)
   UNION ALL
   SELECT share, 2e6, CASE
-    WHEN reached IS NOT NULL THEN printf('  Backward Euler costs %s times as much in time and %s times the steps', number('%.3g', s.cpu_s / b.cpu_s),
+    WHEN reached IS NOT NULL THEN printf('  Backward Euler costs %s times as much in time and %s times the steps',
+      number('%.3g', s.cpu_s / b.cpu_s),
       number('%.3g', 1.0 * s.steps / b.steps)) || iif(curve IS NULL, '',
       printf(' (%s times in time, interpolated between settings)', number('%.3g', curve))) || '.'
     WHEN o.cpu_s > b.cpu_s THEN printf('  Backward Euler would cost more than %s times as much: its best run takes that and does not reach it.',
@@ -141,13 +152,16 @@ FROM (SELECT * FROM runs WHERE price = 'work' AND status <> 'not run' AND energy
 GROUP BY method ORDER BY min(number);
 
 -- to verdict.txt
-SELECT coalesce((SELECT printf('%sOther settings, one at a time, with %s at a step of %s s:', char(10), method, step_text) FROM runs
+SELECT coalesce((SELECT printf('%sOther settings, one at a time, with %s at a step of %s s:', char(10), method, step_text)
+  FROM runs
   WHERE price <> 'work' ORDER BY number LIMIT 1), '
 Other settings are not measured: --methods names no method of fixed steps.');
 -- to verdict.txt
-SELECT printf('  %-32s ', setting) || iif(NOT ended, status, printf('%s s, %d Hessians, %d linear iterations; ', number('%.3g', cpu_s),
+SELECT printf('  %-32s ', setting) || iif(NOT ended, status, printf('%s s, %d Hessians, %d linear iterations; ',
+  number('%.3g', cpu_s),
   hessian_assemblies, linear_iterations) || CASE
-  WHEN price = 'mesh' THEN printf('the tip differs by %s m, the volume by %s %%', number('%.2e', error_tip), number('%.2g', 100 * error_volume))
+  WHEN price = 'mesh' THEN printf('the tip differs by %s m, the volume by %s %%', number('%.2e', error_tip), number('%.2g',
+    100 * error_volume))
   WHEN other_body THEN printf('another body: differs by %s m rms (%s %% of the motion)', number('%.2e', difference),
     number('%.2g', 100 * difference / motion))
   ELSE printf('adds %s m rms', number('%.2e', difference)) END)
@@ -158,7 +172,8 @@ WHERE EXISTS (SELECT 1 FROM runs WHERE price <> 'work') AND NOT EXISTS (SELECT 1
 
 -- Pictures: columns of accuracy.csv by method, with the method's fitted order as far as one shows.
 CREATE TEMP VIEW legends AS
-SELECT *, method || iif(points, printf(': error ~ %s^%s ± %s', against, number('%.2f', slope), number('%.2f', slope_error)), '') AS legend,
+SELECT *, method || iif(points, printf(': error ~ %s^%s ± %s', against, number('%.2f', slope), number('%.2f', slope_error)),
+  '') AS legend,
   printf('''accuracy.csv'' using (strcol(''method'') eq ''%s'' && strcol(''price'') eq ''work'' ? ', method) AS rows
 FROM orders WHERE method IN (SELECT method FROM done WHERE judged AND error <> 0) ORDER BY first;
 CREATE TEMP VIEW works (name, cost, label, front) AS
@@ -166,17 +181,21 @@ VALUES ('work_time', 'cpu_s', 'CPU time of the integration [s]', 'front_time'),
   ('work_residuals', 'residual_evaluations', 'number of residual evaluations', 'front_residuals');
 -- Far below every run the line of what is known would only squeeze the picture.
 CREATE TEMP VIEW work_scripts AS
-SELECT name, plot(name, 1040, 640, 'What accuracy costs', label, 'error: mass-weighted rms, worst over time [% of the motion]') ||
+SELECT name, plot(name, 1040, 640, 'What accuracy costs', label,
+  'error: mass-weighted rms, worst over time [% of the motion]') ||
   'set logscale xy
 set format xy ''%g''
 set yrange [*:200]
-' || (SELECT group_concat(printf('set arrow %d from graph 0, first %g to graph 1, first %g nohead dt 3 lc rgb ''#909090''', column1,
+' || (SELECT group_concat(printf('set arrow %d from graph 0, first %g to graph 1, first %g nohead dt 3 lc rgb ''#909090''',
+  column1,
     column2, column2), char(10)) FROM (VALUES (1, 1), (2, 0.1), (3, 0.01))) || '
-plot ' || (SELECT group_concat(printf('%scolumn(''%s'') : NaN):(100*column(''error_over_motion'')) with linespoints lw 2 pt %d ps 0.9 lc rgb ''%s'' title %s, \
+plot ' ||
+  (SELECT group_concat(printf('%scolumn(''%s'') : NaN):(100*column(''error_over_motion'')) with linespoints lw 2 pt %d ps 0.9 lc rgb ''%s'' title %s, \
      ', rows, cost, mark, colour, quoted(legend)), '') FROM legends) ||
   printf('''accuracy.csv'' using (column(''%s'') == 1 ? column(''%s'') : NaN):(100*column(''error_over_motion'')) with points pt 6 ps 2.4 lw 1.5 lc rgb ''#202020'' title ''nothing better for less'', \
      %s with lines dt 2 lc rgb ''#909090'' title ''reference known to %s %%''', front, cost,
-    iif(known > (SELECT min(error) FROM done) / 100, number('%.17g', 100 * known / motion), 'NaN'), number('%.1g', 100 * known / motion)) AS text
+    iif(known > (SELECT min(error) FROM done) / 100, number('%.17g', 100 * known / motion), 'NaN'), number('%.1g',
+      100 * known / motion)) AS text
 FROM works JOIN reference WHERE EXISTS (SELECT 1 FROM legends);
 -- to work_time.gp
 SELECT text FROM work_scripts WHERE name = 'work_time';
@@ -184,12 +203,14 @@ SELECT text FROM work_scripts WHERE name = 'work_time';
 SELECT text FROM work_scripts WHERE name = 'work_residuals';
 
 -- to orders.gp
-SELECT plot('orders', 1040, 640, 'Error against step and tolerance, with orders where they hold', 'step [s], or tolerance (squares)',
+SELECT plot('orders', 1040, 640, 'Error against step and tolerance, with orders where they hold',
+  'step [s], or tolerance (squares)',
     'error: mass-weighted rms, worst over time [m]') || 'set logscale xy
 set format xy ''%g''
 ' || printf('set yrange [*:%s]
 plot ', number('%g', 2 * motion)) || (SELECT group_concat(
-    printf('%scolumn(''value'') : NaN):(column(''error_position_rms'')) with points pt %d ps 1.1 lc rgb ''%s'' title %s', rows, mark,
+    printf('%scolumn(''value'') : NaN):(column(''error_position_rms'')) with points pt %d ps 1.1 lc rgb ''%s'' title %s',
+      rows, mark,
       colour, quoted(legend)) || iif(points, printf(', \
      [%s:%s] exp(%s)*x**%s with lines lw 1.5 lc rgb ''%s'' notitle', number('%.17g', low), number('%.17g', high),
       number('%.17g', constant), number('%.17g', slope), colour), ''), ', \
@@ -197,7 +218,8 @@ plot ', number('%g', 2 * motion)) || (SELECT group_concat(
 FROM reference WHERE EXISTS (SELECT 1 FROM legends);
 
 -- to energy.gp
-SELECT plot('energy', 1040, 640, 'Energy lost (open) and gained (filled) against the time it takes', 'CPU time of the integration [s]',
+SELECT plot('energy', 1040, 640, 'Energy lost (open) and gained (filled) against the time it takes',
+  'CPU time of the integration [s]',
     'largest difference of energy [% of the largest kinetic energy]') || 'set logscale xy
 set format xy ''%g''
 set yrange [*:1000]
@@ -207,7 +229,8 @@ FROM (SELECT group_concat(printf('%s(100*abs(column(''energy_drift''))) with lin
      %s(column(''energy_drift'') < 0 ? -100*column(''energy_drift'') : NaN) with points pt 6 ps 1.4 lw 2 lc rgb ''%s'' notitle',
     rows, colour, method, rows, colour, rows, colour), ', \
      ') AS text FROM (
-  SELECT *, printf('''accuracy.csv'' using (strcol(''method'') eq ''%s'' && strcol(''price'') eq ''work'' ? column(''cpu_s'') : NaN):',
+  SELECT *,
+    printf('''accuracy.csv'' using (strcol(''method'') eq ''%s'' && strcol(''price'') eq ''work'' ? column(''cpu_s'') : NaN):',
     method) AS rows
   FROM methods WHERE method IN (SELECT method FROM done WHERE abs(energy_drift) < 9e999 AND energy_drift <> 0) ORDER BY first))
 WHERE text IS NOT NULL;
@@ -216,12 +239,15 @@ WHERE text IS NOT NULL;
 CREATE TEMP VIEW shades AS
 SELECT method, first, number, tolerance_text, steps_file,
   iif(count(*) OVER w > 1, (row_number() OVER (PARTITION BY method ORDER BY number) - 1.0) / (count(*) OVER w - 1), 1) AS shade
-FROM (SELECT *, substr(setting, length('tolerance=') + 1) AS tolerance_text FROM runs WHERE steps_file <> '' AND status <> 'not run')
+FROM (SELECT *, substr(setting, length('tolerance=') + 1) AS tolerance_text FROM runs WHERE steps_file <> ''
+  AND status <> 'not run')
 JOIN (SELECT method, first FROM methods) USING (method) WINDOW w AS (PARTITION BY method);
 CREATE TEMP VIEW step_curves AS
 SELECT method, first, y,
-  group_concat(printf('%s using ''t'':''%s'' with steps lw 1.6 lc rgb ''#%02x%02x%02x'' title %s', quoted('./' || steps_file), y,
-    CAST(240 * (1 - shade) AS INTEGER), CAST(176 - 128 * shade AS INTEGER), CAST(80 + 48 * shade AS INTEGER), quoted(tolerance_text)), ', \
+  group_concat(printf('%s using ''t'':''%s'' with steps lw 1.6 lc rgb ''#%02x%02x%02x'' title %s', quoted('./' || steps_file),
+    y,
+    CAST(240 * (1 - shade) AS INTEGER), CAST(176 - 128 * shade AS INTEGER), CAST(80 + 48 * shade AS INTEGER),
+      quoted(tolerance_text)), ', \
      ') AS curves
 FROM (SELECT * FROM shades JOIN (SELECT 'h' AS y UNION ALL SELECT 'order') ORDER BY number) GROUP BY method, y;
 -- to steps.gp
@@ -238,7 +264,8 @@ set ylabel ''step [s]''
 ', '') || printf('set title ''%s'' noenhanced
 plot %s', method, curves) || iif(period IS NULL, '', printf(', \
      %s with lines dt 2 lw 2 lc rgb ''#202020'' title ''motion''''s period'', \
-     %s with lines dt 3 lw 2 lc rgb ''#202020'' title ''a 20th of it''', number('%.17g', period), number('%.17g', period / 20))) ||
+     %s with lines dt 3 lw 2 lc rgb ''#202020'' title ''a 20th of it''', number('%.17g', period), number('%.17g',
+       period / 20))) ||
     char(10), '') FROM (SELECT * FROM step_curves WHERE y = 'h' ORDER BY first)) ||
   'unset logscale y
 unset title
@@ -248,5 +275,6 @@ set ylabel ''order''
 unset key
 ' || (SELECT group_concat('plot ' || curves, char(10)) FROM (SELECT * FROM step_curves WHERE y = 'order' ORDER BY first)) || '
 unset multiplot'
-FROM reference JOIN (SELECT count(*) AS columns, 350 * count(*) + 280 AS width, max(first) AS last FROM step_curves WHERE y = 'h')
+FROM reference JOIN (SELECT count(*) AS columns, 350 * count(*) + 280 AS width, max(first) AS last FROM step_curves
+  WHERE y = 'h')
 WHERE columns;

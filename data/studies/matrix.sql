@@ -6,7 +6,8 @@ CREATE TEMP TABLE colours AS SELECT column1 AS o, column2 AS outcome, column3 AS
   (4, 'not recovered', '#f2cf63'), (5, 'unconverged', '#e08a2e'), (6, 'stopped', '#8fb3d9'), (7, 'out of budget', '#8c6bb1'),
   (8, 'non-finite', '#c2185b'), (9, 'crashed or hung', '#7a0c0c'), (10, 'not run', '#f4f4f4'));
 CREATE TEMP TABLE matrix_rows AS
-SELECT name, max(grp) AS grp, max(own_poisson) AS own_poisson, row_number() OVER (ORDER BY min(number)) - 1 AS c FROM runs GROUP BY name;
+SELECT name, max(grp) AS grp, max(own_poisson) AS own_poisson, row_number() OVER (ORDER BY min(number)) - 1 AS c
+  FROM runs GROUP BY name;
 CREATE TEMP TABLE matrix_columns AS
 SELECT title, row_number() OVER (ORDER BY min(number)) - 1 AS s FROM runs GROUP BY title;
 -- Sizes in pixels; the width is that of the legend at least.
@@ -48,11 +49,13 @@ unset grid
 unset key', number('%.6f', 190.0 / width), number('%.6f', right / width), number('%.6f', 1 - 230.0 / height),
     number('%.6f', 70.0 / height), columns, rows) AS text FROM sizes
   UNION ALL
-  SELECT 1, c, printf('set object rectangle from %d,%d to %d,%d fc rgb ''%s'' fs solid border lc rgb ''#ffffff''', s, c, s + 1, c + 1,
+  SELECT 1, c, printf('set object rectangle from %d,%d to %d,%d fc rgb ''%s'' fs solid border lc rgb ''#ffffff''', s, c,
+    s + 1, c + 1,
     coalesce(cells.colour, '#f4f4f4'))
   FROM matrix_rows JOIN matrix_columns LEFT JOIN cells USING (c, s)
   UNION ALL
-  SELECT 2, c, printf('set label %s at %s,%s center noenhanced font '',7'' textcolor rgb ''%s'' front', quoted(coalesce(text, '')),
+  SELECT 2, c, printf('set label %s at %s,%s center noenhanced font '',7'' textcolor rgb ''%s'' front', quoted(coalesce(text,
+    '')),
     number('%g', s + 0.5), number('%g', c + 0.5), iif(o BETWEEN 7 AND 9, '#ffffff', '#404040')) FROM cell_texts
   UNION ALL
   SELECT 3, c, printf('set label %s at screen %s, first %s right noenhanced font '',9'' textcolor rgb ''#303030''',
@@ -68,14 +71,16 @@ unset key', number('%.6f', 190.0 / width), number('%.6f', right / width), number
   UNION ALL
   SELECT 6, 0, printf('set label ''Hard cases: what became of them'' at screen %s,%s left font '',13''
 set label "Recovered: simulated time until at rest for good (statics: Newton iterations); untangled: after tangles in equilibrium were left through softer materials.\nNot recovered: distance from rest in body lengths, or inverted tets;\nmin: the end is a true local minimum. Several seeds: how many recovered.\nColumns: energy, Poisson''s ratio, solver." at screen %s,%s left noenhanced font '',9'' textcolor rgb ''#606060''',
-    number('%.6f', 10.0 / width), number('%.6f', 1 - 20.0 / height), number('%.6f', 10.0 / width), number('%.6f', 1 - 44.0 / height))
+    number('%.6f', 10.0 / width), number('%.6f', 1 - 20.0 / height), number('%.6f', 10.0 / width), number('%.6f',
+      1 - 44.0 / height))
   FROM sizes
   UNION ALL
   SELECT 7, o, printf('set object rectangle from screen %s,%s to screen %s,%s fc rgb ''%s'' fs solid noborder
 set label %s at screen %s,%s left noenhanced font '',9'' textcolor rgb ''#303030''', number('%.5f', (x - 170) / width),
     number('%.5f', 22.0 / height), number('%.5f', (x - 156) / width), number('%.5f', 36.0 / height), colour, quoted(outcome),
     number('%.5f', (x - 150) / width), number('%.5f', 29.0 / height))
-  FROM (SELECT *, 190 + 34 * o + 7.2 * coalesce((SELECT sum(length(p.outcome)) FROM colours p WHERE p.o < colours.o), 0) AS x FROM colours)
+  FROM (SELECT *, 190 + 34 * o + 7.2 * coalesce((SELECT sum(length(p.outcome)) FROM colours p WHERE p.o < colours.o), 0) AS x
+    FROM colours)
   JOIN sizes
   UNION ALL SELECT 8, 0, 'plot NaN')
 ORDER BY at, line;

@@ -3,7 +3,8 @@
 
 -- The one row of all runs on meshes (shared_method NULL: in equilibrium), and what was found of them, lengths in m.
 CREATE TEMP TABLE about AS
-SELECT number AS limits, data ->> 'shared' AS shared, data ->> 'shared_method' AS shared_method, data ->> 'shared_step' AS shared_step,
+SELECT number AS limits, data ->> 'shared' AS shared, data ->> 'shared_method' AS shared_method,
+  data ->> 'shared_step' AS shared_step,
   data ->> 'point_load' AS point_load FROM facts WHERE data ->> 'shared' IS NOT NULL;
 CREATE TEMP TABLE found AS
 SELECT table_rows.number AS place, data FROM table_rows JOIN wanted ON id = case_id JOIN about ON wanted.number = limits;
@@ -12,11 +13,13 @@ SELECT data ->> 'first' AS first, nullif(data ->> 'second', '') AS second, (data
   (data ->> 'uncertainty') / (data ->> 'motion') AS open, data ->> 'motion' AS motion
 FROM (SELECT 1) LEFT JOIN found ON data ->> 'motion' IS NOT NULL;
 CREATE TEMP TABLE limits AS
-SELECT place, data ->> 'element' AS element, data ->> 'levels' AS levels, data ->> 'order' AS "order", data ->> 'coarse' AS coarse,
+SELECT place, data ->> 'element' AS element, data ->> 'levels' AS levels, data ->> 'order' AS "order",
+  data ->> 'coarse' AS coarse,
   data ->> 'fine' AS fine FROM found WHERE data ->> 'levels' IS NOT NULL;
 CREATE TEMP TABLE meshes AS
 SELECT f.data ->> 'mesh' AS mesh, f.data ->> 'element' AS element, f.data ->> 'kind' AS kind, f.data ->> 'refine' AS refine,
-  f.data ->> 'source' AS source, f.data ->> 'own' AS own, tet_count AS tets, node_count AS nodes, largest_poisson AS poisson, cpu_s,
+  f.data ->> 'source' AS source, f.data ->> 'own' AS own, tet_count AS tets, node_count AS nodes, largest_poisson AS poisson,
+    cpu_s,
   CASE WHEN coalesce(status, 'planned') IN ('planned', 'running') THEN 'not run'
     WHEN e.data ->> 'elsewhere' THEN 'starts elsewhere' WHEN e.data ->> 'below' THEN 'below reference' ELSE status END AS status,
   coalesce(status_code = 0, 0) AND NOT coalesce(e.data ->> 'elsewhere', 0) AS ended, e.data ->> 'error' AS error,

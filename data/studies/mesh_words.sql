@@ -11,15 +11,18 @@ SELECT element, printf('%s of %d and %d tets, extrapolated at order %s (%s)', el
   iif(levels > 2, 'measured over three meshes', 'assumed: two meshes')) AS words FROM limits;
 -- A share of the motion as people read it.
 CREATE TEMP VIEW percents AS
-SELECT mesh, own, iif(mesh_error IS NULL, '-', iif(below, 'under ', '') || number(iif(mesh_error < 1, '%.2g', '%.0f'), 100 * mesh_error) ||
+SELECT mesh, own, iif(mesh_error IS NULL, '-', iif(below, 'under ', '') || number(iif(mesh_error < 1, '%.2g', '%.0f'),
+  100 * mesh_error) ||
   ' %') AS text FROM meshes;
 CREATE TEMP VIEW step_percents AS
-SELECT number, iif(below, 'under ', '') || number(iif(step_error < 1, '%.2g', '%.0f'), 100 * step_error) || ' %' AS text FROM steps;
+SELECT number, iif(below, 'under ', '') || number(iif(step_error < 1, '%.2g', '%.0f'), 100 * step_error) || ' %' AS text
+  FROM steps;
 
 -- to mesh.txt
 SELECT iif(shared < 0, '
 The error of the mesh in equilibrium (rms over the motion):', printf('
-The error of the mesh beside that of the step (rms over the motion, worst over time; all by %s at %s s):', shared_method, shared_step))
+The error of the mesh beside that of the step (rms over the motion, worst over time; all by %s at %s s):', shared_method,
+  shared_step))
 FROM about;
 -- to mesh.txt
 SELECT '  reference: ' || a.words || char(10) || coalesce('    against ' || b.words,
@@ -28,10 +31,12 @@ SELECT '  reference: ' || a.words || char(10) || coalesce('    against ' || b.wo
     number('%.3g', motion), number('%.2g', 100 * open))
 FROM known JOIN of_element a ON a.element = first LEFT JOIN of_element b ON b.element = second;
 -- to mesh.txt
-SELECT printf('  %-11s %8s %8s %12s %12s %9s', 'element', 'tets', 'nodes', 'mesh, % off', iif(shared < 0, '', 'step, % off'), 'CPU s')
+SELECT printf('  %-11s %8s %8s %12s %12s %9s', 'element', 'tets', 'nodes', 'mesh, % off', iif(shared < 0, '', 'step, % off'),
+  'CPU s')
 FROM about;
 -- to mesh.txt
-SELECT printf('  %-11s %8d %8d %12s %12s', element, tets, nodes, iif(below, '< ' || number('%.2g', 100 * open), number('%.3g', 100 * error)),
+SELECT printf('  %-11s %8d %8d %12s %12s', element, tets, nodes, iif(below, '< ' || number('%.2g', 100 * open), number('%.3g',
+  100 * error)),
     iif(shared < 0, '', (SELECT number('%.2g', 100 * step_error) FROM shared))) ||
   iif(ended, printf(' %9s', number('%.3g', cpu_s)), '   ' || status)
 FROM meshes JOIN known JOIN about ORDER BY kind, tets, mesh;
@@ -40,13 +45,15 @@ SELECT 'No reference: no element has two meshes that ran to the end.' FROM known
 
 -- The scene as it stands: its mesh and element, and its own method and step.
 CREATE TEMP VIEW own AS
-SELECT m.mesh AS mesh, poisson, tets, element, p.text AS text, m.below AS below, iif(m.below, 0, m.error) AS of_mesh, open, s.number AS step,
+SELECT m.mesh AS mesh, poisson, tets, element, p.text AS text, m.below AS below, iif(m.below, 0, m.error) AS of_mesh, open,
+  s.number AS step,
   s.method AS method, s.step_text AS step_text, s.step_error AS of_step, q.text AS step_words, s.below AS step_below
 FROM known LEFT JOIN (SELECT * FROM meshes WHERE own AND ended ORDER BY mesh LIMIT 1) m LEFT JOIN percents p ON p.mesh = m.mesh
 LEFT JOIN (SELECT * FROM steps WHERE own ORDER BY number DESC LIMIT 1) s LEFT JOIN step_percents q ON q.number = s.number
 WHERE first IS NOT NULL;
 -- to mesh.txt
-SELECT iif(mesh IS NULL, 'Your mesh: its run failed.', iif(poisson IS NULL, 'Y', printf('At a Poisson''s ratio of %s y', number('%g', poisson))) ||
+SELECT iif(mesh IS NULL, 'Your mesh: its run failed.', iif(poisson IS NULL, 'Y', printf('At a Poisson''s ratio of %s y',
+  number('%g', poisson))) ||
   printf('our %d tets (%s) are %s off', tets, element, text) ||
   iif(step IS NULL, '.', printf('; the step (%s at %s s) adds %s.', method, step_text, step_words)))
 FROM own;
@@ -68,7 +75,8 @@ SELECT printf('For %s %% in all: ', number('%g', 100 * share)) || CASE
   WHEN m.mesh IS NULL THEN 'no run reaches it.'
   ELSE printf('%s, %d tets, ', element, tets) || iif(s.number IS NULL, '', s.method || iif(s.tolerance IS NULL,
       printf(' at %s s, ', s.step_text), ' at a tolerance of ' || substr(s.setting, length('tolerance=') + 1) || ', ')) ||
-    printf('%s%s s (mesh %s', iif(measured OR took IS NOT NULL, '', 'about '), number('%.2g', coalesce(took, c.cpu_s)), p.text) ||
+    printf('%s%s s (mesh %s', iif(measured OR took IS NOT NULL, '', 'about '), number('%.2g', coalesce(took, c.cpu_s)),
+      p.text) ||
     iif(s.number IS NULL, '', ', step ' || q.text) || ').' END
 FROM (SELECT column1 AS share FROM (VALUES (0.1), (0.01), (0.001))) JOIN known LEFT JOIN choices c USING (share)
 LEFT JOIN meshes m ON m.mesh = c.mesh LEFT JOIN percents p ON p.mesh = c.mesh LEFT JOIN steps s ON s.number = c.step
@@ -92,9 +100,11 @@ SELECT kind, element, 1, cpu_s * pow(error / 0.01, iif(element = 'tet4', 1.5, 1.
 WHERE place = runs AND NOT EXISTS (SELECT 1 FROM curves o WHERE o.kind = c.kind AND o.error <= 0.01);
 -- to mesh.txt
 SELECT 'To a mesh error of 1 %:' || coalesce(group_concat(printf(' %s %s%s s', element, least,
-    number(iif(time < 100, '%.2g', '%.0f'), time)) || iif(element <> first AND best IS NOT NULL, printf(', %s%s times as much', least,
+    number(iif(time < 100, '%.2g', '%.0f'), time)) || iif(element <> first AND best IS NOT NULL,
+      printf(', %s%s times as much', least,
     number(iif(time / best < 100, '%.2g', '%.0f'), time / best)), ''), ',') || '.', ' no run shows it.')
-FROM (SELECT *, iif(beyond, 'at least ', '') AS least FROM known LEFT JOIN (SELECT element AS e, time AS best FROM times_to) ON e = first
+FROM (SELECT *, iif(beyond, 'at least ', '') AS least FROM known LEFT JOIN (SELECT element AS e, time AS best
+  FROM times_to) ON e = first
   LEFT JOIN (SELECT * FROM times_to WHERE time IS NOT NULL) WHERE 0.01 >= open ORDER BY kind DESC)
 HAVING count(*);
 -- to mesh.txt
@@ -109,9 +119,12 @@ FROM about JOIN known WHERE point_load <> '' AND first IS NOT NULL;
 SELECT plot('work_mesh', 900, 560, 'What the accuracy of the mesh costs', 'CPU time [s]',
     'error of the mesh: rms, worst over time [% of the motion]') || 'set logscale xy
 set format xy ''%g''
-plot ' || (SELECT group_concat(printf('''mesh.csv'' using (strcol(''element'') eq ''%s'' ? column(''cpu_s'') : NaN):(100*column(''error_over_motion'')) with linespoints lw 2 pt %d lc rgb ''%s'' title ''%s'', \
-     ', column1, column2, column3, column1), '') FROM (VALUES ('tet4', 7, '#d55e00'), ('tet10', 5, '#56b4e9'), ('tet10-mean', 9, '#0072b2'))) ||
-  printf('%s with lines dt 2 lc rgb ''#909090'' title ''reference known to %s %%''', number('%.17g', 100 * open), number('%.1g', 100 * open)) ||
+plot ' ||
+  (SELECT group_concat(printf('''mesh.csv'' using (strcol(''element'') eq ''%s'' ? column(''cpu_s'') : NaN):(100*column(''error_over_motion'')) with linespoints lw 2 pt %d lc rgb ''%s'' title ''%s'', \
+     ', column1, column2, column3, column1), '') FROM (VALUES ('tet4', 7, '#d55e00'), ('tet10', 5, '#56b4e9'), ('tet10-mean',
+       9, '#0072b2'))) ||
+  printf('%s with lines dt 2 lc rgb ''#909090'' title ''reference known to %s %%''', number('%.17g', 100 * open),
+    number('%.1g', 100 * open)) ||
   iif(step_error > 0, printf(', \
      %s with lines dt 3 lc rgb ''#202020'' title ''error of the step''', number('%.17g', 100 * step_error)), '')
 FROM known LEFT JOIN (SELECT step_error FROM shared) WHERE first IS NOT NULL;

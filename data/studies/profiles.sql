@@ -22,7 +22,8 @@ CREATE INDEX least_by ON least (problem, m);
 
 -- The share of the problems that a way solves at no more than tau times the least cost, up to 32 times, 16 to an octave.
 CREATE TEMP TABLE taus AS
-WITH RECURSIVE steps (k) AS (VALUES (0) UNION ALL SELECT k + 1 FROM steps WHERE k < 80) SELECT pow(2, k / 16.0) AS tau FROM steps;
+WITH RECURSIVE steps (k) AS (VALUES (0) UNION ALL SELECT k + 1 FROM steps WHERE k < 80) SELECT pow(2, k / 16.0) AS tau
+  FROM steps;
 CREATE TEMP VIEW shares AS
 SELECT e.element AS element, e.first AS first, s.m AS m, measure, w.way AS way, solver, tau,
   avg(coalesce(cost <= tau * least, 0)) AS share
@@ -51,8 +52,10 @@ plot %s', quoted(element || ': ' || title), iif(first = (SELECT min(first) FROM 
       '''profiles.csv'' using (strcol(''element'') eq ''%s'' && strcol(''measure'') eq ''%s'' && strcol(''filter'') eq ''%s'' ? column(''tau'') : NaN):(100*column(''share'')) with steps lw 2%s lc rgb ''%s'' title %s',
       element, measure, solver, iif(solver LIKE '%always%', ' dt 2', ''), column2, quoted(solver)), ', \
   ')
-    FROM (SELECT * FROM ways JOIN (VALUES (0, '#1b6ca8'), (1, '#d1602f'), (2, '#3a8f4d'), (3, '#8c6bb1'), (4, '#111111'), (5, '#c2185b'),
-      (6, '#8a7a2b'), (7, '#5f9ea0'), (8, '#777777'), (9, '#e0a030'), (10, '#2e3f8f'), (11, '#9acd32')) ON column1 = (way - 1) % 12
+    FROM (SELECT * FROM ways JOIN (VALUES (0, '#1b6ca8'), (1, '#d1602f'), (2, '#3a8f4d'), (3, '#8c6bb1'), (4, '#111111'), (5,
+      '#c2185b'),
+      (6, '#8a7a2b'), (7, '#5f9ea0'), (8, '#777777'), (9, '#e0a030'), (10, '#2e3f8f'), (11,
+        '#9acd32')) ON column1 = (way - 1) % 12
       ORDER BY way))) AS panel
   FROM elements JOIN measures ORDER BY first, m)));
 
@@ -68,7 +71,8 @@ SELECT *, wins > losses AND sign_test(wins, losses) < 0.01 AS beats FROM (
   GROUP BY a.element, a.m, a.way, b.way);
 -- The first of the ways that do the same in every problem stands for them, unless another decisively beats it.
 CREATE TEMP TABLE leaders AS
-SELECT *, (SELECT p.other FROM pairs p JOIN pairs q ON q.element = p.element AND q.m = p.m AND q.way = p.other AND q.other = p.way
+SELECT *, (SELECT p.other FROM pairs p JOIN pairs q ON q.element = p.element AND q.m = p.m AND q.way = p.other
+  AND q.other = p.way
     WHERE p.element = l.element AND p.m = l.m AND p.way = l.way AND q.beats ORDER BY q.wins DESC, p.other LIMIT 1) AS beaten_by,
   solver || coalesce((SELECT printf(' (the same in every run: %s)', group_concat(solver, ', ')) FROM
     (SELECT solver FROM pairs p JOIN ways ON ways.way = p.other WHERE p.element = l.element AND p.m = l.m AND p.way = l.way
@@ -108,7 +112,8 @@ SELECT text FROM (
     element, problems, (SELECT count(DISTINCT problem) FROM tried t WHERE t.element = s.element), problems - any) AS text
   FROM solved s WHERE m = 1
   UNION ALL
-  SELECT first, 0, 1, 0, '  solved of        ' || (SELECT group_concat(printf(' nu %s: %d', number('%g', poisson), problems), ',')
+  SELECT first, 0, 1, 0, '  solved of        ' || (SELECT group_concat(printf(' nu %s: %d', number('%g', poisson), problems),
+    ',')
     FROM (SELECT p.poisson, count(DISTINCT problem) AS problems FROM poissons p LEFT JOIN costs c ON c.poisson = p.poisson
       AND c.element = e.element GROUP BY p.poisson ORDER BY at)) FROM elements e
   UNION ALL

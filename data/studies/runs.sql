@@ -21,7 +21,8 @@ SELECT f.number AS number, data ->> 'method' AS method, data ->> 'setting' AS se
 FROM facts f LEFT JOIN wanted USING (number) LEFT JOIN results r ON r.id = wanted.id
 WHERE data ->> 'command' IS NOT NULL ORDER BY f.number;
 CREATE TEMP TABLE methods AS
-SELECT method, min(number) AS first, max(adaptive) AS adaptive, max(max_order) AS max_order, max(colour) AS colour, max(mark) AS mark
+SELECT method, min(number) AS first, max(adaptive) AS adaptive, max(max_order) AS max_order, max(colour) AS colour,
+  max(mark) AS mark
 FROM runs WHERE price = 'work' GROUP BY method ORDER BY 2;
 
 -- Pairs of runs of the work that came to their end. `same`: the same run, as many steps, the same error; `times`: -1 where a
@@ -45,11 +46,13 @@ CREATE UNIQUE INDEX temp.pairs_of ON pairs (a, b);
 -- exceeds the motion is no answer at any price.
 CREATE TEMP VIEW rivals AS
 SELECT b AS number, same OR a.error = b.error AS alike, a.error < b.error AS better, a.error <= 1.05 * b.error AS as_good,
-  times, iif(times, times, counts) AS costs, sign(a.residual_evaluations - b.residual_evaluations) AS residuals, a < b AS earlier
+  times, iif(times, times, counts) AS costs, sign(a.residual_evaluations - b.residual_evaluations) AS residuals,
+    a < b AS earlier
 FROM pairs JOIN done a ON a.number = a JOIN done b ON b.number = b WHERE a <> b AND a.judged AND b.judged;
 CREATE TEMP TABLE beaten AS
 SELECT number,
-  max(iif(alike, costs < 0 OR (costs = 0 AND earlier), (better AND (costs <= 0 OR times = 0)) OR (as_good AND times < 0))) AS in_time,
+  max(iif(alike, costs < 0 OR (costs = 0 AND earlier), (better AND (costs <= 0 OR times = 0)) OR (as_good
+    AND times < 0))) AS in_time,
   max(iif(alike, residuals < 0 OR (residuals = 0 AND earlier), (better AND residuals <= 0) OR (as_good AND residuals < 0)))
     AS in_residuals
 FROM rivals GROUP BY number;
@@ -80,7 +83,8 @@ SELECT method, count(*) AS points, min(value) AS low, max(value) AS high, mx, my
   sum((x - mx) * (y - my)) / sum((x - mx) * (x - mx)) AS slope
 FROM fitted JOIN (SELECT method, avg(x) AS mx, avg(y) AS my FROM fitted GROUP BY method) USING (method) GROUP BY method;
 CREATE TEMP TABLE orders AS
-SELECT m.*, iif(adaptive, 'tolerance', 'step') AS against, coalesce(points, 0) AS points, slope, low, high, my - slope * mx AS constant,
+SELECT m.*, iif(adaptive, 'tolerance', 'step') AS against, coalesce(points, 0) AS points, slope, low, high,
+  my - slope * mx AS constant,
   (SELECT sqrt(sum((y - my - slope * (x - mx)) * (y - my - slope * (x - mx))) / (points - 2) / xx) FROM fitted f
    WHERE f.method = m.method) AS slope_error,
   (SELECT count(*) FROM points p WHERE p.method = m.method) AS candidates

@@ -217,33 +217,24 @@ static int prepare(flesh_accuracy_plan *plan, const char *steps, const char *tol
   return status;
 }
 
-/* The finer scene must stand before hours are spent. */
-static int check_finer(const flesh_accuracy_plan *plan)
+static int check_scene(const flesh_accuracy_plan *plan, const char *path)
 {
   flesh_scene *scene = NULL;
-  if (!plan->finer) return FLESH_OK;
-  int status =
-      flesh_accuracy_read_as_it_stands(plan, plan->finer, &scene);
-  if (!status) status = spare_inputs(plan, plan->finer, scene);
+  int status = flesh_accuracy_read_as_it_stands(plan, path, &scene);
+  if (!status) status = spare_inputs(plan, path, scene);
   flesh_scene_destroy(&scene);
   return status;
 }
 
-/* The coarser scenes must stand too. */
-static int check_coarser(const flesh_accuracy_plan *plan)
+/* The other scenes must stand before hours are spent. */
+static int check_others(const flesh_accuracy_plan *plan)
 {
-  int status = FLESH_OK;
   if (plan->coarser->count && !plan->mesh)
     return flesh_fail(FLESH_ERR_ARGUMENT, "--coarser is given without --mesh; give both, or neither");
   if (plan->coarser->count >= FLESH_ACCURACY_LEVELS)
     return flesh_fail(FLESH_ERR_ARGUMENT, "--coarser is given more than %d times", FLESH_ACCURACY_LEVELS - 1);
-  for (int k = 0; k < plan->coarser->count && !status; k++) {
-    flesh_scene *scene = NULL;
-    const char *path = plan->coarser->values[k];
-    status = flesh_accuracy_read_as_it_stands(plan, path, &scene);
-    if (!status) status = spare_inputs(plan, path, scene);
-    flesh_scene_destroy(&scene);
-  }
+  int status = plan->finer ? check_scene(plan, plan->finer) : FLESH_OK;
+  for (int k = 0; k < plan->coarser->count && !status; k++) status = check_scene(plan, plan->coarser->values[k]);
   return status;
 }
 
@@ -265,8 +256,7 @@ static int run(flesh_accuracy_plan *plan, const char *methods, const char *steps
   int status = read_methods(methods, plan);
   if (!status) status = prepare(plan, steps, tolerances);
   if (!status) status = flesh_accuracy_make_rows(plan);
-  if (!status) status = check_finer(plan);
-  if (!status) status = check_coarser(plan);
+  if (!status) status = check_others(plan);
   const flesh_accuracy_work given = {plan, NULL, NULL};
   const flesh_study study = flesh_accuracy_study(&given, plan);
   plan->options.jobs = 1; /* times are compared */

@@ -100,7 +100,9 @@ killed_it_goes_on() {
   done
   # With all done, nothing runs.
   cp killed/mesh.txt killed/verdict.txt . && expect 0 "$flesh" "$@" --resume && cmp mesh.txt killed/mesh.txt &&
-    cmp verdict.txt killed/verdict.txt
+    cmp verdict.txt killed/verdict.txt || return 1
+  # With more time there are more meshes, and those before are judged with them.
+  expect 0 "$flesh" "$@" --resume --mesh-seconds 1 && [ "$(lines killed/mesh.csv)" -gt "$(lines expected)" ]
 }
 
 # A coarser scene from another start would be another motion, not a coarser mesh.
@@ -122,5 +124,4 @@ bad_usage_is_refused() {
 }
 
 run_tests an_equilibrium_is_judged the_errors_are_those_of_runs a_motion_is_judged_beside_its_steps killed_it_goes_on \
-  another_start_is_another_motion \
-  bad_usage_is_refused
+  another_start_is_another_motion bad_usage_is_refused
