@@ -146,12 +146,6 @@ static inline double flesh_hardcases_poisson(const flesh_hardcases_run *run)
   return isnan(run->row->poisson) ? run->setting->poisson : run->row->poisson;
 }
 
-/* Whether the run has ended as it should. */
-static inline int flesh_hardcases_passes(const flesh_hardcases_run *run)
-{
-  return run->outcome <= FLESH_HARDCASES_EQUILIBRIUM;
-}
-
 /* "default", "clamped", "without-watchdog", ...; NULL: there is no such solver. */
 const char *flesh_hardcases_solver_name(flesh_hardcases_solver solver);
 /* The technique that the solver goes without; 0: none. */
