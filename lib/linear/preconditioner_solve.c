@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/parallel_vector.h"
 #include "linear/overlap_vectors.h"
 #include "linear/preconditioner.h"
 
@@ -160,10 +161,7 @@ static void share_left_out(const flesh_preconditioner_data *self, double *vector
 
 void flesh_preconditioner_apply(flesh_preconditioner_data *self, const double *r, double *z)
 {
-  double square = 0;
-  for (size_t d = 0; d < 3 * (size_t)self->rows; d++) square += r[d] * r[d];
-  flesh_team_sum(self->overlap.team, 1, &square);
-  const double scale = flesh_power_to_one(sqrt(square)), back = self->scale / scale;
+  const double scale = flesh_power_to_one(flesh_norm(self->threads, 3 * self->rows, r)), back = self->scale / scale;
   for (size_t p = 0; p < (size_t)self->rows; p++)
     for (size_t c = 0; c < 3; c++) self->r[4 * p + c] = (float)(scale * r[3 * (size_t)self->order[p] + c]);
   flesh_preconditioner_solve(self, self->r);

@@ -210,12 +210,11 @@ double flesh_ida_prescribe(flesh_ida_problem *self, double t)
 int flesh_ida_moves(flesh_ida_problem *self)
 {
   flesh_ida_constraints *held = &self->constraints;
-  int moves = 0;
+  double *moving = self->solver.change;
   if (!(held->event < INFINITY)) return 0;
   flesh_ida_prescribe(self, held->begin + 0.4 * (held->event - held->begin));
-  for (int d = 0; d < self->evaluation.n; d++)
-    if (held->fixed[d] && held->v[d] != 0) moves = 1;
-  return flesh_team_any(self->evaluation.team, moves);
+  for (int d = 0; d < self->evaluation.n; d++) moving[d] = held->fixed[d] ? held->v[d] : 0;
+  return flesh_largest(self->threads, self->evaluation.n, moving) > 0;
 }
 
 flesh_point flesh_ida_point(flesh_ida_problem *self, double t, const double *y, const double *yp)

@@ -30,17 +30,13 @@ static int apply_constraints(flesh_ida_problem *self, const double *prescribed, 
   flesh_evaluation *e = &self->evaluation;
   flesh_ida_constraints *held = &self->constraints;
   double *jump = self->solver.change, *right = self->solver.right;
-  int any = 0;
   for (int d = 0; d < e->n; d++) {
     jump[d] = held->fixed[d] ? prescribed[d] - u[d] : 0;
     if (held->fixed[d]) u[d] = prescribed[d];
   }
   flesh_block_multiply_of_team(e->team, self->jacobian.D, jump, right);
-  for (int d = 0; d < e->n; d++) {
-    right[d] = held->fixed[d] ? 0 : -right[d];
-    any |= right[d] != 0;
-  }
-  if (!flesh_team_any(e->team, any)) return FLESH_OK;
+  for (int d = 0; d < e->n; d++) right[d] = held->fixed[d] ? 0 : -right[d];
+  if (flesh_largest(self->threads, e->n, right) == 0) return FLESH_OK;
   int status = flesh_ida_solve(self, mass_tolerance, right, jump);
   for (int d = 0; d < e->n && !status; d++)
     if (!held->fixed[d]) u[d] += jump[d];

@@ -13,12 +13,10 @@ int flesh_step_energy_begin(flesh_energy_watch *watch, const flesh_prescribed *p
                             double t, double h, const double *a, double *r)
 {
   const flesh_point point = flesh_energy_watch_point(watch, t, state, a);
-  const flesh_team *team = flesh_system_team(watch->system);
   double power = 0, work;
-  int moves = 0;
   int status = FLESH_OK;
-  for (int d = 0; d < watch->n; d++) moves |= prescribed->fixed[d] && state->v[d] != 0;
-  moves = flesh_team_any(team, moves);
+  for (int d = 0; d < watch->n; d++) r[d] = prescribed->fixed[d] ? state->v[d] : 0;
+  const int moves = flesh_largest(watch->evaluation->threads, watch->n, r) > 0;
   if (moves) status = flesh_system_residual(watch->system, &point, r);
   for (int d = 0; d < watch->n && moves; d++)
     if (!prescribed->fixed[d]) r[d] = 0;

@@ -3,11 +3,13 @@
  * with the matrix, equilibria and motions under KINSOL. */
 #include "ranks.h"
 
+#include "base/error.h"
 #include "base/parallel_vector.h"
 #include "body.h"
 #include "linear/block_matrix.h"
 #include "linear/overlap_vectors.h"
 #include "sundials/kinsol.h"
+#include "system/ranks.h"
 #include "system/system.h"
 #include "time/rigid_guess.h"
 
@@ -408,6 +410,31 @@ static void refusals_and_failures_are_everyones(void)
   drop(&b);
 }
 
+/* A failure of one rank before a creation that ranks share ends that on all of them, with its sentence. */
+static void creations_take_what_failed_before(void)
+{
+  bodies b;
+  make(1, (const int[]){8, 3, 2}, 0.45, &b);
+  const flesh_solver_options options = options_of_ranks();
+  const int rank = flesh_communicator_rank(ranks), size = flesh_communicator_size(ranks);
+  for (int failing = size; failing >= 0; failing--) { /* size: none */
+    flesh_nonlinear *solver = NULL;
+    flesh_rigid_parts parts;
+    double sum = 1;
+    const int expected = failing < size ? FLESH_ERR_MEMORY : FLESH_OK;
+    int status = rank == failing ? flesh_fail(FLESH_ERR_MEMORY, "rank %d has no room", rank) : FLESH_OK;
+    CHECK(flesh_nonlinear_create_after(status, b.own.system, &options, &solver) == expected);
+    CHECK(!solver == (expected != FLESH_OK));
+    CHECK(flesh_rigid_parts_create(b.own.system, status, &parts) == expected);
+    CHECK(flesh_team_sum_agreed(flesh_system_team(b.own.system), status, 1, &sum) == expected);
+    CHECK(sum == (expected ? 1 : size));
+    if (expected) CHECK_TEXT(flesh_error_text(), "has no room");
+    flesh_nonlinear_destroy(&solver);
+    flesh_rigid_parts_clear(&parts);
+  }
+  drop(&b);
+}
+
 /* Smooth displacements are left to the coarse level of all ranks: without it iterations grow with the ranks. */
 static void the_coarse_level_is_that_of_all_ranks(void)
 {
@@ -434,5 +461,6 @@ int main(int argc, char **argv)
   return RUN_TESTS_ON_RANKS(argc, argv, TEST(forces_energies_and_products_are_those_of_one_rank),
                             TEST(equilibria_are_those_of_one_rank), TEST(motions_are_those_of_one_rank),
                             TEST(free_bodies_go_on_as_on_one_rank),
-                            TEST(refusals_and_failures_are_everyones), TEST(the_coarse_level_is_that_of_all_ranks));
+                            TEST(refusals_and_failures_are_everyones), TEST(creations_take_what_failed_before),
+                            TEST(the_coarse_level_is_that_of_all_ranks));
 }
