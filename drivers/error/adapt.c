@@ -45,6 +45,7 @@ typedef struct adapt {
   char *path;       /* room for a file in the folder */
   flesh_mesh *mesh; /* with its marks */
   double *x, *v;    /* [3*nodes] the equilibrium, taken over from the mesh before; NULL: none */
+  int local;        /* a tet to be halved in any case; -1: none */
   int levels;
   level list[LEVELS];
 } adapt;
@@ -247,6 +248,19 @@ static int by_indicator(const void *a, const void *b)
   return p < q ? 1 : p > q ? -1 : flesh_compare_int(a, b);
 }
 
+/* The tet in which a probe's point is whose strain or stress is asked for, which depend on that tet more than the work of
+ * the loads does; -1: none. */
+static int find_local(const adapt *a, const flesh_scene *scene)
+{
+  int count;
+  const flesh_probe *probes = flesh_scene_probes(scene, &count);
+  const size_t length = (size_t)(strrchr(a->column, '.') - a->column);
+  for (int k = 0; k < count; k++)
+    if (!strncmp(probes[k].name, a->column, length) && !probes[k].name[length] && !isnan(probes[k].point[0]))
+      return probes[k].tet;
+  return -1;
+}
+
 /* Marks the tets of the largest indicators that make up the share, and refines them. */
 static int refine(adapt *a, const double *indicators)
 {
@@ -264,6 +278,7 @@ static int refine(adapt *a, const double *indicators)
     halvings[order[k]] = 1;
     sum += indicators[order[k]];
   }
+  if (!status && a->local >= 0) halvings[a->local] = 1;
   if (!status) status = flesh_mesh_refine_marked(a->mesh, halvings, &finer, &parents);
   free(a->x);
   free(a->v);
@@ -296,6 +311,7 @@ static int step(adapt *a, double **indicators)
   if (!status) status = flesh_error_indicate(scene, &state, a->column, *indicators, &is_goal);
   l->estimate = is_goal ? 0 : NAN;
   for (int t = 0; t < a->mesh->tets && !status && is_goal; t++) l->estimate += (*indicators)[t];
+  a->local = status || is_goal ? -1 : find_local(a, scene);
   flesh_scene_destroy(&scene);
   if (!status) judge(a);
   if (!status && !a->options->quiet) {
@@ -314,8 +330,8 @@ static int check_progress(const adapt *a)
   for (const level *k = a->list; k < l; k++)
     if (stuck_growth * k->dofs <= l->dofs && l->bar >= k->bar)
       return flesh_fail(FLESH_ERR_BUDGET, "the bar of %s is %.2g %s on a mesh of %d dofs, and was %.2g %s with %d dofs; meshes "
-                                          "have different equilibria, as where a body buckles or folds, or the solves' "
-                                          "tolerance (solver.newton_tolerance) is too large", a->column, l->bar, a->unit,
+                                          "have different equilibria, as where a body buckles or folds, or the quantity does "
+                                          "not settle, or solver.newton_tolerance is too large", a->column, l->bar, a->unit,
                         l->dofs, k->bar, a->unit, k->dofs);
   if (a->levels < LEVELS && l->dofs <= MOST_DOFS) return FLESH_OK;
   return flesh_fail(FLESH_ERR_BUDGET, "the bar of %s is %.2g %s after %d meshes, of which the last has %d dofs; a larger "
