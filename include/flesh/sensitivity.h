@@ -114,6 +114,12 @@ typedef struct flesh_motion_quantity {
 FLESH_API int flesh_trajectory_gradient(flesh_trajectory *trajectory, const flesh_motion_quantity *quantity, int count,
                                         const flesh_parameter *parameters, double *gradient, double *by_start);
 
+/* The tangent of all recorded steps: dx and dv [3*n], the derivatives of the last state by the parameter, with those of
+ * constrained dofs that a method of order 2 moves left 0. One linear solve for each solve of a stage: for few
+ * parameters and many quantities. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY, FLESH_ERR_SOLVE. */
+FLESH_API int flesh_trajectory_tangent(flesh_trajectory *trajectory, const flesh_parameter *parameter, double *dx,
+                                       double *dv);
+
 #ifdef __cplusplus
 }
 #endif

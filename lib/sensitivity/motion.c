@@ -21,6 +21,8 @@ typedef struct pass {
   double *base;                                 /* [5*n] of a stage */
   flesh_stage stage;
   unsigned follows;
+  int before;                        /* forward: a solve of the part has ended, at `ended` [2][n] */
+  double *ended[2];
   int count;                         /* of parameters, as are the next */
   const flesh_parameter *parameters;
   double *gradient;
@@ -38,6 +40,7 @@ static pass pass_of(flesh_trajectory *self)
   double **const own[] = {&p.lambda, &p.c, &p.m, &p.lag, &p.force, &p.moves};
   for (int k = 0; k < 6; k++, room += n) *own[k] = room;
   p.base = room;
+  for (int k = 0; k < 2; k++) p.ended[k] = room + (5 + (size_t)k) * n;
   return p;
 }
 
@@ -273,4 +276,108 @@ int flesh_trajectory_gradient(flesh_trajectory *self, const flesh_motion_quantit
   memcpy(by_start, p.known[FLESH_KNOWN_X], n * sizeof *by_start);
   memcpy(by_start + n, p.known[FLESH_KNOWN_V], n * sizeof *by_start);
   return FLESH_OK;
+}
+
+/* y = the derivative of a base, of what is known and of the unknowns of stages before. */
+static void gather_base(const pass *p, const double columns[FLESH_MAP_COLUMNS], double *y)
+{
+  memset(y, 0, (size_t)p->self->n * sizeof *y);
+  for (int k = 0; k < FLESH_MAP_COLUMNS; k++)
+    add(p->self->n, columns[k], k < FLESH_KNOWN ? p->known[k] : p->stages[k - FLESH_KNOWN], y);
+}
+
+/* right -= what effects read of lagged and frozen states whose derivatives are known. */
+static void subtract_readings(pass *p, const flesh_recorded_part *part, const double *x0, const double *v0, double *right)
+{
+  const flesh_couplings *couplings = &p->self->tangent.couplings;
+  const int lags_stage = part->known[FLESH_KNOWN_LAGGED_X] != NULL;
+  for (int k = 0; k < FLESH_READINGS; k++) {
+    if ((p->follows >> k & 1) || k == FLESH_OWN_V || !flesh_couplings_any(couplings, (flesh_reading)k)) continue;
+    const int of_v = is_of_v(k), lagged = k == FLESH_LAGGED_X || k == FLESH_LAGGED_V;
+    const double *at_start = p->known[(lags_stage ? FLESH_KNOWN_LAGGED_X : FLESH_KNOWN_X) + of_v];
+    const double *read = !lagged ? (of_v ? v0 : x0) : p->before ? p->ended[of_v] : at_start;
+    flesh_couplings_add(couplings, (flesh_reading)k, 0, -1, read, right);
+  }
+}
+
+/* One solve, forward. With w = du + dx0/s_x: K w = -C (dv0 - s_v dx0/s_x) - M (da0 - s_a dx0/s_x) - dr/dp. */
+static int solve_on(pass *p, const flesh_recorded_part *part, int solve)
+{
+  flesh_trajectory *self = p->self;
+  flesh_stage_tangent *tangent = &self->tangent;
+  const int n = self->n, at = part->solves[solve].at;
+  double *x0 = p->next[0], *v0 = p->next[1], *a0 = p->next[2], *right = p->lag, *u = p->stages[at];
+  int status = linearise(p, part, solve);
+  const flesh_shift *shift = &p->stage.shift;
+  if (!status) status = flesh_stage_tangent_force(tangent, p->parameters, NULL, p->force, p->moves);
+  for (int d = 0; d < n && !status && part->taken.second; d++)
+    if (p->moves[d] != 0)
+      status = flesh_fail(FLESH_ERR_ARGUMENT, "a parameter that moves prescribed dofs has sensitivities by backward-euler only");
+  if (status) return status;
+  gather_base(p, p->map.x0[at], x0);
+  gather_base(p, p->map.v0[at], v0);
+  gather_base(p, p->map.a0[at], a0);
+  for (int d = 0; d < n; d++) right[d] = -p->force[d];
+  subtract_readings(p, part, x0, v0, right);
+  for (int d = 0; d < n; d++) p->lambda[d] = v0[d] - shift->v / shift->x * x0[d], a0[d] -= shift->a / shift->x * x0[d];
+  status = flesh_stage_tangent_mass_times(tangent, a0, p->m);
+  if (!status) status = flesh_stage_tangent_damping_times_on(tangent, p->lambda, p->c);
+  if (!status && (p->follows >> FLESH_FROZEN_V & 1))
+    flesh_couplings_add(&tangent->couplings, FLESH_FROZEN_V, 0, 1, p->lambda, p->c);
+  for (int d = 0; d < n; d++) right[d] -= p->c[d] + p->m[d];
+  if (!status) status = flesh_stage_tangent_solve(tangent, 0, right, u);
+  for (int d = 0; d < n && !status; d++) {
+    u[d] += p->moves[d] - x0[d] / shift->x; /* moves are 0 on free dofs, solutions on constrained ones */
+    p->ended[0][d] = x0[d] + shift->x * u[d];
+    p->ended[1][d] = v0[d] + shift->v * u[d];
+  }
+  p->before = 1;
+  return status;
+}
+
+/* The acceleration with which the method has begun, forward. */
+static int start_on(pass *p, const flesh_recorded_part *part)
+{
+  flesh_stage_tangent *tangent = &p->self->tangent;
+  double *right = p->lag, *a = p->known[FLESH_KNOWN_VECTORS];
+  int status = linearise_start(p, part);
+  if (!status) status = flesh_stage_tangent_force(tangent, p->parameters, NULL, p->force, p->moves);
+  if (!status) status = flesh_stage_tangent_stiffness_times(tangent, p->known[FLESH_KNOWN_X], right);
+  if (!status) status = flesh_stage_tangent_damping_times_on(tangent, p->known[FLESH_KNOWN_V], p->c);
+  if (status) return status;
+  for (int d = 0; d < p->self->n; d++) right[d] = -right[d] - p->c[d] - p->force[d];
+  for (int k = 0; k < FLESH_READINGS; k++)
+    flesh_couplings_add(&tangent->couplings, (flesh_reading)k, 0, -1, p->known[FLESH_KNOWN_X + is_of_v(k)], right);
+  return flesh_stage_tangent_solve(tangent, 0, right, a);
+}
+
+/* Implements flesh_part_visit. */
+static int part_on(void *data, const flesh_recorded_part *part)
+{
+  pass *p = data;
+  const int n = p->self->n;
+  int status = FLESH_OK;
+  flesh_trajectory_map(part, &p->map);
+  forget_constrained(p, part, p->known);
+  if (part->taken.anew && part->taken.acceleration) status = start_on(p, part);
+  forget_constrained(p, part, p->known);
+  p->before = 0;
+  for (int s = 0; s < part->count && !status; s++) status = solve_on(p, part, s);
+  for (int j = 0; j < FLESH_KNOWN; j++) gather_base(p, p->map.end[j], p->next[j]);
+  for (int k = 0; k < FLESH_KNOWN; k++) memcpy(p->known[k], p->next[k], (size_t)n * sizeof(double));
+  forget_constrained(p, part, p->known);
+  return status;
+}
+
+int flesh_trajectory_tangent(flesh_trajectory *self, const flesh_parameter *parameter, double *dx, double *dv)
+{
+  FLESH_NEED({self, "trajectory"}, {parameter, "parameter"}, {dx, "dx"}, {dv, "dv"});
+  const size_t bytes = (size_t)self->n * sizeof *dx;
+  pass p = pass_of(self);
+  p.parameters = parameter;
+  flesh_newton_forget(self->tangent.newton);
+  const int status = flesh_trajectory_visit(self, part_on, &p);
+  memcpy(dx, p.known[FLESH_KNOWN_X], bytes);
+  memcpy(dv, p.known[FLESH_KNOWN_V], bytes);
+  return status;
 }

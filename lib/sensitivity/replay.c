@@ -168,32 +168,64 @@ static int take_again(flesh_trajectory *self, const flesh_step_place *place)
   return status ? status : flesh_fail(FLESH_ERR_INTEGRATOR, "a step that is taken again does not come as far as in the run");
 }
 
-/* Goes back to the last checkpoint before part k, and on through the part. */
-static int replay(flesh_trajectory *self, int k)
+/* Goes back to a checkpoint, and on until part `limit`; those from block `last` on are kept as far as there is room. */
+static int go_back(flesh_trajectory *self, const flesh_checkpoint *from, int last, int limit)
 {
   flesh_integrator *integrator = self->integrator;
-  if (!integrator)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "the integrator is gone, which has to take steps again that are not kept: let it live "
-                                          "longer than the trajectory, or keep more states");
-  int status = set_aside(self);
-  if (status) return status;
-  flesh_checkpoints_drop(&self->checkpoints, k + 1);
-  const flesh_checkpoint from = self->checkpoints.all[self->checkpoints.count - 1];
   flesh_trajectory_forget(self, self->first + self->count);
-  self->first = from.at;
-  self->now = (flesh_pass){.at = from.at, .call = from.call, .block = from.at, .limit = k + 1};
-  self->now.blocks = from.block + 1;
-  self->now.last = self->block_count - 1;
-  while (self->blocks[self->now.last] > k) self->now.last--;
-  plan(self, from.bytes);
-  status = flesh_integrator_load(integrator, from.data, from.bytes);
+  self->first = from->at;
+  self->now = (flesh_pass){.at = from->at, .call = from->call, .block = from->at, .blocks = from->block + 1, .last = last,
+                           .next = -1, .limit = limit};
+  if (last > from->block) plan(self, from->bytes);
+  int status = flesh_integrator_load(integrator, from->data, from->bytes);
   if (status) return status;
   int (*observe)(void *data, const flesh_internal_step *step) = integrator->control.options.observe;
   integrator->control.options.observe = NULL;
   self->tape.anew = 0;
-  status = take_again(self, &from.place);
+  status = take_again(self, &from->place);
   integrator->control.options.observe = observe;
   return status;
+}
+
+static int check_integrator(const flesh_trajectory *self)
+{
+  if (self->integrator) return FLESH_OK;
+  return flesh_fail(FLESH_ERR_ARGUMENT, "the integrator is gone, which has to take steps again that are not kept: let it live "
+                                        "longer than the trajectory, or keep more states");
+}
+
+/* Goes back to the last checkpoint before part k, and on through the part. */
+static int replay(flesh_trajectory *self, int k)
+{
+  int status = check_integrator(self), last = self->block_count - 1;
+  if (!status) status = set_aside(self);
+  if (status) return status;
+  flesh_checkpoints_drop(&self->checkpoints, k + 1);
+  const flesh_checkpoint from = self->checkpoints.all[self->checkpoints.count - 1];
+  while (self->blocks[last] > k) last--;
+  return go_back(self, &from, last, k + 1);
+}
+
+int flesh_trajectory_visit(flesh_trajectory *self, flesh_part_visit visit, void *data)
+{
+  const flesh_recorded_part *part;
+  int status = FLESH_OK;
+  if (self->count == self->total) {
+    for (int k = 0; k < self->total && !status; k++) {
+      status = flesh_trajectory_part(self, k, &part);
+      if (!status) status = visit(data, part);
+    }
+    return status;
+  }
+  status = check_integrator(self);
+  if (!status) status = set_aside(self);
+  if (status) return status;
+  self->visit = visit;
+  self->visit_data = data;
+  status = go_back(self, &self->checkpoints.all[0], 0, self->total);
+  self->visit = NULL;
+  const int returned = flesh_trajectory_return(self);
+  return status ? status : returned;
 }
 
 int flesh_trajectory_part(flesh_trajectory *self, int k, const flesh_recorded_part **part)

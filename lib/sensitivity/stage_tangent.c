@@ -274,12 +274,17 @@ int flesh_stage_tangent_mass_times(flesh_stage_tangent *self, const double *w, d
   return product(self, (flesh_shift){.a = 1}, w, y);
 }
 
-int flesh_stage_tangent_damping_times(flesh_stage_tangent *self, const double *w, double *y)
+/* y = dr/dv w, or transposed. */
+static int damp(flesh_stage_tangent *self, int transposed, const double *w, double *y)
 {
   const int status = product(self, (flesh_shift){.v = 1}, w, y);
-  if (!status && self->parts_freezing) flesh_couplings_add(&self->couplings, FLESH_OWN_V, 1, 1, w, y);
+  if (!status && self->parts_freezing) flesh_couplings_add(&self->couplings, FLESH_OWN_V, transposed, 1, w, y);
   return status;
 }
+
+int flesh_stage_tangent_damping_times(flesh_stage_tangent *self, const double *w, double *y) { return damp(self, 1, w, y); }
+
+int flesh_stage_tangent_damping_times_on(flesh_stage_tangent *self, const double *w, double *y) { return damp(self, 0, w, y); }
 
 int flesh_stage_tangent_stiffness_times(flesh_stage_tangent *self, const double *w, double *y)
 {

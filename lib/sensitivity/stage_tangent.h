@@ -44,6 +44,8 @@ int flesh_stage_tangent_solve(flesh_stage_tangent *tangent, int transposed, cons
 /* y [n] = dr/da w, which is symmetric, or (dr/dv)^T w, with constrained rows. */
 int flesh_stage_tangent_mass_times(flesh_stage_tangent *tangent, const double *w, double *y);
 int flesh_stage_tangent_damping_times(flesh_stage_tangent *tangent, const double *w, double *y);
+/* y [n] = dr/dv w. */
+int flesh_stage_tangent_damping_times_on(flesh_stage_tangent *tangent, const double *w, double *y);
 /* y [n] = dr/dx w, of effects that freeze nothing or where what is frozen is followed. */
 int flesh_stage_tangent_stiffness_times(flesh_stage_tangent *tangent, const double *w, double *y);
 

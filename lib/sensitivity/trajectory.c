@@ -141,7 +141,10 @@ static int taken(void *data, const flesh_taken_part *taken)
   self->parts[self->count++] = *part;
   memset(part, 0, sizeof *part);
   flesh_trajectory_count(self);
-  return FLESH_OK;
+  const flesh_recorded_part *found;
+  if (!self->visit) return FLESH_OK;
+  status = flesh_trajectory_find_known(self, &self->parts[self->count - 1], &found);
+  return status ? status : self->visit(self->visit_data, found);
 }
 
 static int moved(void *data)

@@ -49,6 +49,9 @@ typedef struct flesh_pass {
   size_t bytes;   /* of the parts of the block so far */
 } flesh_pass;
 
+/* Sees a part with what is known to it. */
+typedef int (*flesh_part_visit)(void *data, const flesh_recorded_part *part);
+
 struct flesh_trajectory {
   flesh_integrator *integrator; /* borrowed; NULL: it is gone */
   const flesh_system *system;
@@ -78,6 +81,8 @@ struct flesh_trajectory {
   double *run_reached[FLESH_KNOWN];
   flesh_stage_tangent tangent;
   flesh_prescribed prescribed;
+  flesh_part_visit visit;   /* sees parts that are taken again, with visit_data; NULL: nobody does */
+  void *visit_data;
   double *vectors, *bases;  /* room; [3*n] */
 };
 
@@ -105,6 +110,9 @@ int flesh_trajectory_pass(void *data, const flesh_step_place *place);
 /* The part k, from 0 on, which is taken again where it is not kept, with those before it; until the next call. FLESH_ERR_ARGUMENT
  * where the integrator is gone; FLESH_ERR_MEMORY, and the errors of its steps. */
 int flesh_trajectory_part(flesh_trajectory *trajectory, int k, const flesh_recorded_part **part);
+/* Visits all parts from the first one on, which are taken again where they are not kept. The errors of
+ * flesh_trajectory_part, and those of `visit`, which end it. */
+int flesh_trajectory_visit(flesh_trajectory *trajectory, flesh_part_visit visit, void *data);
 /* Brings the integrator back to the run's end. */
 int flesh_trajectory_return(flesh_trajectory *trajectory);
 

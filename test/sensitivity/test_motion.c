@@ -154,6 +154,13 @@ static void try_case(const motion_case *c, flesh_method method)
   flesh_integrator_destroy(&m.integrator); /* the steps are known */
   const flesh_motion_quantity at_end = {by, by + n, FLESH_AT_END}, over_time = {by, by + n, FLESH_INTEGRAL};
   CHECK_OK(flesh_trajectory_gradient(m.trajectory, &at_end, count, all, gradient, start));
+  for (int i = 0; i < count; i++) {
+    double *dx = calloc(2 * (size_t)n, sizeof *dx), by_tangent = 0;
+    CHECK_OK(flesh_trajectory_tangent(m.trajectory, &all[i], dx, dx + n));
+    for (int d = 0; d < 2 * n; d++) by_tangent += by[d] * dx[d];
+    CHECK_NEAR(by_tangent, gradient[i], 1e-7 * fabs(gradient[i]) + 1e-13 * fabs(Q / c->keys[i].step));
+    free(dx);
+  }
   linear(&m, by);
   CHECK_OK(flesh_trajectory_gradient(m.trajectory, &over_time, count, all, integral, NULL));
   for (int i = 0; i < count; i++) {

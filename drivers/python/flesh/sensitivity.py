@@ -149,7 +149,8 @@ class Trajectory(Handle):
         costs = lib.flesh_trajectory_get_costs(self._pointer)
         return TrajectoryCosts(costs.parts, costs.repeated, costs.bytes)
 
-    def gradient(self, parameters: Sequence[Parameter] = (), by_x=None, by_v=None, over: str = "end") -> MotionGradient:
+    def gradient(self, parameters: Sequence[Parameter] = (), by_x=None, by_v=None,
+                 over: str = "end") -> MotionGradient:
         """Derivatives of a quantity Q of the last state, given by dQ/dx and dQ/dv [nodes, 3] (None: 0).
 
         Over time, `over` "mean" or "integral", they are those of a linear function of the state, of whose values at the
@@ -166,3 +167,23 @@ class Trajectory(Handle):
         call(lib.flesh_trajectory_gradient, self._pointer, quantity, len(all_of_them), structs, pointer(gradient),
              pointer(start))
         return MotionGradient(gradient, start[0], start[1])
+
+    def tangent(self, parameter: Parameter) -> "tuple[np.ndarray, np.ndarray]":
+        """dx/dp and dv/dp [nodes, 3] of the last state, by one linear solve for each solve of a stage."""
+        dx, dv = np.empty((2, self._nodes, 3))
+        call(lib.flesh_trajectory_tangent, self._pointer, parameter._struct, pointer(dx), pointer(dv))
+        return dx, dv
+
+    def operator(self, parameters: Sequence[Parameter]) -> "scipy.sparse.linalg.LinearOperator":
+        """d(x, v)/dp [6*nodes, parameters] of the last state as a scipy LinearOperator.
+
+        Products are by tangents; those of its transpose by one adjoint.
+        """
+        from scipy.sparse.linalg import LinearOperator
+        all_of_them, shape = list(parameters), (2, self._nodes, 3)
+        if not all_of_them:
+            raise ArgumentError("parameters is empty; an operator needs at least one")
+        return LinearOperator((6 * self._nodes, len(all_of_them)), dtype=float,
+                              matvec=lambda p: sum(amount * np.ravel(self.tangent(one))
+                                                   for amount, one in zip(np.ravel(p), all_of_them)),
+                              rmatvec=lambda y: self.gradient(all_of_them, *np.reshape(y, shape)).by_parameters)

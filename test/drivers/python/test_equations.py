@@ -100,6 +100,14 @@ def test_gradients_of_a_motion(mesh, body, held):
     found = trajectory.gradient([flesh.Parameter(system, 1e5)], by_x=weights)
     assert found.by_parameters[0] == pytest.approx((fall(1e5 + 20)[0] - fall(1e5 - 20)[0]) / 40, rel=1e-5)
     assert found.by_v[-1, 1] == pytest.approx((fall(push=1e-3)[0] - fall(push=-1e-3)[0]) / 2e-3, rel=1e-5)
+    dx, dv = trajectory.tangent(flesh.Parameter(system, 1e5))
+    assert dx[-1, 2] == pytest.approx(found.by_parameters[0], rel=1e-7) and np.abs(dv).max() > 0
+    operator, both = trajectory.operator([flesh.Parameter(system, 1e5)]), np.concatenate([weights, 0 * weights])
+    assert (operator.T @ both.ravel())[0] == pytest.approx((both.ravel() @ (operator @ [1.0])), rel=1e-7)
+    mean = trajectory.gradient([flesh.Parameter(system, 1e5)], by_x=weights, over="mean").by_parameters[0]
+    assert 0 < mean / found.by_parameters[0] < 0.5
+    with pytest.raises(flesh.ArgumentError, match="over is 'middle'"):
+        trajectory.gradient(over="middle")
     with pytest.raises(flesh.ArgumentError, match="ida has no sensitivities"):
         flesh.Trajectory(flesh.Integrator(system(), "ida"))
 
