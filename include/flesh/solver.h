@@ -114,17 +114,19 @@ typedef struct flesh_solver_options {
   /* Threads of a solve, 0: one for each processor this process may use. Results do not depend on
    * it. */
   int threads;
-  /* How often at most a step in time is solved, each time with what is lagged (normal forces and
+  /* How often at most a stage of a step is solved, each time with what is lagged (normal forces and
    * directions behind friction, follower loads) as the last solve's end has it, until that changes
-   * no residual by more than the tolerance; 1: it is that of the step before, but where it follows the
-   * shape (FLESH_IS_FOLLOWER_LOAD) methods of order 2 take 2, and keep their order. FLESH_METHOD_IDA
-   * lags nothing, and statics repeats follower loads anyway. */
+   * no residual by more than the tolerance. 0: as often as the method keeps its order, that is once by
+   * methods of order 1, else twice, and while friction is off by a twentieth of contact's forces, as at
+   * impacts, up to four times; where errors choose steps, friction's lag counts as an error in its
+   * stead. 1: friction goes by the step before; what follows the shape (FLESH_IS_FOLLOWER_LOAD) is
+   * solved as by 0. FLESH_METHOD_IDA lags nothing, and statics repeats follower loads anyway. */
   int lag_iterations;
 } flesh_solver_options;
 
 /* Sets newton_tolerance 1e-4, linear_tolerance 1e-2, max_newton 1200, max_linear 2000, max_cutbacks 8,
  * PCG, the preconditioner and eigenvalue filter AUTO, the line search on the potential, all techniques,
- * threads 1, lag_iterations 1, and accept_unconverged 0. */
+ * threads 1, lag_iterations 0, and accept_unconverged 0. */
 FLESH_API void flesh_solver_options_default(flesh_solver_options *options);
 
 /* The equations r(u) = 0 of one solve: how the unknown u [3*n] moves the point from a base,

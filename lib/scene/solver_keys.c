@@ -64,11 +64,11 @@ const flesh_key flesh_solver_table[] = {
     {.name = "lag_iterations",
      .type = FLESH_KEY_INTEGER,
      .offset = offsetof(flesh_solver_options, lag_iterations),
-     .range = FLESH_RANGE_POSITIVE,
-     .default_value = "1",
+     .range = FLESH_RANGE_NOT_NEGATIVE,
+     .default_value = "0",
      .doc = "how often at most a step is solved, with friction's normal forces and loads that follow the surface as "
-            "the last solve has left them; 1: those of the step before, but methods of order 2 solve twice "
-            "for an open pressure, drag or damping by the current stiffness"},
+            "the last solve has left them; 0: once by backward-euler, twice by methods of order 2, which friction at "
+            "impacts takes to four times; 1: friction uses the normal forces of the step before"},
     {.name = "linear_solver",
      .type = FLESH_KEY_CHOICE,
      .offset = offsetof(flesh_solver_options, linear_solver),

@@ -5,6 +5,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/parallel_vector.h"
 #include "newton/mechanisms.h"
 #include "system/feasible_step.h"
 #include "system/one_effect.h"
@@ -186,21 +187,50 @@ static int tell_taken(const flesh_integrator *self, const flesh_method_row *row,
   return tape->taken(tape->data, &taken);
 }
 
+/* The forces of contact [n], N, at the stage that has been solved: with what is lagged as the solve had it, and as the
+ * stage itself has it. */
+static int find_contact(flesh_integrator *self, double *with_lagged, double *with_own)
+{
+  const unsigned contact = FLESH_ROLE_BIT(FLESH_ROLE_CONTACT);
+  flesh_point point = flesh_nonlinear_point(self->nonlinear);
+  int status = flesh_system_roles_residual(self->evaluation->system, contact, &point, with_lagged);
+  point.lagged = (flesh_lagged){point.t, point.x, point.v};
+  return status ? status : flesh_system_roles_residual(self->evaluation->system, contact, &point, with_own);
+}
+
+/* Whether friction at the stage that has been solved is off by more than a part of contact's forces. */
+static int check_friction(flesh_integrator *self, int *off)
+{
+  static const double little = 0.05;
+  double *with_own = self->first.rigid, *with_lagged = self->start;
+  int status = find_contact(self, with_lagged, with_own);
+  if (status) return status;
+  const double forces = flesh_norm(self->evaluation->threads, self->evaluation->n, with_own);
+  for (int d = 0; d < self->evaluation->n; d++) with_lagged[d] -= with_own[d];
+  *off = flesh_norm(self->evaluation->threads, self->evaluation->n, with_lagged) > little * forces;
+  return FLESH_OK;
+}
+
 /* Solves a stage again that has been solved, with what is lagged as the last solve has left it, until that changes
- * nothing or lag_iterations is reached. */
+ * nothing or there have been `iterations`, or `most` while friction is off. */
 static int follow_lag(flesh_integrator *self, flesh_stage *stage, const flesh_state *state, const flesh_stage_end *end,
-                      flesh_solve_stats *stats)
+                      int controlled, flesh_solve_stats *stats)
 {
   const double *guesses[] = {self->lag.u, NULL}, target = stats->residual_target;
-  for (int k = 1; k < self->lag.iterations; k++) {
+  const int iterations = controlled ? self->lag.controlled : self->lag.iterations;
+  const int most = controlled ? iterations : self->lag.most;
+  int off = 1;
+  for (int k = 1; k < most; k++) {
     const int before_solve = stats->newton;
+    int status = k < iterations ? FLESH_OK : check_friction(self, &off);
+    if (status || !off) return status;
     memcpy(self->lag.u, flesh_nonlinear_unknowns(self->nonlinear), (size_t)self->evaluation->n * sizeof *self->lag.u);
     find_stage(self, stage, self->lag.x, self->lag.v);
     stage->x_lag = stage->x_from = self->lag.x;
     stage->v_lag = self->lag.v;
     stage->t_lag = stage->t_from = stage->t;
     flesh_nonlinear_set_target(self->nonlinear, target);
-    int status = flesh_multipliers_solve(&self->multipliers, stage, state, end, guesses, 0, stats);
+    status = flesh_multipliers_solve(&self->multipliers, stage, state, end, guesses, 0, stats);
     flesh_nonlinear_set_target(self->nonlinear, 0);
     if (!status) status = tell_solved(self, stage);
     if (status || stats->newton == before_solve) return status;
@@ -262,8 +292,8 @@ static int solve_stage(flesh_integrator *self, const trial *trial, const flesh_s
   if (!status) status = tell_solved(self, stage);
   if (!status)
     status = last ? check_end(self, stage, state, trial->to, stats, &self->blocked) : check_stage(self, stage, state);
-  if (!status && self->lag.u) {
-    status = follow_lag(self, stage, &from, end, stats);
+  if (!status && (controlled ? self->lag.controlled : self->lag.most) > 1) {
+    status = follow_lag(self, stage, &from, end, controlled, stats);
     if (!status && last) status = check_end(self, stage, state, trial->to, stats, &self->blocked);
   }
   return status;
@@ -273,16 +303,11 @@ static int solve_stage(flesh_integrator *self, const trial *trial, const flesh_s
  * a state before it: an error that no embedded method sees. */
 static int add_lag(flesh_integrator *self, const trial *trial, double weight)
 {
-  const unsigned contact = FLESH_ROLE_BIT(FLESH_ROLE_CONTACT);
-  const flesh_system *system = self->evaluation->system;
   double *with_own = self->first.rigid, *with_lagged = self->start;
-  if (!is_controlled(self, trial) || self->lag.u || !flesh_system_has_role(system, FLESH_ROLE_CONTACT) ||
-      flesh_nonlinear_is_clear(self->nonlinear))
+  if (!is_controlled(self, trial) || self->lag.controlled > 1 ||
+      !flesh_system_has_role(self->evaluation->system, FLESH_ROLE_CONTACT) || flesh_nonlinear_is_clear(self->nonlinear))
     return FLESH_OK;
-  flesh_point point = flesh_nonlinear_point(self->nonlinear);
-  int status = flesh_system_roles_residual(system, contact, &point, with_lagged);
-  point.lagged = (flesh_lagged){point.t, point.x, point.v};
-  if (!status) status = flesh_system_roles_residual(system, contact, &point, with_own);
+  int status = find_contact(self, with_lagged, with_own);
   if (!status) flesh_error_control_lag(&self->control, trial->part->h * weight, with_own, with_lagged);
   return status;
 }

@@ -28,17 +28,28 @@ static int fail_memory(const flesh_integrator *self)
   return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->evaluation->n);
 }
 
+/* How often a stage is solved. Each solve again takes an order back that the lag of a load costs; impacts, at which the
+ * normal forces behind friction change within a step, take more. */
+static flesh_lag choose_lag(const flesh_integrator *self, int order, int second)
+{
+  enum { AT_IMPACTS = 4 };
+  const flesh_system *system = self->evaluation->system;
+  const int asked = self->options.lag_iterations, needed = second ? order > 2 ? order : 2 : 1;
+  const int follows = flesh_system_has_follower_loads(system) && asked < needed;
+  const int controlled = follows ? needed : asked > 1 ? asked : 1;
+  if (asked != 0 || !second || !flesh_system_has_role(system, FLESH_ROLE_CONTACT))
+    return (flesh_lag){.iterations = controlled, .most = controlled, .controlled = controlled};
+  return (flesh_lag){.iterations = controlled < 2 ? 2 : controlled, .most = AT_IMPACTS, .controlled = controlled};
+}
+
 /* Makes what a row needs, which may be another one than before; what there was stays where there is no memory. */
 static int take_row(flesh_integrator *self, const flesh_method_row *row)
 {
   const flesh_system *system = self->evaluation->system;
   const int order = flesh_method_order(self->method), second = order > 1 || row->acceleration;
-  /* Each solve again takes an order back. */
-  const int follows = second && flesh_system_has_follower_loads(system), needed = order > 2 ? order : 2;
-  const int solves = follows && self->options.lag_iterations < needed ? needed : self->options.lag_iterations;
   double **vectors[5 + FLESH_METHOD_VECTORS], *all = NULL;
   flesh_last_stage last = {0};
-  flesh_lag lag = {.iterations = solves};
+  flesh_lag lag = choose_lag(self, order, second);
   size_t count = 0;
   int status = second && !self->prescribed.n ? flesh_prescribed_create(system, &self->prescribed) : FLESH_OK;
   if (status) return status;
@@ -47,7 +58,7 @@ static int take_row(flesh_integrator *self, const flesh_method_row *row)
     vectors[count++] = &last.at.x;
     vectors[count++] = &last.at.v;
   }
-  if (solves > 1) {
+  if (lag.most > 1) {
     vectors[count++] = &lag.x;
     vectors[count++] = &lag.v;
     vectors[count++] = &lag.u;

@@ -30,8 +30,10 @@ typedef struct flesh_first_iterates {
 
 /* Solves of a stage with what is lagged as the last one has left it. */
 typedef struct flesh_lag {
-  int iterations;    /* the options', two at least where a load that follows the surface would cost an order */
-  double *x, *v, *u; /* [n] where the last solve has ended, and its unknowns; NULL with one iteration */
+  int iterations;    /* the options', or what keeps the method's order */
+  int most;          /* while friction is off by more than little */
+  int controlled;    /* of a step whose length its error chooses, in which friction's lag counts as an error */
+  double *x, *v, *u; /* [n] where the last solve has ended, and its unknowns; NULL with one solve at most */
 } flesh_lag;
 
 /* The stage that has led to the run's state; order > 1. */
