@@ -143,8 +143,6 @@ int flesh_fit_try(flesh_fit *fit, int experiment);
  * run->values is NULL, and its message says why. */
 int flesh_fit_make_run(flesh_fit *fit, flesh_fit_run *run, double *cpu_s);
 
-/* Why an experiment of this scene has no tangents, or "". */
-const char *flesh_fit_tangents_refused(const flesh_scene *scene);
 /* Keeps the states of a run that are needed. An observer's function; of a flesh_fit_experiment. */
 int flesh_fit_keep(void *experiment, const flesh_step_record *record);
 void flesh_fit_kept_clear(flesh_fit_kept *kept);

@@ -11,6 +11,7 @@
 #include "flesh/scene.h"
 #include "run/provenance.h"
 #include "scene/keys.h"
+#include "scene/scene.h"
 #include "study/keyed_text.h"
 
 /* Equilibria are compared with those of slightly other parameters, so that their solves must leave less. */
@@ -202,7 +203,7 @@ static int read_experiment(flesh_fit *fit, const experiment_keys *keys, flesh_fi
   free(state.x);
   free(state.v);
   e->start = state.t;
-  snprintf(e->differences, sizeof e->differences, "%s", flesh_fit_tangents_refused(scene));
+  snprintf(e->differences, sizeof e->differences, "%s", flesh_scene_tangents_refused(scene));
   e->inputs = flesh_provenance_scene(scene, e->scene);
   if (!status) status = flesh_study_fingerprint(scene, e->scene, e->fingerprint);
   if (!status) status = read_measured(fit, keys, scene, e);

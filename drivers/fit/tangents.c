@@ -11,30 +11,12 @@
 #include "fit/fit.h"
 #include "flesh/observer.h"
 #include "flesh/sensitivity.h"
-#include "scene/effect_list.h"
 #include "scene/scene.h"
 
 /* The step of the differences in q, and the residual that the linear solves leave. */
 static const double difference = 1e-3, tolerance = 1e-8;
 
 static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for tangents"); }
-
-static int rubs(const flesh_scene *scene)
-{
-  const flesh_effect_entry *entries = scene->keys.effects.values;
-  for (int k = 0; k < scene->keys.effects.count; k++) {
-    const flesh_key *key = flesh_key_named(entries[k].row->keys, "friction");
-    if (key && *(const double *)((const char *)entries[k].parameters + key->offset) > 0) return 1;
-  }
-  return 0;
-}
-
-const char *flesh_fit_tangents_refused(const flesh_scene *scene)
-{
-  if (flesh_scene_times(scene)->method != FLESH_METHOD_STATIC) return "it is a motion";
-  if (rubs(scene)) return "friction makes its equilibria depend on the way to them";
-  return flesh_system_internal_count(flesh_scene_system(scene)) ? "its effects remember the way to its equilibria" : "";
-}
 
 typedef struct tangenting {
   flesh_fit *fit;

@@ -11,7 +11,7 @@
 #include "cli/interrupt.h"
 #include "cli/lists.h"
 #include "cli/output.h"
-#include "fit/fit.h"
+#include "scene/scene.h"
 #include "sensitivity/sensitivity.h"
 #include "study/table.h"
 
@@ -65,7 +65,7 @@ static int take_key(void *data, const char *key)
 static int open_study(study *s)
 {
   int status = flesh_scene_read(s->path, s->overrides.texts.count, s->overrides.texts.values, &s->scene);
-  const char *refused = status || !is_static(s) ? "" : flesh_fit_tangents_refused(s->scene);
+  const char *refused = status || !is_static(s) ? "" : flesh_scene_tangents_refused(s->scene);
   if (*refused) status = flesh_fail(FLESH_ERR_ARGUMENT, "%s has no derivatives: %s", s->path, refused);
   if (!status) status = flesh_list_each("of", s->of, take_column, s);
   if (!status) status = flesh_list_each("to", s->to, take_key, s);
