@@ -1,4 +1,26 @@
-/* attempt.h: one try of a part of a step in time. */
+/* attempt.h: one try of a part of a step in time.
+ *
+ * The way of a state through a step of backward Euler in which nothing fails; each line calls those that are indented
+ * below it:
+ *
+ *   integrator                   recognises the caller's state (system/evaluation)
+ *     steps                      the part of the step that is tried
+ *       attempt                  one try of it
+ *         backward_euler         its stage: base and shift
+ *         extrapolation          first iterates, as rigid_guess
+ *         multipliers            once, where nothing holds volumes
+ *           sundials/kinsol      solves the stage
+ *             newton/stage       first iterate, target, convergence
+ *             KINSOL             iterates, and calls from below
+ *    ^          callbacks        1 the residual: equations, system, effects
+ *    ^          callbacks        2 the Jacobian: newton keeps K, or assembles it
+ *    ^          linear_solver    3 the set-up: newton prepares, linear makes the preconditioner
+ *    ^          linear_solver    4 the solve: newton's direction (K p = -r) and line_search
+ *         step_energy            work and energy: energy_watch
+ *         backward_euler         the state at the end of the step
+ *         internals              what effects remember of the path, and of what touches
+ *     recovery/untangle          is it a tangle at rest?
+ */
 #ifndef FLESH_TIME_ATTEMPT_H
 #define FLESH_TIME_ATTEMPT_H
 
