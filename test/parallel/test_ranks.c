@@ -157,7 +157,7 @@ static void no_rank_is_empty(void)
     CHECK(seen == (1 << parts) - 1);
   }
   CHECK(flesh_partition_tets(cube, 7, of_tets) == FLESH_ERR_ARGUMENT);
-  CHECK_TEXT(flesh_error_text(), "1 to 6 serve");
+  CHECK_TEXT(flesh_error_text(), "1 to 6 ranks");
   memset(of_tets, 0, sizeof of_tets);
   const int status = flesh_rank_part_create(ranks, cube, of_tets, &part);
   CHECK(status == (size() == 1 ? FLESH_OK : FLESH_ERR_ARGUMENT));
