@@ -189,8 +189,8 @@ static void drop_lost(const flesh_method_map *map, double **known)
 /* The end of what is known and of the unknowns u, of `count` dofs from `first` on. */
 static void go_on_some(const flesh_method_map *map, double **known, const double *const *u, int first, int count)
 {
-  double before[FLESH_KNOWN_LAGGED_X][SOME];
-  for (int c = 0; c < FLESH_KNOWN_LAGGED_X; c++)
+  double before[FLESH_KNOWN][SOME];
+  for (int c = 0; c < FLESH_KNOWN; c++)
     if (known[c]) memcpy(before[c], known[c] + first, (size_t)count * sizeof(double));
   for (int k = 0; k < FLESH_KNOWN_LAGGED_X; k++) {
     double *to = known[k] ? known[k] + first : NULL;
