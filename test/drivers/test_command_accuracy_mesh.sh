@@ -102,7 +102,7 @@ killed_it_goes_on() {
   cp killed/mesh.txt killed/verdict.txt . && expect 0 "$flesh" "$@" --resume && cmp mesh.txt killed/mesh.txt &&
     cmp verdict.txt killed/verdict.txt || return 1
   # With more time there are more meshes, and those before are judged with them.
-  expect 0 "$flesh" "$@" --resume --mesh-seconds 1 && [ "$(lines killed/mesh.csv)" -gt "$(lines expected)" ]
+  expect 0 "$flesh" "$@" --resume --mesh-seconds 4 && [ "$(lines killed/mesh.csv)" -gt "$(lines expected)" ]
 }
 
 # A coarser scene from another start would be another motion, not a coarser mesh.
