@@ -1,4 +1,4 @@
-// TEST full memory seconds=20
+// TEST full seconds=20
 /* test_checkpoints.c: steps that are taken again from checkpoints have the same bits: gradients of motions of which few
  * states are kept are those of which all are, bit by bit, by all methods, through events, impacts with friction, between
  * bodies, by muscles, viscosity, loads that follow the shape, welds that break and incompressible tets. A thousand steps
