@@ -327,6 +327,13 @@ static int step(adapt *a, double **indicators)
 static int check_progress(const adapt *a)
 {
   const level *l = &a->list[a->levels - 1];
+  const int is_zero = fabs(l->moved) <= 1e-12 * fabs(l->value) || /* or not told from zero by many times the dofs */
+                      (l->bar >= fabs(l->moved) && l->dofs >= stuck_growth * stuck_growth * a->list[0].dofs);
+  if (a->relative && isfinite(l->bar) && is_zero)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "%s %s %.2g %s, which its bar of %.2g %s does not tell from nothing; --to must have "
+                                          "a tolerance in %s, as 0.001:%s", a->column,
+                      strstr(a->column, ".position_") ? "has moved by" : "is", l->moved, a->unit, l->bar, a->unit, a->unit,
+                      a->column);
   for (const level *k = a->list; k < l; k++)
     if (stuck_growth * k->dofs <= l->dofs && l->bar >= k->bar)
       return flesh_fail(FLESH_ERR_BUDGET, "the bar of %s is %.2g %s on a mesh of %d dofs, and was %.2g %s with %d dofs; meshes "
@@ -334,8 +341,8 @@ static int check_progress(const adapt *a)
                                           "not settle, or solver.newton_tolerance is too large", a->column, l->bar, a->unit,
                         l->dofs, k->bar, a->unit, k->dofs);
   if (a->levels < LEVELS && l->dofs <= MOST_DOFS) return FLESH_OK;
-  return flesh_fail(FLESH_ERR_BUDGET, "the bar of %s is %.2g %s after %d meshes, of which the last has %d dofs; a larger "
-                                      "tolerance is reached", a->column, l->bar, a->unit, a->levels, l->dofs);
+  return flesh_fail(FLESH_ERR_BUDGET, "the bar of %s is %.2g %s after %d meshes, of which the last has %d dofs; --to "
+                                      "must have a larger tolerance", a->column, l->bar, a->unit, a->levels, l->dofs);
 }
 
 /* Adds the meshes and their values to result.json. */

@@ -76,11 +76,13 @@ static int take_state(flesh_sensitivity *self, const flesh_state *state)
   return FLESH_OK;
 }
 
-/* Refuses a state whose free forces are not small beside the largest effect's. */
+/* Refuses a state whose free forces are small neither beside the largest effect's nor beside what round-off leaves, as where
+ * nothing loads a body. */
 static int check_balance(flesh_sensitivity *self)
 {
   const flesh_stage_tangent *tangent = &self->tangent;
-  const uint8_t *is = tangent->newton->equations.constrained.is;
+  flesh_equations *equations = &tangent->newton->equations;
+  const uint8_t *is = equations->constrained.is;
   double *r = self->room, largest = 0;
   for (int e = 0; e < flesh_system_effect_count(tangent->system); e++) {
     const int status = flesh_system_effect_residual(tangent->system, e, &tangent->point, r);
@@ -91,6 +93,8 @@ static int check_balance(flesh_sensitivity *self)
   for (int d = 0; d < self->n; d++) r[d] = is[d] ? 0 : r[d];
   const double left = flesh_norm(NULL, self->n, r);
   if (status || left <= 1e-2 * largest) return status;
+  memset(r, 0, (size_t)self->n * sizeof *r); /* the unknowns */
+  if (flesh_equations_at_round_off(equations, r, left)) return FLESH_OK;
   return flesh_fail(FLESH_ERR_ARGUMENT, "the state is no equilibrium: its free forces are %.3g N, those of the largest effect "
                                         "%.3g N", left, largest);
 }

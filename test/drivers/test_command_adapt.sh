@@ -113,6 +113,15 @@ what_has_no_bar_is_refused() {
   expect 2 "$flesh" run bar.yaml --to 1%:tip.position_z --error --out no
 }
 
+# What does not move, for want of a load or by symmetry, has no share of its movement.
+what_does_not_move_needs_a_length() {
+  expect 2 "$flesh" run bar.yaml --set 'effects.gravity.acceleration=[0, 0, 0]' --to 1%:tip.position_z --out rests || return 1
+  has stderr.txt 'tip.position_z has moved by 0 m, which its bar' && has stderr.txt 'as 0.001:tip.position_z' || return 1
+  expect 0 "$flesh" run bar.yaml --set 'effects.gravity.acceleration=[0, 0, 0]' --to .001:tip.position_z --out rests &&
+    expect 2 "$flesh" run bar.yaml --to 1%:tip.position_y --out beside &&
+    has stderr.txt 'tip.position_y has moved by .* does not tell from nothing'
+}
+
 # A bar that is pressed together bends to this side or that, as its mesh is.
 what_buckles_is_refused() {
   "$flesh" mesh box --cells 4,1,1 --size 4,1,1 --out strut.mesh >/dev/null || return 1
@@ -131,4 +140,4 @@ END
   has stderr.txt 'the equilibrium on a mesh of .* tets has .* inverted ones'
 }
 
-run_tests what_buckles_is_refused the_bar_covers_and_the_mesh_is_as_it_should_be loads_within_tets_are_carried bodies_keep_their_shape what_has_no_bar_is_refused
+run_tests what_does_not_move_needs_a_length what_buckles_is_refused the_bar_covers_and_the_mesh_is_as_it_should_be loads_within_tets_are_carried bodies_keep_their_shape what_has_no_bar_is_refused
