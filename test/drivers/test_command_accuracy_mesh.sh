@@ -78,6 +78,15 @@ END
   [ -s swing/verdict.txt ] && between 0.15 "$(value error_over_motion tet4 24 swing/mesh.csv)" 1
 }
 
+# Tables of the meshes that fit into a time: one has all meshes of the other, and where none has more they agree.
+same_meshes() {
+  awk -F , '{ key = $1 "," $2 "," $3 "," $4 "," $5 "," $6 "," $7 }
+    NR == FNR { of_first[key] = $0; first++; next }
+    { second++; if (key in of_first) both++; if (of_first[key] != $0) differ = $0 }
+    END { if (both < first && both < second) { print "meshes are others"; exit 1 }
+      if (first == second && differ != "") { print "differs:", differ; exit 1 } }' "$1" "$2"
+}
+
 # Killed while the reference is made, while runs go, while meshes are run: the same table of meshes comes of it, and what was
 # done is not done again.
 killed_it_goes_on() {
@@ -95,14 +104,15 @@ killed_it_goes_on() {
     expect 0 "$flesh" "$@" --resume || return 1
     "$flesh" sweep export killed/accuracy.db --columns 'id,started' --where "status = 'complete'" >after
     while read -r row; do grep -q -x -F "$row" after || { echo "$file: $row is gone"; cat after; return 1; }; done <before
-    cut -d , -f 1-7,10,11,13 killed/mesh.csv | diff expected - && ! grep -q ',not run,' killed/accuracy.csv &&
+    cut -d , -f 1-7,10,11,13 killed/mesh.csv >found
+    same_meshes expected found && ! grep -q ',not run,' killed/accuracy.csv &&
       ! find killed -name 'mesh_*.states' -o -name 'reference_*.states' -o -name tight.states | grep . || return 1
   done
   # With all done, nothing runs.
   cp killed/mesh.txt killed/verdict.txt . && expect 0 "$flesh" "$@" --resume && cmp mesh.txt killed/mesh.txt &&
     cmp verdict.txt killed/verdict.txt || return 1
   # With more time there are more meshes, and those before are judged with them.
-  expect 0 "$flesh" "$@" --resume --mesh-seconds 4 && [ "$(lines killed/mesh.csv)" -gt "$(lines expected)" ]
+  expect 0 "$flesh" "$@" --resume --mesh-seconds 4 && [ "$(lines killed/mesh.csv)" -gt "$(lines found)" ]
 }
 
 # A coarser scene from another start would be another motion, not a coarser mesh.
