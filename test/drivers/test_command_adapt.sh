@@ -43,6 +43,13 @@ print(exact, [(m["dofs"], m["value"], m["error_mesh"], m["estimate"]) for m in m
 end = meshes[-1]
 assert given[name] == end["value"] and last("again") == given
 assert abs(given[name] - exact) <= end["error_mesh"] <= .01 * abs(exact - .5) and end["dofs"] < 6000
+# Every bar covers, and is what the page on error bars says: changes from earlier meshes, and a share of the estimate.
+for k, m in enumerate(meshes):
+    if not m["error_mesh"]:
+        continue
+    ratios = [(m["dofs"] / e["dofs"], abs(m["value"] - e["value"])) for e in meshes[:k]]
+    rule = max([.45 * m["estimate"]] + [1.2 * change / (ratio - 1) for ratio, change in ratios if 1.4 <= ratio <= 4])
+    assert abs(m["value"] - exact) <= m["error_mesh"] and abs(m["error_mesh"] / rule - 1) < 1e-6, (k, m, rule)
 # The estimate by recovery is of the error's size where the mesh is not adapted yet.
 assert 0.6 < meshes[0]["estimate"] / abs(meshes[0]["value"] - exact) < 3
 assert abs(meshes[0]["value"] - exact) > 3 * abs(end["value"] - exact)
