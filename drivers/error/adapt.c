@@ -83,8 +83,9 @@ static int check(adapt *a, const flesh_scene *scene)
   if (scene->time.method != FLESH_METHOD_STATIC)
     return flesh_fail(FLESH_ERR_ARGUMENT, "--to refines the meshes of equilibria (time.method static); for a motion, --error "
                                           "gives the bars of a mesh");
-  if (scene->keys.bodies.count || !scene->body.materials)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "--to refines the mesh of a scene of one body that has a material");
+  if (scene->keys.bodies.count || !scene->body.materials || scene->keys.body.material_map)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "--to refines the mesh of a scene of one body that has a material and no "
+                                          "material_map, whose tets would be others");
   if (!own)
     return flesh_fail(FLESH_ERR_ARGUMENT, "--to names %s; it must be a column of output.probes, as tip.position_z", a->column);
   if (isnan(own->point[0]) && (!strncmp(dot, ".position_", 10) || !strncmp(dot, ".velocity_", 10)))

@@ -57,6 +57,9 @@ FLESH_API int flesh_sensitivity_set(flesh_sensitivity *sensitivity, const flesh_
 FLESH_API int flesh_sensitivity_force(flesh_sensitivity *sensitivity, const flesh_parameter *parameter, double *force);
 /* dx [3*n] = dx/dp, constrained dofs included. One solve. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_SOLVE. */
 FLESH_API int flesh_sensitivity_tangent(flesh_sensitivity *sensitivity, const flesh_parameter *parameter, double *dx);
+/* dx [3*n], the change of the equilibrium, 0 on constrained dofs, for a change `force` [3*n] of the residual, of which
+ * constrained dofs are not read: -K^-1 force. One solve. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_SOLVE. */
+FLESH_API int flesh_sensitivity_respond(flesh_sensitivity *sensitivity, const double *force, double *dx);
 /* lambda [3*n], 0 on constrained dofs, with dQ = -lambda . dr for any change dr [3*n] of the free residual: a change of
  * a force, or the residual of another discretisation. One solve. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_SOLVE. */
 FLESH_API int flesh_sensitivity_adjoint(flesh_sensitivity *sensitivity, const flesh_quantity *quantity, double *lambda);
@@ -64,6 +67,22 @@ FLESH_API int flesh_sensitivity_adjoint(flesh_sensitivity *sensitivity, const fl
  * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_SOLVE. */
 FLESH_API int flesh_sensitivity_gradient(flesh_sensitivity *sensitivity, const flesh_quantity *quantity, int count,
                                          const flesh_parameter *parameters, double *gradient);
+
+/* A constant of the material of each single tet, as of a map of stiffness: bodies whose materials differ in it alone, on
+ * one mesh or equal ones, tet t by difference[t] [tets] from bodies[0] to bodies[1]; 0: of that tet it is no parameter.
+ * Borrowed. */
+typedef struct flesh_tet_parameter {
+  const flesh_body *bodies[2];
+  const double *difference;
+} flesh_tet_parameter;
+
+/* forces [tets][nodes][3] = dr/dp for the constant p of each tet, at that tet's nodes, which alone feel it: of four nodes
+ * in a mesh of order 1, of ten at order 2, corners and then those of flesh_mesh_tet_edges; N per unit of p. With the adjoint
+ * lambda of a quantity, dQ/dp of a tet is the sum over its nodes of -lambda . forces; a change of p in all tets responds to
+ * the sum of the changed forces (flesh_sensitivity_respond). No solve: a thousand tets take two residuals. `state`: t, x,
+ * multipliers. Exact as differences of the second order are.
+ * FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY; FLESH_ERR_SOLVE where a body has no forces there. */
+FLESH_API int flesh_tet_forces(const flesh_tet_parameter *parameter, const flesh_state *state, double *forces);
 
 /* A recorded motion. */
 typedef struct flesh_trajectory flesh_trajectory;

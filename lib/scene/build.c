@@ -145,6 +145,24 @@ static int needs_material(const flesh_scene *scene)
   return needed;
 }
 
+/* Gives the first body's tets the materials that body.material_map says. */
+static int map_materials(flesh_scene *scene, const flesh_node *body_node, int base, const int *of_region, int *tet_material)
+{
+  const flesh_scene_region *entries = scene->keys.body.regions.values;
+  if (!scene->keys.body.material_map) return FLESH_OK;
+  const flesh_key *body = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, body));
+  const flesh_scene_material **of = flesh_arena_take(&scene->arena, ((size_t)scene->material_count + 1) * sizeof *of);
+  if (!of) return no_memory(scene);
+  for (int m = 0; m < scene->material_count; m++) of[m] = NULL;
+  for (int e = 0; e < scene->keys.body.regions.count; e++)
+    if (of_region[e] >= 0) of[of_region[e]] = &entries[e].material;
+  if (base >= 0) of[base] = &scene->keys.body.material;
+  const flesh_node *place = flesh_scene_place(body_node, body->children,
+                                              offsetof(flesh_scene_keys, body.material_map) - body->offset);
+  const int status = flesh_scene_map_materials(scene, of, tet_material);
+  return status ? flesh_node_fail_within(status, place, "body.material_map: ") : FLESH_OK;
+}
+
 /* Gives every tet its density and material. */
 static int assign_tets(flesh_scene *scene, const flesh_node *body_node, const flesh_node *regions,
                        int base, const int *of_region)
@@ -184,7 +202,9 @@ static int assign_tets(flesh_scene *scene, const flesh_node *body_node, const fl
       snprintf(sentence, sizeof sentence, "it must be a region tag of the mesh: %s", existing);
       return bad_tag(regions, &tags[i], sentence);
     }
-  if ((status = flesh_scene_assign_bodies(scene, base, density, tet_material))) return status;
+  if ((status = flesh_scene_assign_bodies(scene, base, density, tet_material)) ||
+      (status = map_materials(scene, body_node, base, of_region, tet_material)))
+    return status;
   scene->body = (flesh_body){.mesh = scene->mesh,
                              .density = density,
                              .materials = scene->material_count ? scene->materials : NULL,

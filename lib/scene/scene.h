@@ -63,6 +63,8 @@ int flesh_scene_read_state(const flesh_scene *scene, flesh_state *state);
 /* Densities and materials of their tets; scene->materials has room for one of each, from
  * material_count on; `base` is the body's or -1. */
 int flesh_scene_assign_bodies(flesh_scene *scene, int base, double *density, int *tet_material);
+/* Reads body.material_map; `of` [material_count] are the keys of the materials of the first body, NULL of others. */
+int flesh_scene_map_materials(flesh_scene *scene, const flesh_scene_material *const *of, int *tet_material);
 /* Their velocities at the start, v [3*nodes]. */
 void flesh_scene_start_bodies(const flesh_scene *scene, double *v);
 /* Chooses the nodes of keys.output.probes and checks them; needs the system. */

@@ -150,6 +150,10 @@ static const flesh_key body_table[] = {
      .children = region_table,
      .child_size = sizeof(flesh_scene_region),
      .doc = "other densities and materials for regions of the mesh"},
+    {.name = "material_map", .type = FLESH_KEY_PATH, AT(body.material_map), .default_value = "",
+     .doc = "file of constants of single tets, as flesh fit writes it: columns tet (from 0, of the mesh as it is in its "
+            "file) and constants of a material, as in tet,young [Pa]; they replace those of the material that tets "
+            "have without it"},
     {.name = "name",
      .type = FLESH_KEY_TEXT,
      AT(body.name),

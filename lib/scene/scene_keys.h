@@ -63,6 +63,7 @@ typedef struct flesh_scene_keys {
     flesh_objects curved; /* of flesh_scene_curved */
     flesh_scene_material material;
     flesh_objects regions; /* of flesh_scene_region */
+    char *material_map;    /* NULL: none */
   } body;
   flesh_objects bodies; /* of flesh_scene_other */
   flesh_objects effects; /* of flesh_effect_entry */

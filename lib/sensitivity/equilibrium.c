@@ -143,10 +143,17 @@ int flesh_sensitivity_tangent(flesh_sensitivity *self, const flesh_parameter *pa
   double *force = self->room, *moves = self->room + self->n;
   int status = check_set(self);
   if (!status) status = flesh_stage_tangent_force(&self->tangent, parameter, NULL, force, moves);
-  for (int d = 0; d < self->n && !status; d++) force[d] = -force[d];
-  if (!status) status = flesh_stage_tangent_solve(&self->tangent, 0, force, dx);
+  if (!status) status = flesh_sensitivity_respond(self, force, dx);
   for (int d = 0; d < self->n && !status; d++) dx[d] += moves[d]; /* 0 on free dofs */
   return status;
+}
+
+int flesh_sensitivity_respond(flesh_sensitivity *self, const double *force, double *dx)
+{
+  FLESH_NEED({self, "sensitivity"}, {force, "force"}, {dx, "dx"});
+  const int status = check_set(self);
+  for (int d = 0; d < self->n && !status; d++) self->room[d] = -force[d];
+  return status ? status : flesh_stage_tangent_solve(&self->tangent, 0, self->room, dx);
 }
 
 /* The right-hand side g [n] of the adjoint: dQ/dx, and that of the residual's weights. */

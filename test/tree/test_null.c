@@ -217,6 +217,9 @@ static void null_is_refused_by_runs(void)
   REFUSES(flesh_sensitivity_force, force, (any, any, NULL));
   REFUSES(flesh_sensitivity_tangent, sensitivity, (NULL, any, any)), REFUSES(flesh_sensitivity_tangent, parameter, (any, NULL, any));
   REFUSES(flesh_sensitivity_tangent, dx, (any, any, NULL));
+  REFUSES(flesh_sensitivity_respond, sensitivity, (NULL, any, any)), REFUSES(flesh_sensitivity_respond, force, (any, NULL, any));
+  REFUSES(flesh_sensitivity_respond, dx, (any, any, NULL)), REFUSES(flesh_tet_forces, parameter, (NULL, any, any));
+  REFUSES(flesh_tet_forces, state, (any, NULL, any)), REFUSES(flesh_tet_forces, forces, (any, any, NULL));
   REFUSES(flesh_sensitivity_adjoint, sensitivity, (NULL, any, any)), REFUSES(flesh_sensitivity_adjoint, quantity, (any, NULL, any));
   REFUSES(flesh_sensitivity_adjoint, lambda, (any, any, NULL));
   REFUSES(flesh_sensitivity_gradient, sensitivity, (NULL, any, 1, any, any));

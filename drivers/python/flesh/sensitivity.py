@@ -6,6 +6,7 @@ import numpy as np
 from ._arrays import doubles, pointer
 from ._callbacks import Handle, call, create, owned
 from ._library import ffi, lib
+from .body import Body
 from .errors import ArgumentError
 from .integrator import Integrator
 from .options import SolverOptions
@@ -14,7 +15,7 @@ from .system import State, System
 if TYPE_CHECKING:
     import scipy.sparse.linalg
 
-__all__ = ["MotionGradient", "Parameter", "Sensitivity", "Trajectory", "TrajectoryCosts"]
+__all__ = ["MotionGradient", "Parameter", "Sensitivity", "Trajectory", "TrajectoryCosts", "tet_forces"]
 
 
 class Parameter(Handle):
@@ -82,6 +83,10 @@ class Sensitivity(Handle):
         """[nodes, 3] dx/dp."""
         return self._vector(lib.flesh_sensitivity_tangent, parameter._struct)
 
+    def respond(self, force) -> np.ndarray:
+        """[nodes, 3] -K^-1 force: the change of the equilibrium for a change of its residual, as by `tet_forces`."""
+        return self._vector(lib.flesh_sensitivity_respond, pointer(doubles(force, (self._nodes, 3), "force")))
+
     def adjoint(self, by_x=None, of_residual=None) -> np.ndarray:
         """[nodes, 3] lambda, with dQ = -lambda . dr for a change dr of the free forces.
 
@@ -110,6 +115,23 @@ class Sensitivity(Handle):
 
     def _along(self, parameters, amounts):
         return sum(amount * self.tangent(p).ravel() for amount, p in zip(amounts, parameters))
+
+
+def tet_forces(low: Body, high: Body, difference, state: State) -> np.ndarray:
+    """[tets, 4 or 10, 3] dr/dp at the nodes of each tet for a constant p of that tet's material, N per unit of p.
+
+    Args:
+        low, high: bodies of one mesh, in whose materials the constant differs.
+        difference: [tets] or one for all: p in `high` less p in `low`; 0: of that tet it is no parameter.
+        state: an equilibrium of the body.
+    """
+    mesh = low.mesh
+    differences = np.ascontiguousarray(np.broadcast_to(np.asarray(difference, dtype=float), (mesh.tet_count,)))
+    forces = np.empty((mesh.tet_count, 10 if mesh.order == 2 else 4, 3))
+    struct = ffi.new("flesh_tet_parameter *", {"bodies": [low._struct, high._struct]})
+    struct.difference = pointer(differences)
+    call(lib.flesh_tet_forces, struct, state._checked(mesh.node_count), pointer(forces))
+    return forces
 
 
 class MotionGradient(NamedTuple):

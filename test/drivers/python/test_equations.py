@@ -76,6 +76,12 @@ def test_gradients_of_an_equilibrium(mesh, body, held):
     assert sensitivity.gradient(parameters[1:], of_residual=held_z)[0] == pytest.approx(-2000, rel=1e-9)  # the weight
     load = sensitivity.force(parameters[1])
     assert np.allclose(-(sensitivity.adjoint(by_x=weights) * load).sum(), gravity, rtol=1e-9)
+    bodies = [flesh.Body(mesh, flesh.Material("S", young=1e5 + k, poisson=0.45), 1000) for k in (-100, 100)]
+    forces = flesh.tet_forces(*bodies, 200, state)
+    whole = np.zeros_like(state.x)
+    np.add.at(whole, mesh.tets, forces)
+    assert np.allclose(whole, sensitivity.force(parameters[0]), atol=1e-9 * np.abs(whole).max())
+    assert np.allclose(sensitivity.respond(whole), sensitivity.tangent(parameters[0]), rtol=1e-7, atol=1e-15)
     with pytest.raises(flesh.ArgumentError, match="is no equilibrium"):
         flesh.Sensitivity(system(), flesh.State.at_rest(mesh))
 
