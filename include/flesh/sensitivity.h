@@ -68,19 +68,19 @@ FLESH_API int flesh_sensitivity_adjoint(flesh_sensitivity *sensitivity, const fl
 FLESH_API int flesh_sensitivity_gradient(flesh_sensitivity *sensitivity, const flesh_quantity *quantity, int count,
                                          const flesh_parameter *parameters, double *gradient);
 
-/* A constant of the material of each single tet, as of a map of stiffness: bodies whose materials differ in it alone, on
- * one mesh or equal ones, tet t by difference[t] [tets] from bodies[0] to bodies[1]; 0: of that tet it is no parameter.
- * Borrowed. */
+/* A constant of the material of each single tet, as of a map of stiffness: bodies whose materials differ in it
+ * alone, on one mesh or equal ones, tet t by difference[t] [tets] from bodies[0] to bodies[1]; 0: of that tet it is
+ * no parameter. Borrowed. */
 typedef struct flesh_tet_parameter {
   const flesh_body *bodies[2];
   const double *difference;
 } flesh_tet_parameter;
 
-/* forces [tets][nodes][3] = dr/dp for the constant p of each tet, at that tet's nodes, which alone feel it: of four nodes
- * in a mesh of order 1, of ten at order 2, corners and then those of flesh_mesh_tet_edges; N per unit of p. With the adjoint
- * lambda of a quantity, dQ/dp of a tet is the sum over its nodes of -lambda . forces; a change of p in all tets responds to
- * the sum of the changed forces (flesh_sensitivity_respond). No solve: a thousand tets take two residuals. `state`: t, x,
- * multipliers. Exact as differences of the second order are.
+/* forces [tets][nodes][3] = dr/dp for the constant p of each tet, at that tet's nodes, which alone feel it: of four
+ * nodes in a mesh of order 1, of ten at order 2, corners and then those of flesh_mesh_tet_edges; N per unit of p.
+ * With the adjoint lambda of a quantity, dQ/dp of a tet is the sum over its nodes of -lambda . forces; a change dp of
+ * all tets is answered by flesh_sensitivity_respond to the sum of forces dp. No solve: a thousand tets take two
+ * residuals. `state`: t, x, multipliers. Exact as differences of the second order are.
  * FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY; FLESH_ERR_SOLVE where a body has no forces there. */
 FLESH_API int flesh_tet_forces(const flesh_tet_parameter *parameter, const flesh_state *state, double *forces);
 
