@@ -300,7 +300,7 @@ static int tell(flesh_accuracy_session *s, const char *first, const char *second
   study.table = "mesh", study.words = "mesh.txt";
   study.results[0] = first ? flesh_embedded_text(flesh_own_files, first) : flesh_embedded_text(flesh_own_files, second);
   study.results[1] = first ? flesh_embedded_text(flesh_own_files, second) : NULL;
-  return flesh_study_conclude(&study, &s->store, s->plan->out, FLESH_OK);
+  return flesh_study_conclude(&study, &s->store, &s->plan->options, FLESH_OK);
 }
 
 /* Times the choices of mesh and step that were not run as they are. */

@@ -294,7 +294,7 @@ static int run_methods(flesh_accuracy_session *s)
   int status = flesh_accuracy_make_reference(s);
   if (status) return status;
   status = run_all(s);
-  return flesh_study_conclude(&s->study, &s->store, plan->out, status);
+  return flesh_study_conclude(&s->study, &s->store, &plan->options, status);
 }
 
 int flesh_accuracy_run(flesh_accuracy_plan *plan)

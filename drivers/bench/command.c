@@ -10,10 +10,8 @@
 #include "bench/bench.h"
 #include "cli/interrupt.h"
 #include "cli/lists.h"
-#include "base/file.h"
-#include "cli/options.h"
-#include "picture/plot.h"
-#include "cli/output.h"
+#include "run/ranks.h"
+#include "study/lead.h"
 
 static const char details[] =
     "Measures what this machine can do (bandwidth where data live, multiply-adds per instruction set), then every\n"
@@ -23,7 +21,8 @@ static const char details[] =
     "tolerance 1e-8). Times are medians of the repeats, CPU time for one thread and wall time for more; +- is half\n"
     "the range of the middle half of the repeats. Newton and linear iterations and the answer do not depend on the\n"
     "machine: two programs that differ in them did not do the same work.\n\n"
-    "Writes into DIR: bench.csv (a row per measurement), bench.json (with ceilings, memory by owner and growth\n"
+    "Every case is a process of its own, one at a time. Writes into DIR: bench.db (all of it, for --resume and `flesh\n"
+    "sweep export`), bench.csv (a row per measurement), bench.json (with ceilings, memory by owner and growth\n"
     "exponents by fit), roofline.png and growth.png.\n";
 
 static int fail_full(const char *option)
@@ -95,11 +94,11 @@ static int read_numbers(flesh_bench_plan *plan, const char *poissons, const char
   return status;
 }
 
-static int read_cases(flesh_bench_plan *plan, const char *text)
+static int read_parts(flesh_bench_plan *plan, const char *text)
 {
   int chosen[FLESH_BENCH_LIST];
-  const int status = flesh_list_words("cases", text, flesh_bench_cases, chosen, &plan->case_count);
-  for (int k = 0; k < plan->case_count; k++) plan->cases[k] = flesh_bench_cases[chosen[k]];
+  const int status = flesh_list_words("cases", text, flesh_bench_parts, chosen, &plan->part_count);
+  for (int k = 0; k < plan->part_count; k++) plan->parts[k] = flesh_bench_parts[chosen[k]];
   return status;
 }
 
@@ -124,49 +123,29 @@ static int take_element(flesh_bench_plan *plan, const char *text)
   return status;
 }
 
-/* All cases of one bar; kernels at its first ratio only, on which their work does not depend. */
-static int measure_bar(flesh_bench_plan *plan, int size, flesh_energy energy, int ratio)
+/* On the first rank. */
+static int compare(void *data)
 {
-  flesh_bench_bar bar;
-  int status = flesh_bench_bar_open(plan, size, energy, plan->poissons[ratio], &bar);
-  for (int c = 0; c < plan->case_count && !status; c++)
-    for (int t = 0; t < plan->thread_count && !status; t++) {
-      int kernels = !strcmp(plan->cases[c], "kernels"), noted = 0;
-      for (int k = 0; k < plan->memory_count; k++)
-        noted |= plan->memory[k].tets == flesh_mesh_tet_count(bar.mesh);
-      if (kernels && ratio == 0 && plan->element == FLESH_ELEMENT_TET4) status = flesh_bench_kernels(plan, &bar, plan->threads[t]);
-      if (!kernels)
-        status = flesh_bench_steps(plan, &bar, plan->cases[c], plan->threads[t], !noted);
-      if (!status && flesh_interrupt_signal())
-        status = flesh_fail(FLESH_ERR_INTERRUPTED, "stopped by %s", flesh_interrupt_name());
-    }
-  flesh_bench_bar_close(&bar);
-  return status;
-}
-
-static int measure(flesh_bench_plan *plan)
-{
-  int status = flesh_bench_find_ceilings(plan);
-  if (status) return status;
-  if (!plan->quiet) flesh_bench_print_ceilings(plan);
-  for (int e = 0; e < plan->energy_count && !status; e++)
-    for (int r = 0; r < plan->poisson_count && !status; r++)
-      for (int s = 0; s < plan->size_count && !status; s++)
-        status = measure_bar(plan, s, plan->energies[e], r);
-  return status;
+  flesh_bench_plan *plan = data;
+  const flesh_study study = flesh_bench_study(plan);
+  int status = flesh_study_do(&study, &plan->options);
+  if (status || !plan->json) return status;
+  char path[1400];
+  snprintf(path, sizeof path, "%.1300s/bench.json", plan->options.out);
+  json_t *all = json_load_file(path, 0, NULL);
+  if (!all) return flesh_fail(FLESH_ERR_FILE, "%s: cannot be read", path);
+  json_dumpf(all, stdout, JSON_INDENT(2));
+  putchar('\n');
+  json_decref(all);
+  return FLESH_OK;
 }
 
 int flesh_command_bench(int argc, char **argv)
 {
   const char *sizes = "6000,48x13x13", *energies = "S", *poissons = "0.45,0.49", *threads = "1";
   const char *cases = "kernels,swing,twist,crush,drop,static", *instructions = "auto", *element = "tet4";
-  int json = 0;
-  flesh_bench_plan *plan = calloc(1, sizeof *plan);
-  if (!plan) return flesh_command_fail("bench", flesh_fail(FLESH_ERR_MEMORY, "out of memory"));
-  plan->out = "out/bench";
-  plan->repeats = 3;
-  plan->steps = 10;
-  plan->tolerance = 1e-6;
+  flesh_bench_plan plan = {.options = {.out = "out/bench", .jobs = 1}, .repeats = 3, .steps = 10, .tolerance = 1e-6};
+  int status = flesh_study_open(&plan.options, argc, argv);
   const flesh_option rows[] = {
       {"cells", "LIST", FLESH_OPTION_TEXT, &sizes, "cells as 48x13x13, or numbers of tets (default 6000,48x13x13)"},
       {"energies", "LIST", FLESH_OPTION_TEXT, &energies, "forms of the energy (default S)"},
@@ -175,40 +154,34 @@ int flesh_command_bench(int argc, char **argv)
       {"cases", "LIST", FLESH_OPTION_TEXT, &cases, "of kernels,swing,twist,crush,drop,static (default all)"},
       {"element", "tet4|tet10|tet10-mean", FLESH_OPTION_TEXT, &element,
        "of the steps (default tet4); with ten nodes no kernels are measured"},
-      {"steps", "N", FLESH_OPTION_COUNT, &plan->steps, "steps of a case (default 10)"},
-      {"repeats", "N", FLESH_OPTION_COUNT, &plan->repeats, "repeats of everything, at most 101 (default 3)"},
-      {"tolerance", "TAU", FLESH_OPTION_POSITIVE, &plan->tolerance, "of Newton's iteration (default 1e-6)"},
+      {"steps", "N", FLESH_OPTION_COUNT, &plan.steps, "steps of a case (default 10)"},
+      {"repeats", "N", FLESH_OPTION_COUNT, &plan.repeats, "repeats of everything, at most 101 (default 3)"},
+      {"tolerance", "TAU", FLESH_OPTION_POSITIVE, &plan.tolerance, "of Newton's iteration (default 1e-6)"},
       {"instructions", "auto|portable|avx2|avx512", FLESH_OPTION_TEXT, &instructions,
        "vector instructions of the kernels (default auto)"},
-      {"json", NULL, FLESH_OPTION_SWITCH, &json, "print bench.json in place of the table"},
-      {"out", "DIR", FLESH_OPTION_TEXT, &plan->out, "folder of the results (default out/bench)"},
+      {"json", NULL, FLESH_OPTION_SWITCH, &plan.json, "print bench.json in place of the table"},
+      FLESH_STUDY_OPTION_ROWS(&plan.options, "bench", "also with further sizes, energies, threads and cases"),
       {0}};
   const flesh_usage usage = {"bench", "", "Measures flesh against the limits of this machine.", details, 0, 0,
                              rows, NULL, FLESH_EXITS_OF_SOLVES | FLESH_EXITS_OF_INTERRUPTS};
-  int count, code = flesh_options_read(&usage, argc, argv, &count);
+  int count, code = status ? flesh_command_fail("bench", status)
+                           : flesh_ranks_read_options(plan.options.ranks, &usage, argc, argv, &count);
   if (code != FLESH_OPTIONS_GO_ON) {
-    free(plan);
+    flesh_study_close(&plan.options);
     return code;
   }
-  plan->quiet = json;
-  int status = take_element(plan, element); /* which allows some of Poisson's ratios */
-  if (!status) status = flesh_list_each("cells", sizes, take_size, plan);
-  if (!status) status = flesh_list_each("energies", energies, take_energy, plan);
-  if (!status) status = read_numbers(plan, poissons, threads);
-  if (!status) status = read_cases(plan, cases);
-  if (!status) status = take_instructions(plan, instructions);
+  plan.options.quiet = plan.json;
+  status = take_element(&plan, element); /* which allows some of Poisson's ratios */
+  if (!status) status = flesh_list_each("cells", sizes, take_size, &plan);
+  if (!status) status = flesh_list_each("energies", energies, take_energy, &plan);
+  if (!status) status = read_numbers(&plan, poissons, threads);
+  if (!status) status = read_parts(&plan, cases);
+  if (!status) status = take_instructions(&plan, instructions);
+  if (!status) status = flesh_bench_make_cases(&plan);
   flesh_interrupt_watch();
-  flesh_folder_claim claim = {.descriptor = -1};
-  if (!status) status = flesh_output_claim(plan->out, "bench", &claim);
-  if (!status) status = measure(plan);
-  if (!status && !json) flesh_bench_print_end(plan);
-  if (!status) status = flesh_bench_write(plan, argc, argv, json);
-  if (!status) status = flesh_plot_accept("bench", flesh_bench_draw(plan));
-  flesh_folder_claim_release(&claim);
-  if (!status && !json)
-    printf("results: %s/bench.csv, %s/bench.json, pictures %s/*.png\n", plan->out, plan->out, plan->out);
-  code = status ? flesh_command_fail("bench", status) : 0;
-  if (status == FLESH_ERR_INTERRUPTED) code = flesh_interrupt_exit_code();
-  free(plan);
+  const flesh_study study = flesh_bench_study(&plan);
+  code = flesh_study_lead(&study, &plan.options, status, compare, &plan);
+  flesh_study_close(&plan.options);
+  free(plan.cases);
   return code;
 }

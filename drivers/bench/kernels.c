@@ -237,20 +237,7 @@ static const kernel kernels[] = {
     {"vector sum", combine, 0, 0, 72, 0, 0, 0, 6, 0},
 };
 
-/* The level that holds all that a kernel touches, and the time at its ceilings. */
-static void find_floor(const flesh_bench_plan *plan, double held, flesh_bench_row *row)
-{
-  const flesh_bench_ceilings *c = plan->ceilings;
-  while (c->threads != row->threads) c++;
-  row->level = FLESH_BENCH_L2;
-  while (row->level < FLESH_BENCH_MEMORY && held > (double)plan->level_bytes[row->level])
-    row->level++;
-  double peak = 0;
-  for (int k = 0; k < FLESH_INSTRUCTIONS_COUNT; k++) peak = fmax(peak, c->multiply_add[k]);
-  row->floor_s = fmax(row->bytes / c->read[row->level], row->operations / peak);
-}
-
-int flesh_bench_kernels(flesh_bench_plan *plan, const flesh_bench_bar *bar, int threads)
+int flesh_bench_kernels(const flesh_bench_plan *plan, const flesh_bench_bar *bar, int threads, json_t *rows)
 {
   bench b = {0};
   int status = open_bench(bar, threads, &b);
@@ -258,22 +245,16 @@ int flesh_bench_kernels(flesh_bench_plan *plan, const flesh_bench_bar *bar, int 
   double blocks = status ? 0 : b.A->row_start[b.A->rows];
   for (size_t k = 0; k < sizeof kernels / sizeof kernels[0] && !status; k++) {
     const kernel *own = &kernels[k];
-    flesh_bench_row row = {.group = "kernel",
-                           .name = own->name,
-                           .energy = bar->material.energy,
-                           .poisson = bar->material.poisson,
-                           .element = FLESH_ELEMENT_TET4,
-                           .tets = (int)tets,
-                           .nodes = (int)nodes,
-                           .threads = threads};
-    row.bytes = own->tet_bytes * tets + own->node_bytes * nodes + own->block_bytes * blocks;
-    row.operations =
-        own->tet_operations * tets + own->node_operations * nodes + own->block_operations * blocks;
-    find_floor(plan, own->tet_bytes * tets + own->node_bytes * nodes + own->block_held * blocks,
-               &row);
+    flesh_bench_time time;
     b.projected = own->projected;
-    status = flesh_bench_measure(NULL, own->work, &b, plan->repeats, &row.time);
-    if (!status) status = flesh_bench_add(plan, &row);
+    status = flesh_bench_measure(NULL, own->work, &b, plan->repeats, &time);
+    if (status) break;
+    json_t *row = flesh_bench_row("kernel", own->name, bar->mesh, &time), *least = json_pack(
+        "{sf sf sf}", "bytes", own->tet_bytes * tets + own->node_bytes * nodes + own->block_bytes * blocks, "operations",
+        own->tet_operations * tets + own->node_operations * nodes + own->block_operations * blocks,
+        "held", own->tet_bytes * tets + own->node_bytes * nodes + own->block_held * blocks);
+    json_object_update_new(row, least);
+    json_array_append_new(rows, row);
   }
   close_bench(&b);
   return status;

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <stddef.h>
 #include <unistd.h>
 
 #include "base/clock.h"
@@ -48,6 +49,28 @@ int flesh_bench_measure(int (*prepare)(void *data), int (*work)(void *data), voi
   if (middle > 0) time->scatter = (cpu[3 * repeats / 4] - cpu[repeats / 4]) / 2 / middle;
   return FLESH_OK;
 }
+
+json_t *flesh_bench_row(const char *group, const char *name, const flesh_mesh *mesh, const flesh_bench_time *time)
+{
+#define TIME(kind, name) {#name, FLESH_FIELD_##kind, offsetof(flesh_bench_time, name)}
+  static const flesh_study_field times[] = {TIME(DOUBLE, wall_s), TIME(DOUBLE, cpu_s), TIME(DOUBLE, scatter),
+                                            TIME(INT, repeats), {0}};
+  json_t *row = json_pack("{ss ss si si}", "group", group, "name", name, "tets", flesh_mesh_tet_count(mesh), "nodes",
+                          flesh_mesh_node_count(mesh));
+  json_object_update_new(row, flesh_fields_json(times, time));
+  return row;
+}
+
+/* The cache or memory that data of a size fit into. */
+typedef enum level { L2, L3, MEMORY, LEVELS } level;
+static const char *const level_names[LEVELS] = {"L2", "L3", "memory"};
+
+/* The machine's highest rates with one number of threads. */
+typedef struct ceilings {
+  double read[LEVELS];                           /* B/s, sums of what is read */
+  double triad[LEVELS];                          /* B/s, a = b + s c: 24 bytes a number */
+  double multiply_add[FLESH_INSTRUCTIONS_COUNT]; /* operations/s, two each; 0: not on this machine */
+} ceilings;
 
 static const flesh_bench_peak *peak_of(flesh_instructions instructions)
 {
@@ -132,70 +155,76 @@ static int find_bandwidth(stream *s, size_t bytes, int repeats, double *read, do
   return status;
 }
 
-static int find_for_threads(flesh_bench_plan *plan, flesh_bench_ceilings *c, stream *s,
-                            const size_t sets[FLESH_BENCH_LEVELS])
+static int find_for_threads(stream *s, int repeats, const size_t sets[LEVELS], ceilings *c)
 {
   flesh_instructions best;
   int status = flesh_instructions_find(FLESH_INSTRUCTIONS_AUTO, &best);
   s->peak = peak_of(best);
-  for (int level = 0; level < FLESH_BENCH_LEVELS && !status; level++) {
-    size_t bytes = level == FLESH_BENCH_MEMORY ? sets[level] / (size_t)s->count : sets[level];
-    status = find_bandwidth(s, bytes, plan->repeats, &c->read[level], &c->triad[level]);
+  for (int l = 0; l < LEVELS && !status; l++) {
+    size_t bytes = l == MEMORY ? sets[l] / (size_t)s->count : sets[l];
+    status = find_bandwidth(s, bytes, repeats, &c->read[l], &c->triad[l]);
   }
   for (int k = FLESH_INSTRUCTIONS_PORTABLE; k <= (int)best && !status; k++) {
     flesh_bench_time time;
     s->peak = peak_of((flesh_instructions)k);
     s->repeats = 200000;
-    status = flesh_bench_measure(NULL, multiply_all, s, plan->repeats, &time);
+    status = flesh_bench_measure(NULL, multiply_all, s, repeats, &time);
     c->multiply_add[k] = s->peak->operations * (double)s->repeats * s->count / best_of(s, &time);
   }
-  return status;
-}
-
-/* Measures one thread's share of L3, because systems report the sum of a socket or of their host: the largest power of
- * two times L2 that is read at a speed nearer to L3's than to memory's. */
-static int find_l3(flesh_bench_plan *plan, stream *s, size_t l2, size_t memory)
-{
-  const flesh_bench_ceilings *c = &plan->ceilings[0];
-  double between = sqrt(c->read[FLESH_BENCH_L3] * c->read[FLESH_BENCH_MEMORY]), read, triad;
-  flesh_instructions best;
-  int status = flesh_instructions_find(FLESH_INSTRUCTIONS_AUTO, &best);
   s->peak = peak_of(best);
-  plan->level_bytes[FLESH_BENCH_L3] = 2 * l2 * (size_t)s->count;
-  for (size_t bytes = 2 * plan->level_bytes[FLESH_BENCH_L3]; bytes < memory && !status; bytes *= 2) {
-    status = find_bandwidth(s, bytes / (size_t)s->count, plan->repeats, &read, &triad);
-    if (read < between) break;
-    plan->level_bytes[FLESH_BENCH_L3] = bytes;
-  }
   return status;
 }
 
-int flesh_bench_find_ceilings(flesh_bench_plan *plan)
+/* Measures these threads' share of L3, because systems report the sum of a socket or of their host: the largest power of
+ * two times L2 that is read at a speed nearer to L3's than to memory's. */
+static int find_l3(stream *s, int repeats, const ceilings *c, const size_t sets[LEVELS], size_t *l3)
 {
-  long reported = sysconf(_SC_LEVEL2_CACHE_SIZE);
-  size_t l2 = reported > 0 ? (size_t)reported : 1 << 20, most = 1;
+  double between = sqrt(c->read[L3] * c->read[MEMORY]), read, triad;
+  *l3 = sets[L3] * (size_t)s->count;
+  for (size_t bytes = 2 * *l3; bytes < sets[MEMORY]; bytes *= 2) {
+    const int status = find_bandwidth(s, bytes / (size_t)s->count, repeats, &read, &triad);
+    if (status || read < between) return status;
+    *l3 = bytes;
+  }
+  return FLESH_OK;
+}
+
+static json_t *row_of(const ceilings *c, size_t l2, size_t l3)
+{
+  json_t *read = json_object(), *triad = json_object(), *operations = json_object();
+  for (int l = 0; l < LEVELS; l++) {
+    json_object_set_new(read, level_names[l], json_real(c->read[l]));
+    json_object_set_new(triad, level_names[l], json_real(c->triad[l]));
+  }
+  for (int k = FLESH_INSTRUCTIONS_PORTABLE; k < FLESH_INSTRUCTIONS_COUNT; k++)
+    if (c->multiply_add[k] > 0)
+      json_object_set_new(operations, flesh_instructions_name((flesh_instructions)k), json_real(c->multiply_add[k]));
+  return json_pack("{ss so so so s{sf sf}}", "group", "machine", "read_bytes_per_s", read, "triad_bytes_per_s", triad,
+                   "operations_per_s", operations, "level_bytes", level_names[L2], (double)l2, level_names[L3], (double)l3);
+}
+
+int flesh_bench_machine(const flesh_bench_plan *plan, int threads, json_t *rows)
+{
+  const long reported = sysconf(_SC_LEVEL2_CACHE_SIZE);
+  const size_t l2 = reported > 0 ? (size_t)reported : 1 << 20;
   /* The caches' of every thread, memory's of all together. */
-  const size_t sets[FLESH_BENCH_LEVELS] = {l2 / 2, 2 * l2, 256u << 20};
-  plan->level_bytes[FLESH_BENCH_L2] = l2;
-  for (int k = 0; k < plan->thread_count; k++)
-    if ((size_t)plan->threads[k] > most) most = (size_t)plan->threads[k];
-  size_t room = sets[FLESH_BENCH_MEMORY] + 2 * most * l2;
+  const size_t sets[LEVELS] = {l2 / 2, 2 * l2, 256u << 20};
+  size_t room = sets[MEMORY] + 2 * (size_t)threads * l2, l3 = 0;
   double *numbers = aligned_alloc(64, room / 64 * 64);
   stream *s = calloc(1, sizeof *s);
-  int status =
-      numbers && s ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory to measure the machine");
-  if (numbers) memset(numbers, 0, room / 64 * 64);
-  for (int k = 0; k < plan->thread_count && !status; k++) {
-    *s = (stream){.count = plan->threads[k], .a = numbers};
+  ceilings c = {0};
+  int status = numbers && s ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory to measure the machine");
+  if (!status) {
+    memset(numbers, 0, room / 64 * 64);
+    *s = (stream){.count = threads, .a = numbers};
     s->b = numbers + room / 24 / 64 * 64;
     s->c = s->b + room / 24 / 64 * 64;
-    status = flesh_threads_create(plan->threads[k], &s->threads);
-    plan->ceilings[k].threads = plan->threads[k];
-    if (!status) status = find_for_threads(plan, &plan->ceilings[k], s, sets);
-    if (!status && k == 0) status = find_l3(plan, s, l2, sets[FLESH_BENCH_MEMORY]);
+    status = flesh_threads_create(threads, &s->threads);
+    if (!status) status = find_for_threads(s, plan->repeats, sets, &c);
+    if (!status) status = find_l3(s, plan->repeats, &c, sets, &l3);
     flesh_threads_destroy(&s->threads);
   }
-  plan->ceiling_count = plan->thread_count;
+  if (!status) json_array_append_new(rows, row_of(&c, l2, l3));
   free(s);
   free(numbers);
   return status;

@@ -3,16 +3,17 @@
 #define _GNU_SOURCE
 #include <malloc.h>
 #include <math.h>
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 
 #include "base/error.h"
 #include "bench/bench.h"
 #include "cli/interrupt.h"
 #include "material/form.h"
 
-const char *const flesh_bench_cases[] = {"kernels", "swing",  "twist", "crush",
-                                         "drop",    "static", NULL};
+const char *const flesh_bench_parts[] = {"kernels", "swing", "twist", "crush", "drop", "static", NULL};
 
 /* Bytes allocated by now. */
 static double held(void)
@@ -21,15 +22,14 @@ static double held(void)
   return (double)info.uordblks + (double)info.hblkhd;
 }
 
-int flesh_bench_bar_open(const flesh_bench_plan *plan, int size, flesh_energy energy,
-                         double poisson, flesh_bench_bar *bar)
+int flesh_bench_bar_open(const flesh_bench_plan *plan, const flesh_bench_case *c, flesh_bench_bar *bar)
 {
-  const int *cells = plan->sizes[size];
+  const int *cells = c->cells;
   double edge = 1.0 / cells[0], extent[3] = {1, cells[1] * edge, cells[2] * edge};
   *bar = (flesh_bench_bar){0};
   double before = held();
   int status =
-      flesh_material_from_young(energy, flesh_form_default_constants(energy), 1e5, poisson, &bar->material);
+      flesh_material_from_young(c->energy, flesh_form_default_constants(c->energy), 1e5, c->poisson, &bar->material);
   if (!status) status = flesh_mesh_box(cells, extent, (double[]){0, 0, 0}, &bar->mesh);
   if (!status && plan->element != FLESH_ELEMENT_TET4) {
     flesh_mesh *raised;
@@ -176,58 +176,46 @@ static int all_steps(void *data)
   return status;
 }
 
-static void note_memory(flesh_bench_plan *plan, const char *owner, int tets, double bytes)
+/* The 2-norm of the displacement at the end, m: the same work has the same. */
+static double answer_of(const run *r)
 {
-  if (plan->memory_count < (int)(sizeof plan->memory / sizeof plan->memory[0]))
-    plan->memory[plan->memory_count++] = (flesh_bench_memory){owner, tets, bytes};
-}
-
-static void fill_row(const run *r, flesh_bench_row *row)
-{
-  row->newton = r->stats.newton;
-  row->linear = r->stats.linear;
-  row->assemblies = r->stats.assemblies;
-  row->projections = r->stats.projections;
-  row->backtracks = r->stats.backtracks;
   const double *X = flesh_mesh_positions(r->bar->mesh);
   double sum = 0;
-  for (int d = 0; d < 3 * row->nodes; d++) sum += (r->state.x[d] - X[d]) * (r->state.x[d] - X[d]);
-  row->answer = sqrt(sum);
+  for (int d = 0; d < 3 * flesh_mesh_node_count(r->bar->mesh); d++) sum += (r->state.x[d] - X[d]) * (r->state.x[d] - X[d]);
+  return sqrt(sum);
 }
 
-int flesh_bench_steps(flesh_bench_plan *plan, const flesh_bench_bar *bar, const char *name,
-                      int threads, int memory)
+/* Counters of all steps together, who holds how much memory, and the most of all while they ran. */
+static json_t *row_of(const run *r, int status, const flesh_bench_time *time, double integrator_bytes)
 {
-  run r = {.plan = plan, .bar = bar, .name = name, .threads = threads};
-  r.is_static = !strcmp(name, "static");
-  flesh_bench_row row = {.group = r.is_static ? "static" : "step",
-                         .name = name,
-                         .energy = bar->material.energy,
-                         .poisson = bar->material.poisson,
-                         .element = bar->body.element,
-                         .tets = flesh_mesh_tet_count(bar->mesh),
-                         .nodes = flesh_mesh_node_count(bar->mesh),
-                         .threads = threads,
-                         .steps = r.is_static ? 1 : plan->steps};
-  size_t bytes = 3 * (size_t)row.nodes * sizeof(double);
+#define COUNT(name) {#name, FLESH_FIELD_INT, offsetof(flesh_solve_stats, name)}
+  static const flesh_study_field counts[] = {COUNT(newton), COUNT(linear), COUNT(assemblies), COUNT(projections),
+                                             COUNT(backtracks), {0}};
+  struct rusage usage = {0};
+  getrusage(RUSAGE_SELF, &usage);
+  json_t *row = flesh_bench_row(r->is_static ? "static" : "step", r->name, r->bar->mesh, time), *more = json_pack(
+      "{si si sf s{sf sf sf} si}", "status", status, "steps", r->is_static ? 1 : r->plan->steps, "answer_m", answer_of(r),
+      "memory", "mesh", r->bar->mesh_bytes, "effects and pattern", r->system_bytes, "integrator", integrator_bytes,
+      "peak_memory_kB", (int)usage.ru_maxrss);
+  json_object_update_new(row, more);
+  json_object_update_new(row, flesh_fields_json(counts, &r->stats));
+  return row;
+}
+
+int flesh_bench_steps(const flesh_bench_plan *plan, const flesh_bench_bar *bar, const char *name, int threads, json_t *rows)
+{
+  run r = {.plan = plan, .bar = bar, .name = name, .threads = threads, .is_static = !strcmp(name, "static")};
+  flesh_bench_time time = {0};
+  size_t bytes = 3 * (size_t)flesh_mesh_node_count(bar->mesh) * sizeof(double);
   r.state.x = malloc(bytes);
   r.state.v = malloc(bytes);
   int status = r.state.x && r.state.v ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   if (!status) status = make_system(&r);
   double before = held();
   if (!status) {
-    row.status = flesh_bench_measure(prepare, all_steps, &r, plan->repeats, &row.time);
-    if (row.status == FLESH_ERR_SOLVE) row.time = (flesh_bench_time){NAN, NAN, NAN, NAN, NAN, 0};
-    else status = row.status;
-  }
-  if (!status) {
-    fill_row(&r, &row);
-    status = flesh_bench_add(plan, &row);
-  }
-  if (!status && memory) {
-    note_memory(plan, "mesh", row.tets, bar->mesh_bytes);
-    note_memory(plan, "effects and pattern", row.tets, r.system_bytes);
-    note_memory(plan, "integrator", row.tets, held() - before);
+    status = flesh_bench_measure(prepare, all_steps, &r, plan->repeats, &time);
+    if (status == FLESH_ERR_SOLVE) time = (flesh_bench_time){NAN, NAN, NAN, NAN, NAN, 0};
+    if (!status || status == FLESH_ERR_SOLVE) json_array_append_new(rows, row_of(&r, status, &time, held() - before));
   }
   flesh_integrator_destroy(&r.integrator);
   flesh_system_destroy(&r.system);

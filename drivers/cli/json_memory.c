@@ -1,10 +1,13 @@
 /* json_memory.c: jansson's memory, watched, and texts for it. */
 #include "cli/json_memory.h"
 
+#include <math.h>
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/error.h"
+#include "base/file.h"
 #include "cli/safe_text.h"
 
 static atomic_int lacks;
@@ -42,3 +45,23 @@ json_t *flesh_json_bytes(const char *bytes, size_t size)
 }
 
 json_t *flesh_json_text(const char *text) { return flesh_json_bytes(text, strlen(text)); }
+
+json_t *flesh_json_number(double value) { return isfinite(value) ? json_real(value) : json_null(); }
+
+int flesh_json_write(const char *path, json_t *value)
+{
+  flesh_file file;
+  int status = flesh_file_open(path, &file);
+  if (!status) {
+    int bad = json_dumpf(value, file.stream, JSON_INDENT(2));
+    putc('\n', file.stream);
+    if ((bad || flesh_json_lacks()) && !ferror(file.stream)) {
+      flesh_file_abandon(&file);
+      status = flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
+    } else {
+      status = flesh_file_commit(&file);
+    }
+  }
+  json_decref(value);
+  return status;
+}

@@ -1,5 +1,5 @@
 /* json_memory.h: whether jansson ever lacked memory: an object that it could not add to lacks a key, and nothing says
- * so; and texts from outside as JSON, which takes UTF-8 only. */
+ * so; and as JSON texts from outside, of which it takes UTF-8 only, any numbers, and files. */
 #ifndef FLESH_CLI_JSON_MEMORY_H
 #define FLESH_CLI_JSON_MEMORY_H
 
@@ -16,5 +16,11 @@ int flesh_json_lacks(void);
  * memory, which is noted. */
 json_t *flesh_json_text(const char *text);
 json_t *flesh_json_bytes(const char *bytes, size_t size);
+
+/* A number; null when it is not finite. */
+json_t *flesh_json_number(double value);
+
+/* Writes `value` (taken, also on failure) to `path`, whole or not at all. */
+int flesh_json_write(const char *path, json_t *value);
 
 #endif

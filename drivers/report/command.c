@@ -26,6 +26,7 @@ typedef struct kind {
 static const kind kinds[] = {{"drift.csv", flesh_report_add_drift},
                              {"accuracy.json", flesh_report_add_accuracy},
                              {"hardcases.csv", flesh_report_add_hardcases},
+                             {"bench.json", flesh_report_add_bench},
                              {"sweep.db", flesh_report_add_sweep},
                              {"scene.yaml", NULL}};
 
@@ -51,7 +52,7 @@ static int find_kind(const char *path, const kind **found)
   return flesh_fail(
       FLESH_ERR_FILE,
       "%s: this is no folder of a result: it has none of scene.yaml, drift.csv, accuracy.json, "
-      "hardcases.csv and sweep.db",
+      "hardcases.csv, bench.json and sweep.db",
       path);
 }
 
@@ -103,7 +104,7 @@ static int make(flesh_report *report, int count, char **paths, const char *title
 }
 
 static const char details[] =
-    "RESULT is the folder of a `flesh run`, `drift`, `accuracy`, `hardcases` or `sweep`, or the database of\n"
+    "RESULT is the folder of a `flesh run`, `drift`, `accuracy`, `hardcases`, `bench` or `sweep`, or the database of\n"
     "a sweep. The file has the verdict in words, tables that sort, plots that show their numbers, the\n"
     "scenes and where all of it came from. Bodies are seen in three dimensions and move: of runs with\n"
     "frames all of these, of others what states they left. Runs stand side by side, seen by one camera\n"

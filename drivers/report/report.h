@@ -61,6 +61,7 @@ int flesh_report_add_runs(flesh_report *report, int count, char *const *folders)
 int flesh_report_add_drift(flesh_report *report, const char *folder);
 int flesh_report_add_accuracy(flesh_report *report, const char *folder);
 int flesh_report_add_hardcases(flesh_report *report, const char *folder);
+int flesh_report_add_bench(flesh_report *report, const char *folder);
 int flesh_report_add_sweep(flesh_report *report, const char *path);
 /* Whether it is named as a database is. */
 int flesh_report_is_database(const char *path);

@@ -274,6 +274,20 @@ int flesh_report_add_accuracy(flesh_report *report, const char *folder)
   return status;
 }
 
+int flesh_report_add_bench(flesh_report *report, const char *folder)
+{
+  json_t *part = flesh_report_part(report, "What kernels and steps take", folder), *all = NULL;
+  int table, status = add_table(part, folder, "bench.csv", 1, &table);
+  if (table >= 0)
+    add_costs(part, table, (flesh_report_plot){.title = "Time of a tet against the number of tets", .x = "tets",
+                                               .y = "ns_per_tet", .lines = 1, .group = "name"});
+  if (!status) status = flesh_report_json(folder, "bench.json", &all);
+  flesh_report_source(part, "the machine's ceilings", json_incref(json_object_get(all, "ceilings")));
+  flesh_report_source(part, "provenance", json_incref(json_object_get(all, "program")));
+  json_decref(all);
+  return status;
+}
+
 /* Whether the mesh of a case is there: what recovered leaves none. */
 static int has_mesh(const char *folder, const char *name)
 {

@@ -208,8 +208,6 @@ void flesh_materials_print(FILE *stream, const flesh_scene *scene)
   }
 }
 
-json_t *flesh_json_number(double value) { return isfinite(value) ? json_real(value) : json_null(); }
-
 static void set(json_t *object, const char *key, double value)
 {
   json_object_set_new(object, key, flesh_json_number(value));
@@ -393,22 +391,4 @@ json_t *flesh_outcome_json(const flesh_outcome *outcome)
   return json_pack("{s:s, s:i, s:o, s:o, s:o, s:o}", "status", flesh_outcome_word(outcome), "exit_code",
                    outcome->exit_code, "message", flesh_json_text(outcome->message), "warning", warning, "notes", notes,
                    "failure", outcome->has_failure ? failure_json(outcome) : json_null());
-}
-
-int flesh_json_write(const char *path, json_t *value)
-{
-  flesh_file file;
-  int status = flesh_file_open(path, &file);
-  if (!status) {
-    int bad = json_dumpf(value, file.stream, JSON_INDENT(2));
-    putc('\n', file.stream);
-    if ((bad || flesh_json_lacks()) && !ferror(file.stream)) {
-      flesh_file_abandon(&file);
-      status = flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
-    } else {
-      status = flesh_file_commit(&file);
-    }
-  }
-  json_decref(value);
-  return status;
 }

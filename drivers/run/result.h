@@ -105,9 +105,6 @@ void flesh_time_print(FILE *stream, const flesh_scene *scene);
 void flesh_materials_print(FILE *stream, const flesh_scene *scene);
 json_t *flesh_materials_json(const flesh_scene *scene);
 
-/* A number; null when it is not finite. */
-json_t *flesh_json_number(double value);
-
 /* The figures as a new object; `system` names the energies, and `scene` the probes. */
 json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *system, const flesh_scene *scene);
 
@@ -117,8 +114,5 @@ void flesh_costs_print(FILE *stream, const flesh_costs *costs, const flesh_syste
 
 /* A new object of the outcome alone: status, exit_code, message, failure. */
 json_t *flesh_outcome_json(const flesh_outcome *outcome);
-
-/* Writes `value` (taken, also on failure) to `path`, whole or not at all. */
-int flesh_json_write(const char *path, json_t *value);
 
 #endif

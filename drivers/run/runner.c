@@ -13,6 +13,7 @@
 #include "base/confine.h"
 #include "base/clock.h"
 #include "base/error.h"
+#include "cli/json_memory.h"
 #include "base/file.h"
 #include "base/text.h"
 #include "cli/interrupt.h"

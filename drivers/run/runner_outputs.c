@@ -6,6 +6,7 @@
 
 #include "base/confine.h"
 #include "base/error.h"
+#include "cli/json_memory.h"
 #include "base/sync.h"
 #include "output/resume.h"
 #include "output/skin_frames.h"

@@ -10,6 +10,7 @@
 #include "base/confine.h"
 #include "base/error.h"
 #include "base/text.h"
+#include "cli/json_memory.h"
 #include "flesh/status.h"
 #include "picture/plot_text.h"
 #include "study/database.h"
@@ -146,17 +147,29 @@ static int draw(const maker *m, sqlite3_stmt *query, const char *name)
   return status;
 }
 
+static int write_json(const maker *m, sqlite3_stmt *query, const char *name)
+{
+  if (sqlite3_step(query) != SQLITE_ROW) return fail_to_read(m, query);
+  json_t *value = json_loads((const char *)sqlite3_column_text(query, 0), JSON_DECODE_ANY, NULL);
+  char *path = value ? flesh_text_new("%s/%s", m->to->out, name) : NULL;
+  const int status = path ? flesh_json_write(path, value) : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  free(path);
+  return status;
+}
+
 static int execute(maker *m, sqlite3_stmt *query, const char *target)
 {
   const char *dot = strrchr(target, '.');
   if (dot && !strcmp(dot, ".csv")) return write_table(m, query, target);
+  if (dot && !strcmp(dot, ".json")) return write_json(m, query, target);
   if (dot && !strcmp(dot, ".gp")) {
     char name[64];
     snprintf(name, sizeof name, "%.*s", (int)(dot - target), target);
     return draw(m, query, name);
   }
-  FILE *stream = strcmp(target, "stdout") ? m->words : stdout;
-  if (*target && stream != stdout) snprintf(m->name, sizeof m->name, "%s", target);
+  const int to_stdout = !strcmp(target, "stdout");
+  FILE *stream = !to_stdout ? m->words : m->to->quiet ? NULL : stdout;
+  if (*target && !to_stdout) snprintf(m->name, sizeof m->name, "%s", target);
   int code;
   while ((code = sqlite3_step(query)) == SQLITE_ROW)
     if (stream && *target) print_row(stream, query);

@@ -8,6 +8,7 @@
 typedef struct flesh_results {
   const char *out; /* folder */
   int words;       /* 1: the text is written, too */
+  int quiet;       /* 1: no lines of stdout alone */
   void (*draw)(void *data, const char *folder, const char *name); /* of a script that stands; NULL: there are no pictures */
   void *data;
 } flesh_results;
@@ -15,7 +16,8 @@ typedef struct flesh_results {
 /* Executes the statements of the texts `sql`, which a NULL ends, in their order. The rows of a SELECT whose first line is `-- to NAME.csv` become that
  * table in the folder `out`; the first column of one with `-- to NAME.txt` becomes lines of that text, of which there is
  * one, and of stdout when it is written; with `-- to stdout` lines of stdout alone. Those of `-- to NAME.gp` become lines of
- * a script of gnuplot, which is drawn; without rows the script and picture of before go.
+ * a script of gnuplot, which is drawn; without rows the script and picture of before go. The one row of `-- to NAME.json` is
+ * that file's JSON.
  * Beside SQLite's functions there are number(format, x), x by printf's format for one double, "-" for NULL, without the
  * sign of a zero; cell(format, width, x), a blank and that at the right of `width` letters, by %.0e from 1e5 on;
  * status_name(code) of a flesh_status; sign_test(wins, losses), the two-sided probability that of so many fair coins so

@@ -226,9 +226,10 @@ static void draw(void *data, const char *folder, const char *name)
 }
 
 /* The study's SQL makes them, and its own drawing. */
-static int make_results(const flesh_study *study, flesh_study_store *store, const char *out, int ran, pictures *made)
+static int make_results(const flesh_study *study, flesh_study_store *store, const flesh_study_options *options, int ran,
+                        pictures *made)
 {
-  const flesh_results to = {out, !ran || ran == FLESH_ERR_INTERRUPTED, ran ? NULL : draw, made};
+  const flesh_results to = {options->out, !ran || ran == FLESH_ERR_INTERRUPTED, options->quiet, ran ? NULL : draw, made};
   int status = flesh_study_store_make_views(store);
   if (study->facts && !status)
     status = flesh_study_store_execute(store, "CREATE TEMP TABLE IF NOT EXISTS facts (number INTEGER PRIMARY KEY, data TEXT)");
@@ -246,15 +247,16 @@ static int make_results(const flesh_study *study, flesh_study_store *store, cons
   return status;
 }
 
-int flesh_study_conclude(const flesh_study *study, flesh_study_store *store, const char *out, int ran)
+int flesh_study_conclude(const flesh_study *study, flesh_study_store *store, const flesh_study_options *options, int ran)
 {
   char words[1024];
   pictures made = {0};
+  const char *out = options->out;
   snprintf(words, sizeof words, "%s", flesh_error_text());
-  int status = make_results(study, store, out, ran, &made);
+  int status = make_results(study, store, options, ran, &made);
   if (ran) return flesh_fail(ran, "%s", words);
   if (!status) status = flesh_plot_accept(study->name, flesh_plot_ended(&made.outcome));
-  if (!status && (study->draw || made.count))
+  if (!status && !options->quiet && (study->draw || made.count))
     printf("\nresults: %s/%s.csv, %s/%s, %s %s/*.png\n", out, study->table ? study->table : study->name, out,
            study->words ? study->words : "verdict.txt",
            made.outcome.status ? "what could be drawn of the pictures" : "pictures", out);
@@ -269,7 +271,7 @@ int flesh_study_do(const flesh_study *study, const flesh_study_options *options)
   if (!status) status = flesh_study_run(study, &store, options);
   if (!status) status = flesh_study_store_judge(&store, "exit_code = 3", 0, "could not write or read their files");
   /* Cases that are done are told of in any case. */
-  if (store.claim) status = flesh_study_conclude(study, &store, options->out, status);
+  if (store.claim) status = flesh_study_conclude(study, &store, options, status);
   flesh_study_store_close(&store);
   return status;
 }

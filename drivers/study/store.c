@@ -25,7 +25,7 @@ const char flesh_study_schema_text[] =
     "              seconds (of the whole case), started (UTC), worker, scene, overrides (as for --set, JSON),\n"
     "              result (JSON as in result.json: status, failure, figures, materials, inputs with their sha256),\n"
     "              case_key (its values, by which it is found again)\n"
-    "  table_rows  of drift, accuracy and hardcases: case_id, number, data (a row of the command's CSV as JSON)\n"
+    "  table_rows  of drift, accuracy, hardcases and bench: case_id, number, data (a row of the command's CSV as JSON)\n"
     "  parameters  number, name, key: the axes;  derived: number, name, expression;  meta: key, value (spec, ...)\n"
     "  workers     name, host, pid, lock, started, program (JSON: version, commit, compiler, libraries, machine)\n"
     "  results     view: the cases with every figure as a column (energies as energy_NAME; of each column of\n"

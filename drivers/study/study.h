@@ -158,7 +158,7 @@ typedef struct flesh_study_work {
 flesh_pool_cases flesh_study_pool_cases(const flesh_study_work *given);
 /* Makes the views and the results of an open database and says where they are. `ran` is the status of the cases, which is
  * returned where it is none: after an interruption there are no pictures, after another failure there are tables alone. */
-int flesh_study_conclude(const flesh_study *study, flesh_study_store *store, const char *out, int ran);
+int flesh_study_conclude(const flesh_study *study, flesh_study_store *store, const flesh_study_options *options, int ran);
 /* Opens, takes what is done, runs the rest, and concludes. FLESH_ERR_FILE also when a case could not write or read its
  * files: it says nothing of what it was for. */
 int flesh_study_do(const flesh_study *study, const flesh_study_options *options);

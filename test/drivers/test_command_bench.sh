@@ -89,6 +89,34 @@ assert said and abs(float(said[1]) - all_sizes) < 0.006 and abs(float(said[2]) -
 END
 }
 
+# A kernel lives where what it touches fits, and its floor is the time of its bytes and operations there.
+floors_are_those_of_the_ceilings() {
+  python3 - <<'END'
+import json, sqlite3
+d = json.load(open('out/bench.json'))
+ceilings = {c['threads']: c for c in d['ceilings']}
+kernels = [m for m in d['measurements'] if m['group'] == 'kernel']
+held = [h for h, in sqlite3.connect('out/bench.db').execute("SELECT held FROM rows WHERE \"group\" = 'kernel' ORDER BY case_id, number")]
+assert len(kernels) == len(held) == 80
+for m, bytes_held in zip(kernels, held):
+    c = ceilings[m['threads']]
+    level = next((l for l in ('L2', 'L3') if bytes_held <= d['level_bytes'][l]), 'memory')
+    floor = max(m['bytes'] / c['read_bytes_per_s'][level], m['operations'] / max(c['operations_per_s'].values()))
+    assert m['level'] == level and abs(m['floor_s'] / floor - 1) < 1e-12, (m, floor)
+END
+}
+
+# What was measured stays when sizes and cases are added; what was measured otherwise is not mixed with it.
+it_goes_on_with_more() {
+  few='--poisson 0.45 --repeats 1 --out more'
+  # shellcheck disable=SC2086
+  expect 0 "$flesh" bench $few --cells 48 --cases swing,kernels --steps 1 && cp more/bench.csv before.csv &&
+    expect 0 "$flesh" bench $few --cells 48,300 --cases swing,kernels,drop --steps 1 --resume &&
+    [ "$(grep -cxFf before.csv more/bench.csv)" -eq 12 ] && [ "$(lines more/bench.csv)" -eq 25 ] &&
+    expect 2 "$flesh" bench $few --cells 48 --steps 2 --resume && has stderr.txt 'there 1 steps, here 2 steps' &&
+    expect 0 "$flesh" report more --out more.html
+}
+
 pictures_are_drawn() {
   command -v gnuplot >/dev/null || { echo 'no gnuplot'; return 0; }
   for picture in roofline growth; do
@@ -145,6 +173,6 @@ races) run_tests it_ends_well threads_do_the_same_work ;;
 long) run_tests growth_is_fitted_from_where_it_says elements_are_measured ;;
 *)
   run_tests it_ends_well every_measurement_is_a_row threads_do_the_same_work cases_are_what_they_say \
-    the_json_says_the_same pictures_are_drawn instructions_agree nonsense_is_refused
+    the_json_says_the_same floors_are_those_of_the_ceilings it_goes_on_with_more pictures_are_drawn instructions_agree nonsense_is_refused
   ;;
 esac
