@@ -84,6 +84,9 @@ const char *flesh_failure_advice(const flesh_failure *failure, const flesh_scene
   if (failure->order > 0 || flesh_scene_times(scene)->method == FLESH_METHOD_IDA)
     return "IDA's steps follow every fast oscillation: for a violent start or load try time.method=adaptive or "
            "backward-euler; else a larger time.tolerance or time.max_steps";
+  if (failure->status == FLESH_ERR_INTEGRATOR)
+    return "this tolerance takes very short steps with this method: try a larger time.tolerance or time.max_steps, or "
+           "time.method=adaptive, which is of order 3";
   if (solver->line_search != FLESH_LINE_SEARCH_POTENTIAL)
     return "plain Newton steps are not guarded: try solver.line_search=potential, or a shorter "
            "time.step";

@@ -216,7 +216,7 @@ static int measure(flesh_newton *self)
 int flesh_newton_open(const flesh_system *system, const flesh_solver_options *options, flesh_stage_solver solver,
                       flesh_newton *self)
 {
-  *self = (flesh_newton){.options = *options, .solver = solver, .given_depth = 1};
+  *self = (flesh_newton){.options = *options, .solver = solver, .given_depth = 1, .given_share = INFINITY};
   flesh_equations *equations = &self->equations;
   const int eliminates = solver.solve && flesh_newton_eliminates(system, options);
   self->search.equations = equations;

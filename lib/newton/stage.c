@@ -155,6 +155,14 @@ int flesh_stage_goes_on(flesh_stage_solve *self, int status, flesh_iteration_end
   return (self->freezes && freeze(self)) || sharpen(self);
 }
 
+/* Target of a solve with that first residual and load. */
+static double first_target(const flesh_newton *newton, double first, double load)
+{
+  const double given = newton->given_target;
+  if (!(given > 0)) return tolerance_of(newton) * fmax(first, load);
+  return fmin(fmin(given, newton->given_depth * first), load > 0 ? newton->given_share * load : INFINITY);
+}
+
 int flesh_stage_begin(flesh_newton *newton, const flesh_stage *stage, const double *const *guesses, double *u,
                       flesh_solve_stats *stats, flesh_stage_solve *self)
 {
@@ -176,8 +184,8 @@ int flesh_stage_begin(flesh_newton *newton, const flesh_stage *stage, const doub
   self->status = status;
   self->begun = !status;
   if (status) return 0;
-  const double first = self->first, load = self->load, given = newton->given_target;
-  self->last_target = given > 0 ? fmin(given, newton->given_depth * first) : tolerance_of(newton) * fmax(first, load);
+  const double first = self->first, load = self->load;
+  self->last_target = first_target(newton, first, load);
   stats->solves += !flesh_equations_is_softened(equations);
   stats->residual_first = stats->residual_last = first;
   stats->residual_target = newton->policy.target = self->last_target;

@@ -366,7 +366,7 @@ static int create(flesh_ida_problem *motion, SUNContext context, content **made,
     if (empty) SUNNonlinSolFreeEmpty(empty);
     return status;
   }
-  flesh_nonlinear_set_depth(self->newton, depth);
+  flesh_nonlinear_set_depth(self->newton, depth, INFINITY);
   empty->content = self;
   empty->ops->gettype = solver_type;
   empty->ops->solve = solve;

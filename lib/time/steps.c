@@ -208,9 +208,12 @@ static int walk_by_error(flesh_integrator *self, flesh_state *state, flesh_step_
   int status = FLESH_OK;
   place->in_piece = 1;
   while (state->t < piece->end && status >= 0) {
-    if (place->tries++ >= control->options.max_steps)
+    if (place->tries++ >= control->options.max_steps) {
+      const flesh_stage reached = {.t = state->t};
+      flesh_integrator_record_failure(self, &reached, control->h, 0, FLESH_ERR_INTEGRATOR, stats);
       return flesh_fail(FLESH_ERR_INTEGRATOR, "at t = %.9g s: max_steps = %d internal steps did not lead to %.9g s",
                         state->t, control->options.max_steps, piece->end);
+    }
     status = take_controlled(self, state, piece, stats);
     if (status > 0 && control->h < shortest) return status;
     if (!status && state->t < piece->end) status = pass(self, state, place);
