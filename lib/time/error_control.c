@@ -26,8 +26,8 @@
 static const double share = 0.1;             /* of the tolerance that a step's error may be at tolerance 1 */
 static const double safety = 0.9, shortest = 0.2, longest = 2, longest_first = 10, after_failure = 0.25;
 static const double depth = 0.3;             /* of the error allowed, that residuals may make where no method says */
-/* What a residual puts into the momentum of a free body stays there, for much longer than its own vibrations take. So it is
- * at most so many tolerances of the load, which moves such a body by that share less or more. */
+/* A residual changes the momentum of a free body for good, and its vibrations tell nothing of that. The residual is at most so
+ * many tolerances of the load, which moves such a body by that share less or more. */
 static const double of_load = 5;
 static const double deeper = 0.1;            /* after each refusal by energy, that residuals may have put in */
 static const double gap_depth = 1e-2;        /* of the error allowed that a change of volume may make */
