@@ -99,8 +99,7 @@ enum { FLESH_TRAJECTORY_STATES = 40 };
  * that errors choose are taken as they were chosen. A step ends with
  * FLESH_ERR_ARGUMENT where it has no sensitivities: a tangle was removed; internal variables change other than by
  * something that breaks; another state than the last step's end. Returns new.
- * FLESH_ERR_ARGUMENT also for ida and static, and for incompressible tets (poisson 0.5) by other methods than
- * backward-euler. Further errors: FLESH_ERR_MEMORY, FLESH_ERR_SUNDIALS. */
+ * FLESH_ERR_ARGUMENT also for ida and static. Further errors: FLESH_ERR_MEMORY, FLESH_ERR_SUNDIALS. */
 FLESH_API int flesh_trajectory_create(flesh_integrator *integrator, double tolerance, int states,
                                       flesh_trajectory **trajectory);
 FLESH_API void flesh_trajectory_destroy(flesh_trajectory **trajectory);

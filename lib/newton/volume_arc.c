@@ -137,7 +137,7 @@ void flesh_volume_arc_start(flesh_volume_arc *self, double *u)
 {
   flesh_equations *equations = self->equations;
   double before, after, magnitude, *q = equations->work[0];
-  if (!self->wanted || self->direction->rows.left_in) return;
+  if (!self->wanted || self->direction->rows.left_in || !self->direction->prepared) return;
   if (equations->constrained.displacement > 0) return;
   if (flesh_equations_potential(equations, u, &before, &magnitude)) return;
   flesh_copy(equations->threads, equations->n, u, q);

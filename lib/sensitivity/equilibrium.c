@@ -137,13 +137,20 @@ int flesh_sensitivity_force(flesh_sensitivity *self, const flesh_parameter *para
   return status ? status : flesh_stage_tangent_force(&self->tangent, parameter, NULL, force, NULL);
 }
 
+/* dx [n]: how the free dofs answer a change of the residual, and one of positions that is given `beside` (NULL: 0). */
+static int respond(flesh_sensitivity *self, const double *force, const double *beside, double *dx)
+{
+  for (int d = 0; d < self->n; d++) self->room[d] = -force[d];
+  return flesh_stage_tangent_solve(&self->tangent, 0, self->room, beside, dx);
+}
+
 int flesh_sensitivity_tangent(flesh_sensitivity *self, const flesh_parameter *parameter, double *dx)
 {
   FLESH_NEED({self, "sensitivity"}, {parameter, "parameter"}, {dx, "dx"});
   double *force = self->room, *moves = self->room + self->n;
   int status = check_set(self);
   if (!status) status = flesh_stage_tangent_force(&self->tangent, parameter, NULL, force, moves);
-  if (!status) status = flesh_sensitivity_respond(self, force, dx);
+  if (!status) status = respond(self, force, moves, dx);
   for (int d = 0; d < self->n && !status; d++) dx[d] += moves[d]; /* 0 on free dofs */
   return status;
 }
@@ -152,14 +159,15 @@ int flesh_sensitivity_respond(flesh_sensitivity *self, const double *force, doub
 {
   FLESH_NEED({self, "sensitivity"}, {force, "force"}, {dx, "dx"});
   const int status = check_set(self);
-  for (int d = 0; d < self->n && !status; d++) self->room[d] = -force[d];
-  return status ? status : flesh_stage_tangent_solve(&self->tangent, 0, self->room, dx);
+  return status ? status : respond(self, force, NULL, dx);
 }
 
-/* The right-hand side g [n] of the adjoint: dQ/dx, and that of the residual's weights. */
-static int gather(flesh_sensitivity *self, const flesh_quantity *quantity, double *g)
+/* The right-hand side g [n] of the adjoint: dQ/dx, and that of the residual's weights; and the residual's weights with the
+ * other sign, which pressures see as they see lambda. */
+static int gather(flesh_sensitivity *self, const flesh_quantity *quantity, double *g, double *beside)
 {
   int status = FLESH_OK;
+  for (int d = 0; d < self->n; d++) beside[d] = quantity->of_residual ? -quantity->of_residual[d] : 0;
   memset(g, 0, (size_t)self->n * sizeof *g);
   if (quantity->of_residual) {
     status = flesh_stage_tangent_stiffness_times(&self->tangent, quantity->of_residual, g);
@@ -174,8 +182,9 @@ int flesh_sensitivity_adjoint(flesh_sensitivity *self, const flesh_quantity *qua
 {
   FLESH_NEED({self, "sensitivity"}, {quantity, "quantity"}, {lambda, "lambda"});
   int status = check_set(self);
-  if (!status) status = gather(self, quantity, self->room);
-  return status ? status : flesh_stage_tangent_solve(&self->tangent, 1, self->room, lambda);
+  double *g = self->room, *beside = self->room + self->n;
+  if (!status) status = gather(self, quantity, g, beside);
+  return status ? status : flesh_stage_tangent_solve(&self->tangent, 1, g, beside, lambda);
 }
 
 int flesh_sensitivity_gradient(flesh_sensitivity *self, const flesh_quantity *quantity, int count,
@@ -189,7 +198,7 @@ int flesh_sensitivity_gradient(flesh_sensitivity *self, const flesh_quantity *qu
     status = flesh_stage_tangent_force(&self->tangent, &parameters[k], NULL, force, moves);
     gradient[k] = 0;
     for (size_t d = 0; d < n && !status; d++) {
-      gradient[k] -= lambda[d] * force[d];
+      gradient[k] -= lambda[d] * force[d] + self->tangent.pressed[d] * moves[d];
       if (quantity->by_x) gradient[k] += quantity->by_x[d] * moves[d];
       if (quantity->of_residual) gradient[k] += quantity->of_residual[d] * force[d];
     }

@@ -69,7 +69,10 @@ static int linearise(pass *p, const flesh_recorded_part *part, int solve)
 {
   flesh_trajectory_stage(p->self, part, &p->map, solve, p->base, &p->stage);
   p->follows = p->stage.frozen_at_solution ? 1u << FLESH_FROZEN_X | 1u << FLESH_FROZEN_V : 0;
-  return flesh_stage_tangent_set(&p->self->tangent, &p->stage, part->solves[solve].u, p->follows);
+  const double *u = part->solves[solve].u, *at_end = p->self->prescribed.x[FLESH_PRESCRIBED_POINTS - 1];
+  for (int d = 0; d < p->self->n && p->stage.shift.x != 1; d++) /* such a stage is the only one of its step */
+    p->self->tangent.end[d] = p->self->prescribed.fixed[d] ? at_end[d] : p->stage.x0[d] + u[d];
+  return flesh_stage_tangent_set(&p->self->tangent, &p->stage, u, p->follows);
 }
 
 /* Linearises the acceleration with which a method begins at the known state. */
@@ -84,6 +87,12 @@ static int linearise_start(pass *p, const flesh_recorded_part *part)
                            .multipliers = part->solves[0].multipliers};
   p->follows = 1u << FLESH_FROZEN_X | 1u << FLESH_FROZEN_V; /* nothing is lagged or frozen there */
   return flesh_stage_tangent_set(&self->tangent, &p->stage, p->moves, p->follows);
+}
+
+/* Whether the method begins there with the acceleration that balances the forces, which is no part of its own. */
+static int begins_by_acceleration(const pass *p, const flesh_recorded_part *part)
+{
+  return part->taken.anew && part->taken.acceleration && !p->self->tangent.multipliers;
 }
 
 /* Dofs that a method of order 2 constrains in the part are where the motion has them, whatever was known. */
@@ -172,13 +181,15 @@ static int solve_back(pass *p, const flesh_recorded_part *part, int solve)
   const int at = part->solves[solve].at, before = solve > 0 ? part->solves[solve - 1].at : -1;
   const flesh_shift *shift = &p->stage.shift;
   double *bar = p->stages[at], *kx = p->lag;
+  const double *pressed = self->tangent.pressed;
   int status = linearise(p, part, solve);
-  if (!status) status = flesh_stage_tangent_solve(&self->tangent, 1, bar, p->lambda);
+  if (!status) status = flesh_stage_tangent_solve(&self->tangent, 1, bar, NULL, p->lambda);
   if (!status) status = multiply(p);
+  for (int d = 0; d < self->n; d++) bar[d] -= pressed[d];
   if (!status) status = add_parameters(p, part->taken.second ? NULL : bar);
   if (status) return status;
   for (int d = 0; d < self->n; d++) {
-    kx[d] = (shift->v * p->c[d] + shift->a * p->m[d] - bar[d]) / shift->x;
+    kx[d] = (shift->v * p->c[d] + shift->a * p->m[d] - bar[d]) / shift->x - pressed[d];
     p->c[d] = -p->c[d];
     p->m[d] = -p->m[d];
   }
@@ -194,7 +205,7 @@ static int start_back(pass *p, const flesh_recorded_part *part)
   flesh_trajectory *self = p->self;
   double *bar = p->known[FLESH_KNOWN_VECTORS];
   int status = linearise_start(p, part);
-  if (!status) status = flesh_stage_tangent_solve(&self->tangent, 1, bar, p->lambda);
+  if (!status) status = flesh_stage_tangent_solve(&self->tangent, 1, bar, NULL, p->lambda);
   if (!status) status = flesh_stage_tangent_stiffness_times(&self->tangent, p->lambda, p->lag);
   if (!status) status = flesh_stage_tangent_damping_times(&self->tangent, p->lambda, p->c);
   if (status) return status;
@@ -224,7 +235,7 @@ static int part_back(pass *p, const flesh_recorded_part *part)
   int status = FLESH_OK;
   for (int s = part->count - 1; s >= 0 && !status; s--) status = solve_back(p, part, s);
   forget_constrained(p, part, p->known);
-  if (!status && part->taken.anew && part->taken.acceleration) status = start_back(p, part);
+  if (!status && begins_by_acceleration(p, part)) status = start_back(p, part);
   if (part->taken.anew) forget_constrained(p, part, p->known);
   return status;
 }
@@ -267,7 +278,8 @@ int flesh_trajectory_gradient(flesh_trajectory *self, const flesh_motion_quantit
       while (call >= 0 && self->calls[call].t >= end) add_quantity(&p, quantity, call--, end); /* it has failed */
     }
     status = part_back(&p, part);
-    while (call >= 0 && self->calls[call].t == part->t) add_quantity(&p, quantity, call--, end);
+    const int started = self->tangent.multipliers && part->taken.anew && part->taken.acceleration; /* by the part before */
+    while (call >= 0 && !started && self->calls[call].t == part->t) add_quantity(&p, quantity, call--, end);
   }
   const int returned = flesh_trajectory_return(self);
   flesh_free(p.same);
@@ -324,8 +336,11 @@ static int solve_on(pass *p, const flesh_recorded_part *part, int solve)
   if (!status) status = flesh_stage_tangent_damping_times_on(tangent, p->lambda, p->c);
   if (!status && (p->follows >> FLESH_FROZEN_V & 1))
     flesh_couplings_add(&tangent->couplings, FLESH_FROZEN_V, 0, 1, p->lambda, p->c);
-  for (int d = 0; d < n; d++) right[d] -= p->c[d] + p->m[d];
-  if (!status) status = flesh_stage_tangent_solve(tangent, 0, right, u);
+  for (int d = 0; d < n; d++) {
+    right[d] -= p->c[d] + p->m[d];
+    a0[d] = p->moves[d] + (1 - 1 / shift->x) * x0[d]; /* where constraints hold, beside what w moves */
+  }
+  if (!status) status = flesh_stage_tangent_solve(tangent, 0, right, a0, u);
   for (int d = 0; d < n && !status; d++) {
     u[d] += p->moves[d] - x0[d] / shift->x; /* moves are 0 on free dofs, solutions on constrained ones */
     p->ended[0][d] = x0[d] + shift->x * u[d];
@@ -348,7 +363,7 @@ static int start_on(pass *p, const flesh_recorded_part *part)
   for (int d = 0; d < p->self->n; d++) right[d] = -right[d] - p->c[d] - p->force[d];
   for (int k = 0; k < FLESH_READINGS; k++)
     flesh_couplings_add(&tangent->couplings, (flesh_reading)k, 0, -1, p->known[FLESH_KNOWN_X + is_of_v(k)], right);
-  return flesh_stage_tangent_solve(tangent, 0, right, a);
+  return flesh_stage_tangent_solve(tangent, 0, right, NULL, a);
 }
 
 /* Implements flesh_part_visit. */
@@ -359,7 +374,7 @@ static int part_on(void *data, const flesh_recorded_part *part)
   int status = FLESH_OK;
   flesh_trajectory_map(part, &p->map);
   forget_constrained(p, part, p->known);
-  if (part->taken.anew && part->taken.acceleration) status = start_on(p, part);
+  if (begins_by_acceleration(p, part)) status = start_on(p, part);
   forget_constrained(p, part, p->known);
   p->before = 0;
   for (int s = 0; s < part->count && !status; s++) status = solve_on(p, part, s);

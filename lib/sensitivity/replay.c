@@ -109,7 +109,8 @@ int flesh_trajectory_pass(void *data, const flesh_step_place *place)
 {
   flesh_trajectory *self = data;
   const flesh_pass *now = &self->now;
-  if (now->limit >= 0 && now->at == now->limit) return FLESH_ERR_INTERRUPTED;
+  flesh_trajectory_drop_start(self);
+  if (now->limit >= 0 && now->at >= now->limit) return FLESH_ERR_INTERRUPTED;
   const int status = now->limit < 0 && place->at_begin ? take_call(self, place) : FLESH_OK;
   return status || !begins(self) ? status : begin_block(self, place);
 }
@@ -164,7 +165,7 @@ static int take_again(flesh_trajectory *self, const flesh_step_place *place)
     status = flesh_integrator_step(integrator, &state, call->h, NULL);
   }
   flesh_free(all);
-  if (self->now.at == self->now.limit) return FLESH_OK;
+  if (self->now.at >= self->now.limit) return FLESH_OK;
   return status ? status : flesh_fail(FLESH_ERR_INTEGRATOR, "a step that is taken again does not come as far as in the run");
 }
 

@@ -33,13 +33,15 @@ int flesh_stage_tangent_create(const flesh_system *system, const flesh_solver_op
   if (status) return status;
   self->newton = &self->problem->newton;
   self->newton->equations.evaluation.environment.tangents = 1;
-  self->x = flesh_calloc(9 * n + 1, sizeof *self->x);
-  self->gaps = flesh_calloc(5 * (size_t)self->multipliers + 1, sizeof *self->gaps);
+  self->x = flesh_calloc(11 * n + 1, sizeof *self->x);
+  self->gaps = flesh_calloc(9 * (size_t)self->multipliers + 1, sizeof *self->gaps);
   if (!self->x || !self->gaps)
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for the sensitivities of %d unknowns", self->n);
   self->v = self->x + n;
   self->a = self->v + n;
   self->room = self->a + n;
+  self->end = self->room + 6 * n;
+  self->pressed = self->end + n;
   return FLESH_OK;
 }
 
@@ -78,6 +80,7 @@ int flesh_stage_tangent_set(flesh_stage_tangent *self, const flesh_stage *stage,
   self->point.x = self->x;
   self->point.v = self->v;
   self->point.a = self->a;
+  self->held = stage->shift.x == 1 ? self->x : self->end;
   unsigned readings = 1u << FLESH_LAGGED_X | 1u << FLESH_LAGGED_V;
   if (flesh_system_freezes(self->system)) readings |= 1u << FLESH_FROZEN_X;
   if (flesh_system_freezes(self->system) && self->point.frozen.v) readings |= 1u << FLESH_FROZEN_V;
@@ -96,19 +99,19 @@ static void add_followed(const flesh_stage_tangent *self, int transposed, double
                           scale * (k == FLESH_LAGGED_X || k == FLESH_FROZEN_X ? shift->x : shift->v), x, y);
 }
 
-/* How far the gaps of the constraints change along p [n], into gaps [multipliers]: cubic in x, so that differences of the
- * fourth order are exact. */
-static int move_gaps(flesh_stage_tangent *self, const double *p, double *gaps)
+/* How far the gaps of the constraints change along p [n] from x [n], into gaps [multipliers]: cubic in x, so that differences
+ * of the fourth order are exact. */
+static int move_gaps(flesh_stage_tangent *self, const double *from, const double *p, double *gaps)
 {
   static const double at[] = {-2, -1, 1, 2}, weight[] = {1. / 12, -2. / 3, 2. / 3, -1. / 12};
-  double *x = self->room + 5 * (size_t)self->n, *now = self->gaps + 3 * (size_t)self->multipliers, largest = 0;
+  double *x = self->room + 5 * (size_t)self->n, *now = self->gaps + 8 * (size_t)self->multipliers, largest = 0;
   for (int d = 0; d < self->n; d++) largest = fmax(largest, fabs(p[d]));
   const double step = largest > 0 ? 0.1 * self->couplings.length / largest : 1;
   flesh_point point = self->point;
   point.x = x;
   memset(gaps, 0, (size_t)self->multipliers * sizeof *gaps);
   for (int k = 0; k < 4; k++) {
-    for (int d = 0; d < self->n; d++) x[d] = self->x[d] + at[k] * step * p[d];
+    for (int d = 0; d < self->n; d++) x[d] = from[d] + at[k] * step * p[d];
     const int status = flesh_system_constraint_gaps(self->system, &point, now, NULL);
     if (status) return fail(self, status, "gap of a constraint");
     for (int e = 0; e < self->multipliers; e++) gaps[e] += weight[k] / step * now[e];
@@ -116,67 +119,129 @@ static int move_gaps(flesh_stage_tangent *self, const double *p, double *gaps)
   return FLESH_OK;
 }
 
-/* y = the force of pressures q, in which the residual is linear. */
-static int press(flesh_stage_tangent *self, const double *q, double *y)
+/* y [n] += scale times the residual of what has multipliers. */
+static int add_held(flesh_stage_tangent *self, const flesh_point *point, double scale, double *y)
 {
-  double *sum = self->gaps + 3 * (size_t)self->multipliers, *without = self->room + 5 * (size_t)self->n;
-  double largest = 0, own = 1;
+  double *r = self->room + 5 * (size_t)self->n;
+  for (int e = 0; e < flesh_system_effect_count(self->system); e++) {
+    if (!flesh_system_effect(self->system, e)->operations->constraints) continue;
+    const int status = flesh_system_effect_residual(self->system, e, point, r);
+    if (status) return fail(self, status, "residual");
+    for (int d = 0; d < self->n; d++) y[d] += scale * r[d];
+  }
+  return FLESH_OK;
+}
+
+/* y = the force of pressures q at x [n], in which the residual is linear. */
+static int press(flesh_stage_tangent *self, const double *at, const double *q, double *y)
+{
+  double *sum = self->gaps + 8 * (size_t)self->multipliers, largest = 0, own = 1;
   for (int e = 0; e < self->multipliers; e++) {
     largest = fmax(largest, fabs(q[e]));
     own = fmax(own, self->point.multipliers ? fabs(self->point.multipliers[e]) : 0);
   }
   const double scale = largest > 0 ? own / largest : 1;
   flesh_point point = self->point;
+  point.x = at;
   for (int e = 0; e < self->multipliers; e++)
     sum[e] = (self->point.multipliers ? self->point.multipliers[e] : 0) + scale * q[e];
+  memset(y, 0, (size_t)self->n * sizeof *y);
+  const int status = add_held(self, &point, -1 / scale, y);
   point.multipliers = sum;
-  int status = flesh_system_residual(self->system, &self->point, without);
-  if (!status) status = flesh_system_residual(self->system, &point, y);
-  for (int d = 0; d < self->n; d++) y[d] = (y[d] - without[d]) / scale;
-  return fail(self, status, "residual");
+  return status ? status : add_held(self, &point, 1 / scale, y);
 }
 
-/* Solves with K alone to a relative tolerance; b [n] is overwritten. Where constraints have multipliers, their change q has
- * G p = 0 for the gaps, and K p + G^T q = b: conjugate gradients for q with G K^-1 G^T, whose inverse is near the penalty
- * that K has. */
-static int solve_alone(flesh_stage_tangent *self, double *b, double tolerance, double *p)
+/* The system of the pressures q alone, G_2 K^-1 G_1^T q = g, whose inverse is near the penalty that K has. Its vectors
+ * [multipliers] are of gaps, whose pressures q = k g the penalty k has. */
+typedef struct pressing {
+  flesh_stage_tangent *self;
+  const double *at, *held; /* [n] where G_1 and G_2 are */
+  double tolerance, *load, *answer;                              /* room [n] */
+  double *penalty, *q, *sum, *left, *first, *way, *image, *bent; /* [multipliers] */
+} pressing;
+
+static double dot(const pressing *s, const double *a, const double *b)
 {
-  const int count = self->multipliers;
-  const size_t n = (size_t)self->n;
-  double *gaps = self->gaps, *stiffness = gaps + count, *q = gaps + 2 * count, *moved = gaps + 4 * count;
-  double *load = self->room + 3 * n, *answer = self->room + 4 * n, first = 0, last = 0;
+  double sum = 0;
+  for (int e = 0; e < s->self->multipliers; e++) sum += s->penalty[e] * a[e] * b[e];
+  return sum;
+}
+
+/* image = the gaps that the pressures of the gaps `way` make, by `answer`. */
+static int apply(const pressing *s, const double *way, double *image)
+{
+  for (int e = 0; e < s->self->multipliers; e++) s->q[e] = s->penalty[e] * way[e];
+  int status = press(s->self, s->at, s->q, s->load);
+  if (!status) status = fail(s->self, flesh_newton_solve_tangent(s->self->newton, s->load, s->tolerance, s->answer), "solution");
+  return status ? status : move_gaps(s->self, s->held, s->answer, image);
+}
+
+/* Takes a step of `length` along `way`: what is left of the gaps, and the solution p. */
+static void go(const pressing *s, double length, const double *way, const double *image, double *p)
+{
+  for (int e = 0; e < s->self->multipliers; e++) s->sum[e] += length * way[e], s->left[e] -= length * image[e];
+  for (int d = 0; d < s->self->n; d++) p[d] -= length * s->answer[d];
+}
+
+/* Bi-CGSTAB (van der Vorst 1992), as G_1 and G_2 differ where a stage is within the step; from gaps `left`. */
+static int solve_pressures(const pressing *s, double *p)
+{
+  const size_t bytes = (size_t)s->self->multipliers * sizeof(double);
+  const double target = s->tolerance * s->tolerance * dot(s, s->left, s->left);
+  double along = dot(s, s->left, s->left);
+  memset(s->sum, 0, bytes);
+  memcpy(s->first, s->left, bytes);
+  memcpy(s->way, s->left, bytes);
+  for (int k = 0; k < MOST_REPETITIONS; k++) {
+    if (dot(s, s->left, s->left) <= target) return FLESH_OK;
+    int status = apply(s, s->way, s->image);
+    if (status) return status;
+    const double length = along / dot(s, s->first, s->image);
+    go(s, length, s->way, s->image, p);
+    if (dot(s, s->left, s->left) <= target) return FLESH_OK;
+    status = apply(s, s->left, s->bent);
+    if (status) return status;
+    const double damping = dot(s, s->bent, s->left) / dot(s, s->bent, s->bent);
+    go(s, damping, s->left, s->bent, p);
+    const double before = along;
+    along = dot(s, s->first, s->left);
+    const double share = along / before * length / damping;
+    for (int e = 0; e < s->self->multipliers; e++) s->way[e] = s->left[e] + share * (s->way[e] - damping * s->image[e]);
+  }
+  return flesh_fail(FLESH_ERR_SOLVE, "at t = %g s the pressures of incompressible tets have no sensitivities: their solves do "
+                                     "not converge", s->self->stage.t);
+}
+
+/* Solves with K alone to a relative tolerance; b [n] becomes 0 on constrained dofs. With multipliers p and pressures, as
+ * flesh_stage_tangent_solve has them, whose force is added to `pressed`. */
+static int solve_alone(flesh_stage_tangent *self, int transposed, double *b, const double *beside, double tolerance, double *p)
+{
+  const size_t n = (size_t)self->n, count = (size_t)self->multipliers;
+  const double *at = transposed ? self->held : self->x, *held = transposed ? self->x : self->held;
+  double *gaps = self->gaps;
+  const pressing s = {self, at, held, tolerance, self->room + 3 * n, self->room + 4 * n,
+                      gaps, gaps + count, gaps + 2 * count, gaps + 3 * count, gaps + 4 * count, gaps + 5 * count,
+                      gaps + 6 * count, gaps + 7 * count};
   int status = fail(self, flesh_newton_solve_tangent(self->newton, b, tolerance, p), "solution");
   if (status || !count) return status;
-  status = fail(self, flesh_system_constraint_gaps(self->system, &self->point, gaps, stiffness), "gap of a constraint");
-  if (!status) status = move_gaps(self, p, gaps);
-  memset(q, 0, (size_t)count * sizeof *q);
-  for (int k = 0; k < MOST_REPETITIONS && !status; k++) {
-    double now = 0, curvature = 0;
-    for (int e = 0; e < count; e++) now += self->point.penalty * stiffness[e] * gaps[e] * gaps[e];
-    if (k == 0) first = now;
-    if (now <= tolerance * tolerance * first) return FLESH_OK;
-    for (int e = 0; e < count; e++)
-      q[e] = self->point.penalty * stiffness[e] * gaps[e] + (k ? now / last * q[e] : 0);
-    last = now;
-    status = press(self, q, load);
-    if (!status) status = fail(self, flesh_newton_solve_tangent(self->newton, load, tolerance, answer), "solution");
-    if (!status) status = move_gaps(self, answer, moved);
-    if (status) return status;
-    for (int e = 0; e < count; e++) curvature += q[e] * moved[e];
-    for (int e = 0; e < count; e++) gaps[e] -= now / curvature * moved[e];
-    for (int d = 0; d < self->n; d++) p[d] -= now / curvature * answer[d];
-  }
-  return status ? status
-                : flesh_fail(FLESH_ERR_SOLVE, "at t = %g s the pressures of incompressible tets have no sensitivities: their "
-                                              "solves do not converge", self->stage.t);
+  status = fail(self, flesh_system_constraint_gaps(self->system, &self->point, s.left, s.penalty), "gap of a constraint");
+  for (size_t e = 0; e < count; e++) s.penalty[e] *= self->point.penalty;
+  for (size_t d = 0; d < n; d++) s.load[d] = p[d] + (beside ? beside[d] : 0);
+  if (!status) status = move_gaps(self, held, s.load, s.left);
+  if (!status) status = solve_pressures(&s, p);
+  for (size_t e = 0; e < count; e++) s.q[e] = s.penalty[e] * s.sum[e];
+  if (!status) status = press(self, at, s.q, s.load);
+  for (size_t d = 0; d < n && !status; d++) self->pressed[d] += s.load[d];
+  return status;
 }
 
-/* left = b - (K + D) p on the free dofs, D being the derivative by what is followed. Returns its 2-norm. */
+/* left = b - (K + D) p on the free dofs, D being the derivative by what is followed, less the force of pressures. Returns its
+ * 2-norm. */
 static double find_left(flesh_stage_tangent *self, int transposed, const double *b, const double *p, double *left)
 {
   const flesh_equations *equations = &self->newton->equations;
   flesh_block_multiply(equations->K, p, left);
-  for (int d = 0; d < self->n; d++) left[d] = b[d] - left[d];
+  for (int d = 0; d < self->n; d++) left[d] = b[d] - left[d] - self->pressed[d];
   add_followed(self, transposed, -1, p, left);
   for (int k = 0; k < equations->constrained.count; k++) left[equations->constrained.dofs[k]] = 0;
   return flesh_norm(NULL, self->n, left);
@@ -191,23 +256,20 @@ static int reads_solution(const flesh_stage_tangent *self)
   return reads;
 }
 
-int flesh_stage_tangent_solve(flesh_stage_tangent *self, int transposed, const double *b, double *p)
+int flesh_stage_tangent_solve(flesh_stage_tangent *self, int transposed, const double *b, const double *beside, double *p)
 {
   double *left = self->room, *correction = self->room + self->n, lasts[3] = {INFINITY, INFINITY, INFINITY};
-  const int reads = reads_solution(self);
-  if (reads && self->multipliers)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "there are no sensitivities of incompressible tets (poisson 0.5) under loads that "
-                                          "follow the shape; take poisson: 0.4999");
+  memset(self->pressed, 0, (size_t)self->n * sizeof *self->pressed);
   memcpy(left, b, (size_t)self->n * sizeof *left);
-  int status = solve_alone(self, left, self->tolerance, p);
-  if (status || !reads) return status;
+  int status = solve_alone(self, transposed, left, beside, self->tolerance, p);
+  if (status || !reads_solution(self)) return status;
   const double norm = flesh_norm(NULL, self->n, left); /* of the free dofs by now */
   for (int k = 0; k < MOST_REPETITIONS; k++) {
     const double size = find_left(self, transposed, b, p, left);
     /* Round-off of K p may be more than the tolerance, as where materials are nearly incompressible. */
     if (size <= self->tolerance * norm || (size <= ROUND_OFF * norm && size > 0.9 * lasts[k % 3])) return FLESH_OK;
     lasts[k % 3] = size;
-    status = solve_alone(self, left, fmin(self->tolerance * norm / size, 0.1), correction);
+    status = solve_alone(self, transposed, left, NULL, fmin(self->tolerance * norm / size, 0.1), correction);
     for (int d = 0; d < self->n && !status; d++) p[d] += correction[d];
     if (status) return status;
   }

@@ -20,7 +20,10 @@ typedef struct flesh_stage_tangent {
   int parts_freezing;         /* of effects that freeze, what x and v do is told apart by differences */
   unsigned follows;           /* bits of flesh_reading: what is read is the solution itself */
   double *room;               /* [6*n] */
-  double *gaps;               /* [5*multipliers] */
+  const double *held;         /* [n] the positions at which constraints of multipliers hold: its x, or `end` */
+  double *end;                /* [n] those at the end of the step, where the stage is within it */
+  double *pressed;            /* [n] of the last solve: the force of the constraints' multipliers, or adjoints of them */
+  double *gaps;               /* [9*multipliers] */
   flesh_block_matrix products; /* of K's pattern, with values of its own [product_room] */
   size_t product_room;
 } flesh_stage_tangent;
@@ -34,12 +37,15 @@ int flesh_stage_tangent_create(const flesh_system *system, const flesh_solver_op
                                flesh_stage_tangent *tangent);
 void flesh_stage_tangent_clear(flesh_stage_tangent *tangent);
 
-/* Linearises the stage (its arrays are borrowed) at u [n]. FLESH_ERR_SOLVE with a sentence where its Jacobian is singular or
+/* Linearises the stage (its arrays are borrowed) at u [n]. Constraints of multipliers hold where it leads, or, of a stage
+ * within the step, at tangent->end, which is set before. FLESH_ERR_SOLVE with a sentence where its Jacobian is singular or
  * has no value; what flesh_couplings_find returns. */
 int flesh_stage_tangent_set(flesh_stage_tangent *tangent, const flesh_stage *stage, const double *u, unsigned follows);
 
-/* Solves dr/du p = b [n], or the transposed system; 0 on constrained dofs, of which b is not read. FLESH_ERR_SOLVE. */
-int flesh_stage_tangent_solve(flesh_stage_tangent *tangent, int transposed, const double *b, double *p);
+/* Solves dr/du p = b [n], or the transposed system; 0 on constrained dofs, of which b is not read. With multipliers also
+ * their change q: K p + G_s^T q = b and G_e (p + beside) = 0, where G are the derivatives of the constraints at the stage
+ * and where they hold, which change places in the transposed system; `beside` [n], NULL: 0. FLESH_ERR_SOLVE. */
+int flesh_stage_tangent_solve(flesh_stage_tangent *tangent, int transposed, const double *b, const double *beside, double *p);
 
 /* y [n] = dr/da w, which is symmetric, or (dr/dv)^T w, with constrained rows. */
 int flesh_stage_tangent_mass_times(flesh_stage_tangent *tangent, const double *w, double *y);

@@ -112,6 +112,11 @@ static int taken(void *data, const flesh_taken_part *taken)
   flesh_recorded_part *part = &self->next;
   const flesh_method_row *row = self->integrator->row;
   const size_t internals = (size_t)taken->from->internal_count * sizeof(double);
+  const int begins = taken->anew && taken->acceleration && self->tangent.multipliers;
+  if (begins && !self->now.started)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "at t = %g s the stages failed that find an acceleration of incompressible tets, which "
+                                          "then has no sensitivities", taken->begin);
+  self->now.started = taken->starts;
   if (flesh_trajectory_passes(self)) {
     self->first = ++self->now.at;
     self->repeated++;
@@ -147,6 +152,17 @@ static int taken(void *data, const flesh_taken_part *taken)
   return status ? status : self->visit(self->visit_data, found);
 }
 
+void flesh_trajectory_drop_start(flesh_trajectory *self)
+{
+  flesh_pass *now = &self->now;
+  if (!now->started) return;
+  now->started = 0;
+  now->at--;
+  if (now->limit < 0) self->total--;
+  if (self->first > now->at) self->first = now->at; /* it was only passed */
+  else clear_part(&self->parts[--self->count]);
+}
+
 static int moved(void *data)
 {
   const flesh_trajectory *self = data;
@@ -170,10 +186,6 @@ int flesh_trajectory_create(flesh_integrator *integrator, double tolerance, int 
     return flesh_fail(FLESH_ERR_ARGUMENT, "ida has no sensitivities: take a method of fixed steps, or runge-kutta");
   if (integrator->method == FLESH_METHOD_STATIC)
     return flesh_fail(FLESH_ERR_ARGUMENT, "a sequence of equilibria is no motion: flesh_sensitivity has derivatives of each");
-  /* Other methods balance within the step, or begin with an acceleration that is the solution of two more stages. */
-  if (flesh_system_multiplier_count(integrator->evaluation->system) && integrator->method != FLESH_METHOD_BACKWARD_EULER)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "motions of incompressible tets (poisson 0.5) have sensitivities by backward-euler "
-                                          "only: take that, or poisson: 0.4999");
   if (integrator->tape) return flesh_fail(FLESH_ERR_ARGUMENT, "another trajectory records this integrator's steps");
   flesh_trajectory *self = calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a trajectory");

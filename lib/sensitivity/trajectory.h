@@ -46,6 +46,7 @@ typedef struct flesh_pass {
   int blocks;     /* that have begun */
   int last, next; /* where steps are taken again: the block that is wanted; that which is saved next, -1: none is */
   int limit;      /* the integrator stops there; -1: it takes new steps */
+  int started;    /* the last part is one with which the method begins, and no other has followed */
   size_t bytes;   /* of the parts of the block so far */
 } flesh_pass;
 
@@ -102,6 +103,8 @@ static inline int flesh_trajectory_passes(const flesh_trajectory *trajectory)
   const flesh_pass *now = &trajectory->now;
   return now->limit >= 0 && now->at < trajectory->blocks[now->last];
 }
+/* Drops the last part if the method has begun with it and its step has failed after that, which puts the state back. */
+void flesh_trajectory_drop_start(flesh_trajectory *trajectory);
 /* Counts the bytes that are held. */
 void flesh_trajectory_count(flesh_trajectory *trajectory);
 

@@ -53,6 +53,8 @@ typedef struct flesh_method_row {
                 flesh_stage *stage);
   /* The velocity v [n] at the end of the step of h from `state`, reached with the unknowns u. NULL: statics has none. */
   void (*velocity)(const flesh_method_memory *memory, const flesh_state *state, const double *u, double h, double *v);
+  /* The positions x [n] at that end; NULL: those of the state, moved by u. */
+  void (*position)(const flesh_method_memory *memory, double *x);
   /* Takes the memory to that end. NULL: nothing is remembered. */
   void (*finish)(flesh_method_memory *memory, const flesh_state *state, const double *u, double h);
   /* The estimate e [n] of the local error, in positions, of a step of h from `state` whose last stage was solved with the

@@ -47,6 +47,7 @@ void flesh_method_finish(const flesh_method_row *row, flesh_method_memory *memor
   if (row->velocity) row->velocity(memory, state, u, h, memory->v0);
   if (row->finish) row->finish(memory, state, u, h);
   for (int d = 0; d < memory->n; d++) state->x[d] += u[d];
+  if (row->position) row->position(memory, state->x);
   if (row->velocity) memcpy(state->v, memory->v0, (size_t)memory->n * sizeof *state->v);
 }
 

@@ -1,5 +1,6 @@
 /* steps.c: a step in time: in pieces between events, each in parts of a length that is given, or that errors choose. */
 #include <math.h>
+#include <string.h>
 
 #include "base/error.h"
 #include "parallel/body_figures.h"
@@ -24,32 +25,80 @@ static int start_piece(flesh_integrator *self, flesh_state *state, const flesh_p
   return flesh_nonlinear_acceleration(self->nonlinear, state, piece->begin, a, stats);
 }
 
-/* Moves the free dofs to where constraints of multipliers hold, by the least displacement in the norm of mass, as of a
- * short step; finds the acceleration [n] and the pressures with which they go on to hold: those of a short stage of
- * backward Euler. (What balances the forces with the pressures at hand may have nothing to do with them.) A status > 0
- * leaves what there is. */
+/* The part of no time with which methods begin that remember the acceleration, where multipliers hold constraints. Its first
+ * stage moves the free dofs to where the constraints hold, by the least displacement in the norm of mass, as of a short
+ * step. Its second one, a step of backward Euler by h, has the acceleration and the pressures with which they go on to hold:
+ * what balances the forces with the pressures at hand may have nothing to do with them. */
+enum { ACCELERATION = 0, MOVED = 1 };
+
+static int start_stages(const flesh_method_memory *memory)
+{
+  (void)memory;
+  return 2;
+}
+
+static void start_stage(const flesh_method_memory *memory, const flesh_state *state, double t_end, double h, flesh_stage *stage)
+{
+  const double rate = 1 / h;
+  const int moved = memory->at == 1;
+  for (int d = 0; d < memory->n; d++) memory->a0[d] = moved ? -rate * state->v[d] : 0;
+  *stage = (flesh_stage){.t = moved ? t_end : state->t, .load = 1, .prescribed_fraction = 1,
+                         .shift = {.x = 1, .v = moved ? rate : 0, .a = rate * rate},
+                         .x0 = moved ? memory->vectors[MOVED] : state->x, .v0 = moved ? NULL : state->v, .a0 = memory->a0};
+}
+
+static void start_keep(flesh_method_memory *memory, const flesh_stage *stage, const double *u)
+{
+  for (int d = 0; d < memory->n && memory->at == 0; d++) memory->vectors[MOVED][d] = stage->x0[d] + u[d];
+}
+
+static void start_position(const flesh_method_memory *memory, double *x)
+{
+  memcpy(x, memory->vectors[MOVED], (size_t)memory->n * sizeof *x);
+}
+
+static const flesh_method_row start_row = {.stages = start_stages, .stage = start_stage, .keep = start_keep,
+                                           .position = start_position};
+
+/* Solves a stage of the start, from the positions x [n] that it lags. */
+static int solve_start(flesh_integrator *self, flesh_state *state, const flesh_piece *piece, double h, flesh_solve_stats *stats)
+{
+  flesh_method_memory *memory = &self->memory;
+  flesh_stage stage;
+  start_stage(memory, state, piece->begin + h, h, &stage);
+  stage.t = fmax(stage.t, piece->begin);
+  stage.x_lag = stage.x_from = stage.x0;
+  stage.v_lag = state->v;
+  stage.t_lag = stage.t_from = state->t;
+  stage.internal = state->internal;
+  int status = flesh_multipliers_solve(&self->multipliers, &stage, state, NULL, NULL, 0, stats);
+  const double *u = flesh_nonlinear_unknowns(self->nonlinear);
+  if (!status && self->tape) status = self->tape->solved(self->tape->data, &stage, memory->at, u);
+  if (!status) status = flesh_multipliers_accept(&self->multipliers, &stage, state);
+  if (!status) start_keep(memory, &stage, u);
+  return status;
+}
+
+/* Takes the state through the start. A status > 0 leaves it where it is. */
 static int start_with_multipliers(flesh_integrator *self, flesh_state *state, const flesh_piece *piece, double h,
                                   flesh_solve_stats *stats)
 {
   static const double part = 1e-2; /* of the step: an acceleration's error is of that order */
   const double g = part * h, rate = 1 / g, *u = flesh_nonlinear_unknowns(self->nonlinear);
-  const uint8_t *fixed = self->prescribed.fixed;
   flesh_method_memory *memory = &self->memory;
+  flesh_tape *tape = self->tape;
+  const flesh_taken_part taken = {.row = &start_row, .second = 1, .acceleration = 1, .starts = 1, .memory = memory, .from = state,
+                                  .lagged = state, .begin = piece->begin, .end = piece->begin + g, .h = g};
   int status = FLESH_OK;
   self->multipliers.allowed = 0;
-  for (int moves = 0; moves < 2 && !status; moves++) {
-    for (int d = 0; d < memory->n; d++) memory->a0[d] = moves ? -rate * state->v[d] : 0;
-    flesh_stage stage = {.t = piece->begin + (moves ? g : 0), .load = 1, .prescribed_fraction = 1,
-                         .shift = {.x = 1, .v = moves ? rate : 0, .a = rate * rate}, .x0 = state->x,
-                         .v0 = moves ? NULL : state->v, .a0 = memory->a0, .x_lag = state->x, .v_lag = state->v,
-                         .t_lag = state->t, .x_from = state->x, .t_from = state->t, .internal = state->internal};
-    status = flesh_multipliers_solve(&self->multipliers, &stage, state, NULL, NULL, 0, stats);
-    if (!status) status = flesh_multipliers_accept(&self->multipliers, &stage, state);
-    for (int d = 0; d < memory->n && !status; d++) {
-      if (fixed[d]) continue;
-      if (moves) memory->vectors[0][d] = rate * (rate * u[d] - state->v[d]);
-      else state->x[d] += u[d];
-    }
+  if (tape) tape->try_part(tape->data);
+  for (memory->at = 0; memory->at < 2 && !status; memory->at++) status = solve_start(self, state, piece, g, stats);
+  memory->at = 0;
+  if (!status && tape) status = tape->taken(tape->data, &taken);
+  for (int d = 0; d < memory->n && !status; d++) {
+    if (self->prescribed.fixed[d]) continue;
+    memory->vectors[ACCELERATION][d] = rate * (rate * u[d] - state->v[d]);
+    state->x[d] = memory->vectors[MOVED][d];
   }
   return status < 0 ? status : FLESH_OK;
 }
@@ -61,7 +110,7 @@ static int begin_anew(flesh_integrator *self, flesh_state *state, const flesh_pi
   flesh_extrapolation_forget(&self->first.extrapolation);
   if (self->tape) self->tape->anew = 1;
   int status = start_piece(self, state, piece, stats);
-  if (!status && self->multipliers.count && self->row->stages)
+  if (!status && self->multipliers.count && self->row->acceleration)
     status = start_with_multipliers(self, state, piece, h, stats);
   if (status > 0)
     flesh_integrator_record_failure(self, &(flesh_stage){.t = piece->begin}, h, 0, status, stats);

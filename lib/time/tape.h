@@ -11,6 +11,7 @@ typedef struct flesh_taken_part {
   int own, second;             /* the row is the method's own; constrained dofs follow the prescribed motion itself */
   int acceleration;            /* the method's own row remembers the acceleration */
   int anew;                    /* the method has begun anew at the state */
+  int starts;                  /* the part takes no time: with it the method begins */
   const flesh_method_memory *memory;
   const flesh_state *from, *lagged; /* equal where the lagged state is the one at which the part begins */
   double begin, end, h;             /* s; as far as what holds within the part does, and its length */

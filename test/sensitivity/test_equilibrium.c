@@ -37,6 +37,13 @@ static const equilibrium_case cases[] = {
      "  - prescribed_motion: {box: [[3.999, -1, -1], [5, 2, 2]], motion: [{time: 0, translation: [0.2, 0, 0.5]}]}\n" SOLVER, 4,
      {{"body.material.young", 1e5, 1e2, 1e2},
       {"effects.prescribed_motion.motion[0].translation[2]", 0.5, 1e-3, 1e-4}}},
+    {"incompressible",
+     BAR("0.5", "tet10-mean") "effects:\n" CLAMP "  - gravity: {acceleration: [0, 0, -1]}\n"
+     "  - pressure: {box: [[-1, -1, 0.999], [5, 2, 2]], pressure: 40}\n"
+     "  - prescribed_motion: {box: [[3.999, -1, -1], [5, 2, 2]], motion: [{time: 0, translation: [0.2, 0, 0.5]}]}\n"
+     "time: {method: static, step: 1, end: 1}\nsolver: {newton_tolerance: 1e-11, linear_tolerance: 1e-4}\n", 4,
+     {{"body.material.young", 1e5, 2e3, 1e2}, {"effects.gravity.acceleration[2]", -1, 2e-2, 1e-2},
+      {"effects.pressure.pressure", 40, 1, 1}, {"effects.prescribed_motion.motion[0].translation[2]", 0.5, 3e-3, 1e-4}}},
     {"muscle and weld",
      BAR("0.45", "tet4") "bodies:\n  - {name: upper, mesh: ../meshes/bar_8x2x2.mesh, density: 500, translation: [0, 0, 1],\n"
      "     material: {energy: S, constants: matched, young: 2e5, poisson: 0.4}}\n"
