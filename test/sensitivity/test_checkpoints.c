@@ -53,7 +53,7 @@ static const kept_case incompressible = {
     "incompressible",
     "body: {name: bar, mesh: ../meshes/cube_of_six_tets.mesh, element: tet10-mean, density: 1000, material: {energy: S,\n"
     "  constants: matched, young: 1e4, poisson: 0.5}}\nstart: {velocity: [0, 0.3, 0.1]}\neffects:\n  - inertia: {}\n  - gravity: {acceleration: [0, 0, -9.81]}\n"
-    "  - pin: {box: [[-1, -1, -1], [1e-9, 2, 2]], until: 0.113}\n" TIME("0.01", "0.3", "")};
+    "  - pin: {box: [[-1, -1, -1], [1e-9, 2, 2]], until: 0.113}\n" TIME("0.01", "0.2", "")};
 
 /* A gradient of a run of which so many states are kept. */
 typedef struct kept {
