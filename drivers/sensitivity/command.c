@@ -23,12 +23,13 @@ static const double newton_tolerance = 1e-10, tolerance = 1e-10;
 static const char details[] =
     "Runs the scene and prints, for each column of its probes at the end and each key, the derivative and what\n"
     "1 % more of the key changes. Derivatives are those of what is computed, by one adjoint for a column: of equilibria by one\n"
-    "linear solve, of motions by one for each stage. Columns are positions, velocities of motions and reactions in\n"
-    "equilibria; of motions also their means and integrals over time, as tip.position_z.mean or .integral (by the\n"
-    "trapezoidal rule over the steps). Keys are numbers as --set names them.\n"
+    "linear solve, of motions, and equilibria that friction or memory makes depend on those before, by one for each solve.\n"
+    "Columns are positions, velocities of motions, reactions in equilibria that depend on none; of the others also means\n"
+    "and integrals over time, as tip.position_z.mean or .integral (by the trapezoidal rule over the steps). Keys are\n"
+    "numbers as --set names them.\n"
     "\n"
-    "Solves are those of the scene with newton_tolerance 1e-10 at most. Refused are `ida`, equilibria with friction or\n"
-    "with effects that remember a path, tangles that were removed, and contact whose stiffness adapts.\n";
+    "Solves are those of the scene with newton_tolerance 1e-10 at most. Refused are `ida`, tangles that were removed, and\n"
+    "contact whose stiffness adapts.\n";
 
 typedef struct study {
   const char *path, *of, *to, *out;
@@ -44,7 +45,8 @@ typedef struct study {
 
 static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for derivatives"); }
 
-static int is_static(const study *s) { return flesh_scene_times(s->scene)->method == FLESH_METHOD_STATIC; }
+/* Whether all steps are differentiated: of a motion, and of equilibria that depend on those before. */
+static int has_way(const study *s) { return *flesh_scene_tangents_refused(s->scene) != 0; }
 
 /* ---- what is asked for ---- */
 
@@ -65,8 +67,6 @@ static int take_key(void *data, const char *key)
 static int open_study(study *s)
 {
   int status = flesh_scene_read(s->path, s->overrides.texts.count, s->overrides.texts.values, &s->scene);
-  const char *refused = status || !is_static(s) ? "" : flesh_scene_tangents_refused(s->scene);
-  if (*refused) status = flesh_fail(FLESH_ERR_ARGUMENT, "%s has no derivatives: %s", s->path, refused);
   if (!status) status = flesh_list_each("of", s->of, take_column, s);
   if (!status) status = flesh_list_each("to", s->to, take_key, s);
   return status;
@@ -108,7 +108,7 @@ static int make_integrator(const study *s, flesh_solver_options *options, flesh_
 static int observe(void *data, const flesh_step_record *record)
 {
   study *s = data;
-  for (int k = 0; k < s->asked_count && !is_static(s); k++) flesh_asked_go_on(s->scene, record, &s->asked[k]);
+  for (int k = 0; k < s->asked_count && has_way(s); k++) flesh_asked_go_on(s->scene, record, &s->asked[k]);
   return FLESH_OK;
 }
 
@@ -171,7 +171,7 @@ static int differentiate(study *s)
   flesh_trajectory *trajectory = NULL;
   int status = make_start(s);
   if (!status) status = make_integrator(s, &options, &integrator);
-  if (!status && !is_static(s)) status = flesh_trajectory_create(integrator, tolerance, FLESH_TRAJECTORY_STATES, &trajectory);
+  if (!status && has_way(s)) status = flesh_trajectory_create(integrator, tolerance, FLESH_TRAJECTORY_STATES, &trajectory);
   if (!status) status = run(s, integrator);
   if (!status) status = trajectory ? differentiate_motion(s, trajectory) : differentiate_equilibrium(s, &options);
   flesh_trajectory_destroy(&trajectory);

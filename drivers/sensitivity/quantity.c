@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "mesh/mesh.h"
 #include "output/tet_shape.h"
+#include "scene/scene.h"
 #include "sensitivity/sensitivity.h"
 
 static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for derivatives"); }
@@ -65,6 +66,7 @@ static int differentiate(const flesh_scene *scene, const flesh_probe *probe, con
                          flesh_asked *asked)
 {
   const int is_static = flesh_scene_times(scene)->method == FLESH_METHOD_STATIC;
+  const char *way = flesh_scene_tangents_refused(scene);
   int component;
   if ((component = component_of(column, "position")) >= 0) {
     asked->unit = "m";
@@ -78,6 +80,7 @@ static int differentiate(const flesh_scene *scene, const flesh_probe *probe, con
     return flesh_fail(FLESH_ERR_ARGUMENT,
                       "--of is %s; derivatives are of position_x, _y or _z, in motions of velocity_x and in equilibria of "
                       "reaction_x", asked->name);
+  if (*way) return flesh_fail(FLESH_ERR_ARGUMENT, "--of is %s; reactions have no derivatives here: %s", asked->name, way);
   if (probe->holder != 0)
     return flesh_fail(FLESH_ERR_ARGUMENT, "--of is %s; derivatives are of reactions to all pins and prescribed motions, "
                       "not to one of them", asked->name);
@@ -107,8 +110,9 @@ int flesh_asked_find(const flesh_scene *scene, const char *name, double t, flesh
   if (!probe)
     return flesh_fail(FLESH_ERR_ARGUMENT, "--of is '%s'; it must be PROBE.COLUMN for a probe of output.probes, such as "
                       "tip.position_z", name);
-  if (asked->over && flesh_scene_times(scene)->method == FLESH_METHOD_STATIC)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "--of is %s; means and integrals over time are of motions only", name);
+  if (asked->over && !*flesh_scene_tangents_refused(scene))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "--of is %s; means and integrals over time are of motions, and of equilibria that "
+                      "depend on those before", name);
   const int status = differentiate(scene, probe, dot + 1, t, asked);
   if (asked->over == FLESH_INTEGRAL) asked->unit = asked->by_x ? "m s" : "m";
   return status;

@@ -71,6 +71,10 @@ int flesh_trajectory_take_known(flesh_trajectory *self, const flesh_taken_part *
     part->reads |= (unsigned)(known[k] != NULL) << k;
     if (known[k] && part->follows) part->follows = are_found(self->n, known[k], self->reached[k]);
   }
+  /* An equilibrium whose load was raised in part, and then not found, is followed by no other. */
+  if (self->total && self->now.limit < 0 && self->integrator->method == FLESH_METHOD_STATIC && self->reached[FLESH_KNOWN_X] &&
+      !are_found(self->n, known[FLESH_KNOWN_X], self->reached[FLESH_KNOWN_X]))
+    return self->tape.moved(self);
   if (part->follows) return FLESH_OK;
   flesh_known_clear(self->reached);
   for (int k = 0; k < FLESH_KNOWN; k++) {
@@ -147,11 +151,12 @@ void flesh_trajectory_stage(flesh_trajectory *self, const flesh_recorded_part *p
                             double *room, flesh_stage *stage)
 {
   const size_t n = (size_t)self->n;
+  const flesh_stage *recorded = &part->solves[solve].stage;
   double *const bases[] = {room, room + n, room + 2 * n}, *x_lag = room + 3 * n, *v_lag = room + 4 * n;
   find_lagged(self, part, map, solve, x_lag, v_lag, bases[2]);
   find_bases(self, part, map, solve, bases, stage);
   stage->x_lag = x_lag;
-  stage->v_lag = v_lag;
+  stage->v_lag = recorded->v_lag ? v_lag : NULL;
   stage->x_from = NULL;
   stage->multipliers = part->solves[solve].multipliers;
   stage->internal = part->internal;

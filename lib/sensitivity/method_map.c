@@ -32,6 +32,7 @@ static void apply(const flesh_method_row *row, const flesh_method_memory *memory
   one.at = 0;
   const int at_end = stage.shift.x == 1;
   flesh_method_finish(row, &one, &u, h, &state);
+  if (!row->velocity) known[FLESH_KNOWN_V] = 0; /* of an equilibrium */
   if (takes_over) known[FLESH_KNOWN_VECTORS] = stage_a;
   known[FLESH_KNOWN_LAGGED_X] = at_end ? state.x[0] : stage_x;
   known[FLESH_KNOWN_LAGGED_V] = at_end ? state.v[0] : stage_v;

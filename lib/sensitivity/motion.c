@@ -278,8 +278,7 @@ int flesh_trajectory_gradient(flesh_trajectory *self, const flesh_motion_quantit
       while (call >= 0 && self->calls[call].t >= end) add_quantity(&p, quantity, call--, end); /* it has failed */
     }
     status = part_back(&p, part);
-    const int started = self->tangent.multipliers && part->taken.anew && part->taken.acceleration; /* by the part before */
-    while (call >= 0 && !started && self->calls[call].t == part->t) add_quantity(&p, quantity, call--, end);
+    while (call >= 0 && part->opens && self->calls[call].t == part->t) add_quantity(&p, quantity, call--, end);
   }
   const int returned = flesh_trajectory_return(self);
   flesh_free(p.same);

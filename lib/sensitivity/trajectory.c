@@ -118,6 +118,7 @@ static int taken(void *data, const flesh_taken_part *taken)
                                           "then has no sensitivities", taken->begin);
   self->now.started = taken->starts;
   if (flesh_trajectory_passes(self)) {
+    self->now.opens = 0;
     self->first = ++self->now.at;
     self->repeated++;
     return FLESH_OK;
@@ -129,6 +130,8 @@ static int taken(void *data, const flesh_taken_part *taken)
   part->memory = *taken->memory;
   part->vectors = row->remembered ? row->remembered : row->vectors;
   part->t = taken->from->t;
+  part->opens = self->now.opens;
+  self->now.opens = 0;
   part->t_lag = taken->lagged->t;
   const size_t numbers = (size_t)self->n + (size_t)self->tangent.multipliers;
   part->bytes = sizeof *part + internals + (size_t)part->count * (sizeof *part->solves + numbers * sizeof(double));
@@ -184,8 +187,6 @@ int flesh_trajectory_create(flesh_integrator *integrator, double tolerance, int 
     return flesh_fail(FLESH_ERR_ARGUMENT, "the states to be kept for sensitivities are %d; they must be at least 20", states);
   if (integrator->ida)
     return flesh_fail(FLESH_ERR_ARGUMENT, "ida has no sensitivities: take a method of fixed steps, or runge-kutta");
-  if (integrator->method == FLESH_METHOD_STATIC)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "a sequence of equilibria is no motion: flesh_sensitivity has derivatives of each");
   if (integrator->tape) return flesh_fail(FLESH_ERR_ARGUMENT, "another trajectory records this integrator's steps");
   flesh_trajectory *self = calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a trajectory");

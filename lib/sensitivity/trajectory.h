@@ -25,6 +25,7 @@ typedef struct flesh_recorded_part {
   flesh_method_memory memory; /* without its arrays */
   int vectors;                /* that last from step to step */
   double t, t_lag;
+  int opens;                  /* it is the first of a call of flesh_integrator_step */
   double *known[FLESH_KNOWN]; /* [n] each; NULL: 0 or not read by a stage, and lagged ones: the state's own */
   int follows;                /* they are found from the part before, and are not kept */
   unsigned reads;             /* bits of those that a stage reads */
@@ -46,6 +47,7 @@ typedef struct flesh_pass {
   int blocks;     /* that have begun */
   int last, next; /* where steps are taken again: the block that is wanted; that which is saved next, -1: none is */
   int limit;      /* the integrator stops there; -1: it takes new steps */
+  int opens;      /* a call has begun, and no part of it has been taken */
   int started;    /* the last part is one with which the method begins, and no other has followed */
   size_t bytes;   /* of the parts of the block so far */
 } flesh_pass;

@@ -6,6 +6,17 @@
 #include "base/error.h"
 #include "time/integrator.h"
 
+/* The stage has been solved, which is about to lead the state to it. */
+static int tell(const flesh_integrator *self, const flesh_state *state, const flesh_stage *stage, double h)
+{
+  const flesh_tape *tape = self->tape;
+  const flesh_taken_part taken = {.row = self->row, .own = 1, .memory = &self->memory, .from = state, .lagged = state,
+                                  .begin = state->t, .end = stage->t, .h = h};
+  tape->try_part(tape->data);
+  const int status = tape->solved(tape->data, stage, 0, flesh_nonlinear_unknowns(self->nonlinear));
+  return status ? status : tape->taken(tape->data, &taken);
+}
+
 static int solve(flesh_integrator *self, flesh_state *state, flesh_stage *stage, double h, int halvings, int extensions,
                  flesh_solve_stats *stats)
 {
@@ -13,6 +24,7 @@ static int solve(flesh_integrator *self, flesh_state *state, flesh_stage *stage,
   stage->internal = state->internal;
   int status = flesh_multipliers_solve(&self->multipliers, stage, state, NULL, NULL, extensions, stats);
   if (!status) status = flesh_multipliers_accept(&self->multipliers, stage, state);
+  if (!status && self->tape) status = tell(self, state, stage, h);
   if (status) flesh_integrator_record_failure(self, stage, h, halvings, status, stats);
   return status;
 }
@@ -160,6 +172,7 @@ int flesh_integrator_find_equilibrium(flesh_integrator *self, flesh_state *state
   int status = come_apart(self, state, h, stats);
   if (status || !untangler) return status;
   status = flesh_untangler_after_equilibrium(untangler, state);
+  if (status == 1 && self->tape) self->tape->untangled = 1;
   if (status == 1) status = flesh_continuation_rest(&self->continuation, untangler, 1, state, stats);
   if (status == 1 && flesh_system_has_follower_loads(self->evaluation->system)) status = balance(self, state, 0, stats);
   return status < 0 ? status : FLESH_OK;

@@ -363,8 +363,10 @@ static int take_step(flesh_integrator *self, flesh_state *state, flesh_step_plac
   if (untangler && place->at_begin) flesh_untangler_before_step(untangler, state);
   self->watch.step = h;
   if (self->ida) status = step_by_ida(self, state, h, stats);
-  else if (self->method == FLESH_METHOD_STATIC) status = flesh_integrator_find_equilibrium(self, state, h, stats);
-  else status = flesh_integrator_step_in_time(self, state, place, stats);
+  else if (self->method == FLESH_METHOD_STATIC) {
+    status = flesh_integrator_pass(self, state, place);
+    if (!status) status = flesh_integrator_find_equilibrium(self, state, h, stats);
+  } else status = flesh_integrator_step_in_time(self, state, place, stats);
   if (!status && untangler && self->method != FLESH_METHOD_STATIC) return untangle(self, state, h, stats);
   if (status == FLESH_ERR_INTEGRATOR || status > 0) flesh_energy_watch_last(&self->watch, state);
   if (status <= 0 || self->ida) return status;

@@ -57,8 +57,14 @@ static void start_position(const flesh_method_memory *memory, double *x)
   memcpy(x, memory->vectors[MOVED], (size_t)memory->n * sizeof *x);
 }
 
+static void start_velocity(const flesh_method_memory *memory, const flesh_state *state, const double *u, double h, double *v)
+{
+  (void)u, (void)h;
+  memcpy(v, state->v, (size_t)memory->n * sizeof *v);
+}
+
 static const flesh_method_row start_row = {.stages = start_stages, .stage = start_stage, .keep = start_keep,
-                                           .position = start_position};
+                                           .position = start_position, .velocity = start_velocity};
 
 /* Solves a stage of the start, from the positions x [n] that it lags. */
 static int solve_start(flesh_integrator *self, flesh_state *state, const flesh_piece *piece, double h, flesh_solve_stats *stats)
@@ -182,8 +188,7 @@ static int take_part(flesh_integrator *self, flesh_state *state, const flesh_pie
   return status;
 }
 
-/* Tells that the run is between two parts. */
-static int pass(flesh_integrator *self, const flesh_state *state, flesh_step_place *place)
+int flesh_integrator_pass(flesh_integrator *self, const flesh_state *state, flesh_step_place *place)
 {
   int status = FLESH_OK;
   if (self->tape) {
@@ -207,7 +212,7 @@ static int walk(flesh_integrator *self, flesh_state *state, flesh_step_place *pl
     stats->rejected += gains;
     stats->convergence_failures += status > 0 && !gains;
     more = flesh_cutbacks_next(cutbacks, self->recovery.max_cutbacks, status);
-    if (more && !status && (status = pass(self, state, place))) return status;
+    if (more && !status && (status = flesh_integrator_pass(self, state, place))) return status;
   } while (more);
   return status;
 }
@@ -265,7 +270,7 @@ static int walk_by_error(flesh_integrator *self, flesh_state *state, flesh_step_
     }
     status = take_controlled(self, state, piece, stats);
     if (status > 0 && control->h < shortest) return status;
-    if (!status && state->t < piece->end) status = pass(self, state, place);
+    if (!status && state->t < piece->end) status = flesh_integrator_pass(self, state, place);
   }
   return status < 0 ? status : FLESH_OK;
 }
@@ -295,7 +300,7 @@ static int take_piece(flesh_integrator *self, flesh_state *state, flesh_step_pla
   if (!place->in_piece) {
     length = find_piece(self, state, place, end, tolerance);
     flesh_evaluation_remember(self->evaluation, state);
-    status = pass(self, state, place);
+    status = flesh_integrator_pass(self, state, place);
     if (!status && !self->memory.known) status = begin_anew(self, state, &place->piece, length, stats);
   }
   if (!status) status = self->control.on ? walk_by_error(self, state, place, stats) : walk(self, state, place, length, stats);
@@ -313,7 +318,7 @@ int flesh_integrator_step_in_time(flesh_integrator *self, flesh_state *state, fl
   if (!flesh_energy_watch_knows(&self->watch)) flesh_energy_watch_jump(&self->watch, begin, state);
   if (!self->second) {
     place->piece = (flesh_piece){begin, end, INFINITY};
-    if (place->at_begin) status = pass(self, state, place);
+    if (place->at_begin) status = flesh_integrator_pass(self, state, place);
     return status ? status : walk(self, state, place, place->h, stats);
   }
   const double tolerance = flesh_rounding_of_time(begin, place->h);

@@ -49,6 +49,13 @@ static const kept_case others[] = {
      TIME("0.01", "0.2", "")},
 };
 
+static const kept_case equilibria = {
+    "equilibria with friction",
+    BODY "young: 2e4, poisson: 0.4}}\neffects:\n  - gravity: {acceleration: [0, 0, -9.81]}\n"
+    "  - prescribed_motion: {box: [[-1, -1, 0.099], [2, 2, 2]], motion: [{time: 0}, {time: 40, translation: [0.004, 0.002, -0.012]}]}\n"
+    "  - contact: {plane: {point: [0, 0, -0.008]}, motion: [{time: 0}, {time: 40, translation: [0.02, 0, 0]}], friction: 0.3,\n"
+    "      thickness: 0.01, stiffness: 1e5}\n" TIME("1", "40", "")};
+
 static const kept_case incompressible = {
     "incompressible",
     "body: {name: bar, mesh: ../meshes/cube_of_six_tets.mesh, element: tet10-mean, density: 1000, material: {energy: S,\n"
@@ -148,6 +155,7 @@ static void of_every_kind(void)
   const flesh_method methods[] = {FLESH_METHOD_BACKWARD_EULER, FLESH_METHOD_HHT, FLESH_METHOD_RUNGE_KUTTA};
   for (size_t k = 0; k < sizeof others / sizeof *others; k++)
     for (int m = 0; m < 3; m++) compare(&others[k], methods[m], 20);
+  compare(&equilibria, FLESH_METHOD_STATIC, 20);
   for (int m = 0; m < 3; m++) compare(&incompressible, methods[m], 30);
 }
 
