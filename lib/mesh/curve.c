@@ -15,6 +15,7 @@
 static const double tenth_of_an_edge = 0.1, half_an_edge = 0.5; /* as fractions of a face's longest edge */
 static const double least_cosine = 0.5;                         /* of a face's normal with the surface's */
 static const int most_rounds = 100;                             /* between surfaces that meet */
+static const double tangent = 0.87;                             /* cosine of the angle of a plane that goes on smoothly */
 
 static double distance(const double a[3], const double b[3])
 {
@@ -111,6 +112,7 @@ void flesh_mesh_refine_curved_faces(const flesh_mesh *mesh, const int *on, const
 /* The surfaces of each node, as chains: links[first[node] - 1] is the first; 0 ends a chain. */
 typedef struct chains {
   int *first; /* [nodes] */
+  int *flat;  /* [nodes] of a node on an edge of a boundary face on no surface: 1 + that face's first triangle; else 0 */
   struct {
     int surface, next;
   } *links;
@@ -131,17 +133,42 @@ static int find_chains(const flesh_mesh *mesh, const int *on, chains *c)
   size_t faces = 0;
   for (size_t k = 0; k < 4 * (size_t)mesh->tets; k++) faces += on[k] != 0;
   c->first = flesh_calloc((size_t)mesh->nodes, sizeof *c->first);
+  c->flat = flesh_calloc((size_t)mesh->nodes, sizeof *c->flat);
   c->links = flesh_malloc((6 * faces + 1) * sizeof *c->links);
-  if (!c->first || !c->links) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for %d nodes", mesh->nodes);
+  if (!c->first || !c->flat || !c->links) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for %d nodes", mesh->nodes);
   for (size_t k = 0; k < 4 * (size_t)mesh->tets; k++)
     for (int i = 0; on[k] && i < 6; i++) add_link(c, node_of(mesh, k / 4, face_nodes[k % 4][i]), on[k] - 1);
+  for (int k = 0; k < mesh->triangles; k += flesh_mesh_face_parts(mesh, mesh->surface_tets[k])) {
+    const size_t tet = (size_t)mesh->surface_tets[k];
+    if (flesh_mesh_face_parts(mesh, (int)tet) == 1) continue;
+    const int *face = mesh->surface + 3 * (size_t)k, corner[3] = {face[0], face[4], face[8]};
+    if (on[4 * tet + (size_t)opposite(mesh->tet_nodes + 4 * tet, corner)]) continue;
+    c->flat[face[1]] = c->flat[face[2]] = c->flat[face[5]] = 1 + k;
+  }
   return FLESH_OK;
 }
 
-/* Moves a node to the nearest point of its surface, or to where its surfaces meet by going from one to the other. */
-static void move(const flesh_nearest_surface *surfaces, const chains *c, int first, double *x)
+/* Moves a node into the plane of a boundary face, unless that goes on from the surface with this normal smoothly. */
+static void flatten(const int *face, const double normal[3], const double *positions, double *x)
 {
-  for (int round = 0; round < (c->links[first - 1].next ? most_rounds : 1); round++) {
+  const double *X = positions + 3 * (size_t)face[0];
+  double e[2][3], own[3], height = 0;
+  for (int k = 0; k < 2; k++)
+    for (int c = 0; c < 3; c++) e[k][c] = positions[3 * (size_t)face[4 * k + 4] + (size_t)c] - X[c];
+  flesh_vec3_cross(e[0], e[1], own);
+  const double square = flesh_vec3_dot(own, own);
+  if (!(fabs(flesh_vec3_dot(own, normal)) < tangent * sqrt(square))) return;
+  for (int c = 0; c < 3; c++) height += (x[c] - X[c]) * own[c] / square;
+  for (int c = 0; c < 3; c++) x[c] -= height * own[c];
+}
+
+/* Moves node i to the nearest point of its surface, or to where its surfaces meet, or its surface and the plane of a face
+ * beside it, by going from one to the other. */
+static void move(const flesh_mesh *mesh, const flesh_nearest_surface *surfaces, const chains *c, int i, double *positions)
+{
+  const int first = c->first[i], flat = c->flat[i];
+  double *x = positions + 3 * (size_t)i;
+  for (int round = 0; first && round < (c->links[first - 1].next || flat ? most_rounds : 1); round++) {
     double before[3], at[3], normal[3];
     memcpy(before, x, sizeof before);
     for (int k = first; k; k = c->links[k - 1].next) {
@@ -149,6 +176,7 @@ static void move(const flesh_nearest_surface *surfaces, const chains *c, int fir
       surface->nearest(surface->data, x, at, normal);
       memcpy(x, at, sizeof at);
     }
+    if (flat) flatten(mesh->surface + 3 * (size_t)(flat - 1), normal, positions, x);
     if (distance(before, x) <= 4 * DBL_EPSILON * sqrt(flesh_vec3_dot(x, x))) return;
   }
 }
@@ -160,7 +188,7 @@ static int place(const flesh_mesh *mesh, const flesh_nearest_surface *surfaces, 
   for (size_t k = 0; k < 4 * (size_t)mesh->tets; k++) {
     const int i = mesh->tet_nodes[k], status = flesh_stop_ask_at(k / 4);
     if (status) return status;
-    if (c->first[i] && !done[i]) move(surfaces, c, c->first[i], x + 3 * (size_t)i);
+    if (!done[i]) move(mesh, surfaces, c, i, x);
     done[i] = 1;
   }
   for (size_t k = 0; k < 6 * (size_t)mesh->tets; k++) {
@@ -171,7 +199,7 @@ static int place(const flesh_mesh *mesh, const flesh_nearest_surface *surfaces, 
       const size_t end = 3 * (size_t)mesh->tet_nodes[4 * (k / 6) + (size_t)ends[e]];
       for (size_t d = 0; d < 3; d++) x[3 * (size_t)i + d] += (x[end + d] - X[end + d]) / 2;
     }
-    if (c->first[i]) move(surfaces, c, c->first[i], x + 3 * (size_t)i);
+    move(mesh, surfaces, c, i, x);
     done[i] = 1;
   }
   return FLESH_OK;
@@ -197,6 +225,7 @@ int flesh_mesh_curve(const flesh_mesh *mesh, const flesh_nearest_surface *surfac
   flesh_free(x);
   flesh_free(done);
   flesh_free(c.first);
+  flesh_free(c.flat);
   flesh_free(c.links);
   return status;
 }

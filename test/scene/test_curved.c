@@ -78,6 +78,46 @@ static void refined_volumes_converge(void)
   }
 }
 
+/* A slice of a ball, twelve prisms of three tets each between two planes. */
+static void write_slice(double low, double high, const char *path)
+{
+  enum { SIDES = 12 };
+  double X[6 * (SIDES + 1)];
+  int tets[12 * SIDES];
+  flesh_mesh *mesh = NULL;
+  for (int i = 0; i < 2 * (SIDES + 1); i++) {
+    const double z = i > SIDES ? high : low, at = 2 * M_PI * (i % (SIDES + 1)) / SIDES;
+    const double r = i % (SIDES + 1) ? sqrt(1 - z * z) : 0;
+    X[3 * i] = r * cos(at), X[3 * i + 1] = r * sin(at), X[3 * i + 2] = z;
+  }
+  for (int k = 0; k < SIDES; k++) { /* each quadrilateral is cut from its lower first to its upper last node */
+    const int a = 1 + k, b = 1 + (k + 1) % SIDES, p = a < b ? a : b, q = a < b ? b : a, up = SIDES + 1;
+    const int prism[12] = {0, p, q, q + up, 0, p, p + up, q + up, 0, up, p + up, q + up};
+    memcpy(tets + 12 * k, prism, sizeof prism);
+  }
+  CHECK_OK(flesh_mesh_create(2 * (SIDES + 1), X, 3 * SIDES, tets, NULL, &mesh));
+  CHECK_OK(flesh_mesh_write(mesh, path));
+  flesh_mesh_destroy(&mesh);
+}
+
+/* The planes that cut a ball aslant stay planes. Their rims become circles, so that the volume is that of the slice. */
+static void cuts_stay_flat(void)
+{
+  const double low = 0.3, high = 0.6, height = high - low;
+  const double slice = M_PI * height / 6 * (3 * (1 - low * low) + 3 * (1 - high * high) + height * height);
+  double before = NAN;
+  write_slice(low, high, file_path("slice.mesh"));
+  for (int refine = 0; refine < 3; refine++) {
+    char keys[200];
+    snprintf(keys, sizeof keys, "element: tet10, refine: %d, curved: [{sphere: {radius: 1}}]", refine);
+    const double error = volume_of("slice.mesh", keys) / slice - 1;
+    printf("# slice refined %d times: off by %.2g\n", refine, error);
+    if (refine) CHECK(fabs(before / error) > 12);
+    before = error;
+  }
+  CHECK(fabs(before) < 1e-5);
+}
+
 /* Nodes where two surfaces meet are on both, also those that come by refinement. */
 static void surfaces_meet_in_their_nodes(void)
 {
@@ -200,7 +240,7 @@ static void what_cannot_be_is_refused(void)
 int main(int argc, char **argv)
 {
   if (test_folder_make(folder, sizeof folder)) return 1;
-  int failed = RUN_TESTS(argc, argv, TEST(volumes_are_those_of_the_shapes), TEST(refined_volumes_converge),
+  int failed = RUN_TESTS(argc, argv, TEST(volumes_are_those_of_the_shapes), TEST(refined_volumes_converge), TEST(cuts_stay_flat),
                          TEST(surfaces_meet_in_their_nodes), TEST(faces_that_are_left_are_told), TEST(nodes_lie_on_the_spheres),
                          TEST(surfaces_of_files_are_followed), TEST(what_cannot_be_is_refused));
   test_folder_remove(folder);
