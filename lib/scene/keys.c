@@ -133,11 +133,19 @@ const char *flesh_key_expectation(const flesh_key *key, char text[FLESH_EXPECTAT
   return text;
 }
 
+/* The limit that a whole number is beyond; else nothing. */
+static const char *integer_limit(const flesh_key *key, const flesh_node *node)
+{
+  const int whole = key->type == FLESH_KEY_INTEGER || key->type == FLESH_KEY_INTEGERS;
+  const double number = whole && node->kind == FLESH_NODE_SCALAR ? strtod(node->text, NULL) : 0;
+  return number > INT_MAX ? ", at most 2147483647" : number < -INT_MAX ? ", at least -2147483647" : "";
+}
+
 int flesh_key_fail(const flesh_key *key, const flesh_node *node, const char *path)
 {
   char shown[FLESH_SHOW_SIZE], expected[FLESH_EXPECTATION_SIZE];
-  return flesh_node_fail(node, "%s is %s; it must be %s", path, flesh_node_show(node, shown),
-                         flesh_key_expectation(key, expected));
+  return flesh_node_fail(node, "%s is %s; it must be %s%s", path, flesh_node_show(node, shown),
+                         flesh_key_expectation(key, expected), integer_limit(key, node));
 }
 
 void flesh_keys_blank(const flesh_key *keys, void *target)
@@ -289,8 +297,8 @@ static int read_integers(const flesh_key_reader *reader, const flesh_key *key,
   for (const flesh_node *child = node->first; child; child = child->next, i++)
     if (!read_integer(key, child, &integers->values[i])) {
       char shown[FLESH_SHOW_SIZE];
-      return flesh_node_fail(child, "%s[%d] is %s; it must be a whole number%s", path, i,
-                             flesh_node_show(child, shown), flesh_range_text(key->range));
+      return flesh_node_fail(child, "%s[%d] is %s; it must be a whole number%s%s", path, i,
+                             flesh_node_show(child, shown), flesh_range_text(key->range), integer_limit(key, child));
     }
   return FLESH_OK;
 }

@@ -13,6 +13,7 @@
 #include "base/file.h"
 #include "base/scan.h"
 #include "base/stop.h"
+#include "newton/equations.h"
 #include "scene/effect_list.h"
 #include "scene/keys.h"
 #include "scene/override.h"
@@ -203,19 +204,23 @@ static int read_start(flesh_scene *scene)
 
 static int check_solver(const flesh_scene *scene)
 {
+  const flesh_key *solver = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, solver)), *key = solver->children;
+  const flesh_node *place = flesh_scene_place(scene->root, flesh_scene_table, solver->offset);
+  const int status = flesh_solver_options_check(&scene->keys.solver);
+  if (status) { /* its text begins with the key's name */
+    while (key->name && strncmp(key->name, flesh_error_text(), strcspn(flesh_error_text(), " "))) key++;
+    if (key->name) place = flesh_scene_place(place, solver->children, key->offset);
+    return flesh_node_fail_within(status, place, "%s.", solver->name);
+  }
 #ifndef FLESH_HAVE_CHOLMOD
   if (scene->keys.solver.linear_solver == FLESH_LINEAR_CHOLMOD) {
-    const flesh_key *solver = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, solver));
-    const flesh_node *place = flesh_scene_place(scene->root, flesh_scene_table, solver->offset);
-    const flesh_key *key =
-        flesh_key_at(solver->children, offsetof(flesh_solver_options, linear_solver));
+    key = flesh_key_at(solver->children, offsetof(flesh_solver_options, linear_solver));
     place = flesh_scene_place(place, solver->children, key->offset);
     return flesh_node_fail(place, "%s.%s is %s, which is not built in; it must be %s or %s",
                            solver->name, key->name, key->choices[FLESH_LINEAR_CHOLMOD],
                            key->choices[FLESH_LINEAR_PCG], key->choices[FLESH_LINEAR_KLU]);
   }
 #endif
-  (void)scene;
   return FLESH_OK;
 }
 
