@@ -53,7 +53,8 @@ static int find_row(cursor *c)
 /* Cuts the text into fields; names and cells have room for all of them. */
 static int cut(flesh_csv *csv, flesh_csv_rows rows)
 {
-  cursor c = {.at = csv->text, .line = 1};
+  static const char mark[] = "\xef\xbb\xbf"; /* of UTF-8, as spreadsheets write it */
+  cursor c = {.at = csv->text + (strncmp(csv->text, mark, 3) ? 0 : 3), .line = 1};
   while (find_row(&c)) {
     const int header = !csv->columns, line = c.line;
     char **to = header ? csv->names : csv->cells + (size_t)csv->rows * (size_t)csv->columns, *field, end;

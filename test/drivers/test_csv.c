@@ -31,7 +31,7 @@ static void check_cells(const flesh_csv *csv, const char *expected)
 
 static void tables_are_read(void)
 {
-  static const char text[] = "# by flesh\r\nname,\"t [s]\"\r\n\n\"a,\"\"b\"\"\n#c\",1/2\r\n# 2\nx,\n\"#y\",3";
+  static const char text[] = "\xef\xbb\xbf# by flesh\r\nname,\"t [s]\"\r\n\n\"a,\"\"b\"\"\n#c\",1/2\r\n# 2\nx,\n\"#y\",3";
   flesh_csv csv;
   double value;
   CHECK_OK(read_text(text, strlen(text), FLESH_CSV_WHOLE, &csv));
