@@ -2,6 +2,8 @@
  * for few nodes that carry the residual alone (Lanzkron, Rose & Wilkes 1996). */
 #include "newton/newton.h"
 
+#include <math.h>
+
 #include "system/one_effect.h"
 
 /* Whether dofs on which contact acts carry most of the residual r at u. There the step has not predicted the barrier.
@@ -10,14 +12,10 @@ static int contact_carries(flesh_equations *equations, const double *u, const do
 {
   if (!flesh_system_has_role(equations->system, FLESH_ROLE_CONTACT)) return 0;
   const flesh_point point = flesh_equations_point(equations, u);
-  double *contact = equations->scratch, squares[2] = {0}; /* of all of r, of what contact touches */
+  double *contact = equations->scratch; /* then r where contact touches */
   const int failed = flesh_system_roles_residual(equations->system, FLESH_ROLE_BIT(FLESH_ROLE_CONTACT), &point, contact);
-  for (int d = 0; d < equations->evaluation.own; d++) {
-    squares[0] += r[d] * r[d];
-    squares[1] += failed || contact[d] != 0 ? r[d] * r[d] : 0;
-  }
-  flesh_team_sum(equations->team, 2, squares);
-  return squares[1] > squares[0] / 2;
+  for (int d = 0; d < equations->n; d++) contact[d] = failed || contact[d] != 0 ? r[d] : 0;
+  return flesh_norm(equations->threads, equations->n, contact) > M_SQRT1_2 * flesh_norm(equations->threads, equations->n, r);
 }
 
 /* Nonlinear elimination's proposal: the few nodes that carry the residual after the step are solved for alone. */

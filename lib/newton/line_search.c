@@ -4,7 +4,6 @@
 
 #include <math.h>
 
-#include "base/team.h"
 #include "effect/effect.h"
 #include "newton/mechanisms.h"
 #include "system/feasible_step.h"
@@ -63,14 +62,10 @@ static double dot(const flesh_search *self, const double *x, const double *y)
  * filtered Hessian's short steps. */
 int flesh_is_local(const flesh_equations *equations, const double *r)
 {
-  double sums[2] = {0}; /* of squares, of fourth powers */
-  for (int d = 0; d < equations->evaluation.own; d++) {
-    double square = r[d] * r[d];
-    sums[0] += square;
-    sums[1] += square * square;
-  }
-  flesh_team_sum(equations->team, 2, sums);
-  return sums[0] * sums[0] < 0.01 * equations->evaluation.all * sums[1];
+  double *squares = equations->scratch;
+  for (int d = 0; d < equations->n; d++) squares[d] = r[d] * r[d];
+  const double sum = flesh_dot(equations->threads, equations->n, r, r);
+  return sum * sum < 0.01 * equations->evaluation.all * flesh_dot(equations->threads, equations->n, squares, squares);
 }
 
 /* Whether the filters go by the model ratio of steps. */

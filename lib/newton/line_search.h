@@ -45,7 +45,8 @@ int flesh_search_gains(flesh_search *search, const double *u);
  * iterate that is accepted then holds for KINSOL's next one. */
 void flesh_step_to(const flesh_equations *equations, const double *u, double scale, const double *p, double *at);
 
-/* Whether few nodes carry the residual r [n]: its participation ratio, 1 where all carry the same, is below 0.01. */
+/* Whether few nodes carry the residual r [n]: its participation ratio, 1 where all carry the same, is below 0.01. Overwrites
+ * the equations' scratch. */
 int flesh_is_local(const flesh_equations *equations, const double *r);
 
 #endif

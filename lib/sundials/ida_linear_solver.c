@@ -8,7 +8,6 @@
  * of which nothing cancels: A w = b2 + (C + cj M) b1 - A b1/cj. After sums of matrices the first rows are from_x dx +
  * from_v dv = b1, and cj = -from_x/from_v. */
 #include "base/error.h"
-#include "linear/block_matrix.h"
 #include "sundials/ida_problem.h"
 #include "sundials/sunlinsol.h"
 #include "sundials/vector.h"
@@ -33,23 +32,18 @@ int flesh_ida_solve_both(flesh_ida_problem *problem, const double *b, int approx
   flesh_ida_constraints *held = &problem->constraints;
   const int n = problem->evaluation.n;
   const double *b1 = b, *b2 = b + n, cj = J->cj, from_x = J->rows.from_x, share = cj / from_x;
-  double *dx = x, *dv = x + n, *right = with->right, *free1 = with->change, *Kfree1 = with->work;
-  const flesh_team *team = problem->evaluation.team;
-  const int own = problem->evaluation.own;
-  for (int d = 0; d < n; d++) free1[d] = held->fixed[d] ? 0 : b1[d];
-  flesh_team_share(team, free1);
-  flesh_ida_damping_times(problem, free1, right);
-  flesh_block_multiply(J->K, free1, Kfree1);
-  for (int d = 0; d < n; d++)
-    right[d] = held->fixed[d] ? 0 : (d < own ? b2[d] : 0) + share * right[d] - Kfree1[d] / from_x;
-  flesh_team_collect(team, right);
-  double *w = with->change;
+  double *dx = x, *dv = x + n, *right = with->right, *free1 = with->change, *w = with->change;
+  for (int d = 0; d < n; d++) {
+    free1[d] = held->fixed[d] ? 0 : b1[d];
+    right[d] = held->fixed[d] || d >= problem->evaluation.own ? 0 : b2[d];
+  }
+  flesh_ida_add_products(problem, share, free1, -from_x, free1, right);
   int status = FLESH_OK;
   if (approximately && with->preconditioner)
     with->linear->preconditioner_apply(with->preconditioner, right, w);
   else status = flesh_ida_solve(problem, problem->options.linear_tolerance, right, w);
   if (status) return status;
-  flesh_team_share(team, w); /* a preconditioner gives owners theirs alone */
+  flesh_team_share(problem->evaluation.team, w); /* a preconditioner gives owners theirs alone */
   for (int d = 0; d < n; d++) {
     int fixed = held->fixed[d];
     double first = b1[d], second = b2[d];

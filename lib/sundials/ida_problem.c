@@ -344,7 +344,7 @@ int flesh_ida_solve(flesh_ida_problem *self, double tolerance, const double *b, 
   return status;
 }
 
-void flesh_ida_damping_times(const flesh_ida_problem *self, const double *x, double *y)
+static void damping_times(const flesh_ida_problem *self, const double *x, double *y)
 {
   const flesh_block_matrix *D = self->jacobian.D;
   if (!self->jacobian.D_is_diagonal) {
@@ -358,26 +358,34 @@ void flesh_ida_damping_times(const flesh_ida_problem *self, const double *x, dou
   }
 }
 
+void flesh_ida_add_products(flesh_ida_problem *self, double scale, double *v, double divisor, double *x, double *y)
+{
+  const flesh_evaluation *e = &self->evaluation;
+  double *product = self->solver.work + e->n;
+  flesh_team_share(e->team, x); /* x may be a residual, which is nothing at ghosts */
+  if (v != x) flesh_team_share(e->team, v);
+  damping_times(self, v, product);
+  for (int d = 0; d < e->n; d++) y[d] += scale * product[d];
+  flesh_block_multiply(self->jacobian.K, x, product);
+  for (int d = 0; d < e->n; d++) y[d] += product[d] / divisor;
+  flesh_team_collect(e->team, y);
+}
+
 /* K x = A x - cj D x, A being the condensed matrix; A and D have no rows and columns of constrained dofs, but for A's
  * diagonal, which does not count here. */
 void flesh_ida_multiply(flesh_ida_problem *self, const double *x, double *z)
 {
   flesh_ida_matrices *J = &self->jacobian;
-  flesh_evaluation *e = &self->evaluation;
   flesh_ida_constraints *held = &self->constraints;
-  const int n = e->n;
+  const int n = self->evaluation.n;
   const double *v = x + n, cj = J->cj;
   double *free_x = self->solver.change, *product = self->solver.right, *mixed = self->solver.work;
   for (int d = 0; d < n; d++) {
     free_x[d] = held->fixed[d] ? 0 : x[d];
     mixed[d] = held->fixed[d] ? 0 : v[d] - cj * x[d];
+    product[d] = 0;
   }
-  flesh_team_share(e->team, free_x); /* x may be a residual, which is nothing at ghosts */
-  flesh_team_share(e->team, mixed);
-  flesh_block_multiply(J->K, free_x, product);
-  flesh_ida_damping_times(self, mixed, free_x);
-  for (int d = 0; d < n; d++) product[d] += free_x[d];
-  flesh_team_collect(e->team, product);
+  flesh_ida_add_products(self, 1, mixed, 1, free_x, product);
   for (int d = 0; d < n; d++) {
     const double position = x[d], velocity = v[d];
     z[d] = held->fixed[d] ? J->rows.identity * position : J->rows.from_x * position + J->rows.from_v * velocity;

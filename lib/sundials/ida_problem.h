@@ -124,8 +124,9 @@ void flesh_ida_multiply(flesh_ida_problem *problem, const double *x, double *z);
 /* J x = b by the options' solver or, `approximately`, one application of its preconditioner (a direct solver is one).
  * x and b must not overlap. */
 int flesh_ida_solve_both(flesh_ida_problem *problem, const double *b, int approximately, double *x);
-/* y = D x, which is partial where the body is shared out. */
-void flesh_ida_damping_times(const flesh_ida_problem *problem, const double *x, double *y);
+/* y [n] += scale D v + K x / divisor, collected; x and v [n], which may be one, are 0 at constrained dofs, and get ghosts.
+ * Overwrites n numbers of the solver's work, from n on. */
+void flesh_ida_add_products(flesh_ida_problem *problem, double scale, double *v, double divisor, double *x, double *y);
 double flesh_ida_scale_of_velocity(flesh_ida_problem *problem);
 size_t flesh_ida_memory(const flesh_ida_problem *problem);
 

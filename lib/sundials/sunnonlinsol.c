@@ -88,24 +88,31 @@ static int read_equation(content *self, void *integrator, equation *e)
   return status ? status : add_known(self, factor, other);
 }
 
+/* Sums over the body's free dofs: of x1 y1, of x2 y2, and how many they are. */
+static void sum_free(const flesh_ida_problem *motion, const double *x1, const double *y1, const double *x2, const double *y2,
+                     double sums[3])
+{
+  sums[0] = sums[1] = sums[2] = 0;
+  for (int d = 0; d < motion->evaluation.own; d++) {
+    if (motion->constraints.fixed[d]) continue;
+    sums[0] += x1[d] * y1[d];
+    sums[1] += x2[d] * y2[d];
+    sums[2]++;
+  }
+  flesh_team_sum(motion->evaluation.team, 3, sums);
+}
+
 /* The residual's norm [N] that leaves an error of `tolerance` in the norm with these weights, if the mass alone resists;
  * 0 where the mass has no value. */
 static int find_target(const content *self, const equation *e, N_Vector weights, double tolerance, double *target)
 {
   const flesh_ida_problem *motion = self->motion;
-  const int n = motion->evaluation.n, own = motion->evaluation.own;
-  const double *w = flesh_ida_read(motion, weights, 0, 0);
+  const double *w = flesh_ida_read(motion, weights, 0, 0), all = motion->evaluation.all;
   if (!w) return FLESH_ERR_ARGUMENT;
-  double sums[4] = {0, 0, 0, own}; /* of squares; free dofs, all dofs */
-  for (int d = 0; d < own; d++)
-    if (!motion->constraints.fixed[d]) {
-      sums[0] += w[d] * w[d];
-      sums[1] += w[n + d] * w[n + d];
-      sums[2]++;
-    }
-  flesh_team_sum(motion->evaluation.team, 4, sums);
-  const double weight = sqrt((sums[0] + sums[1] / (e->g * e->g)) / sums[2]), mass = 3 * motion->scale.mass / sums[3];
-  *target = sums[2] > 0 && weight > 0 ? tolerance * sqrt(2 * sums[3]) * mass / (e->g * e->g * weight) : 0;
+  double sums[3];
+  sum_free(motion, w, w, w + motion->evaluation.n, w + motion->evaluation.n, sums);
+  const double weight = sqrt((sums[0] + sums[1] / (e->g * e->g)) / sums[2]), mass = 3 * motion->scale.mass / all;
+  *target = sums[2] > 0 && weight > 0 ? tolerance * sqrt(2 * all) * mass / (e->g * e->g * weight) : 0;
   return FLESH_OK;
 }
 
@@ -226,16 +233,10 @@ static double position_norm(void *data, N_Vector e, N_Vector weights)
   const flesh_evaluation *of = &motion->evaluation;
   const int n = of->n;
   const double *x = N_VGetArrayPointer(e), *w = N_VGetArrayPointer(weights);
-  double *p = self->guesses[0], *mass_p = self->guesses[1], sums[3] = {0};
+  double *p = self->guesses[0], *mass_p = self->guesses[1], sums[3];
   for (int d = 0; d < n; d++) p[d] = motion->constraints.fixed[d] ? 0 : x[d] + self->g * x[n + d];
   flesh_block_multiply_of_team(of->team, motion->jacobian.D, p, mass_p);
-  for (int d = 0; d < of->own; d++) {
-    if (motion->constraints.fixed[d]) continue;
-    sums[0] += p[d] * mass_p[d];
-    sums[1] += w[d] * w[d];
-    sums[2]++;
-  }
-  flesh_team_sum(of->team, 3, sums);
+  sum_free(motion, p, mass_p, w, w, sums);
   return sums[2] > 0 ? sqrt(fmax(0, sums[0]) * sums[1] / (sums[2] * 3 * motion->scale.mass)) : 0;
 }
 
