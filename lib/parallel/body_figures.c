@@ -32,6 +32,15 @@ double flesh_body_volume(const flesh_mesh *mesh, const flesh_team *team, const d
   return flesh_team_total(team, flesh_mesh_volume(mesh, x));
 }
 
+double flesh_body_inverted(const flesh_mesh *mesh, const flesh_team *team, const double *x)
+{
+  int inverted;
+  flesh_mesh_jacobian_bounds(mesh, x, NULL, NULL, &inverted);
+  double counts[] = {inverted, flesh_mesh_tet_count(mesh)};
+  flesh_team_sum(team, 2, counts);
+  return counts[0] / counts[1];
+}
+
 void flesh_body_measure(const flesh_mesh *mesh, const flesh_team *team, const double *x, int with_bound, double *mean,
                         double *least, flesh_mesh_measures *measures)
 {

@@ -12,6 +12,8 @@ double flesh_body_mean_edge(const flesh_mesh *mesh, const flesh_team *team);
 void flesh_body_rest_box(const flesh_mesh *mesh, const flesh_team *team, double box[6]);
 /* Its volume at x [3*nodes], m^3. */
 double flesh_body_volume(const flesh_mesh *mesh, const flesh_team *team, const double *x);
+/* The share of its tets that are inverted anywhere at x. */
+double flesh_body_inverted(const flesh_mesh *mesh, const flesh_team *team, const double *x);
 /* Does what flesh_mesh_measure does: `mean` and `least` [tets] are of the rank's tets, *measures of the body. Tets have
  * their numbers in the body, and the first of several with the least J is told. */
 void flesh_body_measure(const flesh_mesh *mesh, const flesh_team *team, const double *x, int with_bound, double *mean,

@@ -8,6 +8,7 @@
 #include "effect/effect.h"
 #include "system/clearance.h"
 #include "system/effect_view.h"
+#include "system/one_effect.h"
 #include "system/parts.h"
 #include "system/position_potential.h"
 #include "system/ranks.h"
@@ -19,6 +20,8 @@ static flesh_work_kind kind_of(const flesh_effect *effect)
   if (flesh_effect_in_time(effect)->carry || !can->energy) return can->residual ? FLESH_WORK_OF_FORCES : 0;
   return FLESH_WORK_IN_TIME;
 }
+
+static int has_kind(const flesh_effect *effect, int kind) { return (int)kind_of(effect) == kind; }
 
 int flesh_system_work_kinds(const flesh_system *system)
 {
@@ -72,29 +75,17 @@ int flesh_system_work_of_forces(const flesh_system *system, const flesh_point *p
 int flesh_system_work_in_time(const flesh_system *system, double t_from, double t_to, const flesh_state *state,
                               const double *energies, int at_end, double *work)
 {
-  double of_ranks[2][flesh_effect_sums_room(system)];
-  flesh_effect_view view[2]; /* at either time */
-  for (int end = 0; end < 2; end++) {
+  double found[2][system->entry_count + 1], sum;
+  int status = FLESH_OK;
+  for (int end = 0; end < 2 && !status; end++) {
     flesh_point point = flesh_point_at(end ? t_to : t_from, state->x, state->v, state->v);
     point.internal = state->internal;
-    view[end] = flesh_effect_view_with(system, &point, of_ranks[end]);
+    if (energies && end == at_end) memcpy(found[end], energies, (size_t)system->entry_count * sizeof *energies);
+    else status = flesh_system_some_energies(system, has_kind, FLESH_WORK_IN_TIME, &point, found[end], &sum);
   }
-  double found[2][system->entry_count + 1];
-  int status = FLESH_OK;
-  memset(found, 0, sizeof found);
-  for (int k = 0; k < system->entry_count; k++)
-    for (int end = 0; end < 2 && kind_of(system->entries[k].effect) == FLESH_WORK_IN_TIME; end++) {
-      const flesh_effect *effect = system->entries[k].effect;
-      if (status || (energies && end == at_end)) continue;
-      status = effect->operations->energy(effect, flesh_effect_view_turn(&view[end], k), &found[end][k]);
-    }
-  status = flesh_team_sum_agreed(system->team, status, 2 * (system->entry_count + 1), found[0]);
   *work = 0;
-  for (int k = 0; k < system->entry_count && !status; k++) {
-    if (kind_of(system->entries[k].effect) != FLESH_WORK_IN_TIME) continue;
-    if (energies) found[at_end][k] = energies[k]; /* of all ranks */
-    *work += found[1][k] - found[0][k];
-  }
+  for (int k = 0; k < system->entry_count && !status; k++)
+    if (has_kind(system->entries[k].effect, FLESH_WORK_IN_TIME)) *work += found[1][k] - found[0][k];
   return status;
 }
 

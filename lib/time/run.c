@@ -137,9 +137,9 @@ static int call_observers(watch *w, const flesh_integrator *integrator, int step
   status = FLESH_OK;
   for (int o = 0; o < w->options->observer_count && status >= 0; o++) {
     const flesh_observer *observer = &w->options->observers[o];
-    status = observer->observe(observer->data, &record);
+    status = flesh_team_agree(w->team, observer->observe(observer->data, &record));
   }
-  return flesh_team_agree(w->team, status < 0 ? status : FLESH_OK);
+  return status < 0 ? status : FLESH_OK;
 }
 
 static int ask(const watch *w)

@@ -29,29 +29,33 @@ int flesh_step_energy_begin(flesh_energy_watch *watch, const flesh_prescribed *p
   return status < 0 ? status : FLESH_OK;
 }
 
-/* The work of the reactions [count] of the constrained `dofs` with the velocities v prescribed at the step's end, those
- * of the cubic through four positions over the step (prescribed.h). *cosine: of the angle between u and v. */
-static double work_at_end(const flesh_step_energy *step, const flesh_state *state, const int *dofs, int count,
-                          const double *reactions, const double *u, double *cosine)
+/* Sums of the constrained dofs: of the work of their reactions [count] along u; of that with the velocities v prescribed at
+ * the step's end, those of the cubic through four positions over the step (prescribed.h); of u.u, u.v and v.v. */
+static void sum_works(const flesh_step_energy *step, const flesh_state *state, const double *u, double sums[5])
 {
-  const flesh_system *system = step->watch->system;
-  const double h = step->to - step->from;
-  const int own = step->watch->evaluation->own;
-  double sums[4] = {0}, *const *x = step->scratch; /* of the work, u.u, u.v, v.v */
-  for (int k = 0; k < 2; k++) {
-    memcpy(x[k], state->x, (size_t)step->watch->n * sizeof *x[k]);
-    flesh_system_prescribe(system, step->from + (k + 1) * h / 3, x[k]);
+  const flesh_energy_watch *watch = step->watch;
+  const int *dofs;
+  int count, moves = 0;
+  double *const *x = step->scratch;
+  const double h = step->to - step->from, *reactions = flesh_nonlinear_reactions(step->nonlinear, &dofs, &count);
+  for (int c = 0; c < 5; c++) sums[c] = 0;
+  while (count > 0 && dofs[count - 1] >= watch->evaluation->own) count--;
+  for (int k = 0; k < count; k++) {
+    sums[0] += reactions[k] * u[dofs[k]];
+    moves |= u[dofs[k]] != 0;
   }
-  for (int k = 0; k < count && dofs[k] < own; k++) {
+  for (int k = 0; k < 2 && moves; k++) {
+    memcpy(x[k], state->x, (size_t)watch->n * sizeof *x[k]);
+    flesh_system_prescribe(watch->system, step->from + (k + 1) * h / 3, x[k]);
+  }
+  for (int k = 0; k < count && moves; k++) {
     const int d = dofs[k];
     const double first = x[0][d] - state->x[d], second = x[1][d] - state->x[d];
     const double v = (11 * u[d] - 18 * second + 9 * first) / 2;
-    sums[0] += reactions[k] * v;
-    sums[1] += u[d] * u[d], sums[2] += u[d] * v, sums[3] += v * v;
+    sums[1] += reactions[k] * v;
+    sums[2] += u[d] * u[d], sums[3] += u[d] * v, sums[4] += v * v;
   }
-  flesh_team_sum(flesh_system_team(system), 4, sums);
-  *cosine = sums[3] > 0 ? sums[2] / sqrt(sums[1] * sums[3]) : 1;
-  return sums[0];
+  flesh_team_sum(flesh_system_team(watch->system), 5, sums);
 }
 
 /* The power [W] of the stage's reactions and forces with its velocities. */
@@ -94,21 +98,12 @@ static int find_work_of_first_order(const flesh_step_energy *step, const flesh_s
 {
   flesh_energy_watch *watch = step->watch;
   const double *u = flesh_nonlinear_unknowns(step->nonlinear);
-  const int *constrained;
-  double sums[2] = {0}, part = 0; /* of the work, and of dofs that move */
-  int count, status = FLESH_OK;
-  const double *reactions = flesh_nonlinear_reactions(step->nonlinear, &constrained, &count);
-  for (int k = 0; k < count && constrained[k] < watch->evaluation->own; k++) {
-    sums[0] += reactions[k] * u[constrained[k]];
-    sums[1] += u[constrained[k]] != 0;
-  }
-  flesh_team_sum(flesh_system_team(watch->system), 2, sums);
+  double sums[5], part = 0;
+  int status = FLESH_OK;
+  sum_works(step, state, u, sums);
   *work = sums[0];
-  if (sums[1] > 0) {
-    double cosine;
-    watch->unbalanced += fmax(work_at_end(step, state, constrained, count, reactions, u, &cosine) - *work, 0);
-    watch->turned = fabs(cosine) < M_SQRT1_2;
-  }
+  if (sums[2] > 0) watch->unbalanced += fmax(sums[1] - *work, 0);
+  if (sums[2] > 0 && sums[4] > 0) watch->turned = fabs(sums[3] / sqrt(sums[2] * sums[4])) < M_SQRT1_2;
   if (!(watch->kinds & FLESH_WORK_OF_FORCES)) return FLESH_OK;
   const flesh_point point = flesh_nonlinear_point(step->nonlinear);
   status = flesh_system_work_of_forces(watch->system, &point, step->from, step->to, u, watch->scratch, &part);

@@ -5,6 +5,7 @@
 #include <stdio.h>
 
 #include "base/error.h"
+#include "parallel/body_figures.h"
 #include "system/proximity.h"
 #include "system/ranks.h"
 #include "time/recovery/winding.h"
@@ -38,17 +39,13 @@ size_t flesh_recovery_memory(const flesh_recovery *self)
 
 int flesh_recovery_is_inverted(flesh_recovery *self, const double *x)
 {
-  int inverted; /* anywhere in a tet */
-  flesh_mesh_jacobian_bounds(self->mesh, x, NULL, NULL, &inverted);
-  double counts[] = {inverted, flesh_mesh_tet_count(self->mesh)};
-  flesh_team_sum(self->team, 2, counts);
-  return counts[0] > worth * counts[1];
+  return flesh_body_inverted(self->mesh, self->team, x) > worth;
 }
 
 int flesh_recovery_is_tangled(flesh_recovery *self, const double *x)
 {
-  const int left = self->tangled && flesh_mesh_may_be_tangled(self->mesh, x);
-  self->tangled = flesh_recovery_is_inverted(self, x) || flesh_team_any(self->team, left);
+  const int left = self->tangled && flesh_body_may_be_tangled(self->mesh, self->team, x);
+  self->tangled = flesh_recovery_is_inverted(self, x) || left;
   return self->tangled;
 }
 

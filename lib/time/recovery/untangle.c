@@ -229,19 +229,13 @@ static void copy(const flesh_untangler *self, const flesh_state *from, flesh_sta
     memcpy(to->multipliers, from->multipliers, sizeof *to->multipliers * (size_t)self->multiplier_count);
 }
 
-/* Whether any rank has what may be. */
-static int may_be_tangled(const flesh_untangler *self, const double *x)
-{
-  return flesh_team_any(self->team, flesh_mesh_may_be_tangled(self->mesh, x));
-}
-
 /* Whether there is a tangle that only softening leads out of. */
 static int find(flesh_untangler *self, const flesh_state *state)
 {
   const uint8_t *tangled = NULL;
   double count = 0;
   int collapsed = 0;
-  if (may_be_tangled(self, state->x)) {
+  if (flesh_body_may_be_tangled(self->mesh, self->team, state->x)) {
     const int status = self->winding ? FLESH_OK : flesh_winding_create(self->mesh, self->team, &self->winding);
     if (status) return status;
     count = count_tangled(self, state, &tangled, &collapsed);
@@ -315,7 +309,7 @@ int flesh_untangler_judge(flesh_untangler *self, flesh_state *state, int solved,
   }
   moved = (int)flesh_team_total(self->team, moved);
   const int better = phi < self->phi - rounding_of_terms * magnitude ||
-                     (phi < INFINITY && self->vanished && !may_be_tangled(self, state->x));
+                     (phi < INFINITY && self->vanished && !flesh_body_may_be_tangled(self->mesh, self->team, state->x));
   if (!moved || !better) {
     copy(self, &self->end, state);
     return 0;

@@ -161,6 +161,11 @@ int flesh_mesh_may_be_tangled(const flesh_mesh *mesh, const double *x)
   return 0;
 }
 
+int flesh_body_may_be_tangled(const flesh_mesh *mesh, const flesh_team *team, const double *x)
+{
+  return flesh_team_any(team, flesh_mesh_may_be_tangled(mesh, x));
+}
+
 int flesh_mesh_is_flat(const flesh_mesh *mesh, const double *x)
 {
   for (int t = 0; t < flesh_mesh_piece_count(mesh); t++) {

@@ -28,6 +28,8 @@ size_t flesh_winding_room(const flesh_mesh *mesh, const flesh_team *team, double
  * twice as much one way as another, without which no edge can wind once more. Needs no
  * flesh_winding. */
 int flesh_mesh_may_be_tangled(const flesh_mesh *mesh, const double *x);
+/* Whether that of any rank can. Collective. */
+int flesh_body_may_be_tangled(const flesh_mesh *mesh, const flesh_team *team, const double *x);
 
 /* Whether every tet lies exactly (to rounding) on a line or in a point. */
 int flesh_mesh_is_flat(const flesh_mesh *mesh, const double *x);
