@@ -296,6 +296,6 @@ int flesh_pcg(flesh_pcg_space *self, const flesh_pcg_request *request, double *x
   flesh_threads_run(self->threads, self->chunks, load, &w);
   const int status = self->team ? flesh_pcg_in_team(&w, result) : iterate(self, &w, result);
   flesh_threads_run(self->threads, self->chunks, store, &w);
-  if (self->team && flesh_preconditioner_team(request->preconditioner) != self->team) flesh_team_share(self->team, x);
+  flesh_preconditioner_share_left_out(request->preconditioner, x);
   return status;
 }

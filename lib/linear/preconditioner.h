@@ -80,6 +80,8 @@ FLESH_PER_ISA void flesh_preconditioner_result(const flesh_preconditioner_data *
 FLESH_PER_ISA const flesh_overlap *flesh_preconditioner_overlap(const flesh_preconditioner_data *preconditioner);
 /* The ranks as solves see them: the threads' team, narrowed to the pattern of the matrix. */
 FLESH_PER_ISA const flesh_team *flesh_preconditioner_team(const flesh_preconditioner_data *preconditioner);
+/* Ghosts that solves leave out for that take their owners' values, in a vector [3*rows]. */
+FLESH_PER_ISA void flesh_preconditioner_share_left_out(const flesh_preconditioner_data *preconditioner, double *vector);
 /* How many numbers the load has. */
 FLESH_PER_ISA int flesh_preconditioner_unknowns(const flesh_preconditioner_data *preconditioner);
 /* This rank's part of the load for `scale` times r, which is not summed up; nothing where it has no numbers. */

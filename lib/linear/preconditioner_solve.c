@@ -152,8 +152,7 @@ void flesh_preconditioner_result(const flesh_preconditioner_data *self, int begi
   else soft_result(self, begin, end, z);
 }
 
-/* To ghosts that solves leave out (flesh_team_narrow). */
-static void share_left_out(const flesh_preconditioner_data *self, double *vector)
+void flesh_preconditioner_share_left_out(const flesh_preconditioner_data *self, double *vector)
 {
   const flesh_team *team = flesh_threads_team(self->threads);
   if (self->team != team) flesh_team_share(team, vector);
@@ -171,14 +170,14 @@ void flesh_preconditioner_apply(flesh_preconditioner_data *self, const double *r
     for (size_t c = 0; c < 3; c++) z[3 * (size_t)self->order[p] + c] = back * (double)result[4 * p + c];
     result[4 * p + 3] = 0;
   }
-  share_left_out(self, z);
+  flesh_preconditioner_share_left_out(self, z);
 }
 
 int flesh_preconditioner_restore(flesh_preconditioner_data *self, const float *error, double *step)
 {
   if (!self->projects) return 0;
   flesh_volume_projection_restore(self->projection, error, step);
-  share_left_out(self, step);
+  flesh_preconditioner_share_left_out(self, step);
   return 1;
 }
 

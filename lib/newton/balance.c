@@ -12,16 +12,6 @@
  * in a body that comes to rest without a load: then nothing is left that the residual could be compared with. */
 static const double balanced = 0.1;
 
-/* Loads without a Jacobian do not change from iterate to iterate. */
-static int loads_are_dead(const flesh_equations *self)
-{
-  for (int k = 0; k < flesh_system_effect_count(self->system); k++) {
-    const flesh_effect_operations *can = flesh_system_effect(self->system, k)->operations;
-    if (can->role == FLESH_ROLE_LOAD && can->jacobian) return 0;
-  }
-  return 1;
-}
-
 /* 2-norm of what one effect does at `point`: over the free dofs and, where it couples nodes, the constrained ones, as
  * these are what passes reactions on. */
 static int effect_norm(flesh_equations *self, int k, const flesh_point *point, double *norm)
@@ -73,8 +63,7 @@ int flesh_balance_sharpen(flesh_balance *balance, double tolerance, const double
   flesh_equations *self = balance->equations;
   const double enough = norm / tolerance;
   double size;
-  int status = FLESH_OK;
-  if (!loads_are_dead(self)) status = flesh_equations_load_norm(self, u, &load);
+  int status = flesh_equations_load_norm(self, u, &load);
   if (status || load >= enough) return status;
   if (first < enough) { /* the load was larger */
     *target = tolerance * fmax(first, load);

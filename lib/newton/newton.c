@@ -1,4 +1,4 @@
-/* newton.c: one Newton iteration: the table of transitions between its parts, and the loop that follows it. */
+/* newton.c: one Newton iteration, from a matrix over a direction to a step. */
 #include "newton/newton.h"
 
 #include <math.h>
@@ -14,29 +14,12 @@
  * stairs takes 5 % more iterations, with three as many. */
 enum { CAUTIOUS = 2 };
 
-/* The next action of an iteration. */
-typedef enum state { ASSEMBLE, SOLVE, DIRECT, FILTER, SEARCH, ACCELERATE, END, FAIL } state;
-/* How that ended. */
-typedef enum event { DONE, UNSOLVED, INDEFINITE, REFUSED, ERROR, EVENTS } event;
-
-/* Pairs that the table leaves out fail. */
-static const state transitions[][EVENTS] = {
-    /*               DONE        UNSOLVED  INDEFINITE  REFUSED  ERROR */
-    [ASSEMBLE]   = {SOLVE,      FAIL,     FILTER,     FAIL,    FAIL}, /* K of the iterate's own */
-    [SOLVE]      = {SEARCH,     DIRECT,   FILTER,     FAIL,    FAIL}, /* K p = b with what was prepared */
-    [DIRECT]     = {SEARCH,     SEARCH,   FILTER,     FAIL,    FAIL}, /* K p = b by a factorisation */
-    [FILTER]     = {SOLVE,      FAIL,     FAIL,       FAIL,    FAIL}, /* K without negative eigenvalues */
-    [SEARCH]     = {ACCELERATE, FAIL,     FILTER,     FAIL,    FAIL}, /* p scaled, so that phi falls */
-    [ACCELERATE] = {END,        FAIL,     FAIL,       FAIL,    FAIL}, /* p taken further */
-};
-
 /* One iteration: from where, and the step as it comes about. */
 typedef struct iteration {
   flesh_step step;
   double tolerance; /* N, of the linear solve */
   int guarded;      /* the step is scaled by the line search, and may follow negative curvature */
   int may_filter;   /* an indefinite matrix is filtered, not given up */
-  int status;       /* of the last state */
 } iteration;
 
 /* Whether what may end a solve from outside does so. */
@@ -87,39 +70,37 @@ static int assemble(flesh_newton *self, const double *u, flesh_eigenvalue_filter
 }
 
 /* A matrix of the iterate's own, and what solves with it need. */
-static event assemble_and_factor(flesh_newton *self, iteration *it, flesh_eigenvalue_filter filter)
+static int assemble_and_factor(flesh_newton *self, const iteration *it, flesh_eigenvalue_filter filter)
 {
-  it->status = assemble(self, it->step.u, filter);
-  if (!it->status) it->status = flesh_matrix_policy_refresh(&self->policy);
-  return !it->status ? DONE : it->status == FLESH_NOT_POSITIVE ? INDEFINITE : ERROR;
+  const int status = assemble(self, it->step.u, filter);
+  return status ? status : flesh_matrix_policy_refresh(&self->policy);
 }
 
-static event solve(flesh_newton *self, iteration *it)
+/* Solves with what was prepared. */
+static int solve(flesh_newton *self, iteration *it)
 {
   flesh_direction *direction = &self->direction;
   const flesh_direction_request request = {.tolerance = it->tolerance, .stop = asked_to_stop, .stop_data = self,
                                            .max_iterations = self->options.max_linear,
                                            .follow_curvature = it->guarded && self->follow_curvature,
                                            .weights = self->weights};
-  if (direction->fallback_state == FLESH_FALLBACK_IN_USE && !request.follow_curvature) return UNSOLVED;
-  it->status = flesh_direction_solve(direction, &request, it->step.b, it->step.p, &it->step.kind);
+  if (direction->fallback_state == FLESH_FALLBACK_IN_USE && !request.follow_curvature) return FLESH_NOT_CONVERGED;
+  const int status = flesh_direction_solve(direction, &request, it->step.b, it->step.p, &it->step.kind);
   self->negative_curvature = it->step.kind == FLESH_DIRECTION_NEGATIVE_CURVATURE;
-  if (it->status == FLESH_NOT_CONVERGED) return UNSOLVED;
-  return !it->status ? DONE : it->status == FLESH_NOT_POSITIVE ? INDEFINITE : ERROR;
+  return status;
 }
 
 /* Solves by a direct factorisation; if that costs too much, by the truncated solve, which still descends. */
-static event solve_directly(flesh_newton *self, iteration *it)
+static int solve_directly(flesh_newton *self, iteration *it)
 {
   flesh_direction *direction = &self->direction;
   it->step.kind = direction->filter == FLESH_FILTER_NONE ? FLESH_DIRECTION_NEWTON : FLESH_DIRECTION_FILTERED;
   self->negative_curvature = 0;
-  it->status = FLESH_NOT_CONVERGED;
+  int status = FLESH_NOT_CONVERGED;
   if (direction->fallback_state != FLESH_FALLBACK_TOO_EXPENSIVE &&
       flesh_uses(&self->options, FLESH_TECHNIQUE_DIRECT_FALLBACK))
-    it->status = flesh_direction_solve_directly(direction, it->step.b, it->step.p);
-  if (it->status == FLESH_NOT_CONVERGED) return direction->iterations > 0 ? UNSOLVED : ERROR;
-  return !it->status ? DONE : it->status == FLESH_NOT_POSITIVE ? INDEFINITE : ERROR;
+    status = flesh_direction_solve_directly(direction, it->step.b, it->step.p);
+  return status == FLESH_NOT_CONVERGED && direction->iterations > 0 ? FLESH_OK : status;
 }
 
 /* Whether the next direction should follow negative curvature: after a filtered step that was too short, until one that
@@ -131,47 +112,40 @@ static int choose_follow(const flesh_newton *self, const flesh_step *step)
   return self->follow_curvature && !(step->kind == FLESH_DIRECTION_NEGATIVE_CURVATURE && step->length < 1);
 }
 
-static event search(flesh_newton *self, iteration *it)
+/* Scales the direction so that the potential falls; FLESH_NOT_POSITIVE also where one along negative curvature leads
+ * nowhere. */
+static int search(flesh_newton *self, iteration *it)
 {
   flesh_step *step = &it->step;
   const int follows = step->kind == FLESH_DIRECTION_NEGATIVE_CURVATURE;
-  it->status = FLESH_OK;
-  if (!it->guarded) return DONE;
+  if (!it->guarded) return FLESH_OK;
   if (!follows) flesh_volume_arc_bend(&self->arc, step->u, step->b, step->p);
-  it->status = flesh_search_run(&self->search, step);
-  if (it->status == FLESH_NOT_CONVERGED && follows) it->status = FLESH_NOT_POSITIVE;
-  if (it->status == FLESH_NOT_POSITIVE) return INDEFINITE;
-  if (it->status) return it->status == FLESH_NOT_CONVERGED ? REFUSED : ERROR;
+  const int status = flesh_search_run(&self->search, step);
+  if (status) return status == FLESH_NOT_CONVERGED && follows ? FLESH_NOT_POSITIVE : status;
   self->follow_curvature = choose_follow(self, step);
   self->cautious = step->cut < 1 ? CAUTIOUS : self->cautious > 0 ? self->cautious - 1 : 0;
   self->model_ratio = step->model_ratio;
-  return DONE;
+  return FLESH_OK;
 }
 
-static event enter(flesh_newton *self, state state, iteration *it)
+/* The step with the matrix at hand; FLESH_NOT_POSITIVE where that is indefinite. */
+static int find_step(flesh_newton *self, iteration *it)
 {
-  switch (state) {
-  case ASSEMBLE: return assemble_and_factor(self, it, first_filter(self));
-  case SOLVE: return solve(self, it);
-  case DIRECT: return solve_directly(self, it);
-  case FILTER: return assemble_and_factor(self, it, choose_filter(self));
-  case SEARCH: return search(self, it);
-  case ACCELERATE:
-    if (it->guarded) flesh_newton_accelerate(self, &it->step);
-    return DONE;
-  default: return ERROR;
-  }
+  int status = solve(self, it);
+  if (status == FLESH_NOT_CONVERGED) status = solve_directly(self, it);
+  return status ? status : search(self, it);
 }
 
-/* From `first` to the end. The status of the state that failed, or FLESH_OK. */
-static int run(flesh_newton *self, state first, iteration *it)
+/* An iteration whose matrix was prepared with that status. One that turns out indefinite is filtered, once. */
+static int run(flesh_newton *self, int status, iteration *it)
 {
-  for (state state = first; state != END;) {
-    state = transitions[state][enter(self, state, it)];
-    if (state == FILTER && !it->may_filter) state = FAIL;
-    if (state == FILTER) it->may_filter = 0;
-    if (state == FAIL) return it->status;
+  if (!status) status = find_step(self, it);
+  if (status == FLESH_NOT_POSITIVE && it->may_filter) {
+    status = assemble_and_factor(self, it, choose_filter(self));
+    if (!status) status = find_step(self, it);
   }
+  if (status) return status;
+  if (it->guarded) flesh_newton_accelerate(self, &it->step);
   self->stats.newton++;
   return FLESH_OK;
 }
@@ -180,7 +154,7 @@ int flesh_newton_step_from(flesh_newton *self, const double *u, const double *b,
 {
   iteration it = {.step = {.u = u, .b = b, .p = q}, .tolerance = self->options.linear_tolerance * norm,
                   .may_filter = filters_where_indefinite(self)};
-  return run(self, ASSEMBLE, &it);
+  return run(self, assemble_and_factor(self, &it, first_filter(self)), &it);
 }
 
 int flesh_newton_eliminates(const flesh_system *system, const flesh_solver_options *options)
@@ -338,5 +312,5 @@ int flesh_newton_step(flesh_newton *self, const double *weights, const double *b
   iteration it = {.step = {.u = self->u, .b = b, .p = p}, .tolerance = tolerance,
                   .guarded = flesh_equations_are_guarded(&self->equations),
                   .may_filter = filters_where_indefinite(self) && !self->must_filter};
-  return run(self, self->must_filter ? FILTER : SOLVE, &it);
+  return run(self, self->must_filter ? assemble_and_factor(self, &it, choose_filter(self)) : FLESH_OK, &it);
 }

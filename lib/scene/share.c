@@ -121,7 +121,6 @@ static int build(flesh_scene_share *self)
   self->effects = calloc((size_t)self->scene->keys.effects.count + 1, sizeof *self->effects);
   if (!status && !self->effects) status = flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", self->scene->path);
   if (!status) status = flesh_system_create(self->body.mesh, &self->system);
-  status = flesh_team_agree(flesh_rank_part_team(self->part), status);
   if (!status) status = flesh_system_set_part(self->system, self->part);
   for (int k = 0; k < self->scene->keys.effects.count && !status; k++) {
     status = take_entry(self, &entries[k]);

@@ -330,7 +330,7 @@ int flesh_system_set_part(flesh_system *system, const flesh_rank_part *rank_part
     return flesh_fail(FLESH_ERR_ARGUMENT, "the system is on another mesh; it must be on flesh_rank_part_mesh's");
   system->team = flesh_rank_part_team(rank_part);
   flesh_effect_sums_count(system);
-  return find_others_hold(system, FLESH_OK);
+  return system->finished ? find_others_hold(system, FLESH_OK) : FLESH_OK;
 }
 
 const flesh_team *flesh_system_team(const flesh_system *system) { return system->team; }

@@ -66,8 +66,8 @@ static int initialise(flesh_ida_steps *self)
   return failed ? flesh_fail(FLESH_ERR_SUNDIALS, "IDA refused an option") : apply_options(self);
 }
 
-int flesh_ida_steps_create(flesh_evaluation *evaluation, const flesh_solver_options *solver, flesh_energy_watch *watch,
-                          flesh_ida_steps **steps)
+int flesh_ida_steps_create_after(int status, flesh_evaluation *evaluation, const flesh_solver_options *solver,
+                                 flesh_energy_watch *watch, flesh_ida_steps **steps)
 {
   const flesh_system *system = evaluation->system;
   *steps = NULL;
@@ -78,8 +78,9 @@ int flesh_ida_steps_create(flesh_evaluation *evaluation, const flesh_solver_opti
     self->n = flesh_system_unknowns(system);
     flesh_adaptive_options_default(&self->options);
     self->evaluation = evaluation;
+  } else {
+    status = flesh_fail(FLESH_ERR_MEMORY, "no memory for the steps of IDA");
   }
-  int status = self ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for the steps of IDA");
   if (self && flesh_suncontext_create(&self->context)) status = flesh_fail(FLESH_ERR_SUNDIALS, "SUNDIALS gave no context");
   flesh_ida_problem *problem;
   status = flesh_ida_problem_create_after(status, system, solver, &problem);
@@ -89,7 +90,7 @@ int flesh_ida_steps_create(flesh_evaluation *evaluation, const flesh_solver_opti
   if (!status) status = make_sundials(self);
   status = flesh_team_agree(evaluation->team, status);
   if (!status) flesh_ida_energy_tolerate(&self->energy, self->options.tolerance);
-  if (!status) status = flesh_team_agree(evaluation->team, initialise(self)); /* IDA asks for the least tolerance */
+  if (!status) status = initialise(self); /* IDA asks for the least tolerance */
   if (status) {
     flesh_ida_steps_destroy(&self);
     return status;

@@ -11,9 +11,10 @@
 
 typedef struct flesh_ida_steps flesh_ida_steps;
 
-/* Borrows the run's evaluation and the watch; copies the options. Returns new. */
-int flesh_ida_steps_create(flesh_evaluation *evaluation, const flesh_solver_options *solver, flesh_energy_watch *watch,
-                          flesh_ida_steps **steps);
+/* Borrows the run's evaluation and the watch; copies the options. Returns new, unless a rank comes with a `status` other
+ * than FLESH_OK, of what it has made before; it may fail on one rank alone. Collective. */
+int flesh_ida_steps_create_after(int status, flesh_evaluation *evaluation, const flesh_solver_options *solver,
+                                 flesh_energy_watch *watch, flesh_ida_steps **steps);
 void flesh_ida_steps_destroy(flesh_ida_steps **steps);
 /* FLESH_ERR_ARGUMENT where a value is out of its range. */
 int flesh_adaptive_options_check(const flesh_adaptive_options *options);

@@ -107,13 +107,13 @@ static int create_together(flesh_integrator *self)
   status = flesh_recovery_meet(&self->recovery);
   const int softens =
       flesh_continuation_create(self->nonlinear, &self->multipliers, self->start, &self->continuation);
-  status = flesh_team_agree(self->evaluation->team, status ? status : softens);
-  if (!status && self->method == FLESH_METHOD_IDA)
-    status = flesh_ida_steps_create(self->evaluation, &self->options, &self->watch, &self->ida);
+  if (!status) status = softens;
+  if (self->method == FLESH_METHOD_IDA)
+    status = flesh_ida_steps_create_after(status, self->evaluation, &self->options, &self->watch, &self->ida);
   self->watch.limit = max_energy_gain;
   self->evaluation->environment.costs = &self->costs;
   if (self->ida) flesh_ida_steps_set_costs(self->ida, &self->costs);
-  return status;
+  return flesh_team_agree(self->evaluation->team, status);
 }
 
 int flesh_integrator_create(const flesh_system *system, flesh_method method,
