@@ -79,22 +79,29 @@ static double carried(const flesh_clearance *self, int k, double t)
 
 static void look(flesh_clearance *self, double t, const double *x)
 {
-  double size = 0;
+  /* Of all ranks the largest: the box around the body, its low corner with the other sign, and the effects' clearances. */
+  double size = 0, numbers[6 + self->effects];
   self->known = 1;
   self->t = t;
   flesh_copy(self->threads, self->n, x, self->x);
-  for (int c = 0; c < 3; c++) self->low[c] = self->high[c] = x[c];
+  for (int c = 0; c < 3; c++) numbers[c] = -x[c], numbers[3 + c] = x[c];
   for (int d = 0; d < self->n; d++) {
-    self->low[d % 3] = fmin(self->low[d % 3], x[d]);
-    self->high[d % 3] = fmax(self->high[d % 3], x[d]);
+    numbers[d % 3] = fmax(numbers[d % 3], -x[d]);
+    numbers[3 + d % 3] = fmax(numbers[3 + d % 3], x[d]);
   }
-  const flesh_team *team = flesh_system_team(self->system);
-  flesh_team_unite_boxes(team, self->low, self->high);
-  for (int c = 0; c < 3; c++) size += fabs(self->low[c]) + fabs(self->high[c]);
   for (int k = 0; k < self->effects; k++) {
     const flesh_effect *effect = flesh_system_effect(self->system, k);
     const flesh_effect_barrier *barrier = flesh_effect_as_barrier(effect);
-    const double found = flesh_team_least(team, barrier->clearance ? barrier->clearance(effect, t, x) : 0);
+    numbers[6 + k] = barrier->clearance ? -barrier->clearance(effect, t, x) : 0;
+  }
+  flesh_team_largest(flesh_system_team(self->system), 6 + self->effects, numbers);
+  for (int c = 0; c < 3; c++) {
+    self->low[c] = -numbers[c];
+    self->high[c] = numbers[3 + c];
+    size += fabs(self->low[c]) + fabs(self->high[c]);
+  }
+  for (int k = 0; k < self->effects; k++) {
+    const double found = -numbers[6 + k];
     self->free[k] = found > slack * (size + found) ? found - slack * (size + found) : 0;
     if (found == INFINITY) self->free[k] = INFINITY;
   }

@@ -250,33 +250,16 @@ int flesh_system_evaluate(const flesh_system *system, const flesh_point *point,
   return flesh_system_evaluate_by_position(system, point, shift, &(flesh_position_potential){0}, r, phi, magnitude);
 }
 
-/* Whether effect k's energy is known from positions. */
-static int is_known(const flesh_system *system, int k, int knows_positions)
-{
-  return knows_positions && flesh_effect_has_trait(system->entries[k].effect, FLESH_DEPENDS_ON_POSITION_ONLY);
-}
-
-/* Sums energies over all ranks; those that are known from positions have been summed before. */
-static int sum_energies(const flesh_system *system, int knows_positions, int status, double *energies)
-{
-  double sums[system->entry_count + 1];
-  int count = 0;
-  for (int k = 0; k < system->entry_count; k++)
-    if (!is_known(system, k, knows_positions)) sums[count++] = energies[k];
-  status = flesh_team_sum_agreed(system->team, status, count, sums);
-  count = 0;
-  for (int k = 0; k < system->entry_count; k++)
-    if (!is_known(system, k, knows_positions)) energies[k] = sums[count++];
-  return status;
-}
-
-int flesh_system_energies_by_position(const flesh_system *system, const flesh_point *point,
-                                 const flesh_position_potential *by_position, double *energies)
+/* The energies of the effects for which is_one(effect, of) says 1 (NULL: of all), J, into energies [effects]; 0 for the
+ * others. */
+static int find_energies(const flesh_system *system, int (*is_one)(const flesh_effect *effect, int of), int of,
+                         const flesh_point *point, const flesh_position_potential *by_position, double *energies)
 {
   double of_ranks[flesh_effect_sums_room(system)];
   flesh_effect_view view = flesh_effect_view_with(system, point, of_ranks);
-  flesh_costs *costs = view.environment.costs;
+  flesh_costs *costs = is_one ? NULL : view.environment.costs;
   const unsigned long said = flesh_fail_count();
+  const int counts = !system->team || system->team->rank == 0; /* what is known is of all ranks already */
   int of_position = 0;
   for (int k = 0; by_position->known && k < system->entry_count; k++)
     of_position += flesh_effect_has_trait(system->entries[k].effect, FLESH_DEPENDS_ON_POSITION_ONLY);
@@ -284,10 +267,10 @@ int flesh_system_energies_by_position(const flesh_system *system, const flesh_po
   for (int k = 0; k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     energies[k] = 0;
-    if (!effect->operations->energy || status) continue;
+    if (!effect->operations->energy || status || (is_one && !is_one(effect, of))) continue;
     if (by_position->known && by_position->far && flesh_proximity_of(view.environment.proximity, k)) continue;
     if (of_position == 1 && flesh_effect_has_trait(effect, FLESH_DEPENDS_ON_POSITION_ONLY)) {
-      energies[k] = by_position->phi;
+      energies[k] = counts ? by_position->phi : 0;
       continue;
     }
     const double start = cpu_time(costs);
@@ -295,24 +278,20 @@ int flesh_system_energies_by_position(const flesh_system *system, const flesh_po
                                    effect->operations->energy(effect, flesh_effect_view_turn(&view, k), &energies[k]));
     count(costs, k, CALL_ENERGY, start);
   }
-  return sum_energies(system, of_position == 1, status, energies);
+  return flesh_team_sum_agreed(system->team, status, system->entry_count, energies);
+}
+
+int flesh_system_energies_by_position(const flesh_system *system, const flesh_point *point,
+                                 const flesh_position_potential *by_position, double *energies)
+{
+  return find_energies(system, NULL, 0, point, by_position, energies);
 }
 
 int flesh_system_some_energies(const flesh_system *system, int (*is_one)(const flesh_effect *effect, int of), int of,
                                const flesh_point *point, double *energies, double *sum)
 {
-  double of_ranks[flesh_effect_sums_room(system)], found[system->entry_count + 1];
-  flesh_effect_view view = flesh_effect_view_with(system, point, of_ranks);
-  const unsigned long said = flesh_fail_count();
-  int status = FLESH_OK;
-  for (int k = 0; k < system->entry_count; k++) {
-    const flesh_effect *effect = system->entries[k].effect;
-    found[k] = 0;
-    if (status || !is_one(effect, of) || !effect->operations->energy) continue;
-    status = flesh_effect_returned(effect, said,
-                                   effect->operations->energy(effect, flesh_effect_view_turn(&view, k), &found[k]));
-  }
-  status = flesh_team_sum_agreed(system->team, status, system->entry_count, found);
+  double found[system->entry_count + 1];
+  const int status = find_energies(system, is_one, of, point, &(flesh_position_potential){0}, found);
   *sum = 0;
   for (int k = 0; k < system->entry_count; k++) {
     if (!is_one(system->entries[k].effect, of)) continue;

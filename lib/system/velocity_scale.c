@@ -69,11 +69,11 @@ double flesh_system_velocity_scale(const flesh_system *system, flesh_block_matri
     if (total > 0) bent -= along * along / total;
   }
   if (stiffness > 0 && bent > 0 && stiffness / bent < INFINITY) return L * sqrt(stiffness / bent) / 6.283185307179586;
-  if (!flesh_system_load(system, &rest, Ku)) {
-    double sums[3] = {0};
-    for (int d = 0; d < n; d++) sums[d % 3] += Ku[d]; /* it is collected */
-    flesh_team_sum(flesh_system_team(system), 3, sums);
-    load = sums[0] * sums[0] + sums[1] * sums[1] + sums[2] * sums[2];
+  const int is_loaded = !flesh_system_load(system, &rest, Ku);
+  for (int c = 0; c < 3 && is_loaded; c++) {
+    for (int d = 0; d < n; d++) one[d] = d % 3 == c;
+    const double along = flesh_system_product(system, one, Ku);
+    load += along * along;
   }
   return load > 0 && total > 0 ? sqrt(L * sqrt(load) / total) : L;
 }

@@ -2,11 +2,18 @@
 #include <math.h>
 
 #include "base/error.h"
+#include "base/team.h"
 #include "time/ida.h"
 
 void flesh_adaptive_options_default(flesh_adaptive_options *options)
 {
   *options = (flesh_adaptive_options){.tolerance = 1e-4, .max_order = 2, .max_step = INFINITY, .max_steps = 100000};
+}
+
+int flesh_adaptive_options_show(const flesh_adaptive_options *options, const flesh_team *team,
+                                const flesh_internal_step *step)
+{
+  return options->observe ? flesh_team_agree(team, options->observe(options->observe_data, step)) : FLESH_OK;
 }
 
 int flesh_adaptive_options_check(const flesh_adaptive_options *options)

@@ -238,7 +238,7 @@ static int show(flesh_ida_steps *self, flesh_internal_step *step)
   flesh_state state = {.t = step->t, .x = room, .v = room + self->n};
   flesh_ida_get_state(self->problem, step->t, self->y, &state);
   step->state = &state;
-  return self->options.observe(self->options.observe_data, step);
+  return flesh_adaptive_options_show(&self->options, self->team, step);
 }
 
 /* One internal step; *event is set when it ends at one. */
@@ -264,7 +264,7 @@ static int advance(flesh_ida_steps *self, double toward, flesh_solve_stats *stat
   stats->steps++;
   stats->order = step.order;
   stats->h_last = step.h;
-  status = self->options.observe ? flesh_team_agree(self->team, show(self, &step)) : FLESH_OK;
+  status = self->options.observe ? show(self, &step) : FLESH_OK;
   if (status < 0) return status;
   return reached < toward ? flesh_ask_together(self->team, self->stop, self->stop_data) : FLESH_OK;
 }

@@ -18,6 +18,9 @@ int flesh_ida_steps_create_after(int status, flesh_evaluation *evaluation, const
 void flesh_ida_steps_destroy(flesh_ida_steps **steps);
 /* FLESH_ERR_ARGUMENT where a value is out of its range. */
 int flesh_adaptive_options_check(const flesh_adaptive_options *options);
+/* Shows an internal step to who observes them; the status is that of all ranks. */
+int flesh_adaptive_options_show(const flesh_adaptive_options *options, const flesh_team *team,
+                                const flesh_internal_step *step);
 int flesh_ida_steps_set_options(flesh_ida_steps *steps, const flesh_adaptive_options *options);
 void flesh_ida_steps_set_stop(flesh_ida_steps *steps, int (*stop)(void *data), void *data);
 

@@ -223,9 +223,7 @@ static int show(const flesh_integrator *self, const flesh_state *state, const fl
 {
   const flesh_internal_step step = {.t = state->t, .h = h, .order = stats->order, .rejected = control->rejected,
                                     .convergence_failures = control->failed, .state = state};
-  const flesh_adaptive_options *options = &control->options;
-  return flesh_team_agree(self->evaluation->team,
-                          options->observe ? options->observe(options->observe_data, &step) : FLESH_OK);
+  return flesh_adaptive_options_show(&control->options, self->evaluation->team, &step);
 }
 
 /* One part of a piece, as long as its error is to be; *refused: it was not accepted, for what the control says. */
