@@ -79,7 +79,7 @@ static double carried(const flesh_clearance *self, int k, double t)
 
 static void look(flesh_clearance *self, double t, const double *x)
 {
-  /* Of all ranks the largest: the box around the body, its low corner with the other sign, and the effects' clearances. */
+  /* The box around the body, its low corner with the other sign, and the effects' clearances, likewise. */
   double size = 0, numbers[6 + self->effects];
   self->known = 1;
   self->t = t;
