@@ -1,10 +1,22 @@
-/* accelerators.c: asks every accelerator in turn, and takes what lowers the potential; and the first of them, which solves
- * for few nodes that carry the residual alone (Lanzkron, Rose & Wilkes 1996). */
-#include "newton/newton.h"
-
+/* accelerators.c: asks either accelerator in turn, and takes what lowers the potential.
+ *
+ * Nonlinear elimination solves for few nodes that carry the residual alone (Lanzkron, Rose & Wilkes 1996).
+ *
+ * The watchdog technique (Chamberlain, Powell, Lemarechal & Pedersen 1982) takes longer steps. Stiff parts rotate along
+ * arcs: a straight step strains them, and the line search cuts it to almost nothing, repeatedly. Then a multiple of the cut
+ * step is taken although the potential rises. The residual there is that of the strained parts, and one or two Newton steps
+ * remove it. */
 #include <math.h>
 
+#include "newton/mechanisms.h"
+#include "newton/newton.h"
 #include "system/one_effect.h"
+
+enum { RETURNS = 2, LONGEST_PAUSE = 8 };
+static const double worth = 0.3; /* steps that the line search cuts to less are tried */
+static const double first = 8;   /* the first try is so many times as long as the cut step */
+static const double wall = 10;   /* a residual that grows by this factor says that something stiff is strained */
+static const double order = 6;   /* what remains of the strain grows by this power of the length */
 
 /* Whether dofs on which contact acts carry most of the residual r at u. There the step has not predicted the barrier.
  * Elimination has a quadratic model of contact, which does not predict the barrier either. */
@@ -32,7 +44,8 @@ static int propose_elimination(flesh_newton *self, const flesh_step *step)
   return 1;
 }
 
-int flesh_newton_take_proposal(flesh_newton *self, flesh_step *step)
+/* Takes the equations' proposal [n] for the step where that can be reached and lies lower: whether. */
+static int take_proposal(flesh_newton *self, flesh_step *step)
 {
   flesh_equations *equations = &self->equations;
   double lower, ignored;
@@ -45,8 +58,65 @@ int flesh_newton_take_proposal(flesh_newton *self, flesh_step *step)
   return 1;
 }
 
+/* One or two Newton steps from `to` [n], until the potential is below `enough`; it is INFINITY where there is none. */
+static double go_back(flesh_newton *self, double enough, double *to)
+{
+  flesh_equations *equations = &self->equations;
+  const int n = equations->n;
+  double *b = equations->work[0], *q = equations->trial, value = INFINITY, before = INFINITY, magnitude;
+  for (int k = 0; k < RETURNS && !(value < enough); k++) {
+    value = INFINITY;
+    if (flesh_equations_residual(equations, to, b)) break;
+    const double norm = flesh_norm(equations->threads, n, b);
+    if (!(norm < before)) break;
+    for (int d = 0; d < n; d++) b[d] = -b[d];
+    if (flesh_newton_step_from(self, to, b, norm, q)) break;
+    before = norm;
+    for (int d = 0; d < n; d++) to[d] += q[d];
+    if (flesh_equations_potential(equations, to, &value, &magnitude)) value = INFINITY;
+  }
+  return value;
+}
+
+static void learn(flesh_newton *self, int taken)
+{
+  flesh_watchdog *watchdog = &self->watchdog;
+  self->stats.watchdog_steps += taken;
+  if (!taken) watchdog->pause = watchdog->next_pause;
+  if (taken) watchdog->next_pause = 1;
+  else if (watchdog->next_pause < LONGEST_PAUSE) watchdog->next_pause *= 2;
+}
+
+static void run_watchdog(flesh_newton *self, flesh_step *step)
+{
+  flesh_equations *equations = &self->equations;
+  const int n = equations->n;
+  const double cut = step->cut, *u = step->u, *p = step->p;
+  double *r = equations->work[0], *to = equations->work[1];
+  if (!flesh_uses(&self->options, FLESH_TECHNIQUE_WATCHDOG)) return;
+  if (!(cut < worth) || step->kind == FLESH_DIRECTION_NEGATIVE_CURVATURE || ++self->watchdog.cuts < 2) return;
+  if (self->watchdog.pause > 0) {
+    self->watchdog.pause--;
+    return;
+  }
+  const double length = flesh_norm(equations->threads, n, p) / cut, known = self->watchdog.length;
+  const double s = fmin(1, known > 0 ? fmax(known / length, 2 * cut) : first * cut);
+  for (int d = 0; d < n; d++) to[d] = u[d] + s / cut * p[d];
+  /* Otherwise it is nothing stiff that has cut the step. */
+  if (flesh_equations_residual(equations, to, r)) return;
+  if (flesh_norm(equations->threads, n, r) < wall * flesh_norm(equations->threads, n, step->b)) return;
+  const double falls = s / cut * flesh_dot(equations->threads, n, step->b, p);
+  const double value = go_back(self, step->value, to);
+  /* The excess over the quadratic model grows with a power of the length, the gain with the first: this is the best
+   * length for the next try. */
+  const double excess = fmax(value - (step->start - falls * (1 - s / 2)), 1e-6 * falls);
+  self->watchdog.length = s * length * fmin(fmax(pow(falls / (order * excess), 1 / (order - 1)), 0.1), 4);
+  for (int d = 0; d < n; d++) equations->proposal[d] = to[d] - u[d];
+  learn(self, value < step->value && take_proposal(self, step));
+}
+
 void flesh_newton_accelerate(flesh_newton *self, flesh_step *step)
 {
-  if (propose_elimination(self, step)) flesh_newton_take_proposal(self, step);
-  flesh_watchdog_run(self, step);
+  if (propose_elimination(self, step)) take_proposal(self, step);
+  run_watchdog(self, step);
 }

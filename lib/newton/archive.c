@@ -42,7 +42,7 @@ void flesh_newton_forget(flesh_newton *self)
   flesh_evaluation_forces_changed(evaluation);
   memset(&self->stats, 0, sizeof self->stats);
   self->negative_curvature = self->tangent.wary = 0;
-  self->balance.edge_force = NAN;
+  self->edge_force = NAN;
 }
 
 /* Archives the matrices only where one has been made. */
@@ -91,6 +91,6 @@ int flesh_newton_archive(flesh_newton *self, flesh_archive *archive)
   if (status || archive->wrong) return status;
   FLESH_ARCHIVE(archive, self->stats);
   FLESH_ARCHIVE(archive, self->negative_curvature);
-  FLESH_ARCHIVE(archive, self->balance.edge_force);
+  FLESH_ARCHIVE(archive, self->edge_force);
   return archive_direction(&self->direction, archive);
 }

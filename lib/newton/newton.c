@@ -194,7 +194,7 @@ int flesh_newton_open(const flesh_system *system, const flesh_solver_options *op
   flesh_equations *equations = &self->equations;
   const int eliminates = solver.solve && flesh_newton_eliminates(system, options);
   self->search.equations = equations;
-  self->balance = (flesh_balance){equations, NAN};
+  self->edge_force = NAN;
   int status = flesh_solver_options_check(options);
   if (!status) status = flesh_newton_check_team(system, options);
   if (!status) status = flesh_threads_create(options->threads, &self->threads);

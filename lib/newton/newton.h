@@ -7,7 +7,6 @@
 
 #include "flesh/state.h"
 #include "base/memory.h"
-#include "newton/balance.h"
 #include "newton/line_search.h"
 #include "newton/matrix_policy.h"
 #include "newton/volume_arc.h"
@@ -53,7 +52,7 @@ typedef struct flesh_newton {
   flesh_search search;
   flesh_watchdog watchdog;
   flesh_matrix_policy policy;
-  flesh_balance balance;
+  double edge_force;              /* N, of the softest edge (system/edge_force.h); NaN: not known yet */
   flesh_tangent tangent;
   flesh_stage_solver solver;      /* of the systems of few nodes; none: no nonlinear elimination */
   flesh_reserve *reserve;         /* memory of these systems; NULL: there are none */
@@ -119,10 +118,6 @@ int flesh_newton_step_from(flesh_newton *newton, const double *u, const double *
 /* Parts of an iteration, in files of their own. */
 /* The accepted step becomes one of less potential, where accelerators propose one (accelerators.c). */
 void flesh_newton_accelerate(flesh_newton *newton, flesh_step *step);
-/* Takes equations.proposal [n] for the step where that can be reached and lies lower: whether. */
-int flesh_newton_take_proposal(flesh_newton *newton, flesh_step *step);
-/* One of them (watchdog.c). */
-void flesh_watchdog_run(flesh_newton *newton, flesh_step *step);
 /* Minimises the stage's potential over the few nodes that carry the residual r [n] at u, all others constrained. w [n] is 0
  * but there, and u + w decreases an approximate potential, with a model of what is no sum over elements. u is near the
  * iterate of K. FLESH_OK; FLESH_NOT_CONVERGED where the nodes would be no small part of the body; < 0: errors, also where

@@ -5,7 +5,9 @@
 #include <string.h>
 
 #include "newton/mechanisms.h"
+#include "system/edge_force.h"
 #include "system/feasible_step.h"
+#include "system/one_effect.h"
 #include "system/ranks.h"
 
 /* The free dofs of u become those of x. */
@@ -130,6 +132,82 @@ static int freeze(flesh_stage_solve *self)
   return norm > self->last_target && aim(self, norm);
 }
 
+/* Forces balance where the sum of all is less than this part of the largest. Where it is more, they fade together, as
+ * in a body that comes to rest without a load: then nothing is left that the residual could be compared with. */
+static const double balanced = 0.1;
+
+/* 2-norm of what one effect does at `point`: over the free dofs and, where it couples nodes, the constrained ones, as
+ * these are what passes reactions on. */
+static int effect_norm(flesh_equations *self, int k, const flesh_point *point, double *norm)
+{
+  flesh_constrained *constrained = &self->constrained;
+  double *r = self->scratch;
+  int status = flesh_system_effect_residual(self->system, k, point, r);
+  if (!flesh_system_effect(self->system, k)->operations->cells)
+    for (int j = 0; j < constrained->count; j++) r[constrained->dofs[j]] = 0;
+  *norm = flesh_norm(self->threads, self->n, r);
+  return status;
+}
+
+/* The largest of the applied load, whose norm is given, and the norms of all other effects at u; those that are not
+ * needed to find `enough` are not asked, the cheap ones first. */
+static int largest_force(flesh_equations *self, const double *u, double load, double enough, double *size)
+{
+  double norm;
+  *size = load;
+  const flesh_point point = flesh_equations_point(self, u);
+  for (int coupled = 0; coupled < 2; coupled++)
+    for (int k = 0; k < flesh_system_effect_count(self->system) && !(*size >= enough); k++) {
+      const flesh_effect_operations *can = flesh_system_effect(self->system, k)->operations;
+      if (!can->residual || can->role == FLESH_ROLE_LOAD || coupled != (can->cells != NULL)) continue;
+      if (flesh_clearance_holds(self->evaluation.at_stage.clearance, k)) continue; /* it does nothing */
+      int status = effect_norm(self, k, &point, &norm);
+      if (status) return status;
+      if (norm < INFINITY) *size = fmax(*size, norm);
+    }
+  return FLESH_OK;
+}
+
+/* The force that strains an edge by its own length, of the softest (system/edge_force.h). */
+static int find_edge_force(flesh_equations *self, double *softest)
+{
+  const flesh_evaluation *e = &self->evaluation;
+  const double *X = flesh_mesh_positions(flesh_system_mesh(self->system));
+  flesh_point rest = flesh_evaluation_point(e, self->stage.t, X, e->zeros, e->zeros);
+  flesh_edge_force force;
+  rest.internal = self->stage.internal;
+  const int status = flesh_system_edge_force(e, FLESH_ROLES_ALL, &rest, self->scratch, &force);
+  if (!status) *softest = force.softest;
+  return status;
+}
+
+/* Lowers the solve's target where the residual of this norm meets it, but is not small beside the forces that balance each
+ * other there, inertia among them, as solver.h says of newton_tolerance. The first iterate's residual is no measure where
+ * an obstacle has just moved into the barrier, a prescribed motion has jumped, or a short step begins with a jolt: it is
+ * then far larger than any force at the end of the step. Effects are asked only as far as needed. */
+static int lower_target(flesh_stage_solve *solve, double norm)
+{
+  flesh_newton *newton = solve->newton;
+  flesh_equations *self = &newton->equations;
+  const double tolerance = tolerance_of(newton), enough = norm / tolerance;
+  double size, load;
+  int status = flesh_equations_load_norm(self, solve->u, &load);
+  if (status || load >= enough) return status;
+  if (solve->first < enough) { /* the load was larger */
+    solve->last_target = tolerance * fmax(solve->first, load);
+    return FLESH_OK;
+  }
+  status = largest_force(self, solve->u, load, enough, &size);
+  if (status || size >= enough) return status;
+  if (load == 0 && norm > balanced * size) {
+    if (!(newton->edge_force >= 0)) status = find_edge_force(self, &newton->edge_force);
+    if (status) return status;
+    size = fmax(size, newton->edge_force);
+  }
+  if (size < enough) solve->last_target = tolerance * size;
+  return FLESH_OK;
+}
+
 /* Wants more iterations where the forces that balance each other at their end call for a smaller target. */
 static int sharpen(flesh_stage_solve *self)
 {
@@ -139,8 +217,7 @@ static int sharpen(flesh_stage_solve *self)
   if (newton->given_target > 0 || !flesh_uses(&newton->options, FLESH_TECHNIQUE_BALANCED_TARGET)) return 0;
   /* An equilibrium of softened materials is on the way to another. */
   if (flesh_equations_is_softened(&newton->equations) && newton->equations.stage.shift.a == 0) return 0;
-  self->status = flesh_balance_sharpen(&newton->balance, tolerance_of(newton), self->u, norm, self->first, self->load,
-                                       &self->last_target);
+  self->status = lower_target(self, norm);
   if (self->status || norm <= self->last_target) return 0;
   self->stats->residual_target = newton->policy.target = self->last_target;
   self->frozen = 0;
@@ -180,11 +257,12 @@ int flesh_stage_begin(flesh_newton *newton, const flesh_stage *stage, const doub
   self->freezes = equations->evaluation.frozen && stage->frozen_at_solution;
   if (self->freezes && !status) flesh_newton_freeze(newton, u);
   if (!status) status = evaluate(newton, u, &self->first);
-  if (!status) status = flesh_equations_load_norm(equations, u, &self->load);
+  double load = 0;
+  if (!status) status = flesh_equations_load_norm(equations, u, &load);
   self->status = status;
   self->begun = !status;
   if (status) return 0;
-  const double first = self->first, load = self->load;
+  const double first = self->first;
   self->last_target = first_target(newton, first, load);
   stats->solves += !flesh_equations_is_softened(equations);
   stats->residual_first = stats->residual_last = first;

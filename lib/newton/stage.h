@@ -21,7 +21,7 @@ typedef struct flesh_stage_solve {
   double target;            /* N; of the iterations that are wanted */
   int status;               /* of all so far */
   int begun;                /* the first iterate has a residual and a load */
-  double first, load, last_target; /* N; of the first iterate, and of the solve */
+  double first, last_target; /* N; of the first iterate's residual, and of the solve */
   int freezes;              /* whether something freezes at the solution */
   int frozen;               /* how often it has, for this target */
   int newtons, unsolved;    /* what the statistics had when it did last */

@@ -111,8 +111,9 @@ int flesh_probe_counts(const flesh_probe *probe, const flesh_team *team, int k)
 static int check_nodes(flesh_probe *probe, const flesh_body *body, const flesh_team *team)
 {
   const double *X = flesh_mesh_positions(body->mesh);
-  double sums[4] = {0}, tet_count; /* of the nodes, each once, and of their places at rest */
-  int *tets, here;
+  double sums[5] = {0}; /* of the nodes, each once, and of their places at rest; of the tets between them */
+  const int wants_tets = (probe->quantities & FLESH_PROBE_OF_TETS) != 0;
+  int *tets = NULL, count = 0;
   probe->tet = -1;
   int status = flesh_probe_check_nodes(probe, flesh_mesh_node_count(body->mesh));
   for (int k = 0; k < probe->node_count && probe->nodes && !status; k++) {
@@ -120,17 +121,15 @@ static int check_nodes(flesh_probe *probe, const flesh_body *body, const flesh_t
     sums[0]++;
     for (int d = 0; d < 3; d++) sums[1 + d] += X[3 * (size_t)probe->nodes[k] + (size_t)d];
   }
-  status = flesh_team_sum_agreed(team, status, 4, sums);
+  if (!status && wants_tets && probe->nodes) status = flesh_probe_find_tets(body->mesh, probe, &count, &tets);
+  free(tets);
+  sums[4] = count;
+  status = flesh_team_sum_agreed(team, status, 5, sums);
   if (status) return status;
   if (sums[0] < 1) return flesh_fail(FLESH_ERR_ARGUMENT, "a probe must have a point or at least one node");
   const int about_middle = isnan(probe->about[0]);
   for (int d = 0; d < 3 && about_middle; d++) probe->about[d] = sums[1 + d] / sums[0];
-  if (!(probe->quantities & FLESH_PROBE_OF_TETS)) return FLESH_OK;
-  status = flesh_probe_find_tets(body->mesh, probe, &here, &tets);
-  free(tets);
-  tet_count = here;
-  status = flesh_team_sum_agreed(team, status, 1, &tet_count);
-  if (status || tet_count > 0) return status;
+  if (!wants_tets || sums[4] > 0) return FLESH_OK;
   return flesh_fail(FLESH_ERR_ARGUMENT,
                     "quantities has some of J, stretch, stress and energy, but no tet has all its nodes among the %.0f "
                     "chosen; choose more, or a point",

@@ -171,7 +171,7 @@ int flesh_integrator_find_equilibrium(flesh_integrator *self, flesh_state *state
   flesh_untangler *untangler = self->recovery.untangler;
   int status = come_apart(self, state, h, stats);
   if (status || !untangler) return status;
-  status = flesh_untangler_after_equilibrium(untangler, state);
+  status = flesh_untangler_after_step(untangler, state, 0);
   if (status == 1 && self->tape) self->tape->untangled = 1;
   if (status == 1) status = flesh_continuation_rest(&self->continuation, untangler, 1, state, stats);
   if (status == 1 && flesh_system_has_follower_loads(self->evaluation->system)) status = balance(self, state, 0, stats);

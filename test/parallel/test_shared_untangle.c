@@ -107,7 +107,7 @@ static void compare_searches(const flesh_rank_part *part, const search *whole, c
   const int tets = flesh_mesh_tet_count(own->mesh), pieces = flesh_mesh_order(own->mesh) == 2 ? 8 : 1;
   take(part, x, x_own);
   flesh_winding_find(whole->winding, x, &tangled);
-  flesh_winding_find_far(whole->mesh, NULL, tangled, NULL, whole->far);
+  flesh_winding_find_far(whole->mesh, NULL, tangled, whole->work, whole->far);
   figures[0] = flesh_winding_find(own->winding, x_own, &tangled_here);
   figures[1] = flesh_winding_find_far(own->mesh, team, tangled_here, own->work, own->far);
   figures[2] = 0;
@@ -139,7 +139,7 @@ static void compare_places(flesh_mesh *mesh, int scattered, int places, void (*p
     flesh_communicator_sum(ranks, 3, figures);
     CHECK(figures[2] == 0);
     CHECK(figures[0] == flesh_winding_find(whole.winding, x, &tangled));
-    CHECK(figures[1] == flesh_winding_find_far(mesh, NULL, tangled, NULL, whole.far));
+    CHECK(figures[1] == flesh_winding_find_far(mesh, NULL, tangled, whole.work, whole.far));
     none += figures[0] == 0;
     some += figures[0] > 0;
     most_far = figures[0] > 0 ? fmax(most_far, figures[1]) : most_far;

@@ -266,15 +266,11 @@ static int find_from_reserve(flesh_untangler *self, flesh_state *state)
 int flesh_untangler_after_step(flesh_untangler *self, flesh_state *state, double h)
 {
   self->expected = state->t;
-  self->quasi_static = is_quasi_static(self, state, h) ? self->quasi_static + 1 : 0;
-  if (self->quasi_static < QUASI_STATIC_STEPS) return 0;
-  self->quasi_static = 0;
-  return find_from_reserve(self, state);
-}
-
-int flesh_untangler_after_equilibrium(flesh_untangler *self, flesh_state *state)
-{
-  self->expected = state->t;
+  if (h > 0) {
+    self->quasi_static = is_quasi_static(self, state, h) ? self->quasi_static + 1 : 0;
+    if (self->quasi_static < QUASI_STATIC_STEPS) return 0;
+    self->quasi_static = 0;
+  }
   return find_from_reserve(self, state);
 }
 

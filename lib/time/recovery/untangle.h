@@ -31,11 +31,9 @@ void flesh_untangler_destroy(flesh_untangler **untangler);
 /* To be called with the state before every step; a new one is looked at. */
 void flesh_untangler_before_step(flesh_untangler *untangler, const flesh_state *state);
 
-/* To be called with the state after every accepted step of h. 1: it is tangled for good, and is remembered. Else 0, or a
- * negative status. */
+/* To be called with the state after every accepted step of h, or with an equilibrium, which is quasi-static by itself (h =
+ * 0). 1: it is tangled for good, and is remembered. Else 0, or a negative status. */
 int flesh_untangler_after_step(flesh_untangler *untangler, flesh_state *state, double h);
-/* Like flesh_untangler_after_step, for an equilibrium, which is quasi-static by itself. */
-int flesh_untangler_after_equilibrium(flesh_untangler *untangler, flesh_state *state);
 
 /* The state becomes the one that an attempt starts from: the tangle, or where a body has vanished into a point its rest
  * shape around that. */

@@ -211,26 +211,21 @@ int flesh_winding_find(flesh_winding *self, const double *x, const uint8_t **tan
 int flesh_winding_find_far(const flesh_mesh *mesh, const flesh_team *team, const uint8_t *tangled, double *work,
                            uint8_t *far)
 {
-  enum { AROUND = 2, NEAR = 0, FAR, REACHED };
+  enum { AROUND = 2 };
   const int n = 3 * flesh_mesh_node_count(mesh), own = 3 * flesh_team_own(team, n / 3);
   int count = 0;
-  memset(far, FAR, (size_t)n);
+  memset(far, 1, (size_t)n);
   for (int depth = 0; depth <= AROUND; depth++) {
+    memset(work, 0, (size_t)n / 3 * sizeof *work);
     for (int t = 0; t < flesh_mesh_piece_count(mesh); t++) {
       int node[4], reached = depth == 0 && tangled[t];
       flesh_mesh_piece(mesh, t, node);
-      for (int a = 0; a < 4; a++) reached |= far[3 * node[a]] == NEAR;
-      for (int a = 0; a < 4 && reached; a++)
-        if (far[3 * node[a]] == FAR) far[3 * node[a]] = REACHED;
+      for (int a = 0; a < 4; a++) reached |= !far[3 * node[a]];
+      for (int a = 0; a < 4 && reached; a++) work[node[a]] = 1;
     }
-    for (int i = 0; work && i < n / 3; i++) work[i] = far[3 * i] == REACHED;
     flesh_team_sum_nodes(team, 1, work); /* nodes that other ranks have reached are so here, too */
-    for (int d = 0; d < n; d += 3)
-      if (far[d] == REACHED || (work && far[d] == FAR && work[d / 3] > 0)) far[d] = NEAR;
+    for (int d = 0; d < n; d++) far[d] &= work[d / 3] == 0;
   }
-  for (int d = 0; d < n; d++) {
-    far[d] = far[d - d % 3];
-    if (d < own) count += far[d];
-  }
+  for (int d = 0; d < own; d++) count += far[d];
   return count;
 }

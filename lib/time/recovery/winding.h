@@ -40,8 +40,7 @@ int flesh_mesh_is_flat(const flesh_mesh *mesh, const double *x);
 int flesh_winding_find(flesh_winding *winding, const double *x, const uint8_t **tangled);
 
 /* Finds the dofs [3*nodes] that are far from tangled tets: of nodes that neither they nor the tets two deep around them
- * have, on whichever rank. Returns their number, of nodes that this rank owns. `work` [nodes] is room, where there is a
- * team. Collective. */
+ * have, on whichever rank. Returns their number, of nodes that this rank owns. `work` [nodes] is room. Collective. */
 int flesh_winding_find_far(const flesh_mesh *mesh, const flesh_team *team, const uint8_t *tangled, double *work,
                            uint8_t *far);
 
