@@ -91,15 +91,15 @@ typedef struct flesh_trajectory flesh_trajectory;
 enum { FLESH_TRAJECTORY_STATES = 40 };
 
 /* Records the steps that the integrator takes from now on, of a motion or of equilibria whose friction lags the one
- * before, whose states follow each other, in memory of so many `states` (x and v of the body: 6 n numbers; at least 20) and 16 bytes for each step: the unknowns of the last steps, and
- * checkpoints from which a gradient takes the others again, with the same bits. For that the integrator's solvers forget
- * what they have learned whenever 16 states are full: with methods of one stage every 20 steps. Its solves are those of
- * the integrator's options, until a residual is `tolerance` of its right-hand side, in [1e-13, 1). Borrows the
- * integrator, whose options stay as they are; it may be destroyed before the trajectory where all parts are kept. Steps
- * that errors choose are taken as they were chosen. A step ends with
- * FLESH_ERR_ARGUMENT where it has no sensitivities: a tangle was removed; internal variables change other than by
- * something that breaks; another state than the last step's end. Returns new.
- * FLESH_ERR_ARGUMENT also for ida. Further errors: FLESH_ERR_MEMORY, FLESH_ERR_SUNDIALS. */
+ * before, whose states follow each other, in memory of so many `states` (x and v of the body: 6 n numbers; at least 20)
+ * and 16 bytes for each step: the unknowns of the last steps, and checkpoints from which a gradient takes the others
+ * again, with the same bits. For that the integrator's solvers forget what they have learned whenever 16 states are
+ * full: with methods of one stage every 20 steps. Its solves are those of the integrator's options, until a residual is
+ * `tolerance` of its right-hand side, in [1e-13, 1). Borrows the integrator, whose options stay as they are; it may be
+ * destroyed before the trajectory where all parts are kept. Steps that errors choose are taken as they were chosen. A
+ * step ends with FLESH_ERR_ARGUMENT where it has no sensitivities: a tangle was removed; internal variables change other
+ * than by something that breaks; another state than the last step's end. Returns new. FLESH_ERR_ARGUMENT also for ida.
+ * Further errors: FLESH_ERR_MEMORY, FLESH_ERR_SUNDIALS. */
 FLESH_API int flesh_trajectory_create(flesh_integrator *integrator, double tolerance, int states,
                                       flesh_trajectory **trajectory);
 FLESH_API void flesh_trajectory_destroy(flesh_trajectory **trajectory);
