@@ -1,18 +1,32 @@
 -- profiles.sql: what eigenvalue filters cost (`flesh hardcases --filters`), from the table `runs` of hardcases.sql:
--- performance profiles (Dolan & More, Math. Program. 91, 2002) and what they decide.
+-- performance and data profiles (Dolan & More, Math. Program. 91, 2002; More & Wild, SIAM J. Optim. 20, 2009) and what they
+-- decide.
 
-CREATE TEMP TABLE elements AS SELECT element, min(number) AS first FROM runs GROUP BY element;
-CREATE TEMP TABLE ways AS SELECT solver, row_number() OVER (ORDER BY min(number)) AS way FROM runs GROUP BY solver;
+-- Loads, motions and solvers without techniques are judged apart, as if by other elements. Under a load or in motion a body
+-- that is not back at rest is as it should be, unless it rests stressed though nothing loads it. gnuplot does not find names
+-- with commas.
+CREATE TEMP TABLE apart AS
+SELECT number, name, seed, poisson, step, energy, constants, mesh, newton, linear, cpu_s, outcome, code,
+  element || CASE WHEN grp IN ('load', 'motion') THEN ' ' || grp ELSE '' END || iif(solver LIKE '%-bare', ' bare', '')
+    AS element,
+  replace(solver, '-bare', '') AS solver,
+  outcome = 'recovered' OR (grp IN ('load', 'motion') AND outcome = 'not recovered' AND inverted_end = 0) AS solved
+FROM runs;
+CREATE TEMP TABLE elements AS SELECT element, min(number) AS first FROM apart GROUP BY element;
+CREATE TEMP TABLE ways AS SELECT solver, row_number() OVER (ORDER BY min(number)) AS way FROM apart GROUP BY solver;
 CREATE TEMP VIEW measures (m, measure, title) AS
 VALUES (1, 'newton', 'Newton iterations'), (2, 'linear', 'linear iterations'), (3, 'cpu', 'CPU time');
+-- What no way can begin with is no problem: a form that is undefined for inverted tets, an element that knows no ratio of 1/2.
 CREATE TEMP TABLE tried AS
-SELECT *, dense_rank() OVER (ORDER BY element, name, seed, poisson, step, energy, constants, mesh) AS problem
-FROM runs JOIN ways USING (solver);
+SELECT * FROM (
+  SELECT *, min(code IN ('FLESH_UNDEFINED', 'FLESH_ERR_ARGUMENT')) OVER (PARTITION BY problem) AS refused FROM (
+    SELECT *, dense_rank() OVER (ORDER BY element, name, seed, poisson, step, energy, constants, mesh) AS problem
+    FROM apart JOIN ways USING (solver)))
+WHERE NOT refused;
 
--- Only problems that all ways were run on count. A run solves its problem where the body recovers by the filter alone; its
--- cost is NULL else.
+-- Only problems that all ways were run on count. A run solves its problem by the filter alone; its cost is NULL else.
 CREATE TEMP TABLE costs AS
-SELECT element, poisson, problem, way, m, iif(outcome = 'recovered',
+SELECT element, poisson, problem, way, m, iif(solved,
   max(1e-6, 1.0 * CASE m WHEN 1 THEN newton WHEN 2 THEN linear ELSE cpu_s END), NULL) AS cost
 FROM tried JOIN measures WHERE problem IN (SELECT problem FROM tried WHERE outcome <> 'not run' GROUP BY problem
   HAVING count(DISTINCT way) = (SELECT count(*) FROM ways));
@@ -31,23 +45,33 @@ FROM elements e JOIN measures s JOIN ways w JOIN taus
 LEFT JOIN costs c ON c.element = e.element AND c.m = s.m AND c.way = w.way
 LEFT JOIN least l ON l.problem = c.problem AND l.m = c.m
 GROUP BY e.element, s.m, w.way, tau;
+-- The share that a way solves within a budget of linear iterations, from 8 to 131072, four to an octave.
+CREATE TEMP VIEW budgets AS
+SELECT e.element, e.first, 4 AS m, 'budget' AS measure, w.way, solver, 8 * pow(2, k / 4.0) AS budget,
+  avg(coalesce(cost <= 8 * pow(2, k / 4.0), 0)) AS share
+FROM elements e JOIN ways w JOIN (SELECT row_number() OVER () - 1 AS k FROM taus) LEFT JOIN costs c
+  ON c.element = e.element AND c.m = 2 AND c.way = w.way
+WHERE k <= 56 GROUP BY e.element, w.way, k;
 -- to profiles.csv
-SELECT element, measure, solver AS filter, tau, share FROM shares ORDER BY first, m, way, tau;
+SELECT element, measure, solver AS filter, tau, share FROM (SELECT * FROM shares UNION ALL SELECT * FROM budgets)
+ORDER BY first, m, way, tau;
 
 -- to profiles.gp
 SELECT plot('profiles', 1200, 40 + 330 * (SELECT count(*) FROM elements), NULL, NULL, NULL) || printf('set key default
 set title noenhanced font '',11''
 set logscale x 2
-set xrange [1:32]
 set yrange [0:102]
-set xlabel ''times the least cost'' font '',9''
 set ylabel ''problems solved [%%]'' font '',9''
 set multiplot layout %d,3
 %s
 unset multiplot', (SELECT count(*) FROM elements), (SELECT group_concat(panel, char(10)) FROM (
   SELECT printf('set title %s
+set xrange %s
+set xtics %s
+set xlabel ''%s'' font '',9''
 %s
-plot %s', quoted(element || ': ' || title), iif(first = (SELECT min(first) FROM elements) AND m = 1,
+plot %s', quoted(element || ': ' || title), iif(m = 4, '[8:131072]', '[1:32]'),
+    iif(m = 4, '8,8', 'autofreq'), iif(m = 4, 'linear iterations', 'times the least cost'), iif(first = (SELECT min(first) FROM elements) AND m = 1,
     'set key right bottom noenhanced font '',8'' spacing 0.9', 'unset key'), (SELECT group_concat(printf(
       '''profiles.csv'' using (strcol(''element'') eq ''%s'' && strcol(''measure'') eq ''%s'' && strcol(''filter'') eq ''%s'' ? column(''tau'') : NaN):(100*column(''share'')) with steps lw 2%s lc rgb ''%s'' title %s',
       element, measure, solver, iif(solver LIKE '%always%', ' dt 2', ''), column2, quoted(solver)), ', \
@@ -57,9 +81,10 @@ plot %s', quoted(element || ': ' || title), iif(first = (SELECT min(first) FROM 
       (6, '#8a7a2b'), (7, '#5f9ea0'), (8, '#777777'), (9, '#e0a030'), (10, '#2e3f8f'), (11,
         '#9acd32')) ON column1 = (way - 1) % 12
       ORDER BY way))) AS panel
-  FROM elements JOIN measures ORDER BY first, m)));
+  FROM elements JOIN (SELECT * FROM measures WHERE m < 3 UNION ALL SELECT 4, 'budget', 'solved within a budget')
+  ORDER BY first, m)));
 
--- Two ways with each other: a problem is won by who alone solved it, or by a cost lower by 5 % or more; a way beats the
+-- Two ways beside each other: a problem is won by who alone solved it, or by a cost lower by 5 % or more; a way beats the
 -- other where chance would do so with a probability below 0.01 (sign test).
 CREATE TEMP TABLE pairs AS
 SELECT *, wins > losses AND sign_test(wins, losses) < 0.01 AS beats FROM (
@@ -105,7 +130,7 @@ SELECT element, first, m, CASE
   END AS verdict
 FROM solved s;
 
-CREATE TEMP VIEW poissons AS SELECT poisson, min(number) AS at FROM runs GROUP BY poisson;
+CREATE TEMP VIEW poissons AS SELECT poisson, min(number) AS at FROM apart GROUP BY poisson;
 -- to verdict.txt
 SELECT text FROM (
   SELECT first, 0 AS m, 0 AS kind, 0 AS way, printf('%s%s: %d of %d problems run with all filters; %d solved by none', char(10),

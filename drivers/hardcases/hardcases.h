@@ -15,7 +15,9 @@
 #include "hardcases/cases.h"
 
 /* ROW(id, name, solver's keys in a scene; "": the library's defaults). Projected eigenvalues become zero, absolute values, or
- * one or the other; where every Hessian is projected so, it is "always". */
+ * one or the other; where every Hessian is projected so, it is "always". A solver is "bare" without
+ * any technique but those that say when a solve has come to its end. */
+#define FLESH_HARDCASES_BARE "techniques: [balanced_target, approximate_wolfe]"
 #define FLESH_HARDCASES_SOLVER_LIST(ROW)                                                                               \
   ROW(DEFAULT, "default", "")                                                                                          \
   ROW(KINSOL, "kinsol-line-search", "line_search: residual")                                                           \
@@ -29,7 +31,13 @@
   ROW(TRUST_REGION, "trust-region", "eigenvalue_filter: trust-region")                                                 \
   ROW(CLAMPED_ALWAYS, "clamped-always", "eigenvalue_filter: clamp-always") /* from here on not of "all" */             \
   ROW(ABSOLUTE_ALWAYS, "absolute-always", "eigenvalue_filter: absolute-always")                                        \
-  ROW(TRUST_REGION_ALWAYS, "trust-region-always", "eigenvalue_filter: trust-region-always")
+  ROW(TRUST_REGION_ALWAYS, "trust-region-always", "eigenvalue_filter: trust-region-always")                            \
+  ROW(CLAMPED_BARE, "clamped-bare", "eigenvalue_filter: clamp, " FLESH_HARDCASES_BARE)                                 \
+  ROW(ABSOLUTE_BARE, "absolute-bare", "eigenvalue_filter: absolute, " FLESH_HARDCASES_BARE)                            \
+  ROW(TRUST_REGION_BARE, "trust-region-bare", "eigenvalue_filter: trust-region, " FLESH_HARDCASES_BARE)                \
+  ROW(CLAMPED_ALWAYS_BARE, "clamped-always-bare", "eigenvalue_filter: clamp-always, " FLESH_HARDCASES_BARE)            \
+  ROW(ABSOLUTE_ALWAYS_BARE, "absolute-always-bare", "eigenvalue_filter: absolute-always, " FLESH_HARDCASES_BARE)       \
+  ROW(TRUST_REGION_ALWAYS_BARE, "trust-region-always-bare", "eigenvalue_filter: trust-region-always, " FLESH_HARDCASES_BARE)
 
 #define FLESH_HARDCASES_ID(id, ...) FLESH_HARDCASES_##id,
 typedef enum flesh_hardcases_solver {
@@ -130,6 +138,7 @@ typedef struct flesh_hardcases_plan {
   int export;   /* writes the static cases as data instead of running them */
   int lean;     /* runs that recover leave no mesh and no state: with any of the three, of thousands of runs */
   double max_seconds; /* per run and phase */
+  double share[2];    /* of the problems those are run whose hash lies from the first to below the second */
   const flesh_texts *overrides;
   int case_count;
   const flesh_hardcases_case *const *cases;

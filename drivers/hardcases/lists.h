@@ -21,7 +21,7 @@ typedef struct flesh_hardcases_lists {
 
 /* The lists as given; of meshes NULL for none. */
 typedef struct flesh_hardcases_request {
-  const char *energies, *poissons, *steps, *solvers, *elements, *meshes, *cases;
+  const char *energies, *poissons, *steps, *solvers, *elements, *meshes, *cases, *share;
 } flesh_hardcases_request;
 
 /* Reads all but the cases. FLESH_ERR_ARGUMENT with what would be valid. */

@@ -305,7 +305,7 @@ void flesh_hardcases_run_one(const flesh_hardcases_plan *plan, const flesh_hardc
   watch_finish(&watch);
   if (status) goto done;
   f->rank = flesh_hardcases_rank(flesh_scene_mesh(scene), watch.last.x);
-  if (!is_back(f) && f->finite)
+  if (!is_back(f) && f->finite && !plan->filters) /* whose runs may end anywhere */
     flesh_hardcases_judge_end(release ? release : scene, end, watch.last.x, rest, f);
 done:
   watch_close(&watch);

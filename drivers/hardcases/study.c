@@ -76,7 +76,7 @@ static int make_case(const void *data, int number, flesh_study_case *made)
   return FLESH_OK;
 }
 
-/* Removes what a run that recovered needs no more; the command makes it again. */
+/* Removes what a run that came to its end needs no more; the command makes it again. */
 static void shed(const char *out, const flesh_hardcases_run *run)
 {
   static const char *const large[] = {"body.mesh", "start.txt", "frame_first.txt", "frame_early.txt", "out/state.txt"};
@@ -95,7 +95,8 @@ static json_t *do_case(const void *data, int number, const char *folder)
   flesh_hardcases_run run = plan->runs[number];
   flesh_hardcases_run_one(plan, &run, &run.figures);
   run.outcome = flesh_hardcases_judge(&run);
-  if (plan->lean && run.outcome == FLESH_HARDCASES_RECOVERED) shed(plan->out, &run);
+  if (plan->lean && run.outcome <= (plan->filters ? FLESH_HARDCASES_UNCONVERGED : FLESH_HARDCASES_RECOVERED))
+    shed(plan->out, &run);
   const char *word = run.outcome == FLESH_HARDCASES_NOT_RUN ? "interrupted" : flesh_hardcases_outcome_name(run.outcome);
   return flesh_fields_record(word, run.figures.exit_code, run.figures.message, flesh_fields_json(flesh_hardcases_fields, &run.figures));
 }

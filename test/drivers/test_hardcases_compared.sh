@@ -43,7 +43,36 @@ profiles_from_rows() {
 }
 
 compare_filters() {
-  expect 0 "$flesh" hardcases --filters --quick --out out --elements tet4,tet10-mean --poisson 0.49 --seeds 2 "$@"
+  expect 0 "$flesh" hardcases --filters --quick --out out --elements tet4,tet10-mean --poisson 0.49 --seeds 2 \
+    --cases stretch,twist,squash,noise "$@"
+}
+
+# Loads and motions are judged apart, by whether they were solved, and with techniques and without. Of the problems those are
+# run that SHA-256 chooses, by all solvers.
+a_share_of_loads_and_motions() {
+  compare_filters --cases sag,let_go --elements tet4 --solvers clamped,absolute,clamped-bare,absolute-bare \
+    --seeds 20 --steps 1e-2,1 --energies S,E --share 0.2:0.45 || return 1
+  python3 -c 'import hashlib
+for case in "sag", "let_go":
+  for seed in range(1, 21):
+    for energy in "S", "E":
+      for step in ("0",) if case == "sag" else ("0.01", "1"):
+        problem = f"{case} 4x2x2 {seed} {energy} matched 0.49 {step}"
+        if 0.2 <= int(hashlib.sha256(problem.encode()).hexdigest()[:8], 16) / 2**32 < 0.45:
+          for solver in "clamped", "absolute", "clamped-bare", "absolute-bare":
+            print(case, energy, seed, "" if case == "sag" else step, solver)' | sort >expected.txt
+  awk -F , 'NR == 1 { for (c = 1; c <= NF; c++) column[$c] = c; next } { print $column["case"], $column["energy"],
+    $column["seed"], $column["step"], $column["solver"] }' out/hardcases.csv | sort | cmp - expected.txt || return 1
+  loads=$(grep -c '^sag .* absolute$' expected.txt) motions=$(grep -c '^let_go .* absolute$' expected.txt)
+  [ "$loads" -gt 3 ] && [ "$motions" -gt 3 ] && all_are unconverged 0 && has out/hardcases.csv ',not recovered,' || return 1
+  for bare in '' ' bare'; do
+    has out/verdict.txt "^tet4 load$bare: $loads of $loads problems run with all filters; 0 solved by none" &&
+      has out/verdict.txt "^tet4 motion$bare: $motions of $motions problems run with all filters" || return 1
+  done
+  has "$(find out/cases -path '*sag*clamped-bare/scene.yaml' | head -n 1)" \
+    'eigenvalue_filter: clamp, techniques: \[balanced_target, approximate_wolfe\]' &&
+    has out/profiles.csv '^tet4 load,budget,clamped,131072' &&
+    expect 2 "$flesh" hardcases --filters --quick --out out --share 0.5:0.5 && has stderr.txt "'0.5:0.5'; it must be LOW:HIGH"
 }
 
 filters_are_compared() {
@@ -144,4 +173,4 @@ techniques_are_left_out() {
 }
 
 run_tests techniques_are_left_out shapes_come_back other_solvers_are_found_out bodies_of_ten_node_tets_recover filters_are_compared \
-  a_comparison_goes_on_where_it_was meshes_can_be_given
+  a_share_of_loads_and_motions a_comparison_goes_on_where_it_was meshes_can_be_given

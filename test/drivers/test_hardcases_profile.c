@@ -11,7 +11,7 @@ enum { WAYS = 3, MANY = 40 };
 static const char tables[] =
     "CREATE TABLE runs (number INTEGER PRIMARY KEY, name, seed DEFAULT 1, poisson DEFAULT 0.45, step DEFAULT 1, energy DEFAULT "
     "'S', constants DEFAULT 'matched', element DEFAULT 'tet4', mesh DEFAULT '', solver, outcome, newton, linear DEFAULT 1, "
-    "cpu_s DEFAULT 1)";
+    "cpu_s DEFAULT 1, grp DEFAULT 'rest', code DEFAULT 'FLESH_OK', inverted_end DEFAULT 0)";
 
 /* The verdict on the costs [problems][WAYS]; INFINITY: not solved; NaN: not run. */
 static char *judge(int problems, const double *cost, char **csv)
@@ -46,6 +46,26 @@ static void shares_are_those_by_hand(void)
   text = judge(1, (const double[]){NAN, 5, 2}, NULL);
   CHECK_TEXT(text, "tet4: 0 of 1 problems run with all filters; 0 solved by none");
   CHECK_TEXT(text, "    absolute                    0     0.0 %            0.0 %\n");
+  free(text);
+}
+
+/* A load that ends away from rest is solved; a problem that no way can begin with is none. */
+static void loads_and_what_is_refused(void)
+{
+  sqlite3 *database = results_open(tables);
+  CHECK(!sqlite3_exec(database, "INSERT INTO runs (name, solver, outcome, newton, grp, code, inverted_end) VALUES "
+    "('a', 'clamp', 'not recovered', 4, 'load', 'FLESH_OK', 0), ('a', 'absolute', 'not recovered', 2, 'load', 'FLESH_OK', 1),"
+    "('b', 'clamp', 'not recovered', 4, 'rest', 'FLESH_OK', 0), ('b', 'absolute', 'recovered', 2, 'rest', 'FLESH_OK', 0),"
+    "('c', 'clamp', 'stopped', 0, 'rest', 'FLESH_UNDEFINED', 0), ('c', 'absolute', 'stopped', 0, 'rest', 'FLESH_UNDEFINED', 0),"
+    "('b', 'clamp-bare', 'recovered', 4, 'rest', 'FLESH_OK', 0), ('b', 'absolute-bare', 'stopped', 9, 'rest', 'FLESH_UNDEFINED', 0)",
+                      NULL, NULL, NULL));
+  char *text = results_make(database, "profiles", NULL, NULL, NULL);
+  CHECK_TEXT(text, "tet4 load: 1 of 1 problems run with all filters; 0 solved by none\n  solved of         nu 0.45: 1\n"
+                   "    clamp                        1\n    absolute                     0\n");
+  CHECK_TEXT(text, "tet4: 1 of 1 problems run with all filters; 0 solved by none\n  solved of         nu 0.45: 1\n"
+                   "    clamp                        0\n    absolute                     1\n");
+  CHECK_TEXT(text, "tet4 bare: 1 of 1 problems run with all filters; 0 solved by none\n  solved of         nu 0.45: 1\n"
+                   "    clamp                        1\n    absolute                     0\n");
   free(text);
 }
 
@@ -134,5 +154,5 @@ static void verdicts_follow_from_the_costs(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(shares_are_those_by_hand), TEST(chances_are_binomial), TEST(verdicts_follow_from_the_costs));
+  return RUN_TESTS(argc, argv, TEST(shares_are_those_by_hand), TEST(loads_and_what_is_refused), TEST(chances_are_binomial), TEST(verdicts_follow_from_the_costs));
 }
