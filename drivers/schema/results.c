@@ -83,9 +83,8 @@ static const row history_rows[] = {
 
 static const row probes_rows[] = {
     {"position, velocity", "m, m/s", "of the point, or the mean of the nodes; _x, _y, _z"},
-    {"reaction, reaction_moment", "N, N m", "force of pins and prescribed motions on the body, and its moment about `about`; of "
-                                            "a weld or joint those on its first side"},
-    {"contact_force, contact_moment", "N, N m", "the same of contact"},
+    {"reaction, reaction_moment", "N, N m", "force of pins and prescribed motions on the body, and its moment about `about`"},
+    {"contact_force, contact_moment", "N, N m", "the same of contact; of a weld or joint those on its first side"},
     {"J, J_mean", "1", "J at the point; its mean over the rest volume of the tets all of whose nodes are chosen"},
     {"stretch", "1", "principal ones, descending, _1, _2, _3: at the point, or means like J_mean"},
     {"stress", "Pa", "Cauchy, _xx, _yy, _zz, _xy, _yz, _xz: at the point, or the mean over the volume of these tets"},

@@ -86,7 +86,10 @@ every_number_is_documented() {
   grep -vxFf names named && return 1
   grep -vxFf history_names columns && return 1
   grep -vxFf probe_names probes && return 1
-  true
+  # The row of the table that speaks of joints is that of the columns which a joint has.
+  expect 0 "$flesh" run "$source_folder/../data/scenes/hinged.yaml" --set time.end=1/60 --set output.reactions=true --no-frames \
+    --quiet --out joint && head -n 1 joint/probes.csv | grep -o '[,]joint[.][a-z]*_[a-z]*' | sort -u >joint_names || return 1
+  "$flesh" schema results | sed -n 's/^| \([a-z_]*\), .*weld or joint.*/,joint.\1/p' >said && grep -qxFf said joint_names
 }
 
 vtk_reads_the_frames() {
