@@ -299,17 +299,20 @@ static int solve_stage(flesh_integrator *self, const trial *trial, const flesh_s
   return status;
 }
 
-/* Adds what the forces of contact at the stage that has been solved are off by, as friction goes by the normal forces of
- * a state before it: an error that no embedded method sees. */
-static int add_lag(flesh_integrator *self, const trial *trial, double weight)
+/* Tells what contact pushes at the stage that has been solved, and adds what its forces are off by, as friction goes by
+ * the normal forces of a state before it: errors that no filtered estimate sees. */
+static int add_contact(flesh_integrator *self, const trial *trial, double weight)
 {
   double *with_own = self->first.rigid, *with_lagged = self->start;
-  if (!is_controlled(self, trial) || self->lag.controlled > 1 ||
-      !flesh_system_has_role(self->evaluation->system, FLESH_ROLE_CONTACT) || flesh_nonlinear_is_clear(self->nonlinear))
+  if (!is_controlled(self, trial) || !flesh_system_has_role(self->evaluation->system, FLESH_ROLE_CONTACT) ||
+      flesh_nonlinear_is_clear(self->nonlinear))
     return FLESH_OK;
   int status = find_contact(self, with_lagged, with_own);
-  if (!status) flesh_error_control_lag(&self->control, trial->part->h * weight, with_own, with_lagged);
-  return status;
+  if (status) return status;
+  flesh_error_control_touch(&self->control, with_own);
+  if (self->lag.controlled <= 1)
+    flesh_error_control_lag(&self->control, trial->part->h * weight, with_own, with_lagged);
+  return FLESH_OK;
 }
 
 /* Solves the stages of a step in turn; the last one is left in *stage. */
@@ -320,11 +323,11 @@ static int solve_stages(flesh_integrator *self, const trial *trial, const flesh_
   flesh_method_memory *memory = &self->memory;
   const int count = row->stages ? row->stages(memory) : 1;
   int status = FLESH_OK;
-  flesh_error_control_lag_nothing(&self->control);
+  flesh_error_control_clear_contact(&self->control);
   for (int k = 0; k < count && !status; k++) {
     memory->at = k;
     status = solve_stage(self, trial, state, k == count - 1, stage, stats);
-    if (!status) status = add_lag(self, trial, row->stages ? row->weight(memory, k + 1) : 1);
+    if (!status) status = add_contact(self, trial, row->stages ? row->weight(memory, k + 1) : 1);
     if (status || !row->stages) continue;
     row->keep(memory, stage, flesh_nonlinear_unknowns(self->nonlinear));
     status = flesh_step_energy_add(energy, row->weight(memory, k + 1), row->weight(memory, 0));
@@ -345,7 +348,7 @@ static int judge_error(flesh_integrator *self, const trial *trial, const flesh_s
   if (!is_controlled(self, trial)) return FLESH_OK;
   const double *u = flesh_nonlinear_unknowns(self->nonlinear);
   if (!trial->row->error(&self->memory, state, u, trial->part->h, control->e)) return FLESH_OK;
-  control->refusal = flesh_error_control_judge(control, self->prescribed.fixed, &stage->shift, stats);
+  control->refusal = flesh_error_control_judge(control, self->prescribed.fixed, trial->part->h, &stage->shift, stats);
   return control->refusal ? FLESH_NOT_CONVERGED : FLESH_OK;
 }
 

@@ -10,6 +10,11 @@
  * local = share tolerance^((q + 1)/p): the estimate falls with h^(q+1), q = min(p, 2), and what the errors of a method of
  * order p add up to with h^p, so that this is in proportion to the tolerance. `share` is measured (README.md).
  *
+ * Contact turns a node around within its own period, which the filter takes for a motion that need not be resolved. But
+ * what the node's momentum is off by stays in the body. So the error e of nodes that touch something counts once more,
+ * unfiltered, as the velocity e/h, by which the body goes astray for its own period. Such errors have no higher order to
+ * fall with: they add up to tolerance with tolerance^((q + 1)/q), down to `local`, where the residuals of the stages show.
+ *
  * The next step is h 0.9 e^(-0.7/k) e_before^(0.4/k), k = q + 1 (a PI controller: Gustafsson 1991, Hairer & Wanner 1996,
  * IV.2), within [0.2, 2] times the last. */
 #include "time/error_control.h"
@@ -42,7 +47,9 @@ static const double longer_steps = 1.3, shorter_steps = 0.6; /* where the table 
 static void clear_vectors(flesh_error_control *self)
 {
   free(self->e);
+  free(self->touching);
   self->e = self->force = self->filtered = self->lagged = NULL;
+  self->touching = NULL;
 }
 
 /* Twice the kinetic energy that e [n] would have as velocities: e.M e. */
@@ -74,7 +81,8 @@ int flesh_error_control_set(const flesh_adaptive_options *options, const flesh_s
                                 .n = (int)n, .before = 1, .first = 1, .error = NAN};
   if (!self->on) return FLESH_OK;
   self->e = calloc(4 * n + 1, sizeof *self->e);
-  if (!self->e) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the errors of %zu unknowns", n);
+  self->touching = calloc(n / 3 + 1, 1);
+  if (!self->e || !self->touching) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the errors of %zu unknowns", n);
   self->force = self->e + n;
   self->filtered = self->force + n;
   self->lagged = self->filtered + n;
@@ -90,7 +98,7 @@ void flesh_error_control_clear(flesh_error_control *self)
 
 size_t flesh_error_control_memory(const flesh_error_control *self)
 {
-  return self->e ? 4 * (size_t)self->n * sizeof(double) : 0;
+  return self->e ? 4 * (size_t)self->n * sizeof(double) + (size_t)self->n / 3 : 0;
 }
 
 void flesh_error_control_archive(flesh_error_control *self, flesh_archive *archive)
@@ -134,6 +142,7 @@ void flesh_error_control_aim(flesh_error_control *self, int order)
 {
   self->falls = order < 2 ? order + 1 : 3;
   self->local = share * pow(self->options.tolerance, self->falls / order);
+  self->impulses = fmax(self->local, pow(self->options.tolerance, self->falls / (self->falls - 1)));
 }
 
 double flesh_error_control_target(const flesh_error_control *self, const flesh_shift *shift, double own_depth)
@@ -162,10 +171,17 @@ static int filter(flesh_error_control *self, const uint8_t *fixed, const flesh_s
   return status == FLESH_OK || status == FLESH_NOT_CONVERGED; /* its last iterate serves as well */
 }
 
-void flesh_error_control_lag_nothing(flesh_error_control *self)
+void flesh_error_control_clear_contact(flesh_error_control *self)
 {
   if (self->lags) memset(self->lagged, 0, (size_t)self->n * sizeof *self->lagged);
-  self->lags = 0;
+  if (self->touches) memset(self->touching, 0, (size_t)self->n / 3);
+  self->lags = self->touches = 0;
+}
+
+void flesh_error_control_touch(flesh_error_control *self, const double *forces)
+{
+  for (int d = 0; d < self->n; d++) self->touching[d / 3] |= forces[d] != 0;
+  self->touches = 1;
 }
 
 void flesh_error_control_lag(flesh_error_control *self, double seconds, const double *own, const double *lagged)
@@ -174,7 +190,14 @@ void flesh_error_control_lag(flesh_error_control *self, double seconds, const do
   self->lags = 1;
 }
 
-flesh_refusal flesh_error_control_judge(flesh_error_control *self, const uint8_t *fixed, const flesh_shift *shift,
+/* The size of the velocity error e/h of the nodes that touch something, where they are not fixed. Overwrites `filtered`. */
+static double size_of_impulses(flesh_error_control *self, const uint8_t *fixed, double h)
+{
+  for (int d = 0; d < self->n; d++) self->filtered[d] = self->touching[d / 3] && !(fixed && fixed[d]) ? self->e[d] / h : 0;
+  return size_of(self, self->filtered);
+}
+
+flesh_refusal flesh_error_control_judge(flesh_error_control *self, const uint8_t *fixed, double h, const flesh_shift *shift,
                                         flesh_solve_stats *stats)
 {
   const double allowed = self->local * self->length;
@@ -187,6 +210,8 @@ flesh_refusal flesh_error_control_judge(flesh_error_control *self, const uint8_t
     const double filtered = size_of(self, self->filtered) / allowed;
     if (self->lags || filtered < self->error) self->error = filtered;
   }
+  if (self->touches)
+    self->error = hypot(self->error, self->period * size_of_impulses(self, fixed, h) / (self->impulses * self->length));
   return self->error <= 1 ? FLESH_REFUSED_BY_NOTHING : FLESH_REFUSED_BY_ERROR;
 }
 

@@ -24,10 +24,13 @@ typedef struct flesh_error_control {
   double *e, *force, *filtered;   /* [n] the error; room */
   double *lagged;                 /* [n] N s, what the lag of forces adds up to over the step */
   int lags;                       /* `lagged` is not 0 */
+  uint8_t *touching;              /* [n/3] nodes that contact has pushed in a stage of the step */
+  int touches;                    /* some do */
   double length, period, mass;    /* m, s over 2 pi of bending, kg */
   double nodes;                   /* of the body */
   double falls;                   /* the power of h with which the estimate falls */
   double local;                   /* the error of positions that a step may make, over the length */
+  double impulses;                /* and that of velocities, which contact makes, times the period */
   flesh_refusal refusal;          /* of the last attempt */
   double error;                   /* of that, over what it may be; NaN: not known */
   /* The memory between steps. */
@@ -64,15 +67,17 @@ double flesh_error_control_target(const flesh_error_control *control, const fles
 int flesh_error_control_keeps_gaining(const flesh_error_control *control);
 /* The change of volume that incompressible tets may be left with. */
 double flesh_error_control_gap(const flesh_error_control *control);
-/* A step begins: no force lags in it so far. */
-void flesh_error_control_lag_nothing(flesh_error_control *control);
+/* A step begins: nothing touches and no force lags in it so far. */
+void flesh_error_control_clear_contact(flesh_error_control *control);
+/* Forces of contact [n], N, of a stage of the step. */
+void flesh_error_control_touch(flesh_error_control *control, const double *forces);
 /* Forces [n], N, of a stage that counts `seconds` of the step: by the stage itself, and by the lagged state in their stead. */
 void flesh_error_control_lag(flesh_error_control *control, double seconds, const double *own, const double *lagged);
-/* Judges the error in control->e [n] of a step whose last stage, with this shift, was solved last: FLESH_REFUSED_BY_ERROR
- * or _BY_NOTHING. `fixed` [n]: constrained dofs, whose error shows whether steps resolve their motion. Adds to *stats what the
- * filter's solve took. */
-flesh_refusal flesh_error_control_judge(flesh_error_control *control, const uint8_t *fixed, const flesh_shift *shift,
-                                        flesh_solve_stats *stats);
+/* Judges the error in control->e [n] of a step of h whose last stage, with this shift, was solved last:
+ * FLESH_REFUSED_BY_ERROR or _BY_NOTHING. `fixed` [n]: constrained dofs, whose error shows whether steps resolve their
+ * motion. Adds to *stats what the filter's solve took. */
+flesh_refusal flesh_error_control_judge(flesh_error_control *control, const uint8_t *fixed, double h,
+                                        const flesh_shift *shift, flesh_solve_stats *stats);
 /* The steps to come are those of a method with longer steps for the same error, or with shorter ones. */
 void flesh_error_control_change(flesh_error_control *control, int longer);
 /* A step of h has ended as control->refusal says. Finds the next one's length. */

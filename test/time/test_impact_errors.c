@@ -1,0 +1,67 @@
+// TEST quick seconds=8
+/* test_impact_errors.c: steps that errors choose resolve impacts: a cube meets a plane askew, and another cube. A node bounces in
+ * the barrier within some 1e-4 s, and what its momentum is off by stays in the body, so that errors follow the tolerance
+ * only where the control sees momenta. They are measured against the midpoint rule, with steps that resolve every bounce. */
+#include <math.h>
+
+#include "touching.h"
+
+static const char *const plane =
+    "body: {mesh: ../meshes/cube_3x3x3.mesh, density: 1000, material: {energy: S, young: 2e4, poisson: 0.4}}\n"
+    "effects: [inertia, contact: {plane: {point: [0, 0, -0.01], normal: [0.3, 0.2, 1]}}]\n"
+    "start: {velocity: [0.2, 0, -1]}\n";
+static const char *const cubes =
+    "body: {mesh: ../meshes/cube_3x3x3.mesh, density: 1000, material: {energy: S, young: 2e4, poisson: 0.4}}\n"
+    "bodies: [{name: other, mesh: ../meshes/cube_3x3x3.mesh, translation: [0.02, 0.01, 0.105], rotation: [0, 0, 0.3],\n"
+    "          velocity: [0, 0, -1]}]\n"
+    "effects: [inertia, contact: {between: all}]\n";
+
+/* The positions after 0.05 s by a method with its keys, [n]; *newton: its iterations. */
+static double *run(const char *scene, const char *how, double step, int *n, int *newton)
+{
+  char text[2048];
+  touching m;
+  snprintf(text, sizeof text, "%stime: {method: %s, step: %.17g, end: 0.05}\nsolver: {newton_tolerance: 1e-8}\n", scene, how,
+           step);
+  const int status = touching_begin(text, NULL, 1000, &m);
+  CHECK_OK(status);
+  if (status) exit(1);
+  *newton = 0;
+  while (m.state.t < 0.05 * (1 - 1e-9)) {
+    flesh_solve_stats stats = {0};
+    CHECK_OK(flesh_integrator_step(m.integrator, &m.state, step, &stats));
+    *newton += stats.newton;
+  }
+  double *x = malloc((size_t)m.n * sizeof *x);
+  memcpy(x, m.state.x, (size_t)m.n * sizeof *x);
+  *n = m.n;
+  touching_end(&m);
+  return x;
+}
+
+static void follow_the_tolerance(const char *scene, double most)
+{
+  int n, newton;
+  double *exact = run(scene, "midpoint", 1e-5, &n, &newton);
+  printf("# midpoint %d\n", newton);
+  for (double tolerance = 1e-2; tolerance > 5e-6; tolerance *= 0.1) {
+    char how[80];
+    double square = 0;
+    snprintf(how, sizeof how, "adaptive, tolerance: %g", tolerance);
+    double *x = run(scene, how, 0.05, &n, &newton);
+    for (int d = 0; d < n; d++) square += (x[d] - exact[d]) * (x[d] - exact[d]) / n * 3;
+    printf("# tolerance %g: error %.2g tolerances, %d Newton iterations\n", tolerance, sqrt(square) / (0.1 * tolerance), newton);
+    CHECK_BELOW(sqrt(square), most * tolerance * 0.1);
+    free(x);
+  }
+  free(exact);
+}
+
+static void errors_of_a_cube_on_a_plane_follow_the_tolerance(void) { follow_the_tolerance(plane, 6); }
+static void errors_of_two_cubes_follow_the_tolerance(void) { follow_the_tolerance(cubes, 6); }
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS(argc, argv, TEST(errors_of_a_cube_on_a_plane_follow_the_tolerance),
+                   TEST(errors_of_two_cubes_follow_the_tolerance));
+}
