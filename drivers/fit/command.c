@@ -9,7 +9,7 @@
 #include "cli/interrupt.h"
 #include "cli/options.h"
 #include "cli/output.h"
-#include "fit/fit.h"
+#include "fit/map.h"
 #include "picture/plot.h"
 
 static const char details[] =
@@ -29,7 +29,7 @@ static const char details[] =
 /* Nothing that is written may replace what is read. */
 static int spare_inputs(const flesh_fit *fit)
 {
-  static const char *const names[] = {"result.json", "fit.csv", "fit.dat", "fit.gp", "fit.png", NULL};
+  static const char *const names[] = {"result.json", "fit.csv", "map.csv", "tets.csv", "map.vtu", "fit.dat", "fit.gp", "fit.png", NULL};
   static const char *const folders[] = {"points", "runs", "scenes", NULL};
   flesh_inputs inputs = {0};
   flesh_inputs_add(&inputs, fit->path);
@@ -42,6 +42,21 @@ static int spare_inputs(const flesh_fit *fit)
   return status;
 }
 
+/* The search for a map, and what is written of it. */
+static int find_map(flesh_fit *fit)
+{
+  flesh_fit_map_found found = {0};
+  int status = flesh_fit_map_search(fit, &found);
+  if (status) flesh_fit_write_ended(fit, status);
+  else status = flesh_fit_map_judge(fit, &found);
+  if (!status) status = flesh_fit_map_report(fit, &found);
+  if (!status) status = flesh_plot_accept("fit", flesh_fit_draw(fit, found.values));
+  if (!status && !found.stages[found.chosen].converged)
+    status = flesh_fail(FLESH_ERR_SOLVE, "%s; %s/result.json has it so far", found.words, fit->out);
+  flesh_fit_map_found_close(&found);
+  return status;
+}
+
 /* The search, and what is written of it. */
 static int find(flesh_fit *fit, int resume)
 {
@@ -50,12 +65,12 @@ static int find(flesh_fit *fit, int resume)
   int status = FLESH_OK;
   for (int e = 0; e < fit->experiment_count && !status; e++) status = flesh_fit_try(fit, e);
   if (!status) status = flesh_fit_runs_open(fit, resume);
-  if (status) return status;
+  if (status || fit->map) return status ? status : find_map(fit);
   status = flesh_fit_search(fit, &found);
   if (status) flesh_fit_write_ended(fit, status);
   else status = flesh_fit_judge(fit, &found, &statistics);
   if (!status) status = flesh_fit_write(fit, &found, &statistics);
-  if (!status) status = flesh_plot_accept("fit", flesh_fit_draw(fit, &found));
+  if (!status) status = flesh_plot_accept("fit", flesh_fit_draw(fit, found.values));
   if (!status && !found.converged) status = flesh_fail(FLESH_ERR_SOLVE, "%s; %s/result.json has it so far", found.words, fit->out);
   flesh_fit_statistics_close(&statistics);
   flesh_fit_found_close(&found);

@@ -40,7 +40,7 @@ static int has_times(const row *r)
 }
 
 /* A block for each quantity of each row: abscissa, measured, deviation, fitted, residual. */
-static int write_data(const flesh_fit *fit, const flesh_fit_found *found, int count, const row *rows)
+static int write_data(const flesh_fit *fit, const double *values, int count, const row *rows)
 {
   flesh_file file;
   const int status = flesh_table_open(fit->out, "fit.dat", &file);
@@ -49,7 +49,7 @@ static int write_data(const flesh_fit *fit, const flesh_fit_found *found, int co
     for (int q = 0; q < drawn_quantities(&rows[k]); q++) {
       for (int d = 0; d < rows[k].measured->count; d++) {
         const flesh_fit_datum *datum = &rows[k].measured->data[d];
-        const double fitted = found->values[rows[k].first + d], x = has_times(&rows[k]) ? datum->t : datum->row + 1;
+        const double fitted = values[rows[k].first + d], x = has_times(&rows[k]) ? datum->t : datum->row + 1;
         if (datum->quantity == q)
           fprintf(file.stream, "%.9g %.9g %.9g %.9g %.9g\n", x, datum->value, datum->deviation, fitted,
                   (fitted - datum->value) / datum->deviation);
@@ -95,12 +95,12 @@ static void draw_row(FILE *stream, const row *r, int block)
   fputc('\n', stream);
 }
 
-int flesh_fit_draw(const flesh_fit *fit, const flesh_fit_found *found)
+int flesh_fit_draw(const flesh_fit *fit, const double *values)
 {
   row rows[ROWS];
   flesh_file file;
   const int count = list_rows(fit, rows);
-  int block = 0, status = write_data(fit, found, count, rows);
+  int block = 0, status = write_data(fit, values, count, rows);
   if (!status) status = flesh_plot_open(fit->out, "fit", ".gp", &file);
   if (status) return status;
   flesh_plot_begin(file.stream, "fit", WIDTH, HEIGHT * count);

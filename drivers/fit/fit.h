@@ -77,7 +77,7 @@ typedef struct flesh_fit_experiment {
   int first, count; /* of its measured numbers among all */
   char fingerprint[FLESH_STUDY_FINGERPRINT];
   json_t *inputs; /* for the provenance */
-  unsigned char acts[FLESH_FIT_PARAMETERS]; /* the parameter is one of this scene */
+  unsigned char *acts; /* [parameters] the parameter is one of this scene */
   char differences[FLESH_FIT_WORDS]; /* why derivatives are by differences of runs; empty: they are by tangents */
   flesh_fit_kept kept;
 } flesh_fit_experiment;
@@ -98,8 +98,11 @@ typedef struct flesh_fit_counts {
   double cpu_s;                /* of all runs, those read back too */
 } flesh_fit_counts;
 
+typedef struct flesh_fit_map flesh_fit_map; /* map.h */
+
 typedef struct flesh_fit {
   flesh_arena arena;
+  flesh_fit_map *map; /* NULL: the parameters are keys; else they are its tets, and `parameters` is NULL */
   const char *path, *out;
   char *text;
   const char *title;
@@ -152,7 +155,7 @@ void flesh_fit_state_free(flesh_state *state);
 /* Derivatives [count * parameters] of what was measured by all parameters at the kept equilibria. FLESH_OK also where
  * there are none: then e->differences says why. */
 int flesh_fit_tangents(flesh_fit *fit, int experiment, double *tangents);
-/* A scene of an experiment at parameters. Returns new. */
+/* A scene of an experiment at parameters, whose map is in DIR/map.csv. Returns new. */
 int flesh_fit_scene_at(const flesh_fit *fit, int experiment, const double *p, flesh_scene **scene);
 /* Takes what was measured from the tables in a folder, whose last state has the positions x [3*nodes]. */
 int flesh_fit_take(const flesh_fit_experiment *e, const char *folder, const double *x, double *values);
@@ -166,6 +169,8 @@ int flesh_fit_runs_open(flesh_fit *fit, int resume);
  * lasts until the next call. */
 int flesh_fit_run_at(flesh_fit *fit, int experiment, const double *p, const flesh_fit_run **run);
 
+/* The kept equilibria become those of a run at p, which is made again where they are not. */
+int flesh_fit_keep_at(flesh_fit *fit, int experiment, const double *p);
 /* Finds a run as flesh_fit_run_at does, with tangents: run->tangents is NULL only where the experiment has none. */
 int flesh_fit_tangents_at(flesh_fit *fit, int experiment, const double *p, const flesh_fit_run **run);
 
@@ -200,10 +205,14 @@ void flesh_fit_found_close(flesh_fit_found *found);
 /* Finds the errors of the parameters, and what the measurements do not determine. FLESH_ERR_MEMORY. */
 int flesh_fit_judge(const flesh_fit *fit, const flesh_fit_found *found, flesh_fit_statistics *statistics);
 
+/* fit.csv and the fitted scenes, of values [count] at p. */
+int flesh_fit_write_tables(const flesh_fit *fit, const double *p, const double *values);
+/* Writes a result, which it takes, as result.json, with experiments, runs and program. */
+int flesh_fit_write_result(const flesh_fit *fit, json_t *result, const double *p, const double *values);
 /* Writes result.json, fit.csv and the fitted scenes, prints the table, and draws fit.png. */
 int flesh_fit_write(const flesh_fit *fit, const flesh_fit_found *found, const flesh_fit_statistics *statistics);
 /* result.json of a fit that has ended early. */
 int flesh_fit_write_ended(const flesh_fit *fit, int status);
-int flesh_fit_draw(const flesh_fit *fit, const flesh_fit_found *found);
+int flesh_fit_draw(const flesh_fit *fit, const double *values);
 
 #endif

@@ -7,7 +7,7 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "base/text.h"
-#include "fit/fit.h"
+#include "fit/map.h"
 #include "run/runner.h"
 
 static const char *const table_names[] = {"probes.csv", "history.csv"};
@@ -44,11 +44,12 @@ void flesh_fit_overrides_free(int count, char **overrides)
 char **flesh_fit_overrides(const flesh_fit *fit, int experiment, const double *p, int *count)
 {
   const flesh_fit_experiment *e = &fit->experiments[experiment];
-  char **texts = calloc((size_t)(e->set.count + fit->parameter_count) + 1, sizeof *texts), number[FLESH_NUMBER_SIZE];
+  char **texts = calloc((size_t)(e->set.count + fit->parameter_count) + 2, sizeof *texts), number[FLESH_NUMBER_SIZE];
   int lacks = !texts;
   *count = 0;
   for (int k = 0; k < e->set.count && !lacks; k++) lacks = !(texts[(*count)++] = strdup(e->set.texts[k]));
-  for (int k = 0; k < fit->parameter_count && !lacks; k++)
+  if (fit->map && !lacks) lacks = !(texts[(*count)++] = flesh_text_new("body.material_map=%s/map.csv", fit->out));
+  for (int k = 0; k < fit->parameter_count && !fit->map && !lacks; k++)
     if (e->acts[k])
       lacks = !(texts[(*count)++] = flesh_text_new("%s=%s", fit->parameters[k].key, flesh_number_text(p[k], number)));
   if (!lacks) return texts;
@@ -60,9 +61,13 @@ int flesh_fit_scene_at(const flesh_fit *fit, int experiment, const double *p, fl
 {
   int count;
   char **overrides = flesh_fit_overrides(fit, experiment, p, &count);
-  if (!overrides) return no_memory();
-  const int status = flesh_scene_read(fit->experiments[experiment].scene, count, (const char *const *)overrides, scene);
-  flesh_fit_overrides_free(count, overrides);
+  char *map = flesh_text_new("%s/map.csv", fit->out);
+  int status = overrides && map ? FLESH_OK : no_memory();
+  if (!status && fit->map) status = flesh_fit_map_write(fit, map, p);
+  if (!status)
+    status = flesh_scene_read(fit->experiments[experiment].scene, count, (const char *const *)overrides, scene);
+  if (overrides) flesh_fit_overrides_free(count, overrides);
+  free(map);
   return status;
 }
 
@@ -130,7 +135,7 @@ int flesh_fit_try(flesh_fit *fit, int experiment)
   double *p = calloc((size_t)fit->parameter_count, sizeof *p);
   char *folder = flesh_fit_scratch(fit, e);
   int status = p && folder ? FLESH_OK : no_memory();
-  for (int k = 0; k < fit->parameter_count && !status; k++) p[k] = fit->parameters[k].start;
+  for (int k = 0; k < fit->parameter_count && !status; k++) p[k] = fit->map ? fit->map->start : fit->parameters[k].start;
   if (!status) {
     status = flesh_fit_scene_at(fit, experiment, p, &scene);
     if (status) flesh_node_fail_within(status, e->scene_place, "%s", "");

@@ -11,10 +11,24 @@
 #include "base/text.h"
 #include "cli/interrupt.h"
 #include "cli/json_memory.h"
-#include "fit/fit.h"
+#include "fit/map.h"
 #include "run/result.h"
 
 static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for the runs of a fit"); }
+
+/* Hashes what decides the stages of a map. */
+static void hash_map(SHA2_CTX *context, const flesh_fit *fit)
+{
+  const flesh_fit_map *map = fit->map;
+  const double numbers[] = {map->start, map->from, map->to, map->edge, map->weight, fit->tolerance};
+  const int words[] = {map->spacing, map->penalty};
+  SHA256Update(context, (const uint8_t *)map->key, strlen(map->key) + 1);
+  SHA256Update(context, (const uint8_t *)numbers, sizeof numbers);
+  SHA256Update(context, (const uint8_t *)words, sizeof words);
+  SHA256Update(context, (const uint8_t *)map->tets, (size_t)map->count * sizeof *map->tets);
+  for (int i = 0; i < fit->count; i++)
+    SHA256Update(context, (const uint8_t *)&flesh_fit_datum_at(fit, i)->deviation, sizeof(double));
+}
 
 /* Hashes what decides the values of runs: scenes, what is measured, and which keys are set. */
 static int make_fingerprint(const flesh_fit *fit, char text[FLESH_STUDY_FINGERPRINT])
@@ -26,7 +40,7 @@ static int make_fingerprint(const flesh_fit *fit, char text[FLESH_STUDY_FINGERPR
     const flesh_fit_experiment *one = &fit->experiments[e];
     SHA256Update(&context, (const uint8_t *)one->name, strlen(one->name) + 1);
     SHA256Update(&context, (const uint8_t *)one->fingerprint, sizeof one->fingerprint);
-    SHA256Update(&context, one->acts, (size_t)fit->parameter_count);
+    if (!fit->map) SHA256Update(&context, one->acts, (size_t)fit->parameter_count);
     for (int k = 0; k < one->measured_count && !status; k++) {
       const flesh_fit_measured *m = &one->measured[k];
       SHA256Update(&context, (const uint8_t *)&m->table, sizeof m->table);
@@ -35,13 +49,15 @@ static int make_fingerprint(const flesh_fit *fit, char text[FLESH_STUDY_FINGERPR
       status = flesh_settings_hash_file(&context, m->path);
     }
   }
-  for (int k = 0; k < fit->parameter_count; k++)
+  if (fit->map) hash_map(&context, fit);
+  for (int k = 0; k < fit->parameter_count && !fit->map; k++)
     SHA256Update(&context, (const uint8_t *)fit->parameters[k].key, strlen(fit->parameters[k].key) + 1);
   SHA256End(&context, text);
   return status;
 }
 
 static char *path_of(const flesh_fit *fit, int number) { return flesh_text_new("%s/points/%06d.json", fit->out, number); }
+static char *stage_path(const flesh_fit *fit, int number) { return flesh_text_new("%s/points/stage_%02d.json", fit->out, number); }
 
 static json_t *array_of(int count, const double *numbers)
 {
@@ -158,14 +174,49 @@ static int read_back(flesh_fit *fit)
   return status;
 }
 
-/* Removes the runs of an older fit. */
+int flesh_fit_stage_read(const flesh_fit *fit, int number, flesh_fit_stage *stage, double *p, int *there)
+{
+  char *path = stage_path(fit, number);
+  json_t *value = NULL;
+  int status = path ? FLESH_OK : no_memory();
+  *there = path && flesh_path_is_there(path);
+  if (*there) status = read_file(path, &value);
+  double *map = *there && !status ? read_array(json_object_get(value, "map"), fit->parameter_count) : NULL;
+  if (*there && !status && (!map || json_number_value(json_object_get(value, "weight")) != stage->weight))
+    status = flesh_fail(FLESH_ERR_FILE, "%s is not a stage of this fit; give another folder, or move the folder away", path);
+  if (*there && !status) {
+    memcpy(p, map, (size_t)fit->parameter_count * sizeof *p);
+    stage->squares = json_number_value(json_object_get(value, "squares"));
+    stage->penalty = json_number_value(json_object_get(value, "penalty"));
+    stage->iterations = (int)json_integer_value(json_object_get(value, "iterations"));
+    stage->converged = json_is_true(json_object_get(value, "converged"));
+  }
+  json_decref(value);
+  free(map);
+  free(path);
+  return status;
+}
+
+int flesh_fit_stage_write(const flesh_fit *fit, int number, const flesh_fit_stage *stage, const double *p)
+{
+  char *path = stage_path(fit, number);
+  if (!path) return no_memory();
+  const int status = flesh_json_write(path, json_pack("{sfsfsfsisbso}", "weight", stage->weight, "squares", stage->squares,
+                                                      "penalty", stage->penalty, "iterations", stage->iterations, "converged",
+                                                      stage->converged, "map", array_of(fit->parameter_count, p)));
+  free(path);
+  return status;
+}
+
+/* Removes the runs of an older fit, and its stages. */
 static void clear(const flesh_fit *fit)
 {
-  for (int number = 1;; number++) {
-    char *path = path_of(fit, number);
+  char *(*const paths[])(const flesh_fit *, int) = {path_of, stage_path};
+  for (int kind = 0, number = 1; kind < 2; number++) {
+    char *path = paths[kind](fit, number);
     const int gone = !path || !flesh_path_is_file(path) || flesh_path_unlink(path);
     free(path);
-    if (gone) return;
+    if (gone) kind++, number = 0;
   }
 }
 
@@ -208,7 +259,7 @@ static int is_same(const flesh_fit *fit, const flesh_fit_run *run, int experimen
 {
   if (run->experiment != experiment) return 0;
   for (int k = 0; k < fit->parameter_count; k++)
-    if (fit->experiments[experiment].acts[k] && run->p[k] != p[k]) return 0;
+    if ((fit->map || fit->experiments[experiment].acts[k]) && run->p[k] != p[k]) return 0;
   return 1;
 }
 
@@ -237,8 +288,7 @@ int flesh_fit_run_at(flesh_fit *fit, int experiment, const double *p, const fles
   return FLESH_OK;
 }
 
-/* The kept equilibria are those of a run at p, which is made again where they are not. */
-static int have_kept(flesh_fit *fit, int experiment, const double *p)
+int flesh_fit_keep_at(flesh_fit *fit, int experiment, const double *p)
 {
   const flesh_fit_kept *kept = &fit->experiments[experiment].kept;
   const flesh_fit_run there = {.experiment = experiment, .p = kept->p};
@@ -269,7 +319,7 @@ int flesh_fit_tangents_at(flesh_fit *fit, int experiment, const double *p, const
   if (!status) {
     memcpy(run->p, p, size);
     memcpy(run->values, fit->runs[of].values, values);
-    status = have_kept(fit, experiment, p);
+    status = flesh_fit_keep_at(fit, experiment, p);
   }
   if (!status) status = flesh_fit_tangents(fit, experiment, run->tangents);
   if (!status && !*e->differences) status = write_run(fit, run, flesh_cpu_seconds() - cpu);

@@ -7,7 +7,7 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "base/scan.h"
-#include "fit/fit.h"
+#include "fit/map.h"
 #include "flesh/scene.h"
 #include "run/provenance.h"
 #include "scene/keys.h"
@@ -34,6 +34,7 @@ typedef struct experiment_keys {
 typedef struct fit_keys {
   char *title;
   flesh_objects experiments, parameters;
+  flesh_fit_map map;
   int max_iterations;
   double tolerance;
 } fit_keys;
@@ -93,7 +94,9 @@ static const flesh_key fit_table[] = {
     {.name = "experiments", .type = FLESH_KEY_OBJECTS, AT(experiments), .children = experiment_table,
      .child_size = sizeof(experiment_keys), .doc = "scenes of which something was measured"},
     {.name = "parameters", .type = FLESH_KEY_OBJECTS, AT(parameters), .children = parameter_table,
-     .child_size = sizeof(flesh_fit_parameter), .doc = "what is fitted"},
+     .child_size = sizeof(flesh_fit_parameter), .default_value = "", .doc = "what is fitted, if no map is"},
+    {.name = "map", .type = FLESH_KEY_OBJECT, AT(map), .children = flesh_fit_map_table, .default_value = "",
+     .doc = "instead of parameters: a constant of the material of each tet; for equilibria"},
     {.name = "max_iterations", .type = FLESH_KEY_INTEGER, AT(max_iterations), .range = FLESH_RANGE_POSITIVE,
      .default_value = "50", .doc = "steps of the search at most"},
     {.name = "tolerance", .type = FLESH_KEY_NUMBER, AT(tolerance), .range = FLESH_RANGE_FRACTION,
@@ -317,24 +320,9 @@ static int read_parameter(flesh_fit *fit, int k)
   return status ? status : check_key(fit, k);
 }
 
-static int make(flesh_fit *fit, const fit_keys *keys, const flesh_node *root)
+static int read_parameters(flesh_fit *fit, const fit_keys *keys, const flesh_node *root)
 {
-  const experiment_keys *experiments = keys->experiments.values;
   int status = FLESH_OK;
-  fit->title = keys->title;
-  fit->max_iterations = keys->max_iterations;
-  fit->tolerance = keys->tolerance;
-  fit->experiments = flesh_arena_take(&fit->arena, sizeof *fit->experiments * (size_t)keys->experiments.count);
-  if (!fit->experiments) return no_memory();
-  if (!keys->experiments.count)
-    return flesh_node_fail(flesh_node_find(root, "experiments"), "experiments is []; it must have one or more");
-  if (!keys->parameters.count || keys->parameters.count > FLESH_FIT_PARAMETERS)
-    return flesh_node_fail(flesh_node_find(root, "parameters"), "parameters are %d; they must be 1 to %d",
-                           keys->parameters.count, FLESH_FIT_PARAMETERS);
-  for (int e = 0; e < keys->experiments.count && !status; e++, fit->experiment_count++) {
-    fit->experiments[e].place = item_of(root, "experiments", e);
-    status = read_experiment(fit, &experiments[e], &fit->experiments[e]);
-  }
   fit->parameters = keys->parameters.values;
   for (int k = 0; k < keys->parameters.count && !status; k++) {
     fit->parameters[k].place = item_of(root, "parameters", k);
@@ -346,6 +334,45 @@ static int make(flesh_fit *fit, const fit_keys *keys, const flesh_node *root)
                              "parameters are %d; they must be at most as many as the measured numbers, which are %d",
                              fit->parameter_count, fit->count);
   return status;
+}
+
+/* Every parameter is one of every experiment. */
+static int read_map(flesh_fit *fit, const fit_keys *keys, const flesh_node *place)
+{
+  fit->map = flesh_arena_take(&fit->arena, sizeof *fit->map);
+  if (!fit->map) return no_memory();
+  *fit->map = keys->map;
+  fit->map->place = place;
+  return flesh_fit_map_prepare(fit);
+}
+
+static int make(flesh_fit *fit, const fit_keys *keys, const flesh_node *root)
+{
+  const experiment_keys *experiments = keys->experiments.values;
+  const flesh_node *map = flesh_node_find(root, "map");
+  int status = FLESH_OK;
+  fit->title = keys->title;
+  fit->max_iterations = keys->max_iterations;
+  fit->tolerance = keys->tolerance;
+  fit->experiments = flesh_arena_take(&fit->arena, sizeof *fit->experiments * (size_t)keys->experiments.count);
+  if (!fit->experiments) return no_memory();
+  if (!keys->experiments.count)
+    return flesh_node_fail(flesh_node_find(root, "experiments"), "experiments is []; it must have one or more");
+  if (map && keys->parameters.count)
+    return flesh_node_fail(map, "map stands beside parameters; give either");
+  if (!map && (!keys->parameters.count || keys->parameters.count > FLESH_FIT_PARAMETERS))
+    return flesh_node_fail(keys->parameters.count ? flesh_node_find(root, "parameters") : root,
+                           "parameters are %d; they must be 1 to %d, or give a map", keys->parameters.count,
+                           FLESH_FIT_PARAMETERS);
+  for (int e = 0; e < keys->experiments.count && !status; e++, fit->experiment_count++) {
+    fit->experiments[e].place = item_of(root, "experiments", e);
+    fit->experiments[e].acts = flesh_arena_take(&fit->arena, FLESH_FIT_PARAMETERS);
+    if (!fit->experiments[e].acts) return no_memory();
+    memset(fit->experiments[e].acts, 0, FLESH_FIT_PARAMETERS);
+    status = read_experiment(fit, &experiments[e], &fit->experiments[e]);
+  }
+  if (status) return status;
+  return map ? read_map(fit, keys, map) : read_parameters(fit, keys, root);
 }
 
 int flesh_fit_read(const char *path, flesh_fit *fit)

@@ -40,14 +40,14 @@ static json_t *parameters_json(const flesh_fit *fit, const flesh_fit_found *foun
   return list;
 }
 
-static json_t *derivatives_json(const flesh_fit_experiment *e)
+static json_t *derivatives_json(const flesh_fit *fit, const flesh_fit_experiment *e)
 {
   char words[FLESH_FIT_WORDS + 40];
-  snprintf(words, sizeof words, *e->differences ? "by differences: %s" : "by tangents", e->differences);
+  snprintf(words, sizeof words, *e->differences ? "by differences: %s" : fit->map ? "by tangents and adjoints" : "by tangents", e->differences);
   return flesh_json_text(words);
 }
 
-static json_t *experiments_json(const flesh_fit *fit, const flesh_fit_found *found)
+static json_t *experiments_json(const flesh_fit *fit, const double *p, const double *values)
 {
   json_t *list = json_array();
   for (int e = 0; e < fit->experiment_count; e++) {
@@ -56,16 +56,16 @@ static json_t *experiments_json(const flesh_fit *fit, const flesh_fit_found *fou
     int count;
     for (int i = one->first; i < one->first + one->count; i++) {
       const flesh_fit_datum *d = flesh_fit_datum_at(fit, i);
-      sum += pow((found->values[i] - d->value) / d->deviation, 2);
+      sum += pow((values[i] - d->value) / d->deviation, 2);
     }
-    char **texts = flesh_fit_overrides(fit, e, found->p, &count);
+    char **texts = flesh_fit_overrides(fit, e, p, &count);
     if (!texts) flesh_json_note_lack();
     json_t *overrides = json_array(), *files = json_array();
     for (int k = 0; k < count && texts; k++) json_array_append_new(overrides, flesh_json_text(texts[k]));
     for (int k = 0; k < one->measured_count; k++) json_array_append_new(files, flesh_json_text(one->measured[k].path));
     flesh_fit_overrides_free(count, texts);
     json_array_append_new(list, json_pack("{sssisososososO}", "name", one->name, "measured_numbers", one->count, "residual_rms",
-                                          flesh_json_number(sqrt(sum / one->count)), "derivatives", derivatives_json(one), "measured", files, "overrides", overrides,
+                                          flesh_json_number(sqrt(sum / one->count)), "derivatives", derivatives_json(fit, one), "measured", files, "overrides", overrides,
                                           "inputs", one->inputs));
   }
   return list;
@@ -92,6 +92,13 @@ static int write_result(const flesh_fit *fit, json_t *value)
   return status;
 }
 
+int flesh_fit_write_result(const flesh_fit *fit, json_t *result, const double *p, const double *values)
+{
+  if (!result) return no_memory();
+  json_object_set_new(result, "experiments", experiments_json(fit, p, values));
+  return write_result(fit, result);
+}
+
 static int write_found(const flesh_fit *fit, const flesh_fit_found *found, const flesh_fit_statistics *s)
 {
   json_t *sentences = json_array();
@@ -102,10 +109,8 @@ static int write_found(const flesh_fit *fit, const flesh_fit_found *found, const
                             matrix_json(s->count, s->covariance), "correlation", matrix_json(s->count, s->correlation), "residuals",
                             json_pack("{sisisoso}", "measured_numbers", fit->count, "degrees_of_freedom", s->freedom,
                                       "sum_of_squares", flesh_json_number(s->squares), "scale", flesh_json_number(s->scale)));
-  if (!value) return no_memory();
   json_object_set_new(value, "iterations", json_integer(found->iterations));
-  json_object_set_new(value, "experiments", experiments_json(fit, found));
-  return write_result(fit, value);
+  return flesh_fit_write_result(fit, value, found->p, found->values);
 }
 
 int flesh_fit_write_ended(const flesh_fit *fit, int status)
@@ -119,7 +124,7 @@ int flesh_fit_write_ended(const flesh_fit *fit, int status)
   return written;
 }
 
-static int write_table(const flesh_fit *fit, const flesh_fit_found *found)
+static int write_table(const flesh_fit *fit, const double *values)
 {
   flesh_file file;
   int status = flesh_table_open(fit->out, "fit.csv", &file), i = 0;
@@ -140,8 +145,8 @@ static int write_table(const flesh_fit *fit, const flesh_fit_found *found)
         flesh_table_field(file.stream, datum->t);
         flesh_table_field(file.stream, datum->value);
         flesh_table_field(file.stream, datum->deviation);
-        flesh_table_field(file.stream, found->values[i]);
-        flesh_table_field(file.stream, (found->values[i] - datum->value) / datum->deviation);
+        flesh_table_field(file.stream, values[i]);
+        flesh_table_field(file.stream, (values[i] - datum->value) / datum->deviation);
         putc('\n', file.stream);
       }
     }
@@ -149,23 +154,26 @@ static int write_table(const flesh_fit *fit, const flesh_fit_found *found)
 }
 
 /* The scene of each experiment with the parameters that were found. */
-static int write_scenes(const flesh_fit *fit, const flesh_fit_found *found)
+static int write_scenes(const flesh_fit *fit, const double *p)
 {
   char *folder = path_in(fit, "scenes");
   int status = folder ? flesh_folder_make(folder) : no_memory();
   for (int e = 0; e < fit->experiment_count && !status; e++) {
-    int count;
     flesh_scene *scene = NULL;
-    char **overrides = flesh_fit_overrides(fit, e, found->p, &count);
     char *path = flesh_text_new("%s/%s.yaml", folder, fit->experiments[e].name);
-    status = overrides && path ? flesh_scene_read(fit->experiments[e].scene, count, (const char *const *)overrides, &scene) : no_memory();
+    status = path ? flesh_fit_scene_at(fit, e, p, &scene) : no_memory();
     if (!status) status = flesh_scene_write(scene, path);
     flesh_scene_destroy(&scene);
-    flesh_fit_overrides_free(count, overrides);
     free(path);
   }
   free(folder);
   return status;
+}
+
+int flesh_fit_write_tables(const flesh_fit *fit, const double *p, const double *values)
+{
+  const int status = write_table(fit, values);
+  return status ? status : write_scenes(fit, p);
 }
 
 static void print(const flesh_fit *fit, const flesh_fit_found *found, const flesh_fit_statistics *s)
@@ -187,8 +195,7 @@ static void print(const flesh_fit *fit, const flesh_fit_found *found, const fles
 
 int flesh_fit_write(const flesh_fit *fit, const flesh_fit_found *found, const flesh_fit_statistics *statistics)
 {
-  int status = write_table(fit, found);
-  if (!status) status = write_scenes(fit, found);
+  int status = flesh_fit_write_tables(fit, found->p, found->values);
   if (!status) status = write_found(fit, found, statistics);
   if (!status && !fit->quiet) print(fit, found, statistics);
   return status;

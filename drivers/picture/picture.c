@@ -18,18 +18,17 @@
 
 enum { MARGIN = 10, TITLE = 22, SUBTITLE = 18 };
 
-static const char *const field_names[] = {"none", "J", "stress", "speed"};
-static_assert(sizeof field_names / sizeof *field_names == FLESH_PICTURE_SPEED + 1, "a name of every field");
+static const char *const field_names[] = {"none", "J", "stress", "speed", "young"};
+static_assert(sizeof field_names / sizeof *field_names == FLESH_PICTURE_FIELDS, "a name of every field");
 
 int flesh_picture_field_from_name(const char *name, flesh_picture_field *field)
 {
-  for (int k = FLESH_PICTURE_PLAIN; k <= FLESH_PICTURE_SPEED; k++)
+  for (int k = FLESH_PICTURE_PLAIN; k < FLESH_PICTURE_FIELDS; k++)
     if (!strcmp(name, field_names[k])) {
       *field = (flesh_picture_field)k;
       return FLESH_OK;
     }
-  return flesh_fail(FLESH_ERR_ARGUMENT, "'%s' is no field; it must be none, J, stress or speed",
-                    name);
+  return flesh_fail(FLESH_ERR_ARGUMENT, "'%s' is no field; it must be none, J, stress, speed or young", name);
 }
 
 void flesh_picture_options_default(flesh_picture_options *options)

@@ -59,6 +59,17 @@ static int measure_stress(const flesh_picture_panel *panel, double *values)
   return status;
 }
 
+/* Young's modulus of every tet at small strains; NaN where there is none. */
+static void measure_young(const flesh_body *body, double *values)
+{
+  for (int t = 0; t < flesh_mesh_tet_count(body->mesh); t++) {
+    double mu, lambda;
+    const flesh_material *material = &body->materials[body->tet_material ? body->tet_material[t] : 0];
+    const int status = flesh_material_small_strain(material, &mu, &lambda, NULL);
+    values[t] = status ? NAN : mu * (3 * lambda + 2 * mu) / (lambda + mu);
+  }
+}
+
 /* Node values from those of tets. */
 static int average(const flesh_mesh *mesh, const double *tet_values, double *values)
 {
@@ -128,8 +139,9 @@ int flesh_picture_values(const flesh_picture_panel *panel, flesh_picture_field f
   *values = NULL;
   if (extremes) extremes[0] = extremes[1] = NAN;
   if (field == FLESH_PICTURE_PLAIN || !panel->x) return FLESH_OK;
-  if (field == FLESH_PICTURE_STRESS && !panel->body->materials)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "the body has no material, and so no stress to show");
+  if ((field == FLESH_PICTURE_STRESS || field == FLESH_PICTURE_YOUNG) && !panel->body->materials)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the body has no material, and so no %s to show",
+                      field == FLESH_PICTURE_STRESS ? "stress" : "stiffness");
   double *made = malloc(sizeof *made * (size_t)nodes);
   double *of_tets = malloc(sizeof *of_tets * (size_t)tets);
   if (!made || !of_tets) status = no_memory();
@@ -141,6 +153,7 @@ int flesh_picture_values(const flesh_picture_panel *panel, flesh_picture_field f
     find_extremes(nodes, made, extremes);
   } else {
     if (field == FLESH_PICTURE_J) measure_mean(panel, of_tets);
+    else if (field == FLESH_PICTURE_YOUNG) measure_young(panel->body, of_tets);
     else status = measure_stress(panel, of_tets);
     if (!status) find_extremes(tets, of_tets, extremes);
     if (!status) status = average(mesh, of_tets, made);

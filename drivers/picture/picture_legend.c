@@ -90,8 +90,9 @@ static double unit_of(flesh_picture_field field, const flesh_picture_frame *fram
 /* The quantity in two lines, the second with the unit and its prefix. */
 static const struct {
   const char *first, *second, *unit;
-} words[] = {{"", "", NULL}, {"volume ratio", "J_mean", NULL}, {"von Mises", "stress ", "Pa"}, {"speed", "", "m/s"}};
-static_assert(sizeof words / sizeof *words == FLESH_PICTURE_SPEED + 1, "words for every field");
+} words[] = {{"", "", NULL}, {"volume ratio", "J_mean", NULL}, {"von Mises", "stress ", "Pa"}, {"speed", "", "m/s"},
+             {"Young's", "modulus ", "Pa"}};
+static_assert(sizeof words / sizeof *words == FLESH_PICTURE_FIELDS, "words for every field");
 
 static void print_second(flesh_picture_field field, const char *prefix, char text[48])
 {

@@ -10,7 +10,9 @@ typedef enum flesh_picture_field {
   FLESH_PICTURE_PLAIN, /* the colour of flesh, a shade per region */
   FLESH_PICTURE_J,     /* the mean of J = det F in a tet */
   FLESH_PICTURE_STRESS, /* von Mises stress, Pa */
-  FLESH_PICTURE_SPEED  /* m/s */
+  FLESH_PICTURE_SPEED, /* m/s */
+  FLESH_PICTURE_YOUNG, /* Young's modulus of a tet's material at small strains, Pa */
+  FLESH_PICTURE_FIELDS
 } flesh_picture_field;
 
 /* A body in a picture; everything borrowed. */

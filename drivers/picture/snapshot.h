@@ -30,9 +30,9 @@ typedef struct flesh_snapshot {
 
 /* The options of a command line into *s, to stand in a command's list. */
 #define FLESH_SNAPSHOT_OPTIONS(s)                                                                  \
-  {"colour", "J|stress|speed|none", FLESH_OPTION_TEXT, &(s).colour,                                \
-   "what the colours show: J (det F, in ten-node tets its mean J_mean), stress (von Mises), speed " \
-   "or none (default J)"},                                                                         \
+  {"colour", "J|stress|speed|young|none", FLESH_OPTION_TEXT, &(s).colour,                                \
+   "what the colours show: J (det F, in ten-node tets its mean J_mean), stress (von Mises), speed, " \
+   "young (Young's modulus of the material, as of a map of flesh fit) or none (default J)"},       \
   {"range", "LOW,HIGH", FLESH_OPTION_TEXT, &(s).range,                                             \
    "ends of the colours, for stress in Pa (default: fitted)"},                                     \
   {"camera", "AZIMUTH,ELEVATION", FLESH_OPTION_TEXT, &(s).camera,                                  \

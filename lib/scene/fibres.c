@@ -131,6 +131,14 @@ static int read_file(const char *path, const flesh_body_part *part, const flesh_
   return status;
 }
 
+int flesh_tets_choose(const flesh_tet_selection *selection, const flesh_body *body, flesh_chosen_fibres *chosen)
+{
+  const flesh_body_part *part;
+  *chosen = (flesh_chosen_fibres){0};
+  const int status = flesh_selection_body(selection->body, body, &part);
+  return status ? status : choose_tets(selection, part, body->mesh, chosen);
+}
+
 int flesh_fibres_choose(const flesh_tet_selection *selection, const flesh_fibre_field *field, const flesh_body *body,
                         flesh_chosen_fibres *chosen)
 {

@@ -44,6 +44,9 @@ typedef struct flesh_chosen_fibres {
   double *directions; /* [3*count] */
 } flesh_chosen_fibres;
 
+/* The tets alone, without directions. FLESH_ERR_ARGUMENT where none is chosen, FLESH_ERR_MEMORY. To be freed also when it
+ * fails. */
+int flesh_tets_choose(const flesh_tet_selection *selection, const flesh_body *body, flesh_chosen_fibres *chosen);
 /* FLESH_ERR_ARGUMENT where no tet is chosen, not one field is given, or the file's rows are not those of the tets;
  * FLESH_ERR_FILE with the file's line, FLESH_ERR_MEMORY. To be freed also when it fails. */
 int flesh_fibres_choose(const flesh_tet_selection *selection, const flesh_fibre_field *field, const flesh_body *body,

@@ -1,0 +1,289 @@
+/* map.c: the keys of a map, its tets and their neighbours, and its file. */
+#include "fit/map.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "base/file.h"
+#include "math/mat3.h"
+#include "mesh/mesh.h"
+#include "scene/scene.h"
+
+static const char *const spacings[] = {"linear", "logarithmic", NULL};
+static const char *const penalties[] = {"quadratic", "variation", NULL};
+
+#define AT(member) .offset = offsetof(flesh_fit_map, member)
+const flesh_key flesh_fit_map_table[] = {
+    {.name = "constant", .type = FLESH_KEY_TEXT, AT(key), .doc = "of the first body's material: young, poisson, mu, ..."},
+    {.name = "start", .type = FLESH_KEY_NUMBER, AT(start), .doc = "value of all tets that the search begins with"},
+    {.name = "from", .type = FLESH_KEY_NUMBER, AT(from), .default_value = "", .doc = "least value; with to"},
+    {.name = "to", .type = FLESH_KEY_NUMBER, AT(to), .default_value = "", .doc = "largest value; with from"},
+    {.name = "spacing", .type = FLESH_KEY_CHOICE, AT(spacing), .choices = spacings, .default_value = "logarithmic",
+     .doc = "logarithmic: the logarithm q is searched, and its differences are penalised; linear: q is the value over start"},
+    FLESH_TET_SELECTION_KEYS(flesh_fit_map, tets_chosen),
+    {.name = "penalty", .type = FLESH_KEY_CHOICE, AT(penalty), .choices = penalties, .default_value = "quadratic",
+     .doc = "for differences d of q over faces between tets. quadratic: d^2 (Tikhonov's, of the first order), for maps that "
+            "change slowly; variation: 2 edge^2 (sqrt(1 + (d/edge)^2) - 1), like total variation, for inclusions with an edge"},
+    {.name = "edge", .type = FLESH_KEY_NUMBER, AT(edge), .range = FLESH_RANGE_POSITIVE, .default_value = "0.05",
+     .doc = "difference of q from which on variation counts a difference by its size and not by its square"},
+    {.name = "weight", .type = FLESH_KEY_NUMBER, AT(weight), .range = FLESH_RANGE_POSITIVE, .default_value = "",
+     .doc = "of the penalty, the sum over faces of (area / distance of the centres / cube root of the volume) times the above; "
+            "default: the largest with which residuals are as large as their deviations (Morozov's discrepancy principle)"},
+    {.name = NULL},
+};
+#undef AT
+
+static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a map"); }
+
+static const flesh_node *key_place(const flesh_fit_map *map, const char *name)
+{
+  const flesh_node *node = flesh_node_find(map->place, name);
+  return node ? node : map->place;
+}
+
+double flesh_fit_map_q(const flesh_fit_map *map, double p)
+{
+  return map->spacing == FLESH_FIT_LOGARITHMIC ? log(p) : p / map->scale;
+}
+
+static double value_of(const flesh_fit_map *map, double q)
+{
+  return map->spacing == FLESH_FIT_LOGARITHMIC ? exp(q) : q * map->scale;
+}
+
+/* The ends of q. */
+static int find_ends(const flesh_fit_map *map, double *low, double *high)
+{
+  if (isnan(map->from)) return 0;
+  *low = flesh_fit_map_q(map, map->from);
+  *high = flesh_fit_map_q(map, map->to);
+  return 1;
+}
+
+double flesh_fit_map_z(const flesh_fit_map *map, double p)
+{
+  double low, high, q = flesh_fit_map_q(map, p);
+  if (!find_ends(map, &low, &high)) return q;
+  const double share = fmin(fmax((q - low) / (high - low), 1e-6), 1 - 1e-6);
+  return (high - low) / 4 * log(share / (1 - share));
+}
+
+double flesh_fit_map_p(const flesh_fit_map *map, double z)
+{
+  double low, high;
+  if (!find_ends(map, &low, &high)) return value_of(map, z);
+  const double p = value_of(map, low + (high - low) / (1 + exp(-4 * z / (high - low))));
+  return fmin(fmax(p, map->from), map->to);
+}
+
+double flesh_fit_map_slope(const flesh_fit_map *map, double z)
+{
+  double low, high;
+  if (!find_ends(map, &low, &high)) return 1;
+  const double share = 1 / (1 + exp(-4 * z / (high - low)));
+  return 4 * share * (1 - share);
+}
+
+double flesh_fit_map_size(const flesh_fit_map *map, double p)
+{
+  return map->spacing == FLESH_FIT_LOGARITHMIC ? p : map->scale;
+}
+
+double flesh_fit_map_bend(const flesh_fit_map *map, double d, double *slope)
+{
+  *slope = 1;
+  if (map->penalty == FLESH_FIT_QUADRATIC || d == 0) return d;
+  const double s = d / map->edge, root = sqrt(1 + s * s);
+  /* sqrt(2 (root - 1)), written without the difference. */
+  const double size = fabs(s) * sqrt(2 / (root + 1));
+  *slope = fabs(s) / (root * size);
+  return copysign(map->edge * size, d);
+}
+
+/* A face between chosen tets, once for each of both. */
+typedef struct side {
+  int corners[3], tet; /* index into tets */
+} side;
+
+static int compare_sides(const void *a, const void *b)
+{
+  const side *left = a, *right = b;
+  for (int k = 0; k < 3; k++)
+    if (left->corners[k] != right->corners[k]) return left->corners[k] < right->corners[k] ? -1 : 1;
+  return 0;
+}
+
+static void centre_of(const flesh_mesh *mesh, int tet, double centre[3])
+{
+  for (int c = 0; c < 3; c++) {
+    centre[c] = 0;
+    for (int a = 0; a < 4; a++)
+      centre[c] += flesh_mesh_positions(mesh)[3 * (size_t)flesh_mesh_tets(mesh)[4 * (size_t)tet + (size_t)a] + (size_t)c] / 4;
+  }
+}
+
+/* The face's area over the distance of the tets' centres, m. */
+static double conductance(const flesh_mesh *mesh, const int corners[3], int a, int b)
+{
+  const double *X = flesh_mesh_positions(mesh);
+  double edges[2][3], normal[3], from[3], to[3];
+  for (int k = 0; k < 2; k++)
+    for (int c = 0; c < 3; c++) edges[k][c] = X[3 * (size_t)corners[k + 1] + (size_t)c] - X[3 * (size_t)corners[0] + (size_t)c];
+  flesh_vec3_cross(edges[0], edges[1], normal);
+  centre_of(mesh, a, from);
+  centre_of(mesh, b, to);
+  for (int c = 0; c < 3; c++) to[c] -= from[c];
+  return 0.5 * sqrt(flesh_vec3_dot(normal, normal) / flesh_vec3_dot(to, to));
+}
+
+static int find_faces(flesh_fit *fit, const flesh_mesh *mesh)
+{
+  flesh_fit_map *map = fit->map;
+  const size_t count = 4 * (size_t)map->count;
+  side *sides = malloc((count + 1) * sizeof *sides);
+  map->faces = flesh_arena_take(&fit->arena, (count + 2) * sizeof *map->faces);
+  map->face_weights = flesh_arena_take(&fit->arena, (count + 1) * sizeof *map->face_weights);
+  if (!sides || !map->faces || !map->face_weights) {
+    free(sides);
+    return no_memory();
+  }
+  double volume = 0;
+  for (int k = 0; k < map->count; k++) {
+    const int *nodes = flesh_mesh_tets(mesh) + 4 * (size_t)map->tets[k];
+    volume += flesh_mesh_tet_volumes(mesh)[map->tets[k]];
+    for (int f = 0; f < 4; f++) {
+      side *one = &sides[4 * k + f];
+      *one = (side){{nodes[(f + 1) % 4], nodes[(f + 2) % 4], nodes[(f + 3) % 4]}, k};
+      for (int a = 0; a < 3; a++) /* ascending */
+        for (int b = 0; b < 2; b++)
+          if (one->corners[b] > one->corners[b + 1]) {
+            const int swapped = one->corners[b];
+            one->corners[b] = one->corners[b + 1];
+            one->corners[b + 1] = swapped;
+          }
+    }
+  }
+  qsort(sides, count, sizeof *sides, compare_sides);
+  for (size_t k = 1; k < count; k++) {
+    if (compare_sides(&sides[k - 1], &sides[k])) continue;
+    int *pair = map->faces + 2 * (size_t)map->face_count;
+    pair[0] = sides[k - 1].tet;
+    pair[1] = sides[k].tet;
+    map->face_weights[map->face_count++] =
+        conductance(mesh, sides[k].corners, map->tets[pair[0]], map->tets[pair[1]]) / cbrt(volume);
+  }
+  free(sides);
+  return FLESH_OK;
+}
+
+static int check_numbers(flesh_fit_map *map)
+{
+  const int both = !isnan(map->from) && !isnan(map->to);
+  if (!both && !(isnan(map->from) && isnan(map->to)))
+    return flesh_node_fail(map->place, "the map has %s and not %s; it must have both or none",
+                           isnan(map->to) ? "from" : "to", isnan(map->to) ? "to" : "from");
+  if (both && !(map->from < map->to))
+    return flesh_node_fail(key_place(map, "to"), "to is %g; it must be above from, which is %g", map->to, map->from);
+  if (both && !(map->start > map->from && map->start < map->to))
+    return flesh_node_fail(key_place(map, "start"), "start is %g; it must lie between %g and %g, as from and to say", map->start,
+                           map->from, map->to);
+  if (map->spacing == FLESH_FIT_LOGARITHMIC && !(map->start > 0))
+    return flesh_node_fail(key_place(map, "start"), "start is %g; it must be > 0 when spacing is logarithmic", map->start);
+  if (map->spacing == FLESH_FIT_LOGARITHMIC && both && !(map->from > 0))
+    return flesh_node_fail(key_place(map, "from"), "from is %g; it must be > 0 when spacing is logarithmic", map->from);
+  map->scale = map->start != 0 ? fabs(map->start) : both ? (map->to - map->from) / 2 : 1;
+  return FLESH_OK;
+}
+
+/* Whether an experiment's scene can have a map. */
+static int check_scene(const flesh_fit *fit, const flesh_fit_experiment *e, const flesh_scene *scene)
+{
+  const flesh_fit_map *map = fit->map;
+  if (*e->differences)
+    return flesh_node_fail(e->scene_place, "a map needs equilibria that depend on it alone; of %s that is not so: %s", e->name,
+                           e->differences);
+  if (scene->keys.body.material_map || scene->keys.body.refine)
+    return flesh_node_fail(e->scene_place, "the scene has body.%s, beside which no map can be fitted; leave it out",
+                           scene->keys.body.refine ? "refine" : "material_map");
+  if (map->tet_count && map->tet_count != scene->parts[0].tets)
+    return flesh_node_fail(e->scene_place, "the body of %s has %d tets, and that of %s %d; one map needs one mesh",
+                           e->name, scene->parts[0].tets, fit->experiments[0].name, map->tet_count);
+  return FLESH_OK;
+}
+
+/* The tets of the first body that are chosen. */
+static int choose(flesh_fit *fit, const flesh_scene *scene)
+{
+  flesh_fit_map *map = fit->map;
+  flesh_chosen_fibres chosen = {0};
+  map->tet_count = scene->parts[0].tets;
+  int status = flesh_tets_choose(&map->tets_chosen, flesh_scene_body(scene), &chosen);
+  if (status) flesh_node_fail_within(status, map->place, "map: ");
+  map->tets = flesh_arena_take(&fit->arena, ((size_t)chosen.count + 1) * sizeof *map->tets);
+  if (!status && !map->tets) status = no_memory();
+  for (int k = 0; k < chosen.count && !status; k++)
+    if (chosen.tets[k] < map->tet_count) map->tets[map->count++] = chosen.tets[k];
+  flesh_fibres_free(&chosen);
+  if (!status && map->count < 2)
+    status = flesh_node_fail(map->place, "the map has %d tets of the first body; it must have two or more", map->count);
+  return status ? status : find_faces(fit, flesh_scene_mesh(scene));
+}
+
+/* The scenes take the constant with the start and the bounds. */
+static int check_key(flesh_fit *fit, const flesh_fit_experiment *e)
+{
+  const flesh_fit_map *map = fit->map;
+  static const char *const names[] = {"start", "from", "to"};
+  const double values[] = {map->start, map->from, map->to};
+  const char **overrides = calloc((size_t)e->set.count + 1, sizeof *overrides);
+  int status = overrides ? FLESH_OK : no_memory();
+  if (!status && e->set.count) memcpy(overrides, e->set.texts, (size_t)e->set.count * sizeof *overrides);
+  for (int k = 0; k < 3 && !status; k++) {
+    char number[FLESH_NUMBER_SIZE];
+    if (isnan(values[k])) continue;
+    overrides[e->set.count] =
+        flesh_arena_print(&fit->arena, "body.material.%s=%s", map->key, flesh_number_text(values[k], number));
+    status = overrides[e->set.count]
+                 ? flesh_settings_check(key_place(map, k ? names[k] : "constant"), e->scene, e->set.count + 1, overrides)
+                 : no_memory();
+  }
+  free(overrides);
+  return status;
+}
+
+int flesh_fit_map_prepare(flesh_fit *fit)
+{
+  flesh_fit_map *map = fit->map;
+  int status = check_numbers(map);
+  map->unit = "";
+  for (const flesh_key *key = flesh_material_table; key->name; key++)
+    if (!strcmp(key->name, map->key) && key->unit) map->unit = key->unit;
+  for (int e = 0; e < fit->experiment_count && !status; e++) {
+    const flesh_fit_experiment *one = &fit->experiments[e];
+    flesh_scene *scene = NULL;
+    status = check_key(fit, one);
+    if (!status) status = flesh_scene_read(one->scene, one->set.count, one->set.texts, &scene);
+    if (!status) status = check_scene(fit, one, scene);
+    if (!status) status = flesh_fit_map_check_measured(one, scene);
+    if (!status && !e) status = choose(fit, scene);
+    flesh_scene_destroy(&scene);
+  }
+  fit->parameter_count = map->count;
+  return status;
+}
+
+int flesh_fit_map_write(const flesh_fit *fit, const char *path, const double *p)
+{
+  const flesh_fit_map *map = fit->map;
+  flesh_file file;
+  const int status = flesh_file_open(path, &file);
+  if (status) return status;
+  fprintf(file.stream, "tet,%s%s%s%s\n", map->key, *map->unit ? " [" : "", map->unit, *map->unit ? "]" : "");
+  for (int k = 0; k < map->count; k++) {
+    char number[FLESH_NUMBER_SIZE];
+    fprintf(file.stream, "%d,%s\n", map->tets[k], flesh_number_text(p[k], number));
+  }
+  return flesh_file_commit(&file);
+}

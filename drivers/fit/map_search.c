@@ -1,0 +1,275 @@
+/* map_search.c: the map with the least sum of squared residuals and penalty, by Gauss and Newton's method whose steps
+ * conjugate gradients find within a trust region (GSL; Steihaug 1983, Toint 1981), and the weight of the penalty by
+ * Morozov's discrepancy principle (1966): the smoothest map whose residuals are the deviations. */
+#include <gsl/gsl_blas.h>
+#include <gsl/gsl_errno.h>
+#include <gsl/gsl_multilarge_nlinear.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "base/text.h"
+#include "fit/map.h"
+
+/* A step's equations are solved to this share of the gradient. */
+static const double step_tolerance = 1e-2;
+/* The sum of squares over the count of numbers that is as good as 1; a weight is not searched closer than this ratio. */
+static const double enough = 0.02, close_weights = 1.1;
+/* Weights fall by so much until the residuals are small enough, and down to such a share of the first. */
+static const double fall = 0.1, least_share = 1e-10;
+enum { ITERATIONS = 30 };
+
+typedef struct searching {
+  flesh_fit *fit;
+  flesh_fit_map_found *found;
+  double weight;
+  flesh_fit_linear *linear;
+  double *at, *p, *values, *slopes; /* [map] z of `linear`, and where it is evaluated; [count]; [map] dq/dz at z of `linear` */
+  double *u, *y;     /* [map], [count] */
+  double largest;    /* of the residuals so far */
+  int status;
+  char why[FLESH_FIT_WORDS];
+} searching;
+
+static const flesh_fit_datum *datum(const searching *s, int i) { return flesh_fit_datum_at(s->fit, i); }
+
+static double face_weight(const searching *s, int f) { return sqrt(s->weight * s->fit->map->face_weights[f]); }
+
+static void place(const searching *s, const gsl_vector *z, double *p)
+{
+  for (int k = 0; k < s->fit->parameter_count; k++) p[k] = flesh_fit_map_p(s->fit->map, gsl_vector_get(z, (size_t)k));
+}
+
+static int find_residuals(const gsl_vector *z, void *data, gsl_vector *f)
+{
+  searching *s = data;
+  const flesh_fit_map *map = s->fit->map;
+  int good;
+  if (s->status) return GSL_EFAILED;
+  place(s, z, s->p);
+  s->status = flesh_fit_evaluate(s->fit, s->p, s->values, NULL, &good, s->why);
+  for (int i = 0; i < s->fit->count && !s->status; i++) {
+    const double r = good ? (s->values[i] - datum(s, i)->value) / datum(s, i)->deviation : 10 * s->largest + 1;
+    gsl_vector_set(f, (size_t)i, r);
+  }
+  for (int k = 0; k < map->face_count && !s->status; k++) {
+    double slope;
+    const double d = flesh_fit_map_q(map, s->p[map->faces[2 * k]]) - flesh_fit_map_q(map, s->p[map->faces[2 * k + 1]]);
+    gsl_vector_set(f, (size_t)(s->fit->count + k), face_weight(s, k) * flesh_fit_map_bend(map, d, &slope));
+  }
+  return s->status ? GSL_EFAILED : GSL_SUCCESS;
+}
+
+/* Linearises at z, unless that is done. */
+static int linearise(searching *s, const gsl_vector *z)
+{
+  int same = s->linear != NULL;
+  for (int k = 0; k < s->fit->parameter_count && same; k++) same = s->at[k] == gsl_vector_get(z, (size_t)k);
+  if (same) return FLESH_OK;
+  flesh_fit_linear_destroy(&s->linear);
+  for (int k = 0; k < s->fit->parameter_count; k++) {
+    s->at[k] = gsl_vector_get(z, (size_t)k);
+    s->slopes[k] = flesh_fit_map_slope(s->fit->map, s->at[k]);
+  }
+  place(s, z, s->p);
+  return flesh_fit_linear_create(s->fit, s->p, &s->linear);
+}
+
+/* Adds the penalty's part of J u, or of J^T u, for u and v by q. */
+static void penalise(const searching *s, int transposed, const double *u, double *v)
+{
+  const flesh_fit_map *map = s->fit->map;
+  for (int k = 0; k < map->face_count; k++) {
+    const int *pair = map->faces + 2 * k;
+    double slope;
+    flesh_fit_map_bend(map, flesh_fit_map_q(map, flesh_fit_map_p(map, s->at[pair[0]])) -
+                                flesh_fit_map_q(map, flesh_fit_map_p(map, s->at[pair[1]])), &slope);
+    const double weight = slope * face_weight(s, k);
+    if (transposed) v[pair[0]] += weight * u[k], v[pair[1]] -= weight * u[k];
+    else v[k] = weight * (u[pair[0]] - u[pair[1]]);
+  }
+}
+
+static int find_product(CBLAS_TRANSPOSE_t transposed, const gsl_vector *z, const gsl_vector *u, void *data, gsl_vector *v,
+                        gsl_matrix *JTJ)
+{
+  searching *s = data;
+  const int n = s->fit->parameter_count;
+  (void)JTJ;
+  if (!s->status) s->status = linearise(s, z);
+  if (s->status) return GSL_EFAILED;
+  if (transposed == CblasTrans) {
+    s->status = flesh_fit_linear_times_transposed(s->linear, u->data, s->u);
+    if (!s->status) penalise(s, 1, u->data + s->fit->count, s->u);
+    for (int k = 0; k < n && !s->status; k++) gsl_vector_set(v, (size_t)k, s->slopes[k] * s->u[k]);
+  } else {
+    for (int k = 0; k < n; k++) s->u[k] = s->slopes[k] * gsl_vector_get(u, (size_t)k);
+    s->status = flesh_fit_linear_times(s->linear, s->u, v->data);
+    if (!s->status) penalise(s, 0, s->u, v->data + s->fit->count);
+  }
+  return s->status ? GSL_EFAILED : GSL_SUCCESS;
+}
+
+/* Both sums of squares. */
+static void measure(const searching *s, const gsl_vector *f, flesh_fit_stage *stage)
+{
+  stage->squares = stage->penalty = 0;
+  for (size_t i = 0; i < f->size; i++)
+    *(i < (size_t)s->fit->count ? &stage->squares : &stage->penalty) += pow(gsl_vector_get(f, i), 2);
+}
+
+/* Iterates until a step changes the sum of squares by less than chance does by far. */
+static void iterate(searching *s, gsl_multilarge_nlinear_workspace *w, flesh_fit_stage *stage)
+{
+  const double small = s->fit->tolerance * sqrt(2. * s->fit->count);
+  while (!stage->converged && stage->iterations < ITERATIONS && !s->status) {
+    const double before = stage->squares + stage->penalty;
+    for (size_t i = 0; i < (size_t)s->fit->count; i++)
+      s->largest = fmax(s->largest, fabs(gsl_vector_get(gsl_multilarge_nlinear_residual(w), i)));
+    const int code = gsl_multilarge_nlinear_iterate(w);
+    if (s->status) return;
+    stage->iterations++;
+    measure(s, gsl_multilarge_nlinear_residual(w), stage);
+    stage->converged = code || before - stage->squares - stage->penalty <= small;
+  }
+}
+
+/* A search with a weight, from p [map], which becomes its end. */
+static int search_with(searching *s, double *p, flesh_fit_stage *stage)
+{
+  const flesh_fit *fit = s->fit;
+  const size_t n = (size_t)fit->parameter_count, m = (size_t)(fit->count + fit->map->face_count);
+  gsl_multilarge_nlinear_parameters options = gsl_multilarge_nlinear_default_parameters();
+  options.trs = gsl_multilarge_nlinear_trs_cgst;
+  options.scale = gsl_multilarge_nlinear_scale_levenberg;
+  options.solver = gsl_multilarge_nlinear_solver_none;
+  options.tol = step_tolerance;
+  gsl_multilarge_nlinear_workspace *w = gsl_multilarge_nlinear_alloc(gsl_multilarge_nlinear_trust, &options, m, n);
+  gsl_vector *z = gsl_vector_alloc(n);
+  gsl_multilarge_nlinear_fdf fdf = {.f = find_residuals, .df = find_product, .n = m, .p = n, .params = s};
+  if (!w || !z) s->status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for a map of %zu tets", n);
+  for (size_t k = 0; k < n && !s->status; k++) gsl_vector_set(z, k, flesh_fit_map_z(fit->map, p[k]));
+  s->weight = stage->weight;
+  if (!s->status && gsl_multilarge_nlinear_init(z, &fdf, w) == GSL_SUCCESS && !s->status) {
+    measure(s, gsl_multilarge_nlinear_residual(w), stage);
+    iterate(s, w, stage);
+    place(s, gsl_multilarge_nlinear_position(w), p);
+  }
+  if (w) gsl_multilarge_nlinear_free(w);
+  if (z) gsl_vector_free(z);
+  return s->status;
+}
+
+/* A first weight, under which the map is all but uniform: what a uniform change does over what a rough one is penalised. */
+static int first_weight(searching *s, double *weight)
+{
+  const int n = s->fit->parameter_count;
+  gsl_vector *z = gsl_vector_alloc((size_t)n);
+  double sum = 0, faces = 0;
+  if (!z) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a map of %d tets", n);
+  for (int k = 0; k < n; k++) gsl_vector_set(z, (size_t)k, flesh_fit_map_z(s->fit->map, s->found->p[k])), s->u[k] = 1;
+  int status = linearise(s, z);
+  if (!status) status = flesh_fit_linear_times(s->linear, s->u, s->y);
+  for (int i = 0; i < s->fit->count && !status; i++) sum += s->y[i] * s->y[i];
+  for (int k = 0; k < s->fit->map->face_count; k++) faces += s->fit->map->face_weights[k];
+  *weight = sum > 0 && faces > 0 ? sum / faces : 1;
+  gsl_vector_free(z);
+  return status;
+}
+
+static void tell(const searching *s, const flesh_fit_stage *stage)
+{
+  if (s->fit->quiet) return;
+  printf("weight %.3g: residuals %.4g times the deviations, %d iterations\n", stage->weight,
+         sqrt(stage->squares / s->fit->count), stage->iterations);
+  fflush(stdout);
+}
+
+/* The log of how far the residuals are from their deviations. */
+static double excess(const searching *s, const flesh_fit_stage *stage) { return log(stage->squares / s->fit->count); }
+
+/* Makes a stage of this weight, read back where it was made before. */
+static int make_stage(searching *s, double weight, double *p)
+{
+  flesh_fit_map_found *found = s->found;
+  flesh_fit_stage *stage = &found->stages[found->stage_count];
+  *stage = (flesh_fit_stage){.weight = weight};
+  int there, status = flesh_fit_stage_read(s->fit, found->stage_count + 1, stage, p, &there);
+  if (!status && !there) {
+    status = search_with(s, p, stage);
+    if (!status) status = flesh_fit_stage_write(s->fit, found->stage_count + 1, stage, p);
+  }
+  if (!status) tell(s, stage), found->stage_count++;
+  return status;
+}
+
+/* The weight between two whose residuals are too large and too small, by a line through logarithms that keeps off both. */
+static double between(const searching *s, const flesh_fit_stage *large, const flesh_fit_stage *small)
+{
+  const double a = excess(s, large), b = excess(s, small), share = fmin(fmax(a / (a - b), 0.1), 0.9);
+  return exp(log(large->weight) + share * (log(small->weight) - log(large->weight)));
+}
+
+/* Lowers the weight until residuals are as small as the deviations, then searches where they are equal: always from the
+ * smoother side, so that no roughness stays. */
+static int search_weight(searching *s, double first)
+{
+  flesh_fit_map_found *found = s->found;
+  const size_t bytes = (size_t)s->fit->parameter_count * sizeof *found->p;
+  double *smooth = malloc(bytes), weight = first;
+  int status = smooth ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory for a map"), large = -1, small = -1;
+  if (!status) memcpy(smooth, found->p, bytes);
+  while (!status && found->stage_count < FLESH_FIT_STAGES) {
+    memcpy(found->p, smooth, bytes);
+    status = make_stage(s, weight, found->p);
+    if (status) break;
+    const int now = found->chosen = found->stage_count - 1;
+    const double far = excess(s, &found->stages[now]);
+    if (far > 0) large = now, memcpy(smooth, found->p, bytes);
+    else small = now;
+    if (fabs(far) <= log(1 + enough) || large < 0) break; /* the latter: all but uniform, and within the deviations */
+    if (small < 0 ? weight < least_share * first : found->stages[large].weight < close_weights * found->stages[small].weight)
+      break;
+    weight = small < 0 ? weight * fall : between(s, &found->stages[large], &found->stages[small]);
+  }
+  free(smooth);
+  return status;
+}
+
+int flesh_fit_map_search(flesh_fit *fit, flesh_fit_map_found *found)
+{
+  const size_t n = (size_t)fit->parameter_count, m = (size_t)fit->count;
+  double *room = calloc(4 * n + 2 * m + 1, sizeof *room), weight = fit->map->weight;
+  searching s = {.fit = fit, .found = found};
+  *found = (flesh_fit_map_found){.p = malloc(n * sizeof(double)), .values = malloc(m * sizeof(double)), .determined = NAN};
+  gsl_error_handler_t *handler = gsl_set_error_handler_off();
+  int good;
+  if (!room || !found->p || !found->values) s.status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for a map");
+  else {
+    s.at = room, s.p = s.at + n, s.slopes = s.p + n, s.u = s.slopes + n, s.y = s.u + n, s.values = s.y + m;
+    for (size_t k = 0; k < n; k++) found->p[k] = fit->map->start;
+    s.status = flesh_fit_evaluate(fit, found->p, found->values, NULL, &good, s.why);
+    if (!s.status && !good) s.status = flesh_fail(FLESH_ERR_SOLVE, "the start cannot be run: %s", s.why);
+  }
+  if (!s.status && isnan(weight)) {
+    s.status = first_weight(&s, &weight);
+    if (!s.status) s.status = search_weight(&s, weight);
+  } else if (!s.status) s.status = make_stage(&s, weight, found->p);
+  if (!s.status) s.status = flesh_fit_evaluate(fit, found->p, found->values, NULL, &good, s.why);
+  if (!s.status && !found->stages[found->chosen].converged)
+    snprintf(found->words, sizeof found->words, "the search has not ended after %d iterations", ITERATIONS);
+  flesh_fit_linear_destroy(&s.linear);
+  gsl_set_error_handler(handler);
+  free(room);
+  return s.status;
+}
+
+void flesh_fit_map_found_close(flesh_fit_map_found *found)
+{
+  free(found->p);
+  free(found->values);
+  free(found->deviations);
+  free(found->resolutions);
+  *found = (flesh_fit_map_found){0};
+}

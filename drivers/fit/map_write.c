@@ -1,0 +1,209 @@
+/* map_write.c: writes what a fit of a map has found: result.json, fit.csv, tets.csv, map.vtu, the fitted scenes, and words. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "base/text.h"
+#include "cli/json_memory.h"
+#include "cli/options.h"
+#include "fit/map.h"
+#include "output/vtu.h"
+#include "run/result.h"
+#include "study/table.h"
+
+/* Residuals of so many times their deviations are spoken of, and deviations of q from which on a tet is hardly known. */
+static const double odd_scale = 1.5, hardly = 0.5;
+/* Shares of the way to a bound at which a tet is at it. */
+static const double at_bound = 0.01;
+
+typedef struct report {
+  const flesh_fit *fit;
+  const flesh_fit_map *map;
+  const flesh_fit_map_found *found;
+  const flesh_fit_stage *stage;
+  double scale, median, largest; /* residuals in deviations; deviations of q */
+  int hardly_known, at_bounds;
+  json_t *sentences;
+} report;
+
+static int compare(const void *a, const void *b)
+{
+  const double *left = a, *right = b;
+  return (*left > *right) - (*left < *right);
+}
+
+static int measure(report *r)
+{
+  const size_t n = (size_t)r->map->count;
+  double *sorted = malloc(n * sizeof *sorted);
+  r->scale = sqrt(r->stage->squares / r->fit->count);
+  r->median = r->largest = NAN;
+  if (!sorted) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for the results of a map");
+  for (size_t k = 0; k < n; k++) {
+    const double q = flesh_fit_map_q(r->map, r->found->p[k]), low = flesh_fit_map_q(r->map, r->map->from),
+                 high = flesh_fit_map_q(r->map, r->map->to);
+    r->at_bounds += fmin(q - low, high - q) < at_bound * (high - low); /* not without bounds, which are NaN */
+    if (r->found->deviations) r->hardly_known += r->found->deviations[k] > hardly;
+  }
+  if (r->found->deviations) {
+    memcpy(sorted, r->found->deviations, n * sizeof *sorted);
+    qsort(sorted, n, sizeof *sorted, compare);
+    r->median = sorted[n / 2];
+    r->largest = sorted[n - 1];
+  }
+  free(sorted);
+  return FLESH_OK;
+}
+
+static void say(report *r, const char *text) { json_array_append_new(r->sentences, flesh_json_text(text)); }
+
+static void tell(report *r)
+{
+  const flesh_fit_map *map = r->map;
+  const double excess = r->stage->squares / r->fit->count;
+  const char *of = map->spacing == FLESH_FIT_LOGARITHMIC ? "" : " of start";
+  char text[FLESH_FIT_SENTENCE];
+  r->sentences = json_array();
+  if (isnan(map->weight) && excess < 0.95 && r->found->stage_count == 1)
+    say(r, "A nearly uniform value agrees with the measurements within their deviations: they say nothing of differences "
+           "between tets.");
+  else if (isnan(map->weight) && excess > 1.05) {
+    snprintf(text, sizeof text, "The residuals stay %.3g times the stated deviations, however rough the map may be: the "
+                                "deviations are too small, or the scene leaves something out. The map follows what is no stiffness.",
+             r->scale);
+    say(r, text);
+  } else if (!isnan(map->weight) && (r->scale > odd_scale || r->scale < 1 / odd_scale)) {
+    snprintf(text, sizeof text, "The residuals are %.3g times the stated deviations: the weight is %s, or the deviations are not "
+                                "those of the measurements.", r->scale, r->scale > 1 ? "too large" : "too small");
+    say(r, text);
+  }
+  if (r->found->deviations) {
+    snprintf(text, sizeof text, "The measurements determine about %.0f numbers of the map; the penalty fills in the rest of its "
+                                "%d tets.", r->found->determined, map->count);
+    say(r, text);
+    snprintf(text, sizeof text, "The deviation of a tet's value is %.2g %%%s (median), at most %.2g %%, where maps are as smooth as "
+                                "the penalty says.", 100 * r->median, of, 100 * r->largest);
+    say(r, text);
+    if (r->hardly_known) {
+      snprintf(text, sizeof text, "%d tets have a deviation above %g %%: the measurements hardly say their values (tets.csv).",
+               r->hardly_known, 100 * hardly);
+      say(r, text);
+    }
+  } else say(r, "Deviations of tets are found for maps of 2500 tets and fewer.");
+  if (r->at_bounds) {
+    snprintf(text, sizeof text, "%d tets lie at a bound (from, to): their values may be beyond it.", r->at_bounds);
+    say(r, text);
+  }
+}
+
+static char *path_in(const flesh_fit *fit, const char *name) { return flesh_text_new("%s/%s", fit->out, name); }
+
+static double value_off(const flesh_fit_map *map, double p, double dq)
+{
+  return map->spacing == FLESH_FIT_LOGARITHMIC ? p * exp(dq) : p + dq * map->scale;
+}
+
+static int write_tets(const report *r, const flesh_mesh *mesh)
+{
+  const flesh_fit_map *map = r->map;
+  flesh_file file;
+  const int status = flesh_table_open(r->fit->out, "tets.csv", &file);
+  if (status) return status;
+  const char *unit = *map->unit ? map->unit : "1";
+  fprintf(file.stream, "tet,X [m],Y [m],Z [m],%s [%s],low_95 [%s],high_95 [%s],deviation of q,resolution\n", map->key, unit, unit,
+          unit);
+  for (int k = 0; k < map->count; k++) {
+    const double p = r->found->p[k], deviation = r->found->deviations ? r->found->deviations[k] : NAN;
+    fprintf(file.stream, "%d", map->tets[k]);
+    for (int c = 0; c < 3; c++) {
+      double centre = 0;
+      for (int a = 0; a < 4; a++)
+        centre += flesh_mesh_positions(mesh)[3 * (size_t)flesh_mesh_tets(mesh)[4 * (size_t)map->tets[k] + (size_t)a] + (size_t)c] / 4;
+      flesh_table_field(file.stream, centre);
+    }
+    const double fields[] = {p, value_off(map, p, -1.96 * deviation), value_off(map, p, 1.96 * deviation), deviation,
+                             r->found->resolutions ? r->found->resolutions[k] : NAN};
+    for (int c = 0; c < 5; c++) flesh_table_field(file.stream, fields[c]);
+    putc('\n', file.stream);
+  }
+  return flesh_file_commit(&file);
+}
+
+/* The body at rest with the map as cell data; NaN in tets that have none. */
+static int write_vtu(const report *r, const flesh_mesh *mesh)
+{
+  const int tets = flesh_mesh_tet_count(mesh);
+  const double *const from[] = {r->found->p, r->found->deviations, r->found->resolutions};
+  char *path = path_in(r->fit, "map.vtu");
+  double *room = malloc(3 * (size_t)tets * sizeof *room);
+  int status = path && room ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory for the results of a map");
+  for (int k = 0; k < 3 * tets && !status; k++) room[k] = NAN;
+  for (int a = 0; a < 3 && !status; a++)
+    for (int k = 0; k < r->map->count && from[a]; k++) room[(size_t)a * (size_t)tets + (size_t)r->map->tets[k]] = from[a][k];
+  const flesh_vtu_array arrays[] = {{.name = r->map->key, .components = 1, .doubles = room, .unit = *r->map->unit ? r->map->unit : NULL},
+                                    {.name = "deviation", .components = 1, .doubles = room + tets},
+                                    {.name = "resolution", .components = 1, .doubles = room + 2 * (size_t)tets}};
+  const flesh_vtu content = {.points = flesh_mesh_node_count(mesh), .tets = tets, .positions = flesh_mesh_positions(mesh),
+                             .tet_nodes = flesh_mesh_tets(mesh), .edge_nodes = flesh_mesh_tet_edges(mesh),
+                             .cell_array_count = from[1] ? 3 : 1, .cell_arrays = arrays};
+  if (!status) status = flesh_vtu_write(path, &content);
+  free(path);
+  free(room);
+  return status;
+}
+
+static json_t *stages_json(const report *r)
+{
+  json_t *list = json_array();
+  for (int k = 0; k < r->found->stage_count; k++) {
+    const flesh_fit_stage *s = &r->found->stages[k];
+    json_array_append_new(list, json_pack("{sfsfsfsisb}", "weight", s->weight, "sum_of_squares", s->squares, "penalty", s->penalty,
+                                          "iterations", s->iterations, "converged", s->converged));
+  }
+  return list;
+}
+
+static json_t *result_json(report *r)
+{
+  const flesh_fit *fit = r->fit;
+  return json_pack("{sssisss{sssisssfsssosososo}sOs{sisfsf}}", "status", r->stage->converged ? "complete" : "failed", "exit_code",
+                   r->stage->converged ? 0 : flesh_exit_code(FLESH_ERR_SOLVE), "message", r->found->words, "map", "constant",
+                   r->map->key, "tets", r->map->count, "penalty", r->map->penalty == FLESH_FIT_QUADRATIC ? "quadratic" : "variation",
+                   "weight", r->stage->weight, "weight_from", isnan(r->map->weight) ? "discrepancy" : "spec", "determined_numbers",
+                   flesh_json_number(r->found->determined), "median_deviation", flesh_json_number(r->median), "largest_deviation",
+                   flesh_json_number(r->largest), "stages", stages_json(r), "identifiability", r->sentences, "residuals",
+                   "measured_numbers", fit->count, "sum_of_squares", r->stage->squares, "scale", r->scale);
+}
+
+static void print(const report *r)
+{
+  const flesh_fit *fit = r->fit;
+  double low = INFINITY, high = 0;
+  size_t index;
+  json_t *sentence;
+  for (int k = 0; k < r->map->count; k++) low = fmin(low, r->found->p[k]), high = fmax(high, r->found->p[k]);
+  printf("%s of %d tets from %.6g to %.6g%s%s\n", r->map->key, r->map->count, low, high, *r->map->unit ? " " : "", r->map->unit);
+  json_array_foreach(r->sentences, index, sentence) printf("%s\n", json_string_value(sentence));
+  if (*r->found->words) printf("%s\n", r->found->words);
+  printf("%d measured numbers, residuals %.4g times their deviations, weight %.4g, %d runs, %d linear solves\nresults: %s\n", fit->count,
+         r->scale, r->stage->weight, fit->run_count, fit->counts.linear, fit->out);
+}
+
+int flesh_fit_map_report(flesh_fit *fit, const flesh_fit_map_found *found)
+{
+  report r = {.fit = fit, .map = fit->map, .found = found, .stage = &found->stages[found->chosen]};
+  flesh_scene *scene = NULL;
+  int status = measure(&r);
+  if (status) return status;
+  tell(&r);
+  status = flesh_fit_write_tables(fit, found->p, found->values);
+  if (!status) status = flesh_fit_scene_at(fit, 0, found->p, &scene);
+  if (!status) status = write_tets(&r, flesh_scene_mesh(scene));
+  if (!status) status = write_vtu(&r, flesh_scene_mesh(scene));
+  if (!status) status = flesh_fit_write_result(fit, result_json(&r), found->p, found->values);
+  if (!status && !fit->quiet) print(&r);
+  flesh_scene_destroy(&scene);
+  json_decref(r.sentences);
+  return status;
+}
