@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """make.py: makes the measurements of the fits in this folder: finer meshes, or a closed form, at known parameters, with noise
-of a known seed. `make.py FLESH` writes them beside itself."""
+of a known seed. `make.py FLESH [NAME...]` writes them, or those of some fits, beside itself."""
 import csv
 import os
 import subprocess
@@ -26,19 +26,26 @@ def run(flesh, scene, folder, *sets):
     return table, numpy.loadtxt(os.path.join(folder, "state.txt"))[:, :3]
 
 
-def plate(flesh, path):
-    """A plate of 0.1 m by 0.1 m by 0.01 m with 25 square regions, tags 1 to 25."""
-    subprocess.run([flesh, "mesh", "box", "--cells", "10,10,1", "--size", "0.1,0.1,0.01", "--out", path], check=True,
-                   stdout=subprocess.DEVNULL)
+def box(flesh, cells, size, path):
+    """The lines of a mesh's file, its nodes' places, and where its tets' lines begin and end."""
+    subprocess.run([flesh, "mesh", "box", "--cells", cells, "--size", size, "--out", path], check=True, stdout=subprocess.DEVNULL)
     with open(path) as file:
         lines = file.read().split("\n")
-    at = lines.index("Vertices") + 2
+    at, tets = lines.index("Vertices") + 2, lines.index("Tetrahedra") + 2
     x = numpy.array([[float(word) for word in line.split()[:3]] for line in lines[at:at + int(lines[at - 1])]])
-    at = lines.index("Tetrahedra") + 2
-    for k in range(at, at + int(lines[at - 1])):
-        nodes = [int(word) for word in lines[k].split()[:4]]
-        i, j, _ = (x[[n - 1 for n in nodes]].mean(axis=0) / 0.02).astype(int)
-        lines[k] = " ".join(str(n) for n in nodes) + f" {1 + i + 5 * j}"
+    return lines, x, range(tets, tets + int(lines[tets - 1]))
+
+
+def centre(line, x):
+    return x[[int(word) - 1 for word in line.split()[:4]]].mean(axis=0)
+
+
+def plate(flesh, path):
+    """A plate of 0.1 m by 0.1 m by 0.01 m with 25 square regions, tags 1 to 25."""
+    lines, x, tets = box(flesh, "10,10,1", "0.1,0.1,0.01", path)
+    for k in tets:
+        i, j, _ = (centre(lines[k], x) / 0.02).astype(int)
+        lines[k] = " ".join(lines[k].split()[:4]) + f" {1 + i + 5 * j}"
     with open(path, "w") as file:
         file.write("\n".join(lines))
 
@@ -103,7 +110,22 @@ def stiffness(flesh, folder, random):
               (6, 6, 6, 6))
 
 
+def inclusion(flesh, folder, random):
+    """A block of 30 kPa with a ball of 90 kPa in it, under three loads: the nodes of its surface."""
+    lines, x, tets = box(flesh, "6,6,6", "0.06,0.06,0.06", os.path.join(HERE, "inclusion_block.mesh"))
+    inside = [numpy.linalg.norm(centre(lines[k], x) - (0.03, 0.03, 0.036)) < 0.016 for k in tets]
+    write("inclusion_truth.csv", {"tet": range(len(inside)), "young [Pa]": numpy.where(inside, 9e4, 3e4)}, (6, 6))
+    seen = numpy.nonzero((abs(x - 0.03).max(axis=1) > 0.0299) & (x[:, 2] > 0))[0]
+    truth = "body.material_map=" + os.path.join(HERE, "inclusion_truth.csv")
+    for name, load in (("pull", "[0, 0, 2e3]"), ("shear", "[1e3, 0, 0]"), ("side", "[0, 1e3, 0]")):
+        _, at = run(flesh, "inclusion_scene.yaml", folder, truth, f"effects.traction.traction={load}")
+        at = at[seen] + 2e-5 * random.normal(size=(len(seen), 3))
+        write(f"inclusion_{name}.csv", {"node": seen, "x [m]": at[:, 0], "y [m]": at[:, 1], "z [m]": at[:, 2]}, (6, 6, 6, 6))
+
+
 if __name__ == "__main__":
-    for k, make in enumerate((indentation, muscles, slide, stiffness)):
+    for k, make in enumerate((indentation, muscles, slide, stiffness, inclusion)):
+        if len(sys.argv) > 2 and make.__name__ not in sys.argv[2:]:
+            continue
         with tempfile.TemporaryDirectory() as folder:
             make(os.path.abspath(sys.argv[1]), folder, numpy.random.default_rng(k + 1))

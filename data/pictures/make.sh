@@ -12,7 +12,7 @@ set -eu
 root=$(CDPATH='' cd -- "$(dirname -- "$0")/../.." && pwd)
 pictures=$root/data/pictures
 flesh=$(realpath "${FLESH:-$root/build/drivers/flesh}")
-names='gallery tutorials hand finger forms accuracy mesh_error adapted hard starts shapes filters limb speed report'
+names='gallery tutorials hand finger forms accuracy mesh_error adapted hard starts shapes filters inclusion limb speed report'
 
 # run SCENE [options]: into the folder SCENE, as the gallery shows it.
 run() {
@@ -108,6 +108,29 @@ adapted() {
   "$flesh" run adapted.yaml --to 0.1%:tip.position_z --out adapted --quiet
   for k in 0 5 9; do "$flesh" run "adapted/to/$k/scene.yaml" --out "adapted_$k" --quiet; done
   "$flesh" snap adapted_0 adapted_5 adapted_9 --bare --edges --colour none --width 300 --out "$pictures/adapted.png"
+}
+
+# A block cut through an inclusion: as it is, and by the map that a fit of its surface finds.
+inclusion() {
+  "$flesh" fit data/fits/inclusion.yaml --out inclusion --quiet
+  python3 - <<'END'
+lines = open("data/fits/inclusion_block.mesh").read().split("\n")
+at, tets = lines.index("Vertices") + 2, lines.index("Tetrahedra") + 2
+y = [float(line.split()[1]) for line in lines[at:at + int(lines[at - 1])]]
+count = int(lines[tets - 1])
+behind = [t for t in range(count) if sum(y[int(n) - 1] for n in lines[tets + t].split()[:4]) > 4 * 0.03]
+kept = [lines[tets + t] for t in behind]
+open("half.mesh", "w").write("\n".join(lines[:tets - 1] + [str(len(kept))] + kept + lines[tets + count:]))
+for name, path in ("truth", "data/fits/inclusion_truth.csv"), ("found", "inclusion/map.csv"):
+    rows = [line for line in open(path) if line[0].isdigit()]
+    with open(name + ".csv", "w") as file:
+        print("tet,young [Pa]", *(f"{k},{rows[t].split(',')[1].strip()}" for k, t in enumerate(behind)), sep="\n", file=file)
+END
+  for map in truth found; do
+    "$flesh" run data/fits/inclusion_scene.yaml --set body.mesh=half.mesh --set body.material_map=$map.csv \
+      --set effects.traction=null --out $map --quiet
+  done
+  "$flesh" snap truth found --bare --colour young --range 2e4,1e5 --edges --width 300 --camera 10,12 --out "$pictures/inclusion.png"
 }
 
 hard() {

@@ -79,6 +79,7 @@ typedef struct flesh_fit_experiment {
   json_t *inputs; /* for the provenance */
   unsigned char *acts; /* [parameters] the parameter is one of this scene */
   char differences[FLESH_FIT_WORDS]; /* why derivatives are by differences of runs; empty: they are by tangents */
+  int moves; /* it is a motion, whose tangents go along the steps; else it is of equilibria, which are kept */
   flesh_fit_kept kept;
 } flesh_fit_experiment;
 
@@ -152,9 +153,15 @@ void flesh_fit_kept_clear(flesh_fit_kept *kept);
 /* New copy of t, x and multipliers, with v = 0, of a body with `nodes` nodes. FLESH_ERR_MEMORY. */
 int flesh_fit_state_copy(const flesh_state *from, int nodes, flesh_state *to);
 void flesh_fit_state_free(flesh_state *state);
-/* Derivatives [count * parameters] of what was measured by all parameters at the kept equilibria. FLESH_OK also where
- * there are none: then e->differences says why. */
-int flesh_fit_tangents(flesh_fit *fit, int experiment, double *tangents);
+/* Derivatives [count * parameters] of what was measured by all parameters at p: at the equilibria, which are those of p or
+ * are found again, or along a motion, which is run again. FLESH_OK also where there are none: then e->differences says
+ * why. */
+int flesh_fit_tangents(flesh_fit *fit, int experiment, const double *p, double *tangents);
+int flesh_fit_motion_tangents(flesh_fit *fit, int experiment, const double *p, double *tangents);
+/* The scenes on both sides of p by parameter k, at -h and +h. */
+int flesh_fit_scenes_beside(const flesh_fit *fit, int experiment, const double *p, int k, double *h, flesh_scene *scenes[2]);
+/* Why what is measured of a motion has no tangents, or "". */
+const char *flesh_fit_motion_refused(const flesh_fit_experiment *e, const flesh_scene *scene);
 /* A scene of an experiment at parameters, whose map is in DIR/map.csv. Returns new. */
 int flesh_fit_scene_at(const flesh_fit *fit, int experiment, const double *p, flesh_scene **scene);
 /* Takes what was measured from the tables in a folder, whose last state has the positions x [3*nodes]. */

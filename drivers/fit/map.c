@@ -201,9 +201,9 @@ static int check_numbers(flesh_fit_map *map)
 static int check_scene(const flesh_fit *fit, const flesh_fit_experiment *e, const flesh_scene *scene)
 {
   const flesh_fit_map *map = fit->map;
-  if (*e->differences)
+  if (e->moves || *e->differences)
     return flesh_node_fail(e->scene_place, "a map needs equilibria that depend on it alone; of %s that is not so: %s", e->name,
-                           e->differences);
+                           e->moves ? "it is a motion" : e->differences);
   if (scene->keys.body.material_map || scene->keys.body.refine)
     return flesh_node_fail(e->scene_place, "the scene has body.%s, beside which no map can be fitted; leave it out",
                            scene->keys.body.refine ? "refine" : "material_map");

@@ -238,7 +238,7 @@ int flesh_fit_make_run(flesh_fit *fit, flesh_fit_run *run, double *cpu_s)
   const int refused = status == FLESH_ERR_ARGUMENT;
   if (!status) {
     const flesh_runner_options options = {.out = folder, .scene_path = e->scene, .quiet = 1, .no_frames = 1,
-                                          .observer_count = !*e->differences, .observers = &keeper,
+                                          .observer_count = !*e->differences && !e->moves, .observers = &keeper,
                                           .argc = fit->argc, .argv = fit->argv};
     flesh_fit_kept_clear(&e->kept);
     status = flesh_runner_run(scene, &options, &figures, &outcome);
@@ -246,7 +246,7 @@ int flesh_fit_make_run(flesh_fit *fit, flesh_fit_run *run, double *cpu_s)
     flesh_figures_close(&figures);
   }
   if (!status) status = take(e, folder, run);
-  if (!status && run->values && !*e->differences) {
+  if (!status && run->values && !*e->differences && !e->moves) {
     e->kept.p = malloc((size_t)fit->parameter_count * sizeof *e->kept.p);
     if (e->kept.p) memcpy(e->kept.p, run->p, (size_t)fit->parameter_count * sizeof *e->kept.p);
   } else if (refused || is_of_parameters(status)) {

@@ -140,7 +140,7 @@ static int take_run(flesh_fit *fit, const char *path, const json_t *value)
   snprintf(run->message, sizeof run->message, "%s", message);
   fit->counts.cpu_s += json_number_value(json_object_get(value, "cpu_s"));
   fit->counts.read_back++;
-  fit->counts.with_tangents += run->tangents != NULL;
+  fit->counts.with_tangents += run->tangents && !fit->experiments[run->experiment].moves; /* a motion runs again for them */
   fit->counts.failed += !run->values;
   return FLESH_OK;
 }
@@ -319,17 +319,19 @@ int flesh_fit_tangents_at(flesh_fit *fit, int experiment, const double *p, const
   if (!status) {
     memcpy(run->p, p, size);
     memcpy(run->values, fit->runs[of].values, values);
-    status = flesh_fit_keep_at(fit, experiment, p);
+    status = flesh_fit_tangents(fit, experiment, p, run->tangents);
   }
-  if (!status) status = flesh_fit_tangents(fit, experiment, run->tangents);
-  if (!status && !*e->differences) status = write_run(fit, run, flesh_cpu_seconds() - cpu);
+  const double taken = flesh_cpu_seconds() - cpu;
+  fit->counts.cpu_s += taken;
+  if (!status && !*e->differences) status = write_run(fit, run, taken);
   if (status || *e->differences) {
     free_run(run);
     *found = &fit->runs[of];
     return status;
   }
   fit->run_count++;
-  fit->counts.with_tangents++;
+  fit->counts.with_tangents += !e->moves;
+  fit->counts.runs += e->moves;
   *found = run;
   return FLESH_OK;
 }

@@ -18,6 +18,7 @@
 static const double newton_tolerance = 1e-8;
 
 static const char *const spacings[] = {"linear", "logarithmic", NULL};
+static const char *const derivatives[] = {"tangents", "differences", NULL};
 
 typedef struct measured_keys {
   char *probes, *history, *positions;
@@ -29,6 +30,7 @@ typedef struct experiment_keys {
   char *name, *scene;
   const flesh_node *set;
   flesh_objects measured;
+  int differences;
 } experiment_keys;
 
 typedef struct fit_keys {
@@ -66,6 +68,9 @@ static const flesh_key experiment_table[] = {
      .doc = "a mapping of values by the scene's keys: {time.end: 1}"},
     {.name = "measured", .type = FLESH_KEY_OBJECTS, AT(measured), .children = measured_table,
      .child_size = sizeof(measured_keys), .doc = "files of measurements"},
+    {.name = "derivatives", .type = FLESH_KEY_CHOICE, AT(differences), .choices = derivatives, .default_value = "tangents",
+     .doc = "by tangents where the scene has them, a linear solve for each nonlinear one and parameter; or by differences of two "
+            "runs for each parameter, which are cheaper in motions with viscosity"},
     {.name = NULL},
 };
 #undef AT
@@ -206,10 +211,15 @@ static int read_experiment(flesh_fit *fit, const experiment_keys *keys, flesh_fi
   free(state.x);
   free(state.v);
   e->start = state.t;
-  snprintf(e->differences, sizeof e->differences, "%s", flesh_scene_tangents_refused(scene));
   e->inputs = flesh_provenance_scene(scene, e->scene);
   if (!status) status = flesh_study_fingerprint(scene, e->scene, e->fingerprint);
   if (!status) status = read_measured(fit, keys, scene, e);
+  e->moves = flesh_scene_times(scene)->method != FLESH_METHOD_STATIC;
+  if (!status)
+    snprintf(e->differences, sizeof e->differences, "%s",
+             keys->differences ? "the spec asks for them"
+             : e->moves        ? flesh_fit_motion_refused(e, scene)
+                               : flesh_scene_tangents_refused(scene));
   if (!status) status = check_times(e);
   flesh_scene_destroy(&scene);
   return status;

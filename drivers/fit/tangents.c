@@ -93,21 +93,28 @@ static int take_along(const tangenting *t, const flesh_scene *scene, double h, d
   return status;
 }
 
+int flesh_fit_scenes_beside(const flesh_fit *fit, int experiment, const double *p, int k, double *h, flesh_scene *scenes[2])
+{
+  double beside[FLESH_FIT_PARAMETERS];
+  int status = FLESH_OK;
+  *h = difference * fabs(flesh_fit_slope(&fit->parameters[k], p[k]));
+  memcpy(beside, p, (size_t)fit->parameter_count * sizeof *p);
+  for (int s = 0; s < 2 && !status; s++) {
+    beside[k] = p[k] + (s ? *h : -*h);
+    status = flesh_fit_scene_at(fit, experiment, beside, &scenes[s]);
+  }
+  return status;
+}
+
 /* The column of a parameter. */
 static int differentiate(tangenting *t, int k, double *tangents)
 {
   const flesh_fit *fit = t->fit;
   const flesh_fit_kept *kept = &t->e->kept;
   const size_t unknowns = 3 * (size_t)t->e->nodes;
-  double p[FLESH_FIT_PARAMETERS];
   flesh_scene *scenes[2] = {NULL};
-  const double h = difference * fabs(flesh_fit_slope(&fit->parameters[k], kept->p[k]));
-  int status = FLESH_OK;
-  memcpy(p, kept->p, (size_t)fit->parameter_count * sizeof *p);
-  for (int s = 0; s < 2 && !status; s++) {
-    p[k] = kept->p[k] + (s ? h : -h);
-    status = flesh_fit_scene_at(fit, t->experiment, p, &scenes[s]);
-  }
+  double h;
+  int status = flesh_fit_scenes_beside(fit, t->experiment, kept->p, k, &h, scenes);
   if (!status) {
     const flesh_parameter parameter = {{NULL, flesh_scene_system(scenes[0]), flesh_scene_system(scenes[1]), NULL}, h};
     memset(t->dx, 0, (size_t)kept->count * unknowns * sizeof *t->dx);
@@ -122,7 +129,7 @@ static int differentiate(tangenting *t, int k, double *tangents)
   return status;
 }
 
-int flesh_fit_tangents(flesh_fit *fit, int experiment, double *tangents)
+static int differentiate_equilibria(flesh_fit *fit, int experiment, double *tangents)
 {
   flesh_fit_experiment *e = &fit->experiments[experiment];
   const size_t unknowns = 3 * (size_t)e->nodes, rows = (size_t)e->kept.count + 1, count = (size_t)e->count * sizeof(double);
@@ -142,6 +149,14 @@ int flesh_fit_tangents(flesh_fit *fit, int experiment, double *tangents)
   free(t.dx);
   free(t.values[0]);
   free(t.values[1]);
+  return status;
+}
+
+int flesh_fit_tangents(flesh_fit *fit, int experiment, const double *p, double *tangents)
+{
+  flesh_fit_experiment *e = &fit->experiments[experiment];
+  int status = e->moves ? flesh_fit_motion_tangents(fit, experiment, p, tangents) : flesh_fit_keep_at(fit, experiment, p);
+  if (!e->moves && !status) status = differentiate_equilibria(fit, experiment, tangents);
   if (status != FLESH_ERR_ARGUMENT && status != FLESH_ERR_SOLVE) return status;
   snprintf(e->differences, sizeof e->differences, "%.300s", flesh_error_text());
   return FLESH_OK;

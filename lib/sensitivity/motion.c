@@ -27,6 +27,10 @@ typedef struct pass {
   const flesh_parameter *parameters;
   double *gradient;
   unsigned char *same; /* [count][1 + effects] of each parameter, flesh_parameter_compare's */
+  flesh_tangent_visit visit; /* forward: sees the derivatives of states, with visit_data; NULL: nobody does */
+  void *visit_data;
+  int call;                  /* of the next state that it sees */
+  double end;                /* of the last part */
 } pass;
 
 static pass pass_of(flesh_trajectory *self)
@@ -365,12 +369,23 @@ static int start_on(pass *p, const flesh_recorded_part *part)
   return flesh_stage_tangent_solve(tangent, 0, right, NULL, a);
 }
 
+/* Shows the derivatives of the states at which calls up to time t have begun. */
+static int show(pass *p, double t)
+{
+  const flesh_trajectory *self = p->self;
+  int status = FLESH_OK;
+  for (; p->visit && p->call < self->call_count && self->calls[p->call].t <= t && !status; p->call++)
+    if (self->calls[p->call].t == t) status = p->visit(p->visit_data, t, p->known[FLESH_KNOWN_X], p->known[FLESH_KNOWN_V]);
+  return status;
+}
+
 /* Implements flesh_part_visit. */
 static int part_on(void *data, const flesh_recorded_part *part)
 {
   pass *p = data;
   const int n = p->self->n;
-  int status = FLESH_OK;
+  int status = show(p, part->t);
+  if (status) return status;
   flesh_trajectory_map(part, &p->map);
   forget_constrained(p, part, p->known);
   if (begins_by_acceleration(p, part)) status = start_on(p, part);
@@ -380,18 +395,47 @@ static int part_on(void *data, const flesh_recorded_part *part)
   for (int j = 0; j < FLESH_KNOWN; j++) gather_base(p, p->map.end[j], p->next[j]);
   for (int k = 0; k < FLESH_KNOWN; k++) memcpy(p->known[k], p->next[k], (size_t)n * sizeof(double));
   forget_constrained(p, part, p->known);
+  p->end = part->taken.end;
   return status;
+}
+
+/* Where the derivatives of the last state go. */
+typedef struct last_tangent {
+  size_t bytes;
+  double *dx, *dv;
+} last_tangent;
+
+int flesh_trajectory_tangents(flesh_trajectory *self, const flesh_parameter *parameter, const double *start,
+                              flesh_tangent_visit visit, void *data)
+{
+  FLESH_NEED({self, "trajectory"}, {parameter, "parameter"}, {visit, "visit"});
+  const size_t n = (size_t)self->n;
+  pass p = pass_of(self);
+  p.parameters = parameter;
+  p.visit = visit;
+  p.visit_data = data;
+  if (start) memcpy(p.known[FLESH_KNOWN_X], start, n * sizeof *start);
+  if (start) memcpy(p.known[FLESH_KNOWN_V], start + n, n * sizeof *start);
+  flesh_newton_forget(self->tangent.newton);
+  const int status = flesh_trajectory_visit(self, part_on, &p);
+  return status || !self->total ? status : visit(data, p.end, p.known[FLESH_KNOWN_X], p.known[FLESH_KNOWN_V]);
+}
+
+/* Copies the derivatives of the last state. Implements flesh_tangent_visit. */
+static int keep_last(void *data, double t, const double *dx, const double *dv)
+{
+  const last_tangent *last = data;
+  (void)t;
+  memcpy(last->dx, dx, last->bytes);
+  memcpy(last->dv, dv, last->bytes);
+  return FLESH_OK;
 }
 
 int flesh_trajectory_tangent(flesh_trajectory *self, const flesh_parameter *parameter, double *dx, double *dv)
 {
   FLESH_NEED({self, "trajectory"}, {parameter, "parameter"}, {dx, "dx"}, {dv, "dv"});
-  const size_t bytes = (size_t)self->n * sizeof *dx;
-  pass p = pass_of(self);
-  p.parameters = parameter;
-  flesh_newton_forget(self->tangent.newton);
-  const int status = flesh_trajectory_visit(self, part_on, &p);
-  memcpy(dx, p.known[FLESH_KNOWN_X], bytes);
-  memcpy(dv, p.known[FLESH_KNOWN_V], bytes);
-  return status;
+  last_tangent last = {(size_t)self->n * sizeof *dx, dx, dv};
+  memset(dx, 0, last.bytes);
+  memset(dv, 0, last.bytes);
+  return flesh_trajectory_tangents(self, parameter, NULL, keep_last, &last);
 }

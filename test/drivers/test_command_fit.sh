@@ -353,6 +353,16 @@ worked_examples_find_the_truth() {
   done
   result slide 'p["friction"]["low_95"] < 0.35 < p["friction"]["high_95"] and p["friction"]["standard_error"] < 0.005' &&
     result muscles 'all(p[n]["at_bound"] or p[n]["low_95"] < a < p[n]["high_95"] for n, a in zip(p, (0.3, 0.1, 0, 0.15)))' || return 1
+  # Tangents of a motion with friction, and of its start, are those of runs.
+  sed "s,scene: ,&$data/fits/,; s,probes: ,&$data/fits/,; s/^    measured/    derivatives: differences\n&/" "$data/fits/slide.yaml" >slid.yaml
+  expect 0 "$flesh" fit slid.yaml --out slid && has stdout.txt 'derivatives of slide are by differences: the spec asks for them' || return 1
+  result slide 'r["runs"]["used"] == 2 * (1 + r["iterations"]) and r["experiments"][0]["derivatives"] == "by tangents"' &&
+    result slid 'r["runs"]["used"] == 20' && python3 - <<'END' || return 1
+import json
+a, b = (json.load(open(f + "/result.json")) for f in ("slide", "slid"))
+assert all(abs(x["value"] / y["value"] - 1) < 1e-6 for x, y in zip(a["parameters"], b["parameters"]))
+assert all(abs(x / y - 1) < 1e-4 for row, other in zip(a["covariance"], b["covariance"]) for x, y in zip(row, other))
+END
   command -v gnuplot >/dev/null || return 0
   [ "$(wc -c <slide/fit.png)" -gt 5000 ]
 }

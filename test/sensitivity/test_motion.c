@@ -148,6 +148,24 @@ static void compare(const char *name, const char *key, double found, const doubl
   CHECK_BELOW(fabs(found - expected), 1e-6 * fabs(expected) + noise);
 }
 
+/* What a tangent adds up to: the product with `by` [2*n] at the last state, and its integral over time. */
+typedef struct added {
+  int n, states;
+  const double *by;
+  double last, t, integral;
+} added;
+
+static int add_up(void *data, double t, const double *dx, const double *dv)
+{
+  added *a = data;
+  double now = 0;
+  for (int d = 0; d < a->n; d++) now += a->by[d] * dx[d] + a->by[a->n + d] * dv[d];
+  if (a->states++) a->integral += (t - a->t) * (a->last + now) / 2;
+  a->last = now;
+  a->t = t;
+  return FLESH_OK;
+}
+
 static void try_case(const motion_case *c, flesh_method method)
 {
   char name[128];
@@ -173,11 +191,21 @@ static void try_case(const motion_case *c, flesh_method method)
     CHECK_OK(flesh_trajectory_tangent(m.trajectory, &all[i], dx, dx + n));
     for (int d = 0; d < 2 * n; d++) by_tangent += by[d] * dx[d];
     CHECK_NEAR(by_tangent, gradient[i], 1e-7 * fabs(gradient[i]) + 1e-13 * fabs(Q / c->keys[i].step));
+    double by_start = 0, size = fabs(gradient[i]); /* with derivatives of the start as large as those */
+    added all_of_it = {.n = n, .by = by};
+    for (int d = 0; d < 2 * n; d++) size += fabs(start[d]) / n;
+    for (int d = 0; d < 2 * n; d++) dx[d] = size * sin(d + 1) / n, by_start += start[d] * dx[d];
+    CHECK_OK(flesh_trajectory_tangents(m.trajectory, &all[i], dx, add_up, &all_of_it));
+    CHECK_NEAR(all_of_it.last, gradient[i] + by_start, 1e-7 * (fabs(gradient[i]) + fabs(by_start)) + 1e-13 * fabs(Q / c->keys[i].step));
+    CHECK(all_of_it.states == m.steps + 1);
     free(dx);
   }
   linear(&m, by);
   CHECK_OK(flesh_trajectory_gradient(m.trajectory, &over_time, count, all, integral, NULL));
   for (int i = 0; i < count; i++) {
+    added all_of_it = {.n = n, .by = by};
+    CHECK_OK(flesh_trajectory_tangents(m.trajectory, &all[i], NULL, add_up, &all_of_it));
+    CHECK_NEAR(all_of_it.integral, integral[i], 1e-7 * fabs(integral[i]) + 1e-13 * fabs(m.state.t / c->keys[i].step));
     for (int k = 0; k < 4; k++) {
       moved other = begin(c->text, c->keys[i].key, c->keys[i].value + gradient_at[k] * c->keys[i].step, method);
       run(&other);

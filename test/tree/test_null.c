@@ -32,7 +32,7 @@
  * flesh_ode_jacobian w3, flesh_ode_jacobian_times_setup fy, flesh_ode_jacobian_times y, flesh_ode_jacobian_times fy,
  * flesh_ode_jacobian_times tmp, flesh_ode_preconditioner_setup fy, flesh_ode_preconditioner_solve y,
  * flesh_ode_preconditioner_solve fy, flesh_scene_read overrides, flesh_scene_read_text overrides,
- * flesh_problem_solve u, flesh_sensitivity_set lagged, flesh_trajectory_gradient by_start,
+ * flesh_problem_solve u, flesh_sensitivity_set lagged, flesh_trajectory_gradient by_start, flesh_trajectory_tangents start,
  * flesh_skin_frames_close frames, flesh_surface_write x. */
 
 /* Arguments that the tests below try by hand, because these functions own what they are given, or their callers have
@@ -224,10 +224,10 @@ static void null_is_refused_by_runs(void)
   REFUSES(flesh_sensitivity_gradient, parameters, (any, any, 1, NULL, any));
   REFUSES(flesh_sensitivity_gradient, gradient, (any, any, 1, any, NULL)), REFUSES(flesh_sensitivity_respond, sensitivity, (NULL, any, any));
   REFUSES(flesh_trajectory_create, integrator, (NULL, .1, 40, any)), REFUSES(flesh_trajectory_create, trajectory, (any, .1, 40, NULL));
-  REFUSES(flesh_trajectory_tangent, trajectory, (NULL, any, any, any));
-  REFUSES(flesh_trajectory_tangent, parameter, (any, NULL, any, any));
-  REFUSES(flesh_trajectory_tangent, dx, (any, any, NULL, any));
-  REFUSES(flesh_trajectory_tangent, dv, (any, any, any, NULL));
+  REFUSES(flesh_trajectory_tangent, trajectory, (NULL, any, any, any)), REFUSES(flesh_trajectory_tangent, parameter, (any, NULL, any, any));
+  REFUSES(flesh_trajectory_tangents, trajectory, (NULL, any, any, any, any)), REFUSES(flesh_trajectory_tangents, parameter, (any, NULL, any, any, any));
+  REFUSES(flesh_trajectory_tangent, dx, (any, any, NULL, any)), REFUSES(flesh_trajectory_tangent, dv, (any, any, any, NULL));
+  REFUSES(flesh_trajectory_tangents, visit, (any, any, any, NULL, any));
   REFUSES(flesh_trajectory_gradient, trajectory, (NULL, any, 1, any, any, any));
   REFUSES(flesh_trajectory_gradient, quantity, (any, NULL, 1, any, any, any));
   REFUSES(flesh_trajectory_gradient, parameters, (any, any, 1, NULL, any, any));

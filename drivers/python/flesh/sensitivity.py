@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Callable, NamedTuple, Optional, Sequence
 import numpy as np
 
 from ._arrays import doubles, pointer
-from ._callbacks import Handle, call, create, owned
+from ._callbacks import Handle, call, create, owned, status_callback
 from ._library import ffi, lib
 from .body import Body
 from .errors import ArgumentError
@@ -195,6 +195,21 @@ class Trajectory(Handle):
         dx, dv = np.empty((2, self._nodes, 3))
         call(lib.flesh_trajectory_tangent, self._pointer, parameter._struct, pointer(dx), pointer(dv))
         return dx, dv
+
+    def tangents(self, parameter: Parameter, start=None) -> "list[tuple[float, np.ndarray, np.ndarray]]":
+        """(t, dx/dp, dv/dp) of every state, from the first one on, at the cost of `tangent`.
+
+        start: [2, nodes, 3] the derivatives of the first state's positions and velocities; None: 0.
+        """
+        kept, shape = [], (2, self._nodes, 3)
+
+        def keep(_data, t, dx, dv):
+            kept.append((t, *(np.frombuffer(ffi.buffer(d, 24 * self._nodes)).reshape(shape[1:]).copy() for d in (dx, dv))))
+
+        visit = status_callback("int(void *, double, const double *, const double *)", keep)
+        begin = ffi.NULL if start is None else pointer(doubles(start, shape, "start"))
+        call(lib.flesh_trajectory_tangents, self._pointer, parameter._struct, begin, visit, ffi.NULL)
+        return kept
 
     def operator(self, parameters: Sequence[Parameter]) -> "scipy.sparse.linalg.LinearOperator":
         """d(x, v)/dp [6*nodes, parameters] of the last state as a scipy LinearOperator.
