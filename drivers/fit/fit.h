@@ -153,10 +153,9 @@ void flesh_fit_kept_clear(flesh_fit_kept *kept);
 /* New copy of t, x and multipliers, with v = 0, of a body with `nodes` nodes. FLESH_ERR_MEMORY. */
 int flesh_fit_state_copy(const flesh_state *from, int nodes, flesh_state *to);
 void flesh_fit_state_free(flesh_state *state);
-/* Derivatives [count * parameters] of what was measured by all parameters at p: at the equilibria, which are those of p or
- * are found again, or along a motion, which is run again. FLESH_OK also where there are none: then e->differences says
- * why. */
-int flesh_fit_tangents(flesh_fit *fit, int experiment, const double *p, double *tangents);
+/* Derivatives [count * parameters] of what was measured by all parameters, at the kept equilibria, or along a motion at p,
+ * which is run again. FLESH_ERR_ARGUMENT, FLESH_ERR_SOLVE where there are none. */
+int flesh_fit_tangents(flesh_fit *fit, int experiment, double *tangents);
 int flesh_fit_motion_tangents(flesh_fit *fit, int experiment, const double *p, double *tangents);
 /* The scenes on both sides of p by parameter k, at -h and +h. */
 int flesh_fit_scenes_beside(const flesh_fit *fit, int experiment, const double *p, int k, double *h, flesh_scene *scenes[2]);

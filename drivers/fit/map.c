@@ -10,6 +10,7 @@
 #include "math/mat3.h"
 #include "mesh/mesh.h"
 #include "scene/scene.h"
+#include "sensitivity/sensitivity.h"
 
 static const char *const spacings[] = {"linear", "logarithmic", NULL};
 static const char *const penalties[] = {"quadratic", "variation", NULL};
@@ -197,6 +198,26 @@ static int check_numbers(flesh_fit_map *map)
   return FLESH_OK;
 }
 
+/* Whether what was measured has derivatives by a map. */
+static int check_measured(const flesh_fit_experiment *e, const flesh_scene *scene)
+{
+  int status = FLESH_OK;
+  for (int k = 0; k < e->measured_count; k++) {
+    const flesh_fit_measured *m = &e->measured[k];
+    if (m->table == FLESH_FIT_OF_HISTORY)
+      return flesh_node_fail(m->place, "a map is fitted to positions and to columns of probes, not to history");
+    for (int q = 0; q < m->quantity_count && m->table == FLESH_FIT_OF_PROBES && !status; q++) {
+      flesh_asked asked;
+      status = flesh_asked_find(scene, m->quantities[q].name, e->end, &asked);
+      flesh_asked_clear(&asked);
+      if (status && status != FLESH_ERR_MEMORY)
+        return flesh_node_fail(m->place, "%s: column %s is none that a map can be fitted to: positions of probes and their "
+                                         "reactions, as tip.position_z, wall.reaction_x", m->path, m->quantities[q].name);
+    }
+  }
+  return status;
+}
+
 /* Whether an experiment's scene can have a map. */
 static int check_scene(const flesh_fit *fit, const flesh_fit_experiment *e, const flesh_scene *scene)
 {
@@ -266,7 +287,7 @@ int flesh_fit_map_prepare(flesh_fit *fit)
     status = check_key(fit, one);
     if (!status) status = flesh_scene_read(one->scene, one->set.count, one->set.texts, &scene);
     if (!status) status = check_scene(fit, one, scene);
-    if (!status) status = flesh_fit_map_check_measured(one, scene);
+    if (!status) status = check_measured(one, scene);
     if (!status && !e) status = choose(fit, scene);
     flesh_scene_destroy(&scene);
   }

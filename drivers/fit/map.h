@@ -43,10 +43,8 @@ double flesh_fit_map_size(const flesh_fit_map *map, double p);
 /* Writes a scene's map of values p [count] to a path. */
 int flesh_fit_map_write(const flesh_fit *fit, const char *path, const double *p);
 
-/* What was measured, linearised at values p of the map: products of its derivatives by q. */
+/* The measured numbers, linearised at values p of the map: products of its derivatives by q. */
 typedef struct flesh_fit_linear flesh_fit_linear;
-/* Whether what was measured has derivatives by a map. FLESH_ERR_ARGUMENT. */
-int flesh_fit_map_check_measured(const flesh_fit_experiment *e, const flesh_scene *scene);
 /* Makes the runs at p where they are not there. Returns new. FLESH_ERR_SOLVE where a run fails; FLESH_ERR_MEMORY. */
 int flesh_fit_linear_create(flesh_fit *fit, const double *p, flesh_fit_linear **linear);
 void flesh_fit_linear_destroy(flesh_fit_linear **linear);
@@ -71,7 +69,7 @@ typedef struct flesh_fit_map_found {
   int stage_count, chosen; /* chosen: the stage whose map it is */
   flesh_fit_stage stages[FLESH_FIT_STAGES];
   char words[FLESH_FIT_WORDS];
-  /* By the regularised Gauss-Newton matrix; NULL: there are too many tets. */
+  /* Found by the regularised Gauss-Newton matrix; NULL: there are too many tets. */
   double *deviations;  /* [count] of q */
   double *resolutions; /* [count] the share of a tet's value that the measurements say, the rest being its neighbours' */
   double determined;   /* the sum of those: how many numbers the measurements determine */

@@ -51,26 +51,7 @@ struct flesh_fit_linear {
 
 static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for the derivatives of a map"); }
 
-int flesh_fit_map_check_measured(const flesh_fit_experiment *e, const flesh_scene *scene)
-{
-  int status = FLESH_OK;
-  for (int k = 0; k < e->measured_count; k++) {
-    const flesh_fit_measured *m = &e->measured[k];
-    if (m->table == FLESH_FIT_OF_HISTORY)
-      return flesh_node_fail(m->place, "a map is fitted to positions and to columns of probes, not to history");
-    for (int q = 0; q < m->quantity_count && m->table == FLESH_FIT_OF_PROBES && !status; q++) {
-      flesh_asked asked;
-      status = flesh_asked_find(scene, m->quantities[q].name, e->end, &asked);
-      flesh_asked_clear(&asked);
-      if (status && status != FLESH_ERR_MEMORY)
-        return flesh_node_fail(m->place, "%s: column %s is none that a map can be fitted to: positions of probes and their "
-                                         "reactions, as tip.position_z, wall.reaction_x", m->path, m->quantities[q].name);
-    }
-  }
-  return status;
-}
-
-/* Which states tell a datum, by which weights; returns how many. */
+/* Finds which states tell a datum, by which weights; returns how many. */
 static int places_of(const linear_experiment *x, const flesh_fit_datum *d, int at[2], double weights[2])
 {
   const int last = x->state_count - 1;
@@ -258,7 +239,7 @@ static void visit(const linear_experiment *x, int s, each_datum *see, void *data
   }
 }
 
-/* What a visit reads and writes. */
+/* Vectors that a visit reads and writes. */
 typedef struct product {
   const linear_state *state;
   int n;

@@ -217,7 +217,7 @@ static int search_weight(searching *s, double first)
 {
   flesh_fit_map_found *found = s->found;
   const size_t bytes = (size_t)s->fit->parameter_count * sizeof *found->p;
-  double *smooth = malloc(bytes), weight = first;
+  double *smooth = malloc(2 * bytes), *smoothest = smooth + s->fit->parameter_count, weight = first; /* of the last two stages */
   int status = smooth ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory for a map"), large = -1, small = -1;
   if (!status) memcpy(smooth, found->p, bytes);
   while (!status && found->stage_count < FLESH_FIT_STAGES) {
@@ -226,6 +226,12 @@ static int search_weight(searching *s, double first)
     if (status) break;
     const int now = found->chosen = found->stage_count - 1;
     const double far = excess(s, &found->stages[now]);
+    if (small < 0 && now >= 2 && far > 0 && far > excess(s, &found->stages[now - 2]) - log(1 + enough)) {
+      found->chosen = now - 2; /* a rougher map fits no better */
+      memcpy(found->p, smoothest, bytes);
+      break;
+    }
+    memcpy(smoothest, smooth, bytes);
     if (far > 0) large = now, memcpy(smooth, found->p, bytes);
     else small = now;
     if (fabs(far) <= log(1 + enough) || large < 0) break; /* the latter: all but uniform, and within the deviations */

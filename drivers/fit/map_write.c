@@ -70,7 +70,7 @@ static void tell(report *r)
            "between tets.");
   else if (isnan(map->weight) && excess > 1.05) {
     snprintf(text, sizeof text, "The residuals stay %.3g times the stated deviations, however rough the map may be: the "
-                                "deviations are too small, or the scene leaves something out. The map follows what is no stiffness.",
+                                "deviations are too small, or the scene leaves something out. This is the smoothest map that fits as well.",
              r->scale);
     say(r, text);
   } else if (!isnan(map->weight) && (r->scale > odd_scale || r->scale < 1 / odd_scale)) {

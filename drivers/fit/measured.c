@@ -70,6 +70,18 @@ static int add_quantity(reading *r, int column)
   return FLESH_OK;
 }
 
+/* Positions, and places at rest, are in metres where the file says a unit. */
+static int check_metres(const reading *r)
+{
+  char name[FLESH_CSV_NAME], unit[FLESH_CSV_NAME];
+  for (int c = 0; c < r->csv.columns && r->to->table == FLESH_FIT_OF_POSITIONS; c++) {
+    flesh_csv_label(&r->csv, c, name, unit);
+    if (*unit && strcmp(unit, "m"))
+      return flesh_node_fail(r->keys->place, "%s: column %s is in %s; it must be in m", r->to->path, name, unit);
+  }
+  return FLESH_OK;
+}
+
 static int choose_columns(reading *r)
 {
   const flesh_node *list = r->keys->columns;
@@ -187,7 +199,8 @@ static int read_table(reading *r, const flesh_scene *scene)
   if (to->table == FLESH_FIT_OF_POSITIONS) to->points = flesh_arena_take(r->arena, rows * sizeof *to->points);
   if (!r->value || !r->deviation || !to->quantities || !to->data || (to->table == FLESH_FIT_OF_POSITIONS && !to->points))
     return no_memory();
-  const int status = choose_columns(r);
+  int status = check_metres(r);
+  if (!status) status = choose_columns(r);
   return status ? status : read_rows(r, scene);
 }
 

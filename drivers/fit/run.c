@@ -10,6 +10,8 @@
 #include "fit/map.h"
 #include "run/runner.h"
 
+/* The step of tangents' differences in q. */
+static const double difference = 1e-3;
 static const char *const table_names[] = {"probes.csv", "history.csv"};
 
 static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a run of a fit"); }
@@ -68,6 +70,19 @@ int flesh_fit_scene_at(const flesh_fit *fit, int experiment, const double *p, fl
     status = flesh_scene_read(fit->experiments[experiment].scene, count, (const char *const *)overrides, scene);
   if (overrides) flesh_fit_overrides_free(count, overrides);
   free(map);
+  return status;
+}
+
+int flesh_fit_scenes_beside(const flesh_fit *fit, int experiment, const double *p, int k, double *h, flesh_scene *scenes[2])
+{
+  double beside[FLESH_FIT_PARAMETERS];
+  int status = FLESH_OK;
+  *h = difference * fabs(flesh_fit_slope(&fit->parameters[k], p[k]));
+  memcpy(beside, p, (size_t)fit->parameter_count * sizeof *p);
+  for (int s = 0; s < 2 && !status; s++) {
+    beside[k] = p[k] + (s ? *h : -*h);
+    status = flesh_fit_scene_at(fit, experiment, beside, &scenes[s]);
+  }
   return status;
 }
 

@@ -303,6 +303,17 @@ int flesh_fit_keep_at(flesh_fit *fit, int experiment, const double *p)
   return status;
 }
 
+/* Fills in tangents; where there are none, e->differences says why. */
+static int differentiate(flesh_fit *fit, int experiment, const double *p, double *tangents)
+{
+  flesh_fit_experiment *e = &fit->experiments[experiment];
+  int status = e->moves ? flesh_fit_motion_tangents(fit, experiment, p, tangents) : flesh_fit_keep_at(fit, experiment, p);
+  if (!e->moves && !status) status = flesh_fit_tangents(fit, experiment, tangents);
+  if (status != FLESH_ERR_ARGUMENT && status != FLESH_ERR_SOLVE) return status;
+  snprintf(e->differences, sizeof e->differences, "%.300s", flesh_error_text());
+  return FLESH_OK;
+}
+
 int flesh_fit_tangents_at(flesh_fit *fit, int experiment, const double *p, const flesh_fit_run **found)
 {
   flesh_fit_experiment *e = &fit->experiments[experiment];
@@ -319,7 +330,7 @@ int flesh_fit_tangents_at(flesh_fit *fit, int experiment, const double *p, const
   if (!status) {
     memcpy(run->p, p, size);
     memcpy(run->values, fit->runs[of].values, values);
-    status = flesh_fit_tangents(fit, experiment, p, run->tangents);
+    status = differentiate(fit, experiment, p, run->tangents);
   }
   const double taken = flesh_cpu_seconds() - cpu;
   fit->counts.cpu_s += taken;

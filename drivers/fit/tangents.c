@@ -13,8 +13,8 @@
 #include "flesh/sensitivity.h"
 #include "scene/scene.h"
 
-/* The step of the differences in q, and the residual that the linear solves leave. */
-static const double difference = 1e-3, tolerance = 1e-8;
+/* The residual that the linear solves leave. */
+static const double tolerance = 1e-8;
 
 static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for tangents"); }
 
@@ -93,19 +93,6 @@ static int take_along(const tangenting *t, const flesh_scene *scene, double h, d
   return status;
 }
 
-int flesh_fit_scenes_beside(const flesh_fit *fit, int experiment, const double *p, int k, double *h, flesh_scene *scenes[2])
-{
-  double beside[FLESH_FIT_PARAMETERS];
-  int status = FLESH_OK;
-  *h = difference * fabs(flesh_fit_slope(&fit->parameters[k], p[k]));
-  memcpy(beside, p, (size_t)fit->parameter_count * sizeof *p);
-  for (int s = 0; s < 2 && !status; s++) {
-    beside[k] = p[k] + (s ? *h : -*h);
-    status = flesh_fit_scene_at(fit, experiment, beside, &scenes[s]);
-  }
-  return status;
-}
-
 /* The column of a parameter. */
 static int differentiate(tangenting *t, int k, double *tangents)
 {
@@ -129,7 +116,7 @@ static int differentiate(tangenting *t, int k, double *tangents)
   return status;
 }
 
-static int differentiate_equilibria(flesh_fit *fit, int experiment, double *tangents)
+int flesh_fit_tangents(flesh_fit *fit, int experiment, double *tangents)
 {
   flesh_fit_experiment *e = &fit->experiments[experiment];
   const size_t unknowns = 3 * (size_t)e->nodes, rows = (size_t)e->kept.count + 1, count = (size_t)e->count * sizeof(double);
@@ -150,14 +137,4 @@ static int differentiate_equilibria(flesh_fit *fit, int experiment, double *tang
   free(t.values[0]);
   free(t.values[1]);
   return status;
-}
-
-int flesh_fit_tangents(flesh_fit *fit, int experiment, const double *p, double *tangents)
-{
-  flesh_fit_experiment *e = &fit->experiments[experiment];
-  int status = e->moves ? flesh_fit_motion_tangents(fit, experiment, p, tangents) : flesh_fit_keep_at(fit, experiment, p);
-  if (!e->moves && !status) status = differentiate_equilibria(fit, experiment, tangents);
-  if (status != FLESH_ERR_ARGUMENT && status != FLESH_ERR_SOLVE) return status;
-  snprintf(e->differences, sizeof e->differences, "%.300s", flesh_error_text());
-  return FLESH_OK;
 }

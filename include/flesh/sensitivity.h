@@ -141,8 +141,8 @@ FLESH_API int flesh_trajectory_tangent(flesh_trajectory *trajectory, const flesh
 /* Called with the derivatives dx and dv [3*n] of the state at time t, borrowed; a status other than 0 ends the pass. */
 typedef int (*flesh_tangent_visit)(void *data, double t, const double *dx, const double *dv);
 /* The tangent of all recorded steps, as flesh_trajectory_tangent, at every state: `visit` is called for the first one
- * and for those to which calls of flesh_integrator_step have led. `start` [6*n]: the derivatives of x and v of the
- * first state; NULL: 0. Errors: those of flesh_trajectory_tangent, and what `visit` returns. */
+ * and for those to which calls of flesh_integrator_step have led. `start` [6*n]: derivatives of x and v of the first
+ * state; NULL: 0. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY, FLESH_ERR_SOLVE, and what `visit` returns. */
 FLESH_API int flesh_trajectory_tangents(flesh_trajectory *trajectory, const flesh_parameter *parameter,
                                         const double *start, flesh_tangent_visit visit, void *data);
 

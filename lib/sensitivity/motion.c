@@ -399,7 +399,7 @@ static int part_on(void *data, const flesh_recorded_part *part)
   return status;
 }
 
-/* Where the derivatives of the last state go. */
+/* Room for the derivatives of the last state. */
 typedef struct last_tangent {
   size_t bytes;
   double *dx, *dv;

@@ -184,6 +184,9 @@ parts_of_a_body_have_maps() {
     [ "$(lines half/map.csv)" -eq 109 ] || return 1
   sed 's/2e-5/1e-2/g' block_fit.yaml >loose.yaml
   expect 0 "$flesh" fit loose.yaml --out loose && has stdout.txt '^A nearly uniform value agrees with the measurements' || return 1
+  sed 's/pull.csv, /other.csv, /' block_fit.yaml >conflict.yaml
+  { cat pull.csv; echo 10,0.1,0.1,0.1; } >other.csv
+  expect 0 "$flesh" fit conflict.yaml --out conflict && has stdout.txt 'residuals stay .* however rough the map may be' || return 1
   sed 's/2e-5/1e-9/g; s/^map.*/map: {constant: young, start: 6e4, weight: 1e9}/' block_fit.yaml >tight.yaml
   expect 0 "$flesh" fit tight.yaml --out tight && has stdout.txt 'times the stated deviations: the weight is too large'
 }
@@ -223,6 +226,8 @@ bad_maps_are_refused() {
     bad 'the scene has body.refine, beside which no map can be fitted' 's/name: shear, scene: block.yaml, set: {/&body.refine: 1, /' &&
     bad 'a map needs equilibria.*it is a motion' 's/name: shear, scene: block.yaml, set: {/&effects.inertia: {}, time.method: newmark, time.end: 1, /' &&
     bad 'a map is fitted to positions and to columns of probes, not to history' 's/positions: pull.csv/history: energy.csv/' || return 1
+  printf 'node,x [mm]\n30,100\n' >bad.csv
+  bad 'bad.csv: column x is in mm; it must be in m' 's/positions: pull.csv/positions: bad.csv/' || return 1
   printf 'wall.contact_force_x\n3\n' >bad.csv
   bad 'column wall.contact_force_x is none that a map can be fitted to' 's/positions: pull.csv/probes: bad.csv/'
 }

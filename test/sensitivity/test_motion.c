@@ -148,7 +148,7 @@ static void compare(const char *name, const char *key, double found, const doubl
   CHECK_BELOW(fabs(found - expected), 1e-6 * fabs(expected) + noise);
 }
 
-/* What a tangent adds up to: the product with `by` [2*n] at the last state, and its integral over time. */
+/* Sums of a tangent: the product with `by` [2*n] at the last state, and its integral over time. */
 typedef struct added {
   int n, states;
   const double *by;
