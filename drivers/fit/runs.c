@@ -307,8 +307,9 @@ int flesh_fit_keep_at(flesh_fit *fit, int experiment, const double *p)
 static int differentiate(flesh_fit *fit, int experiment, const double *p, double *tangents)
 {
   flesh_fit_experiment *e = &fit->experiments[experiment];
-  int status = e->moves ? flesh_fit_motion_tangents(fit, experiment, p, tangents) : flesh_fit_keep_at(fit, experiment, p);
-  if (!e->moves && !status) status = flesh_fit_tangents(fit, experiment, tangents);
+  int status = e->moves ? FLESH_OK : flesh_fit_keep_at(fit, experiment, p);
+  if (status) return status;
+  status = e->moves ? flesh_fit_motion_tangents(fit, experiment, p, tangents) : flesh_fit_tangents(fit, experiment, tangents);
   if (status != FLESH_ERR_ARGUMENT && status != FLESH_ERR_SOLVE) return status;
   snprintf(e->differences, sizeof e->differences, "%.300s", flesh_error_text());
   return FLESH_OK;

@@ -389,7 +389,7 @@ int flesh_fit_read(const char *path, flesh_fit *fit)
 {
   size_t size;
   flesh_node *root = NULL;
-  fit_keys keys;
+  fit_keys keys = {0}; /* members that are no keys, too */
   fit->path = flesh_arena_print(&fit->arena, "%s", path);
   if (!fit->path) return no_memory();
   int status = flesh_file_load(path, &fit->text, &size);

@@ -417,6 +417,7 @@ static int rubs(const flesh_scene *scene)
 
 const char *flesh_scene_tangents_refused(const flesh_scene *scene)
 {
+  if (flesh_scene_times(scene)->method != FLESH_METHOD_STATIC) return "it is a motion";
   if (rubs(scene)) return "friction makes its equilibria depend on the way to them";
   return flesh_system_internal_count(flesh_scene_system(scene)) ? "its effects remember the way to its equilibria" : "";
 }

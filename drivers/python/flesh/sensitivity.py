@@ -204,7 +204,8 @@ class Trajectory(Handle):
         kept, shape = [], (2, self._nodes, 3)
 
         def keep(_data, t, dx, dv):
-            kept.append((t, *(np.frombuffer(ffi.buffer(d, 24 * self._nodes)).reshape(shape[1:]).copy() for d in (dx, dv))))
+            both = (np.frombuffer(ffi.buffer(d, 24 * self._nodes)).reshape(shape[1:]).copy() for d in (dx, dv))
+            kept.append((t, *both))
 
         visit = status_callback("int(void *, double, const double *, const double *)", keep)
         begin = ffi.NULL if start is None else pointer(doubles(start, shape, "start"))
