@@ -58,6 +58,9 @@ typedef struct flesh_effect_private {
    * those two are called. */
   int (*evaluate)(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
                   double *r, double *phi, double *magnitude);
+  /* 1: its residual is a symmetric matrix times v, as long as what is lagged stays: a product with the matrix is a
+   * residual. */
+  int linear_in_v;
   /* Does what `jacobian` does, but overwrites K's blocks of the cells' pairs, instead of adding to them: for one effect
    * of a system, called before the others, so that K need not be cleared. NULL: K is cleared. */
   int (*jacobian_assign)(const flesh_effect *effect, const flesh_point *point,

@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "effect/effect.h"
+#include "effect/private.h"
 #include "linear/block_matrix.h"
 #include "math/xorshift.h"
 #include "system/one_effect.h"
@@ -321,9 +322,10 @@ static int find_effect(flesh_couplings *self, int effect, const flesh_point *poi
   return status;
 }
 
-/* Whether the effect may read more than the point's own state: a function of x does not, nor does M a. */
+/* Whether the effect may read more than the point's own state: a function of x does not, nor do M a and C v. */
 static int may_read(const flesh_effect *effect)
 {
+  if (flesh_effect_private_of(effect)->linear_in_v && !flesh_effect_has_trait(effect, FLESH_IS_FOLLOWER_LOAD)) return 0;
   return effect->operations->residual && effect->operations->role != FLESH_ROLE_INERTIA &&
          !flesh_effect_has_trait(effect, FLESH_DEPENDS_ON_POSITION_ONLY);
 }

@@ -8,6 +8,7 @@
 #include "base/memory.h"
 #include "base/parallel_vector.h"
 #include "effect/effect.h"
+#include "effect/private.h"
 #include "linear/block_matrix.h"
 #include "system/clearance.h"
 #include "system/effect_view.h"
@@ -277,13 +278,14 @@ int flesh_stage_tangent_solve(flesh_stage_tangent *self, int transposed, const d
                     self->stage.t);
 }
 
-/* Whether a product with the Jacobian takes the effect's matrix: not of positions alone where these stay, nor of M a, which
- * is linear; and what freezes is told apart by differences. */
+/* Whether a product with the Jacobian takes the effect's matrix: not of positions alone where these stay, nor of what is
+ * linear; and what freezes is told apart by differences. */
 static int takes_matrix(const flesh_stage_tangent *self, int e, const flesh_shift *shift)
 {
   const flesh_effect *effect = flesh_system_effect(self->system, e);
   if (!effect->operations->jacobian || (self->parts_freezing && flesh_effect_has_trait(effect, FLESH_FREEZES))) return 0;
   if (effect->operations->role == FLESH_ROLE_INERTIA) return 0;
+  if (flesh_effect_private_of(effect)->linear_in_v) return 0;
   return shift->x != 0 || !flesh_effect_has_trait(effect, FLESH_DEPENDS_ON_POSITION_ONLY);
 }
 
@@ -322,12 +324,17 @@ static int product(flesh_stage_tangent *self, flesh_shift shift, const double *w
   if (status) return fail(self, status, "tangent");
   if (count) flesh_block_multiply(K, w, y);
   else memset(y, 0, (size_t)self->n * sizeof *y);
-  if (shift.a == 0) return FLESH_OK;
   flesh_point point = self->point;
   double *force = self->room + 5 * (size_t)self->n;
-  point.a = w;
-  status = flesh_system_roles_residual(self->system, FLESH_ROLE_BIT(FLESH_ROLE_INERTIA), &point, force);
-  for (int d = 0; d < self->n; d++) y[d] += shift.a * force[d];
+  point.v = point.a = w;
+  for (int e = 0; e < self->system->entry_count && !status; e++) {
+    const flesh_effect *effect = flesh_system_effect(self->system, e);
+    const int inertia = effect->operations->role == FLESH_ROLE_INERTIA;
+    const double scale = inertia ? shift.a : flesh_effect_private_of(effect)->linear_in_v ? shift.v : 0;
+    if (scale == 0) continue;
+    status = flesh_system_effect_residual(self->system, e, &point, force);
+    for (int d = 0; d < self->n; d++) y[d] += scale * force[d];
+  }
   return fail(self, status, "residual");
 }
 
