@@ -7,8 +7,8 @@
 
 #include "base/error.h"
 #include "cli/options.h"
-#include "schema/results.h"
 #include "scene/schema.h"
+#include "study/embedded.h"
 
 static const char details[] =
     "Prints every key with what it may be, its default and its meaning, or only those of SECTION:\n"
@@ -28,6 +28,21 @@ static int read_format(const char *name, flesh_schema_format *format)
   return flesh_fail(FLESH_ERR_ARGUMENT, "--format is '%s'; it must be markdown, json, man or paths", name);
 }
 
+/* Prints a section of results.txt: "result.json", "history.csv", "probes.csv" or "frames", or all of them for "results".
+ * Returns 0, having printed nothing, for any other name. */
+static int print_results(const char *section)
+{
+  static const char head[] = "\n## ";
+  const char *at = flesh_embedded_text(flesh_own_files, "results"), *next;
+  const size_t size = strlen(section);
+  if (!strcmp(section, "results")) return fputs(at, stdout) >= 0;
+  while ((at = strstr(at, head)) && (strncmp(at += strlen(head), section, size) || at[size] != '\n')) continue;
+  if (!at) return 0;
+  next = strstr(at, head);
+  printf("## %.*s", (int)(next ? next - at : (ptrdiff_t)strlen(at)), at);
+  return 1;
+}
+
 int flesh_command_schema(int argc, char **argv)
 {
   const char *format_name = "markdown";
@@ -41,7 +56,7 @@ int flesh_command_schema(int argc, char **argv)
   flesh_schema_format format = FLESH_SCHEMA_MARKDOWN;
   char *text = NULL;
   int status = read_format(format_name, &format);
-  if (!status && positionals && format == FLESH_SCHEMA_MARKDOWN && flesh_results_print(argv[1])) return 0;
+  if (!status && positionals && format == FLESH_SCHEMA_MARKDOWN && print_results(argv[1])) return 0;
   if (!status) status = flesh_scene_schema_section(format, positionals ? argv[1] : NULL, &text);
   if (status) return flesh_command_fail("schema", status);
   fputs(text, stdout); /* whether it could be written is asked at the program's end */

@@ -10,7 +10,6 @@
 #include "base/error.h"
 #include "cli/json_memory.h"
 #include "cli/options.h"
-#include "study/table.h"
 
 /* JSON has no infinities. */
 static json_t *number_json(double value)
@@ -56,19 +55,6 @@ json_t *flesh_fields_names(const flesh_study_field *fields)
   json_t *names = json_array();
   for (; fields->name; fields++) json_array_append_new(names, json_string(fields->name));
   return names;
-}
-
-void flesh_fields_print(FILE *stream, const flesh_study_field *fields, const char *first, const char *last,
-                        const void *from)
-{
-  while (strcmp(fields->name, first)) fields++;
-  for (int done = 0; !done; fields++) {
-    const char *at = (const char *)from + fields->offset;
-    done = !strcmp(fields->name, last);
-    if (fields->kind == FLESH_FIELD_DOUBLE) flesh_table_field(stream, *(const double *)(const void *)at);
-    else if (fields->kind == FLESH_FIELD_LONG) fprintf(stream, ",%ld", *(const long *)(const void *)at);
-    else fprintf(stream, ",%d", *(const int *)(const void *)at);
-  }
 }
 
 json_t *flesh_fields_record(const char *status, int exit_code, const char *message, json_t *figures)

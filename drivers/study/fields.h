@@ -4,7 +4,6 @@
 
 #include <jansson.h>
 #include <stddef.h>
-#include <stdio.h>
 
 typedef struct flesh_study_field {
   const char *name;
@@ -18,10 +17,6 @@ json_t *flesh_fields_json(const flesh_study_field *fields, const void *from);
 int flesh_fields_read(const flesh_study_field *fields, const json_t *object, void *to);
 /* New array of their names. */
 json_t *flesh_fields_names(const flesh_study_field *fields);
-
-/* Prints the fields from `first` to `last` as those of a CSV row, each behind a comma. */
-void flesh_fields_print(FILE *stream, const flesh_study_field *fields, const char *first, const char *last,
-                        const void *from);
 
 /* New record of a case that has ended, with these figures, which it takes. `message` may be empty. */
 json_t *flesh_fields_record(const char *status, int exit_code, const char *message, json_t *figures);
