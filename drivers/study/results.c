@@ -3,6 +3,7 @@
 
 #include <gsl/gsl_cdf.h>
 #include <math.h>
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -45,22 +46,38 @@ static void test_signs(sqlite3_context *context, int count, sqlite3_value **valu
   sqlite3_result_double(context, wins + losses > 0 ? fmin(1, 2 * gsl_cdf_binomial_Q((unsigned)most - 1, 0.5, (unsigned)(wins + losses))) : 1);
 }
 
-/* plot(name, width, height, title, x, y); quoted(text). */
+typedef enum piece { PLOT, QUOTED, QUOTED_TICK, QUOTED_FILE, LOG_TICKS, COLOUR } piece;
+
+static void write_plot(FILE *stream, int count, sqlite3_value **values)
+{
+  static const char *const axes[] = {"x", "y"};
+  const char *texts[6];
+  for (int k = 0; k < 6; k++) texts[k] = (const char *)sqlite3_value_text(values[k]);
+  flesh_plot_begin(stream, texts[0], sqlite3_value_int(values[1]), sqlite3_value_int(values[2]));
+  if (count < 7 || sqlite3_value_type(values[6]) != SQLITE_NULL)
+    flesh_plot_style(stream, count < 7 || sqlite3_value_int(values[6]));
+  if (texts[3]) flesh_plot_title(stream, texts[3]);
+  for (int k = 0; k < 2; k++)
+    if (texts[4 + k]) flesh_plot_label(stream, axes[k], texts[4 + k]);
+}
+
+/* Pieces of scripts. */
 static void print_script(sqlite3_context *context, int count, sqlite3_value **values)
 {
-  const char *texts[6], *const axes[] = {"x", "y"};
   char *text = NULL;
   size_t size = 0;
   FILE *stream = open_memstream(&text, &size);
-  for (int k = 0; k < count; k++) texts[k] = (const char *)sqlite3_value_text(values[k]);
-  if (stream && count == 1) flesh_plot_quote(stream, texts[0] ? texts[0] : "");
-  if (stream && count > 1) {
-    flesh_plot_begin(stream, texts[0], sqlite3_value_int(values[1]), sqlite3_value_int(values[2]));
-    flesh_plot_style(stream, 1);
-    if (texts[3]) flesh_plot_title(stream, texts[3]);
-    for (int k = 0; k < 2; k++)
-      if (texts[4 + k]) flesh_plot_label(stream, axes[k], texts[4 + k]);
-  }
+  const piece which = (piece)(intptr_t)sqlite3_user_data(context);
+  const char *first = which == COLOUR ? "" : (const char *)sqlite3_value_text(values[0]);
+  if (!first) first = "";
+  if (stream) switch (which) {
+    case PLOT: write_plot(stream, count, values); break;
+    case QUOTED: flesh_plot_quote(stream, first); break;
+    case QUOTED_TICK: flesh_plot_quote_tick(stream, first); break;
+    case QUOTED_FILE: flesh_plot_quote_file(stream, first, (const char *)sqlite3_value_text(values[1])); break;
+    case LOG_TICKS: flesh_plot_log_ticks(stream, first, sqlite3_value_double(values[1]), sqlite3_value_double(values[2])); break;
+    case COLOUR: fputs(flesh_plot_colour(sqlite3_value_int(values[0])), stream);
+    }
   if (stream && !fclose(stream)) sqlite3_result_text(context, text, -1, SQLITE_TRANSIENT);
   else sqlite3_result_error_nomem(context);
   free(text);
@@ -73,11 +90,15 @@ static int add_functions(sqlite3 *database)
     const char *name;
     int count;
     void (*call)(sqlite3_context *, int, sqlite3_value **);
-  } rows[] = {{"number", 2, print_number}, {"cell", 3, print_number}, {"status_name", 1, print_status},
-              {"sign_test", 2, test_signs}, {"plot", 6, print_script}, {"quoted", 1, print_script}};
+    piece data; /* of print_script */
+  } rows[] = {{"number", 2, print_number, 0}, {"cell", 3, print_number, 0}, {"status_name", 1, print_status, 0},
+              {"sign_test", 2, test_signs, 0}, {"plot", 6, print_script, PLOT},
+              {"plot", 7, print_script, PLOT}, {"quoted", 1, print_script, QUOTED},
+              {"quoted_tick", 1, print_script, QUOTED_TICK}, {"quoted_file", 2, print_script, QUOTED_FILE},
+              {"log_ticks", 3, print_script, LOG_TICKS}, {"colour", 1, print_script, COLOUR}};
   for (size_t k = 0; k < sizeof rows / sizeof *rows; k++)
-    if (sqlite3_create_function(database, rows[k].name, rows[k].count, SQLITE_UTF8 | SQLITE_DETERMINISTIC, NULL, rows[k].call,
-                                NULL, NULL))
+    if (sqlite3_create_function(database, rows[k].name, rows[k].count, SQLITE_UTF8 | SQLITE_DETERMINISTIC,
+                                (void *)(intptr_t)rows[k].data, rows[k].call, NULL, NULL))
       return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   return FLESH_OK;
 }
@@ -87,7 +108,7 @@ static void find_target(const char *sql, char name[64])
 {
   *name = 0;
   for (sql += strspn(sql, " \n"); !strncmp(sql, "--", 2); sql += strcspn(sql, "\n"), sql += strspn(sql, " \n"))
-    if (sscanf(sql, "-- to %63[a-z_.]", name) == 1) return;
+    if (sscanf(sql, "-- to %63[a-z_.*]", name) == 1) return;
 }
 
 typedef struct maker {
@@ -126,16 +147,17 @@ static int drop(const maker *m, const char *name, const char *suffix)
   return FLESH_OK;
 }
 
-static int draw(const maker *m, sqlite3_stmt *query, const char *name)
+/* A script, which is drawn, or its data. */
+static int draw(const maker *m, sqlite3_stmt *query, const char *name, const char *suffix)
 {
   flesh_file file;
   if (!m->to->draw) return FLESH_OK;
   int code = sqlite3_step(query), status = FLESH_OK;
   if (code == SQLITE_DONE) {
-    status = drop(m, name, ".gp");
+    status = drop(m, name, suffix);
     return status ? status : drop(m, name, ".png");
   }
-  if (code == SQLITE_ROW) status = flesh_plot_open(m->to->out, name, ".gp", &file);
+  if (code == SQLITE_ROW) status = flesh_plot_open(m->to->out, name, suffix, &file);
   if (status) return status;
   for (; code == SQLITE_ROW; code = sqlite3_step(query)) print_row(file.stream, query);
   if (code != SQLITE_DONE) {
@@ -143,7 +165,7 @@ static int draw(const maker *m, sqlite3_stmt *query, const char *name)
     return fail_to_read(m, query);
   }
   status = flesh_file_commit(&file);
-  if (!status) m->to->draw(m->to->data, m->to->out, name);
+  if (!status && !strcmp(suffix, ".gp")) m->to->draw(m->to->data, m->to->out, name);
   return status;
 }
 
@@ -162,10 +184,10 @@ static int execute(maker *m, sqlite3_stmt *query, const char *target)
   const char *dot = strrchr(target, '.');
   if (dot && !strcmp(dot, ".csv")) return write_table(m, query, target);
   if (dot && !strcmp(dot, ".json")) return write_json(m, query, target);
-  if (dot && !strcmp(dot, ".gp")) {
+  if (dot && (!strcmp(dot, ".gp") || !strcmp(dot, ".dat"))) {
     char name[64];
     snprintf(name, sizeof name, "%.*s", (int)(dot - target), target);
-    return draw(m, query, name);
+    return draw(m, query, strcmp(name, "*") ? name : m->to->picture, dot);
   }
   const int to_stdout = !strcmp(target, "stdout");
   FILE *stream = !to_stdout ? m->words : m->to->quiet ? NULL : stdout;

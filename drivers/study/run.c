@@ -229,7 +229,7 @@ static void draw(void *data, const char *folder, const char *name)
 static int make_results(const flesh_study *study, flesh_study_store *store, const flesh_study_options *options, int ran,
                         pictures *made)
 {
-  const flesh_results to = {options->out, !ran || ran == FLESH_ERR_INTERRUPTED, options->quiet, ran ? NULL : draw, made};
+  const flesh_results to = {options->out, !ran || ran == FLESH_ERR_INTERRUPTED, options->quiet, NULL, ran ? NULL : draw, made};
   int status = flesh_study_store_make_views(store);
   if (study->facts && !status)
     status = flesh_study_store_execute(store, "CREATE TEMP TABLE IF NOT EXISTS facts (number INTEGER PRIMARY KEY, data TEXT)");

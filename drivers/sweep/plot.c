@@ -1,8 +1,5 @@
 /* plot.c: `flesh sweep plot DB`: a figure against an axis as lines, or over two axes as a heat map. */
-#include "sweep/plot.h"
-
 #include <ctype.h>
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,127 +8,91 @@
 #include "cli/inputs.h"
 #include "cli/options.h"
 #include "picture/plot.h"
-#include "picture/plot_text.h"
+#include "study/embedded.h"
+#include "study/results.h"
+#include "study/tables.h"
+#include "sweep/sweep.h"
 
-/* Counts of the cases by whether the picture shows them. */
-typedef struct shown {
-  int points, spread; /* spread: several cases on one point */
-  int bare, beyond_log; /* without a value; not positive on a logarithmic axis */
-  double least, most;   /* of y */
-} shown;
+enum { TICKS = 2000, PANELS = 36, NAME = 120 };
 
-/* No block is empty: gnuplot would count the next in its place. */
-static void begin_block(int number, FILE *stream)
-{
-  fprintf(stream, "%sNaN NaN NaN NaN\n", number ? "\n\n" : "");
-}
+/* The options; x, y, z and by are columns or SQLite's expressions. */
+typedef struct picture {
+  flesh_study_store store;
+  const char *x, *y, *z, *by, *where, *table, *log, *title;
+  char folder[1024], name[NAME];
+} picture;
 
-/* One block of data per series: x, mean, least and largest y of the cases there. */
-static int write_series(flesh_sweep_picture *p, const flesh_sweep_ticks *series, const flesh_sweep_ticks *along,
-                        FILE *stream, shown *what)
+/* Executes the statement, which is freed. FLESH_ERR_ARGUMENT with the options where SQLite does not take it. */
+static int execute(picture *p, char *sql)
 {
   sqlite3_stmt *query = NULL;
-  char *value = flesh_sweep_plot_value(p, p->y);
-  int status = flesh_sweep_plot_prepare(
-      p, &query,
-      sqlite3_mprintf("SELECT dense_rank() OVER (ORDER BY s) - 1, dense_rank() OVER (ORDER BY x) - 1, x, mean, least, "
-                      "most, valued, bare FROM (SELECT (%s) AS s, (%s) AS x, avg(drawn_value) AS mean, "
-                      "min(drawn_value) AS least, max(drawn_value) AS most, count(drawn_value) AS valued, "
-                      "count(*) - count(drawn_value) AS bare FROM (SELECT *, %s AS drawn_value FROM %s WHERE (%s)) "
-                      "GROUP BY 1, 2) ORDER BY 1, 2",
-                      p->by ? p->by : "0", p->x, value, p->table, flesh_sweep_condition(p)));
-  sqlite3_free(value);
-  int log_x = strchr(p->log, 'x') && !along->words, log_y = strchr(p->log, 'y') != NULL, current = -1;
-  while (!status && flesh_sweep_plot_next(p, query, &status)) {
-    int s = sqlite3_column_int(query, 0), valued = sqlite3_column_int(query, 6);
-    while (current < s) begin_block(++current, stream);
-    double x = along->words ? sqlite3_column_int(query, 1) : sqlite3_column_double(query, 2);
-    what->bare += sqlite3_column_int(query, 7);
-    if (!valued) continue;
-    if ((log_x && !(x > 0)) || (log_y && !(sqlite3_column_double(query, 4) > 0))) {
-      what->beyond_log += valued;
-      continue;
-    }
-    if (!what->points++) what->least = what->most = sqlite3_column_double(query, 4);
-    what->least = fmin(what->least, sqlite3_column_double(query, 4));
-    what->most = fmax(what->most, sqlite3_column_double(query, 5));
-    if (valued > 1) what->spread = 1;
-    fprintf(stream, "%.17g %.17g %.17g %.17g\n", x, sqlite3_column_double(query, 3), sqlite3_column_double(query, 4),
-            sqlite3_column_double(query, 5));
-  }
-  while (current < series->count - 1) begin_block(++current, stream);
+  if (!sql) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  int status = FLESH_OK;
+  if (sqlite3_prepare_v2(p->store.database, sql, -1, &query, NULL))
+    status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: --x %s --y %s%s%s%s%s%s%s: %s%s", p->store.path, p->x, p->y,
+                        p->z ? " --z " : "", p->z ? p->z : "", p->by ? " --by " : "", p->by ? p->by : "",
+                        p->where ? " --where " : "", p->where ? p->where : "", sqlite3_errmsg(p->store.database),
+                        p->by && strchr(p->by, ',') ? "; --by is one expression, as printf('%s, %s', nu, eta)" : "");
+  else if (sqlite3_step(query) != SQLITE_DONE) status = flesh_study_store_fail(&p->store, "cannot be read");
   sqlite3_finalize(query);
+  sqlite3_free(sql);
   return status;
 }
 
-static void write_lines(const flesh_sweep_picture *p, const flesh_sweep_ticks *series, const flesh_sweep_ticks *along,
-                        const shown *what, FILE *stream)
+/* The tables `asked` and `drawn` of plot_ticks.sql. Only complete cases have a value; the tables of other commands have words
+ * of their own. */
+static int make_tables(picture *p)
 {
-  char title[400];
-  flesh_plot_begin(stream, p->name, 960, 600);
-  flesh_plot_style(stream, 0);
-  if (p->title) snprintf(title, sizeof title, "%.390s", p->title);
-  else
-    snprintf(title, sizeof title, "%.120s against %.120s%s%s%s", p->y, p->x, p->by ? ", by " : "", p->by ? p->by : "",
-             what->spread ? " (mean; bars: least and largest)" : "");
-  flesh_plot_title(stream, title);
-  flesh_plot_label(stream, "x", p->x);
-  flesh_plot_label(stream, "y", p->y);
-  if (strchr(p->log, 'x') && !along->words) {
-    fputs("set logscale x\nset format x '%g'\n", stream);
-    int first = 0; /* they are in order */
-    while (first < along->count - 1 && !(along->value[first] > 0)) first++;
-    flesh_plot_log_ticks(stream, "x", along->value[first], along->value[along->count - 1]);
-  }
-  if (strchr(p->log, 'y')) fputs("set logscale y\nset format y '%g'\n", stream);
-  if (strchr(p->log, 'y')) flesh_plot_log_ticks(stream, "y", what->least, what->most);
-  if (along->words) flesh_sweep_ticks_write(stream, 'x', along);
-  /* Many places along x are a sample's, where a line from one to the next would say nothing. */
-  const char *style = along->count > 40 ? "points" : "linespoints";
-  fputs("set autoscale xfix\nset offsets graph 0.03, graph 0.03, 0, 0\nplot ", stream);
-  for (int s = 0; s < series->count; s++) {
-    const char *colour = flesh_plot_colour(s);
-    if (s) fputs(", \\\n     ", stream);
-    flesh_plot_quote_file(stream, p->name, ".dat");
-    fprintf(stream, " index %d using 1:2 with %s pt 7 ps 0.7 lw 2 dt %d lc rgb '%s' ", s, style, 1 + s / 8, colour);
-    fputs(p->by ? "title " : "notitle", stream);
-    if (p->by) flesh_plot_quote(stream, series->label[s]);
-    if (!what->spread) continue;
-    fputs(", \\\n     ", stream);
-    flesh_plot_quote_file(stream, p->name, ".dat");
-    fprintf(stream, " index %d using 1:2:3:4 with yerrorbars pt 7 ps 0.7 lw 1 lc rgb '%s' notitle", s, colour);
-  }
-  putc('\n', stream);
+  const int of_cases = !strcmp(p->table, "results");
+  const int status = flesh_study_store_execute(
+      &p->store, "CREATE TEMP TABLE asked AS SELECT %Q AS x, %Q AS y, %Q AS z, %Q AS \"by\", %Q AS log, %Q AS title, %Q AS name",
+      p->x, p->y, p->z, p->by, p->log, p->title, p->name);
+  return status ? status : execute(p, sqlite3_mprintf(
+      "CREATE TEMP TABLE drawn AS SELECT (%s) AS s, (%s) AS x, (%s) AS y, avg(drawn_value) AS mean, min(drawn_value) AS least, "
+      "max(drawn_value) AS most, count(drawn_value) AS valued, count(*) - count(drawn_value) AS bare, max(%s) AS why FROM "
+      "(SELECT *, %s(%s)%s AS drawn_value FROM %s WHERE (%s)) GROUP BY 1, 2, 3",
+      p->by ? p->by : "0", p->x, p->z ? p->y : "0", of_cases ? "status" : "''", of_cases ? "CASE WHEN status = 'complete' THEN " : "",
+      p->z ? p->z : p->y, of_cases ? " END" : "", p->table, p->where ? p->where : "1"));
 }
 
-static int draw_lines(flesh_sweep_picture *p)
+/* Whether there is something to be drawn, and not too much. */
+static int check_tables(picture *p)
 {
-  flesh_sweep_ticks *series = malloc(2 * sizeof *series), *along = series + 1;
-  flesh_file file = {0}, data = {0};
-  shown what = {0};
-  int status = series ? flesh_sweep_ticks_read(p, p->by, series) : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  if (!status) status = flesh_sweep_ticks_read(p, p->x, along);
-  if (!status) status = flesh_plot_open(p->folder, p->name, ".dat", &data);
-  if (!status) status = write_series(p, series, along, data.stream, &what);
-  if (!status && !what.points)
-    status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: no case has a value of %s that could be drawn", p->store.path, p->y);
-  if (!status) status = flesh_file_commit(&data);
-  if (!status) status = flesh_plot_open(p->folder, p->name, ".gp", &file);
-  if (!status) {
-    write_lines(p, series, along, &what, file.stream);
-    status = flesh_file_commit(&file);
-  }
-  flesh_file_abandon(&data);
-  flesh_file_abandon(&file);
-  free(series);
-  if (!status && what.bare) printf("%d cases without a value are not in the picture\n", what.bare);
-  if (!status && what.beyond_log)
-    printf("%d cases are not in the picture: a logarithmic axis shows positive values only\n", what.beyond_log);
-  return status ? status : flesh_plot_draw(p->folder, p->name);
+  const char *const axes[][2] = {{p->by, "s"}, {p->x, "x"}, {p->z ? p->y : NULL, "y"}};
+  if (!flesh_study_store_number(&p->store, "SELECT count(*) FROM drawn"))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "%s: %s%s", p->store.path, p->where ? "no case fits --where " : "there are no cases",
+                      p->where ? p->where : "");
+  for (int k = 0; k < 3; k++)
+    if (axes[k][0] && flesh_study_store_number(&p->store, "SELECT count(*) FROM (SELECT DISTINCT %s FROM drawn)", axes[k][1]) > TICKS)
+      return flesh_fail(FLESH_ERR_ARGUMENT, "%s has more than %d values; narrow it by --where", axes[k][0], TICKS);
+  const int panels = flesh_study_store_number(&p->store, "SELECT count(*) FROM (SELECT DISTINCT s FROM drawn)");
+  if (p->z && panels > PANELS)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "--by %s has %d values; there is room for %d maps; narrow it by --where", p->by, panels,
+                      PANELS);
+  if (p->z && !flesh_study_store_number(&p->store, "SELECT count(*) FROM drawn WHERE valued AND abs(mean) < 9e999"))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "%s: no complete case has a value of %s", p->store.path, p->z);
+  if (!p->z && !flesh_study_store_number(&p->store, "SELECT count(*) FROM drawn d, asked WHERE valued AND NOT (log LIKE '%%y%%' AND "
+        "NOT least > 0) AND NOT (log LIKE '%%x%%' AND NOT d.x > 0 AND (SELECT min(typeof(x) IN ('integer', 'real')) FROM drawn))"))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "%s: no case has a value of %s that could be drawn", p->store.path, p->y);
+  return FLESH_OK;
+}
+
+static void note_drawn(void *outcome, const char *folder, const char *name) { flesh_plot_note(outcome, flesh_plot_draw(folder, name)); }
+
+static int draw(picture *p)
+{
+  flesh_plot_outcome outcome = {0};
+  const flesh_results to = {.out = p->folder, .picture = p->name, .draw = note_drawn, .data = &outcome};
+  const char *const sql[] = {flesh_embedded_text(flesh_own_files, "plot_ticks"),
+                             flesh_embedded_text(flesh_own_files, p->z ? "plot_heat" : "plot_lines"), NULL};
+  int status = make_tables(p);
+  if (!status) status = check_tables(p);
+  if (!status) status = flesh_results_make(p->store.database, p->store.path, sql, &to);
+  return status ? status : flesh_plot_ended(&outcome);
 }
 
 /* Chooses the picture's file: --out, else beside the database, named for the columns that it shows. */
-static int place(flesh_sweep_picture *p, const char *database, const char *out)
+static int place(picture *p, const char *database, const char *out)
 {
   const char *path = out ? out : database, *slash = strrchr(path, '/');
   int folder = slash ? (int)(slash - path) : 0;
@@ -139,7 +100,7 @@ static int place(flesh_sweep_picture *p, const char *database, const char *out)
   snprintf(p->folder, sizeof p->folder, "%.*s", slash ? folder + !folder : 1, slash ? path : ".");
   if (out) {
     const char *base = slash ? slash + 1 : out, *dot = strrchr(base, '.');
-    if (!dot || strcmp(dot, ".png") || dot == base || dot - base >= FLESH_SWEEP_NAME)
+    if (!dot || strcmp(dot, ".png") || dot == base || dot - base >= NAME)
       return flesh_fail(FLESH_ERR_ARGUMENT, "--out is '%s'; it must be a file NAME.png", out);
     snprintf(p->name, sizeof p->name, "%.*s", (int)(dot - base), base);
   } else {
@@ -152,12 +113,12 @@ static int place(flesh_sweep_picture *p, const char *database, const char *out)
 }
 
 /* The picture's files must not take the database's place. */
-static int spare_database(const flesh_sweep_picture *p, const char *database)
+static int spare_database(const picture *p, const char *database)
 {
-  char files[3][FLESH_SWEEP_NAME + 8];
+  char files[3][NAME + 8];
   static const char *const suffixes[] = {".png", ".gp", ".dat"};
   const char *const names[] = {files[0], files[1], files[2], NULL};
-  for (int k = 0; k < 3; k++) snprintf(files[k], sizeof files[k], "%.*s%s", FLESH_SWEEP_NAME, p->name, suffixes[k]);
+  for (int k = 0; k < 3; k++) snprintf(files[k], sizeof files[k], "%.*s%s", NAME, p->name, suffixes[k]);
   flesh_inputs inputs = {0};
   flesh_inputs_add(&inputs, database);
   int status = flesh_inputs_spare_in(&inputs, p->folder, names, NULL);
@@ -167,7 +128,7 @@ static int spare_database(const flesh_sweep_picture *p, const char *database)
 
 int flesh_sweep_plot(int argc, char **argv)
 {
-  flesh_sweep_picture p = {.store = {.lock = -1}, .table = "results", .log = ""};
+  picture p = {.store = {.lock = -1}, .table = "results", .log = ""};
   const char *out = NULL;
   const flesh_option rows[] = {
       {"x", "COLUMN", FLESH_OPTION_TEXT, &p.x, "horizontal axis: a column, or SQLite's expression of columns"},
@@ -195,7 +156,7 @@ int flesh_sweep_plot(int argc, char **argv)
   if (!status) status = flesh_study_store_read(argv[1], &p.store);
   if (!status) status = place(&p, argv[1], out);
   if (!status) status = spare_database(&p, argv[1]);
-  if (!status) status = p.z ? flesh_sweep_plot_heat(&p) : draw_lines(&p);
+  if (!status) status = draw(&p);
   if (!status) printf("%s/%s.png\n", p.folder, p.name);
   flesh_study_store_close(&p.store);
   return status ? flesh_command_fail("sweep plot", status) : 0;

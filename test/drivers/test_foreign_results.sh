@@ -187,7 +187,7 @@ views_without_an_end_are_given_up() {
 import sqlite3
 database = sqlite3.connect("endless/sweep.db")
 database.execute("DROP VIEW results")
-database.execute("CREATE VIEW results AS WITH RECURSIVE n(id) AS (SELECT 1 UNION ALL SELECT id + 1 FROM n) SELECT id, 1 AS young FROM n")
+database.execute("CREATE VIEW results AS WITH RECURSIVE n(id) AS (SELECT 1 UNION ALL SELECT id + 1 FROM n) SELECT id, 1 AS young, 'complete' AS status FROM n")
 database.commit()
 END
   for command in 'report endless --out out.html' 'report endless/sweep.db --out out.html' 'sweep export endless/sweep.db' \
