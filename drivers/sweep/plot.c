@@ -51,33 +51,41 @@ static int make_tables(picture *p)
       "CREATE TEMP TABLE drawn AS SELECT (%s) AS s, (%s) AS x, (%s) AS y, avg(drawn_value) AS mean, min(drawn_value) AS least, "
       "max(drawn_value) AS most, count(drawn_value) AS valued, count(*) - count(drawn_value) AS bare, max(%s) AS why FROM "
       "(SELECT *, %s(%s)%s AS drawn_value FROM %s WHERE (%s)) GROUP BY 1, 2, 3",
-      p->by ? p->by : "0", p->x, p->z ? p->y : "0", of_cases ? "status" : "''", of_cases ? "CASE WHEN status = 'complete' THEN " : "",
+      p->by ? p->by : "0", p->x, p->z ? p->y : "0", of_cases ? "status" : "''",
+      of_cases ? "CASE WHEN status = 'complete' THEN " : "",
       p->z ? p->z : p->y, of_cases ? " END" : "", p->table, p->where ? p->where : "1"));
 }
 
 /* Whether there is something to be drawn, and not too much. */
 static int check_tables(picture *p)
 {
+  static const char distinct[] = "SELECT count(*) FROM (SELECT DISTINCT %s FROM drawn)",
+                    on_map[] = "SELECT count(*) FROM drawn WHERE valued AND abs(mean) < 9e999",
+                    on_lines[] = "SELECT count(*) FROM drawn d, asked WHERE valued AND NOT (log LIKE '%%y%%' AND NOT least > 0) "
+                                 "AND NOT (log LIKE '%%x%%' AND NOT d.x > 0 AND "
+                                 "(SELECT min(typeof(x) IN ('integer', 'real')) FROM drawn))";
   const char *const axes[][2] = {{p->by, "s"}, {p->x, "x"}, {p->z ? p->y : NULL, "y"}};
   if (!flesh_study_store_number(&p->store, "SELECT count(*) FROM drawn"))
     return flesh_fail(FLESH_ERR_ARGUMENT, "%s: %s%s", p->store.path, p->where ? "no case fits --where " : "there are no cases",
                       p->where ? p->where : "");
   for (int k = 0; k < 3; k++)
-    if (axes[k][0] && flesh_study_store_number(&p->store, "SELECT count(*) FROM (SELECT DISTINCT %s FROM drawn)", axes[k][1]) > TICKS)
+    if (axes[k][0] && flesh_study_store_number(&p->store, distinct, axes[k][1]) > TICKS)
       return flesh_fail(FLESH_ERR_ARGUMENT, "%s has more than %d values; narrow it by --where", axes[k][0], TICKS);
-  const int panels = flesh_study_store_number(&p->store, "SELECT count(*) FROM (SELECT DISTINCT s FROM drawn)");
+  const int panels = flesh_study_store_number(&p->store, distinct, "s");
   if (p->z && panels > PANELS)
     return flesh_fail(FLESH_ERR_ARGUMENT, "--by %s has %d values; there is room for %d maps; narrow it by --where", p->by, panels,
                       PANELS);
-  if (p->z && !flesh_study_store_number(&p->store, "SELECT count(*) FROM drawn WHERE valued AND abs(mean) < 9e999"))
+  if (p->z && !flesh_study_store_number(&p->store, on_map))
     return flesh_fail(FLESH_ERR_ARGUMENT, "%s: no complete case has a value of %s", p->store.path, p->z);
-  if (!p->z && !flesh_study_store_number(&p->store, "SELECT count(*) FROM drawn d, asked WHERE valued AND NOT (log LIKE '%%y%%' AND "
-        "NOT least > 0) AND NOT (log LIKE '%%x%%' AND NOT d.x > 0 AND (SELECT min(typeof(x) IN ('integer', 'real')) FROM drawn))"))
+  if (!p->z && !flesh_study_store_number(&p->store, on_lines))
     return flesh_fail(FLESH_ERR_ARGUMENT, "%s: no case has a value of %s that could be drawn", p->store.path, p->y);
   return FLESH_OK;
 }
 
-static void note_drawn(void *outcome, const char *folder, const char *name) { flesh_plot_note(outcome, flesh_plot_draw(folder, name)); }
+static void note_drawn(void *outcome, const char *folder, const char *name)
+{
+  flesh_plot_note(outcome, flesh_plot_draw(folder, name));
+}
 
 static int draw(picture *p)
 {
