@@ -1,18 +1,18 @@
 /* elasticity10_kernel.c: energy, force and (projected) Hessian of ten-node tets, and the forces of rates against that
  * Hessian, FLESH_LANES tets at a time; at every point by itself, or with a share of the volume term of the mean of J.
  *
- * With the mean J' of J over the tet of volume V, U the form's volume term over its modulus, s the share of it and w the
- * volumes of the points, the energy is
+ * With the mean J' of J over the tet of volume V, S the share of the volume term (flesh_volume_share) and w the volumes
+ * of the points, the energy is
  *
- *   sum of w (psi - s U(J)) + V s U(J'),
+ *   sum of w (psi - S(J)) + V S(J'),
  *
- * so that forces are those of psi with psi_J - s U_J(J) + s U_J(J') in place of psi_J. The Hessian has psi_JJ - s U_JJ
- * in place of psi_JJ, which is then as stiff as the shear modulus asks for, and V s U_JJ(J') b b^T beside it, b the
- * gradient of J'. Mean dilatation: Nagtegaal, Parks & Rice 1974; that a part stays with the points keeps their bulk
- * modulus positive.
+ * so that forces are those of psi with psi_J - S_J(J) + S_J(J') in place of psi_J. The Hessian has psi_JJ - S_JJ in
+ * place of psi_JJ, which is then as stiff as the shear modulus asks for, and V S_JJ(J') b b^T beside it, b the gradient
+ * of J'. Mean dilatation: Nagtegaal, Parks & Rice 1974; that a part stays with the points keeps their bulk modulus
+ * positive.
  *
- * Where the mean is held at 1, V k s U(J') is a penalty with a factor k, and V p (J' - 1) of the tet's multiplier p
- * comes to it: forces have k s U_J(J') + p in place of s U_J(J'), and the Hessian k s in place of s. */
+ * Where the mean is held at 1, V k S(J') is a penalty with a factor k, and V p (J' - 1) of the tet's multiplier p comes
+ * to it: forces have k S_J(J') + p in place of S_J(J'), and the Hessian k S_JJ in place of S_JJ. */
 #include "element/tet10_blocks.h"
 #include "element/elastic_batch.h"
 #include "math/logarithm.h"
@@ -75,27 +75,28 @@ static __attribute__((noinline, cold)) int volume_term_one_by_one(const flesh_ma
   return worst;
 }
 
-/* U and its derivatives. */
-INLINE int volume_term(flesh_volume_term term, const flesh_material *material, flesh_real J, flesh_real *U,
-                       flesh_real *first, flesh_real *second)
+/* The share at J, and its derivatives; local: of a point's, or of the mean's. */
+INLINE int volume_share(const flesh_volume_share *s, const flesh_material *material, flesh_real J, double local,
+                        flesh_real of[3])
 {
-  if (term == FLESH_VOLUME_USER) {
-    flesh_real at = J, of[3];
-    const int status = volume_term_one_by_one(material, &at, of);
-    *U = of[0], *first = of[1], *second = of[2];
-    return status;
-  }
-  if (term == FLESH_VOLUME_LOGARITHMIC) {
+  const flesh_real x = J - 1, t = x * x * (1 / (FLESH_LOCAL_RANGE * FLESH_LOCAL_RANGE)), q = 1 / (1 + t);
+  int status = FLESH_OK;
+  of[0] = 0.5 * x * x;
+  of[1] = x;
+  of[2] = flesh_all(1);
+  if (s->term == FLESH_VOLUME_USER) {
+    flesh_real at = J;
+    status = volume_term_one_by_one(material, &at, of);
+  } else if (s->term == FLESH_VOLUME_LOGARITHMIC) {
     flesh_real inverse = 1 / J, log_J = flesh_log(J);
-    *U = 0.5 * log_J * log_J;
-    *first = log_J * inverse;
-    *second = (1 - log_J) * inverse * inverse;
-    return FLESH_OK;
+    of[0] = 0.5 * log_J * log_J;
+    of[1] = log_J * inverse;
+    of[2] = (1 - log_J) * inverse * inverse;
   }
-  *U = 0.5 * (J - 1) * (J - 1);
-  *first = J - 1;
-  *second = flesh_all(1);
-  return FLESH_OK;
+  of[0] = s->share * of[0] - local * 0.5 * x * x * t * q;
+  of[1] = s->share * of[1] - local * x * (1 - q * q);
+  of[2] = s->share * of[2] - local * (1 - (1 - 3 * t) * q * q * q);
+  return status;
 }
 
 /* psi at every point, less what the mean bears of it and with the pressure of that; of a form of the singular values
@@ -109,26 +110,26 @@ static COMPILED_ONCE int find_psi_of_points(const flesh_batches *batches, int wi
     else if (status) return status;
     if (!batches->volume_shares) continue;
     const flesh_volume_share *s = &batches->volume_shares[b->t.material];
-    flesh_real U, first, second, U_mean, pressure, stiffness;
-    status = volume_term(s->term, b->material, b->J, &U, &first, &second);
-    if (!status) status = volume_term(s->term, b->material, p->J, &U_mean, &pressure, &stiffness);
+    flesh_real own[3], mean[3];
+    status = volume_share(s, b->material, b->J, s->local, own);
+    if (!status) status = volume_share(s, b->material, p->J, flesh_local_of_mean(s), mean);
     if (status) return status;
-    b->psi.value -= s->share * U;
-    if (s->held) b->psi.J += p->penalty * s->share * pressure + p->multiplier - s->share * first;
-    else b->psi.J += s->share * (pressure - first);
-    b->psi.JJ -= s->share * second;
+    b->psi.value -= own[0];
+    if (s->held) b->psi.J += p->penalty * mean[1] + p->multiplier - own[1];
+    else b->psi.J += mean[1] - own[1];
+    b->psi.JJ -= own[2];
   }
   return FLESH_OK;
 }
 
-/* V s U(J') and V s U_JJ(J'), with the multiplier's term where the mean is held; where psi of the points has a value. */
+/* V S(J') and V S_JJ(J'), with the multiplier's term where the mean is held; where psi of the points has a value. */
 INLINE void mean_term(const flesh_batches *batches, const points *p, flesh_real *energy, flesh_real *stiffness)
 {
   const flesh_volume_share *s = &batches->volume_shares[p->at[0].t.material];
-  flesh_real U, first, second;
-  volume_term(s->term, &batches->materials[p->at[0].t.material], p->J, &U, &first, &second);
-  *energy = s->share * p->volume * U;
-  *stiffness = s->share * p->volume * second;
+  flesh_real mean[3];
+  volume_share(s, &batches->materials[p->at[0].t.material], p->J, flesh_local_of_mean(s), mean);
+  *energy = p->volume * mean[0];
+  *stiffness = p->volume * mean[2];
   if (!s->held) return;
   *energy = p->penalty * *energy + p->multiplier * p->volume * (p->J - 1);
   *stiffness *= p->penalty;
@@ -342,7 +343,7 @@ static COMPILED_ONCE void elastic_rows(const flesh_batches *batches, int tile, c
   }
 }
 
-/* Forces of rates: P' at every point, and of the mean V s U_JJ (b . v) b, negative U_JJ clamped. */
+/* Forces of rates: P' at every point, and of the mean V S_JJ (b . v) b, negative S_JJ clamped. */
 static COMPILED_ONCE int stiffness_residual(const flesh_batches *batches, int tile, const flesh_tet_point *at,
                                             double *r, double *sums)
 {

@@ -109,6 +109,10 @@ double flesh_tet10_shape(const double *X, const int node[10], int q, double grad
  * Poisson's ratio 0.45. */
 static const double MODERATE = 7;
 
+/* The modulus over the shear modulus that points bear by themselves where their J is far from 1. A larger one keeps
+ * them closer to it, and makes coarse meshes stiffer (history.md has figures). */
+static const double LOCAL = 10;
+
 /* U of a user's psi at J. */
 static int volume_part_at(const flesh_material *material, double J, flesh_volume_part *U)
 {
@@ -171,6 +175,9 @@ int flesh_volume_share_of(const flesh_material *material, flesh_volume_share *sh
   if (!of_stretches) shear = 2 * at.I;
   /* The points of an incompressible material keep what they keep as lambda grows, whatever the penalty. */
   share->share = share->held ? fmax(0, material->lambda - 2 * shear) : share_of_mean(material->lambda, shear);
+  /* LOCAL shear moduli where the share is large, 4/5 of the share where it is small, and smooth between them. */
+  share->local = LOCAL * shear;
+  if (!share->held) share->local *= 0.8 * share->share / hypot(0.8 * share->share, share->local);
   share->moderate = fmin(share->share, MODERATE * shear);
   if (share->held && !(share->share > 0))
     return flesh_fail(FLESH_ERR_ARGUMENT,
@@ -178,4 +185,18 @@ int flesh_volume_share_of(const flesh_material *material, flesh_volume_share *sh
                       "modulus, %g Pa",
                       material->lambda, 2 * shear);
   return user ? check_users_volume_part(material, share->share) : FLESH_OK;
+}
+
+int flesh_volume_share_at(const flesh_volume_share *share, const flesh_material *material, double J, double local,
+                          flesh_volume_part *part)
+{
+  const double x = J - 1, t = x * x / (FLESH_LOCAL_RANGE * FLESH_LOCAL_RANGE), q = 1 / (1 + t);
+  int status = FLESH_OK;
+  if (share->term == FLESH_VOLUME_USER) status = material->volume(J, material, part);
+  else if (share->term == FLESH_VOLUME_QUADRATIC) *part = (flesh_volume_part){0.5 * x * x, x, 1};
+  else *part = (flesh_volume_part){0.5 * log(J) * log(J), log(J) / J, (1 - log(J)) / (J * J)};
+  part->value = share->share * part->value - local * 0.5 * x * x * t * q;
+  part->J = share->share * part->J - local * x * (1 - q * q);
+  part->JJ = share->share * part->JJ - local * (1 - (1 - 3 * t) * q * q * q);
+  return status;
 }

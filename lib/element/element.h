@@ -31,4 +31,9 @@ double flesh_tet10_shape(const double *X, const int node[10], int q, double grad
  * stays with the points. FLESH_ERR_ARGUMENT for a user's psi without a lambda. */
 int flesh_volume_share_of(const flesh_material *material, flesh_volume_share *share);
 
+/* The share at J, Pa, with two derivatives by J, of a point (`local` that of the share) or of the mean
+ * (flesh_local_of_mean); nonzero where a user's U has no value. */
+int flesh_volume_share_at(const flesh_volume_share *share, const flesh_material *material, double J, double local,
+                          flesh_volume_part *part);
+
 #endif

@@ -53,14 +53,21 @@ typedef struct flesh_tiles {
                             one, so that the body's block is the transposed one; NULL for tets of four nodes */
 } flesh_tiles;
 
-/* The part of the volume term that is a function of the mean of J over a tet: `share` U(J), U = (J-1)^2/2, (log J)^2/2
- * or a user's own. */
+/* The part of the volume term that is a function of the mean of J over a tet: `share` U(J) - `local` W(J), with U =
+ * (J-1)^2/2, (log J)^2/2 or a user's own, and W = x^4/(2 (x^2 + d^2)), x = J - 1, d = FLESH_LOCAL_RANGE. W is as good as
+ * nothing while J is near 1, and x^2/2 where it is not: a point that strays far from 1 bears more of the term itself, so
+ * that it cannot collapse while the tet's mean is right. W'' is at most 5/4. */
+#define FLESH_LOCAL_RANGE 0.3
 typedef struct flesh_volume_share {
   double share;    /* Pa, not negative */
+  double local;    /* Pa; at most 4/5 of it, unless the mean is held at 1, where W = 0 */
   double moderate; /* Pa, the part of it that is no stiffer than the rest of the form */
   flesh_volume_term term;
   int held; /* the mean is held at 1 by the tets' multipliers; the share is a penalty */
 } flesh_volume_share;
+
+/* `local` of the mean: 0 where it is held, so that the penalty stays convex however small it is. */
+static inline double flesh_local_of_mean(const flesh_volume_share *share) { return share->held ? 0 : share->local; }
 
 /* Tets in batches of at most as many as the kernels have lanes, of one material each. */
 typedef struct flesh_batches {

@@ -53,14 +53,6 @@ void flesh_tet_stress_clear(flesh_tet_stress *stress)
 
 static int material_of(const flesh_body *body, int tet) { return body->tet_material ? body->tet_material[tet] : 0; }
 
-/* U and dU/dJ. */
-static void volume_term(flesh_volume_term term, double J, double *U, double *slope)
-{
-  const int logarithmic = term == FLESH_VOLUME_LOGARITHMIC;
-  *U = logarithmic ? 0.5 * log(J) * log(J) : 0.5 * (J - 1) * (J - 1);
-  *slope = logarithmic ? log(J) / J : J - 1;
-}
-
 /* Adds to tau [9], at a place of the tet, what the system's effects say of their stress (flesh_effect_figures). */
 static void add_of_effects(const flesh_system *system, double t, int tet, const double F[9], double tau[9])
 {
@@ -78,17 +70,19 @@ static void find_stress(const flesh_tet_stress *stress, const flesh_state *state
   const int m = material_of(stress->body, tet);
   const flesh_material *material = &stress->body->materials[m];
   const flesh_volume_share *share = &stress->shares[m];
-  double P[9], U, slope, mean_U, mean_slope;
+  flesh_volume_part own, mean;
+  double P[9];
   for (int k = 0; k < 9; k++) p->tau[k] = NAN;
   if (flesh_material_energy(material, p->F, &p->energy)) p->energy = NAN;
   if (!flesh_material_stress(material, p->F, P)) flesh_mat3_multiply_transposed(P, p->F, p->tau);
   if (stress->system) add_of_effects(stress->system, state->t, tet, p->F, p->tau);
   p->energy -= stress->rest_energies[m];
   if (!(share->share > 0)) return;
-  volume_term(share->term, p->J, &U, &slope);
-  volume_term(share->term, mean_J, &mean_U, &mean_slope);
-  double pressure = share->share * (mean_slope - slope);
-  p->energy += share->share * (mean_U - U);
+  if (flesh_volume_share_at(share, material, p->J, share->local, &own) ||
+      flesh_volume_share_at(share, material, mean_J, flesh_local_of_mean(share), &mean))
+    own.value = own.J = NAN;
+  double pressure = mean.J - own.J;
+  p->energy += mean.value - own.value;
   if (share->held && state->multipliers) {
     pressure += state->multipliers[tet];
     p->energy += state->multipliers[tet] * (mean_J - 1);

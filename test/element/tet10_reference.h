@@ -152,20 +152,24 @@ static void deform(problem *p, int how)
   }
 }
 
-/* The volume term U over its modulus. */
-static void volume_term(int logarithmic, double J, double *U, double *first, double *second)
-{
-  *U = logarithmic ? 0.5 * log(J) * log(J) : 0.5 * (J - 1) * (J - 1);
-  *first = logarithmic ? log(J) / J : J - 1;
-  *second = logarithmic ? (1 - log(J)) / (J * J) : 1;
-}
-
-/* psi less the share of its volume term that the mean of J bears, and with the pressure of that. */
+/* psi less the share of its volume term that the mean of J bears, and with the pressure of that: `share` U less `local`
+ * x^4/(2 (x^2 + d^2)), x = J - 1, d = 0.3. */
 typedef struct split {
   const flesh_material *whole;
-  double share, mean; /* of J */
+  double share, local, mean; /* of J */
   int logarithmic;
 } split;
+
+static void volume_term(const split *s, double J, double *U, double *first, double *second)
+{
+  const double x = J - 1, d2 = 0.09, sum = x * x + d2;
+  *U = s->logarithmic ? 0.5 * log(J) * log(J) : 0.5 * (J - 1) * (J - 1);
+  *first = s->logarithmic ? log(J) / J : J - 1;
+  *second = s->logarithmic ? (1 - log(J)) / (J * J) : 1;
+  *U = s->share * *U - s->local * pow(x, 4) / (2 * sum);
+  *first = s->share * *first - s->local * pow(x, 3) * (x * x + 2 * d2) / (sum * sum);
+  *second = s->share * *second - s->local * x * x * (pow(x, 4) + 3 * d2 * x * x + 6 * d2 * d2) / pow(sum, 3);
+}
 
 static int split_psi(double I_C, double J, const flesh_material *m, flesh_psi *psi)
 {
@@ -175,11 +179,11 @@ static int split_psi(double I_C, double J, const flesh_material *m, flesh_psi *p
   if (flesh_form_of_stretches(s->whole->energy)) *psi = (flesh_psi){0};
   else status = s->whole->psi(I_C, J, s->whole, psi);
   if (status || s->share == 0) return status;
-  volume_term(s->logarithmic, J, &U, &first, &second);
-  volume_term(s->logarithmic, s->mean, &U_mean, &pressure, &stiff);
-  psi->value -= s->share * U;
-  psi->J += s->share * (pressure - first);
-  psi->JJ -= s->share * second;
+  volume_term(s, J, &U, &first, &second);
+  volume_term(s, s->mean, &U_mean, &pressure, &stiff);
+  psi->value -= U;
+  psi->J += pressure - first;
+  psi->JJ -= second;
   return FLESH_OK;
 }
 
@@ -238,15 +242,17 @@ static double shear_modulus(const flesh_material *m)
 }
 
 /* lambda less twice the shear modulus, of less than three of these integrated from its second derivative
- * 3 (1 - x^2)/4; none for C, M, CR and StVK without a term of J. */
+ * 3 (1 - x^2)/4, and at most four fifths of it or ten shear moduli that points take back; none for C, M, CR and StVK without a term of J. */
 static split split_of(const problem *p, const flesh_material *m)
 {
   const double mu = shear_modulus(m);
   const int has = m->energy != FLESH_ENERGY_C && m->energy != FLESH_ENERGY_M && m->energy != FLESH_ENERGY_CR &&
                   m->energy != FLESH_ENERGY_STVK;
   const double x = fmax(-1, fmin(1, m->lambda / mu - 2)), joined = 3 * x * x / 8 - x * x * x * x / 16 + x / 2 + 3. / 16;
+  const double share = p->element == FLESH_ELEMENT_TET10_MEAN && has ? mu * joined + fmax(0, m->lambda - 3 * mu) : 0;
   return (split){.whole = m,
-                 .share = p->element == FLESH_ELEMENT_TET10_MEAN && has ? mu * joined + fmax(0, m->lambda - 3 * mu) : 0,
+                 .share = share,
+                 .local = share > 0 ? 1 / sqrt(pow(0.8 * share, -2) + pow(10 * mu, -2)) : 0,
                  .logarithmic = m->energy == FLESH_ENERGY_NEO};
 }
 
@@ -325,7 +331,7 @@ static void add_point(problem *p, const int node[10], const place *at, const dou
     }
 }
 
-/* The part of the mean of J: V s U(J'), of which the forces are with the points already but for damping's. */
+/* The part of the mean of J: V S(J'), of which the forces are with the points already but for damping's. */
 static void add_mean(problem *p, kind kind, const int node[10], const place at[4], const double *x, double volume,
                      const split *s, int project)
 {
@@ -339,12 +345,12 @@ static void add_mean(problem *p, kind kind, const int node[10], const place at[4
       for (int i = 0; i < 3; i++) b[a][i] += at[q].volume / volume * f[i];
     }
   }
-  volume_term(s->logarithmic, s->mean, &U, &first, &second);
+  volume_term(s, s->mean, &U, &first, &second);
   if (second < 0 && (kind != ELASTIC || project))
     second = kind == ELASTIC && project == FLESH_FILTER_ABSOLUTE ? -second : 0;
-  second *= volume * s->share * (kind == ELASTIC ? 1 : stiffness);
+  second *= volume * (kind == ELASTIC ? 1 : stiffness);
   for (int a = 0; a < 10; a++) rate += flesh_vec3_dot(b[a], p->v + 3 * node[a]);
-  p->energy += kind == ELASTIC ? volume * s->share * U : second * rate * rate / 2;
+  p->energy += kind == ELASTIC ? volume * U : second * rate * rate / 2;
   for (int a = 0; a < 10; a++)
     for (int i = 0; i < 3; i++) {
       if (kind != ELASTIC) p->r[3 * node[a] + i] += second * rate * b[a][i];
