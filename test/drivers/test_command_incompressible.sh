@@ -27,7 +27,8 @@ a_run_keeps_pressures_in_its_state() {
   sed '1,/multipliers/d' whole/state.txt | awk '$1 != "#" || NF != 2 { bad = 1 } END { exit bad || NR != 24 }'
 }
 
-# Newmark's first acceleration takes the pressures of the state: without them the motion goes on differently.
+# Newmark's first step finds its pressures itself, those of the state being where it begins: a run goes on within the
+# method's error (some 1e-3 m here), with them and without.
 runs_go_on_from_states() {
   expect 0 "$flesh" run bar.yaml --set time.end=0.05 --out half --no-frames --quiet || return 1
   expect 0 "$flesh" run bar.yaml --start-state half/state.txt --out rest --no-frames --quiet || return 1
@@ -40,7 +41,7 @@ runs_go_on_from_states() {
       { for (c = 1; c <= 3; c++) { d = $c - $(c + 6); if (d < 0) d = -d; if (d > worst) worst = d } }
       END { print worst }' >$run.txt
   done
-  awk 'NR == 1 { rest = $1 } NR == 2 { print rest, $1; exit !(rest < 1e-6 && $1 > 10 * rest) }' rest.txt without.txt
+  awk 'NR == 1 { rest = $1 } NR == 2 { print rest, $1; d = $1 - rest; exit !(rest < 5e-6 && d < 1e-8 && -d < 1e-8) }' rest.txt without.txt
 }
 
 a_state_of_another_mesh_is_refused() {
