@@ -237,7 +237,7 @@ static double first_target(const flesh_newton *newton, double first, double load
 {
   const double given = newton->given_target;
   if (!(given > 0)) return tolerance_of(newton) * fmax(first, load);
-  return fmin(fmin(given, newton->given_depth * first), load > 0 ? newton->given_share * load : INFINITY);
+  return fmin(fmin(given, newton->given_depth * first), load > 0 ? newton->given_share * fmax(first, load) : INFINITY);
 }
 
 int flesh_stage_begin(flesh_newton *newton, const flesh_stage *stage, const double *const *guesses, double *u,

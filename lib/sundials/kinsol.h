@@ -26,8 +26,8 @@ int flesh_nonlinear_solve(flesh_nonlinear *nonlinear, const flesh_stage *stage, 
 /* From now on solves go as deep as to a residual of this norm, N: those that follow one whose target it was. 0: as deep
  * as the options say. */
 void flesh_nonlinear_set_target(flesh_nonlinear *nonlinear, double target);
-/* Solves to such a target go at least as deep as to these shares of their first residual and of the load: 1 and INFINITY
- * unless they are set. */
+/* Solves to such a target go at least as deep as to these shares of their first residual and, where there is a load, of the
+ * larger one of both: 1 and INFINITY unless they are set. */
 void flesh_nonlinear_set_depth(flesh_nonlinear *nonlinear, double of_first, double of_load);
 /* Stages to come are of `softened` (system/softened.h), which is borrowed; NULL: of the system as it is. */
 void flesh_nonlinear_soften(flesh_nonlinear *nonlinear, const flesh_system *softened);
