@@ -6,7 +6,7 @@
  *
  * Sample output:
  *   KINSOL tet4           81 nodes: the tip sinks by 0.0315 m
- *   KINSOL tet10-mean    425 nodes: the tip sinks by 0.1910 m
+ *   KINSOL tet10-mean    425 nodes: the tip sinks by 0.1911 m
  *   IDA    tet10-mean   after 0.1 s the tip has sunk by 0.0491 m
  *   CVODE  tet10-mean   the same within 1e-5 m
  *   ARKODE tet10-mean   the same within 1e-5 m

@@ -111,7 +111,7 @@ static const double MODERATE = 7;
 
 /* The modulus over the shear modulus that points bear by themselves where their J is far from 1. A larger one keeps
  * them closer to it, and makes coarse meshes stiffer (history.md has figures). */
-static const double LOCAL = 10;
+static const double LOCAL = 5;
 
 /* U of a user's psi at J. */
 static int volume_part_at(const flesh_material *material, double J, flesh_volume_part *U)

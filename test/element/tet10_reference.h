@@ -242,7 +242,8 @@ static double shear_modulus(const flesh_material *m)
 }
 
 /* lambda less twice the shear modulus, of less than three of these integrated from its second derivative
- * 3 (1 - x^2)/4, and at most four fifths of it or ten shear moduli that points take back; none for C, M, CR and StVK without a term of J. */
+ * 3 (1 - x^2)/4, and at most four fifths of it or five shear moduli that points take back; none for C, M, CR and StVK
+ * without a term of J. */
 static split split_of(const problem *p, const flesh_material *m)
 {
   const double mu = shear_modulus(m);
@@ -252,7 +253,7 @@ static split split_of(const problem *p, const flesh_material *m)
   const double share = p->element == FLESH_ELEMENT_TET10_MEAN && has ? mu * joined + fmax(0, m->lambda - 3 * mu) : 0;
   return (split){.whole = m,
                  .share = share,
-                 .local = share > 0 ? 1 / sqrt(pow(0.8 * share, -2) + pow(10 * mu, -2)) : 0,
+                 .local = share > 0 ? 1 / sqrt(pow(0.8 * share, -2) + pow(5 * mu, -2)) : 0,
                  .logarithmic = m->energy == FLESH_ENERGY_NEO};
 }
 

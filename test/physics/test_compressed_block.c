@@ -122,7 +122,7 @@ static void read_reference(double down[LOADS])
 }
 
 /* 384 tets have the nodes of 4 hexahedra an edge, whose last figure is off by 1.4 % of that of 8 as well; 1296 and
- * 3072 tets are within .3 and .1 %, at the last .8 and .3 %. The others beside: tet10 is off to either side, tet4 hardly
+ * 3072 tets are within .3 and .1 %, at the last .9 and .4 %. The others beside: tet10 is off to either side, tet4 hardly
  * gives way. */
 static void blocks_are_compressed_as_by_another_code(void)
 {
