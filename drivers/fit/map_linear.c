@@ -43,7 +43,7 @@ typedef struct linear_experiment {
 struct flesh_fit_linear {
   flesh_fit *fit;
   int size, n;      /* nodes of a tet; unknowns */
-  int *nodes;       /* [map][size] -1: none */
+  int *dofs;        /* [map][3*size] -1: none */
   double *size_of;  /* [map] dp/dq */
   double *room[2];  /* [n] */
   linear_experiment *experiments;
@@ -159,19 +159,19 @@ static int linearise(flesh_fit_linear *self, int experiment, const double *p)
   return status ? status : find_forces(self, experiment, p);
 }
 
-/* The nodes of the map's tets, by the mesh, which all experiments have. */
-static int find_nodes(flesh_fit_linear *self, const flesh_mesh *mesh)
+/* The dofs of the map's tets, by the mesh, which all experiments have. */
+static int find_dofs(flesh_fit_linear *self, const flesh_mesh *mesh)
 {
   const flesh_fit_map *map = self->fit->map;
   self->size = flesh_mesh_order(mesh) == 2 ? 10 : 4;
   self->n = 3 * flesh_mesh_node_count(mesh);
-  self->nodes = malloc((size_t)map->count * (size_t)self->size * sizeof *self->nodes);
+  self->dofs = malloc((size_t)map->count * 3 * (size_t)self->size * sizeof *self->dofs);
   for (int k = 0; k < 2; k++) self->room[k] = malloc((size_t)self->n * sizeof(double));
-  if (!self->nodes || !self->room[0] || !self->room[1]) return no_memory();
+  if (!self->dofs || !self->room[0] || !self->room[1]) return no_memory();
   for (int k = 0; k < map->count; k++) {
     int own[10];
     const int has = flesh_mesh_tet_nodes(mesh, map->tets[k], own);
-    for (int a = 0; a < self->size; a++) self->nodes[k * self->size + a] = a < has ? own[a] : -1;
+    for (int i = 0; i < 3 * self->size; i++) self->dofs[3 * k * self->size + i] = i < 3 * has ? 3 * own[i / 3] + i % 3 : -1;
   }
   return FLESH_OK;
 }
@@ -186,7 +186,7 @@ int flesh_fit_linear_create(flesh_fit *fit, const double *p, flesh_fit_linear **
   self->experiments = calloc((size_t)fit->experiment_count, sizeof *self->experiments);
   self->size_of = malloc((size_t)fit->parameter_count * sizeof *self->size_of);
   int status = self->experiments && self->size_of ? flesh_fit_scene_at(fit, 0, p, &scene) : no_memory();
-  if (!status) status = find_nodes(self, flesh_scene_mesh(scene));
+  if (!status) status = find_dofs(self, flesh_scene_mesh(scene));
   flesh_scene_destroy(&scene);
   for (int k = 0; k < fit->parameter_count && !status; k++) self->size_of[k] = flesh_fit_map_size(fit->map, p[k]);
   for (int e = 0; e < fit->experiment_count && !status; e++) status = linearise(self, e, p);
@@ -211,7 +211,7 @@ void flesh_fit_linear_destroy(flesh_fit_linear **linear)
     flesh_scene_destroy(&x->scene);
   }
   free(self->experiments);
-  free(self->nodes);
+  free(self->dofs);
   free(self->size_of);
   free(self->room[0]);
   free(self->room[1]);
@@ -233,7 +233,8 @@ static void visit(const linear_experiment *x, int s, each_datum *see, void *data
       double weights[2];
       const int count = places_of(x, &m->data[i], at, weights);
       for (int w = 0; w < count; w++)
-        if (at[w] == s) see(data, m, &m->data[i], row, weights[w] / m->data[i].deviation, of_probes ? first + m->data[i].quantity : -1);
+        if (at[w] == s)
+          see(data, m, &m->data[i], row, weights[w] / m->data[i].deviation, of_probes ? first + m->data[i].quantity : -1);
     }
     if (of_probes) first += m->quantity_count;
   }
@@ -278,6 +279,7 @@ static void give(void *data, const flesh_fit_measured *m, const flesh_fit_datum 
 int flesh_fit_linear_times(flesh_fit_linear *self, const double *u, double *y)
 {
   const flesh_fit *fit = self->fit;
+  const size_t each = 3 * (size_t)self->size;
   int status = FLESH_OK;
   memset(y, 0, (size_t)fit->count * sizeof *y);
   for (int e = 0; e < fit->experiment_count; e++) {
@@ -287,10 +289,8 @@ int flesh_fit_linear_times(flesh_fit_linear *self, const double *u, double *y)
       double *force = self->room[0], *dx = self->room[1];
       if (!state->at) continue;
       memset(force, 0, (size_t)self->n * sizeof *force);
-      for (int k = 0; k < fit->parameter_count; k++)
-        for (int a = 0; a < self->size; a++)
-          for (int c = 0; c < 3 && self->nodes[k * self->size + a] >= 0; c++)
-            force[3 * self->nodes[k * self->size + a] + c] += u[k] * state->forces[((size_t)k * (size_t)self->size + (size_t)a) * 3 + (size_t)c];
+      for (size_t i = 0; i < each * (size_t)fit->parameter_count; i++)
+        if (self->dofs[i] >= 0) force[self->dofs[i]] += u[i / each] * state->forces[i];
       status = flesh_sensitivity_respond(state->at, force, dx);
       self->fit->counts.linear++;
       if (!status) visit(x, s, take, &(product){.state = state, .n = self->n, .force = force, .dx = dx, .y = y});
@@ -302,6 +302,7 @@ int flesh_fit_linear_times(flesh_fit_linear *self, const double *u, double *y)
 int flesh_fit_linear_times_transposed(flesh_fit_linear *self, const double *y, double *u)
 {
   const flesh_fit *fit = self->fit;
+  const size_t each = 3 * (size_t)self->size;
   int status = FLESH_OK;
   double *lambda = malloc((size_t)self->n * sizeof *lambda);
   if (!lambda) return no_memory();
@@ -317,12 +318,8 @@ int flesh_fit_linear_times_transposed(flesh_fit_linear *self, const double *y, d
       visit(x, s, give, &(product){.state = state, .n = self->n, .from = y, .by_x = by_x, .answer = answer});
       status = flesh_sensitivity_adjoint(state->at, &(flesh_quantity){by_x, NULL}, lambda);
       self->fit->counts.linear++;
-      for (int k = 0; k < fit->parameter_count && !status; k++)
-        for (int a = 0; a < self->size; a++)
-          for (int c = 0; c < 3 && self->nodes[k * self->size + a] >= 0; c++) {
-            const size_t d = 3 * (size_t)self->nodes[k * self->size + a] + (size_t)c;
-            u[k] += (answer[d] - lambda[d]) * state->forces[((size_t)k * (size_t)self->size + (size_t)a) * 3 + (size_t)c];
-          }
+      for (size_t i = 0; i < each * (size_t)fit->parameter_count && !status; i++)
+        if (self->dofs[i] >= 0) u[i / each] += (answer[self->dofs[i]] - lambda[self->dofs[i]]) * state->forces[i];
     }
   }
   free(lambda);

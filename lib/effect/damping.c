@@ -109,7 +109,9 @@ static void damping_destroy(void *data)
       .jacobian = damping_jacobian,                                                                                    \
       .potential = damping_potential,                                                                                  \
       .destroy = damping_destroy,                                                                                      \
-      .library = &(const flesh_effect_private){.evaluate = damping_evaluate, .linear_in_v = 1, .instructions = damping_instructions},   \
+      .library = &(const flesh_effect_private){.evaluate = damping_evaluate,                                           \
+                                               .linear_in_v = 1,                                                       \
+                                               .instructions = damping_instructions},                                  \
       .figures = &(const flesh_effect_figures){.memory = damping_memory},                                              \
   }
 /* K at the lagged shape. */

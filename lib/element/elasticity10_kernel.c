@@ -22,6 +22,7 @@ typedef struct points {
   batch at[POINTS];
   flesh_real volume; /* of the tets */
   flesh_real J;      /* their means */
+  flesh_real share[3]; /* of the volume term at these, and its derivatives; where there is one */
   flesh_real multiplier; /* where the mean is held */
   double penalty;
 } points;
@@ -99,10 +100,18 @@ INLINE int volume_share(const flesh_volume_share *s, const flesh_material *mater
   return status;
 }
 
+static COMPILED_ONCE int find_share_of_mean(const flesh_batches *batches, points *p)
+{
+  const int material = p->at[0].t.material; /* of all points */
+  const flesh_volume_share *s = &batches->volume_shares[material];
+  return volume_share(s, &batches->materials[material], p->J, flesh_local_of_mean(s), p->share);
+}
+
 /* psi at every point, less what the mean bears of it and with the pressure of that; of a form of the singular values
  * these two alone. */
 static COMPILED_ONCE int find_psi_of_points(const flesh_batches *batches, int with_value, points *p)
 {
+  const int mean_status = batches->volume_shares ? find_share_of_mean(batches, p) : FLESH_OK;
   for (int q = 0; q < POINTS; q++) {
     batch *b = &p->at[q];
     int status = find_psi(batches, with_value, b);
@@ -110,26 +119,23 @@ static COMPILED_ONCE int find_psi_of_points(const flesh_batches *batches, int wi
     else if (status) return status;
     if (!batches->volume_shares) continue;
     const flesh_volume_share *s = &batches->volume_shares[b->t.material];
-    flesh_real own[3], mean[3];
+    flesh_real own[3];
     status = volume_share(s, b->material, b->J, s->local, own);
-    if (!status) status = volume_share(s, b->material, p->J, flesh_local_of_mean(s), mean);
-    if (status) return status;
+    if (status || mean_status) return status ? status : mean_status;
     b->psi.value -= own[0];
-    if (s->held) b->psi.J += p->penalty * mean[1] + p->multiplier - own[1];
-    else b->psi.J += mean[1] - own[1];
+    if (s->held) b->psi.J += p->penalty * p->share[1] + p->multiplier - own[1];
+    else b->psi.J += p->share[1] - own[1];
     b->psi.JJ -= own[2];
   }
   return FLESH_OK;
 }
 
-/* V S(J') and V S_JJ(J'), with the multiplier's term where the mean is held; where psi of the points has a value. */
+/* V S(J') and V S_JJ(J'), with the multiplier's term where the mean is held; after find_share_of_mean. */
 INLINE void mean_term(const flesh_batches *batches, const points *p, flesh_real *energy, flesh_real *stiffness)
 {
   const flesh_volume_share *s = &batches->volume_shares[p->at[0].t.material];
-  flesh_real mean[3];
-  volume_share(s, &batches->materials[p->at[0].t.material], p->J, flesh_local_of_mean(s), mean);
-  *energy = p->volume * mean[0];
-  *stiffness = p->volume * mean[2];
+  *energy = p->volume * p->share[0];
+  *stiffness = p->volume * p->share[2];
   if (!s->held) return;
   *energy = p->penalty * *energy + p->multiplier * p->volume * (p->J - 1);
   *stiffness *= p->penalty;
@@ -330,6 +336,7 @@ static COMPILED_ONCE void elastic_rows(const flesh_batches *batches, int tile, c
     flesh_real energy, stiffness;
     load(batches, k, x, &p);
     load_multipliers(batches, k, at, &p);
+    find_share_of_mean(batches, &p);
     mean_term(batches, &p, &energy, &stiffness);
     mean_gradient(&p, &b);
     stiffness = at->scale * (stiffness - batches->volume_shares[p.at[0].t.material].moderate * p.volume);

@@ -24,8 +24,9 @@ void flesh_mesh_refine_curved_faces(const flesh_mesh *mesh, const int *on, const
 
 /* The mesh with the faces `on` [4*tets], as flesh_mesh_find_curved_faces has them, on their surfaces: their corners and
  * the nodes on their edges are moved to the nearest points, of several surfaces to where these meet, and nodes on the
- * edge of another boundary face within its plane; nodes on other edges go along with the edges' ends. Returns new. Fails as flesh_mesh_create_quadratic does where the Jacobian of a tet is
- * then not positive all over it; FLESH_ERR_MEMORY. */
+ * edge of another boundary face within its plane; nodes on other edges go along with the edges' ends. Returns new.
+ * Fails as flesh_mesh_create_quadratic does where the Jacobian of a tet is then not positive all over it;
+ * FLESH_ERR_MEMORY. */
 int flesh_mesh_curve(const flesh_mesh *mesh, const flesh_nearest_surface *surfaces, const int *on, flesh_mesh **curved);
 
 #endif

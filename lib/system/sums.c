@@ -164,7 +164,8 @@ static int add_up(const flesh_system *system, int status, flesh_position_potenti
 static int sum_up(const flesh_position_potential sums[2], flesh_position_potential *by_position, double *phi,
                   double *magnitude)
 {
-  if (!by_position->known) *by_position = (flesh_position_potential){.known = 1, .phi = sums[1].phi, .magnitude = sums[1].magnitude};
+  if (!by_position->known)
+    *by_position = (flesh_position_potential){.known = 1, .phi = sums[1].phi, .magnitude = sums[1].magnitude};
   *phi = sums[0].phi + by_position->phi;
   *magnitude = sums[0].magnitude + by_position->magnitude;
   return isfinite(*phi) ? FLESH_OK : FLESH_NONFINITE;
