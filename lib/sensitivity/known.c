@@ -72,7 +72,8 @@ int flesh_trajectory_take_known(flesh_trajectory *self, const flesh_taken_part *
     if (known[k] && part->follows) part->follows = are_found(self->n, known[k], self->reached[k]);
   }
   /* An equilibrium whose load was raised in part, and then not found, is followed by no other. */
-  if (self->total && self->now.limit < 0 && self->integrator->method == FLESH_METHOD_STATIC && self->reached[FLESH_KNOWN_X] &&
+  const int rests = self->integrator->memory.method == FLESH_METHOD_STATIC;
+  if (self->total && self->now.limit < 0 && rests && self->reached[FLESH_KNOWN_X] &&
       !are_found(self->n, known[FLESH_KNOWN_X], self->reached[FLESH_KNOWN_X]))
     return self->tape.moved(self);
   if (part->follows) return FLESH_OK;

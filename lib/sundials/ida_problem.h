@@ -86,10 +86,10 @@ struct flesh_ida_problem {
   flesh_solve_stats stats;
 };
 
-/* Like flesh_vector_read, _open and _close, for vectors of 2*n, with the problem's room of that number. */
 /* flesh_ida_problem_create, unless a rank comes with a `status` other than FLESH_OK, of what it has made before. */
 int flesh_ida_problem_create_after(int status, const flesh_system *system, const flesh_solver_options *options,
                                    flesh_ida_problem **problem);
+/* Like flesh_vector_read, _open and _close, for vectors of 2*n, with the problem's room of that number. */
 const double *flesh_ida_read(const flesh_ida_problem *problem, N_Vector v, int partial, int room);
 double *flesh_ida_open(const flesh_ida_problem *problem, N_Vector v, int room);
 void flesh_ida_close(const flesh_ida_problem *problem, N_Vector v, const double *written);

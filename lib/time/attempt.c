@@ -35,13 +35,13 @@ static int check_end(flesh_integrator *self, const flesh_stage *stage, const fle
 {
   const flesh_system *system = self->evaluation->system;
   if (stage->shift.x == 1 && flesh_nonlinear_is_clear(self->nonlinear)) return FLESH_OK;
-  find_end(&(part_end){self, state}, flesh_nonlinear_unknowns(self->nonlinear), self->start);
+  find_end(&(part_end){self, state}, flesh_nonlinear_unknowns(self->nonlinear), self->part.x);
   if (stage->shift.x == 1)
-    return flesh_system_tunnelled(system, state->t, state->x, t_end, self->start) ? FLESH_UNDEFINED : FLESH_OK;
+    return flesh_system_tunnelled(system, state->t, state->x, t_end, self->part.x) ? FLESH_UNDEFINED : FLESH_OK;
   *blocked = flesh_system_max_feasible_step(system, self->evaluation->environment.proximity, stage->internal,
-                                            state->t, state->x, t_end, self->start) < 1;
+                                            state->t, state->x, t_end, self->part.x) < 1;
   if (*blocked) return FLESH_UNDEFINED;
-  return flesh_nonlinear_defined(self->nonlinear, t_end, self->start, state->v, self->energies, stats);
+  return flesh_nonlinear_defined(self->nonlinear, t_end, self->part.x, state->v, self->part.energies, stats);
 }
 
 /* Whether solves of at most so many iterations met nothing but a potential that is all but quadratic: then the next one
@@ -98,7 +98,7 @@ static void make_stage(flesh_integrator *self, const flesh_method_row *row, cons
   flesh_method_memory *memory = &self->memory;
   const flesh_state *lagged = memory->at > 0 ? &self->last_stage.at : flesh_integrator_stage(self, state);
   const int second = self->second;
-  self->trying = *part;
+  self->part.span = *part;
   row->stage(memory, state, part->end, part->h, stage);
   stage->t = flesh_before(stage->t, piece->event);
   stage->x_lag = lagged->x;
@@ -141,7 +141,7 @@ static void finish_part(flesh_integrator *self, const flesh_method_row *row, con
   if (!own) memory->before = 0;
   state->t = part->end;
   stats->steps++;
-  stats->order = !own || !second ? 1 : row->order ? row->order(memory) : flesh_method_order(self->method);
+  stats->order = !own || !second ? 1 : row->order ? row->order(memory) : flesh_method_order(self->memory.method);
   stats->h_last = part->h;
   if (!second) return;
   flesh_prescribed_finish(&self->prescribed, state->x, state->v);
@@ -161,8 +161,8 @@ static int begins_softer(flesh_integrator *self, const flesh_state *state)
 static int check_stage(flesh_integrator *self, const flesh_stage *stage, const flesh_state *state)
 {
   if (flesh_nonlinear_is_clear(self->nonlinear)) return FLESH_OK;
-  find_stage(self, stage, self->start, self->first.rigid);
-  return flesh_system_tunnelled(self->evaluation->system, state->t, state->x, stage->t, self->start) ? FLESH_UNDEFINED
+  find_stage(self, stage, self->part.x, self->first.rigid);
+  return flesh_system_tunnelled(self->evaluation->system, state->t, state->x, stage->t, self->part.x) ? FLESH_UNDEFINED
                                                                                                      : FLESH_OK;
 }
 
@@ -202,7 +202,7 @@ static int find_contact(flesh_integrator *self, double *with_lagged, double *wit
 static int check_friction(flesh_integrator *self, int *off)
 {
   static const double little = 0.05;
-  double *with_own = self->first.rigid, *with_lagged = self->start;
+  double *with_own = self->first.rigid, *with_lagged = self->part.x;
   int status = find_contact(self, with_lagged, with_own);
   if (status) return status;
   const double forces = flesh_norm(self->evaluation->threads, self->evaluation->n, with_own);
@@ -281,20 +281,20 @@ static int solve_stage(flesh_integrator *self, const trial *trial, const flesh_s
   const int controlled = is_controlled(self, trial);
   const double depth = trial->row->depth ? trial->row->depth(&self->memory) : 0;
   /* Steps that resolve the motion go on from where they are; softer materials would lead away first. */
-  if (self->memory.at == 0) self->softer = !(controlled && !self->control.failed) && begins_softer(self, state);
+  if (self->memory.at == 0) self->part.softer = !(controlled && !self->control.failed) && begins_softer(self, state);
   self->multipliers.allowed = controlled ? flesh_error_control_gap(&self->control) : 0;
-  if (controlled && !self->softer)
+  if (controlled && !self->part.softer)
     flesh_nonlinear_set_target(self->nonlinear, flesh_error_control_target(&self->control, &stage->shift, depth));
-  int status = self->softer
+  int status = self->part.softer
                    ? flesh_continuation_step(&self->continuation, stage, &from, end, guesses, stats)
                    : flesh_multipliers_solve(&self->multipliers, stage, &from, end, guesses, 0, stats);
   flesh_nonlinear_set_target(self->nonlinear, 0);
   if (!status) status = tell_solved(self, stage);
   if (!status)
-    status = last ? check_end(self, stage, state, trial->to, stats, &self->blocked) : check_stage(self, stage, state);
+    status = last ? check_end(self, stage, state, trial->to, stats, &self->part.blocked) : check_stage(self, stage, state);
   if (!status && (controlled ? self->lag.controlled : self->lag.most) > 1) {
     status = follow_lag(self, stage, &from, end, controlled, stats);
-    if (!status && last) status = check_end(self, stage, state, trial->to, stats, &self->blocked);
+    if (!status && last) status = check_end(self, stage, state, trial->to, stats, &self->part.blocked);
   }
   return status;
 }
@@ -303,7 +303,7 @@ static int solve_stage(flesh_integrator *self, const trial *trial, const flesh_s
  * the normal forces of a state before it: errors that no filtered estimate sees. */
 static int add_contact(flesh_integrator *self, const trial *trial, double weight)
 {
-  double *with_own = self->first.rigid, *with_lagged = self->start;
+  double *with_own = self->first.rigid, *with_lagged = self->part.x;
   if (!is_controlled(self, trial) || !flesh_system_has_role(self->evaluation->system, FLESH_ROLE_CONTACT) ||
       flesh_nonlinear_is_clear(self->nonlinear))
     return FLESH_OK;
@@ -361,20 +361,20 @@ static int count_energy(flesh_integrator *self, const trial *trial, const flesh_
   const size_t bytes = (size_t)before.effects * sizeof *before.energies;
   const int controlled = is_controlled(self, trial);
   flesh_state end = *state;
-  memcpy(self->energies_before, before.energies, bytes);
+  memcpy(self->part.energies_before, before.energies, bytes);
   int status = flesh_step_energy_count(energy, state);
   if (status) return status;
-  find_end(&(part_end){self, state}, flesh_nonlinear_unknowns(self->nonlinear), self->start);
+  find_end(&(part_end){self, state}, flesh_nonlinear_unknowns(self->nonlinear), self->part.x);
   trial->row->velocity(&self->memory, state, flesh_nonlinear_unknowns(self->nonlinear), trial->part->h, self->first.rigid);
   end.t = trial->part->end;
-  end.x = self->start;
+  end.x = self->part.x;
   end.v = self->first.rigid;
   if (self->second) flesh_prescribed_finish(&self->prescribed, end.x, end.v);
   if (self->multipliers.count) end.multipliers = self->multipliers.trial;
   status = flesh_step_energy_meet(energy, &end);
   if (status || !energy->second || !flesh_energy_watch_refuses(&self->watch, &before, controlled)) return status;
   self->watch = before;
-  memcpy(before.energies, self->energies_before, bytes);
+  memcpy(before.energies, self->part.energies_before, bytes);
   self->control.refusal = FLESH_REFUSED_BY_ENERGY;
   return FLESH_NOT_CONVERGED;
 }
@@ -394,9 +394,9 @@ int flesh_integrator_attempt(flesh_integrator *self, const flesh_method_row *row
   const flesh_solve_stats before_solve = *stats;
   flesh_stage stage = {.t = state->t};
   flesh_step_energy energy = {.watch = &self->watch, .nonlinear = self->nonlinear, .stage = &stage,
-                              .scratch = {self->start, self->first.extrapolated}, .second = second,
-                              .from = trial.from, .to = trial.to, .energies = self->energies};
-  self->blocked = 0;
+                              .scratch = {self->part.x, self->first.extrapolated}, .second = second,
+                              .from = trial.from, .to = trial.to, .energies = self->part.energies};
+  self->part.blocked = 0;
   if (self->tape) self->tape->try_part(self->tape->data);
   int status = solve_stages(self, &trial, state, &stage, &energy, stats);
   if (!status) status = judge_error(self, &trial, state, &stage, stats);

@@ -20,7 +20,7 @@ static int tell(const flesh_integrator *self, const flesh_state *state, const fl
 static int solve(flesh_integrator *self, flesh_state *state, flesh_stage *stage, double h, int halvings, int extensions,
                  flesh_solve_stats *stats)
 {
-  self->trying = (flesh_span){stage->t_lag, stage->t, h};
+  self->part.span = (flesh_span){stage->t_lag, stage->t, h};
   stage->internal = state->internal;
   int status = flesh_multipliers_solve(&self->multipliers, stage, state, NULL, NULL, extensions, stats);
   if (!status) status = flesh_multipliers_accept(&self->multipliers, stage, state);
@@ -87,10 +87,10 @@ static int solve_static(flesh_integrator *self, flesh_state *state, double h, fl
     flesh_method_finish(self->row, &self->memory, flesh_nonlinear_unknowns(self->nonlinear), h, state);
     state->t = stage.t;
   } else {
-    memcpy(self->start, state->x, (size_t)self->evaluation->n * sizeof *self->start);
+    memcpy(self->part.x, state->x, (size_t)self->evaluation->n * sizeof *self->part.x);
     if (status > 0) status = raise_load(self, state, h, stats);
     /* A part of the load is no equilibrium that was asked for. */
-    if (status) memcpy(state->x, self->start, (size_t)self->evaluation->n * sizeof *self->start);
+    if (status) memcpy(state->x, self->part.x, (size_t)self->evaluation->n * sizeof *self->part.x);
   }
   if (!status) memset(state->v, 0, (size_t)self->evaluation->n * sizeof *state->v);
   return status;

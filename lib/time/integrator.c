@@ -46,7 +46,7 @@ static flesh_lag choose_lag(const flesh_integrator *self, int order, int second)
 static int take_row(flesh_integrator *self, const flesh_method_row *row)
 {
   const flesh_system *system = self->evaluation->system;
-  const int order = flesh_method_order(self->method), second = order > 1 || row->acceleration;
+  const int order = flesh_method_order(self->memory.method), second = order > 1 || row->acceleration;
   double **vectors[5 + FLESH_METHOD_VECTORS], *all = NULL;
   flesh_last_stage last = {0};
   flesh_lag lag = choose_lag(self, order, second);
@@ -64,8 +64,8 @@ static int take_row(flesh_integrator *self, const flesh_method_row *row)
     vectors[count++] = &lag.u;
   }
   if (count > 0 && !(all = make_vectors(self, count, vectors))) return fail_memory(self);
-  free(self->of_method);
-  self->of_method = all;
+  free(self->memory.room);
+  self->memory.room = all;
   self->last_stage = last;
   self->lag = lag;
   self->row = row;
@@ -79,15 +79,14 @@ static int create_memory(flesh_integrator *self)
   const size_t effects = (size_t)flesh_system_effect_count(system) + 1;
   flesh_first_iterates *first = &self->first;
   flesh_method_memory *memory = &self->memory;
-  double **vectors[] = {&memory->v0, &memory->a0, &self->start, &first->extrapolated, &first->rigid};
+  double **vectors[] = {&memory->v0, &memory->a0, &self->part.x, &first->extrapolated, &first->rigid};
   memory->n = self->evaluation->n;
-  memory->method = self->method;
   flesh_method_options_default(&memory->options);
   self->costs.effects = calloc(effects, sizeof *self->costs.effects);
-  self->energies = calloc(2 * effects, sizeof *self->energies);
-  if (!make_vectors(self, sizeof vectors / sizeof vectors[0], vectors) || !self->costs.effects || !self->energies)
+  self->part.energies = calloc(2 * effects, sizeof *self->part.energies);
+  if (!make_vectors(self, sizeof vectors / sizeof vectors[0], vectors) || !self->costs.effects || !self->part.energies)
     return fail_memory(self);
-  self->energies_before = self->energies + effects;
+  self->part.energies_before = self->part.energies + effects;
   int status = flesh_evaluation_keep_state(self->evaluation);
   if (!status) status = take_row(self, self->row);
   if (!status && self->row->stage && !self->row->stages)
@@ -106,9 +105,9 @@ static int create_together(flesh_integrator *self)
   if (status) return status;
   status = flesh_recovery_meet(&self->recovery);
   const int softens =
-      flesh_continuation_create(self->nonlinear, &self->multipliers, self->start, &self->continuation);
+      flesh_continuation_create(self->nonlinear, &self->multipliers, self->part.x, &self->continuation);
   if (!status) status = softens;
-  if (self->method == FLESH_METHOD_IDA)
+  if (self->memory.method == FLESH_METHOD_IDA)
     status = flesh_ida_steps_create_after(status, self->evaluation, &self->options, &self->watch, &self->ida);
   self->watch.limit = max_energy_gain;
   self->evaluation->environment.costs = &self->costs;
@@ -129,7 +128,7 @@ int flesh_integrator_create(const flesh_system *system, flesh_method method,
   if (status) return status;
   flesh_integrator *self = calloc(1, sizeof *self);
   if (self) {
-    self->method = method;
+    self->memory.method = method;
     self->row = row;
     self->options = *options;
     self->nonlinear = nonlinear;
@@ -160,9 +159,9 @@ void flesh_integrator_destroy(flesh_integrator **integrator)
   flesh_ida_steps_destroy(&(*integrator)->ida);
   flesh_prescribed_clear(&(*integrator)->prescribed);
   free((*integrator)->memory.v0); /* and all others of that block */
-  free((*integrator)->of_method);
+  free((*integrator)->memory.room);
   free((*integrator)->costs.effects);
-  free((*integrator)->energies);
+  free((*integrator)->part.energies);
   flesh_rigid_parts_clear(&(*integrator)->first.parts);
   flesh_extrapolation_clear(&(*integrator)->first.extrapolation);
   flesh_energy_watch_clear(&(*integrator)->watch);
@@ -186,12 +185,12 @@ int flesh_integrator_set_method_options(flesh_integrator *integrator,
 
 flesh_method flesh_integrator_method(const flesh_integrator *integrator)
 {
-  return integrator->method;
+  return integrator->memory.method;
 }
 
 flesh_progress flesh_integrator_progress(const flesh_integrator *self)
 {
-  flesh_progress progress = {.t = self->trying.begin, .h = self->trying.h};
+  flesh_progress progress = {.t = self->part.span.begin, .h = self->part.span.h};
   if (self->ida) flesh_ida_steps_progress(self->ida, &progress);
   else flesh_nonlinear_progress(self->nonlinear, &progress);
   return progress;
@@ -234,11 +233,11 @@ int flesh_integrator_set_adaptive(flesh_integrator *integrator, const flesh_adap
   if (integrator->ida) return flesh_ida_steps_set_options(integrator->ida, options);
   int status = flesh_adaptive_options_check(options);
   if (status) return status;
-  const flesh_method_row *own = flesh_method_find(integrator->method),
-                         *controlled = flesh_method_controlled(integrator->method);
-  if (options->control && !controlled && integrator->method != FLESH_METHOD_STATIC)
+  const flesh_method_row *own = flesh_method_find(integrator->memory.method),
+                         *controlled = flesh_method_controlled(integrator->memory.method);
+  if (options->control && !controlled && integrator->memory.method != FLESH_METHOD_STATIC)
     return flesh_fail(FLESH_ERR_ARGUMENT, "the error of %s is not estimated, so that a tolerance cannot choose its steps",
-                      flesh_method_name(integrator->method));
+                      flesh_method_name(integrator->memory.method));
   flesh_adaptive_options taken = *options;
   taken.control = options->control && controlled;
   const flesh_method_row *row = taken.control ? controlled : own;
@@ -363,11 +362,11 @@ static int take_step(flesh_integrator *self, flesh_state *state, flesh_step_plac
   if (untangler && place->at_begin) flesh_untangler_before_step(untangler, state);
   self->watch.step = h;
   if (self->ida) status = step_by_ida(self, state, h, stats);
-  else if (self->method == FLESH_METHOD_STATIC) {
+  else if (self->memory.method == FLESH_METHOD_STATIC) {
     status = flesh_integrator_pass(self, state, place);
     if (!status) status = flesh_integrator_find_equilibrium(self, state, h, stats);
   } else status = flesh_integrator_step_in_time(self, state, place, stats);
-  if (!status && untangler && self->method != FLESH_METHOD_STATIC) return untangle(self, state, h, stats);
+  if (!status && untangler && self->memory.method != FLESH_METHOD_STATIC) return untangle(self, state, h, stats);
   if (status == FLESH_ERR_INTEGRATOR || status > 0) flesh_energy_watch_last(&self->watch, state);
   if (status <= 0 || self->ida) return status;
   return flesh_recovery_fail(&self->recovery);
@@ -383,7 +382,7 @@ int flesh_integrator_step(flesh_integrator *self, flesh_state *state, double h, 
   FLESH_NEED({self, "integrator"}, {state, "state"});
   flesh_solve_stats ignored = {0};
   flesh_state view;
-  if (!(h >= 0 && h < INFINITY) || (h == 0 && self->method != FLESH_METHOD_STATIC))
+  if (!(h >= 0 && h < INFINITY) || (h == 0 && self->memory.method != FLESH_METHOD_STATIC))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the step is %g s; it must be positive and finite", h);
   int status = flesh_multipliers_view(&self->multipliers, state, &view);
   if (!status) status = flesh_internals_view(&self->internals, &view);

@@ -42,9 +42,18 @@ typedef struct flesh_last_stage {
   flesh_state at; /* {t, x, v} where its forces balance */
 } flesh_last_stage;
 
+/* The part of a step, or the equilibrium, under way. */
+typedef struct flesh_part_tried {
+  flesh_span span;
+  int softer;              /* its stages go through softer materials */
+  int blocked;             /* an obstacle bars its end, though not its stage */
+  double *x;               /* [n] the end that a stage leads to; where a static solve with increments began */
+  double *energies;        /* [effects] at the end of a step that is not its stage, J */
+  double *energies_before; /* [effects] where the step began, J */
+} flesh_part_tried;
+
 struct flesh_integrator {
   flesh_evaluation *evaluation; /* the run's: that of `nonlinear` */
-  flesh_method method;
   const flesh_method_row *row;
   int second; /* steps end at events, and constrained dofs follow the prescribed motion itself */
   flesh_method_memory memory;
@@ -56,13 +65,7 @@ struct flesh_integrator {
   flesh_first_iterates first;
   flesh_lag lag;
   flesh_last_stage last_stage;
-  double *of_method; /* the memory's vectors and those of `last_stage` and `lag`, in one block */
-  double *energies; /* [effects] at the end of a step that is not its stage, J */
-  double *energies_before; /* [effects] where the step began, J */
-  double *start;    /* [n] where a static solve with increments began; the end that a stage leads to */
-  flesh_span trying; /* the part of a step under way */
-  int softer;        /* the part's stages go through softer materials */
-  int blocked;       /* an obstacle bars the end of the part tried last, though not its stage */
+  flesh_part_tried part;
   flesh_error_control control; /* of methods that estimate their error; off unless asked for */
   flesh_costs costs;
   flesh_ida_steps *ida; /* NULL: another method */

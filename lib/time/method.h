@@ -21,6 +21,7 @@ typedef struct flesh_method_memory {
   flesh_method_options options;
   double *v0, *a0;                       /* [n] room for the stage's base */
   double *vectors[FLESH_METHOD_VECTORS]; /* [n] row->vectors of them are there */
+  double *room;                          /* where they lie, with others that the method needs; owned */
   /* Whether the vectors belong to the state at hand; 0 at the start, after an event and when the caller hands
    * another state than it was given back. */
   int known;

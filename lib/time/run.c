@@ -159,7 +159,7 @@ static int is_finite(const watch *w, const flesh_state *state)
  * can be. */
 static int explain(watch *w, const flesh_integrator *integrator, const flesh_state *state, double target, int status)
 {
-  double *x = integrator->start; /* of the step that failed, not needed any more */
+  double *x = integrator->part.x; /* of the step that failed, not needed any more */
   if (!flesh_system_limits_step(w->system)) return status;
   memcpy(x, state->x, sizeof *x * (size_t)flesh_system_unknowns(w->system));
   flesh_system_push_out(w->system, state->t, state->x, target, x);

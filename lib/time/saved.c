@@ -47,7 +47,7 @@ static uint64_t sum_of_solver(const flesh_solver_options *options)
 
 static header header_of(const flesh_integrator *self, size_t bytes)
 {
-  header h = {.order = ORDER, .format = FORMAT, .method = (int32_t)self->method, .unknowns = self->evaluation->n,
+  header h = {.order = ORDER, .format = FORMAT, .method = (int32_t)self->memory.method, .unknowns = self->evaluation->n,
               .sizes = sizeof(double) << 24 | sizeof(long) << 16 | sizeof(int) << 8 | sizeof(void *),
               .tets = flesh_mesh_tet_count(flesh_system_mesh(self->evaluation->system)),
               .effects = flesh_system_effect_count(self->evaluation->system),

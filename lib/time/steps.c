@@ -143,7 +143,7 @@ static int needs_euler(const flesh_integrator *self, const flesh_cutbacks *cutba
   enum { HALVINGS = 3 };
   const int most = self->recovery.max_cutbacks < HALVINGS ? self->recovery.max_cutbacks : HALVINGS;
   const int lasts = self->control.on ? flesh_error_control_keeps_gaining(&self->control) : cutbacks->depth >= most;
-  return self->blocked || (self->control.refusal == FLESH_REFUSED_BY_ENERGY && lasts);
+  return self->part.blocked || (self->control.refusal == FLESH_REFUSED_BY_ENERGY && lasts);
 }
 
 /* Whether the acceleration at the start would by itself take a node farther than an edge within the first step: bodies
@@ -180,7 +180,7 @@ static int take_part(flesh_integrator *self, flesh_state *state, const flesh_pie
     return flesh_integrator_attempt(self, &flesh_method_backward_euler, state, piece, cutbacks, stats);
   int status = flesh_integrator_attempt(self, self->row, state, piece, cutbacks, stats);
   if (!needs_euler(self, cutbacks)) return status;
-  const int blocked = self->blocked;
+  const int blocked = self->part.blocked;
   self->control.refusal = FLESH_REFUSED_BY_NOTHING;
   status = flesh_integrator_attempt(self, &flesh_method_backward_euler, state, piece, cutbacks, stats);
   if (blocked) stats->impact_steps += status == FLESH_OK;
@@ -235,7 +235,7 @@ static int take_controlled(flesh_integrator *self, flesh_state *state, const fle
   const double left = piece->end - state->t, known = self->memory.known ? self->memory.h : INFINITY;
   const double h = fmin(flesh_error_control_propose(control, left), row->growth > 0 ? row->growth * known : INFINITY);
   const flesh_cutbacks only = {.part = {state->t, h < left ? state->t + h : piece->end, h}};
-  const int order = row->order ? row->order(&self->memory) : flesh_method_order(self->method);
+  const int order = row->order ? row->order(&self->memory) : flesh_method_order(self->memory.method);
   const int stages = row->stages ? row->stages(&self->memory) : 1;
   flesh_error_control_aim(control, order);
   int status = take_part(self, state, piece, &only, stats);
