@@ -16,8 +16,8 @@ static const char details[] =
     "Finds the parameters with which scenes come closest to measurements, as SPEC, in YAML, says: experiments (each a\n"
     "scene with what was measured of it), and parameters (keys of the scenes). Writes into DIR: result.json (parameters\n"
     "with standard errors, 95 % intervals, covariance and correlation; what is not determined, in words), fit.csv (each\n"
-    "measured number with the fitted one), fit.png, scenes/ (fitted), runs/ (the last run of each experiment) and points/\n"
-    "(every run: what --resume goes on with).\n\n"
+    "measured number with the fitted one), fit.png, scenes/ (fitted), runs/ (the last run of each experiment) and fit.db\n"
+    "(every run, in SQLite: what --resume goes on with).\n\n"
     "  experiments:\n"
     "    - name: pull\n"
     "      scene: pull.yaml\n"
@@ -29,8 +29,8 @@ static const char details[] =
 /* Nothing that is written may replace what is read. */
 static int spare_inputs(const flesh_fit *fit)
 {
-  static const char *const names[] = {"result.json", "fit.csv", "map.csv", "tets.csv", "map.vtu", "fit.dat", "fit.gp", "fit.png", NULL};
-  static const char *const folders[] = {"points", "runs", "scenes", NULL};
+  static const char *const names[] = {"result.json", "fit.csv", "map.csv", "tets.csv", "map.vtu", "fit.dat", "fit.gp", "fit.png", "fit.db", NULL};
+  static const char *const folders[] = {"runs", "scenes", NULL};
   flesh_inputs inputs = {0};
   flesh_inputs_add(&inputs, fit->path);
   for (int e = 0; e < fit->experiment_count; e++) {
@@ -94,10 +94,10 @@ static int read_and_find(const char *path, flesh_fit *fit, int resume)
 
 int flesh_command_fit(int argc, char **argv)
 {
-  flesh_fit fit = {.out = "out/fit", .argc = argc};
+  flesh_fit fit = {.out = "out/fit", .argc = argc, .store = {.lock = -1}};
   int resume = 0, count;
   const flesh_option rows[] = {{"out", "DIR", FLESH_OPTION_TEXT, &fit.out, "folder of the results (default out/fit)"},
-                               {"resume", NULL, FLESH_OPTION_SWITCH, &resume, "go on with the runs in DIR/points, or begin"},
+                               {"resume", NULL, FLESH_OPTION_SWITCH, &resume, "go on with DIR/fit.db, or begin"},
                                {"quiet", NULL, FLESH_OPTION_SWITCH, &fit.quiet, "print errors only"},
                                {0}};
   char *text = flesh_settings_help(details, flesh_fit_describe_keys, ""), **words = malloc(((size_t)argc + 1) * sizeof *words);

@@ -18,13 +18,12 @@ void flesh_fit_difference(const flesh_fit_parameter *parameter, double p, double
 
 static int run_changed(flesh_fit *fit, int experiment, double *p, int k, double value, double *values, int *good)
 {
-  const flesh_fit_run *run;
+  char why[FLESH_FIT_WORDS];
   const double kept = p[k];
   p[k] = value;
-  const int status = flesh_fit_run_at(fit, experiment, p, &run);
+  const int status = flesh_fit_values_at(fit, experiment, p, values, why);
   p[k] = kept;
-  *good = !status && run->values;
-  if (*good) memcpy(values, run->values, (size_t)fit->experiments[experiment].count * sizeof *values);
+  *good = !status && !*why;
   return status;
 }
 
@@ -75,22 +74,16 @@ int flesh_fit_evaluate(flesh_fit *fit, const double *p, double *values, double *
   if (jacobian) memset(jacobian, 0, (size_t)fit->count * (size_t)fit->parameter_count * sizeof *jacobian);
   for (int k = 0; k < fit->experiment_count && !status && *good; k++) {
     const flesh_fit_experiment *e = &fit->experiments[k];
-    const flesh_fit_run *run;
-    status = flesh_fit_run_at(fit, k, p, &run);
-    if (status) return status;
-    *good = run->values != NULL;
-    if (!*good) snprintf(why, FLESH_FIT_WORDS, "the experiment %.60s: %.300s", e->name, run->message);
-    else memcpy(values + e->first, run->values, (size_t)e->count * sizeof *values);
-    if (*good && jacobian) {
-      status = flesh_fit_tangents_at(fit, k, p, &run);
-      if (status) return status;
-      if (run->tangents)
-        memcpy(jacobian + (size_t)e->first * (size_t)fit->parameter_count, run->tangents,
-               (size_t)e->count * (size_t)fit->parameter_count * sizeof *jacobian);
-      else status = differentiate_all(fit, k, p, jacobian, good);
-      if (!status && !*good)
-        snprintf(why, FLESH_FIT_WORDS, "the experiment %.60s cannot be run with parameters a little larger or smaller", e->name);
-    }
+    double *rows = jacobian ? jacobian + (size_t)e->first * (size_t)fit->parameter_count : NULL;
+    char words[FLESH_FIT_WORDS];
+    status = flesh_fit_values_at(fit, k, p, values + e->first, words);
+    *good = !status && !*words;
+    if (!status && !*good) snprintf(why, FLESH_FIT_WORDS, "the experiment %.60s: %.300s", e->name, words);
+    if (!*good || !jacobian) continue;
+    if (!*e->differences) status = flesh_fit_tangents_at(fit, k, p, rows);
+    if (!status && *e->differences) status = differentiate_all(fit, k, p, jacobian, good);
+    if (!status && !*good)
+      snprintf(why, FLESH_FIT_WORDS, "the experiment %.60s cannot be run with parameters a little larger or smaller", e->name);
   }
   return status;
 }

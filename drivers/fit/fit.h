@@ -9,6 +9,7 @@
 #include "plot/curves.h"
 #include "study/fingerprint.h"
 #include "study/settings.h"
+#include "study/study.h"
 
 enum { FLESH_FIT_PARAMETERS = 256, FLESH_FIT_WORDS = 400 };
 
@@ -83,22 +84,6 @@ typedef struct flesh_fit_experiment {
   flesh_fit_kept kept;
 } flesh_fit_experiment;
 
-/* A run that was made, or read back: an experiment at parameters. */
-typedef struct flesh_fit_run {
-  int experiment;
-  double *p;        /* [parameters] */
-  double *values;   /* [count of the experiment]; NULL where the run failed */
-  double *tangents; /* [count * parameters] derivatives of the values by parameters, by rows; NULL: none were made */
-  char message[FLESH_FIT_WORDS]; /* why it failed */
-} flesh_fit_run;
-
-typedef struct flesh_fit_counts {
-  int runs, failed, read_back; /* made now; of all those that were used; read back */
-  int with_tangents;           /* of those used, entries that add tangents to a run */
-  int linear;                  /* solves for tangents, made now */
-  double cpu_s;                /* of all runs, those read back too */
-} flesh_fit_counts;
-
 typedef struct flesh_fit_map flesh_fit_map; /* map.h */
 
 typedef struct flesh_fit {
@@ -115,10 +100,13 @@ typedef struct flesh_fit {
   int quiet;
   int argc;
   char **argv;
-  /* Runs so far. */
-  int run_count, run_room, written; /* written: files */
-  flesh_fit_run *runs;
-  flesh_fit_counts counts;
+  /* Runs so far (runs.c). */
+  flesh_study study;
+  flesh_study_store store;
+  char fingerprint[FLESH_STUDY_FINGERPRINT];
+  const char *asked[3]; /* the case that is asked for, by the columns */
+  json_t *record;       /* of that case; NULL: it is to be made */
+  int made, linear;     /* runs, and linear solves for derivatives, of this process */
 } flesh_fit;
 
 /* Reads and checks a spec, its scenes and its measurements. FLESH_ERR_ARGUMENT with file, line, key, value and what is
@@ -143,9 +131,10 @@ void flesh_fit_overrides_free(int count, char **overrides);
 
 /* Looks whether the runs of an experiment will have what was measured. */
 int flesh_fit_try(flesh_fit *fit, int experiment);
-/* Runs an experiment at p in DIR/runs/NAME: values [count] of what was measured. FLESH_OK also where the run failed: then
- * run->values is NULL, and its message says why. */
-int flesh_fit_make_run(flesh_fit *fit, flesh_fit_run *run, double *cpu_s);
+/* Runs an experiment at p in DIR/runs/NAME: values [count] of what was measured. FLESH_OK also where the run failed: `why`
+ * then says so, and else is empty. */
+int flesh_fit_make_run(flesh_fit *fit, int experiment, const double *p, double *values, char why[FLESH_FIT_WORDS],
+                       double *cpu_s);
 
 /* Keeps the states of a run that are needed. An observer's function; of a flesh_fit_experiment. */
 int flesh_fit_keep(void *experiment, const flesh_step_record *record);
@@ -169,16 +158,17 @@ int flesh_fit_take(const flesh_fit_experiment *e, const char *folder, const doub
 char *flesh_fit_scratch(const flesh_fit *fit, const flesh_fit_experiment *e);
 void flesh_fit_scratch_remove(char *folder);
 
-/* Begins with the runs that DIR/points keeps, or with none. FLESH_ERR_ARGUMENT where they are of another fit. */
+/* Begins with the runs that DIR/fit.db keeps, or with none. FLESH_ERR_ARGUMENT where they are of another fit. */
 int flesh_fit_runs_open(flesh_fit *fit, int resume);
-/* The run of an experiment at p, made where it is not there; written before this returns. *run belongs to the fit and
- * lasts until the next call. */
-int flesh_fit_run_at(flesh_fit *fit, int experiment, const double *p, const flesh_fit_run **run);
-
+/* Values [count] of a run at p, made where it is not there; written before this returns. `why` is empty, or why it failed. */
+int flesh_fit_values_at(flesh_fit *fit, int experiment, const double *p, double *values, char why[FLESH_FIT_WORDS]);
+/* The derivatives [count * parameters] of the same by tangents; where there are none the experiment's `differences` says why. */
+int flesh_fit_tangents_at(flesh_fit *fit, int experiment, const double *p, double *tangents);
 /* The kept equilibria become those of a run at p, which is made again where they are not. */
 int flesh_fit_keep_at(flesh_fit *fit, int experiment, const double *p);
-/* Finds a run as flesh_fit_run_at does, with tangents: run->tangents is NULL only where the experiment has none. */
-int flesh_fit_tangents_at(flesh_fit *fit, int experiment, const double *p, const flesh_fit_run **run);
+/* New object of how many runs there are, and what they took. */
+json_t *flesh_fit_runs_json(const flesh_fit *fit);
+int flesh_fit_runs_used(const flesh_fit *fit);
 
 /* Values [count] of all experiments at p and, where `jacobian` is not NULL, their derivatives by p [count * parameters], by
  * rows. *good is 0 where a run failed; its words are then `why`. */

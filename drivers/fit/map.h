@@ -45,7 +45,7 @@ int flesh_fit_map_write(const flesh_fit *fit, const char *path, const double *p)
 
 /* The measured numbers, linearised at values p of the map: products of its derivatives by q. */
 typedef struct flesh_fit_linear flesh_fit_linear;
-/* Makes the runs at p where they are not there. Returns new. FLESH_ERR_SOLVE where a run fails; FLESH_ERR_MEMORY. */
+/* Makes the runs at p again whose equilibria are not kept. Returns new. FLESH_ERR_SOLVE where a run fails; FLESH_ERR_MEMORY. */
 int flesh_fit_linear_create(flesh_fit *fit, const double *p, flesh_fit_linear **linear);
 void flesh_fit_linear_destroy(flesh_fit_linear **linear);
 /* y [measured numbers] = J u, each over its deviation, u [count]. */
@@ -76,8 +76,9 @@ typedef struct flesh_fit_map_found {
 } flesh_fit_map_found;
 
 /* A stage of an earlier run of the fit, with its map p [count], and whether it is there. FLESH_ERR_FILE. */
-int flesh_fit_stage_read(const flesh_fit *fit, int number, flesh_fit_stage *stage, double *p, int *there);
-int flesh_fit_stage_write(const flesh_fit *fit, int number, const flesh_fit_stage *stage, const double *p);
+int flesh_fit_stage_read(flesh_fit *fit, int number, flesh_fit_stage *stage, double *p, int *there);
+/* Writes one that began at that wall time, s. */
+int flesh_fit_stage_write(flesh_fit *fit, int number, double began, const flesh_fit_stage *stage, const double *p);
 
 /* Searches the map. FLESH_ERR_SOLVE where the start cannot be run. */
 int flesh_fit_map_search(flesh_fit *fit, flesh_fit_map_found *found);

@@ -126,7 +126,7 @@ static int find_columns(flesh_fit_linear *self, linear_experiment *x, linear_sta
       status = flesh_sensitivity_adjoint(state->at, &(flesh_quantity){asked.by_x, asked.of_residual}, own->answer);
       for (int d = 0; d < self->n; d++) own->answer[d] = (asked.of_residual ? asked.of_residual[d] : 0) - own->answer[d];
       flesh_asked_clear(&asked);
-      self->fit->counts.linear++;
+      self->fit->linear++;
     }
   return status;
 }
@@ -135,11 +135,8 @@ static int linearise(flesh_fit_linear *self, int experiment, const double *p)
 {
   flesh_fit *fit = self->fit;
   linear_experiment *x = &self->experiments[experiment];
-  const flesh_fit_run *run;
   x->e = &fit->experiments[experiment];
-  int status = flesh_fit_run_at(fit, experiment, p, &run);
-  if (!status && !run->values) status = flesh_fail(FLESH_ERR_SOLVE, "the experiment %.60s: %.300s", x->e->name, run->message);
-  if (!status) status = flesh_fit_keep_at(fit, experiment, p);
+  int status = flesh_fit_keep_at(fit, experiment, p);
   if (!status) status = flesh_fit_scene_at(fit, experiment, p, &x->scene);
   if (status) return status;
   const flesh_fit_kept *kept = &x->e->kept;
@@ -292,7 +289,7 @@ int flesh_fit_linear_times(flesh_fit_linear *self, const double *u, double *y)
       for (size_t i = 0; i < each * (size_t)fit->parameter_count; i++)
         if (self->dofs[i] >= 0) force[self->dofs[i]] += u[i / each] * state->forces[i];
       status = flesh_sensitivity_respond(state->at, force, dx);
-      self->fit->counts.linear++;
+      self->fit->linear++;
       if (!status) visit(x, s, take, &(product){.state = state, .n = self->n, .force = force, .dx = dx, .y = y});
     }
   }
@@ -317,7 +314,7 @@ int flesh_fit_linear_times_transposed(flesh_fit_linear *self, const double *y, d
       memset(answer, 0, (size_t)self->n * sizeof *answer);
       visit(x, s, give, &(product){.state = state, .n = self->n, .from = y, .by_x = by_x, .answer = answer});
       status = flesh_sensitivity_adjoint(state->at, &(flesh_quantity){by_x, NULL}, lambda);
-      self->fit->counts.linear++;
+      self->fit->linear++;
       for (size_t i = 0; i < each * (size_t)fit->parameter_count && !status; i++)
         if (self->dofs[i] >= 0) u[i / each] += (answer[self->dofs[i]] - lambda[self->dofs[i]]) * state->forces[i];
     }

@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "base/error.h"
 #include "base/text.h"
 #include "fit/map.h"
@@ -194,11 +195,12 @@ static int make_stage(searching *s, double weight, double *p)
 {
   flesh_fit_map_found *found = s->found;
   flesh_fit_stage *stage = &found->stages[found->stage_count];
+  const double began = flesh_wall_seconds();
   *stage = (flesh_fit_stage){.weight = weight};
   int there, status = flesh_fit_stage_read(s->fit, found->stage_count + 1, stage, p, &there);
   if (!status && !there) {
     status = search_with(s, p, stage);
-    if (!status) status = flesh_fit_stage_write(s->fit, found->stage_count + 1, stage, p);
+    if (!status) status = flesh_fit_stage_write(s->fit, found->stage_count + 1, began, stage, p);
   }
   if (!status) tell(s, stage), found->stage_count++;
   return status;

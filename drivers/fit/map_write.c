@@ -187,7 +187,7 @@ static void print(const report *r)
   json_array_foreach(r->sentences, index, sentence) printf("%s\n", json_string_value(sentence));
   if (*r->found->words) printf("%s\n", r->found->words);
   printf("%d measured numbers, residuals %.4g times their deviations, weight %.4g, %d runs, %d linear solves\nresults: %s\n", fit->count,
-         r->scale, r->stage->weight, fit->run_count, fit->counts.linear, fit->out);
+         r->scale, r->stage->weight, flesh_fit_runs_used(fit), fit->linear, fit->out);
 }
 
 int flesh_fit_map_report(flesh_fit *fit, const flesh_fit_map_found *found)

@@ -171,7 +171,7 @@ int flesh_fit_motion_tangents(flesh_fit *fit, int experiment, const double *p, d
     if (!e->acts[k]) continue;
     f.to = tangents + k;
     status = differentiate(&f, fit, experiment, p, k, trajectory);
-    fit->counts.linear += flesh_trajectory_get_costs(trajectory).parts;
+    fit->linear += flesh_trajectory_get_costs(trajectory).parts;
   }
   flesh_trajectory_destroy(&trajectory);
   flesh_integrator_destroy(&integrator);

@@ -212,20 +212,16 @@ int flesh_fit_take(const flesh_fit_experiment *e, const char *folder, const doub
 }
 
 /* The values of a run that has ended well, by its tables and its last state. */
-static int take(const flesh_fit_experiment *e, const char *folder, flesh_fit_run *run)
+static int take(const flesh_fit_experiment *e, const char *folder, double *values, char why[FLESH_FIT_WORDS])
 {
   char *path = flesh_text_new("%s/state.txt", folder);
   const size_t size = 3 * (size_t)e->nodes * sizeof(double);
   flesh_state state = {.x = malloc(size), .v = malloc(size)};
-  run->values = calloc((size_t)e->count, sizeof *run->values);
-  int status = path && state.x && state.v && run->values ? flesh_state_read(path, e->nodes, &state) : no_memory();
-  if (!status) status = flesh_fit_take(e, folder, state.x, run->values);
-  for (int d = 0; d < e->count && !status && run->values; d++) {
-    if (isfinite(run->values[d])) continue;
-    snprintf(run->message, sizeof run->message, "measured number %d of the experiment %s is not finite in its run", d + 1, e->name);
-    free(run->values);
-    run->values = NULL;
-  }
+  int status = path && state.x && state.v ? flesh_state_read(path, e->nodes, &state) : no_memory();
+  if (!status) status = flesh_fit_take(e, folder, state.x, values);
+  for (int d = 0; d < e->count && !status && !*why; d++)
+    if (!isfinite(values[d]))
+      snprintf(why, FLESH_FIT_WORDS, "measured number %d of the experiment %s is not finite in its run", d + 1, e->name);
   free(state.x);
   free(state.v);
   free(path);
@@ -239,33 +235,35 @@ static int is_of_parameters(int status)
          status == FLESH_ERR_ENERGY;
 }
 
-int flesh_fit_make_run(flesh_fit *fit, flesh_fit_run *run, double *cpu_s)
+int flesh_fit_make_run(flesh_fit *fit, int experiment, const double *p, double *values, char why[FLESH_FIT_WORDS],
+                       double *cpu_s)
 {
-  flesh_fit_experiment *e = &fit->experiments[run->experiment];
+  flesh_fit_experiment *e = &fit->experiments[experiment];
+  const size_t size = (size_t)fit->parameter_count * sizeof *p;
+  const int keeps = !*e->differences && !e->moves;
   const flesh_observer keeper = {flesh_fit_keep, e};
   flesh_scene *scene = NULL;
   flesh_figures figures = {0};
   flesh_outcome outcome = {0};
   char *folder = folder_of(fit, e);
-  *cpu_s = 0;
+  *cpu_s = *why = 0;
   if (!folder) return no_memory();
-  int status = flesh_fit_scene_at(fit, run->experiment, run->p, &scene);
+  int status = flesh_fit_scene_at(fit, experiment, p, &scene);
   const int refused = status == FLESH_ERR_ARGUMENT;
   if (!status) {
     const flesh_runner_options options = {.out = folder, .scene_path = e->scene, .quiet = 1, .no_frames = 1,
-                                          .observer_count = !*e->differences && !e->moves, .observers = &keeper,
-                                          .argc = fit->argc, .argv = fit->argv};
+                                          .observer_count = keeps, .observers = &keeper, .argc = fit->argc, .argv = fit->argv};
     flesh_fit_kept_clear(&e->kept);
     status = flesh_runner_run(scene, &options, &figures, &outcome);
     *cpu_s = figures.cpu_s;
     flesh_figures_close(&figures);
   }
-  if (!status) status = take(e, folder, run);
-  if (!status && run->values && !*e->differences && !e->moves) {
-    e->kept.p = malloc((size_t)fit->parameter_count * sizeof *e->kept.p);
-    if (e->kept.p) memcpy(e->kept.p, run->p, (size_t)fit->parameter_count * sizeof *e->kept.p);
+  if (!status) status = take(e, folder, values, why);
+  if (!status && !*why && keeps) {
+    e->kept.p = malloc(size);
+    if (e->kept.p) memcpy(e->kept.p, p, size);
   } else if (refused || is_of_parameters(status)) {
-    snprintf(run->message, sizeof run->message, "%.300s", *outcome.message ? outcome.message : flesh_error_text());
+    snprintf(why, FLESH_FIT_WORDS, "%.300s", *outcome.message ? outcome.message : flesh_error_text());
     status = FLESH_OK;
   }
   flesh_scene_destroy(&scene);

@@ -130,7 +130,7 @@ int flesh_fit_tangents(flesh_fit *fit, int experiment, double *tangents)
     if (e->acts[k]) status = differentiate(&t, k, tangents);
   for (int r = 0; r < e->kept.count && t.at; r++) flesh_sensitivity_destroy(&t.at[r]);
   flesh_scene_destroy(&t.scene);
-  fit->counts.linear += t.solves;
+  fit->linear += t.solves;
   flesh_fit_scratch_remove(t.folder);
   free(t.at);
   free(t.dx);

@@ -71,20 +71,12 @@ static json_t *experiments_json(const flesh_fit *fit, const double *p, const dou
   return list;
 }
 
-static int runs_used(const flesh_fit *fit) { return fit->run_count - fit->counts.with_tangents; }
-
-static json_t *runs_json(const flesh_fit *fit)
-{
-  return json_pack("{sisisisisf}", "used", runs_used(fit), "made_now", fit->counts.runs, "failed", fit->counts.failed,
-                   "linear_solves", fit->counts.linear, "cpu_s", fit->counts.cpu_s);
-}
-
 static char *path_in(const flesh_fit *fit, const char *name) { return flesh_text_new("%s/%s", fit->out, name); }
 
 static int write_result(const flesh_fit *fit, json_t *value)
 {
   char *path = path_in(fit, "result.json");
-  json_object_set_new(value, "runs", runs_json(fit));
+  json_object_set_new(value, "runs", flesh_fit_runs_json(fit));
   json_object_set_new(value, "program", flesh_provenance_program(fit->argc, fit->argv));
   if (!path) json_decref(value);
   const int status = path ? flesh_json_write(path, value) : no_memory();
@@ -190,7 +182,7 @@ static void print(const flesh_fit *fit, const flesh_fit_found *found, const fles
     if (*fit->experiments[e].differences)
       printf("derivatives of %s are by differences: %s\n", fit->experiments[e].name, fit->experiments[e].differences);
   printf("%d measured numbers, sum of squares %.6g, %d iterations, %d runs\nresults: %s\n", fit->count, s->squares,
-         found->iterations, runs_used(fit), fit->out);
+         found->iterations, flesh_fit_runs_used(fit), fit->out);
 }
 
 int flesh_fit_write(const flesh_fit *fit, const flesh_fit_found *found, const flesh_fit_statistics *statistics)

@@ -168,22 +168,29 @@ END
   expect 0 "$flesh" fit ratio.yaml --out ratio && has stdout.txt 'depend on their ratio alone'
 }
 
+# ended FOLDER: how many runs and derivatives its database has.
+ended() {
+  python3 -c 'import sqlite3, sys
+try: print(sqlite3.connect(f"file:{sys.argv[1]}/fit.db?mode=ro", uri=True).execute("SELECT count(*) FROM cases WHERE result IS NOT NULL").fetchone()[0])
+except sqlite3.Error: print(0)' "$1"
+}
+
 # Killed again and again, it ends with the same bits and runs nothing twice.
 killed_it_goes_on() {
   expect 0 "$flesh" fit two.yaml --out whole --quiet || return 1
   times=0
   while [ "$times" -lt 200 ]; do
     times=$((times + 1))
-    before=$(ls killed/points 2>/dev/null | wc -l)
+    before=$(ended killed)
     "$flesh" fit two.yaml --out killed --resume --quiet &
     process=$!
     # Until it has written a run more, or has ended.
-    while kill -0 $process 2>/dev/null && [ "$(ls killed/points 2>/dev/null | grep -c '^0.*json$')" -le "$before" ]; do sleep 0.01; done
+    while kill -0 $process 2>/dev/null && [ "$(ended killed)" -le "$before" ]; do sleep 0.01; done
     kill -9 $process 2>/dev/null
     wait $process 2>/dev/null && break
   done
   echo "killed $((times - 1)) times"
-  [ "$times" -gt 3 ] && [ "$(ls killed/points | grep -c '^0.*json$')" -eq "$(ls whole/points | grep -c '^0.*json$')" ] || return 1
+  [ "$times" -gt 3 ] && [ "$(ended killed)" -eq "$(ended whole)" ] || return 1
   python3 - <<'END'
 import json
 a, b = (json.load(open(f + "/result.json")) for f in ("whole", "killed"))
@@ -192,14 +199,15 @@ for key in ("parameters", "covariance", "residuals", "iterations"):
 assert b["runs"]["used"] == a["runs"]["used"] and b["runs"]["made_now"] < a["runs"]["made_now"]
 END
   cmp whole/fit.csv killed/fit.csv || return 1
-  expect 2 "$flesh" fit two.yaml --out killed && has stderr.txt '^flesh fit: killed has runs of a fit; --resume goes on' || return 1
+  expect 2 "$flesh" fit two.yaml --out killed && has stderr.txt '^flesh fit: killed/fit.db: is there already; --resume goes on' || return 1
   sed 's/columns: .*side.position_x\]/columns: [top.position_z]/' two.yaml >other.yaml
-  expect 2 "$flesh" fit other.yaml --out killed --resume && has stderr.txt 'runs of another fit' || return 1
+  expect 2 "$flesh" fit other.yaml --out killed --resume && has stderr.txt 'is of another fit: scenes, measurements or keys have changed' || return 1
   # Other starts, bounds and deviations go on with the runs.
   sed 's/deviation: 1e-4/deviation: 2e-4/' two.yaml >wider.yaml
   expect 0 "$flesh" fit wider.yaml --out killed --resume && result killed 'r["runs"]["made_now"] == 0' || return 1
-  echo '{"experiment": "pull", "parameters": [1]}' >killed/points/000003.json
-  expect 3 "$flesh" fit two.yaml --out killed --resume && has stderr.txt '000003.json is not a run of this fit'
+  python3 -c 'import sqlite3
+with sqlite3.connect("killed/fit.db") as store: store.execute("UPDATE cases SET result = \"{}\" WHERE id = 3")'
+  expect 3 "$flesh" fit two.yaml --out killed --resume && has stderr.txt 'killed/fit.db: the record of a case is not whole'
 }
 
 interrupted_it_says_so() {
@@ -207,7 +215,8 @@ interrupted_it_says_so() {
   sed 's/^    measured/    derivatives: differences\n&/' two.yaml >slow.yaml
   "$flesh" fit slow.yaml --out stopped --quiet 2>stderr.txt &
   process=$!
-  wait_until $process [ -e stopped/points/000002.json ] || return 1
+  at_least() { [ "$(ended stopped)" -ge 2 ]; }
+  wait_until $process at_least || return 1
   kill -TERM $process
   wait $process
   [ $? -eq 143 ] && result stopped 'r["status"] == "interrupted" and r["exit_code"] == 143' || return 1
@@ -233,7 +242,7 @@ bad() {
   shift
   sed "$@" two.yaml >bad.yaml
   expect 2 "$flesh" fit bad.yaml --out bad || return 1
-  [ "$(lines stderr.txt)" -eq 1 ] && has stderr.txt "$words" && [ ! -e bad/points ]
+  [ "$(lines stderr.txt)" -eq 1 ] && has stderr.txt "$words" && [ ! -e bad/fit.db ]
 }
 bad_specs_are_refused() {
   bad 'bad.yaml:8:[0-9]*: body.material.youngs is unknown; did you mean young' 's/material.young/material.youngs/' &&
