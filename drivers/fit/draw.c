@@ -52,7 +52,7 @@ static int write_data(const flesh_fit *fit, const double *values, int count, con
         const double fitted = values[rows[k].first + d], x = has_times(&rows[k]) ? datum->t : datum->row + 1;
         if (datum->quantity == q)
           fprintf(file.stream, "%.9g %.9g %.9g %.9g %.9g\n", x, datum->value, datum->deviation, fitted,
-                  (fitted - datum->value) / datum->deviation);
+                  flesh_fit_residual(fit, rows[k].first + d, values));
       }
       fputs("\n\n", file.stream);
     }

@@ -3,6 +3,7 @@
 #ifndef FLESH_FIT_FIT_H
 #define FLESH_FIT_FIT_H
 
+#include <gsl/gsl_matrix.h>
 #include <jansson.h>
 
 #include "fit/statistics.h"
@@ -114,6 +115,9 @@ typedef struct flesh_fit {
 int flesh_fit_read(const char *path, flesh_fit *fit);
 void flesh_fit_close(flesh_fit *fit);
 void flesh_fit_describe_keys(FILE *stream);
+/* Whether an experiment's scene takes start, from and to of a key, as far as they are finite and have a place in the spec. */
+int flesh_fit_check_values(flesh_fit *fit, const flesh_fit_experiment *e, const char *key, const double values[3],
+                           const flesh_node *const places[3]);
 
 /* Reads the measured file of an experiment whose scene is given. `columns` is a list of names or NULL; the deviation is NaN
  * where columns of the file say it. */
@@ -179,6 +183,20 @@ int flesh_fit_evaluate(flesh_fit *fit, const double *p, double *values, double *
 void flesh_fit_difference(const flesh_fit_parameter *parameter, double p, double *low, double *high);
 /* The i-th of all measured numbers. */
 const flesh_fit_datum *flesh_fit_datum_at(const flesh_fit *fit, int i);
+/* Its residual over its deviation, and the sum of the squares of `count` of them. */
+double flesh_fit_residual(const flesh_fit *fit, int i, const double *values);
+double flesh_fit_squares(const flesh_fit *fit, int first, int count, const double *values);
+
+/* Singular values of a matrix U [rows][columns], whose columns are first divided by their norms; close in any case. */
+typedef struct flesh_fit_svd {
+  gsl_matrix *U, *V;
+  gsl_vector *S, *norms;
+  gsl_vector *work, *part; /* [columns] room */
+  int rank;                /* singular values above flesh_fit_least_share of the largest */
+} flesh_fit_svd;
+int flesh_fit_svd_open(int rows, int columns, flesh_fit_svd *svd); /* FLESH_ERR_MEMORY */
+void flesh_fit_svd_decompose(flesh_fit_svd *svd);
+void flesh_fit_svd_close(flesh_fit_svd *svd);
 
 /* A parameter's value in q, and back; dp/dq. */
 double flesh_fit_q_of(const flesh_fit_parameter *parameter, double p);

@@ -2,10 +2,8 @@
  * 5.1), and in words what the measurements do not determine. */
 #include "fit/statistics.h"
 
-#include <gsl/gsl_blas.h>
 #include <gsl/gsl_cdf.h>
 #include <gsl/gsl_errno.h>
-#include <gsl/gsl_linalg.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -26,8 +24,7 @@ typedef struct judging {
   flesh_fit_statistics *to;
   int n, null_count;
   int list[FLESH_FIT_PARAMETERS]; /* of the free parameters */
-  gsl_matrix *U, *V;
-  gsl_vector *S, *norms, *work;
+  flesh_fit_svd svd;
   double *null; /* [null_count * n] relative changes of the parameters that change nothing */
   unsigned char loose[FLESH_FIT_PARAMETERS]; /* the parameter is not determined */
 } judging;
@@ -40,27 +37,19 @@ static void say(judging *j, const char *text)
 
 static const char *name_of(const judging *j, int free) { return j->fit->parameters[j->list[free]].name; }
 
-/* Decomposes the Jacobian by q, each residual over its deviation, with columns of length 1. */
+/* Decomposes the Jacobian by q, each residual over its deviation. */
 static void decompose(judging *j)
 {
   const int n = j->fit->parameter_count;
   for (int c = 0; c < j->n; c++) {
     const int k = j->list[c];
     const double slope = flesh_fit_slope(&j->fit->parameters[k], j->found->p[k]);
-    double sum = 0;
-    for (int i = 0; i < j->fit->count; i++) {
-      const double entry = j->found->jacobian[(size_t)i * (size_t)n + (size_t)k] * slope / flesh_fit_datum_at(j->fit, i)->deviation;
-      gsl_matrix_set(j->U, (size_t)i, (size_t)c, entry);
-      sum += entry * entry;
-    }
-    gsl_vector_set(j->norms, (size_t)c, sqrt(sum));
-    gsl_vector_view column = gsl_matrix_column(j->U, (size_t)c);
-    if (sum > 0) gsl_blas_dscal(1 / sqrt(sum), &column.vector);
+    for (int i = 0; i < j->fit->count; i++)
+      gsl_matrix_set(j->svd.U, (size_t)i, (size_t)c, j->found->jacobian[(size_t)i * (size_t)n + (size_t)k] * slope /
+                                                         flesh_fit_datum_at(j->fit, i)->deviation);
   }
-  gsl_linalg_SV_decomp(j->U, j->V, j->S, j->work);
-  while (j->null_count < j->n &&
-         !(gsl_vector_get(j->S, (size_t)(j->n - 1 - j->null_count)) > flesh_fit_least_share * gsl_vector_get(j->S, 0)))
-    j->null_count++;
+  flesh_fit_svd_decompose(&j->svd);
+  j->null_count = j->n - j->svd.rank;
 }
 
 /* Changes of the parameters, as shares of them, that change nothing: rows with as many zeros as elimination gives. */
@@ -70,9 +59,9 @@ static void reduce_null(judging *j)
   for (int r = 0; r < rows; r++)
     for (int c = 0; c < n; c++) {
       const int k = j->list[c];
-      const double norm = gsl_vector_get(j->norms, (size_t)c), p = j->found->p[k];
+      const double norm = gsl_vector_get(j->svd.norms, (size_t)c), p = j->found->p[k];
       const double share = flesh_fit_slope(&j->fit->parameters[k], p) / (p != 0 ? p : 1);
-      j->null[r * n + c] = gsl_matrix_get(j->V, (size_t)c, (size_t)(n - 1 - r)) * share / (norm > 0 ? norm : 1);
+      j->null[r * n + c] = gsl_matrix_get(j->svd.V, (size_t)c, (size_t)(n - 1 - r)) * share / (norm > 0 ? norm : 1);
     }
   for (int r = 0; r < rows; r++) {
     double *row = j->null + r * n;
@@ -126,9 +115,9 @@ static void find_covariance(judging *j)
       double sum = 0;
       if (j->loose[a] || j->loose[b]) continue;
       for (int s = 0; s < n - j->null_count; s++)
-        sum += gsl_matrix_get(j->V, (size_t)a, (size_t)s) * gsl_matrix_get(j->V, (size_t)b, (size_t)s) /
-               pow(gsl_vector_get(j->S, (size_t)s), 2);
-      sum *= scale * scale / gsl_vector_get(j->norms, (size_t)a) / gsl_vector_get(j->norms, (size_t)b);
+        sum += gsl_matrix_get(j->svd.V, (size_t)a, (size_t)s) * gsl_matrix_get(j->svd.V, (size_t)b, (size_t)s) /
+               pow(gsl_vector_get(j->svd.S, (size_t)s), 2);
+      sum *= scale * scale / gsl_vector_get(j->svd.norms, (size_t)a) / gsl_vector_get(j->svd.norms, (size_t)b);
       to->covariance[ka * all + kb] = sum * flesh_fit_slope(&j->fit->parameters[ka], j->found->p[ka]) *
                                       flesh_fit_slope(&j->fit->parameters[kb], j->found->p[kb]);
     }
@@ -199,10 +188,7 @@ static void judge(judging *j)
   char text[FLESH_FIT_SENTENCE];
   if (j->n) decompose(j);
   to->freedom = j->fit->count - (j->n - j->null_count);
-  for (int i = 0; i < j->fit->count; i++) {
-    const flesh_fit_datum *d = flesh_fit_datum_at(j->fit, i);
-    to->squares += pow((j->found->values[i] - d->value) / d->deviation, 2);
-  }
+  to->squares = flesh_fit_squares(j->fit, 0, j->fit->count, j->found->values);
   to->scale = to->freedom > 0 ? sqrt(to->squares / to->freedom) : NAN;
   to->quantile = to->freedom > 0 ? gsl_cdf_tdist_Pinv(0.975, to->freedom) : gsl_cdf_ugaussian_Pinv(0.975);
   reduce_null(j);
@@ -223,22 +209,16 @@ int flesh_fit_judge(const flesh_fit *fit, const flesh_fit_found *found, flesh_fi
   const size_t all = (size_t)fit->parameter_count;
   for (int k = 0; k < fit->parameter_count; k++)
     if (!found->at_bound[k]) j.list[j.n++] = k;
-  const size_t n = (size_t)(j.n ? j.n : 1), m = (size_t)fit->count;
+  const size_t n = (size_t)(j.n ? j.n : 1);
   *to = (flesh_fit_statistics){.count = fit->parameter_count, .errors = calloc(all, sizeof *to->errors),
                                .covariance = calloc(all * all, sizeof(double)), .correlation = calloc(all * all, sizeof(double)),
                                .sentences = calloc(FLESH_FIT_PARAMETERS, sizeof *to->sentences)};
   gsl_error_handler_t *handler = gsl_set_error_handler_off();
-  j.U = gsl_matrix_alloc(m, n), j.V = gsl_matrix_alloc(n, n);
-  j.S = gsl_vector_alloc(n), j.norms = gsl_vector_alloc(n), j.work = gsl_vector_alloc(n);
   j.null = calloc(n * n, sizeof *j.null);
-  const int lacks = !to->errors || !to->covariance || !to->correlation || !to->sentences || !j.U || !j.V || !j.S || !j.norms ||
-                    !j.work || !j.null;
+  const int lacks = flesh_fit_svd_open(fit->count, (int)n, &j.svd) || !to->errors || !to->covariance || !to->correlation ||
+                    !to->sentences || !j.null;
   if (!lacks) judge(&j);
-  gsl_matrix_free(j.U);
-  gsl_matrix_free(j.V);
-  gsl_vector_free(j.S);
-  gsl_vector_free(j.norms);
-  gsl_vector_free(j.work);
+  flesh_fit_svd_close(&j.svd);
   free(j.null);
   gsl_set_error_handler(handler);
   return lacks ? flesh_fail(FLESH_ERR_MEMORY, "out of memory for the errors of a fit") : FLESH_OK;

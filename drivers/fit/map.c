@@ -256,22 +256,10 @@ static int choose(flesh_fit *fit, const flesh_scene *scene)
 static int check_key(flesh_fit *fit, const flesh_fit_experiment *e)
 {
   const flesh_fit_map *map = fit->map;
-  static const char *const names[] = {"start", "from", "to"};
   const double values[] = {map->start, map->from, map->to};
-  const char **overrides = calloc((size_t)e->set.count + 1, sizeof *overrides);
-  int status = overrides ? FLESH_OK : no_memory();
-  if (!status && e->set.count) memcpy(overrides, e->set.texts, (size_t)e->set.count * sizeof *overrides);
-  for (int k = 0; k < 3 && !status; k++) {
-    char number[FLESH_NUMBER_SIZE];
-    if (isnan(values[k])) continue;
-    overrides[e->set.count] =
-        flesh_arena_print(&fit->arena, "body.material.%s=%s", map->key, flesh_number_text(values[k], number));
-    status = overrides[e->set.count]
-                 ? flesh_settings_check(key_place(map, k ? names[k] : "constant"), e->scene, e->set.count + 1, overrides)
-                 : no_memory();
-  }
-  free(overrides);
-  return status;
+  const flesh_node *const places[] = {key_place(map, "constant"), key_place(map, "from"), key_place(map, "to")};
+  const char *key = flesh_arena_print(&fit->arena, "body.material.%s", map->key);
+  return key ? flesh_fit_check_values(fit, e, key, values, places) : no_memory();
 }
 
 int flesh_fit_map_prepare(flesh_fit *fit)

@@ -33,8 +33,6 @@ typedef struct searching {
   char why[FLESH_FIT_WORDS];
 } searching;
 
-static const flesh_fit_datum *datum(const searching *s, int i) { return flesh_fit_datum_at(s->fit, i); }
-
 static double face_weight(const searching *s, int f) { return sqrt(s->weight * s->fit->map->face_weights[f]); }
 
 static void place(const searching *s, const gsl_vector *z, double *p)
@@ -50,10 +48,8 @@ static int find_residuals(const gsl_vector *z, void *data, gsl_vector *f)
   if (s->status) return GSL_EFAILED;
   place(s, z, s->p);
   s->status = flesh_fit_evaluate(s->fit, s->p, s->values, NULL, &good, s->why);
-  for (int i = 0; i < s->fit->count && !s->status; i++) {
-    const double r = good ? (s->values[i] - datum(s, i)->value) / datum(s, i)->deviation : 10 * s->largest + 1;
-    gsl_vector_set(f, (size_t)i, r);
-  }
+  for (int i = 0; i < s->fit->count && !s->status; i++)
+    gsl_vector_set(f, (size_t)i, good ? flesh_fit_residual(s->fit, i, s->values) : 10 * s->largest + 1);
   for (int k = 0; k < map->face_count && !s->status; k++) {
     double slope;
     const double d = flesh_fit_map_q(map, s->p[map->faces[2 * k]]) - flesh_fit_map_q(map, s->p[map->faces[2 * k + 1]]);

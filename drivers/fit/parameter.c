@@ -1,7 +1,15 @@
-/* parameter.c: parameters as the search sees them, and the list of all measured numbers. */
+/* parameter.c: parameters as the search sees them, the list of all measured numbers, and singular values of derivatives. */
+#include <gsl/gsl_blas.h>
+#include <gsl/gsl_linalg.h>
 #include <math.h>
+#include <stdlib.h>
+#include <string.h>
 
+#include "base/error.h"
+#include "base/file.h"
 #include "fit/fit.h"
+
+static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a fit"); }
 
 double flesh_fit_q_of(const flesh_fit_parameter *parameter, double p)
 {
@@ -18,6 +26,22 @@ double flesh_fit_slope(const flesh_fit_parameter *parameter, double p)
   return parameter->spacing == FLESH_FIT_LOGARITHMIC ? p : parameter->scale;
 }
 
+int flesh_fit_check_values(flesh_fit *fit, const flesh_fit_experiment *e, const char *key, const double values[3],
+                           const flesh_node *const places[3])
+{
+  const char **overrides = calloc((size_t)e->set.count + 1, sizeof *overrides);
+  int status = overrides ? FLESH_OK : no_memory();
+  if (!status && e->set.count) memcpy(overrides, e->set.texts, (size_t)e->set.count * sizeof *overrides);
+  for (int v = 0; v < 3 && !status; v++) {
+    char number[FLESH_NUMBER_SIZE];
+    if (!places[v] || !isfinite(values[v])) continue;
+    overrides[e->set.count] = flesh_arena_print(&fit->arena, "%s=%s", key, flesh_number_text(values[v], number));
+    status = overrides[e->set.count] ? flesh_settings_check(places[v], e->scene, e->set.count + 1, overrides) : no_memory();
+  }
+  free(overrides);
+  return status;
+}
+
 const flesh_fit_datum *flesh_fit_datum_at(const flesh_fit *fit, int i)
 {
   for (int e = 0; e < fit->experiment_count; e++)
@@ -27,4 +51,49 @@ const flesh_fit_datum *flesh_fit_datum_at(const flesh_fit *fit, int i)
       i -= m->count;
     }
   return NULL;
+}
+
+double flesh_fit_residual(const flesh_fit *fit, int i, const double *values)
+{
+  const flesh_fit_datum *d = flesh_fit_datum_at(fit, i);
+  return (values[i] - d->value) / d->deviation;
+}
+
+double flesh_fit_squares(const flesh_fit *fit, int first, int count, const double *values)
+{
+  double sum = 0;
+  for (int i = first; i < first + count; i++) sum += pow(flesh_fit_residual(fit, i, values), 2);
+  return sum;
+}
+
+int flesh_fit_svd_open(int rows, int columns, flesh_fit_svd *svd)
+{
+  const size_t m = (size_t)rows, n = (size_t)columns;
+  *svd = (flesh_fit_svd){.U = gsl_matrix_alloc(m, n), .V = gsl_matrix_alloc(n, n), .S = gsl_vector_alloc(n),
+                         .norms = gsl_vector_alloc(n), .work = gsl_vector_alloc(n), .part = gsl_vector_alloc(n)};
+  return svd->U && svd->V && svd->S && svd->norms && svd->work && svd->part
+             ? FLESH_OK : no_memory();
+}
+
+void flesh_fit_svd_decompose(flesh_fit_svd *svd)
+{
+  for (size_t j = 0; j < svd->U->size2; j++) {
+    gsl_vector_view column = gsl_matrix_column(svd->U, j);
+    const double norm = gsl_blas_dnrm2(&column.vector);
+    gsl_vector_set(svd->norms, j, norm);
+    if (norm > 0) gsl_blas_dscal(1 / norm, &column.vector);
+  }
+  gsl_linalg_SV_decomp(svd->U, svd->V, svd->S, svd->work);
+  for (size_t j = 0; j < svd->U->size2; j++)
+    svd->rank += gsl_vector_get(svd->S, j) > flesh_fit_least_share * gsl_vector_get(svd->S, 0);
+}
+
+void flesh_fit_svd_close(flesh_fit_svd *svd)
+{
+  gsl_matrix_free(svd->U);
+  gsl_matrix_free(svd->V);
+  gsl_vector_free(svd->S);
+  gsl_vector_free(svd->norms);
+  gsl_vector_free(svd->work);
+  gsl_vector_free(svd->part);
 }

@@ -91,12 +91,13 @@ static int take_record(void *data, int number, const json_t *record)
 int flesh_fit_runs_open(flesh_fit *fit, int resume)
 {
   const flesh_study_options options = {.out = fit->out, .resume = resume, .argc = fit->argc, .argv = fit->argv};
-  const int status = make_fingerprint(fit, fit->fingerprint);
+  int abandoned, elsewhere, status = make_fingerprint(fit, fit->fingerprint);
   fit->study = (flesh_study){.name = "fit", .command = "fit", .text = fit->text, .path = fit->path, .asks = 1,
                              .fingerprint = fit->fingerprint, .column_count = 3, .columns = columns, .repeats = 1,
                              .different = "scenes, measurements or keys have changed since; undo that", .data = fit,
                              .taker = fit, .make = make_case, .take = take_record, .figures = name_figures};
-  return status ? status : flesh_study_store_open(&fit->study, &options, &fit->store);
+  if (!status) status = flesh_study_store_open(&fit->study, &options, &fit->store);
+  return status ? status : flesh_study_store_recover(&fit->store, &abandoned, &elsewhere);
 }
 
 /* Asks for a case by its parameters, which it takes: fit->record is NULL where there is none that has ended. */
@@ -144,8 +145,9 @@ static int read_numbers(const flesh_fit *fit, int count, double *numbers)
     whole = json_is_number(item);
     numbers[k] = json_number_value(item);
   }
-  return whole ? FLESH_OK : flesh_fail(FLESH_ERR_FILE, "%s: the record of a case is not whole; give another --out, or move %s away",
-                                       fit->store.path, fit->out);
+  return whole ? FLESH_OK
+               : flesh_fail(FLESH_ERR_FILE, "%s: the record of a case is not whole; give another --out, or move %s away",
+                            fit->store.path, fit->out);
 }
 
 static const char *words_of(const json_t *record)
@@ -249,7 +251,7 @@ int flesh_fit_stage_write(flesh_fit *fit, int number, double began, const flesh_
   return status ? status : answer(fit, began, "", flesh_fields_json(stage_fields, stage), array_of(fit->parameter_count, p));
 }
 
-/* What all runs in the store took. */
+/* Sums over all runs in the store. */
 json_t *flesh_fit_runs_json(const flesh_fit *fit)
 {
   sqlite3_stmt *query;

@@ -2,7 +2,6 @@
  * parameter that would leave its bounds is put on the bound, and stays there while the sum of squares falls beyond it. */
 #include <gsl/gsl_blas.h>
 #include <gsl/gsl_errno.h>
-#include <gsl/gsl_linalg.h>
 #include <gsl/gsl_multifit_nlinear.h>
 #include <math.h>
 #include <stdlib.h>
@@ -68,10 +67,8 @@ static int find_residuals(const gsl_vector *x, void *data, gsl_vector *f)
 {
   searching *s = data;
   const int code = evaluate(x, s, NULL);
-  for (int i = 0; i < s->count && !code; i++) {
-    const flesh_fit_datum *d = flesh_fit_datum_at(s->fit, i);
-    gsl_vector_set(f, (size_t)i, s->failed ? 10 * s->largest + 1 : (s->values[i] - d->value) / d->deviation);
-  }
+  for (int i = 0; i < s->count && !code; i++)
+    gsl_vector_set(f, (size_t)i, s->failed ? 10 * s->largest + 1 : flesh_fit_residual(s->fit, i, s->values));
   return code;
 }
 
@@ -95,39 +92,29 @@ static int find_jacobian(const gsl_vector *x, void *data, gsl_matrix *J)
 static int measure_step(const gsl_matrix *J, const gsl_vector *f, double *errors, double *change)
 {
   const size_t m = J->size1, n = J->size2;
-  gsl_matrix *U = gsl_matrix_alloc(m, n), *V = gsl_matrix_alloc(n, n);
-  gsl_vector *S = gsl_vector_alloc(n), *work = gsl_vector_alloc(n), *norms = gsl_vector_alloc(n), *part = gsl_vector_alloc(n);
-  const int lacks = !U || !V || !S || !work || !norms || !part;
+  flesh_fit_svd svd;
   double inside = 0, all = 0;
-  for (size_t j = 0; j < n && !lacks; j++) {
-    gsl_vector_const_view column = gsl_matrix_const_column(J, j);
-    const double norm = gsl_blas_dnrm2(&column.vector);
-    gsl_vector_set(norms, j, norm);
-    for (size_t i = 0; i < m; i++) gsl_matrix_set(U, i, j, norm > 0 ? gsl_matrix_get(J, i, j) / norm : 0);
-  }
-  if (!lacks) {
-    gsl_linalg_SV_decomp(U, V, S, work);
-    gsl_blas_dgemv(CblasTrans, 1, U, f, 0, part);
+  const int status = flesh_fit_svd_open((int)m, (int)n, &svd);
+  if (!status) {
+    gsl_matrix_memcpy(svd.U, J);
+    flesh_fit_svd_decompose(&svd);
+    gsl_blas_dgemv(CblasTrans, 1, svd.U, f, 0, svd.part);
     for (size_t j = 0; j < n; j++) {
-      const double s = gsl_vector_get(S, j), share = gsl_vector_get(part, j);
-      const int known = s > flesh_fit_least_share * gsl_vector_get(S, 0);
+      const double share = gsl_vector_get(svd.part, j);
+      const int known = j < (size_t)svd.rank;
       inside += known ? share * share : 0;
-      gsl_vector_set(part, j, known ? share / s : 0);
+      gsl_vector_set(svd.part, j, known ? share / gsl_vector_get(svd.S, j) : 0);
     }
-    gsl_blas_dgemv(CblasNoTrans, 1, V, part, 0, work);
+    gsl_blas_dgemv(CblasNoTrans, 1, svd.V, svd.part, 0, svd.work);
     gsl_blas_ddot(f, f, &all);
     *change = 0;
     for (size_t j = 0; j < n; j++)
-      if (gsl_vector_get(norms, j) > 0) *change = fmax(*change, fabs(gsl_vector_get(work, j)) / gsl_vector_get(norms, j));
+      if (gsl_vector_get(svd.norms, j) > 0)
+        *change = fmax(*change, fabs(gsl_vector_get(svd.work, j)) / gsl_vector_get(svd.norms, j));
     *errors = m > n && all > inside ? sqrt(inside / ((all - inside) / (double)(m - n))) : INFINITY;
   }
-  gsl_matrix_free(U);
-  gsl_matrix_free(V);
-  gsl_vector_free(S);
-  gsl_vector_free(work);
-  gsl_vector_free(norms);
-  gsl_vector_free(part);
-  return lacks ? flesh_fail(FLESH_ERR_MEMORY, "out of memory for a fit") : FLESH_OK;
+  flesh_fit_svd_close(&svd);
+  return status;
 }
 
 /* Half the derivative of the sum of squares by q_k at the last accepted parameters. */
@@ -135,10 +122,9 @@ static double gradient(const searching *s, int k)
 {
   const int n = s->fit->parameter_count;
   double sum = 0;
-  for (int i = 0; i < s->count; i++) {
-    const flesh_fit_datum *d = flesh_fit_datum_at(s->fit, i);
-    sum += s->found->jacobian[(size_t)i * (size_t)n + (size_t)k] * (s->found->values[i] - d->value) / (d->deviation * d->deviation);
-  }
+  for (int i = 0; i < s->count; i++)
+    sum += s->found->jacobian[(size_t)i * (size_t)n + (size_t)k] * flesh_fit_residual(s->fit, i, s->found->values) /
+           flesh_fit_datum_at(s->fit, i)->deviation;
   return sum;
 }
 
@@ -153,10 +139,8 @@ static int accept(searching *s, const gsl_vector *x)
   s->status = flesh_fit_evaluate(s->fit, found->p, found->values, found->jacobian, &good, s->why);
   if (!s->status && !good) s->status = flesh_fail(FLESH_ERR_SOLVE, "%s", s->why);
   s->largest = 0;
-  for (int i = 0; i < s->count && !s->status; i++) {
-    const flesh_fit_datum *d = flesh_fit_datum_at(fit, i);
-    s->largest = fmax(s->largest, fabs(found->values[i] - d->value) / d->deviation);
-  }
+  for (int i = 0; i < s->count && !s->status; i++)
+    s->largest = fmax(s->largest, fabs(flesh_fit_residual(fit, i, found->values)));
   for (int j = 0; j < s->free_count && !s->status; j++) {
     const int k = s->list[j];
     const double wanted = gsl_vector_get(x, (size_t)j);
@@ -169,20 +153,11 @@ static int accept(searching *s, const gsl_vector *x)
   return met;
 }
 
-static double sum_of(const searching *s)
-{
-  double sum = 0;
-  for (int i = 0; i < s->count; i++) {
-    const flesh_fit_datum *d = flesh_fit_datum_at(s->fit, i);
-    sum += pow((s->found->values[i] - d->value) / d->deviation, 2);
-  }
-  return sum;
-}
-
 static void tell(const searching *s)
 {
   if (s->fit->quiet) return;
-  printf("iteration %d: sum of squares %.6g", s->found->iterations, sum_of(s));
+  printf("iteration %d: sum of squares %.6g", s->found->iterations,
+         flesh_fit_squares(s->fit, 0, s->count, s->found->values));
   for (int k = 0; k < s->fit->parameter_count && k < 6; k++) printf(", %s %.6g", s->fit->parameters[k].name, s->found->p[k]);
   printf("%s\n", s->fit->parameter_count > 6 ? ", ..." : "");
   fflush(stdout);

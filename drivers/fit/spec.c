@@ -296,25 +296,12 @@ static int check_numbers(flesh_fit_parameter *p)
 static int check_key(flesh_fit *fit, int k)
 {
   const flesh_fit_parameter *p = &fit->parameters[k];
-  const char *const keys[] = {"start", "from", "to"};
   const double values[] = {p->start, p->from, p->to};
+  const flesh_node *const places[] = {flesh_node_find(p->place, "start"), flesh_node_find(p->place, "from"),
+                                      flesh_node_find(p->place, "to")};
   int status = FLESH_OK;
-  for (int e = 0; e < fit->experiment_count && !status; e++) {
-    flesh_fit_experiment *one = &fit->experiments[e];
-    const char **overrides = calloc((size_t)one->set.count + 1, sizeof *overrides);
-    if (!overrides) return no_memory();
-    memcpy(overrides, one->set.texts, (size_t)one->set.count * sizeof *overrides);
-    for (int v = 0; v < 3 && one->acts[k] && !status; v++) {
-      char number[FLESH_NUMBER_SIZE];
-      const flesh_node *place = flesh_node_find(p->place, keys[v]);
-      if (!place || !isfinite(values[v])) continue;
-      char *text = flesh_arena_print(&fit->arena, "%s=%s", p->key, flesh_number_text(values[v], number));
-      if (!text) status = no_memory();
-      overrides[one->set.count] = text;
-      if (!status) status = flesh_settings_check(place, one->scene, one->set.count + 1, overrides);
-    }
-    free(overrides);
-  }
+  for (int e = 0; e < fit->experiment_count && !status; e++)
+    if (fit->experiments[e].acts[k]) status = flesh_fit_check_values(fit, &fit->experiments[e], p->key, values, places);
   return status;
 }
 

@@ -52,12 +52,8 @@ static json_t *experiments_json(const flesh_fit *fit, const double *p, const dou
   json_t *list = json_array();
   for (int e = 0; e < fit->experiment_count; e++) {
     const flesh_fit_experiment *one = &fit->experiments[e];
-    double sum = 0;
+    const double sum = flesh_fit_squares(fit, one->first, one->count, values);
     int count;
-    for (int i = one->first; i < one->first + one->count; i++) {
-      const flesh_fit_datum *d = flesh_fit_datum_at(fit, i);
-      sum += pow((values[i] - d->value) / d->deviation, 2);
-    }
     char **texts = flesh_fit_overrides(fit, e, p, &count);
     if (!texts) flesh_json_note_lack();
     json_t *overrides = json_array(), *files = json_array();
@@ -138,7 +134,7 @@ static int write_table(const flesh_fit *fit, const double *values)
         flesh_table_field(file.stream, datum->value);
         flesh_table_field(file.stream, datum->deviation);
         flesh_table_field(file.stream, values[i]);
-        flesh_table_field(file.stream, (values[i] - datum->value) / datum->deviation);
+        flesh_table_field(file.stream, flesh_fit_residual(fit, i, values));
         putc('\n', file.stream);
       }
     }
