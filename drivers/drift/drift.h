@@ -95,7 +95,7 @@ int flesh_drift_read(const flesh_drift_plan *plan, int scene, flesh_scene **read
 /* The plan's overrides and those of the scene; to be closed. */
 int flesh_drift_overrides(const flesh_drift_plan *plan, int scene, flesh_overrides *overrides);
 
-/* volume_*.png, worst_*.png, shapes_*.png. FLESH_ERR_FILE without gnuplot. */
-int flesh_drift_draw(const void *plan);
+/* worst_*.png, shapes_*.png, of the table `panels`. */
+int flesh_drift_draw(const void *plan, sqlite3 *database);
 
 #endif

@@ -5,8 +5,12 @@
 
 #include "base/error.h"
 #include "base/file.h"
+#include "base/text.h"
+#include "cli/json_memory.h"
 #include "drift/drift.h"
 #include "flesh/version.h"
+#include "material/form.h"
+#include "study/csv.h"
 #include "study/embedded.h"
 #include "study/fields.h"
 
@@ -90,6 +94,41 @@ static void title(const void *data, int number, char *text, size_t size)
            flesh_drift_solver_name(c->solver), flesh_drift_status_word(c));
 }
 
+/* The volume over that of the mesh at the times of a case's history; none of a case without one. */
+static void add_history(const char *folder, json_t *facts)
+{
+  flesh_csv history;
+  char *path = flesh_text_new("%s/history.csv", folder);
+  const int status = path ? flesh_csv_read(path, FLESH_CSV_TORN, &history) : FLESH_ERR_MEMORY;
+  free(path);
+  if (status) return;
+  const int columns[] = {flesh_csv_find(&history, "t"), flesh_csv_find(&history, "volume_ratio")};
+  json_t *rows = json_array();
+  for (int row = 0; row < history.rows && columns[0] >= 0 && columns[1] >= 0; row++) {
+    double values[2];
+    for (int k = 0; k < 2; k++) flesh_csv_number(&history, row, columns[k], &values[k]);
+    json_array_append_new(rows, json_pack("[oo]", flesh_json_number(values[0]), flesh_json_number(values[1])));
+  }
+  json_object_set_new(facts, "history", rows);
+  flesh_csv_clear(&history);
+}
+
+static json_t *facts_of(const void *data, int number)
+{
+  const flesh_drift_plan *plan = data;
+  const flesh_drift_case *c = &plan->cases[number];
+  const flesh_drift_variant *v = &plan->variants[c->variant];
+  char folder[256];
+  flesh_drift_case_folder(plan, c, folder);
+  /* The two D's share a colour: the deflation sets them apart. */
+  json_t *facts = json_pack("{ssss}", "folder", folder, "colour",
+                            v->constants == FLESH_CONSTANTS_AS_E ? "#d08ac8" : flesh_forms[v->energy].colour);
+  char *path = flesh_text_new("%s/%s", plan->out, folder);
+  if (path) add_history(path, facts);
+  free(path);
+  return facts;
+}
+
 flesh_study flesh_drift_study(flesh_drift_plan *plan)
 {
   char budget[FLESH_NUMBER_SIZE];
@@ -108,7 +147,10 @@ flesh_study flesh_drift_study(flesh_drift_plan *plan)
                        .data = plan,
                        .make = make_case,
                        .fields = flesh_drift_fields,
-                       .results = {flesh_embedded_text(flesh_own_files, "drift")},
+                       .results = {flesh_embedded_text(flesh_own_files, "drift"),
+                                   flesh_embedded_text(flesh_own_files, "plot_same"),
+                                   flesh_embedded_text(flesh_own_files, "drift_pictures")},
+                       .facts = facts_of,
                        .draw = flesh_drift_draw,
                        .work = do_case,
                        .take = take,

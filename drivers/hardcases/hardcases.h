@@ -216,6 +216,6 @@ int flesh_hardcases_draw_frames(const flesh_hardcases_plan *plan, const char *gr
  * it is the first of them: the end of every case on every mesh. */
 int flesh_hardcases_draw_sheet(const flesh_hardcases_plan *plan, int first);
 /* The frames. FLESH_ERR_FILE without gnuplot. */
-int flesh_hardcases_draw(const void *plan);
+int flesh_hardcases_draw(const void *plan, sqlite3 *database);
 
 #endif

@@ -4,8 +4,9 @@
 #include "hardcases/hardcases.h"
 #include "picture/plot.h"
 
-int flesh_hardcases_draw(const void *data)
+int flesh_hardcases_draw(const void *data, sqlite3 *database)
 {
+  (void)database;
   const flesh_hardcases_plan *plan = data;
   flesh_plot_outcome outcome = {0};
   for (int c = 0; c < plan->case_count; c++) {

@@ -1,16 +1,15 @@
-/* plot.c: gnuplot scripts, and lines over an abscissa. */
+/* plot.c: draws scripts of gnuplot. */
 #include "picture/plot.h"
 
 #include <errno.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
 #include "base/confine.h"
 #include "base/error.h"
-#include "base/file.h"
 #include "base/text.h"
-#include "picture/plot_text.h"
 #include "picture/program.h"
 
 static int gnuplot_missing; /* what the last plot failed for */
@@ -86,43 +85,6 @@ void flesh_plot_note(flesh_plot_outcome *outcome, int status)
 int flesh_plot_ended(const flesh_plot_outcome *outcome)
 {
   return outcome->status ? flesh_fail(outcome->status, "%s", outcome->words) : FLESH_OK;
-}
-
-static void write_stop(FILE *stream, const flesh_plot_series *series, const char *colour)
-{
-  if (!series->stops) return;
-  fprintf(stream, ", \\\n     '+' every ::::0 using (%.17g):(%.17g) with points pt 2 ps 1.8 lw 3 lc rgb '%s' notitle",
-          series->stop_x, series->stop_y, colour);
-}
-
-int flesh_plot_lines_draw(const char *folder, const char *name, const flesh_plot_lines *lines)
-{
-  flesh_file file;
-  int status = flesh_plot_open(folder, name, ".gp", &file);
-  if (status) return status;
-  FILE *stream = file.stream;
-  flesh_plot_begin(stream, name, 960, 600);
-  flesh_plot_style(stream, 1);
-  flesh_plot_title(stream, lines->title);
-  flesh_plot_label(stream, "x", lines->x_label);
-  flesh_plot_label(stream, "y", lines->y_label);
-  fprintf(stream, "%splot ", lines->extra ? lines->extra : "");
-  for (int s = 0; s < lines->count; s++) {
-    const flesh_plot_series *series = &lines->series[s];
-    if (s) fputs(", \\\n     ", stream);
-    flesh_plot_quote_file(stream, series->file, "");
-    fputs(" using ", stream);
-    flesh_plot_quote(stream, series->x);
-    putc(':', stream);
-    flesh_plot_quote(stream, series->y);
-    const char *colour = series->colour ? series->colour : flesh_plot_colour(s);
-    fprintf(stream, " with lines lw 2%s lc rgb '%s' title ", series->dashed ? " dt 2" : "", colour);
-    flesh_plot_quote(stream, series->title);
-    write_stop(stream, series, colour);
-  }
-  putc('\n', stream);
-  status = flesh_file_commit(&file);
-  return status ? status : flesh_plot_draw(folder, name);
 }
 
 int flesh_plot_accept(const char *command, int drawn)

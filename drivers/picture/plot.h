@@ -3,8 +3,6 @@
 #ifndef FLESH_PICTURE_PLOT_H
 #define FLESH_PICTURE_PLOT_H
 
-#include <stdio.h>
-
 #include "flesh/status.h"
 
 /* Runs `gnuplot NAME.gp` in `folder`. FLESH_ERR_FILE with one sentence when gnuplot is not
@@ -16,27 +14,6 @@ int flesh_plot_draw_as(const char *folder, const char *name, const char *suffix)
 /* A command's status after its pictures: if gnuplot is not installed the figures still stand, which is said on stderr,
  * and FLESH_OK is returned; any other failure is the command's. */
 int flesh_plot_accept(const char *command, int drawn);
-
-typedef struct flesh_plot_series {
-  const char *title;
-  const char *file;   /* CSV with a header, relative to the folder */
-  const char *x, *y;  /* names of its columns */
-  const char *colour; /* "#rrggbb"; NULL: a default one */
-  int dashed;
-  int stops; /* 1: a cross marks that it ends at stop_x, stop_y */
-  double stop_x, stop_y;
-} flesh_plot_series;
-
-/* Lines over one abscissa. */
-typedef struct flesh_plot_lines {
-  const char *title, *x_label, *y_label;
-  const char *extra; /* further gnuplot lines before the plot ("set yrange [0:2]\n"), may be NULL */
-  int count;
-  const flesh_plot_series *series;
-} flesh_plot_lines;
-
-/* Writes NAME.gp into `folder` and draws NAME.png. */
-int flesh_plot_lines_draw(const char *folder, const char *name, const flesh_plot_lines *lines);
 
 /* The outcome of several pictures: a failure does not keep the others from being drawn, and the first one is
  * reported. */

@@ -135,7 +135,10 @@ static int fail_to_read(const maker *m, sqlite3_stmt *query)
   return flesh_database_fail(sqlite3_db_handle(query), m->path, "cannot be read");
 }
 
-static void print_row(FILE *stream, sqlite3_stmt *query) { fprintf(stream, "%s\n", (const char *)sqlite3_column_text(query, 0)); }
+static void print_row(FILE *stream, sqlite3_stmt *query, int column)
+{
+  fprintf(stream, "%s\n", (const char *)sqlite3_column_text(query, column));
+}
 
 /* Removes out/name+suffix. */
 static int drop(const maker *m, const char *name, const char *suffix)
@@ -147,19 +150,13 @@ static int drop(const maker *m, const char *name, const char *suffix)
   return FLESH_OK;
 }
 
-/* A script, which is drawn, or its data. */
-static int draw(const maker *m, sqlite3_stmt *query, const char *name, const char *suffix)
+/* A script, which is drawn, or its data: the first column of all rows; with `each` the second one of this row. */
+static int write_script(const maker *m, sqlite3_stmt *query, const char *name, const char *suffix, int each)
 {
   flesh_file file;
-  if (!m->to->draw) return FLESH_OK;
-  int code = sqlite3_step(query), status = FLESH_OK;
-  if (code == SQLITE_DONE) {
-    status = drop(m, name, suffix);
-    return status ? status : drop(m, name, ".png");
-  }
-  if (code == SQLITE_ROW) status = flesh_plot_open(m->to->out, name, suffix, &file);
+  int code = SQLITE_ROW, status = flesh_plot_open(m->to->out, name, suffix, &file);
   if (status) return status;
-  for (; code == SQLITE_ROW; code = sqlite3_step(query)) print_row(file.stream, query);
+  for (; code == SQLITE_ROW; code = each ? SQLITE_DONE : sqlite3_step(query)) print_row(file.stream, query, each);
   if (code != SQLITE_DONE) {
     flesh_file_abandon(&file);
     return fail_to_read(m, query);
@@ -167,6 +164,19 @@ static int draw(const maker *m, sqlite3_stmt *query, const char *name, const cha
   status = flesh_file_commit(&file);
   if (!status && !strcmp(suffix, ".gp")) m->to->draw(m->to->data, m->to->out, name);
   return status;
+}
+
+static int draw(const maker *m, sqlite3_stmt *query, const char *name, const char *suffix)
+{
+  if (!m->to->draw) return FLESH_OK;
+  const int each = !strcmp(name, "each");
+  int code = sqlite3_step(query), status = FLESH_OK;
+  for (; each && code == SQLITE_ROW && !status; code = sqlite3_step(query))
+    status = write_script(m, query, (const char *)sqlite3_column_text(query, 0), suffix, 1);
+  if (code == SQLITE_ROW && !status) return write_script(m, query, name, suffix, 0);
+  if (code != SQLITE_DONE && !status) return fail_to_read(m, query);
+  if (!each) status = drop(m, name, suffix);
+  return status || each ? status : drop(m, name, ".png");
 }
 
 static int write_json(const maker *m, sqlite3_stmt *query, const char *name)
@@ -194,7 +204,7 @@ static int execute(maker *m, sqlite3_stmt *query, const char *target)
   if (*target && !to_stdout) snprintf(m->name, sizeof m->name, "%s", target);
   int code;
   while ((code = sqlite3_step(query)) == SQLITE_ROW)
-    if (stream && *target) print_row(stream, query);
+    if (stream && *target) print_row(stream, query, 0);
   return code == SQLITE_DONE ? FLESH_OK : fail_to_read(m, query);
 }
 

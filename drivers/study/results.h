@@ -21,6 +21,7 @@ typedef struct flesh_results {
  *   stdout     the first column is lines of stdout alone
  *   NAME.gp    the first column is lines of a script of gnuplot, which is drawn; without rows the script and picture of
  *              before go; NAME.dat has its data
+ *   each.gp    the first column is the name of a script, and the second the script, which is drawn
  *   NAME.json  the one row is that file's JSON
  * Beside SQLite's functions there are number(format, x), x by printf's format for one double, "-" for NULL, without the
  * sign of a zero; cell(format, width, x), a blank and that at the right of `width` letters, by %.0e from 1e5 on;

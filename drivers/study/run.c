@@ -243,7 +243,7 @@ static int make_results(const flesh_study *study, flesh_study_store *store, cons
     free(text);
   }
   if (!status) status = flesh_results_make(store->database, store->path, study->results, &to);
-  if (!status && !ran && study->draw) flesh_plot_note(&made->outcome, study->draw(study->data));
+  if (!status && !ran && study->draw) flesh_plot_note(&made->outcome, study->draw(study->data, store->database));
   return status;
 }
 

@@ -59,7 +59,8 @@ typedef struct flesh_study {
   /* New object of what that SQL knows of a case beside its row, in the table facts (number, data) of all cases; NULL: none.
    * What it returns NULL for has none. */
   json_t *(*facts)(const void *data, int number);
-  int (*draw)(const void *data); /* pictures that this SQL does not draw, once all cases are done; NULL: none */
+  /* Pictures that this SQL does not draw, once all cases are done, from its tables; NULL: none. */
+  int (*draw)(const void *data, sqlite3 *database);
   int asks;           /* an existing database is gone on with only by --resume, and else refused instead of begun anew */
   const void *data;   /* of the calls below */
 

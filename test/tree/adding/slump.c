@@ -11,7 +11,6 @@
 #include "base/file.h"
 #include "cli/interrupt.h"
 #include "cli/lists.h"
-#include "picture/plot.h"
 #include "run/ranks.h"
 #include "run/runner.h"
 #include "study/fingerprint.h"
@@ -70,27 +69,23 @@ static json_t *do_case(const void *data, int number, const char *folder)
   return record;
 }
 
-/* A row for each case, and the answer in words, on the database of the cases (drivers/study/results.h). */
+/* A row for each case, the answer in words, and a picture, on the database of the cases (drivers/study/results.h). */
 static const char results[] =
     "-- to slump.csv\n"
     "SELECT number + 1 AS \"case\", young, max_volume_drift FROM results JOIN wanted USING (id) ORDER BY number;\n"
     "-- to verdict.txt\n"
     "SELECT printf('The volume changes most at %s Pa.', number('%g', young)) FROM results JOIN wanted USING (id) "
-    "ORDER BY max_volume_drift DESC LIMIT 1;";
-
-static int draw(const void *data)
-{
-  const flesh_plot_series series = {"max. change", "slump.csv", "young", "max_volume_drift", NULL, .dashed = 0};
-  const flesh_plot_lines lines = {"Change of volume", "Young's modulus [Pa]", "change of volume", NULL, 1, &series};
-  return flesh_plot_lines_draw(((const plan *)data)->options.out, "slump", &lines);
-}
+    "ORDER BY max_volume_drift DESC LIMIT 1;\n"
+    "-- to slump.gp\n"
+    "SELECT plot('slump', 960, 600, 'Change of volume', 'Young''s modulus [Pa]', 'change of volume') || "
+    "'plot \"./slump.csv\" using \"young\":\"max_volume_drift\" with lines lw 2';";
 
 static flesh_study study_of(plan *p)
 {
   return (flesh_study){.name = "slump", .command = "run", .fingerprint = p->fingerprint,
                        .different = "its scene was another", .column_count = 1, .columns = columns,
                        .case_count = p->count, .data = p, .make = make_case, .fields = fields, .work = do_case,
-                       .results = {results}, .draw = draw};
+                       .results = {results}};
 }
 
 static int compare(void *data)
