@@ -10,7 +10,7 @@ FROM runs r JOIN facts USING (number) JOIN wanted USING (number) JOIN results c 
 CREATE TEMP TABLE lines AS
 SELECT picture, row_number() OVER (PARTITION BY picture ORDER BY number) - 1 AS line, number, ended AS kind
 FROM drawn JOIN facts USING (number) WHERE exit_code IS NOT 2 AND data -> 'history' IS NOT NULL;
-CREATE TEMP TABLE curves (picture, line, point, x, y, PRIMARY KEY (picture, line, point)) WITHOUT ROWID;
+CREATE TEMP TABLE curves (picture, line INTEGER, point INTEGER, x, y, PRIMARY KEY (picture, line, point)) WITHOUT ROWID;
 INSERT INTO curves SELECT picture, line, key, value ->> 0, value ->> 1
 FROM lines JOIN facts USING (number), json_each(data, '$.history');
 -- The runs that reach the end; one that blows up leaves the picture instead of flattening the others.

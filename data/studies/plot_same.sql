@@ -1,19 +1,20 @@
 -- plot_same.sql: the lines of a picture that lie on each other, which are drawn as one, from tables that are made later:
---   curves (picture, line, point, x, y)  points of each line by their numbers
+--   curves (picture, line, point, x, y)  points of each line by their numbers, the first three of which are a key
 --   lines (picture, line, kind)          lines by their numbers from 0; those of different kinds are told apart
 --   ranges (picture, low, high, near)    what the picture shows, and from which difference on the eye tells lines apart
 
-CREATE TEMP VIEW alike AS
-SELECT a.picture AS picture, b.line AS earlier, a.line AS line
-FROM lines a JOIN lines b ON b.picture = a.picture AND b.line < a.line AND b.kind = a.kind JOIN ranges r ON r.picture = a.picture
-WHERE (SELECT count(*) FROM curves WHERE picture = a.picture AND line = a.line) =
-    (SELECT count(*) FROM curves WHERE picture = b.picture AND line = b.line) AND NOT EXISTS (
-  SELECT 1 FROM curves p LEFT JOIN curves q ON q.picture = p.picture AND q.line = b.line AND q.point = p.point
-  WHERE p.picture = a.picture AND p.line = a.line AND NOT (q.x IS p.x AND coalesce(abs(p.y - q.y) < near, p.y IS q.y)));
-
 -- The first line that each lies on: itself, or one that lies on no other.
 CREATE TEMP VIEW first_lines AS
-WITH RECURSIVE walk (picture, line, firsts) AS (
+WITH RECURSIVE
+sizes AS MATERIALIZED (SELECT picture, line, kind, count(point) AS size FROM lines LEFT JOIN curves USING (picture, line) GROUP BY 1, 2),
+alike AS MATERIALIZED (
+  SELECT a.picture AS picture, b.line AS earlier, a.line AS line
+  FROM sizes a JOIN sizes b ON b.picture = a.picture AND b.line < a.line AND b.kind = a.kind AND b.size = a.size
+  WHERE NOT EXISTS (
+    SELECT 1 FROM curves p JOIN ranges r ON r.picture = p.picture
+    LEFT JOIN curves q ON q.picture = p.picture AND q.line = b.line AND q.point = p.point
+    WHERE p.picture = a.picture AND p.line = a.line AND NOT (q.x IS p.x AND coalesce(abs(p.y - q.y) < near, p.y IS q.y)))),
+walk (picture, line, firsts) AS (
   SELECT picture, 0, json_array(0) FROM lines WHERE line = 0
   UNION ALL
   SELECT l.picture, l.line, json_insert(firsts, '$[#]', coalesce((SELECT min(value) FROM json_each(firsts) JOIN alike p

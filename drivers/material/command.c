@@ -9,8 +9,6 @@
 
 #include "base/error.h"
 #include "cli/lists.h"
-#include "study/table.h"
-#include "base/file.h"
 #include "material/curves.h"
 #include "cli/options.h"
 #include "cli/output.h"
@@ -204,42 +202,10 @@ static void describe(const flesh_curve *curve)
   printf("\n");
 }
 
-/* ---- the table ---- */
-
-static void put_number(FILE *stream, double value) { flesh_table_field(stream, isfinite(value) ? value : NAN); }
-
-static void put_curve(FILE *stream, const flesh_path *path, const flesh_curve *curve)
-{
-  const flesh_material *m = &curve->material;
-  for (int k = 0; k <= FLESH_CURVE_STEPS; k++) {
-    double energy, q[FLESH_CURVE_QUANTITIES], s = flesh_path_parameter(path, k);
-    flesh_curve_sample(curve, path, s, &energy, q);
-    fprintf(stream, "%s,%.6g,%s,%s", path->name, s, flesh_energy_name(m->energy),
-            flesh_constants_name(m->constants));
-    put_number(stream, m->mu);
-    put_number(stream, m->incompressible ? INFINITY : m->lambda);
-    put_number(stream, energy);
-    for (int n = 0; n < FLESH_CURVE_QUANTITIES; n++) put_number(stream, q[n]);
-    fputc('\n', stream);
-  }
-}
-
-static int write_table(const char *folder, const flesh_curves *all)
-{
-  flesh_file file;
-  const int status = flesh_table_open(folder, "material.csv", &file);
-  if (status) return status;
-  fputs("path,parameter,energy,constants,mu,lambda,psi,psi_minus_rest,stress,"
-        "smallest_eigenvalue\n",
-        file.stream);
-  for (int p = 0; p < FLESH_PATHS; p++)
-    for (int c = 0; c < all->count; c++) put_curve(file.stream, &all->paths[p], &all->curves[c]);
-  return flesh_file_commit(&file);
-}
-
 static int write_and_draw(const request *r, const flesh_curves *all)
 {
-  int status = write_table(r->out, all);
+  flesh_plot_outcome outcome = {0};
+  int status = flesh_curves_write(r->out, all, &outcome);
   if (status) return status;
   printf("Given: mu %.6g Pa, lambda %.6g Pa", all->mu, all->lambda);
   if (!isnan(all->young)) printf(" (E %.6g Pa, nu %.15g)", all->young, all->poisson);
@@ -247,11 +213,7 @@ static int write_and_draw(const request *r, const flesh_curves *all)
   for (int c = 0; c < all->count; c++)
     (all->curves[c].material.incompressible ? describe_incompressible : describe)(&all->curves[c]);
   printf("Table: %s/material.csv\n", r->out);
-  fflush(stdout);
-  for (int p = 0; p < FLESH_PATHS; p++) { /* without gnuplot the scripts are left for later */
-    int drawn = flesh_curves_draw(r->out, &all->paths[p], all);
-    if (!status) status = drawn;
-  }
+  status = flesh_plot_ended(&outcome); /* without gnuplot the scripts are left for later */
   if (status) return status;
   printf("Pictures:");
   for (int p = 0; p < FLESH_PATHS; p++) printf(" %s/%s.png", r->out, all->paths[p].name);

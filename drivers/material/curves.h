@@ -3,6 +3,7 @@
 #define FLESH_MATERIAL_CURVES_H
 
 #include "flesh/material.h"
+#include "picture/plot.h"
 
 enum {
   FLESH_CURVES_MAX = 2 * FLESH_ENERGY_COUNT, /* some stand twice, as D raw and as_e */
@@ -49,7 +50,7 @@ typedef struct flesh_curves {
   double young, poisson; /* NaN when given by mu and lambda */
 } flesh_curves;
 
-/* Writes PATH.gp into `folder`, which draws PATH.png from its material.csv, and draws it. */
-int flesh_curves_draw(const char *folder, const flesh_path *path, const flesh_curves *all);
+/* Writes material.csv and PATH.gp of every path into `folder`, and draws PATH.png; *outcome: of the drawing. */
+int flesh_curves_write(const char *folder, const flesh_curves *all, flesh_plot_outcome *outcome);
 
 #endif
