@@ -14,53 +14,9 @@
 #include "base/file.h"
 #include "study/lead.h"
 #include "run/ranks.h"
+#include "study/embedded.h"
 
-#define METHOD_LINE(name, scene, adaptive, order, colour, mark, doc) "  " name doc "\n"
 #define METHOD_NAME(name, ...) "," name
-
-static const char details[] =
-    "Runs the scene with every method at every step (fixed steps) or tolerance (adaptive) and measures each\n"
-    "against a reference, made by two different methods, refined until they change no more. The uncertainty of the\n"
-    "reference is the difference of the two, or the last change of the better one if that is larger, plus the error\n"
-    "of interpolation between its times; errors below it are not reported. Runs are compared at all of their steps.\n"
-    "Methods:\n"
-    FLESH_ACCURACY_METHOD_LIST(METHOD_LINE)
-    "Then it varies, one at a time, other settings that affect the cost of fixed steps: Newton's tolerance, the\n"
-    "linear tolerance, the eigenvalue filter, the mass matrix and, with --finer, the mesh.\n"
-    "\n"
-    "Every run is a process of its own, one at a time; times are those of the integration, without output. By\n"
-    "default each run is repeated three times (once with --quick), short ones up to twenty times, and no more\n"
-    "after 10 s.\n"
-    "\n"
-    "Writes into DIR: accuracy.csv, a row per run:\n"
-    "  method, setting\n"
-    "  steps                    taken (the adaptive methods' own)\n"
-    "  rejected                 rejected steps\n"
-    "  residual_evaluations, hessian_assemblies, newton, linear_iterations\n"
-    "  cpu_s                    CPU time of the integration, the least of the repeats\n"
-    "  wall_s_median, wall_s_min\n"
-    "  error_position_rms       [m] mass-weighted rms distance of the nodes from the reference, worst over time\n"
-    "  error_position_max       [m] largest distance of any node at any time\n"
-    "  error_tip                [m] of the node that moves most\n"
-    "  error_volume             of the rest volume\n"
-    "  energy_drift             energy minus the reference's where it differs most, over its largest kinetic\n"
-    "                           energy; positive: gained\n"
-    "  status                   complete, below reference (error_position_rms is below its uncertainty and left\n"
-    "                           empty), failed, non-finite, crashed, out of budget, refused, not run\n"
-    "  error_over_tolerance     error_position_rms / (tolerance x length of the body)\n"
-    "  error_over_motion        error_position_rms / largest rms distance of the body from its start\n"
-    "  price                    work, newton_tolerance, linear_tolerance, eigenvalue_filter, mass, mesh\n"
-    "  value                    the setting as a number\n"
-    "  difference               [m] of other settings: rms distance from the same run with every solve to rounding\n"
-    "  front_time, front_residuals   1: no other run is as good for less cpu_s, fewer residuals\n"
-    "With --mesh the scene runs on its mesh and with all tets cut into eight, again and again, with tet4, tet10 and\n"
-    "tet10-mean, by the method and step of least CPU time for 1 % of the motion. What tet10-mean converges to\n"
-    "(Richardson's extrapolation of the last two or three meshes) is the reference, what tet10 converges to checks\n"
-    "it. A scene without inertia is taken for its equilibrium. mesh.csv has a row per mesh and element, mesh.txt the\n"
-    "answer in words, work_mesh.png what accuracy of the mesh costs.\n"
-    "orders.csv (fitted orders with standard errors), verdict.txt, accuracy.json (the reference), accuracy.db (all\n"
-    "runs, for --resume and `flesh sweep export`), reference.states, steps/ (the adaptive methods' own steps), and\n"
-    "pictures: work_time, work_residuals, orders, energy, steps (.png, each with its .gp).\n";
 
 /* The shortest text of a step: 1/N where it is one. */
 static void value_text(double value, flesh_accuracy_value *to)
@@ -293,7 +249,7 @@ int flesh_command_accuracy(int argc, char **argv)
        "how long each of the two references is refined, beyond what it needs at least (default 60; "
        "10 with --quick)"},
       {0}};
-  const flesh_usage usage = {"accuracy", "SCENE", "Shows what accuracy costs.", details, 1, 1, rows, NULL, FLESH_EXITS_ALL};
+  const flesh_usage usage = {"accuracy", "SCENE", "Shows what accuracy costs.", flesh_own_text("accuracy_help"), 1, 1, rows, NULL, FLESH_EXITS_ALL};
   int count, code = status ? flesh_command_fail("accuracy", status)
                            : flesh_ranks_read_options(plan.options.ranks, &usage, argc, argv, &count);
   if (code == FLESH_OPTIONS_GO_ON) {

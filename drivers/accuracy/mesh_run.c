@@ -298,8 +298,8 @@ static int tell(flesh_accuracy_session *s, const char *first, const char *second
   flesh_study study = s->study;
   study.case_count = flesh_accuracy_slot(s->plan, FLESH_ACCURACY_RESOLUTION) + s->plan->meshes.row_count;
   study.table = "mesh", study.words = "mesh.txt";
-  study.results[0] = first ? flesh_embedded_text(flesh_own_files, first) : flesh_embedded_text(flesh_own_files, second);
-  study.results[1] = first ? flesh_embedded_text(flesh_own_files, second) : NULL;
+  study.results[0] = first ? flesh_own_text(first) : flesh_own_text(second);
+  study.results[1] = first ? flesh_own_text(second) : NULL;
   return flesh_study_conclude(&study, &s->store, &s->plan->options, FLESH_OK);
 }
 

@@ -13,7 +13,7 @@
 /* Rows behind those that are told of: the reference, its sources, tight, limits, timings of three choices, meshes. */
 enum { CHOICES = 3, SLOTS = 3 + FLESH_ACCURACY_SOURCES + CHOICES + FLESH_ACCURACY_MESHES };
 
-#define METHOD(name, scene, adaptive, order, colour, mark, doc) {name, scene, adaptive, order, colour, mark},
+#define METHOD(name, scene, adaptive, order, colour, mark) {name, scene, adaptive, order, colour, mark},
 const flesh_accuracy_method flesh_accuracy_methods[] = {FLESH_ACCURACY_METHOD_LIST(METHOD){0}};
 static_assert((int)FLESH_ACCURACY_METHODS <= (int)FLESH_ACCURACY_LIMIT, "a plan holds every method");
 

@@ -12,18 +12,7 @@
 #include "cli/lists.h"
 #include "run/ranks.h"
 #include "study/lead.h"
-
-static const char details[] =
-    "Measures what this machine can do (bandwidth where data live, multiply-adds per instruction set), then every\n"
-    "kernel of a step against the bytes and operations that it needs at least, then whole backward-Euler steps of\n"
-    "1/60 s of a bar with the proportions 48 x 13 x 13 (swing: held at one end under gravity; twist: half a turn in\n"
-    "0.5 s; crush: to 0.6 of its length; drop: onto a plane 5 cm below) and its equilibrium at g = 0.5 (static,\n"
-    "tolerance 1e-8). Times are medians of the repeats, CPU time for one thread and wall time for more; +- is half\n"
-    "the range of the middle half of the repeats. Newton and linear iterations and the answer do not depend on the\n"
-    "machine: two programs that differ in them did not do the same work.\n\n"
-    "Every case is a process of its own, one at a time. Writes into DIR: bench.db (all of it, for --resume and `flesh\n"
-    "sweep export`), bench.csv (a row per measurement), bench.json (with ceilings, memory by owner and growth\n"
-    "exponents by fit), roofline.png and growth.png.\n";
+#include "study/embedded.h"
 
 static int fail_full(const char *option)
 {
@@ -162,7 +151,7 @@ int flesh_command_bench(int argc, char **argv)
       {"json", NULL, FLESH_OPTION_SWITCH, &plan.json, "print bench.json in place of the table"},
       FLESH_STUDY_OPTION_ROWS(&plan.options, "bench", "also with further sizes, energies, threads and cases"),
       {0}};
-  const flesh_usage usage = {"bench", "", "Measures flesh against the limits of this machine.", details, 0, 0,
+  const flesh_usage usage = {"bench", "", "Measures flesh against the limits of this machine.", flesh_own_text("bench_help"), 0, 0,
                              rows, NULL, FLESH_EXITS_OF_SOLVES | FLESH_EXITS_OF_INTERRUPTS};
   int count, code = status ? flesh_command_fail("bench", status)
                            : flesh_ranks_read_options(plan.options.ranks, &usage, argc, argv, &count);

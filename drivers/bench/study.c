@@ -138,7 +138,7 @@ flesh_study flesh_bench_study(flesh_bench_plan *plan)
                        .columns = columns,
                        .case_count = plan->case_count,
                        .facts = facts_of,
-                       .results = {flesh_embedded_text(flesh_own_files, "bench")},
+                       .results = {flesh_own_text("bench")},
                        .words = "bench.json",
                        .again = "exit_code NOT IN (0, 4)", /* 4: steps that cannot be solved */
                        .data = plan,

@@ -18,18 +18,9 @@
 #include "cli/output.h"
 #include "run/result.h"
 #include "system/derivative_check.h"
+#include "study/embedded.h"
 
 static const double tolerance = 1e-7;
-
-static const char details[] =
-    "Reads the scene with its mesh, reports what it is made of, and differentiates each of its effects at a\n"
-    "disturbed start state: residual against potential, Jacobian against residual, for statics and for a backward\n"
-    "Euler step of 1/60 s; the projected Jacobian must have no negative curvature. Errors are relative and must\n"
-    "stay below 1e-7. An effect that is zero at the start, such as a contact of what is apart, is not checked and\n"
-    "called zero; --start-state takes a state where it acts. Exit code 2 when the scene is bad or an effect fails.\n"
-    "\n"
-    "--dump writes the elasticity at the start state for comparison with other programs: energy.txt [J],\n"
-    "gradient.txt (rows x y z fx fy fz, f = dV/dx [N]) and hessian.mtx (Matrix Market, dof = 3*node + axis).\n";
 
 /* The scene's skin, if it has one, is bound to see that it can be. */
 static int report_skin(const flesh_scene *scene)
@@ -271,7 +262,7 @@ int flesh_command_check(int argc, char **argv)
        "write energy, gradient and Hessian of the elasticity"},
       {0}};
   const flesh_usage usage = {
-      "check", "SCENE", "Validates a scene and differentiates its effects.", details, 1, 1, rows, NULL, 0};
+      "check", "SCENE", "Validates a scene and differentiates its effects.", flesh_own_text("check_help"), 1, 1, rows, NULL, 0};
   int positionals, failed = 0, code = flesh_options_read(&usage, argc, argv, &positionals);
   flesh_scene *scene = NULL;
   if (code == FLESH_OPTIONS_GO_ON) {

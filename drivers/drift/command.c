@@ -17,22 +17,7 @@
 #include "cli/overrides.h"
 #include "run/ranks.h"
 #include "material/form.h"
-
-static const char details[] =
-    "Runs every scene with every energy and Poisson's ratio, keeping the scene's Young's modulus (of the small\n"
-    "strain, so that both mean the same for all: matched constants). Forms without a match run with raw ones,\n"
-    "D also with those of E (as_e). Each runs twice: guarded, with the scene's own solver, and plain, with ten\n"
-    "full Newton steps at most (clamped Hessian) and no line search, as in programs that accept every step.\n\n"
-    "Writes into DIR: drift.csv (a row per run; runs that fail are rows too), verdict.txt, volume_*.png (volume\n"
-    "against time), worst_*.png (the frame of largest change of volume of each energy, coloured by J), shapes_*.png\n"
-    "(all energies side by side: before the scene's last event, such as a release, and at the end), and runs/\n"
-    "(each with history.csv, result.json and the states pictured).\n"
-    "To see the error of the mesh, compare two resolutions and two elements: give the scene on two meshes,\n"
-    "or --refine 0,1, and --elements tet4,tet10-mean. The verdict then speaks of the finest (the most accurate\n"
-    "element on the mesh with the most nodes) and claims what the next finest confirms; of the other runs it says\n"
-    "by how much they are off. drift.csv has element, nodes, finest (1 where the verdict speaks of the row),\n"
-    "mesh_part (max_volume_drift less that of the finest) and mesh_unsure (how far the finest may be off:\n"
-    "what the two finest differ by, and more where their meshes differ by less than twice in size).\n";
+#include "study/embedded.h"
 
 /* An energy with the constants it can have. */
 static int take_energy(void *data, const char *item)
@@ -146,7 +131,7 @@ int flesh_command_drift(int argc, char **argv)
       FLESH_STUDY_OPTION_SET(&plan.options, "a value of all scenes"),
       {0}};
   const flesh_usage usage = {"drift", "SCENE...", "Compares how well the energies keep the volume.",
-                             details, 1, 64, rows, NULL, FLESH_EXITS_OF_INTERRUPTS};
+                             flesh_own_text("drift_help"), 1, 64, rows, NULL, FLESH_EXITS_OF_INTERRUPTS};
   int count, code = status ? flesh_command_fail("drift", status)
                            : flesh_ranks_read_options(plan.options.ranks, &usage, argc, argv, &count);
   if (code != FLESH_OPTIONS_GO_ON) {

@@ -263,7 +263,7 @@ static int take_cases(flesh_hardcases_battery *battery, const file *f, const fle
 
 int flesh_hardcases_open_battery(const char *path, const char *name, flesh_hardcases_battery *battery)
 {
-  const char *own = flesh_embedded_text(flesh_own_files, name);
+  const char *own = flesh_own_text(name);
   flesh_node *root = NULL;
   char *loaded = NULL;
   file f;

@@ -19,42 +19,7 @@
 #include "hardcases/hardcases.h"
 #include "hardcases/lists.h"
 #include "material/form.h"
-
-static const char details[] =
-    "Runs cases that break elastic solvers: scrambled, collapsed, mirrored, torn, spun and stopped bodies, extreme\n"
-    "materials, meshes and steps (--list shows them); or the cases of FILE, in the format of\n"
-    "data/hardcases/battery.yaml. Every run is a process of its own with a budget and a scene of its own,\n"
-    "DIR/cases/NAME/scene.yaml (some with release.yaml, a second phase that goes on from it), which `flesh run`\n"
-    "repeats with the same result. A run has recovered when every solve converged, the incremental potential never\n"
-    "rose from a step's start to its end, no number was non-finite, and at the end the body is within 1e-3 of its\n"
-    "length and of its volume from its rest shape with no element inverted. It is called untangled when a tangle in\n"
-    "equilibrium was removed through softer materials (solver.techniques: untangle), which no motion does. For any\n"
-    "other end a static solve and the eigenvalues of the Hessian show whether that is a true local minimum; the run\n"
-    "counts as not recovered all the same. Free bodies that stay on an exact line or point are accepted, as these\n"
-    "are equilibria.\n\n"
-    "Writes into DIR: hardcases.csv (a row per run), verdict.txt, matrix.png (cases x settings), frames_*.png,\n"
-    "cases/.\n\n"
-    "With --filters, starts, loads and motions of bodies with one face held are solved by each element, Poisson's\n"
-    "ratio, mesh, seed and treatment of negative eigenvalues (--solvers); NAME-bare leaves out all techniques but\n"
-    "balanced_target and approximate_wolfe. verdict.txt and profiles.csv, .png then have performance profiles\n"
-    "(Dolan & More 2002) and the share solved within a budget of linear iterations (More & Wild 2009).\n\n"
-    "With --ablation every run is made by the default solver and without each of its techniques\n"
-    "(solver.techniques). verdict.txt and ablation.csv then have what each is worth: runs that fail, iterations and\n"
-    "CPU time, by group of cases, element and Poisson's ratio.\n\n"
-    "With --export nothing is run: the cases that are static, have no effects and are stress-free at rest are\n"
-    "written as DIR/cases/NAME/case.json, body.mesh and start.txt, which other solvers read. Keys of case.json:\n\n"
-    "  format, version  flesh-case, 1\n"
-    "  name, doc        name, a sentence\n"
-    "  mesh, start      files: rest positions and tets; rows x y z and a velocity of 0\n"
-    "  element          tet4 or tet10 (four points of quadrature)\n"
-    "  materials        a list: energy, the form; mu and lambda [Pa] and alpha, its constants\n"
-    "  tet_material     place of each tet's material in the list; null: the first\n"
-    "  fixed            rows [node, x, y, z]: nodes, from 0, and where they are held [m]; those that are held at\n"
-    "                   rest also start there\n"
-    "  loads            rows [node, x, y, z]: forces [N]\n"
-    "  judge            an end counts with at most so many inverted tets, a 2-norm of the free residual [N], an\n"
-    "                   elastic energy [J] above that of rest and a largest distance of a node from rest [m]\n"
-    "                   (null: any)\n\n";
+#include "study/embedded.h"
 
 static void describe_keys(FILE *stream)
 {
@@ -364,7 +329,7 @@ int flesh_command_hardcases(int argc, char **argv)
       {"list", NULL, FLESH_OPTION_SWITCH, &list, "print the cases and end"},
       {"export", NULL, FLESH_OPTION_SWITCH, &plan.export, "write the static cases as data for other solvers and end"},
       {0}};
-  char *text = flesh_settings_help(details, describe_keys, "");
+  char *text = flesh_settings_help(flesh_own_text("hardcases_help"), describe_keys, "");
   const flesh_usage usage = {"hardcases", "[FILE]", "Runs the battery of hard cases.", text, 0, 1, rows, NULL,
                              FLESH_EXITS_OF_INTERRUPTS};
   int code = status ? flesh_command_fail("hardcases", status)

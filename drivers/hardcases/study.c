@@ -169,11 +169,11 @@ flesh_study flesh_hardcases_study(flesh_hardcases_plan *plan)
                        .max_seconds = plan->max_seconds > 0 ? 3 * plan->max_seconds + 20 : 0,
                        .budget = plan->max_seconds,
                        .facts = facts_of,
-                       .results = {flesh_embedded_text(flesh_own_files, "hardcases"),
-                                   flesh_embedded_text(flesh_own_files, plan->filters    ? "profiles"
+                       .results = {flesh_own_text("hardcases"),
+                                   flesh_own_text(plan->filters    ? "profiles"
                                                                         : plan->ablation ? "ablation"
                                                                                          : "recovery"),
-                                   plan->filters ? NULL : flesh_embedded_text(flesh_own_files, "matrix")},
+                                   plan->filters ? NULL : flesh_own_text("matrix")},
                        .again = "exit_code = 3", /* it could not write its files */
                        .data = plan,
                        .make = make_case,

@@ -13,16 +13,7 @@
 #include "cli/options.h"
 #include "cli/output.h"
 #include "material/form.h"
-
-static const char details[] =
-    "Writes into DIR: material.csv (energies in J/m^3, stresses and smallest eigenvalues in Pa; a\n"
-    "field is empty where the energy has no value) and a picture per deformation, PATH.png, drawn\n"
-    "by PATH.gp. The constants are those of small strain, E and nu or mu and lambda. Matched\n"
-    "constants reproduce them; forms that are stressed at rest and cannot are then shown raw, and\n"
-    "as_e (with E's constants) as well where they take it. At --poisson 0.5 all paths keep the\n"
-    "volume: stretch, equibiaxial stretch and pure shear with free faces, simple shear, rotation.\n"
-    "Stresses are P - p cof F with the pressure p with which P_33 is 0; eigenvalues are those for\n"
-    "changes of F that keep the volume.\n";
+#include "study/embedded.h"
 
 typedef struct request {
   const char *out, *energies, *constants_name;
@@ -253,7 +244,7 @@ int flesh_command_material(int argc, char **argv)
       {"constants", "KIND", FLESH_OPTION_TEXT, &r.constants_name, "matched (default) or raw"},
       {0}};
   const flesh_usage usage = {
-      "material", "", "Compares the energies along simple deformations.", details, 0, 0, rows, NULL, 0};
+      "material", "", "Compares the energies along simple deformations.", flesh_own_text("material_help"), 0, 0, rows, NULL, 0};
   int positionals, code = flesh_options_read(&usage, argc, argv, &positionals);
   if (code != FLESH_OPTIONS_GO_ON) return code;
   int status = complete(&r);

@@ -66,7 +66,7 @@ int flesh_curves_write(const char *folder, const flesh_curves *all, flesh_plot_o
       "INSERT INTO given VALUES (?, ?, ?, ?)", "INSERT INTO paths VALUES (?, ?, ?, ?, ?, ?, ?)",
       "INSERT INTO materials (line, twice, energy, constants, label, colour, mu, lambda) VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
       "INSERT INTO samples VALUES (?, ?, ?, ?, ?, ?, ?, ?)"};
-  const char *const sql[] = {flesh_embedded_text(flesh_own_files, "plot_same"), flesh_embedded_text(flesh_own_files, "material"), NULL};
+  const char *const sql[] = {flesh_own_text("plot_same"), flesh_own_text("material"), NULL};
   const flesh_results to = {.out = folder, .draw = draw, .data = outcome};
   sqlite3_stmt *rows[4] = {NULL};
   sqlite3 *database = NULL;

@@ -15,6 +15,7 @@
 #include "cli/output.h"
 #include "picture/plot.h"
 #include "picture/plot_text.h"
+#include "study/embedded.h"
 
 typedef struct picture {
   const char *title;
@@ -154,14 +155,6 @@ static int plot(const char *out, const char *y, flesh_curves_wanted *wanted, pic
   return status;
 }
 
-static const char details[] =
-    "RUN is the folder that `flesh run` (or drift, accuracy, hardcases) has filled, or any CSV file\n"
-    "with a header row. COLUMN is a column's name without its unit, as history.csv and probes.csv\n"
-    "have it: energy_total, tip.position_z; probe.tip.z is short for the latter, and * stands for\n"
-    "any letters: 'energy_*'. Units are those of the file; columns of one axis must have the same.\n"
-    "Curves are told apart by run and column. Beside FILE stands FILE.gp with the data: `gnuplot\n"
-    "./FILE.gp` draws it again.\n";
-
 int flesh_command_plot(int argc, char **argv)
 {
   const char *y = NULL, *out = "plot.svg", *log = NULL;
@@ -181,7 +174,7 @@ int flesh_command_plot(int argc, char **argv)
   const flesh_usage usage = {.command = "plot",
                              .positionals = "RUN... --y COLUMN",
                              .summary = "Draws curves of what runs have written, over time or each other.",
-                             .details = details,
+                             .details = flesh_own_text("plot_help"),
                              .positional_min = 1,
                              .positional_max = INT_MAX,
                              .options = options};

@@ -14,6 +14,7 @@
 #include "cli/options.h"
 #include "cli/output.h"
 #include "run/provenance.h"
+#include "study/embedded.h"
 
 /* Size up to which a report can be sent by mail, bytes. */
 static const double LARGE = 20e6;
@@ -103,13 +104,6 @@ static int make(flesh_report *report, int count, char **paths, const char *title
   return FLESH_OK;
 }
 
-static const char details[] =
-    "RESULT is the folder of a `flesh run`, `drift`, `accuracy`, `hardcases`, `bench` or `sweep`, or the database of\n"
-    "a sweep. The file has the verdict in words, tables that sort, plots that show their numbers, the\n"
-    "scenes and where all of it came from. Bodies are seen in three dimensions and move: of runs with\n"
-    "frames all of these, of others what states they left. Runs stand side by side, seen by one camera\n"
-    "and coloured on one scale by J_mean, stress or speed, as `flesh snap` draws them without a skin.";
-
 int flesh_command_report(int argc, char **argv)
 {
   const char *out = NULL, *title = NULL;
@@ -124,7 +118,7 @@ int flesh_command_report(int argc, char **argv)
   const flesh_usage usage = {.command = "report",
                              .positionals = "RESULT... --out FILE",
                              .summary = "Writes results as one HTML file that opens offline in a browser.",
-                             .details = details,
+                             .details = flesh_own_text("report_help"),
                              .positional_min = 1,
                              .positional_max = INT_MAX,
                              .options = options};

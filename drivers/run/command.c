@@ -27,14 +27,7 @@
 #include "run/running.h"
 #include "scene/scene.h"
 #include "study/table.h"
-
-static const char details[] =
-    "Writes into DIR: history.csv (a row per step), probes.csv (the same of output.probes),\n"
-    "frames/frames.pvd (for ParaView), state.txt (the last state, to go on from with --start-state),\n"
-    "result.json (status, figures, provenance) and scene.yaml (every value in force; running it gives the\n"
-    "same result); with --checkpoint also checkpoint.bin, until the run is complete. Results of an older\n"
-    "run in DIR are replaced, but no file that the run reads or that no run has written. One process at a\n"
-    "time writes into DIR.\n";
+#include "study/embedded.h"
 
 /* out/<scene's name without folder and suffix>. Returns new text. */
 static char *default_folder(const char *scene)
@@ -349,7 +342,7 @@ static int read_and_run(given *g, int argc, char **argv)
       {"quiet", NULL, FLESH_OPTION_SWITCH, &options->quiet, "print errors only"},
       {0}};
   const flesh_usage usage = {
-      "run", "[SCENE]", "Simulates a scene (see `flesh schema` for its keys).", details, 0, 1, rows, NULL,
+      "run", "[SCENE]", "Simulates a scene (see `flesh schema` for its keys).", flesh_own_text("run_help"), 0, 1, rows, NULL,
       FLESH_EXITS_ALL};
   int code = read_options(g, &usage, argc, argv);
   flesh_checkpoint checkpoint = {0};

@@ -10,12 +10,6 @@
 #include "scene/schema.h"
 #include "study/embedded.h"
 
-static const char details[] =
-    "Prints every key with what it may be, its default and its meaning, or only those of SECTION:\n"
-    "body, body.material, solver, time.step, effects.pin, pin ... `flesh schema --format json >\n"
-    "scene.schema.json` makes a JSON Schema (draft 2020-12) for editors and programs. `flesh schema results` prints\n"
-    "what the files of a run have, result.json, history.csv, probes.csv or frames only one of them.\n";
-
 static int read_format(const char *name, flesh_schema_format *format)
 {
   static const char *const names[] = {[FLESH_SCHEMA_MARKDOWN] = "markdown", [FLESH_SCHEMA_JSON] = "json",
@@ -33,7 +27,7 @@ static int read_format(const char *name, flesh_schema_format *format)
 static int print_results(const char *section)
 {
   static const char head[] = "\n## ";
-  const char *at = flesh_embedded_text(flesh_own_files, "results"), *next;
+  const char *at = flesh_own_text("results"), *next;
   const size_t size = strlen(section);
   if (!strcmp(section, "results")) return fputs(at, stdout) >= 0;
   while ((at = strstr(at, head)) && (strncmp(at += strlen(head), section, size) || at[size] != '\n')) continue;
@@ -49,7 +43,7 @@ int flesh_command_schema(int argc, char **argv)
   const flesh_option rows[] = {{"format", "markdown|json|man|paths", FLESH_OPTION_TEXT, &format_name,
                                 "tables to read (default), JSON Schema, flesh-scene(5), or the paths of the keys"},
                                {0}};
-  const flesh_usage usage = {"schema", "[SECTION]", "Documents the keys of a scene and the results of a run.", details, 0,
+  const flesh_usage usage = {"schema", "[SECTION]", "Documents the keys of a scene and the results of a run.", flesh_own_text("schema_help"), 0,
                              1,        rows, NULL, 0};
   int positionals, code = flesh_options_read(&usage, argc, argv, &positionals);
   if (code != FLESH_OPTIONS_GO_ON) return code;

@@ -9,7 +9,7 @@ typedef struct flesh_embedded {
   const char *name, *text; /* the former without folder and suffix: "battery" */
 } flesh_embedded;
 
-extern const flesh_embedded flesh_own_files[];   /* of data/hardcases and data/studies; what a run writes */
+extern const flesh_embedded flesh_own_files[];   /* of data/hardcases and data/studies; what a run writes; help of commands */
 extern const flesh_embedded flesh_completions[]; /* scripts of shells, with lines for what they complete */
 
 /* The text of that name, which must be there. */
@@ -18,5 +18,6 @@ static inline const char *flesh_embedded_text(const flesh_embedded *files, const
   while (strcmp(files->name, name)) files++;
   return files->text;
 }
+static inline const char *flesh_own_text(const char *name) { return flesh_embedded_text(flesh_own_files, name); }
 
 #endif

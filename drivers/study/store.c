@@ -17,23 +17,6 @@
 /* How long a process waits for another one's transaction. */
 enum { PATIENCE_MS = 60000 };
 
-const char flesh_study_schema_text[] =
-    "Tables of the database:\n"
-    "  cases       a row per case: id (from 1, the same in every shard), a column per axis, repeat (of several),\n"
-    "              status (planned, running, complete, failed, out of budget, crashed, refused,\n"
-    "              interrupted), exit_code, message,\n"
-    "              seconds (of the whole case), started (UTC), worker, scene, overrides (as for --set, JSON),\n"
-    "              result (JSON as in result.json: status, failure, figures, materials, inputs with their sha256),\n"
-    "              case_key (its values, by which it is found again)\n"
-    "  table_rows  of drift, accuracy, hardcases and bench: case_id, number, data (a row of the command's CSV as JSON)\n"
-    "  parameters  number, name, key: the axes;  derived: number, name, expression;  meta: key, value (spec, ...)\n"
-    "  workers     name, host, pid, lock, started, program (JSON: version, commit, compiler, libraries, machine)\n"
-    "  results     view: the cases with every figure as a column (energies as energy_NAME; of each column of\n"
-    "              probes.csv, such as tip.position_z, the last, smallest and largest value as tip_position_z_final,\n"
-    "              tip_position_z_min and tip_position_z_max), reason and failed_at of failures, nodes and tets of the mesh, host and flesh_commit, and the derived columns\n"
-    "  rows        view: table_rows with the axes and a column per field\n"
-    "Costs that do not depend on the machine: steps, newton, linear, assemblies, projections, residuals, ...\n";
-
 /* The number of the tables' layout. */
 static const char format_number[] = "2";
 

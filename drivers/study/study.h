@@ -108,8 +108,6 @@ typedef struct flesh_study_options {
   flesh_overrides overrides; /* --set */
 } flesh_study_options;
 
-extern const char flesh_study_schema_text[]; /* the tables, for the help */
-
 /* Reads "2/8". FLESH_ERR_ARGUMENT. */
 int flesh_study_read_shard(const char *text, int *shard, int *shards);
 /* New path of the database of that name in the folder; NULL without memory. */

@@ -17,23 +17,7 @@
 #include "study/lead.h"
 #include "study/settings.h"
 #include "sweep/sweep.h"
-
-static const char details[] =
-    "Runs a scene repeatedly as SPEC, in YAML, says, each case in a process of its own, and writes a row for\n"
-    "each into DIR/sweep.db (SQLite, WAL). A case that fails, crashes or hangs is a row that says so. Killed at any\n"
-    "moment, the same command with --resume goes on: what is finished stays, what was in flight begins again. Several\n"
-    "processes may share one database on one machine; of several machines each makes a shard, to be joined by "
-    "merge:\n\n"
-    "  flesh sweep export DB [--format csv|jsonl]     the results as a table\n"
-    "  flesh sweep plot DB --x COLUMN --y COLUMN      any figure against any axis, also as a heat map\n"
-    "  flesh sweep merge OUT.db IN.db...              joins shards\n\n"
-    "  scene: scene.yaml\n"
-    "  set: {time.end: 1}\n"
-    "  axes:\n"
-    "    - {key: body.material.energy, values: [B, S]}\n"
-    "    - {key: body.material.young, from: 1e4, to: 1e6, count: 5, spacing: logarithmic}\n"
-    "    - sample: {count: 64, axes: [{key: body.material.poisson, from: 0.3, to: 0.49}]}\n"
-    "  columns: [{name: work, is: newton * tets}]\n\n";
+#include "study/embedded.h"
 
 static void print_plan(const flesh_sweep *sweep, int shard, int shards)
 {
@@ -160,7 +144,7 @@ int flesh_command_sweep(int argc, char **argv)
       {"dry-run", NULL, FLESH_OPTION_SWITCH, &set.dry, "check the spec and print the plan"},
       {"quiet", NULL, FLESH_OPTION_SWITCH, &set.options.quiet, "print errors only"},
       {0}};
-  char *text = flesh_settings_help(details, flesh_sweep_describe_keys, flesh_study_schema_text);
+  char *text = flesh_settings_help(flesh_own_text("sweep_help"), flesh_sweep_describe_keys, flesh_own_text("tables_help"));
   const flesh_usage usage = {"sweep", "SPEC", "Runs the cases of a spec into one database.", text, 1, 1, rows, verbs,
                              FLESH_EXITS_OF_INTERRUPTS};
   int count, code = status ? flesh_command_fail("sweep", status)

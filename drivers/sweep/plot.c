@@ -91,8 +91,8 @@ static int draw(picture *p)
 {
   flesh_plot_outcome outcome = {0};
   const flesh_results to = {.out = p->folder, .picture = p->name, .draw = note_drawn, .data = &outcome};
-  const char *const sql[] = {flesh_embedded_text(flesh_own_files, "plot_ticks"),
-                             flesh_embedded_text(flesh_own_files, p->z ? "plot_heat" : "plot_lines"), NULL};
+  const char *const sql[] = {flesh_own_text("plot_ticks"),
+                             flesh_own_text(p->z ? "plot_heat" : "plot_lines"), NULL};
   int status = make_tables(p);
   if (!status) status = check_tables(p);
   if (!status) status = flesh_results_make(p->store.database, p->store.path, sql, &to);

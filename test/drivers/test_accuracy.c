@@ -289,8 +289,8 @@ static sqlite3 *fill(int count, const double *steps, const double *errors, const
 /* The verdict, and the table where one is asked for. */
 static char *make(sqlite3 *database, const char *table, char **csv)
 {
-  return results_make_of(database, (const char *const[]){flesh_embedded_text(flesh_own_files, "runs"),
-                                                         flesh_embedded_text(flesh_own_files, "accuracy"), NULL}, table, csv, "verdict.txt");
+  return results_make_of(database, (const char *const[]){flesh_own_text("runs"),
+                                                         flesh_own_text("accuracy"), NULL}, table, csv, "verdict.txt");
 }
 
 static void change(sqlite3 *database, const char *sql) { CHECK(!sqlite3_exec(database, sql, NULL, NULL, NULL)); }

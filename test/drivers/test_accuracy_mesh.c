@@ -58,8 +58,8 @@ static char *words(const double mesh_errors[ROWS], const double step_errors[STEP
   execute(database, sql);
   execute(database, more ? more : "");
   execute(database, "CREATE TEMP TABLE shared AS SELECT number, step_error, cpu_s FROM steps WHERE number = 1");
-  return results_make_of(database, (const char *const[]){flesh_embedded_text(flesh_own_files, "mesh"),
-                                                         flesh_embedded_text(flesh_own_files, "mesh_words"), NULL}, NULL, NULL, "mesh.txt");
+  return results_make_of(database, (const char *const[]){flesh_own_text("mesh"),
+                                                         flesh_own_text("mesh_words"), NULL}, NULL, NULL, "mesh.txt");
 }
 
 static void lacks(const char *text, const char *what)

@@ -54,7 +54,7 @@ static inline char *results_make_of(sqlite3 *database, const char *const *sql, c
 /* So for the SQL of that name in data/studies, or `sql` itself, and verdict.txt. */
 static inline char *results_make(sqlite3 *database, const char *name, const char *sql, const char *table, char **csv)
 {
-  const char *const all[] = {name ? flesh_embedded_text(flesh_own_files, name) : sql, NULL};
+  const char *const all[] = {name ? flesh_own_text(name) : sql, NULL};
   return results_make_of(database, all, table, csv, "verdict.txt");
 }
 
