@@ -55,7 +55,6 @@ typedef enum flesh_accuracy_group {
   FLESH_ACCURACY_LINEAR,
   FLESH_ACCURACY_PROJECTION,
   FLESH_ACCURACY_MASS,
-  FLESH_ACCURACY_MESH,
   FLESH_ACCURACY_REFERENCE,  /* made of two of the next */
   FLESH_ACCURACY_SOURCE,     /* a method, refined until it changes no more */
   FLESH_ACCURACY_TIGHT,      /* solved to rounding: other prices are compared with it */
@@ -142,7 +141,7 @@ typedef struct flesh_accuracy_meshes {
 
 typedef struct flesh_accuracy_plan {
   flesh_study_options options; /* folder, ranks, shard, command line */
-  const char *scene, *finer, *out;
+  const char *scene, *out;
   int mesh;              /* the error of the mesh is measured too */
   double mesh_seconds;   /* to spend on it */
   const flesh_texts *coarser; /* further meshes for it */
@@ -156,7 +155,7 @@ typedef struct flesh_accuracy_plan {
   double max_seconds, reference_seconds;
   const char *mass; /* the row's extra value that stands in the scene already */
   /* Hashes of the scenes as they stand; of the scene, the grid and the build together. */
-  char fingerprint[FLESH_STUDY_FINGERPRINT], finer_fingerprint[FLESH_STUDY_FINGERPRINT];
+  char fingerprint[FLESH_STUDY_FINGERPRINT];
   char study_fingerprint[160];
   flesh_accuracy_grid grid;
   flesh_accuracy_measure measure;

@@ -189,7 +189,7 @@ static int check_others(const flesh_accuracy_plan *plan)
     return flesh_fail(FLESH_ERR_ARGUMENT, "--coarser is given without --mesh; give both, or neither");
   if (plan->coarser->count >= FLESH_ACCURACY_LEVELS)
     return flesh_fail(FLESH_ERR_ARGUMENT, "--coarser is given more than %d times", FLESH_ACCURACY_LEVELS - 1);
-  int status = plan->finer ? check_scene(plan, plan->finer) : FLESH_OK;
+  int status = FLESH_OK;
   for (int k = 0; k < plan->coarser->count && !status; k++) status = check_scene(plan, plan->coarser->values[k]);
   return status;
 }
@@ -232,7 +232,6 @@ int flesh_command_accuracy(int argc, char **argv)
        "of the adaptive methods (default 1e-2,1e-3,...,1e-6; to 1e-4 with --quick)"},
       {"steps", "LIST", FLESH_OPTION_TEXT, &steps,
        "of the others, in s (default twice the scene's, the scene's, its half, ... to its 64th; to its 8th with --quick)"},
-      {"finer", "SCENE2", FLESH_OPTION_TEXT, &plan.finer, "the same scene on a finer mesh"},
       {"mesh", NULL, FLESH_OPTION_SWITCH, &plan.mesh, "measure the error of the mesh too, with tet4, tet10, tet10-mean"},
       {"coarser", "SCENE2", FLESH_OPTION_LIST, &coarser, "the same scene on a coarser mesh, for --mesh"},
       {"mesh-seconds", "S", FLESH_OPTION_POSITIVE, &plan.mesh_seconds,
@@ -249,7 +248,8 @@ int flesh_command_accuracy(int argc, char **argv)
        "how long each of the two references is refined, beyond what it needs at least (default 60; "
        "10 with --quick)"},
       {0}};
-  const flesh_usage usage = {"accuracy", "SCENE", "Shows what accuracy costs.", flesh_own_text("accuracy_help"), 1, 1, rows, NULL, FLESH_EXITS_ALL};
+  const flesh_usage usage = {"accuracy", "SCENE", "Shows what accuracy costs.", flesh_own_text("accuracy_help"),
+                             1, 1, rows, NULL, FLESH_EXITS_ALL};
   int count, code = status ? flesh_command_fail("accuracy", status)
                            : flesh_ranks_read_options(plan.options.ranks, &usage, argc, argv, &count);
   if (code == FLESH_OPTIONS_GO_ON) {

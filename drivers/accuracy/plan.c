@@ -32,7 +32,6 @@ const char *const flesh_accuracy_group_names[] = {[FLESH_ACCURACY_WORK] = "work"
                                                   [FLESH_ACCURACY_LINEAR] = "linear_tolerance",
                                                   [FLESH_ACCURACY_PROJECTION] = "eigenvalue_filter",
                                                   [FLESH_ACCURACY_MASS] = "mass",
-                                                  [FLESH_ACCURACY_MESH] = "mesh",
                                                   [FLESH_ACCURACY_REFERENCE] = "reference",
                                                   [FLESH_ACCURACY_SOURCE] = "source",
                                                   [FLESH_ACCURACY_TIGHT] = "tight",
@@ -73,7 +72,7 @@ int flesh_accuracy_overrides(const flesh_accuracy_plan *plan, const flesh_accura
 
 const char *flesh_accuracy_scene_of(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row)
 {
-  return row->group == FLESH_ACCURACY_MESH ? plan->finer : row->source ? plan->meshes.sources[row->source] : plan->scene;
+  return row->source ? plan->meshes.sources[row->source] : plan->scene;
 }
 
 const char *flesh_accuracy_method_name(const flesh_accuracy_row *row)
@@ -227,11 +226,6 @@ static void make_runs(flesh_accuracy_plan *plan)
              plan->quick ? linear_quick : linear);
   add_prices(plan, FLESH_ACCURACY_PROJECTION, "solver.eigenvalue_filter", projection);
   add_prices(plan, FLESH_ACCURACY_MASS, "body.mass", mass);
-  if (plan->finer) {
-    flesh_accuracy_row *row =
-        add_row(plan, FLESH_ACCURACY_MESH, plan->representative, plan->representative_step);
-    snprintf(row->setting, sizeof row->setting, "finer mesh");
-  }
 }
 
 int flesh_accuracy_make_rows(flesh_accuracy_plan *plan)

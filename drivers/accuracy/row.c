@@ -19,34 +19,16 @@ typedef struct judge_of_run {
   const flesh_accuracy_track *tight; /* NULL for the methods' work */
   const flesh_system *system;        /* of the run's scene */
   flesh_scene *scene;                /* as it stands: of the reference */
-  int finer_tip;                     /* -1; of a run on another mesh: its node nearest to the tip */
-  flesh_accuracy_errors errors;      /* largest so far, against the reference; of another mesh against `tight` */
+  flesh_accuracy_errors errors;      /* largest so far, against the reference */
   flesh_accuracy_errors difference;  /* against `tight` */
   flesh_accuracy_track now, then;    /* one state each: the run's and the reference's */
 } judge_of_run;
 
-/* The node nearest to where the tip of the coarser mesh is at rest. */
-static int find_tip(const flesh_accuracy_plan *plan, const flesh_mesh *mesh)
-{
-  const double *X = flesh_mesh_positions(mesh), *tip = plan->measure.rest + 3 * plan->reference.scale.tip;
-  double least = INFINITY;
-  int node = 0;
-  for (int i = 0; i < flesh_mesh_node_count(mesh); i++) {
-    double d2 = 0;
-    for (int c = 0; c < 3; c++) d2 += (X[3 * i + c] - tip[c]) * (X[3 * i + c] - tip[c]);
-    if (d2 < least) least = d2, node = i;
-  }
-  return node;
-}
-
 static int judge_open(const flesh_accuracy_plan *plan, const flesh_accuracy_track *reference,
-                              const flesh_accuracy_track *tight, const flesh_scene *scene, int is_finer,
-                              judge_of_run *judge)
+                      const flesh_accuracy_track *tight, const flesh_scene *scene, judge_of_run *judge)
 {
   const flesh_system *system = flesh_scene_system(scene);
-  *judge = (judge_of_run){
-      .plan = plan, .reference = reference, .tight = tight, .system = system, .finer_tip = -1};
-  if (is_finer) judge->finer_tip = find_tip(plan, flesh_scene_mesh(scene));
+  *judge = (judge_of_run){.plan = plan, .reference = reference, .tight = tight, .system = system};
   int status = flesh_accuracy_read_as_it_stands(plan, plan->scene, &judge->scene);
   if (!status) status = flesh_accuracy_track_open(1, flesh_system_unknowns(system), &judge->now);
   return status ? status : flesh_accuracy_track_open(1, reference->unknowns, &judge->then);
@@ -71,25 +53,6 @@ static int compare(judge_of_run *j, const flesh_accuracy_track *with, flesh_accu
   return status;
 }
 
-/* A finer mesh has other nodes: the one nearest to the tip speaks for its place, and the volumes. */
-static void compare_finer(judge_of_run *j)
-{
-  const flesh_accuracy_plan *plan = j->plan;
-  const flesh_mesh *mesh = flesh_system_mesh(j->system);
-  const double *X = flesh_mesh_positions(mesh) + 3 * j->finer_tip, *fine = j->now.x + 3 * j->finer_tip;
-  const double *coarse = j->then.x + 3 * plan->reference.scale.tip;
-  const double *tip = plan->measure.rest + 3 * plan->reference.scale.tip;
-  double d2 = 0, volume = flesh_mesh_volume(mesh, j->now.x) / flesh_mesh_volume(mesh, flesh_mesh_positions(mesh));
-  flesh_accuracy_track_at(j->tight, &plan->measure, *j->now.t, j->then.x, j->then.v);
-  for (int c = 0; c < 3; c++) {
-    double apart = fine[c] - X[c] - (coarse[c] - tip[c]);
-    d2 += apart * apart;
-  }
-  j->errors.tip = fmax(j->errors.tip, sqrt(d2));
-  double other = flesh_mesh_volume(flesh_scene_mesh(j->scene), j->then.x) / plan->measure.rest_volume;
-  j->errors.volume = fmax(j->errors.volume, fabs(volume - other));
-}
-
 static int judge_see(void *data, const flesh_state *state)
 {
   judge_of_run *j = data;
@@ -97,10 +60,6 @@ static int judge_see(void *data, const flesh_state *state)
   *j->now.t = state->t;
   memcpy(j->now.x, state->x, size);
   memcpy(j->now.v, state->v, size);
-  if (j->finer_tip >= 0) {
-    compare_finer(j);
-    return FLESH_OK;
-  }
   int status = flesh_accuracy_track_evaluate(j->system, &j->now);
   if (!status) status = compare(j, j->reference, &j->errors);
   if (!status && j->tight) status = compare(j, j->tight, &j->difference);
@@ -162,11 +121,6 @@ static double above(double error, double uncertainty)
 static void judge(const flesh_accuracy_plan *plan, const judge_of_run *judged, flesh_accuracy_figures *f)
 {
   const flesh_accuracy_errors *u = &plan->reference.uncertainty, *e = &judged->errors;
-  if (judged->finer_tip >= 0) {
-    f->errors.tip = e->tip;
-    f->errors.volume = e->volume;
-    return;
-  }
   f->below = e->position_rms <= u->position_rms;
   f->errors = (flesh_accuracy_errors){above(e->position_rms, u->position_rms), above(e->position_max, u->position_max),
                                       above(e->tip, u->tip), above(e->volume, u->volume), above(e->energy, u->energy)};
@@ -222,9 +176,7 @@ static int run_and_judge(const task *given, flesh_accuracy_figures *f)
   judge_of_run judged = {0};
   const flesh_accuracy_watch watch = {judge_see, &judged, 1};
   int status = flesh_accuracy_read(given->plan, given->row, &scene);
-  if (!status)
-    status = judge_open(given->plan, given->reference, given->tight, scene,
-                                       given->row->group == FLESH_ACCURACY_MESH, &judged);
+  if (!status) status = judge_open(given->plan, given->reference, given->tight, scene, &judged);
   if (!status) status = run_repeats(given, scene, &watch, f);
   if (!status) judge(given->plan, &judged, f);
   judge_close(&judged);

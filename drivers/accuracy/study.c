@@ -33,7 +33,7 @@ static const flesh_study_field fields[] = {
 static const flesh_study_column columns[] = {{.name = "price", .key = "group"},
                                              {.name = "method", .key = "--methods"},
                                              {.name = "setting", .key = "--steps, --tolerances"},
-                                             {.name = "scene_sha256", .key = "--finer, --coarser"}};
+                                             {.name = "scene_sha256", .key = "--coarser"}};
 enum { COLUMNS = sizeof columns / sizeof *columns };
 
 static const flesh_accuracy_plan *plan_of(const void *data) { return ((const flesh_accuracy_work *)data)->plan; }
@@ -51,11 +51,8 @@ static int make_case(const void *data, int number, flesh_study_case *made)
 {
   const flesh_accuracy_plan *plan = plan_of(data);
   const flesh_accuracy_row *row = &plan->rows[number];
-  const char *const values[COLUMNS] = {flesh_accuracy_group_names[row->group],
-                                       flesh_accuracy_method_name(row), row->setting,
-                                       row->group == FLESH_ACCURACY_MESH ? plan->finer_fingerprint
-                                       : row->inputs                     ? row->inputs
-                                                                         : ""};
+  const char *const values[COLUMNS] = {flesh_accuracy_group_names[row->group], flesh_accuracy_method_name(row), row->setting,
+                                       row->inputs ? row->inputs : ""};
   *made = (flesh_study_case){.scene = flesh_accuracy_scene_of(plan, row)};
   memcpy(made->values, values, sizeof values);
   return FLESH_OK;
@@ -222,7 +219,6 @@ static int make_fingerprints(flesh_accuracy_plan *plan)
 {
   char build[FLESH_STUDY_FINGERPRINT];
   int status = flesh_accuracy_fingerprint(plan, plan->scene, plan->fingerprint);
-  if (!status && plan->finer) status = flesh_accuracy_fingerprint(plan, plan->finer, plan->finer_fingerprint);
   json_t *object = build_json();
   char *text = json_dumps(object, JSON_COMPACT | JSON_SORT_KEYS);
   json_decref(object);

@@ -12,7 +12,7 @@
 /* Every method of motion is compared; marks and colours tell them apart. */
 static void every_method_is_compared(void)
 {
-#define ROW(name_, scene_, adaptive_, order, colour_, mark_, doc)                                                      \
+#define ROW(name_, scene_, adaptive_, order, colour_, mark_)                                                      \
   {.name = name_, .scene = scene_, .adaptive = adaptive_, .max_order = order, .colour = colour_, .mark = mark_},
   static const flesh_accuracy_method rows[] = {FLESH_ACCURACY_METHOD_LIST(ROW)};
 #undef ROW
