@@ -3,7 +3,8 @@
 -- The ceilings with each number of threads, the first ones first. Of what a kernel touches (held), a level holds as much as
 -- was found with the first number of threads.
 CREATE TEMP TABLE ceilings AS
-SELECT row_number() OVER (ORDER BY w.number) AS place, threads, printf('%d thread%s', threads, iif(threads = 1, '', 's')) AS title,
+SELECT row_number() OVER (ORDER BY w.number) AS place, threads,
+  printf('%d thread%s', threads, iif(threads = 1, '', 's')) AS title,
   data ->> '$.read_bytes_per_s.L2' AS L2, data ->> '$.read_bytes_per_s.L3' AS L3, data ->> '$.read_bytes_per_s.memory' AS memory,
   data ->> '$.level_bytes.L2' AS L2_bytes, data ->> '$.level_bytes.L3' AS L3_bytes,
   (SELECT max(value) FROM json_each(data, '$.operations_per_s')) AS peak, data
@@ -41,10 +42,14 @@ SELECT m.part AS part, m.energy AS energy, m.poisson AS poisson, m.threads AS th
   printf('%s %s %s, %d thread%s', m.part, m.energy, number('%g', m.poisson), m.threads, iif(m.threads = 1, '', 's')) AS title,
   a.slope AS time, b.slope AS time_far, c.slope AS linear, d.slope AS linear_far
 FROM measured m
-LEFT JOIN growth a ON (a.part, a.energy, a.poisson, a.threads, a.what, a.least) = (m.part, m.energy, m.poisson, m.threads, 'time', 0)
-LEFT JOIN growth b ON (b.part, b.energy, b.poisson, b.threads, b.what, b.least) = (m.part, m.energy, m.poisson, m.threads, 'time', 200000)
-LEFT JOIN growth c ON (c.part, c.energy, c.poisson, c.threads, c.what, c.least) = (m.part, m.energy, m.poisson, m.threads, 'linear', 0)
-LEFT JOIN growth d ON (d.part, d.energy, d.poisson, d.threads, d.what, d.least) = (m.part, m.energy, m.poisson, m.threads, 'linear', 48000)
+LEFT JOIN growth a ON (a.part, a.energy, a.poisson, a.threads, a.what, a.least) =
+  (m.part, m.energy, m.poisson, m.threads, 'time', 0)
+LEFT JOIN growth b ON (b.part, b.energy, b.poisson, b.threads, b.what, b.least) =
+  (m.part, m.energy, m.poisson, m.threads, 'time', 200000)
+LEFT JOIN growth c ON (c.part, c.energy, c.poisson, c.threads, c.what, c.least) =
+  (m.part, m.energy, m.poisson, m.threads, 'linear', 0)
+LEFT JOIN growth d ON (d.part, d.energy, d.poisson, d.threads, d.what, d.least) =
+  (m.part, m.energy, m.poisson, m.threads, 'linear', 48000)
 WHERE grouping <> 'kernel' GROUP BY m.part, m.energy, m.poisson, m.threads;
 
 -- Memory by its owner, of the first case of each mesh.
@@ -58,7 +63,8 @@ SELECT grouping AS "group", name, energy, poisson, tets, nodes, threads, status_
   repeats, 1e9 * seconds / tets / coalesce(steps, 1) AS ns_per_tet, coalesce(bytes, 0) AS bytes,
   coalesce(operations, 0) AS operations, coalesce(floor_s, 0) AS floor_s, level, coalesce(steps, 0) AS steps,
   coalesce(newton, 0) AS newton, coalesce(linear, 0) AS linear, coalesce(data ->> 'assemblies', 0) AS assemblies,
-  coalesce(projections, 0) AS projections, coalesce(data ->> 'backtracks', 0) AS backtracks, data ->> 'answer_m' AS answer, element
+  coalesce(projections, 0) AS projections, coalesce(data ->> 'backtracks', 0) AS backtracks, data ->> 'answer_m' AS answer,
+  element
 FROM measured ORDER BY number, line;
 
 -- to bench.json
@@ -128,21 +134,25 @@ set samples 1000
 set xrange [0.05:10]
 set yrange [1:%s]
 set dummy i
-under_roof(name) = strcol(''group'') eq ''kernel'' && strcol(''name'') eq name && strcol(''energy'') eq ''%s'' && column(''threads'') == %d
+under_roof(name) = strcol(''group'') eq ''kernel'' && strcol(''name'') eq name && ' ||
+  'strcol(''energy'') eq ''%s'' && column(''threads'') == %d
 intensity = ''column("operations")/column("bytes")''
 speed = ''1e-9*column("operations")/column("%s")''
 plot ', number('%g', 2e-9 * peak), coalesce((SELECT energy FROM measured WHERE grouping = 'kernel' ORDER BY number LIMIT 1), ''),
   threads, iif(threads = 1, 'cpu_s', 'wall_s')) || (
   SELECT group_concat(printf('(i*%s < %s ? i*%s : %s) with lines lw %d lc rgb ''%s'' title ''read from %s, %.0f GB/s'', \
-  ', number('%g', 1e-9 * rate), number('%g', 1e-9 * peak), number('%g', 1e-9 * rate), number('%g', 1e-9 * peak), width, grey, level, 1e-9 * rate), '')
+  ', number('%g', 1e-9 * rate), number('%g', 1e-9 * peak), number('%g', 1e-9 * rate), number('%g', 1e-9 * peak), width, grey,
+    level, 1e-9 * rate), '')
   FROM (SELECT column1 AS level, column2 AS width, column3 AS grey,
     CASE column1 WHEN 'L2' THEN L2 WHEN 'L3' THEN L3 ELSE memory END AS rate
     FROM (VALUES ('L2', 5, '#b0b0b0'), ('L3', 3, '#707070'), ('memory', 1, '#202020')))) || (
   SELECT group_concat(printf('%s with lines lw 1 dt %d lc rgb ''#909090'' title ''multiply-add %s, %.0f Gflop/s'', \
   ', number('%g', 1e-9 * value), dash, key, 1e-9 * value), '')
   FROM (SELECT *, 1 + row_number() OVER (ORDER BY id) AS dash FROM json_each(data, '$.operations_per_s'))) || coalesce((
-  SELECT group_concat(printf('''bench.csv'' using (under_roof(''%s'') ? @intensity : NaN):(@speed) with linespoints lw 1 pt %d ps 1.6 lc rgb ''%s'' notitle, \
-  ', name, hollow, colour) || printf('''bench.csv'' using (under_roof(''%s'') && column(''tets'') == %d ? @intensity : NaN):(@speed) with points pt %d ps 1.6 lc rgb ''%s'' title ''%s, %.0f %% of %s'', \
+  SELECT group_concat(printf('''bench.csv'' using (under_roof(''%s'') ? @intensity : NaN):(@speed) with linespoints lw 1 ' ||
+      'pt %d ps 1.6 lc rgb ''%s'' notitle, \
+  ', name, hollow, colour) || printf('''bench.csv'' using (under_roof(''%s'') && column(''tets'') == %d ? @intensity : NaN):' ||
+      '(@speed) with points pt %d ps 1.6 lc rgb ''%s'' title ''%s, %.0f %% of %s'', \
   ', name, tets, filled, colour, name, share, roof), '')
   FROM (SELECT u.*, colour, filled, hollow FROM under_roof u JOIN colours c ON c.k = u.k % 9 JOIN shapes s ON s.k = u.k % 6
     ORDER BY u.k)), '') || '1/0 notitle'
@@ -153,11 +163,14 @@ CREATE TEMP TABLE curves AS
 WITH parts AS (SELECT part, row_number() OVER (ORDER BY min(first)) - 1 AS c FROM moves GROUP BY part),
   energies AS (SELECT energy, row_number() OVER (ORDER BY min(first)) - 1 AS e FROM moves GROUP BY energy),
   ratios AS (SELECT poisson, row_number() OVER (ORDER BY min(first)) - 1 AS r FROM moves GROUP BY poisson)
-SELECT moves.*, place, printf('with linespoints lw 1.5 dt %d pt %d ps 1.4 lc rgb ''%s''', place, iif(e % 2, hollow, filled), colour) AS style,
+SELECT moves.*, place,
+  printf('with linespoints lw 1.5 dt %d pt %d ps 1.4 lc rgb ''%s''', place, iif(e % 2, hollow, filled),
+    colour) AS style,
   printf('''bench.csv'' using (is_case(''%s'', ''%s'', %s, %d) ? column(''tets'') : NaN):', part, energy, number('%.17g', poisson),
     threads) AS points
-FROM moves JOIN parts USING (part) JOIN energies USING (energy) JOIN ratios USING (poisson) JOIN (SELECT threads, place FROM ceilings)
-  USING (threads) JOIN colours c ON c.k = (c + e * (SELECT count(*) FROM parts)) % 9 JOIN shapes s ON s.k = r % 6;
+FROM moves JOIN parts USING (part) JOIN energies USING (energy) JOIN ratios USING (poisson)
+JOIN (SELECT threads, place FROM ceilings) USING (threads)
+JOIN colours c ON c.k = (c + e * (SELECT count(*) FROM parts)) % 9 JOIN shapes s ON s.k = r % 6;
 -- The legend stands below the panels in two columns, a row of 17 pixels for each curve.
 CREATE TEMP VIEW canvas AS
 SELECT rows, 540 + 17 * rows AS height, 0.8 * least AS low, 1.25 * most AS high, least
@@ -167,11 +180,13 @@ CREATE TEMP VIEW ticks AS
 WITH RECURSIVE sizes (tets) AS (SELECT least FROM canvas UNION ALL
   SELECT (SELECT min(m.tets) FROM measured m WHERE m.tets > s.tets * pow(high / low, 0.1)) AS next FROM sizes s, canvas
   WHERE next IS NOT NULL)
-SELECT group_concat(printf('''%s'' %d', iif(tets < 10000, tets, number('%.3g', tets / 1e3) || ' k'), tets), ', ') AS text FROM sizes;
+SELECT group_concat(printf('''%s'' %d', iif(tets < 10000, tets, number('%.3g', tets / 1e3) || ' k'), tets), ', ') AS text
+FROM sizes;
 -- to growth.gp
 SELECT plot('growth', 1200, height, NULL, NULL, NULL) || printf('set logscale xy
 set title noenhanced font '',13''
-is_case(name, energy, poisson, threads) = strcol(''name'') eq name && strcol(''energy'') eq energy && column(''poisson'') == poisson && column(''threads'') == threads && strcol(''status'') eq ''FLESH_OK''
+is_case(name, energy, poisson, threads) = strcol(''name'') eq name && strcol(''energy'') eq energy && ' ||
+  'column(''poisson'') == poisson && column(''threads'') == threads && strcol(''status'') eq ''FLESH_OK''
 set xtics (%s)
 set xlabel ''number of tets''
 set xrange [%s:%s]

@@ -2,8 +2,8 @@
 -- bodies, from the tables of drift.sql and the facts {folder, colour, history: [[t, volume over that of the mesh], ...]}.
 
 CREATE TEMP TABLE drawn AS
-SELECT r.*, printf('%s_%s', r.scene, number('%g', r.poisson)) AS picture, data ->> 'folder' AS folder, data ->> 'colour' AS colour,
-  c.exit_code, c.worst_t, c.worst_drift, c.event_t, c.event_drift
+SELECT r.*, printf('%s_%s', r.scene, number('%g', r.poisson)) AS picture, data ->> 'folder' AS folder,
+  data ->> 'colour' AS colour, c.exit_code, c.worst_t, c.worst_drift, c.event_t, c.event_drift
 FROM runs r JOIN facts USING (number) JOIN wanted USING (number) JOIN results c USING (id);
 
 -- A run that the scene refuses has no line, nor has one without a history.

@@ -77,7 +77,8 @@ set key at graph 0.5,0.56 center center samplen 6 spacing 1.5 font '',12'' Left 
 set xrange [0:1]
 set yrange [0:1]
 ' || printf('set label 1 ''{/Symbol m} = %s Pa, {/Symbol l} = %s Pa%s'' at graph 0.5,0.03 center font '',11''
-set label 2 "A curve ends where its energy has no value.\nCurves that lie on each other are one line, listed above the panel." at graph 0.5,-0.04 center font '',9'' tc rgb ''#606060''
+set label 2 "A curve ends where its energy has no value.\n' ||
+  'Curves that lie on each other are one line, listed above the panel." at graph 0.5,-0.04 center font '',9'' tc rgb ''#606060''
 plot NaN notitle, \
 ', number('%.4g', mu), number('%.4g', lambda), iif(young IS NULL, '', printf('  (E = %s Pa, {/Symbol n} = %s)',
       number('%.4g', young), number('%.6g', poisson)))) || (

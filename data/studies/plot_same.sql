@@ -6,7 +6,8 @@
 -- The first line that each lies on: itself, or one that lies on no other.
 CREATE TEMP VIEW first_lines AS
 WITH RECURSIVE
-sizes AS MATERIALIZED (SELECT picture, line, kind, count(point) AS size FROM lines LEFT JOIN curves USING (picture, line) GROUP BY 1, 2),
+sizes AS MATERIALIZED (
+  SELECT picture, line, kind, count(point) AS size FROM lines LEFT JOIN curves USING (picture, line) GROUP BY 1, 2),
 alike AS MATERIALIZED (
   SELECT a.picture AS picture, b.line AS earlier, a.line AS line
   FROM sizes a JOIN sizes b ON b.picture = a.picture AND b.line < a.line AND b.kind = a.kind AND b.size = a.size

@@ -151,8 +151,8 @@ int flesh_command_bench(int argc, char **argv)
       {"json", NULL, FLESH_OPTION_SWITCH, &plan.json, "print bench.json in place of the table"},
       FLESH_STUDY_OPTION_ROWS(&plan.options, "bench", "also with further sizes, energies, threads and cases"),
       {0}};
-  const flesh_usage usage = {"bench", "", "Measures flesh against the limits of this machine.", flesh_own_text("bench_help"), 0, 0,
-                             rows, NULL, FLESH_EXITS_OF_SOLVES | FLESH_EXITS_OF_INTERRUPTS};
+  const flesh_usage usage = {"bench", "", "Measures flesh against the limits of this machine.", flesh_own_text("bench_help"),
+                             0, 0, rows, NULL, FLESH_EXITS_OF_SOLVES | FLESH_EXITS_OF_INTERRUPTS};
   int count, code = status ? flesh_command_fail("bench", status)
                            : flesh_ranks_read_options(plan.options.ranks, &usage, argc, argv, &count);
   if (code != FLESH_OPTIONS_GO_ON) {

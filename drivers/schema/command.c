@@ -43,8 +43,8 @@ int flesh_command_schema(int argc, char **argv)
   const flesh_option rows[] = {{"format", "markdown|json|man|paths", FLESH_OPTION_TEXT, &format_name,
                                 "tables to read (default), JSON Schema, flesh-scene(5), or the paths of the keys"},
                                {0}};
-  const flesh_usage usage = {"schema", "[SECTION]", "Documents the keys of a scene and the results of a run.", flesh_own_text("schema_help"), 0,
-                             1,        rows, NULL, 0};
+  const flesh_usage usage = {"schema", "[SECTION]", "Documents the keys of a scene and the results of a run.",
+                             flesh_own_text("schema_help"), 0, 1, rows, NULL, 0};
   int positionals, code = flesh_options_read(&usage, argc, argv, &positionals);
   if (code != FLESH_OPTIONS_GO_ON) return code;
   flesh_schema_format format = FLESH_SCHEMA_MARKDOWN;

@@ -43,8 +43,8 @@ static void report(flesh_study_store *store)
 {
   sqlite3_stmt *query;
   printf("%d cases:", flesh_study_store_count(store, NULL));
-  if (!sqlite3_prepare_v2(store->database, "SELECT status, count(*) FROM temp.wanted JOIN cases USING (id) GROUP BY status ORDER BY 2 DESC", -1,
-                          &query, NULL))
+  if (!sqlite3_prepare_v2(store->database, "SELECT status, count(*) FROM temp.wanted JOIN cases USING (id) "
+                                           "GROUP BY status ORDER BY 2 DESC", -1, &query, NULL))
     for (int k = 0; sqlite3_step(query) == SQLITE_ROW; k++)
       printf("%s %d %s", k ? "," : "", sqlite3_column_int(query, 1), sqlite3_column_text(query, 0));
   sqlite3_finalize(query);
