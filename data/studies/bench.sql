@@ -166,8 +166,8 @@ WITH parts AS (SELECT part, row_number() OVER (ORDER BY min(first)) - 1 AS c FRO
 SELECT moves.*, place,
   printf('with linespoints lw 1.5 dt %d pt %d ps 1.4 lc rgb ''%s''', place, iif(e % 2, hollow, filled),
     colour) AS style,
-  printf('''bench.csv'' using (is_case(''%s'', ''%s'', %s, %d) ? column(''tets'') : NaN):', part, energy, number('%.17g', poisson),
-    threads) AS points
+  printf('''bench.csv'' using (is_case(''%s'', ''%s'', %s, %d) ? column(''tets'') : NaN):', part, energy,
+    number('%.17g', poisson), threads) AS points
 FROM moves JOIN parts USING (part) JOIN energies USING (energy) JOIN ratios USING (poisson)
 JOIN (SELECT threads, place FROM ceilings) USING (threads)
 JOIN colours c ON c.k = (c + e * (SELECT count(*) FROM parts)) % 9 JOIN shapes s ON s.k = r % 6;
