@@ -198,10 +198,11 @@ static int find_contact(flesh_integrator *self, double *with_lagged, double *wit
   return status ? status : flesh_system_roles_residual(self->evaluation->system, contact, &point, with_own);
 }
 
-/* Whether friction at the stage that has been solved is off by more than a part of contact's forces. */
+/* Whether friction at the stage that has been solved is off by more than a part of contact's forces: a few hundredths of
+ * friction where its coefficient is small. */
 static int check_friction(flesh_integrator *self, int *off)
 {
-  static const double little = 0.05;
+  static const double little = 0.01;
   double *with_own = self->first.rigid, *with_lagged = self->part.x;
   int status = find_contact(self, with_lagged, with_own);
   if (status) return status;
