@@ -49,7 +49,7 @@ static const motion_case others[] = {
      "effects:\n  - inertia: {}\n  - gravity: {}\n"
      "  - contact: {plane: {point: [0, 0, -0.012]}, friction: 0.3, thickness: 0.01, stiffness: 1e5}\n" TIME("1/240", "0.1"),
      {{"body.material.young", 2e4, 0.5, 10}, {"effects.contact.friction", 0.3, 1e-5, 1e-3},
-      {"effects.contact.thickness", 0.01, 2e-7, 2e-7}, {"body.density", 1000, 0.05, 1}}},
+      {"effects.contact.thickness", 0.01, 5e-8, 5e-8}, {"body.density", 1000, 0.05, 1}}},
     {"follower pressure",
      BODY "young: 1e4, poisson: 0.4}}\neffects:\n  - inertia: {}\n" CLAMP
      "  - pressure: {box: [[-1, -1, 0.099], [5, 2, 2]], pressure: 400}\n" TIME("0.01", "0.06"),
