@@ -123,7 +123,8 @@ int flesh_couplings_find_apart(flesh_couplings *self, int effect, const flesh_po
   if (status) return status;
   const flesh_apart *apart = &self->apart;
   flesh_point point = tear_point(apart, given);
-  const double **const read[FLESH_READINGS] = {&point.lagged.x, &point.lagged.v, &point.frozen.x, &point.frozen.v, &point.v, &point.x};
+  const double **const read[FLESH_READINGS] = {&point.lagged.x, &point.lagged.v, &point.frozen.x, &point.frozen.v,
+                                               &point.v,        &point.x};
   const variation v = {apart->of[effect], &point, read[reading], step};
   double *sums = apart->room + (ARRAYS + 2) * (size_t)apart->n;
   for (int a = 0; a < (flesh_mesh_order(apart->mesh) == 2 ? 10 : 4) && !status; a++) {

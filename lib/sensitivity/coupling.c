@@ -297,8 +297,8 @@ static int find_reading(const variation *v, double step, const flesh_block_matri
       status = find_by_kind(v, *kind, step * pow(0.1, finer), &whole);
     if (status || whole) return status;
   }
-  return flesh_fail(FLESH_ERR_ARGUMENT, "at t = %g s the forces of effect %s have no derivative by the %s state, so that there are "
-                                        "no sensitivities", v->point->t, effect->operations->name, read);
+  return flesh_fail(FLESH_ERR_ARGUMENT, "at t = %g s the forces of effect %s have no derivative by the %s state, so that "
+                                        "there are no sensitivities", v->point->t, effect->operations->name, read);
 }
 
 /* Whether the effect's residual, `before` at the point, is another in its bits where all nodes of what is read are moved. */

@@ -214,7 +214,8 @@ static int start_back(pass *p, const flesh_recorded_part *part)
   add(self->n, -1, p->lag, p->known[FLESH_KNOWN_X]);
   add(self->n, -1, p->c, p->known[FLESH_KNOWN_V]);
   for (int k = 0; k < FLESH_OWN_V; k++)
-    flesh_couplings_add(&self->tangent.couplings, (flesh_reading)k, 1, -1, p->lambda, p->known[FLESH_KNOWN_X + flesh_reading_is_of_v((flesh_reading)k)]);
+    flesh_couplings_add(&self->tangent.couplings, (flesh_reading)k, 1, -1, p->lambda,
+                        p->known[FLESH_KNOWN_X + flesh_reading_is_of_v((flesh_reading)k)]);
   memset(bar, 0, (size_t)self->n * sizeof *bar);
   return add_parameters(p, NULL);
 }
@@ -363,7 +364,8 @@ static int start_on(pass *p, const flesh_recorded_part *part)
   if (status) return status;
   for (int d = 0; d < p->self->n; d++) right[d] = -right[d] - p->c[d] - p->force[d];
   for (int k = 0; k < FLESH_OWN_V; k++)
-    flesh_couplings_add(&tangent->couplings, (flesh_reading)k, 0, -1, p->known[FLESH_KNOWN_X + flesh_reading_is_of_v((flesh_reading)k)], right);
+    flesh_couplings_add(&tangent->couplings, (flesh_reading)k, 0, -1,
+                        p->known[FLESH_KNOWN_X + flesh_reading_is_of_v((flesh_reading)k)], right);
   return flesh_stage_tangent_solve(tangent, 0, right, NULL, a);
 }
 

@@ -239,7 +239,7 @@ static int check_reading(check *c, flesh_reading reading, double *worst)
   const double **const states[] = {&point.lagged.x, &point.lagged.v, &point.frozen.x, &point.frozen.v, &point.v, &point.x};
   const double *base = *states[reading];
   const size_t bytes = c->unknowns * sizeof(double);
-  double *product = c->Kdu, *sum = c->dr, *other = c->as, error = 0; /* which is not read */
+  double *product = c->Kdu, *sum = c->dr, *other = c->as, error = 0, terms = 0; /* a is not read */
   int status = FLESH_OK;
   memset(product, 0, bytes);
   own->multiply(c->effect, &point, reading, 0, 1, c->du, product);
@@ -247,17 +247,18 @@ static int check_reading(check *c, flesh_reading reading, double *worst)
   double *varied = flesh_malloc(bytes + 1);
   if (!varied) return flesh_fail(FLESH_ERR_MEMORY, "no memory to check an effect");
   *states[reading] = varied;
+  const double s = 1e-3;
   for (int k = 0; k < 4 && !status; k++) {
-    const double s = 1e-3;
     for (size_t d = 0; d < c->unknowns; d++) varied[d] = base[d] + offsets[k] * s * c->du[d];
     memset(c->r, 0, bytes);
     status = c->effect->operations->residual(c->effect, &point, c->r);
     for (size_t d = 0; d < c->unknowns; d++) sum[d] += weights[k] * c->r[d] / s;
+    terms = fmax(terms, sqrt(dot(c, c->r, c->r)));
   }
   *states[reading] = base;
   flesh_free(varied);
   for (size_t d = 0; d < c->unknowns; d++) error += (sum[d] - product[d]) * (sum[d] - product[d]);
-  *worst = fmax(*worst, ratio(sqrt(error), sqrt(dot(c, sum, sum))));
+  *worst = fmax(*worst, difference_ratio(sqrt(error), sqrt(dot(c, sum, sum)), terms, s));
   randomize(c, other, 1);
   const double expected = dot(c, product, other), size = dot_absolute(c, product, other);
   memset(sum, 0, bytes);
