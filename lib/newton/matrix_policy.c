@@ -212,12 +212,14 @@ double flesh_matrix_policy_tolerance(flesh_matrix_policy *self, double norm, dou
   return expected < 20 * least ? least : fmin(tolerance, expected);
 }
 
-/* Measuring costs a residual, so it is done only where the norm is suspiciously small or has stopped falling. */
+/* Measuring costs a residual, so it is done only where the norm is suspiciously small or has stopped falling: below the
+ * one before or, where it comes back from a larger one, below the smallest. */
 int flesh_matrix_policy_at_round_off(flesh_matrix_policy *self, double norm, const double *u)
 {
   flesh_equations *equations = self->equations;
   const double before = self->previous_norm;
   self->previous_norm = norm;
-  if (before == 0) return flesh_equations_at_round_off(equations, u, norm);
-  return norm >= 0.3 * before && norm <= FLESH_ROUND_OFF_LEAVES * flesh_equations_residual_round_off(equations, u);
+  if (norm < 0.3 * before && norm < 0.3 * self->smallest_norm) return 0;
+  if (norm < 0.3 * before || before == 0) return flesh_equations_at_round_off(equations, u, norm);
+  return norm <= FLESH_ROUND_OFF_LEAVES * flesh_equations_residual_round_off(equations, u);
 }

@@ -299,8 +299,9 @@ int flesh_newton_step(flesh_newton *self, const double *weights, const double *b
   if (asked_to_stop(self)) return self->stopped;
   if (self->search.stalls) return FLESH_NOT_CONVERGED;
   const double norm = flesh_norm(self->threads, self->equations.n, b);
+  const int at_round_off = flesh_matrix_policy_at_round_off(&self->policy, norm, self->u);
   tolerance = flesh_matrix_policy_tolerance(&self->policy, norm, tolerance);
-  if (flesh_matrix_policy_at_round_off(&self->policy, norm, self->u)) {
+  if (at_round_off) {
     if (!flesh_search_gains(&self->search, self->u)) {
       self->at_round_off = 1;
       memset(p, 0, (size_t)self->equations.n * sizeof *p);

@@ -306,8 +306,8 @@ static void no_step_is_made_at_round_off(void)
   discard(&b);
 }
 
-/* Nor is there where the residual is within a few times of what round-off moves it by and falls no more; what is above
- * that, or falls fast, is still to be solved. */
+/* Nor is there where the residual is within a few times of what round-off moves it by and falls no more, or falls back to
+ * what it was; what is above that, or falls fast, is still to be solved. */
 static void round_off_is_what_was_measured(void)
 {
   const flesh_solver_options options = defaults();
@@ -321,6 +321,9 @@ static void round_off_is_what_was_measured(void)
     b.newton.policy.previous_norm = 2 * norm;
     CHECK(flesh_matrix_policy_at_round_off(&b.newton.policy, norm, b.u) == (multiples[k] <= 4));
     b.newton.policy.previous_norm = 10 * norm;
+    b.newton.policy.smallest_norm = norm;
+    CHECK(flesh_matrix_policy_at_round_off(&b.newton.policy, norm, b.u) == (multiples[k] <= 4));
+    b.newton.policy.previous_norm = b.newton.policy.smallest_norm = 10 * norm;
     CHECK(!flesh_matrix_policy_at_round_off(&b.newton.policy, norm, b.u));
   }
   discard(&b);
