@@ -21,20 +21,19 @@ static const double LARGE = 20e6;
 
 /* A kind of results, known by a file in their folder; runs are added together. */
 typedef struct kind {
-  const char *file;
-  int (*add)(flesh_report *report, const char *path);
+  const char *file, *title, *sql; /* of a study; sql NULL: of a run, or a sweep */
 } kind;
-static const kind kinds[] = {{"drift.csv", flesh_report_add_drift},
-                             {"accuracy.json", flesh_report_add_accuracy},
-                             {"hardcases.csv", flesh_report_add_hardcases},
-                             {"bench.json", flesh_report_add_bench},
-                             {"sweep.db", flesh_report_add_sweep},
-                             {"scene.yaml", NULL}};
+static const kind kinds[] = {{"drift.csv", "How the energies keep the volume", "report_drift"},
+                             {"accuracy.json", "What accuracy costs", "report_accuracy"},
+                             {"hardcases.csv", "Hard cases", "report_hardcases"},
+                             {"bench.json", "What kernels and steps take", "report_bench"},
+                             {"sweep.db", "Sweep", NULL},
+                             {"scene.yaml", NULL, NULL}};
 
 static int find_kind(const char *path, const kind **found)
 {
   enum { COUNT = sizeof kinds / sizeof *kinds };
-  static const kind database = {"", flesh_report_add_sweep};
+  static const kind database = {"", "Sweep", NULL};
   struct stat info;
   if (flesh_path_stat(path, &info))
     return flesh_fail(FLESH_ERR_FILE, "%s: there is no such folder", *path ? path : "''");
@@ -65,11 +64,12 @@ static int gather(flesh_report *report, int count, char **paths)
   int run_count = 0, status = runs && found ? FLESH_OK : flesh_report_no_memory();
   for (int k = 0; k < count && !status; k++) {
     status = find_kind(paths[k], &found[k]);
-    if (!status && !found[k]->add) runs[run_count++] = paths[k];
+    if (!status && !found[k]->title) runs[run_count++] = paths[k];
   }
   if (!status && run_count) status = flesh_report_add_runs(report, run_count, runs);
   for (int k = 0; k < count && !status; k++)
-    if (found[k]->add) status = found[k]->add(report, paths[k]);
+    if (found[k]->sql) status = flesh_report_add_study(report, found[k]->title, found[k]->sql, paths[k]);
+    else if (found[k]->title) status = flesh_report_add_sweep(report, paths[k]);
   free(runs);
   free(found);
   return status;

@@ -97,16 +97,6 @@ int flesh_report_add_history(json_t *part, json_t *plot, const char *folder, con
   return FLESH_OK;
 }
 
-void flesh_report_add_grid(json_t *part, const char *title, int table, const char *row,
-                           const char *const *columns, const char *value)
-{
-  json_t *names = json_array();
-  for (; *columns; columns++) json_array_append_new(names, json_string(*columns));
-  json_array_append_new(json_object_get(part, "grids"),
-                        json_pack("{sssisssoss}", "title", title, "table", table, "row", row,
-                                  "columns", names, "value", value));
-}
-
 const char *flesh_report_energy_colour(const char *letter)
 {
   for (int e = 0; e < FLESH_ENERGY_COUNT; e++)

@@ -39,10 +39,6 @@ void flesh_report_add_series(json_t *plot, int table, const char *name, const ch
 int flesh_report_add_history(json_t *part, json_t *plot, const char *folder, const char *file,
                              const char *name, const char *colour);
 
-/* Rows against columns, one cell each, coloured by what it says. `columns`: names, NULL-ended. */
-void flesh_report_add_grid(json_t *part, const char *title, int table, const char *row,
-                           const char *const *columns, const char *value);
-
 /* The colour of an energy by its letter; NULL for another name. */
 const char *flesh_report_energy_colour(const char *letter);
 

@@ -58,10 +58,8 @@ typedef struct flesh_report {
 
 /* Appends a part about all runs, or about one folder; a sweep is named by its folder or its database. */
 int flesh_report_add_runs(flesh_report *report, int count, char *const *folders);
-int flesh_report_add_drift(flesh_report *report, const char *folder);
-int flesh_report_add_accuracy(flesh_report *report, const char *folder);
-int flesh_report_add_hardcases(flesh_report *report, const char *folder);
-int flesh_report_add_bench(flesh_report *report, const char *folder);
+/* The text `sql` of data/studies says what is told of the folder. */
+int flesh_report_add_study(flesh_report *report, const char *title, const char *sql, const char *folder);
 int flesh_report_add_sweep(flesh_report *report, const char *path);
 /* Whether it is named as a database is. */
 int flesh_report_is_database(const char *path);

@@ -189,8 +189,9 @@ static int write_json(const maker *m, sqlite3_stmt *query, const char *name)
   return status;
 }
 
-static int execute(maker *m, sqlite3_stmt *query, const char *target)
+static int execute(void *data, sqlite3_stmt *query, const char *target)
 {
+  maker *m = data;
   const char *dot = strrchr(target, '.');
   if (dot && !strcmp(dot, ".csv")) return write_table(m, query, target);
   if (dot && !strcmp(dot, ".json")) return write_json(m, query, target);
@@ -208,16 +209,17 @@ static int execute(maker *m, sqlite3_stmt *query, const char *target)
   return code == SQLITE_DONE ? FLESH_OK : fail_to_read(m, query);
 }
 
-static int execute_all(maker *m, sqlite3 *database, const char *sql)
+int flesh_results_each(sqlite3 *database, const char *path, const char *sql, flesh_results_execute *execute_one, void *data)
 {
   char target[64];
-  int status = FLESH_OK;
+  int status = add_functions(database);
   while (*sql && !status) {
     sqlite3_stmt *query = NULL;
     const char *rest = sql;
-    if (sqlite3_prepare_v2(database, sql, -1, &query, &rest)) status = flesh_database_fail(database, m->path, "cannot be asked for results");
+    if (sqlite3_prepare_v2(database, sql, -1, &query, &rest))
+      status = flesh_database_fail(database, path, "cannot be asked for results");
     find_target(sql, target);
-    if (!status && query) status = execute(m, query, target);
+    if (!status && query) status = execute_one(data, query, target);
     sqlite3_finalize(query);
     sql = rest;
   }
@@ -229,10 +231,9 @@ static void say(const void *text, FILE *stream) { fputs(text, stream); }
 int flesh_results_make(sqlite3 *database, const char *path, const char *const *sql, const flesh_results *to)
 {
   maker m = {.path = path, .to = to};
-  int status = add_functions(database);
-  if (status) return status;
+  int status = FLESH_OK;
   if (to->words && !(m.words = open_memstream(&m.text, &m.size))) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  for (; *sql && !status; sql++) status = execute_all(&m, database, *sql);
+  for (; *sql && !status; sql++) status = flesh_results_each(database, path, *sql, execute, &m);
   if (m.words && fclose(m.words) && !status) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   if (!status && to->words && *m.name) status = flesh_table_say(to->out, m.name, say, m.text);
   free(m.text);

@@ -32,4 +32,9 @@ typedef struct flesh_results {
  * colour(k). `path` names the database in sentences. FLESH_ERR_FILE, FLESH_ERR_MEMORY. */
 int flesh_results_make(sqlite3 *database, const char *path, const char *const *sql, const flesh_results *to);
 
+/* Gives the statements of a text to `execute` with what their line `-- to NAME` names, empty where there is none, until one
+ * fails. */
+typedef int flesh_results_execute(void *data, sqlite3_stmt *query, const char *name);
+int flesh_results_each(sqlite3 *database, const char *path, const char *sql, flesh_results_execute *execute, void *data);
+
 #endif

@@ -247,6 +247,32 @@ assert hard["grids"][0]["value"] == "outcome" and any("no mesh" in note for note
 END
 }
 
+# What words say of tables that are made up: the greatest ratio, the last scene, its own solver; cases that did not recover.
+made_up_tables_are_told() {
+  mkdir made lost quick
+  printf '%s\n' scene,energy,constants,solver,element,poisson,status,max_volume_drift b,S,matched,guarded,tet4,0.4,complete,0.7 \
+    a,S,matched,guarded,tet4,0.3,complete,0.5 a,S,matched,guarded,tet4,0.4,complete,0.01 a,D,as_e,guarded,tet4,0.4,failed,-0.2 \
+    a,S,matched,plain,tet4,0.4,complete,0.9 >made/drift.csv
+  printf '%s\n' case,folder,energy,constants,poisson,solver,element,seed,outcome \
+    one,cases/one,S,matched,0.4,default,tet4,1,recovered two,cases/two,D,raw,0.4,plain,tet10,2,stopped \
+    three,cases/three,S,matched,0.4,default,tet4,1,untangled >lost/hardcases.csv
+  printf '%s\n' method,setting,price,cpu_s,error_over_motion bdf2,step=1,work,0.1,0.05 ida,tolerance=1,work,0.3,0.005 \
+    ida5,tolerance=1,work,0.25,0.004 hht,step=1,mass,0.01,0.001 >quick/accuracy.csv
+  echo '{"reference": {"apart": 0.5}}' >quick/accuracy.json
+  expect 0 "$flesh" report made lost quick --out made.html || return 1
+  python3 - <<'END'
+from report_file import Report
+made, lost, quick = Report("made.html").json["parts"]
+assert made["verdict"] == ["a at Poisson's ratio 0.4: S keeps its volume best, within 1 %, and D with the constants of E worst, "
+                           "within 20 %. 1 of 5 runs did not complete."], made["verdict"]
+assert lost["verdict"] == ["2 of 3 cases are back at rest, or in the equilibrium that was to be kept; not so two: D with raw "
+                           "constants, Poisson's ratio 0.4, solver plain, tet10, seed 2 (stopped)."], lost["verdict"]
+assert "Of 2 cases that did not recover 0 are shown." in lost["notes"], lost["notes"]
+assert quick["verdict"] == ["With an error of at most 1 % of the motion, ida5 (tolerance=1) takes the least CPU time, 0.25 s."]
+assert quick["sources"] == [{"title": "the reference", "value": {"apart": 0.5}}], quick["sources"]
+END
+}
+
 names_from_outside_are_text() {
   mkdir 'a <b>' && cp -r soft 'a <b>/<script>alert(1)' &&
     expect 0 "$flesh" report 'a <b>/<script>alert(1)' --frames 2 --out odd.html --title '</title><script>x & y' || return 1
@@ -284,5 +310,5 @@ if [ "${1-}" = comparisons ]; then
 fi
 run_tests frames_come_back fields_are_those_of_the_pictures the_page_is_whole_and_loads_nothing \
   a_still_picture_is_in_the_page words_tables_and_sources_are_there long_histories_are_thinned fewer_frames_are_evenly_taken \
-  curved_bodies_have_their_lattice runs_without_frames_show_their_states names_from_outside_are_text \
+  curved_bodies_have_their_lattice runs_without_frames_show_their_states made_up_tables_are_told names_from_outside_are_text \
   bad_report_usage_is_refused
