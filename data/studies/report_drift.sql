@@ -35,6 +35,8 @@ SELECT 'drift.csv: it has no rows: the comparison has not begun' FROM tables WHE
 
 -- to plots
 SELECT printf('Volume against time: %s, Poisson''s ratio %s, %s', scene, ratio, solver), 't', 'volume_ratio', '', 1, -1 FROM last;
+-- to histories
+SELECT folder, 'history.csv', name, iif(constants = 'as_e', '#8B4513', colour_of(energy)) FROM chosen ORDER BY number;
 -- to plots
 SELECT 'Largest change of volume, ' || solver, 'poisson', 'max_volume_drift', 'y', 0, number, 'energy', 'solver', solver
 FROM last, tables;
@@ -42,8 +44,7 @@ FROM last, tables;
 SELECT json_object('title', 'How the runs ended', 'table', number, 'row', 'poisson',
   'columns', json_array('scene', 'energy', 'constants', 'solver'), 'value', 'status') FROM tables;
 -- to runs
-SELECT folder, printf('%s, %.100s', name, scene), name, iif(constants = 'as_e', '#8B4513', colour_of(energy))
-FROM chosen ORDER BY number;
+SELECT folder, printf('%s, %.100s', name, scene), 1 FROM chosen ORDER BY number;
 -- to sources
 SELECT 'scene of the first run shown', folder || '/scene.yaml', NULL FROM chosen ORDER BY number LIMIT 1;
 -- to sources

@@ -29,7 +29,7 @@ SELECT 'Work of the cases', 'newton', 'cpu_s', 'xy', 0, number, 'outcome' FROM t
 -- to tables
 SELECT 'profiles.csv', 0 WHERE is_there('profiles.csv') AND EXISTS (SELECT 1 FROM tables);
 -- to runs
-SELECT folder || '/out', name FROM cases WHERE has_mesh ORDER BY number LIMIT 6;
+SELECT folder || '/out', name, 1 FROM cases WHERE has_mesh ORDER BY number LIMIT 6;
 -- to notes
 SELECT iif(failed, printf('Of %d cases that did not recover %d are shown.', failed, shown),
     'Cases that recover leave no mesh behind: there is nothing to be seen in three dimensions. `flesh run` repeats each from ' ||

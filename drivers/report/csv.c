@@ -60,6 +60,40 @@ int flesh_report_csv(const char *folder, const char *name, int most, json_t **co
   return status;
 }
 
+static json_t *cell(sqlite3_stmt *query, int column)
+{
+  switch (sqlite3_column_type(query, column)) {
+  case SQLITE_INTEGER:
+    return json_integer(sqlite3_column_int64(query, column));
+  case SQLITE_FLOAT:
+    return isfinite(sqlite3_column_double(query, column))
+               ? json_real(sqlite3_column_double(query, column))
+               : json_null();
+  case SQLITE_NULL:
+    return json_null();
+  default: {
+    const char *text = (const char *)sqlite3_column_text(query, column);
+    return flesh_json_text(text ? text : "");
+  }
+  }
+}
+
+json_t *flesh_report_query(sqlite3_stmt *query, int first)
+{
+  int code;
+  json_t *made = json_array();
+  for (int c = first; c < sqlite3_column_count(query); c++) {
+    const char *name = sqlite3_column_name(query, c);
+    flesh_report_add_column(made, name ? name : "", json_array());
+  }
+  while ((code = sqlite3_step(query)) == SQLITE_ROW)
+    for (int c = first; c < sqlite3_column_count(query); c++)
+      json_array_append_new(json_object_get(json_array_get(made, (size_t)(c - first)), "values"), cell(query, c));
+  if (code == SQLITE_DONE) return made;
+  json_decref(made);
+  return NULL;
+}
+
 const json_t *flesh_report_column(const json_t *columns, const char *name)
 {
   size_t k;
@@ -91,7 +125,7 @@ double flesh_report_number(const json_t *columns, const char *name, size_t row)
 
 char *flesh_report_path(const char *folder, const char *name)
 {
-  char *path = flesh_text_new("%s/%s", folder, name);
+  char *path = *folder ? flesh_text_new("%s/%s", folder, name) : strdup(name);
   if (!path) flesh_json_note_lack(); /* what is there must not seem to be missing */
   return path;
 }

@@ -3,6 +3,7 @@
 #define FLESH_REPORT_CSV_H
 
 #include <jansson.h>
+#include <sqlite3.h>
 
 /* Reads the CSV file folder/name (study/csv.h), whose first row names its columns, into a new list of {"name", "values"};
  * values are numbers or null where every cell is a number or empty, else texts. Of more than `most` rows (0: all of them)
@@ -10,6 +11,8 @@
  * there is no such file, or no table in it. FLESH_ERR_FILE for what is no file of the result's folder (confine.h),
  * FLESH_ERR_MEMORY. */
 int flesh_report_csv(const char *folder, const char *name, int most, json_t **columns, int *step);
+/* The rows of a query, from the given column on, as such a list (new); NULL: SQLite has failed. */
+json_t *flesh_report_query(sqlite3_stmt *query, int first);
 /* Appends a column; takes the values. */
 void flesh_report_add_column(json_t *columns, const char *name, json_t *values);
 
@@ -22,7 +25,7 @@ const char *flesh_report_text(const json_t *columns, const char *name, size_t ro
 /* A cell as number; NAN for what is none. */
 double flesh_report_number(const json_t *columns, const char *name, size_t row);
 
-/* folder/name (new); NULL without memory, which is noted (json_memory.h). */
+/* folder/name, or in an empty folder the name (new); NULL without memory, which is noted (json_memory.h). */
 char *flesh_report_path(const char *folder, const char *name);
 /* A text file as a new string; NULL where there is none. FLESH_ERR_FILE for what is no file of the folder. */
 int flesh_report_file(const char *folder, const char *name, json_t **text);

@@ -4,6 +4,7 @@
 #define FLESH_REPORT_PART_H
 
 #include <jansson.h>
+#include <sqlite3.h>
 
 #include "report/report.h"
 
@@ -38,6 +39,11 @@ void flesh_report_add_series(json_t *plot, int table, const char *name, const ch
 /* folder/file as a folded table and a series of the plot; a note where it cannot be read. */
 int flesh_report_add_history(json_t *part, json_t *plot, const char *folder, const char *file,
                              const char *name, const char *colour);
+
+/* Tells the part of a folder, empty where paths are whole, by the text `sql` of data/studies, on a database in memory that
+ * `fill_database` (NULL: nobody) has filled. */
+int flesh_report_tell(flesh_report *report, json_t *part, const char *folder, const char *sql,
+                      int (*fill_database)(sqlite3 *database, const void *data), const void *data);
 
 /* The colour of an energy by its letter; NULL for another name. */
 const char *flesh_report_energy_colour(const char *letter);

@@ -7,7 +7,9 @@
  *   notes    a sentence on what is missing or left out
  *   plots    title, x, y, logarithmic axes ("xy"), lines, table (-1: the runs' histories), and group, column, its text
  *   grids    JSON
- *   runs     folder, title of its bodies, title of its history (NULL: none) and colour
+ *   figures  the rows are a table, whose title is in their first column
+ *   histories  folder, file, title and colour: the file becomes a table, and a series of the last plot
+ *   runs     folder, title of its bodies, whether they may be missing
  *   sources  title, file, key (NULL: a text; "": all of the JSON)
  *   failure  words behind the folder, which end the report
  * is_there(file) asks for a file of the folder, colour_of(energy) for its colour; number() is that of study/results.h. */
@@ -118,14 +120,23 @@ static int add_source(const maker *m, const char *title, const char *name, const
   return status;
 }
 
-/* A folder whose bodies are seen and, with a label, its history in the first plot. */
-static int add_run(const maker *m, const char *name, const char *title, const char *label, const char *colour)
+/* A file of a folder as a table, and as a series of the last plot. */
+static int add_history(const maker *m, const char *name, const char *file, const char *label, const char *colour)
 {
-  json_t *plot = json_array_get(json_object_get(m->part, "plots"), 0);
+  const json_t *plots = json_object_get(m->part, "plots");
   char *path = flesh_report_path(m->folder, name);
-  int status = path ? FLESH_OK : flesh_report_no_memory();
-  if (!status && label) status = flesh_report_add_history(m->part, plot, path, "history.csv", label, colour);
-  if (!status) status = flesh_report_show(m->report, path, title, 1);
+  const int status = path ? flesh_report_add_history(m->part, json_array_get(plots, json_array_size(plots) - 1), path, file,
+                                                     label, colour)
+                          : flesh_report_no_memory();
+  free(path);
+  return status;
+}
+
+/* A folder whose bodies are seen. */
+static int add_run(const maker *m, const char *name, const char *title, int optional)
+{
+  char *path = flesh_report_path(m->folder, name);
+  const int status = path ? flesh_report_show(m->report, path, title, optional) : flesh_report_no_memory();
   free(path);
   return status;
 }
@@ -148,7 +159,8 @@ static int take_row(const maker *m, sqlite3_stmt *row, const char *name)
   if (!strcmp(name, "tables")) return add_table(m, t[0], sqlite3_column_int(row, 1));
   if (!strcmp(name, "texts")) return add_text(m, t[0]);
   if (!strcmp(name, "sources")) return add_source(m, t[0], t[1], t[2]);
-  if (!strcmp(name, "runs")) return add_run(m, t[0], t[1], t[2], t[3]);
+  if (!strcmp(name, "histories")) return add_history(m, t[0], t[1], t[2], t[3]);
+  if (!strcmp(name, "runs")) return add_run(m, t[0], t[1], sqlite3_column_int(row, 2));
   if (!strcmp(name, "failure")) return flesh_fail(FLESH_ERR_FILE, "%s/%s", m->folder, t[0]);
   if (!strcmp(name, "plots")) add_plot(m, row, t);
   if (!strcmp(name, "verdict")) flesh_report_say(m->part, "%s", t[0]);
@@ -157,24 +169,45 @@ static int take_row(const maker *m, sqlite3_stmt *row, const char *name)
   return FLESH_OK;
 }
 
+static int fail(const maker *m) { return flesh_database_fail(m->database, m->folder, "cannot be told of"); }
+
+static int add_figures(const maker *m, sqlite3_stmt *query)
+{
+  if (sqlite3_step(query) != SQLITE_ROW) return fail(m);
+  char *title = strdup((const char *)sqlite3_column_text(query, 0));
+  sqlite3_reset(query);
+  json_t *columns = title ? flesh_report_query(query, 1) : NULL;
+  if (columns) flesh_report_table(m->part, title, columns, 1);
+  free(title);
+  return columns ? FLESH_OK : fail(m);
+}
+
 static int execute(void *data, sqlite3_stmt *query, const char *name)
 {
   const maker *m = data;
   int code, status = FLESH_OK;
+  if (!strcmp(name, "figures")) return add_figures(m, query);
   while (!status && (code = sqlite3_step(query)) == SQLITE_ROW) status = take_row(m, query, name);
-  return status || code == SQLITE_DONE ? status : flesh_database_fail(m->database, m->folder, "cannot be told of");
+  return status || code == SQLITE_DONE ? status : fail(m);
 }
 
-int flesh_report_add_study(flesh_report *report, const char *title, const char *sql, const char *folder)
+int flesh_report_tell(flesh_report *report, json_t *part, const char *folder, const char *sql,
+                      int (*fill_database)(sqlite3 *database, const void *data), const void *data)
 {
-  maker m = {.report = report, .part = flesh_report_part(report, title, folder), .folder = folder};
+  maker m = {.report = report, .part = part, .folder = folder};
   int status = sqlite3_open(":memory:", &m.database) ||
                        sqlite3_create_function(m.database, "is_there", 1, SQLITE_UTF8, &m, test_file, NULL, NULL) ||
                        sqlite3_create_function(m.database, "colour_of", 1, SQLITE_UTF8, NULL, find_colour, NULL, NULL) ||
                        sqlite3_exec(m.database, "CREATE TABLE tables (name, number)", NULL, NULL, NULL)
                    ? flesh_report_no_memory()
                    : FLESH_OK;
+  if (!status && fill_database) status = fill_database(m.database, data);
   if (!status) status = flesh_results_each(m.database, folder, flesh_own_text(sql), execute, &m);
   sqlite3_close(m.database);
   return status;
+}
+
+int flesh_report_add_study(flesh_report *report, const char *title, const char *sql, const char *folder)
+{
+  return flesh_report_tell(report, flesh_report_part(report, title, folder), folder, sql, NULL, NULL);
 }

@@ -23,45 +23,15 @@ static int lost(const source *s)
   return flesh_database_fail(s->database, s->path, "this is no database of a sweep");
 }
 
-static json_t *cell(sqlite3_stmt *query, int column)
-{
-  switch (sqlite3_column_type(query, column)) {
-  case SQLITE_INTEGER:
-    return json_integer(sqlite3_column_int64(query, column));
-  case SQLITE_FLOAT:
-    return isfinite(sqlite3_column_double(query, column))
-               ? json_real(sqlite3_column_double(query, column))
-               : json_null();
-  case SQLITE_NULL:
-    return json_null();
-  default: {
-    const char *text = (const char *)sqlite3_column_text(query, column);
-    return flesh_json_text(text ? text : "");
-  }
-  }
-}
-
 /* Runs the query and returns its rows as columns (new). */
 static int ask(const source *s, const char *sql, json_t **columns)
 {
   sqlite3_stmt *query = NULL;
-  int code;
   *columns = NULL;
   if (sqlite3_prepare_v2(s->database, sql, -1, &query, NULL)) return lost(s);
-  json_t *made = json_array();
-  for (int c = 0; c < sqlite3_column_count(query); c++) {
-    const char *name = sqlite3_column_name(query, c);
-    flesh_report_add_column(made, name ? name : "", json_array());
-  }
-  while ((code = sqlite3_step(query)) == SQLITE_ROW)
-    for (int c = 0; c < sqlite3_column_count(query); c++)
-      json_array_append_new(json_object_get(json_array_get(made, (size_t)c), "values"),
-                            cell(query, c));
-  const int status = code == SQLITE_DONE ? FLESH_OK : lost(s);
+  *columns = flesh_report_query(query, 0);
   sqlite3_finalize(query);
-  if (status) json_decref(made);
-  else *columns = made;
-  return status;
+  return *columns ? FLESH_OK : lost(s);
 }
 
 /* Columns that say nothing: none of their rows has a value. */
