@@ -117,7 +117,7 @@ typedef struct flesh_solver_options {
   /* How often at most a stage of a step is solved, each time with what is lagged (normal forces and
    * directions behind friction, follower loads) as the last solve's end has it, until that changes
    * no residual by more than the tolerance. 0: as often as the method keeps its order, that is once by
-   * methods of order 1, else twice, and while friction is off by a twentieth of contact's forces, as at
+   * methods of order 1, else twice, and while friction is off by a hundredth of contact's forces, as at
    * impacts, up to four times; where errors choose steps, friction's lag counts as an error in its
    * stead. 1: friction goes by the step before; what follows the shape (FLESH_IS_FOLLOWER_LOAD) is
    * solved as by 0. FLESH_METHOD_IDA lags nothing, and statics repeats follower loads anyway. */

@@ -68,7 +68,7 @@ const flesh_key flesh_solver_table[] = {
      .default_value = "0",
      .doc = "how often at most a step is solved, with friction's normal forces and loads that follow the surface as "
             "the last solve has left them; 0: once by backward-euler, twice by methods of order 2 and up to four times "
-            "where friction is off by a twentieth; 1: friction uses the normal forces of the step before"},
+            "where friction is off by a hundredth; 1: friction uses the normal forces of the step before"},
     {.name = "linear_solver",
      .type = FLESH_KEY_CHOICE,
      .offset = offsetof(flesh_solver_options, linear_solver),
