@@ -325,11 +325,12 @@ int flesh_nonlinear_apply_constraint_jump(flesh_nonlinear *self, double t, const
   return status;
 }
 
-int flesh_nonlinear_filter_error(flesh_nonlinear *self, const double *b, double *p, flesh_solve_stats *stats)
+int flesh_nonlinear_filter_error(flesh_nonlinear *self, const double *b, double *p, double *product, flesh_solve_stats *stats)
 {
   flesh_newton *newton = &self->problem->newton;
   const flesh_solve_stats before = newton->stats;
   const int status = flesh_newton_filter_error(newton, N_VGetArrayPointer(self->u), b, p);
+  *product = flesh_dot(newton->threads, newton->equations.n, b, p);
   stats->linear += newton->stats.linear - before.linear;
   stats->linear_single += newton->stats.linear_single - before.linear_single;
   stats->assemblies += newton->stats.assemblies - before.assemblies;

@@ -50,8 +50,9 @@ int flesh_nonlinear_acceleration(flesh_nonlinear *nonlinear, const flesh_state *
 int flesh_nonlinear_apply_constraint_jump(flesh_nonlinear *nonlinear, double t, const double *x_prescribed,
                             const double *v_prescribed, double *x, double *v, flesh_solve_stats *stats);
 
-/* p [3*n] = K^-1 b of the stage solved last, as flesh_newton_filter_error. */
-int flesh_nonlinear_filter_error(flesh_nonlinear *nonlinear, const double *b, double *p, flesh_solve_stats *stats);
+/* p [3*n] = K^-1 b of the stage solved last, as flesh_newton_filter_error; *product = b.p. */
+int flesh_nonlinear_filter_error(flesh_nonlinear *nonlinear, const double *b, double *p, double *product,
+                                 flesh_solve_stats *stats);
 /* The scale of the body's velocities, as system/velocity_scale.h has it, m/s. Not within a step. */
 double flesh_nonlinear_velocity_scale(flesh_nonlinear *nonlinear);
 

@@ -340,6 +340,35 @@ static int solve_stages(flesh_integrator *self, const trial *trial, const flesh_
   return status;
 }
 
+/* The end of the step that has been solved, in room of the integrator's. */
+static flesh_state end_of(flesh_integrator *self, const trial *trial, const flesh_state *state)
+{
+  const double *u = flesh_nonlinear_unknowns(self->nonlinear);
+  flesh_state end = *state;
+  find_end(&(part_end){self, state}, u, self->part.x);
+  trial->row->velocity(&self->memory, state, u, trial->part->h, self->first.rigid);
+  end.t = trial->part->end;
+  end.x = self->part.x;
+  end.v = self->first.rigid;
+  if (self->second) flesh_prescribed_finish(&self->prescribed, end.x, end.v);
+  if (self->multipliers.count) end.multipliers = self->multipliers.trial;
+  return end;
+}
+
+/* Whether what internal variables change by is known in time. */
+static int judge_change(flesh_integrator *self, const trial *trial, const flesh_state *state, const flesh_stage *stage,
+                        flesh_solve_stats *stats)
+{
+  int changed;
+  const flesh_state end = end_of(self, trial, state);
+  const int status = flesh_internals_foresee(&self->internals, &self->watch, &end, &changed);
+  if (status || !changed) return status;
+  const flesh_point point = flesh_energy_watch_point(&self->watch, end.t, &end, NULL);
+  self->control.refusal = flesh_error_control_judge_change(&self->control, &point, self->internals.next, trial->part->h,
+                                                           &stage->shift, stats);
+  return FLESH_OK;
+}
+
 /* Whether the error of the step that has been solved is small enough. */
 static int judge_error(flesh_integrator *self, const trial *trial, const flesh_state *state, const flesh_stage *stage,
                        flesh_solve_stats *stats)
@@ -350,7 +379,8 @@ static int judge_error(flesh_integrator *self, const trial *trial, const flesh_s
   const double *u = flesh_nonlinear_unknowns(self->nonlinear);
   if (!trial->row->error(&self->memory, state, u, trial->part->h, control->e)) return FLESH_OK;
   control->refusal = flesh_error_control_judge(control, self->prescribed.fixed, trial->part->h, &stage->shift, stats);
-  return control->refusal ? FLESH_NOT_CONVERGED : FLESH_OK;
+  const int status = control->refusal || !self->internals.count ? FLESH_OK : judge_change(self, trial, state, stage, stats);
+  return status ? status : control->refusal ? FLESH_NOT_CONVERGED : FLESH_OK;
 }
 
 /* Counts the work of the step that has been solved, and takes in its end. What gains energy is refused, as if nothing had
@@ -361,17 +391,10 @@ static int count_energy(flesh_integrator *self, const trial *trial, const flesh_
   const flesh_energy_watch before = self->watch;
   const size_t bytes = (size_t)before.effects * sizeof *before.energies;
   const int controlled = is_controlled(self, trial);
-  flesh_state end = *state;
   memcpy(self->part.energies_before, before.energies, bytes);
   int status = flesh_step_energy_count(energy, state);
   if (status) return status;
-  find_end(&(part_end){self, state}, flesh_nonlinear_unknowns(self->nonlinear), self->part.x);
-  trial->row->velocity(&self->memory, state, flesh_nonlinear_unknowns(self->nonlinear), trial->part->h, self->first.rigid);
-  end.t = trial->part->end;
-  end.x = self->part.x;
-  end.v = self->first.rigid;
-  if (self->second) flesh_prescribed_finish(&self->prescribed, end.x, end.v);
-  if (self->multipliers.count) end.multipliers = self->multipliers.trial;
+  const flesh_state end = end_of(self, trial, state);
   status = flesh_step_energy_meet(energy, &end);
   if (status || !energy->second || !flesh_energy_watch_refuses(&self->watch, &before, controlled)) return status;
   self->watch = before;
@@ -380,13 +403,10 @@ static int count_energy(flesh_integrator *self, const trial *trial, const flesh_
   return FLESH_NOT_CONVERGED;
 }
 
-/* Counts towards the steps in a row that were easy to solve, or that lead out of a tangle. */
-static void count_easy(flesh_integrator *self, const flesh_method_row *row, int easy, const double *x)
+/* Counts towards the steps in a row that were easy to solve. */
+static void count_easy(flesh_method_memory *memory, int easy)
 {
-  const int before = self->memory.easy;
-  if (before < 0) self->memory.easy = flesh_recovery_is_tangled(&self->recovery, x) ? -FLESH_TANGLED_STEPS : before + 1;
-  else if (!easy || (row->stages && flesh_recovery_is_inverted(&self->recovery, x))) self->memory.easy = 0;
-  else if (before < FLESH_EASY_STEPS) self->memory.easy++;
+  memory->easy = easy ? (memory->easy < FLESH_EASY_STEPS ? memory->easy + 1 : FLESH_EASY_STEPS) : 0;
 }
 
 int flesh_integrator_attempt(flesh_integrator *self, const flesh_method_row *row, flesh_state *state, const flesh_piece *piece,
@@ -407,14 +427,14 @@ int flesh_integrator_attempt(flesh_integrator *self, const flesh_method_row *row
   if (!status) status = count_energy(self, &trial, state, &energy);
   if (status > 0) {
     flesh_integrator_record_failure(self, &stage, part->h, depth, status, stats);
-    if (self->memory.easy > 0) self->memory.easy = 0;
+    self->memory.easy = 0;
   }
   if (!status) status = flesh_multipliers_accept(&self->multipliers, &stage, state);
   if (!status) status = tell_taken(self, row, part, trial.from, trial.to, state);
   if (status) return status;
   finish_part(self, row, &stage, part, state, stats);
   const int easy = were_easy(5 * (row->stages ? energy.stages : 1), &before_solve, stats);
-  count_easy(self, row, easy, state->x);
+  count_easy(&self->memory, easy && !(row->stages && flesh_recovery_is_inverted(&self->recovery, state->x)));
   if (self->first.extrapolation.n)
     flesh_extrapolation_remember(&self->first.extrapolation, flesh_nonlinear_unknowns(self->nonlinear),
                                  self->evaluation->serial, state->t, part->h, were_easy(8, &before_solve, stats));

@@ -7,6 +7,12 @@
  * normal forces of a state before the stage; what it is off by over the step, an impulse p, counts as the velocity error
  * that it makes: g p beside M e.
  *
+ * An error adds up in the phase of the motion that it is of: while the body goes through a period, a motion of angular
+ * frequency w goes through w times as many radians. The shorter steps are, the faster motions they resolve, and errors would
+ * fall by less than the tolerance. So an error counts || 1, lasting w P || times, P being the body's period over 2 pi and w
+ * the frequency of the filtered error. What a step does not resolve is damped before it adds up, and counts w/(1 + g^2 w^2).
+ * What contact turns around has no such frequency.
+ *
  * local = share tolerance^((q + 1)/p): the estimate falls with h^(q+1), q = min(p, 2), and what the errors of a method of
  * order p add up to with h^p, so that this is in proportion to the tolerance. `share` is measured (README.md).
  *
@@ -14,6 +20,9 @@
  * what the node's momentum is off by stays in the body. So the error e of nodes that touch something counts once more,
  * unfiltered, as the velocity e/h, by which the body goes astray for its own period. Such errors have no higher order to
  * fall with: they add up to tolerance with tolerance^((q + 1)/q), down to `local`, where the residuals of the stages show.
+ *
+ * Where internal variables change at the end of a step, as those of a weld that breaks, forces may have been others for all
+ * of it. Their impulse counts like that of contact.
  *
  * The next step is h 0.9 e^(-0.7/k) e_before^(0.4/k), k = q + 1 (a PI controller: Gustafsson 1991, Hairer & Wanner 1996,
  * IV.2), within [0.2, 2] times the last. */
@@ -36,6 +45,7 @@ static const double depth = 0.3;             /* of the error allowed, that resid
 static const double of_load = 5;
 static const double deeper = 0.1;            /* after each refusal by energy, that residuals may have put in */
 static const double gap_depth = 1e-2;        /* of the error allowed that a change of volume may make */
+static const double lasting = 0.7;           /* of the body's periods, through which errors add up */
 static const double negligible = 1e-3;       /* an unfiltered error below this needs no filter */
 /* Constrained dofs go where they are to, whatever the step. Their error tells whether it resolves what they do, and so the
  * work of that; it counts so many times. */
@@ -78,7 +88,7 @@ int flesh_error_control_set(const flesh_adaptive_options *options, const flesh_s
   const size_t n = (size_t)flesh_system_unknowns(system);
   clear_vectors(self);
   *self = (flesh_error_control){.on = options->control, .options = *options, .system = system, .nonlinear = nonlinear,
-                                .n = (int)n, .before = 1, .first = 1, .error = NAN};
+                                .n = (int)n, .before = 1, .times = 1, .first = 1, .error = NAN};
   if (!self->on) return FLESH_OK;
   self->e = calloc(4 * n + 1, sizeof *self->e);
   self->touching = calloc(n / 3 + 1, 1);
@@ -105,6 +115,7 @@ void flesh_error_control_archive(flesh_error_control *self, flesh_archive *archi
 {
   FLESH_ARCHIVE(archive, self->h);
   FLESH_ARCHIVE(archive, self->before);
+  FLESH_ARCHIVE(archive, self->times);
   FLESH_ARCHIVE(archive, self->first);
   FLESH_ARCHIVE(archive, self->rejected);
   FLESH_ARCHIVE(archive, self->failed);
@@ -132,6 +143,11 @@ void flesh_error_control_start(flesh_error_control *self, const flesh_state *sta
   self->first = 1;
 }
 
+double flesh_error_control_brief(const flesh_error_control *self, double h)
+{
+  return self->on ? fmin(h, cbrt(self->options.tolerance) * self->period) : h;
+}
+
 double flesh_error_control_propose(const flesh_error_control *self, double left)
 {
   const double h = fmin(self->h > 0 ? self->h : left, self->options.max_step);
@@ -147,8 +163,9 @@ void flesh_error_control_aim(flesh_error_control *self, int order)
 
 double flesh_error_control_target(const flesh_error_control *self, const flesh_shift *shift, double own_depth)
 {
-  /* Steps that are shorter than their error asks for, by outputs or energies, are so many more: the cube root. */
-  const double g = 1 / sqrt(shift->a), fewer = cbrt(fmin(self->before, 1));
+  /* Steps that are shorter than their error asks for, by outputs or energies, are so many more: the cube root. Residuals of
+   * many steps add up like errors, but less in step: two thirds of the power. */
+  const double g = 1 / sqrt(shift->a), fewer = cbrt(fmin(self->before, 1) / (self->times * self->times));
   const double part = fewer * pow(deeper, fmin(self->gains / 2, DEEPEST)) * (own_depth > 0 ? own_depth : depth);
   return part * self->local * self->length * self->mass / (sqrt(self->nodes) * g * fmax(g, self->period));
 }
@@ -157,8 +174,9 @@ int flesh_error_control_keeps_gaining(const flesh_error_control *self) { return 
 
 double flesh_error_control_gap(const flesh_error_control *self) { return gap_depth * self->local; }
 
-/* (M + g^2 K)^-1 M e into `filtered`; whether it is there. */
-static int filter(flesh_error_control *self, const uint8_t *fixed, const flesh_shift *shift, flesh_solve_stats *stats)
+/* f = (M + g^2 K)^-1 M e into `filtered`; whether it is there. *product: f.(K + M/g^2) f. */
+static int filter(flesh_error_control *self, const uint8_t *fixed, const flesh_shift *shift, double *product,
+                  flesh_solve_stats *stats)
 {
   const double *X = flesh_mesh_positions(flesh_system_mesh(self->system));
   memset(self->filtered, 0, (size_t)self->n * sizeof *self->filtered);
@@ -167,7 +185,7 @@ static int filter(flesh_error_control *self, const uint8_t *fixed, const flesh_s
   const double g = self->lags ? 1 / sqrt(shift->a) : 0;
   for (int d = 0; d < self->n; d++)
     self->force[d] = fixed && fixed[d] ? 0 : shift->a * (self->force[d] + g * self->lagged[d]);
-  if (!status) status = flesh_nonlinear_filter_error(self->nonlinear, self->force, self->filtered, stats);
+  if (!status) status = flesh_nonlinear_filter_error(self->nonlinear, self->force, self->filtered, product, stats);
   return status == FLESH_OK || status == FLESH_NOT_CONVERGED; /* its last iterate serves as well */
 }
 
@@ -197,22 +215,58 @@ static double size_of_impulses(flesh_error_control *self, const uint8_t *fixed, 
   return size_of(self, self->filtered);
 }
 
+/* How many times an error counts that the filter has left: with the frequency w by its Rayleigh quotient,
+ * f.(K + M/g^2) f = (w^2 + 1/g^2) f.M f, which `product` is. */
+static double times_of(const flesh_error_control *self, double product, const flesh_shift *shift)
+{
+  const double resolved = shift->a * mass_square(self, self->filtered) / product; /* 1/(1 + g^2 w^2) */
+  if (self->touches || !(resolved < 1)) return 1;
+  return hypot(1, lasting * sqrt(1 / resolved - 1) * resolved * self->period * sqrt(shift->a));
+}
+
+static flesh_refusal refusal_of(const flesh_error_control *self)
+{
+  return self->error <= 1 ? FLESH_REFUSED_BY_NOTHING : FLESH_REFUSED_BY_ERROR;
+}
+
 flesh_refusal flesh_error_control_judge(flesh_error_control *self, const uint8_t *fixed, double h, const flesh_shift *shift,
                                         flesh_solve_stats *stats)
 {
   const double allowed = self->local * self->length;
+  double product;
   for (int d = 0; d < self->n && fixed; d++)
     if (fixed[d]) self->e[d] *= of_prescribed;
+  self->times = 1;
   self->error = size_of(self, self->e) / allowed;
-  if ((self->lags || self->error > negligible) && filter(self, fixed, shift, stats)) {
+  if ((self->lags || self->error > negligible) && filter(self, fixed, shift, &product, stats)) {
+    self->times = times_of(self, product, shift);
     for (int d = 0; d < self->n && fixed; d++)
       if (fixed[d]) self->filtered[d] = self->e[d];
     const double filtered = size_of(self, self->filtered) / allowed;
-    if (self->lags || filtered < self->error) self->error = filtered;
+    if (self->lags || filtered < self->error) self->error = self->times * filtered;
   }
   if (self->touches)
     self->error = hypot(self->error, self->period * size_of_impulses(self, fixed, h) / (self->impulses * self->length));
-  return self->error <= 1 ? FLESH_REFUSED_BY_NOTHING : FLESH_REFUSED_BY_ERROR;
+  return refusal_of(self);
+}
+
+flesh_refusal flesh_error_control_judge_change(flesh_error_control *self, const flesh_point *point, const double *next,
+                                               double h, const flesh_shift *shift, flesh_solve_stats *stats)
+{
+  const unsigned roles = ~(FLESH_ROLE_BIT(FLESH_ROLE_INERTIA) | FLESH_ROLE_BIT(FLESH_ROLE_CONTACT));
+  flesh_point changed = *point;
+  double product;
+  changed.internal = next;
+  flesh_error_control_clear_contact(self);
+  int status = flesh_system_roles_residual(self->system, roles, point, self->e);
+  if (!status) status = flesh_system_roles_residual(self->system, roles, &changed, self->force);
+  flesh_error_control_lag(self, h, self->force, self->e);
+  memset(self->e, 0, (size_t)self->n * sizeof *self->e);
+  if (!status && filter(self, NULL, shift, &product, stats)) {
+    const double velocity = sqrt(shift->a) * size_of(self, self->filtered);
+    self->error = hypot(self->error, self->period * velocity / (self->impulses * self->length));
+  }
+  return refusal_of(self);
 }
 
 void flesh_error_control_change(flesh_error_control *self, int longer)

@@ -36,6 +36,7 @@ typedef struct flesh_error_control {
   /* The memory between steps. */
   double h;                       /* s, of the step to come; 0: not known */
   double before;                  /* the error of the last step accepted, or 1 */
+  double times;                   /* that an error of the last step that was judged counts, as it adds up: at least 1 */
   int first;                      /* no step has been accepted since a start */
   int rejected, failed;           /* attempts since the last step that was accepted */
   int gains;                      /* 2 for each step that was refused for its energy, less 1 for each that was not */
@@ -56,6 +57,8 @@ double flesh_error_control_least_energy(const flesh_error_control *control);
 /* A motion starts, or goes on otherwise than before, at the state with the acceleration a [n] (NULL: not known), and has
  * `ahead` s to go at least. Collective, as all that follow. */
 void flesh_error_control_start(flesh_error_control *control, const flesh_state *state, const double *a, double ahead);
+/* The length of a step, s, by which the motion is little at the tolerance, and h at most. */
+double flesh_error_control_brief(const flesh_error_control *control, double h);
 /* How long the next step is, of `left` s that are to be gone: all of them, or less than half of them, or what is wanted. */
 double flesh_error_control_propose(const flesh_error_control *control, double left);
 /* A step comes whose error is to add up to the tolerance, by a method of that order. */
@@ -78,6 +81,10 @@ void flesh_error_control_lag(flesh_error_control *control, double seconds, const
  * motion. Adds to *stats what the filter's solve took. */
 flesh_refusal flesh_error_control_judge(flesh_error_control *control, const uint8_t *fixed, double h,
                                         const flesh_shift *shift, flesh_solve_stats *stats);
+/* Judges the step once more, whose end `point` changes internal variables to `next`: forces that are others from there on
+ * may have been so for all of the step. FLESH_REFUSED_BY_ERROR or _BY_NOTHING. Overwrites control->e. */
+flesh_refusal flesh_error_control_judge_change(flesh_error_control *control, const flesh_point *point, const double *next,
+                                               double h, const flesh_shift *shift, flesh_solve_stats *stats);
 /* The steps to come are those of a method with longer steps for the same error, or with shorter ones. */
 void flesh_error_control_change(flesh_error_control *control, int longer);
 /* A step of h has ended as control->refusal says. Finds the next one's length. */

@@ -37,14 +37,24 @@ static int make_sundials(flesh_ida_steps *self)
   return status ? status : flesh_vector_prepare(self->y, CLONES); /* dropped by whoever makes others, if not taken */
 }
 
+/* Local errors fall with h^(q+1), their sum with h^q. */
+static double local_tolerance(const flesh_adaptive_options *options)
+{
+  return pow(options->tolerance, 1 + 1. / options->max_order);
+}
+
 /* Applies the options of IDA that stay until others are given. */
 static int apply_options(flesh_ida_steps *self)
 {
+  static const double usual = 0.33, gap = 3.3e-4; /* IDA's own; of the length, as gaps of contact are */
   const flesh_adaptive_options *options = &self->options;
   int failed = IDASetMaxOrd(self->ida, options->max_order);
   /* IDA lengthens a step only where it could double it, so errors lie anywhere up to eightfold below the tolerance;
    * at order 2 a fifth longer is worth the change. Above, steps press against the limit of stability, and fail. */
   failed |= IDASetEtaFixedStepBounds(self->ida, 1, options->max_order > 2 ? 2 : 1.2);
+  /* Velocities lead the next step through the obstacle by what Newton's iterations leave in them, and its solve fails. */
+  const double deep = flesh_system_has_role(self->system, FLESH_ROLE_CONTACT) ? gap / local_tolerance(options) : usual;
+  failed |= IDASetNonlinConvCoef(self->ida, fmin(usual, deep));
   failed |= IDASetMaxStep(self->ida, isfinite(options->max_step) ? options->max_step : 0);
   return failed ? flesh_fail(FLESH_ERR_SUNDIALS, "IDA refused an option") : FLESH_OK;
 }
@@ -150,12 +160,6 @@ size_t flesh_ida_steps_memory(const flesh_ida_steps *self)
   /* IDA clones nine vectors and max_order + 1 differences beside ours. */
   size_t vectors = 5 + 10 + (size_t)self->options.max_order + 1;
   return sizeof *self + flesh_ida_memory(self->problem) + (vectors + 2) * 2 * (size_t)self->n * sizeof(double);
-}
-
-/* Local errors fall with h^(q+1), their sum with h^q. */
-static double local_tolerance(const flesh_adaptive_options *options)
-{
-  return pow(options->tolerance, 1 + 1. / options->max_order);
 }
 
 /* (Re)starts IDA from the state. `ahead`: the time to go [s], at least. */

@@ -24,6 +24,9 @@ void flesh_internals_archive(flesh_internals *internals, flesh_archive *archive)
 /* *view gets internal variables of its own where it has none. FLESH_ERR_ARGUMENT for another number of them. */
 int flesh_internals_view(const flesh_internals *internals, flesh_state *view);
 
+/* Finds the variables that an update would make of those of the state, in internals->next. A negative status ends the run. */
+int flesh_internals_foresee(flesh_internals *internals, const flesh_energy_watch *watch, const flesh_state *state, int *changed);
+
 /* Updates those of an accepted state. *changed: forces or energies are others than before; what energy falls by is counted.
  * A negative status ends the run. */
 int flesh_internals_update(flesh_internals *internals, flesh_energy_watch *watch, flesh_state *state, int *changed);

@@ -294,6 +294,44 @@ static void errors_choose_steps_of_a_weld_that_breaks(void)
   CHECK_NEAR(first[1][0], first[0][0], 0.1 * first[0][0]);
 }
 
+/* The positions 0.2 s after two cubes began to fly apart, [n]. */
+static double *positions_of_peel(double tolerance, int *n)
+{
+  test_body b;
+  begin_peel(600, NULL, &b);
+  flesh_integrator *integrator = integrator_of(&b, FLESH_METHOD_RUNGE_KUTTA, 1e-9);
+  flesh_adaptive_options options;
+  flesh_adaptive_options_default(&options);
+  options.control = 1;
+  options.tolerance = tolerance;
+  CHECK_OK(flesh_integrator_set_adaptive(integrator, &options));
+  flesh_solve_stats stats = {0};
+  CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.2, &stats));
+  double *x = malloc((size_t)b.n * sizeof *x);
+  memcpy(x, b.state.x, (size_t)b.n * sizeof *x);
+  *n = b.n;
+  printf("# tolerance %g: %d steps, %d rejected, %d Newton, %.3g broken\n", tolerance, stats.steps, stats.rejected, stats.newton,
+         broken_of(&b));
+  flesh_integrator_destroy(&integrator);
+  end(&b);
+  return x;
+}
+
+/* The error follows the tolerance, although a step finds out at its end alone what has broken. */
+static void errors_see_when_a_weld_breaks(void)
+{
+  int n;
+  double *exact = positions_of_peel(1e-8, &n);
+  for (double tolerance = 1e-3; tolerance > 5e-7; tolerance *= 0.1) {
+    double square = 0, *x = positions_of_peel(tolerance, &n);
+    for (int d = 0; d < n; d++) square += (x[d] - exact[d]) * (x[d] - exact[d]) / n * 3;
+    printf("# error %.2g tolerances\n", sqrt(square) / (2 * tolerance));
+    CHECK_BELOW(sqrt(square), 4 * 2 * tolerance);
+    free(x);
+  }
+  free(exact);
+}
+
 /* An effect that has no value at the stage of a whole step, so that each step is halved. Where a stage is the end of its
  * step, the second half ends there too, and comes less than a step after the lagged state. */
 static double whole_stage, farthest;
@@ -470,7 +508,8 @@ int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(two_bars_break_at_the_force), TEST(tension_and_shear_count_together),
                    TEST(broken_welds_keep_momenta_and_books),
-                   TEST(errors_choose_steps_of_a_weld_that_breaks), TEST(halved_steps_break_the_same),
+                   TEST(errors_choose_steps_of_a_weld_that_breaks), TEST(errors_see_when_a_weld_breaks),
+                   TEST(halved_steps_break_the_same),
                    TEST(a_broken_weld_goes_on_with_the_same_bits), TEST(compression_breaks_nothing),
                    TEST(what_falls_off_has_no_equilibrium), TEST(adaptive_methods_refuse_it));
 }
