@@ -104,8 +104,8 @@ const char *flesh_failure_advice(const flesh_failure *failure, const flesh_scene
     return "the residual came close to its target: try a larger solver.newton_tolerance, a smaller "
            "solver.linear_tolerance or linear_solver=klu";
   if (is_static && holds_nothing_of_a_body(scene))
-    return "a body that no pin holds has no equilibrium before something meets it, and statics does not find one that it "
-           "would have to fall to: pin it, or let it come to rest by inertia and time.method=backward-euler";
+    return "a body that no pin holds slides or falls where nothing stops it, and statics does not find where to: pin it, or "
+           "let it come to rest by inertia and time.method=backward-euler";
   if (is_static)
     return "the body may have no equilibrium nearby (not pinned enough, or it buckles): try more "
            "pins, a larger "

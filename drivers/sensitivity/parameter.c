@@ -10,7 +10,8 @@
 
 enum { STEPS = 4, SEGMENT = 128 };
 static const double steps[STEPS] = {-2, -1, 1, 2};  /* differences */
-static const double differences[] = {1e-3, 1e-6};   /* of the value */
+/* Differences, over the value. Wider ones cross kinks of contact and of clamped eigenvalues. */
+static const double differences[] = {1e-6, 1e-8};
 
 static int not_there(const char *key, const char *why)
 {

@@ -185,7 +185,8 @@ typedef struct flesh_solve_stats {
   /* Steps among `steps` that backward Euler took because a method of order 2, which balances forces before the end of
    * its step, would have ended them inside an obstacle. */
   int impact_steps;
-  /* Steps among `steps` that it took because the method's own would have gained energy, however short. */
+  /* Steps among `steps` that it took because the method's own would have gained energy, however short, or, where errors
+   * choose steps, to lead out of a tangle. */
   int damped_steps;
   double h_last;
 } flesh_solve_stats;

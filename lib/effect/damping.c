@@ -4,6 +4,7 @@
  * the Hessian of psi(I_C, J) is isotropic, that is a viscosity of the rest shape.
  * Lord Rayleigh, The Theory of Sound, 1877, section 102. */
 #include <math.h>
+#include <string.h>
 
 #include "base/error.h"
 #include "base/memory.h"
@@ -18,6 +19,7 @@ typedef struct damping {
   flesh_tets tets;        /* where stiffness > 0 */
   flesh_viscous *rest;    /* of every material its stiffness at rest; NULL: K at x */
   const double *x;        /* the mesh's positions, borrowed; NULL: the lagged state */
+  flesh_body body;        /* whose tets they are */
 } damping;
 
 static const flesh_cells *damping_cells(const flesh_effect *effect)
@@ -89,6 +91,25 @@ static size_t damping_memory(const flesh_effect *effect)
          (self->rest ? (size_t)self->tets.materials * sizeof *self->rest : 0);
 }
 
+static int damping_is_same(const flesh_effect *effect, const flesh_effect *other)
+{
+  const damping *self = effect->data, *its = other->data;
+  return self->mass == its->mass && self->stiffness == its->stiffness && flesh_mass_matrices_are_same(&self->M, &its->M) &&
+         flesh_tets_are_same(&self->tets, &its->tets) &&
+         (!self->rest || !memcmp(self->rest, its->rest, (size_t)self->tets.materials * sizeof *self->rest)) &&
+         (!self->x || !memcmp(self->x, its->x, 3 * sizeof *self->x * (size_t)effect->nodes));
+}
+
+/* The mass reads no lagged state. */
+static int damping_tear(const flesh_effect *effect, const flesh_mesh *torn, flesh_effect **apart)
+{
+  const damping *self = effect->data;
+  flesh_body body = self->body;
+  body.mesh = torn;
+  body.part_count = 0;
+  return flesh_effect_damping(&body, 0, self->stiffness, FLESH_STIFFNESS_CURRENT, apart);
+}
+
 static void damping_destroy(void *data)
 {
   damping *self = data;
@@ -99,7 +120,7 @@ static void damping_destroy(void *data)
   flesh_free(self);
 }
 
-#define OPERATIONS(more)                                                                                               \
+#define OPERATIONS(more, ...)                                                                                          \
   {                                                                                                                    \
       .name = "damping",                                                                                               \
       .role = FLESH_ROLE_DAMPING,                                                                                      \
@@ -111,12 +132,14 @@ static void damping_destroy(void *data)
       .destroy = damping_destroy,                                                                                      \
       .library = &(const flesh_effect_private){.evaluate = damping_evaluate,                                           \
                                                .linear_in_v = 1,                                                       \
-                                               .instructions = damping_instructions},                                  \
+                                               .is_same = damping_is_same,                                             \
+                                               .instructions = damping_instructions, __VA_ARGS__},                     \
       .figures = &(const flesh_effect_figures){.memory = damping_memory},                                              \
   }
 /* K at the lagged shape. */
-static const flesh_effect_operations damping_operations = OPERATIONS(0),
-                                     current_operations = OPERATIONS(FLESH_IS_FOLLOWER_LOAD);
+static const flesh_effect_readings current_readings = {.tear = damping_tear};
+static const flesh_effect_operations damping_operations = OPERATIONS(0, .readings = NULL),
+                                     current_operations = OPERATIONS(FLESH_IS_FOLLOWER_LOAD, .readings = &current_readings);
 #undef OPERATIONS
 
 /* d2 psi at rest: by the eigenvalue A_11 - A_12 = flip on changes of shape, A_11 + 2 A_12 on the change of volume, and
@@ -169,6 +192,7 @@ int flesh_effect_damping(const flesh_body *body, double mass, double stiffness, 
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a damping effect");
   self->mass = mass;
   self->stiffness = stiffness;
+  self->body = *body;
   const int against_current = stiffness > 0 && against == FLESH_STIFFNESS_CURRENT;
   int status = mass > 0 ? flesh_mass_matrix_create(body, &self->M) : FLESH_OK;
   if (!status && stiffness > 0) status = take_stiffness(self, body, against);

@@ -48,6 +48,11 @@ static flesh_instructions inertia_instructions(const flesh_effect *effect)
   return ((const flesh_mass_matrix *)effect->data)->tets.instructions;
 }
 
+static int inertia_is_same(const flesh_effect *effect, const flesh_effect *other)
+{
+  return flesh_mass_matrices_are_same(effect->data, other->data);
+}
+
 static size_t inertia_memory(const flesh_effect *effect)
 {
   return sizeof(flesh_mass_matrix) + flesh_mass_matrix_memory(effect->data);
@@ -69,7 +74,8 @@ static const flesh_effect_operations inertia_operations = {
     .potential = inertia_potential,
     .energy = inertia_energy,
     .destroy = inertia_destroy,
-    .library = &(const flesh_effect_private){.evaluate = inertia_evaluate, .instructions = inertia_instructions},
+    .library = &(const flesh_effect_private){
+        .evaluate = inertia_evaluate, .instructions = inertia_instructions, .is_same = inertia_is_same},
     .figures = &(const flesh_effect_figures){.memory = inertia_memory},
 };
 

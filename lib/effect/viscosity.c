@@ -72,6 +72,46 @@ static int viscosity_jacobian(const flesh_effect *effect, const flesh_point *poi
   return flesh_tets_hessian(&self->tets, FLESH_KERNEL_VISCOUS, &at, point->threads, slots, K->values);
 }
 
+/* States in the terms of derivatives; W: that which is multiplied. */
+enum { X, V, X_FROZEN, V_FROZEN, W, STATES };
+
+/* The forces A S(B^T C) of gradients A, B and C of states, times `halves`/2; 0: none. */
+typedef struct term {
+  signed char halves;
+  unsigned char a, b, c;
+} term;
+
+/* With S linear and G = 1/2 F^T (F' - F_0') + 1/2 F_0^T (F' + F_0'), as viscous_batch.h has it, the derivatives of the forces
+ * F S(G) along W: F S(dG), and W S(G) by F. Transposed they are those of S(F^T W) : G. */
+enum { MOST_TERMS = 6 };
+static const term terms[2][FLESH_READINGS][MOST_TERMS] = {
+    {[FLESH_FROZEN_X] = {{1, X, W, V}, {1, X, W, V_FROZEN}},
+     [FLESH_FROZEN_V] = {{-1, X, X, W}, {1, X, X_FROZEN, W}},
+     [FLESH_OWN_V] = {{1, X, X, W}, {1, X, X_FROZEN, W}},
+     [FLESH_OWN_X] = {{1, W, X, V}, {-1, W, X, V_FROZEN}, {1, W, X_FROZEN, V}, {1, W, X_FROZEN, V_FROZEN},
+                      {1, X, W, V}, {-1, X, W, V_FROZEN}}},
+    {[FLESH_FROZEN_X] = {{1, V, X, W}, {1, V_FROZEN, X, W}},
+     [FLESH_FROZEN_V] = {{-1, X, X, W}, {1, X_FROZEN, X, W}},
+     [FLESH_OWN_V] = {{1, X, X, W}, {1, X_FROZEN, X, W}},
+     [FLESH_OWN_X] = {{1, W, X, V}, {-1, W, X, V_FROZEN}, {1, W, X_FROZEN, V}, {1, W, X_FROZEN, V_FROZEN},
+                      {1, V, X, W}, {-1, V_FROZEN, X, W}}}};
+
+static void viscosity_multiply(const flesh_effect *effect, const flesh_point *point, flesh_reading reading, int transposed,
+                               double scale, const double *w, double *y)
+{
+  const viscosity *self = effect->data;
+  const double *const states[STATES] = {point->x, point->v, point->frozen.x, point->frozen.v, w};
+  for (int k = 0; k < MOST_TERMS; k++) {
+    const term *t = &terms[transposed][reading][k];
+    const double *a = states[t->a], *b = states[t->b], *c = states[t->c];
+    if (t->halves == 0 || !a || !c) continue; /* frozen at rest */
+    /* With B frozen at the rate C the rate G is B^T C, whatever A is. */
+    const flesh_tet_point at = {.x = a, .v = c, .x_frozen = b, .v_frozen = c, .scale = scale * t->halves / 2,
+                                .viscous = self->viscous};
+    flesh_tets_residual(&self->tets, FLESH_KERNEL_VISCOUS, &at, point->threads, y, NULL); /* it cannot fail */
+  }
+}
+
 static flesh_instructions viscosity_instructions(const flesh_effect *effect)
 {
   return ((const viscosity *)effect->data)->tets.instructions;
@@ -109,7 +149,8 @@ static const flesh_effect_operations viscosity_operations = {
     .potential = viscosity_potential,
     .destroy = viscosity_destroy,
     .library = &(const flesh_effect_private){
-        .evaluate = viscosity_evaluate, .instructions = viscosity_instructions, .is_same = viscosity_is_same},
+        .evaluate = viscosity_evaluate, .instructions = viscosity_instructions, .is_same = viscosity_is_same,
+        .readings = &(const flesh_effect_readings){.multiply = viscosity_multiply}},
     .figures = &(const flesh_effect_figures){.memory = viscosity_memory},
 };
 

@@ -32,6 +32,13 @@ void flesh_mass_matrix_clear(flesh_mass_matrix *mass)
   *mass = (flesh_mass_matrix){0};
 }
 
+int flesh_mass_matrices_are_same(const flesh_mass_matrix *self, const flesh_mass_matrix *other)
+{
+  if (self->nodes != other->nodes || !self->lumped != !other->lumped) return 0;
+  if (self->lumped) return !memcmp(self->lumped, other->lumped, (size_t)self->nodes * sizeof *self->lumped);
+  return flesh_tets_are_same(&self->tets, &other->tets);
+}
+
 const flesh_cells *flesh_mass_matrix_cells(const flesh_mass_matrix *mass)
 {
   return mass->lumped ? NULL : &mass->tets.cells;

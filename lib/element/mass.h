@@ -33,6 +33,9 @@ void flesh_mass_matrix_evaluate(const flesh_mass_matrix *mass, double rate, fles
 void flesh_mass_matrix_add(const flesh_mass_matrix *mass, double scale, flesh_threads *threads,
                            flesh_block_matrix *K, const int *slots);
 
+/* Whether both have the same numbers in the same order. */
+int flesh_mass_matrices_are_same(const flesh_mass_matrix *mass, const flesh_mass_matrix *other);
+
 /* Bytes it holds. */
 size_t flesh_mass_matrix_memory(const flesh_mass_matrix *mass);
 

@@ -1,6 +1,7 @@
 /* coupling.c: coloured differences of an effect's residual, and the test that they have all of its derivative. */
 #include "sensitivity/coupling.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -10,6 +11,7 @@
 #include "effect/private.h"
 #include "linear/block_matrix.h"
 #include "math/xorshift.h"
+#include "system/effect_view.h"
 #include "system/one_effect.h"
 
 /* From effects on nodes to effects that couple all of them. */
@@ -21,6 +23,8 @@ static const double at[POINTS] = {-2, -1, 1, 2}, weight[POINTS] = {1. / 12, -2. 
 
 /* Distance of differences, over that of nodes: contact feels a thousandth of that, and round-off is a billionth. */
 static const double step_of_length = 3e-6;
+/* The steps for tets are so much shorter: with eigenvalues that are clamped some tet is always near a kink. */
+static const double shorter = 1e-2;
 
 int flesh_couplings_create(const flesh_system *system, flesh_couplings *self)
 {
@@ -45,6 +49,7 @@ static void clear_colouring(flesh_colouring *colouring)
 
 void flesh_couplings_clear(flesh_couplings *self)
 {
+  flesh_apart_clear(self);
   for (int k = 0; k < FLESH_COLOURINGS; k++) clear_colouring(&self->colourings[k]);
   for (int k = 0; k < FLESH_READINGS; k++) {
     flesh_free(self->by[k].nodes);
@@ -151,7 +156,7 @@ typedef struct variation {
 
 static const double *read_at(const flesh_point *point, flesh_reading reading)
 {
-  const double *const states[] = {point->lagged.x, point->lagged.v, point->frozen.x, point->frozen.v, point->v};
+  const double *const states[] = {point->lagged.x, point->lagged.v, point->frozen.x, point->frozen.v, point->v, point->x};
   return states[reading];
 }
 
@@ -159,7 +164,7 @@ static void vary(const variation *v, const double *to, flesh_point *point)
 {
   *point = *v->point;
   const double **const states[] = {&point->lagged.x, &point->lagged.v, &point->frozen.x, &point->frozen.v,
-                                   &point->v};
+                                   &point->v, &point->x};
   *states[v->reading] = to;
 }
 
@@ -194,24 +199,26 @@ static int make_room(flesh_coupling *to)
   return FLESH_OK;
 }
 
-/* A block that is not 0; `sums` [3][n] are the derivatives by the column's components. */
-static int add_block(const variation *v, int row, int column, const double *sums)
+int flesh_coupling_append(flesh_coupling *to, int row, int column, const double block[9])
 {
-  flesh_coupling *to = &v->self->by[v->reading];
-  double block[9], size = 0;
-  for (int i = 0; i < 3; i++)
-    for (int c = 0; c < 3; c++) {
-      block[3 * i + c] = sums[(size_t)c * (size_t)v->self->n + 3 * (size_t)row + (size_t)i];
-      size += fabs(block[3 * i + c]);
-    }
+  double size = 0;
+  for (int k = 0; k < 9; k++) size += fabs(block[k]);
   if (size == 0) return FLESH_OK;
   const int status = make_room(to);
   if (status) return status;
-  memcpy(to->blocks + 9 * (size_t)to->count, block, sizeof block);
+  memcpy(to->blocks + 9 * (size_t)to->count, block, 9 * sizeof *block);
   to->nodes[2 * to->count] = row;
   to->nodes[2 * to->count + 1] = column;
   to->count++;
   return FLESH_OK;
+}
+
+/* Adds a block; `sums` [3][n] are the derivatives by the column's components. */
+static int add_block(const variation *v, int row, int column, const double *sums)
+{
+  double block[9];
+  for (int k = 0; k < 9; k++) block[k] = sums[(size_t)(k % 3) * (size_t)v->self->n + 3 * (size_t)row + (size_t)(k / 3)];
+  return flesh_coupling_append(&v->self->by[v->reading], row, column, block);
 }
 
 /* The blocks of all nodes of a colour. */
@@ -238,11 +245,12 @@ static int is_whole(const variation *v, int first, double step, int *whole)
 {
   flesh_couplings *self = v->self;
   flesh_coupling *by = &self->by[v->reading];
-  double *direction = self->room + self->n, *sum = self->room + 2 * (size_t)self->n, off = 0, size = 0;
+  double *direction = self->room + self->n, *sum = self->room + 2 * (size_t)self->n, off = 0, size = 0, forces = 0;
+  const double *before = self->room + 6 * (size_t)self->n, rounding = 32 * DBL_EPSILON / step;
   uint32_t random = flesh_xorshift_first;
   for (int d = 0; d < self->n; d++) direction[d] = flesh_xorshift(&random) * 0x1p-31 - 1;
   const int status = differentiate(v, step, direction, sum);
-  for (int d = 0; d < self->n; d++) size += sum[d] * sum[d];
+  for (int d = 0; d < self->n; d++) size += sum[d] * sum[d], forces += before[d] * before[d];
   const flesh_coupling part = {.count = by->count - first, .nodes = by->nodes + 2 * (size_t)first,
                                .blocks = by->blocks + 9 * (size_t)first};
   for (int k = 0; k < part.count; k++)
@@ -251,7 +259,7 @@ static int is_whole(const variation *v, int first, double step, int *whole)
         sum[3 * part.nodes[2 * k] + i] -= part.blocks[9 * (size_t)k + 3 * (size_t)i + (size_t)c] *
                                           direction[3 * part.nodes[2 * k + 1] + c];
   for (int d = 0; d < self->n; d++) off += sum[d] * sum[d];
-  *whole = !(off > 1e-12 * size);
+  *whole = !(off > 1e-12 * size + rounding * rounding * forces);
   return status;
 }
 
@@ -275,17 +283,22 @@ static int find_reading(const variation *v, double step, const flesh_block_matri
   enum { FINER = 3 };
   flesh_couplings *self = v->self;
   unsigned char *kind = &self->kinds[v->effect * FLESH_READINGS + (int)v->reading];
+  const flesh_effect *effect = flesh_system_effect(self->system, v->effect);
+  const flesh_effect_readings *own = flesh_effect_private_of(effect)->readings;
+  const char *read = v->reading < FLESH_FROZEN_X ? "lagged" : v->reading < FLESH_OWN_V ? "frozen" : "moving";
+  if (own && own->tear) return flesh_couplings_find_apart(self, v->effect, v->point, v->reading, shorter * step);
   for (; *kind < FLESH_COLOURINGS; ++*kind) {
     const flesh_colouring *colouring = &self->colourings[*kind];
     int whole = 0, status = colouring->colours ? FLESH_OK : make_colouring(self, *kind, K);
-    if (!status && !colouring->colours) break;
+    if (!status && !colouring->colours)
+      return flesh_fail(FLESH_ERR_ARGUMENT, "effect %s reads the %s state of more than %d nodes at once, which is too many for "
+                                            "sensitivities", effect->operations->name, read, MOST_COUPLED);
     for (int finer = 0; finer < FINER && !whole && !status; finer++)
       status = find_by_kind(v, *kind, step * pow(0.1, finer), &whole);
     if (status || whole) return status;
   }
-  return flesh_fail(FLESH_ERR_ARGUMENT, "effect %s reads the %s state of too many nodes at once for its sensitivities",
-                    flesh_system_effect(self->system, v->effect)->operations->name,
-                    v->reading < FLESH_FROZEN_X ? "lagged" : v->reading < FLESH_OWN_V ? "frozen" : "moving");
+  return flesh_fail(FLESH_ERR_ARGUMENT, "at t = %g s the forces of effect %s have no derivative by the %s state, so that "
+                                        "there are no sensitivities", v->point->t, effect->operations->name, read);
 }
 
 /* Whether the effect's residual, `before` at the point, is another in its bits where all nodes of what is read are moved. */
@@ -309,13 +322,16 @@ static int find_effect(flesh_couplings *self, int effect, const flesh_point *poi
                        const flesh_block_matrix *K)
 {
   double *before = self->room + 6 * (size_t)self->n;
+  const flesh_effect_readings *own = flesh_effect_private_of(flesh_system_effect(self->system, effect))->readings;
+  for (int k = 0; k < FLESH_READINGS && own && own->multiply; k++) self->own[k] |= readings >> k & 1;
+  if (own && own->multiply) return FLESH_OK;
   int status = flesh_system_effect_residual(self->system, effect, point, before);
   for (int k = 0; k < FLESH_READINGS && !status; k++) {
     const variation v = {self, point, effect, (flesh_reading)k, self->room + 5 * (size_t)self->n};
-    const double step = steps[k != FLESH_LAGGED_X && k != FLESH_FROZEN_X];
+    const double step = steps[flesh_reading_is_of_v((flesh_reading)k)];
     int yes = 0;
     const int freezes = flesh_system_effect(self->system, effect)->operations->traits & FLESH_FREEZES;
-    if (!(readings >> k & 1) || (k == FLESH_OWN_V && !freezes)) continue;
+    if (!(readings >> k & 1) || (k >= FLESH_OWN_V && !freezes)) continue;
     status = reads(&v, before, step, &yes);
     if (yes) status = find_reading(&v, step, K);
   }
@@ -348,7 +364,8 @@ int flesh_couplings_find(flesh_couplings *self, const flesh_point *point, unsign
   const int blocks = K->row_start[K->rows];
   for (int k = 0; k < FLESH_COLOURINGS && blocks != self->blocks; k++) clear_colouring(&self->colourings[k]);
   self->blocks = blocks;
-  for (int k = 0; k < FLESH_READINGS; k++) self->by[k].count = 0;
+  self->point = *point;
+  for (int k = 0; k < FLESH_READINGS; k++) self->by[k].count = 0, self->own[k] = 0;
   int status = FLESH_OK;
   for (int e = 0; e < flesh_system_effect_count(self->system) && !status && readings; e++)
     if (may_read(flesh_system_effect(self->system, e))) status = find_effect(self, e, point, readings, steps, K);
@@ -367,5 +384,11 @@ void flesh_couplings_add(const flesh_couplings *self, flesh_reading reading, int
         if (transposed) y[column + c] += scale * block[3 * i + c] * x[row + i];
         else y[row + i] += scale * block[3 * i + c] * x[column + c];
       }
+  }
+  flesh_effect_view view = flesh_effect_view_of(self->system, &self->point);
+  for (int e = 0; e < flesh_system_effect_count(self->system) && self->own[reading]; e++) {
+    const flesh_effect *effect = flesh_system_effect(self->system, e);
+    const flesh_effect_readings *own = flesh_effect_private_of(effect)->readings;
+    if (own && own->multiply) own->multiply(effect, flesh_effect_view_turn(&view, e), reading, transposed, scale, x, y);
   }
 }

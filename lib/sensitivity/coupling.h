@@ -1,16 +1,17 @@
 /* coupling.h: how the residual depends on a state that effects read beside the point's own: the lagged or the frozen one,
- * which the Jacobian treats as constants. Found by differences, so that effects of any kind have it: of many nodes at
- * once, those that share no row (Curtis, Powell & Reid 1974, "On the estimation of sparse Jacobian matrices"). */
+ * which the Jacobian treats as constants (flesh_reading). By the effect's own products where it has them; else found by
+ * differences, so that effects of any kind have it: of all tets at once where the effect can be torn into them, or of many
+ * nodes at once, those that share no row (Curtis, Powell & Reid 1974, "On the estimation of sparse Jacobian matrices"). */
 #ifndef FLESH_SENSITIVITY_COUPLING_H
 #define FLESH_SENSITIVITY_COUPLING_H
 
+#include "effect/private.h"
 #include "flesh/system.h"
 
-/* The states that are read: lagged.x, lagged.v, frozen.x, frozen.v; and the point's own v by effects that freeze, whose
- * Jacobian is that of x and v together. */
-typedef enum flesh_reading {
-  FLESH_LAGGED_X, FLESH_LAGGED_V, FLESH_FROZEN_X, FLESH_FROZEN_V, FLESH_OWN_V, FLESH_READINGS
-} flesh_reading;
+static inline int flesh_reading_is_of_v(flesh_reading reading)
+{
+  return reading == FLESH_LAGGED_V || reading == FLESH_FROZEN_V || reading == FLESH_OWN_V;
+}
 
 /* A matrix of 3x3 blocks. */
 typedef struct flesh_coupling {
@@ -29,6 +30,15 @@ typedef struct flesh_colouring {
 
 enum { FLESH_COLOURINGS = 4 };
 
+/* The body torn into its tets. */
+typedef struct flesh_apart {
+  flesh_mesh *mesh; /* NULL: not made */
+  int n;            /* 3 * its nodes */
+  int *from;        /* [n/3] the body's nodes */
+  flesh_system **of; /* [effects] of each that can be torn alone; NULL: not made */
+  double *room;     /* [12*n] */
+} flesh_apart;
+
 typedef struct flesh_couplings {
   const flesh_system *system; /* borrowed */
   int n, nodes;
@@ -36,6 +46,9 @@ typedef struct flesh_couplings {
   flesh_colouring colourings[FLESH_COLOURINGS];
   int blocks;                                /* of K, when these were made */
   flesh_coupling by[FLESH_READINGS];
+  flesh_point point;                         /* where they are; its arrays are borrowed */
+  unsigned own[FLESH_READINGS];              /* whether effects with products of their own may read it */
+  flesh_apart apart;
   unsigned char *kinds;                      /* [effects][FLESH_READINGS] the colouring that an effect needs */
   double *room;                              /* [7*n] */
 } flesh_couplings;
@@ -44,16 +57,23 @@ typedef struct flesh_couplings {
 int flesh_couplings_create(const flesh_system *system, flesh_couplings *couplings);
 void flesh_couplings_clear(flesh_couplings *couplings);
 
-/* Finds `by` at the point, for the bits of flesh_reading in `readings`. Nodes that K couples are where an effect may be
- * local. FLESH_ERR_ARGUMENT with a sentence where
- * an effect couples so many nodes far from each other that this would take too long. */
+/* Finds `by` at the point, whose arrays must stay, for the bits of flesh_reading in `readings`. Nodes that K couples are
+ * where an effect may be local. FLESH_ERR_ARGUMENT with a sentence where an effect couples so many nodes far from each other
+ * that this would take too long, or is not smooth there. */
 int flesh_couplings_find(flesh_couplings *couplings, const flesh_point *point, unsigned readings,
                          const flesh_block_matrix *K);
 /* Whether the residual depends on what is read. */
 static inline int flesh_couplings_any(const flesh_couplings *couplings, flesh_reading reading)
 {
-  return couplings->by[reading].count > 0;
+  return couplings->by[reading].count > 0 || couplings->own[reading];
 }
+/* Adds a block to it, unless it is 0. FLESH_ERR_MEMORY. */
+int flesh_coupling_append(flesh_coupling *coupling, int row, int column, const double block[9]);
+/* Finds the derivative of an effect that can be torn by what is read, by differences with the step (apart.c).
+ * FLESH_ERR_MEMORY, and what the effect returns. */
+int flesh_couplings_find_apart(flesh_couplings *couplings, int effect, const flesh_point *point, flesh_reading reading,
+                               double step);
+void flesh_apart_clear(flesh_couplings *couplings);
 /* y [n] += scale D x, or D^T x if `transposed`, D being the derivative by what is read. */
 void flesh_couplings_add(const flesh_couplings *couplings, flesh_reading reading, int transposed, double scale,
                          const double *x, double *y);

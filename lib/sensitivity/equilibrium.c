@@ -170,7 +170,7 @@ static int gather(flesh_sensitivity *self, const flesh_quantity *quantity, doubl
   for (int d = 0; d < self->n; d++) beside[d] = quantity->of_residual ? -quantity->of_residual[d] : 0;
   memset(g, 0, (size_t)self->n * sizeof *g);
   if (quantity->of_residual) {
-    status = flesh_stage_tangent_stiffness_times(&self->tangent, quantity->of_residual, g);
+    status = flesh_stage_tangent_stiffness_times(&self->tangent, 1, quantity->of_residual, g);
     if (!status && self->tangent.follows)
       flesh_couplings_add(&self->tangent.couplings, FLESH_LAGGED_X, 1, 1, quantity->of_residual, g);
   }

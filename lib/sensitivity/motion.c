@@ -66,8 +66,6 @@ static int take_parameters(pass *p, int count, const flesh_parameter *parameters
   return FLESH_OK;
 }
 
-static int is_of_v(int reading) { return reading != FLESH_LAGGED_X && reading != FLESH_FROZEN_X; }
-
 /* Linearises a solve of a part. */
 static int linearise(pass *p, const flesh_recorded_part *part, int solve)
 {
@@ -136,10 +134,10 @@ static void give_readings(pass *p, const flesh_recorded_part *part, int at, int 
   double *zero = p->moves;
   memset(zero, 0, (size_t)n * sizeof *zero);
   for (int k = 0; k < FLESH_READINGS; k++) {
-    if ((p->follows >> k & 1) || k == FLESH_OWN_V || !flesh_couplings_any(&self->tangent.couplings, (flesh_reading)k)) continue;
+    if ((p->follows >> k & 1) || k >= FLESH_OWN_V || !flesh_couplings_any(&self->tangent.couplings, (flesh_reading)k)) continue;
     memset(p->lag, 0, (size_t)n * sizeof *p->lag);
     flesh_couplings_add(&self->tangent.couplings, (flesh_reading)k, 1, -1, p->lambda, p->lag);
-    const int of_v = is_of_v(k), lagged = k == FLESH_LAGGED_X || k == FLESH_LAGGED_V;
+    const int of_v = flesh_reading_is_of_v((flesh_reading)k), lagged = k == FLESH_LAGGED_X || k == FLESH_LAGGED_V;
     if (lagged && before < 0) add(n, 1, p->lag, p->known[lags_stage ? FLESH_KNOWN_LAGGED_X + of_v : FLESH_KNOWN_X + of_v]);
     else give_bases(p, part, lagged ? before : at, of_v ? zero : p->lag, of_v ? p->lag : zero, NULL);
     if (!lagged || before < 0) continue;
@@ -152,7 +150,7 @@ static void give_readings(pass *p, const flesh_recorded_part *part, int at, int 
 static int multiply(pass *p)
 {
   flesh_stage_tangent *tangent = &p->self->tangent;
-  int status = flesh_stage_tangent_damping_times(tangent, p->lambda, p->c);
+  int status = flesh_stage_tangent_damping_times(tangent, 1, p->lambda, p->c);
   if (!status) status = flesh_stage_tangent_mass_times(tangent, p->lambda, p->m);
   if (!status && (p->follows >> FLESH_FROZEN_V & 1))
     flesh_couplings_add(&tangent->couplings, FLESH_FROZEN_V, 1, 1, p->lambda, p->c);
@@ -210,13 +208,14 @@ static int start_back(pass *p, const flesh_recorded_part *part)
   double *bar = p->known[FLESH_KNOWN_VECTORS];
   int status = linearise_start(p, part);
   if (!status) status = flesh_stage_tangent_solve(&self->tangent, 1, bar, NULL, p->lambda);
-  if (!status) status = flesh_stage_tangent_stiffness_times(&self->tangent, p->lambda, p->lag);
-  if (!status) status = flesh_stage_tangent_damping_times(&self->tangent, p->lambda, p->c);
+  if (!status) status = flesh_stage_tangent_stiffness_times(&self->tangent, 1, p->lambda, p->lag);
+  if (!status) status = flesh_stage_tangent_damping_times(&self->tangent, 1, p->lambda, p->c);
   if (status) return status;
   add(self->n, -1, p->lag, p->known[FLESH_KNOWN_X]);
   add(self->n, -1, p->c, p->known[FLESH_KNOWN_V]);
-  for (int k = 0; k < FLESH_READINGS; k++)
-    flesh_couplings_add(&self->tangent.couplings, (flesh_reading)k, 1, -1, p->lambda, p->known[FLESH_KNOWN_X + is_of_v(k)]);
+  for (int k = 0; k < FLESH_OWN_V; k++)
+    flesh_couplings_add(&self->tangent.couplings, (flesh_reading)k, 1, -1, p->lambda,
+                        p->known[FLESH_KNOWN_X + flesh_reading_is_of_v((flesh_reading)k)]);
   memset(bar, 0, (size_t)self->n * sizeof *bar);
   return add_parameters(p, NULL);
 }
@@ -307,8 +306,8 @@ static void subtract_readings(pass *p, const flesh_recorded_part *part, const do
   const flesh_couplings *couplings = &p->self->tangent.couplings;
   const int lags_stage = part->known[FLESH_KNOWN_LAGGED_X] != NULL;
   for (int k = 0; k < FLESH_READINGS; k++) {
-    if ((p->follows >> k & 1) || k == FLESH_OWN_V || !flesh_couplings_any(couplings, (flesh_reading)k)) continue;
-    const int of_v = is_of_v(k), lagged = k == FLESH_LAGGED_X || k == FLESH_LAGGED_V;
+    if ((p->follows >> k & 1) || k >= FLESH_OWN_V || !flesh_couplings_any(couplings, (flesh_reading)k)) continue;
+    const int of_v = flesh_reading_is_of_v((flesh_reading)k), lagged = k == FLESH_LAGGED_X || k == FLESH_LAGGED_V;
     const double *at_start = p->known[(lags_stage ? FLESH_KNOWN_LAGGED_X : FLESH_KNOWN_X) + of_v];
     const double *read = !lagged ? (of_v ? v0 : x0) : p->before ? p->ended[of_v] : at_start;
     flesh_couplings_add(couplings, (flesh_reading)k, 0, -1, read, right);
@@ -336,7 +335,7 @@ static int solve_on(pass *p, const flesh_recorded_part *part, int solve)
   subtract_readings(p, part, x0, v0, right);
   for (int d = 0; d < n; d++) p->lambda[d] = v0[d] - shift->v / shift->x * x0[d], a0[d] -= shift->a / shift->x * x0[d];
   status = flesh_stage_tangent_mass_times(tangent, a0, p->m);
-  if (!status) status = flesh_stage_tangent_damping_times_on(tangent, p->lambda, p->c);
+  if (!status) status = flesh_stage_tangent_damping_times(tangent, 0, p->lambda, p->c);
   if (!status && (p->follows >> FLESH_FROZEN_V & 1))
     flesh_couplings_add(&tangent->couplings, FLESH_FROZEN_V, 0, 1, p->lambda, p->c);
   for (int d = 0; d < n; d++) {
@@ -360,12 +359,13 @@ static int start_on(pass *p, const flesh_recorded_part *part)
   double *right = p->lag, *a = p->known[FLESH_KNOWN_VECTORS];
   int status = linearise_start(p, part);
   if (!status) status = flesh_stage_tangent_force(tangent, p->parameters, NULL, p->force, p->moves);
-  if (!status) status = flesh_stage_tangent_stiffness_times(tangent, p->known[FLESH_KNOWN_X], right);
-  if (!status) status = flesh_stage_tangent_damping_times_on(tangent, p->known[FLESH_KNOWN_V], p->c);
+  if (!status) status = flesh_stage_tangent_stiffness_times(tangent, 0, p->known[FLESH_KNOWN_X], right);
+  if (!status) status = flesh_stage_tangent_damping_times(tangent, 0, p->known[FLESH_KNOWN_V], p->c);
   if (status) return status;
   for (int d = 0; d < p->self->n; d++) right[d] = -right[d] - p->c[d] - p->force[d];
-  for (int k = 0; k < FLESH_READINGS; k++)
-    flesh_couplings_add(&tangent->couplings, (flesh_reading)k, 0, -1, p->known[FLESH_KNOWN_X + is_of_v(k)], right);
+  for (int k = 0; k < FLESH_OWN_V; k++)
+    flesh_couplings_add(&tangent->couplings, (flesh_reading)k, 0, -1,
+                        p->known[FLESH_KNOWN_X + flesh_reading_is_of_v((flesh_reading)k)], right);
   return flesh_stage_tangent_solve(tangent, 0, right, NULL, a);
 }
 

@@ -83,10 +83,11 @@ int flesh_stage_tangent_set(flesh_stage_tangent *self, const flesh_stage *stage,
   self->point.a = self->a;
   self->held = stage->shift.x == 1 ? self->x : self->end;
   unsigned readings = 1u << FLESH_LAGGED_X | 1u << FLESH_LAGGED_V;
-  if (flesh_system_freezes(self->system)) readings |= 1u << FLESH_FROZEN_X;
-  if (flesh_system_freezes(self->system) && self->point.frozen.v) readings |= 1u << FLESH_FROZEN_V;
-  self->parts_freezing = flesh_system_freezes(self->system) && !(follows >> FLESH_FROZEN_X & 1);
-  if (self->parts_freezing) readings |= 1u << FLESH_OWN_V;
+  if (flesh_system_freezes(self->system)) {
+    readings |= 1u << FLESH_FROZEN_X | 1u << FLESH_OWN_V;
+    if (self->point.frozen.v) readings |= 1u << FLESH_FROZEN_V;
+    if (stage->shift.v == 0) readings |= 1u << FLESH_OWN_X; /* else K has the part of x */
+  }
   return fail(self, flesh_couplings_find(&self->couplings, &self->point, readings, equations->K), "residual");
 }
 
@@ -97,7 +98,7 @@ static void add_followed(const flesh_stage_tangent *self, int transposed, double
   for (int k = 0; k < FLESH_READINGS; k++)
     if (self->follows >> k & 1)
       flesh_couplings_add(&self->couplings, (flesh_reading)k, transposed,
-                          scale * (k == FLESH_LAGGED_X || k == FLESH_FROZEN_X ? shift->x : shift->v), x, y);
+                          scale * (flesh_reading_is_of_v((flesh_reading)k) ? shift->v : shift->x), x, y);
 }
 
 /* How far the gaps of the constraints change along p [n] from x [n], into gaps [multipliers]: cubic in x, so that differences
@@ -279,11 +280,11 @@ int flesh_stage_tangent_solve(flesh_stage_tangent *self, int transposed, const d
 }
 
 /* Whether a product with the Jacobian takes the effect's matrix: not of positions alone where these stay, nor of what is
- * linear; and what freezes is told apart by differences. */
+ * linear, nor of what freezes, whose matrix is that of x and v together. */
 static int takes_matrix(const flesh_stage_tangent *self, int e, const flesh_shift *shift)
 {
   const flesh_effect *effect = flesh_system_effect(self->system, e);
-  if (!effect->operations->jacobian || (self->parts_freezing && flesh_effect_has_trait(effect, FLESH_FREEZES))) return 0;
+  if (!effect->operations->jacobian || flesh_effect_has_trait(effect, FLESH_FREEZES)) return 0;
   if (effect->operations->role == FLESH_ROLE_INERTIA) return 0;
   if (flesh_effect_private_of(effect)->linear_in_v) return 0;
   return shift->x != 0 || !flesh_effect_has_trait(effect, FLESH_DEPENDS_ON_POSITION_ONLY);
@@ -307,8 +308,8 @@ static int clear_products(flesh_stage_tangent *self)
   return FLESH_OK;
 }
 
-/* y = (x dr/dx + v dr/dv + a dr/da) w. */
-static int product(flesh_stage_tangent *self, flesh_shift shift, const double *w, double *y)
+/* y = (x dr/dx + v dr/dv + a dr/da) w, or the transposed one. */
+static int product(flesh_stage_tangent *self, int transposed, flesh_shift shift, const double *w, double *y)
 {
   flesh_block_matrix *K = &self->products;
   flesh_effect_view view = flesh_effect_view_of(self->system, &self->point);
@@ -335,27 +336,22 @@ static int product(flesh_stage_tangent *self, flesh_shift shift, const double *w
     status = flesh_system_effect_residual(self->system, e, &point, force);
     for (int d = 0; d < self->n; d++) y[d] += scale * force[d];
   }
+  if (shift.x != 0) flesh_couplings_add(&self->couplings, FLESH_OWN_X, transposed, shift.x, w, y);
+  if (shift.v != 0) flesh_couplings_add(&self->couplings, FLESH_OWN_V, transposed, shift.v, w, y);
   return fail(self, status, "residual");
 }
 
 int flesh_stage_tangent_mass_times(flesh_stage_tangent *self, const double *w, double *y)
 {
-  return product(self, (flesh_shift){.a = 1}, w, y);
+  return product(self, 0, (flesh_shift){.a = 1}, w, y);
 }
 
-/* y = dr/dv w, or transposed. */
-static int damp(flesh_stage_tangent *self, int transposed, const double *w, double *y)
+int flesh_stage_tangent_damping_times(flesh_stage_tangent *self, int transposed, const double *w, double *y)
 {
-  const int status = product(self, (flesh_shift){.v = 1}, w, y);
-  if (!status && self->parts_freezing) flesh_couplings_add(&self->couplings, FLESH_OWN_V, transposed, 1, w, y);
-  return status;
+  return product(self, transposed, (flesh_shift){.v = 1}, w, y);
 }
 
-int flesh_stage_tangent_damping_times(flesh_stage_tangent *self, const double *w, double *y) { return damp(self, 1, w, y); }
-
-int flesh_stage_tangent_damping_times_on(flesh_stage_tangent *self, const double *w, double *y) { return damp(self, 0, w, y); }
-
-int flesh_stage_tangent_stiffness_times(flesh_stage_tangent *self, const double *w, double *y)
+int flesh_stage_tangent_stiffness_times(flesh_stage_tangent *self, int transposed, const double *w, double *y)
 {
-  return product(self, (flesh_shift){.x = 1}, w, y);
+  return product(self, transposed, (flesh_shift){.x = 1}, w, y);
 }

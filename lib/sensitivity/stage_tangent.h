@@ -17,7 +17,6 @@ typedef struct flesh_stage_tangent {
   flesh_point point;          /* of the solution, where all is evaluated */
   double *x, *v, *a;          /* [n] its arrays */
   flesh_couplings couplings;
-  int parts_freezing;         /* of effects that freeze, what x and v do is told apart by differences */
   unsigned follows;           /* bits of flesh_reading: what is read is the solution itself */
   double *room;               /* [6*n] */
   const double *held;         /* [n] the positions at which constraints of multipliers hold: its x, or `end` */
@@ -47,13 +46,11 @@ int flesh_stage_tangent_set(flesh_stage_tangent *tangent, const flesh_stage *sta
  * and where they hold, which change places in the transposed system; `beside` [n], NULL: 0. FLESH_ERR_SOLVE. */
 int flesh_stage_tangent_solve(flesh_stage_tangent *tangent, int transposed, const double *b, const double *beside, double *p);
 
-/* y [n] = dr/da w, which is symmetric, or (dr/dv)^T w, with constrained rows. */
+/* y [n] = dr/da w, which is symmetric; dr/dv w or dr/dx w, or with `transposed` their transposed ones; with constrained rows.
+ * The last one where the stage's velocities do not move with u. */
 int flesh_stage_tangent_mass_times(flesh_stage_tangent *tangent, const double *w, double *y);
-int flesh_stage_tangent_damping_times(flesh_stage_tangent *tangent, const double *w, double *y);
-/* y [n] = dr/dv w. */
-int flesh_stage_tangent_damping_times_on(flesh_stage_tangent *tangent, const double *w, double *y);
-/* y [n] = dr/dx w, of effects that freeze nothing or where what is frozen is followed. */
-int flesh_stage_tangent_stiffness_times(flesh_stage_tangent *tangent, const double *w, double *y);
+int flesh_stage_tangent_damping_times(flesh_stage_tangent *tangent, int transposed, const double *w, double *y);
+int flesh_stage_tangent_stiffness_times(flesh_stage_tangent *tangent, int transposed, const double *w, double *y);
 
 /* Marks into same [effects] those of the system that are known to be the same in all systems of the parameter; whether
  * there are any. */

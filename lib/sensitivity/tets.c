@@ -6,34 +6,10 @@
 #include "base/memory.h"
 #include "flesh/effects.h"
 #include "flesh/sensitivity.h"
-#include "mesh/pieces.h"
+#include "mesh/mesh.h"
+#include "mesh/torn.h"
 
 static int no_memory(int tets) { return flesh_fail(FLESH_ERR_MEMORY, "no memory for the forces of %d tets", tets); }
-
-/* A mesh with nodes of its own for each tet, `size` of them where the mesh has that order. */
-static int tear(const flesh_mesh *mesh, int size, flesh_mesh **torn, int **from)
-{
-  const int tets = mesh->tets;
-  const size_t room = (size_t)size * (size_t)tets;
-  int *nodes = flesh_malloc(room * sizeof *nodes + 1), count = 0;
-  double *X = flesh_malloc(3 * room * sizeof *X + 1);
-  *from = flesh_malloc(room * sizeof **from + 1);
-  int status = nodes && X && *from ? FLESH_OK : no_memory(tets);
-  for (int t = 0; t < tets && !status; t++) {
-    int own[10];
-    const int has = flesh_mesh_tet_nodes(mesh, t, own);
-    for (int a = 0; a < size; a++) nodes[(size_t)t * (size_t)size + (size_t)a] = a < has ? count + a : -1;
-    for (int a = 0; a < has; a++, count++) {
-      (*from)[count] = own[a];
-      memcpy(X + 3 * (size_t)count, flesh_mesh_positions(mesh) + 3 * (size_t)own[a], 3 * sizeof *X);
-    }
-  }
-  if (!status) status = size == 4 ? flesh_mesh_create(count, X, tets, nodes, NULL, torn)
-                                  : flesh_mesh_create_quadratic(count, X, tets, nodes, NULL, torn);
-  flesh_free(nodes);
-  flesh_free(X);
-  return status;
-}
 
 /* r [3*nodes of torn]: the elastic forces of a body of that mesh at x [3*nodes of torn]. */
 static int find_forces(const flesh_body *body, const flesh_mesh *torn, const flesh_state *state, const double *x, double *r)
@@ -67,7 +43,7 @@ int flesh_tet_forces(const flesh_tet_parameter *parameter, const flesh_state *st
   double *x = NULL, *r[2] = {NULL};
   if (flesh_mesh_tet_count(bodies[1]->mesh) != mesh->tets || flesh_mesh_node_count(bodies[1]->mesh) != mesh->nodes)
     return flesh_fail(FLESH_ERR_ARGUMENT, "the bodies of a parameter by tets have different meshes; they must have the same");
-  int status = tear(mesh, size, &torn, &from);
+  int status = flesh_mesh_tear(mesh, &torn, &from);
   const int nodes = status ? 0 : flesh_mesh_node_count(torn);
   if (!status && !(x = flesh_malloc(9 * (size_t)nodes * sizeof *x))) status = no_memory(mesh->tets);
   for (int i = 0; i < nodes && !status; i++) memcpy(x + 3 * (size_t)i, state->x + 3 * (size_t)from[i], 3 * sizeof *x);

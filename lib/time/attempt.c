@@ -403,10 +403,13 @@ static int count_energy(flesh_integrator *self, const trial *trial, const flesh_
   return FLESH_NOT_CONVERGED;
 }
 
-/* Counts towards the steps in a row that were easy to solve. */
-static void count_easy(flesh_method_memory *memory, int easy)
+/* Counts towards the steps in a row that were easy to solve, or that lead out of a tangle. */
+static void count_easy(flesh_integrator *self, const flesh_method_row *row, int easy, const double *x)
 {
-  memory->easy = easy ? (memory->easy < FLESH_EASY_STEPS ? memory->easy + 1 : FLESH_EASY_STEPS) : 0;
+  const int before = self->memory.easy;
+  if (before < 0) self->memory.easy = flesh_recovery_is_tangled(&self->recovery, x) ? -FLESH_TANGLED_STEPS : before + 1;
+  else if (!easy || (row->stages && flesh_recovery_is_inverted(&self->recovery, x))) self->memory.easy = 0;
+  else if (before < FLESH_EASY_STEPS) self->memory.easy++;
 }
 
 int flesh_integrator_attempt(flesh_integrator *self, const flesh_method_row *row, flesh_state *state, const flesh_piece *piece,
@@ -427,14 +430,14 @@ int flesh_integrator_attempt(flesh_integrator *self, const flesh_method_row *row
   if (!status) status = count_energy(self, &trial, state, &energy);
   if (status > 0) {
     flesh_integrator_record_failure(self, &stage, part->h, depth, status, stats);
-    self->memory.easy = 0;
+    if (self->memory.easy > 0) self->memory.easy = 0;
   }
   if (!status) status = flesh_multipliers_accept(&self->multipliers, &stage, state);
   if (!status) status = tell_taken(self, row, part, trial.from, trial.to, state);
   if (status) return status;
   finish_part(self, row, &stage, part, state, stats);
   const int easy = were_easy(5 * (row->stages ? energy.stages : 1), &before_solve, stats);
-  count_easy(&self->memory, easy && !(row->stages && flesh_recovery_is_inverted(&self->recovery, state->x)));
+  count_easy(self, row, easy, state->x);
   if (self->first.extrapolation.n)
     flesh_extrapolation_remember(&self->first.extrapolation, flesh_nonlinear_unknowns(self->nonlinear),
                                  self->evaluation->serial, state->t, part->h, were_easy(8, &before_solve, stats));

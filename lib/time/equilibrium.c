@@ -63,14 +63,43 @@ static int take_increment(flesh_integrator *self, flesh_state *state, const fles
   return FLESH_OK;
 }
 
+/* Ends what has failed, with the status > 0, where a part of the load has led a part that no pin holds by a quarter of its size
+ * and nothing has moved it: it slides, rolls or falls on, with less of the load as well. FLESH_ERR_SOLVE. */
+static int check_stays(flesh_integrator *self, const flesh_state *state, double load, int status)
+{
+  const flesh_rigid_parts *parts = &self->first.parts;
+  const double *u = flesh_nonlinear_unknowns(self->nonlinear);
+  double *reached = self->first.extrapolated;
+  const int *dofs;
+  int count;
+  if (flesh_system_moves(self->evaluation->system)) return status;
+  flesh_nonlinear_reactions(self->nonlinear, &dofs, &count);
+  for (int d = 0; d < self->evaluation->n; d++) reached[d] = state->x[d] + u[d];
+  for (int p = 0, held = 0; p < parts->count; p++, held = 0) {
+    double from[3], to[3];
+    for (int k = 0; k < count; k++) held |= parts->part[dofs[k] / 3] == p;
+    flesh_rigid_parts_extent(parts, p, state->x, from);
+    flesh_rigid_parts_extent(parts, p, reached, to);
+    const double far = hypot(hypot(to[0] - from[0], to[1] - from[1]), to[2] - from[2]);
+    if (flesh_team_any(self->evaluation->team, held) || !(far > 0.5 * parts->extent[p])) continue;
+    return flesh_fail(FLESH_ERR_SOLVE,
+                      "no equilibrium at t = %g s: with %g of the load the part around (%.3g, %.3g, %.3g) m, which no pin holds, "
+                      "went %.3g m without coming to rest; in statics friction holds nothing, except against obstacles that move",
+                      self->part.span.end, load, from[0], from[1], from[2], far);
+  }
+  return status;
+}
+
 /* Raises the load from 0 to 1. */
 static int raise_load(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
   const double begin = state->t;
   flesh_load_increment increment = flesh_load_increment_first();
   int status;
-  do status = take_increment(self, state, &increment, begin, h, stats);
-  while (flesh_load_increment_next(&increment, self->recovery.max_cutbacks, status));
+  do {
+    status = take_increment(self, state, &increment, begin, h, stats);
+    if (status > 0) status = check_stays(self, state, increment.to, status);
+  } while (flesh_load_increment_next(&increment, self->recovery.max_cutbacks, status));
   return status;
 }
 

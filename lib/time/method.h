@@ -12,7 +12,7 @@
 #include "flesh/integrator.h"
 #include "flesh/kinsol.h"
 
-enum { FLESH_METHOD_VECTORS = 10, FLESH_EASY_STEPS = 3 };
+enum { FLESH_METHOD_VECTORS = 10, FLESH_EASY_STEPS = 3, FLESH_TANGLED_STEPS = 3 };
 
 /* The memory of a method between steps. */
 typedef struct flesh_method_memory {
@@ -28,7 +28,7 @@ typedef struct flesh_method_memory {
   long serial; /* of the state that they belong to (system/evaluation.h) */
   double h;    /* of the step that led there, where known */
   int at;        /* the stage that is made or kept, from 0 on */
-  int easy;      /* steps in a row that were easy to solve, up to FLESH_EASY_STEPS */
+  int easy;      /* steps in a row that were easy to solve, up to FLESH_EASY_STEPS; < 0: those left on the way out of a tangle */
   double before; /* s, from the state back to an acceleration that is remembered beside its own: < 0, or 0 for none */
 } flesh_method_memory;
 

@@ -19,6 +19,8 @@ static int start_piece(flesh_integrator *self, flesh_state *state, const flesh_p
   flesh_prescribed_set(&self->prescribed, piece->begin, piece->begin + seen * (end - piece->begin), state->x);
   flesh_prescribed_begin(&self->prescribed, memory->v0, a);
   memory->before = memory->easy = 0;
+  if (self->control.on && self->row->stages && flesh_recovery_is_inverted(&self->recovery, state->x) > 1)
+    memory->easy = -FLESH_TANGLED_STEPS;
   int status = flesh_nonlinear_apply_constraint_jump(self->nonlinear, piece->begin, self->prescribed.x[0], memory->v0,
                                        state->x, state->v, stats);
   if (status || !self->row->acceleration) return status;
@@ -164,6 +166,15 @@ static int begins_violently(const flesh_integrator *self, double h)
   return flesh_team_any(evaluation->team, h * h / 2 * sqrt(most) > edge * fmax(1, self->watch.limit));
 }
 
+/* Whether backward Euler takes the step, as the body is tangled: its acceleration is not the way out. Where errors choose
+ * steps, only bodies that have begun so are, whose way out is no motion that errors could be of: steps are as long as they
+ * may be, and so are two after it, whose velocities are at first those of the way out, damped as in begins_violently. */
+static int is_tangled(flesh_integrator *self, const flesh_state *state)
+{
+  if (!self->row->stages) return 0;
+  return self->control.on ? self->memory.easy < 0 : flesh_recovery_is_tangled(&self->recovery, state->x);
+}
+
 /* Takes a part of a piece. */
 static int take_part(flesh_integrator *self, flesh_state *state, const flesh_piece *piece, const flesh_cutbacks *cutbacks,
                      flesh_solve_stats *stats)
@@ -175,12 +186,10 @@ static int take_part(flesh_integrator *self, flesh_state *state, const flesh_pie
     const int restarted = begin_anew(self, state, &rest, part->h, stats);
     if (restarted) return restarted;
   }
-  /* The acceleration of a tangled body is not the way out; where no error shortens the steps, backward Euler finds it. */
-  if ((self->row->stages && !self->control.on && flesh_recovery_is_tangled(&self->recovery, state->x)) ||
-      begins_violently(self, cutbacks->part.h))
-    return flesh_integrator_attempt(self, &flesh_method_backward_euler, state, piece, cutbacks, stats);
-  int status = flesh_integrator_attempt(self, self->row, state, piece, cutbacks, stats);
-  if (!needs_euler(self, cutbacks)) return status;
+  const int damps = is_tangled(self, state) || begins_violently(self, cutbacks->part.h);
+  int status = flesh_integrator_attempt(self, damps ? &flesh_method_backward_euler : self->row, state, piece, cutbacks, stats);
+  if (damps) stats->damped_steps += self->control.on && status == FLESH_OK;
+  if (damps || !needs_euler(self, cutbacks)) return status;
   const int blocked = self->part.blocked;
   self->control.refusal = FLESH_REFUSED_BY_NOTHING;
   status = flesh_integrator_attempt(self, &flesh_method_backward_euler, state, piece, cutbacks, stats);
@@ -234,6 +243,7 @@ static int take_controlled(flesh_integrator *self, flesh_state *state, const fle
   flesh_error_control *control = &self->control;
   const flesh_method_row *row = self->row;
   const double left = piece->end - state->t, known = self->memory.known ? self->memory.h : INFINITY;
+  if (self->memory.easy < 0 && !control->failed) control->h = left;
   const double h = fmin(flesh_error_control_propose(control, left), row->growth > 0 ? row->growth * known : INFINITY);
   const flesh_cutbacks only = {.part = {state->t, h < left ? state->t + h : piece->end, h}};
   const int order = row->order ? row->order(&self->memory) : flesh_method_order(self->memory.method);

@@ -125,7 +125,7 @@ bad_requests_are_refused() {
     cmp bar.yaml kept.yaml && expect 3 "$flesh" sensitivity none.yaml --of tip.position_z $by
 }
 
-# Keys whose differences of a thousandth the scene refuses.
+# Keys whose range ends near their value.
 narrow_keys_have_small_differences() {
   expect 0 "$flesh" sensitivity bar.yaml --set body.element=tet10-mean --set body.material.poisson=0.4999 --of tip.position_z \
     --to body.material.poisson --out found.csv || return 1

@@ -112,7 +112,7 @@ class SolveStats(Record):
     convergence_failures: int = Field("steps thrown away because Newton did not converge")
     order: int = Field("of the last step")
     impact_steps: int = Field("steps taken by backward Euler because an obstacle barred the way")
-    damped_steps: int = Field("steps taken by backward Euler because the method's own gained energy")
+    damped_steps: int = Field("steps taken by backward Euler out of a tangle, or because the method's own gained energy")
     h_last: float = Field("length of the last step, s")
 
 

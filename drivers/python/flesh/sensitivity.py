@@ -24,13 +24,13 @@ class Parameter(Handle):
     Args:
         system: makes the System with p at a value; everything else stays the same, and so do nodes and tets.
         value: p.
-        difference: how far the systems are from it; by default a thousandth of the value, or 1e-3 where that is 0. Any
-            serves where the residual is at most quadratic in p: moduli, densities, loads, damping.
+        difference: how far the systems are from it; by default a millionth of the value, or 1e-6 where that is 0. A
+            wider one may cross kinks, as where contact begins.
     """
 
     def __init__(self, system: Callable[[float], System], value: float, difference: Optional[float] = None):
         self.value = float(value)
-        self.difference = float(difference if difference is not None else abs(self.value) * 1e-3 or 1e-3)
+        self.difference = float(difference if difference is not None else abs(self.value) * 1e-6 or 1e-6)
         self._systems = [system(self.value + k * self.difference) for k in (-2, -1, 1, 2)]
         self._struct = ffi.new("flesh_parameter *", {"difference": self.difference})
         for k, made in enumerate(self._systems):

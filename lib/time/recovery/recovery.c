@@ -12,6 +12,7 @@
 
 /* The share of inverted tets above which a body counts as tangled: a crease of few is no reason to solve twice. */
 static const double worth = 1. / 400;
+static const double disorder = 1. / 20; /* coarse meshes that bend sharply invert less than one in a hundred */
 
 int flesh_recovery_create(const flesh_evaluation *evaluation, const flesh_rigid_parts *parts,
                           const flesh_solver_options *options, flesh_recovery *self)
@@ -39,7 +40,8 @@ size_t flesh_recovery_memory(const flesh_recovery *self)
 
 int flesh_recovery_is_inverted(flesh_recovery *self, const double *x)
 {
-  return flesh_body_inverted(self->mesh, self->team, x) > worth;
+  const double inverted = flesh_body_inverted(self->mesh, self->team, x);
+  return (inverted > worth) + (inverted > disorder);
 }
 
 int flesh_recovery_is_tangled(flesh_recovery *self, const double *x)

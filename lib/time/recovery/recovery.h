@@ -29,7 +29,7 @@ size_t flesh_recovery_memory(const flesh_recovery *recovery);
  * so (or may have been, before the first step) and some are still strained as much as what winds once more around an
  * edge. What has come there without inversion is not tangled. Collective. */
 int flesh_recovery_is_tangled(flesh_recovery *recovery, const double *x);
-/* Whether so many tets are inverted as begin a tangle. */
+/* 0; 1 where so many tets are inverted as begin a tangle; 2 where more than one in twenty is, a body in disorder. */
 int flesh_recovery_is_inverted(flesh_recovery *recovery, const double *x);
 
 /* A time span: its length stands beside its ends, whose difference is rounded. */

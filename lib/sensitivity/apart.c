@@ -1,0 +1,136 @@
+/* apart.c: the derivative of a sum over tets by what it reads, from the residuals of the body torn into its tets: two for
+ * each component of each node of a tet, however many tets there are. */
+#include <string.h>
+
+#include "base/error.h"
+#include "base/memory.h"
+#include "mesh/pieces.h"
+#include "mesh/torn.h"
+#include "sensitivity/coupling.h"
+
+enum { ARRAYS = 7 }; /* of a point */
+
+void flesh_apart_clear(flesh_couplings *self)
+{
+  flesh_apart *apart = &self->apart;
+  for (int e = 0; e < flesh_system_effect_count(self->system) && apart->of; e++) flesh_system_destroy(&apart->of[e]);
+  flesh_free(apart->of);
+  flesh_mesh_destroy(&apart->mesh);
+  flesh_free(apart->from);
+  flesh_free(apart->room);
+  *apart = (flesh_apart){0};
+}
+
+static int make_mesh(flesh_couplings *self)
+{
+  flesh_apart *apart = &self->apart;
+  if (apart->room) return FLESH_OK;
+  flesh_apart_clear(self); /* of what failed */
+  const int status = flesh_mesh_tear(flesh_system_mesh(self->system), &apart->mesh, &apart->from);
+  if (status) return status;
+  apart->n = 3 * flesh_mesh_node_count(apart->mesh);
+  apart->of = flesh_calloc((size_t)flesh_system_effect_count(self->system), sizeof(flesh_system *));
+  if (apart->of) apart->room = flesh_malloc(12 * (size_t)apart->n * sizeof *apart->room);
+  return apart->room ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for the sensitivities of single tets");
+}
+
+static int make_system(flesh_couplings *self, int e)
+{
+  const flesh_effect *effect = flesh_system_effect(self->system, e);
+  flesh_effect *torn = NULL;
+  flesh_system *system = NULL;
+  int status = make_mesh(self);
+  if (status || self->apart.of[e]) return status;
+  status = flesh_effect_private_of(effect)->readings->tear(effect, self->apart.mesh, &torn);
+  if (!status) status = flesh_system_create(self->apart.mesh, &system);
+  if (!status) status = flesh_system_add_effect(system, &torn);
+  if (!status) status = flesh_system_finalize(system);
+  flesh_effect_destroy(&torn);
+  if (status) flesh_system_destroy(&system);
+  self->apart.of[e] = system;
+  return status;
+}
+
+/* The point of the torn body, in `room` [ARRAYS*n]: the same arrays stay the same. */
+static flesh_point tear_point(const flesh_apart *apart, const flesh_point *point)
+{
+  flesh_point torn = *point;
+  const double **arrays[ARRAYS] = {&torn.x, &torn.v, &torn.a, &torn.lagged.x, &torn.lagged.v, &torn.frozen.x, &torn.frozen.v};
+  const double *given[ARRAYS];
+  for (int k = 0; k < ARRAYS; k++) given[k] = *arrays[k];
+  for (int k = 0; k < ARRAYS; k++) {
+    double *to = apart->room + (size_t)k * (size_t)apart->n;
+    int same = 0;
+    while (same < k && given[same] != given[k]) same++;
+    if (same < k) *arrays[k] = *arrays[same];
+    if (same < k || !given[k]) continue;
+    for (int i = 0; i < apart->n / 3; i++) memcpy(to + 3 * (size_t)i, given[k] + 3 * (size_t)apart->from[i], 3 * sizeof *to);
+    *arrays[k] = to;
+  }
+  torn.environment = NULL;
+  return torn;
+}
+
+/* A torn effect, its point, what is varied of that, and how far. */
+typedef struct variation {
+  const flesh_system *system;
+  flesh_point *point;
+  const double **read;
+  double step;
+} variation;
+
+/* sum [n] = the derivative by a component of each tet's node `a`. */
+static int differentiate(const flesh_apart *apart, const variation *v, int component, int a, double *sum)
+{
+  const double *base = *v->read;
+  double *varied = apart->room + ARRAYS * (size_t)apart->n, *r = varied + apart->n;
+  int status = FLESH_OK;
+  memset(sum, 0, (size_t)apart->n * sizeof *sum);
+  for (int side = -1; side <= 1 && !status; side += 2) {
+    for (int d = 0; d < apart->n; d++) varied[d] = base ? base[d] : 0;
+    for (int t = 0, i = 0, nodes[10]; t < flesh_mesh_tet_count(apart->mesh); t++) {
+      const int has = flesh_mesh_tet_nodes(apart->mesh, t, nodes);
+      if (a < has) varied[3 * (i + a) + component] += side * v->step;
+      i += has;
+    }
+    *v->read = varied;
+    status = flesh_system_residual(v->system, v->point, r);
+    *v->read = base;
+    for (int d = 0; d < apart->n; d++) sum[d] += side / (2 * v->step) * r[d];
+  }
+  return status;
+}
+
+/* The blocks of each tet's node `a`, of whose components sums [3][n] are the derivatives. */
+static int append_blocks(const flesh_apart *apart, int a, const double *sums, flesh_coupling *to)
+{
+  int status = FLESH_OK;
+  for (int t = 0, first = 0, nodes[10]; t < flesh_mesh_tet_count(apart->mesh) && !status; t++) {
+    const int has = flesh_mesh_tet_nodes(apart->mesh, t, nodes);
+    for (int b = 0; b < has && a < has && !status; b++) {
+      double block[9];
+      for (int k = 0; k < 9; k++) block[k] = sums[(size_t)(k % 3) * (size_t)apart->n + (size_t)(3 * (first + b) + k / 3)];
+      status = flesh_coupling_append(to, apart->from[first + b], apart->from[first + a], block);
+    }
+    first += has;
+  }
+  return status;
+}
+
+int flesh_couplings_find_apart(flesh_couplings *self, int effect, const flesh_point *given, flesh_reading reading, double step)
+{
+  int status = make_system(self, effect);
+  if (status) return status;
+  const flesh_apart *apart = &self->apart;
+  flesh_point point = tear_point(apart, given);
+  const double **const read[FLESH_READINGS] = {&point.lagged.x, &point.lagged.v, &point.frozen.x, &point.frozen.v,
+                                               &point.v,        &point.x};
+  const variation v = {apart->of[effect], &point, read[reading], step};
+  double *sums = apart->room + (ARRAYS + 2) * (size_t)apart->n;
+  for (int a = 0; a < (flesh_mesh_order(apart->mesh) == 2 ? 10 : 4) && !status; a++) {
+    for (int c = 0; c < 3 && !status; c++)
+      status = differentiate(apart, &v, c, a, sums + (size_t)c * (size_t)apart->n);
+    if (!status) status = append_blocks(apart, a, sums, &self->by[reading]);
+  }
+  return status;
+}
