@@ -1,5 +1,5 @@
 /* motion.c: derivatives of what was measured of a motion, by tangents along its steps: the motion is run once more and
- * recorded, and each parameter takes a linear solve for each solve of a stage in place of two runs. */
+ * recorded, its stages are factored, and each parameter takes a linear solve for each in place of two runs. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -21,8 +21,10 @@ typedef struct followed {
   double before, now; /* derivatives of it at the last two states */
 } followed;
 
+/* A parameter, of whose tangent is taken what is measured. */
 typedef struct following {
   const flesh_fit_experiment *e;
+  flesh_scene *scenes[2]; /* beside its value */
   int n;
   followed *columns; /* of all tables of probes, one after the other */
   int column_count;
@@ -77,9 +79,9 @@ static void take(const following *f, const flesh_fit_measured *m, const flesh_fi
 }
 
 /* Implements flesh_tangent_visit. */
-static int follow(void *data, double t, const double *dx, const double *dv)
+static int follow(void *data, int parameter, double t, const double *dx, const double *dv)
 {
-  following *f = data;
+  following *f = (following *)data + parameter;
   for (int c = 0; c < f->column_count; c++) {
     followed *column = &f->columns[c];
     column->before = column->now;
@@ -136,47 +138,67 @@ static int record(const flesh_scene *scene, flesh_integrator **integrator, flesh
   return status;
 }
 
-/* The column of a parameter; `start` [2*n] is room. */
-static int differentiate(following *f, const flesh_fit *fit, int experiment, const double *p, int k, flesh_trajectory *trajectory)
+/* The systems beside a parameter's value, and the derivatives of the start [2*n] by it. */
+static int take_parameter(following *f, const flesh_fit *fit, int experiment, const double *p, int k, flesh_parameter *parameter,
+                          double *start)
 {
-  flesh_scene *scenes[2] = {NULL};
   flesh_state starts[2] = {{0}};
   double h;
-  int status = flesh_fit_scenes_beside(fit, experiment, p, k, &h, scenes);
-  for (int s = 0; s < 2 && !status; s++) status = make_start(scenes[s], &starts[s]);
+  int status = flesh_fit_scenes_beside(fit, experiment, p, k, &h, f->scenes);
+  for (int s = 0; s < 2 && !status; s++) status = make_start(f->scenes[s], &starts[s]);
   if (!status) {
-    const flesh_parameter parameter = {{NULL, flesh_scene_system(scenes[0]), flesh_scene_system(scenes[1]), NULL}, h};
-    for (int d = 0; d < 2 * f->n; d++) starts[1].x[d] = (starts[1].x[d] - starts[0].x[d]) / (2 * h);
-    f->states = 0;
-    status = flesh_trajectory_tangents(trajectory, &parameter, starts[1].x, follow, f);
+    *parameter = (flesh_parameter){{NULL, flesh_scene_system(f->scenes[0]), flesh_scene_system(f->scenes[1]), NULL}, h};
+    for (int d = 0; d < 2 * f->n; d++) start[d] = (starts[1].x[d] - starts[0].x[d]) / (2 * h);
   }
-  for (int s = 0; s < 2; s++) {
-    flesh_scene_destroy(&scenes[s]);
-    free(starts[s].x);
-  }
+  free(starts[0].x);
+  free(starts[1].x);
   return status;
+}
+
+/* The columns of all parameters that act, [count] of them. */
+static int differentiate(following *all, int count, const flesh_fit *fit, int experiment, const double *p,
+                         const flesh_scene *scene, flesh_trajectory *trajectory)
+{
+  const size_t unknowns = 2 * (size_t)all->n;
+  flesh_parameter *parameters = calloc((size_t)count, sizeof *parameters);
+  double *starts = calloc((size_t)count * unknowns, sizeof *starts);
+  int status = parameters && starts ? FLESH_OK : no_memory();
+  for (int k = 0, i = 0; k < fit->parameter_count && !status; k++) {
+    if (!all->e->acts[k]) continue;
+    status = open_columns(&all[i], scene);
+    if (!status) status = take_parameter(&all[i], fit, experiment, p, k, &parameters[i], starts + (size_t)i * unknowns);
+    i++;
+  }
+  if (!status) status = flesh_trajectory_tangents(trajectory, count, parameters, starts, follow, all);
+  free(parameters);
+  free(starts);
+  return status;
+}
+
+static void close_following(following *f)
+{
+  for (int s = 0; s < 2; s++) flesh_scene_destroy(&f->scenes[s]);
+  for (int c = 0; c < f->column_count; c++) flesh_asked_clear(&f->columns[c].asked);
+  free(f->columns);
 }
 
 int flesh_fit_motion_tangents(flesh_fit *fit, int experiment, const double *p, double *tangents)
 {
   const flesh_fit_experiment *e = &fit->experiments[experiment];
-  following f = {.e = e, .n = 3 * e->nodes, .stride = fit->parameter_count};
+  following *all = calloc((size_t)fit->parameter_count + 1, sizeof *all);
   flesh_scene *scene = NULL;
   flesh_integrator *integrator = NULL;
   flesh_trajectory *trajectory = NULL;
-  int status = flesh_fit_scene_at(fit, experiment, p, &scene);
-  if (!status) status = open_columns(&f, scene);
+  int count = 0, status = all ? flesh_fit_scene_at(fit, experiment, p, &scene) : no_memory();
+  for (int k = 0; k < fit->parameter_count && !status; k++)
+    if (e->acts[k]) all[count++] = (following){.e = e, .n = 3 * e->nodes, .stride = fit->parameter_count, .to = tangents + k};
   if (!status) status = record(scene, &integrator, &trajectory);
-  for (int k = 0; k < fit->parameter_count && !status; k++) {
-    if (!e->acts[k]) continue;
-    f.to = tangents + k;
-    status = differentiate(&f, fit, experiment, p, k, trajectory);
-    fit->linear += flesh_trajectory_get_costs(trajectory).parts;
-  }
+  if (!status && count) status = differentiate(all, count, fit, experiment, p, scene, trajectory);
+  if (!status) fit->linear += count * flesh_trajectory_get_costs(trajectory).parts;
   flesh_trajectory_destroy(&trajectory);
   flesh_integrator_destroy(&integrator);
-  for (int c = 0; c < f.column_count; c++) flesh_asked_clear(&f.columns[c].asked);
-  free(f.columns);
+  for (int k = 0; k < count; k++) close_following(&all[k]);
+  free(all);
   flesh_scene_destroy(&scene);
   return status;
 }

@@ -70,7 +70,7 @@ static const flesh_key experiment_table[] = {
      .child_size = sizeof(measured_keys), .doc = "files of measurements"},
     {.name = "derivatives", .type = FLESH_KEY_CHOICE, AT(differences), .choices = derivatives, .default_value = "tangents",
      .doc = "by tangents where the scene has them, a linear solve for each nonlinear one and parameter; or by differences of two "
-            "runs for each parameter, which are cheaper in motions with viscosity"},
+            "runs for each parameter, which are cheaper in motions damped by the current stiffness"},
     {.name = NULL},
 };
 #undef AT

@@ -139,12 +139,14 @@ FLESH_API int flesh_trajectory_gradient(flesh_trajectory *trajectory, const fles
 FLESH_API int flesh_trajectory_tangent(flesh_trajectory *trajectory, const flesh_parameter *parameter, double *dx,
                                        double *dv);
 
-/* Called with the derivatives dx and dv [3*n] of the state at time t, borrowed; a status other than 0 ends the pass. */
-typedef int (*flesh_tangent_visit)(void *data, double t, const double *dx, const double *dv);
-/* The tangent of all recorded steps, as flesh_trajectory_tangent, at every state: `visit` is called for the first one
- * and for those to which calls of flesh_integrator_step have led. `start` [6*n]: derivatives of x and v of the first
+/* Called with the derivatives dx and dv [3*n] by parameter k of the state at time t, borrowed; a status other than 0
+ * ends the pass. */
+typedef int (*flesh_tangent_visit)(void *data, int k, double t, const double *dx, const double *dv);
+/* The tangents of all recorded steps by parameters [count], as flesh_trajectory_tangent, at every state: `visit` is
+ * called for each parameter at the first one and at those to which calls of flesh_integrator_step have led. They share
+ * what is factored, and take some 50 vectors [3*n] each. `start` [count][6*n]: derivatives of x and v of the first
  * state; NULL: 0. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY, FLESH_ERR_SOLVE, and what `visit` returns. */
-FLESH_API int flesh_trajectory_tangents(flesh_trajectory *trajectory, const flesh_parameter *parameter,
+FLESH_API int flesh_trajectory_tangents(flesh_trajectory *trajectory, int count, const flesh_parameter *parameters,
                                         const double *start, flesh_tangent_visit visit, void *data);
 
 #ifdef __cplusplus

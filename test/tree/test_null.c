@@ -225,9 +225,9 @@ static void null_is_refused_by_runs(void)
   REFUSES(flesh_sensitivity_gradient, gradient, (any, any, 1, any, NULL)), REFUSES(flesh_sensitivity_respond, sensitivity, (NULL, any, any));
   REFUSES(flesh_trajectory_create, integrator, (NULL, .1, 40, any)), REFUSES(flesh_trajectory_create, trajectory, (any, .1, 40, NULL));
   REFUSES(flesh_trajectory_tangent, trajectory, (NULL, any, any, any)), REFUSES(flesh_trajectory_tangent, parameter, (any, NULL, any, any));
-  REFUSES(flesh_trajectory_tangents, trajectory, (NULL, any, any, any, any)), REFUSES(flesh_trajectory_tangents, parameter, (any, NULL, any, any, any));
+  REFUSES(flesh_trajectory_tangents, trajectory, (NULL, 1, any, any, any, any)), REFUSES(flesh_trajectory_tangents, parameters, (any, 1, NULL, any, any, any));
   REFUSES(flesh_trajectory_tangent, dx, (any, any, NULL, any)), REFUSES(flesh_trajectory_tangent, dv, (any, any, any, NULL));
-  REFUSES(flesh_trajectory_tangents, visit, (any, any, any, NULL, any));
+  REFUSES(flesh_trajectory_tangents, visit, (any, 1, any, any, NULL, any));
   REFUSES(flesh_trajectory_gradient, trajectory, (NULL, any, 1, any, any, any));
   REFUSES(flesh_trajectory_gradient, quantity, (any, NULL, 1, any, any, any));
   REFUSES(flesh_trajectory_gradient, parameters, (any, any, 1, NULL, any, any));

@@ -201,16 +201,21 @@ class Trajectory(Handle):
 
         start: [2, nodes, 3] the derivatives of the first state's positions and velocities; None: 0.
         """
-        kept, shape = [], (2, self._nodes, 3)
-
-        def keep(_data, t, dx, dv):
-            both = (np.frombuffer(ffi.buffer(d, 24 * self._nodes)).reshape(shape[1:]).copy() for d in (dx, dv))
-            kept.append((t, *both))
-
-        visit = status_callback("int(void *, double, const double *, const double *)", keep)
-        begin = ffi.NULL if start is None else pointer(doubles(start, shape, "start"))
-        call(lib.flesh_trajectory_tangents, self._pointer, parameter._struct, begin, visit, ffi.NULL)
+        kept = []
+        self._visit([parameter], start, lambda _k, t, both: kept.append((t, *both.copy())))
         return kept
+
+    def _visit(self, parameters, start, visit):
+        """Has visit(k, t, [dx, dv]) see all states, by parameters that share what is factored."""
+        shape = (2, self._nodes, 3)
+        structs = ffi.new("flesh_parameter[]", [p._struct[0] for p in parameters])
+
+        def see(_data, k, t, dx, dv):
+            visit(k, t, np.array([np.frombuffer(ffi.buffer(d, 24 * self._nodes)).reshape(shape[1:]) for d in (dx, dv)]))
+
+        visited = status_callback("int(void *, int, double, const double *, const double *)", see)
+        begin = ffi.NULL if start is None else pointer(doubles(start, shape, "start"))
+        call(lib.flesh_trajectory_tangents, self._pointer, len(parameters), structs, begin, visited, ffi.NULL)
 
     def operator(self, parameters: Sequence[Parameter]) -> "scipy.sparse.linalg.LinearOperator":
         """d(x, v)/dp [6*nodes, parameters] of the last state as a scipy LinearOperator.
@@ -221,7 +226,10 @@ class Trajectory(Handle):
         all_of_them, shape = list(parameters), (2, self._nodes, 3)
         if not all_of_them:
             raise ArgumentError("parameters is empty; an operator needs at least one")
-        return LinearOperator((6 * self._nodes, len(all_of_them)), dtype=float,
-                              matvec=lambda p: sum(amount * np.ravel(self.tangent(one))
-                                                   for amount, one in zip(np.ravel(p), all_of_them)),
+        def along(p):
+            last = {}  # of each parameter
+            self._visit(all_of_them, None, lambda k, _t, both: last.update({k: both}))
+            return sum(amount * np.ravel(last[k]) for k, amount in enumerate(np.ravel(p)))
+
+        return LinearOperator((6 * self._nodes, len(all_of_them)), dtype=float, matvec=along,
                               rmatvec=lambda y: self.gradient(all_of_them, *np.reshape(y, shape)).by_parameters)

@@ -60,7 +60,7 @@ def test_gradients_of_an_equilibrium(mesh, body, held):
 
     exact = flesh.SolverOptions(newton_tolerance=1e-12)
     state = flesh.equilibrium(system(), options=exact)
-    parameters = [flesh.Parameter(system, 1e5), flesh.Parameter(lambda g: system(gravity=g), -1.0)]
+    parameters = [flesh.Parameter(system, 1e5, 100), flesh.Parameter(lambda g: system(gravity=g), -1.0)]
     sensitivity = flesh.Sensitivity(system(), state)
     weights = np.zeros_like(state.x)
     weights[-1, 2] = 1

@@ -1,0 +1,82 @@
+/* pass.c: the arrays of a pass over a motion, and its stages linearised. */
+#include "sensitivity/pass.h"
+
+#include <string.h>
+
+#include "base/error.h"
+#include "base/memory.h"
+
+/* A stage of no time, whose unknown is the acceleration: K is M, as K_x has no share in it. */
+static const double no_time = 1e-30;
+
+flesh_motion_pass flesh_pass_of(flesh_trajectory *self, double *room)
+{
+  flesh_motion_pass p = {.self = self};
+  const size_t n = (size_t)self->n;
+  memset(room, 0, FLESH_PASS_ARRAYS * n * sizeof *room);
+  for (int k = 0; k < FLESH_KNOWN; k++, room += 2 * n) p.known[k] = room, p.next[k] = room + n;
+  for (int k = 0; k < FLESH_MAP_STAGES; k++, room += n) p.stages[k] = room;
+  double **const own[] = {&p.lambda, &p.c, &p.m, &p.lag, &p.force, &p.moves};
+  for (int k = 0; k < 6; k++, room += n) *own[k] = room;
+  p.base = room;
+  for (int k = 0; k < 2; k++) p.ended[k] = room + (5 + (size_t)k) * n;
+  return p;
+}
+
+int flesh_pass_take_parameters(flesh_motion_pass *p, int count, const flesh_parameter *parameters)
+{
+  const flesh_system *system = p->self->system;
+  const size_t each = 1 + (size_t)flesh_system_effect_count(system);
+  p->count = count;
+  p->parameters = parameters;
+  p->same = flesh_calloc((size_t)count * each + 1, 1);
+  if (!p->same) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d parameters", count);
+  for (int k = 0; k < count; k++) {
+    unsigned char *same = p->same + (size_t)k * each;
+    *same = (unsigned char)flesh_parameter_compare(&parameters[k], system, same + 1);
+  }
+  return FLESH_OK;
+}
+
+int flesh_pass_force(flesh_motion_pass *p, int k)
+{
+  const unsigned char *same = p->same + (size_t)k * (1 + (size_t)flesh_system_effect_count(p->self->system));
+  return flesh_stage_tangent_force(&p->self->tangent, &p->parameters[k], *same ? same + 1 : NULL, p->force, p->moves);
+}
+
+int flesh_pass_linearise(flesh_motion_pass *p, const flesh_recorded_part *part, int solve)
+{
+  flesh_trajectory_stage(p->self, part, &p->map, solve, p->base, &p->stage);
+  p->follows = p->stage.frozen_at_solution ? 1u << FLESH_FROZEN_X | 1u << FLESH_FROZEN_V : 0;
+  const double *u = part->solves[solve].u, *at_end = p->self->prescribed.x[FLESH_PRESCRIBED_POINTS - 1];
+  for (int d = 0; d < p->self->n && p->stage.shift.x != 1; d++) /* such a stage is the only one of its step */
+    p->self->tangent.end[d] = p->self->prescribed.fixed[d] ? at_end[d] : p->stage.x0[d] + u[d];
+  return flesh_stage_tangent_set(&p->self->tangent, &p->stage, u, p->follows);
+}
+
+int flesh_pass_linearise_start(flesh_motion_pass *p, const flesh_recorded_part *part)
+{
+  flesh_trajectory *self = p->self;
+  const double *x = part->known[FLESH_KNOWN_X], *v = part->known[FLESH_KNOWN_V];
+  memset(p->moves, 0, (size_t)self->n * sizeof *p->moves);
+  p->stage = (flesh_stage){.t = part->taken.begin, .load = 1, .prescribed_fraction = 1, .shift = {.x = no_time, .a = 1},
+                           .x0 = x, .v0 = v, .a0 = part->known[FLESH_KNOWN_VECTORS], .x_lag = x, .v_lag = v,
+                           .t_lag = part->taken.begin, .internal = part->internal,
+                           .multipliers = part->solves[0].multipliers};
+  p->follows = 1u << FLESH_FROZEN_X | 1u << FLESH_FROZEN_V; /* nothing is lagged or frozen there */
+  return flesh_stage_tangent_set(&self->tangent, &p->stage, p->moves, p->follows);
+}
+
+int flesh_pass_begins_by_acceleration(const flesh_motion_pass *p, const flesh_recorded_part *part)
+{
+  return part->taken.anew && part->taken.acceleration && !p->self->tangent.multipliers;
+}
+
+void flesh_pass_forget_constrained(flesh_motion_pass *p, const flesh_recorded_part *part, double *const *of)
+{
+  flesh_trajectory *self = p->self;
+  if (!part->taken.second) return;
+  flesh_prescribed_set(&self->prescribed, part->taken.begin, part->taken.end, part->known[FLESH_KNOWN_X]);
+  for (int d = 0; d < self->n; d++)
+    for (int k = 0; k < FLESH_KNOWN && self->prescribed.fixed[d]; k++) of[k][d] = 0;
+}

@@ -1,0 +1,215 @@
+/* tangents.c: tangents of a recorded motion by several parameters, which share each stage's linearisation. With w = du +
+ * dx0/s_x a solve is K w = -C (dv0 - s_v dx0/s_x) - M (da0 - s_a dx0/s_x) - dr/dp. */
+#include <string.h>
+
+#include "base/error.h"
+#include "base/memory.h"
+#include "sensitivity/pass.h"
+
+typedef struct tangents {
+  flesh_trajectory *self;
+  int count;
+  flesh_motion_pass *of; /* [count] of each parameter */
+  int before;            /* a solve of the part has ended, at pass.ended */
+  flesh_tangent_visit visit;
+  void *data;
+  int call;              /* of the next state that is visited */
+  double end;            /* of the last part */
+} tangents;
+
+/* y = the derivative of a base, of what is known and of the unknowns of stages before. */
+static void gather_base(const flesh_motion_pass *p, const double columns[FLESH_MAP_COLUMNS], double *y)
+{
+  memset(y, 0, (size_t)p->self->n * sizeof *y);
+  for (int k = 0; k < FLESH_MAP_COLUMNS; k++)
+    flesh_add_scaled(p->self->n, columns[k], k < FLESH_KNOWN ? p->known[k] : p->stages[k - FLESH_KNOWN], y);
+}
+
+/* right -= what effects read of lagged and frozen states whose derivatives are known; x0 and v0 are in `next`. */
+static void subtract_readings(const flesh_motion_pass *p, const flesh_recorded_part *part, int before, double *right)
+{
+  const flesh_couplings *couplings = &p->self->tangent.couplings;
+  const int lags_stage = part->known[FLESH_KNOWN_LAGGED_X] != NULL;
+  for (int k = 0; k < FLESH_READINGS; k++) {
+    if ((p->follows >> k & 1) || k >= FLESH_OWN_V || !flesh_couplings_any(couplings, (flesh_reading)k)) continue;
+    const int of_v = flesh_reading_is_of_v((flesh_reading)k), lagged = k == FLESH_LAGGED_X || k == FLESH_LAGGED_V;
+    const double *at_start = p->known[(lags_stage ? FLESH_KNOWN_LAGGED_X : FLESH_KNOWN_X) + of_v];
+    const double *read = !lagged ? p->next[of_v] : before ? p->ended[of_v] : at_start;
+    flesh_couplings_add(couplings, (flesh_reading)k, 0, -1, read, right);
+  }
+}
+
+/* A parameter's derivatives at the end of a solve that is linearised. */
+static int go_on(flesh_motion_pass *p, const flesh_recorded_part *part, int at, int before)
+{
+  flesh_trajectory *self = p->self;
+  flesh_stage_tangent *tangent = &self->tangent;
+  const int n = self->n;
+  double *x0 = p->next[0], *v0 = p->next[1], *a0 = p->next[2], *right = p->lag, *u = p->stages[at];
+  const flesh_shift *shift = &p->stage.shift;
+  int status = flesh_pass_force(p, 0);
+  for (int d = 0; d < n && !status && part->taken.second; d++)
+    if (p->moves[d] != 0)
+      status = flesh_fail(FLESH_ERR_ARGUMENT, "a parameter that moves prescribed dofs has sensitivities by backward-euler only");
+  if (status) return status;
+  gather_base(p, p->map.x0[at], x0);
+  gather_base(p, p->map.v0[at], v0);
+  gather_base(p, p->map.a0[at], a0);
+  for (int d = 0; d < n; d++) right[d] = -p->force[d];
+  subtract_readings(p, part, before, right);
+  for (int d = 0; d < n; d++) p->lambda[d] = v0[d] - shift->v / shift->x * x0[d], a0[d] -= shift->a / shift->x * x0[d];
+  status = flesh_stage_tangent_mass_times(tangent, a0, p->m);
+  if (!status) status = flesh_stage_tangent_damping_times(tangent, 0, p->lambda, p->c);
+  if (!status && (p->follows >> FLESH_FROZEN_V & 1))
+    flesh_couplings_add(&tangent->couplings, FLESH_FROZEN_V, 0, 1, p->lambda, p->c);
+  for (int d = 0; d < n; d++) {
+    right[d] -= p->c[d] + p->m[d];
+    a0[d] = p->moves[d] + (1 - 1 / shift->x) * x0[d]; /* where constraints hold, beside what w moves */
+  }
+  if (!status) status = flesh_stage_tangent_solve(tangent, 0, right, a0, u);
+  for (int d = 0; d < n && !status; d++) {
+    u[d] += p->moves[d] - x0[d] / shift->x; /* moves are 0 on free dofs, solutions on constrained ones */
+    p->ended[0][d] = x0[d] + shift->x * u[d];
+    p->ended[1][d] = v0[d] + shift->v * u[d];
+  }
+  return status;
+}
+
+/* The derivative of the acceleration with which the method has begun, which is linearised. */
+static int begin(flesh_motion_pass *p)
+{
+  flesh_stage_tangent *tangent = &p->self->tangent;
+  double *right = p->lag, *a = p->known[FLESH_KNOWN_VECTORS];
+  int status = flesh_pass_force(p, 0);
+  if (!status) status = flesh_stage_tangent_stiffness_times(tangent, 0, p->known[FLESH_KNOWN_X], right);
+  if (!status) status = flesh_stage_tangent_damping_times(tangent, 0, p->known[FLESH_KNOWN_V], p->c);
+  if (status) return status;
+  for (int d = 0; d < p->self->n; d++) right[d] = -right[d] - p->c[d] - p->force[d];
+  for (int k = 0; k < FLESH_OWN_V; k++)
+    flesh_couplings_add(&tangent->couplings, (flesh_reading)k, 0, -1,
+                        p->known[FLESH_KNOWN_X + flesh_reading_is_of_v((flesh_reading)k)], right);
+  return flesh_stage_tangent_solve(tangent, 0, right, NULL, a);
+}
+
+/* Goes on by a solve or, where that is -1, begins: linearised once, for all parameters. */
+static int solve_all(tangents *t, const flesh_recorded_part *part, int solve)
+{
+  flesh_motion_pass *first = t->of;
+  int status = solve < 0 ? flesh_pass_linearise_start(first, part) : flesh_pass_linearise(first, part, solve);
+  for (int k = 0; k < t->count && !status; k++) {
+    flesh_motion_pass *p = &t->of[k];
+    p->stage = first->stage;
+    p->follows = first->follows;
+    status = solve < 0 ? begin(p) : go_on(p, part, part->solves[solve].at, t->before);
+  }
+  t->before = solve >= 0;
+  return status;
+}
+
+static int visit_all(const tangents *t, double time)
+{
+  int status = FLESH_OK;
+  for (int k = 0; k < t->count && !status; k++)
+    status = t->visit(t->data, k, time, t->of[k].known[FLESH_KNOWN_X], t->of[k].known[FLESH_KNOWN_V]);
+  return status;
+}
+
+/* Shows the derivatives of the states at which calls up to a time have begun. */
+static int show(tangents *t, double time)
+{
+  const flesh_trajectory *self = t->self;
+  int status = FLESH_OK;
+  for (; t->call < self->call_count && self->calls[t->call].t <= time && !status; t->call++)
+    if (self->calls[t->call].t == time) status = visit_all(t, time);
+  return status;
+}
+
+/* Forgets what is known of constrained dofs, of all parameters. */
+static void forget_all(tangents *t, const flesh_recorded_part *part)
+{
+  for (int k = 0; k < t->count; k++) flesh_pass_forget_constrained(&t->of[k], part, t->of[k].known);
+}
+
+/* Implements flesh_part_visit. */
+static int part_on(void *data, const flesh_recorded_part *part)
+{
+  tangents *t = data;
+  const size_t bytes = (size_t)t->self->n * sizeof(double);
+  int status = show(t, part->t);
+  if (status) return status;
+  flesh_trajectory_map(part, &t->of[0].map);
+  for (int k = 1; k < t->count; k++) t->of[k].map = t->of[0].map;
+  forget_all(t, part);
+  if (flesh_pass_begins_by_acceleration(t->of, part)) status = solve_all(t, part, -1);
+  forget_all(t, part);
+  t->before = 0;
+  for (int s = 0; s < part->count && !status; s++) status = solve_all(t, part, s);
+  for (int k = 0; k < t->count; k++) {
+    flesh_motion_pass *p = &t->of[k];
+    for (int j = 0; j < FLESH_KNOWN; j++) gather_base(p, p->map.end[j], p->next[j]);
+    for (int j = 0; j < FLESH_KNOWN; j++) memcpy(p->known[j], p->next[j], bytes);
+  }
+  forget_all(t, part);
+  t->end = part->taken.end;
+  return status;
+}
+
+/* The passes of all parameters in `room`, with the derivatives of the first state. */
+static int take_all(tangents *t, const flesh_parameter *parameters, const double *start, double *room)
+{
+  const size_t n = (size_t)t->self->n;
+  int status = FLESH_OK;
+  for (int k = 0; k < t->count && !status; k++) {
+    flesh_motion_pass *p = &t->of[k];
+    *p = flesh_pass_of(t->self, k ? room + (size_t)(k - 1) * FLESH_PASS_ARRAYS * n : t->self->vectors);
+    status = flesh_pass_take_parameters(p, 1, &parameters[k]);
+    if (start) memcpy(p->known[FLESH_KNOWN_X], start + 2 * n * (size_t)k, n * sizeof *start);
+    if (start) memcpy(p->known[FLESH_KNOWN_V], start + 2 * n * (size_t)k + n, n * sizeof *start);
+  }
+  return status;
+}
+
+int flesh_trajectory_tangents(flesh_trajectory *self, int count, const flesh_parameter *parameters, const double *start,
+                              flesh_tangent_visit visit, void *data)
+{
+  FLESH_NEED({self, "trajectory"}, {parameters, "parameters"}, {visit, "visit"});
+  if (count < 1) return flesh_fail(FLESH_ERR_ARGUMENT, "the parameters of tangents are %d; they must be at least one", count);
+  const size_t numbers = (size_t)(count - 1) * FLESH_PASS_ARRAYS * (size_t)self->n;
+  double *room = flesh_malloc((numbers + 1) * sizeof *room);
+  tangents t = {.self = self, .count = count, .of = flesh_calloc((size_t)count, sizeof *t.of), .visit = visit, .data = data};
+  int status = room && t.of ? take_all(&t, parameters, start, room)
+                            : flesh_fail(FLESH_ERR_MEMORY, "no memory for the tangents by %d parameters", count);
+  flesh_newton_forget(self->tangent.newton);
+  if (!status) status = flesh_trajectory_visit(self, part_on, &t);
+  if (!status && self->total) status = visit_all(&t, t.end);
+  for (int k = 0; k < count && t.of; k++) flesh_free(t.of[k].same);
+  flesh_free(t.of);
+  flesh_free(room);
+  return status;
+}
+
+/* Room for the derivatives of the last state. */
+typedef struct last_tangent {
+  size_t bytes;
+  double *dx, *dv;
+} last_tangent;
+
+/* Copies the derivatives of the last state. Implements flesh_tangent_visit. */
+static int keep_last(void *data, int k, double t, const double *dx, const double *dv)
+{
+  const last_tangent *last = data;
+  (void)k;
+  (void)t;
+  memcpy(last->dx, dx, last->bytes);
+  memcpy(last->dv, dv, last->bytes);
+  return FLESH_OK;
+}
+
+int flesh_trajectory_tangent(flesh_trajectory *self, const flesh_parameter *parameter, double *dx, double *dv)
+{
+  FLESH_NEED({self, "trajectory"}, {parameter, "parameter"}, {dx, "dx"}, {dv, "dv"});
+  last_tangent last = {(size_t)self->n * sizeof *dx, dx, dv};
+  memset(dx, 0, last.bytes);
+  memset(dv, 0, last.bytes);
+  return flesh_trajectory_tangents(self, 1, parameter, NULL, keep_last, &last);
+}
