@@ -6,7 +6,8 @@ CREATE TEMP TABLE runs AS
 SELECT f.number AS number, data ->> 'case' AS name, data ->> 'group' AS grp, data ->> 'seed' AS seed, data ->> 'energy' AS energy,
   data ->> 'constants' AS constants, data ->> 'poisson' AS poisson, data ->> 'step' AS step, data ->> 'static' AS static,
   data ->> 'random' AS random, data ->> 'hardest' AS hardest, data ->> 'solver' AS solver, data ->> 'element' AS element,
-  data ->> 'mesh' AS mesh, data ->> 'own_poisson' AS own_poisson, data ->> 'title' AS title, data ->> 'folder' AS folder, data ->> 'out' AS out,
+  data ->> 'mesh' AS mesh, data ->> 'own_poisson' AS own_poisson, data ->> 'title' AS title,
+  data ->> 'folder' AS folder, data ->> 'out' AS out,
   CASE WHEN coalesce(status, 'planned') IN ('planned', 'running') THEN 'not run' WHEN status_code IS NULL THEN 'crashed or hung'
     ELSE status END AS outcome,
   CASE WHEN coalesce(status, 'planned') IN ('planned', 'running') THEN 'FLESH_ERR_INTERRUPTED'

@@ -239,7 +239,8 @@ int flesh_accuracy_make_rows(flesh_accuracy_plan *plan)
   *row++ = (flesh_accuracy_row){.group = FLESH_ACCURACY_REFERENCE, .method = -1, .setting = "of two methods", .needs_states = 1,
                                 .figures = flesh_accuracy_unknown};
   for (int k = 0; k < FLESH_ACCURACY_SOURCES; k++)
-    *row++ = (flesh_accuracy_row){.group = FLESH_ACCURACY_SOURCE, .method = flesh_accuracy_method_find(flesh_accuracy_sources[k].method),
+    *row++ = (flesh_accuracy_row){.group = FLESH_ACCURACY_SOURCE,
+                                  .method = flesh_accuracy_method_find(flesh_accuracy_sources[k].method),
                                   .setting = "refined", .needs_states = 1, .figures = flesh_accuracy_unknown};
   *row = (flesh_accuracy_row){.group = FLESH_ACCURACY_TIGHT, .method = plan->representative, .step = plan->representative_step,
                               .setting = "solved tightly", .tight = 1, .needs_states = 1, .figures = flesh_accuracy_unknown};

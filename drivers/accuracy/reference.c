@@ -228,14 +228,16 @@ static int make_sources(flesh_accuracy_session *s)
   int have = 0, numbers[2];
   for (int k = first; k < first + FLESH_ACCURACY_SOURCES && have < 2; k++) {
     const flesh_accuracy_row *row = &plan->rows[k];
-    snprintf(words, sizeof words, "reference: %s, about %.0f s", flesh_accuracy_sources[k - first].method, plan->reference_seconds);
+    snprintf(words, sizeof words, "reference: %s, about %.0f s", flesh_accuracy_sources[k - first].method,
+             plan->reference_seconds);
     show(words);
     const int status = flesh_accuracy_do(s, k);
     show("");
     if (status) return status;
     have = find_sources(plan, numbers);
     if (row->figures.status)
-      flesh_text_add(why, sizeof why, "%s%s: %.120s", *why ? "; " : "", flesh_accuracy_sources[k - first].method, row->figures.message);
+      flesh_text_add(why, sizeof why, "%s%s: %.120s", *why ? "; " : "", flesh_accuracy_sources[k - first].method,
+                     row->figures.message);
   }
   return have == 2 ? FLESH_OK
                    : flesh_fail(FLESH_ERR_SOLVE, "no reference: two methods must reach the end of %s, and %s did (%s)",

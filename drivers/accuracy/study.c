@@ -159,7 +159,8 @@ static int take(void *data, int number, const json_t *record)
   flesh_accuracy_figures *f = &row->figures;
   int crashed_by = 0, status = flesh_fields_take(fields, "accuracy.db", record, f, f->message, &crashed_by);
   if (!status && row->group == FLESH_ACCURACY_REFERENCE && !crashed_by)
-    flesh_fields_read(flesh_accuracy_reference_fields, json_object_get(json_object_get(record, "result"), "figures"), &plan->reference);
+    flesh_fields_read(flesh_accuracy_reference_fields, json_object_get(json_object_get(record, "result"), "figures"),
+                      &plan->reference);
   if (status) return status;
   if (crashed_by) f->status = FLESH_ERR_SOLVE;
   /* A run that could not write its file says nothing of its method. */

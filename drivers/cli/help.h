@@ -24,7 +24,7 @@ void flesh_help_print_exits(unsigned exits);
 extern const char *flesh_help_about;
 extern const flesh_subcommand *flesh_help_commands;
 
-/* Manual pages in roff, to stdout: a page's head, paragraphs (lines that begin with a space stand as they are), and exit codes. */
+/* Manual pages in roff, to stdout: a page's head, paragraphs (lines that begin with a space stand as they are), exit codes. */
 void flesh_help_man_head(const char *page, const char *summary);
 void flesh_help_man_text(const char *text);
 void flesh_help_man_exits(unsigned exits); /* flesh_exits, or'ed */

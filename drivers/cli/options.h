@@ -28,8 +28,9 @@ int flesh_option_refuse(const char *command, const char *option, const char *val
 /* Prints "flesh COMMAND: <last error>" to stderr and returns the exit code of `status`. */
 int flesh_command_fail(const char *command, int status);
 
-/* A command of several words, as `flesh mesh info`: runs the one that argv[1] names, which gets the words from there on, or prints the help: `about` above the list and
- * `more` (may be NULL) below it. Returns the exit code; 2 after one sentence on stderr for want of a known name. */
+/* A command of several words, as `flesh mesh info`: runs the one that argv[1] names, which gets the words from there on, or
+ * prints the help: `about` above the list and `more` (may be NULL) below it. Returns the exit code; 2 after one sentence on
+ * stderr for want of a known name. */
 int flesh_subcommand_run(const char *command, const char *about, const char *more, const flesh_subcommand *list,
                          int argc, char **argv);
 

@@ -9,9 +9,10 @@
 #include "cli/options.h"
 #include "study/embedded.h"
 
-static const char details[] = "Completes commands, options, the keys of a scene after --set, and values where there is a list of them; else\n"
-                              "files. `meson install` installs both; without that:\n\n"
-                              "  eval \"$(flesh completion bash)\"\n";
+static const char details[] =
+    "Completes commands, options, the keys of a scene after --set, and values where there is a list of them; else\n"
+    "files. `meson install` installs both; without that:\n\n"
+    "  eval \"$(flesh completion bash)\"\n";
 
 static void print_commands(int zsh)
 {

@@ -85,8 +85,8 @@ typedef struct flesh_hardcases_battery {
   flesh_hardcases_case *cases;
 } flesh_hardcases_battery;
 
-/* Reads the cases of a file; of the program's own `name` ("battery", study/embedded.h) when `path` is NULL. FLESH_ERR_FILE; FLESH_ERR_ARGUMENT with
- * file, line, key, value and what is valid. The caller closes the battery in any case. */
+/* Reads the cases of a file; of the program's own `name` ("battery", study/embedded.h) when `path` is NULL. FLESH_ERR_FILE;
+ * FLESH_ERR_ARGUMENT with file, line, key, value and what is valid. The caller closes the battery in any case. */
 int flesh_hardcases_open_battery(const char *path, const char *name, flesh_hardcases_battery *battery);
 void flesh_hardcases_close_battery(flesh_hardcases_battery *battery);
 extern const flesh_key flesh_hardcases_keys[]; /* of a file of cases */

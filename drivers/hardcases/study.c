@@ -98,7 +98,8 @@ static json_t *do_case(const void *data, int number, const char *folder)
   if (plan->lean && run.outcome <= (plan->filters ? FLESH_HARDCASES_UNCONVERGED : FLESH_HARDCASES_RECOVERED))
     shed(plan->out, &run);
   const char *word = run.outcome == FLESH_HARDCASES_NOT_RUN ? "interrupted" : flesh_hardcases_outcome_name(run.outcome);
-  return flesh_fields_record(word, run.figures.exit_code, run.figures.message, flesh_fields_json(flesh_hardcases_fields, &run.figures));
+  return flesh_fields_record(word, run.figures.exit_code, run.figures.message,
+                             flesh_fields_json(flesh_hardcases_fields, &run.figures));
 }
 
 /* SQL knows this of every run of the plan, done or not. */
@@ -117,7 +118,8 @@ static json_t *facts_of(const void *data, int number)
                    run->row->step > 0 ? run->row->step : s->step, "solver", flesh_hardcases_solver_name(s->solver),
                    "element", flesh_element_name(s->element), "mesh", s->body ? s->body->name : "", "static",
                    (flags & FLESH_HARDCASES_STATIC) != 0, "random", (flags & FLESH_HARDCASES_RANDOM) != 0, "hardest",
-                   (flags & FLESH_HARDCASES_HARDEST) != 0, "title", title, "own_poisson", run->row->poisson > 0 ? run->row->poisson : 0.0, "folder", flesh_json_text(folder), "out",
+                   (flags & FLESH_HARDCASES_HARDEST) != 0, "title", title, "own_poisson",
+                   run->row->poisson > 0 ? run->row->poisson : 0.0, "folder", flesh_json_text(folder), "out",
                    flesh_json_text(plan->out));
 }
 

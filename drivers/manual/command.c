@@ -9,17 +9,19 @@
 #include "cli/help.h"
 #include "cli/options.h"
 
-static const char details[] = "Prints the manual page of COMMAND in roff, of the whole program without one, and flesh-scene(5), the keys of a\n"
-                              "scene, for the word scene. `meson install` installs them all; without that, this shows one:\n\n"
-                              "  flesh manual run | man -l -\n";
+static const char details[] =
+    "Prints the manual page of COMMAND in roff, of the whole program without one, and flesh-scene(5), the keys of a\n"
+    "scene, for the word scene. `meson install` installs them all; without that, this shows one:\n\n"
+    "  flesh manual run | man -l -\n";
 
 static void print_program(void)
 {
   flesh_help_man_head("flesh", flesh_help_about);
   printf(".SH SYNOPSIS\n\\fBflesh\\fR \\fICOMMAND\\fR [\\fIARGUMENT\\fR]...\n.br\n\\fBflesh\\fR \\-\\-help | \\-\\-version\n"
          ".SH DESCRIPTION\n");
-  flesh_help_man_text("Stable neo-Hookean finite elements on tetrahedra, solved and integrated by SUNDIALS. A scene, whose keys are in\n"
-                      "flesh-scene(5), says what the body is, what acts on it and how time goes on; `flesh run` simulates it.\n");
+  flesh_help_man_text("Stable neo-Hookean finite elements on tetrahedra, solved and integrated by SUNDIALS. A scene, whose keys "
+                      "are in\nflesh-scene(5), says what the body is, what acts on it and how time goes on; `flesh run` "
+                      "simulates it.\n");
   printf(".SH COMMANDS\n");
   for (const flesh_subcommand *c = flesh_help_commands; c->name; c++)
     printf(".TP\n\\fBflesh\\-%s\\fR(1)\n%s\n", c->name, c->summary);

@@ -140,7 +140,8 @@ void flesh_places_stop(flesh_places *places)
   if (places->stopped) return;
   places->stopped = 1;
   tell_all(places, SIGTERM);
-  for (int k = 0; k < places->room; k++) places->processes[k].deadline = fmin(places->processes[k].deadline, flesh_wall_seconds() + GRACE);
+  for (int k = 0; k < places->room; k++)
+    places->processes[k].deadline = fmin(places->processes[k].deadline, flesh_wall_seconds() + GRACE);
 }
 
 /* Reads what has come; whether the process has closed its end. */

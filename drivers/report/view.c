@@ -241,13 +241,14 @@ static int open_shown(flesh_report *report, flesh_run_folder *runs)
     report->shown[kept++] = shown;
     few += runs[kept - 1].few;
     if (taken_of(report, runs[kept - 1].count) < runs[kept - 1].count)
-      flesh_report_note(report->view, "Of the %d frames of %.200s %d are shown.", runs[kept - 1].count, shown.name, report->most_frames);
+      flesh_report_note(report->view, "Of the %d frames of %.200s %d are shown.", runs[kept - 1].count, shown.name,
+                        report->most_frames);
   }
   while (r < report->shown_count) report->shown[kept++] = report->shown[r++]; /* for the caller to free */
   report->shown_count = kept;
   if (few)
-    flesh_report_note(report->view, "%d of %d runs left no frames: of these the start, the end and what `flesh drift` keeps between are shown.",
-         few, kept);
+    flesh_report_note(report->view, "%d of %d runs left no frames: of these the start, the end and what `flesh drift` keeps "
+                                    "between are shown.", few, kept);
   return status;
 }
 

@@ -184,7 +184,8 @@ static void tell_outcome(flesh_running *r, int status, flesh_figures *figures, f
   figures->separation = flesh_integrator_separation(r->integrator);
   if (figures->separation.ignored) {
     snprintf(words, sizeof words,
-             "surfaces that intersect at the start (%d place%s) are not apart at the end (%d place%s): there is no contact there", figures->separation.begun, figures->separation.begun == 1 ? "" : "s",
+             "surfaces that intersect at the start (%d place%s) are not apart at the end (%d place%s): there is no contact "
+             "there", figures->separation.begun, figures->separation.begun == 1 ? "" : "s",
              figures->separation.ignored, figures->separation.ignored == 1 ? "" : "s");
     warn(r, outcome, 1, words);
   }
@@ -266,7 +267,8 @@ static int keep_result(flesh_running *r, const flesh_outcome *outcome, const fle
   int status = FLESH_OK;
   for (int tries = 0; tries < 2; tries++) {
     if (tries) flesh_path_unlink(flesh_running_path(r, "result.json"));
-    status = flesh_json_write(flesh_running_path(r, "result.json"), flesh_running_result(r, flesh_outcome_json(outcome), figures));
+    status = flesh_json_write(flesh_running_path(r, "result.json"),
+                              flesh_running_result(r, flesh_outcome_json(outcome), figures));
     if (!status) break;
   }
   return status;
@@ -317,7 +319,8 @@ static int go_on(flesh_running *r, flesh_figures *figures)
     printf("goes on after step %d, t = %g s%s\n", head.step, r->state.t,
            !head.exact          ? "; IDA starts anew there: the motion agrees with an unbroken one within time.tolerance"
            : r->checkpoint.fits ? ""
-                                : "; another number of ranks has come there: the motion agrees with theirs within the solves' tolerance");
+                                : "; another number of ranks has come there: the motion agrees with theirs within the solves' "
+                                   "tolerance");
   return flesh_ranks_agree(options->ranks, status);
 }
 

@@ -43,7 +43,8 @@ static void test_signs(sqlite3_context *context, int count, sqlite3_value **valu
 {
   const int wins = sqlite3_value_int(values[0]), losses = sqlite3_value_int(values[1]), most = wins > losses ? wins : losses;
   (void)count;
-  sqlite3_result_double(context, wins + losses > 0 ? fmin(1, 2 * gsl_cdf_binomial_Q((unsigned)most - 1, 0.5, (unsigned)(wins + losses))) : 1);
+  const int all = wins + losses;
+  sqlite3_result_double(context, all > 0 ? fmin(1, 2 * gsl_cdf_binomial_Q((unsigned)most - 1, 0.5, (unsigned)all)) : 1);
 }
 
 typedef enum piece { PLOT, QUOTED, QUOTED_TICK, QUOTED_FILE, LOG_TICKS, COLOUR } piece;
