@@ -16,6 +16,7 @@
 #include "error/indicator.h"
 #include "error/quantity.h"
 #include "mesh/mesh.h"
+#include "mesh/smooth.h"
 #include "run/runner.h"
 #include "scene/scene.h"
 
@@ -28,6 +29,8 @@ static const double least_ratio = 1.4, most_ratio = 4, least_growth = 1.5;
 static const double of_changes = 1.2, of_changes_alone = 2, of_estimate = 0.45;
 /* A bar that is no smaller with so many times the dofs will not become so. */
 static const double stuck_growth = 4;
+/* Halves of tets with smaller radius ratios get better ones by moves of inner nodes. */
+static const double smooth_below = 0.3;
 enum { LEVELS = 60, LEAST_LEVELS = 4, MOST_DOFS = 400000 };
 
 /* A mesh and what came of it. */
@@ -270,8 +273,7 @@ static int refine(adapt *a, const double *indicators)
   int *order = malloc((size_t)tets * sizeof *order), status = halvings && order ? FLESH_OK : no_memory();
   const double share = is_within(a, 2) ? marked_share_at_last : marked_share;
   double total = 0, sum = 0;
-  flesh_mesh *finer = NULL;
-  flesh_mesh_parents parents = {0};
+  flesh_mesh *finer = NULL, *smooth = NULL;
   for (int t = 0; t < tets && !status; t++) order[t] = t, total += indicators[t];
   ordered = indicators;
   if (!status) qsort(order, (size_t)tets, sizeof *order, by_indicator);
@@ -280,15 +282,16 @@ static int refine(adapt *a, const double *indicators)
     sum += indicators[order[k]];
   }
   if (!status && a->local >= 0) halvings[a->local] = 1;
-  if (!status) status = flesh_mesh_refine_marked(a->mesh, halvings, &finer, &parents);
+  if (!status) status = flesh_mesh_refine_marked(a->mesh, halvings, &finer, NULL);
+  if (!status) status = flesh_mesh_smooth(finer, smooth_below, &smooth);
   free(a->x);
   free(a->v);
   a->x = a->v = NULL;
   if (!status) {
     flesh_mesh_destroy(&a->mesh);
-    a->mesh = finer;
+    a->mesh = smooth;
   }
-  flesh_mesh_parents_clear(&parents);
+  flesh_mesh_destroy(&finer);
   free(halvings);
   free(order);
   return status;

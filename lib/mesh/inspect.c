@@ -9,13 +9,12 @@
 
 /* Inradius r = 3V/(sum of areas); circumradius R = |a^2 (b x c) + b^2 (c x a) + c^2 (a x b)|/(12 V)
  * for edges a, b, c from one node. */
-double flesh_mesh_radius_ratio(const flesh_mesh *mesh, int tet)
+double flesh_radius_ratio(const double *x, const int n[4])
 {
-  const int *n = mesh->tet_nodes + 4 * (size_t)tet;
   double e[3][3], bc[3], ca[3], ab[3], fourth[3], centre[3];
   for (int i = 0; i < 3; i++)
     for (int d = 0; d < 3; d++)
-      e[i][d] = mesh->positions[3 * (size_t)n[i + 1] + d] - mesh->positions[3 * (size_t)n[0] + d];
+      e[i][d] = x[3 * (size_t)n[i + 1] + d] - x[3 * (size_t)n[0] + d];
   flesh_vec3_cross(e[1], e[2], bc);
   flesh_vec3_cross(e[2], e[0], ca);
   flesh_vec3_cross(e[0], e[1], ab);
@@ -27,8 +26,13 @@ double flesh_mesh_radius_ratio(const flesh_mesh *mesh, int tet)
   double areas = (sqrt(flesh_vec3_dot(bc, bc)) + sqrt(flesh_vec3_dot(ca, ca)) + sqrt(flesh_vec3_dot(ab, ab)) +
                   sqrt(flesh_vec3_dot(fourth, fourth))) /
                  2;
-  double volume = flesh_mesh_is_quadratic(mesh, tet) ? flesh_tet_volume(mesh->positions, n) : mesh->volumes[tet];
-  return 108 * volume * (volume / areas) / sqrt(flesh_vec3_dot(centre, centre));
+  const double volume = flesh_tet_volume(x, n);
+  return 108 * volume * (fabs(volume) / areas) / sqrt(flesh_vec3_dot(centre, centre));
+}
+
+double flesh_mesh_radius_ratio(const flesh_mesh *mesh, int tet)
+{
+  return flesh_radius_ratio(mesh->positions, mesh->tet_nodes + 4 * (size_t)tet);
 }
 
 double flesh_mesh_scaled_jacobian(const flesh_mesh *mesh, int tet)

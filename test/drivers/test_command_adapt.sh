@@ -99,7 +99,7 @@ def volume(folder):
 meshes = json.load(open("finger/result.json"))["adapted_mesh"]["meshes"]
 print(volume("finger"), volume("finger_0"), [(m["tets"], m["radius_ratio_min"]) for m in meshes])
 assert meshes[-1]["tets"] > meshes[0]["tets"] and abs(volume("finger") / volume("finger_0") - 1) < 1e-12
-assert min(m["radius_ratio_min"] for m in meshes) > .15
+assert min(m["radius_ratio_min"] for m in meshes) > .3
 END
 }
 
