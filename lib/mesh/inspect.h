@@ -7,7 +7,7 @@
 /* 3 * inradius / circumradius of a tet with straight edges: 1 for a regular one, towards 0 for a flat
  * one. */
 double flesh_mesh_radius_ratio(const flesh_mesh *mesh, int tet);
-/* That ratio of four nodes at x; below 0 where the tet is inverted. */
+/* A radius ratio by four nodes at x; below 0 where the tet is inverted. */
 double flesh_radius_ratio(const double *x, const int nodes[4]);
 
 /* Smallest over largest Jacobian of a tet's map, to 1e-4: 1 where the edges are straight. */
