@@ -102,7 +102,7 @@ static int solve_all(tangents *t, const flesh_recorded_part *part, int solve)
     p->follows = first->follows;
     status = solve < 0 ? begin(p) : go_on(p, part, part->solves[solve].at, t->before);
   }
-  t->before = solve >= 0;
+  t->before = 1;
   return status;
 }
 
