@@ -35,6 +35,7 @@ static const flesh_butcher_table tables[] = {
     [FLESH_TABLE_ESDIRK324] =
         {.stages = 4,
          .order = 3,
+         .depth = 0.4,
          .c = {0, 2 * GAMMA_324, 0.6, 1},
          .a = {{0},
                {GAMMA_324, GAMMA_324},
