@@ -64,7 +64,8 @@ static int take_increment(flesh_integrator *self, flesh_state *state, const fles
 }
 
 /* Ends what has failed, with the status > 0, where a part of the load has led a part that no pin holds by a quarter of its size
- * and nothing has moved it: it slides, rolls or falls on, with less of the load as well. FLESH_ERR_SOLVE. */
+ * and nothing has moved it: it slides, rolls or falls on, with less of the load as well. After breaks, where h is 0,
+ * check_held tells. FLESH_ERR_SOLVE. */
 static int check_stays(flesh_integrator *self, const flesh_state *state, double load, int status)
 {
   const flesh_rigid_parts *parts = &self->first.parts;
@@ -98,7 +99,7 @@ static int raise_load(flesh_integrator *self, flesh_state *state, double h, fles
   int status;
   do {
     status = take_increment(self, state, &increment, begin, h, stats);
-    if (status > 0) status = check_stays(self, state, increment.to, status);
+    if (status > 0 && h > 0) status = check_stays(self, state, increment.to, status);
   } while (flesh_load_increment_next(&increment, self->recovery.max_cutbacks, status));
   return status;
 }
