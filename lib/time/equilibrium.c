@@ -63,9 +63,9 @@ static int take_increment(flesh_integrator *self, flesh_state *state, const fles
   return FLESH_OK;
 }
 
-/* Ends what has failed, with the status > 0, where a part of the load has led a part that no pin holds by a quarter of its size
- * and nothing has moved it: it slides, rolls or falls on, with less of the load as well. After breaks, where h is 0,
- * check_held tells. FLESH_ERR_SOLVE. */
+/* Ends what has failed, with the status > 0, where a part of the load has led a part that touches others, but that no pin or
+ * joint holds, by a quarter of its size, and nothing has moved it: it slides, rolls or falls on, with less of the load as
+ * well. After breaks, where h is 0, check_held tells. FLESH_ERR_SOLVE. */
 static int check_stays(flesh_integrator *self, const flesh_state *state, double load, int status)
 {
   const flesh_rigid_parts *parts = &self->first.parts;
@@ -73,7 +73,10 @@ static int check_stays(flesh_integrator *self, const flesh_state *state, double 
   double *reached = self->first.extrapolated;
   const int *dofs;
   int count;
-  if (flesh_system_moves(self->evaluation->system)) return status;
+  const flesh_system *system = self->evaluation->system;
+  if (flesh_system_moves(system) || flesh_system_has_role(system, FLESH_ROLE_OTHER) ||
+      !flesh_system_has_role(system, FLESH_ROLE_CONTACT))
+    return status;
   flesh_nonlinear_reactions(self->nonlinear, &dofs, &count);
   for (int d = 0; d < self->evaluation->n; d++) reached[d] = state->x[d] + u[d];
   for (int p = 0, held = 0; p < parts->count; p++, held = 0) {
