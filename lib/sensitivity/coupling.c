@@ -298,7 +298,8 @@ static int find_reading(const variation *v, double step, const flesh_block_matri
     if (status || whole) return status;
   }
   return flesh_fail(FLESH_ERR_ARGUMENT, "at t = %g s the forces of effect %s have no derivative by the %s state, so that "
-                                        "there are no sensitivities", v->point->t, effect->operations->name, read);
+                                        "there are no sensitivities; where edges lie exactly above each other, a body "
+                                        "that is moved a little has them", v->point->t, effect->operations->name, read);
 }
 
 /* Whether the effect's residual, `before` at the point, is another in its bits where all nodes of what is read are moved. */
