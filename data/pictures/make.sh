@@ -155,7 +155,7 @@ feet_scramble,feet_line,feet_point,feet_mirrored,feet_half_turn,feet_stop,crash1
 }
 
 filters() {
-  FLESH=$flesh sh "$root/test/campaign/filters.sh" filters 0.003
+  FLESH=$flesh sh "$root/test/campaign/filters.sh" filters 0.006
   cp filters/rest/profiles.png "$pictures/hardcases_profiles.png"
   cp filters/loads/profiles.png "$pictures/hardcases_profiles_loads.png"
 }
