@@ -90,7 +90,8 @@ static int check(adapt *a, const flesh_scene *scene)
     return flesh_fail(FLESH_ERR_ARGUMENT, "--to refines the mesh of a scene of one body that has a material and no "
                                           "material_map, whose tets would be others");
   if (!own)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "--to names %s; it must be a column of output.probes, as tip.position_z", a->column);
+    return flesh_fail(FLESH_ERR_ARGUMENT, "--to names %s; it must be a column of output.probes, as %s.position_z", a->column,
+                      count ? probes[0].name : "tip");
   if (isnan(own->point[0]) && (!strncmp(dot, ".position_", 10) || !strncmp(dot, ".velocity_", 10)))
     return flesh_fail(FLESH_ERR_ARGUMENT, "%s is a mean over nodes, of which finer meshes have others; give the probe a point",
                       a->column);
@@ -142,7 +143,7 @@ static int keep_state(void *data, const flesh_step_record *record)
   return FLESH_OK;
 }
 
-/* The column's last value and unit, and how far a position has moved from rest. */
+/* The column's last value and unit, and how far a position has moved from rest, beyond rounding. */
 static int read_value(adapt *a, const char *folder, const flesh_scene *scene, level *l)
 {
   flesh_error_table table;
@@ -162,6 +163,9 @@ static int read_value(adapt *a, const char *folder, const flesh_scene *scene, le
   const char *dot = strrchr(a->column, '.');
   for (int k = 0; k < count && !strncmp(dot, ".position_", 10); k++)
     if (!strncmp(probes[k].name, a->column, (size_t)(dot - a->column))) l->moved = l->value - probes[k].point[dot[10] - 'x'];
+  flesh_mesh_info info;
+  flesh_mesh_inspect(scene->mesh, &info);
+  if (!strncmp(dot, ".position_", 10) && fabs(l->moved) <= 1e-12 * info.edge_max) l->moved = 0;
   flesh_error_table_clear(&table);
   return status;
 }
