@@ -57,13 +57,13 @@ typedef enum flesh_reading {
   FLESH_LAGGED_X, FLESH_LAGGED_V, FLESH_FROZEN_X, FLESH_FROZEN_V, FLESH_OWN_V, FLESH_OWN_X, FLESH_READINGS
 } flesh_reading;
 
-/* For effects that lag or freeze: what sensitivities need beside the Jacobian, which else takes many differences. One of
- * both. */
+/* For effects that lag or freeze: what sensitivities need beside the Jacobian, which else takes many differences. An
+ * effect has one of the two. */
 typedef struct flesh_effect_readings {
   /* y [3*n] += scale times the derivative of the residual by `reading`, times w [3*n], or the transposed one; nothing
    * where the residual does not depend on it. Has a value wherever the residual has one. */
   void (*multiply)(const flesh_effect *effect, const flesh_point *point, flesh_reading reading, int transposed,
-               double scale, const double *w, double *y);
+                   double scale, const double *w, double *y);
   /* For a sum over tets: a new effect of the same tets on `torn`, in which no two share a node (mesh/torn.h), so that a
    * few differences have the derivatives of all tets. It lives no longer than this one and `torn`. */
   int (*tear)(const flesh_effect *effect, const flesh_mesh *torn, flesh_effect **apart);

@@ -1,4 +1,4 @@
-/* smooth.c: inner nodes are moved one by one. */
+/* smooth.c: corners are moved one by one. */
 #include "mesh/smooth.h"
 
 #include <math.h>
@@ -11,11 +11,11 @@
 #include "mesh/edges.h"
 #include "mesh/inspect.h"
 
-/* Passes over all bad tets, at most; steps of a node, in cube roots of the mean volume around it, from the first to the
- * last, halved where none leads on; an improvement counts from this share on. */
+/* There are so many passes over all bad tets, at most. Steps of a node, in cube roots of the mean volume around it, go from
+ * the first to the last, halved where none leads on; an improvement counts from the share `gain` on. */
 enum { PASSES = 8 };
 static const double first_step = 0.4, last_step = 0.02, gain = 1e-3;
-/* The sine of an angle between triangles that are in one plane. */
+/* The sine of the angle up to which triangles are in one plane. */
 static const double plane = 1e-9;
 
 typedef struct smoothing {

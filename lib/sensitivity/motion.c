@@ -189,4 +189,3 @@ int flesh_trajectory_gradient(flesh_trajectory *self, const flesh_motion_quantit
   memcpy(by_start + n, p.known[FLESH_KNOWN_V], n * sizeof *by_start);
   return FLESH_OK;
 }
-

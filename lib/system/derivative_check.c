@@ -324,7 +324,7 @@ static int check_shift(check *c, int s, flesh_derivative_report *report)
     if (operations->potential) status = check_potential(c, shift, &report->potential[s]);
     if (!status && operations->residual) status = check_jacobian(c, shift, &report->jacobian[s]);
   }
-  if (!status && c->environment.near && flesh_effect_private_of(c->effect)->predict) status = check_predicted(c, shift, &report->jacobian[s]);
+  if (!status && c->environment.near && library->predict) status = check_predicted(c, shift, &report->jacobian[s]);
   for (int k = 0; k < FLESH_READINGS && !status && library->readings && library->readings->multiply && shift->v != 0; k++)
     status = check_reading(c, (flesh_reading)k, &report->jacobian[s]);
   if (!status && library->evaluate) status = check_evaluate(c, shift, &report->evaluate[s]);

@@ -9,9 +9,9 @@
  *
  * An error adds up in the phase of the motion that it is of: while the body goes through a period, a motion of angular
  * frequency w goes through w times as many radians. The shorter steps are, the faster motions they resolve, and errors would
- * fall by less than the tolerance. So an error counts || 1, lasting w P || times, P being the body's period over 2 pi and w
- * the frequency of the filtered error. What a step does not resolve is damped before it adds up, and counts w/(1 + g^2 w^2).
- * What contact turns around has no such frequency.
+ * fall by less than the tolerance. So an error counts hypot(1, lasting w' P) times, P being the body's period over 2 pi and
+ * w' = w/(1 + g^2 w^2), w the frequency of the filtered error: what a step does not resolve is damped before it adds up.
+ * Errors count once where something touches, as what contact turns around has no such frequency.
  *
  * local = share tolerance^((q + 1)/p): the estimate falls with h^(q+1), q = min(p, 2), and what the errors of a method of
  * order p add up to with h^p, so that this is in proportion to the tolerance. `share` is measured (README.md).

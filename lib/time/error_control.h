@@ -57,7 +57,8 @@ double flesh_error_control_least_energy(const flesh_error_control *control);
 /* A motion starts, or goes on otherwise than before, at the state with the acceleration a [n] (NULL: not known), and has
  * `ahead` s to go at least. Collective, as all that follow. */
 void flesh_error_control_start(flesh_error_control *control, const flesh_state *state, const double *a, double ahead);
-/* The length of a step, s, by which the motion is little at the tolerance, and h at most. */
+/* A length of time, s, of at most h: where errors choose steps, at most the cube root of the tolerance of the body's period
+ * over 2 pi, so that it falls with the tolerance. */
 double flesh_error_control_brief(const flesh_error_control *control, double h);
 /* How long the next step is, of `left` s that are to be gone: all of them, or less than half of them, or what is wanted. */
 double flesh_error_control_propose(const flesh_error_control *control, double left);

@@ -166,9 +166,9 @@ static int begins_violently(const flesh_integrator *self, double h)
   return flesh_team_any(evaluation->team, h * h / 2 * sqrt(most) > edge * fmax(1, self->watch.limit));
 }
 
-/* Whether backward Euler takes the step, as the body is tangled: its acceleration is not the way out. Where errors choose
- * steps, only bodies that have begun so are, whose way out is no motion that errors could be of: steps are as long as they
- * may be, and so are two after it, whose velocities are at first those of the way out, damped as in begins_violently. */
+/* Whether backward Euler takes the step, because the body is tangled and its acceleration is not the way out. Where errors
+ * choose steps this holds for bodies that have begun in a tangle alone: their way out is no motion that could have an error,
+ * so that its steps are as long as they may be. Two more steps damp the velocities that it leaves, as in begins_violently. */
 static int is_tangled(flesh_integrator *self, const flesh_state *state)
 {
   if (!self->row->stages) return 0;

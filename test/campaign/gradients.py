@@ -302,7 +302,8 @@ def try_case(case, say):
         worst = max(worst, off / abs(expected) if counts and off > small else 0)
         is_off = counts and off > ASKED * abs(expected) or off > 1e-3 * abs(expected) + 100 * noise
         if parts == {run.parts} and off > small and is_off:
-            faults.append(f"by {key}: {slope:.10g}, runs say {expected:.10g}, {off / abs(expected):.1e} of it off, noise {noise / abs(expected):.1e}")
+            faults.append(f"by {key}: {slope:.10g}, runs say {expected:.10g}, {off / abs(expected):.1e} of it off, "
+                          f"noise {noise / abs(expected):.1e}")
         if say:
             print(f"  {key}: {slope:.10g}, {off / abs(expected) if expected else off:.1e} off, noise "
                   f"{noise / abs(expected) if expected else noise:.1e}{'' if counts else ' -'}", flush=True)
@@ -342,7 +343,8 @@ def main():
             print(f"{name}: {count} of {rows} rows count, {worst:.1e} at most, {time.time() - began:.1f} s", flush=True)
             for fault in faults:
                 print("  FAULT", fault, flush=True)
-    print(f"{bad} cases with faults, {failed} without a run; {counted} of {all_rows} rows count, the largest error is {largest:.1e}")
+    print(f"{bad} cases with faults, {failed} without a run; {counted} of {all_rows} rows count, "
+          f"the largest error is {largest:.1e}")
     return bad > 0
 
 
