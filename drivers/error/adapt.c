@@ -29,7 +29,7 @@ static const double least_ratio = 1.4, most_ratio = 4, least_growth = 1.5;
 static const double of_changes = 1.2, of_changes_alone = 2, of_estimate = 0.45;
 /* A bar that is no smaller with so many times the dofs will not become so. */
 static const double stuck_growth = 4;
-/* Halves of tets with smaller radius ratios get better ones by moves of inner nodes. */
+/* Halves of tets with smaller radius ratios get better ones, as nodes move. */
 static const double smooth_below = 0.3;
 enum { LEVELS = 60, LEAST_LEVELS = 4, MOST_DOFS = 400000 };
 
@@ -47,7 +47,7 @@ typedef struct adapt {
   int relative;
   char *path;       /* room for a file in the folder */
   flesh_mesh *mesh; /* with its marks */
-  double *x, *v;    /* [3*nodes] the equilibrium, taken over from the mesh before; NULL: none */
+  double *x, *v;    /* [3*nodes] the equilibrium on it; NULL: not yet known */
   int local;        /* a tet to be halved in any case; -1: none */
   int levels;
   level list[LEVELS];

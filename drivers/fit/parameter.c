@@ -84,6 +84,7 @@ void flesh_fit_svd_decompose(flesh_fit_svd *svd)
     if (norm > 0) gsl_blas_dscal(1 / norm, &column.vector);
   }
   gsl_linalg_SV_decomp(svd->U, svd->V, svd->S, svd->work);
+  svd->rank = 0;
   for (size_t j = 0; j < svd->U->size2; j++)
     svd->rank += gsl_vector_get(svd->S, j) > flesh_fit_least_share * gsl_vector_get(svd->S, 0);
 }
