@@ -131,9 +131,9 @@ double flesh_ida_scale_of_velocity(flesh_ida_problem *problem);
 size_t flesh_ida_memory(const flesh_ida_problem *problem);
 
 /* ||y''|| at a start (y, y'), root mean square over the free dofs in units of L and V [1/s^2], by
- * a difference along the motion: a step of h of order 1 errs by h^2/2 of it. INFINITY where it
- * has no value. */
-double flesh_ida_curvature(flesh_ida_problem *problem, N_Vector y, N_Vector yp);
+ * a difference along the motion, of a thousandth of the time `ahead` [s] at most: a step of h of order 1 errs by h^2/2
+ * of it. INFINITY where it has no value. */
+double flesh_ida_curvature(flesh_ida_problem *problem, double ahead, N_Vector y, N_Vector yp);
 
 /* L and V of flesh_ida_tolerances. */
 void flesh_ida_scales(const flesh_ida_problem *problem, double *length, double *velocity);

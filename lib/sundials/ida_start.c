@@ -138,7 +138,7 @@ static double scaled_norm(const flesh_ida_problem *self, const double *dx, const
   return sums[1] > 0 ? sqrt(sums[0] / (2 * sums[1])) : 0;
 }
 
-double flesh_ida_curvature(flesh_ida_problem *self, N_Vector y_vector, N_Vector yp_vector)
+double flesh_ida_curvature(flesh_ida_problem *self, double ahead, N_Vector y_vector, N_Vector yp_vector)
 {
   flesh_evaluation *e = &self->evaluation;
   flesh_ida_constraints *held = &self->constraints;
@@ -149,7 +149,7 @@ double flesh_ida_curvature(flesh_ida_problem *self, N_Vector y_vector, N_Vector 
   double speed = scaled_norm(self, v, a);
   if (!(speed < INFINITY)) return INFINITY;
   /* Far enough for the difference to rise above rounding, near enough to be one. */
-  double dt = fmin(1e-7 / fmax(speed, 1e-3), 1e-3 * (held->event - held->begin));
+  double dt = fmin(1e-7 / speed, 1e-3 * fmin(held->event - held->begin, ahead));
   double *x1 = e->x, *v1 = e->v, *a1 = e->a;
   for (int d = 0; d < n; d++) {
     x1[d] = x[d] + dt * (v[d] + dt / 2 * a[d]);

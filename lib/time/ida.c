@@ -177,7 +177,7 @@ static int start(flesh_ida_steps *self, flesh_state *state, double ahead)
     status = flesh_ida_start(self->problem, state, self->y, self->yp);
   }
   if (status) return status;
-  double curvature = flesh_ida_curvature(self->problem, self->y, self->yp);
+  double curvature = flesh_ida_curvature(self->problem, ahead, self->y, self->yp);
   flesh_ida_tolerances(self->problem, local, self->atol);
   if (IDAReInit(self->ida, state->t, self->y, self->yp))
     return flesh_fail(FLESH_ERR_SUNDIALS, "IDA could not start anew");

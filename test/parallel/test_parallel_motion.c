@@ -143,7 +143,7 @@ static double ask_ida(const side *s, N_Vector results[IDA_PRODUCTS])
   for (int k = 0; k < IDA_PRODUCTS; k++) results[k] = new_vector(s);
   N_Vector y = results[IDA_Y], yp = results[IDA_YP], x = N_VClone(y);
   CHECK_OK(flesh_ida_start(problem, &s->body.state, y, yp));
-  const double curvature = flesh_ida_curvature(problem, y, yp);
+  const double curvature = flesh_ida_curvature(problem, 1, y, yp);
   flesh_ida_tolerances(problem, 1e-3, results[IDA_ATOL]);
   fill(s, 0.02, x);
   N_VLinearSum(1, x, 1, y, y);

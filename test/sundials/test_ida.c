@@ -245,7 +245,7 @@ static void starts_are_consistent(void)
       if (!fixed[d]) largest = fmax(largest, fabs(impulse[d]));
     CHECK_BELOW(largest, 1e-10);
     CHECK(test_norm(b.n, dv) > 0.1);
-    double curvature = flesh_ida_curvature(o.problem, o.y, o.yp);
+    double curvature = flesh_ida_curvature(o.problem, 1, o.y, o.yp);
     CHECK(curvature > 1 && curvature < INFINITY);
     free(F);
     free(dv);
