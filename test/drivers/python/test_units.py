@@ -17,7 +17,8 @@ SCENES = pathlib.Path(DATA, "scenes")
 
 # kg, m, s of each unit that the schema names
 UNITS = {"m": (0, 1, 0), "s": (0, 0, 1), "kg/m^3": (1, -3, 0), "Pa": (1, -1, -2), "m/s": (0, 1, -1),
-         "m/s^2": (0, 1, -2), "N": (1, 1, -2), "N/m": (1, 0, -2), "Pa s": (1, -1, -1), "Pa/m": (1, -2, -2), "1/s": (0, 0, -1), "rad": (0, 0, 0)}
+         "m/s^2": (0, 1, -2), "N": (1, 1, -2), "N/m": (1, 0, -2), "Pa s": (1, -1, -1), "Pa/m": (1, -2, -2),
+         "1/s": (0, 0, -1), "rad": (0, 0, 0)}
 # kg, m and s in other units: powers of two, so that no number is rounded.
 SYSTEMS = (2.**9, 2.**10, 2.**-7), (2.**-20, 2.**-10, 2.**13)
 
