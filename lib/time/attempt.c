@@ -187,43 +187,46 @@ static int tell_taken(const flesh_integrator *self, const flesh_method_row *row,
   return tape->taken(tape->data, &taken);
 }
 
-/* The forces of contact [n], N, at the stage that has been solved: with what is lagged as the solve had it, and as the
- * stage itself has it. */
-static int find_contact(flesh_integrator *self, double *with_lagged, double *with_own)
+/* The forces of contact [n], N, at the stage that has been solved, with what is lagged as the solve had it. */
+static int find_contact(flesh_integrator *self, double *forces)
 {
-  const unsigned contact = FLESH_ROLE_BIT(FLESH_ROLE_CONTACT);
-  flesh_point point = flesh_nonlinear_point(self->nonlinear);
-  int status = flesh_system_roles_residual(self->evaluation->system, contact, &point, with_lagged);
-  point.lagged = (flesh_lagged){point.t, point.x, point.v};
-  return status ? status : flesh_system_roles_residual(self->evaluation->system, contact, &point, with_own);
+  const flesh_point point = flesh_nonlinear_point(self->nonlinear);
+  return flesh_system_roles_residual(self->evaluation->system, FLESH_ROLE_BIT(FLESH_ROLE_CONTACT), &point, forces);
 }
 
-/* Whether friction at the stage that has been solved is off by more than a part of contact's forces: a few hundredths of
- * friction where its coefficient is small. */
-static int check_friction(flesh_integrator *self, int *off)
+/* Whether friction at the stage that has been solved is off by more than is `allowed`, N, or, where that is 0, by more than
+ * a part of contact's forces: a few hundredths of friction where its coefficient is small. */
+static int check_friction(flesh_integrator *self, double allowed, int *off)
 {
   static const double little = 0.01;
-  double *with_own = self->first.rigid, *with_lagged = self->part.x;
-  int status = find_contact(self, with_lagged, with_own);
+  const flesh_evaluation *evaluation = self->evaluation;
+  double *own = self->first.rigid, *lagged = self->part.x;
+  flesh_point point = flesh_nonlinear_point(self->nonlinear);
+  *off = flesh_team_any(evaluation->team, !flesh_nonlinear_is_clear(self->nonlinear));
+  if (!*off) return FLESH_OK;
+  point.lagged = (flesh_lagged){point.t, point.x, point.v};
+  int status = find_contact(self, lagged);
+  if (!status) status = flesh_system_roles_residual(evaluation->system, FLESH_ROLE_BIT(FLESH_ROLE_CONTACT), &point, own);
   if (status) return status;
-  const double forces = flesh_norm(self->evaluation->threads, self->evaluation->n, with_own);
-  for (int d = 0; d < self->evaluation->n; d++) with_lagged[d] -= with_own[d];
-  *off = flesh_norm(self->evaluation->threads, self->evaluation->n, with_lagged) > little * forces;
+  const double forces = flesh_norm(evaluation->threads, evaluation->n, own);
+  for (int d = 0; d < evaluation->n; d++) lagged[d] -= own[d];
+  *off = flesh_norm(evaluation->threads, evaluation->n, lagged) > (allowed > 0 ? allowed : little * forces);
   return FLESH_OK;
 }
 
 /* Solves a stage again that has been solved, with what is lagged as the last solve has left it, until that changes
- * nothing or there have been `iterations`, or `most` while friction is off. */
+ * nothing or there have been `iterations`, or `most` while friction is off: by more than `allowed`, N, where errors choose
+ * steps, which is 0 elsewhere. */
 static int follow_lag(flesh_integrator *self, flesh_stage *stage, const flesh_state *state, const flesh_stage_end *end,
-                      int controlled, flesh_solve_stats *stats)
+                      double allowed, flesh_solve_stats *stats)
 {
   const double *guesses[] = {self->lag.u, NULL}, target = stats->residual_target;
-  const int iterations = controlled ? self->lag.controlled : self->lag.iterations;
-  const int most = controlled ? iterations : self->lag.most;
+  const int iterations = allowed > 0 ? self->lag.controlled : self->lag.iterations;
+  const int most = allowed > 0 ? self->lag.most_controlled : self->lag.most;
   int off = 1;
   for (int k = 1; k < most; k++) {
     const int before_solve = stats->newton;
-    int status = k < iterations ? FLESH_OK : check_friction(self, &off);
+    int status = k < iterations ? FLESH_OK : check_friction(self, allowed, &off);
     if (status || !off) return status;
     memcpy(self->lag.u, flesh_nonlinear_unknowns(self->nonlinear), (size_t)self->evaluation->n * sizeof *self->lag.u);
     find_stage(self, stage, self->lag.x, self->lag.v);
@@ -280,12 +283,11 @@ static int solve_stage(flesh_integrator *self, const trial *trial, const flesh_s
   if (self->memory.at > 0 && self->multipliers.count) from.multipliers = self->multipliers.trial;
   const flesh_stage_end ends = {&(part_end){self, state}, find_end}, *end = last ? &ends : NULL;
   const int controlled = is_controlled(self, trial);
-  const double depth = trial->row->depth ? trial->row->depth(&self->memory) : 0;
   /* Steps that resolve the motion go on from where they are; softer materials would lead away first. */
   if (self->memory.at == 0) self->part.softer = !(controlled && !self->control.failed) && begins_softer(self, state);
   self->multipliers.allowed = controlled ? flesh_error_control_gap(&self->control) : 0;
   if (controlled && !self->part.softer)
-    flesh_nonlinear_set_target(self->nonlinear, flesh_error_control_target(&self->control, &stage->shift, depth));
+    flesh_nonlinear_set_target(self->nonlinear, flesh_error_control_target(&self->control, &stage->shift));
   int status = self->part.softer
                    ? flesh_continuation_step(&self->continuation, stage, &from, end, guesses, stats)
                    : flesh_multipliers_solve(&self->multipliers, stage, &from, end, guesses, 0, stats);
@@ -293,27 +295,24 @@ static int solve_stage(flesh_integrator *self, const trial *trial, const flesh_s
   if (!status) status = tell_solved(self, stage);
   if (!status)
     status = last ? check_end(self, stage, state, trial->to, stats, &self->part.blocked) : check_stage(self, stage, state);
-  if (!status && (controlled ? self->lag.controlled : self->lag.most) > 1) {
-    status = follow_lag(self, stage, &from, end, controlled, stats);
+  if (!status && (controlled ? self->lag.most_controlled : self->lag.most) > 1) {
+    const double allowed = controlled ? stats->residual_target * flesh_error_control_slip(&self->control) : 0;
+    status = follow_lag(self, stage, &from, end, allowed, stats);
     if (!status && last) status = check_end(self, stage, state, trial->to, stats, &self->part.blocked);
   }
   return status;
 }
 
-/* Tells what contact pushes at the stage that has been solved, and adds what its forces are off by, as friction goes by
- * the normal forces of a state before it: errors that no filtered estimate sees. */
-static int add_contact(flesh_integrator *self, const trial *trial, double weight)
+/* Tells what contact pushes at the stage that has been solved, which errors do that no filtered estimate sees. */
+static int add_contact(flesh_integrator *self, const trial *trial)
 {
-  double *with_own = self->first.rigid, *with_lagged = self->part.x;
+  double *forces = self->first.rigid;
   if (!is_controlled(self, trial) || !flesh_system_has_role(self->evaluation->system, FLESH_ROLE_CONTACT) ||
       flesh_nonlinear_is_clear(self->nonlinear))
     return FLESH_OK;
-  int status = find_contact(self, with_lagged, with_own);
-  if (status) return status;
-  flesh_error_control_touch(&self->control, with_own);
-  if (self->lag.controlled <= 1)
-    flesh_error_control_lag(&self->control, trial->part->h * weight, with_own, with_lagged);
-  return FLESH_OK;
+  const int status = find_contact(self, forces);
+  if (!status) flesh_error_control_touch(&self->control, forces);
+  return status;
 }
 
 /* Solves the stages of a step in turn; the last one is left in *stage. */
@@ -328,7 +327,7 @@ static int solve_stages(flesh_integrator *self, const trial *trial, const flesh_
   for (int k = 0; k < count && !status; k++) {
     memory->at = k;
     status = solve_stage(self, trial, state, k == count - 1, stage, stats);
-    if (!status) status = add_contact(self, trial, row->stages ? row->weight(memory, k + 1) : 1);
+    if (!status) status = add_contact(self, trial);
     if (status || !row->stages) continue;
     row->keep(memory, stage, flesh_nonlinear_unknowns(self->nonlinear));
     status = flesh_step_energy_add(energy, row->weight(memory, k + 1), row->weight(memory, 0));

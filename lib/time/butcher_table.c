@@ -23,7 +23,6 @@ static const flesh_butcher_table tables[] = {
     [FLESH_TABLE_ESDIRK325] =
         {.stages = 5,
          .order = 3,
-         .depth = 0.5,
          .c = {0, 0.45, 0.768198051533946385798225005, 0.6, 1},
          .a = {{0},
                {GAMMA_325, GAMMA_325},
@@ -35,7 +34,6 @@ static const flesh_butcher_table tables[] = {
     [FLESH_TABLE_ESDIRK324] =
         {.stages = 4,
          .order = 3,
-         .depth = 0.4,
          .c = {0, 2 * GAMMA_324, 0.6, 1},
          .a = {{0},
                {GAMMA_324, GAMMA_324},

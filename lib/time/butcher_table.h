@@ -10,7 +10,6 @@ enum { FLESH_TABLE_STAGES = 5 };
  * others have the same diagonal. The last one's row are the weights b of the step (stiffly accurate). */
 typedef struct flesh_butcher_table {
   int stages, order;
-  double depth; /* the part of a step's error that residuals of stages may make (history.md); 0: as usual */
   double c[FLESH_TABLE_STAGES], a[FLESH_TABLE_STAGES][FLESH_TABLE_STAGES];
   double embedded[FLESH_TABLE_STAGES]; /* weights of a method of another order, for the error */
 } flesh_butcher_table;

@@ -3,9 +3,7 @@
  * The error e of positions that a step estimates is filtered through the last stage,
  *   || (M + g^2 K)^-1 M e ||_M / (local L),   || e ||_M^2 = e.M e / m,
  * the position part of (I - g J)^-1 e (Hairer & Wanner 1996, IV.8): it saturates for motions that steps do not resolve,
- * where e itself grows with the square of their frequency. L is the body's longest side and m its mass. Friction goes by
- * normal forces of a state before the stage; what it is off by over the step, an impulse p, counts as the velocity error
- * that it makes: g p beside M e.
+ * where e itself grows with the square of their frequency. L is the body's longest side and m its mass.
  *
  * An error adds up in the phase of the motion that it is of: while the body goes through a period, a motion of angular
  * frequency w goes through w times as many radians. The shorter steps are, the faster motions they resolve, and errors would
@@ -39,7 +37,7 @@
 
 static const double share = 0.1;             /* of the tolerance that a step's error may be at tolerance 1 */
 static const double safety = 0.9, shortest = 0.2, longest = 2, longest_first = 10, after_failure = 0.25;
-static const double depth = 0.3;             /* of the error allowed, that residuals may make where no method says */
+static const double depth = 0.5;             /* of the error allowed, that residuals may make (history.md) */
 /* A residual changes the momentum of a free body for good, and its vibrations tell nothing of that. The residual is at most so
  * many tolerances of the load, which moves such a body by that share less or more. */
 static const double of_load = 5;
@@ -58,7 +56,7 @@ static void clear_vectors(flesh_error_control *self)
 {
   free(self->e);
   free(self->touching);
-  self->e = self->force = self->filtered = self->lagged = NULL;
+  self->e = self->force = self->filtered = NULL;
   self->touching = NULL;
 }
 
@@ -90,12 +88,11 @@ int flesh_error_control_set(const flesh_adaptive_options *options, const flesh_s
   *self = (flesh_error_control){.on = options->control, .options = *options, .system = system, .nonlinear = nonlinear,
                                 .n = (int)n, .before = 1, .times = 1, .first = 1, .error = NAN};
   if (!self->on) return FLESH_OK;
-  self->e = calloc(4 * n + 1, sizeof *self->e);
+  self->e = calloc(3 * n + 1, sizeof *self->e);
   self->touching = calloc(n / 3 + 1, 1);
   if (!self->e || !self->touching) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the errors of %zu unknowns", n);
   self->force = self->e + n;
   self->filtered = self->force + n;
-  self->lagged = self->filtered + n;
   flesh_nonlinear_set_depth(nonlinear, 1, of_load * options->tolerance);
   return FLESH_OK;
 }
@@ -108,7 +105,7 @@ void flesh_error_control_clear(flesh_error_control *self)
 
 size_t flesh_error_control_memory(const flesh_error_control *self)
 {
-  return self->e ? 4 * (size_t)self->n * sizeof(double) + (size_t)self->n / 3 : 0;
+  return self->e ? 3 * (size_t)self->n * sizeof(double) + (size_t)self->n / 3 : 0;
 }
 
 void flesh_error_control_archive(flesh_error_control *self, flesh_archive *archive)
@@ -161,51 +158,52 @@ void flesh_error_control_aim(flesh_error_control *self, int order)
   self->impulses = fmax(self->local, pow(self->options.tolerance, self->falls / (self->falls - 1)));
 }
 
-double flesh_error_control_target(const flesh_error_control *self, const flesh_shift *shift, double own_depth)
+double flesh_error_control_target(const flesh_error_control *self, const flesh_shift *shift)
 {
   /* Steps that are shorter than their error asks for, by outputs or energies, are so many more: the cube root. Residuals of
    * many steps add up like errors, but less in step: two thirds of the power. */
   const double g = 1 / sqrt(shift->a), fewer = cbrt(fmin(self->before, 1) / (self->times * self->times));
-  const double part = fewer * pow(deeper, fmin(self->gains / 2, DEEPEST)) * (own_depth > 0 ? own_depth : depth);
+  const double part = fewer * pow(deeper, fmin(self->gains / 2, DEEPEST)) * depth;
   return part * self->local * self->length * self->mass / (sqrt(self->nodes) * g * fmax(g, self->period));
 }
+
+double flesh_error_control_slip(const flesh_error_control *self) { return self->impulses / self->local; }
 
 int flesh_error_control_keeps_gaining(const flesh_error_control *self) { return self->gains >= MOST_GAINS; }
 
 double flesh_error_control_gap(const flesh_error_control *self) { return gap_depth * self->local; }
 
-/* f = (M + g^2 K)^-1 M e into `filtered`; whether it is there. *product: f.(K + M/g^2) f. */
-static int filter(flesh_error_control *self, const uint8_t *fixed, const flesh_shift *shift, double *product,
-                  flesh_solve_stats *stats)
+/* f = (M + g^2 K)^-1 of the force [n] in self->force, times g^2, into `filtered`; whether it is there.
+ * *product: f.(K + M/g^2) f. */
+static int filter(flesh_error_control *self, double *product, flesh_solve_stats *stats)
+{
+  memset(self->filtered, 0, (size_t)self->n * sizeof *self->filtered);
+  const int status = flesh_nonlinear_filter_error(self->nonlinear, self->force, self->filtered, product, stats);
+  return status == FLESH_OK || status == FLESH_NOT_CONVERGED; /* its last iterate serves as well */
+}
+
+/* f = (M + g^2 K)^-1 M e, but for dofs that are fixed. */
+static int filter_error(flesh_error_control *self, const uint8_t *fixed, const flesh_shift *shift, double *product,
+                        flesh_solve_stats *stats)
 {
   const double *X = flesh_mesh_positions(flesh_system_mesh(self->system));
   memset(self->filtered, 0, (size_t)self->n * sizeof *self->filtered);
   const flesh_point point = flesh_point_at(0, X, self->filtered, self->e);
-  int status = flesh_system_roles_residual(self->system, FLESH_ROLE_BIT(FLESH_ROLE_INERTIA), &point, self->force);
-  const double g = self->lags ? 1 / sqrt(shift->a) : 0;
-  for (int d = 0; d < self->n; d++)
-    self->force[d] = fixed && fixed[d] ? 0 : shift->a * (self->force[d] + g * self->lagged[d]);
-  if (!status) status = flesh_nonlinear_filter_error(self->nonlinear, self->force, self->filtered, product, stats);
-  return status == FLESH_OK || status == FLESH_NOT_CONVERGED; /* its last iterate serves as well */
+  const int status = flesh_system_roles_residual(self->system, FLESH_ROLE_BIT(FLESH_ROLE_INERTIA), &point, self->force);
+  for (int d = 0; d < self->n; d++) self->force[d] *= fixed && fixed[d] ? 0 : shift->a;
+  return !status && filter(self, product, stats);
 }
 
 void flesh_error_control_clear_contact(flesh_error_control *self)
 {
-  if (self->lags) memset(self->lagged, 0, (size_t)self->n * sizeof *self->lagged);
   if (self->touches) memset(self->touching, 0, (size_t)self->n / 3);
-  self->lags = self->touches = 0;
+  self->touches = 0;
 }
 
 void flesh_error_control_touch(flesh_error_control *self, const double *forces)
 {
   for (int d = 0; d < self->n; d++) self->touching[d / 3] |= forces[d] != 0;
   self->touches = 1;
-}
-
-void flesh_error_control_lag(flesh_error_control *self, double seconds, const double *own, const double *lagged)
-{
-  for (int d = 0; d < self->n; d++) self->lagged[d] += seconds * (own[d] - lagged[d]);
-  self->lags = 1;
 }
 
 /* The size of the velocity error e/h of the nodes that touch something, where they are not fixed. Overwrites `filtered`. */
@@ -238,12 +236,12 @@ flesh_refusal flesh_error_control_judge(flesh_error_control *self, const uint8_t
     if (fixed[d]) self->e[d] *= of_prescribed;
   self->times = 1;
   self->error = size_of(self, self->e) / allowed;
-  if ((self->lags || self->error > negligible) && filter(self, fixed, shift, &product, stats)) {
+  if (self->error > negligible && filter_error(self, fixed, shift, &product, stats)) {
     self->times = times_of(self, product, shift);
     for (int d = 0; d < self->n && fixed; d++)
       if (fixed[d]) self->filtered[d] = self->e[d];
     const double filtered = size_of(self, self->filtered) / allowed;
-    if (self->lags || filtered < self->error) self->error = self->times * filtered;
+    if (filtered < self->error) self->error = self->times * filtered;
   }
   if (self->touches)
     self->error = hypot(self->error, self->period * size_of_impulses(self, fixed, h) / (self->impulses * self->length));
@@ -257,12 +255,10 @@ flesh_refusal flesh_error_control_judge_change(flesh_error_control *self, const 
   flesh_point changed = *point;
   double product;
   changed.internal = next;
-  flesh_error_control_clear_contact(self);
   int status = flesh_system_roles_residual(self->system, roles, point, self->e);
   if (!status) status = flesh_system_roles_residual(self->system, roles, &changed, self->force);
-  flesh_error_control_lag(self, h, self->force, self->e);
-  memset(self->e, 0, (size_t)self->n * sizeof *self->e);
-  if (!status && filter(self, NULL, shift, &product, stats)) {
+  for (int d = 0; d < self->n; d++) self->force[d] = sqrt(shift->a) * h * (self->force[d] - self->e[d]);
+  if (!status && filter(self, &product, stats)) {
     const double velocity = sqrt(shift->a) * size_of(self, self->filtered);
     self->error = hypot(self->error, self->period * velocity / (self->impulses * self->length));
   }

@@ -22,8 +22,6 @@ typedef struct flesh_error_control {
   flesh_nonlinear *nonlinear;
   int n;
   double *e, *force, *filtered;   /* [n] the error; room */
-  double *lagged;                 /* [n] N s, what the lag of forces adds up to over the step */
-  int lags;                       /* `lagged` is not 0 */
   uint8_t *touching;              /* [n/3] nodes that contact has pushed in a stage of the step */
   int touches;                    /* some do */
   double length, period, mass;    /* m, s over 2 pi of bending, kg */
@@ -64,19 +62,18 @@ double flesh_error_control_brief(const flesh_error_control *control, double h);
 double flesh_error_control_propose(const flesh_error_control *control, double left);
 /* A step comes whose error is to add up to the tolerance, by a method of that order. */
 void flesh_error_control_aim(flesh_error_control *control, int order);
-/* The residual that a stage with this shift may leave, N: so much that it makes this part of the error allowed; 0: what is
- * usual. */
-double flesh_error_control_target(const flesh_error_control *control, const flesh_shift *shift, double own_depth);
+/* The residual that a stage with this shift may leave, N: so much that it makes a part of the error allowed. */
+double flesh_error_control_target(const flesh_error_control *control, const flesh_shift *shift);
+/* So many times that residual friction at a stage may be off by: it changes momenta, as impacts do. */
+double flesh_error_control_slip(const flesh_error_control *control);
 /* Whether steps are refused for their energy time and again: shorter ones do not help. */
 int flesh_error_control_keeps_gaining(const flesh_error_control *control);
 /* The change of volume that incompressible tets may be left with. */
 double flesh_error_control_gap(const flesh_error_control *control);
-/* A step begins: nothing touches and no force lags in it so far. */
+/* A step begins: nothing touches in it so far. */
 void flesh_error_control_clear_contact(flesh_error_control *control);
 /* Forces of contact [n], N, of a stage of the step. */
 void flesh_error_control_touch(flesh_error_control *control, const double *forces);
-/* Forces [n], N, of a stage that counts `seconds` of the step: by the stage itself, and by the lagged state in their stead. */
-void flesh_error_control_lag(flesh_error_control *control, double seconds, const double *own, const double *lagged);
 /* Judges the error in control->e [n] of a step of h whose last stage, with this shift, was solved last:
  * FLESH_REFUSED_BY_ERROR or _BY_NOTHING. `fixed` [n]: constrained dofs, whose error shows whether steps resolve their
  * motion. Adds to *stats what the filter's solve took. */

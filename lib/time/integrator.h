@@ -32,7 +32,7 @@ typedef struct flesh_first_iterates {
 typedef struct flesh_lag {
   int iterations;    /* the options', or what keeps the method's order */
   int most;          /* while friction is off by more than little */
-  int controlled;    /* of a step whose length its error chooses, in which friction's lag counts as an error */
+  int controlled, most_controlled; /* both, of a step whose length its error chooses */
   double *x, *v, *u; /* [n] where the last solve has ended, and its unknowns; NULL with one solve at most */
 } flesh_lag;
 

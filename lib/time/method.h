@@ -47,8 +47,6 @@ typedef struct flesh_method_row {
   double (*weight)(const flesh_method_memory *memory, int i);
   /* The order of the step to come, where that depends on the options; NULL: the list's. */
   int (*order)(const flesh_method_memory *memory);
-  /* The part of the error that the step to come may make that residuals of its stages may; NULL: what is usual. */
-  double (*depth)(const flesh_method_memory *memory);
   /* The stage memory->at of the step of h from `state` to t_end. */
   void (*stage)(const flesh_method_memory *memory, const flesh_state *state, double t_end, double h,
                 flesh_stage *stage);

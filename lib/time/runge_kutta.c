@@ -64,30 +64,64 @@ static void runge_kutta_keep(flesh_method_memory *memory, const flesh_stage *sta
   }
 }
 
-/* A line through the two accelerations known that are nearest in time, or the nearest one, gives that of the stage. */
+/* The two of `count` times that are nearest to t; -1: there is none. */
+static void find_nearest(const double *times, int count, double t, int nearest[2])
+{
+  nearest[0] = nearest[1] = -1;
+  for (int j = 0; j < count; j++) {
+    if (nearest[0] < 0 || fabs(times[j] - t) < fabs(times[nearest[0]] - t)) {
+      nearest[1] = nearest[0];
+      nearest[0] = j;
+    } else if (nearest[1] < 0 || fabs(times[j] - t) < fabs(times[nearest[1]] - t)) {
+      nearest[1] = j;
+    }
+  }
+}
+
+/* The cubic in time through the positions and velocities of the stages `ends`, at stage i: h times a sum of the velocities
+ * before. That of the start comes from v0. */
+static void follow_cubic(const flesh_method_memory *memory, const flesh_stage *stage, double h, const int ends[2], double *u)
+{
+  const flesh_butcher_table *table = table_of(memory);
+  const int i = memory->at + 1, p = ends[1], q = ends[0];
+  const double *c = table->c, *own = table->a[i], width = c[q] - c[p], s = (c[i] - c[p]) / width;
+  const double to_q = s * s * (3 - 2 * s);
+  double weights[FLESH_TABLE_STAGES] = {0};
+  for (int j = 0; j < i; j++) weights[j] = (1 - to_q) * table->a[p][j] + to_q * table->a[q][j];
+  weights[p] += width * s * (1 - s) * (1 - s);
+  weights[q] += width * s * s * (s - 1);
+  const double start = weights[0] / own[0];
+  for (int d = 0; d < memory->n; d++) {
+    u[d] = -start * own[i] * stage->v0[d];
+    for (int j = 1; j < i; j++) u[d] += (weights[j] - start * own[j]) * V_of(memory, j)[d];
+    u[d] *= h;
+  }
+}
+
+/* The better guess is the line through the two accelerations known that are nearest in time. What is stiff, as contact, has
+ * accelerations that tell nothing of the next ones: the safer guess is the cubic between the stages before, at the first
+ * stage the acceleration at hand. */
 static int runge_kutta_guess(const flesh_method_memory *memory, const flesh_stage *stage, double h, int which, double *u)
 {
   const flesh_butcher_table *table = table_of(memory);
-  const int i = memory->at + 1, known = i + (memory->before < 0);
-  const double t = table->c[i] * h;
-  double at[2] = {0};
-  const double *a[2] = {NULL};
-  for (int j = 0; j < known; j++) {
-    const double time = j == 0 ? 0 : j < i ? table->c[j] * h : memory->before;
-    const double *value = j == 0 ? memory->vectors[0] : j < i ? A_of(memory, j) : memory->vectors[BEFORE];
-    if (!a[0] || fabs(time - t) < fabs(at[0] - t)) {
-      a[1] = a[0], at[1] = at[0];
-      a[0] = value, at[0] = time;
-    } else if (!a[1] || fabs(time - t) < fabs(at[1] - t)) {
-      a[1] = value, at[1] = time;
-    }
+  const int i = memory->at + 1, cubic = which == 1 && i > 1, known = i + (!cubic && memory->before < 0);
+  const double t = table->c[i] * h, g2 = 1 / stage->shift.a;
+  double times[FLESH_TABLE_STAGES + 1];
+  const double *a[FLESH_TABLE_STAGES + 1] = {memory->vectors[0]};
+  int nearest[2];
+  for (int j = 0; j < i; j++) times[j] = table->c[j] * h;
+  for (int j = 1; j < i; j++) a[j] = A_of(memory, j);
+  times[i] = memory->before;
+  a[i] = memory->vectors[BEFORE];
+  find_nearest(times, known, t, nearest);
+  if (which == 0 && nearest[1] < 0) return 0;
+  if (cubic) {
+    follow_cubic(memory, stage, h, nearest, u);
+    return 1;
   }
-  if (which == 0 && !a[1]) return 0;
-  const double share = which == 0 ? (t - at[0]) / (at[1] - at[0]) : 0, g2 = 1 / stage->shift.a;
-  for (int d = 0; d < memory->n; d++) { /* A = a0 + u/g^2 */
-    const double next = which == 0 ? a[0][d] + share * (a[1][d] - a[0][d]) : a[0][d];
-    u[d] = g2 * (next - stage->a0[d]);
-  }
+  const double *near = a[nearest[0]], *far = which == 0 ? a[nearest[1]] : near;
+  const double share = which == 0 ? (t - times[nearest[0]]) / (times[nearest[1]] - times[nearest[0]]) : 0;
+  for (int d = 0; d < memory->n; d++) u[d] = g2 * (near[d] + share * (far[d] - near[d]) - stage->a0[d]); /* A = a0 + u/g^2 */
   return 1;
 }
 
@@ -137,8 +171,6 @@ static double runge_kutta_weight(const flesh_method_memory *memory, int i)
 
 static int runge_kutta_order(const flesh_method_memory *memory) { return table_of(memory)->order; }
 
-static double runge_kutta_depth(const flesh_method_memory *memory) { return table_of(memory)->depth; }
-
 const flesh_method_row flesh_method_runge_kutta = {.vectors = FIRST + 2 * (FLESH_TABLE_STAGES - 1),
                                                    .remembered = 2,
                                                    .acceleration = 1,
@@ -150,5 +182,4 @@ const flesh_method_row flesh_method_runge_kutta = {.vectors = FIRST + 2 * (FLESH
                                                    .finish = runge_kutta_finish,
                                                    .weight = runge_kutta_weight,
                                                    .order = runge_kutta_order,
-                                                   .depth = runge_kutta_depth,
                                                    .error = runge_kutta_error};
