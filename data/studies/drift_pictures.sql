@@ -49,15 +49,19 @@ FROM (SELECT * FROM lines JOIN titles USING (picture, line) JOIN drawn USING (pi
       LEFT JOIN stops USING (picture, line) ORDER BY number) GROUP BY picture;
 
 -- Bodies: all energies side by side at each ratio, before the scene's last event (the release) above and at the end below;
--- and the frame of the largest change of volume of each energy, at every ratio with every solver.
+-- and the frame of the largest change of volume of each energy, at every ratio with every solver. All of a scene have a body.
 CREATE TEMP TABLE panels AS
 WITH solvers AS (SELECT solver, min(number) AS solver_at FROM runs GROUP BY solver),
   frames (frame, file) AS (VALUES (0, 'worst_state.txt'), (1, 'event_state.txt'), (2, 'state.txt'))
-SELECT iif(frame, printf('shapes_%s_%s', picture, solver), printf('worst_%s_%s_%s', scene, energy, constants)) AS picture, scene,
-  iif(frame, frame, solver_at) AS at, number, folder || '/' || file AS file,
-  printf('%s, ν = %s, %s', title, number('%g', poisson), solver) AS title,
+SELECT iif(frame, printf('shapes_%s_%s', picture, solver), printf('worst_%s_%s_%s', scene, energy, constants)) AS picture,
+  iif(frame, frame, solver_at) AS at, row_number() OVER (ORDER BY iif(frame, frame, solver_at), number) AS place,
+  scenes.first AS number, NULL AS held, folder || '/' || file AS file, NULL AS otherwise,
+  printf('%s, ν = %s, %s', drawn.title, number('%g', poisson), solver) AS title,
   CASE WHEN frame < 2 THEN printf('t = %s s: volume %s %%%s', number('%.3g', iif(frame, event_t, worst_t)),
       number('%+.2f', 100 * iif(frame, event_drift, worst_drift)), iif(ended, '', '; later ' || status))
     WHEN ended THEN printf('at the end: volume %s %%', number('%+.3f', 100 * final_volume_drift))
     ELSE printf('%s at t = %s s', status, number('%.3g', failure_t)) END AS subtitle
-FROM drawn JOIN solvers USING (solver), frames;
+FROM drawn JOIN solvers USING (solver) JOIN scenes USING (scene), frames;
+CREATE TEMP TABLE pictures AS
+SELECT picture, count(*) / count(DISTINCT at) AS columns, 300 AS width, 0 AS height, 0 AS edges, NULL AS low, NULL AS high,
+  NULL AS view, 0 AS told FROM panels GROUP BY picture;

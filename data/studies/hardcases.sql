@@ -7,7 +7,9 @@ SELECT f.number AS number, data ->> 'case' AS name, data ->> 'group' AS grp, dat
   data ->> 'constants' AS constants, data ->> 'poisson' AS poisson, data ->> 'step' AS step, data ->> 'static' AS static,
   data ->> 'random' AS random, data ->> 'hardest' AS hardest, data ->> 'solver' AS solver, data ->> 'element' AS element,
   data ->> 'mesh' AS mesh, data ->> 'own_poisson' AS own_poisson, data ->> 'title' AS title,
-  data ->> 'folder' AS folder, data ->> 'out' AS out,
+  data ->> 'folder' AS folder, data ->> 'out' AS out, data ->> 'setting' AS setting, data ->> 'sheet' AS sheet,
+  data ->> 'setting_poisson' AS setting_poisson, data ->> 'setting_step' AS setting_step, data ->> 'held' AS held,
+  data ->> 'first_of_own' AS first_of_own,
   CASE WHEN coalesce(status, 'planned') IN ('planned', 'running') THEN 'not run' WHEN status_code IS NULL THEN 'crashed or hung'
     ELSE status END AS outcome,
   CASE WHEN coalesce(status, 'planned') IN ('planned', 'running') THEN 'FLESH_ERR_INTERRUPTED'

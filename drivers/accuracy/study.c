@@ -171,7 +171,7 @@ static int take(void *data, int number, const json_t *record)
 
 static void title(const void *data, int number, char *text, size_t size)
 {
-  const flesh_accuracy_row *row = &((const flesh_accuracy_plan *)data)->rows[number];
+  const flesh_accuracy_row *row = &plan_of(data)->rows[number];
   snprintf(text, size, "%s: %s, %s", flesh_accuracy_group_names[row->group], flesh_accuracy_method_name(row), row->setting);
 }
 
@@ -180,7 +180,6 @@ flesh_study flesh_accuracy_study(const flesh_accuracy_work *given, flesh_accurac
   const int repeats = plan->repeat ? plan->repeat : 3; /* those of a long run */
   const double grace = 2;
   return (flesh_study){.name = "accuracy",
-                       .command = "run",
                        .fingerprint = plan->study_fingerprint,
                        .different = "its scene or --set values, the longest of --steps or the build of flesh, whose times would "
                                     "not compare, were others; leave out --resume to begin anew",

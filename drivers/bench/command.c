@@ -14,11 +14,6 @@
 #include "study/lead.h"
 #include "study/embedded.h"
 
-static int fail_full(const char *option)
-{
-  return flesh_fail(FLESH_ERR_ARGUMENT, "--%s has more than %d values", option, FLESH_BENCH_LIST);
-}
-
 /* Whether the item is "AxBxC", of whole numbers; those beyond 1e9 are given as that. */
 static int parse_cells(const char *item, int cells[3])
 {
@@ -36,7 +31,7 @@ static int parse_cells(const char *item, int cells[3])
 static int take_size(void *data, const char *item)
 {
   flesh_bench_plan *plan = data;
-  if (plan->size_count == FLESH_BENCH_LIST) return fail_full("cells");
+  if (plan->size_count == FLESH_BENCH_LIST) return flesh_fail(FLESH_ERR_ARGUMENT, "--cells has more than %d values", FLESH_BENCH_LIST);
   int *cells = plan->sizes[plan->size_count];
   double tets;
   if (parse_cells(item, cells)) {
@@ -54,14 +49,6 @@ static int take_size(void *data, const char *item)
   }
   plan->size_count++;
   return FLESH_OK;
-}
-
-static int take_energy(void *data, const char *item)
-{
-  flesh_bench_plan *plan = data;
-  if (plan->energy_count == FLESH_BENCH_LIST) return fail_full("energies");
-  const int status = flesh_energy_from_name(item, &plan->energies[plan->energy_count++]);
-  return status ? flesh_fail_within(status, "--energies: ") : FLESH_OK;
 }
 
 static int read_numbers(flesh_bench_plan *plan, const char *poissons, const char *threads)
@@ -162,7 +149,7 @@ int flesh_command_bench(int argc, char **argv)
   plan.options.quiet = plan.json;
   status = take_element(&plan, element); /* which allows some of Poisson's ratios */
   if (!status) status = flesh_list_each("cells", sizes, take_size, &plan);
-  if (!status) status = flesh_list_each("energies", energies, take_energy, &plan);
+  if (!status) status = flesh_list_energies("energies", energies, FLESH_BENCH_LIST, plan.energies, NULL, &plan.energy_count);
   if (!status) status = read_numbers(&plan, poissons, threads);
   if (!status) status = read_parts(&plan, cases);
   if (!status) status = take_instructions(&plan, instructions);

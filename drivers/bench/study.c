@@ -130,7 +130,6 @@ flesh_study flesh_bench_study(flesh_bench_plan *plan)
            plan->repeats, flesh_number_text(plan->tolerance, tolerance));
   json_decref(program);
   return (flesh_study){.name = "bench",
-                       .command = "bench",
                        .fingerprint = plan->fingerprint,
                        .different = "its times, of another program, machine or way to measure, would not compare; leave out "
                                     "--resume to begin anew",

@@ -1,21 +1,15 @@
-/* command.c: `flesh check SCENE`: validates, reports, differentiates; dumps the elastic
- * energy for others. */
+/* command.c: `flesh check SCENE`: validates, reports, differentiates. */
 #include "commands.h"
 
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "base/error.h"
-#include "cli/inputs.h"
-#include "base/file.h"
 #include "cli/options.h"
 #include "scene/scene.h"
-#include "study/table.h"
 #include "cli/overrides.h"
-#include "cli/output.h"
 #include "run/result.h"
 #include "system/derivative_check.h"
 #include "study/embedded.h"
@@ -144,93 +138,7 @@ static int differentiate(const flesh_scene *scene, const flesh_state *state, int
   return FLESH_OK;
 }
 
-static int write_numbers(const char *folder, const char *name, int rows, int columns,
-                         const double *const *parts)
-{
-  flesh_file file;
-  const int status = flesh_table_open(folder, name, &file);
-  if (status) return status;
-  for (int i = 0; i < rows; i++) {
-    for (int c = 0; c < columns; c++)
-      fprintf(file.stream, "%s%.17g", c ? " " : "", parts[c / 3][3 * i + c % 3]);
-    putc('\n', file.stream);
-  }
-  return flesh_file_commit(&file);
-}
-
-static int write_matrix(const char *folder, const flesh_block_matrix *K)
-{
-  flesh_file file;
-  const int status = flesh_table_open(folder, "hessian.mtx", &file);
-  if (status) return status;
-  long entries = 9L * K->row_start[K->rows] - 3L * K->rows;
-  fprintf(file.stream, "%%%%MatrixMarket matrix coordinate real symmetric\n%d %d %ld\n",
-          3 * K->rows, 3 * K->rows, entries);
-  for (int i = 0; i < K->rows; i++)
-    for (int k = K->row_start[i]; k < K->row_end[i]; k++)
-      for (int a = 0; a < 3; a++)
-        for (int b = k == K->row_start[i] ? a : 0; b < 3; b++)
-          fprintf(file.stream, "%d %d %.17g\n", 3 * K->column[k] + b + 1, 3 * i + a + 1,
-                  K->values[9 * (size_t)k + 3 * a + b]);
-  return flesh_file_commit(&file);
-}
-
-/* The elasticity alone, at the start state, not projected. */
-static int dump(const flesh_scene *scene, const flesh_state *state, const char *folder)
-{
-  const flesh_mesh *mesh = flesh_scene_mesh(scene);
-  size_t unknowns = (size_t)flesh_system_unknowns(flesh_scene_system(scene));
-  if (!flesh_scene_body(scene)->materials)
-    return flesh_fail(FLESH_ERR_ARGUMENT,
-                      "--dump: the scene has no body.material, so there is nothing "
-                      "to dump");
-  flesh_system *system = NULL;
-  flesh_effect *elasticity = NULL;
-  flesh_block_matrix *K = NULL;
-  double *r = calloc(2 * unknowns, sizeof *r), energy[3] = {0};
-  flesh_folder_claim claim = {.descriptor = -1};
-  int status = r ? flesh_output_claim(folder, "check", &claim) : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  if (!status) status = flesh_system_create(mesh, &system);
-  if (!status) status = flesh_effect_elasticity(flesh_scene_body(scene), &elasticity);
-  if (!status) status = flesh_system_add_effect(system, &elasticity);
-  if (!status) status = flesh_system_finalize(system);
-  if (!status) status = flesh_system_matrix_create(system, &K);
-  if (!status) {
-    const flesh_point point = flesh_point_at(state->t, state->x, r + unknowns, r + unknowns);
-    const flesh_shift shift = {.x = 1};
-    status = flesh_system_energies(system, &point, energy);
-    if (!status) status = flesh_system_residual(system, &point, r);
-    if (!status) status = flesh_system_jacobian(system, &point, &shift, K);
-    if (status > 0)
-      status = flesh_fail(FLESH_ERR_ARGUMENT, "--dump: at the start state %s",
-                          flesh_status_text(status));
-  }
-  const double *energy_part[] = {energy}, *gradient_parts[] = {state->x, r};
-  if (!status) status = write_numbers(folder, "energy.txt", 1, 1, energy_part);
-  if (!status)
-    status = write_numbers(folder, "gradient.txt", flesh_mesh_node_count(mesh), 6, gradient_parts);
-  if (!status) status = write_matrix(folder, K);
-  if (!status)
-    printf("elasticity at the start state: %s/energy.txt, gradient.txt, hessian.mtx\n", folder);
-  flesh_block_matrix_destroy(&K);
-  flesh_effect_destroy(&elasticity);
-  flesh_system_destroy(&system);
-  flesh_folder_claim_release(&claim);
-  free(r);
-  return status;
-}
-
-static int spare_inputs(const char *path, const flesh_scene *scene, const char *folder)
-{
-  static const char *const names[] = {"energy.txt", "gradient.txt", "hessian.mtx", NULL};
-  flesh_inputs inputs = {0};
-  flesh_inputs_add_scene(&inputs, path, scene);
-  int status = flesh_inputs_spare_in(&inputs, folder, names, NULL);
-  flesh_inputs_close(&inputs);
-  return status;
-}
-
-static int check(const flesh_scene *scene, const char *folder, int *failed)
+static int check(const flesh_scene *scene, int *failed)
 {
   size_t unknowns = (size_t)flesh_system_unknowns(flesh_scene_system(scene));
   flesh_state state = {.t = 0, .x = malloc(sizeof(double) * unknowns), .v = malloc(sizeof(double) * unknowns)};
@@ -243,7 +151,6 @@ static int check(const flesh_scene *scene, const char *folder, int *failed)
     if (!status) status = report_system(scene, state.t);
   }
   if (!status) status = differentiate(scene, &state, failed);
-  if (!status && folder) status = dump(scene, &state, folder);
   free(state.x);
   free(state.v);
   return status;
@@ -251,15 +158,13 @@ static int check(const flesh_scene *scene, const char *folder, int *failed)
 
 int flesh_command_check(int argc, char **argv)
 {
-  const char *start_state = NULL, *folder = NULL;
+  const char *start_state = NULL;
   flesh_overrides overrides;
   int status = flesh_overrides_open(&overrides, argc);
   if (status) return flesh_command_fail("check", status);
   const flesh_option rows[] = {
       {"set", "KEY=VALUE", FLESH_OPTION_LIST, &overrides.texts, "a value of the scene"},
       {"start-state", "FILE", FLESH_OPTION_TEXT, &start_state, "check at the state of this file"},
-      {"dump", "DIR", FLESH_OPTION_TEXT, &folder,
-       "write energy, gradient and Hessian of the elasticity"},
       {0}};
   const flesh_usage usage = {
       "check", "SCENE", "Validates a scene and differentiates its effects.", flesh_own_text("check_help"), 1, 1, rows, NULL, 0};
@@ -269,8 +174,7 @@ int flesh_command_check(int argc, char **argv)
     if (start_state) status = flesh_overrides_add_text(&overrides, "start.state", start_state);
     if (!status)
       status = flesh_scene_read(argv[1], overrides.texts.count, overrides.texts.values, &scene);
-    if (!status && folder) status = spare_inputs(argv[1], scene, folder);
-    if (!status) status = check(scene, folder, &failed);
+    if (!status) status = check(scene, &failed);
     code = status ? flesh_command_fail("check", status) : failed ? 2 : 0;
     if (!status) printf(failed ? "%d of the effects FAILED\n" : "all fine\n", failed);
   }

@@ -1,7 +1,6 @@
 /* command.c: `flesh drift SCENE...`: how well the energies keep the volume, and which survive. */
 #include "commands.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -19,21 +18,17 @@
 #include "material/form.h"
 #include "study/embedded.h"
 
-/* An energy with the constants it can have. */
-static int take_energy(void *data, const char *item)
+/* Energies with the constants they can have. */
+static int read_energies(const char *text, flesh_drift_plan *plan)
 {
-  flesh_drift_plan *plan = data;
-  flesh_energy energy;
-  const int status = flesh_energy_from_name(item, &energy);
-  if (status) return flesh_fail_within(status, "--energies: ");
-  for (int v = 0; v < plan->variant_count; v++)
-    if (plan->variants[v].energy == energy) return flesh_list_fail_twice("energies", item);
-  if (plan->variant_count + 2 > FLESH_DRIFT_LIST)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "--energies names more than %d forms", FLESH_DRIFT_LIST / 2);
-  plan->variants[plan->variant_count++] = (flesh_drift_variant){energy, flesh_form_default_constants(energy)};
-  if (flesh_form_takes(energy, FLESH_CONSTANTS_AS_E))
-    plan->variants[plan->variant_count++] = (flesh_drift_variant){energy, FLESH_CONSTANTS_AS_E};
-  return FLESH_OK;
+  flesh_energy energies[FLESH_ENERGY_COUNT];
+  int count, status = flesh_list_energies("energies", text, FLESH_ENERGY_COUNT, energies, NULL, &count);
+  for (int k = 0; k < count && !status; k++) {
+    plan->variants[plan->variant_count++] = (flesh_drift_variant){energies[k], flesh_form_default_constants(energies[k])};
+    if (flesh_form_takes(energies[k], FLESH_CONSTANTS_AS_E))
+      plan->variants[plan->variant_count++] = (flesh_drift_variant){energies[k], FLESH_CONSTANTS_AS_E};
+  }
+  return status;
 }
 
 static int read_solvers(const char *text, flesh_drift_plan *plan)
@@ -46,7 +41,7 @@ static int read_solvers(const char *text, flesh_drift_plan *plan)
   return status;
 }
 
-/* Cases in the order of the table; figures that say "not run". */
+/* Cases in the order of the table. */
 static int make_cases(flesh_drift_plan *plan)
 {
   plan->case_count = plan->scene_count * plan->poisson_count * plan->variant_count * plan->solver_count;
@@ -56,14 +51,8 @@ static int make_cases(flesh_drift_plan *plan)
   for (int s = 0; s < plan->scene_count; s++)
     for (int p = 0; p < plan->poisson_count; p++)
       for (int v = 0; v < plan->variant_count; v++)
-        for (int g = 0; g < plan->solver_count; g++, c++) {
-          *c = (flesh_drift_case){.scene = s, .variant = v, .poisson = p, .solver = plan->solvers[g]};
-          c->figures = (struct flesh_drift_figures){
-              .status = FLESH_ERR_INTERRUPTED, .exit_code = 130, .first_inverted_step = -1,
-              .max_volume_drift = NAN, .final_volume_drift = NAN, .rest_volume_ratio = NAN,
-              .rest_volume_ratio_theory = NAN, .J_min = NAN, .J_bound = NAN, .newton_per_step = NAN,
-              .linear_per_newton = NAN, .wall_s = NAN, .failed_at = NAN, .distance_from_rest = NAN};
-        }
+        for (int g = 0; g < plan->solver_count; g++)
+          *c++ = (flesh_drift_case){.scene = s, .variant = v, .poisson = p, .solver = plan->solvers[g]};
   return FLESH_OK;
 }
 
@@ -141,7 +130,7 @@ int flesh_command_drift(int argc, char **argv)
   plan.overrides = &plan.options.overrides.texts;
   plan.out = plan.options.out;
   status = flesh_drift_make_scenes(count, argv + 1, elements, refine, &plan);
-  if (!status) status = flesh_list_each("energies", energies, take_energy, &plan);
+  if (!status) status = read_energies(energies, &plan);
   if (!status)
     status = flesh_list_numbers("poisson", poissons, FLESH_LIST_POISSON, FLESH_DRIFT_LIST, plan.poissons,
                                 &plan.poisson_count);

@@ -26,18 +26,18 @@ typedef struct flesh_drift_variant {
 typedef struct flesh_drift_case {
   int scene, variant, poisson; /* indices into the plan; a scene is one on one mesh with one element */
   flesh_drift_solver solver;
-  /* Figures; NaN where there is none.  */
-  struct flesh_drift_figures {
-    int status, exit_code, element, tets, nodes, steps, max_inverted, final_inverted, first_inverted_step, first_bound_step;
-    double max_volume_drift, final_volume_drift, rest_volume_ratio, rest_volume_ratio_theory, J_min, J_bound;
-    double newton_per_step, linear_per_newton, wall_s, failed_at, distance_from_rest;
-    double stressed_rest; /* flesh_figures.stressed_rest, J */
-    double worst_t, worst_drift, event_t, event_drift; /* of the frames kept for pictures */
-    int point_load; /* something pulls at single nodes: figures do not converge under refinement */
-    int crashed_by; /* signal that ended its process; 0: none */
-    char message[400];
-  } figures;
 } flesh_drift_case;
+
+/* NaN where there is none. */
+typedef struct flesh_drift_figures {
+  int status, exit_code, element, tets, nodes, steps, max_inverted, final_inverted, first_inverted_step, first_bound_step;
+  double max_volume_drift, final_volume_drift, rest_volume_ratio, rest_volume_ratio_theory, J_min, J_bound;
+  double newton_per_step, linear_per_newton, wall_s, failed_at, distance_from_rest;
+  double stressed_rest; /* flesh_figures.stressed_rest, J */
+  double worst_t, worst_drift, event_t, event_drift; /* of the frames kept for pictures */
+  int point_load; /* something pulls at single nodes: figures do not converge under refinement */
+  char message[400];
+} flesh_drift_figures;
 
 /* A scene on one mesh with one element. */
 typedef struct flesh_drift_scene {
@@ -49,7 +49,7 @@ typedef struct flesh_drift_scene {
 } flesh_drift_scene;
 
 /* Forms, each by as many as two ways to its constants; Poisson's ratios. */
-enum { FLESH_DRIFT_LIST = 16 };
+enum { FLESH_DRIFT_VARIANTS = 2 * FLESH_ENERGY_COUNT, FLESH_DRIFT_LIST = 16 };
 
 typedef struct flesh_drift_plan {
   flesh_study_options options; /* folder, ranks, jobs, shard */
@@ -58,7 +58,7 @@ typedef struct flesh_drift_plan {
   int scene_count;           /* files x elements x refinements */
   flesh_drift_scene *scenes; /* [scene_count] */
   int variant_count;
-  flesh_drift_variant variants[FLESH_DRIFT_LIST];
+  flesh_drift_variant variants[FLESH_DRIFT_VARIANTS];
   int poisson_count;
   double poissons[FLESH_DRIFT_LIST];
   int solver_count;
@@ -77,14 +77,9 @@ void flesh_drift_variant_title(flesh_drift_variant variant, char title[16]);
 /* The case's folder below plan->out: "runs/<scene>_<energy>_<constants>_<poisson>_<solver>". */
 void flesh_drift_case_folder(const flesh_drift_plan *plan, const flesh_drift_case *c, char folder[256]);
 
-/* "complete", "undefined", "not converged", "non-finite", "out of budget", "interrupted", "crashed". */
-const char *flesh_drift_status_word(const flesh_drift_case *c);
-
 /* Runs a case in this process. */
-void flesh_drift_run_case(const flesh_drift_plan *plan, const flesh_drift_case *c, struct flesh_drift_figures *figures);
-/* The figures in records. */
-extern const flesh_study_field flesh_drift_fields[];
-/* The plan as a study, whose records it takes. Borrows it. */
+void flesh_drift_run_case(const flesh_drift_plan *plan, const flesh_drift_case *c, flesh_drift_figures *figures);
+/* The plan as a study. Borrows it. */
 flesh_study flesh_drift_study(flesh_drift_plan *plan);
 
 /* Fills plan->scenes from the files and the lists of --elements and --refine (may be empty). FLESH_ERR_ARGUMENT. */
@@ -94,8 +89,5 @@ int flesh_drift_make_scenes(int count, char *const *paths, const char *elements,
 int flesh_drift_read(const flesh_drift_plan *plan, int scene, flesh_scene **read);
 /* The plan's overrides and those of the scene; to be closed. */
 int flesh_drift_overrides(const flesh_drift_plan *plan, int scene, flesh_overrides *overrides);
-
-/* worst_*.png, shapes_*.png, of the table `panels`. */
-int flesh_drift_draw(const void *plan, sqlite3 *database);
 
 #endif

@@ -171,7 +171,7 @@ static double rest_ratio(const flesh_drift_plan *plan, const flesh_drift_case *c
 }
 
 /* The library's last error, unless another came before. */
-static void note_error(int status, struct flesh_drift_figures *f)
+static void note_error(int status, flesh_drift_figures *f)
 {
   if (!status || f->status) return;
   f->status = status;
@@ -181,7 +181,7 @@ static void note_error(int status, struct flesh_drift_figures *f)
 
 /* Copies the figures from the run and its watcher. */
 static void note_run(const flesh_figures *figures, const flesh_outcome *outcome, const watcher *w,
-                     struct flesh_drift_figures *f)
+                     flesh_drift_figures *f)
 {
   f->status = outcome->has_failure ? outcome->failure.status : outcome->status;
   f->exit_code = outcome->exit_code;
@@ -206,14 +206,17 @@ static void note_run(const flesh_figures *figures, const flesh_outcome *outcome,
   f->event_drift = w->event.drift;
 }
 
-void flesh_drift_run_case(const flesh_drift_plan *plan, const flesh_drift_case *c, struct flesh_drift_figures *f)
+void flesh_drift_run_case(const flesh_drift_plan *plan, const flesh_drift_case *c, flesh_drift_figures *f)
 {
   char folder[256], path[1400], state_path[1500];
   flesh_scene *scene = NULL;
   flesh_figures figures = {0};
   flesh_outcome outcome = {0};
   watcher w = {0};
-  f->status = f->exit_code = 0;
+  *f = (flesh_drift_figures){
+      .first_inverted_step = -1, .max_volume_drift = NAN, .final_volume_drift = NAN, .rest_volume_ratio = NAN,
+      .rest_volume_ratio_theory = NAN, .J_min = NAN, .J_bound = NAN, .newton_per_step = NAN, .linear_per_newton = NAN,
+      .wall_s = NAN, .failed_at = NAN, .distance_from_rest = NAN};
   int status = read_scene(plan, c, 0, &scene);
   if (!status) status = open_watcher(&w, scene);
   if (status) {

@@ -1,5 +1,5 @@
 /* scenes.c: what is compared on which mesh: the files of the command line with every element and refinement; and what
- * solvers, forms, cases and ends of the comparison are called. */
+ * solvers, forms and cases of the comparison are called. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -28,22 +28,6 @@ void flesh_drift_case_folder(const flesh_drift_plan *plan, const flesh_drift_cas
   snprintf(folder, 256, "runs/%s_%s_%s_%g_%s", plan->scenes[c->scene].name, flesh_energy_name(v->energy),
            flesh_constants_name(v->constants), plan->poissons[c->poisson],
            flesh_drift_solver_name(c->solver));
-}
-
-const char *flesh_drift_status_word(const flesh_drift_case *c)
-{
-  if (c->figures.crashed_by) return "crashed";
-  switch (c->figures.status) {
-  case FLESH_OK: return c->figures.stressed_rest > 0 ? "stressed rest" : "complete";
-  case FLESH_UNDEFINED: return "undefined";
-  case FLESH_NONFINITE:
-  case FLESH_ERR_NONFINITE: return "non-finite";
-  case FLESH_ERR_BUDGET: return "out of budget";
-  case FLESH_ERR_INTERRUPTED: return c->figures.tets ? "interrupted" : "not run";
-  case FLESH_ERR_ARGUMENT: return "refused";
-  case FLESH_ERR_ENERGY: return "energy grew";
-  default: return "not converged";
-  }
 }
 
 /* The scene's file name without suffix, made unique by its place; it becomes part of names of files and a field. */

@@ -10,13 +10,15 @@
 #include "drift/drift.h"
 #include "flesh/version.h"
 #include "material/form.h"
+#include "mesh/mesh.h"
+#include "scene/scene.h"
 #include "study/csv.h"
 #include "study/embedded.h"
 #include "study/fields.h"
 
-typedef struct flesh_drift_figures figures;
+typedef flesh_drift_figures figures;
 #define FIGURE(kind, name) {#name, FLESH_FIELD_##kind, offsetof(figures, name)}
-const flesh_study_field flesh_drift_fields[] = {
+static const flesh_study_field fields[] = {
     {"status_code", FLESH_FIELD_INT, offsetof(figures, status)},
     {"element_kind", FLESH_FIELD_INT, offsetof(figures, element)},
     {"tet_count", FLESH_FIELD_INT, offsetof(figures, tets)},
@@ -62,26 +64,44 @@ static int make_case(const void *data, int number, flesh_study_case *made)
   return FLESH_OK;
 }
 
+static const char *status_word(const figures *f)
+{
+  switch (f->status) {
+  case FLESH_OK: return f->stressed_rest > 0 ? "stressed rest" : "complete";
+  case FLESH_UNDEFINED: return "undefined";
+  case FLESH_NONFINITE:
+  case FLESH_ERR_NONFINITE: return "non-finite";
+  case FLESH_ERR_BUDGET: return "out of budget";
+  case FLESH_ERR_INTERRUPTED: return "interrupted";
+  case FLESH_ERR_ARGUMENT: return "refused";
+  case FLESH_ERR_ENERGY: return "energy grew";
+  default: return "not converged";
+  }
+}
+
 static json_t *do_case(const void *data, int number, const char *folder)
 {
   (void)folder;
   const flesh_drift_plan *plan = data;
-  flesh_drift_case c = plan->cases[number];
-  flesh_drift_run_case(plan, &c, &c.figures);
-  const char *word = c.figures.status == FLESH_ERR_INTERRUPTED ? "interrupted" : flesh_drift_status_word(&c);
-  return flesh_fields_record(word, c.figures.exit_code, c.figures.message,
-                             flesh_fields_json(flesh_drift_fields, &c.figures));
+  figures f;
+  flesh_drift_run_case(plan, &plan->cases[number], &f);
+  return flesh_fields_record(status_word(&f), f.exit_code, f.message, flesh_fields_json(fields, &f));
 }
 
-static int take(void *data, int number, const json_t *record)
+static int make_body(const void *data, int number, flesh_mesh **mesh, flesh_camera *camera)
 {
   const flesh_drift_plan *plan = data;
-  figures *f = &plan->cases[number].figures;
-  const int status = flesh_fields_take(flesh_drift_fields, "drift.db", record, f, f->message, &f->crashed_by);
+  flesh_scene *scene = NULL;
+  int status = flesh_drift_read(plan, plan->cases[number].scene, &scene);
   if (status) return status;
-  f->exit_code = (int)json_integer_value(json_object_get(record, "exit_code"));
-  if (f->crashed_by) f->status = FLESH_ERR_SOLVE;
-  return FLESH_OK;
+  *camera = flesh_scene_outputs(scene)->camera;
+  flesh_scene_up(scene, camera->up);
+  const flesh_mesh *own = flesh_scene_mesh(scene);
+  status = flesh_mesh_build(&(flesh_mesh_lists){.nodes = flesh_mesh_node_count(own), .tets = flesh_mesh_tet_count(own),
+                                                .positions = flesh_mesh_positions(own), .tet_nodes = flesh_mesh_tets(own),
+                                                .edge_nodes = flesh_mesh_tet_edges(own)}, NULL, mesh);
+  flesh_scene_destroy(&scene);
+  return status;
 }
 
 static void title(const void *data, int number, char *text, size_t size)
@@ -90,8 +110,8 @@ static void title(const void *data, int number, char *text, size_t size)
   const flesh_drift_case *c = &plan->cases[number];
   char variant[16];
   flesh_drift_variant_title(plan->variants[c->variant], variant);
-  snprintf(text, size, "%s, %s, poisson %g, %s: %s", plan->scenes[c->scene].name, variant, plan->poissons[c->poisson],
-           flesh_drift_solver_name(c->solver), flesh_drift_status_word(c));
+  snprintf(text, size, "%s, %s, poisson %g, %s", plan->scenes[c->scene].name, variant, plan->poissons[c->poisson],
+           flesh_drift_solver_name(c->solver));
 }
 
 /* The volume over that of the mesh at the times of a case's history; none of a case without one. */
@@ -135,7 +155,6 @@ flesh_study flesh_drift_study(flesh_drift_plan *plan)
   snprintf(plan->fingerprint, sizeof plan->fingerprint, "flesh %s, %s s", flesh_version(),
            flesh_number_text(plan->max_seconds, budget));
   return (flesh_study){.name = "drift",
-                       .command = "run",
                        .fingerprint = plan->fingerprint,
                        .different = "its runs had another --max-seconds, or were made by another version of flesh; give "
                                     "it as it was, leave out --resume to begin anew",
@@ -146,14 +165,12 @@ flesh_study flesh_drift_study(flesh_drift_plan *plan)
                        .again = "exit_code = 3", /* it could not write its files */
                        .data = plan,
                        .make = make_case,
-                       .fields = flesh_drift_fields,
+                       .fields = fields,
                        .results = {flesh_own_text("drift"),
                                    flesh_own_text("plot_same"),
                                    flesh_own_text("drift_pictures")},
                        .facts = facts_of,
-                       .draw = flesh_drift_draw,
+                       .body = make_body,
                        .work = do_case,
-                       .take = take,
-                       .title = title,
-                       .taker = plan};
+                       .title = title};
 }

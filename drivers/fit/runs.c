@@ -92,7 +92,7 @@ int flesh_fit_runs_open(flesh_fit *fit, int resume)
 {
   const flesh_study_options options = {.out = fit->out, .resume = resume, .argc = fit->argc, .argv = fit->argv};
   int abandoned, elsewhere, status = make_fingerprint(fit, fit->fingerprint);
-  fit->study = (flesh_study){.name = "fit", .command = "fit", .text = fit->text, .path = fit->path, .asks = 1,
+  fit->study = (flesh_study){.name = "fit", .text = fit->text, .path = fit->path, .asks = 1,
                              .fingerprint = fit->fingerprint, .column_count = 3, .columns = columns, .repeats = 1,
                              .different = "scenes, measurements or keys have changed since; undo that", .data = fit,
                              .taker = fit, .make = make_case, .take = take_record, .figures = name_figures};

@@ -1,7 +1,6 @@
 /* cases.c: reads hard cases by a table of keys, as scenes are. */
 #include "hardcases/cases.h"
 
-#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16,13 +15,9 @@
 /* Cases of a file; letters of a name; columns of a line of a scene. */
 enum { CASE_LIMIT = 1024, WORD_LIMIT = 40, LINE_LIMIT = 120 };
 
-static const char *const meshes[] = {"block", "fine", "checker", "halves", "slivers", "graded", "fan", "single",
-                                     "two-bodies", "bar", "large", NULL};
-static const char *const starts[] = {"rest", "scramble", "scramble-half", "jitter", "plane", "line", "point", "mirror",
-                                     "invert-one", "scale-x", "scale", "twist", "shear", "stretch-twist", "spin", "fly",
-                                     "speed", "throw", "gauss", "half-turn", "inside-out", NULL};
-static_assert(sizeof meshes / sizeof *meshes == FLESH_HARDCASES_LARGE + 2, "a name of every mesh");
-static_assert(sizeof starts / sizeof *starts == FLESH_HARDCASES_INSIDE_OUT + 2, "a name of every start");
+#define NAME(id, name, ...) name,
+static const char *const meshes[] = {FLESH_HARDCASES_MESH_LIST(NAME) NULL};
+static const char *const starts[] = {FLESH_HARDCASES_START_LIST(NAME) NULL};
 /* Their flags are 1 and 2, 4 and 8. */
 static const char *const holds[] = {"nothing", "face", "feet", NULL};
 static const char *const ends[] = {"recovery", "equilibrium", "recovery-to-0.495", NULL};
@@ -38,11 +33,8 @@ typedef struct item {
 static const flesh_key start_table[] = {
     {.name = "kind", .type = FLESH_KEY_CHOICE, AT(row.start), .choices = starts, .default_value = "rest",
      .doc = "where the nodes start"},
-    {.name = "amount", .type = FLESH_KEY_NUMBER, AT(row.amount), .default_value = "", .doc = "a factor (scale-x, scale), "
-                                                                                             "edges (jitter), turns "
-                                                                                             "(twist), turns per step "
-                                                                                             "(spin), lengths (throw, "
-                                                                                             "gauss), m (fly) "
+    {.name = "amount", .type = FLESH_KEY_NUMBER, AT(row.amount), .default_value = "",
+     .doc = "a factor (scale-x, scale), edges (jitter), turns (twist), turns per step (spin), lengths (throw, gauss), m (fly) "
             "or m/s (speed)"},
     {.name = "noise", .type = FLESH_KEY_NUMBER, AT(row.noise), .range = FLESH_RANGE_NOT_NEGATIVE, .default_value = "0",
      .doc = "every coordinate is moved besides by up to this part of the node's mean edge"},
@@ -58,10 +50,9 @@ static const flesh_key release_table[] = {
 };
 
 static const flesh_key case_table[] = {
-    {.name = "name", .type = FLESH_KEY_TEXT, AT(row.name), .doc = "of the case and of its runs' folders, at most 40 "
-                                                                  "letters, digits and _.-+"},
-    {.name = "group", .type = FLESH_KEY_TEXT, AT(row.group), .doc = "cases that stand together in pictures; --cases takes "
-                                                                    "it, too"},
+    {.name = "name", .type = FLESH_KEY_TEXT, AT(row.name),
+     .doc = "of the case and of its runs' folders, at most 40 letters, digits and _.-+"},
+    {.name = "group", .type = FLESH_KEY_TEXT, AT(row.group), .doc = "cases that stand together in pictures; --cases takes it, too"},
     {.name = "doc", .type = FLESH_KEY_TEXT, AT(row.doc), .doc = "what happens, on a line"},
     {.name = "mesh", .type = FLESH_KEY_CHOICE, AT(row.mesh), .choices = meshes, .default_value = "block",
      .doc = "body; --meshes replaces it"},
@@ -70,9 +61,8 @@ static const flesh_key case_table[] = {
     {.name = "held", .type = FLESH_KEY_CHOICE, AT(held), .choices = holds, .default_value = "nothing",
      .doc = "at rest for all time; face: x = 0, feet: the first twentieth along x"},
     {.name = "random", .type = FLESH_KEY_BOOLEAN, AT(random), .default_value = "false", .doc = "true: run once for each seed"},
-    {.name = "static", .type = FLESH_KEY_BOOLEAN, AT(is_static), .default_value = "false", .doc = "true: an equilibrium, to "
-                                                                                                  "1e-8, without step, "
-                                                                                                  "seconds and release"},
+    {.name = "static", .type = FLESH_KEY_BOOLEAN, AT(is_static), .default_value = "false",
+     .doc = "true: an equilibrium, to 1e-8, without step, seconds and release"},
     {.name = "poisson", .type = FLESH_KEY_NUMBER, AT(row.poisson), .range = FLESH_RANGE_POISSON, .default_value = "",
      .doc = "default: --poisson"},
     {.name = "density", .type = FLESH_KEY_NUMBER, AT(row.density), .range = FLESH_RANGE_POSITIVE, .unit = "kg/m^3",
@@ -92,8 +82,8 @@ static const flesh_key case_table[] = {
     {.name = "release", .type = FLESH_KEY_OBJECT, .children = release_table, .default_value = "", .doc = "default: none"},
     {.name = "expects", .type = FLESH_KEY_CHOICE, AT(expects), .choices = ends, .default_value = "recovery",
      .doc = "equilibrium: staying where it is counts as well; recovery-to-0.495: up to this Poisson's ratio"},
-    {.name = "effects", .type = FLESH_KEY_TREE, AT(effects), .default_value = "", .doc = "as in a scene, beside elasticity "
-                                                                                         "and inertia; paths are absolute"},
+    {.name = "effects", .type = FLESH_KEY_TREE, AT(effects), .default_value = "",
+     .doc = "as in a scene, beside elasticity and inertia; paths are absolute"},
     {.name = NULL},
 };
 
@@ -140,16 +130,12 @@ static int check_doc(const flesh_node *doc, const char *path)
 
 static int check_start(const item *i, const flesh_node *node, const char *path)
 {
+#define AMOUNT(id, name, amount) FLESH_HARDCASES_##amount,
+  static const flesh_hardcases_amount amounts[] = {FLESH_HARDCASES_START_LIST(AMOUNT)};
   const flesh_node *start = flesh_node_find(node, "start");
-  const unsigned kind = 1u << i->row.start, exact = 1u << FLESH_HARDCASES_PLANE | 1u << FLESH_HARDCASES_LINE |
-                                                    1u << FLESH_HARDCASES_POINT;
-  const unsigned whole = 1u << FLESH_HARDCASES_REST | 1u << FLESH_HARDCASES_SCRAMBLE |
-                         1u << FLESH_HARDCASES_SCRAMBLE_ONE | 1u << FLESH_HARDCASES_MIRROR |
-                         1u << FLESH_HARDCASES_INVERT_ONE | 1u << FLESH_HARDCASES_HALF_TURN |
-                         1u << FLESH_HARDCASES_INSIDE_OUT;
-  if (isnan(i->row.amount) && !(kind & (exact | whole)))
+  if (isnan(i->row.amount) && amounts[i->row.start] == FLESH_HARDCASES_MUST)
     return flesh_node_fail(start, "%s.start.amount is missing; %s must have one, a number", path, starts[i->row.start]);
-  if (!isnan(i->row.amount) && kind & whole)
+  if (!isnan(i->row.amount) && amounts[i->row.start] == FLESH_HARDCASES_NO)
     return flesh_node_fail(flesh_node_find(start, "amount"), "%s.start.amount is %s; %s has none", path,
                            flesh_node_find(start, "amount")->text, starts[i->row.start]);
   return FLESH_OK;

@@ -7,45 +7,48 @@
 #include "base/key.h"
 #include "scene/arena.h"
 
-/* All bodies but single tets fill [0, 0.2] x [0, 0.1] x [0, 0.1] m, or a cube of 0.1 m, or near. */
-typedef enum flesh_hardcases_mesh {
-  FLESH_HARDCASES_BLOCK,      /* a regular block */
-  FLESH_HARDCASES_FINE,       /* the block with enough layers along x to twist it by 5 turns */
-  FLESH_HARDCASES_CHECKER,    /* the block, its cells in two regions like a chess board */
-  FLESH_HARDCASES_HALVES,     /* the block, its halves in two regions */
-  FLESH_HARDCASES_SLIVERS,    /* the block with slivers of radius ratio 1e-4 */
-  FLESH_HARDCASES_GRADED,     /* a cube, refined towards a corner: edges from 1 to 1e-4 */
-  FLESH_HARDCASES_FAN,        /* a cube of tets that all share the node in its middle */
-  FLESH_HARDCASES_SINGLE,     /* one tet */
-  FLESH_HARDCASES_TWO_BODIES, /* two blocks that share no node */
-  FLESH_HARDCASES_BAR,        /* the benchmark bar's proportions */
-  FLESH_HARDCASES_LARGE       /* the block, finer: 15 000 to 50 000 tets but for --quick */
-} flesh_hardcases_mesh;
+/* ROW(id, name). All bodies but single tets fill [0, 0.2] x [0, 0.1] x [0, 0.1] m, or a cube of 0.1 m, or near. */
+#define FLESH_HARDCASES_MESH_LIST(ROW)                                                                                  \
+  ROW(BLOCK, "block")           /* a regular block */                                                                  \
+  ROW(FINE, "fine")             /* the block with enough layers along x to twist it by 5 turns */                      \
+  ROW(CHECKER, "checker")       /* the block, its cells in two regions like a chess board */                           \
+  ROW(HALVES, "halves")         /* the block, its halves in two regions */                                             \
+  ROW(SLIVERS, "slivers")       /* the block with slivers of radius ratio 1e-4 */                                      \
+  ROW(GRADED, "graded")         /* a cube, refined towards a corner: edges from 1 to 1e-4 */                           \
+  ROW(FAN, "fan")               /* a cube of tets that all share the node in its middle */                             \
+  ROW(SINGLE, "single")         /* one tet */                                                                          \
+  ROW(TWO_BODIES, "two-bodies") /* two blocks that share no node */                                                    \
+  ROW(BAR, "bar")               /* the benchmark bar's proportions */                                                  \
+  ROW(LARGE, "large")           /* the block, finer: 15 000 to 50 000 tets but for --quick */
 
-typedef enum flesh_hardcases_start {
-  FLESH_HARDCASES_REST,
-  FLESH_HARDCASES_SCRAMBLE,     /* every node anywhere in the bounding box */
-  FLESH_HARDCASES_SCRAMBLE_ONE, /* those of x > 0.1 m only */
-  FLESH_HARDCASES_JITTER,       /* each coordinate by up to `amount` of the node's mean edge */
-  FLESH_HARDCASES_PLANE,        /* onto the middle plane z; `amount`: noise over the length */
-  FLESH_HARDCASES_LINE,
-  FLESH_HARDCASES_POINT,
-  FLESH_HARDCASES_MIRROR,        /* x -> -x */
-  FLESH_HARDCASES_INVERT_ONE,    /* a node through the opposite face of one of its tets, the only one
-                                    inverted */
-  FLESH_HARDCASES_SCALE_X,       /* x times `amount` */
-  FLESH_HARDCASES_SCALE_ALL,     /* everything times `amount` */
-  FLESH_HARDCASES_TWIST,         /* `amount` turns about the long axis */
-  FLESH_HARDCASES_SHEAR,         /* z += `amount` x */
-  FLESH_HARDCASES_STRETCH_TWIST, /* x times `amount`, half a turn */
-  FLESH_HARDCASES_SPIN,          /* at rest shape, turning about z by `amount` turns per step */
-  FLESH_HARDCASES_FLY,           /* along x at 100 m/s, `amount` m before its place */
-  FLESH_HARDCASES_SPEED,         /* in its place, along x at `amount` m/s */
-  FLESH_HARDCASES_THROW,         /* a hundredth of the nodes, 3 at least, `amount` lengths away */
-  FLESH_HARDCASES_GAUSS,         /* each coordinate by normal noise of `amount` lengths */
-  FLESH_HARDCASES_HALF_TURN,     /* the half of larger x by half a turn about the long axis */
-  FLESH_HARDCASES_INSIDE_OUT     /* through the middle to the other side */
-} flesh_hardcases_start;
+/* ROW(id, name, whether there is an `amount`). */
+typedef enum flesh_hardcases_amount { FLESH_HARDCASES_NO, FLESH_HARDCASES_MAY, FLESH_HARDCASES_MUST } flesh_hardcases_amount;
+#define FLESH_HARDCASES_START_LIST(ROW)                                                                                 \
+  ROW(REST, "rest", NO)                                                                                                \
+  ROW(SCRAMBLE, "scramble", NO)               /* every node anywhere in the bounding box */                            \
+  ROW(SCRAMBLE_ONE, "scramble-half", NO)      /* those of x > 0.1 m only */                                            \
+  ROW(JITTER, "jitter", MUST)                 /* each coordinate by up to `amount` of the node's mean edge */          \
+  ROW(PLANE, "plane", MAY)                    /* onto the middle plane z; `amount`: noise over the length */           \
+  ROW(LINE, "line", MAY)                                                                                               \
+  ROW(POINT, "point", MAY)                                                                                             \
+  ROW(MIRROR, "mirror", NO)                   /* x -> -x */                                                            \
+  ROW(INVERT_ONE, "invert-one", NO)           /* a node through the opposite face of a tet, the only one inverted */   \
+  ROW(SCALE_X, "scale-x", MUST)               /* x times `amount` */                                                   \
+  ROW(SCALE_ALL, "scale", MUST)               /* everything times `amount` */                                          \
+  ROW(TWIST, "twist", MUST)                   /* `amount` turns about the long axis */                                 \
+  ROW(SHEAR, "shear", MUST)                   /* z += `amount` x */                                                    \
+  ROW(STRETCH_TWIST, "stretch-twist", MUST)   /* x times `amount`, half a turn */                                      \
+  ROW(SPIN, "spin", MUST)                     /* at rest shape, turning about z by `amount` turns per step */          \
+  ROW(FLY, "fly", MUST)                       /* along x at 100 m/s, `amount` m before its place */                    \
+  ROW(SPEED, "speed", MUST)                   /* in its place, along x at `amount` m/s */                              \
+  ROW(THROW, "throw", MUST)                   /* a hundredth of the nodes, 3 at least, `amount` lengths away */        \
+  ROW(GAUSS, "gauss", MUST)                   /* each coordinate by normal noise of `amount` lengths */                \
+  ROW(HALF_TURN, "half-turn", NO)             /* the half of larger x by half a turn about the long axis */            \
+  ROW(INSIDE_OUT, "inside-out", NO)           /* through the middle to the other side */
+
+#define FLESH_HARDCASES_ID(id, ...) FLESH_HARDCASES_##id,
+typedef enum flesh_hardcases_mesh { FLESH_HARDCASES_MESH_LIST(FLESH_HARDCASES_ID) } flesh_hardcases_mesh;
+typedef enum flesh_hardcases_start { FLESH_HARDCASES_START_LIST(FLESH_HARDCASES_ID) } flesh_hardcases_start;
 
 enum {
   FLESH_HARDCASES_PINNED = 1,           /* the face x = 0 is held at rest for all time */

@@ -149,22 +149,7 @@ static int make_runs(flesh_hardcases_plan *plan)
         if (!is_run(row, &plan->settings[s]) || (seed > 1 && !(row->flags & FLESH_HARDCASES_RANDOM)) ||
             !is_shared(plan, row, &plan->settings[s], seed))
           continue;
-        plan->runs[plan->run_count++] =
-            (flesh_hardcases_run){.row = row,
-                                  .setting = &plan->settings[s],
-                                  .seed = seed,
-                                  .outcome = FLESH_HARDCASES_NOT_RUN,
-                                  .figures = {.status = FLESH_ERR_INTERRUPTED,
-                                              .exit_code = 130,
-                                              .rank = -1,
-                                              .distance = NAN,
-                                              .volume_error = NAN,
-                                              .recovered_at = NAN,
-                                              .newton_ratio = NAN,
-                                              .time_ratio = NAN,
-                                              .longest = {.t = NAN, .ratio = NAN},
-                                              .gradient = NAN,
-                                              .smallest_eigenvalue = NAN}};
+        plan->runs[plan->run_count++] = (flesh_hardcases_run){row, &plan->settings[s], seed};
       }
   return FLESH_OK;
 }

@@ -39,7 +39,6 @@
   ROW(ABSOLUTE_ALWAYS_BARE, "absolute-always-bare", "eigenvalue_filter: absolute-always, " FLESH_HARDCASES_BARE)       \
   ROW(TRUST_REGION_ALWAYS_BARE, "trust-region-always-bare", "eigenvalue_filter: trust-region-always, " FLESH_HARDCASES_BARE)
 
-#define FLESH_HARDCASES_ID(id, ...) FLESH_HARDCASES_##id,
 typedef enum flesh_hardcases_solver {
   FLESH_HARDCASES_SOLVER_LIST(FLESH_HARDCASES_ID)
   FLESH_HARDCASES_WITHOUT, /* the defaults without a technique: this plus the number of the technique's bit */
@@ -65,7 +64,8 @@ typedef struct flesh_hardcases_setting {
   const flesh_hardcases_body *body; /* NULL: the cases' own meshes */
 } flesh_hardcases_setting;
 
-/* From best to worst: ROW(id, name). data/studies has them by these names. */
+/* From best to worst: ROW(id, name). data/studies has them by these names, and "crashed or hung" of a run that ended without
+ * any. */
 #define FLESH_HARDCASES_OUTCOME_LIST(ROW)                                                                              \
   ROW(RECOVERED, "recovered") /* back at rest, every solve converged, the potential never rose */           \
   ROW(UNTANGLED, "untangled") /* the same, after untangling, which no motion does */                        \
@@ -76,8 +76,7 @@ typedef struct flesh_hardcases_setting {
   ROW(STOPPED, "stopped") /* ended in order with a statement why */                                         \
   ROW(BUDGET, "out of budget") /* its time was spent */                                                     \
   ROW(NONFINITE, "non-finite") /* a number became non-finite */                                             \
-  ROW(CRASHED, "crashed or hung") /* and was ended from outside */                                          \
-  ROW(NOT_RUN, "not run")
+  ROW(NOT_RUN, "interrupted")
 typedef enum flesh_hardcases_outcome {
   FLESH_HARDCASES_OUTCOME_LIST(FLESH_HARDCASES_ID) FLESH_HARDCASES_OUTCOMES
 } flesh_hardcases_outcome;
@@ -97,7 +96,6 @@ typedef enum flesh_hardcases_end {
  * that ran it. Phases (the hard one and the release) are summed. */
 typedef struct flesh_hardcases_figures {
   int status, exit_code; /* of the phase that ended the run */
-  int crashed_by;        /* signal that ended its process; 0: none */
   int tets, steps;
   long solves, retried, unconverged, at_rounding; /* retried: solves that failed and were halved */
   long newton, linear, direct, projections, backtracks;
@@ -123,8 +121,6 @@ typedef struct flesh_hardcases_run {
   const flesh_hardcases_case *row;
   const flesh_hardcases_setting *setting;
   int seed;
-  flesh_hardcases_outcome outcome;
-  flesh_hardcases_figures figures;
 } flesh_hardcases_run;
 
 typedef struct flesh_hardcases_plan {
@@ -195,27 +191,14 @@ int flesh_hardcases_rank(const flesh_mesh *mesh, const double *x);
 void flesh_hardcases_judge_end(const flesh_scene *scene, double t, const double *x,
                                const flesh_mesh *rest, flesh_hardcases_figures *figures);
 
-/* The outcome by the run's figures. */
-flesh_hardcases_outcome flesh_hardcases_judge(const flesh_hardcases_run *run);
+/* The outcome by the figures of a run of the case. */
+flesh_hardcases_outcome flesh_hardcases_judge(const flesh_hardcases_case *row, const flesh_hardcases_figures *figures);
 
 /* Writes the static cases without effects as data that other solvers read, below plan->out. FLESH_ERR_ARGUMENT where
  * there is none or a run has a solver. */
 int flesh_hardcases_export(const flesh_hardcases_plan *plan);
 
-/* The figures in records, in the order of the columns of hardcases.csv. */
-extern const flesh_study_field flesh_hardcases_fields[];
-/* The plan as a study, whose records it takes. Borrows it. */
+/* The plan as a study. Borrows it. */
 flesh_study flesh_hardcases_study(flesh_hardcases_plan *plan);
-
-/* `plan` is a flesh_hardcases_plan from here on. */
-
-/* frames_GROUP.png: start, first step, a tenth of the time and end of the group's cases. */
-int flesh_hardcases_draw_frames(const flesh_hardcases_plan *plan, const char *group);
-
-/* sheet_SETTING.png of settings[first] and of those that differ from it in their body only, where there are several and
- * it is the first of them: the end of every case on every mesh. */
-int flesh_hardcases_draw_sheet(const flesh_hardcases_plan *plan, int first);
-/* The frames. FLESH_ERR_FILE without gnuplot. */
-int flesh_hardcases_draw(const void *plan, sqlite3 *database);
 
 #endif

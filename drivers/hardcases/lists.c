@@ -6,33 +6,6 @@
 
 #include "base/error.h"
 #include "cli/lists.h"
-#include "material/form.h"
-
-static int fail_full(const char *option)
-{
-  return flesh_fail(FLESH_ERR_ARGUMENT, "--%s has more than %d items", option, FLESH_HARDCASES_LIST_LIMIT);
-}
-
-/* "S", or "D.as_e" with its constants; matched where the form can be, else raw. */
-static int take_energy(void *data, const char *item)
-{
-  flesh_hardcases_lists *l = data;
-  if (l->energies == FLESH_HARDCASES_LIST_LIMIT) return fail_full("energies");
-  char name[64];
-  const char *dot = strchr(item, '.');
-  snprintf(name, sizeof name, "%.*s", dot ? (int)(dot - item) : 63, item);
-  flesh_energy energy;
-  flesh_constants constants;
-  int status = flesh_energy_from_name(name, &energy);
-  if (status) return flesh_fail_within(status, "--energies: ");
-  constants = flesh_form_default_constants(energy);
-  if (dot) status = flesh_constants_from_name(dot + 1, &constants);
-  for (int k = 0; k < l->energies && !status; k++)
-    if (l->energy[k] == energy && l->constants[k] == constants) status = flesh_list_fail_twice("energies", item);
-  l->energy[l->energies] = energy;
-  l->constants[l->energies++] = constants;
-  return status;
-}
 
 static int take_solver(void *data, const char *item)
 {
@@ -62,7 +35,8 @@ static int take_solver(void *data, const char *item)
 static int take_body(void *data, const char *item)
 {
   flesh_hardcases_lists *l = data;
-  if (l->bodies == FLESH_HARDCASES_LIST_LIMIT) return fail_full("meshes");
+  if (l->bodies == FLESH_HARDCASES_LIST_LIMIT)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "--meshes has more than %d items", FLESH_HARDCASES_LIST_LIMIT);
   flesh_hardcases_body *b = &l->body[l->bodies];
   int end = 0;
   *b = (flesh_hardcases_body){0};
@@ -94,7 +68,7 @@ static int take_body(void *data, const char *item)
 int flesh_hardcases_read_lists(const flesh_hardcases_request *asked, flesh_hardcases_lists *l)
 {
   enum { ROOM = FLESH_HARDCASES_LIST_LIMIT };
-  int status = flesh_list_each("energies", asked->energies, take_energy, l);
+  int status = flesh_list_energies("energies", asked->energies, ROOM, l->energy, l->constants, &l->energies);
   if (!status)
     status = flesh_list_numbers("poisson", asked->poissons, FLESH_LIST_POISSON, ROOM, l->poisson, &l->poissons);
   if (!status) status = flesh_list_numbers("steps", asked->steps, FLESH_LIST_POSITIVE, ROOM, l->step, &l->steps);

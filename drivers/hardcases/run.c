@@ -273,6 +273,9 @@ void flesh_hardcases_run_one(const flesh_hardcases_plan *plan, const flesh_hardc
   char folder[256], path[1300], file[1400];
   flesh_scene *scene = NULL, *release = NULL;
   flesh_mesh *rest = NULL;
+  *f = (flesh_hardcases_figures){.status = FLESH_ERR_INTERRUPTED, .exit_code = 130, .rank = -1, .distance = NAN,
+                                 .volume_error = NAN, .recovered_at = NAN, .newton_ratio = NAN, .time_ratio = NAN,
+                                 .longest = {.t = NAN, .ratio = NAN}, .gradient = NAN, .smallest_eigenvalue = NAN};
   flesh_hardcases_run_folder(run, folder);
   snprintf(path, sizeof path, "%s/%s", plan->out, folder);
   int status = flesh_hardcases_write_scene(plan, run, path);
@@ -314,10 +317,8 @@ done:
   flesh_scene_destroy(&scene);
 }
 
-flesh_hardcases_outcome flesh_hardcases_judge(const flesh_hardcases_run *run)
+flesh_hardcases_outcome flesh_hardcases_judge(const flesh_hardcases_case *row, const flesh_hardcases_figures *f)
 {
-  const flesh_hardcases_figures *f = &run->figures;
-  if (f->crashed_by) return FLESH_HARDCASES_CRASHED;
   switch (f->status) {
   case FLESH_OK:
     break;
@@ -333,7 +334,7 @@ flesh_hardcases_outcome flesh_hardcases_judge(const flesh_hardcases_run *run)
   }
   if (!f->finite) return FLESH_HARDCASES_NONFINITE;
   if (f->unconverged || f->rises) return FLESH_HARDCASES_UNCONVERGED;
-  int kept = run->row->flags & FLESH_HARDCASES_KEPT_EQUILIBRIUM;
+  int kept = row->flags & FLESH_HARDCASES_KEPT_EQUILIBRIUM;
   if (kept && f->rank < 2 && f->end != FLESH_HARDCASES_END_MOVING) return FLESH_HARDCASES_EQUILIBRIUM;
   if (!is_back(f)) return f->stressed_rest > 0 ? FLESH_HARDCASES_AT_REST : FLESH_HARDCASES_NOT_RECOVERED;
   return f->untanglings ? FLESH_HARDCASES_UNTANGLED : FLESH_HARDCASES_RECOVERED;

@@ -1,5 +1,6 @@
 /* study.c: the battery as a study: a case for each run, and its figures as a record. */
 #include <assert.h>
+#include <math.h>
 #include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -17,7 +18,7 @@
 
 #define FIGURE(kind, name) {#name, FLESH_FIELD_##kind, offsetof(flesh_hardcases_figures, name)}
 #define LONGEST(kind, name) {"longest_" #name, FLESH_FIELD_##kind, offsetof(flesh_hardcases_figures, longest.name)}
-const flesh_study_field flesh_hardcases_fields[] = {
+static const flesh_study_field fields[] = {
     {"status_code", FLESH_FIELD_INT, offsetof(flesh_hardcases_figures, status)},
     {"end_kind", FLESH_FIELD_INT, offsetof(flesh_hardcases_figures, end)},
     FIGURE(INT, tets), FIGURE(INT, rank), FIGURE(INT, steps), FIGURE(LONG, solves), FIGURE(LONG, retried),
@@ -92,14 +93,13 @@ static json_t *do_case(const void *data, int number, const char *folder)
 {
   (void)folder;
   const flesh_hardcases_plan *plan = data;
-  flesh_hardcases_run run = plan->runs[number];
-  flesh_hardcases_run_one(plan, &run, &run.figures);
-  run.outcome = flesh_hardcases_judge(&run);
-  if (plan->lean && run.outcome <= (plan->filters ? FLESH_HARDCASES_UNCONVERGED : FLESH_HARDCASES_RECOVERED))
-    shed(plan->out, &run);
-  const char *word = run.outcome == FLESH_HARDCASES_NOT_RUN ? "interrupted" : flesh_hardcases_outcome_name(run.outcome);
-  return flesh_fields_record(word, run.figures.exit_code, run.figures.message,
-                             flesh_fields_json(flesh_hardcases_fields, &run.figures));
+  const flesh_hardcases_run *run = &plan->runs[number];
+  flesh_hardcases_figures figures;
+  flesh_hardcases_run_one(plan, run, &figures);
+  const flesh_hardcases_outcome outcome = flesh_hardcases_judge(run->row, &figures);
+  if (plan->lean && outcome <= (plan->filters ? FLESH_HARDCASES_UNCONVERGED : FLESH_HARDCASES_RECOVERED)) shed(plan->out, run);
+  return flesh_fields_record(flesh_hardcases_outcome_name(outcome), figures.exit_code, figures.message,
+                             flesh_fields_json(fields, &figures));
 }
 
 /* SQL knows this of every run of the plan, done or not. */
@@ -109,10 +109,13 @@ static json_t *facts_of(const void *data, int number)
   const flesh_hardcases_run *run = &plan->runs[number];
   const flesh_hardcases_setting *s = run->setting;
   const unsigned flags = run->row->flags;
-  char folder[256], title[112];
+  flesh_hardcases_setting alike = *s; /* on the cases' own meshes */
+  char folder[256], title[112], sheet[112];
+  alike.body = NULL;
   flesh_hardcases_run_folder(run, folder);
   flesh_hardcases_setting_title(s, title);
-  return json_pack("{ss ss si ss ss sf sf ss ss ss sb sb sb ss sf so so}", "case", run->row->name, "group", run->row->group,
+  flesh_hardcases_setting_title(&alike, sheet);
+  return json_pack("{ss ss si ss ss sf sf ss ss ss sb sb sb ss sf so so si ss sf sf sb sb}", "case", run->row->name, "group", run->row->group,
                    "seed", run->seed, "energy", flesh_energy_name(s->energy), "constants",
                    flesh_constants_name(s->constants), "poisson", flesh_hardcases_poisson(run), "step",
                    run->row->step > 0 ? run->row->step : s->step, "solver", flesh_hardcases_solver_name(s->solver),
@@ -120,20 +123,16 @@ static json_t *facts_of(const void *data, int number)
                    (flags & FLESH_HARDCASES_STATIC) != 0, "random", (flags & FLESH_HARDCASES_RANDOM) != 0, "hardest",
                    (flags & FLESH_HARDCASES_HARDEST) != 0, "title", title, "own_poisson",
                    run->row->poisson > 0 ? run->row->poisson : 0.0, "folder", flesh_json_text(folder), "out",
-                   flesh_json_text(plan->out));
+                   flesh_json_text(plan->out), "setting", (int)(s - plan->settings), "sheet", sheet, "setting_poisson", s->poisson,
+                   "setting_step", s->step, "held", (flags & FLESH_HARDCASES_PINNED) != 0, "first_of_own",
+                   s->first_poisson && !isnan(run->row->poisson));
 }
 
-static int take(void *data, int number, const json_t *record)
+static int make_body(const void *data, int number, flesh_mesh **mesh, flesh_camera *camera)
 {
   const flesh_hardcases_plan *plan = data;
-  flesh_hardcases_run *run = &plan->runs[number];
-  flesh_hardcases_figures *f = &run->figures;
-  const int status = flesh_fields_take(flesh_hardcases_fields, "hardcases.db", record, f, f->message, &f->crashed_by);
-  if (status) return status;
-  f->exit_code = f->crashed_by ? 1 : (int)json_integer_value(json_object_get(record, "exit_code"));
-  if (f->crashed_by) f->status = FLESH_ERR_SOLVE;
-  run->outcome = flesh_hardcases_judge(run);
-  return FLESH_OK;
+  for (int d = 0; d < 3; d++) camera->target[d] = 0;
+  return flesh_hardcases_run_mesh(plan, &plan->runs[number], mesh);
 }
 
 static void title(const void *data, int number, char *text, size_t size)
@@ -142,7 +141,7 @@ static void title(const void *data, int number, char *text, size_t size)
   const flesh_hardcases_run *run = &plan->runs[number];
   char setting[112];
   flesh_hardcases_setting_title(run->setting, setting);
-  snprintf(text, size, "%s, %s: %s", run->row->name, setting, flesh_hardcases_outcome_name(run->outcome));
+  snprintf(text, size, "%s, %s", run->row->name, setting);
 }
 
 /* Everything that results depend on beside the values of the columns. */
@@ -160,7 +159,6 @@ flesh_study flesh_hardcases_study(flesh_hardcases_plan *plan)
 {
   make_fingerprint(plan);
   return (flesh_study){.name = "hardcases",
-                       .command = "run",
                        .fingerprint = plan->fingerprint,
                        .different = "its runs had another --quick, --filters, --shapes, --max-seconds or --set, or were made "
                                     "by another version of flesh; give them as they were, leave out --resume to begin anew",
@@ -175,14 +173,12 @@ flesh_study flesh_hardcases_study(flesh_hardcases_plan *plan)
                                    flesh_own_text(plan->filters    ? "profiles"
                                                                         : plan->ablation ? "ablation"
                                                                                          : "recovery"),
-                                   plan->filters ? NULL : flesh_own_text("matrix")},
+                                   plan->filters ? NULL : flesh_own_text("matrix"), flesh_own_text("hardcases_pictures")},
                        .again = "exit_code = 3", /* it could not write its files */
                        .data = plan,
                        .make = make_case,
-                       .fields = flesh_hardcases_fields,
-                       .draw = plan->filters ? NULL : flesh_hardcases_draw,
+                       .fields = fields,
+                       .body = plan->filters ? NULL : make_body,
                        .work = do_case,
-                       .take = take,
-                       .title = title,
-                       .taker = plan};
+                       .title = title};
 }

@@ -24,19 +24,13 @@ typedef struct request {
 
 /* ---- what is asked for ---- */
 
-static int take_energy(void *chosen, const char *item)
-{
-  flesh_energy energy;
-  const int status = flesh_energy_from_name(item, &energy);
-  if (status) return flesh_fail_within(status, "--energies: ");
-  ((int *)chosen)[energy] = 1;
-  return FLESH_OK;
-}
-
 static int read_energies(const char *list, int chosen[FLESH_ENERGY_COUNT])
 {
+  flesh_energy energies[FLESH_ENERGY_COUNT];
+  int count = 0, status = list ? flesh_list_energies("energies", list, FLESH_ENERGY_COUNT, energies, NULL, &count) : FLESH_OK;
   for (int e = 0; e < FLESH_ENERGY_COUNT; e++) chosen[e] = !list;
-  return list ? flesh_list_each("energies", list, take_energy, chosen) : FLESH_OK;
+  for (int k = 0; k < count; k++) chosen[energies[k]] = 1;
+  return status;
 }
 
 static int make_material(const request *r, flesh_energy energy, flesh_constants constants,

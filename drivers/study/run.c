@@ -14,7 +14,7 @@
 #include "base/folder.h"
 #include "cli/interrupt.h"
 #include "cli/json_memory.h"
-#include "picture/plot.h"
+#include "study/bodies.h"
 #include "study/results.h"
 #include "study/study.h"
 
@@ -100,7 +100,7 @@ static int begin(crew *w, int number)
   return FLESH_OK;
 }
 
-static void show_progress(crew *w, int number)
+static void show_progress(crew *w, int number, const char *ended)
 {
   char title[300] = "";
   double time = flesh_wall_seconds();
@@ -111,8 +111,8 @@ static void show_progress(crew *w, int number)
   if (w->failed) fprintf(stderr, ", %d not complete", w->failed);
   if (w->done && finished < w->total)
     fprintf(stderr, ", %.0f s left", ceil((time - w->started) * (w->total - finished) / w->done));
-  if (w->study->title) w->study->title(w->study->taker, number, title, sizeof title);
-  if (*title) fprintf(stderr, "  %s", title);
+  if (w->study->title) w->study->title(w->study->data, number, title, sizeof title);
+  if (*title) fprintf(stderr, "  %s: %s", title, ended);
   fflush(stderr);
 }
 
@@ -155,9 +155,9 @@ static int collect(crew *w, const flesh_pool_end *end)
     w->failed += !status && w->study->folder && strcmp(word, "complete");
     if (!status && w->study->take) status = w->study->take(w->study->taker, end->number, record);
   }
-  json_decref(record);
   if (!status && next >= 0) status = begin(w, next);
-  show_progress(w, end->number);
+  show_progress(w, end->number, word);
+  json_decref(record);
   return status;
 }
 
@@ -225,7 +225,7 @@ static void draw(void *data, const char *folder, const char *name)
   flesh_plot_note(&p->outcome, flesh_plot_draw(folder, name));
 }
 
-/* The study's SQL makes them, and its own drawing. */
+/* The study's SQL makes them, and says which bodies are drawn. */
 static int make_results(const flesh_study *study, flesh_study_store *store, const flesh_study_options *options, int ran,
                         pictures *made)
 {
@@ -243,7 +243,7 @@ static int make_results(const flesh_study *study, flesh_study_store *store, cons
     free(text);
   }
   if (!status) status = flesh_results_make(store->database, store->path, study->results, &to);
-  if (!status && !ran && study->draw) flesh_plot_note(&made->outcome, study->draw(study->data, store->database));
+  if (!status && !ran && study->body) flesh_study_draw_bodies(study, store->database, options->out, &made->outcome);
   return status;
 }
 
@@ -256,7 +256,7 @@ int flesh_study_conclude(const flesh_study *study, flesh_study_store *store, con
   int status = make_results(study, store, options, ran, &made);
   if (ran) return flesh_fail(ran, "%s", words);
   if (!status) status = flesh_plot_accept(study->name, flesh_plot_ended(&made.outcome));
-  if (!status && !options->quiet && (study->draw || made.count))
+  if (!status && !options->quiet && (study->body || made.count))
     printf("\nresults: %s/%s.csv, %s/%s, %s %s/*.png\n", out, study->table ? study->table : study->name, out,
            study->words ? study->words : "verdict.txt",
            made.outcome.status ? "what could be drawn of the pictures" : "pictures", out);

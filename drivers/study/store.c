@@ -67,12 +67,8 @@ int flesh_study_store_check(const flesh_study *study)
   flesh_study_store store;
   int bad = -1, status = open_database(":memory:", SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, &store);
   if (!status) status = flesh_study_tables_create(&store, study);
-  if (!status) status = set_meta(&store, "command", study->command);
-  /* The fields of other commands than run are known only when their tables are there. */
   if (!status) status = flesh_study_views_write(&store, &bad);
-  if (status && bad >= 0)
-    status = strcmp(study->command, "run") ? FLESH_OK
-                                           : flesh_node_fail_within(status, study->derived[bad].node, "%s", "");
+  if (status && bad >= 0) status = flesh_node_fail_within(status, study->derived[bad].node, "%s", "");
   flesh_study_store_close(&store);
   return status;
 }
@@ -94,8 +90,8 @@ static int create(flesh_study_store *store, const flesh_study *study)
   int status = flesh_study_tables_create(store, study);
   const struct {
     const char *key, *value;
-  } rows[] = {{"format", format_number},    {"study", study->name},    {"spec_path", study->path ? study->path : ""},
-              {"shard", shard},             {"command", study->command}, {"fingerprint", study->fingerprint}};
+  } rows[] = {{"format", format_number}, {"study", study->name}, {"spec_path", study->path ? study->path : ""},
+              {"shard", shard}, {"fingerprint", study->fingerprint}};
   for (size_t k = 0; !status && k < sizeof rows / sizeof *rows; k++)
     status = set_meta(store, rows[k].key, rows[k].value);
   return status;

@@ -8,6 +8,7 @@
 #include <sqlite3.h>
 
 #include "cli/overrides.h"
+#include "flesh/scene.h"
 #include "pool/pool.h"
 #include "scene/node.h"
 #include "study/fields.h"
@@ -41,7 +42,6 @@ void flesh_study_case_free(flesh_study_case *made);
 /* Cases have numbers from 0. */
 typedef struct flesh_study {
   const char *name;        /* the database is DIR/<name>.db */
-  const char *command;     /* what each case does: run, or the command whose table it makes */
   const char *text, *path; /* of the spec; NULL: none */
   const char *fingerprint; /* of what all cases have in common: a study goes on, or is joined, with its like */
   const char *different;   /* what is said where it is another: "the scene has changed since; undo that" */
@@ -55,12 +55,13 @@ typedef struct flesh_study {
   double budget;      /* that cases stop at by themselves, for the words; 0: none */
   const char *again;  /* condition in SQL on the table `cases`: which of those done --resume does again; NULL: none */
   const char *table, *words; /* names of the results that are told of; NULL: <name>.csv, verdict.txt */
-  const char *results[4]; /* SQL that makes tables and words of the cases (results.h); NULL ends it */
+  const char *results[5]; /* SQL that makes tables and words of the cases (results.h); NULL ends it */
   /* New object of what that SQL knows of a case beside its row, in the table facts (number, data) of all cases; NULL: none.
    * What it returns NULL for has none. */
   json_t *(*facts)(const void *data, int number);
-  /* Pictures that this SQL does not draw, once all cases are done, from its tables; NULL: none. */
-  int (*draw)(const void *data, sqlite3 *database);
+  /* Makes the mesh of the case's body, new, for pictures that this SQL asks for (bodies.h), and says how it is seen; NULL: there
+   * are none. */
+  int (*body)(const void *data, int number, flesh_mesh **mesh, flesh_camera *camera);
   int asks;           /* an existing database is gone on with only by --resume, and else refused instead of begun anew */
   const void *data;   /* of the calls below */
 
@@ -79,9 +80,9 @@ typedef struct flesh_study {
   /* Takes a record into memory, just after it was written or when it was written before; an error ends the study. NULL:
    * nobody asks. A record without a result is of a process that has crashed. */
   int (*take)(void *data, int number, const json_t *record);
-  /* Title of the case, for the line of progress; NULL: none. */
+  /* Title of the case, for the line of progress, which says how it ended as well; NULL: none. */
   void (*title)(const void *data, int number, char *text, size_t size);
-  void *taker; /* data of take and title */
+  void *taker; /* data of take */
 } flesh_study;
 
 /* The database of a study. */

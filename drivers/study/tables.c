@@ -225,7 +225,6 @@ static int replace_view(flesh_study_store *store, const char *name, const char *
 
 int flesh_study_views_write(flesh_study_store *store, int *bad)
 {
-  int run = !flesh_study_store_number(store, "SELECT value <> 'run' FROM meta WHERE key = 'command'");
   int status = FLESH_OK, derived = FLESH_OK;
   char words[1024] = "";
   *bad = -1;
@@ -236,7 +235,7 @@ int flesh_study_views_write(flesh_study_store *store, int *bad)
     free(text.data);
     if (!status && !sql) status = no_memory();
     /* A column that cannot be derived leaves the others as they are. */
-    if (!status && view != run && (derived = derive(store, &sql, bad)))
+    if (!status && !view && (derived = derive(store, &sql, bad)))
       snprintf(words, sizeof words, "%s", flesh_error_text());
     if (!status) status = replace_view(store, view ? "rows" : "results", sql);
     sqlite3_free(sql);

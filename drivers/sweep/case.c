@@ -1,21 +1,14 @@
 /* case.c: a sweep as a study: what each of its cases sets, and how it is done in a process of its own. */
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 #include "base/error.h"
-#include "commands.h"
 #include "cli/interrupt.h"
-#include "base/scan.h"
-#include "cli/options.h"
 #include "run/provenance.h"
 #include "run/runner.h"
-#include "scene/words.h"
 #include "sweep/sweep.h"
 #include "cli/json_memory.h"
-#include "study/csv.h"
 
 /* Takes the text, "KEY=VALUE". */
 static int add_override(flesh_study_case *made, char *text)
@@ -69,7 +62,7 @@ static int make_case(const void *data, int number, flesh_study_case *made)
   return status;
 }
 
-/* The scene as the case will read it; hardcases has scenes of its own. */
+/* The scene as the case will read it. */
 static int build(const flesh_sweep *sweep, int number)
 {
   const flesh_sweep_work given = {sweep, NULL};
@@ -77,7 +70,7 @@ static int build(const flesh_sweep *sweep, int number)
   flesh_scene *scene = NULL;
   int status = make_case(&given, number, &c);
   if (status) return status;
-  if (c.scene) status = flesh_scene_read(c.scene, c.count, c.overrides, &scene);
+  status = flesh_scene_read(c.scene, c.count, c.overrides, &scene);
   flesh_scene_destroy(&scene);
   flesh_study_case_free(&c);
   return status;
@@ -127,73 +120,10 @@ static json_t *run_scene(const flesh_sweep *sweep, const flesh_study_case *c, co
   return record;
 }
 
-/* Rows of a table of drift, accuracy or hardcases as objects; NULL when it cannot be read. */
-static json_t *read_table(const char *path)
-{
-  flesh_csv csv;
-  if (flesh_csv_read(path, FLESH_CSV_WHOLE, &csv)) return NULL;
-  json_t *rows = json_array();
-  for (int k = 0; k < csv.rows; k++) {
-    json_t *row = json_object();
-    for (int c = 0; c < csv.columns; c++) {
-      const char *word = flesh_csv_cell(&csv, k, c);
-      double value;
-      json_object_set_new(row, csv.names[c], !*word ? json_null()
-                                             : flesh_number_parse(word, &value) ? flesh_json_number(value)
-                                                                                : flesh_json_text(word));
-    }
-    json_array_append_new(rows, row);
-  }
-  flesh_csv_clear(&csv);
-  return rows;
-}
-
-/* drift, accuracy and hardcases write tables; their rows go to the database. */
-static json_t *run_command(const flesh_sweep *sweep, const flesh_study_case *c, const char *folder)
-{
-  static int (*const commands[])(int, char **) = {NULL, flesh_command_drift, flesh_command_accuracy,
-                                                  flesh_command_hardcases};
-  const char *name = flesh_sweep_commands[sweep->command];
-  char **words = calloc((size_t)(2 * c->count + sweep->argument_count + 8), sizeof *words);
-  char *path = malloc(strlen(folder) + 32);
-  if (!words || !path) {
-    free(words), free(path);
-    flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-    return refused(FLESH_ERR_MEMORY);
-  }
-  int count = 0;
-  words[count++] = (char *)name;
-  if (sweep->command != FLESH_SWEEP_HARDCASES) words[count++] = (char *)c->scene;
-  words[count++] = (char *)"--out";
-  words[count++] = (char *)folder;
-  for (int k = 0; k < c->count; k++) {
-    words[count++] = (char *)"--set";
-    words[count++] = (char *)c->overrides[k];
-  }
-  for (int k = 0; k < sweep->argument_count; k++) words[count++] = (char *)sweep->arguments[k];
-  int code = commands[sweep->command](count, words);
-  char message[1024] = "";
-  if (code)
-    snprintf(message, sizeof message, "flesh %s ended with exit code %d%s%.900s", name, code,
-             *flesh_error_text() ? ": " : "; its messages are in log.txt of the case's folder", flesh_error_text());
-  sprintf(path, "%s/%s.csv", folder, name);
-  json_t *rows = read_table(path), *record;
-  const char *word = !code         ? "complete"
-                     : code == 2   ? "refused"
-                     : code == 6   ? "out of budget"
-                     : code >= 128 ? "interrupted"
-                                   : "failed";
-  record = json_pack("{sssisosn}", "status", word, "exit_code", code, "message", flesh_json_text(message), "result");
-  if (rows) json_object_set_new(record, "rows", rows);
-  free(words);
-  free(path);
-  return record;
-}
-
 static char *case_folder(const void *data, int number)
 {
   const flesh_sweep_work *given = data;
-  char *folder = flesh_sweep_has_folders(given->sweep) ? malloc(strlen(given->out) + 40) : NULL;
+  char *folder = given->sweep->keep ? malloc(strlen(given->out) + 40) : NULL;
   if (folder) sprintf(folder, "%s/cases/%06d", given->out, number + 1);
   return folder;
 }
@@ -202,13 +132,9 @@ static json_t *run_case(const void *data, int number, const char *folder)
 {
   const flesh_sweep *sweep = ((const flesh_sweep_work *)data)->sweep;
   flesh_study_case c;
-  if (flesh_sweep_has_folders(sweep) && !folder) {
-    flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-    return refused(FLESH_ERR_MEMORY);
-  }
-  const int status = make_case(data, number, &c);
+  int status = sweep->keep && !folder ? flesh_fail(FLESH_ERR_MEMORY, "out of memory") : make_case(data, number, &c);
   if (status) return refused(status);
-  json_t *record = sweep->command == FLESH_SWEEP_RUN ? run_scene(sweep, &c, folder) : run_command(sweep, &c, folder);
+  json_t *record = run_scene(sweep, &c, folder);
   flesh_study_case_free(&c);
   return record;
 }
@@ -222,7 +148,7 @@ static json_t *figure_names(const void *data)
   flesh_scene *scene = NULL;
   flesh_figures empty = {0};
   const char *key, *inner;
-  for (int number = 0; sweep->command == FLESH_SWEEP_RUN && number < sweep->case_count && !scene; number++) {
+  for (int number = 0; number < sweep->case_count && !scene; number++) {
     flesh_study_case c;
     if (make_case(data, number, &c) || flesh_interrupt_signal()) return names;
     flesh_scene_read(c.scene, c.count, c.overrides, &scene);
@@ -253,11 +179,10 @@ flesh_study flesh_sweep_study(const flesh_sweep_work *given)
   static const double grace = 2;
   const flesh_sweep *sweep = given->sweep;
   return (flesh_study){.name = "sweep",
-                       .command = flesh_sweep_commands[sweep->command],
                        .text = sweep->text,
                        .path = sweep->path,
                        .fingerprint = sweep->fingerprint,
-                       .different = flesh_sweep_has_folders(sweep)
+                       .different = sweep->keep
                                         ? "the spec or the scene it names has changed since, and cases that keep folders "
                                           "cannot get further values; undo the change"
                                         : "the spec or the scene it names has changed since, in more than the values of "

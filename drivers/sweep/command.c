@@ -22,9 +22,9 @@
 static void print_plan(const flesh_sweep *sweep, int shard, int shards)
 {
   int cases = sweep->case_count >= shard ? (sweep->case_count - shard) / shards + 1 : 0;
-  printf("%d cases of flesh %s", cases, flesh_sweep_commands[sweep->command]);
+  printf("%d cases of flesh run", cases);
   if (shards > 1) printf(" in shard %d/%d of %d", shard, shards, sweep->case_count);
-  printf("\nscene: %s\n", sweep->scene ? sweep->scene : "those of the battery");
+  printf("\nscene: %s\n", sweep->scene);
   for (int s = 0; s < sweep->set.count; s++) printf("  %s\n", sweep->set.texts[s]);
   for (int g = 0; g < sweep->group_count; g++)
     for (int c = 0; c < sweep->groups[g].columns; c++) {

@@ -46,7 +46,7 @@ int flesh_sweep_export(int argc, char **argv)
   const flesh_option rows[] = {
       {"format", &(FLESH_FORMAT_LIST(NAME_OF))[1], FLESH_OPTION_TEXT, &format, &(FLESH_FORMAT_LIST(DOC_OF))[2]},
       {"table", "results|rows", FLESH_OPTION_TEXT, &table,
-       "a row per case (default), or per row of the tables of drift, accuracy, hardcases and bench"},
+       "a row per case (default), or per row of the tables that cases of accuracy and bench make"},
       {"columns", "LIST", FLESH_OPTION_TEXT, &columns, "columns or SQLite's expressions of them (default *: all)"},
       {"where", "CONDITION", FLESH_OPTION_TEXT, &where, "which rows, as in --where \"status = 'complete'\""},
       {"out", "FILE", FLESH_OPTION_TEXT, &out, "write this file (default: standard output)"},

@@ -172,26 +172,6 @@ static int read_axis(flesh_sweep *sweep, const axis *a, const flesh_node *node)
   return FLESH_OK;
 }
 
-static int read_arguments(flesh_sweep *sweep, const flesh_node *list)
-{
-  char shown[FLESH_SHOW_SIZE];
-  if (!list || flesh_node_is_null(list)) return FLESH_OK;
-  if (list->kind != FLESH_NODE_LIST)
-    return flesh_node_fail(list, "arguments is %s; it must be a list of words", flesh_node_show(list, shown));
-  if (sweep->command == FLESH_SWEEP_RUN && list->count)
-    return flesh_node_fail(list, "arguments apply to drift, accuracy and hardcases; with run, give values in set");
-  sweep->arguments = flesh_arena_take(&sweep->arena, sizeof(char *) * (size_t)list->count);
-  if (!sweep->arguments) return flesh_sweep_no_memory();
-  for (const flesh_node *child = list->first; child; child = child->next) {
-    if (child->kind != FLESH_NODE_SCALAR)
-      return flesh_node_fail(child, "an argument is %s; it must be a word", flesh_node_show(child, shown));
-    if (!strncmp(child->text, "--out", 5) || !strncmp(child->text, "--set", 5))
-      return flesh_node_fail(child, "%s is an option that the sweep sets itself; give values in set", child->text);
-    sweep->arguments[sweep->argument_count++] = child->text;
-  }
-  return FLESH_OK;
-}
-
 static int taken(const flesh_sweep *sweep, int except, const char *name)
 {
   for (int c = 0; c < sweep->column_count; c++)
@@ -245,14 +225,9 @@ static int read_derived(flesh_sweep *sweep, const spec *s, const flesh_node *roo
 
 static int make(flesh_sweep *sweep, const spec *s, const flesh_node *root)
 {
-  static const char no_scene[] = "flesh hardcases has scenes of its own; --cases among the arguments chooses some";
-  sweep->command = s->command;
   sweep->scene = s->scene && *s->scene ? s->scene : NULL;
   sweep->scene_node = flesh_node_find(root, "scene");
-  if (!sweep->scene && s->command != FLESH_SWEEP_HARDCASES)
-    return flesh_node_fail(root, "scene is missing; it must be the path of a file");
-  if (sweep->scene && s->command == FLESH_SWEEP_HARDCASES)
-    return flesh_node_fail(sweep->scene_node, "%s", no_scene);
+  if (!sweep->scene) return flesh_node_fail(root, "scene is missing; it must be the path of a file");
   sweep->repeats = s->repeats;
   sweep->seed = s->seed == INT_MIN ? -1 : s->seed;
   sweep->keep = s->keep;
@@ -261,11 +236,8 @@ static int make(flesh_sweep *sweep, const spec *s, const flesh_node *root)
   const axis *axes = s->axes.values;
   const flesh_node *place = flesh_node_find(root, "axes");
   place = place ? place->first : NULL;
-  int status = read_arguments(sweep, s->arguments);
-  if (!status) status = flesh_settings_read(&sweep->arena, sweep->path, s->set, &sweep->set);
+  int status = flesh_settings_read(&sweep->arena, sweep->path, s->set, &sweep->set);
   for (int a = 0; !status && a < s->axes.count; a++, place = place->next) status = read_axis(sweep, &axes[a], place);
-  for (int c = 0; !status && c < sweep->column_count && s->command == FLESH_SWEEP_HARDCASES; c++)
-    if (!strcmp(sweep->columns[c].key, "scene")) status = flesh_node_fail(sweep->columns[c].place, "%s", no_scene);
   if (!status) status = name_columns(sweep);
   if (!status) status = read_derived(sweep, s, root);
   if (!status && (double)sweep->case_count * sweep->repeats > CASE_LIMIT)

@@ -25,9 +25,9 @@ typedef struct flesh_sweep_derived_row {
 
 typedef struct flesh_sweep_spec {
   char *title, *scene;
-  int command, repeats, seed, keep;
+  int repeats, seed, keep;
   double max_seconds;
-  const flesh_node *set, *arguments;
+  const flesh_node *set;
   flesh_objects axes, columns;
 } flesh_sweep_spec;
 

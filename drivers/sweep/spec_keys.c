@@ -15,7 +15,6 @@ typedef flesh_sweep_axis axis;
 typedef flesh_sweep_derived_row derived;
 typedef flesh_sweep_spec spec;
 
-const char *const flesh_sweep_commands[] = {"run", "drift", "accuracy", "hardcases", NULL};
 static const char *const spacings[] = {"linear", "logarithmic", NULL};
 
 static const flesh_key axis_table[];
@@ -67,10 +66,8 @@ static const flesh_key column_table[] = {
 const flesh_key flesh_sweep_spec_table[] = {
     {.name = "title", .type = FLESH_KEY_TEXT, .offset = offsetof(spec, title), .default_value = "",
      .doc = "what the sweep is for"},
-    {.name = "command", .type = FLESH_KEY_CHOICE, .offset = offsetof(spec, command), .choices = flesh_sweep_commands,
-     .default_value = "run", .doc = "what is done with the scene in each case"},
     {.name = "scene", .type = FLESH_KEY_PATH, .offset = offsetof(spec, scene), .default_value = "",
-     .doc = "relative to the spec; of every command but hardcases, which has scenes of its own"},
+     .doc = "what each case runs; relative to the spec"},
     {.name = "set", .type = FLESH_KEY_TREE, .offset = offsetof(spec, set), .default_value = "",
      .doc = "a mapping of values that all cases have: {time.end: 1, output.frame_interval: 0}"},
     {.name = "axes", .type = FLESH_KEY_OBJECTS, .offset = offsetof(spec, axes), .default_value = "[]",
@@ -85,8 +82,6 @@ const flesh_key flesh_sweep_spec_table[] = {
      .doc = "of each case; a case that has not stopped 2 s later is killed"},
     {.name = "keep", .type = FLESH_KEY_BOOLEAN, .offset = offsetof(spec, keep), .default_value = "false",
      .doc = "true: each case leaves its history, state and log in DIR/cases/ID"},
-    {.name = "arguments", .type = FLESH_KEY_TREE, .offset = offsetof(spec, arguments), .default_value = "",
-     .doc = "a list of further words of the command line of drift, accuracy or hardcases: [--quick]"},
     {.name = "columns", .type = FLESH_KEY_OBJECTS, .offset = offsetof(spec, columns), .default_value = "[]",
      .children = column_table, .child_size = sizeof(derived), .doc = "derived columns of the results"},
     {.name = NULL},
@@ -104,7 +99,6 @@ int flesh_sweep_no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of me
 
 int flesh_sweep_check_values(flesh_sweep *sweep)
 {
-  if (sweep->command == FLESH_SWEEP_HARDCASES) return FLESH_OK; /* its cases' scenes are made when they are run */
   const char **overrides = calloc((size_t)sweep->set.count + 1, sizeof *overrides);
   int status = overrides ? FLESH_OK : flesh_sweep_no_memory();
   for (int s = 0; !status && s <= sweep->set.count; s++) {
@@ -145,10 +139,9 @@ static void hash_text(SHA2_CTX *context, const char *text)
 static void hash_common(SHA2_CTX *context, const flesh_sweep *sweep)
 {
   char numbers[120];
-  snprintf(numbers, sizeof numbers, "%d %d %d %.17g", sweep->command, sweep->repeats > 1, sweep->seed, sweep->max_seconds);
+  snprintf(numbers, sizeof numbers, "0 %d %d %.17g", sweep->repeats > 1, sweep->seed, sweep->max_seconds);
   hash_text(context, numbers);
   for (int k = 0; k < sweep->set.count; k++) hash_text(context, sweep->set.texts[k]);
-  for (int k = 0; k < sweep->argument_count; k++) hash_text(context, sweep->arguments[k]);
   for (int k = 0; k < sweep->column_count; k++)
     hash_text(context, sweep->columns[k].name), hash_text(context, sweep->columns[k].key);
   for (int k = 0; k < sweep->derived_count; k++)
@@ -160,9 +153,9 @@ int flesh_sweep_make_fingerprint(flesh_sweep *sweep)
   SHA2_CTX context;
   SHA256Init(&context);
   /* Folders of cases have the numbers of the spec's cases, which must stay. */
-  if (flesh_sweep_has_folders(sweep)) hash_text(&context, sweep->text);
+  if (sweep->keep) hash_text(&context, sweep->text);
   else hash_common(&context, sweep);
-  int status = sweep->scene ? flesh_settings_hash_file(&context, sweep->scene) : FLESH_OK;
+  int status = flesh_settings_hash_file(&context, sweep->scene);
   for (int g = 0; !status && g < sweep->group_count; g++)
     for (int c = 0; !status && c < sweep->groups[g].columns; c++) {
       const flesh_sweep_column *column = &sweep->columns[sweep->groups[g].first + c];

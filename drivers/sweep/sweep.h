@@ -10,14 +10,6 @@
 #include "study/settings.h"
 #include "study/study.h"
 
-typedef enum flesh_sweep_command {
-  FLESH_SWEEP_RUN,
-  FLESH_SWEEP_DRIFT,
-  FLESH_SWEEP_ACCURACY,
-  FLESH_SWEEP_HARDCASES
-} flesh_sweep_command;
-extern const char *const flesh_sweep_commands[]; /* their names; NULL ends the list */
-
 /* A parameter that varies: a column of the database. Its values are YAML texts as they go to --set. */
 typedef struct flesh_sweep_column {
   const char *name;         /* of the column */
@@ -42,12 +34,9 @@ typedef struct flesh_sweep {
   flesh_arena arena;
   const char *path;         /* of the spec */
   char *text;               /* the spec as it stands; freed by flesh_sweep_close */
-  int command;              /* flesh_sweep_command */
   const char *scene;        /* path */
   const flesh_node *scene_node;
   flesh_settings set;       /* constants of all cases */
-  int argument_count; /* further words of the command line of drift, accuracy and hardcases */
-  const char **arguments;
   int column_count, group_count;
   flesh_sweep_column columns[FLESH_STUDY_COLUMNS];
   flesh_sweep_group groups[FLESH_STUDY_COLUMNS];
@@ -61,12 +50,6 @@ typedef struct flesh_sweep {
   char fingerprint[65]; /* of what the cases have in common: all of the spec but the values of its axes, and its scene */
   flesh_study_column described[FLESH_STUDY_COLUMNS]; /* the columns, for the study */
 } flesh_sweep;
-
-/* Whether each case has a folder of results. */
-static inline int flesh_sweep_has_folders(const flesh_sweep *sweep)
-{
-  return sweep->keep || sweep->command != FLESH_SWEEP_RUN;
-}
 
 /* Reads and checks a spec: every value of every axis is tried on the scene's keys. FLESH_ERR_ARGUMENT with
  * "file:line:column: ..." or FLESH_ERR_FILE. Zero-initialise; close in any case. */

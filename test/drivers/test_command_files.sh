@@ -57,7 +57,6 @@ every_command_claims_its_folder() {
       refused 3 'taken: another process' "$flesh" hardcases --cases 'twist*' --out taken &&
       refused 3 'taken: another process' "$flesh" bench --out taken &&
       refused 3 'taken: another process' "$flesh" material --out taken &&
-      refused 3 'taken: another process' "$flesh" check bar.yaml --dump taken &&
       refused 3 'taken: another process' "$flesh" skin apply binding.txt skin.obj run --out taken &&
       refused 3 'taken: another process' "$flesh" film run --out taken) || return 1
   [ "$(ls -A taken)" = .flesh.lock ]
@@ -140,8 +139,6 @@ other_commands_keep_what_they_read() {
   refused 2 'sweep.db: is read by' "$flesh" sweep export sweep/sweep.db --out sweep/sweep.db || return 1
   cp sweep/sweep.db sweep/odd.dat
   refused 2 'odd.dat: is read by' "$flesh" sweep plot sweep/odd.dat --x nu --y newton --out sweep/odd.png || return 1
-  cp bar.yaml dump.txt && mkdir -p dumped && cp bar.msh dumped && cp bar.yaml dumped/energy.txt || return 1
-  refused 2 'energy.txt: is read by' "$flesh" check dumped/energy.txt --dump dumped
 }
 
 # ---- nothing is left of what was killed ----

@@ -30,18 +30,6 @@ a_sweep() {
   expect 0 on_ranks 2 "$flesh" sweep short.yaml --out two --jobs 2 --shard 2/4 && has stdout.txt '^12 cases: 12 complete'
 }
 
-# A case of a sweep that is a command of its own does not take itself for a rank.
-a_sweep_of_comparisons() {
-  cat >compare.yaml <<END
-command: drift
-scene: $scenes/finger_pull_coarse.yaml
-arguments: [--energies, S, --poisson, '0.3', --solvers, guarded]
-set: {time.end: 1/30}
-axes: [{key: body.density, values: [1000, 2000, 3000]}]
-END
-  alike sweep compare.yaml && has stdout.txt '^3 cases: 3 complete'
-}
-
 a_drift() {
   alike drift "$scenes/finger_pull_coarse.yaml" --energies S,E --poisson 0.3,0.45 --set time.end=0.05 || return 1
   cmp alone/verdict.txt shared/verdict.txt
@@ -153,7 +141,7 @@ a_killed_rank_ends_all() {
 if [ "$numbers" = 3 ]; then
   run_tests a_sweep what_is_wrong_is_told_once a_signal_to_one_rank_ends_all
 else
-  run_tests a_sweep a_sweep_of_comparisons a_drift a_battery an_accuracy what_is_wrong_is_told_once \
+  run_tests a_sweep a_drift a_battery an_accuracy what_is_wrong_is_told_once \
     a_signal_to_one_rank_ends_all a_signal_ends_what_the_others_wait_for a_case_that_is_killed_is_a_row \
     a_killed_rank_ends_all
 fi

@@ -186,64 +186,6 @@ pictures_are_drawn() {
       has stderr.txt "; --by is one expression, as printf('%s, %s', nu, eta)"
 }
 
-drift_gives_rows_of_tables() {
-  cat >drift.yaml <<END
-command: drift
-scene: $data/scenes/finger_pull_coarse.yaml
-set: {time.end: 1/30}
-arguments: [--energies, S, --solvers, guarded, --poisson, 0.3]
-axes: [{key: time.step, values: [1/60, 1/30]}]
-columns: [{name: percent, is: 100 * max_volume_drift}]
-END
-  expect 0 "$flesh" sweep drift.yaml --out drift || return 1
-  [ "$("$flesh" sweep export drift/sweep.db --table rows --columns 'case_id,step,energy,tets,percent = 100 * max_volume_drift,newton_per_step > 0' | sed 1d)" = '1,0.016666666666666666,S,1474,1,1
-2,0.03333333333333333,S,1474,1,1' ] || { "$flesh" sweep export drift/sweep.db --table rows; return 1; }
-}
-
-accuracy_gives_rows_of_tables() {
-  cat >accuracy.yaml <<END
-command: accuracy
-scene: tiny.yaml
-set: {time.end: 1/10}
-arguments: [--quick, --methods, "midpoint,ida"]
-axes: [{key: body.material.poisson, name: nu, values: [0.3, 0.4]}]
-columns: [{name: duration, is: steps * value}]
-END
-  expect 0 "$flesh" sweep accuracy.yaml --out accuracy && has stdout.txt '^2 cases: 2 complete' || return 1
-  "$flesh" sweep export accuracy/sweep.db --table rows --columns case_id,nu,method,setting,steps,'round(duration, 9)' \
-    --where "method = 'midpoint' AND setting LIKE 'step%'" | sed 1d >table
-  # As many steps as the run is long, of the same settings in both cases.
-  grep -qx '1,0.3,midpoint,step=1/60,6,0.1' table && grep -qx '2,0.4,midpoint,step=1/240,24,0.1' table &&
-    [ "$(grep -c ^1 table)" -eq "$(grep -c ^2 table)" ] || { cat table; return 1; }
-  # A table row is what the command itself writes.
-  expect 0 "$flesh" accuracy tiny.yaml --quick --methods midpoint,ida --set time.end=1/10 \
-    --set body.material.poisson=0.4 --out alone || return 1
-  grep -v '^#' alone/accuracy.csv | sed 1d | cut -d, -f1-7 >expected
-  "$flesh" sweep export accuracy/sweep.db --table rows --where 'case_id = 2' \
-    --columns method,setting,steps,rejected,residual_evaluations,hessian_assemblies,newton | sed 1d >got
-  diff expected got && [ -s got ]
-}
-
-hardcases_gives_rows_of_tables() {
-  cat >hardcases.yaml <<END
-command: hardcases
-arguments: [--quick, --cases, "jitter20,mirrored", --energies, S, --poisson, 0.45]
-axes: [{key: solver.max_newton, values: [1, 50]}]
-END
-  expect 0 "$flesh" sweep hardcases.yaml --out hardcases && has stdout.txt '^2 cases: 2 complete' || return 1
-  "$flesh" sweep export hardcases/sweep.db --table rows --columns 'max_newton,"case",outcome,newton > 0' | sed 1d >table
-  printf '%s\n' 1,jitter20,stopped,1 1,mirrored,stopped,0 50,jitter20,recovered,1 50,mirrored,recovered,1 | diff - table ||
-    return 1
-  # What the command refuses is a row that says so.
-  sed -i 's/jitter20,mirrored/no_such_case/' hardcases.yaml
-  expect 2 "$flesh" sweep hardcases.yaml --out refused && has stdout.txt '2 refused' &&
-    [ "$(ask refused/sweep.db "status, exit_code, message LIKE '%no_such_case%'" 'id = 1')" = refused,2,1 ] || return 1
-  echo 'scene: tiny.yaml' >>hardcases.yaml
-  expect 2 "$flesh" sweep hardcases.yaml --out refused && has stderr.txt 'scenes of its own' || return 1
-  sed -i 's/^command: hardcases/command: hardcase/' hardcases.yaml
-  expect 2 "$flesh" sweep hardcases.yaml --out refused && has stderr.txt 'hardcases.yaml:1:10: command is hardcase; it must be '
-}
-
 ten_thousand_cases_are_planned_before_the_first_begins() {
   spec 'axes: [{key: body.material.young, from: 1e4, to: 1e6, count: 100}, {key: body.density, from: 1, to: 2, count: 100}]'
   "$flesh" sweep spec.yaml --out planned --jobs 1 --quiet 2>/dev/null &
@@ -298,6 +240,5 @@ snakemake_runs_the_shards() {
 
 run_tests a_plan_is_told_and_nothing_is_done a_row_is_what_a_run_gives failed_cases_are_rows bad_specs_are_refused \
   an_older_sweep_is_not_overwritten an_axis_may_grow shards_join_to_the_same_bits tables_are_exported near_values_are_told_apart pictures_are_drawn \
-  drift_gives_rows_of_tables accuracy_gives_rows_of_tables hardcases_gives_rows_of_tables \
   ten_thousand_cases_are_planned_before_the_first_begins ten_thousand_cases_are_planned the_shipped_sweeps_are_valid \
   gnu_parallel_runs_the_shards slurm_runs_the_shards snakemake_runs_the_shards

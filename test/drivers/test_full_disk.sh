@@ -54,7 +54,6 @@ skins_fill() {
   fills bind '0 4 8 100' "$flesh" skin bind bar.msh skin.obj --out disk/binding.txt &&
     fills apply '0 4 8 16 24 40 400' "$flesh" skin apply binding.txt skin.obj run --out disk/out --formats obj,pc2,vtu
 }
-check_fills() { fills check '0 4 8 32 64 600' "$flesh" check bar.yaml --dump disk/dump; }
 pictures_fill() {
   fills snap '0 4 8 16 200' "$flesh" snap run --out disk/snap.png --width 200 &&
     fills film '0 4 8 16 24 400' "$flesh" film run --out disk/film --width 100 &&
@@ -97,5 +96,5 @@ if [ "${1-}" = quick ]; then
   run_tests a_few_disks_fill
   exit
 fi
-run_tests run_fills run_with_a_skin_fills run_with_checkpoints_fills meshes_fill skins_fill check_fills pictures_fill material_fills drift_fills \
+run_tests run_fills run_with_a_skin_fills run_with_checkpoints_fills meshes_fill skins_fill pictures_fill material_fills drift_fills \
   accuracy_fills hardcases_fills bench_fills sweep_fills

@@ -281,10 +281,10 @@ def hardcases(out, overrides: Optional[Mapping] = None, **options) -> HardcasesR
 def sweep(spec, out, **options) -> SweepResult:
     """`flesh sweep`: many runs into one database. The spec is a path, or a dict with paths as seen from here."""
     if isinstance(spec, Mapping):
-        if "scene" not in spec and spec.get("command") != "hardcases":
+        if "scene" not in spec:
             raise ArgumentError("the sweep has no scene; spec['scene'] must be its path")
         os.makedirs(out, exist_ok=True)
-        given = {**spec, "scene": os.path.abspath(spec["scene"])} if "scene" in spec else spec
+        given = {**spec, "scene": os.path.abspath(spec["scene"])}
         spec = os.path.join(out, "spec.yaml")
         with open(spec, "w", encoding="utf-8") as file:
             file.write(_flow(given) + "\n")

@@ -82,7 +82,7 @@ static const char results[] =
 
 static flesh_study study_of(plan *p)
 {
-  return (flesh_study){.name = "slump", .command = "run", .fingerprint = p->fingerprint,
+  return (flesh_study){.name = "slump", .fingerprint = p->fingerprint,
                        .different = "its scene was another", .column_count = 1, .columns = columns,
                        .case_count = p->count, .data = p, .make = make_case, .fields = fields, .work = do_case,
                        .results = {results}};

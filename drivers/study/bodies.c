@@ -1,0 +1,173 @@
+/* bodies.c: pictures of the bodies of a study's cases, by the tables that its SQL has made. */
+#include "study/bodies.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "base/text.h"
+#include "picture/picture.h"
+#include "picture/picture_body.h"
+#include "run/run_folder.h"
+#include "study/database.h"
+
+/* What a panel shows. */
+typedef struct shown {
+  char *title, *subtitle;
+  flesh_mesh *mesh; /* owned; NULL: that of the panel before, or none */
+  flesh_body body;
+  double *x, *J;
+} shown;
+
+typedef struct gallery {
+  const flesh_study *study;
+  const char *out;
+  int count;
+  shown *bodies;
+  flesh_picture_options options;
+} gallery;
+
+static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory"); }
+
+/* Into a box about the origin whose side is the body's length: a body that is held about where it rests, another in its
+ * middle. Returns by how much it is shown smaller where it is far larger than the picture, 1 or less. */
+static double centre(const flesh_mesh_info *info, int is_held, double *x)
+{
+  const double reach = 1.05; /* of a picture, in lengths */
+  double middle[3], largest = 0, length = 0; /* a block of 2 x 1 x 1 and its diagonal make 1 */
+  for (int c = 0; c < 3; c++) {
+    double low = is_held ? info->low[c] : INFINITY, high = is_held ? info->high[c] : -INFINITY;
+    for (int i = 0; i < info->nodes && !is_held; i++) low = fmin(low, x[3 * i + c]), high = fmax(high, x[3 * i + c]);
+    middle[c] = 0.5 * (low + high);
+    length += pow(info->high[c] - info->low[c], 2);
+  }
+  length = sqrt(length / 1.5);
+  for (int d = 0; d < 3 * info->nodes; d++) largest = fmax(largest, fabs(x[d] = (x[d] - middle[d % 3]) / length));
+  for (int d = 0; d < 3 * info->nodes && largest > reach; d++) x[d] *= reach / largest;
+  return largest > reach ? reach / largest : 1;
+}
+
+/* Whether the body is within twice its size of where it rests. */
+static int is_near(const flesh_mesh_info *info, const double *x)
+{
+  double reach = 0;
+  for (int c = 0; c < 3; c++) reach = fmax(reach, 2 * (info->high[c] - info->low[c]));
+  for (int d = 0; d < 3 * info->nodes; d++)
+    if (!(x[d] > info->low[d % 3] - reach && x[d] < info->high[d % 3] + reach)) return 0;
+  return 1;
+}
+
+/* The positions in the first of the row's files that is there; at rest where it names none. New, or NULL. */
+static double *read_positions(const gallery *g, sqlite3_stmt *row, const flesh_mesh *mesh)
+{
+  const int nodes = flesh_mesh_node_count(mesh);
+  const size_t size = 3 * (size_t)nodes * sizeof(double);
+  double *x = NULL;
+  if (sqlite3_column_type(row, 4) == SQLITE_NULL) return (x = malloc(size)) ? memcpy(x, flesh_mesh_positions(mesh), size) : x;
+  for (int k = 4; k < 6 && !x && sqlite3_column_type(row, k) != SQLITE_NULL; k++) {
+    char *path = flesh_text_new("%s/%s", g->out, (const char *)sqlite3_column_text(row, k));
+    if (path) x = flesh_run_positions(path, nodes);
+    free(path);
+  }
+  return x;
+}
+
+/* A row of `panels`. `told`: the title says by how much the body is shown smaller. */
+static int take_panel(gallery *g, sqlite3_stmt *row, int told, int *last)
+{
+  shown *s = &g->bodies[g->count++];
+  s->title = strdup((const char *)sqlite3_column_text(row, 1));
+  s->subtitle = strdup((const char *)sqlite3_column_text(row, 2));
+  if (!s->title || !s->subtitle) return no_memory();
+  if (sqlite3_column_type(row, 0) == SQLITE_NULL) return FLESH_OK;
+  const int number = sqlite3_column_int(row, 0);
+  int status = number == *last ? FLESH_OK : g->study->body(g->study->data, number, &s->mesh, &g->options.camera);
+  if (status) return status;
+  s->body.mesh = number == *last ? s[-1].body.mesh : s->mesh;
+  *last = number;
+  if (!(s->x = read_positions(g, row, s->body.mesh))) return FLESH_OK;
+  s->J = malloc(2 * sizeof(double) * (size_t)flesh_mesh_tet_count(s->body.mesh));
+  if (!s->J) return no_memory();
+  flesh_picture_jacobians(s->body.mesh, s->x, s->J);
+  flesh_mesh_info info;
+  flesh_mesh_inspect(s->body.mesh, &info);
+  if (sqlite3_column_type(row, 3) == SQLITE_NULL) {
+    if (!is_near(&info, s->x)) free(s->x), s->x = NULL;
+    return FLESH_OK;
+  }
+  const double shrunk = centre(&info, sqlite3_column_int(row, 3), s->x);
+  if (!told || !(shrunk < 1)) return FLESH_OK;
+  char *title = flesh_text_new("%s (1:%.2g)", s->title, 1 / shrunk);
+  if (!title) return no_memory();
+  free(s->title);
+  s->title = title;
+  return FLESH_OK;
+}
+
+static void close_gallery(gallery *g)
+{
+  for (int k = 0; g->bodies && k < g->count; k++) {
+    free(g->bodies[k].title), free(g->bodies[k].subtitle), free(g->bodies[k].x), free(g->bodies[k].J);
+    flesh_mesh_destroy(&g->bodies[k].mesh);
+  }
+  free(g->bodies);
+}
+
+static int draw(const gallery *g, const char *name)
+{
+  flesh_picture_panel *panels = calloc((size_t)g->count + 1, sizeof *panels);
+  char *path = flesh_text_new("%s/%s.png", g->out, name);
+  int status = panels && path ? FLESH_OK : no_memory();
+  for (int k = 0; k < g->count && !status; k++) {
+    const shown *s = &g->bodies[k];
+    panels[k] = (flesh_picture_panel){.title = s->title, .subtitle = s->subtitle, .body = &s->body, .x = s->x, .J = s->J};
+  }
+  if (!status) status = flesh_picture(path, g->count, panels, &g->options, NULL);
+  free(panels);
+  free(path);
+  return status;
+}
+
+static void number_of(sqlite3_stmt *row, int column, double *value)
+{
+  if (sqlite3_column_type(row, column) != SQLITE_NULL) *value = sqlite3_column_double(row, column);
+}
+
+/* A row of `pictures`, whose panels `query` finds by its name. */
+static int draw_picture(const flesh_study *study, const char *out, sqlite3_stmt *row, sqlite3_stmt *query)
+{
+  gallery g = {.study = study, .out = out, .bodies = calloc((size_t)sqlite3_column_int(row, 1) + 1, sizeof *g.bodies)};
+  int last = -1, status = g.bodies ? FLESH_OK : no_memory();
+  flesh_picture_options_default(&g.options);
+  g.options.columns = sqlite3_column_int(row, 2);
+  g.options.width = sqlite3_column_int(row, 3);
+  g.options.height = sqlite3_column_int(row, 4);
+  g.options.edges = sqlite3_column_int(row, 5);
+  number_of(row, 6, &g.options.low);
+  number_of(row, 7, &g.options.high);
+  sqlite3_reset(query);
+  sqlite3_bind_value(query, 1, sqlite3_column_value(row, 0));
+  while (!status && g.count < sqlite3_column_int(row, 1) && sqlite3_step(query) == SQLITE_ROW)
+    status = take_panel(&g, query, sqlite3_column_int(row, 9), &last);
+  number_of(row, 8, &g.options.camera.height);
+  if (!status) status = draw(&g, (const char *)sqlite3_column_text(row, 0));
+  close_gallery(&g);
+  return status;
+}
+
+void flesh_study_draw_bodies(const flesh_study *study, sqlite3 *database, const char *out, flesh_plot_outcome *outcome)
+{
+  sqlite3_stmt *pictures = NULL, *panels = NULL;
+  int code = SQLITE_DONE;
+  if (!sqlite3_prepare_v2(database, "SELECT picture, count(*), columns, width, height, edges, low, high, view, told "
+                                    "FROM pictures JOIN panels USING (picture) GROUP BY picture ORDER BY min(number)",
+                          -1, &pictures, NULL) &&
+      !sqlite3_prepare_v2(database, "SELECT number, title, subtitle, held, file, otherwise FROM panels WHERE picture = ? "
+                                    "ORDER BY place", -1, &panels, NULL))
+    while ((code = sqlite3_step(pictures)) == SQLITE_ROW)
+      flesh_plot_note(outcome, draw_picture(study, out, pictures, panels));
+  if (!panels || code != SQLITE_DONE) flesh_plot_note(outcome, flesh_database_fail(database, out, "cannot be asked for panels"));
+  sqlite3_finalize(pictures);
+  sqlite3_finalize(panels);
+}
