@@ -29,8 +29,9 @@ FROM sets ORDER BY place, first;
 
 -- The excess without it, and in which set it saves most: of Newton iterations, or of CPU time where that is 2 s or more.
 CREATE TEMP VIEW saved AS
-SELECT technique, place, first, element, poisson, grp, max(
-    coalesce(iif(newton_default > 0, newton_without / newton_default - 1, NULL), cpu), coalesce(cpu, newton_without / newton_default - 1)) AS most
+SELECT technique, place, first, element, poisson, grp,
+  max(coalesce(iif(newton_default > 0, newton_without / newton_default - 1, NULL), cpu),
+    coalesce(cpu, newton_without / newton_default - 1)) AS most
 FROM (SELECT *, iif(cpu_default >= 2, cpu_without / cpu_default - 1, NULL) AS cpu FROM sets);
 CREATE TEMP TABLE worth AS
 SELECT s.technique, s.place, sum(failed_default) AS failed_default, sum(failed_without) AS failed_without,

@@ -38,16 +38,19 @@ ORDER BY work DESC, at;
 -- to verdict.txt
 SELECT printf('
 reference: %s
-  they differ by %s m rms, the last refinement changed the first by %s m, interpolation between its %d times adds %s m: errors below %s m (%s %% of the motion) are not reported
+  they differ by %s m rms, the last refinement changed the first by %s m, interpolation between its %d times adds %s m: ' ||
+  'errors below %s m (%s %% of the motion) are not reported
   motion: %s m rms, node %d moves most, %s m', words, number('%.2e', apart), number('%.2e', "change"), times,
     number('%.2e', between_times), number('%.2e', known), number('%.2g', 100 * known / motion), number('%.3g', motion), tip,
     number('%.3g', tip_motion)) || iif(period IS NULL, '; too short to show a period', printf(', period %s s', number('%.3g',
       period))) ||
   iif(known > 0.01 * motion, '
-  warning: this motion cannot be followed that far by any method: nearby states part too fast. A shorter --set time.end, or more --reference-seconds, may help.', '')
+  warning: this motion cannot be followed that far by any method: ' ||
+  'nearby states part too fast. A shorter --set time.end, or more --reference-seconds, may help.', '')
 FROM reference;
 -- to verdict.txt
-SELECT 'times: CPU time of the integration alone; times that differ by less than a tenth, or by less than repeats do, count as equal' ||
+SELECT 'times: CPU time of the integration alone; times that differ by less than a tenth, ' ||
+  'or by less than repeats do, count as equal' ||
   iif(total(wall_s_min) > 1.2 * total(cpu_s) AND total(cpu_s) > 0,
     printf('. The machine was busy: on the wall the runs took %s times that', number('%.1f',
       total(wall_s_min) / total(cpu_s))), '')
@@ -124,7 +127,8 @@ SELECT text FROM (
       number('%.3g', s.cpu_s / b.cpu_s),
       number('%.3g', 1.0 * s.steps / b.steps)) || iif(curve IS NULL, '',
       printf(' (%s times in time, interpolated between settings)', number('%.3g', curve))) || '.'
-    WHEN o.cpu_s > b.cpu_s THEN printf('  Backward Euler would cost more than %s times as much: its best run takes that and does not reach it.',
+    WHEN o.cpu_s > b.cpu_s THEN printf('  Backward Euler would cost more than %s times as much: ' ||
+      'its best run takes that and does not reach it.',
       number('%.3g', o.cpu_s / b.cpu_s))
     ELSE '  Backward Euler does not reach it at any step that was measured.' END
   FROM euler JOIN runs b ON b.number = best LEFT JOIN runs s ON s.number = reached LEFT JOIN runs o ON o.number = otherwise
@@ -135,7 +139,8 @@ WHERE share IN (SELECT share FROM shares WHERE is_known) OR at = 0 ORDER BY shar
 
 -- to verdict.txt
 SELECT '
-Orders, fitted where they hold: over neighbouring runs whose slopes agree within 15 %, with errors from ten times the reference''s uncertainty to a tenth of the motion:';
+Orders, fitted where they hold: over neighbouring runs whose slopes agree within 15 %, ' ||
+  'with errors from ten times the reference''s uncertainty to a tenth of the motion:';
 -- to verdict.txt
 SELECT printf('  %-18s ', method) || CASE
   WHEN points THEN printf('error ~ %s^%s ± %s (%d runs)', against, number('%.3f', slope), number('%.3f', slope_error), points)
@@ -188,9 +193,11 @@ set yrange [*:200]
   column1,
     column2, column2), char(10)) FROM (VALUES (1, 1), (2, 0.1), (3, 0.01))) || '
 plot ' ||
-  (SELECT group_concat(printf('%scolumn(''%s'') : NaN):(100*column(''error_over_motion'')) with linespoints lw 2 pt %d ps 0.9 lc rgb ''%s'' title %s, \
+  (SELECT group_concat(printf('%scolumn(''%s'') : NaN):(100*column(''error_over_motion'')) ' ||
+    'with linespoints lw 2 pt %d ps 0.9 lc rgb ''%s'' title %s, \
      ', rows, cost, mark, colour, quoted(legend)), '') FROM legends) ||
-  printf('''accuracy.csv'' using (column(''%s'') == 1 ? column(''%s'') : NaN):(100*column(''error_over_motion'')) with points pt 6 ps 2.4 lw 1.5 lc rgb ''#202020'' title ''nothing better for less'', \
+  printf('''accuracy.csv'' using (column(''%s'') == 1 ? column(''%s'') : NaN):(100*column(''error_over_motion'')) ' ||
+    'with points pt 6 ps 2.4 lw 1.5 lc rgb ''#202020'' title ''nothing better for less'', \
      %s with lines dt 2 lc rgb ''#909090'' title ''reference known to %s %%''', front, cost,
     iif(known > (SELECT min(error) FROM done) / 100, number('%.17g', 100 * known / motion), 'NaN'), number('%.1g',
       100 * known / motion)) AS text
@@ -250,7 +257,8 @@ SELECT method, first, y,
 FROM (SELECT * FROM shades JOIN (SELECT 'h' AS y UNION ALL SELECT 'order') ORDER BY number) GROUP BY method, y;
 -- to steps.gp
 SELECT plot('steps', width, 760, NULL, NULL, NULL) ||
-  printf('set multiplot layout 2,%d title ''Steps and orders that the adaptive methods chose, by tolerance'' font '',13'' margins screen %.4f,%.4f,0.08,0.88 spacing screen %.4f,0.1
+  printf('set multiplot layout 2,%d title ''Steps and orders that the adaptive methods chose, by tolerance'' font '',13'' ' ||
+    'margins screen %.4f,%.4f,0.08,0.88 spacing screen %.4f,0.1
 set xrange [%s:%s]
 set xlabel ''t [s]''
 unset key

@@ -139,7 +139,8 @@ ORDER BY at, kind, number;
 
 -- to verdict.txt
 SELECT '
-One mesh and one element: the error of the mesh in these figures is not known. A second mesh, --refine 0,1 or --elements tet4,tet10-mean shows it.'
+One mesh and one element: the error of the mesh in these figures is not known. ' ||
+  'A second mesh, --refine 0,1 or --elements tet4,tet10-mean shows it.'
 WHERE (SELECT count(*) FROM finest) < 2;
 
 -- The figures of all scenes, each with what it is off the finest one.
@@ -184,8 +185,10 @@ ORDER BY s.first, c.number;
 
 -- Two locked meshes differ by less than either is off.
 -- to verdict.txt
-SELECT printf('Four-node tets lock at poisson %s: their error exceeds the difference of two meshes. --elements tet4,tet10-mean shows it.',
+SELECT printf('Four-node tets lock at poisson %s: ' ||
+  'their error exceeds the difference of two meshes. --elements tet4,tet10-mean shows it.',
   (SELECT number('%g', max(poisson)) FROM runs)) FROM best WHERE tets AND kind = 1 AND (SELECT max(poisson) FROM runs) >= 0.47;
 -- to verdict.txt
-SELECT scene || ' has a load at single nodes: its dent deepens with every refinement, and figures do not converge; let it act on an area or a radius.'
+SELECT scene || ' has a load at single nodes: its dent deepens with every refinement, ' ||
+  'and figures do not converge; let it act on an area or a radius.'
 FROM scenes WHERE point_load ORDER BY first LIMIT 1;

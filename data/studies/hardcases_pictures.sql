@@ -20,9 +20,10 @@ CREATE TEMP TABLE sheet_rows AS
 SELECT name, row_number() OVER (ORDER BY min(number)) AS line FROM runs GROUP BY name;
 
 CREATE TEMP TABLE pictures AS
-SELECT DISTINCT 'frames_' || grp AS picture, iif(strips > 1, 8, 4) AS columns, 190 AS width, 130 AS height, 1 AS edges, 0.5 AS low,
-  1.5 AS high, 1.5 AS view, 1 AS told FROM strips
-UNION ALL SELECT DISTINCT 'sheet_' || replace(sheet, ' ', '_'), columns, 112, 70, 0, 0.5, 1.5, 1.2, 0 FROM sheets WHERE columns > 1;
+SELECT DISTINCT 'frames_' || grp AS picture, iif(strips > 1, 8, 4) AS columns, 190 AS width, 130 AS height, 1 AS edges,
+  0.5 AS low, 1.5 AS high, 1.5 AS view, 1 AS told FROM strips
+UNION ALL
+SELECT DISTINCT 'sheet_' || replace(sheet, ' ', '_'), columns, 112, 70, 0, 0.5, 1.5, 1.2, 0 FROM sheets WHERE columns > 1;
 CREATE TEMP TABLE panels AS
 WITH frames (frame, word, file, otherwise) AS (VALUES (0, 'start', 'start.txt', NULL), (1, 'first step', 'frame_first.txt', NULL),
   (2, 'a tenth', 'frame_early.txt', NULL), (3, 'end', 'release/state.txt', 'out/state.txt'))

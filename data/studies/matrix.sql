@@ -70,7 +70,11 @@ unset key', number('%.6f', 190.0 / width), number('%.6f', right / width), number
     quoted(title), number('%g', s + 0.4), number('%.6f', 1 - 222.0 / height)) FROM matrix_columns JOIN sizes
   UNION ALL
   SELECT 6, 0, printf('set label ''Hard cases: what became of them'' at screen %s,%s left font '',13''
-set label "Recovered: simulated time until at rest for good (statics: Newton iterations); untangled: after tangles in equilibrium were left through softer materials.\nNot recovered: distance from rest in body lengths, or inverted tets;\nmin: the end is a true local minimum. Several seeds: how many recovered.\nColumns: energy, Poisson''s ratio, solver." at screen %s,%s left noenhanced font '',9'' textcolor rgb ''#606060''',
+set label "Recovered: simulated time until at rest for good (statics: Newton iterations); ' ||
+    'untangled: after tangles in equilibrium were left through softer materials.\n' ||
+    'Not recovered: distance from rest in body lengths, or inverted tets;\nmin: the end is a true local minimum. ' ||
+    'Several seeds: how many recovered.\nColumns: energy, Poisson''s ratio, solver." ' ||
+    'at screen %s,%s left noenhanced font '',9'' textcolor rgb ''#606060''',
     number('%.6f', 10.0 / width), number('%.6f', 1 - 20.0 / height), number('%.6f', 10.0 / width), number('%.6f',
       1 - 44.0 / height))
   FROM sizes

@@ -1,5 +1,5 @@
--- mesh.sql: the errors of meshes of `flesh accuracy --mesh` as tables, with what reaches an error in the least time; mesh_words.sql
--- tells of them. The tables of runs.sql are there.
+-- mesh.sql: the errors of meshes of `flesh accuracy --mesh` as tables, with what reaches an error in the least time;
+-- mesh_words.sql tells of them. The tables of runs.sql are there.
 
 -- The one row of all runs on meshes (shared_method NULL: in equilibrium), and what was found of them, lengths in m.
 CREATE TEMP TABLE about AS

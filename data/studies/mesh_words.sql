@@ -112,7 +112,8 @@ SELECT 'Order of convergence in the size of the cells: ' || words || ' (corners 
 FROM (SELECT group_concat(printf('%s %s', element, number('%.2g', "order")), ', ') AS words
   FROM (SELECT * FROM limits WHERE levels > 2 ORDER BY place DESC)) WHERE words IS NOT NULL;
 -- to mesh.txt
-SELECT printf('warning: %s acts at single nodes: its dent deepens with every refinement, and these errors do not converge; let it act on an area or a radius.', point_load)
+SELECT printf('warning: %s acts at single nodes: its dent deepens with every refinement, ' ||
+  'and these errors do not converge; let it act on an area or a radius.', point_load)
 FROM about JOIN known WHERE point_load <> '' AND first IS NOT NULL;
 
 -- to work_mesh.gp
@@ -120,7 +121,8 @@ SELECT plot('work_mesh', 900, 560, 'What the accuracy of the mesh costs', 'CPU t
     'error of the mesh: rms, worst over time [% of the motion]') || 'set logscale xy
 set format xy ''%g''
 plot ' ||
-  (SELECT group_concat(printf('''mesh.csv'' using (strcol(''element'') eq ''%s'' ? column(''cpu_s'') : NaN):(100*column(''error_over_motion'')) with linespoints lw 2 pt %d lc rgb ''%s'' title ''%s'', \
+  (SELECT group_concat(printf('''mesh.csv'' using (strcol(''element'') eq ''%s'' ' ||
+    '? column(''cpu_s'') : NaN):(100*column(''error_over_motion'')) with linespoints lw 2 pt %d lc rgb ''%s'' title ''%s'', \
      ', column1, column2, column3, column1), '') FROM (VALUES ('tet4', 7, '#d55e00'), ('tet10', 5, '#56b4e9'), ('tet10-mean',
        9, '#0072b2'))) ||
   printf('%s with lines dt 2 lc rgb ''#909090'' title ''reference known to %s %%''', number('%.17g', 100 * open),

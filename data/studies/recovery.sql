@@ -39,7 +39,8 @@ SELECT number, promised, printf('  %s, %s%s: %s', name, title, iif(random, ', se
   AS words
 FROM judged WHERE fails;
 -- to verdict.txt
-SELECT printf('%sPromised to come back (S and E, tet4, default solver; above nu = 0.495 not from scramble or point): %d of %d do%s',
+SELECT printf('%sPromised to come back (S and E, tet4, default solver; above nu = 0.495 not from scramble or point): ' ||
+  '%d of %d do%s',
   char(10), total(passes), count(*), iif(sum(fails), '; these do not:', '.'))
 FROM judged WHERE promised AND outcome <> 'not run';
 -- to verdict.txt

@@ -31,7 +31,8 @@ static int parse_cells(const char *item, int cells[3])
 static int take_size(void *data, const char *item)
 {
   flesh_bench_plan *plan = data;
-  if (plan->size_count == FLESH_BENCH_LIST) return flesh_fail(FLESH_ERR_ARGUMENT, "--cells has more than %d values", FLESH_BENCH_LIST);
+  if (plan->size_count == FLESH_BENCH_LIST)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "--cells has more than %d values", FLESH_BENCH_LIST);
   int *cells = plan->sizes[plan->size_count];
   double tets;
   if (parse_cells(item, cells)) {

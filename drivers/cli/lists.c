@@ -122,7 +122,8 @@ static int take_energy(void *data, const char *item)
   flesh_constants constants = flesh_form_default_constants(energy);
   if (dot) status = flesh_constants_from_name(dot + 1, &constants);
   for (int k = 0; k < *e->count && !status; k++)
-    if (e->energies[k] == energy && (!e->constants || e->constants[k] == constants)) status = flesh_list_fail_twice(e->option, item);
+    if (e->energies[k] == energy && (!e->constants || e->constants[k] == constants))
+      status = flesh_list_fail_twice(e->option, item);
   if (!status && *e->count == e->room)
     status = flesh_fail(FLESH_ERR_ARGUMENT, "--%s has more than %d values", e->option, e->room);
   if (status) return status;

@@ -52,7 +52,8 @@ static const flesh_key release_table[] = {
 static const flesh_key case_table[] = {
     {.name = "name", .type = FLESH_KEY_TEXT, AT(row.name),
      .doc = "of the case and of its runs' folders, at most 40 letters, digits and _.-+"},
-    {.name = "group", .type = FLESH_KEY_TEXT, AT(row.group), .doc = "cases that stand together in pictures; --cases takes it, too"},
+    {.name = "group", .type = FLESH_KEY_TEXT, AT(row.group),
+     .doc = "cases that stand together in pictures; --cases takes it, too"},
     {.name = "doc", .type = FLESH_KEY_TEXT, AT(row.doc), .doc = "what happens, on a line"},
     {.name = "mesh", .type = FLESH_KEY_CHOICE, AT(row.mesh), .choices = meshes, .default_value = "block",
      .doc = "body; --meshes replaces it"},

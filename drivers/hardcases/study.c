@@ -115,17 +115,16 @@ static json_t *facts_of(const void *data, int number)
   flesh_hardcases_run_folder(run, folder);
   flesh_hardcases_setting_title(s, title);
   flesh_hardcases_setting_title(&alike, sheet);
-  return json_pack("{ss ss si ss ss sf sf ss ss ss sb sb sb ss sf so so si ss sf sf sb sb}", "case", run->row->name, "group", run->row->group,
-                   "seed", run->seed, "energy", flesh_energy_name(s->energy), "constants",
-                   flesh_constants_name(s->constants), "poisson", flesh_hardcases_poisson(run), "step",
-                   run->row->step > 0 ? run->row->step : s->step, "solver", flesh_hardcases_solver_name(s->solver),
-                   "element", flesh_element_name(s->element), "mesh", s->body ? s->body->name : "", "static",
-                   (flags & FLESH_HARDCASES_STATIC) != 0, "random", (flags & FLESH_HARDCASES_RANDOM) != 0, "hardest",
-                   (flags & FLESH_HARDCASES_HARDEST) != 0, "title", title, "own_poisson",
-                   run->row->poisson > 0 ? run->row->poisson : 0.0, "folder", flesh_json_text(folder), "out",
-                   flesh_json_text(plan->out), "setting", (int)(s - plan->settings), "sheet", sheet, "setting_poisson", s->poisson,
-                   "setting_step", s->step, "held", (flags & FLESH_HARDCASES_PINNED) != 0, "first_of_own",
-                   s->first_poisson && !isnan(run->row->poisson));
+  return json_pack(
+      "{ss ss si ss ss sf sf ss ss ss sb sb sb ss sf so so si ss sf sf sb sb}", "case", run->row->name, "group", run->row->group,
+      "seed", run->seed, "energy", flesh_energy_name(s->energy), "constants", flesh_constants_name(s->constants), "poisson",
+      flesh_hardcases_poisson(run), "step", run->row->step > 0 ? run->row->step : s->step, "solver",
+      flesh_hardcases_solver_name(s->solver), "element", flesh_element_name(s->element), "mesh", s->body ? s->body->name : "",
+      "static", (flags & FLESH_HARDCASES_STATIC) != 0, "random", (flags & FLESH_HARDCASES_RANDOM) != 0, "hardest",
+      (flags & FLESH_HARDCASES_HARDEST) != 0, "title", title, "own_poisson", run->row->poisson > 0 ? run->row->poisson : 0.0,
+      "folder", flesh_json_text(folder), "out", flesh_json_text(plan->out), "setting", (int)(s - plan->settings), "sheet", sheet,
+      "setting_poisson", s->poisson, "setting_step", s->step, "held", (flags & FLESH_HARDCASES_PINNED) != 0, "first_of_own",
+      s->first_poisson && !isnan(run->row->poisson));
 }
 
 static int make_body(const void *data, int number, flesh_mesh **mesh, flesh_camera *camera)

@@ -12,7 +12,7 @@
 #include "run/run_folder.h"
 #include "study/database.h"
 
-/* What a panel shows. */
+/* A panel shows this. */
 typedef struct shown {
   char *title, *subtitle;
   flesh_mesh *mesh; /* owned; NULL: that of the panel before, or none */
