@@ -2,6 +2,23 @@
 -- `drawn` the cases by series s and place x, y: mean, least and most of their values, how many have one (valued), how many
 -- have none (bare), and why.
 
+-- to error
+SELECT CASE
+    WHEN series = 0 THEN path || ': ' || coalesce('no case fits --where ' || "where", 'there are no cases')
+    WHEN series > 2000 AND "by" IS NOT NULL THEN "by" || ' has more than 2000 values; narrow it by --where'
+    WHEN along > 2000 THEN x || ' has more than 2000 values; narrow it by --where'
+    WHEN up > 2000 AND z IS NOT NULL THEN y || ' has more than 2000 values; narrow it by --where'
+    WHEN series > 36 AND z IS NOT NULL THEN
+      printf('--by %s has %d values; there is room for 36 maps; narrow it by --where', "by", series)
+    WHEN z IS NOT NULL AND NOT EXISTS (SELECT 1 FROM drawn WHERE valued AND abs(mean) < 9e999) THEN
+      printf('%s: no complete case has a value of %s', path, z)
+    WHEN z IS NULL AND NOT EXISTS (SELECT 1 FROM drawn d WHERE valued AND NOT (log LIKE '%y%' AND NOT least > 0) AND
+      NOT (log LIKE '%x%' AND NOT d.x > 0 AND (SELECT min(typeof(x) IN ('integer', 'real')) FROM drawn))) THEN
+      printf('%s: no case has a value of %s that could be drawn', path, y)
+  END AS sentence
+FROM asked, (SELECT count(*) AS series FROM (SELECT DISTINCT s FROM drawn)), (SELECT count(*) AS along FROM
+  (SELECT DISTINCT x FROM drawn)), (SELECT count(*) AS up FROM (SELECT DISTINCT y FROM drawn)) WHERE sentence IS NOT NULL;
+
 CREATE TEMP TABLE placed AS
 SELECT *, dense_rank() OVER (ORDER BY s) - 1 AS s_place, dense_rank() OVER (ORDER BY x) - 1 AS x_place,
   dense_rank() OVER (ORDER BY y) - 1 AS y_place FROM drawn;

@@ -72,7 +72,8 @@ set xlabel ''%s'' font '',9''
 %s
 plot %s', quoted(element || ': ' || title), iif(m = 4, '[8:131072]', '[1:32]'),
     iif(m = 4, '8,8', 'autofreq'), iif(m = 4, 'linear iterations', 'times the least cost'),
-    iif(first = (SELECT min(first) FROM elements) AND m = 1, 'set key right bottom noenhanced font '',8'' spacing 0.9', 'unset key'),
+    iif(first = (SELECT min(first) FROM elements) AND m = 1,
+      'set key right bottom noenhanced font '',8'' spacing 0.9', 'unset key'),
     (SELECT group_concat(printf(
       '''profiles.csv'' using (strcol(''element'') eq ''%s'' && strcol(''measure'') eq ''%s'' && strcol(''filter'') eq ''%s'' ' ||
       '? column(''tau'') : NaN):(100*column(''share'')) with steps lw 2%s lc rgb ''%s'' title %s',

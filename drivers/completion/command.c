@@ -9,11 +9,6 @@
 #include "cli/options.h"
 #include "study/embedded.h"
 
-static const char details[] =
-    "Completes commands, options, the keys of a scene after --set, and values where there is a list of them; else\n"
-    "files. `meson install` installs both; without that:\n\n"
-    "  eval \"$(flesh completion bash)\"\n";
-
 static void print_commands(int zsh)
 {
   printf(zsh ? "_flesh_commands=(" : "_flesh_commands='");
@@ -54,8 +49,8 @@ static void print_branches(int zsh)
 int flesh_command_completion(int argc, char **argv)
 {
   static const flesh_option none[] = {{0}};
-  static const flesh_usage usage = {"completion", "bash|zsh", "Prints what a shell completes command lines with.", details, 1,
-                                    1,            none,       NULL, 0};
+  const flesh_usage usage = {"completion", "bash|zsh", "Prints what a shell completes command lines with.",
+                             flesh_own_text("completion_help"), 1, 1, none, NULL, 0};
   int count, code = flesh_options_read(&usage, argc, argv, &count);
   if (code != FLESH_OPTIONS_GO_ON) return code;
   const int zsh = !strcmp(argv[1], "zsh");

@@ -18,6 +18,7 @@
 #include "cli/output.h"
 #include "picture/program.h"
 #include "picture/snapshot.h"
+#include "study/embedded.h"
 
 enum { PATH_SIZE = 4096 };
 
@@ -199,18 +200,9 @@ int flesh_command_film(int argc, char **argv)
       {"keep", NULL, FLESH_OPTION_SWITCH, &f.keep, "keep the pictures, in FILE_frames, beside the video"},
       FLESH_SNAPSHOT_OPTIONS(f.snapshot),
       {.name = NULL}};
-  const flesh_usage usage = {
-      .command = "film",
-      .exits = FLESH_EXITS_OF_INTERRUPTS,
-      .positionals = "RUN... --out FILE",
-      .summary = "Films runs side by side, seen by one camera and coloured on one scale.",
-      .details = "RUN is the folder that `flesh run` has filled; the times are those of the run with\n"
-                 "most frames, of the others the frames nearest in time. The pictures are made in\n"
-                 "FILE_frames, numbered through from frame_000000.png, and joined by ffmpeg; without\n"
-                 "ffmpeg they stay there.\n" FLESH_SNAPSHOT_DETAILS,
-      .positional_min = 1,
-      .positional_max = INT_MAX,
-      .options = options};
+  const flesh_usage usage = {"film", "RUN... --out FILE",
+                             "Films runs side by side, seen by one camera and coloured on one scale.",
+                             flesh_own_text("film_help"), 1, INT_MAX, options, NULL, FLESH_EXITS_OF_INTERRUPTS};
   int runs, code = flesh_options_read(&usage, argc, argv, &runs);
   if (code != FLESH_OPTIONS_GO_ON) return code;
   const int usable = f.out && *f.out && strlen(f.out) <= PATH_SIZE - 64, video = usable ? choose_folder(&f) : -1;

@@ -8,11 +8,7 @@
 #include "scene/schema.h"
 #include "cli/help.h"
 #include "cli/options.h"
-
-static const char details[] =
-    "Prints the manual page of COMMAND in roff, of the whole program without one, and flesh-scene(5), the keys of a\n"
-    "scene, for the word scene. `meson install` installs them all; without that, this shows one:\n\n"
-    "  flesh manual run | man -l -\n";
+#include "study/embedded.h"
 
 static void print_program(void)
 {
@@ -42,7 +38,7 @@ static int print_scene(void)
 int flesh_command_manual(int argc, char **argv)
 {
   static const flesh_option none[] = {{0}};
-  static const flesh_usage usage = {"manual", "[COMMAND]", "Prints a manual page.", details, 0, 1, none, NULL, 0};
+  const flesh_usage usage = {"manual", "[COMMAND]", "Prints a manual page.", flesh_own_text("manual_help"), 0, 1, none, NULL, 0};
   int count, code = flesh_options_read(&usage, argc, argv, &count);
   if (code != FLESH_OPTIONS_GO_ON) return code;
   if (!count || !strcmp(argv[1], "flesh")) {

@@ -17,6 +17,7 @@
 #include "cli/lists.h"
 #include "cli/options.h"
 #include "cli/output.h"
+#include "study/embedded.h"
 
 static const flesh_option no_options[] = {{.name = NULL}};
 
@@ -129,22 +130,8 @@ static void show(const flesh_mesh *mesh, const char *path)
 
 static int command_info(int argc, char **argv)
 {
-  static const flesh_usage usage = {
-      .command = "mesh info",
-      .positionals = "FILE...",
-      .summary = "Shows counts, sizes and quality of tetrahedral meshes.",
-      .details =
-          "Shows for each mesh: nodes (and those that no tet uses), tets (and those whose winding\n"
-          "was inverted and has been flipped), surface triangles, regions, volume, bounding box,\n"
-          "named sets, edge lengths, and the tets' radius ratio, 3 * inradius / circumradius: 1 for a regular\n"
-          "tet, 0 for a flat one; as a histogram and with the worst tet's place. Where tets have ten\n"
-          "nodes, edges and radius ratios are those of the corners; the volume is that of the curved\n"
-          "tets, and their scaled Jacobian (smallest over largest Jacobian in a tet) is 1 where\n"
-          "all edges are straight and 0 where one is bent so far that the element degenerates.\n"
-          "Lengths are metres; indices count from 0.\n",
-      .positional_min = 1,
-      .positional_max = INT_MAX,
-      .options = no_options};
+  const flesh_usage usage = {"mesh info", "FILE...", "Shows counts, sizes and quality of tetrahedral meshes.",
+                             flesh_own_text("mesh_info_help"), 1, INT_MAX, no_options, NULL, 0};
   int files, code = flesh_options_read(&usage, argc, argv, &files);
   if (code != FLESH_OPTIONS_GO_ON) return code;
   for (int f = 1; f <= files; f++) {
@@ -217,25 +204,8 @@ static int command_convert(int argc, char **argv)
       {"order", "N", FLESH_OPTION_COUNT, &order, "1: tets of four nodes; 2: of ten (default: as in IN)"},
       {"refine", "N", FLESH_OPTION_COUNT, &times, "times that each tet is cut into eight (default 0)"},
       {.name = NULL}};
-  const flesh_usage usage = {
-      .command = "mesh convert",
-      .positionals = "IN OUT",
-      .summary = "Writes a mesh in another format.",
-      .details =
-          "Reads IN (any format that flesh mesh --help lists) and writes OUT in the format of its suffix: .node or .ele\n"
-          "(TetGen, both files), .msh (Gmsh 4.1 binary), .mesh (Medit). Nodes, tets and region\n"
-          "tags keep their order; inverted tets are flipped; unused nodes are kept. A .msh keeps named\n"
-          "sets, as physical groups of points and volumes; the other formats have none. An existing\n"
-          "OUT is replaced only when the new one is complete.\n"
-          "--order 2 puts a node in the middle of each edge, behind the others; --order 1 leaves\n"
-          "the nodes on edges out.\n"
-          "--refine N cuts each tet into eight, N times, around the diagonal that leaves the least\n"
-          "stretched tets: nodes stay and come first, the children of tet t are 8t to 8t + 7 and\n"
-          "have its region, curved edges keep their curve. The scene's key body.refine does the\n"
-          "same while a scene is read.\n",
-      .positional_min = 2,
-      .positional_max = 2,
-      .options = options};
+  const flesh_usage usage = {"mesh convert", "IN OUT", "Writes a mesh in another format.",
+                             flesh_own_text("mesh_convert_help"), 2, 2, options, NULL, 0};
   int files, code = flesh_options_read(&usage, argc, argv, &files);
   if (code != FLESH_OPTIONS_GO_ON) return code;
   if (order > 2) return refuse_order(usage.command, order);
@@ -251,15 +221,8 @@ static int command_convert(int argc, char **argv)
 
 static int command_surface(int argc, char **argv)
 {
-  static const flesh_usage usage = {
-      .command = "mesh surface",
-      .positionals = "IN OUT",
-      .summary = "Writes the boundary triangles of a mesh.",
-      .details = "Reads the mesh IN and writes OUT as .obj or .ply, wound outwards: to render, or as the\n"
-                 "skin of a coarser mesh of the same body.\n",
-      .positional_min = 2,
-      .positional_max = 2,
-      .options = no_options};
+  const flesh_usage usage = {"mesh surface", "IN OUT", "Writes the boundary triangles of a mesh.",
+                             flesh_own_text("mesh_surface_help"), 2, 2, no_options, NULL, 0};
   int files, code = flesh_options_read(&usage, argc, argv, &files);
   if (code != FLESH_OPTIONS_GO_ON) return code;
   flesh_mesh *mesh = NULL;
@@ -289,14 +252,9 @@ static int command_box(int argc, char **argv)
        "write it split into N blocks, one at a time: the whole is never in memory (see flesh mesh split)"},
       {"out", "FILE", FLESH_OPTION_TEXT, &out, "mesh to write: .node, .ele, .msh or .mesh; with --parts a folder"},
       {.name = NULL}};
-  const flesh_usage usage = {
-      .command = "mesh box",
-      .positionals = "--cells NX,NY,NZ --size X,Y,Z --out FILE",
-      .summary = "Makes a regular grid of boxes, six tets each.",
-      .details = "The six tets of a box stand around its diagonal from the low to the high corner (Kuhn).\n"
-                 "Node (i,j,k) has the index (k*(NY+1)+j)*(NX+1)+i. Sizes may be written a/b.\n"
-                 "Example: flesh mesh box --cells 16,4,4 --size 4,1,1 --out bar.msh\n",
-      .options = options};
+  const flesh_usage usage = {"mesh box", "--cells NX,NY,NZ --size X,Y,Z --out FILE",
+                             "Makes a regular grid of boxes, six tets each.",
+                             flesh_own_text("mesh_box_help"), 0, 0, options, NULL, 0};
   int none, code = flesh_options_read(&usage, argc, argv, &none);
   if (code != FLESH_OPTIONS_GO_ON) return code;
   double count[3], size[3], origin[3];
@@ -334,12 +292,5 @@ int flesh_command_mesh(int argc, char **argv)
       {"box", "make a regular grid of boxes, six tets each", command_box},
       {"split", "write a mesh in parts, one for each rank of a run", flesh_split_command},
       {0}};
-  static const char about[] =
-      "Inspect, convert and make meshes.\n\n"
-      "Read, recognised by content: TetGen .node/.ele, Gmsh .msh 2.2 and 4.1 (ASCII and binary),\n"
-      "Medit .mesh (ASCII), plain lists, and index.txt of a split mesh; recognised by suffix: .inp\n"
-      "(Abaqus, CalculiX), .vtu (VTK) and .veg (VegaFEM). Written, by suffix:\n"
-      ".node or .ele (TetGen, both files), .msh (Gmsh 4.1 binary), .mesh (Medit). Tets have four\n"
-      "nodes, or ten, and then their edges may be curved.\n";
-  return flesh_subcommand_run("mesh", about, NULL, commands, argc, argv);
+  return flesh_subcommand_run("mesh", flesh_own_text("mesh_help"), NULL, commands, argc, argv);
 }

@@ -13,6 +13,7 @@
 #include "parallel/partition.h"
 #include "cli/options.h"
 #include "cli/output.h"
+#include "study/embedded.h"
 
 /* Claims the folder for the index, which must be none of the inputs. */
 static int claim(const char *command, const char *folder, int inputs, char *const *input, flesh_folder_claim *claim)
@@ -79,20 +80,8 @@ int flesh_split_command(int argc, char **argv)
   const flesh_option options[] = {{"parts", "N", FLESH_OPTION_COUNT, &parts, "number of parts: ranks of the runs to come"},
                                   {"out", "FOLDER", FLESH_OPTION_TEXT, &out, "where the index and the parts go"},
                                   {.name = NULL}};
-  const flesh_usage usage = {
-      .command = "mesh split",
-      .positionals = "MESH --parts N --out FOLDER",
-      .summary = "Writes a mesh in parts, one for each rank of a run.",
-      .details =
-          "Cuts the mesh into N parts of about as many tets: by planes, or by METIS where parts between\n"
-          "planes share half as many nodes again. FOLDER gets the files part_00000.bin\n"
-          "and so on, and index.txt, which names them. A scene whose body.mesh is the index is run by\n"
-          "`mpirun -n N flesh run SCENE`, where each rank reads its own part; whatever else reads meshes\n"
-          "reads all parts of an index, as the mesh that was split. The parts are in this machine's byte\n"
-          "order. `flesh mesh box --parts N` makes boxes in parts without the whole.\n",
-      .positional_min = 1,
-      .positional_max = 1,
-      .options = options};
+  const flesh_usage usage = {"mesh split", "MESH --parts N --out FOLDER", "Writes a mesh in parts, one for each rank of a run.",
+                             flesh_own_text("mesh_split_help"), 1, 1, options, NULL, 0};
   int code = flesh_options_read(&usage, argc, argv, &files);
   if (code != FLESH_OPTIONS_GO_ON) return code;
   if (parts < 1) return flesh_option_refuse(usage.command, "parts", NULL, "a number of parts from 1");

@@ -29,44 +29,30 @@ typedef struct flesh_snapshot {
 } flesh_snapshot;
 
 /* The options of a command line into *s, to stand in a command's list. */
-#define FLESH_SNAPSHOT_OPTIONS(s)                                                                  \
-  {"colour", "J|stress|speed|young|none", FLESH_OPTION_TEXT, &(s).colour,                                \
-   "what the colours show: J (det F, in ten-node tets its mean J_mean), stress (von Mises), speed, " \
-   "young (Young's modulus of the material, as of a map of flesh fit) or none (default J)"},       \
-  {"range", "LOW,HIGH", FLESH_OPTION_TEXT, &(s).range,                                             \
-   "ends of the colours, for stress in Pa (default: fitted)"},                                     \
-  {"camera", "AZIMUTH,ELEVATION", FLESH_OPTION_TEXT, &(s).camera,                                  \
-   "degrees about up and above the horizon; with z up it looks along y at 0,0 and along "          \
-   "-x at 90,0 (default: the scene's, 30,20 without)"},                                            \
-  {"up", "X,Y,Z", FLESH_OPTION_TEXT, &(s).up,                                                      \
-   "upwards in the picture (default: the scene's, else against gravity, else z)"},                 \
-  {"target", "X,Y,Z", FLESH_OPTION_TEXT, &(s).target,                                              \
-   "the place in the middle of the picture, m (default: fitted)"},                                 \
-  {"height", "H", FLESH_OPTION_POSITIVE, &(s).height,                                              \
-   "height of what is seen at the target, m (default: fitted)"},                                   \
-  {"field-of-view", "DEGREES", FLESH_OPTION_NUMBER, &(s).field_of_view,                            \
-   "from the lower to the upper edge, below 120; 0: parallel rays (default: the scene's, 20 "      \
-   "without)"},                                                                                    \
-  {"width", "PIXELS", FLESH_OPTION_COUNT, &(s).width, "width of a panel (default 480)"},           \
-  {"picture-height", "PIXELS", FLESH_OPTION_COUNT, &(s).picture_height,                            \
-   "height of a panel (default: fitted)"},                                                         \
-  {"columns", "N", FLESH_OPTION_COUNT, &(s).columns,                                               \
-   "panels side by side (default: the frames of a run, or as many as look well)"},                 \
-  {"surface", "FILE", FLESH_OPTION_TEXT, &(s).surface,                                             \
-   "skin to draw in place of the body, .obj or .ply, at rest (default: the scene's)"},             \
-  {"no-skin", NULL, FLESH_OPTION_SWITCH, &(s).no_skin,                                             \
-   "draw the body's own boundary, also where there is a skin"},                                    \
-  {"edges", NULL, FLESH_OPTION_SWITCH, &(s).edges, "draw the edges of the boundary's triangles"},  \
-  {"flat", NULL, FLESH_OPTION_SWITCH, &(s).flat,                                                   \
-   "the colours of the scale as they are, without light and shadow"},                              \
-  {"no-shadow", NULL, FLESH_OPTION_SWITCH, &(s).no_shadow, "light, but no shadows"},               \
+#define FLESH_SNAPSHOT_OPTIONS(s) \
+  {"colour", "J|stress|speed|young|none", FLESH_OPTION_TEXT, &(s).colour, \
+   "what the colours show: J (det F, in ten-node tets its mean J_mean), stress (von Mises), speed, young (Young's " \
+   "modulus of the material, as of a map of flesh fit) or none (default J)"}, \
+  {"range", "LOW,HIGH", FLESH_OPTION_TEXT, &(s).range, "ends of the colours, for stress in Pa (default: fitted)"}, \
+  {"camera", "AZIMUTH,ELEVATION", FLESH_OPTION_TEXT, &(s).camera, \
+   "degrees about up and above the horizon; with z up it looks along y at 0,0 and along -x at 90,0 (default: the " \
+   "scene's, 30,20 without)"}, \
+  {"up", "X,Y,Z", FLESH_OPTION_TEXT, &(s).up, "upwards in the picture (default: the scene's, else against gravity, else z)"}, \
+  {"target", "X,Y,Z", FLESH_OPTION_TEXT, &(s).target, "the place in the middle of the picture, m (default: fitted)"}, \
+  {"height", "H", FLESH_OPTION_POSITIVE, &(s).height, "height of what is seen at the target, m (default: fitted)"}, \
+  {"field-of-view", "DEGREES", FLESH_OPTION_NUMBER, &(s).field_of_view, \
+   "from the lower to the upper edge, below 120; 0: parallel rays (default: the scene's, 20 without)"}, \
+  {"width", "PIXELS", FLESH_OPTION_COUNT, &(s).width, "width of a panel (default 480)"}, \
+  {"picture-height", "PIXELS", FLESH_OPTION_COUNT, &(s).picture_height, "height of a panel (default: fitted)"}, \
+  {"columns", "N", FLESH_OPTION_COUNT, &(s).columns, \
+   "panels side by side (default: the frames of a run, or as many as look well)"}, \
+  {"surface", "FILE", FLESH_OPTION_TEXT, &(s).surface, \
+   "skin to draw in place of the body, .obj or .ply, at rest (default: the scene's)"}, \
+  {"no-skin", NULL, FLESH_OPTION_SWITCH, &(s).no_skin, "draw the body's own boundary, also where there is a skin"}, \
+  {"edges", NULL, FLESH_OPTION_SWITCH, &(s).edges, "draw the edges of the boundary's triangles"}, \
+  {"flat", NULL, FLESH_OPTION_SWITCH, &(s).flat, "the colours of the scale as they are, without light and shadow"}, \
+  {"no-shadow", NULL, FLESH_OPTION_SWITCH, &(s).no_shadow, "light, but no shadows"}, \
   {"bare", NULL, FLESH_OPTION_SWITCH, &(s).bare, "without titles and times"}
-
-/* Text on pictures for the help of commands. */
-#define FLESH_SNAPSHOT_DETAILS                                                                     \
-  "Colours span all but a hundredth of the values at either end; the scale shows the extremes\n"   \
-  "too. Inverted tets, with J <= 0 at a point of quadrature, are black in the colours of J, stress\n" \
-  "and speed. Obstacles are transparent where they are seen from behind.\n"
 
 /* Defaults, before the command line is read. */
 void flesh_snapshot_default(flesh_snapshot *s);

@@ -115,13 +115,8 @@ int flesh_command_report(int argc, char **argv)
        "frames of each run at most, evenly taken, the first and the last among them (default: "
        "all)"},
       {.name = NULL}};
-  const flesh_usage usage = {.command = "report",
-                             .positionals = "RESULT... --out FILE",
-                             .summary = "Writes results as one HTML file that opens offline in a browser.",
-                             .details = flesh_own_text("report_help"),
-                             .positional_min = 1,
-                             .positional_max = INT_MAX,
-                             .options = options};
+  const flesh_usage usage = {"report", "RESULT... --out FILE", "Writes results as one HTML file that opens offline in a browser.",
+                             flesh_own_text("report_help"), 1, INT_MAX, options, NULL, 0};
   json_t *program = flesh_provenance_program(argc, argv);
   int count, code = flesh_options_read(&usage, argc, argv, &count);
   if (code == FLESH_OPTIONS_GO_ON &&

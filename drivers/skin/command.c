@@ -15,6 +15,7 @@
 #include "run/result.h"
 #include "run/run_folder.h"
 #include "cli/output.h"
+#include "study/embedded.h"
 
 static int command_bind(int argc, char **argv)
 {
@@ -22,16 +23,8 @@ static int command_bind(int argc, char **argv)
   const flesh_option options[] = {
       {"out", "FILE", FLESH_OPTION_TEXT, &out, "binding to write (a text, see flesh/skin.h)"},
       {.name = NULL}};
-  const flesh_usage usage = {
-      .command = "skin bind",
-      .positionals = "MESH SURFACE --out FILE",
-      .summary = "Binds the vertices of a surface to the tets of a mesh.",
-      .details = "Every vertex gets the tet that holds it, or the nearest one, whose weights then\n"
-                 "extrapolate; how many these are, and how far outside, is printed. SURFACE is a\n"
-                 "Wavefront .obj, a Stanford .ply or an .stl in the place of the body at rest.\n",
-      .positional_min = 2,
-      .positional_max = 2,
-      .options = options};
+  const flesh_usage usage = {"skin bind", "MESH SURFACE --out FILE", "Binds the vertices of a surface to the tets of a mesh.",
+                             flesh_own_text("skin_bind_help"), 2, 2, options, NULL, 0};
   int files, code = flesh_options_read(&usage, argc, argv, &files);
   if (code != FLESH_OPTIONS_GO_ON) return code;
   if (!out) return flesh_option_refuse(usage.command, "out", NULL, "a file for the binding");
@@ -98,17 +91,8 @@ static int command_apply(int argc, char **argv)
       {"formats", "LIST", FLESH_OPTION_TEXT, &formats_text, "some of obj,pc2,vtu (default obj)"},
       {"mesh", "MESH", FLESH_OPTION_TEXT, &mesh_path, "the mesh of RUN, where that is a state file"},
       {.name = NULL}};
-  const flesh_usage usage = {
-      .command = "skin apply",
-      .positionals = "BINDING SURFACE RUN --out DIR",
-      .summary = "Writes the surface as it moves with a run.",
-      .details = "RUN is the folder that `flesh run` has filled: all of its frames are taken under their\n"
-                 "own numbers (or its last state, as 0, when it has none). With --mesh RUN is a state file.\n"
-                 "obj: a file per frame; pc2: one point cache, as Blender's Mesh Cache reads it;\n"
-                 "vtu: a file per frame and skin.pvd for ParaView.\n",
-      .positional_min = 3,
-      .positional_max = 3,
-      .options = options};
+  const flesh_usage usage = {"skin apply", "BINDING SURFACE RUN --out DIR", "Writes the surface as it moves with a run.",
+                             flesh_own_text("skin_apply_help"), 3, 3, options, NULL, 0};
   int files, code = flesh_options_read(&usage, argc, argv, &files);
   if (code != FLESH_OPTIONS_GO_ON) return code;
   if (!out) return flesh_option_refuse(usage.command, "out", NULL, "a folder");

@@ -11,6 +11,7 @@
 #include "cli/lists.h"
 #include "cli/output.h"
 #include "picture/snapshot.h"
+#include "study/embedded.h"
 
 enum { MOST_TIMES = 32 };
 
@@ -107,17 +108,9 @@ int flesh_command_snap(int argc, char **argv)
        "frames by their numbers, as in the names of the run's files: the steps"},
       FLESH_SNAPSHOT_OPTIONS(snapshot),
       {.name = NULL}};
-  const flesh_usage usage = {
-      .command = "snap",
-      .positionals = "RUN... --out FILE",
-      .summary = "Draws runs side by side, seen by one camera and coloured on one scale.",
-      .details = "RUN is the folder that `flesh run` has filled, or a scene, whose start is then\n"
-                 "drawn. Without --time or --frame it is the last frame; several make a strip.\n"
-                 "Frames are numbered as in the names of the run's files (frames/frame_000060.vtu is 60,\n"
-                 "written after step 60).\n" FLESH_SNAPSHOT_DETAILS,
-      .positional_min = 1,
-      .positional_max = INT_MAX,
-      .options = options};
+  const flesh_usage usage = {"snap", "RUN... --out FILE",
+                             "Draws runs side by side, seen by one camera and coloured on one scale.",
+                             flesh_own_text("snap_help"), 1, INT_MAX, options, NULL, 0};
   int runs, code = flesh_options_read(&usage, argc, argv, &runs);
   if (code != FLESH_OPTIONS_GO_ON) return code;
   if (!out || strlen(out) < 5 || strcmp(out + strlen(out) - 4, ".png"))

@@ -18,6 +18,15 @@
 #include "study/formats.h"
 #include "study/table.h"
 
+/* number(x). */
+static void print_exact(sqlite3_context *context, int count, sqlite3_value **values)
+{
+  char text[FLESH_NUMBER_SIZE];
+  (void)count;
+  if (sqlite3_value_type(values[0]) == SQLITE_NULL) return;
+  sqlite3_result_text(context, flesh_number_text(sqlite3_value_double(values[0]), text), -1, SQLITE_TRANSIENT);
+}
+
 /* number(format, x); cell(format, width, x). */
 static void print_number(sqlite3_context *context, int count, sqlite3_value **values)
 {
@@ -54,7 +63,8 @@ static void write_plot(FILE *stream, int count, sqlite3_value **values)
   static const char *const axes[] = {"x", "y"};
   const char *texts[6];
   for (int k = 0; k < 6; k++) texts[k] = (const char *)sqlite3_value_text(values[k]);
-  flesh_plot_begin(stream, texts[0], sqlite3_value_int(values[1]), sqlite3_value_int(values[2]));
+  flesh_plot_begin_as(stream, texts[0], count < 8 ? ".png" : (const char *)sqlite3_value_text(values[7]),
+                      sqlite3_value_int(values[1]), sqlite3_value_int(values[2]));
   if (count < 7 || sqlite3_value_type(values[6]) != SQLITE_NULL)
     flesh_plot_style(stream, count < 7 || sqlite3_value_int(values[6]));
   if (texts[3]) flesh_plot_title(stream, texts[3]);
@@ -93,8 +103,8 @@ static int add_functions(sqlite3 *database)
     void (*call)(sqlite3_context *, int, sqlite3_value **);
     piece data; /* of print_script */
   } rows[] = {{"number", 2, print_number, 0}, {"cell", 3, print_number, 0}, {"status_name", 1, print_status, 0},
-              {"sign_test", 2, test_signs, 0}, {"plot", 6, print_script, PLOT},
-              {"plot", 7, print_script, PLOT}, {"quoted", 1, print_script, QUOTED},
+              {"sign_test", 2, test_signs, 0}, {"number", 1, print_exact, 0}, {"plot", 6, print_script, PLOT},
+              {"plot", 7, print_script, PLOT}, {"plot", 8, print_script, PLOT}, {"quoted", 1, print_script, QUOTED},
               {"quoted_tick", 1, print_script, QUOTED_TICK}, {"quoted_file", 2, print_script, QUOTED_FILE},
               {"log_ticks", 3, print_script, LOG_TICKS}, {"colour", 1, print_script, COLOUR}};
   for (size_t k = 0; k < sizeof rows / sizeof *rows; k++)
@@ -201,12 +211,14 @@ static int execute(void *data, sqlite3_stmt *query, const char *target)
     snprintf(name, sizeof name, "%.*s", (int)(dot - target), target);
     return draw(m, query, strcmp(name, "*") ? name : m->to->picture, dot);
   }
-  const int to_stdout = !strcmp(target, "stdout");
-  FILE *stream = !to_stdout ? m->words : m->to->quiet ? NULL : stdout;
-  if (*target && !to_stdout) snprintf(m->name, sizeof m->name, "%s", target);
+  const int to_stdout = !strcmp(target, "stdout"), to_stderr = !strcmp(target, "stderr");
+  FILE *stream = to_stderr ? stderr : !to_stdout ? m->words : m->to->quiet ? NULL : stdout;
+  if (*target && !to_stdout && !to_stderr && strcmp(target, "error")) snprintf(m->name, sizeof m->name, "%s", target);
   int code;
   while ((code = sqlite3_step(query)) == SQLITE_ROW)
-    if (stream && *target) print_row(stream, query, 0);
+    if (!strcmp(target, "error"))
+      return flesh_fail(FLESH_ERR_ARGUMENT, "%s", (const char *)sqlite3_column_text(query, 0));
+    else if (stream && *target) print_row(stream, query, 0);
   return code == SQLITE_DONE ? FLESH_OK : fail_to_read(m, query);
 }
 

@@ -13,7 +13,7 @@
 #include "study/tables.h"
 #include "sweep/sweep.h"
 
-enum { TICKS = 2000, PANELS = 36, NAME = 120 };
+enum { NAME = 120 };
 
 /* The options; x, y, z and by are columns or SQLite's expressions. */
 typedef struct picture {
@@ -45,8 +45,9 @@ static int make_tables(picture *p)
 {
   const int of_cases = !strcmp(p->table, "results");
   const int status = flesh_study_store_execute(
-      &p->store, "CREATE TEMP TABLE asked AS SELECT %Q AS x, %Q AS y, %Q AS z, %Q AS \"by\", %Q AS log, %Q AS title, %Q AS name",
-      p->x, p->y, p->z, p->by, p->log, p->title, p->name);
+      &p->store, "CREATE TEMP TABLE asked AS SELECT %Q AS x, %Q AS y, %Q AS z, %Q AS \"by\", %Q AS \"where\", %Q AS log, "
+                 "%Q AS title, %Q AS name, %Q AS path",
+      p->x, p->y, p->z, p->by, p->where, p->log, p->title, p->name, p->store.path);
   return status ? status : execute(p, sqlite3_mprintf(
       "CREATE TEMP TABLE drawn AS SELECT (%s) AS s, (%s) AS x, (%s) AS y, avg(drawn_value) AS mean, min(drawn_value) AS least, "
       "max(drawn_value) AS most, count(drawn_value) AS valued, count(*) - count(drawn_value) AS bare, max(%s) AS why FROM "
@@ -54,32 +55,6 @@ static int make_tables(picture *p)
       p->by ? p->by : "0", p->x, p->z ? p->y : "0", of_cases ? "status" : "''",
       of_cases ? "CASE WHEN status = 'complete' THEN " : "",
       p->z ? p->z : p->y, of_cases ? " END" : "", p->table, p->where ? p->where : "1"));
-}
-
-/* Whether there is something to be drawn, and not too much. */
-static int check_tables(picture *p)
-{
-  static const char distinct[] = "SELECT count(*) FROM (SELECT DISTINCT %s FROM drawn)",
-                    on_map[] = "SELECT count(*) FROM drawn WHERE valued AND abs(mean) < 9e999",
-                    on_lines[] = "SELECT count(*) FROM drawn d, asked WHERE valued AND NOT (log LIKE '%%y%%' AND NOT least > 0) "
-                                 "AND NOT (log LIKE '%%x%%' AND NOT d.x > 0 AND "
-                                 "(SELECT min(typeof(x) IN ('integer', 'real')) FROM drawn))";
-  const char *const axes[][2] = {{p->by, "s"}, {p->x, "x"}, {p->z ? p->y : NULL, "y"}};
-  if (!flesh_study_store_number(&p->store, "SELECT count(*) FROM drawn"))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "%s: %s%s", p->store.path, p->where ? "no case fits --where " : "there are no cases",
-                      p->where ? p->where : "");
-  for (int k = 0; k < 3; k++)
-    if (axes[k][0] && flesh_study_store_number(&p->store, distinct, axes[k][1]) > TICKS)
-      return flesh_fail(FLESH_ERR_ARGUMENT, "%s has more than %d values; narrow it by --where", axes[k][0], TICKS);
-  const int panels = flesh_study_store_number(&p->store, distinct, "s");
-  if (p->z && panels > PANELS)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "--by %s has %d values; there is room for %d maps; narrow it by --where", p->by, panels,
-                      PANELS);
-  if (p->z && !flesh_study_store_number(&p->store, on_map))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "%s: no complete case has a value of %s", p->store.path, p->z);
-  if (!p->z && !flesh_study_store_number(&p->store, on_lines))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "%s: no case has a value of %s that could be drawn", p->store.path, p->y);
-  return FLESH_OK;
 }
 
 static void note_drawn(void *outcome, const char *folder, const char *name)
@@ -94,7 +69,6 @@ static int draw(picture *p)
   const char *const sql[] = {flesh_own_text("plot_ticks"),
                              flesh_own_text(p->z ? "plot_heat" : "plot_lines"), NULL};
   int status = make_tables(p);
-  if (!status) status = check_tables(p);
   if (!status) status = flesh_results_make(p->store.database, p->store.path, sql, &to);
   return status ? status : flesh_plot_ended(&outcome);
 }
