@@ -20,23 +20,26 @@
 #include "run/runner.h"
 #include "scene/scene.h"
 
-/* The share of the indicators' sum that marked tets have (Doerfler 1996), which are halved once; a smaller one where the bar
- * is less than twice the tolerance. */
-static const double marked_share = 0.5, marked_share_at_last = 0.25;
-/* A bar by data/results/error_bars.md: dofs of the last mesh over those of the meshes that it is compared with, and over the
- * first's; factors of its changes where there is an estimate and where there is none; the share of the estimate. */
-static const double least_ratio = 1.4, most_ratio = 4, least_growth = 1.5;
-static const double of_changes = 1.2, of_changes_alone = 2, of_estimate = 0.45;
+/* The share of the indicators' sum that marked tets have (Doerfler 1996), which are halved once. */
+static const double marked_share = 0.3;
+/* A bar by data/results/error_bars.md: the meshes that it looks back on have at least this share of the last one's dofs, and
+ * of the first one's at least so many; factors of the scatter of their values, of the estimate by recovery, of the sum of
+ * its sizes, and of the values' part where there is no estimate. */
+static const double looked_back = 0.25, least_growth = 1.5;
+static const double of_scatter = 1.5, of_sum = 0.7, of_sizes = 0.15, of_values_alone = 6;
+/* A value that is farther from the mesh's before than so many bars is of another equilibrium. */
+static const double jump_bars = 3;
 /* A bar that is no smaller with so many times the dofs will not become so. */
 static const double stuck_growth = 4;
 /* Halves of tets with smaller radius ratios get better ones, as nodes move. */
 static const double smooth_below = 0.3;
-enum { LEVELS = 60, LEAST_LEVELS = 4, MOST_DOFS = 400000 };
+enum { LEVELS = 60, LEAST_LEVELS = 4, LEAST_BACK = 3, MOST_DOFS = 400000 };
 
 /* A mesh and what came of it. */
 typedef struct level {
   int nodes, tets, dofs;
-  double value, moved, estimate, bar, cpu_s, quality; /* moved: what the tolerance is a share of */
+  double value, moved, bar, cpu_s, quality; /* moved: what the tolerance is a share of */
+  double sum, estimate;                     /* of the indicators, and of their sizes; NaN: they are no error's */
 } level;
 
 typedef struct adapt {
@@ -49,6 +52,7 @@ typedef struct adapt {
   flesh_mesh *mesh; /* with its marks */
   double *x, *v;    /* [3*nodes] the equilibrium on it; NULL: not yet known */
   int local;        /* a tet to be halved in any case; -1: none */
+  double jump;      /* the largest change to another equilibrium */
   int levels;
   level list[LEVELS];
 } adapt;
@@ -227,32 +231,48 @@ static int count_free(const flesh_scene *scene)
   return count;
 }
 
-/* Whether the last bar is within so many times the tolerance. */
-static int is_within(const adapt *a, double times)
+/* The largest bar that is asked for. */
+static double allowed(const adapt *a) { return a->tolerance * (a->relative ? fabs(a->list[a->levels - 1].moved) : 1); }
+
+/* How far the last value is from the limit of a fit of limit + slope/dofs^2 to the values of the last meshes, which count by
+ * their dofs, and the scatter about it. Either is small by chance at times. */
+static double judge_values(const adapt *a)
 {
-  const level *l = &a->list[a->levels - 1];
-  return l->bar <= times * a->tolerance * (a->relative ? fabs(l->moved) : 1);
+  const level *last = &a->list[a->levels - 1];
+  int first = a->levels - 1;
+  double weights[LEVELS], w = 0, x = 0, y = 0, xx = 0, xy = 0, off = 0;
+  while (first > 0 && (a->levels - first < LEAST_BACK || a->list[first - 1].dofs >= looked_back * last->dofs)) first--;
+  for (int k = first; k < a->levels; k++) {
+    const double square = weights[k] = pow((double)a->list[k].dofs / last->dofs, 2), value = a->list[k].value - last->value;
+    w += square, x += 1, y += square * value, xx += 1 / square, xy += value;
+  }
+  const double slope = (w * xy - x * y) / (w * xx - x * x), limit = (y - slope * x) / w;
+  for (int k = first; k < a->levels; k++)
+    off += weights[k] * pow(a->list[k].value - last->value - limit - slope / weights[k], 2);
+  return fabs(limit) + of_scatter * sqrt(off / (a->levels - first - 2));
 }
 
-/* The bar of the last level: what its changes from meshes before leave to come where errors fall as 1/dofs, and a share of
- * recovery's estimate, as changes may be small by chance. Several meshes count, for the same reason. */
+/* The bar of the last level; a jump to another equilibrium counts from then on. */
 static void judge(adapt *a)
 {
-  level *l = &a->list[a->levels - 1];
-  double most = 0;
+  level *l = &a->list[a->levels - 1], *before = l - 1;
   l->bar = NAN;
   if (a->levels < LEAST_LEVELS || l->dofs < least_growth * a->list[0].dofs) return;
-  for (const level *k = a->list; k < l; k++) {
-    const double ratio = (double)l->dofs / k->dofs;
-    if (ratio >= least_ratio && ratio <= most_ratio) most = fmax(most, fabs(l->value - k->value) / (ratio - 1));
+  const double change = fabs(l->value - before->value), values = judge_values(a);
+  if (change > jump_bars * before->bar && change > allowed(a)) {
+    a->jump = fmax(a->jump, change);
+    fprintf(stderr, "flesh: warning: %s changes by %.2g %s from mesh %d to %d, %.2g times its bar: the body has another "
+                    "equilibrium on finer meshes, as where it bends otherwise\n", a->column, change, a->unit, a->levels - 2,
+            a->levels - 1, change / before->bar);
   }
-  l->bar = isfinite(l->estimate) ? fmax(of_changes * most, of_estimate * l->estimate) : of_changes_alone * most;
+  l->bar = isfinite(l->sum) ? values + of_sum * fabs(l->sum) + of_sizes * l->estimate : of_values_alone * values;
+  l->bar = fmax(l->bar, a->jump);
 }
 
 static const double *ordered; /* indicators, while they are sorted */
 static int by_indicator(const void *a, const void *b)
 {
-  const double p = ordered[*(const int *)a], q = ordered[*(const int *)b];
+  const double p = fabs(ordered[*(const int *)a]), q = fabs(ordered[*(const int *)b]);
   return p < q ? 1 : p > q ? -1 : flesh_compare_int(a, b);
 }
 
@@ -275,15 +295,14 @@ static int refine(adapt *a, const double *indicators)
   const int tets = a->mesh->tets;
   uint8_t *halvings = calloc((size_t)tets, 1);
   int *order = malloc((size_t)tets * sizeof *order), status = halvings && order ? FLESH_OK : no_memory();
-  const double share = is_within(a, 2) ? marked_share_at_last : marked_share;
   double total = 0, sum = 0;
   flesh_mesh *finer = NULL, *smooth = NULL;
-  for (int t = 0; t < tets && !status; t++) order[t] = t, total += indicators[t];
+  for (int t = 0; t < tets && !status; t++) order[t] = t, total += fabs(indicators[t]);
   ordered = indicators;
   if (!status) qsort(order, (size_t)tets, sizeof *order, by_indicator);
-  for (int k = 0; k < tets && !status && (!k || sum < share * total); k++) {
+  for (int k = 0; k < tets && !status && (!k || sum < marked_share * total); k++) {
     halvings[order[k]] = 1;
-    sum += indicators[order[k]];
+    sum += fabs(indicators[order[k]]);
   }
   if (!status && a->local >= 0) halvings[a->local] = 1;
   if (!status) status = flesh_mesh_refine_marked(a->mesh, halvings, &finer, NULL);
@@ -317,8 +336,9 @@ static int step(adapt *a, double **indicators)
   flesh_state state = {.t = status ? 0 : scene->time.end, .x = a->x, .v = a->v};
   int is_goal = 0;
   if (!status) status = flesh_error_indicate(scene, &state, a->column, *indicators, &is_goal);
-  l->estimate = is_goal ? 0 : NAN;
-  for (int t = 0; t < a->mesh->tets && !status && is_goal; t++) l->estimate += (*indicators)[t];
+  l->sum = l->estimate = is_goal ? 0 : NAN;
+  for (int t = 0; t < a->mesh->tets && !status && is_goal; t++)
+    l->sum += (*indicators)[t], l->estimate += fabs((*indicators)[t]);
   a->local = status || is_goal ? -1 : find_local(a, scene);
   flesh_scene_destroy(&scene);
   if (!status) judge(a);
@@ -369,6 +389,7 @@ static int write_result(adapt *a)
                             "radius_ratio_min", l->quality, "cpu_s", l->cpu_s);
     json_object_set_new(one, "error_mesh", flesh_json_number(l->bar));
     json_object_set_new(one, "estimate", flesh_json_number(l->estimate));
+    json_object_set_new(one, "estimate_sum", flesh_json_number(l->sum));
     json_array_append_new(levels, one);
   }
   json_object_set_new(result, "adapted_mesh",
@@ -409,7 +430,7 @@ int flesh_adapt_run(const flesh_runner_options *options, const flesh_texts *over
   while (!status && !reached) {
     double *indicators = NULL;
     status = step(&a, &indicators);
-    if (!status) reached = is_within(&a, 1);
+    if (!status) reached = a.list[a.levels - 1].bar <= allowed(&a);
     if (!status && !reached) status = check_progress(&a);
     if (!status && !reached) status = refine(&a, indicators);
     free(indicators);

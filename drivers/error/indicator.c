@@ -136,7 +136,7 @@ static double compare(const work *w, int t)
     }
     sum += volume * (flesh_mat3_inner(off, off + 9) - w->dilation[POINTS * (size_t)t + (size_t)q] * off[18]);
   }
-  return fabs(sum);
+  return sum;
 }
 
 static void indicate(work *w, double *indicators)

@@ -5,10 +5,10 @@
 
 #include "flesh/scene.h"
 
-/* Fills indicators [tets], not negative, of the equilibrium `state` of the scene, whose tets all have ten nodes. `column`
+/* Fills indicators [tets], of either sign, of the equilibrium `state` of the scene, whose tets all have ten nodes. `column`
  * is a column of probes. Of a position at a point, which *is_goal tells, the adjoint solves K lambda = dQ/du, and the
- * indicators' sum is an estimate of its error in m; for all others the displacement stands for lambda, which is the adjoint
- * of the loads' work. FLESH_ERR_MEMORY, FLESH_ERR_SOLVE. */
+ * indicators are shares of its error in m; for all others the displacement stands for lambda, which is the adjoint of the
+ * loads' work. FLESH_ERR_MEMORY, FLESH_ERR_SOLVE. */
 int flesh_error_indicate(const flesh_scene *scene, const flesh_state *state, const char *column, double *indicators,
                          int *is_goal);
 
