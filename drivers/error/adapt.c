@@ -23,10 +23,10 @@
 /* The share of the indicators' sum that marked tets have (Doerfler 1996), which are halved once. */
 static const double marked_share = 0.3;
 /* A bar by data/results/error_bars.md: the meshes that it looks back on have at least this share of the last one's dofs, and
- * of the first one's at least so many; factors of the scatter of their values, of the estimate by recovery, of the sum of
- * its sizes, and of the values' part where there is no estimate. */
+ * of the first one's at least so many; factors of the distance from their limit and of their scatter, of the estimate by
+ * recovery and of the sum of its sizes, and of the former two where there is no estimate. */
 static const double looked_back = 0.25, least_growth = 1.5;
-static const double of_scatter = 1.5, of_sum = 0.7, of_sizes = 0.15, of_values_alone = 6;
+static const double of_limit = 1.05, of_scatter = 1.6, of_sum = 0.75, of_sizes = 0.16, of_values_alone = 6;
 /* A value that is farther from the mesh's before than so many bars is of another equilibrium. */
 static const double jump_bars = 3;
 /* A bar that is no smaller with so many times the dofs will not become so. */
@@ -249,7 +249,7 @@ static double judge_values(const adapt *a)
   const double slope = (w * xy - x * y) / (w * xx - x * x), limit = (y - slope * x) / w;
   for (int k = first; k < a->levels; k++)
     off += weights[k] * pow(a->list[k].value - last->value - limit - slope / weights[k], 2);
-  return fabs(limit) + of_scatter * sqrt(off / (a->levels - first - 2));
+  return of_limit * fabs(limit) + of_scatter * sqrt(off / (a->levels - first - 2));
 }
 
 /* The bar of the last level; a jump to another equilibrium counts from then on. */
