@@ -3,7 +3,7 @@
  * A node's stress and stretch are means over the tets around it by their volume at rest, of the tet's value at the
  * node: constant in a tet of four nodes, in one of ten linear through its four points of quadrature and carried on to
  * its corners (Hinton & Campbell 1974, local smoothing), on an edge half-way. J and energy are means of the tets'
- * means: beyond the points they could change their sign. */
+ * means: beyond the points they could change their sign. Pressures of tet10-mean are evened out (even_pressure.h). */
 #include "output/fields.h"
 
 #include <math.h>
@@ -45,6 +45,8 @@ static const unsigned of_tets = FLESH_FIELD_J | FLESH_FIELD_STRETCH | FLESH_FIEL
 static const unsigned of_stress = FLESH_FIELD_STRESS | FLESH_FIELD_VON_MISES | FLESH_FIELD_PRESSURE;
 
 static int wants(const flesh_fields *f, int row) { return (f->fields & (unsigned)FLESH_FIELD_J << row) != 0; }
+
+static int has_even_pressures(const flesh_fields *f) { return f->at_nodes[PRESSURE] || f->at_tets[PRESSURE]; }
 
 int flesh_fields_check(const flesh_body *body, const flesh_system *system, unsigned fields, unsigned places)
 {
@@ -126,6 +128,7 @@ int flesh_fields_open(const flesh_body *body, const flesh_system *system, flesh_
   status = flesh_node_forces_open(status, body, system, method == FLESH_METHOD_STATIC,
                                   (fields & FLESH_FIELD_REACTION) != 0, (fields & FLESH_FIELD_CONTACT_FORCE) != 0,
                                   &f->forces);
+  if (!status && has_even_pressures(f)) status = flesh_even_pressure_open(&f->stress, f->team, &f->even);
   if (!status) add_forces(f);
   if (status) flesh_fields_clear(f);
   return status;
@@ -140,6 +143,7 @@ void flesh_fields_clear(flesh_fields *f)
   }
   free(f->weight);
   flesh_tet_stress_clear(&f->stress);
+  flesh_even_pressure_clear(&f->even);
   flesh_node_forces_clear(&f->forces);
   *f = (flesh_fields){0};
 }
@@ -236,6 +240,24 @@ static void clear_nodes(flesh_fields *f, size_t n)
     if (f->at_nodes[row]) memset(f->at_nodes[row], 0, n * (size_t)rows[row].components * sizeof(double));
 }
 
+/* The pressures of tet10-mean, of tets and at nodes, become those of a continuous field. */
+static void even_pressures(flesh_fields *f, int tets)
+{
+  double *at_tets = f->at_tets[PRESSURE], *at_nodes = f->at_nodes[PRESSURE];
+  const double *q = f->even.q;
+  flesh_even_pressure_find(&f->even);
+  if (at_tets) memcpy(at_tets, f->even.p, (size_t)tets * sizeof *at_tets);
+  for (int e = 0; at_nodes && e < tets; e++) {
+    int nodes[10];
+    const int size = flesh_mesh_tet_nodes(f->body->mesh, e, nodes);
+    for (int a = 0; a < size; a++) {
+      const int *ends = a < 4 ? (int[2]){a, a} : flesh_edge_corners[a - 4];
+      const double p = (q[nodes[ends[0]]] + q[nodes[ends[1]]]) / 2;
+      if (isfinite(p) && isfinite(at_nodes[nodes[a]])) at_nodes[nodes[a]] = p;
+    }
+  }
+}
+
 void flesh_fields_find(flesh_fields *f, const flesh_step_record *record)
 {
   const int n = flesh_mesh_node_count(f->body->mesh), tets = flesh_mesh_tet_count(f->body->mesh);
@@ -251,7 +273,9 @@ void flesh_fields_find(flesh_fields *f, const flesh_step_record *record)
     for (int q = 0; q < most; q++) put_sample(samples[q < count ? q : 0], f->at_points, (size_t)(most * e + q));
     const double volume = take_mean(count, points, samples, mean);
     put_sample(mean, f->at_tets, (size_t)e);
+    if (has_even_pressures(f)) put(PRESSURE, NULL, mean + rows[STRESS].at, &f->even.p[e]);
     if (f->places & FLESH_AT_NODES) add_to_nodes(f, e, count, samples, mean, volume);
   }
   if (f->places & FLESH_AT_NODES) finish_nodes(f, n);
+  if (has_even_pressures(f)) even_pressures(f, tets);
 }

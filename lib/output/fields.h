@@ -3,6 +3,7 @@
 #define FLESH_OUTPUT_FIELDS_H
 
 #include "flesh/observer.h"
+#include "output/even_pressure.h"
 #include "output/node_forces.h"
 #include "output/tet_stress.h"
 #include "output/vtu.h"
@@ -23,6 +24,7 @@ typedef struct flesh_fields {
   const flesh_body *body;
   const struct flesh_team *team; /* the system's; NULL: there is one rank */
   flesh_tet_stress stress;
+  flesh_even_pressure even; /* where pressures are wanted at nodes or of tets */
   flesh_node_forces forces;
   double *weight;                            /* [n] m^3 at rest of each node's tets */
   double *at_nodes[FLESH_TET_FIELDS];        /* [n * components]; NULL: not wanted, likewise below */

@@ -34,7 +34,9 @@ static void open_scene(const char *text, const char *element, unsigned fields, s
   s->nodes = flesh_mesh_node_count(s->mesh), s->tets = flesh_mesh_tet_count(s->mesh);
   s->points = flesh_mesh_order(s->mesh) == 2 ? 4 : 1;
   const size_t n = 3 * (size_t)s->nodes;
-  s->state = (flesh_state){.x = calloc(n, sizeof(double)), .v = calloc(n, sizeof(double))};
+  s->state = (flesh_state){.x = calloc(n, sizeof(double)), .v = calloc(n, sizeof(double)),
+                           .multipliers = calloc((size_t)s->tets, sizeof(double)),
+                           .multiplier_count = flesh_system_multiplier_count(flesh_scene_system(s->scene))};
   flesh_scene_start(s->scene, &s->state);
   CHECK_OK(flesh_fields_open(flesh_scene_body(s->scene), flesh_scene_system(s->scene), FLESH_METHOD_STATIC, fields,
                              everywhere, &s->fields));
@@ -74,6 +76,7 @@ static void forget(seen *s)
   flesh_scene_destroy(&s->scene);
   free(s->state.x);
   free(s->state.v);
+  free(s->state.multipliers);
   free(s->J_mean);
 }
 
@@ -207,6 +210,7 @@ static void uniform_strain_has_the_stress_of_each_material(void)
       const double volume = flesh_mesh_tet_volumes(s.mesh)[t], *is = sigma[body->tet_material[t]];
       check_rows(array(&s.fields.tets, "stress") + 6 * t, 1, 6, is, 1e-6);
       check_rows(array(&s.fields.tets, "stress_at_points") + 6 * s.points * t, s.points, 6, is, 1e-6);
+      check_rows(array(&s.fields.tets, "pressure") + t, 1, 1, (double[]){-(is[0] + is[1] + is[2]) / 3}, 1e-6);
       for (int a = 0; a < (s.points == 4 ? 10 : 4); a++) {
         const int node = a < 4 ? flesh_mesh_tets(s.mesh)[4 * t + a] : flesh_mesh_tet_edges(s.mesh)[6 * t + a - 4];
         for (int k = 0; k < 6; k++) sums[7 * node + k] += volume * is[k];
@@ -330,6 +334,42 @@ static void mean_stress_is_that_of_loads_and_reactions(void)
   }
 }
 
+/* The root mean square error over mu of the pressures at corners in a box of 1 m with slippery walls, where the weight of
+ * an incompressible body of tet10-mean, 2 mu/m, presses like a liquid's. */
+static double error_under_weight(int cells)
+{
+  seen s = {0};
+  char text[1000];
+  flesh_mesh *mesh;
+  CHECK_OK(flesh_mesh_box((int[]){cells, cells, cells}, (double[]){1, 1, 1}, (double[]){0, 0, 0}, &mesh));
+  CHECK_OK(flesh_mesh_write(mesh, file_path("box.mesh")));
+  flesh_mesh_destroy(&mesh);
+  snprintf(text, sizeof text,
+           "body: {mesh: box.mesh, density: 1000, material: {energy: S, young: 30000, poisson: 0.5}}\n"
+           "effects:\n  - gravity: {acceleration: [0, 0, -20]}\n"
+           "  - pin: {box: [[-1, -1, -1], [1e-9, 2, 2]], axes: [x]}\n  - pin: {box: [[0.99, -1, -1], [2, 2, 2]], axes: [x]}\n"
+           "  - pin: {box: [[-1, -1, -1], [2, 1e-9, 2]], axes: [y]}\n  - pin: {box: [[-1, 0.99, -1], [2, 2, 2]], axes: [y]}\n"
+           "  - pin: {box: [[-1, -1, -1], [2, 2, 1e-9]], axes: [z]}\n"
+           "time: {method: static}\nsolver: {newton_tolerance: 1e-9}\n");
+  solve(text, "tet10-mean", FLESH_FIELD_PRESSURE, &s);
+  const double *pressure = array(&s.fields.nodes, "pressure"), *X = flesh_mesh_positions(s.mesh);
+  double square = 0, count = 0;
+  for (int k = 0; k < 4 * s.tets; k++) {
+    const int corner = flesh_mesh_tets(s.mesh)[k];
+    square += pow(pressure[corner] - 20000 * (1 - X[3 * corner + 2]), 2), count++;
+  }
+  forget(&s);
+  return sqrt(square / count) / 1e4;
+}
+
+static void pressures_under_weight_are_of_second_order(void)
+{
+  const double coarse = error_under_weight(2), fine = error_under_weight(4);
+  printf("# pressures at corners off by %.4f and %.4f of mu\n", coarse, fine);
+  CHECK_BELOW(fine, 0.03);
+  CHECK_BELOW(fine, coarse / 3);
+}
+
 static void what_a_body_has_not_is_refused(void)
 {
   static const char *const bad[][2] = {
@@ -377,7 +417,8 @@ int main(int argc, char **argv)
   int failed = RUN_TESTS(
       argc, argv, TEST(uniaxial_tension_is_that_of_the_formula), TEST(uniform_strain_has_the_stress_of_each_material),
       TEST(stress_in_bending_is_linear_up_to_the_surface), TEST(fields_have_the_integrals_of_their_points),
-      TEST(mean_stress_is_that_of_loads_and_reactions), TEST(what_a_body_has_not_is_refused),
+      TEST(mean_stress_is_that_of_loads_and_reactions),
+      TEST(pressures_under_weight_are_of_second_order), TEST(what_a_body_has_not_is_refused),
       TEST(a_stress_that_does_not_exist_is_nan));
   test_folder_remove(folder);
   return failed;
