@@ -83,8 +83,8 @@ FLESH_API int flesh_frames_create(const char *directory, const flesh_mesh *mesh,
  *   stretch         singular values of F, descending, the last with the sign of J
  *   stress          Pa
  *   von_mises       Pa, of the stress of that place
- *   pressure        Pa, minus a third of the trace of the stress of that place; of tet10-mean at nodes and of tets that of
- *                   the continuous, linear field that fits the tets' means best, within each material
+ *   pressure        Pa, minus a third of the trace of the stress of that place; of tet10-mean at nodes and of tets
+ *                   that of the continuous, linear field that fits the tets' means best, within each material
  *   energy_density  J/m^3 of volume at rest, strain energy from rest
  *   reaction        N on the body, at nodes: as flesh_probe's (flesh/probe.h) before it is summed up
  *   contact_force   N on the body, at nodes, of the step's stage
