@@ -3,6 +3,7 @@
 #define FLESH_EFFECT_PRIVATE_H
 
 #include "flesh/effect.h"
+#include "linear/block_matrix.h"
 
 struct flesh_archive;
 struct flesh_rank_part;
@@ -58,7 +59,7 @@ typedef enum flesh_reading {
 } flesh_reading;
 
 /* For effects that lag or freeze: what sensitivities need beside the Jacobian, which else takes many differences. An
- * effect has one of the two. */
+ * effect has one of the three. */
 typedef struct flesh_effect_readings {
   /* y [3*n] += scale times the derivative of the residual by `reading`, times w [3*n], or the transposed one; nothing
    * where the residual does not depend on it. Has a value wherever the residual has one. */
@@ -67,6 +68,9 @@ typedef struct flesh_effect_readings {
   /* For a sum over tets: a new effect of the same tets on `torn`, in which no two share a node (mesh/torn.h), so that a
    * few differences have the derivatives of all tets. It lives no longer than this one and `torn`. */
   int (*tear)(const flesh_effect *effect, const flesh_mesh *torn, flesh_effect **apart);
+  /* For what couples few nodes, which differ from place to place: adds the blocks of the derivative of the residual by
+   * `reading`. FLESH_UNDEFINED where there is none; the errors of `add`. */
+  int (*couple)(const flesh_effect *effect, const flesh_point *point, flesh_reading reading, flesh_block_add add, void *to);
 } flesh_effect_readings;
 
 /* Members that an effect does not need are NULL. */

@@ -34,7 +34,7 @@ static void find_directions(const flesh_contact_closest *at, double t[2][3])
   if (at->dimension < 2) flesh_vec3_cross(at->normal, t[0], t[1]);
 }
 
-static void find_slip(const flesh_contact_pair *pair, const flesh_contact_closest *at, flesh_contact_rub *rub)
+void flesh_contact_slip_find(const flesh_contact_pair *pair, const flesh_contact_closest *at, flesh_contact_rub *rub)
 {
   double t[2][3];
   rub->count = at->count;
@@ -65,7 +65,7 @@ int flesh_contact_friction_update(flesh_contact_friction *friction, const flesh_
       positive += force;
       flesh_contact_rub *rub = friction->rubs + friction->count++;
       rub->force = force;
-      find_slip(set->pairs + next, &at, rub);
+      flesh_contact_slip_find(set->pairs + next, &at, rub);
     }
     const double part = sum > 0 ? friction->coefficient * (sum / positive) : 0;
     for (int i = first; i < friction->count; i++) friction->rubs[i].force *= part;
@@ -74,8 +74,7 @@ int flesh_contact_friction_update(flesh_contact_friction *friction, const flesh_
   return FLESH_OK;
 }
 
-/* How a field [3*n] slips. */
-static void slip_of(const flesh_contact_rub *rub, const double *field, double u[2])
+void flesh_contact_slip_of(const flesh_contact_rub *rub, const double *field, double u[2])
 {
   u[0] = u[1] = 0;
   for (int a = 0; a < rub->count; a++)
@@ -89,8 +88,8 @@ static double potential_of(const flesh_contact_rub *rub, const flesh_contact_mot
   if (at->shift_v != 0) return rub->force * flesh_slip_potential(speed, e) / at->shift_v;
   if (at->shift_x == 0) return 0;
   double from[2], to[2];
-  slip_of(rub, at->x_lag, from);
-  slip_of(rub, at->x, to);
+  flesh_contact_slip_of(rub, at->x_lag, from);
+  flesh_contact_slip_of(rub, at->x, to);
   return rub->force * flesh_slip_ratio(speed, e) * (u[0] * (to[0] - from[0]) + u[1] * (to[1] - from[1])) / at->shift_x;
 }
 
@@ -101,7 +100,7 @@ void flesh_contact_friction_evaluate(const flesh_contact_friction *friction, con
   for (int k = 0; k < friction->count; k++) {
     const flesh_contact_rub *rub = friction->rubs + k;
     double u[2];
-    slip_of(rub, at->v, u);
+    flesh_contact_slip_of(rub, at->v, u);
     const double speed = hypot(u[0], u[1]), ratio = rub->force * flesh_slip_ratio(speed, e);
     if (phi || size) {
       const double share = potential_of(rub, at, u, speed, e);
@@ -122,7 +121,7 @@ void flesh_contact_friction_hessians(const flesh_contact_friction *friction, con
   for (int k = 0; k < friction->count; k++) {
     const flesh_contact_rub *rub = friction->rubs + k;
     double u[2], B[2][2], *H = hessians + 144 * (size_t)k;
-    slip_of(rub, v, u);
+    flesh_contact_slip_of(rub, v, u);
     const double speed = hypot(u[0], u[1]), ratio = flesh_slip_ratio(speed, e),
                  along = to_rest ? 0 : flesh_slip_fall(speed, e), one = speed > 0 ? 1 / speed : 0;
     for (int i = 0; i < 2; i++)

@@ -13,6 +13,7 @@
 #define FLESH_GEOMETRY_CONTACT_FRICTION_H
 
 #include "geometry/contact_set.h"
+#include "linear/block_matrix.h"
 
 typedef struct flesh_contact_rub {
   int count, nodes[4];  /* 2 to 4 nodes */
@@ -33,6 +34,10 @@ void flesh_contact_friction_clear(flesh_contact_friction *friction);
  * the sum of all. FLESH_ERR_MEMORY. */
 int flesh_contact_friction_update(flesh_contact_friction *friction, const flesh_contact_set *set, const double *x);
 
+/* A pair's slip, where its nearest points are `at`; and how a field [3*n] slips. */
+void flesh_contact_slip_find(const flesh_contact_pair *pair, const flesh_contact_closest *at, flesh_contact_rub *rub);
+void flesh_contact_slip_of(const flesh_contact_rub *rub, const double *field, double u[2]);
+
 /* Places and velocities [3*n], and by how many times a change of the unknown moves x and v. */
 typedef struct flesh_contact_motion {
   const double *x, *x_lag, *v;
@@ -43,6 +48,12 @@ typedef struct flesh_contact_motion {
  * terms' sizes (effect.h; where shift_v is 0 the force does not change, and x moves from x_lag). */
 void flesh_contact_friction_evaluate(const flesh_contact_friction *friction, const flesh_contact_motion *at, double *phi,
                                      double *size, double *r);
+
+/* Gives d r / d x_lag, with velocities v [3*n], of a set that has been updated at x_lag [3*n] as
+ * flesh_contact_friction_update has it. FLESH_UNDEFINED where other nodes bear the nearest points of two edges on one side
+ * of x_lag than on the other; FLESH_ERR_MEMORY, and what `add` returns. */
+int flesh_contact_friction_turn(const flesh_contact_friction *friction, const flesh_contact_set *set, const double *x_lag,
+                                const double *v, flesh_block_add add, void *to);
 
 /* scale times d r / d v [144*count] of every rub, in the order of its nodes, 0 behind them; positive semi-definite.
  * `to_rest`: the secants to rest in their place (slip.h). */

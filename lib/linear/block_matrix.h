@@ -8,6 +8,9 @@
 #include "flesh/block_matrix.h"
 #include "flesh/threads.h"
 
+/* Takes a block [9], row by row, of a matrix of nodes; FLESH_ERR_MEMORY. */
+typedef int (*flesh_block_add)(void *to, int row, int column, const double block[9]);
+
 /* y = A x. */
 void flesh_block_multiply(const flesh_block_matrix *A, const double *x, double *y);
 /* y = A x of a body whose matrix is the sum of the ranks' A; x is consistent, y collected (base/team.h). */

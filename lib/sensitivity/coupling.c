@@ -199,8 +199,9 @@ static int make_room(flesh_coupling *to)
   return FLESH_OK;
 }
 
-int flesh_coupling_append(flesh_coupling *to, int row, int column, const double block[9])
+int flesh_coupling_append(void *coupling, int row, int column, const double block[9])
 {
+  flesh_coupling *to = coupling;
   double size = 0;
   for (int k = 0; k < 9; k++) size += fabs(block[k]);
   if (size == 0) return FLESH_OK;
@@ -276,6 +277,26 @@ static int find_by_kind(const variation *v, int kind, double step, int *whole)
   return status;
 }
 
+/* Takes the derivative that the effect gives itself, if it is smooth there. */
+static int find_own(const variation *v, const flesh_effect_readings *own, double step, int *whole)
+{
+  flesh_coupling *by = &v->self->by[v->reading];
+  const flesh_effect *effect = flesh_system_effect(v->self->system, v->effect);
+  flesh_effect_view view = flesh_effect_view_of(v->self->system, v->point);
+  const int first = by->count,
+            status = own->couple(effect, flesh_effect_view_turn(&view, v->effect), v->reading, flesh_coupling_append, by);
+  return status > 0 ? FLESH_OK : status < 0 ? status : is_whole(v, first, step, whole);
+}
+
+/* Says that there is no derivative. */
+static int refuse(const variation *v, const char *read)
+{
+  return flesh_fail(FLESH_ERR_ARGUMENT, "at t = %g s the forces of effect %s have no derivative by the %s state, so that "
+                                        "there are no sensitivities; where edges lie exactly above each other, a body "
+                                        "that is moved a little has them", v->point->t,
+                    flesh_system_effect(v->self->system, v->effect)->operations->name, read);
+}
+
 /* The derivative of the effect by what is read, by the narrowest coupling that has all of it, from the last one on. Contact
  * that has just begun is smooth only within shorter steps. */
 static int find_reading(const variation *v, double step, const flesh_block_matrix *K)
@@ -287,6 +308,11 @@ static int find_reading(const variation *v, double step, const flesh_block_matri
   const flesh_effect_readings *own = flesh_effect_private_of(effect)->readings;
   const char *read = v->reading < FLESH_FROZEN_X ? "lagged" : v->reading < FLESH_OWN_V ? "frozen" : "moving";
   if (own && own->tear) return flesh_couplings_find_apart(self, v->effect, v->point, v->reading, shorter * step);
+  if (own && own->couple) {
+    int whole = 0;
+    const int status = find_own(v, own, shorter * step, &whole);
+    return status || whole ? status : refuse(v, read);
+  }
   for (; *kind < FLESH_COLOURINGS; ++*kind) {
     const flesh_colouring *colouring = &self->colourings[*kind];
     int whole = 0, status = colouring->colours ? FLESH_OK : make_colouring(self, *kind, K);
@@ -297,9 +323,7 @@ static int find_reading(const variation *v, double step, const flesh_block_matri
       status = find_by_kind(v, *kind, step * pow(0.1, finer), &whole);
     if (status || whole) return status;
   }
-  return flesh_fail(FLESH_ERR_ARGUMENT, "at t = %g s the forces of effect %s have no derivative by the %s state, so that "
-                                        "there are no sensitivities; where edges lie exactly above each other, a body "
-                                        "that is moved a little has them", v->point->t, effect->operations->name, read);
+  return refuse(v, read);
 }
 
 /* Whether the effect's residual, `before` at the point, is another in its bits where all nodes of what is read are moved. */

@@ -67,8 +67,8 @@ static inline int flesh_couplings_any(const flesh_couplings *couplings, flesh_re
 {
   return couplings->by[reading].count > 0 || couplings->own[reading];
 }
-/* Adds a block to it, unless it is 0. FLESH_ERR_MEMORY. */
-int flesh_coupling_append(flesh_coupling *coupling, int row, int column, const double block[9]);
+/* Implements flesh_block_add for a flesh_coupling: adds a block, unless it is 0. FLESH_ERR_MEMORY. */
+int flesh_coupling_append(void *coupling, int row, int column, const double block[9]);
 /* Finds the derivative of an effect that can be torn by what is read, by differences with the step (apart.c).
  * FLESH_ERR_MEMORY, and what the effect returns. */
 int flesh_couplings_find_apart(flesh_couplings *couplings, int effect, const flesh_point *point, flesh_reading reading,

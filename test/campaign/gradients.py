@@ -75,7 +75,7 @@ class Case:
         shift = noise.uniform(-0.04, 0.04, x.shape) * SIZE.min()
         shift[x[:, 0] < 1e-9] = 0
         shift[np.abs(x[:, 2] - 0.1) < 1e-9, 2] = 0
-        shift[x[:, 2] < 1e-9, 2] = 0
+        shift[x[:, 2] < origin[2] + 1e-9, 2] = 0
         x += shift
         if name == "upper" and origin[2] > 0.1: # not in line with what it meets
             x[:, 2] += 0.01 * x[:, 0] + 0.02 * x[:, 1]
@@ -143,7 +143,7 @@ def joint(case):
 
 
 def buoyancy(case):
-    case.add("buoyancy", {"level": case.draw.choice([0.04, 0.3]), "density": case.draw.uniform(800, 1200)}, ("level", "density"))
+    case.add("buoyancy", {"level": case.draw.choice([0.04, 0.3]), "density": case.draw.uniform(800, 1200)}, ("level", "density"), 1e-5)
 
 
 def drag(case):
@@ -192,7 +192,7 @@ def weld(case):
 
 
 def between(case):
-    if second_body(case, (-1.3e-4, 7e-5, 0.106)): # edges exactly above each other have no second derivative
+    if second_body(case, (-1.3e-3, 7e-4, case.draw.choice([0.1045, 0.1075]))): # edges exactly above each other have no second derivative
         keys = {"between": "all", "thickness": 0.01, "stiffness": 1e5, "friction": case.draw.choice([0, 0.3])}
         case.add("contact", keys, ("stiffness", "thickness") + (("friction",) if keys["friction"] else ()), 1e-4)
         if case.static:
@@ -206,7 +206,7 @@ def ground(case):
 
 
 def ball(case):
-    keys = {"sphere": {"centre": [0.15, 0.05, 0.158], "radius": 0.05}, "thickness": 0.012, "stiffness": 1e5,
+    keys = {"sphere": {"centre": [0.15, -0.058, 0.05], "radius": 0.05}, "thickness": 0.012, "stiffness": 1e5,
             "friction": case.draw.choice([0, 0.3]), "slip_speed": 0.02}
     case.add("contact", keys, ("stiffness", "sphere.radius") + (("friction", "slip_speed") if keys["friction"] else ()), 1e-4)
 
@@ -251,7 +251,7 @@ class Run:
 
 
 def differences(run, step):
-    """Of the fourth order, with a step and half of it, and the parts of the runs."""
+    """Of the fourth order, with a step and half of it, and the parts of the runs. Wide steps cross kinks, as of water levels."""
     runs = {k: run(k * step) for k in (-2, -1, -0.5, 0.5, 1, 2)}
     q = {k: one.value() for k, one in runs.items()}
     whole = (q[-2] - 8 * q[-1] + 8 * q[1] - q[2]) / (12 * step)
@@ -267,6 +267,18 @@ def start_direction(case, run):
     return noise.uniform(-1, 1, (2, *run.state.x.shape)) * free * ([[[0.0 if kinked else 1e-3]], [[0.0 if case.static else 1]]])
 
 
+def tangents_off(case, run, rows, by, gradient):
+    """A fault where tangents, along a change to which each parameter has a share of the same size, differ from the adjoint.
+
+    Both are of the same steps, so that they agree whatever is the truth, and where differences say nothing.
+    """
+    shares = np.abs(gradient) + 1e-9 * np.array([abs(run.value() / row[2]) for row in rows])
+    amounts = [case.draw.choice((-1, 1)) for _ in rows] / shares
+    by_tangents = float(by.ravel() @ run.trajectory.operator([row[1] for row in rows]).matvec(amounts))
+    off = abs(by_tangents - gradient @ amounts) / len(rows)
+    return [f"tangents and the adjoint differ by {off:.1e}"] if off > 1e-7 else []
+
+
 def try_case(case, say):
     """Faults of a case, and how many of its rows count."""
     run = Run(case, record=True)
@@ -274,7 +286,8 @@ def try_case(case, say):
     rest = case.draw.choice(at_end), case.draw.randrange(2)
 
     def parameter_of(key, value):
-        return flesh.Parameter(lambda p: flesh.Scene(case.scene, {key: p}).system, value)
+        wider = 1e-6 if "motion[" in key else None # round-off of places is what a stiff weld makes of it
+        return flesh.Parameter(lambda p: flesh.Scene(case.scene, {key: p}).system, value, wider)
 
     def moved(p):
         mesh = case.mesh("lower", CELLS, (0, 0, 0), (*rest, p)) if p else case.body["mesh"]
@@ -287,14 +300,18 @@ def try_case(case, say):
                      lambda p: Run(case, moved(p))))
     by, faults, counted, worst = run.by(), [], 0, 0
     found = run.trajectory.gradient([row[1] for row in rows], *by)
+    faults += tangents_off(case, run, rows, by, found.by_parameters)
     along = start_direction(case, run)
     at_start = float((along * [found.by_x, found.by_v]).sum())
-    rows.append(("start", None, 1e-3, lambda p: Run(case, None, (p, along))))
+    rows.append(("start", None, 1e-5, lambda p: Run(case, None, (p, along))))
     for k, (key, parameter, step, one) in enumerate(rows):
         slope = at_start if parameter is None else found.by_parameters[k]
         if key == "rest position":
             slope += found.by_x[rest]
-        expected, noise, parts = differences(one, step)
+        try:
+            expected, noise, parts = differences(one, step)
+        except (flesh.SolveError, flesh.IntegratorError): # one of a stiff contact may end elsewhere, or nowhere
+            continue
         off = abs(slope - expected)
         small = SMALL["weld" in key] * np.abs(by[0] * run.state.x).sum() / abs(step) * 1e-3
         counts = parts == {run.parts} and noise < 0.1 * ASKED * abs(expected)
@@ -307,10 +324,6 @@ def try_case(case, say):
         if say:
             print(f"  {key}: {slope:.10g}, {off / abs(expected) if expected else off:.1e} off, noise "
                   f"{noise / abs(expected) if expected else noise:.1e}{'' if counts else ' -'}", flush=True)
-    for k, (key, parameter, *_) in enumerate(rows[:2]):
-        by_tangent = float((by * np.array(run.trajectory.tangent(parameter))).sum())
-        if abs(by_tangent - found.by_parameters[k]) > 1e-7 * abs(by_tangent) + 1e-12 * abs(run.value() / rows[k][2]):
-            faults.append(f"by {key}: the tangent says {by_tangent:.10g}, the adjoint {found.by_parameters[k]:.10g}")
     return faults, counted, len(rows), worst
 
 

@@ -149,6 +149,51 @@ static void forces_are_the_derivatives_of_the_potential(void)
   CHECK_BELOW(worst[1], 1e-6);
 }
 
+/* Implements flesh_block_add: y += block x. */
+typedef struct product {
+  const double *x;
+  double *y;
+} product;
+
+static int multiply(void *to, int row, int column, const double block[9])
+{
+  const product *p = to;
+  for (int k = 0; k < 9; k++) p->y[3 * row + k / 3] += block[k] * p->x[3 * column + k % 3];
+  return FLESH_OK;
+}
+
+/* Places move what touches, the signed sums and how it slips, below the slip speed and above. */
+static void lagged_places_have_their_derivative(void)
+{
+  static double v[3 * FACING_NODES], du[3 * FACING_NODES], places[3 * FACING_NODES], r[2][3 * FACING_NODES],
+      image[3 * FACING_NODES];
+  for (int trial = 0; trial < 4; trial++) {
+    flesh_contact_set set;
+    flesh_contact_friction friction;
+    const double h = 1e-7, speed = e * pow(10, trial - 2);
+    double size = 0, off = 0;
+    crumple(6, &set, &friction);
+    move(speed, speed, speed, v);
+    for (int k = 0; k < 3 * f.nodes; k++) du[k] = uniform();
+    memset(image, 0, sizeof image);
+    memset(r, 0, sizeof r);
+    CHECK_OK(flesh_contact_friction_turn(&friction, &set, f.x, v, multiply, &(product){du, image}));
+    for (int side = 0; side < 2; side++) {
+      for (int k = 0; k < 3 * f.nodes; k++) places[k] = f.x[k] + (side ? h : -h) * du[k];
+      CHECK_OK(flesh_contact_set_update(&set, &f.candidates, places, NULL));
+      CHECK_OK(flesh_contact_friction_update(&friction, &set, places));
+      flesh_contact_friction_evaluate(&friction, &(flesh_contact_motion){places, places, v, 1, 1}, NULL, NULL, r[side]);
+    }
+    for (int k = 0; k < 3 * f.nodes; k++) {
+      size = fmax(size, fabs(image[k]));
+      off = fmax(off, fabs((r[1][k] - r[0][k]) / (2 * h) - image[k]));
+    }
+    printf("# at %g of the slip speed: off by %.2g of %.2g\n", speed / e, off / size, size);
+    CHECK_BELOW(off, 1e-6 * size);
+    end(&set, &friction);
+  }
+}
+
 /* If the unknown does not change velocities, the force is constant and its potential linear. */
 static void without_velocities_the_force_is_constant(void)
 {
@@ -250,6 +295,7 @@ static void hessians_are_positive(void)
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(flat_faces_rub_by_coulombs_law), TEST(signed_sums_rub_by_their_sum),
-                   TEST(forces_are_the_derivatives_of_the_potential), TEST(without_velocities_the_force_is_constant),
+                   TEST(forces_are_the_derivatives_of_the_potential), TEST(lagged_places_have_their_derivative),
+                   TEST(without_velocities_the_force_is_constant),
                    TEST(forces_balance), TEST(hessians_are_positive));
 }
