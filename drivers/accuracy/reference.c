@@ -178,13 +178,13 @@ int flesh_accuracy_settle(flesh_accuracy_plan *plan, flesh_accuracy_figures *f)
 {
   flesh_accuracy_track tracks[2] = {0};
   flesh_accuracy_reference *about = &plan->reference;
-  char paths[2][1500], kept[1500];
+  char path[1500];
   int numbers[2], status = FLESH_OK;
   flesh_scene *scene = NULL;
   find_sources(plan, numbers);
   for (int k = 0; k < 2 && !status; k++) {
-    flesh_accuracy_states_path(plan, numbers[k], paths[k]);
-    status = flesh_accuracy_track_read(paths[k], &tracks[k]);
+    flesh_accuracy_states_path(plan, numbers[k], path);
+    status = flesh_accuracy_track_read(path, &tracks[k]);
   }
   const flesh_accuracy_figures *made[2] = {&plan->rows[numbers[0]].figures, &plan->rows[numbers[1]].figures};
   const int first = made[1]->estimate < made[0]->estimate;
@@ -201,10 +201,8 @@ int flesh_accuracy_settle(flesh_accuracy_plan *plan, flesh_accuracy_figures *f)
     about->times = plan->grid.count, about->start = plan->grid.start, about->end = plan->grid.end;
     f->took_s = made[0]->took_s + made[1]->took_s;
     snprintf(f->message, sizeof f->message, "%.150s; against %.150s", made[first]->message, made[!first]->message);
-    flesh_accuracy_states_path(plan, flesh_accuracy_slot(plan, FLESH_ACCURACY_REFERENCE), kept);
-    if (!status && flesh_path_rename(paths[first], kept))
-      status = flesh_fail(FLESH_ERR_FILE, "%s cannot be written", kept);
-    if (!status) flesh_path_unlink(paths[!first]);
+    flesh_accuracy_states_path(plan, flesh_accuracy_slot(plan, FLESH_ACCURACY_REFERENCE), path);
+    if (!status) status = flesh_accuracy_track_write(path, &tracks[first]); /* the sources' stay until its row is written */
   }
   flesh_scene_destroy(&scene);
   flesh_accuracy_track_close(&tracks[0]);
@@ -254,6 +252,10 @@ int flesh_accuracy_make_reference(flesh_accuracy_session *s)
   if (!status && !row->done) status = make_sources(s);
   if (!status) status = flesh_accuracy_do(s, number);
   if (!status && row->figures.status) status = flesh_fail(row->figures.status, "no reference: %s", row->figures.message);
+  for (int k = 0; k < FLESH_ACCURACY_SOURCES && !status; k++) {
+    flesh_accuracy_states_path(plan, flesh_accuracy_slot(plan, FLESH_ACCURACY_SOURCE) + k, path);
+    flesh_path_unlink(path);
+  }
   flesh_accuracy_states_path(plan, number, path);
   return status ? status : flesh_accuracy_track_read(path, &s->reference);
 }

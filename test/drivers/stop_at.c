@@ -1,5 +1,6 @@
 /* stop_at.c: preloaded into a program, sends it a signal (FLESH_STOP_SIGNAL, else SIGKILL) just before the call that
- * FLESH_STOP_AT counts, from 1, of those that make, rename, cut, remove or sync files. FLESH_STOP_LOG names a file that
+ * FLESH_STOP_AT counts, from 1, of those that make, rename, cut, remove or sync files, or just after what gives a file the
+ * name FLESH_STOP_AFTER in its folder. FLESH_STOP_LOG names a file that
  * gets a line for each: `rename FROM TO`, `fsync PATH`, `truncate PATH`, `unlink PATH`, `write PATH` (opened for it). */
 #define _GNU_SOURCE
 #include <fcntl.h>
@@ -11,11 +12,17 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+static void stop(void)
+{
+  const char *number = getenv("FLESH_STOP_SIGNAL");
+  kill(getpid(), number ? atoi(number) : SIGKILL);
+}
+
 static void note(const char *what, const char *path, const char *to)
 {
   static int count;
-  const char *at = getenv("FLESH_STOP_AT"), *log = getenv("FLESH_STOP_LOG"), *number = getenv("FLESH_STOP_SIGNAL");
-  if (at && ++count == atoi(at)) kill(getpid(), number ? atoi(number) : SIGKILL);
+  const char *at = getenv("FLESH_STOP_AT"), *log = getenv("FLESH_STOP_LOG");
+  if (at && ++count == atoi(at)) stop();
   if (!log) return;
   char line[2048];
   const int length = snprintf(line, sizeof line, "%s %s%s%s\n", what, path, to ? " " : "", to ? to : "");
@@ -62,7 +69,10 @@ int renameat(int from_folder, const char *from, int to_folder, const char *to)
 {
   char paths[2][1024];
   note("rename", place(from_folder, from, paths[0]), place(to_folder, to, paths[1]));
-  return (int)syscall(SYS_renameat2, from_folder, from, to_folder, to, 0);
+  const int result = (int)syscall(SYS_renameat2, from_folder, from, to_folder, to, 0);
+  const char *after = getenv("FLESH_STOP_AFTER"), *slash = strrchr(to, '/');
+  if (after && !strcmp(slash ? slash + 1 : to, after)) stop();
+  return result;
 }
 
 int unlinkat(int folder, const char *name, int flags)

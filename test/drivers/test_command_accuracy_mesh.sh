@@ -1,7 +1,8 @@
-# TEST full memory program seconds=120 needs=flesh
+# TEST full memory program seconds=120 needs=flesh uses=stop_at
 # test_command_accuracy_mesh.sh: `flesh accuracy --mesh`: the error of the mesh beside that of the step.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
+shim=$(preloadable "${STOP_AT:?STOP_AT must name the library that stops the program}") || exit 1
 meshes=$source_folder/../data/meshes
 
 "$flesh" mesh box --cells 4,1,1 --size 4,1,1 --out small.mesh >/dev/null || exit 1
@@ -87,18 +88,26 @@ same_meshes() {
       if (first == second && differ != "") { print "differs:", differ; exit 1 } }' "$1" "$2"
 }
 
-# Killed while the reference is made, while runs go, while meshes are run: the same table of meshes comes of it, and what was
-# done is not done again.
+# Whether the process has stopped, or a child of its, `child`.
+child_stands() {
+  for child in "$1" $(cat "/proc/$1/task/$1/children"); do
+    grep -q '^State:.T' "/proc/$child/status" && return 0
+  done
+  return 1
+}
+
+# Killed while the reference is made, while runs go, while meshes are run, each just after states are there under their name and
+# before the database has their row: the same table of meshes comes of it, and what was done is not done again.
 killed_it_goes_on() {
   set -- accuracy swing.yaml --mesh --mesh-seconds 0.1 --quick --reference-seconds 0.5 --methods newmark,backward-euler \
     --steps 1/50,1/100,1/200,1/400 --out killed
   cut -d , -f 1-7,10,11,13 swing/mesh.csv >expected
   for file in reference_ida5.states reference.states mesh_1.states; do
     rm -rf killed
-    "$flesh" "$@" >/dev/null 2>&1 &
+    env LD_PRELOAD="$shim" FLESH_STOP_AFTER="$file" FLESH_STOP_SIGNAL=19 "$flesh" "$@" >/dev/null 2>&1 &
     run=$!
-    wait_until "$run" [ -e "killed/$file" ] || return 1
-    kill -KILL "$run"
+    wait_until "$run" child_stands "$run" || return 1
+    kill -KILL "$run" "$child"
     wait "$run" 2>/dev/null
     "$flesh" sweep export killed/accuracy.db --columns 'id,started' --where "status = 'complete'" >before
     expect 0 "$flesh" "$@" --resume || return 1
