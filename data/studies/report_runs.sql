@@ -1,6 +1,8 @@
--- report_runs.sql: what a report has of folders of `flesh run` (drivers/report/studies.c), from the tables
+-- report_runs.sql: what a report has of folders of `flesh run` (drivers/report/studies.c), from the table
 --   runs (number, folder, name, result)  result.json, NULL without
---   figures (number, key, value)         its figures that are numbers
+
+CREATE TABLE figures (number, key, value REAL);
+INSERT INTO figures SELECT number, key, value FROM runs, json_each(result, '$.figures') WHERE type IN ('integer', 'real');
 
 CREATE VIEW told AS
 SELECT r.*, result ->> 'status' AS status, coalesce(result ->> 'message', '') AS message, result ->> 'warning' AS warning,

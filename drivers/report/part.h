@@ -40,8 +40,9 @@ void flesh_report_add_series(json_t *plot, int table, const char *name, const ch
 int flesh_report_add_history(json_t *part, json_t *plot, const char *folder, const char *file,
                              const char *name, const char *colour);
 
-/* Tells the part of a folder, empty where paths are whole, by the text `sql` of data/studies, on a database in memory that
- * `fill_database` (NULL: nobody) has filled. */
+/* Tells the part of a folder, empty where paths are whole, by the text `sql` of data/studies, on that database. */
+int flesh_report_tell_of(flesh_report *report, json_t *part, const char *folder, const char *sql, sqlite3 *database);
+/* On one in memory that `fill_database` (NULL: nobody) has filled. */
 int flesh_report_tell(flesh_report *report, json_t *part, const char *folder, const char *sql,
                       int (*fill_database)(sqlite3 *database, const void *data), const void *data);
 

@@ -13,21 +13,7 @@ typedef struct runs {
   char *const *folders;
 } runs;
 
-static void insert_figures(sqlite3_stmt *row, int number, json_t *figures)
-{
-  const char *key;
-  json_t *value;
-  json_object_foreach(figures, key, value) {
-    if (!json_is_number(value)) continue;
-    sqlite3_bind_int(row, 1, number);
-    sqlite3_bind_text(row, 2, key, -1, SQLITE_TRANSIENT);
-    sqlite3_bind_double(row, 3, json_number_value(value));
-    sqlite3_step(row);
-    sqlite3_reset(row);
-  }
-}
-
-static int insert_run(sqlite3_stmt *run, sqlite3_stmt *figure, int number, const char *folder)
+static int insert_run(sqlite3_stmt *run, int number, const char *folder)
 {
   json_t *result = NULL;
   char *name = flesh_run_folder_name(folder), *text = NULL;
@@ -40,7 +26,6 @@ static int insert_run(sqlite3_stmt *run, sqlite3_stmt *figure, int number, const
   sqlite3_bind_text(run, 4, text, -1, SQLITE_TRANSIENT);
   sqlite3_step(run);
   sqlite3_reset(run);
-  insert_figures(figure, number, json_object_get(result, "figures"));
   json_decref(shown);
   json_decref(result);
   free(name);
@@ -51,16 +36,13 @@ static int insert_run(sqlite3_stmt *run, sqlite3_stmt *figure, int number, const
 static int fill(sqlite3 *database, const void *data)
 {
   const runs *given = data;
-  sqlite3_stmt *run = NULL, *figure = NULL;
-  int status = sqlite3_exec(database, "CREATE TABLE runs (number INTEGER PRIMARY KEY, folder, name, result);"
-                                      "CREATE TABLE figures (number, key, value REAL)", NULL, NULL, NULL) ||
-                       sqlite3_prepare_v2(database, "INSERT INTO runs VALUES (?, ?, ?, ?)", -1, &run, NULL) ||
-                       sqlite3_prepare_v2(database, "INSERT INTO figures VALUES (?, ?, ?)", -1, &figure, NULL)
+  sqlite3_stmt *run = NULL;
+  int status = sqlite3_exec(database, "CREATE TABLE runs (number INTEGER PRIMARY KEY, folder, name, result)", NULL, NULL, NULL) ||
+                       sqlite3_prepare_v2(database, "INSERT INTO runs VALUES (?, ?, ?, ?)", -1, &run, NULL)
                    ? flesh_report_no_memory()
                    : FLESH_OK;
-  for (int r = 0; r < given->count && !status; r++) status = insert_run(run, figure, r, given->folders[r]);
+  for (int r = 0; r < given->count && !status; r++) status = insert_run(run, r, given->folders[r]);
   sqlite3_finalize(run);
-  sqlite3_finalize(figure);
   return status;
 }
 

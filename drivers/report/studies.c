@@ -8,9 +8,12 @@
  *   plots    title, x, y, logarithmic axes ("xy"), lines, table (-1: the runs' histories), and group, column, its text
  *   grids    JSON
  *   figures  the rows are a table, whose title is in their first column
+ *   results  such a table without columns that have no value; `tables` has its columns as JSON
+ *   folded   such a table, folded
  *   histories  folder, file, title and colour: the file becomes a table, and a series of the last plot
  *   runs     folder, title of its bodies, whether they may be missing
  *   sources  title, file, key (NULL: a text; "": all of the JSON)
+ *   given    title, text, whether it is JSON: a source that SQL has itself
  *   failure  words behind the folder, which end the report
  * is_there(file) asks for a file of the folder, colour_of(energy) for its colour; number() is that of study/results.h. */
 #include <jansson.h>
@@ -20,6 +23,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "cli/json_memory.h"
 #include "report/csv.h"
 #include "report/part.h"
 #include "study/database.h"
@@ -94,7 +98,7 @@ static int add_table(const maker *m, const char *name, int open)
   int status = flesh_report_csv(m->folder, name, 0, &columns, NULL);
   if (!columns && !status) flesh_report_note(m->part, "There is no %s that can be read.", name);
   if (!columns) return status;
-  char *sql = sqlite3_mprintf("INSERT INTO tables VALUES (%Q, %d)", name, flesh_report_table(m->part, name, columns, open));
+  char *sql = sqlite3_mprintf("INSERT INTO tables VALUES (%Q, %d, NULL)", name, flesh_report_table(m->part, name, columns, open));
   if (!sql || sqlite3_exec(m->database, sql, NULL, NULL, NULL)) status = flesh_report_no_memory();
   sqlite3_free(sql);
   return status ? status : fill(m, name, columns);
@@ -141,6 +145,12 @@ static int add_run(const maker *m, const char *name, const char *title, int opti
   return status;
 }
 
+/* A folded text or JSON. */
+static void add_given(const maker *m, sqlite3_stmt *row, const char *title, const char *text)
+{
+  flesh_report_source(m->part, title, sqlite3_column_int(row, 2) ? json_loads(text, 0, NULL) : flesh_json_text(text));
+}
+
 static void add_plot(const maker *m, sqlite3_stmt *row, const char *const texts[9])
 {
   flesh_report_add_plot(m->part, &(flesh_report_plot){.title = texts[0], .x = texts[1], .y = texts[2],
@@ -163,6 +173,7 @@ static int take_row(const maker *m, sqlite3_stmt *row, const char *name)
   if (!strcmp(name, "runs")) return add_run(m, t[0], t[1], sqlite3_column_int(row, 2));
   if (!strcmp(name, "failure")) return flesh_fail(FLESH_ERR_FILE, "%s/%s", m->folder, t[0]);
   if (!strcmp(name, "plots")) add_plot(m, row, t);
+  if (!strcmp(name, "given") && t[1]) add_given(m, row, t[0], t[1]);
   if (!strcmp(name, "verdict")) flesh_report_say(m->part, "%s", t[0]);
   if (!strcmp(name, "notes")) flesh_report_note(m->part, "%s", t[0]);
   if (!strcmp(name, "grids")) json_array_append_new(json_object_get(m->part, "grids"), json_loads(t[0], 0, NULL));
@@ -171,39 +182,69 @@ static int take_row(const maker *m, sqlite3_stmt *row, const char *name)
 
 static int fail(const maker *m) { return flesh_database_fail(m->database, m->folder, "cannot be told of"); }
 
-static int add_figures(const maker *m, sqlite3_stmt *query)
+/* Columns that say nothing: none of their rows has a value. */
+static void drop_empty(json_t *columns)
 {
-  if (sqlite3_step(query) != SQLITE_ROW) return fail(m);
+  for (size_t k = json_array_size(columns); k-- > 0;) {
+    const json_t *values = json_object_get(json_array_get(columns, k), "values"), *value;
+    size_t i, found = 0;
+    json_array_foreach(values, i, value) found +=
+        !json_is_null(value) && strcmp(json_is_string(value) ? json_string_value(value) : "-", "");
+    if (!found) json_array_remove(columns, k);
+  }
+}
+
+/* The rows as a table, of which results are told further. */
+static int add_figures(const maker *m, sqlite3_stmt *query, const char *name)
+{
+  const int results = !strcmp(name, "results"), code = sqlite3_step(query);
+  if (code != SQLITE_ROW) return code == SQLITE_DONE ? FLESH_OK : fail(m);
   char *title = strdup((const char *)sqlite3_column_text(query, 0));
   sqlite3_reset(query);
   json_t *columns = title ? flesh_report_query(query, 1) : NULL;
-  if (columns) flesh_report_table(m->part, title, columns, 1);
+  if (results) drop_empty(columns);
+  char *text = results && columns ? json_dumps(columns, JSON_COMPACT) : NULL;
+  char *sql = text ? sqlite3_mprintf("INSERT INTO tables VALUES (%Q, 0, %Q)", title, text) : NULL;
+  int status = columns ? FLESH_OK : fail(m);
+  if (columns) flesh_report_table(m->part, title, columns, strcmp(name, "folded"));
+  if (columns && results && (!sql || sqlite3_exec(m->database, sql, NULL, NULL, NULL))) status = flesh_report_no_memory();
+  sqlite3_free(sql);
+  free(text);
   free(title);
-  return columns ? FLESH_OK : fail(m);
+  return status;
+}
+
+static int is_table(const char *name)
+{
+  return !strcmp(name, "figures") || !strcmp(name, "results") || !strcmp(name, "folded");
 }
 
 static int execute(void *data, sqlite3_stmt *query, const char *name)
 {
   const maker *m = data;
   int code, status = FLESH_OK;
-  if (!strcmp(name, "figures")) return add_figures(m, query);
+  if (is_table(name)) return add_figures(m, query, name);
   while (!status && (code = sqlite3_step(query)) == SQLITE_ROW) status = take_row(m, query, name);
   return status || code == SQLITE_DONE ? status : fail(m);
+}
+
+int flesh_report_tell_of(flesh_report *report, json_t *part, const char *folder, const char *sql, sqlite3 *database)
+{
+  maker m = {.report = report, .part = part, .folder = folder, .database = database};
+  const int bad = sqlite3_create_function(database, "is_there", 1, SQLITE_UTF8, &m, test_file, NULL, NULL) ||
+                  sqlite3_create_function(database, "colour_of", 1, SQLITE_UTF8, NULL, find_colour, NULL, NULL) ||
+                  sqlite3_exec(database, "CREATE TEMP TABLE tables (name, number, columns)", NULL, NULL, NULL);
+  return bad ? flesh_report_no_memory() : flesh_results_each(database, folder, flesh_own_text(sql), execute, &m);
 }
 
 int flesh_report_tell(flesh_report *report, json_t *part, const char *folder, const char *sql,
                       int (*fill_database)(sqlite3 *database, const void *data), const void *data)
 {
-  maker m = {.report = report, .part = part, .folder = folder};
-  int status = sqlite3_open(":memory:", &m.database) ||
-                       sqlite3_create_function(m.database, "is_there", 1, SQLITE_UTF8, &m, test_file, NULL, NULL) ||
-                       sqlite3_create_function(m.database, "colour_of", 1, SQLITE_UTF8, NULL, find_colour, NULL, NULL) ||
-                       sqlite3_exec(m.database, "CREATE TABLE tables (name, number)", NULL, NULL, NULL)
-                   ? flesh_report_no_memory()
-                   : FLESH_OK;
-  if (!status && fill_database) status = fill_database(m.database, data);
-  if (!status) status = flesh_results_each(m.database, folder, flesh_own_text(sql), execute, &m);
-  sqlite3_close(m.database);
+  sqlite3 *database = NULL;
+  int status = sqlite3_open(":memory:", &database) ? flesh_report_no_memory() : FLESH_OK;
+  if (!status && fill_database) status = fill_database(database, data);
+  if (!status) status = flesh_report_tell_of(report, part, folder, sql, database);
+  sqlite3_close(database);
   return status;
 }
 
