@@ -19,7 +19,7 @@ SELECT f.number AS number, data ->> 'case' AS name, data ->> 'group' AS grp, dat
   at_rounding, untanglings, untangled_nodes, rises, rises_checked, worst_rise, finite, max_inverted, inverted_end, distance,
   volume_error, recovered_at, rank, end_kind, gradient, smallest_eigenvalue, negative_eigenvalues, newton, linear, direct,
   projections, backtracks, newton_ratio, time_ratio, wall_s, cpu_s, simulated_s, coalesce(stressed_rest, 0) AS stressed_rest,
-  longest_step, longest_newton, longest_linear, longest_ratio, longest_t
+  longest_step, longest_newton, longest_linear, longest_cuts, longest_ratio, longest_t
 FROM facts f LEFT JOIN wanted USING (number) LEFT JOIN results r ON r.id = wanted.id;
 CREATE TEMP VIEW end_names (kind, end_is) AS
 VALUES (1, 'minimum'), (2, 'degenerate'), (3, 'saddle'), (4, 'untangles'), (5, 'no equilibrium found');

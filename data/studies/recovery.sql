@@ -60,12 +60,12 @@ SELECT printf('  %6s s  %-18s %-24s %6d Newton %8d linear', number('%.2f', coale
 FROM runs ORDER BY coalesce(cpu_s, 0) DESC, number LIMIT 10;
 
 -- Steps that stand far out from the others of their run.
-CREATE TEMP VIEW long_steps AS SELECT * FROM runs WHERE longest_ratio > 200;
+CREATE TEMP VIEW long_steps AS SELECT * FROM runs WHERE longest_ratio > 100;
 -- to verdict.txt
-SELECT printf('%sRuns with a step that took more than 200 times the iterations of their median step: %d', char(10), count(*))
+SELECT printf('%sRuns with a step that took more than 100 times the iterations of their median step: %d', char(10), count(*))
 FROM long_steps;
 -- to verdict.txt
-SELECT printf('  %s: step %d (%s) took %d Newton and %d linear iterations, %s times the median step', folder, longest_step,
+SELECT printf('  %s: step %d (%s) took %d Newton and %d linear iterations, %s times the median step%s', folder, longest_step,
   iif(longest_t IS NULL, 'not finished', 'to t = ' || number('%.6g', longest_t) || ' s'), longest_newton, longest_linear,
-  number('%.4g', longest_ratio))
+  number('%.4g', longest_ratio), iif(longest_cuts > 0, printf(', with cuts: %d', longest_cuts), ''))
 FROM long_steps ORDER BY number;

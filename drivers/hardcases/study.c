@@ -29,7 +29,8 @@ static const flesh_study_field fields[] = {
     FIGURE(INT, negative_eigenvalues), FIGURE(LONG, newton), FIGURE(LONG, linear), FIGURE(LONG, direct),
     FIGURE(LONG, projections), FIGURE(LONG, backtracks), FIGURE(DOUBLE, newton_ratio), FIGURE(DOUBLE, time_ratio),
     FIGURE(DOUBLE, wall_s), FIGURE(DOUBLE, cpu_s), FIGURE(DOUBLE, simulated_s), FIGURE(DOUBLE, stressed_rest),
-    LONGEST(LONG, step), LONGEST(LONG, newton), LONGEST(LONG, linear), LONGEST(DOUBLE, ratio), LONGEST(DOUBLE, t), {0}};
+    LONGEST(LONG, step), LONGEST(LONG, newton), LONGEST(LONG, linear), LONGEST(LONG, cuts), LONGEST(DOUBLE, ratio),
+    LONGEST(DOUBLE, t), {0}};
 static_assert(sizeof(((flesh_hardcases_figures *)0)->end) == sizeof(int), "an end is read as a number");
 
 /* In the order of values_of. */

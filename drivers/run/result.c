@@ -288,6 +288,7 @@ static void set_longest(json_t *object, const flesh_longest_step *longest)
   set_integer(object, "longest_step", longest->step);
   set_integer(object, "longest_step_newton", longest->newton);
   set_integer(object, "longest_step_linear", longest->linear);
+  set_integer(object, "longest_step_cuts", longest->cuts);
   set(object, "longest_step_over_median", longest->ratio);
 }
 

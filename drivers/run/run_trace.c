@@ -25,7 +25,8 @@ int flesh_run_trace_observe(void *data, const flesh_step_record *record)
   trace->rows[trace->count++] = (flesh_run_trace_row){
       .t = record->state->t, .step = record->step, .strain = strain,
       .kinetic = flesh_system_role_energy(system, FLESH_ROLE_INERTIA, record->energies),
-      .newton = record->step ? record->stats->newton : 0, .linear = record->step ? record->stats->linear : 0};
+      .newton = record->step ? record->stats->newton : 0, .linear = record->step ? record->stats->linear : 0,
+      .cuts = record->step ? record->stats->rejected + record->stats->convergence_failures : 0};
   return FLESH_OK;
 }
 
@@ -62,18 +63,19 @@ flesh_longest_step flesh_longest_step_find(const flesh_run_trace *trace, long ne
     if (n <= 0 || !(ratio > longest.ratio || (isnan(longest.ratio) && isfinite(ratio)))) continue;
     const long before = k > 0 ? trace->rows[k - 1].step : 0;
     longest = (flesh_longest_step){finished ? trace->rows[k].step : before + 1, finished ? trace->rows[k].t : NAN,
-                                   n, l, ratio};
+                                   n, l, finished ? trace->rows[k].cuts : 0, ratio};
   }
   return longest;
 }
 
 int flesh_longest_step_tell(const flesh_longest_step *longest, size_t size, char *words)
 {
-  char place[48] = "not finished";
+  char place[48] = "not finished", cuts[48] = "";
   if (size) *words = 0;
   if (!(longest->ratio > FLESH_LONG_STEP)) return 0;
   if (isfinite(longest->t)) snprintf(place, sizeof place, "to t = %.6g s", longest->t);
-  snprintf(words, size, "step %ld (%s) took %ld Newton and %ld linear iterations, %.4g times the median step",
-           longest->step, place, longest->newton, longest->linear, longest->ratio);
+  if (longest->cuts) snprintf(cuts, sizeof cuts, ", with cuts: %ld", longest->cuts);
+  snprintf(words, size, "step %ld (%s) took %ld Newton and %ld linear iterations, %.4g times the median step%s",
+           longest->step, place, longest->newton, longest->linear, longest->ratio, cuts);
   return 1;
 }

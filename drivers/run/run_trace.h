@@ -9,7 +9,7 @@
 
 typedef struct flesh_run_trace_row {
   double t, kinetic, strain; /* s, J, J relative to the mesh's rest shape */
-  long newton, linear;       /* iterations */
+  long newton, linear, cuts; /* iterations, and attempts at parts of the step that were thrown away */
   long step;                 /* 0: the start */
 } flesh_run_trace_row;
 
@@ -23,14 +23,14 @@ int flesh_run_trace_observe(void *trace, const flesh_step_record *record);
 void flesh_run_trace_clear(flesh_run_trace *trace);
 
 /* A step that takes more than so many times the median is told. */
-#define FLESH_LONG_STEP 200
+#define FLESH_LONG_STEP 100
 
 /* The step whose iterations exceed the median step's most: Newton's, or Newton's and the linear ones together, of halved
  * steps and after untangling too. Medians are of the finished steps that took any. */
 typedef struct flesh_longest_step {
   long step;   /* from 1; 0: nothing was iterated, or there is no median */
   double t;    /* s, at its end; NaN: it was not finished */
-  long newton, linear;
+  long newton, linear, cuts;
   double ratio; /* the larger of both; NaN where fewer than three steps iterated */
 } flesh_longest_step;
 
