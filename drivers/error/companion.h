@@ -11,10 +11,11 @@ enum { FLESH_ERROR_FOLDER = 32, FLESH_ERROR_WORDS = 320 };
 
 /* How a run is judged in one respect. */
 typedef struct flesh_error_judge {
-  int count;           /* of its companions; the second shows an order. 0: there is no bar */
+  int count;           /* of its companions; the second shows an order, or the other element. 0: there is no bar */
   char words[FLESH_ERROR_WORDS]; /* what the companions are, or why there is no bar */
   double factor;       /* of the bar over the largest difference from the first so far */
   int better;          /* the first companion's numbers are better than the run's */
+  int coarser;         /* the companions have a coarser mesh */
   struct {
     char folder[FLESH_ERROR_FOLDER]; /* within the run's */
     char set[2][64];                 /* key=value beside the scene's keys; the second may be empty */

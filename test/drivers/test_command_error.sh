@@ -71,12 +71,40 @@ a_smaller_tolerance_covers() {
 meshes_cover() {
   expect 0 "$flesh" run still.yaml --set body.element=tet10-mean --set body.refine=2 --out fine_mesh --quiet || return 1
   expect 0 "$flesh" run still.yaml --set body.element=tet10-mean --set body.refine=1 --error --out coarse || return 1
-  has stdout.txt '^error bars of the mesh: by the next coarser mesh (body.refine 0)$' || return 1
+  has stdout.txt '^error bars of the mesh: by the next coarser mesh (body.refine 0), and tet10 on it$' || return 1
   has stdout.txt '^error bars of the step: none, as these equilibria do not depend on the steps' || return 1
   covers coarse mesh fine_mesh 20 || return 1
   expect 0 "$flesh" run still.yaml --error --out linear && covers linear mesh fine_mesh 2 || return 1
   expect 0 "$flesh" run bar.yaml --set body.element=tet10-mean --set body.refine=1 --out fine_motion --quiet || return 1
   expect 0 "$flesh" run bar.yaml --error --out linear_motion && covers linear_motion mesh fine_motion 2
+}
+
+# Bars from the coarser mesh are as the page on error bars says; where the other element's run fails, as at Poisson's ratio
+# one half, of one companion.
+coarser_meshes_make_bars() {
+  for poisson in 0.3 0.499 0.5; do
+    expect 0 "$flesh" run still.yaml --set body.element=tet10-mean --set body.refine=1 --error --out both \
+      --set body.material.poisson=$poisson || return 1
+    python3 - $poisson <<'END' || return 1
+import csv, json, os, sys
+def last(folder):
+    with open("both" + folder + "/probes.csv") as file:
+        return {name.split(" ")[0]: float(value) for name, value in list(csv.DictReader(file))[-1].items()}
+run, mesh = last(""), last("/error/mesh")
+told = json.load(open("both/result.json"))["error_bars"]["mesh"]
+print(told)
+other = last("/error/mesh_2") if len(told["companions"]) > 1 else mesh
+assert (sys.argv[1] == "0.5") == (len(told["companions"]) == 1)
+names, widened = [f"tip.position_{c}" for c in "xyz"], 0
+wide = [max(abs(run[n] - mesh[n]), .3 * abs(mesh[n] - other[n])) for n in names]
+for name, w in zip(names, wide):
+    rule = (1.1 if len(told["companions"]) > 1 else 1.8) * max(w, .3 * max(wide))
+    assert abs(run[name + "_error_mesh"] / rule - 1) < 1e-6, (name, rule)
+    widened += w > abs(run[name] - mesh[name])
+assert widened or sys.argv[1] != "0.499"
+END
+    rm -r both
+  done
 }
 
 # What result.json says of a quantity.
@@ -154,6 +182,6 @@ wrong_words_are_refused() {
   expect 2 "$flesh" run bar.yaml --error=1 --out wrong && [ ! -e wrong ]
 }
 
-run_tests other_steps_cover newmark_covers_backward_euler a_smaller_tolerance_covers meshes_cover no_bar_is_said \
+run_tests other_steps_cover newmark_covers_backward_euler a_smaller_tolerance_covers meshes_cover coarser_meshes_make_bars no_bar_is_said \
   failed_companions_leave_no_bar columns_come_last complete_runs_get_bars an_interrupted_companion_is_taken_up \
   wrong_words_are_refused
