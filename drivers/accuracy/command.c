@@ -245,8 +245,7 @@ int flesh_command_accuracy(int argc, char **argv)
       {"max-seconds", "S", FLESH_OPTION_POSITIVE, &plan.max_seconds,
        "budget of each run (default 600; 60 with --quick)"},
       {"reference-seconds", "S", FLESH_OPTION_POSITIVE, &plan.reference_seconds,
-       "how long each of the two references is refined, beyond what it needs at least (default 60; "
-       "10 with --quick)"},
+       "how long each of the two references is refined, beyond what it needs at least (default 60; 10 with --quick)"},
       {0}};
   const flesh_usage usage = {"accuracy", "SCENE", "Shows what accuracy costs.", flesh_own_text("accuracy_help"),
                              1, 1, rows, NULL, FLESH_EXITS_ALL};

@@ -63,8 +63,7 @@ static int report_system(const flesh_scene *scene, double t)
     for (int e = 0; e < flesh_system_effect_count(system); e++)
       printf("%s %s", e ? "," : "", flesh_system_effect(system, e)->operations->name);
     int held = flesh_system_fixed(system, t, fixed), blocks = K->row_start[K->rows];
-    printf("\nunknowns: %d, of which %d are held at the start; Jacobian of %d blocks 3x3 (upper "
-           "triangle)\n",
+    printf("\nunknowns: %d, of which %d are held at the start; Jacobian of %d blocks 3x3 (upper triangle)\n",
            unknowns, held, blocks);
     flesh_time_print(stdout, scene);
   }

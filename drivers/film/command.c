@@ -139,8 +139,7 @@ static int encode(film *f)
                       picture_count(f), f->folder);
   if (code == FLESH_PROGRAM_MISSING)
     return flesh_fail(FLESH_ERR_FILE,
-                      "%s is not made: ffmpeg is not installed (Debian package ffmpeg); the %d "
-                      "pictures are in %s",
+                      "%s is not made: ffmpeg is not installed (Debian package ffmpeg); the %d pictures are in %s",
                       f->out, picture_count(f), f->folder);
   return flesh_fail(FLESH_ERR_FILE,
                     "%s is not made: ffmpeg failed, its messages are in %s; the %d pictures are there",
@@ -159,8 +158,7 @@ static int make(film *f, int runs, char **paths)
     if (f->snapshot.runs[r].folder.count > f->clock->count) f->clock = &f->snapshot.runs[r].folder;
   if (f->clock->count < 2)
     return flesh_fail(FLESH_ERR_ARGUMENT,
-                      "%s: there is only one frame; a film needs a run with frames "
-                      "(`flesh snap` draws a single one)",
+                      "%s: there is only one frame; a film needs a run with frames (`flesh snap` draws a single one)",
                       paths[0]);
   status = fit(f);
   if (!status) status = draw(f);

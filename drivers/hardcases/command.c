@@ -184,8 +184,7 @@ static void choose_filters(flesh_hardcases_request *asked, flesh_hardcases_plan 
   if (!asked->elements) asked->elements = "tet4,tet10,tet10-mean";
   if (!asked->meshes) asked->meshes = quick ? "4x2x2" : "8x4x2,16x8x8,32x16x16";
   if (!asked->solvers)
-    asked->solvers = "default,clamped,absolute,trust-region,always-projected,clamped-always,absolute-always,"
-                     "trust-region-always";
+    asked->solvers = "default,clamped,absolute,trust-region,always-projected,clamped-always,absolute-always,trust-region-always";
   if (plan->seeds < 1) plan->seeds = quick ? 1 : 5;
 }
 

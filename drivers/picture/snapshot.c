@@ -37,8 +37,7 @@ static int choose_camera(flesh_snapshot *s)
   if (s->camera) {
     if (flesh_list_parse(s->camera, 2, angles) != 2 || fabs(angles[1]) > 90)
       return flesh_fail(FLESH_ERR_ARGUMENT,
-                        "--camera is '%s'; it must be two angles in degrees, the second -90 to 90, "
-                        "such as 30,20",
+                        "--camera is '%s'; it must be two angles in degrees, the second -90 to 90, such as 30,20",
                         s->camera);
     camera->azimuth = angles[0];
     camera->elevation = angles[1];

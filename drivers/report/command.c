@@ -41,8 +41,7 @@ static int find_kind(const char *path, const kind **found)
     *found = &database;
     if (flesh_report_is_database(path)) return FLESH_OK;
     return flesh_fail(FLESH_ERR_FILE,
-                      "%s: this is a file; a report takes the folder of a result, or the database "
-                      "(.db) of a sweep",
+                      "%s: this is a file; a report takes the folder of a result, or the database (.db) of a sweep",
                       path);
   }
   const int status = flesh_confine(path);
@@ -112,8 +111,7 @@ int flesh_command_report(int argc, char **argv)
       {"out", "FILE", FLESH_OPTION_TEXT, &out, "report to write, its name ends in .html"},
       {"title", "TEXT", FLESH_OPTION_TEXT, &title, "its title (default: flesh report, and what it is of)"},
       {"frames", "N", FLESH_OPTION_COUNT, &report.most_frames,
-       "frames of each run at most, evenly taken, the first and the last among them (default: "
-       "all)"},
+       "frames of each run at most, evenly taken, the first and the last among them (default: all)"},
       {.name = NULL}};
   const flesh_usage usage = {"report", "RESULT... --out FILE", "Writes results as one HTML file that opens offline in a browser.",
                              flesh_own_text("report_help"), 1, INT_MAX, options, NULL, 0};

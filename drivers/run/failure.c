@@ -47,9 +47,8 @@ static const char *energy_advice(const flesh_scene *scene, const flesh_figures *
   switch (flesh_scene_times(scene)->method) {
   case FLESH_METHOD_MIDPOINT:
   case FLESH_METHOD_NEWMARK:
-    return "this method damps nothing and feeds motion that its steps do not resolve (contact, stiff parts): try a "
-           "shorter time.step, or time.method=hht, bdf2 or backward-euler, each of which damps more than the one "
-           "before";
+    return "this method damps nothing and feeds motion that its steps do not resolve (contact, stiff parts): try a shorter "
+           "time.step, or time.method=hht, bdf2 or backward-euler, each of which damps more than the one before";
   case FLESH_METHOD_HHT:
     return "the steps do not resolve the motion (contact, stiff parts): try a shorter time.step, time.alpha=-0.3, or "
            "time.method=bdf2 or backward-euler, which damp more";
@@ -76,11 +75,8 @@ const char *flesh_failure_advice(const flesh_failure *failure, const flesh_scene
            "or axes, or set poisson below 0.5";
   int is_static = flesh_scene_times(scene)->method == FLESH_METHOD_STATIC;
   if (needs_positive_J(scene) && (failure->status == FLESH_UNDEFINED || !(failure->worst_J > 0.05)))
-    return "this energy has no value where a tet is inverted (J <= 0) and stiffens without bound "
-           "near it: try a "
-           "shorter time.step, a gentler motion or load, a finer mesh at the worst tet, or an "
-           "energy that is "
-           "defined there (S or E)";
+    return "this energy has no value where a tet is inverted (J <= 0) and stiffens without bound near it: try a shorter "
+           "time.step, a gentler motion or load, a finer mesh at the worst tet, or an energy that is defined there (S or E)";
   if (failure->order > 0 || flesh_scene_times(scene)->method == FLESH_METHOD_IDA)
     return "IDA's steps follow every fast oscillation: for a violent start or load try time.method=adaptive or "
            "backward-euler; else a larger time.tolerance or time.max_steps";
@@ -88,18 +84,13 @@ const char *flesh_failure_advice(const flesh_failure *failure, const flesh_scene
     return "this tolerance takes very short steps with this method: try a larger time.tolerance or time.max_steps, or "
            "time.method=adaptive, which is of order 3";
   if (solver->line_search != FLESH_LINE_SEARCH_POTENTIAL)
-    return "plain Newton steps are not guarded: try solver.line_search=potential, or a shorter "
-           "time.step";
+    return "plain Newton steps are not guarded: try solver.line_search=potential, or a shorter time.step";
   if (failure->status == FLESH_NONFINITE)
-    return "numbers overflowed: check the scene's units, loads and start state with `flesh check`, "
-           "and try a "
-           "shorter time.step";
+    return "numbers overflowed: check the scene's units, loads and start state with `flesh check`, and try a shorter time.step";
   if (failure->status == FLESH_UNDEFINED && failure->worst_node >= 0 &&
       flesh_method_order(flesh_scene_times(scene)->method) == 2)
-    return "the step passes an obstacle, or ends where an energy has no value, although it balances before: try a "
-           "shorter time.step, a larger solver.max_cutbacks, or time.method=bdf2 or backward-euler, which balance "
-           "where "
-           "the step ends";
+    return "the step passes an obstacle, or ends where an energy has no value, although it balances before: try a shorter "
+           "time.step, a larger solver.max_cutbacks, or time.method=bdf2 or backward-euler, which balance where the step ends";
   if (failure->status == FLESH_NOT_CONVERGED && failure->worst_node >= 0 && failure->residual <= 100 * failure->target)
     return "the residual came close to its target: try a larger solver.newton_tolerance, a smaller "
            "solver.linear_tolerance or linear_solver=klu";
@@ -107,12 +98,9 @@ const char *flesh_failure_advice(const flesh_failure *failure, const flesh_scene
     return "a body that no pin holds slides or falls where nothing stops it, and statics does not find where to: pin it, or "
            "let it come to rest by inertia and time.method=backward-euler";
   if (is_static)
-    return "the body may have no equilibrium nearby (not pinned enough, or it buckles): try more "
-           "pins, a larger "
-           "solver.max_cutbacks or max_newton, linear_solver=klu, or let it move there by adding "
-           "inertia";
-  return "try a shorter time.step, a larger solver.max_newton or max_cutbacks, or "
-         "linear_solver=klu";
+    return "the body may have no equilibrium nearby (not pinned enough, or it buckles): try more pins, a larger "
+           "solver.max_cutbacks or max_newton, linear_solver=klu, or let it move there by adding inertia";
+  return "try a shorter time.step, a larger solver.max_newton or max_cutbacks, or linear_solver=klu";
 }
 
 /* The body that a tet belongs to, where there are several. */

@@ -136,8 +136,7 @@ void flesh_skin_print(FILE *stream, const char *surface, const flesh_skin_info *
   if (!info->outside) fprintf(stream, "all inside the body\n");
   else
     fprintf(stream,
-            "%d outside the body, at most by %.3g m (vertex %d); they are extrapolated, the least "
-            "weight is %.3g\n",
+            "%d outside the body, at most by %.3g m (vertex %d); they are extrapolated, the least weight is %.3g\n",
             info->outside, info->distance_max, info->farthest, info->weight_min);
 }
 

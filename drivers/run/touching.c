@@ -55,9 +55,8 @@ static void describe_left_out(const flesh_scene *scene, const flesh_effect *effe
   const double *X = flesh_mesh_positions(flesh_scene_mesh(scene));
   flesh_left_out found;
   if (flesh_surface_contact_left_out(effect, &found) || !found.nodes) return;
-  fprintf(stream, "contact: %d node%s faced across a gap that is smaller than the thickness at rest: %s not touch what is "
-          "there (the narrowest is %.3g m, at node %d, (%.4g, %.4g, %.4g) m); a smaller `thickness` enables contact "
-          "there\n",
+  fprintf(stream, "contact: %d node%s faced across a gap that is smaller than the thickness at rest: %s not touch what is there "
+          "(the narrowest is %.3g m, at node %d, (%.4g, %.4g, %.4g) m); a smaller `thickness` enables contact there\n",
           found.nodes, found.nodes == 1 ? " is" : "s are", found.nodes == 1 ? "it does" : "they do", found.gap, found.node,
           X[3 * (size_t)found.node], X[3 * (size_t)found.node + 1], X[3 * (size_t)found.node + 2]);
 }

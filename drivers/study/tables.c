@@ -86,10 +86,8 @@ int flesh_study_tables_create(flesh_study_store *store, const flesh_study *study
             "CREATE TABLE parameters (number INTEGER PRIMARY KEY, name TEXT, key TEXT);\n"
             "CREATE TABLE derived (number INTEGER PRIMARY KEY, name TEXT, expression TEXT);\n"
             "CREATE TABLE figures (number INTEGER PRIMARY KEY, path TEXT UNIQUE);\n"
-            "CREATE TABLE workers (name TEXT PRIMARY KEY, host TEXT, pid INTEGER, lock TEXT, started TEXT, "
-            "program TEXT);\n"
-            "CREATE TABLE table_rows (case_id INTEGER, number INTEGER, data TEXT, PRIMARY KEY (case_id, number)) "
-            "WITHOUT ROWID;\n"
+            "CREATE TABLE workers (name TEXT PRIMARY KEY, host TEXT, pid INTEGER, lock TEXT, started TEXT, program TEXT);\n"
+            "CREATE TABLE table_rows (case_id INTEGER, number INTEGER, data TEXT, PRIMARY KEY (case_id, number)) WITHOUT ROWID;\n"
             "CREATE TABLE cases (id INTEGER PRIMARY KEY");
   for (int c = 0; c < study->column_count; c++)
     if (!study->columns[c].hidden) flesh_text_print(&sql, ", \"%s\"", study->columns[c].name);

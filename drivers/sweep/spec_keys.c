@@ -71,8 +71,7 @@ const flesh_key flesh_sweep_spec_table[] = {
     {.name = "set", .type = FLESH_KEY_TREE, .offset = offsetof(spec, set), .default_value = "",
      .doc = "a mapping of values that all cases have: {time.end: 1, output.frame_interval: 0}"},
     {.name = "axes", .type = FLESH_KEY_OBJECTS, .offset = offsetof(spec, axes), .default_value = "[]",
-     .children = axis_table, .child_size = sizeof(axis), .doc = "what varies; every value of one with every value of "
-     "the others"},
+     .children = axis_table, .child_size = sizeof(axis), .doc = "what varies; every value of one with every value of the others"},
     {.name = "repeats", .type = FLESH_KEY_INTEGER, .offset = offsetof(spec, repeats), .range = FLESH_RANGE_POSITIVE,
      .default_value = "1", .doc = "how often each case is run; a column repeat numbers them"},
     {.name = "seed", .type = FLESH_KEY_INTEGER, .offset = offsetof(spec, seed), .range = FLESH_RANGE_NOT_NEGATIVE,
