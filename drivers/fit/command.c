@@ -29,7 +29,8 @@ static const char details[] =
 /* Nothing that is written may replace what is read. */
 static int spare_inputs(const flesh_fit *fit)
 {
-  static const char *const names[] = {"result.json", "fit.csv", "map.csv", "tets.csv", "map.vtu", "fit.dat", "fit.gp", "fit.png", "fit.db", NULL};
+  static const char *const names[] = {"result.json", "fit.csv", "map.csv", "tets.csv", "map.vtu",
+                                      "fit.dat", "fit.gp", "fit.png", "fit.db", NULL};
   static const char *const folders[] = {"runs", "scenes", NULL};
   flesh_inputs inputs = {0};
   flesh_inputs_add(&inputs, fit->path);
@@ -71,7 +72,8 @@ static int find(flesh_fit *fit, int resume)
   else status = flesh_fit_judge(fit, &found, &statistics);
   if (!status) status = flesh_fit_write(fit, &found, &statistics);
   if (!status) status = flesh_plot_accept("fit", flesh_fit_draw(fit, found.values));
-  if (!status && !found.converged) status = flesh_fail(FLESH_ERR_SOLVE, "%s; %s/result.json has it so far", found.words, fit->out);
+  if (!status && !found.converged)
+    status = flesh_fail(FLESH_ERR_SOLVE, "%s; %s/result.json has it so far", found.words, fit->out);
   flesh_fit_statistics_close(&statistics);
   flesh_fit_found_close(&found);
   return status;

@@ -30,7 +30,10 @@ static int list_rows(const flesh_fit *fit, row rows[ROWS])
   return count;
 }
 
-static int drawn_quantities(const row *r) { return r->measured->quantity_count < QUANTITIES ? r->measured->quantity_count : QUANTITIES; }
+static int drawn_quantities(const row *r)
+{
+  return r->measured->quantity_count < QUANTITIES ? r->measured->quantity_count : QUANTITIES;
+}
 
 static int has_times(const row *r)
 {
@@ -83,15 +86,16 @@ static void draw_row(FILE *stream, const row *r, int block)
     fprintf(stream, "%s'fit.dat' index %d using 1:2:3 with yerrorbars pt 7 ps 0.6 lc rgb '%s' title ", q ? ", " : "", block + q,
             flesh_plot_colour(q));
     flesh_plot_quote(stream, r->measured->quantities[q].name);
-    fprintf(stream, ", '' index %d using 1:4 with %s lc rgb '%s' notitle", block + q, has_times(r) ? "lines lw 2" : "points pt 4 ps 1",
-            flesh_plot_colour(q));
+    fprintf(stream, ", '' index %d using 1:4 with %s lc rgb '%s' notitle", block + q,
+            has_times(r) ? "lines lw 2" : "points pt 4 ps 1", flesh_plot_colour(q));
   }
   fputc('\n', stream);
   flesh_plot_title(stream, "residuals");
   flesh_plot_label(stream, "y", "(fitted - measured) / deviation");
   fputs("plot 0 lc rgb '#606060' notitle", stream);
   for (int q = 0; q < count; q++)
-    fprintf(stream, ", 'fit.dat' index %d using 1:5 with points pt 7 ps 0.6 lc rgb '%s' notitle", block + q, flesh_plot_colour(q));
+    fprintf(stream, ", 'fit.dat' index %d using 1:5 with points pt 7 ps 0.6 lc rgb '%s' notitle", block + q,
+            flesh_plot_colour(q));
   fputc('\n', stream);
 }
 

@@ -56,7 +56,8 @@ static int judge(flesh_fit *fit, flesh_fit_linear *linear, flesh_fit_map_found *
   gsl_matrix *information = gsl_matrix_alloc(n, n), *H = gsl_matrix_alloc(n, n);
   found->deviations = malloc(n * sizeof(double));
   found->resolutions = calloc(n, sizeof(double));
-  int status = information && H && found->deviations && found->resolutions ? find_information(fit, linear, information) : no_memory();
+  const int room = information && H && found->deviations && found->resolutions;
+  int status = room ? find_information(fit, linear, information) : no_memory();
   if (!status) {
     gsl_matrix_memcpy(H, information);
     add_penalty(fit, found, H);

@@ -70,7 +70,8 @@ static void tell(report *r)
            "between tets.");
   else if (isnan(map->weight) && excess > 1.05) {
     snprintf(text, sizeof text, "The residuals stay %.3g times the stated deviations, however rough the map may be: the "
-                                "deviations are too small, or the scene leaves something out. This is the smoothest map that fits as well.",
+                                "deviations are too small, or the scene leaves something out. This is the smoothest map "
+                                "that fits as well.",
              r->scale);
     say(r, text);
   } else if (!isnan(map->weight) && (r->scale > odd_scale || r->scale < 1 / odd_scale)) {
@@ -82,8 +83,8 @@ static void tell(report *r)
     snprintf(text, sizeof text, "The measurements determine about %.0f numbers of the map; the penalty fills in the rest of its "
                                 "%d tets.", r->found->determined, map->count);
     say(r, text);
-    snprintf(text, sizeof text, "The deviation of a tet's value is %.2g %%%s (median), at most %.2g %%, where maps are as smooth as "
-                                "the penalty says.", 100 * r->median, of, 100 * r->largest);
+    snprintf(text, sizeof text, "The deviation of a tet's value is %.2g %%%s (median), at most %.2g %%, where maps are as "
+                                "smooth as the penalty says.", 100 * r->median, of, 100 * r->largest);
     say(r, text);
     if (r->hardly_known) {
       snprintf(text, sizeof text, "%d tets have a deviation above %g %%: the measurements hardly say their values (tets.csv).",
@@ -118,8 +119,10 @@ static int write_tets(const report *r, const flesh_mesh *mesh)
     fprintf(file.stream, "%d", map->tets[k]);
     for (int c = 0; c < 3; c++) {
       double centre = 0;
-      for (int a = 0; a < 4; a++)
-        centre += flesh_mesh_positions(mesh)[3 * (size_t)flesh_mesh_tets(mesh)[4 * (size_t)map->tets[k] + (size_t)a] + (size_t)c] / 4;
+      for (int a = 0; a < 4; a++) {
+        const int node = flesh_mesh_tets(mesh)[4 * (size_t)map->tets[k] + (size_t)a];
+        centre += flesh_mesh_positions(mesh)[3 * (size_t)node + (size_t)c] / 4;
+      }
       flesh_table_field(file.stream, centre);
     }
     const double fields[] = {p, value_off(map, p, -1.96 * deviation), value_off(map, p, 1.96 * deviation), deviation,
@@ -141,7 +144,8 @@ static int write_vtu(const report *r, const flesh_mesh *mesh)
   for (int k = 0; k < 3 * tets && !status; k++) room[k] = NAN;
   for (int a = 0; a < 3 && !status; a++)
     for (int k = 0; k < r->map->count && from[a]; k++) room[(size_t)a * (size_t)tets + (size_t)r->map->tets[k]] = from[a][k];
-  const flesh_vtu_array arrays[] = {{.name = r->map->key, .components = 1, .doubles = room, .unit = *r->map->unit ? r->map->unit : NULL},
+  const char *unit = *r->map->unit ? r->map->unit : NULL;
+  const flesh_vtu_array arrays[] = {{.name = r->map->key, .components = 1, .doubles = room, .unit = unit},
                                     {.name = "deviation", .components = 1, .doubles = room + tets},
                                     {.name = "resolution", .components = 1, .doubles = room + 2 * (size_t)tets}};
   const flesh_vtu content = {.points = flesh_mesh_node_count(mesh), .tets = tets, .positions = flesh_mesh_positions(mesh),
@@ -158,8 +162,8 @@ static json_t *stages_json(const report *r)
   json_t *list = json_array();
   for (int k = 0; k < r->found->stage_count; k++) {
     const flesh_fit_stage *s = &r->found->stages[k];
-    json_array_append_new(list, json_pack("{sfsfsfsisb}", "weight", s->weight, "sum_of_squares", s->squares, "penalty", s->penalty,
-                                          "iterations", s->iterations, "converged", s->converged));
+    json_array_append_new(list, json_pack("{sfsfsfsisb}", "weight", s->weight, "sum_of_squares", s->squares, "penalty",
+                                          s->penalty, "iterations", s->iterations, "converged", s->converged));
   }
   return list;
 }
@@ -169,8 +173,9 @@ static json_t *result_json(report *r)
   const flesh_fit *fit = r->fit;
   return json_pack("{sssisss{sssisssfsssosososo}sOs{sisfsf}}", "status", r->stage->converged ? "complete" : "failed", "exit_code",
                    r->stage->converged ? 0 : flesh_exit_code(FLESH_ERR_SOLVE), "message", r->found->words, "map", "constant",
-                   r->map->key, "tets", r->map->count, "penalty", r->map->penalty == FLESH_FIT_QUADRATIC ? "quadratic" : "variation",
-                   "weight", r->stage->weight, "weight_from", isnan(r->map->weight) ? "discrepancy" : "spec", "determined_numbers",
+                   r->map->key, "tets", r->map->count, "penalty",
+                   r->map->penalty == FLESH_FIT_QUADRATIC ? "quadratic" : "variation", "weight", r->stage->weight,
+                   "weight_from", isnan(r->map->weight) ? "discrepancy" : "spec", "determined_numbers",
                    flesh_json_number(r->found->determined), "median_deviation", flesh_json_number(r->median), "largest_deviation",
                    flesh_json_number(r->largest), "stages", stages_json(r), "identifiability", r->sentences, "residuals",
                    "measured_numbers", fit->count, "sum_of_squares", r->stage->squares, "scale", r->scale);
@@ -186,8 +191,8 @@ static void print(const report *r)
   printf("%s of %d tets from %.6g to %.6g%s%s\n", r->map->key, r->map->count, low, high, *r->map->unit ? " " : "", r->map->unit);
   json_array_foreach(r->sentences, index, sentence) printf("%s\n", json_string_value(sentence));
   if (*r->found->words) printf("%s\n", r->found->words);
-  printf("%d measured numbers, residuals %.4g times their deviations, weight %.4g, %d runs, %d linear solves\nresults: %s\n", fit->count,
-         r->scale, r->stage->weight, flesh_fit_runs_used(fit), fit->linear, fit->out);
+  printf("%d measured numbers, residuals %.4g times their deviations, weight %.4g, %d runs, %d linear solves\nresults: %s\n",
+         fit->count, r->scale, r->stage->weight, flesh_fit_runs_used(fit), fit->linear, fit->out);
 }
 
 int flesh_fit_map_report(flesh_fit *fit, const flesh_fit_map_found *found)

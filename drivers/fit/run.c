@@ -136,7 +136,8 @@ static int write_headers(const flesh_scene *scene, const char *folder)
   if (!status) status = flesh_history_create(paths[1], system, &history);
   flesh_history_close(&history);
   if (!status && count)
-    status = flesh_probes_create(paths[0], flesh_scene_body(scene), system, flesh_scene_times(scene)->method, count, probes, &made);
+    status = flesh_probes_create(paths[0], flesh_scene_body(scene), system, flesh_scene_times(scene)->method, count, probes,
+                                 &made);
   flesh_probes_close(&made);
   free(paths[0]);
   free(paths[1]);

@@ -31,11 +31,13 @@ static json_t *parameters_json(const flesh_fit *fit, const flesh_fit_found *foun
   for (int k = 0; k < fit->parameter_count; k++) {
     const flesh_fit_parameter *p = &fit->parameters[k];
     const flesh_fit_error *error = &s->errors[k];
-    json_array_append_new(list, json_pack("{sssssosososososo}", "name", p->name, "key", p->key, "value", flesh_json_number(found->p[k]),
+    json_array_append_new(list, json_pack("{sssssosososososo}", "name", p->name, "key", p->key, "value",
+                                          flesh_json_number(found->p[k]),
                                           "standard_error", flesh_json_number(error->standard), "low_95",
                                           flesh_json_number(error->low), "high_95", flesh_json_number(error->high), "start",
                                           flesh_json_number(p->start), "at_bound",
-                                          found->at_bound[k] ? json_string(found->at_bound[k] > 0 ? "upper" : "lower") : json_null()));
+                                          found->at_bound[k] ? json_string(found->at_bound[k] > 0 ? "upper" : "lower")
+                                                             : json_null()));
   }
   return list;
 }
@@ -43,7 +45,8 @@ static json_t *parameters_json(const flesh_fit *fit, const flesh_fit_found *foun
 static json_t *derivatives_json(const flesh_fit *fit, const flesh_fit_experiment *e)
 {
   char words[FLESH_FIT_WORDS + 40];
-  snprintf(words, sizeof words, *e->differences ? "by differences: %s" : fit->map ? "by tangents and adjoints" : "by tangents", e->differences);
+  const char *way = *e->differences ? "by differences: " : fit->map ? "by tangents and adjoints" : "by tangents";
+  snprintf(words, sizeof words, "%s%s", way, e->differences);
   return flesh_json_text(words);
 }
 
@@ -61,8 +64,9 @@ static json_t *experiments_json(const flesh_fit *fit, const double *p, const dou
     for (int k = 0; k < one->measured_count; k++) json_array_append_new(files, flesh_json_text(one->measured[k].path));
     flesh_fit_overrides_free(count, texts);
     json_array_append_new(list, json_pack("{sssisososososO}", "name", one->name, "measured_numbers", one->count, "residual_rms",
-                                          flesh_json_number(sqrt(sum / one->count)), "derivatives", derivatives_json(fit, one), "measured", files, "overrides", overrides,
-                                          "inputs", one->inputs));
+                                          flesh_json_number(sqrt(sum / one->count)), "derivatives",
+                                          derivatives_json(fit, one), "measured", files, "overrides", overrides, "inputs",
+                                          one->inputs));
   }
   return list;
 }
@@ -94,7 +98,8 @@ static int write_found(const flesh_fit *fit, const flesh_fit_found *found, const
   json_t *value = json_pack("{sssisssososososo}", "status", found->converged ? "complete" : "failed", "exit_code",
                             found->converged ? 0 : flesh_exit_code(FLESH_ERR_SOLVE), "message", found->words, "parameters",
                             parameters_json(fit, found, s), "identifiability", sentences, "covariance",
-                            matrix_json(s->count, s->covariance), "correlation", matrix_json(s->count, s->correlation), "residuals",
+                            matrix_json(s->count, s->covariance), "correlation", matrix_json(s->count, s->correlation),
+                            "residuals",
                             json_pack("{sisisoso}", "measured_numbers", fit->count, "degrees_of_freedom", s->freedom,
                                       "sum_of_squares", flesh_json_number(s->squares), "scale", flesh_json_number(s->scale)));
   json_object_set_new(value, "iterations", json_integer(found->iterations));

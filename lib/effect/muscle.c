@@ -21,6 +21,7 @@
 #include "mesh/mesh.h"
 
 typedef struct muscle {
+  flesh_body body; /* what it has is borrowed */
   flesh_tets tets;
   int mesh_tets;
   double *directions; /* [3 * mesh_tets] of length 1, at rest; 0 in tets without fibres */
@@ -155,12 +156,12 @@ static void muscle_destroy(void *data)
   flesh_free(self);
 }
 
-/* The rank's tets that have fibres; where none has, one without pulls at nothing. */
-static int muscle_restrict(const flesh_effect *whole, const flesh_rank_part *part, const flesh_body *body,
-                           flesh_effect **restricted)
+/* The fibres of `whole` in the tets of `body`, which have these numbers there, NULL: the same; where none has any, a tet
+ * without pulls at nothing. */
+static int make_of(const flesh_effect *whole, const int *numbers, const flesh_body *body, flesh_effect **made)
 {
   const muscle *from = whole->data;
-  const int own = flesh_mesh_tet_count(body->mesh), *numbers = flesh_rank_part_tets(part);
+  const int own = flesh_mesh_tet_count(body->mesh);
   muscle *self = flesh_calloc(1, sizeof *self);
   int *tets = flesh_malloc(((size_t)own + 1) * sizeof *tets), count = 0;
   int status = FLESH_ERR_MEMORY;
@@ -173,7 +174,7 @@ static int muscle_restrict(const flesh_effect *whole, const flesh_rank_part *par
   if (!status && (!tets || !self->directions)) status = FLESH_ERR_MEMORY;
   if (status) flesh_fail(status, "no memory for a muscle");
   for (int t = 0; t < own && !status; t++) {
-    const double *a = from->directions + 3 * (size_t)numbers[t];
+    const double *a = from->directions + 3 * (size_t)(numbers ? numbers[t] : t);
     if (a[0] == 0 && a[1] == 0 && a[2] == 0) continue;
     memcpy(self->directions + 3 * (size_t)t, a, 3 * sizeof *a);
     tets[count++] = t;
@@ -183,13 +184,27 @@ static int muscle_restrict(const flesh_effect *whole, const flesh_rank_part *par
     status = flesh_tets_create_fibres(
         body, &(flesh_tets_choice){.count = count, .tets = tets, .directions = self->directions}, &self->tets);
   flesh_free(tets);
-  if (!status) return flesh_effect_create(whole->operations, body->mesh, self, restricted);
+  if (!status) return flesh_effect_create(whole->operations, body->mesh, self, made);
   muscle_destroy(self);
   return status;
 }
 
+static int muscle_restrict(const flesh_effect *whole, const flesh_rank_part *part, const flesh_body *body,
+                           flesh_effect **restricted)
+{
+  return make_of(whole, flesh_rank_part_tets(part), body, restricted);
+}
+
+static int muscle_tear(const flesh_effect *effect, const flesh_mesh *torn, flesh_effect **apart)
+{
+  flesh_body body = ((const muscle *)effect->data)->body;
+  body.mesh = torn;
+  body.part_count = 0;
+  return make_of(effect, NULL, &body, apart);
+}
+
 /* Operations of fibres whose tension does not depend on the speed, and of those whose tension does. */
-#define OPERATIONS(own_traits)                                                                                        \
+#define OPERATIONS(own_traits, own_readings)                                                                                        \
   {                                                                                                                   \
     .name = "muscle", .role = FLESH_ROLE_LOAD, .traits = own_traits, .cells = muscle_cells,                           \
     .residual = muscle_residual, .jacobian = muscle_jacobian, .potential = muscle_potential, .energy = muscle_energy, \
@@ -198,12 +213,13 @@ static int muscle_restrict(const flesh_effect *whole, const flesh_rank_part *par
     .figures = &(const flesh_effect_figures){                                                                         \
       .memory = muscle_memory, .report_names = report_names, .report = muscle_report, .stress = muscle_stress},       \
     .library = &(const flesh_effect_private){                                                                         \
-        .evaluate = muscle_evaluate, .instructions = muscle_instructions,                                             \
+        .evaluate = muscle_evaluate, .instructions = muscle_instructions, .readings = own_readings,                   \
         .ranks = &(const flesh_effect_ranks){.restrict_to_part = muscle_restrict}},                                   \
   }
 
-static const flesh_effect_operations muscle_operations = OPERATIONS(0),
-                                     fast_muscle_operations = OPERATIONS(FLESH_FREEZES);
+static const flesh_effect_readings fast_readings = {.tear = muscle_tear};
+static const flesh_effect_operations muscle_operations = OPERATIONS(0, NULL),
+                                     fast_muscle_operations = OPERATIONS(FLESH_FREEZES, &fast_readings);
 
 /* Checks that the activation is from 0 to 1, and that the tets are some of the mesh's, each once, ascending. */
 static int check(const flesh_mesh *mesh, int count, const int *tets, const flesh_amplitude *activation)
@@ -247,6 +263,7 @@ int flesh_effect_muscle(const flesh_body *body, int count, const int *tets, cons
   static const int none = 0;
   muscle *self = flesh_calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a muscle");
+  self->body = *body;
   int status = flesh_fibre_constants_of(fibre, &self->fibre);
   if (!status) status = check(body->mesh, count, tets, activation);
   if (!status) status = flesh_amplitude_take(activation, &self->activation);
