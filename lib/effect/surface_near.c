@@ -70,6 +70,7 @@ void flesh_surface_near_destroy(void *data)
   free(self->x_set); /* and the other places with it */
   free(self->cell_nodes);
   free(self->hessians);
+  free(self->guards);
   free(self);
 }
 
@@ -113,6 +114,14 @@ static int search_around(near *self, const double *x)
   flesh_surface_near_keep(self, x, self->x_around);
   flesh_surface_near_group(self);
   return FLESH_OK;
+}
+
+static int push_apart(void *memory, const double *internal, const double *x_from, double *x)
+{
+  near *self = memory;
+  flesh_surface_near_take(self, internal);
+  if (!flesh_surface_near_serves(self, x, flesh_surface_near_pushes(self)) && search_around(self, x)) return 0;
+  return flesh_surface_near_push(self, x_from, x);
 }
 
 static flesh_contact_candidates candidates_of(const near *self)
@@ -355,7 +364,7 @@ static size_t memory_of(const void *memory)
          flesh_contact_set_memory(&self->set) + flesh_contact_patches_memory(&self->patches) +
          ((size_t)self->contact->surface.node_count + 1) * sizeof *self->secant.nodes +
          (size_t)self->rubs.capacity * sizeof *self->rubs.rubs + 4 * (size_t)self->cell_room * sizeof(int) +
-         self->hessian_room * sizeof(double) + memory_of_release(self) +
+         self->hessian_room * sizeof(double) + flesh_surface_guards_memory(self) + memory_of_release(self) +
          (size_t)self->contact->surface.node_count * sizeof *self->runs;
 }
 
@@ -381,8 +390,8 @@ static const flesh_effect_readings readings = {.couple = flesh_surface_contact_c
 
 #define LIBRARY                                                                                                         \
   .evaluate = flesh_surface_contact_evaluate, .ranks = &flesh_surface_contact_ranks, .predict = predict,                \
-  .is_far = flesh_surface_near_is_far, .memory = memory_of, .take_bonds = flesh_surface_contact_take_bonds,             \
-  .readings = &readings
+  .is_far = flesh_surface_near_is_far, .push_apart = push_apart, .memory = memory_of,                                   \
+  .take_bonds = flesh_surface_contact_take_bonds, .readings = &readings
 const flesh_effect_private flesh_surface_contact_private = {LIBRARY},
                            flesh_separating_contact_private = {LIBRARY, .archive = archive_of,
                                                                .separation = separation_of};

@@ -270,6 +270,23 @@ int flesh_equations_can_reach(flesh_equations *self, const double *u)
   return is_free_to(self, self->scratch);
 }
 
+void flesh_equations_take_free(const flesh_equations *self, const double *x, double *u)
+{
+  for (int d = 0; d < self->n; d++)
+    if (!self->constrained.is[d]) u[d] = (x[d] - self->stage.x0[d]) / self->stage.shift.x;
+}
+
+int flesh_equations_can_begin(flesh_equations *self, double *u)
+{
+  const flesh_stage *s = &self->stage;
+  double *x = self->scratch;
+  if (flesh_equations_is_clear(self, u)) return 1;
+  move_all((displacement){.equations = self, .u = u, .x = x});
+  if (flesh_system_push_apart(self->system, &self->evaluation.proximity, s->internal, s->x_from, x))
+    flesh_equations_take_free(self, x, u);
+  return flesh_equations_can_reach(self, u);
+}
+
 double flesh_equations_max_feasible_step(flesh_equations *self, const double *from, const double *to)
 {
   flesh_evaluation *e = &self->evaluation;

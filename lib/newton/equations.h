@@ -98,8 +98,12 @@ void flesh_equations_constrain_matrix(flesh_equations *equations);
 void flesh_equations_reach(flesh_equations *equations, const double *u);
 /* Whether all that could limit steps is so far from the lagged state and from u that it limits none and is not felt. */
 int flesh_equations_is_clear(flesh_equations *equations, const double *u);
+/* The free dofs of u become those of x [n]. */
+void flesh_equations_take_free(const flesh_equations *equations, const double *x, double *u);
 /* Whether no effect limits the straight step from the lagged state to u. Overwrites `scratch`. */
 int flesh_equations_can_reach(flesh_equations *equations, const double *u);
+/* Corrects the free dofs of u, a guess, so that bodies keep out of each other, then answers as flesh_equations_can_reach. */
+int flesh_equations_can_begin(flesh_equations *equations, double *u);
 /* The feasible fraction of the step from one u, which has been evaluated in this stage, to another. Overwrites
  * `scratch`. */
 double flesh_equations_max_feasible_step(flesh_equations *equations, const double *from, const double *to);

@@ -10,13 +10,6 @@
 #include "system/one_effect.h"
 #include "system/ranks.h"
 
-/* The free dofs of u become those of x. */
-static void take_free(const flesh_equations *equations, const double *x, double *u)
-{
-  for (int d = 0; d < equations->n; d++)
-    if (!equations->constrained.is[d]) u[d] = (x[d] - equations->stage.x0[d]) / equations->stage.shift.x;
-}
-
 /* Changes the free dofs of u, the start, so that no effect limits the way there and none is much nearer to an obstacle than
  * before; FLESH_UNDEFINED where the others are in the way. */
 static int push_out(flesh_equations *equations, double *u)
@@ -30,12 +23,12 @@ static int push_out(flesh_equations *equations, double *u)
   memcpy(pushed, equations->scratch, size);
   flesh_system_push_out(equations->system, s->t_from, s->x_from, s->t, pushed);
   if (reaches && flesh_same(equations->threads, equations->n, pushed, equations->scratch)) return FLESH_OK;
-  take_free(equations, pushed, u);
+  flesh_equations_take_free(equations, pushed, u);
   if (flesh_equations_can_reach(equations, u)) return FLESH_OK;
   if (reaches) flesh_equations_start(equations, u);
   if (reaches || !touches) return reaches ? FLESH_OK : FLESH_UNDEFINED;
   /* Nothing is pushed out of other bodies: it stays where it was. */
-  take_free(equations, s->x_from, u);
+  flesh_equations_take_free(equations, s->x_from, u);
   return flesh_equations_can_reach(equations, u) ? FLESH_OK : FLESH_UNDEFINED;
 }
 
@@ -49,7 +42,7 @@ static void try_guess(flesh_newton *newton, const double *guess, double *u)
   flesh_copy(newton->threads, equations->n, guess, trial);
   for (int k = 0; k < constrained->count; k++)
     trial[constrained->dofs[k]] = u[constrained->dofs[k]];
-  if (!flesh_equations_can_reach(equations, trial)) return;
+  if (!flesh_equations_can_begin(equations, trial)) return;
   if (flesh_equations_evaluate(equations, trial, &guessed, &size) || !(guessed < value)) return;
   flesh_copy(newton->threads, equations->n, trial, u);
   newton->began = guess;

@@ -1,0 +1,107 @@
+/* surface_push.c: a first iterate that brings bodies into each other, corrected node by node. */
+#include <math.h>
+#include <stdlib.h>
+
+#include "effect/surface_contact.h"
+#include "math/mat3.h"
+
+typedef flesh_surface_near near;
+
+/* Over the thickness: the gap of what comes to touch; the depth from which nodes are taken out of each other, and the
+ * distance from which those that touched are taken back. */
+static const double TOUCHING = 0.97, DEEPEST = 3, LEFT = 1;
+
+/* Corrections stop here, or once all gaps are right to this part. */
+enum { SWEEPS = 10 };
+static const double RIGHT = 1e-3;
+
+/* A node and the face under it. */
+struct flesh_surface_guard {
+  int node, kept;  /* kept: they touched before */
+  const int *face; /* [3] */
+  double gap;      /* m, that the node is to have; unless kept, at least */
+};
+
+/* The outward normal of a face, the weights of the foot of p in its plane, and how high p is above it; 0: it has no area. */
+static int find_height(const double *p, const int *face, const double *x, double normal[3], double w[3], double *height)
+{
+  const double *corner[3];
+  double e[3], f[3], h[3], q[3];
+  for (int k = 0; k < 3; k++) corner[k] = x + 3 * (size_t)face[k];
+  for (int c = 0; c < 3; c++) {
+    e[c] = corner[1][c] - corner[0][c];
+    f[c] = corner[2][c] - corner[0][c];
+    h[c] = p[c] - corner[0][c];
+  }
+  flesh_vec3_cross(e, f, normal);
+  const double square = flesh_vec3_dot(normal, normal), length = sqrt(square);
+  if (!(square > 0)) return 0;
+  flesh_vec3_cross(h, f, q);
+  w[1] = flesh_vec3_dot(q, normal) / square;
+  flesh_vec3_cross(e, h, q);
+  w[2] = flesh_vec3_dot(q, normal) / square;
+  w[0] = 1 - w[1] - w[2];
+  for (int c = 0; c < 3; c++) normal[c] /= length;
+  *height = flesh_vec3_dot(h, normal);
+  return 1;
+}
+
+/* Lists what is to be corrected at x; returns how much. */
+static int list_guards(near *self, const double *x_from, const double *x)
+{
+  const flesh_contact_surface *s = &self->contact->surface;
+  const double thickness = self->contact->law.thickness;
+  const flesh_near_pairs *around = &self->around;
+  int count = 0;
+  for (size_t k = 0; k < (size_t)around->point_count; k++) {
+    const int node = s->nodes[around->point_faces[2 * k]], *face = s->faces + 3 * (size_t)around->point_faces[2 * k + 1];
+    double n[3], w[3], from, to;
+    if (!find_height(x_from + 3 * (size_t)node, face, x_from, n, w, &from) ||
+        !find_height(x + 3 * (size_t)node, face, x, n, w, &to))
+      continue;
+    const int kept = from > 0 && from < thickness;
+    const double gap = kept ? from : TOUCHING * thickness;
+    if (!(w[0] >= 0 && w[1] >= 0 && w[2] >= 0 && fabs(to) <= DEEPEST * thickness)) continue;
+    if (to < (kept ? gap + LEFT * thickness : gap))
+      self->guards[count++] = (struct flesh_surface_guard){.node = node, .kept = kept, .face = face, .gap = gap};
+  }
+  return count;
+}
+
+/* Moves a node and its face along its normal, as little as possible; returns whether that was needed. */
+static int correct(const struct flesh_surface_guard *guard, double *x)
+{
+  double n[3], w[3], height, *p = x + 3 * (size_t)guard->node;
+  if (!find_height(p, guard->face, x, n, w, &height)) return 0;
+  const double lack = guard->gap - height;
+  if (!((guard->kept ? fabs(lack) : lack) > RIGHT * guard->gap)) return 0;
+  const double move = lack / (1 + flesh_vec3_dot(w, w));
+  for (int c = 0; c < 3; c++) {
+    p[c] += move * n[c];
+    for (int k = 0; k < 3; k++) x[3 * (size_t)guard->face[k] + (size_t)c] -= move * w[k] * n[c];
+  }
+  return 1;
+}
+
+int flesh_surface_near_push(near *self, const double *x_from, double *x)
+{
+  const int wanted = self->around.point_count;
+  if (wanted > self->guard_room) {
+    struct flesh_surface_guard *grown = realloc(self->guards, 2 * (size_t)wanted * sizeof *grown);
+    if (!grown) return 0; /* then it is not corrected */
+    self->guards = grown;
+    self->guard_room = 2 * wanted;
+  }
+  const int count = list_guards(self, x_from, x);
+  int changed = 0, again = count > 0;
+  for (int sweep = 0; again && sweep < SWEEPS; sweep++) {
+    again = 0;
+    for (int k = 0; k < count; k++) again |= correct(&self->guards[k], x);
+    changed |= again;
+  }
+  return changed;
+}
+
+double flesh_surface_near_pushes(const near *self) { return DEEPEST * self->contact->law.thickness; }
+
+size_t flesh_surface_guards_memory(const near *self) { return (size_t)self->guard_room * sizeof *self->guards; }
