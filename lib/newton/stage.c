@@ -42,7 +42,7 @@ static void try_guess(flesh_newton *newton, const double *guess, double *u)
   flesh_copy(newton->threads, equations->n, guess, trial);
   for (int k = 0; k < constrained->count; k++)
     trial[constrained->dofs[k]] = u[constrained->dofs[k]];
-  /* Where errors choose the steps guesses are better than the gaps before. */
+  /* Guesses are better than the gaps before where errors choose the steps. */
   if (!(newton->given_target > 0 ? flesh_equations_can_reach(equations, trial) : flesh_equations_can_begin(equations, trial)))
     return;
   if (flesh_equations_evaluate(equations, trial, &guessed, &size) || !(guessed < value)) return;
