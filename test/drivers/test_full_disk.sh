@@ -32,7 +32,7 @@ steps() { seq "$1" "$2" "$3"; } # FROM BY TO
 
 a_few_disks_fill() {
   fills run '0 4 8 12 28 64 84 400' "$flesh" run bar.yaml --out disk/out --quiet &&
-    fills accuracy '0 12 4000' "$flesh" accuracy bar.yaml --out disk/out --quick --methods newmark --steps 1/60 \
+    fills accuracy '0 12 6000' "$flesh" accuracy bar.yaml --out disk/out --quick --methods newmark --steps 1/60 \
       --reference-seconds 0.01 || return 1
   command -v gnuplot >/dev/null || return 0
   fills material '200 4000' "$flesh" material --out disk/out --energies S
@@ -72,7 +72,7 @@ drift_fills() {
 }
 accuracy_fills() {
   command -v gnuplot >/dev/null || return 0
-  fills accuracy '0 4 12 20 28 36 44 60 76 92 108 140 180 240 300 4000' "$flesh" accuracy bar.yaml --out disk/out --quick \
+  fills accuracy '0 4 12 20 28 36 44 60 76 92 108 140 180 240 300 6000' "$flesh" accuracy bar.yaml --out disk/out --quick \
     --methods newmark,ida --steps 1/60,1/120 --tolerances 1e-2 --reference-seconds 0.01
 }
 hardcases_fills() {
