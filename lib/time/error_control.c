@@ -17,7 +17,8 @@
  * Contact turns a node around within its own period, which the filter takes for a motion that need not be resolved. But
  * what the node's momentum is off by stays in the body. So the error e of nodes that touch something counts once more,
  * unfiltered, as the velocity e/h, by which the body goes astray for its own period. Such errors have no higher order to
- * fall with: they add up to tolerance with tolerance^((q + 1)/q), down to `local`, where the residuals of the stages show.
+ * fall with: they add up to tolerance with tolerance^((q + 1)/q), down to `local`, where the residuals of the stages show, or
+ * less where nothing holds the body, which its momentum then carries on and on.
  *
  * Where internal variables change at the end of a step, as those of a weld that breaks, forces may have been others for all
  * of it. Their impulse counts like that of contact.
@@ -33,6 +34,7 @@
 #include "base/error.h"
 #include "system/one_effect.h"
 #include "system/ranks.h"
+#include "system/system.h"
 #include "system/velocity_scale.h"
 
 static const double share = 0.1;             /* of the tolerance that a step's error may be at tolerance 1 */
@@ -44,6 +46,7 @@ static const double of_load = 5;
 static const double deeper = 0.1;            /* after each refusal by energy, that residuals may have put in */
 static const double gap_depth = 1e-2;        /* of the error allowed that a change of volume may make */
 static const double lasting = 0.7;           /* of the body's periods, through which errors add up */
+static const double flight = 3;              /* and so many times as long lasts the momentum of a body that nothing holds */
 static const double negligible = 1e-3;       /* an unfiltered error below this needs no filter */
 /* Constrained dofs go where they are to, whatever the step. Their error tells whether it resolves what they do, and so the
  * work of that; it counts so many times. */
@@ -132,6 +135,7 @@ void flesh_error_control_start(flesh_error_control *self, const flesh_state *sta
 {
   const double allowed = share * self->options.tolerance, speed = size_of(self, state->v);
   const double force = a ? size_of(self, a) : 0;
+  self->held = flesh_team_any(flesh_system_team(self->system), flesh_system_holds(self->system, state->t));
   /* A step that moves the body by no more than the cube root of what its error may be, as that falls with h^3. */
   double h = fmin(sqrt(2 * pow(allowed, 2. / 3) * self->length / force), cbrt(allowed) * self->length / speed);
   if (!(h < INFINITY)) h = 0.1 * ahead;
@@ -155,7 +159,7 @@ void flesh_error_control_aim(flesh_error_control *self, int order)
 {
   self->falls = order < 2 ? order + 1 : 3;
   self->local = share * pow(self->options.tolerance, self->falls / order);
-  self->impulses = fmax(self->local, pow(self->options.tolerance, self->falls / (self->falls - 1)));
+  self->impulses = fmax(self->local / (self->held ? 1 : flight), pow(self->options.tolerance, self->falls / (self->falls - 1)));
 }
 
 double flesh_error_control_target(const flesh_error_control *self, const flesh_shift *shift)
@@ -167,7 +171,7 @@ double flesh_error_control_target(const flesh_error_control *self, const flesh_s
   return part * self->local * self->length * self->mass / (sqrt(self->nodes) * g * fmax(g, self->period));
 }
 
-double flesh_error_control_slip(const flesh_error_control *self) { return self->impulses / self->local; }
+double flesh_error_control_slip(const flesh_error_control *self) { return fmax(1, self->impulses / self->local); }
 
 int flesh_error_control_keeps_gaining(const flesh_error_control *self) { return self->gains >= MOST_GAINS; }
 

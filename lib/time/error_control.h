@@ -25,6 +25,7 @@ typedef struct flesh_error_control {
   uint8_t *touching;              /* [n/3] nodes that contact has pushed in a stage of the step */
   int touches;                    /* some do */
   double length, period, mass;    /* m, s over 2 pi of bending, kg */
+  int held;                       /* something holds a part of it */
   double nodes;                   /* of the body */
   double falls;                   /* the power of h with which the estimate falls */
   double local;                   /* the error of positions that a step may make, over the length */
