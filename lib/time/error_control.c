@@ -116,6 +116,7 @@ void flesh_error_control_archive(flesh_error_control *self, flesh_archive *archi
   FLESH_ARCHIVE(archive, self->h);
   FLESH_ARCHIVE(archive, self->before);
   FLESH_ARCHIVE(archive, self->times);
+  FLESH_ARCHIVE(archive, self->held);
   FLESH_ARCHIVE(archive, self->first);
   FLESH_ARCHIVE(archive, self->rejected);
   FLESH_ARCHIVE(archive, self->failed);
