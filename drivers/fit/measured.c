@@ -7,6 +7,7 @@
 #include "fit/fit.h"
 #include "output/tet_shape.h"
 #include "scene/words.h"
+#include "skin/locator.h"
 
 static const char *const tables[] = {"probes", "history", "positions"};
 
@@ -19,7 +20,12 @@ typedef struct reading {
   int time;         /* column; -1: none */
   int *value;       /* [quantities] columns */
   int *deviation;   /* [quantities] columns; -1: none */
+  flesh_locator *locator; /* of the places of positions; NULL until there is one */
 } reading;
+
+/* Surfaces of two meshes of a curved body are apart, and a scanner is not exact: a point counts with the tet next to it, of
+ * which it may be outside by this share of the mean edge. */
+static const double outside = 0.25;
 
 static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory while reading measurements"); }
 
@@ -134,14 +140,28 @@ static int read_datum(reading *r, int row, int quantity, double t)
   return status;
 }
 
+/* The place of a point at rest, by the tet that holds it or is nearest. */
+static int locate(reading *r, const flesh_mesh *mesh, int row, const double X[3], flesh_fit_point *point)
+{
+  const double edge = cbrt(6 * flesh_mesh_volume(mesh, flesh_mesh_positions(mesh)) / flesh_mesh_tet_count(mesh));
+  flesh_place at;
+  const int status = r->locator ? FLESH_OK : flesh_locator_create(mesh, &r->locator);
+  if (status) return status;
+  flesh_locator_find(r->locator, X, -1, &at);
+  if (at.tet < 0 || !(at.distance <= outside * edge))
+    return flesh_node_fail(r->keys->place, "%s: row %d: the point [%g, %g, %g] is outside of the body at rest, by more than "
+                                           "%g m, a quarter of an edge",
+                           r->to->path, row + 1, X[0], X[1], X[2], outside * edge);
+  point->count = flesh_tet_weights(mesh, at.tet, at.weights, point->nodes, point->weights);
+  return FLESH_OK;
+}
+
 /* The point of a row of positions. */
 static int read_point(reading *r, const flesh_scene *scene, int row, flesh_fit_point *point)
 {
   static const char *const names[] = {"X", "Y", "Z"};
   const int node = find(&r->csv, "node"), nodes = flesh_mesh_node_count(flesh_scene_mesh(scene));
-  flesh_probe probe = {.name = "point", .quantities = FLESH_PROBE_POSITION, .tet = -1};
-  double value;
-  for (int d = 0; d < 3; d++) probe.about[d] = NAN;
+  double value, X[3];
   if (node >= 0) {
     const int status = number(r, row, node, &value);
     if (status) return status;
@@ -155,15 +175,12 @@ static int read_point(reading *r, const flesh_scene *scene, int row, flesh_fit_p
     const int column = find(&r->csv, names[d]);
     if (column < 0)
       return flesh_node_fail(r->keys->place, "%s has no column node, nor X, Y and Z; positions need either", r->to->path);
-    const int status = number(r, row, column, &probe.point[d]);
+    const int status = number(r, row, column, &X[d]);
     if (status) return status;
-    if (isnan(probe.point[d]))
+    if (isnan(X[d]))
       return flesh_node_fail(r->keys->place, "%s: row %d: %s is empty; it must be a number", r->to->path, row + 1, names[d]);
   }
-  const int status = flesh_probe_prepare(&probe, flesh_scene_body(scene), flesh_scene_system(scene));
-  if (status) return flesh_node_fail_within(status, r->keys->place, "%s: row %d: ", r->to->path, row + 1);
-  point->count = flesh_tet_weights(flesh_scene_mesh(scene), probe.tet, probe.weights, point->nodes, point->weights);
-  return FLESH_OK;
+  return locate(r, flesh_scene_mesh(scene), row, X, point);
 }
 
 static int read_rows(reading *r, const flesh_scene *scene)
@@ -218,6 +235,7 @@ int flesh_fit_measured_read(flesh_arena *arena, const flesh_scene *scene, const 
   int status = flesh_csv_read(to->path, FLESH_CSV_WHOLE, &r.csv);
   if (status) return flesh_node_fail_within(status, flesh_node_find(keys->place, tables[to->table]), "%s", "");
   status = read_table(&r, scene);
+  flesh_locator_destroy(&r.locator);
   flesh_csv_clear(&r.csv);
   return status;
 }

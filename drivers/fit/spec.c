@@ -49,7 +49,7 @@ static const flesh_key measured_table[] = {
      .doc = "instead of probes: CSV with columns of history.csv"},
     {.name = "positions", .type = FLESH_KEY_PATH, AT(positions), .default_value = "",
      .doc = "instead of probes: CSV of positions at the end, x,y,z, of nodes (column node, from 0) or of points of the body "
-            "at rest (columns X,Y,Z)"},
+            "at rest (columns X,Y,Z) or at most a quarter of an edge outside"},
     {.name = "columns", .type = FLESH_KEY_TREE, AT(columns), .default_value = "",
      .doc = "a list of the columns that count, without units; default: all"},
     {.name = "deviation", .type = FLESH_KEY_NUMBER, AT(deviation), .range = FLESH_RANGE_POSITIVE, .default_value = "",
