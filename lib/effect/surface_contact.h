@@ -155,7 +155,8 @@ int flesh_surface_contact_release(const flesh_surface_contact *contact, const fl
 /* flesh_effect_private.take_bonds. */
 int flesh_surface_contact_take_bonds(flesh_effect *effect, int count, const flesh_bond *bonds);
 /* Corrects x [3*n], where near->around has all that is at most flesh_surface_near_pushes apart [m]: nodes and faces that
- * touch at x_from keep their gaps, others come out of each other. Returns whether x has changed. */
+ * touch at x_from keep their gaps. Others go where the guess has them: elsewhere an impact has other solutions. Returns
+ * whether x has changed. */
 int flesh_surface_near_push(flesh_surface_near *near, const double *x_from, double *x);
 double flesh_surface_near_pushes(const flesh_surface_near *near);
 size_t flesh_surface_guards_memory(const flesh_surface_near *near); /* bytes */

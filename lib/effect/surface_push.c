@@ -1,4 +1,4 @@
-/* surface_push.c: a first iterate that brings bodies into each other, corrected node by node. */
+/* surface_push.c: a first iterate in which bodies that touch come into each other or apart, corrected node by node. */
 #include <math.h>
 #include <stdlib.h>
 
@@ -7,9 +7,9 @@
 
 typedef flesh_surface_near near;
 
-/* Over the thickness: the gap of what comes to touch; the depth from which nodes are taken out of each other, and the
- * distance from which those that touched are taken back. */
-static const double TOUCHING = 0.97, DEEPEST = 3, LEFT = 1;
+/* Over the thickness: the depth from which nodes that touched are taken back to their gap, and how far from it they may have
+ * left. */
+static const double DEEPEST = 3, LEFT = 1;
 
 /* Corrections stop here, or once all gaps are right to this part. */
 enum { SWEEPS = 10 };
@@ -17,9 +17,9 @@ static const double RIGHT = 1e-3;
 
 /* A node and the face under it. */
 struct flesh_surface_guard {
-  int node, kept;  /* kept: they touched before */
+  int node;
   const int *face; /* [3] */
-  double gap;      /* m, that the node is to have; unless kept, at least */
+  double gap;      /* m, that the node had before */
 };
 
 /* The outward normal of a face, the weights of the foot of p in its plane, and how high p is above it; 0: it has no area. */
@@ -59,11 +59,9 @@ static int list_guards(near *self, const double *x_from, const double *x)
     if (!find_height(x_from + 3 * (size_t)node, face, x_from, n, w, &from) ||
         !find_height(x + 3 * (size_t)node, face, x, n, w, &to))
       continue;
-    const int kept = from > 0 && from < thickness;
-    const double gap = kept ? from : TOUCHING * thickness;
-    if (!(w[0] >= 0 && w[1] >= 0 && w[2] >= 0 && fabs(to) <= DEEPEST * thickness)) continue;
-    if (to < (kept ? gap + LEFT * thickness : gap))
-      self->guards[count++] = (struct flesh_surface_guard){.node = node, .kept = kept, .face = face, .gap = gap};
+    if (from > 0 && from < thickness && w[0] >= 0 && w[1] >= 0 && w[2] >= 0 && to >= -DEEPEST * thickness &&
+        to < from + LEFT * thickness)
+      self->guards[count++] = (struct flesh_surface_guard){.node = node, .face = face, .gap = from};
   }
   return count;
 }
@@ -74,7 +72,7 @@ static int correct(const struct flesh_surface_guard *guard, double *x)
   double n[3], w[3], height, *p = x + 3 * (size_t)guard->node;
   if (!find_height(p, guard->face, x, n, w, &height)) return 0;
   const double lack = guard->gap - height;
-  if (!((guard->kept ? fabs(lack) : lack) > RIGHT * guard->gap)) return 0;
+  if (!(fabs(lack) > RIGHT * guard->gap)) return 0;
   const double move = lack / (1 + flesh_vec3_dot(w, w));
   for (int c = 0; c < 3; c++) {
     p[c] += move * n[c];

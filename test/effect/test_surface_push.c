@@ -26,12 +26,14 @@ static void begin(double gap, test_body *b)
   CHECK_OK(flesh_system_finalize(b->system));
 }
 
-/* From one gap to another, over the thickness, and which one is left: the least of all pairs that are felt, 1 where none is. */
+/* From one gap to another, over the thickness, and which one is left: the least of all pairs that are felt, 1 where none is.
+ * What did not touch goes where the guess has it. */
 static void gaps_are_kept(void)
 {
   const struct {
     double from, to, kept;
-  } cases[] = {{0.5, -1, 0.5}, {0.5, 0.1, 0.5}, {0.5, 1.2, 0.5}, {0.5, 1.8, 1}, {2, 0.3, 0.97}, {2, -2, 0.97}, {2, 1.5, 1}};
+    int changed;
+  } cases[] = {{0.5, -1, 0.5, 1}, {0.5, 0.1, 0.5, 1}, {0.5, 1.2, 0.5, 1}, {0.5, 1.8, 1, 0}, {2, 0.3, 0.3, 0}, {2, 1.5, 1, 0}};
   for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
     const flesh_solver_options options = test_options(1e-6);
     flesh_integrator *integrator = NULL;
@@ -47,7 +49,7 @@ static void gaps_are_kept(void)
     const int changed = flesh_system_push_apart(b.system, proximity, NULL, b.state.x, x);
     for (int d = 2; d < b.n; d += 3) mean[1] += x[d];
     CHECK_OK(flesh_surface_near_meet(near, x));
-    CHECK(changed == (cases[k].kept != 1));
+    CHECK(changed == cases[k].changed);
     CHECK_NEAR(fmin(near->set.distance / thickness, 1), cases[k].kept, 0.06);
     CHECK(flesh_system_max_feasible_step(b.system, proximity, NULL, 0, b.state.x, 0, x) == 1);
     CHECK_NEAR(mean[1], mean[0], 1e-9); /* half of it by either */
@@ -57,7 +59,7 @@ static void gaps_are_kept(void)
   }
 }
 
-/* A ball that is pushed through a tight tube: 441 Newton iterations where guesses are taken or refused as a whole, 290 where
+/* A ball that is pushed through a tight tube: 441 Newton iterations where guesses are taken or refused as a whole, 336 where
  * they are corrected. */
 static void solves_begin_at_these_gaps(void)
 {
@@ -72,7 +74,7 @@ static void solves_begin_at_these_gaps(void)
                                    &integrator));
   for (int s = 0; s < 50; s++) CHECK_OK(flesh_integrator_step(integrator, &state, 1. / 100, &stats));
   printf("# %ld Newton iterations\n", (long)stats.newton);
-  CHECK(stats.newton > 50 && stats.newton <= 350);
+  CHECK(stats.newton > 50 && stats.newton <= 380);
   flesh_integrator_destroy(&integrator);
   flesh_scene_destroy(&scene);
   free(state.x);

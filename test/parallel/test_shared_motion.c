@@ -126,8 +126,8 @@ static void errors_follow_the_tolerance(void)
   }
 }
 
-/* Steps that errors choose are those of one rank: as many but for one in four hundred, as errors are filtered by a rough solve,
- * and as many that are thrown away. The bar is let go bent, so that some are. */
+/* Steps that errors choose are those of one rank: as many but for two and one in four hundred, as errors are filtered by a rough
+ * solve, and as many that are thrown away. The bar is let go bent, so that some are. */
 static void controlled_steps_are_those_of_one_rank(void)
 {
   static const flesh_method methods[] = {FLESH_METHOD_BACKWARD_EULER,    FLESH_METHOD_BDF2,       FLESH_METHOD_NEWMARK,
@@ -153,9 +153,9 @@ static void controlled_steps_are_those_of_one_rank(void)
     gather(&b, &b.own.state, &reached);
     const double off = motion_distance(b.whole.n, reached.x, exact.x);
     if (says())
-      printf("# %s: %d steps, %d rejected, %d Newton; off by %.2g m\n", flesh_method_name(methods[k]), stats[0].steps,
-             stats[0].rejected, stats[0].newton, off);
-    CHECK(abs(stats[0].steps - stats[1].steps) <= stats[0].steps / 400 && stats[0].rejected == stats[1].rejected &&
+      printf("# %s: %d steps, %d rejected, %d Newton; of ranks %d, %d, %d; off by %.2g m\n", flesh_method_name(methods[k]),
+             stats[0].steps, stats[0].rejected, stats[0].newton, stats[1].steps, stats[1].rejected, stats[1].newton, off);
+    CHECK(abs(stats[0].steps - stats[1].steps) <= 2 + stats[0].steps / 400 && stats[0].rejected == stats[1].rejected &&
           stats[0].convergence_failures == stats[1].convergence_failures);
     CHECK(stats[0].rejected > 0 || methods[k] == FLESH_METHOD_RUNGE_KUTTA);
     CHECK_BELOW(off, 0.1 * 3e-3 * 4);
