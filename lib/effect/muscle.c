@@ -204,7 +204,7 @@ static int muscle_tear(const flesh_effect *effect, const flesh_mesh *torn, flesh
 }
 
 /* Operations of fibres whose tension does not depend on the speed, and of those whose tension does. */
-#define OPERATIONS(own_traits, own_readings)                                                                                        \
+#define OPERATIONS(own_traits, own_readings)                                                                          \
   {                                                                                                                   \
     .name = "muscle", .role = FLESH_ROLE_LOAD, .traits = own_traits, .cells = muscle_cells,                           \
     .residual = muscle_residual, .jacobian = muscle_jacobian, .potential = muscle_potential, .energy = muscle_energy, \

@@ -126,9 +126,9 @@ typedef struct flesh_effect_private {
    * between any two places of this x0 for which it says so, until it has searched again. With u, x0 is that of the last
    * call without. NULL: it always may. */
   int (*is_far)(void *near, const double *x0, double shift, const double *u);
-  /* Corrects x [3*n], from where a solve may begin whose step begins at x_from, so that what touches there keeps its gaps
-   * and nothing else touches, as far as a few corrections node by node go. Returns whether x has changed. */
-  int (*push_apart)(void *near, const double *internal, const double *x_from, double *x);
+  /* Corrects x [3*n], from where a solve may begin whose step begins at x_from, so that what touches there keeps its gaps, as
+   * far as a few corrections node by node go. Returns whether x has changed. */
+  int (*keep_gaps)(void *near, const double *internal, const double *x_from, double *x);
   size_t (*memory)(const void *near); /* bytes */
   /* Saves or loads what `follow` has told (flesh_integrator_save). */
   int (*archive)(void *near, struct flesh_archive *archive);

@@ -88,7 +88,7 @@ typedef struct flesh_surface_near {
   int *cell_nodes, cell_room; /* of cells */
   double *hessians;
   size_t hessian_room;
-  struct flesh_surface_guard *guards; /* [guard_room] room of surface_push.c */
+  struct flesh_surface_guard *guards; /* [guard_room] room of surface_gaps.c */
   int guard_room;
   unsigned char *bonded;     /* [bonded points + edges] FLESH_HELD, ... by the internal variables; NULL: there are none */
   int seat_count;            /* of points that are FLESH_SEATED, on a rank its own */
@@ -154,11 +154,9 @@ double flesh_surface_seats_evaluate(const flesh_surface_near *near, const double
 int flesh_surface_contact_release(const flesh_surface_contact *contact, const flesh_point *point, double *internal);
 /* flesh_effect_private.take_bonds. */
 int flesh_surface_contact_take_bonds(flesh_effect *effect, int count, const flesh_bond *bonds);
-/* Corrects x [3*n], where near->around has all that is at most flesh_surface_near_pushes apart [m]: nodes and faces that
- * touch at x_from keep their gaps. Others go where the guess has them: elsewhere an impact has other solutions. Returns
- * whether x has changed. */
-int flesh_surface_near_push(flesh_surface_near *near, const double *x_from, double *x);
-double flesh_surface_near_pushes(const flesh_surface_near *near);
+/* Corrects x [3*n], where near->around has all that touches at x_from: nodes and faces that touch there keep their gaps.
+ * Others go where the guess has them: elsewhere an impact has other solutions. Returns whether x has changed. */
+int flesh_surface_near_keep_gaps(flesh_surface_near *near, const double *x_from, double *x);
 size_t flesh_surface_guards_memory(const flesh_surface_near *near); /* bytes */
 /* near->set becomes that at x [3*n]. FLESH_UNDEFINED where surfaces meet. */
 int flesh_surface_near_meet(flesh_surface_near *near, const double *x);

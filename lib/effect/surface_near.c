@@ -116,12 +116,12 @@ static int search_around(near *self, const double *x)
   return FLESH_OK;
 }
 
-static int push_apart(void *memory, const double *internal, const double *x_from, double *x)
+static int keep_gaps(void *memory, const double *internal, const double *x_from, double *x)
 {
   near *self = memory;
   flesh_surface_near_take(self, internal);
-  if (!flesh_surface_near_serves(self, x, flesh_surface_near_pushes(self)) && search_around(self, x)) return 0;
-  return flesh_surface_near_push(self, x_from, x);
+  if (!flesh_surface_near_serves(self, x_from, self->contact->law.thickness) && search_around(self, x_from)) return 0;
+  return flesh_surface_near_keep_gaps(self, x_from, x);
 }
 
 static flesh_contact_candidates candidates_of(const near *self)
@@ -390,7 +390,7 @@ static const flesh_effect_readings readings = {.couple = flesh_surface_contact_c
 
 #define LIBRARY                                                                                                         \
   .evaluate = flesh_surface_contact_evaluate, .ranks = &flesh_surface_contact_ranks, .predict = predict,                \
-  .is_far = flesh_surface_near_is_far, .push_apart = push_apart, .memory = memory_of,                                   \
+  .is_far = flesh_surface_near_is_far, .keep_gaps = keep_gaps, .memory = memory_of,                                   \
   .take_bonds = flesh_surface_contact_take_bonds, .readings = &readings
 const flesh_effect_private flesh_surface_contact_private = {LIBRARY},
                            flesh_separating_contact_private = {LIBRARY, .archive = archive_of,

@@ -282,7 +282,7 @@ int flesh_equations_can_begin(flesh_equations *self, double *u)
   double *x = self->scratch;
   if (flesh_equations_is_clear(self, u)) return 1;
   move_all((displacement){.equations = self, .u = u, .x = x});
-  if (flesh_system_push_apart(self->system, &self->evaluation.proximity, s->internal, s->x_from, x))
+  if (flesh_system_keep_gaps(self->system, &self->evaluation.proximity, s->internal, s->x_from, x))
     flesh_equations_take_free(self, x, u);
   return flesh_equations_can_reach(self, u);
 }

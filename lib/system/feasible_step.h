@@ -12,9 +12,9 @@ double flesh_system_max_feasible_step(const flesh_system *system, const flesh_pr
                                       const double *x_to);
 /* Moves the nodes of x_to that cannot get there from x_from to where they can. */
 void flesh_system_push_out(const flesh_system *system, double t_from, const double *x_from, double t_to, double *x_to);
-/* Corrects x [3*n] so that bodies keep out of each other (flesh_effect_private.push_apart); returns whether it has changed.
+/* Corrects x [3*n] so that bodies that touch keep their gaps (flesh_effect_private.keep_gaps); returns whether it has changed.
  * On several ranks nothing is corrected. */
-int flesh_system_push_apart(const flesh_system *system, const flesh_proximity *proximity, const double *internal,
+int flesh_system_keep_gaps(const flesh_system *system, const flesh_proximity *proximity, const double *internal,
                             const double *x_from, double *x);
 /* Whether a step from x_from to x_to must have tunnelled through an obstacle. */
 int flesh_system_tunnelled(const flesh_system *system, double t_from, const double *x_from, double t_to,

@@ -38,7 +38,7 @@ static flesh_lag choose_lag(const flesh_integrator *self, int order, int second)
   const int follows = flesh_system_has_follower_loads(system) && asked < needed;
   const int controlled = follows ? needed : asked > 1 ? asked : 1;
   if (asked != 0 || !second || !flesh_system_has_role(system, FLESH_ROLE_CONTACT))
-    return (flesh_lag){controlled, controlled, controlled, controlled, NULL, NULL, NULL};
+    return (flesh_lag){.iterations = controlled, .most = controlled, .controlled = controlled, .most_controlled = controlled};
   return (flesh_lag){.iterations = controlled < 2 ? 2 : controlled, .most = AT_IMPACTS, .controlled = controlled,
                      .most_controlled = controlled < 2 ? 2 : controlled};
 }

@@ -1,4 +1,4 @@
-/* surface_push.c: a first iterate in which bodies that touch come into each other or apart, corrected node by node. */
+/* surface_gaps.c: a first iterate in which bodies that touch come into each other or apart, corrected node by node. */
 #include <math.h>
 #include <stdlib.h>
 
@@ -81,7 +81,7 @@ static int correct(const struct flesh_surface_guard *guard, double *x)
   return 1;
 }
 
-int flesh_surface_near_push(near *self, const double *x_from, double *x)
+int flesh_surface_near_keep_gaps(near *self, const double *x_from, double *x)
 {
   const int wanted = self->around.point_count;
   if (wanted > self->guard_room) {
@@ -99,7 +99,5 @@ int flesh_surface_near_push(near *self, const double *x_from, double *x)
   }
   return changed;
 }
-
-double flesh_surface_near_pushes(const near *self) { return DEEPEST * self->contact->law.thickness; }
 
 size_t flesh_surface_guards_memory(const near *self) { return (size_t)self->guard_room * sizeof *self->guards; }

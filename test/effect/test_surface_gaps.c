@@ -1,5 +1,5 @@
 // TEST quick seconds=20
-/* test_surface_push.c: first iterates that would bring bodies into each other keep the gaps of what touches, node by node,
+/* test_surface_gaps.c: first iterates that would bring bodies into each other keep the gaps of what touches, node by node,
  * and solves begin there. */
 #include "effect/surface_contact.h"
 #include "flesh/integrator.h"
@@ -17,7 +17,8 @@ static void begin(double gap, test_body *b)
   const double size[3] = {8 * edge, 6 * edge, edge}, smaller[3] = {3.7 * edge, 2.9 * edge, edge};
   flesh_contact_options options;
   flesh_effect *contact = NULL;
-  flesh_mesh *mesh = joined(box(cells, size, (double[]){0, 0, 0}), box(fewer, smaller, (double[]){2.2 * edge, 1.7 * edge, edge + gap}));
+  const double place[3] = {2.2 * edge, 1.7 * edge, edge + gap};
+  flesh_mesh *mesh = joined(box(cells, size, (double[]){0, 0, 0}), box(fewer, smaller, place));
   CHECK_OK(test_body_create(mesh, test_material(FLESH_ENERGY_S, 0.3), 1000, FLESH_MASS_LUMPED, 1, b));
   flesh_contact_options_default(&options);
   options.thickness = thickness;
@@ -46,7 +47,7 @@ static void gaps_are_kept(void)
     for (int d = 0; d < b.n; d++)
       x[d] = b.state.x[d] + (d < 3 * 9 * 7 * 2 || d % 3 < 2 ? 0 : (cases[k].to - cases[k].from) * thickness);
     for (int d = 2; d < b.n; d += 3) mean[0] += x[d];
-    const int changed = flesh_system_push_apart(b.system, proximity, NULL, b.state.x, x);
+    const int changed = flesh_system_keep_gaps(b.system, proximity, NULL, b.state.x, x);
     for (int d = 2; d < b.n; d += 3) mean[1] += x[d];
     CHECK_OK(flesh_surface_near_meet(near, x));
     CHECK(changed == cases[k].changed);
