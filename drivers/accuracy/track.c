@@ -26,46 +26,34 @@ void flesh_accuracy_grid_make(double start, double end, double longest, int room
   *grid = (flesh_accuracy_grid){start, end, longest, interval, intervals + 1};
 }
 
+/* How many numbers it has: its arrays are one, in the order of its members. */
+static size_t length_of(const flesh_accuracy_track *track)
+{
+  return (size_t)track->times * (2 * (size_t)track->unknowns + 3);
+}
+
 int flesh_accuracy_track_open(int times, int unknowns, flesh_accuracy_track *track)
 {
-  size_t size = (size_t)times * (size_t)unknowns;
+  const size_t all = (size_t)times * (size_t)unknowns;
   *track = (flesh_accuracy_track){.times = times, .unknowns = unknowns};
-  track->t = calloc((size_t)times + 1, sizeof(double));
-  track->x = calloc(size + 1, sizeof(double));
-  track->v = calloc(size + 1, sizeof(double));
-  track->energy = calloc((size_t)times + 1, sizeof(double));
-  track->volume = calloc((size_t)times + 1, sizeof(double));
-  if (track->t && track->x && track->v && track->energy && track->volume) return FLESH_OK;
-  flesh_accuracy_track_close(track);
-  return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d states of %d unknowns", times, unknowns);
+  if (!(track->t = calloc(length_of(track) + 1, sizeof(double)))) {
+    flesh_accuracy_track_close(track);
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d states of %d unknowns", times, unknowns);
+  }
+  track->x = track->t + times, track->v = track->x + all;
+  track->energy = track->v + all, track->volume = track->energy + times;
+  return FLESH_OK;
 }
 
 void flesh_accuracy_track_close(flesh_accuracy_track *track)
 {
   free(track->t);
-  free(track->x);
-  free(track->v);
-  free(track->energy);
-  free(track->volume);
   *track = (flesh_accuracy_track){0};
-}
-
-/* The arrays in the order they stand in a file. */
-static void parts(const flesh_accuracy_track *track, double *arrays[5], size_t sizes[5])
-{
-  size_t times = (size_t)track->times, all = times * (size_t)track->unknowns;
-  double *const in_order[] = {track->t, track->x, track->v, track->energy, track->volume};
-  const size_t lengths[] = {times, all, all, times, times};
-  for (int p = 0; p < 5; p++) arrays[p] = in_order[p], sizes[p] = lengths[p];
 }
 
 void flesh_accuracy_track_copy(const flesh_accuracy_track *from, flesh_accuracy_track *to)
 {
-  double *source[5], *target[5];
-  size_t sizes[5];
-  parts(from, source, sizes);
-  parts(to, target, sizes);
-  for (int p = 0; p < 5; p++) memcpy(target[p], source[p], sizes[p] * sizeof(double));
+  memcpy(to->t, from->t, length_of(from) * sizeof(double));
 }
 
 static const char magic[16] = "flesh states 1\n";
@@ -76,12 +64,9 @@ int flesh_accuracy_track_write(const char *path, const flesh_accuracy_track *tra
   int status = flesh_file_open(path, &file);
   if (status) return status;
   const int32_t counts[2] = {track->times, track->unknowns};
-  double *arrays[5];
-  size_t sizes[5];
-  parts(track, arrays, sizes);
   fwrite(magic, 1, sizeof magic, file.stream);
   fwrite(counts, sizeof counts[0], 2, file.stream);
-  for (int p = 0; p < 5; p++) fwrite(arrays[p], sizeof(double), sizes[p], file.stream);
+  fwrite(track->t, sizeof(double), length_of(track), file.stream);
   return flesh_file_commit(&file); /* which notices what was not written */
 }
 
@@ -97,14 +82,8 @@ int flesh_accuracy_track_read(const char *path, flesh_accuracy_track *track)
               fread(counts, sizeof counts[0], 2, stream) == 2 && counts[0] > 0 && counts[1] > 0 &&
               counts[0] <= 1 << 20 && counts[1] <= 1 << 30;
   int status = whole ? flesh_accuracy_track_open(counts[0], counts[1], track) : FLESH_OK;
-  double *arrays[5];
-  size_t sizes[5];
-  if (whole && !status) {
-    parts(track, arrays, sizes);
-    for (int p = 0; p < 5 && whole; p++)
-      whole = fread(arrays[p], sizeof(double), sizes[p], stream) == sizes[p];
-    whole = whole && getc(stream) == EOF;
-  }
+  if (whole && !status)
+    whole = fread(track->t, sizeof(double), length_of(track), stream) == length_of(track) && getc(stream) == EOF;
   fclose(stream);
   if (!whole) {
     flesh_accuracy_track_close(track);
@@ -154,20 +133,13 @@ int flesh_accuracy_measure_open(const flesh_scene *scene, flesh_accuracy_measure
 {
   const flesh_mesh *mesh = flesh_scene_mesh(scene);
   size_t nodes = (size_t)flesh_mesh_node_count(mesh);
-  *measure = (flesh_accuracy_measure){.nodes = (int)nodes};
-  measure->mass = calloc(nodes, sizeof(double));
-  measure->start = calloc(3 * nodes, sizeof(double));
-  measure->rest = malloc(3 * nodes * sizeof(double));
-  double *v = calloc(3 * nodes, sizeof(double));
-  if (!measure->mass || !measure->start || !measure->rest || !v) {
-    free(v);
-    flesh_accuracy_measure_close(measure);
-    return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  }
-  flesh_state state = {.t = 0, .x = measure->start, .v = v};
+  *measure = (flesh_accuracy_measure){.nodes = (int)nodes, .mass = calloc(10 * nodes, sizeof(double))};
+  if (!measure->mass) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  measure->start = measure->mass + nodes;
+  measure->rest = measure->start + 3 * nodes;
+  flesh_state state = {.t = 0, .x = measure->start, .v = measure->rest + 3 * nodes};
   flesh_scene_start(scene, &state);
   measure->start_t = state.t;
-  free(v);
   memcpy(measure->rest, flesh_mesh_positions(mesh), 3 * nodes * sizeof(double));
   int status = find_breaks(flesh_scene_system(scene), state.t, flesh_scene_times(scene)->end, measure);
   if (status) {
@@ -182,8 +154,6 @@ int flesh_accuracy_measure_open(const flesh_scene *scene, flesh_accuracy_measure
 void flesh_accuracy_measure_close(flesh_accuracy_measure *measure)
 {
   free(measure->mass);
-  free(measure->start);
-  free(measure->rest);
   free(measure->breaks);
   *measure = (flesh_accuracy_measure){0};
 }

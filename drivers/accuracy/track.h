@@ -19,7 +19,7 @@ void flesh_accuracy_grid_make(double start, double end, double longest, int room
 /* How many times of a track of so many unknowns there is room for: a reference takes seven tracks in a gigabyte. */
 int flesh_accuracy_room(int unknowns);
 
-/* States at the times; all arrays belong to it. */
+/* States at the times; all arrays belong to it, and are one in this order. */
 typedef struct flesh_accuracy_track {
   int times, unknowns;
   double *t;               /* [times] */
@@ -50,10 +50,10 @@ typedef struct flesh_accuracy_scale {
 /* How differences are measured. */
 typedef struct flesh_accuracy_measure {
   int nodes;
-  double *mass;  /* [nodes] lumped */
+  double *mass;   /* [nodes] lumped; the next two arrays follow it */
+  double *start;  /* [3*nodes] positions at the start */
+  double *rest;   /* [3*nodes] of the mesh */
   double start_t; /* s */
-  double *start; /* [3*nodes] positions at the start */
-  double *rest;  /* [3*nodes] of the mesh */
   double rest_volume;
   int break_count;
   double *breaks; /* [break_count] times in order at which the motion has a kink: the scene's events */

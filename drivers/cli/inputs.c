@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 
 #include "base/error.h"
+#include "base/text.h"
 #include "scene/scene.h"
 
 struct flesh_input {
@@ -47,9 +48,7 @@ char *flesh_tetgen_partner(const char *path)
 {
   const char *dot = strrchr(path, '.');
   const char *partner = dot && !strcmp(dot, ".node") ? "ele" : dot && !strcmp(dot, ".ele") ? "node" : NULL;
-  char *other = partner ? malloc(strlen(path) + 2) : NULL;
-  if (other) sprintf(other, "%.*s%s", (int)(dot + 1 - path), path, partner);
-  return other;
+  return partner ? flesh_text_new("%.*s%s", (int)(dot + 1 - path), path, partner) : NULL;
 }
 
 void flesh_inputs_add(flesh_inputs *inputs, const char *path)
@@ -109,9 +108,8 @@ static int spare_each(const flesh_inputs *inputs, const char *folder, const char
 {
   int status = FLESH_OK;
   for (; names && *names && !status; names++) {
-    char *path = malloc(strlen(folder) + strlen(*names) + 2);
+    char *path = flesh_text_new("%s/%s", folder, *names);
     if (!path) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-    sprintf(path, "%s/%s", folder, *names);
     status = spare(inputs, path);
     free(path);
   }

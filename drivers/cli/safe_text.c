@@ -3,20 +3,14 @@
 
 #include <string.h>
 
+#include "base/letter.h"
+
 int flesh_text_is_control(char byte) { return (unsigned char)byte < 0x20 || byte == 0x7f; }
 
 int flesh_text_letter(const char *text)
 {
-  const unsigned char *t = (const unsigned char *)text;
-  if (t[0] < 0x80) return t[0] != 0;
-  int size = t[0] >= 0xf0 ? 4 : t[0] >= 0xe0 ? 3 : 2;
-  if (t[0] < 0xc2 || t[0] > 0xf4) return 0;
-  for (int k = 1; k < size; k++)
-    if ((t[k] & 0xc0) != 0x80) return 0;
-  /* Overlong forms, surrogates, and what lies beyond Unicode. */
-  if ((t[0] == 0xe0 && t[1] < 0xa0) || (t[0] == 0xed && t[1] > 0x9f)) return 0;
-  if ((t[0] == 0xf0 && t[1] < 0x90) || (t[0] == 0xf4 && t[1] > 0x8f)) return 0;
-  return size;
+  unsigned code;
+  return (int)flesh_letter_at((const unsigned char *)text, strnlen(text, 4), &code);
 }
 
 void flesh_safe_name(char *name)

@@ -23,7 +23,7 @@ typedef struct work {
   const flesh_scene *scene;
   const flesh_state *state;
   flesh_tet_stress stress;
-  double *lambda;   /* [3*nodes] */
+  double *lambda;   /* [3*nodes], and the others behind it */
   double *values;   /* [FIELDS*POINTS*tets] at the points of quadrature */
   double *volumes;  /* [POINTS*tets] */
   double *dilation; /* [POINTS*tets] J less its mean */
@@ -159,22 +159,22 @@ int flesh_error_indicate(const flesh_scene *scene, const flesh_state *state, con
                          int *is_goal)
 {
   const size_t nodes = (size_t)scene->mesh->nodes, tets = (size_t)scene->mesh->tets;
-  work w = {.scene = scene, .state = state, .lambda = calloc(3 * nodes, sizeof(double)),
-            .values = malloc(FIELDS * POINTS * tets * sizeof(double)), .volumes = malloc(POINTS * tets * sizeof(double)),
-            .dilation = malloc(POINTS * tets * sizeof(double)), .means = malloc(FIELDS * nodes * sizeof(double)),
-            .weights = malloc(nodes * sizeof(double))};
+  work w = {.scene = scene, .state = state,
+            .lambda = calloc((FIELDS + 4) * nodes + (FIELDS + 2) * POINTS * tets, sizeof(double))};
   int status = flesh_tet_stress_open(&scene->body, flesh_scene_system(scene), &w.stress);
-  if (!status && (!w.lambda || !w.values || !w.volumes || !w.dilation || !w.means || !w.weights)) status = no_memory();
+  if (!status && !w.lambda) status = no_memory();
+  if (!status) {
+    w.values = w.lambda + 3 * nodes;
+    w.volumes = w.values + FIELDS * POINTS * tets;
+    w.dilation = w.volumes + POINTS * tets;
+    w.means = w.dilation + POINTS * tets;
+    w.weights = w.means + FIELDS * nodes;
+  }
   *is_goal = !status && find_gradient(&w, column);
   for (size_t i = 0; i < 3 * nodes && !status && !*is_goal; i++) w.lambda[i] = state->x[i] - scene->mesh->positions[i];
   if (!status && *is_goal) status = solve_adjoint(&w);
   if (!status) indicate(&w, indicators);
   flesh_tet_stress_clear(&w.stress);
   free(w.lambda);
-  free(w.values);
-  free(w.volumes);
-  free(w.dilation);
-  free(w.means);
-  free(w.weights);
   return status;
 }

@@ -30,8 +30,7 @@ typedef struct bar {
 
 /* Elasticity, and inertia where `moves`; the program may add effects before bar_finish. For elements of ten nodes a tet
  * the mesh gets nodes on its edges, behind those that it has. */
-static inline void bar_begin_with(bar *b, flesh_element element, const flesh_material *material, flesh_mass mass,
-                                  int moves)
+static inline void bar_begin(bar *b, flesh_element element, const flesh_material *material, int moves)
 {
   TRY(flesh_mesh_box((int[]){8, 2, 2}, (double[]){2, 0.5, 0.5}, (double[]){0, 0, 0}, &b->mesh));
   if (element != FLESH_ELEMENT_TET4) {
@@ -45,8 +44,8 @@ static inline void bar_begin_with(bar *b, flesh_element element, const flesh_mat
   b->density = malloc((size_t)tets * sizeof(double));
   for (int e = 0; e < tets; e++) b->density[e] = 1000; /* kg/m^3 */
   b->material = *material;
-  b->body = (flesh_body){.mesh = b->mesh, .density = b->density, .materials = &b->material, .mass = mass,
-                         .element = element};
+  b->body = (flesh_body){.mesh = b->mesh, .density = b->density, .materials = &b->material,
+                         .mass = FLESH_MASS_LUMPED, .element = element};
   TRY(flesh_system_create(b->mesh, &b->system));
   flesh_effect *effect;
   TRY(flesh_effect_elasticity(&b->body, &effect));
@@ -58,11 +57,6 @@ static inline void bar_begin_with(bar *b, flesh_element element, const flesh_mat
   const size_t n = 3 * (size_t)b->nodes;
   b->state = (flesh_state){.x = malloc(n * sizeof(double)), .v = calloc(n, sizeof(double))};
   memcpy(b->state.x, flesh_mesh_positions(b->mesh), n * sizeof(double));
-}
-
-static inline void bar_begin(bar *b, const flesh_material *material, flesh_mass mass, int moves)
-{
-  bar_begin_with(b, FLESH_ELEMENT_TET4, material, mass, moves);
 }
 
 static inline void bar_gravity(bar *b, double z)

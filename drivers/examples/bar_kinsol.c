@@ -77,7 +77,7 @@ int main(int argc, char **argv)
 {
   bar b;
   const flesh_material soft = bar_soft();
-  bar_begin(&b, &soft, FLESH_MASS_LUMPED, 0);
+  bar_begin(&b, FLESH_ELEMENT_TET4, &soft, 0);
   bar_gravity(&b, -1);
   bar_finish(&b);
   SUNContext context;

@@ -46,7 +46,7 @@ int main(void)
 {
   bar b;
   const flesh_material soft = bar_soft();
-  bar_begin(&b, &soft, FLESH_MASS_LUMPED, 1);
+  bar_begin(&b, FLESH_ELEMENT_TET4, &soft, 1);
   bar_gravity(&b, -9.81);
   bar_finish(&b);
   const flesh_method methods[2] = {FLESH_METHOD_BACKWARD_EULER, FLESH_METHOD_IDA};

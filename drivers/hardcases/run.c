@@ -24,9 +24,9 @@ typedef struct watch_of_run {
   flesh_hardcases_figures *figures;
   /* Own. */
   int unknowns, phase, kept_first, kept_early;
-  double clock, now;
+  double clock;
   flesh_state last;       /* of the step before */
-  double *point, *zero;   /* [3*unknowns] x, v, a; [unknowns] */
+  double *point;          /* [3*unknowns] x, v, a, behind those of `last` */
   int count, room, timed; /* steps; of them those of the first phase */
   struct {
     int newton;
@@ -37,26 +37,11 @@ typedef struct watch_of_run {
 static int watch_open(watch_of_run *w, const flesh_mesh *mesh)
 {
   w->unknowns = 3 * flesh_mesh_node_count(mesh);
-  size_t n = (size_t)w->unknowns;
-  w->last.x = calloc(n, sizeof(double));
-  w->last.v = calloc(n, sizeof(double));
-  w->point = calloc(3 * n, sizeof(double));
-  w->zero = calloc(n, sizeof(double));
-  w->figures->recovered_at = NAN;
-  return w->last.x && w->last.v && w->point && w->zero
-             ? FLESH_OK
-             : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-}
-
-static void watch_close(watch_of_run *w)
-{
-  free(w->last.x), free(w->last.v), free(w->point), free(w->zero), free(w->cost);
-}
-
-static void watch_release(watch_of_run *w)
-{
-  w->phase++;
-  w->timed = w->count;
+  w->last.x = calloc(5 * (size_t)w->unknowns, sizeof(double));
+  if (!w->last.x) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  w->last.v = w->last.x + w->unknowns;
+  w->point = w->last.v + w->unknowns;
+  return FLESH_OK;
 }
 
 /* The potential of the unknown that leads from the last state to x within h, and the sum of its
@@ -118,6 +103,12 @@ static void keep_frame(const watch_of_run *w, const flesh_step_record *record,
   flesh_state_write(path, w->unknowns / 3, record->state); /* a picture less is no failure */
 }
 
+/* Whether the body is at rest where it should be. */
+static int is_back(const flesh_hardcases_figures *f)
+{
+  return f->distance < FLESH_HARDCASES_TOLERANCE && f->volume_error < FLESH_HARDCASES_TOLERANCE && !f->inverted_end;
+}
+
 static int watch_observe(void *data, const flesh_step_record *record)
 {
   watch_of_run *w = data;
@@ -158,9 +149,7 @@ static int watch_observe(void *data, const flesh_step_record *record)
     f->distance = flesh_mesh_distance_from_rest(w->rest, record->state->x);
     double volume = flesh_mesh_volume(w->rest, flesh_mesh_positions(w->rest));
     f->volume_error = fabs(flesh_mesh_volume(w->rest, record->state->x) / volume - 1);
-    int back = f->distance < FLESH_HARDCASES_TOLERANCE && f->volume_error < FLESH_HARDCASES_TOLERANCE &&
-               !record->inverted;
-    if (!back) f->recovered_at = NAN;
+    if (!is_back(f)) f->recovered_at = NAN;
     else if (isnan(f->recovered_at)) f->recovered_at = record->state->t;
   }
   memcpy(w->last.x, record->state->x, sizeof(double) * (size_t)w->unknowns);
@@ -253,12 +242,6 @@ static int find_rest(const flesh_hardcases_plan *plan, const char *folder, flesh
   return status;
 }
 
-static int is_back(const flesh_hardcases_figures *f)
-{
-  return f->distance < FLESH_HARDCASES_TOLERANCE && f->volume_error < FLESH_HARDCASES_TOLERANCE &&
-         !f->inverted_end;
-}
-
 static int refuse(flesh_hardcases_figures *f, int status)
 {
   f->status = status;
@@ -302,7 +285,8 @@ void flesh_hardcases_run_one(const flesh_hardcases_plan *plan, const flesh_hardc
       goto done;
     }
     end = flesh_scene_times(release)->end;
-    watch_release(&watch);
+    watch.phase = 1;
+    watch.timed = watch.count;
     status = run_phase(plan, release, path, "release", &watch);
   }
   watch_finish(&watch);
@@ -311,7 +295,8 @@ void flesh_hardcases_run_one(const flesh_hardcases_plan *plan, const flesh_hardc
   if (!is_back(f) && f->finite && !plan->filters) /* whose runs may end anywhere */
     flesh_hardcases_judge_end(release ? release : scene, end, watch.last.x, rest, f);
 done:
-  watch_close(&watch);
+  free(watch.last.x);
+  free(watch.cost);
   flesh_mesh_destroy(&rest);
   flesh_scene_destroy(&release);
   flesh_scene_destroy(&scene);

@@ -232,12 +232,8 @@ static int add_curved(const flesh_mesh *mesh, const flesh_picture_panel *panel, 
   s->x = x, s->rest = rest, s->corners = curved.corners, s->hidden = curved.hidden;
   *values = *values ? own : NULL;
   *behind = curved.tets;
-  void *const parts[] = {curved.rows, curved.corners, curved.tets, curved.hidden};
-  for (int k = 0; k < 4; k++) {
-    const int kept = keep(scene, parts[k]);
-    if (!status) status = kept;
-  }
-  return status;
+  const int kept = keep(scene, curved.rows);
+  return status ? status : kept;
 }
 
 /* The body's skin, or its boundary. */

@@ -103,30 +103,18 @@ int flesh_curved_surface_make(const flesh_mesh *mesh, flesh_curved_surface *s)
 {
   const int faces = count_faces(mesh), nodes = flesh_mesh_node_count(mesh), vertices = 3 * nodes + 3 * faces;
   const size_t triangles = TRIANGLES * (size_t)faces;
-  *s = (flesh_curved_surface){.vertices = vertices,
-                              .rows = calloc((size_t)vertices + 1, sizeof *s->rows),
-                              .corners = malloc(3 * triangles * sizeof *s->corners),
-                              .tets = malloc(triangles * sizeof *s->tets),
-                              .hidden = malloc(triangles)};
-  if (!s->rows || !s->corners || !s->tets || !s->hidden) {
-    flesh_curved_surface_free(s);
-    return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a picture");
-  }
+  const size_t rows = ((size_t)vertices + 1) * sizeof *s->rows;
+  *s = (flesh_curved_surface){.vertices = vertices, .rows = calloc(rows + triangles * (4 * sizeof(int) + 1), 1)};
+  if (!s->rows) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a picture");
+  s->corners = (int *)(s->rows + vertices + 1);
+  s->tets = s->corners + 3 * triangles;
+  s->hidden = (uint8_t *)(s->tets + triangles);
   for (int v = 0; v < nodes; v++) s->rows[v] = (flesh_curved_vertex){{v}, {8}};
   for (int f = 0, first = 0; f < faces; f++) {
     add_face(mesh, first, f, s);
     first += flesh_mesh_face_parts(mesh, mesh->surface_tets[first]);
   }
   return FLESH_OK;
-}
-
-void flesh_curved_surface_free(flesh_curved_surface *s)
-{
-  free(s->rows);
-  free(s->corners);
-  free(s->tets);
-  free(s->hidden);
-  *s = (flesh_curved_surface){0};
 }
 
 void flesh_curved_surface_apply(const flesh_curved_surface *s, int components, const double *nodal, double *values)

@@ -17,15 +17,14 @@ typedef struct flesh_curved_vertex {
  * node (on the halves of the edge it is the middle of), then three for each face. */
 typedef struct flesh_curved_surface {
   int vertices, triangles;
-  flesh_curved_vertex *rows; /* [vertices]; 0 where there is no vertex */
+  flesh_curved_vertex *rows; /* [vertices]; 0 where there is no vertex. The next arrays are behind it */
   int *corners;              /* [3*triangles] */
   int *tets;                 /* [triangles] the tet behind each */
   uint8_t *hidden;           /* [triangles] bit k: the side opposite to corner k is no edge of the mesh */
 } flesh_curved_surface;
 
-/* Makes the surface of a mesh of order 2. FLESH_ERR_MEMORY. */
+/* Makes the surface of a mesh of order 2, whose `rows` are to be freed. FLESH_ERR_MEMORY. */
 int flesh_curved_surface_make(const flesh_mesh *mesh, flesh_curved_surface *surface);
-void flesh_curved_surface_free(flesh_curved_surface *surface);
 
 /* Values at the vertices [components*vertices] from those at the nodes [components*nodes], by the faces' quadratic
  * shape functions; 0 where there is no vertex. */

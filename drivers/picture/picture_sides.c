@@ -145,18 +145,15 @@ static int turn_components(const sheet *s, int components, const double *x, cons
 int flesh_picture_face_body(const flesh_picture_panel *panel, const double *positions, int triangles, int *corners)
 {
   const size_t count = (size_t)triangles + 1;
-  sheet s = {triangles, corners, malloc(3 * count * sizeof *s.neighbours), malloc(3 * count),
-             malloc(count * sizeof *s.component), malloc(count), malloc(count * sizeof *s.queue)};
-  int components = 0;
-  int failed = !s.neighbours || !s.alike || !s.component || !s.turn || !s.queue || link_sides(&s);
+  int *room = malloc(count * (5 * sizeof *room + 4)), components = 0; /* and chars behind the ints */
+  if (!room) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a picture");
+  signed char *alike = (signed char *)(room + 5 * count);
+  sheet s = {triangles, corners, room, alike, room + 3 * count, alike + 3 * count, room + 4 * count};
+  int failed = link_sides(&s);
   for (int t = 0; t < triangles && !failed; t++) s.component[t] = -1;
   for (int t = 0; t < triangles && !failed; t++)
     if (s.component[t] < 0) spread(&s, t, components++);
   if (!failed) failed = turn_components(&s, components, positions, panel);
-  free(s.neighbours);
-  free(s.alike);
-  free(s.component);
-  free(s.turn);
-  free(s.queue);
+  free(room);
   return failed ? flesh_fail(FLESH_ERR_MEMORY, "out of memory for a picture") : FLESH_OK;
 }

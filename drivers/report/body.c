@@ -100,33 +100,29 @@ static int add_curved(const flesh_mesh *mesh, FILE *numbers, json_t *made)
   if (status) return status;
   const int nodes = flesh_mesh_node_count(mesh);
   const size_t triangles = (size_t)curved.triangles, vertices = (size_t)curved.vertices;
-  int *places = calloc(vertices + 1, sizeof *places), *hidden = malloc((triangles + 1) * sizeof *hidden);
-  int *six = malloc((6 * vertices + 1) * sizeof *six), *eighths = malloc((6 * vertices + 1) * sizeof *eighths);
-  if (places && hidden && six && eighths) {
-    for (size_t c = 0; c < 3 * triangles; c++) {
-      int *v = &curved.corners[c];
-      if (*v < nodes) continue;
-      if (!places[*v]) {
-        for (int a = 0; a < 6; a++)
-          six[6 * further + a] = curved.rows[*v].nodes[a], eighths[6 * further + a] = curved.rows[*v].eighths[a];
-        places[*v] = nodes + further++;
-      }
-      *v = places[*v];
+  int *places = calloc(13 * vertices + triangles + 1, sizeof *places);
+  int *six = places + vertices, *eighths = six + 6 * vertices, *hidden = eighths + 6 * vertices;
+  if (!places) status = flesh_report_no_memory();
+  for (size_t c = 0; c < 3 * triangles && !status; c++) {
+    int *v = &curved.corners[c];
+    if (*v < nodes) continue;
+    if (!places[*v]) {
+      for (int a = 0; a < 6; a++)
+        six[6 * further + a] = curved.rows[*v].nodes[a], eighths[6 * further + a] = curved.rows[*v].eighths[a];
+      places[*v] = nodes + further++;
     }
-    for (size_t t = 0; t < triangles; t++) hidden[t] = curved.hidden[t];
+    *v = places[*v];
+  }
+  for (size_t t = 0; t < triangles && !status; t++) hidden[t] = curved.hidden[t];
+  if (!status) {
     json_object_set_new(made, "corners", add_list(numbers, 3 * triangles, curved.corners));
     json_object_set_new(made, "behind", add_list(numbers, triangles, curved.tets));
     json_object_set_new(made, "hidden", add_list(numbers, triangles, hidden));
     json_object_set_new(made, "six", add_list(numbers, 6 * (size_t)further, six));
     json_object_set_new(made, "eighths", add_list(numbers, 6 * (size_t)further, eighths));
-  } else {
-    status = flesh_report_no_memory();
   }
   free(places);
-  free(hidden);
-  free(six);
-  free(eighths);
-  flesh_curved_surface_free(&curved);
+  free(curved.rows);
   return status;
 }
 

@@ -67,7 +67,8 @@ static int gather(flesh_report *report, int count, char **paths)
   }
   if (!status && run_count) status = flesh_report_add_runs(report, run_count, runs);
   for (int k = 0; k < count && !status; k++)
-    if (found[k]->sql) status = flesh_report_add_study(report, found[k]->title, found[k]->sql, paths[k]);
+    if (found[k]->sql)
+      status = flesh_report_tell(report, flesh_report_part(report, found[k]->title, paths[k]), paths[k], found[k]->sql, NULL, NULL);
     else if (found[k]->title) status = flesh_report_add_sweep(report, paths[k]);
   free(runs);
   free(found);

@@ -33,7 +33,7 @@ static json_t *values_of(const flesh_csv *csv, int column, int every)
   return good ? numbers : texts;
 }
 
-void flesh_report_add_column(json_t *columns, const char *name, json_t *values)
+static void add_column(json_t *columns, const char *name, json_t *values)
 {
   json_array_append_new(columns, json_pack("{soso}", "name", flesh_json_text(name), "values", values));
 }
@@ -53,7 +53,7 @@ int flesh_report_csv(const char *folder, const char *name, int most, json_t **co
   const int every = most && csv.rows > most ? (csv.rows + most - 1) / most : 1;
   if (step) *step = every;
   *columns = csv.columns ? json_array() : NULL;
-  for (int c = 0; c < csv.columns; c++) flesh_report_add_column(*columns, csv.names[c], values_of(&csv, c, every));
+  for (int c = 0; c < csv.columns; c++) add_column(*columns, csv.names[c], values_of(&csv, c, every));
   if (csv.columns && !*columns) status = flesh_report_no_memory();
   flesh_csv_clear(&csv);
   free(path);
@@ -84,7 +84,7 @@ json_t *flesh_report_query(sqlite3_stmt *query, int first)
   json_t *made = json_array();
   for (int c = first; c < sqlite3_column_count(query); c++) {
     const char *name = sqlite3_column_name(query, c);
-    flesh_report_add_column(made, name ? name : "", json_array());
+    add_column(made, name ? name : "", json_array());
   }
   while ((code = sqlite3_step(query)) == SQLITE_ROW)
     for (int c = first; c < sqlite3_column_count(query); c++)
@@ -109,18 +109,6 @@ const json_t *flesh_report_column(const json_t *columns, const char *name)
 size_t flesh_report_rows(const json_t *columns)
 {
   return json_array_size(json_object_get(json_array_get(columns, 0), "values"));
-}
-
-const char *flesh_report_text(const json_t *columns, const char *name, size_t row)
-{
-  const char *text = json_string_value(json_array_get(flesh_report_column(columns, name), row));
-  return text ? text : "";
-}
-
-double flesh_report_number(const json_t *columns, const char *name, size_t row)
-{
-  const json_t *value = json_array_get(flesh_report_column(columns, name), row);
-  return json_is_number(value) ? json_number_value(value) : NAN;
 }
 
 char *flesh_report_path(const char *folder, const char *name)

@@ -13,17 +13,11 @@
 int flesh_report_csv(const char *folder, const char *name, int most, json_t **columns, int *step);
 /* The rows of a query, from the given column on, as such a list (new); NULL: SQLite has failed. */
 json_t *flesh_report_query(sqlite3_stmt *query, int first);
-/* Appends a column; takes the values. */
-void flesh_report_add_column(json_t *columns, const char *name, json_t *values);
 
 /* The values of a column, borrowed; NULL without one. */
 const json_t *flesh_report_column(const json_t *columns, const char *name);
 /* How many rows there are. */
 size_t flesh_report_rows(const json_t *columns);
-/* A cell as text; "" for what is none. */
-const char *flesh_report_text(const json_t *columns, const char *name, size_t row);
-/* A cell as number; NAN for what is none. */
-double flesh_report_number(const json_t *columns, const char *name, size_t row);
 
 /* folder/name, or in an empty folder the name (new); NULL without memory, which is noted (json_memory.h). */
 char *flesh_report_path(const char *folder, const char *name);

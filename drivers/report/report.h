@@ -3,7 +3,7 @@
  * The element `payload` of the page has the data, deflated (zlib) and in base 64. Unpacked they are twelve decimal digits
  * (the length of the JSON that follows), the JSON, and bytes of numbers. `parts` of the JSON has words, tables and plots,
  * `view` the runs, with places in the bytes, and `start`, the time that is shown first. The element `still` is the still
- * picture. A list [at, count] stores numbers by flesh_report_bytes_add_list.
+ * picture. A list [at, count] stores numbers by add_list of body.c.
  *
  * A run's frames follow each other from `at`. Each has x of all nodes, then y, then z, in multiples of `quantum`, the same
  * of the obstacles' vertices, and J_mean, stress and speed of all nodes, each [low, step] times its number plus low. Each
@@ -17,6 +17,7 @@
 #define FLESH_REPORT_H
 
 #include <jansson.h>
+#include <sqlite3.h>
 #include <stdio.h>
 
 /* The page itself, made at build time of page/ and three/: HTML with the marks @TITLE@ and
@@ -39,8 +40,7 @@ int flesh_report_bytes_open(flesh_report_bytes *bytes);
 int flesh_report_bytes_flush(flesh_report_bytes *bytes);
 void flesh_report_bytes_close(flesh_report_bytes *bytes); /* a zeroed one too */
 
-/* A run whose bodies are to be seen; `states`: names of further states in its folder, NULL-ended.
- */
+/* A run whose bodies are to be seen. */
 typedef struct flesh_report_shown {
   char *folder, *name;
   int optional; /* left out, with a note, where it cannot be opened */
@@ -56,22 +56,29 @@ typedef struct flesh_report {
   int most_frames; /* of a run */
 } flesh_report;
 
-/* Appends a part about all runs, or about one folder; a sweep is named by its folder or its database. */
+/* A new part {"title", "path", "verdict", "notes", "tables", "plots", "grids", "sources"}, which the report then holds;
+ * borrowed. NULL where memory is lacking, which the other calls bear. */
+json_t *flesh_report_part(flesh_report *report, const char *title, const char *path);
+/* Adds a sentence on what is missing or left out. */
+void flesh_report_note(json_t *part, const char *format, ...) __attribute__((format(printf, 2, 3)));
+/* Tells the part of a folder, empty where paths are whole, by the text `sql` of data/studies, on that database. */
+int flesh_report_tell_of(flesh_report *report, json_t *part, const char *folder, const char *sql, sqlite3 *database);
+/* Tells the part on a database in memory that `fill_database` (NULL: nobody) has filled. */
+int flesh_report_tell(flesh_report *report, json_t *part, const char *folder, const char *sql,
+                      int (*fill_database)(sqlite3 *database, const void *data), const void *data);
+
+/* Appends a part about all runs, or about one sweep, which is named by its folder or its database. */
 int flesh_report_add_runs(flesh_report *report, int count, char *const *folders);
-/* The text `sql` of data/studies says what is told of the folder. */
-int flesh_report_add_study(flesh_report *report, const char *title, const char *sql, const char *folder);
 int flesh_report_add_sweep(flesh_report *report, const char *path);
 /* Whether it is named as a database is. */
 int flesh_report_is_database(const char *path);
 
-/* Notes a run for the view (copies). */
-int flesh_report_show(flesh_report *report, const char *folder, const char *name, int optional);
 /* Fills report->view, report->still and report->numbers from the runs noted. */
 int flesh_report_make_view(flesh_report *report);
 
 /* Writes the page, whole or not at all; *size: of the file, *packed: of the payload in it, bytes.
  */
-int flesh_report_write(const flesh_report *report, const char *title, json_t *head,
-                       const char *path, size_t *size, size_t *packed);
+int flesh_report_write(const flesh_report *report, const char *title, json_t *head, const char *path, size_t *size,
+                       size_t *packed);
 
 #endif

@@ -5,7 +5,7 @@
 
 #include "cli/json_memory.h"
 #include "report/csv.h"
-#include "report/part.h"
+#include "report/report.h"
 #include "run/run_folder.h"
 
 typedef struct runs {

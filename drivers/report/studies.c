@@ -16,21 +16,42 @@
  *   given    title, text, whether it is JSON: a source that SQL has itself
  *   failure  words behind the folder, which end the report
  * is_there(file) asks for a file of the folder, colour_of(energy) for its colour; number() is that of study/results.h. */
-#include <jansson.h>
-#include <sqlite3.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
 #include "cli/json_memory.h"
+#include "material/form.h"
 #include "report/csv.h"
-#include "report/part.h"
+#include "report/report.h"
 #include "study/database.h"
 #include "study/embedded.h"
 #include "study/results.h"
 
-enum { MOST_COLUMNS = 32 };
+enum { MOST_COLUMNS = 32, MOST_ROWS = 2000 };
+
+json_t *flesh_report_part(flesh_report *report, const char *title, const char *path)
+{
+  json_t *part = json_pack("{sosos[]s[]s[]s[]s[]s[]}", "title", flesh_json_text(title), "path", flesh_json_text(path),
+                           "verdict", "notes", "tables", "plots", "grids", "sources");
+  json_array_append_new(report->parts, part);
+  return part;
+}
+
+/* Adds a value, which it takes, to a list of the part. */
+static void add(json_t *part, const char *list, json_t *value) { json_array_append_new(json_object_get(part, list), value); }
+
+void flesh_report_note(json_t *part, const char *format, ...)
+{
+  char text[2048];
+  va_list arguments;
+  va_start(arguments, format);
+  vsnprintf(text, sizeof text, format, arguments);
+  va_end(arguments);
+  add(part, "notes", flesh_json_text(text));
+}
 
 typedef struct maker {
   flesh_report *report;
@@ -49,8 +70,23 @@ static void test_file(sqlite3_context *context, int count, sqlite3_value **value
 
 static void find_colour(sqlite3_context *context, int count, sqlite3_value **values)
 {
+  const char *letter = (const char *)sqlite3_value_text(values[0]);
   (void)count;
-  sqlite3_result_text(context, flesh_report_energy_colour((const char *)sqlite3_value_text(values[0])), -1, SQLITE_STATIC);
+  for (int e = 0; e < FLESH_ENERGY_COUNT; e++)
+    if (letter && !strcmp(letter, flesh_forms[e].name)) sqlite3_result_text(context, flesh_forms[e].colour, -1, SQLITE_STATIC);
+}
+
+/* Takes the columns; returns the table's number. Tables that are not open are folded. */
+static int put_table(const maker *m, const char *title, json_t *columns, int open)
+{
+  add(m->part, "tables", json_pack("{sosbso}", "title", flesh_json_text(title), "open", open, "columns", columns));
+  return (int)json_array_size(json_object_get(m->part, "tables")) - 1;
+}
+
+/* A text that is folded, as a scene, or provenance as JSON; takes the value, NULL is left out. */
+static void put_source(const maker *m, const char *title, json_t *value)
+{
+  if (value) add(m->part, "sources", json_pack("{soso}", "title", flesh_json_text(title), "value", value));
 }
 
 static void bind(sqlite3_stmt *insert, int at, const json_t *value, int numbers)
@@ -98,7 +134,7 @@ static int add_table(const maker *m, const char *name, int open)
   int status = flesh_report_csv(m->folder, name, 0, &columns, NULL);
   if (!columns && !status) flesh_report_note(m->part, "There is no %s that can be read.", name);
   if (!columns) return status;
-  char *sql = sqlite3_mprintf("INSERT INTO tables VALUES (%Q, %d, NULL)", name, flesh_report_table(m->part, name, columns, open));
+  char *sql = sqlite3_mprintf("INSERT INTO tables VALUES (%Q, %d, NULL)", name, put_table(m, name, columns, open));
   if (!sql || sqlite3_exec(m->database, sql, NULL, NULL, NULL)) status = flesh_report_no_memory();
   sqlite3_free(sql);
   return status ? status : fill(m, name, columns);
@@ -109,7 +145,7 @@ static int add_text(const maker *m, const char *name)
 {
   json_t *text;
   const int status = flesh_report_file(m->folder, name, &text);
-  if (text) json_array_append_new(json_object_get(m->part, "verdict"), text);
+  if (text) add(m->part, "verdict", text);
   else if (!status) flesh_report_note(m->part, "There is no %s: the command did not end.", name);
   return status;
 }
@@ -119,46 +155,52 @@ static int add_source(const maker *m, const char *title, const char *name, const
 {
   json_t *value;
   const int status = (key ? flesh_report_json : flesh_report_file)(m->folder, name, &value);
-  flesh_report_source(m->part, title, key && *key ? json_incref(json_object_get(value, key)) : json_incref(value));
+  put_source(m, title, key && *key ? json_incref(json_object_get(value, key)) : json_incref(value));
   json_decref(value);
   return status;
 }
 
-/* A file of a folder as a table, and as a series of the last plot. */
+/* A file of a folder as a folded table, and as a series of the last plot; a note where it cannot be read. */
 static int add_history(const maker *m, const char *name, const char *file, const char *label, const char *colour)
 {
   const json_t *plots = json_object_get(m->part, "plots");
-  char *path = flesh_report_path(m->folder, name);
-  const int status = path ? flesh_report_add_history(m->part, json_array_get(plots, json_array_size(plots) - 1), path, file,
-                                                     label, colour)
-                          : flesh_report_no_memory();
+  char *path = flesh_report_path(m->folder, name), title[300];
+  json_t *columns = NULL;
+  int step;
+  const int status = path ? flesh_report_csv(path, file, MOST_ROWS, &columns, &step) : flesh_report_no_memory();
   free(path);
+  if (!columns && !status) flesh_report_note(m->part, "%s has no %s that can be read.", label, file);
+  if (!columns) return status;
+  snprintf(title, sizeof title, "%s: %s", label, file);
+  if (step > 1) flesh_report_note(m->part, "Of %s of %s one row in %d is here.", file, label, step);
+  json_array_append_new(json_object_get(json_array_get(plots, json_array_size(plots) - 1), "series"),
+                        json_pack("{sisoss*}", "table", put_table(m, title, columns, 0), "name", flesh_json_text(label),
+                                  "colour", colour));
   return status;
 }
 
 /* A folder whose bodies are seen. */
 static int add_run(const maker *m, const char *name, const char *title, int optional)
 {
-  char *path = flesh_report_path(m->folder, name);
-  const int status = path ? flesh_report_show(m->report, path, title, optional) : flesh_report_no_memory();
-  free(path);
-  return status;
+  flesh_report *r = m->report;
+  flesh_report_shown *longer = realloc(r->shown, sizeof *longer * (size_t)(r->shown_count + 1));
+  if (!longer) return flesh_report_no_memory();
+  r->shown = longer;
+  flesh_report_shown *s = &longer[r->shown_count++];
+  *s = (flesh_report_shown){.folder = flesh_report_path(m->folder, name), .name = strdup(title), .optional = optional};
+  return s->folder && s->name ? FLESH_OK : flesh_report_no_memory();
 }
 
-/* A folded text or JSON. */
-static void add_given(const maker *m, sqlite3_stmt *row, const char *title, const char *text)
-{
-  flesh_report_source(m->part, title, sqlite3_column_int(row, 2) ? json_loads(text, 0, NULL) : flesh_json_text(text));
-}
+static json_t *optional(const char *text) { return text ? flesh_json_text(text) : NULL; }
 
-static void add_plot(const maker *m, sqlite3_stmt *row, const char *const texts[9])
+/* A plot of columns x and y, of which the reader may take others; series are added, or come from one table's column `group`. */
+static void add_plot(const maker *m, sqlite3_stmt *row, const char *const t[9])
 {
-  flesh_report_add_plot(m->part, &(flesh_report_plot){.title = texts[0], .x = texts[1], .y = texts[2],
-                                                      .log_x = strchr(texts[3], 'x') != NULL,
-                                                      .log_y = strchr(texts[3], 'y') != NULL,
-                                                      .lines = sqlite3_column_int(row, 4), .choose = 1,
-                                                      .table = sqlite3_column_int(row, 5), .group = texts[6], .where = texts[7],
-                                                      .is = texts[8]});
+  add(m->part, "plots",
+      json_pack("{sososo s[bb] sbsb sis[] so*so*so*}", "title", flesh_json_text(t[0]), "x", flesh_json_text(t[1]), "y",
+                flesh_json_text(t[2]), "log", strchr(t[3], 'x') != NULL, strchr(t[3], 'y') != NULL, "lines",
+                sqlite3_column_int(row, 4), "choose", 1, "table", sqlite3_column_int(row, 5), "series", "group", optional(t[6]),
+                "where", optional(t[7]), "is", optional(t[8])));
 }
 
 static int take_row(const maker *m, sqlite3_stmt *row, const char *name)
@@ -173,10 +215,10 @@ static int take_row(const maker *m, sqlite3_stmt *row, const char *name)
   if (!strcmp(name, "runs")) return add_run(m, t[0], t[1], sqlite3_column_int(row, 2));
   if (!strcmp(name, "failure")) return flesh_fail(FLESH_ERR_FILE, "%s/%s", m->folder, t[0]);
   if (!strcmp(name, "plots")) add_plot(m, row, t);
-  if (!strcmp(name, "given") && t[1]) add_given(m, row, t[0], t[1]);
-  if (!strcmp(name, "verdict")) flesh_report_say(m->part, "%s", t[0]);
-  if (!strcmp(name, "notes")) flesh_report_note(m->part, "%s", t[0]);
-  if (!strcmp(name, "grids")) json_array_append_new(json_object_get(m->part, "grids"), json_loads(t[0], 0, NULL));
+  if (!strcmp(name, "given") && t[1])
+    put_source(m, t[0], sqlite3_column_int(row, 2) ? json_loads(t[1], 0, NULL) : flesh_json_text(t[1]));
+  if (!strcmp(name, "verdict") || !strcmp(name, "notes")) add(m->part, name, flesh_json_text(t[0]));
+  if (!strcmp(name, "grids")) add(m->part, name, json_loads(t[0], 0, NULL));
   return FLESH_OK;
 }
 
@@ -206,7 +248,7 @@ static int add_figures(const maker *m, sqlite3_stmt *query, const char *name)
   char *text = results && columns ? json_dumps(columns, JSON_COMPACT) : NULL;
   char *sql = text ? sqlite3_mprintf("INSERT INTO tables VALUES (%Q, 0, %Q)", title, text) : NULL;
   int status = columns ? FLESH_OK : fail(m);
-  if (columns) flesh_report_table(m->part, title, columns, strcmp(name, "folded"));
+  if (columns) put_table(m, title, columns, strcmp(name, "folded"));
   if (columns && results && (!sql || sqlite3_exec(m->database, sql, NULL, NULL, NULL))) status = flesh_report_no_memory();
   sqlite3_free(sql);
   free(text);
@@ -246,9 +288,4 @@ int flesh_report_tell(flesh_report *report, json_t *part, const char *folder, co
   if (!status) status = flesh_report_tell_of(report, part, folder, sql, database);
   sqlite3_close(database);
   return status;
-}
-
-int flesh_report_add_study(flesh_report *report, const char *title, const char *sql, const char *folder)
-{
-  return flesh_report_tell(report, flesh_report_part(report, title, folder), folder, sql, NULL, NULL);
 }

@@ -5,7 +5,7 @@
 
 #include "base/confine.h"
 #include "report/csv.h"
-#include "report/part.h"
+#include "report/report.h"
 #include "study/database.h"
 
 int flesh_report_is_database(const char *path)

@@ -7,7 +7,7 @@
 #include "base/error.h"
 #include "report/body.h"
 #include "report/csv.h"
-#include "report/part.h"
+#include "report/report.h"
 #include "cli/json_memory.h"
 #include "picture/picture.h"
 #include "picture/picture_body.h"
@@ -17,18 +17,7 @@
 
 enum { FIELDS = FLESH_REPORT_FIELDS };
 
-int flesh_report_show(flesh_report *report, const char *folder, const char *name, int optional)
-{
-  flesh_report_shown *longer =
-      realloc(report->shown, sizeof *longer * (size_t)(report->shown_count + 1));
-  if (!longer) return flesh_report_no_memory();
-  report->shown = longer;
-  flesh_report_shown *s = &longer[report->shown_count++];
-  *s = (flesh_report_shown){.folder = strdup(folder), .name = strdup(name), .optional = optional};
-  return s->folder && s->name ? FLESH_OK : flesh_report_no_memory();
-}
-
-/* How far a run's frames are from its first; zero-initialise, free with close_motion. */
+/* How far a run's frames are from its first; zero-initialise, free `times`, which the other arrays are behind. */
 typedef struct motion {
   int count;            /* of frames */
   double *times, *away; /* [count] s; m^2, sum over nodes */
@@ -40,10 +29,10 @@ static int add_motion(motion *m, int taken, const flesh_picture_panel *panel)
 {
   const size_t size = 3 * (size_t)flesh_mesh_node_count(panel->body->mesh);
   if (!m->first) {
-    m->times = malloc(((size_t)taken + 1) * sizeof *m->times);
-    m->away = malloc(((size_t)taken + 1) * sizeof *m->away);
-    m->first = malloc((size + 1) * sizeof *m->first);
-    if (!m->times || !m->away || !m->first) return flesh_report_no_memory();
+    m->times = malloc((2 * (size_t)taken + size + 1) * sizeof *m->times);
+    if (!m->times) return flesh_report_no_memory();
+    m->away = m->times + taken;
+    m->first = m->away + taken;
     memcpy(m->first, panel->x, size * sizeof *m->first);
   }
   double sum = 0;
@@ -51,13 +40,6 @@ static int add_motion(motion *m, int taken, const flesh_picture_panel *panel)
   m->times[m->count] = panel->t;
   m->away[m->count++] = isfinite(sum) ? sum : 0;
   return FLESH_OK;
-}
-
-static void close_motion(motion *m)
-{
-  free(m->times);
-  free(m->away);
-  free(m->first);
 }
 
 /* The run's frame at t, or the last one before; its first where there is none. */
@@ -304,7 +286,7 @@ int flesh_report_make_view(flesh_report *report)
     status = add_run(report, runs, r, frames);
   if (!status) status = flesh_report_bytes_flush(&report->numbers);
   for (int r = 0; runs && r < wanted; r++) flesh_run_folder_close(&runs[r]);
-  for (int r = 0; motions && r < wanted; r++) close_motion(&motions[r]);
+  for (int r = 0; motions && r < wanted; r++) free(motions[r].times);
   free(runs);
   free(motions);
   return status;

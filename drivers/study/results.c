@@ -239,8 +239,6 @@ int flesh_results_each(sqlite3 *database, const char *path, const char *sql, fle
   return status;
 }
 
-static void say(const void *text, FILE *stream) { fputs(text, stream); }
-
 int flesh_results_make(sqlite3 *database, const char *path, const char *const *sql, const flesh_results *to)
 {
   maker m = {.path = path, .to = to};
@@ -248,7 +246,7 @@ int flesh_results_make(sqlite3 *database, const char *path, const char *const *s
   if (to->words && !(m.words = open_memstream(&m.text, &m.size))) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   for (; *sql && !status; sql++) status = flesh_results_each(database, path, *sql, execute, &m);
   if (m.words && fclose(m.words) && !status) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  if (!status && to->words && *m.name) status = flesh_table_say(to->out, m.name, say, m.text);
+  if (!status && to->words && *m.name) status = flesh_table_say(to->out, m.name, m.text);
   free(m.text);
   return status;
 }

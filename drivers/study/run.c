@@ -12,6 +12,7 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "base/folder.h"
+#include "base/text.h"
 #include "cli/interrupt.h"
 #include "cli/json_memory.h"
 #include "study/bodies.h"
@@ -54,8 +55,7 @@ static void direct_output(const char *folder)
   int nowhere = open("/dev/null", O_RDWR), log = nowhere;
   if (folder) wait_for(folder);
   if (folder && !flesh_folder_make(folder)) {
-    char *path = malloc(strlen(folder) + 16);
-    if (path) sprintf(path, "%s/log.txt", folder);
+    char *path = flesh_text_new("%s/log.txt", folder);
     log = path ? flesh_path_open(path, O_WRONLY | O_CREAT | O_TRUNC | O_NONBLOCK, 0666) : nowhere;
     free(path);
   }

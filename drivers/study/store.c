@@ -9,6 +9,7 @@
 
 #include "base/confine.h"
 #include "base/error.h"
+#include "base/text.h"
 #include "study/database.h"
 #include "cli/json_memory.h"
 #include "run/provenance.h"
@@ -154,9 +155,7 @@ static int compare(flesh_study_store *store, const flesh_study *study)
 char *flesh_study_store_beside(const flesh_study_store *store, const char *name)
 {
   const char *slash = strrchr(store->path, '/');
-  char *path = malloc(strlen(store->path) + strlen(name) + 2);
-  if (path) sprintf(path, "%.*s%s", slash ? (int)(slash + 1 - store->path) : 0, store->path, name);
-  return path;
+  return flesh_text_new("%.*s%s", slash ? (int)(slash + 1 - store->path) : 0, store->path, name);
 }
 
 /* A file that stays locked while this process lives, however it ends. */
@@ -266,19 +265,12 @@ int flesh_study_read_shard(const char *text, int *shard, int *shards)
   return flesh_fail(FLESH_ERR_ARGUMENT, "--shard is '%s'; it must be i/n with i from 1 to n, as in 2/8", text);
 }
 
-char *flesh_study_path(const char *out, const char *name)
-{
-  char *path = malloc(strlen(out) + strlen(name) + 8);
-  if (path) sprintf(path, "%s/%s.db", out, name);
-  return path;
-}
-
 int flesh_study_store_open(const flesh_study *study, const flesh_study_options *options, flesh_study_store *store)
 {
   int shard, shards, status = flesh_study_read_shard(options->shard, &shard, &shards);
   *store = (flesh_study_store){.lock = -1};
   if (status) return status;
-  char *path = flesh_study_path(options->out, study->name);
+  char *path = flesh_text_new("%s/%s.db", options->out, study->name);
   if (!path) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   status = flesh_path_check(path);
   if (!status) status = make_way(study, path, options->resume);

@@ -111,8 +111,6 @@ typedef struct flesh_study_options {
 
 /* Reads "2/8". FLESH_ERR_ARGUMENT. */
 int flesh_study_read_shard(const char *text, int *shard, int *shards);
-/* New path of the database of that name in the folder; NULL without memory. */
-char *flesh_study_path(const char *out, const char *name);
 
 /* Tries tables, views and derived columns without a file. */
 int flesh_study_store_check(const flesh_study *study);

@@ -6,32 +6,25 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/text.h"
 
 int flesh_table_open(const char *folder, const char *name, flesh_file *file)
 {
-  char *path = malloc(strlen(folder) + strlen(name) + 2);
+  char *path = flesh_text_new("%s/%s", folder, name);
   if (!path) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  sprintf(path, "%s/%s", folder, name);
   int status = flesh_file_open(path, file);
   free(path);
   return status;
 }
 
-int flesh_table_say(const char *folder, const char *name, void (*say)(const void *plan, FILE *stream), const void *plan)
+int flesh_table_say(const char *folder, const char *name, const char *text)
 {
-  char *text = NULL;
-  size_t size = 0;
   flesh_file file;
-  FILE *words = open_memstream(&text, &size);
-  if (words) say(plan, words);
-  int status = words && !fclose(words) ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  if (!status) status = flesh_table_open(folder, name, &file);
-  if (!status) {
-    fwrite(text, 1, size, file.stream);
-    status = flesh_file_commit(&file);
-    fwrite(text, 1, size, stdout);
-  }
-  free(text);
+  int status = flesh_table_open(folder, name, &file);
+  if (status) return status;
+  fputs(text, file.stream);
+  status = flesh_file_commit(&file);
+  fputs(text, stdout);
   return status;
 }
 

@@ -9,8 +9,8 @@
 /* Opens folder/name, whole or not at all. */
 int flesh_table_open(const char *folder, const char *name, flesh_file *file);
 
-/* Writes what say(plan, stream) prints into folder/name and, once it stands there, to stdout. */
-int flesh_table_say(const char *folder, const char *name, void (*say)(const void *plan, FILE *stream), const void *plan);
+/* Writes the text into folder/name and, once it stands there, to stdout. */
+int flesh_table_say(const char *folder, const char *name, const char *text);
 
 /* A comma and the number so that it reads back bit for bit; nothing behind the comma for NaN. */
 void flesh_table_field(FILE *stream, double value);

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/text.h"
 #include "cli/interrupt.h"
 #include "run/provenance.h"
 #include "run/runner.h"
@@ -16,13 +17,6 @@ static int add_override(flesh_study_case *made, char *text)
   if (!text) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   made->overrides[made->count++] = text;
   return FLESH_OK;
-}
-
-static char *override_of(const char *key, const char *value)
-{
-  char *text = malloc(strlen(key) + strlen(value) + 2);
-  if (text) sprintf(text, "%s=%s", key, value);
-  return text;
 }
 
 static void choose_values(const flesh_sweep *sweep, long number, flesh_study_case *made)
@@ -51,13 +45,10 @@ static int make_case(const void *data, int number, flesh_study_case *made)
   for (int c = 0; c < sweep->column_count && !status; c++) {
     const char *key = sweep->columns[c].key;
     if (!strcmp(key, "scene")) made->scene = made->values[c];
-    else status = add_override(made, override_of(key, made->values[c]));
+    else status = add_override(made, flesh_text_new("%s=%s", key, made->values[c]));
   }
-  if (!status && sweep->seed >= 0) {
-    char seed[16];
-    snprintf(seed, sizeof seed, "%d", sweep->seed + made->repeat - 1);
-    status = add_override(made, override_of("output.seed", seed));
-  }
+  if (!status && sweep->seed >= 0)
+    status = add_override(made, flesh_text_new("output.seed=%d", sweep->seed + made->repeat - 1));
   if (status) flesh_study_case_free(made);
   return status;
 }
@@ -123,9 +114,7 @@ static json_t *run_scene(const flesh_sweep *sweep, const flesh_study_case *c, co
 static char *case_folder(const void *data, int number)
 {
   const flesh_sweep_work *given = data;
-  char *folder = given->sweep->keep ? malloc(strlen(given->out) + 40) : NULL;
-  if (folder) sprintf(folder, "%s/cases/%06d", given->out, number + 1);
-  return folder;
+  return given->sweep->keep ? flesh_text_new("%s/cases/%06d", given->out, number + 1) : NULL;
 }
 
 static json_t *run_case(const void *data, int number, const char *folder)

@@ -12,6 +12,7 @@
 #include "flesh/status.h"
 #include "cli/interrupt.h"
 #include "base/file.h"
+#include "base/text.h"
 #include "cli/options.h"
 #include "run/ranks.h"
 #include "study/lead.h"
@@ -82,7 +83,7 @@ static int sweep_all(void *data)
     print_plan(&set->sweep, set->shard, set->shards);
     return 0;
   }
-  char *database = flesh_study_path(set->options.out, set->study.name);
+  char *database = flesh_text_new("%s/%s.db", set->options.out, set->study.name);
   if (database && !flesh_path_is_file(database)) status = flesh_sweep_case_try(&set->sweep, set->shard, set->shards);
   if (!status)
     status = database ? flesh_folder_make(set->options.out) : flesh_fail(FLESH_ERR_MEMORY, "out of memory");

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/text.h"
 #include "scene/keys.h"
 #include "scene/scene.h"
 #include "study/settings.h"
@@ -114,10 +115,9 @@ int flesh_sweep_check_values(flesh_sweep *sweep)
         if (!column->nodes[k] && k && k < count - 1) continue;
         if ((k > 200 || column->nodes[k] == last) && last) continue;
         last = column->nodes[k];
-        char *text = malloc(strlen(column->key) + strlen(column->values[k]) + 2);
+        char *text = flesh_text_new("%s=%s", column->key, column->values[k]);
         if (!text) status = flesh_sweep_no_memory();
         else {
-          sprintf(text, "%s=%s", column->key, column->values[k]);
           overrides[sweep->set.count] = text;
           status = flesh_settings_check(last ? last : column->place, is_scene ? column->values[k] : sweep->scene,
                          sweep->set.count + !is_scene, overrides);
