@@ -14,7 +14,6 @@
 
 struct flesh_direct {
   flesh_linear_solver kind;
-  int symmetric; /* KLU's pivots are those of the diagonal */
   flesh_scalar_view view;
   double *values; /* [entries] that were factored last */
   int factored;   /* they have been */
@@ -41,7 +40,7 @@ static cholmod_sparse cholmod_view(flesh_direct *self)
 }
 #endif
 
-static int create(flesh_linear_solver kind, int symmetric, const flesh_block_matrix *A, flesh_direct **direct)
+int flesh_direct_create(flesh_linear_solver kind, const flesh_block_matrix *A, flesh_direct **direct)
 {
   *direct = NULL;
 #ifndef FLESH_HAVE_CHOLMOD
@@ -54,12 +53,7 @@ static int create(flesh_linear_solver kind, int symmetric, const flesh_block_mat
   flesh_direct *self = flesh_calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a direct solver");
   self->kind = kind;
-  self->symmetric = symmetric;
   klu_l_defaults(&self->klu);
-  if (symmetric) {
-    self->klu.tol = 1e-300; /* of the largest entry, above which the diagonal one is the pivot */
-    self->klu.btf = 0;      /* which permutes rows and columns differently */
-  }
 #ifdef FLESH_HAVE_CHOLMOD
   cholmod_l_start(&self->cholmod);
   self->cholmod.print = 0;
@@ -90,18 +84,6 @@ static int create(flesh_linear_solver kind, int symmetric, const flesh_block_mat
   return FLESH_OK;
 }
 
-int flesh_direct_create(flesh_linear_solver kind, const flesh_block_matrix *A, flesh_direct **direct)
-{
-  return create(kind, 0, A, direct);
-}
-
-int flesh_direct_create_symmetric(const flesh_block_matrix *A, double most_flops, flesh_direct **direct)
-{
-  int status = create(FLESH_LINEAR_KLU, 1, A, direct);
-  if (!status && !((*direct)->symbolic->est_flops <= most_flops)) flesh_direct_destroy(direct);
-  return status;
-}
-
 void flesh_direct_destroy(flesh_direct **direct)
 {
   if (!direct || !*direct) return;
@@ -117,16 +99,6 @@ void flesh_direct_destroy(flesh_direct **direct)
   flesh_free(self->first);
   flesh_free(self);
   *direct = NULL;
-}
-
-/* Whether all pivots are positive (Sylvester's law of inertia); KLU scales rows by positive numbers, which changes no
- * sign. */
-static int has_positive_pivots(const flesh_direct *self)
-{
-  const double *pivots = self->numeric->Udiag;
-  int positive = self->klu.noffdiag <= 0;
-  for (int64_t k = 0; k < self->view.n; k++) positive &= pivots[k] > 0 && pivots[k] < INFINITY;
-  return positive;
 }
 
 /* The values with the pivots of the factor that there is; 0 where that cannot be. */
@@ -148,19 +120,15 @@ static void factor_anew(flesh_direct *self)
 static int factor_by_klu(flesh_direct *self)
 {
   /* Pivots of the last factorisation serve as long as they stay usable. */
-  if (self->numeric && refactor(self) &&
-      (self->symmetric ||
-       (klu_l_rcond(self->symbolic, self->numeric, &self->klu) && self->klu.rcond > 1e-14)))
-    return !self->symmetric || has_positive_pivots(self) ? FLESH_OK : FLESH_NOT_POSITIVE;
+  if (self->numeric && refactor(self) && klu_l_rcond(self->symbolic, self->numeric, &self->klu) && self->klu.rcond > 1e-14)
+    return FLESH_OK;
   factor_anew(self);
   if (!self->numeric)
     return self->klu.status == KLU_SINGULAR
                ? FLESH_NOT_POSITIVE
                : flesh_fail(FLESH_ERR_MEMORY, "KLU ran out of memory on %lld unknowns",
                             (long long)self->view.n);
-  if (!self->symmetric || has_positive_pivots(self)) return FLESH_OK;
-  klu_l_free_numeric(&self->numeric, &self->klu); /* its pivots may not be on the diagonal */
-  return FLESH_NOT_POSITIVE;
+  return FLESH_OK;
 }
 
 int flesh_direct_factor(flesh_direct *self, const flesh_block_matrix *A)

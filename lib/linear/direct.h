@@ -16,10 +16,6 @@ int flesh_direct_create(flesh_linear_solver kind, const flesh_block_matrix *A,
                         flesh_direct **direct);
 void flesh_direct_destroy(flesh_direct **direct);
 
-/* Makes a KLU solver with pivots on the diagonal only, which show whether a symmetric matrix is positive definite.
- * *direct is NULL where the factorisation would take more than `most_flops` operations. */
-int flesh_direct_create_symmetric(const flesh_block_matrix *A, double most_flops, flesh_direct **direct);
-
 /* Factors. FLESH_NOT_POSITIVE when the matrix is singular or, where the method can see it (all but plain KLU), not
  * positive definite. */
 int flesh_direct_factor(flesh_direct *direct, const flesh_block_matrix *A);

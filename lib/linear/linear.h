@@ -4,10 +4,12 @@
 #define FLESH_LINEAR_LINEAR_H
 
 #include "flesh/instructions.h"
+#include "linear/exact.h"
 #include "linear/pcg.h"
 #include "linear/product.h"
 
 typedef struct flesh_linear {
+  const flesh_exact_solver *exact;
   int (*preconditioner_create)(flesh_preconditioner kind, const flesh_block_matrix *A, const double *positions,
                                flesh_threads *threads, flesh_preconditioner_data **preconditioner);
   int (*preconditioner_create_levels)(flesh_preconditioner kind, const flesh_block_matrix *A, const double *positions,

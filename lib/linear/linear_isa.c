@@ -19,6 +19,7 @@
 #include "linear/volume_projection.c"
 
 const flesh_linear FLESH_OF_ISA(flesh_linear) = {
+    .exact = &FLESH_OF_ISA(flesh_exact),
     .preconditioner_create = flesh_preconditioner_create,
     .preconditioner_create_levels = flesh_preconditioner_create_levels,
     .preconditioner_project = flesh_preconditioner_project,

@@ -79,7 +79,7 @@ static int make_solver(flesh_row_coupling *self, const flesh_stiff_rows *rows, c
   if (!status) find_middle(rows, positions, middle);
   if (!status)
     status = self->is_exact
-                 ? flesh_sparse_cholesky_create(rows->count, starts, neighbours, middle, &self->exact)
+                 ? flesh_sparse_cholesky_create(rows->count, starts, neighbours, middle, INFINITY, &self->exact)
                  : flesh_chebyshev_create(rows->count, starts, neighbours, middle, threads, &self->polynomial);
   flesh_free(middle);
   return status;

@@ -11,15 +11,18 @@
 #include "base/sort.h"
 #include "linear/lanes.h"
 
+typedef flesh_cholesky_number number;
+
 enum {
-  ASIDE = 16,          /* rows of a vector */
+  ASIDE = 64 / (int)sizeof(number), /* rows of a vector */
   TILE = 2 * ASIDE,    /* rows of a product */
   WIDE = 4,            /* its columns */
   PANEL_SLACK = 2 * TILE     /* products read beyond their last row */
 };
 
-typedef float sixteen_loose __attribute__((vector_size(64), aligned(4), may_alias));
-#define AT(pointer) (*(sixteen_loose *)(void *)(uintptr_t)(pointer))
+typedef number vector __attribute__((vector_size(64)));
+typedef number vector_loose __attribute__((vector_size(64), aligned(4), may_alias));
+#define AT(pointer) (*(vector_loose *)(void *)(uintptr_t)(pointer))
 
 static int own_rows(const flesh_sparse_cholesky *self, int k) { return self->first[k + 1] - self->first[k]; }
 
@@ -74,8 +77,8 @@ static int find_below(flesh_sparse_cholesky *self, search *s)
   return known ? FLESH_OK : FLESH_ERR_MEMORY;
 }
 
-/* Finds the places of the panels, and the room that work in them needs. */
-static int make_panels(flesh_sparse_cholesky *self)
+/* Finds the places of the panels, and the room that work in them needs, unless a factor takes more operations than `most`. */
+static int make_panels(flesh_sparse_cholesky *self, double most)
 {
   int highest = 0, widest = 0;
   self->start[0] = 0;
@@ -85,7 +88,9 @@ static int make_panels(flesh_sparse_cholesky *self)
     if (wide > widest) widest = wide;
     self->stride[k] = (high + ASIDE - 1) / ASIDE * ASIDE;
     self->start[k + 1] = self->start[k] + (size_t)self->stride[k] * (size_t)wide;
+    for (int c = 0; c < wide; c++) self->operations += (double)(high - c) * (high - c);
   }
+  if (self->operations > most) return FLESH_NOT_CONVERGED;
   const size_t rows = (size_t)highest + PANEL_SLACK;
   self->values = flesh_huge_pages_calloc((self->start[self->panels] + PANEL_SLACK) * sizeof *self->values);
   self->inverse = flesh_huge_pages_calloc(((size_t)self->n + 1) * sizeof *self->inverse);
@@ -127,7 +132,7 @@ static int list_panels(flesh_sparse_cholesky *self, const flesh_dissection *d, c
 }
 
 int flesh_sparse_cholesky_create(int n, const int *starts, const int *neighbours, const double *points,
-                                 flesh_sparse_cholesky *self)
+                                 double most, flesh_sparse_cholesky *self)
 {
   *self = (flesh_sparse_cholesky){.n = n};
   flesh_dissection order;
@@ -135,11 +140,11 @@ int flesh_sparse_cholesky_create(int n, const int *starts, const int *neighbours
   if (status) return status;
   self->panels = order.count;
   status = list_panels(self, &order, starts, neighbours);
-  if (!status) status = make_panels(self);
+  if (!status) status = make_panels(self, most);
   flesh_dissection_clear(&order);
   if (!status) return FLESH_OK;
   flesh_sparse_cholesky_clear(self);
-  return flesh_fail(FLESH_ERR_MEMORY, "no memory for the factorisation of %d rows", n);
+  return status == FLESH_NOT_CONVERGED ? status : flesh_fail(FLESH_ERR_MEMORY, "no memory for the factorisation of %d rows", n);
 }
 
 void flesh_sparse_cholesky_clear(flesh_sparse_cholesky *self)
@@ -154,7 +159,7 @@ size_t flesh_sparse_cholesky_memory(const flesh_sparse_cholesky *self)
 {
   if (!self->values) return 0;
   return (self->start[self->panels] + 2 * (size_t)self->n + 2 * (size_t)self->highest + WIDE * (size_t)self->widest) *
-             sizeof(float) +
+             sizeof(number) +
          (2 * (size_t)self->n + 5 * (size_t)self->panels + (size_t)self->below_start[self->panels]) * sizeof(int);
 }
 
@@ -183,20 +188,20 @@ size_t flesh_sparse_cholesky_entry(const flesh_sparse_cholesky *self, int row, i
 /* Four rows of a panel's columns before `columns`, side by side; what a panel has less of them is zero. */
 static void pack(const flesh_sparse_cholesky *self, int k, int row, int rows, int columns)
 {
-  const float *from = self->values + self->start[k] + row;
+  const number *from = self->values + self->start[k] + row;
   for (int j = 0; j < columns; j++, from += self->stride[k])
     for (int c = 0; c < WIDE; c++) self->packed[WIDE * j + c] = c < rows ? from[c] : 0;
 }
 
 /* product[c][i] = sum over j < columns of L_ij times the packed rows, for TILE rows i of the panel from `row` on. */
 static inline void multiply_tile(const flesh_sparse_cholesky *self, int k, int row, int columns,
-                            flesh_float16 product[WIDE][2])
+                            vector product[WIDE][2])
 {
-  const float *a = self->values + self->start[k] + row, *b = self->packed;
+  const number *a = self->values + self->start[k] + row, *b = self->packed;
   const size_t stride = (size_t)self->stride[k];
-  flesh_float16 sum[WIDE][2] = {{{0}}};
+  vector sum[WIDE][2] = {{{0}}};
   for (int j = 0; j < columns; j++, a += stride, b += WIDE) {
-    const flesh_float16 low = AT(a), high = AT(a + ASIDE);
+    const vector low = AT(a), high = AT(a + ASIDE);
 #pragma GCC unroll 4
     for (int c = 0; c < WIDE; c++) sum[c][0] += low * b[c], sum[c][1] += high * b[c];
   }
@@ -208,23 +213,23 @@ static int factor_columns(flesh_sparse_cholesky *self, int k, int column, int wi
 {
   const int high = own_rows(self, k) + below_rows(self, k);
   const size_t stride = (size_t)self->stride[k];
-  float *own = self->values + self->start[k] + (size_t)column * stride;
+  number *own = self->values + self->start[k] + (size_t)column * stride;
   for (int c = 0; c < wide; c++) {
-    float *pivot = own + (size_t)c * stride + column;
+    number *pivot = own + (size_t)c * stride + column;
     for (int d = 0; d < c; d++) { /* of the rows of these columns */
-      const float factor = own[(size_t)d * stride + (size_t)(column + c)];
+      const number factor = own[(size_t)d * stride + (size_t)(column + c)];
       for (int r = c; r < wide; r++) pivot[r] -= factor * own[(size_t)d * stride + (size_t)(column + r)];
     }
     if (!(pivot[c] > 0 && pivot[c] < INFINITY)) return 0;
-    const float inverse = 1 / sqrtf(pivot[c]);
+    const number inverse = 1 / (number)sqrt((double)pivot[c]);
     self->inverse[self->first[k] + column + c] = inverse;
     for (int r = c; r < wide; r++) pivot[r] *= inverse;
     for (int r = 0; r < c; r++) pivot[r] = 0;
   }
   for (int i = column + wide; i < high; i += ASIDE)
     for (int c = 0; c < wide; c++) {
-      float *at = own + (size_t)c * stride + i;
-      flesh_float16 sum = AT(at);
+      number *at = own + (size_t)c * stride + i;
+      vector sum = AT(at);
       for (int d = 0; d < c; d++)
         sum -= AT(own + (size_t)d * stride + i) * own[(size_t)d * stride + (size_t)(column + c)];
       sum *= self->inverse[self->first[k] + column + c];
@@ -243,12 +248,12 @@ static int factor_panel(flesh_sparse_cholesky *self, int k)
     const int wide = own - column < WIDE ? own - column : WIDE;
     pack(self, k, column, wide, column);
     for (int i = column; i < high && column; i += TILE) {
-      flesh_float16 product[WIDE][2];
+      vector product[WIDE][2];
       multiply_tile(self, k, i, column, product);
       const int rows = high - i < TILE ? high - i : TILE;
       for (int c = 0; c < wide; c++) {
-        float *at = self->values + self->start[k] + (size_t)(column + c) * stride + (size_t)i;
-        const float *less = (const float *)product[c];
+        number *at = self->values + self->start[k] + (size_t)(column + c) * stride + (size_t)i;
+        const number *less = (const number *)product[c];
         for (int r = 0; r < rows; r++) at[r] -= less[r];
       }
     }
@@ -284,16 +289,16 @@ static void update_others(flesh_sparse_cholesky *self, int k)
     find_targets(self, k, from, other);
     for (int column = from; column < until; column += WIDE) {
       const int wide = until - column < WIDE ? until - column : WIDE;
-      float *to[WIDE];
+      number *to[WIDE];
       pack(self, k, own + column, wide, own);
       for (int c = 0; c < wide; c++)
         to[c] = self->values + self->start[other] + (size_t)self->target[column + c] * (size_t)self->stride[other];
       for (int i = column; i < count; i += TILE) {
-        flesh_float16 product[WIDE][2];
+        vector product[WIDE][2];
         multiply_tile(self, k, own + i, own, product);
         const int rows = count - i < TILE ? count - i : TILE, *target = self->target + i;
         for (int c = 0; c < wide; c++) {
-          const float *less = (const float *)product[c];
+          const number *less = (const number *)product[c];
           for (int r = i == column ? c : 0; r < rows; r++) to[c][target[r]] -= less[r];
         }
       }
@@ -311,7 +316,7 @@ int flesh_sparse_cholesky_factor(flesh_sparse_cholesky *self)
 }
 
 /* At most WIDE columns of a panel; those that are not there are the first one again. */
-static int columns_of(const flesh_sparse_cholesky *self, int k, int column, const float *L[WIDE])
+static int columns_of(const flesh_sparse_cholesky *self, int k, int column, const number *L[WIDE])
 {
   const int own = own_rows(self, k), wide = own - column < WIDE ? own - column : WIDE;
   for (int c = 0; c < WIDE; c++)
@@ -323,13 +328,13 @@ static int columns_of(const flesh_sparse_cholesky *self, int k, int column, cons
 static void forward_panel(flesh_sparse_cholesky *self, int k)
 {
   const int own = own_rows(self, k), high = own + below_rows(self, k), *below = self->below + self->below_start[k];
-  float *x = self->x + self->first[k], *column = self->column;
-  const float *inverse = self->inverse + self->first[k], *L[WIDE];
+  number *x = self->x + self->first[k], *column = self->column;
+  const number *inverse = self->inverse + self->first[k], *L[WIDE];
   memcpy(column, x, (size_t)own * sizeof *x);
   memset(column + own, 0, (size_t)(self->stride[k] - own) * sizeof *x);
   for (int j = 0; j < own; j += WIDE) {
     const int wide = columns_of(self, k, j, L);
-    float y[WIDE] = {0};
+    number y[WIDE] = {0};
     for (int c = 0; c < wide; c++) {
       y[c] = column[j + c];
       for (int d = 0; d < c; d++) y[c] -= L[d][j + c] * y[d];
@@ -342,11 +347,11 @@ static void forward_panel(flesh_sparse_cholesky *self, int k)
   for (int i = own; i < high; i++) self->x[below[i - own]] += column[i];
 }
 
-static float sum_of(flesh_float16 v)
+static number sum_of(vector v)
 {
-  float half[8], sum = 0;
-  for (int l = 0; l < 8; l++) half[l] = v[l] + v[l + 8];
-  for (int l = 0; l < 4; l++) sum += half[l] + half[l + 4];
+  number half[ASIDE / 2], sum = 0;
+  for (int l = 0; l < ASIDE / 2; l++) half[l] = v[l] + v[l + ASIDE / 2];
+  for (int l = 0; l < ASIDE / 4; l++) sum += half[l] + half[l + ASIDE / 4];
   return sum;
 }
 
@@ -354,17 +359,17 @@ static float sum_of(flesh_float16 v)
 static void backward_panel(flesh_sparse_cholesky *self, int k)
 {
   const int own = own_rows(self, k), high = own + below_rows(self, k), *below = self->below + self->below_start[k];
-  float *x = self->x + self->first[k], *column = self->column;
-  const float *inverse = self->inverse + self->first[k], *L[WIDE];
+  number *x = self->x + self->first[k], *column = self->column;
+  const number *inverse = self->inverse + self->first[k], *L[WIDE];
   memset(column, 0, (size_t)self->stride[k] * sizeof *x);
   for (int i = own; i < high; i++) column[i] = self->x[below[i - own]];
   for (int j = (own - 1) / WIDE * WIDE; j >= 0; j -= WIDE) {
     const int wide = columns_of(self, k, j, L);
-    flesh_float16 sum[WIDE] = {{0}};
+    vector sum[WIDE] = {{0}};
     for (int i = j / ASIDE * ASIDE; i < high; i += ASIDE)
       for (int c = 0; c < WIDE; c++) sum[c] += AT(L[c] + i) * AT(column + i); /* x of these columns is yet zero there */
     for (int c = wide - 1; c >= 0; c--) {
-      float y = x[j + c] - sum_of(sum[c]);
+      number y = x[j + c] - sum_of(sum[c]);
       for (int d = c + 1; d < wide; d++) y -= L[c][j + d] * x[j + d];
       x[j + c] = y * inverse[j + c];
     }

@@ -15,9 +15,11 @@ static int archive_fallback(flesh_direction *self, flesh_archive *archive)
   flesh_archive_int(archive, &made, 0, 1);
   self->fallback_state = state;
   if (!made || archive->wrong) return FLESH_OK;
-  int status = self->fallback ? FLESH_OK
-                              : flesh_direct_create_symmetric(self->equations->K, 1e300, &self->fallback);
-  return status ? status : flesh_direct_archive(self->fallback, archive);
+  const double *X = flesh_mesh_positions(flesh_system_mesh(self->equations->system));
+  const int status =
+      self->fallback ? FLESH_OK : self->linear->exact->create(self->equations->K, X, INFINITY, &self->fallback);
+  if (!status) self->linear->exact->archive(self->fallback, archive);
+  return status;
 }
 
 static void forget_direction(flesh_direction *self)
@@ -27,7 +29,7 @@ static void forget_direction(flesh_direction *self)
   self->assembled = self->prepared = self->single = 0;
   self->iterations_per_decade[0] = self->iterations_per_decade[1] = self->excess_iterations = 0;
   self->fallback_state = FLESH_FALLBACK_UNUSED;
-  flesh_direct_destroy(&self->fallback);
+  self->linear->exact->destroy(&self->fallback);
   if (self->direct) flesh_direct_forget(self->direct);
   if (self->factored) memset(self->factored, 0, (size_t)self->equations->K->rows * sizeof *self->factored);
 }

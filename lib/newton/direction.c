@@ -50,9 +50,9 @@ static void clear_solvers(flesh_direction *self)
   if (self->linear) {
     self->linear->preconditioner_destroy(&self->preconditioner);
     self->linear->pcg_space_destroy(&self->pcg);
+    self->linear->exact->destroy(&self->fallback);
   }
   flesh_direct_destroy(&self->direct);
-  flesh_direct_destroy(&self->fallback);
 }
 
 int flesh_direction_follow_pattern(flesh_direction *self)
@@ -93,7 +93,7 @@ size_t flesh_direction_memory(const flesh_direction *self)
   if (self->factored) bytes += (size_t)self->equations->K->rows * sizeof *self->factored;
   if (self->pcg) bytes += self->linear->pcg_space_memory(self->pcg);
   if (self->direct) bytes += flesh_direct_memory(self->direct);
-  if (self->fallback) bytes += flesh_direct_memory(self->fallback);
+  if (self->fallback) bytes += self->linear->exact->memory(self->fallback);
   return bytes;
 }
 
@@ -196,22 +196,20 @@ int flesh_direction_solve(flesh_direction *self, const flesh_direction_request *
 int flesh_direction_solve_directly(flesh_direction *self, const double *b, double *p)
 {
   const flesh_block_matrix *K = self->equations->K;
-  if (self->equations->team) {
-    self->fallback_state = FLESH_FALLBACK_TOO_EXPENSIVE;
-    return FLESH_NOT_CONVERGED;
-  }
-  if (!self->fallback) {
+  const flesh_exact_solver *exact = self->linear->exact;
+  if (!self->fallback && !self->equations->team) {
     /* A product and two triangular solves an iteration, with 18 operations a block. */
     const double spent = 36. * K->row_start[K->rows] * 2 * self->equations->options->max_linear;
-    int status = flesh_direct_create_symmetric(K, spent, &self->fallback);
+    int status = exact->create(K, flesh_mesh_positions(flesh_system_mesh(self->equations->system)), spent, &self->fallback);
     if (status) return status;
   }
   self->fallback_state = self->fallback ? FLESH_FALLBACK_IN_USE : FLESH_FALLBACK_TOO_EXPENSIVE;
   if (!self->fallback) return FLESH_NOT_CONVERGED;
-  int status = flesh_direct_factor(self->fallback, K);
+  int status = exact->factor(self->fallback, K);
   if (status) return status;
   self->equations->stats->direct++;
-  return flesh_direct_solve(self->fallback, b, p);
+  exact->solve(self->fallback, b, p);
+  return FLESH_OK;
 }
 
 int flesh_direction_precondition(flesh_direction *self, double *z)

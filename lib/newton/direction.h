@@ -33,7 +33,7 @@ typedef struct flesh_direction {
   double inertia;           /* kg/m, as system/inertia_modulus.h has it; 0 without rows */
   flesh_pcg_space *pcg;     /* NULL with a direct solver */
   flesh_direct *direct;     /* NULL with PCG */
-  flesh_direct *fallback;   /* of linear solves that PCG cannot end; NULL: none was needed, or it costs too much */
+  flesh_exact *fallback;    /* of linear solves that PCG cannot end; NULL: none was needed, or it costs too much */
   enum { FLESH_FALLBACK_TOO_EXPENSIVE = -1, FLESH_FALLBACK_UNUSED, FLESH_FALLBACK_IN_USE } fallback_state;
   flesh_eigenvalue_filter filter;   /* of K as last assembled */
   int patterns;             /* of the equations, when solvers were made */

@@ -28,7 +28,7 @@ static void sparse_factors_solve(void)
     }
   }
   starts[N] = count;
-  CHECK_OK(flesh_sparse_cholesky_create(N, starts, neighbours, points, &S));
+  CHECK_OK(flesh_sparse_cholesky_create(N, starts, neighbours, points, INFINITY, &S));
   for (int i = 0; i < N; i++)
     for (int j = 0; j < N; j++) dense[N * i + i] += i == j ? 0.01 : fabs(dense[N * i + j]);
   randomise(N, right);
