@@ -282,13 +282,15 @@ static void scalar_view_is_the_matrix(void)
   test_body_destroy(&b);
 }
 
-static void check_direct(flesh_linear_solver kind, const flesh_block_matrix *A, flesh_direct *direct, double tolerance)
+static void check_direct(flesh_linear_solver kind, const flesh_block_matrix *A, flesh_direct *direct, flesh_exact *exact,
+                         double tolerance)
 {
   int n = 3 * A->rows;
   double *b = malloc((size_t)n * sizeof *b), *x = malloc((size_t)n * sizeof *x), *dense = test_dense(A);
   randomise(n, b);
-  CHECK_OK(flesh_direct_factor(direct, A));
-  CHECK_OK(flesh_direct_solve(direct, b, x));
+  CHECK_OK(exact ? linear->exact->factor(exact, A) : flesh_direct_factor(direct, A));
+  if (exact) linear->exact->solve(exact, b, x);
+  else CHECK_OK(flesh_direct_solve(direct, b, x));
   double *expected = solve_by_gsl(n, dense, b), size = test_norm(n, expected);
   if (!(test_distance(n, x, expected) <= tolerance * size)) printf("# solver %d\n", kind);
   CHECK_BELOW(test_distance(n, x, expected), tolerance * size);
@@ -298,44 +300,47 @@ static void check_direct(flesh_linear_solver kind, const flesh_block_matrix *A, 
   free(x);
 }
 
-/* KLU with pivots on the diagonal, in place of conjugate gradients that stall: entries over sixteen powers of ten. */
+/* The factor in place of conjugate gradients that stall: entries over sixteen powers of ten. */
 static void symmetric_factors_tell_what_is_indefinite(void)
 {
   test_body b;
   make(test_box(3, 2, 2, 1.5, 1, 1), FLESH_ENERGY_S, 0.45, &b);
   flesh_block_matrix *A = bar_matrix(&b, 0.02, 0, 0);
-  flesh_direct *direct = NULL;
-  CHECK_OK(flesh_direct_create_symmetric(A, 1e3, &direct)); /* it takes more than 10^5 */
-  CHECK(direct == NULL);
-  CHECK_OK(flesh_direct_create_symmetric(A, 1e9, &direct));
-  check_direct(FLESH_LINEAR_KLU, A, direct, 1e-9);
+  const double *X = flesh_mesh_positions(flesh_system_mesh(b.system)), n = 3. * A->rows;
+  flesh_exact *exact = NULL;
+  CHECK_OK(linear->exact->create(A, X, 1e3, &exact)); /* it takes more than 10^5 */
+  CHECK(exact == NULL);
+  CHECK_OK(linear->exact->create(A, X, 1e9, &exact));
+  printf("# %.3g operations for %g rows\n", linear->exact->operations(exact), n);
+  CHECK(linear->exact->operations(exact) > n * n);
+  CHECK_BELOW(linear->exact->operations(exact), n * n * n / 3); /* a full matrix takes that */
+  CHECK(linear->exact->memory(exact) > 0);
+  check_direct(FLESH_LINEAR_KLU, A, NULL, exact, 1e-12);
   const int node = A->rows / 2;
   double *corner = A->values + 9 * (size_t)A->row_start[node];
   for (int sign = 1; sign >= -1; sign -= 2) { /* one eigenvalue of the other sign, then none again */
     corner[0] = -corner[0];
-    CHECK(flesh_direct_factor(direct, A) == (sign > 0 ? FLESH_NOT_POSITIVE : FLESH_OK));
+    CHECK(linear->exact->factor(exact, A) == (sign > 0 ? FLESH_NOT_POSITIVE : FLESH_OK));
   }
-  /* One node 10^8 times stiffer, which the rows of its neighbours are scaled by: no less definite. */
+  /* One node 10^8 times stiffer: no less definite. */
   for (int i = 0; i < A->rows; i++)
     for (int k = A->row_start[i]; k < A->row_end[i]; k++)
       for (int e = 0; e < 9; e++)
         A->values[9 * (size_t)k + e] *= (i == node ? 1e4 : 1) * (A->column[k] == node ? 1e4 : 1);
-  flesh_direct_destroy(&direct); /* and with it pivots that were chosen before */
-  CHECK_OK(flesh_direct_create_symmetric(A, 1e9, &direct));
-  CHECK_OK(flesh_direct_factor(direct, A));
+  CHECK_OK(linear->exact->factor(exact, A));
   corner = A->values + 9 * (size_t)A->row_start[0];
   corner[4] = -corner[4];
-  CHECK(flesh_direct_factor(direct, A) == FLESH_NOT_POSITIVE);
-  /* Eigenvalues 1 and -1, of which pivots off the diagonal would tell nothing. */
+  CHECK(linear->exact->factor(exact, A) == FLESH_NOT_POSITIVE);
+  /* Eigenvalues 1 and -1. */
   uint8_t *fixed = calloc((size_t)b.n, 1);
   fixed[0] = fixed[1] = 1;
   flesh_block_fix(A, fixed, 1, NULL);
-  CHECK_OK(flesh_direct_factor(direct, A));
+  CHECK_OK(linear->exact->factor(exact, A));
   corner[0] = corner[4] = 0;
   corner[1] = corner[3] = 1;
-  CHECK(flesh_direct_factor(direct, A) == FLESH_NOT_POSITIVE);
+  CHECK(linear->exact->factor(exact, A) == FLESH_NOT_POSITIVE);
   free(fixed);
-  flesh_direct_destroy(&direct);
+  linear->exact->destroy(&exact);
   flesh_block_matrix_destroy(&A);
   test_body_destroy(&b);
 }
@@ -357,20 +362,20 @@ static void direct_solvers_solve(void)
       continue;
     }
     CHECK_OK(status);
-    check_direct(kinds[k], A, direct, 1e-9);
+    check_direct(kinds[k], A, direct, NULL, 1e-9);
     /* Another matrix of the same pattern, whose pivots want another order for KLU. */
     flesh_block_matrix *B = random_matrix(&b, kinds[k] == FLESH_LINEAR_KLU ? 0 : 1.1);
-    check_direct(kinds[k], B, direct, 1e-9);
-    check_direct(kinds[k], A, direct, 1e-9);
+    check_direct(kinds[k], B, direct, NULL, 1e-9);
+    check_direct(kinds[k], A, direct, NULL, 1e-9);
     if (kinds[k] == FLESH_LINEAR_KLU) { /* A's pivots, of the diagonal, would leave nothing but rounding here */
       for (int i = 0; i < B->rows; i++)
         for (int c = 0; c < 3; c++) B->values[9 * (size_t)B->row_start[i] + 4 * c] *= 1e-12;
-      check_direct(kinds[k], B, direct, 1e-9);
+      check_direct(kinds[k], B, direct, NULL, 1e-9);
     }
     memset(B->values, 0, 9 * (size_t)B->row_start[B->rows] * sizeof *B->values);
     CHECK(flesh_direct_factor(direct, B) == FLESH_NOT_POSITIVE);
     /* After what cannot be factored, the next matrix is solved as ever. */
-    check_direct(kinds[k], A, direct, 1e-9);
+    check_direct(kinds[k], A, direct, NULL, 1e-9);
     CHECK(flesh_direct_memory(direct) > 0);
     flesh_direct_destroy(&direct);
     CHECK(direct == NULL);
