@@ -102,9 +102,6 @@ INLINE int find_psi(const flesh_batches *batches, int with_value, batch *b)
   return FLESH_OK;
 }
 
-/* Takes the block of a pair of different nodes (01 02 03 12 13 23): adds it to the tile or keeps it. */
-typedef void take_block(const tets *t, const flesh_real block[9], int pair, void *to);
-
 /* The blocks of the exact Hessian times `factor`. With p_a = F g_a and q_a = cof(F) g_a
  *
  *   K_ab = volume * (4 psi_II p_a p_b^T + 2 psi_IJ (p_a q_b^T + q_a p_b^T) + psi_JJ q_a q_b^T

@@ -177,65 +177,55 @@ static COMPILED_ONCE int stress_of_stretches(const batch *b, flesh_real P[9], fl
 }
 
 /* Adds the forces of a batch whose form is one of the singular values. */
-static COMPILED_ONCE int add_stretch_forces(const points *p, ten_forces *to, flesh_real *sum, flesh_real *size)
+static COMPILED_ONCE int add_stretch_forces(const points *p, ten_forces *to, flesh_real *sums)
 {
   for (int q = 0; q < POINTS; q++) {
-    flesh_real P[9], sums[2], of_point[4][3];
-    int status = stress_of_stretches(&p->at[q], P, sums);
+    flesh_real P[9], own[2], of_point[4][3];
+    int status = stress_of_stretches(&p->at[q], P, own);
     if (status) return status;
-    *sum += sums[0];
-    *size += sums[1];
+    for (int k = 0; k < 2 && sums; k++) sums[k] += own[k];
     for (int i = 0; i < 3; i++) force_row(&p->at[q].t, i, P + 3 * i, of_point);
     add_virtual_forces(of_point, q, to);
   }
   return FLESH_OK;
 }
 
-static COMPILED_ONCE int elastic_residual(const flesh_batches *batches, int tile, const flesh_tet_point *at, double *r,
-                                          double *sums)
+INLINE int add_residual(const flesh_batches *batches, int index, const flesh_tet_point *at, const nearby *near,
+                        double *forces, flesh_real *sums)
 {
-  const flesh_tiles *tiles = &batches->tiles;
-  flesh_real sum = flesh_all(0), size = flesh_all(0);
-  tile_vector x, forces;
-  tile_gather(tiles, tile, at->x, x);
-  if (r) tile_clear(tiles, tile, forces);
-  for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
-    points p;
-    ten_forces f;
-    load(batches, k, x, &p);
-    load_multipliers(batches, k, at, &p);
-    int status = find_psi_of_points(batches, sums != NULL, &p);
-    if (status) return status;
-    open_forces(&f);
-    const int by_stretches = flesh_form_of_stretches(p.at[0].material->energy);
-    if (by_stretches && (status = add_stretch_forces(&p, &f, &sum, &size))) return status;
-    for (int q = 0; q < POINTS && !by_stretches; q++) {
-      const batch *b = &p.at[q];
-      if (sums) {
-        sum += b->t.volume * b->psi.value;
-        size += b->t.volume * (flesh_abs(b->psi.value) + flesh_abs(b->psi.I) * b->I_C);
-      }
-      if (!r) continue;
-      flesh_real pI = 2 * b->t.volume * b->psi.I, pJ = b->t.volume * b->psi.J, of_point[4][3];
-      for (int i = 0; i < 3; i++) {
-        flesh_real P[3];
-        for (int j = 0; j < 3; j++) P[j] = pI * b->F[3 * i + j] + pJ * b->C[3 * i + j];
-        force_row(&b->t, i, P, of_point);
-      }
-      add_virtual_forces(of_point, q, &f);
+  points p;
+  ten_forces f;
+  load(batches, index, near->x, &p);
+  load_multipliers(batches, index, at, &p);
+  int status = find_psi_of_points(batches, sums != NULL, &p);
+  if (status) return status;
+  open_forces(&f);
+  const int by_stretches = flesh_form_of_stretches(p.at[0].material->energy);
+  if (by_stretches && (status = add_stretch_forces(&p, &f, sums))) return status;
+  for (int q = 0; q < POINTS && !by_stretches; q++) {
+    const batch *b = &p.at[q];
+    if (sums) {
+      sums[0] += b->t.volume * b->psi.value;
+      sums[1] += b->t.volume * (flesh_abs(b->psi.value) + flesh_abs(b->psi.I) * b->I_C);
     }
-    if (sums && batches->volume_shares) {
-      flesh_real energy, stiffness;
-      mean_term(batches, &p, &energy, &stiffness);
-      sum += energy;
-      size += flesh_abs(energy);
+    if (!forces) continue;
+    flesh_real pI = 2 * b->t.volume * b->psi.I, pJ = b->t.volume * b->psi.J, of_point[4][3];
+    for (int i = 0; i < 3; i++) {
+      flesh_real P[3];
+      for (int j = 0; j < 3; j++) P[j] = pI * b->F[3 * i + j] + pJ * b->C[3 * i + j];
+      force_row(&b->t, i, P, of_point);
     }
-    if (!r) continue;
-    close_forces(&f);
-    scatter_forces(&p.at[0].t, f.node, forces);
+    add_virtual_forces(of_point, q, &f);
   }
-  if (r) tile_add(tiles, tile, forces, r);
-  add_sums(sum, size, sums);
+  if (sums && batches->volume_shares) {
+    flesh_real energy, stiffness;
+    mean_term(batches, &p, &energy, &stiffness);
+    sums[0] += energy;
+    sums[1] += flesh_abs(energy);
+  }
+  if (!forces) return FLESH_OK;
+  close_forces(&f);
+  scatter_forces(&p.at[0].t, f.node, forces);
   return FLESH_OK;
 }
 
@@ -284,12 +274,12 @@ static COMPILED_ONCE void blocks_with_mean(corner_blocks *restrict of, const ten
 }
 
 static COMPILED_ONCE int add_hessian(const flesh_batches *batches, int index, const flesh_tet_point *at,
-                                     const double *position, tile_blocks *to)
+                                     const nearby *near, tile_blocks *to)
 {
   points p;
   corner_blocks of_corners;
   ten_blocks of_nodes;
-  load(batches, index, position, &p);
+  load(batches, index, near->x, &p);
   load_multipliers(batches, index, at, &p);
   int status = find_psi_of_points(batches, 0, &p);
   for (int q = 0; q < POINTS && !status; q++)
@@ -306,21 +296,62 @@ static COMPILED_ONCE int add_hessian(const flesh_batches *batches, int index, co
   return FLESH_OK;
 }
 
+/* Forces of rates: P' at every point, and of the mean V S_JJ (b . v) b, negative S_JJ clamped. */
+INLINE int add_stiffness(const flesh_batches *batches, int index, const flesh_tet_point *at, const nearby *near,
+                         double *forces, flesh_real *sums)
+{
+  points p;
+  ten rates;
+  ten_forces f, gradient;
+  flesh_real rate[POINTS][9], P[POINTS][9];
+  load(batches, index, near->x, &p);
+  load_multipliers(batches, index, at, &p);
+  int status = find_psi_of_points(batches, 0, &p);
+  load_ten(&p.at[0].t, near->v, &rates);
+  open_forces(&f);
+  for (int q = 0; q < POINTS && !status; q++) {
+    const batch *b = &p.at[q];
+    flesh_real edges[3][3], of_point[4][3];
+    gradient_at(&b->t, &rates, q, edges, rate[q]);
+    status = stress_rate(b, rate[q], P[q]);
+    for (int c = 0; c < 9; c++) P[q][c] *= at->scale * b->t.volume;
+    if (sums) sums[0] += 0.5 * flesh_mat3_inner(rate[q], P[q]);
+    for (int i = 0; i < 3; i++) force_row(&b->t, i, P[q] + 3 * i, of_point);
+    add_virtual_forces(of_point, q, &f);
+  }
+  if (status) return status;
+  close_forces(&f);
+  if (batches->volume_shares) {
+    flesh_real energy, stiffness, J_rate = flesh_all(0);
+    mean_term(batches, &p, &energy, &stiffness);
+    stiffness = at->scale * flesh_spectrum_filtered(stiffness, FLESH_FILTER_CLAMP);
+    mean_gradient(&p, &gradient);
+    for (int a = 1; a < 10; a++) J_rate += flesh_vec3_dot(gradient.node[a], rates.node[a]);
+    if (sums) sums[0] += 0.5 * stiffness * J_rate * J_rate;
+    for (int a = 0; a < 10; a++)
+      for (int i = 0; i < 3; i++) f.node[a][i] += stiffness * J_rate * gradient.node[a][i];
+  }
+  if (sums) sums[1] = sums[0];
+  if (forces) scatter_forces(&p.at[0].t, f.node, forces);
+  return FLESH_OK;
+}
+
+static COMPILED_ONCE int elastic_residual(const flesh_batches *batches, int tile, const flesh_tet_point *at, double *r,
+                                          double *sums)
+{
+  return tile_residual(batches, tile, at, add_residual, r, sums);
+}
+
 static int elastic_hessian(const flesh_batches *batches, int tile, const flesh_tet_point *at, const int *slots,
                            double *values)
 {
-  const flesh_tiles *tiles = &batches->tiles;
-  tile_vector x;
-  tile_blocks own;
-  tile_gather(tiles, tile, at->x, x);
-  tile_open(tiles, tile, &own);
-  for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
-    int status = add_hessian(batches, k, at, x, &own);
-    if (status) return status;
-    tile_expect(tiles, tile, k, slots, values);
-  }
-  tile_close(tiles, tile, &own, at->assign, slots, values);
-  return FLESH_OK;
+  return tile_hessian(batches, tile, at, add_hessian, slots, values);
+}
+
+static COMPILED_ONCE int stiffness_residual(const flesh_batches *batches, int tile, const flesh_tet_point *at,
+                                            double *r, double *sums)
+{
+  return tile_residual(batches, tile, at, add_stiffness, r, sums);
 }
 
 /* The rows b of the stiff term b b^T: the part of the mean's term that is stiffer than the rest of the form. */
@@ -348,55 +379,6 @@ static COMPILED_ONCE void elastic_rows(const flesh_batches *batches, int tile, c
         for (int l = 0; l < used; l++) to[30 * l] = (float)flesh_lane(value, l);
       }
   }
-}
-
-/* Forces of rates: P' at every point, and of the mean V S_JJ (b . v) b, negative S_JJ clamped. */
-static COMPILED_ONCE int stiffness_residual(const flesh_batches *batches, int tile, const flesh_tet_point *at,
-                                            double *r, double *sums)
-{
-  const flesh_tiles *tiles = &batches->tiles;
-  flesh_real sum = flesh_all(0);
-  tile_vector x, v, forces;
-  tile_gather(tiles, tile, at->x, x);
-  tile_gather(tiles, tile, at->v, v);
-  if (r) tile_clear(tiles, tile, forces);
-  for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
-    points p;
-    ten rates;
-    ten_forces f, gradient;
-    flesh_real rate[POINTS][9], P[POINTS][9];
-    load(batches, k, x, &p);
-    load_multipliers(batches, k, at, &p);
-    int status = find_psi_of_points(batches, 0, &p);
-    load_ten(&p.at[0].t, v, &rates);
-    open_forces(&f);
-    for (int q = 0; q < POINTS && !status; q++) {
-      const batch *b = &p.at[q];
-      flesh_real edges[3][3], of_point[4][3];
-      gradient_at(&b->t, &rates, q, edges, rate[q]);
-      status = stress_rate(b, rate[q], P[q]);
-      for (int c = 0; c < 9; c++) P[q][c] *= at->scale * b->t.volume;
-      if (sums) sum += 0.5 * flesh_mat3_inner(rate[q], P[q]);
-      for (int i = 0; i < 3; i++) force_row(&b->t, i, P[q] + 3 * i, of_point);
-      add_virtual_forces(of_point, q, &f);
-    }
-    if (status) return status;
-    close_forces(&f);
-    if (batches->volume_shares) {
-      flesh_real energy, stiffness, J_rate = flesh_all(0);
-      mean_term(batches, &p, &energy, &stiffness);
-      stiffness = at->scale * flesh_spectrum_filtered(stiffness, FLESH_FILTER_CLAMP);
-      mean_gradient(&p, &gradient);
-      for (int a = 1; a < 10; a++) J_rate += flesh_vec3_dot(gradient.node[a], rates.node[a]);
-      if (sums) sum += 0.5 * stiffness * J_rate * J_rate;
-      for (int a = 0; a < 10; a++)
-        for (int i = 0; i < 3; i++) f.node[a][i] += stiffness * J_rate * gradient.node[a][i];
-    }
-    if (r) scatter_forces(&p.at[0].t, f.node, forces);
-  }
-  if (r) tile_add(tiles, tile, forces, r);
-  add_sums(sum, sum, sums);
-  return FLESH_OK;
 }
 
 /* The mean of J less 1, into places of the mesh's tets. */

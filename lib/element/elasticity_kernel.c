@@ -34,120 +34,106 @@ static COMPILED_ONCE int add_stretch_forces(const flesh_batches *batches, int in
   return FLESH_OK;
 }
 
-static COMPILED_ONCE int elastic_residual(const flesh_batches *batches, int tile, const flesh_tet_point *at,
-                                             double *r, double *sums)
+INLINE int add_residual(const flesh_batches *batches, int index, const flesh_tet_point *at, const nearby *near,
+                        double *forces, flesh_real *sums)
 {
-  const flesh_tiles *tiles = &batches->tiles;
-  flesh_real sum = flesh_all(0), size = flesh_all(0);
-  tile_vector x, forces;
-  tile_gather(tiles, tile, at->x, x);
-  if (r) tile_clear(tiles, tile, forces);
-  for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
-    batch b;
-    int status = load(batches, k, x, sums != NULL, &b);
-    if (status) {
-      flesh_real own[2];
-      if (status == BY_STRETCHES) status = add_stretch_forces(batches, k, x, r ? forces : NULL, own);
-      if (status) return status;
-      sum += own[0];
-      size += own[1];
-      continue;
-    }
-    if (sums) {
-      sum += b.t.volume * b.psi.value;
-      /* The value may cancel; the length term, of which psi_I I_C is the size, says how far. */
-      size += b.t.volume * (flesh_abs(b.psi.value) + flesh_abs(b.psi.I) * b.I_C);
-    }
-    if (!r) continue;
-    flesh_real pI = 2 * b.t.volume * b.psi.I, pJ = b.t.volume * b.psi.J, f[4][3];
-    for (int i = 0; i < 3; i++) {
-      flesh_real P[3];
-      for (int j = 0; j < 3; j++) P[j] = pI * b.F[3 * i + j] + pJ * b.C[3 * i + j];
-      force_row(&b.t, i, P, f);
-    }
-    scatter_forces(&b.t, f, forces);
+  batch b;
+  (void)at;
+  int status = load(batches, index, near->x, sums != NULL, &b);
+  if (status == BY_STRETCHES) {
+    flesh_real own[2];
+    status = add_stretch_forces(batches, index, near->x, forces, own);
+    for (int k = 0; k < 2 && sums && !status; k++) sums[k] += own[k];
+    return status;
   }
-  if (r) tile_add(tiles, tile, forces, r);
-  add_sums(sum, size, sums);
+  if (status) return status;
+  if (sums) {
+    sums[0] += b.t.volume * b.psi.value;
+    /* The value may cancel; the length term, of which psi_I I_C is the size, says how far. */
+    sums[1] += b.t.volume * (flesh_abs(b.psi.value) + flesh_abs(b.psi.I) * b.I_C);
+  }
+  if (!forces) return FLESH_OK;
+  flesh_real pI = 2 * b.t.volume * b.psi.I, pJ = b.t.volume * b.psi.J, f[4][3];
+  for (int i = 0; i < 3; i++) {
+    flesh_real P[3];
+    for (int j = 0; j < 3; j++) P[j] = pI * b.F[3 * i + j] + pJ * b.C[3 * i + j];
+    force_row(&b.t, i, P, f);
+  }
+  scatter_forces(&b.t, f, forces);
   return FLESH_OK;
 }
 
-INLINE void add_to_tile(const tets *t, const flesh_real block[9], int pair, void *to) { add_block(t, block, pair, to); }
-
-/* The exact Hessian of the batch at `index`; `position` are those of the tile's nodes. */
+/* The exact Hessian of the batch at `index`. */
 static COMPILED_ONCE int add_true(const flesh_batches *batches, int index, const flesh_tet_point *at,
-                                  const double *position, tile_blocks *to)
+                                  const nearby *near, tile_blocks *to)
 {
   batch b;
-  int status = load(batches, index, position, 0, &b);
+  int status = load(batches, index, near->x, 0, &b);
   if (status) return status;
-  true_blocks(&b, at->scale, add_to_tile, to);
+  true_blocks(&b, at->scale, add_block, to);
   return FLESH_OK;
 }
 
 /* The Hessian with its negative eigenvalues filtered, if they are to be, from the closed-form spectrum. */
 static COMPILED_ONCE int add_projected(const flesh_batches *batches, int index, const flesh_tet_point *at,
-                                       const double *position, tile_blocks *to)
+                                       const nearby *near, tile_blocks *to)
 {
   const flesh_eigenvalue_filter filter =
       at->filter == FLESH_FILTER_ABSOLUTE ? FLESH_FILTER_ABSOLUTE : FLESH_FILTER_CLAMP;
   batch b;
   flesh_real U[9], V[9];
   flesh_spectrum spectrum;
-  int status = load(batches, index, position, 0, &b);
+  int status = load(batches, index, near->x, 0, &b);
   const int by_stretches = status == BY_STRETCHES;
   if (!status || by_stretches) status = decompose(&b, U, V, &spectrum);
   if (status) return status;
   if (at->filter && !flesh_any(flesh_spectrum_filter(&spectrum, filter)) && !by_stretches)
-    return add_true(batches, index, at, position, to);
-  spectral_blocks(&b, U, V, &spectrum, at->scale, add_to_tile, to);
+    return add_true(batches, index, at, near, to);
+  spectral_blocks(&b, U, V, &spectrum, at->scale, add_block, to);
   return FLESH_OK;
+}
+
+INLINE int add_hessian(const flesh_batches *batches, int index, const flesh_tet_point *at, const nearby *near,
+                       tile_blocks *to)
+{
+  int status = (at->filter ? add_projected : add_true)(batches, index, at, near, to);
+  return status == BY_STRETCHES ? add_projected(batches, index, at, near, to) : status;
+}
+
+INLINE int add_stiffness(const flesh_batches *batches, int index, const flesh_tet_point *at, const nearby *near,
+                         double *forces, flesh_real *sums)
+{
+  batch b;
+  flesh_real edges[3][3], rate[9], P[9], f[4][3];
+  int status = load(batches, index, near->x, 0, &b);
+  if (status && status != BY_STRETCHES) return status;
+  gradient_of(&b.t, near->v, edges, rate);
+  status = stress_rate(&b, rate, P);
+  if (status) return status;
+  for (int c = 0; c < 9; c++) P[c] *= at->scale * b.t.volume;
+  if (sums) sums[0] += 0.5 * flesh_mat3_inner(rate, P), sums[1] = sums[0];
+  if (!forces) return FLESH_OK;
+  for (int i = 0; i < 3; i++) force_row(&b.t, i, P + 3 * i, f);
+  scatter_forces(&b.t, f, forces);
+  return FLESH_OK;
+}
+
+static COMPILED_ONCE int elastic_residual(const flesh_batches *batches, int tile, const flesh_tet_point *at, double *r,
+                                          double *sums)
+{
+  return tile_residual(batches, tile, at, add_residual, r, sums);
 }
 
 static int elastic_hessian(const flesh_batches *batches, int tile, const flesh_tet_point *at, const int *slots,
-                                double *values)
+                           double *values)
 {
-  const flesh_tiles *tiles = &batches->tiles;
-  tile_vector x;
-  tile_blocks own;
-  tile_gather(tiles, tile, at->x, x);
-  tile_open(tiles, tile, &own);
-  for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
-    int status = (at->filter ? add_projected : add_true)(batches, k, at, x, &own);
-    if (status == BY_STRETCHES) status = add_projected(batches, k, at, x, &own);
-    if (status) return status;
-    tile_expect(tiles, tile, k, slots, values);
-  }
-  tile_close(tiles, tile, &own, at->assign, slots, values);
-  return FLESH_OK;
+  return tile_hessian(batches, tile, at, add_hessian, slots, values);
 }
 
 static COMPILED_ONCE int stiffness_residual(const flesh_batches *batches, int tile, const flesh_tet_point *at,
-                                               double *r, double *sums)
+                                            double *r, double *sums)
 {
-  const flesh_tiles *tiles = &batches->tiles;
-  flesh_real sum = flesh_all(0);
-  tile_vector x, v, forces;
-  tile_gather(tiles, tile, at->x, x);
-  tile_gather(tiles, tile, at->v, v);
-  if (r) tile_clear(tiles, tile, forces);
-  for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
-    batch b;
-    flesh_real edges[3][3], rate[9], P[9], f[4][3];
-    int status = load(batches, k, x, 0, &b);
-    if (status && status != BY_STRETCHES) return status;
-    gradient_of(&b.t, v, edges, rate);
-    status = stress_rate(&b, rate, P);
-    if (status) return status;
-    for (int c = 0; c < 9; c++) P[c] *= at->scale * b.t.volume;
-    if (sums) sum += 0.5 * flesh_mat3_inner(rate, P);
-    if (!r) continue;
-    for (int i = 0; i < 3; i++) force_row(&b.t, i, P + 3 * i, f);
-    scatter_forces(&b.t, f, forces);
-  }
-  if (r) tile_add(tiles, tile, forces, r);
-  add_sums(sum, sum, sums);
-  return FLESH_OK;
+  return tile_residual(batches, tile, at, add_stiffness, r, sums);
 }
 
 const flesh_tet_kernel FLESH_OF_ISA(flesh_elastic) = {elastic_residual, elastic_hessian, NULL};

@@ -38,33 +38,22 @@ static COMPILED_ONCE int load(const flesh_batches *batches, int index, const fle
   return FLESH_OK;
 }
 
-static COMPILED_ONCE int fibre_residual(const flesh_batches *batches, int tile, const flesh_tet_point *at, double *r,
-                                        double *sums)
+INLINE int add_residual(const flesh_batches *batches, int index, const flesh_tet_point *at, const nearby *near,
+                        double *forces, flesh_real *sums)
 {
-  const flesh_tiles *tiles = &batches->tiles;
-  flesh_real sum = flesh_all(0), size = flesh_all(0);
-  nearby near;
-  tile_vector forces;
-  gather(tiles, tile, at, &near);
-  if (r) tile_clear(tiles, tile, forces);
-  for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
-    tets t;
-    points p;
-    flesh_real f[10][3];
-    int status = load(batches, k, at, &near, &t, &p);
-    if (status) return status;
-    for (int q = 0; q < POINTS && sums; q++) add_energy(&p.at[q], &sum, &size);
-    if (!r) continue;
-    for (int a = 0; a < 10; a++)
-      for (int i = 0; i < 3; i++) {
-        f[a][i] = flesh_all(0);
-        for (int q = 0; q < POINTS; q++)
-          f[a][i] += p.at[q].volume * p.at[q].at.T * p.at[q].weight[a] * p.at[q].f[i];
-      }
-    scatter_forces(&t, f, forces);
-  }
-  if (r) tile_add(tiles, tile, forces, r);
-  add_sums(sum, size, sums);
+  tets t;
+  points p;
+  flesh_real f[10][3];
+  int status = load(batches, index, at, near, &t, &p);
+  if (status) return status;
+  for (int q = 0; q < POINTS && sums; q++) add_energy(&p.at[q], sums);
+  if (!forces) return FLESH_OK;
+  for (int a = 0; a < 10; a++)
+    for (int i = 0; i < 3; i++) {
+      f[a][i] = flesh_all(0);
+      for (int q = 0; q < POINTS; q++) f[a][i] += p.at[q].volume * p.at[q].at.T * p.at[q].weight[a] * p.at[q].f[i];
+    }
+  scatter_forces(&t, f, forces);
   return FLESH_OK;
 }
 
@@ -91,21 +80,16 @@ static COMPILED_ONCE int add_hessian(const flesh_batches *batches, int index, co
   return FLESH_OK;
 }
 
+static COMPILED_ONCE int fibre_residual(const flesh_batches *batches, int tile, const flesh_tet_point *at, double *r,
+                                        double *sums)
+{
+  return tile_residual(batches, tile, at, add_residual, r, sums);
+}
+
 static int fibre_hessian(const flesh_batches *batches, int tile, const flesh_tet_point *at, const int *slots,
                          double *values)
 {
-  const flesh_tiles *tiles = &batches->tiles;
-  nearby near;
-  tile_blocks own;
-  gather(tiles, tile, at, &near);
-  tile_open(tiles, tile, &own);
-  for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
-    int status = add_hessian(batches, k, at, &near, &own);
-    if (status) return status;
-    tile_expect(tiles, tile, k, slots, values);
-  }
-  tile_close(tiles, tile, &own, at->assign, slots, values);
-  return FLESH_OK;
+  return tile_hessian(batches, tile, at, add_hessian, slots, values);
 }
 
 const flesh_tet_kernel FLESH_OF_ISA(flesh_fibre10) = {fibre_residual, fibre_hessian, NULL};

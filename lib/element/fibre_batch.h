@@ -88,10 +88,10 @@ INLINE void fibre_matrix(const flesh_tet_point *at, fibres *b, flesh_real H[6])
 static const unsigned char entry_of_six[9] = {0, 1, 2, 1, 3, 4, 2, 4, 5};
 
 /* Adds the energy and its size. */
-INLINE void add_energy(const fibres *b, flesh_real *sum, flesh_real *size)
+INLINE void add_energy(const fibres *b, flesh_real sums[2])
 {
-  *sum += b->volume * b->at.value;
-  *size += b->volume * (flesh_abs(b->at.value) + flesh_abs(b->at.T) * b->square);
+  sums[0] += b->volume * b->at.value;
+  sums[1] += b->volume * (flesh_abs(b->at.value) + flesh_abs(b->at.T) * b->square);
 }
 
 #endif

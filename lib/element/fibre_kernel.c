@@ -17,57 +17,50 @@ static COMPILED_ONCE int load(const flesh_batches *batches, int index, const fle
   return FLESH_OK;
 }
 
+INLINE int add_residual(const flesh_batches *batches, int index, const flesh_tet_point *at, const nearby *near,
+                        double *forces, flesh_real *sums)
+{
+  tets t;
+  fibres b;
+  flesh_real f[4][3];
+  int status = load(batches, index, at, near, &t, &b);
+  if (status) return status;
+  if (sums) add_energy(&b, sums);
+  if (!forces) return FLESH_OK;
+  for (int a = 0; a < 4; a++)
+    for (int i = 0; i < 3; i++) f[a][i] = b.volume * b.at.T * b.weight[a] * b.f[i];
+  scatter_forces(&t, f, forces);
+  return FLESH_OK;
+}
+
+INLINE int add_hessian(const flesh_batches *batches, int index, const flesh_tet_point *at, const nearby *near,
+                       tile_blocks *to)
+{
+  tets t;
+  fibres b;
+  flesh_real H[6];
+  int status = load(batches, index, at, near, &t, &b);
+  if (status) return status;
+  fibre_matrix(at, &b, H);
+  for (int a = 0, n = 0; a < 3; a++)
+    for (int c = a + 1; c < 4; c++, n++) {
+      flesh_real K[9], both = b.weight[a] * b.weight[c];
+      for (int i = 0; i < 9; i++) K[i] = both * H[entry_of_six[i]];
+      add_block(&t, K, n, to);
+    }
+  return FLESH_OK;
+}
+
 static COMPILED_ONCE int fibre_residual(const flesh_batches *batches, int tile, const flesh_tet_point *at, double *r,
                                         double *sums)
 {
-  const flesh_tiles *tiles = &batches->tiles;
-  flesh_real sum = flesh_all(0), size = flesh_all(0);
-  nearby near;
-  tile_vector forces;
-  gather(tiles, tile, at, &near);
-  if (r) tile_clear(tiles, tile, forces);
-  for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
-    tets t;
-    fibres b;
-    flesh_real f[4][3];
-    int status = load(batches, k, at, &near, &t, &b);
-    if (status) return status;
-    if (sums) add_energy(&b, &sum, &size);
-    if (!r) continue;
-    for (int a = 0; a < 4; a++)
-      for (int i = 0; i < 3; i++) f[a][i] = b.volume * b.at.T * b.weight[a] * b.f[i];
-    scatter_forces(&t, f, forces);
-  }
-  if (r) tile_add(tiles, tile, forces, r);
-  add_sums(sum, size, sums);
-  return FLESH_OK;
+  return tile_residual(batches, tile, at, add_residual, r, sums);
 }
 
 static int fibre_hessian(const flesh_batches *batches, int tile, const flesh_tet_point *at, const int *slots,
                          double *values)
 {
-  const flesh_tiles *tiles = &batches->tiles;
-  nearby near;
-  tile_blocks own;
-  gather(tiles, tile, at, &near);
-  tile_open(tiles, tile, &own);
-  for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
-    tets t;
-    fibres b;
-    flesh_real H[6];
-    int status = load(batches, k, at, &near, &t, &b);
-    if (status) return status;
-    fibre_matrix(at, &b, H);
-    for (int a = 0, n = 0; a < 3; a++)
-      for (int c = a + 1; c < 4; c++, n++) {
-        flesh_real K[9], both = b.weight[a] * b.weight[c];
-        for (int i = 0; i < 9; i++) K[i] = both * H[entry_of_six[i]];
-        add_block(&t, K, n, &own);
-      }
-    tile_expect(tiles, tile, k, slots, values);
-  }
-  tile_close(tiles, tile, &own, at->assign, slots, values);
-  return FLESH_OK;
+  return tile_hessian(batches, tile, at, add_hessian, slots, values);
 }
 
 const flesh_tet_kernel FLESH_OF_ISA(flesh_fibre4) = {fibre_residual, fibre_hessian, NULL};

@@ -126,9 +126,13 @@ INLINE void scatter_forces(const tets *t, flesh_real f[ELEMENT_NODES][3], double
   }
 }
 
+/* Takes the block of a pair of different nodes: adds it to the tile or keeps it. */
+typedef void take_block(const tets *t, const flesh_real block[9], int pair, void *to);
+
 /* Adds every lane's block of a pair of different nodes (01 02 03 ... 12 13 ...) to those of its tile. */
-INLINE void add_block(const tets *t, const flesh_real block[9], int pair, tile_blocks *to)
+INLINE void add_block(const tets *t, const flesh_real block[9], int pair, void *to)
 {
+  tile_blocks *own = to;
   flesh_real by_tet[8 / FLESH_LANES][FLESH_LANES];
   for (int part = 0; part < 8 / FLESH_LANES; part++) {
     for (int c = 0; c < FLESH_LANES; c++) by_tet[part][c] = block[part * FLESH_LANES + c];
@@ -138,18 +142,53 @@ INLINE void add_block(const tets *t, const flesh_real block[9], int pair, tile_b
   for (int l = 0; l < FLESH_LANES; l++) {
     const size_t place = t->pair[ELEMENT_PAIRS * l + pair];
     for (int part = 0; part < 8 / FLESH_LANES; part++)
-      *(flesh_real_at *)(to->eight + place + part * FLESH_LANES) += by_tet[part][l];
-    *(double *)((char *)to->ninth + place) += flesh_lane(block[8], l);
+      *(flesh_real_at *)(own->eight + place + part * FLESH_LANES) += by_tet[part][l];
+    *(double *)((char *)own->ninth + place) += flesh_lane(block[8], l);
   }
 }
 
-/* Adds a batch's sums lane by lane. */
-INLINE void add_sums(flesh_real value, flesh_real size, double *sums)
+/* A batch's forces, unless NULL, and its energy and the size of the terms of that, unless NULL; its blocks. */
+typedef int add_forces(const flesh_batches *batches, int index, const flesh_tet_point *at, const nearby *near,
+                       double *forces, flesh_real *sums);
+typedef int add_matrix(const flesh_batches *batches, int index, const flesh_tet_point *at, const nearby *near,
+                       tile_blocks *to);
+
+/* A residual_kernel by what it does with a batch. */
+INLINE int tile_residual(const flesh_batches *batches, int tile, const flesh_tet_point *at, add_forces *add, double *r,
+                         double *sums)
 {
-  for (int l = 0; sums && l < FLESH_LANES; l++) {
-    sums[0] += flesh_lane(value, l);
-    sums[1] += flesh_lane(size, l);
+  const flesh_tiles *tiles = &batches->tiles;
+  flesh_real own[2] = {flesh_all(0), flesh_all(0)};
+  nearby near;
+  tile_vector forces;
+  gather(tiles, tile, at, &near);
+  if (r) tile_clear(tiles, tile, forces);
+  for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
+    int status = add(batches, k, at, &near, r ? forces : NULL, sums ? own : NULL);
+    if (status) return status;
   }
+  if (r) tile_add(tiles, tile, forces, r);
+  for (int l = 0; sums && l < FLESH_LANES; l++)
+    for (int k = 0; k < 2; k++) sums[k] += flesh_lane(own[k], l);
+  return FLESH_OK;
+}
+
+/* A hessian_kernel, likewise. */
+INLINE int tile_hessian(const flesh_batches *batches, int tile, const flesh_tet_point *at, add_matrix *add,
+                        const int *slots, double *values)
+{
+  const flesh_tiles *tiles = &batches->tiles;
+  nearby near;
+  tile_blocks own;
+  if (at->x) gather(tiles, tile, at, &near);
+  tile_open(tiles, tile, &own);
+  for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
+    int status = add(batches, k, at, &near, &own);
+    if (status) return status;
+    tile_expect(tiles, tile, k, slots, values);
+  }
+  tile_close(tiles, tile, &own, at->assign, slots, values);
+  return FLESH_OK;
 }
 
 #endif

@@ -30,72 +30,65 @@ static COMPILED_ONCE void rate_at(const tets *t, const flesh_tet_point *at, cons
   for (int c = 0; c < 9; c++) F[c] = now.F[c];
 }
 
+INLINE int add_residual(const flesh_batches *batches, int index, const flesh_tet_point *at, const nearby *near,
+                        double *forces, flesh_real *sums)
+{
+  tets t;
+  near_ten of_batch;
+  ten_forces f;
+  open_forces(&f);
+  for (int q = 0; q < POINTS; q++) {
+    flesh_real F[9], G[9], S[9], of_point[4][3];
+    load_point(batches, index, q, &t);
+    if (q == 0) load_near(&t, at, near, &of_batch);
+    rate_at(&t, at, &of_batch, q, F, G);
+    flesh_real density = stress(&at->viscous[t.material], G, S), scale = at->scale * t.volume;
+    if (sums) sums[0] += scale * density, sums[1] = sums[0];
+    for (int i = 0; i < 3; i++) {
+      flesh_real P[3];
+      flesh_mat3_transposed_times(S, F + 3 * i, P); /* row i of F S */
+      for (int j = 0; j < 3; j++) P[j] *= scale;
+      force_row(&t, i, P, of_point);
+    }
+    add_virtual_forces(of_point, q, &f);
+  }
+  if (!forces) return FLESH_OK;
+  close_forces(&f);
+  scatter_forces(&t, f.node, forces);
+  return FLESH_OK;
+}
+
+INLINE int add_hessian(const flesh_batches *batches, int index, const flesh_tet_point *at, const nearby *near,
+                       tile_blocks *to)
+{
+  tets t;
+  near_ten of_batch;
+  corner_blocks of_corners;
+  ten_blocks of_nodes;
+  for (int q = 0; q < POINTS; q++) {
+    flesh_real F[9], G[9], S[9];
+    load_point(batches, index, q, &t);
+    if (q == 0 && at->x) load_near(&t, at, near, &of_batch);
+    if (at->x) rate_at(&t, at, &of_batch, q, F, G);
+    else flesh_mat3_identity(F);
+    turning_stress(&t, at, G, S);
+    viscous_blocks(&t, at, F, S, keep_block, of_corners.point[q]);
+  }
+  blocks_of_nodes(&of_corners, of_nodes);
+  add_blocks(&t, of_nodes, to);
+  return FLESH_OK;
+}
+
 static COMPILED_ONCE int residual_kernel(const flesh_batches *batches, int tile, const flesh_tet_point *at, double *r,
                                          double *sums)
 {
-  const flesh_tiles *tiles = &batches->tiles;
-  flesh_real sum = flesh_all(0);
-  nearby near;
-  tile_vector forces;
-  gather(tiles, tile, at, &near);
-  if (r) tile_clear(tiles, tile, forces);
-  for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
-    tets t;
-    near_ten of_batch;
-    ten_forces f;
-    open_forces(&f);
-    for (int q = 0; q < POINTS; q++) {
-      flesh_real F[9], G[9], S[9], of_point[4][3];
-      load_point(batches, k, q, &t);
-      if (q == 0) load_near(&t, at, &near, &of_batch);
-      rate_at(&t, at, &of_batch, q, F, G);
-      flesh_real density = stress(&at->viscous[t.material], G, S), scale = at->scale * t.volume;
-      if (sums) sum += scale * density;
-      for (int i = 0; i < 3; i++) {
-        flesh_real P[3];
-        flesh_mat3_transposed_times(S, F + 3 * i, P); /* row i of F S */
-        for (int j = 0; j < 3; j++) P[j] *= scale;
-        force_row(&t, i, P, of_point);
-      }
-      add_virtual_forces(of_point, q, &f);
-    }
-    if (!r) continue;
-    close_forces(&f);
-    scatter_forces(&t, f.node, forces);
-  }
-  if (r) tile_add(tiles, tile, forces, r);
-  add_sums(sum, sum, sums);
-  return FLESH_OK;
+  return tile_residual(batches, tile, at, add_residual, r, sums);
 }
 
 static int hessian_kernel(const flesh_batches *batches, int tile, const flesh_tet_point *at, const int *slots,
                           double *values)
 {
-  const flesh_tiles *tiles = &batches->tiles;
-  nearby near;
-  tile_blocks own;
-  if (at->x) gather(tiles, tile, at, &near);
-  tile_open(tiles, tile, &own);
-  for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
-    tets t;
-    near_ten of_batch;
-    corner_blocks of_corners;
-    ten_blocks of_nodes;
-    for (int q = 0; q < POINTS; q++) {
-      flesh_real F[9], G[9], S[9];
-      load_point(batches, k, q, &t);
-      if (q == 0 && at->x) load_near(&t, at, &near, &of_batch);
-      if (at->x) rate_at(&t, at, &of_batch, q, F, G);
-      else flesh_mat3_identity(F);
-      turning_stress(&t, at, G, S);
-      viscous_blocks(&t, at, F, S, keep_block, of_corners.point[q]);
-    }
-    blocks_of_nodes(&of_corners, of_nodes);
-    add_blocks(&t, of_nodes, &own);
-    tile_expect(tiles, tile, k, slots, values);
-  }
-  tile_close(tiles, tile, &own, at->assign, slots, values);
-  return FLESH_OK;
+  return tile_hessian(batches, tile, at, add_hessian, slots, values);
 }
 
 const flesh_tet_kernel FLESH_OF_ISA(flesh_viscous10) = {residual_kernel, hessian_kernel, NULL};

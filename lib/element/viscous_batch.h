@@ -79,13 +79,10 @@ INLINE void turning_stress(const tets *t, const flesh_tet_point *at, const flesh
   for (int c = 0; c < 9; c++) S[c] *= at->scale_x * t->volume;
 }
 
-/* Takes the block of a pair of different nodes (01 02 03 12 13 23): adds it to the tile or keeps it. */
-typedef void take_viscous_block(const tets *t, const flesh_real block[9], int pair, void *to);
-
 /* With p_a = F g_a: K_ab = (shear + spin) (g_a.g_b) F F^T + (shear - spin) p_b p_a^T + (bulk - 2/3 shear) p_a p_b^T
  * times scale, + g_a.S g_b I; blocks K_aa follow from the others (tile_close). */
 INLINE void viscous_blocks(const tets *t, const flesh_tet_point *at, const flesh_real F[9], const flesh_real S[9],
-                           take_viscous_block *take, void *to)
+                           take_block *take, void *to)
 {
   flesh_real FF[9], g[4][3], p[4][3], q[4][3];
   const flesh_viscous *m = &at->viscous[t->material];

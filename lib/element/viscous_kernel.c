@@ -15,58 +15,49 @@ INLINE void rate_at(const tets *t, const flesh_tet_point *at, const nearby *near
   for (int c = 0; c < 9; c++) F[c] = now.F[c];
 }
 
-static COMPILED_ONCE int residual_kernel(const flesh_batches *batches, int tile, const flesh_tet_point *at, double *r,
-                                     double *sums)
+static COMPILED_ONCE int add_residual(const flesh_batches *batches, int index, const flesh_tet_point *at,
+                                      const nearby *near, double *forces, flesh_real *sums)
 {
-  const flesh_tiles *tiles = &batches->tiles;
-  flesh_real sum = flesh_all(0);
-  nearby near;
-  tile_vector forces;
-  gather(tiles, tile, at, &near);
-  if (r) tile_clear(tiles, tile, forces);
-  for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
-    tets t;
-    flesh_real F[9], G[9], S[9], f[4][3];
-    load_tets(batches, k, &t);
-    rate_at(&t, at, &near, F, G);
-    flesh_real density = stress(&at->viscous[t.material], G, S), scale = at->scale * t.volume;
-    if (sums) sum += scale * density;
-    if (!r) continue;
-    for (int i = 0; i < 3; i++) {
-      flesh_real P[3];
-      flesh_mat3_transposed_times(S, F + 3 * i, P); /* row i of F S */
-      for (int j = 0; j < 3; j++) P[j] *= scale;
-      force_row(&t, i, P, f);
-    }
-    scatter_forces(&t, f, forces);
+  tets t;
+  flesh_real F[9], G[9], S[9], f[4][3];
+  load_tets(batches, index, &t);
+  rate_at(&t, at, near, F, G);
+  flesh_real density = stress(&at->viscous[t.material], G, S), scale = at->scale * t.volume;
+  if (sums) sums[0] += scale * density, sums[1] = sums[0];
+  if (!forces) return FLESH_OK;
+  for (int i = 0; i < 3; i++) {
+    flesh_real P[3];
+    flesh_mat3_transposed_times(S, F + 3 * i, P); /* row i of F S */
+    for (int j = 0; j < 3; j++) P[j] *= scale;
+    force_row(&t, i, P, f);
   }
-  if (r) tile_add(tiles, tile, forces, r);
-  add_sums(sum, sum, sums);
+  scatter_forces(&t, f, forces);
   return FLESH_OK;
 }
 
-INLINE void add_to_tile(const tets *t, const flesh_real block[9], int pair, void *to) { add_block(t, block, pair, to); }
+INLINE int add_hessian(const flesh_batches *batches, int index, const flesh_tet_point *at, const nearby *near,
+                       tile_blocks *to)
+{
+  tets t;
+  flesh_real F[9], G[9], S[9];
+  load_tets(batches, index, &t);
+  if (at->x) rate_at(&t, at, near, F, G);
+  else flesh_mat3_identity(F);
+  turning_stress(&t, at, G, S);
+  viscous_blocks(&t, at, F, S, add_block, to);
+  return FLESH_OK;
+}
+
+static COMPILED_ONCE int residual_kernel(const flesh_batches *batches, int tile, const flesh_tet_point *at, double *r,
+                                         double *sums)
+{
+  return tile_residual(batches, tile, at, add_residual, r, sums);
+}
 
 static int hessian_kernel(const flesh_batches *batches, int tile, const flesh_tet_point *at, const int *slots,
-                        double *values)
+                          double *values)
 {
-  const flesh_tiles *tiles = &batches->tiles;
-  nearby near;
-  tile_blocks own;
-  if (at->x) gather(tiles, tile, at, &near);
-  tile_open(tiles, tile, &own);
-  for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
-    tets t;
-    flesh_real F[9], G[9], S[9];
-    load_tets(batches, k, &t);
-    if (at->x) rate_at(&t, at, &near, F, G);
-    else flesh_mat3_identity(F);
-    turning_stress(&t, at, G, S);
-    viscous_blocks(&t, at, F, S, add_to_tile, &own);
-    tile_expect(tiles, tile, k, slots, values);
-  }
-  tile_close(tiles, tile, &own, at->assign, slots, values);
-  return FLESH_OK;
+  return tile_hessian(batches, tile, at, add_hessian, slots, values);
 }
 
 const flesh_tet_kernel FLESH_OF_ISA(flesh_viscous) = {residual_kernel, hessian_kernel, NULL};

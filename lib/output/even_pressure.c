@@ -47,10 +47,9 @@ int flesh_even_pressure_open(const flesh_tet_stress *stress, const struct flesh_
 {
   const flesh_mesh *mesh = stress->body->mesh;
   const size_t nodes = (size_t)flesh_mesh_node_count(mesh), tets = (size_t)flesh_mesh_tet_count(mesh);
-  *even = (flesh_even_pressure){.body = stress->body, .team = team, .p = calloc(tets + 1, sizeof *even->p),
-                                .q = calloc(nodes + 1, sizeof *even->q), .volume = calloc(nodes + 1, sizeof *even->volume),
-                                .change = calloc(nodes + 1, sizeof *even->change)};
-  int status = even->p && even->q && even->volume && even->change ? FLESH_OK : FLESH_ERR_MEMORY;
+  *even = (flesh_even_pressure){.body = stress->body, .team = team, .p = calloc(tets + 3 * nodes + 1, sizeof *even->p)};
+  int status = even->p ? FLESH_OK : FLESH_ERR_MEMORY;
+  if (!status) even->q = even->p + tets, even->volume = even->q + nodes, even->change = even->volume + nodes;
   for (size_t k = 0; k < 4 * tets && !status; k++)
     even->volume[flesh_mesh_tets(mesh)[k]] += flesh_mesh_tet_volumes(mesh)[k / 4];
   status = flesh_team_agree(team, status);
@@ -61,9 +60,6 @@ int flesh_even_pressure_open(const flesh_tet_stress *stress, const struct flesh_
 void flesh_even_pressure_clear(flesh_even_pressure *even)
 {
   free(even->p);
-  free(even->q);
-  free(even->volume);
-  free(even->change);
   *even = (flesh_even_pressure){0};
 }
 

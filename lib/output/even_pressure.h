@@ -10,7 +10,7 @@ typedef struct flesh_even_pressure {
   double *p;      /* [tets] Pa, in: means over the tets; out: of the field, where none of the four nodes is left out */
   double *q;      /* [nodes] out: the field at corners, Pa; NaN of a node that is left out, and on edges */
   double *volume; /* [nodes] m^3 of the tets around; 0: left out, as these are not all tet10-mean of one material */
-  double *change; /* [nodes] room */
+  double *change; /* [nodes] room; all are one block */
 } flesh_even_pressure;
 
 /* Borrows all but the result; collective. FLESH_ERR_MEMORY; flesh_even_pressure_clear in any case. */

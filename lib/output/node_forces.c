@@ -41,21 +41,17 @@ int flesh_node_forces_open(int status, const flesh_body *body, const flesh_syste
   const size_t n = (size_t)flesh_system_unknowns(system);
   const int solves = wants_reaction && !is_static && body->mass == FLESH_MASS_CONSISTENT;
   const int wants = wants_reaction || wants_contact;
-  int failed = 0;
   *forces = (flesh_node_forces){.body = body, .system = wants ? system : NULL, .team = flesh_system_team(system),
                                 .is_static = is_static};
-  if (wants)
-    failed = !(forces->constrained = calloc(n, 1)) || !(forces->v = calloc(n, sizeof(double))) ||
-               !(forces->a = calloc(n, sizeof(double))) || !(forces->zeros = calloc(n, sizeof(double)));
-  if (wants_reaction)
-    failed |= !(forces->reaction = calloc(n, sizeof(double))) || !(forces->holder = calloc(n, sizeof(int)));
-  if (wants_contact)
-    failed |= !(forces->contact = calloc(n, sizeof(double))) || !(forces->one_contact = calloc(n, sizeof(double)));
-  if (solves)
-    failed |= !(forces->diagonal = calloc(n / 3, sizeof(double))) ||
-              !(forces->direction = calloc(n, sizeof(double))) || !(forces->product = calloc(n, sizeof(double))) ||
-              !(forces->residual = calloc(n, sizeof(double)));
-  if (failed) status = flesh_fail(FLESH_ERR_MEMORY, "no memory for the forces on %zu nodes", n / 3);
+  double *room = wants ? forces->v = calloc(9 * n + n / 3, sizeof(double)) : NULL; /* with pages that may stay untouched */
+  if (wants && (!room || !(forces->constrained = calloc(n, 1)) || !(forces->holder = calloc(n, sizeof(int)))))
+    status = flesh_fail(FLESH_ERR_MEMORY, "no memory for the forces on %zu nodes", n / 3);
+  else if (wants) forces->a = room + n, forces->zeros = room + 2 * n;
+  if (room && wants_reaction) forces->reaction = room + 3 * n;
+  if (room && wants_contact) forces->contact = room + 4 * n, forces->one_contact = room + 5 * n;
+  if (room && solves)
+    forces->direction = room + 6 * n, forces->product = room + 7 * n, forces->residual = room + 8 * n,
+    forces->diagonal = room + 9 * n;
   status = flesh_team_agree(forces->team, status);
   if (status) flesh_node_forces_clear(forces);
   else if (solves) find_diagonal(body, forces->team, forces->diagonal);
@@ -64,18 +60,9 @@ int flesh_node_forces_open(int status, const flesh_body *body, const flesh_syste
 
 void flesh_node_forces_clear(flesh_node_forces *forces)
 {
-  free(forces->reaction);
-  free(forces->contact);
-  free(forces->holder);
-  free(forces->one_contact);
+  free(forces->v); /* with all other doubles */
   free(forces->constrained);
-  free(forces->v);
-  free(forces->a);
-  free(forces->zeros);
-  free(forces->diagonal);
-  free(forces->direction);
-  free(forces->product);
-  free(forces->residual);
+  free(forces->holder);
   *forces = (flesh_node_forces){0};
 }
 

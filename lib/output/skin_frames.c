@@ -23,7 +23,7 @@ struct flesh_skin_frames {
   unsigned formats;
   int every;
   char *directory, *path; /* path: room for directory/name */
-  double *x, *v, *displacement; /* [3*vertices] */
+  double *x, *v, *displacement; /* [3*vertices], one block */
   flesh_pc2 cache;
   flesh_pvd index; /* of the VTU files */
 };
@@ -65,20 +65,20 @@ int flesh_skin_frames_open(const char *directory, const flesh_skin *skin, const 
   *result = NULL;
   flesh_skin_frames *frames = calloc(1, sizeof *frames);
   if (!frames) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", directory);
-  size_t size = 3 * sizeof(double) * (size_t)skin->identity.vertices;
+  size_t size = 3 * (size_t)skin->identity.vertices;
   frames->skin = skin;
   frames->surface = surface;
   frames->formats = formats;
   frames->every = every;
   frames->directory = strdup(directory);
   frames->path = malloc(strlen(directory) + NAME_SIZE + 1);
-  frames->x = malloc(size);
-  frames->v = malloc(size);
-  frames->displacement = malloc(size);
-  if (!frames->directory || !frames->path || !frames->x || !frames->v || !frames->displacement) {
+  frames->x = malloc(3 * size * sizeof *frames->x);
+  if (!frames->directory || !frames->path || !frames->x) {
     flesh_skin_frames_abandon(&frames);
     return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", directory);
   }
+  frames->v = frames->x + size;
+  frames->displacement = frames->v + size;
   *result = frames;
   return FLESH_OK;
 }
@@ -129,8 +129,6 @@ void flesh_skin_frames_abandon(flesh_skin_frames **frames)
   free((*frames)->directory);
   free((*frames)->path);
   free((*frames)->x);
-  free((*frames)->v);
-  free((*frames)->displacement);
   flesh_pvd_clear(&(*frames)->index);
   free(*frames);
   *frames = NULL;

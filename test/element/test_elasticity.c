@@ -3,12 +3,9 @@
  * instructions that this machine has, against one tet at a time through flesh/material.h; tiles and threads. */
 #include <stdlib.h>
 
-#include "body.h"
 #include "effect/effect.h"
-#include "system/system.h"
-#include "test.h"
+#include "kernel_problem.h"
 #include "test_matrix.h"
-#include "viscous_reference.h"
 #include "material/form.h"
 
 /* A user's own psi. */
@@ -33,40 +30,13 @@ static flesh_material material_number(int n, double young)
   return m;
 }
 
-/* Kinds of effects: of x, of v (the mass of a, which is the same here) with the shape as at x_lag, or of both. */
-typedef enum kind { ELASTIC, REST, CURRENT, VISCOUS, FROZEN, CONSISTENT, LUMPED, KINDS } kind;
-static const char *const kind_names[] = {"elasticity", "damping by rest", "damping by current", "viscosity",
-                                         "viscosity, frozen", "consistent mass", "lumped mass"};
-static const double stiffness = 0.7;
-
-typedef struct problem {
-  flesh_mesh *mesh;
-  flesh_material materials[2];
-  int *tet_material;
-  double *density;
-  double *x, *v, *r, *K; /* K dense [3n][3n] */
-  double *x_frozen, *v_frozen;
-  double energy;
-  int n; /* unknowns */
-} problem;
-
 /* Takes the mesh. */
 static void problem_of(int energy, flesh_mesh *mesh, problem *p)
 {
   *p = (problem){.mesh = mesh};
-  int tets = flesh_mesh_tet_count(p->mesh);
-  p->n = 3 * flesh_mesh_node_count(p->mesh);
   p->materials[0] = material_number(energy, 10);
   p->materials[1] = material_number(energy == FLESH_ENERGY_USER ? FLESH_ENERGY_S : energy, 20);
-  p->tet_material = malloc((size_t)tets * sizeof *p->tet_material);
-  for (int k = 0; k < tets; k++) p->tet_material[k] = k % 7 == 3 || k > tets - 4;
-  p->density = malloc((size_t)tets * sizeof *p->density);
-  for (int k = 0; k < tets; k++) p->density[k] = 1 + k % 5;
-  p->x = malloc((size_t)p->n * sizeof *p->x);
-  p->v = malloc((size_t)p->n * sizeof *p->v);
-  p->x_frozen = malloc((size_t)p->n * sizeof *p->x_frozen);
-  p->v_frozen = malloc((size_t)p->n * sizeof *p->v_frozen);
-  p->r = malloc((size_t)p->n * sizeof *p->r);
+  problem_make(p);
   p->K = malloc((size_t)p->n * (size_t)p->n * sizeof *p->K);
 }
 
@@ -75,19 +45,6 @@ static void problem_open(int energy, const int cells[3], problem *p)
   flesh_mesh *mesh;
   CHECK_OK(flesh_mesh_box(cells, (double[]){cells[0], cells[1], cells[2]}, (double[]){1, -2, 0.5}, &mesh));
   problem_of(energy, mesh, p);
-}
-
-static void problem_close(problem *p)
-{
-  flesh_mesh_destroy(&p->mesh);
-  free(p->tet_material);
-  free(p->density);
-  free(p->x);
-  free(p->v);
-  free(p->x_frozen);
-  free(p->v_frozen);
-  free(p->r);
-  free(p->K);
 }
 
 /* Whether the form has a derivative for every F: co-rotational ones have none where the polar rotation is not unique. */
@@ -149,13 +106,7 @@ static void law(kind kind, const flesh_material *m, const double F[9], const dou
     return;
   }
   projected_hessian(m, kind == REST ? at_rest : F, FLESH_FILTER_CLAMP, H);
-  *value = 0;
-  for (int q = 0; q < 81; q++) H[q] *= stiffness;
-  for (int e = 0; e < 9; e++) {
-    P[e] = 0;
-    for (int q = 0; q < 9; q++) P[e] += H[9 * e + q] * rate[q];
-    *value += rate[e] * P[e] / 2;
-  }
+  law_of_rates(rate, value, P, H);
 }
 
 /* Adds (M v) and M of a tet's rho V/20 (1 + [a = b]), or its quarters of rho V. */
@@ -221,127 +172,15 @@ static void reference(problem *p, kind kind, flesh_eigenvalue_filter project)
   }
 }
 
-/* A system of what acts on this body, alone. */
-static void make_system(problem *p, kind kind, flesh_instructions instructions, flesh_system **system)
-{
-  flesh_body body = {.mesh = p->mesh,
-                     .density = p->density,
-                     .materials = p->materials,
-                     .tet_material = p->tet_material,
-                     .mass = kind == LUMPED ? FLESH_MASS_LUMPED : FLESH_MASS_CONSISTENT,
-                     .instructions = instructions};
-  flesh_effect *effect = NULL;
-  CHECK_OK(flesh_system_create(p->mesh, system));
-  CHECK_OK(kind == ELASTIC    ? flesh_effect_elasticity(&body, &effect)
-           : kind == REST     ? flesh_effect_damping(&body, 0, stiffness, FLESH_STIFFNESS_REST, &effect)
-           : kind == CURRENT  ? flesh_effect_damping(&body, 0, stiffness, FLESH_STIFFNESS_CURRENT, &effect)
-           : kind == VISCOUS || kind == FROZEN ? flesh_effect_viscosity(&body, shear, bulk, &effect)
-                              : flesh_effect_inertia(&body, &effect));
-  flesh_instructions asked;
-  CHECK_OK(flesh_instructions_find(instructions, &asked));
-  CHECK(flesh_effect_instructions(effect) == (kind == LUMPED ? FLESH_INSTRUCTIONS_AUTO : asked));
-  CHECK_OK(flesh_system_add_effect(*system, &effect));
-  CHECK_OK(flesh_system_finalize(*system));
-}
-
-/* Makes a point; the vectors that a kind must not read are others. */
-static flesh_point point_of(const problem *p, kind kind)
-{
-  const int viscous = kind == VISCOUS || kind == FROZEN;
-  flesh_point point = flesh_point_at(0, kind == ELASTIC || viscous ? p->x : p->v,
-                                     kind == ELASTIC || kind >= CONSISTENT ? p->x : p->v,
-                                     kind >= CONSISTENT ? p->v : p->x);
-  point.lagged = (flesh_lagged){0, kind == CURRENT ? p->x : p->v, p->x};
-  if (kind == FROZEN) point.frozen = (flesh_frozen){p->x_frozen, p->v_frozen};
-  return point;
-}
-
-static flesh_shift shift_of(kind kind, int project)
-{
-  if (kind == VISCOUS || kind == FROZEN)
-    return (flesh_shift){.x = viscous_shift.x, .v = viscous_shift.v, .filter = project};
-  return (flesh_shift){.x = kind == ELASTIC, .v = kind > ELASTIC && kind < CONSISTENT, .a = kind >= CONSISTENT,
-                       .filter = project};
-}
-
-static double largest_of(const double *a, size_t n)
-{
-  double largest = 0;
-  for (size_t k = 0; k < n; k++) largest = fmax(largest, fabs(a[k]));
-  return largest;
-}
-
-/* The larger one, and what is no number once it is there. */
-static double worse(double a, double b) { return a <= b || isnan(b) ? b : a; }
-
-/* The largest difference from the reference, over the largest entry. */
-static double residual_error(const problem *p, const double *r)
-{
-  double worst = 0;
-  for (int d = 0; d < p->n; d++) worst = worse(worst, fabs(r[d] - p->r[d]));
-  return worst / largest_of(p->r, (size_t)p->n);
-}
-
-static double matrix_error(const problem *p, const flesh_block_matrix *A)
-{
-  double worst = 0;
-  size_t n = (size_t)p->n, found = 0, expected = 0;
-  for (int i = 0; i < A->rows; i++)
-    for (int k = A->row_start[i]; k < A->row_end[i]; k++, found += 9)
-      for (int c = 0; c < 9; c++) {
-        size_t row = (size_t)(3 * i + c / 3), column = (size_t)(3 * A->column[k] + c % 3);
-        worst = worse(worst, fabs(A->values[9 * (size_t)k + c] - p->K[row * n + column]));
-      }
-  for (size_t q = 0; q < n * n; q++) expected += q / n / 3 <= q % n / 3 && p->K[q] != 0;
-  CHECK(expected <= found); /* nothing of the reference lies outside the pattern */
-  return worst / largest_of(p->K, n * n);
-}
-
-/* Residual and potential have the same bits by one pass. */
-static void check_both(const flesh_system *system, const flesh_point *point, const flesh_shift *shift, const double *r,
-                       double V)
-{
-  size_t bytes = (size_t)flesh_system_unknowns(system) * sizeof *r;
-  double *both = malloc(bytes), phi, magnitude;
-  CHECK_OK(flesh_system_evaluate(system, point, shift, both, &phi, &magnitude));
-  CHECK(phi == V && magnitude >= fabs(V) * (1 - 1e-14));
-  CHECK(!memcmp(both, r, bytes));
-  free(both);
-}
-
 static void compare(problem *p, kind kind, flesh_instructions instructions, int energy, int wild)
 {
-  flesh_system *system;
-  flesh_block_matrix *A;
-  make_system(p, kind, instructions, &system);
-  CHECK_OK(flesh_system_matrix_create(system, &A));
-  const flesh_point point = point_of(p, kind);
-  double *r = malloc((size_t)p->n * sizeof *r), V, size, worst = 0;
-  for (int project = FLESH_FILTER_NONE; project <= FLESH_FILTER_ABSOLUTE; project++) {
-    const flesh_shift shift = shift_of(kind, project);
-    reference(p, kind, (flesh_eigenvalue_filter)project);
-    CHECK_OK(flesh_system_jacobian(system, &point, &shift, A));
-    worst = worse(worst, matrix_error(p, A));
-  }
-  const flesh_shift shift = shift_of(kind, 0);
-  CHECK_OK(flesh_system_residual(system, &point, r));
-  CHECK_OK(flesh_system_potential(system, &point, &shift, &V, &size));
-  check_both(system, &point, &shift, r, V);
+  const comparison found = measure(p, kind, instructions);
   printf("# %s %s %s%s: matrices %.1g, residual %.1g, energy %.1g\n", kind_names[kind],
          flesh_instructions_name(instructions), flesh_energy_name((flesh_energy)energy),
-         wild ? " wild" : "", worst, residual_error(p, r), fabs(V * (shift.v != 0 ? shift.v : 1) / p->energy - 1));
-  CHECK_BELOW(worst, 1e-13);
-  CHECK_BELOW(residual_error(p, r), kind == ELASTIC ? 1e-14 : 1e-13);
-  CHECK_NEAR(V * (shift.v != 0 ? shift.v : 1) / p->energy, 1, kind == ELASTIC ? 1e-14 : 1e-13);
-  free(r);
-  flesh_block_matrix_destroy(&A);
-  flesh_system_destroy(&system);
-}
-
-static int available(int instructions)
-{
-  flesh_instructions usable;
-  return flesh_instructions_find((flesh_instructions)instructions, &usable) == FLESH_OK;
+         wild ? " wild" : "", found.matrix, found.residual, fabs(found.energy - 1));
+  CHECK_BELOW(found.matrix, 1e-13);
+  CHECK_BELOW(found.residual, kind == ELASTIC ? 1e-14 : 1e-13);
+  CHECK_NEAR(found.energy, 1, kind == ELASTIC ? 1e-14 : 1e-13);
 }
 
 static void batches_agree_with_single_tets(void)
@@ -413,7 +252,7 @@ static void slivers(void)
     flesh_system *system;
     flesh_block_matrix *A;
     if (!available(set)) continue;
-    make_system(&p, ELASTIC, (flesh_instructions)set, &system);
+    CHECK_OK(make_system(&p, ELASTIC, (flesh_instructions)set, &system));
     CHECK_OK(flesh_system_matrix_create(system, &A));
     const flesh_point point = point_of(&p, ELASTIC);
     const flesh_shift shift = shift_of(ELASTIC, FLESH_FILTER_NONE);
@@ -457,7 +296,7 @@ static void bad_states_are_told_apart(void)
         flesh_system *system;
         flesh_block_matrix *A;
         problem_open(energy, (int[]){3, 2, 2}, &p);
-        make_system(&p, kind, (flesh_instructions)set, &system);
+        CHECK_OK(make_system(&p, kind, (flesh_instructions)set, &system));
         CHECK_OK(flesh_system_matrix_create(system, &A));
         deform(&p, 0);
         memcpy(p.x, flesh_mesh_positions(p.mesh), (size_t)p.n * sizeof *p.x);
@@ -505,7 +344,7 @@ static void check_threads(problem *p, kind kind)
 {
   flesh_system *system;
   flesh_block_matrix *A[2];
-  make_system(p, kind, FLESH_INSTRUCTIONS_AUTO, &system);
+  CHECK_OK(make_system(p, kind, FLESH_INSTRUCTIONS_AUTO, &system));
   double *r[2], V[2], size;
   for (int k = 0; k < 2; k++) {
     CHECK_OK(flesh_system_matrix_create(system, &A[k]));

@@ -2,132 +2,18 @@
 /* test_tet10.c: the batched kernels of ten-node tets (elasticity's, damping's, viscosity's, mass's), with every set of
  * instructions that this machine has, against one tet at a time (tet10_reference.h); straight and curved, numbered in
  * any order; tiles and threads; what is refused. */
-#include "system/system.h"
 #include "tet10_reference.h"
-
-/* A system of what acts on this body, alone. */
-static int make_system(problem *p, kind kind, flesh_instructions instructions, flesh_system **system)
-{
-  flesh_body body = {.mesh = p->mesh,
-                     .density = p->density,
-                     .materials = p->materials,
-                     .tet_material = p->tet_material,
-                     .mass = kind == LUMPED ? FLESH_MASS_LUMPED : FLESH_MASS_CONSISTENT,
-                     .element = p->element,
-                     .instructions = instructions};
-  flesh_effect *effect = NULL;
-  CHECK_OK(flesh_system_create(p->mesh, system));
-  int status = kind == ELASTIC    ? flesh_effect_elasticity(&body, &effect)
-               : kind == REST     ? flesh_effect_damping(&body, 0, stiffness, FLESH_STIFFNESS_REST, &effect)
-               : kind == CURRENT  ? flesh_effect_damping(&body, 0, stiffness, FLESH_STIFFNESS_CURRENT, &effect)
-               : kind == VISCOUS || kind == FROZEN ? flesh_effect_viscosity(&body, shear, bulk, &effect)
-                                  : flesh_effect_inertia(&body, &effect);
-  if (status) return status;
-  CHECK_OK(flesh_system_add_effect(*system, &effect));
-  CHECK_OK(flesh_system_finalize(*system));
-  return FLESH_OK;
-}
-
-/* Makes a point; the vectors that a kind must not read are others. */
-static flesh_point point_of(const problem *p, kind kind)
-{
-  const int viscous = kind == VISCOUS || kind == FROZEN;
-  flesh_point point = flesh_point_at(0, kind == ELASTIC || viscous ? p->x : p->v,
-                                     kind == ELASTIC || kind >= CONSISTENT ? p->x : p->v,
-                                     kind >= CONSISTENT ? p->v : p->x);
-  point.lagged = (flesh_lagged){0, kind == CURRENT ? p->x : p->v, p->x};
-  if (kind == FROZEN) point.frozen = (flesh_frozen){p->x_frozen, p->v_frozen};
-  return point;
-}
-
-static flesh_shift shift_of(kind kind, int project)
-{
-  if (kind == VISCOUS || kind == FROZEN)
-    return (flesh_shift){.x = viscous_shift.x, .v = viscous_shift.v, .filter = project};
-  return (flesh_shift){.x = kind == ELASTIC, .v = kind > ELASTIC && kind < CONSISTENT, .a = kind >= CONSISTENT,
-                       .filter = project};
-}
-
-static double largest_of(const double *a, size_t n)
-{
-  double largest = 0;
-  for (size_t k = 0; k < n; k++) largest = fmax(largest, fabs(a[k]));
-  return largest;
-}
-
-/* The larger one, and what is no number once it is there. */
-static double worse(double a, double b) { return a <= b || isnan(b) ? b : a; }
-
-/* The largest difference from the reference, over the largest entry. */
-static double residual_error(const problem *p, const double *r)
-{
-  double worst = 0;
-  for (int d = 0; d < p->n; d++) worst = worse(worst, fabs(r[d] - p->r[d]));
-  return worst / largest_of(p->r, (size_t)p->n);
-}
-
-static double matrix_error(const problem *p, const flesh_block_matrix *A)
-{
-  double worst = 0;
-  size_t n = (size_t)p->n, found = 0, expected = 0;
-  for (int i = 0; i < A->rows; i++)
-    for (int k = A->row_start[i]; k < A->row_end[i]; k++, found += 9)
-      for (int c = 0; c < 9; c++) {
-        size_t row = (size_t)(3 * i + c / 3), column = (size_t)(3 * A->column[k] + c % 3);
-        worst = worse(worst, fabs(A->values[9 * (size_t)k + c] - p->K[row * n + column]));
-      }
-  for (size_t q = 0; q < n * n; q++) expected += q / n / 3 <= q % n / 3 && p->K[q] != 0;
-  CHECK(expected <= found); /* nothing of the reference lies outside the pattern */
-  return worst / largest_of(p->K, n * n);
-}
-
-/* Residual and potential have the same bits by one pass. */
-static void check_both(const flesh_system *system, const flesh_point *point, const flesh_shift *shift, const double *r,
-                       double V)
-{
-  size_t bytes = (size_t)flesh_system_unknowns(system) * sizeof *r;
-  double *both = malloc(bytes), phi, magnitude;
-  CHECK_OK(flesh_system_evaluate(system, point, shift, both, &phi, &magnitude));
-  CHECK(phi == V && magnitude >= fabs(V) * (1 - 1e-14));
-  CHECK(!memcmp(both, r, bytes));
-  free(both);
-}
 
 static void compare(problem *p, kind kind, flesh_instructions instructions, const char *what)
 {
-  flesh_system *system;
-  flesh_block_matrix *A;
-  CHECK_OK(make_system(p, kind, instructions, &system));
-  CHECK_OK(flesh_system_matrix_create(system, &A));
-  const flesh_point point = point_of(p, kind);
-  double *r = malloc((size_t)p->n * sizeof *r), V, size, worst = 0;
-  for (int project = FLESH_FILTER_NONE; project <= FLESH_FILTER_ABSOLUTE; project++) {
-    const flesh_shift shift = shift_of(kind, project);
-    reference(p, kind, project);
-    CHECK_OK(flesh_system_jacobian(system, &point, &shift, A));
-    worst = worse(worst, matrix_error(p, A));
-  }
-  const flesh_shift shift = shift_of(kind, 0);
-  CHECK_OK(flesh_system_residual(system, &point, r));
-  CHECK_OK(flesh_system_potential(system, &point, &shift, &V, &size));
-  check_both(system, &point, &shift, r, V);
-  const double scaled = V * (shift.v != 0 ? shift.v : 1) / p->energy;
+  const comparison found = measure(p, kind, instructions);
   printf("# %s %s %s %s: matrices %.1g, residual %.1g, energy %.1g\n", kind_names[kind],
-         flesh_instructions_name(instructions), flesh_element_name(p->element), what, worst, residual_error(p, r),
-         fabs(scaled - 1));
-  CHECK_BELOW(worst, 1e-12);
+         flesh_instructions_name(instructions), flesh_element_name(p->element), what, found.matrix, found.residual,
+         fabs(found.energy - 1));
+  CHECK_BELOW(found.matrix, 1e-12);
   /* Fung's exponential magnifies the rounding of I_C. */
-  CHECK_BELOW(residual_error(p, r), 1e-12);
-  CHECK_NEAR(scaled, 1, 1e-11);
-  free(r);
-  flesh_block_matrix_destroy(&A);
-  flesh_system_destroy(&system);
-}
-
-static int available(int instructions)
-{
-  flesh_instructions usable;
-  return flesh_instructions_find((flesh_instructions)instructions, &usable) == FLESH_OK;
+  CHECK_BELOW(found.residual, 1e-12);
+  CHECK_NEAR(found.energy, 1, 1e-11);
 }
 
 /* Compares the first `kinds` kinds, on every instruction set. */

@@ -6,30 +6,9 @@
 #include <gsl/gsl_eigen.h>
 #include <stdlib.h>
 
-#include "body.h"
-#include "test.h"
+#include "kernel_problem.h"
 #include "test_matrix.h"
-#include "viscous_reference.h"
 #include "material/form.h"
-
-/* Kinds of effects: of x, of v (the mass of a, which is the same here) with the shape as at x_lag, or of both. */
-typedef enum kind { ELASTIC, REST, CURRENT, VISCOUS, FROZEN, CONSISTENT, LUMPED, KINDS } kind;
-static const char *const kind_names[] = {"elasticity", "damping by rest", "damping by current", "viscosity",
-                                         "viscosity, frozen", "consistent mass", "lumped mass"};
-static const double stiffness = 0.7;
-
-
-typedef struct problem {
-  flesh_mesh *mesh;
-  flesh_element element;
-  flesh_material materials[2];
-  int *tet_material;
-  double *density;
-  double *x, *v, *r, *K; /* K dense [3n][3n] */
-  double *x_frozen, *v_frozen;
-  double energy;
-  int n; /* unknowns */
-} problem;
 
 /* A user's own psi with the volume term 3/2 (J-1)^2. */
 static int own_psi(double I_C, double J, const flesh_material *m, flesh_psi *psi)
@@ -90,19 +69,9 @@ static void problem_of(int energy, flesh_element element, flesh_mesh *linear, do
   CHECK_OK(flesh_mesh_raise_order(linear, &mesh));
   flesh_mesh_destroy(&linear);
   *p = (problem){.mesh = shuffled(mesh, bend), .element = element};
-  int tets = flesh_mesh_tet_count(p->mesh);
-  p->n = 3 * flesh_mesh_node_count(p->mesh);
   p->materials[0] = material_number(energy, 10);
   p->materials[1] = material_number(energy == FLESH_ENERGY_USER ? FLESH_ENERGY_S : energy, 20);
-  p->tet_material = malloc((size_t)tets * sizeof *p->tet_material);
-  for (int k = 0; k < tets; k++) p->tet_material[k] = k % 7 == 3 || k > tets - 4;
-  p->density = malloc((size_t)tets * sizeof *p->density);
-  for (int k = 0; k < tets; k++) p->density[k] = 1 + k % 5;
-  p->x = malloc((size_t)p->n * sizeof *p->x);
-  p->v = malloc((size_t)p->n * sizeof *p->v);
-  p->x_frozen = malloc((size_t)p->n * sizeof *p->x_frozen);
-  p->v_frozen = malloc((size_t)p->n * sizeof *p->v_frozen);
-  p->r = malloc((size_t)p->n * sizeof *p->r);
+  problem_make(p);
 }
 
 static void problem_open(int energy, flesh_element element, const int cells[3], double bend, problem *p)
@@ -111,19 +80,6 @@ static void problem_open(int energy, flesh_element element, const int cells[3], 
   CHECK_OK(flesh_mesh_box(cells, (double[]){cells[0], cells[1], cells[2]}, (double[]){1, -2, 0.5}, &mesh));
   problem_of(energy, element, mesh, bend, p);
   p->K = malloc((size_t)p->n * (size_t)p->n * sizeof *p->K);
-}
-
-static void problem_close(problem *p)
-{
-  flesh_mesh_destroy(&p->mesh);
-  free(p->tet_material);
-  free(p->density);
-  free(p->x);
-  free(p->v);
-  free(p->x_frozen);
-  free(p->v_frozen);
-  free(p->r);
-  free(p->K);
 }
 
 /* Mild enough for J > 0; with tets inverted and drawn to a point; inverted alone; all reflected; all flat. */
@@ -303,13 +259,7 @@ static void law(kind kind, const flesh_material *m, const double F[9], const dou
     return;
   }
   projected_hessian(m, F, FLESH_FILTER_CLAMP, H);
-  *value = 0;
-  for (int q = 0; q < 81; q++) H[q] *= stiffness;
-  for (int e = 0; e < 9; e++) {
-    P[e] = 0;
-    for (int q = 0; q < 9; q++) P[e] += H[9 * e + q] * rate[q];
-    *value += rate[e] * P[e] / 2;
-  }
+  law_of_rates(rate, value, P, H);
 }
 
 static void add_to_K(problem *p, int a, int b, int i, int j, double value)
@@ -390,7 +340,7 @@ static void add_tet(problem *p, kind kind, const int node[10], const flesh_mater
 }
 
 /* Energy, residual and dense matrix tet by tet from the material's functions. */
-static void reference(problem *p, kind kind, int project)
+static void reference(problem *p, kind kind, flesh_eigenvalue_filter project)
 {
   const size_t n = (size_t)p->n;
   p->energy = 0;
