@@ -140,8 +140,21 @@ static void the_rest_stays(void)
   flesh_mesh_destroy(&same);
 }
 
+/* A flat tet has the worst of shapes, and would be another body with any of its corners elsewhere. */
+static void corners_stay(void)
+{
+  const double x[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0.3, 0.3, 0.05};
+  flesh_mesh *flat, *same;
+  CHECK_OK(flesh_mesh_build(&(flesh_mesh_lists){.nodes = 4, .tets = 1, .positions = x, .tet_nodes = (int[]){0, 1, 2, 3}},
+                            NULL, &flat));
+  CHECK_OK(flesh_mesh_smooth(flat, 0.9, &same));
+  CHECK(!memcmp(same->positions, x, sizeof x));
+  flesh_mesh_destroy(&flat);
+  flesh_mesh_destroy(&same);
+}
+
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(shapes_are_better_in_the_same_body), TEST(regions_and_sets_stay_what_they_are),
-                   TEST(the_rest_stays));
+                   TEST(the_rest_stays), TEST(corners_stay));
 }
