@@ -27,7 +27,7 @@ static flesh_integrator *controlled(const test_body *b, flesh_method method, fle
   flesh_adaptive_options_default(&adaptive);
   adaptive.control = 1;
   adaptive.tolerance = tolerance;
-  adaptive.max_steps = 1000;
+  adaptive.max_steps = 20000;
   CHECK_OK(flesh_integrator_set_adaptive(integrator, &adaptive));
   return integrator;
 }
