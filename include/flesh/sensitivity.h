@@ -125,17 +125,17 @@ typedef struct flesh_motion_quantity {
 } flesh_motion_quantity;
 
 /* The discrete adjoint of all recorded steps: gradient [count] = dQ/dp, and by_start [6*n] (NULL: not wanted) the
- * derivatives by x and v of the first state, 0 for dofs that a method of order 2 constrains there. One linear solve for
- * each solve of a stage; as exact as the steps were solved. A parameter may move prescribed dofs in steps of backward
- * Euler only. While steps are taken again, the integrator's memory of the run's end is saved (flesh_integrator_save);
- * afterwards it is there again.
+ * derivatives by x and v of the first state; dofs that a method of order 2 constrains jump from there. One linear solve
+ * for each solve of a stage; as exact as the steps were solved. A parameter that moves the times at which a prescribed
+ * motion turns has derivatives by backward Euler only. While steps are taken again, the integrator's memory of the run's
+ * end is saved (flesh_integrator_save); afterwards it is there again.
  * FLESH_ERR_ARGUMENT also where the integrator is gone but parts are not kept; FLESH_ERR_MEMORY, FLESH_ERR_SOLVE. */
 FLESH_API int flesh_trajectory_gradient(flesh_trajectory *trajectory, const flesh_motion_quantity *quantity, int count,
                                         const flesh_parameter *parameters, double *gradient, double *by_start);
 
-/* The tangent of all recorded steps: dx and dv [3*n], the derivatives of the last state by the parameter, with those of
- * constrained dofs that a method of order 2 moves left 0. One linear solve for each solve of a stage: for few
- * parameters and many quantities. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY, FLESH_ERR_SOLVE. */
+/* The tangent of all recorded steps: dx and dv [3*n], the derivatives of the last state by the parameter. One linear
+ * solve for each solve of a stage: for few parameters and many quantities. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY,
+ * FLESH_ERR_SOLVE. */
 FLESH_API int flesh_trajectory_tangent(flesh_trajectory *trajectory, const flesh_parameter *parameter, double *dx,
                                        double *dv);
 

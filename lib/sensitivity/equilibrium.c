@@ -14,7 +14,7 @@ struct flesh_sensitivity {
   int n, is_set;
   flesh_state state; /* a copy, as are the next two */
   double *x_lag, *v_lag;
-  double *room;      /* [4*n] */
+  double *room;      /* [6*n] */
 };
 
 int flesh_sensitivity_create(const flesh_system *system, const flesh_solver_options *options, double tolerance,
@@ -31,7 +31,7 @@ int flesh_sensitivity_create(const flesh_system *system, const flesh_solver_opti
   const int multipliers = flesh_system_multiplier_count(system), internal = flesh_system_internal_count(system);
   self->n = (int)n;
   int status = flesh_stage_tangent_create(system, options, tolerance, &self->tangent);
-  if (!status) self->state.x = calloc(8 * n + (size_t)multipliers + (size_t)internal + 1, sizeof *self->state.x);
+  if (!status) self->state.x = calloc(10 * n + (size_t)multipliers + (size_t)internal + 1, sizeof *self->state.x);
   if (!status && !self->state.x) status = flesh_fail(FLESH_ERR_MEMORY, "no memory for sensitivities of %zu unknowns", n);
   if (status) {
     flesh_sensitivity_destroy(&self);
@@ -41,9 +41,9 @@ int flesh_sensitivity_create(const flesh_system *system, const flesh_solver_opti
   self->x_lag = self->state.v + n;
   self->v_lag = self->x_lag + n;
   self->room = self->v_lag + n;
-  self->state.multipliers = multipliers ? self->room + 4 * n : NULL;
+  self->state.multipliers = multipliers ? self->room + 6 * n : NULL;
   self->state.multiplier_count = multipliers;
-  self->state.internal = internal ? self->room + 4 * n + multipliers : NULL;
+  self->state.internal = internal ? self->room + 6 * n + multipliers : NULL;
   self->state.internal_count = internal;
   *sensitivity = self;
   return FLESH_OK;
@@ -147,9 +147,10 @@ static int respond(flesh_sensitivity *self, const double *force, const double *b
 int flesh_sensitivity_tangent(flesh_sensitivity *self, const flesh_parameter *parameter, double *dx)
 {
   FLESH_NEED({self, "sensitivity"}, {parameter, "parameter"}, {dx, "dx"});
-  double *force = self->room, *moves = self->room + self->n;
+  const size_t n = (size_t)self->n;
+  double *force = self->room, *moves = force + n, *const all[3] = {moves, force + 4 * n, force + 5 * n};
   int status = check_set(self);
-  if (!status) status = flesh_stage_tangent_force(&self->tangent, parameter, NULL, force, moves);
+  if (!status) status = flesh_stage_tangent_force(&self->tangent, parameter, NULL, force, all);
   if (!status) status = respond(self, force, moves, dx);
   for (int d = 0; d < self->n && !status; d++) dx[d] += moves[d]; /* 0 on free dofs */
   return status;
@@ -192,10 +193,10 @@ int flesh_sensitivity_gradient(flesh_sensitivity *self, const flesh_quantity *qu
 {
   FLESH_NEED({self, "sensitivity"}, {quantity, "quantity"}, {parameters, "parameters"}, {gradient, "gradient"});
   const size_t n = (size_t)self->n;
-  double *force = self->room + n, *moves = self->room + 2 * n, *lambda = self->room + 3 * n;
+  double *force = self->room + n, *moves = force + n, *lambda = moves + n, *const all[3] = {moves, lambda + n, lambda + 2 * n};
   int status = flesh_sensitivity_adjoint(self, quantity, lambda);
   for (int k = 0; k < count && !status; k++) {
-    status = flesh_stage_tangent_force(&self->tangent, &parameters[k], NULL, force, moves);
+    status = flesh_stage_tangent_force(&self->tangent, &parameters[k], NULL, force, all);
     gradient[k] = 0;
     for (size_t d = 0; d < n && !status; d++) {
       gradient[k] -= lambda[d] * force[d] + self->tangent.pressed[d] * moves[d];

@@ -22,19 +22,40 @@ static void give_bases(flesh_motion_pass *p, const flesh_recorded_part *part, in
   }
 }
 
-/* The derivative of the residual along lambda by what is read goes to the state that was read. `before`: the stage of the
- * solve that has ended where this one lags; -1: it lags a state that was known before the part. */
-static void give_readings(flesh_motion_pass *p, const flesh_recorded_part *part, int at, int before)
+/* Bars of x and v (unless NULL) of constrained dofs, which follow their own motion, at t: the parameters move these. */
+static int give_constrained(flesh_motion_pass *p, double t, const double *x, const double *v)
+{
+  const flesh_prescribed *prescribed = &p->self->prescribed;
+  const double *const bars[2] = {x, v};
+  int moved, status = FLESH_OK;
+  for (int k = 0; k < p->count && !status; k++) {
+    status = flesh_pass_moves(p, k, t, &moved);
+    for (int i = 0; i < 2 && !status && moved; i++)
+      for (int d = 0; d < prescribed->n && bars[i]; d++)
+        if (prescribed->fixed[d]) p->gradient[k] += bars[i][d] * p->moves[i][d];
+  }
+  return status;
+}
+
+/* The derivative of the residual along lambda by what is read goes to the state that was read: by a lagged one that of the
+ * solve before, or, of the first, one that was known before the part. */
+static int give_readings(flesh_motion_pass *p, const flesh_recorded_part *part, int solve)
 {
   flesh_trajectory *self = p->self;
-  const int n = self->n, lags_stage = part->known[FLESH_KNOWN_LAGGED_X] != NULL;
-  double *zero = p->moves;
+  const int n = self->n, lags_stage = part->known[FLESH_KNOWN_LAGGED_X] != NULL, at = part->solves[solve].at;
+  const int before = solve > 0 ? part->solves[solve - 1].at : -1;
+  int status = FLESH_OK;
+  double *zero = p->force;
   memset(zero, 0, (size_t)n * sizeof *zero);
-  for (int k = 0; k < FLESH_READINGS; k++) {
+  for (int k = 0; k < FLESH_READINGS && !status; k++) {
     if ((p->follows >> k & 1) || k >= FLESH_OWN_V || !flesh_couplings_any(&self->tangent.couplings, (flesh_reading)k)) continue;
     memset(p->lag, 0, (size_t)n * sizeof *p->lag);
     flesh_couplings_add(&self->tangent.couplings, (flesh_reading)k, 1, -1, p->lambda, p->lag);
     const int of_v = flesh_reading_is_of_v((flesh_reading)k), lagged = k == FLESH_LAGGED_X || k == FLESH_LAGGED_V;
+    if (lagged && before >= 0 && self->tangent.prescribed) {
+      status = give_constrained(p, part->solves[solve - 1].stage.t, of_v ? NULL : p->lag, of_v ? p->lag : NULL);
+      flesh_pass_forget_constrained(p, p->lag);
+    }
     if (lagged && before < 0)
       flesh_add_scaled(n, 1, p->lag, p->known[(lags_stage ? FLESH_KNOWN_LAGGED_X : FLESH_KNOWN_X) + of_v]);
     else give_bases(p, part, lagged ? before : at, of_v ? zero : p->lag, of_v ? p->lag : zero, NULL);
@@ -42,6 +63,7 @@ static void give_readings(flesh_motion_pass *p, const flesh_recorded_part *part,
     const flesh_shift *shift = &p->map.shift[before];
     flesh_add_scaled(n, of_v ? shift->v : shift->x, p->lag, p->stages[before]);
   }
+  return status;
 }
 
 /* c = C^T lambda with what of v is followed, m = M lambda. */
@@ -55,19 +77,14 @@ static int multiply(flesh_motion_pass *p)
   return status;
 }
 
-/* Adds what each parameter changes in the residual, and in constrained dofs by the bars of u. */
+/* Adds what each parameter changes in the residual, and in constrained dofs by the bars of u (NULL: 0). */
 static int add_parameters(flesh_motion_pass *p, const double *bar)
 {
-  flesh_trajectory *self = p->self;
   int status = FLESH_OK;
   for (int k = 0; k < p->count && !status; k++) {
     status = flesh_pass_force(p, k);
-    for (int d = 0; d < self->n && !status && !bar; d++)
-      if (p->moves[d] != 0)
-        status = flesh_fail(FLESH_ERR_ARGUMENT, "a parameter that moves prescribed dofs has sensitivities by backward-euler "
-                                                "only");
-    for (int d = 0; d < self->n && !status; d++)
-      p->gradient[k] += (bar ? bar[d] * p->moves[d] : 0) - p->lambda[d] * p->force[d];
+    for (int d = 0; d < p->self->n && !status; d++)
+      p->gradient[k] += (bar ? bar[d] * p->moves[0][d] : 0) - p->lambda[d] * p->force[d];
   }
   return status;
 }
@@ -76,25 +93,27 @@ static int add_parameters(flesh_motion_pass *p, const double *bar)
 static int solve_back(flesh_motion_pass *p, const flesh_recorded_part *part, int solve)
 {
   flesh_trajectory *self = p->self;
-  const int at = part->solves[solve].at, before = solve > 0 ? part->solves[solve - 1].at : -1;
+  const int at = part->solves[solve].at;
   const flesh_shift *shift = &p->stage.shift;
-  double *bar = p->stages[at], *kx = p->lag;
+  double *bar = p->stages[at], *kx = p->lag, *const bases[3] = {kx, p->c, p->m};
   const double *pressed = self->tangent.pressed;
   int status = flesh_pass_linearise(p, part, solve);
   if (!status) status = flesh_stage_tangent_solve(&self->tangent, 1, bar, NULL, p->lambda);
   if (!status) status = multiply(p);
   for (int d = 0; d < self->n; d++) bar[d] -= pressed[d];
-  if (!status) status = add_parameters(p, part->taken.second ? NULL : bar);
+  const int within = shift->x != 1; /* constraints hold at the end of the part, where only they have bars of its dofs */
+  if (!status) status = add_parameters(p, within ? NULL : bar);
+  if (!status && within && self->tangent.multipliers) status = give_constrained(p, part->taken.end, bar, NULL);
   if (status) return status;
   for (int d = 0; d < self->n; d++) {
     kx[d] = (shift->v * p->c[d] + shift->a * p->m[d] - bar[d]) / shift->x - pressed[d];
     p->c[d] = -p->c[d];
     p->m[d] = -p->m[d];
   }
+  for (int k = 0; k < 3 && self->tangent.prescribed; k++) flesh_pass_forget_constrained(p, bases[k]);
   give_bases(p, part, at, kx, p->c, p->m);
   memset(bar, 0, (size_t)self->n * sizeof *bar);
-  give_readings(p, part, at, before);
-  return FLESH_OK;
+  return give_readings(p, part, solve);
 }
 
 /* The acceleration with which the method has begun, backward. */
@@ -103,10 +122,13 @@ static int start_back(flesh_motion_pass *p, const flesh_recorded_part *part)
   flesh_trajectory *self = p->self;
   double *bar = p->known[FLESH_KNOWN_VECTORS];
   int status = flesh_pass_linearise_start(p, part);
+  flesh_pass_forget_constrained(p, bar);
   if (!status) status = flesh_stage_tangent_solve(&self->tangent, 1, bar, NULL, p->lambda);
   if (!status) status = flesh_stage_tangent_stiffness_times(&self->tangent, 1, p->lambda, p->lag);
   if (!status) status = flesh_stage_tangent_damping_times(&self->tangent, 1, p->lambda, p->c);
   if (status) return status;
+  flesh_pass_forget_constrained(p, p->lag);
+  flesh_pass_forget_constrained(p, p->c);
   flesh_add_scaled(self->n, -1, p->lag, p->known[FLESH_KNOWN_X]);
   flesh_add_scaled(self->n, -1, p->c, p->known[FLESH_KNOWN_V]);
   for (int k = 0; k < FLESH_OWN_V; k++)
@@ -116,11 +138,57 @@ static int start_back(flesh_motion_pass *p, const flesh_recorded_part *part)
   return add_parameters(p, NULL);
 }
 
+/* The end of a part, at which constrained dofs are where their motion has them. A start leaves them there. */
+static int end_back(flesh_motion_pass *p, const flesh_recorded_part *part)
+{
+  const flesh_recorded_solve *last = part->count ? &part->solves[part->count - 1] : NULL;
+  const int within = last && p->map.shift[last->at].x != 1;
+  double *x = p->known[FLESH_KNOWN_X], *v = p->known[FLESH_KNOWN_V], *x_lag = p->known[FLESH_KNOWN_LAGGED_X],
+         *v_lag = p->known[FLESH_KNOWN_LAGGED_V];
+  flesh_pass_prescribe(p, part, 0);
+  int status = within ? give_constrained(p, last->stage.t, x_lag, v_lag) : FLESH_OK;
+  for (int d = 0; d < p->self->n && !within; d++)
+    if (p->self->prescribed.fixed[d]) x[d] += x_lag[d], v[d] += v_lag[d];
+  if (!status && !part->taken.starts) status = give_constrained(p, part->taken.end, x, v);
+  for (int k = 0; k < FLESH_KNOWN; k++)
+    if (!(part->taken.starts && k < FLESH_KNOWN_VECTORS)) flesh_pass_forget_constrained(p, p->known[k]);
+  return status;
+}
+
+/* The jump of constrained dofs before the part, which free ones followed, backward; of the bars of positions or velocities. */
+static int jump_back(flesh_motion_pass *p, const flesh_recorded_part *part, int of_v)
+{
+  flesh_trajectory *self = p->self;
+  double *bar = p->known[of_v ? FLESH_KNOWN_V : FLESH_KNOWN_X], *free = p->c, *before = p->m;
+  memcpy(free, bar, (size_t)self->n * sizeof *free);
+  int status = flesh_newton_solve_tangent(self->tangent.newton, free, self->tangent.tolerance, p->lambda);
+  if (!status) status = flesh_stage_tangent_mass_times(&self->tangent, p->lambda, before);
+  for (int d = 0; d < self->n; d++)
+    if (self->prescribed.fixed[d]) bar[d] -= before[d];
+  if (!status) status = give_constrained(p, part->taken.begin, of_v ? NULL : bar, of_v ? bar : NULL);
+  for (int d = 0; d < self->n; d++)
+    if (self->prescribed.fixed[d]) bar[d] = before[d];
+  return status;
+}
+
+/* How the method has begun, backward: the acceleration, and jumps of constrained dofs. */
+static int begin_back(flesh_motion_pass *p, const flesh_recorded_part *part)
+{
+  const int jumps = flesh_pass_jumps(p, part), accelerates = flesh_pass_begins_by_acceleration(p, part);
+  int status = FLESH_OK, some = 0;
+  if (accelerates) status = start_back(p, part);
+  for (int d = 0; d < p->self->n && jumps; d++) some |= p->self->prescribed.fixed[d];
+  if (!status && some && !accelerates) status = flesh_pass_linearise_start(p, part);
+  for (int k = 0; k < 2 && !status && some; k++) status = jump_back(p, part, k);
+  return status;
+}
+
 static int part_back(flesh_motion_pass *p, const flesh_recorded_part *part)
 {
   const int n = p->self->n;
   flesh_trajectory_map(part, &p->map);
-  flesh_pass_forget_constrained(p, part, p->known);
+  int status = part->taken.second ? end_back(p, part) : FLESH_OK;
+  if (status) return status;
   for (int k = 0; k < FLESH_KNOWN; k++) {
     double *known = p->known[k];
     p->known[k] = p->next[k];
@@ -131,12 +199,10 @@ static int part_back(flesh_motion_pass *p, const flesh_recorded_part *part)
   for (int j = 0; j < FLESH_KNOWN; j++)
     for (int k = 0; k < FLESH_KNOWN + p->map.stages; k++)
       flesh_add_scaled(n, p->map.end[j][k], p->next[j], k < FLESH_KNOWN ? p->known[k] : p->stages[k - FLESH_KNOWN]);
-  int status = FLESH_OK;
   for (int s = part->count - 1; s >= 0 && !status; s--) status = solve_back(p, part, s);
-  flesh_pass_forget_constrained(p, part, p->known);
-  if (!status && flesh_pass_begins_by_acceleration(p, part)) status = start_back(p, part);
-  if (part->taken.anew) flesh_pass_forget_constrained(p, part, p->known);
-  return status;
+  for (int k = FLESH_KNOWN_VECTORS; k < FLESH_KNOWN_LAGGED_X && part->taken.second; k++)
+    flesh_pass_forget_constrained(p, p->known[k]);
+  return status ? status : begin_back(p, part);
 }
 
 /* When call k of the steps has begun, or the last one ended. */

@@ -67,46 +67,62 @@ int flesh_parameter_compare(const flesh_parameter *parameter, const flesh_system
   return some;
 }
 
-/* u [n] becomes that of the constrained dofs where the other system has them; *moved: whether any is elsewhere. */
-static int find_places(const flesh_stage_tangent *self, const flesh_system *other, double *u, int *moved)
+static int fail_kinds(double t)
 {
-  const flesh_stage *s = &self->stage;
-  const flesh_constrained *constrained = &self->newton->equations.constrained;
-  uint8_t *fixed = (uint8_t *)u; /* room, for now */
-  flesh_system_fixed(other, s->t, fixed);
-  if (memcmp(fixed, constrained->is, (size_t)self->n) != 0)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "at t = %g s the parameter changes which dofs are constrained, so that nothing has a "
-                                          "derivative by it", s->t);
-  memset(u, 0, (size_t)self->n * sizeof *u);
-  for (int k = 0; k < constrained->count; k++) u[constrained->dofs[k]] = s->x0[constrained->dofs[k]];
-  flesh_system_prescribe(other, s->t, u);
-  for (int k = 0; k < constrained->count; k++) {
-    const int d = constrained->dofs[k];
-    u[d] = s->prescribed_fraction * (u[d] - s->x0[d]) / s->shift.x;
-    *moved |= u[d] != constrained->u[d];
-  }
+  return flesh_fail(FLESH_ERR_ARGUMENT, "at t = %g s the parameter changes which dofs are constrained, so that nothing has a "
+                                        "derivative by it", t);
+}
+
+/* Constrained dofs at t, by the other system's motion over the span of `own`: into those of x, v and a, `to` [3][n]. *moved
+ * becomes 1 where they are elsewhere than in the own system. */
+static int find_prescribed(flesh_stage_tangent *self, const flesh_system *other, const flesh_prescribed *own, double t,
+                           double *const to[3], int *moved)
+{
+  flesh_prescribed *its = &self->others;
+  const size_t bytes = (size_t)self->n * sizeof(double);
+  double *now = self->room + 5 * (size_t)self->n;
+  int differs = 0;
+  its->system = other;
+  flesh_prescribed_set(its, own->begin, own->end, own->x[0]);
+  if (memcmp(its->fixed, own->fixed, (size_t)self->n) != 0) return fail_kinds(t);
+  flesh_prescribed_at(its, t, to[0], to[1], to[2]);
+  memcpy(now, own->x[0], bytes);
+  flesh_system_prescribe(own->system, t, now);
+  for (int k = 0; k < FLESH_PRESCRIBED_POINTS; k++) differs |= memcmp(its->x[k], own->x[k], bytes) != 0;
+  differs |= memcmp(its->now, now, bytes) != 0;
+  if (differs && flesh_system_next_event(other, own->begin) != flesh_system_next_event(own->system, own->begin))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the parameter changes the time at which a prescribed motion turns, which has "
+                                          "sensitivities by backward-euler only");
+  *moved |= differs;
   return FLESH_OK;
 }
 
-/* The point's x, v and a go there. `of` [3][n]: room for them. */
-static void place(const flesh_stage_tangent *self, const double *u, double *const of[3], flesh_point *point)
+/* The point's x, v and a where the other system has constrained dofs, into `to` [3][n]. */
+static int find_places(flesh_stage_tangent *self, const flesh_system *other, double *const to[3], int *moved)
 {
   const flesh_stage *s = &self->stage;
   const flesh_constrained *constrained = &self->newton->equations.constrained;
-  double *x = of[0], *v = of[1], *a = of[2];
-  memcpy(x, self->x, (size_t)self->n * sizeof *x);
-  memcpy(v, self->v, (size_t)self->n * sizeof *v);
-  memcpy(a, self->a, (size_t)self->n * sizeof *a);
+  const size_t bytes = (size_t)self->n * sizeof(double);
+  double *u = self->room + 4 * (size_t)self->n;
+  memcpy(to[0], self->x, bytes);
+  memcpy(to[1], self->v, bytes);
+  memcpy(to[2], self->a, bytes);
+  if (self->prescribed) return find_prescribed(self, other, self->prescribed, s->t, to, moved);
+  uint8_t *fixed = (uint8_t *)u; /* room, for now */
+  flesh_system_fixed(other, s->t, fixed);
+  if (memcmp(fixed, constrained->is, (size_t)self->n) != 0) return fail_kinds(s->t);
+  memcpy(u, s->x0, bytes);
+  flesh_system_prescribe(other, s->t, u);
   for (int k = 0; k < constrained->count; k++) {
     const int d = constrained->dofs[k];
-    if (u[d] == constrained->u[d]) continue;
-    x[d] = s->x0[d] + s->shift.x * u[d];
-    v[d] = (s->v0 ? s->v0[d] : 0) + s->shift.v * u[d];
-    a[d] = (s->a0 ? s->a0[d] : 0) + s->shift.a * u[d];
+    const double own = s->prescribed_fraction * (u[d] - s->x0[d]) / s->shift.x;
+    if (own == constrained->u[d]) continue;
+    *moved = 1;
+    to[0][d] = s->x0[d] + s->shift.x * own;
+    to[1][d] = (s->v0 ? s->v0[d] : 0) + s->shift.v * own;
+    to[2][d] = (s->a0 ? s->a0[d] : 0) + s->shift.a * own;
   }
-  point->x = x;
-  point->v = v;
-  point->a = a;
+  return FLESH_OK;
 }
 
 /* r [n]: the residual of the other system's effects but for the same ones; `room` [n]. */
@@ -139,33 +155,55 @@ static int check_gaps(flesh_stage_tangent *self, const flesh_system *other)
 }
 
 int flesh_stage_tangent_force(flesh_stage_tangent *self, const flesh_parameter *parameter, const unsigned char *same,
-                              double *force, double *moves)
+                              double *force, double *const moves[3])
 {
   const size_t n = (size_t)self->n;
-  double weights[SYSTEMS], *u = self->room, *r = u + n, *const of[3] = {r + n, r + 2 * n, r + 3 * n};
+  double weights[SYSTEMS], *room = self->room, *const to[3] = {room, room + n, room + 2 * n}, *r = room + 3 * n;
+  const double *const own[3] = {self->x, self->v, self->a};
   int status = flesh_parameter_check(parameter, self->system), moved = 0;
   weigh(parameter, weights);
   memset(force, 0, n * sizeof *force);
-  if (moves) memset(moves, 0, n * sizeof *moves);
+  for (int i = 0; i < 3 && moves; i++) memset(moves[i], 0, n * sizeof *force);
   for (int k = 0; k < SYSTEMS && !status; k++)
-    if (parameter->systems[k]) status = find_places(self, parameter->systems[k], u, &moved);
+    if (parameter->systems[k]) status = find_places(self, parameter->systems[k], to, &moved);
   for (int k = 0; k < SYSTEMS && !status; k++) {
     const flesh_system *other = parameter->systems[k];
     if (!other) continue;
     flesh_point point = self->point;
     point.environment = NULL; /* that is of the run's own system */
     status = check_gaps(self, other);
-    if (!status && moved) status = find_places(self, other, u, &moved);
-    if (!status && moved) place(self, u, of, &point);
+    if (!status && moved) status = find_places(self, other, to, &moved);
+    if (!status && moved) point.x = to[0], point.v = to[1], point.a = to[2];
     if (self->follows >> FLESH_LAGGED_X & 1) point.lagged.x = point.x;
     if (self->follows >> FLESH_LAGGED_V & 1) point.lagged.v = point.v;
     if (self->follows >> FLESH_FROZEN_X & 1) point.frozen = (flesh_frozen){point.x, point.v};
-    if (!status) status = sum_others(other, moved ? NULL : same, &point, of[0], r);
+    if (!status) status = sum_others(other, moved ? NULL : same, &point, room + 4 * n, r);
     if (status > 0)
       return flesh_fail(FLESH_ERR_SOLVE, "at t = %g s the residual has no value where the parameter is %+g from its own; take a "
                                          "smaller difference", self->stage.t, parameter->difference * (k < 2 ? k - 2 : k - 1));
     for (size_t d = 0; d < n && !status; d++) force[d] += weights[k] * r[d];
-    for (size_t d = 0; d < n && !status && moved && moves; d++) moves[d] += weights[k] * u[d];
+    for (size_t d = 0; d < 3 * n && !status && moved && moves; d++)
+      moves[d / n][d % n] += weights[k] * (to[d / n][d % n] - own[d / n][d % n]);
   }
+  return status;
+}
+
+int flesh_stage_tangent_moves(flesh_stage_tangent *self, const flesh_parameter *parameter, const flesh_prescribed *own,
+                              double t, double *const moves[3], int *moved)
+{
+  const size_t n = (size_t)self->n;
+  double weights[SYSTEMS], *room = self->room, *const to[3] = {room, room + n, room + 2 * n};
+  int status = flesh_parameter_check(parameter, self->system);
+  weigh(parameter, weights);
+  *moved = 0;
+  memset(room, 0, 3 * n * sizeof *room);
+  for (int i = 0; i < 3; i++) memset(moves[i], 0, n * sizeof *room);
+  for (int k = 0; k < SYSTEMS && !status; k++) {
+    if (!parameter->systems[k]) continue;
+    status = find_prescribed(self, parameter->systems[k], own, t, to, moved);
+    for (size_t d = 0; d < 3 * n && !status; d++)
+      moves[d / n][d % n] += weights[k] * (to[d / n][d % n] - (d < n && own->fixed[d] ? own->x[0][d] : 0));
+  }
+  for (size_t d = 0; d < 3 * n && !*moved; d++) moves[d / n][d % n] = 0;
   return status;
 }

@@ -16,10 +16,10 @@ flesh_motion_pass flesh_pass_of(flesh_trajectory *self, double *room)
   memset(room, 0, FLESH_PASS_ARRAYS * n * sizeof *room);
   for (int k = 0; k < FLESH_KNOWN; k++, room += 2 * n) p.known[k] = room, p.next[k] = room + n;
   for (int k = 0; k < FLESH_MAP_STAGES; k++, room += n) p.stages[k] = room;
-  double **const own[] = {&p.lambda, &p.c, &p.m, &p.lag, &p.force, &p.moves};
-  for (int k = 0; k < 6; k++, room += n) *own[k] = room;
+  double **const own[] = {&p.lambda,   &p.c,        &p.m,        &p.lag,      &p.force,      &p.moves[0],
+                          &p.moves[1], &p.moves[2], &p.ended[0], &p.ended[1], &p.reached[0], &p.reached[1]};
+  for (size_t k = 0; k < sizeof own / sizeof *own; k++, room += n) *own[k] = room;
   p.base = room;
-  for (int k = 0; k < 2; k++) p.ended[k] = room + (5 + (size_t)k) * n;
   return p;
 }
 
@@ -47,6 +47,7 @@ int flesh_pass_force(flesh_motion_pass *p, int k)
 int flesh_pass_linearise(flesh_motion_pass *p, const flesh_recorded_part *part, int solve)
 {
   flesh_trajectory_stage(p->self, part, &p->map, solve, p->base, &p->stage);
+  p->self->tangent.prescribed = part->taken.second && part->taken.own ? &p->self->prescribed : NULL;
   p->follows = p->stage.frozen_at_solution ? 1u << FLESH_FROZEN_X | 1u << FLESH_FROZEN_V : 0;
   const double *u = part->solves[solve].u, *at_end = p->self->prescribed.x[FLESH_PRESCRIBED_POINTS - 1];
   for (int d = 0; d < p->self->n && p->stage.shift.x != 1; d++) /* such a stage is the only one of its step */
@@ -58,13 +59,16 @@ int flesh_pass_linearise_start(flesh_motion_pass *p, const flesh_recorded_part *
 {
   flesh_trajectory *self = p->self;
   const double *x = part->known[FLESH_KNOWN_X], *v = part->known[FLESH_KNOWN_V];
-  memset(p->moves, 0, (size_t)self->n * sizeof *p->moves);
+  double *u = p->moves[0];
+  memset(u, 0, (size_t)self->n * sizeof *u);
+  flesh_pass_prescribe(p, part, 1);
+  self->tangent.prescribed = &self->prescribed;
   p->stage = (flesh_stage){.t = part->taken.begin, .load = 1, .prescribed_fraction = 1, .shift = {.x = no_time, .a = 1},
                            .x0 = x, .v0 = v, .a0 = part->known[FLESH_KNOWN_VECTORS], .x_lag = x, .v_lag = v,
                            .t_lag = part->taken.begin, .internal = part->internal,
                            .multipliers = part->solves[0].multipliers};
   p->follows = 1u << FLESH_FROZEN_X | 1u << FLESH_FROZEN_V; /* nothing is lagged or frozen there */
-  return flesh_stage_tangent_set(&self->tangent, &p->stage, p->moves, p->follows);
+  return flesh_stage_tangent_set(&self->tangent, &p->stage, u, p->follows);
 }
 
 int flesh_pass_begins_by_acceleration(const flesh_motion_pass *p, const flesh_recorded_part *part)
@@ -72,11 +76,26 @@ int flesh_pass_begins_by_acceleration(const flesh_motion_pass *p, const flesh_re
   return part->taken.anew && part->taken.acceleration && !p->self->tangent.multipliers;
 }
 
-void flesh_pass_forget_constrained(flesh_motion_pass *p, const flesh_recorded_part *part, double *const *of)
+int flesh_pass_jumps(const flesh_motion_pass *p, const flesh_recorded_part *part)
 {
-  flesh_trajectory *self = p->self;
-  if (!part->taken.second) return;
-  flesh_prescribed_set(&self->prescribed, part->taken.begin, part->taken.end, part->known[FLESH_KNOWN_X]);
-  for (int d = 0; d < self->n; d++)
-    for (int k = 0; k < FLESH_KNOWN && self->prescribed.fixed[d]; k++) of[k][d] = 0;
+  const int has_started = part->taken.acceleration && p->self->tangent.multipliers;
+  return part->taken.second && (part->taken.starts || (part->taken.anew && !has_started));
+}
+
+void flesh_pass_prescribe(flesh_motion_pass *p, const flesh_recorded_part *part, int begins)
+{
+  const flesh_taken_part *taken = &part->taken;
+  flesh_prescribed_set(&p->self->prescribed, taken->begin, begins ? taken->seen : taken->end, part->known[FLESH_KNOWN_X]);
+}
+
+int flesh_pass_moves(flesh_motion_pass *p, int k, double t, int *moved)
+{
+  return flesh_stage_tangent_moves(&p->self->tangent, &p->parameters[k], &p->self->prescribed, t, p->moves, moved);
+}
+
+void flesh_pass_forget_constrained(const flesh_motion_pass *p, double *y)
+{
+  const flesh_prescribed *prescribed = &p->self->prescribed;
+  for (int d = 0; d < prescribed->n; d++)
+    if (prescribed->fixed[d]) y[d] = 0;
 }

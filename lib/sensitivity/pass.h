@@ -11,9 +11,10 @@ typedef struct flesh_motion_pass {
   flesh_trajectory *self;
   flesh_method_map map;
   double *known[FLESH_KNOWN], *next[FLESH_KNOWN], *stages[FLESH_MAP_STAGES]; /* derivatives, or of Q by them */
-  double *lambda, *c, *m, *lag, *force, *moves; /* room */
+  double *lambda, *c, *m, *lag, *force, *moves[3]; /* room; what a parameter moves of constrained dofs' x, v and a */
   double *base;                                 /* [5*n] of a stage */
-  double *ended[2];                             /* forward: where the part's last solve has ended */
+  double *ended[2];                             /* forward: x and v where the part's last solve has ended */
+  double *reached[2];                           /* forward: of constrained dofs, where the part ends */
   flesh_stage stage;
   unsigned follows;
   int count;                         /* of parameters, as are the next */
@@ -23,7 +24,7 @@ typedef struct flesh_motion_pass {
 } flesh_motion_pass;
 
 /* The numbers of its arrays, over n. */
-enum { FLESH_PASS_ARRAYS = 5 + 3 * FLESH_MAP_COLUMNS };
+enum { FLESH_PASS_ARRAYS = 17 + 2 * FLESH_KNOWN + FLESH_MAP_STAGES };
 
 /* A pass in `room` [FLESH_PASS_ARRAYS*n], which becomes 0. Cannot fail. */
 flesh_motion_pass flesh_pass_of(flesh_trajectory *trajectory, double *room);
@@ -38,8 +39,15 @@ int flesh_pass_linearise(flesh_motion_pass *pass, const flesh_recorded_part *par
 int flesh_pass_linearise_start(flesh_motion_pass *pass, const flesh_recorded_part *part);
 /* Whether the method begins there with the acceleration that balances the forces, which is no part of its own. */
 int flesh_pass_begins_by_acceleration(const flesh_motion_pass *pass, const flesh_recorded_part *part);
-/* Dofs that a method of order 2 constrains in the part are where the motion has them, whatever was known. */
-void flesh_pass_forget_constrained(flesh_motion_pass *pass, const flesh_recorded_part *part, double *const *of);
+/* Whether dofs that a method of order 2 constrains come to where their motion has them before the part, by a jump. */
+int flesh_pass_jumps(const flesh_motion_pass *pass, const flesh_recorded_part *part);
+/* Sets trajectory->prescribed over the part, or over the span by which the method begins. */
+void flesh_pass_prescribe(flesh_motion_pass *pass, const flesh_recorded_part *part, int begins);
+/* Finds what parameter k moves of the motion that is prescribed, at t, into pass->moves; *moved: whether there is anything.
+ * What flesh_stage_tangent_moves returns. */
+int flesh_pass_moves(flesh_motion_pass *pass, int k, double t, int *moved);
+/* y [n] becomes 0 where trajectory->prescribed constrains it. */
+void flesh_pass_forget_constrained(const flesh_motion_pass *pass, double *y);
 
 static inline void flesh_add_scaled(int n, double scale, const double *x, double *y)
 {

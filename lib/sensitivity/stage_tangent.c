@@ -31,6 +31,7 @@ int flesh_stage_tangent_create(const flesh_system *system, const flesh_solver_op
     return flesh_fail(FLESH_ERR_ARGUMENT, "there are no sensitivities of a body that ranks share out; a single process has them");
   int status = flesh_problem_create(system, options, &self->problem);
   if (!status) status = flesh_couplings_create(system, &self->couplings);
+  if (!status) status = flesh_prescribed_create(system, &self->others);
   if (status) return status;
   self->newton = &self->problem->newton;
   self->newton->equations.evaluation.environment.tangents = 1;
@@ -50,6 +51,7 @@ void flesh_stage_tangent_clear(flesh_stage_tangent *self)
 {
   flesh_problem_destroy(&self->problem);
   flesh_couplings_clear(&self->couplings);
+  flesh_prescribed_clear(&self->others);
   flesh_free(self->products.values);
   flesh_free(self->x);
   flesh_free(self->gaps);

@@ -6,6 +6,7 @@
 #include "flesh/sensitivity.h"
 #include "sensitivity/coupling.h"
 #include "sundials/problem.h"
+#include "time/prescribed.h"
 
 typedef struct flesh_stage_tangent {
   const flesh_system *system; /* borrowed */
@@ -19,6 +20,8 @@ typedef struct flesh_stage_tangent {
   flesh_couplings couplings;
   unsigned follows;           /* bits of flesh_reading: what is read is the solution itself */
   double *room;               /* [6*n] */
+  const flesh_prescribed *prescribed; /* how constrained dofs move, borrowed; NULL: as the stage moves them */
+  flesh_prescribed others;    /* room: likewise, of a parameter's system */
   const double *held;         /* [n] the positions at which constraints of multipliers hold: its x, or `end` */
   double *end;                /* [n] those at the end of the step, where the stage is within it */
   double *pressed;            /* [n] of the last solve: the force of the constraints' multipliers, or adjoints of them */
@@ -57,10 +60,14 @@ int flesh_stage_tangent_stiffness_times(flesh_stage_tangent *tangent, int transp
 int flesh_parameter_compare(const flesh_parameter *parameter, const flesh_system *system, unsigned char *same);
 
 /* force [n] = dr/dp at the solution, constrained rows included. Effects that are the `same` [effects] (NULL: nobody knows)
- * are not evaluated. `moves` (unless NULL) [n] becomes the derivative of the constrained dofs' u by p; with it their x, v
- * and a change as the stage moves them. FLESH_ERR_ARGUMENT where the systems
- * do not fit; FLESH_ERR_SOLVE where one has no residual at the solution. */
+ * are not evaluated. Constrained dofs move with p; `moves` (unless NULL) become the derivatives of their x, v and a [n].
+ * FLESH_ERR_ARGUMENT where the systems do not fit; FLESH_ERR_SOLVE where one has no residual at the solution. */
 int flesh_stage_tangent_force(flesh_stage_tangent *tangent, const flesh_parameter *parameter, const unsigned char *same,
-                              double *force, double *moves);
+                              double *force, double *const moves[3]);
+
+/* The same `moves` at the time t, of the motion of constrained dofs over the span of `own`, the state's system's; *moved:
+ * whether there are any. FLESH_ERR_ARGUMENT where the systems do not fit, or p moves an event. */
+int flesh_stage_tangent_moves(flesh_stage_tangent *tangent, const flesh_parameter *parameter, const flesh_prescribed *own,
+                              double t, double *const moves[3], int *moved);
 
 #endif

@@ -1,5 +1,6 @@
 /* tangents.c: tangents of a recorded motion by several parameters, which share each stage's linearisation. With w = du +
  * dx0/s_x a solve is K w = -C (dv0 - s_v dx0/s_x) - M (da0 - s_a dx0/s_x) - dr/dp. */
+#include <math.h>
 #include <string.h>
 
 #include "base/error.h"
@@ -39,22 +40,29 @@ static void subtract_readings(const flesh_motion_pass *p, const flesh_recorded_p
   }
 }
 
-/* A parameter's derivatives at the end of a solve that is linearised. */
+/* What the motion of constrained dofs has, of x into that of y [n]. */
+static void take_constrained(const flesh_motion_pass *p, const double *x, double *y)
+{
+  const flesh_prescribed *prescribed = &p->self->prescribed;
+  for (int d = 0; d < prescribed->n; d++)
+    if (prescribed->fixed[d]) y[d] = x[d];
+}
+
+/* A parameter's derivatives at the end of a solve that is linearised. Where constrained dofs follow their own motion, no base
+ * of theirs counts. */
 static int go_on(flesh_motion_pass *p, const flesh_recorded_part *part, int at, int before)
 {
   flesh_trajectory *self = p->self;
   flesh_stage_tangent *tangent = &self->tangent;
-  const int n = self->n;
+  const int n = self->n, follow = tangent->prescribed != NULL;
   double *x0 = p->next[0], *v0 = p->next[1], *a0 = p->next[2], *right = p->lag, *u = p->stages[at];
   const flesh_shift *shift = &p->stage.shift;
   int status = flesh_pass_force(p, 0);
-  for (int d = 0; d < n && !status && part->taken.second; d++)
-    if (p->moves[d] != 0)
-      status = flesh_fail(FLESH_ERR_ARGUMENT, "a parameter that moves prescribed dofs has sensitivities by backward-euler only");
   if (status) return status;
   gather_base(p, p->map.x0[at], x0);
   gather_base(p, p->map.v0[at], v0);
   gather_base(p, p->map.a0[at], a0);
+  for (int k = 0; k < 3 && follow; k++) flesh_pass_forget_constrained(p, p->next[k]);
   for (int d = 0; d < n; d++) right[d] = -p->force[d];
   subtract_readings(p, part, before, right);
   for (int d = 0; d < n; d++) p->lambda[d] = v0[d] - shift->v / shift->x * x0[d], a0[d] -= shift->a / shift->x * x0[d];
@@ -64,13 +72,14 @@ static int go_on(flesh_motion_pass *p, const flesh_recorded_part *part, int at, 
     flesh_couplings_add(&tangent->couplings, FLESH_FROZEN_V, 0, 1, p->lambda, p->c);
   for (int d = 0; d < n; d++) {
     right[d] -= p->c[d] + p->m[d];
-    a0[d] = p->moves[d] + (1 - 1 / shift->x) * x0[d]; /* where constraints hold, beside what w moves */
+    a0[d] = p->moves[0][d] + (1 - 1 / shift->x) * x0[d]; /* where constraints hold, beside what w moves */
   }
+  if (shift->x != 1) take_constrained(p, p->reached[0], a0);
   if (!status) status = flesh_stage_tangent_solve(tangent, 0, right, a0, u);
   for (int d = 0; d < n && !status; d++) {
-    u[d] += p->moves[d] - x0[d] / shift->x; /* moves are 0 on free dofs, solutions on constrained ones */
+    u[d] += (p->moves[0][d] - x0[d]) / shift->x; /* moves are 0 on free dofs, solutions on constrained ones */
     p->ended[0][d] = x0[d] + shift->x * u[d];
-    p->ended[1][d] = v0[d] + shift->v * u[d];
+    p->ended[1][d] = follow && self->prescribed.fixed[d] ? p->moves[1][d] : v0[d] + shift->v * u[d];
   }
   return status;
 }
@@ -79,10 +88,15 @@ static int go_on(flesh_motion_pass *p, const flesh_recorded_part *part, int at, 
 static int begin(flesh_motion_pass *p)
 {
   flesh_stage_tangent *tangent = &p->self->tangent;
-  double *right = p->lag, *a = p->known[FLESH_KNOWN_VECTORS];
+  const size_t bytes = (size_t)p->self->n * sizeof(double);
+  double *right = p->lag, *a = p->known[FLESH_KNOWN_VECTORS], *x = p->lambda, *v = p->m; /* those of free dofs */
   int status = flesh_pass_force(p, 0);
-  if (!status) status = flesh_stage_tangent_stiffness_times(tangent, 0, p->known[FLESH_KNOWN_X], right);
-  if (!status) status = flesh_stage_tangent_damping_times(tangent, 0, p->known[FLESH_KNOWN_V], p->c);
+  memcpy(x, p->known[FLESH_KNOWN_X], bytes);
+  memcpy(v, p->known[FLESH_KNOWN_V], bytes);
+  flesh_pass_forget_constrained(p, x);
+  flesh_pass_forget_constrained(p, v);
+  if (!status) status = flesh_stage_tangent_stiffness_times(tangent, 0, x, right);
+  if (!status) status = flesh_stage_tangent_damping_times(tangent, 0, v, p->c);
   if (status) return status;
   for (int d = 0; d < p->self->n; d++) right[d] = -right[d] - p->c[d] - p->force[d];
   for (int k = 0; k < FLESH_OWN_V; k++)
@@ -124,32 +138,70 @@ static int show(tangents *t, double time)
   return status;
 }
 
-/* Forgets what is known of constrained dofs, of all parameters. */
-static void forget_all(tangents *t, const flesh_recorded_part *part)
+/* Free dofs follow a jump of constrained ones to `to` [n], in y [n], as masses that are hit do. */
+static int jump(flesh_motion_pass *p, const flesh_recorded_part *part, const double *to, double *y)
 {
-  for (int k = 0; k < t->count; k++) flesh_pass_forget_constrained(&t->of[k], part, t->of[k].known);
+  flesh_trajectory *self = p->self;
+  double *by = p->lag, *right = p->m, largest = 0;
+  for (int d = 0; d < self->n; d++) by[d] = self->prescribed.fixed[d] ? to[d] - y[d] : 0, largest = fmax(largest, fabs(by[d]));
+  if (largest == 0) return FLESH_OK;
+  int status = flesh_pass_linearise_start(p, part);
+  if (!status) status = flesh_stage_tangent_mass_times(&self->tangent, by, right);
+  if (!status) status = flesh_newton_solve_tangent(self->tangent.newton, right, self->tangent.tolerance, by);
+  flesh_add_scaled(self->n, -1, by, y);
+  take_constrained(p, to, y);
+  return status;
+}
+
+/* What is known of constrained dofs where the part begins, and will be where it ends. */
+static int prescribe(flesh_motion_pass *p, const flesh_recorded_part *part)
+{
+  const size_t bytes = (size_t)p->self->n * sizeof(double);
+  int moved, status = FLESH_OK;
+  if (flesh_pass_jumps(p, part)) {
+    flesh_pass_prescribe(p, part, 1);
+    status = flesh_pass_moves(p, 0, part->taken.begin, &moved);
+    memcpy(p->reached[0], p->moves[0], bytes);
+    memcpy(p->reached[1], p->moves[1], bytes);
+    if (!status) status = jump(p, part, p->reached[0], p->known[FLESH_KNOWN_X]);
+    if (!status) status = jump(p, part, p->reached[1], p->known[FLESH_KNOWN_V]);
+  }
+  flesh_pass_prescribe(p, part, 0);
+  for (int k = FLESH_KNOWN_VECTORS; k < FLESH_KNOWN_LAGGED_X; k++) flesh_pass_forget_constrained(p, p->known[k]);
+  if (status || part->taken.starts) return status;
+  status = flesh_pass_moves(p, 0, part->taken.end, &moved);
+  memcpy(p->reached[0], p->moves[0], bytes);
+  memcpy(p->reached[1], p->moves[1], bytes);
+  return status;
+}
+
+/* What is known at the part's end. */
+static void end_part(flesh_motion_pass *p, const flesh_recorded_part *part)
+{
+  const size_t bytes = (size_t)p->self->n * sizeof(double);
+  const int within = part->count > 0 && p->map.shift[part->solves[part->count - 1].at].x != 1;
+  for (int j = 0; j < FLESH_KNOWN; j++) gather_base(p, p->map.end[j], p->next[j]);
+  for (int j = 0; j < FLESH_KNOWN; j++) memcpy(p->known[j], p->next[j], bytes);
+  if (!part->taken.second) return;
+  for (int k = 0; k < 2; k++) {
+    take_constrained(p, p->reached[k], p->known[FLESH_KNOWN_X + k]);
+    take_constrained(p, within ? p->ended[k] : p->reached[k], p->known[FLESH_KNOWN_LAGGED_X + k]);
+  }
 }
 
 /* Implements flesh_part_visit. */
 static int part_on(void *data, const flesh_recorded_part *part)
 {
   tangents *t = data;
-  const size_t bytes = (size_t)t->self->n * sizeof(double);
   int status = show(t, part->t);
   if (status) return status;
   flesh_trajectory_map(part, &t->of[0].map);
   for (int k = 1; k < t->count; k++) t->of[k].map = t->of[0].map;
-  forget_all(t, part);
-  if (flesh_pass_begins_by_acceleration(t->of, part)) status = solve_all(t, part, -1);
-  forget_all(t, part);
+  for (int k = 0; k < t->count && part->taken.second && !status; k++) status = prescribe(&t->of[k], part);
+  if (!status && flesh_pass_begins_by_acceleration(t->of, part)) status = solve_all(t, part, -1);
   t->before = 0;
   for (int s = 0; s < part->count && !status; s++) status = solve_all(t, part, s);
-  for (int k = 0; k < t->count; k++) {
-    flesh_motion_pass *p = &t->of[k];
-    for (int j = 0; j < FLESH_KNOWN; j++) gather_base(p, p->map.end[j], p->next[j]);
-    for (int j = 0; j < FLESH_KNOWN; j++) memcpy(p->known[j], p->next[j], bytes);
-  }
-  forget_all(t, part);
+  for (int k = 0; k < t->count; k++) end_part(&t->of[k], part);
   t->end = part->taken.end;
   return status;
 }

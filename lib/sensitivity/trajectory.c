@@ -8,6 +8,7 @@
 #include "base/memory.h"
 #include "effect/effect.h"
 #include "effect/private.h"
+#include "sensitivity/pass.h"
 #include "system/parts.h"
 
 static void clear_part(flesh_recorded_part *part)
@@ -202,7 +203,7 @@ int flesh_trajectory_create(flesh_integrator *integrator, double tolerance, int 
     const int internals = flesh_system_internal_count(self->system);
     self->internal = flesh_calloc((size_t)internals + 1, sizeof *self->internal);
     self->bases = flesh_calloc(3 * (size_t)self->n + 1, sizeof *self->bases);
-    self->vectors = flesh_calloc((5 + 3 * (size_t)FLESH_MAP_COLUMNS) * (size_t)self->n + 1, sizeof *self->vectors);
+    self->vectors = flesh_calloc(FLESH_PASS_ARRAYS * (size_t)self->n + 1, sizeof *self->vectors);
     if (!self->vectors || !self->bases || !self->internal) status = fail_memory(self);
   }
   self->integrator = integrator;

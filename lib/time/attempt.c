@@ -182,7 +182,7 @@ static int tell_taken(const flesh_integrator *self, const flesh_method_row *row,
   const flesh_taken_part taken = {.row = row, .own = row == self->row, .second = self->second,
                                   .acceleration = self->row->acceleration, .anew = tape->anew, .memory = &self->memory,
                                   .from = state, .lagged = flesh_integrator_stage(self, state), .begin = begin, .end = end,
-                                  .h = part->h};
+                                  .h = part->h, .seen = tape->seen};
   tape->anew = 0;
   return tape->taken(tape->data, &taken);
 }

@@ -37,6 +37,7 @@ size_t flesh_prescribed_memory(const flesh_prescribed *prescribed)
 void flesh_prescribed_set(flesh_prescribed *self, double begin, double end, const double *x)
 {
   self->begin = begin;
+  self->end = end;
   self->h = end - begin;
   flesh_system_fixed(self->system, begin + (end - begin) / 2, self->fixed);
   for (int k = 0; k <= LAST; k++) {
@@ -73,6 +74,17 @@ void flesh_prescribed_stage(flesh_prescribed *self, const flesh_stage *stage, do
     derivatives(self, d, s, &v, &a);
     v0[d] = v - stage->shift.v * u;
     a0[d] = a - stage->shift.a * u;
+  }
+}
+
+void flesh_prescribed_at(flesh_prescribed *self, double t, double *x, double *v, double *a)
+{
+  memcpy(self->now, self->x[0], (size_t)self->n * sizeof *self->now);
+  flesh_system_prescribe(self->system, t, self->now);
+  for (int d = 0; d < self->n; d++) {
+    if (!self->fixed[d]) continue;
+    x[d] = self->now[d];
+    derivatives(self, d, (t - self->begin) / self->h, &v[d], &a[d]);
   }
 }
 

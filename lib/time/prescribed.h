@@ -14,7 +14,7 @@ typedef struct flesh_prescribed {
   uint8_t *fixed;                      /* [n] */
   double *x[FLESH_PRESCRIBED_POINTS];  /* [n] */
   double *now;                         /* [n] at the stage */
-  double begin, h;
+  double begin, end, h;
 } flesh_prescribed;
 
 int flesh_prescribed_create(const flesh_system *system, flesh_prescribed *prescribed);
@@ -30,6 +30,9 @@ void flesh_prescribed_begin(const flesh_prescribed *prescribed, double *v, doubl
 /* Changes v0 and a0 [n], the stage's base, so that the constrained dofs have the prescribed velocity and
  * acceleration at the stage's time. */
 void flesh_prescribed_stage(flesh_prescribed *prescribed, const flesh_stage *stage, double *v0, double *a0);
+
+/* Their positions, velocities and accelerations at t, within the span, into the constrained dofs of x, v and a [n]. */
+void flesh_prescribed_at(flesh_prescribed *prescribed, double t, double *x, double *v, double *a);
 
 /* The constrained dofs of the state take the prescribed positions and velocities at the end. */
 void flesh_prescribed_finish(const flesh_prescribed *prescribed, double *x, double *v);

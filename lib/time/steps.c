@@ -15,8 +15,9 @@ static int start_piece(flesh_integrator *self, flesh_state *state, const flesh_p
   flesh_method_memory *memory = &self->memory;
   double *a = self->row->acceleration ? memory->vectors[0] : memory->a0;
   const double seen = self->control.on ? 1e-2 : 1; /* of the piece, whose steps errors make short */
-  const double end = flesh_before(piece->end, piece->event);
-  flesh_prescribed_set(&self->prescribed, piece->begin, piece->begin + seen * (end - piece->begin), state->x);
+  const double end = piece->begin + seen * (flesh_before(piece->end, piece->event) - piece->begin);
+  if (self->tape) self->tape->seen = end;
+  flesh_prescribed_set(&self->prescribed, piece->begin, end, state->x);
   flesh_prescribed_begin(&self->prescribed, memory->v0, a);
   memory->before = memory->easy = 0;
   if (self->control.on && self->row->stages && flesh_recovery_is_inverted(&self->recovery, state->x) > 1)
@@ -97,7 +98,8 @@ static int start_with_multipliers(flesh_integrator *self, flesh_state *state, co
   flesh_method_memory *memory = &self->memory;
   flesh_tape *tape = self->tape;
   const flesh_taken_part taken = {.row = &start_row, .second = 1, .acceleration = 1, .starts = 1, .memory = memory, .from = state,
-                                  .lagged = state, .begin = piece->begin, .end = piece->begin + g, .h = g};
+                                  .lagged = state, .begin = piece->begin, .end = piece->begin + g, .h = g,
+                                  .seen = tape ? tape->seen : 0};
   int status = FLESH_OK;
   self->multipliers.allowed = 0;
   if (tape) tape->try_part(tape->data);

@@ -15,11 +15,13 @@ typedef struct flesh_taken_part {
   const flesh_method_memory *memory;
   const flesh_state *from, *lagged; /* equal where the lagged state is the one at which the part begins */
   double begin, end, h;             /* s; as far as what holds within the part does, and its length */
+  double seen;                      /* s; the prescribed motion up to there is that with which the method has begun anew */
 } flesh_taken_part;
 
 typedef struct flesh_tape {
   void *data;
   int anew;      /* the method has begun anew since the last part */
+  double seen;   /* s; with the prescribed motion up to there */
   int untangled; /* nodes have been moved by what is no step */
   /* A try of a part begins: what was solved since the last part that was taken does not count. */
   void (*try_part)(void *data);

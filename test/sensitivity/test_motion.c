@@ -32,7 +32,20 @@ static const motion_case incompressible = {
     "0.03, 0]}]}\n"
     "time: {step: 0.01, end: 0.06}\nsolver: {newton_tolerance: 1e-11, linear_tolerance: 1e-4}\n",
     {{"body.material.young", 1e4, 100, 10}, {"body.density", 1000, 10, 1}, {"effects.damping.stiffness", 0.002, 1e-4, 2e-6},
-     {"effects.gravity.acceleration[2]", -9.81, 0.02, 0.01}}, 0};
+     {"effects.gravity.acceleration[2]", -9.81, 0.02, 0.01},
+     {"effects.prescribed_motion.motion[1].translation[1]", 0.03, 1e-4, 1e-5}}, 0};
+
+/* A clamp that turns and is let go; masses share its jumps. */
+static const motion_case driven = {
+    "driven",
+    "body: {name: bar, mesh: ../meshes/cube_3x3x3.mesh, density: 1000, mass: consistent, material: {energy: S, constants: matched, "
+    "young: 1e4, poisson: 0.4}}\nstart: {velocity: [0, 0.3, 0.1]}\n"
+    "effects:\n  - inertia: {}\n  - damping: {stiffness: 0.002}\n"
+    "  - prescribed_motion: {box: [[-1, -1, -1], [1e-9, 2, 2]], until: 0.075, motion: [{time: 0}, {time: 0.035, translation: "
+    "[0.004, 0.01, 0], rotation: [0.2, 0, 0.1]}, {time: 0.1, translation: [0, 0, 0.01]}]}\n" TIME("0.01", "0.1"),
+    {{"effects.prescribed_motion.motion[1].translation[1]", 0.01, 1e-4, 1e-5},
+     {"effects.prescribed_motion.motion[1].rotation[0]", 0.2, 1e-3, 1e-4}, {"body.material.young", 1e4, 20, 10},
+     {"body.density", 1000, 2, 1}}, 0};
 
 /* A bar is pressed onto a ground that moves to the side, in steps whose friction lags the state before. */
 static const motion_case equilibria = {
@@ -51,6 +64,12 @@ static const motion_case others[] = {
      "  - contact: {plane: {point: [0, 0, -0.012]}, friction: 0.3, thickness: 0.01, stiffness: 1e5}\n" TIME("1/240", "0.1"),
      {{"body.material.young", 2e4, 0.5, 10}, {"effects.contact.friction", 0.3, 1e-5, 1e-3},
       {"effects.contact.thickness", 0.01, 5e-8, 5e-8}, {"body.density", 1000, 0.05, 1}}, 0},
+    {"dragged over the ground",
+     BODY "young: 2e4, poisson: 0.4}}\nstart: {velocity: [0.2, 0, -0.5]}\neffects:\n  - inertia: {}\n"
+     "  - prescribed_motion: {box: [[-1, -1, -1], [1e-9, 2, 2]], motion: [{time: 0}, {time: 1, translation: [0.3, 0.2, -0.2]}]}\n"
+     "  - contact: {plane: {point: [0, 0, -0.009]}, friction: 0.3, thickness: 0.01, stiffness: 1e5}\n" TIME("1/240", "0.04"),
+     {{"effects.prescribed_motion.motion[1].translation[2]", -0.2, 1e-5, 1e-5},
+      {"effects.prescribed_motion.motion[1].translation[0]", 0.3, 1e-5, 1e-4}, {"effects.contact.friction", 0.3, 1e-5, 1e-3}}, 0},
     {"follower pressure",
      BODY "young: 1e4, poisson: 0.4}}\neffects:\n  - inertia: {}\n" CLAMP
      "  - pressure: {box: [[-1, -1, 0.099], [5, 2, 2]], pressure: 400}\n" TIME("0.01", "0.06"),
@@ -255,7 +274,7 @@ static int is_fixed_step(flesh_method method) { return method != FLESH_METHOD_ST
 static void gradients_by_every_method(void)
 {
   for (int k = 0; flesh_method_name((flesh_method)k); k++)
-    if (is_fixed_step((flesh_method)k)) try_case(&swing, (flesh_method)k);
+    if (is_fixed_step((flesh_method)k)) try_case(&swing, (flesh_method)k), try_case(&driven, (flesh_method)k);
 }
 
 static void gradients_of_every_kind(void)
@@ -281,6 +300,16 @@ static void what_has_no_gradient_is_refused(void)
   moved m = begin(swing.text, NULL, 0, FLESH_METHOD_IDA);
   CHECK(flesh_trajectory_create(m.integrator, 1e-10, 1000, &m.trajectory) == FLESH_ERR_ARGUMENT && !m.trajectory);
   CHECK_TEXT(flesh_error_text(), "ida has no sensitivities");
+  end(&m);
+  m = begin(driven.text, NULL, 0, FLESH_METHOD_NEWMARK);
+  gradient_parameter turn = gradient_parameter_of(driven.text, (gradient_key){"effects.prescribed_motion.motion[1].time", 0.035, 1e-4, 1e-5});
+  double *dx = calloc(2 * (size_t)m.n, sizeof *dx);
+  CHECK_OK(flesh_trajectory_create(m.integrator, 1e-10, 1000, &m.trajectory));
+  run(&m);
+  CHECK(flesh_trajectory_tangent(m.trajectory, &turn.parameter, dx, dx + m.n) == FLESH_ERR_ARGUMENT);
+  CHECK_TEXT(flesh_error_text(), "changes the time at which a prescribed motion turns");
+  gradient_parameter_clear(&turn);
+  free(dx);
   end(&m);
 }
 
