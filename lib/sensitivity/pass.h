@@ -23,9 +23,6 @@ typedef struct flesh_motion_pass {
   unsigned char *same; /* [count][1 + effects] of each parameter, flesh_parameter_compare's */
 } flesh_motion_pass;
 
-/* The numbers of its arrays, over n. */
-enum { FLESH_PASS_ARRAYS = 17 + 2 * FLESH_KNOWN + FLESH_MAP_STAGES };
-
 /* A pass in `room` [FLESH_PASS_ARRAYS*n], which becomes 0. Cannot fail. */
 flesh_motion_pass flesh_pass_of(flesh_trajectory *trajectory, double *room);
 /* Takes the parameters, and finds what they leave as it is, into new pass->same. FLESH_ERR_MEMORY. */

@@ -65,7 +65,7 @@ int flesh_parameter_compare(const flesh_parameter *parameter, const flesh_system
 int flesh_stage_tangent_force(flesh_stage_tangent *tangent, const flesh_parameter *parameter, const unsigned char *same,
                               double *force, double *const moves[3]);
 
-/* The same `moves` at the time t, of the motion of constrained dofs over the span of `own`, the state's system's; *moved:
+/* Finds such `moves` at the time t, by the motion of constrained dofs over the span of `own`, the state's system's; *moved:
  * whether there are any. FLESH_ERR_ARGUMENT where the systems do not fit, or p moves an event. */
 int flesh_stage_tangent_moves(flesh_stage_tangent *tangent, const flesh_parameter *parameter, const flesh_prescribed *own,
                               double t, double *const moves[3], int *moved);

@@ -40,7 +40,7 @@ static void subtract_readings(const flesh_motion_pass *p, const flesh_recorded_p
   }
 }
 
-/* What the motion of constrained dofs has, of x into that of y [n]. */
+/* Copies constrained dofs of x into y [n]. */
 static void take_constrained(const flesh_motion_pass *p, const double *x, double *y)
 {
   const flesh_prescribed *prescribed = &p->self->prescribed;
@@ -153,7 +153,7 @@ static int jump(flesh_motion_pass *p, const flesh_recorded_part *part, const dou
   return status;
 }
 
-/* What is known of constrained dofs where the part begins, and will be where it ends. */
+/* Finds what is known of constrained dofs where the part begins, and will be where it ends. */
 static int prescribe(flesh_motion_pass *p, const flesh_recorded_part *part)
 {
   const size_t bytes = (size_t)p->self->n * sizeof(double);
@@ -175,7 +175,7 @@ static int prescribe(flesh_motion_pass *p, const flesh_recorded_part *part)
   return status;
 }
 
-/* What is known at the part's end. */
+/* Goes on to what is known at the part's end. */
 static void end_part(flesh_motion_pass *p, const flesh_recorded_part *part)
 {
   const size_t bytes = (size_t)p->self->n * sizeof(double);

@@ -8,7 +8,6 @@
 #include "base/memory.h"
 #include "effect/effect.h"
 #include "effect/private.h"
-#include "sensitivity/pass.h"
 #include "system/parts.h"
 
 static void clear_part(flesh_recorded_part *part)

@@ -11,6 +11,8 @@
 
 /* Parts of a group, whose first one keeps what is known to it. */
 enum { FLESH_GROUP = 8 };
+/* Numbers of the arrays of a pass over the motion (pass.h), over n. */
+enum { FLESH_PASS_ARRAYS = 17 + 2 * FLESH_KNOWN + FLESH_MAP_STAGES };
 
 /* A solve of a stage. */
 typedef struct flesh_recorded_solve {
@@ -86,7 +88,7 @@ struct flesh_trajectory {
   flesh_prescribed prescribed;
   flesh_part_visit visit;   /* sees parts that are taken again, with visit_data; NULL: nobody does */
   void *visit_data;
-  double *vectors, *bases;  /* room; [3*n] */
+  double *vectors, *bases;  /* room: [FLESH_PASS_ARRAYS*n]; [3*n] */
 };
 
 /* The stage of a solve, with x0, v0 and a0 [n] and the lagged state in `room` [5*n]. */
