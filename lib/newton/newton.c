@@ -251,7 +251,7 @@ void flesh_newton_set_stage(flesh_newton *self, const flesh_stage *stage)
   flesh_matrix_policy_begin_stage(&self->policy, changed, &self->stats);
   self->search = (flesh_search){.equations = &self->equations, .first_potential = NAN};
   self->watchdog = (flesh_watchdog){.next_pause = 1};
-  self->follow_curvature = self->cautious = self->at_round_off = self->stopped = self->tangent.known = 0;
+  self->follow_curvature = self->cautious = self->at_round_off = self->arrived = self->stopped = self->tangent.known = 0;
   self->model_ratio = NAN;
 }
 
@@ -265,6 +265,7 @@ void flesh_newton_overwritten(flesh_newton *self)
 void flesh_newton_freeze(flesh_newton *self, const double *u)
 {
   if (flesh_equations_freeze(&self->equations, u)) self->search.first_potential = NAN;
+  self->arrived = 0;
 }
 
 void flesh_newton_end_stage(flesh_newton *self, const double *u)
@@ -275,6 +276,7 @@ void flesh_newton_end_stage(flesh_newton *self, const double *u)
 
 int flesh_newton_matrix(flesh_newton *self, const double *u, const double *r)
 {
+  if (self->arrived) return FLESH_OK;
   const int usable = self->direction.filter == FLESH_FILTER_NONE && !self->negative_curvature;
   int status = FLESH_OK;
   if (!(r && flesh_matrix_policy_keep(&self->policy, usable, r))) status = assemble(self, u, first_filter(self));
@@ -284,9 +286,19 @@ int flesh_newton_matrix(flesh_newton *self, const double *u, const double *r)
 
 int flesh_newton_prepare(flesh_newton *self, int usable)
 {
+  if (self->arrived) return FLESH_OK;
   int status = usable ? flesh_matrix_policy_prepare(&self->policy) : FLESH_NOT_POSITIVE;
   self->must_filter = status == FLESH_NOT_POSITIVE && filters_where_indefinite(self);
   return self->must_filter ? FLESH_OK : status;
+}
+
+/* Whether the step has been a whole one of Newton's and so short that its inertia is a residual at the target. What is stiffer
+ * than inertia, as contact and friction, leaves larger residuals, which would move nothing either. */
+static int arrives(const flesh_newton *self, const flesh_step *step)
+{
+  if (!(self->given_target > 0 && self->given_mass > 0) || step->kind != FLESH_DIRECTION_NEWTON || step->length != 1) return 0;
+  const double inertia = self->given_mass * self->equations.stage.shift.a;
+  return fmax(inertia * flesh_norm(self->threads, self->equations.n, step->p), self->direction.residual) <= self->policy.target;
 }
 
 /* Depth of a linear solve below the residual's norm if that is mostly round-off and the potential still falls: it sees
@@ -299,19 +311,19 @@ int flesh_newton_step(flesh_newton *self, const double *weights, const double *b
   if (asked_to_stop(self)) return self->stopped;
   if (self->search.stalls) return FLESH_NOT_CONVERGED;
   const double norm = flesh_norm(self->threads, self->equations.n, b);
-  const int at_round_off = flesh_matrix_policy_at_round_off(&self->policy, norm, self->u);
+  const int arrived = self->arrived, at_round_off = !arrived && flesh_matrix_policy_at_round_off(&self->policy, norm, self->u);
   tolerance = flesh_matrix_policy_tolerance(&self->policy, norm, tolerance);
-  if (at_round_off) {
-    if (!flesh_search_gains(&self->search, self->u)) {
-      self->at_round_off = 1;
-      memset(p, 0, (size_t)self->equations.n * sizeof *p);
-      return FLESH_OK;
-    }
-    tolerance = fmin(tolerance, beneath_round_off * norm);
+  if (arrived || (at_round_off && !flesh_search_gains(&self->search, self->u))) {
+    self->at_round_off |= !arrived;
+    memset(p, 0, (size_t)self->equations.n * sizeof *p);
+    return FLESH_OK;
   }
+  if (at_round_off) tolerance = fmin(tolerance, beneath_round_off * norm);
   self->weights = weights;
   iteration it = {.step = {.u = self->u, .b = b, .p = p}, .tolerance = tolerance,
                   .guarded = flesh_equations_are_guarded(&self->equations),
                   .may_filter = filters_where_indefinite(self) && !self->must_filter};
-  return run(self, self->must_filter ? assemble_and_factor(self, &it, choose_filter(self)) : FLESH_OK, &it);
+  const int status = run(self, self->must_filter ? assemble_and_factor(self, &it, choose_filter(self)) : FLESH_OK, &it);
+  self->arrived = !status && arrives(self, &it.step);
+  return status;
 }

@@ -64,9 +64,11 @@ typedef struct flesh_newton {
   int must_filter;                /* K turned out indefinite in its factorisation */
   double model_ratio;             /* actual over predicted decrease of the last filtered step; NaN: not known */
   int at_round_off;               /* the last step was 0, because the residual is at round-off */
+  int arrived;                    /* the last step was so short that no other one is needed */
   flesh_stop stop;
   double given_target;            /* N; of the residual, 0: what the options make of it */
   double given_depth;             /* the residual falls at least to this share of the first one, where a target is given, */
+  double given_mass;              /* kg of a node: a step of which that is a residual at the target ends a solve; 0: none does */
   double given_share;             /* and, where there is a load, of the larger one of it and of the first residual */
   const double *began;            /* the guess that the stage began at, to be told from others; NULL: u = 0 */
   int stopped;                    /* what `stop` returned in this stage; FLESH_OK: go on */

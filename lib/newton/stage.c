@@ -32,20 +32,20 @@ static int push_out(flesh_equations *equations, double *u)
   return flesh_equations_can_reach(equations, u) ? FLESH_OK : FLESH_UNDEFINED;
 }
 
-/* Takes the guess for the free dofs where that has the lower potential. */
-static void try_guess(flesh_newton *newton, const double *guess, double *u)
+/* Takes the guess for the free dofs where that has a lower potential than *value, which becomes its own. */
+static void try_guess(flesh_newton *newton, const double *guess, double *value, double *u)
 {
   flesh_equations *equations = &newton->equations;
   flesh_constrained *constrained = &equations->constrained;
-  double value, guessed, size, *trial = equations->trial;
-  if (flesh_equations_potential(equations, u, &value, &size)) value = INFINITY;
+  double guessed, size, *trial = equations->trial;
   flesh_copy(newton->threads, equations->n, guess, trial);
   for (int k = 0; k < constrained->count; k++)
     trial[constrained->dofs[k]] = u[constrained->dofs[k]];
   /* Guesses are better than the gaps before where errors choose the steps. */
   if (!(newton->given_target > 0 ? flesh_equations_can_reach(equations, trial) : flesh_equations_can_begin(equations, trial)))
     return;
-  if (flesh_equations_evaluate(equations, trial, &guessed, &size) || !(guessed < value)) return;
+  if (flesh_equations_evaluate(equations, trial, &guessed, &size) || !(guessed < *value)) return;
+  *value = guessed;
   flesh_copy(newton->threads, equations->n, trial, u);
   newton->began = guess;
 }
@@ -61,7 +61,7 @@ static int judge(flesh_newton *newton, flesh_iteration_end end, const double *u,
   if (status) return status;
   const double norm = flesh_norm(newton->threads, equations->n, equations->evaluation.residual.r);
   stats->residual_last = norm;
-  if (norm <= target) return FLESH_OK;
+  if (norm <= target || newton->arrived) return FLESH_OK;
   /* The line search may have given up, or the iteration stopped, on a residual that cannot be made smaller. */
   if (newton->at_round_off ||
       (norm <= 16 * flesh_equations_residual_round_off(equations, u) && !flesh_search_gains(&newton->search, u))) {
@@ -114,17 +114,21 @@ static int freeze(flesh_stage_solve *self)
   enum { REPETITIONS = 60 };
   flesh_newton *newton = self->newton;
   const int unsolved = self->stats->at_rounding + self->stats->unconverged;
-  double norm;
-  if (self->frozen && (newton->stats.newton == self->newtons || unsolved > self->unsolved)) return 0;
+  const int arrived = newton->arrived;
+  double norm, *r = newton->equations.evaluation.residual.r, *change = newton->equations.work[0];
+  if (self->frozen && (newton->stats.newton <= self->newtons + arrived || unsolved > self->unsolved)) return 0;
   if (self->frozen++ == REPETITIONS) self->status = FLESH_NOT_CONVERGED;
   if (self->status) return 0;
   self->newtons = newton->stats.newton;
   self->unsolved = unsolved;
+  flesh_copy(newton->threads, newton->equations.n, r, change);
   flesh_newton_freeze(newton, self->u);
   self->status = evaluate(newton, self->u, &norm);
   if (self->status) return 0;
   self->stats->residual_last = norm;
-  return norm > self->last_target && aim(self, norm);
+  for (int d = 0; d < newton->equations.n; d++) change[d] -= r[d];
+  newton->arrived = arrived && flesh_norm(newton->threads, newton->equations.n, change) <= self->last_target;
+  return norm > self->last_target && !newton->arrived && aim(self, norm);
 }
 
 /* Forces balance where the sum of all is less than this part of the largest. Where it is more, they fade together, as
@@ -208,7 +212,7 @@ static int sharpen(flesh_stage_solve *self)
 {
   flesh_newton *newton = self->newton;
   const double norm = self->stats->residual_last;
-  if (self->status || norm > self->last_target) return 0; /* failed, or counts as solved all the same */
+  if (self->status || norm > self->last_target || newton->arrived) return 0; /* failed, or counts as solved all the same */
   if (newton->given_target > 0 || !flesh_uses(&newton->options, FLESH_TECHNIQUE_BALANCED_TARGET)) return 0;
   /* An equilibrium of softened materials is on the way to another. */
   if (flesh_equations_is_softened(&newton->equations) && newton->equations.stage.shift.a == 0) return 0;
@@ -235,20 +239,33 @@ static double first_target(const flesh_newton *newton, double first, double load
   return fmin(fmin(given, newton->given_depth * first), load > 0 ? newton->given_share * fmax(first, load) : INFINITY);
 }
 
+/* u = 0, pushed out, or the guess that has the lowest potential. Where errors choose steps guesses are seldom worse, and
+ * each candidate takes a search of what is near. */
+static int find_start(flesh_newton *newton, const double *const *guesses, double *u)
+{
+  flesh_equations *equations = &newton->equations;
+  const int guessed = guesses && *guesses, alone = guessed && newton->given_target > 0 && newton->stats.backtracks == 0;
+  double value = INFINITY, size;
+  newton->began = NULL;
+  flesh_equations_start(equations, u);
+  int status = alone ? FLESH_UNDEFINED : push_out(equations, u);
+  if (guessed && !status && flesh_equations_potential(equations, u, &value, &size)) value = INFINITY;
+  for (; guessed && *guesses; guesses++) try_guess(newton, *guesses, &value, u);
+  if (newton->began) status = FLESH_OK;
+  else if (alone) status = push_out(equations, u);
+  if (guessed && !status) flesh_volume_arc_start(&newton->arc, u);
+  return status;
+}
+
 int flesh_stage_begin(flesh_newton *newton, const flesh_stage *stage, const double *const *guesses, double *u,
                       flesh_solve_stats *stats, flesh_stage_solve *self)
 {
   flesh_equations *equations = &newton->equations;
   *self = (flesh_stage_solve){.newton = newton, .stats = stats, .u = u};
   flesh_newton_set_stage(newton, stage);
+  int status = find_start(newton, guesses, u);
   memset(&newton->stats, 0, sizeof newton->stats);
   stats->residual_first = stats->residual_last = stats->residual_target = 0;
-  flesh_equations_start(equations, u);
-  int status = push_out(equations, u);
-  const int guessed = guesses && *guesses;
-  newton->began = NULL;
-  for (; guesses && *guesses && !status; guesses++) try_guess(newton, *guesses, u);
-  if (guessed && !status) flesh_volume_arc_start(&newton->arc, u);
   self->freezes = equations->evaluation.frozen && stage->frozen_at_solution;
   if (self->freezes && !status) flesh_newton_freeze(newton, u);
   if (!status) status = evaluate(newton, u, &self->first);

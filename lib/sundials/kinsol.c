@@ -193,10 +193,11 @@ void flesh_nonlinear_set_target(flesh_nonlinear *self, double target)
   self->problem->newton.given_target = target;
 }
 
-void flesh_nonlinear_set_depth(flesh_nonlinear *self, double of_first, double of_load)
+void flesh_nonlinear_set_depth(flesh_nonlinear *self, double of_first, double of_load, double of_node)
 {
   self->problem->newton.given_depth = of_first;
   self->problem->newton.given_share = of_load;
+  self->problem->newton.given_mass = of_node;
 }
 
 void flesh_nonlinear_soften(flesh_nonlinear *self, const flesh_system *softened)

@@ -27,8 +27,9 @@ int flesh_nonlinear_solve(flesh_nonlinear *nonlinear, const flesh_stage *stage, 
  * as the options say. */
 void flesh_nonlinear_set_target(flesh_nonlinear *nonlinear, double target);
 /* Solves to such a target go at least as deep as to these shares of their first residual and, where there is a load, of the
- * larger one of both: 1 and INFINITY unless they are set. */
-void flesh_nonlinear_set_depth(flesh_nonlinear *nonlinear, double of_first, double of_load);
+ * larger one of both: 1 and INFINITY unless they are set. They end with a step of which the inertia is such a residual, if a
+ * node has the mass `of_node`, kg; 0: none does. */
+void flesh_nonlinear_set_depth(flesh_nonlinear *nonlinear, double of_first, double of_load, double of_node);
 /* Stages to come are of `softened` (system/softened.h), which is borrowed; NULL: of the system as it is. */
 void flesh_nonlinear_soften(flesh_nonlinear *nonlinear, const flesh_system *softened);
 /* The next stage goes on smoothly from the last one: what was prepared for that may serve. */

@@ -367,7 +367,7 @@ static int create(flesh_ida_problem *motion, SUNContext context, content **made,
     if (empty) SUNNonlinSolFreeEmpty(empty);
     return status;
   }
-  flesh_nonlinear_set_depth(self->newton, depth, INFINITY);
+  flesh_nonlinear_set_depth(self->newton, depth, INFINITY, 0);
   empty->content = self;
   empty->ops->gettype = solver_type;
   empty->ops->solve = solve;

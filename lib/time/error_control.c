@@ -81,6 +81,7 @@ void flesh_error_control_measure(flesh_error_control *self)
   for (int d = 0; d < self->n; d++) self->e[d] = d % 3 == 0;
   self->mass = mass_square(self, self->e);
   self->nodes = team ? team->all : self->n / 3;
+  flesh_nonlinear_set_depth(self->nonlinear, 1, of_load * self->options.tolerance, self->mass / self->nodes);
 }
 
 int flesh_error_control_set(const flesh_adaptive_options *options, const flesh_system *system, flesh_nonlinear *nonlinear,
@@ -96,7 +97,6 @@ int flesh_error_control_set(const flesh_adaptive_options *options, const flesh_s
   if (!self->e || !self->touching) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the errors of %zu unknowns", n);
   self->force = self->e + n;
   self->filtered = self->force + n;
-  flesh_nonlinear_set_depth(nonlinear, 1, of_load * options->tolerance);
   return FLESH_OK;
 }
 

@@ -6,7 +6,11 @@
  * off by stays in the body: the control must see momenta. Waves of all lengths go through a bar that is stopped at its end.
  * The shorter steps are, the faster are those that they resolve, and the more periods those go through: errors must count as
  * they add up, else they grow from 1.0 to 6.3 tolerances down to 1e-5. An incompressible body begins by a short stage, whose
- * error does not fall with the tolerance unless its length does. */
+ * error does not fall with the tolerance unless its length does.
+ *
+ * A stiff residual that moves nothing is not solved for: a soft block rubs on another in half the iterations. And a bar whose
+ * end is turned about its centre begins every solve as it goes on: with the free nodes left where they were, the end would go
+ * through its neighbours, and the step fail. */
 #include <math.h>
 
 #include "touching.h"
@@ -33,6 +37,21 @@ static const char *const incompressible =
     "  material: {energy: S, young: 2e4, poisson: 0.5}\n"
     "effects: [inertia, gravity, pin: {box: [[-1, -1, -1], [1, 1, 1e-9]]}]\n";
 
+#define SOFT(name) "{" name "mesh: ../meshes/cube_3x3x3.mesh, density: 1000, material: {energy: S, young: 3e4, poisson: 0.4}"
+static const char *const rubbing =
+    "body: " SOFT("") "}\nbodies: [" SOFT("name: block, ") ", translation: [0.01, 0.007, 0.1005], velocity: [0.3, 0, -0.3]}]\n"
+    "effects:\n  - inertia: {}\n  - gravity: {}\n  - viscosity: {shear: 20, bulk: 20}\n"
+    "  - pin: {box: [[-1, -1, -1], [1, 1, 1e-6]]}\n"
+    "  - contact: {between: all, friction: 0.5, thickness: 2e-3}\n";
+static const char *const turned =
+    "body: {mesh: ../meshes/bar_8x2x2.mesh, density: 1000, material: {energy: S, young: 1e5, poisson: 0.4}}\n"
+    "effects:\n  - inertia: {}\n  - viscosity: {shear: 500, bulk: 500}\n  - pin: {box: [[-1, -1, -1], [1e-9, 9, 9]]}\n"
+    "  - prescribed_motion:\n      box: [[3.9999, -1, -1], [9, 9, 9]]\n      centre: [4, 0.5, 0.5]\n"
+    "      motion: [{time: 0}, {time: 0.05, rotation: [2, 0, 0]}]\n"
+    "  - contact: {between: self, thickness: 0.02}\n";
+
+static int failures; /* of the last run's solves */
+
 /* The positions after 0.05 s by a method with its keys, [n]; *newton: its iterations. */
 static double *run(const char *scene, const char *how, double step, int *n, int *newton)
 {
@@ -43,11 +62,12 @@ static double *run(const char *scene, const char *how, double step, int *n, int 
   const int status = touching_begin(text, NULL, 1000, &m);
   CHECK_OK(status);
   if (status) exit(1);
-  *newton = 0;
+  *newton = failures = 0;
   while (m.state.t < 0.05 * (1 - 1e-9)) {
     flesh_solve_stats stats = {0};
     CHECK_OK(flesh_integrator_step(m.integrator, &m.state, step, &stats));
     *newton += stats.newton;
+    failures += stats.convergence_failures;
   }
   double *x = malloc((size_t)m.n * sizeof *x);
   memcpy(x, m.state.x, (size_t)m.n * sizeof *x);
@@ -68,7 +88,8 @@ static void follow_the_tolerance(const char *scene, double length, double step, 
     snprintf(how, sizeof how, "adaptive, tolerance: %g", tolerance);
     double *x = run(scene, how, 0.05, &n, &newton);
     for (int d = 0; d < n; d++) square += (x[d] - exact[d]) * (x[d] - exact[d]) / n * 3;
-    printf("# tolerance %g: error %.2g tolerances, %d Newton iterations\n", tolerance, sqrt(square) / (length * tolerance), newton);
+    printf("# tolerance %g: error %.2g tolerances, %d Newton iterations\n", tolerance, sqrt(square) / (length * tolerance),
+           newton);
     CHECK_BELOW(sqrt(square), most * tolerance * length);
     free(x);
   }
@@ -81,9 +102,26 @@ static void errors_of_two_cubes_follow_the_tolerance(void) { follow_the_toleranc
 static void errors_of_waves_follow_the_tolerance(void) { follow_the_tolerance(stopped, 4, 1e-5, 3); }
 static void errors_at_incompressibility_follow_the_tolerance(void) { follow_the_tolerance(incompressible, 0.1, 1e-4, 1); }
 
+static void solves_end_where_steps_move_nothing(void)
+{
+  int n, newton;
+  free(run(rubbing, "adaptive, tolerance: 1e-2", 0.05, &n, &newton));
+  printf("# %d Newton iterations\n", newton);
+  CHECK(newton < 320);
+}
+
+static void solves_begin_as_they_go_on(void)
+{
+  int n, newton;
+  free(run(turned, "adaptive, tolerance: 1e-2", 0.05, &n, &newton));
+  printf("# %d Newton iterations, %d failures\n", newton, failures);
+  CHECK(failures == 0);
+}
+
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(errors_of_a_cube_on_a_plane_follow_the_tolerance),
                    TEST(errors_of_two_cubes_follow_the_tolerance),
-                   TEST(errors_of_waves_follow_the_tolerance), TEST(errors_at_incompressibility_follow_the_tolerance));
+                   TEST(errors_of_waves_follow_the_tolerance), TEST(errors_at_incompressibility_follow_the_tolerance),
+                   TEST(solves_end_where_steps_move_nothing), TEST(solves_begin_as_they_go_on));
 }
