@@ -239,12 +239,13 @@ static double first_target(const flesh_newton *newton, double first, double load
   return fmin(fmin(given, newton->given_depth * first), load > 0 ? newton->given_share * fmax(first, load) : INFINITY);
 }
 
-/* u = 0, pushed out, or the guess that has the lowest potential. Where errors choose steps guesses are seldom worse, and
- * each candidate takes a search of what is near. */
-static int find_start(flesh_newton *newton, const double *const *guesses, double *u)
+/* u = 0, pushed out, or the guess that has the lowest potential. Where errors choose steps and the last solve was easy, a
+ * guess is seldom worse than 0, which takes a search of what touches. */
+static int find_start(flesh_newton *newton, const double *const *guesses, int easy, double *u)
 {
   flesh_equations *equations = &newton->equations;
-  const int guessed = guesses && *guesses, alone = guessed && newton->given_target > 0 && newton->stats.backtracks == 0;
+  const int guessed = guesses && *guesses, touches = equations->evaluation.proximity.near != NULL;
+  const int alone = guessed && easy && touches && newton->given_target > 0 && newton->given_mass > 0;
   double value = INFINITY, size;
   newton->began = NULL;
   flesh_equations_start(equations, u);
@@ -263,9 +264,10 @@ int flesh_stage_begin(flesh_newton *newton, const flesh_stage *stage, const doub
   flesh_equations *equations = &newton->equations;
   *self = (flesh_stage_solve){.newton = newton, .stats = stats, .u = u};
   flesh_newton_set_stage(newton, stage);
-  int status = find_start(newton, guesses, u);
+  const int easy = newton->stats.backtracks == 0;
   memset(&newton->stats, 0, sizeof newton->stats);
   stats->residual_first = stats->residual_last = stats->residual_target = 0;
+  int status = find_start(newton, guesses, easy, u);
   self->freezes = equations->evaluation.frozen && stage->frozen_at_solution;
   if (self->freezes && !status) flesh_newton_freeze(newton, u);
   if (!status) status = evaluate(newton, u, &self->first);

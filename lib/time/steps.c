@@ -141,14 +141,16 @@ static int begin_anew(flesh_integrator *self, flesh_state *state, const flesh_pi
  * met on the way, but the line through it ends as far behind an obstacle as the nodes were before it. Halves help only
  * once one step resolves how the barrier turns a node around; meanwhile nodes bounce between ends that lie ever deeper in
  * the barrier, and gain energy. Backward Euler's end is its stage, and it damps. Its local error is of the second order,
- * and impacts are few: the order of the whole is kept, as by one such step at a start. So it does where the energy grows
- * and some halves have not helped, for motion that a method feeds which damps nothing. */
+ * and impacts are few: the order of the whole is kept, as by one such step at a start. Where errors choose steps, that
+ * before an impact may be so long that it would take the rebound away, so that shorter ones are tried first. So it does
+ * where the energy grows and some halves have not helped, for motion that a method feeds which damps nothing. */
 static int needs_euler(const flesh_integrator *self, const flesh_cutbacks *cutbacks)
 {
   enum { HALVINGS = 3 };
   const int most = self->recovery.max_cutbacks < HALVINGS ? self->recovery.max_cutbacks : HALVINGS;
   const int lasts = self->control.on ? flesh_error_control_keeps_gaining(&self->control) : cutbacks->depth >= most;
-  return self->part.blocked || (self->control.refusal == FLESH_REFUSED_BY_ENERGY && lasts);
+  const int short_enough = !self->control.on || self->control.failed >= HALVINGS;
+  return (self->part.blocked && short_enough) || (self->control.refusal == FLESH_REFUSED_BY_ENERGY && lasts);
 }
 
 /* Whether the acceleration at the start would by itself take a node farther than an edge within the first step: bodies
