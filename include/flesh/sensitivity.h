@@ -133,6 +133,17 @@ typedef struct flesh_motion_quantity {
 FLESH_API int flesh_trajectory_gradient(flesh_trajectory *trajectory, const flesh_motion_quantity *quantity, int count,
                                         const flesh_parameter *parameters, double *gradient, double *by_start);
 
+/* Called with the time of a state, from the last one to the first, and what there is so far of the derivatives of Q by
+ * its x and v [3*n] through later states, to which it adds those by what Q reads of it; another status than 0 ends the
+ * pass. */
+typedef int (*flesh_adjoint_visit)(void *data, double t, double *by_x, double *by_v);
+/* gradient [tets] = dQ/dp for the constant p of each tet, by one adjoint of all recorded steps, for a Q of all states:
+ * `visit` is called once for the first one and for those to which calls of flesh_integrator_step have led. A tet bears
+ * on elasticity and on damping by its stiffness. Errors: those of flesh_trajectory_gradient and of flesh_tet_forces,
+ * and what `visit` returns. */
+FLESH_API int flesh_trajectory_tet_gradient(flesh_trajectory *trajectory, const flesh_tet_parameter *parameter,
+                                            flesh_adjoint_visit visit, void *data, double *gradient);
+
 /* The tangent of all recorded steps: dx and dv [3*n], the derivatives of the last state by the parameter. One linear
  * solve for each solve of a stage: for few parameters and many quantities. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY,
  * FLESH_ERR_SOLVE. */

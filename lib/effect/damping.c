@@ -100,14 +100,15 @@ static int damping_is_same(const flesh_effect *effect, const flesh_effect *other
          (!self->x || !memcmp(self->x, its->x, 3 * sizeof *self->x * (size_t)effect->nodes));
 }
 
-/* The mass reads no lagged state. */
-static int damping_tear(const flesh_effect *effect, const flesh_mesh *torn, flesh_effect **apart)
+/* The mass reads neither a lagged state nor a material. */
+static int damping_tear(const flesh_effect *effect, const flesh_body *body, const flesh_mesh *torn, flesh_effect **apart)
 {
   const damping *self = effect->data;
-  flesh_body body = self->body;
-  body.mesh = torn;
-  body.part_count = 0;
-  return flesh_effect_damping(&body, 0, self->stiffness, FLESH_STIFFNESS_CURRENT, apart);
+  flesh_body own = body ? *body : self->body;
+  own.mesh = torn;
+  own.part_count = 0;
+  return flesh_effect_damping(&own, 0, self->stiffness,
+                              self->rest || self->x ? FLESH_STIFFNESS_REST : FLESH_STIFFNESS_CURRENT, apart);
 }
 
 static void damping_destroy(void *data)
@@ -136,10 +137,11 @@ static void damping_destroy(void *data)
                                                .instructions = damping_instructions, __VA_ARGS__},                     \
       .figures = &(const flesh_effect_figures){.memory = damping_memory},                                              \
   }
-/* K at the lagged shape. */
-static const flesh_effect_readings current_readings = {.tear = damping_tear};
-static const flesh_effect_operations damping_operations = OPERATIONS(0, .readings = NULL),
-                                     current_operations = OPERATIONS(FLESH_IS_FOLLOWER_LOAD, .readings = &current_readings);
+/* K at rest, and at the lagged shape. */
+static const flesh_effect_readings readings = {.tear = damping_tear};
+static const flesh_effect_operations mass_operations = OPERATIONS(0, .readings = NULL),
+                                     rest_operations = OPERATIONS(0, .readings = &readings),
+                                     current_operations = OPERATIONS(FLESH_IS_FOLLOWER_LOAD, .readings = &readings);
 #undef OPERATIONS
 
 /* d2 psi at rest: by the eigenvalue A_11 - A_12 = flip on changes of shape, A_11 + 2 A_12 on the change of volume, and
@@ -193,12 +195,13 @@ int flesh_effect_damping(const flesh_body *body, double mass, double stiffness, 
   self->mass = mass;
   self->stiffness = stiffness;
   self->body = *body;
-  const int against_current = stiffness > 0 && against == FLESH_STIFFNESS_CURRENT;
+  const flesh_effect_operations *operations =
+      !(stiffness > 0) ? &mass_operations : against == FLESH_STIFFNESS_CURRENT ? &current_operations : &rest_operations;
   int status = mass > 0 ? flesh_mass_matrix_create(body, &self->M) : FLESH_OK;
   if (!status && stiffness > 0) status = take_stiffness(self, body, against);
   if (status) {
     damping_destroy(self);
     return status;
   }
-  return flesh_effect_create(against_current ? &current_operations : &damping_operations, body->mesh, self, effect);
+  return flesh_effect_create(operations, body->mesh, self, effect);
 }

@@ -195,12 +195,12 @@ static int muscle_restrict(const flesh_effect *whole, const flesh_rank_part *par
   return make_of(whole, flesh_rank_part_tets(part), body, restricted);
 }
 
-static int muscle_tear(const flesh_effect *effect, const flesh_mesh *torn, flesh_effect **apart)
+static int muscle_tear(const flesh_effect *effect, const flesh_body *body, const flesh_mesh *torn, flesh_effect **apart)
 {
-  flesh_body body = ((const muscle *)effect->data)->body;
-  body.mesh = torn;
-  body.part_count = 0;
-  return make_of(effect, NULL, &body, apart);
+  flesh_body own = body ? *body : ((const muscle *)effect->data)->body;
+  own.mesh = torn;
+  own.part_count = 0;
+  return make_of(effect, NULL, &own, apart);
 }
 
 /* Operations of fibres whose tension does not depend on the speed, and of those whose tension does. */

@@ -66,8 +66,9 @@ typedef struct flesh_effect_readings {
   void (*multiply)(const flesh_effect *effect, const flesh_point *point, flesh_reading reading, int transposed,
                    double scale, const double *w, double *y);
   /* For a sum over tets: a new effect of the same tets on `torn`, in which no two share a node (mesh/torn.h), so that a
-   * few differences have the derivatives of all tets. It lives no longer than this one and `torn`. */
-  int (*tear)(const flesh_effect *effect, const flesh_mesh *torn, flesh_effect **apart);
+   * few differences have the derivatives of all tets. Its materials are those of `body`; NULL: its own. It lives no longer
+   * than this one, `body` and `torn`. */
+  int (*tear)(const flesh_effect *effect, const flesh_body *body, const flesh_mesh *torn, flesh_effect **apart);
   /* For what couples few nodes, which differ from place to place: adds the blocks of the derivative of the residual by
    * `reading`. FLESH_UNDEFINED where there is none; the errors of `add`. */
   int (*couple)(const flesh_effect *effect, const flesh_point *point, flesh_reading reading, flesh_block_add add, void *to);

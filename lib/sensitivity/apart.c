@@ -10,10 +10,9 @@
 
 enum { ARRAYS = 7 }; /* of a point */
 
-void flesh_apart_clear(flesh_couplings *self)
+void flesh_apart_clear(int effects, flesh_apart *apart)
 {
-  flesh_apart *apart = &self->apart;
-  for (int e = 0; e < flesh_system_effect_count(self->system) && apart->of; e++) flesh_system_destroy(&apart->of[e]);
+  for (int e = 0; e < effects && apart->of; e++) flesh_system_destroy(&apart->of[e]);
   flesh_free(apart->of);
   flesh_mesh_destroy(&apart->mesh);
   flesh_free(apart->from);
@@ -21,17 +20,26 @@ void flesh_apart_clear(flesh_couplings *self)
   *apart = (flesh_apart){0};
 }
 
+static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "no memory for the sensitivities of single tets"); }
+
+int flesh_apart_open(const flesh_mesh *mesh, flesh_apart *apart)
+{
+  const int status = flesh_mesh_tear(mesh, &apart->mesh, &apart->from);
+  if (status) return status;
+  apart->n = 3 * flesh_mesh_node_count(apart->mesh);
+  apart->room = flesh_malloc(12 * (size_t)apart->n * sizeof *apart->room);
+  return apart->room ? FLESH_OK : no_memory();
+}
+
 static int make_mesh(flesh_couplings *self)
 {
   flesh_apart *apart = &self->apart;
-  if (apart->room) return FLESH_OK;
-  flesh_apart_clear(self); /* of what failed */
-  const int status = flesh_mesh_tear(flesh_system_mesh(self->system), &apart->mesh, &apart->from);
-  if (status) return status;
-  apart->n = 3 * flesh_mesh_node_count(apart->mesh);
-  apart->of = flesh_calloc((size_t)flesh_system_effect_count(self->system), sizeof(flesh_system *));
-  if (apart->of) apart->room = flesh_malloc(12 * (size_t)apart->n * sizeof *apart->room);
-  return apart->room ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for the sensitivities of single tets");
+  const int effects = flesh_system_effect_count(self->system);
+  if (apart->of) return FLESH_OK;
+  flesh_apart_clear(0, apart); /* of what failed */
+  const int status = flesh_apart_open(flesh_system_mesh(self->system), apart);
+  if (!status) apart->of = flesh_calloc((size_t)effects, sizeof(flesh_system *));
+  return status || apart->of ? status : no_memory();
 }
 
 static int make_system(flesh_couplings *self, int e)
@@ -41,7 +49,7 @@ static int make_system(flesh_couplings *self, int e)
   flesh_system *system = NULL;
   int status = make_mesh(self);
   if (status || self->apart.of[e]) return status;
-  status = flesh_effect_private_of(effect)->readings->tear(effect, self->apart.mesh, &torn);
+  status = flesh_effect_private_of(effect)->readings->tear(effect, NULL, self->apart.mesh, &torn);
   if (!status) status = flesh_system_create(self->apart.mesh, &system);
   if (!status) status = flesh_system_add_effect(system, &torn);
   if (!status) status = flesh_system_finalize(system);
@@ -51,8 +59,7 @@ static int make_system(flesh_couplings *self, int e)
   return status;
 }
 
-/* The point of the torn body, in `room` [ARRAYS*n]: the same arrays stay the same. */
-static flesh_point tear_point(const flesh_apart *apart, const flesh_point *point)
+flesh_point flesh_apart_point(const flesh_apart *apart, const flesh_point *point)
 {
   flesh_point torn = *point;
   const double **arrays[ARRAYS] = {&torn.x, &torn.v, &torn.a, &torn.lagged.x, &torn.lagged.v, &torn.frozen.x, &torn.frozen.v};
@@ -122,7 +129,7 @@ int flesh_couplings_find_apart(flesh_couplings *self, int effect, const flesh_po
   int status = make_system(self, effect);
   if (status) return status;
   const flesh_apart *apart = &self->apart;
-  flesh_point point = tear_point(apart, given);
+  flesh_point point = flesh_apart_point(apart, given);
   const double **const read[FLESH_READINGS] = {&point.lagged.x, &point.lagged.v, &point.frozen.x, &point.frozen.v,
                                                &point.v,        &point.x};
   const variation v = {apart->of[effect], &point, read[reading], step};

@@ -36,7 +36,7 @@ typedef struct flesh_apart {
   int n;            /* 3 * its nodes */
   int *from;        /* [n/3] the body's nodes */
   flesh_system **of; /* [effects] of each that can be torn alone; NULL: not made */
-  double *room;     /* [12*n] */
+  double *room;     /* [12*n] of which a point has the first 7 */
 } flesh_apart;
 
 typedef struct flesh_couplings {
@@ -73,7 +73,12 @@ int flesh_coupling_append(void *coupling, int row, int column, const double bloc
  * FLESH_ERR_MEMORY, and what the effect returns. */
 int flesh_couplings_find_apart(flesh_couplings *couplings, int effect, const flesh_point *point, flesh_reading reading,
                                double step);
-void flesh_apart_clear(flesh_couplings *couplings);
+/* Tears a mesh, with room; to be cleared also when it fails. FLESH_ERR_MEMORY. */
+int flesh_apart_open(const flesh_mesh *mesh, flesh_apart *apart);
+/* The point of the torn body, in its room: the same arrays stay the same. */
+flesh_point flesh_apart_point(const flesh_apart *apart, const flesh_point *point);
+/* Clears one of `effects` systems. */
+void flesh_apart_clear(int effects, flesh_apart *apart);
 /* y [n] += scale D x, or D^T x if `transposed`, D being the derivative by what is read. */
 void flesh_couplings_add(const flesh_couplings *couplings, flesh_reading reading, int transposed, double scale,
                          const double *x, double *y);

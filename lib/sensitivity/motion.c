@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "sensitivity/pass.h"
+#include "sensitivity/tets.h"
 
 /* The bars of the bases, at which x0, v0 and a0 have those of x, v and a, go to what they are made of. */
 static void give_bases(flesh_motion_pass *p, const flesh_recorded_part *part, int at, const double *x, const double *v,
@@ -86,6 +87,9 @@ static int add_parameters(flesh_motion_pass *p, const double *bar)
     for (int d = 0; d < p->self->n && !status; d++)
       p->gradient[k] += (bar ? bar[d] * p->moves[0][d] : 0) - p->lambda[d] * p->force[d];
   }
+  if (!p->tets || status) return status;
+  status = flesh_varied_tets_set(p->tets, &self->tangent.point);
+  if (!status) flesh_varied_tets_add(p->tets, p->lambda, p->by_tet);
   return status;
 }
 
@@ -211,16 +215,53 @@ static double time_of(const flesh_trajectory *self, int call, double end)
   return call < 0 ? self->calls[0].t : call < self->call_count ? self->calls[call].t : end;
 }
 
+/* Of which derivatives are asked: a quantity, or what `visit` adds. */
+typedef struct asking {
+  const flesh_motion_quantity *quantity;
+  flesh_adjoint_visit visit;
+  void *data;
+} asking;
+
 /* Adds the bars of the state at which call k has begun, or the last one ended. */
-static void add_quantity(flesh_motion_pass *p, const flesh_motion_quantity *quantity, int call, double end)
+static int add_asked(flesh_motion_pass *p, const asking *asked, int call, double end)
 {
   const flesh_trajectory *self = p->self;
-  const double *const by[] = {quantity->by_x, quantity->by_v}, begin = time_of(self, 0, end);
+  const flesh_motion_quantity *quantity = asked->quantity;
+  const double t = time_of(self, call, end), begin = time_of(self, 0, end);
+  if (asked->visit) {
+    const int again = call < self->call_count && time_of(self, call + 1, end) == t; /* the call has failed */
+    return again ? FLESH_OK : asked->visit(asked->data, t, p->known[FLESH_KNOWN_X], p->known[FLESH_KNOWN_V]);
+  }
+  const double *const by[] = {quantity->by_x, quantity->by_v};
   double weight = (time_of(self, call + 1, end) - time_of(self, call - 1, end)) / 2;
   if (quantity->over == FLESH_MEAN) weight /= end - begin;
   if (quantity->over == FLESH_AT_END) weight = call == self->call_count;
   for (int k = 0; k < 2; k++)
     if (by[k]) flesh_add_scaled(self->n, weight, by[k], p->known[k ? FLESH_KNOWN_V : FLESH_KNOWN_X]);
+  return FLESH_OK;
+}
+
+/* The whole pass, whose parameters are taken. */
+static int go_back(flesh_motion_pass *p, const asking *asked)
+{
+  flesh_trajectory *self = p->self;
+  const flesh_recorded_part *part;
+  int status = FLESH_OK, call = self->call_count;
+  double end = 0;
+  flesh_newton_forget(self->tangent.newton); /* so that all gradients have the same bits */
+  for (int k = self->total - 1; k >= 0 && !status; k--) {
+    status = flesh_trajectory_part(self, k, &part);
+    if (status) break;
+    if (k == self->total - 1) {
+      end = part->taken.end;
+      status = add_asked(p, asked, call--, end);
+      while (call >= 0 && self->calls[call].t >= end && !status) status = add_asked(p, asked, call--, end); /* it has failed */
+    }
+    if (!status) status = part_back(p, part);
+    while (call >= 0 && part->opens && self->calls[call].t == part->t && !status) status = add_asked(p, asked, call--, end);
+  }
+  const int returned = flesh_trajectory_return(self);
+  return status ? status : returned;
 }
 
 int flesh_trajectory_gradient(flesh_trajectory *self, const flesh_motion_quantity *quantity, int count,
@@ -228,30 +269,29 @@ int flesh_trajectory_gradient(flesh_trajectory *self, const flesh_motion_quantit
 {
   FLESH_NEED({self, "trajectory"}, {quantity, "quantity"}, {parameters, "parameters"}, {gradient, "gradient"});
   const size_t n = (size_t)self->n;
-  double end = 0;
   memset(gradient, 0, (size_t)count * sizeof *gradient);
   flesh_motion_pass p = flesh_pass_of(self, self->vectors);
   p.gradient = gradient;
-  flesh_newton_forget(self->tangent.newton); /* so that all gradients have the same bits */
-  const flesh_recorded_part *part;
   int status = flesh_pass_take_parameters(&p, count, parameters);
-  int call = self->call_count;
-  for (int k = self->total - 1; k >= 0 && !status; k--) {
-    status = flesh_trajectory_part(self, k, &part);
-    if (status) break;
-    if (k == self->total - 1) {
-      end = part->taken.end;
-      add_quantity(&p, quantity, call--, end);
-      while (call >= 0 && self->calls[call].t >= end) add_quantity(&p, quantity, call--, end); /* it has failed */
-    }
-    status = part_back(&p, part);
-    while (call >= 0 && part->opens && self->calls[call].t == part->t) add_quantity(&p, quantity, call--, end);
-  }
-  const int returned = flesh_trajectory_return(self);
+  if (!status) status = go_back(&p, &(asking){.quantity = quantity});
   flesh_free(p.same);
-  if (!status) status = returned;
   if (status || !by_start) return status;
   memcpy(by_start, p.known[FLESH_KNOWN_X], n * sizeof *by_start);
   memcpy(by_start + n, p.known[FLESH_KNOWN_V], n * sizeof *by_start);
   return FLESH_OK;
+}
+
+int flesh_trajectory_tet_gradient(flesh_trajectory *self, const flesh_tet_parameter *parameter, flesh_adjoint_visit visit,
+                                  void *data, double *gradient)
+{
+  FLESH_NEED({self, "trajectory"}, {parameter, "parameter"}, {visit, "visit"}, {gradient, "gradient"});
+  flesh_varied_tets tets;
+  int status = flesh_varied_tets_open(parameter, self->system, &tets);
+  flesh_motion_pass p = flesh_pass_of(self, self->vectors);
+  p.tets = &tets;
+  p.by_tet = gradient;
+  if (!status) memset(gradient, 0, (size_t)flesh_mesh_tet_count(tets.apart.mesh) * sizeof *gradient);
+  if (!status) status = go_back(&p, &(asking){.visit = visit, .data = data});
+  flesh_varied_tets_clear(&tets);
+  return status;
 }

@@ -21,6 +21,8 @@ typedef struct flesh_motion_pass {
   const flesh_parameter *parameters;
   double *gradient;    /* backward */
   unsigned char *same; /* [count][1 + effects] of each parameter, flesh_parameter_compare's */
+  struct flesh_varied_tets *tets; /* backward; NULL: no constant of single tets is a parameter */
+  double *by_tet;      /* [tets] */
 } flesh_motion_pass;
 
 /* A pass in `room` [FLESH_PASS_ARRAYS*n], which becomes 0. Cannot fail. */

@@ -1,65 +1,99 @@
-/* tets.c: what a constant of the material of each single tet changes in the residual. A tet's elastic forces depend on its
- * own constants alone, so that the residual of the body torn into its tets, which share no node, has them all at once. */
+/* tets.c: what a constant of the material of each single tet changes in the residual. A tet's forces depend on its own constants
+ * alone, so that the residual of the body torn into its tets, which share no node, has them all at once. */
+#include "sensitivity/tets.h"
+
 #include <string.h>
 
 #include "base/error.h"
 #include "base/memory.h"
 #include "flesh/effects.h"
-#include "flesh/sensitivity.h"
-#include "mesh/mesh.h"
+#include "mesh/pieces.h"
 #include "mesh/torn.h"
 
-static int no_memory(int tets) { return flesh_fail(FLESH_ERR_MEMORY, "no memory for the forces of %d tets", tets); }
-
-/* r [3*nodes of torn]: the elastic forces of a body of that mesh at x [3*nodes of torn]. */
-static int find_forces(const flesh_body *body, const flesh_mesh *torn, const flesh_state *state, const double *x, double *r)
+/* A system of elasticity, and of what among `effects` is damped by the stiffness. */
+static int make_system(const flesh_varied_tets *self, const flesh_body *body, const flesh_system *effects, flesh_system **system)
 {
-  flesh_body apart = *body;
-  flesh_system *system = NULL;
-  flesh_effect *elasticity = NULL;
-  apart.mesh = torn;
-  apart.part_count = 0;
-  flesh_point point = flesh_point_at(state->t, x, x, x); /* elasticity reads neither v nor a */
-  point.multipliers = state->multipliers;
-  int status = flesh_system_create(torn, &system);
-  if (!status) status = flesh_effect_elasticity(&apart, &elasticity);
-  if (!status) status = flesh_system_add_effect(system, &elasticity);
-  if (!status) status = flesh_system_finalize(system);
-  if (!status) status = flesh_system_residual(system, &point, r);
-  flesh_system_destroy(&system);
-  return status > 0 ? flesh_fail(FLESH_ERR_SOLVE, "the tets have no elastic forces where their constants are changed") : status;
+  const flesh_mesh *torn = self->apart.mesh;
+  flesh_effect *effect = NULL;
+  flesh_body own = *body;
+  own.mesh = torn;
+  own.part_count = 0;
+  int status = flesh_system_create(torn, system);
+  if (!status) status = flesh_effect_elasticity(&own, &effect);
+  if (!status) status = flesh_system_add_effect(*system, &effect);
+  for (int e = 0; effects && e < flesh_system_effect_count(effects) && !status; e++) {
+    const flesh_effect *one = flesh_system_effect(effects, e);
+    const flesh_effect_readings *readings = flesh_effect_private_of(one)->readings;
+    if (one->operations->role != FLESH_ROLE_DAMPING || !readings || !readings->tear) continue;
+    status = readings->tear(one, body, torn, &effect);
+    if (!status) status = flesh_system_add_effect(*system, &effect);
+  }
+  flesh_effect_destroy(&effect);
+  return status ? status : flesh_system_finalize(*system);
+}
+
+int flesh_varied_tets_open(const flesh_tet_parameter *parameter, const flesh_system *effects, flesh_varied_tets *self)
+{
+  *self = (flesh_varied_tets){.parameter = parameter};
+  FLESH_NEED({parameter, "parameter"});
+  FLESH_NEED({parameter->bodies[0], "parameter->bodies[0]"}, {parameter->bodies[1], "parameter->bodies[1]"},
+             {parameter->difference, "parameter->difference"});
+  const flesh_mesh *mesh = parameter->bodies[0]->mesh, *other = parameter->bodies[1]->mesh;
+  if (flesh_mesh_tet_count(other) != mesh->tets || flesh_mesh_node_count(other) != mesh->nodes)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the bodies of a parameter by tets have different meshes; they must have the same");
+  if (effects && (flesh_system_unknowns(effects) != 3 * mesh->nodes || flesh_mesh_tet_count(flesh_system_mesh(effects)) != mesh->tets))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the bodies of a parameter by tets have another mesh than the motion; they must have it");
+  int status = flesh_apart_open(mesh, &self->apart);
+  for (int k = 0; k < 2 && !status; k++) {
+    self->r[k] = self->apart.room + (size_t)(10 + k) * (size_t)self->apart.n;
+    status = make_system(self, parameter->bodies[k], effects, &self->systems[k]);
+  }
+  return status;
+}
+
+void flesh_varied_tets_clear(flesh_varied_tets *self)
+{
+  for (int k = 0; k < 2; k++) flesh_system_destroy(&self->systems[k]);
+  flesh_apart_clear(0, &self->apart);
+}
+
+int flesh_varied_tets_set(flesh_varied_tets *self, const flesh_point *point)
+{
+  const flesh_point torn = flesh_apart_point(&self->apart, point);
+  int status = FLESH_OK;
+  for (int k = 0; k < 2 && !status; k++) status = flesh_system_residual(self->systems[k], &torn, self->r[k]);
+  return status > 0 ? flesh_fail(FLESH_ERR_SOLVE, "the tets have no forces where their constants are changed") : status;
+}
+
+void flesh_varied_tets_add(const flesh_varied_tets *self, const double *lambda, double *gradient)
+{
+  for (int t = 0, i = 0, nodes[10]; t < flesh_mesh_tet_count(self->apart.mesh); t++) {
+    const int has = flesh_mesh_tet_nodes(self->apart.mesh, t, nodes);
+    const double difference = self->parameter->difference[t];
+    for (int d = 3 * i; d < 3 * (i + has) && difference != 0; d++)
+      gradient[t] -= lambda[3 * self->apart.from[d / 3] + d % 3] * (self->r[1][d] - self->r[0][d]) / difference;
+    i += has;
+  }
 }
 
 int flesh_tet_forces(const flesh_tet_parameter *parameter, const flesh_state *state, double *forces)
 {
+  flesh_varied_tets varied;
   FLESH_NEED({parameter, "parameter"}, {state, "state"}, {forces, "forces"});
-  FLESH_NEED({parameter->bodies[0], "parameter->bodies[0]"}, {parameter->bodies[1], "parameter->bodies[1]"},
-             {parameter->difference, "parameter->difference"}, {state->x, "state->x"});
-  const flesh_body *const *bodies = parameter->bodies;
-  const flesh_mesh *mesh = bodies[0]->mesh;
-  const int size = flesh_mesh_order(mesh) == 2 ? 10 : 4;
-  flesh_mesh *torn = NULL;
-  int *from = NULL;
-  double *x = NULL, *r[2] = {NULL};
-  if (flesh_mesh_tet_count(bodies[1]->mesh) != mesh->tets || flesh_mesh_node_count(bodies[1]->mesh) != mesh->nodes)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "the bodies of a parameter by tets have different meshes; they must have the same");
-  int status = flesh_mesh_tear(mesh, &torn, &from);
-  const int nodes = status ? 0 : flesh_mesh_node_count(torn);
-  if (!status && !(x = flesh_malloc(9 * (size_t)nodes * sizeof *x))) status = no_memory(mesh->tets);
-  for (int i = 0; i < nodes && !status; i++) memcpy(x + 3 * (size_t)i, state->x + 3 * (size_t)from[i], 3 * sizeof *x);
-  for (int k = 0; k < 2 && !status; k++) {
-    r[k] = x + (size_t)(3 + 3 * k) * (size_t)nodes;
-    status = find_forces(bodies[k], torn, state, x, r[k]);
-  }
-  if (!status) memset(forces, 0, 3 * (size_t)size * (size_t)mesh->tets * sizeof *forces);
-  for (int t = 0, i = 0; t < mesh->tets && !status; t++) {
-    const int count = flesh_mesh_is_quadratic(mesh, t) ? 30 : 12;
+  FLESH_NEED({state->x, "state->x"});
+  flesh_point point = flesh_point_at(state->t, state->x, state->x, state->x); /* elasticity reads neither v nor a */
+  point.multipliers = state->multipliers;
+  int status = flesh_varied_tets_open(parameter, NULL, &varied);
+  if (!status) status = flesh_varied_tets_set(&varied, &point);
+  const flesh_mesh *torn = varied.apart.mesh;
+  const size_t size = status ? 0 : flesh_mesh_order(torn) == 2 ? 30 : 12;
+  if (!status) memset(forces, 0, size * (size_t)flesh_mesh_tet_count(torn) * sizeof *forces);
+  for (int t = 0, i = 0, nodes[10]; !status && t < flesh_mesh_tet_count(torn); t++) {
+    const int count = 3 * flesh_mesh_tet_nodes(torn, t, nodes);
     for (int d = 0; d < count && parameter->difference[t] != 0; d++)
-      forces[3 * (size_t)size * (size_t)t + (size_t)d] = (r[1][i + d] - r[0][i + d]) / parameter->difference[t];
+      forces[size * (size_t)t + (size_t)d] = (varied.r[1][i + d] - varied.r[0][i + d]) / parameter->difference[t];
     i += count;
   }
-  flesh_mesh_destroy(&torn);
-  flesh_free(from);
-  flesh_free(x);
+  flesh_varied_tets_clear(&varied);
   return status;
 }

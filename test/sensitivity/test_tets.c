@@ -13,23 +13,28 @@ static const char text[] =
     "  - pressure: {box: [[-1, -1, 0.999], [5, 2, 2]], pressure: 40}\n"
     "time: {method: static, step: 1, end: 1}\nsolver: {newton_tolerance: 1e-9}\n";
 
+static const char *added_effects = "effects.drag=null"; /* an override; without "null" the scene has inertia, too */
+
 /* The scene with another element and constant, and a map of one tet: the first `key` is that of the whole. */
 static flesh_scene *scene_with(const char *element, const char *poisson, const char *key, double value, int tet)
 {
-  char sets[5][128];
-  const char *const list[] = {sets[0], sets[1], sets[2], sets[3], sets[4]};
+  char sets[7][128];
+  const char *const list[] = {sets[0], sets[1], sets[2], sets[3], sets[4], sets[5], sets[6]};
+  const int moves = !strstr(added_effects, "null");
   flesh_scene *scene = NULL;
   snprintf(sets[0], sizeof sets[0], "body.element=%s", element);
   snprintf(sets[1], sizeof sets[1], "body.material.poisson=%s", poisson);
   snprintf(sets[2], sizeof sets[2], "body.material.%s=%.17g", tet < 0 ? key : "young", tet < 0 ? value : 1e5);
   snprintf(sets[3], sizeof sets[3], "effects.%s=null", atof(poisson) == 0.5 ? "pressure" : "drag");
-  snprintf(sets[4], sizeof sets[4], "body.material_map=%s", map_file);
+  snprintf(sets[4], sizeof sets[4], "%s", added_effects);
+  snprintf(sets[5], sizeof sets[5], "effects.%s", moves ? "inertia={}" : "drag=null");
+  snprintf(sets[6], sizeof sets[6], "body.material_map=%s", map_file);
   if (tet >= 0) {
     FILE *file = fopen(map_file, "w");
     fprintf(file, "# a comment\ntet,%s\n%d,%.17g\n", key, tet, value);
     fclose(file);
   }
-  CHECK_OK(flesh_scene_read_text(text, "../data/scenes/tets.yaml", 4 + (tet >= 0), list, &scene));
+  CHECK_OK(flesh_scene_read_text(text, "../data/scenes/tets.yaml", 6 + (tet >= 0), list, &scene));
   if (!scene) exit(1);
   unlink(map_file);
   return scene;
@@ -138,6 +143,95 @@ static void forces_of_tets_are_those_of_scenes(void)
   try_element("tet10-mean", "0.5", "young", 1e5, 1e2);
 }
 
+/* A Q of all states: a linear function of x and v by `by` [2*n], which counts by the time. */
+typedef struct weighed {
+  int n, states;
+  const double *by;
+} weighed;
+
+static double weight_at(double t) { return 1 + 30 * t; }
+
+static int add_weighed(void *data, double t, double *by_x, double *by_v)
+{
+  weighed *w = data;
+  for (int d = 0; d < w->n; d++) by_x[d] += weight_at(t) * w->by[d], by_v[d] += weight_at(t) * w->by[w->n + d];
+  w->states++;
+  return FLESH_OK;
+}
+
+/* The sum of its tangent. */
+typedef struct summed {
+  weighed of;
+  double sum;
+} summed;
+
+static int sum_up(void *data, int k, double t, const double *dx, const double *dv)
+{
+  summed *s = data;
+  (void)k;
+  for (int d = 0; d < s->of.n; d++) s->sum += weight_at(t) * (s->of.by[d] * dx[d] + s->of.by[s->of.n + d] * dv[d]);
+  return FLESH_OK;
+}
+
+/* Derivatives of a motion's Q by single tets, and by all, are those of tangents by scenes that differ in them. */
+static void try_motion(const char *element, const char *damping, flesh_method method)
+{
+  enum { STEPS = 6 };
+  const double h = 1e2;
+  const int only[] = {3, 77};
+  added_effects = damping;
+  flesh_scene *scene = scene_with(element, "0.4", "young", 1e5, -1);
+  flesh_scene *all[] = {scene_with(element, "0.4", "young", 1e5 - h, -1), scene_with(element, "0.4", "young", 1e5 + h, -1)};
+  const flesh_system *system = flesh_scene_system(scene);
+  const int n = flesh_system_unknowns(system), tets = flesh_mesh_tet_count(flesh_scene_mesh(scene));
+  double *room = calloc(4 * (size_t)n + 2 * (size_t)tets, sizeof *room), *by = room + 2 * n, *gradient = room + 4 * n;
+  double *difference = gradient + tets, whole = 0;
+  flesh_state state = {.x = room, .v = room + n};
+  flesh_integrator *integrator = NULL;
+  flesh_trajectory *trajectory = NULL;
+  for (int d = 0; d < 2 * n; d++) by[d] = sin(d) * (d < n ? 1 : 0.03);
+  flesh_scene_start(scene, &state);
+  CHECK_OK(flesh_integrator_create(system, method, flesh_scene_solver(scene), &integrator));
+  CHECK_OK(flesh_trajectory_create(integrator, 1e-12, 1000, &trajectory));
+  for (int k = 0; k < STEPS; k++) CHECK_OK(flesh_integrator_step(integrator, &state, 1e-2, NULL));
+  for (int t = 0; t < tets; t++) difference[t] = 2 * h;
+  const flesh_tet_parameter by_tet = {{flesh_scene_body(all[0]), flesh_scene_body(all[1])}, difference};
+  weighed w = {.n = n, .by = by};
+  CHECK_OK(flesh_trajectory_tet_gradient(trajectory, &by_tet, add_weighed, &w, gradient));
+  CHECK(w.states == STEPS + 1);
+  for (int t = 0; t < tets; t++) whole += gradient[t];
+  for (int k = -1; k < 2; k++) {
+    flesh_scene *alone[] = {k < 0 ? all[0] : scene_with(element, "0.4", "young", 1e5 - h, only[k]),
+                            k < 0 ? all[1] : scene_with(element, "0.4", "young", 1e5 + h, only[k])};
+    const flesh_parameter one = {{NULL, flesh_scene_system(alone[0]), flesh_scene_system(alone[1]), NULL}, h};
+    const double own = k < 0 ? whole : gradient[only[k]];
+    summed s = {w, 0};
+    CHECK_OK(flesh_trajectory_tangents(trajectory, 1, &one, NULL, sum_up, &s));
+    printf("# %s, %s, %s: %.8g, off by %.1e of it\n", element, flesh_method_name(method), k < 0 ? "all" : "a tet", own,
+           fabs(own / s.sum - 1));
+    CHECK_BELOW(fabs(own - s.sum), 1e-6 * fabs(s.sum));
+    for (int i = 0; i < 2; i++) flesh_scene_destroy(&alone[i]);
+  }
+  flesh_trajectory_destroy(&trajectory);
+  flesh_integrator_destroy(&integrator);
+  flesh_scene_destroy(&scene);
+  free(room);
+  added_effects = "effects.drag=null";
+}
+
+static void motions_have_derivatives_by_tets(void)
+{
+  static const char *const damping[] = {"effects.damping={mass: 0.5, stiffness: 0.01}",
+                                        "effects.damping={stiffness: 0.01, stiffness_at: current}"};
+  for (int k = 0; k < 2; k++) {
+    try_motion("tet4", damping[k], FLESH_METHOD_BACKWARD_EULER);
+    try_motion("tet4", damping[k], FLESH_METHOD_NEWMARK);
+  }
+  try_motion("tet10-mean", damping[0], FLESH_METHOD_BDF2);
+  try_motion("tet10", damping[1], FLESH_METHOD_MIDPOINT);
+  try_motion("tet4", damping[0], FLESH_METHOD_RUNGE_KUTTA);
+}
+
 /* A map names tets of the mesh as it is in its file: parts of refined ones have the constants of the whole. */
 static void maps_go_to_refined_tets(void)
 {
@@ -164,5 +258,5 @@ static void maps_go_to_refined_tets(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(forces_of_tets_are_those_of_scenes), TEST(maps_go_to_refined_tets));
+  return RUN_TESTS(argc, argv, TEST(forces_of_tets_are_those_of_scenes), TEST(motions_have_derivatives_by_tets), TEST(maps_go_to_refined_tets));
 }

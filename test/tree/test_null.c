@@ -232,6 +232,10 @@ static void null_is_refused_by_runs(void)
   REFUSES(flesh_trajectory_gradient, quantity, (any, NULL, 1, any, any, any));
   REFUSES(flesh_trajectory_gradient, parameters, (any, any, 1, NULL, any, any));
   REFUSES(flesh_trajectory_gradient, gradient, (any, any, 1, any, NULL, any));
+  REFUSES(flesh_trajectory_tet_gradient, trajectory, (NULL, any, any, any, any));
+  REFUSES(flesh_trajectory_tet_gradient, parameter, (any, NULL, any, any, any));
+  REFUSES(flesh_trajectory_tet_gradient, visit, (any, any, NULL, any, any));
+  REFUSES(flesh_trajectory_tet_gradient, gradient, (any, any, any, any, NULL));
   REFUSES(flesh_problem_solve, problem, (NULL, any, 1, any, .1)), REFUSES(flesh_problem_solve, b, (any, any, 1, NULL, .1));
   REFUSES(flesh_problem_set_stage, problem, (NULL, any)), REFUSES(flesh_problem_set_stage, stage, (any, NULL));
   REFUSES(flesh_sunmatrix_create, problem, (NULL, any, any)), REFUSES(flesh_sunmatrix_create, context, (any, NULL, any));

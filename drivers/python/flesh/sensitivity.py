@@ -117,6 +117,14 @@ class Sensitivity(Handle):
         return sum(amount * self.tangent(p).ravel() for amount, p in zip(amounts, parameters))
 
 
+def _by_tet(low, high, difference):
+    """A flesh_tet_parameter, and what it borrows."""
+    differences = np.ascontiguousarray(np.broadcast_to(np.asarray(difference, dtype=float), (low.mesh.tet_count,)))
+    struct = ffi.new("flesh_tet_parameter *", {"bodies": [low._struct, high._struct]})
+    struct.difference = pointer(differences)
+    return struct, differences
+
+
 def tet_forces(low: Body, high: Body, difference, state: State) -> np.ndarray:
     """[tets, 4 or 10, 3] dr/dp at the nodes of each tet for a constant p of that tet's material, N per unit of p.
 
@@ -125,11 +133,8 @@ def tet_forces(low: Body, high: Body, difference, state: State) -> np.ndarray:
         difference: [tets] or one for all: p in `high` less p in `low`; 0: of that tet it is no parameter.
         state: an equilibrium of the body.
     """
-    mesh = low.mesh
-    differences = np.ascontiguousarray(np.broadcast_to(np.asarray(difference, dtype=float), (mesh.tet_count,)))
+    mesh, (struct, _kept) = low.mesh, _by_tet(low, high, difference)
     forces = np.empty((mesh.tet_count, 10 if mesh.order == 2 else 4, 3))
-    struct = ffi.new("flesh_tet_parameter *", {"bodies": [low._struct, high._struct]})
-    struct.difference = pointer(differences)
     call(lib.flesh_tet_forces, struct, state._checked(mesh.node_count), pointer(forces))
     return forces
 
@@ -189,6 +194,23 @@ class Trajectory(Handle):
         call(lib.flesh_trajectory_gradient, self._pointer, quantity, len(all_of_them), structs, pointer(gradient),
              pointer(start))
         return MotionGradient(gradient, start[0], start[1])
+
+    def tet_gradient(self, low: Body, high: Body, difference, visit: Callable[[float, np.ndarray, np.ndarray], None]):
+        """[tets] dQ/dp for a constant p of each tet's material, as of a map, by one adjoint.
+
+        Args:
+            low, high, difference: as of `tet_forces`.
+            visit: visit(t, by_x, by_v) adds dQ/dx and dQ/dv of the state at t to arrays [nodes, 3], from the last state
+                to the first.
+        """
+        struct, _kept = _by_tet(low, high, difference)
+
+        def see(_data, t, by_x, by_v):
+            visit(t, *(np.frombuffer(ffi.buffer(d, 24 * self._nodes)).reshape(self._nodes, 3) for d in (by_x, by_v)))
+
+        visited, gradient = status_callback("int(void *, double, double *, double *)", see), np.empty(low.mesh.tet_count)
+        call(lib.flesh_trajectory_tet_gradient, self._pointer, struct, visited, ffi.NULL, pointer(gradient))
+        return gradient
 
     def tangent(self, parameter: Parameter) -> "tuple[np.ndarray, np.ndarray]":
         """dx/dp and dv/dp [nodes, 3] of the last state, by one linear solve for each solve of a stage."""
