@@ -9,7 +9,7 @@
 #include "cli/interrupt.h"
 #include "cli/options.h"
 #include "cli/output.h"
-#include "fit/map.h"
+#include "fit/fit.h"
 #include "picture/plot.h"
 
 static const char details[] =
@@ -43,21 +43,6 @@ static int spare_inputs(const flesh_fit *fit)
   return status;
 }
 
-/* The search for a map, and what is written of it. */
-static int find_map(flesh_fit *fit)
-{
-  flesh_fit_map_found found = {0};
-  int status = flesh_fit_map_search(fit, &found);
-  if (status) flesh_fit_write_ended(fit, status);
-  else status = flesh_fit_map_judge(fit, &found);
-  if (!status) status = flesh_fit_map_report(fit, &found);
-  if (!status) status = flesh_plot_accept("fit", flesh_fit_draw(fit, found.values));
-  if (!status && !found.stages[found.chosen].converged)
-    status = flesh_fail(FLESH_ERR_SOLVE, "%s; %s/result.json has it so far", found.words, fit->out);
-  flesh_fit_map_found_close(&found);
-  return status;
-}
-
 /* The search, and what is written of it. */
 static int find(flesh_fit *fit, int resume)
 {
@@ -66,7 +51,7 @@ static int find(flesh_fit *fit, int resume)
   int status = FLESH_OK;
   for (int e = 0; e < fit->experiment_count && !status; e++) status = flesh_fit_try(fit, e);
   if (!status) status = flesh_fit_runs_open(fit, resume);
-  if (status || fit->map) return status ? status : find_map(fit);
+  if (status) return status;
   status = flesh_fit_search(fit, &found);
   if (status) flesh_fit_write_ended(fit, status);
   else status = flesh_fit_judge(fit, &found, &statistics);

@@ -49,7 +49,7 @@ static int differentiate(flesh_fit *fit, int experiment, double *p, int k, doubl
   *good &= whole || ends[0] != ends[1];
   const double h = (flesh_fit_q_of(parameter, ends[1]) - flesh_fit_q_of(parameter, ends[0])) * flesh_fit_slope(parameter, p[k]);
   for (int i = 0; i < e->count && *good; i++)
-    jacobian[(size_t)(e->first + i) * (size_t)fit->parameter_count + (size_t)k] = (room[e->count + i] - room[i]) / h;
+    jacobian[(size_t)(e->first + i) * (size_t)fit->key_count + (size_t)k] = (room[e->count + i] - room[i]) / h;
   return FLESH_OK;
 }
 
@@ -59,7 +59,7 @@ static int differentiate_all(flesh_fit *fit, int experiment, const double *given
   double *room = malloc(2 * (size_t)e->count * sizeof *room), *p = malloc((size_t)fit->parameter_count * sizeof *p);
   int status = room && p ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory for derivatives");
   if (!status) memcpy(p, given, (size_t)fit->parameter_count * sizeof *p);
-  for (int k = 0; k < fit->parameter_count && !status && *good; k++)
+  for (int k = 0; k < fit->key_count && !status && *good; k++)
     if (e->acts[k]) status = differentiate(fit, experiment, p, k, room, jacobian, good);
   free(room);
   free(p);
@@ -71,10 +71,10 @@ int flesh_fit_evaluate(flesh_fit *fit, const double *p, double *values, double *
 {
   int status = FLESH_OK;
   *good = 1;
-  if (jacobian) memset(jacobian, 0, (size_t)fit->count * (size_t)fit->parameter_count * sizeof *jacobian);
+  if (jacobian) memset(jacobian, 0, (size_t)fit->count * (size_t)fit->key_count * sizeof *jacobian);
   for (int k = 0; k < fit->experiment_count && !status && *good; k++) {
     const flesh_fit_experiment *e = &fit->experiments[k];
-    double *rows = jacobian ? jacobian + (size_t)e->first * (size_t)fit->parameter_count : NULL;
+    double *rows = jacobian ? jacobian + (size_t)e->first * (size_t)fit->key_count : NULL;
     char words[FLESH_FIT_WORDS];
     status = flesh_fit_values_at(fit, k, p, values + e->first, words);
     *good = !status && !*words;

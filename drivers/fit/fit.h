@@ -20,7 +20,8 @@ typedef enum flesh_fit_table { FLESH_FIT_OF_PROBES, FLESH_FIT_OF_HISTORY, FLESH_
 /* In the order of the names of spacings. */
 enum { FLESH_FIT_LINEAR, FLESH_FIT_LOGARITHMIC };
 
-/* A key that is fitted. The search goes on in q: log(value) where `spacing` is logarithmic, else value / scale. */
+/* A key that is fitted, or a constant of a tet's material. The search goes on in q: log(value) where `spacing` is logarithmic,
+ * else value / scale. */
 typedef struct flesh_fit_parameter {
   char *key, *name;
   double start, from, to, scale; /* from, to: bounds, may be infinite */
@@ -79,7 +80,7 @@ typedef struct flesh_fit_experiment {
   int first, count; /* of its measured numbers among all */
   char fingerprint[FLESH_STUDY_FINGERPRINT];
   json_t *inputs; /* for the provenance */
-  unsigned char *acts; /* [parameters] the parameter is one of this scene */
+  unsigned char *acts; /* [keys] the parameter is one of this scene */
   char differences[FLESH_FIT_WORDS]; /* why derivatives are by differences of runs; empty: they are by tangents */
   int moves; /* it is a motion, whose tangents go along the steps; else it is of equilibria, which are kept */
   flesh_fit_kept kept;
@@ -89,11 +90,11 @@ typedef struct flesh_fit_map flesh_fit_map; /* map.h */
 
 typedef struct flesh_fit {
   flesh_arena arena;
-  flesh_fit_map *map; /* NULL: the parameters are keys; else they are its tets, and `parameters` is NULL */
+  flesh_fit_map *map; /* NULL: all parameters are keys; else its tets are the last ones */
   const char *path, *out;
   char *text;
   const char *title;
-  int experiment_count, parameter_count, count; /* count: of all measured numbers */
+  int experiment_count, parameter_count, key_count, count; /* keys: parameters that are no tets; count: of all measured numbers */
   flesh_fit_experiment *experiments;
   flesh_fit_parameter *parameters;
   int max_iterations;
@@ -146,14 +147,19 @@ void flesh_fit_kept_clear(flesh_fit_kept *kept);
 /* New copy of t, x and multipliers, with v = 0, of a body with `nodes` nodes. FLESH_ERR_MEMORY. */
 int flesh_fit_state_copy(const flesh_state *from, int nodes, flesh_state *to);
 void flesh_fit_state_free(flesh_state *state);
-/* Derivatives [count * parameters] of what was measured by all parameters, at the kept equilibria, or along a motion at p,
- * which is run again. FLESH_ERR_ARGUMENT, FLESH_ERR_SOLVE where there are none. */
+/* Derivatives [count * keys] of what was measured by all keys, at the kept equilibria, or along a motion at p, which is run
+ * again. FLESH_ERR_ARGUMENT, FLESH_ERR_SOLVE where there are none. */
 int flesh_fit_tangents(flesh_fit *fit, int experiment, double *tangents);
 int flesh_fit_motion_tangents(flesh_fit *fit, int experiment, const double *p, double *tangents);
-/* The scenes on both sides of p by parameter k, at -h and +h. */
-int flesh_fit_scenes_beside(const flesh_fit *fit, int experiment, const double *p, int k, double *h, flesh_scene *scenes[2]);
+/* direction [parameters] = 1 for parameter k; returns the difference by it at p. */
+double flesh_fit_direct(const flesh_fit *fit, const double *p, int k, double *direction);
+/* The scenes at p - h direction and p + h direction. */
+int flesh_fit_scenes_beside(const flesh_fit *fit, int experiment, const double *p, const double *direction, double h,
+                            flesh_scene *scenes[2]);
 /* Why what is measured of a motion has no tangents, or "". */
 const char *flesh_fit_motion_refused(const flesh_fit_experiment *e, const flesh_scene *scene);
+/* Opens the tables that a run of a scene writes, in a folder. */
+int flesh_fit_tables_open(const flesh_scene *scene, const char *folder, flesh_history **history, flesh_probes **probes);
 /* A scene of an experiment at parameters, whose map is in DIR/map.csv. Returns new. */
 int flesh_fit_scene_at(const flesh_fit *fit, int experiment, const double *p, flesh_scene **scene);
 /* Takes what was measured from the tables in a folder, whose last state has the positions x [3*nodes]. */
@@ -166,7 +172,7 @@ void flesh_fit_scratch_remove(char *folder);
 int flesh_fit_runs_open(flesh_fit *fit, int resume);
 /* Values [count] of a run at p, made where it is not there; written before this returns. `why` is empty, or why it failed. */
 int flesh_fit_values_at(flesh_fit *fit, int experiment, const double *p, double *values, char why[FLESH_FIT_WORDS]);
-/* The derivatives [count * parameters] of the same by tangents; where there are none the experiment's `differences` says why. */
+/* The derivatives [count * keys] of the same by tangents; where there are none the experiment's `differences` says why. */
 int flesh_fit_tangents_at(flesh_fit *fit, int experiment, const double *p, double *tangents);
 /* The kept equilibria become those of a run at p, which is made again where they are not. */
 int flesh_fit_keep_at(flesh_fit *fit, int experiment, const double *p);
@@ -174,7 +180,7 @@ int flesh_fit_keep_at(flesh_fit *fit, int experiment, const double *p);
 json_t *flesh_fit_runs_json(const flesh_fit *fit);
 int flesh_fit_runs_used(const flesh_fit *fit);
 
-/* Values [count] of all experiments at p and, where `jacobian` is not NULL, their derivatives by p [count * parameters], by
+/* Values [count] of all experiments at p and, where `jacobian` is not NULL, their derivatives by the keys [count * keys], by
  * rows. *good is 0 where a run failed; its words are then `why`. */
 int flesh_fit_evaluate(flesh_fit *fit, const double *p, double *values, double *jacobian, int *good,
                        char why[FLESH_FIT_WORDS]);
@@ -202,28 +208,54 @@ void flesh_fit_svd_close(flesh_fit_svd *svd);
 double flesh_fit_q_of(const flesh_fit_parameter *parameter, double p);
 double flesh_fit_p_of(const flesh_fit_parameter *parameter, double q);
 double flesh_fit_slope(const flesh_fit_parameter *parameter, double p);
+/* A search whose steps are to keep within bounds by themselves goes on in z: q, or what a smooth function takes to q between
+ * the bounds. */
+double flesh_fit_z_of(const flesh_fit_parameter *parameter, double p);
+/* The value for z, and dq/dz. */
+double flesh_fit_p_at(const flesh_fit_parameter *parameter, double z, double *slope);
+/* Whether p is within a hundredth of the way to a bound: -1, 0 or 1. */
+int flesh_fit_side(const flesh_fit_parameter *parameter, double p);
+/* Checks start, bounds, spacing and scale (NaN: not given), and fills in what is not given. */
+int flesh_fit_check_numbers(flesh_fit_parameter *parameter);
+
+/* A search for a map with one weight. */
+typedef struct flesh_fit_stage {
+  double weight, squares, penalty; /* sum of squares of the measured numbers' residuals; of the penalty, with the weight */
+  int iterations, converged;
+} flesh_fit_stage;
+
+enum { FLESH_FIT_STAGES = 40 };
 
 /* The end of a search. */
 typedef struct flesh_fit_found {
   double *p;                 /* [parameters] */
-  double *values, *jacobian; /* [count], [count * parameters] dvalue/dp */
+  double *values, *jacobian; /* [count], [count * keys] dvalue/dp */
   signed char *at_bound;     /* [parameters] -1, 0 or 1 */
   int iterations, converged;
   char words[FLESH_FIT_WORDS]; /* how it ended */
+  int stage_count, chosen; /* of a map, as are the next; chosen: the stage whose map it is */
+  flesh_fit_stage stages[FLESH_FIT_STAGES];
+  double *deviations;  /* [map] of q, by the regularised Gauss-Newton matrix; NULL: there are too many tets */
+  double *resolutions; /* [map] the share of a tet's value that the measurements say, the rest being its neighbours' */
+  double determined;   /* the sum of those: how many numbers the measurements determine of the map */
 } flesh_fit_found;
 
 /* Searches the least squares from the start. FLESH_ERR_SOLVE where the first runs fail. */
 int flesh_fit_search(flesh_fit *fit, flesh_fit_found *found);
+/* Room for the end of a search, whose start must be one that can be run. To be closed also when it fails. */
+int flesh_fit_found_open(flesh_fit *fit, flesh_fit_found *found);
 void flesh_fit_found_close(flesh_fit_found *found);
 
-/* Finds the errors of the parameters, and what the measurements do not determine. FLESH_ERR_MEMORY. */
-int flesh_fit_judge(const flesh_fit *fit, const flesh_fit_found *found, flesh_fit_statistics *statistics);
+/* Finds the errors of the keys, and of a map's tets, and what the measurements do not determine. FLESH_ERR_MEMORY; of a map
+ * also the errors of runs and solves. */
+int flesh_fit_judge(flesh_fit *fit, flesh_fit_found *found, flesh_fit_statistics *statistics);
+/* Adds a sentence. */
+void flesh_fit_say(flesh_fit_statistics *statistics, const char *text);
+/* Says which of n parameters of these names a change by shares [n], which changes nothing, has: one alone, a product, a ratio,
+ * or more. */
+void flesh_fit_tell_null(flesh_fit_statistics *statistics, int n, const char *const *names, const double *shares);
 
-/* fit.csv and the fitted scenes, of values [count] at p. */
-int flesh_fit_write_tables(const flesh_fit *fit, const double *p, const double *values);
-/* Writes a result, which it takes, as result.json, with experiments, runs and program. */
-int flesh_fit_write_result(const flesh_fit *fit, json_t *result, const double *p, const double *values);
-/* Writes result.json, fit.csv and the fitted scenes, prints the table, and draws fit.png. */
+/* Writes result.json, tables and the fitted scenes, and prints a table. */
 int flesh_fit_write(const flesh_fit *fit, const flesh_fit_found *found, const flesh_fit_statistics *statistics);
 /* result.json of a fit that has ended early. */
 int flesh_fit_write_ended(const flesh_fit *fit, int status);

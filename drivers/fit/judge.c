@@ -10,7 +10,7 @@
 
 #include "base/error.h"
 #include "base/text.h"
-#include "fit/fit.h"
+#include "fit/map.h"
 
 /* Correlations above this are spoken of; changes of a combination that are a smaller share than the next of its largest
  * are left out; equal shares may differ by the third. */
@@ -29,18 +29,16 @@ typedef struct judging {
   unsigned char loose[FLESH_FIT_PARAMETERS]; /* the parameter is not determined */
 } judging;
 
-static void say(judging *j, const char *text)
+void flesh_fit_say(flesh_fit_statistics *to, const char *text)
 {
-  if (j->to->sentence_count < FLESH_FIT_PARAMETERS)
-    snprintf(j->to->sentences[j->to->sentence_count++], FLESH_FIT_SENTENCE, "%s", text);
+  if (to->sentence_count < FLESH_FIT_PARAMETERS)
+    snprintf(to->sentences[to->sentence_count++], FLESH_FIT_SENTENCE, "%s", text);
 }
-
-static const char *name_of(const judging *j, int free) { return j->fit->parameters[j->list[free]].name; }
 
 /* Decomposes the Jacobian by q, each residual over its deviation. */
 static void decompose(judging *j)
 {
-  const int n = j->fit->parameter_count;
+  const int n = j->fit->key_count;
   for (int c = 0; c < j->n; c++) {
     const int k = j->list[c];
     const double slope = flesh_fit_slope(&j->fit->parameters[k], j->found->p[k]);
@@ -80,26 +78,25 @@ static void reduce_null(judging *j)
       if (fabs(j->null[r * n + c]) > small_share) j->loose[c] = 1;
 }
 
-/* Says which parameters a row of the null space has: one alone, a product, a ratio, or more. */
-static void tell_null(judging *j, const double *row)
+void flesh_fit_tell_null(flesh_fit_statistics *to, int n, const char *const *names, const double *shares)
 {
   char text[FLESH_FIT_SENTENCE] = "";
-  int list[FLESH_FIT_PARAMETERS], count = 0;
-  for (int c = 0; c < j->n; c++)
-    if (fabs(row[c]) > small_share) list[count++] = c;
+  int list[FLESH_FIT_PARAMETERS + 1], count = 0;
+  for (int c = 0; c < n; c++)
+    if (fabs(shares[c]) > small_share) list[count++] = c;
   if (count == 1)
-    flesh_text_add(text, sizeof text, "%s is not determined: it changes none of the measured numbers.", name_of(j, list[0]));
-  else if (count == 2 && fabs(fabs(row[list[0]] / row[list[1]]) - 1) < equal_share)
+    flesh_text_add(text, sizeof text, "%s is not determined: it changes none of the measured numbers.", names[list[0]]);
+  else if (count == 2 && fabs(fabs(shares[list[0]] / shares[list[1]]) - 1) < equal_share)
     flesh_text_add(text, sizeof text, "%s and %s are not determined apart: the measured numbers depend on their %s alone.",
-                   name_of(j, list[0]), name_of(j, list[1]), row[list[0]] * row[list[1]] < 0 ? "product" : "ratio");
+                   names[list[0]], names[list[1]], shares[list[0]] * shares[list[1]] < 0 ? "product" : "ratio");
   else {
     flesh_text_add(text, sizeof text, "These parameters are determined only together, as their change by these shares at once "
                    "changes none of the measured numbers:");
     for (int k = 0; k < count; k++)
-      flesh_text_add(text, sizeof text, "%s %s %+.3g %%", k ? "," : "", name_of(j, list[k]), row[list[k]]);
+      flesh_text_add(text, sizeof text, "%s %s %+.3g %%", k ? "," : "", names[list[k]], shares[list[k]]);
     flesh_text_add(text, sizeof text, ".");
   }
-  say(j, text);
+  flesh_fit_say(to, text);
 }
 
 /* Covariances of q, then of the parameters. */
@@ -108,7 +105,6 @@ static void find_covariance(judging *j)
   flesh_fit_statistics *to = j->to;
   const int n = j->n, all = to->count;
   const double scale = to->freedom > 0 ? to->scale : 1;
-  for (int a = 0; a < all * all; a++) to->covariance[a] = to->correlation[a] = NAN;
   for (int a = 0; a < n; a++)
     for (int b = 0; b < n; b++) {
       const int ka = j->list[a], kb = j->list[b];
@@ -121,6 +117,11 @@ static void find_covariance(judging *j)
       to->covariance[ka * all + kb] = sum * flesh_fit_slope(&j->fit->parameters[ka], j->found->p[ka]) *
                                       flesh_fit_slope(&j->fit->parameters[kb], j->found->p[kb]);
     }
+}
+
+static void find_correlation(flesh_fit_statistics *to)
+{
+  const int all = to->count;
   for (int a = 0; a < all; a++)
     for (int b = 0; b < all; b++)
       to->correlation[a * all + b] = a == b && !isnan(to->covariance[a * all + a])
@@ -129,7 +130,7 @@ static void find_covariance(judging *j)
                                                sqrt(to->covariance[a * all + a] * to->covariance[b * all + b]);
 }
 
-static void find_errors(judging *j)
+static void find_errors(const judging *j)
 {
   flesh_fit_statistics *to = j->to;
   for (int k = 0; k < to->count; k++) {
@@ -154,17 +155,17 @@ static void tell_parameters(judging *j)
       snprintf(text, sizeof text, "%s stays at its %s bound: it has no error, and the errors of the others assume that it "
                                   "stays there.", name,
                j->found->at_bound[k] > 0 ? "upper" : "lower");
-      say(j, text);
+      flesh_fit_say(j->to, text);
     } else if (share > large_share) {
       snprintf(text, sizeof text, "%s is hardly determined: its standard error is %.3g %% of it.", name, 100 * share);
-      say(j, text);
+      flesh_fit_say(j->to, text);
     }
     for (int b = 0; b < k; b++) {
       const double correlation = to->correlation[k * to->count + b];
       if (!(fabs(correlation) > close_correlation)) continue;
       snprintf(text, sizeof text, "%s and %s are hardly told apart: their errors have a correlation of %.4f.",
                j->fit->parameters[b].name, name, correlation);
-      say(j, text);
+      flesh_fit_say(j->to, text);
     }
   }
 }
@@ -174,54 +175,71 @@ static void tell_residuals(judging *j)
   const flesh_fit_statistics *to = j->to;
   char text[FLESH_FIT_SENTENCE];
   if (to->freedom <= 0)
-    say(j, "There are no more measured numbers than parameters: the errors rest on the stated deviations.");
+    flesh_fit_say(j->to, "There are no more measured numbers than parameters: the errors rest on the stated deviations.");
   else if (to->scale > odd_scale || to->scale < 1 / odd_scale) {
     snprintf(text, sizeof text, "The residuals are %.3g times the stated deviations, which the errors allow for: %s.", to->scale,
              to->scale > 1 ? "the deviations are too small, or the scene leaves something out" : "the deviations are too large");
-    say(j, text);
+    flesh_fit_say(j->to, text);
   }
 }
 
-static void judge(judging *j)
+/* The linear model of keys alone. */
+static void judge_keys(judging *j)
 {
   flesh_fit_statistics *to = j->to;
-  char text[FLESH_FIT_SENTENCE];
+  const char *names[FLESH_FIT_PARAMETERS];
   if (j->n) decompose(j);
   to->freedom = j->fit->count - (j->n - j->null_count);
-  to->squares = flesh_fit_squares(j->fit, 0, j->fit->count, j->found->values);
   to->scale = to->freedom > 0 ? sqrt(to->squares / to->freedom) : NAN;
   to->quantile = to->freedom > 0 ? gsl_cdf_tdist_Pinv(0.975, to->freedom) : gsl_cdf_ugaussian_Pinv(0.975);
   reduce_null(j);
   find_covariance(j);
-  find_errors(j);
-  for (int r = 0; r < j->null_count; r++) tell_null(j, j->null + r * j->n);
-  tell_parameters(j);
-  if (!to->sentence_count) {
-    snprintf(text, sizeof text, "%s determined.", to->count == 1 ? "The parameter is" : "All parameters are");
-    say(j, text);
-  }
-  tell_residuals(j);
+  for (int c = 0; c < j->n; c++) names[c] = j->fit->parameters[j->list[c]].name;
+  for (int r = 0; r < j->null_count; r++) flesh_fit_tell_null(to, j->n, names, j->null + r * j->n);
 }
 
-int flesh_fit_judge(const flesh_fit *fit, const flesh_fit_found *found, flesh_fit_statistics *to)
+static int judge(flesh_fit *fit, flesh_fit_found *found, judging *j)
+{
+  flesh_fit_statistics *to = j->to;
+  char text[FLESH_FIT_SENTENCE];
+  int status = FLESH_OK;
+  to->squares = flesh_fit_squares(fit, 0, fit->count, found->values);
+  for (int a = 0; a < to->count * to->count; a++) to->covariance[a] = NAN;
+  if (fit->map) status = flesh_fit_map_judge(fit, found, to);
+  else judge_keys(j);
+  if (status) return status;
+  find_correlation(to);
+  find_errors(j);
+  tell_parameters(j);
+  if (!to->sentence_count && to->count) {
+    snprintf(text, sizeof text, "%s determined.", to->count == 1 ? "The parameter is" : "All parameters are");
+    flesh_fit_say(to, text);
+  }
+  if (fit->map) return flesh_fit_map_tell(fit, found, to);
+  tell_residuals(j);
+  return FLESH_OK;
+}
+
+int flesh_fit_judge(flesh_fit *fit, flesh_fit_found *found, flesh_fit_statistics *to)
 {
   judging j = {.fit = fit, .found = found, .to = to};
-  const size_t all = (size_t)fit->parameter_count;
-  for (int k = 0; k < fit->parameter_count; k++)
+  const size_t all = (size_t)fit->key_count;
+  for (int k = 0; k < fit->key_count; k++)
     if (!found->at_bound[k]) j.list[j.n++] = k;
   const size_t n = (size_t)(j.n ? j.n : 1);
-  *to = (flesh_fit_statistics){.count = fit->parameter_count, .errors = calloc(all, sizeof *to->errors),
-                               .covariance = calloc(all * all, sizeof(double)), .correlation = calloc(all * all, sizeof(double)),
+  *to = (flesh_fit_statistics){.count = fit->key_count, .errors = calloc(all + 1, sizeof *to->errors),
+                               .covariance = calloc(all * all + 1, sizeof(double)),
+                               .correlation = calloc(all * all + 1, sizeof(double)),
                                .sentences = calloc(FLESH_FIT_PARAMETERS, sizeof *to->sentences)};
   gsl_error_handler_t *handler = gsl_set_error_handler_off();
   j.null = calloc(n * n, sizeof *j.null);
   const int lacks = flesh_fit_svd_open(fit->count, (int)n, &j.svd) || !to->errors || !to->covariance || !to->correlation ||
                     !to->sentences || !j.null;
-  if (!lacks) judge(&j);
+  const int status = lacks ? flesh_fail(FLESH_ERR_MEMORY, "out of memory for the errors of a fit") : judge(fit, found, &j);
   flesh_fit_svd_close(&j.svd);
   free(j.null);
   gsl_set_error_handler(handler);
-  return lacks ? flesh_fail(FLESH_ERR_MEMORY, "out of memory for the errors of a fit") : FLESH_OK;
+  return status;
 }
 
 void flesh_fit_statistics_close(flesh_fit_statistics *statistics)

@@ -17,11 +17,11 @@ static const char *const penalties[] = {"quadratic", "variation", NULL};
 
 #define AT(member) .offset = offsetof(flesh_fit_map, member)
 const flesh_key flesh_fit_map_table[] = {
-    {.name = "constant", .type = FLESH_KEY_TEXT, AT(key), .doc = "of the first body's material: young, poisson, mu, ..."},
-    {.name = "start", .type = FLESH_KEY_NUMBER, AT(start), .doc = "value of all tets that the search begins with"},
-    {.name = "from", .type = FLESH_KEY_NUMBER, AT(from), .default_value = "", .doc = "least value; with to"},
-    {.name = "to", .type = FLESH_KEY_NUMBER, AT(to), .default_value = "", .doc = "largest value; with from"},
-    {.name = "spacing", .type = FLESH_KEY_CHOICE, AT(spacing), .choices = spacings, .default_value = "logarithmic",
+    {.name = "constant", .type = FLESH_KEY_TEXT, AT(of.key), .doc = "of the first body's material: young, poisson, mu, ..."},
+    {.name = "start", .type = FLESH_KEY_NUMBER, AT(of.start), .doc = "value of all tets that the search begins with"},
+    {.name = "from", .type = FLESH_KEY_NUMBER, AT(of.from), .default_value = "-.inf", .doc = "least value"},
+    {.name = "to", .type = FLESH_KEY_NUMBER, AT(of.to), .default_value = ".inf", .doc = "largest value"},
+    {.name = "spacing", .type = FLESH_KEY_CHOICE, AT(of.spacing), .choices = spacings, .default_value = "logarithmic",
      .doc = "logarithmic: the logarithm q is searched, and its differences are penalised; linear: q is the value over start"},
     FLESH_TET_SELECTION_KEYS(flesh_fit_map, tets_chosen),
     {.name = "penalty", .type = FLESH_KEY_CHOICE, AT(penalty), .choices = penalties, .default_value = "quadratic",
@@ -38,62 +38,11 @@ const flesh_key flesh_fit_map_table[] = {
 
 static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a map"); }
 
-static const flesh_node *key_place(const flesh_fit_map *map, const char *name)
+double flesh_fit_map_bend(const flesh_fit *fit, int k, const double *p, double *slope)
 {
-  const flesh_node *node = flesh_node_find(map->place, name);
-  return node ? node : map->place;
-}
-
-double flesh_fit_map_q(const flesh_fit_map *map, double p)
-{
-  return map->spacing == FLESH_FIT_LOGARITHMIC ? log(p) : p / map->scale;
-}
-
-static double value_of(const flesh_fit_map *map, double q)
-{
-  return map->spacing == FLESH_FIT_LOGARITHMIC ? exp(q) : q * map->scale;
-}
-
-/* The ends of q. */
-static int find_ends(const flesh_fit_map *map, double *low, double *high)
-{
-  if (isnan(map->from)) return 0;
-  *low = flesh_fit_map_q(map, map->from);
-  *high = flesh_fit_map_q(map, map->to);
-  return 1;
-}
-
-double flesh_fit_map_z(const flesh_fit_map *map, double p)
-{
-  double low, high, q = flesh_fit_map_q(map, p);
-  if (!find_ends(map, &low, &high)) return q;
-  const double share = fmin(fmax((q - low) / (high - low), 1e-6), 1 - 1e-6);
-  return (high - low) / 4 * log(share / (1 - share));
-}
-
-double flesh_fit_map_p(const flesh_fit_map *map, double z)
-{
-  double low, high;
-  if (!find_ends(map, &low, &high)) return value_of(map, z);
-  const double p = value_of(map, low + (high - low) / (1 + exp(-4 * z / (high - low))));
-  return fmin(fmax(p, map->from), map->to);
-}
-
-double flesh_fit_map_slope(const flesh_fit_map *map, double z)
-{
-  double low, high;
-  if (!find_ends(map, &low, &high)) return 1;
-  const double share = 1 / (1 + exp(-4 * z / (high - low)));
-  return 4 * share * (1 - share);
-}
-
-double flesh_fit_map_size(const flesh_fit_map *map, double p)
-{
-  return map->spacing == FLESH_FIT_LOGARITHMIC ? p : map->scale;
-}
-
-double flesh_fit_map_bend(const flesh_fit_map *map, double d, double *slope)
-{
+  const flesh_fit_map *map = fit->map;
+  const int *pair = map->faces + 2 * k;
+  const double d = flesh_fit_q_of(&map->of, p[pair[0]]) - flesh_fit_q_of(&map->of, p[pair[1]]);
   *slope = 1;
   if (map->penalty == FLESH_FIT_QUADRATIC || d == 0) return d;
   const double s = d / map->edge, root = sqrt(1 + s * s);
@@ -170,31 +119,12 @@ static int find_faces(flesh_fit *fit, const flesh_mesh *mesh)
   for (size_t k = 1; k < count; k++) {
     if (compare_sides(&sides[k - 1], &sides[k])) continue;
     int *pair = map->faces + 2 * (size_t)map->face_count;
-    pair[0] = sides[k - 1].tet;
-    pair[1] = sides[k].tet;
+    pair[0] = fit->key_count + sides[k - 1].tet;
+    pair[1] = fit->key_count + sides[k].tet;
     map->face_weights[map->face_count++] =
-        conductance(mesh, sides[k].corners, map->tets[pair[0]], map->tets[pair[1]]) / cbrt(volume);
+        conductance(mesh, sides[k].corners, map->tets[sides[k - 1].tet], map->tets[sides[k].tet]) / cbrt(volume);
   }
   free(sides);
-  return FLESH_OK;
-}
-
-static int check_numbers(flesh_fit_map *map)
-{
-  const int both = !isnan(map->from) && !isnan(map->to);
-  if (!both && !(isnan(map->from) && isnan(map->to)))
-    return flesh_node_fail(map->place, "the map has %s and not %s; it must have both or none",
-                           isnan(map->to) ? "from" : "to", isnan(map->to) ? "to" : "from");
-  if (both && !(map->from < map->to))
-    return flesh_node_fail(key_place(map, "to"), "to is %g; it must be above from, which is %g", map->to, map->from);
-  if (both && !(map->start > map->from && map->start < map->to))
-    return flesh_node_fail(key_place(map, "start"), "start is %g; it must lie between %g and %g, as from and to say", map->start,
-                           map->from, map->to);
-  if (map->spacing == FLESH_FIT_LOGARITHMIC && !(map->start > 0))
-    return flesh_node_fail(key_place(map, "start"), "start is %g; it must be > 0 when spacing is logarithmic", map->start);
-  if (map->spacing == FLESH_FIT_LOGARITHMIC && both && !(map->from > 0))
-    return flesh_node_fail(key_place(map, "from"), "from is %g; it must be > 0 when spacing is logarithmic", map->from);
-  map->scale = map->start != 0 ? fabs(map->start) : both ? (map->to - map->from) / 2 : 1;
   return FLESH_OK;
 }
 
@@ -206,7 +136,7 @@ static int check_measured(const flesh_fit_experiment *e, const flesh_scene *scen
     const flesh_fit_measured *m = &e->measured[k];
     if (m->table == FLESH_FIT_OF_HISTORY)
       return flesh_node_fail(m->place, "a map is fitted to positions and to columns of probes, not to history");
-    for (int q = 0; q < m->quantity_count && m->table == FLESH_FIT_OF_PROBES && !status; q++) {
+    for (int q = 0; q < m->quantity_count && m->table == FLESH_FIT_OF_PROBES && !e->moves && !status; q++) {
       flesh_asked asked;
       status = flesh_asked_find(scene, m->quantities[q].name, e->end, &asked);
       flesh_asked_clear(&asked);
@@ -222,9 +152,8 @@ static int check_measured(const flesh_fit_experiment *e, const flesh_scene *scen
 static int check_scene(const flesh_fit *fit, const flesh_fit_experiment *e, const flesh_scene *scene)
 {
   const flesh_fit_map *map = fit->map;
-  if (e->moves || *e->differences)
-    return flesh_node_fail(e->scene_place, "a map needs equilibria that depend on it alone; of %s that is not so: %s", e->name,
-                           e->moves ? "it is a motion" : e->differences);
+  if (*e->differences)
+    return flesh_node_fail(e->scene_place, "a map needs tangents, which %s has not: %s", e->name, e->differences);
   if (scene->keys.body.material_map || scene->keys.body.refine)
     return flesh_node_fail(e->scene_place, "the scene has body.%s, beside which no map can be fitted; leave it out",
                            scene->keys.body.refine ? "refine" : "material_map");
@@ -241,45 +170,47 @@ static int choose(flesh_fit *fit, const flesh_scene *scene)
   flesh_chosen_fibres chosen = {0};
   map->tet_count = scene->parts[0].tets;
   int status = flesh_tets_choose(&map->tets_chosen, flesh_scene_body(scene), &chosen);
-  if (status) flesh_node_fail_within(status, map->place, "map: ");
+  if (status) flesh_node_fail_within(status, map->of.place, "map: ");
   map->tets = flesh_arena_take(&fit->arena, ((size_t)chosen.count + 1) * sizeof *map->tets);
   if (!status && !map->tets) status = no_memory();
   for (int k = 0; k < chosen.count && !status; k++)
     if (chosen.tets[k] < map->tet_count) map->tets[map->count++] = chosen.tets[k];
   flesh_fibres_free(&chosen);
   if (!status && map->count < 2)
-    status = flesh_node_fail(map->place, "the map has %d tets of the first body; it must have two or more", map->count);
+    status = flesh_node_fail(map->of.place, "the map has %d tets of the first body; it must have two or more", map->count);
   return status ? status : find_faces(fit, flesh_scene_mesh(scene));
 }
 
 /* The scenes take the constant with the start and the bounds. */
 static int check_key(flesh_fit *fit, const flesh_fit_experiment *e)
 {
-  const flesh_fit_map *map = fit->map;
-  const double values[] = {map->start, map->from, map->to};
-  const flesh_node *const places[] = {key_place(map, "constant"), key_place(map, "from"), key_place(map, "to")};
-  const char *key = flesh_arena_print(&fit->arena, "body.material.%s", map->key);
+  const flesh_fit_parameter *of = &fit->map->of;
+  const double values[] = {of->start, of->from, of->to};
+  const flesh_node *const places[] = {flesh_node_find(of->place, "constant"), flesh_node_find(of->place, "from"),
+                                      flesh_node_find(of->place, "to")};
+  const char *key = flesh_arena_print(&fit->arena, "body.material.%s", of->key);
   return key ? flesh_fit_check_values(fit, e, key, values, places) : no_memory();
 }
 
 int flesh_fit_map_prepare(flesh_fit *fit)
 {
   flesh_fit_map *map = fit->map;
-  int status = check_numbers(map);
+  map->of.scale = NAN;
+  map->of.name = map->of.key;
   map->unit = "";
+  int status = flesh_fit_check_numbers(&map->of);
   for (const flesh_key *key = flesh_material_table; key->name; key++)
-    if (!strcmp(key->name, map->key) && key->unit) map->unit = key->unit;
+    if (!strcmp(key->name, map->of.key) && key->unit) map->unit = key->unit;
   for (int e = 0; e < fit->experiment_count && !status; e++) {
     const flesh_fit_experiment *one = &fit->experiments[e];
     flesh_scene *scene = NULL;
     status = check_key(fit, one);
     if (!status) status = flesh_scene_read(one->scene, one->set.count, one->set.texts, &scene);
-    if (!status) status = check_scene(fit, one, scene);
     if (!status) status = check_measured(one, scene);
+    if (!status) status = check_scene(fit, one, scene);
     if (!status && !e) status = choose(fit, scene);
     flesh_scene_destroy(&scene);
   }
-  fit->parameter_count = map->count;
   return status;
 }
 
@@ -289,10 +220,10 @@ int flesh_fit_map_write(const flesh_fit *fit, const char *path, const double *p)
   flesh_file file;
   const int status = flesh_file_open(path, &file);
   if (status) return status;
-  fprintf(file.stream, "tet,%s%s%s%s\n", map->key, *map->unit ? " [" : "", map->unit, *map->unit ? "]" : "");
+  fprintf(file.stream, "tet,%s%s%s%s\n", map->of.key, *map->unit ? " [" : "", map->unit, *map->unit ? "]" : "");
   for (int k = 0; k < map->count; k++) {
     char number[FLESH_NUMBER_SIZE];
-    fprintf(file.stream, "%d,%s\n", map->tets[k], flesh_number_text(p[k], number));
+    fprintf(file.stream, "%d,%s\n", map->tets[k], flesh_number_text(p[fit->key_count + k], number));
   }
   return flesh_file_commit(&file);
 }

@@ -1,7 +1,8 @@
-/* map_judge.c: what the measurements say of a map and what the penalty does, by the regularised Gauss-Newton matrix
- * H = J^T J + P^T P of the end, in q: deviations are the roots of the diagonal of H^-1, resolutions the diagonal of
- * H^-1 J^T J (Tarantola 2005, sections 3.4 and 7.3; Rodgers 2000, section 2.4). */
-#include <gsl/gsl_errno.h>
+/* map_judge.c: what the measurements say of a map and of the keys beside it, and what the penalty does, by the regularised
+ * Gauss-Newton matrix H = J^T J + P^T P of the end, in q: deviations are the roots of the diagonal of C = H^-1, resolutions the
+ * diagonal of C J^T J (Tarantola 2005, sections 3.4 and 7.3; Rodgers 2000, section 2.4). */
+#include <gsl/gsl_blas.h>
+#include <gsl/gsl_cdf.h>
 #include <gsl/gsl_linalg.h>
 #include <math.h>
 #include <stdlib.h>
@@ -10,79 +11,142 @@
 #include "cli/interrupt.h"
 #include "fit/map.h"
 
-/* Tets whose matrix is made: 50 MB, twice. Of what nothing is known, neither by measurements nor by neighbours, q has this
- * deviation. */
+/* Parameters whose matrix is made: 50 MB, twice. Of what nothing is known, neither by measurements nor by neighbours, q has
+ * this deviation; where it is so for more than this share of a variance, nothing else is known. A fixed parameter has this
+ * information. */
 enum { MOST = 2500 };
-static const double unknown = 10;
+static const double unknown = 10, loose_share = 0.1, fixed = 1e20;
 
-static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for the deviations of a map"); }
+typedef struct judging {
+  flesh_fit *fit;
+  flesh_fit_found *found;
+  flesh_fit_statistics *to;
+  flesh_fit_linear *linear;
+  gsl_matrix *J, *information, *C; /* [count][parameters], J^T J, H^-1 */
+  double *u, *y;                   /* [parameters], [count] room */
+} judging;
 
-/* J^T J [count][count]. */
-static int find_information(flesh_fit *fit, flesh_fit_linear *linear, gsl_matrix *information)
+/* J by rows or by columns, of which there are fewer. */
+static int find_jacobian(judging *j)
 {
-  const int n = fit->parameter_count;
-  double *u = calloc((size_t)n, sizeof *u), *y = malloc((size_t)fit->count * sizeof *y);
-  int status = u && y ? FLESH_OK : no_memory();
-  for (int k = 0; k < n && !status; k++) {
+  const int rows = j->fit->count, columns = j->fit->parameter_count, by_rows = rows < columns;
+  double *one = by_rows ? j->y : j->u;
+  int status = FLESH_OK;
+  for (int k = 0; k < (by_rows ? rows : columns) && !status; k++) {
     if (flesh_interrupt_signal()) status = flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted by %s", flesh_interrupt_name());
-    for (int j = 0; j < n; j++) u[j] = j == k;
-    if (!status) status = flesh_fit_linear_times(linear, u, y);
-    if (!status) status = flesh_fit_linear_times_transposed(linear, y, gsl_matrix_ptr(information, (size_t)k, 0));
+    for (int i = 0; i < (by_rows ? rows : columns); i++) one[i] = i == k;
+    if (status) break;
+    if (by_rows) status = flesh_fit_linear_times_transposed(j->linear, one, gsl_matrix_ptr(j->J, (size_t)k, 0));
+    else status = flesh_fit_linear_times(j->linear, one, j->y);
+    for (int i = 0; i < rows && !by_rows; i++) gsl_matrix_set(j->J, (size_t)i, (size_t)k, j->y[i]);
   }
-  free(u);
-  free(y);
   return status;
 }
 
-static void add_penalty(const flesh_fit *fit, const flesh_fit_map_found *found, gsl_matrix *H)
+static void add_penalty(const judging *j, gsl_matrix *H)
 {
-  const flesh_fit_map *map = fit->map;
+  const flesh_fit_map *map = j->fit->map;
   for (int k = 0; k < map->face_count; k++) {
     const size_t a = (size_t)map->faces[2 * k], b = (size_t)map->faces[2 * k + 1];
     double slope;
-    flesh_fit_map_bend(map, flesh_fit_map_q(map, found->p[a]) - flesh_fit_map_q(map, found->p[b]), &slope);
-    const double weight = found->stages[found->chosen].weight * map->face_weights[k] * slope * slope;
+    flesh_fit_map_bend(j->fit, k, j->found->p, &slope);
+    const double weight = j->found->stages[j->found->chosen].weight * map->face_weights[k] * slope * slope;
     *gsl_matrix_ptr(H, a, a) += weight;
     *gsl_matrix_ptr(H, b, b) += weight;
     *gsl_matrix_ptr(H, a, b) -= weight;
     *gsl_matrix_ptr(H, b, a) -= weight;
   }
-  for (size_t k = 0; k < H->size1; k++) *gsl_matrix_ptr(H, k, k) += 1 / (unknown * unknown);
+  for (int k = 0; k < j->fit->parameter_count; k++)
+    *gsl_matrix_ptr(H, (size_t)k, (size_t)k) += k < j->fit->key_count && j->found->at_bound[k] ? fixed : 1 / (unknown * unknown);
 }
 
-static int judge(flesh_fit *fit, flesh_fit_linear *linear, flesh_fit_map_found *found)
+/* Whether key k is determined; says so where it is not, unless that was said with one before it. */
+static int is_determined(judging *j, int k, unsigned char *said)
 {
-  const size_t n = (size_t)fit->parameter_count;
-  gsl_matrix *information = gsl_matrix_alloc(n, n), *H = gsl_matrix_alloc(n, n);
-  found->deviations = malloc(n * sizeof(double));
-  found->resolutions = calloc(n, sizeof(double));
-  const int room = information && H && found->deviations && found->resolutions;
-  int status = room ? find_information(fit, linear, information) : no_memory();
-  if (!status) {
-    gsl_matrix_memcpy(H, information);
-    add_penalty(fit, found, H);
-    if (gsl_linalg_cholesky_decomp1(H) || gsl_linalg_cholesky_invert(H))
-      status = flesh_fail(FLESH_ERR_SOLVE, "the matrix of a map's deviations is not positive");
+  const flesh_fit *fit = j->fit;
+  const flesh_fit_map *map = fit->map;
+  const char *names[FLESH_FIT_PARAMETERS + 1];
+  char whole[160];
+  double shares[FLESH_FIT_PARAMETERS + 1] = {0}, sum = 0, largest = 0;
+  for (int i = 0; i < fit->parameter_count; i++) sum += pow(gsl_matrix_get(j->C, (size_t)i, (size_t)k) / unknown, 2);
+  if (sum < loose_share * gsl_matrix_get(j->C, (size_t)k, (size_t)k)) return 1;
+  for (int i = 0; i < fit->parameter_count; i++) {
+    const flesh_fit_parameter *p = &fit->parameters[i];
+    const int at = i < fit->key_count ? i : fit->key_count; /* the tets' mean is the last one */
+    const double value = j->found->p[i] != 0 ? j->found->p[i] : 1;
+    const double share = gsl_matrix_get(j->C, (size_t)i, (size_t)k) * flesh_fit_slope(p, value) / value;
+    shares[at] += share / (i < fit->key_count ? 1 : map->count);
+    names[at] = p->name;
   }
+  snprintf(whole, sizeof whole, "%.100s of all tets", map->of.name);
+  names[fit->key_count] = whole;
+  for (int i = 0; i <= fit->key_count; i++) largest = fmax(largest, fabs(shares[i]));
+  for (int i = 0; i <= fit->key_count; i++) shares[i] /= largest;
+  if (!said[k]) flesh_fit_tell_null(j->to, fit->key_count + 1, names, shares);
+  for (int i = 0; i < fit->key_count; i++) said[i] |= fabs(shares[i]) > loose_share;
+  return 0;
+}
+
+static void take_covariance(judging *j)
+{
+  const flesh_fit *fit = j->fit;
+  const int n = fit->key_count;
+  unsigned char said[FLESH_FIT_PARAMETERS] = {0}, known[FLESH_FIT_PARAMETERS];
+  for (int k = 0; k < n; k++) known[k] = !j->found->at_bound[k] && is_determined(j, k, said);
+  for (int a = 0; a < n; a++)
+    for (int b = 0; b < n; b++)
+      if (known[a] && known[b])
+        j->to->covariance[a * n + b] = gsl_matrix_get(j->C, (size_t)a, (size_t)b) *
+                                       flesh_fit_slope(&fit->parameters[a], j->found->p[a]) *
+                                       flesh_fit_slope(&fit->parameters[b], j->found->p[b]);
+}
+
+static int judge(judging *j)
+{
+  const size_t n = (size_t)j->fit->parameter_count, keys = (size_t)j->fit->key_count;
+  flesh_fit_found *found = j->found;
+  int status = find_jacobian(j);
+  if (status) return status;
+  gsl_blas_dgemm(CblasTrans, CblasNoTrans, 1, j->J, j->J, 0, j->information);
+  gsl_matrix_memcpy(j->C, j->information);
+  add_penalty(j, j->C);
+  if (gsl_linalg_cholesky_decomp1(j->C) || gsl_linalg_cholesky_invert(j->C))
+    return flesh_fail(FLESH_ERR_SOLVE, "the matrix of a map's deviations is not positive");
   found->determined = 0;
-  for (size_t k = 0; k < n && !status; k++) {
-    found->deviations[k] = sqrt(gsl_matrix_get(H, k, k));
-    for (size_t j = 0; j < n; j++) found->resolutions[k] += gsl_matrix_get(H, k, j) * gsl_matrix_get(information, j, k);
-    found->determined += found->resolutions[k];
+  for (size_t k = keys; k < n; k++) {
+    gsl_vector_view row = gsl_matrix_row(j->C, k), column = gsl_matrix_column(j->information, k);
+    found->deviations[k - keys] = sqrt(gsl_matrix_get(j->C, k, k));
+    gsl_blas_ddot(&row.vector, &column.vector, &found->resolutions[k - keys]);
+    found->determined += found->resolutions[k - keys];
   }
-  gsl_matrix_free(information);
-  gsl_matrix_free(H);
-  return status;
+  take_covariance(j);
+  j->to->freedom = (int)lround(j->fit->count - (double)keys - found->determined);
+  return FLESH_OK;
 }
 
-int flesh_fit_map_judge(flesh_fit *fit, flesh_fit_map_found *found)
+int flesh_fit_map_judge(flesh_fit *fit, flesh_fit_found *found, flesh_fit_statistics *to)
 {
-  flesh_fit_linear *linear = NULL;
-  if (fit->parameter_count > MOST) return FLESH_OK;
-  gsl_error_handler_t *handler = gsl_set_error_handler_off();
-  int status = flesh_fit_linear_create(fit, found->p, &linear);
-  if (!status) status = judge(fit, linear, found);
-  flesh_fit_linear_destroy(&linear);
-  gsl_set_error_handler(handler);
+  const size_t n = (size_t)fit->parameter_count, m = (size_t)fit->count;
+  judging j = {.fit = fit, .found = found, .to = to};
+  to->scale = sqrt(to->squares / fit->count);
+  to->quantile = gsl_cdf_ugaussian_Pinv(0.975);
+  if (n > MOST) return FLESH_OK;
+  j.J = gsl_matrix_alloc(m, n);
+  j.information = gsl_matrix_alloc(n, n);
+  j.C = gsl_matrix_alloc(n, n);
+  j.u = malloc((n + m) * sizeof *j.u);
+  found->deviations = malloc(n * sizeof(double));
+  found->resolutions = malloc(n * sizeof(double));
+  int status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for the deviations of a map");
+  if (j.J && j.information && j.C && j.u && found->deviations && found->resolutions) {
+    j.y = j.u + n;
+    status = flesh_fit_linear_create(fit, found->p, &j.linear);
+    if (!status) status = judge(&j);
+  }
+  flesh_fit_linear_destroy(&j.linear);
+  gsl_matrix_free(j.J);
+  gsl_matrix_free(j.information);
+  gsl_matrix_free(j.C);
+  free(j.u);
   return status;
 }

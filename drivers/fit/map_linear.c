@@ -1,15 +1,14 @@
-/* map_linear.c: what was measured as a linear function of a map's changes: with the equilibria's K, the forces B of single
- * tets and the measured functions C it is J = -C K^-1 B, of which products alone are made: J u by a tangent, J^T y by an
- * adjoint, one solve each for every equilibrium. A column of probes, of which there are few, keeps its adjoint. */
+/* map_linear.c: what was measured as a linear function of changes of the keys and of a map. The derivatives by the keys, of which
+ * there are few, are a matrix. Of the map, with the equilibria's K, the forces B of single tets and the measured functions C,
+ * it is J = -C K^-1 B, of which products alone are made: J u by a tangent, J^T y by an adjoint, one solve each for every
+ * equilibrium, or along a motion. A column of probes of equilibria, of which there are few, keeps its adjoint. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
-#include "base/folder.h"
-#include "base/confine.h"
-#include "base/text.h"
 #include "fit/map.h"
+#include "fit/told.h"
 #include "mesh/mesh.h"
 #include "mesh/pieces.h"
 #include "sensitivity/sensitivity.h"
@@ -17,26 +16,20 @@
 /* The residual that linear solves leave, and the difference of q for the tets' forces. */
 static const double tolerance = 1e-8, difference = 1e-3;
 
-/* A column of probes at an equilibrium: dQ = answer . dr. */
-typedef struct column {
-  int quantity; /* of the measured file */
-  double *answer; /* [3*nodes] */
-} column;
-
 /* An equilibrium. */
 typedef struct linear_state {
-  double t;
   flesh_sensitivity *at; /* NULL: the start, which depends on nothing */
   double *forces;        /* [map][3*size] dr/dq at the nodes of each of the map's tets */
-  int column_count;      /* of all measured files, one after the other */
-  column *columns;
+  int column_count;
+  double **answers;      /* [columns of probes][3*nodes] dQ = answer . dr */
 } linear_state;
 
 /* An experiment. */
 typedef struct linear_experiment {
   const flesh_fit_experiment *e;
-  flesh_scene *scene;
-  int state_count;
+  flesh_fit_motion *motion;  /* NULL: of equilibria */
+  flesh_scene *scene, *beside[2]; /* at p, and a little beside it in the whole map */
+  flesh_fit_told told;
   linear_state *states;
 } linear_experiment;
 
@@ -44,116 +37,90 @@ struct flesh_fit_linear {
   flesh_fit *fit;
   int size, n;      /* nodes of a tet; unknowns */
   int *dofs;        /* [map][3*size] -1: none */
-  double *size_of;  /* [map] dp/dq */
+  double *p;        /* [parameters] */
+  double *keys;     /* [measured numbers][keys] derivatives by q, over the deviations */
+  double *sizes;    /* [parameters] dp/dq of the map's tets, 0 of keys */
+  double *changes;  /* [parameters] room */
+  double *differences; /* [tets of the mesh] of q between the scenes beside p */
   double *room[2];  /* [n] */
+  double *y, *by_tet; /* [measured numbers], [tets of the mesh] room */
   linear_experiment *experiments;
 };
 
 static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for the derivatives of a map"); }
 
-/* Finds which states tell a datum, by which weights; returns how many. */
-static int places_of(const linear_experiment *x, const flesh_fit_datum *d, int at[2], double weights[2])
+static flesh_tet_parameter parameter_of(const flesh_fit_linear *self, const linear_experiment *x)
 {
-  const int last = x->state_count - 1;
-  int next = 0;
-  at[0] = last;
-  weights[0] = 1;
-  if (isnan(d->t)) return 1;
-  while (next < last && x->states[next].t < d->t) next++;
-  at[0] = next;
-  if (!next || x->states[next].t <= d->t) return 1;
-  at[1] = next - 1;
-  weights[1] = (x->states[next].t - d->t) / (x->states[next].t - x->states[next - 1].t);
-  weights[0] = 1 - weights[1];
-  return 2;
-}
-
-/* The scene at values a little beside p, whose map is a file for a moment. */
-static int scene_beside(flesh_fit *fit, int experiment, const double *p, const double *sizes, double h, flesh_scene **scene)
-{
-  double *q = malloc((size_t)fit->parameter_count * sizeof *q);
-  if (!q) return no_memory();
-  for (int k = 0; k < fit->parameter_count; k++) q[k] = p[k] + h * sizes[k];
-  const int status = flesh_fit_scene_at(fit, experiment, q, scene);
-  free(q);
-  return status;
+  return (flesh_tet_parameter){{flesh_scene_body(x->beside[0]), flesh_scene_body(x->beside[1])}, self->differences};
 }
 
 /* dr/dq of the map's tets at all states. */
-static int find_forces(flesh_fit_linear *self, int experiment, const double *p)
+static int find_forces(flesh_fit_linear *self, linear_experiment *x)
 {
-  const flesh_fit *fit = self->fit;
-  const flesh_fit_map *map = fit->map;
-  linear_experiment *x = &self->experiments[experiment];
+  const flesh_fit_map *map = self->fit->map;
   const flesh_fit_kept *kept = &x->e->kept;
   const size_t each = 3 * (size_t)self->size;
-  flesh_scene *beside[2] = {NULL};
-  int status = scene_beside(self->fit, experiment, p, self->size_of, -difference, &beside[0]);
-  if (!status) status = scene_beside(self->fit, experiment, p, self->size_of, difference, &beside[1]);
-  const int tets = status ? 0 : flesh_mesh_tet_count(flesh_scene_mesh(x->scene));
-  double *differences = calloc((size_t)tets + 1, sizeof *differences), *all = malloc((size_t)tets * each * sizeof *all + 1);
-  if (!status && (!differences || !all)) status = no_memory();
-  for (int k = 0; k < map->count && !status; k++) differences[map->tets[k]] = 2 * difference;
-  for (int s = kept->has_start; s < x->state_count && !status; s++) {
-    const flesh_tet_parameter by_tet = {{flesh_scene_body(beside[0]), flesh_scene_body(beside[1])}, differences};
+  const flesh_tet_parameter by_tet = parameter_of(self, x);
+  double *all = malloc((size_t)map->tet_count * each * sizeof *all);
+  int status = all ? FLESH_OK : no_memory();
+  for (int s = kept->has_start; s < kept->count && !status; s++) {
     status = flesh_tet_forces(&by_tet, &kept->states[s], all);
     double *to = x->states[s].forces = malloc((size_t)map->count * each * sizeof *to);
     if (!status && !to) status = no_memory();
     for (int k = 0; k < map->count && !status; k++)
       memcpy(to + (size_t)k * each, all + (size_t)map->tets[k] * each, each * sizeof *to);
   }
-  free(differences);
   free(all);
-  for (int k = 0; k < 2; k++) flesh_scene_destroy(&beside[k]);
   return status;
 }
 
 /* The adjoints of the columns of probes at a state. */
-static int find_columns(flesh_fit_linear *self, linear_experiment *x, linear_state *state)
+static int find_columns(flesh_fit_linear *self, linear_experiment *x, double t, linear_state *state)
 {
-  int count = 0, status = FLESH_OK;
-  for (int k = 0; k < x->e->measured_count; k++)
-    if (x->e->measured[k].table == FLESH_FIT_OF_PROBES) count += x->e->measured[k].quantity_count;
-  state->columns = calloc((size_t)count + 1, sizeof *state->columns);
-  if (!state->columns) return no_memory();
-  for (int k = 0; k < x->e->measured_count && !status; k++)
-    for (int q = 0; q < x->e->measured[k].quantity_count && x->e->measured[k].table == FLESH_FIT_OF_PROBES && !status; q++) {
-      flesh_asked asked;
-      column *own = &state->columns[state->column_count++];
-      own->answer = malloc((size_t)self->n * sizeof *own->answer);
-      status = own->answer ? flesh_asked_find(x->scene, x->e->measured[k].quantities[q].name, state->t, &asked) : no_memory();
-      if (status) return status;
-      status = flesh_sensitivity_adjoint(state->at, &(flesh_quantity){asked.by_x, asked.of_residual}, own->answer);
-      for (int d = 0; d < self->n; d++) own->answer[d] = (asked.of_residual ? asked.of_residual[d] : 0) - own->answer[d];
-      flesh_asked_clear(&asked);
-      self->fit->linear++;
-    }
+  const int count = flesh_fit_told_columns(x->e);
+  int status = FLESH_OK;
+  state->answers = calloc((size_t)count + 1, sizeof *state->answers);
+  if (!state->answers) return no_memory();
+  for (; state->column_count < count && !status; state->column_count++) {
+    flesh_asked asked = {0};
+    double *answer = state->answers[state->column_count] = malloc((size_t)self->n * sizeof *answer);
+    status = answer ? flesh_asked_find(x->scene, flesh_fit_told_name(x->e, state->column_count), t, &asked) : no_memory();
+    if (!status) status = flesh_sensitivity_adjoint(state->at, &(flesh_quantity){asked.by_x, asked.of_residual}, answer);
+    for (int d = 0; d < self->n && !status; d++) answer[d] = (asked.of_residual ? asked.of_residual[d] : 0) - answer[d];
+    flesh_asked_clear(&asked);
+    self->fit->linear++;
+  }
   return status;
 }
 
-static int linearise(flesh_fit_linear *self, int experiment, const double *p)
+/* All equilibria of an experiment. */
+static int linearise_states(flesh_fit_linear *self, linear_experiment *x)
 {
-  flesh_fit *fit = self->fit;
-  linear_experiment *x = &self->experiments[experiment];
-  x->e = &fit->experiments[experiment];
-  int status = flesh_fit_keep_at(fit, experiment, p);
-  if (!status) status = flesh_fit_scene_at(fit, experiment, p, &x->scene);
-  if (status) return status;
   const flesh_fit_kept *kept = &x->e->kept;
   flesh_solver_options options = *flesh_scene_solver(x->scene);
   options.linear_solver = FLESH_LINEAR_KLU; /* for many solves with one matrix */
-  x->state_count = kept->count;
-  x->states = calloc((size_t)kept->count + 1, sizeof *x->states);
-  if (!x->states) return no_memory();
+  int status = (x->states = calloc((size_t)kept->count + 1, sizeof *x->states)) ? FLESH_OK : no_memory();
   for (int s = 0; s < kept->count && !status; s++) {
     linear_state *state = &x->states[s];
-    state->t = kept->states[s].t;
-    if (s < kept->has_start) continue;
+    status = flesh_fit_told_add(&x->told, kept->states[s].t);
+    if (status || s < kept->has_start) continue;
     status = flesh_sensitivity_create(flesh_scene_system(x->scene), &options, tolerance, &state->at);
     if (!status) status = flesh_sensitivity_set(state->at, &kept->states[s], NULL);
-    if (!status) status = find_columns(self, x, state);
+    if (!status) status = find_columns(self, x, kept->states[s].t, state);
   }
-  return status ? status : find_forces(self, experiment, p);
+  return status ? status : find_forces(self, x);
+}
+
+static int linearise(flesh_fit_linear *self, int experiment)
+{
+  flesh_fit *fit = self->fit;
+  linear_experiment *x = &self->experiments[experiment];
+  x->told.e = x->e = &fit->experiments[experiment];
+  int status = flesh_fit_scenes_beside(fit, experiment, self->p, self->sizes, difference, x->beside);
+  if (!status && x->e->moves) return flesh_fit_motion_create(fit, experiment, self->p, &x->motion);
+  if (!status) status = flesh_fit_keep_at(fit, experiment, self->p);
+  if (!status) status = flesh_fit_scene_at(fit, experiment, self->p, &x->scene);
+  return status ? status : linearise_states(self, x);
 }
 
 /* The dofs of the map's tets, by the mesh, which all experiments have. */
@@ -173,23 +140,53 @@ static int find_dofs(flesh_fit_linear *self, const flesh_mesh *mesh)
   return FLESH_OK;
 }
 
+/* The derivatives by the keys. */
+static int find_keys(flesh_fit_linear *self)
+{
+  flesh_fit *fit = self->fit;
+  char why[FLESH_FIT_WORDS];
+  int good = 1, status = fit->key_count ? flesh_fit_evaluate(fit, self->p, self->y, self->keys, &good, why) : FLESH_OK;
+  for (int i = 0; i < fit->count; i++)
+    for (int k = 0; k < fit->key_count; k++)
+      self->keys[(size_t)i * (size_t)fit->key_count + (size_t)k] *=
+          flesh_fit_slope(&fit->parameters[k], self->p[k]) / flesh_fit_datum_at(fit, i)->deviation;
+  return status || good ? status : flesh_fail(FLESH_ERR_SOLVE, "%s", why);
+}
+
 int flesh_fit_linear_create(flesh_fit *fit, const double *p, flesh_fit_linear **linear)
 {
-  flesh_fit_linear *self = calloc(1, sizeof *self);
+  const flesh_fit_map *map = fit->map;
+  const size_t all = (size_t)fit->parameter_count, numbers = (size_t)fit->count, tets = (size_t)map->tet_count;
+  flesh_fit_linear *self = *linear = calloc(1, sizeof *self);
   flesh_scene *scene = NULL;
-  *linear = NULL;
   if (!self) return no_memory();
   self->fit = fit;
   self->experiments = calloc((size_t)fit->experiment_count, sizeof *self->experiments);
-  self->size_of = malloc((size_t)fit->parameter_count * sizeof *self->size_of);
-  int status = self->experiments && self->size_of ? flesh_fit_scene_at(fit, 0, p, &scene) : no_memory();
-  if (!status) status = find_dofs(self, flesh_scene_mesh(scene));
+  self->p = calloc(3 * all + numbers * ((size_t)fit->key_count + 1) + 2 * tets, sizeof *self->p);
+  int status = self->experiments && self->p ? flesh_fit_scene_at(fit, 0, p, &scene) : no_memory();
+  if (!status) {
+    memcpy(self->p, p, all * sizeof *p);
+    self->sizes = self->p + all, self->changes = self->sizes + all, self->y = self->changes + all;
+    self->differences = self->y + numbers, self->by_tet = self->differences + tets, self->keys = self->by_tet + tets;
+    for (int k = 0; k < map->count; k++) {
+      self->sizes[fit->key_count + k] = flesh_fit_slope(&map->of, p[fit->key_count + k]);
+      self->differences[map->tets[k]] = 2 * difference;
+    }
+    status = find_dofs(self, flesh_scene_mesh(scene));
+  }
   flesh_scene_destroy(&scene);
-  for (int k = 0; k < fit->parameter_count && !status; k++) self->size_of[k] = flesh_fit_map_size(fit->map, p[k]);
-  for (int e = 0; e < fit->experiment_count && !status; e++) status = linearise(self, e, p);
-  if (status) flesh_fit_linear_destroy(&self);
-  else *linear = self;
+  if (!status) status = find_keys(self);
+  for (int e = 0; e < fit->experiment_count && !status; e++) status = linearise(self, e);
+  if (status) flesh_fit_linear_destroy(linear);
   return status;
+}
+
+static void clear_state(linear_state *state)
+{
+  flesh_sensitivity_destroy(&state->at);
+  free(state->forces);
+  for (int c = 0; c < state->column_count; c++) free(state->answers[c]);
+  free(state->answers);
 }
 
 void flesh_fit_linear_destroy(flesh_fit_linear **linear)
@@ -198,100 +195,106 @@ void flesh_fit_linear_destroy(flesh_fit_linear **linear)
   if (!self) return;
   for (int e = 0; e < self->fit->experiment_count && self->experiments; e++) {
     linear_experiment *x = &self->experiments[e];
-    for (int s = 0; s < x->state_count && x->states; s++) {
-      flesh_sensitivity_destroy(&x->states[s].at);
-      free(x->states[s].forces);
-      for (int c = 0; c < x->states[s].column_count; c++) free(x->states[s].columns[c].answer);
-      free(x->states[s].columns);
-    }
+    for (int s = 0; s < x->told.count && x->states; s++) clear_state(&x->states[s]);
     free(x->states);
+    free(x->told.times);
+    flesh_fit_motion_destroy(&x->motion);
     flesh_scene_destroy(&x->scene);
+    for (int k = 0; k < 2; k++) flesh_scene_destroy(&x->beside[k]);
   }
   free(self->experiments);
   free(self->dofs);
-  free(self->size_of);
+  free(self->p);
   free(self->room[0]);
   free(self->room[1]);
   free(self);
   *linear = NULL;
 }
 
-/* Calls `at` for each datum that tells of a state: row is that of y, w its weight over the deviation; `c` the column of
- * probes, or -1 of positions. */
-typedef void each_datum(void *data, const flesh_fit_measured *m, const flesh_fit_datum *d, int row, double w, int c);
-static void visit(const linear_experiment *x, int s, each_datum *see, void *data)
-{
-  int row = x->e->first, first = 0;
-  for (int k = 0; k < x->e->measured_count; k++) {
-    const flesh_fit_measured *m = &x->e->measured[k];
-    const int of_probes = m->table == FLESH_FIT_OF_PROBES;
-    for (int i = 0; i < m->count; i++, row++) {
-      int at[2];
-      double weights[2];
-      const int count = places_of(x, &m->data[i], at, weights);
-      for (int w = 0; w < count; w++)
-        if (at[w] == s)
-          see(data, m, &m->data[i], row, weights[w] / m->data[i].deviation, of_probes ? first + m->data[i].quantity : -1);
-    }
-    if (of_probes) first += m->quantity_count;
-  }
-}
-
 /* Vectors that a visit reads and writes. */
 typedef struct product {
   const linear_state *state;
   int n;
-  const double *force, *dx; /* of a change */
-  double *y;
-  const double *from;       /* y of a transposed product */
-  double *by_x, *answer;
+  double *force, *dx; /* of a change; or the derivatives by x, and sums of answers */
+  double *y;          /* of the experiment */
 } product;
 
-static double *entry(const flesh_fit_measured *m, const flesh_fit_datum *d, int a, double *x)
-{
-  return x + 3 * (size_t)m->points[d->row].nodes[a] + (size_t)(*m->quantities[d->quantity].name - 'x');
-}
-
-static void take(void *data, const flesh_fit_measured *m, const flesh_fit_datum *d, int row, double w, int c)
+static void take(void *data, const flesh_fit_measured *m, const flesh_fit_datum *d, int row, double weight, int c)
 {
   product *p = data;
-  double sum = 0;
-  if (c >= 0)
-    for (int i = 0; i < p->n; i++) sum += p->state->columns[c].answer[i] * p->force[i];
-  else
-    for (int a = 0; a < m->points[d->row].count; a++) sum += m->points[d->row].weights[a] * *entry(m, d, a, (double *)p->dx);
-  p->y[row] += w * sum;
+  double sum = c < 0 ? flesh_fit_told_position(m, d, p->dx) : 0;
+  for (int i = 0; i < p->n && c >= 0; i++) sum += p->state->answers[c][i] * p->force[i];
+  p->y[row] += weight * sum;
 }
 
-static void give(void *data, const flesh_fit_measured *m, const flesh_fit_datum *d, int row, double w, int c)
+static void give(void *data, const flesh_fit_measured *m, const flesh_fit_datum *d, int row, double weight, int c)
 {
   product *p = data;
-  const double y = w * p->from[row];
-  if (c >= 0)
-    for (int i = 0; i < p->n; i++) p->answer[i] += y * p->state->columns[c].answer[i];
-  else
-    for (int a = 0; a < m->points[d->row].count; a++) *entry(m, d, a, p->by_x) += m->points[d->row].weights[a] * y;
+  const double y = weight * p->y[row];
+  if (c < 0) flesh_fit_told_give(m, d, y, p->dx);
+  for (int i = 0; i < p->n && c >= 0; i++) p->force[i] += y * p->state->answers[c][i];
+}
+
+/* y [of the experiment] += its equilibria's J u, for u of the map. */
+static int times_states(flesh_fit_linear *self, linear_experiment *x, const double *u, double *y)
+{
+  const size_t each = 3 * (size_t)self->size, count = (size_t)self->fit->map->count;
+  double *force = self->room[0], *dx = self->room[1];
+  int status = FLESH_OK;
+  for (int s = 0; s < x->told.count && !status; s++) {
+    linear_state *state = &x->states[s];
+    if (!state->at) continue;
+    memset(force, 0, (size_t)self->n * sizeof *force);
+    for (size_t i = 0; i < each * count; i++)
+      if (self->dofs[i] >= 0) force[self->dofs[i]] += u[i / each] * state->forces[i];
+    status = flesh_sensitivity_respond(state->at, force, dx);
+    self->fit->linear++;
+    if (!status) flesh_fit_told_visit(&x->told, s, take, &(product){state, self->n, force, dx, y});
+  }
+  return status;
+}
+
+/* u [map] += its equilibria's J^T y. */
+static int back_states(flesh_fit_linear *self, linear_experiment *x, double *y, double *u)
+{
+  const size_t each = 3 * (size_t)self->size, count = (size_t)self->fit->map->count;
+  double *by_x = self->room[0], *answer = self->room[1], *lambda = malloc((size_t)self->n * sizeof *lambda);
+  int status = lambda ? FLESH_OK : no_memory();
+  for (int s = 0; s < x->told.count && !status; s++) {
+    linear_state *state = &x->states[s];
+    if (!state->at) continue;
+    memset(by_x, 0, (size_t)self->n * sizeof *by_x);
+    memset(answer, 0, (size_t)self->n * sizeof *answer);
+    flesh_fit_told_visit(&x->told, s, give, &(product){state, self->n, answer, by_x, y});
+    status = flesh_sensitivity_adjoint(state->at, &(flesh_quantity){by_x, NULL}, lambda);
+    self->fit->linear++;
+    for (size_t i = 0; i < each * count && !status; i++)
+      if (self->dofs[i] >= 0) u[i / each] += (answer[self->dofs[i]] - lambda[self->dofs[i]]) * state->forces[i];
+  }
+  free(lambda);
+  return status;
 }
 
 int flesh_fit_linear_times(flesh_fit_linear *self, const double *u, double *y)
 {
   const flesh_fit *fit = self->fit;
-  const size_t each = 3 * (size_t)self->size;
+  const int keys = fit->key_count;
+  double largest = 0;
   int status = FLESH_OK;
+  for (int k = keys; k < fit->parameter_count; k++) {
+    largest = fmax(largest, fabs(u[k]));
+    self->changes[k] = self->sizes[k] * u[k];
+  }
+  const double h = largest > 0 ? difference / largest : 0;
   memset(y, 0, (size_t)fit->count * sizeof *y);
-  for (int e = 0; e < fit->experiment_count; e++) {
+  for (int e = 0; e < fit->experiment_count && !status; e++) {
     linear_experiment *x = &self->experiments[e];
-    for (int s = 0; s < x->state_count && !status; s++) {
-      linear_state *state = &x->states[s];
-      double *force = self->room[0], *dx = self->room[1];
-      if (!state->at) continue;
-      memset(force, 0, (size_t)self->n * sizeof *force);
-      for (size_t i = 0; i < each * (size_t)fit->parameter_count; i++)
-        if (self->dofs[i] >= 0) force[self->dofs[i]] += u[i / each] * state->forces[i];
-      status = flesh_sensitivity_respond(state->at, force, dx);
-      self->fit->linear++;
-      if (!status) visit(x, s, take, &(product){.state = state, .n = self->n, .force = force, .dx = dx, .y = y});
-    }
+    double *own = y + x->e->first;
+    status = x->motion ? flesh_fit_motion_along(x->motion, 1, self->changes, &h, own) : times_states(self, x, u + keys, own);
+  }
+  for (int i = 0; i < fit->count; i++) {
+    y[i] /= flesh_fit_datum_at(fit, i)->deviation;
+    for (int k = 0; k < keys; k++) y[i] += self->keys[(size_t)i * (size_t)keys + (size_t)k] * u[k];
   }
   return status;
 }
@@ -299,26 +302,23 @@ int flesh_fit_linear_times(flesh_fit_linear *self, const double *u, double *y)
 int flesh_fit_linear_times_transposed(flesh_fit_linear *self, const double *y, double *u)
 {
   const flesh_fit *fit = self->fit;
-  const size_t each = 3 * (size_t)self->size;
+  const flesh_fit_map *map = fit->map;
+  const int keys = fit->key_count;
   int status = FLESH_OK;
-  double *lambda = malloc((size_t)self->n * sizeof *lambda);
-  if (!lambda) return no_memory();
   memset(u, 0, (size_t)fit->parameter_count * sizeof *u);
-  for (int e = 0; e < fit->experiment_count; e++) {
-    linear_experiment *x = &self->experiments[e];
-    for (int s = 0; s < x->state_count && !status; s++) {
-      linear_state *state = &x->states[s];
-      double *by_x = self->room[0], *answer = self->room[1];
-      if (!state->at) continue;
-      memset(by_x, 0, (size_t)self->n * sizeof *by_x);
-      memset(answer, 0, (size_t)self->n * sizeof *answer);
-      visit(x, s, give, &(product){.state = state, .n = self->n, .from = y, .by_x = by_x, .answer = answer});
-      status = flesh_sensitivity_adjoint(state->at, &(flesh_quantity){by_x, NULL}, lambda);
-      self->fit->linear++;
-      for (size_t i = 0; i < each * (size_t)fit->parameter_count && !status; i++)
-        if (self->dofs[i] >= 0) u[i / each] += (answer[self->dofs[i]] - lambda[self->dofs[i]]) * state->forces[i];
-    }
+  for (int i = 0; i < fit->count; i++) {
+    self->y[i] = y[i] / flesh_fit_datum_at(fit, i)->deviation;
+    for (int k = 0; k < keys; k++) u[k] += self->keys[(size_t)i * (size_t)keys + (size_t)k] * y[i];
   }
-  free(lambda);
+  for (int e = 0; e < fit->experiment_count && !status; e++) {
+    linear_experiment *x = &self->experiments[e];
+    if (!x->motion) {
+      status = back_states(self, x, self->y + x->e->first, u + keys);
+      continue;
+    }
+    const flesh_tet_parameter by_tet = parameter_of(self, x);
+    status = flesh_fit_motion_back(x->motion, &by_tet, self->y + x->e->first, self->by_tet);
+    for (int k = 0; k < map->count && !status; k++) u[keys + k] += self->by_tet[map->tets[k]];
+  }
   return status;
 }

@@ -1,5 +1,5 @@
-/* map_search.c: the map with the least sum of squared residuals and penalty, by Gauss and Newton's method whose steps
- * conjugate gradients find within a trust region (GSL; Steihaug 1983, Toint 1981), and the weight of the penalty by
+/* map_search.c: the map, and the keys beside it, with the least sum of squared residuals and penalty, by Gauss and Newton's
+ * method whose steps conjugate gradients find within a trust region (GSL; Steihaug 1983, Toint 1981), and the weight by
  * Morozov's discrepancy principle (1966): the smoothest map whose residuals are the deviations. */
 #include <gsl/gsl_blas.h>
 #include <gsl/gsl_errno.h>
@@ -23,38 +23,46 @@ enum { ITERATIONS = 30 };
 
 typedef struct searching {
   flesh_fit *fit;
-  flesh_fit_map_found *found;
+  flesh_fit_found *found;
   double weight;
   flesh_fit_linear *linear;
-  double *at, *p, *values, *slopes; /* [map] z of `linear`, and where it is evaluated; [count]; [map] dq/dz at z of `linear` */
-  double *u, *y;     /* [map], [count] */
+  double *at, *p, *slopes, *linear_p; /* [parameters] z of `linear`; p where all is evaluated; dq/dz and p at z of `linear` */
+  double *u, *y;     /* [parameters], [count] */
   double largest;    /* of the residuals so far */
+  signed char held[FLESH_FIT_PARAMETERS]; /* keys that stay at a bound, and at which */
   int status;
   char why[FLESH_FIT_WORDS];
 } searching;
 
 static double face_weight(const searching *s, int f) { return sqrt(s->weight * s->fit->map->face_weights[f]); }
 
+/* The value of parameter k for z, and dq/dz. */
+static double value_at(const searching *s, int k, double z, double *slope)
+{
+  const flesh_fit_parameter *p = &s->fit->parameters[k];
+  const int held = k < s->fit->key_count ? s->held[k] : 0;
+  *slope = 0;
+  return held ? held > 0 ? p->to : p->from : flesh_fit_p_at(p, z, slope);
+}
+
 static void place(const searching *s, const gsl_vector *z, double *p)
 {
-  for (int k = 0; k < s->fit->parameter_count; k++) p[k] = flesh_fit_map_p(s->fit->map, gsl_vector_get(z, (size_t)k));
+  double slope;
+  for (int k = 0; k < s->fit->parameter_count; k++) p[k] = value_at(s, k, gsl_vector_get(z, (size_t)k), &slope);
 }
 
 static int find_residuals(const gsl_vector *z, void *data, gsl_vector *f)
 {
   searching *s = data;
-  const flesh_fit_map *map = s->fit->map;
+  double slope;
   int good;
   if (s->status) return GSL_EFAILED;
   place(s, z, s->p);
-  s->status = flesh_fit_evaluate(s->fit, s->p, s->values, NULL, &good, s->why);
+  s->status = flesh_fit_evaluate(s->fit, s->p, s->y, NULL, &good, s->why);
   for (int i = 0; i < s->fit->count && !s->status; i++)
-    gsl_vector_set(f, (size_t)i, good ? flesh_fit_residual(s->fit, i, s->values) : 10 * s->largest + 1);
-  for (int k = 0; k < map->face_count && !s->status; k++) {
-    double slope;
-    const double d = flesh_fit_map_q(map, s->p[map->faces[2 * k]]) - flesh_fit_map_q(map, s->p[map->faces[2 * k + 1]]);
-    gsl_vector_set(f, (size_t)(s->fit->count + k), face_weight(s, k) * flesh_fit_map_bend(map, d, &slope));
-  }
+    gsl_vector_set(f, (size_t)i, good ? flesh_fit_residual(s->fit, i, s->y) : 10 * s->largest + 1);
+  for (int k = 0; k < s->fit->map->face_count && !s->status; k++)
+    gsl_vector_set(f, (size_t)(s->fit->count + k), face_weight(s, k) * flesh_fit_map_bend(s->fit, k, s->p, &slope));
   return s->status ? GSL_EFAILED : GSL_SUCCESS;
 }
 
@@ -67,10 +75,9 @@ static int linearise(searching *s, const gsl_vector *z)
   flesh_fit_linear_destroy(&s->linear);
   for (int k = 0; k < s->fit->parameter_count; k++) {
     s->at[k] = gsl_vector_get(z, (size_t)k);
-    s->slopes[k] = flesh_fit_map_slope(s->fit->map, s->at[k]);
+    s->linear_p[k] = value_at(s, k, s->at[k], &s->slopes[k]);
   }
-  place(s, z, s->p);
-  return flesh_fit_linear_create(s->fit, s->p, &s->linear);
+  return flesh_fit_linear_create(s->fit, s->linear_p, &s->linear);
 }
 
 /* Adds the penalty's part of J u, or of J^T u, for u and v by q. */
@@ -80,8 +87,7 @@ static void penalise(const searching *s, int transposed, const double *u, double
   for (int k = 0; k < map->face_count; k++) {
     const int *pair = map->faces + 2 * k;
     double slope;
-    flesh_fit_map_bend(map, flesh_fit_map_q(map, flesh_fit_map_p(map, s->at[pair[0]])) -
-                                flesh_fit_map_q(map, flesh_fit_map_p(map, s->at[pair[1]])), &slope);
+    flesh_fit_map_bend(s->fit, k, s->linear_p, &slope);
     const double weight = slope * face_weight(s, k);
     if (transposed) v[pair[0]] += weight * u[k], v[pair[1]] -= weight * u[k];
     else v[k] = weight * (u[pair[0]] - u[pair[1]]);
@@ -116,11 +122,28 @@ static void measure(const searching *s, const gsl_vector *f, flesh_fit_stage *st
     *(i < (size_t)s->fit->count ? &stage->squares : &stage->penalty) += pow(gsl_vector_get(f, i), 2);
 }
 
-/* Iterates until a step changes the sum of squares by less than chance does by far. */
+/* Holds the keys that have come to a bound and would go beyond it; returns whether there are any. */
+static int hold(searching *s, const gsl_multilarge_nlinear_workspace *w)
+{
+  int some = 0;
+  for (int k = 0; k < s->fit->key_count; k++) {
+    const gsl_vector *z = gsl_multilarge_nlinear_position(w);
+    double slope;
+    const int side = flesh_fit_side(&s->fit->parameters[k], value_at(s, k, gsl_vector_get(z, (size_t)k), &slope));
+    if (s->held[k] || side * gsl_vector_get(w->g, (size_t)k) >= 0) continue;
+    s->held[k] = (signed char)side;
+    some = 1;
+  }
+  if (some) flesh_fit_linear_destroy(&s->linear);
+  return some;
+}
+
+/* Iterates until a key is held, or a step changes the sum of squares by less than chance does by far, with keys by less than
+ * one of a tenth of a standard error does. */
 static void iterate(searching *s, gsl_multilarge_nlinear_workspace *w, flesh_fit_stage *stage)
 {
-  const double small = s->fit->tolerance * sqrt(2. * s->fit->count);
-  while (!stage->converged && stage->iterations < ITERATIONS && !s->status) {
+  const double small = s->fit->tolerance * (s->fit->key_count ? 1 : sqrt(2. * s->fit->count));
+  while (!stage->converged && stage->iterations < ITERATIONS && !s->status && !hold(s, w)) {
     const double before = stage->squares + stage->penalty;
     for (size_t i = 0; i < (size_t)s->fit->count; i++)
       s->largest = fmax(s->largest, fabs(gsl_vector_get(gsl_multilarge_nlinear_residual(w), i)));
@@ -132,7 +155,7 @@ static void iterate(searching *s, gsl_multilarge_nlinear_workspace *w, flesh_fit
   }
 }
 
-/* A search with a weight, from p [map], which becomes its end. */
+/* A search with a weight, from p [parameters], which becomes its end. */
 static int search_with(searching *s, double *p, flesh_fit_stage *stage)
 {
   const flesh_fit *fit = s->fit;
@@ -146,12 +169,15 @@ static int search_with(searching *s, double *p, flesh_fit_stage *stage)
   gsl_vector *z = gsl_vector_alloc(n);
   gsl_multilarge_nlinear_fdf fdf = {.f = find_residuals, .df = find_product, .n = m, .p = n, .params = s};
   if (!w || !z) s->status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for a map of %zu tets", n);
-  for (size_t k = 0; k < n && !s->status; k++) gsl_vector_set(z, k, flesh_fit_map_z(fit->map, p[k]));
+  for (size_t k = 0; k < n && !s->status; k++) gsl_vector_set(z, k, flesh_fit_z_of(&fit->parameters[k], p[k]));
   s->weight = stage->weight;
-  if (!s->status && gsl_multilarge_nlinear_init(z, &fdf, w) == GSL_SUCCESS && !s->status) {
+  memset(s->held, 0, sizeof s->held);
+  while (!s->status && !stage->converged && stage->iterations < ITERATIONS) {
+    if (gsl_multilarge_nlinear_init(z, &fdf, w) != GSL_SUCCESS || s->status) break;
     measure(s, gsl_multilarge_nlinear_residual(w), stage);
     iterate(s, w, stage);
-    place(s, gsl_multilarge_nlinear_position(w), p);
+    gsl_vector_memcpy(z, gsl_multilarge_nlinear_position(w));
+    place(s, z, p);
   }
   if (w) gsl_multilarge_nlinear_free(w);
   if (z) gsl_vector_free(z);
@@ -165,7 +191,10 @@ static int first_weight(searching *s, double *weight)
   gsl_vector *z = gsl_vector_alloc((size_t)n);
   double sum = 0, faces = 0;
   if (!z) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a map of %d tets", n);
-  for (int k = 0; k < n; k++) gsl_vector_set(z, (size_t)k, flesh_fit_map_z(s->fit->map, s->found->p[k])), s->u[k] = 1;
+  for (int k = 0; k < n; k++) {
+    gsl_vector_set(z, (size_t)k, flesh_fit_z_of(&s->fit->parameters[k], s->found->p[k]));
+    s->u[k] = k >= s->fit->key_count;
+  }
   int status = linearise(s, z);
   if (!status) status = flesh_fit_linear_times(s->linear, s->u, s->y);
   for (int i = 0; i < s->fit->count && !status; i++) sum += s->y[i] * s->y[i];
@@ -189,7 +218,7 @@ static double excess(const searching *s, const flesh_fit_stage *stage) { return 
 /* Makes a stage of this weight, read back where it was made before. */
 static int make_stage(searching *s, double weight, double *p)
 {
-  flesh_fit_map_found *found = s->found;
+  flesh_fit_found *found = s->found;
   flesh_fit_stage *stage = &found->stages[found->stage_count];
   const double began = flesh_wall_seconds();
   *stage = (flesh_fit_stage){.weight = weight};
@@ -213,7 +242,7 @@ static double between(const searching *s, const flesh_fit_stage *large, const fl
  * smoother side, so that no roughness stays. */
 static int search_weight(searching *s, double first)
 {
-  flesh_fit_map_found *found = s->found;
+  flesh_fit_found *found = s->found;
   const size_t bytes = (size_t)s->fit->parameter_count * sizeof *found->p;
   double *smooth = malloc(2 * bytes), *smoothest = smooth + s->fit->parameter_count, weight = first; /* of the last two stages */
   int status = smooth ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory for a map"), large = -1, small = -1;
@@ -241,39 +270,31 @@ static int search_weight(searching *s, double first)
   return status;
 }
 
-int flesh_fit_map_search(flesh_fit *fit, flesh_fit_map_found *found)
+int flesh_fit_map_search(flesh_fit *fit, flesh_fit_found *found)
 {
-  const size_t n = (size_t)fit->parameter_count, m = (size_t)fit->count;
-  double *room = calloc(4 * n + 2 * m + 1, sizeof *room), weight = fit->map->weight;
+  const size_t n = (size_t)fit->parameter_count;
+  double *room = calloc(5 * n + (size_t)fit->count, sizeof *room), weight = fit->map->weight;
   searching s = {.fit = fit, .found = found};
-  *found = (flesh_fit_map_found){.p = malloc(n * sizeof(double)), .values = malloc(m * sizeof(double)), .determined = NAN};
   gsl_error_handler_t *handler = gsl_set_error_handler_off();
   int good;
-  if (!room || !found->p || !found->values) s.status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for a map");
-  else {
-    s.at = room, s.p = s.at + n, s.slopes = s.p + n, s.u = s.slopes + n, s.y = s.u + n, s.values = s.y + m;
-    for (size_t k = 0; k < n; k++) found->p[k] = fit->map->start;
-    s.status = flesh_fit_evaluate(fit, found->p, found->values, NULL, &good, s.why);
-    if (!s.status && !good) s.status = flesh_fail(FLESH_ERR_SOLVE, "the start cannot be run: %s", s.why);
-  }
+  s.status = room ? flesh_fit_found_open(fit, found) : flesh_fail(FLESH_ERR_MEMORY, "out of memory for a map");
+  if (room) s.at = room, s.p = s.at + n, s.slopes = s.p + n, s.linear_p = s.slopes + n, s.u = s.linear_p + n, s.y = s.u + n;
   if (!s.status && isnan(weight)) {
     s.status = first_weight(&s, &weight);
     if (!s.status) s.status = search_weight(&s, weight);
   } else if (!s.status) s.status = make_stage(&s, weight, found->p);
   if (!s.status) s.status = flesh_fit_evaluate(fit, found->p, found->values, NULL, &good, s.why);
-  if (!s.status && !found->stages[found->chosen].converged)
+  for (int k = 0; k < fit->parameter_count && !s.status; k++) {
+    const flesh_fit_parameter *p = &fit->parameters[k];
+    const int on = (found->p[k] >= p->to) - (found->p[k] <= p->from);
+    found->at_bound[k] = (signed char)(k < fit->key_count ? on : flesh_fit_side(p, found->p[k]));
+  }
+  for (int k = 0; k < found->stage_count; k++) found->iterations += found->stages[k].iterations;
+  found->converged = !s.status && found->stages[found->chosen].converged;
+  if (!s.status && !found->converged)
     snprintf(found->words, sizeof found->words, "the search has not ended after %d iterations", ITERATIONS);
   flesh_fit_linear_destroy(&s.linear);
   gsl_set_error_handler(handler);
   free(room);
   return s.status;
-}
-
-void flesh_fit_map_found_close(flesh_fit_map_found *found)
-{
-  free(found->p);
-  free(found->values);
-  free(found->deviations);
-  free(found->resolutions);
-  *found = (flesh_fit_map_found){0};
 }

@@ -14,17 +14,12 @@
 
 /* Residuals of so many times their deviations are spoken of, and deviations of q from which on a tet is hardly known. */
 static const double odd_scale = 1.5, hardly = 0.5;
-/* Shares of the way to a bound at which a tet is at it. */
-static const double at_bound = 0.01;
-
 typedef struct report {
   const flesh_fit *fit;
   const flesh_fit_map *map;
-  const flesh_fit_map_found *found;
-  const flesh_fit_stage *stage;
-  double scale, median, largest; /* residuals in deviations; deviations of q */
+  const flesh_fit_found *found;
+  double median, largest; /* deviations of q */
   int hardly_known, at_bounds;
-  json_t *sentences;
 } report;
 
 static int compare(const void *a, const void *b)
@@ -37,13 +32,9 @@ static int measure(report *r)
 {
   const size_t n = (size_t)r->map->count;
   double *sorted = malloc(n * sizeof *sorted);
-  r->scale = sqrt(r->stage->squares / r->fit->count);
-  r->median = r->largest = NAN;
   if (!sorted) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for the results of a map");
   for (size_t k = 0; k < n; k++) {
-    const double q = flesh_fit_map_q(r->map, r->found->p[k]), low = flesh_fit_map_q(r->map, r->map->from),
-                 high = flesh_fit_map_q(r->map, r->map->to);
-    r->at_bounds += fmin(q - low, high - q) < at_bound * (high - low); /* not without bounds, which are NaN */
+    r->at_bounds += r->found->at_bound[(size_t)r->fit->key_count + k] != 0;
     if (r->found->deviations) r->hardly_known += r->found->deviations[k] > hardly;
   }
   if (r->found->deviations) {
@@ -56,54 +47,61 @@ static int measure(report *r)
   return FLESH_OK;
 }
 
-static void say(report *r, const char *text) { json_array_append_new(r->sentences, flesh_json_text(text)); }
+static int report_of(const flesh_fit *fit, const flesh_fit_found *found, report *r)
+{
+  *r = (report){.fit = fit, .map = fit->map, .found = found, .median = NAN, .largest = NAN};
+  return measure(r);
+}
 
-static void tell(report *r)
+static void tell_residuals(const report *r, flesh_fit_statistics *to)
 {
   const flesh_fit_map *map = r->map;
-  const double excess = r->stage->squares / r->fit->count;
-  const char *of = map->spacing == FLESH_FIT_LOGARITHMIC ? "" : " of start";
+  const double excess = to->squares / r->fit->count, scale = to->scale;
   char text[FLESH_FIT_SENTENCE];
-  r->sentences = json_array();
   if (isnan(map->weight) && excess < 0.95 && r->found->stage_count == 1)
-    say(r, "A nearly uniform value agrees with the measurements within their deviations: they say nothing of differences "
-           "between tets.");
+    flesh_fit_say(to, "A nearly uniform value agrees with the measurements within their deviations: they say nothing of "
+                      "differences between tets.");
   else if (isnan(map->weight) && excess > 1.05) {
     snprintf(text, sizeof text, "The residuals stay %.3g times the stated deviations, however rough the map may be: the "
                                 "deviations are too small, or the scene leaves something out. This is the smoothest map "
-                                "that fits as well.",
-             r->scale);
-    say(r, text);
-  } else if (!isnan(map->weight) && (r->scale > odd_scale || r->scale < 1 / odd_scale)) {
+                                "that fits as well.", scale);
+    flesh_fit_say(to, text);
+  } else if (!isnan(map->weight) && (scale > odd_scale || scale < 1 / odd_scale)) {
     snprintf(text, sizeof text, "The residuals are %.3g times the stated deviations: the weight is %s, or the deviations are not "
-                                "those of the measurements.", r->scale, r->scale > 1 ? "too large" : "too small");
-    say(r, text);
+                                "those of the measurements.", scale, scale > 1 ? "too large" : "too small");
+    flesh_fit_say(to, text);
   }
-  if (r->found->deviations) {
+}
+
+int flesh_fit_map_tell(const flesh_fit *fit, const flesh_fit_found *found, flesh_fit_statistics *to)
+{
+  char text[FLESH_FIT_SENTENCE];
+  report r;
+  const int status = report_of(fit, found, &r);
+  if (status) return status;
+  tell_residuals(&r, to);
+  if (found->deviations) {
     snprintf(text, sizeof text, "The measurements determine about %.0f numbers of the map; the penalty fills in the rest of its "
-                                "%d tets.", r->found->determined, map->count);
-    say(r, text);
+                                "%d tets.", found->determined, r.map->count);
+    flesh_fit_say(to, text);
     snprintf(text, sizeof text, "The deviation of a tet's value is %.2g %%%s (median), at most %.2g %%, where maps are as "
-                                "smooth as the penalty says.", 100 * r->median, of, 100 * r->largest);
-    say(r, text);
-    if (r->hardly_known) {
+                                "smooth as the penalty says.", 100 * r.median,
+             r.map->of.spacing == FLESH_FIT_LOGARITHMIC ? "" : " of start", 100 * r.largest);
+    flesh_fit_say(to, text);
+    if (r.hardly_known) {
       snprintf(text, sizeof text, "%d tets have a deviation above %g %%: the measurements hardly say their values (tets.csv).",
-               r->hardly_known, 100 * hardly);
-      say(r, text);
+               r.hardly_known, 100 * hardly);
+      flesh_fit_say(to, text);
     }
-  } else say(r, "Deviations of tets are found for maps of 2500 tets and fewer.");
-  if (r->at_bounds) {
-    snprintf(text, sizeof text, "%d tets lie at a bound (from, to): their values may be beyond it.", r->at_bounds);
-    say(r, text);
+  } else flesh_fit_say(to, "Deviations of tets, and of parameters beside them, are found for maps of 2500 tets and fewer.");
+  if (r.at_bounds) {
+    snprintf(text, sizeof text, "%d tets lie at a bound (from, to): their values may be beyond it.", r.at_bounds);
+    flesh_fit_say(to, text);
   }
+  return FLESH_OK;
 }
 
 static char *path_in(const flesh_fit *fit, const char *name) { return flesh_text_new("%s/%s", fit->out, name); }
-
-static double value_off(const flesh_fit_map *map, double p, double dq)
-{
-  return map->spacing == FLESH_FIT_LOGARITHMIC ? p * exp(dq) : p + dq * map->scale;
-}
 
 static int write_tets(const report *r, const flesh_mesh *mesh)
 {
@@ -112,10 +110,11 @@ static int write_tets(const report *r, const flesh_mesh *mesh)
   const int status = flesh_table_open(r->fit->out, "tets.csv", &file);
   if (status) return status;
   const char *unit = *map->unit ? map->unit : "1";
-  fprintf(file.stream, "tet,X [m],Y [m],Z [m],%s [%s],low_95 [%s],high_95 [%s],deviation of q,resolution\n", map->key, unit, unit,
-          unit);
+  fprintf(file.stream, "tet,X [m],Y [m],Z [m],%s [%s],low_95 [%s],high_95 [%s],deviation of q,resolution\n", map->of.key, unit,
+          unit, unit);
   for (int k = 0; k < map->count; k++) {
-    const double p = r->found->p[k], deviation = r->found->deviations ? r->found->deviations[k] : NAN;
+    const double p = r->found->p[r->fit->key_count + k], q = flesh_fit_q_of(&map->of, p);
+    const double deviation = r->found->deviations ? r->found->deviations[k] : NAN;
     fprintf(file.stream, "%d", map->tets[k]);
     for (int c = 0; c < 3; c++) {
       double centre = 0;
@@ -125,7 +124,8 @@ static int write_tets(const report *r, const flesh_mesh *mesh)
       }
       flesh_table_field(file.stream, centre);
     }
-    const double fields[] = {p, value_off(map, p, -1.96 * deviation), value_off(map, p, 1.96 * deviation), deviation,
+    const double fields[] = {p, flesh_fit_p_of(&map->of, q - 1.96 * deviation),
+                             flesh_fit_p_of(&map->of, q + 1.96 * deviation), deviation,
                              r->found->resolutions ? r->found->resolutions[k] : NAN};
     for (int c = 0; c < 5; c++) flesh_table_field(file.stream, fields[c]);
     putc('\n', file.stream);
@@ -137,7 +137,7 @@ static int write_tets(const report *r, const flesh_mesh *mesh)
 static int write_vtu(const report *r, const flesh_mesh *mesh)
 {
   const int tets = flesh_mesh_tet_count(mesh);
-  const double *const from[] = {r->found->p, r->found->deviations, r->found->resolutions};
+  const double *const from[] = {r->found->p + r->fit->key_count, r->found->deviations, r->found->resolutions};
   char *path = path_in(r->fit, "map.vtu");
   double *room = malloc(3 * (size_t)tets * sizeof *room);
   int status = path && room ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory for the results of a map");
@@ -145,7 +145,7 @@ static int write_vtu(const report *r, const flesh_mesh *mesh)
   for (int a = 0; a < 3 && !status; a++)
     for (int k = 0; k < r->map->count && from[a]; k++) room[(size_t)a * (size_t)tets + (size_t)r->map->tets[k]] = from[a][k];
   const char *unit = *r->map->unit ? r->map->unit : NULL;
-  const flesh_vtu_array arrays[] = {{.name = r->map->key, .components = 1, .doubles = room, .unit = unit},
+  const flesh_vtu_array arrays[] = {{.name = r->map->of.key, .components = 1, .doubles = room, .unit = unit},
                                     {.name = "deviation", .components = 1, .doubles = room + tets},
                                     {.name = "resolution", .components = 1, .doubles = room + 2 * (size_t)tets}};
   const flesh_vtu content = {.points = flesh_mesh_node_count(mesh), .tets = tets, .positions = flesh_mesh_positions(mesh),
@@ -157,58 +157,35 @@ static int write_vtu(const report *r, const flesh_mesh *mesh)
   return status;
 }
 
-static json_t *stages_json(const report *r)
+static json_t *stages_json(const flesh_fit_found *found)
 {
   json_t *list = json_array();
-  for (int k = 0; k < r->found->stage_count; k++) {
-    const flesh_fit_stage *s = &r->found->stages[k];
+  for (int k = 0; k < found->stage_count; k++) {
+    const flesh_fit_stage *s = &found->stages[k];
     json_array_append_new(list, json_pack("{sfsfsfsisb}", "weight", s->weight, "sum_of_squares", s->squares, "penalty",
                                           s->penalty, "iterations", s->iterations, "converged", s->converged));
   }
   return list;
 }
 
-static json_t *result_json(report *r)
+json_t *flesh_fit_map_json(const flesh_fit *fit, const flesh_fit_found *found)
 {
-  const flesh_fit *fit = r->fit;
-  return json_pack("{sssisss{sssisssfsssosososo}sOs{sisfsf}}", "status", r->stage->converged ? "complete" : "failed", "exit_code",
-                   r->stage->converged ? 0 : flesh_exit_code(FLESH_ERR_SOLVE), "message", r->found->words, "map", "constant",
-                   r->map->key, "tets", r->map->count, "penalty",
-                   r->map->penalty == FLESH_FIT_QUADRATIC ? "quadratic" : "variation", "weight", r->stage->weight,
-                   "weight_from", isnan(r->map->weight) ? "discrepancy" : "spec", "determined_numbers",
-                   flesh_json_number(r->found->determined), "median_deviation", flesh_json_number(r->median), "largest_deviation",
-                   flesh_json_number(r->largest), "stages", stages_json(r), "identifiability", r->sentences, "residuals",
-                   "measured_numbers", fit->count, "sum_of_squares", r->stage->squares, "scale", r->scale);
+  report r;
+  if (report_of(fit, found, &r)) return NULL;
+  return json_pack("{sssisssfsssosososo}", "constant", r.map->of.key, "tets", r.map->count, "penalty",
+                   r.map->penalty == FLESH_FIT_QUADRATIC ? "quadratic" : "variation", "weight",
+                   found->stages[found->chosen].weight, "weight_from", isnan(r.map->weight) ? "discrepancy" : "spec",
+                   "determined_numbers", flesh_json_number(found->determined), "median_deviation", flesh_json_number(r.median), "largest_deviation",
+                   flesh_json_number(r.largest), "stages", stages_json(found));
 }
 
-static void print(const report *r)
+int flesh_fit_map_tables(const flesh_fit *fit, const flesh_fit_found *found)
 {
-  const flesh_fit *fit = r->fit;
-  double low = INFINITY, high = 0;
-  size_t index;
-  json_t *sentence;
-  for (int k = 0; k < r->map->count; k++) low = fmin(low, r->found->p[k]), high = fmax(high, r->found->p[k]);
-  printf("%s of %d tets from %.6g to %.6g%s%s\n", r->map->key, r->map->count, low, high, *r->map->unit ? " " : "", r->map->unit);
-  json_array_foreach(r->sentences, index, sentence) printf("%s\n", json_string_value(sentence));
-  if (*r->found->words) printf("%s\n", r->found->words);
-  printf("%d measured numbers, residuals %.4g times their deviations, weight %.4g, %d runs, %d linear solves\nresults: %s\n",
-         fit->count, r->scale, r->stage->weight, flesh_fit_runs_used(fit), fit->linear, fit->out);
-}
-
-int flesh_fit_map_report(flesh_fit *fit, const flesh_fit_map_found *found)
-{
-  report r = {.fit = fit, .map = fit->map, .found = found, .stage = &found->stages[found->chosen]};
+  const report r = {.fit = fit, .map = fit->map, .found = found};
   flesh_scene *scene = NULL;
-  int status = measure(&r);
-  if (status) return status;
-  tell(&r);
-  status = flesh_fit_write_tables(fit, found->p, found->values);
-  if (!status) status = flesh_fit_scene_at(fit, 0, found->p, &scene);
+  int status = flesh_fit_scene_at(fit, 0, found->p, &scene);
   if (!status) status = write_tets(&r, flesh_scene_mesh(scene));
   if (!status) status = write_vtu(&r, flesh_scene_mesh(scene));
-  if (!status) status = flesh_fit_write_result(fit, result_json(&r), found->p, found->values);
-  if (!status && !fit->quiet) print(&r);
   flesh_scene_destroy(&scene);
-  json_decref(r.sentences);
   return status;
 }

@@ -6,7 +6,7 @@
 
 #include "base/error.h"
 #include "cli/interrupt.h"
-#include "fit/fit.h"
+#include "fit/told.h"
 #include "flesh/observer.h"
 #include "sensitivity/sensitivity.h"
 
@@ -15,24 +15,16 @@ static const double tolerance = 1e-8;
 
 static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for the tangents of a motion"); }
 
-/* A column that is measured, or a component of positions at the end (no weights). */
-typedef struct followed {
-  flesh_asked asked;
-  double before, now; /* derivatives of it at the last two states */
-} followed;
-
-/* A parameter, of whose tangent is taken what is measured. */
-typedef struct following {
-  const flesh_fit_experiment *e;
-  flesh_scene *scenes[2]; /* beside its value */
-  int n;
-  followed *columns; /* of all tables of probes, one after the other */
-  int column_count;
-  int states;
-  double before; /* s */
-  double *to;    /* the first entry of a parameter's column of derivatives */
-  int stride;
-} following;
+struct flesh_fit_motion {
+  flesh_fit *fit;
+  int experiment, n, column_count;
+  const double *p;
+  flesh_scene *scene;
+  flesh_integrator *integrator;
+  flesh_trajectory *trajectory;
+  flesh_fit_told told;
+  flesh_asked *columns; /* of probes; as they are linear in the state, everywhere the same */
+};
 
 const char *flesh_fit_motion_refused(const flesh_fit_experiment *e, const flesh_scene *scene)
 {
@@ -48,60 +40,6 @@ const char *flesh_fit_motion_refused(const flesh_fit_experiment *e, const flesh_
     }
   }
   return "";
-}
-
-static int open_columns(following *f, const flesh_scene *scene)
-{
-  int count = 0, status = FLESH_OK;
-  for (int k = 0; k < f->e->measured_count; k++)
-    if (f->e->measured[k].table == FLESH_FIT_OF_PROBES) count += f->e->measured[k].quantity_count;
-  f->columns = calloc((size_t)count + 1, sizeof *f->columns);
-  if (!f->columns) return no_memory();
-  for (int k = 0; k < f->e->measured_count && !status; k++)
-    for (int q = 0; q < f->e->measured[k].quantity_count && f->e->measured[k].table == FLESH_FIT_OF_PROBES && !status; q++)
-      status = flesh_asked_find(scene, f->e->measured[k].quantities[q].name, f->e->end, &f->columns[f->column_count++].asked);
-  return status;
-}
-
-/* A number's derivative at the state at t, or between it and the last; of positions at every state, so that the last stays. */
-static void take(const following *f, const flesh_fit_measured *m, const flesh_fit_datum *d, const followed *column, double t,
-                 const double *dx, double *to)
-{
-  if (!column) {
-    const flesh_fit_point *point = &m->points[d->row];
-    *to = 0;
-    for (int a = 0; a < point->count; a++)
-      *to += point->weights[a] * dx[3 * (size_t)point->nodes[a] + (size_t)(*m->quantities[d->quantity].name - 'x')];
-  } else if (isnan(d->t) || d->t == t) *to = column->now;
-  else if (f->states && d->t > f->before && d->t < t)
-    *to = column->before + (column->now - column->before) * (d->t - f->before) / (t - f->before);
-  else if (d->t > t && d->t - t <= 1e-9 * (1 + fabs(t))) *to = column->now;
-}
-
-/* Implements flesh_tangent_visit. */
-static int follow(void *data, int parameter, double t, const double *dx, const double *dv)
-{
-  following *f = (following *)data + parameter;
-  for (int c = 0; c < f->column_count; c++) {
-    followed *column = &f->columns[c];
-    column->before = column->now;
-    column->now = 0;
-    for (int d = 0; d < f->n; d++) {
-      if (column->asked.by_x) column->now += column->asked.by_x[d] * dx[d];
-      if (column->asked.by_v) column->now += column->asked.by_v[d] * dv[d];
-    }
-  }
-  double *to = f->to;
-  for (int k = 0, first = 0; k < f->e->measured_count; k++) {
-    const flesh_fit_measured *m = &f->e->measured[k];
-    const int of_probes = m->table == FLESH_FIT_OF_PROBES;
-    for (int i = 0; i < m->count; i++, to += f->stride)
-      take(f, m, &m->data[i], of_probes ? &f->columns[first + m->data[i].quantity] : NULL, t, dx, to);
-    if (of_probes) first += m->quantity_count;
-  }
-  f->states++;
-  f->before = t;
-  return flesh_interrupt_signal() ? flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted by %s", flesh_interrupt_name()) : FLESH_OK;
 }
 
 /* The start of the scene's motion: new x, with v behind it. */
@@ -121,84 +59,190 @@ static int make_start(const flesh_scene *scene, flesh_state *state)
   return FLESH_OK;
 }
 
+/* Notes the time of a state. Implements flesh_observer's function. */
+static int note(void *told, const flesh_step_record *record) { return flesh_fit_told_add(told, record->state->t); }
+
 /* Runs the motion while the trajectory records it. */
-static int record(const flesh_scene *scene, flesh_integrator **integrator, flesh_trajectory **trajectory)
+static int record(flesh_fit_motion *m)
 {
-  const flesh_scene_time *time = flesh_scene_times(scene);
-  const flesh_run_options run = {.h = time->step, .end = time->end, .stop = flesh_interrupt_asked};
+  const flesh_scene_time *time = flesh_scene_times(m->scene);
+  const flesh_observer observer = {note, &m->told};
+  const flesh_run_options run = {.h = time->step, .end = time->end, .stop = flesh_interrupt_asked, .observer_count = 1,
+                                 .observers = &observer};
+  const flesh_system *system = flesh_scene_system(m->scene);
   flesh_state state = {0};
-  int status = make_start(scene, &state);
-  if (!status) status = flesh_integrator_create(flesh_scene_system(scene), time->method, flesh_scene_solver(scene), integrator);
-  if (!status) status = flesh_integrator_set_method_options(*integrator, &time->options);
-  if (!status) status = flesh_integrator_set_adaptive(*integrator, &time->adaptive);
-  if (!status) status = flesh_integrator_set_max_energy_gain(*integrator, time->max_energy_gain);
-  if (!status) status = flesh_trajectory_create(*integrator, tolerance, FLESH_TRAJECTORY_STATES, trajectory);
-  if (!status) status = flesh_run(flesh_scene_system(scene), *integrator, &run, &state, NULL);
+  int status = make_start(m->scene, &state);
+  if (!status) status = flesh_integrator_create(system, time->method, flesh_scene_solver(m->scene), &m->integrator);
+  if (!status) status = flesh_integrator_set_method_options(m->integrator, &time->options);
+  if (!status) status = flesh_integrator_set_adaptive(m->integrator, &time->adaptive);
+  if (!status) status = flesh_integrator_set_max_energy_gain(m->integrator, time->max_energy_gain);
+  if (!status) status = flesh_trajectory_create(m->integrator, tolerance, FLESH_TRAJECTORY_STATES, &m->trajectory);
+  if (!status) status = flesh_run(system, m->integrator, &run, &state, NULL);
   free(state.x);
   return status;
 }
 
-/* The systems beside a parameter's value, and the derivatives of the start [2*n] by it. */
-static int take_parameter(following *f, const flesh_fit *fit, int experiment, const double *p, int k, flesh_parameter *parameter,
-                          double *start)
+int flesh_fit_motion_create(flesh_fit *fit, int experiment, const double *p, flesh_fit_motion **motion)
 {
+  const flesh_fit_experiment *e = &fit->experiments[experiment];
+  flesh_fit_motion *m = *motion = calloc(1, sizeof *m);
+  if (!m) return no_memory();
+  *m = (flesh_fit_motion){.fit = fit, .experiment = experiment, .n = 3 * e->nodes, .p = p, .told = {.e = e}};
+  const int count = flesh_fit_told_columns(e);
+  m->columns = calloc((size_t)count + 1, sizeof *m->columns);
+  int status = m->columns ? flesh_fit_scene_at(fit, experiment, p, &m->scene) : no_memory();
+  for (int c = 0; c < count && !status; c++)
+    status = flesh_asked_find(m->scene, flesh_fit_told_name(e, c), e->end, &m->columns[m->column_count++]);
+  if (!status) status = record(m);
+  fit->made++;
+  if (status) flesh_fit_motion_destroy(motion);
+  return status;
+}
+
+void flesh_fit_motion_destroy(flesh_fit_motion **motion)
+{
+  flesh_fit_motion *m = *motion;
+  if (!m) return;
+  flesh_trajectory_destroy(&m->trajectory);
+  flesh_integrator_destroy(&m->integrator);
+  flesh_scene_destroy(&m->scene);
+  for (int c = 0; c < m->column_count; c++) flesh_asked_clear(&m->columns[c]);
+  free(m->columns);
+  free(m->told.times);
+  free(m);
+  *motion = NULL;
+}
+
+static int go_on(void)
+{
+  return flesh_interrupt_signal() ? flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted by %s", flesh_interrupt_name()) : FLESH_OK;
+}
+
+/* A change of parameters, of whose tangent is taken what is measured. */
+typedef struct following {
+  const flesh_fit_motion *motion;
+  flesh_scene *scenes[2]; /* beside p */
+  int states;
+  const double *dx, *dv;
+  double *to; /* the first entry of its column of derivatives */
+  int stride;
+} following;
+
+static void take(void *data, const flesh_fit_measured *m, const flesh_fit_datum *d, int row, double weight, int c)
+{
+  const following *f = data;
+  const flesh_asked *asked = &f->motion->columns[c < 0 ? 0 : c];
+  double sum = c < 0 ? flesh_fit_told_position(m, d, f->dx) : 0;
+  for (int i = 0; i < f->motion->n && c >= 0; i++)
+    sum += (asked->by_x ? asked->by_x[i] * f->dx[i] : 0) + (asked->by_v ? asked->by_v[i] * f->dv[i] : 0);
+  f->to[(size_t)row * (size_t)f->stride] += weight * sum;
+}
+
+/* Implements flesh_tangent_visit. */
+static int follow(void *data, int change, double t, const double *dx, const double *dv)
+{
+  following *f = (following *)data + change;
+  (void)t;
+  f->dx = dx;
+  f->dv = dv;
+  flesh_fit_told_visit(&f->motion->told, f->states++, take, f);
+  return go_on();
+}
+
+/* The systems beside p along a change, and the derivatives of the start [2*n]. */
+static int take_change(following *f, const double *change, double h, flesh_parameter *parameter, double *start)
+{
+  const flesh_fit_motion *m = f->motion;
   flesh_state starts[2] = {{0}};
-  double h;
-  int status = flesh_fit_scenes_beside(fit, experiment, p, k, &h, f->scenes);
+  int status = flesh_fit_scenes_beside(m->fit, m->experiment, m->p, change, h, f->scenes);
   for (int s = 0; s < 2 && !status; s++) status = make_start(f->scenes[s], &starts[s]);
   if (!status) {
     *parameter = (flesh_parameter){{NULL, flesh_scene_system(f->scenes[0]), flesh_scene_system(f->scenes[1]), NULL}, h};
-    for (int d = 0; d < 2 * f->n; d++) start[d] = (starts[1].x[d] - starts[0].x[d]) / (2 * h);
+    for (int d = 0; d < 2 * m->n; d++) start[d] = (starts[1].x[d] - starts[0].x[d]) / (2 * h);
   }
   free(starts[0].x);
   free(starts[1].x);
   return status;
 }
 
-/* The columns of all parameters that act, [count] of them. */
-static int differentiate(following *all, int count, const flesh_fit *fit, int experiment, const double *p,
-                         const flesh_scene *scene, flesh_trajectory *trajectory)
+int flesh_fit_motion_along(flesh_fit_motion *m, int count, const double *changes, const double *h, double *to)
 {
-  const size_t unknowns = 2 * (size_t)all->n;
-  flesh_parameter *parameters = calloc((size_t)count, sizeof *parameters);
-  double *starts = calloc((size_t)count * unknowns, sizeof *starts);
-  int status = parameters && starts ? FLESH_OK : no_memory();
-  for (int k = 0, i = 0; k < fit->parameter_count && !status; k++) {
-    if (!all->e->acts[k]) continue;
-    status = open_columns(&all[i], scene);
-    if (!status) status = take_parameter(&all[i], fit, experiment, p, k, &parameters[i], starts + (size_t)i * unknowns);
-    i++;
+  const size_t unknowns = 2 * (size_t)m->n;
+  following *all = calloc((size_t)count + 1, sizeof *all);
+  flesh_parameter *parameters = calloc((size_t)count + 1, sizeof *parameters);
+  double *starts = calloc((size_t)count * unknowns + 1, sizeof *starts);
+  int used = 0, status = all && parameters && starts ? FLESH_OK : no_memory();
+  memset(to, 0, (size_t)m->told.e->count * (size_t)count * sizeof *to);
+  for (int k = 0; k < count && !status; k++) {
+    if (h[k] == 0) continue;
+    following *f = &all[used];
+    *f = (following){.motion = m, .to = to + k, .stride = count};
+    status = take_change(f, changes + (size_t)k * (size_t)m->fit->parameter_count, h[k], &parameters[used],
+                         starts + (size_t)used * unknowns);
+    used++;
   }
-  if (!status) status = flesh_trajectory_tangents(trajectory, count, parameters, starts, follow, all);
+  if (!status && used) status = flesh_trajectory_tangents(m->trajectory, used, parameters, starts, follow, all);
+  m->fit->linear += used * flesh_trajectory_get_costs(m->trajectory).parts;
+  for (int k = 0; k < used; k++)
+    for (int s = 0; s < 2; s++) flesh_scene_destroy(&all[k].scenes[s]);
+  free(all);
   free(parameters);
   free(starts);
   return status;
 }
 
-static void close_following(following *f)
+/* An adjoint, which starts from what is measured. */
+typedef struct giving {
+  const flesh_fit_motion *motion;
+  const double *y;
+  double *by_x, *by_v;
+} giving;
+
+static void give(void *data, const flesh_fit_measured *m, const flesh_fit_datum *d, int row, double weight, int c)
 {
-  for (int s = 0; s < 2; s++) flesh_scene_destroy(&f->scenes[s]);
-  for (int c = 0; c < f->column_count; c++) flesh_asked_clear(&f->columns[c].asked);
-  free(f->columns);
+  const giving *g = data;
+  const double y = weight * g->y[row];
+  if (c < 0) flesh_fit_told_give(m, d, y, g->by_x);
+  const flesh_asked *asked = &g->motion->columns[c < 0 ? 0 : c];
+  for (int i = 0; i < g->motion->n && c >= 0; i++) {
+    if (asked->by_x) g->by_x[i] += y * asked->by_x[i];
+    if (asked->by_v) g->by_v[i] += y * asked->by_v[i];
+  }
+}
+
+/* Implements flesh_adjoint_visit. */
+static int give_all(void *data, double t, double *by_x, double *by_v)
+{
+  giving *g = data;
+  const flesh_fit_told *told = &g->motion->told;
+  int s = told->count - 1;
+  while (s && fabs(told->times[s - 1] - t) < fabs(told->times[s] - t)) s--;
+  g->by_x = by_x;
+  g->by_v = by_v;
+  flesh_fit_told_visit(told, s, give, g);
+  return go_on();
+}
+
+int flesh_fit_motion_back(flesh_fit_motion *m, const flesh_tet_parameter *parameter, const double *y, double *gradient)
+{
+  giving g = {.motion = m, .y = y};
+  m->fit->linear += flesh_trajectory_get_costs(m->trajectory).parts;
+  return flesh_trajectory_tet_gradient(m->trajectory, parameter, give_all, &g, gradient);
 }
 
 int flesh_fit_motion_tangents(flesh_fit *fit, int experiment, const double *p, double *tangents)
 {
-  const flesh_fit_experiment *e = &fit->experiments[experiment];
-  following *all = calloc((size_t)fit->parameter_count + 1, sizeof *all);
-  flesh_scene *scene = NULL;
-  flesh_integrator *integrator = NULL;
-  flesh_trajectory *trajectory = NULL;
-  int count = 0, status = all ? flesh_fit_scene_at(fit, experiment, p, &scene) : no_memory();
-  for (int k = 0; k < fit->parameter_count && !status; k++)
-    if (e->acts[k]) all[count++] = (following){.e = e, .n = 3 * e->nodes, .stride = fit->parameter_count, .to = tangents + k};
-  if (!status) status = record(scene, &integrator, &trajectory);
-  if (!status && count) status = differentiate(all, count, fit, experiment, p, scene, trajectory);
-  if (!status) fit->linear += count * flesh_trajectory_get_costs(trajectory).parts;
-  flesh_trajectory_destroy(&trajectory);
-  flesh_integrator_destroy(&integrator);
-  for (int k = 0; k < count; k++) close_following(&all[k]);
-  free(all);
-  flesh_scene_destroy(&scene);
+  const size_t count = (size_t)fit->key_count, all = (size_t)fit->parameter_count;
+  double *changes = malloc((count * all + 1) * sizeof *changes), *h = malloc((count + 1) * sizeof *h);
+  flesh_fit_motion *motion = NULL;
+  int status = changes && h ? flesh_fit_motion_create(fit, experiment, p, &motion) : no_memory();
+  for (int k = 0; k < fit->key_count && !status; k++) {
+    h[k] = flesh_fit_direct(fit, p, k, changes + (size_t)k * all);
+    if (!fit->experiments[experiment].acts[k]) h[k] = 0;
+  }
+  if (!status) status = flesh_fit_motion_along(motion, fit->key_count, changes, h, tangents);
+  flesh_fit_motion_destroy(&motion);
+  free(changes);
+  free(h);
   return status;
 }

@@ -26,6 +26,48 @@ double flesh_fit_slope(const flesh_fit_parameter *parameter, double p)
   return parameter->spacing == FLESH_FIT_LOGARITHMIC ? p : parameter->scale;
 }
 
+/* A smooth function of z that goes from 0 up to z, its slope, and its inverse. */
+static double soft(double z, double *slope)
+{
+  *slope = 1 / (1 + exp(-z));
+  return fmax(z, 0) + log1p(exp(-fabs(z)));
+}
+static double hard(double d) { return d + log(-expm1(-d)); }
+
+/* Searches begin so far from a bound, as a share of the way between both, or in q, that they can leave it. */
+static const double least = 0.02;
+
+double flesh_fit_z_of(const flesh_fit_parameter *parameter, double p)
+{
+  const double q = flesh_fit_q_of(parameter, p), low = flesh_fit_q_of(parameter, parameter->from),
+               high = flesh_fit_q_of(parameter, parameter->to);
+  if (isinf(low)) return isinf(high) ? q : -hard(fmax(high - q, least));
+  if (isinf(high)) return hard(fmax(q - low, least));
+  const double share = fmin(fmax((q - low) / (high - low), least), 1 - least);
+  return (high - low) / 4 * log(share / (1 - share));
+}
+
+double flesh_fit_p_at(const flesh_fit_parameter *parameter, double z, double *slope)
+{
+  const double low = flesh_fit_q_of(parameter, parameter->from), high = flesh_fit_q_of(parameter, parameter->to);
+  double q = z;
+  *slope = 1;
+  if (isfinite(low) && isfinite(high)) {
+    const double share = 1 / (1 + exp(-4 * z / (high - low)));
+    *slope = 4 * share * (1 - share);
+    q = low + (high - low) * share;
+  } else if (isfinite(low)) q = low + soft(z, slope);
+  else if (isfinite(high)) q = high - soft(-z, slope);
+  return fmin(fmax(flesh_fit_p_of(parameter, q), parameter->from), parameter->to);
+}
+
+int flesh_fit_side(const flesh_fit_parameter *parameter, double p)
+{
+  const double q = flesh_fit_q_of(parameter, p), low = flesh_fit_q_of(parameter, parameter->from),
+               high = flesh_fit_q_of(parameter, parameter->to), near = 0.01 * fmin(high - low, 1);
+  return high - q < near ? 1 : q - low < near ? -1 : 0;
+}
+
 int flesh_fit_check_values(flesh_fit *fit, const flesh_fit_experiment *e, const char *key, const double values[3],
                            const flesh_node *const places[3])
 {
@@ -40,6 +82,32 @@ int flesh_fit_check_values(flesh_fit *fit, const flesh_fit_experiment *e, const 
   }
   free(overrides);
   return status;
+}
+
+int flesh_fit_check_numbers(flesh_fit_parameter *p)
+{
+  const flesh_node *start = flesh_node_find(p->place, "start");
+  if (!(p->from < p->to))
+    return flesh_node_fail(flesh_node_find(p->place, "to"), "to is %g; it must be above from, which is %g", p->to, p->from);
+  if (!(p->start >= p->from && p->start <= p->to))
+    return flesh_node_fail(start, "start is %g; it must lie from %g to %g, as from and to say", p->start, p->from, p->to);
+  if (p->spacing == FLESH_FIT_LOGARITHMIC) {
+    const flesh_node *scale = flesh_node_find(p->place, "scale");
+    if (!(p->start > 0))
+      return flesh_node_fail(start, "start is %g; it must be > 0 when spacing is logarithmic", p->start);
+    if (isfinite(p->from) && !(p->from > 0))
+      return flesh_node_fail(flesh_node_find(p->place, "from"), "from is %g; it must be > 0 when spacing is "
+                                                                "logarithmic", p->from);
+    if (scale) return flesh_node_fail(scale, "scale applies to linear parameters; leave it out with spacing: logarithmic");
+    p->from = fmax(p->from, 0);
+    p->scale = 1;
+  } else if (isnan(p->scale)) {
+    p->scale = fabs(p->start);
+    if (!(p->scale > 0)) p->scale = (p->to - p->from) / 2;
+    if (!isfinite(p->scale))
+      return flesh_node_fail(p->place, "scale is missing; where start is 0 it must be a number > 0");
+  }
+  return FLESH_OK;
 }
 
 const flesh_fit_datum *flesh_fit_datum_at(const flesh_fit *fit, int i)

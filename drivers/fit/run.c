@@ -46,12 +46,12 @@ void flesh_fit_overrides_free(int count, char **overrides)
 char **flesh_fit_overrides(const flesh_fit *fit, int experiment, const double *p, int *count)
 {
   const flesh_fit_experiment *e = &fit->experiments[experiment];
-  char **texts = calloc((size_t)(e->set.count + fit->parameter_count) + 2, sizeof *texts), number[FLESH_NUMBER_SIZE];
+  char **texts = calloc((size_t)(e->set.count + fit->key_count) + 2, sizeof *texts), number[FLESH_NUMBER_SIZE];
   int lacks = !texts;
   *count = 0;
   for (int k = 0; k < e->set.count && !lacks; k++) lacks = !(texts[(*count)++] = strdup(e->set.texts[k]));
   if (fit->map && !lacks) lacks = !(texts[(*count)++] = flesh_text_new("body.material_map=%s/map.csv", fit->out));
-  for (int k = 0; k < fit->parameter_count && !fit->map && !lacks; k++)
+  for (int k = 0; k < fit->key_count && !lacks; k++)
     if (e->acts[k])
       lacks = !(texts[(*count)++] = flesh_text_new("%s=%s", fit->parameters[k].key, flesh_number_text(p[k], number)));
   if (!lacks) return texts;
@@ -73,16 +73,22 @@ int flesh_fit_scene_at(const flesh_fit *fit, int experiment, const double *p, fl
   return status;
 }
 
-int flesh_fit_scenes_beside(const flesh_fit *fit, int experiment, const double *p, int k, double *h, flesh_scene *scenes[2])
+double flesh_fit_direct(const flesh_fit *fit, const double *p, int k, double *direction)
 {
-  double beside[FLESH_FIT_PARAMETERS];
-  int status = FLESH_OK;
-  *h = difference * fabs(flesh_fit_slope(&fit->parameters[k], p[k]));
-  memcpy(beside, p, (size_t)fit->parameter_count * sizeof *p);
+  for (int j = 0; j < fit->parameter_count; j++) direction[j] = j == k;
+  return difference * fabs(flesh_fit_slope(&fit->parameters[k], p[k]));
+}
+
+int flesh_fit_scenes_beside(const flesh_fit *fit, int experiment, const double *p, const double *direction, double h,
+                            flesh_scene *scenes[2])
+{
+  double *beside = malloc((size_t)fit->parameter_count * sizeof *beside);
+  int status = beside ? FLESH_OK : no_memory();
   for (int s = 0; s < 2 && !status; s++) {
-    beside[k] = p[k] + (s ? *h : -*h);
+    for (int k = 0; k < fit->parameter_count; k++) beside[k] = p[k] + (s ? h : -h) * direction[k];
     status = flesh_fit_scene_at(fit, experiment, beside, &scenes[s]);
   }
+  free(beside);
   return status;
 }
 
@@ -123,22 +129,17 @@ static int check_columns(const flesh_fit_experiment *e, const char *folder)
   return status;
 }
 
-/* Writes the tables' headers. */
-static int write_headers(const flesh_scene *scene, const char *folder)
+int flesh_fit_tables_open(const flesh_scene *scene, const char *folder, flesh_history **history, flesh_probes **probes)
 {
-  int count, status = flesh_folder_make(folder);
-  const flesh_probe *probes = flesh_scene_probes(scene, &count);
+  int count, status = FLESH_OK;
+  const flesh_probe *list = flesh_scene_probes(scene, &count);
   const flesh_system *system = flesh_scene_system(scene);
-  flesh_history *history = NULL;
-  flesh_probes *made = NULL;
   char *paths[] = {flesh_text_new("%s/probes.csv", folder), flesh_text_new("%s/history.csv", folder)};
   if (!paths[0] || !paths[1]) status = no_memory();
-  if (!status) status = flesh_history_create(paths[1], system, &history);
-  flesh_history_close(&history);
-  if (!status && count)
-    status = flesh_probes_create(paths[0], flesh_scene_body(scene), system, flesh_scene_times(scene)->method, count, probes,
-                                 &made);
-  flesh_probes_close(&made);
+  if (!status && history) status = flesh_history_create(paths[1], system, history);
+  if (!status && probes && count)
+    status =
+        flesh_probes_create(paths[0], flesh_scene_body(scene), system, flesh_scene_times(scene)->method, count, list, probes);
   free(paths[0]);
   free(paths[1]);
   return status;
@@ -148,15 +149,20 @@ int flesh_fit_try(flesh_fit *fit, int experiment)
 {
   const flesh_fit_experiment *e = &fit->experiments[experiment];
   flesh_scene *scene = NULL;
+  flesh_history *history = NULL;
+  flesh_probes *probes = NULL;
   double *p = calloc((size_t)fit->parameter_count, sizeof *p);
   char *folder = flesh_fit_scratch(fit, e);
   int status = p && folder ? FLESH_OK : no_memory();
-  for (int k = 0; k < fit->parameter_count && !status; k++) p[k] = fit->map ? fit->map->start : fit->parameters[k].start;
+  for (int k = 0; k < fit->parameter_count && !status; k++) p[k] = fit->parameters[k].start;
   if (!status) {
     status = flesh_fit_scene_at(fit, experiment, p, &scene);
     if (status) flesh_node_fail_within(status, e->scene_place, "%s", "");
   }
-  if (!status) status = write_headers(scene, folder);
+  if (!status) status = flesh_folder_make(folder);
+  if (!status) status = flesh_fit_tables_open(scene, folder, &history, &probes);
+  flesh_history_close(&history);
+  flesh_probes_close(&probes);
   if (!status) status = check_columns(e, folder);
   flesh_scene_destroy(&scene);
   flesh_fit_scratch_remove(folder);

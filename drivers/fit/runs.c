@@ -17,11 +17,16 @@ static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory 
 static void hash_map(SHA2_CTX *context, const flesh_fit *fit)
 {
   const flesh_fit_map *map = fit->map;
-  const double numbers[] = {map->start, map->from, map->to, map->edge, map->weight, fit->tolerance};
-  const int words[] = {map->spacing, map->penalty};
-  SHA256Update(context, (const uint8_t *)map->key, strlen(map->key) + 1);
+  const double numbers[] = {map->edge, map->weight, fit->tolerance};
+  for (int k = 0; k <= fit->key_count; k++) { /* the keys, and the first tet */
+    const flesh_fit_parameter *p = &fit->parameters[k];
+    const double own[] = {p->start, p->from, p->to, p->scale};
+    SHA256Update(context, (const uint8_t *)own, sizeof own);
+    SHA256Update(context, (const uint8_t *)&p->spacing, sizeof p->spacing);
+  }
+  SHA256Update(context, (const uint8_t *)map->of.key, strlen(map->of.key) + 1);
   SHA256Update(context, (const uint8_t *)numbers, sizeof numbers);
-  SHA256Update(context, (const uint8_t *)words, sizeof words);
+  SHA256Update(context, (const uint8_t *)&map->penalty, sizeof map->penalty);
   SHA256Update(context, (const uint8_t *)map->tets, (size_t)map->count * sizeof *map->tets);
   for (int i = 0; i < fit->count; i++)
     SHA256Update(context, (const uint8_t *)&flesh_fit_datum_at(fit, i)->deviation, sizeof(double));
@@ -37,7 +42,7 @@ static int make_fingerprint(const flesh_fit *fit, char text[FLESH_STUDY_FINGERPR
     const flesh_fit_experiment *one = &fit->experiments[e];
     SHA256Update(&context, (const uint8_t *)one->name, strlen(one->name) + 1);
     SHA256Update(&context, (const uint8_t *)one->fingerprint, sizeof one->fingerprint);
-    if (!fit->map) SHA256Update(&context, one->acts, (size_t)fit->parameter_count);
+    SHA256Update(&context, one->acts, (size_t)fit->key_count);
     for (int k = 0; k < one->measured_count && !status; k++) {
       const flesh_fit_measured *m = &one->measured[k];
       SHA256Update(&context, (const uint8_t *)&m->table, sizeof m->table);
@@ -47,7 +52,7 @@ static int make_fingerprint(const flesh_fit *fit, char text[FLESH_STUDY_FINGERPR
     }
   }
   if (fit->map) hash_map(&context, fit);
-  for (int k = 0; k < fit->parameter_count && !fit->map; k++)
+  for (int k = 0; k < fit->key_count; k++)
     SHA256Update(&context, (const uint8_t *)fit->parameters[k].key, strlen(fit->parameters[k].key) + 1);
   SHA256End(&context, text);
   return status;
@@ -159,10 +164,10 @@ static const char *words_of(const json_t *record)
 /* Parameters that act on an experiment: runs that differ in others are one. */
 static json_t *parameters_of(const flesh_fit *fit, int experiment, const double *p)
 {
-  if (fit->map) return array_of(fit->parameter_count, p);
   json_t *object = json_object();
-  for (int k = 0; k < fit->parameter_count; k++)
+  for (int k = 0; k < fit->key_count; k++)
     if (fit->experiments[experiment].acts[k]) json_object_set_new(object, fit->parameters[k].name, json_real(p[k]));
+  if (fit->map) json_object_set_new(object, "of tets", array_of(fit->map->count, p + fit->key_count)); /* no parameter's name */
   return object;
 }
 
@@ -187,7 +192,7 @@ int flesh_fit_values_at(flesh_fit *fit, int experiment, const double *p, double 
 static int is_same(const flesh_fit *fit, int experiment, const double *p, const double *q)
 {
   for (int k = 0; k < fit->parameter_count; k++)
-    if ((fit->map || fit->experiments[experiment].acts[k]) && p[k] != q[k]) return 0;
+    if ((k >= fit->key_count || fit->experiments[experiment].acts[k]) && p[k] != q[k]) return 0;
   return 1;
 }
 
@@ -208,10 +213,7 @@ int flesh_fit_keep_at(flesh_fit *fit, int experiment, const double *p)
 /* Fills in tangents. FLESH_ERR_ARGUMENT, FLESH_ERR_SOLVE where there are none. */
 static int differentiate(flesh_fit *fit, int experiment, const double *p, double *tangents)
 {
-  if (fit->experiments[experiment].moves) {
-    fit->made++;
-    return flesh_fit_motion_tangents(fit, experiment, p, tangents);
-  }
+  if (fit->experiments[experiment].moves) return flesh_fit_motion_tangents(fit, experiment, p, tangents);
   const int status = flesh_fit_keep_at(fit, experiment, p);
   return status ? status : flesh_fit_tangents(fit, experiment, tangents);
 }
@@ -219,7 +221,7 @@ static int differentiate(flesh_fit *fit, int experiment, const double *p, double
 int flesh_fit_tangents_at(flesh_fit *fit, int experiment, const double *p, double *tangents)
 {
   flesh_fit_experiment *e = &fit->experiments[experiment];
-  const int count = e->count * fit->parameter_count;
+  const int count = e->count * fit->key_count;
   const double began = flesh_wall_seconds(), cpu = flesh_cpu_seconds();
   int status = ask(fit, "tangents", e->name, parameters_of(fit, experiment, p));
   if (status) return status;

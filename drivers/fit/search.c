@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "fit/fit.h"
+#include "fit/map.h"
 
 /* The search has ended, too, where a further step changes q by less than this: measurements without noise leave no
  * standard errors. */
@@ -233,29 +233,30 @@ static void list_free(searching *s)
     if (!s->found->at_bound[k]) s->list[s->free_count++] = k;
 }
 
-/* The start must be one that can be run. */
-static int begin(searching *s)
+int flesh_fit_found_open(flesh_fit *fit, flesh_fit_found *found)
 {
+  const size_t m = (size_t)fit->count, n = (size_t)fit->parameter_count, keys = (size_t)fit->key_count;
+  char why[FLESH_FIT_WORDS];
   int good;
-  for (int k = 0; k < s->fit->parameter_count; k++) {
-    s->q[k] = flesh_fit_q_of(&s->fit->parameters[k], s->fit->parameters[k].start);
-    s->found->p[k] = value_at(&s->fit->parameters[k], s->q[k]);
-  }
-  const int status = flesh_fit_evaluate(s->fit, s->found->p, s->values, NULL, &good, s->why);
-  return status || good ? status : flesh_fail(FLESH_ERR_SOLVE, "the start cannot be run: %s", s->why);
+  *found = (flesh_fit_found){.p = calloc(n, sizeof(double)), .values = calloc(m, sizeof(double)),
+                             .jacobian = calloc(m * keys + 1, sizeof(double)), .at_bound = calloc(n, 1), .determined = NAN};
+  if (!found->p || !found->values || !found->jacobian || !found->at_bound)
+    return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a fit");
+  for (int k = 0; k < fit->parameter_count; k++)
+    found->p[k] = value_at(&fit->parameters[k], flesh_fit_q_of(&fit->parameters[k], fit->parameters[k].start));
+  const int status = flesh_fit_evaluate(fit, found->p, found->values, NULL, &good, why);
+  return status || good ? status : flesh_fail(FLESH_ERR_SOLVE, "the start cannot be run: %s", why);
 }
 
 int flesh_fit_search(flesh_fit *fit, flesh_fit_found *found)
 {
   const size_t m = (size_t)fit->count, n = (size_t)fit->parameter_count;
+  if (fit->map) return flesh_fit_map_search(fit, found);
   searching s = {.fit = fit, .found = found, .count = fit->count, .values = calloc(m, sizeof(double)),
                  .jacobian = calloc(m * n, sizeof(double))};
-  *found = (flesh_fit_found){.p = calloc(n, sizeof(double)), .values = calloc(m, sizeof(double)),
-                             .jacobian = calloc(m * n, sizeof(double)), .at_bound = calloc(n, 1)};
   gsl_error_handler_t *handler = gsl_set_error_handler_off();
-  if (!s.values || !s.jacobian || !found->p || !found->values || !found->jacobian || !found->at_bound)
-    s.status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for a fit");
-  else s.status = begin(&s);
+  s.status = s.values && s.jacobian ? flesh_fit_found_open(fit, found) : flesh_fail(FLESH_ERR_MEMORY, "out of memory for a fit");
+  for (int k = 0; k < fit->parameter_count; k++) s.q[k] = flesh_fit_q_of(&fit->parameters[k], fit->parameters[k].start);
   for (int more = 1; more && !s.status;) {
     list_free(&s);
     found->converged = !s.free_count;
@@ -274,5 +275,7 @@ void flesh_fit_found_close(flesh_fit_found *found)
   free(found->values);
   free(found->jacobian);
   free(found->at_bound);
+  free(found->deviations);
+  free(found->resolutions);
   *found = (flesh_fit_found){0};
 }

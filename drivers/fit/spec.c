@@ -99,9 +99,10 @@ static const flesh_key fit_table[] = {
     {.name = "experiments", .type = FLESH_KEY_OBJECTS, AT(experiments), .children = experiment_table,
      .child_size = sizeof(experiment_keys), .doc = "scenes of which something was measured"},
     {.name = "parameters", .type = FLESH_KEY_OBJECTS, AT(parameters), .children = parameter_table,
-     .child_size = sizeof(flesh_fit_parameter), .default_value = "", .doc = "what is fitted, if no map is"},
+     .child_size = sizeof(flesh_fit_parameter), .default_value = "",
+     .doc = "what is fitted, alone or beside a map"},
     {.name = "map", .type = FLESH_KEY_OBJECT, AT(map), .children = flesh_fit_map_table, .default_value = "",
-     .doc = "instead of parameters: a constant of the material of each tet; for equilibria"},
+     .doc = "a constant of the material of each tet, fitted alone or with the parameters"},
     {.name = "max_iterations", .type = FLESH_KEY_INTEGER, AT(max_iterations), .range = FLESH_RANGE_POSITIVE,
      .default_value = "50", .doc = "steps of the search at most"},
     {.name = "tolerance", .type = FLESH_KEY_NUMBER, AT(tolerance), .range = FLESH_RANGE_FRACTION,
@@ -266,32 +267,6 @@ static int choose_experiments(flesh_fit *fit, int k)
   return FLESH_OK;
 }
 
-static int check_numbers(flesh_fit_parameter *p)
-{
-  const flesh_node *start = flesh_node_find(p->place, "start");
-  if (!(p->from < p->to))
-    return flesh_node_fail(flesh_node_find(p->place, "to"), "to is %g; it must be above from, which is %g", p->to, p->from);
-  if (!(p->start >= p->from && p->start <= p->to))
-    return flesh_node_fail(start, "start is %g; it must lie from %g to %g, as from and to say", p->start, p->from, p->to);
-  if (p->spacing == FLESH_FIT_LOGARITHMIC) {
-    const flesh_node *scale = flesh_node_find(p->place, "scale");
-    if (!(p->start > 0))
-      return flesh_node_fail(start, "start is %g; it must be > 0 when spacing is logarithmic", p->start);
-    if (isfinite(p->from) && !(p->from > 0))
-      return flesh_node_fail(flesh_node_find(p->place, "from"), "from is %g; it must be > 0 when spacing is "
-                                                                "logarithmic", p->from);
-    if (scale) return flesh_node_fail(scale, "scale applies to linear parameters; leave it out with spacing: logarithmic");
-    p->from = fmax(p->from, 0);
-    p->scale = 1;
-  } else if (isnan(p->scale)) {
-    p->scale = fabs(p->start);
-    if (!(p->scale > 0)) p->scale = (p->to - p->from) / 2;
-    if (!isfinite(p->scale))
-      return flesh_node_fail(p->place, "scale is missing; where start is 0 it must be a number > 0");
-  }
-  return FLESH_OK;
-}
-
 /* The scenes take the key with the start and the bounds. */
 static int check_key(flesh_fit *fit, int k)
 {
@@ -313,7 +288,7 @@ static int read_parameter(flesh_fit *fit, int k)
       return flesh_node_fail(flesh_node_find(p->place, "key"), "%s is fitted twice; it must be one parameter", p->key);
   int status = name_parameter(fit, k);
   if (!status) status = choose_experiments(fit, k);
-  if (!status) status = check_numbers(&fit->parameters[k]);
+  if (!status) status = flesh_fit_check_numbers(&fit->parameters[k]);
   return status ? status : check_key(fit, k);
 }
 
@@ -323,7 +298,7 @@ static int read_parameters(flesh_fit *fit, const fit_keys *keys, const flesh_nod
   fit->parameters = keys->parameters.values;
   for (int k = 0; k < keys->parameters.count && !status; k++) {
     fit->parameters[k].place = item_of(root, "parameters", k);
-    fit->parameter_count = k + 1;
+    fit->parameter_count = fit->key_count = k + 1;
     status = read_parameter(fit, k);
   }
   if (!status && fit->count < fit->parameter_count)
@@ -333,14 +308,26 @@ static int read_parameters(flesh_fit *fit, const fit_keys *keys, const flesh_nod
   return status;
 }
 
-/* Every parameter is one of every experiment. */
+/* The map's tets become the last parameters. */
 static int read_map(flesh_fit *fit, const fit_keys *keys, const flesh_node *place)
 {
+  const size_t count = (size_t)fit->key_count;
   fit->map = flesh_arena_take(&fit->arena, sizeof *fit->map);
   if (!fit->map) return no_memory();
   *fit->map = keys->map;
-  fit->map->place = place;
-  return flesh_fit_map_prepare(fit);
+  fit->map->of.place = place;
+  const int status = flesh_fit_map_prepare(fit);
+  if (status) return status;
+  flesh_fit_parameter *all = flesh_arena_take(&fit->arena, (count + (size_t)fit->map->count) * sizeof *all);
+  if (!all) return no_memory();
+  if (count) memcpy(all, fit->parameters, count * sizeof *all);
+  for (int k = 0; k < fit->map->count; k++) all[fit->parameter_count++] = fit->map->of;
+  fit->parameters = all;
+  for (int k = 0; k <= fit->key_count; k++)
+    if (all[k].start <= all[k].from || all[k].start >= all[k].to)
+      return flesh_node_fail(flesh_node_find(all[k].place, "start"), "start is %g, which is a bound; in a fit of a map it must "
+                             "lie between from and to", all[k].start);
+  return FLESH_OK;
 }
 
 static int make(flesh_fit *fit, const fit_keys *keys, const flesh_node *root)
@@ -355,11 +342,9 @@ static int make(flesh_fit *fit, const fit_keys *keys, const flesh_node *root)
   if (!fit->experiments) return no_memory();
   if (!keys->experiments.count)
     return flesh_node_fail(flesh_node_find(root, "experiments"), "experiments is []; it must have one or more");
-  if (map && keys->parameters.count)
-    return flesh_node_fail(map, "map stands beside parameters; give either");
-  if (!map && (!keys->parameters.count || keys->parameters.count > FLESH_FIT_PARAMETERS))
+  if ((!map && !keys->parameters.count) || keys->parameters.count > FLESH_FIT_PARAMETERS)
     return flesh_node_fail(keys->parameters.count ? flesh_node_find(root, "parameters") : root,
-                           "parameters are %d; they must be 1 to %d, or give a map", keys->parameters.count,
+                           "parameters are %d; they must be 1 to %d, or there is a map", keys->parameters.count,
                            FLESH_FIT_PARAMETERS);
   for (int e = 0; e < keys->experiments.count && !status; e++, fit->experiment_count++) {
     fit->experiments[e].place = item_of(root, "experiments", e);
@@ -368,8 +353,8 @@ static int make(flesh_fit *fit, const fit_keys *keys, const flesh_node *root)
     memset(fit->experiments[e].acts, 0, FLESH_FIT_PARAMETERS);
     status = read_experiment(fit, &experiments[e], &fit->experiments[e]);
   }
-  if (status) return status;
-  return map ? read_map(fit, keys, map) : read_parameters(fit, keys, root);
+  if (!status) status = read_parameters(fit, keys, root);
+  return status || !map ? status : read_map(fit, keys, map);
 }
 
 int flesh_fit_read(const char *path, flesh_fit *fit)

@@ -14,7 +14,7 @@ typedef struct flesh_fit_error {
 } flesh_fit_error;
 
 typedef struct flesh_fit_statistics {
-  int count;      /* parameters */
+  int count;      /* keys */
   int freedom;    /* degrees of freedom: measured numbers less parameters that are free and determined */
   double squares; /* sum of squared residuals, each over its deviation */
   double scale;   /* root of squares / freedom: residuals, in the stated deviations; NaN without freedom */

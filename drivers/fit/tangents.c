@@ -26,6 +26,7 @@ typedef struct tangenting {
   flesh_sensitivity **at; /* [kept]; NULL at the start */
   double *dx;             /* [kept * 3 * nodes] */
   double *values[2];      /* [count] */
+  double *direction;      /* [parameters] */
   char *folder;
   int solves;
 } tangenting;
@@ -38,23 +39,6 @@ static int factor(tangenting *t)
     status = flesh_sensitivity_create(flesh_scene_system(t->scene), flesh_scene_solver(t->scene), tolerance, &t->at[r]);
     if (!status) status = flesh_sensitivity_set(t->at[r], &kept->states[r], NULL);
   }
-  return status;
-}
-
-/* Opens the tables that a run of the scene writes, as far as they are asked for. */
-static int open_tables(const tangenting *t, const flesh_scene *scene, flesh_history **history, flesh_probes **probes)
-{
-  int wanted[3] = {0}, count;
-  const flesh_probe *list = flesh_scene_probes(scene, &count);
-  for (int k = 0; k < t->e->measured_count; k++) wanted[t->e->measured[k].table] = 1;
-  char *paths[] = {flesh_text_new("%s/probes.csv", t->folder), flesh_text_new("%s/history.csv", t->folder)};
-  int status = paths[0] && paths[1] ? FLESH_OK : no_memory();
-  if (!status && wanted[FLESH_FIT_OF_HISTORY]) status = flesh_history_create(paths[1], flesh_scene_system(scene), history);
-  if (!status && wanted[FLESH_FIT_OF_PROBES])
-    status = flesh_probes_create(paths[0], flesh_scene_body(scene), flesh_scene_system(scene), flesh_scene_times(scene)->method,
-                                 count, list, probes);
-  free(paths[0]);
-  free(paths[1]);
   return status;
 }
 
@@ -79,7 +63,10 @@ static int take_along(const tangenting *t, const flesh_scene *scene, double h, d
   flesh_history *history = NULL;
   flesh_probes *probes = NULL;
   flesh_state state = {0};
-  int status = open_tables(t, scene, &history, &probes);
+  int wanted[3] = {0};
+  for (int k = 0; k < t->e->measured_count; k++) wanted[t->e->measured[k].table] = 1;
+  int status = flesh_fit_tables_open(scene, t->folder, wanted[FLESH_FIT_OF_HISTORY] ? &history : NULL,
+                                     wanted[FLESH_FIT_OF_PROBES] ? &probes : NULL);
   for (int r = 0; r < kept->count && !status; r++) {
     flesh_fit_state_free(&state);
     status = flesh_fit_state_copy(&kept->states[r], t->e->nodes, &state);
@@ -100,8 +87,8 @@ static int differentiate(tangenting *t, int k, double *tangents)
   const flesh_fit_kept *kept = &t->e->kept;
   const size_t unknowns = 3 * (size_t)t->e->nodes;
   flesh_scene *scenes[2] = {NULL};
-  double h;
-  int status = flesh_fit_scenes_beside(fit, t->experiment, kept->p, k, &h, scenes);
+  const double h = flesh_fit_direct(fit, kept->p, k, t->direction);
+  int status = flesh_fit_scenes_beside(fit, t->experiment, kept->p, t->direction, h, scenes);
   if (!status) {
     const flesh_parameter parameter = {{NULL, flesh_scene_system(scenes[0]), flesh_scene_system(scenes[1]), NULL}, h};
     memset(t->dx, 0, (size_t)kept->count * unknowns * sizeof *t->dx);
@@ -110,7 +97,7 @@ static int differentiate(tangenting *t, int k, double *tangents)
   }
   for (int s = 0; s < 2 && !status; s++) status = take_along(t, scenes[s], s ? h : -h, t->values[s]);
   for (int d = 0; d < t->e->count && !status; d++)
-    tangents[(size_t)d * (size_t)fit->parameter_count + (size_t)k] = (t->values[1][d] - t->values[0][d]) / (2 * h);
+    tangents[(size_t)d * (size_t)fit->key_count + (size_t)k] = (t->values[1][d] - t->values[0][d]) / (2 * h);
   flesh_scene_destroy(&scenes[0]);
   flesh_scene_destroy(&scenes[1]);
   return status;
@@ -122,11 +109,11 @@ int flesh_fit_tangents(flesh_fit *fit, int experiment, double *tangents)
   const size_t unknowns = 3 * (size_t)e->nodes, rows = (size_t)e->kept.count + 1, count = (size_t)e->count * sizeof(double);
   tangenting t = {.fit = fit, .e = e, .experiment = experiment, .at = calloc(rows, sizeof(flesh_sensitivity *)),
                   .dx = malloc(rows * unknowns * sizeof(double)), .values = {malloc(count), malloc(count)},
-                  .folder = flesh_fit_scratch(fit, e)};
-  int status = t.at && t.dx && t.values[0] && t.values[1] && t.folder ? flesh_folder_make(t.folder) : no_memory();
+                  .direction = malloc((size_t)fit->parameter_count * sizeof(double)), .folder = flesh_fit_scratch(fit, e)};
+  int status = t.at && t.dx && t.values[0] && t.values[1] && t.direction && t.folder ? flesh_folder_make(t.folder) : no_memory();
   if (!status) status = flesh_fit_scene_at(fit, experiment, e->kept.p, &t.scene);
   if (!status) status = factor(&t);
-  for (int k = 0; k < fit->parameter_count && !status; k++)
+  for (int k = 0; k < fit->key_count && !status; k++)
     if (e->acts[k]) status = differentiate(&t, k, tangents);
   for (int r = 0; r < e->kept.count && t.at; r++) flesh_sensitivity_destroy(&t.at[r]);
   flesh_scene_destroy(&t.scene);
@@ -134,6 +121,7 @@ int flesh_fit_tangents(flesh_fit *fit, int experiment, double *tangents)
   flesh_fit_scratch_remove(t.folder);
   free(t.at);
   free(t.dx);
+  free(t.direction);
   free(t.values[0]);
   free(t.values[1]);
   return status;

@@ -7,7 +7,7 @@
 #include "base/text.h"
 #include "cli/json_memory.h"
 #include "cli/options.h"
-#include "fit/fit.h"
+#include "fit/map.h"
 #include "run/provenance.h"
 #include "run/result.h"
 #include "study/table.h"
@@ -28,7 +28,7 @@ static json_t *matrix_json(int n, const double *matrix)
 static json_t *parameters_json(const flesh_fit *fit, const flesh_fit_found *found, const flesh_fit_statistics *s)
 {
   json_t *list = json_array();
-  for (int k = 0; k < fit->parameter_count; k++) {
+  for (int k = 0; k < fit->key_count; k++) {
     const flesh_fit_parameter *p = &fit->parameters[k];
     const flesh_fit_error *error = &s->errors[k];
     json_array_append_new(list, json_pack("{sssssosososososo}", "name", p->name, "key", p->key, "value",
@@ -84,13 +84,6 @@ static int write_result(const flesh_fit *fit, json_t *value)
   return status;
 }
 
-int flesh_fit_write_result(const flesh_fit *fit, json_t *result, const double *p, const double *values)
-{
-  if (!result) return no_memory();
-  json_object_set_new(result, "experiments", experiments_json(fit, p, values));
-  return write_result(fit, result);
-}
-
 static int write_found(const flesh_fit *fit, const flesh_fit_found *found, const flesh_fit_statistics *s)
 {
   json_t *sentences = json_array();
@@ -102,8 +95,11 @@ static int write_found(const flesh_fit *fit, const flesh_fit_found *found, const
                             "residuals",
                             json_pack("{sisisoso}", "measured_numbers", fit->count, "degrees_of_freedom", s->freedom,
                                       "sum_of_squares", flesh_json_number(s->squares), "scale", flesh_json_number(s->scale)));
+  if (!value) return no_memory();
   json_object_set_new(value, "iterations", json_integer(found->iterations));
-  return flesh_fit_write_result(fit, value, found->p, found->values);
+  if (fit->map) json_object_set_new(value, "map", flesh_fit_map_json(fit, found));
+  json_object_set_new(value, "experiments", experiments_json(fit, found->p, found->values));
+  return write_result(fit, value);
 }
 
 int flesh_fit_write_ended(const flesh_fit *fit, int status)
@@ -163,15 +159,13 @@ static int write_scenes(const flesh_fit *fit, const double *p)
   return status;
 }
 
-int flesh_fit_write_tables(const flesh_fit *fit, const double *p, const double *values)
-{
-  const int status = write_table(fit, values);
-  return status ? status : write_scenes(fit, p);
-}
-
 static void print(const flesh_fit *fit, const flesh_fit_found *found, const flesh_fit_statistics *s)
 {
-  for (int k = 0; k < fit->parameter_count; k++) {
+  const flesh_fit_map *map = fit->map;
+  double low = INFINITY, high = -INFINITY;
+  for (int k = fit->key_count; k < fit->parameter_count; k++) low = fmin(low, found->p[k]), high = fmax(high, found->p[k]);
+  if (map) printf("%s of %d tets from %.6g to %.6g%s%s\n", map->of.key, map->count, low, high, *map->unit ? " " : "", map->unit);
+  for (int k = 0; k < fit->key_count; k++) {
     printf("%s = %.6g", fit->parameters[k].name, found->p[k]);
     if (!isnan(s->errors[k].standard))
       printf(" +/- %.2g (95 %%: %.6g to %.6g)", s->errors[k].standard, s->errors[k].low, s->errors[k].high);
@@ -182,13 +176,20 @@ static void print(const flesh_fit *fit, const flesh_fit_found *found, const fles
   for (int e = 0; e < fit->experiment_count; e++)
     if (*fit->experiments[e].differences)
       printf("derivatives of %s are by differences: %s\n", fit->experiments[e].name, fit->experiments[e].differences);
-  printf("%d measured numbers, sum of squares %.6g, %d iterations, %d runs\nresults: %s\n", fit->count, s->squares,
-         found->iterations, flesh_fit_runs_used(fit), fit->out);
+  if (map)
+    printf("%d measured numbers, residuals %.4g times their deviations, weight %.4g, %d runs, %d linear solves\n", fit->count,
+           s->scale, found->stages[found->chosen].weight, flesh_fit_runs_used(fit), fit->linear);
+  else
+    printf("%d measured numbers, sum of squares %.6g, %d iterations, %d runs\n", fit->count, s->squares, found->iterations,
+           flesh_fit_runs_used(fit));
+  printf("results: %s\n", fit->out);
 }
 
 int flesh_fit_write(const flesh_fit *fit, const flesh_fit_found *found, const flesh_fit_statistics *statistics)
 {
-  int status = flesh_fit_write_tables(fit, found->p, found->values);
+  int status = write_table(fit, found->values);
+  if (!status) status = write_scenes(fit, found->p);
+  if (!status && fit->map) status = flesh_fit_map_tables(fit, found);
   if (!status) status = write_found(fit, found, statistics);
   if (!status && !fit->quiet) print(fit, found, statistics);
   return status;

@@ -41,8 +41,9 @@ int flesh_varied_tets_open(const flesh_tet_parameter *parameter, const flesh_sys
   const flesh_mesh *mesh = parameter->bodies[0]->mesh, *other = parameter->bodies[1]->mesh;
   if (flesh_mesh_tet_count(other) != mesh->tets || flesh_mesh_node_count(other) != mesh->nodes)
     return flesh_fail(FLESH_ERR_ARGUMENT, "the bodies of a parameter by tets have different meshes; they must have the same");
-  if (effects && (flesh_system_unknowns(effects) != 3 * mesh->nodes || flesh_mesh_tet_count(flesh_system_mesh(effects)) != mesh->tets))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "the bodies of a parameter by tets have another mesh than the motion; they must have it");
+  const flesh_mesh *moves = effects ? flesh_system_mesh(effects) : mesh;
+  if (flesh_mesh_tet_count(moves) != mesh->tets || flesh_mesh_node_count(moves) != mesh->nodes)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the bodies of a parameter by tets have another mesh than the motion");
   int status = flesh_apart_open(mesh, &self->apart);
   for (int k = 0; k < 2 && !status; k++) {
     self->r[k] = self->apart.room + (size_t)(10 + k) * (size_t)self->apart.n;
