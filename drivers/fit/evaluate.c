@@ -87,3 +87,29 @@ int flesh_fit_evaluate(flesh_fit *fit, const double *p, double *values, double *
   }
   return status;
 }
+
+int flesh_fit_found_open(flesh_fit *fit, flesh_fit_found *found)
+{
+  const size_t m = (size_t)fit->count, n = (size_t)fit->parameter_count, keys = (size_t)fit->key_count;
+  char why[FLESH_FIT_WORDS];
+  int good;
+  *found = (flesh_fit_found){.p = calloc(n, sizeof(double)), .values = calloc(m, sizeof(double)),
+                             .jacobian = calloc(m * keys + 1, sizeof(double)), .at_bound = calloc(n, 1), .determined = NAN};
+  if (!found->p || !found->values || !found->jacobian || !found->at_bound)
+    return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a fit");
+  for (int k = 0; k < fit->parameter_count; k++)
+    found->p[k] = flesh_fit_value_at(&fit->parameters[k], flesh_fit_q_of(&fit->parameters[k], fit->parameters[k].start));
+  const int status = flesh_fit_evaluate(fit, found->p, found->values, NULL, &good, why);
+  return status || good ? status : flesh_fail(FLESH_ERR_SOLVE, "the start cannot be run: %s", why);
+}
+
+void flesh_fit_found_close(flesh_fit_found *found)
+{
+  free(found->p);
+  free(found->values);
+  free(found->jacobian);
+  free(found->at_bound);
+  free(found->deviations);
+  free(found->resolutions);
+  *found = (flesh_fit_found){0};
+}

@@ -208,6 +208,9 @@ void flesh_fit_svd_close(flesh_fit_svd *svd);
 double flesh_fit_q_of(const flesh_fit_parameter *parameter, double p);
 double flesh_fit_p_of(const flesh_fit_parameter *parameter, double q);
 double flesh_fit_slope(const flesh_fit_parameter *parameter, double p);
+/* q within the bounds, and its value, which is within them in spite of rounding. */
+double flesh_fit_clamp(const flesh_fit_parameter *parameter, double q);
+double flesh_fit_value_at(const flesh_fit_parameter *parameter, double q);
 /* A search whose steps are to keep within bounds by themselves goes on in z: q, or what a smooth function takes to q between
  * the bounds. */
 double flesh_fit_z_of(const flesh_fit_parameter *parameter, double p);

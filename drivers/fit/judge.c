@@ -12,9 +12,8 @@
 #include "base/text.h"
 #include "fit/map.h"
 
-/* Correlations above this are spoken of; changes of a combination that are a smaller share than the next of its largest
- * are left out; equal shares may differ by the third. */
-static const double close_correlation = 0.98, small_share = 1e-2, equal_share = 0.03;
+/* Correlations above this are spoken of. */
+static const double close_correlation = 0.98;
 /* Residuals of so many times their deviations are spoken of, and so are errors of this share of a parameter. */
 static const double odd_scale = 1.5, large_share = 0.3;
 
@@ -28,12 +27,6 @@ typedef struct judging {
   double *null; /* [null_count * n] relative changes of the parameters that change nothing */
   unsigned char loose[FLESH_FIT_PARAMETERS]; /* the parameter is not determined */
 } judging;
-
-void flesh_fit_say(flesh_fit_statistics *to, const char *text)
-{
-  if (to->sentence_count < FLESH_FIT_PARAMETERS)
-    snprintf(to->sentences[to->sentence_count++], FLESH_FIT_SENTENCE, "%s", text);
-}
 
 /* Decomposes the Jacobian by q, each residual over its deviation. */
 static void decompose(judging *j)
@@ -75,28 +68,7 @@ static void reduce_null(judging *j)
   }
   for (int r = 0; r < rows; r++)
     for (int c = 0; c < n; c++)
-      if (fabs(j->null[r * n + c]) > small_share) j->loose[c] = 1;
-}
-
-void flesh_fit_tell_null(flesh_fit_statistics *to, int n, const char *const *names, const double *shares)
-{
-  char text[FLESH_FIT_SENTENCE] = "";
-  int list[FLESH_FIT_PARAMETERS + 1], count = 0;
-  for (int c = 0; c < n; c++)
-    if (fabs(shares[c]) > small_share) list[count++] = c;
-  if (count == 1)
-    flesh_text_add(text, sizeof text, "%s is not determined: it changes none of the measured numbers.", names[list[0]]);
-  else if (count == 2 && fabs(fabs(shares[list[0]] / shares[list[1]]) - 1) < equal_share)
-    flesh_text_add(text, sizeof text, "%s and %s are not determined apart: the measured numbers depend on their %s alone.",
-                   names[list[0]], names[list[1]], shares[list[0]] * shares[list[1]] < 0 ? "product" : "ratio");
-  else {
-    flesh_text_add(text, sizeof text, "These parameters are determined only together, as their change by these shares at once "
-                   "changes none of the measured numbers:");
-    for (int k = 0; k < count; k++)
-      flesh_text_add(text, sizeof text, "%s %s %+.3g %%", k ? "," : "", names[list[k]], shares[list[k]]);
-    flesh_text_add(text, sizeof text, ".");
-  }
-  flesh_fit_say(to, text);
+      if (fabs(j->null[r * n + c]) > flesh_fit_small_share) j->loose[c] = 1;
 }
 
 /* Covariances of q, then of the parameters. */
@@ -240,13 +212,4 @@ int flesh_fit_judge(flesh_fit *fit, flesh_fit_found *found, flesh_fit_statistics
   free(j.null);
   gsl_set_error_handler(handler);
   return status;
-}
-
-void flesh_fit_statistics_close(flesh_fit_statistics *statistics)
-{
-  free(statistics->errors);
-  free(statistics->covariance);
-  free(statistics->correlation);
-  free(statistics->sentences);
-  *statistics = (flesh_fit_statistics){0};
 }

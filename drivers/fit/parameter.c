@@ -26,6 +26,16 @@ double flesh_fit_slope(const flesh_fit_parameter *parameter, double p)
   return parameter->spacing == FLESH_FIT_LOGARITHMIC ? p : parameter->scale;
 }
 
+double flesh_fit_clamp(const flesh_fit_parameter *p, double q)
+{
+  return fmin(fmax(q, flesh_fit_q_of(p, p->from)), flesh_fit_q_of(p, p->to));
+}
+
+double flesh_fit_value_at(const flesh_fit_parameter *p, double q)
+{
+  return fmin(fmax(flesh_fit_p_of(p, flesh_fit_clamp(p, q)), p->from), p->to);
+}
+
 /* A smooth function of z that goes from 0 up to z, its slope, and its inverse. */
 static double soft(double z, double *slope)
 {

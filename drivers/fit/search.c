@@ -31,24 +31,13 @@ typedef struct searching {
   int failed;     /* the last evaluation */
 } searching;
 
-static double clamp(const flesh_fit_parameter *p, double q)
-{
-  return fmin(fmax(q, flesh_fit_q_of(p, p->from)), flesh_fit_q_of(p, p->to));
-}
-
-/* The value for q, within its bounds in spite of rounding. */
-static double value_at(const flesh_fit_parameter *p, double q)
-{
-  return fmin(fmax(flesh_fit_p_of(p, clamp(p, q)), p->from), p->to);
-}
-
 /* The parameters of a point of GSL's, within their bounds. */
 static void place(const searching *s, const gsl_vector *x, double *p)
 {
   const flesh_fit_parameter *parameters = s->fit->parameters;
-  for (int k = 0; k < s->fit->parameter_count; k++) p[k] = value_at(&parameters[k], s->q[k]);
+  for (int k = 0; k < s->fit->parameter_count; k++) p[k] = flesh_fit_value_at(&parameters[k], s->q[k]);
   for (int j = 0; j < s->free_count; j++)
-    p[s->list[j]] = value_at(&parameters[s->list[j]], gsl_vector_get(x, (size_t)j));
+    p[s->list[j]] = flesh_fit_value_at(&parameters[s->list[j]], gsl_vector_get(x, (size_t)j));
 }
 
 static int evaluate(const gsl_vector *x, searching *s, double *jacobian)
@@ -144,7 +133,7 @@ static int accept(searching *s, const gsl_vector *x)
   for (int j = 0; j < s->free_count && !s->status; j++) {
     const int k = s->list[j];
     const double wanted = gsl_vector_get(x, (size_t)j);
-    s->q[k] = clamp(&fit->parameters[k], wanted);
+    s->q[k] = flesh_fit_clamp(&fit->parameters[k], wanted);
     if (wanted == s->q[k]) continue;
     met = 1;
     const int side = wanted > s->q[k] ? 1 : -1;
@@ -233,21 +222,6 @@ static void list_free(searching *s)
     if (!s->found->at_bound[k]) s->list[s->free_count++] = k;
 }
 
-int flesh_fit_found_open(flesh_fit *fit, flesh_fit_found *found)
-{
-  const size_t m = (size_t)fit->count, n = (size_t)fit->parameter_count, keys = (size_t)fit->key_count;
-  char why[FLESH_FIT_WORDS];
-  int good;
-  *found = (flesh_fit_found){.p = calloc(n, sizeof(double)), .values = calloc(m, sizeof(double)),
-                             .jacobian = calloc(m * keys + 1, sizeof(double)), .at_bound = calloc(n, 1), .determined = NAN};
-  if (!found->p || !found->values || !found->jacobian || !found->at_bound)
-    return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a fit");
-  for (int k = 0; k < fit->parameter_count; k++)
-    found->p[k] = value_at(&fit->parameters[k], flesh_fit_q_of(&fit->parameters[k], fit->parameters[k].start));
-  const int status = flesh_fit_evaluate(fit, found->p, found->values, NULL, &good, why);
-  return status || good ? status : flesh_fail(FLESH_ERR_SOLVE, "the start cannot be run: %s", why);
-}
-
 int flesh_fit_search(flesh_fit *fit, flesh_fit_found *found)
 {
   const size_t m = (size_t)fit->count, n = (size_t)fit->parameter_count;
@@ -267,15 +241,4 @@ int flesh_fit_search(flesh_fit *fit, flesh_fit_found *found)
   free(s.values);
   free(s.jacobian);
   return s.status;
-}
-
-void flesh_fit_found_close(flesh_fit_found *found)
-{
-  free(found->p);
-  free(found->values);
-  free(found->jacobian);
-  free(found->at_bound);
-  free(found->deviations);
-  free(found->resolutions);
-  *found = (flesh_fit_found){0};
 }

@@ -7,6 +7,8 @@ enum { FLESH_FIT_SENTENCE = 600 };
 /* A direction in which the Jacobian's columns, each of length 1, have a singular value below this share of the largest is
  * not determined: differences of solves leave as much. */
 static const double flesh_fit_least_share = 1e-5;
+/* Changes of a combination that are a smaller share of its largest are left out. */
+static const double flesh_fit_small_share = 1e-2;
 
 /* The error of a parameter; NaN where it is not determined or stays at a bound. */
 typedef struct flesh_fit_error {

@@ -139,8 +139,8 @@ FLESH_API int flesh_trajectory_gradient(flesh_trajectory *trajectory, const fles
 typedef int (*flesh_adjoint_visit)(void *data, double t, double *by_x, double *by_v);
 /* gradient [tets] = dQ/dp for the constant p of each tet, by one adjoint of all recorded steps, for a Q of all states:
  * `visit` is called once for the first one and for those to which calls of flesh_integrator_step have led. A tet bears
- * on elasticity and on damping by its stiffness. Errors: those of flesh_trajectory_gradient and of flesh_tet_forces,
- * and what `visit` returns. */
+ * on elasticity and on damping by its stiffness. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY, FLESH_ERR_SOLVE, and
+ * what `visit` returns. */
 FLESH_API int flesh_trajectory_tet_gradient(flesh_trajectory *trajectory, const flesh_tet_parameter *parameter,
                                             flesh_adjoint_visit visit, void *data, double *gradient);
 

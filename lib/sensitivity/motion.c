@@ -215,7 +215,7 @@ static double time_of(const flesh_trajectory *self, int call, double end)
   return call < 0 ? self->calls[0].t : call < self->call_count ? self->calls[call].t : end;
 }
 
-/* Of which derivatives are asked: a quantity, or what `visit` adds. */
+/* A quantity of which derivatives are asked, or what `visit` adds of it. */
 typedef struct asking {
   const flesh_motion_quantity *quantity;
   flesh_adjoint_visit visit;

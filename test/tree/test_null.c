@@ -33,7 +33,7 @@
  * flesh_ode_jacobian_times tmp, flesh_ode_preconditioner_setup fy, flesh_ode_preconditioner_solve y,
  * flesh_ode_preconditioner_solve fy, flesh_scene_read overrides, flesh_scene_read_text overrides,
  * flesh_problem_solve u, flesh_sensitivity_set lagged, flesh_trajectory_gradient by_start, flesh_trajectory_tangents
- * start, flesh_trajectory_tangents data, flesh_skin_frames_close frames, flesh_surface_write x. */
+ * start, flesh_trajectory_tangents data, flesh_trajectory_tet_gradient data, flesh_skin_frames_close frames, flesh_surface_write x. */
 
 /* Arguments that the tests below try by hand, because these functions own what they are given, or their callers have
  * no other word than user_data:
