@@ -195,7 +195,8 @@ class Trajectory(Handle):
              pointer(start))
         return MotionGradient(gradient, start[0], start[1])
 
-    def tet_gradient(self, low: Body, high: Body, difference, visit: Callable[[float, np.ndarray, np.ndarray], None]):
+    def tet_gradient(self, low: Body, high: Body, difference,
+                     visit: Callable[[float, np.ndarray, np.ndarray], None]) -> np.ndarray:
         """[tets] dQ/dp for a constant p of each tet's material, as of a map, by one adjoint.
 
         Args:

@@ -108,6 +108,17 @@ def test_gradients_of_a_motion(mesh, body, held):
     found = trajectory.gradient([flesh.Parameter(system, 1e5)], by_x=weights)
     assert found.by_parameters[0] == pytest.approx((fall(1e5 + 20)[0] - fall(1e5 - 20)[0]) / 40, rel=1e-5)
     assert found.by_v[-1, 1] == pytest.approx((fall(push=1e-3)[0] - fall(push=-1e-3)[0]) / 2e-3, rel=1e-5)
+    bodies = [flesh.Body(mesh, flesh.Material("S", young=1e5 + k, poisson=0.45), 1000) for k in (-20, 20)]
+    seen = []
+
+    def at_end(t, by_x, by_v):
+        if not seen:
+            by_x += weights
+        seen.append(t)
+
+    by_tet = trajectory.tet_gradient(*bodies, 40, at_end)
+    assert by_tet.shape == (mesh.tet_count,) and by_tet.sum() == pytest.approx(found.by_parameters[0], rel=1e-7)
+    assert len(seen) == 21 and seen[0] == pytest.approx(0.2) and seen[-1] == 0
     dx, dv = trajectory.tangent(flesh.Parameter(system, 1e5))
     assert dx[-1, 2] == pytest.approx(found.by_parameters[0], rel=1e-7) and np.abs(dv).max() > 0
     operator, both = trajectory.operator([flesh.Parameter(system, 1e5)]), np.concatenate([weights, 0 * weights])
