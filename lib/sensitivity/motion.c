@@ -88,7 +88,7 @@ static int add_parameters(flesh_motion_pass *p, const double *bar)
       p->gradient[k] += (bar ? bar[d] * p->moves[0][d] : 0) - p->lambda[d] * p->force[d];
   }
   if (!p->tets || status) return status;
-  status = flesh_varied_tets_set(p->tets, &self->tangent.point);
+  status = flesh_varied_tets_set(p->tets, &p->self->tangent.point);
   if (!status) flesh_varied_tets_add(p->tets, p->lambda, p->by_tet);
   return status;
 }
