@@ -28,7 +28,7 @@ int flesh_sync(const char *path)
   return status;
 }
 
-int flesh_sync_folder_of(const char *path)
+static int sync_folder_of(const char *path)
 {
   const char *slash = strrchr(path, '/');
   char *folder = slash ? strndup(path, slash == path ? 1 : (size_t)(slash - path)) : strdup(".");
@@ -77,7 +77,7 @@ int flesh_sync_commit(flesh_file *file)
                                     : sync_descriptor(fileno(file->stream), path);
   if (status) flesh_file_abandon(file);
   else status = flesh_file_commit(file);
-  if (!status) status = flesh_sync_folder_of(path);
+  if (!status) status = sync_folder_of(path);
   free(path);
   return status;
 }

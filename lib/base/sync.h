@@ -7,8 +7,6 @@
 /* Waits until the file, or the folder's list of names, is on the disk. FLESH_ERR_FILE; a path that is not there and a
  * file system that does not know this are fine. */
 int flesh_sync(const char *path);
-/* The folder that a path is in. */
-int flesh_sync_folder_of(const char *path);
 /* The regular files in a folder but for those whose names end with _<number> and a suffix, the number being at most
  * `settled` (-1: none is), and then the folder. */
 int flesh_sync_folder(const char *path, int settled);

@@ -200,8 +200,6 @@ void flesh_threads_destroy(flesh_threads **threads)
   *threads = NULL;
 }
 
-int flesh_threads_count(const flesh_threads *threads) { return threads ? threads->count : 1; }
-
 void flesh_threads_set_team(flesh_threads *threads, const flesh_team *team) { threads->team = team; }
 
 const flesh_team *flesh_threads_team(const flesh_threads *threads) { return threads ? threads->team : NULL; }

@@ -7,7 +7,4 @@
 /* How many processors this process may use. */
 int flesh_threads_available(void);
 
-/* 1 for NULL. */
-int flesh_threads_count(const flesh_threads *threads);
-
 #endif

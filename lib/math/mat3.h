@@ -63,12 +63,6 @@ static inline void flesh_mat3_transposed_multiply(const flesh_real A[9], const f
       C[3 * i + j] = A[i] * B[j] + A[3 + i] * B[3 + j] + A[6 + i] * B[6 + j];
 }
 
-static inline void flesh_mat3_transpose(const flesh_real A[9], flesh_real T[9])
-{
-  for (int i = 0; i < 3; i++)
-    for (int j = 0; j < 3; j++) T[3 * i + j] = A[3 * j + i];
-}
-
 /* y = A x. */
 static inline void flesh_mat3_times(const flesh_real A[9], const flesh_real x[3], flesh_real y[3])
 {
@@ -80,13 +74,6 @@ static inline void flesh_mat3_transposed_times(const flesh_real A[9], const fles
                                                flesh_real y[3])
 {
   for (int i = 0; i < 3; i++) y[i] = A[i] * x[0] + A[3 + i] * x[1] + A[6 + i] * x[2];
-}
-
-/* A = a b^T. */
-static inline void flesh_mat3_outer(const flesh_real a[3], const flesh_real b[3], flesh_real A[9])
-{
-  for (int i = 0; i < 3; i++)
-    for (int j = 0; j < 3; j++) A[3 * i + j] = a[i] * b[j];
 }
 
 static inline flesh_real flesh_mat3_trace(const flesh_real A[9]) { return A[0] + A[4] + A[8]; }
@@ -124,20 +111,6 @@ static inline flesh_real flesh_mat3_inverse(const flesh_real A[9], flesh_real B[
   for (int i = 0; i < 3; i++)
     for (int j = 0; j < 3; j++) B[3 * i + j] = C[3 * j + i] * scale;
   return det;
-}
-
-/* B = d cof(A)/dA : X, the second derivative of det A in direction X: entrywise sums of
- * cross products of one row of A and one of X. */
-static inline void flesh_mat3_cofactor_derivative(const flesh_real A[9], const flesh_real X[9],
-                                                  flesh_real B[9])
-{
-  for (int i = 0; i < 3; i++) {
-    int j = (i + 1) % 3, k = (i + 2) % 3;
-    flesh_real p[3], q[3];
-    flesh_vec3_cross(A + 3 * j, X + 3 * k, p);
-    flesh_vec3_cross(X + 3 * j, A + 3 * k, q);
-    for (int c = 0; c < 3; c++) B[3 * i + c] = p[c] + q[c];
-  }
 }
 
 /* Whether all nine numbers are finite. */

@@ -35,7 +35,8 @@ double flesh_mesh_radius_ratio(const flesh_mesh *mesh, int tet)
   return flesh_radius_ratio(mesh->positions, mesh->tet_nodes + 4 * (size_t)tet);
 }
 
-double flesh_mesh_scaled_jacobian(const flesh_mesh *mesh, int tet)
+/* Smallest over largest Jacobian of a tet's map, to 1e-4: 1 where the edges are straight. */
+static double scaled_jacobian(const flesh_mesh *mesh, int tet)
 {
   double one[FLESH_CUBIC], minus[FLESH_CUBIC];
   if (!mesh->curved[tet]) return 1;
@@ -126,7 +127,7 @@ void flesh_mesh_inspect(const flesh_mesh *mesh, flesh_mesh_info *info)
     double ratio = flesh_mesh_radius_ratio(mesh, t);
     ratios += ratio;
     if (ratio < info->radius_ratio_min) info->radius_ratio_min = ratio, info->worst_tet = t;
-    double scaled = flesh_mesh_scaled_jacobian(mesh, t);
+    double scaled = scaled_jacobian(mesh, t);
     if (scaled < info->scaled_jacobian_min) info->scaled_jacobian_min = scaled, info->most_bent_tet = t;
     info->curved += mesh->curved[t];
   }

@@ -10,9 +10,6 @@ double flesh_mesh_radius_ratio(const flesh_mesh *mesh, int tet);
 /* A radius ratio by four nodes at x; below 0 where the tet is inverted. */
 double flesh_radius_ratio(const double *x, const int nodes[4]);
 
-/* Smallest over largest Jacobian of a tet's map, to 1e-4: 1 where the edges are straight. */
-double flesh_mesh_scaled_jacobian(const flesh_mesh *mesh, int tet);
-
 /* The mean over the six edges of every tet, at rest, between corners. */
 double flesh_mesh_mean_edge(const flesh_mesh *mesh);
 

@@ -35,8 +35,8 @@ static int compare(const void *a, const void *b)
   return (p->rank > q->rank) - (p->rank < q->rank);
 }
 
-void flesh_reach_for_tets(const flesh_mesh *whole, void (*each)(void *data, int tet, int count, const int *nodes),
-                          void *data)
+/* Calls each(data, tet, count, nodes) for all tets, with their corners and mid-edge nodes. */
+static void for_tets(const flesh_mesh *whole, void (*each)(void *data, int tet, int count, const int *nodes), void *data)
 {
   const int *corners = flesh_mesh_tets(whole), *edges = flesh_mesh_tet_edges(whole);
   for (int t = 0; t < flesh_mesh_tet_count(whole); t++) {
@@ -95,7 +95,7 @@ int flesh_reach_create(const flesh_mesh *whole, const int *part, flesh_reach *se
   *self = (flesh_reach){0};
   if (!s.last) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the ranks of %d nodes", nodes);
   memset(s.last, -1, (size_t)nodes * sizeof *s.last);
-  flesh_reach_for_tets(whole, look, &s);
+  for_tets(whole, look, &s);
   flesh_free(s.last);
   return make(&s.pairs, nodes, self);
 }
@@ -133,7 +133,7 @@ int flesh_reach_grow(const flesh_mesh *whole, flesh_reach *self)
 {
   growth g = {.reach = self, .pairs = {.failed = 0}};
   add_all(&g.pairs, self);
-  flesh_reach_for_tets(whole, spread, &g);
+  for_tets(whole, spread, &g);
   return make(&g.pairs, self->nodes, self);
 }
 

@@ -25,8 +25,4 @@ void flesh_reach_clear(flesh_reach *reach);
 /* Whether `rank` is one of the node's. */
 int flesh_reach_has(const flesh_reach *reach, int node, int rank);
 
-/* Calls each(data, tet, count, nodes) for all tets, with their corners and mid-edge nodes. */
-void flesh_reach_for_tets(const flesh_mesh *whole, void (*each)(void *data, int tet, int count, const int *nodes),
-                          void *data);
-
 #endif

@@ -38,7 +38,8 @@ char *flesh_key_path(flesh_arena *arena, const char *path, const char *name)
   return flesh_arena_print(arena, "%s%s%s", path, *path ? "." : "", name);
 }
 
-const char *flesh_range_text(flesh_key_range range)
+/* "" for no bounds. */
+static const char *range_text(flesh_key_range range)
 {
   switch (range) {
   case FLESH_RANGE_POSITIVE:
@@ -77,7 +78,7 @@ int flesh_key_takes_infinity(const flesh_key *key)
 
 const char *flesh_key_expectation(const flesh_key *key, char text[FLESH_EXPECTATION_SIZE])
 {
-  const char *range = flesh_range_text(key->range), *each = *range ? ", each" : "";
+  const char *range = range_text(key->range), *each = *range ? ", each" : "";
   const size_t most = FLESH_EXPECTATION_SIZE - 40; /* of a list; the unit stands behind it */
 #define SAY(...) flesh_text_add(text, FLESH_EXPECTATION_SIZE, __VA_ARGS__)
   *text = 0;
@@ -148,7 +149,8 @@ int flesh_key_fail(const flesh_key *key, const flesh_node *node, const char *pat
                          flesh_key_expectation(key, expected), integer_limit(key, node));
 }
 
-void flesh_keys_blank(const flesh_key *keys, void *target)
+/* Sets every value to what stands for "absent" in base/key.h. */
+static void blank(const flesh_key *keys, void *target)
 {
   for (const flesh_key *key = keys; key->name; key++) {
     void *value = (char *)target + key->offset;
@@ -188,7 +190,7 @@ void flesh_keys_blank(const flesh_key *keys, void *target)
       *(flesh_objects *)value = (flesh_objects){0};
       break;
     case FLESH_KEY_OBJECT:
-      flesh_keys_blank(key->children, value);
+      blank(key->children, value);
       break;
     }
     for (int i = 0; i < numbers; i++) ((double *)value)[i] = NAN;
@@ -298,7 +300,7 @@ static int read_integers(const flesh_key_reader *reader, const flesh_key *key,
     if (!read_integer(key, child, &integers->values[i])) {
       char shown[FLESH_SHOW_SIZE];
       return flesh_node_fail(child, "%s[%d] is %s; it must be a whole number%s%s", path, i,
-                             flesh_node_show(child, shown), flesh_range_text(key->range), integer_limit(key, child));
+                             flesh_node_show(child, shown), range_text(key->range), integer_limit(key, child));
     }
   return FLESH_OK;
 }
@@ -431,7 +433,7 @@ int flesh_keys_read(const flesh_key_reader *reader, const flesh_key *keys,
                     const flesh_node *mapping, const flesh_node *place, const char *path,
                     void *target)
 {
-  flesh_keys_blank(keys, target);
+  blank(keys, target);
   int status = mapping ? check_names(reader, keys, mapping, path) : FLESH_OK;
   for (const flesh_key *key = keys; !status && key->name; key++) {
     void *value = (char *)target + key->offset;

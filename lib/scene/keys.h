@@ -26,8 +26,6 @@ typedef struct flesh_key_list {
 int flesh_keys_read(const flesh_key_reader *reader, const flesh_key *keys,
                     const flesh_node *mapping, const flesh_node *place, const char *path,
                     void *target);
-/* Sets every value to what stands for "absent" in base/key.h. */
-void flesh_keys_blank(const flesh_key *keys, void *target);
 
 /* Appends the values of `target` that are not absent as YAML, a key per line, indented. */
 void flesh_keys_write(const flesh_key *keys, const void *target, int indent, flesh_text *text);
@@ -44,8 +42,6 @@ const flesh_key *flesh_key_at(const flesh_key *keys, size_t offset);
 /* "a number > 0 [kg/m^3]": ends the sentence "it must be ...". Returns `text`. */
 enum { FLESH_EXPECTATION_SIZE = 400 };
 const char *flesh_key_expectation(const flesh_key *key, char text[FLESH_EXPECTATION_SIZE]);
-/* The bounds that a range means, for numbers: " > 0"; "" for none. */
-const char *flesh_range_text(flesh_key_range range);
 /* Whether the key takes infinity: its default is infinite. */
 int flesh_key_takes_infinity(const flesh_key *key);
 

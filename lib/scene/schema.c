@@ -53,7 +53,9 @@ static int unknown(const char *section, const char *word, const flesh_schema_par
                     flesh_suggestion_text(&suggestion, text));
 }
 
-int flesh_schema_find(flesh_arena *arena, const char *section, flesh_schema_part *part)
+/* Finds "body.material", "solver.project", "effects.pin", or "pin"; NULL or "": everything. The
+ * arena holds the texts. FLESH_ERR_ARGUMENT with the nearest name otherwise. */
+static int find(flesh_arena *arena, const char *section, flesh_schema_part *part)
 {
   *part = (flesh_schema_part){
       .path = "", .keys = flesh_scene_table, .doc = "A scene is a mapping in YAML or JSON."};
@@ -160,8 +162,7 @@ static void write_mapping(writer *w, const flesh_schema_part *part)
   }
 }
 
-void flesh_schema_write(flesh_arena *arena, const flesh_schema_style *style, const flesh_schema_part *part,
-                        flesh_text *text)
+static void write(flesh_arena *arena, const flesh_schema_style *style, const flesh_schema_part *part, flesh_text *text)
 {
   writer w = {.arena = arena, .text = text, .style = style};
   if (!*part->path) style->introduction(text);
@@ -188,10 +189,10 @@ int flesh_scene_schema_section(flesh_schema_format format, const char *section, 
   flesh_arena arena = {0};
   flesh_text made = {0};
   flesh_schema_part part;
-  int status = flesh_schema_find(&arena, section, &part);
+  int status = find(&arena, section, &part);
   if (!status) {
     if (format == FLESH_SCHEMA_JSON) flesh_schema_json(&arena, &part, &made);
-    else flesh_schema_write(&arena, style_of(format), &part, &made);
+    else write(&arena, style_of(format), &part, &made);
     if (made.failed) status = no_memory();
   }
   flesh_arena_free(&arena);

@@ -13,10 +13,6 @@ typedef struct flesh_schema_part {
   const char *sample;     /* of an effect; NULL otherwise */
 } flesh_schema_part;
 
-/* Finds "body.material", "solver.project", "effects.pin", or "pin"; NULL or "": everything. The
- * arena holds the texts. FLESH_ERR_ARGUMENT with the nearest name otherwise. */
-int flesh_schema_find(flesh_arena *arena, const char *section, flesh_schema_part *part);
-
 /* A key as it is written: `default_value` NULL: required; "": none. */
 typedef struct flesh_schema_row {
   const char *path; /* of the mapping that has the key */
@@ -35,8 +31,6 @@ typedef struct flesh_schema_style {
 
 extern const flesh_schema_style flesh_schema_markdown, flesh_schema_man, flesh_schema_paths;
 
-void flesh_schema_write(flesh_arena *arena, const flesh_schema_style *style, const flesh_schema_part *part,
-                        flesh_text *text);
 /* JSON Schema, draft 2020-12. */
 void flesh_schema_json(flesh_arena *arena, const flesh_schema_part *part, flesh_text *text);
 

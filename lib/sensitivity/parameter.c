@@ -21,7 +21,8 @@ static void weigh(const flesh_parameter *parameter, double weights[SYSTEMS])
   weights[3] = -weights[0];
 }
 
-int flesh_parameter_check(const flesh_parameter *parameter, const flesh_system *system)
+/* FLESH_ERR_ARGUMENT for a parameter whose systems do not fit together, or to the state's. */
+static int check(const flesh_parameter *parameter, const flesh_system *system)
 {
   const int fourth = parameter->systems[0] || parameter->systems[3];
   if (!(fabs(parameter->difference) > 0 && fabs(parameter->difference) < INFINITY))
@@ -160,7 +161,7 @@ int flesh_stage_tangent_force(flesh_stage_tangent *self, const flesh_parameter *
   const size_t n = (size_t)self->n;
   double weights[SYSTEMS], *room = self->room, *const to[3] = {room, room + n, room + 2 * n}, *r = room + 3 * n;
   const double *const own[3] = {self->x, self->v, self->a};
-  int status = flesh_parameter_check(parameter, self->system), moved = 0;
+  int status = check(parameter, self->system), moved = 0;
   weigh(parameter, weights);
   memset(force, 0, n * sizeof *force);
   for (int i = 0; i < 3 && moves; i++) memset(moves[i], 0, n * sizeof *force);
@@ -193,7 +194,7 @@ int flesh_stage_tangent_moves(flesh_stage_tangent *self, const flesh_parameter *
 {
   const size_t n = (size_t)self->n;
   double weights[SYSTEMS], *room = self->room, *const to[3] = {room, room + n, room + 2 * n};
-  int status = flesh_parameter_check(parameter, self->system);
+  int status = check(parameter, self->system);
   weigh(parameter, weights);
   *moved = 0;
   memset(room, 0, 3 * n * sizeof *room);

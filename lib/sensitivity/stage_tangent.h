@@ -30,9 +30,6 @@ typedef struct flesh_stage_tangent {
   size_t product_room;
 } flesh_stage_tangent;
 
-/* FLESH_ERR_ARGUMENT for a parameter whose systems do not fit together, or to the state's. */
-int flesh_parameter_check(const flesh_parameter *parameter, const flesh_system *system);
-
 /* Borrows the finished system. FLESH_ERR_ARGUMENT for one that ranks share out; FLESH_ERR_MEMORY, FLESH_ERR_SUNDIALS. To be
  * cleared also when it fails. */
 int flesh_stage_tangent_create(const flesh_system *system, const flesh_solver_options *options, double tolerance,

@@ -30,7 +30,7 @@ static const char *kind_of(N_Vector_ID id)
   }
 }
 
-double *flesh_vector_data(N_Vector v, sunindextype n)
+static double *data_of(N_Vector v, sunindextype n)
 {
   if (!v) {
     flesh_fail(FLESH_ERR_ARGUMENT, "the N_Vector is NULL; it must be a serial, OpenMP or Pthreads one of length %lld",
@@ -79,7 +79,7 @@ static int is_quickened(N_Vector v);
 /* The numbers of a vector that is not parallel. */
 static double *local_data(N_Vector v, const flesh_team *team, sunindextype n)
 {
-  if (!team || !v || team->all == team->nodes || is_quickened(v)) return flesh_vector_data(v, n);
+  if (!team || !v || team->all == team->nodes || is_quickened(v)) return data_of(v, n);
   flesh_fail(FLESH_ERR_ARGUMENT, "the body is shared out among ranks, and this N_Vector serves one alone; it must be one of "
                                  "N_VNew_Parallel");
   return NULL;

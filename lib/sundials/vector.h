@@ -9,14 +9,10 @@
 #include "base/team.h"
 #include "flesh/threads.h"
 
-/* The n numbers of a serial, OpenMP or Pthreads vector. NULL, with the reason in flesh_error_text(), for another kind
- * or length. */
-double *flesh_vector_data(N_Vector v, sunindextype n);
-
-/* The n numbers of a rank's nodes in a vector that a callback reads: those of flesh_vector_data, or with a `team` (NULL:
+/* The n numbers of a rank's nodes in a vector that a callback reads: those of a serial, OpenMP or Pthreads vector, or with a `team` (NULL:
  * none) in `room` [n] what its owners have in a vector of N_VNew_Parallel, 3 numbers for each own node and none for
  * ghosts; these get their owners' numbers, or 0 where the vector is `partial`, as sums over ranks are. Collective then.
- * A vector of y = (x, v) has twice as many, those of x first. NULL as above, on all ranks or none; a serial vector that is
+ * A vector of y = (x, v) has twice as many, those of x first. NULL, with the reason in flesh_error_text(), for another kind or length, on all ranks or none; a serial vector that is
  * not a quickened one is refused where there are several ranks, as its norms would be those of each. */
 const double *flesh_vector_read(N_Vector v, const flesh_team *team, sunindextype n, int partial, double *room);
 /* The array into which a callback is to write the numbers: the vector's, or `room`, from which flesh_vector_close

@@ -18,7 +18,8 @@ int flesh_system_potential_by_position(const flesh_system *system, const flesh_p
 /* flesh_system_energies, where `by_position` is known without the energy of the one effect that it is of. */
 int flesh_system_energies_by_position(const flesh_system *system, const flesh_point *point,
                                  const flesh_position_potential *by_position, double *energies);
-/* flesh_system_evaluate, which finds `by_position`. */
+/* Residual and potential together, in one pass where an effect can: the same bits as by flesh_system_residual and
+ * flesh_system_potential. Finds `by_position`. FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
 int flesh_system_evaluate_by_position(const flesh_system *system, const flesh_point *point, const flesh_shift *shift,
                                  flesh_position_potential *by_position, double *r, double *phi, double *magnitude);
 

@@ -244,13 +244,6 @@ int flesh_system_evaluate_by_position(const flesh_system *system, const flesh_po
   return sum_up(sums, by_position, phi, magnitude);
 }
 
-int flesh_system_evaluate(const flesh_system *system, const flesh_point *point,
-                          const flesh_shift *shift, double *r, double *phi, double *magnitude)
-{
-  FLESH_NEED({system, "system"}, {point, "point"}, {shift, "shift"}, {r, "r"}, {phi, "phi"}, {magnitude, "magnitude"});
-  return flesh_system_evaluate_by_position(system, point, shift, &(flesh_position_potential){0}, r, phi, magnitude);
-}
-
 /* The energies of the effects for which is_one(effect, of) says 1 (NULL: of all), J, into energies [effects]; 0 for the
  * others. */
 static int find_energies(const flesh_system *system, int (*is_one)(const flesh_effect *effect, int of), int of,

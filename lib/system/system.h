@@ -37,10 +37,4 @@ int flesh_system_holds(const flesh_system *system, double t);
  * 0 where it does not report it. */
 size_t flesh_system_effect_memory(const flesh_system *system, int index);
 
-/* Residual and potential together, in one pass where an effect can: the same bits as by
- * flesh_system_residual and flesh_system_potential.
- * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
-int flesh_system_evaluate(const flesh_system *system, const flesh_point *point, const flesh_shift *shift, double *r,
-                          double *phi, double *magnitude);
-
 #endif

@@ -36,7 +36,6 @@ static void every_task_runs_once(void)
   for (int c = 0; c < COUNTS; c++) {
     flesh_threads *threads = NULL;
     CHECK_OK(flesh_threads_create(counts[c], &threads));
-    CHECK(flesh_threads_count(threads) == (counts[c] ? counts[c] : flesh_threads_available()));
     for (size_t s = 0; s < sizeof sizes / sizeof sizes[0]; s++) {
       memset(r, 0, sizeof *r);
       flesh_threads_run(threads, sizes[s], count_call, r);
@@ -49,7 +48,7 @@ static void every_task_runs_once(void)
   }
   memset(r, 0, sizeof *r);
   flesh_threads_run(NULL, 5, count_call, r);
-  CHECK(atomic_load(&r->total) == 5 && flesh_threads_count(NULL) == 1);
+  CHECK(atomic_load(&r->total) == 5);
   free(r);
 }
 

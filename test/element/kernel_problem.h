@@ -155,7 +155,7 @@ static void check_both(const flesh_system *system, const flesh_point *point, con
 {
   size_t bytes = (size_t)flesh_system_unknowns(system) * sizeof *r;
   double *both = malloc(bytes), phi, magnitude;
-  CHECK_OK(flesh_system_evaluate(system, point, shift, both, &phi, &magnitude));
+  CHECK_OK(test_evaluate(system, point, shift, both, &phi, &magnitude));
   CHECK(phi == V && magnitude >= fabs(V) * (1 - 1e-14));
   CHECK(!memcmp(both, r, bytes));
   free(both);

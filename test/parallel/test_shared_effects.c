@@ -6,6 +6,7 @@
 #include "ranks.h"
 
 #include "base/memory.h"
+#include "body.h"
 #include "effect/environment.h"
 #include "effect/rank_share.h"
 #include "linear/block_matrix.h"
@@ -148,7 +149,7 @@ static void check_sums(const pair *p)
   for (int s = 0; s < 2; s++) {
     for (int k = 0; k < 2; k++) {
       sizes[k] = phi[k] = 0;
-      CHECK_OK(flesh_system_evaluate(p->systems[k], &p->points[k], &shifts[s], r[k], &phi[k], &sizes[k]));
+      CHECK_OK(test_evaluate(p->systems[k], &p->points[k], &shifts[s], r[k], &phi[k], &sizes[k]));
       CHECK_OK(flesh_system_energies(p->systems[k], &p->points[k], energies[k]));
     }
     CHECK_BELOW(difference(p, r[1], r[0]), 1e-12);

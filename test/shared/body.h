@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "flesh/flesh.h"
+#include "system/position_potential.h"
 
 typedef struct test_body {
   flesh_mesh *mesh;
@@ -34,6 +35,14 @@ static inline flesh_material test_material(flesh_energy energy, double poisson)
   flesh_constants constants = energy == FLESH_ENERGY_D ? FLESH_CONSTANTS_AS_E : FLESH_CONSTANTS_MATCHED;
   if (flesh_material_from_young(energy, constants, 1e5, poisson, &material)) abort();
   return material;
+}
+
+/* Residual and potential by one pass. */
+static inline int test_evaluate(const flesh_system *system, const flesh_point *point, const flesh_shift *shift, double *r,
+                                double *phi, double *magnitude)
+{
+  flesh_position_potential by_position = {0};
+  return flesh_system_evaluate_by_position(system, point, shift, &by_position, r, phi, magnitude);
 }
 
 /* Takes the mesh; the material by value. Inertia and elasticity only; add the rest and finish. */
