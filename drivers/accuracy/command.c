@@ -194,12 +194,6 @@ static int check_others(const flesh_accuracy_plan *plan)
   return status;
 }
 
-/* On the first rank. */
-static int compare(void *data)
-{
-  return flesh_accuracy_run(data);
-}
-
 /* All of it, with the lists of methods, steps and tolerances (NULL: the default); the exit code. Plans are made on every
  * rank. */
 static int run(flesh_accuracy_plan *plan, const char *methods, const char *steps, const char *tolerances)
@@ -216,7 +210,7 @@ static int run(flesh_accuracy_plan *plan, const char *methods, const char *steps
   const flesh_accuracy_work given = {plan, NULL, NULL};
   const flesh_study study = flesh_accuracy_study(&given, plan);
   plan->options.jobs = 1; /* times are compared */
-  return flesh_study_lead(&study, &plan->options, status, compare, plan);
+  return flesh_study_lead(&study, &plan->options, status, flesh_accuracy_run, plan);
 }
 
 int flesh_command_accuracy(int argc, char **argv)

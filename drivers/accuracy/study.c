@@ -293,8 +293,9 @@ static int run_methods(flesh_accuracy_session *s)
   return flesh_study_conclude(&s->study, &s->store, &plan->options, status);
 }
 
-int flesh_accuracy_run(flesh_accuracy_plan *plan)
+int flesh_accuracy_run(void *data)
 {
+  flesh_accuracy_plan *plan = data;
   char path[1400];
   flesh_accuracy_session s = {.plan = plan, .store = {.lock = -1}};
   const flesh_accuracy_work given = {plan, &s.reference, &s.tight};

@@ -86,6 +86,7 @@ static const flesh_bench_peak *peak_of(flesh_instructions instructions)
 typedef struct stream {
   const flesh_bench_peak *peak;
   flesh_threads *threads;
+  flesh_task *part; /* what each does */
   int count;
   double *a, *b, *c;
   size_t n; /* of one thread's part */
@@ -113,46 +114,31 @@ static void multiply_part(void *data, int task)
   s->sums[task] += s->peak->multiply_add(s->repeats, 0.999);
 }
 
-static int read_all(void *data)
+static int run_parts(void *data)
 {
   stream *s = data;
-  flesh_threads_run(s->threads, s->count, read_part, s);
+  flesh_threads_run(s->threads, s->count, s->part, s);
   return FLESH_OK;
 }
 
-static int triad_all(void *data)
+/* Finds the rate of a ceiling by the best time, in CPU time if only one thread works; `each`: what a number counts. */
+static int find_rate(stream *s, flesh_task *part, int repeats, double each, size_t numbers, double *rate)
 {
-  stream *s = data;
-  flesh_threads_run(s->threads, s->count, triad_part, s);
-  return FLESH_OK;
-}
-
-static int multiply_all(void *data)
-{
-  stream *s = data;
-  flesh_threads_run(s->threads, s->count, multiply_part, s);
-  return FLESH_OK;
-}
-
-/* The best time for a ceiling, in CPU time if only one thread works. */
-static double best_of(const stream *s, const flesh_bench_time *time)
-{
-  return s->count == 1 ? time->best_cpu_s : time->best_wall_s;
+  flesh_bench_time time = {0};
+  s->part = part;
+  const int status = flesh_bench_measure(NULL, run_parts, s, repeats, &time);
+  *rate = each * (double)numbers * s->count * (double)s->repeats / (s->count == 1 ? time.best_cpu_s : time.best_wall_s);
+  return status;
 }
 
 /* Bandwidths where every thread goes through `bytes`. */
 static int find_bandwidth(stream *s, size_t bytes, int repeats, double *read, double *triad)
 {
-  flesh_bench_time time;
   s->n = bytes / sizeof(double) / 64 * 64;
   s->repeats = bytes < 1 << 20 ? 20 : 1;
-  int status = flesh_bench_measure(NULL, read_all, s, repeats, &time);
-  if (status) return status;
-  *read = 8.0 * (double)s->n * s->count * (double)s->repeats / best_of(s, &time);
+  const int status = find_rate(s, read_part, repeats, 8, s->n, read);
   s->n = s->n / 3 / 64 * 64;
-  status = flesh_bench_measure(NULL, triad_all, s, repeats, &time);
-  *triad = 24.0 * (double)s->n * s->count * (double)s->repeats / best_of(s, &time);
-  return status;
+  return status ? status : find_rate(s, triad_part, repeats, 24, s->n, triad);
 }
 
 static int find_for_threads(stream *s, int repeats, const size_t sets[LEVELS], ceilings *c)
@@ -165,11 +151,9 @@ static int find_for_threads(stream *s, int repeats, const size_t sets[LEVELS], c
     status = find_bandwidth(s, bytes, repeats, &c->read[l], &c->triad[l]);
   }
   for (int k = FLESH_INSTRUCTIONS_PORTABLE; k <= (int)best && !status; k++) {
-    flesh_bench_time time;
     s->peak = peak_of((flesh_instructions)k);
     s->repeats = 200000;
-    status = flesh_bench_measure(NULL, multiply_all, s, repeats, &time);
-    c->multiply_add[k] = s->peak->operations * (double)s->repeats * s->count / best_of(s, &time);
+    status = find_rate(s, multiply_part, repeats, s->peak->operations, 1, &c->multiply_add[k]);
   }
   s->peak = peak_of(best);
   return status;

@@ -175,34 +175,28 @@ static const char *forms_with_lambda(char text[256])
   return text;
 }
 
-/* Fills in the defaults of --filters. */
-static void choose_filters(flesh_hardcases_request *asked, flesh_hardcases_plan *plan)
+/* Fills in the lists that were not asked for; the first of the rows that apply has each. */
+static void choose_lists(flesh_hardcases_request *asked, const flesh_hardcases_plan *plan, char every[256])
 {
-  const int quick = plan->quick;
-  if (!asked->energies) asked->energies = "S";
-  if (!asked->poissons) asked->poissons = quick ? "0.45" : "0.3,0.45,0.49,0.499,0.4999,0.49999";
-  if (!asked->elements) asked->elements = "tet4,tet10,tet10-mean";
-  if (!asked->meshes) asked->meshes = quick ? "4x2x2" : "8x4x2,16x8x8,32x16x16";
-  if (!asked->solvers)
-    asked->solvers = "default,clamped,absolute,trust-region,always-projected,clamped-always,absolute-always,trust-region-always";
-  if (plan->seeds < 1) plan->seeds = quick ? 1 : 5;
-}
-
-/* Fills in the defaults of --shapes. */
-static void choose_shapes(flesh_hardcases_request *asked)
-{
-  if (!asked->energies) asked->energies = "S,E";
-  if (!asked->poissons) asked->poissons = "0.3,0.45,0.49,0.495";
-  if (!asked->meshes) asked->meshes = "8x4x4";
-}
-
-/* Chooses what --ablation takes where nothing else was asked for. */
-static void choose_ablation(flesh_hardcases_request *asked)
-{
-  if (!asked->energies) asked->energies = "S";
-  if (!asked->poissons) asked->poissons = "0.45,0.49,0.4999";
-  if (!asked->elements) asked->elements = "tet4,tet10-mean";
-  if (!asked->solvers) asked->solvers = "ablation";
+  const struct {
+    int applies;
+    const char *energies, *poissons, *elements, *meshes, *solvers;
+  } rows[] = {
+      {plan->filters && plan->quick, NULL, "0.45", NULL, "4x2x2", NULL},
+      {plan->filters, "S", "0.3,0.45,0.49,0.499,0.4999,0.49999", "tet4,tet10,tet10-mean", "8x4x2,16x8x8,32x16x16",
+       "default,clamped,absolute,trust-region,always-projected,clamped-always,absolute-always,trust-region-always"},
+      {plan->shapes, "S,E", "0.3,0.45,0.49,0.495", NULL, "8x4x4", NULL},
+      {plan->ablation, "S", "0.45,0.49,0.4999", "tet4,tet10-mean", NULL, "ablation"},
+      {plan->quick, "S,E", "0.45,0.49", NULL, NULL, NULL},
+      {1, forms_with_lambda(every), "0,0.3,0.45,0.49,0.499,0.4999", "tet4", NULL, "default"}};
+  for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
+    if (!rows[k].applies) continue;
+    if (!asked->energies) asked->energies = rows[k].energies;
+    if (!asked->poissons) asked->poissons = rows[k].poissons;
+    if (!asked->elements) asked->elements = rows[k].elements;
+    if (!asked->meshes) asked->meshes = rows[k].meshes;
+    if (!asked->solvers) asked->solvers = rows[k].solvers;
+  }
 }
 
 /* Reads "LOW:HIGH". */
@@ -227,14 +221,8 @@ static int choose(flesh_hardcases_request *asked, flesh_hardcases_lists *l, choi
     return flesh_fail(FLESH_ERR_ARGUMENT, "--solvers is '%s'; with --ablation it must have default and a without-TECHNIQUE",
                       asked->solvers);
   plan->lean = plan->filters || plan->shapes || plan->ablation;
-  if (plan->filters) choose_filters(asked, plan);
-  if (plan->shapes) choose_shapes(asked);
-  if (plan->ablation) choose_ablation(asked);
-  if (!asked->solvers) asked->solvers = "default";
-  if (!asked->elements) asked->elements = "tet4";
-  if (plan->seeds < 1) plan->seeds = 1;
-  if (!asked->energies) asked->energies = plan->quick ? "S,E" : forms_with_lambda(every);
-  if (!asked->poissons) asked->poissons = plan->quick ? "0.45,0.49" : "0,0.3,0.45,0.49,0.499,0.4999";
+  choose_lists(asked, plan, every);
+  if (plan->seeds < 1) plan->seeds = plan->filters && !plan->quick ? 5 : 1;
   if (!(plan->max_seconds > 0)) plan->max_seconds = plan->quick ? 15 : 30;
   int status = read_share(asked->share, plan->share);
   if (!status) status = flesh_hardcases_read_lists(asked, l);
