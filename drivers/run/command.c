@@ -260,7 +260,7 @@ static int run_scene(const flesh_scene *scene, const flesh_runner_options *optio
   const int first = flesh_ranks_first(options->ranks);
   if (outcome.status && first) fprintf(stderr, "flesh run: %s\n", outcome.message);
   if (outcome.has_failure && first) flesh_failure_print(stderr, &outcome, scene);
-  if (!options->quiet && isfinite(figures.wall_s)) report(&figures, &outcome, options->out);
+  if (!options->quiet && isfinite(figures.wall_s + figures.t)) report(&figures, &outcome, options->out);
   flesh_figures_close(&figures);
   const int code = flesh_ranks_follow(options->ranks, outcome.exit_code);
   flesh_pool_dismiss(options->ranks, code);

@@ -252,6 +252,7 @@ static int read_elements(flesh_deck *d, const flesh_keyword *k)
     if (!status && size && set >= 0) status = flesh_members_add(&d->draft->sets.sets[set].tets, d->draft->tets);
     if (!status && size) status = read_tet(d, size, region, tag, line);
     d->others += !size;
+    d->draft->solids += !size && length >= 3 && !strncasecmp(type, "C3D", 3);
     if (size) flesh_scan_skip_line(s);
     else skip_row(s);
   }

@@ -94,6 +94,10 @@ int flesh_draft_finish(flesh_draft *draft, flesh_mesh **mesh)
                               .tet_tag = draft->tet_tag,
                               .node_tag = draft->node_tag,
                               .node_base = draft->node_base};
+  if (draft->solids)
+    return flesh_fail(FLESH_ERR_FILE, "%s: elements that fill a volume and are no tets (hexahedra, prisms, pyramids): %lld; a "
+                                      "body is of tets alone and would lack them: cut them into tets, or take them out",
+                      draft->path, (long long)draft->solids);
   flesh_mesh_sets_settle(&draft->sets);
   return flesh_mesh_build(&(flesh_mesh_lists){.nodes = draft->nodes, .tets = draft->tets,
                                               .positions = draft->positions, .tet_nodes = draft->tet_nodes,

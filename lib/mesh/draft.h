@@ -17,6 +17,7 @@ typedef struct flesh_draft {
   double *positions; /* [3*nodes] */
   int64_t *node_tag; /* [nodes] for formats with free node numbers, else NULL */
   flesh_tag_map tags; /* their indices by these numbers */
+  int64_t solids;   /* elements with a volume that are no tets: flesh_draft_finish refuses them */
   int tet_room, tet_size; /* tet_size: nodes of each tet, 4 or 10; 0 while there is none */
   int *tet_nodes;         /* [4*tet_room] */
   int *edge_nodes;        /* [6*tet_room] where tet_size is 10, else NULL */

@@ -249,7 +249,7 @@ int flesh_gmsh_read(flesh_scanner *s, flesh_draft *draft)
     status = flesh_fail(FLESH_ERR_FILE, "%s: there is no section $Nodes", s->path);
   if (!status && !g->elements_read)
     status = flesh_fail(FLESH_ERR_FILE, "%s: there is no section $Elements", s->path);
-  if (!status && !draft->tets)
+  if (!status && !draft->tets && !draft->solids)
     status = flesh_fail(FLESH_ERR_FILE,
                         "%s: there are no tets among its %lld elements; was the "
                         "volume meshed (gmsh -3) and saved (a physical volume, or none at all)?",

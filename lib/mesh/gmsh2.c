@@ -50,6 +50,7 @@ static int read_element(flesh_gmsh *g, int64_t tag, int64_t type, int64_t tags, 
     return status;
   }
   g->others++;
+  g->draft->solids += flesh_gmsh_type_dimension(type) == 3;
   for (int i = flesh_gmsh_type_nodes(type); (g->binary || set >= 0) && i > 0 && !status; i--) {
     status = flesh_gmsh_int(g, &ignored);
     if (!status && set >= 0) status = flesh_gmsh_add_to_set(g, set, tag, ignored);

@@ -208,6 +208,7 @@ int flesh_gmsh4_elements(flesh_gmsh *g)
     const int group = flesh_gmsh_group(g, head[0], head[1]);
     if (!flesh_gmsh_is_tet(head[2])) {
       status = skip_elements(g, head[2], count, group);
+      g->draft->solids += head[0] == 3 ? count : 0;
       continue;
     }
     int region;

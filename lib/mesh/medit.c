@@ -33,7 +33,7 @@ static int read_small_integer(flesh_scanner *s, const char *word, int64_t *value
   return flesh_scan_integer(s, value);
 }
 
-static int find_lists(flesh_scanner *s, places *found)
+static int find_lists(flesh_scanner *s, flesh_draft *draft, places *found)
 {
   int status = FLESH_OK;
   int64_t value;
@@ -54,7 +54,9 @@ static int find_lists(flesh_scanner *s, places *found)
         status = flesh_scan_fail(s, "Dimension is %lld; it must be 3", (long long)value);
     } else if (flesh_scan_word(s, "TetrahedraP2"))
       status = note_place(s, "TetrahedraP2", &found->p2, &found->have_p2);
-    else if (flesh_scan_word(s, "TetrahedraP2Ordering"))
+    else if (flesh_scan_word(s, "Hexahedra") || flesh_scan_word(s, "Prisms") || flesh_scan_word(s, "Pyramids")) {
+      if (!(status = read_small_integer(s, "count", &value))) draft->solids += value;
+    } else if (flesh_scan_word(s, "TetrahedraP2Ordering"))
       status = note_place(s, "TetrahedraP2Ordering", &found->order, &found->have_order);
     else if (flesh_scan_word(s, "End")) return FLESH_OK;
     else
@@ -172,7 +174,7 @@ int flesh_medit_read(flesh_scanner *s, flesh_draft *draft)
   int order[10] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
   s->free_rows = 1;
   draft->node_base = 1;
-  int status = find_lists(s, &found);
+  int status = find_lists(s, draft, &found);
   if (!status && !found.have_vertices)
     status = flesh_fail(FLESH_ERR_FILE, "%s: there is no list `Vertices`", s->path);
   if (!status && !found.have_tets && !found.have_p2)

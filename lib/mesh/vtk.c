@@ -153,13 +153,19 @@ typedef struct cells {
   double *regions; /* NULL: none */
 } cells;
 
+/* Voxels, hexahedra, wedges, pyramids, other prisms and polyhedra, the quadratic and Lagrange's ones too. */
+static const unsigned char solids[] = {11, 12, 13, 14, 15, 16, 25, 26, 27, 29, 31, 32, 33, 37, 42, 72, 73, 74};
+
 static int read_cell(grid *g, const cells *c, int64_t e)
 {
   const int64_t first = e ? c->offsets[e - 1] : 0, *point = c->connectivity + first;
   const int size = c->types[e] == VTK_TETRA ? 4 : c->types[e] == VTK_QUADRATIC_TETRA ? 10 : 0;
   const double region = c->regions ? c->regions[e] : 0;
   int nodes[10];
-  if (!size) return FLESH_OK;
+  if (!size) {
+    g->draft->solids += c->types[e] > 0 && c->types[e] < 256 && memchr(solids, (int)c->types[e], sizeof solids) != NULL;
+    return FLESH_OK;
+  }
   if (c->offsets[e] - first != size)
     return flesh_vtk_fail(&g->file, g->offsets.line, "cell %lld has %lld points; its type %d has %d", (long long)e,
                           (long long)(c->offsets[e] - first), (int)c->types[e], size);

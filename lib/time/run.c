@@ -238,6 +238,7 @@ static int run(const flesh_system *system, flesh_integrator *integrator, const f
   int taken = 0;
   if (!steps) steps = &taken;
   *steps = 0;
+  if (options->unfinished) *options->unfinished = (flesh_solve_stats){0};
   if (integrator->evaluation->system != system)
     return flesh_fail(FLESH_ERR_ARGUMENT, "the integrator is made for another system");
   int status = check_steps(options, from.step, from.begin, state);
@@ -246,7 +247,6 @@ static int run(const flesh_system *system, flesh_integrator *integrator, const f
   watch w = {.system = system, .mesh = flesh_system_mesh(system), .team = flesh_system_team(system),
              .options = options, .environment = &integrator->evaluation->environment};
   if (options->observer_count) status = watch_open(&w);
-  if (options->unfinished) *options->unfinished = (flesh_solve_stats){0};
   flesh_integrator_set_stop(integrator, options->stop, options->stop_data);
   if (!status) status = flesh_system_check_with(system, state->internal, state->t, state->x);
   if (!status) status = flesh_integrator_begin(integrator, state);

@@ -145,6 +145,14 @@ start: {velocity: [1, 0.5, 0.25]"
   done
 }
 
+# No figure is told of a run that could not begin.
+more_steps_than_can_be_counted_are_refused() {
+  scene long '  - inertia: {}' 'step: 1/60, end: 1e10'
+  expect 2 "$flesh" run long.yaml --out long --no-frames || return 1
+  has stderr.txt '6e+11 steps; at most 2147483646 can be taken' && ! grep steps\ to\ t stdout.txt &&
+    has long/result.json '"solves": 0' && has long/result.json '"convergence_failures": 0'
+}
+
 statics_say_what_holds_no_body() {
   scene loose '  - gravity: {}' 'method: static'
   expect 4 "$flesh" run loose.yaml --out loose --no-frames && has stderr.txt 'advice: a body that no pin holds' || return 1
@@ -161,4 +169,4 @@ statics_say_what_holds_no_body() {
 }
 
 run_tests energy_from_nowhere_ends_a_run a_budget_within_a_step_is_told_as_such a_stressed_rest_is_told a_long_step_is_told \
-  motion_without_force_is_nothing_to_tell statics_say_what_holds_no_body
+  motion_without_force_is_nothing_to_tell more_steps_than_can_be_counted_are_refused statics_say_what_holds_no_body
