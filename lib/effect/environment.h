@@ -28,6 +28,7 @@ typedef struct flesh_environment {
   /* Internal variables of all effects, in which flesh_effect_internal.update of an effect that takes bonds reads whether
    * bonds hold (flesh_bond.variable); NULL everywhere else. */
   const double *all_internal;
+  int within_step; /* 1: an update of internal variables is not that at a step's end, or at an event, but of a part of it */
 } flesh_environment;
 
 /* The point's environment, never NULL. */

@@ -3,7 +3,8 @@
  * The barrier holds a pressure p at the gap s thicknesses where p = k |B'(s)|. A stiffness of p / |B'(1/2)| leaves half of
  * the thickness: where it is much larger, gaps lie at the edge of the barrier, where forces begin
  * with a kink; where it is much smaller, they are small and the barrier is all but singular. Its logarithm over that of the
- * start is the effect's internal variable, so that it changes between steps alone. */
+ * start is the effect's internal variable, so that it changes between steps alone, and not between the parts of a step:
+ * parts may be as short as an impact, in which a barrier that stiffens brings energy in. */
 #include <math.h>
 #include <stdio.h>
 

@@ -178,7 +178,7 @@ static int surface_contact_update(const flesh_effect *effect, const flesh_point 
   near *self;
   int own;
   if (flesh_surface_contact_release(contact, point, internal)) *changed = 1;
-  if (!contact->adaptive) return FLESH_OK;
+  if (!contact->adaptive || flesh_environment_of(point)->within_step) return FLESH_OK;
   const int status = open_near(effect, point, 0, &self, &own);
   if (!status && flesh_surface_near_adapt(self, point->x, internal)) *changed = 1;
   return close_near(self, own, status);

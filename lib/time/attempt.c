@@ -423,6 +423,7 @@ int flesh_integrator_attempt(flesh_integrator *self, const flesh_method_row *row
                               .scratch = {self->part.x, self->first.extrapolated}, .second = second,
                               .from = trial.from, .to = trial.to, .energies = self->part.energies};
   self->part.blocked = 0;
+  self->evaluation->environment.within_step = part->end < piece->end;
   if (self->tape) self->tape->try_part(self->tape->data);
   int status = solve_stages(self, &trial, state, &stage, &energy, stats);
   if (!status) status = judge_error(self, &trial, state, &stage, stats);
