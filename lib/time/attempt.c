@@ -308,7 +308,7 @@ static int add_contact(flesh_integrator *self, const trial *trial)
 {
   double *forces = self->first.rigid;
   if (!is_controlled(self, trial) || !flesh_system_has_role(self->evaluation->system, FLESH_ROLE_CONTACT) ||
-      flesh_nonlinear_is_clear(self->nonlinear))
+      !flesh_team_any(self->evaluation->team, !flesh_nonlinear_is_clear(self->nonlinear)))
     return FLESH_OK;
   const int status = find_contact(self, forces);
   if (!status) flesh_error_control_touch(&self->control, forces);

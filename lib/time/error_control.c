@@ -207,8 +207,10 @@ void flesh_error_control_clear_contact(flesh_error_control *self)
 
 void flesh_error_control_touch(flesh_error_control *self, const double *forces)
 {
-  for (int d = 0; d < self->n; d++) self->touching[d / 3] |= forces[d] != 0;
-  self->touches = 1;
+  int pushes = 0;
+  for (int d = 0; d < self->n; d++)
+    if (forces[d] != 0) pushes = self->touching[d / 3] = 1;
+  self->touches |= flesh_team_any(flesh_system_team(self->system), pushes);
 }
 
 /* The size of the velocity error e/h of the nodes that touch something, where they are not fixed. Overwrites `filtered`. */

@@ -132,13 +132,13 @@ static void balls_collide_in_fixed_steps(void) { balls_collide("time.method=back
 static void balls_collide_in_steps_of_their_error(void) { balls_collide("time.method=adaptive"); }
 
 /* A run that is cut and taken up again from its history and its state has the same bits. */
-static void cuts_change_no_bit(void)
+static void cut(const char *text, const char *method)
 {
-  const char *const set[] = {"effects.contact.adaptive=true", NULL};
+  const char *const set[] = {"effects.contact.adaptive=true", method, "time.tolerance=1e-2", NULL};
   touching whole, cut;
   double internal[2];
-  begin(cubes, set, &internal[0], &whole);
-  begin(cubes, set, &internal[1], &cut);
+  begin(text, set, &internal[0], &whole);
+  begin(text, set, &internal[1], &cut);
   for (int k = 0; k < 12; k++) {
     size_t size;
     CHECK_OK(touching_step(&whole));
@@ -151,10 +151,20 @@ static void cuts_change_no_bit(void)
     CHECK_OK(flesh_integrator_load(cut.integrator, saved, size));
     free(saved);
   }
-  CHECK(internal[0] != 0 && internal[0] == internal[1] && whole.newton == cut.newton);
+  CHECK(internal[0] == internal[1] && whole.newton == cut.newton);
   CHECK(!memcmp(whole.state.x, cut.state.x, (size_t)whole.n * sizeof(double)));
   touching_end(&whole);
   touching_end(&cut);
+}
+
+/* How far ahead surfaces are known to be apart, which a cut forgets, says nothing of whether they touch. */
+static void cuts_change_no_bit(void)
+{
+  cut(cubes, "time.method=backward-euler");
+  cut("body: {mesh: ../meshes/bar_8x2x2.mesh, density: 1000, material: {energy: S, young: 4e6, poisson: 0.3}}\n"
+      "effects: [inertia: {}, contact: {between: self}, pin: {box: [[-1, -1, -1], [1e-9, 2, 2]]}]\n"
+      "start: {velocity: [2, -2, -1]}\n"
+      "time: {method: bdf2, step: 1/60, end: 1}\n", "time.adaptive=true");
 }
 
 static void what_cannot_be_is_refused(void)
