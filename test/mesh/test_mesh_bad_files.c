@@ -262,10 +262,7 @@ static const bad_file medit[] = {
      MEDIT VERTICES "Tetrahedra\n1\n1 2 3 4 0\n1 2 3 4 0\n",
      NULL,
      {"stands behind the last of 1 Tetrahedra"}},
-    {"m.mesh",
-     MEDIT VERTICES "Tetrahedra\n1\n1 2 3 4 0\nPrisms\n2\nPyramids\n1\nHexahedra\n4\n",
-     NULL,
-     {SOLIDS " 7;"}},
+    {"m.mesh", MEDIT VERTICES "Tetrahedra\n1\n1 2 3 4 0\nPrisms\n2\nPyramids\n1\nHexahedra\n4\n", NULL, {SOLIDS " 7;"}},
 };
 
 static const bad_file gmsh[] = {
@@ -421,14 +418,7 @@ static const bad_file gmsh[] = {
      GMSH41 NODES41 "$Elements\n1 1 1 1\n3 1 4 1\n1 1 2 3 3\n$EndElements\n",
      NULL,
      {"g.msh:19: tet 1 uses node 3 twice"}},
-    {"g.msh",
-     GMSH22 NODES22 "$Elements\n3\n1 4 0 1 2 3 4\n2 6 0 1 2 3 4 1 2\n3 5 0 1 2 3 4 1 2 3 4\n$EndElements\n",
-     NULL,
-     {SOLIDS " 2;"}},
-    {"g.msh",
-     GMSH41 NODES41 "$Elements\n2 3 1 3\n3 1 4 1\n1 1 2 3 4\n3 1 7 2\n2 1 2 3 4 1\n3 1 2 3 4 1\n$EndElements\n",
-     NULL,
-     {SOLIDS " 2;"}},
+    {"g.msh", GMSH22 NODES22 "$Elements\n2\n1 4 0 1 2 3 4\n2 6 0 1 2 3 4 1 2\n$EndElements\n", NULL, {SOLIDS " 1;"}},
     {"g.msh", GMSH41 NODES41 "$Elements\n1 1 1 1\n3 1 6 1\n1 1 2 3 4 1 2\n$EndElements\n", NULL, {SOLIDS " 1;"}},
 };
 
