@@ -60,12 +60,7 @@ static void get_bond(const flesh_effect *effect, int k, flesh_bond *bond)
 
 static const flesh_effect_operations joint_operations = {
     .name = "joint",
-    .traits = FLESH_IS_PASSIVE,
-    .cells = flesh_tied_cells,
-    .residual = flesh_tied_residual,
-    .jacobian = flesh_tied_jacobian,
-    .potential = flesh_tied_potential,
-    .energy = flesh_tied_energy,
+    FLESH_TIED_OPERATIONS,
     .destroy = joint_destroy,
     .figures = &(const flesh_effect_figures){.memory = joint_memory},
     .library = &(const flesh_effect_private){

@@ -49,5 +49,8 @@ int flesh_tied_jacobian(const flesh_effect *effect, const flesh_point *point, co
 int flesh_tied_potential(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, double *phi,
                          double *magnitude);
 int flesh_tied_energy(const flesh_effect *effect, const flesh_point *point, double *energy);
+#define FLESH_TIED_OPERATIONS                                                                                         \
+  .traits = FLESH_IS_PASSIVE, .cells = flesh_tied_cells, .residual = flesh_tied_residual,                             \
+  .jacobian = flesh_tied_jacobian, .potential = flesh_tied_potential, .energy = flesh_tied_energy
 
 #endif

@@ -108,12 +108,7 @@ static const flesh_effect_ranks weld_ranks = {.restrict_to_part = weld_restrict,
 
 static const flesh_effect_operations weld_operations = {
     .name = "weld",
-    .traits = FLESH_IS_PASSIVE,
-    .cells = flesh_tied_cells,
-    .residual = flesh_tied_residual,
-    .jacobian = flesh_tied_jacobian,
-    .potential = flesh_tied_potential,
-    .energy = flesh_tied_energy,
+    FLESH_TIED_OPERATIONS,
     .destroy = weld_destroy,
     .figures = &(const flesh_effect_figures){.memory = weld_memory},
     .library = &(const flesh_effect_private){.ranks = &weld_ranks, .bonds = &weld_bonds},
@@ -149,12 +144,7 @@ static const char *const report_names[] = {"broken", "released", "traction", NUL
 
 static const flesh_effect_operations breaking_operations = {
     .name = "weld",
-    .traits = FLESH_IS_PASSIVE,
-    .cells = flesh_tied_cells,
-    .residual = flesh_tied_residual,
-    .jacobian = flesh_tied_jacobian,
-    .potential = flesh_tied_potential,
-    .energy = flesh_tied_energy,
+    FLESH_TIED_OPERATIONS,
     .destroy = weld_destroy,
     .figures = &(const flesh_effect_figures){.memory = weld_memory, .report_names = report_names, .report = report},
     .internal = &(const flesh_effect_internal){.count = variables, .update = update, .tell = tell},

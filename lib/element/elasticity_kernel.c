@@ -118,23 +118,9 @@ INLINE int add_stiffness(const flesh_batches *batches, int index, const flesh_te
   return FLESH_OK;
 }
 
-static COMPILED_ONCE int elastic_residual(const flesh_batches *batches, int tile, const flesh_tet_point *at, double *r,
-                                          double *sums)
-{
-  return tile_residual(batches, tile, at, add_residual, r, sums);
-}
-
-static int elastic_hessian(const flesh_batches *batches, int tile, const flesh_tet_point *at, const int *slots,
-                           double *values)
-{
-  return tile_hessian(batches, tile, at, add_hessian, slots, values);
-}
-
-static COMPILED_ONCE int stiffness_residual(const flesh_batches *batches, int tile, const flesh_tet_point *at,
-                                            double *r, double *sums)
-{
-  return tile_residual(batches, tile, at, add_stiffness, r, sums);
-}
+RESIDUAL_KERNEL(elastic_residual, add_residual)
+HESSIAN_KERNEL(elastic_hessian, add_hessian)
+RESIDUAL_KERNEL(stiffness_residual, add_stiffness)
 
 const flesh_tet_kernel FLESH_OF_ISA(flesh_elastic) = {elastic_residual, elastic_hessian, NULL};
 const flesh_tet_kernel FLESH_OF_ISA(flesh_stiffness) = {stiffness_residual, elastic_hessian, NULL};

@@ -51,16 +51,7 @@ INLINE int add_hessian(const flesh_batches *batches, int index, const flesh_tet_
   return FLESH_OK;
 }
 
-static COMPILED_ONCE int fibre_residual(const flesh_batches *batches, int tile, const flesh_tet_point *at, double *r,
-                                        double *sums)
-{
-  return tile_residual(batches, tile, at, add_residual, r, sums);
-}
-
-static int fibre_hessian(const flesh_batches *batches, int tile, const flesh_tet_point *at, const int *slots,
-                         double *values)
-{
-  return tile_hessian(batches, tile, at, add_hessian, slots, values);
-}
+RESIDUAL_KERNEL(fibre_residual, add_residual)
+HESSIAN_KERNEL(fibre_hessian, add_hessian)
 
 const flesh_tet_kernel FLESH_OF_ISA(flesh_fibre4) = {fibre_residual, fibre_hessian, NULL};

@@ -153,7 +153,6 @@ typedef int add_forces(const flesh_batches *batches, int index, const flesh_tet_
 typedef int add_matrix(const flesh_batches *batches, int index, const flesh_tet_point *at, const nearby *near,
                        tile_blocks *to);
 
-/* A residual_kernel by what it does with a batch. */
 INLINE int tile_residual(const flesh_batches *batches, int tile, const flesh_tet_point *at, add_forces *add, double *r,
                          double *sums)
 {
@@ -173,7 +172,6 @@ INLINE int tile_residual(const flesh_batches *batches, int tile, const flesh_tet
   return FLESH_OK;
 }
 
-/* A hessian_kernel, likewise. */
 INLINE int tile_hessian(const flesh_batches *batches, int tile, const flesh_tet_point *at, add_matrix *add,
                         const int *slots, double *values)
 {
@@ -190,5 +188,19 @@ INLINE int tile_hessian(const flesh_batches *batches, int tile, const flesh_tet_
   tile_close(tiles, tile, &own, at->assign, slots, values);
   return FLESH_OK;
 }
+
+/* Kernels of these names by what they do with a batch. */
+#define RESIDUAL_KERNEL(name, add)                                                                            \
+  static COMPILED_ONCE int name(const flesh_batches *batches, int tile, const flesh_tet_point *at, double *r, \
+                                double *sums)                                                                 \
+  {                                                                                                           \
+    return tile_residual(batches, tile, at, add, r, sums);                                                    \
+  }
+#define HESSIAN_KERNEL(name, add)                                                                           \
+  static int name(const flesh_batches *batches, int tile, const flesh_tet_point *at, const int *slots,      \
+                  double *values)                                                                           \
+  {                                                                                                         \
+    return tile_hessian(batches, tile, at, add, slots, values);                                             \
+  }
 
 #endif

@@ -79,16 +79,7 @@ INLINE int add_hessian(const flesh_batches *batches, int index, const flesh_tet_
   return FLESH_OK;
 }
 
-static COMPILED_ONCE int residual_kernel(const flesh_batches *batches, int tile, const flesh_tet_point *at, double *r,
-                                         double *sums)
-{
-  return tile_residual(batches, tile, at, add_residual, r, sums);
-}
-
-static int hessian_kernel(const flesh_batches *batches, int tile, const flesh_tet_point *at, const int *slots,
-                          double *values)
-{
-  return tile_hessian(batches, tile, at, add_hessian, slots, values);
-}
+RESIDUAL_KERNEL(residual_kernel, add_residual)
+HESSIAN_KERNEL(hessian_kernel, add_hessian)
 
 const flesh_tet_kernel FLESH_OF_ISA(flesh_viscous10) = {residual_kernel, hessian_kernel, NULL};

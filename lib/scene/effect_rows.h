@@ -41,16 +41,18 @@ int flesh_effect_row_add_load(const flesh_load_parameters *p, const flesh_body *
   {.name = "until", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, until), .unit = "s",  \
    .default_value = ".inf", .doc = "end of its action (release); it acts while from <= t < until"}
 
+/* How values between points of time are found. */
+#define FLESH_INTERPOLATION_KEY(at, points, each)                                                                     \
+  {.name = "interpolation", .type = FLESH_KEY_CHOICE, .offset = (at), .choices = flesh_interpolation_names,           \
+   .default_value = "linear", .doc = "between " points ": linear, or smooth (cubic, at rest at every " each ")"}
+
 /* Keys of a struct that has a flesh_amplitude_parameters as `member`. */
 #define FLESH_AMPLITUDE_KEYS(parameters, member)                                                   \
   {.name = "amplitude", .type = FLESH_KEY_OBJECTS, .offset = offsetof(parameters, member.points),       \
    .default_value = "", .children = flesh_curve_keys, .child_size = sizeof(flesh_curve_point),     \
    .doc = "factor of the load in time; constant before the first and after the last point; "       \
           "without it 1"},                                                                         \
-  {.name = "interpolation", .type = FLESH_KEY_CHOICE,                                              \
-   .offset = offsetof(parameters, member.interpolation), .choices = flesh_interpolation_names,     \
-   .default_value = "linear",                                                                      \
-   .doc = "between the amplitude's points: linear, or smooth (cubic, at rest at every point)"},        \
+  FLESH_INTERPOLATION_KEY(offsetof(parameters, member.interpolation), "the amplitude's points", "point"), \
   {.name = "from", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, member.from),          \
    .unit = "s", .default_value = "-.inf", .doc = "start of its action"},                           \
   {.name = "until", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, member.until),        \

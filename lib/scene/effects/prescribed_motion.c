@@ -19,10 +19,7 @@ static const flesh_key keys[] = {
      .doc = "keyframes; before the first and after the last the nodes hold still"},
     {.name = "centre", .type = FLESH_KEY_VECTOR, .offset = offsetof(parameters, centre),
      .unit = "m", .default_value = "[0, 0, 0]", .doc = "of the rotations"},
-    {.name = "interpolation", .type = FLESH_KEY_CHOICE,
-     .offset = offsetof(parameters, interpolation), .choices = flesh_interpolation_names,
-     .default_value = "linear",
-     .doc = "between keyframes: linear, or smooth (cubic, at rest at every keyframe)"},
+    FLESH_INTERPOLATION_KEY(offsetof(parameters, interpolation), "keyframes", "keyframe"),
     FLESH_INTERVAL_KEYS(parameters),
     {0}};
 

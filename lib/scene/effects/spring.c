@@ -35,10 +35,7 @@ static const flesh_key keys[] = {
     {.name = "target", .type = FLESH_KEY_OBJECTS, .offset = offsetof(parameters, target),
      .children = target_keys, .child_size = sizeof(target),
      .doc = "keyframes of the spring's other end"},
-    {.name = "interpolation", .type = FLESH_KEY_CHOICE,
-     .offset = offsetof(parameters, interpolation), .choices = flesh_interpolation_names,
-     .default_value = "linear",
-     .doc = "between keyframes: linear, or smooth (cubic, at rest at every keyframe)"},
+    FLESH_INTERPOLATION_KEY(offsetof(parameters, interpolation), "keyframes", "keyframe"),
     FLESH_INTERVAL_KEYS(parameters),
     {0}};
 
