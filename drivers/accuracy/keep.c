@@ -24,27 +24,21 @@ const flesh_study_field flesh_accuracy_reference_fields[] = {
     OF_REFERENCE(INT, "times", times), OF_REFERENCE(DOUBLE, "start_t", start), OF_REFERENCE(DOUBLE, "end_t", end), {0}};
 
 /* accuracy.json: the reference for people, reports and the ranks behind the first. */
-static void keep_path(const flesh_accuracy_plan *plan, char path[1400])
-{
-  snprintf(path, 1400, "%s/accuracy.json", plan->out);
-}
-
 int flesh_accuracy_keep(const flesh_accuracy_plan *plan, const char *words)
 {
   char path[1400];
-  json_t *root = json_object(), *reference = flesh_fields_json(flesh_accuracy_reference_fields, &plan->reference);
+  json_t *reference = flesh_fields_json(flesh_accuracy_reference_fields, &plan->reference);
   json_object_set_new(reference, "made_by", flesh_json_text(words));
-  json_object_set_new(root, "scene_path", flesh_json_text(plan->scene));
-  json_object_set_new(root, "program", flesh_provenance_program(plan->options.argc, plan->options.argv));
-  json_object_set_new(root, "reference", reference);
-  keep_path(plan, path);
-  return flesh_json_write(path, root);
+  snprintf(path, sizeof path, "%s/accuracy.json", plan->out);
+  return flesh_json_write(path, json_pack("{so* so* so*}", "scene_path", flesh_json_text(plan->scene), "program",
+                                          flesh_provenance_program(plan->options.argc, plan->options.argv), "reference",
+                                          reference));
 }
 
 int flesh_accuracy_load(flesh_accuracy_plan *plan)
 {
   char path[1400];
-  keep_path(plan, path);
+  snprintf(path, sizeof path, "%s/accuracy.json", plan->out);
   json_t *root = json_load_file(path, 0, NULL);
   const int lacks = flesh_fields_read(flesh_accuracy_reference_fields, json_object_get(root, "reference"), &plan->reference);
   json_decref(root);

@@ -385,12 +385,10 @@ static int write_result(adapt *a)
   if (!result) return status ? status : flesh_fail(FLESH_ERR_FILE, "%s: is no result of a run", a->path);
   for (int k = 0; k < a->levels; k++) {
     const level *l = &a->list[k];
-    json_t *one = json_pack("{sisisisfsfsf}", "tets", l->tets, "nodes", l->nodes, "dofs", l->dofs, "value", l->value,
-                            "radius_ratio_min", l->quality, "cpu_s", l->cpu_s);
-    json_object_set_new(one, "error_mesh", flesh_json_number(l->bar));
-    json_object_set_new(one, "estimate", flesh_json_number(l->estimate));
-    json_object_set_new(one, "estimate_sum", flesh_json_number(l->sum));
-    json_array_append_new(levels, one);
+    json_array_append_new(
+        levels, json_pack("{si si si sf sf sf so* so* so*}", "tets", l->tets, "nodes", l->nodes, "dofs", l->dofs, "value",
+                          l->value, "radius_ratio_min", l->quality, "cpu_s", l->cpu_s, "error_mesh", flesh_json_number(l->bar),
+                          "estimate", flesh_json_number(l->estimate), "estimate_sum", flesh_json_number(l->sum)));
   }
   json_object_set_new(result, "adapted_mesh",
                       json_pack("{sssssfsbso}", "column", a->column, "unit", a->unit, "tolerance", a->tolerance, "relative",

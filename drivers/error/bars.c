@@ -60,11 +60,9 @@ static json_t *judge_json(const flesh_error_judge *judge)
 
 static json_t *quantity_json(const flesh_error_quantity *q, int last)
 {
-  json_t *object = json_object();
+  json_t *object = json_pack("{so* so* so*}", "name", flesh_json_text(q->name), "unit", flesh_json_text(q->unit), "value",
+                             flesh_json_number(q->values[last]));
   char key[32];
-  json_object_set_new(object, "name", flesh_json_text(q->name));
-  json_object_set_new(object, "unit", flesh_json_text(q->unit));
-  json_object_set_new(object, "value", flesh_json_number(q->values[last]));
   for (int kind = 0; kind < FLESH_ERROR_KINDS; kind++) {
     snprintf(key, sizeof key, "error_%s", flesh_error_kind_names[kind]);
     json_object_set_new(object, key, flesh_json_number(q->bars[kind] ? q->bars[kind][last] : NAN));

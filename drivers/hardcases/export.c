@@ -56,14 +56,11 @@ static int write_case(const flesh_hardcases_run *run, const flesh_scene *scene, 
   uint8_t *fixed = calloc(3 * (size_t)flesh_mesh_node_count(flesh_scene_mesh(scene)), 1);
   if (!fixed) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   const int held = flesh_system_fixed(flesh_scene_system(scene), 0, fixed);
-  json_t *value = json_pack("{sssissssssss}", "format", "flesh-case", "version", VERSION, "name", name, "mesh",
-                            "body.mesh", "start", "start.txt", "element", flesh_element_name(run->setting->element));
-  json_object_set_new(value, "doc", flesh_json_text(run->row->doc));
-  json_object_set_new(value, "materials", flesh_materials_json(scene));
-  json_object_set_new(value, "tet_material", tet_material_json(flesh_scene_body(scene)));
-  json_object_set_new(value, "fixed", fixed_json(scene, fixed));
-  json_object_set_new(value, "loads", json_array());
-  json_object_set_new(value, "judge", judge_json(scene, held));
+  json_t *value = json_pack(
+      "{ss si ss ss ss ss so* so* so* so* s[] so*}", "format", "flesh-case", "version", VERSION, "name", name, "mesh",
+      "body.mesh", "start", "start.txt", "element", flesh_element_name(run->setting->element), "doc",
+      flesh_json_text(run->row->doc), "materials", flesh_materials_json(scene), "tet_material",
+      tet_material_json(flesh_scene_body(scene)), "fixed", fixed_json(scene, fixed), "loads", "judge", judge_json(scene, held));
   free(fixed);
   snprintf(file, sizeof file, "%s/case.json", path);
   return flesh_json_write(file, value);

@@ -223,10 +223,8 @@ json_t *flesh_materials_json(const flesh_scene *scene)
   const flesh_material *materials = flesh_scene_body(scene)->materials;
   for (int m = 0; materials && m < flesh_scene_material_count(scene); m++) {
     small_strain s = small_strain_of(&materials[m]);
-    json_t *row = json_object();
-    json_object_set_new(row, "energy", json_string(flesh_energy_name(materials[m].energy)));
-    json_object_set_new(row, "constants",
-                        json_string(flesh_constants_name(materials[m].constants)));
+    json_t *row = json_pack("{ss ss}", "energy", flesh_energy_name(materials[m].energy), "constants",
+                            flesh_constants_name(materials[m].constants));
     set(row, "mu", materials[m].mu);
     set(row, "lambda", materials[m].lambda);
     set(row, "alpha", materials[m].alpha);
@@ -282,15 +280,6 @@ static json_t *probes_json(const flesh_figures *figures, const flesh_scene *scen
   return object;
 }
 
-static void set_longest(json_t *object, const flesh_longest_step *longest)
-{
-  set_integer(object, "longest_step", longest->step);
-  set_integer(object, "longest_step_newton", longest->newton);
-  set_integer(object, "longest_step_linear", longest->linear);
-  set_integer(object, "longest_step_cuts", longest->cuts);
-  set(object, "longest_step_over_median", longest->ratio);
-}
-
 json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *system, const flesh_scene *scene)
 {
   json_t *object = json_object();
@@ -317,7 +306,11 @@ json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *sys
     set_integer(object, "intersecting_at_end", figures->separation.ignored);
     set(object, "apart_t", figures->separation.t_apart);
   }
-  set_longest(object, &figures->longest_step);
+  set_integer(object, "longest_step", figures->longest_step.step);
+  set_integer(object, "longest_step_newton", figures->longest_step.newton);
+  set_integer(object, "longest_step_linear", figures->longest_step.linear);
+  set_integer(object, "longest_step_cuts", figures->longest_step.cuts);
+  set(object, "longest_step_over_median", figures->longest_step.ratio);
 #define SET(member, of_step, key) set_integer(object, key, figures->member);
   FLESH_FIGURES_COUNT_LIST(SET)
 #undef SET

@@ -59,13 +59,8 @@ json_t *flesh_fields_names(const flesh_study_field *fields)
 
 json_t *flesh_fields_record(const char *status, int exit_code, const char *message, json_t *figures)
 {
-  json_t *result = json_object(), *record = json_object();
-  json_object_set_new(result, "figures", figures);
-  json_object_set_new(record, "status", json_string(status));
-  json_object_set_new(record, "exit_code", json_integer(exit_code));
-  json_object_set_new(record, "message", flesh_json_text(message));
-  json_object_set_new(record, "result", result);
-  return record;
+  return json_pack("{ss si so* s{so*}}", "status", status, "exit_code", exit_code, "message", flesh_json_text(message),
+                   "result", "figures", figures);
 }
 
 int flesh_fields_take(const flesh_study_field *fields, const char *study, const json_t *record, void *figures,

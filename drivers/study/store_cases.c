@@ -187,12 +187,9 @@ int flesh_study_store_count(flesh_study_store *store, const char *state)
 static json_t *read_record(sqlite3_stmt *query)
 {
   const char *result = (const char *)sqlite3_column_text(query, 4), *message = (const char *)sqlite3_column_text(query, 3);
-  json_t *record = json_object();
-  json_object_set_new(record, "status", flesh_json_text((const char *)sqlite3_column_text(query, 1)));
-  json_object_set_new(record, "exit_code", json_integer(sqlite3_column_int(query, 2)));
-  json_object_set_new(record, "message", flesh_json_text(message ? message : ""));
-  json_object_set_new(record, "result", result ? json_loads(result, 0, NULL) : json_null());
-  return record;
+  return json_pack("{so* si so* so*}", "status", flesh_json_text((const char *)sqlite3_column_text(query, 1)), "exit_code",
+                   sqlite3_column_int(query, 2), "message", flesh_json_text(message ? message : ""), "result",
+                   result ? json_loads(result, 0, NULL) : json_null());
 }
 
 int flesh_study_store_load(flesh_study_store *store, const flesh_study *study)
