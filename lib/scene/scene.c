@@ -145,8 +145,8 @@ static int settle_time(flesh_scene *scene)
                             ? "which cannot judge the error of the pressures of incompressible tets (poisson 0.5); it "
                               "must be adaptive or a method of fixed steps, or poisson below 0.5"
                         : flesh_system_internal_count(scene->system)
-                            ? "which goes on from a history of smooth steps; with a weld that breaks it must be adaptive "
-                              "or a method of fixed steps"
+                            ? "which goes on from a history of smooth steps; with a weld that breaks or a contact that "
+                              "is adaptive it must be adaptive or a method of fixed steps"
                             : NULL;
   if (refused && method == FLESH_METHOD_IDA) {
     const flesh_key *key =

@@ -363,8 +363,8 @@ static int judge_change(flesh_integrator *self, const trial *trial, const flesh_
   const int status = flesh_internals_foresee(&self->internals, &self->watch, &end, &changed);
   if (status || !changed) return status;
   const flesh_point point = flesh_energy_watch_point(&self->watch, end.t, &end, NULL);
-  self->control.refusal = flesh_error_control_judge_change(&self->control, &point, self->internals.next, trial->part->h,
-                                                           &stage->shift, stats);
+  self->control.refusal = flesh_error_control_judge_change(&self->control, self->prescribed.fixed, &point, self->internals.next,
+                                                           trial->part->h, &stage->shift, stats);
   return FLESH_OK;
 }
 

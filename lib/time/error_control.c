@@ -255,8 +255,9 @@ flesh_refusal flesh_error_control_judge(flesh_error_control *self, const uint8_t
   return refusal_of(self);
 }
 
-flesh_refusal flesh_error_control_judge_change(flesh_error_control *self, const flesh_point *point, const double *next,
-                                               double h, const flesh_shift *shift, flesh_solve_stats *stats)
+flesh_refusal flesh_error_control_judge_change(flesh_error_control *self, const uint8_t *fixed, const flesh_point *point,
+                                               const double *next, double h, const flesh_shift *shift,
+                                               flesh_solve_stats *stats)
 {
   const unsigned roles = ~(FLESH_ROLE_BIT(FLESH_ROLE_INERTIA) | FLESH_ROLE_BIT(FLESH_ROLE_CONTACT));
   flesh_point changed = *point;
@@ -264,7 +265,8 @@ flesh_refusal flesh_error_control_judge_change(flesh_error_control *self, const 
   changed.internal = next;
   int status = flesh_system_roles_residual(self->system, roles, point, self->e);
   if (!status) status = flesh_system_roles_residual(self->system, roles, &changed, self->force);
-  for (int d = 0; d < self->n; d++) self->force[d] = sqrt(shift->a) * h * (self->force[d] - self->e[d]);
+  for (int d = 0; d < self->n; d++)
+    self->force[d] = fixed && fixed[d] ? 0 : sqrt(shift->a) * h * (self->force[d] - self->e[d]);
   if (!status && filter(self, &product, stats)) {
     const double velocity = sqrt(shift->a) * size_of(self, self->filtered);
     self->error = hypot(self->error, self->period * velocity / (self->impulses * self->length));

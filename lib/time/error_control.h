@@ -82,8 +82,9 @@ flesh_refusal flesh_error_control_judge(flesh_error_control *control, const uint
                                         const flesh_shift *shift, flesh_solve_stats *stats);
 /* Judges the step once more, whose end `point` changes internal variables to `next`: forces that are others from there on
  * may have been so for all of the step. FLESH_REFUSED_BY_ERROR or _BY_NOTHING. Overwrites control->e. */
-flesh_refusal flesh_error_control_judge_change(flesh_error_control *control, const flesh_point *point, const double *next,
-                                               double h, const flesh_shift *shift, flesh_solve_stats *stats);
+flesh_refusal flesh_error_control_judge_change(flesh_error_control *control, const uint8_t *fixed, const flesh_point *point,
+                                               const double *next, double h, const flesh_shift *shift,
+                                               flesh_solve_stats *stats);
 /* The steps to come are those of a method with longer steps for the same error, or with shorter ones. */
 void flesh_error_control_change(flesh_error_control *control, int longer);
 /* A step of h has ended as control->refusal says. Finds the next one's length. */

@@ -127,6 +127,8 @@ def by_status(status: int) -> type:
 
 
 def of(status):
-    """The exception of a status that a call of the library has just returned in this thread."""
-    sentence = text(lib.flesh_error_text()) or text(lib.flesh_status_text(status))
-    return by_status(status)(sentence, status)
+    """The exception of a status that a call of the library has just returned in this thread.
+
+    Positive ones mostly come without a sentence: the thread's last would be that of an earlier failure."""
+    sentence = text(lib.flesh_error_text()) if status < 0 else ""
+    return by_status(status)(sentence or text(lib.flesh_status_text(status)), status)
