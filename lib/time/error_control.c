@@ -37,7 +37,7 @@
 #include "system/system.h"
 #include "system/velocity_scale.h"
 
-static const double share = 0.1;             /* of the tolerance that a step's error may be at tolerance 1 */
+static const double share = 0.1, share_of_second = 0.2; /* of the tolerance that a step's error may be at tolerance 1; order 2 */
 static const double safety = 0.9, shortest = 0.2, longest = 2, longest_first = 10, after_failure = 0.25;
 static const double depth = 0.5;             /* of the error allowed, that residuals may make (history.md) */
 /* A residual changes the momentum of a free body for good, and its vibrations tell nothing of that. The residual is at most so
@@ -159,7 +159,7 @@ double flesh_error_control_propose(const flesh_error_control *self, double left)
 void flesh_error_control_aim(flesh_error_control *self, int order)
 {
   self->falls = order < 2 ? order + 1 : 3;
-  self->local = share * pow(self->options.tolerance, self->falls / order);
+  self->local = (order == 2 ? share_of_second : share) * pow(self->options.tolerance, self->falls / order);
   self->impulses = fmax(self->local / (self->held ? 1 : flight), pow(self->options.tolerance, self->falls / (self->falls - 1)));
 }
 
