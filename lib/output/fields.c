@@ -279,3 +279,29 @@ void flesh_fields_find(flesh_fields *f, const flesh_step_record *record)
   if (f->places & FLESH_AT_NODES) finish_nodes(f, n);
   if (has_even_pressures(f)) even_pressures(f, tets);
 }
+
+void flesh_frame_make(const flesh_mesh *mesh, flesh_fields *fields, const flesh_team *team, double *displacement,
+                      const flesh_step_record *record, flesh_frame *frame)
+{
+  const flesh_vtu_array of_nodes[] = {{.name = "displacement", .components = 3, .doubles = displacement, .unit = "m"},
+                                      {.name = "velocity", .components = 3, .doubles = record->state->v, .unit = "m/s"},
+                                      {.name = "node", .components = 1, .integers = team ? team->numbers : NULL}};
+  const flesh_vtu_array of_tets[] = {{.name = "J_mean", .components = 1, .doubles = record->tet_J_mean, .unit = "1"},
+                                     {.name = "J_min", .components = 1, .doubles = record->tet_J_min, .unit = "1"},
+                                     {.name = "region", .components = 1, .integers = flesh_mesh_regions(mesh)},
+                                     {.name = "tet", .components = 1, .integers = team ? team->tets : NULL}};
+  const int points = team ? team->nodes : flesh_mesh_node_count(mesh);
+  const double *x = record->state->x, *rest = flesh_mesh_positions(mesh);
+  flesh_field_list *nodes = &frame->nodes, *tets = &frame->tets;
+  for (int d = 0; d < 3 * points; d++) displacement[d] = x[d] - rest[d];
+  if (fields->body) flesh_fields_find(fields, record);
+  nodes->count = tets->count = 0;
+  for (int k = 0; k < (team ? 3 : 2); k++) nodes->arrays[nodes->count++] = of_nodes[k];
+  for (int k = 0; k < (team ? 4 : 3); k++) tets->arrays[tets->count++] = of_tets[k];
+  for (int k = 0; k < fields->nodes.count; k++) nodes->arrays[nodes->count++] = fields->nodes.arrays[k];
+  for (int k = 0; k < fields->tets.count; k++) tets->arrays[tets->count++] = fields->tets.arrays[k];
+  frame->content = (flesh_vtu){.points = points, .tets = flesh_mesh_tet_count(mesh), .positions = x,
+                               .tet_nodes = flesh_mesh_tets(mesh), .edge_nodes = flesh_mesh_tet_edges(mesh),
+                               .point_array_count = nodes->count, .cell_array_count = tets->count,
+                               .point_arrays = nodes->arrays, .cell_arrays = tets->arrays};
+}

@@ -44,4 +44,15 @@ void flesh_fields_clear(flesh_fields *fields);
 /* Finds the values of a step. */
 void flesh_fields_find(flesh_fields *fields, const flesh_step_record *record);
 
+/* A frame as it is written, with its arrays. */
+typedef struct flesh_frame {
+  flesh_field_list nodes, tets;
+  flesh_vtu content;
+} flesh_frame;
+
+/* Makes a frame of what every one has and the fields of the step, which it finds; of a rank's part (team not NULL) also of
+ * the numbers of nodes and tets in the whole. displacement [3*n] is room. */
+void flesh_frame_make(const flesh_mesh *mesh, flesh_fields *fields, const struct flesh_team *team, double *displacement,
+                      const flesh_step_record *record, flesh_frame *frame);
+
 #endif

@@ -138,27 +138,6 @@ int flesh_frames_set_fields(flesh_frames *frames, const flesh_body *body, const 
   return FLESH_OK;
 }
 
-/* Lists the arrays that every frame has, and behind them the chosen fields. */
-static void list_arrays(flesh_frames *frames, const flesh_step_record *record, flesh_field_list *nodes,
-                        flesh_field_list *tets)
-{
-  const flesh_mesh *mesh = frames->mesh;
-  const flesh_field_list *more_nodes = &frames->fields.nodes, *more_tets = &frames->fields.tets;
-  const double *rest = flesh_mesh_positions(mesh);
-  for (int d = 0; d < 3 * flesh_mesh_node_count(mesh); d++) frames->displacement[d] = record->state->x[d] - rest[d];
-  if (frames->fields.body) flesh_fields_find(&frames->fields, record);
-  nodes->arrays[0] =
-      (flesh_vtu_array){.name = "displacement", .components = 3, .doubles = frames->displacement, .unit = "m"};
-  nodes->arrays[1] =
-      (flesh_vtu_array){.name = "velocity", .components = 3, .doubles = record->state->v, .unit = "m/s"};
-  tets->arrays[0] = (flesh_vtu_array){.name = "J_mean", .components = 1, .doubles = record->tet_J_mean, .unit = "1"};
-  tets->arrays[1] = (flesh_vtu_array){.name = "J_min", .components = 1, .doubles = record->tet_J_min, .unit = "1"};
-  tets->arrays[2] = (flesh_vtu_array){.name = "region", .components = 1, .integers = flesh_mesh_regions(mesh)};
-  nodes->count = 2, tets->count = 3;
-  for (int k = 0; k < more_nodes->count; k++) nodes->arrays[nodes->count++] = more_nodes->arrays[k];
-  for (int k = 0; k < more_tets->count; k++) tets->arrays[tets->count++] = more_tets->arrays[k];
-}
-
 int flesh_frames_observe(void *data, const flesh_step_record *record)
 {
   FLESH_NEED({data, "frames"}, {record, "record"});
@@ -172,18 +151,9 @@ int flesh_frames_observe(void *data, const flesh_step_record *record)
   flesh_body_rest_box(frames->mesh, NULL, box);
   if (!status) status = flesh_obstacles_write(frames->directory, record, box);
   if (status) return status;
-  flesh_field_list of_nodes, of_tets;
-  list_arrays(frames, record, &of_nodes, &of_tets);
-  const flesh_vtu content = {.points = flesh_mesh_node_count(frames->mesh),
-                             .tets = flesh_mesh_tet_count(frames->mesh),
-                             .positions = record->state->x,
-                             .tet_nodes = flesh_mesh_tets(frames->mesh),
-                             .edge_nodes = flesh_mesh_tet_edges(frames->mesh),
-                             .point_array_count = of_nodes.count,
-                             .cell_array_count = of_tets.count,
-                             .point_arrays = of_nodes.arrays,
-                             .cell_arrays = of_tets.arrays};
+  flesh_frame frame;
+  flesh_frame_make(frames->mesh, &frames->fields, NULL, frames->displacement, record, &frame);
   snprintf(name, NAME_SIZE, "frame_%06d.vtu", record->step);
-  status = flesh_vtu_write(path_of(frames, name), &content);
+  status = flesh_vtu_write(path_of(frames, name), &frame.content);
   return status ? status : flesh_pvd_add(&frames->index, path_of(frames, "frames.pvd"), record->state->t);
 }

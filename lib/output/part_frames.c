@@ -81,50 +81,21 @@ int flesh_part_frames_set_fields(flesh_part_frames *frames, const flesh_body *bo
   return flesh_fields_open(body, system, method, fields, places, &frames->fields);
 }
 
-/* Lists the arrays of flesh_frames, with the numbers of nodes and tets in the whole. */
-static void list_arrays(flesh_part_frames *frames, const flesh_step_record *record, flesh_field_list *nodes,
-                        flesh_field_list *tets)
-{
-  const flesh_field_list *more_nodes = &frames->fields.nodes, *more_tets = &frames->fields.tets;
-  const flesh_vtu_array of_nodes[] = {
-      {.name = "displacement", .components = 3, .doubles = frames->displacement, .unit = "m"},
-      {.name = "velocity", .components = 3, .doubles = record->state->v, .unit = "m/s"},
-      {.name = "node", .components = 1, .integers = frames->team->numbers}};
-  const flesh_vtu_array of_tets[] = {{.name = "J_mean", .components = 1, .doubles = record->tet_J_mean, .unit = "1"},
-                                     {.name = "J_min", .components = 1, .doubles = record->tet_J_min, .unit = "1"},
-                                     {.name = "region", .components = 1, .integers = flesh_mesh_regions(frames->mesh)},
-                                     {.name = "tet", .components = 1, .integers = frames->team->tets}};
-  nodes->count = tets->count = 0;
-  for (int k = 0; k < 3; k++) nodes->arrays[nodes->count++] = of_nodes[k];
-  for (int k = 0; k < 4; k++) tets->arrays[tets->count++] = of_tets[k];
-  for (int k = 0; k < more_nodes->count; k++) nodes->arrays[nodes->count++] = more_nodes->arrays[k];
-  for (int k = 0; k < more_tets->count; k++) tets->arrays[tets->count++] = more_tets->arrays[k];
-}
-
 /* The part's file, and once all have theirs, that of all. */
 static int write_frame(flesh_part_frames *frames, const flesh_step_record *record)
 {
-  const flesh_mesh *mesh = frames->mesh;
-  const double *rest = flesh_mesh_positions(mesh);
   char stem[FLESH_PVD_NAME_SIZE], *name = NULL;
-  flesh_field_list nodes, tets;
-  for (size_t d = 0; d < 3 * (size_t)frames->team->nodes; d++) frames->displacement[d] = record->state->x[d] - rest[d];
-  if (frames->fields.body) flesh_fields_find(&frames->fields, record);
-  list_arrays(frames, record, &nodes, &tets);
-  const flesh_vtu content = {.points = frames->team->nodes, .tets = flesh_mesh_tet_count(mesh),
-                             .positions = record->state->x, .tet_nodes = flesh_mesh_tets(mesh),
-                             .edge_nodes = flesh_mesh_tet_edges(mesh),
-                             .point_array_count = nodes.count, .cell_array_count = tets.count,
-                             .point_arrays = nodes.arrays, .cell_arrays = tets.arrays};
+  flesh_frame frame;
+  flesh_frame_make(frames->mesh, &frames->fields, frames->team, frames->displacement, record, &frame);
   snprintf(stem, sizeof stem, "frame_%06d", record->step);
-  int status = flesh_team_agree(frames->team, flesh_vtu_write(part_of(frames, record->step), &content));
+  int status = flesh_team_agree(frames->team, flesh_vtu_write(part_of(frames, record->step), &frame.content));
   frames->last = record->step;
   if (status || frames->rank) return status;
   status = flesh_pvd_next(&frames->index, &name);
   if (!status) status = flesh_obstacles_write(frames->directory, record, frames->box);
   if (status) return status;
   snprintf(name, FLESH_PVD_NAME_SIZE, "frame_%06d.pvtu", record->step);
-  status = flesh_pvtu_write(path_of(frames, name), &content, stem, frames->ranks);
+  status = flesh_pvtu_write(path_of(frames, name), &frame.content, stem, frames->ranks);
   return status ? status : flesh_pvd_add(&frames->index, path_of(frames, "frames.pvd"), record->state->t);
 }
 
