@@ -3,7 +3,8 @@
 #ifndef FLESH_LINEAR_EXACT_H
 #define FLESH_LINEAR_EXACT_H
 
-#include "base/archive.h"
+#include <stddef.h>
+
 #include "base/isa.h"
 #include "flesh/block_matrix.h"
 
@@ -18,7 +19,6 @@ typedef struct flesh_exact_solver {
   /* FLESH_NOT_POSITIVE: A is not positive definite. */
   int (*factor)(flesh_exact *exact, const flesh_block_matrix *A);
   void (*solve)(flesh_exact *exact, const double *b, double *x); /* x = A^-1 b [3*rows] */
-  void (*archive)(flesh_exact *exact, flesh_archive *archive);
   size_t (*memory)(const flesh_exact *exact);
 } flesh_exact_solver;
 

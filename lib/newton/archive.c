@@ -8,20 +8,6 @@
 /* Whether K is asked for once more before it is assembled again. */
 static int serves_again(const flesh_newton *self) { return self->policy.age >= 0 && self->direction.assembled; }
 
-static int archive_fallback(flesh_direction *self, flesh_archive *archive)
-{
-  int state = self->fallback_state, made = self->fallback != NULL;
-  flesh_archive_int(archive, &state, FLESH_FALLBACK_TOO_EXPENSIVE, FLESH_FALLBACK_IN_USE);
-  flesh_archive_int(archive, &made, 0, 1);
-  self->fallback_state = state;
-  if (!made || archive->wrong) return FLESH_OK;
-  const double *X = flesh_mesh_positions(flesh_system_mesh(self->equations->system));
-  const int status =
-      self->fallback ? FLESH_OK : self->linear->exact->create(self->equations->K, X, INFINITY, &self->fallback);
-  if (!status) self->linear->exact->archive(self->fallback, archive);
-  return status;
-}
-
 static void forget_direction(flesh_direction *self)
 {
   flesh_direction_overwritten(self);
@@ -51,7 +37,7 @@ void flesh_newton_forget(flesh_newton *self)
 static int archive_direction(flesh_direction *self, flesh_archive *archive)
 {
   const size_t stiff = 3 * (size_t)self->rows.count * (size_t)self->rows.nodes_per_row;
-  int status = FLESH_OK;
+  int fallback = self->fallback_state;
   FLESH_ARCHIVE(archive, self->filter);
   FLESH_ARCHIVE(archive, self->prepared);
   const int made = self->prepared || self->assembled;
@@ -67,8 +53,9 @@ static int archive_direction(flesh_direction *self, flesh_archive *archive)
   if (archive->mode == FLESH_ARCHIVE_LOAD) self->same_matrix = 0; /* it is rounded anew */
   if (self->preconditioner && made)
     self->linear->preconditioner_archive(self->preconditioner, archive);
-  if (self->direct) status = flesh_direct_archive(self->direct, archive);
-  return status ? status : archive_fallback(self, archive);
+  flesh_archive_int(archive, &fallback, FLESH_FALLBACK_TOO_EXPENSIVE, FLESH_FALLBACK_IN_USE);
+  self->fallback_state = fallback; /* its factors are made in each solve */
+  return self->direct ? flesh_direct_archive(self->direct, archive) : FLESH_OK;
 }
 
 static void archive_policy(flesh_matrix_policy *self, flesh_archive *archive)
