@@ -177,13 +177,13 @@ static COMPILED_ONCE int stress_of_stretches(const batch *b, flesh_real P[9], fl
 }
 
 /* Adds the forces of a batch whose form is one of the singular values. */
-static COMPILED_ONCE int add_stretch_forces(const points *p, ten_forces *to, flesh_real *sums)
+static COMPILED_ONCE int add_stretch_forces(const points *p, ten_forces *to, flesh_real sums[2])
 {
   for (int q = 0; q < POINTS; q++) {
     flesh_real P[9], own[2], of_point[4][3];
     int status = stress_of_stretches(&p->at[q], P, own);
     if (status) return status;
-    for (int k = 0; k < 2 && sums; k++) sums[k] += own[k];
+    for (int k = 0; k < 2; k++) sums[k] += own[k];
     for (int i = 0; i < 3; i++) force_row(&p->at[q].t, i, P + 3 * i, of_point);
     add_virtual_forces(of_point, q, to);
   }
@@ -191,20 +191,20 @@ static COMPILED_ONCE int add_stretch_forces(const points *p, ten_forces *to, fle
 }
 
 INLINE int add_residual(const flesh_batches *batches, int index, const flesh_tet_point *at, const nearby *near,
-                        double *forces, flesh_real *sums)
+                        double *forces, int with_sums, flesh_real sums[2])
 {
   points p;
   ten_forces f;
   load(batches, index, near->x, &p);
   load_multipliers(batches, index, at, &p);
-  int status = find_psi_of_points(batches, sums != NULL, &p);
+  int status = find_psi_of_points(batches, with_sums, &p);
   if (status) return status;
   open_forces(&f);
   const int by_stretches = flesh_form_of_stretches(p.at[0].material->energy);
   if (by_stretches && (status = add_stretch_forces(&p, &f, sums))) return status;
   for (int q = 0; q < POINTS && !by_stretches; q++) {
     const batch *b = &p.at[q];
-    if (sums) {
+    if (with_sums) {
       sums[0] += b->t.volume * b->psi.value;
       sums[1] += b->t.volume * (flesh_abs(b->psi.value) + flesh_abs(b->psi.I) * b->I_C);
     }
@@ -217,7 +217,7 @@ INLINE int add_residual(const flesh_batches *batches, int index, const flesh_tet
     }
     add_virtual_forces(of_point, q, &f);
   }
-  if (sums && batches->volume_shares) {
+  if (with_sums && batches->volume_shares) {
     flesh_real energy, stiffness;
     mean_term(batches, &p, &energy, &stiffness);
     sums[0] += energy;
@@ -298,7 +298,7 @@ static COMPILED_ONCE int add_hessian(const flesh_batches *batches, int index, co
 
 /* Forces of rates: P' at every point, and of the mean V S_JJ (b . v) b, negative S_JJ clamped. */
 INLINE int add_stiffness(const flesh_batches *batches, int index, const flesh_tet_point *at, const nearby *near,
-                         double *forces, flesh_real *sums)
+                         double *forces, int with_sums, flesh_real sums[2])
 {
   points p;
   ten rates;
@@ -315,7 +315,7 @@ INLINE int add_stiffness(const flesh_batches *batches, int index, const flesh_te
     gradient_at(&b->t, &rates, q, edges, rate[q]);
     status = stress_rate(b, rate[q], P[q]);
     for (int c = 0; c < 9; c++) P[q][c] *= at->scale * b->t.volume;
-    if (sums) sums[0] += 0.5 * flesh_mat3_inner(rate[q], P[q]);
+    if (with_sums) sums[0] += 0.5 * flesh_mat3_inner(rate[q], P[q]);
     for (int i = 0; i < 3; i++) force_row(&b->t, i, P[q] + 3 * i, of_point);
     add_virtual_forces(of_point, q, &f);
   }
@@ -327,11 +327,11 @@ INLINE int add_stiffness(const flesh_batches *batches, int index, const flesh_te
     stiffness = at->scale * flesh_spectrum_filtered(stiffness, FLESH_FILTER_CLAMP);
     mean_gradient(&p, &gradient);
     for (int a = 1; a < 10; a++) J_rate += flesh_vec3_dot(gradient.node[a], rates.node[a]);
-    if (sums) sums[0] += 0.5 * stiffness * J_rate * J_rate;
+    if (with_sums) sums[0] += 0.5 * stiffness * J_rate * J_rate;
     for (int a = 0; a < 10; a++)
       for (int i = 0; i < 3; i++) f.node[a][i] += stiffness * J_rate * gradient.node[a][i];
   }
-  if (sums) sums[1] = sums[0];
+  if (with_sums) sums[1] = sums[0];
   if (forces) scatter_forces(&p.at[0].t, f.node, forces);
   return FLESH_OK;
 }

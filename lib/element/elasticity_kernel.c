@@ -35,19 +35,19 @@ static COMPILED_ONCE int add_stretch_forces(const flesh_batches *batches, int in
 }
 
 INLINE int add_residual(const flesh_batches *batches, int index, const flesh_tet_point *at, const nearby *near,
-                        double *forces, flesh_real *sums)
+                        double *forces, int with_sums, flesh_real sums[2])
 {
   batch b;
   (void)at;
-  int status = load(batches, index, near->x, sums != NULL, &b);
+  int status = load(batches, index, near->x, with_sums, &b);
   if (status == BY_STRETCHES) {
     flesh_real own[2];
     status = add_stretch_forces(batches, index, near->x, forces, own);
-    for (int k = 0; k < 2 && sums && !status; k++) sums[k] += own[k];
+    for (int k = 0; k < 2 && with_sums && !status; k++) sums[k] += own[k];
     return status;
   }
   if (status) return status;
-  if (sums) {
+  if (with_sums) {
     sums[0] += b.t.volume * b.psi.value;
     /* The value may cancel; the length term, of which psi_I I_C is the size, says how far. */
     sums[1] += b.t.volume * (flesh_abs(b.psi.value) + flesh_abs(b.psi.I) * b.I_C);
@@ -101,7 +101,7 @@ INLINE int add_hessian(const flesh_batches *batches, int index, const flesh_tet_
 }
 
 INLINE int add_stiffness(const flesh_batches *batches, int index, const flesh_tet_point *at, const nearby *near,
-                         double *forces, flesh_real *sums)
+                         double *forces, int with_sums, flesh_real sums[2])
 {
   batch b;
   flesh_real edges[3][3], rate[9], P[9], f[4][3];
@@ -111,7 +111,7 @@ INLINE int add_stiffness(const flesh_batches *batches, int index, const flesh_te
   status = stress_rate(&b, rate, P);
   if (status) return status;
   for (int c = 0; c < 9; c++) P[c] *= at->scale * b.t.volume;
-  if (sums) sums[0] += 0.5 * flesh_mat3_inner(rate, P), sums[1] = sums[0];
+  if (with_sums) sums[0] += 0.5 * flesh_mat3_inner(rate, P), sums[1] = sums[0];
   if (!forces) return FLESH_OK;
   for (int i = 0; i < 3; i++) force_row(&b.t, i, P + 3 * i, f);
   scatter_forces(&b.t, f, forces);

@@ -39,14 +39,14 @@ static COMPILED_ONCE int load(const flesh_batches *batches, int index, const fle
 }
 
 INLINE int add_residual(const flesh_batches *batches, int index, const flesh_tet_point *at, const nearby *near,
-                        double *forces, flesh_real *sums)
+                        double *forces, int with_sums, flesh_real sums[2])
 {
   tets t;
   points p;
   flesh_real f[10][3];
   int status = load(batches, index, at, near, &t, &p);
   if (status) return status;
-  for (int q = 0; q < POINTS && sums; q++) add_energy(&p.at[q], sums);
+  for (int q = 0; q < POINTS && with_sums; q++) add_energy(&p.at[q], sums);
   if (!forces) return FLESH_OK;
   for (int a = 0; a < 10; a++)
     for (int i = 0; i < 3; i++) {

@@ -18,14 +18,14 @@ static COMPILED_ONCE int load(const flesh_batches *batches, int index, const fle
 }
 
 INLINE int add_residual(const flesh_batches *batches, int index, const flesh_tet_point *at, const nearby *near,
-                        double *forces, flesh_real *sums)
+                        double *forces, int with_sums, flesh_real sums[2])
 {
   tets t;
   fibres b;
   flesh_real f[4][3];
   int status = load(batches, index, at, near, &t, &b);
   if (status) return status;
-  if (sums) add_energy(&b, sums);
+  if (with_sums) add_energy(&b, sums);
   if (!forces) return FLESH_OK;
   for (int a = 0; a < 4; a++)
     for (int i = 0; i < 3; i++) f[a][i] = b.volume * b.at.T * b.weight[a] * b.f[i];

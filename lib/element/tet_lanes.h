@@ -147,9 +147,9 @@ INLINE void add_block(const tets *t, const flesh_real block[9], int pair, void *
   }
 }
 
-/* A batch's forces, unless NULL, and its energy and the size of the terms of that, unless NULL; its blocks. */
+/* Adds a batch's forces, unless NULL, and, if they are wanted, its energy and the size of the terms of that; its blocks. */
 typedef int add_forces(const flesh_batches *batches, int index, const flesh_tet_point *at, const nearby *near,
-                       double *forces, flesh_real *sums);
+                       double *forces, int with_sums, flesh_real sums[2]);
 typedef int add_matrix(const flesh_batches *batches, int index, const flesh_tet_point *at, const nearby *near,
                        tile_blocks *to);
 
@@ -163,7 +163,7 @@ INLINE int tile_residual(const flesh_batches *batches, int tile, const flesh_tet
   gather(tiles, tile, at, &near);
   if (r) tile_clear(tiles, tile, forces);
   for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
-    int status = add(batches, k, at, &near, r ? forces : NULL, sums ? own : NULL);
+    int status = add(batches, k, at, &near, r ? forces : NULL, sums != NULL, own);
     if (status) return status;
   }
   if (r) tile_add(tiles, tile, forces, r);

@@ -31,7 +31,7 @@ static COMPILED_ONCE void rate_at(const tets *t, const flesh_tet_point *at, cons
 }
 
 INLINE int add_residual(const flesh_batches *batches, int index, const flesh_tet_point *at, const nearby *near,
-                        double *forces, flesh_real *sums)
+                        double *forces, int with_sums, flesh_real sums[2])
 {
   tets t;
   near_ten of_batch;
@@ -43,7 +43,7 @@ INLINE int add_residual(const flesh_batches *batches, int index, const flesh_tet
     if (q == 0) load_near(&t, at, near, &of_batch);
     rate_at(&t, at, &of_batch, q, F, G);
     flesh_real density = stress(&at->viscous[t.material], G, S), scale = at->scale * t.volume;
-    if (sums) sums[0] += scale * density, sums[1] = sums[0];
+    if (with_sums) sums[0] += scale * density, sums[1] = sums[0];
     for (int i = 0; i < 3; i++) {
       flesh_real P[3];
       flesh_mat3_transposed_times(S, F + 3 * i, P); /* row i of F S */

@@ -16,14 +16,14 @@ INLINE void rate_at(const tets *t, const flesh_tet_point *at, const nearby *near
 }
 
 static COMPILED_ONCE int add_residual(const flesh_batches *batches, int index, const flesh_tet_point *at,
-                                      const nearby *near, double *forces, flesh_real *sums)
+                                      const nearby *near, double *forces, int with_sums, flesh_real sums[2])
 {
   tets t;
   flesh_real F[9], G[9], S[9], f[4][3];
   load_tets(batches, index, &t);
   rate_at(&t, at, near, F, G);
   flesh_real density = stress(&at->viscous[t.material], G, S), scale = at->scale * t.volume;
-  if (sums) sums[0] += scale * density, sums[1] = sums[0];
+  if (with_sums) sums[0] += scale * density, sums[1] = sums[0];
   if (!forces) return FLESH_OK;
   for (int i = 0; i < 3; i++) {
     flesh_real P[3];
