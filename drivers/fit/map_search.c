@@ -19,7 +19,6 @@ static const double step_tolerance = 1e-2;
 static const double enough = 0.02, close_weights = 1.1;
 /* Weights fall by so much until the residuals are small enough, and down to such a share of the first. */
 static const double fall = 0.1, least_share = 1e-10;
-enum { ITERATIONS = 30 };
 
 typedef struct searching {
   flesh_fit *fit;
@@ -139,11 +138,11 @@ static int hold(searching *s, const gsl_multilarge_nlinear_workspace *w)
 }
 
 /* Iterates until a key is held, or a step changes the sum of squares by less than chance does by far, with keys by less than
- * one of a tenth of a standard error does. */
+ * one of a fifth of a standard error does. */
 static void iterate(searching *s, gsl_multilarge_nlinear_workspace *w, flesh_fit_stage *stage)
 {
-  const double small = s->fit->tolerance * (s->fit->key_count ? 1 : sqrt(2. * s->fit->count));
-  while (!stage->converged && stage->iterations < ITERATIONS && !s->status && !hold(s, w)) {
+  const double small = s->fit->tolerance * (s->fit->key_count ? 5 : sqrt(2. * s->fit->count));
+  while (!stage->converged && stage->iterations < s->fit->max_iterations && !s->status && !hold(s, w)) {
     const double before = stage->squares + stage->penalty;
     for (size_t i = 0; i < (size_t)s->fit->count; i++)
       s->largest = fmax(s->largest, fabs(gsl_vector_get(gsl_multilarge_nlinear_residual(w), i)));
@@ -172,7 +171,7 @@ static int search_with(searching *s, double *p, flesh_fit_stage *stage)
   for (size_t k = 0; k < n && !s->status; k++) gsl_vector_set(z, k, flesh_fit_z_of(&fit->parameters[k], p[k]));
   s->weight = stage->weight;
   memset(s->held, 0, sizeof s->held);
-  while (!s->status && !stage->converged && stage->iterations < ITERATIONS) {
+  while (!s->status && !stage->converged && stage->iterations < s->fit->max_iterations) {
     if (gsl_multilarge_nlinear_init(z, &fdf, w) != GSL_SUCCESS || s->status) break;
     measure(s, gsl_multilarge_nlinear_residual(w), stage);
     iterate(s, w, stage);
@@ -292,7 +291,8 @@ int flesh_fit_map_search(flesh_fit *fit, flesh_fit_found *found)
   for (int k = 0; k < found->stage_count; k++) found->iterations += found->stages[k].iterations;
   found->converged = !s.status && found->stages[found->chosen].converged;
   if (!s.status && !found->converged)
-    snprintf(found->words, sizeof found->words, "the search has not ended after %d iterations", ITERATIONS);
+    snprintf(found->words, sizeof found->words, "the search has not ended after %d iterations (max_iterations)",
+             fit->max_iterations);
   flesh_fit_linear_destroy(&s.linear);
   gsl_set_error_handler(handler);
   free(room);

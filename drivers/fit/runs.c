@@ -17,7 +17,7 @@ static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory 
 static void hash_map(SHA2_CTX *context, const flesh_fit *fit)
 {
   const flesh_fit_map *map = fit->map;
-  const double numbers[] = {map->edge, map->weight, fit->tolerance};
+  const double numbers[] = {map->edge, map->weight, fit->tolerance, fit->max_iterations};
   for (int k = 0; k <= fit->key_count; k++) { /* the keys, and the first tet */
     const flesh_fit_parameter *p = &fit->parameters[k];
     const double own[] = {p->start, p->from, p->to, p->scale};

@@ -104,7 +104,7 @@ static const flesh_key fit_table[] = {
     {.name = "map", .type = FLESH_KEY_OBJECT, AT(map), .children = flesh_fit_map_table, .default_value = "",
      .doc = "a constant of the material of each tet, fitted alone or with the parameters"},
     {.name = "max_iterations", .type = FLESH_KEY_INTEGER, AT(max_iterations), .range = FLESH_RANGE_POSITIVE,
-     .default_value = "50", .doc = "steps of the search at most"},
+     .default_value = "50", .doc = "steps of the search at most; of a map with each weight"},
     {.name = "tolerance", .type = FLESH_KEY_NUMBER, AT(tolerance), .range = FLESH_RANGE_FRACTION,
      .default_value = "0.01", .doc = "the search ends where a further step would be this share of the standard errors"},
     {.name = NULL},
