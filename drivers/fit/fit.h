@@ -224,6 +224,7 @@ int flesh_fit_check_numbers(flesh_fit_parameter *parameter);
 /* A search for a map with one weight. */
 typedef struct flesh_fit_stage {
   double weight, squares, penalty; /* sum of squares of the measured numbers' residuals; of the penalty, with the weight */
+  double determined;               /* about how many numbers the measurements determine, of the map and of keys */
   int iterations, converged;
 } flesh_fit_stage;
 

@@ -31,7 +31,8 @@ const flesh_key flesh_fit_map_table[] = {
      .doc = "difference of q from which on variation counts a difference by its size and not by its square"},
     {.name = "weight", .type = FLESH_KEY_NUMBER, AT(weight), .range = FLESH_RANGE_POSITIVE, .default_value = "",
      .doc = "of the penalty, the sum over faces of (area / distance of the centres / cube root of the volume) times the above; "
-            "default: the largest with which residuals are as large as their deviations (Morozov's discrepancy principle)"},
+            "default: the largest with which the sum of squared residuals, over their deviations, is the count of measured "
+            "numbers less that of numbers that they determine"},
     {.name = NULL},
 };
 #undef AT

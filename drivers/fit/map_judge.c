@@ -120,7 +120,6 @@ static int judge(judging *j)
     found->determined += found->resolutions[k - keys];
   }
   take_covariance(j);
-  j->to->freedom = (int)lround(j->fit->count - (double)keys - found->determined);
   return FLESH_OK;
 }
 
@@ -128,7 +127,8 @@ int flesh_fit_map_judge(flesh_fit *fit, flesh_fit_found *found, flesh_fit_statis
 {
   const size_t n = (size_t)fit->parameter_count, m = (size_t)fit->count;
   judging j = {.fit = fit, .found = found, .to = to};
-  to->scale = sqrt(to->squares / fit->count);
+  to->freedom = (int)lround(fmax(fit->count - found->stages[found->chosen].determined, 1));
+  to->scale = sqrt(to->squares / to->freedom);
   to->quantile = gsl_cdf_ugaussian_Pinv(0.975);
   if (n > MOST) return FLESH_OK;
   j.J = gsl_matrix_alloc(m, n);

@@ -1,6 +1,7 @@
 /* map_search.c: the map, and the keys beside it, with the least sum of squared residuals and penalty, by Gauss and Newton's
  * method whose steps conjugate gradients find within a trust region (GSL; Steihaug 1983, Toint 1981), and the weight by
- * Morozov's discrepancy principle (1966): the smoothest map whose residuals are the deviations. */
+ * Morozov's discrepancy principle (1966): the smoothest map whose residuals are the deviations, less what fitting as many
+ * numbers as the measurements determine takes of them (Hall & Titterington 1987). */
 #include <gsl/gsl_blas.h>
 #include <gsl/gsl_errno.h>
 #include <gsl/gsl_multilarge_nlinear.h>
@@ -12,6 +13,7 @@
 #include "base/error.h"
 #include "base/text.h"
 #include "fit/map.h"
+#include "math/xorshift.h"
 
 /* A step's equations are solved to this share of the gradient. */
 static const double step_tolerance = 1e-2;
@@ -19,6 +21,9 @@ static const double step_tolerance = 1e-2;
 static const double enough = 0.02, close_weights = 1.1;
 /* Weights fall by so much until the residuals are small enough, and down to such a share of the first. */
 static const double fall = 0.1, least_share = 1e-10;
+/* Conjugate gradients that count what is determined end at this share of the squared residual. */
+static const double trace_share = 1e-4;
+enum { TRACE_ITERATIONS = 200 };
 
 typedef struct searching {
   flesh_fit *fit;
@@ -154,6 +159,36 @@ static void iterate(searching *s, gsl_multilarge_nlinear_workspace *w, flesh_fit
   }
 }
 
+/* How many numbers the measurements determine, by the share of random signs y that the linear model takes up: y^T J H^-1 J^T y
+ * (Hutchinson 1990), H = J^T J + P^T P, by conjugate gradients, whose sum this is. */
+static int count_determined(searching *s, const gsl_vector *z, double *determined)
+{
+  const size_t n = (size_t)s->fit->parameter_count, faces = (size_t)s->fit->map->face_count;
+  double *r = calloc(3 * n + faces, sizeof *r), *d = r + n, *h = d + n, *bend = h + n, rr = 0, first;
+  uint32_t random = flesh_xorshift_first;
+  int status = r ? linearise(s, z) : flesh_fail(FLESH_ERR_MEMORY, "out of memory for a map of %zu tets", n);
+  for (int i = 0; i < s->fit->count; i++) s->y[i] = flesh_xorshift(&random) >> 31 ? 1 : -1;
+  if (!status) status = flesh_fit_linear_times_transposed(s->linear, s->y, r);
+  for (size_t k = 0; k < n && !status; k++) d[k] = r[k], rr += r[k] * r[k];
+  first = rr;
+  *determined = 0;
+  for (int i = 0; i < TRACE_ITERATIONS && rr > trace_share * first && !status; i++) {
+    double dh = 0, before = rr;
+    status = flesh_fit_linear_times(s->linear, d, s->y);
+    if (!status) status = flesh_fit_linear_times_transposed(s->linear, s->y, h);
+    penalise(s, 0, d, bend);
+    penalise(s, 1, bend, h);
+    for (size_t k = 0; k < n; k++) dh += d[k] * h[k];
+    if (status || !(dh > 0)) break;
+    rr = 0;
+    for (size_t k = 0; k < n; k++) r[k] -= before / dh * h[k], rr += r[k] * r[k];
+    for (size_t k = 0; k < n; k++) d[k] = r[k] + rr / before * d[k];
+    *determined += before * before / dh;
+  }
+  free(r);
+  return status;
+}
+
 /* A search with a weight, from p [parameters], which becomes its end. */
 static int search_with(searching *s, double *p, flesh_fit_stage *stage)
 {
@@ -178,6 +213,7 @@ static int search_with(searching *s, double *p, flesh_fit_stage *stage)
     gsl_vector_memcpy(z, gsl_multilarge_nlinear_position(w));
     place(s, z, p);
   }
+  if (!s->status) s->status = count_determined(s, z, &stage->determined);
   if (w) gsl_multilarge_nlinear_free(w);
   if (z) gsl_vector_free(z);
   return s->status;
@@ -203,16 +239,19 @@ static int first_weight(searching *s, double *weight)
   return status;
 }
 
+/* The log of how far the residuals are from their deviations. */
+static double excess(const searching *s, const flesh_fit_stage *stage)
+{
+  return log(stage->squares / fmax(s->fit->count - stage->determined, 1));
+}
+
 static void tell(const searching *s, const flesh_fit_stage *stage)
 {
   if (s->fit->quiet) return;
-  printf("weight %.3g: residuals %.4g times the deviations, %d iterations\n", stage->weight,
-         sqrt(stage->squares / s->fit->count), stage->iterations);
+  printf("weight %.3g: residuals %.4g times the deviations, %d iterations\n", stage->weight, exp(excess(s, stage) / 2),
+         stage->iterations);
   fflush(stdout);
 }
-
-/* The log of how far the residuals are from their deviations. */
-static double excess(const searching *s, const flesh_fit_stage *stage) { return log(stage->squares / s->fit->count); }
 
 /* Makes a stage of this weight, read back where it was made before. */
 static int make_stage(searching *s, double weight, double *p)

@@ -56,7 +56,7 @@ static int report_of(const flesh_fit *fit, const flesh_fit_found *found, report 
 static void tell_residuals(const report *r, flesh_fit_statistics *to)
 {
   const flesh_fit_map *map = r->map;
-  const double excess = to->squares / r->fit->count, scale = to->scale;
+  const double scale = to->scale, excess = scale * scale;
   char text[FLESH_FIT_SENTENCE];
   if (isnan(map->weight) && excess < 0.95 && r->found->stage_count == 1)
     flesh_fit_say(to, "A nearly uniform value agrees with the measurements within their deviations: they say nothing of "
@@ -162,8 +162,8 @@ static json_t *stages_json(const flesh_fit_found *found)
   json_t *list = json_array();
   for (int k = 0; k < found->stage_count; k++) {
     const flesh_fit_stage *s = &found->stages[k];
-    json_array_append_new(list, json_pack("{sfsfsfsisb}", "weight", s->weight, "sum_of_squares", s->squares, "penalty",
-                                          s->penalty, "iterations", s->iterations, "converged", s->converged));
+    json_array_append_new(list, json_pack("{sfsfsfsfsisb}", "weight", s->weight, "sum_of_squares", s->squares, "penalty",
+                                          s->penalty, "determined_numbers", s->determined, "iterations", s->iterations, "converged", s->converged));
   }
   return list;
 }

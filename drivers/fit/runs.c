@@ -64,7 +64,7 @@ static const flesh_study_column columns[] = {{.name = "what", .key = "run, tange
 
 #define OF(kind, name) {#name, FLESH_FIELD_##kind, offsetof(flesh_fit_stage, name)}
 static const flesh_study_field stage_fields[] = {OF(DOUBLE, weight), OF(DOUBLE, squares), OF(DOUBLE, penalty),
-                                                 OF(INT, iterations), OF(INT, converged), {0}};
+                                                 OF(DOUBLE, determined), OF(INT, iterations), OF(INT, converged), {0}};
 #undef OF
 
 static json_t *name_figures(const void *data)

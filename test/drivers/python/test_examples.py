@@ -66,6 +66,11 @@ def test_scipys_solution_is_ours():
     assert all(3 < one / two < 5 for one, two in zip(bdf2, bdf2[1:])), bdf2  # of order 2
 
 
+def test_the_map_and_the_push_come_back():
+    q, correlation = load("map").main()
+    assert correlation > 0.93 and abs(q[-1] - 1) < 0.01
+
+
 def test_the_fit_finds_the_constants():
     fit = load("fit")
     (young, young_error), (poisson, poisson_error) = fit.main()
