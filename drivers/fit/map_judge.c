@@ -1,6 +1,7 @@
 /* map_judge.c: what the measurements say of a map and of the keys beside it, and what the penalty does, by the regularised
- * Gauss-Newton matrix H = J^T J + P^T P of the end, in q: deviations are the roots of the diagonal of C = H^-1, resolutions the
- * diagonal of C J^T J (Tarantola 2005, sections 3.4 and 7.3; Rodgers 2000, section 2.4). */
+ * Gauss-Newton matrix H = J^T J + P^T P of the end, in q. Of C = H^-1 the diagonal is that of the variances, and of C J^T J
+ * that of resolutions (Tarantola 2005, sections 3.4 and 7.3; Rodgers 2000, section 2.4). A variance is the mean over maps as
+ * the penalty likes them: what it does to this one, the shift C P^T of its residuals, is added as a square. */
 #include <gsl/gsl_blas.h>
 #include <gsl/gsl_cdf.h>
 #include <gsl/gsl_linalg.h>
@@ -24,6 +25,7 @@ typedef struct judging {
   flesh_fit_linear *linear;
   gsl_matrix *J, *information, *C; /* [count][parameters], J^T J, H^-1 */
   double *u, *y;                   /* [parameters], [count] room */
+  double *shift;                   /* [parameters] of q by the penalty */
 } judging;
 
 /* J by rows or by columns, of which there are fewer. */
@@ -58,6 +60,21 @@ static void add_penalty(const judging *j, gsl_matrix *H)
   }
   for (int k = 0; k < j->fit->parameter_count; k++)
     *gsl_matrix_ptr(H, (size_t)k, (size_t)k) += k < j->fit->key_count && j->found->at_bound[k] ? fixed : 1 / (unknown * unknown);
+}
+
+/* C times the derivative of half the penalty. */
+static void find_shift(judging *j)
+{
+  const flesh_fit_map *map = j->fit->map;
+  gsl_vector_view shift = gsl_vector_view_array(j->shift, j->C->size1), by = gsl_vector_view_array(j->u, j->C->size1);
+  gsl_vector_set_zero(&by.vector);
+  for (int k = 0; k < map->face_count; k++) {
+    double slope, weight = j->found->stages[j->found->chosen].weight * map->face_weights[k];
+    weight *= flesh_fit_map_bend(j->fit, k, j->found->p, &slope);
+    j->u[map->faces[2 * k]] += weight * slope;
+    j->u[map->faces[2 * k + 1]] -= weight * slope;
+  }
+  gsl_blas_dsymv(CblasLower, 1, j->C, &by.vector, 0, &shift.vector);
 }
 
 /* Whether key k is determined; says so where it is not, unless that was said with one before it. */
@@ -96,7 +113,7 @@ static void take_covariance(judging *j)
   for (int a = 0; a < n; a++)
     for (int b = 0; b < n; b++)
       if (known[a] && known[b])
-        j->to->covariance[a * n + b] = gsl_matrix_get(j->C, (size_t)a, (size_t)b) *
+        j->to->covariance[a * n + b] = (gsl_matrix_get(j->C, (size_t)a, (size_t)b) + j->shift[a] * j->shift[b]) *
                                        flesh_fit_slope(&fit->parameters[a], j->found->p[a]) *
                                        flesh_fit_slope(&fit->parameters[b], j->found->p[b]);
 }
@@ -112,10 +129,11 @@ static int judge(judging *j)
   add_penalty(j, j->C);
   if (gsl_linalg_cholesky_decomp1(j->C) || gsl_linalg_cholesky_invert(j->C))
     return flesh_fail(FLESH_ERR_SOLVE, "the matrix of a map's deviations is not positive");
+  find_shift(j);
   found->determined = 0;
   for (size_t k = keys; k < n; k++) {
     gsl_vector_view row = gsl_matrix_row(j->C, k), column = gsl_matrix_column(j->information, k);
-    found->deviations[k - keys] = sqrt(gsl_matrix_get(j->C, k, k));
+    found->deviations[k - keys] = hypot(sqrt(gsl_matrix_get(j->C, k, k)), j->shift[k]);
     gsl_blas_ddot(&row.vector, &column.vector, &found->resolutions[k - keys]);
     found->determined += found->resolutions[k - keys];
   }
@@ -134,12 +152,12 @@ int flesh_fit_map_judge(flesh_fit *fit, flesh_fit_found *found, flesh_fit_statis
   j.J = gsl_matrix_alloc(m, n);
   j.information = gsl_matrix_alloc(n, n);
   j.C = gsl_matrix_alloc(n, n);
-  j.u = malloc((n + m) * sizeof *j.u);
+  j.u = malloc((2 * n + m) * sizeof *j.u);
   found->deviations = malloc(n * sizeof(double));
   found->resolutions = malloc(n * sizeof(double));
   int status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for the deviations of a map");
   if (j.J && j.information && j.C && j.u && found->deviations && found->resolutions) {
-    j.y = j.u + n;
+    j.y = j.u + n, j.shift = j.y + m;
     status = flesh_fit_linear_create(fit, found->p, &j.linear);
     if (!status) status = judge(&j);
   }
