@@ -280,7 +280,8 @@ static int coupled(const flesh_effect *effect, const flesh_point *point, const f
   flesh_surface_near_take(self, point->internal);
   if (K && covers(self, point, K)) return FLESH_OK;
   int status = flesh_surface_near_rub(self, point);
-  if (!status) status = search_around(self, point->x);
+  if (!status && !flesh_surface_near_serves(self, point->x, self->contact->law.thickness + self->contact->slack))
+    status = search_around(self, point->x);
   if (status) return status;
   const int most = self->around.point_count + self->around.edge_count + self->rubs.count + self->seat_count;
   if (most > self->cell_room) {
@@ -360,7 +361,7 @@ static size_t memory_of(const void *memory)
   const near *self = memory;
   return sizeof *self + 10 * size_of_places(self) +
          flesh_near_finder_memory(self->finder) + flesh_near_drift_memory(&self->drift) +
-         flesh_near_pairs_memory(self->finder, &self->around) + flesh_near_pairs_memory(self->finder, &self->on_way) +
+         flesh_near_pairs_memory(&self->around) + flesh_near_pairs_memory(&self->on_way) +
          flesh_contact_set_memory(&self->set) + flesh_contact_patches_memory(&self->patches) +
          ((size_t)self->contact->surface.node_count + 1) * sizeof *self->secant.nodes +
          (size_t)self->rubs.capacity * sizeof *self->rubs.rubs + 4 * (size_t)self->cell_room * sizeof(int) +

@@ -290,24 +290,27 @@ static double largest_approach(const motion *m)
   return sqrt(largest);
 }
 
-/* Whether the hulls are more than `distance` apart along a vector, in its sense. */
-static int are_apart(const motion *m, const double along[3], double distance)
+/* Whether the hulls stay more than `distance` apart along a vector, in its sense: on straight ways the gap along it is
+ * nowhere less than at both ends. */
+static int stay_apart(const motion *m, const double end[4][3], const double along[3], double distance)
 {
-  const double gap = gap_along(m, (const double(*)[3])m->y, along);
+  const double gap = fmin(gap_along(m, (const double(*)[3])m->y, along), gap_along(m, end, along));
   return gap > 0 && gap * gap > distance * distance * flesh_vec3_dot(along, along);
 }
 
 int flesh_hulls_move_little(int first, int second, const double *const x0[4], const double *const x1[4], double keep)
 {
   motion m = {.first = first, .all = first + second};
-  double between[3], e[3], f[3], normal[3];
+  double between[3], e[3], f[3], normal[3], end[4][3];
   if (!begin(&m, x0, x1)) return 0;
-  const double needed = (1 + 1e-12) * largest_approach(&m) / (1 - keep) + 16 * (m.rounding + m.rounding_speed) / (1 - keep);
   for (int c = 0; c < 3; c++) {
     between[c] = 0;
-    for (int k = 0; k < m.all; k++) between[c] += m.y[k][c] / (k < first ? first : -second);
+    for (int k = 0; k < m.all; k++) between[c] += m.y[k][c] / (k < first ? first : -second), end[k][c] = m.y[k][c] + m.e[k][c];
   }
-  if (are_apart(&m, between, needed)) return 1;
+  /* They are no further apart than two of their points; and from more than this they cannot come too near. */
+  const double most = fmin(norm(between), largest_approach(&m) / (1 - keep)), rounding = m.rounding + m.rounding_speed;
+  const double needed = (1 + 1e-12) * keep * most + 16 * rounding / (1 - keep);
+  if (stay_apart(&m, (const double(*)[3])end, between, needed)) return 1;
   if (m.all < 4) return 0;
   for (int c = 0; c < 3; c++) {
     e[c] = first == 2 ? m.y[1][c] : m.y[2][c] - m.y[1][c];
@@ -316,7 +319,7 @@ int flesh_hulls_move_little(int first, int second, const double *const x0[4], co
   flesh_vec3_cross(e, f, normal);
   const double sense = flesh_vec3_dot(normal, between) < 0 ? -1 : 1;
   for (int c = 0; c < 3; c++) normal[c] *= sense;
-  return are_apart(&m, normal, needed);
+  return stay_apart(&m, (const double(*)[3])end, normal, needed);
 }
 
 double flesh_feasible_fraction(int first, int second, const double *const x0[4], const double *const x1[4],

@@ -22,8 +22,8 @@ enum { FLESH_ADVANCE_STEPS = 256 };
 double flesh_feasible_fraction(int first, int second, const double *const x0[4], const double *const x1[4],
                                double keep);
 
-/* Whether it can be told at once that this is 1: no corner of one hull comes nearer to one of the other by more than the
- * part 1 - keep of their distance at x0. 0: it takes an advancement to tell. */
+/* Whether it can be told at once that this is 1: a plane that keeps its direction separates the hulls by enough at x0 and
+ * at x1, and so in between. 0: it takes an advancement to tell. */
 int flesh_hulls_move_little(int first, int second, const double *const x0[4], const double *const x1[4], double keep);
 
 /* Whether one plane keeps the hulls of the nodes' places more than `distance` apart all the way from x0 to x1 [3*...],

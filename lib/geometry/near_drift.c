@@ -102,7 +102,7 @@ static int measure_leaf(const job *j, const flesh_box_branch *branch, double inf
   return sound == 0;
 }
 
-/* Boxes of all leaves, and cubes as large as the largest. Returns 0 where there is none, or too many. */
+/* Boxes of all leaves, and cubes twice as large as the largest, so that a leaf meets few. Returns 0 where there is none, or too many. */
 static int measure_leaves(job *j, double within)
 {
   const flesh_box_tree *tree = j->finder->tree;
@@ -117,6 +117,7 @@ static int measure_leaves(job *j, double within)
       high[c] = fmax(high[c], l->high[c]);
     }
   }
+  j->side *= 2;
   for (int c = 0; c < 3; c++)
     if (!(high[c] - j->origin[c] < most_cubes * j->side)) return 0;
   return 1;

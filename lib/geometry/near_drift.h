@@ -1,7 +1,7 @@
 /* near_drift.h: how much nearer to each other a motion can have brought what is near each other now.
  *
  * A surface that moves by many edges seldom brings its parts nearer by as much: it moves as a whole, turns and bends.
- * Space is cut into cubes as large as the largest group of faces. In each the displacements of the faces there are those
+ * Space is cut into cubes twice as large as the largest group of faces. In each the displacements of the faces there are those
  * of an affine motion, fitted by least squares, and a rest that is in a box: two points no further apart than R, whose
  * middle is in that cube, have moved by |A| R and the box's diagonal relative to each other, at most. What an affine
  * motion and its rest are at a face's corners they are, as means, at all of its points; so this is a bound for nodes,

@@ -175,18 +175,14 @@ static int search_pairs(flesh_near_finder *self, search *s, flesh_threads *threa
   if (status) return status;
   flesh_near_finder_walk(self, threads, count_owned(self), visit_faces, s);
   const int points = flesh_near_finder_count(self, POINT_FACE), edges = flesh_near_finder_count(self, EDGE_EDGE);
-  if (!pairs->x) pairs->x = malloc((3 * (size_t)surface->node_count + 1) * sizeof *pairs->x);
-  if (points < 0 || edges < 0 || !pairs->x || make_room(points, &pairs->point_faces, &pairs->point_room) ||
+  if (points < 0 || edges < 0 || make_room(points, &pairs->point_faces, &pairs->point_room) ||
       make_room(edges, &pairs->edge_pairs, &pairs->edge_room))
     return no_memory(surface);
   flesh_near_finder_gather(self, POINT_FACE, surface->node_count, pairs->point_faces);
   flesh_near_finder_gather(self, EDGE_EDGE, surface->edge_count, pairs->edge_pairs);
-  for (int k = 0; k < surface->node_count; k++)
-    memcpy(pairs->x + 3 * (size_t)k, s->x0 + 3 * (size_t)surface->nodes[k], 3 * sizeof *pairs->x);
   pairs->point_count = points;
   pairs->edge_count = edges;
   pairs->distance = s->distance;
-  pairs->moving = s->x1 != NULL;
   return FLESH_OK;
 }
 
@@ -326,28 +322,10 @@ void flesh_near_pairs_clear(flesh_near_pairs *pairs)
 {
   free(pairs->point_faces);
   free(pairs->edge_pairs);
-  free(pairs->x);
   *pairs = (flesh_near_pairs){0};
 }
 
-size_t flesh_near_pairs_memory(const flesh_near_finder *finder, const flesh_near_pairs *pairs)
+size_t flesh_near_pairs_memory(const flesh_near_pairs *pairs)
 {
-  return 2 * ((size_t)pairs->point_room + (size_t)pairs->edge_room) * sizeof(int) +
-         (pairs->x ? (3 * (size_t)finder->surface->node_count + 1) * sizeof *pairs->x : 0);
-}
-
-double flesh_near_pairs_reach(const flesh_near_finder *finder, const flesh_near_pairs *pairs, const double *x)
-{
-  const flesh_contact_surface *s = finder->surface;
-  double farthest = 0, sound = 0; /* squared; NaN once a place is not finite */
-  if (pairs->moving || !pairs->x) return -INFINITY;
-  for (int k = 0; k < s->node_count; k++) {
-    const double *from = pairs->x + 3 * (size_t)k, *to = x + 3 * (size_t)s->nodes[k];
-    double square = 0;
-    for (int c = 0; c < 3; c++) square += (to[c] - from[c]) * (to[c] - from[c]);
-    farthest = square > farthest ? square : farthest;
-    sound += 0 * square;
-  }
-  const double reach = pairs->distance - 2 * (1 + 4 * DBL_EPSILON) * sqrt(farthest);
-  return sound == 0 ? reach : -INFINITY;
+  return 2 * ((size_t)pairs->point_room + (size_t)pairs->edge_room) * sizeof(int);
 }

@@ -14,10 +14,7 @@ typedef struct flesh_near_pairs {
   int edge_count;
   int *edge_pairs;  /* [2*edge_count] edges, the lower first */
   double distance;  /* m: within it nothing is missing at the places of the search, or between them */
-  int moving;       /* found between two places */
-  /* The members below are the pairs' own. */
-  double *x; /* [3*node_count] places of the surface's nodes at the search */
-  int point_room, edge_room;
+  int point_room, edge_room; /* the pairs' own */
 } flesh_near_pairs;
 
 /* Finds near pairs of one surface, again and again, in memory that it keeps, for one caller at a time. For the surface
@@ -49,12 +46,7 @@ int flesh_near_finder_regrouped(const flesh_near_finder *finder);
 int flesh_near_pairs_find(flesh_near_finder *finder, const double *x0, const double *x1, double distance,
                           flesh_threads *threads, flesh_near_pairs *pairs);
 void flesh_near_pairs_clear(flesh_near_pairs *pairs);
-size_t flesh_near_pairs_memory(const flesh_near_finder *finder, const flesh_near_pairs *pairs);
-
-/* The distance within which pairs that were found at rest still miss nothing at x, by that rule: negative where the
- * search has to be made again, as also where a place is not finite. Pairs found in motion: that of their search only for
- * x = x0 and x = x1 and what lies between; this gives -INFINITY. */
-double flesh_near_pairs_reach(const flesh_near_finder *finder, const flesh_near_pairs *pairs, const double *x);
+size_t flesh_near_pairs_memory(const flesh_near_pairs *pairs);
 
 /* The largest fraction of the straight way from x0 to x1 on which all pairs keep the part `keep` of their distance (see
  * flesh_feasible_fraction); 1 where there are none. Pairs more than `apart` [m] from each other at x0 are known to keep it

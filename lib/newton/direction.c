@@ -138,7 +138,7 @@ int flesh_direction_stiffened(const flesh_direction *self)
 {
   const flesh_block_matrix *K = self->equations->K;
   int count = 0;
-  for (int i = 0; self->factored && i < K->rows; i++) {
+  for (int i = 0; self->factored && K->layout && i < K->rows; i++) {
     const float now = stiffness_of(K, i), then = self->factored[i];
     count += now > 2 * then || then > 2 * now;
   }
@@ -149,7 +149,7 @@ int flesh_direction_factor(flesh_direction *self, int single)
 {
   const flesh_block_matrix *K = self->equations->K;
   self->single = single;
-  for (int i = 0; self->factored && i < K->rows; i++) self->factored[i] = stiffness_of(K, i);
+  for (int i = 0; self->factored && K->layout && i < K->rows; i++) self->factored[i] = stiffness_of(K, i);
   self->iterations_per_decade[0] = self->iterations_per_decade[1] = self->excess_iterations = 0;
   int status = self->direct
                    ? flesh_direct_factor(self->direct, K)

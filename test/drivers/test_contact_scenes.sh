@@ -32,6 +32,25 @@ loose_tolerances_gain_no_energy() {
   python3 -c "import json; f = json.load(open('out/loose/result.json'))['figures']; exit(f['energy_gain'] > 0.02)"
 }
 
+# A sheet hits another with its edge at 200 m/s, and would be 40 times its length farther at the end of the step.
+fast_sheets_end_their_steps() {
+  "$flesh" mesh box --cells 8,8,1 --size 0.1,0.1,0.005 --out sheet.mesh >mesh.log || return 1
+  cat >sheets.yaml <<'END'
+body: {name: rests, mesh: sheet.mesh, density: 1000, material: {energy: S, young: 1e5, poisson: 0.45}}
+bodies:
+  - {name: flies, mesh: sheet.mesh, translation: [0.013, 0.05, 0.11], rotation: [80, 0, 0], velocity: [0, 0, -200],
+     density: 1000, material: {energy: S, young: 1e5, poisson: 0.45}}
+effects: [{inertia: {}}, {contact: {between: all}}]
+time: {method: backward-euler, step: 1/50, end: 2/50}
+END
+  expect 0 "$flesh" run sheets.yaml --out out/sheets --no-frames --quiet || return 1
+  awk -F, '
+    NR == 1 { for (c = 1; c <= NF; c++) column[$c] = c; next }
+    { newton = $column["newton"]; moves += newton > 2000 || !($column["contact_gap"] > 0) }
+    newton > most { most = newton }
+    END { print NR - 1, "lines, up to", most, "Newton iterations"; exit moves || NR != 4 || most < 10 }' out/sheets/history.csv
+}
+
 # inputs RESULT NAME...: the files of these names and no others, once each, with their hashes.
 inputs() {
   python3 - "$@" <<'END'
@@ -152,7 +171,8 @@ END
     has stdout.txt 'contact .* 0.0e+00  zero$'
 }
 
-run_tests loose_tolerances_gain_no_energy jelly_on_stairs every_file_that_goes_in_has_its_hash hand_on_a_ball a_scene_that_touches_checks \
+run_tests loose_tolerances_gain_no_energy jelly_on_stairs every_file_that_goes_in_has_its_hash hand_on_a_ball \
+  a_scene_that_touches_checks fast_sheets_end_their_steps \
   bodies_are_told_to_pass_through_each_other \
   bodies_that_begin_crossed_are_refused bodies_that_begin_crossed_are_let_apart gaps_that_never_close_are_told \
   a_scene_with_contact_repeats bad_contacts_are_refused

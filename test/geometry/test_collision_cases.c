@@ -151,6 +151,10 @@ static void what_touches_or_is_not_finite_is_not_told(void)
     p = pair_above(kind, 1);
     move_first(&p, 0, 0, -1e-9);
     CHECK(flesh_hulls_move_little(p.first, p.second, from, to, keep));
+    move_first(&p, 0, 0, -0.95); /* what is left is less than a tenth */
+    CHECK(!flesh_hulls_move_little(p.first, p.second, from, to, keep));
+    move_first(&p, 2, 0, 0); /* a long way along the other */
+    CHECK(kind > 1 || flesh_hulls_move_little(p.first, p.second, from, to, keep));
     p.x1[0][1] = NAN;
     CHECK(!flesh_hulls_move_little(p.first, p.second, from, to, keep));
     p.x1[0][1] = INFINITY;
