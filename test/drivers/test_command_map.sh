@@ -1,4 +1,4 @@
-# TEST quick memory program seconds=16 needs=flesh
+# TEST full memory program seconds=16 needs=flesh
 # test_command_map.sh: `flesh fit` with a map: derivatives, deviations and the minimum against an independent computation, an
 # inclusion that comes back from noisy positions, going on after a kill, bad specs. FLESH names the program.
 set -u
