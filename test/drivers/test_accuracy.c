@@ -52,9 +52,9 @@ enum { NODES = 3, TIMES = 60 };
 static void open_three(flesh_accuracy_measure *measure)
 {
   *measure = (flesh_accuracy_measure){.nodes = NODES, .rest_volume = 4};
-  measure->mass = calloc(NODES, sizeof(double));
-  measure->start = calloc(3 * NODES, sizeof(double));
-  measure->rest = calloc(3 * NODES, sizeof(double));
+  measure->mass = calloc(7 * NODES, sizeof(double));
+  measure->start = measure->mass + NODES;
+  measure->rest = measure->start + 3 * NODES;
   measure->mass[0] = 1, measure->mass[1] = 2, measure->mass[2] = 5;
 }
 
