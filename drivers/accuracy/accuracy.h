@@ -210,8 +210,8 @@ typedef struct flesh_accuracy_session {
   flesh_accuracy_track reference, tight;
 } flesh_accuracy_session;
 
-/* Runs the rows that are not done, one at a time on each rank, each in its own process, and writes tables, words and
- * pictures; then the meshes. FLESH_ERR_INTERRUPTED after a signal: the rows that were done stand. */
+/* Runs the rows that are not done of a flesh_accuracy_plan, one at a time on each rank, each in its own process, and writes
+ * tables, words and pictures; then the meshes. FLESH_ERR_INTERRUPTED after a signal: the rows that were done stand. */
 int flesh_accuracy_run(void *plan);
 /* Takes what is known of a row behind plan->run_count, which becomes one of the study; does it, where it is not known. */
 int flesh_accuracy_known(flesh_accuracy_session *session, int number);

@@ -154,7 +154,8 @@ static int check_scene(const flesh_fit *fit, const flesh_fit_experiment *e, cons
 {
   const flesh_fit_map *map = fit->map;
   if (*e->differences)
-    return flesh_node_fail(e->scene_place, "a map needs tangents, which %s has not: %s", e->name, e->differences);
+    return flesh_node_fail(e->scene_place, "a map needs tangents, but derivatives of %s are by differences: %s", e->name,
+                           e->differences);
   if (scene->keys.body.material_map || scene->keys.body.refine)
     return flesh_node_fail(e->scene_place, "the scene has body.%s, beside which no map can be fitted; leave it out",
                            scene->keys.body.refine ? "refine" : "material_map");

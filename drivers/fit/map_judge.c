@@ -155,11 +155,12 @@ int flesh_fit_map_judge(flesh_fit *fit, flesh_fit_found *found, flesh_fit_statis
   j.u = malloc((2 * n + m) * sizeof *j.u);
   found->deviations = malloc(n * sizeof(double));
   found->resolutions = malloc(n * sizeof(double));
-  int status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for the deviations of a map");
-  if (j.J && j.information && j.C && j.u && found->deviations && found->resolutions) {
+  const int room = j.J && j.information && j.C && j.u && found->deviations && found->resolutions;
+  int status = room ? flesh_fit_linear_create(fit, found->p, &j.linear)
+                    : flesh_fail(FLESH_ERR_MEMORY, "out of memory for the deviations of a map");
+  if (!status) {
     j.y = j.u + n, j.shift = j.y + m;
-    status = flesh_fit_linear_create(fit, found->p, &j.linear);
-    if (!status) status = judge(&j);
+    status = judge(&j);
   }
   flesh_fit_linear_destroy(&j.linear);
   gsl_matrix_free(j.J);

@@ -14,6 +14,7 @@
 
 /* Residuals of so many times their deviations are spoken of, and deviations of q from which on a tet is hardly known. */
 static const double odd_scale = 1.5, hardly = 0.5;
+
 typedef struct report {
   const flesh_fit *fit;
   const flesh_fit_map *map;
@@ -163,7 +164,8 @@ static json_t *stages_json(const flesh_fit_found *found)
   for (int k = 0; k < found->stage_count; k++) {
     const flesh_fit_stage *s = &found->stages[k];
     json_array_append_new(list, json_pack("{sfsfsfsfsisb}", "weight", s->weight, "sum_of_squares", s->squares, "penalty",
-                                          s->penalty, "determined_numbers", s->determined, "iterations", s->iterations, "converged", s->converged));
+                                          s->penalty, "determined_numbers", s->determined, "iterations", s->iterations,
+                                          "converged", s->converged));
   }
   return list;
 }
@@ -175,8 +177,8 @@ json_t *flesh_fit_map_json(const flesh_fit *fit, const flesh_fit_found *found)
   return json_pack("{sssisssfsssosososo}", "constant", r.map->of.key, "tets", r.map->count, "penalty",
                    r.map->penalty == FLESH_FIT_QUADRATIC ? "quadratic" : "variation", "weight",
                    found->stages[found->chosen].weight, "weight_from", isnan(r.map->weight) ? "discrepancy" : "spec",
-                   "determined_numbers", flesh_json_number(found->determined), "median_deviation", flesh_json_number(r.median), "largest_deviation",
-                   flesh_json_number(r.largest), "stages", stages_json(found));
+                   "determined_numbers", flesh_json_number(found->determined), "median_deviation", flesh_json_number(r.median),
+                   "largest_deviation", flesh_json_number(r.largest), "stages", stages_json(found));
 }
 
 int flesh_fit_map_tables(const flesh_fit *fit, const flesh_fit_found *found)

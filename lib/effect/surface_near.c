@@ -391,7 +391,7 @@ static const flesh_effect_readings readings = {.couple = flesh_surface_contact_c
 
 #define LIBRARY                                                                                                         \
   .evaluate = flesh_surface_contact_evaluate, .ranks = &flesh_surface_contact_ranks, .predict = predict,                \
-  .is_far = flesh_surface_near_is_far, .keep_gaps = keep_gaps, .memory = memory_of,                                   \
+  .is_far = flesh_surface_near_is_far, .keep_gaps = keep_gaps, .memory = memory_of,                                     \
   .take_bonds = flesh_surface_contact_take_bonds, .readings = &readings
 const flesh_effect_private flesh_surface_contact_private = {LIBRARY},
                            flesh_separating_contact_private = {LIBRARY, .archive = archive_of,

@@ -102,7 +102,8 @@ static int measure_leaf(const job *j, const flesh_box_branch *branch, double inf
   return sound == 0;
 }
 
-/* Boxes of all leaves, and cubes twice as large as the largest, so that a leaf meets few. Returns 0 where there is none, or too many. */
+/* Boxes of all leaves, and cubes twice as large as the largest, so that a leaf meets few. Returns 0 where there is none, or
+ * too many. */
 static int measure_leaves(job *j, double within)
 {
   const flesh_box_tree *tree = j->finder->tree;

@@ -16,8 +16,7 @@ int flesh_direct_create(flesh_linear_solver kind, const flesh_block_matrix *A,
                         flesh_direct **direct);
 void flesh_direct_destroy(flesh_direct **direct);
 
-/* Factors. FLESH_NOT_POSITIVE when the matrix is singular or, where the method can see it (all but plain KLU), not
- * positive definite. */
+/* Factors. FLESH_NOT_POSITIVE where the matrix is singular or, as CHOLMOD sees, not positive definite. */
 int flesh_direct_factor(flesh_direct *direct, const flesh_block_matrix *A);
 
 /* x = A^-1 b [3*rows]; x and b must not overlap. */

@@ -68,8 +68,8 @@ typedef struct flesh_newton {
   flesh_stop stop;
   double given_target;            /* N; of the residual, 0: what the options make of it */
   double given_depth;             /* the residual falls at least to this share of the first one, where a target is given, */
-  double given_mass;              /* kg of a node: a step of which that is a residual at the target ends a solve; 0: none does */
   double given_share;             /* and, where there is a load, of the larger one of it and of the first residual */
+  double given_mass;              /* kg of a node: a step whose inertia is a residual at the target ends a solve; 0: none does */
   const double *began;            /* the guess that the stage began at, to be told from others; NULL: u = 0 */
   int stopped;                    /* what `stop` returned in this stage; FLESH_OK: go on */
 } flesh_newton;

@@ -121,12 +121,12 @@ static int freeze(flesh_stage_solve *self)
   if (self->status) return 0;
   self->newtons = newton->stats.newton;
   self->unsolved = unsolved;
-  flesh_copy(newton->threads, newton->equations.n, r, change);
+  if (arrived) flesh_copy(newton->threads, newton->equations.n, r, change);
   flesh_newton_freeze(newton, self->u);
   self->status = evaluate(newton, self->u, &norm);
   if (self->status) return 0;
   self->stats->residual_last = norm;
-  for (int d = 0; d < newton->equations.n; d++) change[d] -= r[d];
+  for (int d = 0; d < newton->equations.n && arrived; d++) change[d] -= r[d];
   newton->arrived = arrived && flesh_norm(newton->threads, newton->equations.n, change) <= self->last_target;
   return norm > self->last_target && !newton->arrived && aim(self, norm);
 }

@@ -105,7 +105,7 @@ static int solve_back(flesh_motion_pass *p, const flesh_recorded_part *part, int
   if (!status) status = flesh_stage_tangent_solve(&self->tangent, 1, bar, NULL, p->lambda);
   if (!status) status = multiply(p);
   for (int d = 0; d < self->n; d++) bar[d] -= pressed[d];
-  const int within = shift->x != 1; /* constraints hold at the end of the part, where only they have bars of its dofs */
+  const int within = shift->x != 1; /* the step: then multipliers hold constraints at its end */
   if (!status) status = add_parameters(p, within ? NULL : bar);
   if (!status && within && self->tangent.multipliers) status = give_constrained(p, part->taken.end, bar, NULL);
   if (status) return status;

@@ -153,26 +153,28 @@ static int jump(flesh_motion_pass *p, const flesh_recorded_part *part, const dou
   return status;
 }
 
+/* Finds what the parameter moves of constrained dofs at t. */
+static int find_reached(flesh_motion_pass *p, double t)
+{
+  int moved;
+  const int status = flesh_pass_moves(p, 0, t, &moved);
+  for (int k = 0; k < 2; k++) memcpy(p->reached[k], p->moves[k], (size_t)p->self->n * sizeof(double));
+  return status;
+}
+
 /* Finds what is known of constrained dofs where the part begins, and will be where it ends. */
 static int prescribe(flesh_motion_pass *p, const flesh_recorded_part *part)
 {
-  const size_t bytes = (size_t)p->self->n * sizeof(double);
-  int moved, status = FLESH_OK;
+  int status = FLESH_OK;
   if (flesh_pass_jumps(p, part)) {
     flesh_pass_prescribe(p, part, 1);
-    status = flesh_pass_moves(p, 0, part->taken.begin, &moved);
-    memcpy(p->reached[0], p->moves[0], bytes);
-    memcpy(p->reached[1], p->moves[1], bytes);
+    status = find_reached(p, part->taken.begin);
     if (!status) status = jump(p, part, p->reached[0], p->known[FLESH_KNOWN_X]);
     if (!status) status = jump(p, part, p->reached[1], p->known[FLESH_KNOWN_V]);
   }
   flesh_pass_prescribe(p, part, 0);
   for (int k = FLESH_KNOWN_VECTORS; k < FLESH_KNOWN_LAGGED_X; k++) flesh_pass_forget_constrained(p, p->known[k]);
-  if (status || part->taken.starts) return status;
-  status = flesh_pass_moves(p, 0, part->taken.end, &moved);
-  memcpy(p->reached[0], p->moves[0], bytes);
-  memcpy(p->reached[1], p->moves[1], bytes);
-  return status;
+  return status || part->taken.starts ? status : find_reached(p, part->taken.end);
 }
 
 /* Goes on to what is known at the part's end. */

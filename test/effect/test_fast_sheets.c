@@ -5,8 +5,9 @@
 #include "flesh/integrator.h"
 #include "welded.h"
 
-/* Two sheets of 1 x 1 m and so thick, whose waves travel at 20 m/s; the upper one's lower side begins at 0.25 m. */
-static void hit(double speed, double thickness, int most)
+/* Two sheets of 1 x 1 m and so thick, whose waves travel at 20 m/s; the upper one's lower side begins at 0.25 m. Returns the
+ * Newton iterations of the step. */
+static int hit(double speed, double thickness)
 {
   const int cells[3] = {10, 10, 1};
   const double size[3] = {1, 1, thickness};
@@ -33,16 +34,22 @@ static void hit(double speed, double thickness, int most)
          stats.convergence_failures, velocity);
   CHECK(crossings_count(&surface, b.state.x) == 0);
   CHECK(fabs(velocity + speed / 2) < 1e-4 * speed); /* half of the nodes had it, all share it */
-  CHECK(stats.newton <= most);
+  CHECK(stats.newton > 10 && stats.newton <= 1000); /* 0 where they have gone through each other */
   flesh_contact_surface_clear(&surface);
   flesh_integrator_destroy(&integrator);
   test_body_destroy(&b);
+  return stats.newton;
 }
 
 /* A solve that contact keeps from getting anywhere is given up for a shorter step. A hundredth of the speed decides whether
  * that happens, and the step takes some 800 iterations, or it does not, and the step takes some 160. */
-static void thin_sheets_hit_each_other(void) { hit(200, 0.05, 1000); }
-static void thick_sheets_are_cut_in_time(void) { hit(200, 0.1, 1000); }
+static void thin_sheets_hit_each_other(void)
+{
+  int sum = 0;
+  for (int k = 0; k < 3; k++) sum += hit(198 + 2 * k, 0.05);
+  CHECK(sum <= 3 * 600);
+}
+static void thick_sheets_are_cut_in_time(void) { hit(200, 0.1); }
 
 int main(int argc, char **argv)
 {

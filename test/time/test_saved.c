@@ -166,6 +166,10 @@ static void steps_that_errors_choose_go_on(void)
   check_motion("../data/scenes/jelly_drop.yaml", 14, 1,
                SET("start.velocity=[0.4, 0, -5]", "time.method=runge-kutta", "time.tolerance=1e-1"), &total);
   CHECK(total.projections > 0);
+  /* Whether something holds the body says how long the momentum lasts that errors give it where it touches. */
+  check_motion(SWING, 3, 1,
+               SET("effects=[inertia: {}, gravity: {}, pin: {box: [[-1, -1, -1], [1e-9, 2, 2]]}, contact: {plane: {point: "
+                   "[0, 0, -0.03]}, friction: 0.5}]", "start={velocity: [0, 0, -5]}", "body.material.young=4e5", "time.method=runge-kutta", "time.tolerance=1e-4"), &total);
   check_motion(SWING, 4, 1, SET("body.element=tet10-mean", "body.material.poisson=0.5", "time.method=runge-kutta",
                                 "time.tolerance=1e-3"), &total);
   CHECK(total.multiplier_updates > 0);
