@@ -59,21 +59,19 @@ typedef enum flesh_technique {
   FLESH_TECHNIQUE_KEPT_PRECONDITIONERS = 1 << 9,
   /* Linear tolerances follow the rate at which residuals fall (Eisenstat & Walker 1996, choice 2). */
   FLESH_TECHNIQUE_FORCING_TERMS = 1 << 10,
-  /* The first linear solve of a stage goes so deep that its matrix serves once more. */
-  FLESH_TECHNIQUE_FIRST_FORCING_TERM = 1 << 11,
   /* Linear solves use a matrix in single precision where inertia hides its round-off. */
-  FLESH_TECHNIQUE_SINGLE_PRECISION = 1 << 12,
+  FLESH_TECHNIQUE_SINGLE_PRECISION = 1 << 11,
   /* The target is relative to the forces at the solution where the first residual is larger than all of them. */
-  FLESH_TECHNIQUE_BALANCED_TARGET = 1 << 13,
+  FLESH_TECHNIQUE_BALANCED_TARGET = 1 << 12,
   /* Slopes judge a step where round-off hides the decrease of the potential (Hager & Zhang 2005). */
-  FLESH_TECHNIQUE_APPROXIMATE_WOLFE = 1 << 14,
+  FLESH_TECHNIQUE_APPROXIMATE_WOLFE = 1 << 13,
   /* A sparse factorisation solves where PCG does not converge, unless it costs more. */
-  FLESH_TECHNIQUE_DIRECT_FALLBACK = 1 << 15,
+  FLESH_TECHNIQUE_DIRECT_FALLBACK = 1 << 14,
   /* The first iterate of a step continues the steps before it. */
-  FLESH_TECHNIQUE_EXTRAPOLATION = 1 << 16,
+  FLESH_TECHNIQUE_EXTRAPOLATION = 1 << 15,
   /* The first iterate of a free body continues its rigid motion. */
-  FLESH_TECHNIQUE_RIGID_GUESS = 1 << 17,
-  FLESH_TECHNIQUES_ALL = (1 << 18) - 1
+  FLESH_TECHNIQUE_RIGID_GUESS = 1 << 16,
+  FLESH_TECHNIQUES_ALL = (1 << 17) - 1
 } flesh_technique;
 
 /* "watchdog", as in a scene's list `techniques`; NULL where `technique` is not one of the enum's single bits. */

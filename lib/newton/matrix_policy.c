@@ -58,7 +58,7 @@ void flesh_matrix_policy_begin_stage(flesh_matrix_policy *self, int constraints_
   if (constraints_changed || !self->stage_continues || now->x != before->x || now->v != before->v ||
       now->a != before->a) {
     self->direction->iterations_per_decade[0] = self->direction->iterations_per_decade[1] = 0;
-    self->curvature_estimate = self->drift = 0;
+    self->drift = 0;
     self->safety_factor = 1;
     self->age = -1;
   } else if (self->age >= 0) {
@@ -117,7 +117,6 @@ int flesh_matrix_policy_keep(flesh_matrix_policy *self, int usable, const double
     const double error = flesh_direction_model_error(self->direction, r);
     if (self->age > 0) self->drift = error / (before * self->age);
     else if (self->kept) self->safety_factor *= fmin(fmax(error / self->predicted_error, 1), 8);
-    else self->curvature_estimate = error / (before * before);
     /* The error of the prediction from the last iterate is |K'| step^2 / 2, or more if another step was taken; the step
      * from here is shorter by norm / before, or less as residuals get softer, and meets |K'| step with its own
      * length. */
@@ -181,17 +180,6 @@ int flesh_matrix_policy_prepare(flesh_matrix_policy *self)
   return flesh_matrix_policy_refresh(self);
 }
 
-/* How deep a stage's first solve goes: as deep as it takes for the new matrix to serve once more, where that is not
- * below what it does not predict; with a matrix of an earlier stage, about as deep as that. */
-static double first_forcing(const flesh_matrix_policy *self, double norm, double tolerance)
-{
-  const double drift = self->drift * self->age;
-  if (self->kept) return drift > 0 ? 0.5 * drift * norm : tolerance;
-  const double error = self->curvature_estimate * norm * norm;
-  const double enough = error > 0 ? self->target * norm / (6 * self->safety_factor * error) : 0;
-  return enough < tolerance && enough > error ? enough : tolerance;
-}
-
 /* The linear tolerance with a kept matrix is this fraction of its predicted model error: a smaller one gains nothing. */
 static const double KEPT_DEPTH = 0.8;
 
@@ -204,8 +192,6 @@ double flesh_matrix_policy_tolerance(flesh_matrix_policy *self, double norm, dou
   const double before = self->smallest_norm, rate = norm / before, least = 0.5 * self->target;
   if (!(before > 0) || norm < before) self->smallest_norm = norm;
   if (self->target == 0) return tolerance;
-  if (!(before > 0) && uses(self, FLESH_TECHNIQUE_FIRST_FORCING_TERM))
-    return fmax(least, first_forcing(self, norm, tolerance));
   if (before > 0 && self->kept) return fmax(least, KEPT_DEPTH * self->predicted_error);
   if (!(before > 0) || !uses(self, FLESH_TECHNIQUE_FORCING_TERMS)) return fmax(least, tolerance);
   const double expected = 0.9 * rate * rate * norm;

@@ -16,9 +16,8 @@ typedef struct flesh_matrix_policy {
    * residual before (0: not known). */
   int age;
   double drift;
-  /* For kept matrices: the last model error, over the square of the residual before (0: not known); the factor by which
-   * a model error may exceed its prediction; the predicted next model error. */
-  double curvature_estimate, safety_factor, predicted_error;
+  /* For kept matrices: the factor by which a model error may exceed its prediction, and the predicted next one. */
+  double safety_factor, predicted_error;
   double target;        /* N, of the nonlinear solve; 0: not known */
   double previous_norm; /* N, of the residual at the linear solve before this one of the same stage; 0 at first */
   double smallest_norm; /* N, of the residuals at the linear solves of the stage; 0 at first */

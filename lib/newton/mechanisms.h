@@ -34,8 +34,6 @@
       "a preconditioner is kept until its age has cost as much as a new one")                                        \
   ROW(FORCING_TERMS, "forcing_terms",                                                                                \
       "linear tolerances follow the rate of convergence")                                                            \
-  ROW(FIRST_FORCING_TERM, "first_forcing_term",                                                                      \
-      "a step's first linear solve goes so deep that its matrix serves once more")                                   \
   ROW(SINGLE_PRECISION, "single_precision",                                                                          \
       "pcg multiplies with a matrix in single precision where inertia hides its round-off")                          \
   ROW(BALANCED_TARGET, "balanced_target",                                                                            \
