@@ -1,13 +1,16 @@
 /* main.c: the `flesh` program: finds the command and runs it. */
 #include <errno.h>
+#include <fcntl.h>
 #include <signal.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include "base/text.h"
 #include "commands.h"
 #include "cli/help.h"
+#include "cli/interrupt.h"
 #include "cli/json_memory.h"
 #include "cli/options.h"
 #include "run/provenance.h"
@@ -48,11 +51,22 @@ static int ensure_stack(void)
   return 1;
 }
 
+/* A stream that is closed stays so: else the next file would take its number, and get what is printed. What is opened
+ * here cannot be written, so that printing fails as before. */
+static void reserve_streams(void)
+{
+  int opened;
+  while ((opened = open("/dev/null", O_RDONLY | O_CLOEXEC)) >= 0 && opened <= STDERR_FILENO) continue;
+  close(opened);
+}
+
 int main(int argc, char **argv)
 {
   /* Writing to a closed pipe or beyond a file's allowed size then fails like any other write. */
   signal(SIGPIPE, SIG_IGN);
   signal(SIGXFSZ, SIG_IGN);
+  reserve_streams();
+  flesh_interrupt_tidy();
   flesh_json_watch();
   flesh_help_about = about;
   flesh_help_commands = commands;
@@ -60,6 +74,8 @@ int main(int argc, char **argv)
     fprintf(stderr, "flesh: no command given; `flesh --help` lists them\n");
     return 2;
   }
+  char *of_help[] = {argv[0], argv[2], "--help", NULL};
+  if (argc == 3 && !strcmp(argv[1], "help")) argv = of_help;
   const char *name = argv[1];
   int code = 2;
   if (!strcmp(name, "--help") || !strcmp(name, "-h") || (!strcmp(name, "help") && argc == 2)) {

@@ -18,6 +18,8 @@ typedef struct flesh_bench_time {
   int repeats;
 } flesh_bench_time;
 
+enum { FLESH_BENCH_MOST_REPEATS = 101 };
+
 /* Calls work(data) `repeats` times; short work several times per repeat, and once before. `prepare`
  * (NULL: none) is called before each work(data), which is then never short, and not measured.
  * Returns the first status that is not FLESH_OK. */

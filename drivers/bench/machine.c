@@ -14,7 +14,6 @@
 
 /* A repeat lasts at least this long. */
 #define SHORTEST 2e-3
-enum { MOST_REPEATS = 101 };
 
 /* One call, or `calls` of them. */
 static int run_once(int (*prepare)(void *data), int (*work)(void *data), void *data, int calls,
@@ -31,8 +30,7 @@ static int run_once(int (*prepare)(void *data), int (*work)(void *data), void *d
 int flesh_bench_measure(int (*prepare)(void *data), int (*work)(void *data), void *data,
                         int repeats, flesh_bench_time *time)
 {
-  double wall[MOST_REPEATS], cpu[MOST_REPEATS];
-  if (repeats > MOST_REPEATS) repeats = MOST_REPEATS;
+  double wall[FLESH_BENCH_MOST_REPEATS], cpu[FLESH_BENCH_MOST_REPEATS];
   int calls = 1, status = run_once(prepare, work, data, 1, &wall[0], &cpu[0]);
   if (!prepare && cpu[0] < SHORTEST) calls = (int)(SHORTEST / (cpu[0] + 1e-7)) + 1;
   for (int r = calls == 1; r < repeats && !status; r++)

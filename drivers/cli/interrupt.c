@@ -6,6 +6,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "base/file.h"
 #include "flesh/scene.h"
 
 static volatile sig_atomic_t remembered;
@@ -34,6 +35,22 @@ void flesh_interrupt_watch(void)
   sigaction(SIGTERM, &action, NULL);
   if (hangup.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, NULL); /* not under nohup */
   flesh_scene_set_stop(flesh_interrupt_asked, NULL);
+}
+
+static void tidy(int signal_number)
+{
+  flesh_file_drop_all();
+  raise(signal_number); /* now the system's own answer */
+}
+
+void flesh_interrupt_tidy(void)
+{
+  const struct sigaction action = {.sa_handler = tidy, .sa_flags = (int)SA_RESETHAND};
+  static const int signals[] = {SIGINT, SIGTERM, SIGHUP};
+  for (int k = 0; k < 3; k++) {
+    struct sigaction now;
+    if (!sigaction(signals[k], NULL, &now) && now.sa_handler == SIG_DFL) sigaction(signals[k], &action, NULL);
+  }
 }
 
 int flesh_interrupt_asked(void *deadline)

@@ -2,6 +2,8 @@
 #ifndef FLESH_CLI_INTERRUPT_H
 #define FLESH_CLI_INTERRUPT_H
 
+/* From now on a SIGINT, SIGTERM or SIGHUP that ends the program leaves no half-written file. */
+void flesh_interrupt_tidy(void);
 /* From now on the first SIGINT, SIGTERM or SIGHUP (unless ignored, as under nohup) is only
  * remembered, and ends the reading of a scene; the second one ends the program at once. */
 void flesh_interrupt_watch(void);

@@ -98,7 +98,7 @@ int flesh_hardcases_export(const flesh_hardcases_plan *plan)
   int written = 0, status = FLESH_OK;
   for (int s = 0; s < plan->setting_count; s++)
     if (plan->settings[s].solver != FLESH_HARDCASES_DEFAULT)
-      return flesh_fail(FLESH_ERR_ARGUMENT, "--export writes cases, which have no solver; leave --solvers out");
+      return flesh_fail(FLESH_ERR_ARGUMENT, "--export writes cases, which have no solver; leave --solvers and --ablation out");
   for (int k = 0; k < plan->run_count && !status; k++) {
     if (!is_for_others(&plan->runs[k])) continue;
     status = export_run(plan, &plan->runs[k]);

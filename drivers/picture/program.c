@@ -4,8 +4,10 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <signal.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/prctl.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -18,6 +20,7 @@ int flesh_program_run(const char *folder, const char *log, const char *const *wo
   const pid_t child = fork();
   if (child < 0) return -1;
   if (!child) {
+    prctl(PR_SET_PDEATHSIG, SIGKILL); /* what it draws nobody would collect */
     const int nowhere = open("/dev/null", O_RDWR);
     const int said = flesh_path_open(log, O_WRONLY | O_CREAT | O_TRUNC | O_NONBLOCK, 0666);
     if (nowhere >= 0) dup2(nowhere, STDIN_FILENO), dup2(nowhere, STDOUT_FILENO);

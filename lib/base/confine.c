@@ -155,6 +155,8 @@ int flesh_path_make_folder(const char *path) { AT_PLACE(path, mkdirat(p.folder, 
 
 int flesh_path_unlink(const char *path) { AT_PLACE(path, unlinkat(p.folder, p.name, 0)); }
 
+int flesh_path_drop(const char *path) { return unlink(path); }
+
 int flesh_path_remove_folder(const char *path) { AT_PLACE(path, unlinkat(p.folder, p.name, AT_REMOVEDIR)); }
 
 int flesh_path_rename(const char *from, const char *to)

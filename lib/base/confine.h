@@ -29,6 +29,9 @@ int flesh_path_remove_folder(const char *path);
 int flesh_path_rename(const char *from, const char *to);
 DIR *flesh_path_list(const char *path);
 
+/* unlink, for handlers of signals: these may not wait for what they have interrupted. */
+int flesh_path_drop(const char *path);
+
 /* The fault in words, by errno: strerror, or why the path leads out of a confined folder, and what would be valid. */
 const char *flesh_path_reason(const char *path, int reason);
 

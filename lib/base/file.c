@@ -15,6 +15,32 @@
 
 #include "base/error.h"
 
+/* Names of the files that are being written, for flesh_file_drop_all. */
+static _Atomic(char *) parts[16];
+
+/* Puts one name in place of another; NULL: of none. Where all are taken, a name is not noted. */
+static void note(char *before, char *now)
+{
+  char *seen = before;
+  for (size_t k = 0; k < sizeof parts / sizeof *parts && !atomic_compare_exchange_strong(&parts[k], &seen, now); k++)
+    seen = before;
+}
+
+void flesh_file_drop_all(void)
+{
+  for (size_t k = 0; k < sizeof parts / sizeof *parts; k++) {
+    const char *name = atomic_load(&parts[k]);
+    if (name) flesh_path_drop(name);
+  }
+}
+
+static void forget_temporary(flesh_file *file)
+{
+  if (file->temporary) note(file->temporary, NULL);
+  free(file->temporary);
+  file->temporary = NULL;
+}
+
 static char *path_with_suffix(const char *path, long pid, unsigned number)
 {
   size_t size = strlen(path) + 48;
@@ -45,7 +71,10 @@ static int open_temporary(flesh_file *file, mode_t mode)
     if (descriptor < 0) return -1;
     struct stat info;
     flock(descriptor, LOCK_EX);
-    if (!fstat(descriptor, &info) && info.st_nlink) return descriptor;
+    if (!fstat(descriptor, &info) && info.st_nlink) {
+      note(NULL, file->temporary);
+      return descriptor;
+    }
     close(descriptor); /* it was cleared away between the two */
   }
 }
@@ -71,7 +100,7 @@ int flesh_file_open(const char *path, flesh_file *file)
   if (!file->stream) {
     int reason = errno;
     if (descriptor >= 0) close(descriptor);
-    else free(file->temporary), file->temporary = NULL; /* it is none of ours */
+    else forget_temporary(file); /* it is none of ours */
     flesh_file_abandon(file);
     return flesh_fail(reason == ENOMEM ? FLESH_ERR_MEMORY : FLESH_ERR_FILE, "%s: cannot be written: %s%s", path,
                       flesh_path_reason(path, reason), reason == ENXIO ? " (nobody reads this pipe)" : "");
@@ -89,12 +118,8 @@ int flesh_file_commit(flesh_file *file)
   if (fclose(file->stream) && !failed) failed = 1, reason = errno;
   file->stream = NULL;
   if (!failed && file->temporary) {
-    if (flesh_path_rename(file->temporary, file->path)) {
-      failed = 1, reason = errno;
-    } else {
-      free(file->temporary);
-      file->temporary = NULL;
-    }
+    if (flesh_path_rename(file->temporary, file->path)) failed = 1, reason = errno;
+    else forget_temporary(file);
   }
   if (lock >= 0) close(lock);
   if (failed)
@@ -108,7 +133,7 @@ void flesh_file_abandon(flesh_file *file)
 {
   if (file->stream) fclose(file->stream);
   if (file->temporary) flesh_path_unlink(file->temporary);
-  free(file->temporary);
+  forget_temporary(file);
   free(file->path);
   *file = (flesh_file){0};
 }

@@ -23,6 +23,9 @@ int flesh_file_open(const char *path, flesh_file *file);
 int flesh_file_commit(flesh_file *file);
 /* Closes and drops what was written; harmless after commit or a failed open. */
 void flesh_file_abandon(flesh_file *file);
+/* Removes the temporary files of the first 16 that are being written. May be called by a handler of signals, which is to
+ * end the process. */
+void flesh_file_drop_all(void);
 
 /* The shortest of 15, 16 or 17 significant digits that reads back as the same double, with a point
  * in any locale; "nan", "inf", "-inf". Returns `text`. */

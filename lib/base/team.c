@@ -5,6 +5,8 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "base/error.h"
+
 void flesh_team_sum(const flesh_team *team, int count, double *numbers)
 {
   if (team) team->operations->sum(team->data, count, numbers);
@@ -41,7 +43,10 @@ int flesh_team_any(const flesh_team *team, int here)
 
 int flesh_ask_together(const flesh_team *team, int (*ask)(void *data), void *data)
 {
-  return ask ? flesh_team_agree(team, ask(data)) : FLESH_OK;
+  const unsigned long said = flesh_fail_count();
+  const int status = ask ? ask(data) : FLESH_OK;
+  if (status < 0 && said == flesh_fail_count()) flesh_fail(status, "%s", flesh_status_text(status));
+  return ask ? flesh_team_agree(team, status) : FLESH_OK;
 }
 
 double flesh_team_total(const flesh_team *team, double number)

@@ -27,7 +27,11 @@ int flesh_rows_flush(flesh_rows *rows)
 
 int flesh_rows_open(const char *path, flesh_rows *rows)
 {
-  *rows = (flesh_rows){.path = strdup(path)};
+  struct stat info;
+  *rows = (flesh_rows){0};
+  if (!flesh_path_stat(path, &info) && !S_ISREG(info.st_mode) && !S_ISLNK(info.st_mode))
+    return flesh_fail_kind(path, info.st_mode);
+  rows->path = strdup(path);
   if (!rows->path) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
   /* A fresh file: an older one may be open in someone's viewer, and links are not written through. */
   flesh_path_unlink(path);

@@ -49,7 +49,7 @@ static void clear_colouring(flesh_colouring *colouring)
 
 void flesh_couplings_clear(flesh_couplings *self)
 {
-  flesh_apart_clear(flesh_system_effect_count(self->system), &self->apart);
+  if (self->system) flesh_apart_clear(flesh_system_effect_count(self->system), &self->apart);
   for (int k = 0; k < FLESH_COLOURINGS; k++) clear_colouring(&self->colourings[k]);
   for (int k = 0; k < FLESH_READINGS; k++) {
     flesh_free(self->by[k].nodes);

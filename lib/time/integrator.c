@@ -385,6 +385,9 @@ int flesh_integrator_step(flesh_integrator *self, flesh_state *state, double h, 
   flesh_state view;
   if (!(h >= 0 && h < INFINITY) || (h == 0 && self->memory.method != FLESH_METHOD_STATIC))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the step is %g s; it must be positive and finite", h);
+  if (!(state->t + h < INFINITY && (h == 0 || state->t + h > state->t)))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "a step of %g s from t = %g s ends at %g s; it must end later, and at a finite time",
+                      h, state->t, state->t + h);
   int status = flesh_multipliers_view(&self->multipliers, state, &view);
   if (!status) status = flesh_internals_view(&self->internals, &view);
   if (!status) status = flesh_integrator_begin(self, state);

@@ -181,6 +181,37 @@ killed_runs_leave_nothing() {
     has killed/result.json '"status": "complete"'
 }
 
+# What draws or converts ends by a signal without what it had begun to write, and so does the program that it calls.
+signals_leave_nothing_half_written() {
+  mkdir -p tools
+  printf '#!/bin/sh\necho $$ >"%s/gnuplot.pid"\nexec sleep 1800\n' "$work" >tools/gnuplot && chmod +x tools/gnuplot
+  for number in TERM HUP; do
+    rm -f snap.* gnuplot.pid
+    "$flesh" snap run --out snap.png --width 8192 >/dev/null &
+    drawing=$!
+    wait_until "$drawing" sh -c 'ls snap.png.part-*' >/dev/null && kill "-$number" "$drawing"
+    wait "$drawing" 2>/dev/null
+    [ $? -gt 128 ] && ! ls snap.png* 2>/dev/null || return 1
+    PATH=$work/tools:$PATH "$flesh" material --energies S --out killed_material >/dev/null &
+    drawing=$!
+    wait_until "$drawing" [ -s gnuplot.pid ] && kill "-$number" "$drawing"
+    wait "$drawing" 2>/dev/null
+    ! find killed_material -name '*.part-*-*' | grep . || return 1
+    while kill -0 "$(cat gnuplot.pid)" 2>/dev/null; do sleep 0.05; done
+  done
+}
+
+# The next file that is opened would get the number of a stream that is closed, and what is printed to it.
+closed_streams_stay_closed() {
+  "$flesh" run bar.yaml --out shut --set time.end=1e5 --set output.frame_interval=1000 <&- >&- 2>&- &
+  run=$!
+  wait_until "$run" [ -s shut/history.csv ] || return 1
+  streams=$(readlink "/proc/$run/fd/0" "/proc/$run/fd/1" "/proc/$run/fd/2" | tr '\n' ' ')
+  kill "$run"
+  wait "$run" 2>/dev/null
+  [ "$streams" = '/dev/null /dev/null /dev/null ' ] || { echo "$streams"; return 1; }
+}
+
 # ---- what is no file is refused, not waited for ----
 
 pipes_are_refused() {
@@ -267,5 +298,5 @@ all_refused_is_an_error() {
 run_tests two_runs_do_not_share_a_folder every_command_claims_its_folder \
   a_sweep_waits_for_what_was_killed a_run_keeps_what_it_reads \
   a_run_keeps_what_others_wrote a_start_is_not_lost other_commands_keep_what_they_read leftovers_are_cleared \
-  killed_runs_leave_nothing pipes_are_refused devices_and_folders_are_refused \
+  killed_runs_leave_nothing signals_leave_nothing_half_written closed_streams_stay_closed pipes_are_refused devices_and_folders_are_refused \
   more_jobs_than_files_can_be_open all_refused_is_an_error

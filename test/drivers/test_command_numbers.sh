@@ -151,6 +151,7 @@ what_does_not_fit_is_told() {
     refused 'steps has 1e-20; a step must not be shorter than 3.3' "$flesh" accuracy bar.yaml --out acc --steps 1e-20 &&
     refused 'seeds.yaml:1:.*with 2 repeats it must be at most 2147483645' "$flesh" sweep seeds.yaml --dry-run &&
     refused 'must have at least one cell along each axis and at most 2e8' "$flesh" bench --cells 4294967297x1x1 --out file &&
+    refused 'repeats is 102; it must be 1 to 101' "$flesh" bench --repeats 102 --out file &&
     refused 'radius is 4.94066e-324 m; it must be positive' "$flesh" check bar.yaml \
       --set 'effects=[{contact: {sphere: {centre: [9, 9, 9], radius: 4e-324}}}]' &&
     refused 'the capsule is inf m long' "$flesh" check bar.yaml \

@@ -188,7 +188,7 @@ statics_make_one_solve() {
 }
 
 help_is_help() {
-  for words in --help 'run --help'; do
+  for words in --help 'run --help' 'help run'; do
     expect 0 "$flesh" $words && has stdout.txt '130/143' && has stdout.txt Usage || return 1
   done
   expect 0 "$flesh" --version && has stdout.txt 'SUNDIALS [67].* MPI [0-9n]'

@@ -161,4 +161,18 @@ static void gradients_are_those_of_solves(void)
   for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) try_case(&cases[k]);
 }
 
-int main(int argc, char **argv) { return RUN_TESTS(argc, argv, TEST(gradients_are_those_of_solves)); }
+static void what_has_no_solves_is_refused(void)
+{
+  test_body b;
+  flesh_sensitivity *sensitivity = NULL;
+  flesh_solver_options options = test_options(1e-8);
+  CHECK_OK(test_body_create(test_box(1, 1, 1, 1, 1, 1), test_material(FLESH_ENERGY_S, 0.3), 1000, FLESH_MASS_LUMPED, 1, &b));
+  CHECK(flesh_sensitivity_create(b.system, &options, 1e-11, &sensitivity) == FLESH_ERR_ARGUMENT && !sensitivity);
+  CHECK(strstr(flesh_error_text(), "finalize"));
+  test_body_destroy(&b);
+}
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS(argc, argv, TEST(gradients_are_those_of_solves), TEST(what_has_no_solves_is_refused));
+}

@@ -4,6 +4,7 @@
 #include <pthread.h>
 #include <stdlib.h>
 
+#include "base/error.h"
 #include "body.h"
 #include "test.h"
 
@@ -382,6 +383,11 @@ static void bad_arguments_are_sentences(void)
   REFUSED(flesh_integrator_step(integrator, &b.state, -1, NULL), "the step is -1 s");
   REFUSED(flesh_integrator_step(integrator, &b.state, NAN, NULL), "the step is nan s");
   REFUSED(flesh_integrator_step(integrator, &b.state, INFINITY, NULL), "the step is inf s");
+  const double times[] = {NAN, INFINITY, 1e18, 0};
+  for (int k = 0; k < 4; k++) {
+    b.state.t = times[k];
+    if (k < 3) REFUSED(flesh_integrator_step(integrator, &b.state, .1, NULL), "it must end later, and at a finite time");
+  }
   CHECK(b.state.t == 0);
   flesh_integrator_destroy(&integrator);
   flesh_integrator_destroy(&integrator);
@@ -428,7 +434,9 @@ static void a_step_ends_when_it_is_told_to(void)
       memcpy(b.state.x, x0, bytes);
       memcpy(b.state.v, v0, bytes);
       l = (limit){0, last};
+      flesh_fail(FLESH_ERR_FILE, "an earlier failure");
       CHECK(flesh_integrator_step(integrator, &b.state, 1. / 60, NULL) == FLESH_ERR_BUDGET);
+      CHECK(!strcmp(flesh_error_text(), flesh_status_text(FLESH_ERR_BUDGET)));
       CHECK(l.asked == last && b.state.t == 0);
       CHECK(!memcmp(b.state.x, x0, bytes) && !memcmp(b.state.v, v0, bytes));
     }

@@ -355,6 +355,10 @@ static void bad_places_are_refused(void)
   CHECK(flesh_frames_create(in_folder("new"), b.mesh, 0, &frames) == FLESH_ERR_ARGUMENT && !frames);
   flesh_history *history;
   CHECK(flesh_history_create(folder, b.system, &history) == FLESH_ERR_FILE && !history);
+  struct stat info; /* what is no file is not replaced by one */
+  CHECK(!mkfifo(in_folder("pipe"), 0600));
+  CHECK(flesh_history_create(in_folder("pipe"), b.system, &history) == FLESH_ERR_FILE && !history);
+  CHECK(!stat(in_folder("pipe"), &info) && S_ISFIFO(info.st_mode) && !unlink(in_folder("pipe")));
   close_bar(&b);
 }
 

@@ -14,8 +14,7 @@
 #include "test.h"
 
 /* Arguments that may be NULL, or that nobody reads:
- * flesh_effect_create data, flesh_effect_spring target, flesh_effect_spring_within target, flesh_effect_force
- * amplitude, flesh_effect_traction amplitude, flesh_effect_pressure amplitude, flesh_effect_surface_contact pairs,
+ * flesh_effect_create data, flesh_effect_force amplitude, flesh_effect_traction amplitude, flesh_effect_pressure amplitude, flesh_effect_surface_contact pairs,
  * flesh_effect_joint axis, flesh_effect_muscle tets, flesh_effect_muscle activation, flesh_ida_jacobian r,
  * flesh_ida_jacobian w1, flesh_ida_jacobian w2, flesh_ida_jacobian w3, flesh_ida_preconditioner_setup r, flesh_ida_preconditioner_solve y,
  * flesh_ida_preconditioner_solve yp, flesh_ida_preconditioner_solve r, flesh_ida_jacobian_times y,
@@ -121,9 +120,11 @@ static void null_is_refused_by_effects(void)
   REFUSES(flesh_effect_gravity, effect, (any, any, NULL));
   REFUSES(flesh_effect_spring, body, (NULL, any, 1, any, 1, 1, any));
   REFUSES(flesh_effect_spring, point, (any, NULL, 1, any, 1, 1, any));
+  REFUSES(flesh_effect_spring, target, (any, any, 1, NULL, 1, 1, any));
   REFUSES(flesh_effect_spring, effect, (any, any, 1, any, 1, 1, NULL));
   REFUSES(flesh_effect_spring_within, body, (NULL, any, 1, 1, any, 1, 1, any));
   REFUSES(flesh_effect_spring_within, point, (any, NULL, 1, 1, any, 1, 1, any));
+  REFUSES(flesh_effect_spring_within, target, (any, any, 1, 1, NULL, 1, 1, any));
   REFUSES(flesh_effect_spring_within, effect, (any, any, 1, 1, any, 1, 1, NULL));
   REFUSES(flesh_effect_damping, body, (NULL, 1, 1, 1, any)), REFUSES(flesh_effect_damping, effect, (any, 1, 1, 1, NULL));
   REFUSES(flesh_effect_settling_damping, body, (NULL, 1, 1, 1, 1, any));
@@ -163,8 +164,7 @@ static void null_is_refused_by_effects(void)
   REFUSES(flesh_effect_joint_spring, first, (any, NULL, any, 1, 1, any));
   REFUSES(flesh_effect_joint_spring, second, (any, any, NULL, 1, 1, any));
   REFUSES(flesh_effect_joint_spring, effect, (any, any, any, 1, 1, NULL));
-  REFUSES(flesh_effect_buoyancy, body, (NULL, 1, 1, any, any));
-  REFUSES(flesh_effect_buoyancy, acceleration, (any, 1, 1, NULL, any));
+  REFUSES(flesh_effect_buoyancy, body, (NULL, 1, 1, any, any)), REFUSES(flesh_effect_buoyancy, acceleration, (any, 1, 1, NULL, any));
   REFUSES(flesh_effect_buoyancy, effect, (any, 1, 1, any, NULL));
 }
 

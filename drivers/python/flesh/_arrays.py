@@ -16,6 +16,8 @@ def doubles(values, shape, name):
     """A contiguous float64 array of `shape`, from anything that has as many numbers; None in shape: any length."""
     if np.iscomplexobj(values):
         raise ArgumentError(f"{name} has complex values; they must be real")
+    if np.ma.is_masked(values):
+        raise ArgumentError(f"{name} has masked values; every number must be there")
     return _array(values, np.float64, shape, name)
 
 

@@ -20,8 +20,11 @@ def text(pointer):
 
 
 def path_bytes(path):
-    """A path as C takes it."""
-    return os.fsencode(os.fspath(path))
+    """A path or a text as C takes it. ValueError where C would take a part for the whole."""
+    encoded = os.fsencode(os.fspath(path))
+    if b"\0" in encoded:
+        raise ValueError(f"{path!r:.100} has a zero byte; no path and no text of a scene has one")
+    return encoded
 
 
 def _open():

@@ -72,6 +72,8 @@ class Integrator(Handle):
 
     @stop.setter
     def stop(self, function: Optional[Callable]):
+        if function is not None and not callable(function):
+            raise ArgumentError(f"stop is {function!r}; it must be a function, or None")
         self._asked[0] = function
         lib.flesh_integrator_set_stop(self._pointer, self._stop, ffi.NULL)
 

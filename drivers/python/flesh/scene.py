@@ -74,7 +74,7 @@ def _flow(value):
 def _overrides(given):
     """[count] and the texts; what cffi must keep alive comes third."""
     rows = [f"{key}={_flow(value)}" for key, value in given.items()] if isinstance(given, Mapping) else list(given or ())
-    texts = [ffi.new("char[]", row.encode()) for row in rows]
+    texts = [ffi.new("char[]", path_bytes(row)) for row in rows]
     return len(rows), ffi.new("char *[]", texts) if texts else ffi.NULL, texts
 
 
@@ -98,7 +98,8 @@ class Scene(Const):
 
     def __init__(self, source: Union[str, os.PathLike, Mapping], overrides=None, folder=os.curdir):
         if isinstance(source, Mapping):
-            self._read(overrides, lib.flesh_scene_read_text, _flow(source).encode(), path_bytes(_named("scene", folder)))
+            self._read(overrides, lib.flesh_scene_read_text, path_bytes(_flow(source)),
+                       path_bytes(_named("scene", folder)))
         else:
             self._read(overrides, lib.flesh_scene_read, path_bytes(source))
 
@@ -119,7 +120,7 @@ class Scene(Const):
     @classmethod
     def from_text(cls, yaml: str, overrides=None, folder=os.curdir, name: str = "scene") -> "Scene":
         """From YAML or JSON text; `name` stands for it in messages."""
-        return cls.__new__(cls)._read(overrides, lib.flesh_scene_read_text, yaml.encode(),
+        return cls.__new__(cls)._read(overrides, lib.flesh_scene_read_text, path_bytes(yaml),
                                       path_bytes(_named(name, folder)))
 
     @property

@@ -92,6 +92,10 @@ def test_bad_input_says_what_would_be_valid(mesh, tmp_path):
     assert error.value.status == -3 and error.value.name == "FLESH_ERR_FILE" and isinstance(error.value, OSError)
     with pytest.raises(flesh.FileError, match="nowhere.mesh: cannot be opened"):
         flesh.Mesh.read(tmp_path / "nowhere.mesh")
+    with pytest.raises(ValueError, match="zero byte"):
+        flesh.Mesh.read(str(tmp_path / "cube.mesh") + "\0.mesh")
+    with pytest.raises(flesh.ArgumentError, match="masked"):
+        mesh.volume(np.ma.array(mesh.positions, mask=mesh.positions > 0))
     with pytest.raises(flesh.ArgumentError, match=r"x has shape \(3, 3\); it must be \(45, 3\)"):
         mesh.volume(np.zeros((3, 3)))
     with pytest.raises(ValueError):
