@@ -1,8 +1,54 @@
 /* filter_error.c: estimates of local errors through (M + g^2 K)^-1 M: what a stage would leave of them. */
 #include "newton/newton.h"
 
+#include <string.h>
+
+#include "system/one_effect.h"
+#include "system/velocity_scale.h"
+
 enum { MOST_ITERATIONS = 300 };
 static const double depth = 0.1; /* of the solve, over the right-hand side: an estimate needs no more */
+
+/* b [n]: what the penalty of multipliers adds to K p at u, as a difference of residuals. */
+static int find_penalty_force(flesh_newton *self, const double *u, const double *p, double *b)
+{
+  static const double little = 1e-6; /* of the body's length: the displacement's norm */
+  flesh_equations *equations = &self->equations;
+  const int n = equations->n, *fixed = equations->constrained.dofs;
+  double *x = equations->scratch, *r = x + n;
+  const double scale = little * flesh_system_length_scale(equations->system) / flesh_norm(self->threads, n, p);
+  const flesh_point point = flesh_equations_point(equations, u);
+  int status = FLESH_OK;
+  memset(b, 0, (size_t)n * sizeof *b);
+  for (int d = 0; d < n; d++) x[d] = point.x[d] + scale * equations->stage.shift.x * p[d];
+  for (int k = 0; k < 4 && !status; k++) {
+    const int moved = k & 1, without = k & 2;
+    flesh_point at = point;
+    if (moved) at.x = x;
+    if (without) at.penalty = 1e-12;
+    status = flesh_system_roles_residual(equations->system, FLESH_ROLE_BIT(FLESH_ROLE_ELASTICITY), &at, r);
+    const double weight = (moved && !without) || (!moved && without) ? 1 / scale : -1 / scale;
+    for (int d = 0; d < n && !status; d++) b[d] += weight * r[d];
+  }
+  for (int k = 0; k < equations->constrained.count; k++) b[fixed[k]] = 0;
+  return status;
+}
+
+/* Takes from p what changes volumes that multipliers hold, and is no error, as steps end where these are held. A penalty leaves
+ * a part of it, and would take that for a motion that is the faster, the shorter steps are. */
+static int keep_volumes(flesh_newton *self, const double *u, double *p)
+{
+  const int n = self->equations.n;
+  double *b = self->equations.scratch + 2 * (size_t)n, *q = b + n;
+  flesh_direction_kind kind;
+  int status = find_penalty_force(self, u, p, b);
+  const flesh_direction_request request = {.tolerance = depth * flesh_norm(self->threads, n, b),
+                                           .max_iterations = MOST_ITERATIONS};
+  memset(q, 0, (size_t)n * sizeof *q);
+  if (!status && request.tolerance > 0) status = flesh_direction_solve(&self->direction, &request, b, q, &kind);
+  for (int d = 0; d < n && !status; d++) p[d] -= q[d];
+  return status;
+}
 
 int flesh_newton_filter_error(flesh_newton *self, const double *u, const double *b, double *p)
 {
@@ -26,5 +72,5 @@ int flesh_newton_filter_error(flesh_newton *self, const double *u, const double 
     if (!status) status = flesh_direction_factor(direction, 0);
     if (!status) status = flesh_direction_solve(direction, &request, b, p, &kind);
   }
-  return status;
+  return status || !(self->equations.stage.penalty > 0) ? status : keep_volumes(self, u, p);
 }

@@ -129,8 +129,9 @@ int flesh_subdomain_solve(flesh_newton *newton, const double *u, const double *r
 /* Room for the largest subdomain of the system, solved with PCG. Returns new; NULL: no memory. */
 flesh_reserve *flesh_subdomain_reserve(const flesh_system *system);
 
-/* p [n] = K^-1 b to a tenth, K being that of the last stage, whose last iterate is u [n]. FLESH_NOT_CONVERGED, with the last
- * iterate, or where b is 0; FLESH_NOT_POSITIVE. Counts in `stats`. */
+/* p [n] = K^-1 b to a tenth, K being that of the last stage, whose last iterate is u [n], without what changes volumes that
+ * multipliers hold. FLESH_NOT_CONVERGED, with the last iterate, or where b is 0; FLESH_NOT_POSITIVE. Counts in `stats`.
+ * Overwrites the scratch of the equations. */
 int flesh_newton_filter_error(flesh_newton *newton, const double *u, const double *b, double *p);
 
 /* K has become another matrix than one of the iteration: nothing that is known of it holds. */

@@ -44,7 +44,9 @@ static const double depth = 0.5;             /* of the error allowed, that resid
  * many tolerances of the load, which moves such a body by that share less or more. */
 static const double of_load = 5;
 static const double deeper = 0.1;            /* after each refusal by energy, that residuals may have put in */
-static const double gap_depth = 1e-2;        /* of the error allowed that a change of volume may make */
+/* A change of volume may make this part of the error allowed. The next step closes the gap, however short it is, and errors
+ * of short steps count more often: it is at most as much as the stage is shorter than the body's period, too. */
+static const double gap_depth = 1e-2;
 static const double lasting = 0.7;           /* of the body's periods, through which errors add up */
 static const double flight = 3;              /* and so many times as long lasts the momentum of a body that nothing holds */
 static const double negligible = 1e-3;       /* an unfiltered error below this needs no filter */
@@ -176,7 +178,10 @@ double flesh_error_control_slip(const flesh_error_control *self) { return fmax(1
 
 int flesh_error_control_keeps_gaining(const flesh_error_control *self) { return self->gains >= MOST_GAINS; }
 
-double flesh_error_control_gap(const flesh_error_control *self) { return gap_depth * self->local; }
+double flesh_error_control_gap(const flesh_error_control *self, const flesh_shift *shift)
+{
+  return self->local * fmin(gap_depth, 1 / (sqrt(shift->a) * self->period));
+}
 
 /* f = (M + g^2 K)^-1 of the force [n] in self->force, times g^2, into `filtered`; whether it is there.
  * *product: f.(K + M/g^2) f. */

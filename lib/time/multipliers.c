@@ -115,7 +115,7 @@ int flesh_multipliers_solve(flesh_multipliers *self, flesh_stage *stage, const f
   if (!self->count) return flesh_nonlinear_solve(nonlinear, stage, guesses, extensions, stats);
   const double *next[] = {self->u, NULL}, *u = flesh_nonlinear_unknowns(nonlinear);
   const double by_inertia = self->inertia * stage->shift.a / stage->shift.x;
-  const double tolerance = fmax(self->tolerance, self->allowed);
+  const double tolerance = self->allowed > 0 ? self->allowed : self->tolerance;
   double largest = 0, deeper = 1;
   int status = FLESH_NOT_CONVERGED, settled = 0;
   stage->multipliers = self->trial;
@@ -125,10 +125,11 @@ int flesh_multipliers_solve(flesh_multipliers *self, flesh_stage *stage, const f
     const int before = stats->newton;
     status = flesh_nonlinear_solve(nonlinear, stage, k ? next : guesses, extensions, stats);
     flesh_nonlinear_set_target(nonlinear, status ? 0 : deeper * stats->residual_target);
+    const double gap_before = largest;
     if (!status) status = find_gaps(self, stage, end, u, &largest);
     if (status) break;
-    const int idle = k && stats->newton == before;
-    settled = largest <= (idle ? fmax(tolerance, self->depth) : tolerance);
+    const int idle = k && stats->newton == before, stays = k && largest > gap_before / 2; /* that is at round-off */
+    settled = largest <= fmax(tolerance, idle ? self->depth : stays ? self->tolerance : 0);
     if (settled) break;
     deeper = idle ? 0.1 : 1; /* the residual that may be left is more than what the correction changes */
     const double change = stage->shift.x * stage->penalty;
