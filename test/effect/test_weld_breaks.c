@@ -370,8 +370,8 @@ static double *positions_of_bar(const int cells[3], flesh_method method, double 
   return x;
 }
 
-/* What a step leaves of the gaps of incompressible tets the next one closes, however short it is: so short ones leave less,
- * and accelerations with which methods begin anew have nothing of them. */
+/* A step closes the gaps of incompressible tets that the one before has left, however short it is: short ones leave less, and
+ * errors have nothing of them. */
 static void gaps_do_not_shorten_steps_where_a_weld_breaks(void)
 {
   int n;
