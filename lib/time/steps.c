@@ -101,7 +101,7 @@ static int start_with_multipliers(flesh_integrator *self, flesh_state *state, co
                                   .lagged = state, .begin = piece->begin, .end = piece->begin + g, .h = g,
                                   .seen = tape ? tape->seen : 0};
   int status = FLESH_OK;
-  /* What the first stage leaves of the gaps, the second closes: its acceleration is off by that over g^2. */
+  /* The second stage closes the gaps that the first one leaves: its acceleration is off by these over g^2. */
   self->multipliers.allowed = part * part * self->multipliers.tolerance;
   if (tape) tape->try_part(tape->data);
   for (memory->at = 0; memory->at < 2 && !status; memory->at++) status = solve_start(self, state, piece, g, stats);
