@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "system/one_effect.h"
+#include "system/ranks.h"
 #include "system/velocity_scale.h"
 
 enum { MOST_ITERATIONS = 300 };
@@ -41,7 +42,7 @@ static int keep_volumes(flesh_newton *self, const double *u, double *p)
   const int n = self->equations.n;
   double *b = self->equations.scratch + 2 * (size_t)n, *q = b + n;
   flesh_direction_kind kind;
-  int status = find_penalty_force(self, u, p, b);
+  int status = flesh_team_agree(self->equations.team, find_penalty_force(self, u, p, b));
   const flesh_direction_request request = {.tolerance = depth * flesh_norm(self->threads, n, b),
                                            .max_iterations = MOST_ITERATIONS};
   memset(q, 0, (size_t)n * sizeof *q);
