@@ -1,6 +1,7 @@
 /* contact_secant.c: gaps at which a solve is expected to end. */
 #include "geometry/contact_secant.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "base/error.h"
@@ -31,17 +32,19 @@ static double pressure_at(double s)
   return -first;
 }
 
-/* The gap over the thickness at which the pressure is this. */
+/* The gap over the thickness at which the pressure is this, by Newton's iteration on the pressure's square root, which is
+ * convex and where it begins is too large: it ends where rounding moves it no further. */
 static double gap_at(double pressure)
 {
-  double low = 0, high = 1;
+  const double root = sqrt(pressure);
   if (!(pressure > 0)) return 1;
-  for (int k = 0; k < 52; k++) {
-    const double middle = (low + high) / 2;
-    if (pressure_at(middle) > pressure) low = middle;
-    else high = middle;
+  if (!(root < INFINITY)) return 0;
+  for (double s = 1 / (1 + root);;) {
+    const double along = sqrt(1 + 2 * s), here = (1 - s) / s * along;
+    const double next = s + (here - root) * s * s * along / (1 + s + s * s); /* its derivative there */
+    if (!(next > s)) return s;
+    s = next;
   }
-  return high;
 }
 
 static double gap_of(const flesh_contact_pair *pair, const double *x)
