@@ -40,13 +40,30 @@ SELECT printf('there is nothing to draw: %s over %s has no row with %s numbers',
   iif(log = '', 'finite', 'finite and, on logarithmic axes, positive'))
 FROM asked, chosen c, labels n WHERE place = 1 AND n.axis = 'x' AND NOT EXISTS (SELECT 1 FROM points WHERE drawn);
 
+-- Of more rows than show, the first, the last, the least and the largest of each stretch within a quarter of a pixel across
+-- draw the same picture. Rows without numbers are stretches of their own.
+CREATE TEMP TABLE stretches (curve, stretch, row, y, PRIMARY KEY (curve, stretch, row)) WITHOUT ROWID;
+INSERT INTO stretches
+SELECT curve, sum(begins) OVER (PARTITION BY curve ORDER BY row ROWS UNBOUNDED PRECEDING), row, y
+FROM (SELECT *, place_x IS NOT lag(place_x) OVER (PARTITION BY curve ORDER BY row) AS begins
+  FROM (SELECT curve, row, p.y AS y, iif(p.drawn, coalesce(CAST(4 * width * iif(is_log, ln(p.x / low) / ln(high / low),
+      (p.x - low) / (high - low)) AS INTEGER), 0), -1) AS place_x
+    FROM asked, labels l, points p JOIN curves c ON c.place = p.place AND c.word = p.word
+    WHERE l.axis = 'x' AND c.count > 16 * width AND NOT points));
+CREATE TEMP TABLE shown AS
+SELECT curve, min(row) AS row FROM stretches GROUP BY curve, stretch
+UNION SELECT curve, max(row) FROM stretches GROUP BY curve, stretch
+UNION SELECT curve, row FROM (SELECT curve, row, min(y) FROM stretches GROUP BY curve, stretch)
+UNION SELECT curve, row FROM (SELECT curve, row, max(y) FROM stretches GROUP BY curve, stretch);
+
 -- The data stand in the script, so that it can be restyled and drawn again wherever it is. Lines beneath are wider, so that
 -- they show beside the lines that cover them; the key stands beside the curves where its words are short, else below.
 -- to *.gp
 SELECT text FROM (
   SELECT curve, -1 AS row, printf('$curve_%d << END', curve + 1) AS text FROM curves
-  UNION ALL SELECT curve, row, coalesce(number(x), 'NaN') || ' ' || coalesce(number(y), 'NaN')
-  FROM points p JOIN curves c ON c.place = p.place AND c.word = p.word
+  UNION ALL SELECT curve, row, coalesce(number(p.x), 'NaN') || ' ' || coalesce(number(p.y), 'NaN')
+  FROM points p JOIN curves c ON c.place = p.place AND c.word = p.word, asked
+  WHERE c.count <= 16 * width OR points OR (curve, row) IN shown
   UNION ALL SELECT curve, 1e99, 'END' FROM curves
   UNION ALL
   SELECT 1e99, 0, plot(picture, width, height, NULL, NULL, NULL, 0, suffix) || 'set autoscale xfix

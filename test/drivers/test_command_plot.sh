@@ -85,6 +85,24 @@ a_script_draws_it_again() {
   mv again.svg first.svg && gnuplot -d ./again.gp && cmp first.svg again.svg && [ ! -e sign ]
 }
 
+# Of many rows those stay that show: the picture is that of all. The spike is one row.
+many_rows_are_thinned() {
+  python3 - <<'END' >many.csv || return 1
+import math, random
+random.seed(3)
+rows = [[1 + k / 1000, math.exp(random.gauss(0, 0.3) + math.sin(k / 2000))] for k in range(12000)]
+rows[7001][1], rows[3000:3400] = 40, [[t, "nan"] for t, _ in rows[3000:3400]]
+print("t,a", *(f"{t},{a}" for t, a in rows), sep="\n")
+END
+  for log in '' 'x' 'xy'; do
+    expect 0 "$flesh" plot many.csv --y a ${log:+--log $log} --width 300 --height 200 --out many.png || return 1
+    [ "$(lines many.gp)" -lt 4840 ] || { lines many.gp; return 1; }
+    { echo '$curve_1 << END'; sed '1d; s/,/ /' many.csv; sed -n '/^END$/,$p' many.gp; } >all.gp
+    gnuplot -d -e "picture='all.png'" ./all.gp && check many.png all.png || return 1
+  done
+  expect 0 "$flesh" plot many.csv --y a --points --out dots.svg && [ "$(lines dots.gp)" -gt 12000 ]
+}
+
 what_is_not_there_is_told() {
   refused 2 'one has no column foo; it has t, step, h, newton, .*, inverted, tip.position_x, .*, clamp.reaction_moment_z$' \
     one --y foo &&
@@ -107,4 +125,4 @@ what_is_not_there_is_told() {
 }
 
 run_tests curves_are_those_of_the_runs pictures_are_not_empty columns_have_units_and_may_be_many axes_may_be_logarithmic \
-  any_table_can_be_grouped a_script_draws_it_again what_is_not_there_is_told
+  any_table_can_be_grouped a_script_draws_it_again many_rows_are_thinned what_is_not_there_is_told

@@ -3,6 +3,7 @@
     check_plot.py PICTURE.svg TABLE.csv X Y COLOUR [log]   its curve of that colour goes through the points of the
                                                            columns X and Y (headers), to half a pixel; `log`: of log Y
     check_plot.py PICTURE.png COLOUR...                    it has a hundred pixels of each colour at least
+    check_plot.py PICTURE.png OTHER.png                    no pixel differs by more than 60 of 255, nor one of a hundred by 8
 """
 import csv
 import math
@@ -75,6 +76,11 @@ def pixels_of(path):
 
 if sys.argv[1].endswith(".svg"):
     check_svg(*sys.argv[1:6], len(sys.argv) > 6)
+elif sys.argv[2].endswith(".png"):
+    off = [max(abs(p - q) for p, q in zip(*pair)) for pair in zip(pixels_of(sys.argv[1]), pixels_of(sys.argv[2]))]
+    print(f"# {sum(d > 8 for d in off)} of {len(off)} pixels differ by more than 8, at most by {max(off)}")
+    if max(off) > 60 or sum(d > 8 for d in off) > len(off) / 100:
+        sys.exit(f"{sys.argv[1]} is not {sys.argv[2]}")
 else:
     seen = pixels_of(sys.argv[1])
     for wanted in sys.argv[2:]:
