@@ -44,8 +44,8 @@ static const double depth = 0.5;             /* of the error allowed, that resid
  * many tolerances of the load, which moves such a body by that share less or more. */
 static const double of_load = 5;
 static const double deeper = 0.1;            /* after each refusal by energy, that residuals may have put in */
-/* A change of volume may make this part of the error allowed. The next step closes the gap, however short it is, and errors
- * of short steps count more often: it is at most as much as the stage is shorter than the body's period, too. */
+/* A change of volume may make this part of the error allowed, less by as much as the stage is shorter than the body's period:
+ * the next step closes the gap, and what touches something then has the velocity of that. */
 static const double gap_depth = 1e-2;
 static const double lasting = 0.7;           /* of the body's periods, through which errors add up */
 static const double flight = 3;              /* and so many times as long lasts the momentum of a body that nothing holds */
@@ -180,7 +180,7 @@ int flesh_error_control_keeps_gaining(const flesh_error_control *self) { return 
 
 double flesh_error_control_gap(const flesh_error_control *self, const flesh_shift *shift)
 {
-  return self->local * fmin(gap_depth, 1 / (sqrt(shift->a) * self->period));
+  return gap_depth * self->local * fmin(1, 1 / (sqrt(shift->a) * self->period));
 }
 
 /* f = (M + g^2 K)^-1 of the force [n] in self->force, times g^2, into `filtered`; whether it is there.
