@@ -1,0 +1,76 @@
+"""shapes.py: bodies by gmsh for error_bars.py."""
+import subprocess
+
+KERNEL = "SetFactory(\"OpenCASCADE\");\n"
+NEAR, FAR = -1e-6, 1e-6
+
+
+def less(last, solids):
+    """The first solid without those up to `last`, as volume 8."""
+    return f"{solids}\nBooleanDifference(8) = {{ Volume{{1}}; Delete; }}{{ Volume{{2:{last}}}; Delete; }};\n"
+
+
+def half(y, z, high):
+    """What volume 8 has at x > 0 below `high`, above y and z."""
+    return (f"Box(9) = {{0, {y}, {z}, {high}, 18, 18}};\n"
+            "BooleanIntersection(10) = { Volume{8}; Delete; }{ Volume{9}; Delete; };\n")
+
+
+def angle(length, thick, fillet):
+    """A leg along z and an arm along x; the corner between them is round if `fillet` > 0."""
+    inner = thick + fillet
+    points = [(0, 0), (length, 0), (length, thick), (inner, thick), (thick, inner), (thick, 1.2), (0, 1.2)]
+    if not fillet:
+        del points[4]
+    count = len(points)
+    text = "".join(f"Point({k + 1}) = {{{x}, 0, {z}}};\n" for k, (x, z) in enumerate(points))
+    for k in range(1, count + 1):
+        ends = f"{k}, {k % count + 1}"
+        text += f"Line({k}) = {{{ends}}};\n" if not (fillet and k == 4) else (
+            f"Point(8) = {{{inner}, 0, {inner}}};\nCircle(4) = {{4, 8, 5}};\n")
+    return text + (f"Curve Loop(1) = {{1:{count}}}; Plane Surface(1) = {{1}}; Extrude {{0, .5, 0}} {{ Surface{{1}}; }}\n"
+                   + ("Delete { Point{8}; }\n" if fillet else ""))
+
+
+def draw(kind, rng):
+    """The geometry, clamped box, loaded box, tip, a point within, length, thickness and gmsh's length of edges."""
+    thick = rng.uniform(.2, .35)
+    root, end = [[NEAR, -9, -9], [FAR, 9, 9]], lambda x: [[x + NEAR, -9, -9], [9, 9, 9]]
+    if kind in ("bracket", "corner"):
+        length = rng.uniform(1.2, 1.8)
+        return (angle(length, thick, rng.uniform(.12, .25) if kind == "bracket" else 0), [[-9, -9, 1.2 + NEAR], [9, 9, 9]],
+                end(length), [.98 * length, .25, .5 * thick], [.6 * length, .21, .4 * thick], length + 1, thick, .5)
+    if kind == "shell":
+        solids = f"Cylinder(1) = {{0, 0, 0, 0, .8, 0, 1}}; Cylinder(2) = {{0, 0, 0, 0, .8, 0, {1 - thick}}};"
+        inside = .66 * (1 - thick / 2)
+        return (less(2, solids) + half(-9, 0, 9), root, [[-9, -9, NEAR], [9, 9, FAR]], [1 - thick / 2, .4, .04],
+                [inside, .4, inside], 1.4, thick, .45)
+    if kind == "dome":
+        solids = f"Sphere(1) = {{0, 0, 0, 1}}; Sphere(2) = {{0, 0, 0, {1 - thick}}};"
+        return less(2, solids) + half(0, -9, .8), root, end(.8), [.75, .1, .52], [.5, .1, .7], 1, thick, .6
+    if kind == "torus":
+        minor = thick / 2 + .1
+        return (f"Torus(8) = {{0, 0, 0, 1, {minor}}};\n" + half(-9, -9, 9), [[NEAR, 0, -9], [FAR, 9, 9]],
+                [[NEAR, -9, -9], [FAR, 0, 9]], [.05, -1, .02], [.95, .03, .02], 2.5, 2 * minor, .9)
+    if kind == "limb":
+        length, r = rng.uniform(2, 3), rng.uniform(.35, .5)
+        return (f"Cone(1) = {{0, 0, 0, {length}, 0, 0, {r}, {r * rng.uniform(.4, .7)}}};\n", root, end(length),
+                [.98 * length, .02, .03], [.4 * length, .02, .03], length, 1.5 * r, .6)
+    length, wide = rng.uniform(1.8, 2.4), rng.uniform(.9, 1.2)
+    solids = f"Box(1) = {{0, 0, 0, {length}, {wide}, {thick}}};"
+    for k, (x, y) in enumerate([(length * .33, wide * .5), (length * .7, wide * .45)]):
+        solids += f" Cylinder({2 + k}) = {{{x}, {y}, -1, 0, 0, 2, {rng.uniform(.18, .28) * wide}}};"
+    return (less(3, solids), root, end(length), [.98 * length, .4, .5 * thick],
+            [.51 * length, .5 * wide, .4 * thick], length, thick, .8)
+
+
+def mesh(kind, rng, stem):
+    """Writes stem.geo and stem.msh; how many tets it has, and what `draw` gives beside the geometry."""
+    text, *rest, edge = draw(kind, rng)
+    with open(stem + ".geo", "w", encoding="utf-8") as file:
+        file.write(f"{KERNEL}{text}Mesh.MeshSizeMax = {edge};\nMesh.MeshSizeMin = {edge};\nMesh.Optimize = 1;\n")
+    subprocess.run(["gmsh", "-3", "-nopopup", stem + ".geo", "-o", stem + ".msh", "-v", "1"], check=True, capture_output=True)
+    with open(stem + ".msh", encoding="utf-8") as file:
+        lines = file.read().split("\n")
+    blocks = [line.split() for line in lines[lines.index("$Elements") + 2:] if len(line.split()) == 4]
+    return [sum(int(count) for dimension, _, kind, count in blocks if (dimension, kind) == ("3", "4")), *rest]
