@@ -1,7 +1,8 @@
-/* map_judge.c: what the measurements say of a map and of the keys beside it, and what the penalty does, by the regularised
- * Gauss-Newton matrix H = J^T J + P^T P of the end, in q. Of C = H^-1 the diagonal is that of the variances, and of C J^T J
- * that of resolutions (Tarantola 2005, sections 3.4 and 7.3; Rodgers 2000, section 2.4). A variance is the mean over maps as
- * the penalty likes them: what it does to this one, the shift C P^T of its residuals, is added as a square. */
+/* map_judge.c: what the measurements say of a map and of the keys beside it, and what the penalty does, by the matrix H of the
+ * end, in q: J^T J and the second derivative of half the penalty. Of C = H^-1 the diagonal is that of the variances, and of
+ * C J^T J that of resolutions (Tarantola 2005, sections 3.4 and 7.3; Rodgers 2000, section 2.4). A variance is the mean over
+ * maps as the penalty likes them: what it does to this one, the shift C g by its derivative g, is added as a square. Keys
+ * believe a tenth of the penalty, which has rounded the edges of this end, so that its shift is less than the truth's. */
 #include <gsl/gsl_blas.h>
 #include <gsl/gsl_cdf.h>
 #include <gsl/gsl_linalg.h>
@@ -16,7 +17,7 @@
  * this deviation; where it is so for more than this share of a variance, nothing else is known. A fixed parameter has this
  * information. */
 enum { MOST = 2500 };
-static const double unknown = 10, loose_share = 0.1, fixed = 1e20;
+static const double unknown = 10, loose_share = 0.1, fixed = 1e20, belief_of_keys = 0.1;
 
 typedef struct judging {
   flesh_fit *fit;
@@ -45,14 +46,15 @@ static int find_jacobian(judging *j)
   return status;
 }
 
-static void add_penalty(const judging *j, gsl_matrix *H)
+/* Adds the second derivative of `belief` times half the penalty, which rises by less than its square at an edge. */
+static void add_penalty(const judging *j, double belief, gsl_matrix *H)
 {
   const flesh_fit_map *map = j->fit->map;
   for (int k = 0; k < map->face_count; k++) {
     const size_t a = (size_t)map->faces[2 * k], b = (size_t)map->faces[2 * k + 1];
-    double slope;
-    flesh_fit_map_bend(j->fit, k, j->found->p, &slope);
-    const double weight = j->found->stages[j->found->chosen].weight * map->face_weights[k] * slope * slope;
+    double slope, weight = belief * j->found->stages[j->found->chosen].weight * map->face_weights[k];
+    const double bend = flesh_fit_map_bend(j->fit, k, j->found->p, &slope) / map->edge;
+    if (map->penalty == FLESH_FIT_VARIATION) weight *= pow(1 + bend * bend / 2, -3);
     *gsl_matrix_ptr(H, a, a) += weight;
     *gsl_matrix_ptr(H, b, b) += weight;
     *gsl_matrix_ptr(H, a, b) -= weight;
@@ -104,18 +106,32 @@ static int is_determined(judging *j, int k, unsigned char *said)
   return 0;
 }
 
-static void take_covariance(judging *j)
+/* Makes C and the shift. */
+static int invert(judging *j, double belief)
+{
+  gsl_matrix_memcpy(j->C, j->information);
+  add_penalty(j, belief, j->C);
+  if (gsl_linalg_cholesky_decomp1(j->C) || gsl_linalg_cholesky_invert(j->C))
+    return flesh_fail(FLESH_ERR_SOLVE, "the matrix of a map's deviations is not positive");
+  find_shift(j);
+  return FLESH_OK;
+}
+
+static int take_covariance(judging *j)
 {
   const flesh_fit *fit = j->fit;
   const int n = fit->key_count;
   unsigned char said[FLESH_FIT_PARAMETERS] = {0}, known[FLESH_FIT_PARAMETERS];
   for (int k = 0; k < n; k++) known[k] = !j->found->at_bound[k] && is_determined(j, k, said);
+  const int status = n ? invert(j, belief_of_keys) : FLESH_OK;
+  if (status) return status;
   for (int a = 0; a < n; a++)
     for (int b = 0; b < n; b++)
       if (known[a] && known[b])
         j->to->covariance[a * n + b] = (gsl_matrix_get(j->C, (size_t)a, (size_t)b) + j->shift[a] * j->shift[b]) *
                                        flesh_fit_slope(&fit->parameters[a], j->found->p[a]) *
                                        flesh_fit_slope(&fit->parameters[b], j->found->p[b]);
+  return FLESH_OK;
 }
 
 static int judge(judging *j)
@@ -125,11 +141,8 @@ static int judge(judging *j)
   int status = find_jacobian(j);
   if (status) return status;
   gsl_blas_dgemm(CblasTrans, CblasNoTrans, 1, j->J, j->J, 0, j->information);
-  gsl_matrix_memcpy(j->C, j->information);
-  add_penalty(j, j->C);
-  if (gsl_linalg_cholesky_decomp1(j->C) || gsl_linalg_cholesky_invert(j->C))
-    return flesh_fail(FLESH_ERR_SOLVE, "the matrix of a map's deviations is not positive");
-  find_shift(j);
+  status = invert(j, 1);
+  if (status) return status;
   found->determined = 0;
   for (size_t k = keys; k < n; k++) {
     gsl_vector_view row = gsl_matrix_row(j->C, k), column = gsl_matrix_column(j->information, k);
@@ -137,8 +150,7 @@ static int judge(judging *j)
     gsl_blas_ddot(&row.vector, &column.vector, &found->resolutions[k - keys]);
     found->determined += found->resolutions[k - keys];
   }
-  take_covariance(j);
-  return FLESH_OK;
+  return take_covariance(j);
 }
 
 int flesh_fit_map_judge(flesh_fit *fit, flesh_fit_found *found, flesh_fit_statistics *to)

@@ -114,7 +114,7 @@ faces = {}
 for t, nodes in enumerate(T):
     for o in range(4): faces.setdefault(tuple(sorted(np.delete(nodes, o))), []).append(t)
 pairs = {face: two for face, two in faces.items() if len(two) == 2}
-P, bend = np.zeros((len(pairs), K + 12)), np.zeros(len(pairs))
+P, R, bend = np.zeros((len(pairs), K + 12)), np.zeros((K + 12, K + 12)), np.zeros(len(pairs))
 for k, (face, (a, b)) in enumerate(pairs.items()):
     u, v, w = X[list(face)]
     weight = 3 * np.linalg.norm(np.cross(v - u, w - u)) / 2 / np.linalg.norm(X[T[a]].mean(0) - X[T[b]].mean(0)) / 2 ** (1 / 3)
@@ -123,17 +123,23 @@ for k, (face, (a, b)) in enumerate(pairs.items()):
     of = lambda d: d if penalty == "quadratic" else np.sign(d) * 0.1 * np.sqrt(2 * (np.sqrt(1 + (d / 0.1) ** 2) - 1))
     slope = 1 if penalty == "quadratic" else (of(d + 1e-5) - of(d - 1e-5)) / 2e-5
     P[k, a], P[k, b] = np.sqrt(weight) * slope, -np.sqrt(weight) * slope
+    curve = (of(d + 1e-4) ** 2 - 2 * of(d) ** 2 + of(d - 1e-4) ** 2) / 2e-8
+    R[np.ix_([a, b], [a, b])] += weight * curve * np.array([[1, -1], [-1, 1]])
     bend[k] = np.sqrt(weight) * of(d)
 information = J.T @ J
 H = information + P.T @ P
-inverse = np.linalg.inv(H + 0.01 * np.eye(K + 12))
-shift = inverse @ P.T @ bend
-errors = inverse + np.outer(shift, shift)
+def find_errors(belief):
+    inverse = np.linalg.inv(information + belief * R + 0.01 * np.eye(K + 12))
+    shift = inverse @ P.T @ bend
+    return inverse, inverse + np.outer(shift, shift)
+inverse, errors = find_errors(1)
 assert np.allclose([float(row["deviation of q"]) for row in rows], np.sqrt(np.diag(errors))[K:], rtol=1e-3)
-resolution = np.diag(inverse @ information)[K:]
+resolution, errors = np.diag(inverse @ information)[K:], find_errors(0.1)[1]
 assert np.allclose([float(row["resolution"]) for row in rows], resolution, rtol=1e-3, atol=1e-5)
 slopes = [s or p["value"] for p, s in zip(keys, sizes)]
-assert np.allclose(result["covariance"], errors[:K, :K] * np.outer(slopes, slopes), rtol=2e-3, atol=1e-9), (result["covariance"], errors[:K, :K])
+covariance = errors[:K, :K] * np.outer(slopes, slopes)
+sizes_of = np.sqrt(np.outer(np.diag(covariance), np.diag(covariance)))
+assert np.all(np.abs(np.reshape(result["covariance"], (K, K)) - covariance) <= 2e-3 * sizes_of), (result["covariance"], covariance)
 for k, p in enumerate(keys):
     half, s = 1.95996 * np.sqrt(errors[k, k]), sizes[k]
     ends = [(q[k] + e) * s if s else np.exp(q[k] + e) for e in (-half, half)]
