@@ -138,6 +138,8 @@ int flesh_system_jacobian(const flesh_system *system, const flesh_point *point,
 {
   FLESH_NEED({system, "system"}, {point, "point"}, {shift, "shift"}, {K, "K"});
   const flesh_layout *layout = K->layout;
+  if (!layout && K->row_start != system->pattern.row_start)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "K is a matrix of another system; flesh_system_matrix_create makes one of this");
   double of_ranks[flesh_effect_sums_room(system)];
   flesh_effect_view view = flesh_effect_view_with(system, point, of_ranks);
   int status = FLESH_OK;

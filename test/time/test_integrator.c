@@ -392,6 +392,16 @@ static void bad_arguments_are_sentences(void)
   flesh_integrator_destroy(&integrator);
   flesh_integrator_destroy(&integrator);
   flesh_integrator_destroy(NULL);
+  test_body other;
+  flesh_block_matrix *K = NULL;
+  make_bar(FLESH_ENERGY_S, 0.45, FLESH_MASS_LUMPED, 1, &other);
+  CHECK_OK(flesh_system_finalize(other.system));
+  CHECK_OK(flesh_system_matrix_create(other.system, &K));
+  const flesh_point point = flesh_point_at(0, b.state.x, b.state.v, b.state.v);
+  CHECK_OK(flesh_system_jacobian(other.system, &point, &(flesh_shift){.x = 1}, K));
+  REFUSED(flesh_system_jacobian(b.system, &point, &(flesh_shift){.x = 1}, K), "K is a matrix of another system");
+  flesh_block_matrix_destroy(&K);
+  test_body_destroy(&other);
   test_body_destroy(&b);
 }
 
