@@ -91,21 +91,7 @@ static json_t *facts_of(const void *data, int number)
 
 static const char *status_word(const flesh_accuracy_figures *f)
 {
-  switch (f->status) {
-  case FLESH_OK:
-    return f->below ? "below reference" : "complete";
-  case FLESH_ERR_INTERRUPTED:
-    return "interrupted";
-  case FLESH_ERR_BUDGET:
-    return "out of budget";
-  case FLESH_NONFINITE:
-  case FLESH_ERR_NONFINITE:
-    return "non-finite";
-  case FLESH_ERR_ARGUMENT:
-    return "refused";
-  default:
-    return "failed";
-  }
+  return !f->status && f->below ? "below reference" : flesh_fields_status(f->status, "failed");
 }
 
 /* Does the case in this process; its message is that of an error, or what was made. */

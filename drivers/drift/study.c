@@ -66,17 +66,10 @@ static int make_case(const void *data, int number, flesh_study_case *made)
 
 static const char *status_word(const figures *f)
 {
-  switch (f->status) {
-  case FLESH_OK: return f->stressed_rest > 0 ? "stressed rest" : "complete";
-  case FLESH_UNDEFINED: return "undefined";
-  case FLESH_NONFINITE:
-  case FLESH_ERR_NONFINITE: return "non-finite";
-  case FLESH_ERR_BUDGET: return "out of budget";
-  case FLESH_ERR_INTERRUPTED: return "interrupted";
-  case FLESH_ERR_ARGUMENT: return "refused";
-  case FLESH_ERR_ENERGY: return "energy grew";
-  default: return "not converged";
-  }
+  if (!f->status && f->stressed_rest > 0) return "stressed rest";
+  return flesh_fields_status(f->status, f->status == FLESH_UNDEFINED    ? "undefined"
+                                        : f->status == FLESH_ERR_ENERGY ? "energy grew"
+                                                                        : "not converged");
 }
 
 static json_t *do_case(const void *data, int number, const char *folder)

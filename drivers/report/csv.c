@@ -118,36 +118,23 @@ char *flesh_report_path(const char *folder, const char *name)
   return path;
 }
 
-/* folder/name whole (new); NULL where there is no such file. */
-static int load(const char *folder, const char *name, char **data, size_t *size)
+/* Takes a file into a new value, if there is such a file. */
+static int take_file(const char *folder, const char *name, int is_json, json_t **value)
 {
-  char *path = flesh_report_path(folder, name);
-  *data = NULL;
+  size_t size;
+  char *path = flesh_report_path(folder, name), *data = NULL;
   int status = path ? flesh_path_check(path) : flesh_report_no_memory();
-  if (!status && flesh_path_is_file(path)) status = flesh_file_load(path, data, size);
-  free(path);
+  if (!status && flesh_path_is_file(path)) status = flesh_file_load(path, &data, &size);
+  *value = !data     ? NULL
+           : is_json ? json_loadb(data, size, JSON_ALLOW_NUL | JSON_REJECT_DUPLICATES, NULL)
+                     : flesh_json_bytes(data, size);
+  free(path), free(data);
   return status;
 }
 
-int flesh_report_file(const char *folder, const char *name, json_t **text)
-{
-  size_t size;
-  char *data;
-  const int status = load(folder, name, &data, &size);
-  *text = data ? flesh_json_bytes(data, size) : NULL;
-  free(data);
-  return status;
-}
+int flesh_report_file(const char *folder, const char *name, json_t **text) { return take_file(folder, name, 0, text); }
 
-int flesh_report_json(const char *folder, const char *name, json_t **value)
-{
-  size_t size;
-  char *data;
-  const int status = load(folder, name, &data, &size);
-  *value = data ? json_loadb(data, size, JSON_ALLOW_NUL | JSON_REJECT_DUPLICATES, NULL) : NULL;
-  free(data);
-  return status;
-}
+int flesh_report_json(const char *folder, const char *name, json_t **value) { return take_file(folder, name, 1, value); }
 
 int flesh_report_has(const char *folder, const char *name)
 {

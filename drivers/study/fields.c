@@ -57,6 +57,19 @@ json_t *flesh_fields_names(const flesh_study_field *fields)
   return names;
 }
 
+const char *flesh_fields_status(int status, const char *otherwise)
+{
+  switch (status) {
+  case FLESH_OK: return "complete";
+  case FLESH_NONFINITE:
+  case FLESH_ERR_NONFINITE: return "non-finite";
+  case FLESH_ERR_BUDGET: return "out of budget";
+  case FLESH_ERR_INTERRUPTED: return "interrupted";
+  case FLESH_ERR_ARGUMENT: return "refused";
+  default: return otherwise;
+  }
+}
+
 json_t *flesh_fields_record(const char *status, int exit_code, const char *message, json_t *figures)
 {
   return json_pack("{ss si so* s{so*}}", "status", status, "exit_code", exit_code, "message", flesh_json_text(message),

@@ -18,6 +18,8 @@ int flesh_fields_read(const flesh_study_field *fields, const json_t *object, voi
 /* New array of their names. */
 json_t *flesh_fields_names(const flesh_study_field *fields);
 
+/* How a case ended with this flesh_status, in the column `status`; `otherwise`: where it is none of those that all tell. */
+const char *flesh_fields_status(int status, const char *otherwise);
 /* New record of a case that has ended, with these figures, which it takes. `message` may be empty. */
 json_t *flesh_fields_record(const char *status, int exit_code, const char *message, json_t *figures);
 /* Takes the record of a case into figures of these fields and into `message`. *crashed_by is 0 or, where its process
