@@ -65,7 +65,7 @@ typedef enum flesh_technique {
   FLESH_TECHNIQUE_BALANCED_TARGET = 1 << 12,
   /* Slopes judge a step where round-off hides the decrease of the potential (Hager & Zhang 2005). */
   FLESH_TECHNIQUE_APPROXIMATE_WOLFE = 1 << 13,
-  /* A sparse factorisation solves where PCG does not converge, unless it costs more. */
+  /* A sparse factorisation solves where PCG would cost more. */
   FLESH_TECHNIQUE_DIRECT_FALLBACK = 1 << 14,
   /* The first iterate of a step continues the steps before it. */
   FLESH_TECHNIQUE_EXTRAPOLATION = 1 << 15,

@@ -11,6 +11,13 @@
  * with their like. */
 static const double DEEP = 3;
 
+/* The analysis for a factor costs 90 to 240 iterations: it is made after a solve that has taken more. */
+enum { MANY = 250 };
+
+/* An iteration, a product and two triangular solves with 18 operations a block each, takes the time of 1 to 3 times as many
+ * of a factor. */
+static const double OPERATIONS = 72;
+
 void flesh_direction_unite_rows(flesh_direction *self)
 {
   const flesh_system *system = self->equations->system;
@@ -100,7 +107,7 @@ size_t flesh_direction_memory(const flesh_direction *self)
 void flesh_direction_begin_stage(flesh_direction *self)
 {
   const flesh_shift *shift = &self->equations->stage.shift;
-  if (self->fallback_state == FLESH_FALLBACK_IN_USE) self->fallback_state = FLESH_FALLBACK_UNUSED;
+  if (self->fallback_state > FLESH_FALLBACK_AT_HAND) self->fallback_state = FLESH_FALLBACK_AT_HAND;
   if (self->rows.nodes_per_row)
     self->rows.left_in = !flesh_preconditioner_projects(self->equations->options->preconditioner, &self->rows,
                                                         self->inertia * shift->a / shift->x);
@@ -167,6 +174,28 @@ static void learn(flesh_direction *self, const flesh_pcg_result *result)
   self->excess_iterations = fmax(0, self->excess_iterations + result->iterations - *usual * decades);
 }
 
+/* Analyses the pattern for the fallback, where a factor costs no more than as many iterations as there may be. */
+static int analyse(flesh_direction *self)
+{
+  const flesh_equations *equations = self->equations;
+  const double most = equations->options->max_linear * OPERATIONS * equations->K->row_start[equations->K->rows];
+  const double *X = flesh_mesh_positions(flesh_system_mesh(equations->system));
+  if (self->fallback || self->fallback_state == FLESH_FALLBACK_TOO_EXPENSIVE) return FLESH_OK;
+  const int status = equations->team ? FLESH_OK : self->linear->exact->create(equations->K, X, most, &self->fallback);
+  if (!status && !self->fallback) self->fallback_state = FLESH_FALLBACK_TOO_EXPENSIVE;
+  return status;
+}
+
+/* Lowers `most` to the iterations after which a solve has cost as much as a factor. */
+static int limit(flesh_direction *self, int *most)
+{
+  const int status = self->fallback_state < FLESH_FALLBACK_AT_HAND ? FLESH_OK : analyse(self);
+  if (status || !self->fallback) return status;
+  const double iteration = OPERATIONS * self->equations->K->row_start[self->equations->K->rows];
+  *most = (int)fmin(*most, ceil(self->linear->exact->operations(self->fallback) / iteration));
+  return FLESH_OK;
+}
+
 int flesh_direction_solve(flesh_direction *self, const flesh_direction_request *request, const double *b, double *p,
                           flesh_direction_kind *kind)
 {
@@ -174,12 +203,14 @@ int flesh_direction_solve(flesh_direction *self, const flesh_direction_request *
   if (self->direct) return flesh_direct_solve(self->direct, b, p);
   flesh_pcg_result result;
   /* Three directions are enough to get on; more make a Newton iteration more expensive, not fewer. */
-  const flesh_pcg_request solve = {
+  flesh_pcg_request solve = {
       .A = self->equations->K, .preconditioner = self->preconditioner, .b = b, .weights = request->weights,
       .tolerance = request->tolerance, .max_iterations = request->max_iterations,
       .after_indefinite = request->follow_curvature && *kind == FLESH_DIRECTION_NEWTON ? 3 : 0,
       .stop = request->stop, .stop_data = request->stop_data, .single = self->single, .same = self->same_matrix};
-  int status = self->linear->pcg(self->pcg, &solve, p, &result);
+  int status = request->gives_way ? limit(self, &solve.max_iterations) : FLESH_OK;
+  if (status) return status;
+  status = self->linear->pcg(self->pcg, &solve, p, &result);
   self->same_matrix = 1;
   self->iterations += result.iterations;
   self->residual = result.residual;
@@ -190,25 +221,22 @@ int flesh_direction_solve(flesh_direction *self, const flesh_direction_request *
     return FLESH_OK;
   }
   if (result.iterations > 0) learn(self, &result);
+  const int long_enough = request->gives_way && result.iterations > MANY && self->fallback_state == FLESH_FALLBACK_UNUSED;
+  const int ended = status != FLESH_NOT_CONVERGED && self->fallback_state == FLESH_FALLBACK_CALLED;
+  if (long_enough || ended) self->fallback_state = FLESH_FALLBACK_AT_HAND;
   return status;
 }
 
 int flesh_direction_solve_directly(flesh_direction *self, const double *b, double *p)
 {
-  const flesh_block_matrix *K = self->equations->K;
-  const flesh_exact_solver *exact = self->linear->exact;
-  if (!self->fallback && !self->equations->team) {
-    /* A product and two triangular solves an iteration, with 18 operations a block. */
-    const double spent = 36. * K->row_start[K->rows] * 2 * self->equations->options->max_linear;
-    int status = exact->create(K, flesh_mesh_positions(flesh_system_mesh(self->equations->system)), spent, &self->fallback);
-    if (status) return status;
-  }
-  self->fallback_state = self->fallback ? FLESH_FALLBACK_IN_USE : FLESH_FALLBACK_TOO_EXPENSIVE;
+  int status = analyse(self);
+  if (status) return status;
   if (!self->fallback) return FLESH_NOT_CONVERGED;
-  int status = exact->factor(self->fallback, K);
+  self->fallback_state = self->fallback_state < FLESH_FALLBACK_CALLED ? FLESH_FALLBACK_CALLED : FLESH_FALLBACK_IN_USE;
+  status = self->linear->exact->factor(self->fallback, self->equations->K);
   if (status) return status;
   self->equations->stats->direct++;
-  exact->solve(self->fallback, b, p);
+  self->linear->exact->solve(self->fallback, b, p);
   return FLESH_OK;
 }
 

@@ -20,6 +20,7 @@ typedef struct flesh_direction_request {
   double tolerance;      /* N, of the residual's 2-norm */
   int max_iterations;
   int follow_curvature;  /* negative curvature of the true Hessian is followed, not refused */
+  int gives_way;         /* the solve ends once it has cost as much as the fallback's factor */
   const double *weights; /* [n] of the residual; NULL: ones */
   int (*stop)(void *data); /* NULL: not asked. A status that is not FLESH_OK ends the solve with it. */
   void *stop_data;
@@ -34,7 +35,12 @@ typedef struct flesh_direction {
   flesh_pcg_space *pcg;     /* NULL with a direct solver */
   flesh_direct *direct;     /* NULL with PCG */
   flesh_exact *fallback;    /* of linear solves that PCG cannot end; NULL: none was needed, or it costs too much */
-  enum { FLESH_FALLBACK_TOO_EXPENSIVE = -1, FLESH_FALLBACK_UNUSED, FLESH_FALLBACK_IN_USE } fallback_state;
+  /* At hand: a solve has been so long that what a factor costs is worth knowing. Called: the last solve gave way. In use:
+   * so did the one before, and the stage goes on by factors. */
+  enum {
+    FLESH_FALLBACK_TOO_EXPENSIVE = -1, FLESH_FALLBACK_UNUSED, FLESH_FALLBACK_AT_HAND, FLESH_FALLBACK_CALLED,
+    FLESH_FALLBACK_IN_USE
+  } fallback_state;
   flesh_eigenvalue_filter filter;   /* of K as last assembled */
   int patterns;             /* of the equations, when solvers were made */
   int assembled, prepared;  /* K has been, in some stage; what was factored is one of its K */
@@ -81,8 +87,8 @@ int flesh_direction_stiffened(const flesh_direction *direction);
  * being the last iterate; FLESH_NOT_POSITIVE where K is indefinite and that is not followed. */
 int flesh_direction_solve(flesh_direction *direction, const flesh_direction_request *request, const double *b,
                           double *p, flesh_direction_kind *kind);
-/* Solves K p = b by a direct factorisation, where PCG cannot: meshes and materials so uneven that the preconditioner
- * has lost all accuracy. FLESH_NOT_CONVERGED where that takes more arithmetic than PCG has spent without success. */
+/* Solves K p = b by a direct factorisation: meshes and materials so uneven that the preconditioner has lost its accuracy.
+ * FLESH_NOT_CONVERGED where a factor costs more than max_linear iterations of PCG. */
 int flesh_direction_solve_directly(flesh_direction *direction, const double *b, double *p);
 
 /* z = P^-1 z [n] with what was factored. Overwrites the equations' scratch. */

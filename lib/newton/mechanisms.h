@@ -42,7 +42,7 @@
   ROW(APPROXIMATE_WOLFE, "approximate_wolfe",                                                                        \
       "slopes judge a step where round-off hides the decrease of the potential")                                     \
   ROW(DIRECT_FALLBACK, "direct_fallback",                                                                            \
-      "a sparse factorisation solves where pcg does not converge, unless it costs more")                             \
+      "a sparse factorisation solves where pcg would cost more")                                                     \
   ROW(EXTRAPOLATION, "extrapolation",                                                                                \
       "a step's first iterate continues the steps before it")                                                        \
   ROW(RIGID_GUESS, "rigid_guess",                                                                                    \

@@ -83,6 +83,7 @@ static int solve(flesh_newton *self, iteration *it)
   const flesh_direction_request request = {.tolerance = it->tolerance, .stop = asked_to_stop, .stop_data = self,
                                            .max_iterations = self->options.max_linear,
                                            .follow_curvature = it->guarded && self->follow_curvature,
+                                           .gives_way = flesh_uses(&self->options, FLESH_TECHNIQUE_DIRECT_FALLBACK),
                                            .weights = self->weights};
   if (direction->fallback_state == FLESH_FALLBACK_IN_USE && !request.follow_curvature) return FLESH_NOT_CONVERGED;
   const int status = flesh_direction_solve(direction, &request, it->step.b, it->step.p, &it->step.kind);
