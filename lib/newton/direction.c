@@ -232,7 +232,7 @@ int flesh_direction_solve_directly(flesh_direction *self, const double *b, doubl
   int status = analyse(self);
   if (status) return status;
   if (!self->fallback) return FLESH_NOT_CONVERGED;
-  self->fallback_state = self->fallback_state < FLESH_FALLBACK_CALLED ? FLESH_FALLBACK_CALLED : FLESH_FALLBACK_IN_USE;
+  self->fallback_state = self->fallback_state == FLESH_FALLBACK_AT_HAND ? FLESH_FALLBACK_CALLED : FLESH_FALLBACK_IN_USE;
   status = self->linear->exact->factor(self->fallback, self->equations->K);
   if (status) return status;
   self->equations->stats->direct++;

@@ -35,8 +35,8 @@ typedef struct flesh_direction {
   flesh_pcg_space *pcg;     /* NULL with a direct solver */
   flesh_direct *direct;     /* NULL with PCG */
   flesh_exact *fallback;    /* of linear solves that PCG cannot end; NULL: none was needed, or it costs too much */
-  /* At hand: a solve has been so long that what a factor costs is worth knowing. Called: the last solve gave way. In use:
-   * so did the one before, and the stage goes on by factors. */
+  /* At hand: a solve has been so long that what a factor costs is worth knowing. Called: the last solve gave way. In use: so
+   * did the one before, or one has come to its last iteration, and the stage goes on by factors. */
   enum {
     FLESH_FALLBACK_TOO_EXPENSIVE = -1, FLESH_FALLBACK_UNUSED, FLESH_FALLBACK_AT_HAND, FLESH_FALLBACK_CALLED,
     FLESH_FALLBACK_IN_USE

@@ -80,10 +80,12 @@ static int assemble_and_factor(flesh_newton *self, const iteration *it, flesh_ei
 static int solve(flesh_newton *self, iteration *it)
 {
   flesh_direction *direction = &self->direction;
+  /* Without inertia K may be singular: the iterations leave alone what a factor throws far away. */
+  const int gives_way = self->equations.stage.shift.a != 0 && flesh_uses(&self->options, FLESH_TECHNIQUE_DIRECT_FALLBACK);
   const flesh_direction_request request = {.tolerance = it->tolerance, .stop = asked_to_stop, .stop_data = self,
                                            .max_iterations = self->options.max_linear,
                                            .follow_curvature = it->guarded && self->follow_curvature,
-                                           .gives_way = flesh_uses(&self->options, FLESH_TECHNIQUE_DIRECT_FALLBACK),
+                                           .gives_way = gives_way,
                                            .weights = self->weights};
   if (direction->fallback_state == FLESH_FALLBACK_IN_USE && !request.follow_curvature) return FLESH_NOT_CONVERGED;
   const int status = flesh_direction_solve(direction, &request, it->step.b, it->step.p, &it->step.kind);
