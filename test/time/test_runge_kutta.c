@@ -513,6 +513,41 @@ static void errors_reject_steps(void)
   test_body_destroy(&b);
 }
 
+/* Forces at ends of steps balance as exactly as was wanted. */
+static int see_balance(void *data, const flesh_internal_step *step)
+{
+  const flesh_solve_stats *stats = data;
+  printf("# t = %g s: a residual of %.3g of that wanted\n", step->t, stats->residual_last / stats->residual_target);
+  CHECK_BELOW(stats->residual_last, 1.0001 * stats->residual_target);
+  return FLESH_OK;
+}
+
+/* A viscous bar that moves by long steps has the viscosity of the shape with which a step ends, also where the last iteration
+ * has moved next to nothing. */
+static void viscosity_is_that_of_the_end(void)
+{
+  test_body b;
+  flesh_effect *effect = NULL;
+  CHECK_OK(test_body_create(test_box(4, 1, 1, 4, 1, 1), test_material(FLESH_ENERGY_S, 0.4), 1000, FLESH_MASS_LUMPED, 1, &b));
+  CHECK_OK(test_body_clamp(&b, 1e-9));
+  CHECK_OK(flesh_effect_viscosity(&b.body, 3e3, 3e3, &effect));
+  CHECK_OK(flesh_system_add_effect(b.system, &effect));
+  CHECK_OK(flesh_system_finalize(b.system));
+  for (int d = 2; d < b.n; d += 3) b.state.v[d] = 2 * b.state.x[d - 2];
+  flesh_integrator *integrator = motion_integrator(&b, FLESH_METHOD_BDF2, 1e-8);
+  flesh_solve_stats stats = {0};
+  flesh_adaptive_options adaptive;
+  flesh_adaptive_options_default(&adaptive);
+  adaptive.control = 1;
+  adaptive.tolerance = 1e-1;
+  adaptive.observe = see_balance;
+  adaptive.observe_data = &stats;
+  CHECK_OK(flesh_integrator_set_adaptive(integrator, &adaptive));
+  for (int s = 0; s < 4; s++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.1, &stats));
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&b);
+}
+
 static void what_has_no_estimate_is_refused(void)
 {
   test_body b;
@@ -540,5 +575,6 @@ int main(int argc, char **argv)
                    TEST(orders_survive_events_and_moving_constraints), TEST(oscillators_follow_the_stability_function),
                    TEST(errors_follow_the_tolerance), TEST(gains_of_energy_shorten_steps),
                    TEST(errors_reject_steps), TEST(inverted_bodies_keep_the_table_that_damps),
-                   TEST(bodies_that_begin_tangled_are_led_out), TEST(what_has_no_estimate_is_refused));
+                   TEST(bodies_that_begin_tangled_are_led_out), TEST(viscosity_is_that_of_the_end),
+                   TEST(what_has_no_estimate_is_refused));
 }
