@@ -35,14 +35,23 @@ static int find_penalty_force(flesh_newton *self, const double *u, const double 
   return status;
 }
 
-/* Takes from p what changes volumes that multipliers hold, and is no error, as steps end where these are held. A penalty leaves
- * a part of it, and would take that for a motion that is the faster, the shorter steps are. */
-static int keep_volumes(flesh_newton *self, const double *u, double *p)
+/* Makes the matrix of the last stage serve. */
+static int prepare(flesh_newton *self, const double *u)
+{
+  const flesh_shift *now = &self->equations.stage.shift, *then = &self->policy.prepared_for;
+  const int serves = self->policy.age >= 0 && now->x == then->x && now->v == then->v && now->a == then->a;
+  const int status = serves ? FLESH_OK : flesh_newton_matrix(self, u, NULL);
+  return serves || status ? status : flesh_newton_prepare(self, 1);
+}
+
+int flesh_newton_keep_volumes(flesh_newton *self, const double *u, double *p)
 {
   const int n = self->equations.n;
   double *b = self->equations.scratch + 2 * (size_t)n, *q = b + n;
   flesh_direction_kind kind;
-  int status = flesh_team_agree(self->equations.team, find_penalty_force(self, u, p, b));
+  if (!(self->equations.stage.penalty > 0)) return FLESH_OK;
+  int status = prepare(self, u);
+  if (!status) status = flesh_team_agree(self->equations.team, find_penalty_force(self, u, p, b));
   const flesh_direction_request request = {.tolerance = depth * flesh_norm(self->threads, n, b),
                                            .max_iterations = MOST_ITERATIONS};
   memset(q, 0, (size_t)n * sizeof *q);
@@ -54,17 +63,11 @@ static int keep_volumes(flesh_newton *self, const double *u, double *p)
 int flesh_newton_filter_error(flesh_newton *self, const double *u, const double *b, double *p)
 {
   flesh_direction *direction = &self->direction;
-  const flesh_shift *now = &self->equations.stage.shift, *then = &self->policy.prepared_for;
   const double norm = flesh_norm(self->threads, self->equations.n, b);
   const flesh_direction_request request = {.tolerance = depth * norm, .max_iterations = MOST_ITERATIONS};
-  const int serves = self->policy.age >= 0 && now->x == then->x && now->v == then->v && now->a == then->a;
   flesh_direction_kind kind;
-  int status = FLESH_OK;
   if (!(norm > 0)) return FLESH_NOT_CONVERGED;
-  if (!serves) {
-    status = flesh_newton_matrix(self, u, NULL);
-    if (!status) status = flesh_newton_prepare(self, 1);
-  }
+  int status = prepare(self, u);
   if (!status) status = flesh_direction_solve(direction, &request, b, p, &kind);
   if (status == FLESH_NOT_POSITIVE) {
     status = flesh_direction_assemble(direction, u, FLESH_FILTER_ABSOLUTE);
@@ -73,5 +76,5 @@ int flesh_newton_filter_error(flesh_newton *self, const double *u, const double 
     if (!status) status = flesh_direction_factor(direction, 0);
     if (!status) status = flesh_direction_solve(direction, &request, b, p, &kind);
   }
-  return status || !(self->equations.stage.penalty > 0) ? status : keep_volumes(self, u, p);
+  return status ? status : flesh_newton_keep_volumes(self, u, p);
 }

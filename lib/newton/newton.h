@@ -133,6 +133,10 @@ flesh_reserve *flesh_subdomain_reserve(const flesh_system *system);
  * multipliers hold. FLESH_NOT_CONVERGED, with the last iterate, or where b is 0; FLESH_NOT_POSITIVE. Counts in `stats`.
  * Overwrites the scratch of the equations. */
 int flesh_newton_filter_error(flesh_newton *newton, const double *u, const double *b, double *p);
+/* Takes from the displacement p [n], not 0, what changes volumes that multipliers hold at the last stage, and is no error, as
+ * steps end where these are held: a penalty leaves a part of it, and would take that for a motion that is the faster, the
+ * shorter steps are. A status leaves p as it is. Counts and overwrites the like. */
+int flesh_newton_keep_volumes(flesh_newton *newton, const double *u, double *p);
 
 /* K has become another matrix than one of the iteration: nothing that is known of it holds. */
 void flesh_newton_overwritten(flesh_newton *newton);

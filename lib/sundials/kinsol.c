@@ -326,16 +326,31 @@ int flesh_nonlinear_apply_constraint_jump(flesh_nonlinear *self, double t, const
   return status;
 }
 
+/* Adds what has been counted since `before`, which is the stage's: the next one is judged by that. */
+static void add_since(flesh_newton *newton, const flesh_solve_stats *before, flesh_solve_stats *stats)
+{
+  stats->linear += newton->stats.linear - before->linear;
+  stats->linear_single += newton->stats.linear_single - before->linear_single;
+  stats->assemblies += newton->stats.assemblies - before->assemblies;
+  newton->stats = *before;
+}
+
 int flesh_nonlinear_filter_error(flesh_nonlinear *self, const double *b, double *p, double *product, flesh_solve_stats *stats)
 {
   flesh_newton *newton = &self->problem->newton;
   const flesh_solve_stats before = newton->stats;
   const int status = flesh_newton_filter_error(newton, N_VGetArrayPointer(self->u), b, p);
   *product = flesh_dot(newton->threads, newton->equations.n, b, p);
-  stats->linear += newton->stats.linear - before.linear;
-  stats->linear_single += newton->stats.linear_single - before.linear_single;
-  stats->assemblies += newton->stats.assemblies - before.assemblies;
-  newton->stats = before; /* they are the stage's, by which the next one is judged */
+  add_since(newton, &before, stats);
+  return status;
+}
+
+int flesh_nonlinear_keep_volumes(flesh_nonlinear *self, double *p, flesh_solve_stats *stats)
+{
+  flesh_newton *newton = &self->problem->newton;
+  const flesh_solve_stats before = newton->stats;
+  const int status = flesh_newton_keep_volumes(newton, N_VGetArrayPointer(self->u), p);
+  add_since(newton, &before, stats);
   return status;
 }
 

@@ -54,6 +54,8 @@ int flesh_nonlinear_apply_constraint_jump(flesh_nonlinear *nonlinear, double t, 
 /* p [3*n] = K^-1 b of the stage solved last, as flesh_newton_filter_error; *product = b.p. */
 int flesh_nonlinear_filter_error(flesh_nonlinear *nonlinear, const double *b, double *p, double *product,
                                  flesh_solve_stats *stats);
+/* Like flesh_newton_keep_volumes. */
+int flesh_nonlinear_keep_volumes(flesh_nonlinear *nonlinear, double *p, flesh_solve_stats *stats);
 /* The scale of the body's velocities, as system/velocity_scale.h has it, m/s. Not within a step. */
 double flesh_nonlinear_velocity_scale(flesh_nonlinear *nonlinear);
 

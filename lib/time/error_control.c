@@ -255,6 +255,7 @@ flesh_refusal flesh_error_control_judge(flesh_error_control *self, const uint8_t
     const double filtered = size_of(self, self->filtered) / allowed;
     if (filtered < self->error) self->error = self->times * filtered;
   }
+  if (self->touches && self->error > 0) flesh_nonlinear_keep_volumes(self->nonlinear, self->e, stats);
   if (self->touches)
     self->error = hypot(self->error, self->period * size_of_impulses(self, fixed, h) / (self->impulses * self->length));
   return refusal_of(self);
