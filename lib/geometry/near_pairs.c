@@ -242,18 +242,19 @@ int flesh_near_pairs_find_again(flesh_near_finder *self, flesh_near_memory *memo
   const size_t bytes = 3 * (size_t)self->surface->mesh_nodes * sizeof *x;
   search s = {self, x, NULL, distance, 0, 0};
   if (self->bonds || self->patches || self->mixes) return search_pairs(self, &s, threads, pairs);
-  if (memory->known && memory->of_one.distance > distance &&
-      flesh_near_drift_apart(&memory->drift, self, memory->x, x, distance, 1) <= memory->of_one.distance)
-    return search_across(self, &s, threads, &memory->of_one, pairs);
+  const double wider = WIDER * distance;
+  const int first = !memory->x, known = memory->known && memory->of_one.distance == wider, served = memory->served;
+  const int keeps = !first && flesh_near_drift_apart(&memory->drift, self, memory->x, x, distance, 1) <= wider;
+  memory->served = known && keeps;
+  if (memory->served) return search_across(self, &s, threads, &memory->of_one, pairs);
   memory->known = 0;
-  if (!memory->x && !(memory->x = malloc(bytes + 1))) return no_memory(self->surface);
-  s.wider = WIDER * distance;
+  if (first && !(memory->x = malloc(bytes + 1))) return no_memory(self->surface);
+  if (first || keeps || served) s.wider = wider;
   int status = search_pairs(self, &s, threads, pairs);
-  if (!status) status = gather(self, FLESH_NEAR_KINDS, s.wider, &memory->of_one);
-  if (status) return status;
+  if (!status && s.wider > 0) status = gather(self, FLESH_NEAR_KINDS, s.wider, &memory->of_one);
   memcpy(memory->x, x, bytes);
-  memory->known = 1;
-  return FLESH_OK;
+  memory->known = !status && s.wider > 0;
+  return status;
 }
 
 size_t flesh_near_memory_size(const flesh_near_finder *self, const flesh_near_memory *memory)
