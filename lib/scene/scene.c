@@ -290,6 +290,8 @@ int flesh_scene_check_keys(const char *path, int count, const char *const *overr
 static int make_scene(const char *text, const char *path, int count, const char *const *overrides, int rank, int ranks,
                       flesh_scene **scene)
 {
+  if (count > 0 && !overrides)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "%s: there are to be %d overrides, but overrides is NULL", path, count);
   flesh_scene *made = calloc(1, sizeof *made);
   if (!made) return no_memory(path);
   made->path = flesh_arena_text(&made->arena, path, strlen(path));

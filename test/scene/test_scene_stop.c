@@ -60,10 +60,18 @@ static void nobody_is_asked_elsewhere(void)
   flesh_scene_set_stop(NULL, NULL);
 }
 
+static void missing_overrides_are_refused(void)
+{
+  flesh_scene *scene;
+  CHECK(flesh_scene_read_text("title: none", "none.yaml", 2, NULL, &scene) == FLESH_ERR_ARGUMENT && !scene);
+  CHECK_TEXT(flesh_error_text(), "there are to be 2 overrides");
+}
+
 int main(int argc, char **argv)
 {
   if (test_folder_make(folder, sizeof folder)) return 1;
-  int failed = RUN_TESTS(argc, argv, TEST(every_question_ends_a_scene), TEST(nobody_is_asked_elsewhere));
+  int failed = RUN_TESTS(argc, argv, TEST(every_question_ends_a_scene), TEST(nobody_is_asked_elsewhere),
+                         TEST(missing_overrides_are_refused));
   test_folder_remove(folder);
   return failed;
 }
