@@ -98,9 +98,7 @@ typedef struct flesh_solver_options {
    * ones of the nonlinear solve, are done by a direct factorisation (KLU), as long as that takes no
    * more arithmetic. */
   int max_linear;
-  /* How often a failing step (or load increment) may be halved; a step that is cut ends, with FLESH_ERR_SOLVE, where
-   * its parts have taken max_newton iterations in all, at least 2000, before its end. */
-  int max_cutbacks;
+  int max_cutbacks;        /* how often a failing step (or load increment) may be halved */
   flesh_linear_solver linear_solver;
   flesh_preconditioner preconditioner;
   flesh_eigenvalue_filter eigenvalue_filter;

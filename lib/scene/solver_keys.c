@@ -60,8 +60,7 @@ const flesh_key flesh_solver_table[] = {
      .offset = offsetof(flesh_solver_options, max_cutbacks),
      .range = FLESH_RANGE_NOT_NEGATIVE,
      .default_value = "8",
-     .doc = "how often a step or load increment that fails may be halved; the parts of a step may take max_newton "
-            "iterations in all, at least 2000"},
+     .doc = "how often a step or load increment that fails may be halved"},
     {.name = "lag_iterations",
      .type = FLESH_KEY_INTEGER,
      .offset = offsetof(flesh_solver_options, lag_iterations),

@@ -20,7 +20,6 @@ typedef struct flesh_step_place {
   flesh_piece piece;
   flesh_cutbacks cutbacks; /* of the piece, where its parts are given */
   int tries;               /* of parts whose length errors choose, in the step so far */
-  int newton;              /* of the statistics when the step began */
 } flesh_step_place;
 
 #endif

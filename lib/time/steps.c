@@ -214,18 +214,6 @@ int flesh_integrator_pass(flesh_integrator *self, const flesh_state *state, fles
   return status;
 }
 
-/* Ends a step whose parts take more iterations than it may have in all. FLESH_ERR_SOLVE. */
-static int check_work(flesh_integrator *self, const flesh_state *state, const flesh_step_place *place,
-                      const flesh_solve_stats *stats)
-{
-  enum { MOST = 2000 }; /* not less, however few a solve may have */
-  const int most = self->options.max_newton > MOST ? self->options.max_newton : MOST, taken = stats->newton - place->newton;
-  if (taken < most) return FLESH_OK;
-  flesh_energy_watch_last(&self->watch, state);
-  return flesh_fail(FLESH_ERR_SOLVE, "at t = %.9g s: the parts of a step have taken %d Newton iterations, of %d that it may have, "
-                                     "and have not led to %.9g s", state->t, taken, most, place->begin + place->h);
-}
-
 /* Steps through a piece of length h, or the rest of it, halving what fails. */
 static int walk(flesh_integrator *self, flesh_state *state, flesh_step_place *place, double h, flesh_solve_stats *stats)
 {
@@ -239,7 +227,6 @@ static int walk(flesh_integrator *self, flesh_state *state, flesh_step_place *pl
     stats->rejected += gains;
     stats->convergence_failures += status > 0 && !gains;
     more = flesh_cutbacks_next(cutbacks, self->recovery.max_cutbacks, status);
-    if (more && check_work(self, state, place, stats)) return FLESH_ERR_SOLVE;
     if (more && !status && (status = flesh_integrator_pass(self, state, place))) return status;
   } while (more);
   return status;
@@ -342,7 +329,6 @@ int flesh_integrator_step_in_time(flesh_integrator *self, flesh_state *state, fl
 {
   const double begin = place->begin, end = begin + place->h;
   int status = FLESH_OK;
-  place->newton = stats->newton;
   if (!flesh_energy_watch_knows(&self->watch)) flesh_energy_watch_jump(&self->watch, begin, state);
   if (!self->second) {
     place->piece = (flesh_piece){begin, end, INFINITY};
