@@ -9,6 +9,7 @@
 #include "geometry/contact_seat.h"
 #include "geometry/contact_secant.h"
 #include "geometry/contact_set.h"
+#include "geometry/near_drift.h"
 #include "geometry/near_left_out.h"
 #include "geometry/near_pairs.h"
 
@@ -63,7 +64,7 @@ typedef struct flesh_surface_near {
   flesh_surface_run *runs; /* [run_count] of the surface's nodes */
   int group[FLESH_SURFACE_GROUPS]; /* [pieces] groups of pieces that are far from all others, where `around` was found */
   double apart;       /* m, between the groups there, at least */
-  flesh_near_memory remembered; /* by searches around */
+  flesh_near_drift drift;
   double *x_around; /* [3*nodes of the mesh], as all places here: where `around` was found */
   flesh_surface_since since[2]; /* the last places that were compared with it */
   int latest;                   /* of these */

@@ -59,7 +59,7 @@ void flesh_surface_near_destroy(void *data)
   flesh_near_finder_destroy(&self->finder);
   flesh_near_pairs_clear(&self->around);
   flesh_near_pairs_clear(&self->on_way);
-  flesh_near_memory_clear(&self->remembered);
+  flesh_near_drift_clear(&self->drift);
   flesh_contact_set_clear(&self->set);
   flesh_contact_friction_clear(&self->rubs);
   flesh_contact_secant_clear(&self->secant);
@@ -106,8 +106,8 @@ static int search_around(near *self, const double *x)
   self->around_known = self->room_known = 0;
   self->shown = 0;
   /* Two nodes that both come nearer by the slack. */
-  int status = flesh_near_pairs_find_again(self->finder, &self->remembered, x,
-                                           contact->law.thickness + 2 * contact->slack, self->threads, &self->around);
+  int status = flesh_near_pairs_find(self->finder, x, NULL, contact->law.thickness + 2 * contact->slack, self->threads,
+                                     &self->around);
   self->around_known = !status;
   self->since[0].known = self->since[1].known = 0;
   if (status) return status;
@@ -360,7 +360,7 @@ static size_t memory_of(const void *memory)
 {
   const near *self = memory;
   return sizeof *self + 10 * size_of_places(self) +
-         flesh_near_finder_memory(self->finder) + flesh_near_memory_size(self->finder, &self->remembered) +
+         flesh_near_finder_memory(self->finder) + flesh_near_drift_memory(&self->drift) +
          flesh_near_pairs_memory(&self->around) + flesh_near_pairs_memory(&self->on_way) +
          flesh_contact_set_memory(&self->set) + flesh_contact_patches_memory(&self->patches) +
          ((size_t)self->contact->surface.node_count + 1) * sizeof *self->secant.nodes +

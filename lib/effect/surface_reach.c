@@ -119,8 +119,8 @@ static flesh_surface_drift drift_since_search(near *self, const double *x)
 /* Shows that what is at most `within` apart at x was found, and keeps x. */
 static int show(near *self, const double *x, double within)
 {
-  flesh_near_drift *drift = &self->remembered.drift;
-  if (!(flesh_near_drift_apart(drift, self->finder, self->x_around, x, within, 0) <= self->around.distance)) return 0;
+  const double left = self->around.distance - within;
+  if (!(left > 0) || !(flesh_near_drift_bound(&self->drift, self->finder, self->x_around, x, within) <= left)) return 0;
   flesh_surface_near_keep(self, x, self->x_shown);
   self->shown = within;
   return 1;
@@ -176,7 +176,7 @@ double flesh_surface_near_on_way(near *self, const double *x_from, const double 
   const int far = self->around_known && self->apart - drift_since_search(self, x_from).all > way.all / LOST;
   double apart = (far ? way.within : way.all) / LOST;
   for (int k = 0; k < TIGHTENED && apart > self->contact->slack && apart < INFINITY; k++) {
-    const double tighter = flesh_near_drift_bound(&self->remembered.drift, self->finder, x_from, x_to, apart) / LOST;
+    const double tighter = flesh_near_drift_bound(&self->drift, self->finder, x_from, x_to, apart) / LOST;
     if (!(tighter < apart)) break;
     apart = tighter;
   }

@@ -26,10 +26,6 @@ typedef struct flesh_near_drift {
  * known: where a place is not finite, where cubes were too many, and where there is no memory. */
 double flesh_near_drift_bound(flesh_near_drift *drift, const flesh_near_finder *finder, const double *from,
                               const double *x, double within);
-/* An upper bound of |from_p - from_q| for them, or only for those of one body (of_one): turning changes no distance, so
- * that it may be far less than the other bound and `within`. */
-double flesh_near_drift_apart(flesh_near_drift *drift, const flesh_near_finder *finder, const double *from,
-                              const double *x, double within, int of_one);
 void flesh_near_drift_clear(flesh_near_drift *drift);
 size_t flesh_near_drift_memory(const flesh_near_drift *drift);
 

@@ -57,7 +57,7 @@ int flesh_near_finder_fit(flesh_near_finder *self, const double *x0, const doubl
 typedef struct walk {
   flesh_near_finder *finder;
   const int *owned;
-  int levels; /* of the tree above the branches of the parts */
+  int parts;
   void (*visit)(void *data, flesh_near_part *part, int f, int g);
   void *data;
 } walk;
@@ -71,7 +71,6 @@ static void visit_leaves(const walk *w, flesh_near_part *part, const flesh_box_b
     const int f = order[p];
     for (int q = b->begin > p ? b->begin : p + 1; q < b->end; q++) {
       const int g = order[q];
-      if (self->crossing && self->face_body[f] == self->face_body[g]) continue;
       if (flesh_near_boxes_meet(&self->face_boxes[f], &self->face_boxes[g])) w->visit(w->data, part, f, g);
     }
   }
@@ -82,96 +81,83 @@ static int has_owned(const walk *w, const flesh_box_branch *b)
   return !w->owned || w->owned[b->end] > w->owned[b->begin];
 }
 
-/* Leaves of branch a with those of branch b that do not come before them. */
-static void walk_branches(const walk *w, flesh_near_part *part, const flesh_box_branch *a, const flesh_box_branch *b)
-{
-  const flesh_near_finder *self = w->finder;
-  if (b->end <= a->begin || !flesh_boxes_meet(a->low, a->high, b->low, b->high)) return;
-  if (!has_owned(w, a) && !has_owned(w, b)) return;
-  if (a->tag >= 0 && b->tag >= 0 &&
-      (!flesh_near_may_meet(self, a->tag, b->tag) || (self->crossing && a->tag == b->tag)))
-    return;
-  if (!a->children && !b->children) {
-    visit_leaves(w, part, a, b);
-    return;
-  }
-  const int of_b = b->children && (!a->children || b->end - b->begin >= a->end - a->begin);
-  const flesh_box_branch *child = &self->tree->branches[of_b ? b->children : a->children];
-  for (int k = 0; k < 2; k++)
-    if (of_b) walk_branches(w, part, a, child + k);
-    else walk_branches(w, part, child + k, b);
-}
-
-/* The bits of a part's number say which way down its branch is; a leaf on the way is of the part that goes left. */
 static void walk_part(void *data, int number)
 {
   const walk *w = data;
-  const flesh_box_branch *all = w->finder->tree->branches, *own = all;
-  for (int k = 0; k < w->levels; k++) {
-    const int right = number >> k & 1;
-    if (!own->children && right) return;
-    if (own->children) own = &all[own->children + right];
+  const flesh_near_finder *self = w->finder;
+  const flesh_box_tree *tree = self->tree;
+  flesh_near_part *part = &w->finder->parts[number];
+  const int begin = (int)((size_t)tree->leaf_count * (size_t)number / (size_t)w->parts),
+            end = (int)((size_t)tree->leaf_count * ((size_t)number + 1) / (size_t)w->parts);
+  for (int k = begin; k < end; k++) {
+    const flesh_box_branch *leaf = &tree->branches[tree->leaves[k]];
+    const int owned = has_owned(w, leaf);
+    int stack[FLESH_BOX_TREE_DEPTH], height = 0;
+    for (stack[height++] = 0; height > 0;) {
+      const flesh_box_branch *b = &tree->branches[stack[--height]];
+      if (b->end <= leaf->begin || !flesh_boxes_meet(b->low, b->high, leaf->low, leaf->high)) continue;
+      if (!owned && !has_owned(w, b)) continue;
+      if (b->tag >= 0 && leaf->tag >= 0 && !flesh_near_may_meet(self, b->tag, leaf->tag)) continue;
+      if (!b->children) {
+        visit_leaves(w, part, leaf, b);
+        continue;
+      }
+      stack[height++] = b->children + 1;
+      stack[height++] = b->children;
+    }
   }
-  walk_branches(w, &w->finder->parts[number], own, all);
 }
 
 void flesh_near_finder_walk(flesh_near_finder *self, flesh_threads *threads, const int *owned,
                             void (*visit)(void *data, flesh_near_part *part, int f, int g), void *data)
 {
-  walk w = {self, owned, 0, visit, data};
-  while (2 << w.levels <= FLESH_NEAR_PARTS && WALK_PART << w.levels < self->tree->leaf_count) w.levels++;
+  const int wanted = 1 + self->tree->leaf_count / WALK_PART;
+  const walk w = {self, owned, wanted < FLESH_NEAR_PARTS ? wanted : FLESH_NEAR_PARTS, visit, data};
   for (int k = 0; k < FLESH_NEAR_PARTS; k++) {
     flesh_near_part *part = &self->parts[k];
-    memset(part->count, 0, sizeof part->count);
-    part->failed = 0;
+    part->count[0] = part->count[1] = part->failed = 0;
   }
-  flesh_threads_run(threads, 1 << w.levels, walk_part, &w);
+  flesh_threads_run(threads, w.parts, walk_part, (void *)&w);
 }
 
-void flesh_near_part_clear(flesh_near_part *part)
+void flesh_near_part_add(flesh_near_part *part, int kind, int first, int second)
 {
-  for (int list = 0; list < FLESH_NEAR_LISTS; list++) free(part->found[list]);
-  *part = (flesh_near_part){0};
-}
-
-void flesh_near_part_add(flesh_near_part *part, int list, int first, int second)
-{
-  if (part->count[list] == part->room[list]) {
-    const int room = part->room[list] < 64 ? 64 : part->room[list] / 2 * 3;
-    int *more = room < 1 << 29 ? realloc(part->found[list], 2 * (size_t)room * sizeof *more) : NULL;
+  if (part->count[kind] == part->room[kind]) {
+    const int room = part->room[kind] < 64 ? 64 : part->room[kind] / 2 * 3;
+    int *more = room < 1 << 29 ? realloc(part->found[kind], 2 * (size_t)room * sizeof *more) : NULL;
     if (!more) {
       part->failed = 1;
       return;
     }
-    part->found[list] = more;
-    part->room[list] = room;
+    part->found[kind] = more;
+    part->room[kind] = room;
   }
-  int *pair = part->found[list] + 2 * (size_t)part->count[list]++;
+  int *pair = part->found[kind] + 2 * (size_t)part->count[kind]++;
   pair[0] = first, pair[1] = second;
 }
 
-int flesh_near_finder_count(const flesh_near_finder *self, int list)
+int flesh_near_finder_count(const flesh_near_finder *self, int kind)
 {
   long long count = 0;
   for (int k = 0; k < FLESH_NEAR_PARTS; k++) {
     if (self->parts[k].failed) return -1;
-    count += self->parts[k].count[list];
+    count += self->parts[k].count[kind];
   }
   return count < 1 << 29 ? (int)count : -1;
 }
 
 /* Sorts the pairs: by counting those of each first number, then by insertion among the few of one. */
-void flesh_near_finder_gather(flesh_near_finder *self, int list, int firsts, int *pairs)
+void flesh_near_finder_gather(flesh_near_finder *self, int kind, int firsts, int *pairs)
 {
   int *row = self->row;
   memset(row, 0, ((size_t)firsts + 1) * sizeof *row);
   for (int k = 0; k < FLESH_NEAR_PARTS; k++)
-    for (int j = 0; j < self->parts[k].count[list]; j++) row[self->parts[k].found[list][2 * (size_t)j] + 1]++;
+    for (int j = 0; j < self->parts[k].count[kind]; j++) row[self->parts[k].found[kind][2 * (size_t)j] + 1]++;
   for (int i = 0; i < firsts; i++) row[i + 1] += row[i];
   /* row[i]: where the next of i goes; from behind, where those of i begin */
   for (int k = 0; k < FLESH_NEAR_PARTS; k++)
-    for (int j = 0; j < self->parts[k].count[list]; j++) {
-      const int *pair = self->parts[k].found[list] + 2 * (size_t)j;
+    for (int j = 0; j < self->parts[k].count[kind]; j++) {
+      const int *pair = self->parts[k].found[kind] + 2 * (size_t)j;
       memcpy(pairs + 2 * (size_t)row[pair[0]]++, pair, 2 * sizeof *pair);
     }
   for (int i = 0; i < firsts; i++) {

@@ -16,14 +16,10 @@ typedef struct flesh_near_box {
   double low[3], high[3];
 } flesh_near_box;
 
-/* Lists of pairs: points and faces, or edges and faces; edges; and both once more, of those of one body that are
- * remembered (flesh_near_pairs_find_again). */
-enum { FLESH_NEAR_KINDS = 2, FLESH_NEAR_LISTS = 2 * FLESH_NEAR_KINDS };
-
-/* Pairs that one task found. */
+/* Pairs that one task found, points and faces, or edges and faces, first; pairs of edges second. */
 typedef struct flesh_near_part {
-  int count[FLESH_NEAR_LISTS], room[FLESH_NEAR_LISTS];
-  int *found[FLESH_NEAR_LISTS]; /* [2*room] */
+  int count[2], room[2];
+  int *found[2]; /* [2*room] */
   int failed;    /* for want of memory */
 } flesh_near_part;
 
@@ -32,8 +28,6 @@ typedef struct flesh_near_finder {
   const flesh_contact_surface *surface;
   unsigned char *may_meet; /* [body_count*body_count] */
   int *edge_body, *face_body;
-  int mixes;    /* 1: a face has nodes of several bodies */
-  int crossing; /* 1: walks pass over two faces of one body */
   unsigned char *kept; /* [face_count] bits 0-2: corners whose node the face keeps; 3-5: edges */
   flesh_box_tree *tree;
   flesh_near_box *face_boxes, *edge_boxes; /* [face_count], [edge_count] of the last fit */
@@ -59,14 +53,13 @@ int flesh_near_finder_fit(flesh_near_finder *finder, const double *x0, const dou
 void flesh_near_finder_walk(flesh_near_finder *finder, flesh_threads *threads, const int *owned,
                             void (*visit)(void *data, flesh_near_part *part, int f, int g), void *data);
 
-/* Adds a pair to a list. */
-void flesh_near_part_add(flesh_near_part *part, int list, int first, int second);
-void flesh_near_part_clear(flesh_near_part *part);
+/* Adds a pair of a kind (0, 1). */
+void flesh_near_part_add(flesh_near_part *part, int kind, int first, int second);
 
-/* How many pairs of a list the parts have; -1: memory was missing. */
-int flesh_near_finder_count(const flesh_near_finder *finder, int list);
+/* How many pairs of a kind the parts have; -1: memory was missing. */
+int flesh_near_finder_count(const flesh_near_finder *finder, int kind);
 /* Writes them to `pairs` [2*count], ascending; their first numbers are below `firsts`. */
-void flesh_near_finder_gather(flesh_near_finder *finder, int list, int firsts, int *pairs);
+void flesh_near_finder_gather(flesh_near_finder *finder, int kind, int firsts, int *pairs);
 
 /* Whether a pair of a kind is left out for its distance at rest. */
 int flesh_near_finder_excludes(const flesh_near_finder *finder, int kind, int first, int second);

@@ -31,7 +31,6 @@ static int keep_primitives(flesh_near_finder *self)
   }
   for (int k = 0; k < 3 * s->face_count; k++) {
     const int body = s->node_body[s->node_place[s->faces[k]]];
-    self->mixes |= k % 3 && body != self->face_body[k / 3];
     if (k % 3 == 0 || body > self->face_body[k / 3]) self->face_body[k / 3] = body;
   }
   for (int k = 0; k < 3 * s->face_count; k++) {
@@ -55,7 +54,6 @@ typedef struct search {
   const double *x0, *x1;
   double distance;
   int within_pieces; /* only pairs of one connected piece of a body */
-  double wider;      /* m: pairs of one body that are at most so far apart are listed besides; 0: they are not */
 } search;
 
 /* Whether the nodes are of one piece. */
@@ -76,16 +74,6 @@ static int point_is_outside(const search *s, int node, const flesh_near_box *box
   return 0;
 }
 
-/* Adds a pair to the lists that it is near enough for. */
-static void add_near(const search *s, flesh_near_part *part, int kind, const int nodes[4], const int pair[2], int of_one)
-{
-  const int first = kind == POINT_FACE ? 1 : 2, twice = of_one && s->wider > 0;
-  if (flesh_hulls_stay_apart(first, 4 - first, nodes, s->x0, s->x1, twice ? s->wider : s->distance)) return;
-  if (twice) flesh_near_part_add(part, FLESH_NEAR_KINDS + kind, pair[0], pair[1]);
-  if (twice && flesh_hulls_stay_apart(first, 4 - first, nodes, s->x0, s->x1, s->distance)) return;
-  flesh_near_part_add(part, kind, pair[0], pair[1]);
-}
-
 static void try_point(const search *s, flesh_near_part *part, int node, int f)
 {
   const flesh_near_finder *self = s->finder;
@@ -99,8 +87,8 @@ static void try_point(const search *s, flesh_near_part *part, int node, int f)
   if (body == other && flesh_near_finder_excludes(self, POINT_FACE, place, f)) return;
   if (self->bonds && flesh_near_finder_holds(self, POINT_FACE, place, f)) return;
   if (self->patches && flesh_near_finder_ignores(self, POINT_FACE, place, f)) return;
-  const int nodes[4] = {node, corner[0], corner[1], corner[2]}, pair[2] = {place, f};
-  add_near(s, part, POINT_FACE, nodes, pair, body == other);
+  const int nodes[4] = {node, corner[0], corner[1], corner[2]};
+  if (!flesh_hulls_stay_apart(1, 3, nodes, s->x0, s->x1, s->distance)) flesh_near_part_add(part, POINT_FACE, place, f);
 }
 
 static void try_edges(const search *s, flesh_near_part *part, int first, int second)
@@ -116,8 +104,8 @@ static void try_edges(const search *s, flesh_near_part *part, int first, int sec
   if (body == other && flesh_near_finder_excludes(self, EDGE_EDGE, a, b)) return;
   if (self->bonds && flesh_near_finder_holds(self, EDGE_EDGE, a, b)) return;
   if (self->patches && flesh_near_finder_ignores(self, EDGE_EDGE, a, b)) return;
-  const int nodes[4] = {p[0], p[1], q[0], q[1]}, pair[2] = {a, b};
-  add_near(s, part, EDGE_EDGE, nodes, pair, body == other);
+  const int nodes[4] = {p[0], p[1], q[0], q[1]};
+  if (!flesh_hulls_stay_apart(2, 2, nodes, s->x0, s->x1, s->distance)) flesh_near_part_add(part, EDGE_EDGE, a, b);
 }
 
 static void visit_faces(void *data, flesh_near_part *part, int f, int g)
@@ -178,97 +166,30 @@ int flesh_near_finder_restrict(flesh_near_finder *self, int own)
   return FLESH_OK;
 }
 
-static void empty(flesh_near_pairs *pairs)
-{
-  pairs->point_count = pairs->edge_count = 0;
-  pairs->distance = -INFINITY;
-}
-
-/* Brings together what all parts have found, from the list `first` on. */
-static int gather(flesh_near_finder *self, int first, double distance, flesh_near_pairs *pairs)
+static int search_pairs(flesh_near_finder *self, search *s, flesh_threads *threads, flesh_near_pairs *pairs)
 {
   const flesh_contact_surface *surface = self->surface;
-  const int points = flesh_near_finder_count(self, first + POINT_FACE), edges = flesh_near_finder_count(self, first + EDGE_EDGE);
+  pairs->point_count = pairs->edge_count = 0;
+  pairs->distance = -INFINITY;
+  int status = flesh_near_finder_fit(self, s->x0, s->x1, s->distance / 2, threads);
+  if (status) return status;
+  flesh_near_finder_walk(self, threads, count_owned(self), visit_faces, s);
+  const int points = flesh_near_finder_count(self, POINT_FACE), edges = flesh_near_finder_count(self, EDGE_EDGE);
   if (points < 0 || edges < 0 || make_room(points, &pairs->point_faces, &pairs->point_room) ||
       make_room(edges, &pairs->edge_pairs, &pairs->edge_room))
     return no_memory(surface);
-  flesh_near_finder_gather(self, first + POINT_FACE, surface->node_count, pairs->point_faces);
-  flesh_near_finder_gather(self, first + EDGE_EDGE, surface->edge_count, pairs->edge_pairs);
+  flesh_near_finder_gather(self, POINT_FACE, surface->node_count, pairs->point_faces);
+  flesh_near_finder_gather(self, EDGE_EDGE, surface->edge_count, pairs->edge_pairs);
   pairs->point_count = points;
   pairs->edge_count = edges;
-  pairs->distance = distance;
+  pairs->distance = s->distance;
   return FLESH_OK;
-}
-
-static int search_pairs(flesh_near_finder *self, search *s, flesh_threads *threads, flesh_near_pairs *pairs)
-{
-  empty(pairs);
-  int status = flesh_near_finder_fit(self, s->x0, s->x1, fmax(s->distance, s->wider) / 2, threads);
-  if (status) return status;
-  flesh_near_finder_walk(self, threads, count_owned(self), visit_faces, s);
-  return gather(self, 0, s->distance, pairs);
 }
 
 int flesh_near_pairs_find(flesh_near_finder *self, const double *x0, const double *x1, double distance,
                           flesh_threads *threads, flesh_near_pairs *pairs)
 {
-  return search_pairs(self, &(search){self, x0, x1, distance, 0, 0}, threads, pairs);
-}
-
-/* Pairs of one body are remembered that are so many times as far apart as what is searched for. */
-static const double WIDER = 1.25;
-
-/* Finds pairs of two bodies, and those of one among the remembered ones. */
-static int search_across(flesh_near_finder *self, const search *s, flesh_threads *threads, const flesh_near_pairs *of_one,
-                         flesh_near_pairs *pairs)
-{
-  const flesh_contact_surface *surface = self->surface;
-  empty(pairs);
-  int status = flesh_near_finder_fit(self, s->x0, NULL, s->distance / 2, threads);
-  if (status) return status;
-  self->crossing = 1;
-  flesh_near_finder_walk(self, threads, count_owned(self), visit_faces, (void *)s);
-  self->crossing = 0;
-  for (size_t k = 0; k < (size_t)of_one->point_count; k++)
-    try_point(s, &self->parts[0], surface->nodes[of_one->point_faces[2 * k]], of_one->point_faces[2 * k + 1]);
-  for (size_t k = 0; k < (size_t)of_one->edge_count; k++)
-    try_edges(s, &self->parts[0], of_one->edge_pairs[2 * k], of_one->edge_pairs[2 * k + 1]);
-  return gather(self, 0, s->distance, pairs);
-}
-
-int flesh_near_pairs_find_again(flesh_near_finder *self, flesh_near_memory *memory, const double *x, double distance,
-                                flesh_threads *threads, flesh_near_pairs *pairs)
-{
-  const size_t bytes = 3 * (size_t)self->surface->mesh_nodes * sizeof *x;
-  search s = {self, x, NULL, distance, 0, 0};
-  if (self->bonds || self->patches || self->mixes) return search_pairs(self, &s, threads, pairs);
-  const double wider = WIDER * distance;
-  const int first = !memory->x, known = memory->known && memory->of_one.distance == wider, served = memory->served;
-  const int keeps = !first && flesh_near_drift_apart(&memory->drift, self, memory->x, x, distance, 1) <= wider;
-  memory->served = known && keeps;
-  if (memory->served) return search_across(self, &s, threads, &memory->of_one, pairs);
-  memory->known = 0;
-  if (first && !(memory->x = malloc(bytes + 1))) return no_memory(self->surface);
-  if (first || keeps || served) s.wider = wider;
-  int status = search_pairs(self, &s, threads, pairs);
-  if (!status && s.wider > 0) status = gather(self, FLESH_NEAR_KINDS, s.wider, &memory->of_one);
-  memcpy(memory->x, x, bytes);
-  memory->known = !status && s.wider > 0;
-  return status;
-}
-
-size_t flesh_near_memory_size(const flesh_near_finder *self, const flesh_near_memory *memory)
-{
-  return flesh_near_pairs_memory(&memory->of_one) + flesh_near_drift_memory(&memory->drift) +
-         (memory->x ? 3 * (size_t)self->surface->mesh_nodes * sizeof *memory->x : 0);
-}
-
-void flesh_near_memory_clear(flesh_near_memory *memory)
-{
-  flesh_near_pairs_clear(&memory->of_one);
-  flesh_near_drift_clear(&memory->drift);
-  free(memory->x);
-  *memory = (flesh_near_memory){0};
+  return search_pairs(self, &(search){self, x0, x1, distance, 0}, threads, pairs);
 }
 
 /* Keeps those of a kind that are nearer than `distance` at X, as rows. */
@@ -306,12 +227,16 @@ static int exclude(flesh_near_finder *self, const double *X, double distance, fl
 {
   flesh_near_pairs pairs = {0};
   flesh_near_rows rows[2] = {{0}};
-  int status = search_pairs(self, &(search){self, X, NULL, distance, 1, 0}, threads, &pairs);
+  int status = search_pairs(self, &(search){self, X, NULL, distance, 1}, threads, &pairs);
   if (!status) status = keep_rows(self, POINT_FACE, &pairs, X, distance, &rows[0]);
   if (!status) status = keep_rows(self, EDGE_EDGE, &pairs, X, distance, &rows[1]);
   memcpy(self->excluded, rows, sizeof rows);
   flesh_near_pairs_clear(&pairs);
-  for (int k = 0; k < FLESH_NEAR_PARTS; k++) flesh_near_part_clear(&self->parts[k]); /* there were more than there will be */
+  for (int k = 0; k < FLESH_NEAR_PARTS; k++) { /* there were more pairs than there will be */
+    free(self->parts[k].found[0]);
+    free(self->parts[k].found[1]);
+    self->parts[k] = (flesh_near_part){0};
+  }
   return status;
 }
 
@@ -366,7 +291,10 @@ void flesh_near_finder_destroy(flesh_near_finder **finder)
                          self->edge_boxes, self->row, self->excluded[0].start, self->excluded[0].second,
                          self->excluded[1].start, self->excluded[1].second, self->owned};
   for (size_t k = 0; k < sizeof owned / sizeof *owned; k++) free(owned[k]);
-  for (int k = 0; k < FLESH_NEAR_PARTS; k++) flesh_near_part_clear(&self->parts[k]);
+  for (int k = 0; k < FLESH_NEAR_PARTS; k++) {
+    free(self->parts[k].found[0]);
+    free(self->parts[k].found[1]);
+  }
   flesh_box_tree_destroy(&self->tree);
   free(self);
   *finder = NULL;
@@ -383,8 +311,7 @@ size_t flesh_near_finder_memory(const flesh_near_finder *self)
   for (int kind = 0; kind < 2; kind++) {
     const size_t firsts = kind == POINT_FACE ? nodes : edges;
     if (self->excluded[kind].start) bytes += (firsts + 2 + (size_t)self->excluded[kind].start[firsts]) * sizeof(int);
-    for (int k = 0; k < FLESH_NEAR_PARTS; k++)
-      bytes += 2 * (size_t)(self->parts[k].room[kind] + self->parts[k].room[FLESH_NEAR_KINDS + kind]) * sizeof(int);
+    for (int k = 0; k < FLESH_NEAR_PARTS; k++) bytes += 2 * (size_t)self->parts[k].room[kind] * sizeof(int);
   }
   return bytes;
 }

@@ -5,7 +5,7 @@
 #include <stddef.h>
 
 #include "flesh/threads.h"
-#include "geometry/near_drift.h"
+#include "geometry/near_finder.h"
 
 /* Pairs without a common node, whose bodies may meet; ascending by the first, then by the second. */
 typedef struct flesh_near_pairs {
@@ -45,23 +45,6 @@ int flesh_near_finder_regrouped(const flesh_near_finder *finder);
  * near it has all pairs that touch on the straight ways between them, with d = 0. */
 int flesh_near_pairs_find(flesh_near_finder *finder, const double *x0, const double *x1, double distance,
                           flesh_threads *threads, flesh_near_pairs *pairs);
-
-/* Memory of a search for the next ones; begins as {0}. */
-typedef struct flesh_near_memory {
-  flesh_near_pairs of_one; /* pairs of one body, found where it was at x, with some distance to spare */
-  double *x;               /* [3*mesh_nodes] place of the last search for all */
-  int known, served;       /* the pairs are those at x; and have served since */
-  flesh_near_drift drift;
-} flesh_near_memory;
-
-/* The pairs of flesh_near_pairs_find at x, in less time where bodies bend little from one search to the next, however
- * they move: while their own faces cannot have come nearer to each other by more than was to spare, these are not searched
- * again; where they have come nearer from one search to the next, nothing is remembered. The finder's bonds and patches, if any, make it search all, and so do faces that several bodies share. */
-int flesh_near_pairs_find_again(flesh_near_finder *finder, flesh_near_memory *memory, const double *x, double distance,
-                                flesh_threads *threads, flesh_near_pairs *pairs);
-void flesh_near_memory_clear(flesh_near_memory *memory);
-size_t flesh_near_memory_size(const flesh_near_finder *finder, const flesh_near_memory *memory);
-
 void flesh_near_pairs_clear(flesh_near_pairs *pairs);
 size_t flesh_near_pairs_memory(const flesh_near_pairs *pairs);
 

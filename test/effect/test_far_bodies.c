@@ -41,7 +41,7 @@ static void what_is_far_is_not_looked_at(void)
     for (int s = 0; s < 10; s++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 200, NULL));
     const flesh_surface_near *near = flesh_proximity_of(integrator->evaluation->environment.proximity, 2);
     CHECK(near->around_known && near->pieces == 2 && near->group[0] != near->group[1]);
-    CHECK(near->remembered.drift.leaf_room == 0);
+    CHECK(near->drift.leaf_room == 0);
     flesh_integrator_destroy(&integrator);
     test_body_destroy(&b);
   }

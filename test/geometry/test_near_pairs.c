@@ -402,46 +402,6 @@ static void ranks_share_a_search_out(void)
   free(x1);
 }
 
-/* Sheets that slide, turn and bend: pairs of one sheet that are remembered are found where they are near, as by a search
- * for all, and are searched anew only where a sheet has come nearer to itself. */
-static void what_is_remembered_is_found_again(void)
-{
-  enum { PLACES = 40 };
-  soup s = soup_of_sheets(3, 12, 0.02);
-  double *x = malloc(3 * (size_t)s.nodes * sizeof *x), *last = malloc(3 * (size_t)s.nodes * sizeof *last);
-  flesh_near_finder *finder;
-  flesh_near_memory memory = {0};
-  flesh_near_pairs all = {0}, again = {0};
-  int anew = 0;
-  CHECK_OK(flesh_near_finder_create(&s.surface, s.X, NULL, 0.005, NULL, &finder));
-  for (int k = 0; k < PLACES; k++) {
-    const double angle = 0.05 * k, squeezed = k < PLACES / 2 ? 1 : 1 - 0.02 * (k - PLACES / 2);
-    for (int i = 0; i < s.nodes; i++) {
-      const double *X = s.X + 3 * i, along = squeezed * X[0];
-      x[3 * i] = cos(angle) * along - sin(angle) * X[2] + 0.03 * k * s.body[i];
-      x[3 * i + 1] = X[1] - 0.01 * k * s.body[i];
-      x[3 * i + 2] = sin(angle) * along + cos(angle) * X[2];
-    }
-    CHECK_OK(flesh_near_pairs_find(finder, x, NULL, 0.08, NULL, &all));
-    CHECK_OK(flesh_near_pairs_find_again(finder, &memory, x, 0.08, NULL, &again));
-    CHECK(same_pairs(&all, &again) && again.distance == all.distance && again.edge_count > 100);
-    anew += k > 0 && memcmp(last, memory.x, 3 * (size_t)s.nodes * sizeof *x) != 0;
-    memcpy(last, memory.x, 3 * (size_t)s.nodes * sizeof *x);
-    if (k == PLACES / 2) CHECK(anew == 0);
-  }
-  CHECK(anew >= 1 && anew <= PLACES / 4);
-  CHECK(flesh_near_memory_size(finder, &memory) > 3 * (size_t)s.nodes * sizeof *x);
-  x[0] = NAN;
-  CHECK(flesh_near_pairs_find_again(finder, &memory, x, 0.08, NULL, &again) == FLESH_UNDEFINED && again.point_count == 0);
-  flesh_near_memory_clear(&memory);
-  flesh_near_pairs_clear(&all);
-  flesh_near_pairs_clear(&again);
-  flesh_near_finder_destroy(&finder);
-  soup_clear(&s);
-  free(x);
-  free(last);
-}
-
 static void bad_input_is_refused(void)
 {
   soup s = soup_of_sheets(1, 2, 0);
@@ -459,5 +419,5 @@ int main(int argc, char **argv)
   return RUN_TESTS(argc, argv, TEST(finds_what_brute_force_finds), TEST(neighbours_at_rest_are_left_out),
                    TEST_OF_THREADS(same_for_any_number_of_threads), TEST(old_results_reach),
                    TEST(sheets_stop_before_they_touch), TEST(worn_trees_are_grouped_anew),
-                   TEST(searching_again_allocates_nothing), TEST(ranks_share_a_search_out), TEST(what_is_remembered_is_found_again), TEST(bad_input_is_refused));
+                   TEST(searching_again_allocates_nothing), TEST(ranks_share_a_search_out), TEST(bad_input_is_refused));
 }
