@@ -2,13 +2,16 @@
 #define FLESH_CHOLESKY_NUMBER double
 #include "linear/exact.h"
 
+#include <float.h>
 #include <limits.h>
+#include <math.h>
 
 #include "linear/scalar_view.h"
 #include "linear/sparse_cholesky.c"
 
 struct flesh_exact {
   flesh_sparse_cholesky L;
+  double scale; /* of the matrix in it */
 };
 
 /* Lists what each number's row meets, itself among it, and where its node is. Not for matrices whose entries int cannot count. */
@@ -55,21 +58,34 @@ static int create(const flesh_block_matrix *A, const double *points, double most
 
 static double operations(const flesh_exact *exact) { return exact->L.operations; }
 
+/* The power of two that brings the largest number that couples two rows near 1: roots of pivots are rounded alike in all
+ * units then. */
+static double scale_of(const flesh_block_matrix *A)
+{
+  double largest = 0;
+  for (int i = 0; i < A->rows; i++)
+    for (int k = A->row_start[i]; k < A->row_end[i]; k++)
+      for (int e = 0; e < 9 && A->column[k] != i; e++) largest = fmax(largest, fabs(A->values[9 * (size_t)k + (size_t)e]));
+  return largest >= DBL_MIN && largest < INFINITY ? ldexp(1, -ilogb(largest)) : 1;
+}
+
 static int factor(flesh_exact *exact, const flesh_block_matrix *A)
 {
   flesh_sparse_cholesky *L = &exact->L;
+  const double scale = exact->scale = scale_of(A);
   flesh_sparse_cholesky_zero(L);
   for (int i = 0; i < A->rows; i++)
     for (int k = A->row_start[i]; k < A->row_end[i]; k++)
       for (int e = 0; e < 9; e++)
-        L->values[flesh_sparse_cholesky_entry(L, 3 * i + e / 3, 3 * A->column[k] + e % 3)] = A->values[9 * (size_t)k + (size_t)e];
+        L->values[flesh_sparse_cholesky_entry(L, 3 * i + e / 3, 3 * A->column[k] + e % 3)] =
+            scale * A->values[9 * (size_t)k + (size_t)e];
   return flesh_sparse_cholesky_factor(L) ? FLESH_OK : FLESH_NOT_POSITIVE;
 }
 
 static void solve(flesh_exact *exact, const double *b, double *x)
 {
   flesh_sparse_cholesky *L = &exact->L;
-  for (int d = 0; d < L->n; d++) L->x[L->place[d]] = b[d];
+  for (int d = 0; d < L->n; d++) L->x[L->place[d]] = exact->scale * b[d];
   flesh_sparse_cholesky_solve(L);
   for (int d = 0; d < L->n; d++) x[d] = L->x[L->place[d]];
 }
