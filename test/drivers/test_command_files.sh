@@ -186,12 +186,18 @@ signals_leave_nothing_half_written() {
   mkdir -p tools
   printf '#!/bin/sh\necho $$ >"%s/gnuplot.pid"\nexec sleep 1800\n' "$work" >tools/gnuplot && chmod +x tools/gnuplot
   for number in TERM HUP; do
-    rm -f snap.* gnuplot.pid
-    "$flesh" snap run --out snap.png --width 8192 >/dev/null &
-    drawing=$!
-    wait_until "$drawing" sh -c 'ls snap.png.part-*' >/dev/null && kill "-$number" "$drawing"
-    wait "$drawing" 2>/dev/null
-    [ $? -gt 128 ] && ! ls snap.png* 2>/dev/null || return 1
+    rm -f gnuplot.pid
+    ended=0
+    until [ "$ended" -gt 128 ]; do # a picture that is there before the signal has status 0
+      rm -f snap.*
+      "$flesh" snap run --out snap.png --width 8192 >/dev/null &
+      drawing=$!
+      wait_until "$drawing" sh -c 'ls snap.png.part-*' >/dev/null && kill "-$number" "$drawing"
+      wait "$drawing" 2>/dev/null
+      ended=$?
+      [ "$ended" -eq 0 ] || [ "$ended" -gt 128 ] || return 1
+    done
+    ! ls snap.png* 2>/dev/null || return 1
     PATH=$work/tools:$PATH "$flesh" material --energies S --out killed_material >/dev/null &
     drawing=$!
     wait_until "$drawing" [ -s gnuplot.pid ] && kill "-$number" "$drawing"
