@@ -178,9 +178,10 @@ double flesh_error_control_slip(const flesh_error_control *self) { return fmax(1
 
 int flesh_error_control_keeps_gaining(const flesh_error_control *self) { return self->gains >= MOST_GAINS; }
 
-double flesh_error_control_gap(const flesh_error_control *self, const flesh_shift *shift)
+double flesh_error_control_gap(const flesh_error_control *self, const flesh_shift *shift, double unseen)
 {
-  return gap_depth * self->local * fmin(1, 1 / (sqrt(shift->a) * self->period));
+  const double gap = gap_depth * self->local * fmin(1, 1 / (sqrt(shift->a) * self->period));
+  return self->touches ? gap : fmax(gap, unseen);
 }
 
 /* f = (M + g^2 K)^-1 of the force [n] in self->force, times g^2, into `filtered`; whether it is there.
