@@ -26,7 +26,7 @@ static int find_penalty_force(flesh_newton *self, const double *u, const double 
     const int moved = k & 1, without = k & 2;
     flesh_point at = point;
     if (moved) at.x = x;
-    if (without) at.penalty = 1e-12;
+    if (without) at.penalty = 1e-12; /* as good as none: 0 stands for 1 */
     status = flesh_system_roles_residual(equations->system, FLESH_ROLE_BIT(FLESH_ROLE_ELASTICITY), &at, r);
     const double weight = (moved && !without) || (!moved && without) ? 1 / scale : -1 / scale;
     for (int d = 0; d < n && !status; d++) b[d] += weight * r[d];
