@@ -29,17 +29,17 @@ typedef struct bars {
 static int judge_file(bars *b, const char *folder, int file)
 {
   flesh_error_quantities *all = &b->quantities[file];
+  flesh_error_table tables[FLESH_ERROR_KINDS][FLESH_ERROR_COMPANIONS] = {{{{0}, NULL}}};
   int status = flesh_error_quantities_read(folder, files[file], b->scene, all);
-  for (int kind = 0; kind < FLESH_ERROR_KINDS && !status; kind++) {
-    const flesh_error_judge *judge = &b->judges[kind];
-    flesh_error_table tables[2] = {{{0}, NULL}};
-    for (int k = 0; k < judge->count && !status; k++) {
-      sprintf(b->path, "%s/%s", folder, judge->companions[k].folder);
-      status = flesh_error_table_read(b->path, files[file], &tables[k]);
+  for (int kind = 0; kind < FLESH_ERROR_KINDS; kind++)
+    for (int k = 0; k < b->judges[kind].count && !status; k++) {
+      sprintf(b->path, "%s/%s", folder, b->judges[kind].companions[k].folder);
+      status = flesh_error_table_read(b->path, files[file], &tables[kind][k]);
     }
-    if (!status && judge->count) status = flesh_error_quantities_judge(all, (flesh_error_kind)kind, judge, tables);
-    for (int k = 0; k < 2; k++) flesh_error_table_clear(&tables[k]);
-  }
+  for (int kind = 0; kind < FLESH_ERROR_KINDS && !status; kind++)
+    if (b->judges[kind].count)
+      status = flesh_error_quantities_judge(all, (flesh_error_kind)kind, &b->judges[kind], tables);
+  for (int k = 0; k < FLESH_ERROR_KINDS * FLESH_ERROR_COMPANIONS; k++) flesh_error_table_clear(&tables[0][0] + k);
   return status;
 }
 

@@ -26,13 +26,13 @@ static void refuse(flesh_error_judge *judge, const char *words)
   snprintf(judge->words, sizeof judge->words, "%s", words);
 }
 
-/* Goes on without the companion of number k, which fails, where the others tell enough. Returns whether they do. */
+/* Goes on without the companions from number k on, which fails, where the others tell enough. Returns whether they do. */
 static int spare(flesh_error_judge *judge, int k)
 {
-  if (!judge->coarser || k != 1) return 0;
-  judge->count = 1;
+  if (!judge->coarser || !k) return 0;
+  judge->count = k;
   judge->factor = of_coarser_mesh;
-  judge->words[strcspn(judge->words, ",")] = 0;
+  *(k > 1 ? strrchr(judge->words, ',') : strchr(judge->words, ',')) = 0;
   return 1;
 }
 
@@ -57,7 +57,29 @@ static void add_tolerance(const flesh_scene_time *time, flesh_error_judge *judge
   snprintf(judge->words, sizeof judge->words, "a tolerance of %g and steps of at most %g s", tolerance, time->step / 2);
 }
 
-static void choose_mesh(const flesh_scene *scene, flesh_error_judge *judge)
+/* The next coarser mesh, with the same steps, with twice these where the judge of steps compares those, and with another
+ * element. */
+static void add_coarser(const flesh_scene *scene, int doubled, flesh_error_judge *judge)
+{
+  const int refine = scene->keys.body.refine - 1;
+  const char *other = flesh_scene_element(scene, 0) == FLESH_ELEMENT_TET10 ? "tet10-mean" : "tet10";
+  char number[FLESH_NUMBER_SIZE], words[64] = "";
+  judge->factor = of_coarser_meshes;
+  judge->coarser = 1;
+  judge->doubled = doubled;
+  add(judge, "mesh", "body.refine", refine);
+  if (doubled) {
+    snprintf(judge->companions[1].set[1], sizeof judge->companions->set[1], "time.step=%s",
+             flesh_number_text(2 * scene->time.step, number));
+    snprintf(words, sizeof words, ", there with steps of %g s", 2 * scene->time.step);
+    add(judge, "mesh_2_steps", "body.refine", refine);
+  }
+  snprintf(judge->companions[judge->count].set[1], sizeof judge->companions->set[1], "body.element=%s", other);
+  add(judge, "mesh_2", "body.refine", refine);
+  snprintf(judge->words, sizeof judge->words, "the next coarser mesh (body.refine %d)%s, and %s on it", refine, words, other);
+}
+
+static void choose_mesh(const flesh_scene *scene, int doubled, flesh_error_judge *judge)
 {
   const int others = scene->keys.bodies.count;
   int linear = 0;
@@ -70,16 +92,8 @@ static void choose_mesh(const flesh_scene *scene, flesh_error_judge *judge)
     snprintf(judge->companions[0].folder, FLESH_ERROR_FOLDER, "error/mesh");
     strcpy(judge->companions[0].set[0], "body.element=tet10-mean");
     snprintf(judge->words, sizeof judge->words, "tet10-mean on the same mesh, which is the better answer");
-  } else if (!others && scene->keys.body.refine > 0) {
-    const char *other = flesh_scene_element(scene, 0) == FLESH_ELEMENT_TET10 ? "tet10-mean" : "tet10";
-    judge->factor = of_coarser_meshes;
-    judge->coarser = 1;
-    add(judge, "mesh", "body.refine", scene->keys.body.refine - 1);
-    add(judge, "mesh_2", "body.refine", scene->keys.body.refine - 1);
-    snprintf(judge->companions[1].set[1], sizeof judge->companions->set[1], "body.element=%s", other);
-    snprintf(judge->words, sizeof judge->words, "the next coarser mesh (body.refine %d), and %s on it",
-             scene->keys.body.refine - 1, other);
-  } else refuse(judge, "no coarser mesh is known; body.refine of 1 or more makes one");
+  } else if (!others && scene->keys.body.refine > 0) add_coarser(scene, doubled, judge);
+  else refuse(judge, "no coarser mesh is known; body.refine of 1 or more makes one");
 }
 
 /* Whether the results of a static scene depend on its steps: something breaks, slips or touches on the way. */
@@ -184,8 +198,8 @@ static int read_scenes(const flesh_scene *scene, const char *path, flesh_error_j
 
 int flesh_error_choose(const flesh_scene *scene, const char *path, flesh_error_judge judges[FLESH_ERROR_KINDS])
 {
-  choose_mesh(scene, &judges[FLESH_ERROR_MESH]);
   choose_step(scene, &judges[FLESH_ERROR_STEP]);
+  choose_mesh(scene, judges[FLESH_ERROR_STEP].count > 1, &judges[FLESH_ERROR_MESH]);
   int status = FLESH_OK;
   for (int k = 0; k < FLESH_ERROR_KINDS && !status; k++) status = read_scenes(scene, path, &judges[k]);
   return status;
@@ -193,9 +207,8 @@ int flesh_error_choose(const flesh_scene *scene, const char *path, flesh_error_j
 
 int flesh_error_run(const flesh_runner_options *given, flesh_error_judge *judge)
 {
-  const int count = judge->count;
   int status = FLESH_OK;
-  for (int k = 0; k < count && judge->count && !status; k++) {
+  for (int k = 0; k < judge->count && !status; k++) {
     char *folder = flesh_text_new("%s/%s", given->out, judge->companions[k].folder);
     if (!folder) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
     const flesh_runner_options options = {.out = folder, .scene_path = given->scene_path, .quiet = 1, .no_frames = 1,
@@ -220,5 +233,5 @@ int flesh_error_run(const flesh_runner_options *given, flesh_error_judge *judge)
 
 void flesh_error_judge_close(flesh_error_judge *judge)
 {
-  for (int k = 0; k < 2; k++) flesh_scene_destroy(&judge->companions[k].scene);
+  for (int k = 0; k < FLESH_ERROR_COMPANIONS; k++) flesh_scene_destroy(&judge->companions[k].scene);
 }

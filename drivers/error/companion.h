@@ -7,21 +7,22 @@
 /* The sources of error. */
 typedef enum flesh_error_kind { FLESH_ERROR_MESH, FLESH_ERROR_STEP, FLESH_ERROR_KINDS } flesh_error_kind;
 
-enum { FLESH_ERROR_FOLDER = 32, FLESH_ERROR_WORDS = 320 };
+enum { FLESH_ERROR_COMPANIONS = 3, FLESH_ERROR_FOLDER = 32, FLESH_ERROR_WORDS = 320 };
 
 /* How a run is judged in one respect. */
 typedef struct flesh_error_judge {
-  int count;           /* of its companions; the second shows an order, or the other element. 0: there is no bar */
+  int count;           /* of its companions; the last shows an order, or the other element. 0: there is no bar */
   char words[FLESH_ERROR_WORDS]; /* what the companions are, or why there is no bar */
   double factor;       /* of the bar over the largest difference from the first so far */
   int better;          /* the first companion's numbers are better than the run's */
   int coarser;         /* the companions have a coarser mesh */
+  int doubled;         /* of a coarser mesh, the second has twice the step, as the second of the judge of steps has */
   struct {
     char folder[FLESH_ERROR_FOLDER]; /* within the run's */
     char set[2][64];                 /* key=value beside the scene's keys; the second may be empty */
     flesh_scene *scene;
     double cpu_s;
-  } companions[2];
+  } companions[FLESH_ERROR_COMPANIONS];
 } flesh_error_judge;
 
 /* Chooses the judges of a run of this scene, whose file is `path`, and reads their scenes. FLESH_ERR_MEMORY,

@@ -228,20 +228,34 @@ static void check_order(flesh_error_quantities *all, int kind, const flesh_error
   }
 }
 
-/* Widens a bar to a share of the largest difference between the companions up to its rows. */
-static int widen(const flesh_error_table *own, const char *name, const flesh_error_table *tables, double share, double *bar)
+/* Widens a bar to a share of the largest difference between two companions up to its rows. */
+static int widen(const flesh_error_table *own, const char *name, const flesh_error_table *a, const flesh_error_table *b,
+                 double share, double *bar)
 {
-  const int first = flesh_csv_find(&tables[0].csv, name), second = flesh_csv_find(&tables[1].csv, name);
-  const int rows = first >= 0 && second >= 0 ? tables[0].csv.rows : 0;
+  const int first = flesh_csv_find(&a->csv, name), second = flesh_csv_find(&b->csv, name);
+  const int rows = first >= 0 && second >= 0 ? a->csv.rows : 0;
   double *room = malloc(((size_t)rows + 1) * sizeof *room), last;
   if (!room) return no_memory();
-  if (rows) compare(&tables[0], first, &tables[1], second, room, &last);
+  if (rows) compare(a, first, b, second, room, &last);
   for (int row = 0, at = 0; row < own->csv.rows && rows; row++) {
-    while (at + 1 < rows && tables[0].t[at + 1] <= own->t[row] * (1 + 1e-9)) at++;
+    while (at + 1 < rows && a->t[at + 1] <= own->t[row] * (1 + 1e-9)) at++;
     if (bar[row] < share * room[at]) bar[row] = share * room[at];
   }
   free(room);
   return FLESH_OK;
+}
+
+/* Widens a bar from a coarser mesh by what that mesh changes with twice the step, as waves that steps do not follow come
+ * out alike on two meshes by chance, and by what another element changes there. */
+static int widen_by_others(const flesh_error_quantities *all, const flesh_error_quantity *q, const flesh_error_judge *judge,
+                           flesh_error_table (*tables)[FLESH_ERROR_COMPANIONS])
+{
+  const char *name = all->table.csv.names[q->column];
+  const flesh_error_table *own = tables[FLESH_ERROR_MESH], *other = own + 1 + judge->doubled;
+  int status = widen(&all->table, name, own, other, find_part(judge, q)->of_element, q->bars[FLESH_ERROR_MESH]);
+  if (!status && judge->doubled)
+    status = widen(&all->table, name, &tables[FLESH_ERROR_STEP][1], own + 1, 1, q->bars[FLESH_ERROR_MESH]);
+  return status;
 }
 
 /* Multiplies the differences by the factor, and widens those of components. */
@@ -264,8 +278,9 @@ static void scale(flesh_error_quantities *all, flesh_error_kind kind, const fles
 }
 
 int flesh_error_quantities_judge(flesh_error_quantities *all, flesh_error_kind kind, const flesh_error_judge *judge,
-                                 const flesh_error_table *tables)
+                                 flesh_error_table (*of_all)[FLESH_ERROR_COMPANIONS])
 {
+  const flesh_error_table *tables = of_all[kind];
   const size_t rows = (size_t)all->table.csv.rows;
   for (int k = 0; k < all->count; k++) {
     flesh_error_quantity *q = &all->list[k];
@@ -276,9 +291,8 @@ int flesh_error_quantities_judge(flesh_error_quantities *all, flesh_error_kind k
     if (!q->bars[kind]) return no_memory();
     compare(&all->table, q->column, &tables[0], column, q->bars[kind], &last);
     if (judge->better) q->better = last;
-    if (!judge->coarser || judge->count < 2) continue;
-    const double share = find_part(judge, q)->of_element;
-    const int status = widen(&all->table, all->table.csv.names[q->column], tables, share, q->bars[kind]);
+    if (!judge->coarser) continue;
+    const int status = widen_by_others(all, q, judge, of_all);
     if (status) return status;
   }
   const int ordered = judge->count > 1 && !judge->coarser;

@@ -37,9 +37,9 @@ int flesh_error_quantities_read(const char *folder, const char *name, const fles
                                 flesh_error_quantities *quantities);
 void flesh_error_quantities_clear(flesh_error_quantities *quantities);
 
-/* Adds the bars of a kind from tables of the judge's companions. FLESH_ERR_MEMORY. */
-int flesh_error_quantities_judge(flesh_error_quantities *quantities, flesh_error_kind kind,
-                                 const flesh_error_judge *judge, const flesh_error_table *tables);
+/* Adds the bars of a kind by its judge from the tables of all judges' companions. FLESH_ERR_MEMORY. */
+int flesh_error_quantities_judge(flesh_error_quantities *quantities, flesh_error_kind kind, const flesh_error_judge *judge,
+                                 flesh_error_table (*tables)[FLESH_ERROR_COMPANIONS]);
 /* Writes the table with its bars as further columns to folder/name. */
 int flesh_error_quantities_write(const flesh_error_quantities *quantities, const char *folder, const char *name);
 

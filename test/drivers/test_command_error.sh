@@ -107,6 +107,31 @@ END
   done
 }
 
+# Waves that steps do not follow come out alike on two meshes by chance: with twice the step these differ more.
+twice_the_step_widens_bars_of_the_mesh() {
+  expect 0 "$flesh" run bar.yaml --method newmark --set body.element=tet10-mean --set body.refine=1 --set time.end=0.5 \
+    --set 'effects[1]={traction: {box: [[3.99, -1, -1], [9, 2, 2]], traction: [3e5, 0, 0]}}' --error --out waves || return 1
+  has stdout.txt 'next coarser mesh (body.refine 0), there with steps of 0.0333333 s, and tet10 on it$' || return 1
+  python3 - <<'END'
+import csv
+def read(folder):
+    with open("waves" + folder + "/probes.csv") as file:
+        return {round(float(row["t [s]"]), 9): {name.split(" ")[0]: float(value) for name, value in row.items()}
+                for row in csv.DictReader(file)}
+def change(a, b, name):
+    return max(abs(a[t][name] - b[t][name]) for t in a if t in b)
+run, mesh, other, twice, coarse = map(read, ("", "/error/mesh", "/error/mesh_2", "/error/step_2", "/error/mesh_2_steps"))
+names, widened = [f"tip.position_{c}" for c in "xyz"], 0
+wide = [max(change(run, mesh, n), .3 * change(mesh, other, n), change(twice, coarse, n)) for n in names]
+for name, w in zip(names, wide):
+    rule = 1.1 * max(w, .3 * max(wide))
+    print(name, rule, w, change(run, mesh, name))
+    assert abs(run[max(run)][name + "_error_mesh"] / rule - 1) < 1e-6
+    widened += w > 1.2 * change(run, mesh, name)
+assert widened
+END
+}
+
 # What result.json says of a quantity.
 said() {
   python3 - "$@" <<'END'
@@ -182,6 +207,6 @@ wrong_words_are_refused() {
   expect 2 "$flesh" run bar.yaml --error=1 --out wrong && [ ! -e wrong ]
 }
 
-run_tests other_steps_cover newmark_covers_backward_euler a_smaller_tolerance_covers meshes_cover coarser_meshes_make_bars no_bar_is_said \
-  failed_companions_leave_no_bar columns_come_last complete_runs_get_bars an_interrupted_companion_is_taken_up \
-  wrong_words_are_refused
+run_tests other_steps_cover newmark_covers_backward_euler a_smaller_tolerance_covers meshes_cover coarser_meshes_make_bars \
+  twice_the_step_widens_bars_of_the_mesh no_bar_is_said failed_companions_leave_no_bar columns_come_last \
+  complete_runs_get_bars an_interrupted_companion_is_taken_up wrong_words_are_refused
