@@ -74,6 +74,9 @@ meshes_cover() {
   has stdout.txt '^error bars of the mesh: by the next coarser mesh (body.refine 0), and tet10 on it$' || return 1
   has stdout.txt '^error bars of the step: none, as these equilibria do not depend on the steps' || return 1
   covers coarse mesh fine_mesh 20 || return 1
+  expect 0 "$flesh" run still.yaml --set body.refine=1 --error --out halved && covers halved mesh fine_mesh 2.5 || return 1
+  has stdout.txt '^error bars of the mesh: by tet10-mean on the next coarser mesh, mostly the better answer$' || return 1
+  said halved mesh '"body.refine=0" in companions[0]["set"]' || return 1
   expect 0 "$flesh" run still.yaml --error --out linear && covers linear mesh fine_mesh 2 || return 1
   expect 0 "$flesh" run bar.yaml --set body.element=tet10-mean --set body.refine=1 --out fine_motion --quiet || return 1
   expect 0 "$flesh" run bar.yaml --error --out linear_motion && covers linear_motion mesh fine_motion 2
@@ -153,7 +156,11 @@ no_bar_is_said() {
   # A pin that ends within the coarser mesh's tets.
   expect 0 "$flesh" run still.yaml --set body.element=tet10-mean --set body.refine=1 --error --out cut \
     --set 'effects.pin.box=[[-1, -1, -1], [0.3, 2, 2]]' || return 1
-  said cut mesh '"cuts through tets" in no_bar' || return 1
+  said cut mesh '"pinned" in no_bar and "cuts through tets" in no_bar' || return 1
+  # Ten-node tets on the coarser mesh have the nodes of four-node ones on the finer.
+  expect 0 "$flesh" run still.yaml --set body.refine=1 --error --out cut --set 'effects.pin.box=[[-1, -1, -1], [0.6, 2, 2]]' ||
+    return 1
+  said cut mesh '"better answer" in compared_with' && said cut tip.position_z 'error_mesh > 0' || return 1
   # A violent motion, of which steps of these lengths show no order.
   expect 0 "$flesh" run "$source_folder/../data/scenes/whip.yaml" --method newmark --error --out whip || return 1
   said whip energy_total 'error_step is None and "not asymptotic" in no_step_bar'
