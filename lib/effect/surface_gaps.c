@@ -1,4 +1,5 @@
 /* surface_gaps.c: a first iterate in which bodies that touch come into each other or apart, corrected node by node. */
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 
@@ -46,22 +47,45 @@ static int find_height(const double *p, const int *face, const double *x, double
   return 1;
 }
 
-/* Lists what is to be corrected at x; returns how much. */
-static int list_guards(near *self, const double *x_from, const double *x)
+/* Whether weights are those of a foot in the face. */
+static int is_above(const double w[3]) { return w[0] >= 0 && w[1] >= 0 && w[2] >= 0; }
+
+/* The guard of a node that touched one of its faces, pairs [2*count], at x_from: over the face that it is above at x or, if
+ * it is above none of them, over the one that it touched. Returns whether there is one. */
+static int guard_of(const near *self, int count, const int *pairs, const double *x_from, const double *x,
+                    struct flesh_surface_guard *guard)
 {
   const flesh_contact_surface *s = &self->contact->surface;
   const double thickness = self->contact->law.thickness;
+  const int node = s->nodes[pairs[0]], *touched = NULL;
+  const double *from = x_from + 3 * (size_t)node, *to = x + 3 * (size_t)node;
+  double n[3], w[3], height, nearest = INFINITY;
+  *guard = (struct flesh_surface_guard){.node = node, .gap = thickness};
+  for (int k = 0; k < count; k++) {
+    const int *face = s->faces + 3 * (size_t)pairs[2 * k + 1];
+    if (find_height(from, face, x_from, n, w, &height) && is_above(w) && height > 0 && height < guard->gap)
+      guard->gap = height, touched = face;
+  }
+  for (int k = 0; touched && k < count; k++) {
+    const int *face = s->faces + 3 * (size_t)pairs[2 * k + 1];
+    if (!find_height(to, face, x, n, w, &height) || height < -DEEPEST * thickness ||
+        height >= guard->gap + LEFT * thickness)
+      continue;
+    const double off = is_above(w) ? fabs(height) : face == touched ? DBL_MAX : INFINITY;
+    if (off < nearest) nearest = off, guard->face = face;
+  }
+  return guard->face != NULL;
+}
+
+/* Lists what is to be corrected at x; returns how much. */
+static int list_guards(near *self, const double *x_from, const double *x)
+{
   const flesh_near_pairs *around = &self->around;
   int count = 0;
-  for (size_t k = 0; k < (size_t)around->point_count; k++) {
-    const int node = s->nodes[around->point_faces[2 * k]], *face = s->faces + 3 * (size_t)around->point_faces[2 * k + 1];
-    double n[3], w[3], from, to;
-    if (!find_height(x_from + 3 * (size_t)node, face, x_from, n, w, &from) ||
-        !find_height(x + 3 * (size_t)node, face, x, n, w, &to))
-      continue;
-    if (from > 0 && from < thickness && w[0] >= 0 && w[1] >= 0 && w[2] >= 0 && to >= -DEEPEST * thickness &&
-        to < from + LEFT * thickness)
-      self->guards[count++] = (struct flesh_surface_guard){.node = node, .face = face, .gap = from};
+  for (int k = 0, of; k < around->point_count; k += of) {
+    const int *pairs = around->point_faces + 2 * (size_t)k;
+    for (of = 1; k + of < around->point_count && pairs[2 * of] == pairs[0];) of++;
+    count += guard_of(self, of, pairs, x_from, x, &self->guards[count]);
   }
   return count;
 }

@@ -60,8 +60,8 @@ static void gaps_are_kept(void)
   }
 }
 
-/* A ball that is pushed through a tight tube: 441 Newton iterations where guesses are taken or refused as a whole, 336 where
- * they are corrected. */
+/* A ball that is pushed through a tight tube: 452 Newton iterations where guesses are taken or refused as a whole, 385 where
+ * nodes keep their gaps to faces that they have slid off, 285 where they keep them to those that they are above. */
 static void solves_begin_at_these_gaps(void)
 {
   flesh_scene *scene = NULL;
@@ -75,7 +75,7 @@ static void solves_begin_at_these_gaps(void)
                                    &integrator));
   for (int s = 0; s < 50; s++) CHECK_OK(flesh_integrator_step(integrator, &state, 1. / 100, &stats));
   printf("# %ld Newton iterations\n", (long)stats.newton);
-  CHECK(stats.newton > 50 && stats.newton <= 380);
+  CHECK(stats.newton > 50 && stats.newton <= 310);
   flesh_integrator_destroy(&integrator);
   flesh_scene_destroy(&scene);
   free(state.x);
