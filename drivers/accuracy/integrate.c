@@ -6,8 +6,10 @@
 #include "accuracy/track.h"
 #include "base/clock.h"
 #include "base/error.h"
+#include "base/memory.h"
 #include "cli/interrupt.h"
 #include "base/file.h"
+#include "run/start.h"
 
 static int is_finite(const flesh_state *state, int unknowns)
 {
@@ -60,19 +62,14 @@ static int ask(void *data)
 
 /* The adaptive method's own steps, gathered in memory. */
 typedef struct steps {
-  size_t count, room;
+  int count, room;
   flesh_internal_step *all;
 } steps;
 
 static int gather(steps *s, const flesh_internal_step *step)
 {
-  if (s->count == s->room) {
-    size_t room = s->room ? 2 * s->room : 1024;
-    flesh_internal_step *all = realloc(s->all, room * sizeof *all);
-    if (!all) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %zu steps", room);
-    s->all = all;
-    s->room = room;
-  }
+  if (!flesh_grow(&s->all, sizeof *s->all, s->count, &s->room))
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for more than %d steps", s->count);
   s->all[s->count++] = *step;
   return FLESH_OK;
 }
@@ -111,7 +108,7 @@ static int write_steps(const char *path, const steps *s)
   int status = flesh_file_open(path, &file);
   if (status) return status;
   fputs("t,h,order,rejected,convergence_failures\n", file.stream);
-  for (size_t k = 0; k < s->count; k++) {
+  for (int k = 0; k < s->count; k++) {
     const flesh_internal_step *step = &s->all[k];
     flesh_number_print(file.stream, step->t);
     putc(',', file.stream);
@@ -155,28 +152,21 @@ int flesh_accuracy_integrate(const flesh_scene *scene, const flesh_accuracy_grid
 {
   const flesh_system *system = flesh_scene_system(scene);
   const flesh_scene_time *time = flesh_scene_times(scene);
-  size_t unknowns = (size_t)flesh_system_unknowns(system);
-  flesh_state state = {.t = 0, .x = malloc(sizeof(double) * unknowns), .v = malloc(sizeof(double) * unknowns)};
+  flesh_state state = {0};
   flesh_integrator *integrator = NULL;
   *cost = (flesh_accuracy_cost){0};
   flesh_adaptive_options adaptive = time->adaptive;
   steps s = {0};
-  audience a = {.watch = watch, .end = grid->end, .unknowns = (int)unknowns, .steps = steps_file ? &s : NULL};
+  audience a = {.watch = watch, .end = grid->end, .unknowns = flesh_system_unknowns(system), .steps = steps_file ? &s : NULL};
   if (steps_file || (watch && watch->own_steps)) adaptive.observe = note_step, adaptive.observe_data = &a;
-  int status =
-      state.x && state.v ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for a state");
-  if (!status) flesh_scene_start(scene, &state);
-  if (!status)
-    status = flesh_integrator_create(system, time->method, flesh_scene_solver(scene), &integrator);
-  if (!status) status = flesh_integrator_set_method_options(integrator, &time->options);
+  int status = flesh_start_make(scene, &state);
+  if (!status) status = flesh_start_integrator(scene, system, flesh_scene_solver(scene), &integrator);
   if (!status) status = flesh_integrator_set_adaptive(integrator, &adaptive);
-  if (!status) status = flesh_integrator_set_max_energy_gain(integrator, time->max_energy_gain);
   if (!status) status = integrate(integrator, time->step, grid, max_seconds, &state, &a, cost);
   if (integrator) cost->gain = flesh_integrator_energy_balance(integrator)->gain;
   if (!status && s.count) status = write_steps(steps_file, &s);
   free(s.all);
   flesh_integrator_destroy(&integrator);
   free(state.x);
-  free(state.v);
   return status;
 }

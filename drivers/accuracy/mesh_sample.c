@@ -7,8 +7,8 @@
 
 #include "base/clock.h"
 #include "base/error.h"
-#include "mesh/pieces.h"
-#include "mesh/shape.h"
+#include "output/tet_shape.h"
+#include "run/start.h"
 #include "skin/locator.h"
 
 /* Finds the place in the mesh of every point. */
@@ -22,12 +22,8 @@ static int locate(flesh_accuracy_sampler *s)
     hint = place.tet;
     int *nodes = s->nodes + 10 * (size_t)p;
     double *weights = s->weights + 10 * (size_t)p;
-    if (flesh_mesh_tet_nodes(s->mesh, place.tet, nodes) == 4) {
-      memcpy(weights, place.weights, 4 * sizeof *weights);
-      for (int a = 4; a < 10; a++) nodes[a] = nodes[0], weights[a] = 0;
-    } else {
-      flesh_tet10_weights(place.weights, weights);
-    }
+    for (int a = flesh_tet_weights(s->mesh, place.tet, place.weights, nodes, weights); a < 10; a++)
+      nodes[a] = nodes[0], weights[a] = 0;
   }
   flesh_locator_destroy(&locator);
   return status;
@@ -99,11 +95,9 @@ static int see(void *data, const flesh_state *state)
 static int solve(const flesh_scene *scene, flesh_accuracy_sampler *sampler, double *cpu_s)
 {
   const flesh_system *system = flesh_scene_system(scene);
-  const size_t n = (size_t)flesh_system_unknowns(system);
-  flesh_state state = {.x = malloc(n * sizeof(double)), .v = calloc(n, sizeof(double))};
+  flesh_state state = {0};
   flesh_integrator *integrator = NULL;
-  int status = state.x && state.v ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for a state");
-  if (!status) flesh_scene_start(scene, &state);
+  int status = flesh_start_make(scene, &state);
   const double started = flesh_cpu_seconds();
   if (!status) status = flesh_integrator_create(system, FLESH_METHOD_STATIC, flesh_scene_solver(scene), &integrator);
   if (!status) status = flesh_integrator_step(integrator, &state, flesh_scene_times(scene)->end, NULL);
@@ -112,7 +106,6 @@ static int solve(const flesh_scene *scene, flesh_accuracy_sampler *sampler, doub
   if (!status && sampler) keep(sampler, 0, 0, state.x);
   flesh_integrator_destroy(&integrator);
   free(state.x);
-  free(state.v);
   return status;
 }
 

@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "bench/bench.h"
 #include "cli/interrupt.h"
+#include "cli/json_memory.h"
 #include "cli/lists.h"
 #include "run/ranks.h"
 #include "study/lead.h"
@@ -109,8 +110,9 @@ static int compare(void *data)
   if (status || !plan->json) return status;
   char path[1400];
   snprintf(path, sizeof path, "%.1300s/bench.json", plan->options.out);
-  json_t *all = json_load_file(path, 0, NULL);
-  if (!all) return flesh_fail(FLESH_ERR_FILE, "%s: cannot be read", path);
+  json_t *all;
+  status = flesh_json_read(path, &all);
+  if (status) return status;
   json_dumpf(all, stdout, JSON_INDENT(2));
   putchar('\n');
   json_decref(all);

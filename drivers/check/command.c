@@ -139,20 +139,11 @@ static int differentiate(const flesh_scene *scene, const flesh_state *state, int
 
 static int check(const flesh_scene *scene, int *failed)
 {
-  size_t unknowns = (size_t)flesh_system_unknowns(flesh_scene_system(scene));
-  flesh_state state = {.t = 0, .x = malloc(sizeof(double) * unknowns), .v = malloc(sizeof(double) * unknowns)};
-  int status = state.x && state.v ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  if (!status) {
-    flesh_scene_start(scene, &state);
-    report_mesh(scene);
-    flesh_materials_print(stdout, scene);
-    status = report_skin(scene);
-    if (!status) status = report_system(scene, state.t);
-  }
-  if (!status) status = differentiate(scene, &state, failed);
-  free(state.x);
-  free(state.v);
-  return status;
+  report_mesh(scene);
+  flesh_materials_print(stdout, scene);
+  int status = report_skin(scene);
+  if (!status) status = report_system(scene, scene->start.t);
+  return status ? status : differentiate(scene, &scene->start, failed);
 }
 
 int flesh_command_check(int argc, char **argv)

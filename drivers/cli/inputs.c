@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "base/text.h"
 #include "scene/scene.h"
 
@@ -29,15 +30,9 @@ static void add_one(flesh_inputs *inputs, const char *path)
   *slash = 0;
   int found = !stat(slash == whole ? "/" : whole, &folder);
   free(whole);
-  if (inputs->count == inputs->room) {
-    int room = 2 * inputs->room + 8;
-    struct flesh_input *files = realloc(inputs->files, (size_t)room * sizeof *files);
-    if (!files) {
-      inputs->failed = 1;
-      return;
-    }
-    inputs->files = files;
-    inputs->room = room;
+  if (!flesh_grow(&inputs->files, sizeof *inputs->files, inputs->count, &inputs->room)) {
+    inputs->failed = 1;
+    return;
   }
   inputs->files[inputs->count++] = (struct flesh_input){.device = file.st_dev, .number = file.st_ino,
                                                         .folder_device = found ? folder.st_dev : 0,

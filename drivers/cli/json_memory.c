@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "base/file.h"
+#include "base/scan.h"
 #include "cli/safe_text.h"
 
 static atomic_int lacks;
@@ -47,6 +48,16 @@ json_t *flesh_json_bytes(const char *bytes, size_t size)
 json_t *flesh_json_text(const char *text) { return flesh_json_bytes(text, strlen(text)); }
 
 json_t *flesh_json_number(double value) { return isfinite(value) ? json_real(value) : json_null(); }
+
+int flesh_json_read(const char *path, json_t **value)
+{
+  char *text = NULL;
+  size_t size = 0;
+  const int status = flesh_file_load(path, &text, &size);
+  *value = status ? NULL : json_loadb(text, size, 0, NULL);
+  free(text);
+  return status || *value ? status : flesh_fail(FLESH_ERR_FILE, "%s: there is no JSON that can be read in it", path);
+}
 
 int flesh_json_write(const char *path, json_t *value)
 {

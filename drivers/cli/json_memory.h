@@ -20,6 +20,8 @@ json_t *flesh_json_bytes(const char *bytes, size_t size);
 /* A number; null when it is not finite. */
 json_t *flesh_json_number(double value);
 
+/* Reads the file into a new *value. FLESH_ERR_FILE where there is none, or no JSON in it. */
+int flesh_json_read(const char *path, json_t **value);
 /* Writes `value` (taken, also on failure) to `path`, whole or not at all. */
 int flesh_json_write(const char *path, json_t *value);
 

@@ -131,6 +131,15 @@ static int takes_values(const flesh_usage *usage)
   return 0;
 }
 
+/* Whether the word is the name of an option. */
+static int is_option(const flesh_usage *usage, const char *word)
+{
+  int found = !strcmp(word, "--help");
+  for (const flesh_option *option = usage->options; option->name; option++)
+    found |= !strncmp(word, "--", 2) && !strcmp(word + 2, option->name);
+  return found;
+}
+
 int flesh_options_read(const flesh_usage *usage, int argc, char **argv, int *positional_count)
 {
   struct option rows[OPTION_LIMIT + 2] = {{0}};
@@ -155,6 +164,8 @@ int flesh_options_read(const flesh_usage *usage, int argc, char **argv, int *pos
       char letter[8] = {'-', (char)optopt, 0};
       return complain(usage, "unknown or ambiguous option ", optopt ? letter : word, "");
     }
+    if (optarg == word && is_option(usage, word)) /* --out=--quiet is a folder of that name */
+      return complain(usage, "option ", argv[optind - 2], " needs a value");
     int code = take(usage, &usage->options[found - HELP_VALUE - 1], optarg);
     if (code != FLESH_OPTIONS_GO_ON) return code;
   }

@@ -5,17 +5,15 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 
-enum { EXTRA = 16 };
+static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory"); }
 
 int flesh_overrides_open(flesh_overrides *overrides, int argc)
 {
-  *overrides = (flesh_overrides){.room = argc + EXTRA};
-  overrides->texts.values = calloc((size_t)(argc + EXTRA), sizeof *overrides->texts.values);
-  overrides->owned = calloc(EXTRA, sizeof *overrides->owned);
-  if (overrides->texts.values && overrides->owned) return FLESH_OK;
-  flesh_overrides_close(overrides);
-  return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  *overrides = (flesh_overrides){.room = argc + 1};
+  overrides->texts.values = calloc((size_t)argc + 1, sizeof *overrides->texts.values);
+  return overrides->texts.values ? FLESH_OK : no_memory();
 }
 
 int flesh_overrides_copy(flesh_overrides *overrides, const flesh_texts *given)
@@ -35,10 +33,12 @@ void flesh_overrides_close(flesh_overrides *overrides)
 
 static int add(flesh_overrides *overrides, const char *key, const char *value, int quoted)
 {
-  if (overrides->owned_count == EXTRA || overrides->texts.count == overrides->room)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "too many values are set; at most %d can be", EXTRA);
+  flesh_texts *texts = &overrides->texts;
+  if (!flesh_grow(&texts->values, sizeof *texts->values, texts->count, &overrides->room) ||
+      !flesh_grow(&overrides->owned, sizeof *overrides->owned, overrides->owned_count, &overrides->owned_room))
+    return no_memory();
   char *text = malloc(strlen(key) + 2 * strlen(value) + 4), *end = text;
-  if (!text) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!text) return no_memory();
   end = stpcpy(stpcpy(end, key), quoted ? "='" : "=");
   for (const char *c = value; *c; c++) {
     if (quoted && *c == '\'') *end++ = '\''; /* YAML doubles it */
@@ -46,7 +46,7 @@ static int add(flesh_overrides *overrides, const char *key, const char *value, i
   }
   strcpy(end, quoted ? "'" : "");
   overrides->owned[overrides->owned_count++] = text;
-  overrides->texts.values[overrides->texts.count++] = text;
+  texts->values[texts->count++] = text;
   return FLESH_OK;
 }
 

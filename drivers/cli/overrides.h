@@ -6,11 +6,11 @@
 
 typedef struct flesh_overrides {
   flesh_texts texts; /* the target of a FLESH_OPTION_LIST; passed to flesh_scene_read */
-  char **owned;      /* texts made by flesh_overrides_add_text */
-  int owned_count, room;
+  char **owned;      /* texts that were added */
+  int owned_count, owned_room, room;
 } flesh_overrides;
 
-/* Room for `argc` texts of the command line and 16 added ones. */
+/* Room for `argc` texts of the command line; those that are added take more. */
 int flesh_overrides_open(flesh_overrides *overrides, int argc);
 /* With the texts of another list, borrowed. */
 int flesh_overrides_copy(flesh_overrides *overrides, const flesh_texts *given);

@@ -11,6 +11,7 @@
 #include "mesh/mesh.h"
 #include "run/describe.h"
 #include "run/runner.h"
+#include "run/start.h"
 
 /* A frame kept for a picture. */
 typedef struct frame {
@@ -66,20 +67,14 @@ static int open_watcher(watcher *w, const flesh_scene *scene)
     w->low[c] = info.low[c], w->high[c] = info.high[c];
     w->reach = fmax(w->reach, 2 * (info.high[c] - info.low[c]));
   }
-  size_t size = sizeof(double) * (size_t)w->unknowns;
-  flesh_state *states[] = {&w->worst.state, &w->event.state};
-  for (int k = 0; k < 2; k++) {
-    states[k]->x = malloc(size);
-    states[k]->v = malloc(size);
-    if (!states[k]->x || !states[k]->v) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  }
-  return FLESH_OK;
+  const int status = flesh_state_make(info.nodes, 0, 0, &w->worst.state);
+  return status ? status : flesh_state_make(info.nodes, 0, 0, &w->event.state);
 }
 
 static void close_watcher(watcher *w)
 {
-  free(w->worst.state.x), free(w->worst.state.v);
-  free(w->event.state.x), free(w->event.state.v);
+  free(w->worst.state.x);
+  free(w->event.state.x);
 }
 
 static int write_frame(const char *folder, const char *name, const frame *kept, int nodes)
@@ -154,17 +149,15 @@ static double rest_ratio(const flesh_drift_plan *plan, const flesh_drift_case *c
   guarded.solver = FLESH_DRIFT_GUARDED;
   if (read_scene(plan, &guarded, 1, &scene)) return NAN;
   const flesh_mesh *mesh = flesh_scene_mesh(scene);
-  size_t n = (size_t)flesh_system_unknowns(flesh_scene_system(scene));
-  flesh_state state = {.t = 0, .x = malloc(sizeof(double) * n), .v = calloc(n, sizeof(double))};
-  if (state.x && state.v) {
-    memcpy(state.x, flesh_mesh_positions(mesh), sizeof(double) * n);
+  flesh_state state;
+  if (!flesh_state_make(flesh_mesh_node_count(mesh), 0, 0, &state)) {
+    memcpy(state.x, flesh_mesh_positions(mesh), sizeof(double) * (size_t)flesh_system_unknowns(flesh_scene_system(scene)));
     if (!flesh_integrator_create(flesh_scene_system(scene), FLESH_METHOD_STATIC, flesh_scene_solver(scene),
                                  &integrator) &&
         !flesh_integrator_step(integrator, &state, flesh_scene_times(scene)->end, NULL))
       ratio = flesh_mesh_volume(mesh, state.x) / flesh_mesh_volume(mesh, flesh_mesh_positions(mesh));
   }
   free(state.x);
-  free(state.v);
   flesh_integrator_destroy(&integrator);
   flesh_scene_destroy(&scene);
   return ratio;

@@ -8,7 +8,6 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "base/folder.h"
-#include "base/scan.h"
 #include "base/sort.h"
 #include "base/text.h"
 #include "cli/json_memory.h"
@@ -19,6 +18,7 @@
 #include "mesh/smooth.h"
 #include "run/runner.h"
 #include "scene/scene.h"
+#include "sensitivity/sensitivity.h"
 
 /* The share of the indicators' sum that marked tets have (Doerfler 1996), which are halved once. */
 static const double marked_share = 0.3;
@@ -82,11 +82,8 @@ int flesh_adapt_is_spec(const char *spec)
 static int check(adapt *a, const flesh_scene *scene)
 {
   const char *dot = strrchr(a->column, '.');
-  int count;
-  const flesh_probe *probes = flesh_scene_probes(scene, &count), *own = NULL;
-  for (int k = 0; k < count && dot; k++)
-    if (strlen(probes[k].name) == (size_t)(dot - a->column) && !strncmp(probes[k].name, a->column, strlen(probes[k].name)))
-      own = &probes[k];
+  int count, held = 0;
+  const flesh_probe *probes = flesh_scene_probes(scene, &count), *own = flesh_probe_of(scene, a->column);
   if (scene->time.method != FLESH_METHOD_STATIC)
     return flesh_fail(FLESH_ERR_ARGUMENT, "--to refines the meshes of equilibria (time.method static); for a motion, --error "
                                           "gives the bars of a mesh");
@@ -99,20 +96,12 @@ static int check(adapt *a, const flesh_scene *scene)
   if (isnan(own->point[0]) && (!strncmp(dot, ".position_", 10) || !strncmp(dot, ".velocity_", 10)))
     return flesh_fail(FLESH_ERR_ARGUMENT, "%s is a mean over nodes, of which finer meshes have others; give the probe a point",
                       a->column);
-  if (strncmp(dot, ".position_", 10) && strncmp(dot, ".reaction_", 10) && !isnan(own->point[0])) {
-    for (int c = 0; c < 4; c++) {
-      uint8_t *fixed = calloc(3 * (size_t)scene->mesh->nodes, 1);
-      if (!fixed) return no_memory();
-      flesh_system_fixed(scene->system, scene->start.t, fixed);
-      const uint8_t *node = fixed + 3 * (size_t)scene->mesh->tet_nodes[4 * (size_t)own->tet + (size_t)c];
-      const int held = node[0] || node[1] || node[2];
-      free(fixed);
-      if (held)
-        return flesh_fail(FLESH_ERR_ARGUMENT, "%s is a strain beside a pin, which grows without end as the mesh gets finer: "
-                                              "it has no bar", a->column);
-    }
-  }
-  return FLESH_OK;
+  const int status = strncmp(dot, ".position_", 10) && strncmp(dot, ".reaction_", 10)
+                         ? flesh_probe_is_at_pin(scene, own, scene->start.t, &held)
+                         : FLESH_OK;
+  return status || !held ? status
+                         : flesh_fail(FLESH_ERR_ARGUMENT, "%s is a strain beside a pin, which grows without end as the mesh gets "
+                                                          "finer: it has no bar", a->column);
 }
 
 /* Reads the scene as it is given but of ten-node tets, and takes its mesh with the selections as sets. */
@@ -122,9 +111,7 @@ static int begin(adapt *a, const flesh_texts *given)
   const char *column;
   read_spec(a->column, &a->tolerance, &a->relative, &column);
   memmove(a->column, column, strlen(column) + 1);
-  const int room = given->count + 256;
-  int status = flesh_overrides_open(&a->overrides, room);
-  for (int k = 0; k < given->count; k++) a->overrides.texts.values[a->overrides.texts.count++] = given->values[k];
+  int status = flesh_overrides_copy(&a->overrides, given);
   if (!status) status = flesh_overrides_add(&a->overrides, "body.element", "tet10-mean");
   if (!status) status = flesh_overrides_add(&a->overrides, "output.error_bars", "false");
   if (!status) status = flesh_scene_read(a->options->scene_path, a->overrides.texts.count, a->overrides.texts.values, &scene);
@@ -162,14 +149,13 @@ static int read_value(adapt *a, const char *folder, const flesh_scene *scene, le
     status = flesh_fail(FLESH_ERR_ARGUMENT, "--to names %s, which is no column of probes.csv", a->column);
   if (!status) flesh_csv_number(&table.csv, table.csv.rows - 1, found, &l->value);
   l->moved = l->value;
-  int count;
-  const flesh_probe *probes = flesh_scene_probes(scene, &count);
   const char *dot = strrchr(a->column, '.');
-  for (int k = 0; k < count && !strncmp(dot, ".position_", 10); k++)
-    if (!strncmp(probes[k].name, a->column, (size_t)(dot - a->column))) l->moved = l->value - probes[k].point[dot[10] - 'x'];
   flesh_mesh_info info;
   flesh_mesh_inspect(scene->mesh, &info);
-  if (!strncmp(dot, ".position_", 10) && fabs(l->moved) <= 1e-12 * info.edge_max) l->moved = 0;
+  if (!strncmp(dot, ".position_", 10)) {
+    l->moved = l->value - flesh_probe_of(scene, a->column)->point[dot[10] - 'x'];
+    if (fabs(l->moved) <= 1e-12 * info.edge_max) l->moved = 0;
+  }
   flesh_error_table_clear(&table);
   return status;
 }
@@ -185,9 +171,8 @@ static int run(adapt *a, const char *folder, int last, flesh_scene **scene, leve
   char *mesh = flesh_text_new("%s/mesh.msh", folder), *absolute = NULL;
   status = mesh ? flesh_mesh_write(a->mesh, mesh) : no_memory();
   if (!status && !(absolute = realpath(mesh, NULL))) status = flesh_fail(FLESH_ERR_FILE, "%s: cannot be found", mesh);
-  if (!status) status = flesh_overrides_open(&own, a->overrides.texts.count + 8);
+  if (!status) status = flesh_overrides_copy(&own, &a->overrides.texts);
   if (status) goto done;
-  for (int k = 0; k < a->overrides.texts.count; k++) own.texts.values[own.texts.count++] = a->overrides.texts.values[k];
   status = flesh_overrides_add_text(&own, "body.mesh", absolute);
   if (!status) status = flesh_scene_read(a->options->scene_path, own.texts.count, own.texts.values, scene);
   flesh_overrides_close(&own);
@@ -276,19 +261,6 @@ static int by_indicator(const void *a, const void *b)
   return p < q ? 1 : p > q ? -1 : flesh_compare_int(a, b);
 }
 
-/* The tet in which a probe's point is whose strain or stress is asked for, which depend on that tet more than the work of
- * the loads does; -1: none. */
-static int find_local(const adapt *a, const flesh_scene *scene)
-{
-  int count;
-  const flesh_probe *probes = flesh_scene_probes(scene, &count);
-  const size_t length = (size_t)(strrchr(a->column, '.') - a->column);
-  for (int k = 0; k < count; k++)
-    if (!strncmp(probes[k].name, a->column, length) && !probes[k].name[length] && !isnan(probes[k].point[0]))
-      return probes[k].tet;
-  return -1;
-}
-
 /* Marks the tets of the largest indicators that make up the share, and refines them. */
 static int refine(adapt *a, const double *indicators)
 {
@@ -339,7 +311,9 @@ static int step(adapt *a, double **indicators)
   l->sum = l->estimate = is_goal ? 0 : NAN;
   for (int t = 0; t < a->mesh->tets && !status && is_goal; t++)
     l->sum += (*indicators)[t], l->estimate += fabs((*indicators)[t]);
-  a->local = status || is_goal ? -1 : find_local(a, scene);
+  /* Strain and stress at a point depend on its tet more than the work of the loads does. */
+  const flesh_probe *probe = status ? NULL : flesh_probe_of(scene, a->column);
+  a->local = !probe || is_goal || isnan(probe->point[0]) ? -1 : probe->tet;
   flesh_scene_destroy(&scene);
   if (!status) judge(a);
   if (!status && !a->options->quiet) {
@@ -376,13 +350,13 @@ static int check_progress(const adapt *a)
 /* Adds the meshes and their values to result.json. */
 static int write_result(adapt *a)
 {
-  char *text = NULL;
-  size_t size = 0;
+  json_t *result, *levels = json_array();
   sprintf(a->path, "%s/result.json", a->options->out);
-  const int status = flesh_file_load(a->path, &text, &size);
-  json_t *result = status ? NULL : json_loadb(text, size, 0, NULL), *levels = json_array();
-  free(text);
-  if (!result) return status ? status : flesh_fail(FLESH_ERR_FILE, "%s: is no result of a run", a->path);
+  const int status = flesh_json_read(a->path, &result);
+  if (status) {
+    json_decref(levels);
+    return status;
+  }
   for (int k = 0; k < a->levels; k++) {
     const level *l = &a->list[k];
     json_array_append_new(

@@ -77,21 +77,16 @@ static json_t *quantity_json(const flesh_error_quantity *q, int last)
 /* Adds the bars to result.json. */
 static int write_result(bars *b, const char *folder)
 {
-  char *text = NULL;
-  size_t size = 0;
+  json_t *result, *object = json_object(), *list = json_array();
   sprintf(b->path, "%s/result.json", folder);
-  int status = flesh_file_load(b->path, &text, &size);
-  json_t *result = status ? NULL : json_loadb(text, size, 0, NULL), *object = json_object(), *list = json_array();
-  free(text);
-  if (!status && !result) status = flesh_fail(FLESH_ERR_FILE, "%s: is no result of a run", b->path);
+  const int status = flesh_json_read(b->path, &result);
   for (int kind = 0; kind < FLESH_ERROR_KINDS; kind++)
     json_object_set_new(object, flesh_error_kind_names[kind], judge_json(&b->judges[kind]));
   for (int file = 0; file < FILES; file++)
     for (int k = 0; k < b->quantities[file].count; k++)
       json_array_append_new(list, quantity_json(&b->quantities[file].list[k], b->quantities[file].table.csv.rows - 1));
   json_object_set_new(object, "quantities", list);
-  json_object_set_new(result, "error_bars", object);
-  if (status) json_decref(result);
+  json_object_set_new(result, "error_bars", object); /* freed where there is no result */
   return status ? status : flesh_json_write(b->path, result);
 }
 
@@ -155,20 +150,18 @@ int flesh_error_bars(const flesh_runner_options *options)
 
 int flesh_error_catch_up(const flesh_runner_options *options, int wanted)
 {
-  char *path = malloc(strlen(options->out) + 64), *text = NULL;
-  size_t size = 0;
+  char *path = malloc(strlen(options->out) + 64);
+  json_t *result = NULL;
   flesh_scene *scene = NULL;
   if (!path) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   sprintf(path, "%s/result.json", options->out);
-  int status = flesh_file_load(path, &text, &size);
-  json_t *result = status ? NULL : json_loadb(text, size, 0, NULL);
+  int status = flesh_json_read(path, &result);
   const int has = json_object_get(result, "error_bars") != NULL;
   sprintf(path, "%s/scene.yaml", options->out);
   if (!status && !has && !wanted) status = flesh_scene_read(path, 0, NULL, &scene);
   if (scene) wanted = flesh_error_wanted(scene);
   json_decref(result);
   flesh_scene_destroy(&scene);
-  free(text);
   free(path);
   return status || has || !wanted ? status : flesh_error_bars(options);
 }

@@ -6,13 +6,13 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "flesh/sensitivity.h"
 #include "math/mat3.h"
 #include "mesh/mesh.h"
 #include "mesh/tet10.h"
 #include "output/tet_shape.h"
 #include "output/tet_stress.h"
 #include "scene/scene.h"
+#include "sensitivity/sensitivity.h"
 
 enum { POINTS = FLESH_TET10_POINTS, FIELDS = 19 }; /* P, the adjoint's gradient, its pressure */
 
@@ -33,38 +33,14 @@ typedef struct work {
 
 static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for the mesh's error"); }
 
-/* The gradient of a position at a point into w->lambda; returns whether the column is one. */
-static int find_gradient(work *w, const char *column)
+/* Solves K lambda = dQ/dx at the state. */
+static int solve_adjoint(work *w, const double *gradient)
 {
-  int count;
-  const flesh_probe *probes = flesh_scene_probes(w->scene, &count);
-  const char *dot = strrchr(column, '.');
-  const int component = dot && !strncmp(dot, ".position_", 10) ? dot[10] - 'x' : -1;
-  for (int k = 0; k < count && component >= 0 && component < 3; k++) {
-    const size_t length = strlen(probes[k].name);
-    if (strncmp(probes[k].name, column, length) || column + length != dot || isnan(probes[k].point[0])) continue;
-    int nodes[10];
-    double weights[10];
-    const int size = flesh_tet_weights(w->scene->mesh, probes[k].tet, probes[k].weights, nodes, weights);
-    for (int a = 0; a < size; a++) w->lambda[3 * (size_t)nodes[a] + (size_t)component] = weights[a];
-    return 1;
-  }
-  return 0;
-}
-
-/* Solves K lambda = dQ/dx, which w->lambda comes with, at the state. */
-static int solve_adjoint(work *w)
-{
-  const size_t size = 3 * (size_t)w->scene->mesh->nodes * sizeof(double);
   flesh_sensitivity *sensitivity = NULL;
-  double *gradient = malloc(size);
-  int status = gradient ? flesh_sensitivity_create(flesh_scene_system(w->scene), flesh_scene_solver(w->scene), tolerance,
-                                                   &sensitivity) : no_memory();
-  if (!status) memcpy(gradient, w->lambda, size);
+  int status = flesh_sensitivity_create(flesh_scene_system(w->scene), flesh_scene_solver(w->scene), tolerance, &sensitivity);
   if (!status) status = flesh_sensitivity_set(sensitivity, w->state, NULL);
   if (!status) status = flesh_sensitivity_adjoint(sensitivity, &(flesh_quantity){gradient, NULL}, w->lambda);
   flesh_sensitivity_destroy(&sensitivity);
-  free(gradient);
   return status;
 }
 
@@ -170,10 +146,13 @@ int flesh_error_indicate(const flesh_scene *scene, const flesh_state *state, con
     w.means = w.dilation + POINTS * tets;
     w.weights = w.means + FIELDS * nodes;
   }
-  *is_goal = !status && find_gradient(&w, column);
+  flesh_asked asked = {0}; /* by_x: of a position */
+  if (!status && flesh_asked_find(scene, column, state->t, &asked) == FLESH_ERR_MEMORY) status = FLESH_ERR_MEMORY;
+  *is_goal = !status && asked.by_x;
   for (size_t i = 0; i < 3 * nodes && !status && !*is_goal; i++) w.lambda[i] = state->x[i] - scene->mesh->positions[i];
-  if (!status && *is_goal) status = solve_adjoint(&w);
+  if (!status && *is_goal) status = solve_adjoint(&w, asked.by_x);
   if (!status) indicate(&w, indicators);
+  flesh_asked_clear(&asked);
   flesh_tet_stress_clear(&w.stress);
   free(w.lambda);
   return status;

@@ -10,7 +10,7 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "base/text.h"
-#include "system/system.h"
+#include "sensitivity/sensitivity.h"
 
 const char *const flesh_error_kind_names[FLESH_ERROR_KINDS] = {"mesh", "step"};
 
@@ -76,35 +76,20 @@ static int is_extreme(const char *name)
          !fnmatch("weld*_traction", name, 0);
 }
 
-/* Whether the probe that the quantity is of is a point in a tet with a held node. */
-static int is_at_pin(const flesh_scene *scene, const char *name)
-{
-  int count, held = 0, size = (int)strcspn(name, ".");
-  const flesh_probe *probes = flesh_scene_probes(scene, &count);
-  const flesh_mesh *mesh = flesh_scene_mesh(scene);
-  uint8_t *fixed = calloc(3 * (size_t)flesh_mesh_node_count(mesh) + 1, 1);
-  if (fixed) flesh_system_fixed(flesh_scene_system(scene), 0, fixed);
-  for (int k = 0; k < count && fixed; k++) {
-    if (strncmp(probes[k].name, name, (size_t)size) || probes[k].name[size] || isnan(probes[k].point[0])) continue;
-    for (int a = 0; a < 4; a++) {
-      const uint8_t *node = fixed + 3 * (size_t)flesh_mesh_tets(mesh)[4 * probes[k].tet + a];
-      held |= node[0] || node[1] || node[2];
-    }
-  }
-  free(fixed);
-  return held;
-}
-
 /* Refuses bars that would not be honest. */
-static void refuse(flesh_error_quantity *q, const flesh_scene *scene, int of_probes)
+static int refuse(flesh_error_quantity *q, const flesh_scene *scene, int of_probes)
 {
   const char *part = strrchr(q->name, '.');
+  const int is_strain = part && (!strncmp(part, ".stress", 7) || !strncmp(part, ".stretch", 8) || !strncmp(part, ".energy", 7) ||
+                                 !strncmp(part, ".J", 2));
+  const flesh_probe *probe = is_strain ? flesh_probe_of(scene, q->name) : NULL;
+  int held = 0;
   if (!of_probes && is_extreme(q->name))
     for (int k = 0; k < FLESH_ERROR_KINDS; k++)
       strcpy(q->why[k], "an extreme over the body, which need not settle as mesh and steps get finer");
-  else if (part && (!strncmp(part, ".stress", 7) || !strncmp(part, ".stretch", 8) || !strncmp(part, ".energy", 7) ||
-                    !strncmp(part, ".J", 2)) && is_at_pin(scene, q->name))
-    strcpy(q->why[FLESH_ERROR_MESH], "a strain beside a pin, which grows without end as the mesh gets finer");
+  if (probe && flesh_probe_is_at_pin(scene, probe, 0, &held)) return FLESH_ERR_MEMORY;
+  if (held) strcpy(q->why[FLESH_ERROR_MESH], "a strain beside a pin, which grows without end as the mesh gets finer");
+  return FLESH_OK;
 }
 
 /* Whether both are components of one quantity of a probe, or both energies. */
@@ -135,8 +120,7 @@ static int add_quantity(flesh_error_quantities *all, int column, const flesh_sce
     if (is_same_kind(&all->list[k], q)) q->kind = all->list[k].kind;
   flesh_error_quantity *first = &all->list[q->kind];
   first->range = fmax(first->range, most - least);
-  refuse(q, scene, of_probes);
-  return FLESH_OK;
+  return refuse(q, scene, of_probes);
 }
 
 int flesh_error_quantities_read(const char *folder, const char *name, const flesh_scene *scene,

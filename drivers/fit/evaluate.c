@@ -9,7 +9,8 @@
 /* The step of central differences in q: their error is of its square, and the solves' is over it. */
 static const double difference = 1e-3;
 
-void flesh_fit_difference(const flesh_fit_parameter *parameter, double p, double *low, double *high)
+/* The places of a central difference at p, within the bounds. */
+static void place_difference(const flesh_fit_parameter *parameter, double p, double *low, double *high)
 {
   const double q = flesh_fit_q_of(parameter, p);
   *low = fmax(flesh_fit_p_of(parameter, q - difference), parameter->from);
@@ -34,7 +35,7 @@ static int differentiate(flesh_fit *fit, int experiment, double *p, int k, doubl
   const flesh_fit_experiment *e = &fit->experiments[experiment];
   const flesh_fit_parameter *parameter = &fit->parameters[k];
   double ends[2];
-  flesh_fit_difference(parameter, p[k], &ends[0], &ends[1]);
+  place_difference(parameter, p[k], &ends[0], &ends[1]);
   int whole = 1;
   for (int s = 0; s < 2; s++) {
     int fine, status = run_changed(fit, experiment, p, k, ends[s], room + s * e->count, &fine);

@@ -185,8 +185,6 @@ int flesh_fit_runs_used(const flesh_fit *fit);
 int flesh_fit_evaluate(flesh_fit *fit, const double *p, double *values, double *jacobian, int *good,
                        char why[FLESH_FIT_WORDS]);
 
-/* The step of a central difference by parameter k at p, and its two places within the bounds. */
-void flesh_fit_difference(const flesh_fit_parameter *parameter, double p, double *low, double *high);
 /* The i-th of all measured numbers. */
 const flesh_fit_datum *flesh_fit_datum_at(const flesh_fit *fit, int i);
 /* Its residual over its deviation, and the sum of the squares of `count` of them. */

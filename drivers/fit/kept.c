@@ -4,15 +4,13 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "fit/fit.h"
-
-static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for the equilibria of a fit"); }
+#include "run/start.h"
 
 void flesh_fit_state_free(flesh_state *state)
 {
   free(state->x);
-  free(state->v);
-  free(state->multipliers);
   *state = (flesh_state){0};
 }
 
@@ -26,15 +24,11 @@ void flesh_fit_kept_clear(flesh_fit_kept *kept)
 
 int flesh_fit_state_copy(const flesh_state *from, int nodes, flesh_state *to)
 {
-  const size_t size = 3 * (size_t)nodes * sizeof *to->x, multipliers = (size_t)from->multiplier_count * sizeof *to->x;
-  *to = (flesh_state){.t = from->t, .x = malloc(size), .v = calloc(3 * (size_t)nodes, sizeof *to->v),
-                      .multipliers = multipliers ? malloc(multipliers) : NULL, .multiplier_count = from->multiplier_count};
-  if (!to->x || !to->v || (multipliers && !to->multipliers)) {
-    flesh_fit_state_free(to);
-    return no_memory();
-  }
-  memcpy(to->x, from->x, size);
-  if (multipliers) memcpy(to->multipliers, from->multipliers, multipliers);
+  const int multipliers = from->multiplier_count, status = flesh_state_make(nodes, multipliers, 0, to);
+  if (status) return status;
+  to->t = from->t;
+  memcpy(to->x, from->x, 3 * (size_t)nodes * sizeof *to->x);
+  if (multipliers) memcpy(to->multipliers, from->multipliers, (size_t)multipliers * sizeof *to->x);
   return FLESH_OK;
 }
 
@@ -64,13 +58,8 @@ int flesh_fit_keep(void *experiment, const flesh_step_record *record)
     }
     kept->before = at;
   } else kept->before = record->state->t;
-  if (kept->count == kept->room) {
-    const int room = 2 * kept->room + 4;
-    flesh_state *grown = realloc(kept->states, (size_t)room * sizeof *grown);
-    if (!grown) return no_memory();
-    kept->states = grown;
-    kept->room = room;
-  }
+  if (!flesh_grow(&kept->states, sizeof *kept->states, kept->count, &kept->room))
+    return flesh_fail(FLESH_ERR_MEMORY, "out of memory for the equilibria of a fit");
   kept->has_start |= record->step == 0;
   const int status = flesh_fit_state_copy(record->state, e->nodes, &kept->states[kept->count]);
   kept->count += !status;

@@ -66,7 +66,7 @@ static int compare_sides(const void *a, const void *b)
   return 0;
 }
 
-static void centre_of(const flesh_mesh *mesh, int tet, double centre[3])
+void flesh_fit_map_centre(const flesh_mesh *mesh, int tet, double centre[3])
 {
   for (int c = 0; c < 3; c++) {
     centre[c] = 0;
@@ -83,8 +83,8 @@ static double conductance(const flesh_mesh *mesh, const int corners[3], int a, i
   for (int k = 0; k < 2; k++)
     for (int c = 0; c < 3; c++) edges[k][c] = X[3 * (size_t)corners[k + 1] + (size_t)c] - X[3 * (size_t)corners[0] + (size_t)c];
   flesh_vec3_cross(edges[0], edges[1], normal);
-  centre_of(mesh, a, from);
-  centre_of(mesh, b, to);
+  flesh_fit_map_centre(mesh, a, from);
+  flesh_fit_map_centre(mesh, b, to);
   for (int c = 0; c < 3; c++) to[c] -= from[c];
   return 0.5 * sqrt(flesh_vec3_dot(normal, normal) / flesh_vec3_dot(to, to));
 }

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/sort.h"
 #include "base/text.h"
 #include "cli/json_memory.h"
 #include "cli/options.h"
@@ -23,12 +24,6 @@ typedef struct report {
   int hardly_known, at_bounds;
 } report;
 
-static int compare(const void *a, const void *b)
-{
-  const double *left = a, *right = b;
-  return (*left > *right) - (*left < *right);
-}
-
 static int measure(report *r)
 {
   const size_t n = (size_t)r->map->count;
@@ -40,7 +35,7 @@ static int measure(report *r)
   }
   if (r->found->deviations) {
     memcpy(sorted, r->found->deviations, n * sizeof *sorted);
-    qsort(sorted, n, sizeof *sorted, compare);
+    qsort(sorted, n, sizeof *sorted, flesh_compare_double);
     r->median = sorted[n / 2];
     r->largest = sorted[n - 1];
   }
@@ -116,15 +111,10 @@ static int write_tets(const report *r, const flesh_mesh *mesh)
   for (int k = 0; k < map->count; k++) {
     const double p = r->found->p[r->fit->key_count + k], q = flesh_fit_q_of(&map->of, p);
     const double deviation = r->found->deviations ? r->found->deviations[k] : NAN;
+    double centre[3];
     fprintf(file.stream, "%d", map->tets[k]);
-    for (int c = 0; c < 3; c++) {
-      double centre = 0;
-      for (int a = 0; a < 4; a++) {
-        const int node = flesh_mesh_tets(mesh)[4 * (size_t)map->tets[k] + (size_t)a];
-        centre += flesh_mesh_positions(mesh)[3 * (size_t)node + (size_t)c] / 4;
-      }
-      flesh_table_field(file.stream, centre);
-    }
+    flesh_fit_map_centre(mesh, map->tets[k], centre);
+    for (int c = 0; c < 3; c++) flesh_table_field(file.stream, centre[c]);
     const double fields[] = {p, flesh_fit_p_of(&map->of, q - 1.96 * deviation),
                              flesh_fit_p_of(&map->of, q + 1.96 * deviation), deviation,
                              r->found->resolutions ? r->found->resolutions[k] : NAN};

@@ -8,6 +8,7 @@
 #include "cli/interrupt.h"
 #include "fit/told.h"
 #include "flesh/observer.h"
+#include "run/start.h"
 #include "sensitivity/sensitivity.h"
 
 /* The residual that the linear solves leave. */
@@ -42,23 +43,6 @@ const char *flesh_fit_motion_refused(const flesh_fit_experiment *e, const flesh_
   return "";
 }
 
-/* The start of the scene's motion: new x, with v behind it. */
-static int make_start(const flesh_scene *scene, flesh_state *state)
-{
-  const flesh_system *system = flesh_scene_system(scene);
-  const size_t n = (size_t)flesh_system_unknowns(system);
-  const int multipliers = flesh_system_multiplier_count(system), internal = flesh_system_internal_count(system);
-  *state = (flesh_state){.x = calloc(2 * n + (size_t)multipliers + (size_t)internal + 1, sizeof *state->x)};
-  if (!state->x) return no_memory();
-  state->v = state->x + n;
-  state->multipliers = multipliers ? state->v + n : NULL;
-  state->multiplier_count = multipliers;
-  state->internal = internal ? state->v + n + multipliers : NULL;
-  state->internal_count = internal;
-  flesh_scene_start(scene, state);
-  return FLESH_OK;
-}
-
 /* Notes the time of a state. Implements flesh_observer's function. */
 static int note(void *told, const flesh_step_record *record) { return flesh_fit_told_add(told, record->state->t); }
 
@@ -71,11 +55,8 @@ static int record(flesh_fit_motion *m)
                                  .observers = &observer};
   const flesh_system *system = flesh_scene_system(m->scene);
   flesh_state state = {0};
-  int status = make_start(m->scene, &state);
-  if (!status) status = flesh_integrator_create(system, time->method, flesh_scene_solver(m->scene), &m->integrator);
-  if (!status) status = flesh_integrator_set_method_options(m->integrator, &time->options);
-  if (!status) status = flesh_integrator_set_adaptive(m->integrator, &time->adaptive);
-  if (!status) status = flesh_integrator_set_max_energy_gain(m->integrator, time->max_energy_gain);
+  int status = flesh_start_make(m->scene, &state);
+  if (!status) status = flesh_start_integrator(m->scene, system, flesh_scene_solver(m->scene), &m->integrator);
   if (!status) status = flesh_trajectory_create(m->integrator, tolerance, FLESH_TRAJECTORY_STATES, &m->trajectory);
   if (!status) status = flesh_run(system, m->integrator, &run, &state, NULL);
   free(state.x);
@@ -153,9 +134,9 @@ static int follow(void *data, int change, double t, const double *dx, const doub
 static int take_change(following *f, const double *change, double h, flesh_parameter *parameter, double *start)
 {
   const flesh_fit_motion *m = f->motion;
-  flesh_state starts[2] = {{0}};
+  flesh_state starts[2] = {{0}}; /* v stands behind x */
   int status = flesh_fit_scenes_beside(m->fit, m->experiment, m->p, change, h, f->scenes);
-  for (int s = 0; s < 2 && !status; s++) status = make_start(f->scenes[s], &starts[s]);
+  for (int s = 0; s < 2 && !status; s++) status = flesh_start_make(f->scenes[s], &starts[s]);
   if (!status) {
     *parameter = (flesh_parameter){{NULL, flesh_scene_system(f->scenes[0]), flesh_scene_system(f->scenes[1]), NULL}, h};
     for (int d = 0; d < 2 * m->n; d++) start[d] = (starts[1].x[d] - starts[0].x[d]) / (2 * h);

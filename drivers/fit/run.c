@@ -8,7 +8,9 @@
 #include "base/file.h"
 #include "base/text.h"
 #include "fit/map.h"
+#include "fit/told.h"
 #include "run/runner.h"
+#include "run/start.h"
 
 /* The step of tangents' differences in q. */
 static const double difference = 1e-3;
@@ -199,21 +201,13 @@ static int take_table(const flesh_fit_measured *m, const char *folder, double *v
   return status;
 }
 
-static void take_positions(const flesh_fit_measured *m, const double *x, double *values)
-{
-  for (int d = 0; d < m->count; d++) {
-    const flesh_fit_point *point = &m->points[m->data[d].row];
-    const int axis = *m->quantities[m->data[d].quantity].name - 'x';
-    values[d] = 0;
-    for (int a = 0; a < point->count; a++) values[d] += point->weights[a] * x[3 * (size_t)point->nodes[a] + (size_t)axis];
-  }
-}
-
 int flesh_fit_take(const flesh_fit_experiment *e, const char *folder, const double *x, double *values)
 {
   int status = FLESH_OK;
   for (int k = 0; k < e->measured_count && !status; values += e->measured[k++].count)
-    if (e->measured[k].table == FLESH_FIT_OF_POSITIONS) take_positions(&e->measured[k], x, values);
+    if (e->measured[k].table == FLESH_FIT_OF_POSITIONS)
+      for (int d = 0; d < e->measured[k].count; d++)
+        values[d] = flesh_fit_told_position(&e->measured[k], &e->measured[k].data[d], x);
     else status = take_table(&e->measured[k], folder, values);
   return status;
 }
@@ -222,15 +216,14 @@ int flesh_fit_take(const flesh_fit_experiment *e, const char *folder, const doub
 static int take(const flesh_fit_experiment *e, const char *folder, double *values, char why[FLESH_FIT_WORDS])
 {
   char *path = flesh_text_new("%s/state.txt", folder);
-  const size_t size = 3 * (size_t)e->nodes * sizeof(double);
-  flesh_state state = {.x = malloc(size), .v = malloc(size)};
-  int status = path && state.x && state.v ? flesh_state_read(path, e->nodes, &state) : no_memory();
+  flesh_state state = {0};
+  int status = path ? flesh_state_make(e->nodes, 0, 0, &state) : no_memory();
+  if (!status) status = flesh_state_read(path, e->nodes, &state);
   if (!status) status = flesh_fit_take(e, folder, state.x, values);
   for (int d = 0; d < e->count && !status && !*why; d++)
     if (!isfinite(values[d]))
       snprintf(why, FLESH_FIT_WORDS, "measured number %d of the experiment %s is not finite in its run", d + 1, e->name);
   free(state.x);
-  free(state.v);
   free(path);
   return status;
 }

@@ -205,13 +205,7 @@ static int read_experiment(flesh_fit *fit, const experiment_keys *keys, flesh_fi
   if (status) return status;
   e->end = flesh_scene_times(scene)->end;
   e->nodes = flesh_mesh_node_count(flesh_scene_mesh(scene));
-  const size_t unknowns = (size_t)flesh_system_unknowns(flesh_scene_system(scene));
-  flesh_state state = {.x = malloc(unknowns * sizeof(double)), .v = malloc(unknowns * sizeof(double))};
-  if (state.x && state.v) flesh_scene_start(scene, &state);
-  else status = no_memory();
-  free(state.x);
-  free(state.v);
-  e->start = state.t;
+  e->start = scene->start.t;
   e->inputs = flesh_provenance_scene(scene, e->scene);
   if (!status) status = flesh_study_fingerprint(scene, e->scene, e->fingerprint);
   if (!status) status = read_measured(fit, keys, scene, e);

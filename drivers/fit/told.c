@@ -5,16 +5,12 @@
 #include <stdlib.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 
 int flesh_fit_told_add(flesh_fit_told *told, double t)
 {
-  if (told->count == told->room) {
-    const int room = 2 * told->room + 16;
-    double *times = realloc(told->times, (size_t)room * sizeof *times);
-    if (!times) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for the derivatives of a fit");
-    told->times = times;
-    told->room = room;
-  }
+  if (!flesh_grow(&told->times, sizeof *told->times, told->count, &told->room))
+    return flesh_fail(FLESH_ERR_MEMORY, "out of memory for the derivatives of a fit");
   told->times[told->count++] = t;
   return FLESH_OK;
 }

@@ -9,6 +9,7 @@
 #include "base/clock.h"
 #include "base/confine.h"
 #include "base/error.h"
+#include "base/memory.h"
 #include "base/sort.h"
 #include "cli/overrides.h"
 #include "flesh/scene.h"
@@ -83,13 +84,7 @@ static void check_potential(watch_of_run *w, const flesh_step_record *record)
 
 static int keep_cost(watch_of_run *w, int newton, double seconds)
 {
-  if (w->count == w->room) {
-    int room = w->room ? 2 * w->room : 256;
-    void *grown = realloc(w->cost, sizeof *w->cost * (size_t)room);
-    if (!grown) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-    w->cost = grown;
-    w->room = room;
-  }
+  if (!flesh_grow(&w->cost, sizeof *w->cost, w->count, &w->room)) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   w->cost[w->count].newton = newton;
   w->cost[w->count++].seconds = seconds;
   return FLESH_OK;

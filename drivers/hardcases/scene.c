@@ -9,6 +9,7 @@
 #include "flesh/scene.h"
 #include "base/file.h"
 #include "hardcases/hardcases.h"
+#include "run/start.h"
 
 static const double young = 1e5; /* Pa: jelly to rubber */
 
@@ -182,15 +183,12 @@ static int write_start(const flesh_hardcases_plan *plan, const flesh_hardcases_r
   snprintf(path, sizeof path, "%s/body.mesh", folder);
   status = flesh_mesh_write(mesh, path);
   int nodes = flesh_mesh_node_count(mesh);
-  flesh_state state = {.t = 0,
-                       .x = malloc(sizeof(double) * 3 * (size_t)nodes),
-                       .v = malloc(sizeof(double) * 3 * (size_t)nodes)};
-  if (!status && (!state.x || !state.v)) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  flesh_state state = {0};
+  if (!status) status = flesh_state_make(nodes, 0, 0, &state);
   if (!status) status = flesh_hardcases_make_start(run->row, mesh, run->seed, step_of(run), &state);
   snprintf(path, sizeof path, "%s/start.txt", folder);
   if (!status) status = flesh_state_write(path, nodes, &state);
   free(state.x);
-  free(state.v);
   flesh_mesh_destroy(&mesh);
   return status;
 }

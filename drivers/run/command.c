@@ -18,6 +18,7 @@
 #include "error/error.h"
 #include "run/describe.h"
 #include "cli/interrupt.h"
+#include "cli/json_memory.h"
 #include "cli/options.h"
 #include "run/provenance.h"
 #include "cli/overrides.h"
@@ -201,10 +202,8 @@ static int is_complete(const char *folder, char *path)
   sprintf(path, "%s/" FLESH_CHECKPOINT_NAME, folder);
   if (!flesh_path_stat(path, &info)) return 0;
   sprintf(path, "%s/result.json", folder);
-  char *text = NULL;
-  size_t size = 0;
-  json_t *result = flesh_file_load(path, &text, &size) ? NULL : json_loadb(text, size, 0, NULL);
-  free(text);
+  json_t *result;
+  flesh_json_read(path, &result);
   const char *status = json_string_value(json_object_get(result, "status"));
   const int complete = status && !strcmp(status, "complete");
   const json_t *figures = json_object_get(result, "figures");

@@ -11,6 +11,7 @@
 #include "base/error.h"
 #include "base/text.h"
 #include "output/vtu_read.h"
+#include "run/start.h"
 
 static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a run"); }
 
@@ -126,12 +127,7 @@ int flesh_run_folder_open(const char *path, flesh_run_folder *run)
   if (!status && is_folder && !flesh_path_is_file(scene))
     status = flesh_fail(FLESH_ERR_FILE, "%s: this is no folder of a run: it has no scene.yaml", path);
   if (!status) status = flesh_scene_read(scene, 0, NULL, &run->scene);
-  if (!status) {
-    size_t size = 3 * sizeof(double) * (size_t)flesh_mesh_node_count(flesh_scene_mesh(run->scene));
-    run->state.x = malloc(size);
-    run->state.v = malloc(size);
-    if (!run->state.x || !run->state.v) status = no_memory();
-  }
+  if (!status) status = flesh_state_make(flesh_mesh_node_count(flesh_scene_mesh(run->scene)), 0, 0, &run->state);
   if (!status && is_folder) status = open_frames(run, path);
   if (!status && !run->count) status = open_single(run, is_folder ? path : NULL);
   free(scene);
@@ -144,7 +140,6 @@ void flesh_run_folder_close(flesh_run_folder *run)
   free(run->frames);
   free(run->folder);
   free(run->state.x);
-  free(run->state.v);
   flesh_scene_destroy(&run->scene);
   *run = (flesh_run_folder){0};
 }
@@ -200,12 +195,10 @@ char *flesh_run_folder_name(const char *path)
 
 double *flesh_run_positions(const char *path, int nodes)
 {
-  const size_t size = sizeof(double) * 3 * (size_t)nodes;
-  flesh_state state = {.x = malloc(size), .v = malloc(size)};
-  if (!state.x || !state.v || flesh_state_read(path, nodes, &state)) {
+  flesh_state state;
+  if (flesh_state_make(nodes, 0, 0, &state) || flesh_state_read(path, nodes, &state)) {
     free(state.x);
-    state.x = NULL;
+    return NULL;
   }
-  free(state.v);
   return state.x;
 }

@@ -6,19 +6,15 @@
 #include <stdlib.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "base/sort.h"
 #include "system/one_effect.h"
 
 int flesh_run_trace_observe(void *data, const flesh_step_record *record)
 {
   flesh_run_trace *trace = data;
-  if (trace->count == trace->room) {
-    const int room = trace->room ? 2 * trace->room : 256;
-    void *grown = realloc(trace->rows, sizeof *trace->rows * (size_t)room);
-    if (!grown) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-    trace->rows = grown;
-    trace->room = room;
-  }
+  if (!flesh_grow(&trace->rows, sizeof *trace->rows, trace->count, &trace->room))
+    return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   const flesh_system *system = record->system;
   const double strain = flesh_system_role_energy(system, FLESH_ROLE_ELASTICITY, record->energies) -
                         flesh_system_role_energy(system, FLESH_ROLE_ELASTICITY, record->rest_energies);

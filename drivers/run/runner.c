@@ -20,6 +20,7 @@
 #include "cli/options.h"
 #include "cli/output.h"
 #include "run/running.h"
+#include "run/start.h"
 #include "system/internal.h"
 #include "time/integrator.h"
 
@@ -95,19 +96,10 @@ static int probe(const char *path)
 
 static int open_state(flesh_running *r)
 {
-  size_t unknowns = (size_t)flesh_system_unknowns(flesh_scene_system(r->scene));
   if (r->options->out && !(r->path = malloc(strlen(r->options->out) + 64)))
     return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  r->state.x = malloc(sizeof(double) * unknowns);
-  r->state.v = malloc(sizeof(double) * unknowns);
-  r->state.multiplier_count = flesh_system_multiplier_count(flesh_scene_system(r->scene));
-  if (r->state.multiplier_count) r->state.multipliers = calloc((size_t)r->state.multiplier_count, sizeof(double));
-  r->state.internal_count = flesh_system_internal_count(flesh_scene_system(r->scene));
-  if (r->state.internal_count) r->state.internal = calloc((size_t)r->state.internal_count, sizeof(double));
-  if (!r->state.x || !r->state.v || (r->state.multiplier_count && !r->state.multipliers) ||
-      (r->state.internal_count && !r->state.internal))
-    return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  flesh_scene_start(r->scene, &r->state);
+  const int status = flesh_start_make(r->scene, &r->state);
+  if (status) return status;
   r->start_t = r->state.t;
   if (r->start_t > flesh_scene_times(r->scene)->end)
     return flesh_fail(FLESH_ERR_ARGUMENT,
@@ -118,15 +110,10 @@ static int open_state(flesh_running *r)
 
 static int create_integrator(flesh_running *r)
 {
-  const flesh_scene_time *time = flesh_scene_times(r->scene);
   const flesh_ranks *ranks = r->options->ranks;
   flesh_solver_options solver = *flesh_scene_solver(r->scene);
   if (ranks) solver.threads = flesh_ranks_threads(ranks, r->scene);
-  int status =
-      flesh_integrator_create(flesh_ranks_system(ranks, r->scene), time->method, &solver, &r->integrator);
-  if (!status) status = flesh_integrator_set_adaptive(r->integrator, &time->adaptive);
-  if (!status) status = flesh_integrator_set_method_options(r->integrator, &time->options);
-  if (!status) status = flesh_integrator_set_max_energy_gain(r->integrator, time->max_energy_gain);
+  const int status = flesh_start_integrator(r->scene, flesh_ranks_system(ranks, r->scene), &solver, &r->integrator);
   if (!status) flesh_integrator_costs(r->integrator)->timed = r->options->profile;
   return status;
 }
@@ -366,15 +353,8 @@ static void close_running(flesh_running *r)
   json_decref(r->resumed);
   json_decref(r->ranks);
   free(r->state.x);
-  free(r->state.v);
-  free(r->state.multipliers);
-  free(r->state.internal);
   free(r->own.x);
-  free(r->own.v);
-  free(r->own.internal);
-  free(r->own.multipliers);
   free(r->stage.x);
-  free(r->stage.v);
   flesh_proximity_clear(&r->proximity);
   free(r->J_mean);
   free(r->J_min);

@@ -7,31 +7,24 @@
 #include "mesh/mesh.h"
 #include "parallel/rank_part.h"
 #include "run/running.h"
+#include "run/start.h"
 #include "system/internal.h"
 #include "system/state.h"
 
 int flesh_running_share(flesh_running *r)
 {
   const flesh_ranks *ranks = r->options->ranks;
-  const size_t unknowns = (size_t)flesh_system_unknowns(flesh_ranks_system(ranks, r->scene));
+  const flesh_system *system = flesh_scene_system(r->scene), *part = flesh_ranks_system(ranks, r->scene);
   const size_t tets = (size_t)flesh_mesh_tet_count(flesh_scene_mesh(r->scene));
-  r->own.x = malloc(sizeof(double) * unknowns + 1);
-  r->own.v = malloc(sizeof(double) * unknowns + 1);
-  r->own.internal_count = flesh_system_internal_count(flesh_scene_system(r->scene)); /* all ranks have all */
-  r->own.multiplier_count = flesh_system_multiplier_count(flesh_ranks_system(ranks, r->scene));
-  r->own.multipliers = calloc((size_t)r->own.multiplier_count + 1, sizeof(double));
-  r->own.internal = calloc((size_t)r->own.internal_count + 1, sizeof(double));
   const int gathers = flesh_ranks_first(ranks) && !flesh_running_is_split(r);
-  const size_t whole = gathers ? (size_t)flesh_system_unknowns(flesh_scene_system(r->scene)) : 0;
-  r->stage.x = malloc(sizeof(double) * whole + 1);
-  r->stage.v = malloc(sizeof(double) * whole + 1);
+  int status = flesh_state_make(flesh_system_unknowns(part) / 3, flesh_system_multiplier_count(part),
+                                flesh_system_internal_count(system) /* all ranks have all */, &r->own);
+  if (!status) status = flesh_state_make(gathers ? flesh_system_unknowns(system) / 3 : 0, 0, 0, &r->stage);
   r->J_mean = malloc(sizeof(double) * (gathers ? tets : 0) + 1);
   r->J_min = malloc(sizeof(double) * (gathers ? tets : 0) + 1);
-  if (!r->own.x || !r->own.v || !r->own.internal || !r->own.multipliers || !r->stage.x || !r->stage.v || !r->J_mean ||
-      !r->J_min)
-    return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (status || !r->J_mean || !r->J_min) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   flesh_scene_share_start(ranks->share, &r->own);
-  return flesh_ranks_first(ranks) ? flesh_proximity_create(flesh_scene_system(r->scene), NULL, &r->proximity) : FLESH_OK;
+  return flesh_ranks_first(ranks) ? flesh_proximity_create(system, NULL, &r->proximity) : FLESH_OK;
 }
 
 /* Nodes of no tet are of no rank; they are held at rest, as on one rank. */

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "effect/surface_contact.h"
+#include "scene/scene.h"
 
 enum { MOST = 8 }; /* pairs of patches that are told one by one */
 
@@ -64,16 +65,9 @@ static void describe_left_out(const flesh_scene *scene, const flesh_effect *effe
 void flesh_describe_touching(const flesh_scene *scene, FILE *stream)
 {
   const flesh_system *system = flesh_scene_system(scene);
-  const size_t unknowns = (size_t)flesh_system_unknowns(system);
-  flesh_state state = {.x = malloc((unknowns + 1) * sizeof(double)), .v = malloc((unknowns + 1) * sizeof(double))};
   describe_bodies(scene, stream);
-  if (state.x && state.v) {
-    flesh_scene_start(scene, &state);
-    for (int k = 0; k < flesh_system_effect_count(system); k++) {
-      describe_left_out(scene, flesh_system_effect(system, k), stream);
-      describe_ignored(scene, flesh_system_effect(system, k), state.x, stream);
-    }
+  for (int k = 0; k < flesh_system_effect_count(system); k++) {
+    describe_left_out(scene, flesh_system_effect(system, k), stream);
+    describe_ignored(scene, flesh_system_effect(system, k), scene->start.x, stream);
   }
-  free(state.x);
-  free(state.v);
 }

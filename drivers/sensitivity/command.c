@@ -11,6 +11,7 @@
 #include "cli/interrupt.h"
 #include "cli/lists.h"
 #include "cli/output.h"
+#include "run/start.h"
 #include "scene/scene.h"
 #include "sensitivity/sensitivity.h"
 #include "study/table.h"
@@ -76,32 +77,16 @@ static int open_study(study *s)
 
 static int make_start(study *s)
 {
-  const flesh_system *system = flesh_scene_system(s->scene);
-  const size_t n = (size_t)flesh_system_unknowns(system), multipliers = (size_t)flesh_system_multiplier_count(system),
-               internal = (size_t)flesh_system_internal_count(system);
-  double *all = calloc(3 * n + multipliers + internal + 1, sizeof *all);
-  if (!all || !(s->gradients = calloc((size_t)s->asked_count * (size_t)s->varied_count, sizeof *s->gradients))) {
-    free(all);
-    return no_memory();
-  }
-  s->state = (flesh_state){.x = all, .v = all + n, .multipliers = multipliers ? all + 3 * n : NULL,
-                           .multiplier_count = (int)multipliers, .internal = internal ? all + 3 * n + multipliers : NULL,
-                           .internal_count = (int)internal};
-  s->residual = all + 2 * n;
-  flesh_scene_start(s->scene, &s->state);
-  return FLESH_OK;
+  s->residual = calloc((size_t)flesh_system_unknowns(flesh_scene_system(s->scene)) + 1, sizeof *s->residual);
+  s->gradients = calloc((size_t)s->asked_count * (size_t)s->varied_count, sizeof *s->gradients);
+  return s->residual && s->gradients ? flesh_start_make(s->scene, &s->state) : no_memory();
 }
 
 static int make_integrator(const study *s, flesh_solver_options *options, flesh_integrator **integrator)
 {
-  const flesh_scene_time *time = flesh_scene_times(s->scene);
   *options = *flesh_scene_solver(s->scene);
   options->newton_tolerance = fmin(options->newton_tolerance, newton_tolerance);
-  int status = flesh_integrator_create(flesh_scene_system(s->scene), time->method, options, integrator);
-  if (!status) status = flesh_integrator_set_method_options(*integrator, &time->options);
-  if (!status) status = flesh_integrator_set_adaptive(*integrator, &time->adaptive);
-  if (!status) status = flesh_integrator_set_max_energy_gain(*integrator, time->max_energy_gain);
-  return status;
+  return flesh_start_integrator(s->scene, flesh_scene_system(s->scene), options, integrator);
 }
 
 /* Implements flesh_observer.observe: measures what is asked of a motion. */
@@ -219,7 +204,8 @@ static void close_study(study *s)
   for (int k = 0; k < s->asked_count; k++) flesh_asked_clear(&s->asked[k]);
   for (int j = 0; j < s->varied_count; j++) flesh_varied_clear(&s->varied[j]);
   flesh_scene_destroy(&s->scene);
-  free(s->state.x); /* and the other vectors with it */
+  free(s->state.x);
+  free(s->residual);
   free(s->gradients);
 }
 

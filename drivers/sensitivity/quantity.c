@@ -52,13 +52,30 @@ static int make_reaction(const flesh_scene *scene, const flesh_probe *probe, int
   return status;
 }
 
-static const flesh_probe *probe_named(const flesh_scene *scene, const char *name, size_t length)
+const flesh_probe *flesh_probe_of(const flesh_scene *scene, const char *column)
 {
   int count;
   const flesh_probe *probes = flesh_scene_probes(scene, &count);
-  for (int k = 0; k < count; k++)
-    if (strlen(probes[k].name) == length && !strncmp(probes[k].name, name, length)) return &probes[k];
+  const char *dot = strrchr(column, '.');
+  for (int k = 0; k < count && dot; k++)
+    if (strlen(probes[k].name) == (size_t)(dot - column) && !strncmp(probes[k].name, column, (size_t)(dot - column)))
+      return &probes[k];
   return NULL;
+}
+
+int flesh_probe_is_at_pin(const flesh_scene *scene, const flesh_probe *probe, double t, int *is)
+{
+  const flesh_mesh *mesh = flesh_scene_mesh(scene);
+  uint8_t *fixed = calloc(3 * (size_t)flesh_mesh_node_count(mesh) + 1, 1);
+  *is = 0;
+  if (!fixed) return no_memory();
+  flesh_system_fixed(flesh_scene_system(scene), t, fixed);
+  for (size_t a = 0; a < 4 && !isnan(probe->point[0]); a++) {
+    const uint8_t *node = fixed + 3 * (size_t)flesh_mesh_tets(mesh)[4 * (size_t)probe->tet + a];
+    *is |= node[0] || node[1] || node[2];
+  }
+  free(fixed);
+  return FLESH_OK;
 }
 
 /* Fills in the derivatives of a column that there is. */
@@ -105,15 +122,14 @@ int flesh_asked_find(const flesh_scene *scene, const char *name, double t, flesh
   *asked = (flesh_asked){0};
   snprintf(asked->name, sizeof asked->name, "%s", name);
   snprintf(column, sizeof column, "%.*s", (int)find_over(name, &asked->over), name);
-  const char *dot = strrchr(column, '.');
-  const flesh_probe *probe = dot ? probe_named(scene, column, (size_t)(dot - column)) : NULL;
+  const flesh_probe *probe = flesh_probe_of(scene, column);
   if (!probe)
     return flesh_fail(FLESH_ERR_ARGUMENT, "--of is '%s'; it must be PROBE.COLUMN for a probe of output.probes, such as "
                       "tip.position_z", name);
   if (asked->over && !*flesh_scene_tangents_refused(scene))
     return flesh_fail(FLESH_ERR_ARGUMENT, "--of is %s; means and integrals over time are of motions, and of equilibria that "
                       "depend on those before", name);
-  const int status = differentiate(scene, probe, dot + 1, t, asked);
+  const int status = differentiate(scene, probe, strrchr(column, '.') + 1, t, asked);
   if (asked->over == FLESH_INTEGRAL) asked->unit = asked->by_x ? "m s" : "m";
   return status;
 }

@@ -17,6 +17,11 @@ typedef struct flesh_asked {
   double *by_x, *by_v, *of_residual; /* [3*nodes]; NULL: it does not depend on that. Owned */
 } flesh_asked;
 
+/* The probe that a column such as tip.position_z is of; NULL: none. */
+const flesh_probe *flesh_probe_of(const flesh_scene *scene, const char *column);
+/* Whether the probe is at a point in a tet of which a node is held at time t. FLESH_ERR_MEMORY. */
+int flesh_probe_is_at_pin(const flesh_scene *scene, const flesh_probe *probe, double t, int *is);
+
 /* Finds the column of the scene's probes, with its derivatives by the state at time t. FLESH_ERR_ARGUMENT for one that
  * there is not or that has no derivative here; FLESH_ERR_MEMORY. */
 int flesh_asked_find(const flesh_scene *scene, const char *name, double t, flesh_asked *asked);

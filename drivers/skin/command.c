@@ -14,6 +14,7 @@
 #include "output/skin_frames.h"
 #include "run/result.h"
 #include "run/run_folder.h"
+#include "run/start.h"
 #include "cli/output.h"
 #include "study/embedded.h"
 
@@ -51,13 +52,12 @@ static int command_bind(int argc, char **argv)
 /* A state file on a mesh, without a run. */
 static int apply_to_state(const flesh_mesh *mesh, const char *path, flesh_skin_frames *frames)
 {
-  size_t size = 3 * sizeof(double) * (size_t)flesh_mesh_node_count(mesh);
-  flesh_state state = {.x = malloc(size), .v = malloc(size)};
-  int status = state.x && state.v ? flesh_state_read(path, flesh_mesh_node_count(mesh), &state)
-                                  : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  const int nodes = flesh_mesh_node_count(mesh);
+  flesh_state state;
+  int status = flesh_state_make(nodes, 0, 0, &state);
+  if (!status) status = flesh_state_read(path, nodes, &state);
   if (!status) status = flesh_skin_frames_add(frames, 0, &state);
   free(state.x);
-  free(state.v);
   return status;
 }
 

@@ -15,23 +15,19 @@ int flesh_study_fingerprint(const flesh_scene *scene, const char *path, char tex
   flesh_text values = {0};
   const flesh_mesh *mesh = flesh_scene_mesh(scene);
   const size_t size = 3 * (size_t)flesh_mesh_node_count(mesh) * sizeof(double), tets = (size_t)flesh_mesh_tet_count(mesh);
-  flesh_state state = {.t = 0, .x = malloc(size), .v = malloc(size)};
   *text = 0;
   flesh_scene_print(scene, &values);
-  const int lacks = values.failed || !state.x || !state.v;
+  const int lacks = values.failed;
   if (!lacks) {
     SHA256Init(&hash);
     add(&hash, values.data, values.size);
-    flesh_scene_start(scene, &state);
-    add(&hash, state.x, size);
-    add(&hash, state.v, size);
+    add(&hash, scene->start.x, size);
+    add(&hash, scene->start.v, size);
     add(&hash, flesh_mesh_positions(mesh), size);
     add(&hash, flesh_mesh_tets(mesh), 4 * sizeof(int) * tets);
     if (flesh_mesh_order(mesh) == 2) add(&hash, flesh_mesh_tet_edges(mesh), 6 * sizeof(int) * tets);
     SHA256End(&hash, text);
   }
   free(values.data);
-  free(state.x);
-  free(state.v);
   return lacks ? flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path) : FLESH_OK;
 }

@@ -2,6 +2,7 @@
 #define _DEFAULT_SOURCE /* MAP_ANONYMOUS */
 #include "base/memory.h"
 
+#include <limits.h>
 #include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -31,6 +32,19 @@ struct flesh_reserve {
 };
 
 static _Thread_local flesh_reserve *entered;
+
+int flesh_grow(void *array, size_t size, int count, int *room)
+{
+  void *grown;
+  if (count < *room) return 1;
+  if (count > INT_MAX / 4) return 0;
+  memcpy(&grown, array, sizeof grown);
+  grown = flesh_realloc(grown, (2 * (size_t)count + 16) * size);
+  if (!grown) return 0;
+  memcpy(array, &grown, sizeof grown);
+  *room = 2 * count + 16;
+  return 1;
+}
 
 double flesh_physical_memory(void)
 {

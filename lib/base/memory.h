@@ -15,6 +15,9 @@ void *flesh_calloc(size_t count, size_t bytes);
 void *flesh_realloc(void *memory, size_t bytes);
 void *flesh_aligned_alloc(size_t alignment, size_t bytes);
 void flesh_free(void *memory);
+/* Makes room for one more item of `size` bytes behind `count`, in an array of *room items whose pointer `array` points to.
+ * Returns whether there is; without memory the array stays as it is. */
+int flesh_grow(void *array, size_t size, int count, int *room);
 
 /* Bytes of memory that the machine has; INFINITY where that is not known. */
 double flesh_physical_memory(void);

@@ -161,7 +161,11 @@ static int read_format(flesh_gmsh *g)
   if (binary && size != 8)
     return flesh_scan_fail(g->s, "the data size is %lld; it must be 8", (long long)size);
   if (!binary) return FLESH_OK;
+  flesh_scanner line = *g->s;
   flesh_scan_skip_line(g->s);
+  if (g->s->at[-1] == '\n' && g->s->at[-2] == '\r')
+    return flesh_scan_fail(&line, "a binary file's line ends in CR LF, as after a copy that took it for text, which spoils "
+                                 "its numbers; it must be copied again as binary");
   g->binary = 1;
   if ((status = flesh_gmsh_int(g, &one))) return status;
   g->swap = one == 0x01000000;

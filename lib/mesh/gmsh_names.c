@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "mesh/gmsh.h"
 
 /* One number for a dimension, 0 to 3, and a tag of 32 bits. */
@@ -30,13 +31,8 @@ int flesh_gmsh_join_group(flesh_gmsh *g, int dimension, int64_t entity, int64_t 
 {
   const int set = flesh_gmsh_named(g, dimension, tag);
   if (set < 0 || !fits(dimension, entity)) return FLESH_OK;
-  if (g->group_count == g->group_room) {
-    const int room = g->group_room ? 2 * g->group_room : 64;
-    struct flesh_gmsh_group *grown = realloc(g->groups, (size_t)room * sizeof *grown);
-    if (!grown) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory for %d groups", g->s->path, room);
-    g->groups = grown;
-    g->group_room = room;
-  }
+  if (!flesh_grow(&g->groups, sizeof *g->groups, g->group_count, &g->group_room))
+    return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory for more than %d groups", g->s->path, g->group_count);
   const int next = flesh_gmsh_group(g, dimension, entity);
   for (int k = next; k >= 0; k = g->groups[k].next)
     if (g->groups[k].set == set) return FLESH_OK; /* the same group once more */

@@ -76,13 +76,7 @@ static void choose_tags(writing *w)
 
 static int add_volume(writing *w, int tag, int parent)
 {
-  if (w->volume_count == w->room) {
-    const int room = w->room ? 2 * w->room : 64;
-    volume *grown = flesh_realloc(w->volumes, (size_t)room * sizeof *grown);
-    if (!grown) return no_memory();
-    w->volumes = grown;
-    w->room = room;
-  }
+  if (!flesh_grow(&w->volumes, sizeof *w->volumes, w->volume_count, &w->room)) return no_memory();
   w->volumes[w->volume_count++] = (volume){.tag = tag, .parent = parent, .child = -1};
   return FLESH_OK;
 }

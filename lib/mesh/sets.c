@@ -12,19 +12,6 @@
 
 static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for the sets of a mesh"); }
 
-/* Makes room for one more thing of `size` bytes beside `count`. */
-static int grow(void **things, int count, int *room, size_t size)
-{
-  if (count < *room) return FLESH_OK;
-  if (count > INT_MAX / 4) return no_memory();
-  const int wanted = count ? 2 * count : 16;
-  void *grown = flesh_realloc(*things, (size_t)wanted * size);
-  if (!grown) return no_memory();
-  *things = grown;
-  *room = wanted;
-  return FLESH_OK;
-}
-
 int flesh_mesh_sets_find(const flesh_mesh_sets *sets, const char *name, size_t length)
 {
   for (int k = 0; k < sets->count; k++)
@@ -41,8 +28,7 @@ int flesh_mesh_sets_take(flesh_mesh_sets *sets, const char *name, size_t length,
       return flesh_fail(FLESH_ERR_FILE, "the name of a set has a control character (%d); letters are expected", name[k]);
   if (sets->count == FLESH_MOST_SETS)
     return flesh_fail(FLESH_ERR_FILE, "there are more than %d named sets; at most as many are supported", FLESH_MOST_SETS);
-  int status = grow((void **)&sets->sets, sets->count, &sets->room, sizeof *sets->sets);
-  if (status) return status;
+  if (!flesh_grow(&sets->sets, sizeof *sets->sets, sets->count, &sets->room)) return no_memory();
   char *copy = flesh_malloc(length + 1);
   if (!copy) return no_memory();
   memcpy(copy, name, length);
@@ -54,9 +40,9 @@ int flesh_mesh_sets_take(flesh_mesh_sets *sets, const char *name, size_t length,
 
 int flesh_members_add(flesh_members *members, int value)
 {
-  const int status = grow((void **)&members->values, members->count, &members->room, sizeof *members->values);
-  if (!status) members->values[members->count++] = value;
-  return status;
+  if (!flesh_grow(&members->values, sizeof *members->values, members->count, &members->room)) return no_memory();
+  members->values[members->count++] = value;
+  return FLESH_OK;
 }
 
 void flesh_members_settle(flesh_members *members)

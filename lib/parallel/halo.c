@@ -9,12 +9,7 @@
 
 void flesh_shared_nodes_add(flesh_shared_nodes *self, int rank, int ghost, int node, int local)
 {
-  if (self->count == self->room && !self->failed) {
-    const int room = 2 * self->room + 64;
-    flesh_shared_node *grown = flesh_realloc(self->nodes, (size_t)room * sizeof *grown);
-    self->failed = !grown;
-    if (grown) self->nodes = grown, self->room = room;
-  }
+  self->failed = self->failed || !flesh_grow(&self->nodes, sizeof *self->nodes, self->count, &self->room);
   if (!self->failed) self->nodes[self->count++] = (flesh_shared_node){rank, ghost, node, local};
 }
 

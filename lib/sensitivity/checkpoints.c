@@ -22,17 +22,6 @@ static void thin_out(flesh_checkpoints *self)
     if (self->all[k].block % self->spacing != 0) remove_one(self, k);
 }
 
-static int make_room(flesh_checkpoints *self)
-{
-  const int room = 2 * self->room + 16;
-  if (self->count < self->room) return FLESH_OK;
-  flesh_checkpoint *all = flesh_realloc(self->all, (size_t)room * sizeof *all);
-  if (!all) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d checkpoints", room);
-  self->all = all;
-  self->room = room;
-  return FLESH_OK;
-}
-
 int flesh_checkpoints_add(flesh_checkpoints *self, const flesh_integrator *integrator, const flesh_checkpoint *at,
                           int may_thin, size_t budget)
 {
@@ -40,7 +29,8 @@ int flesh_checkpoints_add(flesh_checkpoints *self, const flesh_integrator *integ
   if (self->spacing == 0) self->spacing = 1;
   if (may_thin && added.block % self->spacing != 0) return FLESH_OK;
   int status = flesh_integrator_save(integrator, 0, NULL, &added.bytes);
-  if (!status) status = make_room(self);
+  if (!status && !flesh_grow(&self->all, sizeof *self->all, self->count, &self->room))
+    status = flesh_fail(FLESH_ERR_MEMORY, "no memory for more than %d checkpoints", self->count);
   if (status) return status;
   while (may_thin && self->count > 1 && self->bytes + added.bytes > budget) thin_out(self);
   if (self->count > 0 && (self->bytes + added.bytes > budget || (may_thin && added.block % self->spacing != 0))) return FLESH_OK;

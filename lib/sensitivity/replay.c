@@ -12,13 +12,8 @@ enum { BLOCK = 16 };
 /* A new call of flesh_integrator_step. */
 static int take_call(flesh_trajectory *self, const flesh_step_place *place)
 {
-  if (self->call_count == self->call_room) {
-    const int room = 2 * self->call_room + 64;
-    flesh_recorded_call *calls = flesh_realloc(self->calls, (size_t)room * sizeof *calls);
-    if (!calls) return flesh_fail(FLESH_ERR_MEMORY, "no memory to record %d steps", room);
-    self->calls = calls;
-    self->call_room = room;
-  }
+  if (!flesh_grow(&self->calls, sizeof *self->calls, self->call_count, &self->call_room))
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory to record more than %d steps", self->call_count);
   self->now.call = self->call_count;
   self->calls[self->call_count++] = (flesh_recorded_call){place->begin, place->h};
   return FLESH_OK;
@@ -62,13 +57,8 @@ static void plan(flesh_trajectory *self, size_t bytes)
 /* A new block of the run. */
 static int take_block(flesh_trajectory *self)
 {
-  if (self->block_count == self->block_room) {
-    const int room = 2 * self->block_room + 64;
-    int *blocks = flesh_realloc(self->blocks, (size_t)room * sizeof *blocks);
-    if (!blocks) return flesh_fail(FLESH_ERR_MEMORY, "no memory to record %d blocks of steps", room);
-    self->blocks = blocks;
-    self->block_room = room;
-  }
+  if (!flesh_grow(&self->blocks, sizeof *self->blocks, self->block_count, &self->block_room))
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory to record more than %d blocks of steps", self->block_count);
   self->blocks[self->block_count++] = self->now.at;
   return FLESH_OK;
 }

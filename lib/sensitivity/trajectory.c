@@ -94,18 +94,6 @@ static int check_part(const flesh_trajectory *self, const flesh_taken_part *take
   return self->total && self->internal ? check_internal(self, taken->from->internal) : FLESH_OK;
 }
 
-/* Room for one more part. */
-static int make_room(flesh_trajectory *self)
-{
-  const int room = 2 * self->room + 64;
-  if (self->count < self->room) return FLESH_OK;
-  flesh_recorded_part *parts = flesh_realloc(self->parts, (size_t)room * sizeof *parts);
-  if (!parts) return fail_memory(self);
-  self->parts = parts;
-  self->room = room;
-  return FLESH_OK;
-}
-
 static int taken(void *data, const flesh_taken_part *taken)
 {
   flesh_trajectory *self = data;
@@ -124,7 +112,7 @@ static int taken(void *data, const flesh_taken_part *taken)
     return FLESH_OK;
   }
   int status = self->now.limit < 0 ? check_part(self, taken) : FLESH_OK;
-  if (!status) status = make_room(self);
+  if (!status && !flesh_grow(&self->parts, sizeof *self->parts, self->count, &self->room)) status = fail_memory(self);
   if (status) return status;
   part->taken = *taken;
   part->memory = *taken->memory;

@@ -181,6 +181,7 @@ void flesh_state_write_rows(flesh_file *file, int nodes, const double *x, const 
 int flesh_state_write(const char *path, int nodes, const flesh_state *state)
 {
   FLESH_NEED({path, "path"}, {state, "state"});
+  FLESH_NEED({state->x, "state->x"}, {state->v, "state->v"});
   if (!isfinite(state->t))
     return flesh_fail(FLESH_ERR_NONFINITE, "%s: not written: the state's time is not finite", path);
   for (int i = 0; i < 3 * nodes; i++)
@@ -189,6 +190,8 @@ int flesh_state_write(const char *path, int nodes, const flesh_state *state)
                         path, i / 3);
   column columns[COLUMNS];
   columns_of(state, columns);
+  for (const column *c = columns; c < columns + COLUMNS; c++)
+    FLESH_NEED({c->count ? (const void *)c->values : path, c->word});
   for (const column *c = columns; c < columns + COLUMNS; c++)
     for (int k = 0; k < c->count; k++)
       if (!isfinite(c->values[k]))

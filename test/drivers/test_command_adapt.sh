@@ -86,6 +86,12 @@ assert all(abs(m["value"] - values[-1]) <= m["error_mesh"] for m in meshes[:-1] 
 END
 }
 
+many_selections_are_carried() {
+  pin='  - pin: {box: [[-1, -1, -1], [1e-9, 2, 2]]}'
+  sed -e "s/^  - pin: .*/$(printf '%s\\n' "$pin" "$pin" "$pin" "$pin" "$pin" "$pin" "$pin" "$pin" "$pin")/" bar.yaml >many.yaml
+  expect 0 "$flesh" run many.yaml --to 10%:tip.position_z --out many
+}
+
 bodies_keep_their_shape() {
   cat >finger.yaml <<END
 body: {mesh: $source_folder/../data/meshes/finger_coarse.msh, density: 1000, material: {energy: S, young: 5e5, poisson: 0.45}}
@@ -172,4 +178,4 @@ assert first + 2 < len(meshes) and all(b > .95 * change[first] for _, b in meshe
 END
 }
 
-run_tests what_does_not_move_needs_a_length what_buckles_is_refused another_equilibrium_is_told the_bar_covers_and_the_mesh_is_as_it_should_be loads_within_tets_are_carried bodies_keep_their_shape what_has_no_bar_is_refused
+run_tests what_does_not_move_needs_a_length what_buckles_is_refused another_equilibrium_is_told the_bar_covers_and_the_mesh_is_as_it_should_be loads_within_tets_are_carried many_selections_are_carried bodies_keep_their_shape what_has_no_bar_is_refused

@@ -35,6 +35,7 @@ check no_command 2 'the commands are info, convert, surface, box and split'
 check unknown_command 2 "unknown command 'bend'" bend
 check no_file 2 'missing FILE' info
 check unknown_option 2 'unknown or ambiguous option --deep' info --deep a.msh
+check option_for_value 2 'option --out needs a value' box --cells 1,1,1 --size 1,1,1 --out --order 2
 check missing_file 3 'nothing.msh: cannot be opened: No such file or directory' info nothing.msh
 check box 0 'bar.msh: 425 nodes, 1536 tets, 1 region' \
   box --cells 16,4,4 --size 4,1,1 --out bar.msh

@@ -1,0 +1,17 @@
+/* start.h: states with arrays of their own, and an integrator as a scene has it. */
+#ifndef FLESH_RUN_START_H
+#define FLESH_RUN_START_H
+
+#include "flesh/integrator.h"
+#include "flesh/scene.h"
+
+/* New arrays, of zeros, in one piece: free(state->x) frees all. FLESH_ERR_MEMORY. */
+int flesh_state_make(int nodes, int multipliers, int internal, flesh_state *state);
+/* The scene's start, with the pressures and what effects remember. FLESH_ERR_MEMORY. */
+int flesh_start_make(const flesh_scene *scene, flesh_state *state);
+
+/* An integrator of the scene's method with all that its section `time` says. Returns new. */
+int flesh_start_integrator(const flesh_scene *scene, const flesh_system *system, const flesh_solver_options *solver,
+                           flesh_integrator **integrator);
+
+#endif
